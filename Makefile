@@ -1,0 +1,75 @@
+# SPDX-License-Identifier: MIT
+# sonard - see README.md. `make help` lists the targets.
+#
+# Every .c below a folder belongs to that folder's archive; tests/unit/test_X.c, tests/fuzz/fuzz_X.c,
+# tests/bench/bench_X.c and tests/sim/X.c are one program each. BUILD=dir and SAN=address,undefined make other builds beside.
+
+CC       ?= cc
+BUILD    ?= build
+VERSION  := $(shell cat VERSION 2>/dev/null || echo 0)
+SAN      ?=
+PREFIX   ?= /usr/local
+
+WARN     := -Wall -Wextra -Wconversion -Wshadow -Wstrict-prototypes -Werror
+# -ffp-contract=off: the same bits on every CPU. -fno-math-errno: lets sqrt be an instruction.
+CFLAGS   ?= -O2 -g
+ALLCFLAGS = -std=c17 $(WARN) $(CFLAGS) -ffp-contract=off -fno-math-errno -fPIE -fstack-protector-strong \
+            -ffile-prefix-map=$(CURDIR)=. -D_GNU_SOURCE -DSONARD_VERSION='"$(VERSION)"' -MMD -MP \
+            $(if $(SAN),-fsanitize=$(SAN) -fno-omit-frame-pointer -fno-sanitize-recover=all)
+LDFLAGS  += -pie -Wl,-z,relro,-z,now $(if $(SAN),-fsanitize=$(SAN))
+
+SRC      := $(wildcard grid/*.c grid/*/*.c drivers/*.c daemon/*.c config/*.c client/*.c)
+obj       = $(patsubst %.c,$(BUILD)/%.o,$(1))
+GRID     := $(BUILD)/libgrid.a
+DRIVERS  := $(BUILD)/libdrivers.a
+CONFIG   := $(BUILD)/libconfig.a
+DAEMON   := $(BUILD)/libdaemon.a
+CLIENT   := $(BUILD)/libclient.a
+ALL_A    := $(CLIENT) $(DAEMON) $(CONFIG) $(DRIVERS) $(GRID)
+LIBS     := -linih -ljansson -llz4 -lzstd -lz -lm -pthread
+
+PROGRAMS := $(BUILD)/sonard $(BUILD)/sonarctl
+UNIT     := $(patsubst tests/unit/%.c,$(BUILD)/tests/%,$(wildcard tests/unit/test_*.c))
+SIM      := $(patsubst tests/sim/%.c,$(BUILD)/tests/%,$(wildcard tests/sim/*.c))
+BENCH    := $(patsubst tests/bench/%.c,$(BUILD)/tests/%,$(wildcard tests/bench/bench_*.c))
+TOOLS    := $(patsubst tests/lib/%.c,$(BUILD)/tests/%,$(wildcard tests/lib/*.c))
+
+.PHONY: all help deps clean programs tests
+all: programs
+
+programs: $(PROGRAMS)
+tests: $(UNIT) $(SIM) $(BENCH) $(TOOLS)
+
+$(GRID):    $(call obj,$(wildcard grid/*.c grid/*/*.c))
+$(DRIVERS): $(call obj,$(wildcard drivers/*.c))
+$(CONFIG):  $(call obj,$(wildcard config/*.c))
+$(DAEMON):  $(call obj,$(filter-out daemon/main.c,$(wildcard daemon/*.c)))
+$(CLIENT):  $(call obj,$(filter-out client/sonarctl.c,$(wildcard client/*.c)))
+$(BUILD)/%.a:
+	@mkdir -p $(@D)
+	@rm -f $@
+	ar rcsD $@ $^
+
+$(BUILD)/%.o: %.c
+	@mkdir -p $(@D)
+	$(CC) $(ALLCFLAGS) -c -o $@ $<
+
+$(BUILD)/sonard: $(BUILD)/daemon/main.o $(DAEMON) $(CONFIG) $(DRIVERS) $(GRID)
+	$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
+$(BUILD)/sonarctl: $(BUILD)/client/sonarctl.o $(CLIENT) $(DRIVERS)
+	$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
+
+# Test programs may look everywhere.
+$(BUILD)/tests/%: $(BUILD)/tests/unit/%.o $(ALL_A)
+	$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
+$(BUILD)/tests/%: $(BUILD)/tests/sim/%.o $(ALL_A)
+	$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
+$(BUILD)/tests/%: $(BUILD)/tests/bench/%.o $(ALL_A)
+	$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
+$(BUILD)/tests/%.so: tests/lib/%.c
+	$(CC) -shared -fPIC -O2 -D_GNU_SOURCE -o $@ $< -ldl
+
+clean:
+	rm -rf $(BUILD) demo
+
+-include $(shell find $(BUILD) -name '*.d' 2>/dev/null)

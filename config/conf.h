@@ -1,0 +1,157 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * conf - the configuration: one table of keys (conf_table.c) from which the parser, --check, --print, the default
+ * file and the man page's table come. Everything in struct conf is SI and radians; the units stand in the file.
+ */
+#ifndef SONARD_CONF_H
+#define SONARD_CONF_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#define CONF_MAX_SONARS 8
+#define CONF_NAME_MAX 32
+#define CONF_TEXT_MAX 256
+
+enum conf_amplitude { CONF_AMPLITUDE_AUTO, CONF_AMPLITUDE_LINEAR, CONF_AMPLITUDE_POWER, CONF_AMPLITUDE_SQRT, CONF_AMPLITUDE_LOG };
+enum conf_scan_mode { CONF_MODE_AUTO, CONF_MODE_TRANSMIT, CONF_MODE_REQUEST };
+enum conf_detector { CONF_CA, CONF_GOCA, CONF_SOCA, CONF_OS };
+enum conf_no_echo { CONF_NO_ECHO_MINIMUM, CONF_NO_ECHO_HEARD, CONF_NO_ECHO_RANGE };
+enum conf_elevation { CONF_ELEVATION_FULL, CONF_ELEVATION_LEVEL };
+enum conf_log_level { CONF_LOG_ERR, CONF_LOG_WARNING, CONF_LOG_NOTICE, CONF_LOG_INFO, CONF_LOG_DEBUG };
+
+/* [sonar NAME] */
+struct conf_sonar {
+    char name[CONF_NAME_MAX];     /* letters, digits, - and _ */
+    char device[CONF_NAME_MAX];   /* device = ping360 */
+    char port[CONF_TEXT_MAX];     /* port = serial:/dev/ttyUSB0:115200 */
+    double range_m;               /* range = 20 m            [0.75 .. 200] */
+    int gain;                     /* gain = 1                [0 .. 10], -1 when absent */
+    double sector_rad[2];         /* sector = 0 360 deg      start end, clockwise; 0 360: full circle */
+    double step_rad;              /* step = 0.9 deg */
+    int mode;                     /* mode = auto | transmit | request (enum conf_scan_mode) */
+    double frequency_hz;          /* frequency = 750 kHz; 0: device's default */
+    double mount_m[3];            /* mount = 0.2 0 0.1 m     forward right down */
+    double rotation_rad[3];       /* rotation = 0 0 0 deg    roll pitch yaw */
+    int amplitude;                /* amplitude = auto | linear | power | sqrt | log */
+    double db_per_count;          /* decibels_per_count = 0.3137 dB, for amplitude = log */
+    double ring_down_m;           /* ring_down = 0.3 m; negative when absent: found from the device and the beam */
+};
+
+struct conf_water {
+    double sound_speed_mps; /* sound_speed = 1500 m/s [1350 .. 1650] */
+};
+
+struct conf_extract {
+    int detector;            /* detector = soca | goca | ca | os */
+    double false_alarm;      /* false_alarm = 1e-4, per bin  [1e-12 .. 0.1] */
+    double window_m;         /* window = 0.4 m: reference cells on each side */
+    double guard_m;          /* guard = 0.1 m: beside the cell under test, on each side */
+    double rank;             /* rank = 0.75: order statistic of detector os, as a share of the cells */
+    int floor_counts;        /* floor = 8: bins at or below are never an echo  [0 .. 65535] */
+    int no_echo;             /* no_echo = minimum | heard | range */
+    double minimum_range_m;  /* minimum_range = 0.75 m: free water claimed where nothing was found */
+};
+
+struct conf_grid {
+    double range_max_m;    /* range = 0 m: 0 = longest range of the sonars */
+    double angular_step_rad; /* angular_step = 2 deg   [0.5 .. 15] */
+    double layer_m;        /* layer = 0.05 m: thickness of the nearest layers */
+    double growth;         /* growth = 1.035: of the layers beyond */
+    int elevation;         /* elevation = full | level */
+    int max_cells;         /* max_cells = 65536 */
+    double blocked_above;  /* blocked_above = 0.6: probability from which a cell is an obstacle (0.5 .. 1) */
+    double clear_for_s;    /* clear_for = 30 s: a direction counts as clear so long after its last ping */
+    double forget_s;       /* forget = 60 s: time constant in which an obstacle's log-odds fade */
+    double move_limit_m;   /* move_limit = 0.5 m: way driven after which a cleared direction is unknown again */
+};
+
+struct conf_vehicle {
+    double radius_m; /* radius = 0.3 m */
+    double margin_m; /* margin = 0.1 m: kept beyond the radius */
+};
+
+struct conf_pose {
+    double max_age_s; /* max_age = 1 s: older is stale */
+};
+
+struct conf_server {
+    char socket[108];  /* socket = /run/sonard/sonard.sock */
+    int mode;          /* mode = 0660 (octal) */
+    int max_clients;   /* max_clients = 64 */
+};
+
+struct conf_pipeline {
+    int threads; /* threads = 0 | 1 | 2 */
+    int queue;   /* queue = 16: pings that may wait  [2 .. 1024] */
+};
+
+struct conf_record {
+    char directory[CONF_TEXT_MAX]; /* directory = /var/lib/sonard/captures; empty: no recording */
+    double file_size_bytes;        /* file_size = 256 MiB */
+    int files;                     /* files = 8: oldest beyond are removed; 0 is not allowed, none = keep all (-1) */
+};
+
+struct conf_log {
+    int level; /* level = info */
+};
+
+struct conf {
+    int n_sonars;
+    struct conf_sonar sonar[CONF_MAX_SONARS];
+    struct conf_water water;
+    struct conf_extract extract;
+    struct conf_grid grid;
+    struct conf_vehicle vehicle;
+    struct conf_pose pose;
+    struct conf_server server;
+    struct conf_pipeline pipeline;
+    struct conf_record record;
+    struct conf_log log;
+};
+
+/* Sees every fault of a file: one call per fault, in order of lines. message is a whole line without newline. */
+typedef void (*conf_fault_fn)(void *ctx, const char *message);
+
+/* A check that the configuration itself cannot make (does the device exist, is the port's address well formed).
+ * Returns false with a sentence in err. */
+struct conf_checks {
+    bool (*device)(const char *name, char *err, size_t err_size);
+    bool (*port)(const char *address, char *err, size_t err_size);
+};
+
+struct conf_source; /* where every value came from, and the text as read (for captures) */
+
+/**
+ * conf_load - read `path` into *conf, over the defaults.
+ * Every fault is reported (file:line: [section] key: what was found, what is allowed); returns their number, 0 for
+ * a good file, -1 when the file cannot be read (reported too). checks may be NULL. *source is always set
+ * (conf_source_free) .
+ */
+int conf_load(struct conf *conf, struct conf_source **source, const char *path, const struct conf_checks *checks,
+              conf_fault_fn fault, void *fault_ctx);
+
+/** conf_load_text - the same from memory; `name` stands for the file in messages. */
+int conf_load_text(struct conf *conf, struct conf_source **source, const char *name, const char *text, size_t size,
+                   const struct conf_checks *checks, conf_fault_fn fault, void *fault_ctx);
+
+/** conf_defaults - what an empty file means. */
+void conf_defaults(struct conf *conf);
+
+/** conf_print - effective values with units, each with where it came from: `key = value   # file:line` or default. */
+void conf_print(const struct conf *conf, const struct conf_source *source, FILE *out);
+
+/** conf_sample - the commented default file (config/sonard.conf is its output; a test compares). */
+void conf_sample(FILE *out);
+
+/** conf_table_man - the table of keys in man(7) macros, for sonard.conf(5). */
+void conf_table_man(FILE *out);
+
+/** conf_source_text - the configuration's bytes as read, and how many; never NULL. */
+const char *conf_source_text(const struct conf_source *source, size_t *size);
+
+void conf_source_free(struct conf_source *source);
+
+#endif

@@ -1,0 +1,65 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * port - moves bytes or CAN frames and knows no protocol. One ops table per kind of wire, listed in port_table.c;
+ * a new wire is a new port_*.c and a line there.
+ *
+ * Addresses are written "kind:rest", for instance serial:/dev/ttyUSB0:115200. All descriptors are non-blocking and
+ * close-on-exec.
+ */
+#ifndef SONARD_PORT_H
+#define SONARD_PORT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <sys/types.h>
+
+#define PORT_ADDRESS_MAX 256
+#define PORT_ERR_MAX 320
+
+struct port;
+
+struct port_ops {
+    const char *kind; /* what stands before the first colon of an address */
+
+    /* Message encoding of a capture channel: "octet-stream", or "socketcan" for can_frame/canfd_frame records. */
+    const char *encoding;
+
+    /*
+     * Is `rest` (behind the colon) well formed? Opens nothing. False with a sentence in err that says what would be
+     * right.
+     */
+    bool (*check)(const char *rest, char *err, size_t err_size);
+
+    /* Open; port->fd on success. False with a sentence in err; errno of the cause is left in port->error. */
+    bool (*open)(struct port *port, const char *rest, char *err, size_t err_size);
+
+    /* Bytes read; 0: nothing now; -1: the wire is gone (port->error says why) and the port must be closed. */
+    ssize_t (*read)(struct port *port, void *buf, size_t size);
+
+    /* Bytes taken (0 when the line is full); -1 as above. */
+    ssize_t (*write)(struct port *port, const void *buf, size_t size);
+
+    /* Hold the line in break state for about `ms` (serial); elsewhere what the wire has for it, or nothing. */
+    void (*send_break)(struct port *port, unsigned ms);
+
+    void (*close)(struct port *port); /* closed ports may be closed again */
+};
+
+struct port {
+    const struct port_ops *ops;
+    int fd;         /* -1: closed. Readable means: call ops->read */
+    int error;      /* errno of the last failure */
+    unsigned baud;  /* serial only */
+};
+
+extern const struct port_ops *const port_table[]; /* NULL at its end */
+extern const struct port_ops port_serial;
+
+/**
+ * port_find - the ops for "kind:rest", and where rest begins.
+ * NULL with a sentence in err when the kind is unknown or rest is malformed.
+ */
+const struct port_ops *port_find(const char *address, const char **rest, char *err, size_t err_size);
+
+#endif

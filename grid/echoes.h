@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * echoes - what the extract stage found in one ping: per beam where the first reflection is, how sure that is, and
+ * how far the water before it is free. Made by grid/range, read by the maps.
+ */
+#ifndef SONARD_ECHOES_H
+#define SONARD_ECHOES_H
+
+#include <stdint.h>
+
+#include "geometry.h"
+
+#define ECHOES_PER_BEAM 4
+
+struct echo {
+    float range_m;    /* of the reflection, sub-bin */
+    float near_m;     /* near edge of it: nothing that belongs to it lies closer */
+    float sd_m;       /* standard deviation of range_m */
+    float strength;   /* over the threshold, power ratio (1: just at it) */
+    float confidence; /* 0..1 */
+};
+
+enum beam_state {
+    BEAM_ECHO,   /* echo[0] is the first reflection */
+    BEAM_SILENT, /* listened, nothing found; free_to_m says what that is worth */
+    BEAM_BLIND,  /* heard nothing usable (saturated, no samples): says nothing about the water */
+};
+
+struct beam_echoes {
+    float az_rad, el_rad; /* axis in the sensor frame */
+    float blind_m;        /* nothing is known nearer than this (ring-down) */
+    float free_to_m;      /* water from blind_m to here is free; <= blind_m: nothing claimed */
+    uint8_t state;        /* enum beam_state */
+    uint8_t n;            /* echoes, in order of range */
+    struct echo echo[ECHOES_PER_BEAM];
+};
+
+/* As struct ping: a fixed buffer of the pipeline's pool with room for max_beams. */
+struct echoes {
+    uint64_t t_ns, t_in_ns; /* of the ping */
+    uint32_t seq;
+    uint16_t sensor;
+    uint16_t n_beams;
+    float range_max_m; /* end of the last bin */
+    float az_aperture_rad, el_aperture_rad;
+    struct pose pose;
+    uint32_t max_beams;
+    struct beam_echoes *beam; /* [n_beams] */
+};
+
+#endif

@@ -1,0 +1,87 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * geometry - frames, poses and directions. Pure: no clock, no heap, no state.
+ *
+ * World: local NED (north, east, down). Body: FRD (forward, right, down). Sensor: FRD of its own, beam axis at head
+ * angle 0 along x, the head turning about z. Azimuth is clockwise seen from above (x towards y); elevation is
+ * positive upward (against z). Metres, radians, Hamilton quaternions (w, x, y, z) that turn body vectors into world
+ * vectors.
+ */
+#ifndef SONARD_GEOMETRY_H
+#define SONARD_GEOMETRY_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define GEO_PI 3.14159265358979323846
+#define GEO_TURN (2.0 * GEO_PI)
+
+/** radians(), degrees() - the one place where the factor stands. */
+static inline double geo_rad(double deg)
+{
+    return deg * (GEO_PI / 180.0);
+}
+
+static inline double geo_deg(double rad)
+{
+    return rad * (180.0 / GEO_PI);
+}
+
+enum pose_part {
+    POSE_ATTITUDE = 1, /* attitude is valid */
+    POSE_POSITION = 2, /* north and east are valid */
+    POSE_DEPTH = 4,    /* down is valid */
+    POSE_VELOCITY = 8, /* velocity is valid */
+};
+
+/* Where the body is at one time. Parts that are not in `has` hold the identity or zero. */
+struct pose {
+    uint64_t t_ns;          /* monotonic */
+    double position_m[3];   /* NED */
+    double attitude[4];     /* unit quaternion, body to NED */
+    double velocity_mps[3]; /* NED */
+    double path_m;          /* length of the way driven since start; never falls */
+    unsigned has;           /* set of enum pose_part */
+};
+
+/* A sensor's place in the body. */
+struct mount {
+    double position_m[3]; /* forward, right, down */
+    double attitude[4];   /* unit quaternion, sensor to body */
+};
+
+extern const struct pose pose_identity;
+extern const struct mount mount_identity;
+
+/** geo_direction - unit vector (FRD or NED alike) of an azimuth and elevation in radians. */
+void geo_direction(double az_rad, double el_rad, double v[3]);
+
+/** geo_angles - azimuth [0, 2pi) and elevation [-pi/2, pi/2] of v != 0; straight up or down has azimuth 0. */
+void geo_angles(const double v[3], double *az_rad, double *el_rad);
+
+/** geo_wrap - the angle in [0, 2pi); exact turns and -1e-17 give 0, never 2pi. */
+double geo_wrap(double a_rad);
+
+/** geo_wrap_pi - the angle in [-pi, pi). */
+double geo_wrap_pi(double a_rad);
+
+void quat_rotate(const double q[4], const double v[3], double out[3]);         /* out = q v q*; out may be v */
+void quat_rotate_inverse(const double q[4], const double v[3], double out[3]); /* out = q* v q */
+void quat_multiply(const double a[4], const double b[4], double out[4]);       /* out = a b; out may be a or b */
+
+/** quat_from_rpy - attitude of roll, pitch, yaw in radians (yaw first, then pitch, then roll: aerospace ZYX). */
+void quat_from_rpy(double roll, double pitch, double yaw, double q[4]);
+
+/** quat_to_rpy - the inverse; pitch in [-pi/2, pi/2], roll and yaw in [-pi, pi]. */
+void quat_to_rpy(const double q[4], double *roll, double *pitch, double *yaw);
+
+/** quat_normalise - scale q to length 1. False, q untouched, when |q| is outside [0.9, 1.1] or not finite. */
+bool quat_normalise(double q[4]);
+
+/** quat_slerp - shortest way from a (t = 0) to b (t = 1); t outside continues. Result has length 1. */
+void quat_slerp(const double a[4], const double b[4], double t, double out[4]);
+
+/** pose_between - the pose at t_ns between a and b (a.t_ns < b.t_ns): position and path linear, attitude by slerp. */
+void pose_between(const struct pose *a, const struct pose *b, uint64_t t_ns, struct pose *out);
+
+#endif
