@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * loop - the event loop: descriptors (epoll) and timers, one thread. Only the loop reads a clock; everybody else is
+ * handed the time. In a replay the clock is the capture's: loop_advance() moves it and fires the timers due on the
+ * way, in order of their time.
+ */
+#ifndef SONARD_LOOP_H
+#define SONARD_LOOP_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define LOOP_NEVER UINT64_MAX
+
+struct loop;
+
+/* Embedded in its owner. Fields are set before loop_add and not touched until loop_remove. */
+struct loop_fd {
+    int fd;
+    void (*ready)(void *ctx, uint32_t epoll_events, uint64_t now_ns);
+    void *ctx;
+};
+
+/* Embedded in its owner; zeroed except fire and ctx before the first loop_arm. One shot. */
+struct loop_timer {
+    void (*fire)(void *ctx, uint64_t now_ns);
+    void *ctx;
+    uint64_t due_ns; /* owned by the loop */
+    bool armed;      /* owned by the loop */
+    struct loop_timer *next;
+};
+
+/** loop_new - NULL when the kernel refuses (errno). virtual_clock: time stands until loop_advance. */
+struct loop *loop_new(bool virtual_clock);
+void loop_free(struct loop *loop);
+
+/** loop_now - monotonic nanoseconds, read once per turn of the loop. */
+uint64_t loop_now(const struct loop *loop);
+
+bool loop_add(struct loop *loop, struct loop_fd *handler, uint32_t epoll_events);
+void loop_change(struct loop *loop, struct loop_fd *handler, uint32_t epoll_events);
+/* Safe inside any handler, also for other handlers whose events of this turn are still waiting. */
+void loop_remove(struct loop *loop, struct loop_fd *handler);
+
+/** loop_arm - fire at due_ns (or at once when that is past); arming again moves it. LOOP_NEVER disarms. */
+void loop_arm(struct loop *loop, struct loop_timer *timer, uint64_t due_ns);
+
+/** loop_turn - wait at most until the next timer or max_wait_ns, then handle what is ready. False after loop_quit. */
+bool loop_turn(struct loop *loop, uint64_t max_wait_ns);
+
+/** loop_advance - virtual clock only: set the time to t_ns (never back), firing the timers due up to it. */
+void loop_advance(struct loop *loop, uint64_t t_ns);
+
+void loop_quit(struct loop *loop);
+
+#endif

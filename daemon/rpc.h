@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * rpc - JSON-RPC 2.0 on text: one request line in, one reply line (or none) out. Knows no socket and no sonar; the
+ * methods come as a table. Batches, notifications and the standard error codes as the specification has them.
+ */
+#ifndef SONARD_RPC_H
+#define SONARD_RPC_H
+
+#include <jansson.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+enum rpc_code {
+    RPC_PARSE_ERROR = -32700,
+    RPC_INVALID_REQUEST = -32600,
+    RPC_METHOD_NOT_FOUND = -32601,
+    RPC_INVALID_PARAMS = -32602,
+    RPC_INTERNAL_ERROR = -32603,
+    RPC_LIMIT = -32000, /* a limit of the server was reached; the message says which */
+};
+
+#define RPC_LINE_MAX 65536 /* longest request line, without the newline */
+#define RPC_BATCH_MAX 64
+#define RPC_DEPTH_MAX 16   /* nesting of arrays and objects in a request */
+
+struct rpc_error {
+    int code;          /* 0: none */
+    char message[256]; /* one sentence: what, which parameter, what would be right */
+};
+
+/* Who asks, at what time. */
+struct rpc_call {
+    void *daemon;    /* handed through to the methods */
+    void *client;    /* handed through; NULL outside the server */
+    uint64_t now_ns; /* monotonic */
+};
+
+/* Returns a new reference to the result, or NULL with *error set. params is an object (empty when absent) - requests
+ * with params by position are refused before. */
+typedef json_t *(*rpc_method_fn)(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+
+struct rpc_method {
+    const char *name; /* NULL ends the table */
+    rpc_method_fn fn;
+};
+
+/**
+ * rpc_handle - answer one line. Returns malloced text without newline for free(), or NULL when there is nothing to
+ * answer (notifications). Any bytes are allowed as input.
+ */
+char *rpc_handle(const struct rpc_method *methods, const struct rpc_call *call, const char *line, size_t n);
+
+/** rpc_invoke - call one method by name (for watches); NULL with *error set when it fails or is unknown. */
+json_t *rpc_invoke(const struct rpc_method *methods, const struct rpc_call *call, const char *method, json_t *params,
+                   struct rpc_error *error);
+
+/*
+ * Parameter helpers: false with *error set (RPC_INVALID_PARAMS, naming the key, what was found and what is allowed)
+ * when wrong. A missing optional key leaves *out as it is. Not finite numbers cannot come from JSON; ranges are closed.
+ */
+bool rpc_number(json_t *params, const char *key, bool required, double lo, double hi, double *out,
+                struct rpc_error *error);
+bool rpc_integer(json_t *params, const char *key, bool required, int64_t lo, int64_t hi, int64_t *out,
+                 struct rpc_error *error);
+/* [n] numbers each in [lo, hi]; *present says whether the key was there */
+bool rpc_numbers(json_t *params, const char *key, double lo, double hi, size_t n, double *out, bool *present,
+                 struct rpc_error *error);
+/* one of the NULL-terminated words; *out its index */
+bool rpc_word(json_t *params, const char *key, const char *const *words, int *out, struct rpc_error *error);
+/* refuses keys that are not in the NULL-terminated list: a misspelt parameter must not be ignored */
+bool rpc_only(json_t *params, const char *const *keys, struct rpc_error *error);
+
+#endif

@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * server - the UNIX stream socket: clients, their lines, their watches. All in the loop's thread. Requests are
+ * newline-delimited JSON-RPC 2.0 (rpc.h). A client that does not read gets the newest state, not a growing queue;
+ * one that misbehaves is cut off and nobody else notices.
+ */
+#ifndef SONARD_SERVER_H
+#define SONARD_SERVER_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "loop.h"
+#include "rpc.h"
+
+struct server;
+
+struct server_conf {
+    const char *path;  /* of the socket; a stale file is replaced, a living one refuses the start */
+    unsigned mode;     /* permission bits of the socket */
+    int max_clients;
+};
+
+struct server_stats {
+    uint64_t clients_now, clients_total, clients_refused, clients_cut; /* cut: for flooding, overlong lines, not reading */
+    uint64_t requests, errors, notifications_sent, notifications_skipped;
+};
+
+/**
+ * server_start - listen. `methods` must not contain "watch" and "unwatch": the server has these itself.
+ * NULL with a sentence in err.
+ */
+struct server *server_start(struct loop *loop, const struct server_conf *conf, const struct rpc_method *methods,
+                            void *daemon, char *err, size_t err_size);
+
+/** server_stop - answer nothing more, close all, remove the socket file. */
+void server_stop(struct server *server);
+
+void server_stats(const struct server *server, struct server_stats *out);
+
+#endif
