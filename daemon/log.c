@@ -1,0 +1,92 @@
+/* SPDX-License-Identifier: MIT */
+#include "log.h"
+
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <unistd.h>
+
+#define LINE_MAX_BYTES  1024
+#define LIMIT_LINES     5
+#define LIMIT_WINDOW_NS 10000000000u
+
+static const struct {
+    int syslog_priority;
+    const char *word;
+} levels[] = {
+    [LOG_ERR] = {3, "error"}, [LOG_WARNING] = {4, "warning"}, [LOG_NOTICE] = {5, "notice"},
+    [LOG_INFO] = {6, "info"}, [LOG_DEBUG] = {7, "debug"},
+};
+
+static enum log_level threshold = LOG_INFO;
+
+void log_set_level(enum log_level level)
+{
+    threshold = level;
+}
+
+/* One write per line, so that lines of several threads do not mix. */
+static void emit(enum log_level level, const char *fmt, va_list ap)
+{
+    char line[LINE_MAX_BYTES];
+    int n = getenv("JOURNAL_STREAM") ? snprintf(line, sizeof line, "<%d>", levels[level].syslog_priority)
+                                     : snprintf(line, sizeof line, "sonard: %s: ", levels[level].word);
+    size_t room = sizeof line - (size_t)n - 1;
+    int m = vsnprintf(line + n, room, fmt, ap);
+    size_t len = (size_t)n + (m < 0 ? 0 : (size_t)m < room ? (size_t)m : room - 1);
+    line[len++] = '\n';
+    if (write(STDERR_FILENO, line, len) < 0)
+        return; /* nowhere left to say so */
+}
+
+void log_line(enum log_level level, const char *fmt, ...)
+{
+    if (level > threshold)
+        return;
+    va_list ap;
+    va_start(ap, fmt);
+    emit(level, fmt, ap);
+    va_end(ap);
+}
+
+void log_limited(struct log_limit *limit, uint64_t now_ns, enum log_level level, const char *fmt, ...)
+{
+    if (level > threshold)
+        return;
+    if (limit->passed == 0 || now_ns - limit->window_start_ns >= LIMIT_WINDOW_NS) {
+        if (limit->held)
+            log_line(level, "%u more lines like the last were held back", limit->held);
+        *limit = (struct log_limit){.window_start_ns = now_ns};
+    }
+    if (limit->passed >= LIMIT_LINES) {
+        limit->held++;
+        return;
+    }
+    limit->passed++;
+    va_list ap;
+    va_start(ap, fmt);
+    emit(level, fmt, ap);
+    va_end(ap);
+}
+
+const char *log_escape(char *dst, size_t dst_size, const void *src, size_t n)
+{
+    const unsigned char *s = src;
+    size_t used = 0;
+    if (!dst_size)
+        return dst;
+    for (size_t i = 0; i < n; i++) {
+        bool plain = s[i] >= 0x20 && s[i] < 0x7f && s[i] != '\\';
+        size_t need = plain ? 1 : 4;
+        if (used + need >= dst_size)
+            break;
+        if (plain)
+            dst[used] = (char)s[i];
+        else
+            snprintf(dst + used, 5, "\\x%02x", s[i]);
+        used += need;
+    }
+    dst[used] = '\0';
+    return dst;
+}

@@ -1,0 +1,170 @@
+/* SPDX-License-Identifier: MIT */
+#include "loop.h"
+
+#include <errno.h>
+#include <stddef.h>
+#include <stdlib.h>
+#include <sys/epoll.h>
+#include <time.h>
+#include <unistd.h>
+
+#define EVENTS_PER_TURN 32
+
+struct loop {
+    int epoll;
+    bool virtual_clock;
+    bool quit;
+    uint64_t now_ns;
+    struct loop_timer *timers; /* armed ones, earliest first; equal times in order of arming */
+    struct epoll_event events[EVENTS_PER_TURN];
+    int n_events; /* of this turn; entries of removed handlers are set to NULL */
+};
+
+static uint64_t read_clock(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
+}
+
+struct loop *loop_new(bool virtual_clock)
+{
+    struct loop *loop = calloc(1, sizeof *loop);
+    if (!loop)
+        return NULL;
+    loop->epoll = epoll_create1(EPOLL_CLOEXEC);
+    if (loop->epoll < 0) {
+        free(loop);
+        return NULL;
+    }
+    loop->virtual_clock = virtual_clock;
+    loop->now_ns = virtual_clock ? 0 : read_clock();
+    return loop;
+}
+
+void loop_free(struct loop *loop)
+{
+    if (!loop)
+        return;
+    close(loop->epoll);
+    free(loop);
+}
+
+uint64_t loop_now(const struct loop *loop)
+{
+    return loop->now_ns;
+}
+
+bool loop_add(struct loop *loop, struct loop_fd *handler, uint32_t epoll_events)
+{
+    struct epoll_event e = {.events = epoll_events, .data.ptr = handler};
+    return epoll_ctl(loop->epoll, EPOLL_CTL_ADD, handler->fd, &e) == 0;
+}
+
+void loop_change(struct loop *loop, struct loop_fd *handler, uint32_t epoll_events)
+{
+    struct epoll_event e = {.events = epoll_events, .data.ptr = handler};
+    epoll_ctl(loop->epoll, EPOLL_CTL_MOD, handler->fd, &e);
+}
+
+void loop_remove(struct loop *loop, struct loop_fd *handler)
+{
+    epoll_ctl(loop->epoll, EPOLL_CTL_DEL, handler->fd, NULL);
+    for (int i = 0; i < loop->n_events; i++)
+        if (loop->events[i].data.ptr == handler)
+            loop->events[i].data.ptr = NULL;
+}
+
+static void unlink_timer(struct loop *loop, struct loop_timer *timer)
+{
+    struct loop_timer **at = &loop->timers;
+    while (*at && *at != timer)
+        at = &(*at)->next;
+    if (*at)
+        *at = timer->next;
+    timer->armed = false;
+}
+
+void loop_arm(struct loop *loop, struct loop_timer *timer, uint64_t due_ns)
+{
+    if (timer->armed && timer->due_ns == due_ns)
+        return;
+    if (timer->armed)
+        unlink_timer(loop, timer);
+    if (due_ns == LOOP_NEVER)
+        return;
+    timer->due_ns = due_ns;
+    timer->armed = true;
+    struct loop_timer **at = &loop->timers;
+    while (*at && (*at)->due_ns <= due_ns)
+        at = &(*at)->next;
+    timer->next = *at;
+    *at = timer;
+}
+
+/* Timers that a handler arms for now or earlier wait for the next round, so that none can hold the loop for ever. */
+static void fire_due(struct loop *loop)
+{
+    struct loop_timer *last = NULL;
+    for (struct loop_timer *t = loop->timers; t && t->due_ns <= loop->now_ns; t = t->next)
+        last = t;
+    while (last && loop->timers && loop->timers->due_ns <= loop->now_ns) {
+        struct loop_timer *t = loop->timers;
+        bool done = t == last;
+        unlink_timer(loop, t);
+        t->fire(t->ctx, loop->now_ns);
+        if (done)
+            break;
+    }
+}
+
+static int wait_ms(const struct loop *loop, uint64_t max_wait_ns)
+{
+    uint64_t wait = max_wait_ns;
+    if (!loop->virtual_clock && loop->timers) {
+        uint64_t due = loop->timers->due_ns;
+        uint64_t left = due > loop->now_ns ? due - loop->now_ns : 0;
+        if (left < wait)
+            wait = left;
+    }
+    if (wait == LOOP_NEVER)
+        return -1;
+    uint64_t ms = wait / 1000000u + (wait % 1000000u != 0);
+    return ms > 60000 ? 60000 : (int)ms;
+}
+
+bool loop_turn(struct loop *loop, uint64_t max_wait_ns)
+{
+    if (!loop->virtual_clock)
+        loop->now_ns = read_clock();
+    int n = epoll_wait(loop->epoll, loop->events, EVENTS_PER_TURN, wait_ms(loop, max_wait_ns));
+    loop->n_events = n > 0 ? n : 0;
+    if (!loop->virtual_clock)
+        loop->now_ns = read_clock();
+    for (int i = 0; i < loop->n_events; i++) {
+        struct loop_fd *handler = loop->events[i].data.ptr;
+        if (handler)
+            handler->ready(handler->ctx, loop->events[i].events, loop->now_ns);
+    }
+    loop->n_events = 0;
+    fire_due(loop);
+    return !loop->quit;
+}
+
+void loop_advance(struct loop *loop, uint64_t t_ns)
+{
+    while (loop->timers && loop->timers->due_ns <= t_ns) {
+        if (loop->timers->due_ns > loop->now_ns)
+            loop->now_ns = loop->timers->due_ns;
+        struct loop_timer *t = loop->timers;
+        unlink_timer(loop, t);
+        t->fire(t->ctx, loop->now_ns);
+    }
+    if (t_ns > loop->now_ns)
+        loop->now_ns = t_ns;
+}
+
+void loop_quit(struct loop *loop)
+{
+    loop->quit = true;
+}
