@@ -1,0 +1,279 @@
+/* SPDX-License-Identifier: MIT */
+#include "answer.h"
+
+#include <math.h>
+#include <string.h>
+
+const char *answer_state_name(enum answer_state state)
+{
+    static const char *const names[] = {
+        [ANSWER_CLEAR] = "clear", [ANSWER_BLOCKED] = "blocked", [ANSWER_UNKNOWN] = "unknown"};
+    return names[state];
+}
+
+const char *answer_reason_text(enum answer_reason reason)
+{
+    static const char *const texts[] = {
+        [ANSWER_HEARD] = "heard",
+        [ANSWER_BEYOND] = "nothing seen, but not heard as far as asked",
+        [ANSWER_BLIND] = "nearer than the sonar can hear",
+        [ANSWER_MOVED] = "the vehicle has moved on since it looked there",
+        [ANSWER_STALE] = "looked at too long ago",
+        [ANSWER_NEVER] = "never looked at",
+        [ANSWER_OUTSIDE] = "outside the directions that the grid keeps",
+        [ANSWER_NO_FRAME] = "no attitude was given, so north is unknown",
+        [ANSWER_POSE_LOST] = "the pose is too old",
+        [ANSWER_NO_DATA] = "no data from the sonar",
+    };
+    return texts[reason];
+}
+
+/* What one direction says, as seen from where the vehicle is now. */
+struct view {
+    enum answer_reason reason; /* why not clear to clear_m; ANSWER_HEARD: it is */
+    double clear_m, blind_m, age_s;
+    const struct picture_obstacle *obstacle; /* nearest that still counts; NULL: none */
+    double near_m, logodds;
+};
+
+static double seconds_since(uint64_t now_ns, uint64_t t_ns)
+{
+    return now_ns > t_ns ? (double)(now_ns - t_ns) * 1e-9 : 0;
+}
+
+/* moved_m: how far the vehicle is from the grid's centre; everything may be nearer by that much. */
+static void look(const struct picture *p, const struct picture_entry *e, const struct answer_conf *conf,
+                 const struct answer_now *now, double moved_m, struct view *v)
+{
+    *v = (struct view){.age_s = -1};
+    unsigned faded = 0, held = 0;
+    for (unsigned i = 0; i < PICTURE_OBSTACLES; i++) {
+        const struct picture_obstacle *o = &e->obstacle[i];
+        if (o->logodds <= 0)
+            continue;
+        held++;
+        double l = picture_logodds(p, o, now->now_ns);
+        if (l <= p->blocked_logodds) {
+            faded++;
+        } else if (!v->obstacle) {
+            v->obstacle = o;
+            v->logodds = l;
+            v->near_m = fmax(0, o->near_m - moved_m);
+        }
+    }
+    if (!e->t_ping_ns) {
+        v->reason = ANSWER_NEVER;
+        return;
+    }
+    v->age_s = seconds_since(now->now_ns, e->t_ping_ns);
+    v->blind_m = e->blind_m + moved_m;
+    if (v->age_s > conf->clear_for_s)
+        v->reason = ANSWER_STALE;
+    else if (now->pose.path_m - e->path_m > conf->move_limit_m)
+        v->reason = ANSWER_MOVED;
+    else if (e->more && faded == held)
+        v->reason = ANSWER_STALE; /* the listed obstacles have faded, but there are others behind them */
+    else
+        v->clear_m = fmax(0, e->clear_m - moved_m);
+}
+
+/* Answers common to all directions: false when nothing can be said at all. */
+static bool can_answer(const struct picture_frame *frame, const struct answer_now *now, bool ned,
+                       enum answer_reason *reason)
+{
+    *reason = ANSWER_HEARD;
+    if (!frame->pings)
+        *reason = ANSWER_NO_DATA;
+    else if (frame->ned && !now->pose_fresh)
+        *reason = ANSWER_POSE_LOST;
+    else if (ned && !frame->ned)
+        *reason = ANSWER_NO_FRAME;
+    return *reason == ANSWER_HEARD;
+}
+
+static double moved(const struct picture_frame *frame, const struct answer_now *now)
+{
+    if (!frame->ned)
+        return 0;
+    double d[3];
+    for (int i = 0; i < 3; i++)
+        d[i] = now->pose.position_m[i] - frame->centre_m[i];
+    return sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+}
+
+/* An answer while directions are added to it. */
+struct tally {
+    struct answer a;
+    double near_m;   /* of the obstacle reported in a */
+    double oldest_s; /* ping of the directions looked at */
+    bool looked;
+};
+
+static void begin(struct tally *t)
+{
+    *t = (struct tally){.a = {.state = ANSWER_CLEAR, .free_to_m = INFINITY, .age_s = -1}, .oldest_s = -1};
+}
+
+static void add_obstacle(struct tally *t, const struct view *v, const struct answer_now *now, double moved_m)
+{
+    if (t->a.state == ANSWER_BLOCKED && v->near_m >= t->near_m)
+        return;
+    t->near_m = v->near_m;
+    t->a.state = ANSWER_BLOCKED;
+    t->a.reason = ANSWER_HEARD;
+    t->a.range_m = fmax(v->near_m, v->obstacle->range_m - moved_m);
+    t->a.range_sd_m = v->obstacle->sd_m;
+    t->a.confidence = 1 / (1 + exp(-v->logodds));
+    t->a.age_s = seconds_since(now->now_ns, v->obstacle->t_echo_ns);
+}
+
+/*
+ * Adds what a direction says about the stretch up to need_m. When the stretch ends inside the blind zone because a
+ * corridor leaves this direction there (side), the direction is not asked: that is the vehicle's own place.
+ */
+static void add(struct tally *t, const struct view *v, const struct answer_now *now, double moved_m, double need_m,
+                bool side)
+{
+    if (v->obstacle && v->near_m <= need_m)
+        add_obstacle(t, v, now, moved_m);
+    enum answer_reason why = v->reason;
+    if (why == ANSWER_HEARD && need_m <= v->blind_m) {
+        if (side)
+            return;
+        why = ANSWER_BLIND;
+    } else if (why == ANSWER_HEARD && v->clear_m < need_m) {
+        why = ANSWER_BEYOND;
+    }
+    t->looked = true;
+    t->a.blind_to_m = fmax(t->a.blind_to_m, v->blind_m);
+    t->a.free_to_m = fmin(t->a.free_to_m, v->obstacle ? fmin(v->clear_m, v->near_m) : v->clear_m);
+    t->oldest_s = fmax(t->oldest_s, v->age_s);
+    if (why != ANSWER_HEARD && t->a.state != ANSWER_BLOCKED) {
+        t->a.state = ANSWER_UNKNOWN;
+        t->a.reason = why > t->a.reason ? why : t->a.reason;
+    }
+}
+
+static void finish(struct tally *t, const struct answer_conf *conf, struct answer *out)
+{
+    if (!t->looked && t->a.state != ANSWER_BLOCKED) {
+        t->a.state = ANSWER_UNKNOWN;
+        t->a.reason = ANSWER_OUTSIDE;
+    }
+    if (!isfinite(t->a.free_to_m) || t->a.free_to_m <= t->a.blind_to_m)
+        t->a.free_to_m = 0;
+    if (t->a.state != ANSWER_BLOCKED)
+        t->a.age_s = t->oldest_s;
+    if (t->a.state == ANSWER_CLEAR)
+        t->a.confidence = fmax(0, 1 - t->oldest_s / conf->clear_for_s);
+    *out = t->a;
+}
+
+static void cannot(enum answer_reason reason, struct answer *out)
+{
+    *out = (struct answer){.state = ANSWER_UNKNOWN, .reason = reason, .age_s = -1};
+}
+
+/* How far along a ray at angle gamma from the axis the question reaches; 0: not at all. */
+static double reach(const struct answer_query *q, double gamma)
+{
+    if (!q->corridor)
+        return gamma <= q->half_angle_rad ? q->distance_m : 0;
+    double end = gamma < GEO_PI / 2 ? q->distance_m / cos(gamma) : INFINITY;
+    double side = gamma > 0 ? q->radius_m / sin(fmin(gamma, GEO_PI / 2)) : INFINITY;
+    return gamma <= GEO_PI / 2 ? fmin(end, side) : 0;
+}
+
+/* Half the diagonal of a cell: how far its edge may lie from its centre. */
+static double cell_reach(const struct rings *rings, uint32_t direction, double el_rad)
+{
+    double width = rings_width(rings, rings_ring(rings, direction)) * cos(el_rad);
+    return hypot(width, rings->height_rad) / 2;
+}
+
+static void to_grid(const struct picture_frame *frame, const struct answer_now *now, bool ned, double v[3])
+{
+    if (frame->ned && !ned)
+        quat_rotate(now->pose.attitude, v, v);
+}
+
+void answer_direction(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
+                      const struct answer_query *q, struct answer *out)
+{
+    struct picture_frame frame;
+    enum answer_reason reason;
+    picture_get_frame(p, &frame);
+    if (!can_answer(&frame, now, q->ned, &reason)) {
+        cannot(reason, out);
+        return;
+    }
+    double axis[3], az, el, moved_m = moved(&frame, now);
+    geo_direction(q->az_rad, q->el_rad, axis);
+    to_grid(&frame, now, q->ned, axis);
+    geo_angles(axis, &az, &el);
+    if (rings_index(p->rings, az, el) == RINGS_NONE) {
+        cannot(ANSWER_OUTSIDE, out);
+        return;
+    }
+    struct tally tally;
+    begin(&tally);
+    double opening = q->corridor ? GEO_PI / 2 : fmin(q->half_angle_rad, GEO_PI);
+    struct rings_visit visit = rings_visit(p->rings, az, el, opening + p->rings->height_rad);
+    while (rings_next(&visit)) {
+        double cell_az, cell_el, v[3];
+        rings_centre(p->rings, visit.direction, &cell_az, &cell_el);
+        geo_direction(cell_az, cell_el, v);
+        double dot = v[0] * axis[0] + v[1] * axis[1] + v[2] * axis[2];
+        double gamma = acos(dot > 1 ? 1 : dot < -1 ? -1 : dot) - cell_reach(p->rings, visit.direction, cell_el);
+        double need = reach(q, gamma > 0 ? gamma : 0);
+        if (need <= 0)
+            continue;
+        struct picture_entry e;
+        struct view view;
+        picture_get(p, visit.direction, &e);
+        look(p, &e, conf, now, moved_m, &view);
+        add(&tally, &view, now, moved_m, need, q->corridor && need < q->distance_m);
+    }
+    finish(&tally, conf, out);
+}
+
+void answer_sectors(struct picture *p, const struct answer_conf *conf, const struct answer_now *now, bool ned,
+                    double lo_rad, double hi_rad, double reach_m, size_t count, struct answer *sectors)
+{
+    struct picture_frame frame;
+    enum answer_reason reason;
+    struct tally tally[ANSWER_SECTORS_MAX];
+    picture_get_frame(p, &frame);
+    if (!can_answer(&frame, now, ned, &reason)) {
+        for (size_t k = 0; k < count; k++)
+            cannot(reason, &sectors[k]);
+        return;
+    }
+    for (size_t k = 0; k < count; k++)
+        begin(&tally[k]);
+    double moved_m = moved(&frame, now), width = GEO_TURN / (double)count;
+    double need = reach_m > 0 ? reach_m : frame.range_max_m;
+    for (uint32_t d = 0; d < p->n; d++) {
+        double az, el, v[3];
+        rings_centre(p->rings, d, &az, &el);
+        double half = rings_width(p->rings, rings_ring(p->rings, d)) / 2;
+        if (frame.ned && !ned) {
+            geo_direction(az, el, v);
+            quat_rotate_inverse(now->pose.attitude, v, v);
+            geo_angles(v, &az, &el);
+        }
+        if (el + p->rings->height_rad / 2 <= lo_rad || el - p->rings->height_rad / 2 >= hi_rad)
+            continue;
+        struct picture_entry e;
+        struct view view;
+        picture_get(p, d, &e);
+        look(p, &e, conf, now, moved_m, &view);
+        /* every sector that the cell touches; an exact common edge is no touch */
+        double from = floor((az - half) / width + 0.5 + 1e-9), to = ceil((az + half) / width - 0.5 - 1e-9);
+        for (double k = from; k <= to && k < from + (double)count; k++)
+            add(&tally[(size_t)(k < 0 ? k + (double)count : k) % count], &view, now, moved_m,
+                view.obstacle ? fmax(need, view.near_m) : need, false);
+    }
+    for (size_t k = 0; k < count; k++)
+        finish(&tally[k], conf, &sectors[k]);
+}

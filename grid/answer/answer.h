@@ -1,0 +1,88 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * answer - blocked, clear or unknown: what a picture says about a cone, a corridor or a ring of sectors at a given
+ * time. Pure; reads the picture and nothing else.
+ *
+ * Clear is said only where every direction asked about was pinged, recently, without the vehicle having driven on
+ * since, and heard free as far as asked. Whatever is missing makes the answer unknown and is named. Unknown never
+ * hides an obstacle: blocked is looked for first.
+ */
+#ifndef SONARD_ANSWER_H
+#define SONARD_ANSWER_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "../geometry.h"
+#include "picture.h"
+
+#define ANSWER_SECTORS_MAX 720
+
+enum answer_state { ANSWER_CLEAR, ANSWER_BLOCKED, ANSWER_UNKNOWN };
+
+/* Why an answer is unknown (or ANSWER_HEARD when it is not), the graver ones later. */
+enum answer_reason {
+    ANSWER_HEARD,
+    ANSWER_BEYOND,    /* nothing seen, but not heard as far as asked */
+    ANSWER_BLIND,     /* asked nearer than the sonar can hear */
+    ANSWER_MOVED,     /* the vehicle has driven on since it was looked at */
+    ANSWER_STALE,     /* looked at too long ago */
+    ANSWER_NEVER,     /* never looked at */
+    ANSWER_OUTSIDE,   /* not among the directions that the grid keeps */
+    ANSWER_NO_FRAME,  /* asked in NED, but no attitude was ever given */
+    ANSWER_POSE_LOST, /* the pose is older than its limit */
+    ANSWER_NO_DATA,   /* no ping at all yet */
+};
+
+struct answer_conf {
+    double clear_for_s;  /* age limit of clear */
+    double move_limit_m; /* way after which a cleared direction is unknown */
+};
+
+/* The moment of asking. */
+struct answer_now {
+    uint64_t now_ns;
+    bool pose_fresh;  /* pose below is younger than its limit */
+    struct pose pose; /* newest; parts in pose.has */
+};
+
+struct answer_query {
+    double az_rad, el_rad;
+    bool ned;          /* angles are NED; otherwise the body's */
+    double distance_m; /* from the vehicle's centre */
+    bool corridor;     /* a corridor of radius_m around the line; otherwise a cone of half_angle_rad */
+    double half_angle_rad;
+    double radius_m;
+};
+
+struct answer {
+    enum answer_state state;
+    enum answer_reason reason;
+    double range_m; /* nearest obstacle; only when blocked */
+    double range_sd_m;
+    double
+        confidence; /* blocked: probability that the obstacle is there; clear: 1 fading to 0 at the age limit; unknown: 0 */
+    double free_to_m;  /* free from blind_to_m at least to here */
+    double blind_to_m; /* nothing is known nearer than this */
+    double age_s;      /* blocked: of the obstacle's last echo; clear: of the oldest ping; negative: no evidence */
+};
+
+/** answer_direction - the state of a cone or corridor up to distance_m. */
+void answer_direction(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
+                      const struct answer_query *query, struct answer *out);
+
+/**
+ * answer_sectors - the ring of `count` (1..ANSWER_SECTORS_MAX) sectors: sector k is centred on k * 2pi/count, between
+ * elevations lo and hi. Blocked: an obstacle in it, at any range. Clear: heard free as far as reach_m (0: as far as
+ * any sonar listened). Unknown: the rest; free_to_m says how far it is known to be free all the same.
+ */
+void answer_sectors(struct picture *p, const struct answer_conf *conf, const struct answer_now *now, bool ned,
+                    double lo_rad, double hi_rad, double reach_m, size_t count, struct answer *sectors);
+
+const char *answer_state_name(enum answer_state state);
+
+/** answer_reason_text - one sentence for a person. */
+const char *answer_reason_text(enum answer_reason reason);
+
+#endif

@@ -1,0 +1,85 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * picture - the grid's answer to the commonest questions, direction by direction, readable from any thread while the
+ * maps' owner goes on writing. One writer; any number of readers; nobody ever waits for the other.
+ *
+ * A sequence number guards the entries: the writer makes it odd while it writes, a reader that saw it odd or changed
+ * reads its entry again. All words are atomics, loaded with acquire and stored with release, so the order that the
+ * scheme needs is in the accesses themselves and no fence is used.
+ */
+#ifndef SONARD_PICTURE_H
+#define SONARD_PICTURE_H
+
+#include <stdatomic.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "../sphere/rings.h"
+
+#define PICTURE_OBSTACLES 2
+
+struct picture_obstacle {
+    uint64_t t_ref_ns;  /* time at which logodds held */
+    uint64_t t_echo_ns; /* its last echo */
+    float logodds;      /* fades with the grid's time constant; 0: no obstacle here */
+    float near_m;       /* its near edge, from the grid's centre */
+    float range_m;      /* of the reflection */
+    float sd_m;
+};
+
+/* One direction. */
+struct picture_entry {
+    uint64_t t_ping_ns;                                  /* last ping that passed here; 0: never pinged */
+    double path_m;                                       /* way driven by then */
+    float blind_m;                                       /* nothing known nearer */
+    float clear_m;                                       /* nothing seen from blind_m to here */
+    struct picture_obstacle obstacle[PICTURE_OBSTACLES]; /* nearest first */
+    uint64_t more;                                       /* obstacles beyond those two */
+};
+
+#define PICTURE_WORDS (sizeof(struct picture_entry) / 8)
+_Static_assert(sizeof(struct picture_entry) == 32 + PICTURE_OBSTACLES * 32, "picture entries are whole words");
+
+/* The same for all directions. */
+struct picture_frame {
+    double centre_m[3]; /* NED place of the grid's centre when the pings carried positions */
+    double range_max_m; /* farthest that any sonar listened */
+    uint64_t pings;     /* entered so far */
+    uint64_t t_ping_ns; /* of the newest */
+    uint64_t ned;       /* 1: directions are NED; 0: they are the body's */
+};
+
+#define PICTURE_FRAME_WORDS (sizeof(struct picture_frame) / 8)
+
+struct picture {
+    _Atomic uint64_t sequence;
+    uint32_t n; /* directions; constant */
+    const struct rings *rings;
+    double forget_s;       /* of the obstacles' log-odds */
+    float blocked_logodds; /* above: an obstacle */
+    _Atomic uint64_t frame[PICTURE_FRAME_WORDS];
+    _Atomic uint64_t *word; /* [n][PICTURE_WORDS] */
+};
+
+/** picture_bytes - memory for picture_init's `word`. */
+size_t picture_bytes(uint32_t n);
+
+/** picture_init - all directions never pinged. word: picture_bytes(rings->n), 8-aligned. */
+void picture_init(struct picture *p, const struct rings *rings, double forget_s, double blocked_logodds,
+                  void *word);
+
+/* Writer. Entries and frame may be set only between begin and end. */
+void picture_begin(struct picture *p);
+void picture_set(struct picture *p, uint32_t direction, const struct picture_entry *entry);
+void picture_set_frame(struct picture *p, const struct picture_frame *frame);
+void picture_end(struct picture *p);
+
+/* Readers: a consistent copy of one entry, or of the frame. */
+void picture_get(struct picture *p, uint32_t direction, struct picture_entry *entry);
+void picture_get_frame(struct picture *p, struct picture_frame *frame);
+
+/** picture_logodds - of an obstacle at now_ns: exact exponential fading, none before t_ref. */
+double picture_logodds(const struct picture *p, const struct picture_obstacle *o, uint64_t now_ns);
+
+#endif

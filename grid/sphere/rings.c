@@ -1,0 +1,140 @@
+/* SPDX-License-Identifier: MIT */
+#include "rings.h"
+
+#include <math.h>
+
+#include "../geometry.h"
+
+/* Solid angle 4 pi sin(mid) sin(w/2): the difference of cosines would cancel at the poles. The tiny allowance keeps a
+ * ring whose solid angle is a whole number of cells from getting one more by rounding. */
+uint32_t rings_cells(uint32_t ring, uint32_t n_polar, double step_rad)
+{
+    double w = GEO_PI / n_polar;
+    double solid = 2 * GEO_TURN * sin((ring + 0.5) * w) * sin(w / 2);
+    double n = ceil(solid / (step_rad * step_rad) * (1 - 1e-13));
+    return n < 1 ? 1 : (uint32_t)n;
+}
+
+bool rings_full(struct rings *rings, double step_rad)
+{
+    if (!(step_rad >= geo_rad(0.25) && step_rad <= GEO_PI / 2))
+        return false;
+    rings->n_rings = (uint32_t)ceil(GEO_PI / step_rad * (1 - 1e-13));
+    rings->height_rad = GEO_PI / rings->n_rings;
+    rings->top_rad = GEO_PI / 2;
+    rings->step_rad = step_rad;
+    rings->start[0] = 0;
+    for (uint32_t j = 0; j < rings->n_rings; j++)
+        rings->start[j + 1] = rings->start[j] + rings_cells(j, rings->n_rings, step_rad);
+    rings->n = rings->start[rings->n_rings];
+    return true;
+}
+
+bool rings_level(struct rings *rings, double step_rad, double half_rad)
+{
+    if (!(step_rad >= geo_rad(0.25) && step_rad <= GEO_PI / 2 && half_rad > 0 && half_rad <= GEO_PI / 2))
+        return false;
+    rings->n_rings = 1;
+    rings->height_rad = 2 * half_rad;
+    rings->top_rad = half_rad;
+    rings->step_rad = step_rad;
+    rings->start[0] = 0;
+    rings->start[1] = (uint32_t)ceil(GEO_TURN / step_rad * (1 - 1e-13));
+    rings->n = rings->start[1];
+    return true;
+}
+
+static uint32_t cells_of(const struct rings *rings, uint32_t ring)
+{
+    return rings->start[ring + 1] - rings->start[ring];
+}
+
+/* Ring of an elevation, clamped; the bottom edge belongs to the last ring. */
+static uint32_t ring_at(const struct rings *rings, double el_rad)
+{
+    double j = (rings->top_rad - el_rad) / rings->height_rad;
+    if (!(j > 0))
+        return 0;
+    return j >= rings->n_rings ? rings->n_rings - 1 : (uint32_t)j;
+}
+
+static uint32_t cell_at(const struct rings *rings, uint32_t ring, double az_rad)
+{
+    uint32_t n = cells_of(rings, ring);
+    uint32_t i = (uint32_t)(geo_wrap(az_rad) * (n / GEO_TURN));
+    return i >= n ? i - n : i;
+}
+
+uint32_t rings_index(const struct rings *rings, double az_rad, double el_rad)
+{
+    if (el_rad > rings->top_rad || el_rad < rings->top_rad - rings->n_rings * rings->height_rad * (1 + 1e-15))
+        return RINGS_NONE;
+    uint32_t ring = ring_at(rings, el_rad);
+    return rings->start[ring] + cell_at(rings, ring, az_rad);
+}
+
+uint32_t rings_ring(const struct rings *rings, uint32_t direction)
+{
+    uint32_t lo = 0, hi = rings->n_rings;
+    while (hi - lo > 1) {
+        uint32_t mid = lo + (hi - lo) / 2;
+        if (rings->start[mid] <= direction)
+            lo = mid;
+        else
+            hi = mid;
+    }
+    return lo;
+}
+
+double rings_width(const struct rings *rings, uint32_t ring)
+{
+    return GEO_TURN / cells_of(rings, ring);
+}
+
+void rings_centre(const struct rings *rings, uint32_t direction, double *az_rad, double *el_rad)
+{
+    uint32_t ring = rings_ring(rings, direction);
+    *az_rad = (direction - rings->start[ring] + 0.5) * rings_width(rings, ring);
+    *el_rad = rings->top_rad - (ring + 0.5) * rings->height_rad;
+}
+
+/* A cap of angular radius r around elevation e spans asin(sin r / cos e) in azimuth, or all of it near a pole. */
+static void enter_ring(struct rings_visit *v)
+{
+    uint32_t n = cells_of(v->rings, v->ring);
+    double width = rings_width(v->rings, v->ring);
+    double s = sin(v->radius_rad) / cos(v->el_rad);
+    if (v->radius_rad + fabs(v->el_rad) >= GEO_PI / 2 || !(s < 1)) {
+        v->cell = 0;
+        v->cells_left = n;
+        return;
+    }
+    double half = asin(s) + width; /* one cell more on each side: centres may lie half a cell off */
+    uint32_t from = cell_at(v->rings, v->ring, v->az_rad - half);
+    double count = floor(2 * half / width) + 2;
+    v->cell = from;
+    v->cells_left = count >= n ? n : (uint32_t)count;
+}
+
+struct rings_visit rings_visit(const struct rings *rings, double az_rad, double el_rad, double radius_rad)
+{
+    struct rings_visit v = {.rings = rings, .az_rad = az_rad, .el_rad = el_rad, .radius_rad = radius_rad};
+    v.ring = ring_at(rings, el_rad + radius_rad + rings->height_rad);
+    v.last_ring = ring_at(rings, el_rad - radius_rad - rings->height_rad);
+    enter_ring(&v);
+    return v;
+}
+
+bool rings_next(struct rings_visit *v)
+{
+    while (v->cells_left == 0) {
+        if (v->ring == v->last_ring)
+            return false;
+        v->ring++;
+        enter_ring(v);
+    }
+    v->direction = v->rings->start[v->ring] + v->cell;
+    v->cell = v->cell + 1 == cells_of(v->rings, v->ring) ? 0 : v->cell + 1;
+    v->cells_left--;
+    return true;
+}

@@ -1,0 +1,64 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * rings - the angular division of the spherical grid: rings of equal height in elevation, each cut into as many
+ * cells as keep the solid angle of a cell about the same, so that nothing degenerates at the poles. A scene with only
+ * level sonars has a single ring of a stated height.
+ *
+ * A direction is a number 0..n-1: ring by ring from straight up, in each ring by azimuth from 0, clockwise.
+ */
+#ifndef SONARD_RINGS_H
+#define SONARD_RINGS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define RINGS_MAX  720
+#define RINGS_NONE UINT32_MAX
+
+struct rings {
+    uint32_t n_rings;
+    uint32_t n;                    /* directions */
+    double top_rad;                /* elevation of the upper edge of ring 0 */
+    double height_rad;             /* of each ring */
+    double step_rad;               /* wanted width of a cell; the real one is at most this at the equator */
+    uint32_t start[RINGS_MAX + 1]; /* first direction of each ring */
+};
+
+/** rings_full - the whole sphere in ceil(pi / step) rings; step in [0.25 deg, 90 deg]. False when out of range. */
+bool rings_full(struct rings *rings, double step_rad);
+
+/** rings_level - one ring from -half to +half elevation (half in (0, pi/2]). False when out of range. */
+bool rings_level(struct rings *rings, double step_rad, double half_rad);
+
+/** rings_cells - cells of a ring of the full sphere with n_polar rings: max(1, ceil(solid angle / step^2)). */
+uint32_t rings_cells(uint32_t ring, uint32_t n_polar, double step_rad);
+
+/** rings_index - the direction that holds (azimuth, elevation); RINGS_NONE outside a level ring. Any finite angles. */
+uint32_t rings_index(const struct rings *rings, double az_rad, double el_rad);
+
+/** rings_centre - azimuth and elevation of the middle of a direction. */
+void rings_centre(const struct rings *rings, uint32_t direction, double *az_rad, double *el_rad);
+
+/** rings_ring - the ring of a direction. */
+uint32_t rings_ring(const struct rings *rings, uint32_t direction);
+
+/** rings_width - width of the cells of a ring in azimuth. */
+double rings_width(const struct rings *rings, uint32_t ring);
+
+/*
+ * Visits the directions whose centre may lie within `radius` of an axis (a superset: whole rings, whole cells). Use:
+ *   struct rings_visit v = rings_visit(rings, az, el, radius);
+ *   while (rings_next(&v)) use(v.direction);
+ */
+struct rings_visit {
+    const struct rings *rings;
+    double az_rad, el_rad, radius_rad;
+    uint32_t ring, last_ring;
+    uint32_t cell, cells_left;
+    uint32_t direction;
+};
+
+struct rings_visit rings_visit(const struct rings *rings, double az_rad, double el_rad, double radius_rad);
+bool rings_next(struct rings_visit *v);
+
+#endif

@@ -1,0 +1,584 @@
+/* SPDX-License-Identifier: MIT */
+#include "sphere.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+/*
+ * Probability of an echo from an occupied and from an empty cell. A first echo makes a cell an obstacle; contrary
+ * pings through all of it take it away about as fast; the clamp bounds how long the past can outvote the present.
+ */
+#define ECHO_IF_OCCUPIED 0.7
+#define ECHO_IF_EMPTY    0.1
+#define LOGODDS_MAX      6.0
+#define NO_CELL          UINT32_MAX
+#define EVICT_LOOK       64 /* cells looked at for the oldest when the pool is full: bounds the work */
+#define MIN_CARVE_SHARE  0.05
+
+struct cell {
+    float point_m[3]; /* of the echo, from the anchor, in the grid's axes */
+    float near_m;     /* how far the reflector's near edge lies before its point */
+    float sd_m;
+    float logodds;     /* at t_ref_ns */
+    uint64_t t_ref_ns; /* last hit or miss */
+    uint64_t t_first_ns, t_echo_ns;
+    uint32_t next;      /* in the same direction, farther; in the free list: the next free */
+    uint32_t direction; /* RINGS_NONE: free */
+    float range_m;      /* of the point, from the grid's centre */
+    uint16_t layer;
+    uint16_t echoes; /* saturates */
+};
+
+struct direction {
+    uint64_t t_ping_ns; /* 0: never */
+    double path_m;
+    float blind_m, clear_m;
+    uint32_t first;  /* nearest cell, or NO_CELL */
+    uint32_t dirty;  /* on the list of directions to publish */
+    double axis[3];  /* unit vector of the centre */
+    float width_rad; /* in azimuth */
+};
+
+struct sphere {
+    struct sphere_conf conf;
+    struct rings rings;
+    struct layers layers;
+    struct picture picture;
+    struct picture_frame frame;
+    double anchor_m[3];
+    bool placed; /* a position was given: centre and anchor hold */
+    struct cell *cell;
+    uint32_t free_cells, used, hand;
+    struct direction *direction;
+    uint32_t *dirty;
+    uint32_t n_dirty;
+    struct sphere_stats stats;
+};
+
+/* One beam in the grid's axes. */
+struct beam {
+    const struct echoes *ping;
+    const struct beam_echoes *heard;
+    double origin_m[3]; /* of the sensor, from the grid's centre */
+    double turn[4];     /* sensor to grid */
+    double sin_az, cos_az;
+    double half_az, half_el;
+};
+
+static size_t rounded(size_t n)
+{
+    return (n + 63) / 64 * 64;
+}
+
+static bool make_rings(const struct sphere_conf *c, struct rings *rings)
+{
+    return c->level ? rings_level(rings, c->angular_step_rad, c->level_half_rad)
+                    : rings_full(rings, c->angular_step_rad);
+}
+
+size_t sphere_bytes(const struct sphere_conf *conf, char *err, size_t err_size)
+{
+    struct rings rings;
+    uint32_t layers = layers_count(&conf->layers);
+    if (!make_rings(conf, &rings))
+        snprintf(err, err_size, "angular step of %g deg: wanted 0.25 to 90 deg", geo_deg(conf->angular_step_rad));
+    else if (!layers || layers > UINT16_MAX)
+        snprintf(err, err_size, "layers from %g to %g m, %g m thick, growth %g: wanted at most %d of them",
+                 conf->layers.r_min_m, conf->layers.r_max_m, conf->layers.dr_m, conf->layers.growth, UINT16_MAX);
+    else if (conf->max_cells < 64 || conf->max_cells > 1u << 24)
+        snprintf(err, err_size, "%u cells: wanted 64 to 16777216", conf->max_cells);
+    else if (!(conf->forget_s > 0 && conf->blocked_above > 0.5 && conf->blocked_above < 1 && conf->recentre_m > 0))
+        snprintf(err, err_size, "fading, threshold or recentring out of range");
+    else
+        return rounded(sizeof(struct sphere)) + rounded((layers + 1) * sizeof(double)) +
+               rounded(conf->max_cells * sizeof(struct cell)) + rounded(rings.n * sizeof(struct direction)) +
+               rounded(rings.n * sizeof(uint32_t)) + rounded(picture_bytes(rings.n));
+    return 0;
+}
+
+static void *carve(char **at, size_t n)
+{
+    void *p = *at;
+    *at += rounded(n);
+    return p;
+}
+
+static void forget_everything(struct sphere *s)
+{
+    for (uint32_t i = 0; i < s->conf.max_cells; i++) {
+        s->cell[i].next = i + 1 < s->conf.max_cells ? i + 1 : NO_CELL;
+        s->cell[i].direction = RINGS_NONE;
+    }
+    s->free_cells = 0;
+    s->used = s->hand = 0;
+    s->n_dirty = s->rings.n;
+    for (uint32_t d = 0; d < s->rings.n; d++) {
+        struct direction *dir = &s->direction[d];
+        dir->t_ping_ns = 0;
+        dir->path_m = 0;
+        dir->blind_m = dir->clear_m = 0;
+        dir->first = NO_CELL;
+        dir->dirty = 1;
+        s->dirty[d] = d;
+    }
+    s->stats.pinged = 0;
+    s->placed = false;
+}
+
+struct sphere *sphere_init(void *memory, const struct sphere_conf *conf)
+{
+    char *at = memory;
+    struct sphere *s = carve(&at, sizeof *s);
+    memset(s, 0, sizeof *s);
+    s->conf = *conf;
+    make_rings(conf, &s->rings);
+    layers_init(&s->layers, &conf->layers, carve(&at, (layers_count(&conf->layers) + 1) * sizeof(double)));
+    s->cell = carve(&at, conf->max_cells * sizeof(struct cell));
+    s->direction = carve(&at, s->rings.n * sizeof(struct direction));
+    s->dirty = carve(&at, s->rings.n * sizeof(uint32_t));
+    memset(s->cell, 0, conf->max_cells * sizeof(struct cell));
+    for (uint32_t d = 0; d < s->rings.n; d++) {
+        double az, el;
+        rings_centre(&s->rings, d, &az, &el);
+        geo_direction(az, el, s->direction[d].axis);
+        s->direction[d].width_rad = (float)rings_width(&s->rings, rings_ring(&s->rings, d));
+    }
+    picture_init(&s->picture, &s->rings, conf->forget_s, log(conf->blocked_above / (1 - conf->blocked_above)),
+                 carve(&at, picture_bytes(s->rings.n)));
+    forget_everything(s);
+    s->n_dirty = 0; /* the picture starts out the same */
+    for (uint32_t d = 0; d < s->rings.n; d++)
+        s->direction[d].dirty = 0;
+    return s;
+}
+
+struct picture *sphere_picture(struct sphere *s)
+{
+    return &s->picture;
+}
+
+void sphere_stats(const struct sphere *s, struct sphere_stats *out)
+{
+    *out = s->stats;
+    out->cells = s->used;
+    out->directions = s->rings.n;
+}
+
+static void mark(struct sphere *s, uint32_t d)
+{
+    if (!s->direction[d].dirty) {
+        s->direction[d].dirty = 1;
+        s->dirty[s->n_dirty++] = d;
+    }
+}
+
+/* ---- cells ---- */
+
+static double faded(const struct sphere *s, const struct cell *c, uint64_t t_ns)
+{
+    double dt_s = t_ns > c->t_ref_ns ? (double)(t_ns - c->t_ref_ns) * 1e-9 : 0;
+    return c->logodds * exp(-dt_s / s->conf.forget_s);
+}
+
+static void weigh(const struct sphere *s, struct cell *c, uint64_t t_ns, double change)
+{
+    double l = faded(s, c, t_ns) + change;
+    c->logodds = (float)(l > LOGODDS_MAX ? LOGODDS_MAX : l < -LOGODDS_MAX ? -LOGODDS_MAX : l);
+    if (t_ns > c->t_ref_ns)
+        c->t_ref_ns = t_ns;
+}
+
+static void unlink_cell(struct sphere *s, uint32_t index)
+{
+    uint32_t *at = &s->direction[s->cell[index].direction].first;
+    while (*at != index)
+        at = &s->cell[*at].next;
+    *at = s->cell[index].next;
+}
+
+static void release_cell(struct sphere *s, uint32_t index)
+{
+    mark(s, s->cell[index].direction);
+    unlink_cell(s, index);
+    s->cell[index].direction = RINGS_NONE;
+    s->cell[index].next = s->free_cells;
+    s->free_cells = index;
+    s->used--;
+}
+
+/* No room: the oldest of the next few cells makes place. What it said is lost, so its direction claims nothing. */
+static void evict(struct sphere *s)
+{
+    uint32_t oldest = s->hand;
+    for (uint32_t i = 0; i < EVICT_LOOK; i++) {
+        uint32_t at = (s->hand + i) % s->conf.max_cells;
+        if (s->cell[at].t_ref_ns < s->cell[oldest].t_ref_ns)
+            oldest = at;
+    }
+    s->hand = (s->hand + EVICT_LOOK) % s->conf.max_cells;
+    s->direction[s->cell[oldest].direction].clear_m = 0;
+    release_cell(s, oldest);
+    s->stats.cells_lost++;
+}
+
+/* The cell of (direction, layer), made when it does not exist; the cells of a direction stay in order of range. */
+static struct cell *cell_at(struct sphere *s, uint32_t direction, uint16_t layer)
+{
+    if (s->free_cells == NO_CELL) {
+        for (uint32_t i = s->direction[direction].first; i != NO_CELL; i = s->cell[i].next)
+            if (s->cell[i].layer == layer)
+                return &s->cell[i];
+        evict(s);
+    }
+    uint32_t *at = &s->direction[direction].first;
+    while (*at != NO_CELL && s->cell[*at].layer < layer)
+        at = &s->cell[*at].next;
+    if (*at != NO_CELL && s->cell[*at].layer == layer)
+        return &s->cell[*at];
+    uint32_t index = s->free_cells;
+    struct cell *c = &s->cell[index];
+    s->free_cells = c->next;
+    *c = (struct cell){.next = *at, .direction = direction, .layer = layer};
+    *at = index;
+    s->used++;
+    return c;
+}
+
+/* A second echo in a cell moves its point by the inverse of the count, to 1/8 at least, so that it can follow. */
+static void hit(struct sphere *s, uint32_t direction, double range_m, const struct beam *b,
+                const struct echo *echo)
+{
+    int32_t layer = layers_index(&s->layers, range_m);
+    if (layer < 0) {
+        s->stats.out_of_range++;
+        return;
+    }
+    struct cell *c = cell_at(s, direction, (uint16_t)layer);
+    const double *axis = s->direction[direction].axis;
+    double gain = c->echoes ? 1.0 / (c->echoes < 8 ? c->echoes + 1 : 8) : 1;
+    for (int i = 0; i < 3; i++) {
+        double measured = range_m * axis[i] + s->frame.centre_m[i] - s->anchor_m[i];
+        c->point_m[i] += (float)(gain * (measured - c->point_m[i]));
+    }
+    c->range_m += (float)(gain * (range_m - c->range_m));
+    c->near_m = echo->range_m - echo->near_m;
+    c->sd_m = echo->sd_m;
+    if (!c->echoes)
+        c->t_first_ns = b->ping->t_ns;
+    if (b->ping->t_ns > c->t_echo_ns)
+        c->t_echo_ns = b->ping->t_ns;
+    if (c->echoes < UINT16_MAX)
+        c->echoes++;
+    double strength = echo->confidence > 0 ? echo->confidence : 0;
+    weigh(s, c, b->ping->t_ns, log1p(strength * (ECHO_IF_OCCUPIED / ECHO_IF_EMPTY - 1)));
+    mark(s, direction);
+}
+
+/* ---- beams ---- */
+
+/* A place (from the grid's centre) as the beam sees it: distance from the sensor and offsets from the axis. */
+static void seen_by(const struct beam *b, const double place_m[3], double *range_m, double *off_az, double *off_el)
+{
+    double v[3], w[3];
+    for (int i = 0; i < 3; i++)
+        v[i] = place_m[i] - b->origin_m[i];
+    quat_rotate_inverse(b->turn, v, w);
+    double x = w[0] * b->cos_az + w[1] * b->sin_az, y = w[1] * b->cos_az - w[0] * b->sin_az;
+    *range_m = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
+    *off_az = atan2(y, x);
+    *off_el = atan2(-w[2], hypot(x, y)) - b->heard->el_rad;
+}
+
+/* Where the ray from the grid's centre along `axis` is `range_m` away from the sensor; negative: nowhere. */
+static double meet(const struct beam *b, const double axis[3], double range_m)
+{
+    const double *o = b->origin_m;
+    double along = axis[0] * o[0] + axis[1] * o[1] + axis[2] * o[2];
+    double d = along * along - (o[0] * o[0] + o[1] * o[1] + o[2] * o[2]) + range_m * range_m;
+    return d < 0 ? -1 : along + sqrt(d);
+}
+
+/* Share of a cell of the given width, centred `off` from the axis, that a beam of half width `half` covers. */
+static double covered(double off, double half, double width)
+{
+    double share = (half + width / 2 - fabs(off)) / width;
+    double most = 2 * half / width;
+    share = share < most ? share : most;
+    return share < 0 ? 0 : share > 1 ? 1 : share;
+}
+
+/*
+ * A direction counts as pinged when its centre lies in the beam; a beam narrower than the cells pings the one that
+ * holds its axis. In elevation the whole cell must lie in the beam, where beams are wide and neighbours do not help.
+ */
+static void clear_direction(struct sphere *s, uint32_t d, const struct beam *b)
+{
+    struct direction *dir = &s->direction[d];
+    double place[3], range, off_az, off_el, to = meet(b, dir->axis, b->heard->free_to_m);
+    if (to <= 0)
+        return;
+    for (int i = 0; i < 3; i++)
+        place[i] = to * dir->axis[i];
+    seen_by(b, place, &range, &off_az, &off_el);
+    double height = s->rings.height_rad;
+    double most_az = fmax(b->half_az, dir->width_rad / 2.0);
+    double most_el = s->conf.level ? fmax(b->half_el, height / 2) : fmax(b->half_el - height / 2, height / 2);
+    if (fabs(off_az) > most_az || fabs(off_el) > most_el)
+        return;
+    if (!dir->t_ping_ns)
+        s->stats.pinged++;
+    double lever =
+        sqrt(b->origin_m[0] * b->origin_m[0] + b->origin_m[1] * b->origin_m[1] + b->origin_m[2] * b->origin_m[2]);
+    dir->t_ping_ns = b->ping->t_ns;
+    dir->path_m = b->ping->pose.path_m;
+    dir->blind_m = (float)(b->heard->blind_m + lever);
+    dir->clear_m = (float)to;
+    mark(s, d);
+}
+
+static void hit_direction(struct sphere *s, uint32_t d, const struct beam *b, const struct echo *echo)
+{
+    const struct direction *dir = &s->direction[d];
+    double place[3], range, off_az, off_el, at = meet(b, dir->axis, echo->range_m);
+    if (at <= 0)
+        return;
+    for (int i = 0; i < 3; i++)
+        place[i] = at * dir->axis[i];
+    seen_by(b, place, &range, &off_az, &off_el);
+    double height = s->rings.height_rad;
+    if (fabs(off_az) <= b->half_az + dir->width_rad / 2 && fabs(off_el) <= b->half_el + height / 2)
+        hit(s, d, at, b, echo);
+}
+
+/* Nothing was heard in the water up to free_to_m: cells there lose by the share of them that the beam covered. */
+static void carve_direction(struct sphere *s, uint32_t d, const struct beam *b)
+{
+    for (uint32_t i = s->direction[d].first, next; i != NO_CELL; i = next) {
+        struct cell *c = &s->cell[i];
+        next = c->next;
+        double place[3], range, off_az, off_el;
+        for (int k = 0; k < 3; k++)
+            place[k] = c->point_m[k] + s->anchor_m[k] - s->frame.centre_m[k];
+        seen_by(b, place, &range, &off_az, &off_el);
+        double thick = s->layers.edge[c->layer + 1] - s->layers.edge[c->layer];
+        if (range - 2.0 * c->sd_m < b->heard->blind_m || range + 2.0 * c->sd_m + thick / 2 > b->heard->free_to_m)
+            continue;
+        double share = covered(off_az, b->half_az, s->direction[d].width_rad) *
+                       covered(off_el, b->half_el, s->rings.height_rad);
+        if (share < MIN_CARVE_SHARE)
+            continue;
+        weigh(s, c, b->ping->t_ns, log((1 - ECHO_IF_OCCUPIED * share) / (1 - ECHO_IF_EMPTY * share)));
+        mark(s, d);
+        if (c->logodds <= 0)
+            release_cell(s, i);
+    }
+}
+
+static void enter_beam(struct sphere *s, const struct beam *b)
+{
+    double axis[3], az, el, sensor[3];
+    geo_direction(b->heard->az_rad, b->heard->el_rad, sensor);
+    quat_rotate(b->turn, sensor, axis);
+    geo_angles(axis, &az, &el);
+    double lever =
+        sqrt(b->origin_m[0] * b->origin_m[0] + b->origin_m[1] * b->origin_m[1] + b->origin_m[2] * b->origin_m[2]);
+    /* From the centre, what the beam passes appears off its axis by up to the parallax at the end of the blind zone. */
+    double nearest = fmax(b->heard->blind_m, 0.1);
+    double parallax = lever < nearest ? asin(lever / nearest) : GEO_PI / 2;
+    double opening = hypot(b->half_az, b->half_el) + parallax;
+    bool claims = b->heard->free_to_m > b->heard->blind_m;
+
+    struct rings_visit v = rings_visit(&s->rings, az, el, fmin(opening, GEO_PI / 2));
+    while (rings_next(&v)) {
+        if (claims && s->direction[v.direction].first != NO_CELL)
+            carve_direction(s, v.direction, b);
+        if (claims)
+            clear_direction(s, v.direction, b);
+        for (uint8_t i = 0; i < b->heard->n; i++)
+            hit_direction(s, v.direction, b, &b->heard->echo[i]);
+    }
+}
+
+/* ---- the vehicle moves ---- */
+
+static void place_cell(struct sphere *s, uint32_t index)
+{
+    struct cell old = s->cell[index];
+    double v[3], az, el;
+    for (int i = 0; i < 3; i++)
+        v[i] = old.point_m[i] + s->anchor_m[i] - s->frame.centre_m[i];
+    double range = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    int32_t layer = layers_index(&s->layers, range);
+    geo_angles(v, &az, &el);
+    uint32_t d = rings_index(&s->rings, az, el);
+    if (layer < 0 || d == RINGS_NONE) {
+        release_cell(s, index);
+        return;
+    }
+    s->cell[index].range_m = (float)range;
+    if (d == old.direction && layer == old.layer)
+        return;
+    release_cell(s, index);
+    struct cell *c = cell_at(s, d, (uint16_t)layer);
+    if (c->echoes) { /* two fall together: the stronger and the nearer wins, counts add up */
+        c->logodds = fmaxf(c->logodds, old.logodds);
+        c->t_ref_ns = c->t_ref_ns > old.t_ref_ns ? c->t_ref_ns : old.t_ref_ns;
+        c->t_echo_ns = c->t_echo_ns > old.t_echo_ns ? c->t_echo_ns : old.t_echo_ns;
+        c->t_first_ns = c->t_first_ns < old.t_first_ns ? c->t_first_ns : old.t_first_ns;
+        c->echoes = (uint16_t)fmin(UINT16_MAX, c->echoes + old.echoes);
+        if (range < c->range_m) {
+            memcpy(c->point_m, old.point_m, sizeof c->point_m);
+            c->range_m = (float)range;
+            c->near_m = old.near_m;
+        }
+        c->sd_m = fmaxf(c->sd_m, old.sd_m);
+    } else {
+        uint32_t next = c->next;
+        *c = old;
+        c->next = next;
+        c->direction = d;
+        c->layer = (uint16_t)layer;
+        c->range_m = (float)range;
+    }
+    mark(s, d);
+}
+
+/* Cleared cones no longer start at the centre: what they claim shrinks by the way moved (and ends with move_limit). */
+static void recentre(struct sphere *s, const double position_m[3])
+{
+    double step = 0;
+    for (int i = 0; i < 3; i++) {
+        step += (position_m[i] - s->frame.centre_m[i]) * (position_m[i] - s->frame.centre_m[i]);
+        s->frame.centre_m[i] = position_m[i];
+    }
+    step = sqrt(step);
+    for (uint32_t i = 0; i < s->conf.max_cells; i++)
+        if (s->cell[i].direction != RINGS_NONE)
+            place_cell(s, i);
+    for (uint32_t d = 0; d < s->rings.n; d++) {
+        struct direction *dir = &s->direction[d];
+        if (!dir->t_ping_ns && dir->first == NO_CELL)
+            continue;
+        dir->clear_m = fmaxf(0, dir->clear_m - (float)step);
+        dir->blind_m += (float)step;
+        mark(s, d);
+    }
+    s->stats.recentred++;
+}
+
+/* Far from the anchor a float point loses its digits: points are moved to a new anchor in double. */
+#define ANCHOR_REACH_M 100.0
+
+static void reanchor(struct sphere *s)
+{
+    double shift[3];
+    for (int i = 0; i < 3; i++) {
+        shift[i] = s->frame.centre_m[i] - s->anchor_m[i];
+        s->anchor_m[i] = s->frame.centre_m[i];
+    }
+    for (uint32_t i = 0; i < s->conf.max_cells; i++)
+        if (s->cell[i].direction != RINGS_NONE)
+            for (int k = 0; k < 3; k++)
+                s->cell[i].point_m[k] = (float)(s->cell[i].point_m[k] - shift[k]);
+}
+
+static double distance(const double a[3], const double b[3])
+{
+    return sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
+}
+
+static void follow(struct sphere *s, const struct pose *pose)
+{
+    if (!s->placed) {
+        memcpy(s->frame.centre_m, pose->position_m, sizeof s->frame.centre_m);
+        memcpy(s->anchor_m, pose->position_m, sizeof s->anchor_m);
+        s->placed = true;
+        return;
+    }
+    if (distance(pose->position_m, s->frame.centre_m) > s->conf.recentre_m)
+        recentre(s, pose->position_m);
+    if (distance(s->frame.centre_m, s->anchor_m) > ANCHOR_REACH_M)
+        reanchor(s);
+}
+
+/* False when the ping cannot be placed. */
+static bool set_axes(struct sphere *s, const struct pose *pose)
+{
+    if (pose->has & POSE_ATTITUDE) {
+        if (!s->frame.ned) {
+            forget_everything(s);
+            s->frame.ned = 1;
+        }
+        follow(s, pose);
+        return true;
+    }
+    if (s->frame.ned)
+        s->stats.no_attitude++;
+    return !s->frame.ned;
+}
+
+/* ---- publishing ---- */
+
+static void publish_direction(struct sphere *s, uint32_t d, uint64_t t_ns)
+{
+    const struct direction *dir = &s->direction[d];
+    struct picture_entry e = {
+        .t_ping_ns = dir->t_ping_ns, .path_m = dir->path_m, .blind_m = dir->blind_m, .clear_m = dir->clear_m};
+    unsigned n = 0;
+    for (uint32_t i = dir->first; i != NO_CELL; i = s->cell[i].next) {
+        const struct cell *c = &s->cell[i];
+        if (faded(s, c, t_ns) <= s->picture.blocked_logodds)
+            continue;
+        if (n == PICTURE_OBSTACLES) {
+            e.more++;
+            continue;
+        }
+        e.obstacle[n++] = (struct picture_obstacle){.t_ref_ns = c->t_ref_ns,
+                                                    .t_echo_ns = c->t_echo_ns,
+                                                    .logodds = c->logodds,
+                                                    .near_m = fmaxf(0, c->range_m - c->near_m),
+                                                    .range_m = c->range_m,
+                                                    .sd_m = c->sd_m};
+    }
+    picture_set(&s->picture, d, &e);
+}
+
+static void publish(struct sphere *s, const struct echoes *e)
+{
+    s->frame.range_max_m = fmax(s->frame.range_max_m, e->range_max_m);
+    s->frame.pings++;
+    s->frame.t_ping_ns = e->t_ns;
+    picture_begin(&s->picture);
+    for (uint32_t i = 0; i < s->n_dirty; i++) {
+        publish_direction(s, s->dirty[i], e->t_ns);
+        s->direction[s->dirty[i]].dirty = 0;
+    }
+    s->n_dirty = 0;
+    picture_set_frame(&s->picture, &s->frame);
+    picture_end(&s->picture);
+}
+
+void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *mount)
+{
+    if (!set_axes(s, &e->pose))
+        return;
+    struct beam b = {.ping = e};
+    memcpy(b.turn, mount->attitude, sizeof b.turn);
+    memcpy(b.origin_m, mount->position_m, sizeof b.origin_m);
+    if (s->frame.ned) {
+        quat_multiply(e->pose.attitude, mount->attitude, b.turn);
+        quat_rotate(e->pose.attitude, mount->position_m, b.origin_m);
+        for (int i = 0; i < 3; i++)
+            b.origin_m[i] += e->pose.position_m[i] - s->frame.centre_m[i];
+    }
+    b.half_az = e->az_aperture_rad / 2;
+    b.half_el = e->el_aperture_rad / 2;
+    for (uint16_t i = 0; i < e->n_beams; i++) {
+        b.heard = &e->beam[i];
+        b.sin_az = sin(b.heard->az_rad);
+        b.cos_az = cos(b.heard->az_rad);
+        enter_beam(s, &b);
+    }
+    publish(s, e);
+}

@@ -1,0 +1,69 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * sphere - the vehicle-centred spherical occupancy grid (Auran and Silven 1996, section 3): sparse cells that exist
+ * only where something was heard, and for every direction whether it was pinged, when, and how far the water was
+ * free. Pure; all memory comes from the caller; one thread owns it and publishes to a picture.
+ *
+ * Axes: the body's until a ping carries an attitude, NED from then on (what was stored before is dropped, since
+ * nobody knows where the vehicle pointed). Rotation of the vehicle then costs nothing and drifts nowhere. The grid's
+ * centre follows the vehicle's position in steps of `recentre_m`; cells are sorted anew from their stored points,
+ * never from cell centres, so no number of steps adds up to a drift. Between the steps the sensor's offset from the
+ * centre is part of each beam's origin.
+ *
+ * Evidence: log-odds per cell, clamped, fading exponentially by the closed form from the last update (reading writes
+ * nothing back). An echo is entered over the whole opening of its beam, for nobody knows where in it the reflector
+ * lies; beams that pass through a cell with nothing heard there lower it by the covered share of the cell.
+ */
+#ifndef SONARD_SPHERE_H
+#define SONARD_SPHERE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "../answer/picture.h"
+#include "../echoes.h"
+#include "layers.h"
+#include "rings.h"
+
+struct sphere_conf {
+    double angular_step_rad;
+    bool level; /* one row of directions of height 2 * level_half_rad instead of the whole sphere */
+    double level_half_rad;
+    struct layers_conf layers;
+    uint32_t max_cells;   /* [64, 2^24] */
+    double forget_s;      /* time constant of fading; > 0 */
+    double blocked_above; /* probability above which a cell is an obstacle, (0.5, 1) */
+    double recentre_m;    /* > 0 */
+};
+
+struct sphere_stats {
+    uint32_t cells;        /* in use */
+    uint32_t directions;   /* of the grid */
+    uint32_t pinged;       /* of these ever since the axes were set */
+    uint64_t cells_lost;   /* reused while still in use, for want of room; their directions went to unknown */
+    uint64_t out_of_range; /* echoes beyond the last layer */
+    uint64_t no_attitude;  /* pings not entered because they had no attitude while the grid's axes are NED */
+    uint64_t recentred;
+};
+
+struct sphere;
+
+/** sphere_bytes - memory that sphere_init needs, or 0 with a sentence in err when conf is out of range. */
+size_t sphere_bytes(const struct sphere_conf *conf, char *err, size_t err_size);
+
+/** sphere_init - memory: sphere_bytes(conf), max_align_t-aligned; conf as accepted by sphere_bytes. */
+struct sphere *sphere_init(void *memory, const struct sphere_conf *conf);
+
+/** sphere_picture - the picture that sphere_enter publishes to; lives in the same memory. */
+struct picture *sphere_picture(struct sphere *s);
+
+/**
+ * sphere_enter - one ping's echoes, heard by a sensor at `mount`; publishes every direction that changed.
+ * Cost: directions within the beam's opening (times 1 plus the lever arm's parallax), cells stored there.
+ */
+void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *mount);
+
+void sphere_stats(const struct sphere *s, struct sphere_stats *out);
+
+#endif
