@@ -2,11 +2,10 @@
 #include "picture.h"
 
 #include <math.h>
-#include <string.h>
 
 size_t picture_bytes(uint32_t n)
 {
-    return (size_t)n * PICTURE_WORDS * sizeof(_Atomic uint64_t);
+    return (size_t)n * PICTURE_WORDS * sizeof(seqlock_word);
 }
 
 void picture_init(struct picture *p, const struct rings *rings, double forget_s, double blocked_logodds,
@@ -17,7 +16,7 @@ void picture_init(struct picture *p, const struct rings *rings, double forget_s,
     p->forget_s = forget_s;
     p->blocked_logodds = (float)blocked_logodds;
     p->word = word;
-    atomic_init(&p->sequence, 0);
+    atomic_init(&p->lock.sequence, 0);
     for (size_t i = 0; i < PICTURE_FRAME_WORDS; i++)
         atomic_init(&p->frame[i], 0);
     for (size_t i = 0; i < (size_t)p->n * PICTURE_WORDS; i++)
@@ -26,57 +25,32 @@ void picture_init(struct picture *p, const struct rings *rings, double forget_s,
 
 void picture_begin(struct picture *p)
 {
-    uint64_t s = atomic_load_explicit(&p->sequence, memory_order_relaxed);
-    atomic_store_explicit(&p->sequence, s + 1, memory_order_relaxed);
+    seqlock_begin(&p->lock);
 }
 
 void picture_end(struct picture *p)
 {
-    uint64_t s = atomic_load_explicit(&p->sequence, memory_order_relaxed);
-    atomic_store_explicit(&p->sequence, s + 1, memory_order_release);
-}
-
-/* Release on every word: whoever sees a new word also sees the odd sequence number that was stored before it. */
-static void store_words(_Atomic uint64_t *to, const void *from, size_t n)
-{
-    for (size_t i = 0; i < n; i++) {
-        uint64_t w;
-        memcpy(&w, (const char *)from + 8 * i, 8);
-        atomic_store_explicit(&to[i], w, memory_order_release);
-    }
-}
-
-static void load_words(struct picture *p, void *to, _Atomic uint64_t *from, size_t n)
-{
-    uint64_t before, after;
-    do {
-        before = atomic_load_explicit(&p->sequence, memory_order_acquire);
-        for (size_t i = 0; i < n; i++) {
-            uint64_t w = atomic_load_explicit(&from[i], memory_order_acquire);
-            memcpy((char *)to + 8 * i, &w, 8);
-        }
-        after = atomic_load_explicit(&p->sequence, memory_order_relaxed);
-    } while ((before & 1) || before != after);
+    seqlock_end(&p->lock);
 }
 
 void picture_set(struct picture *p, uint32_t direction, const struct picture_entry *entry)
 {
-    store_words(p->word + (size_t)direction * PICTURE_WORDS, entry, PICTURE_WORDS);
+    seqlock_store(p->word + (size_t)direction * PICTURE_WORDS, entry, PICTURE_WORDS);
 }
 
 void picture_set_frame(struct picture *p, const struct picture_frame *frame)
 {
-    store_words(p->frame, frame, PICTURE_FRAME_WORDS);
+    seqlock_store(p->frame, frame, PICTURE_FRAME_WORDS);
 }
 
 void picture_get(struct picture *p, uint32_t direction, struct picture_entry *entry)
 {
-    load_words(p, entry, p->word + (size_t)direction * PICTURE_WORDS, PICTURE_WORDS);
+    seqlock_load(&p->lock, entry, p->word + (size_t)direction * PICTURE_WORDS, PICTURE_WORDS);
 }
 
 void picture_get_frame(struct picture *p, struct picture_frame *frame)
 {
-    load_words(p, frame, p->frame, PICTURE_FRAME_WORDS);
+    seqlock_load(&p->lock, frame, p->frame, PICTURE_FRAME_WORDS);
 }
 
 double picture_logodds(const struct picture *p, const struct picture_obstacle *o, uint64_t now_ns)

@@ -2,20 +2,16 @@
 /*
  * picture - the grid's answer to the commonest questions, direction by direction, readable from any thread while the
  * maps' owner goes on writing. One writer; any number of readers; nobody ever waits for the other.
- *
- * A sequence number guards the entries: the writer makes it odd while it writes, a reader that saw it odd or changed
- * reads its entry again. All words are atomics, loaded with acquire and stored with release, so the order that the
- * scheme needs is in the accesses themselves and no fence is used.
  */
 #ifndef SONARD_PICTURE_H
 #define SONARD_PICTURE_H
 
-#include <stdatomic.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
 #include "../sphere/rings.h"
+#include "seqlock.h"
 
 #define PICTURE_OBSTACLES 2
 
@@ -53,13 +49,13 @@ struct picture_frame {
 #define PICTURE_FRAME_WORDS (sizeof(struct picture_frame) / 8)
 
 struct picture {
-    _Atomic uint64_t sequence;
+    struct seqlock lock;
     uint32_t n; /* directions; constant */
     const struct rings *rings;
     double forget_s;       /* of the obstacles' log-odds */
     float blocked_logodds; /* above: an obstacle */
-    _Atomic uint64_t frame[PICTURE_FRAME_WORDS];
-    _Atomic uint64_t *word; /* [n][PICTURE_WORDS] */
+    seqlock_word frame[PICTURE_FRAME_WORDS];
+    seqlock_word *word; /* [n][PICTURE_WORDS] */
 };
 
 /** picture_bytes - memory for picture_init's `word`. */

@@ -1,0 +1,43 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * image - the last turn of a sensor as a picture for people: one row per head angle with the intensities (loudest of
+ * each group of bins) and the first echo. Written by the thread that extracts, copied out by the loop.
+ */
+#ifndef SONARD_IMAGE_H
+#define SONARD_IMAGE_H
+
+#include <stdint.h>
+
+#include "../grid/answer/seqlock.h"
+#include "../grid/echoes.h"
+#include "../grid/ping.h"
+
+#define IMAGE_ROWS 1024
+#define IMAGE_BINS 512
+
+struct image_row {
+    uint64_t t_ns; /* 0: nothing yet */
+    float az_rad;  /* in the sensor frame */
+    float width_rad;
+    float r0_m, r1_m;
+    float echo_m, near_m; /* of the first echo, when state is BEAM_ECHO */
+    uint32_t n_bins;
+    uint32_t state; /* enum beam_state */
+    uint8_t bin[IMAGE_BINS];
+};
+
+#define IMAGE_WORDS (sizeof(struct image_row) / 8)
+_Static_assert(sizeof(struct image_row) % 8 == 0, "rows are whole words");
+
+struct image {
+    struct seqlock lock;
+    seqlock_word word[IMAGE_ROWS][IMAGE_WORDS];
+};
+
+/** image_enter - the beams of one ping. A turning head has a row per angle, a multibeam one per beam. */
+void image_enter(struct image *image, const struct ping *ping, const struct echoes *echoes);
+
+/** image_row - a consistent copy of a row, 0 <= index < IMAGE_ROWS. */
+void image_row(struct image *image, uint32_t index, struct image_row *row);
+
+#endif

@@ -1,0 +1,346 @@
+/* SPDX-License-Identifier: MIT */
+#include "pipeline.h"
+
+#include <pthread.h>
+#include <semaphore.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "ring.h"
+
+/* Beside the waiting ones: one that the loop fills, one that the worker works on. */
+#define SPARE_BUFFERS 2
+#define STACK_TOUCHED (128 * 1024)
+#define PATIENCE_NS   20000
+
+/* A pool of buffers on its way: `waiting` from producer to consumer, `idle` back. */
+struct belt {
+    struct ring waiting, idle;
+    sem_t news; /* posted for every entry put into waiting, and to stop */
+};
+
+struct pipeline {
+    struct pipeline_conf conf;
+    struct ping *ping;
+    struct echoes *echoes;
+    uint32_t n_buffers;
+    struct belt pings, found;
+    uint32_t filling; /* ping buffer that pipeline_begin gave out, or NONE */
+    struct extract *extract[PIPELINE_MAX_SENSORS];
+    struct sphere *sphere;
+    struct image *image[PIPELINE_MAX_SENSORS];
+    struct latency latency;
+    _Atomic uint64_t submitted, finished;
+    _Atomic uint64_t dropped[PIPELINE_MAX_SENSORS];
+    struct seqlock stats_lock;
+    seqlock_word stats[sizeof(struct sphere_stats) / 8];
+    atomic_bool stop;
+    pthread_t thread[2];
+    int n_threads;
+    void *memory[6 + 2 * PIPELINE_MAX_SENSORS];
+    int n_memory;
+};
+
+#define NONE UINT32_MAX
+_Static_assert(sizeof(struct sphere_stats) % 8 == 0, "statistics are whole words");
+
+/* ---- stages ---- */
+
+static void run_maps(struct pipeline *p, struct echoes *e)
+{
+    sphere_enter(p->sphere, e, &p->conf.mount[e->sensor]);
+    struct sphere_stats s;
+    sphere_stats(p->sphere, &s);
+    seqlock_begin(&p->stats_lock);
+    seqlock_store(p->stats, &s, sizeof s / 8);
+    seqlock_end(&p->stats_lock);
+    if (!p->conf.patient) {
+        struct timespec t;
+        clock_gettime(CLOCK_MONOTONIC, &t);
+        uint64_t now = (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
+        latency_add(&p->latency, now > e->t_in_ns ? now - e->t_in_ns : 0);
+    }
+    atomic_fetch_add_explicit(&p->finished, 1, memory_order_release);
+}
+
+static void run_extract(struct pipeline *p, const struct ping *ping, struct echoes *e)
+{
+    extract_run(p->extract[ping->sensor], ping, e);
+    image_enter(p->image[ping->sensor], ping, e);
+}
+
+/* ---- between threads ---- */
+
+static void rest(void)
+{
+    struct timespec t = {.tv_nsec = PATIENCE_NS};
+    nanosleep(&t, NULL);
+}
+
+static void count_drop(struct pipeline *p, uint16_t sensor)
+{
+    atomic_fetch_add_explicit(&p->dropped[sensor], 1, memory_order_relaxed);
+    atomic_fetch_add_explicit(&p->finished, 1, memory_order_release);
+}
+
+/* A buffer to fill: an idle one, or (unless patient) the oldest that waits; *dropped says which. */
+static uint32_t obtain(struct pipeline *p, struct belt *belt, bool *dropped)
+{
+    uint32_t index;
+    *dropped = false;
+    for (;;) {
+        if (ring_take(&belt->idle, &index))
+            return index;
+        if (!p->conf.patient && ring_take(&belt->waiting, &index)) {
+            *dropped = true;
+            return index;
+        }
+        if (p->conf.patient)
+            rest();
+    }
+}
+
+static void pass_on(struct belt *belt, uint32_t index)
+{
+    ring_put(&belt->waiting, index);
+    sem_post(&belt->news);
+}
+
+static void give_back(struct belt *belt, uint32_t index)
+{
+    ring_put(&belt->idle, index);
+}
+
+/* The next waiting buffer; NONE when the pipeline stops and nothing waits. */
+static uint32_t await(struct pipeline *p, struct belt *belt)
+{
+    uint32_t index;
+    for (;;) {
+        if (ring_take(&belt->waiting, &index))
+            return index;
+        if (atomic_load_explicit(&p->stop, memory_order_acquire))
+            return NONE;
+        sem_wait(&belt->news);
+    }
+}
+
+/* A fault on the stack's first pages must not come with the first ping. */
+static void touch_stack(void)
+{
+    volatile char stack[STACK_TOUCHED];
+    for (size_t i = 0; i < sizeof stack; i += 4096)
+        stack[i] = 0;
+}
+
+static void *both_stages(void *arg)
+{
+    struct pipeline *p = arg;
+    touch_stack();
+    for (uint32_t i; (i = await(p, &p->pings)) != NONE; give_back(&p->pings, i)) {
+        run_extract(p, &p->ping[i], &p->echoes[0]);
+        run_maps(p, &p->echoes[0]);
+    }
+    return NULL;
+}
+
+static void *extract_stage(void *arg)
+{
+    struct pipeline *p = arg;
+    touch_stack();
+    for (uint32_t i; (i = await(p, &p->pings)) != NONE; give_back(&p->pings, i)) {
+        bool dropped;
+        uint32_t e = obtain(p, &p->found, &dropped);
+        if (dropped)
+            count_drop(p, p->echoes[e].sensor);
+        run_extract(p, &p->ping[i], &p->echoes[e]);
+        pass_on(&p->found, e);
+    }
+    return NULL;
+}
+
+static void *maps_stage(void *arg)
+{
+    struct pipeline *p = arg;
+    touch_stack();
+    for (uint32_t e; (e = await(p, &p->found)) != NONE; give_back(&p->found, e))
+        run_maps(p, &p->echoes[e]);
+    return NULL;
+}
+
+/* ---- the loop's side ---- */
+
+struct ping *pipeline_begin(struct pipeline *p)
+{
+    if (p->filling == NONE) {
+        bool dropped;
+        p->filling = obtain(p, &p->pings, &dropped);
+        if (dropped)
+            count_drop(p, p->ping[p->filling].sensor);
+    }
+    struct ping *ping = &p->ping[p->filling];
+    struct ping fresh = {.max_beams = ping->max_beams,
+                         .max_samples = ping->max_samples,
+                         .beam = ping->beam,
+                         .samples = ping->samples,
+                         .pose = pose_identity};
+    *ping = fresh;
+    return ping;
+}
+
+void pipeline_submit(struct pipeline *p, struct ping *ping)
+{
+    atomic_fetch_add_explicit(&p->submitted, 1, memory_order_relaxed);
+    if (p->conf.threads == 0) {
+        run_extract(p, ping, &p->echoes[0]);
+        run_maps(p, &p->echoes[0]);
+        return;
+    }
+    pass_on(&p->pings, p->filling);
+    p->filling = NONE;
+}
+
+void pipeline_drain(struct pipeline *p)
+{
+    while (atomic_load_explicit(&p->finished, memory_order_acquire) !=
+           atomic_load_explicit(&p->submitted, memory_order_relaxed))
+        rest();
+}
+
+struct picture *pipeline_picture(struct pipeline *p)
+{
+    return sphere_picture(p->sphere);
+}
+
+struct image *pipeline_image(struct pipeline *p, int sensor)
+{
+    return p->image[sensor];
+}
+
+struct latency *pipeline_latency(struct pipeline *p)
+{
+    return &p->latency;
+}
+
+void pipeline_stats(struct pipeline *p, struct pipeline_stats *out)
+{
+    out->submitted = atomic_load(&p->submitted);
+    out->finished = atomic_load(&p->finished);
+    for (int i = 0; i < PIPELINE_MAX_SENSORS; i++)
+        out->dropped[i] = atomic_load(&p->dropped[i]);
+    out->waiting = p->conf.threads ? ring_count(&p->pings.waiting) + ring_count(&p->found.waiting) : 0;
+    seqlock_load(&p->stats_lock, &out->grid, p->stats, sizeof out->grid / 8);
+}
+
+/* ---- start and end ---- */
+
+/* Memory for the life of the pipeline, every page touched now. */
+static void *own(struct pipeline *p, size_t n)
+{
+    void *m = n ? aligned_alloc(64, (n + 63) / 64 * 64) : NULL;
+    if (m) {
+        memset(m, 0, n);
+        p->memory[p->n_memory++] = m;
+    }
+    return m;
+}
+
+static bool make_buffers(struct pipeline *p)
+{
+    const struct pipeline_conf *c = &p->conf;
+    p->n_buffers = (c->threads ? c->queue : 0) + SPARE_BUFFERS;
+    p->ping = own(p, p->n_buffers * sizeof *p->ping);
+    p->echoes = own(p, p->n_buffers * sizeof *p->echoes);
+    char *samples = own(p, (size_t)p->n_buffers * c->max_samples * 2);
+    struct ping_beam *beams = own(p, (size_t)p->n_buffers * c->max_beams * sizeof *beams);
+    struct beam_echoes *heard = own(p, (size_t)p->n_buffers * c->max_beams * sizeof *heard);
+    if (!p->ping || !p->echoes || !samples || !beams || !heard)
+        return false;
+    for (uint32_t i = 0; i < p->n_buffers; i++) {
+        p->ping[i] = (struct ping){.max_beams = c->max_beams,
+                                   .max_samples = c->max_samples,
+                                   .beam = beams + (size_t)i * c->max_beams,
+                                   .samples = samples + (size_t)i * c->max_samples * 2};
+        p->echoes[i].max_beams = c->max_beams;
+        p->echoes[i].beam = heard + (size_t)i * c->max_beams;
+        ring_put(&p->pings.idle, i);
+        ring_put(&p->found.idle, i);
+    }
+    return true;
+}
+
+static bool make_stages(struct pipeline *p, char *err, size_t err_size)
+{
+    for (int i = 0; i < p->conf.n_sensors; i++) {
+        void *m = own(p, extract_size(&p->conf.extract[i], p->conf.max_bins));
+        p->extract[i] = m ? extract_init(m, &p->conf.extract[i], p->conf.max_bins, err, err_size) : NULL;
+        p->image[i] = own(p, sizeof *p->image[i]);
+        if (!p->extract[i] || !p->image[i])
+            return false;
+    }
+    size_t n = sphere_bytes(&p->conf.sphere, err, err_size);
+    void *m = own(p, n);
+    if (!m)
+        return false;
+    p->sphere = sphere_init(m, &p->conf.sphere);
+    return true;
+}
+
+static bool start_threads(struct pipeline *p)
+{
+    void *(*const one[])(void *) = {both_stages};
+    void *(*const two[])(void *) = {extract_stage, maps_stage};
+    for (int i = 0; i < p->conf.threads; i++) {
+        if (pthread_create(&p->thread[i], NULL, p->conf.threads == 1 ? one[i] : two[i], p) != 0)
+            return false;
+        p->n_threads++;
+    }
+    return true;
+}
+
+struct pipeline *pipeline_new(const struct pipeline_conf *conf, char *err, size_t err_size)
+{
+    struct pipeline *p = aligned_alloc(RING_CACHE_LINE, (sizeof *p + 63) / 64 * 64);
+    snprintf(err, err_size, "out of memory");
+    if (!p)
+        return NULL;
+    memset(p, 0, sizeof *p);
+    p->conf = *conf;
+    p->filling = NONE;
+    struct belt *belts[] = {&p->pings, &p->found};
+    for (int i = 0; i < 2; i++) {
+        ring_init(&belts[i]->waiting, conf->queue + SPARE_BUFFERS, 0);
+        ring_init(&belts[i]->idle, conf->queue + SPARE_BUFFERS, 0);
+        sem_init(&belts[i]->news, 0, 0);
+    }
+    if (!make_buffers(p) || !make_stages(p, err, err_size)) {
+        pipeline_free(p);
+        return NULL;
+    }
+    if (!start_threads(p)) {
+        snprintf(err, err_size, "cannot start a thread");
+        pipeline_free(p);
+        return NULL;
+    }
+    return p;
+}
+
+void pipeline_free(struct pipeline *p)
+{
+    if (!p)
+        return;
+    if (p->n_threads == p->conf.threads && p->sphere)
+        pipeline_drain(p);
+    atomic_store_explicit(&p->stop, true, memory_order_release);
+    struct belt *belts[] = {&p->pings, &p->found};
+    for (int i = 0; i < 2; i++)
+        sem_post(&belts[i]->news);
+    for (int i = 0; i < p->n_threads; i++)
+        pthread_join(p->thread[i], NULL);
+    for (int i = 0; i < 2; i++)
+        sem_destroy(&belts[i]->news);
+    for (int i = 0; i < p->n_memory; i++)
+        free(p->memory[i]);
+    free(p);
+}

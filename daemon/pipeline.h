@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * pipeline - carries pings from the loop through extract to the maps: in the loop's own thread, in one worker, or in
+ * one worker for each of the two stages, with the same answers. Buffers come from fixed pools; between threads only
+ * their indices travel, through lock-free rings. After pipeline_new nothing is allocated.
+ *
+ * Overload: a live sonar never waits, the oldest waiting ping is dropped and counted. A replay (`patient`) waits.
+ */
+#ifndef SONARD_PIPELINE_H
+#define SONARD_PIPELINE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "../grid/ping.h"
+#include "../grid/range/extract.h"
+#include "../grid/sphere/sphere.h"
+#include "image.h"
+#include "latency.h"
+
+#define PIPELINE_MAX_SENSORS 8
+
+struct pipeline_conf {
+    int threads;          /* 0, 1 or 2 */
+    uint32_t queue;       /* pings that may wait, [2, RING_MAX] */
+    bool patient;         /* wait for room instead of dropping; never read the clock */
+    uint32_t max_beams;   /* room of a ping buffer */
+    uint32_t max_samples; /* bytes are twice that: samples may have 16 bits */
+    uint32_t max_bins;
+    int n_sensors;
+    struct extract_conf extract[PIPELINE_MAX_SENSORS];
+    struct mount mount[PIPELINE_MAX_SENSORS];
+    struct sphere_conf sphere;
+};
+
+struct pipeline_stats {
+    uint64_t submitted, finished;
+    uint64_t dropped[PIPELINE_MAX_SENSORS]; /* by sensor */
+    uint32_t waiting;
+    struct sphere_stats grid;
+};
+
+struct pipeline;
+
+/** pipeline_new - NULL with a sentence in err. */
+struct pipeline *pipeline_new(const struct pipeline_conf *conf, char *err, size_t err_size);
+
+/** pipeline_free - finishes what waits, ends the threads. */
+void pipeline_free(struct pipeline *p);
+
+/** pipeline_begin - a free ping buffer with nothing set but its room; never NULL. Loop thread. */
+struct ping *pipeline_begin(struct pipeline *p);
+
+/** pipeline_submit - hand the buffer of pipeline_begin on (seq, sensor and pose set). Loop thread. */
+void pipeline_submit(struct pipeline *p, struct ping *ping);
+
+/** pipeline_drain - wait until all that was submitted is in the picture. */
+void pipeline_drain(struct pipeline *p);
+
+struct picture *pipeline_picture(struct pipeline *p);
+struct image *pipeline_image(struct pipeline *p, int sensor);
+
+/** pipeline_latency - from a ping's last byte to the published picture; empty when patient. */
+struct latency *pipeline_latency(struct pipeline *p);
+
+/** pipeline_stats - a consistent copy of the counters; any thread. */
+void pipeline_stats(struct pipeline *p, struct pipeline_stats *out);
+
+#endif
