@@ -25,14 +25,15 @@ DRIVERS  := $(BUILD)/libdrivers.a
 CONFIG   := $(BUILD)/libconfig.a
 DAEMON   := $(BUILD)/libdaemon.a
 CLIENT   := $(BUILD)/libclient.a
-ALL_A    := $(CLIENT) $(DAEMON) $(CONFIG) $(DRIVERS) $(GRID)
+SIMLIB   := $(BUILD)/libsim.a
+ALL_A    := $(SIMLIB) $(CLIENT) $(DAEMON) $(CONFIG) $(DRIVERS) $(GRID)
 LIBS     := -linih -ljansson -llz4 -lzstd -lz -lm -pthread
 
 PROGRAMS := $(BUILD)/sonard $(BUILD)/sonarctl
 UNIT     := $(patsubst tests/unit/%.c,$(BUILD)/tests/%,$(wildcard tests/unit/test_*.c))
 SIM      := $(patsubst tests/sim/%.c,$(BUILD)/tests/%,$(wildcard tests/sim/*.c))
 BENCH    := $(patsubst tests/bench/%.c,$(BUILD)/tests/%,$(wildcard tests/bench/bench_*.c))
-TOOLS    := $(patsubst tests/lib/%.c,$(BUILD)/tests/%,$(wildcard tests/lib/*.c))
+TOOLS    := $(patsubst tests/lib/%.c,$(BUILD)/tests/%.so,$(wildcard tests/lib/*.c))
 
 .PHONY: all help deps clean programs tests
 all: programs
@@ -45,6 +46,7 @@ $(DRIVERS): $(call obj,$(wildcard drivers/*.c))
 $(CONFIG):  $(call obj,$(wildcard config/*.c))
 $(DAEMON):  $(call obj,$(filter-out daemon/main.c,$(wildcard daemon/*.c)))
 $(CLIENT):  $(call obj,$(filter-out client/sonarctl.c,$(wildcard client/*.c)))
+$(SIMLIB):  $(call obj,$(wildcard tests/sim/lib/*.c))
 $(BUILD)/%.a:
 	@mkdir -p $(@D)
 	@rm -f $@
@@ -62,7 +64,8 @@ $(BUILD)/sonarctl: $(BUILD)/client/sonarctl.o $(CLIENT) $(DRIVERS)
 # Test programs may look everywhere.
 $(BUILD)/tests/%: $(BUILD)/tests/unit/%.o $(ALL_A)
 	$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
-$(BUILD)/tests/%: $(BUILD)/tests/sim/%.o $(ALL_A)
+$(BUILD)/tests/test_sim: | $(BUILD)/tests/ping360_sim
+$(BUILD)/tests/%: $(BUILD)/tests/sim/%.o $(SIMLIB) $(DRIVERS) $(GRID)
 	$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
 $(BUILD)/tests/%: $(BUILD)/tests/bench/%.o $(ALL_A)
 	$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)

@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * sim - a virtual Ping360: the head in its water at the end of its line, the commands that make faults, and the
+ * record of what was really there. The time is handed in, monotonic nanoseconds.
+ */
+#ifndef SONARD_SIM_SIM_H
+#define SONARD_SIM_SIM_H
+
+#include <stdio.h>
+
+#include "head.h"
+#include "line.h"
+#include "scene.h"
+#include "water.h"
+
+#define SIM_ANSWER_MAX 256
+
+struct sim_pose {
+    double position_m[3]; /* NED */
+    double yaw_deg;
+};
+
+struct sim {
+    struct scene scene;
+    struct water water;
+    struct sim_pose pose; /* head angle 200 gradians looks ahead */
+    struct head head;
+    struct line line;
+    FILE *truth;       /* one JSON object per ping; NULL: none */
+    uint64_t start_ns; /* time 0 of the scene */
+};
+
+/** sim_start - a head that has just been switched on, at a line that must have been initialised before. */
+void sim_start(struct sim *sim, const struct head_conf *conf, uint64_t now_ns);
+
+/** sim_turn - take what the host sent, do what is due; returns when to call again. */
+uint64_t sim_turn(struct sim *sim, uint64_t now_ns);
+
+/**
+ * sim_command - do one command ("drop 3"). answer gets one sentence without newline: "ok drop 3", or "error: ..." and
+ * the return value false.
+ */
+bool sim_command(struct sim *sim, const char *command, uint64_t now_ns, char *answer, size_t answer_size);
+
+/** sim_print_commands - the table of commands, for a person. */
+void sim_print_commands(FILE *out);
+
+/** sim_print_status - one line without newline. */
+void sim_print_status(const struct sim *sim, FILE *out);
+
+#endif

@@ -1,0 +1,199 @@
+/* SPDX-License-Identifier: MIT */
+/* water - echoes from rays; see water.h. */
+#include "water.h"
+
+#include <complex.h>
+#include <math.h>
+#include <string.h>
+
+#include "../../../grid/geometry.h"
+
+#define RAYS_AZ 15
+#define RAYS_EL 41
+#define LOOK_AZ 9
+#define LOOK_EL 51
+
+/* Levels are pressures at normal gain, 1: full scale. */
+#define ECHO_LEVEL          3.0   /* beam-filling wall at 1 m */
+#define ABSORPTION_DB_PER_M 0.2   /* one way, at 750 kHz */
+#define REVERBERATION_LEVEL 0.002 /* of the volume, at 1 m */
+#define SPECULAR_STRENGTH   2.0   /* mean field against the diffuse part */
+#define SPECULAR_WIDTH_RAD  0.2
+#define RING_FULL_M         0.14  /* the transducer rings at full scale so far, and the pulse's length ... */
+#define RING_DECAY_M        0.026 /* ... and then decays */
+
+/* Random numbers of one ping. */
+struct dice {
+    uint64_t state;
+};
+
+static double dice_uniform(struct dice *dice)
+{
+    uint64_t z = (dice->state += 0x9e3779b97f4a7c15u);
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return ((double)((z ^ (z >> 31)) >> 11) + 0.5) * 0x1p-53;
+}
+
+static struct dice dice_of(const struct water *water, const struct water_shot *shot)
+{
+    struct dice dice = {water->seed * 0x9e3779b97f4a7c15u + shot->number};
+    dice_uniform(&dice);
+    return dice;
+}
+
+/* Circular complex normal, E|x|^2 = 2. */
+static double complex dice_normal(struct dice *dice)
+{
+    double radius = sqrt(-2.0 * log(dice_uniform(dice)));
+    return radius * cexp(I * (GEO_TURN * dice_uniform(dice)));
+}
+
+/* The echo of one pulse, seen through the receiver: flat with soft edges, 1 at the top. u = 0..1 over its length. */
+static double pulse_envelope(double u)
+{
+    double edge = fmin(u, 1.0 - u) / 0.25;
+    return edge >= 1.0 ? 1.0 : 0.5 - 0.5 * cos(GEO_PI * edge);
+}
+
+/* Never shorter than two samples: the receiver's bandwidth follows its sampling. */
+static double pulse_length_s(const struct water_shot *shot)
+{
+    return fmax(shot->transmit_s, 2.0 * shot->sample_s);
+}
+
+static void pulse_add(double complex *field, const struct water *water, const struct water_shot *shot,
+                      double range_m, double complex pressure)
+{
+    const double begin_s = 2.0 * range_m / water->sound_speed_mps, length_s = pulse_length_s(shot);
+    const double first = floor(begin_s / shot->sample_s);
+
+    if (first >= shot->n_samples)
+        return;
+    for (uint32_t i = (uint32_t)first; i < shot->n_samples; i++) {
+        double u = ((i + 0.5) * shot->sample_s - begin_s) / length_s;
+        if (u >= 1.0)
+            break;
+        if (u > 0.0)
+            field[i] += pressure * pulse_envelope(u);
+    }
+}
+
+/* Spreading of an insonified area, absorption there and back. */
+static double loss(const struct water_shot *shot, double range_m)
+{
+    double f = shot->frequency_hz / 750e3;
+    return pow(10.0, -2.0 * ABSORPTION_DB_PER_M * f * f * range_m / 20.0) / fmax(range_m, 0.1);
+}
+
+static double time_varied_gain(const struct water_shot *shot, double range_m)
+{
+    return sqrt(fmax(range_m, 0.1)) * pow(2.0, shot->gain - 1);
+}
+
+static double beam_power(double off_deg, double aperture_deg)
+{
+    double x = off_deg / aperture_deg;
+    return exp2(-4.0 * x * x);
+}
+
+static void ray_add(double complex *field, const struct water *water, const struct water_shot *shot,
+                    const struct scene_hit *hit, double weight, struct dice *dice)
+{
+    const double off = acos(hit->cos_incidence) / SPECULAR_WIDTH_RAD;
+    const double facing = exp(-off * off);
+    const double complex phase = cexp(I * (GEO_TURN * dice_uniform(dice)));
+    const double complex pressure =
+        ECHO_LEVEL * (sqrt(weight * hit->cos_incidence) * phase + SPECULAR_STRENGTH * weight * facing);
+
+    pulse_add(field, water, shot, hit->range_m, pressure * loss(shot, hit->range_m));
+    pulse_add(field, water, shot, hit->ghost_m, pressure * water->ghost * facing * loss(shot, hit->ghost_m));
+}
+
+/* The fan goes out to twice the half-power width, where the two-way pattern is down by 24 dB. */
+static void rays_add(double complex *field, const struct water *water, const struct scene *scene,
+                     const struct water_shot *shot, struct dice *dice)
+{
+    struct scene_hit hit;
+    double direction[3], weight[RAYS_AZ][RAYS_EL], az_deg[RAYS_AZ][RAYS_EL], el_deg[RAYS_AZ][RAYS_EL], sum = 0.0;
+
+    for (int i = 0; i < RAYS_AZ; i++) {
+        for (int k = 0; k < RAYS_EL; k++) {
+            az_deg[i][k] = ((i + dice_uniform(dice)) / RAYS_AZ * 2.0 - 1.0) * WATER_AZ_APERTURE_DEG;
+            el_deg[i][k] = ((k + dice_uniform(dice)) / RAYS_EL * 2.0 - 1.0) * WATER_EL_APERTURE_DEG;
+            double one_way =
+                beam_power(az_deg[i][k], WATER_AZ_APERTURE_DEG) * beam_power(el_deg[i][k], WATER_EL_APERTURE_DEG);
+            weight[i][k] = one_way * one_way;
+            sum += weight[i][k];
+        }
+    }
+    for (int i = 0; i < RAYS_AZ; i++) {
+        for (int k = 0; k < RAYS_EL; k++) {
+            geo_direction(shot->az_rad + geo_rad(az_deg[i][k]), geo_rad(el_deg[i][k]), direction);
+            if (scene_cast(scene, shot->origin_m, direction, shot->t_s, &hit))
+                ray_add(field, water, shot, &hit, weight[i][k] / sum, dice);
+        }
+    }
+}
+
+/* Noise and the volume's reverberation, as correlated as a receiver of the pulse's bandwidth leaves them. */
+static void noise_add(double complex *field, const struct water *water, const struct water_shot *shot,
+                      struct dice *dice)
+{
+    /* mean of sqrt(p) for Rayleigh p of scale s is 2^(1/4) Gamma(5/4) sqrt(s) */
+    const double noise = pow(water->noise_counts / (255.0 * 1.0779), 2.0);
+    const uint32_t span = (uint32_t)fmin(fmax(1.0, round(pulse_length_s(shot) / shot->sample_s / 2.0)), 64.0);
+    const double scale = 1.0 / sqrt((double)span);
+    double complex last[64] = {0}, sum = 0.0;
+
+    for (uint32_t i = 0; i < shot->n_samples + span; i++) {
+        double complex x = dice_normal(dice);
+        sum += x - last[i % span];
+        last[i % span] = x;
+        if (i < span)
+            continue;
+        double range_m = ((i - span) + 0.5) * shot->sample_s * water->sound_speed_mps / 2.0;
+        field[i - span] += scale * sum * hypot(noise, REVERBERATION_LEVEL * loss(shot, range_m));
+    }
+}
+
+static uint8_t count_of(double pressure)
+{
+    return (uint8_t)fmin(255.0, 255.0 * sqrt(pressure));
+}
+
+void water_listen(const struct water *water, const struct scene *scene, const struct water_shot *shot,
+                  uint8_t *samples)
+{
+    double complex field[WATER_MAX_SAMPLES] = {0};
+    const double ring_end_m = RING_FULL_M + shot->transmit_s * water->sound_speed_mps / 2.0;
+    struct dice dice = dice_of(water, shot);
+
+    rays_add(field, water, scene, shot, &dice);
+    if (water->noise_counts > 0.0)
+        noise_add(field, water, shot, &dice);
+    for (uint32_t i = 0; i < shot->n_samples; i++) {
+        double range_m = (i + 0.5) * shot->sample_s * water->sound_speed_mps / 2.0;
+        double ring = exp(-(range_m - ring_end_m) / RING_DECAY_M);
+        samples[i] = count_of(cabs(field[i]) * time_varied_gain(shot, range_m) + ring);
+    }
+}
+
+void water_look(const struct scene *scene, const struct water_shot *shot, struct water_truth *truth)
+{
+    struct scene_hit hit;
+    double direction[3];
+
+    truth->nearest_m = INFINITY;
+    for (int i = 0; i < LOOK_AZ; i++) {
+        for (int k = 0; k < LOOK_EL; k++) {
+            double az_deg = ((double)i / (LOOK_AZ - 1) - 0.5) * WATER_AZ_APERTURE_DEG;
+            double el_deg = ((double)k / (LOOK_EL - 1) - 0.5) * WATER_EL_APERTURE_DEG;
+            geo_direction(shot->az_rad + geo_rad(az_deg), geo_rad(el_deg), direction);
+            if (scene_cast(scene, shot->origin_m, direction, shot->t_s, &hit))
+                truth->nearest_m = fmin(truth->nearest_m, hit.range_m);
+        }
+    }
+    geo_direction(shot->az_rad, 0.0, direction);
+    truth->axis_m = scene_cast(scene, shot->origin_m, direction, shot->t_s, &hit) ? hit.range_m : INFINITY;
+}
