@@ -29,11 +29,16 @@ struct rpc_error {
     char message[256]; /* one sentence: what, which parameter, what would be right */
 };
 
+struct rpc_counts {
+    uint64_t requests, errors; /* requests seen, each of a batch counted; error replies given */
+};
+
 /* Who asks, at what time. */
 struct rpc_call {
-    void *daemon;    /* handed through to the methods */
-    void *client;    /* handed through; NULL outside the server */
-    uint64_t now_ns; /* monotonic */
+    void *daemon;              /* handed through to the methods */
+    void *client;              /* handed through; NULL outside the server */
+    uint64_t now_ns;           /* monotonic */
+    struct rpc_counts *counts; /* counted up by rpc_handle; may be NULL */
 };
 
 /* Returns a new reference to the result, or NULL with *error set. params is an object (empty when absent) - requests
@@ -51,9 +56,18 @@ struct rpc_method {
  */
 char *rpc_handle(const struct rpc_method *methods, const struct rpc_call *call, const char *line, size_t n);
 
+/** rpc_refusal - the line that tells a client which limit (RPC_LIMIT) it met outside any request; for free(). */
+char *rpc_refusal(const char *message);
+
+/** rpc_notification - the line for a notification to a client; params is borrowed. For free(); NULL without memory. */
+char *rpc_notification(const char *method, json_t *params);
+
 /** rpc_invoke - call one method by name (for watches); NULL with *error set when it fails or is unknown. */
 json_t *rpc_invoke(const struct rpc_method *methods, const struct rpc_call *call, const char *method, json_t *params,
                    struct rpc_error *error);
+
+/** rpc_refuse - fill *error with a sentence (bytes that JSON or a terminal would mind are replaced); returns false. */
+bool rpc_refuse(struct rpc_error *error, int code, const char *fmt, ...) __attribute__((format(printf, 3, 4)));
 
 /*
  * Parameter helpers: false with *error set (RPC_INVALID_PARAMS, naming the key, what was found and what is allowed)

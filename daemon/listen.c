@@ -1,0 +1,112 @@
+/* SPDX-License-Identifier: MIT */
+#include "listen.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/file.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#define BACKLOG 64
+
+/* The directory of path, locked for as long as the descriptor is open. */
+static int lock_directory(const char *path, char *err, size_t err_size)
+{
+    char directory[sizeof((struct sockaddr_un *)0)->sun_path];
+    const char *slash = strrchr(path, '/');
+    int fd;
+
+    if (!slash)
+        strcpy(directory, ".");
+    else
+        snprintf(directory, sizeof directory, "%.*s", slash == path ? 1 : (int)(slash - path), path);
+    fd = open(directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (fd < 0)
+        snprintf(err, err_size, "socket %s: the directory %s: %s", path, directory, strerror(errno));
+    else
+        flock(fd, LOCK_EX);
+    return fd;
+}
+
+/* True when nothing is at the path any more. */
+static bool clear_path(const struct sockaddr_un *address, char *err, size_t err_size)
+{
+    const char *path = address->sun_path;
+    struct stat st;
+    int fd, failure;
+
+    if (lstat(path, &st) < 0) {
+        if (errno == ENOENT)
+            return true;
+        snprintf(err, err_size, "socket %s: %s", path, strerror(errno));
+        return false;
+    }
+    if (!S_ISSOCK(st.st_mode)) {
+        snprintf(err, err_size, "%s exists and is no socket; remove it or choose another path", path);
+        return false;
+    }
+    fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    if (fd < 0) {
+        snprintf(err, err_size, "socket %s: %s", path, strerror(errno));
+        return false;
+    }
+    failure = connect(fd, (const struct sockaddr *)address, sizeof *address) < 0 ? errno : 0;
+    close(fd);
+    if (failure == ECONNREFUSED && unlink(path) == 0)
+        return true;
+    if (failure == 0 || failure == EAGAIN)
+        snprintf(err, err_size, "another sonard answers on %s", path);
+    else
+        snprintf(err, err_size, "socket %s: cannot replace what is there: %s", path,
+                 strerror(failure == ECONNREFUSED ? errno : failure));
+    return false;
+}
+
+/* The file is made with no permissions and gets its own before listen(): nobody slips in between. */
+static int bind_and_listen(const struct sockaddr_un *address, unsigned mode, char *err, size_t err_size)
+{
+    int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+    bool ok;
+
+    if (fd < 0) {
+        snprintf(err, err_size, "socket %s: %s", address->sun_path, strerror(errno));
+        return -1;
+    }
+
+    const mode_t before = umask(0777);
+
+    ok = bind(fd, (const struct sockaddr *)address, sizeof *address) == 0;
+    umask(before);
+    ok = ok && chmod(address->sun_path, mode & 0777) == 0 && listen(fd, BACKLOG) == 0;
+    if (!ok) {
+        snprintf(err, err_size, "socket %s: %s", address->sun_path, strerror(errno));
+        close(fd);
+        return -1;
+    }
+    return fd;
+}
+
+int listen_unix(const char *path, unsigned mode, char *err, size_t err_size)
+{
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    const size_t length = strlen(path);
+    int lock, fd = -1;
+
+    if (length == 0 || length >= sizeof address.sun_path) {
+        snprintf(err, err_size, "socket path has %zu bytes, want 1 to %zu", length, sizeof address.sun_path - 1);
+        return -1;
+    }
+    memcpy(address.sun_path, path, length);
+    lock = lock_directory(path, err, err_size);
+    if (lock < 0)
+        return -1;
+    if (clear_path(&address, err, err_size))
+        fd = bind_and_listen(&address, mode, err, err_size);
+    close(lock);
+    return fd;
+}

@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * listen - a listening UNIX stream socket at a path, without ever taking away what is not a dead daemon's: a stale
+ * socket file is replaced, a living one and any other file are left alone. Knows nothing of clients.
+ */
+#ifndef SONARD_LISTEN_H
+#define SONARD_LISTEN_H
+
+#include <stddef.h>
+
+/**
+ * listen_unix - a non-blocking, close-on-exec listening descriptor at `path` (at most 107 bytes) with the permission
+ * bits `mode` (0..0777), in place before anybody can connect. -1 with a sentence in err. Two daemons that start at
+ * the same time are kept apart by a lock on the directory.
+ */
+int listen_unix(const char *path, unsigned mode, char *err, size_t err_size);
+
+#endif

@@ -1,0 +1,432 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * rpc - see rpc.h. Replies are put together as text, not as one JSON value: an id must come back with every digit it
+ * was sent with, while the numbers of a result are cut to what a sonar can mean.
+ */
+#include "rpc.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* 13 digits: a Unix time keeps its milliseconds, and 0.1 is printed as 0.1 */
+#define RESULT_FLAGS (JSON_COMPACT | JSON_ENCODE_ANY | JSON_REAL_PRECISION(13))
+#define ID_FLAGS     (JSON_COMPACT | JSON_ENCODE_ANY)
+
+/* Where the replies to one line are collected. */
+struct reply {
+    FILE *out;
+    bool batch;
+    unsigned n; /* replies so far */
+};
+
+static const char *kind_name(const json_t *value)
+{
+    switch (json_typeof(value)) {
+    case JSON_OBJECT:
+        return "an object";
+    case JSON_ARRAY:
+        return "an array";
+    case JSON_STRING:
+        return "a string";
+    case JSON_INTEGER:
+    case JSON_REAL:
+        return "a number";
+    case JSON_TRUE:
+    case JSON_FALSE:
+        return "true or false";
+    default:
+        return "null";
+    }
+}
+
+/* A message may quote what a client sent, cut anywhere: leave only what JSON and terminals take as it is. */
+static void make_harmless(struct rpc_error *error)
+{
+    for (char *c = error->message; *c; c++) {
+        if (*c == '"' || *c == '\\')
+            *c = '\'';
+        else if (*c < 0x20 || *c > 0x7e)
+            *c = '?';
+    }
+}
+
+bool rpc_refuse(struct rpc_error *error, int code, const char *fmt, ...)
+{
+    va_list args;
+
+    error->code = code;
+    va_start(args, fmt);
+    vsnprintf(error->message, sizeof error->message, fmt, args);
+    va_end(args);
+    make_harmless(error);
+    return false;
+}
+
+/* Nesting of the text's brackets outside strings: jansson recurses, so this is counted before it sees the text. */
+static bool too_deep(const char *line, size_t n)
+{
+    int depth = 0;
+    bool in_string = false;
+
+    for (size_t i = 0; i < n; i++) {
+        if (in_string) {
+            if (line[i] == '\\')
+                i++;
+            else if (line[i] == '"')
+                in_string = false;
+        } else if (line[i] == '"') {
+            in_string = true;
+        } else if (line[i] == '[' || line[i] == '{') {
+            if (++depth > RPC_DEPTH_MAX)
+                return true;
+        } else if (line[i] == ']' || line[i] == '}') {
+            depth--;
+        }
+    }
+    return false;
+}
+
+static void reply_begin(struct reply *reply)
+{
+    if (reply->n++ > 0)
+        fputc(',', reply->out);
+    else if (reply->batch)
+        fputc('[', reply->out);
+    fputs("{\"jsonrpc\":\"2.0\",", reply->out);
+}
+
+static void reply_end(struct reply *reply, const json_t *id)
+{
+    char *text = id ? json_dumps(id, ID_FLAGS) : NULL;
+
+    fprintf(reply->out, ",\"id\":%s}", text ? text : "null");
+    free(text);
+}
+
+static void reply_error(struct reply *reply, const struct rpc_call *call, const json_t *id,
+                        const struct rpc_error *error)
+{
+    if (call->counts)
+        call->counts->errors++;
+    reply_begin(reply);
+    fprintf(reply->out, "\"error\":{\"code\":%d,\"message\":\"%s\"}", error->code, error->message);
+    reply_end(reply, id);
+}
+
+static const struct rpc_method *find_method(const struct rpc_method *methods, const char *name)
+{
+    for (; methods->name; methods++)
+        if (strcmp(methods->name, name) == 0)
+            return methods;
+    return NULL;
+}
+
+json_t *rpc_invoke(const struct rpc_method *methods, const struct rpc_call *call, const char *method,
+                   json_t *params, struct rpc_error *error)
+{
+    const struct rpc_method *m = find_method(methods, method);
+
+    error->code = 0;
+    error->message[0] = '\0';
+    if (!m) {
+        rpc_refuse(error, RPC_METHOD_NOT_FOUND, "no method '%.64s'", method);
+        return NULL;
+    }
+
+    json_t *named = params ? json_incref(params) : json_object();
+    json_t *result = m->fn(call, named, error);
+
+    json_decref(named);
+    if (!result && error->code == 0)
+        rpc_refuse(error, RPC_INTERNAL_ERROR, "method '%.64s' gave no result", method);
+    make_harmless(error);
+    return result;
+}
+
+static bool id_allowed(const json_t *id)
+{
+    return json_is_string(id) || json_is_number(id) || json_is_null(id);
+}
+
+/* The form of a request, without asking whether the method exists. */
+static bool check_request(json_t *request, struct rpc_error *error)
+{
+    static const char *const members[] = {"jsonrpc", "method", "params", "id", NULL};
+    const json_t *version, *method, *id, *params;
+
+    if (!json_is_object(request))
+        return rpc_refuse(error, RPC_INVALID_REQUEST, "a request is an object, found %s", kind_name(request));
+    if (!rpc_only(request, members, error)) {
+        error->code = RPC_INVALID_REQUEST;
+        return false;
+    }
+    version = json_object_get(request, "jsonrpc");
+    if (!json_is_string(version) || strcmp(json_string_value(version), "2.0") != 0)
+        return rpc_refuse(error, RPC_INVALID_REQUEST, "'jsonrpc' must be the string '2.0'");
+    method = json_object_get(request, "method");
+    if (!json_is_string(method))
+        return rpc_refuse(error, RPC_INVALID_REQUEST, "'method' must be a string, %s",
+                          method ? kind_name(method) : "it is missing");
+    id = json_object_get(request, "id");
+    if (id && !id_allowed(id))
+        return rpc_refuse(error, RPC_INVALID_REQUEST, "'id' must be a string, a number or null, found %s",
+                          kind_name(id));
+    params = json_object_get(request, "params");
+    if (params && !json_is_object(params) && !json_is_array(params))
+        return rpc_refuse(error, RPC_INVALID_REQUEST, "'params' must be an object, found %s", kind_name(params));
+    return true;
+}
+
+static void handle_request(const struct rpc_method *methods, const struct rpc_call *call, json_t *request,
+                           struct reply *reply)
+{
+    struct rpc_error error = {0};
+    const json_t *id = json_object_get(request, "id");
+    json_t *params, *result = NULL;
+    char *text = NULL;
+
+    if (call->counts)
+        call->counts->requests++;
+    if (!check_request(request, &error)) {
+        reply_error(reply, call, id && id_allowed(id) ? id : NULL, &error);
+        return;
+    }
+
+    params = json_object_get(request, "params");
+    if (json_is_array(params))
+        rpc_refuse(&error, RPC_INVALID_PARAMS,
+                   "parameters go by name: 'params' must be an object, found an array");
+    else
+        result = rpc_invoke(methods, call, json_string_value(json_object_get(request, "method")), params, &error);
+    if (result && id) {
+        text = json_dumps(result, RESULT_FLAGS);
+        if (!text)
+            rpc_refuse(&error, RPC_INTERNAL_ERROR, "the result cannot be written as JSON");
+    }
+    json_decref(result);
+
+    if (id && text) {
+        reply_begin(reply);
+        fprintf(reply->out, "\"result\":%s", text);
+        reply_end(reply, id);
+    } else if (id) {
+        reply_error(reply, call, id, &error);
+    }
+    free(text);
+}
+
+static void handle_batch(const struct rpc_method *methods, const struct rpc_call *call, json_t *batch,
+                         struct reply *reply)
+{
+    struct rpc_error error;
+    const size_t n = json_array_size(batch);
+
+    if (n == 0) {
+        rpc_refuse(&error, RPC_INVALID_REQUEST, "a batch must hold at least one request");
+        reply_error(reply, call, NULL, &error);
+    } else if (n > RPC_BATCH_MAX) {
+        rpc_refuse(&error, RPC_LIMIT, "%zu requests in a batch, at most %d are allowed", n, RPC_BATCH_MAX);
+        reply_error(reply, call, NULL, &error);
+    } else {
+        reply->batch = true;
+        for (size_t i = 0; i < n; i++)
+            handle_request(methods, call, json_array_get(batch, i), reply);
+        if (reply->n > 0)
+            fputc(']', reply->out);
+    }
+}
+
+static void handle_line(const struct rpc_method *methods, const struct rpc_call *call, const char *line, size_t n,
+                        struct reply *reply)
+{
+    struct rpc_error error;
+    json_error_t where;
+    json_t *value;
+
+    if (n > RPC_LINE_MAX) {
+        rpc_refuse(&error, RPC_LIMIT, "the line is longer than %d bytes", RPC_LINE_MAX);
+        reply_error(reply, call, NULL, &error);
+        return;
+    }
+    if (too_deep(line, n)) {
+        rpc_refuse(&error, RPC_LIMIT, "arrays and objects nested deeper than %d", RPC_DEPTH_MAX);
+        reply_error(reply, call, NULL, &error);
+        return;
+    }
+    value = json_loadb(line, n, JSON_REJECT_DUPLICATES | JSON_DECODE_ANY, &where);
+    if (!value) {
+        rpc_refuse(&error, RPC_PARSE_ERROR, "not JSON at byte %d: %s", where.position, where.text);
+        reply_error(reply, call, NULL, &error);
+        return;
+    }
+    if (json_is_array(value))
+        handle_batch(methods, call, value, reply);
+    else
+        handle_request(methods, call, value, reply);
+    json_decref(value);
+}
+
+char *rpc_handle(const struct rpc_method *methods, const struct rpc_call *call, const char *line, size_t n)
+{
+    char *text = NULL;
+    size_t size = 0;
+    struct reply reply = {.out = open_memstream(&text, &size)};
+
+    if (!reply.out)
+        return NULL;
+    handle_line(methods, call, line, n, &reply);
+    if (fclose(reply.out) != 0 || reply.n == 0) {
+        free(text);
+        return NULL;
+    }
+    return text;
+}
+
+char *rpc_refusal(const char *message)
+{
+    struct rpc_error error;
+    char *text = NULL;
+
+    rpc_refuse(&error, RPC_LIMIT, "%s", message);
+    if (asprintf(&text, "{\"jsonrpc\":\"2.0\",\"error\":{\"code\":%d,\"message\":\"%s\"},\"id\":null}", error.code,
+                 error.message) < 0)
+        return NULL;
+    return text;
+}
+
+char *rpc_notification(const char *method, json_t *params)
+{
+    json_t *message = json_pack("{s:s, s:s, s:O}", "jsonrpc", "2.0", "method", method, "params", params);
+    char *text = message ? json_dumps(message, RESULT_FLAGS) : NULL;
+
+    json_decref(message);
+    return text;
+}
+
+/* Sets *value to the parameter, NULL when it is absent and need not be there. */
+static bool get_param(json_t *params, const char *key, bool required, json_t **value, struct rpc_error *error)
+{
+    *value = json_object_get(params, key);
+    if (!*value && required)
+        return rpc_refuse(error, RPC_INVALID_PARAMS, "parameter '%s' is missing", key);
+    return true;
+}
+
+bool rpc_number(json_t *params, const char *key, bool required, double lo, double hi, double *out,
+                struct rpc_error *error)
+{
+    json_t *value;
+
+    if (!get_param(params, key, required, &value, error))
+        return false;
+    if (!value)
+        return true;
+    if (!json_is_number(value))
+        return rpc_refuse(error, RPC_INVALID_PARAMS, "parameter '%s' is %s, want a number from %g to %g", key,
+                          kind_name(value), lo, hi);
+
+    const double number = json_number_value(value);
+
+    if (!(number >= lo && number <= hi))
+        return rpc_refuse(error, RPC_INVALID_PARAMS, "parameter '%s' is %g, want a number from %g to %g", key,
+                          number, lo, hi);
+    *out = number;
+    return true;
+}
+
+bool rpc_integer(json_t *params, const char *key, bool required, int64_t lo, int64_t hi, int64_t *out,
+                 struct rpc_error *error)
+{
+    json_t *value;
+
+    if (!get_param(params, key, required, &value, error))
+        return false;
+    if (!value)
+        return true;
+    if (!json_is_integer(value))
+        return rpc_refuse(error, RPC_INVALID_PARAMS, "parameter '%s' is %s, want a whole number from %lld to %lld",
+                          key, json_is_real(value) ? "not whole" : kind_name(value), (long long)lo, (long long)hi);
+
+    const int64_t number = json_integer_value(value);
+
+    if (number < lo || number > hi)
+        return rpc_refuse(error, RPC_INVALID_PARAMS,
+                          "parameter '%s' is %lld, want a whole number from %lld to %lld", key, (long long)number,
+                          (long long)lo, (long long)hi);
+    *out = number;
+    return true;
+}
+
+bool rpc_numbers(json_t *params, const char *key, double lo, double hi, size_t n, double *out, bool *present,
+                 struct rpc_error *error)
+{
+    json_t *value = json_object_get(params, key);
+
+    *present = value != NULL;
+    if (!value)
+        return true;
+    if (!json_is_array(value))
+        return rpc_refuse(error, RPC_INVALID_PARAMS, "parameter '%s' is %s, want an array of %zu numbers", key,
+                          kind_name(value), n);
+    if (json_array_size(value) != n)
+        return rpc_refuse(error, RPC_INVALID_PARAMS, "parameter '%s' has %zu elements, want %zu numbers", key,
+                          json_array_size(value), n);
+    for (size_t i = 0; i < n; i++) {
+        const json_t *element = json_array_get(value, i);
+        const double number = json_number_value(element);
+
+        if (!json_is_number(element))
+            return rpc_refuse(error, RPC_INVALID_PARAMS, "parameter '%s[%zu]' is %s, want a number from %g to %g",
+                              key, i, kind_name(element), lo, hi);
+        if (!(number >= lo && number <= hi))
+            return rpc_refuse(error, RPC_INVALID_PARAMS, "parameter '%s[%zu]' is %g, want a number from %g to %g",
+                              key, i, number, lo, hi);
+    }
+    for (size_t i = 0; i < n; i++)
+        out[i] = json_number_value(json_array_get(value, i));
+    return true;
+}
+
+bool rpc_word(json_t *params, const char *key, const char *const *words, int *out, struct rpc_error *error)
+{
+    const json_t *value = json_object_get(params, key);
+    char allowed[128] = "";
+    size_t used = 0;
+
+    if (!value)
+        return true;
+    for (int i = 0; json_is_string(value) && words[i]; i++) {
+        if (strcmp(json_string_value(value), words[i]) == 0) {
+            *out = i;
+            return true;
+        }
+    }
+    for (int i = 0; words[i] && used < sizeof allowed; i++)
+        used += (size_t)snprintf(allowed + used, sizeof allowed - used, "%s%s", i ? ", " : "", words[i]);
+    return rpc_refuse(error, RPC_INVALID_PARAMS, "parameter '%s' is %.40s, want one of: %s", key,
+                      json_is_string(value) ? json_string_value(value) : kind_name(value), allowed);
+}
+
+bool rpc_only(json_t *params, const char *const *keys, struct rpc_error *error)
+{
+    const char *key;
+    json_t *value;
+    char allowed[128] = "";
+    size_t used = 0;
+
+    json_object_foreach(params, key, value)
+    {
+        int i = 0;
+
+        while (keys[i] && strcmp(keys[i], key) != 0)
+            i++;
+        if (keys[i])
+            continue;
+        for (i = 0; keys[i] && used < sizeof allowed; i++)
+            used += (size_t)snprintf(allowed + used, sizeof allowed - used, "%s%s", i ? ", " : "", keys[i]);
+        return rpc_refuse(error, RPC_INVALID_PARAMS, "'%.40s' is not known here, allowed: %s", key,
+                          allowed[0] ? allowed : "no parameters");
+    }
+    return true;
+}

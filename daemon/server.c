@@ -1,0 +1,180 @@
+/* SPDX-License-Identifier: MIT */
+#include "server.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/epoll.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "listen.h"
+#include "log.h"
+#include "session.h"
+
+#define ACCEPTS_PER_TURN 16
+#define ACCEPT_PAUSE_NS  200000000u /* without descriptors or memory: a listening socket stays ready meanwhile */
+
+struct server {
+    struct session_host host;
+    struct rpc_method *methods; /* the daemon's and the server's own */
+    struct loop_fd listener;
+    struct loop_timer resume;
+    char *path;
+    struct stat file; /* of the socket, to remove no other */
+    int max_clients;
+    struct session **sessions; /* [max_clients], NULL: free */
+};
+
+static struct session **free_slot(struct server *server)
+{
+    for (int i = 0; i < server->max_clients; i++)
+        if (!server->sessions[i])
+            return &server->sessions[i];
+    return NULL;
+}
+
+static void refuse_client(struct server *server, int fd, uint64_t now_ns)
+{
+    char message[64];
+    char *line;
+
+    snprintf(message, sizeof message, "at most %d clients are served at a time", server->max_clients);
+    line = rpc_refusal(message);
+    if (line && send(fd, line, strlen(line), MSG_NOSIGNAL) > 0)
+        send(fd, "\n", 1, MSG_NOSIGNAL);
+    free(line);
+    close(fd);
+    server->host.stats.clients_refused++;
+    log_limited(&server->host.log, now_ns, LOG_NOTICE, "client refused: %s", message);
+}
+
+static void resume_accepting(void *ctx, uint64_t now_ns)
+{
+    struct server *server = ctx;
+
+    (void)now_ns;
+    loop_change(server->host.loop, &server->listener, EPOLLIN);
+}
+
+static void on_connection(void *ctx, uint32_t epoll_events, uint64_t now_ns)
+{
+    struct server *server = ctx;
+
+    (void)epoll_events;
+    for (int i = 0; i < ACCEPTS_PER_TURN; i++) {
+        const int fd = accept4(server->listener.fd, NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC);
+        struct session **slot;
+
+        if (fd < 0 && (errno == EINTR || errno == ECONNABORTED))
+            continue;
+        if (fd < 0 && errno == EAGAIN)
+            return;
+        if (fd < 0) {
+            log_limited(&server->host.log, now_ns, LOG_WARNING, "cannot accept a client: %s", strerror(errno));
+            loop_change(server->host.loop, &server->listener, 0);
+            loop_arm(server->host.loop, &server->resume, now_ns + ACCEPT_PAUSE_NS);
+            return;
+        }
+        slot = free_slot(server);
+        if (!slot)
+            refuse_client(server, fd, now_ns);
+        else if (!session_open(&server->host, fd, slot))
+            log_limited(&server->host.log, now_ns, LOG_WARNING, "cannot serve a client: out of memory");
+    }
+}
+
+/* methods and behind them watch and unwatch */
+static struct rpc_method *add_own_methods(const struct rpc_method *methods)
+{
+    static const struct rpc_method own[] = {{"watch", session_watch}, {"unwatch", session_unwatch}, {NULL, NULL}};
+    struct rpc_method *all;
+    size_t n = 0;
+
+    while (methods[n].name)
+        n++;
+    all = malloc(n * sizeof *all + sizeof own);
+    if (all) {
+        memcpy(all, methods, n * sizeof *all);
+        memcpy(all + n, own, sizeof own);
+    }
+    return all;
+}
+
+static void free_server(struct server *server)
+{
+    free(server->methods);
+    free(server->sessions);
+    free(server->path);
+    free(server);
+}
+
+static struct server *new_server(struct loop *loop, const struct server_conf *conf,
+                                 const struct rpc_method *methods, void *daemon)
+{
+    struct server *server = calloc(1, sizeof *server);
+
+    if (!server)
+        return NULL;
+    server->methods = add_own_methods(methods);
+    server->path = strdup(conf->path);
+    server->max_clients = conf->max_clients;
+    server->sessions = calloc((size_t)conf->max_clients, sizeof *server->sessions);
+    server->host = (struct session_host){.loop = loop, .methods = server->methods, .daemon = daemon};
+    server->listener = (struct loop_fd){.ready = on_connection, .ctx = server};
+    server->resume = (struct loop_timer){.fire = resume_accepting, .ctx = server};
+    if (!server->methods || !server->path || !server->sessions) {
+        free_server(server);
+        return NULL;
+    }
+    return server;
+}
+
+struct server *server_start(struct loop *loop, const struct server_conf *conf, const struct rpc_method *methods,
+                            void *daemon, char *err, size_t err_size)
+{
+    struct server *server = new_server(loop, conf, methods, daemon);
+
+    if (!server) {
+        snprintf(err, err_size, "socket %s: out of memory", conf->path);
+        return NULL;
+    }
+    server->listener.fd = listen_unix(conf->path, conf->mode, err, err_size);
+    if (server->listener.fd < 0) {
+        free_server(server);
+        return NULL;
+    }
+    if (lstat(server->path, &server->file) < 0 || !loop_add(loop, &server->listener, EPOLLIN)) {
+        snprintf(err, err_size, "socket %s: %s", conf->path, strerror(errno));
+        close(server->listener.fd);
+        unlink(server->path);
+        free_server(server);
+        return NULL;
+    }
+    return server;
+}
+
+void server_stop(struct server *server)
+{
+    struct stat now;
+
+    if (!server)
+        return;
+    for (int i = 0; i < server->max_clients; i++)
+        session_close(server->sessions[i]);
+    loop_arm(server->host.loop, &server->resume, LOOP_NEVER);
+    loop_remove(server->host.loop, &server->listener);
+    if (lstat(server->path, &now) == 0 && now.st_dev == server->file.st_dev && now.st_ino == server->file.st_ino)
+        unlink(server->path);
+    close(server->listener.fd);
+    free_server(server);
+}
+
+void server_stats(const struct server *server, struct server_stats *out)
+{
+    *out = server->host.stats;
+    out->requests = server->host.counts.requests;
+    out->errors = server->host.counts.errors;
+}

@@ -1,0 +1,369 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * session - see session.h. Every event ends in settle(), which alone decides what the session waits for next, or
+ * that it is over. Nothing else frees it, so the functions before may use it to their end.
+ */
+#include "session.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/epoll.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "watch.h"
+
+#define IN_START_BYTES  4096
+#define IN_MAX_BYTES    (RPC_LINE_MAX + 1)
+#define OUT_PAUSE_BYTES 65536        /* waiting output from which no further request is handled ... */
+#define OUT_MAX_BYTES   (1 << 20)    /* ... and which no single reply may pass */
+#define STALL_NS        10000000000u /* so long may a client with unanswered requests read nothing */
+#define LINES_PER_TURN  16
+#define REQUESTS_PER_S  2000.0
+#define REQUESTS_BURST  2000.0
+#define REFILL_NS       10000000u /* pause of a client that has used up its requests */
+
+struct session {
+    struct session_host *host;
+    struct session **slot;
+    struct loop_fd io;
+    struct loop_timer wake;
+    uint32_t events; /* waited for at present */
+    char *in;
+    size_t in_len, in_size;
+    char *out; /* bytes out_start..out_len are waiting */
+    size_t out_start, out_len, out_size;
+    double tokens;                   /* requests that may be handled now */
+    uint64_t tokens_ns, progress_ns; /* of the last refill; when the client last took or needed no output */
+    bool eof;                        /* the client sends no more */
+    bool gone;                       /* nor does it read */
+    bool closing;                    /* ends when the output is flushed */
+    bool dead;                       /* ends now */
+    struct watch_set watches;
+};
+
+static size_t waiting(const struct session *session)
+{
+    return session->out_len - session->out_start;
+}
+
+static void cut(struct session *session, uint64_t now_ns, const char *why)
+{
+    session->dead = true;
+    session->host->stats.clients_cut++;
+    log_limited(&session->host->log, now_ns, LOG_NOTICE, "client cut off: %s", why);
+}
+
+/* Room for n more bytes behind the waiting ones. */
+static bool reserve_out(struct session *session, size_t n)
+{
+    size_t size = session->out_size ? session->out_size : IN_START_BYTES;
+    char *out;
+
+    if (session->out_start > 0) {
+        memmove(session->out, session->out + session->out_start, waiting(session));
+        session->out_len -= session->out_start;
+        session->out_start = 0;
+    }
+    while (size < session->out_len + n)
+        size *= 2;
+    if (size == session->out_size)
+        return true;
+    out = realloc(session->out, size);
+    if (!out)
+        return false;
+    session->out = out;
+    session->out_size = size;
+    return true;
+}
+
+/* Takes over text; NULL (no memory for it) ends the client, which would otherwise wait for an answer for ever. */
+static void queue(struct session *session, char *text, uint64_t now_ns)
+{
+    const size_t n = text ? strlen(text) + 1 : 0;
+
+    if (!text)
+        cut(session, now_ns, "out of memory");
+    else if (waiting(session) + n > OUT_MAX_BYTES)
+        cut(session, now_ns, "more than 1 MiB of replies waiting for it to read");
+    else if (session->out_size < session->out_len + n && !reserve_out(session, n))
+        cut(session, now_ns, "out of memory");
+    else {
+        memcpy(session->out + session->out_len, text, n - 1);
+        session->out[session->out_len + n - 1] = '\n';
+        session->out_len += n;
+    }
+    free(text);
+}
+
+static void flush(struct session *session, uint64_t now_ns)
+{
+    while (!session->dead && waiting(session) > 0) {
+        const ssize_t n =
+            send(session->io.fd, session->out + session->out_start, waiting(session), MSG_NOSIGNAL | MSG_DONTWAIT);
+
+        if (n < 0 && errno == EINTR)
+            continue;
+        if (n < 0 && (errno == EAGAIN || errno == ENOBUFS))
+            return;
+        if (n < 0) {
+            session->dead = true;
+            return;
+        }
+        session->out_start += (size_t)n;
+        session->progress_ns = now_ns;
+    }
+    session->progress_ns = now_ns;
+    session->out_start = session->out_len = 0;
+    if (session->out_size > OUT_PAUSE_BYTES) {
+        free(session->out);
+        session->out = NULL;
+        session->out_size = 0;
+    }
+}
+
+static bool line_waiting(const struct session *session)
+{
+    return session->in_len > 0 && (session->eof || memchr(session->in, '\n', session->in_len));
+}
+
+static bool may_handle(const struct session *session)
+{
+    return !session->dead && !session->closing && session->tokens >= 1.0 && waiting(session) < OUT_PAUSE_BYTES;
+}
+
+static void handle_line(struct session *session, const char *line, size_t n, uint64_t now_ns)
+{
+    struct session_host *host = session->host;
+    const struct rpc_call call = {
+        .daemon = host->daemon, .client = session, .now_ns = now_ns, .counts = &host->counts};
+    const uint64_t before = host->counts.requests;
+    char *reply = rpc_handle(host->methods, &call, line, n);
+
+    if (reply)
+        queue(session, reply, now_ns);
+    session->tokens -= host->counts.requests > before ? (double)(host->counts.requests - before) : 1.0;
+}
+
+/* The last line of a client that has ended needs no newline. */
+static void handle_lines(struct session *session, uint64_t now_ns)
+{
+    size_t at = 0;
+
+    for (int n = 0; n < LINES_PER_TURN && at < session->in_len && may_handle(session); n++) {
+        const char *line = session->in + at;
+        const char *end = memchr(line, '\n', session->in_len - at);
+
+        if (!end && !session->eof)
+            break;
+
+        const size_t length = end ? (size_t)(end - line) : session->in_len - at;
+
+        handle_line(session, line, length, now_ns);
+        at += length + (end != NULL);
+    }
+    memmove(session->in, session->in + at, session->in_len - at);
+    session->in_len -= at;
+
+    if (session->in_len == IN_MAX_BYTES && !line_waiting(session)) {
+        queue(session, rpc_refusal("the line is longer than 65536 bytes"), now_ns);
+        session->host->counts.errors++;
+        session->host->stats.clients_cut++;
+        log_limited(&session->host->log, now_ns, LOG_NOTICE, "client cut off: a line longer than 65536 bytes");
+        session->closing = true;
+    }
+}
+
+static void receive(struct session *session)
+{
+    if (session->in_len == session->in_size) {
+        const size_t size = 2 * session->in_size < IN_MAX_BYTES ? 2 * session->in_size : IN_MAX_BYTES;
+        char *in = realloc(session->in, size);
+
+        if (!in) {
+            session->dead = true;
+            return;
+        }
+        session->in = in;
+        session->in_size = size;
+    }
+
+    const ssize_t n = recv(session->io.fd, session->in + session->in_len, session->in_size - session->in_len, 0);
+
+    if (n > 0)
+        session->in_len += (size_t)n;
+    else if (n == 0)
+        session->eof = true;
+    else if (errno != EAGAIN && errno != EINTR)
+        session->dead = true;
+}
+
+static void end(struct session *session)
+{
+    struct session_host *host = session->host;
+
+    watch_clear(&session->watches);
+    loop_arm(host->loop, &session->wake, LOOP_NEVER);
+    loop_remove(host->loop, &session->io);
+    close(session->io.fd);
+    host->stats.clients_now--;
+    *session->slot = NULL;
+    free(session->in);
+    free(session->out);
+    free(session);
+}
+
+static bool is_over(const struct session *session)
+{
+    if (session->dead)
+        return true;
+    if (session->gone) /* what it sent before is still handled, unless that would have to wait */
+        return line_waiting(session) ? !may_handle(session) : session->eof;
+    if (waiting(session) > 0)
+        return false;
+    return session->closing || (session->eof && !line_waiting(session) && !watch_any(&session->watches));
+}
+
+static void settle(struct session *session, uint64_t now_ns)
+{
+    uint64_t wake_ns = LOOP_NEVER;
+    uint32_t events = 0;
+
+    if (is_over(session)) {
+        end(session);
+        return;
+    }
+    if (waiting(session) > 0)
+        events |= EPOLLOUT;
+    if (line_waiting(session) && !session->closing) {
+        if (waiting(session) >= OUT_PAUSE_BYTES)
+            wake_ns = session->progress_ns + STALL_NS;
+        else
+            wake_ns = session->tokens >= 1.0 ? now_ns : now_ns + REFILL_NS;
+    } else if (!session->eof && !session->closing) {
+        events |= EPOLLIN;
+    }
+    loop_arm(session->host->loop, &session->wake, wake_ns);
+    if (events != session->events)
+        loop_change(session->host->loop, &session->io, events);
+    session->events = events;
+}
+
+static void work(struct session *session, uint64_t now_ns)
+{
+    session->tokens += (double)(now_ns - session->tokens_ns) * 1e-9 * REQUESTS_PER_S;
+    if (session->tokens > REQUESTS_BURST)
+        session->tokens = REQUESTS_BURST;
+    session->tokens_ns = now_ns;
+
+    flush(session, now_ns);
+    handle_lines(session, now_ns);
+    flush(session, now_ns);
+    for (int i = 0; i < WATCH_MAX && !session->dead && waiting(session) == 0; i++) {
+        struct watch *watch = &session->watches.watch[i];
+
+        if (watch->id != 0 && watch->late) {
+            queue(session, watch_text(watch, now_ns), now_ns);
+            session->host->stats.notifications_sent++;
+            flush(session, now_ns);
+        }
+    }
+    settle(session, now_ns);
+}
+
+static void on_ready(void *ctx, uint32_t epoll_events, uint64_t now_ns)
+{
+    struct session *session = ctx;
+
+    if (epoll_events & (EPOLLHUP | EPOLLERR))
+        session->gone = true;
+    if (!session->eof && !session->closing && !line_waiting(session))
+        receive(session);
+    work(session, now_ns);
+}
+
+static void on_wake(void *ctx, uint64_t now_ns)
+{
+    struct session *session = ctx;
+
+    if (waiting(session) >= OUT_PAUSE_BYTES && now_ns >= session->progress_ns + STALL_NS)
+        cut(session, now_ns, "it sends requests and does not read the replies");
+    work(session, now_ns);
+}
+
+static void on_watch(void *ctx, struct watch *watch, uint64_t now_ns)
+{
+    struct session *session = ctx;
+
+    if (waiting(session) == 0) {
+        watch->late = true; /* work() sends it */
+        work(session, now_ns);
+    } else {
+        const uint64_t before = watch->skipped;
+
+        watch_postpone(watch);
+        session->host->stats.notifications_skipped += watch->skipped - before;
+    }
+}
+
+bool session_open(struct session_host *host, int fd, struct session **slot)
+{
+    struct session *session = calloc(1, sizeof *session);
+    char *in = malloc(IN_START_BYTES);
+    const uint64_t now_ns = loop_now(host->loop);
+    const int send_bytes = OUT_PAUSE_BYTES;
+
+    if (!session || !in)
+        goto fail;
+    *session = (struct session){
+        .host = host,
+        .slot = slot,
+        .io = {.fd = fd, .ready = on_ready, .ctx = session},
+        .wake = {.fire = on_wake, .ctx = session},
+        .events = EPOLLIN,
+        .in = in,
+        .in_size = IN_START_BYTES,
+        .tokens = REQUESTS_BURST,
+        .tokens_ns = now_ns,
+        .progress_ns = now_ns,
+        .watches = {.loop = host->loop,
+                    .methods = host->methods,
+                    .daemon = host->daemon,
+                    .due = on_watch,
+                    .ctx = session},
+    };
+    if (!loop_add(host->loop, &session->io, EPOLLIN))
+        goto fail;
+    /* What waits in the kernel for a slow reader is old news; keep it short. */
+    setsockopt(fd, SOL_SOCKET, SO_SNDBUF, &send_bytes, sizeof send_bytes);
+    *slot = session;
+    host->stats.clients_now++;
+    host->stats.clients_total++;
+    return true;
+fail:
+    free(in);
+    free(session);
+    close(fd);
+    return false;
+}
+
+void session_close(struct session *session)
+{
+    if (session)
+        end(session);
+}
+
+json_t *session_watch(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    struct session *session = call->client;
+
+    return watch_add(&session->watches, params, call->now_ns, error);
+}
+
+json_t *session_unwatch(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    struct session *session = call->client;
+
+    return watch_remove(&session->watches, params, error);
+}

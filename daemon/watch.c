@@ -1,0 +1,154 @@
+/* SPDX-License-Identifier: MIT */
+#include "watch.h"
+
+#include <string.h>
+
+/* Cannot be watched: they would change something at every turn. */
+static const char *const not_watchable[] = {"watch", "unwatch", "pose", NULL};
+
+static void on_timer(void *ctx, uint64_t now_ns)
+{
+    struct watch *watch = ctx;
+    uint64_t next_ns = watch->timer.due_ns + watch->period_ns;
+
+    /* Ticks missed while the loop was away are not made up for. */
+    if (next_ns <= now_ns)
+        next_ns = now_ns + watch->period_ns;
+    loop_arm(watch->set->loop, &watch->timer, next_ns);
+    watch->set->due(watch->set->ctx, watch, now_ns);
+}
+
+/* The name as the table of methods has it, NULL with *error set. */
+static const char *find_watchable(const struct rpc_method *methods, const char *name, struct rpc_error *error)
+{
+    for (int i = 0; not_watchable[i]; i++) {
+        if (strcmp(name, not_watchable[i]) == 0) {
+            rpc_refuse(error, RPC_INVALID_PARAMS, "method '%s' cannot be watched", name);
+            return NULL;
+        }
+    }
+    for (; methods->name; methods++)
+        if (strcmp(name, methods->name) == 0)
+            return methods->name;
+    rpc_refuse(error, RPC_METHOD_NOT_FOUND, "no method '%.64s' to watch", name);
+    return NULL;
+}
+
+static struct watch *free_watch(struct watch_set *set)
+{
+    for (int i = 0; i < WATCH_MAX; i++)
+        if (set->watch[i].id == 0)
+            return &set->watch[i];
+    return NULL;
+}
+
+/* The parameters of a watch request; *watched is borrowed, NULL when absent. */
+static bool parse_request(const struct watch_set *set, json_t *request, const char **method, json_t **watched,
+                          double *rate_hz, struct rpc_error *error)
+{
+    static const char *const keys[] = {"method", "params", "rate_hz", NULL};
+    const json_t *name = json_object_get(request, "method");
+
+    *watched = json_object_get(request, "params");
+    *rate_hz = 1.0;
+    if (!rpc_only(request, keys, error) ||
+        !rpc_number(request, "rate_hz", false, WATCH_RATE_MIN_HZ, WATCH_RATE_MAX_HZ, rate_hz, error))
+        return false;
+    if (!json_is_string(name))
+        return rpc_refuse(error, RPC_INVALID_PARAMS, "parameter 'method' must be a string: what to watch");
+    if (*watched && !json_is_object(*watched))
+        return rpc_refuse(error, RPC_INVALID_PARAMS, "parameter 'params' must be an object");
+    *method = find_watchable(set->methods, json_string_value(name), error);
+    return *method != NULL;
+}
+
+json_t *watch_add(struct watch_set *set, json_t *params, uint64_t now_ns, struct rpc_error *error)
+{
+    struct watch *watch = free_watch(set);
+    const char *method = NULL;
+    json_t *watched;
+    double rate_hz;
+
+    if (!parse_request(set, params, &method, &watched, &rate_hz, error))
+        return NULL;
+    if (!watch) {
+        rpc_refuse(error, RPC_LIMIT, "a client may have at most %d watches", WATCH_MAX);
+        return NULL;
+    }
+    *watch = (struct watch){.set = set,
+                            .id = ++set->last_id,
+                            .method = method,
+                            .params = watched ? json_incref(watched) : json_object(),
+                            .period_ns = (uint64_t)(1e9 / rate_hz),
+                            .timer = {.fire = on_timer, .ctx = watch}};
+    loop_arm(set->loop, &watch->timer, now_ns);
+    return json_pack("{s:I}", "watch", (json_int_t)watch->id);
+}
+
+static void end(struct watch *watch)
+{
+    loop_arm(watch->set->loop, &watch->timer, LOOP_NEVER);
+    json_decref(watch->params);
+    watch->id = 0;
+}
+
+json_t *watch_remove(struct watch_set *set, json_t *params, struct rpc_error *error)
+{
+    static const char *const keys[] = {"watch", NULL};
+    int64_t id = 0;
+
+    if (!rpc_only(params, keys, error) || !rpc_integer(params, "watch", true, 1, INT64_MAX, &id, error))
+        return NULL;
+    for (int i = 0; i < WATCH_MAX; i++) {
+        if (set->watch[i].id == id) {
+            end(&set->watch[i]);
+            return json_pack("{s:I}", "watch", (json_int_t)id);
+        }
+    }
+    rpc_refuse(error, RPC_INVALID_PARAMS, "this client has no watch %lld", (long long)id);
+    return NULL;
+}
+
+bool watch_any(const struct watch_set *set)
+{
+    for (int i = 0; i < WATCH_MAX; i++)
+        if (set->watch[i].id != 0)
+            return true;
+    return false;
+}
+
+void watch_clear(struct watch_set *set)
+{
+    for (int i = 0; i < WATCH_MAX; i++)
+        if (set->watch[i].id != 0)
+            end(&set->watch[i]);
+}
+
+void watch_postpone(struct watch *watch)
+{
+    if (watch->late)
+        watch->skipped++;
+    watch->late = true;
+}
+
+char *watch_text(struct watch *watch, uint64_t now_ns)
+{
+    const struct rpc_call call = {.daemon = watch->set->daemon, .now_ns = now_ns};
+    struct rpc_error error;
+    json_t *params = json_pack("{s:I, s:s}", "watch", (json_int_t)watch->id, "method", watch->method);
+    json_t *result = rpc_invoke(watch->set->methods, &call, watch->method, watch->params, &error);
+    char *text;
+
+    if (result)
+        json_object_set_new(params, "result", result);
+    else
+        json_object_set_new(params, "error",
+                            json_pack("{s:i, s:s}", "code", error.code, "message", error.message));
+    if (watch->skipped > 0)
+        json_object_set_new(params, "skipped", json_integer((json_int_t)watch->skipped));
+    watch->late = false;
+    watch->skipped = 0;
+    text = rpc_notification("watch", params);
+    json_decref(params);
+    return text;
+}

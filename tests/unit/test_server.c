@@ -1,0 +1,745 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * test_server - the server on a real socket in a directory of its own, with the loop's virtual clock: clients that are
+ * slow, greedy, broken or gone, and socket files that are not ours to remove.
+ */
+#include "../../daemon/server.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <sys/resource.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include "../../daemon/log.h"
+#include "../lib/test.h"
+
+#define MS        UINT64_C(1000000)
+#define FILES_MAX 64
+
+static char directory[] = "/tmp/sonard-test-XXXXXX";
+static char path[64];
+static struct loop *loop;
+static struct server *server;
+static int state; /* what the methods answer */
+
+static json_t *get_state(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    (void)call, (void)params, (void)error;
+    return json_pack("{s:i}", "state", state);
+}
+
+static json_t *large(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    int64_t n = 0;
+
+    (void)call;
+    if (!rpc_integer(params, "bytes", true, 0, 4 << 20, &n, error))
+        return NULL;
+
+    char *text = malloc((size_t)n);
+
+    memset(text, 'x', (size_t)n);
+
+    json_t *value = json_stringn(text, (size_t)n);
+
+    free(text);
+    return value;
+}
+
+static const struct rpc_method methods[] = {
+    {"state", get_state}, {"large", large}, {"pose", get_state}, {NULL, NULL}};
+
+static struct server *start(int max_clients, char *err, size_t err_size)
+{
+    const struct server_conf conf = {.path = path, .mode = 0640, .max_clients = max_clients};
+
+    return server_start(loop, &conf, methods, NULL, err, err_size);
+}
+
+static void set_up(int max_clients)
+{
+    char err[256];
+
+    loop = loop_new(true);
+    loop_advance(loop, 1000 * MS);
+    server = start(max_clients, err, sizeof err);
+    if (!server) {
+        printf("%s\n", err);
+        exit(1);
+    }
+    state = 0;
+}
+
+static void tear_down(void)
+{
+    server_stop(server);
+    server = NULL;
+    loop_free(loop);
+}
+
+static struct server_stats stats(void)
+{
+    struct server_stats s;
+
+    server_stats(server, &s);
+    return s;
+}
+
+static void turn(int n)
+{
+    while (n-- > 0)
+        loop_turn(loop, 0);
+}
+
+/* A client of the test: a blocking descriptor that is only read when something is there. */
+struct peer {
+    int fd;
+    char *in;
+    size_t n, size;
+};
+
+static struct peer join(void)
+{
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    struct peer peer = {.fd = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0)};
+
+    snprintf(address.sun_path, sizeof address.sun_path, "%s", path);
+    CHECK(connect(peer.fd, (struct sockaddr *)&address, sizeof address) == 0);
+    peer.size = 4 << 20;
+    peer.in = malloc(peer.size);
+    turn(1);
+    return peer;
+}
+
+static void leave(struct peer *peer)
+{
+    close(peer->fd);
+    free(peer->in);
+    turn(2);
+}
+
+static void say(const struct peer *peer, const char *text)
+{
+    CHECK(send(peer->fd, text, strlen(text), MSG_NOSIGNAL) == (ssize_t)strlen(text));
+}
+
+/* Takes what has come; false at the end of the connection. */
+static bool take(struct peer *peer)
+{
+    const ssize_t n = recv(peer->fd, peer->in + peer->n, peer->size - peer->n - 1, 0);
+
+    if (n > 0)
+        peer->n += (size_t)n;
+    return n > 0 || (n < 0 && errno == EAGAIN);
+}
+
+/* The next line, copied into `line`; "-" when none comes within the turns, "end" when the connection is closed. */
+static const char *hear(struct peer *peer, char *line, size_t size)
+{
+    for (int i = 0; i < 200; i++) {
+        const bool open = take(peer);
+        const char *end = memchr(peer->in, '\n', peer->n);
+
+        if (end) {
+            const size_t n = (size_t)(end - peer->in);
+
+            snprintf(line, size, "%.*s", (int)n, peer->in);
+            memmove(peer->in, end + 1, peer->n - n - 1);
+            peer->n -= n + 1;
+            return line;
+        }
+        if (!open)
+            return "end";
+        turn(1);
+    }
+    return "-";
+}
+
+#define HEAR(peer) hear(&(peer), (char[512]){0}, 512)
+
+static size_t count_lines(struct peer *peer)
+{
+    size_t n = 0;
+
+    for (size_t i = 0; i < peer->n; i++)
+        n += peer->in[i] == '\n';
+    return n;
+}
+
+#define ASK(method, id)  "{\"jsonrpc\":\"2.0\",\"method\":\"" method "\",\"id\":" #id "}\n"
+#define STATE(value, id) "{\"jsonrpc\":\"2.0\",\"result\":{\"state\":" #value "},\"id\":" #id "}"
+#define WATCH(what, rate)                                                                                         \
+    "{\"jsonrpc\":\"2.0\",\"method\":\"watch\",\"params\":{\"method\":\"" what "\",\"rate_hz\":" #rate            \
+    "},\"id\":1}\n"
+#define WATCH_ID(n) "{\"jsonrpc\":\"2.0\",\"result\":{\"watch\":" #n "},\"id\":1}"
+#define TOLD(watch, value)                                                                                        \
+    "{\"jsonrpc\":\"2.0\",\"method\":\"watch\",\"params\":{\"watch\":" #watch                                     \
+    ",\"method\":\"state\",\"result\":{\"state\":" #value "}}}"
+
+TEST(a_request_in_any_pieces_is_answered)
+{
+    const char *text = ASK("state", 1);
+
+    set_up(4);
+    struct peer peer = join();
+
+    send(peer.fd, text, 20, 0);
+    turn(3);
+    CHECK_STR(HEAR(peer), "-");
+    say(&peer, text + 20);
+    CHECK_STR(HEAR(peer), STATE(0, 1));
+    for (const char *c = text; *c; c++) {
+        send(peer.fd, c, 1, 0);
+        turn(1);
+    }
+    CHECK_STR(HEAR(peer), STATE(0, 1));
+    say(&peer, ASK("state", 2) ASK("state", 3) "{\"jsonrpc\"");
+    CHECK_STR(HEAR(peer), STATE(0, 2));
+    CHECK_STR(HEAR(peer), STATE(0, 3));
+    say(&peer, ":\"2.0\",\"method\":\"state\",\"id\":4}\r\n");
+    CHECK_STR(HEAR(peer), STATE(0, 4));
+    CHECK_INT(stats().requests, 5);
+    leave(&peer);
+    CHECK_INT(stats().clients_now, 0);
+    CHECK_INT(stats().clients_total, 1);
+    tear_down();
+}
+
+TEST(a_batch_is_one_line)
+{
+    set_up(4);
+    struct peer peer = join();
+
+    say(&peer, "[{\"jsonrpc\":\"2.0\",\"method\":\"state\",\"id\":1},{\"jsonrpc\":\"2.0\",\"method\":\"state\"},"
+               "{\"jsonrpc\":\"2.0\",\"method\":\"state\",\"id\":2}]\n");
+    CHECK_STR(HEAR(peer), "[" STATE(0, 1) "," STATE(0, 2) "]");
+    CHECK_INT(stats().requests, 3);
+    leave(&peer);
+    tear_down();
+}
+
+TEST(the_last_line_needs_no_newline)
+{
+    set_up(4);
+    struct peer peer = join();
+
+    say(&peer, ASK("state", 1) "{\"jsonrpc\":\"2.0\",\"method\":\"state\",\"id\":2}");
+    shutdown(peer.fd, SHUT_WR);
+    CHECK_STR(HEAR(peer), STATE(0, 1));
+    CHECK_STR(HEAR(peer), STATE(0, 2));
+    CHECK_STR(HEAR(peer), "end");
+    leave(&peer);
+    tear_down();
+}
+
+TEST(an_overlong_line_is_told_and_cut)
+{
+    set_up(4);
+    struct peer peer = join(), other = join();
+    char *line = malloc(RPC_LINE_MAX + 2);
+
+    memset(line, ' ', RPC_LINE_MAX + 1);
+    memcpy(line, "{}", 2);
+    line[RPC_LINE_MAX] = '\n';
+    for (size_t sent = 0; sent < RPC_LINE_MAX + 1;) { /* the longest line passes */
+        const ssize_t n = send(peer.fd, line + sent, RPC_LINE_MAX + 1 - sent, MSG_NOSIGNAL);
+        sent += n > 0 ? (size_t)n : 0;
+        turn(1);
+    }
+    CHECK(strstr(HEAR(peer), "-32600"));
+    line[RPC_LINE_MAX] = ' ';
+    for (size_t sent = 0; sent < RPC_LINE_MAX + 1;) {
+        const ssize_t n = send(peer.fd, line + sent, RPC_LINE_MAX + 1 - sent, MSG_NOSIGNAL);
+        sent += n > 0 ? (size_t)n : 0;
+        turn(1);
+    }
+    CHECK_STR(HEAR(peer),
+              "{\"jsonrpc\":\"2.0\",\"error\":{\"code\":-32000,\"message\":\"the line is longer than 65536 "
+              "bytes\"},\"id\":null}");
+    CHECK_STR(HEAR(peer), "end");
+    CHECK_INT(stats().clients_cut, 1);
+    say(&other, ASK("state", 7));
+    CHECK_STR(HEAR(other), STATE(0, 7));
+    free(line);
+    leave(&peer);
+    leave(&other);
+    tear_down();
+}
+
+TEST(bytes_that_are_no_request_get_an_error_and_no_more)
+{
+    set_up(4);
+    struct peer peer = join();
+
+    say(&peer, "\x01\x02\xff garbage\n\n" ASK("state", 1));
+    CHECK(strstr(HEAR(peer), "-32700"));
+    CHECK(strstr(HEAR(peer), "-32700"));
+    CHECK_STR(HEAR(peer), STATE(0, 1));
+    CHECK_INT(stats().errors, 2);
+    leave(&peer);
+    tear_down();
+}
+
+TEST(a_flood_is_slowed_down_and_others_are_served)
+{
+    static const char request[] = ASK("state", 1);
+
+    set_up(4);
+    struct peer greedy = join(), other = join();
+    size_t sent = 0, turns_waited = 0;
+
+    for (int i = 0; i < 20000; i++) {
+        const ssize_t n = send(greedy.fd, request + sent % (sizeof request - 1),
+                               sizeof request - 1 - sent % (sizeof request - 1), MSG_NOSIGNAL);
+        if (n > 0)
+            sent += (size_t)n;
+        turn(1);
+        CHECK(take(&greedy));
+    }
+    turn(200);
+    CHECK(take(&greedy));
+    CHECK_INT(count_lines(&greedy), 2000); /* the burst; the clock stands */
+    CHECK(sent < 20000 * (sizeof request - 1));
+
+    say(&other, ASK("state", 2));
+    while (!memchr(other.in, '\n', other.n) && turns_waited++ < 10) {
+        turn(1);
+        take(&other);
+    }
+    CHECK_STR(HEAR(other), STATE(0, 2));
+    CHECK(turns_waited <= 2);
+
+    loop_advance(loop, loop_now(loop) + 100 * MS); /* 200 more */
+    turn(100);
+    CHECK(take(&greedy));
+    CHECK_NEAR(count_lines(&greedy), 2200, 0, 20);
+    CHECK_INT(stats().clients_cut, 0);
+    leave(&greedy);
+    leave(&other);
+    tear_down();
+}
+
+TEST(a_turn_serves_everybody)
+{
+    char text[40 * sizeof ASK("state", 1)] = "";
+
+    for (int i = 0; i < 40; i++)
+        strcat(text, ASK("state", 1));
+    set_up(4);
+    struct peer first = join(), second = join();
+
+    say(&first, text);
+    say(&second, text);
+    turn(1);
+    take(&first);
+    take(&second);
+    CHECK(count_lines(&first) >= 16 && count_lines(&first) <= 32);
+    CHECK(count_lines(&second) >= 16 && count_lines(&second) <= 32);
+    turn(10);
+    take(&first);
+    take(&second);
+    CHECK_INT(count_lines(&first), 40);
+    CHECK_INT(count_lines(&second), 40);
+    leave(&first);
+    leave(&second);
+    tear_down();
+}
+
+TEST(a_watch_tells_at_once_and_at_its_rate)
+{
+    set_up(4);
+    struct peer peer = join();
+
+    say(&peer, WATCH("state", 10));
+    CHECK_STR(HEAR(peer), WATCH_ID(1));
+    CHECK_STR(HEAR(peer), TOLD(1, 0));
+    CHECK_STR(HEAR(peer), "-");
+    state = 1;
+    loop_advance(loop, loop_now(loop) + 99 * MS);
+    CHECK_STR(HEAR(peer), "-");
+    loop_advance(loop, loop_now(loop) + 1 * MS);
+    CHECK_STR(HEAR(peer), TOLD(1, 1));
+    for (int i = 0; i < 100; i++) {
+        loop_advance(loop, loop_now(loop) + 37 * MS);
+        turn(1);
+    }
+    take(&peer);
+    CHECK_INT(count_lines(&peer), 37);
+    peer.n = 0;
+    say(&peer, "{\"jsonrpc\":\"2.0\",\"method\":\"unwatch\",\"params\":{\"watch\":1},\"id\":1}\n");
+    CHECK_STR(HEAR(peer), WATCH_ID(1));
+    loop_advance(loop, loop_now(loop) + 1000 * MS);
+    CHECK_STR(HEAR(peer), "-");
+    leave(&peer);
+    tear_down();
+}
+
+TEST(watches_are_checked)
+{
+    static const struct {
+        const char *request, *want;
+    } rows[] = {
+        {WATCH("pose", 1), "method 'pose' cannot be watched"},
+        {WATCH("watch", 1), "method 'watch' cannot be watched"},
+        {WATCH("unwatch", 1), "method 'unwatch' cannot be watched"},
+        {WATCH("nothing", 1), "no method 'nothing' to watch"},
+        {WATCH("state", 0.09), "parameter 'rate_hz' is 0.09, want a number from 0.1 to 50"},
+        {WATCH("state", 51), "parameter 'rate_hz' is 51, want a number from 0.1 to 50"},
+        {"{\"jsonrpc\":\"2.0\",\"method\":\"watch\",\"id\":1}\n", "parameter 'method' must be a string"},
+        {"{\"jsonrpc\":\"2.0\",\"method\":\"watch\",\"params\":{\"method\":\"state\",\"params\":[]},\"id\":1}\n",
+         "parameter 'params' must be an object"},
+        {"{\"jsonrpc\":\"2.0\",\"method\":\"watch\",\"params\":{\"method\":\"state\",\"rate\":1},\"id\":1}\n",
+         "'rate' is not known here, allowed: method, params, rate_hz"},
+        {"{\"jsonrpc\":\"2.0\",\"method\":\"unwatch\",\"params\":{\"watch\":7},\"id\":1}\n",
+         "this client has no watch 7"},
+    };
+    set_up(4);
+    struct peer peer = join();
+
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        say(&peer, rows[i].request);
+
+        const char *got = HEAR(peer);
+
+        if (!strstr(got, rows[i].want)) {
+            printf("got %s, want %s\n", got, rows[i].want);
+            test_case_failed = true;
+        }
+    }
+    for (int i = 0; i < 16; i++)
+        say(&peer, WATCH("state", 0.1));
+    for (int i = 0; i < 32; i++)
+        HEAR(peer);
+    say(&peer, WATCH("state", 0.1));
+    CHECK(strstr(HEAR(peer), "a client may have at most 16 watches"));
+    leave(&peer);
+    tear_down();
+}
+
+TEST(a_watched_method_that_fails_says_so_in_the_notification)
+{
+    set_up(4);
+    struct peer peer = join();
+
+    say(&peer, WATCH("large", 1));
+    CHECK_STR(HEAR(peer), WATCH_ID(1));
+    CHECK_STR(HEAR(peer),
+              "{\"jsonrpc\":\"2.0\",\"method\":\"watch\",\"params\":{\"watch\":1,\"method\":\"large\",\"error\":{"
+              "\"code\":-32602,\"message\":\"parameter 'bytes' is missing\"}}}");
+    leave(&peer);
+    tear_down();
+}
+
+TEST(a_slow_reader_gets_the_newest_state)
+{
+    char last[512] = "";
+    const char *line;
+
+    set_up(4);
+    struct peer peer = join();
+
+    say(&peer, WATCH("state", 50));
+    HEAR(peer);
+    /* a reply that fills what the kernel holds */
+    say(&peer, "{\"jsonrpc\":\"2.0\",\"method\":\"large\",\"params\":{\"bytes\":900000},\"id\":2}\n");
+    turn(3);
+    for (state = 100; state < 200; state++)
+        loop_advance(loop, loop_now(loop) + 20 * MS);
+    state--;
+    CHECK_INT(stats().notifications_skipped, 99);
+
+    while ((line = HEAR(peer)), strcmp(line, "-") != 0 && strcmp(line, "end") != 0)
+        snprintf(last, sizeof last, "%s", line);
+    CHECK_STR(last,
+              "{\"jsonrpc\":\"2.0\",\"method\":\"watch\",\"params\":{\"watch\":1,\"method\":\"state\",\"result\":{"
+              "\"state\":199},\"skipped\":99}}");
+    loop_advance(loop, loop_now(loop) + 20 * MS);
+    CHECK_STR(HEAR(peer), TOLD(1, 199));
+    CHECK_INT(stats().clients_cut, 0);
+    leave(&peer);
+    tear_down();
+}
+
+TEST(a_reply_beyond_the_bound_cuts_the_client)
+{
+    set_up(4);
+    struct peer peer = join();
+
+    say(&peer, "{\"jsonrpc\":\"2.0\",\"method\":\"large\",\"params\":{\"bytes\":1100000},\"id\":1}\n");
+    CHECK_STR(HEAR(peer), "end");
+    CHECK_INT(stats().clients_cut, 1);
+    CHECK_INT(stats().clients_now, 0);
+    leave(&peer);
+    tear_down();
+}
+
+TEST(requests_wait_while_their_replies_are_not_read)
+{
+    size_t replies = 0;
+
+    set_up(4);
+    struct peer peer = join();
+
+    for (int i = 0; i < 20; i++)
+        say(&peer, "{\"jsonrpc\":\"2.0\",\"method\":\"large\",\"params\":{\"bytes\":200000},\"id\":1}\n");
+    turn(100);
+    CHECK(stats().requests < 20); /* 4 MB of replies, 1 MiB of room: not cut, but waited for */
+    for (int i = 0; i < 5000 && replies < 20; i++) {
+        CHECK(take(&peer));
+        replies += count_lines(&peer);
+        peer.n = 0;
+        turn(1);
+    }
+    CHECK_INT(replies, 20);
+    CHECK_INT(stats().clients_cut, 0);
+    leave(&peer);
+    tear_down();
+}
+
+TEST(a_client_that_asks_and_never_reads_is_cut)
+{
+    set_up(4);
+    struct peer peer = join(), other = join();
+
+    for (int i = 0; i < 20; i++)
+        say(&peer, "{\"jsonrpc\":\"2.0\",\"method\":\"large\",\"params\":{\"bytes\":200000},\"id\":1}\n");
+    turn(50);
+    loop_advance(loop, loop_now(loop) + 9900 * MS);
+    turn(5);
+    CHECK_INT(stats().clients_now, 2);
+    loop_advance(loop, loop_now(loop) + 200 * MS);
+    turn(5);
+    CHECK_INT(stats().clients_now, 1);
+    CHECK_INT(stats().clients_cut, 1);
+    leave(&peer);
+    leave(&other);
+    tear_down();
+}
+
+TEST(a_watcher_that_sleeps_is_not_cut)
+{
+    set_up(4);
+    struct peer peer = join();
+
+    say(&peer, WATCH("state", 50));
+    turn(2);
+    for (int i = 0; i < 60000; i++)
+        loop_advance(loop, loop_now(loop) + 20 * MS);
+    CHECK_INT(stats().clients_cut, 0);
+    CHECK_INT(stats().clients_now, 1);
+    CHECK(stats().notifications_skipped > 0);
+    leave(&peer);
+    tear_down();
+}
+
+TEST(a_client_that_vanishes_takes_nothing_with_it)
+{
+    set_up(4);
+    for (int i = 0; i < 50; i++) {
+        struct peer peer = join();
+
+        say(&peer, WATCH("state", 50) "{\"jsonrpc\":\"2.0\",\"method\":\"large\",\"params\":{\"bytes\":900000},"
+                                      "\"id\":1}\n" ASK("state", 1));
+        turn(i % 5);
+        leave(&peer);
+        loop_advance(loop, loop_now(loop) + 20 * MS);
+        CHECK_INT(stats().clients_now, 0);
+    }
+    struct peer peer = join();
+
+    say(&peer, ASK("state", 1));
+    CHECK_STR(HEAR(peer), STATE(0, 1));
+    leave(&peer);
+    tear_down();
+}
+
+TEST(what_a_client_said_before_it_left_is_done)
+{
+    set_up(4);
+    struct peer peer = join();
+
+    say(&peer, "{\"jsonrpc\":\"2.0\",\"method\":\"pose\"}\n{\"jsonrpc\":\"2.0\",\"method\":\"pose\"}");
+    leave(&peer);
+    CHECK_INT(stats().requests, 2);
+    CHECK_INT(stats().clients_now, 0);
+    tear_down();
+}
+
+TEST(one_client_too_many_is_told)
+{
+    set_up(2);
+    struct peer a = join(), b = join(), c = join();
+
+    CHECK_STR(HEAR(c),
+              "{\"jsonrpc\":\"2.0\",\"error\":{\"code\":-32000,\"message\":\"at most 2 clients are served at a "
+              "time\"},\"id\":null}");
+    CHECK_STR(HEAR(c), "end");
+    CHECK_INT(stats().clients_refused, 1);
+    leave(&a);
+    struct peer d = join();
+
+    say(&d, ASK("state", 1));
+    CHECK_STR(HEAR(d), STATE(0, 1));
+    leave(&b);
+    leave(&c);
+    leave(&d);
+    tear_down();
+}
+
+TEST(no_descriptors_left_is_a_pause_not_the_end)
+{
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    int fd, taken[FILES_MAX], n = 0;
+
+    set_up(4);
+    fd = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0);
+    snprintf(address.sun_path, sizeof address.sun_path, "%s", path);
+    CHECK(connect(fd, (struct sockaddr *)&address, sizeof address) == 0);
+    while (n < FILES_MAX && (taken[n] = open("/dev/null", O_RDONLY)) >= 0)
+        n++;
+    turn(20);
+    CHECK_INT(stats().clients_now, 0);
+    while (n > 0)
+        close(taken[--n]);
+    turn(20);
+    CHECK_INT(stats().clients_now, 0); /* not even tried: that would be a busy loop */
+    loop_advance(loop, loop_now(loop) + 250 * MS);
+    turn(2);
+    CHECK_INT(stats().clients_now, 1);
+    close(fd);
+    tear_down();
+}
+
+static bool is_socket(void)
+{
+    struct stat st;
+
+    return lstat(path, &st) == 0 && S_ISSOCK(st.st_mode);
+}
+
+TEST(the_socket_file_has_its_mode_and_goes_with_the_server)
+{
+    struct stat st;
+
+    set_up(4);
+    CHECK(lstat(path, &st) == 0);
+    CHECK_INT(st.st_mode & 07777, 0640);
+    tear_down();
+    CHECK(access(path, F_OK) != 0);
+}
+
+TEST(a_second_daemon_does_not_start)
+{
+    char err[256] = "", want[256];
+
+    set_up(4);
+    CHECK(start(4, err, sizeof err) == NULL);
+    snprintf(want, sizeof want, "another sonard answers on %s", path);
+    CHECK_STR(err, want);
+    CHECK(is_socket());
+    tear_down();
+}
+
+TEST(a_stale_socket_is_replaced)
+{
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    const int fd = socket(AF_UNIX, SOCK_STREAM, 0);
+
+    snprintf(address.sun_path, sizeof address.sun_path, "%s", path);
+    CHECK(bind(fd, (struct sockaddr *)&address, sizeof address) == 0);
+    close(fd);
+    CHECK(is_socket());
+    set_up(4);
+    struct peer peer = join();
+
+    say(&peer, ASK("state", 1));
+    CHECK_STR(HEAR(peer), STATE(0, 1));
+    leave(&peer);
+    tear_down();
+}
+
+TEST(what_is_no_socket_is_left_alone)
+{
+    char err[256] = "", want[256];
+    const int fd = open(path, O_CREAT | O_WRONLY, 0600);
+
+    close(fd);
+    loop = loop_new(true);
+    CHECK(start(4, err, sizeof err) == NULL);
+    snprintf(want, sizeof want, "%s exists and is no socket; remove it or choose another path", path);
+    CHECK_STR(err, want);
+    CHECK(access(path, F_OK) == 0);
+    unlink(path);
+    loop_free(loop);
+}
+
+TEST(paths_that_cannot_be_are_refused)
+{
+    char err[256] = "", long_path[200];
+    struct server_conf conf = {.path = long_path, .mode = 0600, .max_clients = 1};
+
+    loop = loop_new(true);
+    memset(long_path, 'a', sizeof long_path - 1);
+    long_path[0] = '/';
+    long_path[108] = '\0';
+    CHECK(server_start(loop, &conf, methods, NULL, err, sizeof err) == NULL);
+    CHECK_STR(err, "socket path has 108 bytes, want 1 to 107");
+    conf.path = "/nowhere/at/all/sonard.sock";
+    CHECK(server_start(loop, &conf, methods, NULL, err, sizeof err) == NULL);
+    CHECK_STR(err, "socket /nowhere/at/all/sonard.sock: the directory /nowhere/at/all: No such file or directory");
+    loop_free(loop);
+}
+
+TEST(a_socket_that_is_another_s_by_now_is_not_removed)
+{
+    set_up(4);
+    unlink(path);
+
+    const int fd = open(path, O_CREAT | O_WRONLY, 0600);
+
+    close(fd);
+    tear_down();
+    CHECK(access(path, F_OK) == 0);
+    unlink(path);
+}
+
+int main(void)
+{
+    const struct rlimit few = {.rlim_cur = FILES_MAX, .rlim_max = FILES_MAX};
+
+    setrlimit(RLIMIT_NOFILE, &few);
+    if (!mkdtemp(directory))
+        return 1;
+    snprintf(path, sizeof path, "%s/sonard.sock", directory);
+    log_set_level(LOG_ERR);
+    RUN(a_request_in_any_pieces_is_answered);
+    RUN(a_batch_is_one_line);
+    RUN(the_last_line_needs_no_newline);
+    RUN(an_overlong_line_is_told_and_cut);
+    RUN(bytes_that_are_no_request_get_an_error_and_no_more);
+    RUN(a_flood_is_slowed_down_and_others_are_served);
+    RUN(a_turn_serves_everybody);
+    RUN(a_watch_tells_at_once_and_at_its_rate);
+    RUN(watches_are_checked);
+    RUN(a_watched_method_that_fails_says_so_in_the_notification);
+    RUN(a_slow_reader_gets_the_newest_state);
+    RUN(a_reply_beyond_the_bound_cuts_the_client);
+    RUN(requests_wait_while_their_replies_are_not_read);
+    RUN(a_client_that_asks_and_never_reads_is_cut);
+    RUN(a_watcher_that_sleeps_is_not_cut);
+    RUN(a_client_that_vanishes_takes_nothing_with_it);
+    RUN(what_a_client_said_before_it_left_is_done);
+    RUN(one_client_too_many_is_told);
+    RUN(no_descriptors_left_is_a_pause_not_the_end);
+    RUN(the_socket_file_has_its_mode_and_goes_with_the_server);
+    RUN(a_second_daemon_does_not_start);
+    RUN(a_stale_socket_is_replaced);
+    RUN(what_is_no_socket_is_left_alone);
+    RUN(paths_that_cannot_be_are_refused);
+    RUN(a_socket_that_is_another_s_by_now_is_not_removed);
+    rmdir(directory);
+    return test_end();
+}
