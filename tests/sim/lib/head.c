@@ -92,7 +92,7 @@ static uint64_t send_data(struct head *head, bool automatic, const struct ping36
 static void ping_begin(struct head *head, uint16_t angle, bool transmits, uint64_t now_ns)
 {
     const int way = abs((int)angle - (int)head->angle);
-    const int shorter = way < PING360_TURN - way ? way : PING360_TURN - way;
+    const int shorter = way < HEAD_TURN - way ? way : HEAD_TURN - way;
 
     if (head->lag_left > 0)
         head->lag_left--;
@@ -150,8 +150,8 @@ static void sweep_take(struct head *head)
 static void sweep_advance(struct head *head)
 {
     const struct ping360_sweep *sweep = &head->sweep;
-    const bool circle = sweep->start == 0 && sweep->stop == PING360_TURN - 1;
-    const int span = (sweep->stop - sweep->start + PING360_TURN) % PING360_TURN;
+    const bool circle = sweep->start == 0 && sweep->stop == HEAD_TURN - 1;
+    const int span = (sweep->stop - sweep->start + HEAD_TURN) % HEAD_TURN;
     const int next = head->position + head->direction * sweep->step;
 
     if (next >= 0 && next <= span) {
@@ -159,7 +159,7 @@ static void sweep_advance(struct head *head)
     } else if (!sweep_equal(sweep, &head->next_sweep)) {
         sweep_take(head);
     } else if (circle) {
-        head->position = next % PING360_TURN;
+        head->position = next % HEAD_TURN;
     } else {
         head->direction = -head->direction;
         if (sweep->step <= span)
@@ -169,7 +169,7 @@ static void sweep_advance(struct head *head)
 
 static void sweep_ping(struct head *head, uint64_t now_ns)
 {
-    ping_begin(head, (uint16_t)((head->sweep.start + head->position) % PING360_TURN), true, now_ns);
+    ping_begin(head, (uint16_t)((head->sweep.start + head->position) % HEAD_TURN), true, now_ns);
 }
 
 void head_tick(struct head *head, uint64_t now_ns)
@@ -198,7 +198,7 @@ static const char *settings_fault(const struct ping360_settings *s)
         return "mode out of range";
     if (s->gain > 2)
         return "gain out of range";
-    if (s->angle >= PING360_TURN)
+    if (s->angle >= HEAD_TURN)
         return "angle out of range";
     if (s->transmit_us < 1 || s->transmit_us > 1000)
         return "transmit duration out of range";
@@ -213,7 +213,7 @@ static const char *settings_fault(const struct ping360_settings *s)
 
 static const char *sweep_fault(const struct ping360_sweep *s)
 {
-    if (s->start >= PING360_TURN || s->stop >= PING360_TURN)
+    if (s->start >= HEAD_TURN || s->stop >= HEAD_TURN)
         return "angle out of range";
     if (s->step < 1 || s->step > 10)
         return "number of steps out of range";

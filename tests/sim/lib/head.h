@@ -18,6 +18,8 @@
 #include "../../../drivers/ping_frame.h"
 
 #define HEAD_NEVER UINT64_MAX
+#define HEAD_TURN  400 /* gradians */
+#define HEAD_AHEAD 200 /* the angle that looks forward; 0 is the cable side */
 
 struct head_conf {
     uint8_t id;

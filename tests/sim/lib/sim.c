@@ -48,7 +48,7 @@ static void on_listen(void *ctx, const struct head_shot *shot, uint8_t *samples)
 {
     struct sim *sim = ctx;
     const struct ping360_settings *settings = &shot->settings;
-    const double azimuth_deg = ((int)settings->angle - PING360_AHEAD) * 360.0 / PING360_TURN; /* from the bow */
+    const double azimuth_deg = ((int)settings->angle - HEAD_AHEAD) * 360.0 / HEAD_TURN; /* from the bow */
     struct water_shot beam = {
         .az_rad = geo_rad(azimuth_deg + sim->pose.yaw_deg),
         .t_s = (double)(shot->t_ns - sim->start_ns) * 1e-9,
