@@ -50,27 +50,39 @@ $(SIMLIB):  $(call obj,$(wildcard tests/sim/lib/*.c))
 $(BUILD)/%.a:
 	@mkdir -p $(@D)
 	@rm -f $@
-	ar rcsD $@ $^
+	@ar rcsD $@ $^
 
 $(BUILD)/%.o: %.c
 	@mkdir -p $(@D)
-	$(CC) $(ALLCFLAGS) -c -o $@ $<
+	@echo '  CC    $<'
+	@$(CC) $(ALLCFLAGS) -c -o $@ $<
 
 $(BUILD)/sonard: $(BUILD)/daemon/main.o $(DAEMON) $(CONFIG) $(DRIVERS) $(GRID)
-	$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
+	@mkdir -p $(@D)
+	@echo '  LD    $@'
+	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
 $(BUILD)/sonarctl: $(BUILD)/client/sonarctl.o $(CLIENT) $(DRIVERS)
-	$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
+	@mkdir -p $(@D)
+	@echo '  LD    $@'
+	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
 
 # Test programs may look everywhere.
 $(BUILD)/tests/%: $(BUILD)/tests/unit/%.o $(ALL_A)
-	$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
+	@mkdir -p $(@D)
+	@echo '  LD    $@'
+	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
 $(BUILD)/tests/test_sim: | $(BUILD)/tests/ping360_sim
 $(BUILD)/tests/%: $(BUILD)/tests/sim/%.o $(SIMLIB) $(DRIVERS) $(GRID)
-	$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
+	@mkdir -p $(@D)
+	@echo '  LD    $@'
+	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
 $(BUILD)/tests/%: $(BUILD)/tests/bench/%.o $(ALL_A)
-	$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
+	@mkdir -p $(@D)
+	@echo '  LD    $@'
+	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
 $(BUILD)/tests/%.so: tests/lib/%.c
-	$(CC) -shared -fPIC -O2 -D_GNU_SOURCE -o $@ $< -ldl
+	@mkdir -p $(@D)
+	@$(CC) -shared -fPIC -O2 -D_GNU_SOURCE -o $@ $< -ldl
 
 clean:
 	rm -rf $(BUILD) demo

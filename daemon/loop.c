@@ -20,7 +20,7 @@ struct loop {
     int n_events; /* of this turn; entries of removed handlers are set to NULL */
 };
 
-static uint64_t read_clock(void)
+uint64_t loop_clock(void)
 {
     struct timespec t;
     clock_gettime(CLOCK_MONOTONIC, &t);
@@ -38,7 +38,7 @@ struct loop *loop_new(bool virtual_clock)
         return NULL;
     }
     loop->virtual_clock = virtual_clock;
-    loop->now_ns = virtual_clock ? 0 : read_clock();
+    loop->now_ns = virtual_clock ? 0 : loop_clock();
     return loop;
 }
 
@@ -136,11 +136,11 @@ static int wait_ms(const struct loop *loop, uint64_t max_wait_ns)
 bool loop_turn(struct loop *loop, uint64_t max_wait_ns)
 {
     if (!loop->virtual_clock)
-        loop->now_ns = read_clock();
+        loop->now_ns = loop_clock();
     int n = epoll_wait(loop->epoll, loop->events, EVENTS_PER_TURN, wait_ms(loop, max_wait_ns));
     loop->n_events = n > 0 ? n : 0;
     if (!loop->virtual_clock)
-        loop->now_ns = read_clock();
+        loop->now_ns = loop_clock();
     for (int i = 0; i < loop->n_events; i++) {
         struct loop_fd *handler = loop->events[i].data.ptr;
         if (handler)

@@ -34,6 +34,9 @@ struct loop_timer {
 struct loop *loop_new(bool virtual_clock);
 void loop_free(struct loop *loop);
 
+/** loop_clock - the monotonic clock itself, in nanoseconds; for measuring and pacing, not for deciding. */
+uint64_t loop_clock(void);
+
 /** loop_now - monotonic nanoseconds, read once per turn of the loop. */
 uint64_t loop_now(const struct loop *loop);
 

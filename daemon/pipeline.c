@@ -8,6 +8,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "loop.h"
 #include "ring.h"
 
 /* Beside the waiting ones: one that the loop fills, one that the worker works on. */
@@ -57,9 +58,7 @@ static void run_maps(struct pipeline *p, struct echoes *e)
     seqlock_store(p->stats, &s, sizeof s / 8);
     seqlock_end(&p->stats_lock);
     if (!p->conf.patient) {
-        struct timespec t;
-        clock_gettime(CLOCK_MONOTONIC, &t);
-        uint64_t now = (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
+        uint64_t now = loop_clock();
         latency_add(&p->latency, now > e->t_in_ns ? now - e->t_in_ns : 0);
     }
     atomic_fetch_add_explicit(&p->finished, 1, memory_order_release);
@@ -273,7 +272,7 @@ static bool make_buffers(struct pipeline *p)
 static bool make_stages(struct pipeline *p, char *err, size_t err_size)
 {
     for (int i = 0; i < p->conf.n_sensors; i++) {
-        void *m = own(p, extract_size(&p->conf.extract[i], p->conf.max_bins));
+        void *m = own(p, extract_size(p->conf.max_bins));
         p->extract[i] = m ? extract_init(m, &p->conf.extract[i], p->conf.max_bins, err, err_size) : NULL;
         p->image[i] = own(p, sizeof *p->image[i]);
         if (!p->extract[i] || !p->image[i])

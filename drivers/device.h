@@ -80,6 +80,7 @@ struct device_status {
 struct device_ops {
     const char *name;
     size_t state_size; /* bytes; the caller gives zeroed, max_align_t-aligned memory */
+    uint32_t max_beams, max_bins; /* largest ping that it can make: the pool's buffers are sized by it */
 
     /* Take the configuration. False with a sentence in err (which key, what is allowed) when it cannot be met. */
     bool (*init)(void *state, const struct device_conf *conf, char *err, size_t err_size);

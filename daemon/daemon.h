@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * daemon - what the parts of the process share: made by main, lives until it ends. All of it belongs to the loop's
+ * thread; other threads have the pipeline's rings and pictures only.
+ */
+#ifndef SONARD_DAEMON_H
+#define SONARD_DAEMON_H
+
+#include <stdbool.h>
+#include <stdint.h>
+#include <stdio.h>
+
+#include "../config/conf.h"
+#include "../grid/answer/answer.h"
+#include "loop.h"
+#include "pipeline.h"
+#include "pose_log.h"
+#include "record.h"
+#include "rpc.h"
+#include "server.h"
+#include "source.h"
+
+struct daemon {
+    struct conf conf;
+    const char *conf_name; /* file, or capture whose attachment it was */
+    struct loop *loop;
+    struct pipeline *pipeline;
+    struct source *source[CONF_MAX_SONARS];
+    struct mount mount[CONF_MAX_SONARS];
+    struct pose_log poses;
+    struct record *record; /* NULL: not recording */
+    int pose_channel;
+    struct server *server; /* NULL: nobody may ask */
+    bool replay, replay_ended;
+    uint64_t start_ns;
+    uint64_t unix_offset_ns; /* Unix time = monotonic + this; 0 in a replay, whose clock is Unix time already */
+    uint64_t turns;
+    FILE *answers; /* --answers: the sectors after every turn */
+};
+
+/** daemon_methods - the table of JSON-RPC methods; ->daemon of a call is a struct daemon. */
+extern const struct rpc_method daemon_methods[];
+
+/** daemon_take_pose - what the `pose` method and a capture's /pose messages do; false with *error set. */
+bool daemon_take_pose(struct daemon *d, json_t *params, struct rpc_error *error);
+
+/** daemon_write_answers - append the sectors as of now to d->answers, as one JSON line; `event` says why. */
+void daemon_write_answers(struct daemon *d, const char *event, const char *sensor);
+
+#endif

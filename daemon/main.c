@@ -1,0 +1,479 @@
+/* SPDX-License-Identifier: MIT */
+/* sonard - options, start order, the main loop, the end. See sonard(8). */
+#include <errno.h>
+#include <getopt.h>
+#include <signal.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/epoll.h>
+#include <sys/signalfd.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "daemon.h"
+#include "log.h"
+#include "replay.h"
+#include "wiring.h"
+
+#define STOP_PATIENCE_NS 800000000u /* for the hardware to confirm that it is quiet */
+#define RECORD_TICK_NS   500000000u
+#define DEFAULT_CONF     "/etc/sonard/sonard.conf"
+
+/* Exit statuses. */
+enum { OK = 0, FAILED = 1, USAGE = 2 };
+
+struct options {
+    const char *conf, *replay, *record, *answers, *socket;
+    bool check, print, stay;
+    double speed; /* 0: as fast as it goes */
+    int threads;  /* -1: as configured */
+};
+
+static const char usage[] =
+    "sonard [-c FILE]                          run on the sonars of FILE (" DEFAULT_CONF ")\n"
+    "sonard --replay CAPTURE.mcap [-c FILE]    run on a capture, with its own configuration unless -c names one\n"
+    "\n"
+    "  -c, --config FILE    configuration, sonard.conf(5)\n"
+    "      --check FILE     list all faults of a configuration and exit: 0 none, 1 some\n"
+    "      --print          print the effective configuration, with where each value came from, and exit\n"
+    "      --sample         print the commented default configuration and exit\n"
+    "      --man-table      print the table of keys in man(7) macros and exit\n"
+    "      --record DIR     record captures into DIR\n"
+    "      --replay FILE    play a capture instead of opening ports\n"
+    "      --speed X        pace the replay: 1 as recorded; without it as fast as it goes\n"
+    "      --stay           after the replay go on answering, the clock standing at its end\n"
+    "      --answers FILE   write the sectors after every turn and at the end, as JSON lines\n"
+    "      --socket PATH    socket for clients, instead of the configured one; 'none': no socket\n"
+    "      --threads N      0, 1 or 2 pipeline threads, instead of the configured number\n"
+    "      --version        print the version and exit\n"
+    "      --help           print this and exit\n";
+
+/* ---- configuration ---- */
+
+static void print_fault(void *ctx, const char *message)
+{
+    (void)ctx;
+    fprintf(stderr, "%s\n", message);
+}
+
+static bool device_exists(const char *name, char *err, size_t err_size)
+{
+    if (device_find(name))
+        return true;
+    int n = snprintf(err, err_size, "there is no such device; there are:");
+    for (const struct device_ops *const *ops = device_table; *ops && n > 0 && (size_t)n < err_size; ops++)
+        n += snprintf(err + n, err_size - (size_t)n, " %s", (*ops)->name);
+    return false;
+}
+
+static bool port_exists(const char *address, char *err, size_t err_size)
+{
+    const char *rest;
+    return port_find(address, &rest, err, err_size) != NULL;
+}
+
+static const struct conf_checks checks = {.device = device_exists, .port = port_exists};
+
+static int check_file(const char *path)
+{
+    struct conf conf;
+    struct conf_source *source;
+    int faults = conf_load(&conf, &source, path, &checks, print_fault, NULL);
+    conf_source_free(source);
+    if (faults == 0)
+        printf("%s: no faults\n", path);
+    return faults == 0 ? OK : FAILED;
+}
+
+static bool load_conf(const struct options *o, struct replay *replay, struct conf *conf,
+                      struct conf_source **source, const char **name)
+{
+    char err[256];
+    if (o->conf || !replay) {
+        *name = o->conf ? o->conf : DEFAULT_CONF;
+        return conf_load(conf, source, *name, &checks, print_fault, NULL) == 0;
+    }
+    size_t size;
+    const char *text = replay_conf(replay, &size, err, sizeof err);
+    *name = o->replay;
+    if (!text) {
+        fprintf(stderr, "sonard: %s: %s; give a configuration with -c\n", o->replay, err);
+        return false;
+    }
+    return conf_load_text(conf, source, *name, text, size, &checks, print_fault, NULL) == 0;
+}
+
+/* ---- running ---- */
+
+static void on_ping(void *ctx, struct source *source, const struct ping *ping)
+{
+    struct daemon *d = ctx;
+    if (!(ping->flags & PING_NEW_TURN))
+        return;
+    d->turns++;
+    if (!d->answers)
+        return;
+    pipeline_drain(d->pipeline);
+    daemon_write_answers(d, "turn", source_name(source));
+}
+
+static void on_signal(void *ctx, uint32_t events, uint64_t now_ns)
+{
+    struct daemon *d = ctx;
+    (void)events;
+    (void)now_ns;
+    loop_quit(d->loop);
+}
+
+struct recorder_timer {
+    struct loop_timer timer;
+    struct daemon *d;
+    uint64_t errors; /* already logged */
+};
+
+static void on_record_tick(void *ctx, uint64_t now_ns)
+{
+    struct recorder_timer *t = ctx;
+    record_tick(t->d->record, now_ns);
+    const struct record_status *s = record_status(t->d->record);
+    if (s->errors > t->errors)
+        log_line(LOG_ERR, "recording: %s", s->error);
+    t->errors = s->errors;
+    loop_arm(t->d->loop, &t->timer, now_ns + RECORD_TICK_NS);
+}
+
+static bool make_pipeline(struct daemon *d, char *err, size_t err_size)
+{
+    struct pipeline_conf p;
+    wiring_pipeline(&d->conf, d->replay, &p);
+    memcpy(d->mount, p.mount, sizeof d->mount);
+    d->pipeline = pipeline_new(&p, err, err_size);
+    return d->pipeline != NULL;
+}
+
+static bool make_sources(struct daemon *d, char *err, size_t err_size)
+{
+    struct source_env env = {.loop = d->loop,
+                             .pipeline = d->pipeline,
+                             .poses = &d->poses,
+                             .record = d->record,
+                             .replay = d->replay,
+                             .on_ping = on_ping,
+                             .ctx = d};
+    for (int i = 0; i < d->conf.n_sonars; i++) {
+        char why[256];
+        d->source[i] = source_new(&env, &d->conf.sonar[i], &d->conf.water, (uint16_t)i, why, sizeof why);
+        if (!d->source[i]) {
+            snprintf(err, err_size, "[sonar %s]: %s", d->conf.sonar[i].name, why);
+            return false;
+        }
+    }
+    return true;
+}
+
+static bool make_record(struct daemon *d, const struct conf_source *source, char *err, size_t err_size)
+{
+    size_t size;
+    const char *text = conf_source_text(source, &size);
+    if (!d->conf.record.directory[0] || d->replay)
+        return true;
+    d->record = record_open(d->conf.record.directory, (uint64_t)d->conf.record.file_size_bytes,
+                            d->conf.record.files, text, size, d->unix_offset_ns, loop_now(d->loop), err, err_size);
+    if (d->record)
+        d->pose_channel = record_channel(d->record, "/pose", "json");
+    return d->record != NULL;
+}
+
+static bool make_server(struct daemon *d, char *err, size_t err_size)
+{
+    struct server_conf c = {.path = d->conf.server.socket,
+                            .mode = (unsigned)d->conf.server.mode,
+                            .max_clients = d->conf.server.max_clients};
+    if (strcmp(c.path, "none") == 0)
+        return true;
+    d->server = server_start(d->loop, &c, daemon_methods, d, err, err_size);
+    return d->server != NULL;
+}
+
+static int catch_signals(void)
+{
+    sigset_t set;
+    sigemptyset(&set);
+    sigaddset(&set, SIGINT);
+    sigaddset(&set, SIGTERM);
+    sigprocmask(SIG_BLOCK, &set, NULL);
+    signal(SIGPIPE, SIG_IGN);
+    return signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC);
+}
+
+static void run_live(struct daemon *d)
+{
+    struct recorder_timer recording = {.d = d};
+    recording.timer = (struct loop_timer){.fire = on_record_tick, .ctx = &recording};
+    if (d->record)
+        loop_arm(d->loop, &recording.timer, loop_now(d->loop) + RECORD_TICK_NS);
+    for (int i = 0; i < d->conf.n_sonars; i++)
+        source_start(d->source[i]);
+    log_line(LOG_NOTICE, "version %s, configuration %s, %d sonar%s, %d pipeline thread%s, socket %s",
+             SONARD_VERSION, d->conf_name, d->conf.n_sonars, d->conf.n_sonars == 1 ? "" : "s",
+             d->conf.pipeline.threads, d->conf.pipeline.threads == 1 ? "" : "s", d->conf.server.socket);
+    while (loop_turn(d->loop, LOOP_NEVER)) {
+    }
+    loop_arm(d->loop, &recording.timer, LOOP_NEVER);
+}
+
+static void run_replay(struct daemon *d, struct replay *replay, const struct options *o)
+{
+    for (int i = 0; i < d->conf.n_sonars; i++)
+        source_start(d->source[i]);
+    bool running = replay_run(replay, d, o->speed);
+    d->replay_ended = true;
+    if (d->answers)
+        daemon_write_answers(d, "end", "");
+    while (running && o->stay)
+        running = loop_turn(d->loop, LOOP_NEVER);
+}
+
+/* The hardware gets a moment to confirm that it is quiet; a second signal ends that too. */
+static void stop_sources(struct daemon *d)
+{
+    uint64_t until = loop_clock() + STOP_PATIENCE_NS;
+    for (int i = 0; i < d->conf.n_sonars; i++)
+        if (d->source[i])
+            source_stop(d->source[i]);
+    for (bool busy = true; busy && loop_clock() < until;) {
+        busy = false;
+        for (int i = 0; i < d->conf.n_sonars; i++)
+            busy |= !source_stopped(d->source[i]);
+        if (busy)
+            loop_turn(d->loop, 10000000u);
+    }
+}
+
+static bool open_answers(struct daemon *d, const char *path, char *err, size_t err_size)
+{
+    if (!path)
+        return true;
+    d->answers = fopen(path, "we");
+    if (!d->answers)
+        snprintf(err, err_size, "%s: %s", path, strerror(errno));
+    return d->answers != NULL;
+}
+
+static uint64_t unix_offset(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_REALTIME, &t);
+    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec - loop_clock();
+}
+
+static bool make_parts(struct daemon *d, const struct options *o, const struct conf_source *source)
+{
+    char err[512] = "";
+    pose_log_init(&d->poses, (uint64_t)(d->conf.pose.max_age_s * 1e9));
+    if (open_answers(d, o->answers, err, sizeof err) && make_pipeline(d, err, sizeof err) &&
+        make_record(d, source, err, sizeof err) && make_server(d, err, sizeof err) &&
+        make_sources(d, err, sizeof err))
+        return true;
+    log_line(LOG_ERR, "%s", err);
+    return false;
+}
+
+static int end(struct daemon *d)
+{
+    int status = OK;
+    server_stop(d->server);
+    for (int i = 0; i < d->conf.n_sonars; i++)
+        source_free(d->source[i]);
+    pipeline_free(d->pipeline);
+    record_close(d->record);
+    if (d->answers && (fflush(d->answers) != 0 || fclose(d->answers) != 0)) {
+        log_line(LOG_ERR, "answers: %s", strerror(errno));
+        status = FAILED;
+    }
+    loop_free(d->loop);
+    return status;
+}
+
+static int run(struct daemon *d, const struct options *o, struct replay *replay, const struct conf_source *source)
+{
+    d->replay = replay != NULL;
+    d->loop = loop_new(d->replay);
+    if (!d->loop) {
+        log_line(LOG_ERR, "event loop: %s", strerror(errno));
+        return FAILED;
+    }
+    struct loop_fd signals = {.fd = catch_signals(), .ready = on_signal, .ctx = d};
+    loop_add(d->loop, &signals, EPOLLIN);
+    if (replay)
+        loop_advance(d->loop, replay_start(replay));
+    else
+        d->unix_offset_ns = unix_offset();
+    d->start_ns = loop_now(d->loop);
+    int status = FAILED;
+    if (make_parts(d, o, source)) {
+        if (replay)
+            run_replay(d, replay, o);
+        else
+            run_live(d);
+        stop_sources(d);
+        status = OK;
+    }
+    if (end(d) != OK)
+        status = FAILED;
+    close(signals.fd);
+    return status;
+}
+
+/* ---- options ---- */
+
+static void override(struct conf *conf, const struct options *o)
+{
+    if (o->record)
+        snprintf(conf->record.directory, sizeof conf->record.directory, "%s", o->record);
+    if (o->socket)
+        snprintf(conf->server.socket, sizeof conf->server.socket, "%s", o->socket);
+    if (o->threads >= 0)
+        conf->pipeline.threads = o->threads;
+    static const enum log_level levels[] = {[CONF_LOG_ERR] = LOG_ERR,
+                                            [CONF_LOG_WARNING] = LOG_WARNING,
+                                            [CONF_LOG_NOTICE] = LOG_NOTICE,
+                                            [CONF_LOG_INFO] = LOG_INFO,
+                                            [CONF_LOG_DEBUG] = LOG_DEBUG};
+    log_set_level(levels[conf->log.level]);
+}
+
+static int wrong(const char *what, const char *value, const char *wanted)
+{
+    fprintf(stderr, "sonard: %s '%s': wanted %s\n", what, value, wanted);
+    return USAGE;
+}
+
+/* -1: go on; otherwise the exit status. */
+static int parse(int argc, char **argv, struct options *o)
+{
+    enum {
+        CHECK = 256,
+        PRINT,
+        SAMPLE,
+        MAN_TABLE,
+        RECORD,
+        REPLAY,
+        SPEED,
+        STAY,
+        ANSWERS,
+        SOCKET,
+        THREADS,
+        VERSION,
+        HELP
+    };
+    static const struct option longs[] = {{"config", required_argument, NULL, 'c'},
+                                          {"check", required_argument, NULL, CHECK},
+                                          {"print", no_argument, NULL, PRINT},
+                                          {"sample", no_argument, NULL, SAMPLE},
+                                          {"man-table", no_argument, NULL, MAN_TABLE},
+                                          {"record", required_argument, NULL, RECORD},
+                                          {"replay", required_argument, NULL, REPLAY},
+                                          {"speed", required_argument, NULL, SPEED},
+                                          {"stay", no_argument, NULL, STAY},
+                                          {"answers", required_argument, NULL, ANSWERS},
+                                          {"socket", required_argument, NULL, SOCKET},
+                                          {"threads", required_argument, NULL, THREADS},
+                                          {"version", no_argument, NULL, VERSION},
+                                          {"help", no_argument, NULL, HELP},
+                                          {NULL, 0, NULL, 0}};
+    char *rest;
+    for (int c; (c = getopt_long(argc, argv, "c:h", longs, NULL)) != -1;) {
+        switch (c) {
+        case 'c':
+            o->conf = optarg;
+            break;
+        case CHECK:
+            o->check = true;
+            o->conf = optarg;
+            break;
+        case PRINT:
+            o->print = true;
+            break;
+        case SAMPLE:
+            conf_sample(stdout);
+            return OK;
+        case MAN_TABLE:
+            conf_table_man(stdout);
+            return OK;
+        case RECORD:
+            o->record = optarg;
+            break;
+        case REPLAY:
+            o->replay = optarg;
+            break;
+        case SPEED:
+            o->speed = strtod(optarg, &rest);
+            if (*rest || rest == optarg || !(o->speed > 0 && o->speed <= 1e6))
+                return wrong("--speed", optarg, "a factor above 0, at most 1e6");
+            break;
+        case STAY:
+            o->stay = true;
+            break;
+        case ANSWERS:
+            o->answers = optarg;
+            break;
+        case SOCKET:
+            o->socket = optarg;
+            break;
+        case THREADS:
+            if (strlen(optarg) != 1 || optarg[0] < '0' || optarg[0] > '2')
+                return wrong("--threads", optarg, "0, 1 or 2");
+            o->threads = optarg[0] - '0';
+            break;
+        case VERSION:
+            printf("sonard %s\n", SONARD_VERSION);
+            return OK;
+        case 'h':
+        case HELP:
+            fputs(usage, stdout);
+            return OK;
+        default:
+            fputs("Try 'sonard --help'.\n", stderr);
+            return USAGE;
+        }
+    }
+    if (optind < argc)
+        return wrong("argument", argv[optind], "options only; see 'sonard --help'");
+    if (!o->replay && (o->speed > 0 || o->stay))
+        return wrong(o->stay ? "--stay" : "--speed", "", "together with --replay");
+    if (o->replay && o->record)
+        return wrong("--record", o->record, "a live run: a replay records nothing");
+    return -1;
+}
+
+int main(int argc, char **argv)
+{
+    struct options o = {.threads = -1};
+    int status = parse(argc, argv, &o);
+    if (status >= 0)
+        return status;
+    if (o.check)
+        return check_file(o.conf);
+    char err[512];
+    struct replay *replay = NULL;
+    if (o.replay && !(replay = replay_open(o.replay, err, sizeof err))) {
+        fprintf(stderr, "sonard: %s\n", err);
+        return FAILED;
+    }
+    static struct daemon d;
+    struct conf_source *source = NULL;
+    status = FAILED;
+    if (load_conf(&o, replay, &d.conf, &source, &d.conf_name)) {
+        override(&d.conf, &o);
+        if (o.print) {
+            conf_print(&d.conf, source, stdout);
+            status = OK;
+        } else {
+            status = run(&d, &o, replay, source);
+        }
+    }
+    conf_source_free(source);
+    replay_close(replay);
+    return status;
+}

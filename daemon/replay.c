@@ -1,0 +1,147 @@
+/* SPDX-License-Identifier: MIT */
+#include "replay.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "../drivers/mcap.h"
+#include "log.h"
+
+/* Clients are served so often in a replay that runs as fast as it goes. */
+#define MESSAGES_PER_TURN 64
+
+/* In a paced one the clock moves on at least so often: watches fire by it. */
+#define PACE_NS 20000000u
+
+struct replay {
+    struct mcap_reader *reader;
+    struct mcap_message next;
+    bool has_next;
+    uint64_t unknown; /* messages on channels that no configured sensor has */
+    struct log_limit damage, poses;
+};
+
+static void on_problem(void *ctx, const char *sentence)
+{
+    struct replay *r = ctx;
+    log_limited(&r->damage, loop_clock(), LOG_WARNING, "capture: %s", sentence);
+}
+
+struct replay *replay_open(const char *path, char *err, size_t err_size)
+{
+    struct replay *r = calloc(1, sizeof *r);
+    if (!r) {
+        snprintf(err, err_size, "out of memory");
+        return NULL;
+    }
+    r->reader = mcap_open(path, on_problem, r, err, err_size);
+    if (!r->reader) {
+        free(r);
+        return NULL;
+    }
+    r->has_next = mcap_next(r->reader, &r->next);
+    return r;
+}
+
+const char *replay_conf(struct replay *r, size_t *size, char *err, size_t err_size)
+{
+    struct mcap_attachment a;
+    if (!mcap_find_attachment(r->reader, "sonard.conf", &a, err, err_size))
+        return NULL;
+    *size = a.size;
+    return (const char *)a.data;
+}
+
+uint64_t replay_start(struct replay *r)
+{
+    return r->has_next ? r->next.log_ns : 0;
+}
+
+static struct source *source_of(const struct daemon *d, const char *topic)
+{
+    for (int i = 0; i < d->conf.n_sonars; i++) {
+        const char *name = source_name(d->source[i]);
+        size_t n = strlen(name);
+        if (topic[0] == '/' && strncmp(topic + 1, name, n) == 0 && strcmp(topic + 1 + n, "/rx") == 0)
+            return d->source[i];
+    }
+    return NULL;
+}
+
+static void take_pose(struct replay *r, struct daemon *d)
+{
+    struct rpc_error error = {0};
+    json_error_t fault;
+    json_t *params = json_loadb((const char *)r->next.data, r->next.size, 0, &fault);
+    if (!json_is_object(params))
+        snprintf(error.message, sizeof error.message, "not a JSON object");
+    else
+        daemon_take_pose(d, params, &error);
+    if (error.message[0])
+        log_limited(&r->poses, loop_now(d->loop), LOG_WARNING, "capture: /pose: %s", error.message);
+    json_decref(params);
+}
+
+static void deliver(struct replay *r, struct daemon *d)
+{
+    const char *topic = r->next.channel->topic;
+    size_t n = strlen(topic);
+    struct source *source = source_of(d, topic);
+    if (source)
+        source_feed(source, r->next.data, r->next.size);
+    else if (strcmp(topic, "/pose") == 0)
+        take_pose(r, d);
+    else if (n < 3 || strcmp(topic + n - 3, "/tx") != 0)
+        r->unknown++;
+}
+
+/* Plays what is due at t_ns; false when nothing is left. */
+static bool play_until(struct replay *r, struct daemon *d, uint64_t t_ns, int most)
+{
+    while (r->has_next && r->next.log_ns <= t_ns && most-- > 0) {
+        loop_advance(d->loop, r->next.log_ns);
+        deliver(r, d);
+        r->has_next = mcap_next(r->reader, &r->next);
+    }
+    return r->has_next;
+}
+
+/* One turn of the loop; returns false when nothing is left. Advancing the clock only to what has been played keeps
+ * the timers in step with the bytes. */
+static bool turn(struct replay *r, struct daemon *d, uint64_t until, uint64_t wait_ns, bool *running)
+{
+    bool more = play_until(r, d, until, MESSAGES_PER_TURN);
+    if (more && r->next.log_ns > until)
+        loop_advance(d->loop, until);
+    *running = loop_turn(d->loop, wait_ns);
+    return more;
+}
+
+bool replay_run(struct replay *r, struct daemon *d, double speed)
+{
+    uint64_t real_start = loop_clock(), start = loop_now(d->loop);
+    bool more = r->has_next, running = true;
+    while (more && running) {
+        uint64_t until = LOOP_NEVER, wait_ns = 0;
+        if (speed > 0) {
+            until = start + (uint64_t)((double)(loop_clock() - real_start) * speed);
+            if (r->next.log_ns > until)
+                wait_ns = (uint64_t)((double)(r->next.log_ns - until) / speed);
+        }
+        more = turn(r, d, until, wait_ns < PACE_NS ? wait_ns : PACE_NS, &running);
+    }
+    pipeline_drain(d->pipeline);
+    if (r->unknown)
+        log_line(LOG_WARNING, "capture: %llu messages on channels that no configured sonar has",
+                 (unsigned long long)r->unknown);
+    return running;
+}
+
+void replay_close(struct replay *r)
+{
+    if (!r)
+        return;
+    mcap_close(r->reader);
+    free(r);
+}

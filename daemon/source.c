@@ -1,0 +1,344 @@
+/* SPDX-License-Identifier: MIT */
+#include "source.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/epoll.h>
+
+/* Running again within 2 s of a plug: the longest delay plus the handshake must stay below that. */
+#define RETRY_FIRST_NS  100000000u
+#define RETRY_MOST_NS   1000000000u
+#define READ_BYTES      16384
+#define READS_PER_EVENT 8 /* then the others get their turn */
+#define OUT_BYTES       4096
+
+struct source {
+    struct source_env env;
+    char name[CONF_NAME_MAX];
+    char address[CONF_TEXT_MAX];
+    const char *rest; /* of the address, behind the kind */
+    uint16_t index;
+    uint32_t seq;
+    struct port port;
+    struct loop_fd fd;
+    struct loop_timer deadline, retry;
+    uint64_t retry_ns;
+    bool announced; /* that the port is missing */
+    bool was_open, stopping;
+    uint8_t out[OUT_BYTES]; /* not yet taken by the port */
+    size_t n_out;
+    bool waits_for_room;
+    const struct device_ops *ops;
+    void *device;
+    struct device_io io;
+    int rx_channel, tx_channel;
+    struct log_limit notes;
+    struct source_stats stats;
+    uint8_t in[READ_BYTES];
+};
+
+static void rearm(struct source *s)
+{
+    loop_arm(s->env.loop, &s->deadline, s->ops->deadline(s->device));
+}
+
+/* ---- what the device asks for ---- */
+
+static void flush(struct source *s)
+{
+    while (s->n_out) {
+        ssize_t n = s->port.ops->write(&s->port, s->out, s->n_out);
+        if (n <= 0)
+            break; /* full, or lost: the next read tells */
+        memmove(s->out, s->out + n, s->n_out - (size_t)n);
+        s->n_out -= (size_t)n;
+    }
+    bool wait = s->n_out > 0;
+    if (wait != s->waits_for_room) {
+        s->waits_for_room = wait;
+        loop_change(s->env.loop, &s->fd, wait ? EPOLLIN | EPOLLOUT : EPOLLIN);
+    }
+}
+
+static void io_send(void *ctx, const uint8_t *bytes, size_t n)
+{
+    struct source *s = ctx;
+    if (s->port.fd < 0)
+        return;
+    if (n > OUT_BYTES - s->n_out) {
+        s->stats.bytes_not_sent += n;
+        return;
+    }
+    memcpy(s->out + s->n_out, bytes, n);
+    s->n_out += n;
+    s->stats.bytes_out += n;
+    if (s->env.record)
+        record_message(s->env.record, s->tx_channel, loop_now(s->env.loop), bytes, n);
+    flush(s);
+}
+
+static void io_send_break(void *ctx, unsigned ms)
+{
+    struct source *s = ctx;
+    if (s->port.fd >= 0)
+        s->port.ops->send_break(&s->port, ms);
+}
+
+static struct ping *io_ping_begin(void *ctx)
+{
+    struct source *s = ctx;
+    return pipeline_begin(s->env.pipeline);
+}
+
+static void io_ping_done(void *ctx, struct ping *ping)
+{
+    struct source *s = ctx;
+    ping->seq = ++s->seq;
+    ping->sensor = s->index;
+    pose_log_at(s->env.poses, ping->t_ns, &ping->pose);
+    s->env.on_ping(s->env.ctx, s, ping);
+    pipeline_submit(s->env.pipeline, ping);
+}
+
+static void io_note(void *ctx, enum device_note level, const char *fmt, ...)
+{
+    static const enum log_level levels[] = {
+        [NOTE_DEBUG] = LOG_DEBUG, [NOTE_INFO] = LOG_INFO, [NOTE_WARNING] = LOG_WARNING};
+    struct source *s = ctx;
+    char text[256];
+    va_list ap;
+    va_start(ap, fmt);
+    vsnprintf(text, sizeof text, fmt, ap);
+    va_end(ap);
+    log_limited(&s->notes, loop_now(s->env.loop), levels[level], "%s: %s", s->name, text);
+}
+
+/* ---- the port comes and goes ---- */
+
+static void retry_later(struct source *s)
+{
+    loop_arm(s->env.loop, &s->retry, loop_now(s->env.loop) + s->retry_ns);
+    s->retry_ns = s->retry_ns * 2 < RETRY_MOST_NS ? s->retry_ns * 2 : RETRY_MOST_NS;
+}
+
+static void try_open(struct source *s)
+{
+    char err[PORT_ERR_MAX] = "";
+    if (!s->port.ops->open(&s->port, s->rest, err, sizeof err)) {
+        snprintf(s->stats.port_error, sizeof s->stats.port_error, "%s", err);
+        if (!s->announced)
+            log_line(LOG_WARNING, "%s: %s; trying again until it opens", s->name, err);
+        s->announced = true;
+        retry_later(s);
+        return;
+    }
+    s->fd.fd = s->port.fd;
+    s->n_out = 0;
+    s->waits_for_room = false;
+    if (!loop_add(s->env.loop, &s->fd, EPOLLIN)) {
+        snprintf(s->stats.port_error, sizeof s->stats.port_error, "%s: cannot wait for input: %s", s->address,
+                 strerror(errno));
+        log_line(LOG_ERR, "%s: %s", s->name, s->stats.port_error);
+        s->port.ops->close(&s->port);
+        retry_later(s);
+        return;
+    }
+    if (s->was_open)
+        s->stats.reconnects++;
+    log_line(LOG_NOTICE, "%s: %s %s", s->name, s->address, s->was_open ? "is back" : "open");
+    s->was_open = true;
+    s->announced = false;
+    s->stats.port_error[0] = '\0';
+    s->ops->opened(s->device, loop_now(s->env.loop), &s->io);
+    rearm(s);
+}
+
+static void port_lost(struct source *s)
+{
+    snprintf(s->stats.port_error, sizeof s->stats.port_error, "%s: lost: %s", s->address,
+             s->port.error ? strerror(s->port.error) : "hung up");
+    log_line(LOG_WARNING, "%s: %s; trying again until it opens", s->name, s->stats.port_error);
+    s->announced = true;
+    loop_remove(s->env.loop, &s->fd);
+    s->port.ops->close(&s->port);
+    s->ops->closed(s->device, loop_now(s->env.loop));
+    rearm(s);
+    s->retry_ns = RETRY_FIRST_NS;
+    if (!s->stopping)
+        retry_later(s);
+}
+
+static void take(struct source *s, const uint8_t *bytes, size_t n)
+{
+    uint64_t now = loop_now(s->env.loop);
+    s->stats.bytes_in += n;
+    if (s->env.record)
+        record_message(s->env.record, s->rx_channel, now, bytes, n);
+    s->ops->feed(s->device, bytes, n, now, &s->io);
+    rearm(s);
+}
+
+static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
+{
+    struct source *s = ctx;
+    (void)now_ns;
+    for (int i = 0; i < READS_PER_EVENT; i++) {
+        ssize_t n = s->port.ops->read(&s->port, s->in, sizeof s->in);
+        if (n < 0) {
+            port_lost(s);
+            return;
+        }
+        if (n == 0)
+            break;
+        s->retry_ns = RETRY_FIRST_NS; /* it speaks: the next loss starts over */
+        take(s, s->in, (size_t)n);
+        if (s->port.fd < 0)
+            return;
+    }
+    if (events & EPOLLOUT)
+        flush(s);
+}
+
+static void on_deadline(void *ctx, uint64_t now_ns)
+{
+    struct source *s = ctx;
+    s->ops->tick(s->device, now_ns, &s->io);
+    rearm(s);
+}
+
+static void on_retry(void *ctx, uint64_t now_ns)
+{
+    (void)now_ns;
+    try_open(ctx);
+}
+
+/* ---- life ---- */
+
+static void describe(const struct source *s, const struct conf_sonar *conf, const struct conf_water *water,
+                     struct device_conf *d)
+{
+    const char *colon = strrchr(s->address, ':');
+    *d = (struct device_conf){.range_m = conf->range_m,
+                              .sound_speed_mps = water->sound_speed_mps,
+                              .gain = conf->gain,
+                              .sector_start_rad = conf->sector_rad[0],
+                              .sector_end_rad = conf->sector_rad[1],
+                              .step_rad = conf->step_rad,
+                              .frequency_hz = conf->frequency_hz,
+                              .request_response = conf->mode == CONF_MODE_REQUEST,
+                              .listen_only = s->env.replay,
+                              .baud = colon ? (unsigned)strtoul(colon + 1, NULL, 10) : 0};
+    if (geo_wrap(d->sector_start_rad) == geo_wrap(d->sector_end_rad))
+        d->sector_end_rad = d->sector_start_rad;
+}
+
+static void open_channels(struct source *s)
+{
+    char topic[CONF_NAME_MAX + 8];
+    snprintf(topic, sizeof topic, "/%s/rx", s->name);
+    s->rx_channel = record_channel(s->env.record, topic, s->port.ops->encoding);
+    snprintf(topic, sizeof topic, "/%s/tx", s->name);
+    s->tx_channel = record_channel(s->env.record, topic, s->port.ops->encoding);
+}
+
+struct source *source_new(const struct source_env *env, const struct conf_sonar *conf,
+                          const struct conf_water *water, uint16_t index, char *err, size_t err_size)
+{
+    struct source *s = calloc(1, sizeof *s);
+    if (!s) {
+        snprintf(err, err_size, "out of memory");
+        return NULL;
+    }
+    s->env = *env;
+    s->index = index;
+    snprintf(s->name, sizeof s->name, "%s", conf->name);
+    snprintf(s->address, sizeof s->address, "%s", conf->port);
+    s->port.fd = -1;
+    s->retry_ns = RETRY_FIRST_NS;
+    s->fd = (struct loop_fd){.fd = -1, .ready = on_ready, .ctx = s};
+    s->deadline = (struct loop_timer){.fire = on_deadline, .ctx = s};
+    s->retry = (struct loop_timer){.fire = on_retry, .ctx = s};
+    s->io = (struct device_io){.ctx = s,
+                               .send = io_send,
+                               .send_break = io_send_break,
+                               .ping_begin = io_ping_begin,
+                               .ping_done = io_ping_done,
+                               .note = io_note};
+    struct device_conf d;
+    describe(s, conf, water, &d);
+    s->port.ops = port_find(s->address, &s->rest, err, err_size);
+    s->ops = device_find(conf->device);
+    s->device = s->ops ? calloc(1, s->ops->state_size) : NULL;
+    if (!s->ops)
+        snprintf(err, err_size, "there is no device '%s'", conf->device);
+    if (!s->port.ops || !s->device || !s->ops->init(s->device, &d, err, err_size)) {
+        source_free(s);
+        return NULL;
+    }
+    if (env->record)
+        open_channels(s);
+    return s;
+}
+
+void source_start(struct source *s)
+{
+    if (s->env.replay) {
+        s->ops->opened(s->device, loop_now(s->env.loop), &s->io);
+        rearm(s);
+    } else {
+        try_open(s);
+    }
+}
+
+void source_feed(struct source *s, const uint8_t *bytes, size_t n)
+{
+    take(s, bytes, n);
+}
+
+void source_stop(struct source *s)
+{
+    s->stopping = true;
+    loop_arm(s->env.loop, &s->retry, LOOP_NEVER);
+    if (s->port.fd >= 0) {
+        s->ops->stop(s->device, loop_now(s->env.loop), &s->io);
+        rearm(s);
+    }
+}
+
+bool source_stopped(const struct source *s)
+{
+    return s->port.fd < 0 || (s->ops->deadline(s->device) == LOOP_NEVER && s->n_out == 0);
+}
+
+void source_free(struct source *s)
+{
+    if (!s)
+        return;
+    if (s->port.fd >= 0) {
+        loop_remove(s->env.loop, &s->fd);
+        s->port.ops->close(&s->port);
+    }
+    loop_arm(s->env.loop, &s->deadline, LOOP_NEVER);
+    loop_arm(s->env.loop, &s->retry, LOOP_NEVER);
+    free(s->device);
+    free(s);
+}
+
+const char *source_name(const struct source *s)
+{
+    return s->name;
+}
+
+uint16_t source_index(const struct source *s)
+{
+    return s->index;
+}
+
+void source_stats(const struct source *s, struct source_stats *out)
+{
+    *out = s->stats;
+    out->open = s->port.fd >= 0;
+    s->ops->status(s->device, &out->device);
+}

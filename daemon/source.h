@@ -1,0 +1,59 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * source - one configured sensor: its port and its device, tied to the loop. Opens the port, tries again with a
+ * growing delay when it is not there or goes away (said once, not every try), records the bytes, gives each ping its
+ * pose and hands it to the pipeline. In a replay it has no port: the capture's bytes are fed to it.
+ */
+#ifndef SONARD_SOURCE_H
+#define SONARD_SOURCE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "../config/conf.h"
+#include "../drivers/device.h"
+#include "../drivers/port.h"
+#include "log.h"
+#include "loop.h"
+#include "pipeline.h"
+#include "pose_log.h"
+#include "record.h"
+
+struct source;
+
+/* Everything that a source needs of the daemon; lives longer than the source. */
+struct source_env {
+    struct loop *loop;
+    struct pipeline *pipeline;
+    const struct pose_log *poses;
+    struct record *record; /* NULL: nothing is recorded */
+    bool replay;           /* no port; never ask, never time out */
+    /* called in the loop for each ping before it is submitted */
+    void (*on_ping)(void *ctx, struct source *source, const struct ping *ping);
+    void *ctx;
+};
+
+struct source_stats {
+    struct device_status device;
+    bool open;
+    uint64_t bytes_in, bytes_out, bytes_not_sent;
+    uint64_t reconnects;
+    char port_error[PORT_ERR_MAX]; /* why the port is not open; empty otherwise */
+};
+
+/** source_new - NULL with a sentence in err. Nothing is opened. */
+struct source *source_new(const struct source_env *env, const struct conf_sonar *conf,
+                          const struct conf_water *water, uint16_t index, char *err, size_t err_size);
+
+void source_start(struct source *s);                                /* first try to open */
+void source_feed(struct source *s, const uint8_t *bytes, size_t n); /* replay: bytes as they were read */
+void source_stop(struct source *s);                                 /* ask the hardware to be quiet */
+bool source_stopped(const struct source *s);                        /* it is, or cannot be asked */
+void source_free(struct source *s);
+
+const char *source_name(const struct source *s);
+uint16_t source_index(const struct source *s);
+void source_stats(const struct source *s, struct source_stats *out);
+
+#endif

@@ -1,0 +1,85 @@
+/* SPDX-License-Identifier: MIT */
+#include "wiring.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "../drivers/device.h"
+
+/* Half the height of the single row that a level scene keeps: within the fan of any sonar that scans the horizon. */
+#define LEVEL_HALF_DEG 10.0
+
+/* The farthest echo lies a little beyond the range asked for: heads round it up, sound is a little slower. */
+#define REACH_FACTOR 1.05
+#define REACH_MORE_M 1.0
+
+static void mount_of(const struct conf_sonar *c, struct mount *m)
+{
+    memcpy(m->position_m, c->mount_m, sizeof m->position_m);
+    quat_from_rpy(c->rotation_rad[0], c->rotation_rad[1], c->rotation_rad[2], m->attitude);
+}
+
+static void extract_of(const struct conf_extract *c, const struct conf_sonar *sonar, struct extract_conf *e)
+{
+    static const enum cfar_detector detectors[] = {
+        [CONF_CA] = CFAR_CA, [CONF_GOCA] = CFAR_GOCA, [CONF_SOCA] = CFAR_SOCA, [CONF_OS] = CFAR_OS};
+    static const enum extract_no_echo rules[] = {[CONF_NO_ECHO_MINIMUM] = EXTRACT_MINIMUM,
+                                                 [CONF_NO_ECHO_HEARD] = EXTRACT_HEARD,
+                                                 [CONF_NO_ECHO_RANGE] = EXTRACT_RANGE};
+    static const int laws[] = {[CONF_AMPLITUDE_AUTO] = EXTRACT_LAW_OF_PING,
+                               [CONF_AMPLITUDE_LINEAR] = AMPLITUDE_LINEAR,
+                               [CONF_AMPLITUDE_POWER] = AMPLITUDE_POWER,
+                               [CONF_AMPLITUDE_SQRT] = AMPLITUDE_SQRT,
+                               [CONF_AMPLITUDE_LOG] = AMPLITUDE_LOG};
+    *e = (struct extract_conf){.detector = detectors[c->detector],
+                               .false_alarm = c->false_alarm,
+                               .window_m = c->window_m,
+                               .guard_m = c->guard_m,
+                               .rank = c->rank,
+                               .floor_counts = (uint32_t)c->floor_counts,
+                               .min_contrast_db = c->min_contrast_db,
+                               .no_echo = rules[c->no_echo],
+                               .minimum_range_m = c->minimum_range_m,
+                               .ring_down_m = sonar->ring_down_m,
+                               .law = laws[sonar->amplitude],
+                               .db_per_count = sonar->db_per_count};
+}
+
+static void sphere_of(const struct conf *conf, struct sphere_conf *s)
+{
+    const struct conf_grid *g = &conf->grid;
+    double reach = g->range_max_m;
+    for (int i = 0; i < conf->n_sonars && g->range_max_m <= 0; i++)
+        reach = fmax(reach, conf->sonar[i].range_m * REACH_FACTOR + REACH_MORE_M);
+    /* Thin layers until one that grows by the same share of its range would be as thick. */
+    double thin = g->growth > 1 ? ceil(1 / (g->growth - 1)) : 0;
+    *s = (struct sphere_conf){.angular_step_rad = g->angular_step_rad,
+                              .level = g->elevation == CONF_ELEVATION_LEVEL,
+                              .level_half_rad = geo_rad(LEVEL_HALF_DEG),
+                              .layers = {.r_max_m = reach,
+                                         .dr_m = g->layer_m,
+                                         .n_const = (uint32_t)fmin(thin, 1000),
+                                         .growth = g->growth},
+                              .max_cells = (uint32_t)g->max_cells,
+                              .forget_s = g->forget_s,
+                              .blocked_above = g->blocked_above,
+                              .recentre_m = fmax(0.05, 2 * g->layer_m)};
+}
+
+void wiring_pipeline(const struct conf *conf, bool patient, struct pipeline_conf *out)
+{
+    *out = (struct pipeline_conf){.threads = conf->pipeline.threads,
+                                  .queue = (uint32_t)conf->pipeline.queue,
+                                  .patient = patient,
+                                  .n_sensors = conf->n_sonars};
+    for (int i = 0; i < conf->n_sonars; i++) {
+        const struct device_ops *ops = device_find(conf->sonar[i].device);
+        uint32_t samples = ops->max_beams * ops->max_bins;
+        out->max_beams = ops->max_beams > out->max_beams ? ops->max_beams : out->max_beams;
+        out->max_bins = ops->max_bins > out->max_bins ? ops->max_bins : out->max_bins;
+        out->max_samples = samples > out->max_samples ? samples : out->max_samples;
+        mount_of(&conf->sonar[i], &out->mount[i]);
+        extract_of(&conf->extract, &conf->sonar[i], &out->extract[i]);
+    }
+    sphere_of(conf, &out->sphere);
+}

@@ -1,0 +1,15 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * wiring - from the configuration to what the stages want to know. The only place where names of the configuration
+ * and names of the stages meet.
+ */
+#ifndef SONARD_WIRING_H
+#define SONARD_WIRING_H
+
+#include "../config/conf.h"
+#include "pipeline.h"
+
+/** wiring_pipeline - stages, mounts and buffer sizes for a checked configuration. */
+void wiring_pipeline(const struct conf *conf, bool patient, struct pipeline_conf *out);
+
+#endif
