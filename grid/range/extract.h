@@ -1,0 +1,71 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * extract - from a ping to its echoes: blanks the ring-down, converts counts to power, runs the CFAR detector with
+ * windows given in metres, groups what stands out into reflections, and says how far the water before them is free.
+ * Each ping by itself; knows no earlier ping, no map, no device. docs/extract.md has the measurements behind it.
+ */
+#ifndef SONARD_EXTRACT_H
+#define SONARD_EXTRACT_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "../echoes.h"
+#include "../ping.h"
+#include "cfar_factor.h"
+
+#define EXTRACT_LAW_OF_PING (-1)
+
+/* How far the water counts as free where nothing was found. */
+enum extract_no_echo {
+    EXTRACT_MINIMUM, /* to minimum_range_m, whatever the range of the sonar */
+    EXTRACT_HEARD,   /* as far as the receiver is heard to be alive: to the first window of nothing but zeros */
+    EXTRACT_RANGE,   /* to the end of the beam */
+};
+
+struct extract_conf {
+    enum cfar_detector detector;
+    double false_alarm;     /* per cell, [1e-12, 0.1] */
+    double window_m;        /* reference on each side, (0, 100]; at least 8 resolution cells are taken */
+    double guard_m;         /* left out on each side, [0, 10]; at least the pulse is taken */
+    double rank;            /* OS: the order statistic as a share of the cells, (0, 1] */
+    uint32_t floor_counts;  /* [0, 65535] the receiver's own noise: a quieter reference is taken as this loud */
+    double min_contrast_db; /* [0, 100] an echo's peak rises at least so much (power) above its reference */
+    enum extract_no_echo no_echo;
+    double minimum_range_m; /* [0, 1000] */
+    double ring_down_m;     /* end of the ring-down, <= 100; < 0: found in every beam */
+    int law;                /* enum amplitude_law in place of the ping's; EXTRACT_LAW_OF_PING: the ping's */
+    double db_per_count;    /* with law AMPLITUDE_LOG */
+};
+
+struct extract;
+
+/** extract_defaults - the configuration that the measurements in docs/extract.md were made with. */
+void extract_defaults(struct extract_conf *conf);
+
+/** extract_size - bytes of memory for beams of up to max_bins (at most PING_MAX_BINS are used). */
+size_t extract_size(uint32_t max_bins);
+
+/**
+ * extract_init - make an extractor in mem (extract_size bytes, aligned to max_align_t; the caller keeps it).
+ * Solves the detection factors: some milliseconds. NULL with a sentence in err when *conf is out of range.
+ */
+struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_t max_bins, char *err,
+                             size_t err_size);
+
+/**
+ * extract_run - fill *out (except max_beams and beam, its room) from *ping.
+ *
+ * An echo is a group of detected cells with gaps of at most the guard, whose peak has the contrast. range_m: the
+ * group's strongest cell, interpolated. near_m: near edge of the group's first cell, which begins half a pulse
+ * before the reflection at the latest. sd_m: of a reflector anywhere in the stretch that is at least half as strong
+ * as the peak. strength: peak over threshold. confidence: strength / (1 + strength).
+ * Saturated bins beyond the ring-down are echoes. Beams without geometry, without samples, too short, saturated
+ * or zero throughout are BEAM_BLIND.
+ *
+ * Pings with ready ranges: range > 0 becomes one echo with the device's own deviation and confidence.
+ * Allocates nothing; O(bins).
+ */
+void extract_run(struct extract *extract, const struct ping *ping, struct echoes *out);
+
+#endif

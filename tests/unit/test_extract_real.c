@@ -1,0 +1,421 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * test_extract_real - the extractor with its default configuration on recordings of real sonars. The box ships with
+ * the tests; the other recordings may not be redistributed and are looked for in ../shared/data.
+ * docs/extract.md quotes the lines that this program prints with a leading #.
+ */
+#include "../lib/test.h"
+
+#include <stdlib.h>
+
+#include "../../grid/range/extract.h"
+
+#define MAX_BINS 2000
+
+static _Alignas(16) unsigned char memory[1 << 18];
+static struct extract *extract;
+
+/* One ping of a recording and what was found in it. */
+struct shot {
+    double bearing_deg, range_m;
+    uint32_t n;
+    uint8_t sample[MAX_BINS];
+    struct beam_echoes found;
+};
+
+/* What the neutral files do not hold. */
+struct head {
+    enum amplitude_law law;
+    double db_per_count, pulse_m;
+};
+
+static const struct head ping360 = {AMPLITUDE_SQRT, 0, 0.012};
+static const struct head micron = {AMPLITUDE_LOG, 80.0 / 255.0, 0.05};
+
+static void set_up(const struct extract_conf *conf)
+{
+    char err[200] = "";
+
+    if (extract_size(MAX_BINS) > sizeof memory ||
+        !(extract = extract_init(memory, conf, MAX_BINS, err, sizeof err))) {
+        printf("extract_init: %s\n", err);
+        exit(1);
+    }
+}
+
+static void run_shot(struct shot *shot, const struct head *head)
+{
+    struct ping_beam axis = {.az_rad = 0.0f};
+    const struct ping ping = {
+        .kind = PING_PROFILE,
+        .law = (uint8_t)head->law,
+        .sample_bytes = 1,
+        .n_beams = 1,
+        .n_bins = shot->n,
+        .db_per_count = (float)head->db_per_count,
+        .dr_m = (float)(shot->range_m / shot->n),
+        .pulse_m = (float)head->pulse_m,
+        .beam = &axis,
+        .samples = shot->sample,
+    };
+    struct echoes out = {.max_beams = 1, .beam = &shot->found};
+
+    extract_run(extract, &ping, &out);
+}
+
+/* Next ping of a file `t,bearing,range_max,n,v...`; false at its end. */
+static bool shot_read(FILE *file, struct shot *shot)
+{
+    static char line[1 << 16];
+
+    do {
+        if (!fgets(line, sizeof line, file))
+            return false;
+    } while (line[0] == '#');
+    char *at = line;
+    strtod(at, &at);
+    shot->bearing_deg = strtod(at + 1, &at);
+    shot->range_m = strtod(at + 1, &at);
+    const unsigned long n = strtoul(at + 1, &at, 10);
+    shot->n = n < MAX_BINS ? (uint32_t)n : MAX_BINS;
+    for (uint32_t i = 0; i < shot->n; i++)
+        shot->sample[i] = (uint8_t)strtoul(at + 1, &at, 10);
+    return true;
+}
+
+static FILE *recording(const char *path, const char *test)
+{
+    FILE *file = fopen(path, "r");
+
+    if (!file)
+        printf("skip %s: no %s\n", test, path);
+    return file;
+}
+
+static double first_m(const struct shot *shot)
+{
+    return shot->found.state == BEAM_ECHO ? (double)shot->found.echo[0].range_m : INFINITY;
+}
+
+/* ---- the box: three walls known to a centimetre ---- */
+
+struct wall {
+    const char *name;
+    double distance_m, normal_deg;
+};
+
+static const struct wall box[] = {{"side A", 0.261, 94.8}, {"side B", 0.294, 273.9}, {"end", 1.460, 184.7}};
+
+/* Index of the nearest wall along a bearing. */
+static int box_wall(double bearing_deg, double *range_m)
+{
+    int nearest = 0;
+
+    *range_m = INFINITY;
+    for (int w = 0; w < 3; w++) {
+        const double c = cos(geo_rad(bearing_deg - box[w].normal_deg));
+        if (c > 0.0 && box[w].distance_m / c < *range_m) {
+            *range_m = box[w].distance_m / c;
+            nearest = w;
+        }
+    }
+    return nearest;
+}
+
+struct box_score {
+    int beams[3], found[3]; /* per wall; found: within 3 cm (end) or 5 cm (sides) */
+    int open_water;         /* first echoes that lie wholly short of every wall, by more than 20 cm */
+    int beyond;             /* beams that call water behind a wall free, by more than 2 cm */
+    int end_176_194, end_176_194_found;
+    double end_square_sum;
+};
+
+static struct box_score box_run(const struct head *head)
+{
+    struct box_score score = {0};
+    struct shot shot;
+    FILE *file = fopen("tests/replay/box.csv", "r");
+
+    if (!file) {
+        printf("tests/replay/box.csv: missing\n");
+        exit(1);
+    }
+    while (shot_read(file, &shot)) {
+        run_shot(&shot, head);
+        double range_m;
+        const int w = box_wall(shot.bearing_deg, &range_m);
+        const double error = first_m(&shot) - range_m;
+        const bool found = fabs(error) <= (w == 2 ? 0.03 : 0.05);
+        score.beams[w]++;
+        score.found[w] += found;
+        if (w == 2 && shot.bearing_deg >= 176.0 && shot.bearing_deg <= 194.0) {
+            score.end_176_194++;
+            score.end_176_194_found += found;
+            score.end_square_sum += found ? error * error : 0.0;
+        }
+        score.open_water += error < -0.2;
+        score.beyond += (double)shot.found.free_to_m > range_m + 0.02;
+        if (getenv("SONARD_VERBOSE"))
+            printf("# %.1f wall %s %.3f: blind %.3f found %.3f near %.3f sd %.3f strength %.1f\n",
+                   shot.bearing_deg, box[w].name, range_m, (double)shot.found.blind_m, first_m(&shot),
+                   (double)shot.found.echo[0].near_m, (double)shot.found.echo[0].sd_m,
+                   (double)shot.found.echo[0].strength);
+    }
+    fclose(file);
+    return score;
+}
+
+static double side_share(const struct box_score *s)
+{
+    return (double)(s->found[0] + s->found[1]) / (s->beams[0] + s->beams[1]);
+}
+
+static void box_print(const char *what, const struct box_score *s)
+{
+    printf("# box, %-24s end %d/%d  side A %d/%d  side B %d/%d (%.0f %%)  open water %d  free behind a wall %d\n",
+           what, s->end_176_194_found, s->end_176_194, s->found[0], s->beams[0], s->found[1], s->beams[1],
+           100.0 * side_share(s), s->open_water, s->beyond);
+}
+
+TEST(box_with_defaults)
+{
+    struct extract_conf conf;
+
+    extract_defaults(&conf);
+    set_up(&conf);
+    const struct box_score s = box_run(&ping360);
+    box_print("defaults", &s);
+    CHECK_INT(s.end_176_194, 20);
+    CHECK_INT(s.end_176_194_found, 20);
+    CHECK(side_share(&s) >= 0.8);
+    CHECK_INT(s.open_water, 0);
+    CHECK_INT(s.beyond, 0);
+    CHECK(sqrt(s.end_square_sum / 20) < 0.015);
+}
+
+/* The defaults do not sit on an edge: each number may be moved and the box still stands. */
+TEST(box_with_neighbouring_settings)
+{
+    static const struct {
+        const char *name;
+        double window_m, guard_m, false_alarm, min_contrast_db, ring_down_m;
+        uint32_t floor_counts;
+    } row[] = {
+        {"window 0.3 m", 0.3, 0.1, 1e-4, 14, -1, 8},
+        {"window 0.5 m", 0.5, 0.1, 1e-4, 14, -1, 8},
+        {"guard 0.08 m", 0.4, 0.08, 1e-4, 14, -1, 8},
+        {"guard 0.12 m", 0.4, 0.12, 1e-4, 14, -1, 8},
+        {"false_alarm 1e-3", 0.4, 0.1, 1e-3, 14, -1, 8},
+        {"false_alarm 1e-5", 0.4, 0.1, 1e-5, 14, -1, 8},
+        {"min_contrast 13.5 dB", 0.4, 0.1, 1e-4, 13.5, -1, 8},
+        {"min_contrast 15 dB", 0.4, 0.1, 1e-4, 15, -1, 8},
+        {"ring_down 0.25 m", 0.4, 0.1, 1e-4, 14, 0.25, 8},
+        {"ring_down 0.31 m", 0.4, 0.1, 1e-4, 14, 0.31, 8},
+        {"floor 1", 0.4, 0.1, 1e-4, 14, -1, 1},
+        {"floor 12", 0.4, 0.1, 1e-4, 14, -1, 12},
+    };
+
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct extract_conf conf;
+        extract_defaults(&conf);
+        conf.window_m = row[i].window_m;
+        conf.guard_m = row[i].guard_m;
+        conf.false_alarm = row[i].false_alarm;
+        conf.min_contrast_db = row[i].min_contrast_db;
+        conf.ring_down_m = row[i].ring_down_m;
+        conf.floor_counts = row[i].floor_counts;
+        set_up(&conf);
+        const struct box_score s = box_run(&ping360);
+        box_print(row[i].name, &s);
+        CHECK_INT(s.end_176_194_found, 20);
+        CHECK(side_share(&s) >= 0.8);
+        CHECK_INT(s.open_water, 0);
+    }
+}
+
+/* Why the defaults are what they are: each of these is worse, and how much is printed. */
+TEST(box_without_the_right_law_or_contrast)
+{
+    struct extract_conf conf;
+
+    extract_defaults(&conf);
+    conf.min_contrast_db = 0.0;
+    set_up(&conf);
+    const struct box_score linear = box_run(&(struct head){AMPLITUDE_LINEAR, 0, 0.012});
+    box_print("counts as pressure", &linear);
+    CHECK(side_share(&linear) < 0.5);
+    const struct box_score any = box_run(&ping360);
+    box_print("no min_contrast", &any);
+    CHECK(any.open_water > 10);
+    conf.false_alarm = 1e-8;
+    set_up(&conf);
+    const struct box_score rare = box_run(&ping360);
+    box_print("no min_contrast, 1e-8", &rare);
+}
+
+TEST(box_with_every_detector)
+{
+    static const char *const name[] = {"ca", "goca", "soca", "os"};
+
+    for (int d = CFAR_CA; d <= CFAR_OS; d++) {
+        struct extract_conf conf;
+        extract_defaults(&conf);
+        conf.detector = (enum cfar_detector)d;
+        set_up(&conf);
+        const struct box_score s = box_run(&ping360);
+        box_print(name[d], &s);
+        CHECK_INT(s.open_water, 0);
+    }
+}
+
+/* ---- recordings that cannot ship ---- */
+
+#define DATA "../shared/data/"
+
+static double turned(double a_deg, double b_deg)
+{
+    return geo_deg(geo_wrap_pi(geo_rad(a_deg - b_deg)));
+}
+
+/* Micron, 80 dB over 255 counts: a tank's walls 2.21 m and 3.98 m away. Ghosts and side lobes are echoes too, so the
+ * question is whether the wall is among the echoes, and whether water behind it is called free. */
+TEST(micron_tank_walls)
+{
+    static const struct {
+        const char *name;
+        double distance_m, normal_deg, half_width_deg;
+    } wall[] = {{"W", 2.21, 264, 36}, {"S", 3.98, 175, 14}};
+    FILE *file = recording(DATA "micron-tank-rosbag/static_sonar.csv", "micron_tank_walls");
+    struct extract_conf conf;
+    struct shot shot;
+    int beams[2] = {0}, found[2] = {0}, behind[2] = {0};
+
+    if (!file)
+        return;
+    extract_defaults(&conf);
+    set_up(&conf);
+    while (shot_read(file, &shot)) {
+        run_shot(&shot, &micron);
+        for (int w = 0; w < 2; w++) {
+            const double off_deg = turned(shot.bearing_deg, wall[w].normal_deg);
+            const double range_m = wall[w].distance_m / cos(geo_rad(off_deg));
+            if (fabs(off_deg) > wall[w].half_width_deg)
+                continue;
+            bool hit = false;
+            for (int k = 0; k < shot.found.n; k++)
+                hit |= fabs((double)shot.found.echo[k].range_m - range_m) < 0.2;
+            beams[w]++;
+            found[w] += hit;
+            behind[w] += (double)shot.found.free_to_m > range_m + 0.2;
+        }
+    }
+    fclose(file);
+    for (int w = 0; w < 2; w++) {
+        printf("# micron tank, wall %s: found in %d of %d beams, free behind it %d\n", wall[w].name, found[w],
+               beams[w], behind[w]);
+        CHECK_INT(behind[w], 0);
+    }
+    CHECK_INT(found[0], beams[0]);
+    CHECK(found[1] >= beams[1] * 40 / 44);
+}
+
+/* Interference lifts the floor of pings 4, 18, 58 and 88 over the whole range: no walls come of it. */
+TEST(near_field_raised_floor)
+{
+    FILE *file = recording(DATA "ping360-nearfield-textdump/test_ping_log.csv", "near_field_raised_floor");
+    const struct head head = {AMPLITUDE_SQRT, 0, 0.00825};
+    struct extract_conf conf;
+    struct shot shot;
+    int ping = 0, reflector = 0, blind = 0;
+
+    if (!file)
+        return;
+    extract_defaults(&conf);
+    set_up(&conf);
+    for (; shot_read(file, &shot); ping++) {
+        run_shot(&shot, &head);
+        if (ping == 4 || ping == 18 || ping == 58 || ping == 88)
+            CHECK_INT(shot.found.state, BEAM_SILENT);
+        blind += shot.found.state == BEAM_BLIND;
+        for (int k = 0; k < shot.found.n; k++)
+            if (fabs((double)shot.found.echo[k].range_m - 0.85) < 0.05) {
+                reflector++;
+                break;
+            }
+    }
+    fclose(file);
+    printf("# near field: reflector at 0.85 m in %d of %d pings, blind %d\n", reflector, ping, blind);
+    CHECK_INT(blind, 1); /* the ping with two samples */
+    CHECK(reflector >= 50);
+}
+
+/* 60 m, gain 2: the far half sends zeros with stray counts, and holds nothing. */
+TEST(open_water_far_half)
+{
+    FILE *file = recording(DATA "ping360-openwater-pingviewer/20240814-102337673.60m-pings1000-1500.csv",
+                           "open_water_far_half");
+    const struct head head = {AMPLITUDE_SQRT, 0, 0.24};
+    struct extract_conf conf;
+    struct shot shot;
+    int pings = 0, first_far = 0, any_far = 0, stray = 0;
+
+    if (!file)
+        return;
+    extract_defaults(&conf);
+    set_up(&conf);
+    for (; shot_read(file, &shot); pings++) {
+        run_shot(&shot, &head);
+        first_far += shot.found.n > 0 && (double)shot.found.echo[0].range_m > shot.range_m / 2;
+        /* The near half taken away: the detector alone with the far half. */
+        memset(shot.sample, 0, shot.n / 2);
+        shot.sample[0] = 255;
+        for (uint32_t i = shot.n / 2; i < shot.n; i++)
+            stray += shot.sample[i] > 0;
+        run_shot(&shot, &head);
+        any_far += shot.found.n > 0;
+    }
+    fclose(file);
+    printf("# open water: %d pings, %d stray counts in the far half, first echo there %d, any echo there %d\n",
+           pings, stray, first_far, any_far);
+    CHECK_INT(first_far, 0);
+    CHECK(any_far * 200 <= pings);
+}
+
+/* A head at rest on the sea bed, hit by other sound: what is real is there again in the next sweep. */
+TEST(seabed_interference)
+{
+    FILE *file = recording(DATA "tritech-seanet-rov-seabed/sonar.part1.csv", "seabed_interference");
+    const struct head head = {AMPLITUDE_LOG, 80.0 / 255.0, 0.15};
+    struct extract_conf conf;
+    struct shot shot;
+    int pings = 0, echo = 0, far = 0, histogram[11] = {0};
+
+    if (!file)
+        return;
+    extract_defaults(&conf);
+    set_up(&conf);
+    for (; shot_read(file, &shot); pings++) {
+        run_shot(&shot, &head);
+        echo += shot.found.n > 0;
+        far += shot.found.n > 0 && first_m(&shot) > 41;
+        histogram[shot.found.n ? (int)fmin(first_m(&shot) / 5, 10) : 10]++;
+    }
+    fclose(file);
+    printf("# sea bed: %d pings, first echo in %d, beyond 41 m in %d; per 5 m:", pings, echo, far);
+    for (int i = 0; i < 11; i++)
+        printf(" %d", histogram[i]);
+    printf("\n");
+}
+
+int main(void)
+{
+    RUN(box_with_defaults);
+    RUN(box_with_neighbouring_settings);
+    RUN(box_without_the_right_law_or_contrast);
+    RUN(box_with_every_detector);
+    RUN(micron_tank_walls);
+    RUN(near_field_raised_floor);
+    RUN(open_water_far_half);
+    RUN(seabed_interference);
+    return test_end();
+}
