@@ -12,10 +12,16 @@
 #include <stdio.h>
 
 #define CONF_MAX_SONARS 8
-#define CONF_NAME_MAX 32
-#define CONF_TEXT_MAX 256
+#define CONF_NAME_MAX   32
+#define CONF_TEXT_MAX   256
 
-enum conf_amplitude { CONF_AMPLITUDE_AUTO, CONF_AMPLITUDE_LINEAR, CONF_AMPLITUDE_POWER, CONF_AMPLITUDE_SQRT, CONF_AMPLITUDE_LOG };
+enum conf_amplitude {
+    CONF_AMPLITUDE_AUTO,
+    CONF_AMPLITUDE_LINEAR,
+    CONF_AMPLITUDE_POWER,
+    CONF_AMPLITUDE_SQRT,
+    CONF_AMPLITUDE_LOG
+};
 enum conf_scan_mode { CONF_MODE_AUTO, CONF_MODE_TRANSMIT, CONF_MODE_REQUEST };
 enum conf_detector { CONF_CA, CONF_GOCA, CONF_SOCA, CONF_OS };
 enum conf_no_echo { CONF_NO_ECHO_MINIMUM, CONF_NO_ECHO_HEARD, CONF_NO_ECHO_RANGE };
@@ -24,20 +30,20 @@ enum conf_log_level { CONF_LOG_ERR, CONF_LOG_WARNING, CONF_LOG_NOTICE, CONF_LOG_
 
 /* [sonar NAME] */
 struct conf_sonar {
-    char name[CONF_NAME_MAX];     /* letters, digits, - and _ */
-    char device[CONF_NAME_MAX];   /* device = ping360 */
-    char port[CONF_TEXT_MAX];     /* port = serial:/dev/ttyUSB0:115200 */
-    double range_m;               /* range = 20 m            [0.75 .. 200] */
-    int gain;                     /* gain = 1                [0 .. 10], -1 when absent */
-    double sector_rad[2];         /* sector = 0 360 deg      start end, clockwise; 0 360: full circle */
-    double step_rad;              /* step = 0.9 deg */
-    int mode;                     /* mode = auto | transmit | request (enum conf_scan_mode) */
-    double frequency_hz;          /* frequency = 750 kHz; 0: device's default */
-    double mount_m[3];            /* mount = 0.2 0 0.1 m     forward right down */
-    double rotation_rad[3];       /* rotation = 0 0 0 deg    roll pitch yaw */
-    int amplitude;                /* amplitude = auto | linear | power | sqrt | log */
-    double db_per_count;          /* decibels_per_count = 0.3137 dB, for amplitude = log */
-    double ring_down_m;           /* ring_down = 0.3 m; negative when absent: found from the device and the beam */
+    char name[CONF_NAME_MAX];   /* letters, digits, - and _ */
+    char device[CONF_NAME_MAX]; /* device = ping360 */
+    char port[CONF_TEXT_MAX];   /* port = serial:/dev/ttyUSB0:115200 */
+    double range_m;             /* range = 20 m            [0.75 .. 200] */
+    int gain;                   /* gain = 1                [0 .. 10]; auto: -1 */
+    double sector_rad[2];       /* sector = 0 360 deg      start end, clockwise; a turn apart: full circle */
+    double step_rad;            /* step = 0.9 deg          [0.1 .. 90], less than the sector */
+    int mode;                   /* mode = auto | transmit | request (enum conf_scan_mode) */
+    double frequency_hz;        /* frequency = 750 kHz     [10 .. 3000]; auto: 0, the device's default */
+    double mount_m[3];          /* mount = 0.2 0 0.1 m     forward right down */
+    double rotation_rad[3];     /* rotation = 0 0 0 deg    roll pitch yaw */
+    int amplitude;              /* amplitude = auto | linear | power | sqrt | log */
+    double db_per_count;        /* decibels_per_count = 0.3137 dB; auto: 0; positive when amplitude = log */
+    double ring_down_m; /* ring_down = 0.3 m; auto: -1, found from the device and the beam; less than range */
 };
 
 struct conf_water {
@@ -45,27 +51,29 @@ struct conf_water {
 };
 
 struct conf_extract {
-    int detector;            /* detector = soca | goca | ca | os */
-    double false_alarm;      /* false_alarm = 1e-4, per bin  [1e-12 .. 0.1] */
-    double window_m;         /* window = 0.4 m: reference cells on each side */
-    double guard_m;          /* guard = 0.1 m: beside the cell under test, on each side */
-    double rank;             /* rank = 0.75: order statistic of detector os, as a share of the cells */
-    int floor_counts;        /* floor = 8: bins at or below are never an echo  [0 .. 65535] */
-    int no_echo;             /* no_echo = minimum | heard | range */
-    double minimum_range_m;  /* minimum_range = 0.75 m: free water claimed where nothing was found */
+    int detector;           /* detector = soca | goca | ca | os */
+    double false_alarm;     /* false_alarm = 1e-4, per bin  [1e-12 .. 0.1] */
+    double window_m;        /* window = 0.4 m: reference cells on each side */
+    double guard_m;         /* guard = 0.1 m: beside the cell under test, on each side; less than window */
+    double rank;            /* rank = 0.75: order statistic of detector os, as a share of the cells */
+    int floor_counts;       /* floor = 8: bins at or below are never an echo  [0 .. 65535] */
+    double min_contrast_db; /* min_contrast = 14 dB: over the reference cells [0 .. 100] */
+    int no_echo;            /* no_echo = minimum | heard | range */
+    double
+        minimum_range_m; /* minimum_range = 0.75 m: free water claimed where nothing was found; <= every sonar's range */
 };
 
 struct conf_grid {
-    double range_max_m;    /* range = 0 m: 0 = longest range of the sonars */
+    double range_max_m;      /* range = 20 m           [0.75 .. 200]; auto: 0, longest range of the sonars */
     double angular_step_rad; /* angular_step = 2 deg   [0.5 .. 15] */
-    double layer_m;        /* layer = 0.05 m: thickness of the nearest layers */
-    double growth;         /* growth = 1.035: of the layers beyond */
-    int elevation;         /* elevation = full | level */
-    int max_cells;         /* max_cells = 65536 */
-    double blocked_above;  /* blocked_above = 0.6: probability from which a cell is an obstacle (0.5 .. 1) */
-    double clear_for_s;    /* clear_for = 30 s: a direction counts as clear so long after its last ping */
-    double forget_s;       /* forget = 60 s: time constant in which an obstacle's log-odds fade */
-    double move_limit_m;   /* move_limit = 0.5 m: way driven after which a cleared direction is unknown again */
+    double layer_m;          /* layer = 0.05 m: thickness of the nearest layers */
+    double growth;           /* growth = 1.035: of the layers beyond */
+    int elevation;           /* elevation = full | level */
+    int max_cells;           /* max_cells = 65536 */
+    double blocked_above;    /* blocked_above = 0.6: probability from which a cell is an obstacle [0.51 .. 0.99] */
+    double clear_for_s;      /* clear_for = 30 s: a direction counts as clear so long after its last ping */
+    double forget_s;         /* forget = 60 s: time constant in which an obstacle's log-odds fade; >= clear_for */
+    double move_limit_m;     /* move_limit = 0.5 m: way driven after which a cleared direction is unknown again */
 };
 
 struct conf_vehicle {
@@ -78,9 +86,9 @@ struct conf_pose {
 };
 
 struct conf_server {
-    char socket[108];  /* socket = /run/sonard/sonard.sock */
-    int mode;          /* mode = 0660 (octal) */
-    int max_clients;   /* max_clients = 64 */
+    char socket[108]; /* socket = /run/sonard/sonard.sock */
+    int mode;         /* mode = 0660: permission bits, octal in the file */
+    int max_clients;  /* max_clients = 64 */
 };
 
 struct conf_pipeline {
@@ -89,9 +97,9 @@ struct conf_pipeline {
 };
 
 struct conf_record {
-    char directory[CONF_TEXT_MAX]; /* directory = /var/lib/sonard/captures; empty: no recording */
+    char directory[CONF_TEXT_MAX]; /* directory = /var/lib/sonard/captures; none: empty, no recording */
     double file_size_bytes;        /* file_size = 256 MiB */
-    int files;                     /* files = 8: oldest beyond are removed; 0 is not allowed, none = keep all (-1) */
+    int files;                     /* files = 8: oldest beyond are removed; all: -1, none is removed */
 };
 
 struct conf_log {
@@ -126,9 +134,10 @@ struct conf_source; /* where every value came from, and the text as read (for ca
 
 /**
  * conf_load - read `path` into *conf, over the defaults.
- * Every fault is reported (file:line: [section] key: what was found, what is allowed); returns their number, 0 for
- * a good file, -1 when the file cannot be read (reported too). checks may be NULL. *source is always set
- * (conf_source_free) .
+ * Every fault is reported (file:line: [section] key = value: what was found; what is allowed); returns their number,
+ * 0 for a good file, -1 when the file cannot be read (reported too). With faults *conf holds what could be
+ * understood and must not be put in force. checks may be NULL. *source is always set, for conf_source_free; it is
+ * NULL only when memory ran out, which all functions here bear.
  */
 int conf_load(struct conf *conf, struct conf_source **source, const char *path, const struct conf_checks *checks,
               conf_fault_fn fault, void *fault_ctx);
@@ -137,10 +146,13 @@ int conf_load(struct conf *conf, struct conf_source **source, const char *path, 
 int conf_load_text(struct conf *conf, struct conf_source **source, const char *name, const char *text, size_t size,
                    const struct conf_checks *checks, conf_fault_fn fault, void *fault_ctx);
 
-/** conf_defaults - what an empty file means. */
+/** conf_defaults - what an empty file means: no sonars; every element of sonar[] is at its defaults, too. */
 void conf_defaults(struct conf *conf);
 
-/** conf_print - effective values with units, each with where it came from: `key = value   # file:line` or default. */
+/**
+ * conf_print - effective values with units, each with where it came from: `key = value  ; file:line` or `; default`.
+ * The output is a configuration itself and loads to the same values, bit for bit.
+ */
 void conf_print(const struct conf *conf, const struct conf_source *source, FILE *out);
 
 /** conf_sample - the commented default file (config/sonard.conf is its output; a test compares). */

@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * conf_fault - what is wrong with one configuration: collected in any order, told in the order of lines. Knows no
+ * keys.
+ */
+#ifndef SONARD_CONF_FAULT_H
+#define SONARD_CONF_FAULT_H
+
+#include "conf.h"
+
+#define CONF_FAULTS_MAX                                                                                           \
+    500 /* told one by one; a text file taken for a configuration has more, which are counted */
+
+struct conf_faults {
+    const char *name; /* of the file */
+    int n;            /* faults seen */
+    struct {
+        unsigned line;
+        char *message;
+    } fault[CONF_FAULTS_MAX];
+};
+
+/** conf_fault_add - note a fault of line `line`; 0: of the whole file. Behind "FILE:LINE: " the text is the caller's. */
+void conf_fault_add(struct conf_faults *faults, unsigned line, const char *fmt, ...)
+    __attribute__((format(printf, 3, 4)));
+
+/** conf_fault_tell - hand all to `tell` in the order of lines, free them and return their number. */
+int conf_fault_tell(struct conf_faults *faults, conf_fault_fn tell, void *ctx);
+
+#endif

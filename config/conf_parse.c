@@ -1,0 +1,329 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * conf_parse - lines, sections and keys. inih takes `key = value ; comment` apart; it is fed line by line through a
+ * reader of ours, which knows the line's number, follows the [section] heads, and refuses what inih would cut or skip
+ * in silence. What a single value means is conf_value's, what goes together conf_rules'.
+ */
+#include <ini.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "conf_source.h"
+#include "conf_suggest.h"
+#include "conf_value.h"
+
+#define TITLE_MAX 64 /* of a section: what stands between the brackets */
+
+/* One [section] line that was understood. */
+struct head {
+    char title[TITLE_MAX];
+    unsigned line;
+};
+
+struct parse {
+    struct conf *conf;
+    struct conf_source *source;
+    const struct conf_checks *checks;
+    struct conf_faults *faults;
+
+    const char *rest, *end; /* of the text */
+    unsigned line;          /* being read, from 1 */
+    const char *waiting;    /* the line when it is neither head nor comment and no key was found in it yet */
+    size_t waiting_n;
+
+    struct head head[CONF_MAX_SONARS + 16]; /* every good section so far */
+    int n_heads, sonar_heads;
+
+    /* The current section. */
+    bool any_section;
+    const struct conf_section *section; /* NULL: unknown, its keys say nothing */
+    char title[TITLE_MAX];
+    void *base;                 /* where values go ... */
+    struct conf_origin *origin; /* ... and where their lines are noted */
+
+    /* Keys of a section that cannot be had (a second one, one sonar too many) are still checked: into these. */
+    struct conf scratch;
+    struct conf_origin scratch_origin[CONF_KEYS_MAX];
+};
+
+/* What only the daemon knows: is there such a device, is the port's address well formed? */
+static bool check_outside(const struct parse *p, const struct conf_key *key, const char *value, char *err,
+                          size_t err_size)
+{
+    if (!p->checks || !conf_key_is_sonar(key))
+        return true;
+    if (p->checks->device && strcmp(key->name, "device") == 0)
+        return p->checks->device(value, err, err_size);
+    if (p->checks->port && strcmp(key->name, "port") == 0)
+        return p->checks->port(value, err, err_size);
+    return true;
+}
+
+static void take_value(struct parse *p, const struct conf_key *key, const char *value)
+{
+    char err[CONF_VALUE_MAX], allowed[CONF_VALUE_MAX];
+    struct conf_origin *origin = &p->origin[key - conf_keys];
+    origin->bad = true;
+    if (strstr(value, " #") || strstr(value, "\t#")) {
+        conf_fault_add(p->faults, p->line, "[%s] %s = %s: a # behind a value; want ; before a comment there",
+                       p->title, key->name, value);
+    } else if (!conf_value_read(key, value, p->base, err, sizeof err)) {
+        conf_value_allowed(key, allowed, sizeof allowed);
+        conf_fault_add(p->faults, p->line, "[%s] %s = %s: %s; want %s", p->title, key->name, value, err, allowed);
+    } else if (!check_outside(p, key, value, err, sizeof err)) {
+        conf_fault_add(p->faults, p->line, "[%s] %s = %s: %s", p->title, key->name, value, err);
+    } else {
+        origin->bad = false;
+    }
+}
+
+/* inih's handler. Always 1: faults are ours to tell. inih's section is not used, heads never reach it. */
+static int take_key(void *user, const char *inih_section, const char *name, const char *value)
+{
+    (void)inih_section;
+    struct parse *p = user;
+    if (*name == '\0')
+        return 1;
+    p->waiting = NULL;
+    if (!p->any_section) {
+        conf_fault_add(p->faults, p->line, "%s = %s: stands before any section; want a [section] line above it",
+                       name, value);
+        return 1;
+    }
+    if (!p->section)
+        return 1;
+    const struct conf_key *key = conf_key_find(p->section->name, name);
+    if (!key) {
+        char hint[512];
+        conf_suggest_key(p->section->name, name, hint, sizeof hint);
+        conf_fault_add(p->faults, p->line, "[%s] %s = %s: unknown key; %s", p->title, name, value, hint);
+        return 1;
+    }
+    struct conf_origin *origin = &p->origin[key - conf_keys];
+    if (origin->line > 0) {
+        conf_fault_add(p->faults, p->line, "[%s] %s = %s: given before in line %u; want it once", p->title, name,
+                       value, origin->line);
+        return 1;
+    }
+    origin->line = p->line;
+    take_value(p, key, value);
+    return 1;
+}
+
+static void use_scratch(struct parse *p)
+{
+    memset(p->scratch_origin, 0, sizeof p->scratch_origin);
+    p->base = strcmp(p->section->name, "sonar") == 0 ? (void *)&p->scratch.sonar[0] : (void *)&p->scratch;
+    p->origin = p->scratch_origin;
+}
+
+static bool is_sonar_name(const char *name)
+{
+    size_t n = strspn(name, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_");
+    return n > 0 && n < CONF_NAME_MAX && name[n] == '\0';
+}
+
+static void begin_sonar(struct parse *p, const char *name)
+{
+    p->sonar_heads++;
+    if (!is_sonar_name(name)) {
+        conf_fault_add(p->faults, p->line, "[%s]: %s; want [sonar NAME], NAME of 1 to %d letters, digits, - and _",
+                       p->title, *name ? "bad name of a sonar" : "a sonar without a name", CONF_NAME_MAX - 1);
+    } else if (p->conf->n_sonars == CONF_MAX_SONARS) {
+        conf_fault_add(p->faults, p->line, "[%s]: one sonar too many; want at most %d", p->title, CONF_MAX_SONARS);
+    } else {
+        int i = p->conf->n_sonars++;
+        struct conf_sonar *sonar = &p->conf->sonar[i];
+        snprintf(sonar->name, sizeof sonar->name, "%s", name);
+        p->base = sonar;
+        p->origin = p->source->origin[i];
+    }
+}
+
+static unsigned head_line(const struct parse *p, const char *title)
+{
+    for (int i = 0; i < p->n_heads; i++)
+        if (strcmp(p->head[i].title, title) == 0)
+            return p->head[i].line;
+    return 0;
+}
+
+/* p->title is set: find out what section it is and where its values go. */
+static void begin_section(struct parse *p)
+{
+    char kind[TITLE_MAX];
+    const char *name = p->title + strcspn(p->title, " ");
+    snprintf(kind, sizeof kind, "%.*s", (int)(name - p->title), p->title);
+    name += strspn(name, " ");
+    bool sonar = strcmp(kind, "sonar") == 0;
+
+    p->any_section = true;
+    p->section = conf_section_find(sonar ? kind : p->title);
+    if (!p->section) {
+        char hint[512];
+        conf_suggest_section(kind, hint, sizeof hint);
+        conf_fault_add(p->faults, p->line, "[%s]: unknown section; %s", p->title, hint);
+        return;
+    }
+    use_scratch(p);
+    unsigned first = head_line(p, p->title);
+    if (first > 0) {
+        conf_fault_add(p->faults, p->line, "[%s]: begun before in line %u; want it once", p->title, first);
+        return;
+    }
+    if (sonar) {
+        begin_sonar(p, name);
+    } else {
+        p->base = p->conf;
+        p->origin = p->source->origin[0];
+    }
+    if (p->base != &p->scratch.sonar[0] && p->base != &p->scratch) {
+        struct head *head = &p->head[p->n_heads++];
+        snprintf(head->title, sizeof head->title, "%s", p->title);
+        head->line = p->line;
+    }
+}
+
+/* "[title]", perhaps with a comment behind it; blanks in the title become one space each. */
+static void take_head(struct parse *p, const char *s, size_t n)
+{
+    const char *close = memchr(s, ']', n);
+    const char *behind = close ? close + 1 : s + n;
+    while (behind < s + n && (*behind == ' ' || *behind == '\t'))
+        behind++;
+    if (!close || (behind < s + n && *behind != ';' && *behind != '#')) {
+        conf_fault_add(p->faults, p->line, "%.*s: %s; want [section] alone on its line", (int)n, s,
+                       close ? "more than a section" : "no ] at the end of the section");
+        p->any_section = true;
+        p->section = NULL;
+        return;
+    }
+    size_t used = 0;
+    bool gap = false;
+    for (s++; s < close && used + 2 < sizeof p->title; s++) {
+        if (*s == ' ' || *s == '\t') {
+            gap = used > 0;
+            continue;
+        }
+        if (gap)
+            p->title[used++] = ' ';
+        gap = false;
+        p->title[used++] = *s;
+    }
+    p->title[used] = '\0';
+    begin_section(p);
+}
+
+/* Length of the UTF-8 character at s, 0 when it is none or a control character other than tab. */
+static size_t character(const unsigned char *s, size_t n)
+{
+    static const unsigned lowest[5] = {0, 0, 0x80, 0x800, 0x10000}; /* shorter forms are forbidden */
+    if (s[0] < 0x80)
+        return (s[0] >= 0x20 && s[0] != 0x7f) || s[0] == '\t';
+    size_t length = s[0] >= 0xf8 ? 0 : s[0] >= 0xf0 ? 4 : s[0] >= 0xe0 ? 3 : s[0] >= 0xc0 ? 2 : 0;
+    if (length == 0 || length > n)
+        return 0;
+    unsigned code = s[0] & (0x7fu >> length);
+    for (size_t i = 1; i < length; i++) {
+        if ((s[i] & 0xc0) != 0x80)
+            return 0;
+        code = code << 6 | (s[i] & 0x3fu);
+    }
+    bool valid = code >= lowest[length] && code <= 0x10ffff && (code < 0xd800 || code > 0xdfff);
+    return valid ? length : 0;
+}
+
+static bool is_text(struct parse *p, const char *s, size_t n)
+{
+    const unsigned char *u = (const unsigned char *)s;
+    for (size_t i = 0; i < n;) {
+        size_t length = character(u + i, n - i);
+        if (length == 0) {
+            conf_fault_add(p->faults, p->line, "byte 0x%02x in column %zu; want text in UTF-8", u[i], i + 1);
+            return false;
+        }
+        i += length;
+    }
+    return true;
+}
+
+/*
+ * inih's reader, in the manner of fgets: the next line that may hold a key, or an empty one in place of the others.
+ * Blanks at the front are taken off: inih would take the line for a continuation.
+ */
+static char *next_line(char *str, int num, void *stream)
+{
+    struct parse *p = stream;
+    if (p->waiting)
+        conf_fault_add(p->faults, p->line, "%.*s: not a key and its value; want key = value", (int)p->waiting_n,
+                       p->waiting);
+    p->waiting = NULL;
+    if (p->rest == p->end)
+        return NULL;
+
+    const char *s = p->rest;
+    const char *newline = memchr(s, '\n', (size_t)(p->end - s));
+    const char *end = newline ? newline : p->end;
+    p->rest = newline ? newline + 1 : p->end;
+    p->line++;
+    if (end > s && end[-1] == '\r')
+        end--;
+    size_t room = (size_t)num - 3; /* inih: the longest line is three less than its buffer */
+    snprintf(str, (size_t)num, "\n");
+    if (!is_text(p, s, (size_t)(end - s)))
+        return str;
+    while (s < end && (*s == ' ' || *s == '\t'))
+        s++;
+    size_t n = (size_t)(end - s);
+    if (n == 0 || *s == '#' || *s == ';')
+        return str;
+    if (n > room) {
+        conf_fault_add(p->faults, p->line, "%zu bytes in this line; want at most %zu", n, room);
+        return str;
+    }
+    if (*s == '[') {
+        take_head(p, s, n);
+        return str;
+    }
+    p->waiting = s;
+    p->waiting_n = n;
+    if (memchr(s, '=', n)) /* inih would take a colon as well */
+        snprintf(str, (size_t)num, "%.*s\n", (int)n, s);
+    return str;
+}
+
+static void check_complete(struct parse *p)
+{
+    if (p->sonar_heads == 0)
+        conf_fault_add(p->faults, 0, "no sonar; want 1 to %d sections [sonar NAME]", CONF_MAX_SONARS);
+    for (int i = 0; i < p->conf->n_sonars; i++) {
+        char title[TITLE_MAX];
+        snprintf(title, sizeof title, "sonar %s", p->conf->sonar[i].name);
+        for (const struct conf_key *key = conf_keys; key->name; key++) {
+            if (!conf_key_is_sonar(key) || key->standard || p->source->origin[i][key - conf_keys].line > 0)
+                continue;
+            conf_fault_add(p->faults, head_line(p, title), "[%s] %s: is missing; want %s", title, key->name,
+                           key->form);
+        }
+    }
+}
+
+void conf_parse(struct conf *conf, struct conf_source *source, const struct conf_checks *checks,
+                struct conf_faults *faults)
+{
+    struct parse *p = calloc(1, sizeof *p);
+    if (!p) {
+        conf_fault_add(faults, 0, "out of memory");
+        return;
+    }
+    *p = (struct parse){.conf = conf, .source = source, .checks = checks, .faults = faults};
+    p->rest = p->source->text;
+    p->end = p->rest + p->source->size;
+    if (p->source->size >= 3 && memcmp(p->rest, "\xef\xbb\xbf", 3) == 0)
+        p->rest += 3;
+    if (ini_parse_stream(next_line, p, take_key, p) == -2)
+        conf_fault_add(p->faults, p->line, "out of memory");
+    check_complete(p);
+    conf_rules_check(conf, source, faults);
+    free(p);
+}

@@ -1,0 +1,159 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * conf_print - the table of keys for people: effective values, the commented default file, the man page's table.
+ */
+#include <ini.h>
+#include <string.h>
+
+#include "conf.h"
+#include "conf_source.h"
+#include "conf_value.h"
+
+/* Hands each line of a text to `put`, without newline. */
+static void each_line(const char *text, FILE *out, void (*put)(const char *line, int n, FILE *out))
+{
+    while (*text) {
+        size_t n = strcspn(text, "\n");
+        put(text, (int)n, out);
+        text += n + (text[n] == '\n');
+    }
+}
+
+/* "FILE:LINE" or "default": in ASCII, because the output has to load wherever the file lies. */
+static void origin_text(const struct conf_source *source, int sonar, const struct conf_key *key, char *text,
+                        size_t size)
+{
+    unsigned line = source ? source->origin[sonar][key - conf_keys].line : 0;
+    bool bad = source && source->origin[sonar][key - conf_keys].bad;
+    if (line == 0 || bad)
+        snprintf(text, size, "default");
+    else
+        snprintf(text, size, "%s:%u", source->name, line);
+    for (char *c = text; *c; c++)
+        if (*c < 0x20 || *c > 0x7e)
+            *c = '?';
+}
+
+static void print_key(const struct conf_source *source, int sonar, const struct conf_key *key, const void *base,
+                      FILE *out)
+{
+    char value[CONF_VALUE_MAX], from[4200], line[sizeof value + sizeof from];
+    conf_value_write(key, base, value, sizeof value);
+    origin_text(source, sonar, key, from, sizeof from);
+    int before = snprintf(line, sizeof line, "%s = %s", key->name, value);
+    int n = before < 40 ? 40 : before;
+    n = snprintf(line, sizeof line, "%s = %-*s ; %s", key->name, n - before + (int)strlen(value), value, from);
+    if (n <= INI_MAX_LINE - 3)
+        fprintf(out, "%s\n", line);
+    else
+        fprintf(out, "; %s\n%.*s\n", from, before, line);
+}
+
+static void print_section(const char *section, const struct conf_source *source, int sonar, const void *base,
+                          FILE *out)
+{
+    for (const struct conf_key *key = conf_keys; key->name; key++)
+        if (strcmp(key->section, section) == 0)
+            print_key(source, sonar, key, base, out);
+}
+
+void conf_print(const struct conf *conf, const struct conf_source *source, FILE *out)
+{
+    locale_t outside = conf_locale_enter();
+    for (int i = 0; i < conf->n_sonars; i++) {
+        fprintf(out, "%s[sonar %s]\n", i > 0 ? "\n" : "", conf->sonar[i].name);
+        print_section("sonar", source, i, &conf->sonar[i], out);
+    }
+    for (const struct conf_section *section = conf_sections; section->name; section++) {
+        if (strcmp(section->name, "sonar") == 0)
+            continue;
+        fprintf(out, "\n[%s]\n", section->name);
+        print_section(section->name, source, 0, conf, out);
+    }
+    conf_locale_leave(outside);
+}
+
+static void put_comment(const char *line, int n, FILE *out)
+{
+    fprintf(out, "# %.*s\n", n, line);
+}
+
+/* The example sonar stands in the file; all else is commented out and shows the default. */
+static void sample_key(const struct conf_key *key, FILE *out)
+{
+    char allowed[CONF_VALUE_MAX];
+    conf_value_allowed(key, allowed, sizeof allowed);
+    fprintf(out, "\n");
+    each_line(key->help, out, put_comment);
+    fprintf(out, "# Allowed: %s.\n", allowed);
+    if (key->standard)
+        fprintf(out, "#%s = %s\n", key->name, key->standard);
+    else
+        fprintf(out, "%s = %s\n", key->name, key->example);
+}
+
+void conf_sample(FILE *out)
+{
+    locale_t outside = conf_locale_enter();
+    fputs("# Configuration of sonard(8); the manual is sonard.conf(5).\n"
+          "#\n"
+          "# Every key is listed. Those behind a # show their default; take the # away to change one. Numbers "
+          "carry a\n"
+          "# unit. A comment behind a value begins with ;. Try a changed file with: sonard --check FILE\n",
+          out);
+    for (const struct conf_section *section = conf_sections; section->name; section++) {
+        bool sonar = strcmp(section->name, "sonar") == 0;
+        fprintf(out, "\n");
+        each_line(section->help, out, put_comment);
+        fprintf(out, "[%s]\n", sonar ? "sonar front" : section->name);
+        for (const struct conf_key *key = conf_keys; key->name; key++)
+            if (strcmp(key->section, section->name) == 0)
+                sample_key(key, out);
+    }
+    conf_locale_leave(outside);
+}
+
+/* A line of text in man(7): no character of it may act as a macro or an escape. */
+static void put_roff(const char *line, int n, FILE *out)
+{
+    if (n > 0 && (*line == '.' || *line == '\''))
+        fputs("\\&", out);
+    for (int i = 0; i < n; i++) {
+        if (line[i] == '\\')
+            fputs("\\e", out);
+        else if (line[i] == '-')
+            fputs("\\-", out);
+        else
+            fputc(line[i], out);
+    }
+    fputc('\n', out);
+}
+
+static void man_key(const struct conf_key *key, FILE *out)
+{
+    char text[CONF_VALUE_MAX + 32], allowed[CONF_VALUE_MAX];
+    conf_value_allowed(key, allowed, sizeof allowed);
+    fprintf(out, ".TP\n.B %s\n", key->name);
+    each_line(key->help, out, put_roff);
+    fprintf(out, ".br\n");
+    snprintf(text, sizeof text, "Allowed: %s.", allowed);
+    each_line(text, out, put_roff);
+    if (key->standard)
+        snprintf(text, sizeof text, "Default: %s.", key->standard);
+    else
+        snprintf(text, sizeof text, "Required.");
+    each_line(text, out, put_roff);
+}
+
+void conf_table_man(FILE *out)
+{
+    locale_t outside = conf_locale_enter();
+    for (const struct conf_section *section = conf_sections; section->name; section++) {
+        fprintf(out, ".SS [%s%s]\n", section->name, strcmp(section->name, "sonar") == 0 ? " NAME" : "");
+        each_line(section->help, out, put_roff);
+        for (const struct conf_key *key = conf_keys; key->name; key++)
+            if (strcmp(key->section, section->name) == 0)
+                man_key(key, out);
+    }
+    conf_locale_leave(outside);
+}

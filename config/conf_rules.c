@@ -1,0 +1,93 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * conf_rules - values that are good each and do not go together. A rule is told at the later of the two lines, and
+ * not at all where one of the two values was refused already.
+ */
+#include <math.h>
+
+#include "conf_source.h"
+#include "conf_value.h"
+
+struct place {
+    const char *section, *key;
+    int sonar; /* 0 outside [sonar NAME] */
+};
+
+struct rules {
+    const struct conf *conf;
+    const struct conf_source *source;
+    struct conf_faults *faults;
+};
+
+static const struct conf_origin *origin(const struct rules *r, struct place at)
+{
+    return &r->source->origin[at.sonar][conf_key_find(at.section, at.key) - conf_keys];
+}
+
+/* "[sonar front] range = 20 m" */
+static void describe(const struct rules *r, struct place at, char *text, size_t size)
+{
+    const struct conf_key *key = conf_key_find(at.section, at.key);
+    const struct conf_sonar *sonar = conf_key_is_sonar(key) ? &r->conf->sonar[at.sonar] : NULL;
+    char value[CONF_VALUE_MAX];
+    conf_value_write(key, sonar ? (const void *)sonar : (const void *)r->conf, value, sizeof value);
+    snprintf(text, size, "[%s%s%s] %s = %s", at.section, sonar ? " " : "", sonar ? sonar->name : "", at.key,
+             value);
+}
+
+static void rule(const struct rules *r, struct place a, struct place b, bool holds, const char *want)
+{
+    if (holds || origin(r, a)->bad || origin(r, b)->bad)
+        return;
+    bool b_is_later = origin(r, b)->line > origin(r, a)->line;
+    struct place later = b_is_later ? b : a, other = b_is_later ? a : b;
+    char here[2 * CONF_VALUE_MAX], there[2 * CONF_VALUE_MAX];
+    describe(r, later, here, sizeof here);
+    describe(r, other, there, sizeof there);
+    conf_fault_add(r->faults, origin(r, later)->line, "%s: does not go with %s; want %s", here, there, want);
+}
+
+/* Clockwise way from start to end; outside (0, 2 pi] it is no sector. */
+static double sector_extent(const double sector_rad[2])
+{
+    double extent = sector_rad[1] - sector_rad[0];
+    if (extent < 0)
+        extent += 2 * M_PI;
+    return extent;
+}
+
+static void check_sonar(const struct rules *r, int i)
+{
+    const double slack = 1e-9; /* of angles that are equal but for rounding */
+    const struct conf_sonar *s = &r->conf->sonar[i];
+    struct place sector = {"sonar", "sector", i}, step = {"sonar", "step", i}, range = {"sonar", "range", i};
+
+    double extent = sector_extent(s->sector_rad);
+    if (!(extent > slack && extent < 2 * M_PI + slack)) {
+        char here[2 * CONF_VALUE_MAX];
+        describe(r, sector, here, sizeof here);
+        conf_fault_add(
+            r->faults, origin(r, sector)->line,
+            "%s: %s; want start and end at most one turn apart, clockwise, 0 360 deg for the full circle", here,
+            fabs(extent) > slack ? "more than one turn" : "starts where it ends");
+    } else {
+        rule(r, sector, step, s->step_rad < extent - slack, "a step smaller than the sector");
+    }
+    rule(r, range, (struct place){"sonar", "ring_down", i}, s->ring_down_m < s->range_m,
+         "ring_down smaller than range");
+    rule(r, (struct place){"sonar", "amplitude", i}, (struct place){"sonar", "decibels_per_count", i},
+         s->amplitude != CONF_AMPLITUDE_LOG || s->db_per_count > 0, "decibels_per_count for amplitude = log");
+    rule(r, range, (struct place){"extract", "minimum_range", 0}, r->conf->extract.minimum_range_m <= s->range_m,
+         "minimum_range not beyond range");
+}
+
+void conf_rules_check(const struct conf *conf, const struct conf_source *source, struct conf_faults *faults)
+{
+    struct rules r = {conf, source, faults};
+    for (int i = 0; i < conf->n_sonars; i++)
+        check_sonar(&r, i);
+    rule(&r, (struct place){"extract", "guard", 0}, (struct place){"extract", "window", 0},
+         conf->extract.guard_m < conf->extract.window_m, "guard smaller than window");
+    rule(&r, (struct place){"grid", "forget", 0}, (struct place){"grid", "clear_for", 0},
+         conf->grid.forget_s >= conf->grid.clear_for_s, "forget not shorter than clear_for");
+}

@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * conf_source - where every value of one loaded configuration came from, and its text. Written by conf.c and
+ * conf_parse.c, read by conf_rules.c and conf_print.c.
+ */
+#ifndef SONARD_CONF_SOURCE_H
+#define SONARD_CONF_SOURCE_H
+
+#include "conf.h"
+#include "conf_fault.h"
+#include "conf_table.h"
+
+struct conf_origin {
+    unsigned line; /* 0: the default */
+    bool bad;      /* what stood there was refused; the default is in force */
+};
+
+struct conf_source {
+    char *name;
+    char *text;
+    size_t size;
+    /* by sonar and row of conf_keys; keys of other sections are under sonar 0 */
+    struct conf_origin origin[CONF_MAX_SONARS][CONF_KEYS_MAX];
+};
+
+/** conf_parse - put the text of source into conf, which holds the defaults; note origins and faults. */
+void conf_parse(struct conf *conf, struct conf_source *source, const struct conf_checks *checks,
+                struct conf_faults *faults);
+
+/** conf_rules_check - what no single key can tell: values that do not go together. */
+void conf_rules_check(const struct conf *conf, const struct conf_source *source, struct conf_faults *faults);
+
+#endif
