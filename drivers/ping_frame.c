@@ -75,7 +75,7 @@ static void skip_garbage(struct ping_parser *p, size_t from)
 void ping_parser_give_up(struct ping_parser *p, uint64_t then_ns)
 {
     drop_taken(p);
-    if (p->n > 0 && p->t_ns[p->n - 1] < then_ns)
+    if (p->n > 0 && p->t_ns[p->n - 1] <= then_ns)
         skip_garbage(p, 1);
 }
 

@@ -68,7 +68,7 @@ bool ping_parser_next(struct ping_parser *p, const uint8_t **bytes, size_t *n, u
                       struct ping_frame *out);
 
 /**
- * ping_parser_give_up - the unfinished frame held, if its last byte came before then_ns, will not be completed: look
+ * ping_parser_give_up - the unfinished frame held, if its last byte came no later than then_ns, will not be completed: look
  * for frames behind its start. Those are handed out by ping_parser_next, even without new bytes.
  */
 void ping_parser_give_up(struct ping_parser *p, uint64_t then_ns);

@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * ping360 - see ping360.h.
+ */
+#include "ping360.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "ping360_scan.h"
+
+void ping360_set_range(struct ping360_settings *set, double range_m, double sound_speed_mps)
+{
+    const double hair = 1e-9; /* 80 ticks are 80, not 79.999.. */
+    double ticks = 2.0 * range_m / (sound_speed_mps * PING360_TICK_S);
+    unsigned n = PING360_SAMPLES_MAX;
+    if (ticks / n + hair < PING360_PERIOD_MIN)
+        n = (unsigned)(ticks / PING360_PERIOD_MIN + hair);
+    unsigned period = (unsigned)(ticks / n + hair);
+
+    /* A pulse that grows with the range, but some samples long, and no longer than the head can send. */
+    double sample_us = period * PING360_TICK_S * 1e6;
+    double pulse_us = fmax(round(8000.0 * range_m / sound_speed_mps), 2.5 * sample_us);
+    pulse_us = fmax(5.0, fmin(pulse_us, fmin(500.0, 64.0 * sample_us)));
+
+    set->n_samples = (uint16_t)n;
+    set->sample_period = (uint16_t)period;
+    set->transmit_us = (uint16_t)pulse_us;
+}
+
+uint64_t ping360_listening_ns(const struct ping360_settings *set)
+{
+    return (uint64_t)set->n_samples * set->sample_period * 25u;
+}
+
+double ping360_sample_m(const struct ping360_settings *set, double sound_speed_mps)
+{
+    return set->sample_period * PING360_TICK_S * sound_speed_mps / 2.0;
+}
+
+uint64_t ping360_line_ns(unsigned baud, size_t bytes)
+{
+    return baud ? bytes * 10u * 1000000000ull / baud : 0;
+}
+
+void ping360_fill_ping(struct ping *ping, const struct ping_frame *frame, const struct ping360_data *data,
+                       double sound_speed_mps, unsigned baud)
+{
+    uint64_t listening_ns = ping360_listening_ns(&data->set);
+    uint64_t frame_ns = ping360_line_ns(baud, (size_t)PING_OVERHEAD + frame->length);
+    /* Bytes that waited in a buffer come at once and late: the frame cannot have begun later than the line allows. */
+    uint64_t begun_ns = frame->t_last_ns > frame_ns ? frame->t_last_ns - frame_ns : 0;
+    if (begun_ns > frame->t_first_ns)
+        begun_ns = frame->t_first_ns;
+    int clockwise = (data->set.angle + PING360_TURN - PING360_AHEAD) % PING360_TURN;
+
+    ping->t_ns = begun_ns > listening_ns ? begun_ns - listening_ns : 0;
+    ping->t_in_ns = frame->t_last_ns;
+    ping->kind = PING_PROFILE;
+    ping->law = AMPLITUDE_LINEAR;
+    ping->sample_bytes = 1;
+    ping->n_beams = 1;
+    ping->n_bins = data->n_data < ping->max_samples ? data->n_data : ping->max_samples;
+    ping->r0_m = 0.0f;
+    ping->dr_m = (float)ping360_sample_m(&data->set, sound_speed_mps);
+    ping->pulse_m = (float)(sound_speed_mps * data->set.transmit_us * 1e-6 / 2.0);
+    ping->az_aperture_rad = (float)geo_rad(2.0);
+    ping->el_aperture_rad = (float)geo_rad(25.0);
+    ping->head_units = data->set.angle;
+    ping->head_turn = PING360_TURN;
+    ping->beam[0] = (struct ping_beam){.az_rad = (float)(clockwise * GEO_TURN / PING360_TURN)};
+    memcpy(ping->samples, data->data, ping->n_bins);
+}

@@ -1,0 +1,112 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * ping360_scan - see ping360_scan.h.
+ */
+#include "ping360_scan.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "../grid/geometry.h"
+
+#define OWN_STEP_MAX 10 /* gradians, of the head's own scan */
+
+static long gradians(double rad)
+{
+    return lround(rad * (PING360_TURN / GEO_TURN));
+}
+
+void ping360_scan_init(struct ping360_scan *scan, double start_rad, double end_rad, double step_rad)
+{
+    const double same_rad = 1e-9; /* 360 degrees are a turn, whatever their factor made of them */
+    double span_rad = fmod(end_rad - start_rad, GEO_TURN);
+    if (span_rad < 0.0)
+        span_rad += GEO_TURN;
+    long first = (gradians(start_rad) + PING360_AHEAD) % PING360_TURN;
+    if (first < 0)
+        first += PING360_TURN;
+    long span = gradians(span_rad), step = gradians(step_rad);
+    if (step < 1)
+        step = 1;
+    bool circle = span_rad < same_rad || span_rad > GEO_TURN - same_rad || span >= PING360_TURN;
+
+    *scan = (struct ping360_scan){.first = (uint16_t)first, .step = (uint16_t)step};
+    if (circle) {
+        scan->sweep.stop = PING360_TURN - 1;
+    } else {
+        scan->positions = (uint16_t)(span / step + 1);
+        scan->sweep.start = (uint16_t)first;
+        scan->sweep.stop = (uint16_t)((first + span) % PING360_TURN);
+    }
+    scan->by_itself = step <= OWN_STEP_MAX && scan->sweep.start <= scan->sweep.stop;
+    scan->sweep.step = (uint8_t)(scan->by_itself ? step : 0);
+}
+
+uint16_t ping360_scan_angle(const struct ping360_scan *scan)
+{
+    unsigned ahead = scan->positions ? (unsigned)scan->at * scan->step : scan->at;
+    return (uint16_t)((scan->first + ahead) % PING360_TURN);
+}
+
+void ping360_scan_advance(struct ping360_scan *scan)
+{
+    if (scan->positions == 0) {
+        scan->at = (uint16_t)((scan->at + scan->step) % PING360_TURN);
+    } else if (scan->positions > 1) {
+        if (scan->at == (scan->backward ? 0 : scan->positions - 1))
+            scan->backward = !scan->backward;
+        scan->at = (uint16_t)(scan->backward ? scan->at - 1 : scan->at + 1);
+    }
+}
+
+int ping360_way(uint16_t from, uint16_t to)
+{
+    int clockwise = (to + PING360_TURN - from) % PING360_TURN;
+    return clockwise > PING360_TURN / 2 ? clockwise - PING360_TURN : clockwise;
+}
+
+void ping360_track_reset(struct ping360_track *track)
+{
+    *track = (struct ping360_track){.head = PING360_ANGLE_UNKNOWN};
+}
+
+/* Pings left out between the last angle and this one, `turned` gradians on. */
+static unsigned missing_pings(const struct ping360_track *track, const struct ping360_data *data, int turned)
+{
+    const struct ping360_sweep *was = &track->sweep, *is = &data->sweep;
+    if (!data->automatic || was->step == 0 || was->step != is->step || was->start != is->start ||
+        was->stop != is->stop || track->travel == 0)
+        return 0;
+
+    int gone = abs(turned);
+    bool circle = is->start == 0 && is->stop == PING360_TURN - 1;
+    bool onward = turned != 0 && (turned > 0) == (track->travel > 0);
+    if (!circle && !onward) { /* it turned round at the end of the sector: count the way there and back */
+        uint16_t end = track->travel > 0 ? is->stop : is->start;
+        gone = abs(ping360_way(track->head, end)) + abs(ping360_way(end, data->set.angle));
+    }
+    int pings = gone / is->step;
+    return pings > 0 ? (unsigned)pings - 1 : 0;
+}
+
+bool ping360_track_follow(struct ping360_track *track, const struct ping360_data *data, unsigned *missing)
+{
+    bool new_sweep = false;
+    *missing = 0;
+    if (track->head != PING360_ANGLE_UNKNOWN) {
+        int turned = ping360_way(track->head, data->set.angle);
+        *missing = missing_pings(track, data, turned);
+        if ((turned > 0 && track->travel < 0) || (turned < 0 && track->travel > 0)) {
+            new_sweep = true;
+            track->travel = 0;
+        }
+        track->travel += turned;
+        if (abs(track->travel) >= PING360_TURN) {
+            new_sweep = true;
+            track->travel %= PING360_TURN;
+        }
+    }
+    track->head = data->set.angle;
+    track->sweep = data->automatic ? data->sweep : (struct ping360_sweep){0};
+    return new_sweep;
+}
