@@ -92,6 +92,7 @@ bool mcap_finish(struct mcap_writer *w, char *err, size_t err_size);
 /* A channel as the file announces it. Lives as long as the reader. */
 struct mcap_channel {
     uint16_t id;        /* in the file */
+    unsigned index;     /* as mcap_channel_at counts */
     uint16_t schema_id; /* 0: none */
     const char *topic, *encoding;
     const struct mcap_pair *metadata;

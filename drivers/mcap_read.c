@@ -146,6 +146,7 @@ static void announce_channel(struct mcap_reader *r, struct mcap_cursor content, 
                 MCAP_CHANNELS_MAX);
         free(new);
     } else {
+        new->index = (unsigned)r->n_channels;
         r->channel[r->n_channels++] = new;
         *slot = (uint16_t)r->n_channels;
     }

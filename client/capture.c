@@ -1,0 +1,396 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * capture - command line of the capture tool, and the two commands that make a capture: import and repair. A file that
+ * exists is never overwritten, and what could not be finished is removed again.
+ */
+#include "capture.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <getopt.h>
+#include <inttypes.h>
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stdint.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "../drivers/mcap.h"
+#include "../drivers/ping_frame.h"
+#include "import.h"
+
+#define SENSOR_NAME_MAX 31
+#define REPAIR_INDEX    (16u << 20)
+#define DEFAULT_SENSOR  "sonar"
+
+static const char usage_text[] =
+    "usage: sonarctl capture import [--sensor NAME] [--conf FILE] IN OUT.mcap\n"
+    "       sonarctl capture info FILE\n"
+    "       sonarctl capture repair IN OUT\n"
+    "       sonarctl capture export --csv FILE [OUT]\n"
+    "\n"
+    "import  make a capture from a Ping-Viewer sensor log (.bin) or a text dump of Ping360 messages; which of "
+    "them\n"
+    "        it is shows its content. The bytes go to the channel /NAME/rx (" DEFAULT_SENSOR
+    " without --sensor);\n"
+    "        --conf attaches a configuration for the replay. Log times count from the start of the recording.\n"
+    "info    channels, counts, times, attachments, damage; the exit status is 1 when there is damage\n"
+    "repair  write what is readable of a damaged or cut-off capture as a complete one, and say what is left out\n"
+    "export  Ping360 pings as t_s,bearing_deg,range_max_m,n,v0.. and all other messages as topic,t_s,hex\n"
+    "\n"
+    "Exit status: 0 done, 1 failed, 2 wrong usage. Existing files are not overwritten.\n";
+
+static __attribute__((format(printf, 1, 2))) int failed(const char *fmt, ...)
+{
+    va_list ap;
+    va_start(ap, fmt);
+    fputs("sonarctl capture: ", stderr);
+    vfprintf(stderr, fmt, ap);
+    fputc('\n', stderr);
+    va_end(ap);
+    return 1;
+}
+
+static int wrong_usage(const char *why)
+{
+    fprintf(stderr, "sonarctl capture: %s\n\n%s", why, usage_text);
+    return 2;
+}
+
+void capture_text(FILE *out, const char *text)
+{
+    for (; *text; text++) {
+        if (*text >= ' ' && *text <= '~')
+            fputc(*text, out);
+        else
+            fprintf(out, "\\x%02x", (unsigned char)*text);
+    }
+}
+
+static void tell_problem(void *ctx, const char *sentence)
+{
+    fprintf(stderr, "%s: %s\n", (const char *)ctx, sentence);
+}
+
+struct mcap_reader *capture_open(const char *path)
+{
+    char err[512];
+    struct mcap_reader *r = mcap_open(path, tell_problem, (void *)(uintptr_t)path, err, sizeof err);
+    if (!r)
+        failed("%s", err);
+    return r;
+}
+
+/* A new capture at path; NULL, which is told. */
+static struct mcap_writer *create(const char *path, size_t message_bytes)
+{
+    const struct mcap_options options = {
+        .library = "sonarctl " SONARD_VERSION, .message_bytes = message_bytes, .index_bytes = REPAIR_INDEX};
+    char err[256];
+    int fd = open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
+    if (fd < 0) {
+        failed("%s: %s", path, strerror(errno));
+        return NULL;
+    }
+    struct mcap_writer *w = mcap_create(fd, &options, err, sizeof err);
+    if (!w) {
+        unlink(path);
+        failed("%s: %s", path, err);
+    }
+    return w;
+}
+
+/* Close the capture; when it or what came before failed, with err set, remove it. */
+static int finish(struct mcap_writer *w, const char *path, bool ok, char *err, size_t err_size)
+{
+    char ignored[256];
+    if (ok)
+        ok = mcap_finish(w, err, err_size);
+    else
+        mcap_finish(w, ignored, sizeof ignored);
+    if (ok)
+        return 0;
+    unlink(path);
+    return failed("%s: %s", path, err);
+}
+
+/* ---- import ---- */
+
+struct content {
+    const uint8_t *p;
+    size_t n;
+};
+
+/* The file mapped into memory; false, which is told. */
+static bool load(const char *path, struct content *out)
+{
+    struct stat st;
+    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    bool is_file = fd >= 0 && fstat(fd, &st) == 0 && S_ISREG(st.st_mode);
+    void *p = MAP_FAILED;
+    if (fd < 0)
+        failed("%s: %s", path, strerror(errno));
+    else if (!is_file || st.st_size == 0)
+        failed(is_file ? "%s: the file is empty" : "%s: not a file", path);
+    else if ((p = mmap(NULL, (size_t)st.st_size, PROT_READ, MAP_PRIVATE, fd, 0)) == MAP_FAILED)
+        failed("%s: %s", path, strerror(errno));
+    else
+        *out = (struct content){p, (size_t)st.st_size};
+    if (fd >= 0)
+        close(fd);
+    return p != MAP_FAILED;
+}
+
+static void unload(struct content c)
+{
+    if (c.p)
+        munmap((void *)(uintptr_t)c.p, c.n);
+}
+
+struct importing {
+    const char *in;
+    struct mcap_writer *w;
+    int channel;
+    uint32_t sequence;
+    uint64_t first_ns, last_ns;
+    uint64_t pings;
+    struct ping_parser parser; /* only counts: the bytes are kept as they are */
+    char err[256];
+};
+
+static void count_pings(struct importing *im, uint64_t t_ns, const uint8_t *bytes, size_t n)
+{
+    struct ping_frame frame;
+    while (ping_parser_next(&im->parser, &bytes, &n, t_ns, &frame))
+        im->pings += frame.id == PING360_DEVICE_DATA || frame.id == PING360_AUTO_DEVICE_DATA;
+}
+
+static bool import_bytes(void *ctx, uint64_t t_ns, const uint8_t *bytes, size_t n)
+{
+    struct importing *im = ctx;
+    if (im->sequence == 0)
+        im->first_ns = t_ns;
+    im->last_ns = t_ns;
+    count_pings(im, t_ns, bytes, n);
+    do {
+        size_t part = n < MCAP_MESSAGE_BYTES ? n : MCAP_MESSAGE_BYTES;
+        if (!mcap_write_message(im->w, im->channel, im->sequence++, t_ns, t_ns, bytes, part, im->err,
+                                sizeof im->err))
+            return false;
+        bytes += part;
+        n -= part;
+    } while (n > 0);
+    return true;
+}
+
+static void import_problem(void *ctx, const char *sentence)
+{
+    fprintf(stderr, "%s: %s\n", ((const struct importing *)ctx)->in, sentence);
+}
+
+/* Channel, attachment, all records. False with a sentence in im->err. */
+static bool import_all(struct importing *im, struct content in, const char *sensor, struct content conf)
+{
+    const struct import_sink sink = {im, import_bytes, import_problem};
+    enum import_kind kind = import_kind(in.p, in.n);
+    const struct mcap_pair metadata[] = {
+        {"source", kind == IMPORT_TEXT ? "text dump" : "Ping-Viewer sensor log"},
+        {"time", "counts from the start of the recording"},
+    };
+    char topic[SENSOR_NAME_MAX + 8];
+    struct import_result result = {0};
+    snprintf(topic, sizeof topic, "/%s/rx", sensor);
+    im->channel = mcap_add_channel(im->w, topic, "octet-stream", metadata, 2, im->err, sizeof im->err);
+    if (im->channel < 0 ||
+        (conf.p && !mcap_attach(im->w, "sonard.conf", "text/plain", 0, conf.p, conf.n, im->err, sizeof im->err)))
+        return false;
+    if (kind == IMPORT_TEXT) {
+        import_text(in.p, in.n, &sink, &result);
+    } else if (!import_ping_viewer(in.p, in.n, &sink, &result)) {
+        snprintf(im->err, sizeof im->err, "%s: the head of the Ping-Viewer log is cut off or not of version 1",
+                 im->in);
+        return false;
+    }
+    if (result.stopped)
+        return false;
+    printf("%" PRIu64 " pings in %" PRIu64 " records, %.3f s%s\n", im->pings, result.records,
+           (double)(im->last_ns - im->first_ns) * 1e-9,
+           result.times_made_up ? " (no times in the source: made up from listening time and the head's pace)"
+                                : "");
+    if (im->parser.garbage_bytes || im->parser.bad_checksum)
+        printf("%" PRIu64 " bytes are no frame, %" PRIu64 " frames have a wrong checksum: kept as they are\n",
+               im->parser.garbage_bytes, im->parser.bad_checksum);
+    return true;
+}
+
+static int import_file(const char *in_path, const char *out_path, const char *sensor, const char *conf_path)
+{
+    struct content in = {0}, conf = {0};
+    char section[SENSOR_NAME_MAX + 16];
+    static struct importing im;
+    int status = 1;
+    if (!load(in_path, &in) || (conf_path && !load(conf_path, &conf)))
+        goto done;
+    if (import_kind(in.p, in.n) == IMPORT_UNKNOWN) {
+        failed("%s: neither a Ping-Viewer sensor log nor a text dump of Ping360 messages (\"ID: 2300\")", in_path);
+        goto done;
+    }
+    snprintf(section, sizeof section, "[sonar %s]", sensor);
+    if (conf.p && !memmem(conf.p, conf.n, section, strlen(section)))
+        fprintf(stderr, "%s: there is no %s: a replay will find no sensor for /%s/rx\n", conf_path, section,
+                sensor);
+    im = (struct importing){.in = in_path, .w = create(out_path, 0)};
+    ping_parser_init(&im.parser, PING_PAYLOAD_MAX);
+    if (im.w) {
+        bool ok = import_all(&im, in, sensor, conf);
+        status = finish(im.w, out_path, ok, im.err, sizeof im.err);
+    }
+done:
+    unload(in);
+    unload(conf);
+    return status;
+}
+
+/* ---- repair ---- */
+
+/* Bytes of the largest readable message, so that the writer asks for no more memory than it needs. */
+static size_t largest_message(const char *path)
+{
+    char err[256];
+    struct mcap_message m;
+    size_t largest = 0;
+    struct mcap_reader *r = mcap_open(path, NULL, NULL, err, sizeof err);
+    while (r && mcap_next(r, &m))
+        largest = m.size > largest ? m.size : largest;
+    mcap_close(r);
+    return largest;
+}
+
+static bool copy_attachments(const struct mcap_reader *r, struct mcap_writer *w, char *err, size_t err_size)
+{
+    struct mcap_attachment a;
+    for (uint64_t at = 0; mcap_next_attachment(r, &at, &a);)
+        if (a.crc_good && !mcap_attach(w, a.name, a.media_type, a.log_ns, a.data, a.size, err, err_size))
+            return false;
+    return true;
+}
+
+/* Channels that the reader has met and the writer has not; their numbers become the same. */
+static bool copy_channels(const struct mcap_reader *r, struct mcap_writer *w, size_t *copied, unsigned *schemas,
+                          char *err, size_t err_size)
+{
+    const struct mcap_channel *c;
+    for (; (c = mcap_channel_at(r, *copied)) != NULL; (*copied)++) {
+        *schemas += c->schema_id != 0;
+        if (mcap_add_channel(w, c->topic, c->encoding, c->metadata, c->n_metadata, err, err_size) < 0)
+            return false;
+    }
+    return true;
+}
+
+static bool copy_messages(struct mcap_reader *r, struct mcap_writer *w, char *err, size_t err_size)
+{
+    struct mcap_message m;
+    size_t channels = 0;
+    unsigned schemas = 0;
+    while (mcap_next(r, &m))
+        if (!copy_channels(r, w, &channels, &schemas, err, err_size) ||
+            !mcap_write_message(w, (int)m.channel->index, m.sequence, m.log_ns, m.publish_ns, m.data, m.size, err,
+                                err_size))
+            return false;
+    if (schemas)
+        printf("%u channels had schemas, which are left out\n", schemas);
+    return copy_channels(r, w, &channels, &schemas, err, err_size);
+}
+
+static int repair(const char *in_path, const char *out_path)
+{
+    char err[256];
+    size_t largest = largest_message(in_path);
+    struct mcap_reader *r = capture_open(in_path);
+    struct mcap_writer *w = r ? create(out_path, largest > MCAP_MESSAGE_BYTES ? largest : 0) : NULL;
+    int status = 1;
+    if (w) {
+        bool ok = copy_attachments(r, w, err, sizeof err) && copy_messages(r, w, err, sizeof err);
+        status = finish(w, out_path, ok, err, sizeof err);
+    }
+    if (status == 0) {
+        const struct mcap_info *info = mcap_info(r);
+        printf("%s: %" PRIu64 " messages, %" PRIu64 " attachments; %" PRIu64 " faults, %" PRIu64
+               " bytes left out\n",
+               out_path, info->messages, info->attachments, info->problems, info->left_out_bytes);
+    }
+    mcap_close(r);
+    return status;
+}
+
+/* ---- command line ---- */
+
+static bool good_sensor_name(const char *name)
+{
+    size_t n = strlen(name);
+    for (size_t i = 0; i < n; i++)
+        if (!isalnum((unsigned char)name[i]) && name[i] != '-' && name[i] != '_')
+            return false;
+    return n > 0 && n <= SENSOR_NAME_MAX;
+}
+
+static int run(const char *command, int n, char **file, const char *sensor, const char *conf, bool csv)
+{
+    if (strcmp(command, "import") == 0)
+        return n == 2 ? import_file(file[0], file[1], sensor ? sensor : DEFAULT_SENSOR, conf)
+                      : wrong_usage("import wants two files, IN and OUT");
+    if (sensor || conf)
+        return wrong_usage("--sensor and --conf belong to import");
+    if (strcmp(command, "export") == 0) {
+        if (!csv)
+            return wrong_usage("export wants --csv, the only form there is");
+        return n == 1 || n == 2 ? capture_export(file[0], n == 2 ? file[1] : NULL)
+                                : wrong_usage("export wants one file, or two");
+    }
+    if (csv)
+        return wrong_usage("--csv belongs to export");
+    if (strcmp(command, "info") == 0)
+        return n == 1 ? capture_info(file[0]) : wrong_usage("info wants one file");
+    if (strcmp(command, "repair") == 0)
+        return n == 2 ? repair(file[0], file[1]) : wrong_usage("repair wants two files, IN and OUT");
+    return wrong_usage("the commands are import, info, repair and export");
+}
+
+int capture_main(int argc, char **argv)
+{
+    static const struct option options[] = {{"sensor", required_argument, NULL, 's'},
+                                            {"conf", required_argument, NULL, 'c'},
+                                            {"csv", no_argument, NULL, 'v'},
+                                            {"help", no_argument, NULL, 'h'},
+                                            {NULL, 0, NULL, 0}};
+    const char *sensor = NULL, *conf = NULL;
+    bool csv = false;
+    optind = 0; /* the caller may have used getopt */
+    for (int c; (c = getopt_long(argc, argv, "h", options, NULL)) != -1;) {
+        switch (c) {
+        case 's':
+            sensor = optarg;
+            break;
+        case 'c':
+            conf = optarg;
+            break;
+        case 'v':
+            csv = true;
+            break;
+        case 'h':
+            fputs(usage_text, stdout);
+            return 0;
+        default:
+            return wrong_usage("unknown option, or one without its value");
+        }
+    }
+    if (optind == argc)
+        return wrong_usage("no command");
+    if (sensor && !good_sensor_name(sensor))
+        return wrong_usage("--sensor wants up to 31 letters, digits, - and _");
+    return run(argv[optind], argc - optind - 1, argv + optind + 1, sensor, conf, csv);
+}

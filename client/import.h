@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * import - recordings of other programs as a stream of timed bytes, as a port would have read them: Ping-Viewer's
+ * sensor logs, and text dumps of Ping360 messages as the ping-python tools print them. Pure: bytes in, calls out;
+ * no file, no clock.
+ */
+#ifndef SONARD_IMPORT_H
+#define SONARD_IMPORT_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+enum import_kind { IMPORT_UNKNOWN, IMPORT_PING_VIEWER, IMPORT_TEXT };
+
+struct import_sink {
+    void *ctx;
+    /* n bytes came in at t_ns, counted from the start of the recording; never falls. False: stop. */
+    bool (*bytes)(void *ctx, uint64_t t_ns, const uint8_t *bytes, size_t n);
+    void (*problem)(void *ctx, const char *sentence); /* something was left out or is doubtful */
+};
+
+struct import_result {
+    uint64_t records;        /* handed to the sink */
+    uint64_t left_out_bytes; /* of the file */
+    bool times_made_up;      /* the file has none: see IMPORT_PACE_NS */
+    bool stopped;            /* by the sink */
+};
+
+/* What a Ping360 head takes for a ping beyond listening: turning, and 1200 samples over the line. */
+#define IMPORT_PACE_NS 42000000u
+
+/** import_kind - from the content. */
+enum import_kind import_kind(const uint8_t *data, size_t size);
+
+/**
+ * import_ping_viewer - each record of the log goes to the sink with its time: what one read of the link returned,
+ * frames cut anywhere. Time stamps may be in the decimal digits of any script (the log is written in the locale of
+ * the PC). False, nothing read, when the head of the log is not as expected.
+ */
+bool import_ping_viewer(const uint8_t *data, size_t size, const struct import_sink *sink,
+                        struct import_result *out);
+
+/**
+ * import_text - each dumped device_data message goes to the sink as a frame with checksum. A dump without time stamps
+ * gets one ping per listening time (samples * sample period) plus IMPORT_PACE_NS: 44.7 ms at 2 m.
+ */
+void import_text(const uint8_t *data, size_t size, const struct import_sink *sink, struct import_result *out);
+
+/** import_clock - "hh:mm:ss.zzz" as n code points, digits of any script; false when it is no time of day. */
+bool import_clock(const uint32_t *text, size_t n, uint64_t *t_ns);
+
+#endif
