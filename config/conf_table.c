@@ -68,7 +68,7 @@ const struct conf_key conf_keys[] = {
      .help = "What the intensities stand for: counts proportional to sound pressure (linear), to power, to the\n"
              "square root of pressure (sqrt), or to decibels (log). auto: what is known of the device. A wrong\n"
              "one makes the detector deaf or nervous."},
-    {"sonar", "decibels_per_count", QUANTITY(1, "dB", 0.001, 10), .standard = "auto", .instead = "auto",
+    {"sonar", "decibels_per_count", QUANTITY(1, "dB", 0.001, 0.47), .standard = "auto", .instead = "auto",
      .instead_value = 0, SONAR(db_per_count),
      .help = "For amplitude = log, which needs it: decibels of one count, for instance 0.3137 dB where 80 dB\n"
              "are spread over 0 to 255."},
@@ -107,7 +107,9 @@ const struct conf_key conf_keys[] = {
              "cautious rule; heard: as far as the beam heard its own noise floor; range: to the end of the\n"
              "range, which trusts silence and may call a soft wall free water."},
     {"extract", "minimum_range", QUANTITY(1, "m", 0.1, 200), .standard = "0.75 m", CONF(extract.minimum_range_m),
-     .help = "For no_echo = minimum; not beyond the range of any sonar."},
+     .help =
+         "For no_echo = minimum: how far the water is free where a beam found nothing. Not beyond the range of\n"
+         "any sonar."},
 
     {"grid", "range", QUANTITY(1, "m", 0.75, 200), .standard = "auto", .instead = "auto", .instead_value = 0,
      CONF(grid.range_max_m), .help = "How far the map reaches. auto: as far as the sonar with the longest range."},
@@ -159,7 +161,7 @@ const struct conf_key conf_keys[] = {
      .help = "Pings that may wait. When the queue is full the oldest is dropped and counted."},
 
     {"record", "directory", .kind = CONF_PATH, .standard = "none", .instead = "none", CONF(record.directory),
-     .form = "an absolute path of at most 255 bytes", .help = "Where captures go. none: nothing is recorded."},
+     .form = "an absolute path", .help = "Where captures go. none: nothing is recorded."},
     {"record", "file_size", QUANTITY(1, "MiB", 1, 65536), .standard = "256 MiB", CONF(record.file_size_bytes),
      .help = "A new file is begun when one has reached this size."},
     {"record", "files", INTEGER(1, 1000000), .standard = "8", .instead = "all", .instead_value = -1,

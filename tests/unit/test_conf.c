@@ -405,7 +405,7 @@ TEST(words_are_in_the_order_of_their_enums)
     CHECK_INT(conf.extract.no_echo, CONF_NO_ECHO_RANGE);
     CHECK_INT(conf.grid.elevation, CONF_ELEVATION_LEVEL);
     CHECK_INT(conf.log.level, CONF_LOG_NOTICE);
-    CHECK_INT(load(&conf, BASE "amplitude = log\ndecibels_per_count = 0.5 dB\nmode = transmit\n[extract]\n"
+    CHECK_INT(load(&conf, BASE "amplitude = log\ndecibels_per_count = 0.3137 dB\nmode = transmit\n[extract]\n"
                                "detector = goca\nno_echo = heard\n[log]\nlevel = debug\n"),
               0);
     CHECK_INT(conf.sonar[0].amplitude, CONF_AMPLITUDE_LOG);
