@@ -37,8 +37,11 @@
 #define TRAVEL_ANY_NS     (4200 * MS) /* the longest way of the head, from anywhere to anywhere */
 #define TRAVEL_GRADIAN_NS (8 * MS)    /* measured: 6 to 10 */
 #define TRAVEL_NEAR       20          /* gradians; beyond, and from an unknown angle, TRAVEL_ANY_NS is waited */
-/* What the head and the computer may dawdle. A lost frame costs this, the listening and the travel of one step. */
-#define MARGIN_NS        (90 * MS)
+/*
+ * Waited on top of line, listening and travel. This and the travel allowed for one step are what a lost frame costs,
+ * besides being asked for again: 190 ms at 10 gradians.
+ */
+#define MARGIN_NS        (110 * MS)
 #define MISSED_MAX       5 /* pings in a row that were asked for in vain: wake the head up anew ... */
 #define MISSED_FIRST_MAX 2 /* ... when the first ones, with the long wait, stay out */
 #define AUTO_SILENCE_NS  SECOND
@@ -68,12 +71,11 @@ struct ping360 {
 
     enum phase phase;
     uint64_t due_ns;
-    uint64_t latest_ns; /* REQUEST: bytes that come put due_ns off, but not beyond this */
-    unsigned tries;     /* in this phase, since the last answer */
-    uint64_t retry_ns;  /* next wait of PHASE_WAIT */
-    bool silent;        /* has let us down, and no ping came since */
-    bool answered;      /* a ping came since the settings were sent */
-    bool auto_refused;  /* automatic scan, by this firmware */
+    unsigned tries;    /* in this phase, since the last answer */
+    uint64_t retry_ns; /* next wait of PHASE_WAIT */
+    bool silent;       /* has let us down, and no ping came since */
+    bool answered;     /* a ping came since the settings were sent */
+    bool auto_refused; /* automatic scan, by this firmware */
 
     struct ping360_track track;
     bool new_turn; /* the next ping begins one */
@@ -89,7 +91,7 @@ static uint64_t line_ns(const struct ping360 *d, size_t bytes)
     return ping360_line_ns(d->conf.baud, bytes);
 }
 
-/* The time after a request in which the first byte from `angle` must have come. */
+/* The time in which a ping from `angle` must have come, whole, after the head was told. */
 static uint64_t answer_ns(const struct ping360 *d, uint16_t angle)
 {
     uint64_t travel_ns = TRAVEL_ANY_NS;
@@ -99,19 +101,15 @@ static uint64_t answer_ns(const struct ping360 *d, uint16_t angle)
         if (gradians <= TRAVEL_NEAR)
             travel_ns = gradians * TRAVEL_GRADIAN_NS;
     }
-    return line_ns(d, TRANSDUCER_BYTES) + ping360_listening_ns(&d->set) + travel_ns + MARGIN_NS;
-}
-
-/* Time of a whole data frame on the line. */
-static uint64_t data_ns(const struct ping360 *d)
-{
-    return line_ns(d, DATA_BYTES + d->set.n_samples);
+    return line_ns(d, TRANSDUCER_BYTES + DATA_BYTES + d->set.n_samples) + ping360_listening_ns(&d->set) +
+           travel_ns + MARGIN_NS;
 }
 
 /* How long a head that scans by itself may be silent: three pings, but never less than AUTO_SILENCE_NS. */
 static uint64_t auto_silence_ns(const struct ping360 *d)
 {
-    uint64_t ping_ns = data_ns(d) + ping360_listening_ns(&d->set) + d->scan.step * TRAVEL_GRADIAN_NS;
+    uint64_t ping_ns = line_ns(d, DATA_BYTES + d->set.n_samples) + ping360_listening_ns(&d->set) +
+                       d->scan.step * TRAVEL_GRADIAN_NS;
     return 3 * ping_ns > AUTO_SILENCE_NS ? 3 * ping_ns : AUTO_SILENCE_NS;
 }
 
@@ -203,7 +201,6 @@ static void request_ping(struct ping360 *d, uint64_t now_ns, const struct device
     d->set.angle = ping360_scan_angle(&d->scan);
     io->send(io->ctx, out, ping360_encode_transducer(out, sizeof(out), &d->set, true));
     enter(d, PHASE_REQUEST, now_ns + answer_ns(d, d->set.angle));
-    d->latest_ns = d->due_ns + data_ns(d);
 }
 
 static void start_scan(struct ping360 *d, uint64_t now_ns, const struct device_io *io)
@@ -216,7 +213,7 @@ static void start_scan(struct ping360 *d, uint64_t now_ns, const struct device_i
         return;
     }
     io->send(io->ctx, out, ping360_encode_auto_transmit(out, sizeof(out), &d->set, &d->scan.sweep));
-    enter(d, PHASE_AUTO, now_ns + answer_ns(d, d->scan.sweep.start) + data_ns(d));
+    enter(d, PHASE_AUTO, now_ns + answer_ns(d, d->scan.sweep.start));
 }
 
 static void send_motor_off(struct ping360 *d, uint64_t now_ns, const struct device_io *io)
@@ -467,27 +464,12 @@ static void on_frame(struct ping360 *d, const struct ping_frame *frame, uint64_t
 
 /* ---- the device ---- */
 
-/* The answer is on the line: wait for its end, which is when nothing follows. A line full of noise never ends. */
-static void put_off(struct ping360 *d, uint64_t now_ns)
-{
-    if (d->due_ns < now_ns + QUIET_NS)
-        d->due_ns = now_ns + QUIET_NS < d->latest_ns ? now_ns + QUIET_NS : d->latest_ns;
-}
-
-static void take_frames(struct ping360 *d, const uint8_t *bytes, size_t n, uint64_t now_ns,
-                        const struct device_io *io)
-{
-    struct ping_frame frame;
-    while (ping_parser_next(&d->parser, &bytes, &n, now_ns, &frame))
-        on_frame(d, &frame, now_ns, io);
-}
-
 static void ping360_feed(void *state, const uint8_t *bytes, size_t n, uint64_t now_ns, const struct device_io *io)
 {
     struct ping360 *d = state;
-    if (d->phase == PHASE_REQUEST && n > 0)
-        put_off(d, now_ns);
-    take_frames(d, bytes, n, now_ns, io);
+    struct ping_frame frame;
+    while (ping_parser_next(&d->parser, &bytes, &n, now_ns, &frame))
+        on_frame(d, &frame, now_ns, io);
 }
 
 static void ping360_opened(void *state, uint64_t now_ns, const struct device_io *io)
@@ -521,7 +503,7 @@ static void ping360_tick(void *state, uint64_t now_ns, const struct device_io *i
         return;
     /* The answer may be there, behind a false or broken beginning that waits for more bytes. */
     ping_parser_give_up(&d->parser, now_ns > QUIET_NS ? now_ns - QUIET_NS : 0);
-    take_frames(d, NULL, 0, now_ns, io);
+    ping360_feed(d, NULL, 0, now_ns, io);
     if (now_ns < d->due_ns)
         return;
 

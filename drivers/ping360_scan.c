@@ -70,22 +70,25 @@ void ping360_track_reset(struct ping360_track *track)
     *track = (struct ping360_track){.head = PING360_ANGLE_UNKNOWN};
 }
 
-/* Pings left out between the last angle and this one, `turned` gradians on. */
-static unsigned missing_pings(const struct ping360_track *track, const struct ping360_data *data, int turned)
+static bool same_sweep(const struct ping360_sweep *a, const struct ping360_sweep *b)
 {
-    const struct ping360_sweep *was = &track->sweep, *is = &data->sweep;
-    if (!data->automatic || was->step == 0 || was->step != is->step || was->start != is->start ||
-        was->stop != is->stop || track->travel == 0)
+    return a->step == b->step && a->start == b->start && a->stop == b->stop;
+}
+
+/* Pings left out between the last angle and this one, `turned` gradians on. */
+static unsigned missing_pings(const struct ping360_track *track, const struct ping360_data *data, int turned,
+                              bool reversed)
+{
+    const struct ping360_sweep *sweep = &data->sweep;
+    if (!data->automatic || sweep->step == 0 || !same_sweep(sweep, &track->sweep))
         return 0;
 
-    int gone = abs(turned);
-    bool circle = is->start == 0 && is->stop == PING360_TURN - 1;
-    bool onward = turned != 0 && (turned > 0) == (track->travel > 0);
-    if (!circle && !onward) { /* it turned round at the end of the sector: count the way there and back */
-        uint16_t end = track->travel > 0 ? is->stop : is->start;
-        gone = abs(ping360_way(track->head, end)) + abs(ping360_way(end, data->set.angle));
+    int pings = abs(turned) / sweep->step;
+    if (reversed) { /* at the end of the sector: count the way there and back */
+        uint16_t end = track->travel > 0 ? sweep->stop : sweep->start;
+        pings = abs(ping360_way(track->head, end)) / sweep->step +
+                abs(ping360_way(end, data->set.angle)) / sweep->step;
     }
-    int pings = gone / is->step;
     return pings > 0 ? (unsigned)pings - 1 : 0;
 }
 
@@ -95,16 +98,14 @@ bool ping360_track_follow(struct ping360_track *track, const struct ping360_data
     *missing = 0;
     if (track->head != PING360_ANGLE_UNKNOWN) {
         int turned = ping360_way(track->head, data->set.angle);
-        *missing = missing_pings(track, data, turned);
-        if ((turned > 0 && track->travel < 0) || (turned < 0 && track->travel > 0)) {
-            new_sweep = true;
-            track->travel = 0;
-        }
-        track->travel += turned;
-        if (abs(track->travel) >= PING360_TURN) {
-            new_sweep = true;
-            track->travel %= PING360_TURN;
-        }
+        int onward = track->travel > 0 ? turned : -turned;
+        /* In the head's own sector scan the same angle twice means that it turned round in between. */
+        bool own_sector = data->automatic && !(data->sweep.start == 0 && data->sweep.stop == PING360_TURN - 1);
+        bool reversed = track->travel != 0 && (onward < 0 || (onward == 0 && own_sector));
+        *missing = missing_pings(track, data, turned, reversed && own_sector);
+        track->travel = reversed ? turned : track->travel + turned;
+        new_sweep = reversed || abs(track->travel) >= PING360_TURN;
+        track->travel %= PING360_TURN;
     }
     track->head = data->set.angle;
     track->sweep = data->automatic ? data->sweep : (struct ping360_sweep){0};
