@@ -205,9 +205,9 @@ uint64_t line_pump(struct line *line, uint64_t now_ns)
     if (now_ns < line->faults.silent_ns) {
         line->lost_bytes += line->end - line->begin;
         line->begin = line->end = 0;
-    }
-    if (now_ns < line->faults.flood_ns && line->end - line->begin < FLOOD_CHUNK_MAX)
+    } else if (now_ns < line->faults.flood_ns && line->end - line->begin < FLOOD_CHUNK_MAX) {
         queue_random(line, FLOOD_CHUNK_MAX, now_ns);
+    }
     if (line->begin == line->end)
         return LINE_NEVER;
 
