@@ -184,11 +184,11 @@ static double reach(const struct answer_query *q, double gamma)
     return gamma <= GEO_PI / 2 ? fmin(end, side) : 0;
 }
 
-/* Half the diagonal of a cell: how far its edge may lie from its centre. */
-static double cell_reach(const struct rings *rings, uint32_t direction, double el_rad)
+/* Half the diagonal of a ring's cells: how far their edge may lie from their centre. */
+static double cell_reach(const struct rings *rings, uint32_t ring)
 {
-    double width = rings_width(rings, rings_ring(rings, direction)) * cos(el_rad);
-    return hypot(width, rings->height_rad) / 2;
+    double el = rings->top_rad - (ring + 0.5) * rings->height_rad;
+    return hypot(rings_width(rings, ring) * cos(el), rings->height_rad) / 2;
 }
 
 static void to_grid(const struct picture_frame *frame, const struct answer_now *now, bool ned, double v[3])
@@ -220,11 +220,9 @@ void answer_direction(struct picture *p, const struct answer_conf *conf, const s
     double opening = q->corridor ? GEO_PI / 2 : fmin(q->half_angle_rad, GEO_PI);
     struct rings_visit visit = rings_visit(p->rings, az, el, opening + p->rings->height_rad);
     while (rings_next(&visit)) {
-        double cell_az, cell_el, v[3];
-        rings_centre(p->rings, visit.direction, &cell_az, &cell_el);
-        geo_direction(cell_az, cell_el, v);
+        const double *v = p->axis[visit.direction];
         double dot = v[0] * axis[0] + v[1] * axis[1] + v[2] * axis[2];
-        double gamma = acos(dot > 1 ? 1 : dot < -1 ? -1 : dot) - cell_reach(p->rings, visit.direction, cell_el);
+        double gamma = acos(dot > 1 ? 1 : dot < -1 ? -1 : dot) - cell_reach(p->rings, visit.ring);
         double need = reach(q, gamma > 0 ? gamma : 0);
         if (need <= 0)
             continue;
@@ -253,17 +251,20 @@ void answer_sectors(struct picture *p, const struct answer_conf *conf, const str
         begin(&tally[k]);
     double moved_m = moved(&frame, now), width = GEO_TURN / (double)count;
     double need = reach_m > 0 ? reach_m : frame.range_max_m;
+    bool turned = frame.ned && !ned;
+    double half_el = p->rings->height_rad / 2;
+    double sin_below = sin(fmax(lo_rad - half_el, -GEO_PI / 2)) - 1e-12; /* a first, cheap sieve */
+    double sin_above = sin(fmin(hi_rad + half_el, GEO_PI / 2)) + 1e-12;
     for (uint32_t d = 0; d < p->n; d++) {
-        double az, el, v[3];
-        rings_centre(p->rings, d, &az, &el);
-        double half = rings_width(p->rings, rings_ring(p->rings, d)) / 2;
-        if (frame.ned && !ned) {
-            geo_direction(az, el, v);
+        double az, el, v[3] = {p->axis[d][0], p->axis[d][1], p->axis[d][2]};
+        if (turned)
             quat_rotate_inverse(now->pose.attitude, v, v);
-            geo_angles(v, &az, &el);
-        }
-        if (el + p->rings->height_rad / 2 <= lo_rad || el - p->rings->height_rad / 2 >= hi_rad)
+        if (-v[2] < sin_below || -v[2] > sin_above)
             continue;
+        geo_angles(v, &az, &el);
+        if (el + half_el <= lo_rad || el - half_el >= hi_rad)
+            continue;
+        double half = rings_width(p->rings, rings_ring(p->rings, d)) / 2;
         struct picture_entry e;
         struct view view;
         picture_get(p, d, &e);

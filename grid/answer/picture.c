@@ -8,11 +8,12 @@ size_t picture_bytes(uint32_t n)
     return (size_t)n * PICTURE_WORDS * sizeof(seqlock_word);
 }
 
-void picture_init(struct picture *p, const struct rings *rings, double forget_s, double blocked_logodds,
-                  void *word)
+void picture_init(struct picture *p, const struct rings *rings, const double (*axis)[3], double forget_s,
+                  double blocked_logodds, void *word)
 {
     p->n = rings->n;
     p->rings = rings;
+    p->axis = axis;
     p->forget_s = forget_s;
     p->blocked_logodds = (float)blocked_logodds;
     p->word = word;

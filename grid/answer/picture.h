@@ -52,8 +52,9 @@ struct picture {
     struct seqlock lock;
     uint32_t n; /* directions; constant */
     const struct rings *rings;
-    double forget_s;       /* of the obstacles' log-odds */
-    float blocked_logodds; /* above: an obstacle */
+    const double (*axis)[3]; /* [n] unit vectors of the directions' centres */
+    double forget_s;         /* of the obstacles' log-odds */
+    float blocked_logodds;   /* above: an obstacle */
     seqlock_word frame[PICTURE_FRAME_WORDS];
     seqlock_word *word; /* [n][PICTURE_WORDS] */
 };
@@ -61,9 +62,9 @@ struct picture {
 /** picture_bytes - memory for picture_init's `word`. */
 size_t picture_bytes(uint32_t n);
 
-/** picture_init - all directions never pinged. word: picture_bytes(rings->n), 8-aligned. */
-void picture_init(struct picture *p, const struct rings *rings, double forget_s, double blocked_logodds,
-                  void *word);
+/** picture_init - all directions never pinged. axis: [rings->n]; word: picture_bytes(rings->n), 8-aligned. */
+void picture_init(struct picture *p, const struct rings *rings, const double (*axis)[3], double forget_s,
+                  double blocked_logodds, void *word);
 
 /* Writer. Entries and frame may be set only between begin and end. */
 void picture_begin(struct picture *p);

@@ -6,10 +6,11 @@
 #include <string.h>
 
 /*
- * Probability of an echo from an occupied and from an empty cell. A first echo makes a cell an obstacle; contrary
- * pings through all of it take it away about as fast; the clamp bounds how long the past can outvote the present.
+ * Probability of an echo from an occupied and from an empty cell. That an occupied cell is heard only every other time
+ * is said on purpose: a weak reflector that one of the beams over it hears must not be talked away by its neighbours
+ * in the same sweep. The clamp bounds how long the past can outvote the present: a few turns.
  */
-#define ECHO_IF_OCCUPIED 0.7
+#define ECHO_IF_OCCUPIED 0.5
 #define ECHO_IF_EMPTY    0.1
 #define LOGODDS_MAX      6.0
 #define NO_CELL          UINT32_MAX
@@ -36,7 +37,6 @@ struct direction {
     float blind_m, clear_m;
     uint32_t first;  /* nearest cell, or NO_CELL */
     uint32_t dirty;  /* on the list of directions to publish */
-    double axis[3];  /* unit vector of the centre */
     float width_rad; /* in azimuth */
 };
 
@@ -51,6 +51,7 @@ struct sphere {
     struct cell *cell;
     uint32_t free_cells, used, hand;
     struct direction *direction;
+    double (*axis)[3]; /* unit vector of each direction's centre */
     uint32_t *dirty;
     uint32_t n_dirty;
     struct sphere_stats stats;
@@ -61,7 +62,9 @@ struct beam {
     const struct echoes *ping;
     const struct beam_echoes *heard;
     double origin_m[3]; /* of the sensor, from the grid's centre */
-    double turn[4];     /* sensor to grid */
+    double lever_m;     /* its length */
+    double axis[3];
+    double turn[4]; /* sensor to grid */
     double sin_az, cos_az;
     double half_az, half_el;
 };
@@ -93,7 +96,8 @@ size_t sphere_bytes(const struct sphere_conf *conf, char *err, size_t err_size)
     else
         return rounded(sizeof(struct sphere)) + rounded((layers + 1) * sizeof(double)) +
                rounded(conf->max_cells * sizeof(struct cell)) + rounded(rings.n * sizeof(struct direction)) +
-               rounded(rings.n * sizeof(uint32_t)) + rounded(picture_bytes(rings.n));
+               rounded(rings.n * sizeof(uint32_t)) + rounded(rings.n * sizeof(double[3])) +
+               rounded(picture_bytes(rings.n));
     return 0;
 }
 
@@ -137,15 +141,16 @@ struct sphere *sphere_init(void *memory, const struct sphere_conf *conf)
     s->cell = carve(&at, conf->max_cells * sizeof(struct cell));
     s->direction = carve(&at, s->rings.n * sizeof(struct direction));
     s->dirty = carve(&at, s->rings.n * sizeof(uint32_t));
+    s->axis = carve(&at, s->rings.n * sizeof(double[3]));
     memset(s->cell, 0, conf->max_cells * sizeof(struct cell));
     for (uint32_t d = 0; d < s->rings.n; d++) {
         double az, el;
         rings_centre(&s->rings, d, &az, &el);
-        geo_direction(az, el, s->direction[d].axis);
+        geo_direction(az, el, s->axis[d]);
         s->direction[d].width_rad = (float)rings_width(&s->rings, rings_ring(&s->rings, d));
     }
-    picture_init(&s->picture, &s->rings, conf->forget_s, log(conf->blocked_above / (1 - conf->blocked_above)),
-                 carve(&at, picture_bytes(s->rings.n)));
+    picture_init(&s->picture, &s->rings, (const double(*)[3])s->axis, conf->forget_s,
+                 log(conf->blocked_above / (1 - conf->blocked_above)), carve(&at, picture_bytes(s->rings.n)));
     forget_everything(s);
     s->n_dirty = 0; /* the picture starts out the same */
     for (uint32_t d = 0; d < s->rings.n; d++)
@@ -255,7 +260,7 @@ static void hit(struct sphere *s, uint32_t direction, double range_m, const stru
         return;
     }
     struct cell *c = cell_at(s, direction, (uint16_t)layer);
-    const double *axis = s->direction[direction].axis;
+    const double *axis = s->axis[direction];
     double gain = c->echoes ? 1.0 / (c->echoes < 8 ? c->echoes + 1 : 8) : 1;
     for (int i = 0; i < 3; i++) {
         double measured = range_m * axis[i] + s->frame.centre_m[i] - s->anchor_m[i];
@@ -315,11 +320,11 @@ static double covered(double off, double half, double width)
 static void clear_direction(struct sphere *s, uint32_t d, const struct beam *b)
 {
     struct direction *dir = &s->direction[d];
-    double place[3], range, off_az, off_el, to = meet(b, dir->axis, b->heard->free_to_m);
+    double place[3], range, off_az, off_el, to = meet(b, s->axis[d], b->heard->free_to_m);
     if (to <= 0)
         return;
     for (int i = 0; i < 3; i++)
-        place[i] = to * dir->axis[i];
+        place[i] = to * s->axis[d][i];
     seen_by(b, place, &range, &off_az, &off_el);
     double height = s->rings.height_rad;
     double most_az = fmax(b->half_az, dir->width_rad / 2.0);
@@ -328,11 +333,9 @@ static void clear_direction(struct sphere *s, uint32_t d, const struct beam *b)
         return;
     if (!dir->t_ping_ns)
         s->stats.pinged++;
-    double lever =
-        sqrt(b->origin_m[0] * b->origin_m[0] + b->origin_m[1] * b->origin_m[1] + b->origin_m[2] * b->origin_m[2]);
     dir->t_ping_ns = b->ping->t_ns;
     dir->path_m = b->ping->pose.path_m;
-    dir->blind_m = (float)(b->heard->blind_m + lever);
+    dir->blind_m = (float)(b->heard->blind_m + b->lever_m);
     dir->clear_m = (float)to;
     mark(s, d);
 }
@@ -340,11 +343,11 @@ static void clear_direction(struct sphere *s, uint32_t d, const struct beam *b)
 static void hit_direction(struct sphere *s, uint32_t d, const struct beam *b, const struct echo *echo)
 {
     const struct direction *dir = &s->direction[d];
-    double place[3], range, off_az, off_el, at = meet(b, dir->axis, echo->range_m);
+    double place[3], range, off_az, off_el, at = meet(b, s->axis[d], echo->range_m);
     if (at <= 0)
         return;
     for (int i = 0; i < 3; i++)
-        place[i] = at * dir->axis[i];
+        place[i] = at * s->axis[d][i];
     seen_by(b, place, &range, &off_az, &off_el);
     double height = s->rings.height_rad;
     if (fabs(off_az) <= b->half_az + dir->width_rad / 2 && fabs(off_el) <= b->half_el + height / 2)
@@ -375,28 +378,40 @@ static void carve_direction(struct sphere *s, uint32_t d, const struct beam *b)
     }
 }
 
-static void enter_beam(struct sphere *s, const struct beam *b)
+/*
+ * Cosine of the angle within which, seen from the grid's centre, all of the beam at range_m and beyond lies: its
+ * opening, a cell, and the parallax of a sensor that does not sit in the centre.
+ */
+static double cos_within(const struct sphere *s, const struct beam *b, double range_m)
 {
-    double axis[3], az, el, sensor[3];
-    geo_direction(b->heard->az_rad, b->heard->el_rad, sensor);
-    quat_rotate(b->turn, sensor, axis);
-    geo_angles(axis, &az, &el);
-    double lever =
-        sqrt(b->origin_m[0] * b->origin_m[0] + b->origin_m[1] * b->origin_m[1] + b->origin_m[2] * b->origin_m[2]);
-    /* From the centre, what the beam passes appears off its axis by up to the parallax at the end of the blind zone. */
-    double nearest = fmax(b->heard->blind_m, 0.1);
-    double parallax = lever < nearest ? asin(lever / nearest) : GEO_PI / 2;
-    double opening = hypot(b->half_az, b->half_el) + parallax;
-    bool claims = b->heard->free_to_m > b->heard->blind_m;
+    double parallax = b->lever_m < range_m ? asin(b->lever_m / range_m) : GEO_PI / 2;
+    double angle = hypot(b->half_az, b->half_el) + s->rings.height_rad + s->rings.step_rad + parallax;
+    return angle < GEO_PI ? cos(angle) : -1;
+}
+
+#define NEAREST_M 0.1 /* nothing is heard nearer: bounds the parallax */
+
+static void enter_beam(struct sphere *s, struct beam *b)
+{
+    double az, el, sensor[3];
+    const struct beam_echoes *h = b->heard;
+    geo_direction(h->az_rad, h->el_rad, sensor);
+    quat_rotate(b->turn, sensor, b->axis);
+    geo_angles(b->axis, &az, &el);
+    bool claims = h->free_to_m > h->blind_m;
+    double cos_clear = cos_within(s, b, h->free_to_m), cos_hit = cos_within(s, b, h->n ? h->echo[0].range_m : 1);
+    double opening = acos(cos_within(s, b, fmax(h->blind_m, NEAREST_M)));
 
     struct rings_visit v = rings_visit(&s->rings, az, el, fmin(opening, GEO_PI / 2));
     while (rings_next(&v)) {
+        const double *axis = s->axis[v.direction];
+        double along = axis[0] * b->axis[0] + axis[1] * b->axis[1] + axis[2] * b->axis[2];
         if (claims && s->direction[v.direction].first != NO_CELL)
             carve_direction(s, v.direction, b);
-        if (claims)
+        if (claims && along >= cos_clear)
             clear_direction(s, v.direction, b);
-        for (uint8_t i = 0; i < b->heard->n; i++)
-            hit_direction(s, v.direction, b, &b->heard->echo[i]);
+        for (uint8_t i = 0; along >= cos_hit && i < h->n; i++)
+            hit_direction(s, v.direction, b, &h->echo[i]);
     }
 }
 
@@ -572,6 +587,8 @@ void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *
         for (int i = 0; i < 3; i++)
             b.origin_m[i] += e->pose.position_m[i] - s->frame.centre_m[i];
     }
+    b.lever_m =
+        sqrt(b.origin_m[0] * b.origin_m[0] + b.origin_m[1] * b.origin_m[1] + b.origin_m[2] * b.origin_m[2]);
     b.half_az = e->az_aperture_rad / 2;
     b.half_el = e->el_aperture_rad / 2;
     for (uint16_t i = 0; i < e->n_beams; i++) {

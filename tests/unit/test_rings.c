@@ -1,0 +1,118 @@
+/* SPDX-License-Identifier: MIT */
+/* test_rings - the division of the sphere into directions: table, poles, seam, and the visitor against all cells. */
+#include "../lib/table.h"
+#include "../lib/test.h"
+
+#include "../../grid/geometry.h"
+#include "../../grid/sphere/rings.h"
+
+static struct rings rings;
+
+TEST(cells_per_ring_equal_table)
+{
+    struct table t = table_open("tests/oracles/angular_rings.csv");
+    int rows = 0;
+    while (table_next(&t)) {
+        uint32_t n =
+            rings_cells((uint32_t)table_int(&t, 3), (uint32_t)table_int(&t, 1), geo_rad(table_real(&t, 2)));
+        CHECK_INT(n, table_int(&t, 6));
+        rows++;
+    }
+    CHECK(rows > 300);
+}
+
+TEST(every_direction_has_exactly_one_cell_that_holds_it)
+{
+    uint64_t seed = test_seed();
+    CHECK(rings_full(&rings, geo_rad(2)));
+    for (int i = 0; i < 100000; i++) {
+        double az = (test_uniform(&seed) * 3 - 1) * GEO_TURN, el = asin(2 * test_uniform(&seed) - 1), caz, cel;
+        uint32_t d = rings_index(&rings, az, el);
+        CHECK(d < rings.n);
+        rings_centre(&rings, d, &caz, &cel);
+        double width = rings_width(&rings, rings_ring(&rings, d));
+        CHECK(fabs(geo_wrap_pi(az - caz)) <= width / 2 + 1e-9);
+        CHECK(fabs(el - cel) <= rings.height_rad / 2 + 1e-12);
+    }
+}
+
+TEST(centres_map_to_their_own_cell)
+{
+    for (double step = 0.5; step < 90; step *= 1.7) {
+        CHECK(rings_full(&rings, geo_rad(step)));
+        for (uint32_t d = 0; d < rings.n; d++) {
+            double az, el;
+            rings_centre(&rings, d, &az, &el);
+            CHECK_INT(rings_index(&rings, az, el), d);
+        }
+    }
+}
+
+TEST(poles_and_seam_are_no_special_case)
+{
+    CHECK(rings_full(&rings, geo_rad(2)));
+    static const double az[] = {0, -0.0, GEO_TURN, -1e-17, 1e9 * GEO_TURN + 0.1};
+    for (size_t i = 0; i < 5; i++) {
+        CHECK(rings_index(&rings, az[i], GEO_PI / 2) < rings.start[1]);
+        CHECK(rings_index(&rings, az[i], -GEO_PI / 2) >= rings.start[rings.n_rings - 1]);
+        CHECK(rings_index(&rings, az[i], -GEO_PI / 2) < rings.n);
+    }
+    CHECK_INT(rings_index(&rings, GEO_TURN, 0.3), rings_index(&rings, 0, 0.3));
+    CHECK_INT(rings_index(&rings, -1e-17, 0.3), rings_index(&rings, 0, 0.3));
+}
+
+TEST(a_level_ring_holds_its_band_only)
+{
+    CHECK(rings_level(&rings, geo_rad(2), geo_rad(10)));
+    CHECK_INT(rings.n, 180);
+    CHECK(rings_index(&rings, 1, geo_rad(9.9)) != RINGS_NONE);
+    CHECK(rings_index(&rings, 1, geo_rad(-9.9)) != RINGS_NONE);
+    CHECK_INT(rings_index(&rings, 1, geo_rad(10.1)), RINGS_NONE);
+    CHECK_INT(rings_index(&rings, 1, geo_rad(-10.1)), RINGS_NONE);
+}
+
+TEST(the_visitor_meets_every_centre_in_the_cap_once)
+{
+    uint64_t seed = test_seed();
+    static uint8_t seen[200000];
+    for (int i = 0; i < 300; i++) {
+        CHECK(rings_full(&rings, geo_rad(1 + 9 * test_uniform(&seed))));
+        double az = test_uniform(&seed) * GEO_TURN, el = (test_uniform(&seed) - 0.5) * GEO_PI, a[3];
+        double radius = test_uniform(&seed) * test_uniform(&seed) * GEO_PI / 2;
+        if (i % 10 == 0)
+            el = i % 20 ? GEO_PI / 2 : -GEO_PI / 2;
+        memset(seen, 0, rings.n);
+        struct rings_visit v = rings_visit(&rings, az, el, radius);
+        while (rings_next(&v))
+            CHECK_INT(seen[v.direction]++, 0);
+        geo_direction(az, el, a);
+        for (uint32_t d = 0; d < rings.n; d++) {
+            double caz, cel, c[3];
+            rings_centre(&rings, d, &caz, &cel);
+            geo_direction(caz, cel, c);
+            double dot = a[0] * c[0] + a[1] * c[1] + a[2] * c[2];
+            if (acos(fmin(1, fmax(-1, dot))) <= radius)
+                CHECK(seen[d]);
+        }
+    }
+}
+
+TEST(senseless_steps_are_refused)
+{
+    CHECK(!rings_full(&rings, 0));
+    CHECK(!rings_full(&rings, NAN));
+    CHECK(!rings_full(&rings, 4));
+    CHECK(!rings_level(&rings, geo_rad(2), 0));
+}
+
+int main(void)
+{
+    RUN(cells_per_ring_equal_table);
+    RUN(every_direction_has_exactly_one_cell_that_holds_it);
+    RUN(centres_map_to_their_own_cell);
+    RUN(poles_and_seam_are_no_special_case);
+    RUN(a_level_ring_holds_its_band_only);
+    RUN(the_visitor_meets_every_centre_in_the_cap_once);
+    RUN(senseless_steps_are_refused);
+    return test_end();
+}

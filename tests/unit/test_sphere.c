@@ -1,0 +1,516 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * test_sphere - the grid and its answers together, as a client meets them: what is blocked, clear or unknown after
+ * given pings, ages, turns and moves. Truth is a scene whose walls are known in closed form.
+ */
+#include "../lib/test.h"
+
+#include "../../grid/answer/answer.h"
+#include "../../grid/sphere/sphere.h"
+
+#define SECOND 1000000000ull
+
+static struct sphere *sphere;
+static void *memory;
+static const struct sphere_conf usual = {.angular_step_rad = 2 * GEO_PI / 180,
+                                         .layers = {.r_max_m = 30, .dr_m = 0.05, .n_const = 29, .growth = 1.035},
+                                         .max_cells = 20000,
+                                         .forget_s = 60,
+                                         .blocked_above = 0.6,
+                                         .recentre_m = 0.1};
+static const struct answer_conf limits = {.clear_for_s = 30, .move_limit_m = 0.5};
+static struct answer_now now;
+static struct mount mount;
+
+static void start(const struct sphere_conf *conf)
+{
+    char err[200];
+    size_t n = sphere_bytes(conf, err, sizeof err);
+    free(memory);
+    memory = aligned_alloc(64, n);
+    memset(memory, 0xa5, n); /* nothing may rely on zeroed memory */
+    sphere = sphere_init(memory, conf);
+    now = (struct answer_now){.now_ns = 1000 * SECOND, .pose = pose_identity};
+    mount = mount_identity;
+}
+
+/* One beam towards az (sensor frame) that heard an echo at range_m, or nothing (0) up to free_m. */
+static void ping_el(double az_deg, double el_deg, double range_m, double free_m, double az_ap_deg,
+                    double el_ap_deg)
+{
+    struct beam_echoes beam = {.az_rad = (float)geo_rad(az_deg),
+                               .el_rad = (float)geo_rad(el_deg),
+                               .blind_m = 0.3f,
+                               .free_to_m = (float)free_m,
+                               .state = BEAM_SILENT};
+    if (range_m > 0) {
+        beam.state = BEAM_ECHO;
+        beam.n = 1;
+        beam.echo[0] = (struct echo){.range_m = (float)range_m,
+                                     .near_m = (float)(range_m - 0.02),
+                                     .sd_m = 0.01f,
+                                     .strength = 10,
+                                     .confidence = 0.9f};
+        beam.free_to_m = (float)(range_m - 0.02);
+    }
+    struct echoes e = {.t_ns = now.now_ns,
+                       .n_beams = 1,
+                       .range_max_m = 20,
+                       .az_aperture_rad = (float)geo_rad(az_ap_deg),
+                       .el_aperture_rad = (float)geo_rad(el_ap_deg),
+                       .pose = now.pose,
+                       .max_beams = 1,
+                       .beam = &beam};
+    sphere_enter(sphere, &e, &mount);
+}
+
+static void ping(double az_deg, double range_m, double free_m)
+{
+    ping_el(az_deg, 0, range_m, free_m, 2, 25);
+}
+
+static struct answer ask(double az_deg, double distance_m)
+{
+    struct answer_query q = {.az_rad = geo_rad(az_deg), .distance_m = distance_m, .half_angle_rad = geo_rad(5)};
+    struct answer a;
+    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    return a;
+}
+
+static void turn_of(double range_m, double free_m)
+{
+    for (int u = 0; u < 400; u++)
+        ping(u * 0.9, range_m, free_m);
+}
+
+TEST(nothing_pinged_is_unknown_everywhere)
+{
+    start(&usual);
+    struct answer a = ask(0, 5);
+    CHECK_INT(a.state, ANSWER_UNKNOWN);
+    CHECK_INT(a.reason, ANSWER_NO_DATA);
+    ping(180, 5, 0);
+    a = ask(0, 5);
+    CHECK_INT(a.state, ANSWER_UNKNOWN);
+    CHECK_INT(a.reason, ANSWER_NEVER);
+    CHECK(a.age_s < 0);
+}
+
+TEST(an_echo_blocks_beyond_it_and_the_water_before_it_is_clear)
+{
+    start(&usual);
+    turn_of(5, 0);
+    struct answer a = ask(77, 6);
+    CHECK_INT(a.state, ANSWER_BLOCKED);
+    CHECK_NEAR(a.range_m, 5, 0, 0.02);
+    CHECK_NEAR(a.free_to_m, 4.98, 0, 0.02);
+    a = ask(77, 4.5);
+    CHECK_INT(a.state, ANSWER_CLEAR);
+    CHECK_INT(a.reason, ANSWER_HEARD);
+    CHECK(a.age_s >= 0 && a.age_s < 1e-9);
+}
+
+TEST(silence_is_worth_what_the_beam_claims_and_no_more)
+{
+    start(&usual);
+    turn_of(0, 0.75);
+    CHECK_INT(ask(10, 0.7).state, ANSWER_CLEAR);
+    struct answer a = ask(10, 5);
+    CHECK_INT(a.state, ANSWER_UNKNOWN);
+    CHECK_INT(a.reason, ANSWER_BEYOND);
+    CHECK_NEAR(a.free_to_m, 0.75, 0, 0.01);
+}
+
+TEST(within_the_blind_zone_nothing_is_known)
+{
+    start(&usual);
+    turn_of(5, 0);
+    struct answer a = ask(10, 0.25);
+    CHECK_INT(a.state, ANSWER_UNKNOWN);
+    CHECK_INT(a.reason, ANSWER_BLIND);
+}
+
+TEST(a_beam_that_claims_nothing_clears_nothing)
+{
+    start(&usual);
+    turn_of(0, 0);
+    CHECK_INT(ask(10, 1).reason, ANSWER_NEVER);
+}
+
+TEST(clear_grows_stale_and_blocked_fades_but_never_to_clear)
+{
+    start(&usual);
+    turn_of(5, 0);
+    now.now_ns += 29 * SECOND;
+    CHECK_INT(ask(0, 4).state, ANSWER_CLEAR);
+    now.now_ns += 2 * SECOND;
+    CHECK_INT(ask(0, 4).reason, ANSWER_STALE);
+    CHECK_INT(ask(0, 6).state, ANSWER_BLOCKED);
+    CHECK_NEAR(ask(0, 6).age_s, 31, 1e-9, 0);
+    for (int minute = 0; minute < 60; minute++) {
+        now.now_ns += 60 * SECOND;
+        CHECK(ask(0, 6).state != ANSWER_CLEAR);
+    }
+    CHECK_INT(ask(0, 6).state, ANSWER_UNKNOWN);
+}
+
+TEST(fading_is_the_closed_form_however_often_it_is_read)
+{
+    start(&usual);
+    ping(0, 5, 0);
+    struct picture_entry e;
+    picture_get(sphere_picture(sphere), rings_index(sphere_picture(sphere)->rings, 1e-3, 1e-3), &e);
+    uint64_t seed = test_seed(), t = now.now_ns;
+    for (int i = 0; i < 100000; i++) {
+        t += test_random(&seed) % 1000000;
+        double want = e.obstacle[0].logodds * exp(-(double)(t - now.now_ns) * 1e-9 / 60);
+        CHECK_NEAR(picture_logodds(sphere_picture(sphere), &e.obstacle[0], t), want, 1e-12, 0);
+    }
+    CHECK_NEAR(picture_logodds(sphere_picture(sphere), &e.obstacle[0], 0), e.obstacle[0].logodds, 0, 0);
+}
+
+TEST(a_removed_obstacle_is_cleared_by_beams_that_pass_it)
+{
+    start(&usual);
+    turn_of(5, 0);
+    for (int turns = 0; turns < 8 && ask(0, 6).state == ANSWER_BLOCKED; turns++) {
+        now.now_ns += 10 * SECOND;
+        turn_of(8, 0);
+    }
+    CHECK_INT(ask(0, 6).state, ANSWER_CLEAR);
+    CHECK_NEAR(ask(0, 10).range_m, 8, 0, 0.05);
+}
+
+TEST(a_pile_that_one_of_the_beams_over_it_hears_stays)
+{
+    start(&usual);
+    for (int turns = 0; turns < 20; turns++) {
+        now.now_ns += 10 * SECOND;
+        for (int u = 0; u < 400; u++)
+            ping(u * 0.9, u == 0 ? 4 : 8, 0);
+        CHECK_INT(ask(0, 5).state, ANSWER_BLOCKED);
+    }
+}
+
+TEST(an_old_clear_does_not_outlive_a_pile_that_came)
+{
+    start(&usual);
+    turn_of(0, 10);
+    CHECK_INT(ask(0, 8).state, ANSWER_CLEAR);
+    ping(0, 4, 0);
+    CHECK_INT(ask(0, 8).state, ANSWER_BLOCKED);
+}
+
+TEST(an_unpinged_gap_is_unknown_though_its_neighbours_are_clear)
+{
+    start(&usual);
+    for (int u = 0; u < 400; u++)
+        if (u < 45 || u > 65)
+            ping(u * 0.9, 0, 10);
+    CHECK_INT(ask(0, 8).state, ANSWER_CLEAR);
+    CHECK_INT(ask(50, 8).reason, ANSWER_NEVER);
+    CHECK_INT(ask(37, 8).state, ANSWER_UNKNOWN); /* its cone reaches into the gap */
+}
+
+TEST(a_wide_beam_blocks_its_whole_opening)
+{
+    start(&usual);
+    ping_el(0, 0, 5, 0, 2, 25);
+    struct answer_query q = {.el_rad = geo_rad(11), .distance_m = 6, .half_angle_rad = geo_rad(1)};
+    struct answer a;
+    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    CHECK_INT(a.state, ANSWER_BLOCKED);
+    q.el_rad = geo_rad(20);
+    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    CHECK_INT(a.state, ANSWER_UNKNOWN);
+}
+
+TEST(once_given_an_attitude_the_grid_is_north_up)
+{
+    start(&usual);
+    ping(0, 5, 0); /* body axes: dropped when the first attitude comes */
+    now.pose.has = POSE_ATTITUDE;
+    now.pose_fresh = true;
+    quat_from_rpy(0, 0, geo_rad(90), now.pose.attitude); /* nose to the east */
+    turn_of(5, 0);
+    for (int u = 0; u < 3; u++)
+        ping(0, 3, 0);
+    CHECK_NEAR(ask(0, 6).range_m, 3, 0, 0.05);
+    quat_from_rpy(0, 0, 0, now.pose.attitude); /* nose to the north: it lies to starboard */
+    CHECK_NEAR(ask(90, 6).range_m, 3, 0, 0.05);
+    CHECK_NEAR(ask(0, 6).range_m, 5, 0, 0.05);
+    struct answer_query q = {.az_rad = geo_rad(90), .ned = true, .distance_m = 6, .half_angle_rad = geo_rad(2)};
+    struct answer a;
+    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    CHECK_NEAR(a.range_m, 3, 0, 0.05);
+}
+
+TEST(without_an_attitude_north_is_unknown)
+{
+    start(&usual);
+    turn_of(5, 0);
+    struct answer_query q = {.ned = true, .distance_m = 6, .half_angle_rad = geo_rad(5)};
+    struct answer a;
+    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    CHECK_INT(a.state, ANSWER_UNKNOWN);
+    CHECK_INT(a.reason, ANSWER_NO_FRAME);
+}
+
+TEST(a_lost_pose_makes_all_unknown_and_pings_without_it_are_counted)
+{
+    start(&usual);
+    now.pose.has = POSE_ATTITUDE;
+    now.pose_fresh = true;
+    turn_of(5, 0);
+    now.pose_fresh = false;
+    CHECK_INT(ask(0, 4).reason, ANSWER_POSE_LOST);
+    now.pose.has = 0;
+    ping(0, 2, 0);
+    struct sphere_stats s;
+    sphere_stats(sphere, &s);
+    CHECK_INT(s.no_attitude, 1);
+    now.pose_fresh = true;
+    CHECK_NEAR(ask(0, 6).range_m, 5, 0, 0.05);
+}
+
+/* The wall x = 6 north; the vehicle drives towards it. */
+TEST(obstacles_come_nearer_as_the_vehicle_drives_and_nothing_drifts)
+{
+    for (int far = 0; far < 2; far++) {
+        start(&usual);
+        double origin = far ? 1e7 : 0;
+        now.pose.has = POSE_ATTITUDE | POSE_POSITION;
+        now.pose_fresh = true;
+        now.pose.position_m[0] = origin;
+        ping(0, 6, 0);
+        for (int step = 1; step <= 20000; step++) { /* 3 m in steps of 0.15 mm, looking elsewhere */
+            now.pose.position_m[0] = origin + step * 1.5e-4;
+            now.pose.path_m = step * 1.5e-4;
+            if (step % 50 == 0)
+                ping(180, 0, 2);
+        }
+        struct answer a = ask(0, 5);
+        CHECK_INT(a.state, ANSWER_BLOCKED);
+        CHECK_NEAR(a.range_m, 3, 0, 0.12); /* at most recentre_m nearer than it is */
+        CHECK(a.range_m <= 3.01);
+        struct sphere_stats s;
+        sphere_stats(sphere, &s);
+        CHECK(s.recentred > 10 && s.cells_lost == 0);
+    }
+}
+
+TEST(cleared_water_is_unknown_once_the_vehicle_has_driven_on)
+{
+    start(&usual);
+    now.pose.has = POSE_ATTITUDE | POSE_POSITION;
+    now.pose_fresh = true;
+    turn_of(0, 10);
+    now.pose.position_m[1] = 0.4;
+    now.pose.path_m = 0.4;
+    CHECK_INT(ask(0, 8).state, ANSWER_CLEAR);
+    CHECK_NEAR(ask(0, 8).free_to_m, 9.6, 0, 1e-5);
+    now.pose.position_m[1] = 0;
+    now.pose.path_m = 0.8; /* there and back is a way too */
+    CHECK_INT(ask(0, 8).reason, ANSWER_MOVED);
+}
+
+TEST(a_full_pool_loses_certainty_not_obstacles)
+{
+    struct sphere_conf small = usual;
+    small.max_cells = 256;
+    start(&small);
+    uint64_t seed = test_seed();
+    for (int i = 0; i < 20000; i++) {
+        now.now_ns += SECOND / 100;
+        ping(360 * test_uniform(&seed), 1 + 9 * test_uniform(&seed), 0);
+    }
+    struct sphere_stats s;
+    sphere_stats(sphere, &s);
+    CHECK(s.cells <= 256);
+    CHECK(s.cells_lost > 0);
+    for (int az = 0; az < 360; az += 3)
+        CHECK(ask(az, 12).state != ANSWER_CLEAR);
+}
+
+TEST(counts_and_logodds_saturate)
+{
+    start(&usual);
+    for (int i = 0; i < 100000; i++)
+        ping(0, 5, 0);
+    CHECK_INT(ask(0, 6).state, ANSWER_BLOCKED);
+    int turns = 0;
+    while (ask(0, 6).state == ANSWER_BLOCKED && turns < 20) {
+        ping(-0.9, 8, 0);
+        ping(0, 8, 0);
+        ping(0.9, 8, 0);
+        turns++;
+    }
+    CHECK(turns < 12); /* the past cannot outvote the present for long */
+}
+
+TEST(a_clock_that_jumps_back_does_no_harm)
+{
+    start(&usual);
+    turn_of(5, 0);
+    now.now_ns -= 100 * SECOND;
+    turn_of(5, 0);
+    CHECK_INT(ask(0, 6).state, ANSWER_BLOCKED);
+    now.now_ns -= 800 * SECOND;
+    CHECK_INT(ask(0, 6).state, ANSWER_BLOCKED);
+    CHECK(ask(0, 6).age_s >= 0);
+}
+
+TEST(senseless_grids_are_refused_with_a_sentence)
+{
+    struct sphere_conf bad[5] = {usual, usual, usual, usual, usual};
+    bad[0].angular_step_rad = 0;
+    bad[1].layers.growth = 0.5;
+    bad[2].max_cells = 1;
+    bad[3].forget_s = NAN;
+    bad[4].blocked_above = 0.4;
+    for (int i = 0; i < 5; i++) {
+        char err[200] = "";
+        CHECK_INT(sphere_bytes(&bad[i], err, sizeof err), 0);
+        CHECK(strlen(err) > 10);
+    }
+}
+
+/* ---- against a known room ---- */
+
+/* First wall of the box |x| < a, |y| < b met from p along azimuth az. */
+static double wall(const double p[2], double az, double a, double b)
+{
+    double dx = cos(az), dy = sin(az);
+    double tx = dx > 0 ? (a - p[0]) / dx : dx < 0 ? (-a - p[0]) / dx : INFINITY;
+    double ty = dy > 0 ? (b - p[1]) / dy : dy < 0 ? (-b - p[1]) / dy : INFINITY;
+    return fmin(tx, ty);
+}
+
+/* Nearest wall that a beam of 2 degrees hears. */
+static double heard_wall(const double p[2], double az)
+{
+    double nearest = INFINITY;
+    for (int k = -10; k <= 10; k++)
+        nearest = fmin(nearest, wall(p, az + k * geo_rad(0.1), 4, 2.5));
+    return nearest;
+}
+
+TEST(in_a_room_sectors_are_its_walls_and_never_clear_beyond)
+{
+    for (int trial = 0; trial < 8; trial++) {
+        start(&usual);
+        now.pose.has = POSE_ATTITUDE | POSE_POSITION;
+        now.pose_fresh = true;
+        double yaw = 0.7 * trial, p[2] = {0.3 * trial - 1, 0.5};
+        mount.position_m[0] = trial % 2 ? 0.3 : 0;
+        mount.position_m[1] = trial % 4 > 1 ? -0.2 : 0;
+        quat_from_rpy(0, 0, yaw, now.pose.attitude);
+        now.pose.position_m[0] = p[0];
+        now.pose.position_m[1] = p[1];
+        double lever[3], sensor[2];
+        quat_rotate(now.pose.attitude, mount.position_m, lever);
+        sensor[0] = p[0] + lever[0];
+        sensor[1] = p[1] + lever[1];
+        for (int turns = 0; turns < 3; turns++)
+            for (int u = 0; u < 400; u++) {
+                now.now_ns += SECOND / 50;
+                ping(u * 0.9, heard_wall(sensor, geo_rad(u * 0.9) + yaw), 0);
+            }
+        struct answer sector[72];
+        answer_sectors(sphere_picture(sphere), &limits, &now, false, geo_rad(-5), geo_rad(5), 0, 72, sector);
+        for (int k = 0; k < 72; k++) {
+            double nearest = INFINITY, farthest = 0;
+            for (double off = -6.5; off <= 6.5;
+                 off += 0.25) { /* half a sector, two cells and a beam to each side */
+                double w = wall(p, geo_rad(k * 5 + off) + yaw, 4, 2.5);
+                nearest = fmin(nearest, w);
+                farthest = fmax(farthest, w);
+            }
+            CHECK_INT(sector[k].state, ANSWER_BLOCKED);
+            CHECK(sector[k].range_m >= nearest - 0.1 && sector[k].range_m <= farthest + 0.05);
+            struct answer a = ask(k * 5, farthest + 0.1);
+            CHECK_INT(a.state, ANSWER_BLOCKED);
+            CHECK(ask(k * 5, nearest * 0.8).state == ANSWER_CLEAR);
+        }
+    }
+}
+
+TEST(asking_for_more_never_turns_blocked_or_unknown_into_clear)
+{
+    uint64_t seed = test_seed();
+    for (int scene = 0; scene < 10; scene++) {
+        start(&usual);
+        for (int i = 0; i < 600; i++)
+            ping_el(360 * test_uniform(&seed), 20 * test_uniform(&seed) - 10,
+                    test_uniform(&seed) < 0.3 ? 1 + 8 * test_uniform(&seed) : 0, 10 * test_uniform(&seed), 4, 25);
+        for (int i = 0; i < 20; i++) {
+            struct answer_query q = {.az_rad = GEO_TURN * test_uniform(&seed),
+                                     .el_rad = 0.2 * test_uniform(&seed),
+                                     .distance_m = 0.5,
+                                     .corridor = i % 2,
+                                     .radius_m = 0.3,
+                                     .half_angle_rad = geo_rad(8 * test_uniform(&seed))};
+            enum answer_state before = ANSWER_CLEAR;
+            for (; q.distance_m < 12; q.distance_m += 0.25) {
+                struct answer a;
+                answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+                CHECK(!(before != ANSWER_CLEAR && a.state == ANSWER_CLEAR) || a.blind_to_m >= q.distance_m - 0.25);
+                CHECK(!(before == ANSWER_BLOCKED && a.state != ANSWER_BLOCKED));
+                before = a.state;
+            }
+            struct answer narrow, wide;
+            q.distance_m = 5;
+            answer_direction(sphere_picture(sphere), &limits, &now, &q, &narrow);
+            q.half_angle_rad *= 2;
+            q.radius_m *= 2;
+            answer_direction(sphere_picture(sphere), &limits, &now, &q, &wide);
+            CHECK(!(narrow.state != ANSWER_CLEAR && wide.state == ANSWER_CLEAR));
+            CHECK(!(narrow.state == ANSWER_BLOCKED && wide.state != ANSWER_BLOCKED));
+        }
+    }
+}
+
+TEST(a_level_grid_gives_the_same_ring)
+{
+    struct sphere_conf level = usual;
+    level.level = true;
+    level.level_half_rad = geo_rad(10);
+    start(&level);
+    turn_of(5, 0);
+    CHECK_NEAR(ask(33, 6).range_m, 5, 0, 0.02);
+    CHECK_INT(ask(33, 4).state, ANSWER_CLEAR);
+    struct answer_query q = {.el_rad = geo_rad(45), .distance_m = 4, .half_angle_rad = geo_rad(5)};
+    struct answer a;
+    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    CHECK_INT(a.reason, ANSWER_OUTSIDE);
+}
+
+int main(void)
+{
+    RUN(nothing_pinged_is_unknown_everywhere);
+    RUN(an_echo_blocks_beyond_it_and_the_water_before_it_is_clear);
+    RUN(silence_is_worth_what_the_beam_claims_and_no_more);
+    RUN(within_the_blind_zone_nothing_is_known);
+    RUN(a_beam_that_claims_nothing_clears_nothing);
+    RUN(clear_grows_stale_and_blocked_fades_but_never_to_clear);
+    RUN(fading_is_the_closed_form_however_often_it_is_read);
+    RUN(a_removed_obstacle_is_cleared_by_beams_that_pass_it);
+    RUN(a_pile_that_one_of_the_beams_over_it_hears_stays);
+    RUN(an_old_clear_does_not_outlive_a_pile_that_came);
+    RUN(an_unpinged_gap_is_unknown_though_its_neighbours_are_clear);
+    RUN(a_wide_beam_blocks_its_whole_opening);
+    RUN(once_given_an_attitude_the_grid_is_north_up);
+    RUN(without_an_attitude_north_is_unknown);
+    RUN(a_lost_pose_makes_all_unknown_and_pings_without_it_are_counted);
+    RUN(obstacles_come_nearer_as_the_vehicle_drives_and_nothing_drifts);
+    RUN(cleared_water_is_unknown_once_the_vehicle_has_driven_on);
+    RUN(a_full_pool_loses_certainty_not_obstacles);
+    RUN(counts_and_logodds_saturate);
+    RUN(a_clock_that_jumps_back_does_no_harm);
+    RUN(senseless_grids_are_refused_with_a_sentence);
+    RUN(in_a_room_sectors_are_its_walls_and_never_clear_beyond);
+    RUN(asking_for_more_never_turns_blocked_or_unknown_into_clear);
+    RUN(a_level_grid_gives_the_same_ring);
+    free(memory);
+    return test_end();
+}
