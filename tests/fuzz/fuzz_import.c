@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: MIT */
+/* fuzz_import - any bytes as a recording of another program: times never fall, no record is larger than the file. */
+#include "../../client/import.h"
+
+#include <stdlib.h>
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
+
+static volatile uint64_t sink;
+
+struct last {
+    uint64_t t_ns;
+    size_t size;
+};
+
+static bool hear(void *ctx, uint64_t t_ns, const uint8_t *bytes, size_t n)
+{
+    struct last *last = ctx;
+    if (t_ns < last->t_ns || n > last->size + 2000)
+        abort();
+    last->t_ns = t_ns;
+    if (n)
+        sink += (uint64_t)bytes[0] + bytes[n - 1];
+    return true;
+}
+
+static void hear_problem(void *ctx, const char *sentence)
+{
+    (void)ctx;
+    sink += (uint8_t)sentence[0];
+}
+
+int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
+{
+    struct import_result result;
+    struct last viewer = {0, size}, text = {0, size};
+    const struct import_sink to_viewer = {&viewer, hear, hear_problem}, to_text = {&text, hear, hear_problem};
+    sink += import_kind(data, size);
+    import_ping_viewer(data, size, &to_viewer, &result);
+    import_text(data, size, &to_text, &result);
+    if (result.left_out_bytes > size)
+        abort();
+    return 0;
+}
