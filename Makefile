@@ -71,7 +71,7 @@ $(BUILD)/tests/%: $(BUILD)/tests/unit/%.o $(ALL_A)
 	@mkdir -p $(@D)
 	@echo '  LD    $@'
 	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
-$(BUILD)/tests/test_sim: | $(BUILD)/tests/ping360_sim
+$(BUILD)/tests/test_sim_program: | $(BUILD)/tests/ping360_sim
 $(BUILD)/tests/%: $(BUILD)/tests/sim/%.o $(SIMLIB) $(DRIVERS) $(GRID)
 	@mkdir -p $(@D)
 	@echo '  LD    $@'
