@@ -71,14 +71,47 @@ static struct cfar_reference choose_side(enum cfar_detector detector, uint64_t l
     return (struct cfar_reference){lag_sum, lag_cells, false};
 }
 
+/*
+ * Cells begin .. end - 1, all with both sides complete: most of any beam, and so the loop that counts. The
+ * detector is a constant in every call.
+ */
+static inline void run_inner(const struct cfar cfar, enum cfar_detector detector, const uint64_t *x,
+                             uint32_t begin, uint32_t end, const uint64_t *prefix, uint8_t *mask,
+                             struct cfar_reference *ref)
+{
+    const uint32_t near = cfar.guard, far = cfar.guard + cfar.n_side;
+
+    for (uint32_t i = begin; i < end; i++) {
+        const uint64_t lead = prefix[i - near] - prefix[i - far];
+        const uint64_t lag = prefix[i + far + 1] - prefix[i + near + 1];
+        if (detector == CFAR_CA)
+            ref[i] = (struct cfar_reference){lead + lag, 2 * cfar.n_side, false};
+        else if (detector == CFAR_SOCA)
+            ref[i] = (struct cfar_reference){lead <= lag ? lead : lag, cfar.n_side, false};
+        else
+            ref[i] = (struct cfar_reference){lead >= lag ? lead : lag, cfar.n_side, false};
+        mask[i] = detects(&cfar, x[i], &ref[i]);
+    }
+}
+
 static void run_average(const struct cfar *cfar, const uint64_t *x, uint32_t n, uint64_t *prefix, uint8_t *mask,
                         struct cfar_reference *ref)
 {
+    const uint64_t reach = (uint64_t)cfar->guard + cfar->n_side;
+    const uint32_t begin = n > 2 * reach ? (uint32_t)reach : n, end = n > 2 * reach ? (uint32_t)(n - reach) : n;
+
     prefix[0] = 0;
     for (uint32_t i = 0; i < n; i++)
         prefix[i + 1] = prefix[i] + x[i];
 
-    for (uint32_t i = 0; i < n; i++) {
+    if (cfar->detector == CFAR_CA)
+        run_inner(*cfar, CFAR_CA, x, begin, end, prefix, mask, ref);
+    else if (cfar->detector == CFAR_SOCA)
+        run_inner(*cfar, CFAR_SOCA, x, begin, end, prefix, mask, ref);
+    else
+        run_inner(*cfar, CFAR_GOCA, x, begin, end, prefix, mask, ref);
+
+    for (uint32_t i = 0; i < n; i = i + 1 == begin ? end : i + 1) {
         const struct sides s = sides_of(cfar, n, i);
         ref[i] = choose_side(cfar->detector, prefix[s.lead.end] - prefix[s.lead.begin], span_cells(s.lead),
                              prefix[s.lag.end] - prefix[s.lag.begin], span_cells(s.lag));
@@ -124,15 +157,27 @@ static void sorted_remove(struct sorted *s, uint64_t value)
     memmove(s->cell + at, s->cell + at + 1, (s->n - at) * sizeof *s->cell);
 }
 
+static uint32_t lesser(uint32_t a, uint32_t b)
+{
+    return a < b ? a : b;
+}
+
+static uint32_t greater(uint32_t a, uint32_t b)
+{
+    return a > b ? a : b;
+}
+
 /* Bring the window's cells from the span it had to the span it has now. */
 static void sorted_move(struct sorted *s, const uint64_t *x, struct span was, struct span is)
 {
-    for (uint32_t i = was.begin; i < was.end; i++)
-        if (i < is.begin || i >= is.end)
-            sorted_remove(s, x[i]);
-    for (uint32_t i = is.begin; i < is.end; i++)
-        if (i < was.begin || i >= was.end)
-            sorted_insert(s, x[i]);
+    for (uint32_t i = was.begin; i < lesser(was.end, is.begin); i++)
+        sorted_remove(s, x[i]);
+    for (uint32_t i = greater(was.begin, is.end); i < was.end; i++)
+        sorted_remove(s, x[i]);
+    for (uint32_t i = is.begin; i < lesser(is.end, was.begin); i++)
+        sorted_insert(s, x[i]);
+    for (uint32_t i = greater(is.begin, was.end); i < is.end; i++)
+        sorted_insert(s, x[i]);
 }
 
 static void run_rank(const struct cfar *cfar, const uint64_t *x, uint32_t n, uint64_t *work, uint8_t *mask,

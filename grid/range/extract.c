@@ -14,7 +14,7 @@
 
 #define MIN_WINDOW_CELLS 8  /* independent cells on each side: fewer make the threshold a lottery */
 #define MAX_FACTORS      64 /* more independent cells than this change the threshold by less than 0.1 dB */
-#define SETTLE_BINS      3  /* the ring-down has ended when it has not fallen for the guard, and so many bins */
+#define SETTLE_BINS      3
 
 /* Sizes in bins that follow from the ping's bin and pulse length. */
 struct geometry {
@@ -23,6 +23,7 @@ struct geometry {
     uint32_t half;   /* a resolution cell is the bin and so many on either side of it */
     uint32_t window; /* on each side */
     uint32_t guard;
+    uint32_t settle;        /* over which the end of the ring-down is judged: the guard, at least SETTLE_BINS */
     double resolution_bins; /* bins per independent cell, >= 1 */
 };
 
@@ -184,6 +185,7 @@ static bool geometry_of(const struct extract *e, const struct ping *p, struct ge
     g->guard = bins_for(e->conf.guard_m, dr);
     if (g->guard < pulse_bins)
         g->guard = pulse_bins;
+    g->settle = g->guard > SETTLE_BINS ? g->guard : SETTLE_BINS;
     const double least = ceil(MIN_WINDOW_CELLS * g->resolution_bins);
     g->window = (uint32_t)fmin(fmax(bins_for(e->conf.window_m, dr), least), PING_MAX_BINS);
     return true;
@@ -217,8 +219,8 @@ static bool saturated(const struct extract *e, const void *samples, uint32_t i)
 
 /* ---- one beam ---- */
 
-/* Sum of power over the resolution cell around every bin, cut at the ends of the beam. */
-static void sum_cells(const uint64_t *power, uint32_t n, uint32_t half, uint64_t *cell)
+/* Sum of power over the resolution cell around every bin, cut at the ends of the beam; divided by 2^shift. */
+static void sum_cells(const uint64_t *power, uint32_t n, uint32_t half, unsigned shift, uint64_t *cell)
 {
     uint64_t sum = 0;
 
@@ -229,39 +231,53 @@ static void sum_cells(const uint64_t *power, uint32_t n, uint32_t half, uint64_t
             sum += power[i + half];
         if (i > half)
             sum -= power[i - half - 1];
-        cell[i] = sum;
+        cell[i] = sum >> shift;
     }
+}
+
+/* From a cell on downhill: the first whose next guard length is not quieter than its own, or no louder than the floor. */
+static uint32_t level_settles(const struct geometry *g, const uint64_t *cell, uint32_t from, uint64_t floor_power)
+{
+    const uint32_t length = g->settle;
+    uint64_t here = 0, next = 0;
+
+    if (g->n < 2 * length || from > g->n - 2 * length)
+        return from;
+    for (uint32_t k = 0; k < length; k++) {
+        here += cell[from + k];
+        next += cell[from + length + k];
+    }
+    uint32_t at = from;
+    for (; at + 2 * length < g->n && next < here && here > floor_power * length; at++) {
+        here += cell[at + length] - cell[at];
+        next += cell[at + 2 * length] - cell[at + length];
+    }
+    return at;
 }
 
 /*
  * The first cell behind the ring-down. Configured: there, or later if the receiver is still saturated. Otherwise from
- * the loudest cell near the head (the first bins may be zero) downhill, to where the level has reached the floor or
- * not fallen for a guard length. A wall that hides in the falling level is not found; but the blind stretch ends
- * behind it, and so its place is not called free.
+ * the loudest cell near the head (the first bins may be zero) over the saturated ones to where the level stops
+ * falling; it is looked at over a guard length, since speckle has holes. A wall in the falling level is not found;
+ * but the blind stretch ends behind it, and so its place is not called free.
  */
 static uint32_t ring_down_end(const struct extract *e, const struct geometry *g, const void *samples,
                               uint64_t floor_power)
 {
-    const uint64_t *cell = e->cell;
+    uint32_t at = 0;
 
     if (e->conf.ring_down_m >= 0.0) {
-        uint32_t end = bins_for(fmax(e->conf.ring_down_m - g->r0, 0.0), g->dr);
-        while (end < g->n && saturated(e, samples, end))
-            end++;
-        return end + g->half;
+        at = bins_for(fmax(e->conf.ring_down_m - g->r0, 0.0), g->dr);
+        while (at < g->n && saturated(e, samples, at))
+            at++;
+        return at + g->half;
     }
-
-    const uint32_t settle = g->guard > SETTLE_BINS ? g->guard : SETTLE_BINS;
-    uint32_t low = 0;
-    for (uint32_t i = 1; i < g->n && i < 3 * settle; i++)
-        if (cell[i] > cell[low])
-            low = i;
-    while (low + 1 < g->n && saturated(e, samples, low + 1))
-        low++;
-    for (uint32_t i = low + 1; i < g->n && i - low <= settle && cell[low] > floor_power; i++)
-        if (cell[i] < cell[low])
-            low = i;
-    return low;
+    for (uint32_t i = 1; i < g->n && i < 3 * g->settle; i++)
+        if (e->cell[i] > e->cell[at])
+            at = i;
+    while (at < g->n && saturated(e, samples, at))
+        at++;
+    return level_settles(g, e->cell, at, floor_power);
 }
 
 /* Run the detector over the cells from `first` on; false when they are too few to judge. */
@@ -410,10 +426,14 @@ static void extract_profile(struct extract *e, const struct geometry *g, const v
                             struct beam_echoes *out)
 {
     struct beam beam = {.geometry = g, .samples = samples};
-    const uint64_t floor_power = (2 * g->half + 1) * amplitude_of(&e->amplitude, e->conf.floor_counts);
+    const uint64_t bins = 2 * (uint64_t)g->half + 1;
+    unsigned shift = 0; /* needed for 16-bit samples and long pulses only */
 
+    while (bins * amplitude_of(&e->amplitude, e->amplitude.max_count) >> shift > CFAR_MAX_POWER)
+        shift++;
+    const uint64_t floor_power = bins * amplitude_of(&e->amplitude, e->conf.floor_counts) >> shift;
     amplitude_convert(&e->amplitude, samples, g->n, e->work);
-    sum_cells(e->work, g->n, g->half, e->cell);
+    sum_cells(e->work, g->n, g->half, shift, e->cell);
     beam.first = ring_down_end(e, g, samples, floor_power);
     if (beam.first >= g->n || is_dumb(e, &beam) || !detect(e, &beam, floor_power))
         return;

@@ -1,0 +1,145 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * bench_extract - what the range extraction costs: nanoseconds per range bin and bins per second for each detector
+ * and several beam lengths, over 20 m of water with a wall at 12 m. Median of repetitions; the detector alone (cfar)
+ * and the whole way from counts to echoes.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+
+#include "../../grid/range/amplitude.h"
+#include "../../grid/range/cfar.h"
+#include "../../grid/range/extract.h"
+
+#define MAX_BINS    1500
+#define BEAMS       64 /* different ones, so that branches are not learnt by heart */
+#define REPETITIONS 21
+
+static uint8_t samples[BEAMS][MAX_BINS];
+static uint64_t power[MAX_BINS], work[MAX_BINS + 1];
+static struct cfar_reference ref[MAX_BINS];
+static uint8_t mask[MAX_BINS];
+static _Alignas(16) unsigned char memory[1 << 18];
+static volatile unsigned sink;
+
+/* uniform in (0, 1] */
+static double uniform(uint64_t *state)
+{
+    *state = *state * 6364136223846793005u + 1442695040888963407u;
+    return (double)((*state >> 11) + 1) * 0x1p-53;
+}
+
+static void make_beams(uint32_t n)
+{
+    uint64_t seed = 1;
+
+    for (int b = 0; b < BEAMS; b++)
+        for (uint32_t i = 0; i < n; i++) {
+            const double r_m = 20.0 * i / n;
+            double level = 20.0 + 235.0 * exp(-r_m / 0.1);
+            if (r_m > 12.0)
+                level = 25.0 + 120.0 * exp(-(r_m - 12.0) / 0.5);
+            const double code = level * pow(-log(uniform(&seed)), 0.25);
+            samples[b][i] = (uint8_t)fmin(255.0, code);
+        }
+}
+
+static double now_s(void)
+{
+    struct timespec t;
+
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
+}
+
+static int by_value(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+
+    return (x > y) - (x < y);
+}
+
+static void run_cfar(const struct amplitude *amplitude, enum cfar_detector detector, uint32_t n, int b)
+{
+    const uint32_t side = n / 50 > 8 ? n / 50 : 8;
+    const struct cfar cfar = {.detector = detector,
+                              .edge = CFAR_FULL,
+                              .n_side = side,
+                              .guard = side / 4,
+                              .rank = side * 3 / 2,
+                              .alpha_q16 = 12 << 16,
+                              .alpha_one_q16 = 14 << 16};
+
+    amplitude_convert(amplitude, samples[b], n, power);
+    cfar_run(&cfar, power, n, work, mask, ref);
+    sink += mask[n / 2];
+}
+
+static void run_extract(struct extract *extract, uint32_t n, int b)
+{
+    struct ping_beam axis = {.az_rad = 0.0f};
+    struct beam_echoes found;
+    const struct ping ping = {.kind = PING_PROFILE,
+                              .law = AMPLITUDE_SQRT,
+                              .sample_bytes = 1,
+                              .n_beams = 1,
+                              .n_bins = n,
+                              .dr_m = 20.0f / (float)n,
+                              .pulse_m = 0.08f,
+                              .beam = &axis,
+                              .samples = samples[b]};
+    struct echoes out = {.max_beams = 1, .beam = &found};
+
+    extract_run(extract, &ping, &out);
+    sink += found.n;
+}
+
+/* Median nanoseconds per bin. extract NULL: the detector alone. */
+static double measure(struct extract *extract, enum cfar_detector detector, uint32_t n)
+{
+    struct amplitude amplitude;
+    double ns[REPETITIONS];
+
+    if (!amplitude_init(&amplitude, AMPLITUDE_SQRT, 1, 0.0))
+        return NAN;
+    for (int r = 0; r < REPETITIONS; r++) {
+        const double begin_s = now_s();
+        for (int b = 0; b < BEAMS; b++) {
+            if (extract)
+                run_extract(extract, n, b);
+            else
+                run_cfar(&amplitude, detector, n, b);
+        }
+        ns[r] = (now_s() - begin_s) * 1e9 / BEAMS / n;
+    }
+    qsort(ns, REPETITIONS, sizeof ns[0], by_value);
+    return ns[REPETITIONS / 2];
+}
+
+int main(void)
+{
+    static const char *const name[] = {"ca", "goca", "soca", "os"};
+    static const uint32_t bins[] = {200, 500, 1000, 1500};
+
+    printf("detector   bins   cfar ns/bin   extract ns/bin   extract Mbin/s   us per beam\n");
+    for (int d = CFAR_CA; d <= CFAR_OS; d++)
+        for (int k = 0; k < 4; k++) {
+            struct extract_conf conf;
+            char err[160] = "";
+            extract_defaults(&conf);
+            conf.detector = (enum cfar_detector)d;
+            struct extract *extract = extract_init(memory, &conf, MAX_BINS, err, sizeof err);
+            if (!extract || extract_size(MAX_BINS) > sizeof memory) {
+                printf("bench_extract: %s\n", err);
+                return 1;
+            }
+            make_beams(bins[k]);
+            const double alone = measure(NULL, conf.detector, bins[k]);
+            const double whole = measure(extract, conf.detector, bins[k]);
+            printf("%-8s %6u %13.2f %16.2f %16.1f %13.2f\n", name[d], bins[k], alone, whole, 1e3 / whole,
+                   whole * bins[k] / 1e3);
+        }
+    return 0;
+}
