@@ -253,6 +253,73 @@ TEST(box_without_the_right_law_or_contrast)
     box_print("no min_contrast, 1e-8", &rare);
 }
 
+/* Free water between ring-down and end wall: how its counts scatter decides which law they follow. */
+TEST(box_noise_fits_the_square_root_law)
+{
+    enum { BEGIN = 500, END = 780, BINS = END - BEGIN, LAGS = 40 };
+    FILE *file = fopen("tests/replay/box.csv", "r");
+    struct shot shot;
+    double sum[5] = {0}, square[5] = {0}, correlation[LAGS] = {0};
+    long cells = 0;
+    int beams = 0;
+
+    while (file && shot_read(file, &shot)) {
+        if (shot.bearing_deg < 178.0 || shot.bearing_deg > 192.0)
+            continue;
+        double power[BINS], mean = 0.0, variance = 0.0;
+        for (int i = 0; i < BINS; i++) {
+            for (int exponent = 1; exponent <= 4; exponent++) {
+                const double x = pow(shot.sample[BEGIN + i], exponent);
+                sum[exponent] += x;
+                square[exponent] += x * x;
+            }
+            power[i] = pow(shot.sample[BEGIN + i], 4);
+            mean += power[i] / BINS;
+        }
+        for (int i = 0; i < BINS; i++)
+            variance += (power[i] - mean) * (power[i] - mean);
+        for (int lag = 1; lag < LAGS; lag++)
+            for (int i = 0; i + lag < BINS; i++)
+                correlation[lag] += (power[i] - mean) * (power[i + lag] - mean) / variance;
+        cells += BINS;
+        beams++;
+    }
+    if (file)
+        fclose(file);
+    double cv[5] = {0}, length = 1.0;
+    for (int exponent = 1; exponent <= 4; exponent++) {
+        const double mean = sum[exponent] / (double)cells;
+        cv[exponent] = sqrt(square[exponent] / (double)cells - mean * mean) / mean;
+    }
+    for (int lag = 1; lag < LAGS && correlation[lag] > 0.05 * beams; lag++)
+        length += 2.0 * correlation[lag] / beams;
+    printf("# box noise: sd / mean of counts %.2f, squared %.2f, to the fourth %.2f; correlated over %.1f bins\n",
+           cv[1], cv[2], cv[4], length);
+    CHECK(fabs(cv[1] - 0.28) < fabs(cv[1] - 0.52)); /* root of a Rayleigh amplitude, and the amplitude itself */
+    CHECK_NEAR(length, ping360.pulse_m / 0.0016875, 0.3, 0);
+}
+
+/* From which contrast on there is no false wall, and up to which no true one is lost. */
+TEST(box_contrast_has_room_on_both_sides)
+{
+    static const double contrast_db[] = {0, 10, 12, 13, 14, 15, 16, 17, 18};
+
+    for (int k = 0; k < 9; k++) {
+        struct extract_conf conf;
+        char name[32];
+        extract_defaults(&conf);
+        conf.min_contrast_db = contrast_db[k];
+        set_up(&conf);
+        const struct box_score s = box_run(&ping360);
+        snprintf(name, sizeof name, "min_contrast %g dB", contrast_db[k]);
+        box_print(name, &s);
+        if (contrast_db[k] >= 13 && contrast_db[k] <= 15) {
+            CHECK_INT(s.open_water, 0);
+            CHECK(side_share(&s) >= 0.85);
+        }
+    }
+}
+
 TEST(box_with_every_detector)
 {
     static const char *const name[] = {"ca", "goca", "soca", "os"};
@@ -413,6 +480,8 @@ int main(void)
     RUN(box_with_defaults);
     RUN(box_with_neighbouring_settings);
     RUN(box_without_the_right_law_or_contrast);
+    RUN(box_noise_fits_the_square_root_law);
+    RUN(box_contrast_has_room_on_both_sides);
     RUN(box_with_every_detector);
     RUN(micron_tank_walls);
     RUN(near_field_raised_floor);
