@@ -35,7 +35,7 @@ SIM      := $(patsubst tests/sim/%.c,$(BUILD)/tests/%,$(wildcard tests/sim/*.c))
 BENCH    := $(patsubst tests/bench/%.c,$(BUILD)/tests/%,$(wildcard tests/bench/bench_*.c))
 TOOLS    := $(patsubst tests/lib/%.c,$(BUILD)/tests/%.so,$(wildcard tests/lib/*.c))
 
-.PHONY: all help deps clean programs tests
+.PHONY: all help deps deps-check clean programs tests suite demo check check-san layers fuzz bench install
 all: programs
 
 programs: $(PROGRAMS)
@@ -83,6 +83,51 @@ $(BUILD)/tests/%: $(BUILD)/tests/bench/%.o $(ALL_A)
 $(BUILD)/tests/%.so: tests/lib/%.c
 	@mkdir -p $(@D)
 	@$(CC) -shared -fPIC -O2 -D_GNU_SOURCE -o $@ $< -ldl
+
+# ---- what a person types ----
+
+help:
+	@echo 'make            build sonard and sonarctl into $(BUILD)/'
+	@echo 'make demo       install what is missing, build, replay a real recording, print its sectors, draw them'
+	@echo 'make check      install what is missing, build with gcc and clang, run every test'
+	@echo 'make check-san  the tests under address+undefined and under thread sanitizer'
+	@echo 'make fuzz       run every fuzz target for SECONDS (20) each'
+	@echo 'make bench      measure: range bins per second, ping to picture'
+	@echo 'make layers     who may include whom'
+	@echo 'make install    programs, manual pages, configuration and service below DESTDIR$(PREFIX)'
+
+deps:
+	@tests/deps.sh build
+deps-check:
+	@tests/deps.sh check
+
+demo: deps
+	@$(MAKE) --no-print-directory -s programs
+	@BUILD=$(BUILD) tests/demo.sh
+
+SCRIPTS := $(wildcard tests/replay/*.sh tests/live/*.sh tests/model/run.sh tests/mcap/check.sh)
+
+# Everything that one build can be tested with.
+suite: programs tests
+	@BUILD=$(BUILD) SAN=$(SAN) tests/run.sh $(UNIT) tests/layers.sh $(SCRIPTS)
+
+check: deps-check
+	@$(MAKE) --no-print-directory CC=gcc programs tests
+	@$(MAKE) --no-print-directory CC=clang BUILD=$(BUILD)/clang programs tests
+	@BUILD=$(BUILD) tests/run.sh $(UNIT) tests/layers.sh tests/valgrind.sh $(SCRIPTS)
+
+check-san: deps-check
+	@$(MAKE) --no-print-directory CC=gcc SAN=address,undefined BUILD=$(BUILD)/asan suite
+	@$(MAKE) --no-print-directory CC=clang SAN=thread BUILD=$(BUILD)/tsan suite
+
+layers: $(GRID)
+	@BUILD=$(BUILD) tests/layers.sh
+
+fuzz: deps-check
+	@BUILD=$(BUILD) tests/fuzz/run.sh
+
+bench: programs $(BENCH) $(SIM)
+	@BUILD=$(BUILD) tests/bench/run.sh
 
 clean:
 	rm -rf $(BUILD) demo

@@ -9,7 +9,8 @@
  * Why it is right: a slot is overwritten only by ring_put with tail == head + size, that is after head has passed it;
  * a reader that loaded a stale slot then fails its compare-and-swap. Indices run free (32 bit) and are compared by
  * unsigned difference only, so wrap-around is no special case. The release store of `tail` publishes the slot and all
- * that the producer wrote into the buffer; the acquire-release swap of `head` orders the reuse of a taken buffer.
+ * that the producer wrote into the buffer; the acquire-release swap of `head` orders the reuse of a taken buffer, and `head` is loaded with acquire,
+ * so that what is then read of `tail` and the slot is not older than the other end's taking that moved it.
  */
 #ifndef SONARD_RING_H
 #define SONARD_RING_H
@@ -55,13 +56,13 @@ static inline bool ring_put(struct ring *r, uint32_t value)
  * an entry. */
 static inline bool ring_take(struct ring *r, uint32_t *value)
 {
-    uint32_t head = atomic_load_explicit(&r->head, memory_order_relaxed);
+    uint32_t head = atomic_load_explicit(&r->head, memory_order_acquire);
     for (;;) {
         if (head == atomic_load_explicit(&r->tail, memory_order_acquire))
             return false;
         uint32_t v = atomic_load_explicit(&r->slot[head & (r->size - 1)], memory_order_relaxed);
         if (atomic_compare_exchange_weak_explicit(&r->head, &head, head + 1, memory_order_acq_rel,
-                                                  memory_order_relaxed)) {
+                                                  memory_order_acquire)) {
             *value = v;
             return true;
         }

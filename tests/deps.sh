@@ -1,0 +1,36 @@
+#!/bin/sh
+# SPDX-License-Identifier: MIT
+# deps.sh [build|check] - installs what is missing on a Debian 12: what building needs, or what all tests need too.
+# Needs root or sudo only when something is missing.
+set -eu
+build="gcc libc6-dev make pkg-config libinih-dev libjansson-dev liblz4-dev libzstd-dev zlib1g-dev"
+check="$build clang libclang-rt-14-dev valgrind spin librsvg2-bin python3 nodejs"
+
+case "${1:-build}" in
+build) want=$build ;;
+check) want=$check ;;
+*) echo "usage: deps.sh [build|check]" >&2; exit 2 ;;
+esac
+
+missing=
+for package in $want; do
+    # what another package or a hand installation already provides is not installed again
+    case $package in
+    gcc | make | clang | valgrind | spin | python3) command -v "$package" >/dev/null && continue ;;
+    nodejs) command -v node >/dev/null && continue ;;
+    librsvg2-bin) command -v rsvg-convert >/dev/null && continue ;;
+    esac
+    dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing="$missing $package"
+done
+[ -z "$missing" ] && exit 0
+
+echo "installing:$missing"
+sudo=
+if [ "$(id -u)" -ne 0 ]; then
+    command -v sudo >/dev/null || { echo "these packages are missing, and there is neither root nor sudo:$missing" >&2; exit 1; }
+    sudo=sudo
+fi
+export DEBIAN_FRONTEND=noninteractive
+# shellcheck disable=SC2086  # a list of packages
+$sudo apt-get install -y -q --no-install-recommends $missing >/dev/null 2>&1 ||
+    { $sudo apt-get update -q >/dev/null && $sudo apt-get install -y -q --no-install-recommends $missing >/dev/null; }

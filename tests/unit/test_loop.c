@@ -1,0 +1,142 @@
+/* SPDX-License-Identifier: MIT */
+/* test_loop - descriptors and timers on the real clock and on a virtual one. */
+#include "../lib/test.h"
+
+#include <sys/epoll.h>
+#include <unistd.h>
+
+#include "../../daemon/loop.h"
+
+struct fired {
+    struct loop_timer timer;
+    struct loop *loop;
+    uint64_t at[64], every_ns;
+    int n;
+};
+
+static void on_timer(void *ctx, uint64_t now_ns)
+{
+    struct fired *f = ctx;
+    f->at[f->n++ % 64] = now_ns;
+    if (f->every_ns)
+        loop_arm(f->loop, &f->timer, now_ns + f->every_ns);
+}
+
+static struct fired timer_of(struct loop *loop)
+{
+    return (struct fired){.loop = loop, .timer = {.fire = on_timer}};
+}
+
+TEST(virtual_timers_fire_at_their_own_time_and_in_order)
+{
+    struct loop *loop = loop_new(true);
+    struct fired a = timer_of(loop), b = timer_of(loop);
+    a.timer.ctx = &a;
+    b.timer.ctx = &b;
+    a.every_ns = 10;
+    loop_arm(loop, &a.timer, 10);
+    loop_arm(loop, &b.timer, 35);
+    loop_advance(loop, 40);
+    CHECK_INT(a.n, 4);
+    CHECK_INT(a.at[3], 40);
+    CHECK_INT(b.n, 1);
+    CHECK_INT(b.at[0], 35);
+    CHECK_INT(loop_now(loop), 40);
+    loop_advance(loop, 5); /* never back */
+    CHECK_INT(loop_now(loop), 40);
+    loop_arm(loop, &a.timer, LOOP_NEVER);
+    loop_advance(loop, 1000);
+    CHECK_INT(a.n, 4);
+    loop_free(loop);
+}
+
+TEST(arming_again_moves_a_timer)
+{
+    struct loop *loop = loop_new(true);
+    struct fired a = timer_of(loop);
+    a.timer.ctx = &a;
+    loop_arm(loop, &a.timer, 10);
+    loop_arm(loop, &a.timer, 50);
+    loop_advance(loop, 20);
+    CHECK_INT(a.n, 0);
+    loop_advance(loop, 50);
+    CHECK_INT(a.n, 1);
+    loop_free(loop);
+}
+
+TEST(a_timer_armed_for_the_past_does_not_hold_the_loop)
+{
+    struct loop *loop = loop_new(false);
+    struct fired a = timer_of(loop);
+    a.timer.ctx = &a;
+    a.every_ns = 0;
+    loop_arm(loop, &a.timer, 1);
+    CHECK(loop_turn(loop, 1000000000));
+    CHECK_INT(a.n, 1);
+    a.every_ns = 1;
+    loop_arm(loop, &a.timer, 1);
+    for (int i = 0; i < 5; i++)
+        loop_turn(loop, 0);
+    CHECK_INT(a.n, 6);
+    loop_free(loop);
+}
+
+struct reader {
+    struct loop_fd fd;
+    struct loop *loop;
+    struct loop_fd *remove; /* in the handler */
+    int n;
+};
+
+static void on_readable(void *ctx, uint32_t events, uint64_t now_ns)
+{
+    struct reader *r = ctx;
+    (void)events;
+    (void)now_ns;
+    r->n++;
+    if (r->remove)
+        loop_remove(r->loop, r->remove);
+}
+
+TEST(a_handler_removed_by_another_in_the_same_turn_is_not_called)
+{
+    struct loop *loop = loop_new(false);
+    int p[2][2];
+    struct reader r[2];
+    for (int i = 0; i < 2; i++) {
+        CHECK_INT(pipe(p[i]), 0);
+        CHECK_INT(write(p[i][1], "x", 1), 1);
+        r[i] = (struct reader){.fd = {.fd = p[i][0], .ready = on_readable}, .loop = loop};
+    }
+    for (int i = 0; i < 2; i++) {
+        r[i].fd.ctx = &r[i];
+        r[i].remove = &r[1 - i].fd;
+        CHECK(loop_add(loop, &r[i].fd, EPOLLIN));
+    }
+    loop_turn(loop, 0);
+    CHECK_INT(r[0].n + r[1].n, 1);
+    for (int i = 0; i < 2; i++) {
+        close(p[i][0]);
+        close(p[i][1]);
+    }
+    loop_free(loop);
+}
+
+TEST(quit_ends_the_turns)
+{
+    struct loop *loop = loop_new(false);
+    CHECK(loop_turn(loop, 0));
+    loop_quit(loop);
+    CHECK(!loop_turn(loop, 0));
+    loop_free(loop);
+}
+
+int main(void)
+{
+    RUN(virtual_timers_fire_at_their_own_time_and_in_order);
+    RUN(arming_again_moves_a_timer);
+    RUN(a_timer_armed_for_the_past_does_not_hold_the_loop);
+    RUN(a_handler_removed_by_another_in_the_same_turn_is_not_called);
+    RUN(quit_ends_the_turns);
+    return test_end();
+}

@@ -1,0 +1,135 @@
+/* SPDX-License-Identifier: MIT */
+/* test_pose_log - the pose at a ping's own time: between samples, after the last, before the first, in a gap. */
+#include "../lib/test.h"
+
+#include "../../daemon/pose_log.h"
+
+#define MS 1000000ull
+
+static struct pose_log poses;
+
+static bool put(uint64_t t_ns, unsigned has, double north, double yaw_rad, double vn)
+{
+    struct pose p = pose_identity;
+    p.t_ns = t_ns;
+    p.has = has;
+    p.position_m[0] = north;
+    p.velocity_mps[0] = vn;
+    quat_from_rpy(0, 0, yaw_rad, p.attitude);
+    return pose_log_put(&poses, &p);
+}
+
+static double yaw(const struct pose *p)
+{
+    double r, pitch, y;
+    quat_to_rpy(p->attitude, &r, &pitch, &y);
+    return y;
+}
+
+TEST(between_two_samples_the_pose_is_interpolated)
+{
+    struct pose p;
+    pose_log_init(&poses, 1000 * MS);
+    put(1000 * MS, POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH, 0, 0, 0);
+    put(1100 * MS, POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH, 1, 0.2, 0);
+    CHECK(pose_log_at(&poses, 1050 * MS, &p));
+    CHECK_NEAR(p.position_m[0], 0.5, 1e-12, 0);
+    CHECK_NEAR(yaw(&p), 0.1, 1e-12, 0);
+    CHECK(pose_log_at(&poses, 1000 * MS, &p));
+    CHECK_NEAR(p.position_m[0], 0, 0, 0);
+}
+
+TEST(before_the_first_and_too_long_after_the_last_there_is_none)
+{
+    struct pose p;
+    pose_log_init(&poses, 500 * MS);
+    CHECK(!pose_log_at(&poses, 1, &p));
+    put(1000 * MS, POSE_ATTITUDE, 0, 1, 0);
+    CHECK(!pose_log_at(&poses, 999 * MS, &p));
+    CHECK_INT(p.has, 0);
+    CHECK(pose_log_at(&poses, 1400 * MS, &p));
+    CHECK_NEAR(yaw(&p), 1, 1e-12, 0);
+    CHECK(!pose_log_at(&poses, 1501 * MS, &p));
+    CHECK(pose_log_fresh(&poses, 1500 * MS));
+    CHECK(!pose_log_fresh(&poses, 1501 * MS));
+}
+
+TEST(a_gap_is_not_bridged)
+{
+    struct pose p;
+    pose_log_init(&poses, 500 * MS);
+    put(1000 * MS, POSE_ATTITUDE, 0, 0, 0);
+    put(3000 * MS, POSE_ATTITUDE, 0, 2, 0);
+    CHECK(!pose_log_at(&poses, 2000 * MS, &p));
+    CHECK(pose_log_at(&poses, 1200 * MS, &p));
+    CHECK_NEAR(yaw(&p), 0, 0, 0);
+}
+
+TEST(times_that_do_not_rise_are_refused_and_counted)
+{
+    pose_log_init(&poses, 500 * MS);
+    CHECK(put(1000 * MS, POSE_ATTITUDE, 0, 0, 0));
+    CHECK(!put(1000 * MS, POSE_ATTITUDE, 0, 0, 0));
+    CHECK(!put(1, POSE_ATTITUDE, 0, 0, 0));
+    CHECK_INT(poses.refused, 2);
+    CHECK_INT(poses.taken, 1);
+}
+
+TEST(parts_come_from_different_senders_and_end_by_themselves)
+{
+    struct pose p;
+    pose_log_init(&poses, 500 * MS);
+    put(1000 * MS, POSE_ATTITUDE, 0, 1, 0);
+    put(1100 * MS, POSE_DEPTH, 0, 0, 0);
+    CHECK(pose_log_at(&poses, 1100 * MS, &p));
+    CHECK_INT(p.has, POSE_ATTITUDE | POSE_DEPTH);
+    CHECK_NEAR(yaw(&p), 1, 1e-12, 0);
+    put(1600 * MS, POSE_DEPTH, 0, 0, 0);
+    CHECK(pose_log_at(&poses, 1600 * MS, &p));
+    CHECK_INT(p.has, POSE_DEPTH);
+    CHECK(!pose_log_fresh(&poses, 1600 * MS)); /* fresh speaks of the attitude */
+}
+
+TEST(without_a_position_the_velocity_carries_it)
+{
+    struct pose p;
+    pose_log_init(&poses, 500 * MS);
+    for (uint64_t i = 0; i <= 100; i++)
+        put((1000 + 100 * i) * MS, POSE_ATTITUDE | POSE_VELOCITY, 0, 0, 0.5);
+    CHECK(pose_log_at(&poses, 11000 * MS, &p));
+    CHECK_NEAR(p.position_m[0], 5, 1e-12, 0);
+    CHECK_NEAR(p.path_m, 5, 1e-12, 0);
+    CHECK(!(p.has & POSE_POSITION));
+}
+
+TEST(the_way_driven_counts_back_and_forth)
+{
+    pose_log_init(&poses, 500 * MS);
+    for (uint64_t i = 0; i <= 10; i++)
+        put((1000 + 100 * i) * MS, POSE_ATTITUDE | POSE_POSITION, (double)(i % 2), 0, 0);
+    CHECK_NEAR(pose_log_newest(&poses)->path_m, 10, 1e-12, 0);
+}
+
+TEST(the_log_keeps_the_newest)
+{
+    struct pose p;
+    pose_log_init(&poses, 500 * MS);
+    for (uint64_t i = 1; i <= 1000; i++)
+        put(i * 10 * MS, POSE_ATTITUDE | POSE_POSITION, (double)i, 0, 0);
+    CHECK(pose_log_at(&poses, 9995 * MS, &p));
+    CHECK_NEAR(p.position_m[0], 999.5, 1e-12, 0);
+    CHECK(!pose_log_at(&poses, 100 * MS, &p));
+}
+
+int main(void)
+{
+    RUN(between_two_samples_the_pose_is_interpolated);
+    RUN(before_the_first_and_too_long_after_the_last_there_is_none);
+    RUN(a_gap_is_not_bridged);
+    RUN(times_that_do_not_rise_are_refused_and_counted);
+    RUN(parts_come_from_different_senders_and_end_by_themselves);
+    RUN(without_a_position_the_velocity_carries_it);
+    RUN(the_way_driven_counts_back_and_forth);
+    RUN(the_log_keeps_the_newest);
+    return test_end();
+}
