@@ -18,14 +18,10 @@ void ping360_set_range(struct ping360_settings *set, double range_m, double soun
         n = (unsigned)(ticks / PING360_PERIOD_MIN + hair);
     unsigned period = (unsigned)(ticks / n + hair);
 
-    /* A pulse that grows with the range, but some samples long, and no longer than the head can send. */
-    double sample_us = period * PING360_TICK_S * 1e6;
-    double pulse_us = fmax(round(8000.0 * range_m / sound_speed_mps), 2.5 * sample_us);
-    pulse_us = fmax(5.0, fmin(pulse_us, fmin(500.0, 64.0 * sample_us)));
-
     set->n_samples = (uint16_t)n;
     set->sample_period = (uint16_t)period;
-    set->transmit_us = (uint16_t)pulse_us;
+    /* A pulse that grows with the range; it comes out some samples long by itself. */
+    set->transmit_us = (uint16_t)fmin(fmax(round(8000.0 * range_m / sound_speed_mps), 5.0), 500.0);
 }
 
 uint64_t ping360_listening_ns(const struct ping360_settings *set)

@@ -43,7 +43,7 @@ static bool parse_baud(const char *text, struct address *a, char *err, size_t er
 {
     char list[160] = "";
     size_t digits = strspn(text, "0123456789");
-    unsigned long baud = digits > 0 && digits <= 9 && text[digits] == '\0' ? strtoul(text, NULL, 10) : 0;
+    unsigned long baud = digits > 0 && text[digits] == '\0' ? strtoul(text, NULL, 10) : 0;
 
     for (size_t i = 0; i < N_RATES; i++) {
         if (rates[i].baud == baud) {

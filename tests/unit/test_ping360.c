@@ -384,7 +384,9 @@ TEST(settings_are_legal_everywhere)
         ping360_set_range(&s, range_m, c);
         double back_m = s.n_samples * ping360_sample_m(&s, c);
         if (s.n_samples < 200 || s.n_samples > 1200 || s.sample_period < 80 || s.sample_period > 40000 ||
-            s.transmit_us < 5 || s.transmit_us > 500 || back_m > range_m + 1e-6 || back_m < range_m - 0.025) {
+            s.transmit_us < 5 || s.transmit_us > 500 ||
+            s.transmit_us < fmin(500.0, 2.5 * 0.025 * s.sample_period) ||
+            s.transmit_us > 64 * 0.025 * s.sample_period || back_m > range_m + 1e-6 || back_m < range_m - 0.025) {
             printf("range %.17g m, c %.17g: n %u period %u transmit %u back %g\n", range_m, c, s.n_samples,
                    s.sample_period, s.transmit_us, back_m);
             CHECK(false);
@@ -922,10 +924,14 @@ TEST(silence_and_return)
         run_for(5 * SEC + SEC);
         CHECK(rig.pings > before);
         CHECK_INT(status().state, DEVICE_RUNNING);
-        rig.mute = true; /* a second silence is news again */
+        rig.mute = true; /* a second silence is news again, and the delays begin anew */
         rig.scanning = false;
-        run_for(20 * SEC);
+        while (rig.warnings < 2 && rig.now_ns < 1000 * SEC)
+            run_for(10 * MS);
         CHECK_INT(rig.warnings, 2);
+        breaks = rig.breaks;
+        run_for(6 * SEC + 500 * MS);
+        CHECK_INT(rig.breaks - breaks, 3);
     }
 }
 

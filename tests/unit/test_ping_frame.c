@@ -156,15 +156,17 @@ TEST(garbage_is_skipped_and_counted)
         const char *name;
         uint8_t before[16];
         size_t n;
+        unsigned bad_checksum;
     } row[] = {
-        {"B B R", {'B'}, 1},
-        {"many B", {'B', 'B', 'B', 'B'}, 4},
-        {"text", {'p', 'o', 'w', 'e', 'r', '\r', '\n'}, 7},
-        {"B and another", {'B', 'X'}, 2},
-        {"length over the cap", {'B', 'R', 0x15, 0x05, 'z', 'z'}, 6}, /* 1301 */
-        {"length 65535", {'B', 'R', 0xff, 0xff}, 4},
-        {"header then nothing", {'B', 'R', 0, 0, 'B', 'R', 1, 0}, 8},
-        {"zeros", {0, 0, 0}, 3},
+        {"B B R", {'B'}, 1, 0},
+        {"many B", {'B', 'B', 'B', 'B'}, 4, 0},
+        {"text", {'p', 'o', 'w', 'e', 'r', '\r', '\n'}, 7, 0},
+        {"B and another", {'B', 'X'}, 2, 0},
+        {"length over the cap", {'B', 'R', 0x15, 0x05, 'z', 'z'}, 6, 0}, /* 1301 */
+        {"length 65535", {'B', 'R', 0xff, 0xff}, 4, 0},
+        {"header then nothing", {'B', 'R', 0, 0, 'B', 'R', 1, 0}, 8, 2},
+        {"zeros", {0, 0, 0}, 3, 0},
+        {"B X and a length", {'B', 'X', 4, 0}, 4, 0},
     };
     for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
         for (size_t split = 1; split < 64; split++) {
@@ -174,7 +176,8 @@ TEST(garbage_is_skipped_and_counted)
             n += bytes_of("Ping360 fw 3.3.8 id 2", b + n);
             n += bytes_of("motor off", b + n);
             struct heard *h = hear(b, n, split);
-            if (h->n != 2 || h->id[0] != 4 || h->parser.garbage_bytes != row[i].n) {
+            if (h->n != 2 || h->id[0] != 4 || h->parser.garbage_bytes != row[i].n ||
+                h->parser.bad_checksum != row[i].bad_checksum) {
                 printf("%s, split %zu: %zu frames, %llu garbage\n", row[i].name, split, h->n,
                        (unsigned long long)h->parser.garbage_bytes);
                 CHECK(false);
