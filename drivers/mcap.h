@@ -134,7 +134,10 @@ typedef void (*mcap_problem_fn)(void *ctx, const char *sentence);
 
 struct mcap_reader;
 
-/** mcap_open - map the capture `path`. problem may be NULL. NULL with a sentence in err when it is no capture. */
+/**
+ * mcap_open - map the capture `path`. problem may be NULL. NULL with a sentence in err when it is no capture. Of a
+ * file that grows, what was there is read; one that is truncated meanwhile ends the process (SIGBUS).
+ */
 struct mcap_reader *mcap_open(const char *path, mcap_problem_fn problem, void *ctx, char *err, size_t err_size);
 
 /** mcap_open_memory - the same over bytes that stay where they are until mcap_close. */

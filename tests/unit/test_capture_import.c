@@ -278,14 +278,15 @@ TEST(text_dump_says_what_it_leaves_out)
 
 TEST(text_dump_with_more_samples_than_a_frame_holds_is_refused)
 {
-    static char text[20000];
+    static char text[40000];
     snprintf(text, sizeof text, "%s", HEAD FIELDS "  - data_length: 3\n  - data: [");
-    for (int i = 0; i < 1287; i++)
+    for (int i = 0; i < 3000; i++)
         strcat(text, "'0x11', ");
     strcat(text, "]\nChecksum: 1\n");
     import(text, strlen(text));
     CHECK_INT(heard.pings, 0);
     CHECK_INT(heard.problems, 1);
+    CHECK(strstr(heard.first_problem, "a field is missing, not a number, or too large") != NULL);
 }
 
 /* ---- Ping-Viewer logs ---- */

@@ -289,6 +289,22 @@ TEST(every_flipped_bit_is_reported_or_harmless)
     free(f.p);
 }
 
+TEST(changed_summary_is_reported)
+{
+    struct image f = make_file(MCAP_LZ4, 10, 0);
+    struct seen seen;
+    uint8_t *p = memmem(f.p, f.n, "/pose", 5); /* where the channel is announced ... */
+    p = memmem(p + 5, (size_t)(f.p + f.n - p) - 5, "/pose", 5);
+    CHECK(p != NULL); /* ... and again in the summary */
+    *p ^= 1;
+    CHECK(read_file(f.p, f.n, &seen));
+    CHECK_INT(seen.messages, 10);
+    CHECK_INT(seen.info.problems, 1);
+    CHECK(strstr(seen.first_problem, "was changed: its checksum is wrong") != NULL);
+    CHECK(!seen.info.complete);
+    free(f.p);
+}
+
 TEST(chunk_with_wrong_checksum_is_skipped_and_named)
 {
     struct image f = make_file(MCAP_NONE, 100, 1024);
@@ -564,6 +580,7 @@ int main(void)
     RUN(damaged_attachment_is_refused);
     RUN(cut_at_every_byte_keeps_all_whole_chunks);
     RUN(every_flipped_bit_is_reported_or_harmless);
+    RUN(changed_summary_is_reported);
     RUN(chunk_with_wrong_checksum_is_skipped_and_named);
     RUN(reading_goes_on_at_the_next_chunk_after_a_broken_length);
     RUN(unknown_records_are_passed_over);

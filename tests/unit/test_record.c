@@ -162,11 +162,14 @@ TEST(parts_are_rotated_by_size_and_complete_each)
 
 TEST(oldest_of_our_parts_are_removed_and_nobody_elses)
 {
-    static const char *const other[] = {"notes.txt", "sonard-20200101T000000Z-001.mcap.bak",
-                                        "sonard-2020-001.mcap", "sonard-20200101T000000Z-1.mcap",
+    static const char *const other[] = {"notes.txt",
+                                        "sonard-20200101T000000Z-001.mcap.bak",
+                                        "sonard-2020-001.mcap",
+                                        "sonard-20200101T000000Z-1.mcap",
+                                        "sonard-20200101-000000Z-001.mcap",
                                         "sonard-20200101T000000Z-001.mcap"};
     make_dir();
-    for (size_t i = 0; i < 5; i++) {
+    for (size_t i = 0; i < sizeof other / sizeof other[0]; i++) {
         char path[512];
         snprintf(path, sizeof path, "%s/%s", dir, other[i]);
         close(open(path, O_WRONLY | O_CREAT | O_CLOEXEC, 0600));
@@ -178,7 +181,8 @@ TEST(oldest_of_our_parts_are_removed_and_nobody_elses)
     record_close(rec);
     CHECK(parts > 3);
     snprintf(want, sizeof want,
-             "notes.txt sonard-2020-001.mcap sonard-20200101T000000Z-001.mcap.bak sonard-20200101T000000Z-1.mcap "
+             "notes.txt sonard-2020-001.mcap sonard-20200101-000000Z-001.mcap "
+             "sonard-20200101T000000Z-001.mcap.bak sonard-20200101T000000Z-1.mcap "
              "sonard-20231114T221320Z-%03u.mcap sonard-20231114T221320Z-%03u.mcap",
              parts - 1, parts);
     CHECK_STR(names(), want);
