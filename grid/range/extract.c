@@ -235,7 +235,10 @@ static void sum_cells(const uint64_t *power, uint32_t n, uint32_t half, unsigned
     }
 }
 
-/* From a cell on downhill: the first whose next guard length is not quieter than its own, or no louder than the floor. */
+/*
+ * Downhill from a cell: to the first guard length that is not louder than the next one, or not louder than the floor;
+ * and on to the quietest cell of the two, since the next one may have been lifted by a wall.
+ */
 static uint32_t level_settles(const struct geometry *g, const uint64_t *cell, uint32_t from, uint64_t floor_power)
 {
     const uint32_t length = g->settle;
@@ -252,7 +255,11 @@ static uint32_t level_settles(const struct geometry *g, const uint64_t *cell, ui
         here += cell[at + length] - cell[at];
         next += cell[at + 2 * length] - cell[at + length];
     }
-    return at;
+    uint32_t quietest = at;
+    for (uint32_t i = at + 1; i < at + 2 * length; i++)
+        if (cell[i] < cell[quietest])
+            quietest = i;
+    return quietest;
 }
 
 /*

@@ -128,11 +128,12 @@ struct box_score {
     int beyond;             /* beams that call water behind a wall free, by more than 2 cm */
     int end_176_194, end_176_194_found;
     double end_square_sum;
+    double blind_min_m, blind_max_m;
 };
 
 static struct box_score box_run(const struct head *head)
 {
-    struct box_score score = {0};
+    struct box_score score = {.blind_min_m = INFINITY};
     struct shot shot;
     FILE *file = fopen("tests/replay/box.csv", "r");
 
@@ -153,6 +154,8 @@ static struct box_score box_run(const struct head *head)
             score.end_176_194_found += found;
             score.end_square_sum += found ? error * error : 0.0;
         }
+        score.blind_min_m = fmin(score.blind_min_m, (double)shot.found.blind_m);
+        score.blind_max_m = fmax(score.blind_max_m, (double)shot.found.blind_m);
         score.open_water += error < -0.2;
         score.beyond += (double)shot.found.free_to_m > range_m + 0.02;
         if (getenv("SONARD_VERBOSE"))
@@ -190,6 +193,9 @@ TEST(box_with_defaults)
     CHECK(side_share(&s) >= 0.8);
     CHECK_INT(s.open_water, 0);
     CHECK_INT(s.beyond, 0);
+    printf("# box: ring-down ends at %.3f to %.3f m; rms error at the end wall %.4f m\n", s.blind_min_m,
+           s.blind_max_m, sqrt(s.end_square_sum / 20));
+    CHECK(s.blind_min_m > 0.2 && s.blind_max_m < 0.31);
     CHECK(sqrt(s.end_square_sum / 20) < 0.015);
 }
 
