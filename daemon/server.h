@@ -20,6 +20,7 @@ struct server_conf {
     const char *path;  /* of the socket; a stale file is replaced, a living one refuses the start */
     unsigned mode;     /* permission bits of the socket */
     int max_clients;
+    bool no_rate_limit; /* for a replay, whose clock may stand: then nothing would end the pause of a busy client */
 };
 
 struct server_stats {

@@ -17,7 +17,7 @@
 #define IN_START_BYTES  4096
 #define IN_MAX_BYTES    (RPC_LINE_MAX + 1)
 #define OUT_PAUSE_BYTES 65536        /* waiting output from which no further request is handled ... */
-#define OUT_MAX_BYTES   (1 << 20)    /* ... and which no single reply may pass */
+#define OUT_MAX_BYTES   (4 << 20)    /* ... and which no single reply may pass; an image has 1 MiB */
 #define STALL_NS        10000000000u /* so long may a client with unanswered requests read nothing */
 #define LINES_PER_TURN  16
 #define REQUESTS_PER_S  2000.0
@@ -86,7 +86,7 @@ static void queue(struct session *session, char *text, uint64_t now_ns)
     if (!text)
         cut(session, now_ns, "out of memory");
     else if (waiting(session) + n > OUT_MAX_BYTES)
-        cut(session, now_ns, "more than 1 MiB of replies waiting for it to read");
+        cut(session, now_ns, "more than 4 MiB of replies waiting for it to read");
     else if (session->out_size < session->out_len + n && !reserve_out(session, n))
         cut(session, now_ns, "out of memory");
     else {
@@ -143,7 +143,8 @@ static void handle_line(struct session *session, const char *line, size_t n, uin
 
     if (reply)
         queue(session, reply, now_ns);
-    session->tokens -= host->counts.requests > before ? (double)(host->counts.requests - before) : 1.0;
+    if (!host->no_rate_limit)
+        session->tokens -= host->counts.requests > before ? (double)(host->counts.requests - before) : 1.0;
 }
 
 /* The last line of a client that has ended needs no newline. */
@@ -239,8 +240,10 @@ static void settle(struct session *session, uint64_t now_ns)
     if (line_waiting(session) && !session->closing) {
         if (waiting(session) >= OUT_PAUSE_BYTES)
             wake_ns = session->progress_ns + STALL_NS;
+        else if (session->tokens >= 1.0)
+            events |= EPOLLOUT; /* can be written: that is the next turn */
         else
-            wake_ns = session->tokens >= 1.0 ? now_ns : now_ns + REFILL_NS;
+            wake_ns = now_ns + REFILL_NS;
     } else if (!session->eof && !session->closing) {
         events |= EPOLLIN;
     }

@@ -21,6 +21,7 @@ struct session_host {
     struct loop *loop;
     const struct rpc_method *methods; /* with session_watch and session_unwatch among them */
     void *daemon;
+    bool no_rate_limit;
     struct server_stats stats;
     struct rpc_counts counts;
     struct log_limit log;

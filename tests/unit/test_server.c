@@ -36,7 +36,7 @@ static json_t *large(const struct rpc_call *call, json_t *params, struct rpc_err
     int64_t n = 0;
 
     (void)call;
-    if (!rpc_integer(params, "bytes", true, 0, 4 << 20, &n, error))
+    if (!rpc_integer(params, "bytes", true, 0, 8 << 20, &n, error))
         return NULL;
 
     char *text = malloc((size_t)n);
@@ -108,7 +108,7 @@ static struct peer join(void)
 
     snprintf(address.sun_path, sizeof address.sun_path, "%s", path);
     CHECK(connect(peer.fd, (struct sockaddr *)&address, sizeof address) == 0);
-    peer.size = 4 << 20;
+    peer.size = 8 << 20;
     peer.in = malloc(peer.size);
     turn(1);
     return peer;
@@ -322,6 +322,25 @@ TEST(a_flood_is_slowed_down_and_others_are_served)
     tear_down();
 }
 
+TEST(without_a_rate_limit_a_standing_clock_stops_nobody)
+{
+    char err[256];
+    const struct server_conf conf = {.path = path, .mode = 0600, .max_clients = 1, .no_rate_limit = true};
+
+    loop = loop_new(true);
+    server = server_start(loop, &conf, methods, NULL, err, sizeof err);
+    struct peer peer = join();
+
+    for (int i = 0; i < 5000; i++) {
+        say(&peer, ASK("state", 1));
+        turn(1);
+        take(&peer);
+    }
+    CHECK_INT(count_lines(&peer), 5000);
+    leave(&peer);
+    tear_down();
+}
+
 TEST(a_turn_serves_everybody)
 {
     char text[40 * sizeof ASK("state", 1)] = "";
@@ -336,8 +355,8 @@ TEST(a_turn_serves_everybody)
     turn(1);
     take(&first);
     take(&second);
-    CHECK(count_lines(&first) >= 16 && count_lines(&first) <= 32);
-    CHECK(count_lines(&second) >= 16 && count_lines(&second) <= 32);
+    CHECK_INT(count_lines(&first), 16);
+    CHECK_INT(count_lines(&second), 16);
     turn(10);
     take(&first);
     take(&second);
@@ -468,7 +487,7 @@ TEST(a_reply_beyond_the_bound_cuts_the_client)
     set_up(4);
     struct peer peer = join();
 
-    say(&peer, "{\"jsonrpc\":\"2.0\",\"method\":\"large\",\"params\":{\"bytes\":1100000},\"id\":1}\n");
+    say(&peer, "{\"jsonrpc\":\"2.0\",\"method\":\"large\",\"params\":{\"bytes\":4200000},\"id\":1}\n");
     CHECK_STR(HEAR(peer), "end");
     CHECK_INT(stats().clients_cut, 1);
     CHECK_INT(stats().clients_now, 0);
@@ -486,7 +505,7 @@ TEST(requests_wait_while_their_replies_are_not_read)
     for (int i = 0; i < 20; i++)
         say(&peer, "{\"jsonrpc\":\"2.0\",\"method\":\"large\",\"params\":{\"bytes\":200000},\"id\":1}\n");
     turn(100);
-    CHECK(stats().requests < 20); /* 4 MB of replies, 1 MiB of room: not cut, but waited for */
+    CHECK(stats().requests < 20); /* 4 MB of replies: not cut, but waited for */
     for (int i = 0; i < 5000 && replies < 20; i++) {
         CHECK(take(&peer));
         replies += count_lines(&peer);
@@ -589,23 +608,43 @@ TEST(one_client_too_many_is_told)
     tear_down();
 }
 
+/* The last descriptors; false where the limit does not hold, as under valgrind, which has its own. */
+static bool take_descriptors(int taken[FILES_MAX], int *n)
+{
+    int one_more;
+
+    for (*n = 0; *n < FILES_MAX; (*n)++) {
+        taken[*n] = open("/dev/null", O_RDONLY);
+        if (taken[*n] < 0)
+            break;
+    }
+    one_more = socket(AF_UNIX, SOCK_STREAM, 0);
+    if (one_more >= 0)
+        close(one_more);
+    return *n < FILES_MAX && one_more < 0;
+}
+
 TEST(no_descriptors_left_is_a_pause_not_the_end)
 {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
-    int fd, taken[FILES_MAX], n = 0;
+    int fd, taken[FILES_MAX], n;
+    bool none_left;
 
     set_up(4);
     fd = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0);
     snprintf(address.sun_path, sizeof address.sun_path, "%s", path);
     CHECK(connect(fd, (struct sockaddr *)&address, sizeof address) == 0);
-    while (n < FILES_MAX && (taken[n] = open("/dev/null", O_RDONLY)) >= 0)
-        n++;
+    none_left = take_descriptors(taken, &n);
     turn(20);
-    CHECK_INT(stats().clients_now, 0);
+    if (none_left)
+        CHECK_INT(stats().clients_now, 0);
+    else
+        printf("skip no_descriptors_left_is_a_pause_not_the_end: the limit of descriptors does not hold here\n");
     while (n > 0)
         close(taken[--n]);
     turn(20);
-    CHECK_INT(stats().clients_now, 0); /* not even tried: that would be a busy loop */
+    if (none_left)
+        CHECK_INT(stats().clients_now, 0); /* not even tried: that would be a busy loop */
     loop_advance(loop, loop_now(loop) + 250 * MS);
     turn(2);
     CHECK_INT(stats().clients_now, 1);
@@ -721,6 +760,7 @@ int main(void)
     RUN(an_overlong_line_is_told_and_cut);
     RUN(bytes_that_are_no_request_get_an_error_and_no_more);
     RUN(a_flood_is_slowed_down_and_others_are_served);
+    RUN(without_a_rate_limit_a_standing_clock_stops_nobody);
     RUN(a_turn_serves_everybody);
     RUN(a_watch_tells_at_once_and_at_its_rate);
     RUN(watches_are_checked);

@@ -1,0 +1,141 @@
+/* SPDX-License-Identifier: MIT */
+#include "arguments.h"
+
+#include <ctype.h>
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+/* A negative number is a word. */
+static bool is_option(const char *arg)
+{
+    return arg[0] == '-' && arg[1] != '\0' && !isdigit((unsigned char)arg[1]) && arg[1] != '.';
+}
+
+int arguments_command(int argc, char **argv)
+{
+    static const char *const without_value[] = {"--json", "--help", "-h", "--"};
+
+    for (int i = 1; i < argc; i++) {
+        bool alone = strchr(argv[i], '=') != NULL;
+
+        if (!is_option(argv[i]))
+            return i;
+        for (size_t k = 0; k < sizeof without_value / sizeof *without_value; k++)
+            alone = alone || strcmp(argv[i], without_value[k]) == 0;
+        i += !alone;
+    }
+    return argc;
+}
+
+static const struct argument *find(const struct argument *table, const char *flag, size_t n)
+{
+    for (; table && table->flag; table++)
+        if (strlen(table->flag) == n && strncmp(table->flag, flag, n) == 0)
+            return table;
+    return NULL;
+}
+
+/* n numbers separated by commas; NULL when it is anything else */
+static json_t *parse_numbers(const char *value, int n)
+{
+    json_t *list = json_array();
+
+    for (int i = 0; i < n; i++) {
+        char *end;
+        const double number = strtod(value, &end);
+
+        if (end == value || !isfinite(number) || *end != (i + 1 < n ? ',' : '\0')) {
+            json_decref(list);
+            return NULL;
+        }
+        json_array_append_new(list, json_real(number));
+        value = end + 1;
+    }
+    return list;
+}
+
+static json_t *parse_value(const struct argument *argument, const char *value)
+{
+    json_t *list, *number;
+    long long whole;
+    char *end;
+
+    switch (argument->kind) {
+    case ARGUMENT_NUMBERS:
+        return parse_numbers(value, argument->n);
+    case ARGUMENT_NUMBER:
+        list = parse_numbers(value, 1);
+        number = json_incref(json_array_get(list, 0));
+        json_decref(list);
+        return number;
+    case ARGUMENT_INTEGER:
+        errno = 0;
+        whole = strtoll(value, &end, 10);
+        return end != value && !*end && errno == 0 ? json_integer(whole) : NULL;
+    default:
+        return json_string(value);
+    }
+}
+
+static bool set(json_t *options, const struct argument *argument, const char *value, char *err, size_t err_size)
+{
+    json_t *parsed = argument->kind == ARGUMENT_FLAG ? json_true() : parse_value(argument, value);
+
+    if (json_object_get(options, argument->key)) {
+        json_decref(parsed);
+        snprintf(err, err_size, "%s is given twice", argument->flag);
+        return false;
+    }
+    if (!parsed) {
+        snprintf(err, err_size, "%s %s: want %s, %s", argument->flag, value, argument->form, argument->help);
+        return false;
+    }
+    return json_object_set_new(options, argument->key, parsed) == 0;
+}
+
+bool arguments_parse(struct arguments *arguments, int argc, char **argv, int command,
+                     const struct argument *common, const struct argument *own, char *err, size_t err_size)
+{
+    bool only_words = false;
+
+    *arguments = (struct arguments){.options = json_object()};
+    for (int i = 1; i < argc; i++) {
+        const char *arg = argv[i], *equals = strchr(arg, '=');
+        const size_t n = equals ? (size_t)(equals - arg) : strlen(arg);
+
+        if (i == command)
+            continue;
+        if (!only_words && strcmp(arg, "--") == 0) {
+            only_words = true;
+        } else if (only_words || !is_option(arg)) {
+            if (arguments->n_words == ARGUMENTS_WORDS_MAX) {
+                snprintf(err, err_size, "more than %d words", ARGUMENTS_WORDS_MAX);
+                return false;
+            }
+            arguments->word[arguments->n_words++] = arg;
+        } else {
+            const struct argument *argument = find(common, arg, n);
+            const char *value = equals ? equals + 1 : NULL;
+
+            argument = argument ? argument : find(own, arg, n);
+            if (!argument || (argument->kind == ARGUMENT_FLAG && value)) {
+                snprintf(err, err_size, argument ? "option %s takes no value" : "no option %s here", arg);
+                return false;
+            }
+            if (argument->kind != ARGUMENT_FLAG && !value) {
+                i += i + 1 == command ? 2 : 1;
+                if (i >= argc) {
+                    snprintf(err, err_size, "%s needs a value: %s, %s", arg, argument->form, argument->help);
+                    return false;
+                }
+                value = argv[i];
+            }
+            if (!set(arguments->options, argument, value, err, err_size))
+                return false;
+        }
+    }
+    return true;
+}

@@ -1,0 +1,42 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * arguments - sonarctl's command line by tables: options become members of a JSON object under the names of the
+ * daemon's parameters, the rest are words. Checks forms (a number is a number), not ranges: these are the daemon's.
+ */
+#ifndef SONARD_ARGUMENTS_H
+#define SONARD_ARGUMENTS_H
+
+#include <jansson.h>
+#include <stdbool.h>
+#include <stddef.h>
+
+#define ARGUMENTS_WORDS_MAX 32
+
+enum argument_kind { ARGUMENT_NUMBER, ARGUMENT_INTEGER, ARGUMENT_TEXT, ARGUMENT_NUMBERS, ARGUMENT_FLAG };
+
+struct argument {
+    const char *flag; /* "--distance"; NULL ends the table */
+    const char *key;  /* member of the object */
+    const char *form; /* for the help: "D" */
+    const char *help;
+    enum argument_kind kind;
+    int n; /* ARGUMENT_NUMBERS: how many, separated by commas */
+};
+
+struct arguments {
+    json_t *options;
+    const char *word[ARGUMENTS_WORDS_MAX];
+    int n_words;
+};
+
+/** arguments_command - index in argv of the first word: of what is neither an option nor its value; argc: none. */
+int arguments_command(int argc, char **argv);
+
+/**
+ * arguments_parse - argv[1..] without argv[command], by the two tables. "-30" is a word, "--" ends the options,
+ * "--flag=value" and "--flag value" mean the same. False with a sentence in err. options is always set.
+ */
+bool arguments_parse(struct arguments *arguments, int argc, char **argv, int command,
+                     const struct argument *common, const struct argument *own, char *err, size_t err_size);
+
+#endif

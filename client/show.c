@@ -1,0 +1,285 @@
+/* SPDX-License-Identifier: MIT */
+#include "show.h"
+
+#include <math.h>
+#include <string.h>
+#include <time.h>
+
+#define CELL 128 /* bytes of one formatted value */
+
+enum colour { PLAIN, RED, GREEN, YELLOW };
+
+struct page {
+    FILE *out;
+    bool colour;
+};
+
+/* ---- values ---- */
+
+static double number(const json_t *object, const char *key)
+{
+    const json_t *value = json_object_get(object, key);
+
+    return json_is_number(value) ? json_number_value(value) : NAN;
+}
+
+static long long count(const json_t *object, const char *key)
+{
+    return (long long)json_integer_value(json_object_get(object, key));
+}
+
+/* Control characters (C0, DEL and the C1 of UTF-8) would be commands to a terminal. */
+static const char *text(char cell[CELL], const json_t *object, const char *key)
+{
+    const char *s = json_string_value(json_object_get(object, key));
+    size_t n = 0;
+
+    for (; s && s[n] && n < CELL - 1; n++) {
+        const unsigned char c = (unsigned char)s[n], before = n ? (unsigned char)s[n - 1] : 0;
+
+        cell[n] = c < 0x20 || c == 0x7f || (before == 0xc2 && c < 0xa0) ? '?' : s[n];
+    }
+    cell[n] = '\0';
+    return n > 0 ? cell : "-";
+}
+
+static const char *metres(char cell[CELL], double m)
+{
+    if (isnan(m))
+        return "-";
+    snprintf(cell, CELL, "%.2f m", m);
+    return cell;
+}
+
+static const char *duration(char cell[CELL], double s)
+{
+    if (isnan(s))
+        return "-";
+    if (s < 9.95)
+        snprintf(cell, CELL, "%.1f s", s);
+    else if (s < 120)
+        snprintf(cell, CELL, "%.0f s", s);
+    else if (s < 7200)
+        snprintf(cell, CELL, "%.0f min", s / 60);
+    else if (s < 172800)
+        snprintf(cell, CELL, "%.0f h", s / 3600);
+    else
+        snprintf(cell, CELL, "%.0f days", s / 86400);
+    return cell;
+}
+
+static const char *utc(char cell[CELL], double t_unix)
+{
+    const time_t t = t_unix >= 0 && t_unix < 1e11 ? (time_t)t_unix : 0;
+    struct tm tm;
+
+    if (t == 0 || !gmtime_r(&t, &tm))
+        return "-";
+    strftime(cell, CELL, "%Y-%m-%d %H:%M:%S UTC", &tm);
+    return cell;
+}
+
+/* ---- lines ---- */
+
+static void print_word(const struct page *page, enum colour colour, int width, const char *word)
+{
+    static const char *const codes[] = {
+        [PLAIN] = "", [RED] = "\033[31m", [GREEN] = "\033[32m", [YELLOW] = "\033[33m"};
+    const bool coloured = page->colour && colour != PLAIN;
+
+    fprintf(page->out, "%s%-*s%s", coloured ? codes[colour] : "", width, word, coloured ? "\033[0m" : "");
+}
+
+static enum colour state_colour(const char *state)
+{
+    return strcmp(state, "blocked") == 0 ? RED : strcmp(state, "clear") == 0 ? GREEN : YELLOW;
+}
+
+static void show_blocked(const struct page *page, const json_t *result)
+{
+    char a[CELL], b[CELL];
+    const char *state = text(a, result, "state");
+
+    print_word(page, state_colour(state), 0, state);
+    if (json_is_number(json_object_get(result, "range_m"))) {
+        fprintf(page->out, ": nearest obstacle at %s", metres(a, number(result, "range_m")));
+        fprintf(page->out, " (sd %s, confidence %.2f)", metres(a, number(result, "range_sd_m")),
+                number(result, "confidence"));
+    }
+    fprintf(page->out, "\n  free     %s to %s\n", metres(a, number(result, "blind_to_m")),
+            metres(b, number(result, "free_to_m")));
+    fprintf(page->out, "  age      %s\n", duration(a, number(result, "age_s")));
+    fprintf(page->out, "  because  %s\n", text(a, result, "reason"));
+}
+
+static void show_sectors(const struct page *page, const json_t *result)
+{
+    static const char *const states[] = {"blocked", "clear", "unknown"};
+    const json_t *list = json_object_get(result, "sectors");
+    size_t total[3] = {0};
+    char a[CELL], b[CELL], c[CELL];
+
+    fprintf(page->out, "%s, azimuth clockwise from %s", utc(a, number(result, "t_unix")),
+            strcmp(text(b, result, "frame"), "ned") == 0 ? "north" : "forward");
+    fprintf(page->out, ", pose %s old\n", duration(a, number(result, "pose_age_s")));
+    fprintf(page->out, "%9s  %-8s %9s %10s %8s\n", "azimuth", "state", "range", "free to", "age");
+    for (size_t i = 0; i < json_array_size(list); i++) {
+        const json_t *sector = json_array_get(list, i);
+        const char *state = text(a, sector, "state");
+
+        fprintf(page->out, "%7.1f° %*s", number(sector, "azimuth_deg"), 1, "");
+        print_word(page, state_colour(state), 8, state);
+        for (int k = 0; k < 3; k++)
+            total[k] += strcmp(state, states[k]) == 0;
+        fprintf(page->out, " %9s %10s %8s\n", metres(a, number(sector, "range_m")),
+                metres(b, number(sector, "free_to_m")), duration(c, number(sector, "age_s")));
+    }
+    fprintf(page->out, "%zu blocked, %zu clear, %zu unknown%s\n", total[0], total[1], total[2],
+            total[0] + total[1] == 0
+                ? ": nothing is known of the water; `sonarctl status` says what the sonar does"
+                : "");
+}
+
+/* The faults a sensor has counted, if any. */
+static void show_faults(const struct page *page, const json_t *sensor)
+{
+    static const struct {
+        const char *key, *label;
+    } faults[] = {{"garbage_bytes", "bytes of garbage"},
+                  {"bad_checksum", "bad checksums"},
+                  {"bad_frame", "bad frames"},
+                  {"lost_frames", "lost frames"},
+                  {"nacks", "refused requests"},
+                  {"timeouts", "timeouts"},
+                  {"restarts", "restarts"},
+                  {"reconnects", "reconnects"},
+                  {"dropped", "pings dropped"}};
+    const char *separator = "             ";
+    char a[CELL];
+
+    for (size_t i = 0; i < sizeof faults / sizeof *faults; i++) {
+        if (count(sensor, faults[i].key) == 0)
+            continue;
+        fprintf(page->out, "%s%lld %s", separator, count(sensor, faults[i].key), faults[i].label);
+        separator = ", ";
+    }
+    if (separator[0] == ',')
+        fputc('\n', page->out);
+    if (json_object_get(sensor, "port_error"))
+        fprintf(page->out, "             %s\n", text(a, sensor, "port_error"));
+}
+
+static void show_sensor(const struct page *page, const json_t *sensor)
+{
+    char a[CELL], b[CELL], c[CELL];
+    const char *state = text(a, sensor, "state");
+
+    fprintf(page->out, "  %-10s ", text(b, sensor, "name"));
+    print_word(page, strcmp(state, "running") == 0 ? GREEN : RED, 0, state);
+    fprintf(page->out, ", %s at %s\n", text(a, sensor, "device"), text(b, sensor, "port"));
+    fprintf(page->out, "             %s, range %s\n", text(a, sensor, "what"),
+            metres(b, number(sensor, "range_m")));
+    fprintf(page->out, "             %lld pings, the last %s ago\n", count(sensor, "pings"),
+            duration(c, number(sensor, "last_ping_age_s")));
+    show_faults(page, sensor);
+}
+
+static void show_pose(const struct page *page, const json_t *pose)
+{
+    const json_t *has = json_object_get(pose, "has");
+    char a[CELL];
+
+    fprintf(page->out, "pose       ");
+    for (size_t i = 0; i < json_array_size(has); i++)
+        fprintf(page->out, "%s%.20s", i ? ", " : "", json_string_value(json_array_get(has, i)));
+    if (json_array_size(has) == 0)
+        fprintf(page->out, "none given");
+    else
+        fprintf(page->out, "; %s old", duration(a, number(pose, "age_s")));
+    fprintf(page->out, "; %lld taken, %lld refused\n", count(pose, "count"), count(pose, "refused"));
+}
+
+static void show_record(const struct page *page, const json_t *record)
+{
+    char a[CELL];
+
+    if (!json_is_object(record)) {
+        fprintf(page->out, "recording  off\n");
+        return;
+    }
+    fprintf(page->out, "recording  ");
+    if (json_is_true(json_object_get(record, "recording")))
+        fprintf(page->out, "to %s", text(a, record, "path"));
+    else
+        print_word(page, RED, 0, "stopped");
+    fprintf(page->out, ", %lld messages, %lld lost\n", count(record, "messages"), count(record, "lost_messages"));
+    if (count(record, "errors") > 0)
+        fprintf(page->out, "           %lld errors, the last: %s\n", count(record, "errors"),
+                text(a, record, "error"));
+}
+
+static void show_status(const struct page *page, const json_t *result)
+{
+    const json_t *sensors = json_object_get(result, "sensors"), *pipeline = json_object_get(result, "pipeline");
+    const json_t *latency = json_object_get(pipeline, "latency_us"), *grid = json_object_get(result, "grid");
+    const json_t *server = json_object_get(result, "server");
+    char a[CELL], b[CELL];
+    const char *data = text(a, result, "data");
+
+    print_word(page, PLAIN, 11, "data");
+    print_word(page, strcmp(data, "ok") == 0 ? GREEN : RED, 0, data);
+    fprintf(page->out, "%s\n",
+            strcmp(data, "ok") == 0 ? "" : ": every answer rests on what was heard before, if anything");
+    fprintf(page->out, "sonard     %s, %s", text(a, result, "version"), text(b, result, "mode"));
+    fprintf(page->out, ", up %s\n", duration(a, number(result, "uptime_s")));
+    fprintf(page->out, "config     %s\n", text(a, result, "config"));
+    fprintf(page->out, "sensors\n");
+    for (size_t i = 0; i < json_array_size(sensors); i++)
+        show_sensor(page, json_array_get(sensors, i));
+    show_pose(page, json_object_get(result, "pose"));
+    fprintf(page->out,
+            "pipeline   %lld threads, %lld pings dropped; latency %.0f us median, %.0f us 99 %%, %.0f us most\n",
+            count(pipeline, "threads"), count(pipeline, "dropped"), number(latency, "p50"), number(latency, "p99"),
+            number(latency, "max"));
+    fprintf(page->out, "grid       %lld of %lld directions pinged, %lld cells, %lld lost\n", count(grid, "pinged"),
+            count(grid, "directions"), count(grid, "cells"), count(grid, "cells_lost"));
+    fprintf(page->out, "clients    %lld now, %lld refused, %lld cut off; %lld requests, %lld errors\n",
+            count(server, "clients_now"), count(server, "clients_refused"), count(server, "clients_cut"),
+            count(server, "requests"), count(server, "errors"));
+    show_record(page, json_object_get(result, "record"));
+}
+
+static void show_version(const struct page *page, const json_t *result)
+{
+    char a[CELL];
+
+    fprintf(page->out, "sonard %s\n", text(a, result, "version"));
+}
+
+static void show_taken(const struct page *page, const json_t *result)
+{
+    (void)result;
+    fprintf(page->out, "pose taken\n");
+}
+
+void show_result(FILE *out, const char *method, const json_t *result, bool colour)
+{
+    static const struct {
+        const char *method;
+        void (*show)(const struct page *page, const json_t *result);
+    } forms[] = {{"blocked", show_blocked},
+                 {"sectors", show_sectors},
+                 {"status", show_status},
+                 {"version", show_version},
+                 {"pose", show_taken}};
+    const struct page page = {.out = out, .colour = colour};
+
+    for (size_t i = 0; i < sizeof forms / sizeof *forms; i++) {
+        if (strcmp(method, forms[i].method) == 0 && json_is_object(result)) {
+            forms[i].show(&page, result);
+            return;
+        }
+    }
+    json_dumpf(result, out, JSON_INDENT(2) | JSON_ENCODE_ANY | JSON_REAL_PRECISION(13));
+    fputc('\n', out);
+}

@@ -1,0 +1,439 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * sonarctl - ask a running sonard, or work on its captures. One function per command; the tables below are the
+ * command line and its help.
+ */
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "arguments.h"
+#include "capture.h"
+#include "plot.h"
+#include "show.h"
+#include "sonard_client.h"
+
+#define DEFAULT_TIMEOUT_S 5.0
+
+enum exit_status {
+    EXIT_CLEAR = 0, /* and of everything else that went well */
+    EXIT_BLOCKED = 1,
+    EXIT_UNKNOWN = 2,
+    EXIT_USAGE = 3,
+    EXIT_NO_DAEMON = 4,
+    EXIT_SILENT = 5,
+    EXIT_REFUSED = 6,
+    EXIT_OUTPUT = 7, /* the result could not be written */
+};
+
+/* What a command runs with. */
+struct context {
+    const struct command *command;
+    struct arguments arguments;
+    struct sonard_client *client; /* NULL until the first call */
+    char socket[128];
+    double timeout_s;
+    bool json, colour;
+};
+
+struct command {
+    const char *name, *words, *help;
+    const struct argument *options; /* NULL: none but the common ones */
+    int min_words, max_words;
+    int (*run)(struct context *context);
+};
+
+static const struct argument common_options[] = {
+    {"--socket", "socket", "PATH", "of the daemon; else $SONARD_SOCKET, else " SONARD_DEFAULT_SOCKET,
+     ARGUMENT_TEXT, 0},
+    {"--timeout", "timeout", "S", "seconds to wait for an answer (5)", ARGUMENT_NUMBER, 0},
+    {"--json", "json", "", "the result object as it is, on one line", ARGUMENT_FLAG, 0},
+    {"--help", "help", "", "this text", ARGUMENT_FLAG, 0},
+    {"-h", "help", "", "this text", ARGUMENT_FLAG, 0},
+    {0},
+};
+
+static int fail(const struct sonard_error *error)
+{
+    static const int status[] = {[SONARD_NO_DAEMON] = EXIT_NO_DAEMON,
+                                 [SONARD_NO_PERMISSION] = EXIT_NO_DAEMON,
+                                 [SONARD_SILENT] = EXIT_SILENT,
+                                 [SONARD_LOST] = EXIT_SILENT,
+                                 [SONARD_REFUSED] = EXIT_REFUSED};
+
+    fprintf(stderr, "sonarctl: ");
+    for (const char *c = error->message; *c; c++)
+        fputc((unsigned char)*c < 0x20 || *c == 0x7f ? '?' : *c, stderr);
+    fputc('\n', stderr);
+    return status[error->status];
+}
+
+static int usage(const char *command, const char *message)
+{
+    fprintf(stderr, "sonarctl: %s; see `sonarctl %s%s`\n", message, command ? command : "help",
+            command ? " --help" : "");
+    return EXIT_USAGE;
+}
+
+static void print_result(const struct context *context, const char *method, const json_t *result)
+{
+    if (context->json) {
+        json_dumpf(result, stdout, JSON_COMPACT | JSON_ENCODE_ANY | JSON_REAL_PRECISION(13));
+        putchar('\n');
+    } else {
+        show_result(stdout, method, result, context->colour);
+    }
+}
+
+/* Connects at the first call: faults of usage are told without a daemon. NULL: *status is what to exit with. */
+static json_t *call(struct context *context, const char *method, json_t *params, int *status)
+{
+    struct sonard_error error;
+    json_t *result = NULL;
+
+    if (!context->client)
+        context->client = sonard_connect(context->socket, context->timeout_s, &error);
+    if (context->client)
+        result = sonard_call(context->client, method, params, &error);
+    *status = result ? EXIT_CLEAR : fail(&error);
+    return result;
+}
+
+static int call_and_print(struct context *context, const char *method, json_t *params)
+{
+    int status;
+    json_t *result = call(context, method, params, &status);
+
+    if (result)
+        print_result(context, method, result);
+    json_decref(result);
+    return status;
+}
+
+static int run_method(struct context *context)
+{
+    return call_and_print(context, context->command->name, context->arguments.options);
+}
+
+static int run_blocked(struct context *context)
+{
+    json_t *params = context->arguments.options;
+    char *end;
+    const double azimuth_deg = strtod(context->arguments.word[0], &end);
+    const char *state;
+    json_t *result;
+    int status;
+
+    if (*end || end == context->arguments.word[0] || !isfinite(azimuth_deg))
+        return usage("blocked", "AZ must be a number of degrees");
+    if (!json_object_get(params, "distance_m"))
+        return usage("blocked", "--distance D is missing");
+    json_object_set_new(params, "azimuth_deg", json_real(azimuth_deg));
+    result = call(context, "blocked", params, &status);
+    if (!result)
+        return status;
+    print_result(context, "blocked", result);
+    state = json_string_value(json_object_get(result, "state"));
+    status = state && strcmp(state, "clear") == 0     ? EXIT_CLEAR
+             : state && strcmp(state, "blocked") == 0 ? EXIT_BLOCKED
+                                                      : EXIT_UNKNOWN;
+    json_decref(result);
+    return status;
+}
+
+static int run_version(struct context *context)
+{
+    if (!context->json)
+        printf("sonarctl %s\n", SONARD_VERSION);
+    return run_method(context);
+}
+
+static int run_call(struct context *context)
+{
+    json_error_t where;
+    json_t *params = NULL;
+    int status;
+
+    if (context->arguments.n_words > 1) {
+        params = json_loads(context->arguments.word[1], JSON_REJECT_DUPLICATES, &where);
+        if (!json_is_object(params)) {
+            json_decref(params);
+            return usage("call", "the parameters must be a JSON object");
+        }
+    }
+    status = call_and_print(context, context->arguments.word[0], params);
+    json_decref(params);
+    return status;
+}
+
+/* key=value words as an object: the value as JSON where it is some, else as text. */
+static json_t *parse_pairs(const struct arguments *arguments, int first)
+{
+    json_t *params = json_object();
+
+    for (int i = first; i < arguments->n_words; i++) {
+        const char *word = arguments->word[i], *equals = strchr(word, '=');
+        json_t *value;
+
+        if (!equals || equals == word) {
+            json_decref(params);
+            return NULL;
+        }
+        value = json_loads(equals + 1, JSON_DECODE_ANY | JSON_REJECT_DUPLICATES, NULL);
+        json_object_setn_new(params, word, (size_t)(equals - word), value ? value : json_string(equals + 1));
+    }
+    return params;
+}
+
+static int print_notification(const struct context *context, const char *method, const json_t *notification)
+{
+    const json_t *result = json_object_get(notification, "result");
+    const json_t *refusal = json_object_get(notification, "error");
+    const json_int_t skipped = json_integer_value(json_object_get(notification, "skipped"));
+    struct sonard_error error = {.status = SONARD_REFUSED};
+
+    if (skipped > 0)
+        fprintf(stderr, "sonarctl: %lld skipped, this one is the newest\n", (long long)skipped);
+    if (result) {
+        print_result(context, method, result);
+        return fflush(stdout) == 0 ? EXIT_CLEAR : EXIT_OUTPUT;
+    }
+    snprintf(error.message, sizeof error.message, "%s: %s", method,
+             json_is_object(refusal) ? json_string_value(json_object_get(refusal, "message")) : "no result");
+    return fail(&error);
+}
+
+static int run_watch(struct context *context)
+{
+    const char *method = context->arguments.word[0];
+    const json_t *options = context->arguments.options, *rate = json_object_get(options, "rate_hz");
+    const double rate_hz = rate ? json_number_value(rate) : 1.0;
+    json_int_t left = json_integer_value(json_object_get(options, "count"));
+    const bool endless = !json_object_get(options, "count");
+    json_t *params = parse_pairs(&context->arguments, 1), *request, *reply;
+    int status;
+
+    if (!params)
+        return usage("watch", "parameters are key=value");
+    request = json_pack("{s:s, s:o, s:f}", "method", method, "params", params, "rate_hz", rate_hz);
+    reply = call(context, "watch", request, &status);
+    json_decref(request);
+    json_decref(reply);
+    while (status == EXIT_CLEAR && (endless || left-- > 0)) {
+        struct sonard_error error;
+        json_t *notification = sonard_next(context->client, context->timeout_s + 1.0 / rate_hz, &error);
+
+        status = notification ? print_notification(context, method, notification) : fail(&error);
+        json_decref(notification);
+    }
+    return status;
+}
+
+static int run_pose(struct context *context)
+{
+    if (json_object_size(context->arguments.options) == 0)
+        return usage("pose", "give at least one part of the pose");
+    return run_method(context);
+}
+
+static int write_plot(const char *path, json_t *image, json_t *sectors)
+{
+    const struct plot_conf conf = {0};
+    const bool to_stdout = strcmp(path, "-") == 0;
+    FILE *out = to_stdout ? stdout : fopen(path, "w");
+    bool ok = out && plot_svg(out, image, sectors, &conf);
+
+    if (out && (to_stdout ? fflush(out) : fclose(out)) != 0)
+        ok = false;
+    if (!ok)
+        fprintf(stderr, "sonarctl: %s: %s\n", path, strerror(errno));
+    return ok ? EXIT_CLEAR : EXIT_OUTPUT;
+}
+
+static int run_plot(struct context *context)
+{
+    json_t *options = context->arguments.options, *image, *sectors = NULL;
+    json_t *output = json_incref(json_object_get(options, "output"));
+    int status;
+
+    if (!output)
+        return usage("plot", "-o FILE is missing");
+    json_object_del(options, "output");
+    image = call(context, "image", options, &status);
+    if (image)
+        sectors = call(context, "sectors", NULL, &status);
+    if (sectors) {
+        if (json_array_size(json_object_get(image, "rows")) == 0)
+            fprintf(stderr, "sonarctl: no data from the sonar yet: the picture is empty\n");
+        status = write_plot(json_string_value(output), image, sectors);
+    }
+    json_decref(output);
+    json_decref(image);
+    json_decref(sectors);
+    return status;
+}
+
+/* ---- the tables ---- */
+
+#define FRAME_OPTION                                                                                              \
+    {                                                                                                             \
+        "--frame", "frame", "body|ned", "azimuth 0 is forward (body) or north (ned)", ARGUMENT_TEXT, 0            \
+    }
+
+static const struct argument blocked_options[] = {
+    {"--distance", "distance_m", "D", "metres to look ahead; must be given", ARGUMENT_NUMBER, 0},
+    {"--elevation", "elevation_deg", "E", "degrees upward (0)", ARGUMENT_NUMBER, 0},
+    {"--half-angle", "half_angle_deg", "A", "look in a cone that opens so many degrees to each side",
+     ARGUMENT_NUMBER, 0},
+    {"--radius", "radius_m", "R", "look in a corridor of this radius in metres instead", ARGUMENT_NUMBER, 0},
+    FRAME_OPTION,
+    {0},
+};
+
+static const struct argument sectors_options[] = {
+    {"--count", "count", "N", "number of sectors around (72)", ARGUMENT_INTEGER, 0},
+    {"--elevation", "elevation_deg", "LO,HI", "band of elevations in degrees", ARGUMENT_NUMBERS, 2},
+    {"--distance", "distance_m", "D", "metres to look ahead; else as far as the grid reaches", ARGUMENT_NUMBER, 0},
+    FRAME_OPTION,
+    {0},
+};
+
+static const struct argument watch_options[] = {
+    {"--rate", "rate_hz", "HZ", "notifications per second, 0.1 to 50 (1)", ARGUMENT_NUMBER, 0},
+    {"--count", "count", "N", "end after so many", ARGUMENT_INTEGER, 0},
+    {0},
+};
+
+static const struct argument pose_options[] = {
+    {"--attitude", "attitude_deg", "R,P,Y", "roll, pitch, yaw in degrees", ARGUMENT_NUMBERS, 3},
+    {"--quaternion", "quaternion", "W,X,Y,Z", "attitude, body to north-east-down, instead", ARGUMENT_NUMBERS, 4},
+    {"--position", "position_m", "N,E,D", "metres north, east, down", ARGUMENT_NUMBERS, 3},
+    {"--depth", "depth_m", "D", "metres below the surface", ARGUMENT_NUMBER, 0},
+    {"--velocity", "velocity_mps", "N,E,D", "metres per second north, east, down", ARGUMENT_NUMBERS, 3},
+    {"--time", "t_unix", "T", "Unix seconds of the measurement (now)", ARGUMENT_NUMBER, 0},
+    {0},
+};
+
+static const struct argument plot_options[] = {
+    {"-o", "output", "FILE", "SVG file to write, - for standard output; must be given", ARGUMENT_TEXT, 0},
+    {"--sensor", "sensor", "NAME", "which sonar (the first)", ARGUMENT_TEXT, 0},
+    {0},
+};
+
+static const struct command commands[] = {
+    {"blocked", "AZ", "is a direction free? Exit status: 0 clear, 1 blocked, 2 unknown", blocked_options, 1, 1,
+     run_blocked},
+    {"sectors", "", "state, range and age all around", sectors_options, 0, 0, run_method},
+    {"status", "", "what the daemon and its sonars do", NULL, 0, 0, run_method},
+    {"watch", "METHOD [KEY=VALUE...]", "ask a method again and again", watch_options, 1, ARGUMENTS_WORDS_MAX,
+     run_watch},
+    {"pose", "", "tell the daemon where the vehicle is", pose_options, 0, 0, run_pose},
+    {"plot", "", "draw echoes and sectors as SVG", plot_options, 0, 0, run_plot},
+    {"version", "", "versions of sonarctl and the daemon", NULL, 0, 0, run_version},
+    {"call", "METHOD [JSON]", "call any method with a JSON object of parameters", NULL, 1, 2, run_call},
+};
+
+#define N_COMMANDS (sizeof commands / sizeof *commands)
+
+static void print_options(const struct argument *options)
+{
+    for (; options && options->flag; options++)
+        if (strcmp(options->flag, "-h") != 0)
+            printf("  %s %-*s %s\n", options->flag, (int)(22 - strlen(options->flag)), options->form,
+                   options->help);
+}
+
+static int print_help(const struct command *command)
+{
+    if (command) {
+        printf("usage: sonarctl [OPTIONS] %s%s%s [OPTIONS]\n%s\n\n", command->name, command->words[0] ? " " : "",
+               command->words, command->help);
+        print_options(command->options);
+        print_options(common_options);
+        return EXIT_CLEAR;
+    }
+    printf("usage: sonarctl [OPTIONS] COMMAND [ARGUMENTS]\n\n");
+    for (size_t i = 0; i < N_COMMANDS; i++)
+        printf("  %-9s %s\n", commands[i].name, commands[i].help);
+    printf("  %-9s %s\n\n", "capture", "import, inspect, repair and export captures; needs no daemon");
+    print_options(common_options);
+    printf("\n`sonarctl COMMAND --help` tells a command's own options. Exit status: 3 wrong usage, 4 no daemon,\n"
+           "5 the daemon did not answer, 6 it refused, 7 the output could not be written.\n");
+    return EXIT_CLEAR;
+}
+
+static const struct command *find_command(const char *name)
+{
+    for (size_t i = 0; i < N_COMMANDS; i++)
+        if (strcmp(commands[i].name, name) == 0)
+            return &commands[i];
+    return NULL;
+}
+
+/* Takes the common options out of the object; what is left are the parameters. */
+static bool take_common(struct context *context)
+{
+    json_t *options = context->arguments.options;
+    const char *socket = json_string_value(json_object_get(options, "socket")), *set = getenv("SONARD_SOCKET");
+    const json_t *timeout = json_object_get(options, "timeout");
+
+    snprintf(context->socket, sizeof context->socket, "%s",
+             socket        ? socket
+             : set && *set ? set
+                           : SONARD_DEFAULT_SOCKET);
+    context->timeout_s = timeout ? json_number_value(timeout) : DEFAULT_TIMEOUT_S;
+    context->json = json_object_get(options, "json") != NULL;
+    context->colour = !context->json && isatty(STDOUT_FILENO) && !getenv("NO_COLOR");
+    for (const struct argument *a = common_options; a->flag; a++)
+        json_object_del(options, a->key);
+    return context->timeout_s > 0 && context->timeout_s <= 1e6;
+}
+
+static int run_command(const struct command *command, int argc, char **argv, int at)
+{
+    struct context context = {.command = command};
+    struct arguments *arguments = &context.arguments;
+    char err[256];
+    int status;
+
+    if (!arguments_parse(arguments, argc, argv, at, common_options, command->options, err, sizeof err)) {
+        status = usage(command->name, err);
+    } else if (json_object_get(arguments->options, "help")) {
+        status = print_help(command);
+    } else if (arguments->n_words < command->min_words || arguments->n_words > command->max_words) {
+        snprintf(err, sizeof err, "want: sonarctl %s %s", command->name, command->words);
+        status = usage(command->name, err);
+    } else if (!take_common(&context)) {
+        status = usage(command->name, "--timeout must be more than 0 and at most 1e6 seconds");
+    } else {
+        status = command->run(&context);
+        sonard_disconnect(context.client);
+    }
+    json_decref(arguments->options);
+    if (fflush(stdout) == 0 && !ferror(stdout))
+        return status;
+    fprintf(stderr, "sonarctl: standard output: %s\n", strerror(errno));
+    return EXIT_OUTPUT;
+}
+
+int main(int argc, char **argv)
+{
+    const int at = arguments_command(argc, argv);
+    const char *name = at < argc ? argv[at] : NULL;
+    const struct command *command = name ? find_command(name) : NULL;
+    char message[128];
+
+    if (command)
+        return run_command(command, argc, argv, at);
+    if (name && strcmp(name, "capture") == 0)
+        return capture_main(argc - at, argv + at);
+    if (name && strcmp(name, "help") == 0)
+        return print_help(at + 1 < argc ? find_command(argv[at + 1]) : NULL);
+    if (!name && argc > 1 && (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0))
+        return print_help(NULL);
+    snprintf(message, sizeof message, name ? "no command '%.64s'" : "a command is missing", name);
+    return usage(NULL, message);
+}
