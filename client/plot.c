@@ -192,7 +192,7 @@ static void draw_rings(FILE *out, const struct polar *polar)
     for (double r = step; r < polar->range_m * 0.96; r += step) {
         const double tenths = r / polar->range_m * DISC;
 
-        fprintf(out, "<text x=\"%d\" y=\"%d\">%g m</text>\n", tenth_x(tenths, 15), tenth_y(tenths, 15) + 45, r);
+        fprintf(out, "<text x=\"%d\" y=\"%d\">%g m</text>\n", tenth_x(tenths, 60), tenth_y(tenths, 60) + 45, r);
     }
     fprintf(out, "</g>\n<circle r=\"%d\" fill=\"none\" stroke=\"#8a94a6\" stroke-width=\"12\"/>\n", DISC);
 }

@@ -238,7 +238,7 @@ static void settle(struct session *session, uint64_t now_ns)
     if (waiting(session) > 0)
         events |= EPOLLOUT;
     if (line_waiting(session) && !session->closing) {
-        if (waiting(session) >= OUT_PAUSE_BYTES)
+        if (waiting(session) > 0)
             wake_ns = session->progress_ns + STALL_NS;
         else if (session->tokens >= 1.0)
             events |= EPOLLOUT; /* can be written: that is the next turn */
@@ -290,7 +290,7 @@ static void on_wake(void *ctx, uint64_t now_ns)
 {
     struct session *session = ctx;
 
-    if (waiting(session) >= OUT_PAUSE_BYTES && now_ns >= session->progress_ns + STALL_NS)
+    if (waiting(session) > 0 && now_ns >= session->progress_ns + STALL_NS)
         cut(session, now_ns, "it sends requests and does not read the replies");
     work(session, now_ns);
 }
