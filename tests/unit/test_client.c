@@ -1,0 +1,307 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * test_client - the client library against peers of every kind: none, no permission, silent, gone, talking nonsense,
+ * talking in pieces; and what sonarctl makes of command lines and results.
+ */
+#include "../../client/sonard_client.h"
+
+#include <pthread.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include "../../client/arguments.h"
+#include "../../client/show.h"
+#include "../lib/test.h"
+
+static char directory[] = "/tmp/sonard-test-XXXXXX";
+static char path[64];
+
+/* A daemon that waits for a request and says these pieces, then closes (or stays silent until the client leaves). */
+struct peer {
+    int listener;
+    const char *pieces[8];
+    bool stay;
+    pthread_t thread;
+};
+
+static void *answer(void *ctx)
+{
+    const struct peer *peer = ctx;
+    const int fd = accept(peer->listener, NULL, NULL);
+    char request[4096];
+
+    for (int i = 0; i < 8 && peer->pieces[i]; i++) {
+        if (i == 0 && recv(fd, request, sizeof request, 0) <= 0)
+            break;
+        send(fd, peer->pieces[i], strlen(peer->pieces[i]), MSG_NOSIGNAL);
+        usleep(2000);
+    }
+    while (peer->stay && recv(fd, request, sizeof request, 0) > 0)
+        ;
+    close(fd);
+    return NULL;
+}
+
+static void start(struct peer *peer)
+{
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+
+    snprintf(address.sun_path, sizeof address.sun_path, "%s", path);
+    peer->listener = socket(AF_UNIX, SOCK_STREAM, 0);
+    CHECK(bind(peer->listener, (struct sockaddr *)&address, sizeof address) == 0 &&
+          listen(peer->listener, 1) == 0);
+    pthread_create(&peer->thread, NULL, answer, peer);
+}
+
+static void stop(struct peer *peer)
+{
+    pthread_join(peer->thread, NULL);
+    close(peer->listener);
+    unlink(path);
+}
+
+TEST(no_daemon_is_told_from_no_permission)
+{
+    struct sonard_error error;
+
+    CHECK(sonard_connect(path, 1, &error) == NULL);
+    CHECK_INT(error.status, SONARD_NO_DAEMON);
+    CHECK(strstr(error.message, "no daemon answers on"));
+
+    struct peer peer = {.stay = true};
+    start(&peer);
+    chmod(path, 0);
+    if (geteuid() != 0) {
+        CHECK(sonard_connect(path, 1, &error) == NULL);
+        CHECK_INT(error.status, SONARD_NO_PERMISSION);
+    }
+    chmod(path, 0600);
+    sonard_disconnect(sonard_connect(path, 1, &error));
+    pthread_join(peer.thread, NULL);
+    close(peer.listener);
+
+    CHECK(sonard_connect(path, 1, &error) == NULL); /* the file is still there, nobody listens */
+    CHECK_INT(error.status, SONARD_NO_DAEMON);
+    unlink(path);
+
+    char long_path[200] = "";
+    memset(long_path, 'a', sizeof long_path - 1);
+    CHECK(sonard_connect(long_path, 1, &error) == NULL);
+    CHECK(strstr(error.message, "1 to 107 bytes"));
+}
+
+TEST(every_kind_of_answer_has_its_status)
+{
+    static const struct {
+        const char *name, *pieces[8];
+        bool stay;
+        enum sonard_status want;
+        const char *message;
+    } rows[] = {
+        {"result", {"{\"jsonrpc\":\"2.0\",\"result\":{\"x\":1},\"id\":1}\n"}, false, SONARD_OK, ""},
+        {"in pieces", {"{\"jsonrpc\":\"2.0\",", "\"result\":{\"x\":1}", ",\"id\":1}", "\n"}, false, SONARD_OK, ""},
+        {"after a notification",
+         {"{\"jsonrpc\":\"2.0\",\"method\":\"watch\",\"params\":{}}\n{\"jsonrpc\":\"2.0\",\"result\":{},\"id\":1}"
+          "\n"},
+         false,
+         SONARD_OK,
+         ""},
+        {"after another's answer",
+         {"{\"result\":{},\"id\":99}\n{\"result\":{},\"id\":1}\n"},
+         false,
+         SONARD_OK,
+         ""},
+        {"error",
+         {"{\"jsonrpc\":\"2.0\",\"error\":{\"code\":-32602,\"message\":\"no\"},\"id\":1}\n"},
+         false,
+         SONARD_REFUSED,
+         "m: no"},
+        {"refused at the door",
+         {"{\"jsonrpc\":\"2.0\",\"error\":{\"code\":-32000,\"message\":\"full\"},\"id\":null}\n"},
+         false,
+         SONARD_REFUSED,
+         "m: full"},
+        {"no JSON", {"SSH-2.0-OpenSSH\n"}, false, SONARD_LOST, "does not speak JSON-RPC"},
+        {"array", {"[]\n"}, false, SONARD_LOST, "does not speak JSON-RPC"},
+        {"cut in the middle", {"{\"jsonrpc\":\"2.0\","}, false, SONARD_LOST, "ended the connection"},
+        {"silence", {NULL}, true, SONARD_SILENT, "is silent"},
+        {"half an answer, then silence", {"{\"jsonrpc\":\"2.0\","}, true, SONARD_SILENT, "is silent"},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        struct peer peer = {.stay = rows[i].stay};
+        struct sonard_error error = {0};
+
+        memcpy(peer.pieces, rows[i].pieces, sizeof peer.pieces);
+        start(&peer);
+        struct sonard_client *client = sonard_connect(path, rows[i].stay ? 0.05 : 5, &error);
+        json_t *result = sonard_call(client, "m", NULL, &error);
+
+        if ((result ? SONARD_OK : error.status) != rows[i].want || !strstr(error.message, rows[i].message)) {
+            printf("%s: status %d, %s\n", rows[i].name, error.status, error.message);
+            test_case_failed = true;
+        }
+        json_decref(result);
+        sonard_disconnect(client);
+        stop(&peer);
+    }
+}
+
+TEST(notifications_are_kept_in_order)
+{
+    struct peer peer = {
+        .pieces = {"{\"method\":\"watch\",\"params\":{\"n\":1}}\n{\"method\":\"watch\",\"params\":{\"n\":2}}\n",
+                   "{\"result\":true,\"id\":1}\n{\"method\":\"watch\",\"params\":{\"n\":3}}\n"},
+        .stay = true};
+    struct sonard_error error = {0};
+
+    start(&peer);
+    struct sonard_client *client = sonard_connect(path, 5, &error);
+    json_t *result = sonard_call(client, "m", NULL, &error);
+
+    CHECK(json_is_true(result));
+    json_decref(result);
+    for (int i = 1; i <= 3; i++) {
+        json_t *params = sonard_next(client, 5, &error);
+
+        CHECK_INT(json_integer_value(json_object_get(params, "n")), i);
+        json_decref(params);
+    }
+    CHECK(sonard_next(client, 0, &error) == NULL);
+    CHECK_INT(error.status, SONARD_SILENT);
+    sonard_disconnect(client);
+    stop(&peer);
+}
+
+TEST(command_lines_become_parameters)
+{
+    static const struct argument common[] = {
+        {"--json", "json", "", "", ARGUMENT_FLAG, 0}, {"--socket", "socket", "PATH", "", ARGUMENT_TEXT, 0}, {0}};
+    static const struct argument own[] = {
+        {"--distance", "distance_m", "D", "metres", ARGUMENT_NUMBER, 0},
+        {"--count", "count", "N", "how many", ARGUMENT_INTEGER, 0},
+        {"--elevation", "elevation_deg", "LO,HI", "degrees", ARGUMENT_NUMBERS, 2},
+        {"-o", "output", "FILE", "file", ARGUMENT_TEXT, 0},
+        {0}};
+    static const struct {
+        const char *argv[8];
+        const char *want; /* options, a blank, the words; or the fault */
+    } rows[] = {
+        {{"c", "blocked", "30", "--distance", "5"}, "{\"distance_m\":5.0} 30"},
+        {{"c", "--distance", "5", "blocked", "-30"}, "{\"distance_m\":5.0} -30"},
+        {{"c", "--json", "blocked", "-.5", "--distance=-2e1"}, "{\"json\":true,\"distance_m\":-20.0} -.5"},
+        {{"c", "--socket", "/x", "blocked", "--elevation", "-5,5"},
+         "{\"socket\":\"/x\",\"elevation_deg\":[-5.0,5.0]}"},
+        {{"c", "plot", "-o", "-"}, "{\"output\":\"-\"}"},
+        {{"c", "--distance", "blocked", "5"}, "--distance blocked: want D, metres"}, /* then 5 is the command */
+        {{"c", "call", "--", "--json"}, "{} --json"},
+        {{"c", "blocked", "--distance"}, "--distance needs a value: D, metres"},
+        {{"c", "blocked", "--distance", "5m"}, "--distance 5m: want D, metres"},
+        {{"c", "blocked", "--distance", "nan"}, "--distance nan: want D, metres"},
+        {{"c", "blocked", "--distance", ""}, "--distance : want D, metres"},
+        {{"c", "blocked", "--elevation", "5"}, "--elevation 5: want LO,HI, degrees"},
+        {{"c", "blocked", "--elevation", "5,6,7"}, "--elevation 5,6,7: want LO,HI, degrees"},
+        {{"c", "sectors", "--count", "2.5"}, "--count 2.5: want N, how many"},
+        {{"c", "sectors", "--count", "99999999999999999999"}, "--count 99999999999999999999: want N, how many"},
+        {{"c", "sectors", "--count", "1", "--count", "2"}, "--count is given twice"},
+        {{"c", "sectors", "--cuont", "1"}, "no option --cuont here"},
+        {{"c", "sectors", "--json=yes"}, "option --json=yes takes no value"},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        char *argv[9], err[256] = "", got[512];
+        struct arguments arguments;
+        int argc = 0;
+
+        for (; argc < 8 && rows[i].argv[argc]; argc++)
+            argv[argc] = strdup(rows[i].argv[argc]);
+
+        const int command = arguments_command(argc, argv);
+
+        if (arguments_parse(&arguments, argc, argv, command, common, own, err, sizeof err)) {
+            char *options = json_dumps(arguments.options, JSON_COMPACT);
+
+            snprintf(got, sizeof got, "%s%s%s", options, arguments.n_words ? " " : "",
+                     arguments.n_words ? arguments.word[0] : "");
+            free(options);
+        } else {
+            snprintf(got, sizeof got, "%s", err);
+        }
+        CHECK_STR(got, rows[i].want);
+        json_decref(arguments.options);
+        while (argc > 0)
+            free(argv[--argc]);
+    }
+}
+
+static char *shown(const char *method, const char *result, bool colour)
+{
+    char *text = NULL;
+    size_t size = 0;
+    FILE *out = open_memstream(&text, &size);
+    json_t *value = json_loads(result, JSON_DECODE_ANY, NULL);
+
+    CHECK(value != NULL);
+    show_result(out, method, value, colour);
+    json_decref(value);
+    fclose(out);
+    return text;
+}
+
+TEST(results_are_readable)
+{
+    static const struct {
+        const char *method, *result;
+        bool colour;
+        const char *want;
+    } rows[] = {
+        {"blocked",
+         "{\"state\":\"blocked\",\"range_m\":3.416,\"range_sd_m\":0.05,\"confidence\":0.934,\"free_to_m\":3.2,"
+         "\"blind_to_m\":0.75,\"age_s\":1.23,\"reason\":\"heard\"}",
+         false,
+         "blocked: nearest obstacle at 3.42 m (sd 0.05 m, confidence 0.93)\n  free     0.75 m to 3.20 m\n  age    "
+         "  1.2 "
+         "s\n  because  heard\n"},
+        {"blocked",
+         "{\"state\":\"clear\",\"range_m\":null,\"free_to_m\":9,\"blind_to_m\":0.2,\"age_s\":75,\"reason\":"
+         "\"heard\"}",
+         true, "\033[32mclear\033[0m\n  free     0.20 m to 9.00 m\n  age      75 s\n  because  heard\n"},
+        {"blocked", "{\"state\":\"\\u001b[2J\\u009b\"}", false,
+         "?[2J\xc2?\n  free     - to -\n  age      -\n  because  -\n"},
+        {"version", "{\"version\":\"1.2\"}", false, "sonard 1.2\n"},
+        {"other", "[1,\"x\"]", false, "[\n  1,\n  \"x\"\n]\n"},
+        {"status", "7", false, "7\n"},
+    };
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        char *text = shown(rows[i].method, rows[i].result, rows[i].colour);
+
+        CHECK_STR(text, rows[i].want);
+        free(text);
+    }
+}
+
+TEST(no_data_does_not_look_like_no_obstacle)
+{
+    char *text = shown("status", "{\"data\":\"no data from the sonar\"}", false);
+
+    CHECK(strncmp(text, "data       no data from the sonar: ", 35) == 0);
+    free(text);
+    text = shown("sectors", "{\"sectors\":[{\"azimuth_deg\":0,\"state\":\"unknown\"}]}", false);
+    CHECK(strstr(text, "0 blocked, 0 clear, 1 unknown: nothing is known"));
+    free(text);
+}
+
+int main(void)
+{
+    if (!mkdtemp(directory))
+        return 1;
+    snprintf(path, sizeof path, "%s/sonard.sock", directory);
+    RUN(no_daemon_is_told_from_no_permission);
+    RUN(every_kind_of_answer_has_its_status);
+    RUN(notifications_are_kept_in_order);
+    RUN(command_lines_become_parameters);
+    RUN(results_are_readable);
+    RUN(no_data_does_not_look_like_no_obstacle);
+    rmdir(directory);
+    return test_end();
+}
