@@ -216,6 +216,7 @@ TEST(limits_are_named)
     check_reply("65536 brackets", line, RPC_LINE_MAX, ERROR(-32000) "arrays and objects nested deeper than 16...");
     memset(line + RPC_DEPTH_MAX, ']', RPC_DEPTH_MAX);
     check_reply("deepest nesting", line, 2 * RPC_DEPTH_MAX, "[" ERROR(-32600) "...");
+    check_reply("one level more", "[[[[[[[[[[[[[[[[[]]]]]]]]]]]]]]]]]", 34, ERROR(-32000) "...");
     check_reply("brackets in a string", "\"[[[[[[[[[[[[[[[[[[[[\\\"[[[[[[[\"", 31, ERROR(-32600) "...");
 
     for (int i = 1; i < RPC_BATCH_MAX; i++)
