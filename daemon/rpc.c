@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* 13 digits: a Unix time keeps its milliseconds, and 0.1 is printed as 0.1 */
+/* 15 digits: a Unix time keeps its microseconds, and 0.1 is printed as 0.1 */
 #define RESULT_FLAGS (JSON_COMPACT | JSON_ENCODE_ANY | JSON_REAL_PRECISION(15))
 #define ID_FLAGS     (JSON_COMPACT | JSON_ENCODE_ANY)
 
