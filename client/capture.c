@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * capture - command line of the capture tool, and the two commands that make a capture: import and repair. A file that
- * exists is never overwritten, and what could not be finished is removed again.
+ * capture - command line of the capture tool, and the two commands that make a capture: import and repair. A file
+ * that exists is never overwritten, and what could not be finished is removed again.
  */
 #include "capture.h"
 

@@ -18,7 +18,9 @@ int capture_main(int argc, char **argv);
 /** capture_info - what is in the capture `path`; 0, or 1 when it is damaged or unreadable. */
 int capture_info(const char *path);
 
-/** capture_export - the capture `path` as comma-separated values, to `out_path` (a new file) or standard output. */
+/**
+ * capture_export - the capture `path` as comma-separated values, to `out_path` (a new file) or standard output.
+ */
 int capture_export(const char *path, const char *out_path);
 
 /** capture_open - open for reading; damage is told on standard error. NULL, which is told too. */

@@ -4,7 +4,10 @@
 
 #include <string.h>
 
-/* Digit zero of every script; each has its ten digits in a row. Source: the Unicode character database, category Nd. */
+/*
+ * Digit zero of every script; each has its ten digits in a row. Source: the Unicode character database, category
+ * Nd.
+ */
 static const uint32_t digit_zero[] = {
     0x30,    0x660,   0x6f0,   0x7c0,   0x966,   0x9e6,   0xa66,   0xae6,   0xb66,   0xbe6,   0xc66,   0xce6,
     0xd66,   0xde6,   0xe50,   0xed0,   0xf20,   0x1040,  0x1090,  0x17e0,  0x1810,  0x1946,  0x19d0,  0x1a80,

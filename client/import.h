@@ -42,8 +42,8 @@ bool import_ping_viewer(const uint8_t *data, size_t size, const struct import_si
                         struct import_result *out);
 
 /**
- * import_text - each dumped device_data message goes to the sink as a frame with checksum. A dump without time stamps
- * gets one ping per listening time (samples * sample period) plus IMPORT_PACE_NS: 44.7 ms at 2 m.
+ * import_text - each dumped device_data message goes to the sink as a frame with checksum. A dump without time
+ * stamps gets one ping per listening time (samples * sample period) plus IMPORT_PACE_NS: 44.7 ms at 2 m.
  */
 void import_text(const uint8_t *data, size_t size, const struct import_sink *sink, struct import_result *out);
 

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * import_ping_viewer - Ping-Viewer's sensor log, version 1: a Qt data stream (big-endian). Head: the text "PingViewer
- * sensor log file", i32 version, five texts about the build, i32 sensor family and type. Then records until the end:
- * the time as text, u32 length and bytes. A text is a u32 length in bytes and UTF-16; length ffffffff is none.
+ * import_ping_viewer - Ping-Viewer's sensor log, version 1: a Qt data stream (big-endian). Head: the text
+ * "PingViewer sensor log file", i32 version, five texts about the build, i32 sensor family and type. Then records
+ * until the end: the time as text, u32 length and bytes. A text is a u32 length in bytes and UTF-16; length
+ * ffffffff is none.
  */
 #include "import.h"
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * record - see the header. A part that cannot be continued (disk full, file or folder gone) is closed as well as it
- * goes; the next one is tried after RECORD_RETRY_NS.
+ * record - see the header. A part that cannot be continued (disk full, file or folder gone) is closed as well as
+ * it goes; the next one is tried after RECORD_RETRY_NS.
  */
 #include "record.h"
 

@@ -3,10 +3,10 @@
  * record - keeps what the ports read and wrote, and the poses, as captures in a folder: parts of limited size, the
  * oldest removed. Knows no port and no client; never stops the daemon.
  *
- * A chunk goes to disk with a plain write(2) from the loop's thread, and a new part with an fsync(2) of the folder: on
- * a disk that stalls, the loop waits for it.
- * Each write starts the kernel's writing-back at once, so a power cut costs about the time between two commits of the
- * file system, and the daemon's own death costs at most the open chunk (1 s).
+ * A chunk goes to disk with a plain write(2) from the loop's thread, and a new part with an fsync(2) of the
+ * folder: on a disk that stalls, the loop waits for it. Each write starts the kernel's writing-back at once, so a
+ * power cut costs about the time between two commits of the file system, and the daemon's own death costs at most
+ * the open chunk (1 s).
  */
 #ifndef SONARD_RECORD_H
 #define SONARD_RECORD_H
@@ -57,7 +57,9 @@ int record_channel(struct record *rec, const char *topic, const char *encoding);
 /** record_message - keep n bytes that came or went at t_ns (monotonic). False: lost; record_status says why. */
 bool record_message(struct record *rec, int channel, uint64_t t_ns, const void *data, size_t n);
 
-/** record_tick - write a chunk older than RECORD_CHUNK_AGE_NS, try again after a failure; call it twice a second. */
+/**
+ * record_tick - write a chunk older than RECORD_CHUNK_AGE_NS, try again after a failure; call it twice a second.
+ */
 void record_tick(struct record *rec, uint64_t now_ns);
 
 const struct record_status *record_status(const struct record *rec);

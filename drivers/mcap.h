@@ -57,8 +57,8 @@ struct mcap_writer;
 struct mcap_writer *mcap_create(int fd, const struct mcap_options *options, char *err, size_t err_size);
 
 /**
- * mcap_add_channel - announce a channel; its record is on disk at once, so that a damaged chunk does not take it along.
- * metadata may be NULL when n_metadata is 0. Returns the channel's number, or -1 with a sentence in err.
+ * mcap_add_channel - announce a channel; its record is on disk at once, so that a damaged chunk does not take it
+ * along. metadata may be NULL when n_metadata is 0. Returns the channel's number, or -1 with a sentence in err.
  */
 int mcap_add_channel(struct mcap_writer *w, const char *topic, const char *encoding,
                      const struct mcap_pair *metadata, size_t n_metadata, char *err, size_t err_size);
@@ -68,10 +68,10 @@ bool mcap_attach(struct mcap_writer *w, const char *name, const char *media_type
                  const void *data, size_t size, char *err, size_t err_size);
 
 /**
- * mcap_write_message - add a message to the open chunk, writing the chunk when it is full. Times in nanoseconds of
- * any epoch. One write(2) at most; no allocation.
- * False with a sentence in err: the message is too large, the index is full, or the disk refuses; in the last case
- * the messages of the chunk are lost (mcap_written), what was on disk stays whole, and a later call may work again.
+ * mcap_write_message - add a message to the open chunk, writing the chunk when it is full. Times in nanoseconds
+ * of any epoch. Two write(2) at most; no allocation. False with a sentence in err: the message is too large, the
+ * index is full, or the disk refuses; in the last case the messages of the chunk are lost (mcap_written), what
+ * was on disk stays whole, and a later call may work again.
  */
 bool mcap_write_message(struct mcap_writer *w, int channel, uint32_t sequence, uint64_t log_ns,
                         uint64_t publish_ns, const void *data, size_t size, char *err, size_t err_size);
@@ -84,7 +84,9 @@ struct mcap_written mcap_written(const struct mcap_writer *w);
 /** mcap_fd - the file, for fstat and the like. */
 int mcap_fd(const struct mcap_writer *w);
 
-/** mcap_finish - flush, write the summary, close the file, free w. False with a sentence in err; w is gone anyway. */
+/**
+ * mcap_finish - flush, write the summary, close the file, free w. False with a sentence in err; w is gone anyway.
+ */
 bool mcap_finish(struct mcap_writer *w, char *err, size_t err_size);
 
 /* ---- reading ---- */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * mcap_chunk - see the header. Sizes come from the file: each is held against a limit before memory is asked for, and
- * unpacking stops where the stated size ends.
+ * mcap_chunk - see the header. Sizes come from the file: each is held against a limit before memory is asked for,
+ * and unpacking stops where the stated size ends.
  */
 #include "mcap_chunk.h"
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * mcap_chunk - takes chunk records apart, unpacks them, and finds them where the chain of records is broken. Part of
- * the MCAP reader; knows neither channels nor messages.
+ * mcap_chunk - takes chunk records apart, unpacks them, and finds them where the chain of records is broken. Part
+ * of the MCAP reader; knows neither channels nor messages.
  */
 #ifndef SONARD_MCAP_CHUNK_H
 #define SONARD_MCAP_CHUNK_H
@@ -32,7 +32,8 @@ bool mcap_parse_chunk(struct mcap_cursor content, struct mcap_chunk *out);
 
 /**
  * mcap_unpack - the chunk's unpacked_size bytes of records, valid until the next call and as long as the chunk.
- * NULL, with the end of a sentence in *why, when they are over MCAP_CHUNK_LIMIT, damaged, or of unknown compression.
+ * NULL, with the end of a sentence in *why, when they are over MCAP_CHUNK_LIMIT, damaged, or of unknown
+ * compression.
  */
 const uint8_t *mcap_unpack(struct mcap_unpacker *u, const struct mcap_chunk *chunk, const char **why);
 

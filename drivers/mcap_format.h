@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * mcap_format - what the MCAP writer and reader share: the format's constants, and laying bytes out and taking them
- * apart, little-endian. Nobody else includes this. Source: the MCAP specification, mcap.dev/spec.
+ * mcap_format - what the MCAP writer and reader share: the format's constants, and laying bytes out and taking
+ * them apart, little-endian. Nobody else includes this. Source: the MCAP specification, mcap.dev/spec.
  */
 #ifndef SONARD_MCAP_FORMAT_H
 #define SONARD_MCAP_FORMAT_H

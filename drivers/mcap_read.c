@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * mcap_read - reads captures, whole or damaged, record by record in the order of the file. Indexes and summary are
- * checked but not needed. The file is mapped, so a length in it never makes us allocate; only the unpacked chunk does,
- * up to MCAP_CHUNK_LIMIT. Where no whole record stands, the next chunk is looked for.
+ * mcap_read - reads captures, whole or damaged, record by record in the order of the file. Indexes and summary
+ * are checked but not needed. The file is mapped, so a length in it never makes us allocate; only the unpacked
+ * chunk does, up to MCAP_CHUNK_LIMIT. Where no whole record stands, the next chunk is looked for.
  */
 #include "mcap.h"
 

@@ -87,14 +87,14 @@ static bool reserve(struct mcap_bytes *b, size_t n)
 
 static bool no_memory(char *err, size_t err_size)
 {
-    return fail(err, err_size, "capture: out of memory");
+    return fail(err, err_size, "out of memory");
 }
 
 /* All of p to disk, or nothing of it. */
 static bool append(struct mcap_writer *w, const uint8_t *p, size_t n, char *err, size_t err_size)
 {
     if (w->broken)
-        return fail(err, err_size, "capture: an earlier write failed half-way; the file cannot be continued");
+        return fail(err, err_size, "an earlier write failed half-way; the file cannot be continued");
     for (size_t done = 0; done < n;) {
         ssize_t k = write(w->fd, p + done, n - done);
         if (k < 0 && errno == EINTR)
@@ -103,7 +103,7 @@ static bool append(struct mcap_writer *w, const uint8_t *p, size_t n, char *err,
             int cause = k < 0 ? errno : ENOSPC;
             w->broken = done > 0 && (ftruncate(w->fd, (off_t)w->written.bytes) != 0 ||
                                      lseek(w->fd, (off_t)w->written.bytes, SEEK_SET) < 0);
-            return fail(err, err_size, "capture: writing %zu bytes at offset %llu: %s", n,
+            return fail(err, err_size, "writing %zu bytes at offset %llu: %s", n,
                         (unsigned long long)w->written.bytes, strerror(cause));
         }
         done += (size_t)k;
@@ -268,7 +268,7 @@ bool mcap_flush(struct mcap_writer *w, char *err, size_t err_size)
         build_indexes(w, compressed);
         ok = append(w, w->out.p, w->out.n, err, err_size);
     } else {
-        ok = fail(err, err_size, "capture: compressing a chunk of %zu bytes failed", w->chunk.n);
+        ok = fail(err, err_size, "compressing a chunk of %zu bytes failed", w->chunk.n);
     }
     if (!ok)
         w->chunks.n = index_at;
@@ -280,14 +280,14 @@ bool mcap_write_message(struct mcap_writer *w, int channel, uint32_t sequence, u
                         uint64_t publish_ns, const void *data, size_t size, char *err, size_t err_size)
 {
     if (channel < 0 || (unsigned)channel >= w->n_channels)
-        return fail(err, err_size, "capture: there is no channel %d", channel);
+        return fail(err, err_size, "there is no channel %d", channel);
     if (size > w->message_bytes)
-        return fail(err, err_size, "capture: a message of %zu bytes; %zu is the limit", size, w->message_bytes);
+        return fail(err, err_size, "a message of %zu bytes; %zu is the limit", size, w->message_bytes);
     if ((w->chunk.n + MCAP_MESSAGE_HEAD + size > w->chunk_bytes || w->n_entries == w->max_entries) &&
         !mcap_flush(w, err, err_size))
         return false;
     if (mcap_written(w).full)
-        return fail(err, err_size, "capture: the index of chunks is full; begin another file");
+        return fail(err, err_size, "the index of chunks is full; begin another file");
 
     if (w->n_entries == 0 || log_ns < w->chunk_start_ns)
         w->chunk_start_ns = log_ns;
@@ -322,7 +322,7 @@ int mcap_add_channel(struct mcap_writer *w, const char *topic, const char *encod
     for (size_t i = 0; i < n_metadata; i++)
         room += 8 + strlen(metadata[i].key) + strlen(metadata[i].value);
     if (w->n_channels == MCAP_CHANNELS_MAX || strlen(topic) > MCAP_STRING_MAX || room > w->message_bytes) {
-        fail(err, err_size, "capture: no channel %.64s: %d channels of %d bytes of name are the limit", topic,
+        fail(err, err_size, "no channel %.64s: %d channels of %d bytes of name are the limit", topic,
              MCAP_CHANNELS_MAX, MCAP_STRING_MAX);
         return -1;
     }
@@ -360,8 +360,7 @@ bool mcap_attach(struct mcap_writer *w, const char *name, const char *media_type
     size_t names = strlen(name) + strlen(media_type);
     struct mcap_bytes b = {0};
     if (size > MCAP_CHUNK_LIMIT || names > MCAP_STRING_MAX)
-        return fail(err, err_size, "capture: attachment %.64s of %zu bytes; %u is the limit", name, size,
-                    MCAP_CHUNK_LIMIT);
+        return fail(err, err_size, "attachment %.64s of %zu bytes; %u is the limit", name, size, MCAP_CHUNK_LIMIT);
     if (!reserve(&b, MCAP_RECORD_HEAD + 16 + 8 + names + 8 + size + 4) ||
         !reserve(&w->attachments, MCAP_RECORD_HEAD + 40 + 8 + names)) {
         free(b.p);
@@ -537,7 +536,7 @@ struct mcap_writer *mcap_create(int fd, const struct mcap_options *options, char
     size_t index_bytes = options->index_bytes ? options->index_bytes : MCAP_INDEX_BYTES;
     bool ok;
     if (w->chunk_bytes + w->message_bytes > MCAP_CHUNK_LIMIT || strlen(options->library) > MCAP_STRING_MAX)
-        ok = fail(err, err_size, "capture: chunk and message together may have %u bytes", MCAP_CHUNK_LIMIT);
+        ok = fail(err, err_size, "chunk and message together may have %u bytes", MCAP_CHUNK_LIMIT);
     else if (!allocate(w, index_bytes))
         ok = no_memory(err, err_size);
     else
@@ -558,7 +557,7 @@ bool mcap_finish(struct mcap_writer *w, char *err, size_t err_size)
     w->fd = -1;
     bool closed = close(fd) == 0;
     if (flushed && ended && !closed)
-        fail(err, err_size, "capture: closing the file: %s", strerror(errno));
+        fail(err, err_size, "closing the file: %s", strerror(errno));
     writer_free(w);
     return flushed && ended && closed;
 }

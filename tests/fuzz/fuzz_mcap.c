@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* fuzz_mcap - any bytes as a capture: every message and attachment is within the limits, and reading comes to an end. */
+/*
+ * fuzz_mcap - any bytes as a capture: every message and attachment is within the limits, and reading comes to an
+ * end.
+ */
 #include "../../drivers/mcap.h"
 
 #include <stdlib.h>

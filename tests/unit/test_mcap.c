@@ -453,7 +453,7 @@ TEST(message_over_the_limit_is_refused_and_the_next_one_kept)
     struct mcap_writer *w = mcap_create(fd, &options, err, sizeof err);
     int c = mcap_add_channel(w, "/a", "octet-stream", NULL, 0, err, sizeof err);
     CHECK(!mcap_write_message(w, c, 0, 1, 1, big, 4097, err, sizeof err));
-    CHECK_STR(err, "capture: a message of 4097 bytes; 4096 is the limit");
+    CHECK_STR(err, "a message of 4097 bytes; 4096 is the limit");
     CHECK(mcap_write_message(w, c, 1, 2, 2, big, 10, err, sizeof err));
     CHECK(mcap_write_message(w, c, 2, 3, 3, big, 4096, err, sizeof err)); /* larger than a chunk: one of its own */
     CHECK(mcap_write_message(w, c, 3, 4, 4, big, 10, err, sizeof err));
