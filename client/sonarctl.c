@@ -430,8 +430,12 @@ int main(int argc, char **argv)
         return run_command(command, argc, argv, at);
     if (name && strcmp(name, "capture") == 0)
         return capture_main(argc - at, argv + at);
-    if (name && strcmp(name, "help") == 0)
-        return print_help(at + 1 < argc ? find_command(argv[at + 1]) : NULL);
+    if (name && strcmp(name, "help") == 0) {
+        name = at + 1 < argc ? argv[at + 1] : NULL;
+        command = name ? find_command(name) : NULL;
+        if (command || !name)
+            return print_help(command);
+    }
     if (!name && argc > 1 && (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0))
         return print_help(NULL);
     snprintf(message, sizeof message, name ? "no command '%.64s'" : "a command is missing", name);
