@@ -20,9 +20,9 @@ enum rpc_code {
     RPC_LIMIT = -32000, /* a limit of the server was reached; the message says which */
 };
 
-#define RPC_LINE_MAX 65536 /* longest request line, without the newline */
+#define RPC_LINE_MAX  65536 /* longest request line, without the newline */
 #define RPC_BATCH_MAX 64
-#define RPC_DEPTH_MAX 16   /* nesting of arrays and objects in a request */
+#define RPC_DEPTH_MAX 16 /* nesting of arrays and objects in a request */
 
 struct rpc_error {
     int code;          /* 0: none */
@@ -63,8 +63,8 @@ char *rpc_refusal(const char *message);
 char *rpc_notification(const char *method, json_t *params);
 
 /** rpc_invoke - call one method by name (for watches); NULL with *error set when it fails or is unknown. */
-json_t *rpc_invoke(const struct rpc_method *methods, const struct rpc_call *call, const char *method, json_t *params,
-                   struct rpc_error *error);
+json_t *rpc_invoke(const struct rpc_method *methods, const struct rpc_call *call, const char *method,
+                   json_t *params, struct rpc_error *error);
 
 /** rpc_refuse - fill *error with a sentence (bytes that JSON or a terminal would mind are replaced); returns false. */
 bool rpc_refuse(struct rpc_error *error, int code, const char *fmt, ...) __attribute__((format(printf, 3, 4)));

@@ -17,14 +17,16 @@
 struct server;
 
 struct server_conf {
-    const char *path;  /* of the socket; a stale file is replaced, a living one refuses the start */
-    unsigned mode;     /* permission bits of the socket */
+    const char *path; /* of the socket; a stale file is replaced, a living one refuses the start */
+    unsigned mode;    /* permission bits of the socket */
     int max_clients;
-    bool no_rate_limit; /* for a replay, whose clock may stand: then nothing would end the pause of a busy client */
+    bool
+        no_rate_limit; /* for a replay, whose clock may stand: then nothing would end the pause of a busy client */
 };
 
 struct server_stats {
-    uint64_t clients_now, clients_total, clients_refused, clients_cut; /* cut: for flooding, overlong lines, not reading */
+    uint64_t clients_now, clients_total, clients_refused,
+        clients_cut; /* cut: for flooding, overlong lines, not reading */
     uint64_t requests, errors, notifications_sent, notifications_skipped;
 };
 
