@@ -33,13 +33,14 @@ PROGRAMS := $(BUILD)/sonard $(BUILD)/sonarctl
 UNIT     := $(patsubst tests/unit/%.c,$(BUILD)/tests/%,$(wildcard tests/unit/test_*.c))
 SIM      := $(patsubst tests/sim/%.c,$(BUILD)/tests/%,$(wildcard tests/sim/*.c))
 BENCH    := $(patsubst tests/bench/%.c,$(BUILD)/tests/%,$(wildcard tests/bench/bench_*.c))
+HELPERS  := $(patsubst tests/tools/%.c,$(BUILD)/tests/%,$(wildcard tests/tools/*.c))
 TOOLS    := $(patsubst tests/lib/%.c,$(BUILD)/tests/%.so,$(wildcard tests/lib/*.c))
 
 .PHONY: all help deps deps-check clean programs tests suite demo check check-san layers fuzz bench install
 all: programs
 
 programs: $(PROGRAMS)
-tests: $(UNIT) $(SIM) $(BENCH) $(TOOLS)
+tests: $(UNIT) $(SIM) $(BENCH) $(HELPERS) $(TOOLS)
 
 $(GRID):    $(call obj,$(wildcard grid/*.c grid/*/*.c))
 $(DRIVERS): $(call obj,$(wildcard drivers/*.c))
@@ -66,21 +67,25 @@ $(BUILD)/sonarctl: $(BUILD)/client/sonarctl.o $(CLIENT) $(DRIVERS)
 	@echo '  LD    $@'
 	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
 
-# Test programs may look everywhere.
-$(BUILD)/tests/%: $(BUILD)/tests/unit/%.o $(ALL_A)
+# Test programs may look everywhere. Static patterns: as implicit rules these would match their own prerequisites.
+$(UNIT): $(BUILD)/tests/%: $(BUILD)/tests/unit/%.o $(ALL_A)
 	@mkdir -p $(@D)
 	@echo '  LD    $@'
 	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
 $(BUILD)/tests/test_sim_program: | $(BUILD)/tests/ping360_sim
-$(BUILD)/tests/%: $(BUILD)/tests/sim/%.o $(SIMLIB) $(DRIVERS) $(GRID)
+$(SIM): $(BUILD)/tests/%: $(BUILD)/tests/sim/%.o $(SIMLIB) $(DRIVERS) $(GRID)
 	@mkdir -p $(@D)
 	@echo '  LD    $@'
 	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
-$(BUILD)/tests/%: $(BUILD)/tests/bench/%.o $(ALL_A)
+$(BENCH): $(BUILD)/tests/%: $(BUILD)/tests/bench/%.o $(ALL_A)
 	@mkdir -p $(@D)
 	@echo '  LD    $@'
 	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
-$(BUILD)/tests/%.so: tests/lib/%.c
+$(HELPERS): $(BUILD)/tests/%: $(BUILD)/tests/tools/%.o $(GRID)
+	@mkdir -p $(@D)
+	@echo '  LD    $@'
+	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
+$(TOOLS): $(BUILD)/tests/%.so: tests/lib/%.c
 	@mkdir -p $(@D)
 	@$(CC) -shared -fPIC -O2 -D_GNU_SOURCE -o $@ $< -ldl
 
@@ -105,7 +110,7 @@ demo: deps
 	@$(MAKE) --no-print-directory -s programs
 	@BUILD=$(BUILD) tests/demo.sh
 
-SCRIPTS := $(wildcard tests/replay/*.sh tests/live/*.sh tests/model/run.sh tests/mcap/check.sh)
+SCRIPTS := $(wildcard tests/replay/*.sh tests/live/*.py tests/model/run.sh tests/mcap/check.sh)
 
 # Everything that one build can be tested with.
 suite: programs tests

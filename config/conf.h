@@ -76,11 +76,6 @@ struct conf_grid {
     double move_limit_m;     /* move_limit = 0.5 m: way driven after which a cleared direction is unknown again */
 };
 
-struct conf_vehicle {
-    double radius_m; /* radius = 0.3 m */
-    double margin_m; /* margin = 0.1 m: kept beyond the radius */
-};
-
 struct conf_pose {
     double max_age_s; /* max_age = 1 s: older is stale */
 };
@@ -112,7 +107,6 @@ struct conf {
     struct conf_water water;
     struct conf_extract extract;
     struct conf_grid grid;
-    struct conf_vehicle vehicle;
     struct conf_pose pose;
     struct conf_server server;
     struct conf_pipeline pipeline;

@@ -26,7 +26,6 @@ const struct conf_section conf_sections[] = {
     {"water", "The water the vehicle is in."},
     {"extract", "How the first echo of a beam is told from noise (CFAR: constant false-alarm rate)."},
     {"grid", "The map of free water around the vehicle, and what counts as blocked and as clear."},
-    {"vehicle", "The body that has to fit through."},
     {"pose", "What is known about where the vehicle is and how it lies."},
     {"server", "The socket on which questions are answered."},
     {"pipeline", "How the work is spread over processors. Changes the time an answer takes, never the answer."},
@@ -138,11 +137,6 @@ const struct conf_key conf_keys[] = {
     {"grid", "move_limit", QUANTITY(1, "m", 0.05, 100), .standard = "0.5 m", CONF(grid.move_limit_m),
      .help =
          "A direction that was clear is unknown again after the vehicle has moved this far without seeing it."},
-
-    {"vehicle", "radius", QUANTITY(1, "m", 0.01, 50), .standard = "0.3 m", CONF(vehicle.radius_m),
-     .help = "Of a sphere around the reference point that holds the vehicle."},
-    {"vehicle", "margin", QUANTITY(1, "m", 0, 50), .standard = "0.1 m", CONF(vehicle.margin_m),
-     .help = "Water to keep beyond the radius."},
 
     {"pose", "max_age", QUANTITY(1, "s", 0.01, 3600), .standard = "1 s", CONF(pose.max_age_s),
      .help = "An older pose is stale, and what needs it is unknown."},

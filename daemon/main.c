@@ -188,7 +188,8 @@ static bool make_server(struct daemon *d, char *err, size_t err_size)
 {
     struct server_conf c = {.path = d->conf.server.socket,
                             .mode = (unsigned)d->conf.server.mode,
-                            .max_clients = d->conf.server.max_clients};
+                            .max_clients = d->conf.server.max_clients,
+                            .no_rate_limit = d->replay};
     if (strcmp(c.path, "none") == 0)
         return true;
     d->server = server_start(d->loop, &c, daemon_methods, d, err, err_size);

@@ -53,7 +53,7 @@ void ping360_fill_ping(struct ping *ping, const struct ping_frame *frame, const 
     ping->t_ns = begun_ns > listening_ns ? begun_ns - listening_ns : 0;
     ping->t_in_ns = frame->t_last_ns;
     ping->kind = PING_PROFILE;
-    ping->law = AMPLITUDE_LINEAR;
+    ping->law = AMPLITUDE_SQRT;
     ping->sample_bytes = 1;
     ping->n_beams = 1;
     ping->n_bins = data->n_data < ping->max_samples ? data->n_data : ping->max_samples;

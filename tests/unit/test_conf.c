@@ -80,7 +80,7 @@ static void check_broken(const struct broken *cases, size_t n)
 #define CHECK_BROKEN(cases) check_broken(cases, sizeof(cases) / sizeof(cases)[0])
 
 #define SECTIONS                                                                                                  \
-    "want one of [sonar NAME], [water], [extract], [grid], [vehicle], [pose], [server], [pipeline], [record], "   \
+    "want one of [sonar NAME], [water], [extract], [grid], [pose], [server], [pipeline], [record], "   \
     "[log]"
 #define LENGTHS "(m, cm, mm, km)"
 #define ANGLES  "(rad, deg, grad)"
@@ -184,8 +184,8 @@ TEST(broken_values)
          "t.conf:4: [sonar a] range = 74.9 cm: out of range; want 0.75 to 200 m " LENGTHS},
         {"missing unit", BASE "range = 20\n",
          "t.conf:4: [sonar a] range = 20: the unit is missing; want 0.75 to 200 m " LENGTHS},
-        {"a zero has a unit, too", BASE "[vehicle]\nmargin = 0\n",
-         "t.conf:5: [vehicle] margin = 0: the unit is missing; want 0 to 50 m " LENGTHS},
+        {"a zero has a unit, too", BASE "[grid]\nmove_limit = 0\n",
+         "t.conf:5: [grid] move_limit = 0: the unit is missing; want 0.05 to 100 m " LENGTHS},
         {"wrong unit", BASE "range = 20 s\n",
          "t.conf:4: [sonar a] range = 20 s: 's' is not a unit of it; want 0.75 to 200 m " LENGTHS},
         {"unknown unit", BASE "range = 20 feet\n",
@@ -526,12 +526,12 @@ TEST(print_says_where_from)
 {
     struct conf conf;
     struct conf_source *source;
-    const char *text = BASE "range = 5 m\n[vehicle]\nradius = 40 cm\n";
+    const char *text = BASE "range = 5 m\n[grid]\nmove_limit = 40 cm\n";
     CHECK_INT(conf_load_text(&conf, &source, "a\nb.conf", text, strlen(text), NULL, note_fault, NULL), 0);
     char *printed = to_text(NULL, &conf, source);
     CHECK(strstr(printed, "range = 5 m                              ; a?b.conf:4\n") != NULL);
-    CHECK(strstr(printed, "radius = 0.4 m                           ; a?b.conf:6\n") != NULL);
-    CHECK(strstr(printed, "margin = 0.1 m                           ; default\n") != NULL);
+    CHECK(strstr(printed, "move_limit = 0.4 m                       ; a?b.conf:6\n") != NULL);
+    CHECK(strstr(printed, "layer = 0.05 m                           ; default\n") != NULL);
     size_t size;
     CHECK_STR(conf_source_text(source, &size), text);
     CHECK_INT(size, strlen(text));

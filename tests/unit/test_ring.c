@@ -6,6 +6,7 @@
 #include "../lib/test.h"
 
 #include <pthread.h>
+#include <sched.h>
 
 #include "../../daemon/ring.h"
 
@@ -88,6 +89,8 @@ TEST(two_threads_lose_only_the_oldest_and_no_buffer)
     pthread_create(&thread, NULL, consume, NULL);
     uint32_t dropped = 0;
     for (uint32_t n = 1; n <= MESSAGES; n++) {
+        if (n % 16 == 0)
+            sched_yield(); /* let the consumer win some */
         uint32_t v = obtain(&dropped);
         content[v] = n < MESSAGES ? n : STOP;
         CHECK(ring_put(&ring, v));
