@@ -40,6 +40,7 @@ TOOLS    := $(patsubst tests/lib/%.c,$(BUILD)/tests/%.so,$(wildcard tests/lib/*.
 all: programs
 
 programs: $(PROGRAMS)
+	@:
 tests: $(UNIT) $(SIM) $(BENCH) $(HELPERS) $(TOOLS)
 
 $(GRID):    $(call obj,$(wildcard grid/*.c grid/*/*.c))
@@ -107,19 +108,20 @@ deps-check:
 	@tests/deps.sh check
 
 demo: deps
-	@$(MAKE) --no-print-directory -s programs
+	@$(MAKE) --no-print-directory programs $(BUILD)/tests/walls
 	@BUILD=$(BUILD) tests/demo.sh
 
-SCRIPTS := $(wildcard tests/replay/*.sh tests/live/*.py tests/model/run.sh tests/mcap/check.sh)
+SCRIPTS := $(wildcard tests/replay/*.sh tests/live/test_*.py)
+CHECKS  := tests/layers.sh tests/valgrind.sh tests/model/run.sh tests/mcap/check.sh
 
 # Everything that one build can be tested with.
 suite: programs tests
-	@BUILD=$(BUILD) SAN=$(SAN) tests/run.sh $(UNIT) tests/layers.sh $(SCRIPTS)
+	@BUILD=$(BUILD) SAN=$(SAN) tests/run.sh $(UNIT) $(SCRIPTS)
 
 check: deps-check
 	@$(MAKE) --no-print-directory CC=gcc programs tests
 	@$(MAKE) --no-print-directory CC=clang BUILD=$(BUILD)/clang programs tests
-	@BUILD=$(BUILD) tests/run.sh $(UNIT) tests/layers.sh tests/valgrind.sh $(SCRIPTS)
+	@BUILD=$(BUILD) tests/run.sh $(UNIT) $(SCRIPTS) $(CHECKS)
 
 check-san: deps-check
 	@$(MAKE) --no-print-directory CC=gcc SAN=address,undefined BUILD=$(BUILD)/asan suite
@@ -129,7 +131,7 @@ layers: $(GRID)
 	@BUILD=$(BUILD) tests/layers.sh
 
 fuzz: deps-check
-	@BUILD=$(BUILD) tests/fuzz/run.sh
+	@BUILD=$(BUILD) SECONDS=$(or $(SECONDS),20) tests/fuzz/run.sh
 
 bench: programs $(BENCH) $(SIM)
 	@BUILD=$(BUILD) tests/bench/run.sh

@@ -121,7 +121,10 @@ static void show_sectors(const struct page *page, const json_t *result)
 
     fprintf(page->out, "%s, azimuth clockwise from %s", utc(a, number(result, "t_unix")),
             strcmp(text(b, result, "frame"), "ned") == 0 ? "north" : "forward");
-    fprintf(page->out, ", pose %s old\n", duration(a, number(result, "pose_age_s")));
+    if (json_is_null(json_object_get(result, "pose_age_s")))
+        fputs(", no pose\n", page->out);
+    else
+        fprintf(page->out, ", pose %s old\n", duration(a, number(result, "pose_age_s")));
     fprintf(page->out, "%9s  %-8s %9s %10s %8s\n", "azimuth", "state", "range", "free to", "age");
     for (size_t i = 0; i < json_array_size(list); i++) {
         const json_t *sector = json_array_get(list, i);

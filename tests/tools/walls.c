@@ -24,6 +24,9 @@ static const struct wall {
     {"end", 1.460, 184.7, 176, 194, 0.03, 1.00},
     {"side B", 0.294, 273.9, 198, 225, 0.05, 0.80},
 };
+/* So far before every wall an echo stands in open water: beyond what grazing incidence smears a wall by. */
+#define OPEN_WATER_M 0.1
+
 #define WALLS (sizeof walls / sizeof walls[0])
 
 static double range_of(const struct wall *w, double bearing_deg)
@@ -59,7 +62,7 @@ int main(void)
         json_t *echo = json_object_get(row, "echo_m");
         double range = json_is_number(echo) ? json_number_value(echo) : INFINITY;
         beams++;
-        open_water += range < nearest_wall(bearing) - 0.05;
+        open_water += range < nearest_wall(bearing) - OPEN_WATER_M;
         for (size_t k = 0; k < WALLS; k++) {
             if (bearing < walls[k].from_deg - 0.01 || bearing > walls[k].to_deg + 0.01)
                 continue;
