@@ -378,40 +378,58 @@ static void carve_direction(struct sphere *s, uint32_t d, const struct beam *b)
     }
 }
 
-/*
- * Cosine of the angle within which, seen from the grid's centre, all of the beam at range_m and beyond lies: its
- * opening, a cell, and the parallax of a sensor that does not sit in the centre.
- */
-static double cos_within(const struct sphere *s, const struct beam *b, double range_m)
+/* A sieve for directions, as seen from the grid's centre: all of the beam at some range and beyond passes it. */
+struct sieve {
+    double cos_axis; /* least cosine to the beam's axis */
+    double sin_side; /* greatest sine of the angle out of the plane of its axis and height */
+};
+
+/* The beam's opening, a cell, and the parallax of a sensor that does not sit in the centre. */
+static struct sieve sieve_from(const struct sphere *s, const struct beam *b, double range_m)
 {
     double parallax = b->lever_m < range_m ? asin(b->lever_m / range_m) : GEO_PI / 2;
-    double angle = hypot(b->half_az, b->half_el) + s->rings.height_rad + s->rings.step_rad + parallax;
-    return angle < GEO_PI ? cos(angle) : -1;
+    double cell = s->rings.height_rad + s->rings.step_rad;
+    double angle = hypot(b->half_az, b->half_el) + cell + parallax;
+    double side = b->half_az + cell + parallax;
+    return (struct sieve){.cos_axis = angle < GEO_PI ? cos(angle) : -1,
+                          .sin_side = side < GEO_PI / 2 ? sin(side) : 1};
+}
+
+static bool passes(const struct sieve *sieve, double along, double aside)
+{
+    return along >= sieve->cos_axis && fabs(aside) <= sieve->sin_side;
+}
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
 #define NEAREST_M 0.1 /* nothing is heard nearer: bounds the parallax */
 
 static void enter_beam(struct sphere *s, struct beam *b)
 {
-    double az, el, sensor[3];
     const struct beam_echoes *h = b->heard;
-    geo_direction(h->az_rad, h->el_rad, sensor);
-    quat_rotate(b->turn, sensor, b->axis);
+    double az, el, side[3] = {-b->sin_az, b->cos_az, 0};
+    geo_direction(h->az_rad, h->el_rad, b->axis);
+    quat_rotate(b->turn, b->axis, b->axis);
+    quat_rotate(b->turn, side, side);
     geo_angles(b->axis, &az, &el);
     bool claims = h->free_to_m > h->blind_m;
-    double cos_clear = cos_within(s, b, h->free_to_m), cos_hit = cos_within(s, b, h->n ? h->echo[0].range_m : 1);
-    double opening = acos(cos_within(s, b, fmax(h->blind_m, NEAREST_M)));
+    struct sieve near = sieve_from(s, b, fmax(h->blind_m, NEAREST_M));
+    struct sieve clear = sieve_from(s, b, h->free_to_m);
+    struct sieve hit = sieve_from(s, b, h->n ? h->echo[0].range_m : 1);
 
-    struct rings_visit v = rings_visit(&s->rings, az, el, fmin(opening, GEO_PI / 2));
+    struct rings_visit v = rings_visit(&s->rings, az, el, fmin(acos(near.cos_axis), GEO_PI / 2));
     while (rings_next(&v)) {
-        const double *axis = s->axis[v.direction];
-        double along = axis[0] * b->axis[0] + axis[1] * b->axis[1] + axis[2] * b->axis[2];
-        if (claims && s->direction[v.direction].first != NO_CELL)
+        double along = dot(s->axis[v.direction], b->axis), aside = dot(s->axis[v.direction], side);
+        if (claims && s->direction[v.direction].first != NO_CELL && passes(&near, along, aside))
             carve_direction(s, v.direction, b);
-        if (claims && along >= cos_clear)
+        if (claims && passes(&clear, along, aside))
             clear_direction(s, v.direction, b);
-        for (uint8_t i = 0; along >= cos_hit && i < h->n; i++)
-            hit_direction(s, v.direction, b, &h->echo[i]);
+        if (h->n && passes(&hit, along, aside))
+            for (uint8_t i = 0; i < h->n; i++)
+                hit_direction(s, v.direction, b, &h->echo[i]);
     }
 }
 

@@ -57,7 +57,8 @@ int main(void)
         fprintf(stderr, "walls: no rows on standard input: %s\n", fault.text);
         return 1;
     }
-    json_array_foreach(rows, i, row) {
+    json_array_foreach(rows, i, row)
+    {
         double bearing = geo_deg(geo_wrap(geo_rad(json_number_value(json_object_get(row, "azimuth_deg")) + 180)));
         json_t *echo = json_object_get(row, "echo_m");
         double range = json_is_number(echo) ? json_number_value(echo) : INFINITY;
