@@ -2,6 +2,7 @@
 #include "source.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -216,6 +217,33 @@ static void on_retry(void *ctx, uint64_t now_ns)
 
 /* ---- life ---- */
 
+/* A body-side azimuth as the sensor has it. */
+static double to_sensor(const struct mount *mount, double az_rad)
+{
+    double v[3], az, el;
+    geo_direction(az_rad, 0, v);
+    quat_rotate_inverse(mount->attitude, v, v);
+    geo_angles(v, &az, &el);
+    return az;
+}
+
+#define FULL_CIRCLE_SLACK_RAD 1e-6
+
+/* The configured sector is the vehicle's; the head's own is turned with its mount, and mirrored when it hangs upside
+ * down. */
+static void sector_of(const struct conf_sonar *conf, struct device_conf *d)
+{
+    if (fabs(geo_wrap_pi(conf->sector_rad[1] - conf->sector_rad[0])) < FULL_CIRCLE_SLACK_RAD)
+        return; /* equal ends: the full circle */
+    struct mount mount = mount_identity;
+    double down[3] = {0, 0, 1};
+    quat_from_rpy(conf->rotation_rad[0], conf->rotation_rad[1], conf->rotation_rad[2], mount.attitude);
+    quat_rotate(mount.attitude, down, down);
+    bool inverted = down[2] < 0;
+    d->sector_start_rad = to_sensor(&mount, conf->sector_rad[inverted ? 1 : 0]);
+    d->sector_end_rad = to_sensor(&mount, conf->sector_rad[inverted ? 0 : 1]);
+}
+
 static void describe(const struct source *s, const struct conf_sonar *conf, const struct conf_water *water,
                      struct device_conf *d)
 {
@@ -223,15 +251,12 @@ static void describe(const struct source *s, const struct conf_sonar *conf, cons
     *d = (struct device_conf){.range_m = conf->range_m,
                               .sound_speed_mps = water->sound_speed_mps,
                               .gain = conf->gain,
-                              .sector_start_rad = conf->sector_rad[0],
-                              .sector_end_rad = conf->sector_rad[1],
                               .step_rad = conf->step_rad,
                               .frequency_hz = conf->frequency_hz,
                               .request_response = conf->mode == CONF_MODE_REQUEST,
                               .listen_only = s->env.replay,
                               .baud = colon ? (unsigned)strtoul(colon + 1, NULL, 10) : 0};
-    if (geo_wrap(d->sector_start_rad) == geo_wrap(d->sector_end_rad))
-        d->sector_end_rad = d->sector_start_rad;
+    sector_of(conf, d);
 }
 
 static void open_channels(struct source *s)

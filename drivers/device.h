@@ -44,7 +44,7 @@ struct device_conf {
     double range_m;
     double sound_speed_mps;
     int gain;                             /* device's own scale; -1: device's default */
-    double sector_start_rad, sector_end_rad; /* body-side azimuths, clockwise from start to end; equal: full circle */
+    double sector_start_rad, sector_end_rad; /* in the sensor frame, clockwise from start to end; equal: full circle */
     double step_rad;
     double frequency_hz;                  /* 0: device's default */
     bool request_response;                /* ask for every ping instead of letting the device transmit by itself */
