@@ -136,6 +136,23 @@ fuzz: deps-check
 bench: programs $(BENCH) $(SIM)
 	@BUILD=$(BUILD) tests/bench/run.sh
 
+# ---- manual pages, installation ----
+
+$(BUILD)/sonard.conf.5: docs/sonard.conf.5.in $(BUILD)/sonard
+	@echo '  GEN   $@'
+	@$(BUILD)/sonard --man-table > $@.table
+	@sed -e '/^@TABLE@$$/{r $@.table' -e 'd}' $< > $@
+	@rm $@.table
+
+install: programs $(BUILD)/sonard.conf.5
+	install -D -m 755 $(BUILD)/sonard $(DESTDIR)$(PREFIX)/sbin/sonard
+	install -D -m 755 $(BUILD)/sonarctl $(DESTDIR)$(PREFIX)/bin/sonarctl
+	install -D -m 644 docs/sonard.8 $(DESTDIR)$(PREFIX)/share/man/man8/sonard.8
+	install -D -m 644 docs/sonarctl.1 $(DESTDIR)$(PREFIX)/share/man/man1/sonarctl.1
+	install -D -m 644 $(BUILD)/sonard.conf.5 $(DESTDIR)$(PREFIX)/share/man/man5/sonard.conf.5
+	install -D -m 644 docs/sonard-protocol.7 $(DESTDIR)$(PREFIX)/share/man/man7/sonard-protocol.7
+	test -e $(DESTDIR)/etc/sonard/sonard.conf || install -D -m 644 config/sonard.conf $(DESTDIR)/etc/sonard/sonard.conf
+
 clean:
 	rm -rf $(BUILD) demo
 
