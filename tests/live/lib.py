@@ -110,7 +110,7 @@ class Client:
             else:
                 return message
 
-    def call(self, method, **params):
+    def call(self, method, /, **params):
         self.last_id += 1
         request = {"jsonrpc": "2.0", "id": self.last_id, "method": method, "params": params}
         self.send(json.dumps(request).encode() + b"\n")

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: MIT
 """What sonard answers about a scene against what the virtual sonar knows is there."""
 import threading
