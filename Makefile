@@ -36,7 +36,7 @@ BENCH    := $(patsubst tests/bench/%.c,$(BUILD)/tests/%,$(wildcard tests/bench/b
 HELPERS  := $(patsubst tests/tools/%.c,$(BUILD)/tests/%,$(wildcard tests/tools/*.c))
 TOOLS    := $(patsubst tests/lib/%.c,$(BUILD)/tests/%.so,$(wildcard tests/lib/*.c))
 
-.PHONY: all help deps deps-check clean programs tests suite demo check check-san layers fuzz bench install
+.PHONY: all help deps deps-check clean programs tests suite demo check check-san check-vm layers fuzz bench install
 all: programs
 
 programs: $(PROGRAMS)
@@ -97,6 +97,7 @@ help:
 	@echo 'make demo       install what is missing, build, replay a real recording, print its sectors, draw them'
 	@echo 'make check      install what is missing, build with gcc and clang, run every test'
 	@echo 'make check-san  the tests under address+undefined and under thread sanitizer'
+	@echo 'make check-vm   what needs a kernel with CAN and GPIO, in a virtual machine'
 	@echo 'make fuzz       run every fuzz target for SECONDS (20) each'
 	@echo 'make bench      measure: range bins per second, ping to picture'
 	@echo 'make layers     who may include whom'
@@ -126,6 +127,11 @@ check: deps-check
 check-san: deps-check
 	@$(MAKE) --no-print-directory CC=gcc SAN=address,undefined BUILD=$(BUILD)/asan suite
 	@$(MAKE) --no-print-directory CC=clang SAN=thread BUILD=$(BUILD)/tsan suite
+
+check-vm:
+	@tests/deps.sh vm
+	@$(MAKE) --no-print-directory programs tests
+	@BUILD=$(BUILD) tests/vm/run.sh
 
 layers: $(GRID)
 	@BUILD=$(BUILD) tests/layers.sh

@@ -1,15 +1,18 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# deps.sh [build|check] - installs what is missing on a Debian 12: what building needs, or what all tests need too.
+# deps.sh [build|check|vm] - installs what is missing on a Debian 12: what building needs, what all tests need too, or
+# what the virtual machine of check-vm needs on top of building.
 # Needs root or sudo only when something is missing.
 set -eu
 build="gcc libc6-dev make pkg-config libinih-dev libjansson-dev liblz4-dev libzstd-dev zlib1g-dev"
 check="$build clang libclang-rt-14-dev valgrind spin librsvg2-bin python3 nodejs"
+vm="$build qemu-system-x86 busybox-static cpio kmod xz-utils iproute2 can-utils gpiod"
 
 case "${1:-build}" in
 build) want=$build ;;
 check) want=$check ;;
-*) echo "usage: deps.sh [build|check]" >&2; exit 2 ;;
+vm) want=$vm ;;
+*) echo "usage: deps.sh [build|check|vm]" >&2; exit 2 ;;
 esac
 
 missing=

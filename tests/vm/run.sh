@@ -1,0 +1,48 @@
+#!/bin/bash
+# SPDX-License-Identifier: MIT
+# run.sh [GUEST-SCRIPT ...] - boots a throw-away virtual machine with a plain Debian kernel, which has the CAN and GPIO that
+# the build machine's may lack, runs the scripts in it (without arguments: every tests/vm/guest_*.sh) as tests/run.sh does,
+# and ends with their status. What was built is taken from BUILD. LIMIT=seconds for all of it (180).
+#
+# A guest script runs as root with the source tree as working directory, BUILD set, and the host's programs at hand.
+set -euo pipefail
+here=$(cd "$(dirname "$0")" && pwd)
+repo=$(cd "$here/../.." && pwd)
+build=$(cd "${BUILD:-$repo/build}" && pwd)
+begun=$SECONDS
+[ $# -gt 0 ] || { cd "$repo"; set -- tests/vm/guest_*.sh; }
+
+kernel=$("$here/setup.sh" "$build/vm" | tail -n 1)
+echo "kernel ${kernel##*/}, ready after $((SECONDS - begun)) s"
+out=$(mktemp -d)
+trap 'rm -rf "$out"' EXIT
+mkdir -p "$out"/{ram/{bin,dev,proc,sys,low,rw,new},shared}
+cp -r "$kernel/modules" "$out/ram/"
+cp "$(command -v busybox)" "$out/ram/bin/busybox"
+install -m755 "$here/init" "$out/ram/init"
+(cd "$out/ram" && find . | cpio -o -H newc --quiet) | gzip -1 > "$out/initrd"
+echo "BUILD=/run/build LIMIT=120 tests/run.sh $* > /run/out/results 2>&1" > "$out/shared/cmd"
+
+share() { # TAG FOLDER [,readonly=on]
+    echo "-fsdev local,id=$1,path=$2,security_model=none,multidevs=remap${3:-} -device virtio-9p-pci,fsdev=$1,mount_tag=$1"
+}
+status=0
+# A virtual machine of its own accord takes KVM where that only seems to work: say tcg.
+# shellcheck disable=SC2046
+timeout -k 5 "${LIMIT:-180}" qemu-system-x86_64 -cpu max -accel tcg -smp 2 -m 768 \
+    -nodefaults -no-user-config -display none -no-reboot -serial stdio -device virtio-rng-pci \
+    -kernel "$kernel/vmlinuz" -initrd "$out/initrd" -append "console=ttyS0 quiet panic=-1" \
+    $(share root / ,readonly=on) $(share repo "$repo" ,readonly=on) $(share build "$build" ,readonly=on) \
+    $(share out "$out/shared") < /dev/null > "$out/console" 2>&1 || status=$?
+
+[ -s "$out/shared/results" ] && cat "$out/shared/results"
+if [ -s "$out/shared/rc" ]; then
+    status=$(cat "$out/shared/rc")
+else
+    [ "$status" -eq 124 ] && echo "FAIL the virtual machine did not end within ${LIMIT:-180} s" ||
+        echo "FAIL the virtual machine died (status $status)"
+    tail -n 30 "$out/console"
+    status=1
+fi
+echo "virtual machine: $((SECONDS - begun)) s in all"
+exit "$status"
