@@ -1,0 +1,202 @@
+#!/usr/bin/env -S python3 -B
+# SPDX-License-Identifier: MIT
+"""Recording a live sonar and replaying the capture: the same answers, also after the power went."""
+import glob
+import json
+import os
+import signal
+import threading
+import time
+
+from lib import PATIENCE, SONARD, RpcError, check, note, pings_until, run, until
+
+TURN = 200  # pings of a full circle at 1.8 degrees
+
+
+class Voyage(threading.Thread):
+    """Moves the vehicle, in the water and for the daemon, ten times a second: it turns slowly and drifts ahead."""
+
+    def __init__(self, sim, daemon):
+        super().__init__(daemon=True)
+        self.sim = sim
+        self.client = daemon.client()
+        self.steps = 0
+        self.ended = threading.Event()
+
+    def step(self):
+        self.steps += 1
+        north, yaw = 0.01 * self.steps, 0.5 * self.steps
+        self.sim.command("pose %g 0 0 %g" % (north, yaw))
+        self.client.call("pose", attitude_deg=[0, 0, yaw], position_m=[north, 0, 0], t_unix=time.time())
+
+    def run(self):
+        while not self.ended.wait(0.1):
+            self.step()
+
+    def end(self):
+        self.ended.set()
+        self.join()
+
+
+def start(bench, directory, voyage=True):
+    sim = bench.sim(truth=True)
+    bench.conf()
+    daemon = bench.sonard("--record", directory)
+    client = daemon.client()
+    if not voyage:
+        return sim, daemon, client, None
+    trip = Voyage(sim, daemon)
+    trip.step()
+    trip.start()
+    return sim, daemon, client, trip
+
+
+def only_capture(directory):
+    files = glob.glob(os.path.join(directory, "*.mcap"))
+    check(len(files) == 1, "captures: %s" % files)
+    return files[0]
+
+
+def shape(sectors):
+    """What must not differ between live and replay: the ages do, for they are asked at another moment."""
+    return [(s["azimuth_deg"], s["state"], s["range_m"], s["free_to_m"]) for s in sectors]
+
+
+def same(live, replay):
+    """Equal, but for the last digit: a capture's times are whole nanoseconds of another clock."""
+    def equal(a, b):
+        return a == b or (None not in (a, b) and not isinstance(a, str) and abs(a - b) <= 0.001)
+    differing = [(a, b) for a, b in zip(shape(live), shape(replay)) if not all(map(equal, a, b))]
+    check(not differing, "live and replay differ: %s" % differing[:5])
+
+
+def replay(bench, capture, *arguments, status=0):
+    result = bench.run(SONARD, "--replay", capture, "--socket", "none", *arguments)
+    check(result.returncode == status, "replay ends with %d: %s" % (result.returncode, result.stderr[-500:]))
+    return result
+
+
+def answers(bench, capture, name, *arguments):
+    out = bench.path(name)
+    replay(bench, capture, "--answers", out, *arguments)
+    with open(out, "rb") as f:
+        return f.read()
+
+
+def pings_of(bench, capture):
+    """Ping lines of the exported capture."""
+    result = bench.sonarctl("capture", "export", "--csv", capture)
+    return sum(1 for line in result.stdout.splitlines() if line[:1].isdigit())
+
+
+def same_answers(bench):
+    """A replay, with any number of threads, ends with the sectors that were answered live."""
+    directory = bench.path("captures")
+    sim, daemon, client, voyage = start(bench, directory)
+    pings_until(client, TURN + 20)
+    sim.command("silent 60")  # no ping any more; the poses go on
+    quiet = [0]
+
+    def still():
+        before, quiet[0] = quiet[0], client.sensor()["pings"]
+        return before == quiet[0]
+    until(still, "the last ping", every_s=0.2)
+    voyage.end()
+    live, live_ned = (client.call("sectors", frame=frame)["sectors"] for frame in ("body", "ned"))
+    pings = client.sensor()["pings"]
+    record = client.call("status")["record"]
+    check(record["recording"] and record["lost_messages"] == 0 and record["error"] == "", "record: %s" % record)
+    daemon.stop()
+    capture = only_capture(directory)
+    check(record["path"] == capture, "status names %s" % record["path"])
+
+    info = bench.sonarctl("capture", "info", capture)
+    check(info.returncode == 0, "capture info: %s" % info.stderr)
+    for word in ("/head/rx", "/head/tx", "/pose", "sonard.conf"):
+        check(word in info.stdout, "capture info does not tell %s" % word)
+    check(pings_of(bench, capture) == pings, "%d pings in the capture, %d live" % (pings_of(bench, capture), pings))
+
+    first = answers(bench, capture, "first", "--threads", "0")
+    lines = [json.loads(line) for line in first.splitlines()]
+    check([line["event"] for line in lines][-1] == "end" and len(lines) >= 2, "events: %s" % [l["event"] for l in lines])
+    same(live, lines[-1]["sectors"]["sectors"])
+    blocked = sum(s["state"] == "blocked" for s in live)
+    check(blocked >= 60, "only %d sectors blocked" % blocked)
+    for name, threads in (("again", "0"), ("one", "1"), ("two", "2"), ("two_again", "2")):
+        check(answers(bench, capture, name, "--threads", threads) == first,
+              "the answers of run '%s' with %s threads differ" % (name, threads))
+    note("replays with 0, 0, 1, 2, 2 threads: %d lines, %d bytes each, all equal" % (len(lines), len(first)))
+
+    stayed = bench.sonard("--replay", capture, "--stay", conf=False)
+    client = stayed.client()
+    until(lambda: client.call("status")["mode"] == "replay, ended", "the end of the replay")
+    same(live_ned, client.call("sectors", frame="ned")["sectors"])
+    check(client.call("status")["pose"]["count"] == voyage.steps, "not all poses were replayed")
+
+
+def killed(bench):
+    """kill -9 while recording: what is on the disk can be read, repaired and replayed, and is nearly all."""
+    directory = bench.path("captures")
+    _, daemon, client, voyage = start(bench, directory)
+    pings_until(client, TURN + 50)
+    voyage.end()
+    pings_until(client, 1)
+    live = client.sensor()["pings"]
+    daemon.expected = -signal.SIGKILL
+    daemon.process.kill()
+    daemon.wait()
+    capture = only_capture(directory)
+    times = [ping["t_ns"] * 1e-9 for ping in bench.truth()]
+    period = (times[-1] - times[0]) / len(times)
+
+    info = bench.sonarctl("capture", "info", capture)
+    check(info.returncode == 1, "capture info does not tell the damage: %s" % info.stdout)
+    lost_s = (live - pings_of(bench, capture)) * period
+    note("kill -9: the last %.2f s of recording are lost" % lost_s)
+    check(lost_s <= 2 * PATIENCE, "%.2f s of recording are lost" % lost_s)
+    repaired = bench.path("repaired.mcap")
+    result = bench.sonarctl("capture", "repair", capture, repaired)
+    check(result.returncode == 0, "repair: %s" % result.stderr)
+    info = bench.sonarctl("capture", "info", repaired)
+    check(info.returncode == 0, "the repaired capture is damaged: %s %s" % (info.stdout, info.stderr))
+    check(pings_of(bench, repaired) == pings_of(bench, capture), "the repair lost pings")
+    cut = answers(bench, capture, "cut")
+    check(cut == answers(bench, repaired, "whole"), "the repaired capture gives other answers")
+    blocked = cut.splitlines()[-1].count(b'"blocked"')
+    check(blocked >= 60, "only %d sectors blocked in the replay of what was left" % blocked)
+
+
+def paced(bench):
+    """--speed 1 takes as long as the recording; clients may ask meanwhile, and may not set the pose."""
+    directory = bench.path("captures")
+    _, daemon, client, _ = start(bench, directory, voyage=False)
+    pings_until(client, 150)
+    daemon.stop()
+    capture = only_capture(directory)
+    times = [float(line.split(",")[0]) for line in
+             bench.sonarctl("capture", "export", "--csv", capture).stdout.splitlines() if line[:1].isdigit()]
+    length = times[-1] - times[0]
+
+    begin = time.monotonic()
+    player = bench.sonard("--replay", capture, "--speed", "1", "--answers", bench.path("paced"), conf=False)
+    client = player.client()
+    pings = client.sensor()["pings"]
+    until(lambda: pings < client.sensor()["pings"] < 150, "pings of the replay, one after the other")
+    check(client.call("status")["mode"] == "replay", "status does not say replay")
+    until(lambda: client.call("blocked", azimuth_deg=180, distance_m=7)["state"] == "blocked", "the wall behind")
+    try:
+        client.call("pose", attitude_deg=[0, 0, 0])
+        check(False, "a replay takes a pose")
+    except RpcError as error:
+        check(error.code == -32600 and "this is a replay" in str(error), "pose: %s" % error)
+    check(player.wait() == 0, "the replay fails")
+    took = time.monotonic() - begin
+    note("--speed 1: a capture of %.2f s took %.2f s" % (length, took))
+    check(0.95 * length <= took <= length + 5 * PATIENCE, "%.2f s for a capture of %.2f s" % (took, length))
+    begin = time.monotonic()
+    with open(bench.path("paced"), "rb") as f:
+        check(f.read() == answers(bench, capture, "fast"), "a paced replay gives other answers")
+    note("as fast as it goes: %.2f s" % (time.monotonic() - begin))
+
+
+run([("same_answers", same_answers), ("killed", killed), ("paced", paced)], parallel=3)
