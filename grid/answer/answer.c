@@ -41,25 +41,25 @@ static double seconds_since(uint64_t now_ns, uint64_t t_ns)
     return now_ns > t_ns ? (double)(now_ns - t_ns) * 1e-9 : 0;
 }
 
-/* moved_m: how far the vehicle is from the grid's centre; everything may be nearer by that much. */
+/*
+ * moved_m: how far the vehicle is from the grid's centre; everything may be nearer by that much. An obstacle that has
+ * faded blocks no more, but the water from it on is not clear either: only beams that pass it make it so.
+ */
 static void look(const struct picture *p, const struct picture_entry *e, const struct answer_conf *conf,
                  const struct answer_now *now, double moved_m, struct view *v)
 {
+    double clear_m = e->clear_m;
     *v = (struct view){.age_s = -1};
-    unsigned faded = 0, held = 0;
-    for (unsigned i = 0; i < PICTURE_OBSTACLES; i++) {
+    for (unsigned i = 0; i < PICTURE_OBSTACLES && !v->obstacle; i++) {
         const struct picture_obstacle *o = &e->obstacle[i];
         if (o->logodds <= 0)
-            continue;
-        held++;
-        double l = picture_logodds(p, o, now->now_ns);
-        if (l <= p->blocked_logodds) {
-            faded++;
-        } else if (!v->obstacle) {
+            break;
+        v->logodds = picture_logodds(p, o, now->now_ns);
+        if (v->logodds > p->blocked_logodds) {
             v->obstacle = o;
-            v->logodds = l;
             v->near_m = fmax(0, o->near_m - moved_m);
         }
+        clear_m = fmin(clear_m, o->near_m);
     }
     if (!e->t_ping_ns) {
         v->reason = ANSWER_NEVER;
@@ -71,10 +71,8 @@ static void look(const struct picture *p, const struct picture_entry *e, const s
         v->reason = ANSWER_STALE;
     else if (now->pose.path_m - e->path_m > conf->move_limit_m)
         v->reason = ANSWER_MOVED;
-    else if (e->more && faded == held)
-        v->reason = ANSWER_STALE; /* the listed obstacles have faded, but there are others behind them */
     else
-        v->clear_m = fmax(0, e->clear_m - moved_m);
+        v->clear_m = fmax(0, clear_m - moved_m);
 }
 
 /* Answers common to all directions: false when nothing can be said at all. */
@@ -146,7 +144,7 @@ static void add(struct tally *t, const struct view *v, const struct answer_now *
     }
     t->looked = true;
     t->a.blind_to_m = fmax(t->a.blind_to_m, v->blind_m);
-    t->a.free_to_m = fmin(t->a.free_to_m, v->obstacle ? fmin(v->clear_m, v->near_m) : v->clear_m);
+    t->a.free_to_m = fmin(t->a.free_to_m, v->clear_m);
     t->oldest_s = fmax(t->oldest_s, v->age_s);
     if (why != ANSWER_HEARD && t->a.state != ANSWER_BLOCKED) {
         t->a.state = ANSWER_UNKNOWN;

@@ -31,11 +31,10 @@ struct picture_entry {
     float blind_m;                                       /* nothing known nearer */
     float clear_m;                                       /* nothing seen from blind_m to here */
     struct picture_obstacle obstacle[PICTURE_OBSTACLES]; /* nearest first */
-    uint64_t more;                                       /* obstacles beyond those two */
 };
 
 #define PICTURE_WORDS (sizeof(struct picture_entry) / 8)
-_Static_assert(sizeof(struct picture_entry) == 32 + PICTURE_OBSTACLES * 32, "picture entries are whole words");
+_Static_assert(sizeof(struct picture_entry) == 24 + PICTURE_OBSTACLES * 32, "picture entries are whole words");
 
 /* The same for all directions. */
 struct picture_frame {

@@ -559,18 +559,17 @@ static void publish_direction(struct sphere *s, uint32_t d, uint64_t t_ns)
     struct picture_entry e = {
         .t_ping_ns = dir->t_ping_ns, .path_m = dir->path_m, .blind_m = dir->blind_m, .clear_m = dir->clear_m};
     unsigned n = 0;
-    for (uint32_t i = dir->first; i != NO_CELL; i = s->cell[i].next) {
+    for (uint32_t i = dir->first; i != NO_CELL && n < PICTURE_OBSTACLES; i = s->cell[i].next) {
         const struct cell *c = &s->cell[i];
-        if (faded(s, c, t_ns) <= s->picture.blocked_logodds)
-            continue;
-        if (n == PICTURE_OBSTACLES) {
-            e.more++;
+        float near_m = fmaxf(0, c->range_m - c->near_m);
+        if (faded(s, c, t_ns) <= s->picture.blocked_logodds) {
+            e.clear_m = fminf(e.clear_m, near_m); /* too little to block, too much to call it clear */
             continue;
         }
         e.obstacle[n++] = (struct picture_obstacle){.t_ref_ns = c->t_ref_ns,
                                                     .t_echo_ns = c->t_echo_ns,
                                                     .logodds = c->logodds,
-                                                    .near_m = fmaxf(0, c->range_m - c->near_m),
+                                                    .near_m = near_m,
                                                     .range_m = c->range_m,
                                                     .sd_m = c->sd_m};
     }

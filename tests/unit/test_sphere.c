@@ -201,6 +201,28 @@ TEST(an_old_clear_does_not_outlive_a_pile_that_came)
     CHECK_INT(ask(0, 8).state, ANSWER_BLOCKED);
 }
 
+/* An echo too weak to block, or one that has faded: the water beyond it is unknown until beams have passed it. */
+TEST(doubtful_echoes_are_neither_blocked_nor_clear_beyond)
+{
+    start(&usual);
+    turn_of(0, 10);
+    struct beam_echoes beam = {.blind_m = 0.3f, .free_to_m = 3.9f, .state = BEAM_ECHO, .n = 1};
+    beam.echo[0] = (struct echo){.range_m = 4, .near_m = 3.9f, .sd_m = 0.01f, .confidence = 0.05f};
+    struct echoes e = {.t_ns = now.now_ns,
+                       .n_beams = 1,
+                       .range_max_m = 20,
+                       .az_aperture_rad = (float)geo_rad(2),
+                       .el_aperture_rad = (float)geo_rad(25),
+                       .pose = pose_identity,
+                       .beam = &beam};
+    sphere_enter(sphere, &e, &mount);
+    CHECK_INT(ask(0, 3).state, ANSWER_CLEAR);
+    CHECK_INT(ask(0, 8).state, ANSWER_UNKNOWN);
+    CHECK_INT(ask(0, 8).reason, ANSWER_BEYOND);
+    turn_of(0, 10);
+    CHECK_INT(ask(0, 8).state, ANSWER_CLEAR);
+}
+
 TEST(an_unpinged_gap_is_unknown_though_its_neighbours_are_clear)
 {
     start(&usual);
@@ -497,6 +519,7 @@ int main(void)
     RUN(a_removed_obstacle_is_cleared_by_beams_that_pass_it);
     RUN(a_pile_that_one_of_the_beams_over_it_hears_stays);
     RUN(an_old_clear_does_not_outlive_a_pile_that_came);
+    RUN(doubtful_echoes_are_neither_blocked_nor_clear_beyond);
     RUN(an_unpinged_gap_is_unknown_though_its_neighbours_are_clear);
     RUN(a_wide_beam_blocks_its_whole_opening);
     RUN(once_given_an_attitude_the_grid_is_north_up);
