@@ -26,6 +26,17 @@ enum conf_scan_mode { CONF_MODE_AUTO, CONF_MODE_TRANSMIT, CONF_MODE_REQUEST };
 enum conf_detector { CONF_CA, CONF_GOCA, CONF_SOCA, CONF_OS };
 enum conf_no_echo { CONF_NO_ECHO_MINIMUM, CONF_NO_ECHO_HEARD, CONF_NO_ECHO_RANGE };
 enum conf_elevation { CONF_ELEVATION_FULL, CONF_ELEVATION_LEVEL };
+enum conf_function { CONF_HOLDING, CONF_INPUT };
+enum conf_type { CONF_INT16, CONF_UINT16, CONF_INT32, CONF_FLOAT32 };
+enum conf_word_order { CONF_BIG, CONF_LITTLE };
+enum conf_depth_unit { CONF_UNIT_M, CONF_UNIT_PA, CONF_UNIT_KPA, CONF_UNIT_MBAR, CONF_UNIT_DBAR, CONF_UNIT_BAR };
+enum conf_parity { CONF_PARITY_NONE, CONF_PARITY_EVEN, CONF_PARITY_ODD };
+enum conf_nmea_use { CONF_NMEA_HEADING, CONF_NMEA_DEPTH, CONF_NMEA_BOTH };
+enum conf_checksum { CONF_CHECKSUM_REQUIRED, CONF_CHECKSUM_OPTIONAL };
+enum conf_active { CONF_ACTIVE_HIGH, CONF_ACTIVE_LOW };
+enum conf_bias { CONF_BIAS_AS_IS, CONF_BIAS_PULL_UP, CONF_BIAS_PULL_DOWN };
+enum conf_switch { CONF_ON, CONF_OFF };
+enum conf_edge { CONF_RISING, CONF_FALLING };
 enum conf_log_level { CONF_LOG_ERR, CONF_LOG_WARNING, CONF_LOG_NOTICE, CONF_LOG_INFO, CONF_LOG_DEBUG };
 
 /* [sonar NAME] */
@@ -44,10 +55,17 @@ struct conf_sonar {
     int amplitude;              /* amplitude = auto | linear | power | sqrt | log */
     double db_per_count;        /* decibels_per_count = 0.3137 dB; auto: 0; positive when amplitude = log */
     double ring_down_m; /* ring_down = 0.3 m; auto: -1, found from the device and the beam; less than range */
+    char power[CONF_NAME_MAX];   /* power = LINE: GPIO line that switches it; none: empty */
+    int power_active;            /* power_active = high | low */
+    double power_cycle_after_s;  /* power_cycle_after = 30 s; never: 0 */
+    int power_at_stop;           /* power_at_stop = on | off */
+    char trigger[CONF_NAME_MAX]; /* trigger = LINE: GPIO line with an edge at every ping; none: empty */
+    int trigger_edge;            /* trigger_edge = rising | falling */
 };
 
 struct conf_water {
     double sound_speed_mps; /* sound_speed = 1500 m/s [1350 .. 1650] */
+    double density_kgpm3;   /* density = 1025 kg/m3 [900 .. 1100] */
 };
 
 struct conf_extract {
@@ -80,6 +98,44 @@ struct conf_pose {
     double max_age_s; /* max_age = 1 s: older is stale */
 };
 
+/* [depth]: one Modbus slave */
+struct conf_depth {
+    char source
+        [CONF_TEXT_MAX];    /* source = modbus-rtu:/dev/ttyUSB1:9600 | modbus-tcp:192.168.2.5:502; none: empty */
+    int parity;             /* parity = none | even | odd */
+    int slave;              /* slave = 1 [0 .. 247] */
+    int function;           /* function = holding | input */
+    int reg;                /* register = 2 */
+    int type;               /* type = int16 | uint16 | int32 | float32 */
+    int word_order;         /* word_order = big | little */
+    double scale, offset;   /* value in `unit` = raw * scale + offset */
+    int unit;               /* unit = m | Pa | kPa | mbar | dbar | bar */
+    double surface_pa;      /* surface_pressure = 1013.25 mbar: what it reads at the surface */
+    double mount_m[3];      /* mount = 0 0 0 m */
+    double rate_hz;         /* rate = 5 Hz [0.1 .. 50] */
+    double timeout_s;       /* timeout = 300 ms [20 .. 2000] */
+    double turnaround_s;    /* turnaround = 1000 ms [20 .. 10000]: its longest answer time; >= timeout */
+    double plausible_m[2];  /* plausible = -1 300 m: other depths are refused */
+    double speed_limit_mps; /* speed_limit = 3 m/s: faster changes are refused */
+};
+
+/* [nmea] */
+struct conf_nmea {
+    char port[CONF_TEXT_MAX]; /* port = serial:/dev/ttyS1:4800; none: empty */
+    int use;                  /* use = heading | depth | both */
+    double variation_rad;     /* variation = 2.5 deg, east positive; none: CONF_NO_VARIATION */
+    int checksum;             /* checksum = required | optional */
+};
+
+#define CONF_NO_VARIATION 10.0
+
+struct conf_gpio {
+    char chip[CONF_NAME_MAX]; /* chip = LABEL or name; any: empty */
+    char leak[CONF_NAME_MAX]; /* leak = LINE; none: empty */
+    int leak_active;          /* leak_active = high | low */
+    int leak_bias;            /* leak_bias = as-is | pull-up | pull-down */
+};
+
 struct conf_server {
     char socket[108]; /* socket = /run/sonard/sonard.sock */
     int mode;         /* mode = 0660: permission bits, octal in the file */
@@ -108,6 +164,9 @@ struct conf {
     struct conf_extract extract;
     struct conf_grid grid;
     struct conf_pose pose;
+    struct conf_depth depth;
+    struct conf_nmea nmea;
+    struct conf_gpio gpio;
     struct conf_server server;
     struct conf_pipeline pipeline;
     struct conf_record record;
@@ -122,6 +181,8 @@ typedef void (*conf_fault_fn)(void *ctx, const char *message);
 struct conf_checks {
     bool (*device)(const char *name, char *err, size_t err_size);
     bool (*port)(const char *address, char *err, size_t err_size);
+    bool (*depth)(const char *source, char *err, size_t err_size);
+    bool (*line)(const char *name, char *err, size_t err_size); /* of a GPIO chip: can there be any? */
 };
 
 struct conf_source; /* where every value came from, and the text as read (for captures) */

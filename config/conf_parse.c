@@ -50,12 +50,18 @@ struct parse {
 static bool check_outside(const struct parse *p, const struct conf_key *key, const char *value, char *err,
                           size_t err_size)
 {
-    if (!p->checks || !conf_key_is_sonar(key))
+    static const char *const lines[] = {"power", "trigger", "leak"};
+    if (!p->checks || (key->instead && strcmp(value, key->instead) == 0))
         return true;
     if (p->checks->device && strcmp(key->name, "device") == 0)
         return p->checks->device(value, err, err_size);
     if (p->checks->port && strcmp(key->name, "port") == 0)
         return p->checks->port(value, err, err_size);
+    if (p->checks->depth && strcmp(key->section, "depth") == 0 && strcmp(key->name, "source") == 0)
+        return p->checks->depth(value, err, err_size);
+    for (size_t i = 0; p->checks->line && i < sizeof lines / sizeof lines[0]; i++)
+        if (strcmp(key->name, lines[i]) == 0)
+            return p->checks->line(value, err, err_size);
     return true;
 }
 

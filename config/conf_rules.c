@@ -90,4 +90,6 @@ void conf_rules_check(const struct conf *conf, const struct conf_source *source,
          conf->extract.guard_m < conf->extract.window_m, "guard smaller than window");
     rule(&r, (struct place){"grid", "forget", 0}, (struct place){"grid", "clear_for", 0},
          conf->grid.forget_s >= conf->grid.clear_for_s, "forget not shorter than clear_for");
+    rule(&r, (struct place){"depth", "turnaround", 0}, (struct place){"depth", "timeout", 0},
+         conf->depth.turnaround_s >= conf->depth.timeout_s, "turnaround not shorter than timeout");
 }

@@ -16,6 +16,7 @@
     {                                                                                                             \
         __VA_ARGS__, NULL                                                                                         \
     }
+#define LINE_FORM                "name of a GPIO line, for instance GPIO17"
 #define INTEGER(a, b)            .kind = CONF_INTEGER, .lo = (a), .hi = (b)
 #define NUMBER(a, b)             .kind = CONF_QUANTITY, .n = 1, .lo = (a), .hi = (b)
 #define QUANTITY(count, u, a, b) .kind = CONF_QUANTITY, .n = (count), .unit = (u), .lo = (a), .hi = (b)
@@ -27,6 +28,9 @@ const struct conf_section conf_sections[] = {
     {"extract", "How the first echo of a beam is told from noise (CFAR: constant false-alarm rate)."},
     {"grid", "The map of free water around the vehicle, and what counts as blocked and as clear."},
     {"pose", "What is known about where the vehicle is and how it lies."},
+    {"depth", "A depth or pressure transmitter that is read over Modbus. The defaults are those of a Keller 33X."},
+    {"nmea", "An instrument that sends NMEA 0183: a compass, or a depth cell."},
+    {"gpio", "Pins of this computer. The lines that belong to a sonar stand in its own section."},
     {"server", "The socket on which questions are answered."},
     {"pipeline", "How the work is spread over processors. Changes the time an answer takes, never the answer."},
     {"record", "Captures of everything the sonars say, as MCAP files."},
@@ -75,10 +79,29 @@ const struct conf_key conf_keys[] = {
      SONAR(ring_down_m),
      .help = "Nothing is believed nearer than this, because the transducer still rings; less than range.\n"
              "auto: found from the device and from every beam."},
+    {"sonar", "power", .kind = CONF_TEXT, .form = LINE_FORM, .standard = "none", .instead = "none", SONAR(power),
+     .help = "GPIO line that switches the sonar's power. It is switched on at the start."},
+    {"sonar", "power_active", WORDS("high", "low"), .standard = "high", SONAR(power_active),
+     .help = "Level of that line that means on."},
+    {"sonar", "power_cycle_after", QUANTITY(1, "s", 5, 3600), .standard = "never", .instead = "never",
+     .instead_value = 0, SONAR(power_cycle_after_s),
+     .help = "A sonar that has sent no ping for so long is switched off for three seconds and on again. Longer\n"
+             "than it takes to boot: a Micron takes up to 30 s."},
+    {"sonar", "power_at_stop", WORDS("on", "off"), .standard = "off", SONAR(power_at_stop),
+     .help = "What the line is set to when sonard ends. What it does once sonard has let go of it is up to the\n"
+             "chip's driver; most keep the level."},
+    {"sonar", "trigger", .kind = CONF_TEXT, .form = LINE_FORM, .standard = "none", .instead = "none",
+     SONAR(trigger),
+     .help = "GPIO line on which an edge marks every transmission; the kernel's time of the edge becomes the\n"
+             "time of the ping."},
+    {"sonar", "trigger_edge", WORDS("rising", "falling"), .standard = "rising", SONAR(trigger_edge),
+     .help = "Which edge of that line."},
 
     {"water", "sound_speed", QUANTITY(1, "m/s", 1350, 1650), .standard = "1500 m/s", CONF(water.sound_speed_mps),
      .help = "Speed of sound. 1500 m/s is that of sea water of 13 C; fresh water of 10 C has 1447 m/s.\n"
              "All ranges scale with it."},
+    {"water", "density", QUANTITY(1, "kg/m3", 900, 1100), .standard = "1025 kg/m3", CONF(water.density_kgpm3),
+     .help = "Turns pressure into depth: 1025 kg/m3 is coastal sea, 997 kg/m3 fresh water, 3 % apart."},
 
     {"extract", "detector", WORDS("ca", "goca", "soca", "os"), .standard = "soca", CONF(extract.detector),
      .help = "Which reference cells set the threshold: the mean of all (ca), the greater (goca) or the smaller\n"
@@ -140,6 +163,74 @@ const struct conf_key conf_keys[] = {
 
     {"pose", "max_age", QUANTITY(1, "s", 0.01, 3600), .standard = "1 s", CONF(pose.max_age_s),
      .help = "An older pose is stale, and what needs it is unknown."},
+
+    {"depth", "source", .kind = CONF_TEXT, .form = "modbus-rtu:DEVICE:BAUD, or modbus-tcp:ADDRESS:PORT",
+     .standard = "none", .instead = "none", CONF(depth.source),
+     .help = "Where the slave is: modbus-rtu:/dev/ttyUSB1:9600 on a line, modbus-tcp:192.168.2.5:502 on a\n"
+             "network. none: there is none."},
+    {"depth", "parity", WORDS("none", "even", "odd"), .standard = "none", CONF(depth.parity),
+     .help = "Of a serial line; with none there is one stop bit as well."},
+    {"depth", "slave", INTEGER(0, 247), .standard = "1", CONF(depth.slave), .help = "Its Modbus address."},
+    {"depth", "function", WORDS("holding", "input"), .standard = "holding", CONF(depth.function),
+     .help = "Which registers are read: holding registers with function 3, input registers with function 4."},
+    {"depth", "register", INTEGER(0, 65535), .standard = "2", CONF(depth.reg),
+     .help = "First register of the value, counted from 0. 2 is pressure P1 of a Keller."},
+    {"depth", "type", WORDS("int16", "uint16", "int32", "float32"), .standard = "float32", CONF(depth.type),
+     .help = "What the registers hold; int32 and float32 take two."},
+    {"depth", "word_order", WORDS("big", "little"), .standard = "big", CONF(depth.word_order),
+     .help = "Which of two registers comes first: the one with the high bits (big) or the low bits (little)."},
+    {"depth", "scale", NUMBER(-1e9, 1e9), .standard = "1", CONF(depth.scale),
+     .help = "The number read is multiplied with this."},
+    {"depth", "offset", NUMBER(-1e9, 1e9), .standard = "0", CONF(depth.offset),
+     .help = "Then this is added, and what comes out is in `unit`."},
+    {"depth", "unit", WORDS("m", "Pa", "kPa", "mbar", "dbar", "bar"), .standard = "bar", CONF(depth.unit),
+     .help = "m: it is a depth. Otherwise it is a pressure, and depth follows from surface_pressure and the\n"
+             "density in [water]."},
+    {"depth", "surface_pressure", QUANTITY(1, "mbar", -2000, 2000), .standard = "1013.25 mbar",
+     CONF(depth.surface_pa),
+     .help = "What it reads at the surface: the air pressure of the day for an absolute sensor, 0 for a vented\n"
+             "one. Weather is worth 0.3 m."},
+    {"depth", "mount", QUANTITY(3, "m", -50, 50), .standard = "0 0 0 m", CONF(depth.mount_m),
+     .help = "Where it sits in the vehicle: forward, right, down from the vehicle's reference point."},
+    {"depth", "rate", QUANTITY(1, "Hz", 0.1, 50), .standard = "5 Hz", CONF(depth.rate_hz),
+     .help = "How often it is asked. At 9600 baud about 20 Hz is the limit."},
+    {"depth", "timeout", QUANTITY(1, "ms", 20, 2000), .standard = "300 ms", CONF(depth.timeout_s),
+     .help = "How long an answer is waited for."},
+    {"depth", "turnaround", QUANTITY(1, "ms", 20, 10000), .standard = "1000 ms", CONF(depth.turnaround_s),
+     .help =
+         "Longest time after which it may still answer. After a time-out the line must have been quiet for so\n"
+         "long before it is asked again: a late answer carries nothing that tells which question it is to.\n"
+         "Not shorter than timeout."},
+    {"depth", "plausible", QUANTITY(2, "m", -100, 12000), .standard = "-1 300 m", CONF(depth.plausible_m),
+     .help = "Smallest and largest depth that is believed."},
+    {"depth", "speed_limit", QUANTITY(1, "m/s", 0.1, 100), .standard = "3 m/s", CONF(depth.speed_limit_mps),
+     .help = "A depth that would mean a faster dive or rise than this is not believed."},
+
+    {"nmea", "port", .kind = CONF_TEXT, .form = "KIND:ADDRESS, for instance serial:/dev/ttyS1:4800",
+     .standard = "none", .instead = "none", CONF(nmea.port),
+     .help = "Where it is connected. none: there is none."},
+    {"nmea", "use", WORDS("heading", "depth", "both"), .standard = "heading", CONF(nmea.use),
+     .help =
+         "heading: HDT, HDG and HDM give the heading while nobody gives a whole attitude; the vehicle is taken\n"
+         "to lie level then. depth: DPT and DBT are the vehicle's own depth, as a depth cell sends them. Leave\n"
+         "depth out for an echosounder: it sends the same sentences and means the water below."},
+    {"nmea", "variation", QUANTITY(1, "deg", -180, 180), .standard = "none", .instead = "none",
+     .instead_value = CONF_NO_VARIATION, CONF(nmea.variation_rad),
+     .help = "Magnetic variation, east positive, for headings that come without one. none: these are not used."},
+    {"nmea", "checksum", WORDS("required", "optional"), .standard = "required", CONF(nmea.checksum),
+     .help = "optional: sentences without a checksum are believed. A wrong one never is."},
+
+    {"gpio", "chip", .kind = CONF_TEXT, .form = "label or name of a chip, for instance pinctrl-bcm2711",
+     .standard = "any", .instead = "any", CONF(gpio.chip),
+     .help = "Chip that has the lines; any: the first that has a line of that name. Labels and line names stay\n"
+             "the same from boot to boot, numbers do not; gpioinfo lists them."},
+    {"gpio", "leak", .kind = CONF_TEXT, .form = LINE_FORM, .standard = "none", .instead = "none", CONF(gpio.leak),
+     .help = "Line of a leak probe. A leak is logged, stands in status, and clients that watch status are told\n"
+             "at once."},
+    {"gpio", "leak_active", WORDS("high", "low"), .standard = "high", CONF(gpio.leak_active),
+     .help = "Level of that line that means water."},
+    {"gpio", "leak_bias", WORDS("as-is", "pull-up", "pull-down"), .standard = "as-is", CONF(gpio.leak_bias),
+     .help = "Resistor of the pin."},
 
     {"server", "socket", .kind = CONF_PATH, .standard = "/run/sonard/sonard.sock", CONF(server.socket),
      .form = "an absolute path of at most 107 bytes", .help = "Path of the UNIX socket."},

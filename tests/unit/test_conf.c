@@ -37,7 +37,20 @@ static bool known_port(const char *address, char *err, size_t err_size)
     return strncmp(address, "serial:", 7) == 0;
 }
 
-static const struct conf_checks checks = {known_device, known_port};
+static bool known_depth(const char *source, char *err, size_t err_size)
+{
+    snprintf(err, err_size, "no such source; want modbus-rtu:DEVICE:BAUD");
+    return strncmp(source, "modbus-", 7) == 0;
+}
+
+static bool no_line(const char *name, char *err, size_t err_size)
+{
+    (void)name;
+    snprintf(err, err_size, "there are no lines here");
+    return false;
+}
+
+static const struct conf_checks checks = {known_device, known_port, known_depth, no_line};
 
 static int load_bytes(struct conf *conf, const char *text, size_t size)
 {
@@ -80,7 +93,8 @@ static void check_broken(const struct broken *cases, size_t n)
 #define CHECK_BROKEN(cases) check_broken(cases, sizeof(cases) / sizeof(cases)[0])
 
 #define SECTIONS                                                                                                  \
-    "want one of [sonar NAME], [water], [extract], [grid], [pose], [server], [pipeline], [record], "   \
+    "want one of [sonar NAME], [water], [extract], [grid], [pose], [depth], [nmea], [gpio], [server], "           \
+    "[pipeline], [record], "                                                                                      \
     "[log]"
 #define LENGTHS "(m, cm, mm, km)"
 #define ANGLES  "(rad, deg, grad)"
@@ -133,7 +147,7 @@ TEST(broken_lines)
         {"no key", BASE "= 20 m\n", "t.conf:4: = 20 m: not a key and its value; want key = value"},
         {"last line without newline", BASE "range", "t.conf:4: range: not a key and its value; want key = value"},
         {"unknown key", BASE "[water]\ncolour = blue\n",
-         "t.conf:5: [water] colour = blue: unknown key; want one of sound_speed"},
+         "t.conf:5: [water] colour = blue: unknown key; want one of sound_speed, density"},
         {"misspelt key", BASE "[extract]\ndetectr = soca\n",
          "t.conf:5: [extract] detectr = soca: unknown key; did you mean detector?"},
         {"key of another section", BASE "[extract]\nclear_for = 3 s\n",
@@ -228,6 +242,13 @@ TEST(broken_values)
          "t.conf:2: [sonar a] device = ping361: no such device; want ping360"},
         {"bad port", "[sonar a]\ndevice = ping360\nport = usb:1\n",
          "t.conf:3: [sonar a] port = usb:1: no such kind of port; want serial:DEVICE:BAUD"},
+        {"port of another section", BASE "[nmea]\nport = usb:1\n",
+         "t.conf:5: [nmea] port = usb:1: no such kind of port; want serial:DEVICE:BAUD"},
+        {"bad source of depth", BASE "[depth]\nsource = usb:1\n",
+         "t.conf:5: [depth] source = usb:1: no such source; want modbus-rtu:DEVICE:BAUD"},
+        {"no such line", BASE "power = GPIO1\ntrigger = none\n[gpio]\nleak = GPIO2\n",
+         "t.conf:4: [sonar a] power = GPIO1: there are no lines here\n"
+         "t.conf:7: [gpio] leak = GPIO2: there are no lines here"},
         {"port that is no address", "[sonar a]\ndevice = ping360\nport = /dev/ttyUSB0\n",
          "t.conf:3: [sonar a] port = /dev/ttyUSB0: does not begin with a letter; want KIND:ADDRESS, for instance "
          "serial:/dev/ttyUSB0:115200"},
@@ -266,6 +287,9 @@ TEST(broken_together)
         {"forgotten before it is unknown", BASE "[grid]\nclear_for = 2 min\nforget = 90 s\n",
          "t.conf:6: [grid] forget = 90 s: does not go with [grid] clear_for = 120 s; want forget not shorter than "
          "clear_for"},
+        {"given up before it can answer", BASE "[depth]\ntimeout = 2000 ms\n",
+         "t.conf:5: [depth] timeout = 2000 ms: does not go with [depth] turnaround = 1000 ms; want turnaround not "
+         "shorter than timeout"},
         {"told once where a value was refused", BASE "[grid]\nclear_for = 2 min\nforget = 90\n",
          "t.conf:6: [grid] forget = 90: the unit is missing; want 1 to 86400 s (s, ms, min, h)"},
         {"all at once, in the order of lines",
@@ -595,6 +619,7 @@ static void random_conf(struct conf *conf, uint64_t *seed)
     conf->extract.guard_m = fmin(conf->extract.window_m, 10) * test_uniform(seed);
     conf->extract.minimum_range_m = 0.1 + 0.6 * test_uniform(seed);
     conf->grid.forget_s = fmax(conf->grid.forget_s, conf->grid.clear_for_s);
+    conf->depth.turnaround_s = fmax(conf->depth.turnaround_s, conf->depth.timeout_s);
     for (int i = 0; i < conf->n_sonars; i++) {
         struct conf_sonar *s = &conf->sonar[i];
         snprintf(s->name, sizeof s->name, "s%d", i);
