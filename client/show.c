@@ -156,6 +156,8 @@ static void show_faults(const struct page *page, const json_t *sensor)
                   {"timeouts", "timeouts"},
                   {"restarts", "restarts"},
                   {"reconnects", "reconnects"},
+                  {"port_lost", "lost in the port"},
+                  {"port_refused", "not taken by the far end"},
                   {"dropped", "pings dropped"}};
     const char *separator = "             ";
     char a[CELL];

@@ -295,6 +295,8 @@ static json_t *sensor_json(const struct daemon *d, int i, const struct pipeline_
         {"timeouts", s.device.timeouts},
         {"restarts", s.device.restarts},
         {"reconnects", s.reconnects},
+        {"port_lost", s.port_lost},
+        {"port_refused", s.port_refused},
         {"bytes_in", s.bytes_in},
         {"bytes_out", s.bytes_out},
         {"dropped", pipe->dropped[i]},

@@ -11,7 +11,7 @@
 /* Running again within 2 s of a plug: the longest delay plus the handshake must stay below that. */
 #define RETRY_FIRST_NS  100000000u
 #define RETRY_MOST_NS   1000000000u
-#define READ_BYTES      16384
+#define READ_BYTES      65536 /* a datagram is taken whole or cut */
 #define READS_PER_EVENT 8 /* then the others get their turn */
 #define OUT_BYTES       4096
 
@@ -247,7 +247,6 @@ static void sector_of(const struct conf_sonar *conf, struct device_conf *d)
 static void describe(const struct source *s, const struct conf_sonar *conf, const struct conf_water *water,
                      struct device_conf *d)
 {
-    const char *colon = strrchr(s->address, ':');
     *d = (struct device_conf){.range_m = conf->range_m,
                               .sound_speed_mps = water->sound_speed_mps,
                               .gain = conf->gain,
@@ -255,7 +254,7 @@ static void describe(const struct source *s, const struct conf_sonar *conf, cons
                               .frequency_hz = conf->frequency_hz,
                               .request_response = conf->mode == CONF_MODE_REQUEST,
                               .listen_only = s->env.replay,
-                              .baud = colon ? (unsigned)strtoul(colon + 1, NULL, 10) : 0};
+                              .baud = s->port.ops->baud ? s->port.ops->baud(s->rest) : 0};
     sector_of(conf, d);
 }
 
@@ -292,12 +291,13 @@ struct source *source_new(const struct source_env *env, const struct conf_sonar 
                                .ping_done = io_ping_done,
                                .note = io_note};
     struct device_conf d;
-    describe(s, conf, water, &d);
     s->port.ops = port_find(s->address, &s->rest, err, err_size);
     s->ops = device_find(conf->device);
     s->device = s->ops ? calloc(1, s->ops->state_size) : NULL;
     if (!s->ops)
         snprintf(err, err_size, "there is no device '%s'", conf->device);
+    if (s->port.ops)
+        describe(s, conf, water, &d);
     if (!s->port.ops || !s->device || !s->ops->init(s->device, &d, err, err_size)) {
         source_free(s);
         return NULL;
@@ -365,5 +365,7 @@ void source_stats(const struct source *s, struct source_stats *out)
 {
     *out = s->stats;
     out->open = s->port.fd >= 0;
+    out->port_lost = s->port.lost;
+    out->port_refused = s->port.refused;
     s->ops->status(s->device, &out->device);
 }

@@ -45,6 +45,7 @@
 #define MISSED_MAX       5 /* pings in a row that were asked for in vain: wake the head up anew ... */
 #define MISSED_FIRST_MAX 2 /* ... when the first ones, with the long wait, stay out */
 #define AUTO_SILENCE_NS  SECOND
+#define SPEAK_UP_TRIES   2
 
 #define TYPE_PING360     2
 #define TRANSDUCER_BYTES (PING_OVERHEAD + 14u)
@@ -247,8 +248,21 @@ static void restart(struct ping360 *d, uint64_t now_ns, const struct device_io *
     wake(d, now_ns, io);
 }
 
+/* Over a network the silence may have a harmless cause: a bridge answers whoever spoke last. */
+static void speak_up(struct ping360 *d, uint64_t now_ns, const struct device_io *io)
+{
+    uint8_t out[PING_OVERHEAD + 2];
+    d->tries++;
+    io->send(io->ctx, out, ping_encode_request(out, sizeof(out), PING_DEVICE_INFORMATION));
+    d->due_ns = now_ns + SECOND;
+}
+
 static void auto_missed(struct ping360 *d, uint64_t now_ns, const struct device_io *io)
 {
+    if (d->answered && !d->conf.baud && d->tries < SPEAK_UP_TRIES) {
+        speak_up(d, now_ns, io);
+        return;
+    }
     if (d->answered) {
         restart(d, now_ns, io);
         return;
@@ -345,6 +359,7 @@ static void on_data(struct ping360 *d, const struct ping_frame *frame, uint64_t 
                  way_of_scanning(d), data.set.n_samples * ping360_sample_m(&data.set, d->conf.sound_speed_mps));
     d->answered = true;
     if (d->phase == PHASE_AUTO) {
+        d->tries = 0;
         d->due_ns = now_ns + auto_silence_ns(d);
     } else if (d->phase == PHASE_REQUEST && data.set.angle == d->set.angle) {
         d->tries = 0; /* an answer from another angle is a late one: the one asked for is still to come */
@@ -383,18 +398,6 @@ static void on_ack(struct ping360 *d, const struct ping_frame *frame)
         enter(d, PHASE_IDLE, NEVER);
 }
 
-/* Text from the line, cut and with all that is not printable ASCII as \xNN. */
-static const char *escape(char *dst, size_t size, const char *text, size_t n)
-{
-    size_t used = 0;
-    dst[0] = '\0';
-    for (size_t i = 0; i < n && used + 5 <= size; i++) {
-        bool plain = text[i] >= ' ' && text[i] <= '~' && text[i] != '\\';
-        used += (size_t)snprintf(dst + used, size - used, plain ? "%c" : "\\x%02x", (unsigned char)text[i]);
-    }
-    return dst;
-}
-
 static void on_nack(struct ping360 *d, const struct ping_frame *frame, uint64_t now_ns, const struct device_io *io)
 {
     uint16_t id;
@@ -407,7 +410,7 @@ static void on_nack(struct ping360 *d, const struct ping_frame *frame, uint64_t 
         return;
     }
     d->status.nacks++;
-    io->note(io->ctx, NOTE_INFO, "refused message %u: %s", id, escape(shown, sizeof(shown), text, n));
+    io->note(io->ctx, NOTE_INFO, "refused message %u: %s", id, ping_text(shown, sizeof(shown), text, n));
     if (d->phase == PHASE_AUTO && id == PING360_AUTO_TRANSMIT) {
         d->auto_refused = true;
         start_scan(d, now_ns, io);
@@ -455,7 +458,7 @@ static void on_frame(struct ping360 *d, const struct ping_frame *frame, uint64_t
         break;
     case PING_ASCII_TEXT:
         io->note(io->ctx, NOTE_INFO, "says: %s",
-                 escape(shown, sizeof(shown), (const char *)frame->payload, frame->length));
+                 ping_text(shown, sizeof(shown), (const char *)frame->payload, frame->length));
         break;
     default: /* counted as a frame; later firmware may know more messages than we */
         break;

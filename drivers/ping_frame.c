@@ -5,20 +5,12 @@
  */
 #include "ping_frame.h"
 
+#include <stdio.h>
 #include <string.h>
 
+#include "ping_bytes.h"
+
 #define HEADER_BYTES 8
-
-static uint16_t get_u16(const uint8_t *b)
-{
-    return (uint16_t)(b[0] | (unsigned)b[1] << 8);
-}
-
-static void put_u16(uint8_t *b, unsigned v)
-{
-    b[0] = (uint8_t)v;
-    b[1] = (uint8_t)(v >> 8);
-}
 
 static uint16_t checksum(const uint8_t *b, size_t n)
 {
@@ -30,8 +22,9 @@ static uint16_t checksum(const uint8_t *b, size_t n)
 
 void ping_parser_init(struct ping_parser *p, size_t payload_max)
 {
-    memset(p, 0, sizeof(*p));
-    p->payload_max = payload_max < PING_PAYLOAD_MAX ? payload_max : PING_PAYLOAD_MAX;
+    p->payload_max = payload_max < PING_PAYLOAD_LIMIT ? payload_max : PING_PAYLOAD_LIMIT;
+    p->n = p->taken = 0;
+    p->frames = p->garbage_bytes = p->bad_checksum = 0;
 }
 
 static void drop(struct ping_parser *p, size_t count)
@@ -280,4 +273,15 @@ bool ping360_decode_data(const struct ping_frame *f, struct ping360_data *out)
         n = out->set.n_samples;
     out->n_data = (uint16_t)n;
     return true;
+}
+
+const char *ping_text(char *dst, size_t size, const char *text, size_t n)
+{
+    size_t used = 0;
+    dst[0] = '\0';
+    for (size_t i = 0; i < n && used + 5 <= size; i++) {
+        bool plain = text[i] >= ' ' && text[i] <= '~' && text[i] != '\\';
+        used += (size_t)snprintf(dst + used, size - used, plain ? "%c" : "\\x%02x", (unsigned char)text[i]);
+    }
+    return dst;
 }

@@ -13,9 +13,11 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define PING_OVERHEAD    10   /* bytes of a frame that are not payload */
-#define PING_PAYLOAD_MAX 1300 /* no Blue Robotics message is longer; a longer claim is noise */
-#define PING_FRAME_MAX   (PING_OVERHEAD + PING_PAYLOAD_MAX)
+#define PING_OVERHEAD      10   /* bytes of a frame that are not payload */
+#define PING_PAYLOAD_MAX   1300 /* no Blue Robotics message is longer; a longer claim is noise */
+#define PING_FRAME_MAX     (PING_OVERHEAD + PING_PAYLOAD_MAX)
+#define PING_PAYLOAD_LIMIT 16384 /* the same for Cerulean, and for any parser */
+#define PING_FRAME_LIMIT   (PING_OVERHEAD + PING_PAYLOAD_LIMIT)
 
 enum ping_message {
     PING_ACK = 1,
@@ -49,11 +51,11 @@ struct ping_parser {
     size_t n;     /* bytes held: the beginning of what may be a frame */
     size_t taken; /* of these, how many were handed out as a frame by the last call */
     uint64_t frames, garbage_bytes, bad_checksum;
-    uint8_t buf[PING_FRAME_MAX];
-    uint64_t t_ns[PING_FRAME_MAX]; /* arrival of each byte in buf */
+    uint8_t buf[PING_FRAME_LIMIT];
+    uint64_t t_ns[PING_FRAME_LIMIT]; /* arrival of each byte in buf */
 };
 
-/** ping_parser_init - empty, counters 0; payload_max (at most PING_PAYLOAD_MAX) is the longest payload to believe. */
+/** ping_parser_init - empty, counters 0; payload_max (at most PING_PAYLOAD_LIMIT) is the longest payload to believe. */
 void ping_parser_init(struct ping_parser *p, size_t payload_max);
 
 /** ping_parser_reset - forget the bytes held (a new connection): they count as garbage, the counters stay. */
@@ -134,6 +136,9 @@ bool ping_decode_ack(const struct ping_frame *f, uint16_t *acked_id);
 bool ping_decode_nack(const struct ping_frame *f, uint16_t *nacked_id, const char **text, size_t *text_n);
 bool ping_decode_device_information(const struct ping_frame *f, struct ping_device_information *out);
 bool ping_decode_protocol_version(const struct ping_frame *f, uint8_t version[3]);
+
+/** ping_text - n bytes of text from the line as dst, for a log: cut, and what is not printable ASCII as \xNN. */
+const char *ping_text(char *dst, size_t size, const char *text, size_t n);
 
 /** ping360_decode_data - 2300 and 2301. The values are as sent: nothing is checked but the lengths. */
 bool ping360_decode_data(const struct ping_frame *f, struct ping360_data *out);

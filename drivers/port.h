@@ -15,7 +15,7 @@
 #include <sys/types.h>
 
 #define PORT_ADDRESS_MAX 256
-#define PORT_ERR_MAX 320
+#define PORT_ERR_MAX     320
 
 struct port;
 
@@ -30,6 +30,9 @@ struct port_ops {
      * right.
      */
     bool (*check)(const char *rest, char *err, size_t err_size);
+
+    /* Speed of the line in baud that a checked `rest` asks for; NULL: such wires have none. */
+    unsigned (*baud)(const char *rest);
 
     /* Open; port->fd on success. False with a sentence in err; errno of the cause is left in port->error. */
     bool (*open)(struct port *port, const char *rest, char *err, size_t err_size);
@@ -48,13 +51,17 @@ struct port_ops {
 
 struct port {
     const struct port_ops *ops;
-    int fd;         /* -1: closed. Readable means: call ops->read */
-    int error;      /* errno of the last failure */
-    unsigned baud;  /* serial only */
+    int fd;             /* -1: closed. Readable means: call ops->read */
+    int error;          /* errno of the last failure */
+    unsigned baud;      /* serial only */
+    uint64_t lost;      /* datagrams or frames that came and found no room in the kernel; only grows */
+    uint32_t lost_here; /* of these, the kernel's own count for this descriptor */
+    uint64_t refused;   /* datagrams sent that nobody was there to take, as far as the network said so */
 };
 
 extern const struct port_ops *const port_table[]; /* NULL at its end */
 extern const struct port_ops port_serial;
+extern const struct port_ops port_udp;
 
 /**
  * port_find - the ops for "kind:rest", and where rest begins.

@@ -95,6 +95,13 @@ static bool serial_check(const char *rest, char *err, size_t err_size)
     return parse_address(rest, &a, err, err_size);
 }
 
+static unsigned serial_baud(const char *rest)
+{
+    struct address a;
+    char err[PORT_ERR_MAX];
+    return parse_address(rest, &a, err, sizeof(err)) ? a.baud : 0;
+}
+
 /* One process per line: two readers would each get half of the bytes. */
 static bool claim(int fd)
 {
@@ -226,6 +233,7 @@ const struct port_ops port_serial = {
     .kind = "serial",
     .encoding = "octet-stream",
     .check = serial_check,
+    .baud = serial_baud,
     .open = serial_open,
     .read = serial_read,
     .write = serial_write,

@@ -9,6 +9,7 @@
 
 const struct port_ops *const port_table[] = {
     &port_serial,
+    &port_udp,
     NULL,
 };
 
