@@ -182,10 +182,14 @@ static void show_sensor(const struct page *page, const json_t *sensor)
     fprintf(page->out, "  %-10s ", text(b, sensor, "name"));
     print_word(page, strcmp(state, "running") == 0 ? GREEN : RED, 0, state);
     fprintf(page->out, ", %s at %s\n", text(a, sensor, "device"), text(b, sensor, "port"));
-    fprintf(page->out, "             %s, range %s\n", text(a, sensor, "what"),
-            metres(b, number(sensor, "range_m")));
-    fprintf(page->out, "             %lld pings, the last %s ago\n", count(sensor, "pings"),
-            duration(c, number(sensor, "last_ping_age_s")));
+    if (number(sensor, "range_m") > 0)
+        fprintf(page->out, "             %s, range %s\n", text(a, sensor, "what"),
+                metres(b, number(sensor, "range_m")));
+    if (count(sensor, "pings") == 0)
+        fputs("             no ping yet\n", page->out);
+    else
+        fprintf(page->out, "             %lld pings, the last %s ago\n", count(sensor, "pings"),
+                duration(c, number(sensor, "last_ping_age_s")));
     show_faults(page, sensor);
 }
 

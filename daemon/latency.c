@@ -32,11 +32,12 @@ void latency_add(struct latency *l, uint64_t ns)
 uint64_t latency_quantile(struct latency *l, double q)
 {
     uint64_t count = atomic_load_explicit(&l->count, memory_order_relaxed);
+    uint64_t most = atomic_load_explicit(&l->max_ns, memory_order_relaxed);
     uint64_t want = (uint64_t)ceil(q * (double)count), seen = 0;
     for (unsigned b = 0; count && b < LATENCY_BUCKETS; b++) {
         seen += atomic_load_explicit(&l->bucket[b], memory_order_relaxed);
         if (seen && seen >= want)
-            return upper_edge(b);
+            return upper_edge(b) < most ? upper_edge(b) : most;
     }
-    return atomic_load_explicit(&l->max_ns, memory_order_relaxed);
+    return most;
 }

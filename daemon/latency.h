@@ -20,7 +20,8 @@ struct latency {
 /** latency_add - one writer. */
 void latency_add(struct latency *l, uint64_t ns);
 
-/** latency_quantile - upper edge in ns of the bucket that holds the share q in [0, 1]; 0 when empty. */
+/** latency_quantile - upper edge in ns of the bucket that holds the share q in [0, 1], at most the maximum; 0
+ * when empty. */
 uint64_t latency_quantile(struct latency *l, double q);
 
 #endif

@@ -49,14 +49,19 @@ _Static_assert(sizeof(struct sphere_stats) % 8 == 0, "statistics are whole words
 
 /* ---- stages ---- */
 
-static void run_maps(struct pipeline *p, struct echoes *e)
+static void publish_stats(struct pipeline *p)
 {
-    sphere_enter(p->sphere, e, &p->conf.mount[e->sensor]);
     struct sphere_stats s;
     sphere_stats(p->sphere, &s);
     seqlock_begin(&p->stats_lock);
     seqlock_store(p->stats, &s, sizeof s / 8);
     seqlock_end(&p->stats_lock);
+}
+
+static void run_maps(struct pipeline *p, struct echoes *e)
+{
+    sphere_enter(p->sphere, e, &p->conf.mount[e->sensor]);
+    publish_stats(p);
     if (!p->conf.patient) {
         uint64_t now = loop_clock();
         latency_add(&p->latency, now > e->t_in_ns ? now - e->t_in_ns : 0);
@@ -283,6 +288,7 @@ static bool make_stages(struct pipeline *p, char *err, size_t err_size)
     if (!m)
         return false;
     p->sphere = sphere_init(m, &p->conf.sphere);
+    publish_stats(p);
     return true;
 }
 
