@@ -493,7 +493,7 @@ static bool allocate(struct mcap_writer *w, size_t index_bytes)
     if (chunk < w->chunk_bytes)
         chunk = w->chunk_bytes;
     w->max_entries = (uint32_t)(chunk / MCAP_MESSAGE_HEAD + 1);
-    w->entry = calloc(w->max_entries, sizeof *w->entry);
+    w->entry = malloc(w->max_entries * sizeof *w->entry);
     size_t out = CHUNK_HEAD + compress_bound(w, chunk) + (size_t)w->max_entries * INDEX_ENTRY +
                  MCAP_CHANNELS_MAX * (MCAP_RECORD_HEAD + 6);
     if (!w->entry || !reserve(&w->chunk, chunk) || !reserve(&w->out, out) || !reserve(&w->chunks, index_bytes))
@@ -502,8 +502,15 @@ static bool allocate(struct mcap_writer *w, size_t index_bytes)
         return false;
     if (w->compression == MCAP_ZSTD && !(w->zstd = ZSTD_createCCtx()))
         return false;
+    /*
+     * Pages are faulted in now, not while messages come. Not with zeros: a compiler may make calloc of malloc and
+     * that, which touches nothing.
+     */
+    memset(w->entry, 0xff, w->max_entries * sizeof *w->entry);
+    memset(w->chunk.p, 0xff, chunk);
+    memset(w->out.p, 0xff, out);
+    memset(w->chunks.p, 0xff, index_bytes);
     /* The libraries allocate with the first chunk of a size: let that be now. */
-    memset(w->chunk.p, 0, chunk);
     w->chunk.n = chunk;
     bool ok = compress_chunk(w);
     w->chunk.n = w->out.n = 0;
