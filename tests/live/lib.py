@@ -7,6 +7,7 @@ generous and grow under sanitizers: they end a test that hangs, they measure not
 import concurrent.futures
 import json
 import os
+import re
 import select
 import shutil
 import signal
@@ -47,8 +48,12 @@ def check(condition, why):
         raise Failed(why)
 
 
+_printing = threading.Lock()
+
+
 def note(text):
-    print("# " + text, flush=True)
+    with _printing:
+        print("# " + text, flush=True)
 
 
 def until(condition, what, limit_s=20.0, every_s=0.02):
@@ -176,7 +181,7 @@ class Sim(Process):
         return answer[3:]
 
     def pings(self):
-        return int(self.command("status").split(" pings,")[0].split()[-1])
+        return int(re.search(r"(\d+) pings,", self.command("status")).group(1))
 
     def stop(self):
         status = super().stop()
@@ -295,9 +300,6 @@ def pings_until(client, count, limit_s=30.0):
     """Waits until the sonar has done `count` more pings."""
     first = client.sensor()["pings"]
     until(lambda: client.sensor()["pings"] >= first + count, "%d pings" % count, limit_s, 0.05)
-
-
-_printing = threading.Lock()
 
 
 def _run_case(name, function):
