@@ -44,9 +44,7 @@ static struct answer_conf limits(const struct daemon *d)
 static struct answer_now moment(const struct daemon *d)
 {
     struct answer_now now = {.now_ns = loop_now(d->loop), .pose = pose_identity};
-    const struct pose *newest = pose_log_newest(&d->poses);
-    if (newest)
-        now.pose = *newest;
+    pose_log_newest(&d->poses, &now.pose);
     now.pose_fresh = pose_log_fresh(&d->poses, now.now_ns);
     return now;
 }
@@ -102,9 +100,11 @@ static json_t *method_blocked(const struct rpc_call *call, json_t *params, struc
 
 static double pose_age_s(const struct daemon *d)
 {
-    const struct pose *p = pose_log_newest(&d->poses);
     uint64_t now = loop_now(d->loop);
-    return !p ? -1 : now > p->t_ns ? (double)(now - p->t_ns) * 1e-9 : 0;
+    struct pose p;
+    if (!pose_log_newest(&d->poses, &p))
+        return -1;
+    return now > p.t_ns ? (double)(now - p.t_ns) * 1e-9 : 0;
 }
 
 #define DEFAULT_BAND_DEG 5.0
@@ -326,10 +326,11 @@ static const char *data_word(const struct daemon *d)
 static json_t *pose_json(const struct daemon *d)
 {
     static const char *const parts[] = {"attitude", "position", "depth", "velocity"};
-    const struct pose *p = pose_log_newest(&d->poses);
+    struct pose p;
+    pose_log_newest(&d->poses, &p);
     json_t *has = json_array();
-    for (unsigned i = 0; p && i < 4; i++)
-        if (p->has & (1u << i))
+    for (unsigned i = 0; i < 4; i++)
+        if (p.has & (1u << i))
             json_array_append_new(has, json_string(parts[i]));
     return json_pack("{s:o, s:o, s:I, s:I}", "age_s", age(pose_age_s(d)), "has", has, "count",
                      (json_int_t)d->poses.taken, "refused", (json_int_t)d->poses.refused);

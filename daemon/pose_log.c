@@ -4,104 +4,233 @@
 #include <math.h>
 #include <string.h>
 
+static const unsigned parts[POSE_TRACKS] = {POSE_ATTITUDE, POSE_POSITION, POSE_DEPTH, POSE_VELOCITY};
+
 void pose_log_init(struct pose_log *log, uint64_t max_age_ns)
 {
     memset(log, 0, sizeof *log);
     log->max_age_ns = max_age_ns;
 }
 
-static const struct pose *at(const struct pose_log *log, uint32_t i)
+/* ---- one track ---- */
+
+static const struct pose_sample *at(const struct pose_track *track, uint32_t i)
 {
-    return &log->sample[(log->first + i) % POSE_LOG_SAMPLES];
+    return &track->sample[(track->first + i) % POSE_LOG_SAMPLES];
 }
 
-const struct pose *pose_log_newest(const struct pose_log *log)
+static const struct pose_sample *last(const struct pose_track *track)
 {
-    return log->n ? at(log, log->n - 1) : NULL;
+    return track->n ? at(track, track->n - 1) : NULL;
 }
 
-static unsigned fresh_parts(const struct pose_log *log, uint64_t t_ns)
+static bool append(struct pose_track *track, const struct pose_sample *sample)
 {
-    unsigned parts = 0;
-    for (unsigned i = 0; i < 4; i++)
-        if (log->t_part_ns[i] && t_ns - log->t_part_ns[i] <= log->max_age_ns)
-            parts |= 1u << i;
-    return parts;
-}
-
-/* The place goes on from where it was: by what is given, else by the velocity. */
-static void move(struct pose *p, const struct pose *before, const struct pose *given)
-{
-    double dt_s = (double)(given->t_ns - before->t_ns) * 1e-9, way = 0;
-    for (int i = 0; i < 3; i++) {
-        bool placed = given->has & (i == 2 ? POSE_DEPTH : POSE_POSITION);
-        p->position_m[i] =
-            placed ? given->position_m[i]
-                   : before->position_m[i] + ((p->has & POSE_VELOCITY) ? p->velocity_mps[i] * dt_s : 0);
-        way += (p->position_m[i] - before->position_m[i]) * (p->position_m[i] - before->position_m[i]);
-    }
-    p->path_m = before->path_m + sqrt(way);
-}
-
-bool pose_log_put(struct pose_log *log, const struct pose *given)
-{
-    const struct pose *before = pose_log_newest(log);
-    if (before && given->t_ns <= before->t_ns) {
-        log->refused++;
+    if (track->n && sample->t_ns <= last(track)->t_ns)
         return false;
+    if (track->n == POSE_LOG_SAMPLES) {
+        track->first = (track->first + 1) % POSE_LOG_SAMPLES;
+        track->n--;
     }
-    for (unsigned i = 0; i < 4; i++)
-        if (given->has & (1u << i))
-            log->t_part_ns[i] = given->t_ns;
-    struct pose p = pose_identity;
-    p.t_ns = given->t_ns;
-    p.has = fresh_parts(log, given->t_ns);
-    const struct pose *attitude = (given->has & POSE_ATTITUDE) || !before ? given : before;
-    const struct pose *velocity = (given->has & POSE_VELOCITY) || !before ? given : before;
-    memcpy(p.attitude, attitude->attitude, sizeof p.attitude);
-    memcpy(p.velocity_mps, velocity->velocity_mps, sizeof p.velocity_mps);
-    if (before)
-        move(&p, before, given);
-    else
-        memcpy(p.position_m, given->position_m, sizeof p.position_m);
-    if (log->n == POSE_LOG_SAMPLES) {
-        log->first = (log->first + 1) % POSE_LOG_SAMPLES;
-        log->n--;
-    }
-    log->sample[(log->first + log->n) % POSE_LOG_SAMPLES] = p;
-    log->n++;
-    log->taken++;
+    track->sample[(track->first + track->n) % POSE_LOG_SAMPLES] = *sample;
+    track->n++;
+    if (sample->given)
+        track->t_given_ns = sample->t_ns;
     return true;
 }
 
-bool pose_log_at(const struct pose_log *log, uint64_t t_ns, struct pose *out)
+/* a at u = 0, b at u = 1, and on. */
+static void mix(int part, const struct pose_sample *a, const struct pose_sample *b, double u, double v[4])
 {
-    *out = pose_identity;
-    out->t_ns = t_ns;
-    uint32_t lo = 0, hi = log->n; /* samples before lo are at or before t_ns */
+    if (part == POSE_TRACK_ATTITUDE) {
+        quat_slerp(a->v, b->v, u, v);
+        return;
+    }
+    for (int i = 0; i < 4; i++)
+        v[i] = a->v[i] + (b->v[i] - a->v[i]) * u;
+}
+
+/* Behind the last sample: as between the last two, where these belong together, but not far. */
+static void go_on(const struct pose_log *log, int part, uint64_t t_ns, double v[4])
+{
+    const struct pose_track *track = &log->track[part];
+    const struct pose_sample *b = last(track), *a = track->n > 1 ? at(track, track->n - 2) : b;
+    uint64_t gap_ns = b->t_ns - a->t_ns, ahead_ns = t_ns - b->t_ns;
+    uint64_t most_ns = gap_ns < POSE_LOG_AHEAD_NS ? gap_ns : POSE_LOG_AHEAD_NS;
+    if (ahead_ns > most_ns)
+        ahead_ns = most_ns;
+    if (gap_ns == 0 || gap_ns > log->max_age_ns)
+        memcpy(v, b->v, sizeof b->v);
+    else
+        mix(part, a, b, 1.0 + (double)ahead_ns / (double)gap_ns, v);
+}
+
+/* The part at t_ns into v. False: it was never known until then. *good: somebody gave it, and it is fresh. */
+static bool look_up(const struct pose_log *log, int part, uint64_t t_ns, double v[4], bool *good)
+{
+    const struct pose_track *track = &log->track[part];
+    uint32_t lo = 0, hi = track->n; /* samples before lo are at or before t_ns */
     while (lo < hi) {
         uint32_t mid = lo + (hi - lo) / 2;
-        if (at(log, mid)->t_ns <= t_ns)
+        if (at(track, mid)->t_ns <= t_ns)
             lo = mid + 1;
         else
             hi = mid;
     }
     if (lo == 0)
         return false;
-    const struct pose *a = at(log, lo - 1);
-    if (lo < log->n && at(log, lo)->t_ns - a->t_ns <= log->max_age_ns) {
-        pose_between(a, at(log, lo), t_ns, out);
-        return true;
-    }
-    if (t_ns - a->t_ns > log->max_age_ns)
-        return false;
-    *out = *a;
+    const struct pose_sample *a = at(track, lo - 1), *b = lo < track->n ? at(track, lo) : NULL;
+    bool between = b && b->t_ns - a->t_ns <= log->max_age_ns;
+    *good = a->given && (between || t_ns - a->t_ns <= log->max_age_ns);
+    if (between)
+        mix(part, a, b, (double)(t_ns - a->t_ns) / (double)(b->t_ns - a->t_ns), v);
+    else if (b)
+        memcpy(v, a->v, sizeof a->v);
+    else
+        go_on(log, part, t_ns, v);
     return true;
+}
+
+/* ---- taking ---- */
+
+static bool fresh(const struct pose_log *log, int part, uint64_t t_ns)
+{
+    uint64_t given_ns = log->track[part].t_given_ns;
+    return given_ns && (t_ns <= given_ns || t_ns - given_ns <= log->max_age_ns);
+}
+
+/* `first`: what somebody says for the first time is a place to start from, not a way driven. */
+static void add_way(struct pose_log *log, bool first)
+{
+    const struct pose_sample *place = last(&log->track[POSE_TRACK_PLACE]);
+    const struct pose_sample *depth = last(&log->track[POSE_TRACK_DEPTH]);
+    double now_m[3] = {place ? place->v[0] : 0, place ? place->v[1] : 0, depth ? depth->v[0] : 0}, way = 0;
+    for (int i = 0; i < 3; i++)
+        way += (now_m[i] - log->corner_m[i]) * (now_m[i] - log->corner_m[i]);
+    if (!first && way < POSE_LOG_STEP_M * POSE_LOG_STEP_M)
+        return;
+    if (!first)
+        log->path_m += sqrt(way);
+    memcpy(log->corner_m, now_m, sizeof now_m);
+}
+
+/* What the velocity has done to a part of the place since its last sample. */
+static void carry(struct pose_log *log, int part, const struct pose_sample *velocity)
+{
+    const struct pose_sample *before = last(&log->track[part]);
+    struct pose_sample s = {.t_ns = velocity->t_ns};
+    if (fresh(log, part, velocity->t_ns) || (before && before->t_ns >= velocity->t_ns))
+        return;
+    if (before) {
+        double dt_s = (double)(velocity->t_ns - before->t_ns) * 1e-9;
+        const double *v = part == POSE_TRACK_DEPTH ? &velocity->v[2] : velocity->v;
+        for (int i = 0; i < (part == POSE_TRACK_DEPTH ? 1 : 2); i++)
+            s.v[i] = before->v[i] + v[i] * dt_s;
+    }
+    append(&log->track[part], &s);
+}
+
+static void copy_part(int part, const struct pose *given, double v[4])
+{
+    switch (part) {
+    case POSE_TRACK_ATTITUDE:
+        memcpy(v, given->attitude, sizeof given->attitude);
+        break;
+    case POSE_TRACK_PLACE:
+        memcpy(v, given->position_m, 2 * sizeof *v);
+        break;
+    case POSE_TRACK_DEPTH:
+        v[0] = given->position_m[2];
+        break;
+    default:
+        memcpy(v, given->velocity_mps, sizeof given->velocity_mps);
+    }
+}
+
+bool pose_log_put(struct pose_log *log, const struct pose *given)
+{
+    bool any = false, first = false;
+    for (int part = 0; part < POSE_TRACKS; part++) {
+        struct pose_sample s = {.t_ns = given->t_ns, .given = true};
+        if (!(given->has & parts[part]))
+            continue;
+        first |= (parts[part] & (POSE_POSITION | POSE_DEPTH)) && !log->track[part].t_given_ns;
+        copy_part(part, given, s.v);
+        if (!append(&log->track[part], &s))
+            continue;
+        any = true;
+        if (part == POSE_TRACK_VELOCITY) {
+            carry(log, POSE_TRACK_PLACE, &s);
+            carry(log, POSE_TRACK_DEPTH, &s);
+        }
+    }
+    if (!any) {
+        log->refused++;
+        return false;
+    }
+    add_way(log, first);
+    if (given->t_ns > log->t_newest_ns)
+        log->t_newest_ns = given->t_ns;
+    log->taken++;
+    return true;
+}
+
+/* ---- asking ---- */
+
+static void put_part(int part, const double v[4], struct pose *out)
+{
+    switch (part) {
+    case POSE_TRACK_ATTITUDE:
+        memcpy(out->attitude, v, sizeof out->attitude);
+        break;
+    case POSE_TRACK_PLACE:
+        memcpy(out->position_m, v, 2 * sizeof *v);
+        break;
+    case POSE_TRACK_DEPTH:
+        out->position_m[2] = v[0];
+        break;
+    default:
+        memcpy(out->velocity_mps, v, sizeof out->velocity_mps);
+    }
+}
+
+bool pose_log_at(const struct pose_log *log, uint64_t t_ns, struct pose *out)
+{
+    bool any = false;
+    struct pose p = pose_identity;
+    for (int part = 0; part < POSE_TRACKS; part++) {
+        double v[4];
+        bool good;
+        if (!look_up(log, part, t_ns, v, &good))
+            continue;
+        if (good)
+            p.has |= parts[part];
+        if (good || part == POSE_TRACK_PLACE || part == POSE_TRACK_DEPTH)
+            put_part(part, v, &p);
+        any |= good;
+    }
+    p.path_m = log->path_m;
+    *out = any ? p : pose_identity;
+    out->t_ns = t_ns;
+    return any;
+}
+
+bool pose_log_newest(const struct pose_log *log, struct pose *out)
+{
+    *out = pose_identity;
+    out->t_ns = log->t_newest_ns;
+    out->path_m = log->path_m;
+    for (int part = 0; part < POSE_TRACKS; part++) {
+        const struct pose_sample *s = last(&log->track[part]);
+        if (s)
+            put_part(part, s->v, out);
+        if (s && fresh(log, part, log->t_newest_ns))
+            out->has |= parts[part];
+    }
+    return log->taken > 0;
 }
 
 bool pose_log_fresh(const struct pose_log *log, uint64_t now_ns)
 {
-    const struct pose *p = pose_log_newest(log);
-    return p && (p->has & POSE_ATTITUDE) && log->t_part_ns[0] &&
-           (now_ns <= log->t_part_ns[0] || now_ns - log->t_part_ns[0] <= log->max_age_ns);
+    return fresh(log, POSE_TRACK_ATTITUDE, now_ns);
 }

@@ -1,10 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * pose_log - where the vehicle was, for the last seconds: takes pose samples in order of time, gives each ping the
- * pose at its own time, and says how old the newest is. Fixed size; one owner (the loop).
+ * pose_log - where the vehicle was, for the last seconds: takes what its senders say of it, gives each ping the pose
+ * at its own time, and says how old the newest is. Fixed size; one owner (the loop).
  *
- * A sample may carry only some parts (a depth sensor knows no attitude). Parts not given go on from the sample before
- * while that one is fresh; a position that nobody gives is carried along by the velocity.
+ * A sample may carry only some parts (a depth sensor knows no attitude), and every part has a track of its own in
+ * order of its own time: a depth that comes later than a newer attitude is as good. While nobody gives a position the
+ * velocity carries it along; it is then not in `has`.
  */
 #ifndef SONARD_POSE_LOG_H
 #define SONARD_POSE_LOG_H
@@ -16,11 +17,33 @@
 
 #define POSE_LOG_SAMPLES 256
 
+/* Behind the newest sample a part goes on as it went between the last two, for so long and no longer than the time
+ * between them. A ping is over within this time, so waiting for the sample behind it would gain little. */
+#define POSE_LOG_AHEAD_NS 100000000u
+
+/* Smaller movements are not way driven, or the noise of a depth sensor would add up to kilometres. */
+#define POSE_LOG_STEP_M 0.05
+
+enum { POSE_TRACK_ATTITUDE, POSE_TRACK_PLACE, POSE_TRACK_DEPTH, POSE_TRACK_VELOCITY, POSE_TRACKS };
+
+struct pose_sample {
+    uint64_t t_ns;
+    double v[4]; /* quaternion; north, east; down; velocity */
+    bool given;  /* false: carried along by the velocity */
+};
+
+struct pose_track {
+    struct pose_sample sample[POSE_LOG_SAMPLES]; /* a ring in order of time */
+    uint32_t first, n;
+    uint64_t t_given_ns; /* of the newest sample that somebody gave; 0: none */
+};
+
 struct pose_log {
     uint64_t max_age_ns;
-    struct pose sample[POSE_LOG_SAMPLES]; /* a ring in order of time */
-    uint32_t first, n;
-    uint64_t t_part_ns[4]; /* when each part (bit of enum pose_part) was last given */
+    struct pose_track track[POSE_TRACKS]; /* in the order of the bits of enum pose_part */
+    double path_m;                        /* way driven so far ... */
+    double corner_m[3];                   /* ... up to here */
+    uint64_t t_newest_ns;
     uint64_t taken, refused;
 };
 
@@ -28,18 +51,20 @@ void pose_log_init(struct pose_log *log, uint64_t max_age_ns);
 
 /**
  * pose_log_put - a sample; `given` holds the parts in given->has (attitude normalised by the caller).
- * False, counted: not newer than the newest sample.
+ * False, counted: not one of its parts is newer than what there is of that part. Parts that are not are left out.
  */
 bool pose_log_put(struct pose_log *log, const struct pose *given);
 
 /**
- * pose_log_at - the pose at t_ns: between the two samples around it when they are at most max_age apart, or the last
- * one before it while that is fresh. False with *out the identity (has = 0) when there is none.
+ * pose_log_at - the pose at t_ns. Each part lies between the two samples around it when they are at most max_age
+ * apart, or goes on from the last one before it while that is fresh; `has` tells which parts there are. A place that is
+ * not fresh stays what it was, without being in `has`. path_m is the way driven until now. False with *out the
+ * identity (has = 0) when no part is known.
  */
 bool pose_log_at(const struct pose_log *log, uint64_t t_ns, struct pose *out);
 
-/** pose_log_newest - NULL when there is none. */
-const struct pose *pose_log_newest(const struct pose_log *log);
+/** pose_log_newest - the last sample of every part, as of the newest of them; has: those fresh then. False: none. */
+bool pose_log_newest(const struct pose_log *log, struct pose *out);
 
 /** pose_log_fresh - is the newest attitude at most max_age old at now_ns? */
 bool pose_log_fresh(const struct pose_log *log, uint64_t now_ns);

@@ -98,16 +98,18 @@ TEST(without_a_position_the_velocity_carries_it)
         put((1000 + 100 * i) * MS, POSE_ATTITUDE | POSE_VELOCITY, 0, 0, 0.5);
     CHECK(pose_log_at(&poses, 11000 * MS, &p));
     CHECK_NEAR(p.position_m[0], 5, 1e-12, 0);
-    CHECK_NEAR(p.path_m, 5, 1e-12, 0);
+    CHECK_NEAR(p.path_m, 5, 1e-12, POSE_LOG_STEP_M);
     CHECK(!(p.has & POSE_POSITION));
 }
 
 TEST(the_way_driven_counts_back_and_forth)
 {
+    struct pose p;
     pose_log_init(&poses, 500 * MS);
     for (uint64_t i = 0; i <= 10; i++)
         put((1000 + 100 * i) * MS, POSE_ATTITUDE | POSE_POSITION, (double)(i % 2), 0, 0);
-    CHECK_NEAR(pose_log_newest(&poses)->path_m, 10, 1e-12, 0);
+    CHECK(pose_log_newest(&poses, &p));
+    CHECK_NEAR(p.path_m, 10, 1e-12, 0);
 }
 
 TEST(the_log_keeps_the_newest)
@@ -121,8 +123,85 @@ TEST(the_log_keeps_the_newest)
     CHECK(!pose_log_at(&poses, 100 * MS, &p));
 }
 
+static bool put_depth(uint64_t t_ns, double depth_m)
+{
+    struct pose p = pose_identity;
+    p.t_ns = t_ns;
+    p.has = POSE_DEPTH;
+    p.position_m[2] = depth_m;
+    return pose_log_put(&poses, &p);
+}
+
+TEST(a_part_that_comes_late_is_put_at_its_own_time)
+{
+    struct pose p;
+    pose_log_init(&poses, 500 * MS);
+    put(1000 * MS, POSE_ATTITUDE, 0, 0, 0);
+    put(1100 * MS, POSE_ATTITUDE, 0, 0.2, 0);
+    CHECK(put_depth(1020 * MS, 5));
+    CHECK(put_depth(1080 * MS, 8));
+    CHECK(!put_depth(1080 * MS, 9));
+    CHECK(pose_log_at(&poses, 1050 * MS, &p));
+    CHECK_NEAR(yaw(&p), 0.1, 1e-12, 0);
+    CHECK_NEAR(p.position_m[2], 6.5, 1e-12, 0);
+    CHECK_INT(p.has, POSE_ATTITUDE | POSE_DEPTH);
+}
+
+TEST(of_a_sample_only_the_parts_that_are_new_are_taken)
+{
+    struct pose p;
+    pose_log_init(&poses, 500 * MS);
+    put_depth(1000 * MS, 5);
+    CHECK(put(900 * MS, POSE_ATTITUDE | POSE_DEPTH, 0, 1, 0));
+    CHECK(pose_log_at(&poses, 1000 * MS, &p));
+    CHECK_NEAR(p.position_m[2], 5, 0, 0);
+    CHECK_NEAR(yaw(&p), 1, 1e-12, 0);
+}
+
+TEST(behind_the_last_sample_the_turn_goes_on_for_a_moment)
+{
+    struct pose p;
+    pose_log_init(&poses, 1000 * MS);
+    put(1000 * MS, POSE_ATTITUDE, 0, 0, 0);
+    put(1050 * MS, POSE_ATTITUDE, 0, 0.1, 0);
+    pose_log_at(&poses, 1075 * MS, &p);
+    CHECK_NEAR(yaw(&p), 0.15, 1e-12, 0);
+    pose_log_at(&poses, 1900 * MS, &p); /* no farther than the time between the two */
+    CHECK_NEAR(yaw(&p), 0.2, 1e-12, 0);
+    put(1450 * MS, POSE_ATTITUDE, 0, 0.5, 0);
+    pose_log_at(&poses, 1900 * MS, &p); /* and no farther than a tenth of a second */
+    CHECK_NEAR(yaw(&p), 0.6, 1e-12, 0);
+}
+
+TEST(the_noise_of_a_depth_sensor_is_no_way_driven)
+{
+    struct pose p;
+    uint64_t seed = test_seed();
+    pose_log_init(&poses, 500 * MS);
+    for (uint64_t i = 1; i <= 10000; i++)
+        put_depth(i * 100 * MS, 40 + 0.02 * test_uniform(&seed));
+    CHECK(pose_log_newest(&poses, &p));
+    CHECK_NEAR(p.path_m, 0, 0, 0);
+}
+
+TEST(a_place_that_is_told_no_more_stays_where_it_was)
+{
+    struct pose p;
+    pose_log_init(&poses, 500 * MS);
+    put(1000 * MS, POSE_ATTITUDE | POSE_POSITION, 7, 0, 0);
+    put(2000 * MS, POSE_ATTITUDE, 0, 0, 0);
+    CHECK(pose_log_at(&poses, 2000 * MS, &p));
+    CHECK_INT(p.has, POSE_ATTITUDE);
+    CHECK_NEAR(p.position_m[0], 7, 0, 0);
+}
+
 int main(void)
 {
+    RUN(a_part_that_comes_late_is_put_at_its_own_time);
+    RUN(of_a_sample_only_the_parts_that_are_new_are_taken);
+    RUN(behind_the_last_sample_the_turn_goes_on_for_a_moment);
+    RUN(the_noise_of_a_depth_sensor_is_no_way_driven);
+    RUN(a_place_that_is_told_no_more_stays_where_it_was);
     RUN(between_two_samples_the_pose_is_interpolated);
     RUN(before_the_first_and_too_long_after_the_last_there_is_none);
     RUN(a_gap_is_not_bridged);
