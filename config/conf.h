@@ -54,6 +54,7 @@ struct conf_sonar {
     double rotation_rad[3];     /* rotation = 0 0 0 deg    roll pitch yaw */
     int amplitude;              /* amplitude = auto | linear | power | sqrt | log */
     double db_per_count;        /* decibels_per_count = 0.3137 dB; auto: 0; positive when amplitude = log */
+    double min_confidence;      /* min_confidence = 0.5: of ranges that the device picks itself [0.01 .. 1] */
     double ring_down_m; /* ring_down = 0.3 m; auto: -1, found from the device and the beam; less than range */
     char power[CONF_NAME_MAX];   /* power = LINE: GPIO line that switches it; none: empty */
     int power_active;            /* power_active = high | low */

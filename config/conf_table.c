@@ -75,6 +75,9 @@ const struct conf_key conf_keys[] = {
      .instead_value = 0, SONAR(db_per_count),
      .help = "For amplitude = log, which needs it: decibels of one count, for instance 0.3137 dB where 80 dB\n"
              "are spread over 0 to 255."},
+    {"sonar", "min_confidence", NUMBER(0.01, 1), .standard = "0.5", SONAR(min_confidence),
+     .help = "For sonars that pick the range themselves and say how sure they are (ping1d): a less sure one\n"
+             "counts as nothing heard."},
     {"sonar", "ring_down", QUANTITY(1, "m", 0.01, 20), .standard = "auto", .instead = "auto", .instead_value = -1,
      SONAR(ring_down_m),
      .help = "Nothing is believed nearer than this, because the transducer still rings; less than range.\n"

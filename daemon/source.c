@@ -252,6 +252,7 @@ static void describe(const struct source *s, const struct conf_sonar *conf, cons
                               .gain = conf->gain,
                               .step_rad = conf->step_rad,
                               .frequency_hz = conf->frequency_hz,
+                              .min_confidence = conf->min_confidence,
                               .request_response = conf->mode == CONF_MODE_REQUEST,
                               .listen_only = s->env.replay,
                               .baud = s->port.ops->baud ? s->port.ops->baud(s->rest) : 0};

@@ -47,6 +47,7 @@ struct device_conf {
     double sector_start_rad, sector_end_rad; /* in the sensor frame, clockwise from start to end; equal: full circle */
     double step_rad;
     double frequency_hz;                  /* 0: device's default */
+    double min_confidence;                /* 0..1: a pick of the device's own below it counts as nothing heard */
     bool request_response;                /* ask for every ping instead of letting the device transmit by itself */
     bool listen_only;                     /* a replay: never wait for answers, ask nothing again */
     unsigned baud;                        /* of the line the bytes come over; 0: unknown */
@@ -96,6 +97,7 @@ struct device_ops {
 
 extern const struct device_ops *const device_table[]; /* NULL at its end */
 extern const struct device_ops device_ping360;
+extern const struct device_ops device_ping1d;
 
 /** device_find - the device of that name, or NULL. */
 const struct device_ops *device_find(const char *name);

@@ -8,6 +8,7 @@
 
 const struct device_ops *const device_table[] = {
     &device_ping360,
+    &device_ping1d,
     NULL,
 };
 

@@ -34,20 +34,11 @@ double ping360_sample_m(const struct ping360_settings *set, double sound_speed_m
     return set->sample_period * PING360_TICK_S * sound_speed_mps / 2.0;
 }
 
-uint64_t ping360_line_ns(unsigned baud, size_t bytes)
-{
-    return baud ? bytes * 10u * 1000000000ull / baud : 0;
-}
-
 void ping360_fill_ping(struct ping *ping, const struct ping_frame *frame, const struct ping360_data *data,
                        double sound_speed_mps, unsigned baud)
 {
     uint64_t listening_ns = ping360_listening_ns(&data->set);
-    uint64_t frame_ns = ping360_line_ns(baud, (size_t)PING_OVERHEAD + frame->length);
-    /* Bytes that waited in a buffer come at once and late: the frame cannot have begun later than the line allows. */
-    uint64_t begun_ns = frame->t_last_ns > frame_ns ? frame->t_last_ns - frame_ns : 0;
-    if (begun_ns > frame->t_first_ns)
-        begun_ns = frame->t_first_ns;
+    uint64_t begun_ns = ping_frame_begun_ns(frame, baud);
     int clockwise = (data->set.angle + PING360_TURN - PING360_AHEAD) % PING360_TURN;
 
     ping->t_ns = begun_ns > listening_ns ? begun_ns - listening_ns : 0;

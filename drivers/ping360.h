@@ -37,9 +37,6 @@ uint64_t ping360_listening_ns(const struct ping360_settings *set);
 /** ping360_sample_m - length of one sample in metres of range. */
 double ping360_sample_m(const struct ping360_settings *set, double sound_speed_mps);
 
-/** ping360_line_ns - time of so many bytes on a line: a start, eight data and a stop bit each. 0 for baud 0. */
-uint64_t ping360_line_ns(unsigned baud, size_t bytes);
-
 /**
  * ping360_fill_ping - describe `data`, which came in `frame`, as a ping and copy its samples (as many as there is
  * room for). Everything but flags, seq, sensor and pose is set; beam and samples must have room for one beam. The

@@ -89,7 +89,7 @@ struct ping360 {
 
 static uint64_t line_ns(const struct ping360 *d, size_t bytes)
 {
-    return ping360_line_ns(d->conf.baud, bytes);
+    return ping_line_ns(d->conf.baud, bytes);
 }
 
 /* The time in which a ping from `angle` must have come, whole, after the head was told. */

@@ -463,11 +463,12 @@ static void extract_profile(struct extract *e, const struct geometry *g, const v
     }
 }
 
-/* The device has picked the range itself. */
-static void extract_range(const struct extract *e, const struct ping_beam *beam, struct beam_echoes *out)
+/* The device has picked the range itself, listening from begin_m on. */
+static void extract_range(const struct extract *e, double begin_m, const struct ping_beam *beam,
+                          struct beam_echoes *out)
 {
     out->state = BEAM_SILENT;
-    out->blind_m = (float)fmax(e->conf.ring_down_m, 0.0);
+    out->blind_m = (float)fmax(e->conf.ring_down_m, begin_m > 0.0 && begin_m < 1e5 ? begin_m : 0.0);
     if (!(beam->range_m > 0.0f && beam->range_m < 1e5f)) {
         out->free_to_m = (float)e->conf.minimum_range_m;
         return;
@@ -511,7 +512,7 @@ void extract_run(struct extract *extract, const struct ping *ping, struct echoes
         *beam = (struct beam_echoes){
             .az_rad = ping->beam[b].az_rad, .el_rad = ping->beam[b].el_rad, .state = BEAM_BLIND};
         if (ready)
-            extract_range(extract, &ping->beam[b], beam);
+            extract_range(extract, (double)ping->r0_m, &ping->beam[b], beam);
         else if (profile)
             extract_profile(extract, &g, samples + (size_t)b * ping->n_bins * ping->sample_bytes, beam);
     }
