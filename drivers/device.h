@@ -96,6 +96,8 @@ struct device_ops {
 };
 
 extern const struct device_ops *const device_table[]; /* NULL at its end */
+extern const struct device_ops device_imagenex852;
+extern const struct device_ops device_imagenex881a;
 extern const struct device_ops device_ping360;
 extern const struct device_ops device_ping1d;
 

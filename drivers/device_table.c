@@ -7,6 +7,8 @@
 #include <string.h>
 
 const struct device_ops *const device_table[] = {
+    &device_imagenex852,
+    &device_imagenex881a,
     &device_ping360,
     &device_ping1d,
     NULL,

@@ -216,7 +216,7 @@ TEST(broken_values)
          "t.conf:4: [sonar a] mount = 0.2 m 0 m 0 m: 1 of 3 numbers; want 3 numbers and one unit, each -50 to 50 "
          "m " LENGTHS},
         {"no whole number", BASE "gain = 1.5\n",
-         "t.conf:4: [sonar a] gain = 1.5: '1.5' is not a whole number; want 0 to 10, or auto"},
+         "t.conf:4: [sonar a] gain = 1.5: '1.5' is not a whole number; want 0 to 40, or auto"},
         {"whole number out of range", BASE "[pipeline]\nthreads = 3\n",
          "t.conf:5: [pipeline] threads = 3: out of range; want 0 to 2"},
         {"whole number beyond int", BASE "[pipeline]\nqueue = 99999999999999999999\n",
