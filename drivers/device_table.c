@@ -7,6 +7,7 @@
 #include <string.h>
 
 const struct device_ops *const device_table[] = {
+    &device_micron,
     &device_imagenex852,
     &device_imagenex881a,
     &device_ping360,
