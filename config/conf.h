@@ -50,6 +50,8 @@ struct conf_sonar {
     double step_rad;            /* step = 0.9 deg          [0.1 .. 90], less than the sector */
     int mode;                   /* mode = auto | transmit | request (enum conf_scan_mode) */
     double frequency_hz;        /* frequency = 750 kHz     [10 .. 3000]; auto: 0, the device's default */
+    int node;                   /* node = 42                [0 .. 253], on a CAN bus; any: -1 */
+    int sensor_id;              /* sensor_id = 3            [0 .. 255], of that node; any: -1 */
     double mount_m[3];          /* mount = 0.2 0 0.1 m     forward right down */
     double rotation_rad[3];     /* rotation = 0 0 0 deg    roll pitch yaw */
     int amplitude;              /* amplitude = auto | linear | power | sqrt | log */

@@ -63,6 +63,11 @@ const struct conf_key conf_keys[] = {
              "old firmware needs. auto: transmit, and request when the sonar refuses."},
     {"sonar", "frequency", QUANTITY(1, "kHz", 10, 3000), .standard = "auto", .instead = "auto", .instead_value = 0,
      SONAR(frequency_hz), .help = "Transmit frequency. auto: the device's default (ping360: 750 kHz)."},
+    {"sonar", "node", INTEGER(0, 253), .standard = "any", .instead = "any", .instead_value = -1, SONAR(node),
+     .help = "On a CAN bus: whose messages to take, a DroneCAN node id or an NMEA 2000 address. any: everybody's,\n"
+             "which is right while one sonar of the kind is on the bus."},
+    {"sonar", "sensor_id", INTEGER(0, 255), .standard = "any", .instead = "any", .instead_value = -1,
+     SONAR(sensor_id), .help = "DroneCAN: which of that node's range sensors. any: all of them."},
     {"sonar", "mount", QUANTITY(3, "m", -50, 50), .standard = "0 0 0 m", SONAR(mount_m),
      .help = "Where the transducer sits in the vehicle: forward, right, down from the vehicle's reference point."},
     {"sonar", "rotation", QUANTITY(3, "deg", -360, 360), .standard = "0 0 0 deg", SONAR(rotation_rad),

@@ -271,6 +271,20 @@ static const char *state_word(const struct source_stats *s, bool replay)
     return s->open || replay ? words[s->device.state] : "no port";
 }
 
+static json_t *bus_json(const struct port_bus *bus)
+{
+    static const char *const words[] = {[BUS_DOWN] = "down",
+                                        [BUS_UP] = "up",
+                                        [BUS_WARNING] = "warning",
+                                        [BUS_PASSIVE] = "passive",
+                                        [BUS_OFF] = "off"};
+    return json_pack("{s:s, s:i, s:i, s:I, s:I, s:I, s:I, s:I, s:I}", "state", words[bus->state], "tx_errors",
+                     (int)bus->tx_errors, "rx_errors", (int)bus->rx_errors, "error_frames",
+                     (json_int_t)bus->error_frames, "bus_offs", (json_int_t)bus->bus_offs, "restarts",
+                     (json_int_t)bus->restarts, "controller_overflows", (json_int_t)bus->controller_overflows,
+                     "transfer_errors", (json_int_t)bus->transfer_errors, "not_sent", (json_int_t)bus->not_sent);
+}
+
 static json_t *sensor_json(const struct daemon *d, int i, const struct pipeline_stats *pipe)
 {
     const struct conf_sonar *conf = &d->conf.sonar[i];
@@ -303,6 +317,8 @@ static json_t *sensor_json(const struct daemon *d, int i, const struct pipeline_
     };
     for (size_t k = 0; k < sizeof counters / sizeof counters[0]; k++)
         json_object_set_new(j, counters[k].name, json_integer((json_int_t)counters[k].value));
+    if (s.bus.state != BUS_NONE)
+        json_object_set_new(j, "bus", bus_json(&s.bus));
     if (s.port_error[0])
         json_object_set_new(j, "port_error", json_string(s.port_error));
     return j;

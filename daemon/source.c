@@ -159,7 +159,8 @@ static void try_open(struct source *s)
 static void port_lost(struct source *s)
 {
     snprintf(s->stats.port_error, sizeof s->stats.port_error, "%s: lost: %s", s->address,
-             s->port.error ? strerror(s->port.error) : "hung up");
+             s->port.bus.state == BUS_OFF ? "the CAN bus is off"
+             : s->port.error ? strerror(s->port.error) : "hung up");
     log_line(LOG_WARNING, "%s: %s; trying again until it opens", s->name, s->stats.port_error);
     s->announced = true;
     loop_remove(s->env.loop, &s->fd);
@@ -171,20 +172,24 @@ static void port_lost(struct source *s)
         retry_later(s);
 }
 
-static void take(struct source *s, const uint8_t *bytes, size_t n)
+static void take(struct source *s, const uint8_t *bytes, size_t n, uint64_t t_ns)
 {
-    uint64_t now = loop_now(s->env.loop);
     s->stats.bytes_in += n;
     if (s->env.record)
-        record_message(s->env.record, s->rx_channel, now, bytes, n);
-    s->ops->feed(s->device, bytes, n, now, &s->io);
+        record_message(s->env.record, s->rx_channel, t_ns, bytes, n);
+    s->ops->feed(s->device, bytes, n, t_ns, &s->io);
     rearm(s);
+}
+
+/* When the bytes just read came in: as the kernel noted, if it did. */
+static uint64_t arrival(const struct source *s, uint64_t now_ns)
+{
+    return s->port.t_ns && s->port.t_ns < now_ns ? s->port.t_ns : now_ns;
 }
 
 static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
 {
     struct source *s = ctx;
-    (void)now_ns;
     for (int i = 0; i < READS_PER_EVENT; i++) {
         ssize_t n = s->port.ops->read(&s->port, s->in, sizeof s->in);
         if (n < 0) {
@@ -194,7 +199,7 @@ static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
         if (n == 0)
             break;
         s->retry_ns = RETRY_FIRST_NS; /* it speaks: the next loss starts over */
-        take(s, s->in, (size_t)n);
+        take(s, s->in, (size_t)n, arrival(s, now_ns));
         if (s->port.fd < 0)
             return;
     }
@@ -255,6 +260,8 @@ static void describe(const struct source *s, const struct conf_sonar *conf, cons
                               .min_confidence = conf->min_confidence,
                               .request_response = conf->mode == CONF_MODE_REQUEST,
                               .listen_only = s->env.replay,
+                              .node = conf->node,
+                              .sensor_id = conf->sensor_id,
                               .baud = s->port.ops->baud ? s->port.ops->baud(s->rest) : 0};
     sector_of(conf, d);
 }
@@ -266,6 +273,35 @@ static void open_channels(struct source *s)
     s->rx_channel = record_channel(s->env.record, topic, s->port.ops->encoding);
     snprintf(topic, sizeof topic, "/%s/tx", s->name);
     s->tx_channel = record_channel(s->env.record, topic, s->port.ops->encoding);
+}
+
+/* Finds port and device, sees to it that they fit together, and hands the device its configuration. */
+static bool set_device(struct source *s, const struct conf_sonar *conf, const struct conf_water *water, char *err,
+                       size_t err_size)
+{
+    struct device_conf d;
+    s->port.ops = port_find(s->address, &s->rest, err, err_size);
+    s->ops = device_find(conf->device);
+    if (!s->port.ops)
+        return false;
+    if (!s->ops) {
+        snprintf(err, err_size, "there is no device '%s'", conf->device);
+        return false;
+    }
+    bool wants_frames = s->ops->can_match != NULL;
+    if (wants_frames != (strcmp(s->port.ops->encoding, "socketcan") == 0)) {
+        snprintf(err, err_size, "device %s over %s: it needs %s", conf->device, s->address,
+                 wants_frames ? "a CAN bus, as port = can:can0"
+                              : "a stream of bytes; on a CAN bus that is isotp: or canstream:");
+        return false;
+    }
+    s->device = calloc(1, s->ops->state_size);
+    describe(s, conf, water, &d);
+    if (!s->device || !s->ops->init(s->device, &d, err, err_size))
+        return false;
+    if (wants_frames)
+        s->port.can_match = s->ops->can_match(s->device);
+    return true;
 }
 
 struct source *source_new(const struct source_env *env, const struct conf_sonar *conf,
@@ -291,15 +327,7 @@ struct source *source_new(const struct source_env *env, const struct conf_sonar 
                                .ping_begin = io_ping_begin,
                                .ping_done = io_ping_done,
                                .note = io_note};
-    struct device_conf d;
-    s->port.ops = port_find(s->address, &s->rest, err, err_size);
-    s->ops = device_find(conf->device);
-    s->device = s->ops ? calloc(1, s->ops->state_size) : NULL;
-    if (!s->ops)
-        snprintf(err, err_size, "there is no device '%s'", conf->device);
-    if (s->port.ops)
-        describe(s, conf, water, &d);
-    if (!s->port.ops || !s->device || !s->ops->init(s->device, &d, err, err_size)) {
+    if (!set_device(s, conf, water, err, err_size)) {
         source_free(s);
         return NULL;
     }
@@ -320,7 +348,7 @@ void source_start(struct source *s)
 
 void source_feed(struct source *s, const uint8_t *bytes, size_t n)
 {
-    take(s, bytes, n);
+    take(s, bytes, n, loop_now(s->env.loop));
 }
 
 void source_stop(struct source *s)
@@ -368,5 +396,6 @@ void source_stats(const struct source *s, struct source_stats *out)
     out->open = s->port.fd >= 0;
     out->port_lost = s->port.lost;
     out->port_refused = s->port.refused;
+    out->bus = s->port.bus;
     s->ops->status(s->device, &out->device);
 }

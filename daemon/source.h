@@ -40,6 +40,7 @@ struct source_stats {
     uint64_t bytes_in, bytes_out, bytes_not_sent;
     uint64_t reconnects;
     uint64_t port_lost, port_refused; /* see struct port */
+    struct port_bus bus;
     char port_error[PORT_ERR_MAX]; /* why the port is not open; empty otherwise */
 };
 

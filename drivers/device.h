@@ -17,6 +17,7 @@
 #include <stdint.h>
 
 #include "../grid/ping.h"
+#include "can_frame.h"
 
 #define DEVICE_TEXT_MAX 96
 
@@ -50,6 +51,8 @@ struct device_conf {
     double min_confidence;                /* 0..1: a pick of the device's own below it counts as nothing heard */
     bool request_response;                /* ask for every ping instead of letting the device transmit by itself */
     bool listen_only;                     /* a replay: never wait for answers, ask nothing again */
+    int node;                             /* whose messages to take on a bus, its address; -1: anybody's */
+    int sensor_id;                        /* which of a node's sensors; -1: any */
     unsigned baud;                        /* of the line the bytes come over; 0: unknown */
 };
 
@@ -93,6 +96,8 @@ struct device_ops {
     uint64_t (*deadline)(const void *state);                                /* UINT64_MAX: none */
     void (*stop)(void *state, uint64_t now_ns, const struct device_io *io); /* leave the hardware quiet */
     void (*status)(const void *state, struct device_status *out);
+    /* The frames that it wants of a CAN bus, one record of can_frame.h per feed. NULL: it takes a stream of bytes. */
+    struct can_match (*can_match)(const void *state);
 };
 
 extern const struct device_ops *const device_table[]; /* NULL at its end */
@@ -100,6 +105,8 @@ extern const struct device_ops device_micron;
 extern const struct device_ops device_imagenex852;
 extern const struct device_ops device_imagenex881a;
 extern const struct device_ops device_ping360;
+extern const struct device_ops device_dronecan;
+extern const struct device_ops device_nmea2000;
 extern const struct device_ops device_ping1d;
 
 /** device_find - the device of that name, or NULL. */

@@ -11,6 +11,8 @@ const struct device_ops *const device_table[] = {
     &device_imagenex852,
     &device_imagenex881a,
     &device_ping360,
+    &device_dronecan,
+    &device_nmea2000,
     &device_ping1d,
     NULL,
 };

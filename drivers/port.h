@@ -14,6 +14,8 @@
 #include <stdint.h>
 #include <sys/types.h>
 
+#include "can_frame.h"
+
 #define PORT_ADDRESS_MAX 256
 #define PORT_ERR_MAX     320
 
@@ -49,6 +51,26 @@ struct port_ops {
     void (*close)(struct port *port); /* closed ports may be closed again */
 };
 
+/* What a CAN controller tells of itself, as far as it does. */
+enum bus_state {
+    BUS_NONE, /* the wire is no CAN bus, or was never tried */
+    BUS_DOWN, /* there is no such interface, or it is down */
+    BUS_UP,
+    BUS_WARNING, /* 96 errors or more */
+    BUS_PASSIVE, /* 128 or more */
+    BUS_OFF,     /* 256: takes no part any more until it is restarted */
+};
+
+struct port_bus {
+    enum bus_state state;
+    uint8_t tx_errors, rx_errors; /* the controller's own counters, when it last told them */
+    /* These only grow. */
+    uint64_t error_frames, bus_offs, restarts;
+    uint64_t controller_overflows; /* reports of them */
+    uint64_t transfer_errors;      /* messages given up by ISO-TP */
+    uint64_t not_sent;             /* frames dropped because the interface's queue was full */
+};
+
 struct port {
     const struct port_ops *ops;
     int fd;             /* -1: closed. Readable means: call ops->read */
@@ -57,11 +79,18 @@ struct port {
     uint64_t lost;      /* datagrams or frames that came and found no room in the kernel; only grows */
     uint32_t lost_here; /* of these, the kernel's own count for this descriptor */
     uint64_t refused;   /* datagrams sent that nobody was there to take, as far as the network said so */
+    uint64_t t_ns;      /* when the last read's bytes came in, monotonic; 0: not known, it was just now */
+    struct can_match can_match; /* CAN: set before open, which frames are to be heard */
+    uint32_t can_send_id;       /* CAN streams only */
+    struct port_bus bus;
 };
 
 extern const struct port_ops *const port_table[]; /* NULL at its end */
 extern const struct port_ops port_serial;
 extern const struct port_ops port_udp;
+extern const struct port_ops port_can;
+extern const struct port_ops port_canstream;
+extern const struct port_ops port_isotp;
 
 /**
  * port_find - the ops for "kind:rest", and where rest begins.

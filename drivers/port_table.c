@@ -10,6 +10,9 @@
 const struct port_ops *const port_table[] = {
     &port_serial,
     &port_udp,
+    &port_can,
+    &port_canstream,
+    &port_isotp,
     NULL,
 };
 

@@ -1,0 +1,110 @@
+/* SPDX-License-Identifier: MIT */
+#include "listener.h"
+
+#include <math.h>
+#include <string.h>
+
+#define NEVER      UINT64_MAX
+#define CONFIDENCE 0.9f
+
+void listener_init(struct listener *l, const struct device_conf *conf, const char *subject, uint64_t patience_ns)
+{
+    *l = (struct listener){.conf = *conf, .subject = subject, .patience_ns = patience_ns, .due_ns = NEVER};
+}
+
+/* A replay must not wait for what was never recorded. */
+static void wait_for_more(struct listener *l, uint64_t now_ns)
+{
+    l->due_ns = l->conf.listen_only ? NEVER : now_ns + l->patience_ns;
+}
+
+void listener_heard(struct listener *l, uint64_t now_ns, const struct device_io *io)
+{
+    if (!l->heard || l->silent)
+        io->note(io->ctx, NOTE_INFO, "%s heard", l->status.what[0] ? l->status.what : l->subject);
+    l->heard = true;
+    l->silent = false;
+    l->status.frames++;
+    wait_for_more(l, now_ns);
+}
+
+void listener_ping(struct listener *l, const struct listener_range *range, uint64_t now_ns,
+                   const struct device_io *io)
+{
+    double range_max_m = range->range_max_m > 0 ? range->range_max_m : l->conf.range_m;
+    double travel_ns = 2e9 * range->range_m / l->conf.sound_speed_mps;
+
+    l->status.pings++;
+    l->status.last_ping_ns = now_ns;
+    l->status.range_m = range_max_m;
+    struct ping *ping = io->ping_begin(io->ctx);
+    if (!ping)
+        return;
+    ping->t_ns = (double)now_ns > travel_ns ? now_ns - (uint64_t)travel_ns : 0;
+    ping->t_in_ns = now_ns;
+    ping->kind = PING_RANGES;
+    ping->law = AMPLITUDE_LINEAR;
+    ping->sample_bytes = 1;
+    ping->flags = PING_NEW_TURN;
+    ping->n_beams = 1;
+    ping->n_bins = 1;
+    ping->dr_m = (float)range_max_m;
+    ping->az_aperture_rad = ping->el_aperture_rad = (float)range->aperture_rad;
+    ping->beam[0] = (struct ping_beam){
+        .range_m = (float)range->range_m,
+        .range_sd_m = (float)fmax(fmax(0.01 * range->range_m, 0.02), range->resolution_m),
+        .confidence = CONFIDENCE,
+    };
+    memset(ping->samples, 0, 1);
+    io->ping_done(io->ctx, ping);
+}
+
+void listener_opened(void *state, uint64_t now_ns, const struct device_io *io)
+{
+    struct listener *l = state;
+    (void)io;
+    l->open = true;
+    l->heard = l->silent = false;
+    wait_for_more(l, now_ns);
+}
+
+void listener_closed(void *state, uint64_t now_ns)
+{
+    struct listener *l = state;
+    (void)now_ns;
+    l->open = false;
+    l->due_ns = NEVER;
+}
+
+void listener_tick(void *state, uint64_t now_ns, const struct device_io *io)
+{
+    struct listener *l = state;
+    if (now_ns < l->due_ns)
+        return;
+    l->due_ns = NEVER;
+    l->silent = true;
+    l->status.timeouts++;
+    io->note(io->ctx, NOTE_WARNING, "nothing heard from a %s; listening on", l->subject);
+}
+
+uint64_t listener_deadline(const void *state)
+{
+    const struct listener *l = state;
+    return l->due_ns;
+}
+
+void listener_stop(void *state, uint64_t now_ns, const struct device_io *io)
+{
+    (void)io;
+    listener_closed(state, now_ns);
+}
+
+void listener_status(const void *state, struct device_status *out)
+{
+    const struct listener *l = state;
+    *out = l->status;
+    out->state = !l->open    ? DEVICE_CLOSED
+                 : l->silent ? DEVICE_SILENT
+                 : l->heard  ? DEVICE_RUNNING
+                             : DEVICE_IDENTIFY;
+}
