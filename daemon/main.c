@@ -350,6 +350,13 @@ static int wrong(const char *what, const char *value, const char *wanted)
     return USAGE;
 }
 
+static int too_long(const char *what, const char *value, size_t room)
+{
+    char wanted[64];
+    snprintf(wanted, sizeof wanted, "a path of at most %zu bytes", room - 1);
+    return wrong(what, value, wanted);
+}
+
 /* -1: go on; otherwise the exit status. */
 static int parse(int argc, char **argv, struct options *o)
 {
@@ -445,6 +452,11 @@ static int parse(int argc, char **argv, struct options *o)
         return wrong(o->stay ? "--stay" : "--speed", "", "together with --replay");
     if (o->replay && o->record)
         return wrong("--record", o->record, "a live run: a replay records nothing");
+    const struct conf *conf = NULL;
+    if (o->socket && strlen(o->socket) >= sizeof conf->server.socket)
+        return too_long("--socket", o->socket, sizeof conf->server.socket);
+    if (o->record && strlen(o->record) >= sizeof conf->record.directory)
+        return too_long("--record", o->record, sizeof conf->record.directory);
     return -1;
 }
 
