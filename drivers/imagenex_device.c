@@ -295,7 +295,6 @@ static void fill_ping(const struct imagenex *d, const struct imagenex_frame *f, 
 
     ping->t_ns = transmitted_ns(d, f);
     ping->t_in_ns = f->t_last_ns;
-    ping->sample_bytes = 1;
     ping->n_beams = 1;
     ping->pulse_m = (float)pulse_m;
     ping->az_aperture_rad = (float)geo_rad(d->model->az_aperture_deg);
@@ -308,13 +307,15 @@ static void fill_ping(const struct imagenex *d, const struct imagenex_frame *f, 
     }
     if (f->n_points == 0) {
         ping->kind = PING_RANGES;
-        ping->r0_m = (float)(f->range_m * scale);
+        ping->n_bins = 1;
+        ping->dr_m = (float)(f->range_m * scale);
         ping->beam[0].range_m = (float)(profile_m(d, f) * scale);
         ping->beam[0].range_sd_m = (float)pulse_m;
         ping->beam[0].confidence = 0.5f;
         return;
     }
     ping->kind = PING_PROFILE;
+    ping->sample_bytes = 1;
     ping->law = AMPLITUDE_LINEAR;
     ping->n_bins = f->n_points < ping->max_samples ? f->n_points : ping->max_samples;
     ping->dr_m = (float)(f->range_m * scale / f->n_points);

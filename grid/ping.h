@@ -27,7 +27,9 @@ enum amplitude_law {
 
 enum ping_kind {
     PING_PROFILE, /* intensities */
-    PING_RANGES,  /* ready ranges in beam[].range_m */
+    /* Ready ranges in beam[].range_m. Several of one beam: entries one after the other with the same direction (the
+     * very same az_rad and el_rad), in order of range. */
+    PING_RANGES,
 };
 
 enum ping_flag {

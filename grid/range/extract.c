@@ -463,27 +463,46 @@ static void extract_profile(struct extract *e, const struct geometry *g, const v
     }
 }
 
-/* The device has picked the range itself, listening from begin_m on. */
-static void extract_range(const struct extract *e, double begin_m, const struct ping_beam *beam,
-                          struct beam_echoes *out)
+static bool is_range(float range_m)
+{
+    return range_m > 0.0f && range_m < 1e5f;
+}
+
+/* How many entries from b on are the echoes of one beam: the same direction again, farther away. */
+static uint16_t echoes_of_beam(const struct ping *ping, uint16_t b)
+{
+    const struct ping_beam *first = &ping->beam[b];
+    uint16_t n = 1;
+
+    while (is_range(first[n - 1].range_m) && b + n < ping->n_beams && first[n].az_rad == first->az_rad &&
+           first[n].el_rad == first->el_rad && is_range(first[n].range_m) &&
+           first[n].range_m > first[n - 1].range_m)
+        n++;
+    return n;
+}
+
+/* The device has picked the ranges itself, listening from begin_m on: n of them in one beam. */
+static void extract_ranges(const struct extract *e, double begin_m, const struct ping_beam *beam, uint16_t n,
+                           struct beam_echoes *out)
 {
     out->state = BEAM_SILENT;
     out->blind_m = (float)fmax(e->conf.ring_down_m, begin_m > 0.0 && begin_m < 1e5 ? begin_m : 0.0);
-    if (!(beam->range_m > 0.0f && beam->range_m < 1e5f)) {
+    if (!is_range(beam->range_m)) {
         out->free_to_m = (float)e->conf.minimum_range_m;
         return;
     }
-    const float sd = beam->range_sd_m >= 0.0f && beam->range_sd_m < 1e5f ? beam->range_sd_m : 0.0f;
-    const float confidence = beam->confidence >= 0.0f ? fminf(beam->confidence, 1.0f) : 0.0f;
     out->state = BEAM_ECHO;
-    out->n = 1;
-    out->echo[0] = (struct echo){
-        .range_m = beam->range_m,
-        .near_m = fmaxf(beam->range_m - sd, 0.0f),
-        .sd_m = sd,
-        .strength = 1.0f,
-        .confidence = confidence,
-    };
+    for (; out->n < n && out->n < ECHOES_PER_BEAM; out->n++, beam++) {
+        const float sd = beam->range_sd_m >= 0.0f && beam->range_sd_m < 1e5f ? beam->range_sd_m : 0.0f;
+        const float confidence = beam->confidence >= 0.0f ? fminf(beam->confidence, 1.0f) : 0.0f;
+        out->echo[out->n] = (struct echo){
+            .range_m = beam->range_m,
+            .near_m = fmaxf(beam->range_m - sd, 0.0f),
+            .sd_m = sd,
+            .strength = 1.0f,
+            .confidence = confidence,
+        };
+    }
     out->free_to_m = out->echo[0].near_m;
 }
 
@@ -500,19 +519,19 @@ void extract_run(struct extract *extract, const struct ping *ping, struct echoes
     out->t_in_ns = ping->t_in_ns;
     out->seq = ping->seq;
     out->sensor = ping->sensor;
-    out->n_beams = (uint16_t)(ping->n_beams < out->max_beams ? ping->n_beams : out->max_beams);
+    out->n_beams = 0;
     out->range_max_m = end_m > 0.0 && end_m < 1e6 ? (float)end_m : 0.0f;
     out->az_aperture_rad = ping->az_aperture_rad;
     out->el_aperture_rad = ping->el_aperture_rad;
     out->pose = ping->pose;
 
     const uint8_t *samples = ping->samples;
-    for (uint16_t b = 0; b < out->n_beams; b++) {
-        struct beam_echoes *beam = &out->beam[b];
+    for (uint16_t b = 0, n = 1; b < ping->n_beams && out->n_beams < out->max_beams; b = (uint16_t)(b + n)) {
+        struct beam_echoes *beam = &out->beam[out->n_beams++];
         *beam = (struct beam_echoes){
             .az_rad = ping->beam[b].az_rad, .el_rad = ping->beam[b].el_rad, .state = BEAM_BLIND};
         if (ready)
-            extract_range(extract, (double)ping->r0_m, &ping->beam[b], beam);
+            extract_ranges(extract, (double)ping->r0_m, &ping->beam[b], n = echoes_of_beam(ping, b), beam);
         else if (profile)
             extract_profile(extract, &g, samples + (size_t)b * ping->n_bins * ping->sample_bytes, beam);
     }

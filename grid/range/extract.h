@@ -63,7 +63,8 @@ struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_
  * Saturated bins beyond the ring-down are echoes. Beams without geometry, without samples, too short, saturated
  * or zero throughout are BEAM_BLIND.
  *
- * Pings with ready ranges: range > 0 becomes one echo with the device's own deviation and confidence.
+ * Pings with ready ranges: range > 0 becomes one echo with the device's own deviation and confidence; entries of the
+ * same direction in order of range become one beam, whose first ECHOES_PER_BEAM are kept.
  * Allocates nothing; O(bins).
  */
 void extract_run(struct extract *extract, const struct ping *ping, struct echoes *out);

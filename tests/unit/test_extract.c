@@ -7,7 +7,7 @@
 #include "../../grid/range/extract.h"
 
 #define MAX_BINS  2000
-#define MAX_BEAMS 4
+#define MAX_BEAMS 8
 
 static _Alignas(16) unsigned char memory[1 << 18];
 static struct extract *extract;
@@ -445,6 +445,47 @@ TEST(ready_ranges_pass_through)
     CHECK(found[3].echo[0].sd_m == 0.0f && found[3].echo[0].confidence == 1.0f);
 }
 
+TEST(ready_ranges_of_one_direction_are_one_beam)
+{
+    begin();
+    ping.kind = PING_RANGES;
+    ping.n_beams = 8;
+    const struct ping_beam many[] = {
+        {.az_rad = 1.0f, .range_m = 2.0f, .range_sd_m = 0.1f, .confidence = 0.5f},
+        {.az_rad = 1.0f, .range_m = 3.0f, .confidence = 0.6f},
+        {.az_rad = 1.0f, .range_m = 9.0f, .confidence = 0.7f},
+        {.az_rad = 1.0f, .el_rad = 0.1f, .range_m = 10.0f}, /* another elevation */
+        {.az_rad = 2.0f, .range_m = 11.0f},                 /* another azimuth */
+        {.az_rad = 2.0f, .range_m = 4.0f},                  /* nearer: not in order */
+        {.az_rad = 2.0f, .range_m = 0.0f},                  /* nothing */
+        {.az_rad = 2.0f, .range_m = 5.0f},
+    };
+    memcpy(axis, many, sizeof many);
+    run();
+    CHECK_INT(out.n_beams, 6);
+    CHECK_INT(found[0].n, 3);
+    CHECK(found[0].echo[0].range_m == 2.0f && found[0].echo[1].range_m == 3.0f &&
+          found[0].echo[2].range_m == 9.0f);
+    CHECK(found[0].echo[2].confidence == 0.7f);
+    CHECK_NEAR(found[0].free_to_m, 1.9, 1e-6, 0);
+    CHECK(found[1].n == 1 && found[1].el_rad == 0.1f && found[2].n == 1 && found[3].n == 1);
+    CHECK(found[4].n == 0 && found[4].state == BEAM_SILENT);
+    CHECK(found[5].n == 1 && found[5].echo[0].range_m == 5.0f);
+}
+
+TEST(more_ready_ranges_than_a_beam_holds)
+{
+    begin();
+    ping.kind = PING_RANGES;
+    ping.n_beams = ECHOES_PER_BEAM + 2;
+    for (int i = 0; i < ping.n_beams; i++)
+        axis[i] = (struct ping_beam){.range_m = 1.0f + (float)i};
+    run();
+    CHECK_INT(out.n_beams, 1);
+    CHECK_INT(found[0].n, ECHOES_PER_BEAM);
+    CHECK(found[0].echo[ECHOES_PER_BEAM - 1].range_m == ECHOES_PER_BEAM);
+}
+
 TEST(settings_may_change_between_pings)
 {
     uint64_t seed = test_seed();
@@ -584,6 +625,8 @@ int main(void)
     RUN(what_is_not_heard_is_blind);
     RUN(header_and_beams_are_copied);
     RUN(ready_ranges_pass_through);
+    RUN(ready_ranges_of_one_direction_are_one_beam);
+    RUN(more_ready_ranges_than_a_beam_holds);
     RUN(settings_may_change_between_pings);
     RUN(any_samples_give_sane_echoes);
     RUN(wrong_configurations_are_refused);

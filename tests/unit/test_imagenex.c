@@ -384,7 +384,7 @@ TEST(ranges_without_profile)
         f.n_points = f.n_data = 0;
         f.profile = row[i].profile;
         reply(&f);
-        CHECK(ping.kind == PING_RANGES && ping.n_bins == 0 && ping.r0_m == row[i].range_m);
+        CHECK(ping.kind == PING_RANGES && ping_bytes(&ping) == 0 && ping.dr_m == row[i].range_m);
         CHECK_NEAR(beam.range_m, row[i].metres, 1e-6, 0);
     }
 }
