@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "../drivers/candump.h"
 #include "../drivers/mcap.h"
 #include "log.h"
 
@@ -14,9 +15,19 @@
 /* In a paced one the clock moves on at least so often: watches fire by it. */
 #define PACE_NS 20000000u
 
+struct message {
+    const char *topic; /* "/NAME/rx"; of a CAN log the port's address, "can:can0" */
+    uint64_t log_ns;
+    const uint8_t *data;
+    size_t size;
+};
+
 struct replay {
-    struct mcap_reader *reader;
-    struct mcap_message next;
+    struct mcap_reader *reader; /* NULL: a CAN log */
+    struct candump *log;
+    struct candump_frame frame;
+    char address[sizeof "can:" + IFNAMSIZ]; /* of that frame */
+    struct message next;
     bool has_next;
     uint64_t unknown; /* messages on channels that no configured sensor has */
     struct log_limit damage, poses;
@@ -28,6 +39,49 @@ static void on_problem(void *ctx, const char *sentence)
     log_limited(&r->damage, loop_clock(), LOG_WARNING, "capture: %s", sentence);
 }
 
+static bool next_of_capture(struct replay *r)
+{
+    struct mcap_message m;
+    if (!mcap_next(r->reader, &m))
+        return false;
+    r->next.topic = m.channel->topic;
+    r->next.log_ns = m.log_ns;
+    r->next.data = m.data;
+    r->next.size = m.size;
+    return true;
+}
+
+static bool next_of_log(struct replay *r)
+{
+    if (!candump_next(r->log, &r->frame))
+        return false;
+    snprintf(r->address, sizeof r->address, "can:%s", r->frame.name);
+    r->next.topic = r->address;
+    r->next.log_ns = r->frame.t_ns;
+    r->next.data = (const uint8_t *)&r->frame.frame;
+    r->next.size = r->frame.n;
+    return true;
+}
+
+static void take_next(struct replay *r)
+{
+    r->has_next = r->reader ? next_of_capture(r) : next_of_log(r);
+}
+
+/* A capture, or else a CAN log. */
+static bool open_file(struct replay *r, const char *path, char *err, size_t err_size)
+{
+    char why[256];
+    r->reader = mcap_open(path, on_problem, r, err, err_size);
+    if (!r->reader)
+        r->log = candump_open(path, why, sizeof why);
+    if (r->reader || r->log)
+        return true;
+    size_t used = strlen(err);
+    snprintf(err + used, err_size - used, "; nor a CAN log: %s", why);
+    return false;
+}
+
 struct replay *replay_open(const char *path, char *err, size_t err_size)
 {
     struct replay *r = calloc(1, sizeof *r);
@@ -35,18 +89,21 @@ struct replay *replay_open(const char *path, char *err, size_t err_size)
         snprintf(err, err_size, "out of memory");
         return NULL;
     }
-    r->reader = mcap_open(path, on_problem, r, err, err_size);
-    if (!r->reader) {
+    if (!open_file(r, path, err, err_size)) {
         free(r);
         return NULL;
     }
-    r->has_next = mcap_next(r->reader, &r->next);
+    take_next(r);
     return r;
 }
 
 const char *replay_conf(struct replay *r, size_t *size, char *err, size_t err_size)
 {
     struct mcap_attachment a;
+    if (!r->reader) {
+        snprintf(err, err_size, "a CAN log holds no configuration");
+        return NULL;
+    }
     if (!mcap_find_attachment(r->reader, "sonard.conf", &a, err, err_size))
         return NULL;
     *size = a.size;
@@ -58,15 +115,14 @@ uint64_t replay_start(struct replay *r)
     return r->has_next ? r->next.log_ns : 0;
 }
 
-static struct source *source_of(const struct daemon *d, const char *topic)
+/* The port of that sonar read the next message; on a bus that may be several. */
+static bool is_for(const struct replay *r, const struct daemon *d, int sonar)
 {
-    for (int i = 0; i < d->conf.n_sonars; i++) {
-        const char *name = source_name(d->source[i]);
-        size_t n = strlen(name);
-        if (topic[0] == '/' && strncmp(topic + 1, name, n) == 0 && strcmp(topic + 1 + n, "/rx") == 0)
-            return d->source[i];
-    }
-    return NULL;
+    const char *name = d->conf.sonar[sonar].name, *topic = r->next.topic;
+    size_t n = strlen(name);
+    if (r->log)
+        return strcmp(topic, d->conf.sonar[sonar].port) == 0;
+    return topic[0] == '/' && strncmp(topic + 1, name, n) == 0 && strcmp(topic + 1 + n, "/rx") == 0;
 }
 
 static void take_pose(struct replay *r, struct daemon *d)
@@ -85,12 +141,18 @@ static void take_pose(struct replay *r, struct daemon *d)
 
 static void deliver(struct replay *r, struct daemon *d)
 {
-    const char *topic = r->next.channel->topic;
+    const char *topic = r->next.topic;
     size_t n = strlen(topic);
-    struct source *source = source_of(d, topic);
-    if (source)
-        source_feed(source, r->next.data, r->next.size);
-    else if (strcmp(topic, "/pose") == 0)
+    bool known = false;
+    for (int i = 0; i < d->conf.n_sonars; i++) {
+        if (!is_for(r, d, i))
+            continue;
+        source_feed(d->source[i], r->next.data, r->next.size);
+        known = true;
+    }
+    if (known)
+        return;
+    if (strcmp(topic, "/pose") == 0)
         take_pose(r, d);
     else if (n < 3 || strcmp(topic + n - 3, "/tx") != 0)
         r->unknown++;
@@ -102,7 +164,7 @@ static bool play_until(struct replay *r, struct daemon *d, uint64_t t_ns, int mo
     while (r->has_next && r->next.log_ns <= t_ns && most-- > 0) {
         loop_advance(d->loop, r->next.log_ns);
         deliver(r, d);
-        r->has_next = mcap_next(r->reader, &r->next);
+        take_next(r);
     }
     return r->has_next;
 }
@@ -133,8 +195,11 @@ bool replay_run(struct replay *r, struct daemon *d, double speed)
     }
     pipeline_drain(d->pipeline);
     if (r->unknown)
-        log_line(LOG_WARNING, "capture: %llu messages on channels that no configured sonar has",
-                 (unsigned long long)r->unknown);
+        log_line(LOG_WARNING, "capture: %llu messages on %s that no configured sonar has",
+                 (unsigned long long)r->unknown, r->log ? "CAN interfaces" : "channels");
+    if (r->log && candump_left_out(r->log))
+        log_line(LOG_WARNING, "capture: %llu lines are no frames and were left out",
+                 (unsigned long long)candump_left_out(r->log));
     return running;
 }
 
@@ -143,5 +208,6 @@ void replay_close(struct replay *r)
     if (!r)
         return;
     mcap_close(r->reader);
+    candump_close(r->log);
     free(r);
 }

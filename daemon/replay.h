@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * replay - feeds a capture to the sources as if their ports read it now: same code from the port on, on the capture's
- * clock. As fast as it goes, or paced.
+ * clock. As fast as it goes, or paced. A log of candump -L is a capture too, of every sonar whose port is an interface in
+ * it; it brings no configuration.
  */
 #ifndef SONARD_REPLAY_H
 #define SONARD_REPLAY_H

@@ -2,7 +2,6 @@
 #include "listener.h"
 
 #include <math.h>
-#include <string.h>
 
 #define NEVER      UINT64_MAX
 #define CONFIDENCE 0.9f
@@ -43,8 +42,6 @@ void listener_ping(struct listener *l, const struct listener_range *range, uint6
     ping->t_ns = (double)now_ns > travel_ns ? now_ns - (uint64_t)travel_ns : 0;
     ping->t_in_ns = now_ns;
     ping->kind = PING_RANGES;
-    ping->law = AMPLITUDE_LINEAR;
-    ping->sample_bytes = 1;
     ping->flags = PING_NEW_TURN;
     ping->n_beams = 1;
     ping->n_bins = 1;
@@ -55,7 +52,6 @@ void listener_ping(struct listener *l, const struct listener_range *range, uint6
         .range_sd_m = (float)fmax(fmax(0.01 * range->range_m, 0.02), range->resolution_m),
         .confidence = CONFIDENCE,
     };
-    memset(ping->samples, 0, 1);
     io->ping_done(io->ctx, ping);
 }
 
