@@ -108,6 +108,7 @@ extern const struct device_ops device_ping360;
 extern const struct device_ops device_dronecan;
 extern const struct device_ops device_nmea2000;
 extern const struct device_ops device_ping1d;
+extern const struct device_ops device_surveyor;
 
 /** device_find - the device of that name, or NULL. */
 const struct device_ops *device_find(const char *name);

@@ -14,6 +14,7 @@ const struct device_ops *const device_table[] = {
     &device_dronecan,
     &device_nmea2000,
     &device_ping1d,
+    &device_surveyor,
     NULL,
 };
 

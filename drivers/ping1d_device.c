@@ -33,7 +33,6 @@
 #define STOP_TRIES     3
 #define PING_MARGIN_NS (25 * MS) /* of the device's own work and the line, beside listening */
 #define PING_LEAST_NS  (50 * MS)
-#define GAP_MAX        1000 /* a ping number farther on is a restart, not a loss */
 
 #define TYPE_PING360    2
 #define REVISION_PING2  2
@@ -73,8 +72,7 @@ struct ping1d {
     bool asked;        /* PHASE_REQUEST: an answer is due, not the next question */
     bool silent;       /* has let us down, and no reading came since */
     bool answered;     /* a reading came since it was opened */
-    bool numbered;     /* last_number holds */
-    uint32_t last_number;
+    struct ping_count count;
 
     struct ping_parser parser;
     struct device_status status; /* state, frames, garbage_bytes, bad_checksum: filled in when asked */
@@ -262,20 +260,6 @@ static void missed(struct ping1d *d, uint64_t now_ns, const struct device_io *io
 
 /* ---- what comes ---- */
 
-/* Numbers tell what was lost, and what was told twice: that would make old evidence young. */
-static bool is_told_again(struct ping1d *d, const struct ping1d_reading *r)
-{
-    if (r->simple)
-        return false;
-    uint32_t way = r->ping_number - d->last_number;
-    bool again = d->numbered && way == 0;
-    if (d->numbered && d->phase != PHASE_REQUEST && way > 1 && way <= GAP_MAX)
-        d->status.lost_frames += way - 1;
-    d->numbered = true;
-    d->last_number = r->ping_number;
-    return again;
-}
-
 static void make_ping(struct ping1d *d, const struct ping1d_reading *r, const struct ping_frame *frame,
                       const struct device_io *io)
 {
@@ -305,7 +289,9 @@ static void on_reading(struct ping1d *d, const struct ping_frame *frame, uint64_
         d->status.bad_frame++;
         return;
     }
-    if (!is_told_again(d, &r))
+    /* A distance that is told twice would make old evidence young. */
+    uint64_t *lost = d->phase == PHASE_REQUEST ? NULL : &d->status.lost_frames;
+    if (r.simple || ping_count_is_new(&d->count, r.ping_number, lost))
         make_ping(d, &r, frame, io);
     if (!d->answered || d->silent)
         io->note(io->ctx, NOTE_INFO, "%s, %s, range %.4g m", d->status.what[0] ? d->status.what : "Ping1D",
@@ -419,7 +405,8 @@ static void ping1d_opened(void *state, uint64_t now_ns, const struct device_io *
 {
     struct ping1d *d = state;
     ping_parser_reset(&d->parser);
-    d->silent = d->answered = d->numbered = false;
+    d->silent = d->answered = false;
+    d->count = (struct ping_count){0};
     d->device_speed_mps = PING1D_SOUND_SPEED_MPS;
     d->retry_ns = RETRY_FIRST_NS;
     if (d->conf.listen_only)

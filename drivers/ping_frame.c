@@ -149,6 +149,18 @@ uint64_t ping_frame_begun_ns(const struct ping_frame *f, unsigned baud)
     return begun_ns < f->t_first_ns ? begun_ns : f->t_first_ns;
 }
 
+bool ping_count_is_new(struct ping_count *c, uint32_t number, uint64_t *lost)
+{
+    const uint32_t restart = 1000;
+    uint32_t way = number - c->last;
+    bool known = c->known;
+
+    *c = (struct ping_count){true, number};
+    if (known && lost && way > 1 && way <= restart)
+        *lost += way - 1;
+    return !known || way != 0;
+}
+
 size_t ping_encode_request(uint8_t *out, size_t size, uint16_t id)
 {
     uint8_t payload[2];

@@ -88,6 +88,18 @@ uint64_t ping_line_ns(unsigned baud, size_t bytes);
  */
 uint64_t ping_frame_begun_ns(const struct ping_frame *f, unsigned baud);
 
+/* Ping numbers as a device counts them. Zeroed before the first. */
+struct ping_count {
+    bool known;
+    uint32_t last;
+};
+
+/**
+ * ping_count_is_new - false when `number` is the one that was told last: the same ping again. Numbers that were left
+ * out are added to *lost (NULL: not counted); a jump of more than 1000 is a restart and no loss.
+ */
+bool ping_count_is_new(struct ping_count *c, uint32_t number, uint64_t *lost);
+
 /* ---- messages ---- */
 
 struct ping_device_information {
