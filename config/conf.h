@@ -52,6 +52,7 @@ struct conf_sonar {
     double frequency_hz;        /* frequency = 750 kHz     [10 .. 3000]; auto: 0, the device's default */
     int node;                   /* node = 42                [0 .. 253], on a CAN bus; any: -1 */
     int sensor_id;              /* sensor_id = 3            [0 .. 255], of that node; any: -1 */
+    double aperture_rad[2];     /* aperture = 6.5 6.5 deg   width height; auto: 0 0, as the device says */
     double mount_m[3];          /* mount = 0.2 0 0.1 m     forward right down */
     double rotation_rad[3];     /* rotation = 0 0 0 deg    roll pitch yaw */
     int amplitude;              /* amplitude = auto | linear | power | sqrt | log */

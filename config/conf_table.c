@@ -68,6 +68,10 @@ const struct conf_key conf_keys[] = {
              "which is right while one sonar of the kind is on the bus."},
     {"sonar", "sensor_id", INTEGER(0, 255), .standard = "any", .instead = "any", .instead_value = -1,
      SONAR(sensor_id), .help = "DroneCAN: which of that node's range sensors. any: all of them."},
+    {"sonar", "aperture", QUANTITY(2, "deg", 0.1, 180), .standard = "auto", .instead = "auto", .instead_value = 0,
+     SONAR(aperture_rad),
+     .help = "Width and height of one beam at half power, where the transducer is another than is usual with the\n"
+             "device. An obstacle is taken to fill the whole beam. auto: what is known of the device."},
     {"sonar", "mount", QUANTITY(3, "m", -50, 50), .standard = "0 0 0 m", SONAR(mount_m),
      .help = "Where the transducer sits in the vehicle: forward, right, down from the vehicle's reference point."},
     {"sonar", "rotation", QUANTITY(3, "deg", -360, 360), .standard = "0 0 0 deg", SONAR(rotation_rad),

@@ -22,6 +22,7 @@ struct source {
     const char *rest; /* of the address, behind the kind */
     uint16_t index;
     uint32_t seq;
+    double aperture_rad[2]; /* in place of the device's; 0: the device's */
     struct port port;
     struct loop_fd fd;
     struct loop_timer deadline, retry;
@@ -99,6 +100,10 @@ static void io_ping_done(void *ctx, struct ping *ping)
     ping->seq = ++s->seq;
     ping->sensor = s->index;
     pose_log_at(s->env.poses, ping->t_ns, &ping->pose);
+    if (s->aperture_rad[0] > 0) {
+        ping->az_aperture_rad = (float)s->aperture_rad[0];
+        ping->el_aperture_rad = (float)s->aperture_rad[1];
+    }
     s->env.on_ping(s->env.ctx, s, ping);
     pipeline_submit(s->env.pipeline, ping);
 }
@@ -316,6 +321,7 @@ struct source *source_new(const struct source_env *env, const struct conf_sonar 
     s->index = index;
     snprintf(s->name, sizeof s->name, "%s", conf->name);
     snprintf(s->address, sizeof s->address, "%s", conf->port);
+    memcpy(s->aperture_rad, conf->aperture_rad, sizeof s->aperture_rad);
     s->port.fd = -1;
     s->retry_ns = RETRY_FIRST_NS;
     s->fd = (struct loop_fd){.fd = -1, .ready = on_ready, .ctx = s};

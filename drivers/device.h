@@ -102,6 +102,7 @@ struct device_ops {
 
 extern const struct device_ops *const device_table[]; /* NULL at its end */
 extern const struct device_ops device_micron;
+extern const struct device_ops device_echolist;
 extern const struct device_ops device_imagenex852;
 extern const struct device_ops device_imagenex881a;
 extern const struct device_ops device_ping360;

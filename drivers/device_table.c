@@ -8,6 +8,7 @@
 
 const struct device_ops *const device_table[] = {
     &device_micron,
+    &device_echolist,
     &device_imagenex852,
     &device_imagenex881a,
     &device_ping360,
