@@ -29,7 +29,7 @@ SIMLIB   := $(BUILD)/libsim.a
 ALL_A    := $(SIMLIB) $(CLIENT) $(DAEMON) $(CONFIG) $(DRIVERS) $(GRID)
 LIBS     := -linih -ljansson -llz4 -lzstd -lz -lm -pthread
 
-PROGRAMS := $(BUILD)/sonard $(BUILD)/sonarctl
+PROGRAMS := $(BUILD)/sonard $(BUILD)/sonarctl $(BUILD)/sonard-mavlink
 UNIT     := $(patsubst tests/unit/%.c,$(BUILD)/tests/%,$(wildcard tests/unit/test_*.c))
 SIM      := $(patsubst tests/sim/%.c,$(BUILD)/tests/%,$(wildcard tests/sim/*.c))
 BENCH    := $(patsubst tests/bench/%.c,$(BUILD)/tests/%,$(wildcard tests/bench/bench_*.c))
@@ -47,7 +47,7 @@ $(GRID):    $(call obj,$(wildcard grid/*.c grid/*/*.c))
 $(DRIVERS): $(call obj,$(wildcard drivers/*.c))
 $(CONFIG):  $(call obj,$(wildcard config/*.c))
 $(DAEMON):  $(call obj,$(filter-out daemon/main.c,$(wildcard daemon/*.c)))
-$(CLIENT):  $(call obj,$(filter-out client/sonarctl.c,$(wildcard client/*.c)))
+$(CLIENT):  $(call obj,$(filter-out client/sonarctl.c client/sonard-mavlink.c,$(wildcard client/*.c)))
 $(SIMLIB):  $(call obj,$(wildcard tests/sim/lib/*.c))
 $(BUILD)/%.a:
 	@mkdir -p $(@D)
@@ -64,6 +64,11 @@ $(BUILD)/sonard: $(BUILD)/daemon/main.o $(DAEMON) $(CONFIG) $(DRIVERS) $(GRID)
 	@echo '  LD    $@'
 	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
 $(BUILD)/sonarctl: $(BUILD)/client/sonarctl.o $(CLIENT) $(DRIVERS)
+	@mkdir -p $(@D)
+	@echo '  LD    $@'
+	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
+
+$(BUILD)/sonard-mavlink: $(BUILD)/client/sonard-mavlink.o $(CLIENT)
 	@mkdir -p $(@D)
 	@echo '  LD    $@'
 	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)

@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: MIT */
+#include "mavlink_clock.h"
+
+#define MS_NS         1000000
+#define BACKWARD_MS   1000     /* further back, the autopilot has started anew */
+#define LEAK_PER_NS   20000u   /* 1 ns in so many: 50 ppm, more than two quartz clocks drift apart */
+#define ROUND_TRIP_NS 20000000 /* a slower answer says too little */
+#define PLAUSIBLE_NS  1000000000
+
+uint64_t mavlink_clock_heard(struct mavlink_clock *clock, uint32_t boot_ms, uint64_t now_ns)
+{
+    const int32_t step_ms = (int32_t)(boot_ms - (uint32_t)clock->boot_ms);
+    int64_t offset_ns, t_ns;
+
+    if (!clock->known || step_ms < -BACKWARD_MS)
+        *clock = (struct mavlink_clock){.boot_ms = boot_ms, .heard_ns = now_ns};
+    else if (step_ms > 0)
+        clock->boot_ms += (uint64_t)step_ms;
+
+    const uint64_t sent_ms = clock->boot_ms - (uint32_t)((uint32_t)clock->boot_ms - boot_ms);
+    offset_ns = (int64_t)now_ns - (int64_t)sent_ms * MS_NS;
+    if (clock->known)
+        clock->offset_ns += (int64_t)((now_ns - clock->heard_ns) / LEAK_PER_NS);
+    if (!clock->known || offset_ns < clock->offset_ns)
+        clock->offset_ns = offset_ns;
+    clock->known = true;
+    clock->heard_ns = now_ns;
+    t_ns = (int64_t)sent_ms * MS_NS + clock->offset_ns;
+    return t_ns > 0 ? (uint64_t)t_ns : 0;
+}
+
+void mavlink_clock_answer(struct mavlink_clock *clock, int64_t tc1_ns, int64_t asked_ns, uint64_t now_ns)
+{
+    const int64_t round_trip_ns = (int64_t)now_ns - asked_ns;
+    int64_t offset_ns;
+
+    if (!clock->known || asked_ns < 0 || round_trip_ns < 0 || round_trip_ns > ROUND_TRIP_NS || tc1_ns < 0)
+        return;
+    offset_ns = asked_ns + round_trip_ns / 2 - tc1_ns;
+    /* One that differs more counts from another start than the time stamps do. */
+    if (offset_ns < clock->offset_ns && offset_ns > clock->offset_ns - PLAUSIBLE_NS)
+        clock->offset_ns = offset_ns;
+}
+
+uint64_t mavlink_clock_boot_ns(const struct mavlink_clock *clock, uint64_t t_ns)
+{
+    const int64_t boot_ns = (int64_t)t_ns - (clock->known ? clock->offset_ns : 0);
+
+    return boot_ns > 0 ? (uint64_t)boot_ns : 0;
+}

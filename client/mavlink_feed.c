@@ -1,0 +1,269 @@
+/* SPDX-License-Identifier: MIT */
+#include "mavlink_feed.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define TIMEOUT_S      1.0
+#define RETRY_NS       1000000000u
+#define STATUS_HZ      5.0
+#define PING_FRESH_NS  2000000000u
+#define RING_FRESH_NS  1000000000u
+#define LEVEL_BAND_DEG 5.0
+#define LAYER_BAND_DEG 15.0
+#define NEW_PING_NS    10000000u /* ages are rounded: a ping's time differs that little from one answer to the next */
+
+const double mavlink_layer_deg[MAVLINK_LAYERS] = {[MAVLINK_WATCH_LEVEL] = 0,
+                                                  [MAVLINK_WATCH_LOWEST] = -60,
+                                                  [MAVLINK_WATCH_LOW] = -30,
+                                                  [MAVLINK_WATCH_HIGH] = 30,
+                                                  [MAVLINK_WATCH_HIGHEST] = 60};
+
+static void forget(struct mavlink_feed *feed)
+{
+    for (int i = 0; i < MAVLINK_LAYERS; i++)
+        mavlink_ring_forget(&feed->ring[i]);
+    for (int i = 0; i < MAVLINK_WATCHES; i++)
+        feed->watch[i] = -1;
+    feed->unix_offset_s = -INFINITY;
+    feed->n_sensors = 0;
+    feed->posed = false;
+    feed->below.t_ns = 0;
+}
+
+void mavlink_feed_init(struct mavlink_feed *feed, const struct mavlink_feed_conf *conf)
+{
+    *feed = (struct mavlink_feed){.conf = *conf};
+    forget(feed);
+}
+
+void mavlink_feed_close(struct mavlink_feed *feed)
+{
+    sonard_disconnect(feed->client);
+    feed->client = NULL;
+    forget(feed);
+}
+
+static void lose(struct mavlink_feed *feed, uint64_t now_ns)
+{
+    mavlink_feed_close(feed);
+    feed->retry_ns = now_ns + RETRY_NS;
+}
+
+/* Asks the daemon to send `method` by itself; params is used up. */
+static bool watch(struct mavlink_feed *feed, enum mavlink_watch which, const char *method, json_t *params,
+                  double rate_hz)
+{
+    json_t *request = json_pack("{s:s, s:o, s:f}", "method", method, "params", params, "rate_hz", rate_hz);
+    json_t *reply = sonard_call(feed->client, "watch", request, &feed->error);
+
+    if (reply)
+        feed->watch[which] = json_integer_value(json_object_get(reply, "watch"));
+    json_decref(request);
+    json_decref(reply);
+    return reply != NULL;
+}
+
+static bool watch_layer(struct mavlink_feed *feed, enum mavlink_watch which)
+{
+    const double band_deg = feed->conf.layers ? LAYER_BAND_DEG : LEVEL_BAND_DEG;
+    json_t *params =
+        json_pack("{s:i, s:s, s:[f, f]}", "count", MAVLINK_SECTORS, "frame", feed->conf.north ? "ned" : "body",
+                  "elevation_deg", mavlink_layer_deg[which] - band_deg, mavlink_layer_deg[which] + band_deg);
+
+    if (feed->conf.distance_m > 0)
+        json_object_set_new(params, "distance_m", json_real(feed->conf.distance_m));
+    return watch(feed, which, "sectors", params, feed->conf.rate_hz);
+}
+
+static bool watch_all(struct mavlink_feed *feed)
+{
+    for (int i = 0; i < (feed->conf.layers ? MAVLINK_LAYERS : 1); i++)
+        if (!watch_layer(feed, (enum mavlink_watch)i))
+            return false;
+    if (!watch(feed, MAVLINK_WATCH_STATUS, "status", json_object(), STATUS_HZ))
+        return false;
+    return !feed->conf.downward || watch(feed, MAVLINK_WATCH_DOWNWARD, "image",
+                                         json_pack("{s:s}", "sensor", feed->conf.downward), feed->conf.rate_hz);
+}
+
+bool mavlink_feed_connect(struct mavlink_feed *feed, uint64_t now_ns)
+{
+    if (feed->client)
+        return true;
+    if (now_ns < feed->retry_ns)
+        return false;
+    feed->client = sonard_connect(feed->conf.socket, TIMEOUT_S, &feed->error);
+    feed->connected_ns = now_ns;
+    if (feed->client && watch_all(feed))
+        return true;
+    lose(feed, now_ns);
+    return false;
+}
+
+/*
+ * When the daemon said it, on our clock. Both clocks run alike, so that the largest difference seen is the one with the
+ * least delay; a step of the computer's calendar changes neither.
+ */
+static uint64_t said(struct mavlink_feed *feed, double t_unix, uint64_t now_ns)
+{
+    feed->unix_offset_s = fmax(feed->unix_offset_s, t_unix - (double)now_ns * 1e-9);
+
+    const double t_ns = (t_unix - feed->unix_offset_s) * 1e9;
+
+    return t_ns > 0 ? t_ns < (double)now_ns ? (uint64_t)t_ns : now_ns : 0;
+}
+
+static uint64_t before(uint64_t t_ns, double age_s)
+{
+    return age_s * 1e9 < (double)t_ns ? t_ns - (uint64_t)(age_s * 1e9) : 0;
+}
+
+static void take_ring(struct mavlink_feed *feed, enum mavlink_watch which, const json_t *result, uint64_t now_ns)
+{
+    struct mavlink_ring *ring = &feed->ring[which];
+
+    if (!mavlink_ring_read(ring, result))
+        return;
+
+    const uint64_t said_ns = said(feed, ring->t_unix, now_ns);
+    const uint64_t evidence_ns = ring->youngest_s >= 0 ? before(said_ns, ring->youngest_s) : 0;
+
+    if (which == MAVLINK_WATCH_LEVEL)
+        feed->level_ns = said_ns;
+    feed->evidence_ns = evidence_ns > feed->evidence_ns ? evidence_ns : feed->evidence_ns;
+}
+
+static void take_sensor(struct mavlink_sensor *sensor, const json_t *object, uint64_t said_ns)
+{
+    const char *name = json_string_value(json_object_get(object, "name"));
+    const char *state = json_string_value(json_object_get(object, "state"));
+    const json_t *age = json_object_get(object, "last_ping_age_s");
+
+    snprintf(sensor->name, sizeof sensor->name, "%s", name ? name : "?");
+    snprintf(sensor->state, sizeof sensor->state, "%s", state ? state : "?");
+    sensor->range_m = json_number_value(json_object_get(object, "range_m"));
+    sensor->ping_ns = json_is_number(age) ? before(said_ns, fmax(0, json_number_value(age))) : 0;
+}
+
+static void take_status(struct mavlink_feed *feed, const json_t *result, uint64_t now_ns)
+{
+    const uint64_t said_ns = said(feed, json_number_value(json_object_get(result, "t_unix")), now_ns);
+    const json_t *sensors = json_object_get(result, "sensors");
+    const json_t *pose_age = json_object_get(json_object_get(result, "pose"), "age_s");
+
+    feed->n_sensors = 0;
+    for (size_t i = 0; i < json_array_size(sensors) && feed->n_sensors < MAVLINK_SENSORS_MAX; i++)
+        take_sensor(&feed->sensor[feed->n_sensors++], json_array_get(sensors, i), said_ns);
+    feed->posed = json_is_number(pose_age);
+    feed->pose_age_s = json_number_value(pose_age);
+}
+
+static void take_below(struct mavlink_feed *feed, const json_t *result, uint64_t now_ns)
+{
+    const uint64_t said_ns = said(feed, json_number_value(json_object_get(result, "t_unix")), now_ns);
+    const json_t *row;
+    size_t i;
+
+    json_array_foreach(json_object_get(result, "rows"), i, row)
+    {
+        const char *state = json_string_value(json_object_get(row, "state"));
+        const json_t *age = json_object_get(row, "age_s"), *echo = json_object_get(row, "echo_m");
+        const uint64_t t_ns = json_is_number(age) ? before(said_ns, fmax(0, json_number_value(age))) : 0;
+        const bool heard = json_is_number(echo);
+
+        if (t_ns < feed->below.t_ns + NEW_PING_NS || !state || (!heard && strcmp(state, "silent") != 0))
+            continue;
+        feed->below = (struct mavlink_depth_below){
+            .t_ns = t_ns,
+            .echo = heard,
+            .range_m = json_number_value(echo),
+            .width_rad = json_number_value(json_object_get(row, "width_deg")) * 3.14159265358979323846 / 180.0,
+        };
+    }
+}
+
+static void take(struct mavlink_feed *feed, const json_t *notification, uint64_t now_ns)
+{
+    const json_t *number = json_object_get(notification, "watch"),
+                 *result = json_object_get(notification, "result");
+    int which = 0;
+
+    while (which < MAVLINK_WATCHES && feed->watch[which] != (number ? json_integer_value(number) : -2))
+        which++;
+    if (!result || which == MAVLINK_WATCHES)
+        return;
+    if (which == MAVLINK_WATCH_STATUS)
+        take_status(feed, result, now_ns);
+    else if (which == MAVLINK_WATCH_DOWNWARD)
+        take_below(feed, result, now_ns);
+    else
+        take_ring(feed, (enum mavlink_watch)which, result, now_ns);
+}
+
+void mavlink_feed_read(struct mavlink_feed *feed, uint64_t now_ns)
+{
+    while (feed->client) {
+        json_t *notification = sonard_next(feed->client, 0, &feed->error);
+
+        if (notification)
+            take(feed, notification, now_ns);
+        else if (feed->error.status != SONARD_SILENT)
+            lose(feed, now_ns);
+        else
+            break;
+        json_decref(notification);
+    }
+}
+
+static json_t *triple(const double v[3])
+{
+    return json_pack("[f, f, f]", v[0], v[1], v[2]);
+}
+
+void mavlink_feed_pose(struct mavlink_feed *feed, const struct mavlink_pose *pose, uint64_t now_ns)
+{
+    const double *q = pose->quaternion;
+    json_t *params, *reply;
+
+    if (!feed->client || feed->unix_offset_s == -INFINITY)
+        return;
+    params = json_pack("{s:f}", "t_unix", feed->unix_offset_s + (double)pose->t_ns * 1e-9);
+    if (pose->has & MAVLINK_POSE_ATTITUDE)
+        json_object_set_new(params, "quaternion", json_pack("[f, f, f, f]", q[0], q[1], q[2], q[3]));
+    if (pose->has & MAVLINK_POSE_POSITION)
+        json_object_set_new(params, "position_m", triple(pose->position_m));
+    if (pose->has & MAVLINK_POSE_VELOCITY)
+        json_object_set_new(params, "velocity_mps", triple(pose->velocity_mps));
+    if (pose->has & MAVLINK_POSE_DEPTH)
+        json_object_set_new(params, "depth_m", json_real(pose->depth_m));
+    reply = sonard_call(feed->client, "pose", params, &feed->error);
+    feed->poses += reply != NULL;
+    if (!reply && feed->error.status == SONARD_REFUSED)
+        feed->poses_refused++;
+    else if (!reply)
+        lose(feed, now_ns);
+    json_decref(params);
+    json_decref(reply);
+}
+
+bool mavlink_feed_fresh(const struct mavlink_feed *feed, uint64_t now_ns)
+{
+    uint64_t ping_ns = 0;
+
+    for (int i = 0; i < feed->n_sensors; i++)
+        ping_ns = feed->sensor[i].ping_ns > ping_ns ? feed->sensor[i].ping_ns : ping_ns;
+    return feed->ring[MAVLINK_WATCH_LEVEL].youngest_s >= 0 && now_ns < feed->level_ns + RING_FRESH_NS &&
+           now_ns < ping_ns + PING_FRESH_NS;
+}
+
+double mavlink_feed_reach_m(const struct mavlink_feed *feed)
+{
+    double reach_m = feed->conf.distance_m;
+
+    for (int i = 0; feed->conf.distance_m <= 0 && i < feed->n_sensors; i++)
+        if (!feed->conf.downward || strcmp(feed->sensor[i].name, feed->conf.downward) != 0)
+            reach_m = fmax(reach_m, feed->sensor[i].range_m);
+    return reach_m;
+}

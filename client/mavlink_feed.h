@@ -1,0 +1,97 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * mavlink_feed - the daemon's side of the bridge: keeps a connection with watches on what the autopilot is to hear,
+ * holds the newest answers, and hands poses over. Knows no MAVLink link. Times are CLOCK_MONOTONIC nanoseconds.
+ */
+#ifndef SONARD_MAVLINK_FEED_H
+#define SONARD_MAVLINK_FEED_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "mavlink_obstacles.h"
+#include "mavlink_vehicle.h"
+#include "sonard_client.h"
+
+#define MAVLINK_LAYERS      5 /* of 30 degrees of elevation each, as receivers keep 3D points */
+#define MAVLINK_SENSORS_MAX 8
+
+enum mavlink_watch {
+    MAVLINK_WATCH_LEVEL, /* the ring at elevation 0 */
+    MAVLINK_WATCH_LOWEST,
+    MAVLINK_WATCH_LOW,
+    MAVLINK_WATCH_HIGH,
+    MAVLINK_WATCH_HIGHEST,
+    MAVLINK_WATCH_STATUS,
+    MAVLINK_WATCH_DOWNWARD,
+    MAVLINK_WATCHES,
+};
+
+struct mavlink_feed_conf {
+    const char *socket;
+    double rate_hz;       /* of sectors and of the downward sonar; status comes more slowly */
+    bool layers;          /* watch all five layers; otherwise the level one, 10 degrees high */
+    bool north;           /* azimuth 0 is north */
+    double distance_m;    /* how far to look; 0: as far as the sonars listen */
+    const char *downward; /* name of a sonar that looks down; NULL: none */
+};
+
+struct mavlink_sensor {
+    char name[32], state[32];
+    double range_m;
+    uint64_t ping_ns; /* of the newest; 0: none */
+};
+
+/* What the downward sonar said last. */
+struct mavlink_depth_below {
+    uint64_t t_ns; /* 0: nothing yet */
+    bool echo;     /* otherwise it heard nothing */
+    double range_m, width_rad;
+};
+
+struct mavlink_feed {
+    struct mavlink_feed_conf conf;
+    struct sonard_client *client; /* NULL: not connected */
+    struct sonard_error error;    /* why the connection failed */
+    uint64_t retry_ns, connected_ns;
+    json_int_t watch[MAVLINK_WATCHES]; /* the daemon's number; -1: not watched */
+    double unix_offset_s;              /* the daemon's t_unix minus our clock; -INFINITY: not known yet */
+    struct mavlink_ring ring[MAVLINK_LAYERS];
+    uint64_t level_ns;    /* when ring[MAVLINK_WATCH_LEVEL] came */
+    uint64_t evidence_ns; /* of the newest evidence in any ring; never falls */
+    struct mavlink_sensor sensor[MAVLINK_SENSORS_MAX];
+    int n_sensors;
+    bool posed;        /* the daemon was given a pose at least once */
+    double pose_age_s; /* when posed */
+    struct mavlink_depth_below below;
+    uint64_t poses, poses_refused;
+};
+
+extern const double mavlink_layer_deg[MAVLINK_LAYERS]; /* elevation of each ring's middle */
+
+void mavlink_feed_init(struct mavlink_feed *feed, const struct mavlink_feed_conf *conf);
+
+/**
+ * mavlink_feed_connect - try to connect and to set the watches, at most once a second; true while connected. Waits at
+ * most a second for a daemon that accepts but does not answer.
+ */
+bool mavlink_feed_connect(struct mavlink_feed *feed, uint64_t now_ns);
+
+/** mavlink_feed_read - take what the daemon has sent; after a loss all rings are forgotten and error says why. */
+void mavlink_feed_read(struct mavlink_feed *feed, uint64_t now_ns);
+
+/** mavlink_feed_pose - hand a pose over; refusals are counted. */
+void mavlink_feed_pose(struct mavlink_feed *feed, const struct mavlink_pose *pose, uint64_t now_ns);
+
+/**
+ * mavlink_feed_fresh - do the rings rest on a sonar that is alive: a ping within two seconds, and evidence that counts
+ * in an answer of the last second?
+ */
+bool mavlink_feed_fresh(const struct mavlink_feed *feed, uint64_t now_ns);
+
+/** mavlink_feed_reach_m - how far a clear sector is known to be clear; 0 while not known. */
+double mavlink_feed_reach_m(const struct mavlink_feed *feed);
+
+void mavlink_feed_close(struct mavlink_feed *feed);
+
+#endif

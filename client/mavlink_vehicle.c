@@ -1,0 +1,232 @@
+/* SPDX-License-Identifier: MIT */
+#include "mavlink_vehicle.h"
+
+#include <math.h>
+#include <string.h>
+
+#define AUTOPILOT         1 /* its component id */
+#define PRESENT_NS        5000000000u
+#define POSE_PERIOD_NS    20000000u
+#define ALONE_AFTER_NS    500000000u
+#define POSITION_FRESH_NS 2000000000u
+#define TOO_OLD_NS        5000000000u
+#define GRAVITY_MPS2      9.80665
+#define PA_PER_HPA        100.0
+#define POSITION_MAX_M    1e8 /* these are the daemon's limits */
+#define VELOCITY_MAX_MPS  100.0
+#define DEPTH_MIN_M       -100.0
+#define DEPTH_MAX_M       12000.0
+
+void mavlink_vehicle_init(struct mavlink_vehicle *vehicle, const struct mavlink_vehicle_conf *conf)
+{
+    *vehicle = (struct mavlink_vehicle){.conf = *conf, .system_id = conf->system_id};
+}
+
+bool mavlink_vehicle_present(struct mavlink_vehicle *vehicle, uint64_t now_ns)
+{
+    if (vehicle->present && now_ns > vehicle->heartbeat_ns + PRESENT_NS) {
+        vehicle->present = false;
+        vehicle->clock.known = false;
+        vehicle->next.has = 0;
+    }
+    return vehicle->present;
+}
+
+/* A heartbeat of an autopilot takes the vehicle's place when that is free. */
+static void meet(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame, uint64_t now_ns)
+{
+    struct mavlink_heartbeat heartbeat;
+
+    mavlink_unpack(frame->message, frame->payload, &heartbeat);
+    if (heartbeat.autopilot == MAVLINK_AUTOPILOT_INVALID || heartbeat.type == MAVLINK_TYPE_GCS)
+        return;
+    if (!mavlink_vehicle_present(vehicle, now_ns) &&
+        (vehicle->conf.system_id == 0 || vehicle->conf.system_id == frame->system_id)) {
+        vehicle->present = true;
+        vehicle->system_id = frame->system_id;
+    }
+    if (vehicle->present && vehicle->system_id == frame->system_id)
+        vehicle->heartbeat_ns = now_ns;
+}
+
+/* The sample's own time; 0, counted, when it is too old to be of use. */
+static uint64_t sampled(struct mavlink_vehicle *vehicle, uint32_t boot_ms, uint64_t now_ns)
+{
+    const uint64_t t_ns = mavlink_clock_heard(&vehicle->clock, boot_ms, now_ns);
+
+    if (now_ns <= t_ns + TOO_OLD_NS)
+        return t_ns;
+    vehicle->refused++;
+    return 0;
+}
+
+static bool within(const double *v, size_t n, double limit)
+{
+    for (size_t i = 0; i < n; i++)
+        if (!(fabs(v[i]) <= limit))
+            return false;
+    return true;
+}
+
+static void take_quaternion(struct mavlink_vehicle *vehicle, const double q[4], uint64_t t_ns, uint64_t now_ns)
+{
+    const double norm = sqrt(q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+
+    if (!(norm >= 0.9 && norm <= 1.1)) {
+        vehicle->refused++;
+        return;
+    }
+    for (int i = 0; i < 4; i++)
+        vehicle->next.quaternion[i] = q[i] / norm;
+    vehicle->next.has |= MAVLINK_POSE_ATTITUDE;
+    vehicle->next.t_ns = t_ns;
+    vehicle->attitude_ns = now_ns;
+}
+
+static void take_attitude(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame, uint64_t now_ns)
+{
+    struct mavlink_attitude m;
+
+    mavlink_unpack(frame->message, frame->payload, &m);
+
+    const uint64_t t_ns = sampled(vehicle, m.time_boot_ms, now_ns);
+    const double cr = cos(m.roll / 2.0), sr = sin(m.roll / 2.0), cp = cos(m.pitch / 2.0), sp = sin(m.pitch / 2.0);
+    const double cy = cos(m.yaw / 2.0), sy = sin(m.yaw / 2.0);
+    const double q[4] = {cr * cp * cy + sr * sp * sy, sr * cp * cy - cr * sp * sy, cr * sp * cy + sr * cp * sy,
+                         cr * cp * sy - sr * sp * cy};
+
+    if (t_ns)
+        take_quaternion(vehicle, q, t_ns, now_ns);
+}
+
+static void take_attitude_quaternion(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame,
+                                     uint64_t now_ns)
+{
+    struct mavlink_attitude_quaternion m;
+
+    mavlink_unpack(frame->message, frame->payload, &m);
+
+    const uint64_t t_ns = sampled(vehicle, m.time_boot_ms, now_ns);
+    const double q[4] = {m.q1, m.q2, m.q3, m.q4};
+
+    if (t_ns)
+        take_quaternion(vehicle, q, t_ns, now_ns);
+}
+
+/* The time of a part that comes without attitude: of the pose, when it has to go out alone. */
+static void add_part(struct mavlink_vehicle *vehicle, unsigned part, uint64_t t_ns)
+{
+    if (!(vehicle->next.has & MAVLINK_POSE_ATTITUDE))
+        vehicle->next.t_ns = t_ns;
+    vehicle->next.has |= part;
+}
+
+static void take_position(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame, uint64_t now_ns)
+{
+    struct mavlink_local_position_ned m;
+
+    mavlink_unpack(frame->message, frame->payload, &m);
+
+    const uint64_t t_ns = sampled(vehicle, m.time_boot_ms, now_ns);
+    const double position_m[3] = {m.x, m.y, m.z}, velocity_mps[3] = {m.vx, m.vy, m.vz};
+
+    if (!t_ns)
+        return;
+    if (!within(position_m, 3, POSITION_MAX_M) || !within(velocity_mps, 3, VELOCITY_MAX_MPS)) {
+        vehicle->refused++;
+        return;
+    }
+    memcpy(vehicle->next.position_m, position_m, sizeof position_m);
+    memcpy(vehicle->next.velocity_mps, velocity_mps, sizeof velocity_mps);
+    vehicle->next.has &= ~(unsigned)MAVLINK_POSE_DEPTH;
+    add_part(vehicle, MAVLINK_POSE_POSITION | MAVLINK_POSE_VELOCITY, t_ns);
+    vehicle->position_ns = now_ns;
+}
+
+static void take_pressure(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame, uint64_t now_ns)
+{
+    struct mavlink_scaled_pressure2 m;
+
+    mavlink_unpack(frame->message, frame->payload, &m);
+
+    const uint64_t t_ns = sampled(vehicle, m.time_boot_ms, now_ns);
+
+    if (!t_ns || (vehicle->position_ns && now_ns < vehicle->position_ns + POSITION_FRESH_NS))
+        return;
+    if (vehicle->conf.surface_hpa <= 0 && m.press_abs > 0 && isfinite(m.press_abs))
+        vehicle->conf.surface_hpa = m.press_abs;
+
+    const double depth_m =
+        (m.press_abs - vehicle->conf.surface_hpa) * PA_PER_HPA / (vehicle->conf.density_kgpm3 * GRAVITY_MPS2);
+
+    if (!(m.press_abs > 0 && depth_m >= DEPTH_MIN_M && depth_m <= DEPTH_MAX_M)) {
+        vehicle->refused++;
+        return;
+    }
+    vehicle->next.depth_m = depth_m;
+    add_part(vehicle, MAVLINK_POSE_DEPTH, t_ns);
+}
+
+static void take_clock(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame, uint64_t now_ns)
+{
+    if (frame->message->id == MAVLINK_SYSTEM_TIME) {
+        struct mavlink_system_time m;
+
+        mavlink_unpack(frame->message, frame->payload, &m);
+        mavlink_clock_heard(&vehicle->clock, m.time_boot_ms, now_ns);
+    } else {
+        struct mavlink_timesync m;
+
+        mavlink_unpack(frame->message, frame->payload, &m);
+        if (m.tc1 != 0)
+            mavlink_clock_answer(&vehicle->clock, m.tc1, m.ts1, now_ns);
+    }
+}
+
+bool mavlink_vehicle_take(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame, uint64_t now_ns)
+{
+    if (frame->component_id != AUTOPILOT)
+        return false;
+    if (frame->message->id == MAVLINK_HEARTBEAT)
+        meet(vehicle, frame, now_ns);
+    if (!mavlink_vehicle_present(vehicle, now_ns) || frame->system_id != vehicle->system_id)
+        return false;
+    switch (frame->message->id) {
+    case MAVLINK_ATTITUDE:
+        take_attitude(vehicle, frame, now_ns);
+        break;
+    case MAVLINK_ATTITUDE_QUATERNION:
+        take_attitude_quaternion(vehicle, frame, now_ns);
+        break;
+    case MAVLINK_LOCAL_POSITION_NED:
+        take_position(vehicle, frame, now_ns);
+        break;
+    case MAVLINK_SCALED_PRESSURE2:
+        take_pressure(vehicle, frame, now_ns);
+        break;
+    case MAVLINK_SYSTEM_TIME:
+    case MAVLINK_TIMESYNC:
+        take_clock(vehicle, frame, now_ns);
+        break;
+    default:
+        break;
+    }
+    return true;
+}
+
+bool mavlink_vehicle_pose(struct mavlink_vehicle *vehicle, uint64_t now_ns, struct mavlink_pose *out)
+{
+    const bool attitude = vehicle->next.has & MAVLINK_POSE_ATTITUDE;
+    const bool alone = !vehicle->attitude_ns || now_ns > vehicle->attitude_ns + ALONE_AFTER_NS;
+
+    if (!vehicle->next.has || (!attitude && !alone) || now_ns < vehicle->due_ns ||
+        vehicle->next.t_ns <= vehicle->t_pose_ns)
+        return false;
+    /* A little early now and then: samples that come 50 times a second with jitter are all taken. */
+    vehicle->due_ns =
+        (vehicle->due_ns + POSE_PERIOD_NS > now_ns ? vehicle->due_ns : now_ns - POSE_PERIOD_NS) + POSE_PERIOD_NS;
+    *out = vehicle->next;
+    vehicle->t_pose_ns = out->t_ns;
+    vehicle->next.has = 0;
+    return true;
+}

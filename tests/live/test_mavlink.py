@@ -1,0 +1,366 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""sonard-mavlink between a live sonard and an autopilot made of a few lines here, over UDP and over a serial line.
+
+The decoder below shares nothing with the bridge's: offsets and CRC_EXTRA are written out by hand.
+"""
+import math
+import os
+import pty
+import socket
+import struct
+import threading
+import time
+import tty
+
+from lib import BUILD, PATIENCE, Process, SIM, check, note, pings_until, run, until
+
+BRIDGE = os.path.join(BUILD, "sonard-mavlink")
+TURN = 200  # pings of a full circle at 1.8 degrees
+
+HEARTBEAT, ATTITUDE, COMMAND_LONG, TIMESYNC = 0, 30, 76, 111
+DISTANCE_SENSOR, STATUSTEXT, OBSTACLE_DISTANCE, OBSTACLE_DISTANCE_3D = 132, 253, 330, 11037
+CRC_EXTRA = {HEARTBEAT: 50, ATTITUDE: 39, COMMAND_LONG: 152, TIMESYNC: 34, DISTANCE_SENSOR: 85, STATUSTEXT: 83,
+             OBSTACLE_DISTANCE: 23, OBSTACLE_DISTANCE_3D: 130}
+UNKNOWN = 65535
+
+
+def crc16(data):
+    crc = 0xFFFF
+    for byte in data:
+        byte ^= crc & 0xFF
+        byte ^= (byte << 4) & 0xFF
+        crc = (crc >> 8) ^ (byte << 8) ^ (byte << 3) ^ (byte >> 4)
+    return crc
+
+
+def frame(message_id, payload, sequence, component=1):
+    payload = payload.rstrip(b"\0") or b"\0"
+    head = struct.pack("<BBBBBB", len(payload), 0, 0, sequence & 255, 1, component) + message_id.to_bytes(3, "little")
+    crc = crc16(head + payload + bytes([CRC_EXTRA[message_id]]))
+    return b"\xfd" + head + payload + struct.pack("<H", crc)
+
+
+def frames(held):
+    """The whole frames at the start of held as (id, payload padded, header), and what is left."""
+    found = []
+    while len(held) >= 12:
+        check(held[0] == 0xFD and held[2] == 0, "the bridge sends %s" % held[:12].hex())
+        size = 12 + held[1]
+        if len(held) < size:
+            break
+        message_id = int.from_bytes(held[7:10], "little")
+        check(message_id in CRC_EXTRA, "the bridge sends message %d" % message_id)
+        crc = crc16(held[1:size - 2] + bytes([CRC_EXTRA[message_id]]))
+        check(crc == int.from_bytes(held[size - 2:size], "little"), "bad CRC in message %d" % message_id)
+        found.append((message_id, held[10:size - 2] + bytes(180), held[:10]))
+        held = held[size:]
+    return found, held
+
+
+class Autopilot(threading.Thread):
+    """Heartbeat, attitude at 25 Hz and answers to TIMESYNC; keeps what comes with its time of arrival."""
+
+    def __init__(self, talk=True):
+        super().__init__(daemon=True)
+        self.talk = talk
+        self.yaw_deg = 0.0
+        self.start_s = time.monotonic() - 100.0  # it has been up for a while
+        self.got = []
+        self.fault = None
+        self.ended = threading.Event()
+        self.sequence = 0
+
+    def boot_ms(self):
+        return int((time.monotonic() - self.start_s) * 1000)
+
+    def send(self, message_id, payload):
+        self.sequence += 1
+        self.write(frame(message_id, payload, self.sequence))
+
+    def run(self):
+        beat = 0
+        held = b""
+        try:
+            while not self.ended.is_set():
+                if self.talk:
+                    if beat % 25 == 0:
+                        self.send(HEARTBEAT, struct.pack("<IBBBBB", 0, 12, 3, 0, 4, 3))
+                    self.send(ATTITUDE, struct.pack("<I6f", self.boot_ms(), 0, 0, math.radians(self.yaw_deg), 0, 0, 0))
+                beat += 1
+                end = time.monotonic() + 0.04
+                while time.monotonic() < end:
+                    new, held = frames(held + self.read(max(0, end - time.monotonic())))
+                    self.take(new)
+        except OSError as fault:
+            if not self.ended.is_set():
+                self.fault = fault
+        except Exception as fault:
+            self.fault = fault
+
+    def take(self, new):
+        for message_id, payload, head in new:
+            self.got.append((time.monotonic(), message_id, payload, head))
+            if message_id == TIMESYNC:
+                tc1, ts1 = struct.unpack_from("<qq", payload)
+                if tc1 == 0:
+                    self.send(TIMESYNC, struct.pack("<qq", int((time.monotonic() - self.start_s) * 1e9), ts1))
+
+    def of(self, message_id, since_s=0.0):
+        check(self.fault is None, "the autopilot: %r" % self.fault)
+        return [(t, payload) for t, i, payload, _ in list(self.got) if i == message_id and t >= since_s]
+
+    def obstacles(self, since_s=0.0):
+        """(arrival, boot us, 72 distances, min, max, type, increment, increment_f, offset, frame)"""
+        return [(t,) + struct.unpack_from("<Q", p) + (struct.unpack_from("<72H", p, 8),) +
+                struct.unpack_from("<HHBBffB", p, 152) for t, p in self.of(OBSTACLE_DISTANCE, since_s)]
+
+    def texts(self):
+        return [p[1:51].rstrip(b"\0").decode() for _, p in self.of(STATUSTEXT)]
+
+    def end(self):
+        self.ended.set()
+        self.join()
+        self.close()
+        check(self.fault is None, "the autopilot: %r" % self.fault)
+
+
+class UdpAutopilot(Autopilot):
+    """Listens on a port of its own; speaks to whoever spoke to it."""
+
+    def __init__(self, **kind):
+        super().__init__(**kind)
+        self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        self.socket.bind(("127.0.0.1", 0))
+        self.link = "udp:127.0.0.1:%d" % self.socket.getsockname()[1]
+        self.peer = None
+
+    def write(self, data):
+        if self.peer:
+            self.socket.sendto(data, self.peer)
+
+    def read(self, limit_s):
+        self.socket.settimeout(limit_s + 1e-4)
+        try:
+            data, self.peer = self.socket.recvfrom(2048)
+            return data
+        except (socket.timeout, ConnectionRefusedError, BlockingIOError):
+            return b""
+
+    def close(self):
+        self.socket.close()
+
+
+class SerialAutopilot(Autopilot):
+    """At the far end of a pseudo-terminal."""
+
+    def __init__(self, **kind):
+        super().__init__(**kind)
+        self.far, near = pty.openpty()
+        tty.setraw(near)
+        self.near = near  # kept open: the line stays when the bridge ends
+        os.set_blocking(self.far, False)
+        self.link = "serial:%s:115200" % os.ttyname(near)
+
+    def write(self, data):
+        os.write(self.far, data)
+
+    def read(self, limit_s):
+        time.sleep(min(limit_s, 0.005))
+        try:
+            return os.read(self.far, 4096)
+        except BlockingIOError:
+            return b""
+
+    def close(self):
+        os.close(self.far)
+        os.close(self.near)
+
+
+def bridge(bench, link, *options):
+    process = Process(bench, "bridge%d" % len(bench.processes),
+                      [BRIDGE, "--socket", bench.socket_path, "--link", link] + list(options))
+    bench.processes.append(process)
+    return process
+
+
+def start(bench, autopilot, *options, scene="box", **conf):
+    sim = bench.sim(scene=scene)
+    bench.conf(**conf)
+    daemon = bench.sonard()
+    client = daemon.client()
+    autopilot.start()
+    process = bridge(bench, autopilot.link, *options)
+    return sim, daemon, client, process
+
+
+def expected(sector, max_cm):
+    """What an element alone, without its neighbours, stands for."""
+    return min(int(sector["range_m"] * 100 + 1e-6), max_cm) if sector["state"] == "blocked" else None
+
+
+def check_against(sectors, message):
+    """The message against the daemon's own answer; the picture may have moved on by a ping or two between them."""
+    distances, least, most = message[2:5]
+    check(least == 1 and 990 <= most <= 1000, "min %d max %d" % (least, most))
+    check(message[5:] == (1, 5, 0.0, 0.0, 12), "type, increment, increment_f, offset, frame: %s" % (message[5:],))
+    for k, distance in enumerate(distances):
+        near = [expected(sectors[(k + i) % 72], most) for i in (-1, 0, 1)]
+        near = [cm for cm in near if cm is not None]
+        if near:
+            check(abs(distance - min(near)) <= 60, "element %d: %d cm, sectors around it %s" % (k, distance, near))
+        else:
+            check(distance in (most + 1, UNKNOWN), "element %d: %d cm where nothing is" % (k, distance))
+
+
+def with_autopilot(kind, function, **talk):
+    def case(bench):
+        autopilot = kind(**talk)
+        try:
+            function(bench, autopilot)
+        finally:
+            autopilot.end()
+    return case
+
+
+def rates(bench, autopilot):
+    """Messages of every kind at their rate, with little jitter, and the scene in them."""
+    _, _, client, process = start(bench, autopilot)
+    pings_until(client, TURN + 10)
+    until(autopilot.obstacles, "OBSTACLE_DISTANCE")
+    begin = time.monotonic()
+    time.sleep(4)
+    messages = autopilot.obstacles(begin)
+    gaps = [b[0] - a[0] for a, b in zip(messages, messages[1:])]
+    note("%s: %.1f OBSTACLE_DISTANCE per second, longest gap %.0f ms" %
+         (type(autopilot).__name__, len(messages) / 4, 1000 * max(gaps)))
+    check(20 / PATIENCE <= len(messages) <= 44, "%d OBSTACLE_DISTANCE in 4 s" % len(messages))
+    check(max(gaps) < 0.5 * PATIENCE, "no OBSTACLE_DISTANCE for %.2f s" % max(gaps))
+    check(3 <= len(autopilot.of(HEARTBEAT, begin)) <= 5, "%d heartbeats in 4 s" % len(autopilot.of(HEARTBEAT, begin)))
+    beat = struct.unpack_from("<IBBBBB", autopilot.of(HEARTBEAT)[-1][1])
+    check(beat == (0, 18, 8, 0, 4, 3), "heartbeat %s" % (beat,))
+    check(all(head[5:7] == b"\x01\xc4" for *_, head in autopilot.got), "system or component id")
+    check_against(client.call("sectors")["sectors"], autopilot.obstacles()[-1])
+    for element, wall_cm in ((0, 900), (18, 400), (36, 600), (54, 500)):
+        got = autopilot.obstacles()[-1][2][element]
+        check(wall_cm - 60 <= got <= wall_cm + 5, "element %d: %d cm, the wall is at %d" % (element, got, wall_cm))
+    stamp_us, arrival = autopilot.obstacles()[-1][1], autopilot.obstacles()[-1][0]
+    behind_s = (arrival - autopilot.start_s) - stamp_us * 1e-6
+    check(-0.05 < behind_s < 2 * PATIENCE, "the stamp is %.3f s behind" % behind_s)
+    asked = {struct.unpack_from("<f", p)[0] for _, p in autopilot.of(COMMAND_LONG)}
+    check(not autopilot.texts(), "texts without need: %s" % autopilot.texts())
+    check(asked <= {30.0, 32.0, 137.0}, "asked for messages %s" % asked)
+    check(client.call("status")["pose"]["count"] > 40, "poses: %s" % client.call("status")["pose"])
+    check(process.stop() == 0 and "0 bad CRC" in process.log(), "end of the bridge: " + process.log())
+
+
+def turned(bench, autopilot):
+    """The autopilot's yaw reaches the daemon, and a turned vehicle sees the walls elsewhere."""
+    _, _, client, _ = start(bench, autopilot, pose={"max_age": "5 s"})
+    sim = bench.processes[0]
+    pings_until(client, TURN + 10)
+    before = autopilot.obstacles()[-1][2]
+    check(abs(before[54] - 500) < 60, "to port %d cm" % before[54])
+    sim.command("silent 3")
+    time.sleep(0.3)
+    autopilot.yaw_deg = 90.0
+    sim.command("pose 0 0 0 90")
+    until(lambda: autopilot.obstacles()[-1][2][0] < 480, "the sectors to turn")
+    pings_until(client, 5)
+    after = autopilot.obstacles()[-1][2]
+    for element, wall_cm in ((54, 900), (0, 400), (18, 600), (36, 500)):
+        check(abs(after[element] - wall_cm) < 65, "element %d after the turn: %d cm" % (element, after[element]))
+
+
+def unplugged(bench, autopilot):
+    """A silent sonar: a text, no fresh stamps, and after its return all goes on."""
+    sim, _, client, _ = start(bench, autopilot)
+    pings_until(client, 50)
+    until(autopilot.obstacles, "OBSTACLE_DISTANCE")
+    check(not autopilot.texts(), "texts without need: %s" % autopilot.texts())
+    sim.command("silent 12")
+    silent = time.monotonic()
+    until(lambda: any("head: lost" in text for text in autopilot.texts()), "the text")
+    said = time.monotonic()
+    note("told %.1f s after the last ping" % (said - silent))
+    time.sleep(1.0)
+    late = autopilot.obstacles(said)
+    check(not late, "%d OBSTACLE_DISTANCE after the sonar was called lost" % len(late))
+    stamps = [m[1] * 1e-6 + autopilot.start_s for m in autopilot.obstacles(silent)]
+    check(all(stamp < silent + 0.5 for stamp in stamps), "a stamp later than the last ping")
+    until(lambda: any("head: back" in text for text in autopilot.texts()), "the text of its return", 60)
+    again = time.monotonic()
+    until(lambda: autopilot.obstacles(again), "OBSTACLE_DISTANCE again")
+    check(len(autopilot.texts()) <= 3, "texts: %s" % autopilot.texts())
+
+
+def restarted(bench, autopilot):
+    """The daemon goes away and comes back; so does the bridge's work."""
+    _, daemon, client, process = start(bench, autopilot)
+    pings_until(client, 20)
+    until(autopilot.obstacles, "OBSTACLE_DISTANCE")
+    check(daemon.stop() == 0, "the daemon's end")
+    gone = time.monotonic()
+    until(lambda: any(text.startswith("sonard: lost") for text in autopilot.texts()), "the text")
+    check(not autopilot.obstacles(gone + 0.5), "OBSTACLE_DISTANCE without a daemon")
+    check(autopilot.of(HEARTBEAT, gone), "no heartbeat without a daemon")
+    client = bench.sonard().client()
+    pings_until(client, 20)
+    back = time.monotonic()
+    until(lambda: autopilot.obstacles(back), "OBSTACLE_DISTANCE again")
+    until(lambda: "sonard: back" in autopilot.texts(), "the text of its return")
+    until(lambda: client.call("status")["pose"]["count"] > 5, "poses again")
+    check(process.status is None, "the bridge has ended")
+
+
+def far(bench, autopilot):
+    """Options: unknown water as an obstacle at 3 m goes on being sent when the daemon is gone; points in 3D."""
+    _, daemon, client, _ = start(bench, autopilot, "--unknown-as", "3", "--3d", "--distance", "8",
+                                 sonar={"sector": "300 60 deg"})
+    pings_until(client, 150)
+    begin = time.monotonic()
+    until(lambda: len(autopilot.obstacles(begin)) > 3, "OBSTACLE_DISTANCE")
+    message = autopilot.obstacles()[-1]
+    check(message[4] == 800, "max %d" % message[4])
+    check(message[2][36] == 300, "behind, never looked at: %d cm" % message[2][36])
+    points = [struct.unpack_from("<I5fHBB", p) for _, p in autopilot.of(OBSTACLE_DISTANCE_3D, begin)]
+    check(points, "no OBSTACLE_DISTANCE_3D")
+    for _, x, y, z, least, most, number, kind, axes in points:
+        distance = math.sqrt(x * x + y * y + z * z)
+        check(0.5 < distance <= 8.001 and abs(most - 8) < 1e-6, "a point at %g m of %g" % (distance, most))
+        check((number, kind, axes) == (65535, 1, 12) and abs(least - 0.01) < 1e-6, "fields of a point")
+        check(x > 0 and abs(math.degrees(math.atan2(y, x))) < 70, "a point at %g %g, where nobody looked" % (x, y))
+    check(daemon.stop() == 0, "the daemon's end")
+    time.sleep(0.5)
+    begin = time.monotonic()
+    until(lambda: len(autopilot.obstacles(begin)) > 3, "OBSTACLE_DISTANCE without a daemon")
+    message = autopilot.obstacles()[-1]
+    check(set(message[2]) == {300}, "unknown all around: %s" % (set(message[2]),))
+    check(message[1] <= (begin - autopilot.start_s) * 1e6, "a fresh stamp without evidence")
+
+
+def usage(bench):
+    """Faults of the command line: exit status 3 and a sentence that says what would be right."""
+    good = ("--link", "udp:127.0.0.1:14550")
+    for words, wanted in (((), "--link LINK is missing"),
+                          (("--link", "tcp:1.2.3.4:5"), "want udp:HOST:PORT"),
+                          (("--link", "udp:14550"), "want udp:HOST:PORT"),
+                          (("--link", "udpin:70000"), "UDP port from 1 to 65535"),
+                          (("--link", "serial:/dev/null:12345"), "no baud rate"),
+                          (good + ("--rate", "1"), "number from 5 to 50"),
+                          (good + ("--unknown-as", "near"), "want far, unknown, or metres"),
+                          (good + ("--frame", "north"), "want body or ned"),
+                          (good + ("--surface-pressure", "2"), "want first, or hPa"),
+                          (good + ("--sign", "/nowhere"), "No such file"),
+                          (good + ("--sign", bench.write("key", "00ff")), "64 hexadecimal digits"),
+                          (good + ("now",), "'now' is no option")):
+        done = bench.run(BRIDGE, *words)
+        check(done.returncode == 3 and wanted in done.stderr, "%s: %d %s" % (words, done.returncode, done.stderr))
+    check(bench.run(BRIDGE, "--help").returncode == 0, "--help")
+
+
+check(os.path.exists(SIM), "no virtual sonar")
+run([("rates_udp", with_autopilot(UdpAutopilot, rates)), ("rates_serial", with_autopilot(SerialAutopilot, rates)),
+     ("turned", with_autopilot(UdpAutopilot, turned)), ("unplugged", with_autopilot(UdpAutopilot, unplugged)),
+     ("restarted", with_autopilot(UdpAutopilot, restarted)), ("options", with_autopilot(UdpAutopilot, far)),
+     ("usage", usage)], parallel=3)
