@@ -27,7 +27,7 @@ DAEMON   := $(BUILD)/libdaemon.a
 CLIENT   := $(BUILD)/libclient.a
 SIMLIB   := $(BUILD)/libsim.a
 ALL_A    := $(SIMLIB) $(CLIENT) $(DAEMON) $(CONFIG) $(DRIVERS) $(GRID)
-LIBS     := -linih -ljansson -llz4 -lzstd -lz -lm -pthread
+LIBS     := -lmodbus -linih -ljansson -llz4 -lzstd -lz -lm -pthread
 
 PROGRAMS := $(BUILD)/sonard $(BUILD)/sonarctl $(BUILD)/sonard-mavlink
 UNIT     := $(patsubst tests/unit/%.c,$(BUILD)/tests/%,$(wildcard tests/unit/test_*.c))

@@ -12,8 +12,11 @@
 
 #include "../config/conf.h"
 #include "../grid/answer/answer.h"
+#include "depth.h"
 #include "loop.h"
+#include "nmea.h"
 #include "pipeline.h"
+#include "pose_input.h"
 #include "pose_log.h"
 #include "record.h"
 #include "rpc.h"
@@ -28,6 +31,9 @@ struct daemon {
     struct source *source[CONF_MAX_SONARS];
     struct mount mount[CONF_MAX_SONARS];
     struct pose_log poses;
+    struct pose_input pose_input;
+    struct depth *depth; /* NULL: none */
+    struct nmea *nmea;   /* NULL: none */
     struct record *record; /* NULL: not recording */
     int pose_channel;
     struct server *server; /* NULL: nobody may ask */

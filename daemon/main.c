@@ -11,6 +11,7 @@
 #include <unistd.h>
 
 #include "daemon.h"
+#include "instruments.h"
 #include "log.h"
 #include "replay.h"
 #include "wiring.h"
@@ -72,7 +73,8 @@ static bool port_exists(const char *address, char *err, size_t err_size)
     return port_find(address, &rest, err, err_size) != NULL;
 }
 
-static const struct conf_checks checks = {.device = device_exists, .port = port_exists};
+static const struct conf_checks checks = {
+    .device = device_exists, .port = port_exists, .depth = modbus_depth_check};
 
 static int check_file(const char *path)
 {
@@ -274,7 +276,8 @@ static bool make_parts(struct daemon *d, const struct options *o, const struct c
     pose_log_init(&d->poses, (uint64_t)(d->conf.pose.max_age_s * 1e9));
     if (open_answers(d, o->answers, err, sizeof err) && make_pipeline(d, err, sizeof err) &&
         make_record(d, source, err, sizeof err) && make_server(d, err, sizeof err) &&
-        make_sources(d, err, sizeof err))
+        make_sources(d, err, sizeof err) && instruments_make(d, err, sizeof err) &&
+        instruments_start(d, err, sizeof err))
         return true;
     log_line(LOG_ERR, "%s", err);
     return false;
@@ -284,6 +287,7 @@ static int end(struct daemon *d)
 {
     int status = OK;
     server_stop(d->server);
+    instruments_end(d);
     for (int i = 0; i < d->conf.n_sonars; i++)
         source_free(d->source[i]);
     pipeline_free(d->pipeline);

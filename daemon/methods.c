@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "daemon.h"
+#include "instruments.h"
 
 /* Rounded for people: a hundredth of a millimetre, degree or second is beyond any sonar. */
 static json_t *real(double v, double per_unit)
@@ -250,6 +251,8 @@ static json_t *method_pose(const struct rpc_call *call, json_t *params, struct r
     }
     if (!daemon_take_pose(d, params, error))
         return NULL;
+    if (json_object_get(params, "attitude_deg") || json_object_get(params, "quaternion"))
+        d->pose_input.t_attitude_ns = loop_now(d->loop);
     if (d->record) {
         char *text = json_dumps(params, JSON_COMPACT | JSON_REAL_PRECISION(17));
         if (text)
@@ -410,11 +413,14 @@ static json_t *method_status(const struct rpc_call *call, json_t *params, struct
     for (int i = 0; i < d->conf.n_sonars; i++)
         json_array_append_new(sensors, sensor_json(d, i, &pipe));
     const char *mode = !d->replay ? "live" : d->replay_ended ? "replay, ended" : "replay";
-    return json_pack("{s:s, s:o, s:o, s:s, s:s, s:s, s:o, s:o, s:o, s:o, s:o, s:o}", "version", SONARD_VERSION,
-                     "uptime_s", real((double)(loop_now(d->loop) - d->start_ns) * 1e-9, 1e3), "t_unix",
-                     real(unix_now(d), 1e6), "mode", mode, "config", d->conf_name, "data", data_word(d), "sensors",
-                     sensors, "pose", pose_json(d), "pipeline", pipeline_json(d, &pipe), "grid",
-                     grid_json(&pipe.grid), "server", server_json(d), "record", record_json(d));
+    json_t *status =
+        json_pack("{s:s, s:o, s:o, s:s, s:s, s:s, s:o, s:o, s:o, s:o, s:o, s:o}", "version", SONARD_VERSION,
+                  "uptime_s", real((double)(loop_now(d->loop) - d->start_ns) * 1e-9, 1e3), "t_unix",
+                  real(unix_now(d), 1e6), "mode", mode, "config", d->conf_name, "data", data_word(d), "sensors",
+                  sensors, "pose", pose_json(d), "pipeline", pipeline_json(d, &pipe), "grid",
+                  grid_json(&pipe.grid), "server", server_json(d), "record", record_json(d));
+    instruments_status(d, status);
+    return status;
 }
 
 /* ---- version, image ---- */

@@ -17,7 +17,7 @@ CLANG=${CLANG:-clang}
 OUT=$BUILD/fuzz
 FLAGS="-std=c17 -O1 -g -fno-omit-frame-pointer -ffp-contract=off -D_GNU_SOURCE -DSONARD_VERSION=\"fuzz\"
        -fsanitize=address,undefined -fno-sanitize-recover=all"
-LIBS="-linih -ljansson -llz4 -lzstd -lz -lm -pthread"
+LIBS="-lmodbus -linih -ljansson -llz4 -lzstd -lz -lm -pthread"
 
 mkdir -p "$OUT" || exit 2
 

@@ -1,0 +1,160 @@
+/* SPDX-License-Identifier: MIT */
+#include "nmea.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/epoll.h>
+
+#include "log.h"
+
+#define RETRY_FIRST_NS 100000000u
+#define RETRY_MOST_NS  1000000000u
+
+struct nmea {
+    struct conf_nmea conf;
+    struct pose_input *input;
+    const char *rest; /* of conf.port, behind the kind */
+    struct port port;
+    struct loop_fd fd;
+    struct loop_timer retry;
+    uint64_t retry_ns;
+    bool announced, was_open;
+    struct nmea_parser parser;
+    struct nmea_status status;
+};
+
+/* The heading against true north; false: only a magnetic one, and nobody knows the variation. */
+static bool true_heading(struct nmea *nmea, const struct nmea_value *value, double *heading_rad)
+{
+    *heading_rad = value->heading_rad;
+    if (value->has == NMEA_TRUE)
+        return true;
+    if (nmea->conf.variation_rad == CONF_NO_VARIATION) {
+        nmea->status.no_variation++;
+        return false;
+    }
+    *heading_rad = geo_wrap(*heading_rad + nmea->conf.variation_rad);
+    return true;
+}
+
+static void take(struct nmea *nmea, const struct nmea_value *value)
+{
+    uint64_t now = loop_now(nmea->input->loop);
+    double heading_rad;
+    bool used = false;
+    if (value->has == NMEA_DEPTH)
+        used = nmea->conf.use != CONF_NMEA_HEADING && pose_input_depth(nmea->input, now, value->depth_m);
+    else if (nmea->conf.use != CONF_NMEA_DEPTH && true_heading(nmea, value, &heading_rad))
+        used = pose_input_heading(nmea->input, now, heading_rad);
+    if (used)
+        nmea->status.t_value_ns = now;
+}
+
+static void lost(struct nmea *nmea, const char *why)
+{
+    if (!nmea->announced)
+        log_line(LOG_WARNING, "nmea: %s; trying again until it opens", why);
+    nmea->announced = true;
+    snprintf(nmea->status.port_error, sizeof nmea->status.port_error, "%s", why);
+    loop_arm(nmea->input->loop, &nmea->retry, loop_now(nmea->input->loop) + nmea->retry_ns);
+    nmea->retry_ns = nmea->retry_ns * 2 < RETRY_MOST_NS ? nmea->retry_ns * 2 : RETRY_MOST_NS;
+}
+
+static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
+{
+    struct nmea *nmea = ctx;
+    uint8_t in[4096];
+    struct nmea_value value;
+    (void)events;
+    (void)now_ns;
+    ssize_t got = nmea->port.ops->read(&nmea->port, in, sizeof in);
+    if (got < 0) {
+        char why[PORT_ERR_MAX];
+        snprintf(why, sizeof why, "%.200s: lost: %s", nmea->conf.port,
+                 nmea->port.error ? strerror(nmea->port.error) : "hung up");
+        loop_remove(nmea->input->loop, &nmea->fd);
+        nmea->port.ops->close(&nmea->port);
+        lost(nmea, why);
+        return;
+    }
+    const uint8_t *bytes = in;
+    size_t n = (size_t)got;
+    nmea->status.bytes_in += n;
+    while (nmea_parser_next(&nmea->parser, &bytes, &n, &value))
+        take(nmea, &value);
+    if (got > 0)
+        nmea->retry_ns = RETRY_FIRST_NS;
+}
+
+static void try_open(void *ctx, uint64_t now_ns)
+{
+    struct nmea *nmea = ctx;
+    char err[PORT_ERR_MAX] = "";
+    (void)now_ns;
+    if (!nmea->port.ops->open(&nmea->port, nmea->rest, err, sizeof err)) {
+        lost(nmea, err);
+        return;
+    }
+    nmea->fd.fd = nmea->port.fd;
+    if (!loop_add(nmea->input->loop, &nmea->fd, EPOLLIN)) {
+        snprintf(err, sizeof err, "%.200s: cannot wait for input: %s", nmea->conf.port, strerror(errno));
+        nmea->port.ops->close(&nmea->port);
+        lost(nmea, err);
+        return;
+    }
+    nmea_parser_reset(&nmea->parser);
+    log_line(LOG_NOTICE, "nmea: %s %s", nmea->conf.port, nmea->was_open ? "is back" : "open");
+    nmea->status.reconnects += nmea->was_open;
+    nmea->status.port_error[0] = '\0';
+    nmea->was_open = true;
+    nmea->announced = false;
+}
+
+struct nmea *nmea_new(const struct conf_nmea *conf, struct pose_input *input, char *err, size_t err_size)
+{
+    struct nmea *nmea = calloc(1, sizeof *nmea);
+    if (!nmea) {
+        snprintf(err, err_size, "[nmea]: out of memory");
+        return NULL;
+    }
+    nmea->conf = *conf;
+    nmea->input = input;
+    nmea->port.fd = -1;
+    nmea->retry_ns = RETRY_FIRST_NS;
+    nmea->fd = (struct loop_fd){.fd = -1, .ready = on_ready, .ctx = nmea};
+    nmea->retry = (struct loop_timer){.fire = try_open, .ctx = nmea};
+    nmea_parser_init(&nmea->parser, conf->checksum == CONF_CHECKSUM_REQUIRED);
+    nmea->port.ops = port_find(nmea->conf.port, &nmea->rest, err, err_size);
+    if (nmea->port.ops && strcmp(nmea->port.ops->encoding, "octet-stream") == 0)
+        return nmea;
+    if (nmea->port.ops)
+        snprintf(err, err_size, "[nmea] port = %.200s: wanted a port that carries bytes, as serial or udp",
+                 conf->port);
+    free(nmea);
+    return NULL;
+}
+
+void nmea_start(struct nmea *nmea)
+{
+    try_open(nmea, loop_now(nmea->input->loop));
+}
+
+void nmea_free(struct nmea *nmea)
+{
+    if (!nmea)
+        return;
+    loop_arm(nmea->input->loop, &nmea->retry, LOOP_NEVER);
+    if (nmea->port.fd >= 0) {
+        loop_remove(nmea->input->loop, &nmea->fd);
+        nmea->port.ops->close(&nmea->port);
+    }
+    free(nmea);
+}
+
+void nmea_status(const struct nmea *nmea, struct nmea_status *out)
+{
+    *out = nmea->status;
+    out->counts = nmea->parser.counts;
+    out->open = nmea->port.fd >= 0;
+}

@@ -1,0 +1,271 @@
+/* SPDX-License-Identifier: MIT */
+#include "modbus_depth.h"
+
+#include <arpa/inet.h>
+#include <errno.h>
+#include <math.h>
+#include <modbus/modbus.h>
+#include <poll.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/file.h>
+#include <sys/ioctl.h>
+#include <time.h>
+#include <unistd.h>
+
+/* A line that babbles for so many turn-arounds is closed and opened again. */
+#define QUIET_PATIENCE 10
+
+/* So many time-outs in a row on TCP, and the connection is made anew: the peer may have rebooted without a word. */
+#define TCP_TIMEOUTS 3
+
+struct address {
+    bool tcp;
+    char device[MODBUS_SOURCE_MAX]; /* or host */
+    char baud[16];                  /* or port */
+};
+
+struct modbus_depth {
+    struct modbus_depth_conf conf;
+    struct address address;
+    modbus_t *link;
+    bool open, out_of_step;
+    int timeouts; /* in a row */
+};
+
+/* ---- addresses ---- */
+
+static bool number_between(const char *text, long least, long most)
+{
+    size_t digits = strspn(text, "0123456789");
+    long n = digits > 0 && digits < 9 && !text[digits] ? strtol(text, NULL, 10) : -1;
+    return n >= least && n <= most;
+}
+
+static bool is_host(const char *host)
+{
+    struct in6_addr any;
+    return inet_pton(AF_INET, host, &any) == 1 || inet_pton(AF_INET6, host, &any) == 1;
+}
+
+static bool parse_tcp(struct address *a, char *err, size_t err_size)
+{
+    size_t n = strlen(a->device);
+    if (n > 2 && a->device[0] == '[' && a->device[n - 1] == ']') {
+        memmove(a->device, a->device + 1, n - 2);
+        a->device[n - 2] = '\0';
+    }
+    if (is_host(a->device) && number_between(a->baud, 1, 65535))
+        return true;
+    snprintf(err, err_size,
+             "'%.64s' and port '%.15s': must be a numeric address and a port, as modbus-tcp:192.168.2.5:502",
+             a->device, a->baud);
+    return false;
+}
+
+static bool parse(const char *source, struct address *a, char *err, size_t err_size)
+{
+    const char *rest = strchr(source, ':'), *last = strrchr(source, ':');
+    size_t kind = rest ? (size_t)(rest - source) : 0;
+    bool rtu = kind == 10 && strncmp(source, "modbus-rtu", kind) == 0;
+    a->tcp = kind == 10 && strncmp(source, "modbus-tcp", kind) == 0;
+    if (!rtu && !a->tcp) {
+        snprintf(err, err_size, "'%.64s': must be modbus-rtu:DEVICE:BAUD or modbus-tcp:ADDRESS:PORT", source);
+        return false;
+    }
+    size_t n = last > rest ? (size_t)(last - rest - 1) : 0;
+    if (n == 0 || n >= sizeof a->device || strlen(last + 1) >= sizeof a->baud) {
+        snprintf(err, err_size, "'%.64s': must have two parts behind %.10s, as %s", source, source,
+                 a->tcp ? "modbus-tcp:192.168.2.5:502" : "modbus-rtu:/dev/ttyUSB1:9600");
+        return false;
+    }
+    memcpy(a->device, rest + 1, n);
+    a->device[n] = '\0';
+    strcpy(a->baud, last + 1);
+    if (a->tcp)
+        return parse_tcp(a, err, err_size);
+    if (a->device[0] == '/' && number_between(a->baud, 300, 4000000))
+        return true;
+    snprintf(err, err_size, "'%.64s' at '%.15s': must be a device file and a baud rate, as /dev/ttyUSB1:9600",
+             a->device, a->baud);
+    return false;
+}
+
+bool modbus_depth_check(const char *source, char *err, size_t err_size)
+{
+    struct address a;
+    return parse(source, &a, err, err_size);
+}
+
+/* ---- numbers ---- */
+
+/* libmodbus has functions for this, which changed their meaning between its releases. */
+double modbus_depth_number(enum modbus_type type, bool little, const uint16_t reg[2])
+{
+    uint32_t bits = (uint32_t)reg[little] << 16 | reg[!little];
+    float f;
+    switch (type) {
+    case MODBUS_INT16:
+        return (int16_t)reg[0];
+    case MODBUS_UINT16:
+        return reg[0];
+    case MODBUS_INT32:
+        return (int32_t)bits;
+    case MODBUS_FLOAT32:
+        break;
+    }
+    memcpy(&f, &bits, sizeof f);
+    return (double)f;
+}
+
+static int registers(enum modbus_type type)
+{
+    return type == MODBUS_INT32 || type == MODBUS_FLOAT32 ? 2 : 1;
+}
+
+/* ---- the link ---- */
+
+struct modbus_depth *modbus_depth_new(const struct modbus_depth_conf *conf, char *err, size_t err_size)
+{
+    struct modbus_depth *m = calloc(1, sizeof *m);
+    if (!m) {
+        snprintf(err, err_size, "out of memory");
+        return NULL;
+    }
+    m->conf = *conf;
+    if (!parse(conf->source, &m->address, err, err_size)) {
+        free(m);
+        return NULL;
+    }
+    m->link = m->address.tcp ? modbus_new_tcp_pi(m->address.device, m->address.baud)
+                             : modbus_new_rtu(m->address.device, atoi(m->address.baud), conf->parity, 8, 1);
+    if (!m->link || modbus_set_slave(m->link, conf->slave) < 0 ||
+        modbus_set_response_timeout(m->link, conf->timeout_ms / 1000, conf->timeout_ms % 1000 * 1000) < 0 ||
+        modbus_set_byte_timeout(m->link, 0, 0) < 0 || /* the time-out is for the whole answer */
+        modbus_set_error_recovery(m->link, MODBUS_ERROR_RECOVERY_NONE) < 0) {
+        snprintf(err, err_size, "%s: %s", conf->source, modbus_strerror(errno));
+        modbus_depth_free(m);
+        return NULL;
+    }
+    return m;
+}
+
+static void disconnect(struct modbus_depth *m)
+{
+    if (m->open)
+        modbus_close(m->link);
+    m->open = false;
+}
+
+void modbus_depth_free(struct modbus_depth *m)
+{
+    if (!m)
+        return;
+    disconnect(m);
+    if (m->link)
+        modbus_free(m->link);
+    free(m);
+}
+
+static bool connect_link(struct modbus_depth *m, char *err, size_t err_size)
+{
+    m->open = modbus_connect(m->link) == 0;
+    int fd = m->open ? modbus_get_socket(m->link) : -1;
+    if (!m->open) {
+        snprintf(err, err_size, "%s: cannot be opened: %s", m->conf.source, modbus_strerror(errno));
+    } else if (!m->address.tcp && flock(fd, LOCK_EX | LOCK_NB) < 0) {
+        snprintf(err, err_size, "%s: in use by another process", m->conf.source);
+        disconnect(m);
+    } else {
+        m->out_of_step = !m->address.tcp; /* somebody may have asked before us */
+        m->timeouts = 0;
+    }
+    return m->open;
+}
+
+/* Milliseconds that have passed since `start`. */
+static uint32_t passed_ms(const struct timespec *start)
+{
+    struct timespec now;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    return (uint32_t)((now.tv_sec - start->tv_sec) * 1000 + (now.tv_nsec - start->tv_nsec) / 1000000);
+}
+
+/* Throws away what comes until nothing has come for a turn-around. */
+static enum modbus_result wait_for_quiet(struct modbus_depth *m, char *err, size_t err_size)
+{
+    struct pollfd fds[2] = {{.fd = modbus_get_socket(m->link), .events = POLLIN},
+                            {.fd = m->conf.stop_fd, .events = POLLIN}};
+    struct timespec start;
+    clock_gettime(CLOCK_MONOTONIC, &start);
+    for (;;) {
+        uint8_t waste[512];
+        int ready = poll(fds, 2, (int)m->conf.turnaround_ms);
+        if (ready == 0) {
+            m->out_of_step = false;
+            return MODBUS_OK;
+        }
+        if (ready < 0 && errno == EINTR)
+            continue;
+        if (fds[1].revents)
+            return MODBUS_STOPPED;
+        if (ready < 0 || read(fds[0].fd, waste, sizeof waste) <= 0) {
+            snprintf(err, err_size, "%s: lost", m->conf.source);
+            disconnect(m);
+            return MODBUS_NO_LINK;
+        }
+        if (passed_ms(&start) > QUIET_PATIENCE * m->conf.turnaround_ms) {
+            snprintf(err, err_size, "%s: the line does not fall quiet", m->conf.source);
+            disconnect(m);
+            return MODBUS_OUT_OF_STEP;
+        }
+    }
+}
+
+enum modbus_result modbus_depth_prepare(struct modbus_depth *m, char *err, size_t err_size)
+{
+    int waiting = 0;
+    if (!m->open && !connect_link(m, err, err_size))
+        return MODBUS_NO_LINK;
+    if (m->out_of_step)
+        return wait_for_quiet(m, err, err_size);
+    if (ioctl(modbus_get_socket(m->link), FIONREAD, &waiting) == 0 && waiting > 0) {
+        snprintf(err, err_size, "%s: %d bytes came that nobody asked for", m->conf.source, waiting);
+        m->out_of_step = true;
+        return MODBUS_OUT_OF_STEP;
+    }
+    return MODBUS_OK;
+}
+
+/* ---- asking ---- */
+
+static enum modbus_result failed(struct modbus_depth *m, int cause, char *err, size_t err_size)
+{
+    snprintf(err, err_size, "%s, slave %d: %s", m->conf.source, m->conf.slave, modbus_strerror(cause));
+    if (cause >= EMBXILFUN && cause <= EMBXGTAR)
+        return MODBUS_EXCEPTION; /* an answer like any other: in step */
+    m->out_of_step = true;
+    if (cause == ETIMEDOUT && (!m->address.tcp || ++m->timeouts < TCP_TIMEOUTS))
+        return MODBUS_TIMEOUT;
+    if (cause > MODBUS_ENOBASE)
+        return MODBUS_BAD_ANSWER;
+    disconnect(m);
+    return cause == ETIMEDOUT ? MODBUS_TIMEOUT : MODBUS_NO_LINK;
+}
+
+enum modbus_result modbus_depth_read(struct modbus_depth *m, double *value, char *err, size_t err_size)
+{
+    uint16_t reg[2] = {0};
+    int n = registers(m->conf.type);
+    int got = m->conf.input ? modbus_read_input_registers(m->link, m->conf.reg, n, reg)
+                            : modbus_read_registers(m->link, m->conf.reg, n, reg);
+    if (got != n)
+        return failed(m, got < 0 ? errno : EMBBADDATA, err, err_size);
+    m->timeouts = 0;
+    *value = modbus_depth_number(m->conf.type, m->conf.little, reg);
+    if (isfinite(*value))
+        return MODBUS_OK;
+    snprintf(err, err_size, "%s, slave %d: the slave has no number to give", m->conf.source, m->conf.slave);
+    return MODBUS_NO_NUMBER;
+}

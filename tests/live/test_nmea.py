@@ -1,0 +1,137 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""test_nmea - heading and depth of a virtual NMEA 0183 instrument, over a pseudo-terminal and over UDP."""
+import os
+import socket
+import subprocess
+import sys
+
+sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
+from lib import BUILD, Process, check, run, until  # noqa: E402
+
+
+class Instrument(Process):
+    def __init__(self, bench):
+        super().__init__(bench, "nmea_sim", [os.path.join(BUILD, "tests", "nmea_sim"), bench.path("nmea")],
+                         stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        bench.processes.append(self)
+        check(self.process.stdout.readline().startswith(b"ready "), "the instrument does not start: " + self.log())
+
+    def command(self, text):
+        self.process.stdin.write(text.encode() + b"\n")
+        self.process.stdin.flush()
+        answer = self.process.stdout.readline().decode()
+        check(answer.startswith("ok"), "%s: %s" % (text, answer))
+
+    def stop(self):
+        status = super().stop()
+        self.process.stdin.close()
+        self.process.stdout.close()
+        return status
+
+
+def start(bench, **keys):
+    instrument = Instrument(bench)
+    bench.conf(nmea=dict({"port": "serial:%s:4800" % bench.path("nmea")}, **keys))
+    return instrument, bench.sonard().client()
+
+
+def nmea(client):
+    return client.call("status")["nmea"]
+
+
+def has(client):
+    return client.call("status")["pose"]["has"]
+
+
+def heading(bench):
+    instrument, client = start(bench)
+    until(lambda: has(client) == ["attitude"], "an attitude")
+    instrument.command("depth 5")
+    before = nmea(client)["sentences"]
+    until(lambda: nmea(client)["sentences"] > before + 10, "more sentences")
+    check(has(client) == ["attitude"], "depth is used although it was not asked for")
+
+
+def depth(bench):
+    instrument, client = start(bench, use="depth")
+    instrument.command("depth 5")
+    until(lambda: has(client) == ["depth"], "a depth alone")
+
+
+def magnetic(bench):
+    instrument, client = start(bench)
+    instrument.command("heading -1")
+    instrument.command("magnetic 90")
+    until(lambda: nmea(client)["no_variation"] > 3, "headings without variation")
+    check(nmea(client)["age_s"] is None or nmea(client)["age_s"] > 0, "a magnetic heading was used")
+
+
+def magnetic_with_variation(bench):
+    instrument, client = start(bench, variation="2 deg")
+    instrument.command("heading -1")
+    instrument.command("magnetic 90")
+    until(lambda: has(client) == ["attitude"], "an attitude")
+    check(nmea(client)["no_variation"] == 0, "the variation is not used")
+
+
+def attitude_wins(bench):
+    """While a client gives whole attitudes the heading is not used, and is again when these have ended."""
+    _, client = start(bench)
+    until(lambda: has(client) == ["attitude"], "an attitude")
+    for _ in range(20):
+        client.call("pose", attitude_deg=[1, 2, 3])
+    until(lambda: nmea(client)["heading_not_used"] > 0 or client.call("pose", attitude_deg=[1, 2, 3]) is None,
+          "headings to be left out")
+    before = nmea(client)["heading_not_used"]
+    until(lambda: nmea(client)["age_s"] > 0.5, "the heading to rest")
+    check(nmea(client)["heading_not_used"] > before, "left out and not counted")
+    until(lambda: nmea(client)["age_s"] < 0.3, "the heading to be used again")
+
+
+def faults(bench):
+    instrument, client = start(bench)
+    until(lambda: has(client) == ["attitude"], "an attitude")
+    for fault, counter in (("corrupt 3", "bad_checksum"), ("bad_checksum 3", "bad_checksum"), ("garbage 300", None),
+                           ("cut 2", None), ("drop 2", None), ("say PASHR,1,2,3", "other"),
+                           ("say GPHDT,,T", "not_available"), ("say GPHDT,400.0,T", "bad_sentence")):
+        before = nmea(client)
+        instrument.command(fault)
+        until(lambda: not counter or nmea(client)[counter] > before[counter], "%s to be counted" % fault)
+        until(lambda: nmea(client)["values"] > before["values"] + 5, "values after %s" % fault)
+    instrument.command("split")
+    before = nmea(client)["values"]
+    until(lambda: nmea(client)["values"] > before + 5, "values in single bytes")
+
+
+def unplugged(bench):
+    instrument, client = start(bench)
+    until(lambda: has(client) == ["attitude"], "an attitude")
+    instrument.command("unplug")
+    until(lambda: nmea(client)["state"] == "no port", "the loss to be told")
+    until(lambda: nmea(client)["age_s"] > 1.1, "the heading to be old")
+    check(client.call("sectors")["pose_age_s"] > 1, "the pose is not old")
+    instrument.command("plug")
+    until(lambda: nmea(client)["age_s"] < 0.5, "the heading to be back")
+    check(nmea(client)["reconnects"] == 1, "it was not counted")
+
+
+def over_udp(bench):
+    """Several sentences in a datagram, and one in two of them."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ours, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as s:
+        ours.bind(("127.0.0.1", 0))
+        s.bind(("127.0.0.1", 0))
+        local = s.getsockname()[1]
+        s.close()
+        bench.conf(nmea={"port": "udp:127.0.0.1:%d:%d" % (ours.getsockname()[1], local), "use": "both"})
+        client = bench.sonard().client()
+        until(lambda: nmea(client)["state"] == "open", "the port")
+        for part in (b"$GPHDT,274.07,T*03\r\n$INDPT,2.3,0.0*46\r\n$GPH", b"DT,274.07,T*03\r\n"):
+            ours.sendto(part, ("127.0.0.1", local))
+        until(lambda: nmea(client)["values"] == 3, "three values")
+        check(sorted(has(client)) == ["attitude", "depth"], "the pose has %s" % has(client))
+
+
+cases = [(f.__name__, f) for f in (heading, depth, magnetic, magnetic_with_variation, attitude_wins, faults, unplugged,
+                                         over_udp)]
+run(cases, parallel=4)
