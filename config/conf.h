@@ -44,6 +44,7 @@ struct conf_sonar {
     char name[CONF_NAME_MAX];   /* letters, digits, - and _ */
     char device[CONF_NAME_MAX]; /* device = ping360 */
     char port[CONF_TEXT_MAX];   /* port = serial:/dev/ttyUSB0:115200 */
+    char tap[CONF_TEXT_MAX];    /* tap = /run/sonard/front.tty: link to a terminal that mirrors it; none: empty */
     double range_m;             /* range = 20 m            [0.75 .. 200] */
     int gain;                   /* gain = 1                [0 .. 10]; auto: -1 */
     double sector_rad[2];       /* sector = 0 360 deg      start end, clockwise; a turn apart: full circle */

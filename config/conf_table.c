@@ -43,9 +43,14 @@ const struct conf_key conf_keys[] = {
      .example = "ping360", SONAR(device), .help = "What kind of sonar it is."},
     {"sonar", "port", .kind = CONF_TEXT, .form = "KIND:ADDRESS, for instance serial:/dev/ttyUSB0:115200",
      .example = "serial:/dev/ttyUSB0:115200", SONAR(port),
-     .help = "Where it is connected. For a serial line the device file and the speed in baud; names below\n"
-             "/dev/serial/by-id/ stay the same when plugs are moved. A scanning head at 115200 baud is limited\n"
+     .help = "Where it is connected. For a serial line the device file and the speed in baud, then :rs485 for a\n"
+             "two-wire line whose direction the port has to switch; names below /dev/serial/by-id/ stay the\n"
+             "same when plugs are moved. A scanning head at 115200 baud is limited\n"
              "by the line: choose a faster one where the sonar can follow."},
+    {"sonar", "tap", .kind = CONF_PATH, .standard = "none", .instead = "none", SONAR(tap),
+     .form = "an absolute path",
+     .help = "A pseudo-terminal, found by this symbolic link, that says what the sonar says, for a viewer or a logger\n"
+             "to listen to. What is written to it is thrown away: sonard alone talks to the sonar."},
     {"sonar", "range", QUANTITY(1, "m", 0.75, 200), .standard = "20 m", SONAR(range_m),
      .help = "How far to listen. A longer range makes every turn of a scanning head slower and bins coarser;\n"
              "20 m is several times the way in which a small ROV stops."},

@@ -312,6 +312,8 @@ static json_t *sensor_json(const struct daemon *d, int i, const struct pipeline_
         {"timeouts", s.device.timeouts},
         {"restarts", s.device.restarts},
         {"reconnects", s.reconnects},
+        {"tap_lost_bytes", s.tap.dropped},
+        {"tap_refused_bytes", s.tap.refused},
         {"port_lost", s.port_lost},
         {"port_refused", s.port_refused},
         {"bytes_in", s.bytes_in},

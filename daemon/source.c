@@ -23,6 +23,8 @@ struct source {
     uint16_t index;
     uint32_t seq;
     double aperture_rad[2]; /* in place of the device's; 0: the device's */
+    char tap_path[CONF_TEXT_MAX]; /* empty: none */
+    struct tap *tap;              /* NULL: none, or it could not be made */
     struct port port;
     struct loop_fd fd;
     struct loop_timer deadline, retry;
@@ -182,6 +184,8 @@ static void take(struct source *s, const uint8_t *bytes, size_t n, uint64_t t_ns
     s->stats.bytes_in += n;
     if (s->env.record)
         record_message(s->env.record, s->rx_channel, t_ns, bytes, n);
+    if (s->tap)
+        tap_mirror(s->tap, bytes, n);
     s->ops->feed(s->device, bytes, n, t_ns, &s->io);
     rearm(s);
 }
@@ -300,6 +304,10 @@ static bool set_device(struct source *s, const struct conf_sonar *conf, const st
                               : "a stream of bytes; on a CAN bus that is isotp: or canstream:");
         return false;
     }
+    if (wants_frames && conf->tap[0]) {
+        snprintf(err, err_size, "tap = %s: a tap is for a stream of bytes, not for a CAN bus", conf->tap);
+        return false;
+    }
     s->device = calloc(1, s->ops->state_size);
     describe(s, conf, water, &d);
     if (!s->device || !s->ops->init(s->device, &d, err, err_size))
@@ -321,6 +329,7 @@ struct source *source_new(const struct source_env *env, const struct conf_sonar 
     s->index = index;
     snprintf(s->name, sizeof s->name, "%s", conf->name);
     snprintf(s->address, sizeof s->address, "%s", conf->port);
+    snprintf(s->tap_path, sizeof s->tap_path, "%s", conf->tap);
     memcpy(s->aperture_rad, conf->aperture_rad, sizeof s->aperture_rad);
     s->port.fd = -1;
     s->retry_ns = RETRY_FIRST_NS;
@@ -342,12 +351,24 @@ struct source *source_new(const struct source_env *env, const struct conf_sonar 
     return s;
 }
 
+/* The sonar is worth more than those who listen in: without a tap everything else goes on. */
+static void open_tap(struct source *s)
+{
+    char err[PORT_ERR_MAX];
+    if (s->tap_path[0] == '\0')
+        return;
+    s->tap = tap_open(s->tap_path, err, sizeof err);
+    if (!s->tap)
+        log_line(LOG_WARNING, "%s: %s; going on without", s->name, err);
+}
+
 void source_start(struct source *s)
 {
     if (s->env.replay) {
         s->ops->opened(s->device, loop_now(s->env.loop), &s->io);
         rearm(s);
     } else {
+        open_tap(s);
         try_open(s);
     }
 }
@@ -382,6 +403,7 @@ void source_free(struct source *s)
     }
     loop_arm(s->env.loop, &s->deadline, LOOP_NEVER);
     loop_arm(s->env.loop, &s->retry, LOOP_NEVER);
+    tap_close(s->tap);
     free(s->device);
     free(s);
 }
@@ -403,5 +425,7 @@ void source_stats(const struct source *s, struct source_stats *out)
     out->port_lost = s->port.lost;
     out->port_refused = s->port.refused;
     out->bus = s->port.bus;
+    if (s->tap)
+        tap_status(s->tap, &out->tap);
     s->ops->status(s->device, &out->device);
 }

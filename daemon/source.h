@@ -19,6 +19,7 @@
 #include "pipeline.h"
 #include "pose_log.h"
 #include "record.h"
+#include "tap.h"
 
 struct source;
 
@@ -39,6 +40,7 @@ struct source_stats {
     bool open;
     uint64_t bytes_in, bytes_out, bytes_not_sent;
     uint64_t reconnects;
+    struct tap_status tap;
     uint64_t port_lost, port_refused; /* see struct port */
     struct port_bus bus;
     char port_error[PORT_ERR_MAX]; /* why the port is not open; empty otherwise */

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * port_serial - a serial line through termios: raw, 8N1, no flow control, ours alone. "/dev/ttyUSB0" or
- * "/dev/ttyUSB0:921600". Knows nothing of what travels over it.
+ * "/dev/ttyUSB0:921600"; with ":rs485" at the end, the transmitter is on only while something is sent. Knows nothing
+ * of what travels over it.
  */
 #include "port.h"
 
@@ -18,6 +19,7 @@
 #include <unistd.h>
 
 #define BAUD_DEFAULT 115200
+#define RS485        ":rs485" /* at the end of an address */
 #define BREAK_MAX_MS 12 /* the loop stands still for so long: a break belongs to the start of a device only */
 
 static const struct {
@@ -36,6 +38,7 @@ struct address {
     char path[PORT_ADDRESS_MAX];
     unsigned baud;
     speed_t speed;
+    bool rs485; /* the port switches the direction of a two-wire line */
 };
 
 /* "115200" to its table entry; false with the list of rates in err. */
@@ -70,23 +73,29 @@ static const char *baud_text(const char *rest)
 
 static bool parse_address(const char *rest, struct address *a, char *err, size_t err_size)
 {
-    const char *baud = baud_text(rest);
-    size_t path_n = baud ? (size_t)(baud - 1 - rest) : strlen(rest);
+    size_t n = strlen(rest);
 
+    a->rs485 = n > strlen(RS485) && strcmp(rest + n - strlen(RS485), RS485) == 0;
+    n -= a->rs485 ? strlen(RS485) : 0;
+    if (n >= sizeof(a->path)) {
+        snprintf(err, err_size, "serial port '%.32s...': path longer than %zu bytes", rest, sizeof(a->path) - 1);
+        return false;
+    }
+    memcpy(a->path, rest, n);
+    a->path[n] = '\0';
+    const char *baud = baud_text(a->path);
+    size_t path_n = baud ? (size_t)(baud - 1 - a->path) : n;
     if (rest[0] != '/' || path_n < 2) {
         snprintf(err, err_size, "serial port '%.64s': must be a path and a baud rate, as /dev/ttyUSB0:115200",
                  rest);
         return false;
     }
-    if (path_n >= sizeof(a->path)) {
-        snprintf(err, err_size, "serial port '%.32s...': path longer than %zu bytes", rest, sizeof(a->path) - 1);
-        return false;
-    }
-    memcpy(a->path, rest, path_n);
-    a->path[path_n] = '\0';
     a->baud = BAUD_DEFAULT;
     a->speed = B115200;
-    return !baud || parse_baud(baud, a, err, err_size);
+    if (baud && !parse_baud(baud, a, err, err_size))
+        return false;
+    a->path[path_n] = '\0';
+    return true;
 }
 
 static bool serial_check(const char *rest, char *err, size_t err_size)
@@ -147,6 +156,20 @@ static void ask_low_latency(int fd)
     }
 }
 
+/* Transmitter on only while sending, receiver off meanwhile, by the port's own hardware or driver. */
+static const char *set_direction_control(int fd)
+{
+    struct serial_rs485 rs = {.flags = SER_RS485_ENABLED | SER_RS485_RTS_ON_SEND};
+
+    if (ioctl(fd, TIOCSRS485, &rs) < 0)
+        return "has no RS-485 direction control (leave out :rs485 where the adapter turns by itself)";
+    if (!(rs.flags & SER_RS485_ENABLED)) {
+        errno = EINVAL;
+        return "the driver refuses RS-485 direction control";
+    }
+    return NULL;
+}
+
 /* Close, keep the errno that led here, and say it. Always false. */
 static bool fail(struct port *port, int fd, const struct address *a, const char *what, char *err, size_t err_size)
 {
@@ -176,6 +199,8 @@ static bool serial_open(struct port *port, const char *rest, char *err, size_t e
     if (!claim(fd))
         return fail(port, fd, &a, "in use by another process", err, err_size);
     const char *fault = set_line(fd, &a);
+    if (!fault && a.rs485)
+        fault = set_direction_control(fd);
     if (fault)
         return fail(port, fd, &a, fault, err, err_size);
     ask_low_latency(fd);

@@ -64,6 +64,13 @@ TEST(addresses)
         {"/dev/serial/by-path/pci-0000:00:14.0-usb-0:2:1.0-port0", true, ""},
         {"/dev/serial/by-path/pci-0000:00:14.0-usb-0:2:1.0-port0:9600", true, ""},
         {"/dev/serial/by-path/pci-0000:00:14.0-usb-0:2:1.0-port0:9601", false, "9601"},
+        {"/dev/ttyUSB0:115200:rs485", true, ""},
+        {"/dev/ttyUSB0:rs485", true, ""},
+        {"/dev/ttyUSB0:9600:RS485", false, "'RS485'"},
+        {"/dev/ttyUSB0:rs485:9600", true, ""}, /* such a file might be */
+        {"/dev/ttyUSB0:fast:rs485", false, "'fast'"},
+        {":rs485", false, "path"},
+        {"/:rs485", false, "path"},
         {"", false, "path"},
         {"/", false, "path"},
         {"/:9600", false, "path"},
@@ -90,6 +97,25 @@ TEST(addresses)
     longest[599] = '\0';
     CHECK(!port_serial.check(longest, err, sizeof(err)));
     CHECK(strstr(err, "longer") != NULL);
+}
+
+TEST(baud_rate_of_an_address)
+{
+    CHECK_INT(port_serial.baud("/dev/ttyUSB0"), 115200);
+    CHECK_INT(port_serial.baud("/dev/ttyUSB0:9600"), 9600);
+    CHECK_INT(port_serial.baud("/dev/ttyUSB0:9600:rs485"), 9600);
+    CHECK_INT(port_serial.baud("/dev/ttyUSB0:rs485"), 115200);
+}
+
+TEST(a_port_that_cannot_turn_an_rs485_line)
+{
+    pty_new();
+    CHECK(!open_at(":115200:rs485"));
+    CHECK(strstr(err, "no RS-485 direction control") != NULL && strstr(err, slave) != NULL);
+    CHECK_INT(port.error, ENOTTY);
+    CHECK(open_at(":115200")); /* it was let go of */
+    port.ops->close(&port);
+    pty_gone();
 }
 
 TEST(kinds_of_port)
@@ -296,6 +322,8 @@ TEST(break_is_harmless_where_there_is_none)
 int main(void)
 {
     RUN(addresses);
+    RUN(baud_rate_of_an_address);
+    RUN(a_port_that_cannot_turn_an_rs485_line);
     RUN(kinds_of_port);
     RUN(line_is_raw_at_its_speed);
     RUN(all_bytes_pass_both_ways);
