@@ -232,11 +232,14 @@ unsigned micron_line_bins(const struct micron_line *line)
     return bins > MICRON_BINS_MAX || h->interval == 0 || h->bearing >= MICRON_TURN ? 0 : bins;
 }
 
-/* The high nibble is the nearer bin; 1 to 15 are steps of the window above its lower end. */
+/*
+ * The high nibble is the nearer bin; 1 to 14 are steps of the window above its lower end. 15 is all from the window's
+ * top up, where the scale has ended: full scale, so that nobody takes its plateau for a level.
+ */
 static void unpack_nibbles(uint8_t *out, const struct micron_line *line, uint32_t n)
 {
-    uint8_t count[16] = {0};
-    for (unsigned v = 1; v < 16; v++) {
+    uint8_t count[16] = {[15] = UINT8_MAX};
+    for (unsigned v = 1; v < 15; v++) {
         unsigned level = line->head.low + (line->head.span * v + 7) / 15;
         count[v] = (uint8_t)(level < UINT8_MAX ? level : UINT8_MAX);
     }

@@ -140,9 +140,9 @@ unsigned micron_line_bins(const struct micron_line *line);
 /**
  * micron_fill_ping - describe a whole line (of at least one bin) as a ping and copy its echo, as much as there is room
  * for. Everything but flags, seq, sensor and pose is set. The scale is always that of 8-bit echoes, 80 dB over 255
- * counts: 4-bit echoes are put where they belong on it, and what lay below their window is 0. The head was silent
- * while it listened and began to send at once: the time of transmission is reckoned back from the first byte, which
- * is put no later than the line allows (baud; 0: no such bound). A time before 0 is 0.
+ * counts: 4-bit echoes are put where they belong on it; what lay below their window is 0, what lay above it full
+ * scale. The head was silent while it listened and began to send at once: the time of transmission is reckoned back
+ * from the first byte, which is put no later than the line allows (baud; 0: no such bound). A time before 0 is 0.
  */
 void micron_fill_ping(struct ping *ping, const struct micron_line *line, double sound_speed_mps, unsigned baud);
 

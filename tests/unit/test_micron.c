@@ -225,8 +225,8 @@ TEST(bearings)
 
 TEST(four_bit_line_as_ping)
 {
-    /* low 8, span 81: step k is 8 + 5.4 k counts */
-    static const uint8_t want[8] = {0, 13, 35, 89, 84, 0, 8 + 11, 8 + 16};
+    /* low 8, span 81: step k is 8 + 5.4 k counts, the top full scale */
+    static const uint8_t want[8] = {0, 13, 35, 255, 84, 0, 8 + 11, 8 + 16};
     const uint8_t data[4] = {0x01, 0x5f, 0xe0, 0x23};
     uint8_t payload[100];
     static struct micron_line line;
@@ -245,7 +245,7 @@ TEST(four_bit_line_as_ping)
     f = frame_of(payload, build_payload(payload, &r, data), 0, true);
     micron_line_add(&line, &f);
     micron_fill_ping(&p, &line, 1500.0, 115200);
-    CHECK_INT(samples[3], 255);
+    CHECK_INT(samples[4], 255);
 }
 
 TEST(senseless_lines)

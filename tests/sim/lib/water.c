@@ -22,6 +22,24 @@
 #define RING_FULL_M         0.14  /* the transducer rings at full scale so far, and the pulse's length ... */
 #define RING_DECAY_M        0.026 /* ... and then decays */
 
+#define MICRON_FULL_DB 66.0 /* of full-scale pressure, as the Micron counts them */
+
+static uint8_t root_count(double pressure)
+{
+    return (uint8_t)fmin(255.0, 255.0 * sqrt(pressure));
+}
+
+static uint8_t decibel_count(double pressure)
+{
+    double db = 20.0 * log10(pressure) + MICRON_FULL_DB;
+    return (uint8_t)fmin(fmax(db * 255.0 / 80.0, 0.0), 255.0);
+}
+
+static const struct {
+    double az_aperture_deg, el_aperture_deg;
+    uint8_t (*count)(double pressure);
+} heads[] = {[WATER_PING360] = {2.0, 25.0, root_count}, [WATER_MICRON] = {3.0, 35.0, decibel_count}};
+
 /* Random numbers of one ping. */
 struct dice {
     uint64_t state;
@@ -115,14 +133,15 @@ static void rays_add(double complex *field, const struct water *water, const str
                      const struct water_shot *shot, struct dice *dice)
 {
     struct scene_hit hit;
+    const double az_width_deg = heads[shot->head].az_aperture_deg,
+                 el_width_deg = heads[shot->head].el_aperture_deg;
     double direction[3], weight[RAYS_AZ][RAYS_EL], az_deg[RAYS_AZ][RAYS_EL], el_deg[RAYS_AZ][RAYS_EL], sum = 0.0;
 
     for (int i = 0; i < RAYS_AZ; i++) {
         for (int k = 0; k < RAYS_EL; k++) {
-            az_deg[i][k] = ((i + dice_uniform(dice)) / RAYS_AZ * 2.0 - 1.0) * WATER_AZ_APERTURE_DEG;
-            el_deg[i][k] = ((k + dice_uniform(dice)) / RAYS_EL * 2.0 - 1.0) * WATER_EL_APERTURE_DEG;
-            double one_way =
-                beam_power(az_deg[i][k], WATER_AZ_APERTURE_DEG) * beam_power(el_deg[i][k], WATER_EL_APERTURE_DEG);
+            az_deg[i][k] = ((i + dice_uniform(dice)) / RAYS_AZ * 2.0 - 1.0) * az_width_deg;
+            el_deg[i][k] = ((k + dice_uniform(dice)) / RAYS_EL * 2.0 - 1.0) * el_width_deg;
+            double one_way = beam_power(az_deg[i][k], az_width_deg) * beam_power(el_deg[i][k], el_width_deg);
             weight[i][k] = one_way * one_way;
             sum += weight[i][k];
         }
@@ -157,11 +176,6 @@ static void noise_add(double complex *field, const struct water *water, const st
     }
 }
 
-static uint8_t count_of(double pressure)
-{
-    return (uint8_t)fmin(255.0, 255.0 * sqrt(pressure));
-}
-
 void water_listen(const struct water *water, const struct scene *scene, const struct water_shot *shot,
                   uint8_t *samples)
 {
@@ -175,7 +189,7 @@ void water_listen(const struct water *water, const struct scene *scene, const st
     for (uint32_t i = 0; i < shot->n_samples; i++) {
         double range_m = (i + 0.5) * shot->sample_s * water->sound_speed_mps / 2.0;
         double ring = exp(-(range_m - ring_end_m) / RING_DECAY_M);
-        samples[i] = count_of(cabs(field[i]) * time_varied_gain(shot, range_m) + ring);
+        samples[i] = heads[shot->head].count(cabs(field[i]) * time_varied_gain(shot, range_m) + ring);
     }
 }
 
@@ -187,8 +201,8 @@ void water_look(const struct scene *scene, const struct water_shot *shot, struct
     truth->nearest_m = INFINITY;
     for (int i = 0; i < LOOK_AZ; i++) {
         for (int k = 0; k < LOOK_EL; k++) {
-            double az_deg = ((double)i / (LOOK_AZ - 1) - 0.5) * WATER_AZ_APERTURE_DEG;
-            double el_deg = ((double)k / (LOOK_EL - 1) - 0.5) * WATER_EL_APERTURE_DEG;
+            double az_deg = ((double)i / (LOOK_AZ - 1) - 0.5) * heads[shot->head].az_aperture_deg;
+            double el_deg = ((double)k / (LOOK_EL - 1) - 0.5) * heads[shot->head].el_aperture_deg;
             geo_direction(shot->az_rad + geo_rad(az_deg), geo_rad(el_deg), direction);
             if (scene_cast(scene, shot->origin_m, direction, shot->t_s, &hit))
                 truth->nearest_m = fmin(truth->nearest_m, hit.range_m);

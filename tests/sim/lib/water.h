@@ -7,7 +7,8 @@
  * surface answers by a mean field near the perpendicular and by diffuse (Lambert) parts of random phase, whose sum
  * is Rayleigh speckle. Levels fall by spreading and absorption, the head's time-varied gain gives some back; noise,
  * volume reverberation, ring-down and one ghost per surface are added. A count is 255 times the square root of the
- * pressure: the compressed scale that the real heads show.
+ * pressure: the compressed scale that the real Ping360 shows. A Micron says decibels: 80 over 255 counts, 0 where the
+ * receiver ends.
  */
 #ifndef SONARD_SIM_WATER_H
 #define SONARD_SIM_WATER_H
@@ -16,9 +17,10 @@
 
 #include "scene.h"
 
-#define WATER_MAX_SAMPLES     1200
-#define WATER_AZ_APERTURE_DEG 2.0 /* full width at half power, one way */
-#define WATER_EL_APERTURE_DEG 25.0
+#define WATER_MAX_SAMPLES 1200
+
+/* Whose transducer and scale it is: 2 x 25 degrees full width at half power one way, or 3 x 35 degrees. */
+enum water_head { WATER_PING360, WATER_MICRON };
 
 struct water {
     double sound_speed_mps;
@@ -29,6 +31,7 @@ struct water {
 
 /* One transmission. The beam's axis is level. */
 struct water_shot {
+    enum water_head head;
     double origin_m[3]; /* of the head, NED */
     double az_rad;      /* of the beam, clockwise from north */
     double t_s;         /* time of the scene */

@@ -1,0 +1,174 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""The Micron end to end: a virtual head on a pseudo-terminal, sonard, and what it answers about the scene."""
+import os
+import subprocess
+import time
+
+from lib import BUILD, Process, check, note, pings_until, run, until
+
+MICRON_SIM = os.path.join(BUILD, "tests", "micron_sim")
+TURN = 200  # pings of a full circle at 1.8 degrees
+TOLERANCE_M = 0.3
+PLATEAU_M = 0.5  # 4-bit echoes of a wall end at the top of their window: the peak may be anywhere on it
+
+
+class MicronSim(Process):
+    """A virtual Micron on the bench's port, with a quick motor."""
+
+    def __init__(self, bench, *arguments, scene="box", centring_s=1):
+        full = [MICRON_SIM, "--link", bench.port_path, "--scene", scene, "--truth", bench.path("truth"),
+                "--centring", "%g" % centring_s, "--ms-per-gradian", "1", "--processing-ms", "1"]
+        super().__init__(bench, "micron_sim", full + list(arguments), stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        self.lines = self.process.stdout
+        check(self.lines.readline().startswith(b"ready "), "the virtual sonar does not start: " + self.log())
+        bench.processes.append(self)
+
+    def command(self, text):
+        self.process.stdin.write(text.encode() + b"\n")
+        self.process.stdin.flush()
+        answer = self.lines.readline().decode().strip()
+        check(answer.startswith("ok"), "%s: %s" % (text, answer))
+
+    def stop(self):
+        status = super().stop()
+        self.process.stdin.close()
+        self.lines.close()
+        return status
+
+
+def start(bench, *arguments, conf=None, **sim):
+    head = MicronSim(bench, *arguments, **sim)
+    keys = {"device": "micron", "mode": "auto"}
+    keys.update(conf or {})
+    bench.conf(sonar=keys)
+    return head, bench.sonard().client()
+
+
+def blocked(client, azimuth_deg, distance_m):
+    return client.call("blocked", azimuth_deg=azimuth_deg, distance_m=distance_m)["state"]
+
+
+def check_walls(client, tolerance_m=TOLERANCE_M):
+    """A basin from 6 m behind to 9 m ahead and from 5 m left to 4 m right."""
+    for azimuth_deg, wall_m in ((0, 9), (90, 4), (180, 6), (270, 5)):
+        sector = client.call("sectors")["sectors"][azimuth_deg // 5]
+        check(sector["state"] == "blocked" and abs(sector["range_m"] - wall_m) <= tolerance_m,
+              "%g degrees: %s, the wall is at %g m" % (azimuth_deg, sector, wall_m))
+        check(blocked(client, azimuth_deg, 0.8 * wall_m) == "clear", "not clear before the wall at %g" % azimuth_deg)
+        check(blocked(client, azimuth_deg, wall_m + 0.5) == "blocked", "not blocked behind the wall at %g" % azimuth_deg)
+
+
+def box(bench, *arguments):
+    _, client = start(bench, *arguments)
+    pings_until(client, TURN + 10)
+    count = [sector["state"] for sector in client.call("sectors")["sectors"]].count("blocked")
+    check(count >= 68, "of 72 sectors between walls only %d blocked" % count)
+    check_walls(client)
+    sensor = client.sensor()
+    kind = "SeaNet head" if "--plain" in arguments else "Micron DST"
+    check(sensor["what"] == kind + " sw 6 serial 1234", "it is called %s" % sensor["what"])
+
+
+def sector(bench):
+    """45 degrees to either side: everything else stays unknown."""
+    _, client = start(bench, conf={"sector": "315 45 deg"})
+    pings_until(client, 110)
+    states = [s["state"] for s in client.call("sectors")["sectors"]]
+    check(all(states[i] == "blocked" for i in range(-8, 9)), "ahead: %s" % states)
+    check(all(state == "unknown" for state in states[11:62]), "astern: %s" % states)
+    angles = [ping["azimuth_deg"] for ping in bench.truth()]
+    check(all(a <= 46 or a >= 314 for a in angles), "the head left its sector")
+
+
+def echoes_of_4_bits_in_packets(bench):
+    head, client = start(bench)
+    head.command("nibbles 1")
+    head.command("packets 1")
+    pings_until(client, TURN + 10)
+    check_walls(client, PLATEAU_M)
+    check(client.sensor()["bad_frame"] == 0, "frames were refused: %s" % client.sensor())
+
+
+def range_changes(bench):
+    """The head listens farther, then less far than it was told: the answers follow its replies."""
+    head, client = start(bench)
+    pings_until(client, 20)
+    head.command("range 15")
+    until(lambda: abs(client.sensor()["range_m"] - 15) < 0.2, "a range of 15 m")
+    pings_until(client, TURN + 10)
+    check_walls(client)
+    head.command("range 5")
+    until(lambda: abs(client.sensor()["range_m"] - 5) < 0.2, "a range of 5 m")
+
+
+def broken_frames(bench):
+    """Only the broken frames are lost."""
+    head, client = start(bench)
+    pings_until(client, 20)
+    for command in ("drop 1", "short 1", "garbage 500", "corrupt 1", "split 1", "motor 1"):
+        head.command(command)
+        pings_until(client, 10)
+    sensor = client.sensor()
+    check(sensor["restarts"] == 0, "the head was set up anew: %s" % sensor)
+    check(sensor["lost_frames"] == 2, "dropped and short: %s" % sensor)
+    check(sensor["garbage_bytes"] >= 500, "the garbage was not counted: %s" % sensor)
+    pings_until(client, TURN + 10)
+    check_walls(client)
+
+
+def flood_and_stall(bench):
+    head, client = start(bench)
+    pings_until(client, 20)
+    head.command("flood 1")
+    time.sleep(1)
+    pings_until(client, 20)
+    head.command("stall 2")
+    pings_until(client, 20)
+
+
+def silence(bench):
+    """Asked again, told its settings again: said once."""
+    head, client = start(bench)
+    pings_until(client, 20)
+    head.command("silent 7")
+    until(lambda: client.sensor()["state"] == "silent", "the silence to be noticed")
+    begin = time.monotonic()
+    pings_until(client, 10)
+    note("pings again %.1f s after the silence was noticed" % (time.monotonic() - begin))
+    check(bench.processes[1].log().count("sends no more pings") == 1, "not said once")
+
+
+def switched_off_and_on(bench):
+    head, client = start(bench)
+    pings_until(client, 20)
+    head.command("reboot")
+    pings_until(client, 20)
+    check(client.sensor()["restarts"] == 1, "no restart: %s" % client.sensor())
+
+
+def unplugged(bench):
+    head, client = start(bench)
+    pings_until(client, 20)
+    head.command("unplug")
+    until(lambda: client.sensor()["state"] == "no port", "the loss to be noticed")
+    head.command("plug")
+    pings_until(client, 20, 60)
+
+
+def daemon_that_comes_back(bench):
+    """The head still scans and says nothing by itself: it is rebooted."""
+    _, client = start(bench)
+    pings_until(client, 20)
+    bench.processes[1].stop()
+    client = bench.sonard().client()
+    pings_until(client, 20, 60)
+
+
+cases = [("box", box), ("box_plain_head", lambda bench: box(bench, "--plain")),
+         ("sector", sector), ("echoes_of_4_bits_in_packets", echoes_of_4_bits_in_packets),
+         ("range_changes", range_changes), ("broken_frames", broken_frames), ("flood_and_stall", flood_and_stall),
+         ("silence", silence), ("switched_off_and_on", switched_off_and_on), ("unplugged", unplugged),
+         ("daemon_that_comes_back", daemon_that_comes_back)]
+
+run([("micron_" + name, function) for name, function in cases], parallel=6)
