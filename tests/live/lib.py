@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: MIT
-"""lib - what the tests of the live daemon share: a virtual sonar, a sonard and its clients in a folder of their own.
+"""lib - what the tests of the live daemon share: a virtual sonar, a sonard and its clients, in a folder of their
+own.
 
 Every process started here is ended here, by its own handle; the logs of a case that failed are printed. Limits are
 generous and grow under sanitizers: they end a test that hangs, they measure nothing.
@@ -312,13 +313,14 @@ def _run_case(name, function):
         verdict = "skip %s: %s" % (name, why)
     except Failed as why:
         verdict = "FAIL %s: %s" % (name, why)
-    except Exception:  # a test that breaks is a test that fails
-        verdict = "FAIL %s: %s" % (name, traceback.format_exc().replace("\n", " | "))
+    except Exception as fault:  # a test that breaks is a test that fails
+        verdict = "FAIL %s: %s: %s" % (name, type(fault).__name__, fault)
+        details = traceback.format_exc().splitlines()
     faults = bench.end()
     if faults and verdict.startswith("ok"):
         verdict = "FAIL %s: %s" % (name, "; ".join(faults))
     if verdict.startswith("FAIL"):
-        details = list(bench.logs())
+        details += bench.logs()
     shutil.rmtree(bench.folder, ignore_errors=True)
     with _printing:
         for line in details:

@@ -114,11 +114,13 @@ def same_answers(bench):
     check(info.returncode == 0, "capture info: %s" % info.stderr)
     for word in ("/head/rx", "/head/tx", "/pose", "sonard.conf"):
         check(word in info.stdout, "capture info does not tell %s" % word)
-    check(pings_of(bench, capture) == pings, "%d pings in the capture, %d live" % (pings_of(bench, capture), pings))
+    kept = pings_of(bench, capture)
+    check(kept == pings, "%d pings in the capture, %d live" % (kept, pings))
 
     first = answers(bench, capture, "first", "--threads", "0")
     lines = [json.loads(line) for line in first.splitlines()]
-    check([line["event"] for line in lines][-1] == "end" and len(lines) >= 2, "events: %s" % [l["event"] for l in lines])
+    events = [line["event"] for line in lines]
+    check(len(events) >= 2 and events[-1] == "end", "events: %s" % events)
     same(live, lines[-1]["sectors"]["sectors"])
     blocked = sum(s["state"] == "blocked" for s in live)
     check(blocked >= 60, "only %d sectors blocked" % blocked)

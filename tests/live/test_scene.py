@@ -103,12 +103,17 @@ def pile(bench, threads, mode, firmware):
     check_blocked(bench, client, 120, 15, "unknown")
 
 
+def all_unknown(client):
+    return all(sector["state"] == "unknown" for sector in client.call("sectors")["sectors"])
+
+
 def unknown_first(bench):
     """Before the first ping all is unknown, and says why."""
     bench.conf()
     client = bench.sonard().client()
-    check(all(s["state"] == "unknown" for s in client.call("sectors")["sectors"]), "not all unknown without a sonar")
-    check(client.call("blocked", azimuth_deg=0, distance_m=1)["reason"] == "no data from the sonar", "wrong reason")
+    check(all_unknown(client), "not all unknown without a sonar")
+    reason = client.call("blocked", azimuth_deg=0, distance_m=1)["reason"]
+    check(reason == "no data from the sonar", "the reason is: %s" % reason)
     check_blocked(bench, client, 0, 1, "unknown")
     bench.sim()
     pings_until(client, TURN)
@@ -120,7 +125,8 @@ FORGET_S = 4.0
 
 
 def moving(bench):
-    """A pile of 0.8 m crosses 5 m ahead, from the left, at 0.5 m/s. No ghosts: at 10 m nothing behind them is heard."""
+    """A pile of 0.8 m crosses 5 m ahead, from the left, at 0.5 m/s; without its ghosts, which lie at the end of
+    the range, where no beam passes through them."""
     bench.sim("--ghost", "0", scene=bench.write("crossing", "pile 5 -2 0.4 0 0.5\n"), truth=True)
     bench.conf(sonar={"sector": "315 45 deg"}, grid={"clear_for": "4 s", "forget": "%g s" % FORGET_S})
     client = bench.sonard().client()
@@ -207,7 +213,7 @@ def attitude(bench):
     finally:
         autopilot.end()
     stopped = time.monotonic()
-    until(lambda: all(s["state"] == "unknown" for s in client.call("sectors")["sectors"]), "the pose to be too old")
+    until(lambda: all_unknown(client), "the pose to be too old")
     note("unknown %.2f s after the last pose (max_age = 0.8 s)" % (time.monotonic() - stopped))
     lost = client.call("blocked", azimuth_deg=0, distance_m=1)
     check(lost["reason"] == "the pose is too old", "the reason is: %s" % lost["reason"])
