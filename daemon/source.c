@@ -38,6 +38,7 @@ struct source {
     void *device;
     struct device_io io;
     int rx_channel, tx_channel;
+    uint64_t arrived_ns; /* what was read last */
     struct log_limit notes;
     struct source_stats stats;
     uint8_t in[READ_BYTES];
@@ -190,10 +191,12 @@ static void take(struct source *s, const uint8_t *bytes, size_t n, uint64_t t_ns
     rearm(s);
 }
 
-/* When the bytes just read came in: as the kernel noted, if it did. */
-static uint64_t arrival(const struct source *s, uint64_t now_ns)
+/* When the bytes just read came in: as the kernel noted, if it did, but never before those that came before them. */
+static uint64_t arrival(struct source *s, uint64_t now_ns)
 {
-    return s->port.t_ns && s->port.t_ns < now_ns ? s->port.t_ns : now_ns;
+    uint64_t t_ns = s->port.t_ns && s->port.t_ns < now_ns ? s->port.t_ns : now_ns;
+    s->arrived_ns = t_ns > s->arrived_ns ? t_ns : s->arrived_ns;
+    return s->arrived_ns;
 }
 
 static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)

@@ -3,6 +3,7 @@
 
 #include <ctype.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <linux/can/error.h>
 #include <linux/can/raw.h>
 #include <net/if_arp.h>
@@ -81,6 +82,19 @@ static int not_there(struct port *port, int error, enum bus_state state, const c
     return 0;
 }
 
+/* Asked of sysfs: the flag IFF_RUNNING follows up to a second late. */
+static bool has_carrier(const char *name)
+{
+    char path[64], carrier = '1';
+    snprintf(path, sizeof(path), "/sys/class/net/%s/carrier", name);
+    int fd = open(path, O_RDONLY | O_CLOEXEC);
+    if (fd < 0)
+        return true; /* no sysfs, no answer */
+    ssize_t n = read(fd, &carrier, 1);
+    close(fd);
+    return n != 1 || carrier != '0';
+}
+
 int can_interface_index(struct port *port, const char *name, char *err, size_t err_size)
 {
     struct ifreq request;
@@ -102,7 +116,7 @@ int can_interface_index(struct port *port, const char *name, char *err, size_t e
     if (!(flags & IFF_UP))
         return not_there(port, ENETDOWN, BUS_DOWN, name, "it is down; bring it up with ip link set ... up", err,
                          err_size);
-    if (!(flags & IFF_RUNNING))
+    if (!has_carrier(name))
         return not_there(
             port, ENETDOWN, BUS_OFF, name,
             "the bus is off or not connected; it needs restart-ms, or ip link set ... type can restart", err,
@@ -227,6 +241,7 @@ static ssize_t failed(struct port *port)
     if (errno == EAGAIN || errno == EINTR)
         return 0;
     port->error = errno;
+    port->bus.state = BUS_DOWN;
     return -1;
 }
 

@@ -94,6 +94,7 @@ static ssize_t failed(struct port *port, size_t given_up)
         return (ssize_t)given_up;
     default:
         port->error = errno;
+        port->bus.state = BUS_DOWN;
         return -1;
     }
 }

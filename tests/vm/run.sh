@@ -1,7 +1,7 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # run.sh [GUEST-SCRIPT ...] - boots a throw-away virtual machine with a plain Debian kernel, which has the CAN and GPIO that
-# the build machine's may lack, runs the scripts in it (without arguments: every tests/vm/guest_*.sh) as tests/run.sh does,
+# the build machine's may lack, runs the scripts in it (without arguments: every tests/vm/guest_*) as tests/run.sh does,
 # and ends with their status. What was built is taken from BUILD. LIMIT=seconds for all of it (180).
 #
 # A guest script runs as root with the source tree as working directory, BUILD set, and the host's programs at hand.
@@ -10,7 +10,7 @@ here=$(cd "$(dirname "$0")" && pwd)
 repo=$(cd "$here/../.." && pwd)
 build=$(cd "${BUILD:-$repo/build}" && pwd)
 begun=$SECONDS
-[ $# -gt 0 ] || { cd "$repo"; set -- tests/vm/guest_*.sh; }
+[ $# -gt 0 ] || { cd "$repo"; set -- tests/vm/guest_*; }
 
 kernel=$("$here/setup.sh" "$build/vm" | tail -n 1)
 echo "kernel ${kernel##*/}, ready after $((SECONDS - begun)) s"
