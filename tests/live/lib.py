@@ -168,10 +168,12 @@ class Process:
 
 
 class Sim(Process):
-    def __init__(self, bench, name, arguments):
-        super().__init__(bench, name, [SIM] + arguments, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+    def __init__(self, bench, name, arguments, program=SIM):
+        super().__init__(bench, name, [program] + arguments, stdin=subprocess.PIPE, stdout=subprocess.PIPE)
         self.lines = self.process.stdout
-        check(self.lines.readline().startswith(b"ready "), "the virtual sonar does not start: " + self.log())
+        ready = self.lines.readline().decode()
+        check(ready.startswith("ready "), "the virtual sonar does not start: " + self.log())
+        self.address = ready.split()[1]
 
     def command(self, text):
         """Does a command on the sonar's standard input; returns what follows its "ok"."""
@@ -250,6 +252,11 @@ class Bench:
         if truth:
             full += ["--truth", self.path("truth")]
         return self._keep(Sim(self, "sim%d" % len(self.processes), full))
+
+    def twin(self, program, *arguments):
+        """Another virtual sonar of tests/sim; its .address is the path of its terminal, or HOST:PORT."""
+        path = os.path.join(BUILD, "tests", program)
+        return self._keep(Sim(self, "%s%d" % (program, len(self.processes)), list(arguments), path))
 
     def sonard(self, *arguments, conf=None, env=None):
         """sonard with the configuration of conf(), or with no -c at all when conf is False."""

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * ping360_sim - a virtual Ping360 on a pseudo-terminal, for tests and for people without a sonar. Reads the command
+ * ping360_sim - a virtual Ping360 on a pseudo-terminal or a UDP port, for tests and for people without a sonar. Reads the command
  * line, then runs the sim on the monotonic clock; commands come on standard input, one per line, and each is
  * answered by one line on standard output.
  */
@@ -27,6 +27,7 @@ struct timed_command {
 
 struct options {
     const char *link, *scene, *truth;
+    int udp_port; /* LINE_NO_UDP: a pseudo-terminal */
     struct head_conf head;
     struct sim_pose pose;
     double noise_counts, ghost;
@@ -69,6 +70,7 @@ static uint64_t clock_ns(void)
 
 enum {
     OPT_LINK = 1000,
+    OPT_UDP,
     OPT_SCENE,
     OPT_POSE,
     OPT_SEED,
@@ -90,6 +92,7 @@ enum {
 
 static const struct option long_options[] = {
     {"link", required_argument, NULL, OPT_LINK},
+    {"udp", required_argument, NULL, OPT_UDP},
     {"scene", required_argument, NULL, OPT_SCENE},
     {"pose", required_argument, NULL, OPT_POSE},
     {"seed", required_argument, NULL, OPT_SEED},
@@ -116,6 +119,7 @@ static void print_help(void)
            "  ping360_sim --link /tmp/sonar --scene harbour --print\n\n"
            "Open /tmp/sonar as if it were the sonar's serial port. Options, with their defaults:\n"
            "  --link PATH            make a symbolic link to the terminal; removed at the end\n"
+           "  --udp PORT             a UDP port of 127.0.0.1 instead of a terminal; 0: any that is free\n"
            "  --scene NAME|FILE      what stands in the water (box)\n"
            "  --pose N,E,D,YAW       of the vehicle, metres and degrees (0,0,0,0)\n"
            "  --seed N               of noise and speckle (1)\n"
@@ -190,6 +194,9 @@ static void option_take(struct options *o, int option, const char *text)
     case OPT_LINK:
         o->link = text;
         break;
+    case OPT_UDP:
+        o->udp_port = (int)number("udp", text, 0, 65535);
+        break;
     case OPT_SCENE:
         o->scene = text;
         break;
@@ -254,6 +261,7 @@ static void options_parse(struct options *o, int argc, char **argv)
     /* The times are those of measured full turns: 10.7 s at 2 m, 20.6 s at 20 m, 3.3 s at 2 m and 10 gradians. */
     *o = (struct options){
         .scene = "box",
+        .udp_port = LINE_NO_UDP,
         .head = {.id = 2, .lag = 2, .ms_per_gradian = 6.0, .processing_ms = 18.0, .sound_speed_mps = 1500.0},
         .noise_counts = 8.0,
         .ghost = 0.5,
@@ -382,12 +390,13 @@ int main(int argc, char **argv)
         die("%s", err);
     if (!line_init(&sim.line, o.link, o.baud, o.seed))
         die("--link: longer than %d bytes", LINE_PATH_MAX - 1);
+    line_use_udp(&sim.line, o.udp_port);
     if (o.truth != NULL && (sim.truth = fopen(o.truth, "w")) == NULL)
         die("%s: %s", o.truth, strerror(errno));
     if (!line_plug(&sim.line, err, sizeof err))
         die("%s", err);
     sim_start(&sim, &o.head, clock_ns());
-    printf("ready %s\n", o.link != NULL ? o.link : sim.line.slave);
+    printf("ready %s\n", o.link != NULL && o.udp_port == LINE_NO_UDP ? o.link : sim.line.slave);
     fflush(stdout);
     run(&sim, &o, &waiting);
     line_unplug(&sim.line);

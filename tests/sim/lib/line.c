@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* line - a paced pseudo-terminal; see line.h. */
+/* line - a paced pseudo-terminal or UDP port; see line.h. */
 #include "line.h"
 
+#include <arpa/inet.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <poll.h>
@@ -9,12 +10,15 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/ioctl.h>
+#include <sys/socket.h>
 #include <unistd.h>
 
 #include <asm/termbits.h> /* for any baud rate; excludes termios.h */
 
 #define BITS_PER_BYTE   10 /* 8N1 */
 #define BAUD_UNKNOWN    115200
+#define BAUD_UDP        10000000 /* so that a long frame leaves in several datagrams */
+#define DATAGRAM_MAX    1400
 #define CHUNK_NS        1000000 /* write at most so often: a UART's FIFO, an adapter's packets */
 #define FLOOD_CHUNK_MAX 512
 
@@ -22,6 +26,7 @@ bool line_init(struct line *line, const char *link, unsigned fixed_baud, uint64_
 {
     memset(line, 0, sizeof *line);
     line->fd = -1;
+    line->udp_port = LINE_NO_UDP;
     line->fixed_baud = fixed_baud;
     line->random = seed;
     int n = snprintf(line->link, sizeof line->link, "%s", link ? link : "");
@@ -59,8 +64,37 @@ static bool make_link(const char *target, const char *link, char *err, size_t er
     return true;
 }
 
+void line_use_udp(struct line *line, int port)
+{
+    line->udp_port = port;
+}
+
+static bool plug_udp(struct line *line, char *err, size_t err_size)
+{
+    struct sockaddr_in a = {.sin_family = AF_INET,
+                            .sin_addr.s_addr = htonl(INADDR_LOOPBACK),
+                            .sin_port = htons((uint16_t)line->udp_port)};
+    socklen_t n = sizeof a;
+    int fd = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+
+    if (fd < 0 || bind(fd, (struct sockaddr *)&a, n) < 0 || getsockname(fd, (struct sockaddr *)&a, &n) < 0) {
+        snprintf(err, err_size, "UDP port %d: %s", line->udp_port, strerror(errno));
+        if (fd >= 0)
+            close(fd);
+        return false;
+    }
+    line->udp_port = ntohs(a.sin_port);
+    snprintf(line->slave, sizeof line->slave, "127.0.0.1:%d", line->udp_port);
+    line->fd = fd;
+    line->peer.sin_port = 0;
+    line->begin = line->end = 0;
+    return true;
+}
+
 bool line_plug(struct line *line, char *err, size_t err_size)
 {
+    if (line->udp_port != LINE_NO_UDP)
+        return plug_udp(line, err, err_size);
     int slave = -1, fd = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
 
     if (fd < 0 || grantpt(fd) < 0 || unlockpt(fd) < 0 || ptsname_r(fd, line->slave, sizeof line->slave) != 0 ||
@@ -98,6 +132,8 @@ bool line_connected(const struct line *line)
 {
     struct pollfd p = {.fd = line->fd};
 
+    if (line->udp_port != LINE_NO_UDP)
+        return line->fd >= 0 && line->peer.sin_port != 0;
     return line->fd >= 0 && poll(&p, 1, 0) >= 0 && (p.revents & POLLHUP) == 0;
 }
 
@@ -107,6 +143,8 @@ static unsigned line_baud(const struct line *line)
 
     if (line->fixed_baud != 0)
         return line->fixed_baud;
+    if (line->udp_port != LINE_NO_UDP)
+        return BAUD_UDP;
     if (line->fd < 0 || ioctl(line->fd, TCGETS2, &tio) < 0 || tio.c_ospeed == 0)
         return BAUD_UNKNOWN;
     return tio.c_ospeed;
@@ -170,6 +208,11 @@ uint64_t line_send(struct line *line, const uint8_t *frame, size_t n, uint64_t n
         line->lost_bytes += n;
         return now_ns + line_time(line, n); /* the head speaks all the same */
     }
+    if (line->held_n == 0 && n <= sizeof line->held && take_one(&faults->swap)) {
+        memcpy(line->held, frame, n);
+        line->held_n = n;
+        return now_ns + line_time(line, n);
+    }
     if (take_one(&faults->cut))
         n /= 2;
     if (take_one(&faults->corrupt)) {
@@ -181,7 +224,18 @@ uint64_t line_send(struct line *line, const uint8_t *frame, size_t n, uint64_t n
     } else {
         queue_put(line, frame, n, now_ns);
     }
+    if (take_one(&faults->twice))
+        queue_put(line, frame, n, now_ns);
+    queue_put(line, line->held, line->held_n, now_ns);
+    line->held_n = 0;
     return line->begin_ns + line_time(line, line->end - line->begin);
+}
+
+static ssize_t write_some(const struct line *line, const uint8_t *bytes, size_t n)
+{
+    if (line->udp_port == LINE_NO_UDP)
+        return write(line->fd, bytes, n);
+    return sendto(line->fd, bytes, n, 0, (const struct sockaddr *)&line->peer, sizeof line->peer);
 }
 
 /* Write queue[begin .. begin + n); whatever the host's side has no room for is lost. */
@@ -191,7 +245,9 @@ static void write_out(struct line *line, size_t n)
 
     for (size_t done = 0, chunk; done < n; done += chunk) {
         chunk = line->faults.split ? 1 : n - done;
-        ssize_t written = heard ? write(line->fd, line->queue + line->begin + done, chunk) : 0;
+        if (line->udp_port != LINE_NO_UDP && chunk > DATAGRAM_MAX)
+            chunk = DATAGRAM_MAX;
+        ssize_t written = heard ? write_some(line, line->queue + line->begin + done, chunk) : 0;
         size_t sent = written > 0 ? (size_t)written : 0;
         line->sent_bytes += sent;
         line->lost_bytes += chunk - sent;
@@ -228,6 +284,9 @@ size_t line_read(struct line *line, uint8_t *buf, size_t size, uint64_t now_ns)
 {
     if (line->fd < 0 || now_ns < line->faults.stall_ns)
         return 0;
-    ssize_t n = read(line->fd, buf, size);
+    socklen_t peer_size = sizeof line->peer;
+    ssize_t n = line->udp_port == LINE_NO_UDP
+                    ? read(line->fd, buf, size)
+                    : recvfrom(line->fd, buf, size, 0, (struct sockaddr *)&line->peer, &peer_size);
     return n > 0 ? (size_t)n : 0;
 }

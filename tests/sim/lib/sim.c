@@ -130,6 +130,20 @@ static const char *do_short(struct sim *sim, const double *arg, uint64_t now_ns)
     return NULL;
 }
 
+static const char *do_twice(struct sim *sim, const double *arg, uint64_t now_ns)
+{
+    (void)now_ns;
+    sim->line.faults.twice = (uint64_t)arg[0];
+    return NULL;
+}
+
+static const char *do_swap(struct sim *sim, const double *arg, uint64_t now_ns)
+{
+    (void)now_ns;
+    sim->line.faults.swap = (uint64_t)arg[0];
+    return NULL;
+}
+
 static const char *do_split(struct sim *sim, const double *arg, uint64_t now_ns)
 {
     (void)now_ns;
@@ -215,6 +229,8 @@ static const struct command {
     {"drop", "N", "the next N frames are lost", 1, 0, 1e6, do_drop},
     {"corrupt", "N", "the next N frames have a wrong checksum", 1, 0, 1e6, do_corrupt},
     {"short", "N", "the next N frames end in the middle", 1, 0, 1e6, do_short},
+    {"twice", "N", "the next N frames are sent twice", 1, 0, 1e6, do_twice},
+    {"swap", "N", "the next N frames come behind the one that follows", 1, 0, 1e6, do_swap},
     {"garbage", "N", "N random bytes before the next frame", 1, 0, 60000, do_garbage},
     {"split", "on|off", "one byte per write", 1, 0, 1, do_split},
     {"nack", "N", "refuse the next N settings", 1, 0, 1e6, do_nack},
