@@ -1,0 +1,152 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * bench_devices - frames per second that each device makes pings of: from the bytes of the wire to a filled ping, one
+ * core, nothing behind. The bytes come in pieces of 512, as a serial port gives them. One row per device.
+ */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "../../drivers/device.h"
+#include "../../drivers/micron.h"
+#include "../../drivers/ping360.h"
+
+#define FRAMES     256
+#define FRAME_MAX  4096
+#define PIECE      512
+#define MEASURED_S 0.5
+
+static double clock_s(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
+}
+
+/* ---- frames: number i of a scan, written to out[FRAME_MAX]; its length ---- */
+
+static const uint8_t *echo(unsigned i)
+{
+    static uint8_t samples[PING360_SAMPLES_MAX];
+    for (size_t k = 0; k < sizeof(samples); k++)
+        samples[k] = (uint8_t)(k * 31 + i * 17 + (k >> 3));
+    return samples;
+}
+
+static size_t ping360_frame(unsigned i, uint8_t *out)
+{
+    const struct ping360_data data = {
+        .set = {1, 1, (uint16_t)(i % 400), 107, 888, 750, 1200},
+        .automatic = true,
+        .sweep = {0, 399, 1, 0},
+        .data_length = 1200,
+        .n_data = 1200,
+        .data = echo(i),
+    };
+    return ping360_encode_data(out, FRAME_MAX, 2, &data);
+}
+
+static size_t micron_frame(unsigned i, uint8_t *out)
+{
+    uint8_t payload[SEANET_DATA_AT + MICRON_BINS] = {0};
+    seanet_put_u16(payload, sizeof(payload));
+    seanet_put_u16(payload + 5, MICRON_COMMON | MICRON_8_BIT | MICRON_CONTINUOUS);
+    seanet_put_u16(payload + 20, 104);
+    payload[26] = 16;
+    seanet_put_u16(payload + 27, i * 16 % MICRON_TURN);
+    seanet_put_u16(payload + 29, MICRON_BINS);
+    memcpy(payload + SEANET_DATA_AT, echo(i), MICRON_BINS);
+    return seanet_build(out, FRAME_MAX, MICRON_NODE, SEANET_HOST, SEANET_HEAD_DATA, SEANET_LAST_PACKET, payload,
+                        sizeof(payload));
+}
+
+static const struct row {
+    const struct device_ops *ops;
+    const char *what;
+    size_t (*frame)(unsigned i, uint8_t *out);
+} rows[] = {
+    {&device_ping360, "1200 bins", ping360_frame},
+    {&device_micron, "400 bins, 8 bit", micron_frame},
+};
+
+/* ---- surroundings ---- */
+
+static uint64_t pings;
+static volatile uint64_t sink;
+
+static struct ping *begin_ping(void *ctx)
+{
+    static struct ping_beam beam[PING_MAX_BEAMS];
+    static uint16_t samples[PING_MAX_BINS];
+    struct ping *ping = ctx;
+    *ping =
+        (struct ping){.beam = beam, .samples = samples, .max_beams = PING_MAX_BEAMS, .max_samples = PING_MAX_BINS};
+    return ping;
+}
+
+static void done_ping(void *ctx, struct ping *ping)
+{
+    (void)ctx;
+    pings++;
+    sink = sink + ((const uint8_t *)ping->samples)[ping->n_bins / 2];
+}
+
+static void nothing_sent(void *ctx, const uint8_t *bytes, size_t n)
+{
+    (void)ctx, (void)bytes, (void)n;
+}
+
+static void no_break(void *ctx, unsigned ms)
+{
+    (void)ctx, (void)ms;
+}
+
+static void no_note(void *ctx, enum device_note level, const char *fmt, ...)
+{
+    (void)ctx, (void)level, (void)fmt;
+}
+
+static void measure(const struct row *row)
+{
+    static uint8_t stream[FRAMES * FRAME_MAX];
+    struct ping buffer;
+    const struct device_io io = {&buffer, nothing_sent, no_break, begin_ping, done_ping, no_note};
+    const struct device_conf conf = {
+        .range_m = 20, .sound_speed_mps = 1500, .gain = -1, .step_rad = 0.0157, .listen_only = true};
+    char err[200] = "";
+    size_t n = 0;
+    void *state = calloc(1, row->ops->state_size);
+
+    if (!state || !row->ops->init(state, &conf, err, sizeof(err))) {
+        printf("%s: %s\n", row->ops->name, err);
+        exit(1);
+    }
+    for (unsigned i = 0; i < FRAMES; i++)
+        n += row->frame(i, stream + n);
+    row->ops->opened(state, 0, &io);
+    pings = 0;
+    uint64_t bytes = 0;
+    double begin_s = clock_s(), took_s;
+    do {
+        for (size_t at = 0; at < n; at += PIECE)
+            row->ops->feed(state, stream + at, n - at < PIECE ? n - at : PIECE, bytes + at, &io);
+        bytes += n;
+        took_s = clock_s() - begin_s;
+    } while (took_s < MEASURED_S);
+    if (pings == 0 || bytes / n * FRAMES != pings) {
+        printf("%s: %llu pings of %llu frames\n", row->ops->name, (unsigned long long)pings,
+               (unsigned long long)(bytes / n * FRAMES));
+        exit(1);
+    }
+    printf("%-12s %-18s %9.0f frames/s %8.1f MB/s\n", row->ops->name, row->what, (double)pings / took_s,
+           (double)bytes / took_s * 1e-6);
+    free(state);
+}
+
+int main(void)
+{
+    for (size_t i = 0; i < sizeof(rows) / sizeof(rows[0]); i++)
+        measure(&rows[i]);
+    return 0;
+}
