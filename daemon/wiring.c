@@ -7,7 +7,7 @@
 #include "../drivers/device.h"
 
 /* Half the height of the single row that a level scene keeps: within the fan of any sonar that scans the horizon. */
-#define LEVEL_HALF_DEG 10.0
+#define LEVEL_HALF_DEG 7.5
 
 /* The farthest echo lies a little beyond the range asked for: heads round it up, sound is a little slower. */
 #define REACH_FACTOR 1.05

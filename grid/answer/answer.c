@@ -19,6 +19,7 @@ const char *answer_reason_text(enum answer_reason reason)
         [ANSWER_BLIND] = "nearer than the sonar can hear",
         [ANSWER_MOVED] = "the vehicle has moved on since it looked there",
         [ANSWER_STALE] = "looked at too long ago",
+        [ANSWER_SILENT] = "the sonar that looked there is lost",
         [ANSWER_NEVER] = "never looked at",
         [ANSWER_OUTSIDE] = "outside the directions that the grid keeps",
         [ANSWER_NO_FRAME] = "no attitude was given, so north is unknown",
@@ -27,6 +28,12 @@ const char *answer_reason_text(enum answer_reason reason)
     };
     return texts[reason];
 }
+
+/* Where the vehicle is now, as far as the picture is concerned. */
+struct place {
+    double moved_m; /* from the grid's centre */
+    bool too_far;   /* no ping since it moved out of the centre's reach: nothing that was clear is so from here */
+};
 
 /* What one direction says, as seen from where the vehicle is now. */
 struct view {
@@ -41,14 +48,30 @@ static double seconds_since(uint64_t now_ns, uint64_t t_ns)
     return now_ns > t_ns ? (double)(now_ns - t_ns) * 1e-9 : 0;
 }
 
+/* What stands against a claim; ANSWER_HEARD: nothing. */
+static enum answer_reason against(const struct claim *c, const struct answer_conf *conf,
+                                  const struct answer_now *now, const struct place *place)
+{
+    if (!c->t_ping_ns)
+        return ANSWER_NEVER;
+    if (c->sensors & now->lost)
+        return ANSWER_SILENT;
+    if (seconds_since(now->now_ns, c->t_ping_ns) > conf->clear_for_s)
+        return ANSWER_STALE;
+    if (place->too_far || now->pose.path_m - c->path_m > conf->move_limit_m)
+        return ANSWER_MOVED;
+    return ANSWER_HEARD;
+}
+
 /*
- * moved_m: how far the vehicle is from the grid's centre; everything may be nearer by that much. An obstacle that has
- * faded blocks no more, but the water from it on is not clear either: only beams that pass it make it so.
+ * Everything may be nearer by as much as the vehicle has moved. An obstacle that has faded blocks no more, but the
+ * water from it on is not clear either: only beams that pass it make it so.
  */
 static void look(const struct picture *p, const struct picture_entry *e, const struct answer_conf *conf,
-                 const struct answer_now *now, double moved_m, struct view *v)
+                 const struct answer_now *now, const struct place *place, struct view *v)
 {
-    double clear_m = e->clear_m;
+    struct claim good = {0};
+    double clear_m = INFINITY;
     *v = (struct view){.age_s = -1};
     for (unsigned i = 0; i < PICTURE_OBSTACLES && !v->obstacle; i++) {
         const struct picture_obstacle *o = &e->obstacle[i];
@@ -57,22 +80,25 @@ static void look(const struct picture *p, const struct picture_entry *e, const s
         v->logodds = picture_logodds(p, o, now->now_ns);
         if (v->logodds > p->blocked_logodds) {
             v->obstacle = o;
-            v->near_m = fmax(0, o->near_m - moved_m);
+            v->near_m = fmax(0, o->near_m - place->moved_m);
         }
         clear_m = fmin(clear_m, o->near_m);
     }
-    if (!e->t_ping_ns) {
-        v->reason = ANSWER_NEVER;
-        return;
+    for (int k = 0; k < CLAIMS; k++) {
+        enum answer_reason why = against(&e->claim[k], conf, now, place);
+        if (why == ANSWER_HEARD)
+            good = claim_join(&good, &e->claim[k]);
+        else if (k == CLAIM_NOW)
+            v->reason = why;
     }
-    v->age_s = seconds_since(now->now_ns, e->t_ping_ns);
-    v->blind_m = e->blind_m + moved_m;
-    if (v->age_s > conf->clear_for_s)
-        v->reason = ANSWER_STALE;
-    else if (now->pose.path_m - e->path_m > conf->move_limit_m)
-        v->reason = ANSWER_MOVED;
-    else
-        v->clear_m = fmax(0, clear_m - moved_m);
+    const struct claim *c = good.t_ping_ns ? &good : &e->claim[CLAIM_NOW];
+    if (c->t_ping_ns)
+        v->age_s = seconds_since(now->now_ns, c->t_ping_ns);
+    if (!good.t_ping_ns)
+        return;
+    v->reason = ANSWER_HEARD;
+    v->blind_m = c->from_m + place->moved_m;
+    v->clear_m = fmax(0, fmin(clear_m, c->to_m) - place->moved_m);
 }
 
 /* Answers common to all directions: false when nothing can be said at all. */
@@ -89,14 +115,15 @@ static bool can_answer(const struct picture_frame *frame, const struct answer_no
     return *reason == ANSWER_HEARD;
 }
 
-static double moved(const struct picture_frame *frame, const struct answer_now *now)
+static void locate(const struct picture_frame *frame, const struct answer_now *now, struct place *place)
 {
-    if (!frame->ned)
-        return 0;
-    double d[3];
-    for (int i = 0; i < 3; i++)
-        d[i] = now->pose.position_m[i] - frame->centre_m[i];
-    return sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);
+    *place = (struct place){0};
+    for (int i = 0; frame->ned && i < 3; i++) {
+        double d = now->pose.position_m[i] - frame->centre_m[i];
+        place->moved_m += d * d;
+    }
+    place->moved_m = sqrt(place->moved_m);
+    place->too_far = place->moved_m > 2 * frame->recentre_m;
 }
 
 /* An answer while directions are added to it. */
@@ -125,6 +152,15 @@ static void add_obstacle(struct tally *t, const struct view *v, const struct ans
     t->a.age_s = seconds_since(now->now_ns, v->obstacle->t_echo_ns);
 }
 
+/* Something stands against clear; the gravest is told. */
+static void doubt(struct tally *t, enum answer_reason why)
+{
+    if (t->a.state == ANSWER_BLOCKED)
+        return;
+    t->a.state = ANSWER_UNKNOWN;
+    t->a.reason = why > t->a.reason ? why : t->a.reason;
+}
+
 /*
  * Adds what a direction says about the stretch up to need_m. When the stretch ends inside the blind zone because a
  * corridor leaves this direction there (side), the direction is not asked: that is the vehicle's own place.
@@ -136,8 +172,10 @@ static void add(struct tally *t, const struct view *v, const struct answer_now *
         add_obstacle(t, v, now, moved_m);
     enum answer_reason why = v->reason;
     if (why == ANSWER_HEARD && need_m <= v->blind_m) {
-        if (side)
+        if (side) {
+            t->a.blind_to_m = fmax(t->a.blind_to_m, need_m);
             return;
+        }
         why = ANSWER_BLIND;
     } else if (why == ANSWER_HEARD && v->clear_m < need_m) {
         why = ANSWER_BEYOND;
@@ -146,10 +184,8 @@ static void add(struct tally *t, const struct view *v, const struct answer_now *
     t->a.blind_to_m = fmax(t->a.blind_to_m, v->blind_m);
     t->a.free_to_m = fmin(t->a.free_to_m, v->clear_m);
     t->oldest_s = fmax(t->oldest_s, v->age_s);
-    if (why != ANSWER_HEARD && t->a.state != ANSWER_BLOCKED) {
-        t->a.state = ANSWER_UNKNOWN;
-        t->a.reason = why > t->a.reason ? why : t->a.reason;
-    }
+    if (why != ANSWER_HEARD)
+        doubt(t, why);
 }
 
 static void finish(struct tally *t, const struct answer_conf *conf, struct answer *out)
@@ -189,14 +225,30 @@ static double cell_reach(const struct rings *rings, uint32_t ring)
     return hypot(rings_width(rings, ring) * cos(el), rings->height_rad) / 2;
 }
 
+/* Angle between the vehicle's and the world's vertical. */
+static double tilt_of(const double attitude[4])
+{
+    double down[3] = {0, 0, 1};
+    quat_rotate(attitude, down, down);
+    return acos(fmax(-1, fmin(1, down[2])));
+}
+
 static void to_grid(const struct picture_frame *frame, const struct answer_now *now, bool ned, double v[3])
 {
     if (frame->ned && !ned)
         quat_rotate(now->pose.attitude, v, v);
 }
 
-void answer_direction(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
-                      const struct answer_query *q, struct answer *out)
+/* Does the grid hold the whole band of elevations? One that keeps a level row only does not know of above and below. */
+static bool keeps(const struct rings *rings, double lo_rad, double hi_rad)
+{
+    double bottom = rings->top_rad - rings->n_rings * rings->height_rad, slack = 1e-9;
+    bool up = hi_rad <= rings->top_rad + slack || rings->top_rad >= GEO_PI / 2;
+    return up && (lo_rad >= bottom - slack || bottom <= -GEO_PI / 2 + slack);
+}
+
+static void direction_once(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
+                           const struct answer_query *q, struct answer *out)
 {
     struct picture_frame frame;
     enum answer_reason reason;
@@ -205,7 +257,9 @@ void answer_direction(struct picture *p, const struct answer_conf *conf, const s
         cannot(reason, out);
         return;
     }
-    double axis[3], az, el, moved_m = moved(&frame, now);
+    double axis[3], az, el;
+    struct place place;
+    locate(&frame, now, &place);
     geo_direction(q->az_rad, q->el_rad, axis);
     to_grid(&frame, now, q->ned, axis);
     geo_angles(axis, &az, &el);
@@ -227,14 +281,16 @@ void answer_direction(struct picture *p, const struct answer_conf *conf, const s
         struct picture_entry e;
         struct view view;
         picture_get(p, visit.direction, &e);
-        look(p, &e, conf, now, moved_m, &view);
-        add(&tally, &view, now, moved_m, need, q->corridor && need < q->distance_m);
+        look(p, &e, conf, now, &place, &view);
+        add(&tally, &view, now, place.moved_m, need, q->corridor && need < q->distance_m);
     }
+    if (!keeps(p->rings, el - opening, el + opening))
+        doubt(&tally, ANSWER_OUTSIDE);
     finish(&tally, conf, out);
 }
 
-void answer_sectors(struct picture *p, const struct answer_conf *conf, const struct answer_now *now, bool ned,
-                    double lo_rad, double hi_rad, double reach_m, size_t count, struct answer *sectors)
+static void sectors_once(struct picture *p, const struct answer_conf *conf, const struct answer_now *now, bool ned,
+                         double lo_rad, double hi_rad, double reach_m, size_t count, struct answer *sectors)
 {
     struct picture_frame frame;
     enum answer_reason reason;
@@ -247,7 +303,9 @@ void answer_sectors(struct picture *p, const struct answer_conf *conf, const str
     }
     for (size_t k = 0; k < count; k++)
         begin(&tally[k]);
-    double moved_m = moved(&frame, now), width = GEO_TURN / (double)count;
+    struct place place;
+    locate(&frame, now, &place);
+    double width = GEO_TURN / (double)count;
     double need = reach_m > 0 ? reach_m : frame.range_max_m;
     bool turned = frame.ned && !ned;
     double half_el = p->rings->height_rad / 2;
@@ -266,13 +324,44 @@ void answer_sectors(struct picture *p, const struct answer_conf *conf, const str
         struct picture_entry e;
         struct view view;
         picture_get(p, d, &e);
-        look(p, &e, conf, now, moved_m, &view);
+        look(p, &e, conf, now, &place, &view);
         /* every sector that the cell touches; an exact common edge is no touch */
         double from = floor((az - half) / width + 0.5 + 1e-9), to = ceil((az + half) / width - 0.5 - 1e-9);
         for (double k = from; k <= to && k < from + (double)count; k++)
-            add(&tally[(size_t)(k < 0 ? k + (double)count : k) % count], &view, now, moved_m,
+            add(&tally[(size_t)(k < 0 ? k + (double)count : k) % count], &view, now, place.moved_m,
                 view.obstacle ? fmax(need, view.near_m) : need, false);
     }
-    for (size_t k = 0; k < count; k++)
+    double tilt = turned ? tilt_of(now->pose.attitude) : 0;
+    bool kept = keeps(p->rings, lo_rad - tilt, hi_rad + tilt);
+    for (size_t k = 0; k < count; k++) {
+        if (!kept)
+            doubt(&tally[k], ANSWER_OUTSIDE);
         finish(&tally[k], conf, &sectors[k]);
+    }
+}
+
+/* While the picture changes under a query, an obstacle could hop from a direction not yet read to one already read:
+ * then ask again. Each direction is whole in any case. */
+#define TRIES 8
+
+void answer_direction(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
+                      const struct answer_query *query, struct answer *out)
+{
+    uint64_t number;
+    int tries = 0;
+    do {
+        number = seqlock_now(&p->lock);
+        direction_once(p, conf, now, query, out);
+    } while (!seqlock_still(&p->lock, number) && ++tries < TRIES);
+}
+
+void answer_sectors(struct picture *p, const struct answer_conf *conf, const struct answer_now *now, bool ned,
+                    double lo_rad, double hi_rad, double reach_m, size_t count, struct answer *sectors)
+{
+    uint64_t number;
+    int tries = 0;
+    do {
+        number = seqlock_now(&p->lock);
+        sectors_once(p, conf, now, ned, lo_rad, hi_rad, reach_m, count, sectors);
+    } while (!seqlock_still(&p->lock, number) && ++tries < TRIES);
 }

@@ -28,6 +28,7 @@ enum answer_reason {
     ANSWER_BLIND,     /* asked nearer than the sonar can hear */
     ANSWER_MOVED,     /* the vehicle has driven on since it was looked at */
     ANSWER_STALE,     /* looked at too long ago */
+    ANSWER_SILENT,    /* the sonar that looked there is lost */
     ANSWER_NEVER,     /* never looked at */
     ANSWER_OUTSIDE,   /* not among the directions that the grid keeps */
     ANSWER_NO_FRAME,  /* asked in NED, but no attitude was ever given */
@@ -43,8 +44,9 @@ struct answer_conf {
 /* The moment of asking. */
 struct answer_now {
     uint64_t now_ns;
-    bool pose_fresh;  /* pose below is younger than its limit */
+    bool pose_fresh;  /* all that is known of the pose is younger than its limit */
     struct pose pose; /* newest; parts in pose.has */
+    uint64_t lost;    /* set of the sensors that are not heard at present */
 };
 
 struct answer_query {

@@ -10,6 +10,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "../sphere/claim.h"
 #include "../sphere/rings.h"
 #include "seqlock.h"
 
@@ -26,15 +27,13 @@ struct picture_obstacle {
 
 /* One direction. */
 struct picture_entry {
-    uint64_t t_ping_ns;                                  /* last ping that passed here; 0: never pinged */
-    double path_m;                                       /* way driven by then */
-    float blind_m;                                       /* nothing known nearer */
-    float clear_m;                                       /* nothing seen from blind_m to here */
+    struct claim claim[CLAIMS];                          /* free water; no time in CLAIM_NOW: never pinged */
     struct picture_obstacle obstacle[PICTURE_OBSTACLES]; /* nearest first */
 };
 
 #define PICTURE_WORDS (sizeof(struct picture_entry) / 8)
-_Static_assert(sizeof(struct picture_entry) == 24 + PICTURE_OBSTACLES * 32, "picture entries are whole words");
+_Static_assert(sizeof(struct picture_entry) == CLAIMS * 32 + PICTURE_OBSTACLES * 32,
+               "picture entries are whole words");
 
 /* The same for all directions. */
 struct picture_frame {
@@ -42,6 +41,7 @@ struct picture_frame {
     double range_max_m; /* farthest that any sonar listened */
     uint64_t pings;     /* entered so far */
     uint64_t t_ping_ns; /* of the newest */
+    double recentre_m;  /* the centre lies at most so far from the vehicle at its last ping */
     uint64_t ned;       /* 1: directions are NED; 0: they are the body's */
 };
 

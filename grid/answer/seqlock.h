@@ -43,18 +43,28 @@ static inline void seqlock_store(seqlock_word *to, const void *from, size_t n)
     }
 }
 
+/** seqlock_now - a number for seqlock_still: what is loaded in between belongs together when it has not changed. */
+static inline uint64_t seqlock_now(struct seqlock *l)
+{
+    return atomic_load_explicit(&l->sequence, memory_order_acquire);
+}
+
+static inline int seqlock_still(struct seqlock *l, uint64_t number)
+{
+    return !(number & 1) && atomic_load_explicit(&l->sequence, memory_order_relaxed) == number;
+}
+
 /** seqlock_load - a consistent copy of n words. */
 static inline void seqlock_load(struct seqlock *l, void *to, seqlock_word *from, size_t n)
 {
-    uint64_t before, after;
+    uint64_t number;
     do {
-        before = atomic_load_explicit(&l->sequence, memory_order_acquire);
+        number = seqlock_now(l);
         for (size_t i = 0; i < n; i++) {
             uint64_t w = atomic_load_explicit(&from[i], memory_order_acquire);
             memcpy((char *)to + 8 * i, &w, 8);
         }
-        after = atomic_load_explicit(&l->sequence, memory_order_relaxed);
-    } while ((before & 1) || before != after);
+    } while (!seqlock_still(l, number));
 }
 
 #endif

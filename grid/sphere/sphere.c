@@ -32,9 +32,7 @@ struct cell {
 };
 
 struct direction {
-    uint64_t t_ping_ns; /* 0: never */
-    double path_m;
-    float blind_m, clear_m;
+    struct claim claim[CLAIMS];
     uint32_t first;  /* nearest cell, or NO_CELL */
     uint32_t dirty;  /* on the list of directions to publish */
     float width_rad; /* in azimuth */
@@ -51,7 +49,8 @@ struct sphere {
     struct cell *cell;
     uint32_t free_cells, used, hand;
     struct direction *direction;
-    double (*axis)[3]; /* unit vector of each direction's centre */
+    double (*axis)[3];    /* unit vector of each direction's centre */
+    struct claim *joined; /* of all directions, while the centre moves */
     uint32_t *dirty;
     uint32_t n_dirty;
     struct sphere_stats stats;
@@ -61,10 +60,10 @@ struct sphere {
 struct beam {
     const struct echoes *ping;
     const struct beam_echoes *heard;
-    double origin_m[3]; /* of the sensor, from the grid's centre */
-    double lever_m;     /* its length */
-    double axis[3];
-    double turn[4]; /* sensor to grid */
+    double origin_m[3];             /* of the sensor, from the grid's centre */
+    double lever_m;                 /* its length */
+    double axis[3], side[3], up[3]; /* of the beam: along it, to its right, upward */
+    double turn[4];                 /* sensor to grid */
     double sin_az, cos_az;
     double half_az, half_el;
 };
@@ -97,7 +96,7 @@ size_t sphere_bytes(const struct sphere_conf *conf, char *err, size_t err_size)
         return rounded(sizeof(struct sphere)) + rounded((layers + 1) * sizeof(double)) +
                rounded(conf->max_cells * sizeof(struct cell)) + rounded(rings.n * sizeof(struct direction)) +
                rounded(rings.n * sizeof(uint32_t)) + rounded(rings.n * sizeof(double[3])) +
-               rounded(picture_bytes(rings.n));
+               rounded(rings.n * sizeof(struct claim)) + rounded(picture_bytes(rings.n));
     return 0;
 }
 
@@ -119,9 +118,7 @@ static void forget_everything(struct sphere *s)
     s->n_dirty = s->rings.n;
     for (uint32_t d = 0; d < s->rings.n; d++) {
         struct direction *dir = &s->direction[d];
-        dir->t_ping_ns = 0;
-        dir->path_m = 0;
-        dir->blind_m = dir->clear_m = 0;
+        memset(dir->claim, 0, sizeof dir->claim);
         dir->first = NO_CELL;
         dir->dirty = 1;
         s->dirty[d] = d;
@@ -137,11 +134,13 @@ struct sphere *sphere_init(void *memory, const struct sphere_conf *conf)
     memset(s, 0, sizeof *s);
     s->conf = *conf;
     make_rings(conf, &s->rings);
+    s->frame.recentre_m = conf->recentre_m;
     layers_init(&s->layers, &conf->layers, carve(&at, (layers_count(&conf->layers) + 1) * sizeof(double)));
     s->cell = carve(&at, conf->max_cells * sizeof(struct cell));
     s->direction = carve(&at, s->rings.n * sizeof(struct direction));
     s->dirty = carve(&at, s->rings.n * sizeof(uint32_t));
     s->axis = carve(&at, s->rings.n * sizeof(double[3]));
+    s->joined = carve(&at, s->rings.n * sizeof(struct claim));
     memset(s->cell, 0, conf->max_cells * sizeof(struct cell));
     for (uint32_t d = 0; d < s->rings.n; d++) {
         double az, el;
@@ -222,7 +221,7 @@ static void evict(struct sphere *s)
             oldest = at;
     }
     s->hand = (s->hand + EVICT_LOOK) % s->conf.max_cells;
-    s->direction[s->cell[oldest].direction].clear_m = 0;
+    memset(s->direction[s->cell[oldest].direction].claim, 0, sizeof s->direction->claim);
     release_cell(s, oldest);
     s->stats.cells_lost++;
 }
@@ -313,30 +312,73 @@ static double covered(double off, double half, double width)
     return share < 0 ? 0 : share > 1 ? 1 : share;
 }
 
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* Cuts the stretch to where slope * r >= offset: one side of the beam. False when nothing is left. */
+static bool cut_side(struct stretch *st, double slope, double offset)
+{
+    if (slope > 1e-12) {
+        if (offset / slope > st->from_m) {
+            st->from_m = offset / slope;
+            st->enters_aside = true;
+        }
+    } else if (slope < -1e-12) {
+        if (offset / slope < st->to_m) {
+            st->to_m = offset / slope;
+            st->leaves_aside = true;
+        }
+    } else if (offset > 0) {
+        return false;
+    }
+    return st->from_m < st->to_m;
+}
+
+#define WIDEST_HALF_RAD 1.45 /* of a beam with flat sides */
+
 /*
- * A direction counts as pinged when its centre lies in the beam; a beam narrower than the cells pings the one that
- * holds its axis. In elevation the whole cell must lie in the beam, where beams are wide and neighbours do not help.
+ * The stretch of the ray along direction d that lies between near_m and far_m from the sensor and in the beam, whose
+ * sides are flat here: |y| <= tan(az) x, |z| <= tan(el) x. False when there is none.
+ *
+ * A direction is in the beam when its centre is. In elevation its whole cell must be, where beams are wide and no
+ * neighbour helps. A beam narrower than a cell frees the one that holds its axis, unless that is over twice as wide.
  */
+static bool stretch_of(const struct sphere *s, uint32_t d, const struct beam *b, double near_m, double far_m,
+                       struct stretch *st)
+{
+    const double *u = s->axis[d];
+    double height = s->rings.height_rad, width = s->direction[d].width_rad * hypot(u[0], u[1]);
+    bool too_coarse = width > 4 * b->half_az || (!s->conf.level && height > 4 * b->half_el);
+    if (too_coarse)
+        return false;
+    double wide = b->half_el - height / 2;
+    double tan_az = tan(fmin(fmax(b->half_az, width / 2), WIDEST_HALF_RAD));
+    double tan_el = tan(fmin(wide > 0 || s->conf.level ? wide : height / 2, WIDEST_HALF_RAD));
+    double x = dot(u, b->axis), y = dot(u, b->side), z = dot(u, b->up);
+    double ox = dot(b->origin_m, b->axis), oy = dot(b->origin_m, b->side), oz = dot(b->origin_m, b->up);
+    *st = (struct stretch){.from_m = fmax(0, meet(b, u, near_m)), .to_m = meet(b, u, far_m)};
+    return st->to_m > st->from_m && tan_el > 0 && cut_side(st, tan_az * x - y, tan_az * ox - oy) &&
+           cut_side(st, tan_az * x + y, tan_az * ox + oy) && cut_side(st, tan_el * x - z, tan_el * ox - oz) &&
+           cut_side(st, tan_el * x + z, tan_el * ox + oz);
+}
+
+/* What the beam heard of the water in direction d; a beam that says nothing takes back what older ones said. */
 static void clear_direction(struct sphere *s, uint32_t d, const struct beam *b)
 {
     struct direction *dir = &s->direction[d];
-    double place[3], range, off_az, off_el, to = meet(b, s->axis[d], b->heard->free_to_m);
-    if (to <= 0)
+    const struct echoes *e = b->ping;
+    const struct beam_echoes *h = b->heard;
+    struct stretch st;
+    bool claims = h->free_to_m > h->blind_m, first = !dir->claim[CLAIM_NOW].t_ping_ns;
+    if (claims && stretch_of(s, d, b, h->blind_m, h->free_to_m, &st))
+        claim_add(dir->claim, &st, e->t_ns, e->pose.path_m, e->sensor);
+    else if (!claims && stretch_of(s, d, b, 0, e->range_max_m, &st))
+        claim_withdraw(dir->claim, e->t_ns, e->pose.path_m, e->sensor);
+    else
         return;
-    for (int i = 0; i < 3; i++)
-        place[i] = to * s->axis[d][i];
-    seen_by(b, place, &range, &off_az, &off_el);
-    double height = s->rings.height_rad;
-    double most_az = fmax(b->half_az, dir->width_rad / 2.0);
-    double most_el = s->conf.level ? fmax(b->half_el, height / 2) : fmax(b->half_el - height / 2, height / 2);
-    if (fabs(off_az) > most_az || fabs(off_el) > most_el)
-        return;
-    if (!dir->t_ping_ns)
-        s->stats.pinged++;
-    dir->t_ping_ns = b->ping->t_ns;
-    dir->path_m = b->ping->pose.path_m;
-    dir->blind_m = (float)(b->heard->blind_m + b->lever_m);
-    dir->clear_m = (float)to;
+    s->stats.pinged += first;
     mark(s, d);
 }
 
@@ -400,32 +442,30 @@ static bool passes(const struct sieve *sieve, double along, double aside)
     return along >= sieve->cos_axis && fabs(aside) <= sieve->sin_side;
 }
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 #define NEAREST_M 0.1 /* nothing is heard nearer: bounds the parallax */
 
 static void enter_beam(struct sphere *s, struct beam *b)
 {
     const struct beam_echoes *h = b->heard;
-    double az, el, side[3] = {-b->sin_az, b->cos_az, 0};
+    double az, el;
+    const double side[3] = {-b->sin_az, b->cos_az, 0};
     geo_direction(h->az_rad, h->el_rad, b->axis);
     quat_rotate(b->turn, b->axis, b->axis);
-    quat_rotate(b->turn, side, side);
+    quat_rotate(b->turn, side, b->side);
+    for (int i = 0; i < 3; i++) /* up = side x axis, with z downward */
+        b->up[i] = b->side[(i + 1) % 3] * b->axis[(i + 2) % 3] - b->side[(i + 2) % 3] * b->axis[(i + 1) % 3];
     geo_angles(b->axis, &az, &el);
     bool claims = h->free_to_m > h->blind_m;
     struct sieve near = sieve_from(s, b, fmax(h->blind_m, NEAREST_M));
-    struct sieve clear = sieve_from(s, b, h->free_to_m);
+    struct sieve clear = b->lever_m > 0 ? near : sieve_from(s, b, 1); /* no lever, no parallax */
     struct sieve hit = sieve_from(s, b, h->n ? h->echo[0].range_m : 1);
 
     struct rings_visit v = rings_visit(&s->rings, az, el, fmin(acos(near.cos_axis), GEO_PI / 2));
     while (rings_next(&v)) {
-        double along = dot(s->axis[v.direction], b->axis), aside = dot(s->axis[v.direction], side);
+        double along = dot(s->axis[v.direction], b->axis), aside = dot(s->axis[v.direction], b->side);
         if (claims && s->direction[v.direction].first != NO_CELL && passes(&near, along, aside))
             carve_direction(s, v.direction, b);
-        if (claims && passes(&clear, along, aside))
+        if (passes(&clear, along, aside))
             clear_direction(s, v.direction, b);
         if (h->n && passes(&hit, along, aside))
             for (uint8_t i = 0; i < h->n; i++)
@@ -477,26 +517,36 @@ static void place_cell(struct sphere *s, uint32_t index)
     mark(s, d);
 }
 
-/* Cleared cones no longer start at the centre: what they claim shrinks by the way moved (and ends with move_limit). */
+/* Farther in one step than this the old claims say nothing of the new place. */
+#define CLAIM_STEP_MOST_M 1.0
+
+static void move_claims(struct sphere *s, const double step_m[3])
+{
+    for (uint32_t d = 0; d < s->rings.n; d++)
+        s->joined[d] = claim_join(&s->direction[d].claim[CLAIM_NOW], &s->direction[d].claim[CLAIM_BEFORE]);
+    bool far = dot(step_m, step_m) > CLAIM_STEP_MOST_M * CLAIM_STEP_MOST_M;
+    for (uint32_t d = 0; d < s->rings.n; d++) {
+        struct direction *dir = &s->direction[d];
+        if (!dir->claim[CLAIM_NOW].t_ping_ns && dir->first == NO_CELL)
+            continue;
+        dir->claim[CLAIM_NOW] =
+            far ? (struct claim){0} : claim_moved(&s->rings, (const double(*)[3])s->axis, s->joined, d, step_m);
+        dir->claim[CLAIM_BEFORE] = (struct claim){0};
+        mark(s, d);
+    }
+}
+
 static void recentre(struct sphere *s, const double position_m[3])
 {
-    double step = 0;
+    double step_m[3];
     for (int i = 0; i < 3; i++) {
-        step += (position_m[i] - s->frame.centre_m[i]) * (position_m[i] - s->frame.centre_m[i]);
+        step_m[i] = position_m[i] - s->frame.centre_m[i];
         s->frame.centre_m[i] = position_m[i];
     }
-    step = sqrt(step);
     for (uint32_t i = 0; i < s->conf.max_cells; i++)
         if (s->cell[i].direction != RINGS_NONE)
             place_cell(s, i);
-    for (uint32_t d = 0; d < s->rings.n; d++) {
-        struct direction *dir = &s->direction[d];
-        if (!dir->t_ping_ns && dir->first == NO_CELL)
-            continue;
-        dir->clear_m = fmaxf(0, dir->clear_m - (float)step);
-        dir->blind_m += (float)step;
-        mark(s, d);
-    }
+    move_claims(s, step_m);
     s->stats.recentred++;
 }
 
@@ -556,14 +606,14 @@ static bool set_axes(struct sphere *s, const struct pose *pose)
 static void publish_direction(struct sphere *s, uint32_t d, uint64_t t_ns)
 {
     const struct direction *dir = &s->direction[d];
-    struct picture_entry e = {
-        .t_ping_ns = dir->t_ping_ns, .path_m = dir->path_m, .blind_m = dir->blind_m, .clear_m = dir->clear_m};
+    struct picture_entry e = {.claim = {dir->claim[CLAIM_NOW], dir->claim[CLAIM_BEFORE]}};
     unsigned n = 0;
     for (uint32_t i = dir->first; i != NO_CELL && n < PICTURE_OBSTACLES; i = s->cell[i].next) {
         const struct cell *c = &s->cell[i];
         float near_m = fmaxf(0, c->range_m - c->near_m);
         if (faded(s, c, t_ns) <= s->picture.blocked_logodds) {
-            e.clear_m = fminf(e.clear_m, near_m); /* too little to block, too much to call it clear */
+            for (int k = 0; k < CLAIMS; k++) /* too little to block, too much to call it clear */
+                e.claim[k].to_m = fminf(e.claim[k].to_m, near_m);
             continue;
         }
         e.obstacle[n++] = (struct picture_obstacle){.t_ref_ns = c->t_ref_ns,

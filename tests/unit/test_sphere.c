@@ -134,7 +134,7 @@ TEST(a_beam_that_claims_nothing_clears_nothing)
 {
     start(&usual);
     turn_of(0, 0);
-    CHECK_INT(ask(10, 1).reason, ANSWER_NEVER);
+    CHECK_INT(ask(10, 1).reason, ANSWER_BEYOND);
 }
 
 TEST(clear_grows_stale_and_blocked_fades_but_never_to_clear)
@@ -327,10 +327,12 @@ TEST(cleared_water_is_unknown_once_the_vehicle_has_driven_on)
     now.pose.has = POSE_ATTITUDE | POSE_POSITION;
     now.pose_fresh = true;
     turn_of(0, 10);
-    now.pose.position_m[1] = 0.4;
-    now.pose.path_m = 0.4;
+    now.pose.position_m[1] = 0.15;
+    now.pose.path_m = 0.15;
     CHECK_INT(ask(0, 8).state, ANSWER_CLEAR);
-    CHECK_NEAR(ask(0, 8).free_to_m, 9.6, 0, 1e-5);
+    CHECK_NEAR(ask(0, 8).free_to_m, 9.85, 0, 1e-5);
+    now.pose.position_m[1] = 0.4; /* and no ping since */
+    CHECK_INT(ask(0, 8).reason, ANSWER_MOVED);
     now.pose.position_m[1] = 0;
     now.pose.path_m = 0.8; /* there and back is a way too */
     CHECK_INT(ask(0, 8).reason, ANSWER_MOVED);
@@ -394,6 +396,158 @@ TEST(senseless_grids_are_refused_with_a_sentence)
         char err[200] = "";
         CHECK_INT(sphere_bytes(&bad[i], err, sizeof err), 0);
         CHECK(strlen(err) > 10);
+    }
+}
+
+TEST(a_beam_that_hears_nothing_usable_takes_back_what_was_clear)
+{
+    start(&usual);
+    turn_of(0, 8);
+    CHECK_INT(ask(0, 5).state, ANSWER_CLEAR);
+    now.now_ns += SECOND;
+    turn_of(0, 0);
+    CHECK_INT(ask(0, 5).state, ANSWER_UNKNOWN);
+}
+
+TEST(a_lost_sonar_makes_its_clear_water_unknown_at_once)
+{
+    start(&usual);
+    turn_of(5, 0);
+    now.lost = 1;
+    CHECK_INT(ask(0, 4).reason, ANSWER_SILENT);
+    CHECK_INT(ask(0, 6).state, ANSWER_BLOCKED);
+    now.lost = 2; /* another one */
+    CHECK_INT(ask(0, 4).state, ANSWER_CLEAR);
+}
+
+TEST(a_cell_much_wider_than_the_beam_is_never_cleared_by_it)
+{
+    struct sphere_conf coarse = usual;
+    coarse.angular_step_rad = geo_rad(15);
+    start(&coarse);
+    turn_of(0, 8);
+    CHECK_INT(ask(0, 5).state, ANSWER_UNKNOWN);
+    turn_of(5, 0);
+    CHECK_INT(ask(0, 6).state, ANSWER_BLOCKED);
+}
+
+TEST(a_corridor_says_how_far_its_sides_are_blind)
+{
+    start(&usual);
+    for (int u = 0; u < 400; u++) /* all round, up and down */
+        for (int el = -88; el <= 88; el += 4)
+            ping_el(u * 0.9, el, 0, 8, 2, 25);
+    struct answer_query q = {.distance_m = 3, .corridor = true, .radius_m = 0.25};
+    struct answer a;
+    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    CHECK_INT(a.state, ANSWER_CLEAR);
+    CHECK(a.blind_to_m >= 0.25); /* the corridor leaves the sides within the ring-down of 0.3 m */
+}
+
+TEST(a_head_that_hangs_low_does_not_see_the_water_before_the_bow)
+{
+    start(&usual);
+    mount.position_m[2] = 0.5;
+    turn_of(0, 8);
+    CHECK_INT(ask(0, 2).state, ANSWER_UNKNOWN);
+    struct answer a = ask(0, 6);
+    CHECK_INT(a.state, ANSWER_CLEAR);
+    CHECK(a.blind_to_m > 0.5 / tan(geo_rad(12.5)));
+}
+
+/* ---- claims against the beams that they rest on ---- */
+
+static struct {
+    double origin[3], az;
+    double free_m;
+} beams[4000];
+static int n_beams;
+
+static void look_at(double az_rad, double free_m)
+{
+    double lever[3], v[3], az, el;
+    quat_rotate(now.pose.attitude, mount.position_m, lever);
+    geo_direction(az_rad, 0, v);
+    quat_rotate(now.pose.attitude, v, v);
+    geo_angles(v, &az, &el);
+    for (int i = 0; i < 3; i++)
+        beams[n_beams].origin[i] = now.pose.position_m[i] + lever[i];
+    beams[n_beams].az = az;
+    beams[n_beams++].free_m = free_m;
+    ping(geo_deg(az_rad), 0, free_m);
+}
+
+/* Was the place in the water that some beam freed? Half a beam, a cell and a little in azimuth; the fan in height. */
+static bool was_freed(const double place[3])
+{
+    for (int i = 0; i < n_beams; i++) {
+        double v[3], az, el, range = 0;
+        for (int k = 0; k < 3; k++) {
+            v[k] = place[k] - beams[i].origin[k];
+            range += v[k] * v[k];
+        }
+        geo_angles(v, &az, &el);
+        if (sqrt(range) <= beams[i].free_m + 0.05 && fabs(el) <= geo_rad(12.6) &&
+            fabs(geo_wrap_pi(az - beams[i].az)) <= geo_rad(3.5))
+            return true;
+    }
+    return false;
+}
+
+static int claimed_and_not_freed(int *claimed)
+{
+    struct picture *p = sphere_picture(sphere);
+    struct picture_frame frame;
+    int wrong = 0;
+    picture_get_frame(p, &frame);
+    for (uint32_t d = 0; d < p->n; d++) {
+        struct picture_entry e;
+        picture_get(p, d, &e);
+        for (int k = 0; k < CLAIMS; k++)
+            for (double r = e.claim[k].from_m + 0.02; e.claim[k].t_ping_ns && r < e.claim[k].to_m; r += 0.1) {
+                double place[3];
+                for (int i = 0; i < 3; i++)
+                    place[i] = frame.centre_m[i] + r * p->axis[d][i];
+                ++*claimed;
+                wrong += !was_freed(place);
+            }
+    }
+    return wrong;
+}
+
+TEST(with_any_mount_and_on_the_move_only_freed_water_is_claimed)
+{
+    uint64_t seed = test_seed();
+    for (int trial = 0; trial < 6; trial++) {
+        start(&usual);
+        n_beams = 0;
+        now.pose.has = POSE_ATTITUDE | POSE_POSITION;
+        now.pose_fresh = true;
+        quat_from_rpy(0, 0, 6 * test_uniform(&seed), now.pose.attitude);
+        for (int i = 0; i < 3; i++)
+            mount.position_m[i] = trial % 3 ? (test_uniform(&seed) - 0.5) * (i == 2 ? 0.6 : 1.2) : 0;
+        int from = (int)(400 * test_uniform(&seed)), claimed = 0;
+        for (int turns = 0; turns < 2; turns++)
+            for (int u = 0; u < 120; u++) { /* a sector of 108 degrees */
+                now.now_ns += SECOND / 20;
+                look_at(geo_rad((from + u) * 0.9), 3 + 3 * test_uniform(&seed));
+            }
+        CHECK_INT(claimed_and_not_freed(&claimed), 0);
+        CHECK(claimed > 1000);
+        if (trial < 3)
+            continue;
+        double way = GEO_TURN * test_uniform(&seed);
+        for (int step = 1; step <= 45; step++) { /* 0.45 m, looking elsewhere; every tenth step is a ping */
+            now.pose.position_m[0] += 0.01 * cos(way);
+            now.pose.position_m[1] += 0.01 * sin(way);
+            now.pose.path_m += 0.01;
+            if (step % 10 == 0)
+                look_at(geo_rad((from + 200) * 0.9), 1);
+        }
+        claimed = 0;
+        CHECK_INT(claimed_and_not_freed(&claimed), 0);
+        CHECK(claimed > 500);
+        printf("# trial %d: %d places claimed after 0.45 m\n", trial, claimed);
     }
 }
 
@@ -501,10 +655,42 @@ TEST(a_level_grid_gives_the_same_ring)
     turn_of(5, 0);
     CHECK_NEAR(ask(33, 6).range_m, 5, 0, 0.02);
     CHECK_INT(ask(33, 4).state, ANSWER_CLEAR);
-    struct answer_query q = {.el_rad = geo_rad(45), .distance_m = 4, .half_angle_rad = geo_rad(5)};
+    /* and does not know what is above and below it */
+    static const struct answer_query beyond[] = {
+        {.el_rad = 0.8, .distance_m = 4, .half_angle_rad = 0.1},
+        {.distance_m = 4, .half_angle_rad = 0.2},
+        {.el_rad = 0.1, .distance_m = 4, .half_angle_rad = 0.1},
+        {.distance_m = 4, .corridor = true, .radius_m = 0.5},
+    };
+    for (size_t i = 0; i < sizeof beyond / sizeof beyond[0]; i++) {
+        struct answer a;
+        answer_direction(sphere_picture(sphere), &limits, &now, &beyond[i], &a);
+        CHECK_INT(a.reason, ANSWER_OUTSIDE);
+    }
+    struct answer sector[4];
+    answer_sectors(sphere_picture(sphere), &limits, &now, false, -1, 1, 4, 4, sector);
+    for (int k = 0; k < 4; k++)
+        CHECK(sector[k].state != ANSWER_CLEAR);
+}
+
+TEST(a_level_grid_on_a_vehicle_that_pitches_claims_only_what_the_fan_covers)
+{
+    struct sphere_conf level = usual;
+    level.level = true;
+    level.level_half_rad = geo_rad(7.5);
+    start(&level);
+    now.pose.has = POSE_ATTITUDE;
+    now.pose_fresh = true;
+    turn_of(0, 8);
+    CHECK_INT(ask(0, 4).state, ANSWER_CLEAR);
+    quat_from_rpy(0, geo_rad(10), 0, now.pose.attitude); /* the fan reaches from -2.5 degrees upward */
+    turn_of(0, 8);
+    now.now_ns += 31 * SECOND; /* what the level turn had cleared is stale */
+    turn_of(0, 8);
+    struct answer_query q = {.ned = true, .distance_m = 4, .half_angle_rad = geo_rad(5)};
     struct answer a;
     answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
-    CHECK_INT(a.reason, ANSWER_OUTSIDE);
+    CHECK_INT(a.state, ANSWER_UNKNOWN);
 }
 
 int main(void)
@@ -531,9 +717,16 @@ int main(void)
     RUN(counts_and_logodds_saturate);
     RUN(a_clock_that_jumps_back_does_no_harm);
     RUN(senseless_grids_are_refused_with_a_sentence);
+    RUN(a_beam_that_hears_nothing_usable_takes_back_what_was_clear);
+    RUN(a_lost_sonar_makes_its_clear_water_unknown_at_once);
+    RUN(a_cell_much_wider_than_the_beam_is_never_cleared_by_it);
+    RUN(a_corridor_says_how_far_its_sides_are_blind);
+    RUN(a_head_that_hangs_low_does_not_see_the_water_before_the_bow);
+    RUN(with_any_mount_and_on_the_move_only_freed_water_is_claimed);
     RUN(in_a_room_sectors_are_its_walls_and_never_clear_beyond);
     RUN(asking_for_more_never_turns_blocked_or_unknown_into_clear);
     RUN(a_level_grid_gives_the_same_ring);
+    RUN(a_level_grid_on_a_vehicle_that_pitches_claims_only_what_the_fan_covers);
     free(memory);
     return test_end();
 }

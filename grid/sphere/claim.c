@@ -1,0 +1,116 @@
+/* SPDX-License-Identifier: MIT */
+#include "claim.h"
+
+#include <math.h>
+
+#include "../geometry.h"
+
+static struct claim claim_of(const struct stretch *s, uint64_t t_ns, double path_m, uint32_t sensor)
+{
+    return (struct claim){.t_ping_ns = t_ns,
+                          .path_m = path_m,
+                          .from_m = (float)s->from_m,
+                          .to_m = (float)s->to_m,
+                          .sensors = 1ull << (sensor % 64)};
+}
+
+void claim_withdraw(struct claim *claims, uint64_t t_ns, double path_m, uint32_t sensor)
+{
+    claims[CLAIM_NOW] = claim_of(&(struct stretch){0}, t_ns, path_m, sensor);
+    claims[CLAIM_BEFORE] = (struct claim){0};
+}
+
+/* An end that the beam itself has (ring-down, echo, end of what was heard) holds against everything older. */
+static void cut(struct claim *c, const struct stretch *s)
+{
+    if (!s->enters_aside)
+        c->from_m = fmaxf(c->from_m, (float)s->from_m);
+    if (!s->leaves_aside)
+        c->to_m = fminf(c->to_m, (float)s->to_m);
+}
+
+void claim_add(struct claim *claims, const struct stretch *s, uint64_t t_ns, double path_m, uint32_t sensor)
+{
+    struct claim *now = &claims[CLAIM_NOW], *before = &claims[CLAIM_BEFORE];
+    struct claim fresh = claim_of(s, t_ns, path_m, sensor);
+    if (!s->enters_aside && !s->leaves_aside) {
+        *now = fresh;
+        *before = (struct claim){0};
+        return;
+    }
+    bool own_turn = now->t_ping_ns && t_ns >= now->t_ping_ns && t_ns - now->t_ping_ns <= CLAIM_CHAIN_NS;
+    if (!own_turn) {
+        *before = *now;
+        *now = (struct claim){0};
+    }
+    cut(now, s);
+    cut(before, s);
+    *now = claim_join(now, &fresh);
+}
+
+static bool holds(const struct claim *c)
+{
+    return c->t_ping_ns && c->to_m > c->from_m;
+}
+
+struct claim claim_join(const struct claim *a, const struct claim *b)
+{
+    if (!holds(a))
+        return b->t_ping_ns ? *b : *a;
+    if (!holds(b))
+        return *a;
+    if (a->from_m > b->to_m || b->from_m > a->to_m)
+        return a->from_m <= b->from_m ? *a : *b;
+    return (struct claim){.t_ping_ns = a->t_ping_ns < b->t_ping_ns ? a->t_ping_ns : b->t_ping_ns,
+                          .path_m = fmin(a->path_m, b->path_m),
+                          .from_m = fminf(a->from_m, b->from_m),
+                          .to_m = fmaxf(a->to_m, b->to_m),
+                          .sensors = a->sensors | b->sensors};
+}
+
+/* Does the old claim of the direction in which the place lies free it? Joined to *c when it does. */
+static bool frees(const struct rings *rings, const struct claim *old, const double place_m[3], struct claim *c)
+{
+    double az, el, range = sqrt(place_m[0] * place_m[0] + place_m[1] * place_m[1] + place_m[2] * place_m[2]);
+    geo_angles(place_m, &az, &el);
+    uint32_t d = rings_index(rings, az, el);
+    if (d == RINGS_NONE || !holds(&old[d]) || range < old[d].from_m || range > old[d].to_m)
+        return false;
+    c->t_ping_ns = old[d].t_ping_ns < c->t_ping_ns ? old[d].t_ping_ns : c->t_ping_ns;
+    c->path_m = fmin(c->path_m, old[d].path_m);
+    c->sensors |= old[d].sensors;
+    return true;
+}
+
+#define INWARD_MOST 200 /* steps: bounds the work near the centre */
+
+struct claim claim_moved(const struct rings *rings, const double (*axis)[3], const struct claim *old, uint32_t d,
+                         const double step_m[3])
+{
+    struct claim c = old[d];
+    const double *u = axis[d];
+    if (!holds(&c))
+        return c;
+    double along = step_m[0] * u[0] + step_m[1] * u[1] + step_m[2] * u[2];
+    double step2 = step_m[0] * step_m[0] + step_m[1] * step_m[1] + step_m[2] * step_m[2];
+    double across = sqrt(fmax(0, step2 - along * along)), half = rings->height_rad / 2;
+    double to = c.to_m - fabs(along) - across, near = to;
+    /* Each step inward turns the old direction by half a cell; the last one that is free ends the claim. */
+    for (int k = 0; k < INWARD_MOST && near > 0; k++) {
+        double off = across / fmax(near + along, 1e-9);
+        double r = across > 0 && off + half < GEO_PI / 2 ? across / tan(atan(off) + half) - along : 0;
+        r = fmin(r, near * 0.9); /* along a ray that stays in its direction the step is in range alone */
+        double place[3];
+        for (int i = 0; i < 3; i++)
+            place[i] = step_m[i] + near * u[i];
+        if (!frees(rings, old, place, &c))
+            break;
+        c.from_m = (float)near;
+        near = r;
+    }
+    if (near >= to)
+        c.from_m = c.to_m = 0;
+    else
+        c.to_m = (float)to;
+    return c;
+}
