@@ -55,8 +55,8 @@ const struct conf_key conf_keys[] = {
      .help = "How far to listen. A longer range makes every turn of a scanning head slower and bins coarser;\n"
              "20 m is several times the way in which a small ROV stops."},
     {"sonar", "gain", INTEGER(0, 40), .standard = "auto", .instead = "auto", .instead_value = -1, SONAR(gain),
-     .help = "Receiver gain on the device's own scale (ping360: 0, 1 or 2; imagenex: dB; micron: 0 to 10, tenths of\n"
-             "the full gain). auto: the default."},
+     .help = "Receiver gain on the device's own scale (ping360: 0, 1 or 2; imagenex: dB; micron: 0 to 10,\n"
+             "tenths of the full gain). auto: the default."},
     {"sonar", "sector", QUANTITY(2, "deg", -360, 360), .standard = "0 360 deg", SONAR(sector_rad),
      .help = "First and last azimuth of the scan in the sensor's frame, clockwise from first to last; 0 is\n"
              "the head's own forward. 0 360 is the full circle, 300 60 is the third ahead. A smaller sector is\n"
