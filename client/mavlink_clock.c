@@ -31,10 +31,12 @@ uint64_t mavlink_clock_heard(struct mavlink_clock *clock, uint32_t boot_ms, uint
 
 void mavlink_clock_answer(struct mavlink_clock *clock, int64_t tc1_ns, int64_t asked_ns, uint64_t now_ns)
 {
-    const int64_t round_trip_ns = (int64_t)now_ns - asked_ns;
-    int64_t offset_ns;
+    int64_t round_trip_ns, offset_ns;
 
-    if (!clock->known || asked_ns < 0 || round_trip_ns < 0 || round_trip_ns > ROUND_TRIP_NS || tc1_ns < 0)
+    if (!clock->known || asked_ns < 0 || asked_ns > (int64_t)now_ns || tc1_ns < 0)
+        return;
+    round_trip_ns = (int64_t)now_ns - asked_ns;
+    if (round_trip_ns > ROUND_TRIP_NS)
         return;
     offset_ns = asked_ns + round_trip_ns / 2 - tc1_ns;
     /* One that differs more counts from another start than the time stamps do. */

@@ -29,7 +29,7 @@ static uint16_t frame_crc(const uint8_t *frame, size_t n, uint8_t crc_extra)
     return mavlink_crc(&crc_extra, 1, mavlink_crc(frame + 1, n - 1, CRC_START));
 }
 
-/* What the bytes held are: the start of a frame that needs `size` bytes to judge, or one of `size` bytes. */
+/* What the bytes held are: too few to tell, so that `size` are needed; a frame, or one to pass over, of `size`. */
 enum verdict { MORE, FRAME, SKIP, GARBAGE };
 
 /* A frame of an id we know, whole: n bytes without a signature. */
@@ -84,6 +84,8 @@ static enum verdict examine(struct mavlink_parser *parser, size_t *size, struct 
     message = mavlink_message(two ? b[7] | (uint32_t)b[8] << 8 | (uint32_t)b[9] << 16 : b[5]);
     if (message)
         return judge(parser, message, header, n, is_signed, out);
+    if (parser->searching)
+        return GARBAGE;
     if (parser->n_held == *size) {
         ++*size;
         return MORE;
@@ -96,6 +98,7 @@ static enum verdict examine(struct mavlink_parser *parser, size_t *size, struct 
 
 static void drop(struct mavlink_parser *parser, size_t n)
 {
+    parser->searching = false;
     parser->n_held -= n;
     memmove(parser->held, parser->held + n, parser->n_held);
 }
@@ -109,6 +112,7 @@ static void drop_garbage(struct mavlink_parser *parser)
         n++;
     parser->counters.garbage_bytes += n;
     drop(parser, n);
+    parser->searching = true;
 }
 
 bool mavlink_parser_next(struct mavlink_parser *parser, const uint8_t **bytes, size_t *n,

@@ -38,12 +38,14 @@ struct mavlink_parser {
     struct mavlink_counters counters;
     uint8_t held[MAVLINK_FRAME_MAX + 1];
     size_t n_held;
+    bool searching; /* the bytes before those held were no frame */
 };
 
 /**
  * mavlink_parser_next - take bytes (advancing *bytes, *n) until a frame is whole: true, with *out. False: all bytes
- * were taken. A frame of an unknown id is skipped by its length only if another frame begins behind it, otherwise the
- * search goes on one byte after its start. With a key, frames must be signed.
+ * were taken. A frame of an unknown id is skipped by its length only if it stands right behind another frame and
+ * another one begins behind it, otherwise the search goes on one byte after its start: what looks like one amid garbage
+ * would swallow good frames. With a key, frames must be signed.
  */
 bool mavlink_parser_next(struct mavlink_parser *parser, const uint8_t **bytes, size_t *n,
                          struct mavlink_frame *out);

@@ -1,0 +1,564 @@
+/* SPDX-License-Identifier: MIT */
+/* What the bridge makes of messages and answers: clock, pose, distances, points, texts; its link's addresses. */
+#include "../../client/mavlink_alert.h"
+#include "../../client/mavlink_link.h"
+#include "../../client/mavlink_obstacles.h"
+#include "../../client/mavlink_vehicle.h"
+#include "../lib/test.h"
+
+#define MS    1000000ull
+#define S     1000000000ull
+#define START (1000 * S) /* our clock when the autopilot has been up for 100 s */
+
+/* ---- clock ---- */
+
+TEST(the_clock_follows_the_least_delay)
+{
+    uint64_t random = test_seed(), now_ns = 0;
+    struct mavlink_clock clock = {0};
+
+    for (uint32_t ms = 0; ms < 20000; ms += 20) {
+        const uint64_t truth_ns = START + ms * MS, due_ns = truth_ns + 2 * MS + test_random(&random) % (30 * MS);
+
+        now_ns = due_ns > now_ns ? due_ns : now_ns; /* none overtakes another */
+        const uint64_t got_ns = mavlink_clock_heard(&clock, 100000 + ms, now_ns);
+
+        CHECK(got_ns <= now_ns);
+        if (ms > 5000)
+            CHECK_NEAR((double)got_ns - (double)truth_ns, 2.5e6, 0, 0.6e6);
+    }
+}
+
+TEST(the_clock_follows_one_that_runs_slow)
+{
+    struct mavlink_clock clock = {0};
+    uint64_t got_ns = 0, truth_ns = 0;
+
+    for (uint32_t ms = 0; ms < 600000; ms += 20) { /* 30 ppm, ten minutes: 18 ms */
+        truth_ns = START + (uint64_t)(ms * 1.00003 * 1e6);
+        got_ns = mavlink_clock_heard(&clock, 100000 + ms, truth_ns);
+    }
+    CHECK_NEAR((double)got_ns - (double)truth_ns, 0, 0, 1e6);
+}
+
+TEST(the_clock_goes_on_when_the_autopilots_wraps)
+{
+    struct mavlink_clock clock = {0};
+
+    for (uint64_t ms = UINT32_MAX - 1000; ms < (1ull << 32) + 1000; ms += 10)
+        CHECK(mavlink_clock_heard(&clock, (uint32_t)ms, START + ms * MS) == START + ms * MS);
+}
+
+TEST(the_clock_begins_anew_with_the_autopilot)
+{
+    struct mavlink_clock clock = {0};
+
+    mavlink_clock_heard(&clock, 100000, START);
+    CHECK(mavlink_clock_heard(&clock, 3000, START + S) == START + S);
+    CHECK(mavlink_clock_heard(&clock, 3010, START + S + 10 * MS) == START + S + 10 * MS);
+}
+
+TEST(the_clock_bears_messages_out_of_order_and_late_ones)
+{
+    struct mavlink_clock clock = {0};
+
+    mavlink_clock_heard(&clock, 100000, START);
+    CHECK(mavlink_clock_heard(&clock, 99980, START) == START - 20 * MS);
+    CHECK(mavlink_clock_heard(&clock, 100100, START + 900 * MS) < START + 101 * MS); /* stuck for 0.8 s */
+}
+
+TEST(a_timesync_answer_takes_half_the_way_off)
+{
+    struct mavlink_clock clock = {0};
+    int64_t before;
+
+    mavlink_clock_heard(&clock, 100000, START + 8 * MS); /* true offset 900 s, seen with 8 ms delay */
+    mavlink_clock_answer(&clock, (int64_t)(100 * S + 20 * MS), (int64_t)(START + 16 * MS), START + 24 * MS);
+    CHECK(mavlink_clock_boot_ns(&clock, START) == 100 * S);
+    before = clock.offset_ns;
+    mavlink_clock_answer(&clock, (int64_t)(100 * S + 50 * MS), (int64_t)START, START + 60 * MS); /* slow */
+    mavlink_clock_answer(&clock, (int64_t)(500 * S), (int64_t)START, START + MS); /* another clock */
+    mavlink_clock_answer(&clock, INT64_MIN, INT64_MIN, START + MS);
+    mavlink_clock_answer(&clock, INT64_MAX, INT64_MAX, START + MS);
+    CHECK(clock.offset_ns == before);
+}
+
+/* ---- vehicle ---- */
+
+static bool give(struct mavlink_vehicle *v, uint8_t system, uint8_t component, enum mavlink_id id,
+                 const void *content, uint64_t now_ns)
+{
+    struct mavlink_frame frame = {.message = mavlink_message(id), .system_id = system, .component_id = component};
+
+    mavlink_pack(frame.message, content, frame.payload);
+    return mavlink_vehicle_take(v, &frame, now_ns);
+}
+
+static const struct mavlink_heartbeat submarine = {.type = 12, .autopilot = 3, .mavlink_version = 3};
+
+static struct mavlink_vehicle vehicle_at_start(double surface_hpa)
+{
+    const struct mavlink_vehicle_conf conf = {.surface_hpa = surface_hpa, .density_kgpm3 = 1025};
+    struct mavlink_vehicle v;
+
+    mavlink_vehicle_init(&v, &conf);
+    CHECK(give(&v, 7, 1, MAVLINK_HEARTBEAT, &submarine, START));
+    return v;
+}
+
+static bool give_attitude(struct mavlink_vehicle *v, uint32_t ms, double roll, double pitch, double yaw)
+{
+    const struct mavlink_attitude m = {
+        .time_boot_ms = 100000 + ms, .roll = (float)roll, .pitch = (float)pitch, .yaw = (float)yaw};
+
+    return give(v, 7, 1, MAVLINK_ATTITUDE, &m, START + ms * MS);
+}
+
+TEST(the_vehicle_is_whoever_beats_as_an_autopilot)
+{
+    const struct mavlink_heartbeat station = {.type = 6, .autopilot = 8}, companion = {.type = 18, .autopilot = 8};
+    const struct mavlink_vehicle_conf chosen = {.system_id = 9, .surface_hpa = 1013, .density_kgpm3 = 1025};
+    struct mavlink_vehicle v;
+
+    mavlink_vehicle_init(&v, &chosen);
+    CHECK(!give(&v, 7, 1, MAVLINK_HEARTBEAT, &submarine, START));
+    CHECK(give(&v, 9, 1, MAVLINK_HEARTBEAT, &submarine, START));
+    v = vehicle_at_start(1013);
+    CHECK_INT(v.system_id, 7);
+    CHECK(!give(&v, 7, 196, MAVLINK_HEARTBEAT, &companion, START));
+    CHECK(!give(&v, 255, 190, MAVLINK_HEARTBEAT, &station, START));
+    CHECK(!give(&v, 255, 1, MAVLINK_HEARTBEAT, &station, START));
+    CHECK(!give(&v, 9, 1, MAVLINK_HEARTBEAT, &submarine, START + S)); /* a second one */
+    CHECK(mavlink_vehicle_present(&v, START + 5 * S));
+    CHECK(!mavlink_vehicle_present(&v, START + 5 * S + 1));
+    CHECK(!give_attitude(&v, 6000, 0, 0, 0)); /* without a heartbeat it is not there */
+    CHECK(give(&v, 9, 1, MAVLINK_HEARTBEAT, &submarine, START + 7 * S));
+    CHECK_INT(v.system_id, 9);
+}
+
+TEST(euler_angles_become_the_quaternion)
+{
+    static const double half = 0.70710678118654752;
+    struct mavlink_vehicle v = vehicle_at_start(1013);
+    struct mavlink_pose pose;
+
+    CHECK(give_attitude(&v, 0, 0, 0, M_PI / 2) && mavlink_vehicle_pose(&v, START, &pose));
+    CHECK_NEAR(pose.quaternion[0], half, 1e-6, 0);
+    CHECK_NEAR(pose.quaternion[3], half, 1e-6, 0);
+    CHECK(give_attitude(&v, 100, M_PI / 2, 0, 0) && mavlink_vehicle_pose(&v, START + 100 * MS, &pose));
+    CHECK_NEAR(pose.quaternion[1], half, 1e-6, 0);
+    CHECK(give_attitude(&v, 200, 0, -M_PI / 2, 0) && mavlink_vehicle_pose(&v, START + 200 * MS, &pose));
+    CHECK_NEAR(pose.quaternion[2], -half, 1e-6, 0);
+    /* all three by 90 degrees: as pitch alone, since yaw and roll turn about the same axis then */
+    CHECK(give_attitude(&v, 300, M_PI / 2, M_PI / 2, M_PI / 2) &&
+          mavlink_vehicle_pose(&v, START + 300 * MS, &pose));
+    CHECK_NEAR(pose.quaternion[0], half, 1e-6, 0);
+    CHECK_NEAR(pose.quaternion[1], 0, 0, 1e-6);
+    CHECK_NEAR(pose.quaternion[2], half, 1e-6, 0);
+    CHECK_NEAR(pose.quaternion[3], 0, 0, 1e-6);
+    CHECK_INT(pose.has, MAVLINK_POSE_ATTITUDE);
+}
+
+TEST(parts_go_out_together_at_the_time_of_the_attitude)
+{
+    struct mavlink_vehicle v = vehicle_at_start(1013.25);
+    const struct mavlink_local_position_ned place = {100010, 1, 2, 3, 0.1f, 0.2f, 0.3f};
+    const struct mavlink_scaled_pressure2 pressure = {.time_boot_ms = 100005, .press_abs = 2013.25f};
+    struct mavlink_pose pose;
+
+    give_attitude(&v, 0, 0, 0, 0);
+    CHECK(mavlink_vehicle_pose(&v, START, &pose) && pose.has == MAVLINK_POSE_ATTITUDE);
+    CHECK(give(&v, 7, 1, MAVLINK_SCALED_PRESSURE2, &pressure, START + 5 * MS));
+    CHECK(give(&v, 7, 1, MAVLINK_LOCAL_POSITION_NED, &place, START + 10 * MS));
+    CHECK(give(&v, 7, 1, MAVLINK_SCALED_PRESSURE2, &pressure, START + 15 * MS));
+    CHECK(!mavlink_vehicle_pose(&v, START + 15 * MS, &pose)); /* waits for the attitude */
+    give_attitude(&v, 20, 0, 0, 0);
+    CHECK(mavlink_vehicle_pose(&v, START + 20 * MS, &pose));
+    CHECK_INT(pose.has, MAVLINK_POSE_ATTITUDE | MAVLINK_POSE_POSITION | MAVLINK_POSE_VELOCITY);
+    CHECK(pose.t_ns <= START + 20 * MS && pose.t_ns + MS > START + 20 * MS);
+    CHECK(pose.position_m[2] == 3 && pose.velocity_mps[0] == 0.1f);
+    CHECK(!mavlink_vehicle_pose(&v, START + 40 * MS, &pose)); /* nothing new */
+}
+
+TEST(depth_follows_from_pressure)
+{
+    static const struct {
+        const char *name;
+        double surface_hpa, first_hpa, hpa, depth_m;
+    } rows[] = {
+        {"1 dbar by ten", 1013.25, 1013.25, 2013.25, 9.948},
+        {"above the surface", 1013.25, 1013.25, 1003.25, -0.0995},
+        {"zeroed at the first reading", 0, 1030.0, 2030.0, 9.948},
+    };
+
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        struct mavlink_vehicle v = vehicle_at_start(rows[i].surface_hpa);
+        struct mavlink_scaled_pressure2 m = {.time_boot_ms = 100000, .press_abs = (float)rows[i].first_hpa};
+        struct mavlink_pose pose;
+
+        give(&v, 7, 1, MAVLINK_SCALED_PRESSURE2, &m, START);
+        CHECK(mavlink_vehicle_pose(&v, START, &pose) &&
+              pose.has == MAVLINK_POSE_DEPTH); /* alone: no attitude yet */
+        CHECK_NEAR(pose.depth_m, 0, 0, 1e-9);
+        m.time_boot_ms += 100;
+        m.press_abs = (float)rows[i].hpa;
+        give(&v, 7, 1, MAVLINK_SCALED_PRESSURE2, &m, START + 100 * MS);
+        CHECK(mavlink_vehicle_pose(&v, START + 100 * MS, &pose));
+        CHECK_NEAR(pose.depth_m, rows[i].depth_m, 1e-3, 0);
+    }
+}
+
+TEST(values_that_cannot_be_are_refused)
+{
+    struct mavlink_vehicle v = vehicle_at_start(1013);
+    struct mavlink_attitude_quaternion turn = {100000, 0, 0, 0, 0, 0, 0, 0};
+    struct mavlink_local_position_ned place = {.time_boot_ms = 100000, .x = NAN};
+    struct mavlink_scaled_pressure2 pressure = {.time_boot_ms = 100000, .press_abs = -1};
+    struct mavlink_pose pose;
+
+    give_attitude(&v, 0, NAN, 0, 0);
+    give_attitude(&v, 0, 0, INFINITY, 0);
+    give(&v, 7, 1, MAVLINK_ATTITUDE_QUATERNION, &turn, START);
+    give(&v, 7, 1, MAVLINK_LOCAL_POSITION_NED, &place, START);
+    give(&v, 7, 1, MAVLINK_SCALED_PRESSURE2, &pressure, START);
+    pressure.press_abs = NAN;
+    give(&v, 7, 1, MAVLINK_SCALED_PRESSURE2, &pressure, START);
+    CHECK_INT(v.refused, 6);
+    CHECK(!mavlink_vehicle_pose(&v, START, &pose));
+}
+
+TEST(what_was_stuck_for_seconds_on_its_way_is_refused)
+{
+    struct mavlink_vehicle v = vehicle_at_start(1013);
+    const struct mavlink_attitude late = {.time_boot_ms = 100100};
+    struct mavlink_pose pose;
+
+    give_attitude(&v, 0, 0, 0, 0);
+    CHECK(mavlink_vehicle_pose(&v, START, &pose));
+    CHECK(give(&v, 7, 1, MAVLINK_HEARTBEAT, &submarine, START + 4 * S));
+    CHECK(give(&v, 7, 1, MAVLINK_ATTITUDE, &late, START + 6 * S));
+    CHECK_INT(v.refused, 1);
+    CHECK(!mavlink_vehicle_pose(&v, START + 6 * S, &pose));
+}
+
+TEST(at_most_fifty_poses_a_second)
+{
+    uint64_t random = test_seed();
+
+    for (uint32_t rate = 10; rate <= 400; rate *= 2) {
+        struct mavlink_vehicle v = vehicle_at_start(1013);
+        struct mavlink_pose pose;
+        int poses = 0;
+        uint64_t last_ns = 0;
+
+        for (uint32_t i = 0; i < 4 * rate; i++) { /* up to 3 ms early or late */
+            const uint32_t ms = i * 1000 / rate + (uint32_t)(test_random(&random) % 4);
+
+            give_attitude(&v, ms, 0, 0, 0);
+            if (!mavlink_vehicle_pose(&v, START + ms * MS, &pose))
+                continue;
+            CHECK(pose.t_ns > last_ns);
+            last_ns = pose.t_ns;
+            poses++;
+        }
+        CHECK(poses <= 4 * 50 + 2 && poses >= 4 * (rate < 50 ? (int)rate : 50) - 4);
+    }
+}
+
+TEST(a_second_message_of_the_same_time_is_no_second_pose)
+{
+    struct mavlink_vehicle v = vehicle_at_start(1013);
+    const struct mavlink_attitude_quaternion same = {100000, 1, 0, 0, 0, 0, 0, 0};
+    struct mavlink_pose pose;
+
+    give_attitude(&v, 0, 0, 0, 0);
+    CHECK(mavlink_vehicle_pose(&v, START, &pose));
+    give(&v, 7, 1, MAVLINK_ATTITUDE_QUATERNION, &same, START);
+    CHECK(!mavlink_vehicle_pose(&v, START + 50 * MS, &pose));
+}
+
+/* ---- obstacles ---- */
+
+/* A result of `sectors`, all of one kind, with one other sector. */
+static struct mavlink_ring ring_with(const char *all, const char *one, int at)
+{
+    struct mavlink_ring ring = {0};
+    json_t *sectors = json_array(), *result;
+
+    for (int i = 0; i < MAVLINK_SECTORS; i++)
+        json_array_append_new(sectors, json_loads(one && i == at ? one : all, 0, NULL));
+    result = json_pack("{s:f, s:o}", "t_unix", 1.7e9, "sectors", sectors);
+    CHECK(mavlink_ring_read(&ring, result));
+    json_decref(result);
+    return ring;
+}
+
+#define CLEAR   "{\"state\":\"clear\",\"range_m\":null,\"free_to_m\":20,\"age_s\":3.5}"
+#define UNKNOWN "{\"state\":\"unknown\",\"range_m\":null,\"free_to_m\":0,\"age_s\":null}"
+#define BLOCKED "{\"state\":\"blocked\",\"range_m\":7.259,\"free_to_m\":7.1,\"age_s\":0.25}"
+
+static struct mavlink_obstacle_distance distances(const struct mavlink_ring *ring, enum mavlink_unknown as,
+                                                  double max_m)
+{
+    const struct mavlink_obstacle_conf conf = {.unknown_as = as, .unknown_m = 3.999};
+    struct mavlink_obstacle_distance m;
+
+    mavlink_ring_distances(ring, &conf, max_m, 123456, &m);
+    return m;
+}
+
+TEST(every_field_of_the_distances)
+{
+    const struct mavlink_ring ring = ring_with(CLEAR, NULL, 0);
+    const struct mavlink_obstacle_conf north = {.north = true};
+    struct mavlink_obstacle_distance m = distances(&ring, MAVLINK_UNKNOWN_AS_UNKNOWN, 20);
+
+    CHECK(m.time_usec == 123456 && m.min_distance == 1 && m.max_distance == 2000 && m.sensor_type == 1);
+    CHECK(m.increment == 5 && m.increment_f == 0 && m.angle_offset == 0 && m.frame == 12);
+    for (int i = 0; i < MAVLINK_SECTORS; i++)
+        CHECK_INT(m.distances[i], 2001);
+    mavlink_ring_distances(&ring, &north, 20, 0, &m);
+    CHECK_INT(m.frame, 0);
+}
+
+TEST(an_obstacle_counts_in_three_sectors_rounded_down)
+{
+    for (int at = 0; at < MAVLINK_SECTORS; at++) {
+        const struct mavlink_ring ring = ring_with(at & 1 ? CLEAR : UNKNOWN, BLOCKED, at);
+        const struct mavlink_obstacle_distance m = distances(&ring, MAVLINK_UNKNOWN_AS_UNKNOWN, 20);
+
+        for (int i = 0; i < MAVLINK_SECTORS; i++) {
+            const int away = (i - at + MAVLINK_SECTORS) % MAVLINK_SECTORS;
+
+            CHECK_INT(m.distances[i], away <= 1 || away == MAVLINK_SECTORS - 1 ? 725 : at & 1 ? 2001 : 65535);
+        }
+    }
+}
+
+TEST(unknown_is_what_was_chosen)
+{
+    const struct mavlink_ring ring = ring_with(UNKNOWN, CLEAR, 9);
+    static const int want[] = {[MAVLINK_UNKNOWN_AS_UNKNOWN] = 65535,
+                               [MAVLINK_UNKNOWN_AS_FAR] = 2001,
+                               [MAVLINK_UNKNOWN_AS_DISTANCE] = 399};
+
+    for (int as = 0; as < 3; as++) {
+        const struct mavlink_obstacle_distance m = distances(&ring, (enum mavlink_unknown)as, 20);
+
+        CHECK_INT(m.distances[0], want[as]);
+        CHECK_INT(m.distances[9], 2001);
+    }
+    struct mavlink_ring none;
+    mavlink_ring_forget(&none);
+    CHECK(none.youngest_s < 0);
+    CHECK_INT(distances(&none, MAVLINK_UNKNOWN_AS_UNKNOWN, 20).distances[71], 65535);
+}
+
+TEST(ranges_at_the_ends)
+{
+    static const struct {
+        const char *name, *sector;
+        double max_m;
+        int want;
+    } rows[] = {
+        {"touching", "{\"state\":\"blocked\",\"range_m\":0,\"free_to_m\":0,\"age_s\":0}", 20, 1},
+        {"under a centimetre", "{\"state\":\"blocked\",\"range_m\":0.0099,\"free_to_m\":0,\"age_s\":0}", 20, 1},
+        {"whole in decimal only", "{\"state\":\"blocked\",\"range_m\":0.29,\"free_to_m\":0,\"age_s\":0}", 20, 29},
+        {"at the limit", "{\"state\":\"blocked\",\"range_m\":20,\"free_to_m\":19,\"age_s\":0}", 20, 2000},
+        {"just beyond, not free", "{\"state\":\"blocked\",\"range_m\":20.3,\"free_to_m\":19,\"age_s\":0}", 20,
+         2000},
+        {"beyond, and free to there", "{\"state\":\"blocked\",\"range_m\":30,\"free_to_m\":29,\"age_s\":0}", 20,
+         2001},
+        {"farther than can be said", "{\"state\":\"blocked\",\"range_m\":900,\"free_to_m\":0,\"age_s\":0}", 800,
+         65533},
+        {"clear farther than that", CLEAR, 800, 65534},
+        {"behind the vehicle", "{\"state\":\"blocked\",\"range_m\":-5,\"free_to_m\":0,\"age_s\":0}", 20, 1},
+    };
+
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        const struct mavlink_ring ring = ring_with(rows[i].sector, NULL, 0);
+        const int got = distances(&ring, MAVLINK_UNKNOWN_AS_UNKNOWN, rows[i].max_m).distances[5];
+
+        if (got != rows[i].want)
+            printf("# %s\n", rows[i].name);
+        CHECK_INT(got, rows[i].want);
+    }
+    CHECK_INT(mavlink_centimetres(NAN, 1000), 1);
+}
+
+TEST(the_youngest_evidence_counts)
+{
+    CHECK_NEAR(ring_with(CLEAR, BLOCKED, 3).youngest_s, 0.25, 0, 0);
+    CHECK_NEAR(ring_with(UNKNOWN, CLEAR, 3).youngest_s, 3.5, 0, 0);
+    CHECK(ring_with(UNKNOWN, NULL, 0).youngest_s < 0);
+}
+
+TEST(what_is_no_ring_changes_nothing)
+{
+    static const char *const results[] = {
+        "{}", "[]", "{\"t_unix\":1,\"sectors\":[]}", "{\"t_unix\":1,\"sectors\":7}", "null",
+    };
+    struct mavlink_ring ring = ring_with(BLOCKED, NULL, 0);
+    const struct mavlink_ring before = ring;
+
+    for (size_t i = 0; i < sizeof results / sizeof *results; i++) {
+        json_t *result = json_loads(results[i], JSON_DECODE_ANY, NULL);
+
+        CHECK(!mavlink_ring_read(&ring, result));
+        json_decref(result);
+    }
+    CHECK(memcmp(&ring, &before, sizeof ring) == 0);
+}
+
+TEST(each_face_gives_its_nearest_point)
+{
+    struct mavlink_ring ring = ring_with(CLEAR, BLOCKED, 18);
+    const struct mavlink_obstacle_conf conf = {0};
+    struct mavlink_obstacle_distance_3d point[MAVLINK_FACES];
+
+    ring.sector[20] = (struct mavlink_sector){MAVLINK_SECTOR_BLOCKED, 9, 9}; /* same face, farther */
+    ring.sector[71] = (struct mavlink_sector){MAVLINK_SECTOR_BLOCKED, 4, 4}; /* of the face ahead */
+    CHECK_INT(mavlink_ring_points(&ring, &conf, M_PI / 6, 20, 1234, point), 2);
+    CHECK_NEAR(point[0].x, 4 * cos(M_PI / 6) * cos(M_PI / 36), 1e-6, 0);
+    CHECK_NEAR(point[0].y, -4 * cos(M_PI / 6) * sin(M_PI / 36), 1e-6, 0);
+    CHECK_NEAR(point[0].z, -2, 1e-6, 0); /* down is positive */
+    CHECK_NEAR(point[1].x, 0, 0, 1e-5);
+    CHECK_NEAR(point[1].y, 7.259 * cos(M_PI / 6), 1e-6, 0);
+    CHECK(point[1].time_boot_ms == 1234 && point[1].obstacle_id == 65535 && point[1].sensor_type == 1);
+    CHECK(point[1].frame == 12 && point[1].max_distance == 20 && point[1].min_distance == 0.01f);
+    ring = ring_with(BLOCKED, NULL, 0);
+    CHECK_INT(mavlink_ring_points(&ring, &conf, 0, 20, 0, point), MAVLINK_FACES);
+    ring = ring_with(UNKNOWN, NULL, 0);
+    CHECK_INT(mavlink_ring_points(&ring, &conf, 0, 20, 0, point), 0);
+}
+
+/* ---- texts ---- */
+
+TEST(what_lasts_is_told_and_told_off)
+{
+    struct mavlink_alert alert = {0};
+    struct mavlink_statustext m;
+
+    mavlink_alert_set(&alert, true, START, "sonar %s: lost", "front");
+    CHECK(!mavlink_alert_due(&alert, START + 999 * MS, &m));
+    CHECK(mavlink_alert_due(&alert, START + S, &m));
+    CHECK_INT(m.severity, 4);
+    CHECK(strncmp(m.text, "sonar front: lost", 50) == 0);
+    CHECK(!mavlink_alert_due(&alert, START + 60 * S, &m)); /* once */
+    mavlink_alert_set(&alert, false, START + 60 * S, "sonar %s: back", "front");
+    CHECK(mavlink_alert_due(&alert, START + 62 * S, &m));
+    CHECK_INT(m.severity, 5);
+    CHECK(strncmp(m.text, "sonar front: back", 50) == 0);
+}
+
+TEST(flapping_is_told_every_five_seconds_at_most)
+{
+    struct mavlink_alert alert = {0};
+    struct mavlink_statustext m = {0};
+    uint64_t random = test_seed(), t_ns = START, told_ns = 0;
+    bool failed = false;
+
+    for (int i = 0; i < 1000; i++) {
+        failed = test_random(&random) % 2;
+        for (int k = (int)(test_random(&random) % 40); k > 0; k--, t_ns += 100 * MS) {
+            mavlink_alert_set(&alert, failed, t_ns, "%s", failed ? "lost" : "back");
+            if (!mavlink_alert_due(&alert, t_ns, &m))
+                continue;
+            CHECK(told_ns == 0 || t_ns >= told_ns + 5 * S);
+            CHECK(strcmp(m.text, failed ? "lost" : "back") == 0);
+            told_ns = t_ns;
+        }
+    }
+    t_ns += 6 * S; /* the last word is the truth */
+    mavlink_alert_due(&alert, t_ns, &m);
+    CHECK(alert.told_failed == alert.failed);
+}
+
+TEST(texts_fit_and_are_plain)
+{
+    struct mavlink_alert alert = {0};
+    struct mavlink_statustext m;
+
+    mavlink_alert_set(&alert, true, START, "%s",
+                      "\x1b[2J\xc3\xa4 123456789 123456789 123456789 123456789 123456789");
+    CHECK(mavlink_alert_due(&alert, START + S, &m));
+    CHECK_INT(m.text[49], 0);
+    CHECK(strcmp(m.text, "?[2J?? 123456789 123456789 123456789 123456789 12") == 0);
+}
+
+/* ---- the link's address ---- */
+
+TEST(addresses_of_links)
+{
+    static const struct {
+        const char *text;
+        bool good;
+        enum mavlink_link_kind kind;
+    } rows[] = {
+        {"udp:127.0.0.1:14550", true, MAVLINK_UDP},
+        {"udp:blueos.local:14550", true, MAVLINK_UDP},
+        {"udp:::1:14550", true, MAVLINK_UDP},
+        {"udpin:14550", true, MAVLINK_UDPIN},
+        {"serial:/dev/ttyAMA0:115200", true, MAVLINK_SERIAL},
+        {"serial:/dev/serial/by-path/a:1.0:57600", true, MAVLINK_SERIAL},
+        {"", false, 0},
+        {"14550", false, 0},
+        {"udp:14550", false, 0},
+        {"udp::14550", false, 0},
+        {"udpin:host:14550", false, 0},
+        {"udpin:0", false, 0},
+        {"udpin:65536", false, 0},
+        {"udpin:1455O", false, 0},
+        {"udp:host:999999999999999999999", false, 0},
+        {"serial:/dev/ttyAMA0", false, 0},
+        {"serial:/dev/ttyAMA0:1", false, 0},
+        {"tcp:host:5760", false, 0},
+    };
+    char err[300], text[400] = "udp:";
+
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        struct mavlink_link link;
+
+        err[0] = '\0';
+        if (mavlink_link_init(&link, rows[i].text, err, sizeof err) != rows[i].good) {
+            printf("# %s\n", rows[i].text);
+            CHECK(false);
+        }
+        CHECK((err[0] != '\0') == !rows[i].good);
+        CHECK(!rows[i].good || link.kind == rows[i].kind);
+    }
+    struct mavlink_link link;
+    memset(text + 4, 'h', 300);
+    strcpy(text + 304, ":14550");
+    CHECK(!mavlink_link_init(&link, text, err, sizeof err));
+}
+
+int main(void)
+{
+    RUN(the_clock_follows_the_least_delay);
+    RUN(the_clock_follows_one_that_runs_slow);
+    RUN(the_clock_goes_on_when_the_autopilots_wraps);
+    RUN(the_clock_begins_anew_with_the_autopilot);
+    RUN(the_clock_bears_messages_out_of_order_and_late_ones);
+    RUN(a_timesync_answer_takes_half_the_way_off);
+    RUN(the_vehicle_is_whoever_beats_as_an_autopilot);
+    RUN(euler_angles_become_the_quaternion);
+    RUN(parts_go_out_together_at_the_time_of_the_attitude);
+    RUN(depth_follows_from_pressure);
+    RUN(values_that_cannot_be_are_refused);
+    RUN(what_was_stuck_for_seconds_on_its_way_is_refused);
+    RUN(at_most_fifty_poses_a_second);
+    RUN(a_second_message_of_the_same_time_is_no_second_pose);
+    RUN(every_field_of_the_distances);
+    RUN(an_obstacle_counts_in_three_sectors_rounded_down);
+    RUN(unknown_is_what_was_chosen);
+    RUN(ranges_at_the_ends);
+    RUN(the_youngest_evidence_counts);
+    RUN(what_is_no_ring_changes_nothing);
+    RUN(each_face_gives_its_nearest_point);
+    RUN(what_lasts_is_told_and_told_off);
+    RUN(flapping_is_told_every_five_seconds_at_most);
+    RUN(texts_fit_and_are_plain);
+    RUN(addresses_of_links);
+    return test_end();
+}
