@@ -16,6 +16,9 @@ CFLAGS   ?= -O2 -g
 ALLCFLAGS = -std=c17 $(WARN) $(CFLAGS) -ffp-contract=off -fno-math-errno -fPIE -fstack-protector-strong \
             -ffile-prefix-map=$(CURDIR)=. -D_GNU_SOURCE -DSONARD_VERSION='"$(VERSION)"' -MMD -MP \
             $(if $(SAN),-fsanitize=$(SAN) -fno-omit-frame-pointer -fno-sanitize-recover=all)
+# libgpiod 1 and 2 are different libraries of one name; without any there are no GPIO lines.
+GPIOD    := $(or $(firstword $(subst ., ,$(shell pkg-config --modversion libgpiod 2>/dev/null))),0)
+ALLCFLAGS += -DSONARD_GPIOD=$(GPIOD) $(if $(filter-out 0,$(GPIOD)),$(shell pkg-config --cflags libgpiod))
 LDFLAGS  += -pie -Wl,-z,relro,-z,now $(if $(SAN),-fsanitize=$(SAN))
 
 SRC      := $(wildcard grid/*.c grid/*/*.c drivers/*.c daemon/*.c config/*.c client/*.c)
@@ -27,7 +30,7 @@ DAEMON   := $(BUILD)/libdaemon.a
 CLIENT   := $(BUILD)/libclient.a
 SIMLIB   := $(BUILD)/libsim.a
 ALL_A    := $(SIMLIB) $(CLIENT) $(DAEMON) $(CONFIG) $(DRIVERS) $(GRID)
-LIBS     := -lmodbus -linih -ljansson -llz4 -lzstd -lz -lm -pthread
+LIBS     := $(if $(filter-out 0,$(GPIOD)),$(shell pkg-config --libs libgpiod)) -lmodbus -linih -ljansson -llz4 -lzstd -lz -lm -pthread
 
 PROGRAMS := $(BUILD)/sonard $(BUILD)/sonarctl $(BUILD)/sonard-mavlink
 UNIT     := $(patsubst tests/unit/%.c,$(BUILD)/tests/%,$(wildcard tests/unit/test_*.c))

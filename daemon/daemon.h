@@ -13,15 +13,18 @@
 #include "../config/conf.h"
 #include "../grid/answer/answer.h"
 #include "depth.h"
+#include "leak.h"
 #include "loop.h"
 #include "nmea.h"
 #include "pipeline.h"
 #include "pose_input.h"
 #include "pose_log.h"
+#include "power.h"
 #include "record.h"
 #include "rpc.h"
 #include "server.h"
 #include "source.h"
+#include "trigger.h"
 
 struct daemon {
     struct conf conf;
@@ -34,6 +37,10 @@ struct daemon {
     struct pose_input pose_input;
     struct depth *depth; /* NULL: none */
     struct nmea *nmea;   /* NULL: none */
+    struct leak leak;
+    struct power power[CONF_MAX_SONARS];
+    struct trigger trigger[CONF_MAX_SONARS];
+    int trigger_channel[CONF_MAX_SONARS];
     struct record *record; /* NULL: not recording */
     int pose_channel;
     struct server *server; /* NULL: nobody may ask */

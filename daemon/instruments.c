@@ -2,6 +2,7 @@
 #include "instruments.h"
 
 #include <math.h>
+#include <string.h>
 
 bool instruments_make(struct daemon *d, char *err, size_t err_size)
 {
@@ -10,6 +11,14 @@ bool instruments_make(struct daemon *d, char *err, size_t err_size)
                                         .record = d->record,
                                         .channel = d->pose_channel,
                                         .unix_offset_ns = d->unix_offset_ns};
+    for (int i = 0; i < d->conf.n_sonars; i++) {
+        const struct conf_sonar *sonar = &d->conf.sonar[i];
+        char topic[CONF_NAME_MAX + 16];
+        trigger_init(&d->trigger[i], sonar, d->conf.water.sound_speed_mps);
+        snprintf(topic, sizeof topic, "/%s/trigger", sonar->name);
+        if (d->record && sonar->trigger[0])
+            d->trigger_channel[i] = record_channel(d->record, topic, "json");
+    }
     if (d->replay)
         return true;
     if (d->conf.depth.source[0] &&
@@ -20,8 +29,50 @@ bool instruments_make(struct daemon *d, char *err, size_t err_size)
     return true;
 }
 
+static void leak_changed(void *ctx)
+{
+    struct daemon *d = ctx;
+    if (d->server)
+        server_tell(d->server, "status");
+}
+
+static uint64_t last_ping_ns(void *ctx)
+{
+    struct source_stats stats;
+    source_stats(ctx, &stats);
+    return stats.device.last_ping_ns;
+}
+
+/* The edge is some time before the moment at which it is recorded; a replay takes it from there. */
+static void record_edge(void *ctx, struct trigger *trigger, uint64_t t_ns)
+{
+    struct daemon *d = ctx;
+    char text[64];
+    uint64_t now = loop_now(d->loop);
+    if (!d->record)
+        return;
+    int n = snprintf(text, sizeof text, "{\"age_ns\":%llu}", (unsigned long long)(now - t_ns));
+    record_message(d->record, d->trigger_channel[trigger - d->trigger], now, text, (size_t)n);
+}
+
+static void start_lines(struct daemon *d)
+{
+    const char *chip = d->conf.gpio.chip;
+    if (d->conf.gpio.leak[0])
+        leak_start(&d->leak, d->loop, &gpio_library, &d->conf.gpio, leak_changed, d);
+    for (int i = 0; i < d->conf.n_sonars; i++) {
+        const struct conf_sonar *sonar = &d->conf.sonar[i];
+        if (sonar->power[0])
+            power_start(&d->power[i], d->loop, &gpio_library, chip, sonar, last_ping_ns, d->source[i]);
+        if (sonar->trigger[0])
+            trigger_start(&d->trigger[i], d->loop, &gpio_library, chip, sonar->trigger, record_edge, d);
+    }
+}
+
 bool instruments_start(struct daemon *d, char *err, size_t err_size)
 {
+    if (!d->replay)
+        start_lines(d);
     if (d->nmea)
         nmea_start(d->nmea);
     return !d->depth || depth_start(d->depth, err, err_size);
@@ -31,6 +82,29 @@ void instruments_end(struct daemon *d)
 {
     depth_free(d->depth);
     nmea_free(d->nmea);
+    leak_stop(&d->leak);
+    for (int i = 0; i < d->conf.n_sonars; i++) {
+        trigger_stop(&d->trigger[i]);
+        power_stop(&d->power[i]);
+    }
+}
+
+bool instruments_feed(struct daemon *d, const char *topic, const void *data, size_t size)
+{
+    for (int i = 0; i < d->conf.n_sonars; i++) {
+        char own[CONF_NAME_MAX + 16];
+        json_int_t age_ns = -1;
+        snprintf(own, sizeof own, "/%s/trigger", d->conf.sonar[i].name);
+        if (strcmp(topic, own) != 0)
+            continue;
+        json_t *edge = json_loadb(data, size, 0, NULL);
+        uint64_t now = loop_now(d->loop);
+        if (edge && json_unpack(edge, "{s:I}", "age_ns", &age_ns) == 0 && age_ns >= 0 && (uint64_t)age_ns <= now)
+            trigger_edge(&d->trigger[i], now - (uint64_t)age_ns);
+        json_decref(edge);
+        return true;
+    }
+    return false;
 }
 
 /* ---- status ---- */
@@ -101,8 +175,51 @@ static json_t *nmea_json(const struct daemon *d)
     return j;
 }
 
+static json_t *leak_json(const struct daemon *d)
+{
+    static const char *const states[] = {[LEAK_UNKNOWN] = "unknown", [LEAK_DRY] = "dry", [LEAK_WET] = "wet"};
+    if (!d->conf.gpio.leak[0])
+        return json_null();
+    return json_pack("{s:s, s:s, s:o, s:I, s:s}", "line", d->conf.gpio.leak, "state", states[d->leak.state],
+                     "age_s", age(d, d->leak.t_change_ns), "alarms", (json_int_t)d->leak.alarms, "error",
+                     d->leak.pin.error);
+}
+
+static json_t *power_json(const struct daemon *d, int i)
+{
+    const struct power *p = &d->power[i];
+    return json_pack("{s:s, s:s, s:s, s:I, s:s}", "sensor", d->conf.sonar[i].name, "line", d->conf.sonar[i].power,
+                     "state",
+                     !p->pin.open ? "unknown"
+                     : p->off     ? "off"
+                                  : "on",
+                     "cycles", (json_int_t)p->cycles, "error", p->pin.error);
+}
+
+static json_t *trigger_json(const struct daemon *d, int i)
+{
+    const struct trigger *t = &d->trigger[i];
+    return json_pack("{s:s, s:s, s:I, s:I, s:I, s:s}", "sensor", d->conf.sonar[i].name, "line",
+                     d->conf.sonar[i].trigger, "edges", (json_int_t)t->edges, "used", (json_int_t)t->used,
+                     "not_used", (json_int_t)t->not_used, "error", t->pin.error);
+}
+
+static json_t *gpio_json(const struct daemon *d)
+{
+    json_t *power = json_array(), *trigger = json_array();
+    for (int i = 0; i < d->conf.n_sonars; i++) {
+        if (d->conf.sonar[i].power[0])
+            json_array_append_new(power, power_json(d, i));
+        if (d->conf.sonar[i].trigger[0])
+            json_array_append_new(trigger, trigger_json(d, i));
+    }
+    return json_pack("{s:s, s:o, s:o}", "library", gpio_library.library, "power", power, "trigger", trigger);
+}
+
 void instruments_status(const struct daemon *d, json_t *status)
 {
     json_object_set_new(status, "depth", depth_json(d));
     json_object_set_new(status, "nmea", nmea_json(d));
+    json_object_set_new(status, "leak", leak_json(d));
+    json_object_set_new(status, "gpio", gpio_json(d));
 }

@@ -73,8 +73,14 @@ static bool port_exists(const char *address, char *err, size_t err_size)
     return port_find(address, &rest, err, err_size) != NULL;
 }
 
+static bool line_exists(const char *name, char *err, size_t err_size)
+{
+    (void)name;
+    return gpio_library.available(err, err_size);
+}
+
 static const struct conf_checks checks = {
-    .device = device_exists, .port = port_exists, .depth = modbus_depth_check};
+    .device = device_exists, .port = port_exists, .depth = modbus_depth_check, .line = line_exists};
 
 static int check_file(const char *path)
 {
@@ -106,6 +112,13 @@ static bool load_conf(const struct options *o, struct replay *replay, struct con
 }
 
 /* ---- running ---- */
+
+static uint64_t ping_time(void *ctx, const struct source *source, const struct ping *ping)
+{
+    struct daemon *d = ctx;
+    uint16_t i = source_index(source);
+    return d->conf.sonar[i].trigger[0] ? trigger_time(&d->trigger[i], ping) : ping->t_ns;
+}
 
 static void on_ping(void *ctx, struct source *source, const struct ping *ping)
 {
@@ -160,6 +173,7 @@ static bool make_sources(struct daemon *d, char *err, size_t err_size)
                              .poses = &d->poses,
                              .record = d->record,
                              .replay = d->replay,
+                             .ping_time = ping_time,
                              .on_ping = on_ping,
                              .ctx = d};
     for (int i = 0; i < d->conf.n_sonars; i++) {

@@ -7,6 +7,7 @@
 
 #include "../drivers/candump.h"
 #include "../drivers/mcap.h"
+#include "instruments.h"
 #include "log.h"
 
 /* Clients are served so often in a replay that runs as fast as it goes. */
@@ -154,7 +155,8 @@ static void deliver(struct replay *r, struct daemon *d)
         return;
     if (strcmp(topic, "/pose") == 0)
         take_pose(r, d);
-    else if (n < 3 || strcmp(topic + n - 3, "/tx") != 0)
+    else if (!instruments_feed(d, topic, r->next.data, r->next.size) &&
+             (n < 3 || strcmp(topic + n - 3, "/tx") != 0))
         r->unknown++;
 }
 

@@ -173,6 +173,13 @@ void server_stop(struct server *server)
     free_server(server);
 }
 
+void server_tell(struct server *server, const char *method)
+{
+    for (int i = 0; i < server->max_clients; i++)
+        if (server->sessions[i])
+            session_tell(server->sessions[i], method);
+}
+
 void server_stats(const struct server *server, struct server_stats *out)
 {
     *out = server->host.stats;

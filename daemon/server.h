@@ -40,6 +40,9 @@ struct server *server_start(struct loop *loop, const struct server_conf *conf, c
 /** server_stop - answer nothing more, close all, remove the socket file. */
 void server_stop(struct server *server);
 
+/** server_tell - what this method answers has changed in a way that its watchers should know at once. */
+void server_tell(struct server *server, const char *method);
+
 void server_stats(const struct server *server, struct server_stats *out);
 
 #endif

@@ -357,6 +357,11 @@ void session_close(struct session *session)
         end(session);
 }
 
+void session_tell(struct session *session, const char *method)
+{
+    watch_due_now(&session->watches, method, loop_now(session->host->loop));
+}
+
 json_t *session_watch(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
     struct session *session = call->client;

@@ -36,6 +36,9 @@ bool session_open(struct session_host *host, int fd, struct session **slot);
 /** session_close - end it now. NULL is allowed. Not from within a method. */
 void session_close(struct session *session);
 
+/** session_tell - its watches of the method are due at once. */
+void session_tell(struct session *session, const char *method);
+
 /* The methods that need to know who asks; call->client is the session. */
 json_t *session_watch(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *session_unwatch(const struct rpc_call *call, json_t *params, struct rpc_error *error);

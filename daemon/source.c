@@ -102,6 +102,7 @@ static void io_ping_done(void *ctx, struct ping *ping)
     struct source *s = ctx;
     ping->seq = ++s->seq;
     ping->sensor = s->index;
+    ping->t_ns = s->env.ping_time(s->env.ctx, s, ping);
     pose_log_at(s->env.poses, ping->t_ns, &ping->pose);
     if (s->aperture_rad[0] > 0) {
         ping->az_aperture_rad = (float)s->aperture_rad[0];

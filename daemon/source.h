@@ -30,6 +30,8 @@ struct source_env {
     const struct pose_log *poses;
     struct record *record; /* NULL: nothing is recorded */
     bool replay;           /* no port; never ask, never time out */
+    /* when the ping was transmitted: ping->t_ns, or what somebody knows better */
+    uint64_t (*ping_time)(void *ctx, const struct source *source, const struct ping *ping);
     /* called in the loop for each ping before it is submitted */
     void (*on_ping)(void *ctx, struct source *source, const struct ping *ping);
     void *ctx;

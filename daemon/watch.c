@@ -109,6 +109,13 @@ json_t *watch_remove(struct watch_set *set, json_t *params, struct rpc_error *er
     return NULL;
 }
 
+void watch_due_now(struct watch_set *set, const char *method, uint64_t now_ns)
+{
+    for (int i = 0; i < WATCH_MAX; i++)
+        if (set->watch[i].id != 0 && strcmp(set->watch[i].method, method) == 0)
+            loop_arm(set->loop, &set->watch[i].timer, now_ns);
+}
+
 bool watch_any(const struct watch_set *set)
 {
     for (int i = 0; i < WATCH_MAX; i++)

@@ -50,6 +50,9 @@ json_t *watch_add(struct watch_set *set, json_t *params, uint64_t now_ns, struct
 /** watch_remove - {watch}: result {watch: id}; NULL with *error set when this client has no such watch. */
 json_t *watch_remove(struct watch_set *set, json_t *params, struct rpc_error *error);
 
+/** watch_due_now - what this method tells has changed: its watches are due at once. */
+void watch_due_now(struct watch_set *set, const char *method, uint64_t now_ns);
+
 bool watch_any(const struct watch_set *set);
 
 /** watch_clear - remove all. */

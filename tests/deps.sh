@@ -4,7 +4,7 @@
 # what the virtual machine of check-vm needs on top of building.
 # Needs root or sudo only when something is missing.
 set -eu
-build="gcc libc6-dev make pkg-config libinih-dev libjansson-dev liblz4-dev libzstd-dev zlib1g-dev libmodbus-dev"
+build="gcc libc6-dev make pkg-config libinih-dev libjansson-dev liblz4-dev libzstd-dev zlib1g-dev libmodbus-dev libgpiod-dev"
 check="$build clang libclang-rt-14-dev valgrind spin librsvg2-bin python3 nodejs"
 vm="$build qemu-system-x86 busybox-static cpio kmod xz-utils iproute2 can-utils gpiod"
 

@@ -15,7 +15,7 @@ SEED=${SEED:-$(date +%s)}
 MAX_LEN=${MAX_LEN:-16384}
 CLANG=${CLANG:-clang}
 OUT=$BUILD/fuzz
-FLAGS="-std=c17 -O1 -g -fno-omit-frame-pointer -ffp-contract=off -D_GNU_SOURCE -DSONARD_VERSION=\"fuzz\"
+FLAGS="-std=c17 -O1 -g -fno-omit-frame-pointer -ffp-contract=off -D_GNU_SOURCE -DSONARD_VERSION=\"fuzz\" -DSONARD_GPIOD=0
        -fsanitize=address,undefined -fno-sanitize-recover=all"
 LIBS="-lmodbus -linih -ljansson -llz4 -lzstd -lz -lm -pthread"
 
