@@ -1,28 +1,26 @@
 /* SPDX-License-Identifier: MIT */
-/* twin - program of a virtual sonar; see twin.h. */
+/* twin - see twin.h. */
 #include "twin.h"
 
-#include <errno.h>
+#include <math.h>
 #include <poll.h>
 #include <signal.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
 #include <unistd.h>
 
-#define STATUS_EVERY_NS 1000000000u
-#define LINE_OPEN_NS    10000000u /* how often to look whether somebody has opened the line */
-#define COMMAND_MAX     256
+#include "../../../grid/geometry.h"
+#include "console.h"
 
-struct twin {
-    const struct twin_ops *ops;
-    struct line line;
-    const char *link;
-    unsigned baud;
-    uint64_t seed;
-    bool print;
-};
+#define LINE_OPEN_NS 10000000u /* how often to look whether somebody has opened the line */
+#define IDLE_NS      1000000000u
+#define TEXT_MAX     256
 
+struct twin twin;
+
+static const struct twin_ops *twin_ops;
 static volatile sig_atomic_t stop_wanted;
 
 static void on_stop(int signal)
@@ -39,216 +37,177 @@ static uint64_t clock_ns(void)
     return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
 }
 
-static bool number_parse(const char *text, double lo, double hi, double *out)
+void twin_send(const void *bytes, size_t n, uint64_t now_ns)
 {
-    char *end;
-
-    *out = strtod(text, &end);
-    return end != text && *end == '\0' && *out >= lo && *out <= hi;
+    line_send(&twin.line, bytes, n, now_ns);
 }
 
-/* ---- faults of the line ---- */
-
-enum fault_kind { FAULT_COUNT, FAULT_SECONDS, FAULT_SWITCH };
-
-static const struct fault {
-    const char *name, *what;
-    enum fault_kind kind;
-    size_t at; /* in struct line_faults */
-} faults[] = {
-    {"drop", "the next N frames are lost", FAULT_COUNT, offsetof(struct line_faults, drop)},
-    {"corrupt", "the next N frames have a wrong byte", FAULT_COUNT, offsetof(struct line_faults, corrupt)},
-    {"short", "the next N frames end in the middle", FAULT_COUNT, offsetof(struct line_faults, cut)},
-    {"twice", "the next N frames are sent twice", FAULT_COUNT, offsetof(struct line_faults, twice)},
-    {"swap", "the next N frames come behind the one that follows", FAULT_COUNT,
-     offsetof(struct line_faults, swap)},
-    {"garbage", "N random bytes before the next frame", FAULT_COUNT, offsetof(struct line_faults, garbage)},
-    {"silent", "say nothing for S seconds", FAULT_SECONDS, offsetof(struct line_faults, silent_ns)},
-    {"stall", "do not read the line for S seconds", FAULT_SECONDS, offsetof(struct line_faults, stall_ns)},
-    {"flood", "random bytes without a pause for S seconds", FAULT_SECONDS, offsetof(struct line_faults, flood_ns)},
-    {"split", "0 or 1: one byte per write", FAULT_SWITCH, offsetof(struct line_faults, split)},
-};
-
-#define N_FAULTS (sizeof faults / sizeof faults[0])
-
-static void fault_set(struct line_faults *line, const struct fault *fault, double value, uint64_t now_ns)
+void twin_listen(double az_deg, double range_m, double pulse_s, uint32_t n, unsigned full_scale, uint64_t now_ns,
+                 uint8_t *counts)
 {
-    if (fault->kind == FAULT_SWITCH) {
-        line->split = value != 0.0;
-        return;
+    struct water_shot shot = {
+        .az_rad = geo_rad(az_deg + twin.yaw_deg),
+        .t_s = (double)(now_ns - twin.start_ns) * 1e-9,
+        .sample_s = 2.0 * range_m / 1500.0 / n,
+        .transmit_s = pulse_s,
+        .frequency_hz = 675e3,
+        .gain = 1,
+        .n_samples = n,
+        .number = twin.pings++,
+    };
+
+    memcpy(shot.origin_m, twin.position_m, sizeof shot.origin_m);
+    water_listen(&twin.water, &twin.scene, &shot, counts);
+    for (uint32_t i = 0; i < n; i++) { /* the water counts the root of pressure */
+        const double root = counts[i] / 255.0;
+        counts[i] = (uint8_t)lround(root * root * full_scale);
     }
-    uint64_t *field = (uint64_t *)(void *)((char *)line + fault->at);
-    *field = fault->kind == FAULT_COUNT ? (uint64_t)value : now_ns + (uint64_t)(value * 1e9);
 }
 
 /* ---- commands ---- */
 
-static const struct twin_number *number_find(const struct twin *twin, const char *name)
-{
-    for (const struct twin_number *n = twin->ops->numbers; n->name != NULL; n++)
-        if (strcmp(n->name, name) == 0)
-            return n;
-    return NULL;
-}
+static const struct fault {
+    const char *name, *what;
+    uint64_t *count, *until_ns;
+} faults[] = {
+    {"drop", "the next N frames are lost", &twin.line.faults.drop, NULL},
+    {"corrupt", "the next N frames have one wrong bit", &twin.line.faults.corrupt, NULL},
+    {"short", "the next N frames end in the middle", &twin.line.faults.cut, NULL},
+    {"garbage", "N random bytes before the next frame", &twin.line.faults.garbage, NULL},
+    {"silent", "say nothing for N seconds", NULL, &twin.line.faults.silent_ns},
+    {"stall", "do not read the line for N seconds", NULL, &twin.line.faults.stall_ns},
+    {"flood", "random bytes without a pause for N seconds", NULL, &twin.line.faults.flood_ns},
+};
 
-static const struct fault *fault_find(const char *name)
+static bool command_fault(const char *line)
 {
-    for (size_t i = 0; i < N_FAULTS; i++)
-        if (strcmp(faults[i].name, name) == 0)
-            return &faults[i];
-    return NULL;
-}
+    char name[16];
+    double value;
+    int used = 0;
 
-/* NAME X: NULL, or what would be right. */
-static const char *command_set(struct twin *twin, const char *name, const char *text)
-{
-    static char want[128];
-    const struct twin_number *number = number_find(twin, name);
-    const struct fault *fault = fault_find(name);
-    double value, lo = number ? number->lo : 0, hi = number ? number->hi : 60000;
-
-    if (number == NULL && fault == NULL)
-        return "no such command; --help lists them";
-    if (!number_parse(text, lo, hi, &value)) {
-        snprintf(want, sizeof want, "want a number in [%g, %g]", lo, hi);
-        return want;
+    if (sscanf(line, "%15s %lf%n", name, &value, &used) != 2 || line[used] != '\0' ||
+        !(value >= 0 && value <= 1e6))
+        return false;
+    for (size_t i = 0; i < sizeof faults / sizeof faults[0]; i++) {
+        if (strcmp(faults[i].name, name) != 0)
+            continue;
+        if (faults[i].count)
+            *faults[i].count = (uint64_t)value;
+        else
+            *faults[i].until_ns = clock_ns() + (uint64_t)(value * 1e9);
+        return true;
     }
-    if (number != NULL)
-        *number->value = value;
-    else
-        fault_set(&twin->line.faults, fault, value, clock_ns());
-    return NULL;
+    return false;
 }
 
-static const char *command_plug(struct twin *twin, bool in)
+static bool parse_pose(const char *text, const char *format)
 {
-    static char err[512];
+    double *p = twin.position_m;
+    int used = 0;
 
-    if ((twin->line.fd >= 0) == in)
-        return in ? "is plugged in already" : "is unplugged already";
-    if (in)
-        return line_plug(&twin->line, err, sizeof err) ? NULL : err;
-    line_unplug(&twin->line);
-    return NULL;
+    return sscanf(text, format, &p[0], &p[1], &p[2], &twin.yaw_deg, &used) == 4 && text[used] == '\0';
 }
 
-static void command_run(struct twin *twin, char *text)
+static bool command_run(void *ctx, const char *line)
 {
-    char *save = NULL, *name = strtok_r(text, " \t\r", &save), *value = strtok_r(NULL, " \t\r", &save);
-    const char *why;
+    char err[TEXT_MAX];
 
-    if (name == NULL)
-        return;
-    if (strcmp(name, "status") == 0) {
-        printf("ok status ");
-        twin->ops->print_status(stdout);
-        printf(", %llu bytes sent\n", (unsigned long long)twin->line.sent_bytes);
-        fflush(stdout);
-        return;
-    }
-    if (strcmp(name, "quit") == 0) {
+    (void)ctx;
+    if (strcmp(line, "quit") == 0)
         stop_wanted = 1;
-        why = NULL;
-    } else if (strcmp(name, "plug") == 0 || strcmp(name, "unplug") == 0) {
-        why = command_plug(twin, name[0] == 'p');
-    } else {
-        why = command_set(twin, name, value != NULL ? value : "");
-    }
-    if (why != NULL)
-        printf("error: %s: %s\n", name, why);
+    else if (strcmp(line, "unplug") == 0)
+        line_unplug(&twin.line);
+    else if (strcmp(line, "plug") == 0)
+        return twin.line.fd < 0 && line_plug(&twin.line, err, sizeof err);
+    else if (strncmp(line, "pose ", 5) == 0)
+        return parse_pose(line + 5, "%lf %lf %lf %lf%n");
+    else if (strcmp(line, "split 0") == 0 || strcmp(line, "split 1") == 0)
+        twin.line.faults.split = line[6] == '1';
     else
-        printf("ok %s%s%s\n", name, value != NULL ? " " : "", value != NULL ? value : "");
-    fflush(stdout);
+        return strcmp(line, "status") == 0 || command_fault(line);
+    return true;
 }
 
-/* Whole lines from standard input. False at its end: the sonar goes on without. */
-static bool input_take(struct twin *twin)
+static const char *status(void *ctx)
 {
-    static char text[COMMAND_MAX];
-    static size_t held;
-    ssize_t n = read(STDIN_FILENO, text + held, sizeof text - 1 - held);
+    static char text[TEXT_MAX];
 
-    if (n <= 0)
-        return n < 0 && (errno == EINTR || errno == EAGAIN);
-    held += (size_t)n;
-    text[held] = '\0';
-    for (char *newline; (newline = strchr(text, '\n')) != NULL;) {
-        *newline = '\0';
-        command_run(twin, text);
-        held -= (size_t)(newline + 1 - text);
-        memmove(text, newline + 1, held + 1);
-    }
-    if (held == sizeof text - 1)
-        held = 0; /* no command is that long */
-    return true;
+    (void)ctx;
+    snprintf(text, sizeof text, "%s, %llu pings, %llu bytes sent, %llu lost",
+             twin.line.fd < 0             ? "unplugged"
+             : line_connected(&twin.line) ? "open"
+                                          : "nobody there",
+             (unsigned long long)twin.pings, (unsigned long long)twin.line.sent_bytes,
+             (unsigned long long)twin.line.lost_bytes);
+    return text;
+}
+
+static void print_help(void)
+{
+    printf("%s - %s\n\n"
+           "  --link PATH        make a symbolic link to the terminal; removed at the end\n"
+           "  --scene NAME|FILE  what stands in the water (box); ping360_sim --help tells what a file holds\n"
+           "  --pose N,E,D,YAW   of the vehicle, metres and degrees (0,0,0,0)\n"
+           "  --seed N           of noise and speckle (1)\n"
+           "  --noise COUNTS     noise floor, on the scale of ping360_sim; 0: none (8)\n"
+           "  --baud N           of the line; 0: as the host has set it (0)\n"
+           "%s"
+           "  --help             this text\n\n"
+           "Commands on standard input, each answered by a line \"ok COMMAND STATUS\" or \"error: ...\":\n",
+           twin_ops->name, twin_ops->what, twin_ops->options);
+    for (size_t i = 0; i < sizeof faults / sizeof faults[0]; i++)
+        printf("  %-7s N   %s\n", faults[i].name, faults[i].what);
+    printf("  split 0|1   one byte per write\n"
+           "  unplug, plug, pose N E D YAW, status, quit\n");
 }
 
 /* ---- command line ---- */
 
-static void print_help(const struct twin *twin)
+static bool option_take(const char *name, const char *value, const char **link, const char **scene, unsigned *baud)
 {
-    const struct twin_ops *ops = twin->ops;
-
-    printf("%s - %s\n\nOptions:\n", ops->program, ops->about);
-    if (!ops->udp_only)
-        printf("  --link PATH         a symbolic link to its pseudo-terminal; removed at the end\n"
-               "  --baud N            of the line; 0: as the host has set it (0)\n");
-    printf("  --udp PORT          UDP port of 127.0.0.1; 0: any that is free\n"
-           "  --seed N            of all that is random (1)\n"
-           "  --print             status on standard error, every second\n"
-           "  --help              this text\n\n"
-           "Numbers: --NAME X at the start, NAME X on standard input while it runs, with their first values:\n");
-    for (const struct twin_number *n = ops->numbers; n->name != NULL; n++)
-        printf("  %-18s  %s (%g)\n", n->name, n->what, *n->value);
-    printf("\nFaults, on standard input; each command is answered by \"ok COMMAND\" or \"error: WHY\":\n");
-    for (size_t i = 0; i < N_FAULTS; i++)
-        printf("  %-18s  %s\n", faults[i].name, faults[i].what);
-    printf("  unplug, plug        take the wire away and put it back\n"
-           "  status              what the sonar is doing\n"
-           "  quit                end, as SIGTERM and SIGINT do\n");
+    if (strcmp(name, "--link") == 0)
+        *link = value;
+    else if (strcmp(name, "--scene") == 0)
+        *scene = value;
+    else if (strcmp(name, "--pose") == 0)
+        return parse_pose(value, "%lf,%lf,%lf,%lf%n");
+    else if (strcmp(name, "--seed") == 0)
+        twin.water.seed = strtoull(value, NULL, 10);
+    else if (strcmp(name, "--noise") == 0)
+        twin.water.noise_counts = strtod(value, NULL);
+    else if (strcmp(name, "--baud") == 0)
+        *baud = (unsigned)strtoul(value, NULL, 10);
+    else
+        return twin_ops->option(name, value);
+    return true;
 }
 
-__attribute__((noreturn)) static void die(const struct twin *twin, const char *what, const char *why)
+static int begin(int argc, char **argv)
 {
-    fprintf(stderr, "%s: %s: %s\n", twin->ops->program, what, why);
-    exit(2);
-}
+    const char *link = NULL, *scene = "box";
+    unsigned baud = 0;
+    char err[512];
 
-static void options_parse(struct twin *twin, int argc, char **argv, int *udp_port)
-{
-    for (int i = 1; i < argc; i++) {
-        const char *name = strncmp(argv[i], "--", 2) == 0 ? argv[i] + 2 : "";
-        const char *text = i + 1 < argc ? argv[i + 1] : "";
-        double value = 0.0;
-
-        if (strcmp(name, "help") == 0) {
-            print_help(twin);
+    twin.water = (struct water){.sound_speed_mps = 1500.0, .noise_counts = 8.0, .ghost = 0.5, .seed = 1};
+    for (int i = 1; i < argc; i += 2) {
+        if (strcmp(argv[i], "--help") == 0) {
+            print_help();
             exit(0);
         }
-        if (strcmp(name, "print") == 0) {
-            twin->print = true;
-            continue;
+        if (i + 1 == argc || !option_take(argv[i], argv[i + 1], &link, &scene, &baud)) {
+            fprintf(stderr, "%s: %s: unknown, or not so; --help tells the rest\n", twin_ops->name, argv[i]);
+            return 2;
         }
-        i++;
-        if (strcmp(name, "link") == 0) {
-            twin->link = text;
-            continue;
-        }
-        const struct twin_number *number = number_find(twin, name);
-        double hi = number != NULL ? number->hi : strcmp(name, "udp") == 0 ? 65535 : 4e6;
-        if (!number_parse(text, number != NULL ? number->lo : 0, hi, &value))
-            die(twin, argv[i - 1], "no such option, or no such number; --help tells the rest");
-        if (number != NULL)
-            *number->value = value;
-        else if (strcmp(name, "udp") == 0)
-            *udp_port = (int)value;
-        else if (strcmp(name, "baud") == 0)
-            twin->baud = (unsigned)value;
-        else if (strcmp(name, "seed") == 0)
-            twin->seed = (uint64_t)value;
-        else
-            die(twin, argv[i - 1], "no such option; --help lists them");
     }
+    if (!scene_load(&twin.scene, scene, err, sizeof err) ||
+        (!line_init(&twin.line, link, baud, twin.water.seed) && snprintf(err, sizeof err, "--link: too long")) ||
+        !line_plug(&twin.line, err, sizeof err)) {
+        fprintf(stderr, "%s: %s\n", twin_ops->name, err);
+        return 2;
+    }
+    printf("ready %s\n", link ? link : twin.line.slave);
+    fflush(stdout);
+    return 0;
 }
 
 /* ---- running ---- */
@@ -258,84 +217,44 @@ static uint64_t earlier(uint64_t a, uint64_t b)
     return a < b ? a : b;
 }
 
-/* Take what the host sent, do what is due; when to do it again. */
-static uint64_t turn(struct twin *twin, uint64_t now_ns)
+static uint64_t turn(uint64_t now_ns)
 {
     uint8_t bytes[4096];
     size_t n;
 
-    while ((n = line_read(&twin->line, bytes, sizeof bytes, now_ns)) > 0)
-        twin->ops->feed(&twin->line, bytes, n, now_ns);
-    uint64_t due_ns = twin->ops->tick(&twin->line, now_ns);
-    due_ns = earlier(due_ns, line_pump(&twin->line, now_ns));
-    if (now_ns < twin->line.faults.stall_ns)
-        return earlier(due_ns, twin->line.faults.stall_ns);
-    return line_connected(&twin->line) ? due_ns : earlier(due_ns, now_ns + LINE_OPEN_NS);
-}
-
-static void run(struct twin *twin, const sigset_t *mask)
-{
-    bool input = true;
-    uint64_t next_status_ns = 0;
-
-    while (!stop_wanted) {
-        uint64_t now_ns = clock_ns();
-        if (twin->print && now_ns >= next_status_ns) {
-            fprintf(stderr, "\r");
-            twin->ops->print_status(stderr);
-            fprintf(stderr, "\033[K");
-            next_status_ns = now_ns + STATUS_EVERY_NS;
-        }
-        uint64_t due_ns = earlier(turn(twin, now_ns), now_ns + STATUS_EVERY_NS);
-        now_ns = clock_ns();
-        const uint64_t wait_ns = due_ns > now_ns ? due_ns - now_ns : 0;
-        const struct timespec timeout = {(time_t)(wait_ns / 1000000000u), (long)(wait_ns % 1000000000u)};
-        /* A line that nobody has open, or that is stalled, would wake us without end. */
-        const bool listens = line_connected(&twin->line) && now_ns >= twin->line.faults.stall_ns;
-        struct pollfd fds[2] = {{input ? STDIN_FILENO : -1, POLLIN, 0}, {listens ? twin->line.fd : -1, POLLIN, 0}};
-        if (ppoll(fds, 2, &timeout, mask) > 0 && fds[0].revents != 0)
-            input = input_take(twin);
-    }
-    if (twin->print)
-        fprintf(stderr, "\n");
-}
-
-/* Signals are let in only while waiting, so none is missed. */
-static void signals_prepare(sigset_t *waiting)
-{
-    static const int ending[] = {SIGTERM, SIGINT, SIGHUP};
-    struct sigaction action = {.sa_handler = on_stop};
-    sigset_t blocked;
-
-    sigemptyset(&blocked);
-    for (int i = 0; i < 3; i++) {
-        sigaddset(&blocked, ending[i]);
-        sigaction(ending[i], &action, NULL);
-    }
-    sigprocmask(SIG_BLOCK, &blocked, waiting);
-    signal(SIGPIPE, SIG_IGN);
+    while ((n = line_read(&twin.line, bytes, sizeof bytes, now_ns)) > 0)
+        twin_ops->feed(bytes, n, now_ns);
+    const uint64_t tick_ns = twin_ops->tick(now_ns);
+    const uint64_t due_ns = earlier(earlier(line_pump(&twin.line, now_ns), tick_ns), now_ns + IDLE_NS);
+    return line_connected(&twin.line) ? due_ns : earlier(due_ns, now_ns + LINE_OPEN_NS);
 }
 
 int twin_main(int argc, char **argv, const struct twin_ops *ops)
 {
-    static struct twin twin;
-    sigset_t waiting;
-    char err[512];
-    int udp_port = ops->udp_port;
+    struct sigaction action = {.sa_handler = on_stop};
+    sigset_t blocked, waiting;
+    bool input = true;
 
-    twin.ops = ops;
-    twin.seed = 1;
-    options_parse(&twin, argc, argv, &udp_port);
-    signals_prepare(&waiting);
-    if (!line_init(&twin.line, twin.link, twin.baud, twin.seed))
-        die(&twin, "--link", "the path is too long");
-    line_use_udp(&twin.line, udp_port);
-    if (!line_plug(&twin.line, err, sizeof err))
-        die(&twin, "line", err);
-    ops->start(twin.seed, clock_ns());
-    printf("ready %s\n", twin.link != NULL && udp_port == LINE_NO_UDP ? twin.link : twin.line.slave);
-    fflush(stdout);
-    run(&twin, &waiting);
+    twin_ops = ops;
+    sigemptyset(&blocked);
+    sigaddset(&blocked, SIGTERM);
+    sigaddset(&blocked, SIGINT);
+    sigprocmask(SIG_BLOCK, &blocked, &waiting); /* let in only while waiting, so none is missed */
+    sigaction(SIGTERM, &action, NULL);
+    sigaction(SIGINT, &action, NULL);
+    twin.start_ns = clock_ns();
+    const int failed = begin(argc, argv);
+    if (failed)
+        return failed;
+    while (!stop_wanted) {
+        const uint64_t due_ns = turn(clock_ns()), now_ns = clock_ns();
+        const uint64_t wait_ns = due_ns > now_ns ? due_ns - now_ns : 0;
+        const struct timespec timeout = {(time_t)(wait_ns / 1000000000u), (long)(wait_ns % 1000000000u)};
+        const bool listens = line_connected(&twin.line) && now_ns >= twin.line.faults.stall_ns;
+        struct pollfd fds[2] = {{input ? STDIN_FILENO : -1, POLLIN, 0}, {listens ? twin.line.fd : -1, POLLIN, 0}};
+        if (ppoll(fds, 2, &timeout, &waiting) > 0 && fds[0].revents != 0)
+            input = console_read(command_run, status, NULL);
+    }
     line_unplug(&twin.line);
     return 0;
 }

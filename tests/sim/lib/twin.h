@@ -1,34 +1,50 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * twin - what the programs of the simpler virtual sonars share: the command line, the line with its faults, commands on
- * standard input, and the loop on the monotonic clock. What the sonar itself does is behind struct twin_ops.
+ * twin - the program around a small virtual sonar on a pseudo-terminal: command line, scene and water, line with its
+ * faults, commands on standard input, the monotonic clock. Knows no protocol; that is in struct twin_ops.
  */
 #ifndef SONARD_SIM_TWIN_H
 #define SONARD_SIM_TWIN_H
 
-#include <stdio.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
 
 #include "line.h"
+#include "scene.h"
+#include "water.h"
 
-/* A number of the sonar or its surroundings: an option at the start (--NAME X) and a command while it runs (NAME X). */
-struct twin_number {
-    const char *name, *what;
-    double *value;
-    double lo, hi;
-};
+#define TWIN_NEVER UINT64_MAX
 
 struct twin_ops {
-    const char *program, *about;       /* name; one line for a person */
-    bool udp_only;                     /* there is no such sonar on a serial line */
-    int udp_port;                      /* without --udp: LINE_NO_UDP, a pseudo-terminal */
-    const struct twin_number *numbers; /* name NULL at the end */
-    void (*start)(uint64_t seed, uint64_t now_ns);
-    void (*feed)(struct line *line, const uint8_t *bytes, size_t n, uint64_t now_ns); /* from the host */
-    uint64_t (*tick)(struct line *line, uint64_t now_ns); /* do what is due; when to call again, or LINE_NEVER */
-    void (*print_status)(FILE *out);                      /* one line without newline */
+    const char *name, *what, *options;                   /* for --help; options: lines of the twin's own, or "" */
+    bool (*option)(const char *name, const char *value); /* false: unknown or senseless */
+    void (*feed)(const uint8_t *bytes, size_t n, uint64_t now_ns); /* from the host */
+    uint64_t (*tick)(uint64_t now_ns);                             /* do what is due; returns when to call again */
 };
 
-/** twin_main - the whole program; returns the exit status. */
+/* The one there is. */
+struct twin {
+    struct scene scene;
+    struct water water;
+    struct line line;
+    double position_m[3], yaw_deg; /* of the vehicle, NED; the sonar looks ahead */
+    uint64_t start_ns, pings;
+};
+
+extern struct twin twin;
+
+/** twin_send - a frame, or a line, to the host. */
+void twin_send(const void *bytes, size_t n, uint64_t now_ns);
+
+/**
+ * twin_listen - counts[n] of one transmission, n <= WATER_MAX_SAMPLES: pressure from 0 to full scale as 0 to
+ * `full_scale`, linear. az_deg from the bow, clockwise. Bins cover 0 .. range_m at 1500 m/s.
+ */
+void twin_listen(double az_deg, double range_m, double pulse_s, uint32_t n, unsigned full_scale, uint64_t now_ns,
+                 uint8_t *counts);
+
+/** twin_main - what main returns. */
 int twin_main(int argc, char **argv, const struct twin_ops *ops);
 
 #endif
