@@ -2,6 +2,7 @@
 /* The JSON-RPC methods: parameters in, grid's answers out. sonard-protocol(7) documents every shape. */
 #include <math.h>
 #include <string.h>
+#include <time.h>
 
 #include "daemon.h"
 #include "instruments.h"
@@ -27,9 +28,19 @@ static json_t *age(double s)
     return s < 0 ? json_null() : real(s, 1e3);
 }
 
+/* Unix time less the loop's, as of now: the computer's clock may be set while sonard runs. A replay's is Unix time. */
+static uint64_t unix_offset_now(const struct daemon *d)
+{
+    struct timespec t;
+    if (d->replay)
+        return 0;
+    clock_gettime(CLOCK_REALTIME, &t);
+    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec - loop_clock();
+}
+
 static double unix_now(const struct daemon *d)
 {
-    return (double)(loop_now(d->loop) + d->unix_offset_ns) * 1e-9;
+    return (double)(loop_now(d->loop) + unix_offset_now(d)) * 1e-9;
 }
 
 /* ---- blocked, sectors ---- */
@@ -42,9 +53,22 @@ static struct answer_conf limits(const struct daemon *d)
                                 .move_limit_m = d->conf.grid.move_limit_m};
 }
 
+/* Set of the sonars that are not heard at present. A capture's are heard while it plays. */
+static uint64_t lost_sonars(const struct daemon *d)
+{
+    uint64_t lost = 0;
+    for (int i = 0; i < d->conf.n_sonars && !d->replay; i++) {
+        struct source_stats s;
+        source_stats(d->source[i], &s);
+        if (!s.open || s.device.state != DEVICE_RUNNING)
+            lost |= 1ull << i;
+    }
+    return lost;
+}
+
 static struct answer_now moment(const struct daemon *d)
 {
-    struct answer_now now = {.now_ns = loop_now(d->loop), .pose = pose_identity};
+    struct answer_now now = {.now_ns = loop_now(d->loop), .pose = pose_identity, .lost = lost_sonars(d)};
     pose_log_newest(&d->poses, &now.pose);
     now.pose_fresh = pose_log_fresh(&d->poses, now.now_ns);
     return now;
@@ -169,7 +193,7 @@ static bool pose_time(const struct daemon *d, json_t *params, uint64_t *t_ns, st
                  given - t_unix, POSE_PAST_S, POSE_FUTURE_S);
         return false;
     }
-    double ns = given * 1e9 - (double)d->unix_offset_ns;
+    double ns = given * 1e9 - (double)unix_offset_now(d);
     *t_ns = ns > 0 ? (uint64_t)ns : 0;
     return true;
 }
@@ -237,6 +261,9 @@ bool daemon_take_pose(struct daemon *d, json_t *params, struct rpc_error *error)
     } else if (!pose_log_put(&d->poses, &p)) {
         error->code = RPC_INVALID_PARAMS;
         snprintf(error->message, sizeof error->message, "t_unix is not after that of the pose before");
+    } else if (json_object_get(params, "t_unix") && !d->replay) {
+        /* what is recorded goes by the capture's clock, which does not step when the computer's is set */
+        json_object_set_new(params, "t_unix", json_real((double)(p.t_ns + d->unix_offset_ns) * 1e-9));
     }
     return error->code == 0;
 }
@@ -335,8 +362,11 @@ static const char *data_word(const struct daemon *d)
     struct picture_frame frame;
     picture_get_frame(pipeline_picture(d->pipeline), &frame);
     uint64_t now = loop_now(d->loop);
-    if (!frame.pings)
+    uint64_t lost = lost_sonars(d), all = (1ull << d->conf.n_sonars) - 1;
+    if (!frame.pings || lost == all)
         return "no data from the sonar";
+    if (lost)
+        return "no data from one of the sonars";
     if ((double)(now - frame.t_ping_ns) * 1e-9 > d->conf.grid.clear_for_s)
         return "the sonar has fallen silent";
     if (frame.ned && !pose_log_fresh(&d->poses, now))

@@ -102,6 +102,19 @@ TEST(without_a_position_the_velocity_carries_it)
     CHECK(!(p.has & POSE_POSITION));
 }
 
+TEST(a_place_that_is_lost_is_not_a_vehicle_that_stands_still)
+{
+    pose_log_init(&poses, 500 * MS);
+    put(1000 * MS, POSE_ATTITUDE, 0, 0, 0);
+    CHECK(pose_log_fresh(&poses, 1100 * MS)); /* never a place: nobody knows better */
+    put(1200 * MS, POSE_ATTITUDE | POSE_POSITION, 1, 0, 0);
+    CHECK(pose_log_fresh(&poses, 1300 * MS));
+    put(1800 * MS, POSE_ATTITUDE, 0, 0, 0);
+    CHECK(!pose_log_fresh(&poses, 1800 * MS));
+    put(1900 * MS, POSE_ATTITUDE | POSE_VELOCITY, 0, 0, 1);
+    CHECK(pose_log_fresh(&poses, 1900 * MS));
+}
+
 TEST(the_way_driven_counts_back_and_forth)
 {
     struct pose p;
@@ -208,6 +221,7 @@ int main(void)
     RUN(times_that_do_not_rise_are_refused_and_counted);
     RUN(parts_come_from_different_senders_and_end_by_themselves);
     RUN(without_a_position_the_velocity_carries_it);
+    RUN(a_place_that_is_lost_is_not_a_vehicle_that_stands_still);
     RUN(the_way_driven_counts_back_and_forth);
     RUN(the_log_keeps_the_newest);
     return test_end();
