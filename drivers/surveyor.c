@@ -15,8 +15,10 @@
 #define YZ_POINT_BYTES   8
 #define FREQUENCY_HZ     240000u
 #define PULSE_STEPS      1.5f
+#define LISTENING_MIN_S  1e-5
 #define LISTENING_MAX_S  1.0
 #define PULSE_MAX_S      0.1
+#define RANGE_MIN_M      0.01
 #define RANGE_MAX_M      1000.0
 #define ANGLE_MAX_RAD    (GEO_PI / 2.0)
 #define SD_LEAST_M       0.01
@@ -82,7 +84,7 @@ static bool decode_atof(const struct ping_frame *f, struct surveyor_points *out)
                                     .pulse_s = (double)get_f32(b + 28),
                                     .n = points_there(f, get_u16(b + 36), ATOF_HEAD_BYTES, ATOF_POINT_BYTES),
                                     .records = b + ATOF_HEAD_BYTES};
-    return out->listening_s > 0.0 && out->listening_s <= LISTENING_MAX_S && out->pulse_s >= 0.0 &&
+    return out->listening_s >= LISTENING_MIN_S && out->listening_s <= LISTENING_MAX_S && out->pulse_s >= 0.0 &&
            out->pulse_s <= PULSE_MAX_S;
 }
 
@@ -148,7 +150,7 @@ static bool polar(const struct surveyor_points *points, unsigned i, double sound
         *angle_rad = atan2(first, -second);
         *range_m = hypot(first, second);
     }
-    return fabs(*angle_rad) <= ANGLE_MAX_RAD && *range_m > 0.0 && *range_m <= RANGE_MAX_M;
+    return fabs(*angle_rad) <= ANGLE_MAX_RAD && *range_m >= RANGE_MIN_M && *range_m <= RANGE_MAX_M;
 }
 
 void surveyor_fill_ping(struct ping *ping, const struct ping_frame *frame, const struct surveyor_points *points,
@@ -174,7 +176,7 @@ void surveyor_fill_ping(struct ping *ping, const struct ping_frame *frame, const
         if (!polar(points, i, sound_speed_mps, &angle_rad, &point_m))
             continue;
         ping->beam[ping->n_beams++] =
-            (struct ping_beam){.az_rad = (float)geo_wrap(angle_rad),
+            (struct ping_beam){.az_rad = (float)angle_rad,
                                .range_m = (float)point_m,
                                .range_sd_m = (float)fmax(pulse_m / sqrt(12.0), SD_LEAST_M),
                                .confidence = CONFIDENCE};

@@ -251,9 +251,9 @@ TEST(points_become_beams)
 
 TEST(senseless_points_are_left_out)
 {
-    static const float bad[][2] = {{NAN, 0.01f},    {0.1f, NAN},  {INFINITY, 0.01f}, {0.1f, INFINITY},
-                                   {2.0f, 0.01f},   {0.1f, 0.0f}, {0.1f, -1.0f},     {0.1f, 1e30f},
-                                   {-1e30f, 0.01f}, {0.2f, 0.01f}};
+    static const float bad[][2] = {{NAN, 0.01f},  {0.1f, NAN},     {INFINITY, 0.01f}, {0.1f, INFINITY},
+                                   {2.0f, 0.01f}, {0.1f, 0.0f},    {0.1f, 1e-45f},    {0.1f, -1.0f},
+                                   {0.1f, 1e30f}, {-1e30f, 0.01f}, {0.2f, 0.01f}};
     const unsigned n = sizeof(bad) / sizeof(bad[0]);
     uint8_t b[512];
     struct surveyor_points head = {.ping_number = 1, .listening_s = 0.04, .n = n};
