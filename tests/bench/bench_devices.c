@@ -9,6 +9,7 @@
 #include <time.h>
 
 #include "../../drivers/device.h"
+#include "../../drivers/imagenex_frame.h"
 #include "../../drivers/micron.h"
 #include "../../drivers/ping360.h"
 
@@ -61,6 +62,19 @@ static size_t micron_frame(unsigned i, uint8_t *out)
                         sizeof(payload));
 }
 
+static size_t imagenex_frame(unsigned i, uint8_t *out)
+{
+    const struct imagenex_frame f = {
+        .head = 0x11, .status = 0x45, .range_m = 20, .n_points = 500, .n_data = 500, .data = echo(i)};
+    return imagenex_encode_reply(out, FRAME_MAX, &f);
+}
+
+static size_t echolist_line(unsigned i, uint8_t *out)
+{
+    return (size_t)snprintf((char *)out, FRAME_MAX, "$ECHO,%u.5,-10,4,4012.5,80,9377,44,12000.5,12,20000,3\r\n",
+                            i % 360);
+}
+
 static const struct row {
     const struct device_ops *ops;
     const char *what;
@@ -68,6 +82,8 @@ static const struct row {
 } rows[] = {
     {&device_ping360, "1200 bins", ping360_frame},
     {&device_micron, "400 bins, 8 bit", micron_frame},
+    {&device_imagenex852, "500 bins", imagenex_frame},
+    {&device_echolist, "4 echoes", echolist_line},
 };
 
 /* ---- surroundings ---- */
