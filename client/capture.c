@@ -20,6 +20,7 @@
 
 #include "../drivers/mcap.h"
 #include "../drivers/ping_frame.h"
+#include "../drivers/seanet_frame.h"
 #include "import.h"
 
 #define SENSOR_NAME_MAX 31
@@ -32,10 +33,13 @@ static const char usage_text[] =
     "       sonarctl capture repair IN OUT\n"
     "       sonarctl capture export --csv FILE [OUT]\n"
     "\n"
-    "import  make a capture from a Ping-Viewer sensor log (.bin) or a text dump of Ping360 messages; which of "
-    "them\n"
-    "        it is shows its content. The bytes go to the channel /NAME/rx (" DEFAULT_SENSOR
-    " without --sensor);\n"
+    "import  make a capture from a Ping-Viewer sensor log (.bin), a text dump of Ping360 messages, or the bytes "
+    "of "
+    "a\n"
+    "        SeaNet line (raw, or a relay's log of UDP datagrams); which of them it is shows its content. The "
+    "bytes "
+    "go\n"
+    "        to the channel /NAME/rx (" DEFAULT_SENSOR " without --sensor);\n"
     "        --conf attaches a configuration for the replay. Log times count from the start of the recording.\n"
     "info    channels, counts, times, attachments, damage; the exit status is 1 when there is damage\n"
     "repair  write what is readable of a damaged or cut-off capture as a complete one, and say what is left out\n"
@@ -157,14 +161,22 @@ struct importing {
     uint32_t sequence;
     uint64_t first_ns, last_ns;
     uint64_t pings;
-    struct ping_parser parser; /* only counts: the bytes are kept as they are */
+    enum import_kind kind;
+    struct ping_parser ping; /* only count: the bytes are kept as they are */
+    struct seanet_parser seanet;
     char err[256];
 };
 
 static void count_pings(struct importing *im, uint64_t t_ns, const uint8_t *bytes, size_t n)
 {
     struct ping_frame frame;
-    while (ping_parser_next(&im->parser, &bytes, &n, t_ns, &frame))
+    struct seanet_frame seanet;
+    if (im->kind == IMPORT_SEANET || im->kind == IMPORT_SEANET_RELAY) {
+        while (seanet_parser_next(&im->seanet, &bytes, &n, t_ns, &seanet))
+            im->pings += seanet.id == SEANET_HEAD_DATA && seanet.last;
+        return;
+    }
+    while (ping_parser_next(&im->ping, &bytes, &n, t_ns, &frame))
         im->pings += frame.id == PING360_DEVICE_DATA || frame.id == PING360_AUTO_DEVICE_DATA;
 }
 
@@ -191,13 +203,46 @@ static void import_problem(void *ctx, const char *sentence)
     fprintf(stderr, "%s: %s\n", ((const struct importing *)ctx)->in, sentence);
 }
 
+static const char *const source_name[] = {
+    [IMPORT_PING_VIEWER] = "Ping-Viewer sensor log",
+    [IMPORT_TEXT] = "text dump",
+    [IMPORT_SEANET_RELAY] = "log of relayed datagrams",
+    [IMPORT_SEANET] = "raw bytes of a SeaNet line",
+};
+
+/* All records of the file; false with a sentence in im->err when it is not what it looked like. */
+static bool import_records(struct importing *im, struct content in, const struct import_sink *sink,
+                           struct import_result *result)
+{
+    switch (im->kind) {
+    case IMPORT_TEXT:
+        import_text(in.p, in.n, sink, result);
+        return true;
+    case IMPORT_SEANET:
+        import_seanet(in.p, in.n, sink, result);
+        return true;
+    case IMPORT_SEANET_RELAY:
+        if (import_seanet_relay(in.p, in.n, sink, result))
+            return true;
+        snprintf(im->err, sizeof im->err, "%s: no datagram of the log holds the head of a SeaNet frame", im->in);
+        return false;
+    case IMPORT_PING_VIEWER:
+    case IMPORT_UNKNOWN:
+        break;
+    }
+    if (import_ping_viewer(in.p, in.n, sink, result))
+        return true;
+    snprintf(im->err, sizeof im->err, "%s: the head of the Ping-Viewer log is cut off or not of version 1",
+             im->in);
+    return false;
+}
+
 /* Channel, attachment, all records. False with a sentence in im->err. */
 static bool import_all(struct importing *im, struct content in, const char *sensor, struct content conf)
 {
     const struct import_sink sink = {im, import_bytes, import_problem};
-    enum import_kind kind = import_kind(in.p, in.n);
     const struct mcap_pair metadata[] = {
-        {"source", kind == IMPORT_TEXT ? "text dump" : "Ping-Viewer sensor log"},
+        {"source", source_name[im->kind]},
         {"time", "counts from the start of the recording"},
     };
     char topic[SENSOR_NAME_MAX + 8];
@@ -207,22 +252,17 @@ static bool import_all(struct importing *im, struct content in, const char *sens
     if (im->channel < 0 ||
         (conf.p && !mcap_attach(im->w, "sonard.conf", "text/plain", 0, conf.p, conf.n, im->err, sizeof im->err)))
         return false;
-    if (kind == IMPORT_TEXT) {
-        import_text(in.p, in.n, &sink, &result);
-    } else if (!import_ping_viewer(in.p, in.n, &sink, &result)) {
-        snprintf(im->err, sizeof im->err, "%s: the head of the Ping-Viewer log is cut off or not of version 1",
-                 im->in);
-        return false;
-    }
-    if (result.stopped)
+    if (!import_records(im, in, &sink, &result) || result.stopped)
         return false;
     printf("%" PRIu64 " pings in %" PRIu64 " records, %.3f s%s\n", im->pings, result.records,
            (double)(im->last_ns - im->first_ns) * 1e-9,
            result.times_made_up ? " (no times in the source: made up from listening time and the head's pace)"
                                 : "");
-    if (im->parser.garbage_bytes || im->parser.bad_checksum)
+    seanet_parser_reset(&im->seanet); /* what is left of an unfinished frame */
+    uint64_t garbage = im->ping.garbage_bytes + im->seanet.garbage_bytes;
+    if (garbage || im->ping.bad_checksum)
         printf("%" PRIu64 " bytes are no frame, %" PRIu64 " frames have a wrong checksum: kept as they are\n",
-               im->parser.garbage_bytes, im->parser.bad_checksum);
+               garbage, im->ping.bad_checksum);
     return true;
 }
 
@@ -234,16 +274,21 @@ static int import_file(const char *in_path, const char *out_path, const char *se
     int status = 1;
     if (!load(in_path, &in) || (conf_path && !load(conf_path, &conf)))
         goto done;
-    if (import_kind(in.p, in.n) == IMPORT_UNKNOWN) {
-        failed("%s: neither a Ping-Viewer sensor log nor a text dump of Ping360 messages (\"ID: 2300\")", in_path);
+    enum import_kind kind = import_kind(in.p, in.n);
+    if (kind == IMPORT_UNKNOWN) {
+        failed(
+            "%s: neither a Ping-Viewer sensor log nor a text dump of Ping360 messages (\"ID: 2300\") nor bytes of "
+            "a SeaNet line",
+            in_path);
         goto done;
     }
     snprintf(section, sizeof section, "[sonar %s]", sensor);
     if (conf.p && !memmem(conf.p, conf.n, section, strlen(section)))
         fprintf(stderr, "%s: there is no %s: a replay will find no sensor for /%s/rx\n", conf_path, section,
                 sensor);
-    im = (struct importing){.in = in_path, .w = create(out_path, 0)};
-    ping_parser_init(&im.parser, PING_PAYLOAD_MAX);
+    im = (struct importing){.in = in_path, .kind = kind, .w = create(out_path, 0)};
+    ping_parser_init(&im.ping, PING_PAYLOAD_MAX);
+    seanet_parser_init(&im.seanet);
     if (im.w) {
         bool ok = import_all(&im, in, sensor, conf);
         status = finish(im.w, out_path, ok, im.err, sizeof im.err);

@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* import - what both kinds of recording share: which of them it is, and the time stamps. */
+/* import - what the kinds of recording share: which of them it is, and the time stamps. */
 #include "import.h"
 
 #include <string.h>
@@ -59,5 +59,9 @@ enum import_kind import_kind(const uint8_t *data, size_t size)
         return IMPORT_PING_VIEWER;
     if (size > 0 && memmem(data, size, text, sizeof text - 1))
         return IMPORT_TEXT;
+    if (import_is_seanet_relay(data, size))
+        return IMPORT_SEANET_RELAY;
+    if (import_is_seanet(data, size))
+        return IMPORT_SEANET;
     return IMPORT_UNKNOWN;
 }

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * import - recordings of other programs as a stream of timed bytes, as a port would have read them: Ping-Viewer's
- * sensor logs, and text dumps of Ping360 messages as the ping-python tools print them. Pure: bytes in, calls out;
- * no file, no clock.
+ * sensor logs, text dumps of Ping360 messages as the ping-python tools print them, and the bytes of a SeaNet line, raw or
+ * as a relay's log of UDP datagrams. Pure: bytes in, calls out; no file, no clock.
  */
 #ifndef SONARD_IMPORT_H
 #define SONARD_IMPORT_H
@@ -11,7 +11,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum import_kind { IMPORT_UNKNOWN, IMPORT_PING_VIEWER, IMPORT_TEXT };
+enum import_kind { IMPORT_UNKNOWN, IMPORT_PING_VIEWER, IMPORT_TEXT, IMPORT_SEANET_RELAY, IMPORT_SEANET };
 
 struct import_sink {
     void *ctx;
@@ -27,7 +27,7 @@ struct import_result {
     bool stopped;            /* by the sink */
 };
 
-/* What a Ping360 head takes for a ping beyond listening: turning, and 1200 samples over the line. */
+/* What a head takes for a ping beyond listening: turning, and the samples over the line. */
 #define IMPORT_PACE_NS 42000000u
 
 /** import_kind - from the content. */
@@ -46,6 +46,25 @@ bool import_ping_viewer(const uint8_t *data, size_t size, const struct import_si
  * stamps gets one ping per listening time (samples * sample period) plus IMPORT_PACE_NS: 44.7 ms at 2 m.
  */
 void import_text(const uint8_t *data, size_t size, const struct import_sink *sink, struct import_result *out);
+
+/** import_is_seanet_relay - is the first line of the file one of a relay's log? */
+bool import_is_seanet_relay(const uint8_t *data, size_t size);
+
+/** import_is_seanet - do the first 16 KiB hold the head of a SeaNet frame? */
+bool import_is_seanet(const uint8_t *data, size_t size);
+
+/**
+ * import_seanet_relay - the datagrams of the sonar's port go to the sink with their times, other ports are left out.
+ * False, nothing read, when no datagram holds the head of a frame.
+ */
+bool import_seanet_relay(const uint8_t *data, size_t size, const struct import_sink *sink,
+                         struct import_result *out);
+
+/**
+ * import_seanet - every byte goes to the sink, one record per frame with what stood before it. There are no times in
+ * raw bytes: each ping gets its listening time plus IMPORT_PACE_NS.
+ */
+void import_seanet(const uint8_t *data, size_t size, const struct import_sink *sink, struct import_result *out);
 
 /** import_clock - "hh:mm:ss.zzz" as n code points, digits of any script; false when it is no time of day. */
 bool import_clock(const uint32_t *text, size_t n, uint64_t *t_ns);
