@@ -90,7 +90,7 @@ $(BENCH): $(BUILD)/tests/%: $(BUILD)/tests/bench/%.o $(ALL_A)
 	@mkdir -p $(@D)
 	@echo '  LD    $@'
 	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
-$(HELPERS): $(BUILD)/tests/%: $(BUILD)/tests/tools/%.o $(GRID)
+$(HELPERS): $(BUILD)/tests/%: $(BUILD)/tests/tools/%.o $(CLIENT) $(GRID)
 	@mkdir -p $(@D)
 	@echo '  LD    $@'
 	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
@@ -101,7 +101,7 @@ $(TOOLS): $(BUILD)/tests/%.so: tests/lib/%.c
 # ---- what a person types ----
 
 help:
-	@echo 'make            build sonard and sonarctl into $(BUILD)/'
+	@echo 'make            build sonard, sonarctl and sonard-mavlink into $(BUILD)/'
 	@echo 'make demo       install what is missing, build, replay a real recording, print its sectors, draw them'
 	@echo 'make check      install what is missing, build with gcc and clang, run every test'
 	@echo 'make check-san  the tests under address+undefined and under thread sanitizer'
@@ -121,7 +121,7 @@ demo: deps
 	@BUILD=$(BUILD) tests/demo.sh
 
 SCRIPTS := $(wildcard tests/replay/*.sh tests/live/test_*.py)
-CHECKS  := tests/layers.sh tests/valgrind.sh tests/model/run.sh tests/mcap/check.sh
+CHECKS  := tests/layers.sh tests/valgrind.sh tests/model/run.sh tests/mcap/check.sh tests/mavlink/check.sh
 
 # Everything that one build can be tested with.
 suite: programs tests
@@ -161,7 +161,9 @@ $(BUILD)/sonard.conf.5: docs/sonard.conf.5.in $(BUILD)/sonard
 install: programs $(BUILD)/sonard.conf.5
 	install -D -m 755 $(BUILD)/sonard $(DESTDIR)$(PREFIX)/sbin/sonard
 	install -D -m 755 $(BUILD)/sonarctl $(DESTDIR)$(PREFIX)/bin/sonarctl
+	install -D -m 755 $(BUILD)/sonard-mavlink $(DESTDIR)$(PREFIX)/sbin/sonard-mavlink
 	install -D -m 644 docs/sonard.8 $(DESTDIR)$(PREFIX)/share/man/man8/sonard.8
+	install -D -m 644 docs/sonard-mavlink.8 $(DESTDIR)$(PREFIX)/share/man/man8/sonard-mavlink.8
 	install -D -m 644 docs/sonarctl.1 $(DESTDIR)$(PREFIX)/share/man/man1/sonarctl.1
 	install -D -m 644 $(BUILD)/sonard.conf.5 $(DESTDIR)$(PREFIX)/share/man/man5/sonard.conf.5
 	install -D -m 644 docs/sonard-protocol.7 $(DESTDIR)$(PREFIX)/share/man/man7/sonard-protocol.7
