@@ -11,10 +11,12 @@
 #include "../../drivers/device.h"
 #include "../../drivers/imagenex_frame.h"
 #include "../../drivers/micron.h"
+#include "../../drivers/ping1d.h"
 #include "../../drivers/ping360.h"
+#include "../../drivers/surveyor.h"
 
 #define FRAMES     256
-#define FRAME_MAX  4096
+#define FRAME_MAX  PING_FRAME_LIMIT
 #define PIECE      512
 #define MEASURED_S 0.5
 
@@ -46,6 +48,31 @@ static size_t ping360_frame(unsigned i, uint8_t *out)
         .data = echo(i),
     };
     return ping360_encode_data(out, FRAME_MAX, 2, &data);
+}
+
+static size_t ping1d_frame(unsigned i, uint8_t *out)
+{
+    const struct ping1d_reading reading = {.distance_mm = 7250,
+                                           .confidence_percent = 95,
+                                           .transmit_us = 100,
+                                           .ping_number = i,
+                                           .start_mm = 500,
+                                           .length_mm = 10000,
+                                           .n_samples = PING1D_SAMPLES,
+                                           .samples = echo(i)};
+    return ping1d_encode_reading(out, FRAME_MAX, 1, &reading);
+}
+
+static size_t surveyor_frame(unsigned i, uint8_t *out)
+{
+    static float point[SURVEYOR_POINTS_MAX][2];
+    const struct surveyor_points points = {
+        .ping_number = i, .listening_s = 0.02, .pulse_s = 1e-4, .n = SURVEYOR_POINTS_MAX};
+    for (unsigned k = 0; k < SURVEYOR_POINTS_MAX; k++) {
+        point[k][0] = (float)k * 0.004f - 1.0f;
+        point[k][1] = 0.01f;
+    }
+    return surveyor_encode_atof(out, FRAME_MAX, 1, &points, 1500.0f, (const float(*)[2])point);
 }
 
 static size_t micron_frame(unsigned i, uint8_t *out)
@@ -81,6 +108,8 @@ static const struct row {
     size_t (*frame)(unsigned i, uint8_t *out);
 } rows[] = {
     {&device_ping360, "1200 bins", ping360_frame},
+    {&device_ping1d, "a profile of 200", ping1d_frame},
+    {&device_surveyor, "512 points", surveyor_frame},
     {&device_micron, "400 bins, 8 bit", micron_frame},
     {&device_imagenex852, "500 bins", imagenex_frame},
     {&device_echolist, "4 echoes", echolist_line},
@@ -128,8 +157,12 @@ static void measure(const struct row *row)
     static uint8_t stream[FRAMES * FRAME_MAX];
     struct ping buffer;
     const struct device_io io = {&buffer, nothing_sent, no_break, begin_ping, done_ping, no_note};
-    const struct device_conf conf = {
-        .range_m = 20, .sound_speed_mps = 1500, .gain = -1, .step_rad = 0.0157, .listen_only = true};
+    const struct device_conf conf = {.range_m = 20,
+                                     .sound_speed_mps = 1500,
+                                     .gain = -1,
+                                     .step_rad = 0.0157,
+                                     .min_confidence = 0.5,
+                                     .listen_only = true};
     char err[200] = "";
     size_t n = 0;
     void *state = calloc(1, row->ops->state_size);

@@ -8,7 +8,7 @@
 
 #include "../../drivers/ping1d.h"
 #include "../../drivers/ping_bytes.h"
-#include "lib/twin.h"
+#include "lib/responder.h"
 
 #define ID            1
 #define MS            1000000u
@@ -184,7 +184,7 @@ static void print_status(FILE *out)
 
 int main(int argc, char **argv)
 {
-    static const struct twin_number numbers[] = {
+    static const struct responder_number numbers[] = {
         {"distance", "metres to the bottom", &distance_m, 0, 300},
         {"confidence", "percent that a reading of it has", &confidence, 0, 100},
         {"sound-speed", "m/s, of the water", &water_mps, 1000, 2000},
@@ -193,13 +193,14 @@ int main(int argc, char **argv)
         {"forget", "1: stop sending by itself, as after a loss of power", &forget, 0, 1},
         {.name = NULL},
     };
-    static const struct twin_ops ops = {.program = "ping1d_sim",
-                                        .about = "a virtual Ping1D echosounder on a pseudo-terminal or a UDP port",
-                                        .udp_port = LINE_NO_UDP,
-                                        .numbers = numbers,
-                                        .start = start,
-                                        .feed = feed,
-                                        .tick = tick,
-                                        .print_status = print_status};
-    return twin_main(argc, argv, &ops);
+    static const struct responder_ops ops = {.program = "ping1d_sim",
+                                             .about =
+                                                 "a virtual Ping1D echosounder on a pseudo-terminal or a UDP port",
+                                             .udp_port = LINE_NO_UDP,
+                                             .numbers = numbers,
+                                             .start = start,
+                                             .feed = feed,
+                                             .tick = tick,
+                                             .print_status = print_status};
+    return responder_main(argc, argv, &ops);
 }

@@ -9,7 +9,7 @@
 #include "../../drivers/ping_bytes.h"
 #include "../../drivers/surveyor.h"
 #include "../../grid/geometry.h"
-#include "lib/twin.h"
+#include "lib/responder.h"
 
 #define ID          1
 #define DEVICE_TYPE 12 /* not published; any that is no echosounder's and no Ping360's */
@@ -119,7 +119,7 @@ static void print_status(FILE *out)
 
 int main(int argc, char **argv)
 {
-    static const struct twin_number numbers[] = {
+    static const struct responder_number numbers[] = {
         {"bottom", "metres below", &bottom_m, 0.5, 300},
         {"wall", "metres to starboard; 0: none", &wall_m, 0, 300},
         {"points", "per ping", &points, 0, SURVEYOR_POINTS_MAX},
@@ -130,14 +130,14 @@ int main(int argc, char **argv)
         {"refuse", "so many of the next settings are refused", &refuse, 0, 1e6},
         {.name = NULL},
     };
-    static const struct twin_ops ops = {.program = "surveyor_sim",
-                                        .about = "a virtual Surveyor 240 multibeam on a UDP port (62312)",
-                                        .udp_only = true,
-                                        .udp_port = 62312,
-                                        .numbers = numbers,
-                                        .start = start,
-                                        .feed = feed,
-                                        .tick = tick,
-                                        .print_status = print_status};
-    return twin_main(argc, argv, &ops);
+    static const struct responder_ops ops = {.program = "surveyor_sim",
+                                             .about = "a virtual Surveyor 240 multibeam on a UDP port (62312)",
+                                             .udp_only = true,
+                                             .udp_port = 62312,
+                                             .numbers = numbers,
+                                             .start = start,
+                                             .feed = feed,
+                                             .tick = tick,
+                                             .print_status = print_status};
+    return responder_main(argc, argv, &ops);
 }
