@@ -12,6 +12,9 @@
 #include "amplitude.h"
 #include "cfar.h"
 
+/* A group this share (3 dB) below the contrast of an echo is none, but ends what is called free. */
+#define DOUBTFUL 0.5
+
 #define MIN_WINDOW_CELLS 8  /* independent cells on each side: fewer make the threshold a lottery */
 #define MAX_FACTORS      64 /* more independent cells than this change the threshold by less than 0.1 dB */
 #define SETTLE_BINS      3
@@ -357,9 +360,9 @@ static double half_power_width(const uint64_t *cell, uint32_t n, uint32_t peak)
     return end - begin;
 }
 
-/* Fill *echo from the group begin .. last; false when it has not the contrast of an echo. */
-static bool echo_of(const struct extract *e, const struct beam *beam, uint32_t begin, uint32_t last,
-                    struct echo *echo)
+/* Fill *echo from the group begin .. last; returns its contrast, a ratio of powers. */
+static double echo_of(const struct extract *e, const struct beam *beam, uint32_t begin, uint32_t last,
+                      struct echo *echo)
 {
     const struct geometry *g = beam->geometry;
     uint32_t peak = begin;
@@ -374,9 +377,6 @@ static bool echo_of(const struct extract *e, const struct beam *beam, uint32_t b
         if (e->cell[i] > e->cell[peak])
             peak = i;
     }
-    if (contrast < e->contrast)
-        return false;
-
     const double first_m = g->r0 + beam->first * g->dr;
     *echo = (struct echo){
         .range_m = (float)fmax(g->r0 + peak_position(e->cell, g->n, peak) * g->dr, first_m),
@@ -385,7 +385,7 @@ static bool echo_of(const struct extract *e, const struct beam *beam, uint32_t b
         .strength = (float)strength,
         .confidence = (float)(strength / (1.0 + strength)),
     };
-    return true;
+    return contrast;
 }
 
 /* End of the stretch behind the ring-down in which no window is without any sound. */
@@ -403,17 +403,16 @@ static uint32_t heard_until(const struct extract *e, const struct beam *beam)
 static double free_without_echo(const struct extract *e, const struct beam *beam)
 {
     const struct geometry *g = beam->geometry;
-    const double end_m = g->r0 + g->n * g->dr;
 
     switch (e->conf.no_echo) {
     case EXTRACT_HEARD:
         return g->r0 + heard_until(e, beam) * g->dr;
     case EXTRACT_RANGE:
-        return end_m;
+        return g->r0 + g->n * g->dr;
     case EXTRACT_MINIMUM:
         break;
     }
-    return fmin(e->conf.minimum_range_m, end_m);
+    return fmin(e->conf.minimum_range_m, g->r0 + heard_until(e, beam) * g->dr);
 }
 
 /* Every bin from `first` on at full scale, or every bin of the beam at zero: the receiver said nothing. */
@@ -433,6 +432,7 @@ static void extract_profile(struct extract *e, const struct geometry *g, const v
                             struct beam_echoes *out)
 {
     struct beam beam = {.geometry = g, .samples = samples};
+    float doubt_m = INFINITY;
     const uint64_t bins = 2 * (uint64_t)g->half + 1;
     unsigned shift = 0; /* needed for 16-bit samples and long pulses only */
 
@@ -451,8 +451,11 @@ static void extract_profile(struct extract *e, const struct geometry *g, const v
         if (!stands_out(e, &beam, i))
             continue;
         const uint32_t last = group_end(e, &beam, i);
-        if (echo_of(e, &beam, i, last, &out->echo[out->n]))
+        const double contrast = echo_of(e, &beam, i, last, &out->echo[out->n]);
+        if (contrast >= e->contrast)
             out->n++;
+        else if (contrast >= e->contrast * DOUBTFUL && out->n == 0)
+            doubt_m = fminf(doubt_m, out->echo[0].near_m);
         i = last;
     }
     if (out->n > 0) {
@@ -461,6 +464,7 @@ static void extract_profile(struct extract *e, const struct geometry *g, const v
     } else {
         out->free_to_m = (float)free_without_echo(e, &beam);
     }
+    out->free_to_m = fminf(out->free_to_m, doubt_m);
 }
 
 static bool is_range(float range_m)

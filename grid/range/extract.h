@@ -18,7 +18,7 @@
 
 /* How far the water counts as free where nothing was found. */
 enum extract_no_echo {
-    EXTRACT_MINIMUM, /* to minimum_range_m, whatever the range of the sonar */
+    EXTRACT_MINIMUM, /* to minimum_range_m, but not where the receiver sends nothing but zeros */
     EXTRACT_HEARD,   /* as far as the receiver is heard to be alive: to the first window of nothing but zeros */
     EXTRACT_RANGE,   /* to the end of the beam */
 };
@@ -62,6 +62,9 @@ struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_
  * as the peak. strength: peak over threshold. confidence: strength / (1 + strength).
  * Saturated bins beyond the ring-down are echoes. Beams without geometry, without samples, too short, saturated
  * or zero throughout are BEAM_BLIND.
+ *
+ * free_to_m ends at the first echo, or at a group that lacks up to 3 dB of the contrast of one: too little to block,
+ * too much to call the water beyond it free. Without either by the no_echo rule.
  *
  * Pings with ready ranges: range > 0 becomes one echo with the device's own deviation and confidence; entries of the
  * same direction in order of range become one beam, whose first ECHOES_PER_BEAM are kept.

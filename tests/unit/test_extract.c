@@ -325,7 +325,30 @@ TEST(silence_claims_what_the_rule_allows)
     conf.minimum_range_m = 50.0;
     conf.no_echo = EXTRACT_MINIMUM;
     set_up();
+    CHECK_NEAR(run()->free_to_m, 6.0, 0, 1e-5); /* no farther than the receiver was heard */
+    const struct scene heard = {.floor = 12, .ring_down_m = 0.3};
+    render(&heard, NULL);
     CHECK_NEAR(run()->free_to_m, 10.0, 0, 1e-5); /* never beyond the last bin */
+}
+
+/* Something at 3 m that lacks 2 dB of an echo's contrast, and a wall at 7 m. */
+TEST(a_doubtful_group_ends_the_free_water)
+{
+    begin();
+    conf.no_echo = EXTRACT_RANGE;
+    set_up();
+    const struct scene scene = {.floor = 12, .ring_down_m = 0.3};
+    render(&scene, NULL);
+    const double rise = pow(10.0, (conf.min_contrast_db - 2.0) / 10.0); /* in power, whatever the law */
+    for (int i = 300; i < 304; i++)
+        bytes[i] = (uint8_t)(12.0 * pow(rise, 0.25) + 0.5);
+    CHECK_INT(run()->n, 0);
+    CHECK(found[0].free_to_m > 2.5f && found[0].free_to_m < 3.05f);
+    for (int i = 700; i < 704; i++)
+        bytes[i] = 200;
+    CHECK_INT(run()->n, 1);
+    CHECK_NEAR(found[0].echo[0].range_m, 7.02, 0, 0.05);
+    CHECK(found[0].free_to_m < 3.05f);
 }
 
 TEST(what_is_not_heard_is_blind)
@@ -622,6 +645,7 @@ int main(void)
     RUN(a_configured_ring_down_is_kept);
     RUN(a_wall_under_the_ring_down_is_not_called_free);
     RUN(silence_claims_what_the_rule_allows);
+    RUN(a_doubtful_group_ends_the_free_water);
     RUN(what_is_not_heard_is_blind);
     RUN(header_and_beams_are_copied);
     RUN(ready_ranges_pass_through);
