@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * bench_devices - frames per second that each device makes pings of: from the bytes of the wire to a filled ping, one
- * core, nothing behind. The bytes come in pieces of 512, as a serial port gives them. One row per device.
+ * core, nothing behind. The bytes come in pieces of 512, as a serial port gives them; CAN frames one by one. One row per
+ * device.
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -9,8 +10,10 @@
 #include <time.h>
 
 #include "../../drivers/device.h"
+#include "../../drivers/dronecan.h"
 #include "../../drivers/imagenex_frame.h"
 #include "../../drivers/micron.h"
+#include "../../drivers/nmea0183.h"
 #include "../../drivers/ping1d.h"
 #include "../../drivers/ping360.h"
 #include "../../drivers/surveyor.h"
@@ -102,17 +105,41 @@ static size_t echolist_line(unsigned i, uint8_t *out)
                             i % 360);
 }
 
+/* A transfer of three frames. */
+static size_t dronecan_transfer(unsigned i, uint8_t *out)
+{
+    uint8_t stream[17] = {0, 0, 0x87, 0xD6, 0x12, 0, 0, 0, 0, 3, 6, 0x85, 0xFB, 0x36, 9, 0x40, 0x47};
+    const uint8_t signature[8] = {0x52, 0x19, 0x77, 0xFC, 0x70, 0xFE, 0xFF, 0x68};
+    const uint16_t crc = dronecan_crc(dronecan_crc(0xFFFF, signature, 8), stream + 2, 15);
+    static const uint8_t tails[3] = {0x80, 0x20, 0x40};
+    stream[0] = (uint8_t)crc;
+    stream[1] = (uint8_t)(crc >> 8);
+    for (unsigned k = 0; k < 3; k++) {
+        struct can_frame frame = {.can_id = 0x90041A2A, .len = k < 2 ? 8 : 4};
+        memcpy(frame.data, stream + k * 7, frame.len - 1u);
+        frame.data[frame.len - 1] = (uint8_t)(tails[k] | i % 32);
+        memcpy(out + k * CAN_MTU, &frame, CAN_MTU);
+    }
+    return 3 * CAN_MTU;
+}
+
+static size_t nmea2000_frame(unsigned i, uint8_t *out)
+{
+    const struct can_frame frame = {
+        .can_id = 0x8DF50B23, .len = 8, .data = {(uint8_t)i, 0xD5, 0x02, 0, 0, 0xFF, 0x7F, 10}};
+    memcpy(out, &frame, CAN_MTU);
+    return CAN_MTU;
+}
+
 static const struct row {
     const struct device_ops *ops;
     const char *what;
     size_t (*frame)(unsigned i, uint8_t *out);
 } rows[] = {
-    {&device_ping360, "1200 bins", ping360_frame},
-    {&device_ping1d, "a profile of 200", ping1d_frame},
-    {&device_surveyor, "512 points", surveyor_frame},
-    {&device_micron, "400 bins, 8 bit", micron_frame},
-    {&device_imagenex852, "500 bins", imagenex_frame},
-    {&device_echolist, "4 echoes", echolist_line},
+    {&device_ping360, "1200 bins", ping360_frame},         {&device_ping1d, "a profile of 200", ping1d_frame},
+    {&device_surveyor, "512 points", surveyor_frame},      {&device_micron, "400 bins, 8 bit", micron_frame},
+    {&device_imagenex852, "500 bins", imagenex_frame},     {&device_echolist, "4 echoes", echolist_line},
+    {&device_dronecan, "3 CAN frames", dronecan_transfer}, {&device_nmea2000, "1 CAN frame", nmea2000_frame},
 };
 
 /* ---- surroundings ---- */
@@ -162,7 +189,10 @@ static void measure(const struct row *row)
                                      .gain = -1,
                                      .step_rad = 0.0157,
                                      .min_confidence = 0.5,
+                                     .node = -1,
+                                     .sensor_id = -1,
                                      .listen_only = true};
+    const size_t piece = row->ops->can_match ? CAN_MTU : PIECE;
     char err[200] = "";
     size_t n = 0;
     void *state = calloc(1, row->ops->state_size);
@@ -178,8 +208,8 @@ static void measure(const struct row *row)
     uint64_t bytes = 0;
     double begin_s = clock_s(), took_s;
     do {
-        for (size_t at = 0; at < n; at += PIECE)
-            row->ops->feed(state, stream + at, n - at < PIECE ? n - at : PIECE, bytes + at, &io);
+        for (size_t at = 0; at < n; at += piece)
+            row->ops->feed(state, stream + at, n - at < piece ? n - at : piece, bytes + at, &io);
         bytes += n;
         took_s = clock_s() - begin_s;
     } while (took_s < MEASURED_S);
@@ -193,8 +223,31 @@ static void measure(const struct row *row)
     free(state);
 }
 
+/* No device: it makes poses. */
+static void measure_nmea(void)
+{
+    static const char lines[] = "$GPHDT,274.07,T*03\r\n$INDPT,2.3,0.0*46\r\n$HCHDG,98.3,0.0,E,12.6,W*57\r\n";
+    struct nmea_parser parser;
+    nmea_parser_init(&parser, true);
+    double begin_s = clock_s(), took_s;
+    do {
+        for (int i = 0; i < 1000; i++) {
+            const uint8_t *bytes = (const uint8_t *)lines;
+            size_t n = sizeof(lines) - 1;
+            struct nmea_value value;
+            while (nmea_parser_next(&parser, &bytes, &n, &value))
+                sink = sink + value.has;
+        }
+        took_s = clock_s() - begin_s;
+    } while (took_s < MEASURED_S);
+    double values = (double)parser.counts.values;
+    printf("%-12s %-18s %9.0f frames/s %8.1f MB/s\n", "nmea0183", "DPT, HDT, HDG", values / took_s,
+           values / 3 * (double)(sizeof(lines) - 1) / took_s * 1e-6);
+}
+
 int main(void)
 {
+    measure_nmea();
     for (size_t i = 0; i < sizeof(rows) / sizeof(rows[0]); i++)
         measure(&rows[i]);
     return 0;
