@@ -121,7 +121,7 @@ demo: deps
 	@BUILD=$(BUILD) tests/demo.sh
 
 SCRIPTS := $(wildcard tests/replay/*.sh tests/live/test_*.py)
-CHECKS  := tests/layers.sh tests/valgrind.sh tests/model/run.sh tests/mcap/check.sh tests/mavlink/check.sh
+CHECKS  := tests/layers.sh tests/valgrind.sh tests/model/run.sh tests/mcap/check.sh tests/mavlink/check.sh tests/gpiod2.sh
 
 # Everything that one build can be tested with.
 suite: programs tests

@@ -43,14 +43,13 @@ static bool known_depth(const char *source, char *err, size_t err_size)
     return strncmp(source, "modbus-", 7) == 0;
 }
 
-static bool no_line(const char *name, char *err, size_t err_size)
+static bool known_line(const char *name, char *err, size_t err_size)
 {
-    (void)name;
-    snprintf(err, err_size, "there are no lines here");
-    return false;
+    snprintf(err, err_size, "there are no lines there");
+    return strcmp(name, "nowhere") != 0;
 }
 
-static const struct conf_checks checks = {known_device, known_port, known_depth, no_line};
+static const struct conf_checks checks = {known_device, known_port, known_depth, known_line};
 
 static int load_bytes(struct conf *conf, const char *text, size_t size)
 {
@@ -246,9 +245,9 @@ TEST(broken_values)
          "t.conf:5: [nmea] port = usb:1: no such kind of port; want serial:DEVICE:BAUD"},
         {"bad source of depth", BASE "[depth]\nsource = usb:1\n",
          "t.conf:5: [depth] source = usb:1: no such source; want modbus-rtu:DEVICE:BAUD"},
-        {"no such line", BASE "power = GPIO1\ntrigger = none\n[gpio]\nleak = GPIO2\n",
-         "t.conf:4: [sonar a] power = GPIO1: there are no lines here\n"
-         "t.conf:7: [gpio] leak = GPIO2: there are no lines here"},
+        {"no such line", BASE "power = nowhere\ntrigger = none\n[gpio]\nleak = nowhere\n",
+         "t.conf:4: [sonar a] power = nowhere: there are no lines there\n"
+         "t.conf:7: [gpio] leak = nowhere: there are no lines there"},
         {"port that is no address", "[sonar a]\ndevice = ping360\nport = /dev/ttyUSB0\n",
          "t.conf:3: [sonar a] port = /dev/ttyUSB0: does not begin with a letter; want KIND:ADDRESS, for instance "
          "serial:/dev/ttyUSB0:115200"},
