@@ -92,7 +92,7 @@ static bool read_line(const uint8_t *p, const uint8_t *end, struct datagram *out
 {
     uint32_t clock[CLOCK_CHARS];
     size_t n;
-    if (end - p < DATE_CHARS + CLOCK_CHARS || p[DATE_CHARS - 1] != ' ')
+    if (end - p <= DATE_CHARS + CLOCK_CHARS || p[DATE_CHARS - 1] != ' ')
         return false;
     for (int i = 0; i < CLOCK_CHARS; i++)
         clock[i] = p[DATE_CHARS + i];
