@@ -33,13 +33,9 @@ static const char usage_text[] =
     "       sonarctl capture repair IN OUT\n"
     "       sonarctl capture export --csv FILE [OUT]\n"
     "\n"
-    "import  make a capture from a Ping-Viewer sensor log (.bin), a text dump of Ping360 messages, or the bytes "
-    "of "
-    "a\n"
-    "        SeaNet line (raw, or a relay's log of UDP datagrams); which of them it is shows its content. The "
-    "bytes "
-    "go\n"
-    "        to the channel /NAME/rx (" DEFAULT_SENSOR " without --sensor);\n"
+    "import  make a capture from a Ping-Viewer sensor log (.bin), a text dump of Ping360 messages, the bytes of a\n"
+    "        SeaNet line (raw, or a relay's log of UDP datagrams), or an Imagenex file (.852); which of them it is\n"
+    "        shows its content. The bytes go to the channel /NAME/rx (" DEFAULT_SENSOR " without --sensor);\n"
     "        --conf attaches a configuration for the replay. Log times count from the start of the recording.\n"
     "info    channels, counts, times, attachments, damage; the exit status is 1 when there is damage\n"
     "repair  write what is readable of a damaged or cut-off capture as a complete one, and say what is left out\n"
@@ -171,6 +167,10 @@ static void count_pings(struct importing *im, uint64_t t_ns, const uint8_t *byte
 {
     struct ping_frame frame;
     struct seanet_frame seanet;
+    if (im->kind == IMPORT_IMAGENEX) {
+        im->pings++; /* a record is one */
+        return;
+    }
     if (im->kind == IMPORT_SEANET || im->kind == IMPORT_SEANET_RELAY) {
         while (seanet_parser_next(&im->seanet, &bytes, &n, t_ns, &seanet))
             im->pings += seanet.id == SEANET_HEAD_DATA && seanet.last;
@@ -208,6 +208,7 @@ static const char *const source_name[] = {
     [IMPORT_TEXT] = "text dump",
     [IMPORT_SEANET_RELAY] = "log of relayed datagrams",
     [IMPORT_SEANET] = "raw bytes of a SeaNet line",
+    [IMPORT_IMAGENEX] = "Imagenex .852 file",
 };
 
 /* All records of the file; false with a sentence in im->err when it is not what it looked like. */
@@ -220,6 +221,9 @@ static bool import_records(struct importing *im, struct content in, const struct
         return true;
     case IMPORT_SEANET:
         import_seanet(in.p, in.n, sink, result);
+        return true;
+    case IMPORT_IMAGENEX:
+        import_imagenex(in.p, in.n, sink, result);
         return true;
     case IMPORT_SEANET_RELAY:
         if (import_seanet_relay(in.p, in.n, sink, result))

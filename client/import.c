@@ -63,5 +63,7 @@ enum import_kind import_kind(const uint8_t *data, size_t size)
         return IMPORT_SEANET_RELAY;
     if (import_is_seanet(data, size))
         return IMPORT_SEANET;
+    if (import_is_imagenex(data, size))
+        return IMPORT_IMAGENEX;
     return IMPORT_UNKNOWN;
 }

@@ -11,7 +11,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum import_kind { IMPORT_UNKNOWN, IMPORT_PING_VIEWER, IMPORT_TEXT, IMPORT_SEANET_RELAY, IMPORT_SEANET };
+enum import_kind { IMPORT_UNKNOWN, IMPORT_PING_VIEWER, IMPORT_TEXT, IMPORT_SEANET_RELAY, IMPORT_SEANET, IMPORT_IMAGENEX };
 
 struct import_sink {
     void *ctx;
@@ -65,6 +65,15 @@ bool import_seanet_relay(const uint8_t *data, size_t size, const struct import_s
  * raw bytes: each ping gets its listening time plus IMPORT_PACE_NS.
  */
 void import_seanet(const uint8_t *data, size_t size, const struct import_sink *sink, struct import_result *out);
+
+/** import_is_imagenex - does a .852 file of Imagenex's program begin here? */
+bool import_is_imagenex(const uint8_t *data, size_t size);
+
+/**
+ * import_imagenex - the reply in each block of a .852 file goes to the sink with the block's time of day, or, where
+ * something else stands there, after the listening time and 50 ms. What follows a broken block is left out.
+ */
+void import_imagenex(const uint8_t *data, size_t size, const struct import_sink *sink, struct import_result *out);
 
 /** import_clock - "hh:mm:ss.zzz" as n code points, digits of any script; false when it is no time of day. */
 bool import_clock(const uint32_t *text, size_t n, uint64_t *t_ns);

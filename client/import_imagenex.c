@@ -1,0 +1,89 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * import_imagenex - the .852 files of Imagenex's own program: blocks of one ping each, 128, 384 or 640 bytes by what
+ * the head was asked for. A block: "852", a kind; u16 bytes of the block, u16 bytes of the reply (big-endian); date
+ * "dd-Mmm-yyyy" and time "hh:mm:ss" as texts, hundredths ".hh"; settings; from byte 100 on the reply of the head.
+ * Some loggers write other things into the time.
+ */
+#include "import.h"
+
+#include <inttypes.h>
+#include <stdio.h>
+#include <string.h>
+
+#define HEADER_BYTES  100
+#define AT_TIME       20
+#define AT_HUNDREDTHS 29
+#define DAY_NS        86400000000000u
+#define HALF_A_DAY_NS (DAY_NS / 2)
+#define REPLY_LEAST   13 /* one without samples */
+#define RANGE_AT      (HEADER_BYTES + 7)
+#define PACE_NS       50000000u /* request and 513 bytes at 115200 baud */
+
+static unsigned u16be(const uint8_t *b)
+{
+    return (unsigned)b[0] << 8 | b[1];
+}
+
+/* Bytes of the block and of its reply; false when there is no block of n bytes at b. */
+static bool block_at(const uint8_t *b, size_t n, size_t *block, size_t *reply)
+{
+    if (n < HEADER_BYTES || memcmp(b, "852", 3) != 0)
+        return false;
+    *block = u16be(b + 4);
+    *reply = u16be(b + 6);
+    return *block <= n && *reply >= REPLY_LEAST && *reply + HEADER_BYTES <= *block;
+}
+
+bool import_is_imagenex(const uint8_t *data, size_t size)
+{
+    size_t block, reply;
+    return block_at(data, size, &block, &reply) && data[HEADER_BYTES] == 'I' && data[HEADER_BYTES + 2] == 'X';
+}
+
+/* Time of day of a block; false when something else stands there. */
+static bool time_of(const uint8_t *b, uint64_t *t_ns)
+{
+    uint32_t text[12]; /* "hh:mm:ss.zzz" */
+    for (size_t i = 0; i < 8; i++)
+        text[i] = b[AT_TIME + i];
+    for (size_t i = 0; i < 3; i++)
+        text[8 + i] = b[AT_HUNDREDTHS + i];
+    text[11] = '0';
+    return import_clock(text, 12, t_ns);
+}
+
+void import_imagenex(const uint8_t *data, size_t size, const struct import_sink *sink, struct import_result *out)
+{
+    uint64_t t_ns = 0, clock_ns, last_clock_ns = 0;
+    bool has_clock = false;
+    size_t block, reply;
+
+    *out = (struct import_result){0};
+    for (size_t at = 0; at < size;) {
+        if (!block_at(data + at, size - at, &block, &reply)) {
+            char sentence[96];
+            snprintf(sentence, sizeof sentence, "no block at offset %zu: the rest is left out (%zu bytes)", at,
+                     size - at);
+            sink->problem(sink->ctx, sentence);
+            out->left_out_bytes += size - at;
+            return;
+        }
+        if (time_of(data + at, &clock_ns)) {
+            const uint64_t step_ns = (clock_ns + DAY_NS - last_clock_ns) % DAY_NS;
+            if (has_clock && step_ns < HALF_A_DAY_NS) /* else it was set back: time stands */
+                t_ns += step_ns;
+            has_clock = true;
+            last_clock_ns = clock_ns;
+        } else {
+            out->times_made_up = true;
+            t_ns += PACE_NS + data[at + RANGE_AT] * 2000000000ull / 1500u;
+        }
+        if (!sink->bytes(sink->ctx, t_ns, data + at + HEADER_BYTES, reply)) {
+            out->stopped = true;
+            return;
+        }
+        out->records++;
+        at += block;
+    }
+}
