@@ -46,7 +46,9 @@ const struct conf_key conf_keys[] = {
      .help = "Where it is connected. For a serial line the device file and the speed in baud, then :rs485 for a\n"
              "two-wire line whose direction the port has to switch; names below /dev/serial/by-id/ stay the\n"
              "same when plugs are moved. A scanning head at 115200 baud is limited\n"
-             "by the line: choose a faster one where the sonar can follow."},
+             "by the line: choose a faster one where the sonar can follow. udp:HOST:PORT is a sonar or a bridge\n"
+             "on the network: a numeric address, as udp:192.168.2.2:9092 or udp:[fe80::1%eth0]:9092; :LOCALPORT\n"
+             "may follow where it answers to a fixed port only."},
     {"sonar", "tap", .kind = CONF_PATH, .standard = "none", .instead = "none", SONAR(tap),
      .form = "an absolute path",
      .help = "A pseudo-terminal, found by this symbolic link, that says what the sonar says, for a viewer or a logger\n"
