@@ -208,6 +208,39 @@ static void show_pose(const struct page *page, const json_t *pose)
     fprintf(page->out, "; %lld taken, %lld refused\n", count(pose, "count"), count(pose, "refused"));
 }
 
+/* Depth, NMEA 0183 and leak probe, where there are any. */
+static void show_instruments(const struct page *page, const json_t *result)
+{
+    const json_t *leak = json_object_get(result, "leak");
+    const struct {
+        const char *name, *good;
+    } sources[] = {{"depth", "running"}, {"nmea", "open"}};
+    char a[CELL], b[CELL];
+
+    for (size_t i = 0; i < sizeof sources / sizeof *sources; i++) {
+        const json_t *source = json_object_get(result, sources[i].name);
+        if (!json_is_object(source))
+            continue;
+        const char *state = text(a, source, "state");
+        fprintf(page->out, "%-11s", sources[i].name);
+        print_word(page, strcmp(state, sources[i].good) == 0 ? GREEN : RED, 0, state);
+        if (json_is_null(json_object_get(source, "age_s")))
+            fprintf(page->out, ", nothing heard yet\n");
+        else
+            fprintf(page->out, ", the last value %s ago\n", duration(b, number(source, "age_s")));
+        if (json_string_length(json_object_get(source, "error")) > 0)
+            fprintf(page->out, "           %s\n", text(b, source, "error"));
+    }
+    if (!json_is_object(leak))
+        return;
+    const char *state = text(a, leak, "state");
+    fprintf(page->out, "leak       ");
+    print_word(page, strcmp(state, "dry") == 0 ? GREEN : RED, 0, state);
+    fprintf(page->out, ", %lld alarms\n", count(leak, "alarms"));
+    if (json_string_length(json_object_get(leak, "error")) > 0)
+        fprintf(page->out, "           %s\n", text(b, leak, "error"));
+}
+
 static void show_record(const struct page *page, const json_t *record)
 {
     char a[CELL];
@@ -246,6 +279,7 @@ static void show_status(const struct page *page, const json_t *result)
     for (size_t i = 0; i < json_array_size(sensors); i++)
         show_sensor(page, json_array_get(sensors, i));
     show_pose(page, json_object_get(result, "pose"));
+    show_instruments(page, result);
     fprintf(page->out,
             "pipeline   %lld threads, %lld pings dropped; latency %.0f us median, %.0f us 99 %%, %.0f us most\n",
             count(pipeline, "threads"), count(pipeline, "dropped"), number(latency, "p50"), number(latency, "p99"),
