@@ -465,6 +465,23 @@ TEST(silence_is_told_once_and_ends)
     CHECK_INT(n_sent, before + 1);
 }
 
+/* Replies that stay out now and then are no silence. */
+TEST(misses_count_in_a_row)
+{
+    const struct device_conf conf = usual();
+    const struct imagenex_frame f = frame_of(0x11, 0, 20);
+    open_device(&device_imagenex852, &conf);
+    for (int i = 0; i < 20; i++) {
+        now_ns = ops->deadline(state);
+        ops->tick(state, now_ns, &io);
+        if (i % 4 == 3)
+            reply(&f);
+        CHECK(status_now().state != DEVICE_SILENT);
+    }
+    CHECK_INT(status_now().lost_frames, 20);
+    CHECK_INT(status_now().timeouts, 20);
+}
+
 /* A broken frame that swallowed the beginning of a whole one costs only itself. */
 TEST(a_reply_behind_a_broken_one_counts_at_the_deadline)
 {
@@ -576,6 +593,7 @@ int main(void)
     RUN(every_reply_is_followed_by_a_request);
     RUN(refused_settings_come_again);
     RUN(silence_is_told_once_and_ends);
+    RUN(misses_count_in_a_row);
     RUN(a_reply_behind_a_broken_one_counts_at_the_deadline);
     RUN(turns_of_the_head);
     RUN(recordings);
