@@ -29,8 +29,9 @@ bool mavlink_alert_due(struct mavlink_alert *alert, uint64_t now_ns, struct mavl
         return false;
     alert->told_failed = alert->failed;
     alert->told_ns = now_ns;
-    *out = (struct mavlink_statustext){.severity =
-                                           alert->failed ? MAVLINK_SEVERITY_WARNING : MAVLINK_SEVERITY_NOTICE};
+    *out = (struct mavlink_statustext){.severity = !alert->failed ? MAVLINK_SEVERITY_NOTICE
+                                                   : alert->grave ? MAVLINK_SEVERITY_CRITICAL
+                                                                  : MAVLINK_SEVERITY_WARNING};
     for (size_t i = 0; alert->text[i]; i++)
         out->text[i] = alert->text[i] >= ' ' && alert->text[i] <= '~' ? alert->text[i] : '?';
     return true;

@@ -12,8 +12,9 @@
 
 #include "mavlink_messages.h"
 
-/* All zeros: well, nothing told. */
+/* All zeros but grave: well, nothing told. */
 struct mavlink_alert {
+    bool grave; /* told as critical; otherwise as a warning */
     bool failed, told_failed;
     uint64_t since_ns, told_ns;
     char text[50]; /* of the state it is in */

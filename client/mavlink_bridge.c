@@ -20,7 +20,7 @@
 #define READS_PER_TURN 32          /* so that a flood does not keep the obstacles waiting */
 #define OWN_SYSTEM     1           /* until a vehicle's is known: that of nearly all vehicles */
 
-enum alert { ALERT_DAEMON, ALERT_POSE, ALERT_SENSOR, ALERTS = ALERT_SENSOR + MAVLINK_SENSORS_MAX };
+enum alert { ALERT_DAEMON, ALERT_LEAK, ALERT_POSE, ALERT_SENSOR, ALERTS = ALERT_SENSOR + MAVLINK_SENSORS_MAX };
 
 struct bridge {
     const struct mavlink_bridge_conf *conf;
@@ -183,6 +183,9 @@ static void update_alerts(struct bridge *b, uint64_t now_ns)
 
     mavlink_alert_set(&b->alert[ALERT_DAEMON], !feed->client, now_ns,
                       feed->client ? "sonard: back" : "sonard: lost, no obstacle data");
+    if (feed->client)
+        mavlink_alert_set(&b->alert[ALERT_LEAK], feed->wet, now_ns,
+                          feed->wet ? "LEAK: the probe is wet" : "leak probe: no longer wet");
     if (feed->client && feed->posed)
         mavlink_alert_set(&b->alert[ALERT_POSE], feed->pose_age_s > POSE_LOST_S, now_ns,
                           feed->pose_age_s > POSE_LOST_S ? "sonard: vehicle pose lost"
@@ -202,7 +205,6 @@ static void send_alerts(struct bridge *b, uint64_t now_ns)
 {
     struct mavlink_statustext m;
 
-    update_alerts(b, now_ns);
     for (int i = 0; b->link->fd >= 0 && i < ALERTS; i++) {
         if (!mavlink_alert_due(&b->alert[i], now_ns, &m))
             continue;
@@ -317,10 +319,13 @@ static void work(struct bridge *b)
     say_change(b->link->fd >= 0, &b->had_link, "link", b->link->error);
     say_change(b->feed.client, &b->had_daemon, "sonard", b->feed.error.message);
     if (is_due(&b->obstacles_due_ns, (uint64_t)(1e9 / b->conf->feed.rate_hz), now_ns)) {
-        send_obstacles(b, now_ns);
-        send_alerts(b, now_ns);
+        update_alerts(b, now_ns);
+        if (mavlink_vehicle_present(&b->vehicle, now_ns)) {
+            send_obstacles(b, now_ns);
+            send_alerts(b, now_ns);
+        }
     }
-    if (b->conf->feed.downward)
+    if (b->conf->feed.downward && mavlink_vehicle_present(&b->vehicle, now_ns))
         send_below(b, now_ns);
     if (is_due(&b->second_due_ns, SECOND_NS, now_ns))
         do_second(b, now_ns);
@@ -334,6 +339,7 @@ void mavlink_bridge_run(const struct mavlink_bridge_conf *conf, struct mavlink_l
                        .link = link,
                        .parser = {.signing = conf->signing},
                        .sender = {.component_id = conf->component_id, .signing = conf->signing},
+                       .alert = {[ALERT_LEAK] = {.grave = true}},
                        .obstacles_due_ns = now_ns,
                        .second_due_ns = now_ns,
                        .ask_due_ns = now_ns};

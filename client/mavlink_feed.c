@@ -152,12 +152,14 @@ static void take_status(struct mavlink_feed *feed, const json_t *result, uint64_
     const uint64_t said_ns = said(feed, json_number_value(json_object_get(result, "t_unix")), now_ns);
     const json_t *sensors = json_object_get(result, "sensors");
     const json_t *pose_age = json_object_get(json_object_get(result, "pose"), "age_s");
+    const char *leak = json_string_value(json_object_get(json_object_get(result, "leak"), "state"));
 
     feed->n_sensors = 0;
     for (size_t i = 0; i < json_array_size(sensors) && feed->n_sensors < MAVLINK_SENSORS_MAX; i++)
         take_sensor(&feed->sensor[feed->n_sensors++], json_array_get(sensors, i), said_ns);
     feed->posed = json_is_number(pose_age);
     feed->pose_age_s = json_number_value(pose_age);
+    feed->wet = leak && strcmp(leak, "wet") == 0;
 }
 
 static void take_below(struct mavlink_feed *feed, const json_t *result, uint64_t now_ns)

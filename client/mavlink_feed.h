@@ -63,6 +63,7 @@ struct mavlink_feed {
     int n_sensors;
     bool posed;        /* the daemon was given a pose at least once */
     double pose_age_s; /* when posed */
+    bool wet;          /* the leak probe says so */
     struct mavlink_depth_below below;
     uint64_t poses, poses_refused;
 };

@@ -42,6 +42,7 @@ enum mavlink_value { /* of fields, as the definitions number them */
                      MAVLINK_ORIENTATION_DOWN = 25,
                      MAVLINK_COVARIANCE_UNKNOWN = 255,
                      MAVLINK_OBSTACLE_ID_UNKNOWN = 65535,
+                     MAVLINK_SEVERITY_CRITICAL = 2,
                      MAVLINK_SEVERITY_WARNING = 4,
                      MAVLINK_SEVERITY_NOTICE = 5,
                      MAVLINK_CMD_SET_MESSAGE_INTERVAL = 511,

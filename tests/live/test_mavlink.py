@@ -4,6 +4,7 @@
 
 The decoder below shares nothing with the bridge's: offsets and CRC_EXTRA are written out by hand.
 """
+import hashlib
 import math
 import os
 import pty
@@ -34,36 +35,49 @@ def crc16(data):
     return crc
 
 
-def frame(message_id, payload, sequence, component=1):
+def signature(key, data):
+    return hashlib.sha256(key + data).digest()[:6]
+
+
+def frame(message_id, payload, sequence, key=None):
     payload = payload.rstrip(b"\0") or b"\0"
-    head = struct.pack("<BBBBBB", len(payload), 0, 0, sequence & 255, 1, component) + message_id.to_bytes(3, "little")
+    head = struct.pack("<BBBBBB", len(payload), 1 if key else 0, 0, sequence & 255, 1, 1)
+    head += message_id.to_bytes(3, "little")
     crc = crc16(head + payload + bytes([CRC_EXTRA[message_id]]))
-    return b"\xfd" + head + payload + struct.pack("<H", crc)
+    whole = b"\xfd" + head + payload + struct.pack("<H", crc)
+    if key:
+        stamp = int((time.time() - 1420070400) * 1e5) + sequence  # rising even within 10 us
+        whole += b"\x01" + stamp.to_bytes(6, "little")
+        whole += signature(key, whole)
+    return whole
 
 
-def frames(held):
+def frames(held, key=None):
     """The whole frames at the start of held as (id, payload padded, header), and what is left."""
     found = []
     while len(held) >= 12:
-        check(held[0] == 0xFD and held[2] == 0, "the bridge sends %s" % held[:12].hex())
+        check(held[0] == 0xFD and held[2] == (1 if key else 0), "the bridge sends %s" % held[:12].hex())
         size = 12 + held[1]
-        if len(held) < size:
+        signed = size + (13 if key else 0)
+        if len(held) < signed:
             break
+        if key:
+            check(signature(key, held[:signed - 6]) == held[signed - 6:signed], "bad signature")
         message_id = int.from_bytes(held[7:10], "little")
         check(message_id in CRC_EXTRA, "the bridge sends message %d" % message_id)
         crc = crc16(held[1:size - 2] + bytes([CRC_EXTRA[message_id]]))
         check(crc == int.from_bytes(held[size - 2:size], "little"), "bad CRC in message %d" % message_id)
         found.append((message_id, held[10:size - 2] + bytes(180), held[:10]))
-        held = held[size:]
+        held = held[signed:]
     return found, held
 
 
 class Autopilot(threading.Thread):
     """Heartbeat, attitude at 25 Hz and answers to TIMESYNC; keeps what comes with its time of arrival."""
 
-    def __init__(self, talk=True):
+    def __init__(self):
         super().__init__(daemon=True)
-        self.talk = talk
+        self.key = None
         self.yaw_deg = 0.0
         self.start_s = time.monotonic() - 100.0  # it has been up for a while
         self.got = []
@@ -76,21 +90,20 @@ class Autopilot(threading.Thread):
 
     def send(self, message_id, payload):
         self.sequence += 1
-        self.write(frame(message_id, payload, self.sequence))
+        self.write(frame(message_id, payload, self.sequence, self.key))
 
     def run(self):
         beat = 0
         held = b""
         try:
             while not self.ended.is_set():
-                if self.talk:
-                    if beat % 25 == 0:
-                        self.send(HEARTBEAT, struct.pack("<IBBBBB", 0, 12, 3, 0, 4, 3))
-                    self.send(ATTITUDE, struct.pack("<I6f", self.boot_ms(), 0, 0, math.radians(self.yaw_deg), 0, 0, 0))
+                if beat % 25 == 0:
+                    self.send(HEARTBEAT, struct.pack("<IBBBBB", 0, 12, 3, 0, 4, 3))
+                self.send(ATTITUDE, struct.pack("<I6f", self.boot_ms(), 0, 0, math.radians(self.yaw_deg), 0, 0, 0))
                 beat += 1
                 end = time.monotonic() + 0.04
                 while time.monotonic() < end:
-                    new, held = frames(held + self.read(max(0, end - time.monotonic())))
+                    new, held = frames(held + self.read(max(0, end - time.monotonic())), self.key)
                     self.take(new)
         except OSError as fault:
             if not self.ended.is_set():
@@ -128,8 +141,8 @@ class Autopilot(threading.Thread):
 class UdpAutopilot(Autopilot):
     """Listens on a port of its own; speaks to whoever spoke to it."""
 
-    def __init__(self, **kind):
-        super().__init__(**kind)
+    def __init__(self):
+        super().__init__()
         self.socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self.socket.bind(("127.0.0.1", 0))
         self.link = "udp:127.0.0.1:%d" % self.socket.getsockname()[1]
@@ -151,11 +164,23 @@ class UdpAutopilot(Autopilot):
         self.socket.close()
 
 
+class SigningAutopilot(UdpAutopilot):
+    """Knows where the bridge listens, and signs."""
+
+    def __init__(self):
+        super().__init__()
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+            free.bind(("127.0.0.1", 0))
+            self.peer = free.getsockname()
+        self.link = "udpin:%d" % self.peer[1]
+        self.key = bytes(range(32))
+
+
 class SerialAutopilot(Autopilot):
     """At the far end of a pseudo-terminal."""
 
-    def __init__(self, **kind):
-        super().__init__(**kind)
+    def __init__(self):
+        super().__init__()
         self.far, near = pty.openpty()
         tty.setraw(near)
         self.near = near  # kept open: the line stays when the bridge ends
@@ -213,9 +238,9 @@ def check_against(sectors, message):
             check(distance in (most + 1, UNKNOWN), "element %d: %d cm where nothing is" % (k, distance))
 
 
-def with_autopilot(kind, function, **talk):
+def with_autopilot(kind, function):
     def case(bench):
-        autopilot = kind(**talk)
+        autopilot = kind()
         try:
             function(bench, autopilot)
         finally:
@@ -339,6 +364,52 @@ def far(bench, autopilot):
     check(message[1] <= (begin - autopilot.start_s) * 1e6, "a fresh stamp without evidence")
 
 
+def signed(bench, autopilot):
+    """Both sides sign; a stranger who does not is not answered."""
+    _, _, client, process = start(bench, autopilot, "--sign", bench.write("key", autopilot.key.hex() + "\n"),
+                                  "--sign-link", "4")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as stranger:
+        stranger.settimeout(0.01)
+        stranger.sendto(frame(HEARTBEAT, struct.pack("<IBBBBB", 0, 12, 3, 0, 4, 3), 1), autopilot.peer)
+        pings_until(client, 20)
+        until(autopilot.obstacles, "OBSTACLE_DISTANCE")
+        stranger.sendto(frame(HEARTBEAT, struct.pack("<IBBBBB", 0, 12, 3, 0, 4, 3), 2), autopilot.peer)
+        begin = time.monotonic()
+        until(lambda: len(autopilot.obstacles(begin)) > 10, "OBSTACLE_DISTANCE after the stranger's word")
+        try:
+            check(not stranger.recv(1000), "the stranger is answered")
+        except socket.timeout:
+            pass
+    check(client.call("status")["pose"]["count"] > 5, "no poses")
+    check(process.stop() == 0 and "0 bad CRC" in process.log(), "end of the bridge: " + process.log())
+    check("0 bad signature" not in process.log(), "the stranger was not counted: " + process.log())
+
+
+def downward(bench, autopilot):
+    """An echosounder that looks down becomes DISTANCE_SENSOR, each ping once."""
+    sounder = bench.twin("ping1d_sim", "--distance", "6")
+    bench.sim()
+    bench.conf(**{"sonar below": {"device": "ping1d", "port": "serial:%s:115200" % sounder.address, "range": "20 m",
+                                  "rotation": "0 -90 0 deg"}})
+    client = bench.sonard().client()
+    autopilot.start()
+    bridge(bench, autopilot.link, "--downward", "below")
+    until(lambda: client.call("status")["pose"]["count"] > 3, "poses")  # from here on the clock is the autopilot's
+    begin = time.monotonic()
+    until(lambda: len(autopilot.of(DISTANCE_SENSOR, begin)) >= 10, "DISTANCE_SENSOR")
+    pings = [s["pings"] for s in client.call("status")["sensors"] if s["name"] == "below"][0]
+    got = [struct.unpack_from("<I3H4B2f16xB", p) for _, p in autopilot.of(DISTANCE_SENSOR, begin)]
+    check(len(got) <= pings + 1, "%d messages of %d pings" % (len(got), pings))
+    stamps = [m[0] for m in got]
+    check(all(b > a for a, b in zip(stamps, stamps[1:])), "stamps %s" % stamps)
+    _, least, most, distance, kind, number, orientation, covariance, wide, high, quality = got[-1]
+    check(least == 1 and 600 < most <= 2000 and abs(distance - 600) <= 10, "%d of %d to %d" % (distance, least, most))
+    check((kind, number, orientation, covariance, quality) == (1, 0, 25, 255, 0), "fields %s" % (got[-1],))
+    check(0.1 < wide < 1.5 and wide == high, "field of view %g %g" % (wide, high))
+    until(autopilot.obstacles, "OBSTACLE_DISTANCE")
+    check(autopilot.obstacles()[-1][4] <= 1000, "the echosounder's range counts as that of the ring")
+
+
 def usage(bench):
     """Faults of the command line: exit status 3 and a sentence that says what would be right."""
     good = ("--link", "udp:127.0.0.1:14550")
@@ -363,4 +434,5 @@ check(os.path.exists(SIM), "no virtual sonar")
 run([("rates_udp", with_autopilot(UdpAutopilot, rates)), ("rates_serial", with_autopilot(SerialAutopilot, rates)),
      ("turned", with_autopilot(UdpAutopilot, turned)), ("unplugged", with_autopilot(UdpAutopilot, unplugged)),
      ("restarted", with_autopilot(UdpAutopilot, restarted)), ("options", with_autopilot(UdpAutopilot, far)),
+     ("signed", with_autopilot(SigningAutopilot, signed)), ("downward", with_autopilot(UdpAutopilot, downward)),
      ("usage", usage)], parallel=3)

@@ -449,6 +449,9 @@ TEST(what_lasts_is_told_and_told_off)
     CHECK(mavlink_alert_due(&alert, START + 62 * S, &m));
     CHECK_INT(m.severity, 5);
     CHECK(strncmp(m.text, "sonar front: back", 50) == 0);
+    alert = (struct mavlink_alert){.grave = true};
+    mavlink_alert_set(&alert, true, START, "LEAK");
+    CHECK(mavlink_alert_due(&alert, START + S, &m) && m.severity == 2);
 }
 
 TEST(flapping_is_told_every_five_seconds_at_most)
