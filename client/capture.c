@@ -34,8 +34,8 @@ static const char usage_text[] =
     "       sonarctl capture export --csv FILE [OUT]\n"
     "\n"
     "import  make a capture from a Ping-Viewer sensor log (.bin), a text dump of Ping360 messages, the bytes of a\n"
-    "        SeaNet line (raw, or a relay's log of UDP datagrams), or an Imagenex file (.852); which of them it is\n"
-    "        shows its content. The bytes go to the channel /NAME/rx (" DEFAULT_SENSOR " without --sensor);\n"
+    "        SeaNet line (raw, or a relay's log of UDP datagrams), an Imagenex (.852) or a Cerulean file (.svlog);\n"
+    "        which of them it is shows its content. The bytes go to the channel /NAME/rx (" DEFAULT_SENSOR " without --sensor);\n"
     "        --conf attaches a configuration for the replay. Log times count from the start of the recording.\n"
     "info    channels, counts, times, attachments, damage; the exit status is 1 when there is damage\n"
     "repair  write what is readable of a damaged or cut-off capture as a complete one, and say what is left out\n"
@@ -177,7 +177,8 @@ static void count_pings(struct importing *im, uint64_t t_ns, const uint8_t *byte
         return;
     }
     while (ping_parser_next(&im->ping, &bytes, &n, t_ns, &frame))
-        im->pings += frame.id == PING360_DEVICE_DATA || frame.id == PING360_AUTO_DEVICE_DATA;
+        im->pings += frame.id == PING360_DEVICE_DATA || frame.id == PING360_AUTO_DEVICE_DATA ||
+                     frame.id == SURVEYOR_ATOF_POINTS;
 }
 
 static bool import_bytes(void *ctx, uint64_t t_ns, const uint8_t *bytes, size_t n)
@@ -209,6 +210,7 @@ static const char *const source_name[] = {
     [IMPORT_SEANET_RELAY] = "log of relayed datagrams",
     [IMPORT_SEANET] = "raw bytes of a SeaNet line",
     [IMPORT_IMAGENEX] = "Imagenex .852 file",
+    [IMPORT_SVLOG] = "Cerulean .svlog file",
 };
 
 /* All records of the file; false with a sentence in im->err when it is not what it looked like. */
@@ -224,6 +226,9 @@ static bool import_records(struct importing *im, struct content in, const struct
         return true;
     case IMPORT_IMAGENEX:
         import_imagenex(in.p, in.n, sink, result);
+        return true;
+    case IMPORT_SVLOG:
+        import_svlog(in.p, in.n, sink, result);
         return true;
     case IMPORT_SEANET_RELAY:
         if (import_seanet_relay(in.p, in.n, sink, result))
@@ -282,7 +287,7 @@ static int import_file(const char *in_path, const char *out_path, const char *se
     if (kind == IMPORT_UNKNOWN) {
         failed(
             "%s: neither a Ping-Viewer sensor log nor a text dump of Ping360 messages (\"ID: 2300\") nor bytes of "
-            "a SeaNet line",
+            "a SeaNet line, nor an Imagenex (.852) or Cerulean (.svlog) file",
             in_path);
         goto done;
     }
@@ -291,7 +296,7 @@ static int import_file(const char *in_path, const char *out_path, const char *se
         fprintf(stderr, "%s: there is no %s: a replay will find no sensor for /%s/rx\n", conf_path, section,
                 sensor);
     im = (struct importing){.in = in_path, .kind = kind, .w = create(out_path, 0)};
-    ping_parser_init(&im.ping, PING_PAYLOAD_MAX);
+    ping_parser_init(&im.ping, kind == IMPORT_SVLOG ? PING_PAYLOAD_LIMIT : PING_PAYLOAD_MAX);
     seanet_parser_init(&im.seanet);
     if (im.w) {
         bool ok = import_all(&im, in, sensor, conf);

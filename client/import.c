@@ -59,6 +59,8 @@ enum import_kind import_kind(const uint8_t *data, size_t size)
         return IMPORT_PING_VIEWER;
     if (size > 0 && memmem(data, size, text, sizeof text - 1))
         return IMPORT_TEXT;
+    if (import_is_svlog(data, size))
+        return IMPORT_SVLOG;
     if (import_is_seanet_relay(data, size))
         return IMPORT_SEANET_RELAY;
     if (import_is_seanet(data, size))

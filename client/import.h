@@ -11,7 +11,15 @@
 #include <stddef.h>
 #include <stdint.h>
 
-enum import_kind { IMPORT_UNKNOWN, IMPORT_PING_VIEWER, IMPORT_TEXT, IMPORT_SEANET_RELAY, IMPORT_SEANET, IMPORT_IMAGENEX };
+enum import_kind {
+    IMPORT_UNKNOWN,
+    IMPORT_PING_VIEWER,
+    IMPORT_TEXT,
+    IMPORT_SEANET_RELAY,
+    IMPORT_SEANET,
+    IMPORT_IMAGENEX,
+    IMPORT_SVLOG
+};
 
 struct import_sink {
     void *ctx;
@@ -74,6 +82,15 @@ bool import_is_imagenex(const uint8_t *data, size_t size);
  * something else stands there, after the listening time and 50 ms. What follows a broken block is left out.
  */
 void import_imagenex(const uint8_t *data, size_t size, const struct import_sink *sink, struct import_result *out);
+
+/** import_is_svlog - does a .svlog file of Cerulean's programs begin here? */
+bool import_is_svlog(const uint8_t *data, size_t size);
+
+/**
+ * import_svlog - every byte goes to the sink, one record per frame with what stood before it, at the time of the last
+ * atof_point_data of a Surveyor; without any, all at the start.
+ */
+void import_svlog(const uint8_t *data, size_t size, const struct import_sink *sink, struct import_result *out);
 
 /** import_clock - "hh:mm:ss.zzz" as n code points, digits of any script; false when it is no time of day. */
 bool import_clock(const uint32_t *text, size_t n, uint64_t *t_ns);

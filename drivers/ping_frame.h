@@ -31,6 +31,7 @@ enum ping_message {
     PING360_TRANSDUCER = 2601,
     PING360_AUTO_TRANSMIT = 2602,
     PING360_MOTOR_OFF = 2903,
+    SURVEYOR_ATOF_POINTS = 3012,
 };
 
 /* ---- frames ---- */

@@ -33,10 +33,12 @@ static void hear_problem(void *ctx, const char *sentence)
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     struct import_result result;
-    struct last viewer = {0, size}, text = {0, size}, relay = {0, size}, raw = {0, size}, blocks = {0, size};
+    struct last viewer = {0, size}, text = {0, size}, relay = {0, size}, raw = {0, size}, blocks = {0, size},
+                svlog = {0, size};
     const struct import_sink to_viewer = {&viewer, hear, hear_problem}, to_text = {&text, hear, hear_problem};
     const struct import_sink to_relay = {&relay, hear, hear_problem}, to_raw = {&raw, hear, hear_problem};
     const struct import_sink to_blocks = {&blocks, hear, hear_problem};
+    const struct import_sink to_svlog = {&svlog, hear, hear_problem};
     sink += import_kind(data, size);
     import_ping_viewer(data, size, &to_viewer, &result);
     import_text(data, size, &to_text, &result);
@@ -46,6 +48,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     if (result.left_out_bytes > size)
         abort();
     import_seanet(data, size, &to_raw, &result);
+    import_svlog(data, size, &to_svlog, &result);
     import_imagenex(data, size, &to_blocks, &result);
     if (result.left_out_bytes > size)
         abort();

@@ -153,6 +153,7 @@ static struct import_result import(const void *p, size_t n)
     case IMPORT_TEXT:
         import_text(p, n, &sink, &result);
         break;
+    case IMPORT_SVLOG:    /* test_import_svlog */
     case IMPORT_IMAGENEX: /* test_import_imagenex */
     case IMPORT_SEANET_RELAY: /* test_import_seanet */
     case IMPORT_SEANET:
