@@ -92,4 +92,7 @@ void conf_rules_check(const struct conf *conf, const struct conf_source *source,
          conf->grid.forget_s >= conf->grid.clear_for_s, "forget not shorter than clear_for");
     rule(&r, (struct place){"depth", "turnaround", 0}, (struct place){"depth", "timeout", 0},
          conf->depth.turnaround_s >= conf->depth.timeout_s, "turnaround not shorter than timeout");
+    rule(&r, (struct place){"nmea", "use", 0}, (struct place){"depth", "source", 0},
+         !conf->nmea.port[0] || conf->nmea.use == CONF_NMEA_HEADING || !conf->depth.source[0],
+         "depth from one of them");
 }

@@ -289,6 +289,11 @@ TEST(broken_together)
         {"given up before it can answer", BASE "[depth]\ntimeout = 2000 ms\n",
          "t.conf:5: [depth] timeout = 2000 ms: does not go with [depth] turnaround = 1000 ms; want turnaround not "
          "shorter than timeout"},
+        {"two depths",
+         BASE "[depth]\nsource = modbus-rtu:/dev/x:9600\n[nmea]\nport = serial:/dev/y:4800\nuse = both\n",
+         "t.conf:8: [nmea] use = both: does not go with [depth] source = modbus-rtu:/dev/x:9600; want depth from "
+         "one "
+         "of them"},
         {"told once where a value was refused", BASE "[grid]\nclear_for = 2 min\nforget = 90\n",
          "t.conf:6: [grid] forget = 90: the unit is missing; want 1 to 86400 s (s, ms, min, h)"},
         {"all at once, in the order of lines",
@@ -618,6 +623,7 @@ static void random_conf(struct conf *conf, uint64_t *seed)
     conf->extract.guard_m = fmin(conf->extract.window_m, 10) * test_uniform(seed);
     conf->extract.minimum_range_m = 0.1 + 0.6 * test_uniform(seed);
     conf->grid.forget_s = fmax(conf->grid.forget_s, conf->grid.clear_for_s);
+    conf->nmea.use = CONF_NMEA_HEADING;
     conf->depth.turnaround_s = fmax(conf->depth.turnaround_s, conf->depth.timeout_s);
     for (int i = 0; i < conf->n_sonars; i++) {
         struct conf_sonar *s = &conf->sonar[i];

@@ -33,6 +33,8 @@ chip = sonar-pins
 leak = leak-probe
 [server]
 socket = $work/sock
+[record]
+directory = $work/captures
 CONF
 }
 begin() {
@@ -111,6 +113,11 @@ finish
 judge "sonard ends"
 level 0 0
 judge "power is off at the end"
+"$BUILD/sonard" --replay "$work"/captures/*.mcap --stay 2> "$work/replay.log" &
+sonard=$!
+within 20 field 's["mode"] == "replay, ended" and s["gpio"]["trigger"][0]["used"] > 5'
+judge "a replay times the pings by the recorded edges"
+finish
 
 write_conf taken never
 begin
