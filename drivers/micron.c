@@ -152,11 +152,11 @@ size_t micron_encode_head_command(uint8_t *out, size_t size, const struct micron
 
 /* ---- from the head ---- */
 
-bool micron_decode_alive(const struct seanet_frame *f, struct micron_alive *out)
+bool micron_decode_alive(const struct seanet_frame *f, uint8_t *info)
 {
     if (f->id != SEANET_ALIVE || f->length < 8)
         return false;
-    *out = (struct micron_alive){seanet_u32(f->payload + 1), seanet_u16(f->payload + 5), f->payload[7]};
+    *info = f->payload[7];
     return true;
 }
 
@@ -185,8 +185,6 @@ static void decode_data_head(const uint8_t *b, struct micron_data_head *out)
         .span = b[16],
         .low = b[17],
         .interval = seanet_u16(b + 20),
-        .left = seanet_u16(b + 22),
-        .right = seanet_u16(b + 24),
         .step = b[26],
         .bearing = seanet_u16(b + 27),
         .n_data = seanet_u16(b + 29),

@@ -62,19 +62,12 @@ struct micron_settings {
     uint16_t n_bins;
 };
 
-struct micron_alive {
-    uint32_t time_ms;
-    uint16_t position;
-    uint8_t info; /* set of enum micron_alive_bit */
-};
-
 /* What stands before the echo in mtHeadData. */
 struct micron_data_head {
     uint8_t status;
     uint16_t control;
-    uint8_t span, low;    /* of 4-bit echoes: counts (80 dB / 255) of the window and of its lower end */
-    uint16_t interval;    /* ticks per bin */
-    uint16_t left, right; /* limits */
+    uint8_t span, low; /* of 4-bit echoes: counts (80 dB / 255) of the window and of its lower end */
+    uint16_t interval; /* ticks per bin */
     uint8_t step;
     uint16_t bearing;
     uint16_t n_data; /* bytes of echo */
@@ -127,7 +120,7 @@ size_t micron_encode_send_data(uint8_t *out, size_t size, uint32_t time_ms);
 size_t micron_encode_head_command(uint8_t *out, size_t size, const struct micron_settings *set);
 
 /* Decoders: false when the frame is another message or too short for the fields. */
-bool micron_decode_alive(const struct seanet_frame *f, struct micron_alive *out);
+bool micron_decode_alive(const struct seanet_frame *f, uint8_t *info); /* set of enum micron_alive_bit */
 bool micron_decode_version(const struct seanet_frame *f, uint8_t *software, uint16_t *serial);
 bool micron_decode_user_data(const struct seanet_frame *f, bool *is_dst);
 

@@ -308,8 +308,6 @@ static void on_data(struct micron *d, const struct seanet_frame *frame, uint64_t
         d->line.open = false;
     switch (micron_line_add(&d->line, frame)) {
     case MICRON_LINE_OPEN:
-        if (d->phase == PHASE_SCAN)
-            d->due_ns = now_ns + PACKET_NS;
         break;
     case MICRON_LINE_WHOLE:
         on_line(d, now_ns, io);
@@ -323,14 +321,14 @@ static void on_data(struct micron *d, const struct seanet_frame *frame, uint64_t
 static void on_alive(struct micron *d, const struct seanet_frame *frame, uint64_t now_ns,
                      const struct device_io *io)
 {
-    struct micron_alive alive;
+    uint8_t info;
 
-    if (!micron_decode_alive(frame, &alive)) {
+    if (!micron_decode_alive(frame, &info)) {
         d->status.bad_frame++;
         return;
     }
-    bool ready = (alive.info & MICRON_CENTRED) && !(alive.info & MICRON_MOTORING);
-    bool has_parameters = !(alive.info & MICRON_NO_PARAMETERS);
+    bool ready = (info & MICRON_CENTRED) && !(info & MICRON_MOTORING);
+    bool has_parameters = !(info & MICRON_NO_PARAMETERS);
     if (d->phase == PHASE_SCAN && !has_parameters) {
         d->status.restarts++;
         d->answered = false;

@@ -303,14 +303,22 @@ TEST(packets_are_joined)
 TEST(packets_with_a_gap_are_dropped)
 {
     static struct micron_line line;
-    CHECK_INT(add_part(&line, 0, false, 0, 128), MICRON_LINE_OPEN);
+    CHECK_INT(add_part(&line, 0, false, 0, 256), MICRON_LINE_OPEN);
     CHECK_INT(add_part(&line, 2, true, 256, 44), MICRON_LINE_BROKEN);
-    CHECK_INT(add_part(&line, 1, false, 128, 128), MICRON_LINE_BROKEN); /* no first one before */
+    CHECK_INT(add_part(&line, 1, true, 256, 44), MICRON_LINE_BROKEN); /* all was dropped */
     CHECK_INT(add_part(&line, 0, false, 0, 128), MICRON_LINE_OPEN);
-    CHECK_INT(add_part(&line, 0, false, 0, 128), MICRON_LINE_OPEN);    /* begins anew */
-    CHECK_INT(add_part(&line, 1, true, 128, 128), MICRON_LINE_BROKEN); /* short */
+    CHECK_INT(add_part(&line, 0, false, 0, 256), MICRON_LINE_OPEN); /* begins anew */
+    CHECK_INT(add_part(&line, 1, true, 256, 44), MICRON_LINE_WHOLE);
+}
+
+TEST(packets_of_the_wrong_size_are_dropped)
+{
+    static struct micron_line line;
+    CHECK_INT(add_part(&line, 0, false, 0, 128), MICRON_LINE_OPEN);
+    CHECK_INT(add_part(&line, 1, true, 128, 128), MICRON_LINE_BROKEN);
     CHECK_INT(add_part(&line, 0, false, 0, 200), MICRON_LINE_OPEN);
-    CHECK_INT(add_part(&line, 1, true, 200, 101), MICRON_LINE_BROKEN); /* more than was announced */
+    CHECK_INT(add_part(&line, 1, true, 200, 1400), MICRON_LINE_BROKEN);
+    CHECK_INT(line.n, 200);
     struct reply r = usual_reply;
     struct seanet_frame f = frame_of(big_payload, build_payload(big_payload, &r, big_data), 0, false);
     seanet_put_u16(big_payload + 29, SEANET_DATA_MAX + 1);
@@ -332,7 +340,7 @@ struct rig {
     uint64_t now_ns;
 
     /* what the head does */
-    bool mute, dst, echoes, knows_version, ignores_settings, motor_error;
+    bool mute, dst, echoes, knows_version, ignores_settings, motor_error, false_head;
     unsigned lose_replies, cut_replies, packets;
     uint64_t centring_ns;
     struct reply reply; /* n 0: as it was told */
@@ -340,7 +348,7 @@ struct rig {
     /* where the head is */
     uint64_t boot_ns, next_alive_ns;
     bool has_parameters, scanning, backward;
-    unsigned bearing, left, right, step, interval, n_bins, control;
+    unsigned bearing, left, right, step, interval, n_bins, control, gain;
     struct answer queue[64];
     unsigned queued;
 
@@ -442,6 +450,13 @@ static void answer_data(void)
         rig.cut_replies--;
         n -= 30;
     }
+    if (rig.false_head) { /* of a message that is never to come */
+        static const uint8_t head[13] = {'@', '0', 'F', 'A', '0', 0xa0, 0x0f, 2, 255, 0, 99, 0x80, 2};
+        memmove(b + sizeof(head), b, n);
+        memcpy(b, head, sizeof(head));
+        n += sizeof(head);
+        rig.false_head = false;
+    }
     answer(t_ns + wire(n), b, n);
 }
 
@@ -456,6 +471,7 @@ static void on_command(const uint8_t *b, size_t n)
     rig.control = b[14] | (unsigned)b[15] << 8;
     rig.left = seanet_u16(b + 37);
     rig.right = seanet_u16(b + 39);
+    rig.gain = b[43];
     rig.step = b[50];
     rig.interval = seanet_u16(b + 51);
     rig.n_bins = seanet_u16(b + 53);
@@ -830,6 +846,53 @@ TEST(cut_reply_costs_itself)
     CHECK(rig.pings > before + 5);
 }
 
+TEST(reply_behind_a_false_head)
+{
+    struct device_conf conf = usual_conf();
+    rig_running(&conf);
+    rig.false_head = true;
+    run_for(3 * SEC);
+    CHECK_INT(status().lost_frames, 0);
+    CHECK_INT(status().timeouts, 0);
+    CHECK_INT(status().garbage_bytes, 13);
+    CHECK_INT(status().bad_frame, 1);
+}
+
+TEST(packet_that_comes_too_late)
+{
+    struct device_conf conf = usual_conf();
+    uint8_t payload[100], b[100], data[50] = {0};
+    struct reply r = usual_reply;
+    conf.listen_only = true;
+    r.n = 50;
+    build_payload(payload, &r, data);
+    for (int late = 0; late < 2; late++) {
+        rig_new(&conf);
+        rig_open();
+        size_t n = seanet_build(b, sizeof(b), 2, 255, SEANET_HEAD_DATA, 0, payload, 61);
+        device_micron.feed(rig.state, b, n, rig.now_ns, &rig.io);
+        rig.now_ns += late ? SEC + MS : SEC;
+        n = seanet_build(b, sizeof(b), 2, 255, SEANET_HEAD_DATA, 1 | SEANET_LAST_PACKET, data, 20);
+        device_micron.feed(rig.state, b, n, rig.now_ns, &rig.io);
+        CHECK_INT(rig.pings, !late);
+        CHECK_INT(status().bad_frame, late);
+    }
+}
+
+TEST(gain_in_tenths)
+{
+    static const struct {
+        int gain;
+        unsigned sent;
+    } row[] = {{-1, 84}, {0, 0}, {1, 21}, {10, 210}};
+    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+        struct device_conf conf = usual_conf();
+        conf.gain = row[i].gain;
+        rig_running(&conf);
+        CHECK_INT(rig.gain, row[i].sent);
+    }
+}
+
 TEST(silence_settings_reboot)
 {
     struct device_conf conf = usual_conf();
@@ -936,12 +999,14 @@ TEST(own_words_on_a_two_wire_line)
 TEST(other_nodes_of_the_bus)
 {
     struct device_conf conf = usual_conf();
-    uint8_t b[300], payload[200] = {0};
+    uint8_t b[300], payload[200], data[50] = {0};
+    struct reply r = usual_reply;
+    r.n = 50;
+    size_t length = build_payload(payload, &r, data);
     rig_running(&conf);
     unsigned before = rig.pings;
     uint64_t frames = status().frames;
-    seanet_put_u16(payload + 29, 50);
-    size_t n = seanet_build(b, sizeof(b), 20, 255, SEANET_HEAD_DATA, SEANET_LAST_PACKET, payload, 81);
+    size_t n = seanet_build(b, sizeof(b), 20, 255, SEANET_HEAD_DATA, SEANET_LAST_PACKET, payload, length);
     device_micron.feed(rig.state, b, n, rig.now_ns, &rig.io);
     CHECK_INT(rig.pings, before);
     CHECK_INT(status().frames, frames + 1);
@@ -952,7 +1017,7 @@ TEST(listening)
     struct device_conf conf = usual_conf();
     uint8_t b[300], payload[200], data[50] = {0};
     struct reply r = {0x2305, 104, 0, 50, 0x10, 8, 81, 32};
-    static const unsigned bearing[] = {3000, 3032, 3064, 3160, 3188, 3160, 3128};
+    static const unsigned bearing[] = {3000, 3032, 3064, 3160, 3188, 3188, 3156};
     conf.listen_only = true;
     rig_new(&conf);
     rig_open();
@@ -965,7 +1030,7 @@ TEST(listening)
     }
     CHECK_INT(rig.pings, 7);
     CHECK_INT(status().lost_frames, 2);
-    CHECK_INT(rig.ping_flags[5], PING_NEW_TURN);
+    CHECK_INT(rig.ping_flags[5], PING_NEW_TURN); /* where it turned round */
     CHECK_INT(rig.ping_flags[4] | rig.ping_flags[6], 0);
     CHECK_INT(rig.requests + rig.commands + rig.reboots, 0);
     CHECK_INT(status().state, DEVICE_RUNNING);
@@ -1022,6 +1087,7 @@ int main(void)
     RUN(senseless_lines);
     RUN(packets_are_joined);
     RUN(packets_with_a_gap_are_dropped);
+    RUN(packets_of_the_wrong_size_are_dropped);
     RUN(configuration_faults_name_the_key);
     RUN(handshake);
     RUN(head_that_was_left_scanning);
@@ -1033,6 +1099,9 @@ int main(void)
     RUN(range_that_changes_while_running);
     RUN(lost_reply_is_asked_for_again);
     RUN(cut_reply_costs_itself);
+    RUN(reply_behind_a_false_head);
+    RUN(packet_that_comes_too_late);
+    RUN(gain_in_tenths);
     RUN(silence_settings_reboot);
     RUN(reboots_come_ever_later);
     RUN(power_dip);
