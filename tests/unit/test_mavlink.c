@@ -330,6 +330,23 @@ TEST(whatever_stands_between_frames_is_counted_and_passed_over)
     }
 }
 
+/* The head of an unknown frame whose length covers a good one: believed behind a frame, not behind garbage. */
+TEST(what_looks_like_an_unknown_frame_amid_garbage_swallows_nothing)
+{
+    for (int garbage = 0; garbage < 2; garbage++) {
+        struct mavlink_parser parser = {0};
+        struct mavlink_frame frame;
+        uint8_t bytes[100] = {0};
+        size_t n = (size_t)garbage;
+
+        n += unhex("FD 0F 00 00 00 01 01 01 00 00", bytes + n);
+        n += heartbeat_1(bytes + n);
+        n += heartbeat_1(bytes + n);
+        CHECK_INT(feed(&parser, bytes, n, 7, &frame), garbage ? 2 : 1);
+        CHECK_INT(parser.counters.unknown, garbage ? 0 : 1);
+    }
+}
+
 /* A cut frame takes the next one with it at most: what follows is found in the bytes already held. */
 TEST(a_cut_frame_costs_only_itself)
 {
@@ -548,6 +565,7 @@ int main(void)
     RUN(version_1_is_understood);
     RUN(longer_payloads_lose_what_is_not_known);
     RUN(whatever_stands_between_frames_is_counted_and_passed_over);
+    RUN(what_looks_like_an_unknown_frame_amid_garbage_swallows_nothing);
     RUN(a_cut_frame_costs_only_itself);
     RUN(random_bytes_never_make_a_frame_go_missing);
     RUN(sha256_gives_the_standards_digests);

@@ -1,5 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /* What the bridge makes of messages and answers: clock, pose, distances, points, texts; its link's addresses. */
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <poll.h>
+#include <unistd.h>
+
 #include "../../client/mavlink_alert.h"
 #include "../../client/mavlink_link.h"
 #include "../../client/mavlink_obstacles.h"
@@ -536,6 +541,81 @@ TEST(addresses_of_links)
     CHECK(!mavlink_link_init(&link, text, err, sizeof err));
 }
 
+static int udp_socket(struct sockaddr_in *name)
+{
+    const int fd = socket(AF_INET, SOCK_DGRAM, 0);
+    socklen_t size = sizeof *name;
+
+    *name = (struct sockaddr_in){.sin_family = AF_INET, .sin_addr = {htonl(INADDR_LOOPBACK)}};
+    CHECK(bind(fd, (struct sockaddr *)name, sizeof *name) == 0);
+    CHECK(getsockname(fd, (struct sockaddr *)name, &size) == 0);
+    return fd;
+}
+
+/* The next datagram, waited for a while; 0: none. */
+static char heard(int fd)
+{
+    struct pollfd p = {.fd = fd, .events = POLLIN};
+    char c = 0;
+
+    return poll(&p, 1, 200) > 0 && recv(fd, &c, 1, 0) == 1 ? c : 0;
+}
+
+TEST(udpin_answers_whoever_made_sense)
+{
+    struct sockaddr_in name;
+    char address[40], err[200], buffer[10];
+    struct mavlink_link link;
+    int fd = udp_socket(&name);
+
+    close(fd); /* a port that is free, most likely */
+    snprintf(address, sizeof address, "udpin:%u", ntohs(name.sin_port));
+    CHECK(mavlink_link_init(&link, address, err, sizeof err) && mavlink_link_open(&link, START));
+
+    struct sockaddr_in none;
+    const int first = udp_socket(&none), second = udp_socket(&none);
+    mavlink_link_write(&link, "x", 1, START); /* to nobody */
+    CHECK_INT(link.dropped, 1);
+    for (int i = 0; i < 3; i++) { /* the second one only when the first has been silent for long */
+        const uint64_t now_ns = START + (uint64_t)i * 3 * S;
+
+        CHECK(sendto(i == 0 ? first : second, "hi", 2, 0, (struct sockaddr *)&name, sizeof name) == 2);
+        for (int k = 0; k < 100 && mavlink_link_read(&link, buffer, sizeof buffer, now_ns) == 0; k++)
+            poll(NULL, 0, 2);
+        mavlink_link_trust(&link, now_ns);
+        mavlink_link_write(&link, "x", 1, now_ns);
+        CHECK_INT(heard(i < 2 ? first : second), 'x');
+    }
+    mavlink_link_close(&link);
+    close(first);
+    close(second);
+}
+
+TEST(a_serial_line_that_went_away_is_tried_again_after_a_second)
+{
+    char path[100], address[120], err[200], buffer[10];
+    struct mavlink_link link;
+    const int far = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK);
+
+    CHECK(grantpt(far) == 0 && unlockpt(far) == 0 && ptsname_r(far, path, sizeof path) == 0);
+    snprintf(address, sizeof address, "serial:%s:115200", path);
+    CHECK(mavlink_link_init(&link, address, err, sizeof err) && mavlink_link_open(&link, START));
+    mavlink_link_write(&link, "abc", 3, START);
+    CHECK(read(far, buffer, sizeof buffer) == 3 && write(far, "defg", 4) == 4);
+    CHECK_INT(mavlink_link_read(&link, buffer, sizeof buffer, START), 4);
+    CHECK_INT(mavlink_link_read(&link, buffer, sizeof buffer, START), 0);
+    CHECK(link.fd >= 0);
+    for (int i = 0; i < 50000; i++) /* nobody reads: whole frames wait, the rest is dropped and counted */
+        mavlink_link_write(&link, "0123456789", 10, START);
+    CHECK(link.dropped > 0 && link.n_out <= sizeof link.out && (mavlink_link_events(&link) & POLLOUT));
+    close(far);
+    CHECK_INT(mavlink_link_read(&link, buffer, sizeof buffer, START), 0);
+    CHECK(link.fd < 0 && strstr(link.error, "lost"));
+    CHECK(!mavlink_link_open(&link, START + S / 2) && strstr(link.error, "lost"));
+    CHECK(!mavlink_link_open(&link, START + S) && strstr(link.error, "cannot be opened"));
+    mavlink_link_close(&link);
+}
+
 int main(void)
 {
     RUN(the_clock_follows_the_least_delay);
@@ -563,5 +643,7 @@ int main(void)
     RUN(flapping_is_told_every_five_seconds_at_most);
     RUN(texts_fit_and_are_plain);
     RUN(addresses_of_links);
+    RUN(udpin_answers_whoever_made_sense);
+    RUN(a_serial_line_that_went_away_is_tried_again_after_a_second);
     return test_end();
 }
