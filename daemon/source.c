@@ -12,7 +12,7 @@
 #define RETRY_FIRST_NS  100000000u
 #define RETRY_MOST_NS   1000000000u
 #define READ_BYTES      65536 /* a datagram is taken whole or cut */
-#define READS_PER_EVENT 8 /* then the others get their turn */
+#define READS_PER_EVENT 8     /* then the others get their turn */
 #define OUT_BYTES       4096
 
 struct source {
@@ -22,7 +22,7 @@ struct source {
     const char *rest; /* of the address, behind the kind */
     uint16_t index;
     uint32_t seq;
-    double aperture_rad[2]; /* in place of the device's; 0: the device's */
+    double aperture_rad[2];       /* in place of the device's; 0: the device's */
     char tap_path[CONF_TEXT_MAX]; /* empty: none */
     struct tap *tap;              /* NULL: none, or it could not be made */
     struct port port;
@@ -169,7 +169,8 @@ static void port_lost(struct source *s)
 {
     snprintf(s->stats.port_error, sizeof s->stats.port_error, "%s: lost: %s", s->address,
              s->port.bus.state == BUS_OFF ? "the CAN bus is off"
-             : s->port.error ? strerror(s->port.error) : "hung up");
+             : s->port.error              ? strerror(s->port.error)
+                                          : "hung up");
     log_line(LOG_WARNING, "%s: %s; trying again until it opens", s->name, s->stats.port_error);
     s->announced = true;
     loop_remove(s->env.loop, &s->fd);

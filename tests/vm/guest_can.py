@@ -194,7 +194,7 @@ def bus_state(bench):
     check("the CAN bus is off" in log, "bus-off is not in the log")
 
 
-def real_controller_bus_off(bench):
+def no_carrier(bench):
     """An interface without carrier, as one is whose controller is bus-off."""
     ip("add", "vx0", "type", "vxcan", "peer", "name", "vx1")
     ip("set", "vx0", "up")
@@ -211,6 +211,21 @@ def real_controller_bus_off(bench):
     check(client.sensor()["bus"]["state"] == "off", str(client.sensor()["bus"]))
     ip("set", "vx1", "up")
     CanSim(bench, "--dronecan", "42", "vx1")
+    running(client)
+
+
+def controller(bench):
+    """A real driver's controller with a bit rate, its other end on the same wire."""
+    for name in ("can0", "can1"):
+        ip("set", name, "type", "can", "bitrate", "500000", "restart-ms", "100")
+        ip("set", name, "up")
+    CanSim(bench, "--dronecan", "42", "--range", "7.25", "can1")
+    client = start(bench, "dronecan", "can:can0")
+    running(client)
+    check_near(row(client)["echo_m"], 7.25, 0.01, "the echo")
+    ip("set", "can0", "down")
+    until(lambda: client.sensor()["bus"]["state"] == "down", "the interface to be told as down")
+    ip("set", "can0", "up")
     running(client)
 
 
@@ -315,7 +330,8 @@ cases = [
     ("can_nmea2000", nmea2000),
     ("can_recorded_and_replayed", recorded),
     ("can_bus_state", bus_state),
-    ("can_no_carrier", real_controller_bus_off),
+    ("can_no_carrier", no_carrier),
+    ("can_controller", controller),
     ("can_interface_down_and_deleted", comes_and_goes),
     ("can_interface_late", comes_late),
     ("can_receive_overflow", overflow),

@@ -26,14 +26,16 @@ echo "BUILD=/run/build LIMIT=120 tests/run.sh $* > /run/out/results 2>&1" > "$ou
 share() { # TAG FOLDER [,readonly=on]
     echo "-fsdev local,id=$1,path=$2,security_model=none,multidevs=remap${3:-} -device virtio-9p-pci,fsdev=$1,mount_tag=$1"
 }
+# can0 and can1, two controllers on one wire
+can="-object can-bus,id=wire -device kvaser_pci,canbus=wire -device kvaser_pci,canbus=wire"
 status=0
 # A virtual machine of its own accord takes KVM where that only seems to work: say tcg.
-# shellcheck disable=SC2046
+# shellcheck disable=SC2046,SC2086
 timeout -k 5 "${LIMIT:-180}" qemu-system-x86_64 -cpu max -accel tcg -smp 2 -m 768 \
     -nodefaults -no-user-config -display none -no-reboot -serial stdio -device virtio-rng-pci \
     -kernel "$kernel/vmlinuz" -initrd "$out/initrd" -append "console=ttyS0 quiet panic=-1" \
     $(share root / ,readonly=on) $(share repo "$repo" ,readonly=on) $(share build "$build" ,readonly=on) \
-    $(share out "$out/shared") < /dev/null > "$out/console" 2>&1 || status=$?
+    $(share out "$out/shared") $can < /dev/null > "$out/console" 2>&1 || status=$?
 
 [ -s "$out/shared/results" ] && cat "$out/shared/results"
 if [ -s "$out/shared/rc" ]; then

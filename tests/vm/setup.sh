@@ -10,7 +10,7 @@ mkdir -p "$1"
 cache=$(cd "$1" && pwd)
 here=$(cd "$(dirname "$0")" && pwd)
 modules="virtio_pci 9pnet_virtio 9p overlay virtio_rng configfs
-    vcan vxcan can-raw can-bcm can-gw can-isotp slcan sch_netem"
+    vcan vxcan can-raw can-isotp kvaser_pci"
 
 mine=$(sha256sum < "$here/setup.sh" | cut -c1-8)
 for done in "$cache"/*-"$mine"/vmlinuz; do
@@ -23,6 +23,7 @@ trap 'rm -rf "$work"' EXIT
 cd "$work"
 mkdir kernel headers source gpio out out/modules
 get() { apt-get download -qq -o APT::Sandbox::User=root "$@"; }
+apt-cache show linux-image-amd64 > /dev/null 2>&1 || apt-get update -qq
 
 image=$(apt-cache depends linux-image-amd64 | awk '/Depends: linux-image/ {print $2; exit}')
 kernel=${image#linux-image-}
