@@ -10,9 +10,28 @@
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
+#include <time.h>
 #include <unistd.h>
 
-#define BACKLOG 64
+#define BACKLOG       64
+#define LOCK_TRIES    20
+#define LOCK_PAUSE_NS 50000000
+
+/* Whoever may read a directory may lock it: no waiting without end. */
+static bool lock(int fd)
+{
+    const struct timespec pause = {.tv_nsec = LOCK_PAUSE_NS};
+
+    for (int i = 0; i < LOCK_TRIES; i++) {
+        if (flock(fd, LOCK_EX | LOCK_NB) == 0)
+            return true;
+        if (errno != EWOULDBLOCK && errno != EINTR)
+            return false;
+        nanosleep(&pause, NULL);
+    }
+    errno = EWOULDBLOCK;
+    return false;
+}
 
 /* The directory of path, locked for as long as the descriptor is open. */
 static int lock_directory(const char *path, char *err, size_t err_size)
@@ -26,11 +45,13 @@ static int lock_directory(const char *path, char *err, size_t err_size)
     else
         snprintf(directory, sizeof directory, "%.*s", slash == path ? 1 : (int)(slash - path), path);
     fd = open(directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (fd < 0)
-        snprintf(err, err_size, "socket %s: the directory %s: %s", path, directory, strerror(errno));
-    else
-        flock(fd, LOCK_EX);
-    return fd;
+    if (fd >= 0 && lock(fd))
+        return fd;
+    snprintf(err, err_size, "socket %s: the directory %s: %s", path, directory,
+             errno == EWOULDBLOCK ? "another program keeps it locked" : strerror(errno));
+    if (fd >= 0)
+        close(fd);
+    return -1;
 }
 
 /* True when nothing is at the path any more. */
@@ -71,7 +92,7 @@ static bool clear_path(const struct sockaddr_un *address, char *err, size_t err_
 static int bind_and_listen(const struct sockaddr_un *address, unsigned mode, char *err, size_t err_size)
 {
     int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-    bool ok;
+    bool bound, ok;
 
     if (fd < 0) {
         snprintf(err, err_size, "socket %s: %s", address->sun_path, strerror(errno));
@@ -80,11 +101,13 @@ static int bind_and_listen(const struct sockaddr_un *address, unsigned mode, cha
 
     const mode_t before = umask(0777);
 
-    ok = bind(fd, (const struct sockaddr *)address, sizeof *address) == 0;
+    bound = bind(fd, (const struct sockaddr *)address, sizeof *address) == 0;
     umask(before);
-    ok = ok && chmod(address->sun_path, mode & 0777) == 0 && listen(fd, BACKLOG) == 0;
+    ok = bound && chmod(address->sun_path, mode & 0777) == 0 && listen(fd, BACKLOG) == 0;
     if (!ok) {
         snprintf(err, err_size, "socket %s: %s", address->sun_path, strerror(errno));
+        if (bound)
+            unlink(address->sun_path);
         close(fd);
         return -1;
     }

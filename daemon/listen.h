@@ -11,7 +11,7 @@
 /**
  * listen_unix - a non-blocking, close-on-exec listening descriptor at `path` (at most 107 bytes) with the permission
  * bits `mode` (0..0777), in place before anybody can connect. -1 with a sentence in err. Two daemons that start at
- * the same time are kept apart by a lock on the directory.
+ * the same time are kept apart by a lock on the directory; one that others hold for a second is an error.
  */
 int listen_unix(const char *path, unsigned mode, char *err, size_t err_size);
 

@@ -14,7 +14,7 @@ struct loop {
     int epoll;
     bool virtual_clock;
     bool quit;
-    uint64_t now_ns;
+    uint64_t now_ns, turns;
     struct loop_timer *timers; /* armed ones, earliest first; equal times in order of arming */
     struct epoll_event events[EVENTS_PER_TURN];
     int n_events; /* of this turn; entries of removed handlers are set to NULL */
@@ -55,6 +55,11 @@ uint64_t loop_now(const struct loop *loop)
     return loop->now_ns;
 }
 
+uint64_t loop_turns(const struct loop *loop)
+{
+    return loop->turns;
+}
+
 bool loop_add(struct loop *loop, struct loop_fd *handler, uint32_t epoll_events)
 {
     struct epoll_event e = {.events = epoll_events, .data.ptr = handler};
@@ -85,8 +90,11 @@ static void unlink_timer(struct loop *loop, struct loop_timer *timer)
     timer->armed = false;
 }
 
+/* What is armed for the past goes behind what has been due for longer. */
 void loop_arm(struct loop *loop, struct loop_timer *timer, uint64_t due_ns)
 {
+    if (due_ns < loop->now_ns)
+        due_ns = loop->now_ns;
     if (timer->armed && timer->due_ns == due_ns)
         return;
     if (timer->armed)
@@ -102,19 +110,17 @@ void loop_arm(struct loop *loop, struct loop_timer *timer, uint64_t due_ns)
     *at = timer;
 }
 
-/* Timers that a handler arms for now or earlier wait for the next round, so that none can hold the loop for ever. */
+/* As many as are due now: timers that a handler arms for now wait for the next round, so that none can hold the
+ * loop for ever. A count, because a handler may disarm and free any other timer. */
 static void fire_due(struct loop *loop)
 {
-    struct loop_timer *last = NULL;
+    int n = 0;
     for (struct loop_timer *t = loop->timers; t && t->due_ns <= loop->now_ns; t = t->next)
-        last = t;
-    while (last && loop->timers && loop->timers->due_ns <= loop->now_ns) {
+        n++;
+    while (n-- > 0 && loop->timers && loop->timers->due_ns <= loop->now_ns) {
         struct loop_timer *t = loop->timers;
-        bool done = t == last;
         unlink_timer(loop, t);
         t->fire(t->ctx, loop->now_ns);
-        if (done)
-            break;
     }
 }
 
@@ -135,6 +141,7 @@ static int wait_ms(const struct loop *loop, uint64_t max_wait_ns)
 
 bool loop_turn(struct loop *loop, uint64_t max_wait_ns)
 {
+    loop->turns++;
     if (!loop->virtual_clock)
         loop->now_ns = loop_clock();
     int n = epoll_wait(loop->epoll, loop->events, EVENTS_PER_TURN, wait_ms(loop, max_wait_ns));
@@ -162,6 +169,13 @@ void loop_advance(struct loop *loop, uint64_t t_ns)
     }
     if (t_ns > loop->now_ns)
         loop->now_ns = t_ns;
+}
+
+void loop_skip(struct loop *loop, uint64_t t_ns)
+{
+    if (t_ns > loop->now_ns)
+        loop->now_ns = t_ns;
+    fire_due(loop);
 }
 
 void loop_quit(struct loop *loop)

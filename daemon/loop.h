@@ -51,8 +51,14 @@ void loop_arm(struct loop *loop, struct loop_timer *timer, uint64_t due_ns);
 /** loop_turn - wait at most until the next timer or max_wait_ns, then handle what is ready. False after loop_quit. */
 bool loop_turn(struct loop *loop, uint64_t max_wait_ns);
 
+/** loop_turns - how often loop_turn has begun: what is the same was done in the same turn. */
+uint64_t loop_turns(const struct loop *loop);
+
 /** loop_advance - virtual clock only: set the time to t_ns (never back), firing the timers due up to it. */
 void loop_advance(struct loop *loop, uint64_t t_ns);
+
+/** loop_skip - virtual clock only: set the time to t_ns (never back) at once; what is due by then fires once. */
+void loop_skip(struct loop *loop, uint64_t t_ns);
 
 void loop_quit(struct loop *loop);
 

@@ -435,8 +435,8 @@ static int parse(int argc, char **argv, struct options *o)
             break;
         case SPEED:
             o->speed = strtod(optarg, &rest);
-            if (*rest || rest == optarg || !(o->speed > 0 && o->speed <= 1e6))
-                return wrong("--speed", optarg, "a factor above 0, at most 1e6");
+            if (*rest || rest == optarg || !(o->speed >= 1e-3 && o->speed <= 1e6))
+                return wrong("--speed", optarg, "a factor from 0.001 to 1e6");
             break;
         case STAY:
             o->stay = true;

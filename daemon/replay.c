@@ -16,6 +16,12 @@
 /* In a paced one the clock moves on at least so often: watches fire by it. */
 #define PACE_NS 20000000u
 
+/* A longer silence is skipped: the clock jumps. */
+#define GAP_NS 60000000000u
+
+/* What calls itself later than the year 2262 is no time; so sums of times do not overflow. */
+#define TIME_MAX_NS ((uint64_t)INT64_MAX)
+
 struct message {
     const char *topic; /* "/NAME/rx"; of a CAN log the port's address, "can:can0" */
     uint64_t log_ns;
@@ -30,8 +36,9 @@ struct replay {
     char address[sizeof "can:" + IFNAMSIZ]; /* of that frame */
     struct message next;
     bool has_next;
-    uint64_t unknown; /* messages on channels that no configured sensor has */
-    struct log_limit damage, poses;
+    uint64_t skipped_ns; /* gaps, together */
+    uint64_t unknown;    /* messages on channels that no configured sensor has */
+    struct log_limit damage, poses, gaps;
 };
 
 static void on_problem(void *ctx, const char *sentence)
@@ -66,7 +73,8 @@ static bool next_of_log(struct replay *r)
 
 static void take_next(struct replay *r)
 {
-    r->has_next = r->reader ? next_of_capture(r) : next_of_log(r);
+    while ((r->has_next = r->reader ? next_of_capture(r) : next_of_log(r)) && r->next.log_ns > TIME_MAX_NS)
+        on_problem(r, "a message from after the year 2262 is left out");
 }
 
 /* A capture, or else a CAN log. */
@@ -160,6 +168,18 @@ static void deliver(struct replay *r, struct daemon *d)
         r->unknown++;
 }
 
+/* Nobody wants to wait for what lies between two dives, nor see watches fire all through it. */
+static void skip_gap(struct replay *r, struct daemon *d)
+{
+    uint64_t now = loop_now(d->loop);
+    if (!r->has_next || r->next.log_ns <= now || r->next.log_ns - now <= GAP_NS)
+        return;
+    r->skipped_ns += r->next.log_ns - now;
+    log_limited(&r->gaps, loop_clock(), LOG_NOTICE, "capture: %.0f s without a message are skipped",
+                (double)(r->next.log_ns - now) * 1e-9);
+    loop_skip(d->loop, r->next.log_ns);
+}
+
 /* Plays what is due at t_ns; false when nothing is left. */
 static bool play_until(struct replay *r, struct daemon *d, uint64_t t_ns, int most)
 {
@@ -167,6 +187,7 @@ static bool play_until(struct replay *r, struct daemon *d, uint64_t t_ns, int mo
         loop_advance(d->loop, r->next.log_ns);
         deliver(r, d);
         take_next(r);
+        skip_gap(r, d);
     }
     return r->has_next;
 }
@@ -182,6 +203,11 @@ static bool turn(struct replay *r, struct daemon *d, uint64_t until, uint64_t wa
     return more;
 }
 
+static uint64_t whole_ns(double ns)
+{
+    return ns < (double)TIME_MAX_NS ? (uint64_t)ns : TIME_MAX_NS;
+}
+
 bool replay_run(struct replay *r, struct daemon *d, double speed)
 {
     uint64_t real_start = loop_clock(), start = loop_now(d->loop);
@@ -189,9 +215,9 @@ bool replay_run(struct replay *r, struct daemon *d, double speed)
     while (more && running) {
         uint64_t until = LOOP_NEVER, wait_ns = 0;
         if (speed > 0) {
-            until = start + (uint64_t)((double)(loop_clock() - real_start) * speed);
+            until = start + r->skipped_ns + whole_ns((double)(loop_clock() - real_start) * speed);
             if (r->next.log_ns > until)
-                wait_ns = (uint64_t)((double)(r->next.log_ns - until) / speed);
+                wait_ns = whole_ns((double)(r->next.log_ns - until) / speed);
         }
         more = turn(r, d, until, wait_ns < PACE_NS ? wait_ns : PACE_NS, &running);
     }

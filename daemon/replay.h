@@ -25,8 +25,9 @@ const char *replay_conf(struct replay *r, size_t *size, char *err, size_t err_si
 uint64_t replay_start(struct replay *r);
 
 /**
- * replay_run - play all of it on d->loop (virtual clock), speed times as fast as it was recorded; speed 0: as fast
- * as it goes. False when the loop was asked to quit before the end.
+ * replay_run - play all of it on d->loop (virtual clock), speed (0.001 to 1e6) times as fast as it was recorded;
+ * speed 0: as fast as it goes. After more than a minute without a message the clock jumps to the next one. False
+ * when the loop was asked to quit before the end.
  */
 bool replay_run(struct replay *r, struct daemon *d, double speed);
 

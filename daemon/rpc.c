@@ -20,6 +20,14 @@ struct reply {
     unsigned n; /* replies so far */
 };
 
+struct rpc_job {
+    json_t *value;    /* a request, or a batch of them; NULL: the line is refused as a whole */
+    size_t next, end; /* requests in it: to be handled next, and behind the last */
+    struct reply reply;
+    char *text; /* of the reply, kept up to date by its stream */
+    size_t size;
+};
+
 static const char *kind_name(const json_t *value)
 {
     switch (json_typeof(value)) {
@@ -205,6 +213,11 @@ static void handle_request(const struct rpc_method *methods, const struct rpc_ca
             rpc_refuse(&error, RPC_INTERNAL_ERROR, "the result cannot be written as JSON");
     }
     json_decref(result);
+    if (text && (size_t)ftell(reply->out) + strlen(text) > RPC_REPLY_MAX) {
+        free(text);
+        text = NULL;
+        rpc_refuse(&error, RPC_LIMIT, "with this result the reply would be longer than %d bytes", RPC_REPLY_MAX);
+    }
 
     if (id && text) {
         reply_begin(reply);
@@ -216,71 +229,80 @@ static void handle_request(const struct rpc_method *methods, const struct rpc_ca
     free(text);
 }
 
-static void handle_batch(const struct rpc_method *methods, const struct rpc_call *call, json_t *batch,
-                         struct reply *reply)
+/* What is in the line; false with *error set when it is refused as a whole. */
+static bool parse_line(struct rpc_job *job, const char *line, size_t n, struct rpc_error *error)
 {
-    struct rpc_error error;
-    const size_t n = json_array_size(batch);
-
-    if (n == 0) {
-        rpc_refuse(&error, RPC_INVALID_REQUEST, "a batch must hold at least one request");
-        reply_error(reply, call, NULL, &error);
-    } else if (n > RPC_BATCH_MAX) {
-        rpc_refuse(&error, RPC_LIMIT, "%zu requests in a batch, at most %d are allowed", n, RPC_BATCH_MAX);
-        reply_error(reply, call, NULL, &error);
-    } else {
-        reply->batch = true;
-        for (size_t i = 0; i < n; i++)
-            handle_request(methods, call, json_array_get(batch, i), reply);
-        if (reply->n > 0)
-            fputc(']', reply->out);
-    }
-}
-
-static void handle_line(const struct rpc_method *methods, const struct rpc_call *call, const char *line, size_t n,
-                        struct reply *reply)
-{
-    struct rpc_error error;
     json_error_t where;
-    json_t *value;
 
-    if (n > RPC_LINE_MAX) {
-        rpc_refuse(&error, RPC_LIMIT, "the line is longer than %d bytes", RPC_LINE_MAX);
-        reply_error(reply, call, NULL, &error);
-        return;
+    if (n > RPC_LINE_MAX)
+        return rpc_refuse(error, RPC_LIMIT, "the line is longer than %d bytes", RPC_LINE_MAX);
+    if (too_deep(line, n))
+        return rpc_refuse(error, RPC_LIMIT, "arrays and objects nested deeper than %d", RPC_DEPTH_MAX);
+    job->value = json_loadb(line, n, JSON_REJECT_DUPLICATES | JSON_DECODE_ANY, &where);
+    if (!job->value)
+        return rpc_refuse(error, RPC_PARSE_ERROR, "not JSON at byte %d: %s", where.position, where.text);
+    if (!json_is_array(job->value)) {
+        job->end = 1;
+        return true;
     }
-    if (too_deep(line, n)) {
-        rpc_refuse(&error, RPC_LIMIT, "arrays and objects nested deeper than %d", RPC_DEPTH_MAX);
-        reply_error(reply, call, NULL, &error);
-        return;
-    }
-    value = json_loadb(line, n, JSON_REJECT_DUPLICATES | JSON_DECODE_ANY, &where);
-    if (!value) {
-        rpc_refuse(&error, RPC_PARSE_ERROR, "not JSON at byte %d: %s", where.position, where.text);
-        reply_error(reply, call, NULL, &error);
-        return;
-    }
-    if (json_is_array(value))
-        handle_batch(methods, call, value, reply);
-    else
-        handle_request(methods, call, value, reply);
-    json_decref(value);
+
+    const size_t size = json_array_size(job->value);
+
+    if (size == 0)
+        return rpc_refuse(error, RPC_INVALID_REQUEST, "a batch must hold at least one request");
+    if (size > RPC_BATCH_MAX)
+        return rpc_refuse(error, RPC_LIMIT, "%zu requests in a batch, at most %d are allowed", size,
+                          RPC_BATCH_MAX);
+    job->end = size;
+    job->reply.batch = true;
+    return true;
 }
 
-char *rpc_handle(const struct rpc_method *methods, const struct rpc_call *call, const char *line, size_t n)
+struct rpc_job *rpc_begin(const struct rpc_call *call, const char *line, size_t n)
 {
-    char *text = NULL;
-    size_t size = 0;
-    struct reply reply = {.out = open_memstream(&text, &size)};
+    struct rpc_job *job = calloc(1, sizeof *job);
+    struct rpc_error error;
 
-    if (!reply.out)
+    if (!job)
         return NULL;
-    handle_line(methods, call, line, n, &reply);
-    if (fclose(reply.out) != 0 || reply.n == 0) {
-        free(text);
+    job->reply.out = open_memstream(&job->text, &job->size);
+    if (!job->reply.out) {
+        free(job);
         return NULL;
     }
-    return text;
+    if (!parse_line(job, line, n, &error))
+        reply_error(&job->reply, call, NULL, &error);
+    return job;
+}
+
+bool rpc_step(struct rpc_job *job, const struct rpc_method *methods, const struct rpc_call *call)
+{
+    if (job->next < job->end) {
+        json_t *request = job->reply.batch ? json_array_get(job->value, job->next) : job->value;
+
+        handle_request(methods, call, request, &job->reply);
+        job->next++;
+    }
+    return job->next < job->end;
+}
+
+bool rpc_end(struct rpc_job *job, char **reply)
+{
+    const bool answered = job->reply.n > 0;
+    bool ok;
+
+    if (answered && job->reply.batch)
+        fputc(']', job->reply.out);
+    ok = !ferror(job->reply.out);
+    ok = fclose(job->reply.out) == 0 && ok;
+    *reply = NULL;
+    if (ok && answered)
+        *reply = job->text;
+    else
+        free(job->text);
+    json_decref(job->value);
+    free(job);
+    return ok;
 }
 
 char *rpc_refusal(const char *message)

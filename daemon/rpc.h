@@ -21,8 +21,9 @@ enum rpc_code {
 };
 
 #define RPC_LINE_MAX  65536 /* longest request line, without the newline */
-#define RPC_BATCH_MAX 64
-#define RPC_DEPTH_MAX 16 /* nesting of arrays and objects in a request */
+#define RPC_BATCH_MAX 16
+#define RPC_DEPTH_MAX 16        /* nesting of arrays and objects in a request */
+#define RPC_REPLY_MAX (4 << 20) /* results in one reply line; errors and ids add at most twice RPC_LINE_MAX */
 
 struct rpc_error {
     int code;          /* 0: none */
@@ -38,7 +39,7 @@ struct rpc_call {
     void *daemon;              /* handed through to the methods */
     void *client;              /* handed through; NULL outside the server */
     uint64_t now_ns;           /* monotonic */
-    struct rpc_counts *counts; /* counted up by rpc_handle; may be NULL */
+    struct rpc_counts *counts; /* counted up by rpc_begin and rpc_step; may be NULL */
 };
 
 /* Returns a new reference to the result, or NULL with *error set. params is an object (empty when absent) - requests
@@ -50,11 +51,26 @@ struct rpc_method {
     rpc_method_fn fn;
 };
 
-/**
- * rpc_handle - answer one line. Returns malloced text without newline for free(), or NULL when there is nothing to
- * answer (notifications). Any bytes are allowed as input.
+/*
+ * A line is answered in steps of one request, so that who has other things to do can do them in the middle of a
+ * batch: rpc_begin, rpc_step until it says that nothing is left (it may say so at once), rpc_end.
  */
-char *rpc_handle(const struct rpc_method *methods, const struct rpc_call *call, const char *line, size_t n);
+struct rpc_job;
+
+/** rpc_begin - read one line; any bytes are allowed, and they are not needed afterwards. NULL without memory. */
+struct rpc_job *rpc_begin(const struct rpc_call *call, const char *line, size_t n);
+
+/**
+ * rpc_step - handle the next request of the line, if there is one. True when more are left. A result beyond
+ * RPC_REPLY_MAX, the others of the line included, is replaced by the error RPC_LIMIT.
+ */
+bool rpc_step(struct rpc_job *job, const struct rpc_method *methods, const struct rpc_call *call);
+
+/**
+ * rpc_end - free the job, also an unfinished one. *reply is malloced text without newline for free(), or NULL when
+ * there is nothing to answer (notifications). False without memory for it.
+ */
+bool rpc_end(struct rpc_job *job, char **reply);
 
 /** rpc_refusal - the line that tells a client which limit (RPC_LIMIT) it met outside any request; for free(). */
 char *rpc_refusal(const char *message);

@@ -122,8 +122,11 @@ static struct server *new_server(struct loop *loop, const struct server_conf *co
     server->path = strdup(conf->path);
     server->max_clients = conf->max_clients;
     server->sessions = calloc((size_t)conf->max_clients, sizeof *server->sessions);
-    server->host = (struct session_host){
-        .loop = loop, .methods = server->methods, .daemon = daemon, .no_rate_limit = conf->no_rate_limit};
+    server->host = (struct session_host){.loop = loop,
+                                         .methods = server->methods,
+                                         .daemon = daemon,
+                                         .no_rate_limit = conf->no_rate_limit,
+                                         .clock = conf->clock ? conf->clock : loop_clock};
     server->listener = (struct loop_fd){.ready = on_connection, .ctx = server};
     server->resume = (struct loop_timer){.fire = resume_accepting, .ctx = server};
     if (!server->methods || !server->path || !server->sessions) {

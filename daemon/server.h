@@ -22,6 +22,7 @@ struct server_conf {
     int max_clients;
     bool
         no_rate_limit; /* for a replay, whose clock may stand: then nothing would end the pause of a busy client */
+    uint64_t (*clock)(void); /* measures the work done for clients, in nanoseconds; NULL: loop_clock */
 };
 
 struct server_stats {

@@ -16,13 +16,14 @@
 
 #define IN_START_BYTES  4096
 #define IN_MAX_BYTES    (RPC_LINE_MAX + 1)
-#define OUT_PAUSE_BYTES 65536        /* waiting output from which no further request is handled ... */
-#define OUT_MAX_BYTES   (4 << 20)    /* ... and which no single reply may pass; an image has 1 MiB */
+#define OUT_PAUSE_BYTES 65536 /* waiting output from which no further request is handled ... */
+#define OUT_MAX_BYTES   (OUT_PAUSE_BYTES + RPC_REPLY_MAX + 2 * RPC_LINE_MAX) /* ... plus the longest reply */
 #define STALL_NS        10000000000u /* so long may a client with unanswered requests read nothing */
-#define LINES_PER_TURN  16
+#define TURN_NS         5000000u     /* work for all clients together in one turn of the loop */
 #define REQUESTS_PER_S  2000.0
 #define REQUESTS_BURST  2000.0
-#define REFILL_NS       10000000u /* pause of a client that has used up its requests */
+#define REQUEST_NS      250000.0  /* work that one request pays for: at 2000 a second, half of the loop's time */
+#define REFILL_NS       10000000u /* longer than it must pauses a client that has used up its requests */
 
 struct session {
     struct session_host *host;
@@ -32,10 +33,13 @@ struct session {
     uint32_t events; /* waited for at present */
     char *in;
     size_t in_len, in_size;
-    char *out; /* bytes out_start..out_len are waiting */
+    struct rpc_job *job; /* the line before `in`, when its requests are not all handled */
+    char *out;           /* bytes out_start..out_len are waiting */
     size_t out_start, out_len, out_size;
     double tokens;                   /* requests that may be handled now */
     uint64_t tokens_ns, progress_ns; /* of the last refill; when the client last took or needed no output */
+    uint64_t turn, spent_ns;         /* work done for it in that turn of the loop */
+    int next_watch;                  /* asked first */
     bool eof;                        /* the client sends no more */
     bool gone;                       /* nor does it read */
     bool closing;                    /* ends when the output is flushed */
@@ -86,7 +90,7 @@ static void queue(struct session *session, char *text, uint64_t now_ns)
     if (!text)
         cut(session, now_ns, "out of memory");
     else if (waiting(session) + n > OUT_MAX_BYTES)
-        cut(session, now_ns, "more than 4 MiB of replies waiting for it to read");
+        cut(session, now_ns, "a line of more than 4 MiB for it");
     else if (session->out_size < session->out_len + n && !reserve_out(session, n))
         cut(session, now_ns, "out of memory");
     else {
@@ -123,9 +127,18 @@ static void flush(struct session *session, uint64_t now_ns)
     }
 }
 
+/* A line is there, or one is not handled to its end. */
 static bool line_waiting(const struct session *session)
 {
-    return session->in_len > 0 && (session->eof || memchr(session->in, '\n', session->in_len));
+    return session->job || (session->in_len > 0 && (session->eof || memchr(session->in, '\n', session->in_len)));
+}
+
+static bool watch_waiting(const struct session *session)
+{
+    for (int i = 0; i < WATCH_MAX; i++)
+        if (session->watches.watch[i].id != 0 && session->watches.watch[i].late)
+            return true;
+    return false;
 }
 
 static bool may_handle(const struct session *session)
@@ -133,46 +146,96 @@ static bool may_handle(const struct session *session)
     return !session->dead && !session->closing && session->tokens >= 1.0 && waiting(session) < OUT_PAUSE_BYTES;
 }
 
-static void handle_line(struct session *session, const char *line, size_t n, uint64_t now_ns)
+/* The clients share a turn, so that however many there are the sonars do not wait longer. */
+static bool turn_over(const struct session *session)
+{
+    return session->spent_ns >= TURN_NS / session->host->stats.clients_now;
+}
+
+/* Takes the time since begun_ns as work done for the client. */
+static void charge(struct session *session, uint64_t begun_ns)
+{
+    const uint64_t spent_ns = session->host->clock() - begun_ns;
+    const double requests = (double)spent_ns / REQUEST_NS;
+
+    session->spent_ns += spent_ns;
+    if (!session->host->no_rate_limit)
+        session->tokens -= requests > 1.0 ? requests : 1.0;
+}
+
+static void reply(struct session *session, uint64_t now_ns)
+{
+    char *text;
+
+    if (!rpc_end(session->job, &text))
+        cut(session, now_ns, "out of memory");
+    else if (text)
+        queue(session, text, now_ns);
+    session->job = NULL;
+}
+
+/* Begins the line at in + *at and moves *at behind it; false when there is none. The last line of a client that
+ * has ended needs no newline. */
+static bool begin_line(struct session *session, const struct rpc_call *call, size_t *at)
+{
+    const char *line = session->in + *at;
+    const size_t left = session->in_len - *at;
+    const char *end = left > 0 ? memchr(line, '\n', left) : NULL;
+
+    if (!end && (left == 0 || !session->eof))
+        return false;
+
+    const size_t n = end ? (size_t)(end - line) : left;
+
+    session->job = rpc_begin(call, line, n);
+    if (!session->job)
+        cut(session, call->now_ns, "out of memory");
+    *at += n + (end != NULL);
+    return session->job != NULL;
+}
+
+static void handle_lines(struct session *session, uint64_t now_ns)
 {
     struct session_host *host = session->host;
     const struct rpc_call call = {
         .daemon = host->daemon, .client = session, .now_ns = now_ns, .counts = &host->counts};
-    const uint64_t before = host->counts.requests;
-    char *reply = rpc_handle(host->methods, &call, line, n);
-
-    if (reply)
-        queue(session, reply, now_ns);
-    if (!host->no_rate_limit)
-        session->tokens -= host->counts.requests > before ? (double)(host->counts.requests - before) : 1.0;
-}
-
-/* The last line of a client that has ended needs no newline. */
-static void handle_lines(struct session *session, uint64_t now_ns)
-{
     size_t at = 0;
 
-    for (int n = 0; n < LINES_PER_TURN && at < session->in_len && may_handle(session); n++) {
-        const char *line = session->in + at;
-        const char *end = memchr(line, '\n', session->in_len - at);
+    while (may_handle(session) && !turn_over(session)) {
+        const uint64_t begun_ns = host->clock();
 
-        if (!end && !session->eof)
+        if (!session->job && !begin_line(session, &call, &at))
             break;
-
-        const size_t length = end ? (size_t)(end - line) : session->in_len - at;
-
-        handle_line(session, line, length, now_ns);
-        at += length + (end != NULL);
+        if (!rpc_step(session->job, host->methods, &call))
+            reply(session, now_ns);
+        charge(session, begun_ns);
     }
     memmove(session->in, session->in + at, session->in_len - at);
     session->in_len -= at;
 
     if (session->in_len == IN_MAX_BYTES && !line_waiting(session)) {
         queue(session, rpc_refusal("the line is longer than 65536 bytes"), now_ns);
-        session->host->counts.errors++;
-        session->host->stats.clients_cut++;
-        log_limited(&session->host->log, now_ns, LOG_NOTICE, "client cut off: a line longer than 65536 bytes");
+        host->counts.errors++;
+        host->stats.clients_cut++;
+        log_limited(&host->log, now_ns, LOG_NOTICE, "client cut off: a line longer than 65536 bytes");
         session->closing = true;
+    }
+}
+
+/* Notifications only when nothing else waits for the client to read: what it gets is the newest. */
+static void tell_watches(struct session *session, uint64_t now_ns)
+{
+    for (int n = 0; n < WATCH_MAX && may_handle(session) && waiting(session) == 0 && !turn_over(session); n++) {
+        struct watch *watch = &session->watches.watch[session->next_watch];
+        const uint64_t begun_ns = session->host->clock();
+
+        session->next_watch = (session->next_watch + 1) % WATCH_MAX;
+        if (watch->id == 0 || !watch->late)
+            continue;
+        queue(session, watch_text(watch, now_ns), now_ns);
+        session->host->stats.notifications_sent++;
+        flush(session, now_ns);
+        charge(session, begun_ns);
     }
 }
 
@@ -203,8 +266,12 @@ static void receive(struct session *session)
 static void end(struct session *session)
 {
     struct session_host *host = session->host;
+    char *unfinished = NULL;
 
     watch_clear(&session->watches);
+    if (session->job)
+        rpc_end(session->job, &unfinished);
+    free(unfinished);
     loop_arm(host->loop, &session->wake, LOOP_NEVER);
     loop_remove(host->loop, &session->io);
     close(session->io.fd);
@@ -228,6 +295,7 @@ static bool is_over(const struct session *session)
 
 static void settle(struct session *session, uint64_t now_ns)
 {
+    const bool lines = line_waiting(session) && !session->closing;
     uint64_t wake_ns = LOOP_NEVER;
     uint32_t events = 0;
 
@@ -235,17 +303,17 @@ static void settle(struct session *session, uint64_t now_ns)
         end(session);
         return;
     }
-    if (waiting(session) > 0)
+    if (!lines && !session->eof && !session->closing)
+        events |= EPOLLIN;
+    if (waiting(session) > 0) {
         events |= EPOLLOUT;
-    if (line_waiting(session) && !session->closing) {
-        if (waiting(session) > 0)
+        if (lines || session->closing)
             wake_ns = session->progress_ns + STALL_NS;
-        else if (session->tokens >= 1.0)
+    } else if (lines || watch_waiting(session)) {
+        if (session->tokens >= 1.0)
             events |= EPOLLOUT; /* can be written: that is the next turn */
         else
-            wake_ns = now_ns + REFILL_NS;
-    } else if (!session->eof && !session->closing) {
-        events |= EPOLLIN;
+            wake_ns = now_ns + REFILL_NS + (uint64_t)((1.0 - session->tokens) * 1e9 / REQUESTS_PER_S);
     }
     loop_arm(session->host->loop, &session->wake, wake_ns);
     if (events != session->events)
@@ -255,6 +323,11 @@ static void settle(struct session *session, uint64_t now_ns)
 
 static void work(struct session *session, uint64_t now_ns)
 {
+    const uint64_t turn = loop_turns(session->host->loop);
+
+    if (turn != session->turn)
+        session->spent_ns = 0;
+    session->turn = turn;
     session->tokens += (double)(now_ns - session->tokens_ns) * 1e-9 * REQUESTS_PER_S;
     if (session->tokens > REQUESTS_BURST)
         session->tokens = REQUESTS_BURST;
@@ -263,15 +336,7 @@ static void work(struct session *session, uint64_t now_ns)
     flush(session, now_ns);
     handle_lines(session, now_ns);
     flush(session, now_ns);
-    for (int i = 0; i < WATCH_MAX && !session->dead && waiting(session) == 0; i++) {
-        struct watch *watch = &session->watches.watch[i];
-
-        if (watch->id != 0 && watch->late) {
-            queue(session, watch_text(watch, now_ns), now_ns);
-            session->host->stats.notifications_sent++;
-            flush(session, now_ns);
-        }
-    }
+    tell_watches(session, now_ns);
     settle(session, now_ns);
 }
 
@@ -291,7 +356,7 @@ static void on_wake(void *ctx, uint64_t now_ns)
     struct session *session = ctx;
 
     if (waiting(session) > 0 && now_ns >= session->progress_ns + STALL_NS)
-        cut(session, now_ns, "it sends requests and does not read the replies");
+        cut(session, now_ns, "it does not read the replies");
     work(session, now_ns);
 }
 
@@ -299,15 +364,12 @@ static void on_watch(void *ctx, struct watch *watch, uint64_t now_ns)
 {
     struct session *session = ctx;
 
-    if (waiting(session) == 0) {
-        watch->late = true; /* work() sends it */
-        work(session, now_ns);
-    } else {
-        const uint64_t before = watch->skipped;
+    const uint64_t before = watch->skipped;
 
-        watch_postpone(watch);
-        session->host->stats.notifications_skipped += watch->skipped - before;
-    }
+    watch_postpone(watch);
+    session->host->stats.notifications_skipped += watch->skipped - before;
+    if (waiting(session) == 0)
+        work(session, now_ns); /* sends it, when the client may have it now */
 }
 
 bool session_open(struct session_host *host, int fd, struct session **slot)

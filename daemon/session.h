@@ -22,6 +22,7 @@ struct session_host {
     const struct rpc_method *methods; /* with session_watch and session_unwatch among them */
     void *daemon;
     bool no_rate_limit;
+    uint64_t (*clock)(void); /* measures the work done for clients, in nanoseconds */
     struct server_stats stats;
     struct rpc_counts counts;
     struct log_limit log;

@@ -35,7 +35,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     static const struct rpc_method methods[] = {{"m", every_helper}, {NULL, NULL}};
     const struct rpc_call call = {.now_ns = 1};
-    char *reply = rpc_handle(methods, &call, (const char *)data, size);
+    struct rpc_job *job = rpc_begin(&call, (const char *)data, size);
+    char *reply;
+
+    while (rpc_step(job, methods, &call)) {
+    }
+    rpc_end(job, &reply);
 
     if (!reply)
         return 0;

@@ -78,7 +78,8 @@ OPTIONS = (
     (("--nonsense",), "--help"),
     (("stray",), "argument 'stray': wanted options only"),
     (("--threads", "3"), "--threads '3': wanted 0, 1 or 2"),
-    (("--speed", "fast", "--replay", "x"), "--speed 'fast': wanted a factor above 0"),
+    (("--speed", "fast", "--replay", "x"), "--speed 'fast': wanted a factor from 0.001 to 1e6"),
+    (("--speed", "1e-300", "--replay", "x"), "--speed '1e-300': wanted a factor from 0.001 to 1e6"),
     (("--speed", "1"), "together with --replay"),
     (("--stay",), "together with --replay"),
     (("--replay", "x", "--record", "y"), "a replay records nothing"),
@@ -160,6 +161,22 @@ def no_sonar_of_it(bench):
     check(all(s["state"] == "unknown" for s in last["sectors"]["sectors"]), "answers out of nothing")
 
 
+def gap_in_a_log(bench):
+    """Ten years without a message are skipped, and the watches of a client do not fire through them; what says
+    that it is later than a time can be is left out."""
+    log = bench.write("bus.log", "(1000000000.000000) can0 123#00\n(1000000004.000000) can0 123#00\n"
+                                 "(1315360004.000000) can0 123#00\n(9999999999.000000) can0 123#00\n")
+    conf = bench.write("can.conf", "[sonar a]\ndevice = dronecan\nport = can:can0\n")
+    daemon = bench.sonard("--replay", log, "--speed", "1", "--stay", "--socket", bench.socket_path, conf=conf)
+    client = daemon.client()
+    client.call("watch", method="version", rate_hz=50)
+    until(lambda: client.call("status")["mode"] == "replay, ended", "the end of the replay")
+    check(0 < len(client.notifications) < 1000, "%d notifications" % len(client.notifications))
+    check(client.call("status")["t_unix"] == 1315360004, "the clock stands at %s" % client.call("status")["t_unix"])
+    check("315360000 s without a message are skipped" in daemon.log(), "the gap is not said")
+    check("after the year 2262 is left out" in daemon.log(), "the time that cannot be is not said")
+
+
 # ---- requests ----
 
 def request(method="version", /, **params):
@@ -212,7 +229,7 @@ REQUESTS = (
     ("watch_rate", request("watch", method="version", rate_hz=1000), -32602, ["want a number from 0.1 to 50"]),
     ("unwatch", request("unwatch", watch=3), -32602, ["this client has no watch 3"]),
     ("too_deep", b"[" * 40 + b"]" * 40, -32000, ["nested deeper than 16"]),
-    ("too_many", b"[" + b",".join([request()] * 65) + b"]", -32000, ["65 requests in a batch, at most 64"]),
+    ("too_many", b"[" + b",".join([request()] * 17) + b"]", -32000, ["17 requests in a batch, at most 16"]),
 )
 
 
@@ -384,4 +401,5 @@ def write_all(fd, data):
 
 
 run([("configurations", configurations), ("options", options), ("captures", captures),
-     ("no_sonar_of_it", no_sonar_of_it), ("requests", requests), ("line", line)], parallel=3)
+     ("no_sonar_of_it", no_sonar_of_it), ("gap_in_a_log", gap_in_a_log),
+     ("requests", requests), ("line", line)], parallel=3)

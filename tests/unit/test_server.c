@@ -7,6 +7,7 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <sys/file.h>
 #include <sys/resource.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -14,6 +15,7 @@
 #include <unistd.h>
 
 #include "../../daemon/log.h"
+#include "../../daemon/watch.h"
 #include "../lib/test.h"
 
 #define MS        UINT64_C(1000000)
@@ -23,7 +25,8 @@ static char directory[] = "/tmp/sonard-test-XXXXXX";
 static char path[64];
 static struct loop *loop;
 static struct server *server;
-static int state; /* what the methods answer */
+static int state;        /* what the methods answer */
+static uint64_t work_ns; /* the clock that work is measured by: moved by the methods */
 
 static json_t *get_state(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
@@ -49,12 +52,28 @@ static json_t *large(const struct rpc_call *call, json_t *params, struct rpc_err
     return value;
 }
 
+static json_t *busy(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    int64_t ms = 0;
+
+    (void)call;
+    if (!rpc_integer(params, "ms", true, 0, 1000, &ms, error))
+        return NULL;
+    work_ns += (uint64_t)ms * MS;
+    return json_true();
+}
+
 static const struct rpc_method methods[] = {
-    {"state", get_state}, {"large", large}, {"pose", get_state}, {NULL, NULL}};
+    {"state", get_state}, {"large", large}, {"busy", busy}, {"pose", get_state}, {NULL, NULL}};
+
+static uint64_t work_clock(void)
+{
+    return work_ns;
+}
 
 static struct server *start(int max_clients, char *err, size_t err_size)
 {
-    const struct server_conf conf = {.path = path, .mode = 0640, .max_clients = max_clients};
+    const struct server_conf conf = {.path = path, .mode = 0640, .max_clients = max_clients, .clock = work_clock};
 
     return server_start(loop, &conf, methods, NULL, err, err_size);
 }
@@ -71,6 +90,7 @@ static void set_up(int max_clients)
         exit(1);
     }
     state = 0;
+    work_ns = 0;
 }
 
 static void tear_down(void)
@@ -170,6 +190,7 @@ static size_t count_lines(struct peer *peer)
 }
 
 #define ASK(method, id)  "{\"jsonrpc\":\"2.0\",\"method\":\"" method "\",\"id\":" #id "}\n"
+#define BUSY(ms)         "{\"jsonrpc\":\"2.0\",\"method\":\"busy\",\"params\":{\"ms\":" #ms "}"
 #define STATE(value, id) "{\"jsonrpc\":\"2.0\",\"result\":{\"state\":" #value "},\"id\":" #id "}"
 #define WATCH(what, rate)                                                                                         \
     "{\"jsonrpc\":\"2.0\",\"method\":\"watch\",\"params\":{\"method\":\"" what "\",\"rate_hz\":" #rate            \
@@ -344,29 +365,129 @@ TEST(without_a_rate_limit_a_standing_clock_stops_nobody)
     tear_down();
 }
 
-TEST(a_turn_serves_everybody)
+static size_t lines_of(struct peer *peer)
 {
-    char text[40 * sizeof ASK("state", 1)] = "";
+    take(peer);
+    return count_lines(peer);
+}
 
-    for (int i = 0; i < 40; i++)
-        strcat(text, ASK("state", 1));
+TEST(clients_share_a_turn)
+{
     set_up(4);
     struct peer first = join(), second = join();
 
-    say(&first, text);
-    say(&second, text);
+    for (int i = 0; i < 40; i++) {
+        say(&first, BUSY(1) ",\"id\":1}\n");
+        say(&second, BUSY(1) ",\"id\":1}\n");
+    }
     turn(1);
-    take(&first);
-    take(&second);
-    CHECK_INT(count_lines(&first), 16);
-    CHECK_INT(count_lines(&second), 16);
-    turn(10);
-    take(&first);
-    take(&second);
-    CHECK_INT(count_lines(&first), 40);
-    CHECK_INT(count_lines(&second), 40);
+    CHECK_INT(lines_of(&first), 3); /* of 5 ms for both */
+    CHECK_INT(lines_of(&second), 3);
+    turn(20);
+    CHECK_INT(lines_of(&first), 40);
+    CHECK_INT(lines_of(&second), 40);
     leave(&first);
     leave(&second);
+    tear_down();
+}
+
+TEST(a_batch_does_not_keep_others_waiting)
+{
+    static const char want[] =
+        "[{\"jsonrpc\":\"2.0\",\"result\":true,\"id\":0},{\"jsonrpc\":\"2.0\",\"result\":true,"
+        "\"id\":1},";
+    char batch[2048] = "[";
+
+    set_up(4);
+    struct peer greedy = join(), other = join();
+
+    for (int i = 0; i < RPC_BATCH_MAX; i++)
+        snprintf(batch + strlen(batch), sizeof batch - strlen(batch), BUSY(10) ",\"id\":%d}%s", i,
+                 i < RPC_BATCH_MAX - 1 ? "," : "]\n");
+    say(&greedy, batch);
+    say(&other, ASK("state", 1));
+    turn(2);
+    CHECK_INT(work_ns / MS, 20);
+    CHECK_INT(lines_of(&other), 1);
+    CHECK_INT(lines_of(&greedy), 0);
+    turn(RPC_BATCH_MAX);
+    CHECK_INT(lines_of(&greedy), 1);
+    CHECK(greedy.n > sizeof want && memcmp(greedy.in, want, sizeof want - 1) == 0);
+    CHECK_INT(stats().requests, RPC_BATCH_MAX + 1);
+    say(&greedy, batch);
+    turn(2);
+    leave(&greedy); /* in the middle of a batch */
+    turn(RPC_BATCH_MAX);
+    CHECK_INT(stats().clients_now, 1);
+    leave(&other);
+    tear_down();
+}
+
+/* Plays seconds of the loop's clock in steps of a millisecond, which are a turn and what the timers did before it;
+ * returns the longest work within a step. */
+static uint64_t pass(struct peer *peer, unsigned seconds)
+{
+    uint64_t longest = 0;
+
+    for (unsigned i = 0; i < 1000 * seconds; i++) {
+        const uint64_t before = work_ns;
+
+        loop_advance(loop, loop_now(loop) + MS);
+        turn(1);
+        take(peer);
+        if (work_ns - before > longest)
+            longest = work_ns - before;
+    }
+    return longest;
+}
+
+TEST(requests_take_half_of_the_time_even_when_nobody_hears_the_results)
+{
+    set_up(4);
+    struct peer peer = join();
+
+    for (int i = 0; i < 30; i++) {
+        char lines[30 * sizeof BUSY(10)] = "";
+
+        for (int k = 0; k < 15; k++)
+            strcat(lines, BUSY(10) "}\n");
+        say(&peer, lines);
+    }
+    work_ns = 0;
+    turn(2000);
+    CHECK_INT(work_ns / MS, 500); /* the burst; the clock stands */
+    CHECK(pass(&peer, 4) <= 20 * MS);
+    CHECK_NEAR(work_ns / MS, 500 + 2000, 0, 20);
+    CHECK_INT(stats().clients_cut, 0);
+    leave(&peer);
+    tear_down();
+}
+
+TEST(watches_take_half_of_the_time_and_turns)
+{
+    size_t told[WATCH_MAX + 1] = {0};
+
+    set_up(4);
+    struct peer peer = join();
+
+    for (int i = 0; i < WATCH_MAX; i++)
+        say(&peer, "{\"jsonrpc\":\"2.0\",\"method\":\"watch\",\"params\":{\"method\":\"busy\",\"rate_hz\":50,"
+                   "\"params\":{\"ms\":10}}}\n");
+    work_ns = 0;
+    CHECK(pass(&peer, 4) <= 20 * MS);
+    CHECK_NEAR(work_ns / MS, 500 + 2000, 0, 20);
+    CHECK(stats().notifications_skipped > 0);
+    for (char *line = peer.in, *end; (end = memchr(line, '\n', peer.n - (size_t)(line - peer.in)));
+         line = end + 1) {
+        int watch = 0;
+
+        *end = '\0';
+        CHECK(sscanf(line, "{\"jsonrpc\":\"2.0\",\"method\":\"watch\",\"params\":{\"watch\":%d,", &watch) == 1);
+        told[watch]++;
+    }
+    for (int i = 1; i <= WATCH_MAX; i++)
+        CHECK_NEAR(told[i], 250.0 / WATCH_MAX, 0, 2);
+    leave(&peer);
     tear_down();
 }
 
@@ -485,12 +606,46 @@ TEST(a_slow_reader_gets_the_newest_state)
     tear_down();
 }
 
-TEST(a_reply_beyond_the_bound_cuts_the_client)
+#define LARGE(bytes, id)                                                                                          \
+    "{\"jsonrpc\":\"2.0\",\"method\":\"large\",\"params\":{\"bytes\":" #bytes "},\"id\":" #id "}"
+#define TOO_LONG(id)                                                                                              \
+    "{\"jsonrpc\":\"2.0\",\"error\":{\"code\":-32000,\"message\":\"with this result the reply would be longer "   \
+    "than "                                                                                                       \
+    "4194304 bytes\"},\"id\":" #id "}"
+
+TEST(a_result_beyond_the_bound_is_an_error)
 {
     set_up(4);
     struct peer peer = join();
 
-    say(&peer, "{\"jsonrpc\":\"2.0\",\"method\":\"large\",\"params\":{\"bytes\":4200000},\"id\":1}\n");
+    say(&peer, LARGE(4200000, 1) "\n");
+    CHECK_STR(HEAR(peer), TOO_LONG(1));
+    say(&peer, "[" LARGE(2000000, 1) "," LARGE(2000000, 2) "," LARGE(
+                   2000000, 3) ","
+                               "{\"jsonrpc\":\"2.0\",\"method\":\"state\",\"id\":4}]\n");
+    for (int i = 0; i < 1000 && lines_of(&peer) == 0; i++)
+        turn(1);
+    CHECK_INT(count_lines(&peer), 1);
+    if (peer.n > 4000000) {
+        static const char want[] = ",\"id\":2}," TOO_LONG(3) "," STATE(0, 4) "]\n";
+
+        CHECK(memcmp(peer.in + peer.n - (sizeof want - 1), want, sizeof want - 1) == 0);
+    }
+    CHECK(peer.n > 4000000);
+    CHECK_INT(stats().errors, 2);
+    CHECK_INT(stats().clients_cut, 0);
+    leave(&peer);
+    tear_down();
+}
+
+TEST(a_notification_beyond_the_bound_cuts_the_client)
+{
+    set_up(4);
+    struct peer peer = join();
+
+    say(&peer, "{\"jsonrpc\":\"2.0\",\"method\":\"watch\",\"params\":{\"method\":\"large\",\"params\":{\"bytes\":"
+               "8000000}},\"id\":1}\n");
+    CHECK_STR(HEAR(peer), WATCH_ID(1));
     CHECK_STR(HEAR(peer), "end");
     CHECK_INT(stats().clients_cut, 1);
     CHECK_INT(stats().clients_now, 0);
@@ -538,6 +693,30 @@ TEST(a_client_that_asks_and_never_reads_is_cut)
     CHECK_INT(stats().clients_cut, 1);
     leave(&peer);
     leave(&other);
+    tear_down();
+}
+
+TEST(a_client_that_is_to_go_need_not_read_to_go)
+{
+    char spaces[4096];
+
+    set_up(4);
+    struct peer peer = join();
+
+    say(&peer, LARGE(900000, 1) "\n");
+    turn(5);
+    take(&peer);
+    CHECK(peer.n < 900000); /* the rest waits */
+    memset(spaces, ' ', sizeof spaces);
+    for (int i = 0; i < 20; i++) {
+        send(peer.fd, spaces, sizeof spaces, MSG_NOSIGNAL);
+        turn(2);
+    }
+    CHECK_INT(stats().clients_now, 1);
+    loop_advance(loop, loop_now(loop) + 10100 * MS);
+    turn(2);
+    CHECK_INT(stats().clients_now, 0);
+    leave(&peer);
     tear_down();
 }
 
@@ -703,6 +882,22 @@ TEST(a_stale_socket_is_replaced)
     tear_down();
 }
 
+TEST(a_directory_that_another_keeps_locked_is_an_error)
+{
+    char err[256] = "", want[256];
+    const int fd = open(directory, O_RDONLY | O_DIRECTORY);
+
+    CHECK(fd >= 0 && flock(fd, LOCK_EX) == 0);
+    loop = loop_new(true);
+    alarm(60); /* not to hang where it waits for ever */
+    CHECK(start(4, err, sizeof err) == NULL);
+    alarm(0);
+    snprintf(want, sizeof want, "socket %s: the directory %s: another program keeps it locked", path, directory);
+    CHECK_STR(err, want);
+    close(fd);
+    loop_free(loop);
+}
+
 TEST(what_is_no_socket_is_left_alone)
 {
     char err[256] = "", want[256];
@@ -764,14 +959,19 @@ int main(void)
     RUN(bytes_that_are_no_request_get_an_error_and_no_more);
     RUN(a_flood_is_slowed_down_and_others_are_served);
     RUN(without_a_rate_limit_a_standing_clock_stops_nobody);
-    RUN(a_turn_serves_everybody);
+    RUN(clients_share_a_turn);
+    RUN(a_batch_does_not_keep_others_waiting);
+    RUN(requests_take_half_of_the_time_even_when_nobody_hears_the_results);
+    RUN(watches_take_half_of_the_time_and_turns);
     RUN(a_watch_tells_at_once_and_at_its_rate);
     RUN(watches_are_checked);
     RUN(a_watched_method_that_fails_says_so_in_the_notification);
     RUN(a_slow_reader_gets_the_newest_state);
-    RUN(a_reply_beyond_the_bound_cuts_the_client);
+    RUN(a_result_beyond_the_bound_is_an_error);
+    RUN(a_notification_beyond_the_bound_cuts_the_client);
     RUN(requests_wait_while_their_replies_are_not_read);
     RUN(a_client_that_asks_and_never_reads_is_cut);
+    RUN(a_client_that_is_to_go_need_not_read_to_go);
     RUN(a_watcher_that_sleeps_is_not_cut);
     RUN(a_client_that_vanishes_takes_nothing_with_it);
     RUN(what_a_client_said_before_it_left_is_done);
@@ -780,6 +980,7 @@ int main(void)
     RUN(the_socket_file_has_its_mode_and_goes_with_the_server);
     RUN(a_second_daemon_does_not_start);
     RUN(a_stale_socket_is_replaced);
+    RUN(a_directory_that_another_keeps_locked_is_an_error);
     RUN(what_is_no_socket_is_left_alone);
     RUN(paths_that_cannot_be_are_refused);
     RUN(a_socket_that_is_another_s_by_now_is_not_removed);
