@@ -5,6 +5,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "beam.h"
+
 /*
  * Probability of an echo from an occupied and from an empty cell. That an occupied cell is heard only every other time
  * is said on purpose: a weak reflector that one of the beams over it hears must not be talked away by its neighbours
@@ -54,18 +56,6 @@ struct sphere {
     uint32_t *dirty;
     uint32_t n_dirty;
     struct sphere_stats stats;
-};
-
-/* One beam in the grid's axes. */
-struct beam {
-    const struct echoes *ping;
-    const struct beam_echoes *heard;
-    double origin_m[3];             /* of the sensor, from the grid's centre */
-    double lever_m;                 /* its length */
-    double axis[3], side[3], up[3]; /* of the beam: along it, to its right, upward */
-    double turn[4];                 /* sensor to grid */
-    double sin_az, cos_az;
-    double half_az, half_el;
 };
 
 static size_t rounded(size_t n)
@@ -281,87 +271,17 @@ static void hit(struct sphere *s, uint32_t direction, double range_m, const stru
 
 /* ---- beams ---- */
 
-/* A place (from the grid's centre) as the beam sees it: distance from the sensor and offsets from the axis. */
-static void seen_by(const struct beam *b, const double place_m[3], double *range_m, double *off_az, double *off_el)
-{
-    double v[3], w[3];
-    for (int i = 0; i < 3; i++)
-        v[i] = place_m[i] - b->origin_m[i];
-    quat_rotate_inverse(b->turn, v, w);
-    double x = w[0] * b->cos_az + w[1] * b->sin_az, y = w[1] * b->cos_az - w[0] * b->sin_az;
-    *range_m = sqrt(w[0] * w[0] + w[1] * w[1] + w[2] * w[2]);
-    *off_az = atan2(y, x);
-    *off_el = atan2(-w[2], hypot(x, y)) - b->heard->el_rad;
-}
-
-/* Where the ray from the grid's centre along `axis` is `range_m` away from the sensor; negative: nowhere. */
-static double meet(const struct beam *b, const double axis[3], double range_m)
-{
-    const double *o = b->origin_m;
-    double along = axis[0] * o[0] + axis[1] * o[1] + axis[2] * o[2];
-    double d = along * along - (o[0] * o[0] + o[1] * o[1] + o[2] * o[2]) + range_m * range_m;
-    return d < 0 ? -1 : along + sqrt(d);
-}
-
-/* Share of a cell of the given width, centred `off` from the axis, that a beam of half width `half` covers. */
-static double covered(double off, double half, double width)
-{
-    double share = (half + width / 2 - fabs(off)) / width;
-    double most = 2 * half / width;
-    share = share < most ? share : most;
-    return share < 0 ? 0 : share > 1 ? 1 : share;
-}
-
 static double dot(const double a[3], const double b[3])
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* Cuts the stretch to where slope * r >= offset: one side of the beam. False when nothing is left. */
-static bool cut_side(struct stretch *st, double slope, double offset)
-{
-    if (slope > 1e-12) {
-        if (offset / slope > st->from_m) {
-            st->from_m = offset / slope;
-            st->enters_aside = true;
-        }
-    } else if (slope < -1e-12) {
-        if (offset / slope < st->to_m) {
-            st->to_m = offset / slope;
-            st->leaves_aside = true;
-        }
-    } else if (offset > 0) {
-        return false;
-    }
-    return st->from_m < st->to_m;
-}
-
-#define WIDEST_HALF_RAD 1.45 /* of a beam with flat sides */
-
-/*
- * The stretch of the ray along direction d that lies between near_m and far_m from the sensor and in the beam, whose
- * sides are flat here: |y| <= tan(az) x, |z| <= tan(el) x. False when there is none.
- *
- * A direction is in the beam when its centre is. In elevation its whole cell must be, where beams are wide and no
- * neighbour helps. A beam narrower than a cell frees the one that holds its axis, unless that is over twice as wide.
- */
 static bool stretch_of(const struct sphere *s, uint32_t d, const struct beam *b, double near_m, double far_m,
-                       struct stretch *st)
+                       struct stretch *out)
 {
     const double *u = s->axis[d];
-    double height = s->rings.height_rad, width = s->direction[d].width_rad * hypot(u[0], u[1]);
-    bool too_coarse = width > 4 * b->half_az || (!s->conf.level && height > 4 * b->half_el);
-    if (too_coarse)
-        return false;
-    double wide = b->half_el - height / 2;
-    double tan_az = tan(fmin(fmax(b->half_az, width / 2), WIDEST_HALF_RAD));
-    double tan_el = tan(fmin(wide > 0 || s->conf.level ? wide : height / 2, WIDEST_HALF_RAD));
-    double x = dot(u, b->axis), y = dot(u, b->side), z = dot(u, b->up);
-    double ox = dot(b->origin_m, b->axis), oy = dot(b->origin_m, b->side), oz = dot(b->origin_m, b->up);
-    *st = (struct stretch){.from_m = fmax(0, meet(b, u, near_m)), .to_m = meet(b, u, far_m)};
-    return st->to_m > st->from_m && tan_el > 0 && cut_side(st, tan_az * x - y, tan_az * ox - oy) &&
-           cut_side(st, tan_az * x + y, tan_az * ox + oy) && cut_side(st, tan_el * x - z, tan_el * ox - oz) &&
-           cut_side(st, tan_el * x + z, tan_el * ox + oz);
+    return beam_stretch(b, u, s->direction[d].width_rad * hypot(u[0], u[1]), s->rings.height_rad, s->conf.level,
+                        near_m, far_m, out);
 }
 
 /* What the beam heard of the water in direction d; a beam that says nothing takes back what older ones said. */
@@ -385,12 +305,12 @@ static void clear_direction(struct sphere *s, uint32_t d, const struct beam *b)
 static void hit_direction(struct sphere *s, uint32_t d, const struct beam *b, const struct echo *echo)
 {
     const struct direction *dir = &s->direction[d];
-    double place[3], range, off_az, off_el, at = meet(b, s->axis[d], echo->range_m);
+    double place[3], range, off_az, off_el, at = beam_meet(b, s->axis[d], echo->range_m);
     if (at <= 0)
         return;
     for (int i = 0; i < 3; i++)
         place[i] = at * s->axis[d][i];
-    seen_by(b, place, &range, &off_az, &off_el);
+    beam_sees(b, place, &range, &off_az, &off_el);
     double height = s->rings.height_rad;
     if (fabs(off_az) <= b->half_az + dir->width_rad / 2 && fabs(off_el) <= b->half_el + height / 2)
         hit(s, d, at, b, echo);
@@ -405,12 +325,12 @@ static void carve_direction(struct sphere *s, uint32_t d, const struct beam *b)
         double place[3], range, off_az, off_el;
         for (int k = 0; k < 3; k++)
             place[k] = c->point_m[k] + s->anchor_m[k] - s->frame.centre_m[k];
-        seen_by(b, place, &range, &off_az, &off_el);
+        beam_sees(b, place, &range, &off_az, &off_el);
         double thick = s->layers.edge[c->layer + 1] - s->layers.edge[c->layer];
         if (range - 2.0 * c->sd_m < b->heard->blind_m || range + 2.0 * c->sd_m + thick / 2 > b->heard->free_to_m)
             continue;
-        double share = covered(off_az, b->half_az, s->direction[d].width_rad) *
-                       covered(off_el, b->half_el, s->rings.height_rad);
+        double share = beam_share(off_az, b->half_az, s->direction[d].width_rad) *
+                       beam_share(off_el, b->half_el, s->rings.height_rad);
         if (share < MIN_CARVE_SHARE)
             continue;
         weigh(s, c, b->ping->t_ns, log((1 - ECHO_IF_OCCUPIED * share) / (1 - ECHO_IF_EMPTY * share)));
@@ -420,54 +340,26 @@ static void carve_direction(struct sphere *s, uint32_t d, const struct beam *b)
     }
 }
 
-/* A sieve for directions, as seen from the grid's centre: all of the beam at some range and beyond passes it. */
-struct sieve {
-    double cos_axis; /* least cosine to the beam's axis */
-    double sin_side; /* greatest sine of the angle out of the plane of its axis and height */
-};
-
-/* The beam's opening, a cell, and the parallax of a sensor that does not sit in the centre. */
-static struct sieve sieve_from(const struct sphere *s, const struct beam *b, double range_m)
-{
-    double parallax = b->lever_m < range_m ? asin(b->lever_m / range_m) : GEO_PI / 2;
-    double cell = s->rings.height_rad + s->rings.step_rad;
-    double angle = hypot(b->half_az, b->half_el) + cell + parallax;
-    double side = b->half_az + cell + parallax;
-    return (struct sieve){.cos_axis = angle < GEO_PI ? cos(angle) : -1,
-                          .sin_side = side < GEO_PI / 2 ? sin(side) : 1};
-}
-
-static bool passes(const struct sieve *sieve, double along, double aside)
-{
-    return along >= sieve->cos_axis && fabs(aside) <= sieve->sin_side;
-}
-
 #define NEAREST_M 0.1 /* nothing is heard nearer: bounds the parallax */
 
-static void enter_beam(struct sphere *s, struct beam *b)
+static void enter_beam(struct sphere *s, const struct beam *b)
 {
     const struct beam_echoes *h = b->heard;
-    double az, el;
-    const double side[3] = {-b->sin_az, b->cos_az, 0};
-    geo_direction(h->az_rad, h->el_rad, b->axis);
-    quat_rotate(b->turn, b->axis, b->axis);
-    quat_rotate(b->turn, side, b->side);
-    for (int i = 0; i < 3; i++) /* up = side x axis, with z downward */
-        b->up[i] = b->side[(i + 1) % 3] * b->axis[(i + 2) % 3] - b->side[(i + 2) % 3] * b->axis[(i + 1) % 3];
+    double az, el, cell = s->rings.height_rad + s->rings.step_rad;
     geo_angles(b->axis, &az, &el);
     bool claims = h->free_to_m > h->blind_m;
-    struct sieve near = sieve_from(s, b, fmax(h->blind_m, NEAREST_M));
-    struct sieve clear = b->lever_m > 0 ? near : sieve_from(s, b, 1); /* no lever, no parallax */
-    struct sieve hit = sieve_from(s, b, h->n ? h->echo[0].range_m : 1);
+    struct beam_sieve near = beam_sieve(b, fmax(h->blind_m, NEAREST_M), cell);
+    struct beam_sieve clear = b->lever_m > 0 ? near : beam_sieve(b, 1, cell); /* no lever, no parallax */
+    struct beam_sieve hit = beam_sieve(b, h->n ? h->echo[0].range_m : 1, cell);
 
     struct rings_visit v = rings_visit(&s->rings, az, el, fmin(acos(near.cos_axis), GEO_PI / 2));
     while (rings_next(&v)) {
         double along = dot(s->axis[v.direction], b->axis), aside = dot(s->axis[v.direction], b->side);
-        if (claims && s->direction[v.direction].first != NO_CELL && passes(&near, along, aside))
+        if (claims && s->direction[v.direction].first != NO_CELL && beam_sieve_passes(&near, along, aside))
             carve_direction(s, v.direction, b);
-        if (passes(&clear, along, aside))
+        if (beam_sieve_passes(&clear, along, aside))
             clear_direction(s, v.direction, b);
-        if (h->n && passes(&hit, along, aside))
+        if (h->n && beam_sieve_passes(&hit, along, aside))
             for (uint8_t i = 0; i < h->n; i++)
                 hit_direction(s, v.direction, b, &h->echo[i]);
     }
@@ -645,23 +537,18 @@ void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *
 {
     if (!set_axes(s, &e->pose))
         return;
-    struct beam b = {.ping = e};
-    memcpy(b.turn, mount->attitude, sizeof b.turn);
-    memcpy(b.origin_m, mount->position_m, sizeof b.origin_m);
+    double turn[4], origin_m[3];
+    memcpy(turn, mount->attitude, sizeof turn);
+    memcpy(origin_m, mount->position_m, sizeof origin_m);
     if (s->frame.ned) {
-        quat_multiply(e->pose.attitude, mount->attitude, b.turn);
-        quat_rotate(e->pose.attitude, mount->position_m, b.origin_m);
+        quat_multiply(e->pose.attitude, mount->attitude, turn);
+        quat_rotate(e->pose.attitude, mount->position_m, origin_m);
         for (int i = 0; i < 3; i++)
-            b.origin_m[i] += e->pose.position_m[i] - s->frame.centre_m[i];
+            origin_m[i] += e->pose.position_m[i] - s->frame.centre_m[i];
     }
-    b.lever_m =
-        sqrt(b.origin_m[0] * b.origin_m[0] + b.origin_m[1] * b.origin_m[1] + b.origin_m[2] * b.origin_m[2]);
-    b.half_az = e->az_aperture_rad / 2;
-    b.half_el = e->el_aperture_rad / 2;
     for (uint16_t i = 0; i < e->n_beams; i++) {
-        b.heard = &e->beam[i];
-        b.sin_az = sin(b.heard->az_rad);
-        b.cos_az = cos(b.heard->az_rad);
+        struct beam b;
+        beam_of(&b, e, i, turn, origin_m);
         enter_beam(s, &b);
     }
     publish(s, e);
