@@ -4,6 +4,7 @@
  * not at all where one of the two values was refused already.
  */
 #include <math.h>
+#include <string.h>
 
 #include "conf_source.h"
 #include "conf_value.h"
@@ -81,11 +82,40 @@ static void check_sonar(const struct rules *r, int i)
          "minimum_range not beyond range");
 }
 
+/* Length of "serial:DEVICE" in a port; 0: no serial line. */
+static size_t serial_line(const char *port)
+{
+    static const char kind[] = "serial:";
+    return strncmp(port, kind, sizeof kind - 1) ? 0 : sizeof kind - 1 + strcspn(port + sizeof kind - 1, ":");
+}
+
+static bool same_line(const char *a, const char *b)
+{
+    size_t n = serial_line(a);
+    return n && n == serial_line(b) && strncmp(a, b, n) == 0;
+}
+
+/* A serial line belongs to one device; the first of the others is told. */
+static void check_lines(const struct rules *r)
+{
+    static const char want[] = "a serial line of its own for each";
+    const struct conf *conf = r->conf;
+    for (int i = 0; i < conf->n_sonars; i++) {
+        struct place here = {"sonar", "port", i};
+        int k = 0;
+        while (k < i && !same_line(conf->sonar[i].port, conf->sonar[k].port))
+            k++;
+        rule(r, here, (struct place){"sonar", "port", k}, k == i, want);
+        rule(r, here, (struct place){"nmea", "port", 0}, !same_line(conf->sonar[i].port, conf->nmea.port), want);
+    }
+}
+
 void conf_rules_check(const struct conf *conf, const struct conf_source *source, struct conf_faults *faults)
 {
     struct rules r = {conf, source, faults};
     for (int i = 0; i < conf->n_sonars; i++)
         check_sonar(&r, i);
+    check_lines(&r);
     rule(&r, (struct place){"extract", "guard", 0}, (struct place){"extract", "window", 0},
          conf->extract.guard_m < conf->extract.window_m, "guard smaller than window");
     rule(&r, (struct place){"grid", "forget", 0}, (struct place){"grid", "clear_for", 0},

@@ -294,6 +294,9 @@ TEST(broken_together)
          "t.conf:8: [nmea] use = both: does not go with [depth] source = modbus-rtu:/dev/x:9600; want depth from "
          "one "
          "of them"},
+        {"one line for two sonars", BASE "[sonar b]\ndevice = ping360\nport = serial:/dev/x:9600\n",
+         "t.conf:6: [sonar b] port = serial:/dev/x:9600: does not go with [sonar a] port = "
+         "serial:/dev/x:115200; want a serial line of its own for each"},
         {"told once where a value was refused", BASE "[grid]\nclear_for = 2 min\nforget = 90\n",
          "t.conf:6: [grid] forget = 90: the unit is missing; want 1 to 86400 s (s, ms, min, h)"},
         {"all at once, in the order of lines",
@@ -343,7 +346,7 @@ TEST(the_ninth_sonar_is_refused)
     struct conf conf;
     for (int i = 0; i < CONF_MAX_SONARS + 1; i++) {
         size_t used = strlen(text);
-        snprintf(text + used, sizeof text - used, "[sonar s%d]\ndevice = ping360\nport = serial:x:1\n", i);
+        snprintf(text + used, sizeof text - used, "[sonar s%d]\ndevice = ping360\nport = serial:x%d:1\n", i, i);
     }
     CHECK_INT(load(&conf, text), 1);
     CHECK_STR(faults_seen, "t.conf:25: [sonar s8]: one sonar too many; want at most 8");
