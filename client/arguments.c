@@ -90,7 +90,8 @@ static bool set(json_t *options, const struct argument *argument, const char *va
         return false;
     }
     if (!parsed) {
-        snprintf(err, err_size, "%s %s: want %s, %s", argument->flag, value, argument->form, argument->help);
+        snprintf(err, err_size, "%s %s: want %s, %.*s", argument->flag, value, argument->form,
+                 (int)strcspn(argument->help, ";"), argument->help);
         return false;
     }
     return json_object_set_new(options, argument->key, parsed) == 0;
@@ -128,7 +129,8 @@ bool arguments_parse(struct arguments *arguments, int argc, char **argv, int com
             if (argument->kind != ARGUMENT_FLAG && !value) {
                 i += i + 1 == command ? 2 : 1;
                 if (i >= argc) {
-                    snprintf(err, err_size, "%s needs a value: %s, %s", arg, argument->form, argument->help);
+                    snprintf(err, err_size, "%s needs a value: %s, %.*s", arg, argument->form,
+                             (int)strcspn(argument->help, ";"), argument->help);
                     return false;
                 }
                 value = argv[i];

@@ -106,8 +106,12 @@ static void show_blocked(const struct page *page, const json_t *result)
         fprintf(page->out, " (sd %s, confidence %.2f)", metres(a, number(result, "range_sd_m")),
                 number(result, "confidence"));
     }
-    fprintf(page->out, "\n  free     %s to %s\n", metres(a, number(result, "blind_to_m")),
-            metres(b, number(result, "free_to_m")));
+    fputs("\n  free     ", page->out);
+    if (number(result, "free_to_m") <= number(result, "blind_to_m"))
+        fputs("none known\n", page->out);
+    else
+        fprintf(page->out, "%s to %s\n", metres(a, number(result, "blind_to_m")),
+                metres(b, number(result, "free_to_m")));
     fprintf(page->out, "  age      %s\n", duration(a, number(result, "age_s")));
     fprintf(page->out, "  because  %s\n", text(a, result, "reason"));
 }

@@ -360,6 +360,7 @@ static int print_help(const struct command *command)
         printf("  %-9s %s\n", commands[i].name, commands[i].help);
     printf("  %-9s %s\n\n", "capture", "import, inspect, repair and export captures; needs no daemon");
     print_options(common_options);
+    printf("  --version               of sonarctl; needs no daemon\n");
     printf("\n`sonarctl COMMAND --help` tells a command's own options. Exit status: 3 wrong usage, 4 no daemon,\n"
            "5 the daemon did not answer, 6 it refused, 7 the output could not be written.\n");
     return EXIT_CLEAR;
@@ -404,7 +405,8 @@ static int run_command(const struct command *command, int argc, char **argv, int
     } else if (json_object_get(arguments->options, "help")) {
         status = print_help(command);
     } else if (arguments->n_words < command->min_words || arguments->n_words > command->max_words) {
-        snprintf(err, sizeof err, "want: sonarctl %s %s", command->name, command->words);
+        snprintf(err, sizeof err, "want: sonarctl %s%s%s", command->name, command->words[0] ? " " : "",
+                 command->words);
         status = usage(command->name, err);
     } else if (!take_common(&context)) {
         status = usage(command->name, "--timeout must be more than 0 and at most 1e6 seconds");
@@ -438,6 +440,10 @@ int main(int argc, char **argv)
     }
     if (!name && argc > 1 && (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0))
         return print_help(NULL);
+    if (!name && argc > 1 && strcmp(argv[1], "--version") == 0) {
+        printf("sonarctl %s\n", SONARD_VERSION);
+        return EXIT_CLEAR;
+    }
     snprintf(message, sizeof message, name ? "no command '%.64s'" : "a command is missing", name);
     return usage(NULL, message);
 }

@@ -46,6 +46,7 @@ static const struct argument options[] = {
     {"--sign", "sign", "FILE", "sign frames, and want them signed, with the key of 64 hex digits in it",
      ARGUMENT_TEXT, 0},
     {"--sign-link", "sign-link", "N", "link id in our signatures (0)", ARGUMENT_INTEGER, 0},
+    {"--version", "version", "", "print the version", ARGUMENT_FLAG, 0},
     {"--help", "help", "", "this text", ARGUMENT_FLAG, 0},
     {0},
 };
@@ -193,6 +194,9 @@ int main(int argc, char **argv)
         status = EXIT_USAGE;
     } else if (json_object_get(arguments.options, "help")) {
         print_help();
+        status = 0;
+    } else if (json_object_get(arguments.options, "version")) {
+        printf("sonard-mavlink %s\n", SONARD_VERSION);
         status = 0;
     } else if (parse_conf(&arguments, &conf, &signing, &link, &fault)) {
         status = run(&conf, &link);
