@@ -167,6 +167,8 @@ install: programs $(BUILD)/sonard.conf.5
 	install -D -m 644 docs/sonarctl.1 $(DESTDIR)$(PREFIX)/share/man/man1/sonarctl.1
 	install -D -m 644 $(BUILD)/sonard.conf.5 $(DESTDIR)$(PREFIX)/share/man/man5/sonard.conf.5
 	install -D -m 644 docs/sonard-protocol.7 $(DESTDIR)$(PREFIX)/share/man/man7/sonard-protocol.7
+	install -d $(DESTDIR)$(PREFIX)/lib/systemd/system
+	sed 's|@SBINDIR@|$(PREFIX)/sbin|' config/sonard.service.in > $(DESTDIR)$(PREFIX)/lib/systemd/system/sonard.service
 	test -e $(DESTDIR)/etc/sonard/sonard.conf || install -D -m 644 config/sonard.conf $(DESTDIR)/etc/sonard/sonard.conf
 
 clean:
