@@ -466,8 +466,10 @@ static int parse(int argc, char **argv, struct options *o)
     }
     if (optind < argc)
         return wrong("argument", argv[optind], "options only; see 'sonard --help'");
-    if (!o->replay && (o->speed > 0 || o->stay))
-        return wrong(o->stay ? "--stay" : "--speed", "", "together with --replay");
+    if (!o->replay && (o->speed > 0 || o->stay)) {
+        fprintf(stderr, "sonard: %s: goes together with --replay only\n", o->stay ? "--stay" : "--speed");
+        return USAGE;
+    }
     if (o->replay && o->record)
         return wrong("--record", o->record, "a live run: a replay records nothing");
     const struct conf *conf = NULL;
