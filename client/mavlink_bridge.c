@@ -167,6 +167,7 @@ static void send_below(struct bridge *b, uint64_t now_ns)
         .current_distance = below->echo ? mavlink_centimetres(below->range_m, max_cm) : (uint16_t)(max_cm + 1),
         .type = MAVLINK_SENSOR_ULTRASOUND,
         .orientation = MAVLINK_ORIENTATION_DOWN,
+        .signal_quality = below->echo ? MAVLINK_QUALITY_UNKNOWN : MAVLINK_QUALITY_INVALID,
         .covariance = MAVLINK_COVARIANCE_UNKNOWN,
         .horizontal_fov = (float)below->width_rad,
         .vertical_fov = (float)below->width_rad,

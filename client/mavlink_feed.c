@@ -5,14 +5,15 @@
 #include <stdio.h>
 #include <string.h>
 
-#define TIMEOUT_S      1.0
-#define RETRY_NS       1000000000u
-#define STATUS_HZ      5.0
-#define PING_FRESH_NS  2000000000u
-#define RING_FRESH_NS  1000000000u
-#define LEVEL_BAND_DEG 5.0
-#define LAYER_BAND_DEG 15.0
-#define NEW_PING_NS    10000000u /* ages are rounded: a ping's time differs that little from one answer to the next */
+#define TIMEOUT_S       1.0
+#define CALENDAR_STEP_S 0.5
+#define RETRY_NS        1000000000u
+#define STATUS_HZ       5.0
+#define PING_FRESH_NS   2000000000u
+#define RING_FRESH_NS   1000000000u
+#define LEVEL_BAND_DEG  5.0
+#define LAYER_BAND_DEG  15.0
+#define NEW_PING_NS     10000000u /* ages are rounded: a ping's time differs that little from one answer to the next */
 
 const double mavlink_layer_deg[MAVLINK_LAYERS] = {[MAVLINK_WATCH_LEVEL] = 0,
                                                   [MAVLINK_WATCH_LOWEST] = -60,
@@ -104,11 +105,14 @@ bool mavlink_feed_connect(struct mavlink_feed *feed, uint64_t now_ns)
 
 /*
  * When the daemon said it, on our clock. Both clocks run alike, so that the largest difference seen is the one with the
- * least delay; a step of the computer's calendar changes neither.
+ * least delay. When the computer's calendar is set back it falls by more than any delay: then it starts over.
  */
 static uint64_t said(struct mavlink_feed *feed, double t_unix, uint64_t now_ns)
 {
-    feed->unix_offset_s = fmax(feed->unix_offset_s, t_unix - (double)now_ns * 1e-9);
+    const double offset_s = t_unix - (double)now_ns * 1e-9;
+
+    if (offset_s > feed->unix_offset_s || offset_s < feed->unix_offset_s - CALENDAR_STEP_S)
+        feed->unix_offset_s = offset_s;
 
     const double t_ns = (t_unix - feed->unix_offset_s) * 1e9;
 

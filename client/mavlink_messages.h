@@ -41,6 +41,8 @@ enum mavlink_value { /* of fields, as the definitions number them */
                      MAVLINK_FRAME_BODY_FRD = 12,
                      MAVLINK_ORIENTATION_DOWN = 25,
                      MAVLINK_COVARIANCE_UNKNOWN = 255,
+                     MAVLINK_QUALITY_UNKNOWN = 0,
+                     MAVLINK_QUALITY_INVALID = 1,
                      MAVLINK_OBSTACLE_ID_UNKNOWN = 65535,
                      MAVLINK_SEVERITY_CRITICAL = 2,
                      MAVLINK_SEVERITY_WARNING = 4,
@@ -93,7 +95,7 @@ struct mavlink_distance_sensor {
     uint8_t type, id, orientation, covariance;
     float horizontal_fov, vertical_fov; /* rad; 0: unknown */
     float quaternion[4];
-    uint8_t signal_quality; /* 0 unknown, 1 invalid, 100 best */
+    uint8_t signal_quality; /* MAVLINK_QUALITY_..., 100 best */
 };
 
 struct mavlink_scaled_pressure2 {

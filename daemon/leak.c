@@ -39,8 +39,10 @@ static void on_level(void *ctx, bool active, uint64_t now_ns)
 
 static void on_edge(void *ctx, const struct gpio_edge *edge, uint64_t now_ns)
 {
+    struct leak *leak = ctx;
     (void)edge; /* of a burst the newest may be lost: the level tells */
-    hold(ctx, now_ns);
+    if (!leak->hold.armed) /* edge after edge must not put the look off for ever */
+        hold(leak, now_ns);
 }
 
 static void on_held(void *ctx, uint64_t now_ns)

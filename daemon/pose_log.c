@@ -234,5 +234,7 @@ bool pose_log_fresh(const struct pose_log *log, uint64_t now_ns)
 {
     bool moves = log->track[POSE_TRACK_PLACE].t_given_ns || log->track[POSE_TRACK_VELOCITY].t_given_ns;
     bool followed = fresh(log, POSE_TRACK_PLACE, now_ns) || fresh(log, POSE_TRACK_VELOCITY, now_ns);
-    return fresh(log, POSE_TRACK_ATTITUDE, now_ns) && (followed || !moves);
+    bool sunk = log->track[POSE_TRACK_DEPTH].t_given_ns && !fresh(log, POSE_TRACK_DEPTH, now_ns) &&
+                !fresh(log, POSE_TRACK_VELOCITY, now_ns);
+    return fresh(log, POSE_TRACK_ATTITUDE, now_ns) && (followed || !moves) && !sunk;
 }

@@ -68,7 +68,7 @@ bool pose_log_newest(const struct pose_log *log, struct pose *out);
 
 /**
  * pose_log_fresh - is the pose at most max_age old at now_ns? That is the attitude, and, once a place or a velocity was
- * given, one of these too: a vehicle whose place is lost must not be taken to stand still.
+ * given, one of these too, and likewise depth or velocity: a vehicle whose place is lost must not be taken to stand still.
  */
 bool pose_log_fresh(const struct pose_log *log, uint64_t now_ns);
 

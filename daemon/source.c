@@ -34,6 +34,7 @@ struct source {
     uint8_t out[OUT_BYTES]; /* not yet taken by the port */
     size_t n_out;
     bool waits_for_room;
+    bool write_lost; /* the port refused bytes: it is lost, and the retry timer tells */
     const struct device_ops *ops;
     void *device;
     struct device_io io;
@@ -55,8 +56,14 @@ static void flush(struct source *s)
 {
     while (s->n_out) {
         ssize_t n = s->port.ops->write(&s->port, s->out, s->n_out);
-        if (n <= 0)
-            break; /* full, or lost: the next read tells */
+        if (n < 0) { /* not in the middle of the device's doing: it is told from the loop */
+            s->write_lost = true;
+            s->n_out = 0;
+            loop_arm(s->env.loop, &s->retry, loop_now(s->env.loop));
+            break;
+        }
+        if (n == 0)
+            break;
         memmove(s->out, s->out + n, s->n_out - (size_t)n);
         s->n_out -= (size_t)n;
     }
@@ -230,8 +237,13 @@ static void on_deadline(void *ctx, uint64_t now_ns)
 
 static void on_retry(void *ctx, uint64_t now_ns)
 {
+    struct source *s = ctx;
     (void)now_ns;
-    try_open(ctx);
+    if (s->write_lost && s->port.fd >= 0)
+        port_lost(s);
+    else
+        try_open(s);
+    s->write_lost = false;
 }
 
 /* ---- life ---- */

@@ -69,7 +69,8 @@ static void on_measurement(struct dronecan *d, const struct dronecan_measurement
         }
         range.range_m = m->range_m;
         listener_ping(&d->listener, &range, now_ns, io);
-    } else if (m->reading_type == DRONECAN_READING_TOO_FAR) {
+    } else {
+        range.unheard = m->reading_type != DRONECAN_READING_TOO_FAR; /* too close, or undefined */
         listener_ping(&d->listener, &range, now_ns, io);
     }
 }

@@ -42,7 +42,7 @@ void listener_ping(struct listener *l, const struct listener_range *range, uint6
     ping->t_ns = (double)now_ns > travel_ns ? now_ns - (uint64_t)travel_ns : 0;
     ping->t_in_ns = now_ns;
     ping->kind = PING_RANGES;
-    ping->flags = PING_NEW_TURN;
+    ping->flags = (uint8_t)(PING_NEW_TURN | (range->unheard ? PING_UNHEARD : 0));
     ping->n_beams = 1;
     ping->n_bins = 1;
     ping->dr_m = (float)range_max_m;

@@ -24,6 +24,7 @@ struct listener_range {
     double range_max_m;  /* how far it can hear; 0: as configured */
     double resolution_m; /* step of the number */
     double aperture_rad; /* full width of the beam */
+    bool unheard;        /* it says that it cannot tell; range_m is 0 */
 };
 
 void listener_init(struct listener *l, const struct device_conf *conf, const char *subject, uint64_t patience_ns);

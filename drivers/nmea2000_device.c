@@ -71,15 +71,16 @@ static void on_depth(struct nmea2000 *d, const struct canfd_frame *frame, uint64
 {
     const uint8_t *b = frame->data;
     const uint32_t depth = b[1] | (uint32_t)b[2] << 8 | (uint32_t)b[3] << 16 | (uint32_t)b[4] << 24;
-    const struct listener_range range = {.range_m = depth * 0.01,
+    const bool heard = depth > 0 && depth <= DEPTH_GOOD_MAX; /* else "not available" */
+    const struct listener_range range = {.range_m = heard ? depth * 0.01 : 0,
+                                         .unheard = !heard,
                                          .range_max_m = b[7] <= RANGE_GOOD_MAX ? b[7] * 10.0 : 0,
                                          .resolution_m = 0.01,
                                          .aperture_rad = APERTURE_RAD};
 
     describe(&d->listener, frame->can_id & 0xFF, (int16_t)(b[5] | b[6] << 8));
     listener_heard(&d->listener, now_ns, io);
-    if (depth > 0 && depth <= DEPTH_GOOD_MAX)
-        listener_ping(&d->listener, &range, now_ns, io);
+    listener_ping(&d->listener, &range, now_ns, io);
 }
 
 static void nmea2000_feed(void *state, const uint8_t *bytes, size_t n, uint64_t now_ns, const struct device_io *io)

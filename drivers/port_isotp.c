@@ -84,6 +84,7 @@ static ssize_t failed(struct port *port, size_t given_up)
     switch (errno) {
     case EAGAIN:
     case EINTR:
+    case ENOBUFS: /* the interface's queue is full */
         return 0;
     case ECOMM:
     case ETIMEDOUT:

@@ -18,6 +18,7 @@
 #define LISTENING_MIN_S  1e-5
 #define LISTENING_MAX_S  1.0
 #define PULSE_MAX_S      0.1
+#define SWATH_DEG        120.0
 #define RANGE_MIN_M      0.01
 #define RANGE_MAX_M      1000.0
 #define ANGLE_MAX_RAD    (GEO_PI / 2.0)
@@ -180,5 +181,11 @@ void surveyor_fill_ping(struct ping *ping, const struct ping_frame *frame, const
                                .range_m = (float)point_m,
                                .range_sd_m = (float)fmax(pulse_m / sqrt(12.0), SD_LEAST_M),
                                .confidence = CONFIDENCE};
+    }
+    if (ping->n_beams == 0) { /* nothing detected: over all of the swath it cannot tell */
+        ping->n_beams = 1;
+        ping->beam[0] = (struct ping_beam){0};
+        ping->flags |= PING_UNHEARD;
+        ping->az_aperture_rad = (float)geo_rad(SWATH_DEG);
     }
 }

@@ -201,8 +201,7 @@ static void make_ping(struct surveyor *d, const struct surveyor_points *points, 
     if (!ping)
         return;
     surveyor_fill_ping(ping, frame, points, d->conf.range_m, d->conf.sound_speed_mps);
-    if (ping->n_beams > 0) /* else nothing was detected, or nothing that makes sense */
-        io->ping_done(io->ctx, ping);
+    io->ping_done(io->ctx, ping);
 }
 
 static void on_points(struct surveyor *d, const struct ping_frame *frame, uint64_t now_ns,

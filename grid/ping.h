@@ -33,6 +33,7 @@ enum ping_kind {
 };
 
 enum ping_flag {
+    PING_UNHEARD = 2,  /* the sonar says that it cannot tell: no echo, and no water called free */
     PING_NEW_TURN = 1, /* first ping of a new sweep or full circle */
 };
 

@@ -485,12 +485,16 @@ static uint16_t echoes_of_beam(const struct ping *ping, uint16_t b)
     return n;
 }
 
+/* A sonar that picks its ranges does not say how near it hears, unless the device or ring_down knows. */
+#define RANGES_BLIND_M 0.3
+
 /* The device has picked the ranges itself, listening from begin_m on: n of them in one beam. */
 static void extract_ranges(const struct extract *e, double begin_m, const struct ping_beam *beam, uint16_t n,
                            struct beam_echoes *out)
 {
     out->state = BEAM_SILENT;
-    out->blind_m = (float)fmax(e->conf.ring_down_m, begin_m > 0.0 && begin_m < 1e5 ? begin_m : 0.0);
+    const double known_m = fmax(e->conf.ring_down_m, begin_m > 0.0 && begin_m < 1e5 ? begin_m : 0.0);
+    out->blind_m = (float)(known_m > 0.0 ? known_m : RANGES_BLIND_M);
     if (!is_range(beam->range_m)) {
         out->free_to_m = (float)e->conf.minimum_range_m;
         return;
@@ -534,6 +538,8 @@ void extract_run(struct extract *extract, const struct ping *ping, struct echoes
         struct beam_echoes *beam = &out->beam[out->n_beams++];
         *beam = (struct beam_echoes){
             .az_rad = ping->beam[b].az_rad, .el_rad = ping->beam[b].el_rad, .state = BEAM_BLIND};
+        if (ping->flags & PING_UNHEARD)
+            continue;
         if (ready)
             extract_ranges(extract, (double)ping->r0_m, &ping->beam[b], n = echoes_of_beam(ping, b), beam);
         else if (profile)

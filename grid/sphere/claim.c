@@ -60,7 +60,7 @@ struct claim claim_join(const struct claim *a, const struct claim *b)
     if (!holds(b))
         return *a;
     if (a->from_m > b->to_m || b->from_m > a->to_m)
-        return a->from_m <= b->from_m ? *a : *b;
+        return a->to_m - a->from_m >= b->to_m - b->from_m ? *a : *b;
     return (struct claim){.t_ping_ns = a->t_ping_ns < b->t_ping_ns ? a->t_ping_ns : b->t_ping_ns,
                           .path_m = fmin(a->path_m, b->path_m),
                           .from_m = fminf(a->from_m, b->from_m),

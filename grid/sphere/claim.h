@@ -38,7 +38,10 @@ void claim_add(struct claim *claims, const struct stretch *stretch, uint64_t t_n
 /** claim_withdraw - a ping looked there and heard nothing usable: what was claimed before stands no longer. */
 void claim_withdraw(struct claim *claims, uint64_t t_ns, double path_m, uint32_t sensor);
 
-/** claim_join - both claims as one where they overlap, else the one that begins nearer. */
+/**
+ * claim_join - both claims as one where they overlap or touch, else the longer: a ring-down that is longer in one beam
+ * than in the next leaves scraps of free water nearer than what the claim is about.
+ */
 struct claim claim_join(const struct claim *a, const struct claim *b);
 
 /**

@@ -18,7 +18,7 @@ static struct can_rig {
     struct device_io io;
     struct device_conf conf;
     uint64_t now_ns;
-    unsigned pings, warnings;
+    unsigned pings, unheard, warnings; /* unheard: pings that cannot tell, not counted as pings */
     struct ping ping;
     struct ping_beam beam;
     uint8_t samples[16];
@@ -37,7 +37,10 @@ static struct ping *rig_begin(void *ctx)
 static void rig_done(void *ctx, struct ping *ping)
 {
     (void)ctx;
-    rig.range_m[rig.pings++ % 4096] = (double)ping->beam[0].range_m;
+    if (ping->flags & PING_UNHEARD)
+        rig.unheard++;
+    else
+        rig.range_m[rig.pings++ % 4096] = (double)ping->beam[0].range_m;
 }
 
 static __attribute__((format(printf, 3, 4))) void rig_note(void *ctx, enum device_note level, const char *fmt, ...)

@@ -192,21 +192,21 @@ TEST(readings_that_are_no_range)
         uint16_t range;
         unsigned pings;
         double range_m;
-        unsigned bad_frame;
+        unsigned bad_frame, unheard; /* a reading that cannot tell takes back what was clear */
     } cases[] = {
-        {"valid", 9, 0x4740, 1, 7.25, 0},  {"valid, type undefined", 1, 0x4740, 1, 7.25, 0},
-        {"undefined", 8, 0x4740, 0, 0, 0}, {"too close", 10, 0x4740, 0, 0, 0},
-        {"too far", 11, 0x4740, 1, 0, 0},  {"reading 7", 15, 0x4740, 0, 0, 0},
-        {"lidar", 17, 0x4740, 0, 0, 0},    {"radar", 25, 0x4740, 0, 0, 0},
-        {"zero", 9, 0, 0, 0, 1},           {"negative", 9, 0xC740, 0, 0, 1},
-        {"infinite", 9, 0x7C00, 0, 0, 1},  {"not a number", 9, 0x7E00, 0, 0, 1},
+        {"valid", 9, 0x4740, 1, 7.25, 0, 0},  {"valid, type undefined", 1, 0x4740, 1, 7.25, 0, 0},
+        {"undefined", 8, 0x4740, 0, 0, 0, 1}, {"too close", 10, 0x4740, 0, 0, 0, 1},
+        {"too far", 11, 0x4740, 1, 0, 0, 0},  {"reading 7", 15, 0x4740, 0, 0, 0, 1},
+        {"lidar", 17, 0x4740, 0, 0, 0, 0},    {"radar", 25, 0x4740, 0, 0, 0, 0},
+        {"zero", 9, 0, 0, 0, 1, 0},           {"negative", 9, 0xC740, 0, 0, 1, 0},
+        {"infinite", 9, 0x7C00, 0, 0, 1, 0},  {"not a number", 9, 0x7E00, 0, 0, 1, 0},
     };
     for (size_t i = 0; i < sizeof(cases) / sizeof(cases[0]); i++) {
         CHECK(rig_open(&device_dronecan, -1, -1));
         hear_made(42, 1, cases[i].types, cases[i].range);
         if (rig.pings != cases[i].pings || (rig.pings && rig.range_m[0] != cases[i].range_m) ||
-            rig_status().bad_frame != cases[i].bad_frame) {
-            printf("%s: %u pings, %g m\n", cases[i].name, rig.pings, rig.range_m[0]);
+            rig_status().bad_frame != cases[i].bad_frame || rig.unheard != cases[i].unheard) {
+            printf("%s: %u pings, %u unheard, %g m\n", cases[i].name, rig.pings, rig.unheard, rig.range_m[0]);
             CHECK(false);
         }
     }

@@ -468,6 +468,21 @@ TEST(ready_ranges_pass_through)
     CHECK(found[3].echo[0].sd_m == 0.0f && found[3].echo[0].confidence == 1.0f);
 }
 
+TEST(ready_ranges_claim_nothing_next_to_the_sonar_and_nothing_unheard)
+{
+    begin();
+    ping.kind = PING_RANGES;
+    ping.n_beams = 1;
+    ping.r0_m = 0.0f;
+    axis[0] = (struct ping_beam){.range_m = 3.0f, .confidence = 0.8f};
+    CHECK_NEAR(run()->blind_m, 0.3, 1e-6, 0); /* the device does not say how near it hears */
+    ping.r0_m = 0.6f;
+    CHECK_NEAR(run()->blind_m, 0.6, 1e-6, 0);
+    ping.flags = PING_UNHEARD;
+    CHECK_INT(run()->state, BEAM_BLIND);
+    CHECK(found[0].n == 0 && found[0].free_to_m == 0.0f && found[0].blind_m == 0.0f);
+}
+
 TEST(ready_ranges_of_one_direction_are_one_beam)
 {
     begin();
@@ -649,6 +664,7 @@ int main(void)
     RUN(what_is_not_heard_is_blind);
     RUN(header_and_beams_are_copied);
     RUN(ready_ranges_pass_through);
+    RUN(ready_ranges_claim_nothing_next_to_the_sonar_and_nothing_unheard);
     RUN(ready_ranges_of_one_direction_are_one_beam);
     RUN(more_ready_ranges_than_a_beam_holds);
     RUN(settings_may_change_between_pings);

@@ -47,6 +47,7 @@ TEST(what_is_no_depth)
         CHECK(rig_open(&device_nmea2000, -1, -1));
         rig_hear(cases[i].frame);
         struct device_status s = rig_status();
+        CHECK_INT(rig.unheard, s.frames - rig.pings); /* a depth that is none takes back what was clear */
         if (rig.pings != cases[i].pings || s.frames != cases[i].frames || s.bad_frame != cases[i].bad_frame ||
             (rig.pings && (double)rig.ping.dr_m != cases[i].range_max_m)) {
             printf("%s: %u pings, %d frames, %d bad\n", cases[i].name, rig.pings, (int)s.frames, (int)s.bad_frame);

@@ -115,6 +115,15 @@ TEST(a_place_that_is_lost_is_not_a_vehicle_that_stands_still)
     CHECK(pose_log_fresh(&poses, 1900 * MS));
 }
 
+TEST(a_depth_that_ends_is_missed)
+{
+    pose_log_init(&poses, 500 * MS);
+    put(1000 * MS, POSE_ATTITUDE | POSE_DEPTH, 0, 0, 0);
+    CHECK(pose_log_fresh(&poses, 1400 * MS));
+    put(1800 * MS, POSE_ATTITUDE, 0, 0, 0);
+    CHECK(!pose_log_fresh(&poses, 1800 * MS));
+}
+
 TEST(the_way_driven_counts_back_and_forth)
 {
     struct pose p;
@@ -222,6 +231,7 @@ int main(void)
     RUN(parts_come_from_different_senders_and_end_by_themselves);
     RUN(without_a_position_the_velocity_carries_it);
     RUN(a_place_that_is_lost_is_not_a_vehicle_that_stands_still);
+    RUN(a_depth_that_ends_is_missed);
     RUN(the_way_driven_counts_back_and_forth);
     RUN(the_log_keeps_the_newest);
     return test_end();

@@ -21,6 +21,7 @@ static const struct sphere_conf usual = {.angular_step_rad = 2 * GEO_PI / 180,
 static const struct answer_conf limits = {.clear_for_s = 30, .move_limit_m = 0.5};
 static struct answer_now now;
 static struct mount mount;
+static double ring_down_m;
 
 static void start(const struct sphere_conf *conf)
 {
@@ -32,6 +33,7 @@ static void start(const struct sphere_conf *conf)
     sphere = sphere_init(memory, conf);
     now = (struct answer_now){.now_ns = 1000 * SECOND, .pose = pose_identity};
     mount = mount_identity;
+    ring_down_m = 0.3;
 }
 
 /* One beam towards az (sensor frame) that heard an echo at range_m, or nothing (0) up to free_m. */
@@ -40,7 +42,7 @@ static void ping_el(double az_deg, double el_deg, double range_m, double free_m,
 {
     struct beam_echoes beam = {.az_rad = (float)geo_rad(az_deg),
                                .el_rad = (float)geo_rad(el_deg),
-                               .blind_m = 0.3f,
+                               .blind_m = (float)ring_down_m,
                                .free_to_m = (float)free_m,
                                .state = BEAM_SILENT};
     if (range_m > 0) {
@@ -455,6 +457,27 @@ TEST(a_head_that_hangs_low_does_not_see_the_water_before_the_bow)
     CHECK(a.blind_to_m > 0.5 / tan(geo_rad(12.5)));
 }
 
+/* As it is on a vehicle: the head sits forward and low, and its ring-down ends a little elsewhere in every beam. */
+TEST(a_head_off_the_centre_clears_all_round_whatever_its_ring_down)
+{
+    uint64_t seed = test_seed();
+    static const double places[][3] = {{0.2, 0, 0.1}, {0.2, 0, 0}, {-0.3, 0.15, 0}, {0, 0.25, -0.1}};
+    for (size_t i = 0; i < sizeof places / sizeof places[0]; i++) {
+        start(&usual);
+        memcpy(mount.position_m, places[i], sizeof places[i]);
+        for (int turns = 0; turns < 2; turns++)
+            for (int u = 0; u < 400; u++) {
+                now.now_ns += SECOND / 50;
+                ring_down_m = 0.43 + 0.34 * test_uniform(&seed);
+                ping(u * 0.9, 5, 0);
+            }
+        int clear = 0;
+        for (int az = 0; az < 360; az += 10)
+            clear += ask(az, 3).state == ANSWER_CLEAR;
+        CHECK_INT(clear, 36);
+    }
+}
+
 /* ---- claims against the beams that they rest on ---- */
 
 static struct {
@@ -722,6 +745,7 @@ int main(void)
     RUN(a_cell_much_wider_than_the_beam_is_never_cleared_by_it);
     RUN(a_corridor_says_how_far_its_sides_are_blind);
     RUN(a_head_that_hangs_low_does_not_see_the_water_before_the_bow);
+    RUN(a_head_off_the_centre_clears_all_round_whatever_its_ring_down);
     RUN(with_any_mount_and_on_the_move_only_freed_water_is_claimed);
     RUN(in_a_room_sectors_are_its_walls_and_never_clear_beyond);
     RUN(asking_for_more_never_turns_blocked_or_unknown_into_clear);

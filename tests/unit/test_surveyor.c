@@ -265,7 +265,9 @@ TEST(senseless_points_are_left_out)
     CHECK_NEAR(rig.beam[0].range_m, 7.5, 1e-6, 0);
     head.n = n - 1, head.ping_number = 2;
     feed(b, surveyor_encode_atof(b, sizeof(b), 1, &head, 1500.0f, bad));
-    CHECK_INT(rig.pings, 1);
+    CHECK_INT(rig.pings, 2);
+    CHECK(rig.last.flags & PING_UNHEARD); /* over all of its swath it cannot tell */
+    CHECK(rig.last.az_aperture_rad > 1.5f);
     CHECK_INT(status().pings, 2);
 }
 
