@@ -142,12 +142,11 @@ def nmea2000(bench):
     check(sensor["what"] == "NMEA 2000 address 35", sensor["what"])
     check(sensor["bytes_in"] == 16 * sensor["frames"], "frames of others came through the filter")
     check_near(row(client)["echo_m"], 12.34, 0.01, "the echo")
-    sim.command("unavailable 5")
-    before = client.sensor()
-    until(lambda: client.sensor()["frames"] >= before["frames"] + 10, "messages")
-    after = client.sensor()
-    check(after["frames"] - before["frames"] - (after["pings"] - before["pings"]) == 5,
-          "'not available' was taken for a depth")
+    sim.command("unavailable 100000")
+    until(lambda: row(client)["state"] == "blind", "'not available' to be a ping that cannot tell")
+    check(row(client)["echo_m"] is None, "'not available' was taken for a depth")
+    sim.command("unavailable 0")
+    until(lambda: row(client)["state"] == "echo", "an echo")
 
 
 def recorded(bench):
