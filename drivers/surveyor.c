@@ -184,7 +184,7 @@ void surveyor_fill_ping(struct ping *ping, const struct ping_frame *frame, const
     }
     if (ping->n_beams == 0) { /* nothing detected: over all of the swath it cannot tell */
         ping->n_beams = 1;
-        ping->beam[0] = (struct ping_beam){0};
+        ping->beam[0] = (struct ping_beam){.range_sd_m = (float)SD_LEAST_M};
         ping->flags |= PING_UNHEARD;
         ping->az_aperture_rad = (float)geo_rad(SWATH_DEG);
     }
