@@ -8,6 +8,8 @@
 #include "../../grid/range/extract.h"
 #include "../lib/test.h"
 
+#include <unistd.h>
+
 #define MS     1000000ull
 #define SECOND 1000000000ull
 #define FOLDER "../shared/data/imagenex852-echosounder/"
@@ -538,10 +540,9 @@ static void recording(const char *path, int pings, int with_range, int agreeing_
     char err[200];
     FILE *f = fopen(path, "rb");
 
-    if (!f) {
-        printf("# %s is not here\n", path);
+    CHECK(f != NULL);
+    if (!f)
         return;
-    }
     const size_t size = fread(file, 1, sizeof file, f);
     fclose(f);
     extract_defaults(&extract_conf);
@@ -596,6 +597,9 @@ int main(void)
     RUN(misses_count_in_a_row);
     RUN(a_reply_behind_a_broken_one_counts_at_the_deadline);
     RUN(turns_of_the_head);
-    RUN(recordings);
+    if (access(FOLDER, R_OK) == 0)
+        RUN(recordings);
+    else
+        printf("skip recordings: %s is not there\n", FOLDER);
     return test_end();
 }

@@ -4,6 +4,8 @@
 #include "../../drivers/imagenex_frame.h"
 #include "../lib/test.h"
 
+#include <unistd.h>
+
 #define FOLDER "../shared/data/imagenex852-echosounder/"
 #define BLOCK  640
 
@@ -125,10 +127,9 @@ static void recording(const char *path, uint64_t pings, bool made_up, double sec
 {
     static uint8_t file[300000];
     FILE *f = fopen(path, "rb");
-    if (!f) {
-        printf("# %s is not here\n", path);
+    CHECK(f != NULL);
+    if (!f)
         return;
-    }
     const size_t n = fread(file, 1, sizeof file, f);
     fclose(f);
     CHECK_INT(import_kind(file, n), IMPORT_IMAGENEX);
@@ -152,6 +153,9 @@ int main(void)
     RUN(no_times);
     RUN(broken_files);
     RUN(a_sink_may_stop);
-    RUN(recordings);
+    if (access(FOLDER, R_OK) == 0)
+        RUN(recordings);
+    else
+        printf("skip recordings: %s is not there\n", FOLDER);
     return test_end();
 }
