@@ -24,6 +24,7 @@ enum conf_amplitude {
 };
 enum conf_scan_mode { CONF_MODE_AUTO, CONF_MODE_TRANSMIT, CONF_MODE_REQUEST };
 enum conf_detector { CONF_CA, CONF_GOCA, CONF_SOCA, CONF_OS };
+enum conf_order { CONF_ORDER_SAFE, CONF_ORDER_PAPER };
 enum conf_no_echo { CONF_NO_ECHO_MINIMUM, CONF_NO_ECHO_HEARD, CONF_NO_ECHO_RANGE };
 enum conf_elevation { CONF_ELEVATION_FULL, CONF_ELEVATION_LEVEL };
 enum conf_function { CONF_HOLDING, CONF_INPUT };
@@ -75,6 +76,7 @@ struct conf_water {
 
 struct conf_extract {
     int detector;           /* detector = soca | goca | ca | os */
+    int order;              /* order = safe | paper: detect on the raw power or on the cleaned image */
     double false_alarm;     /* false_alarm = 1e-4, per bin  [1e-12 .. 0.1] */
     double window_m;        /* window = 0.4 m: reference cells on each side */
     double guard_m;         /* guard = 0.1 m: beside the cell under test, on each side; less than window */

@@ -127,6 +127,9 @@ const struct conf_key conf_keys[] = {
      .help = "Which reference cells set the threshold: the mean of all (ca), the greater (goca) or the smaller\n"
              "(soca) of the two side means, or an order statistic (os). soca finds a weak wall beside a strong\n"
              "echo, which is what a collision is made of; goca is the quietest."},
+    {"extract", "order", WORDS("safe", "paper"), .standard = "safe", CONF(extract.order),
+     .help = "Where the image is cleaned: safe detects on what the sonar sent and takes from the cleaned image\n"
+             "only what it rules out; paper detects on the cleaned image, with no defined rate of false alarms."},
     {"extract", "false_alarm", NUMBER(1e-12, 0.1), .standard = "1e-4", CONF(extract.false_alarm),
      .help = "Probability that a bin of pure noise is taken for an echo. 1e-4 is one in ten thousand bins, or\n"
              "about one false echo in eight beams of 1200 bins."},

@@ -71,7 +71,7 @@ static void run_maps(struct pipeline *p, struct echoes *e)
 
 static void run_extract(struct pipeline *p, const struct ping *ping, struct echoes *e)
 {
-    extract_run(p->extract[ping->sensor], ping, e);
+    extract_run(p->extract[ping->sensor], ping, NULL, e);
     image_enter(p->image[ping->sensor], ping, e);
 }
 

@@ -32,6 +32,7 @@ static void extract_of(const struct conf_extract *c, const struct conf_sonar *so
                                [CONF_AMPLITUDE_SQRT] = AMPLITUDE_SQRT,
                                [CONF_AMPLITUDE_LOG] = AMPLITUDE_LOG};
     *e = (struct extract_conf){.detector = detectors[c->detector],
+                               .order = c->order == CONF_ORDER_PAPER ? EXTRACT_PAPER : EXTRACT_SAFE,
                                .false_alarm = c->false_alarm,
                                .window_m = c->window_m,
                                .guard_m = c->guard_m,

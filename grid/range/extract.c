@@ -50,6 +50,8 @@ struct extract {
 struct beam {
     const struct geometry *geometry;
     const void *samples;
+    const uint8_t *blind, *clean; /* struct extract_aid's, of this beam; or NULL */
+    int lowest;
     uint32_t first; /* cell behind the ring-down */
     struct cfar cfar;
 };
@@ -84,6 +86,7 @@ static bool in_range(double value, double lo, double hi, const char *key, char *
 static bool conf_ok(const struct extract_conf *c, char *err, size_t err_size)
 {
     return in_range(c->detector, CFAR_CA, CFAR_OS, "detector", err, err_size) &&
+           in_range(c->order, EXTRACT_SAFE, EXTRACT_PAPER, "order", err, err_size) &&
            in_range(c->false_alarm, 1e-12, 0.1, "false_alarm", err, err_size) &&
            in_range(c->window_m, 1e-3, 100.0, "window", err, err_size) &&
            in_range(c->guard_m, 0.0, 10.0, "guard", err, err_size) &&
@@ -319,6 +322,10 @@ static bool detect(struct extract *e, struct beam *beam, uint64_t floor_power)
 /* Is the cell part of an echo? Nothing can exceed a threshold above full scale, so a saturated bin always is. */
 static bool stands_out(const struct extract *e, const struct beam *beam, uint32_t i)
 {
+    if (beam->blind && beam->blind[i])
+        return false;
+    if (beam->clean && beam->clean[i] <= beam->lowest)
+        return false;
     return e->mask[i] || saturated(e, beam->samples, i);
 }
 
@@ -428,10 +435,17 @@ static bool is_dumb(const struct extract *e, const struct beam *beam)
     return loud == n || silent == n;
 }
 
-static void extract_profile(struct extract *e, const struct geometry *g, const void *samples,
-                            struct beam_echoes *out)
+static void extract_profile(struct extract *e, const struct geometry *g, const struct ping *ping, uint16_t b,
+                            const struct extract_aid *aid, struct beam_echoes *out)
 {
+    const size_t at = (size_t)b * g->n;
+    const void *samples = (const uint8_t *)ping->samples + at * ping->sample_bytes;
     struct beam beam = {.geometry = g, .samples = samples};
+    if (aid) {
+        beam.blind = aid->blind ? aid->blind + at : NULL;
+        beam.clean = aid->clean ? aid->clean + at : NULL;
+        beam.lowest = aid->lowest;
+    }
     float doubt_m = INFINITY;
     const uint64_t bins = 2 * (uint64_t)g->half + 1;
     unsigned shift = 0; /* needed for 16-bit samples and long pulses only */
@@ -516,7 +530,8 @@ static void extract_ranges(const struct extract *e, double begin_m, const struct
 
 /* ---- one ping ---- */
 
-void extract_run(struct extract *extract, const struct ping *ping, struct echoes *out)
+void extract_run(struct extract *extract, const struct ping *ping, const struct extract_aid *aid,
+                 struct echoes *out)
 {
     struct geometry g;
     const bool ready = ping->kind == PING_RANGES;
@@ -533,7 +548,6 @@ void extract_run(struct extract *extract, const struct ping *ping, struct echoes
     out->el_aperture_rad = ping->el_aperture_rad;
     out->pose = ping->pose;
 
-    const uint8_t *samples = ping->samples;
     for (uint16_t b = 0, n = 1; b < ping->n_beams && out->n_beams < out->max_beams; b = (uint16_t)(b + n)) {
         struct beam_echoes *beam = &out->beam[out->n_beams++];
         *beam = (struct beam_echoes){
@@ -543,6 +557,6 @@ void extract_run(struct extract *extract, const struct ping *ping, struct echoes
         if (ready)
             extract_ranges(extract, (double)ping->r0_m, &ping->beam[b], n = echoes_of_beam(ping, b), beam);
         else if (profile)
-            extract_profile(extract, &g, samples + (size_t)b * ping->n_bins * ping->sample_bytes, beam);
+            extract_profile(extract, &g, ping, b, aid, beam);
     }
 }

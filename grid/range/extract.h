@@ -23,8 +23,15 @@ enum extract_no_echo {
     EXTRACT_RANGE,   /* to the end of the beam */
 };
 
+/* What the detector runs on where the pipeline hands in a cleaned image. */
+enum extract_order {
+    EXTRACT_SAFE,  /* on the raw power; an echo must also lie above the lowest class of the cleaned image */
+    EXTRACT_PAPER, /* on the cleaned image, as the paper has it: the false-alarm rate is then not defined */
+};
+
 struct extract_conf {
     enum cfar_detector detector;
+    enum extract_order order;
     double false_alarm;     /* per cell, [1e-12, 0.1] */
     double window_m;        /* reference on each side, (0, 100]; at least 8 resolution cells are taken */
     double guard_m;         /* left out on each side, [0, 10]; at least the pulse is taken */
@@ -36,6 +43,15 @@ struct extract_conf {
     double ring_down_m;     /* end of the ring-down, <= 100; < 0: found in every beam */
     int law;                /* enum amplitude_law in place of the ping's; EXTRACT_LAW_OF_PING: the ping's */
     double db_per_count;    /* with law AMPLITUDE_LOG */
+};
+
+/* What earlier stages know of the ping's cells. Arrays are [n_beams][n_bins] of the ping; NULL: stage left out. */
+struct extract_aid {
+    /* 1: masked by the background template: no echo here, in no reference window, and no free water through it
+     * unless an echo behind shows that sound passed. */
+    const uint8_t *blind;
+    const uint8_t *clean; /* 8-bit counts of the cleaned image (template subtracted, median, Otsu, CLAHE) */
+    int lowest;           /* counts of `clean` up to this are of the lowest class; -1: no class step */
 };
 
 struct extract;
@@ -54,7 +70,8 @@ struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_
                              size_t err_size);
 
 /**
- * extract_run - fill *out (except max_beams and beam, its room) from *ping.
+ * extract_run - fill *out (except max_beams and beam, its room) from *ping, with what earlier stages know of it (NULL:
+ * nothing).
  *
  * An echo is a group of detected cells with gaps of at most the guard, whose peak has the contrast. range_m: the
  * group's strongest cell, interpolated. near_m: near edge of the group's first cell, which begins half a pulse
@@ -70,6 +87,7 @@ struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_
  * same direction in order of range become one beam, whose first ECHOES_PER_BEAM are kept.
  * Allocates nothing; O(bins).
  */
-void extract_run(struct extract *extract, const struct ping *ping, struct echoes *out);
+void extract_run(struct extract *extract, const struct ping *ping, const struct extract_aid *aid,
+                 struct echoes *out);
 
 #endif

@@ -92,7 +92,7 @@ static void run_extract(struct extract *extract, uint32_t n, int b)
                               .samples = samples[b]};
     struct echoes out = {.max_beams = 1, .beam = &found};
 
-    extract_run(extract, &ping, &out);
+    extract_run(extract, &ping, NULL, &out);
     sink += found.n;
 }
 

@@ -55,7 +55,7 @@ static const struct beam_echoes *run(void)
 {
     memset(found, 0xee, sizeof found);
     out = (struct echoes){.max_beams = MAX_BEAMS, .beam = found};
-    extract_run(extract, &ping, &out);
+    extract_run(extract, &ping, NULL, &out);
     return &found[0];
 }
 
@@ -435,7 +435,7 @@ TEST(header_and_beams_are_copied)
     axis[2] = (struct ping_beam){.az_rad = 1.0f, .el_rad = -0.5f};
     memset(found, 0xee, sizeof found);
     out = (struct echoes){.max_beams = 3, .beam = found};
-    extract_run(extract, &ping, &out);
+    extract_run(extract, &ping, NULL, &out);
     CHECK(out.t_ns == 111 && out.t_in_ns == 222 && out.seq == 33 && out.sensor == 4);
     CHECK(out.az_aperture_rad == 0.5f && out.el_aperture_rad == 0.25f && out.pose.path_m == 7.0);
     CHECK_NEAR(out.range_max_m, 10.0, 1e-6, 0);
@@ -542,7 +542,7 @@ TEST(settings_may_change_between_pings)
         run();
         const struct beam_echoes used = found[0];
         struct extract *fresh = extract_init(other, &conf, MAX_BINS, err, sizeof err);
-        extract_run(fresh, &ping, &out);
+        extract_run(fresh, &ping, NULL, &out);
         CHECK(used.state == found[0].state && used.n == found[0].n && used.free_to_m == found[0].free_to_m &&
               used.blind_m == found[0].blind_m);
         CHECK(used.n == 0 || used.echo[0].range_m == found[0].echo[0].range_m);

@@ -60,7 +60,7 @@ static void run_shot(struct shot *shot, const struct head *head)
     };
     struct echoes out = {.max_beams = 1, .beam = &shot->found};
 
-    extract_run(extract, &ping, &out);
+    extract_run(extract, &ping, NULL, &out);
 }
 
 /* Next ping of a file `t,bearing,range_max,n,v...`; false at its end. */

@@ -558,7 +558,7 @@ static void recording(const char *path, int pings, int with_range, int agreeing_
             continue;
         const uint8_t *reply_bytes = file + (size_t)before * 640 + 100;
         const double range_m = ((reply_bytes[9] & 127) << 7 | (reply_bytes[8] & 127)) * 0.01;
-        extract_run(e, &ping, &out);
+        extract_run(e, &ping, NULL, &out);
         ranged += range_m > 0;
         agreeing += range_m > 0 && found.n > 0 && fabs((double)found.echo[0].range_m - range_m) < 0.5;
     }

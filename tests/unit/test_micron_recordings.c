@@ -285,7 +285,7 @@ static void look_for_walls(void)
 {
     struct beam_echoes heard;
     struct echoes out = {.max_beams = 1, .beam = &heard};
-    extract_run(extract, &ping, &out);
+    extract_run(extract, &ping, NULL, &out);
     for (int w = 0; w < 2; w++) {
         double off_rad = geo_wrap_pi((double)ping.beam->az_rad - geo_rad(wall[w].normal_deg));
         double range_m = wall[w].distance_m / cos(off_rad);
