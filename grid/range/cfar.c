@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * cfar - sliding reference windows over a power profile. Averages come from prefix sums, order statistics from a
- * sorted copy of the window; both are exact. Floating point has no place here: after one cell of 1e8 a running float
+ * counting and selecting; both are exact. Floating point has no place here: after one cell of 1e8 a running float
  * sum reads a following stretch of ones as zero. Knows no metres, no amplitude law, no pings.
  */
 #include "cfar.h"
@@ -47,174 +47,133 @@ static struct sides sides_of(const struct cfar *cfar, uint32_t n, uint32_t i)
     return s;
 }
 
-/* Lift the reference to its least and decide. */
-static bool detects(const struct cfar *cfar, uint64_t x, struct cfar_reference *ref)
-{
-    const uint64_t least = ref->cells * cfar->reference_min;
-    const uint64_t alpha = ref->one_sided ? cfar->alpha_one_q16 : cfar->alpha_q16;
+/* Sums and numbers of the cells 0 .. i - 1 that are not excluded. */
+struct prefix {
+    uint64_t *sum;   /* [n + 1] */
+    uint32_t *cells; /* [n + 1]; not filled where nothing is excluded */
+};
 
-    if (ref->sum < least)
-        ref->sum = least;
-    return ref->cells > 0 && x >= cfar->x_min && ((u128)x << 16) * ref->cells > (u128)alpha * ref->sum;
+size_t cfar_work_size(uint32_t n)
+{
+    return ((size_t)n + 1) * (sizeof(uint64_t) + sizeof(uint32_t));
 }
 
-static struct cfar_reference choose_side(enum cfar_detector detector, uint64_t lead_sum, uint32_t lead_cells,
-                                         uint64_t lag_sum, uint32_t lag_cells)
+static struct prefix prefix_in(const struct cfar_profile *p)
 {
+    uint64_t *sum = p->work;
+
+    return (struct prefix){.sum = sum, .cells = (void *)(sum + p->n + 1)};
+}
+
+static void fill_prefix(const struct cfar_profile *p)
+{
+    const struct prefix to = prefix_in(p);
+
+    to.sum[0] = 0;
+    if (!p->excluded) {
+        for (uint32_t i = 0; i < p->n; i++)
+            to.sum[i + 1] = to.sum[i] + p->x[i];
+        return;
+    }
+    to.cells[0] = 0;
+    for (uint32_t i = 0; i < p->n; i++) {
+        to.sum[i + 1] = to.sum[i] + (p->excluded[i] ? 0 : p->x[i]);
+        to.cells[i + 1] = to.cells[i] + !p->excluded[i];
+    }
+}
+
+static struct cfar_reference average_of(const struct cfar *cfar, const struct cfar_profile *p, struct sides s)
+{
+    const struct prefix prefix = prefix_in(p);
+    const uint64_t lead_sum = prefix.sum[s.lead.end] - prefix.sum[s.lead.begin];
+    const uint64_t lag_sum = prefix.sum[s.lag.end] - prefix.sum[s.lag.begin];
+    const uint32_t *cells = prefix.cells;
+    const uint32_t lead_cells = p->excluded ? cells[s.lead.end] - cells[s.lead.begin] : span_cells(s.lead);
+    const uint32_t lag_cells = p->excluded ? cells[s.lag.end] - cells[s.lag.begin] : span_cells(s.lag);
     const bool one_sided = lead_cells == 0 || lag_cells == 0;
 
-    if (detector == CFAR_CA || one_sided)
+    if (cfar->detector == CFAR_CA || one_sided)
         return (struct cfar_reference){lead_sum + lag_sum, lead_cells + lag_cells, one_sided};
     const u128 lead = (u128)lead_sum * lag_cells, lag = (u128)lag_sum * lead_cells;
-    if (detector == CFAR_SOCA ? lead <= lag : lead >= lag)
+    if (cfar->detector == CFAR_SOCA ? lead <= lag : lead >= lag)
         return (struct cfar_reference){lead_sum, lead_cells, false};
     return (struct cfar_reference){lag_sum, lag_cells, false};
 }
 
-/*
- * Cells begin .. end - 1, all with both sides complete: most of any beam, and so the loop that counts. The
- * detector is a constant in every call.
- */
-static inline void run_inner(const struct cfar cfar, enum cfar_detector detector, const uint64_t *x,
-                             uint32_t begin, uint32_t end, const uint64_t *prefix, uint8_t *mask,
-                             struct cfar_reference *ref)
+/* The span's cells behind those already gathered; returns how many there are now. */
+static uint32_t gather(const struct cfar_profile *p, struct span s, uint64_t *cell, uint32_t n)
 {
-    const uint32_t near = cfar.guard, far = cfar.guard + cfar.n_side;
-
-    for (uint32_t i = begin; i < end; i++) {
-        const uint64_t lead = prefix[i - near] - prefix[i - far];
-        const uint64_t lag = prefix[i + far + 1] - prefix[i + near + 1];
-        if (detector == CFAR_CA)
-            ref[i] = (struct cfar_reference){lead + lag, 2 * cfar.n_side, false};
-        else if (detector == CFAR_SOCA)
-            ref[i] = (struct cfar_reference){lead <= lag ? lead : lag, cfar.n_side, false};
-        else
-            ref[i] = (struct cfar_reference){lead >= lag ? lead : lag, cfar.n_side, false};
-        mask[i] = detects(&cfar, x[i], &ref[i]);
-    }
+    for (uint32_t i = s.begin; i < s.end; i++)
+        if (!p->excluded || !p->excluded[i])
+            cell[n++] = p->x[i];
+    return n;
 }
 
-static void run_average(const struct cfar *cfar, const uint64_t *x, uint32_t n, uint64_t *prefix, uint8_t *mask,
-                        struct cfar_reference *ref)
+/* The cell that would have index k if the n cells were in order of size; moves them. Hoare's selection. */
+static uint64_t select_cell(uint64_t *cell, uint32_t n, uint32_t k)
 {
-    const uint64_t reach = (uint64_t)cfar->guard + cfar->n_side;
-    const uint32_t begin = n > 2 * reach ? (uint32_t)reach : n, end = n > 2 * reach ? (uint32_t)(n - reach) : n;
-
-    prefix[0] = 0;
-    for (uint32_t i = 0; i < n; i++)
-        prefix[i + 1] = prefix[i] + x[i];
-
-    if (cfar->detector == CFAR_CA)
-        run_inner(*cfar, CFAR_CA, x, begin, end, prefix, mask, ref);
-    else if (cfar->detector == CFAR_SOCA)
-        run_inner(*cfar, CFAR_SOCA, x, begin, end, prefix, mask, ref);
-    else
-        run_inner(*cfar, CFAR_GOCA, x, begin, end, prefix, mask, ref);
-
-    for (uint32_t i = 0; i < n; i = i + 1 == begin ? end : i + 1) {
-        const struct sides s = sides_of(cfar, n, i);
-        ref[i] = choose_side(cfar->detector, prefix[s.lead.end] - prefix[s.lead.begin], span_cells(s.lead),
-                             prefix[s.lag.end] - prefix[s.lag.begin], span_cells(s.lag));
-        mask[i] = detects(cfar, x[i], &ref[i]);
-    }
-}
-
-/* The cells of both windows in order of size. */
-struct sorted {
-    uint64_t *cell;
-    uint32_t n;
-};
-
-/* Index of the first cell that is not smaller than value. */
-static uint32_t sorted_find(const struct sorted *s, uint64_t value)
-{
-    uint32_t lo = 0, hi = s->n;
+    uint32_t lo = 0, hi = n - 1;
 
     while (lo < hi) {
-        const uint32_t mid = lo + (hi - lo) / 2;
-        if (s->cell[mid] < value)
-            lo = mid + 1;
-        else
-            hi = mid;
-    }
-    return lo;
-}
-
-static void sorted_insert(struct sorted *s, uint64_t value)
-{
-    const uint32_t at = sorted_find(s, value);
-
-    memmove(s->cell + at + 1, s->cell + at, (s->n - at) * sizeof *s->cell);
-    s->cell[at] = value;
-    s->n++;
-}
-
-static void sorted_remove(struct sorted *s, uint64_t value)
-{
-    const uint32_t at = sorted_find(s, value);
-
-    s->n--;
-    memmove(s->cell + at, s->cell + at + 1, (s->n - at) * sizeof *s->cell);
-}
-
-static uint32_t lesser(uint32_t a, uint32_t b)
-{
-    return a < b ? a : b;
-}
-
-static uint32_t greater(uint32_t a, uint32_t b)
-{
-    return a > b ? a : b;
-}
-
-/* Bring the window's cells from the span it had to the span it has now. */
-static void sorted_move(struct sorted *s, const uint64_t *x, struct span was, struct span is)
-{
-    for (uint32_t i = was.begin; i < lesser(was.end, is.begin); i++)
-        sorted_remove(s, x[i]);
-    for (uint32_t i = greater(was.begin, is.end); i < was.end; i++)
-        sorted_remove(s, x[i]);
-    for (uint32_t i = is.begin; i < lesser(is.end, was.begin); i++)
-        sorted_insert(s, x[i]);
-    for (uint32_t i = greater(is.begin, was.end); i < is.end; i++)
-        sorted_insert(s, x[i]);
-}
-
-static void run_rank(const struct cfar *cfar, const uint64_t *x, uint32_t n, uint64_t *work, uint8_t *mask,
-                     struct cfar_reference *ref)
-{
-    struct sorted sorted = {.cell = work};
-    struct sides was = {{0, 0}, {0, 0}};
-
-    for (uint32_t i = 0; i < n; i++) {
-        const struct sides is = sides_of(cfar, n, i);
-        sorted_move(&sorted, x, was.lead, is.lead);
-        sorted_move(&sorted, x, was.lag, is.lag);
-        was = is;
-
-        ref[i] = (struct cfar_reference){0};
-        if (sorted.n > 0) {
-            const uint64_t whole = 2 * (uint64_t)cfar->n_side;
-            uint64_t k = ((uint64_t)cfar->rank * sorted.n + whole - 1) / whole;
-            k = k < 1 ? 1 : k > sorted.n ? sorted.n : k;
-            ref[i].sum = sorted.cell[k - 1];
-            ref[i].cells = 1;
-            ref[i].one_sided = span_cells(is.lead) == 0 || span_cells(is.lag) == 0;
+        const uint64_t pivot = cell[lo + (hi - lo) / 2];
+        uint32_t i = lo, j = hi;
+        for (;;) {
+            while (cell[i] < pivot)
+                i++;
+            while (cell[j] > pivot)
+                j--;
+            if (i >= j)
+                break;
+            const uint64_t swapped = cell[i];
+            cell[i++] = cell[j];
+            cell[j--] = swapped;
         }
-        mask[i] = detects(cfar, x[i], &ref[i]);
+        if (k <= j)
+            hi = j;
+        else
+            lo = j + 1;
     }
+    return cell[k];
 }
 
-size_t cfar_work_size(uint32_t n)
+static struct cfar_reference rank_of(const struct cfar *cfar, const struct cfar_profile *p, struct sides s)
 {
-    return ((size_t)n + 1) * sizeof(uint64_t);
+    uint64_t *cell = p->work;
+    const uint32_t n_lead = gather(p, s.lead, cell, 0), n = gather(p, s.lag, cell, n_lead);
+
+    if (n == 0)
+        return (struct cfar_reference){0};
+    const uint64_t whole = 2 * (uint64_t)cfar->n_side;
+    const uint64_t k = ((uint64_t)cfar->rank * n + whole - 1) / whole;
+    const uint32_t at = k < 1 ? 0 : k > n ? n - 1 : (uint32_t)k - 1;
+    return (struct cfar_reference){select_cell(cell, n, at), 1, n_lead == 0 || n_lead == n};
 }
 
-void cfar_run(const struct cfar *cfar, const uint64_t *x, uint32_t n, void *work, uint8_t *mask,
-              struct cfar_reference *ref)
+struct cfar_reference cfar_reference_at(const struct cfar *cfar, const struct cfar_profile *profile, uint32_t i)
 {
-    if (cfar->detector == CFAR_OS)
-        run_rank(cfar, x, n, work, mask, ref);
-    else
-        run_average(cfar, x, n, work, mask, ref);
+    const struct sides s = sides_of(cfar, profile->n, i);
+    struct cfar_reference ref =
+        cfar->detector == CFAR_OS ? rank_of(cfar, profile, s) : average_of(cfar, profile, s);
+    const uint64_t least = ref.cells * cfar->reference_min;
+
+    if (ref.sum < least)
+        ref.sum = least;
+    return ref;
+}
+
+static bool detects(const struct cfar *cfar, const struct cfar_profile *p, uint32_t i)
+{
+    if (p->x[i] < cfar->x_min || (p->excluded && p->excluded[i]))
+        return false;
+    const struct cfar_reference ref = cfar_reference_at(cfar, p, i);
+    const uint64_t alpha = ref.one_sided ? cfar->alpha_one_q16 : cfar->alpha_q16;
+    return ref.cells > 0 && ((u128)p->x[i] << 16) * ref.cells > (u128)alpha * ref.sum;
+}
+
+void cfar_run(const struct cfar *cfar, const struct cfar_profile *profile, uint8_t *mask)
+{
+    if (cfar->detector != CFAR_OS)
+        fill_prefix(profile);
+    for (uint32_t i = 0; i < profile->n; i++)
+        mask[i] = detects(cfar, profile, i);
 }

@@ -36,6 +36,14 @@ struct cfar {
     uint64_t reference_min; /* a reference below this is taken as this; 0 for the plain detector */
 };
 
+/* The cells to decide about. */
+struct cfar_profile {
+    const uint64_t *x;       /* [n] power, at most CFAR_MAX_POWER each */
+    const uint8_t *excluded; /* [n] 1: never detected and in no reference window; NULL: none */
+    uint32_t n;              /* 0..8192 */
+    void *work;              /* cfar_work_size(n) bytes, aligned to uint64_t; of this profile from cfar_run on */
+};
+
 /* What a cell was compared with. */
 struct cfar_reference {
     uint64_t sum;   /* of the chosen cells; OS: the order statistic */
@@ -43,19 +51,24 @@ struct cfar_reference {
     bool one_sided;
 };
 
-/** cfar_work_size - bytes of working memory (aligned to uint64_t) that cfar_run needs for profiles of up to n cells. */
+/** cfar_work_size - bytes of working memory that profiles of up to n cells need. */
 size_t cfar_work_size(uint32_t n);
 
 /**
  * cfar_run - decide for every cell.
  *
- * x[n]: power of the cells, at most CFAR_MAX_POWER each. n: 0..8192. work: as above. mask[n]: 1 where
- *     x >= x_min  and  x * 65536 * cells > alpha_q16 * sum     (strictly)
- * ref[n]: what each cell was compared with, at least reference_min. CA: both sides; SOCA (GOCA): the side with the smaller (greater)
- * mean, the lead side when equal; the other side where one does not exist.
- * Cost: O(n) for the averages, O(n * n_side) moves of memory at worst for OS. Pure.
+ * mask[n]: 1 where   x >= x_min  and  x * 65536 * cells > alpha_q16 * sum     (strictly), else 0
+ * with sum and cells as cfar_reference_at tells them. Excluded cells are left out of both; the edge rule looks at
+ * where a window lies and not at how many of its cells are left. A cell without any reference is not detected: that
+ * says nothing about it. Pure.
  */
-void cfar_run(const struct cfar *cfar, const uint64_t *x, uint32_t n, void *work, uint8_t *mask,
-              struct cfar_reference *ref);
+void cfar_run(const struct cfar *cfar, const struct cfar_profile *profile, uint8_t *mask);
+
+/**
+ * cfar_reference_at - what cell i of the profile that cfar_run last went over was compared with, at least
+ * reference_min per cell. CA: both sides; SOCA (GOCA): the side with the smaller (greater) mean, the lead side when
+ * equal; the other side where one does not exist. For the few cells that matter: OS searches the window each time.
+ */
+struct cfar_reference cfar_reference_at(const struct cfar *cfar, const struct cfar_profile *profile, uint32_t i);
 
 #endif

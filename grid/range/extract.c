@@ -42,7 +42,6 @@ struct extract {
 
     uint64_t *cell; /* power summed over the resolution cell around each bin */
     uint64_t *work;
-    struct cfar_reference *ref;
     uint8_t *mask;
 };
 
@@ -54,6 +53,7 @@ struct beam {
     int lowest;
     uint32_t first; /* cell behind the ring-down */
     struct cfar cfar;
+    struct cfar_profile profile; /* the cells from `first` on */
 };
 
 void extract_defaults(struct extract_conf *conf)
@@ -122,7 +122,7 @@ static void solve_factors(struct extract *e)
 
 /* Where the arrays lie behind the struct. */
 struct layout {
-    size_t cell, work, ref, mask, end;
+    size_t cell, work, mask, end;
 };
 
 static struct layout layout_for(uint32_t max_bins)
@@ -131,8 +131,7 @@ static struct layout layout_for(uint32_t max_bins)
 
     l.cell = (sizeof(struct extract) + _Alignof(max_align_t) - 1) / _Alignof(max_align_t) * _Alignof(max_align_t);
     l.work = l.cell + max_bins * sizeof(uint64_t);
-    l.ref = l.work + cfar_work_size(max_bins);
-    l.mask = l.ref + max_bins * sizeof(struct cfar_reference);
+    l.mask = l.work + cfar_work_size(max_bins);
     l.end = l.mask + max_bins;
     return l;
 }
@@ -162,7 +161,6 @@ struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_
     e->contrast = pow(10.0, conf->min_contrast_db / 10.0);
     e->cell = (void *)(base + l.cell);
     e->work = (void *)(base + l.work);
-    e->ref = (void *)(base + l.ref);
     e->mask = base + l.mask;
     solve_factors(e);
     return e;
@@ -315,7 +313,8 @@ static bool detect(struct extract *e, struct beam *beam, uint64_t floor_power)
         .alpha_one_q16 = e->one_q16[factor],
         .reference_min = floor_power,
     };
-    cfar_run(&beam->cfar, e->cell + beam->first, n, e->work, e->mask + beam->first, e->ref + beam->first);
+    beam->profile = (struct cfar_profile){.x = e->cell + beam->first, .n = n, .work = e->work};
+    cfar_run(&beam->cfar, &beam->profile, e->mask + beam->first);
     return true;
 }
 
@@ -376,9 +375,9 @@ static double echo_of(const struct extract *e, const struct beam *beam, uint32_t
     double contrast = 0.0, strength = 1.0;
 
     for (uint32_t i = begin; i <= last; i++) {
-        const struct cfar_reference *ref = &e->ref[i];
-        const double ratio = (double)e->cell[i] * ref->cells / fmax((double)ref->sum, 1.0);
-        const uint64_t alpha_q16 = ref->one_sided ? beam->cfar.alpha_one_q16 : beam->cfar.alpha_q16;
+        const struct cfar_reference ref = cfar_reference_at(&beam->cfar, &beam->profile, i - beam->first);
+        const double ratio = (double)e->cell[i] * ref.cells / fmax((double)ref.sum, 1.0);
+        const uint64_t alpha_q16 = ref.one_sided ? beam->cfar.alpha_one_q16 : beam->cfar.alpha_q16;
         contrast = fmax(contrast, saturated(e, beam->samples, i) ? e->contrast : ratio);
         strength = fmax(strength, ratio * 65536.0 / (double)alpha_q16);
         if (e->cell[i] > e->cell[peak])

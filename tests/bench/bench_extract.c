@@ -18,8 +18,7 @@
 #define REPETITIONS 21
 
 static uint8_t samples[BEAMS][MAX_BINS];
-static uint64_t power[MAX_BINS], work[MAX_BINS + 1];
-static struct cfar_reference ref[MAX_BINS];
+static uint64_t power[MAX_BINS], work[2 * (MAX_BINS + 1)];
 static uint8_t mask[MAX_BINS];
 static _Alignas(16) unsigned char memory[1 << 18];
 static volatile unsigned sink;
@@ -73,7 +72,7 @@ static void run_cfar(const struct amplitude *amplitude, enum cfar_detector detec
                               .alpha_one_q16 = 14 << 16};
 
     amplitude_convert(amplitude, samples[b], n, power);
-    cfar_run(&cfar, power, n, work, mask, ref);
+    cfar_run(&cfar, &(struct cfar_profile){.x = power, .n = n, .work = work}, mask);
     sink += mask[n / 2];
 }
 

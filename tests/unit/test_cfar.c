@@ -10,8 +10,12 @@
 
 #define MAX_CELLS 2048
 
-static uint64_t work[MAX_CELLS + 1];
-static struct cfar_reference ref[MAX_CELLS];
+static uint64_t work[2 * (MAX_CELLS + 1)];
+
+static struct cfar_profile profile_of(const uint64_t *x, uint32_t n)
+{
+    return (struct cfar_profile){.x = x, .n = n, .work = work};
+}
 
 /* ---- tables ---- */
 
@@ -124,7 +128,7 @@ TEST(masks_equal_table_bit_for_bit)
         uint8_t mask[MAX_CELLS];
         for (uint32_t i = 0; i < n; i++)
             x[i] = (uint64_t)(hex_digit(f[10][2 * i]) * 16 + hex_digit(f[10][2 * i + 1]));
-        cfar_run(&cfar, x, n, work, mask, ref);
+        cfar_run(&cfar, &(struct cfar_profile){.x = x, .n = n, .work = work}, mask);
         CHECK(strlen(f[11]) == n);
         for (uint32_t i = 0; i < n; i++)
             wrong += mask[i] != f[11][i] - '0';
@@ -143,24 +147,25 @@ static int by_size(const void *a, const void *b)
 }
 
 /* The mask rule as it is written down, cell by cell, with nothing shared between cells. */
-static bool brute_force(const struct cfar *c, const uint64_t *x, int64_t n, int64_t i)
+static bool brute_force(const struct cfar *c, const uint64_t *x, const uint8_t *excluded, int64_t n, int64_t i)
 {
     uint64_t cell[2][MAX_CELLS];
     int64_t count[2] = {0, 0};
+    const int64_t reach = (int64_t)c->guard + c->n_side;
+    const bool cut[2] = {i < reach, i + reach >= n};
 
-    for (int64_t d = (int64_t)c->guard + 1; d <= (int64_t)c->guard + c->n_side; d++) {
-        if (i - d >= 0)
+    for (int64_t d = (int64_t)c->guard + 1; d <= reach; d++) {
+        if (i - d >= 0 && !(excluded && excluded[i - d]))
             cell[0][count[0]++] = x[i - d];
-        if (i + d < n)
+        if (i + d < n && !(excluded && excluded[i + d]))
             cell[1][count[1]++] = x[i + d];
     }
-    const bool cut[2] = {count[0] < c->n_side, count[1] < c->n_side};
     if (c->edge == CFAR_BOTH && (cut[0] || cut[1]))
         return false;
     for (int side = 0; side < 2; side++)
         if (c->edge == CFAR_FULL && cut[side])
             count[side] = 0;
-    if (count[0] + count[1] == 0 || x[i] < c->x_min)
+    if (count[0] + count[1] == 0 || x[i] < c->x_min || (excluded && excluded[i]))
         return false;
 
     unsigned __int128 sum[2] = {0, 0}, s;
@@ -216,11 +221,22 @@ static void random_beam(uint64_t *seed, uint64_t *x, uint32_t n)
     }
 }
 
+/* Stretches of 0 and of 1, some of them as long as a window. */
+static void random_stretches(uint64_t *seed, uint8_t *out, uint32_t n)
+{
+    const uint64_t longest = 1 + test_random(seed) % 100;
+    uint8_t value = test_random(seed) % 2;
+
+    for (uint32_t i = 0; i < n; value = !value)
+        for (uint64_t left = 1 + test_random(seed) % longest; left > 0 && i < n; left--)
+            out[i++] = value;
+}
+
 TEST(a_million_random_cells_equal_brute_force)
 {
     uint64_t seed = test_seed();
     static uint64_t x[MAX_CELLS];
-    static uint8_t mask[MAX_CELLS];
+    static uint8_t mask[MAX_CELLS], excluded[MAX_CELLS];
     long cells = 0, wrong = 0, hits = 0;
 
     while (cells < 1000000) {
@@ -238,9 +254,14 @@ TEST(a_million_random_cells_equal_brute_force)
             .reference_min = test_random(&seed) % 3,
         };
         random_beam(&seed, x, n);
-        cfar_run(&cfar, x, n, work, mask, ref);
+        struct cfar_profile profile = profile_of(x, n);
+        if (test_random(&seed) % 2) {
+            random_stretches(&seed, excluded, n);
+            profile.excluded = excluded;
+        }
+        cfar_run(&cfar, &profile, mask);
         for (uint32_t i = 0; i < n; i++) {
-            wrong += mask[i] != brute_force(&cfar, x, n, i);
+            wrong += mask[i] != brute_force(&cfar, x, profile.excluded, n, i);
             hits += mask[i];
         }
         cells += n;
@@ -264,7 +285,7 @@ static uint32_t hits_in(const struct cfar *cfar, const uint64_t *x, uint32_t n)
     uint8_t mask[MAX_CELLS];
     uint32_t hits = 0;
 
-    cfar_run(cfar, x, n, work, mask, ref);
+    cfar_run(cfar, &(struct cfar_profile){.x = x, .n = n, .work = work}, mask);
     for (uint32_t i = 0; i < n; i++)
         hits += mask[i];
     return hits;
@@ -303,16 +324,17 @@ TEST(beams_shorter_than_the_window)
     static const uint32_t want_cells[] = {0, 0, 0, 2, 3, 8};
     const struct cfar cfar = plain(CFAR_CA, 3.0);
     uint64_t x[21];
-    uint8_t mask[21];
+    uint8_t mask[22];
 
     for (int i = 0; i < 21; i++)
         x[i] = 7;
     for (int k = 0; k < 6; k++) {
-        memset(ref, 0xff, sizeof ref);
-        cfar_run(&cfar, x, length[k], work, mask, ref);
+        const struct cfar_profile profile = profile_of(x, length[k]);
+        memset(mask, 0xff, sizeof mask);
+        cfar_run(&cfar, &profile, mask);
         if (length[k] > 0)
-            CHECK_INT(ref[0].cells, want_cells[k]);
-        CHECK_INT(ref[length[k]].cells, UINT32_MAX); /* nothing written behind the end */
+            CHECK_INT(cfar_reference_at(&cfar, &profile, 0).cells, want_cells[k]);
+        CHECK_INT(mask[length[k]], 0xff); /* nothing written behind the end */
     }
 }
 
@@ -375,9 +397,10 @@ TEST(a_loud_cell_leaves_nothing_behind)
         x[i] = i == 20 ? amplitude_from_db(80.0) : (uint64_t)(i % 2) + 1;
     const struct cfar cfar = plain(CFAR_CA, 3.0);
     uint8_t mask[200];
-    cfar_run(&cfar, x, 200, work, mask, ref);
-    for (int i = 40; i < 190; i++)
-        CHECK_INT(ref[i].sum, 24);
+    const struct cfar_profile profile = profile_of(x, 200);
+    cfar_run(&cfar, &profile, mask);
+    for (uint32_t i = 40; i < 190; i++)
+        CHECK_INT(cfar_reference_at(&cfar, &profile, i).sum, 24);
 }
 
 TEST(the_integer_limit_is_wide_enough)
