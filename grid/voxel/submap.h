@@ -1,0 +1,81 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * submap - one local map m_i of the free water (Oliveira, Ferreira and Cruz 2023, sections III-C and III-D): a box of
+ * the world's lattice around a base place, a byte of vacancy per voxel, and beside it, where asked for, a byte of echoes.
+ * Tiles come from a pool when something is first written to them. Pure; one thread owns it.
+ *
+ * Vacancy counts the range measurements that found a voxel free; echoes count those that heard something which may lie
+ * in it. Both stop at 255, and neither is ever taken from the other. A voxel is
+ *   free      when vacancy > threshold + echo_weight * echoes
+ *   occupied  when not free, and echoes > 0
+ *   unknown   otherwise: also beyond the box, and where no memory was left.
+ */
+#ifndef SONARD_SUBMAP_H
+#define SONARD_SUBMAP_H
+
+#include "cast.h"
+#include "tiles.h"
+
+enum voxel_state { VOXEL_FREE, VOXEL_UNKNOWN, VOXEL_OCCUPIED }; /* in order of severity */
+
+enum submap_plane { SUBMAP_VACANCY, SUBMAP_ECHOES };
+
+struct voxel_rule {
+    uint16_t threshold;   /* the paper's; at most 254 makes sense for one submap */
+    uint16_t echo_weight; /* how many vacancies one echo outweighs */
+};
+
+struct submap_stats {
+    uint64_t clipped; /* beams and bodies that reached beyond the box */
+    uint64_t starved; /* runs of voxels not entered because the pool was exhausted */
+};
+
+struct submap {
+    struct tiles *tiles;
+    struct lattice_box box; /* plan size in whole tiles; size[2] = tiles->height */
+    uint32_t *tile;         /* [size[0]/16][size[1]/16], TILE_NONE: never written to */
+    uint32_t n_tiles;       /* taken */
+    struct submap_stats stats;
+};
+
+/** submap_bytes - memory of the directory for a box of side x side tiles, side in [1, 4096]; else 0. */
+size_t submap_bytes(uint32_t side);
+
+/**
+ * submap_init - an empty map of side x side tiles whose middle is near the base place, snapped to whole tiles of the
+ * world's lattice so that tiles of all submaps coincide. memory: submap_bytes(side); tiles outlive the map.
+ */
+void submap_init(struct submap *m, void *memory, uint32_t side, struct tiles *tiles,
+                 const struct lattice_place *base);
+
+/** submap_clear - gives all tiles back; the box stays. */
+void submap_clear(struct submap *m);
+
+/** submap_cast - raises one plane's count by 1 in every voxel that the beam covers. */
+void submap_cast(struct submap *m, const struct cast_beam *b, enum submap_plane plane);
+
+/**
+ * submap_body - the water a body displaces is free: sets vacancy to at least `score` in every voxel whose centre lies
+ * within radius (voxels) of the line from a to b.
+ */
+void submap_body(struct submap *m, const struct lattice_place *a, const struct lattice_place *b, double radius,
+                 uint8_t score);
+
+/** submap_halve - ageing: halves all counts, so that what is not confirmed is forgotten. Age before merging. */
+void submap_halve(struct submap *m);
+
+/** submap_count - one plane's count at a cell: 0 outside the box, where never written to, or without that plane. */
+uint8_t submap_count(const struct submap *m, enum submap_plane plane, const int64_t cell[3]);
+
+/** voxel_judge - the rule above for (merged) counts. */
+static inline enum voxel_state voxel_judge(const struct voxel_rule *rule, uint32_t vacancy, uint32_t echoes)
+{
+    if (vacancy > rule->threshold + rule->echo_weight * echoes)
+        return VOXEL_FREE;
+    return echoes ? VOXEL_OCCUPIED : VOXEL_UNKNOWN;
+}
+
+/** submap_at - the state of a cell. */
+enum voxel_state submap_at(const struct submap *m, const struct voxel_rule *rule, const int64_t cell[3]);
+
+#endif
