@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * extract - the stages of one beam: counts to power, sum over the pulse length (the resolution cell), end of the
- * ring-down, CFAR, groups of detected cells, free water. Knows no earlier ping and no map.
+ * extract - the order of the stages: profile (counts to power of resolution cells), end of the ring-down, CFAR,
+ * reflections, free water; and what is usual for this sensor. Knows no map.
  */
 #include "extract.h"
 
@@ -11,23 +11,21 @@
 
 #include "amplitude.h"
 #include "cfar.h"
+#include "reflection.h"
+#include "ring_down.h"
+#include "usual.h"
 
 /* A group this share (3 dB) below the contrast of an echo is none, but ends what is called free. */
 #define DOUBTFUL 0.5
 
-#define MIN_WINDOW_CELLS 8  /* independent cells on each side: fewer make the threshold a lottery */
-#define MAX_FACTORS      64 /* more independent cells than this change the threshold by less than 0.1 dB */
-#define SETTLE_BINS      3
+#define MAX_FACTORS 64 /* more independent cells than this change the threshold by less than 0.1 dB */
 
-/* Sizes in bins that follow from the ping's bin and pulse length. */
-struct geometry {
-    uint32_t n;      /* bins of a beam */
-    double r0, dr;   /* metres */
-    uint32_t half;   /* a resolution cell is the bin and so many on either side of it */
-    uint32_t window; /* on each side */
-    uint32_t guard;
-    uint32_t settle;        /* over which the end of the ring-down is judged: the guard, at least SETTLE_BINS */
-    double resolution_bins; /* bins per independent cell, >= 1 */
+/* The floor of a ping is so many times (15 dB) the usual one: what is heard usually may drown in it. */
+#define RAISED 32
+
+/* Of a ping's quietest beam, and of its beam with the earliest end of the ring-down (a cell). */
+struct of_ping {
+    uint64_t floor, ring_down;
 };
 
 struct extract {
@@ -37,23 +35,14 @@ struct extract {
     /* [i]: threshold over reference, times 65536, for i + 1 independent cells on both sides, or on one */
     uint64_t both_q16[MAX_FACTORS], one_q16[MAX_FACTORS];
 
-    struct amplitude amplitude; /* of the last ping */
-    double amplitude_db;        /* per count, as it was prepared */
+    struct amplitude amplitude, clean_amplitude; /* of the last ping, and of its cleaned image */
+    double amplitude_db;                         /* per count, as it was prepared */
+    struct profile_axis axis;                    /* of the last ping */
+    struct usual floor, ring_down;               /* struct of_ping's, under this setting */
 
     uint64_t *cell; /* power summed over the resolution cell around each bin */
     uint64_t *work;
     uint8_t *mask;
-};
-
-/* The beam in work. Indices of cells are bins from the head. */
-struct beam {
-    const struct geometry *geometry;
-    const void *samples;
-    const uint8_t *blind, *clean; /* struct extract_aid's, of this beam; or NULL */
-    int lowest;
-    uint32_t first; /* cell behind the ring-down */
-    struct cfar cfar;
-    struct cfar_profile profile; /* the cells from `first` on */
 };
 
 void extract_defaults(struct extract_conf *conf)
@@ -166,33 +155,12 @@ struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_
     return e;
 }
 
-/* ---- a ping's geometry and amplitude ---- */
+/* ---- one beam ---- */
 
-static uint32_t bins_for(double metres, double dr)
+static void forget_usual(struct extract *e)
 {
-    return (uint32_t)fmin(ceil(metres / dr - 1e-6), PING_MAX_BINS);
-}
-
-/* False when the ping's range axis makes no sense. */
-static bool geometry_of(const struct extract *e, const struct ping *p, struct geometry *g)
-{
-    const double dr = (double)p->dr_m, pulse = (double)p->pulse_m, r0 = (double)p->r0_m;
-
-    if (p->n_bins == 0 || p->n_bins > e->max_bins || !(dr >= 1e-6 && dr <= 100.0) ||
-        !(pulse >= 0.0 && pulse <= 1e3) || !(r0 >= 0.0 && r0 <= 1e5))
-        return false;
-    *g = (struct geometry){.n = p->n_bins, .r0 = r0, .dr = dr};
-    g->resolution_bins = fmin(fmax(pulse / dr, 1.0), PING_MAX_BINS);
-    g->half = (uint32_t)(g->resolution_bins / 2.0);
-
-    const uint32_t pulse_bins = bins_for(pulse, dr);
-    g->guard = bins_for(e->conf.guard_m, dr);
-    if (g->guard < pulse_bins)
-        g->guard = pulse_bins;
-    g->settle = g->guard > SETTLE_BINS ? g->guard : SETTLE_BINS;
-    const double least = ceil(MIN_WINDOW_CELLS * g->resolution_bins);
-    g->window = (uint32_t)fmin(fmax(bins_for(e->conf.window_m, dr), least), PING_MAX_BINS);
-    return true;
+    usual_clear(&e->floor);
+    usual_clear(&e->ring_down);
 }
 
 /* Tables are made anew only when the device changes its ways. False when they make no sense. */
@@ -205,279 +173,158 @@ static bool amplitude_for(struct extract *e, const struct ping *p)
     if (e->amplitude.sample_bytes == p->sample_bytes && e->amplitude.law == law &&
         (law != AMPLITUDE_LOG || e->amplitude_db == db))
         return true;
-    if (!amplitude_init(&e->amplitude, law, p->sample_bytes, db))
+    const double clean_db = p->sample_bytes == 1 ? db : db * 256.0; /* the cleaned image has the high byte */
+    if (!amplitude_init(&e->amplitude, law, p->sample_bytes, db) ||
+        !amplitude_init(&e->clean_amplitude, law, 1, clean_db))
         return false;
     e->amplitude_db = db;
+    forget_usual(e);
     return true;
 }
 
-static uint32_t count_at(const struct extract *e, const void *samples, uint32_t i)
+/* False when the ping's range axis makes no sense. What was usual on another axis is not on this one. */
+static bool axis_for(struct extract *e, const struct ping *p)
 {
-    return e->amplitude.sample_bytes == 1 ? ((const uint8_t *)samples)[i] : ((const uint16_t *)samples)[i];
-}
+    struct profile_axis axis;
 
-static bool saturated(const struct extract *e, const void *samples, uint32_t i)
-{
-    return count_at(e, samples, i) == e->amplitude.max_count;
-}
-
-/* ---- one beam ---- */
-
-/* Sum of power over the resolution cell around every bin, cut at the ends of the beam; divided by 2^shift. */
-static void sum_cells(const uint64_t *power, uint32_t n, uint32_t half, unsigned shift, uint64_t *cell)
-{
-    uint64_t sum = 0;
-
-    for (uint32_t i = 0; i < n && i < half; i++)
-        sum += power[i];
-    for (uint32_t i = 0; i < n; i++) {
-        if (i + half < n)
-            sum += power[i + half];
-        if (i > half)
-            sum -= power[i - half - 1];
-        cell[i] = sum >> shift;
-    }
-}
-
-/*
- * Downhill from a cell: to the first guard length that is not louder than the next one, or not louder than the floor;
- * and on to the quietest cell of the two, since the next one may have been lifted by a wall.
- */
-static uint32_t level_settles(const struct geometry *g, const uint64_t *cell, uint32_t from, uint64_t floor_power)
-{
-    const uint32_t length = g->settle;
-    uint64_t here = 0, next = 0;
-
-    if (g->n < 2 * length || from > g->n - 2 * length)
-        return from;
-    for (uint32_t k = 0; k < length; k++) {
-        here += cell[from + k];
-        next += cell[from + length + k];
-    }
-    uint32_t at = from;
-    for (; at + 2 * length < g->n && next < here && here > floor_power * length; at++) {
-        here += cell[at + length] - cell[at];
-        next += cell[at + 2 * length] - cell[at + length];
-    }
-    uint32_t quietest = at;
-    for (uint32_t i = at + 1; i < at + 2 * length; i++)
-        if (cell[i] < cell[quietest])
-            quietest = i;
-    return quietest;
-}
-
-/*
- * The first cell behind the ring-down. Configured: there, or later if the receiver is still saturated. Otherwise from
- * the loudest cell near the head (the first bins may be zero) over the saturated ones to where the level stops
- * falling; it is looked at over a guard length, since speckle has holes. A wall in the falling level is not found;
- * but the blind stretch ends behind it, and so its place is not called free.
- */
-static uint32_t ring_down_end(const struct extract *e, const struct geometry *g, const void *samples,
-                              uint64_t floor_power)
-{
-    uint32_t at = 0;
-
-    if (e->conf.ring_down_m >= 0.0) {
-        at = bins_for(fmax(e->conf.ring_down_m - g->r0, 0.0), g->dr);
-        while (at < g->n && saturated(e, samples, at))
-            at++;
-        return at + g->half;
-    }
-    for (uint32_t i = 1; i < g->n && i < 3 * g->settle; i++)
-        if (e->cell[i] > e->cell[at])
-            at = i;
-    while (at < g->n && saturated(e, samples, at))
-        at++;
-    return level_settles(g, e->cell, at, floor_power);
-}
-
-/* Run the detector over the cells from `first` on; false when they are too few to judge. */
-static bool detect(struct extract *e, struct beam *beam, uint64_t floor_power)
-{
-    const struct geometry *g = beam->geometry;
-    const uint32_t n = g->n - beam->first;
-
-    if (n < 2 * g->guard + 3)
+    if (!profile_axis_of(&axis, p, e->conf.window_m, e->conf.guard_m, e->max_bins))
         return false;
-    const uint32_t room = (n - 1) / 2 - g->guard; /* so that every cell has one complete side */
-    const uint32_t window = g->window < room ? g->window : room;
-    const double independent = fmin(fmax(window / g->resolution_bins, 1.0), MAX_FACTORS);
+    const struct profile_axis *last = &e->axis;
+    if (axis.n != last->n || axis.r0 != last->r0 || axis.dr != last->dr ||
+        axis.resolution_bins != last->resolution_bins) {
+        forget_usual(e);
+        e->axis = axis;
+    }
+    return true;
+}
+
+/* The detector for the n cells behind the ring-down; false when they are too few to judge. */
+static bool detector_for(const struct extract *e, const struct profile *p, struct cfar *cfar)
+{
+    const struct profile_axis *a = p->axis;
+    const uint32_t n = a->n - p->first;
+
+    if (n < 2 * a->guard + 3)
+        return false;
+    const uint32_t room = (n - 1) / 2 - a->guard; /* so that every cell has one complete side */
+    const uint32_t window = a->window < room ? a->window : room;
+    const double independent = fmin(fmax(window / a->resolution_bins, 1.0), MAX_FACTORS);
     const uint32_t factor = (uint32_t)independent - 1;
-    beam->cfar = (struct cfar){
+    *cfar = (struct cfar){
         .detector = e->conf.detector,
         .edge = CFAR_FULL,
         .n_side = window,
-        .guard = g->guard,
+        .guard = a->guard,
         .rank = (uint32_t)ceil(e->conf.rank * 2.0 * window),
         .alpha_q16 = e->both_q16[factor],
         .alpha_one_q16 = e->one_q16[factor],
-        .reference_min = floor_power,
+        .reference_min = p->floor_power,
     };
-    beam->profile = (struct cfar_profile){.x = e->cell + beam->first, .n = n, .work = e->work};
-    cfar_run(&beam->cfar, &beam->profile, e->mask + beam->first);
     return true;
 }
 
-/* Is the cell part of an echo? Nothing can exceed a threshold above full scale, so a saturated bin always is. */
-static bool stands_out(const struct extract *e, const struct beam *beam, uint32_t i)
+/* The first cell that is masked, or whose reference windows are: what it holds is not known. n: there is none. */
+static uint32_t judged_until(const struct profile *p, const struct detection *d)
 {
-    if (beam->blind && beam->blind[i])
-        return false;
-    if (beam->clean && beam->clean[i] <= beam->lowest)
-        return false;
-    return e->mask[i] || saturated(e, beam->samples, i);
+    uint32_t i = p->first;
+
+    if (!p->blind)
+        return p->axis->n;
+    while (i < p->axis->n && !p->blind[i] && cfar_reference_at(&d->cfar, &d->cells, i - p->first).cells > 0)
+        i++;
+    return i;
 }
 
-/* The group of detected cells that begins at `begin`: gaps of at most the guard belong to it. Returns its last. */
-static uint32_t group_end(const struct extract *e, const struct beam *beam, uint32_t begin)
+/* No cell is louder than the threshold over the floor, which is the least that there is, and none is saturated. */
+static bool is_quiet(const struct profile *p, const struct cfar *cfar)
 {
-    const struct geometry *g = beam->geometry;
-    uint32_t last = begin;
+    const uint64_t alpha_q16 = cfar->alpha_q16 < cfar->alpha_one_q16 ? cfar->alpha_q16 : cfar->alpha_one_q16;
+    uint64_t loudest = 0;
 
-    for (uint32_t i = begin + 1; i < g->n && i - last <= g->guard + 1; i++)
-        if (stands_out(e, beam, i))
-            last = i;
-    return last;
+    for (uint32_t i = p->first; i < p->axis->n; i++)
+        loudest = p->cell[i] > loudest ? p->cell[i] : loudest;
+    return loudest < p->full_power &&
+           (unsigned __int128)loudest << 16 <= (unsigned __int128)alpha_q16 * p->floor_power;
 }
 
-/* Position of the peak in bins (centre of bin 0: 0.5): middle of a flat top, else the top of a parabola. */
-static double peak_position(const uint64_t *cell, uint32_t n, uint32_t peak)
+/* The reflections of the profile become echoes; what is nearly one ends the free water. */
+static void enter_reflections(const struct extract *e, const struct profile *p, const struct detection *d,
+                              struct beam_echoes *out)
 {
-    uint32_t last = peak;
+    struct reflection r;
 
-    while (last + 1 < n && cell[last + 1] == cell[peak])
-        last++;
-    if (last > peak || peak == 0 || last + 1 == n)
-        return ((double)peak + last + 1.0) / 2.0;
-    const double left = (double)cell[peak - 1], mid = (double)cell[peak], right = (double)cell[peak + 1];
-    const double bend = left - 2.0 * mid + right;
-    return peak + 0.5 + (bend < 0.0 ? fmax(-0.5, fmin(0.5, 0.5 * (left - right) / bend)) : 0.0);
-}
-
-/* Bins around the peak in which the level is at least half of the peak's. */
-static double half_power_width(const uint64_t *cell, uint32_t n, uint32_t peak)
-{
-    uint32_t begin = peak, end = peak + 1;
-
-    while (begin > 0 && cell[begin - 1] >= cell[peak] / 2)
-        begin--;
-    while (end < n && cell[end] >= cell[peak] / 2)
-        end++;
-    return end - begin;
-}
-
-/* Fill *echo from the group begin .. last; returns its contrast, a ratio of powers. */
-static double echo_of(const struct extract *e, const struct beam *beam, uint32_t begin, uint32_t last,
-                      struct echo *echo)
-{
-    const struct geometry *g = beam->geometry;
-    uint32_t peak = begin;
-    double contrast = 0.0, strength = 1.0;
-
-    for (uint32_t i = begin; i <= last; i++) {
-        const struct cfar_reference ref = cfar_reference_at(&beam->cfar, &beam->profile, i - beam->first);
-        const double ratio = (double)e->cell[i] * ref.cells / fmax((double)ref.sum, 1.0);
-        const uint64_t alpha_q16 = ref.one_sided ? beam->cfar.alpha_one_q16 : beam->cfar.alpha_q16;
-        contrast = fmax(contrast, saturated(e, beam->samples, i) ? e->contrast : ratio);
-        strength = fmax(strength, ratio * 65536.0 / (double)alpha_q16);
-        if (e->cell[i] > e->cell[peak])
-            peak = i;
+    for (uint32_t i = p->first; out->n < ECHOES_PER_BEAM && reflection_next(p, d, i, &r); i = r.last + 1) {
+        if (r.contrast >= e->contrast && !r.lowest_only)
+            out->echo[out->n++] = r.echo;
+        else if (r.contrast >= e->contrast * DOUBTFUL && out->n == 0)
+            out->free_to_m = fminf(out->free_to_m, r.echo.near_m);
     }
-    const double first_m = g->r0 + beam->first * g->dr;
-    *echo = (struct echo){
-        .range_m = (float)fmax(g->r0 + peak_position(e->cell, g->n, peak) * g->dr, first_m),
-        .near_m = (float)(g->r0 + begin * g->dr),
-        .sd_m = (float)(half_power_width(e->cell, g->n, peak) * g->dr / sqrt(12.0)),
-        .strength = (float)strength,
-        .confidence = (float)(strength / (1.0 + strength)),
+}
+
+/* Set p->first. True when the ring-down of this beam ends later than usual: something near rings with it. */
+static bool end_ring_down(const struct extract *e, struct profile *p, struct of_ping *of_ping)
+{
+    uint64_t usual;
+
+    if (e->conf.ring_down_m >= 0.0) {
+        p->first = ring_down_at(p, e->conf.ring_down_m);
+        return false;
+    }
+    const uint32_t found = ring_down_found(p);
+    of_ping->ring_down = found < of_ping->ring_down ? found : of_ping->ring_down;
+    p->first = found;
+    if (!usual_get(&e->ring_down, &usual) || found <= usual + p->axis->guard)
+        return false;
+    if (e->conf.learn_ring_down) {
+        const uint32_t learnt = ring_down_at(p, profile_m(p, (double)usual));
+        p->first = learnt < found ? learnt : found;
+    }
+    return true;
+}
+
+static void extract_profile(struct extract *e, const struct ping *ping, uint16_t b, const struct extract_aid *aid,
+                            struct of_ping *of_ping, struct beam_echoes *out)
+{
+    const size_t at = (size_t)b * ping->n_bins;
+    struct profile p = {
+        .axis = &e->axis,
+        .amplitude = &e->amplitude,
+        .samples = (const uint8_t *)ping->samples + at * ping->sample_bytes,
+        .blind = aid && aid->blind ? aid->blind + at : NULL,
+        .clean = aid && aid->clean ? aid->clean + at : NULL,
+        .lowest = aid ? aid->lowest : -1,
+        .cell = e->cell,
     };
-    return contrast;
-}
+    struct detection d = {.mask = e->mask};
 
-/* End of the stretch behind the ring-down in which no window is without any sound. */
-static uint32_t heard_until(const struct extract *e, const struct beam *beam)
-{
-    const struct geometry *g = beam->geometry;
-    uint32_t end = beam->first;
-
-    for (uint32_t i = beam->first; i < g->n && i - end < g->window; i++)
-        if (count_at(e, beam->samples, i) > 0)
-            end = i + 1;
-    return end;
-}
-
-static double free_without_echo(const struct extract *e, const struct beam *beam)
-{
-    const struct geometry *g = beam->geometry;
-
-    switch (e->conf.no_echo) {
-    case EXTRACT_HEARD:
-        return g->r0 + heard_until(e, beam) * g->dr;
-    case EXTRACT_RANGE:
-        return g->r0 + g->n * g->dr;
-    case EXTRACT_MINIMUM:
-        break;
-    }
-    return fmin(e->conf.minimum_range_m, g->r0 + heard_until(e, beam) * g->dr);
-}
-
-/* Every bin from `first` on at full scale, or every bin of the beam at zero: the receiver said nothing. */
-static bool is_dumb(const struct extract *e, const struct beam *beam)
-{
-    const uint32_t n = beam->geometry->n;
-    uint32_t loud = beam->first, silent = 0;
-
-    while (loud < n && saturated(e, beam->samples, loud))
-        loud++;
-    while (silent < n && count_at(e, beam->samples, silent) == 0)
-        silent++;
-    return loud == n || silent == n;
-}
-
-static void extract_profile(struct extract *e, const struct geometry *g, const struct ping *ping, uint16_t b,
-                            const struct extract_aid *aid, struct beam_echoes *out)
-{
-    const size_t at = (size_t)b * g->n;
-    const void *samples = (const uint8_t *)ping->samples + at * ping->sample_bytes;
-    struct beam beam = {.geometry = g, .samples = samples};
-    if (aid) {
-        beam.blind = aid->blind ? aid->blind + at : NULL;
-        beam.clean = aid->clean ? aid->clean + at : NULL;
-        beam.lowest = aid->lowest;
-    }
-    float doubt_m = INFINITY;
-    const uint64_t bins = 2 * (uint64_t)g->half + 1;
-    unsigned shift = 0; /* needed for 16-bit samples and long pulses only */
-
-    while (bins * amplitude_of(&e->amplitude, e->amplitude.max_count) >> shift > CFAR_MAX_POWER)
-        shift++;
-    const uint64_t floor_power = bins * amplitude_of(&e->amplitude, e->conf.floor_counts) >> shift;
-    amplitude_convert(&e->amplitude, samples, g->n, e->work);
-    sum_cells(e->work, g->n, g->half, shift, e->cell);
-    beam.first = ring_down_end(e, g, samples, floor_power);
-    if (beam.first >= g->n || is_dumb(e, &beam) || !detect(e, &beam, floor_power))
+    profile_sum(&p, &e->amplitude, p.samples, e->conf.floor_counts, e->work);
+    const bool near_shadow = end_ring_down(e, &p, of_ping);
+    if (p.first >= p.axis->n || silence_is_dumb(&p) || !detector_for(e, &p, &d.cfar))
         return;
 
-    out->blind_m = (float)(g->r0 + beam.first * g->dr);
-    out->state = BEAM_SILENT;
-    for (uint32_t i = beam.first; i < g->n && out->n < ECHOES_PER_BEAM; i++) {
-        if (!stands_out(e, &beam, i))
-            continue;
-        const uint32_t last = group_end(e, &beam, i);
-        const double contrast = echo_of(e, &beam, i, last, &out->echo[out->n]);
-        if (contrast >= e->contrast)
-            out->n++;
-        else if (contrast >= e->contrast * DOUBTFUL && out->n == 0)
-            doubt_m = fminf(doubt_m, out->echo[0].near_m);
-        i = last;
+    const uint64_t floor = silence_floor(&p);
+    of_ping->floor = floor < of_ping->floor ? floor : of_ping->floor;
+    const bool on_clean = e->conf.order == EXTRACT_PAPER && p.clean;
+    if (on_clean)
+        profile_sum(&p, &e->clean_amplitude, p.clean, e->conf.floor_counts >> 8 * (ping->sample_bytes - 1),
+                    e->work);
+    out->blind_m = (float)profile_m(&p, p.first);
+    out->free_to_m = INFINITY;
+    if (p.blind || on_clean || !is_quiet(&p, &d.cfar)) {
+        d.cells = (struct cfar_profile){.x = e->cell + p.first,
+                                        .excluded = p.blind ? p.blind + p.first : NULL,
+                                        .n = p.axis->n - p.first,
+                                        .work = e->work};
+        cfar_run(&d.cfar, &d.cells, e->mask + p.first);
+        enter_reflections(e, &p, &d, out);
     }
-    if (out->n > 0) {
-        out->state = BEAM_ECHO;
-        out->free_to_m = out->echo[0].near_m;
-    } else {
-        out->free_to_m = (float)free_without_echo(e, &beam);
-    }
-    out->free_to_m = fminf(out->free_to_m, doubt_m);
+    out->state = out->n > 0 ? BEAM_ECHO : BEAM_SILENT;
+    double free_m = 0.0;
+    if (out->n > 0)
+        free_m = (double)out->echo[0].near_m;
+    else if (!near_shadow)
+        free_m = silence_free_m(&p, judged_until(&p, &d), e->conf.no_echo, e->conf.minimum_range_m);
+    out->free_to_m = fminf(out->free_to_m, (float)free_m);
 }
 
 static bool is_range(float range_m)
@@ -529,12 +376,26 @@ static void extract_ranges(const struct extract *e, double begin_m, const struct
 
 /* ---- one ping ---- */
 
+/* What the ping adds to what is usual; where its floor is raised, nothing that it did not hear is free. */
+static void judge_floor(struct extract *e, const struct of_ping *of_ping, struct echoes *out)
+{
+    uint64_t usual;
+
+    if (of_ping->ring_down != UINT64_MAX)
+        usual_add(&e->ring_down, of_ping->ring_down);
+    if (of_ping->floor == UINT64_MAX)
+        return;
+    if (usual_get(&e->floor, &usual) && of_ping->floor / RAISED > usual)
+        for (uint16_t b = 0; b < out->n_beams; b++)
+            out->beam[b].free_to_m = 0.0f;
+    usual_add(&e->floor, of_ping->floor);
+}
+
 void extract_run(struct extract *extract, const struct ping *ping, const struct extract_aid *aid,
                  struct echoes *out)
 {
-    struct geometry g;
     const bool ready = ping->kind == PING_RANGES;
-    const bool profile = !ready && geometry_of(extract, ping, &g) && amplitude_for(extract, ping);
+    const bool profile = !ready && axis_for(extract, ping) && amplitude_for(extract, ping);
     const double end_m = (double)ping->r0_m + (double)ping->n_bins * (double)ping->dr_m;
 
     out->t_ns = ping->t_ns;
@@ -547,6 +408,7 @@ void extract_run(struct extract *extract, const struct ping *ping, const struct 
     out->el_aperture_rad = ping->el_aperture_rad;
     out->pose = ping->pose;
 
+    struct of_ping of_ping = {UINT64_MAX, UINT64_MAX};
     for (uint16_t b = 0, n = 1; b < ping->n_beams && out->n_beams < out->max_beams; b = (uint16_t)(b + n)) {
         struct beam_echoes *beam = &out->beam[out->n_beams++];
         *beam = (struct beam_echoes){
@@ -556,6 +418,7 @@ void extract_run(struct extract *extract, const struct ping *ping, const struct 
         if (ready)
             extract_ranges(extract, (double)ping->r0_m, &ping->beam[b], n = echoes_of_beam(ping, b), beam);
         else if (profile)
-            extract_profile(extract, &g, ping, b, aid, beam);
+            extract_profile(extract, ping, b, aid, &of_ping, beam);
     }
+    judge_floor(extract, &of_ping, out);
 }

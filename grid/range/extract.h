@@ -7,21 +7,16 @@
 #ifndef SONARD_EXTRACT_H
 #define SONARD_EXTRACT_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
 #include "../echoes.h"
 #include "../ping.h"
 #include "cfar_factor.h"
+#include "silence.h"
 
 #define EXTRACT_LAW_OF_PING (-1)
-
-/* How far the water counts as free where nothing was found. */
-enum extract_no_echo {
-    EXTRACT_MINIMUM, /* to minimum_range_m, but not where the receiver sends nothing but zeros */
-    EXTRACT_HEARD,   /* as far as the receiver is heard to be alive: to the first window of nothing but zeros */
-    EXTRACT_RANGE,   /* to the end of the beam */
-};
 
 /* What the detector runs on where the pipeline hands in a cleaned image. */
 enum extract_order {
@@ -41,6 +36,7 @@ struct extract_conf {
     enum extract_no_echo no_echo;
     double minimum_range_m; /* [0, 1000] */
     double ring_down_m;     /* end of the ring-down, <= 100; < 0: found in every beam */
+    bool learn_ring_down;   /* found ones that end later than usual end where they usually do */
     int law;                /* enum amplitude_law in place of the ping's; EXTRACT_LAW_OF_PING: the ping's */
     double db_per_count;    /* with law AMPLITUDE_LOG */
 };

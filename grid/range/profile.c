@@ -1,0 +1,65 @@
+/* SPDX-License-Identifier: MIT */
+#include "profile.h"
+
+#include <math.h>
+
+#include "cfar.h"
+
+#define MIN_WINDOW_CELLS 8 /* independent cells on each side: fewer make the threshold a lottery */
+
+static uint32_t bins_for(double metres, double dr)
+{
+    return (uint32_t)fmin(ceil(metres / dr - 1e-6), PING_MAX_BINS);
+}
+
+bool profile_axis_of(struct profile_axis *axis, const struct ping *ping, double window_m, double guard_m,
+                     uint32_t max_bins)
+{
+    const double dr = (double)ping->dr_m, pulse = (double)ping->pulse_m, r0 = (double)ping->r0_m;
+
+    if (ping->n_bins == 0 || ping->n_bins > max_bins || !(dr >= 1e-6 && dr <= 100.0) ||
+        !(pulse >= 0.0 && pulse <= 1e3) || !(r0 >= 0.0 && r0 <= 1e5))
+        return false;
+    *axis = (struct profile_axis){.n = ping->n_bins, .r0 = r0, .dr = dr};
+    axis->resolution_bins = fmin(fmax(pulse / dr, 1.0), PING_MAX_BINS);
+    axis->half = (uint32_t)(axis->resolution_bins / 2.0);
+
+    const uint32_t pulse_bins = bins_for(pulse, dr);
+    axis->guard = bins_for(guard_m, dr);
+    if (axis->guard < pulse_bins)
+        axis->guard = pulse_bins;
+    const double least = ceil(MIN_WINDOW_CELLS * axis->resolution_bins);
+    axis->window = (uint32_t)fmin(fmax(bins_for(window_m, dr), least), PING_MAX_BINS);
+    return true;
+}
+
+/* Sum of power over the resolution cell around every bin, cut at the ends of the beam; divided by 2^shift. */
+static void sum_cells(const uint64_t *power, uint32_t n, uint32_t half, unsigned shift, uint64_t *cell)
+{
+    uint64_t sum = 0;
+
+    for (uint32_t i = 0; i < n && i < half; i++)
+        sum += power[i];
+    for (uint32_t i = 0; i < n; i++) {
+        if (i + half < n)
+            sum += power[i + half];
+        if (i > half)
+            sum -= power[i - half - 1];
+        cell[i] = sum >> shift;
+    }
+}
+
+void profile_sum(struct profile *p, const struct amplitude *law, const void *counts, uint32_t floor_counts,
+                 uint64_t *work)
+{
+    const struct profile_axis *a = p->axis;
+    const uint64_t bins = 2 * (uint64_t)a->half + 1, full = amplitude_of(law, law->max_count);
+    unsigned shift = 0;
+
+    while (bins * full >> shift > CFAR_MAX_POWER)
+        shift++;
+    p->floor_power = bins * amplitude_of(law, floor_counts) >> shift;
+    p->full_power = full >> shift;
+    amplitude_convert(law, counts, a->n, work);
+    sum_cells(work, a->n, a->half, shift, p->cell);
+}

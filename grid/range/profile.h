@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * profile - the intensities of one beam made ready for detection: sizes in bins, and the power of every resolution
+ * cell (the bins within one pulse length). What the stages of extract hand each other; knows no detector.
+ */
+#ifndef SONARD_PROFILE_H
+#define SONARD_PROFILE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "../ping.h"
+#include "amplitude.h"
+
+/* The range axis of a ping, and sizes in bins that follow from its bin and pulse length. */
+struct profile_axis {
+    uint32_t n;      /* bins of a beam */
+    double r0, dr;   /* metres */
+    uint32_t half;   /* a resolution cell is the bin and so many on either side of it */
+    uint32_t window; /* reference cells on each side */
+    uint32_t guard;
+    double resolution_bins; /* bins per independent cell, >= 1 */
+};
+
+/* Indices of cells are bins from the head. */
+struct profile {
+    const struct profile_axis *axis;
+    const struct amplitude *amplitude;
+    const void *samples;          /* [n] counts */
+    const uint8_t *blind, *clean; /* of struct extract_aid, this beam's; or NULL */
+    int lowest;
+    uint64_t *cell;       /* [n] power summed over the resolution cell around each bin */
+    uint64_t floor_power; /* of a cell whose bins all have the floor's count */
+    uint64_t full_power;  /* of a bin at full scale, in the scale of `cell` */
+    uint32_t first;       /* cell behind the ring-down */
+};
+
+/**
+ * profile_axis_of - the axis of a ping of at most max_bins bins. The guard is at least the pulse, the window at least
+ * 8 resolution cells. False when the ping's numbers make no sense.
+ */
+bool profile_axis_of(struct profile_axis *axis, const struct ping *ping, double window_m, double guard_m,
+                     uint32_t max_bins);
+
+/**
+ * profile_sum - fill cell, floor_power and full_power from counts[n] under a law (not always those of `samples`).
+ * work: room for n powers. Long pulses and 16 bits are scaled down to stay within CFAR_MAX_POWER.
+ */
+void profile_sum(struct profile *p, const struct amplitude *law, const void *counts, uint32_t floor_counts,
+                 uint64_t *work);
+
+static inline double profile_m(const struct profile *p, double bins)
+{
+    return p->axis->r0 + bins * p->axis->dr;
+}
+
+static inline uint32_t profile_count(const struct profile *p, uint32_t i)
+{
+    return p->amplitude->sample_bytes == 1 ? ((const uint8_t *)p->samples)[i] : ((const uint16_t *)p->samples)[i];
+}
+
+static inline bool profile_saturated(const struct profile *p, uint32_t i)
+{
+    return profile_count(p, i) == p->amplitude->max_count;
+}
+
+static inline bool profile_blind(const struct profile *p, uint32_t i)
+{
+    return p->blind && p->blind[i];
+}
+
+#endif

@@ -1,0 +1,98 @@
+/* SPDX-License-Identifier: MIT */
+#include "reflection.h"
+
+#include <math.h>
+
+static bool stands_out(const struct profile *p, const struct detection *d, uint32_t i)
+{
+    return !profile_blind(p, i) && (d->mask[i] || profile_saturated(p, i));
+}
+
+/* The last cell of the group that begins at `begin`. */
+static uint32_t group_end(const struct profile *p, const struct detection *d, uint32_t begin)
+{
+    const struct profile_axis *a = p->axis;
+    uint32_t last = begin;
+
+    for (uint32_t i = begin + 1; i < a->n && i - last <= a->guard + 1; i++)
+        if (stands_out(p, d, i))
+            last = i;
+    return last;
+}
+
+/* Position of the peak in bins (centre of bin 0: 0.5): middle of a flat top, else the top of a parabola. */
+static double peak_position(const uint64_t *cell, uint32_t n, uint32_t peak)
+{
+    uint32_t last = peak;
+
+    while (last + 1 < n && cell[last + 1] == cell[peak])
+        last++;
+    if (last > peak || peak == 0 || last + 1 == n)
+        return ((double)peak + last + 1.0) / 2.0;
+    const double left = (double)cell[peak - 1], mid = (double)cell[peak], right = (double)cell[peak + 1];
+    const double bend = left - 2.0 * mid + right;
+    return peak + 0.5 + (bend < 0.0 ? fmax(-0.5, fmin(0.5, 0.5 * (left - right) / bend)) : 0.0);
+}
+
+/* Bins around the peak in which the level is at least half of the peak's. */
+static double half_power_width(const uint64_t *cell, uint32_t n, uint32_t peak)
+{
+    uint32_t begin = peak, end = peak + 1;
+
+    while (begin > 0 && cell[begin - 1] >= cell[peak] / 2)
+        begin--;
+    while (end < n && cell[end] >= cell[peak] / 2)
+        end++;
+    return end - begin;
+}
+
+/* The first cell that may belong to a reflection which begins at `begin`. */
+static uint32_t near_cell(const struct profile *p, uint32_t begin)
+{
+    while (begin > p->first && profile_blind(p, begin - 1))
+        begin--;
+    return begin;
+}
+
+static void measure(const struct profile *p, const struct detection *d, struct reflection *r)
+{
+    const struct profile_axis *a = p->axis;
+    uint32_t peak = r->begin;
+    double strength = 1.0;
+
+    r->contrast = 0.0;
+    r->lowest_only = p->clean != NULL;
+    for (uint32_t i = r->begin; i <= r->last; i++) {
+        if (profile_blind(p, i))
+            continue;
+        const struct cfar_reference ref = cfar_reference_at(&d->cfar, &d->cells, i - p->first);
+        const uint64_t alpha_q16 = ref.one_sided ? d->cfar.alpha_one_q16 : d->cfar.alpha_q16;
+        const double ratio = (double)p->cell[i] * ref.cells / fmax((double)ref.sum, 1.0);
+        const bool saturated = profile_saturated(p, i);
+        r->contrast = fmax(r->contrast, saturated ? INFINITY : ratio);
+        strength = fmax(strength, ratio * 65536.0 / (double)alpha_q16);
+        if (saturated || (p->clean && p->clean[i] > p->lowest))
+            r->lowest_only = false;
+        if (p->cell[i] > p->cell[peak])
+            peak = i;
+    }
+    r->echo = (struct echo){
+        .range_m = (float)fmax(profile_m(p, peak_position(p->cell, a->n, peak)), profile_m(p, p->first)),
+        .near_m = (float)profile_m(p, near_cell(p, r->begin)),
+        .sd_m = (float)(half_power_width(p->cell, a->n, peak) * a->dr / sqrt(12.0)),
+        .strength = (float)strength,
+        .confidence = (float)(strength / (1.0 + strength)),
+    };
+}
+
+bool reflection_next(const struct profile *p, const struct detection *d, uint32_t from, struct reflection *out)
+{
+    for (uint32_t i = from; i < p->axis->n; i++) {
+        if (!stands_out(p, d, i))
+            continue;
+        *out = (struct reflection){.begin = i, .last = group_end(p, d, i)};
+        measure(p, d, out);
+        return true;
+    }
+    return false;
+}

@@ -1,0 +1,36 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * reflection - from the cells that a detector let through to echoes: groups of them, the position and its deviation,
+ * how far they stand out. Knows no ring-down and no free water.
+ */
+#ifndef SONARD_REFLECTION_H
+#define SONARD_REFLECTION_H
+
+#include "../echoes.h"
+#include "cfar.h"
+#include "profile.h"
+
+/* What the detector said of a profile: cells from p->first on are set. */
+struct detection {
+    struct cfar cfar;
+    struct cfar_profile cells; /* those from p->first on */
+    uint8_t *mask;             /* [n] */
+};
+
+/* Cells begin .. last, gaps of at most the guard included. */
+struct reflection {
+    uint32_t begin, last;
+    double contrast;  /* of its peak over the reference, a ratio of powers; INFINITY: saturated */
+    bool lowest_only; /* all of it lies in the lowest class of the cleaned image */
+    struct echo echo;
+};
+
+/**
+ * reflection_next - the first reflection that begins at cell `from` or later; false when there is none.
+ *
+ * Nothing can exceed a threshold above full scale: saturated bins stand out whatever the detector says. Blind cells
+ * never do. echo.near_m goes back over blind cells right before `begin`, where the reflection may have begun.
+ */
+bool reflection_next(const struct profile *p, const struct detection *d, uint32_t from, struct reflection *out);
+
+#endif

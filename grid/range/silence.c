@@ -1,0 +1,51 @@
+/* SPDX-License-Identifier: MIT */
+#include "silence.h"
+
+#include <math.h>
+
+bool silence_is_dumb(const struct profile *p)
+{
+    const uint32_t n = p->axis->n;
+    uint32_t loud = p->first, silent = 0;
+
+    while (loud < n && profile_saturated(p, loud))
+        loud++;
+    while (silent < n && profile_count(p, silent) == 0)
+        silent++;
+    return loud == n || silent == n;
+}
+
+/* End of the stretch behind the ring-down in which no window is without any sound. */
+static uint32_t heard_until(const struct profile *p)
+{
+    const struct profile_axis *a = p->axis;
+    uint32_t end = p->first;
+
+    for (uint32_t i = p->first; i < a->n && i - end < a->window; i++)
+        if (profile_count(p, i) > 0)
+            end = i + 1;
+    return end;
+}
+
+double silence_free_m(const struct profile *p, uint32_t judged, enum extract_no_echo rule, double minimum_range_m)
+{
+    const uint32_t heard = heard_until(p), end = rule == EXTRACT_RANGE && heard > p->first ? p->axis->n : heard;
+    const double free_m = profile_m(p, end < judged ? end : judged);
+
+    return rule == EXTRACT_MINIMUM ? fmin(minimum_range_m, free_m) : free_m;
+}
+
+uint64_t silence_floor(const struct profile *p)
+{
+    const uint32_t n = p->axis->n, window = p->axis->window;
+    uint64_t least = UINT64_MAX;
+
+    for (uint32_t begin = p->first; begin < n && n - begin >= window; begin += window) {
+        uint64_t sum = 0;
+        for (uint32_t i = begin; i < begin + window; i++)
+            sum += p->cell[i];
+        least = sum < least ? sum : least;
+    }
+    const uint64_t mean = least == UINT64_MAX ? 0 : least / window;
+    return mean > p->floor_power ? mean : p->floor_power;
+}

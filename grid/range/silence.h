@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * silence - what a beam says of the water where it found nothing. Silence is evidence only where the receiver was
+ * heard to be alive and nothing stood in its way. Knows no echoes.
+ */
+#ifndef SONARD_SILENCE_H
+#define SONARD_SILENCE_H
+
+#include "profile.h"
+
+/* How far the water counts as free where nothing was found. */
+enum extract_no_echo {
+    EXTRACT_MINIMUM, /* to minimum_range_m, but not where the receiver sends nothing but zeros */
+    EXTRACT_HEARD,   /* as far as the receiver is heard to be alive: to the first window of nothing but zeros */
+    EXTRACT_RANGE,   /* to the end of the beam, if the receiver is heard at all behind the ring-down */
+};
+
+/** silence_is_dumb - every bin from p->first on at full scale, or every bin at zero: the receiver said nothing. */
+bool silence_is_dumb(const struct profile *p);
+
+/**
+ * silence_free_m - how far from the sensor the water is free by the rule, where no echo was found. Not beyond cell
+ * `judged`: what is masked there casts a shadow.
+ */
+double silence_free_m(const struct profile *p, uint32_t judged, enum extract_no_echo rule, double minimum_range_m);
+
+/** silence_floor - mean power of the quietest reference window behind the ring-down, at least the floor's. */
+uint64_t silence_floor(const struct profile *p);
+
+#endif
