@@ -147,6 +147,9 @@ const struct conf_key conf_keys[] = {
     {"extract", "min_contrast", QUANTITY(1, "dB", 0, 100), .standard = "14 dB", CONF(extract.min_contrast_db),
      .help = "How far an echo must rise above its surroundings. The false-alarm rule alone takes every ripple of\n"
              "reverberation for an echo; a hull, a wall or a pile stands out by far more than this."},
+    {"extract", "learn_ring_down", WORDS("on", "off"), .standard = "off", CONF(extract.learn_ring_down),
+     .help = "For ring_down = auto: a beam that seems to ring longer than the sonar usually does is believed from\n"
+             "where it usually ends, so that a wall close to the head is found there. Parts of the vehicle are too."},
     {"extract", "no_echo", WORDS("minimum", "heard", "range"), .standard = "minimum", CONF(extract.no_echo),
      .help = "How far the water is taken as free where a beam found nothing. minimum: to minimum_range, the\n"
              "cautious rule; heard: as far as the beam heard its own noise floor; range: to the end of the\n"

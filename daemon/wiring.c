@@ -41,6 +41,7 @@ static void extract_of(const struct conf_extract *c, const struct conf_sonar *so
                                .min_contrast_db = c->min_contrast_db,
                                .no_echo = rules[c->no_echo],
                                .minimum_range_m = c->minimum_range_m,
+                               .learn_ring_down = c->learn_ring_down == CONF_ON,
                                .ring_down_m = sonar->ring_down_m,
                                .law = laws[sonar->amplitude],
                                .db_per_count = sonar->db_per_count};
