@@ -30,6 +30,7 @@ struct pipeline {
     struct belt pings, found;
     uint32_t filling; /* ping buffer that pipeline_begin gave out, or NONE */
     struct extract *extract[PIPELINE_MAX_SENSORS];
+    struct pipeline_background background[PIPELINE_MAX_SENSORS]; /* written while nothing is under way */
     struct sphere *sphere;
     struct image *image[PIPELINE_MAX_SENSORS];
     struct latency latency;
@@ -71,7 +72,14 @@ static void run_maps(struct pipeline *p, struct echoes *e)
 
 static void run_extract(struct pipeline *p, const struct ping *ping, struct echoes *e)
 {
-    extract_run(p->extract[ping->sensor], ping, NULL, e);
+    const struct pipeline_background *b = &p->background[ping->sensor];
+    struct extract_aid aid = {.lowest = -1};
+    bool any_blind = false;
+    if (b->learn)
+        background_learn_take(b->learn, ping);
+    if (b->use && background_view(b->use, ping, &b->view, &any_blind) && any_blind)
+        aid.blind = b->view.blind;
+    extract_run(p->extract[ping->sensor], ping, aid.blind ? &aid : NULL, e);
     image_enter(p->image[ping->sensor], ping, e);
 }
 
@@ -210,6 +218,12 @@ void pipeline_drain(struct pipeline *p)
     while (atomic_load_explicit(&p->finished, memory_order_acquire) !=
            atomic_load_explicit(&p->submitted, memory_order_relaxed))
         rest();
+}
+
+void pipeline_set_background(struct pipeline *p, int sensor, const struct pipeline_background *background)
+{
+    pipeline_drain(p);
+    p->background[sensor] = *background;
 }
 
 struct picture *pipeline_picture(struct pipeline *p)

@@ -14,6 +14,8 @@
 #include <stdint.h>
 
 #include "../grid/ping.h"
+#include "../grid/range/background.h"
+#include "../grid/range/background_learn.h"
 #include "../grid/range/extract.h"
 #include "../grid/sphere/sphere.h"
 #include "image.h"
@@ -32,6 +34,13 @@ struct pipeline_conf {
     struct extract_conf extract[PIPELINE_MAX_SENSORS];
     struct mount mount[PIPELINE_MAX_SENSORS];
     struct sphere_conf sphere;
+};
+
+/* What the extract stage does about a sensor's own vehicle: memory of the caller. */
+struct pipeline_background {
+    const struct background *use;   /* template in force; NULL: none */
+    struct background_learn *learn; /* sees every ping; NULL: nothing is learnt */
+    struct background_view view;    /* room for the cells of a ping, with `use` */
 };
 
 struct pipeline_stats {
@@ -57,6 +66,12 @@ void pipeline_submit(struct pipeline *p, struct ping *ping);
 
 /** pipeline_drain - wait until all that was submitted is in the picture. */
 void pipeline_drain(struct pipeline *p);
+
+/**
+ * pipeline_set_background - for the pings from now on; *background is copied. Drains first: afterwards nobody works
+ * with what was set before, and what a learner has counted may be read. Loop thread.
+ */
+void pipeline_set_background(struct pipeline *p, int sensor, const struct pipeline_background *background);
 
 struct picture *pipeline_picture(struct pipeline *p);
 struct image *pipeline_image(struct pipeline *p, int sensor);
