@@ -61,12 +61,13 @@ struct conf_sonar {
     double db_per_count;        /* decibels_per_count = 0.3137 dB; auto: 0; positive when amplitude = log */
     double min_confidence;      /* min_confidence = 0.5: of ranges that the device picks itself [0.01 .. 1] */
     double ring_down_m; /* ring_down = 0.3 m; auto: -1, found from the device and the beam; less than range */
-    char power[CONF_NAME_MAX];   /* power = LINE: GPIO line that switches it; none: empty */
-    int power_active;            /* power_active = high | low */
-    double power_cycle_after_s;  /* power_cycle_after = 30 s; never: 0 */
-    int power_at_stop;           /* power_at_stop = on | off */
-    char trigger[CONF_NAME_MAX]; /* trigger = LINE: GPIO line with an edge at every ping; none: empty */
-    int trigger_edge;            /* trigger_edge = rising | falling */
+    char background[CONF_TEXT_MAX]; /* background = /var/lib/sonard/front.bg; none: empty */
+    char power[CONF_NAME_MAX];      /* power = LINE: GPIO line that switches it; none: empty */
+    int power_active;               /* power_active = high | low */
+    double power_cycle_after_s;     /* power_cycle_after = 30 s; never: 0 */
+    int power_at_stop;              /* power_at_stop = on | off */
+    char trigger[CONF_NAME_MAX];    /* trigger = LINE: GPIO line with an edge at every ping; none: empty */
+    int trigger_edge;               /* trigger_edge = rising | falling */
 };
 
 struct conf_water {
@@ -87,6 +88,18 @@ struct conf_extract {
     int no_echo;            /* no_echo = minimum | heard | range */
     double
         minimum_range_m; /* minimum_range = 0.75 m: free water claimed where nothing was found; <= every sonar's range */
+};
+
+/* [background]: what of a template is the vehicle; see grid/range/background_keep.h */
+struct conf_background {
+    int mask;           /* mask = 64 counts [1 .. 254]: louder cells are blind */
+    double neighbour_m; /* neighbour = 0.15 m [0.01 .. 1] */
+    int min_points;     /* min_points = 6 [1 .. 1000] */
+    double min_level;   /* min_level = 80 counts [0 .. 255] */
+    double extent_m;    /* extent = 1 m */
+    double reach_m;     /* reach = 3 m */
+    double share;       /* share = 0.25 of all bearings */
+    double ring_m;      /* ring = 0.5 m */
 };
 
 struct conf_grid {
@@ -170,6 +183,7 @@ struct conf {
     struct conf_sonar sonar[CONF_MAX_SONARS];
     struct conf_water water;
     struct conf_extract extract;
+    struct conf_background background;
     struct conf_grid grid;
     struct conf_pose pose;
     struct conf_depth depth;

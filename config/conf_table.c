@@ -26,6 +26,9 @@ const struct conf_section conf_sections[] = {
               "up to 31 letters, digits, - and _. The name is what answers, logs and captures call it."},
     {"water", "The water the vehicle is in."},
     {"extract", "How the first echo of a beam is told from noise (CFAR: constant false-alarm rate)."},
+    {"background", "What a sonar hears of its own vehicle: frame, tether, electronics. Such places are blind: neither\n"
+                   "blocked nor clear. Of what was loud while a template was learnt, only what these keys describe is\n"
+                   "taken for the vehicle; the rest, walls above all, stays an obstacle."},
     {"grid", "The map of free water around the vehicle, and what counts as blocked and as clear."},
     {"pose", "What is known about where the vehicle is and how it lies."},
     {"depth", "A depth or pressure transmitter that is read over Modbus. The defaults are those of a Keller 33X."},
@@ -99,6 +102,10 @@ const struct conf_key conf_keys[] = {
      SONAR(ring_down_m),
      .help = "Nothing is believed nearer than this, because the transducer still rings; less than range.\n"
              "auto: found from the device and from every beam."},
+    {"sonar", "background", .kind = CONF_PATH, .standard = "none", .instead = "none", SONAR(background),
+     .form = "an absolute path",
+     .help = "File with the template of what this sonar hears of the vehicle itself; `sonarctl background learn`\n"
+             "makes one, `save` writes it here. Loaded at the start where it is there. See [background]."},
     {"sonar", "power", .kind = CONF_TEXT, .form = LINE_FORM, .standard = "none", .instead = "none", SONAR(power),
      .help = "GPIO line that switches the sonar's power. It is switched on at the start."},
     {"sonar", "power_active", WORDS("high", "low"), .standard = "high", SONAR(power_active),
@@ -158,6 +165,24 @@ const struct conf_key conf_keys[] = {
      .help =
          "For no_echo = minimum: how far the water is free where a beam found nothing. Not beyond the range of\n"
          "any sonar."},
+
+    {"background", "mask", INTEGER(1, 254), .standard = "64", CONF(background.mask),
+     .help = "Counts of the template above which a cell is blind. Well above the noise, below the weakest echo\n"
+             "of the frame that was ever taken for an obstacle."},
+    {"background", "neighbour", QUANTITY(1, "m", 0.01, 1), .standard = "0.15 m", CONF(background.neighbour_m),
+     .help = "Loud cells nearer to each other than this belong together."},
+    {"background", "min_points", INTEGER(1, 1000), .standard = "6", CONF(background.min_points),
+     .help = "Loud cells that must lie so near to one, itself counted, for it to be more than a speckle."},
+    {"background", "min_level", NUMBER(0, 255), .standard = "80", CONF(background.min_level),
+     .help = "Mean counts of a part of the vehicle, at least: metal close by is loud."},
+    {"background", "extent", QUANTITY(1, "m", 0.01, 50), .standard = "1 m", CONF(background.extent_m),
+     .help = "A part of the vehicle is not longer than this in range."},
+    {"background", "reach", QUANTITY(1, "m", 0.05, 50), .standard = "3 m", CONF(background.reach_m),
+     .help = "No part of the vehicle is farther from the sonar than this: the length of the vehicle."},
+    {"background", "share", NUMBER(0.001, 1), .standard = "0.25", CONF(background.share),
+     .help = "No part of the vehicle takes more of all bearings than this."},
+    {"background", "ring", QUANTITY(1, "m", 0, 20), .standard = "0.5 m", CONF(background.ring_m),
+     .help = "Nearer than this everything that stays is the transducer's own ring, at all bearings."},
 
     {"grid", "range", QUANTITY(1, "m", 0.75, 200), .standard = "auto", .instead = "auto", .instead_value = 0,
      CONF(grid.range_max_m), .help = "How far the map reaches. auto: as far as the sonar with the longest range."},

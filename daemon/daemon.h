@@ -24,6 +24,7 @@
 #include "rpc.h"
 #include "server.h"
 #include "source.h"
+#include "template.h"
 #include "trigger.h"
 
 struct daemon {
@@ -37,6 +38,7 @@ struct daemon {
     struct pose_input pose_input;
     struct depth *depth; /* NULL: none */
     struct nmea *nmea;   /* NULL: none */
+    struct template template[CONF_MAX_SONARS];
     struct leak leak;
     struct power power[CONF_MAX_SONARS];
     struct trigger trigger[CONF_MAX_SONARS];

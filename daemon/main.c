@@ -123,6 +123,7 @@ static uint64_t ping_time(void *ctx, const struct source *source, const struct p
 static void on_ping(void *ctx, struct source *source, const struct ping *ping)
 {
     struct daemon *d = ctx;
+    template_ping(d, source_index(source), ping);
     if (!(ping->flags & PING_NEW_TURN))
         return;
     d->turns++;
@@ -291,8 +292,10 @@ static bool make_parts(struct daemon *d, const struct options *o, const struct c
     if (open_answers(d, o->answers, err, sizeof err) && make_pipeline(d, err, sizeof err) &&
         make_record(d, source, err, sizeof err) && make_server(d, err, sizeof err) &&
         make_sources(d, err, sizeof err) && instruments_make(d, err, sizeof err) &&
-        instruments_start(d, err, sizeof err))
+        instruments_start(d, err, sizeof err)) {
+        template_start(d);
         return true;
+    }
     log_line(LOG_ERR, "%s", err);
     return false;
 }
@@ -305,6 +308,7 @@ static int end(struct daemon *d)
     for (int i = 0; i < d->conf.n_sonars; i++)
         source_free(d->source[i]);
     pipeline_free(d->pipeline);
+    template_end(d);
     record_close(d->record);
     if (d->answers && (fflush(d->answers) != 0 || fclose(d->answers) != 0)) {
         log_line(LOG_ERR, "answers: %s", strerror(errno));

@@ -351,6 +351,7 @@ static json_t *sensor_json(const struct daemon *d, int i, const struct pipeline_
         json_object_set_new(j, counters[k].name, json_integer((json_int_t)counters[k].value));
     if (s.bus.state != BUS_NONE)
         json_object_set_new(j, "bus", bus_json(&s.bus));
+    json_object_set_new(j, "background", json_string(template_word(&d->template[i])));
     if (s.port_error[0])
         json_object_set_new(j, "port_error", json_string(s.port_error));
     return j;
@@ -510,8 +511,19 @@ static json_t *method_image(const struct rpc_call *call, json_t *params, struct 
 }
 
 const struct rpc_method daemon_methods[] = {
-    {"blocked", method_blocked}, {"sectors", method_sectors}, {"pose", method_pose}, {"status", method_status},
-    {"version", method_version}, {"image", method_image},     {NULL, NULL},
+    {"blocked", method_blocked},
+    {"sectors", method_sectors},
+    {"pose", method_pose},
+    {"status", method_status},
+    {"version", method_version},
+    {"image", method_image},
+    {"background", template_method_show},
+    {"background_learn", template_method_learn},
+    {"background_stop", template_method_stop},
+    {"background_save", template_method_save},
+    {"background_load", template_method_load},
+    {"background_clear", template_method_clear},
+    {NULL, NULL},
 };
 
 void daemon_write_answers(struct daemon *d, const char *event, const char *sensor)

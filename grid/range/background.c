@@ -14,15 +14,17 @@ bool background_shape_good(const struct background_shape *s)
 {
     return s->rows >= 1 && s->rows <= BACKGROUND_ROWS_MAX && s->bins >= 1 && s->bins <= PING_MAX_BINS &&
            (s->head_turn == 0 || (s->head_turn >= s->rows && s->head_turn <= 1u << 24)) && s->r0_m >= 0 &&
-           s->r0_m <= 10000 && s->dr_m > 0 && s->dr_m <= 1000 && s->row_rad >= 0 && s->row_rad <= (float)GEO_TURN &&
+           s->r0_m <= 10000 && s->dr_m > 0 && s->dr_m <= 1000 && s->az0_rad >= 0 &&
+           s->az0_rad <= (float)GEO_TURN && s->row_rad >= 0 && s->row_rad <= (float)GEO_TURN &&
            s->law <= AMPLITUDE_LOG && s->db_per_count >= 0 && s->db_per_count <= 100;
 }
 
 /* Evenly spread beams are taken as such; the spacing serves to tell near from far only. */
 static double fan_step(const struct ping *ping)
 {
-    return ping->n_beams < 2 ? 0 : fabs((double)ping->beam[ping->n_beams - 1].az_rad - ping->beam[0].az_rad) /
-                                       (ping->n_beams - 1);
+    return ping->n_beams < 2
+               ? 0
+               : fabs((double)ping->beam[ping->n_beams - 1].az_rad - ping->beam[0].az_rad) / (ping->n_beams - 1);
 }
 
 bool background_shape_of(const struct ping *ping, struct background_shape *shape)
@@ -34,11 +36,14 @@ bool background_shape_of(const struct ping *ping, struct background_shape *shape
                                        .bins = ping->n_bins,
                                        .r0_m = ping->r0_m,
                                        .dr_m = ping->dr_m,
+                                       .az0_rad = (float)geo_wrap((double)ping->beam[0].az_rad),
                                        .db_per_count = ping->law == AMPLITUDE_LOG ? ping->db_per_count : 0,
                                        .law = ping->law};
     if (ping->head_turn) {
         shape->rows = ping->head_turn <= BACKGROUND_ROWS_MAX ? ping->head_turn : BACKGROUND_ROWS_FINE;
         shape->row_rad = (float)(GEO_TURN / shape->rows);
+        shape->az0_rad = (float)geo_wrap((double)ping->beam[0].az_rad -
+                                         GEO_TURN * (ping->head_units % ping->head_turn) / ping->head_turn);
     } else {
         shape->row_rad = (float)fan_step(ping);
     }
@@ -115,8 +120,8 @@ bool background_view(const struct background *background, const struct ping *pin
         else
             resample(s, from, ping, to);
     }
-    *any_blind = background_mask(view->level, (size_t)ping->n_beams * ping->n_bins, background->mask_above,
-                                 view->blind);
+    *any_blind =
+        background_mask(view->level, (size_t)ping->n_beams * ping->n_bins, background->mask_above, view->blind);
     return true;
 }
 

@@ -24,6 +24,7 @@ struct background_shape {
     uint32_t head_turn;  /* units of the head in a turn; 0: it does not turn, rows are its beams */
     uint32_t rows, bins; /* 1..BACKGROUND_ROWS_MAX, 1..PING_MAX_BINS */
     float r0_m, dr_m;    /* as in struct ping */
+    float az0_rad;       /* of row 0's first angle, in the sensor frame; for pictures */
     float row_rad;       /* from one row to the next; 0: a single beam */
     float db_per_count;
     uint8_t law; /* enum amplitude_law */

@@ -32,8 +32,7 @@ size_t background_learn_size(const struct background_shape *shape, uint32_t ping
 }
 
 struct background_learn *background_learn_init(void *mem, const struct background_shape *shape,
-                                               const struct background_learn_conf *conf,
-                                               const struct mount *mount)
+                                               const struct background_learn_conf *conf, const struct mount *mount)
 {
     struct background_learn *l = mem;
     memset(mem, 0, background_learn_size(shape, conf->pings));
@@ -132,6 +131,11 @@ void background_learn_take(struct background_learn *l, const struct ping *ping)
         l->last_row = row;
         take_row(l, ping, beam, row);
     }
+}
+
+const struct background_shape *background_learn_shape(const struct background_learn *l)
+{
+    return &l->shape;
 }
 
 void background_learn_progress(const struct background_learn *l, struct background_progress *out)

@@ -51,6 +51,9 @@ struct background_learn *background_learn_init(void *mem, const struct backgroun
  */
 void background_learn_take(struct background_learn *learn, const struct ping *ping);
 
+/** background_learn_shape - of the pings that it takes. */
+const struct background_shape *background_learn_shape(const struct background_learn *learn);
+
 void background_learn_progress(const struct background_learn *learn, struct background_progress *out);
 
 /**

@@ -1,0 +1,291 @@
+/* SPDX-License-Identifier: MIT */
+/* template - see template.h. */
+#include "template.h"
+
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "../drivers/device.h"
+#include "daemon.h"
+#include "template_file.h"
+
+#define LOOK_EVERY 64 /* pings between two looks whether learning is done: each look waits for the pipeline */
+#define LEAST_USED 3  /* pings of a row that a template made early may rest on */
+
+static void happened(struct daemon *d, int sensor, enum log_level level, const char *fmt, ...)
+    __attribute__((format(printf, 4, 5)));
+
+static void happened(struct daemon *d, int sensor, enum log_level level, const char *fmt, ...)
+{
+    struct template *t = &d->template[sensor];
+    va_list args;
+    va_start(args, fmt);
+    vsnprintf(t->happened, sizeof t->happened, fmt, args);
+    va_end(args);
+    log_line(level, "%s: background: %s", d->conf.sonar[sensor].name, t->happened);
+}
+
+/* Cells that a ping of this sonar may have. */
+static size_t room(const struct daemon *d, int sensor)
+{
+    const struct device_ops *ops = device_find(d->conf.sonar[sensor].device);
+    return (size_t)ops->max_beams * ops->max_bins;
+}
+
+static void hand_over(struct daemon *d, int sensor)
+{
+    const struct template *t = &d->template[sensor];
+    struct pipeline_background b = {.use = t->background, .learn = t->learn};
+    if (t->view)
+        b.view = (struct background_view){.level = t->view, .blind = t->view + room(d, sensor)};
+    pipeline_set_background(d->pipeline, sensor, &b);
+}
+
+/* Puts `next` (NULL: nothing) in force and frees what was. False without memory: nothing has changed. */
+static bool replace(struct daemon *d, int sensor, struct background *next)
+{
+    struct template *t = &d->template[sensor];
+    struct background *old = t->background;
+    uint8_t *old_view = t->view;
+    t->view = next ? calloc(2, room(d, sensor)) : NULL;
+    if (next && !t->view) {
+        t->view = old_view;
+        return false;
+    }
+    t->background = next;
+    t->fit = -1;
+    t->kept = (struct background_kept){0};
+    hand_over(d, sensor);
+    free(old);
+    free(old_view);
+    return true;
+}
+
+static void drop_learner(struct daemon *d, int sensor)
+{
+    struct template *t = &d->template[sensor];
+    struct background_learn *learn = t->learn;
+    t->learn = NULL;
+    hand_over(d, sensor);
+    free(learn);
+}
+
+/* ---- learning ---- */
+
+static struct background *make(const struct daemon *d, const struct template *t, uint32_t least,
+                               struct background_kept *kept)
+{
+    const struct conf_background *c = &d->conf.background;
+    const struct background_rule rule = {.neighbour_m = c->neighbour_m,
+                                         .min_points = (uint32_t)c->min_points,
+                                         .min_level = c->min_level,
+                                         .extent_m = c->extent_m,
+                                         .reach_m = c->reach_m,
+                                         .share = c->share,
+                                         .ring_m = c->ring_m};
+    const struct background_shape *shape = background_learn_shape(t->learn);
+    void *work = malloc(background_keep_size(shape)), *mem = malloc(background_size(shape));
+    struct background *b = NULL;
+    if (work && mem) {
+        b = background_init(mem, shape, (uint8_t)c->mask);
+        background_learn_finish(t->learn, least, b);
+        background_keep(b, &rule, work, kept);
+    } else {
+        free(mem);
+    }
+    free(work);
+    return b;
+}
+
+static bool finish(struct daemon *d, int sensor, uint32_t least, char *err, size_t err_size)
+{
+    struct template *t = &d->template[sensor];
+    struct background_kept kept;
+    struct background *b = make(d, t, least, &kept);
+    if (!b || !replace(d, sensor, b)) {
+        free(b);
+        snprintf(err, err_size, "out of memory");
+        return false;
+    }
+    t->kept = kept;
+    t->saved = false;
+    happened(d, sensor, LOG_NOTICE, "learnt: %u of %u clusters are the vehicle, %u cells are blind", kept.kept,
+             kept.clusters, kept.blind);
+    return true;
+}
+
+void template_ping(struct daemon *d, int sensor, const struct ping *ping)
+{
+    struct template *t = &d->template[sensor];
+    struct background_shape shape;
+    struct background_progress p;
+    char err[128];
+    if (background_shape_of(ping, &shape)) {
+        t->shape = shape;
+        t->has_shape = true;
+    }
+    if (t->background) {
+        const int fit = (int)background_fit(&t->background->shape, ping);
+        if (fit != t->fit && fit == BACKGROUND_FOREIGN)
+            happened(d, sensor, LOG_WARNING, "the template is of another head or other counts: not used");
+        t->fit = fit;
+    }
+    if (!t->learn || ++t->pings % LOOK_EVERY != 0)
+        return;
+    pipeline_drain(d->pipeline);
+    background_learn_progress(t->learn, &p);
+    if (!p.done)
+        return;
+    if (!finish(d, sensor, 1, err, sizeof err))
+        happened(d, sensor, LOG_ERR, "learning: %s", err);
+    drop_learner(d, sensor);
+}
+
+bool template_learn(struct daemon *d, int sensor, const struct background_learn_conf *conf, char *err,
+                    size_t err_size)
+{
+    struct template *t = &d->template[sensor];
+    if (!t->has_shape) {
+        snprintf(err, err_size, "no ping with intensities has come from this sonar yet: nothing to learn from");
+        return false;
+    }
+    const size_t size = background_learn_size(&t->shape, conf->pings);
+    struct background_learn *learn = size <= TEMPLATE_LEARN_MAX ? malloc(size) : NULL;
+    if (!learn) {
+        snprintf(err, err_size, "%u pings of %u rows of %u bins need %zu MiB: %s; want fewer pings", conf->pings,
+                 t->shape.rows, t->shape.bins, size >> 20,
+                 size > TEMPLATE_LEARN_MAX ? "more than 128" : "out of memory");
+        return false;
+    }
+    if (t->learn)
+        drop_learner(d, sensor);
+    t->learn = background_learn_init(learn, &t->shape, conf, &d->mount[sensor]);
+    t->learning = *conf;
+    t->pings = 0;
+    hand_over(d, sensor);
+    happened(d, sensor, LOG_NOTICE, "learning from %u pings of each row%s", conf->pings,
+             conf->standing ? ", moving or not" : "");
+    return true;
+}
+
+bool template_stop(struct daemon *d, int sensor, bool use, char *err, size_t err_size)
+{
+    struct template *t = &d->template[sensor];
+    if (!t->learn) {
+        snprintf(err, err_size, "nothing is being learnt");
+        return false;
+    }
+    const uint32_t least = t->learning.pings < LEAST_USED ? t->learning.pings : LEAST_USED;
+    struct background_progress p;
+    pipeline_drain(d->pipeline);
+    background_learn_progress(t->learn, &p);
+    if (use && p.least < least) {
+        snprintf(err, err_size, "too early: some row has %u pings only, at least %u are needed", p.least, least);
+        return false;
+    }
+    if (use && !finish(d, sensor, least, err, err_size))
+        return false;
+    drop_learner(d, sensor);
+    if (!use)
+        happened(d, sensor, LOG_NOTICE, "learning was given up");
+    return true;
+}
+
+/* ---- files ---- */
+
+static const char *path_of(const struct daemon *d, int sensor, char *err, size_t err_size)
+{
+    const char *path = d->conf.sonar[sensor].background;
+    if (path[0])
+        return path;
+    snprintf(err, err_size, "no file is configured: set background in [sonar %s]", d->conf.sonar[sensor].name);
+    return NULL;
+}
+
+bool template_save_one(struct daemon *d, int sensor, char *err, size_t err_size)
+{
+    struct template *t = &d->template[sensor];
+    const char *path = path_of(d, sensor, err, err_size);
+    if (!path)
+        return false;
+    if (!t->background) {
+        snprintf(err, err_size, "there is no template to save");
+        return false;
+    }
+    if (!template_save(t->background, path, err, err_size))
+        return false;
+    t->saved = true;
+    happened(d, sensor, LOG_NOTICE, "saved as %s", path);
+    return true;
+}
+
+static bool load(struct daemon *d, int sensor, enum template_fault *fault, char *err, size_t err_size)
+{
+    struct template *t = &d->template[sensor];
+    const char *path = path_of(d, sensor, err, err_size);
+    *fault = TEMPLATE_UNREAD;
+    if (!path)
+        return false;
+    struct background *b = template_load(path, (uint8_t)d->conf.background.mask, fault, err, err_size);
+    if (!b)
+        return false;
+    if (!replace(d, sensor, b)) {
+        free(b);
+        snprintf(err, err_size, "out of memory");
+        return false;
+    }
+    t->saved = true;
+    happened(d, sensor, LOG_NOTICE, "loaded from %s", path);
+    return true;
+}
+
+bool template_load_one(struct daemon *d, int sensor, char *err, size_t err_size)
+{
+    enum template_fault fault;
+    return load(d, sensor, &fault, err, err_size);
+}
+
+bool template_clear(struct daemon *d, int sensor, char *err, size_t err_size)
+{
+    if (!d->template[sensor].background) {
+        snprintf(err, err_size, "no template is in force");
+        return false;
+    }
+    replace(d, sensor, NULL);
+    d->template[sensor].saved = false;
+    happened(d, sensor, LOG_NOTICE, "cleared");
+    return true;
+}
+
+/* ---- start and end ---- */
+
+void template_start(struct daemon *d)
+{
+    char err[640];
+    for (int i = 0; i < d->conf.n_sonars; i++) {
+        enum template_fault fault;
+        d->template[i].fit = -1;
+        if (!d->conf.sonar[i].background[0] || load(d, i, &fault, err, sizeof err))
+            continue;
+        happened(d, i, fault == TEMPLATE_MISSING ? LOG_NOTICE : LOG_ERR, "runs without a template: %s", err);
+    }
+}
+
+void template_end(struct daemon *d)
+{
+    for (int i = 0; i < d->conf.n_sonars; i++) {
+        free(d->template[i].background);
+        free(d->template[i].view);
+        free(d->template[i].learn);
+    }
+}
+
+const char *template_word(const struct template *t)
+{
+    return t->learn                       ? "learning"
+           : !t->background               ? "none"
+           : t->fit == BACKGROUND_FOREIGN ? "does not fit"
+                                          : "in force";
+}

@@ -1,0 +1,79 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * template - the background template of each sonar while the daemon runs: loads it at the start, has one learnt on
+ * request, puts it in force and takes it out again. All in the loop's thread; the extract stage is handed ready
+ * templates (pipeline_set_background) and never waits.
+ *
+ * Making a template (median, clusters) is done in the loop when the last ping is in: some ten milliseconds, once.
+ */
+#ifndef SONARD_TEMPLATE_H
+#define SONARD_TEMPLATE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "../grid/range/background.h"
+#include "../grid/range/background_keep.h"
+#include "../grid/range/background_learn.h"
+#include "rpc.h"
+
+struct daemon;
+
+#define TEMPLATE_LEARN_MAX ((size_t)128 << 20) /* bytes that a learner may take */
+
+/* Of one sonar. */
+struct template
+{
+    struct background *background;  /* in force; NULL: none */
+    struct background_kept kept;    /* when it was learnt here */
+    bool saved;                     /* the file holds it */
+    uint8_t *view;                  /* room for a ping's cells, with `background` */
+    struct background_learn *learn; /* NULL: nothing is being learnt */
+    struct background_learn_conf learning;
+    struct background_shape shape; /* of the newest ping that can have a template */
+    bool has_shape;
+    int fit;            /* enum background_fit of the newest ping, with `background`; -1: no ping yet */
+    uint64_t pings;     /* seen by the learner, or on their way to it */
+    char happened[200]; /* the newest event, one sentence; empty: none */
+};
+
+/** template_start - load what the configuration names. What cannot be had is logged; the daemon runs without. */
+void template_start(struct daemon *d);
+
+/** template_ping - a ping of that sonar is about to be submitted. Ends learning when it is done. */
+void template_ping(struct daemon *d, int sensor, const struct ping *ping);
+
+/** template_end - frees all; the pipeline has ended. */
+void template_end(struct daemon *d);
+
+/* What a client may ask for: false with a sentence in err, and nothing changed. */
+
+/** template_learn - begin anew. The template in force stays until the new one is there. */
+bool template_learn(struct daemon *d, int sensor, const struct background_learn_conf *conf, char *err,
+                    size_t err_size);
+
+/**
+ * template_stop - end learning: with `use` the template is made of what has been collected, rows with fewer than
+ * three pings left out; otherwise it is given up.
+ */
+bool template_stop(struct daemon *d, int sensor, bool use, char *err, size_t err_size);
+
+bool template_save_one(struct daemon *d, int sensor, char *err, size_t err_size);
+bool template_load_one(struct daemon *d, int sensor, char *err, size_t err_size);
+
+/** template_clear - nothing is in force any more; the file stays. */
+bool template_clear(struct daemon *d, int sensor, char *err, size_t err_size);
+
+/* The methods of sonard-protocol(7) about it (template_methods.c). */
+json_t *template_method_show(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *template_method_learn(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *template_method_stop(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *template_method_save(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *template_method_load(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *template_method_clear(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+
+/** template_word - for `status`: "none", "learning", "in force", "does not fit". */
+const char *template_word(const struct template *t);
+
+#endif
