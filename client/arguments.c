@@ -38,6 +38,22 @@ static const struct argument *find(const struct argument *table, const char *fla
     return NULL;
 }
 
+/* The number at the start of the text, with what is behind it in *end; no hexadecimal, infinity or NaN. */
+static bool read_number(const char *text, double *number, char **end)
+{
+    if (text[strspn(text, "+-.0123456789eE,")])
+        return false;
+    *number = strtod(text, end);
+    return *end != text && isfinite(*number);
+}
+
+bool arguments_number(const char *text, double lo, double hi, double *number)
+{
+    char *end;
+
+    return read_number(text, number, &end) && *end == '\0' && *number >= lo && *number <= hi;
+}
+
 /* n numbers separated by commas; NULL when it is anything else */
 static json_t *parse_numbers(const char *value, int n)
 {
@@ -45,9 +61,9 @@ static json_t *parse_numbers(const char *value, int n)
 
     for (int i = 0; i < n; i++) {
         char *end;
-        const double number = strtod(value, &end);
+        double number;
 
-        if (end == value || !isfinite(number) || *end != (i + 1 < n ? ',' : '\0')) {
+        if (!read_number(value, &number, &end) || *end != (i + 1 < n ? ',' : '\0')) {
             json_decref(list);
             return NULL;
         }
@@ -74,10 +90,24 @@ static json_t *parse_value(const struct argument *argument, const char *value)
     case ARGUMENT_INTEGER:
         errno = 0;
         whole = strtoll(value, &end, 10);
-        return end != value && !*end && errno == 0 ? json_integer(whole) : NULL;
+        return end != value && !*end && !value[strspn(value, "+-0123456789")] && errno == 0 ? json_integer(whole)
+                                                                                            : NULL;
     default:
         return json_string(value);
     }
+}
+
+static bool in_range(const struct argument *argument, const json_t *parsed, const char *value, char *err,
+                     size_t err_size)
+{
+    const double number = json_number_value(parsed);
+
+    if (argument->lo == argument->hi || !json_is_number(parsed) ||
+        (number >= argument->lo && number <= argument->hi))
+        return true;
+    snprintf(err, err_size, "%s %.50s: want a%s number from %g to %g", argument->flag, value,
+             argument->kind == ARGUMENT_INTEGER ? " whole" : "", argument->lo, argument->hi);
+    return false;
 }
 
 static bool set(json_t *options, const struct argument *argument, const char *value, char *err, size_t err_size)
@@ -92,6 +122,10 @@ static bool set(json_t *options, const struct argument *argument, const char *va
     if (!parsed) {
         snprintf(err, err_size, "%s %s: want %s, %.*s", argument->flag, value, argument->form,
                  (int)strcspn(argument->help, ";"), argument->help);
+        return false;
+    }
+    if (!in_range(argument, parsed, value, err, err_size)) {
+        json_decref(parsed);
         return false;
     }
     return json_object_set_new(options, argument->key, parsed) == 0;

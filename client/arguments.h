@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * arguments - sonarctl's command line by tables: options become members of a JSON object under the names of the
- * daemon's parameters, the rest are words. Checks forms (a number is a number), not ranges: these are the daemon's.
+ * arguments - the clients' command lines by tables: options become members of a JSON object under the names of the
+ * daemon's parameters, the rest are words. Checks forms (a number is a number, without anything behind it) and the
+ * ranges that the table gives; those of parameters that go to the daemon are the daemon's.
  */
 #ifndef SONARD_ARGUMENTS_H
 #define SONARD_ARGUMENTS_H
@@ -20,7 +21,8 @@ struct argument {
     const char *form; /* for the help: "D" */
     const char *help;
     enum argument_kind kind;
-    int n; /* ARGUMENT_NUMBERS: how many, separated by commas */
+    int n;         /* ARGUMENT_NUMBERS: how many, separated by commas */
+    double lo, hi; /* of a number, both included; equal: any */
 };
 
 struct arguments {
@@ -28,6 +30,9 @@ struct arguments {
     const char *word[ARGUMENTS_WORDS_MAX];
     int n_words;
 };
+
+/** arguments_number - a decimal number that is all of the text, finite and within [lo, hi]; otherwise false. */
+bool arguments_number(const char *text, double lo, double hi, double *number);
 
 /** arguments_command - index in argv of the first word: of what is neither an option nor its value; argc: none. */
 int arguments_command(int argc, char **argv);

@@ -24,7 +24,8 @@ void mavlink_alert_set(struct mavlink_alert *alert, bool failed, uint64_t now_ns
 
 bool mavlink_alert_due(struct mavlink_alert *alert, uint64_t now_ns, struct mavlink_statustext *out)
 {
-    if (alert->failed == alert->told_failed || now_ns < alert->since_ns + LASTING_NS ||
+    if (alert->failed == alert->told_failed ||
+        now_ns < alert->since_ns + (alert->grave && alert->failed ? 0 : LASTING_NS) ||
         (alert->told_ns && now_ns < alert->told_ns + APART_NS))
         return false;
     alert->told_failed = alert->failed;

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * mavlink_alert - one thing that can fail, told to the pilot as STATUSTEXT when it fails and when it is well again.
- * What lasts less than a second is not told, and no two texts follow within five: the last word is always the truth.
+ * What lasts less than a second is not told, unless it is grave, and no two texts follow within five seconds: the last
+ * word is always the truth.
  * Pure.
  */
 #ifndef SONARD_MAVLINK_ALERT_H

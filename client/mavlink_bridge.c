@@ -15,10 +15,15 @@
 #define POSE_LOST_S    2.0
 #define PING_LOST_NS   2000000000u
 #define START_NS       3000000000u /* a sonar may take so long to its first ping */
+#define LEAK_TOLD_NS   6000000000u /* a leak counts so long, longer than two texts are apart: none is missed */
+#define PATIENCE_NS    6000000000u /* until a vehicle that was never heard is called absent */
 #define ASK_EVERY_NS   10000000000u
 #define ATTITUDE_DUE   2000000000u /* asked for again when none came for so long */
 #define READS_PER_TURN 32          /* so that a flood does not keep the obstacles waiting */
 #define OWN_SYSTEM     1           /* until a vehicle's is known: that of nearly all vehicles */
+
+/* What was told on standard error of something that comes and goes. */
+enum told { TOLD_NOTHING, TOLD_THERE, TOLD_LOST };
 
 enum alert { ALERT_DAEMON, ALERT_LEAK, ALERT_POSE, ALERT_SENSOR, ALERTS = ALERT_SENSOR + MAVLINK_SENSORS_MAX };
 
@@ -34,7 +39,9 @@ struct bridge {
     uint64_t below_ns; /* of the downward ping sent last */
     double reach_m;    /* last known */
     uint64_t sent;
-    bool had_link, had_daemon, had_vehicle; /* as told on standard error */
+    uint64_t start_ns;
+    bool had_vehicle;
+    enum told link_told, daemon_told, vehicle_told;
 };
 
 static uint64_t clock_ns(clockid_t which)
@@ -106,14 +113,26 @@ static uint32_t boot_ms(const struct bridge *b, uint64_t t_ns)
     return (uint32_t)(mavlink_clock_boot_ns(&b->vehicle.clock, t_ns) / 1000000u);
 }
 
-static void send_points(struct bridge *b, uint64_t now_ns)
+/* What may be said of a ring now: all of it, of a sonar that is silent the obstacles only, of old answers nothing. */
+static struct mavlink_ring sayable(const struct bridge *b, enum mavlink_watch which, uint64_t now_ns)
 {
-    const struct mavlink_obstacle_conf *conf = &b->conf->obstacles;
+    struct mavlink_ring ring = b->feed.ring[which];
+
+    if (!mavlink_feed_answered(&b->feed, now_ns))
+        mavlink_ring_forget(&ring);
+    else if (!mavlink_feed_fresh(&b->feed, now_ns))
+        mavlink_ring_doubt(&ring);
+    return ring;
+}
+
+static void send_points(struct bridge *b, const struct mavlink_obstacle_conf *conf, uint64_t now_ns)
+{
     struct mavlink_obstacle_distance_3d point[MAVLINK_FACES];
 
     for (int layer = 0; layer < MAVLINK_LAYERS; layer++) {
-        const int n = mavlink_ring_points(&b->feed.ring[layer], conf, mavlink_layer_deg[layer] * (M_PI / 180),
-                                          b->reach_m, boot_ms(b, b->feed.evidence_ns), point);
+        const struct mavlink_ring ring = sayable(b, (enum mavlink_watch)layer, now_ns);
+        const int n = mavlink_ring_points(&ring, conf, mavlink_layer_deg[layer] * (M_PI / 180), b->reach_m,
+                                          boot_ms(b, b->feed.evidence_ns), point);
 
         for (int i = 0; i < n; i++)
             send_message(b, MAVLINK_OBSTACLE_DISTANCE_3D, &point[i], now_ns);
@@ -121,27 +140,29 @@ static void send_points(struct bridge *b, uint64_t now_ns)
 }
 
 /*
- * Receivers take what arrives as of now, whatever its time stamp says. So nothing is sent that rests on no living
- * sonar - but where unknown water was declared an obstacle, that goes on, since silence would take it away.
+ * Goes on at its rate whatever happens: receivers call a sender lost after half a second, and take what arrives as of
+ * now, whatever its time stamp says. So nothing that rests on no living sonar is called free, not even on demand.
  */
 static void send_obstacles(struct bridge *b, uint64_t now_ns)
 {
-    const struct mavlink_obstacle_conf *conf = &b->conf->obstacles;
     const double reach_m = mavlink_feed_reach_m(&b->feed);
+    const struct mavlink_ring ring = sayable(b, MAVLINK_WATCH_LEVEL, now_ns);
+    struct mavlink_obstacle_conf conf = b->conf->obstacles;
     struct mavlink_obstacle_distance m;
 
+    if (conf.unknown_as == MAVLINK_UNKNOWN_AS_FAR && !mavlink_feed_fresh(&b->feed, now_ns))
+        conf.unknown_as = MAVLINK_UNKNOWN_AS_UNKNOWN;
     if (reach_m > 0)
         b->reach_m = fmin(reach_m, MAVLINK_REACH_M);
-    else if (b->reach_m <= 0 && conf->unknown_as == MAVLINK_UNKNOWN_AS_DISTANCE)
-        b->reach_m = conf->unknown_m;
-    if (b->reach_m <= 0 ||
-        (!mavlink_feed_fresh(&b->feed, now_ns) && conf->unknown_as != MAVLINK_UNKNOWN_AS_DISTANCE))
+    else if (b->reach_m <= 0 && conf.unknown_as == MAVLINK_UNKNOWN_AS_DISTANCE)
+        b->reach_m = conf.unknown_m;
+    if (b->reach_m <= 0)
         return;
-    mavlink_ring_distances(&b->feed.ring[MAVLINK_WATCH_LEVEL], conf, b->reach_m,
+    mavlink_ring_distances(&ring, &conf, b->reach_m,
                            mavlink_clock_boot_ns(&b->vehicle.clock, b->feed.evidence_ns) / 1000, &m);
     send_message(b, MAVLINK_OBSTACLE_DISTANCE, &m, now_ns);
     if (b->conf->feed.layers)
-        send_points(b, now_ns);
+        send_points(b, &conf, now_ns);
 }
 
 /* Each ping of the downward sonar once. */
@@ -162,7 +183,7 @@ static void send_below(struct bridge *b, uint64_t now_ns)
     const uint16_t max_cm = mavlink_centimetres(most_m, UINT16_MAX - 1);
     const struct mavlink_distance_sensor m = {
         .time_boot_ms = boot_ms(b, below->t_ns),
-        .min_distance = 1,
+        .min_distance = mavlink_centimetres(below->blind_m, max_cm),
         .max_distance = max_cm,
         .current_distance = below->echo ? mavlink_centimetres(below->range_m, max_cm) : (uint16_t)(max_cm + 1),
         .type = MAVLINK_SENSOR_ULTRASOUND,
@@ -181,17 +202,20 @@ static void send_below(struct bridge *b, uint64_t now_ns)
 static void update_alerts(struct bridge *b, uint64_t now_ns)
 {
     const struct mavlink_feed *feed = &b->feed;
+    const bool alive = mavlink_feed_alive(feed, now_ns);
+    const bool leak = feed->wet || (feed->leak_ns && now_ns < feed->leak_ns + LEAK_TOLD_NS);
 
-    mavlink_alert_set(&b->alert[ALERT_DAEMON], !feed->client, now_ns,
-                      feed->client ? "sonard: back" : "sonard: lost, no obstacle data");
-    if (feed->client)
-        mavlink_alert_set(&b->alert[ALERT_LEAK], feed->wet, now_ns,
-                          feed->wet ? "LEAK: the probe is wet" : "leak probe: no longer wet");
-    if (feed->client && feed->posed)
+    mavlink_alert_set(&b->alert[ALERT_DAEMON], !alive, now_ns,
+                      alive ? "sonard: back" : "sonard: lost, no obstacle data");
+    mavlink_alert_set(&b->alert[ALERT_LEAK], leak, now_ns,
+                      feed->wet ? "LEAK: the probe is wet"
+                      : leak    ? "LEAK: the probe was wet for a moment"
+                                : "leak probe: no longer wet");
+    if (alive && feed->posed)
         mavlink_alert_set(&b->alert[ALERT_POSE], feed->pose_age_s > POSE_LOST_S, now_ns,
                           feed->pose_age_s > POSE_LOST_S ? "sonard: vehicle pose lost"
                                                          : "sonard: vehicle pose back");
-    for (int i = 0; i < feed->n_sensors; i++) {
+    for (int i = 0; alive && i < feed->n_sensors; i++) {
         const struct mavlink_sensor *s = &feed->sensor[i];
         const uint64_t start_ns = feed->connected_ns + START_NS,
                        alive_ns = s->ping_ns > start_ns ? s->ping_ns : start_ns;
@@ -214,11 +238,18 @@ static void send_alerts(struct bridge *b, uint64_t now_ns)
     }
 }
 
-static void say_change(bool is, bool *was, const char *what, const char *why)
+/* Each change once; what was never there is said to be missing. */
+static void say_change(bool is, enum told *told, const char *what, const char *why)
 {
-    if (is != *was)
-        say("%s: %s%s%s", what, is ? "there" : "lost", is || !why[0] ? "" : ": ", is ? "" : why);
-    *was = is;
+    const enum told now = is ? TOLD_THERE : TOLD_LOST;
+
+    if (*told != now)
+        say("%s: %s%s%s", what,
+            is                      ? "there"
+            : *told == TOLD_NOTHING ? "not there"
+                                    : "lost",
+            is || !why[0] ? "" : ": ", is ? "" : why);
+    *told = now;
 }
 
 /* ---- from the autopilot ---- */
@@ -283,7 +314,9 @@ static void do_second(struct bridge *b, uint64_t now_ns)
     const struct mavlink_timesync question = {.ts1 = (int64_t)now_ns};
     const bool had_vehicle = b->had_vehicle;
 
-    say_change(mavlink_vehicle_present(&b->vehicle, now_ns), &b->had_vehicle, "vehicle", "no heartbeat");
+    b->had_vehicle = mavlink_vehicle_present(&b->vehicle, now_ns);
+    if (b->had_vehicle || b->vehicle_told != TOLD_NOTHING || now_ns > b->start_ns + PATIENCE_NS)
+        say_change(b->had_vehicle, &b->vehicle_told, "vehicle", "no heartbeat");
     if (b->had_vehicle && !had_vehicle)
         b->ask_due_ns = now_ns;
     send_heartbeat(b, now_ns);
@@ -301,24 +334,36 @@ static void wait_for_work(const struct bridge *b, const sigset_t *waiting)
     const uint64_t due_ns = b->obstacles_due_ns < b->second_due_ns ? b->obstacles_due_ns : b->second_due_ns;
     const uint64_t left_ns = due_ns > now_ns ? due_ns - now_ns : 0;
     const struct timespec timeout = {(time_t)(left_ns / SECOND_NS), (long)(left_ns % SECOND_NS)};
-    struct pollfd fds[] = {{.fd = b->link->fd, .events = mavlink_link_events(b->link)},
-                           {.fd = b->feed.client ? sonard_fd(b->feed.client) : -1, .events = POLLIN}};
+    struct pollfd fds[] = {{.fd = b->link->fd, .events = mavlink_link_events(b->link)}, {.fd = -1}};
+
+    if (b->feed.client)
+        fds[1] = (struct pollfd){.fd = sonard_fd(b->feed.client), .events = sonard_events(b->feed.client)};
 
     ppoll(fds, 2, &timeout, waiting);
+}
+
+/* One that was just connected to gets the time to answer. */
+static void say_daemon(struct bridge *b, uint64_t now_ns)
+{
+    const bool alive = mavlink_feed_alive(&b->feed, now_ns);
+
+    if (alive || !b->feed.client || b->daemon_told == TOLD_THERE)
+        say_change(alive, &b->daemon_told, "sonard", b->feed.error.message);
 }
 
 static void work(struct bridge *b)
 {
     uint64_t now_ns = clock_ns(CLOCK_MONOTONIC);
 
+    b->feed.unix_offset_ns = clock_ns(CLOCK_REALTIME) - now_ns;
     mavlink_link_open(b->link, now_ns);
     mavlink_feed_connect(&b->feed, now_ns);
     mavlink_link_flush(b->link, now_ns);
     read_link(b);
     now_ns = clock_ns(CLOCK_MONOTONIC);
     mavlink_feed_read(&b->feed, now_ns);
-    say_change(b->link->fd >= 0, &b->had_link, "link", b->link->error);
-    say_change(b->feed.client, &b->had_daemon, "sonard", b->feed.error.message);
+    say_change(!b->link->error[0], &b->link_told, "link", b->link->error);
+    say_daemon(b, now_ns);
     if (is_due(&b->obstacles_due_ns, (uint64_t)(1e9 / b->conf->feed.rate_hz), now_ns)) {
         update_alerts(b, now_ns);
         if (mavlink_vehicle_present(&b->vehicle, now_ns)) {
@@ -341,6 +386,7 @@ void mavlink_bridge_run(const struct mavlink_bridge_conf *conf, struct mavlink_l
                        .parser = {.signing = conf->signing},
                        .sender = {.component_id = conf->component_id, .signing = conf->signing},
                        .alert = {[ALERT_LEAK] = {.grave = true}},
+                       .start_ns = now_ns,
                        .obstacles_due_ns = now_ns,
                        .second_due_ns = now_ns,
                        .ask_due_ns = now_ns};
@@ -354,9 +400,9 @@ void mavlink_bridge_run(const struct mavlink_bridge_conf *conf, struct mavlink_l
     }
     say("in: %" PRIu64 " frames, %" PRIu64 " of unknown id, %" PRIu64 " bad CRC, %" PRIu64 " bad flags, %" PRIu64
         " bad signature, %" PRIu64 " bytes of garbage; out: %" PRIu64 " frames, %" PRIu64
-        " dropped; poses: %" PRIu64 ", %" PRIu64 " refused",
+        " dropped; poses: %" PRIu64 ", %" PRIu64 " refused, %" PRIu64 " kept back",
         in->frames, in->unknown, in->bad_crc, in->bad_flags, in->bad_signature, in->garbage_bytes, b.sent,
-        link->dropped, b.feed.poses, b.feed.poses_refused + b.vehicle.refused);
+        link->dropped, b.feed.poses, b.feed.poses_refused + b.vehicle.refused, b.feed.poses_held);
     mavlink_feed_close(&b.feed);
     mavlink_link_close(link);
 }

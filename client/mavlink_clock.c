@@ -6,6 +6,18 @@
 #define LEAK_PER_NS   20000u   /* 1 ns in so many: 50 ppm, more than two quartz clocks drift apart */
 #define ROUND_TRIP_NS 20000000 /* a slower answer says too little */
 #define PLAUSIBLE_NS  1000000000
+#define LATE_NS       250000000   /* more than the ways of a link differ by ... */
+#define LATE_FOR_NS   3000000000u /* ... for so long: then it is the clock that differs */
+
+/* Has everything been late for so long that its clock must have been set back, or started a moment ago? */
+static bool is_another(struct mavlink_clock *clock, int64_t offset_ns, uint64_t now_ns)
+{
+    if (offset_ns <= clock->offset_ns + LATE_NS)
+        clock->late_ns = 0;
+    else if (clock->late_ns == 0)
+        clock->late_ns = now_ns;
+    return clock->late_ns > 0 && now_ns > clock->late_ns + LATE_FOR_NS;
+}
 
 uint64_t mavlink_clock_heard(struct mavlink_clock *clock, uint32_t boot_ms, uint64_t now_ns)
 {
@@ -21,8 +33,10 @@ uint64_t mavlink_clock_heard(struct mavlink_clock *clock, uint32_t boot_ms, uint
     offset_ns = (int64_t)now_ns - (int64_t)sent_ms * MS_NS;
     if (clock->known)
         clock->offset_ns += (int64_t)((now_ns - clock->heard_ns) / LEAK_PER_NS);
-    if (!clock->known || offset_ns < clock->offset_ns)
+    if (!clock->known || offset_ns < clock->offset_ns || is_another(clock, offset_ns, now_ns)) {
         clock->offset_ns = offset_ns;
+        clock->late_ns = 0;
+    }
     clock->known = true;
     clock->heard_ns = now_ns;
     t_ns = (int64_t)sent_ms * MS_NS + clock->offset_ns;

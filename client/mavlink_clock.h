@@ -14,11 +14,13 @@ struct mavlink_clock {
     uint64_t boot_ms;  /* newest heard, unwrapped */
     uint64_t heard_ns; /* when */
     int64_t offset_ns; /* ours minus the autopilot's: the smallest seen, since delays only add */
+    uint64_t late_ns;  /* since when everything came later than delays explain; 0: it does not */
 };
 
 /**
  * mavlink_clock_heard - the autopilot's clock (milliseconds since its start, wrapping after 49.7 days) was boot_ms
- * when it sent what came at now_ns. Returns that time in ours, never after now_ns.
+ * when it sent what came at now_ns. Returns that time in ours, never after now_ns. Begins anew with an autopilot that
+ * has started again or has set its clock back.
  */
 uint64_t mavlink_clock_heard(struct mavlink_clock *clock, uint32_t boot_ms, uint64_t now_ns);
 

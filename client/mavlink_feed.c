@@ -5,15 +5,16 @@
 #include <stdio.h>
 #include <string.h>
 
-#define TIMEOUT_S       1.0
-#define CALENDAR_STEP_S 0.5
-#define RETRY_NS        1000000000u
-#define STATUS_HZ       5.0
-#define PING_FRESH_NS   2000000000u
-#define RING_FRESH_NS   1000000000u
-#define LEVEL_BAND_DEG  5.0
-#define LAYER_BAND_DEG  15.0
-#define NEW_PING_NS     10000000u /* ages are rounded: a ping's time differs that little from one answer to the next */
+#define RETRY_NS       1000000000u
+#define ALIVE_NS       1500000000u /* less than after which a sonar that is not heard of is called lost */
+#define SILENCE_NS     5000000000u /* then another connection is tried */
+#define WAITING_MAX    25          /* poses: half a second of them */
+#define STATUS_HZ      5.0
+#define PING_FRESH_NS  2000000000u
+#define RING_FRESH_NS  1000000000u
+#define LEVEL_BAND_DEG 5.0
+#define LAYER_BAND_DEG 15.0
+#define NEW_PING_NS    10000000u /* ages are rounded: a ping's time differs that little from one answer to the next */
 
 const double mavlink_layer_deg[MAVLINK_LAYERS] = {[MAVLINK_WATCH_LEVEL] = 0,
                                                   [MAVLINK_WATCH_LOWEST] = -60,
@@ -25,12 +26,16 @@ static void forget(struct mavlink_feed *feed)
 {
     for (int i = 0; i < MAVLINK_LAYERS; i++)
         mavlink_ring_forget(&feed->ring[i]);
-    for (int i = 0; i < MAVLINK_WATCHES; i++)
+    for (int i = 0; i < MAVLINK_WATCHES; i++) {
+        feed->request[i] = 0;
         feed->watch[i] = -1;
-    feed->unix_offset_s = -INFINITY;
+    }
+    feed->replay = false;
     feed->n_sensors = 0;
     feed->posed = false;
     feed->below.t_ns = 0;
+    feed->level_ns = 0;
+    feed->poses_waiting = 0;
 }
 
 void mavlink_feed_init(struct mavlink_feed *feed, const struct mavlink_feed_conf *conf)
@@ -57,13 +62,10 @@ static bool watch(struct mavlink_feed *feed, enum mavlink_watch which, const cha
                   double rate_hz)
 {
     json_t *request = json_pack("{s:s, s:o, s:f}", "method", method, "params", params, "rate_hz", rate_hz);
-    json_t *reply = sonard_call(feed->client, "watch", request, &feed->error);
 
-    if (reply)
-        feed->watch[which] = json_integer_value(json_object_get(reply, "watch"));
+    feed->request[which] = sonard_send(feed->client, "watch", request, &feed->error);
     json_decref(request);
-    json_decref(reply);
-    return reply != NULL;
+    return feed->request[which] != 0;
 }
 
 static bool watch_layer(struct mavlink_feed *feed, enum mavlink_watch which)
@@ -89,34 +91,23 @@ static bool watch_all(struct mavlink_feed *feed)
                                          json_pack("{s:s}", "sensor", feed->conf.downward), feed->conf.rate_hz);
 }
 
-bool mavlink_feed_connect(struct mavlink_feed *feed, uint64_t now_ns)
+void mavlink_feed_connect(struct mavlink_feed *feed, uint64_t now_ns)
 {
-    if (feed->client)
-        return true;
-    if (now_ns < feed->retry_ns)
-        return false;
-    feed->client = sonard_connect(feed->conf.socket, TIMEOUT_S, &feed->error);
-    feed->connected_ns = now_ns;
-    if (feed->client && watch_all(feed))
-        return true;
-    lose(feed, now_ns);
-    return false;
+    if (feed->client || now_ns < feed->retry_ns)
+        return;
+    feed->client = sonard_connect(feed->conf.socket, 0, &feed->error);
+    feed->connected_ns = feed->heard_ns = now_ns;
+    feed->said_something = false;
+    if (!feed->client || !watch_all(feed))
+        lose(feed, now_ns);
 }
 
-/*
- * When the daemon said it, on our clock. Both clocks run alike, so that the largest difference seen is the one with the
- * least delay. When the computer's calendar is set back it falls by more than any delay: then it starts over.
- */
-static uint64_t said(struct mavlink_feed *feed, double t_unix, uint64_t now_ns)
+/* When the daemon said it, on our clock. Its calendar is ours; in a replay it is the capture's, which tells nothing. */
+static uint64_t said(const struct mavlink_feed *feed, double t_unix, uint64_t now_ns)
 {
-    const double offset_s = t_unix - (double)now_ns * 1e-9;
+    const double t_ns = t_unix * 1e9 - (double)feed->unix_offset_ns;
 
-    if (offset_s > feed->unix_offset_s || offset_s < feed->unix_offset_s - CALENDAR_STEP_S)
-        feed->unix_offset_s = offset_s;
-
-    const double t_ns = (t_unix - feed->unix_offset_s) * 1e9;
-
-    return t_ns > 0 ? t_ns < (double)now_ns ? (uint64_t)t_ns : now_ns : 0;
+    return feed->replay || t_ns > (double)now_ns ? now_ns : t_ns > 0 ? (uint64_t)t_ns : 0;
 }
 
 static uint64_t before(uint64_t t_ns, double age_s)
@@ -153,17 +144,26 @@ static void take_sensor(struct mavlink_sensor *sensor, const json_t *object, uin
 
 static void take_status(struct mavlink_feed *feed, const json_t *result, uint64_t now_ns)
 {
-    const uint64_t said_ns = said(feed, json_number_value(json_object_get(result, "t_unix")), now_ns);
     const json_t *sensors = json_object_get(result, "sensors");
     const json_t *pose_age = json_object_get(json_object_get(result, "pose"), "age_s");
-    const char *leak = json_string_value(json_object_get(json_object_get(result, "leak"), "state"));
+    const json_t *leak = json_object_get(result, "leak");
+    const char *mode = json_string_value(json_object_get(result, "mode"));
+    const char *leak_state = json_string_value(json_object_get(leak, "state"));
+    const json_int_t leaks = json_integer_value(json_object_get(leak, "alarms"));
+
+    feed->replay = mode && strncmp(mode, "replay", 6) == 0;
+
+    const uint64_t said_ns = said(feed, json_number_value(json_object_get(result, "t_unix")), now_ns);
 
     feed->n_sensors = 0;
     for (size_t i = 0; i < json_array_size(sensors) && feed->n_sensors < MAVLINK_SENSORS_MAX; i++)
         take_sensor(&feed->sensor[feed->n_sensors++], json_array_get(sensors, i), said_ns);
     feed->posed = json_is_number(pose_age);
     feed->pose_age_s = json_number_value(pose_age);
-    feed->wet = leak && strcmp(leak, "wet") == 0;
+    feed->wet = leak_state && strcmp(leak_state, "wet") == 0;
+    if (leaks > feed->leaks || (leaks > 0 && leaks < feed->leaks)) /* fewer: another daemon's count */
+        feed->leak_ns = now_ns;
+    feed->leaks = leaks;
 }
 
 static void take_below(struct mavlink_feed *feed, const json_t *result, uint64_t now_ns)
@@ -186,11 +186,12 @@ static void take_below(struct mavlink_feed *feed, const json_t *result, uint64_t
             .echo = heard,
             .range_m = json_number_value(echo),
             .width_rad = json_number_value(json_object_get(row, "width_deg")) * 3.14159265358979323846 / 180.0,
+            .blind_m = json_number_value(json_object_get(row, "blind_m")),
         };
     }
 }
 
-static void take(struct mavlink_feed *feed, const json_t *notification, uint64_t now_ns)
+static void take_notification(struct mavlink_feed *feed, const json_t *notification, uint64_t now_ns)
 {
     const json_t *number = json_object_get(notification, "watch"),
                  *result = json_object_get(notification, "result");
@@ -208,19 +209,42 @@ static void take(struct mavlink_feed *feed, const json_t *notification, uint64_t
         take_ring(feed, (enum mavlink_watch)which, result, now_ns);
 }
 
+/* To a watch that was asked for, or to a pose. False: the watch, or this client, is refused, as error says. */
+static bool take_reply(struct mavlink_feed *feed, const struct sonard_message *reply)
+{
+    for (int i = 0; i < MAVLINK_WATCHES; i++) {
+        if (reply->id != 0 && reply->id != feed->request[i])
+            continue;
+        if (reply->content)
+            feed->watch[i] = json_integer_value(json_object_get(reply->content, "watch"));
+        else
+            feed->error = reply->refusal;
+        return reply->content != NULL;
+    }
+    feed->poses_waiting--;
+    feed->poses += reply->content != NULL;
+    feed->poses_refused += reply->content == NULL;
+    return true;
+}
+
 void mavlink_feed_read(struct mavlink_feed *feed, uint64_t now_ns)
 {
-    while (feed->client) {
-        json_t *notification = sonard_next(feed->client, 0, &feed->error);
+    struct sonard_message message;
+    bool good = true;
 
-        if (notification)
-            take(feed, notification, now_ns);
-        else if (feed->error.status != SONARD_SILENT)
-            lose(feed, now_ns);
-        else
+    while (feed->client && good) {
+        if (!sonard_take(feed->client, 0, &message, &feed->error))
             break;
-        json_decref(notification);
+        feed->heard_ns = now_ns;
+        feed->said_something = true;
+        if (message.id == 0 && message.content)
+            take_notification(feed, message.content, now_ns);
+        else
+            good = take_reply(feed, &message);
+        json_decref(message.content);
     }
+    if (feed->client && (!good || feed->error.status != SONARD_SILENT || now_ns > feed->heard_ns + SILENCE_NS))
+        lose(feed, now_ns);
 }
 
 static json_t *triple(const double v[3])
@@ -231,11 +255,15 @@ static json_t *triple(const double v[3])
 void mavlink_feed_pose(struct mavlink_feed *feed, const struct mavlink_pose *pose, uint64_t now_ns)
 {
     const double *q = pose->quaternion;
-    json_t *params, *reply;
+    json_t *params;
 
-    if (!feed->client || feed->unix_offset_s == -INFINITY)
+    if (!feed->client)
         return;
-    params = json_pack("{s:f}", "t_unix", feed->unix_offset_s + (double)pose->t_ns * 1e-9);
+    if (feed->poses_waiting >= WAITING_MAX) {
+        feed->poses_held++;
+        return;
+    }
+    params = json_pack("{s:f}", "t_unix", (double)(feed->unix_offset_ns + pose->t_ns) * 1e-9);
     if (pose->has & MAVLINK_POSE_ATTITUDE)
         json_object_set_new(params, "quaternion", json_pack("[f, f, f, f]", q[0], q[1], q[2], q[3]));
     if (pose->has & MAVLINK_POSE_POSITION)
@@ -244,14 +272,21 @@ void mavlink_feed_pose(struct mavlink_feed *feed, const struct mavlink_pose *pos
         json_object_set_new(params, "velocity_mps", triple(pose->velocity_mps));
     if (pose->has & MAVLINK_POSE_DEPTH)
         json_object_set_new(params, "depth_m", json_real(pose->depth_m));
-    reply = sonard_call(feed->client, "pose", params, &feed->error);
-    feed->poses += reply != NULL;
-    if (!reply && feed->error.status == SONARD_REFUSED)
-        feed->poses_refused++;
-    else if (!reply)
+    if (sonard_send(feed->client, "pose", params, &feed->error))
+        feed->poses_waiting++;
+    else
         lose(feed, now_ns);
     json_decref(params);
-    json_decref(reply);
+}
+
+bool mavlink_feed_alive(const struct mavlink_feed *feed, uint64_t now_ns)
+{
+    return feed->client && feed->said_something && now_ns < feed->heard_ns + ALIVE_NS;
+}
+
+bool mavlink_feed_answered(const struct mavlink_feed *feed, uint64_t now_ns)
+{
+    return feed->level_ns > 0 && now_ns < feed->level_ns + RING_FRESH_NS;
 }
 
 bool mavlink_feed_fresh(const struct mavlink_feed *feed, uint64_t now_ns)
@@ -260,7 +295,7 @@ bool mavlink_feed_fresh(const struct mavlink_feed *feed, uint64_t now_ns)
 
     for (int i = 0; i < feed->n_sensors; i++)
         ping_ns = feed->sensor[i].ping_ns > ping_ns ? feed->sensor[i].ping_ns : ping_ns;
-    return feed->ring[MAVLINK_WATCH_LEVEL].youngest_s >= 0 && now_ns < feed->level_ns + RING_FRESH_NS &&
+    return mavlink_feed_answered(feed, now_ns) && feed->ring[MAVLINK_WATCH_LEVEL].youngest_s >= 0 &&
            now_ns < ping_ns + PING_FRESH_NS;
 }
 

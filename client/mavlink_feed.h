@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * mavlink_feed - the daemon's side of the bridge: keeps a connection with watches on what the autopilot is to hear,
- * holds the newest answers, and hands poses over. Knows no MAVLink link. Times are CLOCK_MONOTONIC nanoseconds.
+ * holds the newest answers, and hands poses over. Never waits for the daemon. Knows no MAVLink link. Times are
+ * CLOCK_MONOTONIC nanoseconds.
  */
 #ifndef SONARD_MAVLINK_FEED_H
 #define SONARD_MAVLINK_FEED_H
@@ -47,6 +48,7 @@ struct mavlink_depth_below {
     uint64_t t_ns; /* 0: nothing yet */
     bool echo;     /* otherwise it heard nothing */
     double range_m, width_rad;
+    double blind_m; /* nearer than this it hears nothing */
 };
 
 struct mavlink_feed {
@@ -54,35 +56,49 @@ struct mavlink_feed {
     struct sonard_client *client; /* NULL: not connected */
     struct sonard_error error;    /* why the connection failed */
     uint64_t retry_ns, connected_ns;
-    json_int_t watch[MAVLINK_WATCHES]; /* the daemon's number; -1: not watched */
-    double unix_offset_s;              /* the daemon's t_unix minus our clock; -INFINITY: not known yet */
+    uint64_t heard_ns;                   /* when the daemon said something, or was connected to */
+    bool said_something;                 /* since then */
+    json_int_t request[MAVLINK_WATCHES]; /* that asked for it; 0: not asked */
+    json_int_t watch[MAVLINK_WATCHES];   /* the daemon's number; -1: not watched */
+    uint64_t
+        unix_offset_ns; /* CLOCK_REALTIME minus CLOCK_MONOTONIC now, set by the owner: the calendar may be set */
+    bool replay;        /* the daemon plays a capture */
     struct mavlink_ring ring[MAVLINK_LAYERS];
-    uint64_t level_ns;    /* when ring[MAVLINK_WATCH_LEVEL] came */
+    uint64_t level_ns;    /* when ring[MAVLINK_WATCH_LEVEL] came; 0: never */
     uint64_t evidence_ns; /* of the newest evidence in any ring; never falls */
     struct mavlink_sensor sensor[MAVLINK_SENSORS_MAX];
     int n_sensors;
     bool posed;        /* the daemon was given a pose at least once */
     double pose_age_s; /* when posed */
     bool wet;          /* the leak probe says so */
+    json_int_t leaks;  /* times that it became wet, as far as the daemon has told */
+    uint64_t leak_ns;  /* when that grew last; 0: never */
     struct mavlink_depth_below below;
-    uint64_t poses, poses_refused;
+    int poses_waiting;                         /* handed over, and not answered yet */
+    uint64_t poses, poses_refused, poses_held; /* held: kept back, since the daemon does not answer */
 };
 
 extern const double mavlink_layer_deg[MAVLINK_LAYERS]; /* elevation of each ring's middle */
 
 void mavlink_feed_init(struct mavlink_feed *feed, const struct mavlink_feed_conf *conf);
 
-/**
- * mavlink_feed_connect - try to connect and to set the watches, at most once a second; true while connected. Waits at
- * most a second for a daemon that accepts but does not answer.
- */
-bool mavlink_feed_connect(struct mavlink_feed *feed, uint64_t now_ns);
+/** mavlink_feed_connect - where there is no connection, try to make one and ask for the watches, once a second. */
+void mavlink_feed_connect(struct mavlink_feed *feed, uint64_t now_ns);
 
-/** mavlink_feed_read - take what the daemon has sent; after a loss all rings are forgotten and error says why. */
+/**
+ * mavlink_feed_read - take what the daemon has sent. When the connection ends, or nothing came for five seconds, it is
+ * closed, all rings are forgotten and error says why.
+ */
 void mavlink_feed_read(struct mavlink_feed *feed, uint64_t now_ns);
 
-/** mavlink_feed_pose - hand a pose over; refusals are counted. */
+/** mavlink_feed_pose - hand a pose over; refusals, and those kept back from a daemon that is behind, are counted. */
 void mavlink_feed_pose(struct mavlink_feed *feed, const struct mavlink_pose *pose, uint64_t now_ns);
+
+/** mavlink_feed_alive - did the daemon say anything within a second and a half? */
+bool mavlink_feed_alive(const struct mavlink_feed *feed, uint64_t now_ns);
+
+/** mavlink_feed_answered - is there an answer about the level ring that is at most a second old? */
+bool mavlink_feed_answered(const struct mavlink_feed *feed, uint64_t now_ns);
 
 /**
  * mavlink_feed_fresh - do the rings rest on a sonar that is alive: a ping within two seconds, and evidence that counts

@@ -13,6 +13,7 @@
 #include <unistd.h>
 
 #define RETRY_NS     1000000000u
+#define RETRY_MOST   30 /* seconds between attempts at a name that is not known: asking may take long */
 #define PEER_HOLD_NS 5000000000u
 
 static const struct {
@@ -81,11 +82,16 @@ bool mavlink_link_init(struct mavlink_link *link, const char *address, char *err
     return true;
 }
 
-/* Notes why, closes, and lets a second pass. */
-static void lose(struct mavlink_link *link, const char *what, const char *why, uint64_t now_ns)
+static void note(struct mavlink_link *link, const char *what, const char *why)
 {
     snprintf(link->error, sizeof link->error, "%.100s%s%s: %s: %s", link->place,
              link->place[0] && link->port[0] ? ":" : "", link->port, what, why);
+}
+
+/* Notes why, closes, and lets a second pass. */
+static void lose(struct mavlink_link *link, const char *what, const char *why, uint64_t now_ns)
+{
+    note(link, what, why);
     mavlink_link_close(link);
     link->retry_ns = now_ns + RETRY_NS;
 }
@@ -101,8 +107,11 @@ static void open_udp(struct mavlink_link *link, uint64_t now_ns)
 
     if (failure) {
         lose(link, "look-up", gai_strerror(failure), now_ns);
+        link->retry_s = link->retry_s == 0 ? 1 : link->retry_s < RETRY_MOST / 2 ? 2 * link->retry_s : RETRY_MOST;
+        link->retry_ns = now_ns + link->retry_s * (uint64_t)RETRY_NS;
         return;
     }
+    link->retry_s = 0;
     link->fd = socket(found->ai_family, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
     if (link->fd < 0 || (in ? bind(link->fd, found->ai_addr, found->ai_addrlen)
                             : connect(link->fd, found->ai_addr, found->ai_addrlen)) < 0)
@@ -165,11 +174,15 @@ short mavlink_link_events(const struct mavlink_link *link)
     return (short)(POLLIN | (link->n_out > 0 ? POLLOUT : 0));
 }
 
-/* Only a serial line is lost by an error: a UDP peer that is not there yet, or a network that is down, comes back. */
-static void serial_failed(struct mavlink_link *link, uint64_t now_ns)
+/* Only a serial line is closed: a UDP peer that is not there yet, or a network that is down, comes back. */
+static void failed(struct mavlink_link *link, uint64_t now_ns)
 {
-    if (errno != EAGAIN && errno != EINTR)
+    if (errno == EAGAIN || errno == EINTR || errno == ENOBUFS)
+        return;
+    if (link->kind == MAVLINK_SERIAL)
         lose(link, "lost", strerror(errno), now_ns);
+    else
+        note(link, "nobody is there", strerror(errno));
 }
 
 size_t mavlink_link_read(struct mavlink_link *link, void *buffer, size_t size, uint64_t now_ns)
@@ -186,10 +199,12 @@ size_t mavlink_link_read(struct mavlink_link *link, void *buffer, size_t size, u
         link->sender_size = sizeof link->sender;
         n = recvfrom(link->fd, buffer, size, 0, (struct sockaddr *)&link->sender, &link->sender_size);
     }
-    if (n > 0)
+    if (n > 0) {
+        link->error[0] = '\0';
         return (size_t)n;
-    if (link->kind == MAVLINK_SERIAL)
-        serial_failed(link, now_ns);
+    }
+    if (n < 0 || link->kind == MAVLINK_SERIAL)
+        failed(link, now_ns);
     return 0;
 }
 
@@ -206,15 +221,25 @@ void mavlink_link_trust(struct mavlink_link *link, uint64_t now_ns)
     link->peer_heard_ns = now_ns;
 }
 
+/* Hands a datagram over, to `peer` where the socket has none of its own. */
+static bool sent(struct mavlink_link *link, const void *frame, size_t n, const struct sockaddr_storage *peer,
+                 socklen_t peer_size, uint64_t now_ns)
+{
+    const ssize_t k = sendto(link->fd, frame, n, MSG_NOSIGNAL, (const struct sockaddr *)peer, peer_size);
+
+    if (k < 0)
+        failed(link, now_ns);
+    return k == (ssize_t)n;
+}
+
 void mavlink_link_write(struct mavlink_link *link, const void *frame, size_t n, uint64_t now_ns)
 {
     bool taken = false;
 
     if (link->fd >= 0 && link->kind == MAVLINK_UDP) {
-        taken = send(link->fd, frame, n, MSG_NOSIGNAL) == (ssize_t)n;
+        taken = sent(link, frame, n, NULL, 0, now_ns);
     } else if (link->fd >= 0 && link->kind == MAVLINK_UDPIN && link->peer_size > 0) {
-        taken = sendto(link->fd, frame, n, MSG_NOSIGNAL, (const struct sockaddr *)&link->peer, link->peer_size) ==
-                (ssize_t)n;
+        taken = sent(link, frame, n, &link->peer, link->peer_size, now_ns);
     } else if (link->fd >= 0 && link->kind == MAVLINK_SERIAL && n <= sizeof link->out - link->n_out) {
         memcpy(link->out + link->n_out, frame, n);
         link->n_out += n;
@@ -235,7 +260,7 @@ void mavlink_link_flush(struct mavlink_link *link, uint64_t now_ns)
         link->n_out -= (size_t)n;
         memmove(link->out, link->out + n, link->n_out);
     } else if (n < 0) {
-        serial_failed(link, now_ns);
+        failed(link, now_ns);
     }
 }
 

@@ -22,7 +22,8 @@ struct mavlink_link {
     unsigned baud;   /* serial */
     int fd;          /* -1: not open; may be polled for mavlink_link_events */
     uint64_t retry_ns;
-    char error[256];                      /* why it is not open, one sentence; "" while it is */
+    unsigned retry_s;                     /* between attempts at the name; 0: it is known */
+    char error[256];                      /* why it is not open, or deaf, one sentence; "": all is well */
     struct sockaddr_storage peer, sender; /* udpin: who gets our frames; whose datagram came last */
     socklen_t peer_size, sender_size;
     uint64_t peer_heard_ns;
@@ -37,13 +38,19 @@ struct mavlink_link {
  */
 bool mavlink_link_init(struct mavlink_link *link, const char *address, char *err, size_t err_size);
 
-/** mavlink_link_open - try to open, at most once a second; true while it is open. */
+/**
+ * mavlink_link_open - try to open, at most once a second, and more and more seldom a name that is not known; true
+ * while it is open.
+ */
 bool mavlink_link_open(struct mavlink_link *link, uint64_t now_ns);
 
 /** mavlink_link_events - what to poll the descriptor for. */
 short mavlink_link_events(const struct mavlink_link *link);
 
-/** mavlink_link_read - bytes that came, 0: none. What cannot be read any more is closed, with link->error set. */
+/**
+ * mavlink_link_read - bytes that came, 0: none. A serial line that cannot be read any more is closed; a peer that the
+ * network says is not there stays open until it is heard. Both with link->error set.
+ */
 size_t mavlink_link_read(struct mavlink_link *link, void *buffer, size_t size, uint64_t now_ns);
 
 /**

@@ -57,6 +57,15 @@ void mavlink_ring_forget(struct mavlink_ring *ring)
     *ring = (struct mavlink_ring){.youngest_s = -1};
 }
 
+void mavlink_ring_doubt(struct mavlink_ring *ring)
+{
+    for (int i = 0; i < MAVLINK_SECTORS; i++) {
+        ring->sector[i].free_to_m = 0;
+        if (ring->sector[i].state == MAVLINK_SECTOR_CLEAR)
+            ring->sector[i].state = MAVLINK_SECTOR_UNKNOWN;
+    }
+}
+
 uint16_t mavlink_centimetres(double m, uint16_t most)
 {
     const double cm = floor(m * 100 + ROUNDING_CM);

@@ -48,6 +48,9 @@ bool mavlink_ring_read(struct mavlink_ring *ring, const json_t *result);
 /** mavlink_ring_forget - nothing is known any more. */
 void mavlink_ring_forget(struct mavlink_ring *ring);
 
+/** mavlink_ring_doubt - no water is known to be free any more; obstacles stay. */
+void mavlink_ring_doubt(struct mavlink_ring *ring);
+
 /**
  * mavlink_ring_distances - the message; max_m is how far "nothing seen" reaches, time_usec the time of the evidence in
  * the receiver's clock. An obstacle beyond max_m is left out where the water is free up to there, and stands at max_m

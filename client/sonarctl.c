@@ -4,6 +4,7 @@
  * command line and its help.
  */
 #include <errno.h>
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -48,11 +49,11 @@ struct command {
 
 static const struct argument common_options[] = {
     {"--socket", "socket", "PATH", "of the daemon; else $SONARD_SOCKET, else " SONARD_DEFAULT_SOCKET,
-     ARGUMENT_TEXT, 0},
-    {"--timeout", "timeout", "S", "seconds to wait for an answer (5)", ARGUMENT_NUMBER, 0},
-    {"--json", "json", "", "the result object as it is, on one line", ARGUMENT_FLAG, 0},
-    {"--help", "help", "", "this text", ARGUMENT_FLAG, 0},
-    {"-h", "help", "", "this text", ARGUMENT_FLAG, 0},
+     ARGUMENT_TEXT, 0, 0, 0},
+    {"--timeout", "timeout", "S", "seconds to wait for an answer (5)", ARGUMENT_NUMBER, 0, 0.001, 1e6},
+    {"--json", "json", "", "the result object as it is, on one line", ARGUMENT_FLAG, 0, 0, 0},
+    {"--help", "help", "", "this text", ARGUMENT_FLAG, 0, 0, 0},
+    {"-h", "help", "", "this text", ARGUMENT_FLAG, 0, 0, 0},
     {0},
 };
 
@@ -121,13 +122,12 @@ static int run_method(struct context *context)
 static int run_blocked(struct context *context)
 {
     json_t *params = context->arguments.options;
-    char *end;
-    const double azimuth_deg = strtod(context->arguments.word[0], &end);
+    double azimuth_deg;
     const char *state;
     json_t *result;
     int status;
 
-    if (*end || end == context->arguments.word[0] || !isfinite(azimuth_deg))
+    if (!arguments_number(context->arguments.word[0], -DBL_MAX, DBL_MAX, &azimuth_deg))
         return usage("blocked", "AZ must be a number of degrees");
     if (!json_object_get(params, "distance_m"))
         return usage("blocked", "--distance D is missing");
@@ -280,46 +280,48 @@ static int run_plot(struct context *context)
 
 #define FRAME_OPTION                                                                                              \
     {                                                                                                             \
-        "--frame", "frame", "body|ned", "azimuth 0 is forward (body) or north (ned)", ARGUMENT_TEXT, 0            \
+        "--frame", "frame", "body|ned", "azimuth 0 is forward (body) or north (ned)", ARGUMENT_TEXT, 0, 0, 0      \
     }
 
 static const struct argument blocked_options[] = {
-    {"--distance", "distance_m", "D", "metres to look ahead; must be given", ARGUMENT_NUMBER, 0},
-    {"--elevation", "elevation_deg", "E", "degrees upward (0)", ARGUMENT_NUMBER, 0},
+    {"--distance", "distance_m", "D", "metres to look ahead; must be given", ARGUMENT_NUMBER, 0, 0, 0},
+    {"--elevation", "elevation_deg", "E", "degrees upward (0)", ARGUMENT_NUMBER, 0, 0, 0},
     {"--half-angle", "half_angle_deg", "A", "look in a cone that opens so many degrees to each side",
-     ARGUMENT_NUMBER, 0},
-    {"--radius", "radius_m", "R", "look in a corridor of this radius in metres instead", ARGUMENT_NUMBER, 0},
+     ARGUMENT_NUMBER, 0, 0, 0},
+    {"--radius", "radius_m", "R", "look in a corridor of this radius in metres instead", ARGUMENT_NUMBER, 0, 0, 0},
     FRAME_OPTION,
     {0},
 };
 
 static const struct argument sectors_options[] = {
-    {"--count", "count", "N", "number of sectors around (72)", ARGUMENT_INTEGER, 0},
-    {"--elevation", "elevation_deg", "LO,HI", "band of elevations in degrees", ARGUMENT_NUMBERS, 2},
-    {"--distance", "distance_m", "D", "metres to look ahead; else as far as the grid reaches", ARGUMENT_NUMBER, 0},
+    {"--count", "count", "N", "number of sectors around (72)", ARGUMENT_INTEGER, 0, 0, 0},
+    {"--elevation", "elevation_deg", "LO,HI", "band of elevations in degrees", ARGUMENT_NUMBERS, 2, 0, 0},
+    {"--distance", "distance_m", "D", "metres to look ahead; else as far as the grid reaches", ARGUMENT_NUMBER, 0,
+     0, 0},
     FRAME_OPTION,
     {0},
 };
 
 static const struct argument watch_options[] = {
-    {"--rate", "rate_hz", "HZ", "notifications per second, 0.1 to 50 (1)", ARGUMENT_NUMBER, 0},
-    {"--count", "count", "N", "end after so many", ARGUMENT_INTEGER, 0},
+    {"--rate", "rate_hz", "HZ", "notifications per second, 0.1 to 50 (1)", ARGUMENT_NUMBER, 0, 0.1, 50},
+    {"--count", "count", "N", "end after so many", ARGUMENT_INTEGER, 0, 1, 1e9},
     {0},
 };
 
 static const struct argument pose_options[] = {
-    {"--attitude", "attitude_deg", "R,P,Y", "roll, pitch, yaw in degrees", ARGUMENT_NUMBERS, 3},
-    {"--quaternion", "quaternion", "W,X,Y,Z", "attitude, body to north-east-down, instead", ARGUMENT_NUMBERS, 4},
-    {"--position", "position_m", "N,E,D", "metres north, east, down", ARGUMENT_NUMBERS, 3},
-    {"--depth", "depth_m", "D", "metres below the surface", ARGUMENT_NUMBER, 0},
-    {"--velocity", "velocity_mps", "N,E,D", "metres per second north, east, down", ARGUMENT_NUMBERS, 3},
-    {"--time", "t_unix", "T", "Unix seconds of the measurement (now)", ARGUMENT_NUMBER, 0},
+    {"--attitude", "attitude_deg", "R,P,Y", "roll, pitch, yaw in degrees", ARGUMENT_NUMBERS, 3, 0, 0},
+    {"--quaternion", "quaternion", "W,X,Y,Z", "attitude, body to north-east-down, instead", ARGUMENT_NUMBERS, 4, 0,
+     0},
+    {"--position", "position_m", "N,E,D", "metres north, east, down", ARGUMENT_NUMBERS, 3, 0, 0},
+    {"--depth", "depth_m", "D", "metres below the surface", ARGUMENT_NUMBER, 0, 0, 0},
+    {"--velocity", "velocity_mps", "N,E,D", "metres per second north, east, down", ARGUMENT_NUMBERS, 3, 0, 0},
+    {"--time", "t_unix", "T", "Unix seconds of the measurement (now)", ARGUMENT_NUMBER, 0, 0, 0},
     {0},
 };
 
 static const struct argument plot_options[] = {
-    {"-o", "output", "FILE", "SVG file to write, - for standard output; must be given", ARGUMENT_TEXT, 0},
-    {"--sensor", "sensor", "NAME", "which sonar (the first)", ARGUMENT_TEXT, 0},
+    {"-o", "output", "FILE", "SVG file to write, - for standard output; must be given", ARGUMENT_TEXT, 0, 0, 0},
+    {"--sensor", "sensor", "NAME", "which sonar (the first)", ARGUMENT_TEXT, 0, 0, 0},
     {0},
 };
 
@@ -375,7 +377,7 @@ static const struct command *find_command(const char *name)
 }
 
 /* Takes the common options out of the object; what is left are the parameters. */
-static bool take_common(struct context *context)
+static void take_common(struct context *context)
 {
     json_t *options = context->arguments.options;
     const char *socket = json_string_value(json_object_get(options, "socket")), *set = getenv("SONARD_SOCKET");
@@ -390,7 +392,6 @@ static bool take_common(struct context *context)
     context->colour = !context->json && isatty(STDOUT_FILENO) && !getenv("NO_COLOR");
     for (const struct argument *a = common_options; a->flag; a++)
         json_object_del(options, a->key);
-    return context->timeout_s > 0 && context->timeout_s <= 1e6;
 }
 
 static int run_command(const struct command *command, int argc, char **argv, int at)
@@ -408,9 +409,8 @@ static int run_command(const struct command *command, int argc, char **argv, int
         snprintf(err, sizeof err, "want: sonarctl %s%s%s", command->name, command->words[0] ? " " : "",
                  command->words);
         status = usage(command->name, err);
-    } else if (!take_common(&context)) {
-        status = usage(command->name, "--timeout must be more than 0 and at most 1e6 seconds");
     } else {
+        take_common(&context);
         status = command->run(&context);
         sonard_disconnect(context.client);
     }

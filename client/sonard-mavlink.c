@@ -29,25 +29,29 @@ static void on_stop(int signal)
 static const struct argument no_options[] = {{0}};
 static const struct argument options[] = {
     {"--link", "link", "LINK", "udp:HOST:PORT, udpin:PORT or serial:/dev/NAME:BAUD; must be given", ARGUMENT_TEXT,
-     0},
+     0, 0, 0},
     {"--socket", "socket", "PATH", "of the daemon; else $SONARD_SOCKET, else " SONARD_DEFAULT_SOCKET,
-     ARGUMENT_TEXT, 0},
-    {"--system-id", "system-id", "N", "of the vehicle, and ours; else the first autopilot's", ARGUMENT_INTEGER, 0},
-    {"--component-id", "component-id", "N", "ours (196, obstacle avoidance)", ARGUMENT_INTEGER, 0},
-    {"--rate", "rate", "HZ", "obstacle messages per second, 5 to 50 (10)", ARGUMENT_NUMBER, 0},
-    {"--distance", "distance", "M", "how far to look; else as far as the sonars listen", ARGUMENT_NUMBER, 0},
-    {"--unknown-as", "unknown_as", "far|unknown|M", "what to say of unknown water (unknown)", ARGUMENT_TEXT, 0},
-    {"--frame", "frame", "body|ned", "azimuth 0 is forward (body) or north (ned)", ARGUMENT_TEXT, 0},
-    {"--3d", "layers", "", "send OBSTACLE_DISTANCE_3D too", ARGUMENT_FLAG, 0},
-    {"--downward", "downward", "SENSOR", "send this sonar's ranges as DISTANCE_SENSOR", ARGUMENT_TEXT, 0},
+     ARGUMENT_TEXT, 0, 0, 0},
+    {"--system-id", "system-id", "N", "of the vehicle, and ours; else the first autopilot's", ARGUMENT_INTEGER, 0,
+     1, 255},
+    {"--component-id", "component-id", "N", "ours (196, obstacle avoidance)", ARGUMENT_INTEGER, 0, 2, 255},
+    {"--rate", "rate", "HZ", "obstacle messages per second, 5 to 50 (10)", ARGUMENT_NUMBER, 0, 5, 50},
+    {"--distance", "distance", "M", "how far to look; else as far as the sonars listen", ARGUMENT_NUMBER, 0, 0.1,
+     MAVLINK_REACH_M},
+    {"--unknown-as", "unknown_as", "far|unknown|M", "what to say of unknown water (unknown)", ARGUMENT_TEXT, 0, 0,
+     0},
+    {"--frame", "frame", "body|ned", "azimuth 0 is forward (body) or north (ned)", ARGUMENT_TEXT, 0, 0, 0},
+    {"--3d", "layers", "", "send OBSTACLE_DISTANCE_3D too", ARGUMENT_FLAG, 0, 0, 0},
+    {"--downward", "downward", "SENSOR", "send this sonar's ranges as DISTANCE_SENSOR", ARGUMENT_TEXT, 0, 0, 0},
     {"--surface-pressure", "surface", "HPA|first", "pressure at the surface (1013.25), or the first reading",
-     ARGUMENT_TEXT, 0},
-    {"--density", "density", "KG/M3", "of the water, for depth from pressure (1025)", ARGUMENT_NUMBER, 0},
+     ARGUMENT_TEXT, 0, 0, 0},
+    {"--density", "density", "KG/M3", "of the water, for depth from pressure (1025)", ARGUMENT_NUMBER, 0, 900,
+     1200},
     {"--sign", "sign", "FILE", "sign frames, and want them signed, with the key of 64 hex digits in it",
-     ARGUMENT_TEXT, 0},
-    {"--sign-link", "sign-link", "N", "link id in our signatures (0)", ARGUMENT_INTEGER, 0},
-    {"--version", "version", "", "print the version", ARGUMENT_FLAG, 0},
-    {"--help", "help", "", "this text", ARGUMENT_FLAG, 0},
+     ARGUMENT_TEXT, 0, 0, 0},
+    {"--sign-link", "sign-link", "N", "link id in our signatures (0)", ARGUMENT_INTEGER, 0, 0, 255},
+    {"--version", "version", "", "print the version", ARGUMENT_FLAG, 0, 0, 0},
+    {"--help", "help", "", "this text", ARGUMENT_FLAG, 0, 0, 0},
     {0},
 };
 
@@ -66,26 +70,12 @@ struct fault {
     char text[300];
 };
 
-static double number(const json_t *given, const char *key, double lo, double hi, double absent,
-                     struct fault *fault)
+/* The table has checked its range. */
+static double number(const json_t *given, const char *key, double absent)
 {
     const json_t *value = json_object_get(given, key);
-    const double v = value ? json_number_value(value) : absent;
 
-    if (value && !(v >= lo && v <= hi)) {
-        fault->found = true;
-        snprintf(fault->text, sizeof fault->text, "--%s %g: want a number from %g to %g", key, v, lo, hi);
-    }
-    return v;
-}
-
-/* A number that fills the text and lies in [lo, hi]. */
-static bool parse_number(const char *text, double lo, double hi, double *value)
-{
-    char *end;
-
-    *value = strtod(text, &end);
-    return end != text && *end == '\0' && *value >= lo && *value <= hi;
+    return value ? json_number_value(value) : absent;
 }
 
 static void parse_words(const json_t *given, struct mavlink_bridge_conf *conf, struct fault *fault)
@@ -100,7 +90,7 @@ static void parse_words(const json_t *given, struct mavlink_bridge_conf *conf, s
     else if (unknown && strcmp(unknown, "unknown") != 0)
         conf->obstacles.unknown_as = MAVLINK_UNKNOWN_AS_DISTANCE;
     if (conf->obstacles.unknown_as == MAVLINK_UNKNOWN_AS_DISTANCE &&
-        !parse_number(unknown, 0.01, MAVLINK_REACH_M, &conf->obstacles.unknown_m)) {
+        !arguments_number(unknown, 0.01, MAVLINK_REACH_M, &conf->obstacles.unknown_m)) {
         fault->found = true;
         snprintf(fault->text, sizeof fault->text,
                  "--unknown-as %.50s: want far, unknown, or metres from 0.01 to %g", unknown, MAVLINK_REACH_M);
@@ -112,7 +102,7 @@ static void parse_words(const json_t *given, struct mavlink_bridge_conf *conf, s
     }
     if (surface && strcmp(surface, "first") == 0) {
         conf->vehicle.surface_hpa = 0;
-    } else if (surface && !parse_number(surface, 300, 1200, &conf->vehicle.surface_hpa)) {
+    } else if (surface && !arguments_number(surface, 300, 1200, &conf->vehicle.surface_hpa)) {
         fault->found = true;
         snprintf(fault->text, sizeof fault->text, "--surface-pressure %.50s: want first, or hPa from 300 to 1200",
                  surface);
@@ -142,19 +132,19 @@ static bool parse_conf(const struct arguments *arguments, struct mavlink_bridge_
     const char *address = json_string_value(json_object_get(given, "link"));
     const char *key_file = json_string_value(json_object_get(given, "sign"));
 
-    *conf = (struct mavlink_bridge_conf){
-        .feed = {.socket = socket        ? socket
-                           : set && *set ? set
-                                         : SONARD_DEFAULT_SOCKET,
-                 .rate_hz = number(given, "rate", 5, 50, DEFAULT_RATE_HZ, fault),
-                 .layers = json_object_get(given, "layers") != NULL,
-                 .distance_m = number(given, "distance", 0.1, MAVLINK_REACH_M, 0, fault),
-                 .downward = json_string_value(json_object_get(given, "downward"))},
-        .vehicle = {.system_id = (uint8_t)number(given, "system-id", 1, 255, 0, fault),
-                    .density_kgpm3 = number(given, "density", 900, 1200, DEFAULT_DENSITY, fault)},
-        .component_id = (uint8_t)number(given, "component-id", 2, 255, DEFAULT_COMPONENT, fault),
-        .signing = key_file ? signing : NULL};
-    signing->link_id = (uint8_t)number(given, "sign-link", 0, 255, 0, fault);
+    *conf =
+        (struct mavlink_bridge_conf){.feed = {.socket = socket        ? socket
+                                                        : set && *set ? set
+                                                                      : SONARD_DEFAULT_SOCKET,
+                                              .rate_hz = number(given, "rate", DEFAULT_RATE_HZ),
+                                              .layers = json_object_get(given, "layers") != NULL,
+                                              .distance_m = number(given, "distance", 0),
+                                              .downward = json_string_value(json_object_get(given, "downward"))},
+                                     .vehicle = {.system_id = (uint8_t)number(given, "system-id", 0),
+                                                 .density_kgpm3 = number(given, "density", DEFAULT_DENSITY)},
+                                     .component_id = (uint8_t)number(given, "component-id", DEFAULT_COMPONENT),
+                                     .signing = key_file ? signing : NULL};
+    signing->link_id = (uint8_t)number(given, "sign-link", 0);
     parse_words(given, conf, fault);
     if (!fault->found && key_file)
         read_key(key_file, signing, fault);

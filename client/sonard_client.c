@@ -15,6 +15,7 @@
 
 #define IN_START_BYTES 8192
 #define IN_MAX_BYTES   (8u << 20)
+#define OUT_MAX_BYTES  65536
 #define KEPT_MAX       64
 #define RETRY_MS       20 /* between attempts while the daemon's queue of new clients is full */
 
@@ -25,6 +26,8 @@ struct sonard_client {
     json_int_t last_id;
     char *in;
     size_t in_len, in_size;
+    char *out; /* requests not yet written */
+    size_t out_len;
     json_t *kept; /* notifications that came during calls, oldest first */
 };
 
@@ -132,6 +135,7 @@ void sonard_disconnect(struct sonard_client *client)
         close(client->fd);
     json_decref(client->kept);
     free(client->in);
+    free(client->out);
     free(client);
 }
 
@@ -140,25 +144,46 @@ int sonard_fd(const struct sonard_client *client)
     return client->fd;
 }
 
-/* A daemon that has closed may have said why before: a broken pipe is left to the reading that follows. */
-static bool send_line(struct sonard_client *client, const char *line, double deadline_s,
-                      struct sonard_error *error)
+short sonard_events(const struct sonard_client *client)
 {
-    const size_t n = strlen(line) + 1;
+    return (short)(POLLIN | (client->out_len > 0 ? POLLOUT : 0));
+}
 
-    for (size_t sent = 0; sent < n;) {
-        const bool newline = sent == n - 1;
-        const ssize_t k = send(client->fd, newline ? "\n" : line + sent, newline ? 1 : n - 1 - sent, MSG_NOSIGNAL);
+/*
+ * Writes what waits, until the deadline; SONARD_SILENT when some is left. A daemon that has closed may have said why
+ * before: a broken pipe is left to the reading that follows.
+ */
+static bool flush(struct sonard_client *client, double deadline_s, struct sonard_error *error)
+{
+    while (client->out_len > 0) {
+        const ssize_t k = send(client->fd, client->out, client->out_len, MSG_NOSIGNAL);
 
-        if (k >= 0)
-            sent += (size_t)k;
-        else if (errno == EPIPE || errno == ECONNRESET)
-            return true;
-        else if (errno == EAGAIN && !await(client, POLLOUT, deadline_s))
+        if (k >= 0) {
+            client->out_len -= (size_t)k;
+            memmove(client->out, client->out + k, client->out_len);
+        } else if (errno == EPIPE || errno == ECONNRESET) {
+            client->out_len = 0;
+        } else if (errno == EAGAIN && !await(client, POLLOUT, deadline_s)) {
             return fail(error, SONARD_SILENT, "the daemon on %s does not read requests", client->path);
-        else if (errno != EAGAIN && errno != EINTR)
+        } else if (errno != EAGAIN && errno != EINTR) {
             return fail(error, SONARD_LOST, "sending to %s: %s", client->path, strerror(errno));
+        }
     }
+    return true;
+}
+
+static bool enqueue(struct sonard_client *client, const char *line, struct sonard_error *error)
+{
+    const size_t n = strlen(line);
+    char *out = client->out_len < OUT_MAX_BYTES ? realloc(client->out, client->out_len + n + 1) : NULL;
+
+    if (!out)
+        return fail(error, SONARD_SILENT, "the daemon on %s does not read requests: %zu bytes wait", client->path,
+                    client->out_len);
+    client->out = out;
+    memcpy(out + client->out_len, line, n);
+    out[client->out_len + n] = '\n';
+    client->out_len += n + 1;
     return true;
 }
 
@@ -224,26 +249,31 @@ static void keep(struct sonard_client *client, json_t *message)
     json_array_append(client->kept, json_object_get(message, "params"));
 }
 
-/* The result or error of a reply, which is used up. */
-static json_t *take_result(json_t *reply, const char *method, struct sonard_error *error)
+/* What came, as its reader wants it; the message is used up. False: it is neither a reply nor a notification. */
+static bool sort_out(json_t *message, struct sonard_message *out)
 {
-    const json_t *refusal = json_object_get(reply, "error");
-    json_t *result = json_incref(json_object_get(reply, "result"));
+    const json_t *id = json_object_get(message, "id"), *refusal = json_object_get(message, "error");
+    json_t *result = json_object_get(message, "result");
+    const char *why = json_string_value(json_object_get(refusal, "message"));
 
-    if (!result) {
-        const char *message = json_string_value(json_object_get(refusal, "message"));
-
-        fail(error, SONARD_REFUSED, "%s: %s", method, message ? message : "an error without a message");
-        error->rpc_code = (int)json_integer_value(json_object_get(refusal, "code"));
+    *out = (struct sonard_message){.id = json_integer_value(id)};
+    if (id) {
+        out->content = json_incref(result);
+        if (!result) {
+            fail(&out->refusal, SONARD_REFUSED, "%s", why ? why : "an error without a message");
+            out->refusal.rpc_code = (int)json_integer_value(json_object_get(refusal, "code"));
+        }
+    } else if (json_is_string(json_object_get(message, "method"))) {
+        out->content = json_incref(json_object_get(message, "params"));
     }
-    json_decref(reply);
-    return result;
+    json_decref(message);
+    return id || out->content;
 }
 
-json_t *sonard_call(struct sonard_client *client, const char *method, json_t *params, struct sonard_error *error)
+json_int_t sonard_send(struct sonard_client *client, const char *method, json_t *params,
+                       struct sonard_error *error)
 {
-    const double deadline_s = now_s() + client->timeout_s;
-    const json_int_t id = ++client->last_id;
+    const json_int_t id = client->last_id + 1;
     json_t *request =
         params ? json_pack("{s:s, s:s, s:O, s:I}", "jsonrpc", "2.0", "method", method, "params", params, "id", id)
                : json_pack("{s:s, s:s, s:I}", "jsonrpc", "2.0", "method", method, "id", id);
@@ -254,43 +284,73 @@ json_t *sonard_call(struct sonard_client *client, const char *method, json_t *pa
     if (!line)
         fail(error, SONARD_LOST, "the request cannot be written as JSON: is '%s' valid UTF-8?", method);
     else
-        sent = send_line(client, line, deadline_s, error);
+        sent = enqueue(client, line, error);
     free(line);
-    while (sent) {
+    if (!sent)
+        return 0;
+    client->last_id = id;
+    return flush(client, 0, error) || error->status == SONARD_SILENT ? id : 0;
+}
+
+bool sonard_take(struct sonard_client *client, double timeout_s, struct sonard_message *out,
+                 struct sonard_error *error)
+{
+    const double deadline_s = now_s() + timeout_s;
+
+    if (json_array_size(client->kept) > 0) {
+        *out = (struct sonard_message){.content = json_incref(json_array_get(client->kept, 0))};
+        json_array_remove(client->kept, 0);
+        return true;
+    }
+    if (!flush(client, 0, error) && error->status != SONARD_SILENT)
+        return false;
+    for (;;) {
         json_t *message = read_message(client, deadline_s, error);
-        const json_t *their_id = json_object_get(message, "id");
+
+        if (!message)
+            return false;
+        if (sort_out(message, out))
+            return true;
+    }
+}
+
+json_t *sonard_call(struct sonard_client *client, const char *method, json_t *params, struct sonard_error *error)
+{
+    const double deadline_s = now_s() + client->timeout_s;
+    const json_int_t id = sonard_send(client, method, params, error);
+
+    if (!id || !flush(client, deadline_s, error))
+        return NULL;
+    for (;;) {
+        json_t *message = read_message(client, deadline_s, error);
+        struct sonard_message got;
 
         if (!message)
             return NULL;
-        if (json_integer_value(their_id) == id || json_is_null(their_id)) /* null: refused before it was read */
-            return take_result(message, method, error);
-        if (!their_id)
+        if (!json_object_get(message, "id"))
             keep(client, message);
-        json_decref(message);
+        if (!sort_out(message, &got))
+            continue;
+        if (got.content && got.id == id)
+            return got.content;
+        if (got.refusal.status == SONARD_REFUSED && (got.id == id || got.id == 0)) {
+            *error = got.refusal;
+            snprintf(error->message, sizeof error->message, "%s: %.400s", method, got.refusal.message);
+            return NULL;
+        }
+        json_decref(got.content);
     }
-    return NULL;
 }
 
 json_t *sonard_next(struct sonard_client *client, double timeout_s, struct sonard_error *error)
 {
     const double deadline_s = now_s() + timeout_s;
+    struct sonard_message got;
 
-    if (json_array_size(client->kept) > 0) {
-        json_t *params = json_incref(json_array_get(client->kept, 0));
-
-        json_array_remove(client->kept, 0);
-        return params;
+    while (sonard_take(client, deadline_s - now_s(), &got, error)) {
+        if (got.id == 0 && got.content)
+            return got.content;
+        json_decref(got.content);
     }
-    for (;;) {
-        json_t *message = read_message(client, deadline_s, error);
-        json_t *params;
-
-        if (!message)
-            return NULL;
-        params = json_is_string(json_object_get(message, "method")) ? json_object_get(message, "params") : NULL;
-        json_incref(params);
-        json_decref(message);
-        if (params)
-            return params;
-    }
+    return NULL;
 }

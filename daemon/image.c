@@ -22,7 +22,8 @@ static void fill(struct image_row *row, const struct ping *ping, const struct ec
                               .width_rad = ping->az_aperture_rad,
                               .r0_m = ping->r0_m,
                               .r1_m = ping->r0_m + (float)n * ping->dr_m,
-                              .n_bins = n < IMAGE_BINS ? n : IMAGE_BINS,
+                              .n_bins = (uint16_t)(n < IMAGE_BINS ? n : IMAGE_BINS),
+                              .blind_m = heard->blind_m,
                               .state = heard->state};
     for (uint32_t i = 0; i < row->n_bins; i++)
         row->bin[i] = loudest(ping, beam, (uint32_t)((uint64_t)i * n / row->n_bins),

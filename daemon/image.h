@@ -21,8 +21,9 @@ struct image_row {
     float width_rad;
     float r0_m, r1_m;
     float echo_m, near_m; /* of the first echo, when state is BEAM_ECHO */
-    uint32_t n_bins;
-    uint32_t state; /* enum beam_state */
+    float blind_m;        /* nothing is known nearer than this */
+    uint16_t n_bins;
+    uint16_t state; /* enum beam_state */
     uint8_t bin[IMAGE_BINS];
 };
 

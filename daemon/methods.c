@@ -482,11 +482,11 @@ static json_t *row_json(const struct daemon *d, int sensor, const struct image_r
     quat_rotate(d->mount[sensor].attitude, v, v);
     geo_angles(v, &az, &el);
     bool echo = row->state == BEAM_ECHO;
-    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:s, s:o, s:o, s:s}", "azimuth_deg", degrees(az), "width_deg",
+    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:s, s:o, s:o, s:o, s:s}", "azimuth_deg", degrees(az), "width_deg",
                      degrees(row->width_rad), "r0_m", metres(row->r0_m), "r1_m", metres(row->r1_m), "age_s",
                      age((double)(loop_now(d->loop) - row->t_ns) * 1e-9), "samples", hex, "echo_m",
                      echo ? metres(row->echo_m) : json_null(), "near_m", echo ? metres(row->near_m) : json_null(),
-                     "state", states[row->state]);
+                     "blind_m", metres(row->blind_m), "state", states[row->state]);
 }
 
 static json_t *method_image(const struct rpc_call *call, json_t *params, struct rpc_error *error)

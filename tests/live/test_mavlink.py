@@ -8,13 +8,14 @@ import hashlib
 import math
 import os
 import pty
+import signal
 import socket
 import struct
 import threading
 import time
 import tty
 
-from lib import BUILD, PATIENCE, Process, SIM, check, note, pings_until, run, until
+from lib import BUILD, Client, PATIENCE, Process, SIM, check, note, pings_until, run, until
 
 BRIDGE = os.path.join(BUILD, "sonard-mavlink")
 TURN = 200  # pings of a full circle at 1.8 degrees
@@ -39,9 +40,9 @@ def signature(key, data):
     return hashlib.sha256(key + data).digest()[:6]
 
 
-def frame(message_id, payload, sequence, key=None):
+def frame(message_id, payload, sequence, key=None, system=1):
     payload = payload.rstrip(b"\0") or b"\0"
-    head = struct.pack("<BBBBBB", len(payload), 1 if key else 0, 0, sequence & 255, 1, 1)
+    head = struct.pack("<BBBBBB", len(payload), 1 if key else 0, 0, sequence & 255, system, 1)
     head += message_id.to_bytes(3, "little")
     crc = crc16(head + payload + bytes([CRC_EXTRA[message_id]]))
     whole = b"\xfd" + head + payload + struct.pack("<H", crc)
@@ -238,6 +239,11 @@ def check_against(sectors, message):
             check(distance in (most + 1, UNKNOWN), "element %d: %d cm where nothing is" % (k, distance))
 
 
+def check_no_free_water(messages):
+    free = [cm for m in messages for cm in m[2] if m[4] < cm != UNKNOWN]
+    check(messages and not free, "%d elements of %d messages are free on no evidence" % (len(free), len(messages)))
+
+
 def with_autopilot(kind, function):
     def case(bench):
         autopilot = kind()
@@ -248,20 +254,67 @@ def with_autopilot(kind, function):
     return case
 
 
+def check_gaps(autopilot, begin, end, what, rate_hz=10):
+    """The gaps between OBSTACLE_DISTANCE against the period that was asked for. Fails on their distribution, since on a
+    machine that others use too a single long gap says nothing."""
+    times = [m[0] for m in autopilot.obstacles(begin) if m[0] <= end]
+    check(len(times) > 2, "%s: %d OBSTACLE_DISTANCE in %.1f s" % (what, len(times), end - begin))
+    gaps = sorted((b - a) * rate_hz for a, b in zip(times, times[1:]))
+    long = sum(gap > 2 for gap in gaps) / len(gaps)
+    note("%s, %s: gaps in periods: median %.2f, 95 %% %.2f, worst %.2f; over 2 periods: %.0f %%" %
+         (type(autopilot).__name__, what, gaps[len(gaps) // 2], gaps[len(gaps) * 95 // 100], gaps[-1], 100 * long))
+    check(0.7 <= gaps[len(gaps) // 2] <= 1.3 * PATIENCE, "%s: the median gap is %.2f periods" %
+          (what, gaps[len(gaps) // 2]))
+    check(long <= 0.05 * PATIENCE, "%s: %.0f %% of the gaps are longer than two periods" % (what, 100 * long))
+    check(times[0] - begin < 0.5 * PATIENCE and end - times[-1] < 0.5 * PATIENCE, "%s: a gap at the ends" % what)
+
+
+class Load:
+    """A flood of frames of other systems for the bridge, and questions for the daemon, as fast as they go out."""
+
+    def __init__(self, bench, autopilot):
+        self.ended = threading.Event()
+        self.threads = [threading.Thread(target=self.ask, args=(bench.socket_path,)),
+                        threading.Thread(target=self.flood, args=(autopilot,))]
+
+    def ask(self, path):
+        client = Client(path)
+        while not self.ended.is_set():
+            client.call("sectors")
+        client.close()
+
+    def flood(self, autopilot):
+        payload = struct.pack("<I6f", 0, 0, 0, 0, 0, 0, 0)
+        while not self.ended.wait(0.001):
+            for _ in range(5):
+                autopilot.write(frame(ATTITUDE, payload, 0, autopilot.key, system=99))
+
+    def __enter__(self):
+        for thread in self.threads:
+            thread.start()
+
+    def __exit__(self, *_):
+        self.ended.set()
+        for thread in self.threads:
+            thread.join()
+
+
 def rates(bench, autopilot):
-    """Messages of every kind at their rate, with little jitter, and the scene in them."""
+    """Messages of every kind at their rate, with little jitter, also under load, and the scene in them."""
     _, _, client, process = start(bench, autopilot)
     pings_until(client, TURN + 10)
     until(autopilot.obstacles, "OBSTACLE_DISTANCE")
     begin = time.monotonic()
     time.sleep(4)
-    messages = autopilot.obstacles(begin)
-    gaps = [b[0] - a[0] for a, b in zip(messages, messages[1:])]
-    note("%s: %.1f OBSTACLE_DISTANCE per second, longest gap %.0f ms" %
-         (type(autopilot).__name__, len(messages) / 4, 1000 * max(gaps)))
-    check(20 / PATIENCE <= len(messages) <= 44, "%d OBSTACLE_DISTANCE in 4 s" % len(messages))
-    check(max(gaps) < 0.5 * PATIENCE, "no OBSTACLE_DISTANCE for %.2f s" % max(gaps))
+    end = time.monotonic()
+    check_gaps(autopilot, begin, end, "at rest")
     check(3 <= len(autopilot.of(HEARTBEAT, begin)) <= 5, "%d heartbeats in 4 s" % len(autopilot.of(HEARTBEAT, begin)))
+    if isinstance(autopilot, UdpAutopilot):
+        with Load(bench, autopilot):
+            begin = time.monotonic()
+            time.sleep(4)
+            end = time.monotonic()
+        check_gaps(autopilot, begin, end, "under load")
     beat = struct.unpack_from("<IBBBBB", autopilot.of(HEARTBEAT)[-1][1])
     check(beat == (0, 18, 8, 0, 4, 3), "heartbeat %s" % (beat,))
     check(all(head[5:7] == b"\x01\xc4" for *_, head in autopilot.got), "system or component id")
@@ -298,7 +351,7 @@ def turned(bench, autopilot):
 
 
 def unplugged(bench, autopilot):
-    """A silent sonar: a text, no fresh stamps, and after its return all goes on."""
+    """A silent sonar: a text, no fresh stamps, no free water, and after its return all goes on."""
     sim, _, client, _ = start(bench, autopilot)
     pings_until(client, 50)
     until(autopilot.obstacles, "OBSTACLE_DISTANCE")
@@ -309,8 +362,8 @@ def unplugged(bench, autopilot):
     said = time.monotonic()
     note("told %.1f s after the last ping" % (said - silent))
     time.sleep(1.0)
-    late = autopilot.obstacles(said)
-    check(not late, "%d OBSTACLE_DISTANCE after the sonar was called lost" % len(late))
+    check_gaps(autopilot, silent, time.monotonic(), "a silent sonar")
+    check_no_free_water(autopilot.obstacles(said))
     stamps = [m[1] * 1e-6 + autopilot.start_s for m in autopilot.obstacles(silent)]
     check(all(stamp < silent + 0.5 for stamp in stamps), "a stamp later than the last ping")
     until(lambda: any("head: back" in text for text in autopilot.texts()), "the text of its return", 60)
@@ -327,7 +380,9 @@ def restarted(bench, autopilot):
     check(daemon.stop() == 0, "the daemon's end")
     gone = time.monotonic()
     until(lambda: any(text.startswith("sonard: lost") for text in autopilot.texts()), "the text")
-    check(not autopilot.obstacles(gone + 0.5), "OBSTACLE_DISTANCE without a daemon")
+    check_gaps(autopilot, gone, time.monotonic(), "no daemon")
+    silent = autopilot.obstacles(gone + 0.5)
+    check(silent and all(set(m[2]) == {UNKNOWN} for m in silent), "known without a daemon: %s" % silent)
     check(autopilot.of(HEARTBEAT, gone), "no heartbeat without a daemon")
     client = bench.sonard().client()
     pings_until(client, 20)
@@ -336,6 +391,62 @@ def restarted(bench, autopilot):
     until(lambda: "sonard: back" in autopilot.texts(), "the text of its return")
     until(lambda: client.call("status")["pose"]["count"] > 5, "poses again")
     check(process.status is None, "the bridge has ended")
+
+
+def hung(bench, autopilot):
+    """A daemon that stops in the middle, as on a dead disk: the messages go on at their rate, first what was said last
+    with its true age, then nothing known; and all is well again when it goes on."""
+    _, daemon, client, process = start(bench, autopilot)
+    pings_until(client, TURN + 10)
+    until(autopilot.obstacles, "OBSTACLE_DISTANCE")
+    poses = client.call("status")["pose"]
+    os.kill(daemon.pid, signal.SIGSTOP)
+    stopped = time.monotonic()
+    try:
+        time.sleep(8)  # longer than the bridge bears with a connection
+    finally:
+        os.kill(daemon.pid, signal.SIGCONT)
+    again = time.monotonic()
+    check_gaps(autopilot, stopped, again, "a hung daemon")
+    messages = autopilot.obstacles(stopped)
+    stamps = [m[1] * 1e-6 + autopilot.start_s for m in messages if m[0] < again]
+    check(max(stamps) < stopped + 0.3, "a stamp %.2f s after the last answer" % (max(stamps) - stopped))
+    held = [m for m in messages if m[0] < stopped + 0.5]
+    check(held and all(abs(m[2][0] - 900) < 60 for m in held), "not held: %s" % [m[2][0] for m in held])
+    late = [m for m in messages if stopped + 2 < m[0] < again]
+    check(all(set(m[2]) == {UNKNOWN} for m in late), "known from a daemon that is silent: %s" % late[-1:])
+    check(any(text.startswith("sonard: lost") for text in autopilot.texts()), "no text: %s" % autopilot.texts())
+    check(not any(text.startswith("sonar head") for text in autopilot.texts()), "texts: %s" % autopilot.texts())
+    until(lambda: abs(autopilot.obstacles()[-1][2][0] - 900) < 60, "the walls again")
+    until(lambda: "sonard: back" in autopilot.texts(), "the text of its return")
+    until(lambda: client.call("status")["pose"]["count"] > poses["count"] + 20, "poses again")
+    check(process.stop() == 0, "the end of the bridge")
+    check(process.log().count("\n") < 15, "a flood in the log: " + process.log())
+
+
+def absent(bench):
+    """A link that leads nowhere is told once, and tried again."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        port = free.getsockname()[1]
+    started = [bridge(bench, link) for link in ("udp:nowhere.invalid:14550", "udp:127.0.0.1:%d" % port,
+                                                "serial:%s:115200" % bench.path("tty"))]
+    unknown, refused, _ = started
+    until(lambda: "link: not there: nowhere.invalid:14550: look-up: " in unknown.log(), "the name to be missed")
+    until(lambda: "nobody is there: Connection refused" in refused.log(), "the peer to be missed")
+    until(lambda: "vehicle: not there: no heartbeat" in refused.log(), "the vehicle to be missed")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as late:
+        late.bind(("127.0.0.1", port))
+        late.settimeout(10 * PATIENCE)
+        _, peer = late.recvfrom(1000)
+        late.sendto(frame(HEARTBEAT, struct.pack("<IBBBBB", 0, 12, 3, 0, 4, 3), 1), peer)
+        until(lambda: "vehicle: there" in refused.log(), "the vehicle")
+        check(refused.log().rstrip().endswith("link: there") or "link: there\n" in refused.log(), refused.log())
+    for process in started:
+        check(process.stop() == 0, "the end of the bridge")
+        said = process.log().splitlines()
+        check(len(said) <= 8 and sum("link: not there" in line or "link: lost" in line for line in said) in (1, 2),
+              "the log: %s" % said)
 
 
 def far(bench, autopilot):
@@ -403,9 +514,18 @@ def downward(bench, autopilot):
     stamps = [m[0] for m in got]
     check(all(b > a for a, b in zip(stamps, stamps[1:])), "stamps %s" % stamps)
     _, least, most, distance, kind, number, orientation, covariance, wide, high, quality = got[-1]
-    check(least == 1 and 600 < most <= 2000 and abs(distance - 600) <= 10, "%d of %d to %d" % (distance, least, most))
+    rows = client.call("image", sensor="below")["rows"]
+    check(least == max(1, int(rows[0]["blind_m"] * 100 + 1e-6)), "min %d, blind to %s m" % (least, rows[0]["blind_m"]))
+    check(600 < most <= 2000 and abs(distance - 600) <= 10, "%d of %d to %d" % (distance, least, most))
     check((kind, number, orientation, covariance, quality) == (1, 0, 25, 255, 0), "fields %s" % (got[-1],))
     check(0.1 < wide < 1.5 and wide == high, "field of view %g %g" % (wide, high))
+    sounder.command("confidence 0")  # nothing heard any more: no distance, and said to be none
+    fields = struct.Struct("<I3H4B2f16xB")
+    until(lambda: fields.unpack_from(autopilot.of(DISTANCE_SENSOR)[-1][1])[10] == 1, "a silent reading")
+    silent = fields.unpack_from(autopilot.of(DISTANCE_SENSOR)[-1][1])
+    check(silent[3] == silent[2] + 1, "silent: %d cm of %d" % (silent[3], silent[2]))
+    sounder.command("confidence 95")
+    until(lambda: fields.unpack_from(autopilot.of(DISTANCE_SENSOR)[-1][1])[10] == 0, "a reading again")
     until(autopilot.obstacles, "OBSTACLE_DISTANCE")
     check(autopilot.obstacles()[-1][4] <= 1000, "the echosounder's range counts as that of the ring")
 
@@ -419,6 +539,12 @@ def usage(bench):
                           (("--link", "udpin:70000"), "UDP port from 1 to 65535"),
                           (("--link", "serial:/dev/null:12345"), "no baud rate"),
                           (good + ("--rate", "1"), "number from 5 to 50"),
+                          (good + ("--system-id", "100000"), "whole number from 1 to 255"),
+                          (good + ("--system-id", "1e5"), "--system-id 1e5: want N"),
+                          (good + ("--component-id", "1"), "whole number from 2 to 255"),
+                          (good + ("--sign-link", "256"), "whole number from 0 to 255"),
+                          (good + ("--distance", "5m"), "--distance 5m: want M"),
+                          (good + ("--density", "1"), "number from 900 to 1200"),
                           (good + ("--unknown-as", "near"), "want far, unknown, or metres"),
                           (good + ("--frame", "north"), "want body or ned"),
                           (good + ("--surface-pressure", "2"), "want first, or hPa"),
@@ -433,6 +559,7 @@ def usage(bench):
 check(os.path.exists(SIM), "no virtual sonar")
 run([("rates_udp", with_autopilot(UdpAutopilot, rates)), ("rates_serial", with_autopilot(SerialAutopilot, rates)),
      ("turned", with_autopilot(UdpAutopilot, turned)), ("unplugged", with_autopilot(UdpAutopilot, unplugged)),
-     ("restarted", with_autopilot(UdpAutopilot, restarted)), ("options", with_autopilot(UdpAutopilot, far)),
+     ("restarted", with_autopilot(UdpAutopilot, restarted)),
+     ("hung", with_autopilot(UdpAutopilot, hung)), ("absent", absent), ("options", with_autopilot(UdpAutopilot, far)),
      ("signed", with_autopilot(SigningAutopilot, signed)), ("downward", with_autopilot(UdpAutopilot, downward)),
      ("usage", usage)], parallel=3)

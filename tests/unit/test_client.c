@@ -5,6 +5,7 @@
  */
 #include "../../client/sonard_client.h"
 
+#include <poll.h>
 #include <pthread.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
@@ -174,15 +175,76 @@ TEST(notifications_are_kept_in_order)
     stop(&peer);
 }
 
+/* A peer that accepts but neither reads nor says anything. */
+TEST(asking_without_waiting_never_waits)
+{
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    struct sonard_error error = {0};
+    struct sonard_message message;
+    json_t *params = json_pack("{s:s}", "text", "0123456789012345678901234567890123456789");
+    json_int_t last = 0;
+
+    snprintf(address.sun_path, sizeof address.sun_path, "%s", path);
+    const int listener = socket(AF_UNIX, SOCK_STREAM, 0);
+    CHECK(bind(listener, (struct sockaddr *)&address, sizeof address) == 0 && listen(listener, 1) == 0);
+    struct sonard_client *client = sonard_connect(path, 0, &error);
+    CHECK(client != NULL);
+    CHECK_INT(sonard_events(client), POLLIN);
+    for (json_int_t id; (id = sonard_send(client, "m", params, &error)) != 0; last = id)
+        CHECK(id == last + 1 && id < 100000);
+    CHECK(last > 700); /* 64 KiB of them at least */
+    CHECK_INT(error.status, SONARD_SILENT);
+    CHECK(strstr(error.message, "does not read requests"));
+    CHECK_INT(sonard_events(client), POLLIN | POLLOUT);
+    CHECK(!sonard_take(client, 0, &message, &error));
+    CHECK_INT(error.status, SONARD_SILENT);
+
+    /* It wakes up: what waited arrives whole and in order, and there is room again. */
+    const int fd = accept(listener, NULL, NULL);
+    FILE *in = fdopen(dup(fd), "r");
+    char line[200], want[32];
+    for (json_int_t i = 1; i <= last; i++) {
+        sonard_take(client, 0, &message, &error);
+        CHECK(fgets(line, sizeof line, in) != NULL);
+        snprintf(want, sizeof want, "\"id\":%lld}\n", (long long)i);
+        CHECK(strstr(line, want) != NULL);
+    }
+    CHECK_INT(sonard_events(client), POLLIN);
+    CHECK(sonard_send(client, "m", NULL, &error) == last + 1);
+
+    static const char said[] = "{\"method\":\"watch\",\"params\":{\"n\":1}}\n"
+                               "{\"result\":{\"x\":1},\"id\":7}\n"
+                               "{\"error\":{\"code\":-32602,\"message\":\"no\"},\"id\":8}\n";
+    CHECK(write(fd, said, sizeof said - 1) == sizeof said - 1);
+    CHECK(sonard_take(client, 5, &message, &error) && message.id == 0 && json_object_size(message.content) == 1);
+    json_decref(message.content);
+    CHECK(sonard_take(client, 5, &message, &error) && message.id == 7 && message.content);
+    json_decref(message.content);
+    CHECK(sonard_take(client, 5, &message, &error) && message.id == 8 && !message.content);
+    CHECK(message.refusal.status == SONARD_REFUSED && message.refusal.rpc_code == -32602);
+    CHECK_STR(message.refusal.message, "no");
+    fclose(in);
+    close(fd);
+    CHECK(!sonard_take(client, 5, &message, &error));
+    CHECK_INT(error.status, SONARD_LOST);
+    json_decref(params);
+    sonard_disconnect(client);
+    close(listener);
+    unlink(path);
+}
+
 TEST(command_lines_become_parameters)
 {
-    static const struct argument common[] = {
-        {"--json", "json", "", "", ARGUMENT_FLAG, 0}, {"--socket", "socket", "PATH", "", ARGUMENT_TEXT, 0}, {0}};
+    static const struct argument common[] = {{"--json", "json", "", "", ARGUMENT_FLAG, 0, 0, 0},
+                                             {"--socket", "socket", "PATH", "", ARGUMENT_TEXT, 0, 0, 0},
+                                             {0}};
     static const struct argument own[] = {
-        {"--distance", "distance_m", "D", "metres", ARGUMENT_NUMBER, 0},
-        {"--count", "count", "N", "how many", ARGUMENT_INTEGER, 0},
-        {"--elevation", "elevation_deg", "LO,HI", "degrees", ARGUMENT_NUMBERS, 2},
-        {"-o", "output", "FILE", "file", ARGUMENT_TEXT, 0},
+        {"--distance", "distance_m", "D", "metres", ARGUMENT_NUMBER, 0, 0, 0},
+        {"--count", "count", "N", "how many", ARGUMENT_INTEGER, 0, 0, 0},
+        {"--elevation", "elevation_deg", "LO,HI", "degrees", ARGUMENT_NUMBERS, 2, 0, 0},
+        {"--rate", "rate_hz", "HZ", "per second", ARGUMENT_NUMBER, 0, 0.1, 50},
+        {"--id", "id", "N", "of the system", ARGUMENT_INTEGER, 0, 1, 255},
+        {"-o", "output", "FILE", "file", ARGUMENT_TEXT, 0, 0, 0},
         {0}};
     static const struct {
         const char *argv[8];
@@ -204,6 +266,16 @@ TEST(command_lines_become_parameters)
         {{"c", "blocked", "--elevation", "5,6,7"}, "--elevation 5,6,7: want LO,HI, degrees"},
         {{"c", "sectors", "--count", "2.5"}, "--count 2.5: want N, how many"},
         {{"c", "sectors", "--count", "99999999999999999999"}, "--count 99999999999999999999: want N, how many"},
+        {{"c", "sectors", "--count", " 2"}, "--count  2: want N, how many"},
+        {{"c", "blocked", "--distance", " 5"}, "--distance  5: want D, metres"},
+        {{"c", "blocked", "--distance", "0x10"}, "--distance 0x10: want D, metres"},
+        {{"c", "watch", "--rate", "0.1"}, "{\"rate_hz\":0.10000000000000001}"},
+        {{"c", "watch", "--rate", "50.001"}, "--rate 50.001: want a number from 0.1 to 50"},
+        {{"c", "watch", "--rate", "0"}, "--rate 0: want a number from 0.1 to 50"},
+        {{"c", "watch", "--id", "255"}, "{\"id\":255}"},
+        {{"c", "watch", "--id", "100000"}, "--id 100000: want a whole number from 1 to 255"},
+        {{"c", "watch", "--id", "1e5"}, "--id 1e5: want N, of the system"},
+        {{"c", "watch", "--id", "-1"}, "--id -1: want a whole number from 1 to 255"},
         {{"c", "sectors", "--count", "1", "--count", "2"}, "--count is given twice"},
         {{"c", "sectors", "--cuont", "1"}, "no option --cuont here"},
         {{"c", "sectors", "--json=yes"}, "option --json=yes takes no value"},
@@ -299,6 +371,7 @@ int main(void)
     RUN(no_daemon_is_told_from_no_permission);
     RUN(every_kind_of_answer_has_its_status);
     RUN(notifications_are_kept_in_order);
+    RUN(asking_without_waiting_never_waits);
     RUN(command_lines_become_parameters);
     RUN(results_are_readable);
     RUN(no_data_does_not_look_like_no_obstacle);

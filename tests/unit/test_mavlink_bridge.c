@@ -72,6 +72,71 @@ TEST(the_clock_bears_messages_out_of_order_and_late_ones)
     CHECK(mavlink_clock_heard(&clock, 100100, START + 900 * MS) < START + 101 * MS); /* stuck for 0.8 s */
 }
 
+/* Messages every 20 ms whose stamps differ by step_ms from a clock that was followed: how long until they are right? */
+static uint64_t followed_after(struct mavlink_clock clock, int64_t step_ms)
+{
+    for (uint64_t ms = 0; ms < 20000; ms += 20) {
+        const uint64_t now_ns = START + ms * MS, boot_ms = (uint64_t)(100000 + (int64_t)ms + step_ms);
+        const uint64_t got_ns = mavlink_clock_heard(&clock, (uint32_t)boot_ms, now_ns);
+
+        CHECK(got_ns <= now_ns);
+        if (now_ns - got_ns < 5 * MS)
+            return ms;
+    }
+    return UINT64_MAX;
+}
+
+TEST(steps_of_the_autopilots_clock_are_followed)
+{
+    static const struct {
+        const char *name;
+        int64_t step_ms;
+        uint64_t most_ms;
+    } rows[] = {
+        {"none", 0, 0},
+        {"forward a little", 300, 0},
+        {"forward a day", 86400000, 0},
+        {"back a day: it has started anew", -99000, 0},
+        {"back more than a second", -1500, 0},
+        {"back less: as if everything were late", -900, 3100},
+        {"back a third of a second", -300, 3100},
+    };
+
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        struct mavlink_clock clock = {0};
+
+        for (uint64_t ms = 0; ms < 5000; ms += 20)
+            mavlink_clock_heard(&clock, (uint32_t)(95000 + ms), START - 5 * S + ms * MS);
+        const uint64_t ms = followed_after(clock, rows[i].step_ms);
+        if (ms > rows[i].most_ms)
+            printf("# %s: followed after %llu ms\n", rows[i].name, (unsigned long long)ms);
+        CHECK(ms <= rows[i].most_ms);
+    }
+}
+
+TEST(an_autopilot_that_starts_anew_at_once_is_followed)
+{
+    struct mavlink_clock clock = {0};
+    uint64_t got_ns = 0, now_ns = 0;
+
+    mavlink_clock_heard(&clock, 2000, START);
+    for (uint64_t ms = 1500; ms < 6000; ms += 20) { /* 4.5 s later it is younger by half a second only */
+        now_ns = START + 3 * S + ms * MS;
+        got_ns = mavlink_clock_heard(&clock, (uint32_t)ms, now_ns);
+    }
+    CHECK(got_ns == now_ns);
+}
+
+TEST(a_wrong_timesync_answer_is_outlived)
+{
+    struct mavlink_clock clock = {0};
+
+    mavlink_clock_heard(&clock, 100000, START);
+    mavlink_clock_answer(&clock, (int64_t)(100 * S + 900 * MS), (int64_t)START, START + MS);
+    CHECK(mavlink_clock_heard(&clock, 100020, START + 20 * MS) < START - 800 * MS);
+    CHECK(followed_after(clock, 0) <= 3100);
+}
+
 TEST(a_timesync_answer_takes_half_the_way_off)
 {
     struct mavlink_clock clock = {0};
@@ -415,6 +480,20 @@ TEST(what_is_no_ring_changes_nothing)
     CHECK(memcmp(&ring, &before, sizeof ring) == 0);
 }
 
+TEST(a_doubted_ring_has_obstacles_but_no_free_water)
+{
+    static const char beyond[] = "{\"state\":\"blocked\",\"range_m\":30,\"free_to_m\":29,\"age_s\":0}";
+    struct mavlink_ring ring = ring_with(CLEAR, BLOCKED, 20);
+
+    mavlink_ring_doubt(&ring);
+    const struct mavlink_obstacle_distance m = distances(&ring, MAVLINK_UNKNOWN_AS_UNKNOWN, 20);
+    for (int i = 0; i < MAVLINK_SECTORS; i++)
+        CHECK_INT(m.distances[i], i >= 19 && i <= 21 ? 725 : 65535);
+    ring = ring_with(beyond, NULL, 0);
+    mavlink_ring_doubt(&ring);
+    CHECK_INT(distances(&ring, MAVLINK_UNKNOWN_AS_UNKNOWN, 20).distances[0], 2000);
+}
+
 TEST(each_face_gives_its_nearest_point)
 {
     struct mavlink_ring ring = ring_with(CLEAR, BLOCKED, 18);
@@ -456,7 +535,9 @@ TEST(what_lasts_is_told_and_told_off)
     CHECK(strncmp(m.text, "sonar front: back", 50) == 0);
     alert = (struct mavlink_alert){.grave = true};
     mavlink_alert_set(&alert, true, START, "LEAK");
-    CHECK(mavlink_alert_due(&alert, START + S, &m) && m.severity == 2);
+    CHECK(mavlink_alert_due(&alert, START, &m) && m.severity == 2); /* at once */
+    mavlink_alert_set(&alert, false, START + 6 * S, "dry");
+    CHECK(!mavlink_alert_due(&alert, START + 7 * S - 1, &m) && mavlink_alert_due(&alert, START + 7 * S, &m));
 }
 
 TEST(flapping_is_told_every_five_seconds_at_most)
@@ -616,6 +697,60 @@ TEST(a_serial_line_that_went_away_is_tried_again_after_a_second)
     mavlink_link_close(&link);
 }
 
+TEST(a_peer_that_is_not_there_is_told_until_it_is_heard)
+{
+    struct sockaddr_in name;
+    char address[40], err[200], buffer[10];
+    struct mavlink_link link;
+    int fd = udp_socket(&name);
+
+    close(fd); /* nobody there */
+    snprintf(address, sizeof address, "udp:127.0.0.1:%u", ntohs(name.sin_port));
+    CHECK(mavlink_link_init(&link, address, err, sizeof err) && mavlink_link_open(&link, START));
+    CHECK_STR(link.error, "");
+    for (int i = 0; i < 10; i++)
+        mavlink_link_write(&link, "x", 1, START);
+    CHECK(strstr(link.error, "nobody is there: Connection refused"));
+    CHECK(link.fd >= 0 && link.dropped > 0 && link.dropped < 10);
+    fd = socket(AF_INET, SOCK_DGRAM, 0);
+    CHECK(bind(fd, (struct sockaddr *)&name, sizeof name) == 0);
+    while (mavlink_link_read(&link, buffer, sizeof buffer, START) > 0) {
+    }
+    mavlink_link_write(&link, "x", 1, START); /* may still tell of the refusal before */
+    mavlink_link_write(&link, "x", 1, START);
+    struct sockaddr_in from;
+    socklen_t size = sizeof from;
+    CHECK(recvfrom(fd, buffer, 1, 0, (struct sockaddr *)&from, &size) == 1);
+    CHECK(link.error[0] != '\0');
+    CHECK(sendto(fd, "hi", 2, 0, (struct sockaddr *)&from, size) == 2);
+    for (int k = 0; k < 100 && mavlink_link_read(&link, buffer, sizeof buffer, START) == 0; k++)
+        poll(NULL, 0, 2);
+    CHECK_STR(link.error, "");
+    mavlink_link_close(&link);
+    close(fd);
+}
+
+TEST(a_name_that_is_not_known_is_asked_for_more_and_more_seldom)
+{
+    struct mavlink_link link;
+    char err[200];
+    uint64_t now_ns = START, last_ns = 0;
+    int attempts = 0;
+
+    CHECK(mavlink_link_init(&link, "udp:256.256.256.256.invalid:14550", err, sizeof err));
+    for (; now_ns < START + 120 * S; now_ns += S / 2) {
+        const uint64_t before_ns = link.retry_ns;
+
+        CHECK(!mavlink_link_open(&link, now_ns) && strstr(link.error, "look-up"));
+        if (link.retry_ns == before_ns)
+            continue;
+        CHECK(attempts == 0 || now_ns >= last_ns + S);
+        last_ns = now_ns;
+        attempts++;
+    }
+    CHECK(attempts >= 6 && attempts <= 8); /* after 0, 1, 3, 7, 15, 31, 61, 91 s */
+}
+
 int main(void)
 {
     RUN(the_clock_follows_the_least_delay);
@@ -623,6 +758,9 @@ int main(void)
     RUN(the_clock_goes_on_when_the_autopilots_wraps);
     RUN(the_clock_begins_anew_with_the_autopilot);
     RUN(the_clock_bears_messages_out_of_order_and_late_ones);
+    RUN(steps_of_the_autopilots_clock_are_followed);
+    RUN(an_autopilot_that_starts_anew_at_once_is_followed);
+    RUN(a_wrong_timesync_answer_is_outlived);
     RUN(a_timesync_answer_takes_half_the_way_off);
     RUN(the_vehicle_is_whoever_beats_as_an_autopilot);
     RUN(euler_angles_become_the_quaternion);
@@ -638,6 +776,7 @@ int main(void)
     RUN(ranges_at_the_ends);
     RUN(the_youngest_evidence_counts);
     RUN(what_is_no_ring_changes_nothing);
+    RUN(a_doubted_ring_has_obstacles_but_no_free_water);
     RUN(each_face_gives_its_nearest_point);
     RUN(what_lasts_is_told_and_told_off);
     RUN(flapping_is_told_every_five_seconds_at_most);
@@ -645,5 +784,7 @@ int main(void)
     RUN(addresses_of_links);
     RUN(udpin_answers_whoever_made_sense);
     RUN(a_serial_line_that_went_away_is_tried_again_after_a_second);
+    RUN(a_peer_that_is_not_there_is_told_until_it_is_heard);
+    RUN(a_name_that_is_not_known_is_asked_for_more_and_more_seldom);
     return test_end();
 }
