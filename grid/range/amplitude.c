@@ -77,15 +77,18 @@ uint64_t amplitude_of(const struct amplitude *a, uint32_t count)
     return a->sample_bytes == 1 ? a->table[v] : power_of_word(a, v);
 }
 
-void amplitude_convert(const struct amplitude *a, const void *samples, uint32_t n, uint64_t *power)
+void amplitude_sums(const struct amplitude *a, const void *samples, uint32_t n, uint64_t *sum)
 {
+    uint64_t power = 0;
+
+    sum[0] = 0;
     if (a->sample_bytes == 1) {
         const uint8_t *v = samples;
         for (uint32_t i = 0; i < n; i++)
-            power[i] = a->table[v[i]];
+            sum[i + 1] = power += a->table[v[i]];
     } else {
         const uint16_t *v = samples;
         for (uint32_t i = 0; i < n; i++)
-            power[i] = power_of_word(a, v[i]);
+            sum[i + 1] = power += power_of_word(a, v[i]);
     }
 }

@@ -11,9 +11,10 @@
 
 #include "../ping.h"
 
-#define AMPLITUDE_MAX_DB 120.0 /* of a full-scale count: keeps power below 2^48 */
+#define AMPLITUDE_MAX_DB 120.0 /* of a full-scale count: keeps power below AMPLITUDE_LIMIT */
+#define AMPLITUDE_LIMIT  ((uint64_t)1 << 48)
 
-/* A prepared conversion. Power is in arbitrary units, an integer below 2^48; it never falls with the count. */
+/* A prepared conversion. Power is in arbitrary units, an integer below AMPLITUDE_LIMIT; it never falls with the count. */
 struct amplitude {
     enum amplitude_law law;
     unsigned sample_bytes; /* 1 or 2 */
@@ -38,7 +39,10 @@ uint64_t amplitude_from_db(double db);
 /** amplitude_of - power of one count; counts beyond full scale are taken as full scale. */
 uint64_t amplitude_of(const struct amplitude *a, uint32_t count);
 
-/** amplitude_convert - power[n] of n samples (uint8_t or uint16_t in host order, as initialised). */
-void amplitude_convert(const struct amplitude *a, const void *samples, uint32_t n, uint64_t *power);
+/**
+ * amplitude_sums - sum[n + 1]: sum[i] is the power of the first i of n <= 65536 samples (uint8_t or uint16_t in host
+ * order, as initialised).
+ */
+void amplitude_sums(const struct amplitude *a, const void *samples, uint32_t n, uint64_t *sum);
 
 #endif

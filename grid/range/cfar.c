@@ -6,7 +6,10 @@
  */
 #include "cfar.h"
 
+#include <math.h>
 #include <string.h>
+
+#include "cfar_sieve.h"
 
 typedef unsigned __int128 u128;
 
@@ -47,27 +50,34 @@ static struct sides sides_of(const struct cfar *cfar, uint32_t n, uint32_t i)
     return s;
 }
 
-/* Sums and numbers of the cells 0 .. i - 1 that are not excluded. */
-struct prefix {
-    uint64_t *sum;   /* [n + 1] */
+/* Working memory. Sums and numbers are those of the cells 0 .. i - 1 that are not excluded. */
+struct work {
+    uint64_t *sum;   /* [n + 1]; OS: room for the cells of a window */
     uint32_t *cells; /* [n + 1]; not filled where nothing is excluded */
+    float *x;        /* [n] for the sieve; excluded cells are 0 there */
+    float *window;   /* [n] for the sieve: sum of a window that begins here ... */
+    uint8_t *code;   /* ... OS: codes of the cells, in the same place */
 };
 
 size_t cfar_work_size(uint32_t n)
 {
-    return ((size_t)n + 1) * (sizeof(uint64_t) + sizeof(uint32_t));
+    return ((size_t)n + 1) * (sizeof(uint64_t) + sizeof(uint32_t) + 2 * sizeof(float));
 }
 
-static struct prefix prefix_in(const struct cfar_profile *p)
+static struct work work_of(const struct cfar_profile *p)
 {
-    uint64_t *sum = p->work;
+    struct work w = {.sum = p->work};
 
-    return (struct prefix){.sum = sum, .cells = (void *)(sum + p->n + 1)};
+    w.cells = (void *)(w.sum + p->n + 1);
+    w.x = (void *)(w.cells + p->n + 1);
+    w.window = w.x + p->n;
+    w.code = (void *)w.window;
+    return w;
 }
 
 static void fill_prefix(const struct cfar_profile *p)
 {
-    const struct prefix to = prefix_in(p);
+    const struct work to = work_of(p);
 
     to.sum[0] = 0;
     if (!p->excluded) {
@@ -84,7 +94,7 @@ static void fill_prefix(const struct cfar_profile *p)
 
 static struct cfar_reference average_of(const struct cfar *cfar, const struct cfar_profile *p, struct sides s)
 {
-    const struct prefix prefix = prefix_in(p);
+    const struct work prefix = work_of(p);
     const uint64_t lead_sum = prefix.sum[s.lead.end] - prefix.sum[s.lead.begin];
     const uint64_t lag_sum = prefix.sum[s.lag.end] - prefix.sum[s.lag.begin];
     const uint32_t *cells = prefix.cells;
@@ -98,6 +108,15 @@ static struct cfar_reference average_of(const struct cfar *cfar, const struct cf
     if (cfar->detector == CFAR_SOCA ? lead <= lag : lead >= lag)
         return (struct cfar_reference){lead_sum, lead_cells, false};
     return (struct cfar_reference){lag_sum, lag_cells, false};
+}
+
+/* OS: which of n cells in order of size, 1 .. n. */
+static uint32_t rank_among(const struct cfar *cfar, uint32_t n)
+{
+    const uint64_t whole = 2 * (uint64_t)cfar->n_side;
+    const uint64_t k = ((uint64_t)cfar->rank * n + whole - 1) / whole;
+
+    return k < 1 ? 1 : k > n ? n : (uint32_t)k;
 }
 
 /* The span's cells behind those already gathered; returns how many there are now. */
@@ -143,10 +162,7 @@ static struct cfar_reference rank_of(const struct cfar *cfar, const struct cfar_
 
     if (n == 0)
         return (struct cfar_reference){0};
-    const uint64_t whole = 2 * (uint64_t)cfar->n_side;
-    const uint64_t k = ((uint64_t)cfar->rank * n + whole - 1) / whole;
-    const uint32_t at = k < 1 ? 0 : k > n ? n - 1 : (uint32_t)k - 1;
-    return (struct cfar_reference){select_cell(cell, n, at), 1, n_lead == 0 || n_lead == n};
+    return (struct cfar_reference){select_cell(cell, n, rank_among(cfar, n) - 1), 1, n_lead == 0 || n_lead == n};
 }
 
 struct cfar_reference cfar_reference_at(const struct cfar *cfar, const struct cfar_profile *profile, uint32_t i)
@@ -170,10 +186,83 @@ static bool detects(const struct cfar *cfar, const struct cfar_profile *p, uint3
     return ref.cells > 0 && ((u128)p->x[i] << 16) * ref.cells > (u128)alpha * ref.sum;
 }
 
+static void prepare_sieve(const struct cfar *cfar, const struct cfar_profile *p)
+{
+    const struct work w = work_of(p);
+
+    cfar_sieve_float(p->x, p->n, w.x);
+    for (uint32_t i = 0; p->excluded && i < p->n; i++)
+        if (p->excluded[i])
+            w.x[i] = 0.0f;
+    if (cfar->detector == CFAR_OS) {
+        cfar_sieve_codes(w.x, p->n, w.code);
+        return;
+    }
+    fill_prefix(p);
+    if (p->n >= cfar->n_side)
+        cfar_sieve_sums(w.sum, cfar->n_side, p->n - cfar->n_side + 1, w.window);
+}
+
+/*
+ * Mark what may be detected among the cells begin .. end - 1, all with a complete lead window, a complete lag window,
+ * or both. An excluded cell stands in its windows as a silent one: that lowers the threshold, and so does the smaller
+ * of the two factors.
+ */
+static void sieve(const struct cfar *cfar, const struct cfar_profile *p, uint32_t begin, uint32_t end, bool lead,
+                  bool lag, uint8_t *mask)
+{
+    const struct work w = work_of(p);
+    const bool both = lead && lag;
+    const bool smaller = cfar->alpha_q16 < cfar->alpha_one_q16;
+    const uint64_t alpha_q16 = (p->excluded ? smaller : both) ? cfar->alpha_q16 : cfar->alpha_one_q16;
+
+    if (begin >= end)
+        return;
+    if (end - begin < CFAR_SIEVE_BLOCK || alpha_q16 == 0) {
+        memset(mask + begin, 1, end - begin);
+        return;
+    }
+    const double alpha = (double)alpha_q16 / 65536.0;
+    const double least =
+        fmax(alpha * (double)cfar->reference_min, cfar->x_min > 0 ? (double)cfar->x_min - 1.0 : 0.0);
+    const int32_t before = -(int32_t)(cfar->guard + cfar->n_side), behind = (int32_t)cfar->guard + 1;
+    const struct cfar_stretch stretch = {
+        .begin = begin, .end = end, .lead = lead ? before : behind, .lag = lag ? behind : before, .alpha = alpha};
+    if (cfar->detector == CFAR_OS)
+        cfar_sieve_rank(&stretch, cfar->n_side, rank_among(cfar, both ? 2 * cfar->n_side : cfar->n_side), least,
+                        w.x, w.code, mask);
+    else
+        cfar_sieve_average(cfar->detector, &stretch, cfar->n_side, least, w.x, w.window, mask);
+}
+
+/* Mark every cell that may be detected, from one edge of the profile to the other. */
+static void sieve_all(const struct cfar *cfar, const struct cfar_profile *p, uint8_t *mask)
+{
+    const uint64_t reach = (uint64_t)cfar->guard + cfar->n_side;
+    const uint32_t n = p->n, head = reach < n ? (uint32_t)reach : n, tail = n - head;
+    const uint32_t middle = head < tail ? head : tail, rest = n - middle;
+
+    memset(mask, 0, n);
+    if (cfar->edge == CFAR_SHRINK) {
+        memset(mask, 1, head);
+        memset(mask + tail, 1, head);
+    } else if (cfar->edge == CFAR_FULL) {
+        sieve(cfar, p, 0, middle, false, true, mask);
+        sieve(cfar, p, rest, n, true, false, mask);
+    }
+    sieve(cfar, p, head, tail, true, true, mask);
+}
+
 void cfar_run(const struct cfar *cfar, const struct cfar_profile *profile, uint8_t *mask)
 {
-    if (cfar->detector != CFAR_OS)
-        fill_prefix(profile);
-    for (uint32_t i = 0; i < profile->n; i++)
-        mask[i] = detects(cfar, profile, i);
+    const uint32_t n = profile->n;
+
+    if (n == 0)
+        return;
+    prepare_sieve(cfar, profile);
+    sieve_all(cfar, profile, mask);
+    for (uint8_t *at = memchr(mask, 1, n); at; at = memchr(at, 1, (size_t)(mask + n - at))) {
+        *at = detects(cfar, profile, (uint32_t)(at - mask));
+        at++;
+    }
 }

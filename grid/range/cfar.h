@@ -22,7 +22,7 @@ enum cfar_edge {
     CFAR_BOTH,   /* no decision unless both sides are complete */
 };
 
-#define CFAR_MAX_POWER ((uint64_t)1 << 48) /* of one cell: sums of 8192 cells stay below 2^61 */
+#define CFAR_MAX_SUM (((uint64_t)1 << 52) - 1) /* of the power of all cells of a profile: exact as a double, too */
 
 struct cfar {
     enum cfar_detector detector;
@@ -38,7 +38,7 @@ struct cfar {
 
 /* The cells to decide about. */
 struct cfar_profile {
-    const uint64_t *x;       /* [n] power, at most CFAR_MAX_POWER each */
+    const uint64_t *x;       /* [n] power, together at most CFAR_MAX_SUM */
     const uint8_t *excluded; /* [n] 1: never detected and in no reference window; NULL: none */
     uint32_t n;              /* 0..8192 */
     void *work;              /* cfar_work_size(n) bytes, aligned to uint64_t; of this profile from cfar_run on */

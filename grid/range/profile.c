@@ -33,19 +33,29 @@ bool profile_axis_of(struct profile_axis *axis, const struct ping *ping, double 
     return true;
 }
 
-/* Sum of power over the resolution cell around every bin, cut at the ends of the beam; divided by 2^shift. */
-static void sum_cells(const uint64_t *power, uint32_t n, uint32_t half, unsigned shift, uint64_t *cell)
-{
-    uint64_t sum = 0;
+#define BLOCK 16 /* a constant number of cells: both compilers make vectors of such loops */
 
-    for (uint32_t i = 0; i < n && i < half; i++)
-        sum += power[i];
-    for (uint32_t i = 0; i < n; i++) {
-        if (i + half < n)
-            sum += power[i + half];
-        if (i > half)
-            sum -= power[i - half - 1];
-        cell[i] = sum >> shift;
+static void subtract_block(const uint64_t *restrict hi, const uint64_t *restrict lo, unsigned shift,
+                           uint64_t *restrict cell)
+{
+    for (int j = 0; j < BLOCK; j++)
+        cell[j] = (hi[j] - lo[j]) >> shift;
+}
+
+/*
+ * Power of the resolution cell around every bin, cut at the ends of the beam and divided by 2^shift; sum[i] is the
+ * power of the first i bins.
+ */
+static void fill_cells(const uint64_t *sum, uint32_t n, uint32_t half, unsigned shift, uint64_t *cell)
+{
+    for (uint32_t i = 0; i < n;) {
+        if (i >= half && i + BLOCK + half <= n) {
+            subtract_block(sum + i + half + 1, sum + i - half, shift, cell + i);
+            i += BLOCK;
+        } else {
+            cell[i] = (sum[i + half < n ? i + half + 1 : n] - sum[i > half ? i - half : 0]) >> shift;
+            i++;
+        }
     }
 }
 
@@ -53,13 +63,13 @@ void profile_sum(struct profile *p, const struct amplitude *law, const void *cou
                  uint64_t *work)
 {
     const struct profile_axis *a = p->axis;
-    const uint64_t bins = 2 * (uint64_t)a->half + 1, full = amplitude_of(law, law->max_count);
+    const uint64_t bins = 2 * (uint64_t)a->half + 1;
     unsigned shift = 0;
 
-    while (bins * full >> shift > CFAR_MAX_POWER)
+    amplitude_sums(law, counts, a->n, work);
+    while (work[a->n] >> shift > CFAR_MAX_SUM / bins)
         shift++;
     p->floor_power = bins * amplitude_of(law, floor_counts) >> shift;
-    p->full_power = full >> shift;
-    amplitude_convert(law, counts, a->n, work);
-    sum_cells(work, a->n, a->half, shift, p->cell);
+    p->full_power = amplitude_of(law, law->max_count) >> shift;
+    fill_cells(work, a->n, a->half, shift, p->cell);
 }

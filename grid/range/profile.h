@@ -44,7 +44,7 @@ bool profile_axis_of(struct profile_axis *axis, const struct ping *ping, double 
 
 /**
  * profile_sum - fill cell, floor_power and full_power from counts[n] under a law (not always those of `samples`).
- * work: room for n powers. Long pulses and 16 bits are scaled down to stay within CFAR_MAX_POWER.
+ * work: room for n + 1 sums. Loud beams of 16 bits are scaled down to stay within CFAR_MAX_SUM.
  */
 void profile_sum(struct profile *p, const struct amplitude *law, const void *counts, uint32_t floor_counts,
                  uint64_t *work);

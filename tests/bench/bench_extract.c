@@ -18,7 +18,7 @@
 #define REPETITIONS 21
 
 static uint8_t samples[BEAMS][MAX_BINS];
-static uint64_t power[MAX_BINS], work[2 * (MAX_BINS + 1)];
+static uint64_t power[MAX_BINS], work[3 * (MAX_BINS + 1)];
 static uint8_t mask[MAX_BINS];
 static _Alignas(16) unsigned char memory[1 << 18];
 static volatile unsigned sink;
@@ -71,7 +71,8 @@ static void run_cfar(const struct amplitude *amplitude, enum cfar_detector detec
                               .alpha_q16 = 12 << 16,
                               .alpha_one_q16 = 14 << 16};
 
-    amplitude_convert(amplitude, samples[b], n, power);
+    for (uint32_t i = 0; i < n; i++)
+        power[i] = amplitude->table[samples[b][i]];
     cfar_run(&cfar, &(struct cfar_profile){.x = power, .n = n, .work = work}, mask);
     sink += mask[n / 2];
 }

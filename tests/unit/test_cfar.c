@@ -10,7 +10,7 @@
 
 #define MAX_CELLS 2048
 
-static uint64_t work[2 * (MAX_CELLS + 1)];
+static uint64_t work[3 * (MAX_CELLS + 1)];
 
 static struct cfar_profile profile_of(const uint64_t *x, uint32_t n)
 {
@@ -216,7 +216,7 @@ static void random_beam(uint64_t *seed, uint64_t *x, uint32_t n)
             x[i] = amplitude_from_db(80.0 * u);
             break;
         default: /* as large as is allowed */
-            x[i] = CFAR_MAX_POWER - test_random(seed) % 4;
+            x[i] = CFAR_MAX_SUM / n - test_random(seed) % 4;
         }
     }
 }
