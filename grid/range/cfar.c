@@ -177,10 +177,37 @@ struct cfar_reference cfar_reference_at(const struct cfar *cfar, const struct cf
     return ref;
 }
 
+/* How many of the span's cells are below a power. */
+static uint32_t count_below(const struct cfar_profile *p, struct span s, uint64_t power)
+{
+    uint32_t n = 0;
+
+    for (uint32_t i = s.begin; i < s.end; i++)
+        n += p->x[i] < power && !(p->excluded && p->excluded[i]);
+    return n;
+}
+
+/* A cell exceeds alpha times the k-th smallest one where at least k cells are below the cell / alpha. */
+static bool detects_by_rank(const struct cfar *cfar, const struct cfar_profile *p, uint32_t i)
+{
+    const struct sides s = sides_of(cfar, p->n, i);
+    const uint32_t n_lead = count_below(p, s.lead, UINT64_MAX), n = n_lead + count_below(p, s.lag, UINT64_MAX);
+    const uint64_t alpha = n_lead == 0 || n_lead == n ? cfar->alpha_one_q16 : cfar->alpha_q16;
+    const u128 x = (u128)p->x[i] << 16;
+
+    if (n == 0 || x <= (u128)alpha * cfar->reference_min)
+        return false;
+    const u128 below = alpha > 0 ? (x + alpha - 1) / alpha : UINT64_MAX;
+    const uint64_t limit = below < UINT64_MAX ? (uint64_t)below : UINT64_MAX;
+    return count_below(p, s.lead, limit) + count_below(p, s.lag, limit) >= rank_among(cfar, n);
+}
+
 static bool detects(const struct cfar *cfar, const struct cfar_profile *p, uint32_t i)
 {
     if (p->x[i] < cfar->x_min || (p->excluded && p->excluded[i]))
         return false;
+    if (cfar->detector == CFAR_OS)
+        return detects_by_rank(cfar, p, i);
     const struct cfar_reference ref = cfar_reference_at(cfar, p, i);
     const uint64_t alpha = ref.one_sided ? cfar->alpha_one_q16 : cfar->alpha_q16;
     return ref.cells > 0 && ((u128)p->x[i] << 16) * ref.cells > (u128)alpha * ref.sum;
