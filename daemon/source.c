@@ -91,11 +91,11 @@ static void io_send(void *ctx, const uint8_t *bytes, size_t n)
     flush(s);
 }
 
-static void io_send_break(void *ctx, unsigned ms)
+static void io_hold_break(void *ctx, bool on)
 {
     struct source *s = ctx;
     if (s->port.fd >= 0)
-        s->port.ops->send_break(&s->port, ms);
+        s->port.ops->hold_break(&s->port, on);
 }
 
 static struct ping *io_ping_begin(void *ctx)
@@ -355,7 +355,7 @@ struct source *source_new(const struct source_env *env, const struct conf_sonar 
     s->retry = (struct loop_timer){.fire = on_retry, .ctx = s};
     s->io = (struct device_io){.ctx = s,
                                .send = io_send,
-                               .send_break = io_send_break,
+                               .hold_break = io_hold_break,
                                .ping_begin = io_ping_begin,
                                .ping_done = io_ping_done,
                                .note = io_note};

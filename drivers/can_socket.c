@@ -288,8 +288,8 @@ void can_socket_close(struct port *port)
     port->fd = -1;
 }
 
-void can_send_break(struct port *port, unsigned ms)
+void can_hold_break(struct port *port, bool on)
 {
     (void)port;
-    (void)ms;
+    (void)on;
 }

@@ -59,7 +59,7 @@ ssize_t can_socket_write(struct port *port, const struct can_frame *frame);
 /** can_socket_close - as port_ops.close, for every kind of CAN socket. */
 void can_socket_close(struct port *port);
 
-/** can_send_break - as port_ops.send_break: CAN has nothing for it. */
-void can_send_break(struct port *port, unsigned ms);
+/** can_hold_break - as port_ops.hold_break: CAN has nothing for it. */
+void can_hold_break(struct port *port, bool on);
 
 #endif

@@ -31,7 +31,7 @@ enum device_note {
 struct device_io {
     void *ctx;
     void (*send)(void *ctx, const uint8_t *bytes, size_t n);
-    void (*send_break)(void *ctx, unsigned ms);
+    void (*hold_break)(void *ctx, bool on); /* as port_ops.hold_break; nothing is sent before it is off again */
     /* A free ping buffer with beam, samples and their room set, the rest zeroed; NULL: no room, drop the ping. */
     struct ping *(*ping_begin)(void *ctx);
     /* Hand the filled buffer on. t_ns, t_in_ns and all of the description must be set; seq, sensor, pose are not. */

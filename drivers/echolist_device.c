@@ -17,6 +17,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "line_time.h"
+
 #define NEVER      UINT64_MAX
 #define SECOND     1000000000ull
 #define SILENCE_NS (5 * SECOND)
@@ -140,17 +142,6 @@ static bool new_turn(struct echolist *d, double scan_deg)
     return d->answered && (back || round);
 }
 
-/* The line was begun when listening ended; bytes that waited in a buffer come late and all at once. */
-static uint64_t transmitted_ns(const struct echolist *d, uint64_t now_ns)
-{
-    const uint64_t line_ns = d->conf.baud ? d->n * 10u * SECOND / d->conf.baud : 0;
-    const uint64_t listening_ns = (uint64_t)(2e9 * d->conf.range_m / d->conf.sound_speed_mps);
-    uint64_t begun_ns = now_ns > line_ns ? now_ns - line_ns : 0;
-    if (begun_ns > d->t_first_ns)
-        begun_ns = d->t_first_ns;
-    return begun_ns > listening_ns ? begun_ns - listening_ns : 0;
-}
-
 /* One entry per echo within the range, or one that says that nothing was heard. */
 static void fill_beams(const struct echolist *d, const struct report *r, struct ping *ping)
 {
@@ -183,7 +174,8 @@ static void make_ping(struct echolist *d, const struct report *r, uint64_t now_n
     struct ping *ping = io->ping_begin(io->ctx);
     if (!ping)
         return;
-    ping->t_ns = transmitted_ns(d, now_ns);
+    ping->t_ns = transmitted_ns(d->t_first_ns, now_ns, d->n, d->conf.baud,
+                                (uint64_t)(2e9 * d->conf.range_m / d->conf.sound_speed_mps));
     ping->t_in_ns = now_ns;
     ping->kind = PING_RANGES;
     ping->n_bins = 1;

@@ -2,7 +2,8 @@
 /*
  * imagenex_device - Imagenex 852 echosounder (fixed) and 881A scanning head as one state machine: asks for a ping,
  * waits for the reply, asks for the next. Every request carries all settings, so there is nothing to set up, and
- * nothing to stop: a head that is not asked is silent. See device.h for the rules. Of the configuration it takes:
+ * nothing to stop: a head that is not asked is silent. See asker.h for the steps
+ * and device.h for the rules. Of the configuration it takes:
  *
  *   range      the head's next longer one: 5 10 20 30 40 50 m (852), also 1 2 3 4 60 80 100 m (881A), at 1500 m/s
  *   gain       0..40 dB; -1: 6 dB (852), 20 dB (881A)
@@ -10,17 +11,17 @@
  *   sector     881A: rounded to 3 degrees
  *   step       881A: the nearest of 0.3, 0.6, 0.9, 1.2, 2.4 degrees
  *
- *   opened -> ASKED <-> WAIT (silence)      listen_only: LISTEN
+ *   opened -> PING, answered: PING again; silence: a wait, and PING again      (stop: quiet)
  */
-#include "device.h"
+#include "asker.h"
 
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "imagenex_frame.h"
+#include "line_time.h"
 
-#define NEVER  UINT64_MAX
 #define MS     1000000ull
 #define SECOND 1000000000ull
 
@@ -34,9 +35,6 @@
 #define ANSWER_LEAST_NS (250 * MS)
 #define MARGIN_NS       (100 * MS) /* on top of line and listening: the head's own work, a USB adapter */
 #define QUIET_NS        (40 * MS) /* adapters hold bytes back up to 16 ms; a frame that paused longer was cut off */
-#define MISSED_MAX      5         /* in a row: the head is silent, ask less often */
-#define RETRY_FIRST_NS  (250 * MS)
-#define RETRY_MAX_NS    (2 * SECOND)
 
 struct model {
     const char *name;
@@ -69,28 +67,17 @@ static const struct model model_881a = {
     .el_aperture_deg = 22.0,
 };
 
-enum phase {
-    PHASE_CLOSED,
-    PHASE_LISTEN, /* listen_only: nothing but this while open */
-    PHASE_ASKED,  /* a reply is due */
-    PHASE_WAIT,   /* the head is silent; the next request follows */
-    PHASE_IDLE,   /* stopped */
-};
+static const struct asker_step ping_step;
 
 struct imagenex {
+    struct asker asker; /* first: see asker.h */
     const struct model *model;
     struct device_conf conf;
     struct imagenex_switch request;
-    enum phase phase;
-    uint64_t due_ns;
-    unsigned missed;   /* replies in a row */
-    uint64_t retry_ns; /* next wait of PHASE_WAIT */
-    bool silent;       /* has let us down, and no ping came since */
-    bool answered;     /* a ping came since the port was opened */
-    uint16_t position; /* of the last ping ... */
+    bool follows;      /* there was a ping since the port was opened ... */
+    uint16_t position; /* ... the last one from here ... */
     bool clockwise;    /* ... and where the head was going */
     struct imagenex_parser parser;
-    struct device_status status; /* state and the parser's counters: filled in when asked */
 };
 
 /* ---- how long things take ---- */
@@ -107,11 +94,6 @@ static unsigned pulse_us(unsigned range_m)
     return row[i].us;
 }
 
-static uint64_t line_ns(const struct imagenex *d, size_t bytes)
-{
-    return d->conf.baud ? bytes * 10u * SECOND / d->conf.baud : 0;
-}
-
 static uint64_t listening_ns(unsigned range_m)
 {
     return (uint64_t)(2.0 * range_m / HEAD_SOUND_SPEED * 1e9);
@@ -119,7 +101,7 @@ static uint64_t listening_ns(unsigned range_m)
 
 static uint64_t answer_ns(const struct imagenex *d)
 {
-    const uint64_t ns = line_ns(d, IMAGENEX_SWITCH_BYTES + IMAGENEX_OVERHEAD + POINTS) +
+    const uint64_t ns = line_ns(d->conf.baud, IMAGENEX_SWITCH_BYTES + IMAGENEX_OVERHEAD + POINTS) +
                         listening_ns(d->request.range_m) + MARGIN_NS;
     return ns > ANSWER_LEAST_NS ? ns : ANSWER_LEAST_NS;
 }
@@ -199,7 +181,7 @@ static bool init(struct imagenex *d, const struct model *m, const struct device_
     memset(d, 0, sizeof(*d));
     d->model = m;
     d->conf = *conf;
-    d->due_ns = NEVER;
+    asker_init(&d->asker, conf->listen_only, &ping_step, NULL);
     const uint8_t range_m = choose_range(m, conf->range_m);
     d->request = (struct imagenex_switch){
         .head = m->head,
@@ -232,35 +214,30 @@ static bool init_881a(void *state, const struct device_conf *conf, char *err, si
 
 /* ---- asking ---- */
 
-static void enter(struct imagenex *d, enum phase phase, uint64_t due_ns)
+static uint64_t ask(void *device, uint64_t now_ns, const struct device_io *io)
 {
-    d->phase = phase;
-    d->due_ns = due_ns;
-}
-
-static void ask(struct imagenex *d, uint64_t now_ns, const struct device_io *io)
-{
+    const struct imagenex *d = device;
     uint8_t out[IMAGENEX_SWITCH_BYTES];
+
+    (void)now_ns;
+    if (d->asker.silent && d->asker.tries > 1)
+        return ASKER_GIVE_UP; /* until the next wait is over */
     imagenex_encode_switch(&d->request, out);
     io->send(io->ctx, out, sizeof(out));
-    enter(d, PHASE_ASKED, now_ns + answer_ns(d));
+    return answer_ns(d);
 }
 
-static void reply_missed(struct imagenex *d, uint64_t now_ns, const struct device_io *io)
+static void replies_missed(void *device, uint64_t now_ns, const struct device_io *io)
 {
-    d->status.timeouts++;
-    d->status.lost_frames++;
-    if (++d->missed < MISSED_MAX) {
-        ask(d, now_ns, io);
-        return;
-    }
-    if (!d->silent)
-        io->note(io->ctx, NOTE_WARNING, "no answer from an %s (power, wiring, baud rate?); trying on",
-                 d->model->name);
-    d->silent = true;
-    enter(d, PHASE_WAIT, now_ns + d->retry_ns);
-    d->retry_ns = 2 * d->retry_ns < RETRY_MAX_NS ? 2 * d->retry_ns : RETRY_MAX_NS;
+    struct imagenex *d = device;
+    char why[64];
+    snprintf(why, sizeof(why), "no answer from an %s (power, wiring, baud rate?)", d->model->name);
+    asker_let_down(&d->asker, why, io);
+    asker_retry(&d->asker, now_ns);
 }
+
+static const struct asker_step ping_step = {DEVICE_IDENTIFY, .tries = 5, .per_ping = true, .ask = ask,
+                                            .missed = replies_missed};
 
 /* ---- replies ---- */
 
@@ -278,22 +255,13 @@ static void copy_samples(const struct imagenex *d, const struct imagenex_frame *
         out[i] = f->data[i] < full_scale ? f->data[i] : 255;
 }
 
-/* The head sends when it has listened; bytes that waited in a buffer come late and all at once. */
-static uint64_t transmitted_ns(const struct imagenex *d, const struct imagenex_frame *f)
-{
-    const uint64_t frame_ns = line_ns(d, IMAGENEX_OVERHEAD + (size_t)f->n_data);
-    uint64_t begun_ns = f->t_last_ns > frame_ns ? f->t_last_ns - frame_ns : 0;
-    if (begun_ns > f->t_first_ns)
-        begun_ns = f->t_first_ns;
-    return begun_ns > listening_ns(f->range_m) ? begun_ns - listening_ns(f->range_m) : 0;
-}
-
 static void fill_ping(const struct imagenex *d, const struct imagenex_frame *f, struct ping *ping)
 {
     const double scale = d->conf.sound_speed_mps / HEAD_SOUND_SPEED;
     const double pulse_m = d->conf.sound_speed_mps * pulse_us(f->range_m) * 1e-6 / 2.0;
 
-    ping->t_ns = transmitted_ns(d, f);
+    ping->t_ns = transmitted_ns(f->t_first_ns, f->t_last_ns, IMAGENEX_OVERHEAD + (size_t)f->n_data, d->conf.baud,
+                                listening_ns(f->range_m));
     ping->t_in_ns = f->t_last_ns;
     ping->n_beams = 1;
     ping->pulse_m = (float)pulse_m;
@@ -326,10 +294,11 @@ static void fill_ping(const struct imagenex *d, const struct imagenex_frame *f, 
 static bool new_turn(struct imagenex *d, const struct imagenex_frame *f)
 {
     const unsigned way = f->position > d->position ? f->position - d->position : d->position - f->position;
-    const bool turned = d->answered && (f->clockwise != d->clockwise || way > POSITION_TURN / 2);
+    const bool turned = d->follows && (f->clockwise != d->clockwise || way > POSITION_TURN / 2);
 
     d->position = f->position;
     d->clockwise = f->clockwise;
+    d->follows = true;
     return d->model->scans && turned;
 }
 
@@ -337,9 +306,9 @@ static void make_ping(struct imagenex *d, const struct imagenex_frame *f, const 
 {
     const bool turn = new_turn(d, f);
 
-    d->status.pings++;
-    d->status.last_ping_ns = f->t_last_ns;
-    d->status.range_m = f->range_m * d->conf.sound_speed_mps / HEAD_SOUND_SPEED;
+    d->asker.status.pings++;
+    d->asker.status.last_ping_ns = f->t_last_ns;
+    d->asker.status.range_m = f->range_m * d->conf.sound_speed_mps / HEAD_SOUND_SPEED;
     struct ping *ping = io->ping_begin(io->ctx);
     if (!ping)
         return;
@@ -353,21 +322,17 @@ static void on_reply(struct imagenex *d, const struct imagenex_frame *f, uint64_
 {
     /* Samples of 4 and 16 bits are never asked for, and how they are packed is not known. */
     if (f->range_m == 0 || f->n_data != f->n_points || (d->model->scans && f->position > POSITION_TURN)) {
-        d->status.bad_frame++;
+        d->asker.status.bad_frame++;
         return;
     }
     if (!(f->status & IMAGENEX_ACCEPTED))
-        d->status.nacks++; /* with the next request they come again */
+        d->asker.status.nacks++; /* with the next request they come again */
     make_ping(d, f, io);
-    snprintf(d->status.what, sizeof(d->status.what), "%s head 0x%02x", d->model->name, f->head);
-    if (!d->answered || d->silent)
-        io->note(io->ctx, NOTE_INFO, "%s, range %.4g m", d->status.what, d->status.range_m);
-    d->answered = true;
-    d->silent = false;
-    d->missed = 0;
-    d->retry_ns = RETRY_FIRST_NS;
-    if (d->phase == PHASE_ASKED || d->phase == PHASE_WAIT)
-        ask(d, now_ns, io);
+    snprintf(d->asker.status.what, sizeof(d->asker.status.what), "%s head 0x%02x", d->model->name, f->head);
+    if (asker_pinged(&d->asker))
+        io->note(io->ctx, NOTE_INFO, "%s, range %.4g m", d->asker.status.what, d->asker.status.range_m);
+    if (asker_seeking(&d->asker, &ping_step))
+        asker_go(&d->asker, &ping_step, now_ns, io);
 }
 
 /* ---- the device ---- */
@@ -376,21 +341,21 @@ static void imagenex_feed(void *state, const uint8_t *bytes, size_t n, uint64_t 
 {
     struct imagenex *d = state;
     struct imagenex_frame frame;
-    while (imagenex_parser_next(&d->parser, &bytes, &n, now_ns, &frame))
+    size_t strange = n;
+    while (imagenex_parser_next(&d->parser, &bytes, &n, now_ns, &frame)) {
+        d->asker.strange = 0;
         on_reply(d, &frame, now_ns, io);
+        strange = n;
+    }
+    d->asker.strange += strange;
 }
 
 static void imagenex_opened(void *state, uint64_t now_ns, const struct device_io *io)
 {
     struct imagenex *d = state;
     imagenex_parser_reset(&d->parser);
-    d->missed = 0;
-    d->retry_ns = RETRY_FIRST_NS;
-    d->silent = d->answered = false;
-    if (d->conf.listen_only)
-        enter(d, PHASE_LISTEN, NEVER);
-    else
-        ask(d, now_ns, io);
+    d->follows = false;
+    asker_opened(&d->asker, now_ns, io);
 }
 
 static void imagenex_closed(void *state, uint64_t now_ns)
@@ -398,50 +363,26 @@ static void imagenex_closed(void *state, uint64_t now_ns)
     struct imagenex *d = state;
     (void)now_ns;
     imagenex_parser_reset(&d->parser);
-    enter(d, PHASE_CLOSED, NEVER);
+    asker_closed(&d->asker);
 }
 
 static void imagenex_tick(void *state, uint64_t now_ns, const struct device_io *io)
 {
     struct imagenex *d = state;
 
-    if (now_ns < d->due_ns || d->due_ns == NEVER)
+    if (!asker_is_due(&d->asker, now_ns))
         return;
     /* The reply may be there, behind a false or broken beginning that waits for more bytes. */
     imagenex_parser_give_up(&d->parser, now_ns > QUIET_NS ? now_ns - QUIET_NS : 0);
     imagenex_feed(d, NULL, 0, now_ns, io);
-    if (now_ns < d->due_ns)
-        return;
-    if (d->phase == PHASE_WAIT)
-        ask(d, now_ns, io);
-    else
-        reply_missed(d, now_ns, io);
-}
-
-static uint64_t imagenex_deadline(const void *state)
-{
-    const struct imagenex *d = state;
-    return d->due_ns;
-}
-
-static void imagenex_stop(void *state, uint64_t now_ns, const struct device_io *io)
-{
-    struct imagenex *d = state;
-    (void)now_ns;
-    (void)io;
-    if (d->phase == PHASE_ASKED || d->phase == PHASE_WAIT)
-        enter(d, PHASE_IDLE, NEVER);
+    asker_tick(&d->asker, now_ns, io);
 }
 
 static void imagenex_status(const void *state, struct device_status *out)
 {
     const struct imagenex *d = state;
-    const bool open = d->phase != PHASE_CLOSED && d->phase != PHASE_IDLE;
-    *out = d->status;
-    out->state = !open         ? DEVICE_CLOSED
-                 : d->silent   ? DEVICE_SILENT
-                 : d->answered ? DEVICE_RUNNING
-                               : DEVICE_IDENTIFY;
+    *out = d->asker.status;
+    out->state = asker_state(&d->asker);
     out->frames = d->parser.frames;
     out->garbage_bytes = d->parser.garbage_bytes;
     out->bad_frame += d->parser.bad_end;
@@ -451,7 +392,7 @@ static void imagenex_status(const void *state, struct device_status *out)
     {                                                                                                             \
         .name = (its_name), .state_size = sizeof(struct imagenex), .max_beams = 1, .max_bins = POINTS,            \
         .init = (its_init), .opened = imagenex_opened, .closed = imagenex_closed, .feed = imagenex_feed,          \
-        .tick = imagenex_tick, .deadline = imagenex_deadline, .stop = imagenex_stop, .status = imagenex_status,   \
+        .tick = imagenex_tick, .deadline = asker_deadline, .stop = asker_stop, .status = imagenex_status,         \
     }
 
 const struct device_ops device_imagenex852 = IMAGENEX_OPS("imagenex852", init_852);

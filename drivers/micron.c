@@ -7,6 +7,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "line_time.h"
+
 #define CARRIER_HZ   32e6   /* clock of the transmitter's and receiver's synthesisers */
 #define MIXER_HZ     455e3  /* between them */
 #define SECOND_HZ    850000 /* of the channel that is never used */
@@ -76,11 +78,6 @@ void micron_set_scan(struct micron_settings *set, double start_rad, double end_r
 uint64_t micron_listening_ns(unsigned interval, unsigned n_bins)
 {
     return (uint64_t)interval * n_bins * 640u;
-}
-
-uint64_t micron_line_ns(unsigned baud, size_t bytes)
-{
-    return baud ? bytes * 10u * 1000000000ull / baud : 0;
 }
 
 int micron_way(unsigned from, unsigned to)
@@ -249,16 +246,11 @@ void micron_fill_ping(struct ping *ping, const struct micron_line *line, double 
 {
     const struct micron_data_head *h = &line->head;
     unsigned bins = micron_line_bins(line);
-    uint64_t listening_ns = micron_listening_ns(h->interval, bins);
-    uint64_t wire_ns = micron_line_ns(baud, line->wire_bytes);
-    /* Bytes that waited in a buffer come at once and late: they cannot have begun later than the line allows. */
-    uint64_t begun_ns = line->t_last_ns > wire_ns ? line->t_last_ns - wire_ns : 0;
-    if (begun_ns > line->t_first_ns)
-        begun_ns = line->t_first_ns;
     double bin_m = micron_bin_m(h->interval, sound_speed_mps);
     int clockwise = (h->bearing + MICRON_TURN - MICRON_AHEAD) % MICRON_TURN;
 
-    ping->t_ns = begun_ns > listening_ns ? begun_ns - listening_ns : 0;
+    ping->t_ns = transmitted_ns(line->t_first_ns, line->t_last_ns, line->wire_bytes, baud,
+                                micron_listening_ns(h->interval, bins));
     ping->t_in_ns = line->t_last_ns;
     ping->kind = PING_PROFILE;
     ping->law = AMPLITUDE_LOG;

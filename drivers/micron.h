@@ -108,9 +108,6 @@ double micron_pulse_us(double range_m);
 /** micron_listening_ns - how long the head listens. */
 uint64_t micron_listening_ns(unsigned interval, unsigned n_bins);
 
-/** micron_line_ns - time of so many bytes on a line: a start, eight data and a stop bit each. 0 for baud 0. */
-uint64_t micron_line_ns(unsigned baud, size_t bytes);
-
 /** micron_way - the shorter way between two bearings, -3200 < way <= 3200 units, clockwise positive. */
 int micron_way(unsigned from, unsigned to);
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * micron_device - a Tritech Micron, or another SeaNet imaging head, as a state machine: waits for a head that is
- * centred, asks what it is, tells it what to do and asks for one echo line after the other. See device.h for the
- * rules and micron.h for the configuration. Knows no descriptor, no clock and no grid.
+ * centred, asks what it is, tells it what to do and asks for one echo line after the other. See asker.h for the
+ * steps, device.h for the rules and micron.h for the configuration. Knows no descriptor, no clock and no grid.
  *
  *   opened -> ALIVE --3 s without a sign of life--> CENTRING (rebooted; again after 30, 60, 120 s)
  *               |                                       |        ^           ^
@@ -10,7 +10,7 @@
  *                                                |  \--no answer-+           |
  *                                              USER -----no answer-----------+
  *                                                |                           |
- *                                            PARAMETERS -> SCAN --silence----+    (stop: IDLE)
+ *                                            PARAMETERS -> SCAN --silence----+    (stop: quiet)
  *
  * The head pings only when asked; two-wire lines are half duplex, so nothing is sent while an answer is due.
  */
@@ -20,9 +20,9 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "device.h"
+#include "asker.h"
+#include "line_time.h"
 
-#define NEVER  UINT64_MAX
 #define MS     1000000ull
 #define SECOND 1000000000ull
 
@@ -30,11 +30,9 @@
 #define CENTRING_NS     (30 * SECOND)
 #define CENTRING_MAX_NS (120 * SECOND)
 #define ANSWER_NS       (4 * SECOND)
-#define ANSWER_TRIES    3
 #define PARAMETERS_NS   (10 * SECOND)
 #define PING_MARGIN_NS  SECOND    /* on top of listening and line: motor, and whatever the head is busy with */
-#define PING_TRIES      5         /* requests in vain before the head is told its settings again ... */
-#define PING_TRIES_MOST 10        /* ... and before it is rebooted */
+#define PING_TRIES      5         /* requests in vain before the head is told its settings again */
 #define PACKET_NS       SECOND    /* between packets of one line */
 #define QUIET_NS        (40 * MS) /* adapters hold bytes back up to 16 ms; a frame that paused longer was cut off */
 #define BEARING_UNKNOWN UINT16_MAX
@@ -43,28 +41,23 @@
 #define SEND_DATA_BYTES (SEANET_OVERHEAD + 4u)
 #define DATA_BYTES      (SEANET_OVERHEAD + SEANET_DATA_AT) /* of a mtHeadData, without the echo */
 
-enum phase {
-    PHASE_CLOSED,
-    PHASE_LISTEN,     /* listen_only: nothing but this while open */
-    PHASE_ALIVE,      /* is anybody there? */
-    PHASE_CENTRING,   /* until the motor knows where it is */
-    PHASE_VERSION,    /* mtVersionData was asked for */
-    PHASE_USER,       /* mtBBUserData was asked for */
-    PHASE_PARAMETERS, /* mtHeadCommand was sent */
-    PHASE_SCAN,       /* one mtSendData per ping */
-    PHASE_IDLE,
+enum step {
+    ALIVE,      /* is anybody there? */
+    CENTRING,   /* until the motor knows where it is */
+    VERSION,    /* mtVersionData was asked for */
+    USER,       /* mtBBUserData was asked for */
+    PARAMETERS, /* mtHeadCommand was sent */
+    SCAN,       /* one mtSendData per ping */
+    N_STEPS,
 };
 
+static const struct asker_step steps[N_STEPS];
+
 struct micron {
+    struct asker asker; /* first: see asker.h */
     struct device_conf conf;
     struct micron_settings set;
-
-    enum phase phase;
-    uint64_t due_ns;
-    unsigned tries;     /* since the last answer */
     uint64_t reboot_ns; /* how long the next reboot may take */
-    bool silent;        /* has let us down, and no ping came since */
-    bool answered;      /* a ping came since the port was opened or the head was set up anew */
     bool motor_told;
 
     uint16_t bearing; /* of the last ping, or BEARING_UNKNOWN */
@@ -76,8 +69,17 @@ struct micron {
 
     struct micron_line line;
     struct seanet_parser parser;
-    struct device_status status; /* state, frames, garbage_bytes: filled in when asked */
 };
+
+static void go(struct micron *d, enum step step, uint64_t now_ns, const struct device_io *io)
+{
+    asker_go(&d->asker, &steps[step], now_ns, io);
+}
+
+static bool at(const struct micron *d, enum step step)
+{
+    return d->asker.step == &steps[step];
+}
 
 /* ---- configuration ---- */
 
@@ -119,18 +121,11 @@ static bool micron_init(void *state, const struct device_conf *conf, char *err, 
     micron_set_scan(&d->set, conf->sector_start_rad, conf->sector_end_rad, conf->step_rad);
     seanet_parser_init(&d->parser);
     d->bearing = BEARING_UNKNOWN;
-    d->phase = PHASE_CLOSED;
-    d->due_ns = NEVER;
+    asker_init(&d->asker, conf->listen_only, &steps[ALIVE], NULL);
     return true;
 }
 
-/* ---- what is sent ---- */
-
-static void enter(struct micron *d, enum phase phase, uint64_t due_ns)
-{
-    d->phase = phase;
-    d->due_ns = due_ns;
-}
+/* ---- what is said ---- */
 
 static void send_short(const struct device_io *io, uint8_t id)
 {
@@ -138,96 +133,115 @@ static void send_short(const struct device_io *io, uint8_t id)
     io->send(io->ctx, out, micron_encode_short(out, sizeof(out), id));
 }
 
-static void reboot(struct micron *d, uint64_t now_ns, const struct device_io *io)
+static uint64_t await_life(void *device, uint64_t now_ns, const struct device_io *io)
 {
+    (void)device, (void)now_ns, (void)io;
+    return ALIVE_NS;
+}
+
+static uint64_t reboot(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    struct micron *d = device;
+    const uint64_t wait_ns = d->reboot_ns;
+    (void)now_ns;
     send_short(io, SEANET_REBOOT);
-    d->answered = false;
-    enter(d, PHASE_CENTRING, now_ns + d->reboot_ns);
-    d->reboot_ns = 2 * d->reboot_ns < CENTRING_MAX_NS ? 2 * d->reboot_ns : CENTRING_MAX_NS;
+    d->asker.answered = false;
+    d->reboot_ns = 2 * wait_ns < CENTRING_MAX_NS ? 2 * wait_ns : CENTRING_MAX_NS;
+    return wait_ns;
 }
 
-static void ask(struct micron *d, enum phase phase, uint64_t now_ns, const struct device_io *io)
+static uint64_t ask_version(void *device, uint64_t now_ns, const struct device_io *io)
 {
-    d->tries = phase == d->phase ? d->tries + 1 : 1;
-    send_short(io, phase == PHASE_VERSION ? SEANET_SEND_VERSION : SEANET_SEND_USER_DATA);
-    enter(d, phase, now_ns + ANSWER_NS);
+    (void)device, (void)now_ns;
+    send_short(io, SEANET_SEND_VERSION);
+    return ANSWER_NS;
 }
 
-static void send_parameters(const struct micron *d, const struct device_io *io)
+static uint64_t ask_user_data(void *device, uint64_t now_ns, const struct device_io *io)
 {
+    (void)device, (void)now_ns;
+    send_short(io, SEANET_SEND_USER_DATA);
+    return ANSWER_NS;
+}
+
+static uint64_t send_parameters(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    const struct micron *d = device;
     uint8_t out[MICRON_COMMAND_BYTES];
+    (void)now_ns;
     io->send(io->ctx, out, micron_encode_head_command(out, sizeof(out), &d->set));
+    return PARAMETERS_NS;
 }
 
-static void request_ping(struct micron *d, uint64_t now_ns, const struct device_io *io)
+static uint64_t request_ping(void *device, uint64_t now_ns, const struct device_io *io)
 {
+    struct micron *d = device;
     uint8_t out[SEND_DATA_BYTES];
+
+    if (d->asker.tries == PING_TRIES + 1) {
+        asker_let_down(&d->asker, "the head sends no more pings", io);
+        send_parameters(d, now_ns, io);
+    }
     io->send(io->ctx, out, micron_encode_send_data(out, sizeof(out), (uint32_t)(now_ns / MS % MS_OF_DAY)));
-    enter(d, PHASE_SCAN,
-          now_ns + micron_line_ns(d->conf.baud, SEND_DATA_BYTES + DATA_BYTES + d->set.n_bins) +
-              micron_listening_ns(d->set.interval, d->set.n_bins) + PING_MARGIN_NS);
+    return line_ns(d->conf.baud, SEND_DATA_BYTES + DATA_BYTES + d->set.n_bins) +
+           micron_listening_ns(d->set.interval, d->set.n_bins) + PING_MARGIN_NS;
 }
 
-static void start_scan(struct micron *d, uint64_t now_ns, const struct device_io *io)
+/* ---- what follows when nothing comes ---- */
+
+static void go_reboot(void *device, uint64_t now_ns, const struct device_io *io)
 {
-    d->tries = 0;
-    request_ping(d, now_ns, io);
+    go(device, CENTRING, now_ns, io);
 }
 
-/* ---- what does not come ---- */
-
-/* Said once, when the silence begins, not at every try. */
-static void fall_silent(struct micron *d, const char *why, const struct device_io *io)
+/* Also a head that scans shows no life but its answers, so this is no alarm yet. */
+static void no_life(void *device, uint64_t now_ns, const struct device_io *io)
 {
-    if (!d->silent)
-        io->note(io->ctx, NOTE_WARNING, "%s; trying on", why);
-    d->silent = true;
+    struct micron *d = device;
+    if (d->asker.strange > 0)
+        io->note(io->ctx, NOTE_INFO,
+                 "waited 3 s for a SeaNet head to show itself; %llu bytes heard that are no frames of it (another "
+                 "device, "
+                 "baud rate?); rebooting it",
+                 (unsigned long long)d->asker.strange);
+    else
+        io->note(io->ctx, NOTE_INFO, "waited 3 s for a SeaNet head to show itself; nothing heard; rebooting it");
+    go_reboot(d, now_ns, io);
 }
 
-static void ping_missed(struct micron *d, uint64_t now_ns, const struct device_io *io)
+static void not_ready(void *device, uint64_t now_ns, const struct device_io *io)
 {
-    d->status.lost_frames++;
-    d->tries++;
-    if (d->tries < PING_TRIES_MOST) {
-        if (d->tries == PING_TRIES) {
-            fall_silent(d, "the head sends no more pings", io);
-            send_parameters(d, io);
-        }
-        request_ping(d, now_ns, io);
-        return;
-    }
-    d->status.restarts++;
-    reboot(d, now_ns, io);
+    asker_let_down(device, "no head that is ready (power, wiring, baud rate?)", io);
+    go_reboot(device, now_ns, io);
 }
 
-static void answer_missed(struct micron *d, uint64_t now_ns, const struct device_io *io)
+static void not_named(void *device, uint64_t now_ns, const struct device_io *io)
 {
-    if (d->tries < ANSWER_TRIES) {
-        ask(d, d->phase, now_ns, io);
-        return;
-    }
-    fall_silent(d, "the head shows itself and does not say what it is", io);
-    reboot(d, now_ns, io);
+    asker_let_down(device, "the head shows itself and does not say what it is", io);
+    go_reboot(device, now_ns, io);
 }
 
-/* The deadline of an answer has passed. */
-static void missed(struct micron *d, uint64_t now_ns, const struct device_io *io)
+/* Nothing acknowledges the settings; pings will tell. */
+static void start_scan(void *device, uint64_t now_ns, const struct device_io *io)
 {
-    d->status.timeouts++;
-    if (d->phase ==
-        PHASE_ALIVE) { /* also a head that scans shows no life but its answers: reboot it in any case */
-        reboot(d, now_ns, io);
-    } else if (d->phase == PHASE_CENTRING) {
-        fall_silent(d, "no head that is ready (power, wiring, baud rate?)", io);
-        reboot(d, now_ns, io);
-    } else if (d->phase == PHASE_PARAMETERS) { /* nothing acknowledges the settings; pings will tell */
-        start_scan(d, now_ns, io);
-    } else if (d->phase == PHASE_SCAN) {
-        ping_missed(d, now_ns, io);
-    } else {
-        answer_missed(d, now_ns, io);
-    }
+    go(device, SCAN, now_ns, io);
 }
+
+static void pings_missed(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    struct micron *d = device;
+    d->asker.status.restarts++;
+    go_reboot(d, now_ns, io);
+}
+
+static const struct asker_step steps[N_STEPS] = {
+    [ALIVE] = {DEVICE_IDENTIFY, .tries = 1, .ask = await_life, .missed = no_life},
+    [CENTRING] = {DEVICE_IDENTIFY, .tries = 1, .ask = reboot, .missed = not_ready},
+    [VERSION] = {DEVICE_IDENTIFY, .tries = 3, .ask = ask_version, .missed = not_named},
+    [USER] = {DEVICE_IDENTIFY, .tries = 3, .ask = ask_user_data, .missed = not_named},
+    [PARAMETERS] = {DEVICE_SETUP, .tries = 1, .ask = send_parameters, .missed = start_scan},
+    [SCAN] = {DEVICE_SETUP, .tries = 10, .per_ping = true, .ask = request_ping, .missed = pings_missed},
+};
 
 /* ---- what comes ---- */
 
@@ -239,9 +253,9 @@ static void follow(struct micron *d, const struct micron_data_head *h)
         int onward = d->travel > 0 ? turned : -turned;
         /* In a sector the same bearing twice means that the head turned round in between. */
         bool reversed = d->travel != 0 && (onward < 0 || (onward == 0 && !(h->control & MICRON_CONTINUOUS)));
-        unsigned steps = h->step ? (unsigned)(turned < 0 ? -turned : turned) / h->step : 0;
-        if (d->phase == PHASE_LISTEN && !reversed && steps > 1)
-            d->status.lost_frames += steps - 1;
+        unsigned made = h->step ? (unsigned)(turned < 0 ? -turned : turned) / h->step : 0;
+        if (asker_listening(&d->asker) && !reversed && made > 1)
+            d->asker.status.lost_frames += made - 1;
         d->travel = reversed ? turned : d->travel + turned;
         if (reversed || d->travel >= MICRON_TURN || d->travel <= -MICRON_TURN)
             d->new_turn = true;
@@ -253,9 +267,9 @@ static void follow(struct micron *d, const struct micron_data_head *h)
 static void make_ping(struct micron *d, const struct device_io *io)
 {
     const struct micron_data_head *h = &d->line.head;
-    d->status.pings++;
-    d->status.last_ping_ns = d->line.t_last_ns;
-    d->status.range_m = micron_line_bins(&d->line) * micron_bin_m(h->interval, d->conf.sound_speed_mps);
+    d->asker.status.pings++;
+    d->asker.status.last_ping_ns = d->line.t_last_ns;
+    d->asker.status.range_m = micron_line_bins(&d->line) * micron_bin_m(h->interval, d->conf.sound_speed_mps);
     struct ping *ping = io->ping_begin(io->ctx);
     if (!ping)
         return;
@@ -268,20 +282,18 @@ static void make_ping(struct micron *d, const struct device_io *io)
 /* The motor has lost its steps: no bearing is to be believed until the head was told its settings again. */
 static void on_motor_error(struct micron *d, uint64_t now_ns, const struct device_io *io)
 {
-    d->status.bad_frame++;
+    d->asker.status.bad_frame++;
     if (!d->motor_told)
         io->note(io->ctx, NOTE_WARNING, "motor error: its pings are left out until the motor turns again");
     d->motor_told = true;
-    if (d->phase == PHASE_SCAN) {
-        send_parameters(d, io);
-        enter(d, PHASE_PARAMETERS, now_ns + PARAMETERS_NS);
-    }
+    if (at(d, SCAN))
+        go(d, PARAMETERS, now_ns, io);
 }
 
 static void on_line(struct micron *d, uint64_t now_ns, const struct device_io *io)
 {
     if (micron_line_bins(&d->line) == 0) {
-        d->status.bad_frame++;
+        d->asker.status.bad_frame++;
         return;
     }
     if (d->line.head.status & MICRON_STATUS_MOTOR_ERROR) {
@@ -290,14 +302,13 @@ static void on_line(struct micron *d, uint64_t now_ns, const struct device_io *i
     }
     follow(d, &d->line.head);
     make_ping(d, io);
-    d->silent = false;
     d->motor_told = false;
     d->reboot_ns = CENTRING_NS;
-    if (!d->answered)
-        io->note(io->ctx, NOTE_INFO, "%s, %s, range %.4g m", d->status.what[0] ? d->status.what : "SeaNet head",
-                 d->phase == PHASE_LISTEN ? "heard" : "asked for every ping", d->status.range_m);
-    d->answered = true;
-    if (d->phase == PHASE_SCAN)
+    if (asker_pinged(&d->asker))
+        io->note(io->ctx, NOTE_INFO, "%s, %s, range %.4g m",
+                 d->asker.status.what[0] ? d->asker.status.what : "SeaNet head",
+                 asker_listening(&d->asker) ? "heard" : "asked for every ping", d->asker.status.range_m);
+    if (at(d, SCAN))
         start_scan(d, now_ns, io);
 }
 
@@ -313,7 +324,7 @@ static void on_data(struct micron *d, const struct seanet_frame *frame, uint64_t
         on_line(d, now_ns, io);
         break;
     case MICRON_LINE_BROKEN:
-        d->status.bad_frame++;
+        d->asker.status.bad_frame++;
         break;
     }
 }
@@ -324,50 +335,49 @@ static void on_alive(struct micron *d, const struct seanet_frame *frame, uint64_
     uint8_t info;
 
     if (!micron_decode_alive(frame, &info)) {
-        d->status.bad_frame++;
+        d->asker.status.bad_frame++;
         return;
     }
     bool ready = (info & MICRON_CENTRED) && !(info & MICRON_MOTORING);
     bool has_parameters = !(info & MICRON_NO_PARAMETERS);
-    if (d->phase == PHASE_SCAN && !has_parameters) {
-        d->status.restarts++;
-        d->answered = false;
-        fall_silent(d, "the head has started anew (power?)", io);
-        enter(d, PHASE_CENTRING, now_ns + CENTRING_NS);
+    if (at(d, SCAN) && !has_parameters) {
+        d->asker.status.restarts++;
+        d->asker.answered = false;
+        asker_let_down(&d->asker, "the head has started anew (power?)", io);
+        asker_expect(&d->asker, &steps[CENTRING], now_ns + CENTRING_NS);
     }
-    if (d->phase == PHASE_PARAMETERS && ready && has_parameters)
+    if (at(d, PARAMETERS) && ready && has_parameters)
         start_scan(d, now_ns, io);
-    else if ((d->phase == PHASE_ALIVE || d->phase == PHASE_CENTRING) && ready)
-        ask(d, PHASE_VERSION, now_ns, io);
-    else if (d->phase == PHASE_ALIVE)
-        enter(d, PHASE_CENTRING, now_ns + CENTRING_NS);
+    else if ((at(d, ALIVE) || at(d, CENTRING)) && ready)
+        go(d, VERSION, now_ns, io);
+    else if (at(d, ALIVE))
+        asker_expect(&d->asker, &steps[CENTRING], now_ns + CENTRING_NS);
 }
 
 static void on_version(struct micron *d, const struct seanet_frame *frame, uint64_t now_ns,
                        const struct device_io *io)
 {
     if (!micron_decode_version(frame, &d->software, &d->serial)) {
-        d->status.bad_frame++;
+        d->asker.status.bad_frame++;
         return;
     }
-    snprintf(d->status.what, sizeof(d->status.what), "SeaNet head sw %u serial %u", d->software, d->serial);
-    if (d->phase == PHASE_VERSION)
-        ask(d, PHASE_USER, now_ns, io);
+    snprintf(d->asker.status.what, sizeof(d->asker.status.what), "SeaNet head sw %u serial %u", d->software,
+             d->serial);
+    if (at(d, VERSION))
+        go(d, USER, now_ns, io);
 }
 
 static void on_user_data(struct micron *d, const struct seanet_frame *frame, uint64_t now_ns,
                          const struct device_io *io)
 {
     if (!micron_decode_user_data(frame, &d->set.dst)) {
-        d->status.bad_frame++;
+        d->asker.status.bad_frame++;
         return;
     }
-    snprintf(d->status.what, sizeof(d->status.what), "%s sw %u serial %u",
+    snprintf(d->asker.status.what, sizeof(d->asker.status.what), "%s sw %u serial %u",
              d->set.dst ? "Micron DST" : "SeaNet head", d->software, d->serial);
-    if (d->phase == PHASE_USER) {
-        send_parameters(d, io);
-        enter(d, PHASE_PARAMETERS, now_ns + PARAMETERS_NS);
-    }
+    if (at(d, USER))
+        go(d, PARAMETERS, now_ns, io);
 }
 
 /* Other nodes of the bus, and our own words on a two-wire line, are frames and not for us. */
@@ -400,27 +410,26 @@ static void micron_feed(void *state, const uint8_t *bytes, size_t n, uint64_t no
 {
     struct micron *d = state;
     struct seanet_frame frame;
-    while (seanet_parser_next(&d->parser, &bytes, &n, now_ns, &frame))
+    size_t strange = n;
+    while (seanet_parser_next(&d->parser, &bytes, &n, now_ns, &frame)) {
+        d->asker.strange = 0;
         on_frame(d, &frame, now_ns, io);
+        strange = n;
+    }
+    d->asker.strange += strange;
 }
 
 static void micron_opened(void *state, uint64_t now_ns, const struct device_io *io)
 {
     struct micron *d = state;
-    (void)io;
     seanet_parser_reset(&d->parser);
     d->line.open = false;
     d->bearing = BEARING_UNKNOWN;
     d->travel = 0;
     d->new_turn = false;
-    d->silent = false;
-    d->answered = false;
     d->motor_told = false;
     d->reboot_ns = CENTRING_NS;
-    if (d->conf.listen_only)
-        enter(d, PHASE_LISTEN, NEVER);
-    else
-        enter(d, PHASE_ALIVE, now_ns + ALIVE_NS);
+    asker_opened(&d->asker, now_ns, io);
 }
 
 static void micron_closed(void *state, uint64_t now_ns)
@@ -428,59 +437,26 @@ static void micron_closed(void *state, uint64_t now_ns)
     struct micron *d = state;
     (void)now_ns;
     seanet_parser_reset(&d->parser);
-    enter(d, PHASE_CLOSED, NEVER);
+    asker_closed(&d->asker);
 }
 
 static void micron_tick(void *state, uint64_t now_ns, const struct device_io *io)
 {
     struct micron *d = state;
 
-    if (now_ns < d->due_ns || d->due_ns == NEVER)
+    if (!asker_is_due(&d->asker, now_ns))
         return;
     /* The answer may be there, behind a false or broken beginning that waits for more bytes. */
     seanet_parser_give_up(&d->parser, now_ns > QUIET_NS ? now_ns - QUIET_NS : 0);
     micron_feed(d, NULL, 0, now_ns, io);
-    if (now_ns >= d->due_ns)
-        missed(d, now_ns, io);
-}
-
-static uint64_t micron_deadline(const void *state)
-{
-    const struct micron *d = state;
-    return d->due_ns;
-}
-
-/* A head that is not asked is quiet. */
-static void micron_stop(void *state, uint64_t now_ns, const struct device_io *io)
-{
-    struct micron *d = state;
-    (void)now_ns;
-    (void)io;
-    if (d->phase != PHASE_CLOSED && d->phase != PHASE_LISTEN)
-        enter(d, PHASE_IDLE, NEVER);
-}
-
-static enum device_state state_of(const struct micron *d)
-{
-    switch (d->phase) {
-    case PHASE_CLOSED:
-    case PHASE_IDLE:
-        return DEVICE_CLOSED;
-    case PHASE_LISTEN:
-        return d->answered ? DEVICE_RUNNING : DEVICE_IDENTIFY;
-    case PHASE_PARAMETERS:
-    case PHASE_SCAN:
-        return d->silent ? DEVICE_SILENT : d->answered ? DEVICE_RUNNING : DEVICE_SETUP;
-    default:
-        return d->silent ? DEVICE_SILENT : DEVICE_IDENTIFY;
-    }
+    asker_tick(&d->asker, now_ns, io);
 }
 
 static void micron_status(const void *state, struct device_status *out)
 {
     const struct micron *d = state;
-    *out = d->status;
-    out->state = state_of(d);
+    *out = d->asker.status;
+    out->state = asker_state(&d->asker);
     out->frames = d->parser.frames;
     out->garbage_bytes = d->parser.garbage_bytes;
     out->bad_frame += d->parser.broken;
@@ -496,7 +472,7 @@ const struct device_ops device_micron = {
     .closed = micron_closed,
     .feed = micron_feed,
     .tick = micron_tick,
-    .deadline = micron_deadline,
-    .stop = micron_stop,
+    .deadline = asker_deadline,
+    .stop = asker_stop, /* a head that is not asked is quiet */
     .status = micron_status,
 };

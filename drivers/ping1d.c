@@ -6,6 +6,7 @@
 
 #include <math.h>
 
+#include "line_time.h"
 #include "ping_bytes.h"
 
 #define SIMPLE_BYTES   5
@@ -106,10 +107,10 @@ void ping1d_fill_ping(struct ping *ping, const struct ping_frame *frame, const s
     double cell_m = length_m / (r->n_samples > 0 ? r->n_samples : PING1D_SAMPLES);
     double confidence = r->confidence_percent / 100.0;
     bool heard = r->distance_mm > 0 && r->confidence_percent > 0 && confidence >= view->min_confidence;
-    uint64_t begun_ns = ping_frame_begun_ns(frame, view->baud);
     uint64_t listening_ns = (uint64_t)(2e9 * (begin_m + length_m) / view->sound_speed_mps);
 
-    ping->t_ns = begun_ns > listening_ns ? begun_ns - listening_ns : 0;
+    ping->t_ns =
+        transmitted_ns(frame->t_first_ns, frame->t_last_ns, ping_frame_bytes(frame), view->baud, listening_ns);
     ping->t_in_ns = frame->t_last_ns;
     ping->kind = PING_RANGES;
     ping->sample_bytes = 0;

@@ -7,6 +7,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "line_time.h"
 #include "ping360_scan.h"
 
 void ping360_set_range(struct ping360_settings *set, double range_m, double sound_speed_mps)
@@ -37,11 +38,10 @@ double ping360_sample_m(const struct ping360_settings *set, double sound_speed_m
 void ping360_fill_ping(struct ping *ping, const struct ping_frame *frame, const struct ping360_data *data,
                        double sound_speed_mps, unsigned baud)
 {
-    uint64_t listening_ns = ping360_listening_ns(&data->set);
-    uint64_t begun_ns = ping_frame_begun_ns(frame, baud);
     int clockwise = (data->set.angle + PING360_TURN - PING360_AHEAD) % PING360_TURN;
 
-    ping->t_ns = begun_ns > listening_ns ? begun_ns - listening_ns : 0;
+    ping->t_ns = transmitted_ns(frame->t_first_ns, frame->t_last_ns, ping_frame_bytes(frame), baud,
+                                ping360_listening_ns(&data->set));
     ping->t_in_ns = frame->t_last_ns;
     ping->kind = PING_PROFILE;
     ping->law = AMPLITUDE_SQRT;

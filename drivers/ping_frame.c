@@ -137,16 +137,9 @@ size_t ping_frame_build(uint8_t *out, size_t size, uint16_t id, uint8_t src, uin
     return PING_OVERHEAD + length;
 }
 
-uint64_t ping_line_ns(unsigned baud, size_t bytes)
+size_t ping_frame_bytes(const struct ping_frame *f)
 {
-    return baud ? bytes * 10u * 1000000000ull / baud : 0;
-}
-
-uint64_t ping_frame_begun_ns(const struct ping_frame *f, unsigned baud)
-{
-    uint64_t frame_ns = ping_line_ns(baud, (size_t)PING_OVERHEAD + f->length);
-    uint64_t begun_ns = f->t_last_ns > frame_ns ? f->t_last_ns - frame_ns : 0;
-    return begun_ns < f->t_first_ns ? begun_ns : f->t_first_ns;
+    return (size_t)PING_OVERHEAD + f->length;
 }
 
 bool ping_count_is_new(struct ping_count *c, uint32_t number, uint64_t *lost)

@@ -80,14 +80,8 @@ void ping_parser_give_up(struct ping_parser *p, uint64_t then_ns);
 size_t ping_frame_build(uint8_t *out, size_t size, uint16_t id, uint8_t src, uint8_t dst, const void *payload,
                         size_t length);
 
-/** ping_line_ns - time of so many bytes on a line: a start, eight data and a stop bit each. 0 for baud 0. */
-uint64_t ping_line_ns(unsigned baud, size_t bytes);
-
-/**
- * ping_frame_begun_ns - when the device began to send the frame: the arrival of its first byte, but no later than the
- * line allows (baud; 0: no such bound), since bytes that waited in a buffer come late and all at once.
- */
-uint64_t ping_frame_begun_ns(const struct ping_frame *f, unsigned baud);
+/** ping_frame_bytes - that the frame had on the wire. */
+size_t ping_frame_bytes(const struct ping_frame *f);
 
 /* Ping numbers as a device counts them. Zeroed before the first. */
 struct ping_count {

@@ -45,8 +45,8 @@ struct port_ops {
     /* Bytes taken (0 when the line is full); -1 as above. */
     ssize_t (*write)(struct port *port, const void *buf, size_t size);
 
-    /* Hold the line in break state for about `ms` (serial); elsewhere what the wire has for it, or nothing. */
-    void (*send_break)(struct port *port, unsigned ms);
+    /* Begin or end to hold the line in break state (serial); elsewhere what the wire has for it, or nothing. */
+    void (*hold_break)(struct port *port, bool on);
 
     void (*close)(struct port *port); /* closed ports may be closed again */
 };

@@ -56,6 +56,6 @@ const struct port_ops port_can = {
     .open = can_open,
     .read = can_read,
     .write = can_write,
-    .send_break = can_send_break,
+    .hold_break = can_hold_break,
     .close = can_socket_close,
 };

@@ -86,6 +86,6 @@ const struct port_ops port_canstream = {
     .open = stream_open,
     .read = stream_read,
     .write = stream_write,
-    .send_break = can_send_break,
+    .hold_break = can_hold_break,
     .close = can_socket_close,
 };

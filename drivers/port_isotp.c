@@ -124,6 +124,6 @@ const struct port_ops port_isotp = {
     .open = isotp_open,
     .read = isotp_read,
     .write = isotp_write,
-    .send_break = can_send_break,
+    .hold_break = can_hold_break,
     .close = can_socket_close,
 };

@@ -15,12 +15,10 @@
 #include <sys/file.h>
 #include <sys/ioctl.h>
 #include <termios.h>
-#include <time.h>
 #include <unistd.h>
 
 #define BAUD_DEFAULT 115200
 #define RS485        ":rs485" /* at the end of an address */
-#define BREAK_MAX_MS 12 /* the loop stands still for so long: a break belongs to the start of a device only */
 
 static const struct {
     unsigned baud;
@@ -236,19 +234,17 @@ static ssize_t serial_write(struct port *port, const void *buf, size_t size)
     return n >= 0 ? n : failed(port);
 }
 
-static void serial_send_break(struct port *port, unsigned ms)
+/* A pseudo-terminal has no break, and refuses. */
+static void serial_hold_break(struct port *port, bool on)
 {
-    if (ioctl(port->fd, TIOCSBRK) < 0)
-        return; /* a pseudo-terminal has no break */
-    struct timespec wait = {.tv_nsec = 1000000L * (ms < BREAK_MAX_MS ? ms : BREAK_MAX_MS)};
-    nanosleep(&wait, NULL);
-    ioctl(port->fd, TIOCCBRK);
+    ioctl(port->fd, on ? TIOCSBRK : TIOCCBRK);
 }
 
 static void serial_close(struct port *port)
 {
     if (port->fd < 0)
         return;
+    serial_hold_break(port, false);
     ioctl(port->fd, TIOCNXCL); /* or the mark would stay as long as anybody has the line open */
     close(port->fd);
     port->fd = -1;
@@ -262,6 +258,6 @@ const struct port_ops port_serial = {
     .open = serial_open,
     .read = serial_read,
     .write = serial_write,
-    .send_break = serial_send_break,
+    .hold_break = serial_hold_break,
     .close = serial_close,
 };

@@ -189,10 +189,11 @@ static ssize_t udp_write(struct port *port, const void *buf, size_t size)
     return -1;
 }
 
-static void udp_send_break(struct port *port, unsigned ms)
+/* An empty datagram asks a bridge to a serial line for a break there. That nobody is there shows with the next. */
+static void udp_hold_break(struct port *port, bool on)
 {
-    (void)port;
-    (void)ms;
+    if (on)
+        udp_write(port, "", 0);
 }
 
 static void udp_close(struct port *port)
@@ -210,6 +211,6 @@ const struct port_ops port_udp = {
     .open = udp_open,
     .read = udp_read,
     .write = udp_write,
-    .send_break = udp_send_break,
+    .hold_break = udp_hold_break,
     .close = udp_close,
 };

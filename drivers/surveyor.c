@@ -6,6 +6,7 @@
 
 #include <math.h>
 
+#include "line_time.h"
 #include "ping_bytes.h"
 
 #define SETTINGS_BYTES   36
@@ -159,9 +160,9 @@ void surveyor_fill_ping(struct ping *ping, const struct ping_frame *frame, const
 {
     double listening_s = points->atof ? points->listening_s : 2.0 * range_m / sound_speed_mps;
     double pulse_m = sound_speed_mps * points->pulse_s / 2.0;
-    uint64_t listening_ns = (uint64_t)(listening_s * 1e9);
 
-    ping->t_ns = frame->t_first_ns > listening_ns ? frame->t_first_ns - listening_ns : 0;
+    ping->t_ns = transmitted_ns(frame->t_first_ns, frame->t_last_ns, ping_frame_bytes(frame), 0,
+                                (uint64_t)(listening_s * 1e9));
     ping->t_in_ns = frame->t_last_ns;
     ping->kind = PING_RANGES;
     ping->sample_bytes = 0;

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * surveyor_device - the Cerulean Surveyor 240 multibeam sonar as a state machine: asks who is there, sends the settings
- * that make it ping, repeats them while nothing comes, and turns its points into pings of many beams. See device.h for
- * the rules and surveyor.h for the configuration. Knows no descriptor, no clock and no grid.
+ * that make it ping, repeats them while nothing comes, and turns its points into pings of many beams. See asker.h for
+ * the steps, device.h for the rules and surveyor.h for the configuration. Knows no descriptor, no clock and no grid.
  *
- *   opened -> IDENTIFY -> SETUP -> RUN      (stop: STOPPING -> IDLE)
+ *   opened -> IDENTIFY -> SETUP -> RUN      (stop: STOP)
  *               ^           |        | silence
- *               +-- WAIT <--+        +--> SETUP's message again, then IDENTIFY
+ *               +- a wait <-+        +--> SETUP's message again, then IDENTIFY
  */
 #include "surveyor.h"
 
@@ -14,58 +14,39 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "device.h"
+#include "ping_talk.h"
 
-#define NEVER  UINT64_MAX
 #define MS     1000000ull
 #define SECOND 1000000000ull
 
 #define ANSWER_NS      (500 * MS)
-#define ANSWER_TRIES   3
-#define RETRY_FIRST_NS (250 * MS)
-#define RETRY_MAX_NS   (2 * SECOND)
 #define SILENCE_NS     (1500 * MS)
 #define REPEAT_NS      SECOND
-#define SILENCES_MAX   3
-#define QUIET_NS       (40 * MS) /* a frame that paused longer was cut off */
 #define STOP_NS        (250 * MS)
-#define STOP_TRIES     3
 #define PING_MARGIN_NS (25 * MS)
 #define PING_LEAST_NS  (50 * MS)
 #define STEPS          400
 
-#define TYPE_ECHOSOUNDER 1
-#define TYPE_PING360     2
+enum step { IDENTIFY, SETUP, RUN, STOP, N_STEPS };
 
-enum phase {
-    PHASE_CLOSED,
-    PHASE_LISTEN,   /* listen_only: nothing but this while open */
-    PHASE_IDENTIFY, /* device_information was asked for */
-    PHASE_SETUP,    /* the settings were sent */
-    PHASE_RUN,
-    PHASE_WAIT, /* until the next attempt to find it */
-    PHASE_STOPPING,
-    PHASE_IDLE,
-};
+static const struct asker_step steps[N_STEPS];
 
 struct surveyor {
+    struct ping_talk talk; /* first: see ping_talk.h */
     struct device_conf conf;
     struct surveyor_settings set;
-
-    enum phase phase;
-    uint64_t due_ns;
-    unsigned tries;    /* in this phase, since the last answer */
-    uint64_t retry_ns; /* next wait of PHASE_WAIT */
-    bool silent;       /* has let us down, and no points came since */
-    bool answered;     /* points came since it was opened */
-    bool has_atof;     /* ... these among them: yz would say the same again */
+    bool has_atof; /* of these points came since it was opened: yz would say the same again */
     struct ping_count count;
-
-    struct ping_parser parser;
-    struct device_status status; /* state, frames, garbage_bytes, bad_checksum: filled in when asked */
 };
 
+static bool at(const struct surveyor *d, enum step step)
+{
+    return d->talk.asker.step == &steps[step];
+}
+
 /* ---- configuration ---- */
+
+static void on_frame(void *device, const struct ping_frame *frame, uint64_t now_ns, const struct device_io *io);
 
 static bool surveyor_init(void *state, const struct device_conf *conf, char *err, size_t err_size)
 {
@@ -98,26 +79,19 @@ static bool surveyor_init(void *state, const struct device_conf *conf, char *err
                                             (int16_t)((ping_ns > PING_LEAST_NS ? ping_ns : PING_LEAST_NS) / MS),
                                         .atof = true,
                                         .n_steps = STEPS};
-    ping_parser_init(&d->parser, PING_PAYLOAD_LIMIT);
-    d->phase = PHASE_CLOSED;
-    d->due_ns = NEVER;
+    d->talk.on_frame = on_frame;
+    ping_parser_init(&d->talk.parser, PING_PAYLOAD_LIMIT);
+    asker_init(&d->talk.asker, conf->listen_only, &steps[IDENTIFY], &steps[STOP]);
     return true;
 }
 
-/* ---- what is sent ---- */
+/* ---- what is said ---- */
 
-static void enter(struct surveyor *d, enum phase phase, uint64_t due_ns)
+static uint64_t identify(void *device, uint64_t now_ns, const struct device_io *io)
 {
-    d->tries = phase == d->phase ? d->tries + 1 : 1;
-    d->phase = phase;
-    d->due_ns = due_ns;
-}
-
-static void identify(struct surveyor *d, uint64_t now_ns, const struct device_io *io)
-{
-    uint8_t out[PING_OVERHEAD + 2];
-    io->send(io->ctx, out, ping_encode_request(out, sizeof(out), PING_DEVICE_INFORMATION));
-    enter(d, PHASE_IDENTIFY, now_ns + ANSWER_NS);
+    (void)device, (void)now_ns;
+    ping_talk_request(PING_DEVICE_INFORMATION, io);
+    return ANSWER_NS;
 }
 
 static void send_settings(const struct surveyor *d, bool ping, const struct device_io *io)
@@ -128,65 +102,58 @@ static void send_settings(const struct surveyor *d, bool ping, const struct devi
     io->send(io->ctx, out, surveyor_encode_settings(out, sizeof(out), &set));
 }
 
-static void set_up(struct surveyor *d, uint64_t now_ns, const struct device_io *io)
+static uint64_t set_up(void *device, uint64_t now_ns, const struct device_io *io)
 {
-    send_settings(d, true, io);
-    enter(d, PHASE_SETUP, now_ns + ANSWER_NS);
+    (void)now_ns;
+    send_settings(device, true, io);
+    return ANSWER_NS;
 }
 
-static void send_stop(struct surveyor *d, uint64_t now_ns, const struct device_io *io)
+static uint64_t set_up_again(void *device, uint64_t now_ns, const struct device_io *io)
 {
-    send_settings(d, false, io);
-    enter(d, PHASE_STOPPING, now_ns + STOP_NS);
+    (void)now_ns;
+    send_settings(device, true, io);
+    return REPEAT_NS;
 }
 
-/* ---- what does not come ---- */
-
-/* Said once, when the silence begins, not at every try. */
-static void fall_silent(struct surveyor *d, const char *why, const struct device_io *io)
+static uint64_t send_stop(void *device, uint64_t now_ns, const struct device_io *io)
 {
-    if (!d->silent)
-        io->note(io->ctx, NOTE_WARNING, "%s; trying on", why);
-    d->silent = true;
+    (void)now_ns;
+    send_settings(device, false, io);
+    return STOP_NS;
 }
 
-static void wait_retry(struct surveyor *d, uint64_t now_ns)
+/* ---- what follows when nothing comes ---- */
+
+/* One that does not tell its name may work all the same. */
+static void go_set_up(void *device, uint64_t now_ns, const struct device_io *io)
 {
-    enter(d, PHASE_WAIT, now_ns + d->retry_ns);
-    d->retry_ns = 2 * d->retry_ns < RETRY_MAX_NS ? 2 * d->retry_ns : RETRY_MAX_NS;
+    asker_go(device, &steps[SETUP], now_ns, io);
 }
 
-static void points_missed(struct surveyor *d, uint64_t now_ns, const struct device_io *io)
+static void nobody_there(void *device, uint64_t now_ns, const struct device_io *io)
 {
-    if (d->tries <= SILENCES_MAX) {
-        send_settings(d, true, io);
-        enter(d, PHASE_RUN, now_ns + REPEAT_NS);
-        return;
-    }
-    d->status.restarts++;
-    fall_silent(d, "the Surveyor sends no more points", io);
-    identify(d, now_ns, io);
+    asker_let_down(device, "no answer from a Surveyor (power, network address?)", io);
+    asker_retry(device, now_ns);
 }
 
-/* The deadline of an answer has passed. */
-static void missed(struct surveyor *d, uint64_t now_ns, const struct device_io *io)
+static void points_missed(void *device, uint64_t now_ns, const struct device_io *io)
 {
-    d->status.timeouts++;
-    if (d->phase == PHASE_IDENTIFY && d->tries < ANSWER_TRIES) {
-        identify(d, now_ns, io);
-    } else if (d->phase == PHASE_IDENTIFY || (d->phase == PHASE_SETUP && d->tries < ANSWER_TRIES)) {
-        set_up(d, now_ns, io); /* one that does not tell its name may work all the same */
-    } else if (d->phase == PHASE_SETUP) {
-        fall_silent(d, "no answer from a Surveyor (power, network address?)", io);
-        wait_retry(d, now_ns);
-    } else if (d->phase == PHASE_RUN) {
-        points_missed(d, now_ns, io);
-    } else if (d->phase == PHASE_STOPPING && d->tries < STOP_TRIES) {
-        send_stop(d, now_ns, io);
-    } else {
-        enter(d, PHASE_IDLE, NEVER);
-    }
+    asker_restart(device, "the Surveyor sends no more points", now_ns, io);
 }
+
+static void never_stopped(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    (void)now_ns, (void)io;
+    asker_quiet(device);
+}
+
+static const struct asker_step steps[N_STEPS] = {
+    [IDENTIFY] = {DEVICE_IDENTIFY, .tries = 3, .ask = identify, .missed = go_set_up},
+    [SETUP] = {DEVICE_SETUP, .tries = 3, .ask = set_up, .missed = nobody_there},
+    [RUN] = {DEVICE_SETUP, .tries = 4, .ask = set_up_again, .missed = points_missed},
+    [STOP] = {DEVICE_CLOSED, .tries = 3, .ask = send_stop, .missed = never_stopped},
+};
 
 /* ---- what comes ---- */
 
@@ -195,9 +162,10 @@ static void make_ping(struct surveyor *d, const struct surveyor_points *points, 
 {
     struct ping *ping = io->ping_begin(io->ctx);
 
-    d->status.pings++;
-    d->status.last_ping_ns = frame->t_last_ns;
-    d->status.range_m = points->atof ? d->conf.sound_speed_mps * points->listening_s / 2.0 : d->conf.range_m;
+    d->talk.asker.status.pings++;
+    d->talk.asker.status.last_ping_ns = frame->t_last_ns;
+    d->talk.asker.status.range_m =
+        points->atof ? d->conf.sound_speed_mps * points->listening_s / 2.0 : d->conf.range_m;
     if (!ping)
         return;
     surveyor_fill_ping(ping, frame, points, d->conf.range_m, d->conf.sound_speed_mps);
@@ -210,174 +178,77 @@ static void on_points(struct surveyor *d, const struct ping_frame *frame, uint64
     struct surveyor_points points;
 
     if (!surveyor_decode_points(frame, &points)) {
-        d->status.bad_frame++;
+        d->talk.asker.status.bad_frame++;
         return;
     }
     d->has_atof |= points.atof;
-    if (points.atof ? ping_count_is_new(&d->count, points.ping_number, &d->status.lost_frames) : !d->has_atof)
+    if (points.atof ? ping_count_is_new(&d->count, points.ping_number, &d->talk.asker.status.lost_frames)
+                    : !d->has_atof)
         make_ping(d, &points, frame, io);
-    if (!d->answered || d->silent)
+    if (asker_pinged(&d->talk.asker))
         io->note(io->ctx, NOTE_INFO, "%s, %u points, range %.4g m",
-                 d->status.what[0] ? d->status.what : "Surveyor", points.n, d->status.range_m);
-    d->silent = false;
-    d->answered = true;
-    d->retry_ns = RETRY_FIRST_NS;
-    if (d->phase == PHASE_SETUP || d->phase == PHASE_RUN) {
-        enter(d, PHASE_RUN, now_ns + SILENCE_NS);
-        d->tries = 1;
-    }
+                 d->talk.asker.status.what[0] ? d->talk.asker.status.what : "Surveyor", points.n,
+                 d->talk.asker.status.range_m);
+    if (at(d, SETUP) || at(d, RUN))
+        asker_expect(&d->talk.asker, &steps[RUN], now_ns + SILENCE_NS);
 }
 
 static void on_identity(struct surveyor *d, const struct ping_frame *frame, uint64_t now_ns,
                         const struct device_io *io)
 {
+    const bool seeking = asker_seeking(&d->talk.asker, &steps[IDENTIFY]);
     struct ping_device_information info;
-    bool waiting = d->phase == PHASE_IDENTIFY || d->phase == PHASE_WAIT;
 
-    if (!ping_decode_device_information(frame, &info)) {
-        d->status.bad_frame++;
-    } else if (info.type != TYPE_ECHOSOUNDER && info.type != TYPE_PING360) {
-        snprintf(d->status.what, sizeof(d->status.what), "Surveyor fw %u.%u.%u id %u", info.firmware[0],
-                 info.firmware[1], info.firmware[2], frame->src);
-        if (waiting)
-            set_up(d, now_ns, io);
-    } else if (waiting) {
-        fall_silent(d,
-                    info.type == TYPE_PING360 ? "the device there is a Ping360: device = ping360?"
-                                              : "the device there is an echosounder: device = ping1d?",
-                    io);
-        wait_retry(d, now_ns);
-    }
-}
-
-static void on_ack(struct surveyor *d, const struct ping_frame *frame, uint64_t now_ns)
-{
-    uint16_t id;
-    if (!ping_decode_ack(frame, &id))
-        d->status.bad_frame++;
-    else if (id == SURVEYOR_SET_PING_PARAMETERS && d->phase == PHASE_SETUP)
-        enter(d, PHASE_RUN, now_ns + SILENCE_NS);
-    else if (id == SURVEYOR_SET_PING_PARAMETERS && d->phase == PHASE_STOPPING)
-        enter(d, PHASE_IDLE, NEVER);
-}
-
-static void on_nack(struct surveyor *d, const struct ping_frame *frame, uint64_t now_ns,
-                    const struct device_io *io)
-{
-    uint16_t id;
-    const char *text;
-    size_t n;
-    char shown[81];
-
-    if (!ping_decode_nack(frame, &id, &text, &n)) {
-        d->status.bad_frame++;
+    if (!ping_talk_identity(&d->talk, frame, &info))
         return;
+    if (info.type != PING_TYPE_ECHOSOUNDER && info.type != PING_TYPE_PING360) {
+        ping_talk_name(&d->talk, "Surveyor", &info, frame->src);
+        if (seeking)
+            go_set_up(d, now_ns, io);
+    } else if (seeking) {
+        asker_let_down(&d->talk.asker,
+                       info.type == PING_TYPE_PING360 ? "the device there is a Ping360: device = ping360?"
+                                                      : "the device there is an echosounder: device = ping1d?",
+                       io);
+        asker_retry(&d->talk.asker, now_ns);
     }
-    d->status.nacks++;
-    io->note(io->ctx, NOTE_INFO, "refused message %u: %s", id, ping_text(shown, sizeof(shown), text, n));
-    if (id == SURVEYOR_SET_PING_PARAMETERS && d->phase == PHASE_SETUP) {
-        fall_silent(d, "the Surveyor refuses its settings", io);
-        wait_retry(d, now_ns);
-    } else if (id == SURVEYOR_SET_PING_PARAMETERS && d->phase == PHASE_STOPPING) {
-        enter(d, PHASE_IDLE, NEVER);
+}
+
+static void on_answer(struct surveyor *d, bool refused, uint64_t now_ns, const struct device_io *io)
+{
+    if (at(d, STOP)) {
+        asker_quiet(&d->talk.asker);
+    } else if (at(d, SETUP) && refused) {
+        asker_let_down(&d->talk.asker, "the Surveyor refuses its settings", io);
+        asker_retry(&d->talk.asker, now_ns);
+    } else if (at(d, SETUP)) {
+        asker_expect(&d->talk.asker, &steps[RUN], now_ns + SILENCE_NS);
     }
 }
 
 /* All else, its attitude and texts wrapped in JSON among them, counts as a frame and is not looked into. */
-static void on_frame(struct surveyor *d, const struct ping_frame *frame, uint64_t now_ns,
-                     const struct device_io *io)
+static void on_frame(void *device, const struct ping_frame *frame, uint64_t now_ns, const struct device_io *io)
 {
+    struct surveyor *d = device;
+    uint16_t id;
+    bool refused;
+
     if (frame->id == SURVEYOR_ATOF_POINTS || frame->id == SURVEYOR_YZ_POINTS)
         on_points(d, frame, now_ns, io);
     else if (frame->id == PING_DEVICE_INFORMATION)
         on_identity(d, frame, now_ns, io);
-    else if (frame->id == PING_ACK)
-        on_ack(d, frame, now_ns);
-    else if (frame->id == PING_NACK)
-        on_nack(d, frame, now_ns, io);
+    else if (ping_talk_answered(&d->talk, frame, io, &id, &refused) && id == SURVEYOR_SET_PING_PARAMETERS)
+        on_answer(d, refused, now_ns, io);
 }
 
 /* ---- the device ---- */
 
-static void surveyor_feed(void *state, const uint8_t *bytes, size_t n, uint64_t now_ns, const struct device_io *io)
-{
-    struct surveyor *d = state;
-    struct ping_frame frame;
-    while (ping_parser_next(&d->parser, &bytes, &n, now_ns, &frame))
-        on_frame(d, &frame, now_ns, io);
-}
-
 static void surveyor_opened(void *state, uint64_t now_ns, const struct device_io *io)
 {
     struct surveyor *d = state;
-    ping_parser_reset(&d->parser);
-    d->silent = d->answered = d->has_atof = false;
+    d->has_atof = false;
     d->count = (struct ping_count){0};
-    d->retry_ns = RETRY_FIRST_NS;
-    if (d->conf.listen_only)
-        enter(d, PHASE_LISTEN, NEVER);
-    else
-        identify(d, now_ns, io);
-}
-
-static void surveyor_closed(void *state, uint64_t now_ns)
-{
-    struct surveyor *d = state;
-    (void)now_ns;
-    ping_parser_reset(&d->parser);
-    enter(d, PHASE_CLOSED, NEVER);
-}
-
-static void surveyor_tick(void *state, uint64_t now_ns, const struct device_io *io)
-{
-    struct surveyor *d = state;
-
-    if (now_ns < d->due_ns || d->due_ns == NEVER)
-        return;
-    /* The answer may be there, behind a false or broken beginning that waits for more bytes. */
-    ping_parser_give_up(&d->parser, now_ns > QUIET_NS ? now_ns - QUIET_NS : 0);
-    surveyor_feed(d, NULL, 0, now_ns, io);
-    if (now_ns < d->due_ns)
-        return;
-    if (d->phase == PHASE_WAIT)
-        identify(d, now_ns, io);
-    else
-        missed(d, now_ns, io);
-}
-
-static uint64_t surveyor_deadline(const void *state)
-{
-    const struct surveyor *d = state;
-    return d->due_ns;
-}
-
-static void surveyor_stop(void *state, uint64_t now_ns, const struct device_io *io)
-{
-    struct surveyor *d = state;
-    if (d->phase != PHASE_CLOSED && d->phase != PHASE_LISTEN && d->phase != PHASE_IDLE &&
-        d->phase != PHASE_STOPPING)
-        send_stop(d, now_ns, io);
-}
-
-static enum device_state state_of(const struct surveyor *d)
-{
-    if (d->phase == PHASE_CLOSED || d->phase == PHASE_STOPPING || d->phase == PHASE_IDLE)
-        return DEVICE_CLOSED;
-    if (d->silent)
-        return DEVICE_SILENT;
-    if (d->phase == PHASE_IDENTIFY || d->phase == PHASE_WAIT || (d->phase == PHASE_LISTEN && !d->answered))
-        return DEVICE_IDENTIFY;
-    return d->answered ? DEVICE_RUNNING : DEVICE_SETUP;
-}
-
-static void surveyor_status(const void *state, struct device_status *out)
-{
-    const struct surveyor *d = state;
-    *out = d->status;
-    out->state = state_of(d);
-    out->frames = d->parser.frames;
-    out->garbage_bytes = d->parser.garbage_bytes;
-    out->bad_checksum = d->parser.bad_checksum;
+    ping_talk_opened(&d->talk, now_ns, io);
 }
 
 const struct device_ops device_surveyor = {
@@ -387,10 +258,10 @@ const struct device_ops device_surveyor = {
     .max_bins = 1,
     .init = surveyor_init,
     .opened = surveyor_opened,
-    .closed = surveyor_closed,
-    .feed = surveyor_feed,
-    .tick = surveyor_tick,
-    .deadline = surveyor_deadline,
-    .stop = surveyor_stop,
-    .status = surveyor_status,
+    .closed = ping_talk_closed,
+    .feed = ping_talk_feed,
+    .tick = ping_talk_tick,
+    .deadline = asker_deadline,
+    .stop = asker_stop,
+    .status = ping_talk_status,
 };

@@ -169,9 +169,9 @@ static void nothing_sent(void *ctx, const uint8_t *bytes, size_t n)
     (void)ctx, (void)bytes, (void)n;
 }
 
-static void no_break(void *ctx, unsigned ms)
+static void no_break(void *ctx, bool on)
 {
-    (void)ctx, (void)ms;
+    (void)ctx, (void)on;
 }
 
 static void no_note(void *ctx, enum device_note level, const char *fmt, ...)

@@ -30,10 +30,10 @@ static void io_send(void *ctx, const uint8_t *bytes, size_t n)
     (void)n;
 }
 
-static void io_break(void *ctx, unsigned ms)
+static void io_break(void *ctx, bool on)
 {
     (void)ctx;
-    (void)ms;
+    (void)on;
 }
 
 static void io_note(void *ctx, enum device_note level, const char *fmt, ...)
@@ -59,7 +59,7 @@ static void io_done(void *ctx, struct ping *ping)
 }
 
 static const struct device_io io = {
-    .send = io_send, .send_break = io_break, .ping_begin = io_begin, .ping_done = io_done, .note = io_note};
+    .send = io_send, .hold_break = io_break, .ping_begin = io_begin, .ping_done = io_done, .note = io_note};
 
 /* 20 m of noisy water and a wall that wanders with the angle. */
 static size_t frame_of(uint16_t angle, uint8_t *out, size_t size)

@@ -35,10 +35,10 @@ static void drive_sent(void *ctx, const uint8_t *bytes, size_t n)
     must(ping_parser_next(parser, &bytes, &n, drive_now_ns, &frame) && n == 0);
 }
 
-static void drive_break(void *ctx, unsigned ms)
+static void drive_break(void *ctx, bool on)
 {
     (void)ctx;
-    (void)ms;
+    (void)on;
     abort(); /* none of these devices wants one */
 }
 

@@ -31,9 +31,9 @@ static void no_send(void *ctx, const uint8_t *bytes, size_t n)
     abort();
 }
 
-static void no_break(void *ctx, unsigned ms)
+static void no_break(void *ctx, bool on)
 {
-    (void)ctx, (void)ms;
+    (void)ctx, (void)on;
     abort();
 }
 

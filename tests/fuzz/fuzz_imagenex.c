@@ -37,9 +37,9 @@ static void check_sent(void *ctx, const uint8_t *bytes, size_t n)
     must(memchr(bytes, 0xfd, n) == bytes + n - 1);
 }
 
-static void check_break(void *ctx, unsigned ms)
+static void check_break(void *ctx, bool on)
 {
-    (void)ctx, (void)ms;
+    (void)ctx, (void)on;
     abort();
 }
 

@@ -37,9 +37,9 @@ static void check_sent(void *ctx, const uint8_t *bytes, size_t n)
     must(frame.sender == SEANET_HOST && frame.receiver == MICRON_NODE && frame.last);
 }
 
-static void check_break(void *ctx, unsigned ms)
+static void check_break(void *ctx, bool on)
 {
-    (void)ctx, (void)ms;
+    (void)ctx, (void)on;
     must(false);
 }
 

@@ -40,10 +40,10 @@ static void check_sent(void *ctx, const uint8_t *bytes, size_t n)
     must(frame.id != PING360_TRANSDUCER || (unsigned)(frame.payload[2] | frame.payload[3] << 8) < 400);
 }
 
-static void check_break(void *ctx, unsigned ms)
+static void check_break(void *ctx, bool on)
 {
     (void)ctx;
-    must(ms > 0 && ms < 100);
+    (void)on;
 }
 
 static struct ping *begin_ping(void *ctx)

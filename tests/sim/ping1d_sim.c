@@ -15,7 +15,7 @@
 #define TRANSMIT_US   100
 #define BOTTOM_LENGTH 6 /* samples */
 
-static double distance_m = 6.0, confidence = 95.0, water_mps = 1500.0, ping2, refuse, forget;
+static double distance_m = 6.0, confidence = 95.0, water_mps = 1500.0, ping2, refuse, reboot;
 
 static struct {
     struct ping_parser parser;
@@ -32,17 +32,24 @@ static unsigned dice(unsigned sides)
     return (unsigned)(sonar.random >> 40) % sides;
 }
 
-static void start(uint64_t seed, uint64_t now_ns)
+static void switch_on(void)
 {
-    (void)now_ns;
-    ping_parser_init(&sonar.parser, PING_PAYLOAD_MAX);
-    sonar.random = seed;
+    sonar.streams = false;
+    sonar.number = 0;
     sonar.automatic = sonar.enabled = true;
     sonar.start_mm = PING1D_START_MM;
     sonar.length_mm = 10000;
     sonar.speed_mmps = 1500000;
     sonar.interval_ms = 100;
     sonar.gain = 1;
+}
+
+static void start(uint64_t seed, uint64_t now_ns)
+{
+    (void)now_ns;
+    ping_parser_init(&sonar.parser, PING_PAYLOAD_MAX);
+    sonar.random = seed;
+    switch_on();
 }
 
 static void reply(struct line *line, uint16_t id, const void *payload, size_t n, uint64_t now_ns)
@@ -158,9 +165,9 @@ static void feed(struct line *line, const uint8_t *bytes, size_t n, uint64_t now
 
 static uint64_t tick(struct line *line, uint64_t now_ns)
 {
-    if (forget > 0.0) {
-        forget = 0.0;
-        sonar.streams = false;
+    if (reboot > 0.0) {
+        reboot = 0.0;
+        switch_on();
     }
     if (!sonar.enabled)
         return LINE_NEVER;
@@ -190,7 +197,7 @@ int main(int argc, char **argv)
         {"sound-speed", "m/s, of the water", &water_mps, 1000, 2000},
         {"ping2", "1: answer as a Ping2", &ping2, 0, 1},
         {"refuse", "so many of the next settings are refused", &refuse, 0, 1e6},
-        {"forget", "1: stop sending by itself, as after a loss of power", &forget, 0, 1},
+        {"reboot", "1: power is lost and comes back: all settings are its own again", &reboot, 0, 1},
         {.name = NULL},
     };
     static const struct responder_ops ops = {.program = "ping1d_sim",

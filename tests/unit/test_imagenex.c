@@ -35,9 +35,9 @@ static void on_send(void *ctx, const uint8_t *bytes, size_t n)
     n_sent++;
 }
 
-static void on_break(void *ctx, unsigned ms)
+static void on_break(void *ctx, bool on)
 {
-    (void)ctx, (void)ms;
+    (void)ctx, (void)on;
     CHECK(false);
 }
 

@@ -530,9 +530,9 @@ static void head_send(void *ctx, const uint8_t *b, size_t n)
     }
 }
 
-static void head_break(void *ctx, unsigned ms)
+static void head_break(void *ctx, bool on)
 {
-    (void)ctx, (void)ms;
+    (void)ctx, (void)on;
     CHECK(false);
 }
 
@@ -580,7 +580,7 @@ static void rig_new(const struct device_conf *conf)
     memset(&rig, 0, sizeof(rig));
     rig.state = calloc(1, device_micron.state_size);
     rig.io = (struct device_io){.send = head_send,
-                                .send_break = head_break,
+                                .hold_break = head_break,
                                 .ping_begin = begin_ping,
                                 .ping_done = done_ping,
                                 .note = take_note};

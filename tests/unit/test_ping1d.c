@@ -145,10 +145,10 @@ static void take_sent(void *ctx, const uint8_t *b, size_t n)
         on_set(id, get_u32(value));
 }
 
-static void take_break(void *ctx, unsigned ms)
+static void take_break(void *ctx, bool on)
 {
     (void)ctx;
-    (void)ms;
+    (void)on;
     CHECK(false);
 }
 
@@ -559,12 +559,12 @@ TEST(refusals_are_counted_and_end_nothing)
     rig.nack_all = false;
     run_for(3 * SEC);
     CHECK_INT(status().state, DEVICE_RUNNING);
-    uint64_t nacks = status().nacks;
+    uint64_t nacks = status().nacks, restarts = status().restarts;
     answer_message(PING_NACK, "\6\0bad continuous request id: 6", 30);
     run_for(SEC);
     CHECK_INT(status().nacks, nacks + 1);
     CHECK_INT(status().state, DEVICE_RUNNING);
-    CHECK_INT(status().restarts, 0);
+    CHECK_INT(status().restarts, restarts);
 }
 
 TEST(nobody_there_is_said_once)
@@ -582,17 +582,11 @@ TEST(nobody_there_is_said_once)
     CHECK_INT(status().state, DEVICE_RUNNING);
 }
 
-TEST(silence_is_answered_by_asking_again_and_anew)
+TEST(silence_is_answered_by_setting_it_up_anew)
 {
     struct device_conf conf = usual_conf();
     rig_open(&conf);
     run_for(SEC);
-    unsigned starts = times_sent(PING1D_CONTINUOUS_START);
-    rig.streams = false; /* it forgot */
-    run_for(2 * SEC);
-    CHECK_INT(times_sent(PING1D_CONTINUOUS_START), starts + 1);
-    CHECK_INT(status().state, DEVICE_RUNNING);
-    CHECK_INT(status().restarts, 0);
     rig.mute = true;
     run_for(10 * SEC);
     CHECK_INT(status().state, DEVICE_SILENT);
@@ -601,6 +595,40 @@ TEST(silence_is_answered_by_asking_again_and_anew)
     rig.mute = false;
     run_for(5 * SEC);
     CHECK_INT(status().state, DEVICE_RUNNING);
+}
+
+/* Power came back after `dark`: it counts from 1, sends nothing by itself, and reckons with a speed of its own. */
+static void start_rig_anew(uint64_t dark_ns)
+{
+    rig.mute = true;
+    run_for(dark_ns);
+    rig.mute = rig.streams = false;
+    rig.number = 0;
+    rig.speed_mmps = 1500000;
+}
+
+TEST(an_echosounder_that_started_anew_is_set_up_anew)
+{
+    static const struct {
+        bool request;
+        uint64_t dark_ns;
+    } row[] = {{false, 0}, {false, 300 * MS}, {false, 20 * SEC}, {true, 0}, {true, 300 * MS}, {true, 20 * SEC}};
+    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+        struct device_conf conf = usual_conf();
+        conf.request_response = row[i].request;
+        conf.sound_speed_mps = 1450;
+        rig_open(&conf);
+        run_for(3 * SEC);
+        CHECK_NEAR(rig.last_beam.range_m, 7.25, 1e-6, 0);
+        unsigned settings = times_sent(PING1D_SET_PING_INTERVAL);
+        start_rig_anew(row[i].dark_ns);
+        run_for(4 * SEC);
+        CHECK_INT(rig.speed_mmps, 1450000);
+        CHECK(times_sent(PING1D_SET_PING_INTERVAL) > settings);
+        CHECK_INT(status().state, DEVICE_RUNNING);
+        CHECK_INT(rig.warnings, 1);
+        CHECK_NEAR(rig.last_beam.range_m, 7.25, 1e-6, 0);
+    }
 }
 
 TEST(lost_and_broken_readings_are_counted)
@@ -670,7 +698,8 @@ int main(void)
     RUN(settings_without_ack_are_done_without);
     RUN(refusals_are_counted_and_end_nothing);
     RUN(nobody_there_is_said_once);
-    RUN(silence_is_answered_by_asking_again_and_anew);
+    RUN(silence_is_answered_by_setting_it_up_anew);
+    RUN(an_echosounder_that_started_anew_is_set_up_anew);
     RUN(lost_and_broken_readings_are_counted);
     RUN(it_is_stopped);
     RUN(a_listener_says_nothing);

@@ -47,6 +47,8 @@ struct rig {
     unsigned queued;
 
     /* what was seen */
+    bool in_break;
+    uint64_t break_ns; /* since when */
     unsigned breaks, autobauds, ask_info, ask_version, transducers, auto_transmits, motor_offs;
     uint16_t asked[4096];
     unsigned n_asked;
@@ -208,12 +210,18 @@ static void head_send(void *ctx, const uint8_t *b, size_t n)
     }
 }
 
-static void head_break(void *ctx, unsigned ms)
+static void head_break(void *ctx, bool on)
 {
     (void)ctx;
-    CHECK(ms >= 10);
-    rig.breaks++;
-    rig.scanning = false;
+    CHECK(rig.in_break != on);
+    rig.in_break = on;
+    if (on) {
+        rig.break_ns = rig.now_ns;
+        rig.breaks++;
+        rig.scanning = false;
+    } else {
+        CHECK(rig.now_ns - rig.break_ns >= 10 * MS);
+    }
 }
 
 static struct ping *begin_ping(void *ctx)
@@ -262,7 +270,7 @@ static void rig_new(const struct device_conf *conf)
     memset(&rig, 0, sizeof(rig));
     rig.state = calloc(1, device_ping360.state_size);
     rig.io = (struct device_io){.send = head_send,
-                                .send_break = head_break,
+                                .hold_break = head_break,
                                 .ping_begin = begin_ping,
                                 .ping_done = done_ping,
                                 .note = take_note};

@@ -153,9 +153,9 @@ static void nothing_sent(void *ctx, const uint8_t *bytes, size_t n)
     CHECK(false);
 }
 
-static void no_break(void *ctx, unsigned ms)
+static void no_break(void *ctx, bool on)
 {
-    (void)ctx, (void)ms;
+    (void)ctx, (void)on;
     CHECK(false);
 }
 

@@ -312,7 +312,8 @@ TEST(break_is_harmless_where_there_is_none)
     uint8_t b[4];
     pty_new();
     CHECK(open_at(""));
-    port.ops->send_break(&port, 1000);
+    port.ops->hold_break(&port, true);
+    port.ops->hold_break(&port, false);
     CHECK_INT(write(master, "abc", 3), 3);
     CHECK_INT(read_ready(b, sizeof(b)), 3);
     port.ops->close(&port);

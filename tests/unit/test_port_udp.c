@@ -130,6 +130,21 @@ TEST(bytes_go_both_ways)
     close(fd);
 }
 
+TEST(a_break_is_one_empty_datagram)
+{
+    uint16_t number;
+    uint8_t b[4];
+    int fd = far_end(&number);
+    CHECK(open_to(number, ""));
+    port.ops->hold_break(&port, true);
+    port.ops->hold_break(&port, false);
+    CHECK_INT(port.ops->write(&port, "U", 1), 1);
+    CHECK_INT(recv(fd, b, sizeof(b), 0), 0);
+    CHECK_INT(recv(fd, b, sizeof(b), 0), 1);
+    port.ops->close(&port);
+    close(fd);
+}
+
 TEST(bytes_of_others_are_not_read)
 {
     uint16_t number, other_number;
@@ -243,6 +258,7 @@ int main(void)
 {
     RUN(addresses);
     RUN(bytes_go_both_ways);
+    RUN(a_break_is_one_empty_datagram);
     RUN(bytes_of_others_are_not_read);
     RUN(nobody_there_is_counted_and_waited_out);
     RUN(local_port_is_had_or_refused);

@@ -89,10 +89,10 @@ static void take_sent(void *ctx, const uint8_t *b, size_t n)
     }
 }
 
-static void take_break(void *ctx, unsigned ms)
+static void take_break(void *ctx, bool on)
 {
     (void)ctx;
-    (void)ms;
+    (void)on;
     CHECK(false);
 }
 
