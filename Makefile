@@ -29,6 +29,7 @@ CONFIG   := $(BUILD)/libconfig.a
 DAEMON   := $(BUILD)/libdaemon.a
 CLIENT   := $(BUILD)/libclient.a
 SIMLIB   := $(BUILD)/libsim.a
+SEALIB   := $(BUILD)/libsea.a
 ALL_A    := $(SIMLIB) $(CLIENT) $(DAEMON) $(CONFIG) $(DRIVERS) $(GRID)
 LIBS     := $(if $(filter-out 0,$(GPIOD)),$(shell pkg-config --libs libgpiod)) -lmodbus -linih -ljansson -llz4 -lzstd -lz -lm -pthread
 
@@ -36,15 +37,16 @@ PROGRAMS := $(BUILD)/sonard $(BUILD)/sonarctl $(BUILD)/sonard-mavlink
 UNIT     := $(patsubst tests/unit/%.c,$(BUILD)/tests/%,$(wildcard tests/unit/test_*.c))
 SIM      := $(patsubst tests/sim/%.c,$(BUILD)/tests/%,$(wildcard tests/sim/*.c))
 BENCH    := $(patsubst tests/bench/%.c,$(BUILD)/tests/%,$(wildcard tests/bench/bench_*.c))
+REPORT   := $(patsubst tests/report/%.c,$(BUILD)/tests/%,$(wildcard tests/report/report_*.c))
 HELPERS  := $(patsubst tests/tools/%.c,$(BUILD)/tests/%,$(wildcard tests/tools/*.c))
 TOOLS    := $(patsubst tests/lib/%.c,$(BUILD)/tests/%.so,$(wildcard tests/lib/*.c))
 
-.PHONY: all help deps deps-check clean programs tests suite demo check check-san check-vm layers fuzz bench install
+.PHONY: all help deps deps-check clean programs tests suite demo check check-san check-vm layers fuzz bench report install
 all: programs
 
 programs: $(PROGRAMS)
 	@:
-tests: $(UNIT) $(SIM) $(BENCH) $(HELPERS) $(TOOLS)
+tests: $(UNIT) $(SIM) $(BENCH) $(REPORT) $(HELPERS) $(TOOLS)
 
 $(GRID):    $(call obj,$(wildcard grid/*.c grid/*/*.c))
 $(DRIVERS): $(call obj,$(wildcard drivers/*.c))
@@ -52,6 +54,7 @@ $(CONFIG):  $(call obj,$(wildcard config/*.c))
 $(DAEMON):  $(call obj,$(filter-out daemon/main.c,$(wildcard daemon/*.c)))
 $(CLIENT):  $(call obj,$(filter-out client/sonarctl.c client/sonard-mavlink.c,$(wildcard client/*.c)))
 $(SIMLIB):  $(call obj,$(wildcard tests/sim/lib/*.c))
+$(SEALIB):  $(call obj,$(wildcard tests/report/lib/*.c))
 $(BUILD)/%.a:
 	@mkdir -p $(@D)
 	@rm -f $@
@@ -90,6 +93,10 @@ $(BENCH): $(BUILD)/tests/%: $(BUILD)/tests/bench/%.o $(ALL_A)
 	@mkdir -p $(@D)
 	@echo '  LD    $@'
 	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
+$(REPORT): $(BUILD)/tests/%: $(BUILD)/tests/report/%.o $(SEALIB) $(ALL_A)
+	@mkdir -p $(@D)
+	@echo '  LD    $@'
+	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
 $(HELPERS): $(BUILD)/tests/%: $(BUILD)/tests/tools/%.o $(CLIENT) $(GRID)
 	@mkdir -p $(@D)
 	@echo '  LD    $@'
@@ -108,6 +115,7 @@ help:
 	@echo 'make check-vm   what needs a kernel with CAN and GPIO, in a virtual machine'
 	@echo 'make fuzz       run every fuzz target for SECONDS (20) each'
 	@echo 'make bench      measure: range bins per second, ping to picture'
+	@echo 'make report     error against run time, measured: report/index.html, in minutes (QUICK=1: seconds)'
 	@echo 'make layers     who may include whom'
 	@echo 'make install    programs, manual pages, configuration and service below DESTDIR$(PREFIX)'
 
@@ -121,7 +129,7 @@ demo: deps
 	@BUILD=$(BUILD) tests/demo.sh
 
 SCRIPTS := $(wildcard tests/replay/*.sh tests/live/test_*.py)
-CHECKS  := tests/layers.sh tests/valgrind.sh tests/model/run.sh tests/mcap/check.sh tests/mavlink/check.sh tests/gpiod2.sh
+CHECKS  := tests/layers.sh tests/valgrind.sh tests/model/run.sh tests/mcap/check.sh tests/mavlink/check.sh tests/gpiod2.sh tests/report/check.py
 
 # Everything that one build can be tested with.
 suite: programs tests
@@ -150,6 +158,11 @@ fuzz: deps-check
 bench: programs $(BENCH) $(SIM)
 	@BUILD=$(BUILD) tests/bench/run.sh
 
+report:
+	@tests/deps.sh report
+	@$(MAKE) --no-print-directory $(REPORT)
+	@tests/report/report.py --build $(BUILD) $(if $(QUICK),--quick)
+
 # ---- manual pages, installation ----
 
 $(BUILD)/sonard.conf.5: docs/sonard.conf.5.in $(BUILD)/sonard
@@ -172,6 +185,6 @@ install: programs $(BUILD)/sonard.conf.5
 	test -e $(DESTDIR)/etc/sonard/sonard.conf || install -D -m 644 config/sonard.conf $(DESTDIR)/etc/sonard/sonard.conf
 
 clean:
-	rm -rf $(BUILD) demo
+	rm -rf $(BUILD) demo report
 
 -include $(shell find $(BUILD) -name '*.d' 2>/dev/null)

@@ -1,18 +1,20 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# deps.sh [build|check|vm] - installs what is missing on a Debian 12: what building needs, what all tests need too, or
-# what the virtual machine of check-vm needs on top of building.
+# deps.sh [build|check|report|vm] - installs what is missing on a Debian 12: what building needs, what all tests need
+# too, or what the report or the virtual machine of check-vm needs on top of building.
 # Needs root or sudo only when something is missing.
 set -eu
 build="gcc libc6-dev make pkg-config libinih-dev libjansson-dev liblz4-dev libzstd-dev zlib1g-dev libmodbus-dev libgpiod-dev"
-check="$build clang libclang-rt-14-dev valgrind spin librsvg2-bin python3 nodejs"
+check="$build clang libclang-rt-14-dev valgrind spin librsvg2-bin python3 nodejs gnuplot-nox cmark-gfm"
+report="$build gnuplot-nox cmark-gfm valgrind python3"
 vm="$build qemu-system-x86 busybox-static cpio kmod xz-utils iproute2 can-utils gpiod"
 
 case "${1:-build}" in
 build) want=$build ;;
 check) want=$check ;;
+report) want=$report ;;
 vm) want=$vm ;;
-*) echo "usage: deps.sh [build|check|vm]" >&2; exit 2 ;;
+*) echo "usage: deps.sh [build|check|report|vm]" >&2; exit 2 ;;
 esac
 
 missing=
@@ -21,6 +23,7 @@ for package in $want; do
     case $package in
     gcc | make | clang | valgrind | spin | python3) command -v "$package" >/dev/null && continue ;;
     nodejs) command -v node >/dev/null && continue ;;
+    gnuplot-nox) command -v gnuplot >/dev/null && continue ;;
     librsvg2-bin) command -v rsvg-convert >/dev/null && continue ;;
     esac
     dpkg-query -W -f '${Status}' "$package" 2>/dev/null | grep -q 'ok installed' || missing="$missing $package"

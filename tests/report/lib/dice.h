@@ -1,0 +1,46 @@
+/* SPDX-License-Identifier: MIT */
+/* dice - random numbers of the report: splitmix64, the same everywhere for the same seed and stream. */
+#ifndef SONARD_REPORT_DICE_H
+#define SONARD_REPORT_DICE_H
+
+#include <complex.h>
+#include <math.h>
+#include <stdint.h>
+
+struct dice {
+    uint64_t state;
+};
+
+static inline uint64_t dice_bits(struct dice *dice)
+{
+    uint64_t z = (dice->state += 0x9e3779b97f4a7c15u);
+    z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;
+    z = (z ^ (z >> 27)) * 0x94d049bb133111ebu;
+    return z ^ (z >> 31);
+}
+
+/** dice_of - the numbers of one stream of a seed. */
+static inline struct dice dice_of(uint64_t seed, uint64_t stream)
+{
+    struct dice dice = {seed};
+
+    dice.state = dice_bits(&dice) + stream;
+    dice.state = dice_bits(&dice);
+    return dice;
+}
+
+/** dice_uniform - in (0, 1). */
+static inline double dice_uniform(struct dice *dice)
+{
+    return ((double)(dice_bits(dice) >> 11) + 0.5) * 0x1p-53;
+}
+
+/** dice_normal - circular complex normal, mean power 1: its power is exponential. */
+static inline double complex dice_normal(struct dice *dice)
+{
+    const double radius = sqrt(-log(dice_uniform(dice))), turn = 6.283185307179586 * dice_uniform(dice);
+
+    return radius * (cos(turn) + sin(turn) * (double complex)I);
+}
+
+#endif

@@ -1,0 +1,262 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""
+report.py - makes the report: runs the measuring programs, plots, and writes report/index.html, report/report.md and
+the data as CSV. The text is index.md and one file per chapter; a line that begins with @ is done and replaced:
+
+  @chapter NAME                    the text of NAME.md
+  @run DATA PROGRAM ARGS...        what the program prints becomes data/DATA.csv
+  @count DATA FUNCTION PROGRAM ARGS...  the same under callgrind: a column of instructions in FUNCTION between two
+                                   calls of cost_mark, per `bins` of the row; empty where there is no valgrind
+  @points DATA ERRORS COST COUNT MEASURE[<LIMIT]...  one row per setting: medians over seeds, cost, Pareto fronts;
+                                   a setting beyond a limit is no use and on no front
+  @judge DATA                      is the default on the front, and what does it give up, in words and a table
+  @plot SCRIPT                     gnuplot SCRIPT.gp, with `data` and `out` set
+  @figure FILE CAPTION             FILE.svg
+  @table DATA COLUMN=VALUE... COLUMN[:TITLE]...   rows where COLUMN is VALUE, the named columns
+  @machine                         what it was measured on
+"""
+import argparse
+import csv
+import html
+import os
+import platform
+import re
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+
+HERE = os.path.dirname(os.path.abspath(__file__))
+
+
+def read(path):
+    with open(path, encoding="utf-8") as f:
+        return f.read()
+
+
+def write(path, text):
+    with open(path, "w", encoding="utf-8") as f:
+        f.write(text)
+
+
+def number(text):
+    """A short form for tables; text that is no number stays."""
+    try:
+        value = float(text)
+    except ValueError:
+        return text
+    return f"{value:.3g}" if abs(value) < 1e4 else f"{value:.0f}"
+
+
+def markdown_table(header, rows):
+    lines = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)]
+    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
+
+
+class Report:
+    def __init__(self, build, out, quick):
+        self.build, self.out, self.quick = build, out, quick
+        self.data = os.path.join(out, "data")
+        self.figures = 0
+        self.steps = self.step = 0
+        self.begin = time.monotonic()
+        shutil.rmtree(out, ignore_errors=True)
+        os.makedirs(self.data)
+
+    # ---- data ----
+
+    def rows(self, name):
+        with open(os.path.join(self.data, name + ".csv"), newline="", encoding="utf-8") as f:
+            return list(csv.DictReader(f))
+
+    def save(self, name, rows):
+        with open(os.path.join(self.data, name + ".csv"), "w", newline="", encoding="utf-8") as f:
+            table = csv.DictWriter(f, rows[0].keys(), lineterminator="\n")
+            table.writeheader()
+            table.writerows(rows)
+
+    def program(self, name, *args):
+        return [os.path.join(self.build, "tests", name), *args, *(["quick"] if self.quick else [])]
+
+    def run(self, name, *command):
+        with open(os.path.join(self.data, name + ".csv"), "w", encoding="utf-8") as f:
+            subprocess.run(self.program(*command), stdout=f, stderr=subprocess.DEVNULL, check=True)
+        return ""
+
+    def count(self, name, function, *command):
+        if not shutil.which("valgrind"):
+            self.run(name, *command)
+            self.save(name, [row | {"instructions": ""} for row in self.rows(name)])
+            return ""
+        with tempfile.TemporaryDirectory() as folder:
+            dump = os.path.join(folder, "dump")
+            valgrind = ["valgrind", "-q", "--tool=callgrind", f"--toggle-collect={function}",
+                        "--dump-before=cost_mark", f"--callgrind-out-file={dump}"]
+            with open(os.path.join(self.data, name + ".csv"), "w", encoding="utf-8") as f:
+                subprocess.run(valgrind + self.program(*command), stdout=f, stderr=subprocess.DEVNULL, check=True)
+            rows = self.rows(name)
+            for i, row in enumerate(rows, 1):
+                total = int(re.search(r"^totals: (\d+)", read(f"{dump}.{i}"), re.M)[1])
+                row["instructions"] = f"{total / float(row['bins']):.2f}"
+        self.save(name, rows)
+        return ""
+
+    # ---- error against cost ----
+
+    def points(self, name, errors, cost, count, *measures):
+        seeds = {}
+        for row in self.rows(errors):
+            if row["scene"] == "all":
+                seeds.setdefault((row["knob"], row["value"]), []).append(row)
+        costs = {(r["knob"], r["value"]): r for r in self.rows(cost)}
+        counts = {(r["knob"], r["value"]): r["instructions"] for r in self.rows(count)}
+        limits = {m: float(limit or "inf") for m, _, limit in (word.partition("<") for word in measures)}
+        measures = list(limits)
+        points = []
+        for key, rows in seeds.items():
+            place = sum(p["knob"] == key[0] for p in points)
+            point = {"knob": key[0], "value": key[1], "place": place, "default": rows[0]["default"],
+                     "cost": counts[key] or costs[key]["ns_per_bin"], "instructions": counts[key]}
+            point |= {k: costs[key][k] for k in ("ns_per_bin", "ns_low", "ns_high")}
+            for m in measures:
+                values = [float(row[m]) for row in rows]
+                point |= {m: f"{statistics.median(values):.6g}", m + "_low": min(values), m + "_high": max(values)}
+            points.append(point)
+        useful = [p for p in points if all(float(p[m]) <= limit for m, limit in limits.items())]
+        for p in points:
+            p["useful"] = int(p in useful)
+            for m in measures:
+                p["front_" + m] = int(p in useful and not any(better(q, p, ["cost", m]) for q in useful))
+        self.save(name, points)
+        return ""
+
+    def judge(self, name):
+        points = [p for p in self.rows(name) if p["useful"] == "1"]
+        measures = [k[6:] for k in points[0] if k.startswith("front_")]
+        default = next(p for p in points if p["default"] == "1")
+        winners = [p for p in points if better(p, default, ["cost", *measures])]
+        names = [f"{p['knob']} = {p['value']}" for p in winners]
+        text = ("**Finding: the shipped default is dominated** by " + ", ".join(names) +
+                ": no more cost, no measure worse, one better." if names else
+                "No single knob, turned from its default, is better in one measure without being worse in another or "
+                "costing more: the shipped default lies on the front of all measures together.")
+        thoughts = [f"{p['knob']} = {p['value']} ({m} {number(default[m])} to {number(p[m])})"
+                    for p in points if p not in winners and float(p["cost"]) <= 1.05 * float(default["cost"]) and
+                    all(float(p[m]) <= 1.1 * float(default[m]) for m in measures)
+                    for m in measures if float(p[m]) < 0.5 * float(default[m])]
+        if thoughts:
+            text += "\n\n**Worth a thought**, since they at least halve one measure and make no other worse by more " \
+                    "than a tenth: " + "; ".join(thoughts) + "."
+        rows = []
+        for m in measures:
+            rivals = [p for p in points if float(p["cost"]) <= 1.01 * float(default["cost"])]
+            best = min(rivals, key=lambda p, m=m: float(p[m]))
+            if float(best[m]) >= float(default[m]):
+                rows.append([m, number(default[m]), "the default", "", ""])
+                continue
+            loss = {k: (float(best[k]) - float(default[k])) / max(float(default[k]), 1e-3) for k in measures}
+            worst = max(loss, key=loss.get)
+            price = f"{worst} {number(default[worst])} to {number(best[worst])}" if loss[worst] > 0 else "none"
+            rows.append([m, number(default[m]), f"{best['knob']} = {best['value']}", number(best[m]), price])
+        header = ["measure", "default", "least at no more cost", "there", "its highest price"]
+        print(f"        {text}", flush=True)
+        return text + "\n\n" + markdown_table(header, rows)
+
+    # ---- text ----
+
+    def plot(self, script):
+        subprocess.run(["gnuplot", "-e", f"data='{self.data}/'; out='{self.out}/'", os.path.join(HERE, "style.gp"),
+                        os.path.join(HERE, script + ".gp")], check=True)
+        return ""
+
+    def figure(self, name, *caption):
+        self.figures += 1
+        return f"![Figure {self.figures}]({name}.svg)\n\n*Figure {self.figures}. {' '.join(caption)}*"
+
+    def table(self, name, *words):
+        where = dict(w.split("=", 1) for w in words if "=" in w)
+        columns = [w.replace("~", " ").partition(":") for w in words if "=" not in w]
+        rows = [r for r in self.rows(name) if all(r[k] == v.replace("~", " ") for k, v in where.items())]
+        return markdown_table([title or key for key, _, title in columns],
+                              [[number(r[key]) for key, _, _ in columns] for r in rows])
+
+    def machine(self):
+        cpu = re.search(r"model name\s*: (.*)", read("/proc/cpuinfo"))
+        cc = subprocess.run(["cc", "--version"], capture_output=True, text=True, check=True).stdout.splitlines()[0]
+        kind = "QUICK=1: few repetitions, only to try the machinery" if self.quick else "full"
+        return f"{platform.machine()}, {cpu[1] if cpu else 'unknown CPU'}, {os.cpu_count()} CPUs, {cc}; run: {kind}."
+
+    def chapter(self, name):
+        return self.expand(read(os.path.join(HERE, name + ".md")))
+
+    def expand(self, text):
+        return re.sub(r"^@(\w+) ?(.*)$", self.directive, text, flags=re.M)
+
+    def directive(self, match):
+        name, words = match[1], match[2].split()
+        if name not in DIRECTIVES:
+            sys.exit(f"report.py: @{name} is no directive")
+        if name in STEPS:
+            self.step += 1
+            print(f"[{self.step:2}/{self.steps}] {time.monotonic() - self.begin:5.0f} s  {name} {match[2]}", flush=True)
+        return getattr(self, name)(*words)
+
+    def make(self):
+        index = read(os.path.join(HERE, "index.md"))
+        chapters = [read(os.path.join(HERE, name + ".md")) for name in re.findall(r"^@chapter (\w+)", index, re.M)]
+        self.steps = sum(len(re.findall(rf"^@(?:{'|'.join(STEPS)}) ", text, re.M)) for text in [index, *chapters])
+        text = re.sub(r"\n{3,}", "\n\n", self.expand(index))
+        write(os.path.join(self.out, "report.md"), text)
+        body = subprocess.run(["cmark-gfm", "--extension", "table"], input=text, capture_output=True, text=True,
+                              check=True).stdout
+        write(os.path.join(self.out, "index.html"), self.page(body))
+        print(f"report: {self.out}/index.html, {self.figures} figures, {time.monotonic() - self.begin:.0f} s")
+
+    def page(self, body):
+        contents = []
+
+        def heading(match):
+            anchor = re.sub(r"\W+", "-", html.unescape(match[2]).lower()).strip("-")
+            contents.append(f'<li class="h{match[1]}"><a href="#{anchor}">{match[2]}</a></li>')
+            return f'<h{match[1]} id="{anchor}">{match[2]}</h{match[1]}>'
+
+        body = re.sub(r"<h([23])>(.*?)</h\1>", heading, body)
+        body = re.sub(r'<p><img src="(\w+)\.svg" alt="[^"]*" /></p>\n<p><em>(.*?)</em></p>', self.inline, body, flags=re.S)
+        page = read(os.path.join(HERE, "page.html"))
+        return page.replace("@CONTENTS@", "\n".join(contents)).replace("@BODY@", body)
+
+    def inline(self, match):
+        """The figure's SVG itself; its ids get the file's name, since a page holds many."""
+        svg = read(os.path.join(self.out, match[1] + ".svg"))
+        svg = svg[svg.index("<svg"):]
+        svg = re.sub(r"(\bid=['\"]|href=['\"]#|url\(#)", rf"\g<1>{match[1]}-", svg)
+        return f"<figure>\n{svg}<figcaption>{match[2]}</figcaption>\n</figure>"
+
+
+DIRECTIVES = ("chapter", "run", "count", "points", "judge", "plot", "figure", "table", "machine")
+STEPS = ("run", "count", "points", "judge", "plot")
+
+
+def better(q, p, keys):
+    """q is in no key worse than p (1 % of cost is no difference), and in one better."""
+    slack = {"cost": 1.01}
+    return (all(float(q[k]) <= float(p[k]) * slack.get(k, 1.0) for k in keys) and
+            any(float(q[k]) * slack.get(k, 1.0) < float(p[k]) for k in keys))
+
+
+def main():
+    arguments = argparse.ArgumentParser(description="make the report")
+    arguments.add_argument("--build", default="build", help="folder of the measuring programs")
+    arguments.add_argument("--out", default="report", help="folder that is made anew")
+    arguments.add_argument("--quick", action="store_true", help="in seconds, with few repetitions")
+    args = arguments.parse_args()
+    try:
+        Report(args.build, args.out, args.quick).make()
+    except subprocess.CalledProcessError as fault:
+        sys.exit(f"report.py: {' '.join(fault.cmd)}: ended with status {fault.returncode}")
+
+
+main()
