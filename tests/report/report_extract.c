@@ -279,7 +279,7 @@ static void listen_all(unsigned seed, unsigned beams)
     for (unsigned s = 0; s < sea_scenes_n; s++)
         for (int h = 0; h < SEA_HEADS; h++)
             for (unsigned b = 0; b < beams; b++)
-                sea_listen(&sea_scenes[s], h, seed, b, &sea[s][h][b]);
+                sea_listen(&sea_scenes[s], (enum sea_head)h, seed, b, &sea[s][h][b]);
 }
 
 static void errors_of(const struct setting *setting, unsigned seed)
