@@ -54,14 +54,13 @@ static struct sides sides_of(const struct cfar *cfar, uint32_t n, uint32_t i)
 struct work {
     uint64_t *sum;   /* [n + 1]; OS: room for the cells of a window */
     uint32_t *cells; /* [n + 1]; not filled where nothing is excluded */
-    float *x;        /* [n] for the sieve; excluded cells are 0 there */
     float *window;   /* [n] for the sieve: sum of a window that begins here ... */
     uint8_t *code;   /* ... OS: codes of the cells, in the same place */
 };
 
 size_t cfar_work_size(uint32_t n)
 {
-    return ((size_t)n + 1) * (sizeof(uint64_t) + sizeof(uint32_t) + 2 * sizeof(float));
+    return ((size_t)n + 1) * (sizeof(uint64_t) + sizeof(uint32_t) + sizeof(float));
 }
 
 static struct work work_of(const struct cfar_profile *p)
@@ -69,8 +68,7 @@ static struct work work_of(const struct cfar_profile *p)
     struct work w = {.sum = p->work};
 
     w.cells = (void *)(w.sum + p->n + 1);
-    w.x = (void *)(w.cells + p->n + 1);
-    w.window = w.x + p->n;
+    w.window = (void *)(w.cells + p->n + 1);
     w.code = (void *)w.window;
     return w;
 }
@@ -78,17 +76,17 @@ static struct work work_of(const struct cfar_profile *p)
 static void fill_prefix(const struct cfar_profile *p)
 {
     const struct work to = work_of(p);
+    uint64_t sum = to.sum[0] = 0;
+    uint32_t cells = to.cells[0] = 0;
 
-    to.sum[0] = 0;
     if (!p->excluded) {
         for (uint32_t i = 0; i < p->n; i++)
-            to.sum[i + 1] = to.sum[i] + p->x[i];
+            to.sum[i + 1] = sum += p->x[i];
         return;
     }
-    to.cells[0] = 0;
     for (uint32_t i = 0; i < p->n; i++) {
-        to.sum[i + 1] = to.sum[i] + (p->excluded[i] ? 0 : p->x[i]);
-        to.cells[i + 1] = to.cells[i] + !p->excluded[i];
+        to.sum[i + 1] = sum += p->excluded[i] ? 0 : p->x[i];
+        to.cells[i + 1] = cells += !p->excluded[i];
     }
 }
 
@@ -217,12 +215,10 @@ static void prepare_sieve(const struct cfar *cfar, const struct cfar_profile *p)
 {
     const struct work w = work_of(p);
 
-    cfar_sieve_float(p->x, p->n, w.x);
-    for (uint32_t i = 0; p->excluded && i < p->n; i++)
-        if (p->excluded[i])
-            w.x[i] = 0.0f;
     if (cfar->detector == CFAR_OS) {
-        cfar_sieve_codes(w.x, p->n, w.code);
+        cfar_sieve_codes(p->x, p->n, w.code);
+        for (uint32_t i = 0; p->excluded && i < p->n; i++)
+            w.code[i] = p->excluded[i] ? 0 : w.code[i];
         return;
     }
     fill_prefix(p);
@@ -245,7 +241,7 @@ static void sieve(const struct cfar *cfar, const struct cfar_profile *p, uint32_
 
     if (begin >= end)
         return;
-    if (end - begin < CFAR_SIEVE_BLOCK || alpha_q16 == 0) {
+    if (alpha_q16 == 0) {
         memset(mask + begin, 1, end - begin);
         return;
     }
@@ -257,9 +253,9 @@ static void sieve(const struct cfar *cfar, const struct cfar_profile *p, uint32_
         .begin = begin, .end = end, .lead = lead ? before : behind, .lag = lag ? behind : before, .alpha = alpha};
     if (cfar->detector == CFAR_OS)
         cfar_sieve_rank(&stretch, cfar->n_side, rank_among(cfar, both ? 2 * cfar->n_side : cfar->n_side), least,
-                        w.x, w.code, mask);
+                        p->x, w.code, mask);
     else
-        cfar_sieve_average(cfar->detector, &stretch, cfar->n_side, least, w.x, w.window, mask);
+        cfar_sieve_average(cfar->detector, &stretch, cfar->n_side, least, p->x, w.window, mask);
 }
 
 /* Mark every cell that may be detected, from one edge of the profile to the other. */

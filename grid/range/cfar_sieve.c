@@ -8,7 +8,7 @@
 
 #include <string.h>
 
-#define BLOCK  CFAR_SIEVE_BLOCK
+#define BLOCK  32 /* cells that are looked at together */
 #define INLINE static inline __attribute__((always_inline))
 
 /*
@@ -50,7 +50,7 @@
 /* Begin of the block after the one at i: the last block of a stretch overlaps the one before it. */
 INLINE uint32_t next_block(uint32_t i, uint32_t end)
 {
-    return i + BLOCK == end ? end : i + 2 * BLOCK <= end ? i + BLOCK : end - BLOCK;
+    return i + BLOCK >= end ? end : i + 2 * BLOCK <= end ? i + BLOCK : end - BLOCK;
 }
 
 /* An integer below 2^52 as a double; the conversion instruction for vectors came with AVX-512 only. */
@@ -70,24 +70,6 @@ INLINE uint32_t bits_of(float f)
     memcpy(&bits, &f, sizeof bits);
     return bits;
 }
-
-INLINE void float_block(const uint64_t *restrict from, float *restrict to)
-{
-    for (int j = 0; j < BLOCK; j++)
-        to[j] = (float)to_double(from[j]);
-}
-
-INLINE void cfar_sieve_float_body(const uint64_t *from, uint32_t n, float *to)
-{
-    uint32_t i = 0;
-
-    for (; i + BLOCK <= n; i += BLOCK)
-        float_block(from + i, to + i);
-    for (; i < n; i++)
-        to[i] = (float)to_double(from[i]);
-}
-
-VARIANTS(cfar_sieve_float, (const uint64_t *from, uint32_t n, float *to), (from, n, to))
 
 INLINE void sums_block(const uint64_t *restrict lo, const uint64_t *restrict hi, float *restrict sum)
 {
@@ -109,9 +91,10 @@ VARIANTS(cfar_sieve_sums, (const uint64_t *prefix, uint32_t cells, uint32_t n, f
          (prefix, cells, n, sum))
 
 /* Top bit set where the cell may be detected. */
-INLINE uint32_t average_test(enum cfar_detector detector, float factor, float least, float x, float lead,
+INLINE uint32_t average_test(enum cfar_detector detector, float factor, float least, uint64_t power, float lead,
                              float lag)
 {
+    const float x = (float)to_double(power);
     uint32_t above;
 
     if (detector == CFAR_CA)
@@ -123,7 +106,7 @@ INLINE uint32_t average_test(enum cfar_detector detector, float factor, float le
     return above & bits_of(least - x);
 }
 
-INLINE uint32_t average_block(enum cfar_detector detector, float factor, float least, const float *restrict x,
+INLINE uint32_t average_block(enum cfar_detector detector, float factor, float least, const uint64_t *restrict x,
                               const float *restrict lead, const float *restrict lag)
 {
     uint32_t any = 0;
@@ -134,19 +117,23 @@ INLINE uint32_t average_block(enum cfar_detector detector, float factor, float l
 }
 
 INLINE void average_stretch(enum cfar_detector detector, const struct cfar_stretch *s, float factor, float least,
-                            const float *x, const float *sum, uint8_t *mark)
+                            const uint64_t *x, const float *sum, uint8_t *mark)
 {
+    const uint32_t cells = s->end - s->begin < BLOCK ? s->end - s->begin : BLOCK;
+
     for (uint32_t i = s->begin; i < s->end; i = next_block(i, s->end)) {
-        const float *cell = x + i, *lead = sum + ((int64_t)i + s->lead), *lag = sum + ((int64_t)i + s->lag);
-        if (average_block(detector, factor, least, cell, lead, lag))
-            for (int j = 0; j < BLOCK; j++)
-                mark[i + (uint32_t)j] = average_test(detector, factor, least, cell[j], lead[j], lag[j]) >> 31 & 1;
+        const uint64_t *cell = x + i;
+        const float *lead = sum + ((int64_t)i + s->lead), *lag = sum + ((int64_t)i + s->lag);
+        if (cells == BLOCK && !average_block(detector, factor, least, cell, lead, lag))
+            continue;
+        for (uint32_t j = 0; j < cells; j++)
+            mark[i + j] = average_test(detector, factor, least, cell[j], lead[j], lag[j]) >> 31 & 1;
     }
 }
 
 /* The detector is a constant in every call. */
 INLINE void cfar_sieve_average_body(enum cfar_detector detector, const struct cfar_stretch *s, uint32_t cells,
-                                    double least, const float *x, const float *sum, uint8_t *mark)
+                                    double least, const uint64_t *x, const float *sum, uint8_t *mark)
 {
     const float factor = (float)(s->alpha * SLACK / (detector == CFAR_CA ? 2 * cells : cells));
     const float floor = (float)(least * SLACK);
@@ -161,7 +148,7 @@ INLINE void cfar_sieve_average_body(enum cfar_detector detector, const struct cf
 
 VARIANTS(cfar_sieve_average,
          (enum cfar_detector detector, const struct cfar_stretch *stretch, uint32_t cells, double least,
-          const float *x, const float *sum, uint8_t *mark),
+          const uint64_t *x, const float *sum, uint8_t *mark),
          (detector, stretch, cells, least, x, sum, mark))
 
 #define LAST_CODE 253 /* far above the codes of sums: 2^52 has 209 */
@@ -174,29 +161,31 @@ INLINE uint8_t code_of(float x)
     return (uint8_t)(code < one ? 0 : code - one > LAST_CODE ? LAST_CODE : code - one + 1);
 }
 
-INLINE void codes_block(const float *restrict x, uint8_t *restrict code)
+INLINE void codes_block(const uint64_t *restrict x, uint8_t *restrict code)
 {
     for (int j = 0; j < BLOCK; j++)
-        code[j] = code_of(x[j]);
+        code[j] = code_of((float)to_double(x[j]));
 }
 
-INLINE void cfar_sieve_codes_body(const float *x, uint32_t n, uint8_t *code)
+INLINE void cfar_sieve_codes_body(const uint64_t *x, uint32_t n, uint8_t *code)
 {
     uint32_t i = 0;
 
     for (; i + BLOCK <= n; i += BLOCK)
         codes_block(x + i, code + i);
     for (; i < n; i++)
-        code[i] = code_of(x[i]);
+        code[i] = code_of((float)to_double(x[i]));
 }
 
-VARIANTS(cfar_sieve_codes, (const float *x, uint32_t n, uint8_t *code), (x, n, code))
+VARIANTS(cfar_sieve_codes, (const uint64_t *x, uint32_t n, uint8_t *code), (x, n, code))
 
 /* limit: cells of a code below it may be below x / alpha; 0 where x is not above the least. */
-INLINE void limits_block(float inverse, float least, const float *restrict x, uint8_t *restrict limit)
+INLINE void limits_block(float inverse, float least, const uint64_t *restrict power, uint8_t *restrict limit)
 {
-    for (int j = 0; j < BLOCK; j++)
-        limit[j] = (uint8_t)((code_of(x[j] * inverse) + 1) & -(bits_of(least - x[j]) >> 31));
+    for (int j = 0; j < BLOCK; j++) {
+        const float x = (float)to_double(power[j]);
+        limit[j] = (uint8_t)((code_of(x * inverse) + 1) & -(bits_of(least - x) >> 31));
+    }
 }
 
 /* miss[j] += cells of one window place, for every cell of the block, that are not below the limit. */
@@ -234,12 +223,16 @@ INLINE bool window_misses(const uint8_t *code, uint32_t cells, const uint8_t *li
 }
 
 INLINE void cfar_sieve_rank_body(const struct cfar_stretch *s, uint32_t cells, uint32_t rank, double least,
-                                 const float *x, const uint8_t *code, uint8_t *mark)
+                                 const uint64_t *x, const uint8_t *code, uint8_t *mark)
 {
     const float inverse = (float)(1.0 / (s->alpha * SLACK)), floor = (float)(least * SLACK);
     const bool both = s->lead != s->lag;
     const uint32_t allowed = (both ? 2 * cells : cells) - rank;
 
+    if (s->end - s->begin < BLOCK) {
+        memset(mark + s->begin, 1, s->end - s->begin);
+        return;
+    }
     for (uint32_t i = s->begin; i < s->end; i = next_block(i, s->end)) {
         uint32_t total[BLOCK] = {0};
         uint8_t limit[BLOCK];
@@ -253,6 +246,6 @@ INLINE void cfar_sieve_rank_body(const struct cfar_stretch *s, uint32_t cells, u
 }
 
 VARIANTS(cfar_sieve_rank,
-         (const struct cfar_stretch *stretch, uint32_t cells, uint32_t rank, double least, const float *x,
+         (const struct cfar_stretch *stretch, uint32_t cells, uint32_t rank, double least, const uint64_t *x,
           const uint8_t *code, uint8_t *mark),
          (stretch, cells, rank, least, x, code, mark))

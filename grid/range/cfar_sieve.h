@@ -12,37 +12,31 @@
 
 #include "cfar_factor.h"
 
-#define CFAR_SIEVE_BLOCK 32 /* cells that are looked at together: no stretch may be shorter */
-
 /* Cells with the same windows around them: those of cell i begin at cell i + lead and at cell i + lag. */
 struct cfar_stretch {
-    uint32_t begin, end; /* cells begin .. end - 1, at least CFAR_SIEVE_BLOCK */
+    uint32_t begin, end; /* cells begin .. end - 1 */
     int32_t lead, lag;   /* equal where there is one window only */
     double alpha;        /* > 0, threshold over reference */
 };
-
-/** cfar_sieve_float - to[n] = from[n], rounded; from: below 2^52 each. */
-void cfar_sieve_float(const uint64_t *from, uint32_t n, float *to);
 
 /** cfar_sieve_sums - sum[i], i < n, of the `cells` cells from i on, rounded; prefix[n + cells]: below 2^52 each. */
 void cfar_sieve_sums(const uint64_t *prefix, uint32_t cells, uint32_t n, float *sum);
 
 /**
  * cfar_sieve_average - mark[i] = 1 for the cells of a stretch with x > least that CA, GOCA or SOCA may detect. Marks
- * of the other cells are left as they are, 0 before the first call. x, sum: from the functions above, with windows of
- * `cells` cells.
+ * of the other cells are left as they are, 0 before the first call. x: below 2^52 each; sum: of windows of `cells` cells.
  */
 void cfar_sieve_average(enum cfar_detector detector, const struct cfar_stretch *stretch, uint32_t cells,
-                        double least, const float *x, const float *sum, uint8_t *mark);
+                        double least, const uint64_t *x, const float *sum, uint8_t *mark);
 
 /** cfar_sieve_codes - code[n]: the powers in 8 bits, in order of size, in steps of a quarter of an octave or less. */
-void cfar_sieve_codes(const float *x, uint32_t n, uint8_t *code);
+void cfar_sieve_codes(const uint64_t *x, uint32_t n, uint8_t *code);
 
 /**
  * cfar_sieve_rank - the same for OS: marks the cells with x > least of whose windows at least `rank` cells may be
  * below x / alpha.
  */
 void cfar_sieve_rank(const struct cfar_stretch *stretch, uint32_t cells, uint32_t rank, double least,
-                     const float *x, const uint8_t *code, uint8_t *mark);
+                     const uint64_t *x, const uint8_t *code, uint8_t *mark);
 
 #endif
