@@ -12,12 +12,19 @@
 
 #define ECHOES_PER_BEAM 4
 
+/* What speaks against an echo; it is an echo all the same. docs/extract.md has the rules. */
+enum echo_flag {
+    ECHO_BURST = 1, /* other looks at nearly the same bearing should show it and do not: other sound, perhaps */
+    ECHO_GHOST = 2, /* where a second bounce of the beam's first echo would be */
+};
+
 struct echo {
     float range_m;    /* of the reflection, sub-bin */
     float near_m;     /* near edge of it: nothing that belongs to it lies closer */
     float sd_m;       /* standard deviation of range_m */
     float strength;   /* over the threshold, power ratio (1: just at it) */
     float confidence; /* 0..1 */
+    uint8_t flags;    /* set of enum echo_flag, by marks_run */
 };
 
 enum beam_state {

@@ -1,0 +1,151 @@
+/* SPDX-License-Identifier: MIT */
+#include "marks.h"
+
+#include <math.h>
+#include <string.h>
+
+#define FRESH_NS        60000000000u /* a slow turn, and then some */
+#define MOST_MOVED_M    0.2f
+#define LEAST_DENIALS   2
+#define LEAST_WIDTH_RAD 0.01f
+
+void marks_init(struct marks *marks)
+{
+    memset(marks, 0, sizeof *marks);
+}
+
+static uint32_t row_of(double az_rad)
+{
+    return (uint32_t)(geo_wrap(az_rad) * (MARKS_ROWS / (2.0 * GEO_PI))) % MARKS_ROWS;
+}
+
+static struct marks_look look_of(const struct marks *m, const struct echoes *e, const struct beam_echoes *b)
+{
+    struct marks_look look = {
+        .t_ns = e->t_ns,
+        .az_rad = b->az_rad,
+        .el_rad = b->el_rad,
+        .blind_m = b->blind_m,
+        .n = b->n,
+        .telling = b->state == BEAM_ECHO || (b->state == BEAM_SILENT && b->free_to_m > 0.0f),
+    };
+
+    for (int i = 0; i < 3; i++)
+        look.position_m[i] = (float)(e->pose.position_m[i] - m->origin_m[i]);
+    for (int i = 0; i < 4; i++)
+        look.attitude[i] = (float)e->pose.attitude[i];
+    for (int i = 0; i < b->n; i++)
+        look.range_m[i] = b->echo[i].range_m;
+    return look;
+}
+
+/* Is an older look evidence about the new one, whose beams are width_rad wide? */
+static bool still_holds(const struct marks_look *old, const struct marks_look *now, float width_rad)
+{
+    float moved = 0.0f, cosine = 0.0f;
+
+    if (old->t_ns == 0 || old->t_ns >= now->t_ns || now->t_ns - old->t_ns > FRESH_NS)
+        return false;
+    for (int i = 0; i < 3; i++)
+        moved = fmaxf(moved, fabsf(old->position_m[i] - now->position_m[i]));
+    for (int i = 0; i < 4; i++)
+        cosine += old->attitude[i] * now->attitude[i];
+    /* the angle between two attitudes is twice that between the quaternions: 1 - cos(angle / 2) = angle^2 / 8 */
+    return moved <= MOST_MOVED_M && 1.0f - fabsf(cosine) <= width_rad * width_rad / 32.0f;
+}
+
+static bool is_beside(const struct marks_look *old, float az_rad, float el_rad, float width_rad)
+{
+    return fabs(geo_wrap_pi((double)old->az_rad - (double)az_rad)) <= (double)width_rad &&
+           fabsf(old->el_rad - el_rad) <= width_rad;
+}
+
+/* How far two looks' ranges of one thing may lie apart: it need not stand square to the beams. */
+static float same_within(float range_m)
+{
+    return 0.1f + 0.03f * range_m;
+}
+
+static bool shows(const struct marks_look *look, float range_m)
+{
+    for (int i = 0; i < look->n; i++)
+        if (fabsf(look->range_m[i] - range_m) <= same_within(range_m))
+            return true;
+    return false;
+}
+
+/* It listened there, and nothing nearer hid the place. */
+static bool denies(const struct marks_look *look, float range_m)
+{
+    return look->telling && range_m > look->blind_m && (look->n == 0 || look->range_m[0] > range_m);
+}
+
+static bool is_burst(const struct marks *m, const struct marks_look *now, float range_m, float width_rad)
+{
+    const uint32_t reach =
+        (uint32_t)fmin(ceil((double)width_rad * MARKS_ROWS / (2.0 * GEO_PI)), MARKS_ROWS / 2.0 - 1);
+    const uint32_t begin = row_of((double)now->az_rad) + MARKS_ROWS - reach;
+    uint32_t denials = 0;
+
+    for (uint32_t i = 0; i <= 2 * reach; i++) {
+        const struct marks_look *old = &m->row[(begin + i) % MARKS_ROWS];
+        if (!still_holds(old, now, width_rad) || !is_beside(old, now->az_rad, now->el_rad, width_rad))
+            continue;
+        if (shows(old, range_m))
+            return false;
+        denials += denies(old, range_m);
+    }
+    return denials >= LEAST_DENIALS;
+}
+
+/* The nearest echo on the other side of the head, in a row next to the opposite bearing; 0: not known. */
+static float opposite_m(const struct marks *m, const struct marks_look *now, float width_rad)
+{
+    const double az = (double)now->az_rad + GEO_PI;
+    const uint32_t reach =
+        (uint32_t)fmin(ceil((double)width_rad * MARKS_ROWS / (2.0 * GEO_PI)), MARKS_ROWS / 2.0 - 1);
+    float nearest = 0.0f;
+
+    for (uint32_t i = 0; i <= 2 * reach; i++) {
+        const struct marks_look *old = &m->row[(row_of(az) + MARKS_ROWS - reach + i) % MARKS_ROWS];
+        if (still_holds(old, now, width_rad) && old->n && is_beside(old, (float)az, -now->el_rad, width_rad) &&
+            (nearest == 0.0f || old->range_m[0] < nearest))
+            nearest = old->range_m[0];
+    }
+    return nearest;
+}
+
+static bool is_ghost_at(float range_m, float ghost_m)
+{
+    return fabsf(range_m - ghost_m) <= 0.05f + 0.025f * ghost_m;
+}
+
+static void mark_beam(const struct marks *m, struct beam_echoes *b, const struct marks_look *now, float width_rad)
+{
+    const float opposite = b->n > 1 ? opposite_m(m, now, width_rad) : 0.0f;
+
+    for (int i = 0; i < b->n; i++) {
+        struct echo *echo = &b->echo[i];
+        const float twice_m = 2.0f * b->echo[0].range_m;
+        echo->flags = is_burst(m, now, echo->range_m, width_rad) ? ECHO_BURST : 0;
+        if (i > 0 && echo->strength < b->echo[0].strength &&
+            (is_ghost_at(echo->range_m, twice_m) ||
+             (opposite > 0.0f && is_ghost_at(echo->range_m, twice_m + opposite))))
+            echo->flags |= ECHO_GHOST;
+    }
+}
+
+void marks_run(struct marks *m, struct echoes *e)
+{
+    const float width_rad = fmaxf(e->az_aperture_rad, LEAST_WIDTH_RAD);
+
+    if (!m->placed)
+        memcpy(m->origin_m, e->pose.position_m, sizeof m->origin_m);
+    m->placed = true;
+    for (uint16_t i = 0; i < e->n_beams; i++) {
+        const struct marks_look now = look_of(m, e, &e->beam[i]);
+        mark_beam(m, &e->beam[i], &now, width_rad);
+    }
+    for (uint16_t i = 0; i < e->n_beams; i++)
+        m->row[row_of((double)e->beam[i].az_rad)] = look_of(m, e, &e->beam[i]);
+}

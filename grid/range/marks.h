@@ -1,0 +1,50 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * marks - what the last looks of a sensor say against an echo: a burst of other sound, which no other look at nearly
+ * the same bearing shows, or the ghost of a nearer echo. Marks echoes and drops none; knows no samples, no map.
+ *
+ * Looks are kept in rows of bearing in the sensor's frame. One is evidence about another while it is fresh and the
+ * sensor has hardly moved.
+ */
+#ifndef SONARD_MARKS_H
+#define SONARD_MARKS_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "../echoes.h"
+
+#define MARKS_ROWS 800 /* of a turn: half a step of the finest head that is common */
+
+/* One beam's last look in a row. */
+struct marks_look {
+    uint64_t t_ns; /* 0: none yet */
+    float az_rad, el_rad, blind_m;
+    float position_m[3], attitude[4]; /* of the body, the position from the first ping's */
+    uint8_t n;
+    bool telling; /* an echo that it does not show is not there: it was heard, and its silence says something */
+    float range_m[ECHOES_PER_BEAM];
+};
+
+struct marks {
+    bool placed;
+    double origin_m[3]; /* position of the first ping */
+    struct marks_look row[MARKS_ROWS];
+};
+
+/** marks_init - nothing was looked at yet. */
+void marks_init(struct marks *marks);
+
+/**
+ * marks_run - set the flags of the ping's echoes from the looks before it, then keep its beams as looks.
+ *
+ * ECHO_BURST: at least two looks within one beam width of its bearing heard nothing up to beyond its range, and none
+ * shows it. (One would mark the first beam onto everything that there is.)
+ * ECHO_GHOST: behind the beam's first echo and weaker, at twice its range (between a wall and the head), or at twice
+ * its range and the range of the first echo on the opposite side (between two walls).
+ * Only what was heard before counts: the next look may show that a mark was wrong, and carries none itself.
+ * Allocates nothing; O(beams * rows within a beam width).
+ */
+void marks_run(struct marks *marks, struct echoes *echoes);
+
+#endif
