@@ -131,8 +131,8 @@ static void draw_echoes(FILE *out, const struct polar *polar)
         if (beam->echo_m <= polar->range_m) {
             const double r = beam->echo_m / polar->range_m * DISC;
 
-            fprintf(out, "<circle cx=\"%d\" cy=\"%d\" r=\"14\"/>\n", tenth_x(r, beam->az_deg),
-                    tenth_y(r, beam->az_deg));
+            fprintf(out, "<circle cx=\"%d\" cy=\"%d\" r=\"14\"%s/>\n", tenth_x(r, beam->az_deg),
+                    tenth_y(r, beam->az_deg), beam->echo_marked ? " stroke=\"#8a93a6\"" : "");
         }
     }
     fprintf(out, "</g>\n");
@@ -225,7 +225,7 @@ static void draw_legend(FILE *out, const struct polar *polar)
                 782 + 20 * i, rows[i].fill, 793 + 20 * i, rows[i].label);
     fprintf(out,
             "<circle cx=\"35\" cy=\"868\" r=\"3.2\" fill=\"#ffffff\" stroke=\"#b3123f\" stroke-width=\"1.8\"/>"
-            "<text x=\"54\" y=\"873\">first echo of a beam</text>\n");
+            "<text x=\"54\" y=\"873\">first echo of a beam, grey if marked</text>\n");
     for (int i = 0; i <= POLAR_LEVELS; i++) {
         fprintf(out, "<rect x=\"%d\" y=\"848\" width=\"8\" height=\"13\" fill=\"", 712 + 8 * i);
         print_colour(out, (double)i / POLAR_LEVELS);

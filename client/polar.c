@@ -42,6 +42,8 @@ static bool read_beam(const json_t *row, struct polar_beam *beam)
     beam->az_deg -= 360.0 * floor(beam->az_deg / 360.0);
     polar_number(row, "width_deg", 0.01, 180, &beam->width_deg);
     polar_number(row, "echo_m", 0, POLAR_RANGE_MAX_M, &beam->echo_m);
+    const json_t *first = json_array_get(json_object_get(row, "echoes"), 0);
+    beam->echo_marked = json_array_size(json_object_get(first, "marks")) > 0;
     beam->samples = polar_text(row, "samples", "");
     beam->n_samples = strlen(beam->samples) / 2;
     if (!polar_number(row, "r0_m", 0, POLAR_RANGE_MAX_M, &beam->r0_m) ||

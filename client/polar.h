@@ -19,6 +19,7 @@ struct polar_beam {
     double az_deg, lo_deg, hi_deg; /* centre [0, 360), and the edges it is drawn with */
     double width_deg, r0_m, r1_m;
     double echo_m;       /* NAN: none */
+    bool echo_marked;    /* something speaks against it */
     const char *samples; /* in the image; two hexadecimal digits each */
     size_t n_samples;
     uint8_t cell[POLAR_CELLS]; /* levels; cell c covers c..c+1 times range_m / POLAR_CELLS */

@@ -139,7 +139,8 @@ static void show_sectors(const struct page *page, const json_t *result)
         for (int k = 0; k < 3; k++)
             total[k] += strcmp(state, states[k]) == 0;
         fprintf(page->out, " %9s %10s %8s\n", metres(a, number(sector, "range_m")),
-                metres(b, number(sector, "free_to_m")), duration(c, number(sector, "age_s")));
+                number(sector, "free_to_m") > 0 ? metres(b, number(sector, "free_to_m")) : "-",
+                duration(c, number(sector, "age_s")));
     }
     fprintf(page->out, "%zu blocked, %zu clear, %zu unknown%s\n", total[0], total[1], total[2],
             total[0] + total[1] == 0

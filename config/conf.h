@@ -85,6 +85,7 @@ struct conf_extract {
     int floor_counts;       /* floor = 8: bins at or below are never an echo  [0 .. 65535] */
     double min_contrast_db; /* min_contrast = 14 dB: over the reference cells [0 .. 100] */
     int learn_ring_down;    /* learn_ring_down = off | on, where ring_down = auto */
+    int marks;              /* marks = on | off: bursts and ghosts */
     int no_echo;            /* no_echo = minimum | heard | range */
     double
         minimum_range_m; /* minimum_range = 0.75 m: free water claimed where nothing was found; <= every sonar's range */

@@ -157,6 +157,10 @@ const struct conf_key conf_keys[] = {
     {"extract", "learn_ring_down", WORDS("on", "off"), .standard = "off", CONF(extract.learn_ring_down),
      .help = "For ring_down = auto: a beam that seems to ring longer than the sonar usually does is believed from\n"
              "where it usually ends, so that a wall close to the head is found there. Parts of the vehicle are too."},
+    {"extract", "marks", WORDS("on", "off"), .standard = "on", CONF(extract.marks),
+     .help = "Mark echoes that other looks at nearly the same bearing should show and do not (bursts of other\n"
+             "sound), and ghosts of nearer echoes. A marked echo blocks, but gives way to the first look that hears\n"
+             "nothing there."},
     {"extract", "no_echo", WORDS("minimum", "heard", "range"), .standard = "minimum", CONF(extract.no_echo),
      .help = "How far the water is taken as free where a beam found nothing. minimum: to minimum_range, the\n"
              "cautious rule; heard: as far as the beam heard its own noise floor; range: to the end of the\n"

@@ -28,9 +28,11 @@ static void fill(struct image_row *row, const struct ping *ping, const struct ec
     for (uint32_t i = 0; i < row->n_bins; i++)
         row->bin[i] = loudest(ping, beam, (uint32_t)((uint64_t)i * n / row->n_bins),
                               (uint32_t)((uint64_t)(i + 1) * n / row->n_bins));
-    if (heard->n) {
-        row->echo_m = heard->echo[0].range_m;
-        row->near_m = heard->echo[0].near_m;
+    row->n_echoes = heard->n;
+    row->near_m = heard->echo[0].near_m;
+    for (int i = 0; i < heard->n; i++) {
+        row->echo_m[i] = heard->echo[i].range_m;
+        row->flags[i] = heard->echo[i].flags;
     }
 }
 

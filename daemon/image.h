@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * image - the last turn of a sensor as a picture for people: one row per head angle with the intensities (loudest of
- * each group of bins) and the first echo. Written by the thread that extracts, copied out by the loop.
+ * each group of bins) and the echoes. Written by the thread that extracts, copied out by the loop.
  */
 #ifndef SONARD_IMAGE_H
 #define SONARD_IMAGE_H
@@ -20,10 +20,13 @@ struct image_row {
     float az_rad;  /* in the sensor frame */
     float width_rad;
     float r0_m, r1_m;
-    float echo_m, near_m; /* of the first echo, when state is BEAM_ECHO */
-    float blind_m;        /* nothing is known nearer than this */
+    float echo_m[ECHOES_PER_BEAM];
+    float near_m;  /* of the first echo */
+    float blind_m; /* nothing is known nearer than this */
     uint16_t n_bins;
-    uint16_t state; /* enum beam_state */
+    uint8_t state;                  /* enum beam_state */
+    uint8_t n_echoes;               /* in order of range */
+    uint8_t flags[ECHOES_PER_BEAM]; /* sets of enum echo_flag */
     uint8_t bin[IMAGE_BINS];
 };
 

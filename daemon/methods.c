@@ -466,6 +466,21 @@ static json_t *method_version(const struct rpc_call *call, json_t *params, struc
                                          : NULL;
 }
 
+/* The echoes of a row, nearest first, with what speaks against each. */
+static json_t *echoes_json(const struct image_row *row)
+{
+    json_t *echoes = json_array();
+    for (int i = 0; i < row->n_echoes; i++) {
+        json_t *marks = json_array();
+        if (row->flags[i] & ECHO_BURST)
+            json_array_append_new(marks, json_string("burst"));
+        if (row->flags[i] & ECHO_GHOST)
+            json_array_append_new(marks, json_string("ghost"));
+        json_array_append_new(echoes, json_pack("{s:o, s:o}", "range_m", metres(row->echo_m[i]), "marks", marks));
+    }
+    return echoes;
+}
+
 static json_t *row_json(const struct daemon *d, int sensor, const struct image_row *row)
 {
     static const char *const states[] = {[BEAM_ECHO] = "echo", [BEAM_SILENT] = "silent", [BEAM_BLIND] = "blind"};
@@ -481,12 +496,13 @@ static json_t *row_json(const struct daemon *d, int sensor, const struct image_r
     geo_direction(row->az_rad, 0, v);
     quat_rotate(d->mount[sensor].attitude, v, v);
     geo_angles(v, &az, &el);
-    bool echo = row->state == BEAM_ECHO;
-    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:s, s:o, s:o, s:o, s:s}", "azimuth_deg", degrees(az), "width_deg",
-                     degrees(row->width_rad), "r0_m", metres(row->r0_m), "r1_m", metres(row->r1_m), "age_s",
-                     age((double)(loop_now(d->loop) - row->t_ns) * 1e-9), "samples", hex, "echo_m",
-                     echo ? metres(row->echo_m) : json_null(), "near_m", echo ? metres(row->near_m) : json_null(),
-                     "blind_m", metres(row->blind_m), "state", states[row->state]);
+    bool echo = row->n_echoes > 0;
+    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:s, s:o, s:o, s:o, s:o, s:s}", "azimuth_deg", degrees(az),
+                     "width_deg", degrees(row->width_rad), "r0_m", metres(row->r0_m), "r1_m", metres(row->r1_m),
+                     "age_s", age((double)(loop_now(d->loop) - row->t_ns) * 1e-9), "samples", hex, "echo_m",
+                     echo ? metres(row->echo_m[0]) : json_null(), "near_m",
+                     echo ? metres(row->near_m) : json_null(), "echoes", echoes_json(row), "blind_m",
+                     metres(row->blind_m), "state", states[row->state]);
 }
 
 static json_t *method_image(const struct rpc_call *call, json_t *params, struct rpc_error *error)

@@ -32,6 +32,7 @@ struct pipeline {
     struct extract *extract[PIPELINE_MAX_SENSORS];
     struct pipeline_background background[PIPELINE_MAX_SENSORS]; /* written while nothing is under way */
     struct sphere *sphere;
+    struct marks *marks[PIPELINE_MAX_SENSORS]; /* NULL: not configured */
     struct image *image[PIPELINE_MAX_SENSORS];
     struct latency latency;
     _Atomic uint64_t submitted, finished;
@@ -41,7 +42,7 @@ struct pipeline {
     atomic_bool stop;
     pthread_t thread[2];
     int n_threads;
-    void *memory[6 + 2 * PIPELINE_MAX_SENSORS];
+    void *memory[6 + 3 * PIPELINE_MAX_SENSORS];
     int n_memory;
 };
 
@@ -80,6 +81,8 @@ static void run_extract(struct pipeline *p, const struct ping *ping, struct echo
     if (b->use && background_view(b->use, ping, &b->view, &any_blind) && any_blind)
         aid.blind = b->view.blind;
     extract_run(p->extract[ping->sensor], ping, aid.blind ? &aid : NULL, e);
+    if (p->marks[ping->sensor])
+        marks_run(p->marks[ping->sensor], e);
     image_enter(p->image[ping->sensor], ping, e);
 }
 
@@ -294,7 +297,9 @@ static bool make_stages(struct pipeline *p, char *err, size_t err_size)
         void *m = own(p, extract_size(p->conf.max_bins));
         p->extract[i] = m ? extract_init(m, &p->conf.extract[i], p->conf.max_bins, err, err_size) : NULL;
         p->image[i] = own(p, sizeof *p->image[i]);
-        if (!p->extract[i] || !p->image[i])
+        if (p->conf.marks && (p->marks[i] = own(p, sizeof *p->marks[i])))
+            marks_init(p->marks[i]);
+        if (!p->extract[i] || !p->image[i] || (p->conf.marks && !p->marks[i]))
             return false;
     }
     size_t n = sphere_bytes(&p->conf.sphere, err, err_size);

@@ -17,6 +17,7 @@
 #include "../grid/range/background.h"
 #include "../grid/range/background_learn.h"
 #include "../grid/range/extract.h"
+#include "../grid/range/marks.h"
 #include "../grid/sphere/sphere.h"
 #include "image.h"
 #include "latency.h"
@@ -32,6 +33,7 @@ struct pipeline_conf {
     uint32_t max_bins;
     int n_sensors;
     struct extract_conf extract[PIPELINE_MAX_SENSORS];
+    bool marks; /* mark bursts and ghosts */
     struct mount mount[PIPELINE_MAX_SENSORS];
     struct sphere_conf sphere;
 };

@@ -73,6 +73,7 @@ void wiring_pipeline(const struct conf *conf, bool patient, struct pipeline_conf
     *out = (struct pipeline_conf){.threads = conf->pipeline.threads,
                                   .queue = (uint32_t)conf->pipeline.queue,
                                   .patient = patient,
+                                  .marks = conf->extract.marks == CONF_ON,
                                   .n_sensors = conf->n_sonars};
     for (int i = 0; i < conf->n_sonars; i++) {
         const struct device_ops *ops = device_find(conf->sonar[i].device);

@@ -15,6 +15,9 @@
 #define ECHO_IF_OCCUPIED 0.5
 #define ECHO_IF_EMPTY    0.1
 #define LOGODDS_MAX      6.0
+/* A marked echo weighs so many times what blocking takes, but no more than another one: by itself it blocks for a
+ * third of the time in which echoes fade, and with the default one look that hears nothing there takes it away. */
+#define MARKED_BLOCKS 1.4
 #define NO_CELL          UINT32_MAX
 #define EVICT_LOOK       64 /* cells looked at for the oldest when the pool is full: bounds the work */
 #define MIN_CARVE_SHARE  0.05
@@ -55,6 +58,7 @@ struct sphere {
     struct claim *joined; /* of all directions, while the centre moves */
     uint32_t *dirty;
     uint32_t n_dirty;
+    double blocked_logodds; /* conf.blocked_above as log-odds */
     struct sphere_stats stats;
 };
 
@@ -138,8 +142,8 @@ struct sphere *sphere_init(void *memory, const struct sphere_conf *conf)
         geo_direction(az, el, s->axis[d]);
         s->direction[d].width_rad = (float)rings_width(&s->rings, rings_ring(&s->rings, d));
     }
-    picture_init(&s->picture, &s->rings, (const double(*)[3])s->axis, conf->forget_s,
-                 log(conf->blocked_above / (1 - conf->blocked_above)), carve(&at, picture_bytes(s->rings.n)));
+    s->blocked_logodds = log(conf->blocked_above / (1 - conf->blocked_above));
+    picture_init(&s->picture, &s->rings, (const double(*)[3])s->axis, conf->forget_s, s->blocked_logodds, carve(&at, picture_bytes(s->rings.n)));
     forget_everything(s);
     s->n_dirty = 0; /* the picture starts out the same */
     for (uint32_t d = 0; d < s->rings.n; d++)
@@ -265,7 +269,8 @@ static void hit(struct sphere *s, uint32_t direction, double range_m, const stru
     if (c->echoes < UINT16_MAX)
         c->echoes++;
     double strength = echo->confidence > 0 ? echo->confidence : 0;
-    weigh(s, c, b->ping->t_ns, log1p(strength * (ECHO_IF_OCCUPIED / ECHO_IF_EMPTY - 1)));
+    double weight = log1p(strength * (ECHO_IF_OCCUPIED / ECHO_IF_EMPTY - 1));
+    weigh(s, c, b->ping->t_ns, echo->flags ? fmin(weight, MARKED_BLOCKS * s->blocked_logodds) : weight);
     mark(s, direction);
 }
 
