@@ -40,7 +40,7 @@ static inline bool lattice_place(const double position_m[3], double voxel_m, str
 static inline bool lattice_holds(const struct lattice_box *box, const int64_t cell[3])
 {
     for (int a = 0; a < 3; a++)
-        if (cell[a] < box->first[a] || cell[a] - box->first[a] >= box->size[a])
+        if ((uint64_t)cell[a] - (uint64_t)box->first[a] >= (uint64_t)box->size[a])
             return false;
     return true;
 }

@@ -1,0 +1,196 @@
+/* SPDX-License-Identifier: MIT */
+#include "submap.h"
+
+#include <math.h>
+#include <string.h>
+
+#define CHUNK 32 /* counts that are raised at once; at most TILE_SLACK */
+_Static_assert(CHUNK <= TILE_SLACK, "a chunk may pass the end of the last column");
+
+/* Counts side by side; the compiler makes of it what the CPU has. */
+typedef uint8_t counts __attribute__((vector_size(CHUNK)));
+typedef int8_t marks __attribute__((vector_size(CHUNK)));
+
+/* CHUNK ones, CHUNK zeros: from CHUNK - n on, a mask of the first n of a chunk. */
+static const uint8_t first_n[2 * CHUNK] = {255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255,
+                                           255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255,
+                                           255, 255, 255, 255, 255, 255, 255, 255, 255, 255};
+
+static inline void raise_chunk(uint8_t *count, int32_t n)
+{
+    counts c, mask;
+    memcpy(&c, count, CHUNK);
+    memcpy(&mask, first_n + CHUNK - n, CHUNK);
+    c -= (counts)(c != 255) & mask; /* a mask is -1 where it is set */
+    memcpy(count, &c, CHUNK);
+}
+
+/* Adds 1 to n counts, up to 255. What follows them within a chunk is written back as it was. */
+static inline void raise_counts(uint8_t *count, int32_t n)
+{
+    for (; n > CHUNK; n -= CHUNK, count += CHUNK)
+        raise_chunk(count, CHUNK);
+    raise_chunk(count, n);
+}
+
+size_t submap_bytes(uint32_t side)
+{
+    return side >= 1 && side <= 4096 ? (size_t)side * side * sizeof(uint32_t) : 0;
+}
+
+void submap_init(struct submap *m, void *memory, uint32_t side, struct tiles *tiles,
+                 const struct lattice_place *base)
+{
+    *m = (struct submap){.tiles = tiles, .tile = memory};
+    for (int a = 0; a < 2; a++) {
+        int64_t first = base->cell[a] - (int64_t)side * TILE_SIDE / 2 + TILE_SIDE / 2;
+        int64_t past = first % TILE_SIDE;
+        m->box.first[a] = first - (past < 0 ? past + TILE_SIDE : past);
+        m->box.size[a] = (int32_t)(side * TILE_SIDE);
+    }
+    m->box.first[2] = base->cell[2] - tiles->height / 2;
+    m->box.size[2] = (int32_t)tiles->height;
+    for (size_t t = 0; t < (size_t)side * side; t++)
+        m->tile[t] = TILE_NONE;
+}
+
+static inline size_t directory_index(const struct submap *m, int32_t i, int32_t j)
+{
+    return (size_t)(i / TILE_SIDE) * ((size_t)m->box.size[1] / TILE_SIDE) + (size_t)(j / TILE_SIDE);
+}
+
+static size_t directory_size(const struct submap *m)
+{
+    return (size_t)(m->box.size[0] / TILE_SIDE) * (size_t)(m->box.size[1] / TILE_SIDE);
+}
+
+void submap_clear(struct submap *m)
+{
+    for (size_t t = 0; t < directory_size(m); t++)
+        if (m->tile[t] != TILE_NONE) {
+            tiles_give(m->tiles, m->tile[t]);
+            m->tile[t] = TILE_NONE;
+        }
+    m->n_tiles = 0;
+}
+
+/* A column to write to, of a place within the box; NULL when there is no memory for its tile. */
+static inline uint8_t *writable(struct submap *m, int32_t i, int32_t j, enum submap_plane plane)
+{
+    uint32_t *tile = &m->tile[directory_index(m, i, j)];
+    if (*tile == TILE_NONE) {
+        *tile = tiles_take(m->tiles);
+        if (*tile == TILE_NONE)
+            return NULL;
+        m->n_tiles++;
+    }
+    return tiles_column(m->tiles, *tile, (uint32_t)(i % TILE_SIDE * TILE_SIDE + j % TILE_SIDE), plane);
+}
+
+struct entry {
+    struct submap *map;
+    enum submap_plane plane;
+};
+
+static void enter_spans(void *context, const struct cast_span *spans, size_t n)
+{
+    const struct entry *e = context;
+    for (size_t s = 0; s < n; s++) {
+        uint8_t *column = writable(e->map, spans[s].i, spans[s].j, e->plane);
+        if (column)
+            raise_counts(column + spans[s].k, spans[s].n);
+        else
+            e->map->stats.starved++;
+    }
+}
+
+void submap_cast(struct submap *m, const struct cast_beam *b, enum submap_plane plane)
+{
+    struct entry e = {m, plane};
+    if (plane >= m->tiles->planes)
+        return;
+    if (!cast_run(b, &m->box, enter_spans, &e))
+        m->stats.clipped++;
+}
+
+/* Squared distance of p from the line a..b (d = b - a). */
+static double distance2(const double p[3], const double a[3], const double d[3])
+{
+    double v[3], along = 0, length2 = 0, distance = 0;
+    for (int i = 0; i < 3; i++) {
+        v[i] = p[i] - a[i];
+        along += v[i] * d[i];
+        length2 += d[i] * d[i];
+    }
+    double t = length2 > 0 ? along / length2 : 0;
+    t = t < 0 ? 0 : t > 1 ? 1 : t;
+    for (int i = 0; i < 3; i++)
+        distance += (v[i] - t * d[i]) * (v[i] - t * d[i]);
+    return distance;
+}
+
+void submap_body(struct submap *m, const struct lattice_place *a, const struct lattice_place *b, double radius,
+                 uint8_t score)
+{
+    double from[3], d[3];
+    int32_t first[3], last[3];
+    bool clipped = false;
+
+    if (!(radius > 0 && radius <= CAST_MAX_VOXELS))
+        return;
+    for (int x = 0; x < 3; x++) {
+        double to = (double)(b->cell[x] - m->box.first[x]) + b->offset[x];
+        from[x] = (double)(a->cell[x] - m->box.first[x]) + a->offset[x];
+        d[x] = to - from[x];
+        double lo = floor(fmin(from[x], to) - radius), hi = ceil(fmax(from[x], to) + radius),
+               end = m->box.size[x] - 1;
+        clipped |= lo < 0 || hi > end;
+        if (hi < 0 || lo > end) {
+            m->stats.clipped++;
+            return;
+        }
+        first[x] = (int32_t)fmax(lo, 0);
+        last[x] = (int32_t)fmin(hi, end);
+    }
+    m->stats.clipped += clipped;
+    for (int32_t i = first[0]; i <= last[0]; i++)
+        for (int32_t j = first[1]; j <= last[1]; j++)
+            for (int32_t k = first[2]; k <= last[2]; k++) {
+                const double p[3] = {i + 0.5, j + 0.5, k + 0.5};
+                if (distance2(p, from, d) > radius * radius)
+                    continue;
+                uint8_t *column = writable(m, i, j, SUBMAP_VACANCY);
+                if (!column)
+                    m->stats.starved++;
+                else if (column[k] < score)
+                    column[k] = score;
+            }
+}
+
+void submap_halve(struct submap *m)
+{
+    for (size_t t = 0; t < directory_size(m); t++) {
+        if (m->tile[t] == TILE_NONE)
+            continue;
+        uint8_t *count = tiles_column(m->tiles, m->tile[t], 0, 0);
+        for (size_t c = 0; c < m->tiles->tile_bytes; c++)
+            count[c] >>= 1;
+    }
+}
+
+uint8_t submap_count(const struct submap *m, enum submap_plane plane, const int64_t cell[3])
+{
+    if (plane >= m->tiles->planes || !lattice_holds(&m->box, cell))
+        return 0;
+    int32_t i = (int32_t)(cell[0] - m->box.first[0]), j = (int32_t)(cell[1] - m->box.first[1]);
+    uint32_t tile = m->tile[directory_index(m, i, j)];
+    if (tile == TILE_NONE)
+        return 0;
+    uint32_t column = (uint32_t)(i % TILE_SIDE * TILE_SIDE + j % TILE_SIDE);
+    return tiles_column(m->tiles, tile, column, plane)[cell[2] - m->box.first[2]];
+}
+
+enum voxel_state submap_at(const struct submap *m, const struct voxel_rule *rule, const int64_t cell[3])
+{
+    return voxel_judge(rule, submap_count(m, SUBMAP_VACANCY, cell), submap_count(m, SUBMAP_ECHOES, cell));
+}
