@@ -315,6 +315,14 @@ static json_t *bus_json(const struct port_bus *bus)
                      "transfer_errors", (json_int_t)bus->transfer_errors, "not_sent", (json_int_t)bus->not_sent);
 }
 
+static json_t *clock_json(const struct clock_report *clock)
+{
+    if (!clock->running)
+        return json_pack("{s:b, s:I}", "used", 0, "restarts", (json_int_t)clock->restarts);
+    return json_pack("{s:b, s:I, s:f, s:f, s:f}", "used", 1, "restarts", (json_int_t)clock->restarts, "offset_s",
+                     clock->offset_s, "drift_ppm", clock->drift * 1e6, "jitter_s", clock->jitter_s);
+}
+
 static json_t *sensor_json(const struct daemon *d, int i, const struct pipeline_stats *pipe)
 {
     const struct conf_sonar *conf = &d->conf.sonar[i];
@@ -349,6 +357,8 @@ static json_t *sensor_json(const struct daemon *d, int i, const struct pipeline_
     };
     for (size_t k = 0; k < sizeof counters / sizeof counters[0]; k++)
         json_object_set_new(j, counters[k].name, json_integer((json_int_t)counters[k].value));
+    if (s.device.has_clock)
+        json_object_set_new(j, "clock", clock_json(&s.device.clock));
     if (s.bus.state != BUS_NONE)
         json_object_set_new(j, "bus", bus_json(&s.bus));
     json_object_set_new(j, "background", json_string(template_word(&d->template[i])));

@@ -10,7 +10,8 @@
 
 #define JUMP_NS    1e9
 #define JUMP_SHARE 0.05
-#define SURE_NS    10000000000ll /* over so long, drift is told from delays */
+#define SURE_NS    10000000000ll /* over so long a likely drift is believed ... */
+#define TELL_NS    30000000000ll /* ... and an unlikely one is told from delays */
 
 void clock_map_init(struct clock_map *map, uint64_t wrap, uint64_t tick_ns)
 {
@@ -106,7 +107,7 @@ static bool fit(struct clock_map *map)
         map->drift = (double)(hull[edge]->late_ns - hull[edge - 1]->late_ns) /
                      (double)(hull[edge]->device_ns - hull[edge - 1]->device_ns);
     if (!(fabs(map->drift) <= CLOCK_MAP_DRIFT)) {
-        if (map->sample[map->n - 1].device_ns - map->sample[0].device_ns >= SURE_NS)
+        if (map->sample[map->n - 1].device_ns - map->sample[0].device_ns >= TELL_NS)
             return false;
         map->drift = copysign(CLOCK_MAP_DRIFT, map->drift);
     }
@@ -154,4 +155,32 @@ uint64_t clock_map_put(struct clock_map *map, uint64_t count, uint64_t host_ns)
         return host_ns;
     }
     return by_line(map, map->last_ns, host_ns);
+}
+
+void clock_map_forget(struct clock_map *map)
+{
+    map->n = 0;
+}
+
+bool clock_map_is_sure(const struct clock_map *map)
+{
+    return map->n > 1 && fabs(map->drift) < CLOCK_MAP_DRIFT &&
+           map->sample[map->n - 1].device_ns - map->sample[0].device_ns >= SURE_NS;
+}
+
+void clock_map_report(const struct clock_map *map, struct clock_report *out)
+{
+    *out = (struct clock_report){.running = clock_map_is_sure(map), .restarts = map->restarts};
+    if (!out->running)
+        return;
+    double late_s = 0.0;
+    for (uint32_t i = 0; i < map->n; i++) {
+        const struct clock_sample *s = &map->sample[i];
+        late_s += 1e-9 * ((double)(s->late_ns - map->line.late_ns) -
+                          map->drift * (double)(s->device_ns - map->line.device_ns));
+    }
+    out->jitter_s = late_s / map->n;
+    out->drift = map->drift;
+    out->offset_s =
+        1e-9 * ((double)by_line(map, map->last_ns, UINT64_MAX) - (double)map->last_count * (double)map->tick_ns);
 }

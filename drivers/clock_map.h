@@ -11,11 +11,21 @@
 #ifndef SONARD_CLOCK_MAP_H
 #define SONARD_CLOCK_MAP_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #define CLOCK_MAP_SAMPLES   512
 #define CLOCK_MAP_WINDOW_NS 60000000000ll /* older pairs are forgotten */
 #define CLOCK_MAP_DRIFT     500e-6        /* no real clock is further off */
+
+/* A map in figures, for people. */
+struct clock_report {
+    bool running;      /* as a clock does, for long enough: its times are used */
+    double offset_s;   /* the host's clock less the device's, now */
+    double drift;      /* of the device's, > 0: slow */
+    double jitter_s;   /* mean delay of the frames beyond the least */
+    uint64_t restarts; /* jumps, and starts anew; only grows */
+};
 
 /* A pair, relative to the first one. */
 struct clock_sample {
@@ -50,10 +60,22 @@ void clock_map_init(struct clock_map *map, uint64_t wrap, uint64_t tick_ns);
  *
  * Steps are unwrapped the shorter way round. A step that differs from the host's by more than 1 s and 5 % is a
  * device that was started anew, or a jump: the map starts over with this pair. So does a drift beyond
- * CLOCK_MAP_DRIFT that holds over 10 s; before that, it is taken for delays and limited. An older counter than the
+ * CLOCK_MAP_DRIFT that holds over 30 s; before that, it is taken for delays and limited. An older counter than the
  * newest, or the same once more, is placed by the line and not learned from. Any count is borne, host_ns < 2^62.
  * O(CLOCK_MAP_SAMPLES).
  */
 uint64_t clock_map_put(struct clock_map *map, uint64_t count, uint64_t host_ns);
+
+/** clock_map_forget - begin anew with the next pair: nothing from before counts. */
+void clock_map_forget(struct clock_map *map);
+
+/**
+ * clock_map_is_sure - the counter has kept the host's pace for 10 s without a restart. Else a counter that stands or
+ * runs at another pace is not told from one that has delays, and what clock_map_put returns may be off by a second. What
+ * is never told is a jump back by less than 1 s: until it is out of the window, frames are placed early by as much.
+ */
+bool clock_map_is_sure(const struct clock_map *map);
+
+void clock_map_report(const struct clock_map *map, struct clock_report *out);
 
 #endif

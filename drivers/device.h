@@ -18,6 +18,7 @@
 
 #include "../grid/ping.h"
 #include "can_frame.h"
+#include "clock_map.h"
 
 #define DEVICE_TEXT_MAX 96
 
@@ -44,52 +45,56 @@ struct device_io {
 struct device_conf {
     double range_m;
     double sound_speed_mps;
-    int gain;                             /* device's own scale; -1: device's default */
-    double sector_start_rad, sector_end_rad; /* in the sensor frame, clockwise from start to end; equal: full circle */
+    int gain; /* device's own scale; -1: device's default */
+    double sector_start_rad,
+        sector_end_rad; /* in the sensor frame, clockwise from start to end; equal: full circle */
     double step_rad;
-    double frequency_hz;                  /* 0: device's default */
-    double min_confidence;                /* 0..1: a pick of the device's own below it counts as nothing heard */
-    bool request_response;                /* ask for every ping instead of letting the device transmit by itself */
-    bool listen_only;                     /* a replay: never wait for answers, ask nothing again */
-    int node;                             /* whose messages to take on a bus, its address; -1: anybody's */
-    int sensor_id;                        /* which of a node's sensors; -1: any */
-    unsigned baud;                        /* of the line the bytes come over; 0: unknown */
+    double frequency_hz;   /* 0: device's default */
+    double min_confidence; /* 0..1: a pick of the device's own below it counts as nothing heard */
+    bool request_response; /* ask for every ping instead of letting the device transmit by itself */
+    bool listen_only;      /* a replay: never wait for answers, ask nothing again */
+    int node;              /* whose messages to take on a bus, its address; -1: anybody's */
+    int sensor_id;         /* which of a node's sensors; -1: any */
+    unsigned baud;         /* of the line the bytes come over; 0: unknown */
 };
 
 enum device_state {
-    DEVICE_CLOSED,     /* no port */
-    DEVICE_IDENTIFY,   /* asking who is there */
-    DEVICE_SETUP,      /* settings sent, not yet answered */
-    DEVICE_RUNNING,    /* pings come in */
-    DEVICE_SILENT,     /* the port is open, nothing understandable comes */
+    DEVICE_CLOSED,   /* no port */
+    DEVICE_IDENTIFY, /* asking who is there */
+    DEVICE_SETUP,    /* settings sent, not yet answered */
+    DEVICE_RUNNING,  /* pings come in */
+    DEVICE_SILENT,   /* the port is open, nothing understandable comes */
 };
 
 /* Counters only grow, from the start of the process. */
 struct device_status {
     enum device_state state;
-    char what[DEVICE_TEXT_MAX];  /* "Ping360 fw 3.3.8 id 2"; empty: not identified */
-    uint64_t frames;             /* whole good frames of any kind */
+    char what[DEVICE_TEXT_MAX]; /* "Ping360 fw 3.3.8 id 2"; empty: not identified */
+    uint64_t frames;            /* whole good frames of any kind */
     uint64_t pings;
-    uint64_t garbage_bytes;      /* skipped while looking for a frame */
+    uint64_t garbage_bytes; /* skipped while looking for a frame */
     uint64_t bad_checksum;
-    uint64_t bad_frame;          /* right checksum, senseless or short content */
-    uint64_t lost_frames;        /* expected and never came */
+    uint64_t bad_frame;   /* right checksum, senseless or short content */
+    uint64_t lost_frames; /* expected and never came */
     uint64_t nacks;
     uint64_t timeouts;
-    uint64_t restarts;           /* set up anew after silence */
-    uint64_t last_ping_ns;       /* 0: none yet */
-    double range_m;              /* that the device reports, 0: none yet */
+    uint64_t restarts;     /* set up anew after silence */
+    uint64_t last_ping_ns; /* 0: none yet */
+    double range_m;        /* that the device reports, 0: none yet */
+    bool has_clock;        /* its pings carry a time of its own */
+    struct clock_report clock;
 };
 
 struct device_ops {
     const char *name;
-    size_t state_size; /* bytes; the caller gives zeroed, max_align_t-aligned memory */
+    size_t state_size;            /* bytes; the caller gives zeroed, max_align_t-aligned memory */
     uint32_t max_beams, max_bins; /* largest ping that it can make: the pool's buffers are sized by it */
 
     /* Take the configuration. False with a sentence in err (which key, what is allowed) when it cannot be met. */
     bool (*init)(void *state, const struct device_conf *conf, char *err, size_t err_size);
-    void (*opened)(void *state, uint64_t now_ns, const struct device_io *io); /* port is (again) open: shake hands */
-    void (*closed)(void *state, uint64_t now_ns);                            /* port is gone */
+    void (*opened)(void *state, uint64_t now_ns,
+                   const struct device_io *io);   /* port is (again) open: shake hands */
+    void (*closed)(void *state, uint64_t now_ns); /* port is gone */
     /* n bytes read at now_ns; any split. */
     void (*feed)(void *state, const uint8_t *bytes, size_t n, uint64_t now_ns, const struct device_io *io);
     void (*tick)(void *state, uint64_t now_ns, const struct device_io *io); /* the deadline has come, or earlier */

@@ -82,6 +82,7 @@ static bool decode_atof(const struct ping_frame *f, struct surveyor_points *out)
         return false;
     *out = (struct surveyor_points){.atof = true,
                                     .ping_number = get_u32(b + 20),
+                                    .power_up_ms = get_u32(b),
                                     .listening_s = (double)get_f32(b + 12),
                                     .pulse_s = (double)get_f32(b + 28),
                                     .n = points_there(f, get_u16(b + 36), ATOF_HEAD_BYTES, ATOF_POINT_BYTES),
@@ -110,6 +111,7 @@ size_t surveyor_encode_atof(uint8_t *out, size_t size, uint8_t src, const struct
 
     if (head->n > SURVEYOR_POINTS_MAX)
         return 0;
+    put_u32(b, head->power_up_ms);
     put_f32(b + 12, (float)head->listening_s);
     put_f32(b + 16, sound_speed_mps);
     put_u32(b + 20, head->ping_number);

@@ -42,7 +42,8 @@ struct surveyor_settings {
 /* atof_point_data or yz_point_data. */
 struct surveyor_points {
     bool atof;
-    uint32_t ping_number; /* atof only, as the two below */
+    uint32_t ping_number; /* atof only, as the three below */
+    uint32_t power_up_ms; /* the sonar's own clock */
     double listening_s, pulse_s;
     unsigned n;             /* points that are there, at most SURVEYOR_POINTS_MAX */
     const uint8_t *records; /* n of them */

@@ -25,6 +25,7 @@
 #define STOP_NS        (250 * MS)
 #define PING_MARGIN_NS (25 * MS)
 #define PING_LEAST_NS  (50 * MS)
+#define POWER_UP_WRAP  (1ull << 32)
 #define STEPS          400
 
 enum step { IDENTIFY, SETUP, RUN, STOP, N_STEPS };
@@ -37,6 +38,7 @@ struct surveyor {
     struct surveyor_settings set;
     bool has_atof; /* of these points came since it was opened: yz would say the same again */
     struct ping_count count;
+    struct clock_map clock; /* power_up_ms on the host's clock */
 };
 
 static bool at(const struct surveyor *d, enum step step)
@@ -80,6 +82,7 @@ static bool surveyor_init(void *state, const struct device_conf *conf, char *err
                                         .atof = true,
                                         .n_steps = STEPS};
     d->talk.on_frame = on_frame;
+    clock_map_init(&d->clock, POWER_UP_WRAP, MS);
     ping_parser_init(&d->talk.parser, PING_PAYLOAD_LIMIT);
     asker_init(&d->talk.asker, conf->listen_only, &steps[IDENTIFY], &steps[STOP]);
     return true;
@@ -169,6 +172,10 @@ static void make_ping(struct surveyor *d, const struct surveyor_points *points, 
     if (!ping)
         return;
     surveyor_fill_ping(ping, frame, points, d->conf.range_m, d->conf.sound_speed_mps);
+    if (points->atof) {
+        const uint64_t t_ns = clock_map_put(&d->clock, points->power_up_ms, ping->t_ns);
+        ping->t_ns = clock_map_is_sure(&d->clock) ? t_ns : ping->t_ns;
+    }
     io->ping_done(io->ctx, ping);
 }
 
@@ -182,6 +189,8 @@ static void on_points(struct surveyor *d, const struct ping_frame *frame, uint64
         return;
     }
     d->has_atof |= points.atof;
+    if (points.atof && d->count.known && points.ping_number < d->count.last)
+        clock_map_forget(&d->clock); /* it started anew, however short its clock's way back is */
     if (points.atof ? ping_count_is_new(&d->count, points.ping_number, &d->talk.asker.status.lost_frames)
                     : !d->has_atof)
         make_ping(d, &points, frame, io);
@@ -248,7 +257,16 @@ static void surveyor_opened(void *state, uint64_t now_ns, const struct device_io
     struct surveyor *d = state;
     d->has_atof = false;
     d->count = (struct ping_count){0};
+    clock_map_forget(&d->clock);
     ping_talk_opened(&d->talk, now_ns, io);
+}
+
+static void surveyor_status(const void *state, struct device_status *out)
+{
+    const struct surveyor *d = state;
+    ping_talk_status(state, out);
+    out->has_clock = d->has_atof;
+    clock_map_report(&d->clock, &out->clock);
 }
 
 const struct device_ops device_surveyor = {
@@ -263,5 +281,5 @@ const struct device_ops device_surveyor = {
     .tick = ping_talk_tick,
     .deadline = asker_deadline,
     .stop = asker_stop,
-    .status = ping_talk_status,
+    .status = surveyor_status,
 };

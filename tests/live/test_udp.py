@@ -161,6 +161,24 @@ def multibeam(bench):
     check(sensor(client, "swath")["pings"] <= int(sim.command("status").split(" pings")[0].split()[-1]), "pings told twice")
 
 
+def multibeam_clock(bench):
+    """Pings are timed by the sonar's own counter, across its wrap and a start anew."""
+    sim = bench.twin("surveyor_sim", "--udp", "0", "--clock-ppm", "100")
+    _, client = start(bench, {"swath": "udp:" + sim.address})
+
+    def clock():
+        return sensor(client, "swath").get("clock", {"used": False})
+
+    until(lambda: clock()["used"], "the clock to be used", 30)
+    pings(client, "swath", 120)
+    check(clock()["used"] and clock()["restarts"] == 0, "the wrap is a restart: %s" % clock())
+    check(abs(clock()["drift_ppm"] + 100) < 400 and 0 <= clock()["jitter_s"] < 0.05, "the clock: %s" % clock())
+    sim.command("reboot 1")
+    pings(client, "swath", 30)
+    check(not clock()["used"], "times go across the start: %s" % clock())
+    until(lambda: clock()["used"], "the clock to be used again", 30)
+
+
 FAULTS = (("drop 3", "lost_frames", 3), ("corrupt 3", "bad_checksum", 3), ("short 2", "lost_frames", 2),
           ("garbage 5000", "garbage_bytes", 4000), ("twice 4", None, 0), ("swap 2", None, 0), ("split 1", None, 0),
           ("split 0", None, 0))
@@ -223,7 +241,7 @@ cases = [("network_head", network_head), ("bridge", bridge), ("nobody_there", no
          ("echosounder_serial", lambda bench: echosounder(bench, False)),
          ("echosounder_without_power", lambda bench: echosounder_without_power(bench, "transmit")),
          ("asked_echosounder_without_power", lambda bench: echosounder_without_power(bench, "request")),
-         ("asked_echosounder", asked_echosounder), ("multibeam", multibeam),
+         ("asked_echosounder", asked_echosounder), ("multibeam", multibeam), ("multibeam_clock", multibeam_clock),
          ("faults_ping1d", lambda bench: faults(bench, "ping1d_sim", "sounder")),
          ("faults_surveyor", lambda bench: faults(bench, "surveyor_sim", "swath")),
          ("several", several)]

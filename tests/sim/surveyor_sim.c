@@ -17,13 +17,14 @@
 #define PULSE_S     100e-6
 
 static double bottom_m = 8.0, wall_m = 5.0, points = 256.0, swath_deg = 120.0, noise_m = 0.01, water_mps = 1500.0,
-              yz_too, refuse;
+              yz_too, refuse, clock_ppm, reboot;
 
 static struct {
     struct ping_parser parser;
     uint64_t random;
     struct surveyor_settings set;
-    uint64_t next_ns;
+    uint64_t next_ns, on_ns;
+    uint32_t first_ms;
     uint32_t number;
 } sonar;
 
@@ -35,8 +36,9 @@ static double dice(void)
 
 static void start(uint64_t seed, uint64_t now_ns)
 {
-    (void)now_ns;
     ping_parser_init(&sonar.parser, PING_PAYLOAD_LIMIT);
+    sonar.on_ns = now_ns;
+    sonar.first_ms = 0u - 15000u;
     sonar.random = seed;
 }
 
@@ -49,13 +51,21 @@ static double range_at(double angle_rad)
     return range_m + noise_m * (dice() - 0.5);
 }
 
+/* When it is started first, the counter is 15 s before its end. */
+static uint32_t power_up_ms(uint64_t now_ns)
+{
+    return sonar.first_ms + (uint32_t)((double)(now_ns - sonar.on_ns) * (1e-6 + 1e-12 * clock_ppm));
+}
+
 static void send_points(struct line *line, uint64_t now_ns)
 {
     static float atof[SURVEYOR_POINTS_MAX][2], yz[SURVEYOR_POINTS_MAX][2];
     static uint8_t frame[PING_FRAME_LIMIT];
     const double reach_m = sonar.set.end_mm * 1e-3;
-    struct surveyor_points head = {
-        .ping_number = ++sonar.number, .listening_s = 2.0 * reach_m / water_mps, .pulse_s = PULSE_S};
+    struct surveyor_points head = {.ping_number = ++sonar.number,
+                                   .power_up_ms = power_up_ms(now_ns),
+                                   .listening_s = 2.0 * reach_m / water_mps,
+                                   .pulse_s = PULSE_S};
 
     for (int i = 0; i < (int)points; i++) {
         double angle_rad = geo_rad(swath_deg * ((i + 0.5) / points - 0.5)), range_m = range_at(angle_rad);
@@ -102,6 +112,12 @@ static void feed(struct line *line, const uint8_t *bytes, size_t n, uint64_t now
 
 static uint64_t tick(struct line *line, uint64_t now_ns)
 {
+    if (reboot > 0.0) {
+        reboot = 0.0;
+        sonar.on_ns = now_ns;
+        sonar.first_ms = sonar.number = 0;
+        sonar.set.ping = false;
+    }
     if (!sonar.set.ping)
         return LINE_NEVER;
     if (now_ns >= sonar.next_ns) {
@@ -126,6 +142,8 @@ int main(int argc, char **argv)
         {"swath", "degrees", &swath_deg, 1, 170},
         {"noise", "metres, the whole width of it", &noise_m, 0, 1},
         {"sound-speed", "m/s, of the water", &water_mps, 1000, 2000},
+        {"clock-ppm", "parts per million by which its own clock is fast", &clock_ppm, -1e6, 1e6},
+        {"reboot", "1: power is lost and comes back", &reboot, 0, 1},
         {"yz-too", "1: say each ping as places, too", &yz_too, 0, 1},
         {"refuse", "so many of the next settings are refused", &refuse, 0, 1e6},
         {.name = NULL},

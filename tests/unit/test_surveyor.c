@@ -480,6 +480,99 @@ TEST(lost_and_broken_pings_are_counted)
     CHECK_INT(status().state, DEVICE_RUNNING);
 }
 
+/* ---- its clock ---- */
+
+/* What the sonar and the way to it do to time. */
+struct clockwork {
+    const char *name;
+    double ppm, jitter_ms; /* of the sonar's clock; mean delay beyond the least */
+    uint32_t first_ms;     /* what it counts at first */
+    double tick_ms;        /* that it counts as one */
+    double restart_s;      /* when it is started anew; 0: never */
+    bool usable;
+};
+
+#define LEAST_NS  (3 * MS)
+#define LISTEN_NS (40 * MS)
+
+/* 100 s of pings: t_ns of each against its truth, in figures. */
+static void listen_through(const struct clockwork *w, uint64_t *seed, double *by_clock_s, double *by_arrival_s)
+{
+    static uint8_t b[PING_FRAME_LIMIT];
+    uint64_t arrival_ns = 0, on_ns = rig.now_ns, restarted_ns = 0;
+    uint32_t number = 0;
+    unsigned n = 0;
+
+    *by_clock_s = *by_arrival_s = 0;
+    for (uint64_t sent_ns = rig.now_ns; sent_ns < on_ns + 100 * SEC; sent_ns += 97 * MS) {
+        if (w->restart_s > 0 && !restarted_ns && sent_ns - on_ns > (uint64_t)(w->restart_s * 1e9)) {
+            restarted_ns = sent_ns;
+            number = 0;
+        }
+        uint64_t since_ns = sent_ns - (restarted_ns ? restarted_ns : on_ns);
+        float point[POINTS][2];
+        const struct surveyor_points head = {
+            .ping_number = ++number,
+            .power_up_ms = (restarted_ns ? 0 : w->first_ms) +
+                           (uint32_t)((double)since_ns * 1e-6 * (1 + w->ppm * 1e-6) / w->tick_ms),
+            .listening_s = LISTEN_NS * 1e-9,
+            .pulse_s = 100e-6,
+            .n = POINTS};
+        bottom(point, true);
+        double delay_ms = -w->jitter_ms * log(1.0 - test_uniform(seed));
+        uint64_t in_ns = sent_ns + LISTEN_NS + LEAST_NS + (uint64_t)(delay_ms * 1e6);
+        arrival_ns = in_ns > arrival_ns ? in_ns : arrival_ns;
+        unsigned before = rig.pings;
+        rig.now_ns = arrival_ns;
+        feed(b, surveyor_encode_atof(b, sizeof(b), 1, &head, 1500.0f, (const float(*)[2])point));
+        CHECK_INT(rig.pings, before + 1);
+        CHECK(rig.last.t_ns <= arrival_ns - LISTEN_NS + 100); /* listening_s is a float */
+        if (restarted_ns) /* a ping is never put among those of the life before */
+            CHECK(rig.last.t_ns + 2 * MS >= restarted_ns);
+        if (since_ns < 12 * SEC)
+            continue;
+        double error_s = ((double)rig.last.t_ns - (double)sent_ns) * 1e-9;
+        double arrival_s = (double)(arrival_ns - LISTEN_NS - sent_ns) * 1e-9;
+        *by_clock_s += error_s * error_s;
+        *by_arrival_s += arrival_s * arrival_s;
+        n++;
+    }
+    *by_clock_s = sqrt(*by_clock_s / n);
+    *by_arrival_s = sqrt(*by_arrival_s / n);
+}
+
+TEST(pings_are_timed_by_its_clock)
+{
+    static const struct clockwork row[] = {
+        {"steady", 0, 20, 1000, 1, 0, true},
+        {"fast", 80, 20, 1000, 1, 0, true},
+        {"slow", -120, 20, 1000, 1, 0, true},
+        {"wraps", 30, 20, 0u - 50000u, 1, 0, true},
+        {"is started anew", 30, 20, 3600000, 1, 41, true},
+        {"is started anew soon after", 0, 20, 1000, 1, 30, true},
+        {"hardly any delays", 10, 0.5, 1000, 1, 0, true},
+        {"long delays", 10, 40, 1000, 1, 0, true},
+        {"stands", 0, 20, 1000, 1e12, 0, false},
+        {"counts seconds", 0, 20, 1000, 1000, 0, false},
+        {"counts microseconds", 0, 20, 1000, 1e-3, 0, false},
+        {"a tenth off", 0, 20, 1000, 1.1, 0, false},
+    };
+    uint64_t seed = test_seed();
+    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+        double by_clock_s, by_arrival_s;
+        rig_new(true);
+        device_surveyor.opened(rig.state, rig.now_ns, &rig.io);
+        listen_through(&row[i], &seed, &by_clock_s, &by_arrival_s);
+        const double least_s = LEAST_NS * 1e-9;
+        bool good = row[i].usable ? by_clock_s < least_s + 0.1 * (by_arrival_s - least_s) + 0.002
+                                  : by_clock_s <= by_arrival_s * 1.000001;
+        if (!good || status().clock.running != row[i].usable) {
+            printf("%s: off by %.2f ms, by arrival %.2f ms\n", row[i].name, by_clock_s * 1e3, by_arrival_s * 1e3);
+            CHECK(false);
+        }
+    }
+}
+
 TEST(it_is_stopped)
 {
     rig_open();
@@ -516,6 +609,7 @@ int main(void)
     RUN(refused_settings_are_told_and_tried_again);
     RUN(silence_is_answered_every_second_and_anew);
     RUN(lost_and_broken_pings_are_counted);
+    RUN(pings_are_timed_by_its_clock);
     RUN(it_is_stopped);
     free(rig.state);
     return test_end();
