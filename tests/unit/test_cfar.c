@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * test_cfar - factors against tables worked out with 50 digits, masks against exact integer masks and against a
- * brute-force detector written out here, and the inputs that break detectors.
+ * brute-force detector written out here, and the inputs that break detectors (C1 to C12: the catalogue of such).
  */
 #include "../lib/test.h"
 
@@ -232,6 +232,7 @@ static void random_stretches(uint64_t *seed, uint8_t *out, uint32_t n)
             out[i++] = value;
 }
 
+/* C9 */
 TEST(a_million_random_cells_equal_brute_force)
 {
     uint64_t seed = test_seed();
@@ -291,6 +292,7 @@ static uint32_t hits_in(const struct cfar *cfar, const uint64_t *x, uint32_t n)
     return hits;
 }
 
+/* C1, C2, C10 */
 TEST(flat_beams_hold_no_detection)
 {
     for (int detector = CFAR_CA; detector <= CFAR_OS; detector++)
@@ -305,6 +307,7 @@ TEST(flat_beams_hold_no_detection)
         }
 }
 
+/* C3 */
 TEST(one_count_over_a_floor_of_zeros)
 {
     uint64_t x[100] = {0};
@@ -318,6 +321,7 @@ TEST(one_count_over_a_floor_of_zeros)
     CHECK_INT(hits_in(&cfar, x, 100), 0);
 }
 
+/* C4, C5 */
 TEST(beams_shorter_than_the_window)
 {
     static const uint32_t length[] = {0, 1, 2, 5, 6, 21};
@@ -338,6 +342,7 @@ TEST(beams_shorter_than_the_window)
     }
 }
 
+/* C6 */
 TEST(tiny_probabilities_are_solved)
 {
     double alpha, ln_pfa;
@@ -356,6 +361,7 @@ TEST(tiny_probabilities_are_solved)
         }
 }
 
+/* C7 */
 TEST(wrong_arguments_are_refused)
 {
     double out = 5.0;
@@ -389,6 +395,7 @@ TEST(greater_and_smaller_share_their_sum)
         }
 }
 
+/* C8 */
 TEST(a_loud_cell_leaves_nothing_behind)
 {
     uint64_t x[200];
@@ -403,6 +410,7 @@ TEST(a_loud_cell_leaves_nothing_behind)
         CHECK_INT(cfar_reference_at(&cfar, &profile, i).sum, 24);
 }
 
+/* C12 */
 TEST(the_integer_limit_is_wide_enough)
 {
     /* alpha 2^24, sums 2^45 and beyond: the products need 128 bits */
@@ -414,6 +422,12 @@ TEST(the_integer_limit_is_wide_enough)
     CHECK_INT(hits_in(&cfar, x, 40), 0); /* exactly at the threshold */
     x[20] += 1;
     CHECK_INT(hits_in(&cfar, x, 40), 1);
+
+    /* alpha_q16 2^40, sum 2^45: their product would be 2^85, and is not 2^21 */
+    for (int i = 0; i < 40; i++)
+        x[i] = (uint64_t)1 << 41;
+    x[20] = (uint64_t)1 << 50;
+    CHECK_INT(hits_in(&cfar, x, 40), 0);
 }
 
 /* Exponential clutter in, design rate of false alarms out; the same clutter as decibels gives none at all. */
