@@ -206,6 +206,8 @@ struct conf_checks {
     bool (*port)(const char *address, char *err, size_t err_size);
     bool (*depth)(const char *source, char *err, size_t err_size);
     bool (*line)(const char *name, char *err, size_t err_size); /* of a GPIO chip: can there be any? */
+    /* All of a sonar whose keys are good each: can its device do that, over that port? err begins with the key. */
+    bool (*sonar)(const struct conf_sonar *sonar, const struct conf_water *water, char *err, size_t err_size);
 };
 
 struct conf_source; /* where every value came from, and the text as read (for captures) */

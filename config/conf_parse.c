@@ -330,6 +330,6 @@ void conf_parse(struct conf *conf, struct conf_source *source, const struct conf
     if (ini_parse_stream(next_line, p, take_key, p) == -2)
         conf_fault_add(p->faults, p->line, "out of memory");
     check_complete(p);
-    conf_rules_check(conf, source, faults);
+    conf_rules_check(conf, source, checks, faults);
     free(p);
 }

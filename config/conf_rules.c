@@ -110,11 +110,50 @@ static void check_lines(const struct rules *r)
     }
 }
 
-void conf_rules_check(const struct conf *conf, const struct conf_source *source, struct conf_faults *faults)
+/* Every key of the sonar was understood, and those that must be there are. */
+static bool is_whole(const struct rules *r, int i)
+{
+    for (const struct conf_key *key = conf_keys; key->name; key++) {
+        const struct conf_origin *from = &r->source->origin[i][key - conf_keys];
+        if (conf_key_is_sonar(key) && (from->bad || (!key->standard && from->line == 0)))
+            return false;
+    }
+    return true;
+}
+
+/* Where the key stands with which the sentence begins; where its default is in force, where the device is named. */
+static struct place place_of(const struct rules *r, int i, const char *sentence)
+{
+    static const char *const sections[] = {"sonar", "water"};
+    char name[CONF_NAME_MAX];
+    snprintf(name, sizeof name, "%.*s", (int)strcspn(sentence, " :"), sentence);
+    for (size_t k = 0; k < sizeof sections / sizeof sections[0]; k++) {
+        struct place at = {sections[k], name, k == 0 ? i : 0};
+        const struct conf_key *key = conf_key_find(at.section, at.key);
+        if (key && origin(r, at)->line > 0)
+            return (struct place){key->section, key->name, at.sonar};
+    }
+    return (struct place){"sonar", "device", i};
+}
+
+/* What the device itself has to say. */
+static void check_device(const struct rules *r, const struct conf_checks *checks, int i)
+{
+    const struct conf_sonar *s = &r->conf->sonar[i];
+    char err[2 * CONF_VALUE_MAX];
+    if (!is_whole(r, i) || checks->sonar(s, &r->conf->water, err, sizeof err))
+        return;
+    conf_fault_add(r->faults, origin(r, place_of(r, i, err))->line, "[sonar %s] %s", s->name, err);
+}
+
+void conf_rules_check(const struct conf *conf, const struct conf_source *source, const struct conf_checks *checks,
+                      struct conf_faults *faults)
 {
     struct rules r = {conf, source, faults};
     for (int i = 0; i < conf->n_sonars; i++)
         check_sonar(&r, i);
+    for (int i = 0; checks && checks->sonar && i < conf->n_sonars; i++)
+        check_device(&r, checks, i);
     check_lines(&r);
     rule(&r, (struct place){"extract", "guard", 0}, (struct place){"extract", "window", 0},
          conf->extract.guard_m < conf->extract.window_m, "guard smaller than window");

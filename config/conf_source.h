@@ -28,6 +28,7 @@ void conf_parse(struct conf *conf, struct conf_source *source, const struct conf
                 struct conf_faults *faults);
 
 /** conf_rules_check - what no single key can tell: values that do not go together. */
-void conf_rules_check(const struct conf *conf, const struct conf_source *source, struct conf_faults *faults);
+void conf_rules_check(const struct conf *conf, const struct conf_source *source, const struct conf_checks *checks,
+                      struct conf_faults *faults);
 
 #endif

@@ -79,8 +79,11 @@ static bool line_exists(const char *name, char *err, size_t err_size)
     return gpio_library.available(err, err_size);
 }
 
-static const struct conf_checks checks = {
-    .device = device_exists, .port = port_exists, .depth = modbus_depth_check, .line = line_exists};
+static const struct conf_checks checks = {.device = device_exists,
+                                          .port = port_exists,
+                                          .depth = modbus_depth_check,
+                                          .line = line_exists,
+                                          .sonar = source_check};
 
 static int check_file(const char *path)
 {

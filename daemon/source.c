@@ -311,12 +311,12 @@ static bool set_device(struct source *s, const struct conf_sonar *conf, const st
     if (!s->port.ops)
         return false;
     if (!s->ops) {
-        snprintf(err, err_size, "there is no device '%s'", conf->device);
+        snprintf(err, err_size, "device = %s: there is none", conf->device);
         return false;
     }
     bool wants_frames = s->ops->can_match != NULL;
     if (wants_frames != (strcmp(s->port.ops->encoding, "socketcan") == 0)) {
-        snprintf(err, err_size, "device %s over %s: it needs %s", conf->device, s->address,
+        snprintf(err, err_size, "device = %s: over %s it does not work; it needs %s", conf->device, s->address,
                  wants_frames ? "a CAN bus, as port = can:can0"
                               : "a stream of bytes; on a CAN bus that is isotp: or canstream:");
         return false;
@@ -332,6 +332,20 @@ static bool set_device(struct source *s, const struct conf_sonar *conf, const st
     if (wants_frames)
         s->port.can_match = s->ops->can_match(s->device);
     return true;
+}
+
+bool source_check(const struct conf_sonar *conf, const struct conf_water *water, char *err, size_t err_size)
+{
+    struct source *s = calloc(1, sizeof *s);
+    if (!s) {
+        snprintf(err, err_size, "device: out of memory");
+        return false;
+    }
+    snprintf(s->address, sizeof s->address, "%s", conf->port);
+    const bool good = set_device(s, conf, water, err, err_size);
+    free(s->device);
+    free(s);
+    return good;
 }
 
 struct source *source_new(const struct source_env *env, const struct conf_sonar *conf,

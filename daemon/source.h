@@ -52,6 +52,9 @@ struct source_stats {
 struct source *source_new(const struct source_env *env, const struct conf_sonar *conf,
                           const struct conf_water *water, uint16_t index, char *err, size_t err_size);
 
+/** source_check - would source_new make one of it? Else false with a sentence in err that begins with a key. */
+bool source_check(const struct conf_sonar *conf, const struct conf_water *water, char *err, size_t err_size);
+
 void source_start(struct source *s);                                /* first try to open */
 void source_feed(struct source *s, const uint8_t *bytes, size_t n); /* replay: bytes as they were read */
 void source_stop(struct source *s);                                 /* ask the hardware to be quiet */

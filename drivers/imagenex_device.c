@@ -38,7 +38,7 @@
 
 struct model {
     const char *name;
-    uint8_t head;
+    uint8_t head, head_last; /* ids that such heads may have; the first is asked */
     uint8_t default_gain_db;
     bool scans;
     uint8_t pulse_unit_us;
@@ -49,6 +49,7 @@ struct model {
 static const struct model model_852 = {
     .name = "Imagenex 852",
     .head = 0x11,
+    .head_last = 0x15,
     .default_gain_db = 6,
     .pulse_unit_us = 1,
     .ranges_m = {5, 10, 20, 30, 40, 50},
@@ -59,6 +60,7 @@ static const struct model model_852 = {
 static const struct model model_881a = {
     .name = "Imagenex 881A",
     .head = 0x10,
+    .head_last = 0x10,
     .default_gain_db = 20,
     .scans = true,
     .pulse_unit_us = 10,
@@ -74,6 +76,7 @@ struct imagenex {
     const struct model *model;
     struct device_conf conf;
     struct imagenex_switch request;
+    bool other_told;   /* that another head speaks */
     bool follows;      /* there was a ping since the port was opened ... */
     uint16_t position; /* ... the last one from here ... */
     bool clockwise;    /* ... and where the head was going */
@@ -317,9 +320,30 @@ static void make_ping(struct imagenex *d, const struct imagenex_frame *f, const 
     io->ping_done(io->ctx, ping);
 }
 
+/* Is it from a head that was asked or, where none is asked, from one of this model? */
+static bool is_ours(const struct imagenex *d, const struct imagenex_frame *f)
+{
+    const struct model *m = d->model;
+    return f->head == d->request.head ||
+           (asker_listening(&d->asker) && f->head >= m->head && f->head <= m->head_last);
+}
+
+static void on_other_head(struct imagenex *d, const struct imagenex_frame *f, const struct device_io *io)
+{
+    d->asker.status.bad_frame++;
+    if (!d->other_told)
+        io->note(io->ctx, NOTE_WARNING, "head 0x%02x answers, not 0x%02x of an %s: not used", f->head,
+                 d->request.head, d->model->name);
+    d->other_told = true;
+}
+
 static void on_reply(struct imagenex *d, const struct imagenex_frame *f, uint64_t now_ns,
                      const struct device_io *io)
 {
+    if (!is_ours(d, f)) {
+        on_other_head(d, f, io);
+        return;
+    }
     /* Samples of 4 and 16 bits are never asked for, and how they are packed is not known. */
     if (f->range_m == 0 || f->n_data != f->n_points || (d->model->scans && f->position > POSITION_TURN)) {
         d->asker.status.bad_frame++;

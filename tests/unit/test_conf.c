@@ -49,7 +49,21 @@ static bool known_line(const char *name, char *err, size_t err_size)
     return strcmp(name, "nowhere") != 0;
 }
 
-static const struct conf_checks checks = {known_device, known_port, known_depth, known_line};
+/* A device that has gain 0 to 6, and does not like water faster than 1600 m/s nor a range of 66 m. */
+static bool able_sonar(const struct conf_sonar *sonar, const struct conf_water *water, char *err, size_t err_size)
+{
+    if (sonar->gain > 6)
+        snprintf(err, err_size, "gain = %d: want 0 .. 6", sonar->gain);
+    else if (water->sound_speed_mps > 1600)
+        snprintf(err, err_size, "sound_speed = %g m/s: too fast", water->sound_speed_mps);
+    else if (sonar->range_m == 66)
+        snprintf(err, err_size, "mode = auto: not at 66 m");
+    else
+        return true;
+    return false;
+}
+
+static const struct conf_checks checks = {known_device, known_port, known_depth, known_line, able_sonar};
 
 static int load_bytes(struct conf *conf, const char *text, size_t size)
 {
@@ -92,7 +106,8 @@ static void check_broken(const struct broken *cases, size_t n)
 #define CHECK_BROKEN(cases) check_broken(cases, sizeof(cases) / sizeof(cases)[0])
 
 #define SECTIONS                                                                                                  \
-    "want one of [sonar NAME], [water], [extract], [background], [grid], [pose], [depth], [nmea], [gpio], [server], "           \
+    "want one of [sonar NAME], [water], [extract], [background], [grid], [pose], [depth], [nmea], [gpio], "       \
+    "[server], "                                                                                                  \
     "[pipeline], [record], "                                                                                      \
     "[log]"
 #define LENGTHS "(m, cm, mm, km)"
@@ -310,6 +325,23 @@ TEST(broken_together)
          "t.conf:8: [extract] rnak = 1: unknown key; did you mean rank?\n"
          "t.conf:9: [extract]: begun before in line 6; want it once\n"
          "t.conf:10: [log: no ] at the end of the section; want [section] alone on its line"},
+    };
+    CHECK_BROKEN(cases);
+}
+
+TEST(what_the_device_cannot)
+{
+    static const struct broken cases[] = {
+        {"its key", BASE "range = 5 m\ngain = 7\n", "t.conf:5: [sonar a] gain = 7: want 0 .. 6"},
+        {"the second sonar's", BASE "[sonar b]\ndevice = ping360\nport = serial:/dev/y\ngain = 9\n",
+         "t.conf:7: [sonar b] gain = 9: want 0 .. 6"},
+        {"a key of another section", BASE "[water]\nsound_speed = 1610 m/s\n",
+         "t.conf:5: [sonar a] sound_speed = 1610 m/s: too fast"},
+        {"a default", BASE "range = 66 m\n", "t.conf:2: [sonar a] mode = auto: not at 66 m"},
+        {"not asked where a key is bad", BASE "gain = 7\nrange = 5\n",
+         "t.conf:5: [sonar a] range = 5: the unit is missing; want 0.75 to 200 m (m, cm, mm, km)"},
+        {"not asked where a key is missing", "[sonar a]\ndevice = ping360\ngain = 7\n",
+         "t.conf:1: [sonar a] port: is missing; want KIND:ADDRESS, for instance serial:/dev/ttyUSB0:115200"},
     };
     CHECK_BROKEN(cases);
 }
@@ -752,6 +784,7 @@ int main(void)
     RUN(broken_lines);
     RUN(broken_values);
     RUN(broken_together);
+    RUN(what_the_device_cannot);
     RUN(a_nul_byte_is_refused);
     RUN(an_overlong_line_is_not_cut);
     RUN(the_ninth_sonar_is_refused);

@@ -382,12 +382,37 @@ TEST(ranges_without_profile)
     for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         const struct device_conf conf = usual();
         open_device(row[i].ops, &conf);
-        struct imagenex_frame f = frame_of(0x11, 600, row[i].range_m);
+        const uint8_t head = row[i].ops == &device_imagenex852 ? 0x11 : 0x10;
+        struct imagenex_frame f = frame_of(head, 600, row[i].range_m);
         f.n_points = f.n_data = 0;
         f.profile = row[i].profile;
         reply(&f);
         CHECK(ping.kind == PING_RANGES && ping_bytes(&ping) == 0 && ping.dr_m == row[i].range_m);
         CHECK_NEAR(beam.range_m, row[i].metres, 1e-6, 0);
+    }
+}
+
+TEST(replies_of_other_heads_are_counted_and_not_used)
+{
+    static const struct {
+        const struct device_ops *ops;
+        bool listen_only;
+        uint8_t head;
+        bool used;
+    } row[] = {{&device_imagenex852, false, 0x11, true},   {&device_imagenex852, false, 0x12, false},
+               {&device_imagenex852, false, 0x10, false},  {&device_imagenex852, true, 0x15, true},
+               {&device_imagenex852, true, 0x10, false},   {&device_imagenex881a, false, 0x10, true},
+               {&device_imagenex881a, false, 0x11, false}, {&device_imagenex881a, true, 0x11, false}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct device_conf conf = usual();
+        conf.listen_only = row[i].listen_only;
+        open_device(row[i].ops, &conf);
+        const int before = n_pings;
+        const struct imagenex_frame f = frame_of(row[i].head, 600, 20);
+        reply(&f);
+        CHECK_INT(n_pings - before, row[i].used);
+        CHECK_INT(status_now().bad_frame, !row[i].used);
+        CHECK_INT(status_now().frames, 1);
     }
 }
 
@@ -590,6 +615,7 @@ int main(void)
     RUN(geometry_is_the_replys_own);
     RUN(full_scale_of_the_852_is_saturation);
     RUN(ranges_without_profile);
+    RUN(replies_of_other_heads_are_counted_and_not_used);
     RUN(senseless_replies_are_counted);
     RUN(every_reply_is_followed_by_a_request);
     RUN(refused_settings_come_again);
