@@ -25,6 +25,7 @@ enum conf_amplitude {
 enum conf_scan_mode { CONF_MODE_AUTO, CONF_MODE_TRANSMIT, CONF_MODE_REQUEST };
 enum conf_detector { CONF_CA, CONF_GOCA, CONF_SOCA, CONF_OS };
 enum conf_order { CONF_ORDER_SAFE, CONF_ORDER_PAPER };
+enum conf_median { CONF_MEDIAN_OFF, CONF_MEDIAN_3, CONF_MEDIAN_5 };
 enum conf_no_echo { CONF_NO_ECHO_MINIMUM, CONF_NO_ECHO_HEARD, CONF_NO_ECHO_RANGE };
 enum conf_elevation { CONF_ELEVATION_FULL, CONF_ELEVATION_LEVEL };
 enum conf_function { CONF_HOLDING, CONF_INPUT };
@@ -85,6 +86,11 @@ struct conf_extract {
     int floor_counts;       /* floor = 8: bins at or below are never an echo  [0 .. 65535] */
     double min_contrast_db; /* min_contrast = 14 dB: over the reference cells [0 .. 100] */
     int learn_ring_down;    /* learn_ring_down = off | on, where ring_down = auto */
+    int median;             /* median = off | 3 | 5 (enum conf_median) */
+    int otsu;               /* otsu = off | on */
+    int clahe;              /* clahe = off | on */
+    double clahe_clip;      /* clahe_clip = 2 [1 .. 100] */
+    int classes;            /* classes = off | on */
     int marks;              /* marks = on | off: bursts and ghosts */
     int no_echo;            /* no_echo = minimum | heard | range */
     double

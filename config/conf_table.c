@@ -157,6 +157,18 @@ const struct conf_key conf_keys[] = {
     {"extract", "learn_ring_down", WORDS("on", "off"), .standard = "off", CONF(extract.learn_ring_down),
      .help = "For ring_down = auto: a beam that seems to ring longer than the sonar usually does is believed from\n"
              "where it usually ends, so that a wall close to the head is found there. Parts of the vehicle are too."},
+    {"extract", "median", WORDS("off", "3", "5"), .standard = "off", CONF(extract.median),
+     .help = "Smooth the image of a scanning head: the median of 3 x 3 or 5 x 5 bins, against single specks.\n"
+             "Holds every ping back until one (3) or two (5) more have come; the last wait while a sonar is silent."},
+    {"extract", "otsu", WORDS("on", "off"), .standard = "off", CONF(extract.otsu),
+     .help = "Take away what is no louder than the threshold that parts the last turn best in two (Otsu)."},
+    {"extract", "clahe", WORDS("on", "off"), .standard = "off", CONF(extract.clahe),
+     .help = "Even out the contrast of the image (CLAHE), each part of it by its own last pass."},
+    {"extract", "clahe_clip", NUMBER(1, 100), .standard = "2", CONF(extract.clahe_clip),
+     .help = "How far clahe may stretch: no count counts for more than this many times the mean one."},
+    {"extract", "classes", WORDS("on", "off"), .standard = "off", CONF(extract.classes),
+     .help = "Part the last turn of the image in three classes; what lies in the lowest is no echo. Weak obstacles\n"
+             "in a scene with strong ones may be lost by it."},
     {"extract", "marks", WORDS("on", "off"), .standard = "on", CONF(extract.marks),
      .help = "Mark echoes that other looks at nearly the same bearing should show and do not (bursts of other\n"
              "sound), and ghosts of nearer echoes. A marked echo blocks, but gives way to the first look that hears\n"

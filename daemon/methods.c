@@ -323,6 +323,29 @@ static json_t *clock_json(const struct clock_report *clock)
                      clock->offset_s, "drift_ppm", clock->drift * 1e6, "jitter_s", clock->jitter_s);
 }
 
+/* The stages in their order; null: none. Thresholds are of the last turn, as the names say. */
+static json_t *cleanup_json(const struct conf_extract *c, const struct cleanup_conf *wired,
+                            const struct cleanup_state *s)
+{
+    if (!cleanup_wanted(wired))
+        return json_null();
+    json_t *stages = json_array();
+    if (wired->median)
+        json_array_append_new(stages, json_string(wired->median == 3 ? "median 3x3" : "median 5x5"));
+    if (wired->otsu)
+        json_array_append_new(stages, json_string("otsu"));
+    if (wired->clahe)
+        json_array_append_new(stages, json_string("clahe"));
+    if (wired->classes)
+        json_array_append_new(stages, json_string("classes"));
+    return json_pack("{s:o, s:i, s:i, s:i, s:I, s:I, s:o, s:o, s:s}", "stages", stages, "delay_pings",
+                     (int)cleanup_delay(wired), "held", (int)s->held, "rows", (int)s->rows, "restarts",
+                     (json_int_t)s->restarts, "not_cleaned", (json_int_t)s->passed, "last_turn_otsu",
+                     s->otsu < 0 ? json_null() : json_integer(s->otsu), "last_turn_lowest_class",
+                     s->lowest < 0 ? json_null() : json_integer(s->lowest), "order",
+                     c->order == CONF_ORDER_PAPER ? "paper" : "safe");
+}
+
 static json_t *sensor_json(const struct daemon *d, int i, const struct pipeline_stats *pipe)
 {
     const struct conf_sonar *conf = &d->conf.sonar[i];
@@ -362,6 +385,8 @@ static json_t *sensor_json(const struct daemon *d, int i, const struct pipeline_
     if (s.bus.state != BUS_NONE)
         json_object_set_new(j, "bus", bus_json(&s.bus));
     json_object_set_new(j, "background", json_string(template_word(&d->template[i])));
+    json_object_set_new(j, "cleanup",
+                        cleanup_json(&d->conf.extract, pipeline_cleanup(d->pipeline, i), &pipe->cleanup[i]));
     if (s.port_error[0])
         json_object_set_new(j, "port_error", json_string(s.port_error));
     return j;

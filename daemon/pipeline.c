@@ -31,23 +31,28 @@ struct pipeline {
     uint32_t filling; /* ping buffer that pipeline_begin gave out, or NONE */
     struct extract *extract[PIPELINE_MAX_SENSORS];
     struct pipeline_background background[PIPELINE_MAX_SENSORS]; /* written while nothing is under way */
+    struct cleanup *cleanup[PIPELINE_MAX_SENSORS];               /* NULL: no stage of it configured */
     struct sphere *sphere;
     struct marks *marks[PIPELINE_MAX_SENSORS]; /* NULL: not configured */
     struct image *image[PIPELINE_MAX_SENSORS];
     struct latency latency;
     _Atomic uint64_t submitted, finished;
+    _Atomic uint64_t held; /* by the clean-ups: submitted, and finished when later pings come */
     _Atomic uint64_t dropped[PIPELINE_MAX_SENSORS];
     struct seqlock stats_lock;
     seqlock_word stats[sizeof(struct sphere_stats) / 8];
+    struct seqlock cleanup_lock;
+    seqlock_word cleanup_state[PIPELINE_MAX_SENSORS][sizeof(struct cleanup_state) / 8];
     atomic_bool stop;
     pthread_t thread[2];
     int n_threads;
-    void *memory[6 + 3 * PIPELINE_MAX_SENSORS];
+    void *memory[6 + 4 * PIPELINE_MAX_SENSORS];
     int n_memory;
 };
 
 #define NONE UINT32_MAX
 _Static_assert(sizeof(struct sphere_stats) % 8 == 0, "statistics are whole words");
+_Static_assert(sizeof(struct cleanup_state) % 8 == 0, "statistics are whole words");
 
 /* ---- stages ---- */
 
@@ -71,19 +76,71 @@ static void run_maps(struct pipeline *p, struct echoes *e)
     atomic_fetch_add_explicit(&p->finished, 1, memory_order_release);
 }
 
-static void run_extract(struct pipeline *p, const struct ping *ping, struct echoes *e)
+/* What there is to extract after a ping came in: older ones that the clean-up held back, or the ping itself. */
+struct intake {
+    const struct ping *own; /* NULL: the clean-up has it */
+    struct extract_aid aid; /* of `own` */
+    struct cleanup *cleanup;
+};
+
+static void publish_cleanup(struct pipeline *p, uint16_t sensor, uint32_t held_before)
+{
+    struct cleanup_state state;
+    cleanup_state(p->cleanup[sensor], &state);
+    atomic_fetch_add_explicit(&p->held, (uint64_t)state.held - held_before, memory_order_release);
+    seqlock_begin(&p->cleanup_lock);
+    seqlock_store(p->cleanup_state[sensor], &state, sizeof state / 8);
+    seqlock_end(&p->cleanup_lock);
+}
+
+static void take_in(struct pipeline *p, const struct ping *ping, struct intake *in)
 {
     const struct pipeline_background *b = &p->background[ping->sensor];
-    struct extract_aid aid = {.lowest = -1};
     bool any_blind = false;
+    *in = (struct intake){.own = ping, .aid = {.lowest = -1}, .cleanup = p->cleanup[ping->sensor]};
     if (b->learn)
         background_learn_take(b->learn, ping);
-    if (b->use && background_view(b->use, ping, &b->view, &any_blind) && any_blind)
-        aid.blind = b->view.blind;
-    extract_run(p->extract[ping->sensor], ping, aid.blind ? &aid : NULL, e);
+    const bool known = b->use && background_view(b->use, ping, &b->view, &any_blind);
+    if (any_blind)
+        in->aid.blind = b->view.blind;
+    if (!in->cleanup)
+        return;
+    const uint32_t held = cleanup_held(in->cleanup);
+    if (cleanup_put(in->cleanup, ping, known ? b->view.level : NULL, in->aid.blind))
+        in->own = NULL;
+    publish_cleanup(p, ping->sensor, held);
+}
+
+/* The next ping of the intake and what is known of it; NULL: that was all. */
+static const struct ping *next_of(struct intake *in, struct extract_aid *aid)
+{
+    const struct ping *ping = in->cleanup ? cleanup_next(in->cleanup, aid) : NULL;
+    if (!ping) {
+        ping = in->own;
+        *aid = in->aid;
+        in->own = NULL;
+    }
+    return ping;
+}
+
+static void run_extract(struct pipeline *p, const struct ping *ping, const struct extract_aid *aid,
+                        struct echoes *e)
+{
+    extract_run(p->extract[ping->sensor], ping, aid->blind || aid->clean ? aid : NULL, e);
     if (p->marks[ping->sensor])
         marks_run(p->marks[ping->sensor], e);
     image_enter(p->image[ping->sensor], ping, e);
+}
+
+static void run_both(struct pipeline *p, const struct ping *came)
+{
+    struct intake in;
+    struct extract_aid aid;
+    take_in(p, came, &in);
+    for (const struct ping *ping; (ping = next_of(&in, &aid));) {
+        run_extract(p, ping, &aid, &p->echoes[0]);
+        run_maps(p, &p->echoes[0]);
+    }
 }
 
 /* ---- between threads ---- */
@@ -153,10 +210,8 @@ static void *both_stages(void *arg)
 {
     struct pipeline *p = arg;
     touch_stack();
-    for (uint32_t i; (i = await(p, &p->pings)) != NONE; give_back(&p->pings, i)) {
-        run_extract(p, &p->ping[i], &p->echoes[0]);
-        run_maps(p, &p->echoes[0]);
-    }
+    for (uint32_t i; (i = await(p, &p->pings)) != NONE; give_back(&p->pings, i))
+        run_both(p, &p->ping[i]);
     return NULL;
 }
 
@@ -165,12 +220,17 @@ static void *extract_stage(void *arg)
     struct pipeline *p = arg;
     touch_stack();
     for (uint32_t i; (i = await(p, &p->pings)) != NONE; give_back(&p->pings, i)) {
-        bool dropped;
-        uint32_t e = obtain(p, &p->found, &dropped);
-        if (dropped)
-            count_drop(p, p->echoes[e].sensor);
-        run_extract(p, &p->ping[i], &p->echoes[e]);
-        pass_on(&p->found, e);
+        struct intake in;
+        struct extract_aid aid;
+        take_in(p, &p->ping[i], &in);
+        for (const struct ping *ping; (ping = next_of(&in, &aid));) {
+            bool dropped;
+            uint32_t e = obtain(p, &p->found, &dropped);
+            if (dropped)
+                count_drop(p, p->echoes[e].sensor);
+            run_extract(p, ping, &aid, &p->echoes[e]);
+            pass_on(&p->found, e);
+        }
     }
     return NULL;
 }
@@ -208,8 +268,7 @@ void pipeline_submit(struct pipeline *p, struct ping *ping)
 {
     atomic_fetch_add_explicit(&p->submitted, 1, memory_order_relaxed);
     if (p->conf.threads == 0) {
-        run_extract(p, ping, &p->echoes[0]);
-        run_maps(p, &p->echoes[0]);
+        run_both(p, ping);
         return;
     }
     pass_on(&p->pings, p->filling);
@@ -218,9 +277,14 @@ void pipeline_submit(struct pipeline *p, struct ping *ping)
 
 void pipeline_drain(struct pipeline *p)
 {
-    while (atomic_load_explicit(&p->finished, memory_order_acquire) !=
-           atomic_load_explicit(&p->submitted, memory_order_relaxed))
+    for (;;) {
+        /* in this order: a ping that is let go is in `held` until nothing of what it lets go has finished */
+        const uint64_t finished = atomic_load_explicit(&p->finished, memory_order_acquire);
+        const uint64_t held = atomic_load_explicit(&p->held, memory_order_acquire);
+        if (finished + held == atomic_load_explicit(&p->submitted, memory_order_relaxed))
+            return;
         rest();
+    }
 }
 
 void pipeline_set_background(struct pipeline *p, int sensor, const struct pipeline_background *background)
@@ -239,6 +303,11 @@ struct image *pipeline_image(struct pipeline *p, int sensor)
     return p->image[sensor];
 }
 
+const struct cleanup_conf *pipeline_cleanup(const struct pipeline *p, int sensor)
+{
+    return &p->conf.cleanup[sensor];
+}
+
 struct latency *pipeline_latency(struct pipeline *p)
 {
     return &p->latency;
@@ -252,6 +321,8 @@ void pipeline_stats(struct pipeline *p, struct pipeline_stats *out)
         out->dropped[i] = atomic_load(&p->dropped[i]);
     out->waiting = p->conf.threads ? ring_count(&p->pings.waiting) + ring_count(&p->found.waiting) : 0;
     seqlock_load(&p->stats_lock, &out->grid, p->stats, sizeof out->grid / 8);
+    for (int i = 0; i < PIPELINE_MAX_SENSORS; i++)
+        seqlock_load(&p->cleanup_lock, &out->cleanup[i], p->cleanup_state[i], sizeof out->cleanup[i] / 8);
 }
 
 /* ---- start and end ---- */
@@ -291,6 +362,18 @@ static bool make_buffers(struct pipeline *p)
     return true;
 }
 
+static bool make_cleanup(struct pipeline *p, int i, char *err, size_t err_size)
+{
+    const struct cleanup_conf *c = &p->conf.cleanup[i];
+    if (!cleanup_wanted(c))
+        return true;
+    void *m = own(p, cleanup_size(c, p->conf.max_bins));
+    p->cleanup[i] = m ? cleanup_init(m, c, &p->conf.mount[i], p->conf.max_bins, err, err_size) : NULL;
+    if (p->cleanup[i])
+        publish_cleanup(p, (uint16_t)i, 0);
+    return p->cleanup[i] != NULL;
+}
+
 static bool make_stages(struct pipeline *p, char *err, size_t err_size)
 {
     for (int i = 0; i < p->conf.n_sensors; i++) {
@@ -299,7 +382,8 @@ static bool make_stages(struct pipeline *p, char *err, size_t err_size)
         p->image[i] = own(p, sizeof *p->image[i]);
         if (p->conf.marks && (p->marks[i] = own(p, sizeof *p->marks[i])))
             marks_init(p->marks[i]);
-        if (!p->extract[i] || !p->image[i] || (p->conf.marks && !p->marks[i]))
+        if (!p->extract[i] || !p->image[i] || (p->conf.marks && !p->marks[i]) ||
+            !make_cleanup(p, i, err, err_size))
             return false;
     }
     size_t n = sphere_bytes(&p->conf.sphere, err, err_size);

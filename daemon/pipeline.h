@@ -16,6 +16,7 @@
 #include "../grid/ping.h"
 #include "../grid/range/background.h"
 #include "../grid/range/background_learn.h"
+#include "../grid/range/cleanup.h"
 #include "../grid/range/extract.h"
 #include "../grid/range/marks.h"
 #include "../grid/sphere/sphere.h"
@@ -34,6 +35,7 @@ struct pipeline_conf {
     int n_sensors;
     struct extract_conf extract[PIPELINE_MAX_SENSORS];
     bool marks; /* mark bursts and ghosts */
+    struct cleanup_conf cleanup[PIPELINE_MAX_SENSORS];
     struct mount mount[PIPELINE_MAX_SENSORS];
     struct sphere_conf sphere;
 };
@@ -50,6 +52,7 @@ struct pipeline_stats {
     uint64_t dropped[PIPELINE_MAX_SENSORS]; /* by sensor */
     uint32_t waiting;
     struct sphere_stats grid;
+    struct cleanup_state cleanup[PIPELINE_MAX_SENSORS]; /* of sensors that have one */
 };
 
 struct pipeline;
@@ -66,7 +69,7 @@ struct ping *pipeline_begin(struct pipeline *p);
 /** pipeline_submit - hand the buffer of pipeline_begin on (seq, sensor and pose set). Loop thread. */
 void pipeline_submit(struct pipeline *p, struct ping *ping);
 
-/** pipeline_drain - wait until all that was submitted is in the picture. */
+/** pipeline_drain - wait until all that was submitted is in the picture, or held back by the clean-up. */
 void pipeline_drain(struct pipeline *p);
 
 /**
@@ -77,6 +80,9 @@ void pipeline_set_background(struct pipeline *p, int sensor, const struct pipeli
 
 struct picture *pipeline_picture(struct pipeline *p);
 struct image *pipeline_image(struct pipeline *p, int sensor);
+
+/** pipeline_cleanup - how a sensor's clean-up is set. */
+const struct cleanup_conf *pipeline_cleanup(const struct pipeline *p, int sensor);
 
 /** pipeline_latency - from a ping's last byte to the published picture; empty when patient. */
 struct latency *pipeline_latency(struct pipeline *p);

@@ -47,6 +47,19 @@ static void extract_of(const struct conf_extract *c, const struct conf_sonar *so
                                .db_per_count = sonar->db_per_count};
 }
 
+/* Images are made of single beams only. */
+static void cleanup_of(const struct conf_extract *c, const struct device_ops *ops, struct cleanup_conf *out)
+{
+    static const unsigned medians[] = {[CONF_MEDIAN_OFF] = 0, [CONF_MEDIAN_3] = 3, [CONF_MEDIAN_5] = 5};
+    *out = (struct cleanup_conf){.clip = c->clahe_clip};
+    if (ops->max_beams != 1 || ops->max_bins == 0)
+        return;
+    out->median = medians[c->median];
+    out->otsu = c->otsu == CONF_ON;
+    out->clahe = c->clahe == CONF_ON;
+    out->classes = c->classes == CONF_ON;
+}
+
 static void sphere_of(const struct conf *conf, struct sphere_conf *s)
 {
     const struct conf_grid *g = &conf->grid;
@@ -83,6 +96,7 @@ void wiring_pipeline(const struct conf *conf, bool patient, struct pipeline_conf
         out->max_samples = samples > out->max_samples ? samples : out->max_samples;
         mount_of(&conf->sonar[i], &out->mount[i]);
         extract_of(&conf->extract, &conf->sonar[i], &out->extract[i]);
+        cleanup_of(&conf->extract, ops, &out->cleanup[i]);
     }
     sphere_of(conf, &out->sphere);
 }
