@@ -43,6 +43,7 @@ struct extract {
     uint64_t *cell; /* power summed over the resolution cell around each bin */
     uint64_t *work;
     uint8_t *mask;
+    uint8_t *blind; /* cells that hold a masked bin */
 };
 
 void extract_defaults(struct extract_conf *conf)
@@ -111,7 +112,7 @@ static void solve_factors(struct extract *e)
 
 /* Where the arrays lie behind the struct. */
 struct layout {
-    size_t cell, work, mask, end;
+    size_t cell, work, mask, blind, end;
 };
 
 static struct layout layout_for(uint32_t max_bins)
@@ -121,7 +122,8 @@ static struct layout layout_for(uint32_t max_bins)
     l.cell = (sizeof(struct extract) + _Alignof(max_align_t) - 1) / _Alignof(max_align_t) * _Alignof(max_align_t);
     l.work = l.cell + max_bins * sizeof(uint64_t);
     l.mask = l.work + cfar_work_size(max_bins);
-    l.end = l.mask + max_bins;
+    l.blind = l.mask + max_bins;
+    l.end = l.blind + max_bins;
     return l;
 }
 
@@ -151,6 +153,7 @@ struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_
     e->cell = (void *)(base + l.cell);
     e->work = (void *)(base + l.work);
     e->mask = base + l.mask;
+    e->blind = base + l.blind;
     solve_factors(e);
     return e;
 }
@@ -261,6 +264,32 @@ static void enter_reflections(const struct extract *e, const struct profile *p, 
     }
 }
 
+/* A resolution cell that holds a masked bin says nothing of its own. */
+static const uint8_t *blind_cells(struct extract *e, const uint8_t *masked)
+{
+    const uint32_t n = e->axis.n, half = e->axis.half;
+    uint32_t until = 0; /* cells before it hold the last masked bin */
+
+    for (uint32_t i = 0; i < n + half; i++) {
+        if (i < n && masked[i])
+            until = i + 2 * half + 1;
+        if (i >= half)
+            e->blind[i - half] = i < until;
+    }
+    return e->blind;
+}
+
+/* A mask over the ring-down may reach a little farther than it is found to: up to a guard length counts as such. */
+static void pass_mask_of_ring(struct profile *p)
+{
+    uint32_t end = p->first;
+
+    while (end < p->axis->n && profile_blind(p, end))
+        end++;
+    if (end - p->first <= p->axis->guard)
+        p->first = end;
+}
+
 /* Set p->first. True when the ring-down of this beam ends later than usual: something near rings with it. */
 static bool end_ring_down(const struct extract *e, struct profile *p, struct of_ping *of_ping)
 {
@@ -290,7 +319,7 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
         .axis = &e->axis,
         .amplitude = &e->amplitude,
         .samples = (const uint8_t *)ping->samples + at * ping->sample_bytes,
-        .blind = aid && aid->blind ? aid->blind + at : NULL,
+        .blind = aid && aid->blind ? blind_cells(e, aid->blind + at) : NULL,
         .clean = aid && aid->clean ? aid->clean + at : NULL,
         .lowest = aid ? aid->lowest : -1,
         .cell = e->cell,
@@ -299,6 +328,8 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
 
     profile_sum(&p, &e->amplitude, p.samples, e->conf.floor_counts, e->work);
     const bool near_shadow = end_ring_down(e, &p, of_ping);
+    if (p.first < p.axis->n)
+        pass_mask_of_ring(&p);
     if (p.first >= p.axis->n || silence_is_dumb(&p) || !detector_for(e, &p, &d.cfar))
         return;
 

@@ -26,9 +26,10 @@ struct profile_axis {
 struct profile {
     const struct profile_axis *axis;
     const struct amplitude *amplitude;
-    const void *samples;          /* [n] counts */
-    const uint8_t *blind, *clean; /* of struct extract_aid, this beam's; or NULL */
-    int lowest;
+    const void *samples;  /* [n] counts */
+    const uint8_t *blind; /* [n] 1: the cell holds a masked bin; NULL: nothing is masked */
+    const uint8_t *clean; /* [n] counts of the cleaned image; NULL: none */
+    int lowest;           /* of `clean`, as in struct extract_aid */
     uint64_t *cell;       /* [n] power summed over the resolution cell around each bin */
     uint64_t floor_power; /* of a cell whose bins all have the floor's count */
     uint64_t full_power;  /* of a bin at full scale, in the scale of `cell` */

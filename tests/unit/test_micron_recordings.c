@@ -336,14 +336,6 @@ TEST(quay_line_by_line)
     CHECK_INT(wrong, 0);
 }
 
-#define RUN_WITH(file, name)                                                                                      \
-    do {                                                                                                          \
-        if (access(file, R_OK) == 0)                                                                              \
-            RUN(name);                                                                                            \
-        else                                                                                                      \
-            printf("skip " #name ": " file " is not there\n");                                                    \
-    } while (0)
-
 int main(void)
 {
     RUN_WITH(SEABED ".stream", seabed_line_by_line);

@@ -1,0 +1,280 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * test_extract_aid - what extraction makes of masked cells, of a cleaned image, and of what is usual for the sensor.
+ */
+#include "../lib/test.h"
+
+#include "../../grid/range/extract.h"
+#include "../../grid/range/usual.h"
+
+#define BINS  1000
+#define DR_M  0.01
+#define FLOOR 12
+
+static _Alignas(16) unsigned char memory[1 << 18];
+static struct extract *extract;
+static struct extract_conf conf;
+static uint8_t counts[BINS], blind[BINS], clean[BINS];
+static struct beam_echoes found;
+
+static void set_up(void)
+{
+    char err[200];
+    extract = extract_init(memory, &conf, BINS, err, sizeof err);
+    if (!extract || extract_size(BINS) > sizeof memory) {
+        printf("extract_init: %s\n", err);
+        exit(1);
+    }
+}
+
+/* A floor of `level` behind a ring-down that ends at about 0.3 m; the rule trusts silence. */
+static void water(uint8_t *sample, int level)
+{
+    for (int i = 0; i < BINS; i++)
+        sample[i] = (uint8_t)(i < 12 ? 255 : fmax(level, 255.0 * pow(10.0, -(i - 12) / 12.0)));
+}
+
+static void wall(uint8_t *sample, double at_m, int level)
+{
+    for (int i = 0; i < 6; i++)
+        sample[(int)(at_m / DR_M) + i] = (uint8_t)level;
+}
+
+static void mask(double from_m, double to_m)
+{
+    for (int i = (int)(from_m / DR_M + 0.5); i < (int)(to_m / DR_M + 0.5); i++)
+        blind[i] = 1;
+}
+
+static void begin(void)
+{
+    extract_defaults(&conf);
+    conf.no_echo = EXTRACT_RANGE;
+    set_up();
+    water(counts, FLOOR);
+    memset(blind, 0, sizeof blind);
+    memset(clean, 0, sizeof clean);
+}
+
+static const struct beam_echoes *run(const struct extract_aid *aid)
+{
+    struct ping_beam axis = {.az_rad = 0.0f};
+    const struct ping ping = {.kind = PING_PROFILE,
+                              .law = AMPLITUDE_SQRT,
+                              .sample_bytes = 1,
+                              .n_beams = 1,
+                              .n_bins = BINS,
+                              .dr_m = (float)DR_M,
+                              .pulse_m = 0.03f,
+                              .beam = &axis,
+                              .samples = counts};
+    struct echoes out = {.max_beams = 1, .beam = &found};
+    extract_run(extract, &ping, aid, &out);
+    return &found;
+}
+
+static const struct extract_aid masked = {.blind = blind, .lowest = -1};
+
+TEST(a_masked_wall_is_none_and_casts_a_shadow)
+{
+    begin();
+    wall(counts, 2.0, 200);
+    CHECK_NEAR(run(NULL)->echo[0].range_m, 2.03, 0, 0.03);
+    mask(1.9, 2.3);
+    CHECK_INT(run(&masked)->n, 0);
+    CHECK(found.free_to_m > 1.8f && found.free_to_m <= 1.9001f);
+    wall(counts, 4.0, 150); /* behind it: sound passed */
+    CHECK_INT(run(&masked)->n, 1);
+    CHECK_NEAR(found.echo[0].range_m, 4.03, 0, 0.03);
+    CHECK(found.free_to_m > 3.9f && found.free_to_m <= 4.0f);
+}
+
+TEST(masked_cells_are_in_no_reference)
+{
+    begin();
+    wall(counts, 2.0, 120);
+    for (int i = 150; i < 195; i++)
+        counts[i] = counts[i + 65] = 200; /* loud on both sides of it */
+    CHECK(fabs((double)run(NULL)->echo[0].range_m - 2.03) > 0.05);
+    mask(1.5, 1.95);
+    mask(2.15, 2.6);
+    CHECK_NEAR(run(&masked)->echo[0].range_m, 2.03, 0, 0.03);
+}
+
+TEST(what_begins_behind_a_mask_may_have_begun_under_it)
+{
+    begin();
+    for (int i = 190; i < 210; i++)
+        counts[i] = 200;
+    mask(1.7, 2.0);
+    CHECK_INT(run(&masked)->n, 1);
+    CHECK_NEAR(found.echo[0].near_m, 1.7, 0, 0.021);
+    CHECK(found.free_to_m <= 1.7101f);
+}
+
+/* A cell whose windows are masked throughout cannot be an echo; so it is not free either. */
+TEST(cells_without_a_reference_are_not_free)
+{
+    begin();
+    mask(0.6, 3.0);
+    CHECK_INT(run(&masked)->n, 0);
+    CHECK(found.free_to_m < 0.6f);
+    begin();
+    mask(0.45, 3.0);
+    wall(counts, 0.36, 120);
+    run(&masked);
+    CHECK(found.n > 0 || found.free_to_m <= 0.36f);
+}
+
+TEST(a_mask_over_the_ring_down_may_reach_a_little_farther)
+{
+    begin();
+    const float end_m = run(NULL)->blind_m;
+    mask(0.0, (double)end_m + 0.05);
+    CHECK_NEAR(run(&masked)->blind_m, (double)end_m + 0.05, 0, 0.021);
+    CHECK_NEAR(found.free_to_m, 10.0, 0, 1e-5);
+    mask(0.0, (double)end_m + 0.2); /* the vehicle's own frame right behind it */
+    CHECK_NEAR(run(&masked)->blind_m, end_m, 0, 1e-6);
+    CHECK(found.free_to_m <= found.blind_m);
+}
+
+TEST(the_lowest_class_is_no_echo_and_no_free_water)
+{
+    struct extract_aid aid = {.clean = clean, .lowest = 40};
+
+    begin();
+    wall(counts, 2.0, 120);
+    wall(counts, 5.0, 200);
+    wall(clean, 2.0, 40);
+    wall(clean, 5.0, 41);
+    CHECK_INT(run(&aid)->n, 1);
+    CHECK_NEAR(found.echo[0].range_m, 5.03, 0, 0.03);
+    CHECK(found.free_to_m > 1.8f && found.free_to_m <= 2.0f);
+    aid.lowest = -1; /* no class step: the image rules nothing out */
+    CHECK_INT(run(&aid)->n, 2);
+    wall(counts, 2.0, 255); /* saturated is loud, whatever the image says */
+    aid.lowest = 40;
+    CHECK_NEAR(run(&aid)->echo[0].range_m, 2.03, 0, 0.03);
+}
+
+TEST(the_papers_order_looks_at_the_cleaned_image)
+{
+    const struct extract_aid aid = {.clean = clean, .lowest = -1};
+
+    begin();
+    conf.order = EXTRACT_PAPER;
+    set_up();
+    wall(counts, 2.0, 120);
+    wall(clean, 5.0, 120);
+    CHECK_INT(run(&aid)->n, 1);
+    CHECK_NEAR(found.echo[0].range_m, 5.03, 0, 0.03);
+    CHECK_NEAR(run(NULL)->echo[0].range_m, 2.03, 0, 0.03); /* nothing was cleaned */
+}
+
+/* The beams that are done at once would have given the same. A mask of nothing makes them take the long way. */
+TEST(a_quiet_beam_is_done_at_once_with_the_same_answer)
+{
+    static _Alignas(16) unsigned char other[1 << 18];
+    struct extract *quick_way = NULL, *long_way = NULL;
+    uint64_t seed = test_seed();
+    int silent = 0;
+    char err[200];
+
+    begin();
+    for (int k = 0; k < 3000; k++) {
+        conf.detector = (enum cfar_detector)(test_random(&seed) % 4);
+        conf.no_echo = (enum extract_no_echo)(test_random(&seed) % 3);
+        conf.floor_counts = (uint32_t)(test_random(&seed) % 30);
+        if (k % 100 == 0) { /* each has its own past */
+            set_up();
+            long_way = extract_init(other, &conf, BINS, err, sizeof err);
+            quick_way = extract;
+        }
+        water(counts, (int)(test_random(&seed) % 12));
+        for (uint64_t i = test_random(&seed) % 4; i > 0; i--)
+            wall(counts, 0.3 + 9.0 * test_uniform(&seed), (int)(test_random(&seed) % 40));
+        extract = quick_way;
+        const struct beam_echoes quick = *run(NULL);
+        silent += quick.n == 0;
+        extract = long_way;
+        run(&masked);
+        CHECK(quick.state == found.state && quick.n == found.n && quick.blind_m == found.blind_m &&
+              quick.free_to_m == found.free_to_m);
+        CHECK(memcmp(quick.echo, found.echo, quick.n * sizeof quick.echo[0]) == 0);
+    }
+    CHECK(silent > 500 && silent < 2900);
+}
+
+TEST(under_a_raised_floor_silence_says_nothing)
+{
+    begin();
+    for (int k = 0; k < 20; k++)
+        CHECK_NEAR(run(NULL)->free_to_m, 10.0, 0, 1e-5);
+    water(counts, 5 * FLOOR);
+    CHECK_INT(run(NULL)->state, BEAM_SILENT);
+    CHECK(found.free_to_m == 0.0f);
+    wall(counts, 3.0, 250);
+    CHECK_INT(run(NULL)->n, 1); /* what is heard is there all the same */
+    CHECK(found.free_to_m == 0.0f);
+    water(counts, FLOOR);
+    CHECK_NEAR(run(NULL)->free_to_m, 10.0, 0, 1e-5);
+    water(counts, 5 * FLOOR);
+    for (int k = 0; k < USUAL_PINGS; k++)
+        run(NULL);
+    CHECK_NEAR(found.free_to_m, 10.0, 0, 1e-5); /* it is the usual one now */
+}
+
+/* Something at 0.45 m keeps the beam ringing, and what lies behind it is silent. */
+TEST(what_rings_with_the_head_casts_a_shadow)
+{
+    for (int learn = 0; learn < 2; learn++) {
+        begin();
+        conf.learn_ring_down = learn;
+        set_up();
+        for (int k = 0; k < 20; k++)
+            run(NULL);
+        const float usual_m = found.blind_m;
+        for (int i = 12; i < 100; i++)
+            counts[i] = (uint8_t)(i < 45 ? 254 - 2 * i : fmax(FLOOR, 164.0 * pow(10.0, -(i - 45) / 12.0)));
+        run(NULL);
+        CHECK(found.free_to_m <= 0.45f);
+        if (learn)
+            CHECK(found.n == 1 && found.blind_m < usual_m + 0.05f && found.echo[0].range_m < 0.6f);
+        else
+            CHECK(found.n == 0 && found.blind_m > usual_m + 0.1f);
+    }
+}
+
+TEST(usual_is_the_lower_median_of_the_last_pings)
+{
+    uint64_t seed = test_seed(), all[500], got;
+    struct usual u;
+
+    usual_clear(&u);
+    for (uint32_t n = 0; n < 500; n++) {
+        uint32_t below = 0, not_above = 0, held = n < USUAL_PINGS ? n : USUAL_PINGS;
+        CHECK_INT(usual_get(&u, &got), n >= USUAL_LEAST);
+        for (uint32_t i = n - held; n >= USUAL_LEAST && i < n; i++) {
+            below += all[i] < got;
+            not_above += all[i] <= got;
+        }
+        CHECK(n < USUAL_LEAST || (below <= (held - 1) / 2 && not_above > (held - 1) / 2));
+        usual_add(&u, all[n] = test_random(&seed) % 20);
+    }
+}
+
+int main(void)
+{
+    RUN(a_masked_wall_is_none_and_casts_a_shadow);
+    RUN(masked_cells_are_in_no_reference);
+    RUN(what_begins_behind_a_mask_may_have_begun_under_it);
+    RUN(cells_without_a_reference_are_not_free);
+    RUN(a_mask_over_the_ring_down_may_reach_a_little_farther);
+    RUN(the_lowest_class_is_no_echo_and_no_free_water);
+    RUN(the_papers_order_looks_at_the_cleaned_image);
+    RUN(a_quiet_beam_is_done_at_once_with_the_same_answer);
+    RUN(under_a_raised_floor_silence_says_nothing);
+    RUN(what_rings_with_the_head_casts_a_shadow);
+    RUN(usual_is_the_lower_median_of_the_last_pings);
+    return test_end();
+}
