@@ -11,9 +11,10 @@ SAN      ?=
 PREFIX   ?= /usr/local
 
 WARN     := -Wall -Wextra -Wconversion -Wshadow -Wstrict-prototypes -Werror
-# -ffp-contract=off: the same bits on every CPU. -fno-math-errno: lets sqrt be an instruction.
+# -ffp-contract=off: the same bits on every CPU. -fno-math-errno: lets sqrt be an instruction. -fno-trapping-math: lets
+# choices between floats be vectors; it changes no value.
 CFLAGS   ?= -O2 -g
-ALLCFLAGS = -std=c17 $(WARN) $(CFLAGS) -ffp-contract=off -fno-math-errno -fPIE -fstack-protector-strong \
+ALLCFLAGS = -std=c17 $(WARN) $(CFLAGS) -ffp-contract=off -fno-math-errno -fno-trapping-math -fPIE -fstack-protector-strong \
             -ffile-prefix-map=$(CURDIR)=. -D_GNU_SOURCE -DSONARD_VERSION='"$(VERSION)"' -MMD -MP \
             $(if $(SAN),-fsanitize=$(SAN) -fno-omit-frame-pointer -fno-sanitize-recover=all)
 # libgpiod 1 and 2 are different libraries of one name; without any there are no GPIO lines.

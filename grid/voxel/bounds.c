@@ -7,7 +7,28 @@
 #define LEAST     0x1p-20 /* the least slope of a plane against the vertical that is divided by */
 #define LEAST_BOW 1e-3    /* the least |a| of a root that is divided by */
 #define NOWHERE   1e6f    /* beyond every column */
-#define STEEPEST  0.17    /* cosine of the widest half aperture that the plan is bounded by */
+#define STEEP     1e9f
+#define STEEPEST  0.17 /* cosine of the widest half aperture that the plan is bounded by */
+
+static inline float larger(float a, float b)
+{
+    return a > b ? a : b;
+}
+
+static inline float smaller(float a, float b)
+{
+    return a < b ? a : b;
+}
+
+static inline double greater(double a, double b)
+{
+    return a > b ? a : b;
+}
+
+static inline double lesser(double a, double b)
+{
+    return a < b ? a : b;
+}
 
 static double in_plan(const double a[3], const double b[3])
 {
@@ -155,23 +176,27 @@ static bool holds_vertical(const struct cast_beam *b, double tan_az, double tan_
     return fabs(b->axis[1][2]) <= tan_az * x && fabs(b->axis[2][2]) <= tan_el * x;
 }
 
-/* The two of a pyramid's edges between which all four lie in the plan, as lines through `from`. */
-static void set_lines(struct bounds *s, const double edge[4][3], const double from[3])
+/* The outermost of a pyramid's edges on each side of the plan, as lines through `from`; they are less than pi apart. */
+static void set_lines(struct bounds *s, const struct cast_beam *b, double tan_az, double tan_el,
+                      const double from[3])
 {
-    for (int way = -1; way <= 1; way += 2)
-        for (int e = 0; e < 4; e++) {
-            double least = 0;
-            for (int other = 0; other < 4; other++)
-                least = fmin(least, way * in_plan(edge[e], edge[other]));
-            if (least < -1e-9)
-                continue;
-            /* way * (edge x (p - from)) >= 0, in u and v, with a margin of a thousandth of a voxel */
-            double *line = s->line[s->n_lines++], m[2] = {-way * edge[e][1], way * edge[e][0]};
-            line[0] = m[s->inner];
-            line[1] = m[s->outer];
-            line[2] = 1e-3 * (fabs(m[0]) + fabs(m[1])) - m[0] * from[0] - m[1] * from[1] + 1e-6;
-            break;
-        }
+    double edge[4][2];
+    for (int e = 0; e < 4; e++)
+        for (int i = 0; i < 2; i++)
+            edge[e][i] = b->axis[0][i] + (e & 1 ? tan_az : -tan_az) * b->axis[1][i] +
+                         (e & 2 ? tan_el : -tan_el) * b->axis[2][i];
+    const double *side[2] = {edge[0], edge[0]};
+    for (int e = 1; e < 4; e++) {
+        side[0] = in_plan(side[0], edge[e]) < 0 ? edge[e] : side[0];
+        side[1] = in_plan(side[1], edge[e]) > 0 ? edge[e] : side[1];
+    }
+    for (int l = 0; l < 2; l++) { /* way * (edge x (p - from)) >= 0, with a margin of a thousandth of a voxel */
+        double way = l ? -1 : 1, m[2] = {-way * side[l][1], way * side[l][0]};
+        s->line[l][0] = m[s->inner];
+        s->line[l][1] = m[s->outer];
+        s->line[l][2] = 1e-3 * (fabs(m[0]) + fabs(m[1])) - m[0] * from[0] - m[1] * from[1] + 1e-6;
+    }
+    s->n_lines = 2;
 }
 
 /*
@@ -182,36 +207,27 @@ static void set_plan(struct bounds *s, const struct cast_beam *b)
 {
     const struct cast_opening *o = b->opening;
     bool cone = o->shape == CAST_CONE;
-    double cos_el = cone ? o->cos_az : o->cos_el, sin_el = cone ? o->sin_az : o->sin_el;
+    double cos_el = cone ? o->cos_az : o->cos_el, sin_el = cone ? o->sin_az : o->sin_el, most = b->far + 1e-3;
 
-    for (int a = 0; a < 3; a++) {
-        s->high[a] = b->far + 1e-3;
-        s->low[a] = -s->high[a];
-    }
-    if (s->walk || o->cos_az < STEEPEST || cos_el < STEEPEST)
+    if (s->walk || o->cos_az < STEEPEST || cos_el < STEEPEST) {
+        for (int a = 0; a < 3; a++) {
+            s->low[a] = -most;
+            s->high[a] = most;
+        }
         return;
+    }
     double shrink = o->shape == CAST_WEDGE ? o->cos_az : 1; /* a wedge's ends bow outward by 1/cos a */
     double tan_az = o->sin_az / o->cos_az, tan_el = sin_el / (cos_el * shrink);
     double pad = 3 * b->tolerance / (cos_el * shrink * o->cos_az) + 1e-3;
-    double back = pad / fmin(tan_az, tan_el) * (b->tolerance > 0), from[3], edge[4][3];
-    for (int i = 0; i < 3; i++)
-        from[i] = -back * b->axis[0][i];
-    for (int e = 0; e < 4; e++)
-        for (int i = 0; i < 3; i++)
-            edge[e][i] = b->axis[0][i] + (e & 1 ? tan_az : -tan_az) * b->axis[1][i] +
-                         (e & 2 ? tan_el : -tan_el) * b->axis[2][i];
+    double back = b->tolerance > 0 ? pad / lesser(tan_az, tan_el) : 0, length = back + b->far, from[3];
     for (int a = 0; a < 3; a++) {
-        double low = -pad, high = pad;
-        for (int e = 0; e < 4; e++) {
-            double corner = from[a] + (back + b->far) * edge[e][a];
-            low = fmin(low, corner - 1e-3);
-            high = fmax(high, corner + 1e-3);
-        }
-        s->low[a] = fmax(s->low[a], low);
-        s->high[a] = fmin(s->high[a], high);
+        double side = tan_az * fabs(b->axis[1][a]) + tan_el * fabs(b->axis[2][a]);
+        from[a] = -back * b->axis[0][a];
+        s->high[a] = lesser(greater(from[a] + length * (b->axis[0][a] + side) + 1e-3, pad), most);
+        s->low[a] = greater(lesser(from[a] + length * (b->axis[0][a] - side) - 1e-3, -pad), -most);
     }
     if (!holds_vertical(b, tan_az, tan_el))
-        set_lines(s, edge, from);
+        set_lines(s, b, tan_az, tan_el, from);
 }
 
 void bounds_of(struct bounds *s, const struct cast_beam *b)
@@ -241,75 +257,89 @@ void bounds_of(struct bounds *s, const struct cast_beam *b)
     set_plan(s, b);
 }
 
-static inline float larger(float a, float b)
-{
-    return a > b ? a : b;
-}
-
-static inline float smaller(float a, float b)
-{
-    return a < b ? a : b;
-}
-
-/* way: 1 bounds from below, -1 from above; ends are kept times `way`, so that the larger always wins. */
+/*
+ * way: 1 bounds from below, -1 from above; ends are kept times `way`, so that the larger always wins. Where there is no
+ * root, no choice is made (it would keep the compiler from vectors): what is under the root pushes the end away, steeply.
+ */
 static inline void bound_by_root(const struct bounds_root *r, float way, const float *u, const float *v, float *in,
                                  float *out)
 {
-    float none = r->misses ? NOWHERE : -NOWHERE;
+    float k = way * r->k, away = r->misses ? STEEP : -STEEP;
     for (int c = 0; c < BOUNDS_BLOCK; c++) {
         float w = r->w0 + r->wu * u[c] + r->wv * v[c];
         float d = w * w + r->a * (u[c] * u[c] + v[c] * v[c]) - r->t2;
-        float t = way * (r->l0 + r->lu * u[c] + r->lv * v[c]), k = way * r->k;
-        float more = k * sqrtf(larger(d + r->error_root, 0)), less = k * sqrtf(larger(d - r->error_root, 0));
-        float sure = d < r->error_root ? NOWHERE : t + larger(more, less) + r->error_t;
-        float most = d + r->error_root < 0 ? none : t + smaller(more, less) - r->error_t;
-        in[c] = larger(in[c], sure);
-        out[c] = larger(out[c], most);
+        float d_most = d + r->error_root, d_least = d - r->error_root;
+        float t = way * (r->l0 + r->lu * u[c] + r->lv * v[c]);
+        float more = k * sqrtf(larger(d_most, 0)), less = k * sqrtf(larger(d_least, 0));
+        in[c] = larger(in[c], t + larger(more, less) + r->error_t + STEEP * larger(-d_least, 0));
+        out[c] = larger(out[c], t + smaller(more, less) - r->error_t + away * larger(-d_most, 0));
     }
 }
 
-void bounds_block(const struct bounds *s, const float *u, const float *v, int32_t first, int32_t last,
-                  struct bounds_block *out)
-{
-    /* lower ends, and upper ends times -1 */
+/* Lower ends, and upper ends times -1: so the larger always wins. */
+struct ends {
     float lo_in[BOUNDS_BLOCK], lo_out[BOUNDS_BLOCK], hi_in[BOUNDS_BLOCK], hi_out[BOUNDS_BLOCK];
+};
 
+static inline void bound_by_sphere(const struct bounds *s, const float *u, const float *v, struct ends *e)
+{
     for (int c = 0; c < BOUNDS_BLOCK; c++) {
         float d = s->far2 - u[c] * u[c] - v[c] * v[c];
-        float less = sqrtf(larger(d - s->far2_error, 0)) - s->t_error;
-        float more = sqrtf(larger(d + s->far2_error, 0)) + s->t_error;
-        lo_in[c] = d < s->far2_error ? NOWHERE : s->t0 - less;
-        lo_out[c] = d + s->far2_error < 0 ? NOWHERE : s->t0 - more;
-        hi_in[c] = -s->t0 - less;
-        hi_out[c] = -s->t0 - more;
+        float d_most = d + s->far2_error, d_least = d - s->far2_error;
+        float less = sqrtf(larger(d_least, 0)) - s->t_error, more = sqrtf(larger(d_most, 0)) + s->t_error;
+        e->lo_in[c] = s->t0 - less;
+        e->hi_in[c] = -s->t0 - less;
+        e->lo_out[c] = s->t0 - more + STEEP * larger(-d_most, 0);
+        e->hi_out[c] = -s->t0 - more;
     }
-    for (int p = 0; p < s->n_lo; p++)
-        for (int c = 0; c < BOUNDS_BLOCK; c++) {
-            float t = s->lo[p].c0 + s->lo[p].cu * u[c] + s->lo[p].cv * v[c];
-            lo_in[c] = larger(lo_in[c], t + s->lo[p].in);
-            lo_out[c] = larger(lo_out[c], t - s->lo[p].out);
-        }
-    for (int p = 0; p < s->n_hi; p++)
-        for (int c = 0; c < BOUNDS_BLOCK; c++) {
-            float t = s->hi[p].c0 + s->hi[p].cu * u[c] + s->hi[p].cv * v[c];
-            hi_in[c] = larger(hi_in[c], s->hi[p].in - t);
-            hi_out[c] = larger(hi_out[c], -s->hi[p].out - t);
-        }
-    for (int r = 0; r < s->n_lo_root; r++)
-        bound_by_root(&s->lo_root[r], 1, u, v, lo_in, lo_out);
-    for (int r = 0; r < s->n_hi_root; r++)
-        bound_by_root(&s->hi_root[r], -1, u, v, hi_in, hi_out);
+}
 
-    float before = (float)first - 1, beyond = (float)last + 1;
+static inline void bound_by_plane(const struct bounds_plane *p, float way, const float *u, const float *v,
+                                  float *in, float *out)
+{
     for (int c = 0; c < BOUNDS_BLOCK; c++) {
-        float a = smaller(larger(lo_out[c], (float)first), beyond),
-              b = smaller(larger(lo_in[c], (float)first), beyond);
-        float y = larger(smaller(-hi_in[c], (float)last), before),
-              z = larger(smaller(-hi_out[c], (float)last), before);
-        int32_t ka = (int32_t)a, kb = (int32_t)b, ky = (int32_t)y, kz = (int32_t)z;
-        out->lo_out[c] = ka + ((float)ka < a);
-        out->lo_in[c] = kb + ((float)kb < b);
-        out->hi_in[c] = ky - ((float)ky > y);
-        out->hi_out[c] = kz - ((float)kz > z);
+        float t = way * (p->c0 + p->cu * u[c] + p->cv * v[c]);
+        in[c] = larger(in[c], t + p->in);
+        out[c] = larger(out[c], t - p->out);
     }
+}
+
+/* The whole numbers between the ends, kept within first..last, and counted from elsewhere. */
+static inline void round_ends(const struct ends *e, int32_t first, int32_t last, int32_t shift,
+                              struct bounds_block *out)
+{
+    float least = (float)first, most = (float)last, before = least - 1, beyond = most + 1;
+    int32_t doubt = 0;
+    for (int c = 0; c < BOUNDS_BLOCK; c++) {
+        float a = smaller(larger(e->lo_out[c], least), beyond), b = smaller(larger(e->lo_in[c], least), beyond);
+        float y = larger(smaller(-e->hi_in[c], most), before), z = larger(smaller(-e->hi_out[c], most), before);
+        int32_t ka = (int32_t)a, kb = (int32_t)b, ky = (int32_t)y, kz = (int32_t)z;
+        ka += (float)ka < a;
+        kb += (float)kb < b;
+        ky -= (float)ky > y;
+        kz -= (float)kz > z;
+        out->lo_out[c] = ka + shift;
+        out->lo_in[c] = kb + shift;
+        out->hi_in[c] = ky + shift;
+        out->hi_out[c] = kz + shift;
+        doubt |= (kb - ka) | (kz - ky);
+    }
+    out->doubt = doubt;
+}
+
+void bounds_block(const struct bounds *s, const float *u, const float *v, int32_t first, int32_t last,
+                  int32_t shift, struct bounds_block *out)
+{
+    struct ends e;
+
+    bound_by_sphere(s, u, v, &e);
+    for (int p = 0; p < s->n_lo; p++)
+        bound_by_plane(&s->lo[p], 1, u, v, e.lo_in, e.lo_out);
+    for (int p = 0; p < s->n_hi; p++)
+        bound_by_plane(&s->hi[p], -1, u, v, e.hi_in, e.hi_out);
+    for (int r = 0; r < s->n_lo_root; r++)
+        bound_by_root(&s->lo_root[r], 1, u, v, e.lo_in, e.lo_out);
+    for (int r = 0; r < s->n_hi_root; r++)
+        bound_by_root(&s->hi_root[r], -1, u, v, e.hi_in, e.hi_out);
+    round_ends(&e, first, last, shift, out);
 }

@@ -14,7 +14,7 @@
 
 #include "cast.h"
 
-#define BOUNDS_BLOCK 8 /* columns at a time */
+#define BOUNDS_BLOCK CAST_LANES /* columns at a time */
 
 /* t = c0 + cu u + cv v bounds the line from one side; surely in beyond t by `in`, surely out before t by `out`. */
 struct bounds_plane {
@@ -41,16 +41,18 @@ struct bounds {
     int n_lines;
 };
 
-/* Cells of the columns, counted from the apex's: surely none outside lo_out..hi_out, surely all of lo_in..hi_in. */
+/* Of eight columns: surely no cell outside lo_out..hi_out, and surely all of lo_in..hi_in. */
 struct bounds_block {
     int32_t lo_out[BOUNDS_BLOCK], lo_in[BOUNDS_BLOCK], hi_in[BOUNDS_BLOCK], hi_out[BOUNDS_BLOCK];
+    int32_t doubt; /* 0: both are the same in all eight */
 };
 
 /** bounds_of - sets up for a beam as cast_aim accepts it. Nearness is left out: all from the apex to `far`. */
 void bounds_of(struct bounds *s, const struct cast_beam *b);
 
-/** bounds_block - for eight columns with these centres (voxels from the apex): cells kept within first..last. */
+/** bounds_block - for eight columns with these centres (voxels from the apex): cells kept within first..last (counted
+ * from the apex's), with `shift` added to each. */
 void bounds_block(const struct bounds *s, const float *u, const float *v, int32_t first, int32_t last,
-                  struct bounds_block *out);
+                  int32_t shift, struct bounds_block *out);
 
 #endif

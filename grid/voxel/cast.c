@@ -20,6 +20,16 @@ static inline int32_t larger(int32_t a, int32_t b)
     return a > b ? a : b;
 }
 
+static inline double lesser(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+static inline double greater(double a, double b)
+{
+    return a > b ? a : b;
+}
+
 bool cast_opening_init(struct cast_opening *o, enum cast_shape shape, double half_az_rad, double half_el_rad,
                        double tolerance_m, char *err, size_t err_size)
 {
@@ -87,14 +97,14 @@ static inline void meet_side(struct margin *m, const struct cast_beam *b, double
     double slack = d + b->tolerance;
     if (o->half_az_rad >= GEO_PI)
         return;
-    m->free = fmin(m->free, fabs(slack));
+    m->free = lesser(m->free, fabs(slack));
     if (o->half_az_rad < RIGHT_ANGLE) {
         if (b->tolerance > 0)
-            m->free = fmin(m->free, fabs(x));
+            m->free = lesser(m->free, fabs(x));
         if (x < 0)
-            slack = fmin(slack, b->tolerance - aside);
+            slack = lesser(slack, b->tolerance - aside);
     }
-    m->slack = fmin(m->slack, slack);
+    m->slack = lesser(m->slack, slack);
 }
 
 /* At the centre of a cell that many cells from the apex's. */
@@ -110,16 +120,16 @@ static inline struct margin margin_at(const struct cast_beam *b, int64_t i, int6
     double range = sqrt(x * x + y * y + z * z);
     struct margin m = {.slack = b->far - range, .free = INFINITY};
     if (b->near > 0)
-        m.slack = fmin(m.slack, range - b->near);
+        m.slack = lesser(m.slack, range - b->near);
     if (o->shape == CAST_CONE) {
         meet_side(&m, b, x * o->sin_az - sqrt(y * y + z * z) * o->cos_az, x, range);
     } else {
         double level = sqrt(x * x + y * y);
         double along = o->shape == CAST_WEDGE ? level : x;
         meet_side(&m, b, x * o->sin_az - y * o->cos_az, x, level);
-        m.slack = fmin(m.slack, along * o->sin_el - z * o->cos_el + b->tolerance);
+        m.slack = lesser(m.slack, along * o->sin_el - z * o->cos_el + b->tolerance);
     }
-    m.free = fmin(m.free, fabs(m.slack));
+    m.free = lesser(m.free, fabs(m.slack));
     return m;
 }
 
@@ -132,36 +142,52 @@ double cast_slack(const struct cast_beam *b, const int64_t cell[3])
 struct run {
     const struct cast_beam *beam;
     struct bounds bounds;
-    int32_t first[3], last[3]; /* the box's cells, from the apex's cell */
-    int32_t origin[3];         /* the apex's cell, from the box's first */
+    int32_t apex[3]; /* its cell, from the box's first; as all cells below */
+    int32_t last[3];
     cast_take *take;
     void *context;
-    size_t n_spans;
-    struct cast_span spans[CAST_BATCH];
+    struct cast_spans single; /* runs that were found one by one */
+    int n_single;
 };
 
 /* Columns that wait for their bounds. */
+#define COLUMNS 64
 struct columns {
     int n;
-    int32_t i[CAST_BATCH + BOUNDS_BLOCK], j[CAST_BATCH + BOUNDS_BLOCK]; /* from the apex's cell */
-    float u[CAST_BATCH + BOUNDS_BLOCK], v[CAST_BATCH + BOUNDS_BLOCK];
+    int32_t i[COLUMNS + BOUNDS_BLOCK], j[COLUMNS + BOUNDS_BLOCK];
+    float u[COLUMNS + BOUNDS_BLOCK], v[COLUMNS + BOUNDS_BLOCK]; /* of the centres, from the apex */
 };
 
-static inline void put(struct run *r, int32_t i, int32_t j, int32_t lo, int32_t hi)
+static void take_singles(struct run *r)
 {
-    r->spans[r->n_spans++] =
-        (struct cast_span){i + r->origin[0], j + r->origin[1], lo + r->origin[2], hi - lo + 1};
-    if (r->n_spans == CAST_BATCH) {
-        r->take(r->context, r->spans, r->n_spans);
-        r->n_spans = 0;
-    }
+    for (int l = r->n_single; l < CAST_LANES; l++)
+        r->single.i[l] = r->single.j[l] = r->single.k[l] = r->single.n[l] = 0;
+    if (r->n_single)
+        r->take(r->context, &r->single);
+    r->n_single = 0;
+}
+
+static void put(struct run *r, int32_t i, int32_t j, int32_t k, int32_t n)
+{
+    int l = r->n_single++;
+    r->single.i[l] = i;
+    r->single.j[l] = j;
+    r->single.k[l] = k;
+    r->single.n[l] = n;
+    if (r->n_single == CAST_LANES)
+        take_singles(r);
+}
+
+static inline struct margin margin_of(const struct run *r, int32_t i, int32_t j, int32_t k)
+{
+    return margin_at(r->beam, i - r->apex[0], j - r->apex[1], k - r->apex[2]);
 }
 
 static void ask(struct run *r, int32_t i, int32_t j, int32_t lo, int32_t hi)
 {
     for (int32_t k = lo; k <= hi; k++)
-        if (margin_at(r->beam, i, j, k).slack >= 0)
-            put(r, i, j, k, k);
+        if (margin_of(r, i, j, k).slack >= 0)
+            put(r, i, j, k, 1);
 }
 
 /* Goes along a column in strides that no face can lie within. */
@@ -169,33 +195,32 @@ static void walk(struct run *r, int32_t i, int32_t j, int32_t lo, int32_t hi)
 {
     int32_t inside_from = hi + 1;
     for (int32_t k = lo; k <= hi;) {
-        struct margin m = margin_at(r->beam, i, j, k);
+        struct margin m = margin_of(r, i, j, k);
         bool inside = m.slack >= 0;
         if (inside && inside_from > hi)
             inside_from = k;
         if (!inside && inside_from <= hi) {
-            put(r, i, j, inside_from, k - 1);
+            put(r, i, j, inside_from, k - inside_from);
             inside_from = hi + 1;
         }
         double stride = floor(m.free - 1e-6);
         k += stride >= hi - k ? hi - k + 1 : stride > 0 ? 1 + (int32_t)stride : 1;
     }
     if (inside_from <= hi)
-        put(r, i, j, inside_from, hi);
+        put(r, i, j, inside_from, hi - inside_from + 1);
 }
 
+/* A column with doubts: cells between the two intervals are asked. */
 static void settle(struct run *r, int32_t i, int32_t j, int32_t lo_out, int32_t lo_in, int32_t hi_in,
                    int32_t hi_out)
 {
-    if (lo_out > hi_out)
-        return;
     if (r->bounds.walk) {
         walk(r, i, j, lo_out, hi_out);
     } else if (lo_in > hi_in) {
         ask(r, i, j, lo_out, hi_out);
     } else {
         ask(r, i, j, lo_out, lo_in - 1);
-        put(r, i, j, lo_in, hi_in);
+        put(r, i, j, lo_in, hi_in - lo_in + 1);
         ask(r, i, j, hi_in + 1, hi_out);
     }
 }
@@ -208,7 +233,8 @@ static void settle_beyond_near(struct run *r, int32_t i, int32_t j, int32_t lo_o
                                int32_t hi_out)
 {
     const double *offset = r->beam->apex.offset, doubt = 1e-3;
-    double x = i + 0.5 - offset[0], y = j + 0.5 - offset[1], middle = offset[2] - 0.5;
+    double x = i - r->apex[0] + 0.5 - offset[0], y = j - r->apex[1] + 0.5 - offset[1];
+    double middle = r->apex[2] + offset[2] - 0.5;
     double d = r->beam->near * r->beam->near - x * x - y * y;
 
     if (d < -doubt || r->bounds.walk) {
@@ -224,79 +250,99 @@ static void settle_beyond_near(struct run *r, int32_t i, int32_t j, int32_t lo_o
     settle(r, i, j, larger(lo_out, above_out), larger(lo_in, above_in), hi_in, hi_out);
 }
 
+/* A block with doubts, n columns of it: what is settled at once, and the rest one by one. */
+static void settle_block(struct run *r, const struct bounds_block *b, struct cast_spans *spans, int n)
+{
+    bool plain = r->beam->near == 0 && !r->bounds.walk;
+    for (int l = 0; l < n; l++) {
+        if (plain && b->lo_out[l] == b->lo_in[l] && b->hi_in[l] == b->hi_out[l])
+            continue;
+        settle_beyond_near(r, spans->i[l], spans->j[l], b->lo_out[l], b->lo_in[l], b->hi_in[l], b->hi_out[l]);
+        spans->n[l] = 0;
+    }
+}
+
 static void settle_columns(struct run *r, struct columns *c)
 {
+    bool plain = r->beam->near == 0 && !r->bounds.walk;
     struct bounds_block b;
+    struct cast_spans spans;
 
     for (int first = 0; first < c->n; first += BOUNDS_BLOCK) {
-        bounds_block(&r->bounds, c->u + first, c->v + first, r->first[2], r->last[2], &b);
-        int n = smaller(c->n - first, BOUNDS_BLOCK);
-        for (int l = 0; l < n; l++) {
-            int32_t i = c->i[first + l], j = c->j[first + l];
-            if (b.lo_out[l] > b.hi_out[l])
-                continue;
-            if (r->beam->near > 0)
-                settle_beyond_near(r, i, j, b.lo_out[l], b.lo_in[l], b.hi_in[l], b.hi_out[l]);
-            else
-                settle(r, i, j, b.lo_out[l], b.lo_in[l], b.hi_in[l], b.hi_out[l]);
-        }
+        bounds_block(&r->bounds, c->u + first, c->v + first, -r->apex[2], r->last[2] - r->apex[2], r->apex[2], &b);
+        memcpy(spans.i, c->i + first, sizeof spans.i);
+        memcpy(spans.j, c->j + first, sizeof spans.j);
+        memcpy(spans.k, b.lo_in, sizeof spans.k);
+        for (int l = 0; l < CAST_LANES; l++)
+            spans.n[l] = l < c->n - first ? b.hi_in[l] - b.lo_in[l] + 1 : 0;
+        if (b.doubt || !plain)
+            settle_block(r, &b, &spans, smaller(c->n - first, BOUNDS_BLOCK));
+        r->take(r->context, &spans);
     }
     c->n = 0;
 }
 
-/* Columns first..last of a row; v its place. Past its end up to a block is filled, so that blocks are always whole. */
+/* Columns first..last of a row. Past its end up to a block is filled, so that blocks are always whole. */
 static void add_row(struct run *r, struct columns *c, int32_t row, int32_t first, int32_t last)
 {
-    int inner = r->bounds.inner;
-    int32_t *along = inner == 0 ? c->i : c->j, *across = inner == 0 ? c->j : c->i;
-    float u0 = (float)(0.5 - r->beam->apex.offset[inner]);
-    float v = (float)(row + 0.5 - r->beam->apex.offset[r->bounds.outer]);
+    int inner = r->bounds.inner, outer = r->bounds.outer;
+    float u0 = (float)(first - r->apex[inner] + 0.5 - r->beam->apex.offset[inner]);
+    float v0 = (float)(row - r->apex[outer] + 0.5 - r->beam->apex.offset[outer]);
 
-    for (; first <= last; first += BOUNDS_BLOCK) {
-        for (int l = 0; l < BOUNDS_BLOCK; l++) {
-            along[c->n + l] = first + l;
-            across[c->n + l] = row;
-            c->u[c->n + l] = (float)(first + l) + u0;
-            c->v[c->n + l] = v;
-        }
+    for (; first <= last; first += BOUNDS_BLOCK, u0 += BOUNDS_BLOCK) {
+        int32_t *along = (inner == 0 ? c->i : c->j) + c->n, *across = (inner == 0 ? c->j : c->i) + c->n;
+        float *u = c->u + c->n, *v = c->v + c->n;
+        for (int l = 0; l < BOUNDS_BLOCK; l++)
+            along[l] = first + l;
+        for (int l = 0; l < BOUNDS_BLOCK; l++)
+            across[l] = row;
+        for (int l = 0; l < BOUNDS_BLOCK; l++)
+            u[l] = u0 + (float)l;
+        for (int l = 0; l < BOUNDS_BLOCK; l++)
+            v[l] = v0;
         c->n += smaller(last - first + 1, BOUNDS_BLOCK);
-        if (c->n >= CAST_BATCH)
+        if (c->n >= COLUMNS)
             settle_columns(r, c);
     }
 }
 
-/* The columns' bounds in the plan, row by row. */
+/* The first and the last whole number between two numbers. */
+static inline int32_t whole_from(double x)
+{
+    int32_t w = (int32_t)x;
+    return w + (w < x);
+}
+
+static inline int32_t whole_to(double x)
+{
+    int32_t w = (int32_t)x;
+    return w - (w > x);
+}
+
+/* The columns within the beam's bounds in the plan, row by row. */
 static void run_rows(struct run *r)
 {
     const struct bounds *s = &r->bounds;
+    double u0 = r->apex[s->inner] + r->beam->apex.offset[s->inner] - 0.5; /* the apex, as a column's number */
+    double v0 = r->apex[s->outer] + r->beam->apex.offset[s->outer] - 0.5;
+    double lo = greater(s->low[s->inner] + u0, 0), hi = lesser(s->high[s->inner] + u0, r->last[s->inner]);
+    int32_t row = whole_from(greater(s->low[s->outer] + v0, 0));
+    int32_t last_row = whole_to(lesser(s->high[s->outer] + v0, r->last[s->outer]));
+    /* u = start + slope v bounds from below and from above */
+    double lo_start[2] = {lo, lo}, lo_slope[2] = {0}, hi_start[2] = {hi, hi}, hi_slope[2] = {0};
     struct columns c;
-    double u_shift = r->beam->apex.offset[s->inner] - 0.5, v_shift = r->beam->apex.offset[s->outer] - 0.5;
-    double slope[2], start[2]; /* of the lines: u = start + slope v */
-    bool from[2];
 
     for (int l = 0; l < s->n_lines; l++) {
         double m = fabs(s->line[l][0]) < 1e-9 ? 1e-9 : s->line[l][0];
-        from[l] = m > 0;
-        slope[l] = -s->line[l][1] / m;
-        start[l] = -s->line[l][2] / m;
+        double slope = -s->line[l][1] / m, start = -s->line[l][2] / m + u0 - slope * v0;
+        *(m > 0 ? &lo_start[l] : &hi_start[l]) = start;
+        *(m > 0 ? &lo_slope[l] : &hi_slope[l]) = slope;
     }
-    int32_t row = (int32_t)ceil(fmax(s->low[s->outer] + v_shift, r->first[s->outer]));
-    int32_t last_row = (int32_t)floor(fmin(s->high[s->outer] + v_shift, r->last[s->outer]));
-    double box_lo = fmax(s->low[s->inner] + u_shift, r->first[s->inner]);
-    double box_hi = fmin(s->high[s->inner] + u_shift, r->last[s->inner]);
     for (c.n = 0; row <= last_row; row++) {
-        double v = row - v_shift, lo = box_lo, hi = box_hi;
-        for (int l = 0; l < s->n_lines; l++) {
-            double u = start[l] + slope[l] * v + u_shift;
-            if (from[l])
-                lo = lo > u ? lo : u;
-            else
-                hi = hi < u ? hi : u;
-        }
-        if (lo <= hi) {
-            int32_t a = (int32_t)lo, z = (int32_t)hi;
-            add_row(r, &c, row, a + (a < lo), z - (z > hi));
-        }
+        double from = greater(greater(lo_start[0] + lo_slope[0] * row, lo_start[1] + lo_slope[1] * row), lo);
+        double to = lesser(lesser(hi_start[0] + hi_slope[0] * row, hi_start[1] + hi_slope[1] * row), hi);
+        if (from <= to)
+            add_row(r, &c, row, whole_from(from), whole_to(to));
     }
     settle_columns(r, &c);
 }
@@ -309,21 +355,18 @@ bool cast_run(const struct cast_beam *b, const struct lattice_box *box, cast_tak
     r.beam = b;
     r.take = take;
     r.context = context;
-    r.n_spans = 0;
-
+    r.n_single = 0;
     bounds_of(&r.bounds, b);
     for (int a = 0; a < 3; a++) {
-        int64_t origin = b->apex.cell[a] - box->first[a], reach = (int64_t)b->far + 2;
-        if (origin < -reach || origin > box->size[a] + reach)
+        int64_t apex = b->apex.cell[a] - box->first[a], reach = (int64_t)b->far + 2;
+        if (apex < -reach || apex > box->size[a] + reach)
             return false;
-        r.origin[a] = (int32_t)origin;
-        r.first[a] = -r.origin[a];
-        r.last[a] = box->size[a] - 1 - r.origin[a];
-        double shift = b->apex.offset[a] - 0.5;
-        within &= r.bounds.low[a] + shift >= r.first[a] && r.bounds.high[a] + shift <= r.last[a];
+        r.apex[a] = (int32_t)apex;
+        r.last[a] = box->size[a] - 1;
+        double at = r.apex[a] + b->apex.offset[a] - 0.5;
+        within &= r.bounds.low[a] + at >= 0 && r.bounds.high[a] + at <= r.last[a];
     }
     run_rows(&r);
-    if (r.n_spans)
-        take(context, r.spans, r.n_spans);
+    take_singles(&r);
     return within;
 }

@@ -46,15 +46,14 @@ struct cast_beam {
     double tolerance;
 };
 
-/* Cells first[2] .. first[2]+n-1 of one column, n > 0, relative to the first cell of the box. */
-struct cast_span {
-    int32_t i, j, k;
-    int32_t n;
+/* Runs of cells in up to eight columns: n[l] cells from (i[l], j[l], k[l]) downward, counted from the box's first cell; where
+ * n[l] <= 0, none. Side by side, since that is how they are computed and entered. */
+#define CAST_LANES 8
+struct cast_spans {
+    int32_t i[CAST_LANES], j[CAST_LANES], k[CAST_LANES], n[CAST_LANES];
 };
 
-/* Takes up to CAST_BATCH spans at a time. */
-typedef void cast_take(void *context, const struct cast_span *spans, size_t n);
-#define CAST_BATCH 64
+typedef void cast_take(void *context, const struct cast_spans *spans);
 
 #define CAST_MAX_VOXELS 30000.0 /* longest beam that is cast, in voxels */
 

@@ -9,28 +9,35 @@ _Static_assert(CHUNK <= TILE_SLACK, "a chunk may pass the end of the last column
 
 /* Counts side by side; the compiler makes of it what the CPU has. */
 typedef uint8_t counts __attribute__((vector_size(CHUNK)));
-typedef int8_t marks __attribute__((vector_size(CHUNK)));
 
-/* CHUNK ones, CHUNK zeros: from CHUNK - n on, a mask of the first n of a chunk. */
+/* From CHUNK - n on, a mask of the first n of a chunk. */
 static const uint8_t first_n[2 * CHUNK] = {255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255,
                                            255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255,
                                            255, 255, 255, 255, 255, 255, 255, 255, 255, 255};
 
-static inline void raise_chunk(uint8_t *count, int32_t n)
+static inline void raise_all(uint8_t *count)
 {
+    for (int c = 0; c < CHUNK; c++)
+        count[c] = (uint8_t)((count[c] < 254 ? count[c] : 254) + 1);
+}
+
+/* Adds 1 to n > 0 counts, up to 255. What follows them within a chunk is written back as it was. */
+static inline void raise_counts(uint8_t *count, int32_t n)
+{
+    for (; n > 2 * CHUNK; n -= 2 * CHUNK, count += 2 * CHUNK) {
+        raise_all(count);
+        raise_all(count + CHUNK);
+    }
+    if (n > CHUNK) {
+        raise_all(count);
+        n -= CHUNK;
+        count += CHUNK;
+    }
     counts c, mask;
     memcpy(&c, count, CHUNK);
     memcpy(&mask, first_n + CHUNK - n, CHUNK);
-    c -= (counts)(c != 255) & mask; /* a mask is -1 where it is set */
+    c -= (counts)(c != 255) & mask; /* a comparison gives -1 */
     memcpy(count, &c, CHUNK);
-}
-
-/* Adds 1 to n counts, up to 255. What follows them within a chunk is written back as it was. */
-static inline void raise_counts(uint8_t *count, int32_t n)
-{
-    for (; n > CHUNK; n -= CHUNK, count += CHUNK)
-        raise_chunk(count, CHUNK);
-    raise_chunk(count, n);
 }
 
 size_t submap_bytes(uint32_t side)
@@ -56,7 +63,12 @@ void submap_init(struct submap *m, void *memory, uint32_t side, struct tiles *ti
 
 static inline size_t directory_index(const struct submap *m, int32_t i, int32_t j)
 {
-    return (size_t)(i / TILE_SIDE) * ((size_t)m->box.size[1] / TILE_SIDE) + (size_t)(j / TILE_SIDE);
+    return (uint32_t)i / TILE_SIDE * ((uint32_t)m->box.size[1] / TILE_SIDE) + (uint32_t)j / TILE_SIDE;
+}
+
+static inline uint32_t column_index(int32_t i, int32_t j)
+{
+    return (uint32_t)i % TILE_SIDE * TILE_SIDE + (uint32_t)j % TILE_SIDE;
 }
 
 static size_t directory_size(const struct submap *m)
@@ -74,17 +86,14 @@ void submap_clear(struct submap *m)
     m->n_tiles = 0;
 }
 
-/* A column to write to, of a place within the box; NULL when there is no memory for its tile. */
-static inline uint8_t *writable(struct submap *m, int32_t i, int32_t j, enum submap_plane plane)
+/* The tile of a directory's entry, taken from the pool when there is none yet; TILE_NONE when that is exhausted. */
+static uint32_t tile_to_write(struct submap *m, size_t entry)
 {
-    uint32_t *tile = &m->tile[directory_index(m, i, j)];
-    if (*tile == TILE_NONE) {
-        *tile = tiles_take(m->tiles);
-        if (*tile == TILE_NONE)
-            return NULL;
-        m->n_tiles++;
+    if (m->tile[entry] == TILE_NONE) {
+        m->tile[entry] = tiles_take(m->tiles);
+        m->n_tiles += m->tile[entry] != TILE_NONE;
     }
-    return tiles_column(m->tiles, *tile, (uint32_t)(i % TILE_SIDE * TILE_SIDE + j % TILE_SIDE), plane);
+    return m->tile[entry];
 }
 
 struct entry {
@@ -92,15 +101,33 @@ struct entry {
     enum submap_plane plane;
 };
 
-static void enter_spans(void *context, const struct cast_span *spans, size_t n)
+static void enter_spans(void *context, const struct cast_spans *spans)
 {
     const struct entry *e = context;
-    for (size_t s = 0; s < n; s++) {
-        uint8_t *column = writable(e->map, spans[s].i, spans[s].j, e->plane);
-        if (column)
-            raise_counts(column + spans[s].k, spans[s].n);
+    struct submap *m = e->map;
+    /* Copies: for the compiler, a byte written may be part of any struct it can see. */
+    size_t tile_bytes = m->tiles->tile_bytes;
+    uint8_t *bytes = m->tiles->bytes + e->plane * m->tiles->plane_bytes;
+    const uint32_t *directory = m->tile;
+    uint32_t height = m->tiles->height, row = (uint32_t)m->box.size[1] / TILE_SIDE;
+    uint32_t entry[CAST_LANES], offset[CAST_LANES];
+
+    for (int l = 0; l < CAST_LANES; l++) {
+        uint32_t i = (uint32_t)spans->i[l], j = (uint32_t)spans->j[l];
+        entry[l] = i / TILE_SIDE * row + j / TILE_SIDE;
+        offset[l] = (i % TILE_SIDE * TILE_SIDE + j % TILE_SIDE) * height + (uint32_t)spans->k[l];
+    }
+    for (int l = 0; l < CAST_LANES; l++) {
+        int32_t n = spans->n[l];
+        if (n <= 0)
+            continue;
+        uint32_t tile = directory[entry[l]];
+        if (tile == TILE_NONE)
+            tile = tile_to_write(m, entry[l]);
+        if (tile != TILE_NONE)
+            raise_counts(bytes + tile * tile_bytes + offset[l], n);
         else
-            e->map->stats.starved++;
+            m->stats.starved++;
     }
 }
 
@@ -159,11 +186,13 @@ void submap_body(struct submap *m, const struct lattice_place *a, const struct l
                 const double p[3] = {i + 0.5, j + 0.5, k + 0.5};
                 if (distance2(p, from, d) > radius * radius)
                     continue;
-                uint8_t *column = writable(m, i, j, SUBMAP_VACANCY);
-                if (!column)
+                uint32_t tile = tile_to_write(m, directory_index(m, i, j));
+                if (tile == TILE_NONE) {
                     m->stats.starved++;
-                else if (column[k] < score)
-                    column[k] = score;
+                    continue;
+                }
+                uint8_t *count = tiles_column(m->tiles, tile, column_index(i, j), SUBMAP_VACANCY) + k;
+                *count = *count > score ? *count : score;
             }
 }
 
@@ -186,8 +215,7 @@ uint8_t submap_count(const struct submap *m, enum submap_plane plane, const int6
     uint32_t tile = m->tile[directory_index(m, i, j)];
     if (tile == TILE_NONE)
         return 0;
-    uint32_t column = (uint32_t)(i % TILE_SIDE * TILE_SIDE + j % TILE_SIDE);
-    return tiles_column(m->tiles, tile, column, plane)[cell[2] - m->box.first[2]];
+    return tiles_column(m->tiles, tile, column_index(i, j), plane)[cell[2] - m->box.first[2]];
 }
 
 enum voxel_state submap_at(const struct submap *m, const struct voxel_rule *rule, const int64_t cell[3])

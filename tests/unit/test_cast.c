@@ -18,19 +18,21 @@ struct cover {
     bool outside;
 };
 
-static void take(void *context, const struct cast_span *spans, size_t n)
+static void take(void *context, const struct cast_spans *spans)
 {
     struct cover *c = context;
     const int32_t *size = c->box->size;
-    for (size_t s = 0; s < n; s++) {
-        struct cast_span p = spans[s];
-        if (p.i < 0 || p.i >= size[0] || p.j < 0 || p.j >= size[1] || p.k < 0 || p.n < 1 || p.n > size[2] - p.k) {
+    for (int s = 0; s < CAST_LANES; s++) {
+        int32_t i = spans->i[s], j = spans->j[s], k = spans->k[s], n = spans->n[s];
+        if (n <= 0)
+            continue;
+        if (i < 0 || i >= size[0] || j < 0 || j >= size[1] || k < 0 || n > size[2] - k) {
             c->outside = true;
             continue;
         }
-        c->cells += (size_t)p.n;
-        for (int32_t k = 0; k < p.n; k++)
-            c->times[((size_t)p.i * (size_t)size[1] + (size_t)p.j) * (size_t)size[2] + (size_t)(p.k + k)]++;
+        c->cells += (size_t)n;
+        for (; n > 0; n--, k++)
+            c->times[((size_t)i * (size_t)size[1] + (size_t)j) * (size_t)size[2] + (size_t)k]++;
     }
 }
 
