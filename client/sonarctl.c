@@ -9,9 +9,11 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "arguments.h"
+#include "show_background.h"
 #include "capture.h"
 #include "plot.h"
 #include "show.h"
@@ -239,12 +241,13 @@ static int run_pose(struct context *context)
     return run_method(context);
 }
 
+/* sectors NULL: `image` is a background template. */
 static int write_plot(const char *path, json_t *image, json_t *sectors)
 {
     const struct plot_conf conf = {0};
     const bool to_stdout = strcmp(path, "-") == 0;
     FILE *out = to_stdout ? stdout : fopen(path, "w");
-    bool ok = out && plot_svg(out, image, sectors, &conf);
+    bool ok = out && (sectors ? plot_svg(out, image, sectors, &conf) : show_background_svg(out, image));
 
     if (out && (to_stdout ? fflush(out) : fclose(out)) != 0)
         ok = false;
@@ -273,6 +276,91 @@ static int run_plot(struct context *context)
     json_decref(output);
     json_decref(image);
     json_decref(sectors);
+    return status;
+}
+
+/* ---- background ---- */
+
+#define PROGRESS_EVERY_S 0.5
+
+/* Until learning is over, however long that takes; who does not want to wait may interrupt: the daemon goes on. */
+static json_t *wait_learnt(struct context *context, json_t *result, const json_t *sensor, int *status)
+{
+    const bool shows = isatty(STDERR_FILENO);
+    json_t *params = json_object();
+
+    if (sensor)
+        json_object_set(params, "sensor", (json_t *)sensor);
+    while (result && json_is_object(json_object_get(result, "learning"))) {
+        if (shows) {
+            fputs("\r\033[K", stderr);
+            show_background_progress(stderr, result);
+        }
+        nanosleep(&(struct timespec){.tv_nsec = (long)(PROGRESS_EVERY_S * 1e9)}, NULL);
+        json_decref(result);
+        result = call(context, "background", params, status);
+    }
+    if (shows)
+        fputc('\n', stderr);
+    json_decref(params);
+    return result;
+}
+
+static int print_background(const struct context *context, json_t *result, const char *svg)
+{
+    if (svg)
+        return write_plot(svg, result, NULL);
+    if (context->json) {
+        print_result(context, "background", result);
+    } else {
+        show_background_state(stdout, result);
+        if (json_object_get(result, "rows"))
+            show_background_draw(stdout, result);
+    }
+    return EXIT_CLEAR;
+}
+
+/* Flags of the command line as the words of the protocol. */
+static void name_choice(json_t *options, const char *flag, const char *key, const char *word)
+{
+    if (!json_object_get(options, flag))
+        return;
+    json_object_del(options, flag);
+    json_object_set_new(options, key, json_string(word));
+}
+
+static int run_background(struct context *context)
+{
+    static const struct {
+        const char *word, *method;
+    } actions[] = {{"show", "background"},      {"learn", "background_learn"}, {"stop", "background_stop"},
+                   {"save", "background_save"}, {"load", "background_load"},   {"clear", "background_clear"}};
+    json_t *options = context->arguments.options, *result;
+    json_t *svg = json_incref(json_object_get(options, "svg"));
+    json_t *sensor = json_incref(json_object_get(options, "sensor"));
+    const bool no_wait = json_object_get(options, "no_wait") != NULL;
+    const char *word = context->arguments.word[0], *method = NULL;
+    int status = EXIT_CLEAR;
+
+    for (size_t i = 0; i < sizeof actions / sizeof *actions; i++)
+        if (strcmp(actions[i].word, word) == 0)
+            method = actions[i].method;
+    if (!method)
+        return usage("background", "want one of show, learn, stop, save, load, clear");
+    json_object_del(options, "svg");
+    json_object_del(options, "no_wait");
+    name_choice(options, "standing", "motion", "any");
+    name_choice(options, "use", "use", "yes");
+    if (strcmp(word, "show") == 0)
+        json_object_set_new(options, "picture", json_string("yes"));
+    result = call(context, method, options, &status);
+    if (strcmp(word, "learn") == 0 && !no_wait)
+        result = wait_learnt(context, result, sensor, &status);
+    if (result)
+        status = print_background(context, result, json_string_value(svg));
+    json_decref(result);
+    json_decref(svg);
+    json_decref(sensor);
     return status;
 }
 
@@ -325,6 +413,16 @@ static const struct argument plot_options[] = {
     {0},
 };
 
+static const struct argument background_options[] = {
+    {"--sensor", "sensor", "NAME", "which sonar (the first)", ARGUMENT_TEXT, 0},
+    {"--pings", "pings", "K", "learn: pings of each direction, 1 to 64 (15)", ARGUMENT_INTEGER, 0},
+    {"--standing", "standing", "", "learn: although the vehicle does not move", ARGUMENT_FLAG, 0},
+    {"--no-wait", "no_wait", "", "learn: do not wait until it is done", ARGUMENT_FLAG, 0},
+    {"--use", "use", "", "stop: make the template of what there is", ARGUMENT_FLAG, 0},
+    {"--svg", "svg", "FILE", "show: draw into this file, - for standard output", ARGUMENT_TEXT, 0},
+    {0},
+};
+
 static const struct command commands[] = {
     {"blocked", "AZ", "is a direction free? Exit status: 0 clear, 1 blocked, 2 unknown", blocked_options, 1, 1,
      run_blocked},
@@ -334,6 +432,8 @@ static const struct command commands[] = {
      run_watch},
     {"pose", "", "tell the daemon where the vehicle is", pose_options, 0, 0, run_pose},
     {"plot", "", "draw echoes and sectors as SVG", plot_options, 0, 0, run_plot},
+    {"background", "show|learn|stop|save|load|clear", "what a sonar hears of the vehicle itself",
+     background_options, 1, 1, run_background},
     {"version", "", "versions of sonarctl and the daemon", NULL, 0, 0, run_version},
     {"call", "METHOD [JSON]", "call any method with a JSON object of parameters", NULL, 1, 2, run_call},
 };
@@ -359,8 +459,8 @@ static int print_help(const struct command *command)
     }
     printf("usage: sonarctl [OPTIONS] COMMAND [ARGUMENTS]\n\n");
     for (size_t i = 0; i < N_COMMANDS; i++)
-        printf("  %-9s %s\n", commands[i].name, commands[i].help);
-    printf("  %-9s %s\n\n", "capture", "import, inspect, repair and export captures; needs no daemon");
+        printf("  %-10s %s\n", commands[i].name, commands[i].help);
+    printf("  %-10s %s\n\n", "capture", "import, inspect, repair and export captures; needs no daemon");
     print_options(common_options);
     printf("  --version               of sonarctl; needs no daemon\n");
     printf("\n`sonarctl COMMAND --help` tells a command's own options. Exit status: 3 wrong usage, 4 no daemon,\n"

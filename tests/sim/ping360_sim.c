@@ -30,6 +30,7 @@ struct options {
     int udp_port; /* LINE_NO_UDP: a pseudo-terminal */
     struct head_conf head;
     struct sim_pose pose;
+    struct sim_frame frame;
     double noise_counts, ghost;
     uint64_t seed;
     unsigned baud;
@@ -73,6 +74,7 @@ enum {
     OPT_UDP,
     OPT_SCENE,
     OPT_POSE,
+    OPT_FRAME,
     OPT_SEED,
     OPT_NOISE,
     OPT_GHOST,
@@ -95,6 +97,7 @@ static const struct option long_options[] = {
     {"udp", required_argument, NULL, OPT_UDP},
     {"scene", required_argument, NULL, OPT_SCENE},
     {"pose", required_argument, NULL, OPT_POSE},
+    {"frame", required_argument, NULL, OPT_FRAME},
     {"seed", required_argument, NULL, OPT_SEED},
     {"noise", required_argument, NULL, OPT_NOISE},
     {"ghost", required_argument, NULL, OPT_GHOST},
@@ -122,6 +125,7 @@ static void print_help(void)
            "  --udp PORT             a UDP port of 127.0.0.1 instead of a terminal; 0: any that is free\n"
            "  --scene NAME|FILE      what stands in the water (box)\n"
            "  --pose N,E,D,YAW       of the vehicle, metres and degrees (0,0,0,0)\n"
+           "  --frame AZ,WIDTH,RANGE a bar of the vehicle's own frame: degrees from the bow, metres (none)\n"
            "  --seed N               of noise and speckle (1)\n"
            "  --noise COUNTS         mean of the noise floor at 1 m; 0: none (8)\n"
            "  --ghost RATIO          pressure of ghost echoes, 0 to 1 (0.5)\n"
@@ -172,6 +176,17 @@ static struct sim_pose pose_parse(const char *text)
     return pose;
 }
 
+static struct sim_frame frame_parse(const char *text)
+{
+    struct sim_frame f;
+    char rest;
+
+    if (sscanf(text, "%lf,%lf,%lf%c", &f.azimuth_deg, &f.width_deg, &f.range_m, &rest) != 3 ||
+        !(fabs(f.azimuth_deg) <= 360 && f.width_deg > 0 && f.width_deg <= 360 && f.range_m > 0 && f.range_m <= 50))
+        die("--frame %s: want azimuth and width in degrees, range in metres, as 200,20,0.8", text);
+    return f;
+}
+
 static void timed_add(struct options *o, const char *text)
 {
     char *end;
@@ -202,6 +217,9 @@ static void option_take(struct options *o, int option, const char *text)
         break;
     case OPT_POSE:
         o->pose = pose_parse(text);
+        break;
+    case OPT_FRAME:
+        o->frame = frame_parse(text);
         break;
     case OPT_SEED:
         o->seed = (uint64_t)number("seed", text, 0, 1e15);
@@ -385,6 +403,7 @@ int main(int argc, char **argv)
     options_parse(&o, argc, argv);
     signals_prepare(&waiting);
     sim.pose = o.pose;
+    sim.frame = o.frame;
     sim.water = (struct water){o.head.sound_speed_mps, o.noise_counts, o.ghost, o.seed};
     if (!scene_load(&sim.scene, o.scene, err, sizeof err))
         die("%s", err);

@@ -44,6 +44,19 @@ static void write_truth(const struct sim *sim, const struct head_shot *shot, con
     fflush(sim->truth);
 }
 
+#define FRAME_DEEP_M 0.06
+#define FRAME_COUNT  220
+
+static void add_frame(const struct sim_frame *frame, double azimuth_deg, double bin_m, uint32_t n,
+                      uint8_t *samples)
+{
+    const double off_deg = geo_deg(geo_wrap_pi(geo_rad(azimuth_deg - frame->azimuth_deg)));
+    if (!(frame->range_m > 0) || fabs(off_deg) > frame->width_deg / 2)
+        return;
+    for (uint32_t i = (uint32_t)(frame->range_m / bin_m); i < n && i * bin_m < frame->range_m + FRAME_DEEP_M; i++)
+        samples[i] = samples[i] > FRAME_COUNT ? samples[i] : FRAME_COUNT;
+}
+
 static void on_listen(void *ctx, const struct head_shot *shot, uint8_t *samples)
 {
     struct sim *sim = ctx;
@@ -62,6 +75,7 @@ static void on_listen(void *ctx, const struct head_shot *shot, uint8_t *samples)
 
     memcpy(beam.origin_m, sim->pose.position_m, sizeof beam.origin_m);
     water_listen(&sim->water, &sim->scene, &beam, samples);
+    add_frame(&sim->frame, azimuth_deg, beam.sample_s * sim->water.sound_speed_mps / 2.0, beam.n_samples, samples);
     if (sim->truth != NULL)
         write_truth(sim, shot, &beam, azimuth_deg);
 }

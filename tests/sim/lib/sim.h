@@ -20,9 +20,16 @@ struct sim_pose {
     double yaw_deg;
 };
 
+/* A bar of the vehicle's own frame: heard in every ping of some directions, wherever the vehicle is. Sound passes. */
+struct sim_frame {
+    double azimuth_deg, width_deg; /* from the bow; full width */
+    double range_m;                /* near side; 0: no such bar */
+};
+
 struct sim {
     struct scene scene;
     struct water water;
+    struct sim_frame frame;
     struct sim_pose pose; /* head angle 200 gradians looks ahead */
     struct head head;
     struct line line;
