@@ -414,12 +414,12 @@ static const struct argument plot_options[] = {
 };
 
 static const struct argument background_options[] = {
-    {"--sensor", "sensor", "NAME", "which sonar (the first)", ARGUMENT_TEXT, 0},
-    {"--pings", "pings", "K", "learn: pings of each direction, 1 to 64 (15)", ARGUMENT_INTEGER, 0},
-    {"--standing", "standing", "", "learn: although the vehicle does not move", ARGUMENT_FLAG, 0},
-    {"--no-wait", "no_wait", "", "learn: do not wait until it is done", ARGUMENT_FLAG, 0},
-    {"--use", "use", "", "stop: make the template of what there is", ARGUMENT_FLAG, 0},
-    {"--svg", "svg", "FILE", "show: draw into this file, - for standard output", ARGUMENT_TEXT, 0},
+    {"--sensor", "sensor", "NAME", "which sonar (the first)", ARGUMENT_TEXT, 0, 0, 0},
+    {"--pings", "pings", "K", "learn: pings of each direction, 1 to 64 (15)", ARGUMENT_INTEGER, 0, 1, 64},
+    {"--standing", "standing", "", "learn: although the vehicle does not move", ARGUMENT_FLAG, 0, 0, 0},
+    {"--no-wait", "no_wait", "", "learn: do not wait until it is done", ARGUMENT_FLAG, 0, 0, 0},
+    {"--use", "use", "", "stop: make the template of what there is", ARGUMENT_FLAG, 0, 0, 0},
+    {"--svg", "svg", "FILE", "show: draw into this file, - for standard output", ARGUMENT_TEXT, 0, 0, 0},
     {0},
 };
 

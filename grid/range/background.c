@@ -87,15 +87,34 @@ enum background_fit background_fit(const struct background_shape *shape, const s
 /* Each bin of the ping takes the loudest of the template's bins that it touches. */
 static void resample(const struct background_shape *s, const uint8_t *from, const struct ping *ping, uint8_t *to)
 {
-    const double r0 = s->r0_m, dr = s->dr_m, near = ping->r0_m, step = ping->dr_m;
+    const double r0 = (double)s->r0_m, dr = (double)s->dr_m, near = (double)ping->r0_m, step = (double)ping->dr_m;
+    uint32_t first = 0;
     for (uint32_t i = 0; i < ping->n_bins; i++) {
-        const double lo = floor((near + i * step - r0) / dr), hi = ceil((near + (i + 1) * step - r0) / dr);
-        const uint32_t first = lo <= 0 ? 0 : lo >= s->bins ? s->bins : (uint32_t)lo;
-        const uint32_t end = hi <= 0 ? 0 : hi >= s->bins ? s->bins : (uint32_t)hi;
+        const double lo = near + i * step, hi = near + (i + 1) * step;
         uint8_t most = 0;
-        for (uint32_t k = first; k < end; k++)
+        while (first < s->bins && r0 + (first + 1) * dr <= lo)
+            first++;
+        for (uint32_t k = first; k < s->bins && r0 + k * dr < hi; k++)
             most = from[k] > most ? from[k] : most;
         to[i] = most;
+    }
+}
+
+/* Runs of 1 in blind[n] grow by `by` cells at both ends. */
+static void widen(uint8_t *blind, uint32_t n, uint32_t by)
+{
+    for (uint32_t end = 0; end < n;) {
+        const uint8_t *found = memchr(blind + end, 1, n - end);
+        if (!found)
+            return;
+        const uint32_t begin = (uint32_t)(found - blind), room = begin - end;
+        memset(blind + begin - (room < by ? room : by), 1, room < by ? room : by);
+        found = memchr(blind + begin, 0, n - begin);
+        end = found ? (uint32_t)(found - blind) : n;
+        found = end < n ? memchr(blind + end, 1, n - end) : NULL;
+        const uint32_t gap = (found ? (uint32_t)(found - blind) : n) - end;
+        memset(blind + end, 1, gap < by ? gap : by);
+        end += gap < by ? gap : by;
     }
 }
 
@@ -122,10 +141,16 @@ bool background_view(const struct background *background, const struct ping *pin
     }
     *any_blind =
         background_mask(view->level, (size_t)ping->n_beams * ping->n_bins, background->mask_above, view->blind);
+    const double pulse = ceil((double)ping->pulse_m / (double)ping->dr_m);
+    const uint32_t by = pulse > 0 ? pulse < ping->n_bins ? (uint32_t)pulse : ping->n_bins : 0;
+    for (uint16_t beam = 0; *any_blind && beam < ping->n_beams; beam++)
+        widen(view->blind + (size_t)beam * ping->n_bins, ping->n_bins, by);
     return true;
 }
 
-bool background_mask(const uint8_t *level, size_t n, uint8_t mask_above, uint8_t *blind)
+#define BLOCK 64 /* a constant number of cells: both compilers make vectors of such loops */
+
+static uint8_t mask_some(const uint8_t *restrict level, size_t n, uint8_t mask_above, uint8_t *restrict blind)
 {
     uint8_t any = 0;
     for (size_t i = 0; i < n; i++) {
@@ -135,10 +160,30 @@ bool background_mask(const uint8_t *level, size_t n, uint8_t mask_above, uint8_t
     return any;
 }
 
-void background_subtract(const uint8_t *count, const uint8_t *level, size_t n, uint8_t *out)
+bool background_mask(const uint8_t *level, size_t n, uint8_t mask_above, uint8_t *blind)
+{
+    uint8_t any = 0;
+    size_t i = 0;
+    for (; i + BLOCK <= n; i += BLOCK)
+        any |= mask_some(level + i, BLOCK, mask_above, blind + i);
+    return any | mask_some(level + i, n - i, mask_above, blind + i);
+}
+
+static void subtract_some(const uint8_t *count, const uint8_t *level, size_t n, uint8_t *out)
 {
     for (size_t i = 0; i < n; i++)
         out[i] = (uint8_t)((count[i] > level[i] ? count[i] : level[i]) - level[i]);
+}
+
+void background_subtract(const uint8_t *count, const uint8_t *level, size_t n, uint8_t *out)
+{
+    uint8_t block[BLOCK];
+    size_t i = 0;
+    for (; i + BLOCK <= n; i += BLOCK) {
+        subtract_some(count + i, level + i, BLOCK, block);
+        memcpy(out + i, block, BLOCK);
+    }
+    subtract_some(count + i, level + i, n - i, out + i);
 }
 
 void background_counts(const struct ping *ping, size_t first, size_t n, uint8_t *out)

@@ -68,7 +68,8 @@ enum background_fit background_fit(const struct background_shape *shape, const s
 
 /**
  * background_view - fill *view, whose arrays have room for the ping's cells: the template's counts, and 1 in `blind`
- * where they exceed mask_above. Beyond the template's range, and in rows it has not learnt, both are 0: there what
+ * where they exceed mask_above or within a pulse's length of it: an echo so close to the vehicle's own is not told
+ * from it. Beyond the template's range, and in rows it has not learnt, both are 0: there what
  * the vehicle itself reflects is taken for an obstacle, which is the safe mistake. False, nothing written, when the
  * template is foreign to the ping or no cell is known. *any_blind: at least one cell is. O(cells), allocates nothing.
  */

@@ -72,16 +72,27 @@ static bool moved(const struct stand *a, const struct stand *b, double way_m, do
 
 /* ---- taking ---- */
 
+#define BLOCK 64 /* a constant number of cells: both compilers make vectors of such loops */
+
+/* The smaller of both into `kept`, the greater into `fresh`. */
+static void order(uint8_t *restrict kept, uint8_t *restrict fresh, uint32_t n)
+{
+    for (uint32_t i = 0; i < n; i++) {
+        const uint8_t a = kept[i], b = fresh[i];
+        kept[i] = a < b ? a : b;
+        fresh[i] = a < b ? b : a;
+    }
+}
+
 /* Sorts one count more into every cell: a pass of minimum and maximum over the planes. */
-static void sort_in(uint8_t *plane, uint32_t n, uint32_t bins, uint8_t *restrict fresh)
+static void sort_in(uint8_t *plane, uint32_t n, uint32_t bins, uint8_t *fresh)
 {
     for (uint32_t k = 0; k < n; k++) {
-        uint8_t *restrict kept = plane + (size_t)k * bins;
-        for (uint32_t i = 0; i < bins; i++) {
-            const uint8_t a = kept[i], b = fresh[i];
-            kept[i] = a < b ? a : b;
-            fresh[i] = a < b ? b : a;
-        }
+        uint8_t *kept = plane + (size_t)k * bins;
+        uint32_t i = 0;
+        for (; i + BLOCK <= bins; i += BLOCK)
+            order(kept + i, fresh + i, BLOCK);
+        order(kept + i, fresh + i, bins - i);
     }
     memcpy(plane + (size_t)n * bins, fresh, bins);
 }

@@ -332,12 +332,35 @@ TEST(view_of_the_same_range)
     paint(b, 5, 5, 20, 20, 64);
     CHECK(background_view(b, &p, &view, &any) && any);
     for (uint32_t i = 0; i < BINS; i++) {
-        CHECK_INT(view_blind[i], i >= 10 && i <= 12);
+        CHECK_INT(view_blind[i], i >= 8 && i <= 14); /* a pulse is 2 bins */
         CHECK_INT(view_level[i], i >= 10 && i <= 12 ? 65 : i == 20 ? 64 : 0);
     }
     p = ping_at(6, BINS);
     CHECK(background_view(b, &p, &view, &any) && !any);
     free(b);
+}
+
+TEST(mask_is_a_pulse_wider)
+{
+    uint64_t seed = test_seed();
+    for (int trial = 0; trial < 200; trial++) {
+        struct background *b = drawn(BINS);
+        struct ping p = ping_at(5, BINS);
+        bool any;
+        p.pulse_m = (float)(0.02 * floor(8 * test_uniform(&seed)));
+        const int by = (int)ceil((double)p.pulse_m / (double)p.dr_m);
+        const double density = 0.3 * test_uniform(&seed);
+        for (uint32_t i = 0; i < BINS; i++)
+            b->level[5 * BINS + i] = test_uniform(&seed) < density ? 200 : 0;
+        background_view(b, &p, &view, &any);
+        for (int i = 0; i < BINS; i++) {
+            bool want = false;
+            for (int k = i - by; k <= i + by; k++)
+                want |= k >= 0 && k < BINS && b->level[5 * BINS + k];
+            CHECK_INT(view_blind[i], want);
+        }
+        free(b);
+    }
 }
 
 /* A blind cell stays blind whatever the bins: each covers the loudest of what it touches. */
@@ -436,7 +459,7 @@ static float first_echo(const struct background *b, uint8_t *state, float *free_
     uint64_t seed = 4;
     for (uint32_t i = 0; i < 600; i++)
         samples[i] = (uint8_t)(20 + test_uniform(&seed) * 10);
-    memset(samples + 45, 220, 5);  /* the frame, 0.9 m */
+    memset(samples + 45, 220, 8);  /* the frame, 0.9 m */
     memset(samples + 300, 220, 5); /* a pile behind it, 6 m */
     if (b)
         CHECK(background_view(b, &p, &view, &any) && any);
@@ -452,8 +475,8 @@ TEST(frame_is_no_echo_and_the_pile_behind_is)
     struct background *b = drawn(600);
     uint8_t state;
     float free_to;
-    paint(b, 0, 0, 43, 52, 200);
-    CHECK_NEAR(first_echo(NULL, &state, &free_to), 0.95, 0, 0.1);
+    paint(b, 0, 0, 45, 52, 200);
+    CHECK_NEAR(first_echo(NULL, &state, &free_to), 0.98, 0, 0.1);
     CHECK_NEAR(first_echo(b, &state, &free_to), 6.05, 0, 0.1);
     CHECK_INT(state, BEAM_ECHO);
     free(b);
@@ -542,6 +565,7 @@ int main(void)
     RUN(keeps_the_vehicle_only);
     RUN(ring_and_frame_are_told_apart);
     RUN(view_of_the_same_range);
+    RUN(mask_is_a_pulse_wider);
     RUN(view_of_another_range_hides_nothing);
     RUN(view_of_a_foreign_ping_says_nothing);
     RUN(subtraction_stops_at_zero);
