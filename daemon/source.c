@@ -288,7 +288,8 @@ static void describe(const struct source *s, const struct conf_sonar *conf, cons
                               .listen_only = s->env.replay,
                               .node = conf->node,
                               .sensor_id = conf->sensor_id,
-                              .baud = s->port.ops->baud ? s->port.ops->baud(s->rest) : 0};
+                              .baud = s->port.ops->baud ? s->port.ops->baud(s->rest) : 0,
+                              .least_baud = s->port.ops->least_baud};
     sector_of(conf, d);
 }
 

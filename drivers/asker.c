@@ -6,6 +6,8 @@
 
 #include <inttypes.h>
 
+#include "line_time.h"
+
 #define NEVER          UINT64_MAX
 #define RETRY_FIRST_NS 250000000ull
 #define RETRY_MAX_NS   2000000000ull
@@ -139,6 +141,11 @@ void asker_tick(struct asker *a, uint64_t now_ns, const struct device_io *io)
         ask(a, now_ns, io);
     else
         a->step->missed(a, now_ns, io);
+}
+
+uint64_t asker_line_ns(const struct device_conf *conf, size_t bytes)
+{
+    return line_ns(conf->baud ? conf->baud : conf->least_baud, bytes);
 }
 
 uint64_t asker_deadline(const void *state)

@@ -76,6 +76,9 @@ bool asker_pinged(struct asker *a);
 bool asker_is_due(const struct asker *a, uint64_t now_ns);
 void asker_tick(struct asker *a, uint64_t now_ns, const struct device_io *io);
 
+/** asker_line_ns - how long so many bytes may be on their way over the configured wire. */
+uint64_t asker_line_ns(const struct device_conf *conf, size_t bytes);
+
 /* For device_ops; `state` begins with the asker. */
 uint64_t asker_deadline(const void *state);
 void asker_stop(void *state, uint64_t now_ns, const struct device_io *io);

@@ -59,6 +59,12 @@ ssize_t can_socket_write(struct port *port, const struct can_frame *frame);
 /** can_socket_close - as port_ops.close, for every kind of CAN socket. */
 void can_socket_close(struct port *port);
 
+/*
+ * Bytes over CAN come at least as fast as over a line of this speed: 250 kbit/s, frames that carry seven bytes in 160
+ * bits, a bus that others use to a third, gaps. What is waited for takes this into account, what is dated does not.
+ */
+#define CAN_LEAST_BAUD 60000u
+
 /** can_hold_break - as port_ops.hold_break: CAN has nothing for it. */
 void can_hold_break(struct port *port, bool on);
 

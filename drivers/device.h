@@ -56,6 +56,7 @@ struct device_conf {
     int node;              /* whose messages to take on a bus, its address; -1: anybody's */
     int sensor_id;         /* which of a node's sensors; -1: any */
     unsigned baud;         /* of the line the bytes come over; 0: unknown */
+    unsigned least_baud;   /* as port_ops.least_baud */
 };
 
 enum device_state {

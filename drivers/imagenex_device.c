@@ -104,7 +104,7 @@ static uint64_t listening_ns(unsigned range_m)
 
 static uint64_t answer_ns(const struct imagenex *d)
 {
-    const uint64_t ns = line_ns(d->conf.baud, IMAGENEX_SWITCH_BYTES + IMAGENEX_OVERHEAD + POINTS) +
+    const uint64_t ns = asker_line_ns(&d->conf, IMAGENEX_SWITCH_BYTES + IMAGENEX_OVERHEAD + POINTS) +
                         listening_ns(d->request.range_m) + MARGIN_NS;
     return ns > ANSWER_LEAST_NS ? ns : ANSWER_LEAST_NS;
 }

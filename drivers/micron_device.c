@@ -183,7 +183,7 @@ static uint64_t request_ping(void *device, uint64_t now_ns, const struct device_
         send_parameters(d, now_ns, io);
     }
     io->send(io->ctx, out, micron_encode_send_data(out, sizeof(out), (uint32_t)(now_ns / MS % MS_OF_DAY)));
-    return line_ns(d->conf.baud, SEND_DATA_BYTES + DATA_BYTES + d->set.n_bins) +
+    return asker_line_ns(&d->conf, SEND_DATA_BYTES + DATA_BYTES + d->set.n_bins) +
            micron_listening_ns(d->set.interval, d->set.n_bins) + PING_MARGIN_NS;
 }
 

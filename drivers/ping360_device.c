@@ -80,14 +80,14 @@ static uint64_t answer_ns(const struct ping360 *d, uint16_t angle)
         if (gradians <= TRAVEL_NEAR)
             travel_ns = gradians * TRAVEL_GRADIAN_NS;
     }
-    return line_ns(d->conf.baud, TRANSDUCER_BYTES + DATA_BYTES + d->set.n_samples) +
+    return asker_line_ns(&d->conf, TRANSDUCER_BYTES + DATA_BYTES + d->set.n_samples) +
            ping360_listening_ns(&d->set) + travel_ns + MARGIN_NS;
 }
 
 /* How long a head that scans by itself may be silent: three pings, but never less than AUTO_SILENCE_NS. */
 static uint64_t auto_silence_ns(const struct ping360 *d)
 {
-    uint64_t ping_ns = line_ns(d->conf.baud, DATA_BYTES + d->set.n_samples) + ping360_listening_ns(&d->set) +
+    uint64_t ping_ns = asker_line_ns(&d->conf, DATA_BYTES + d->set.n_samples) + ping360_listening_ns(&d->set) +
                        d->scan.step * TRAVEL_GRADIAN_NS;
     return 3 * ping_ns > AUTO_SILENCE_NS ? 3 * ping_ns : AUTO_SILENCE_NS;
 }

@@ -36,6 +36,9 @@ struct port_ops {
     /* Speed of the line in baud that a checked `rest` asks for; NULL: such wires have none. */
     unsigned (*baud)(const char *rest);
 
+    /* Of wires without baud, a line that is no faster than they are at the least; 0: their time does not count. */
+    unsigned least_baud;
+
     /* Open; port->fd on success. False with a sentence in err; errno of the cause is left in port->error. */
     bool (*open)(struct port *port, const char *rest, char *err, size_t err_size);
 

@@ -82,6 +82,7 @@ static ssize_t stream_write(struct port *port, const void *buf, size_t size)
 const struct port_ops port_canstream = {
     .kind = "canstream",
     .encoding = "octet-stream",
+    .least_baud = CAN_LEAST_BAUD,
     .check = stream_check,
     .open = stream_open,
     .read = stream_read,

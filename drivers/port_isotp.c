@@ -120,6 +120,7 @@ static ssize_t isotp_write(struct port *port, const void *buf, size_t size)
 const struct port_ops port_isotp = {
     .kind = "isotp",
     .encoding = "octet-stream",
+    .least_baud = CAN_LEAST_BAUD,
     .check = isotp_check,
     .open = isotp_open,
     .read = isotp_read,

@@ -1,44 +1,18 @@
 #!/usr/bin/env python3
 # SPDX-License-Identifier: MIT
 """The Micron end to end: a virtual head on a pseudo-terminal, sonard, and what it answers about the scene."""
-import os
-import subprocess
 import time
 
-from lib import BUILD, Process, check, note, pings_until, run, until
+from lib import check, note, pings_until, run, until
+from twin import micron
 
-MICRON_SIM = os.path.join(BUILD, "tests", "micron_sim")
 TURN = 200  # pings of a full circle at 1.8 degrees
 TOLERANCE_M = 0.3
 PLATEAU_M = 0.5  # 4-bit echoes of a wall end at the top of their window: the peak may be anywhere on it
 
 
-class MicronSim(Process):
-    """A virtual Micron on the bench's port, with a quick motor."""
-
-    def __init__(self, bench, *arguments, scene="box", centring_s=1):
-        full = [MICRON_SIM, "--link", bench.port_path, "--scene", scene, "--truth", bench.path("truth"),
-                "--centring", "%g" % centring_s, "--ms-per-gradian", "1", "--processing-ms", "1"]
-        super().__init__(bench, "micron_sim", full + list(arguments), stdin=subprocess.PIPE, stdout=subprocess.PIPE)
-        self.lines = self.process.stdout
-        check(self.lines.readline().startswith(b"ready "), "the virtual sonar does not start: " + self.log())
-        bench.processes.append(self)
-
-    def command(self, text):
-        self.process.stdin.write(text.encode() + b"\n")
-        self.process.stdin.flush()
-        answer = self.lines.readline().decode().strip()
-        check(answer.startswith("ok"), "%s: %s" % (text, answer))
-
-    def stop(self):
-        status = super().stop()
-        self.process.stdin.close()
-        self.lines.close()
-        return status
-
-
 def start(bench, *arguments, conf=None, **sim):
-    head = MicronSim(bench, *arguments, **sim)
+    head = micron(bench, *arguments, **sim)
     keys = {"device": "micron", "mode": "auto"}
     keys.update(conf or {})
     bench.conf(sonar=keys)

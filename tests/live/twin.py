@@ -26,3 +26,9 @@ class Twin(Process):
         self.process.stdin.close()
         self.lines.close()
         return status
+
+
+def micron(bench, *arguments, scene="box", centring_s=1):
+    """A virtual Micron with a quick motor."""
+    return Twin(bench, "micron_sim", "--scene", scene, "--truth", bench.path("truth"), "--centring", "%g" % centring_s,
+                "--ms-per-gradian", "1", "--processing-ms", "1", *arguments)

@@ -47,6 +47,7 @@ struct rig {
     unsigned queued;
 
     /* what was seen */
+    unsigned wire_baud; /* of a wire that is no line */
     bool in_break;
     uint64_t break_ns; /* since when */
     unsigned breaks, autobauds, ask_info, ask_version, transducers, auto_transmits, motor_offs;
@@ -74,7 +75,8 @@ static unsigned u16(const uint8_t *b)
 
 static uint64_t line(size_t bytes)
 {
-    return rig.conf.baud ? bytes * 10 * SEC / rig.conf.baud : 0;
+    const unsigned baud = rig.conf.baud ? rig.conf.baud : rig.wire_baud;
+    return baud ? bytes * 10 * SEC / baud : 0;
 }
 
 static void answer(uint64_t t_ns, const uint8_t *bytes, size_t n)
@@ -787,6 +789,24 @@ TEST(text_from_the_line_is_escaped)
 }
 
 /* How long the scan stands still for one lost frame, for all kinds of losing it, lines and steps. */
+TEST(a_slow_wire_is_waited_for)
+{
+    for (int mode = 0; mode < 2; mode++) {
+        struct device_conf conf = usual_conf();
+        conf.baud = 0;
+        conf.least_baud = 60000;
+        conf.request_response = mode == 0;
+        conf.range_m = 2;
+        rig_new(&conf);
+        rig.wire_baud = 60000;
+        rig_open();
+        run_to_ping(50, 60 * SEC);
+        CHECK_INT(status().timeouts, 0);
+        CHECK_INT(status().lost_frames, 0);
+        CHECK_INT(status().restarts, 0);
+    }
+}
+
 TEST(a_lost_frame_costs_at_most_200_ms)
 {
     static const struct {
@@ -1075,6 +1095,7 @@ int main(void)
     RUN(no_answer_to_auto_falls_back_to_asking);
     RUN(no_version_is_no_obstacle);
     RUN(text_from_the_line_is_escaped);
+    RUN(a_slow_wire_is_waited_for);
     RUN(a_lost_frame_costs_at_most_200_ms);
     RUN(lost_frames_of_the_heads_own_scan_are_counted);
     RUN(late_answer_is_a_ping_and_confuses_nobody);

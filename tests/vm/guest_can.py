@@ -11,6 +11,7 @@ import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "live"))
 from lib import BUILD, Process, Sim, check, note, pings_until, run, until  # noqa: E402
+from twin import micron  # noqa: E402
 
 TESTS = os.path.join(BUILD, "tests")
 numbers = itertools.count()
@@ -291,14 +292,34 @@ def kernel_time(bench):
 
 # ---- bytes over CAN ----
 
-def carried(bench, kind, option="", receive="702", mode="transmit"):
+def bridged(bench, kind, option="", receive="702"):
+    """A gateway between the bench's serial line and a bus of its own; the bus and sonard's port."""
     name = bus()
-    bench.sim(quick=False)  # a bus has no room for a head that is faster than real ones
     bridge = Process(bench, "bridge", [os.path.join(TESTS, "can_bridge"), "serial:%s:4000000" % bench.port_path,
                                        "%s:%s:%s:701%s" % (kind, name, receive, option)])
     bridge.expected = 1  # the bus is taken away from it
     bench.processes.insert(0, bridge)
-    client = start(bench, "ping360", "%s:%s:701:%s%s" % (kind, name, receive, option), range="1 m", mode=mode)
+    return name, "%s:%s:701:%s%s" % (kind, name, receive, option)
+
+
+def carried_micron(bench):
+    """The other protocol of bytes: its handshake and a sector's echoes."""
+    micron(bench)
+    name, port = bridged(bench, "isotp")
+    client = start(bench, "micron", port, range="10 m")
+    running(client)
+    pings_until(client, 60)
+    sensor = client.sensor()
+    check(sensor["garbage_bytes"] == sensor["bad_frame"] == sensor["restarts"] == 0, str(sensor))
+    check(sensor["timeouts"] <= 1, "%d answers were not waited for" % sensor["timeouts"])  # the wait for a sign of life
+    ip("set", name, "down")
+    until(lambda: client.sensor()["state"] == "no port", "the loss of the interface")
+
+
+def carried(bench, kind, option="", receive="702", mode="transmit"):
+    bench.sim(quick=False)  # a bus has no room for a head that is faster than real ones
+    name, port = bridged(bench, kind, option, receive)
+    client = start(bench, "ping360", port, range="1 m", mode=mode)
     running(client)
     pings_until(client, 30)
     sensor = client.sensor()
@@ -335,6 +356,7 @@ cases = [
     ("can_kernel_time", kernel_time),
     ("can_isotp_ping360", lambda bench: carried(bench, "isotp", mode="request")),
     ("can_isotp_fd_ping360", lambda bench: carried(bench, "isotp", ":fd", "18DAF101")),
+    ("can_isotp_micron", carried_micron),
     ("can_isotp_silent_peer", silent_peer),
     ("can_stream_ping360", lambda bench: carried(bench, "canstream")),
 ]
