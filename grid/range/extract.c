@@ -35,10 +35,10 @@ struct extract {
     /* [i]: threshold over reference, times 65536, for i + 1 independent cells on both sides, or on one */
     uint64_t both_q16[MAX_FACTORS], one_q16[MAX_FACTORS];
 
-    struct amplitude amplitude, clean_amplitude; /* of the last ping, and of its cleaned image */
-    double amplitude_db;                         /* per count, as it was prepared */
-    struct profile_axis axis;                    /* of the last ping */
-    struct usual floor, ring_down;               /* struct of_ping's, under this setting */
+    struct amplitude amplitude;    /* of the last ping */
+    double amplitude_db;           /* per count, as it was prepared */
+    struct profile_axis axis;      /* of the last ping */
+    struct usual floor, ring_down; /* struct of_ping's, under this setting */
 
     uint64_t *cell; /* power summed over the resolution cell around each bin */
     uint64_t *work;
@@ -176,9 +176,7 @@ static bool amplitude_for(struct extract *e, const struct ping *p)
     if (e->amplitude.sample_bytes == p->sample_bytes && e->amplitude.law == law &&
         (law != AMPLITUDE_LOG || e->amplitude_db == db))
         return true;
-    const double clean_db = p->sample_bytes == 1 ? db : db * 256.0; /* the cleaned image has the high byte */
-    if (!amplitude_init(&e->amplitude, law, p->sample_bytes, db) ||
-        !amplitude_init(&e->clean_amplitude, law, 1, clean_db))
+    if (!amplitude_init(&e->amplitude, law, p->sample_bytes, db))
         return false;
     e->amplitude_db = db;
     forget_usual(e);
@@ -335,10 +333,9 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
 
     const uint64_t floor = silence_floor(&p);
     of_ping->floor = floor < of_ping->floor ? floor : of_ping->floor;
-    const bool on_clean = e->conf.order == EXTRACT_PAPER && p.clean;
+    const bool on_clean = e->conf.order == EXTRACT_PAPER && p.clean && ping->sample_bytes == 1;
     if (on_clean)
-        profile_sum(&p, &e->clean_amplitude, p.clean, e->conf.floor_counts >> 8 * (ping->sample_bytes - 1),
-                    e->work);
+        profile_sum(&p, &e->amplitude, p.clean, e->conf.floor_counts, e->work);
     out->blind_m = (float)profile_m(&p, p.first);
     out->free_to_m = INFINITY;
     if (p.blind || on_clean || !is_quiet(&p, &d.cfar)) {

@@ -46,8 +46,10 @@ struct extract_aid {
     /* 1: masked by the background template: no echo here, in no reference window, and no free water through it
      * unless an echo behind shows that sound passed. */
     const uint8_t *blind;
-    const uint8_t *clean; /* 8-bit counts of the cleaned image (template subtracted, median, Otsu, CLAHE) */
-    int lowest;           /* counts of `clean` up to this are of the lowest class; -1: no class step */
+    /* 8-bit counts of the cleaned image (template subtracted, median, Otsu, CLAHE), in the law of the ping; with
+     * EXTRACT_PAPER of 8-bit pings only. */
+    const uint8_t *clean;
+    int lowest; /* counts of `clean` up to this are of the lowest class; -1: no class step */
 };
 
 struct extract;

@@ -177,6 +177,10 @@ TEST(every_detector_against_the_truth)
             "%.1f mm, 95 %% %.1f, worst %.1f; error / sd %.2f\n",
             name[d], s.found, s.walls, s.missed, s.false_near, s.false_empty, BEAMS, s.behind, 1e3 * s.median_m,
             1e3 * s.p95_m, 1e3 * s.worst_m, s.sd_normal);
+        CHECK(s.found >= 0.92 * s.walls && s.false_near <= 0.03 * s.walls && s.false_empty <= 0.03 * s.walls);
+        CHECK(s.behind <= 0.005 * s.walls); /* walls too weak for their reverberation, within minimum_range */
+        CHECK(s.median_m < DR_M && s.worst_m < PULSE_M);
+        CHECK(s.sd_normal > 0.1 && s.sd_normal < 1.0);
     }
 }
 
@@ -205,10 +209,17 @@ TEST(more_confidence_more_real_echoes)
             real[step] += w.wall_m > 0.0 && fabs((double)b.echo[i].range_m - w.wall_m) < SAME_M;
         }
     }
-    for (int i = 0; i < STEPS; i++)
-        if (echoes[i])
-            printf("# confidence %.1f to %.1f: %d echoes, %.2f real\n", (double)i / STEPS, (i + 1.0) / STEPS,
-                   echoes[i], (double)real[i] / echoes[i]);
+    double before = 0.0;
+    for (int i = 0; i < STEPS; i++) {
+        if (echoes[i] == 0)
+            continue;
+        const double share = (double)real[i] / echoes[i];
+        printf("# confidence %.1f to %.1f: %d echoes, %.2f real\n", (double)i / STEPS, (i + 1.0) / STEPS,
+               echoes[i], share);
+        CHECK(share > before - 0.05);
+        before = share;
+    }
+    CHECK(echoes[0] == 0 && echoes[4] == 0 && before > 0.9);
 }
 
 int main(void)

@@ -22,6 +22,7 @@ static const struct answer_conf limits = {.clear_for_s = 30, .move_limit_m = 0.5
 static struct answer_now now;
 static struct mount mount;
 static double ring_down_m;
+static uint8_t flags; /* of the echoes that ping sends */
 
 static void start(const struct sphere_conf *conf)
 {
@@ -34,6 +35,7 @@ static void start(const struct sphere_conf *conf)
     now = (struct answer_now){.now_ns = 1000 * SECOND, .pose = pose_identity};
     mount = mount_identity;
     ring_down_m = 0.3;
+    flags = 0;
 }
 
 /* One beam towards az (sensor frame) that heard an echo at range_m, or nothing (0) up to free_m. */
@@ -52,7 +54,8 @@ static void ping_el(double az_deg, double el_deg, double range_m, double free_m,
                                      .near_m = (float)(range_m - 0.02),
                                      .sd_m = 0.01f,
                                      .strength = 10,
-                                     .confidence = 0.9f};
+                                     .confidence = 0.9f,
+                                     .flags = flags};
         beam.free_to_m = (float)(range_m - 0.02);
     }
     struct echoes e = {.t_ns = now.now_ns,
@@ -181,6 +184,25 @@ TEST(a_removed_obstacle_is_cleared_by_beams_that_pass_it)
     }
     CHECK_INT(ask(0, 6).state, ANSWER_CLEAR);
     CHECK_NEAR(ask(0, 10).range_m, 8, 0, 0.05);
+}
+
+/* A thin pile that one ping hears blocks, burst or not; but a burst is gone when the next look does not hear it. */
+TEST(a_marked_echo_blocks_until_the_next_look)
+{
+    for (int marked = 0; marked < 2; marked++) {
+        start(&usual);
+        turn_of(0, 20);
+        flags = marked ? ECHO_BURST : 0;
+        ping(0, 5, 0);
+        CHECK_INT(ask(0, 10).state, ANSWER_BLOCKED);
+        now.now_ns += 15 * SECOND;
+        CHECK_INT(ask(0, 10).state, ANSWER_BLOCKED);
+        for (double az_deg = -6; az_deg <= 6; az_deg += 0.9)
+            ping(az_deg, 0, 4.8);
+        CHECK_INT(ask(0, 10).state, ANSWER_BLOCKED); /* nobody has looked there since */
+        ping(0, 0, 20);
+        CHECK(marked ? ask(0, 10).state != ANSWER_BLOCKED : ask(0, 10).state == ANSWER_BLOCKED);
+    }
 }
 
 TEST(a_pile_that_one_of_the_beams_over_it_hears_stays)
@@ -726,6 +748,7 @@ int main(void)
     RUN(clear_grows_stale_and_blocked_fades_but_never_to_clear);
     RUN(fading_is_the_closed_form_however_often_it_is_read);
     RUN(a_removed_obstacle_is_cleared_by_beams_that_pass_it);
+    RUN(a_marked_echo_blocks_until_the_next_look);
     RUN(a_pile_that_one_of_the_beams_over_it_hears_stays);
     RUN(an_old_clear_does_not_outlive_a_pile_that_came);
     RUN(doubtful_echoes_are_neither_blocked_nor_clear_beyond);
