@@ -39,6 +39,8 @@ UNIT     := $(patsubst tests/unit/%.c,$(BUILD)/tests/%,$(wildcard tests/unit/tes
 SIM      := $(patsubst tests/sim/%.c,$(BUILD)/tests/%,$(wildcard tests/sim/*.c))
 BENCH    := $(patsubst tests/bench/%.c,$(BUILD)/tests/%,$(wildcard tests/bench/bench_*.c))
 REPORT   := $(patsubst tests/report/%.c,$(BUILD)/tests/%,$(wildcard tests/report/report_*.c))
+# A peer to measure against, where Debian's liboctomap-dev is installed.
+PEER     := $(if $(wildcard /usr/include/octomap/octomap.h),$(BUILD)/tests/bench_octomap_peer)
 HELPERS  := $(patsubst tests/tools/%.c,$(BUILD)/tests/%,$(wildcard tests/tools/*.c))
 TOOLS    := $(patsubst tests/lib/%.c,$(BUILD)/tests/%.so,$(wildcard tests/lib/*.c))
 
@@ -98,6 +100,10 @@ $(REPORT): $(BUILD)/tests/%: $(BUILD)/tests/report/%.o $(SEALIB) $(ALL_A)
 	@mkdir -p $(@D)
 	@echo '  LD    $@'
 	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
+$(BUILD)/tests/bench_octomap_peer: tests/bench/octomap_peer.cc tests/bench/voxel_scene.h $(GRID)
+	@mkdir -p $(@D)
+	@echo '  CXX   $@'
+	@$(CXX) -std=c++17 -Wall -Wextra $(CFLAGS) -o $@ $< $(GRID) -loctomap -loctomath
 $(HELPERS): $(BUILD)/tests/%: $(BUILD)/tests/tools/%.o $(CLIENT) $(GRID)
 	@mkdir -p $(@D)
 	@echo '  LD    $@'
@@ -156,7 +162,7 @@ layers: $(GRID)
 fuzz: deps-check
 	@BUILD=$(BUILD) SECONDS=$(or $(SECONDS),20) tests/fuzz/run.sh
 
-bench: programs $(BENCH) $(SIM)
+bench: programs $(BENCH) $(PEER) $(SIM)
 	@BUILD=$(BUILD) tests/bench/run.sh
 
 report:
