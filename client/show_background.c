@@ -151,12 +151,8 @@ void show_background_draw(FILE *out, const json_t *result)
 
 bool show_background_svg(FILE *out, json_t *result)
 {
-    json_t *rows = json_object_get(result, "rows");
-    const struct plot_conf conf = {.title = "what the sonar hears of its own vehicle"};
-    for (size_t i = 0; i < json_array_size(rows); i++) {
-        json_t *row = json_array_get(rows, i), *blind = json_object_get(row, "blind");
-        if (json_array_size(blind))
-            json_object_set_new(row, "echo_m", json_real(edge(json_array_get(blind, 0), 0)));
-    }
+    struct row row[ROWS_MAX];
+    const struct plot_conf conf = {.title = "what the sonar hears of its own vehicle",
+                                   .range_m = rim_of(row, read_rows(result, row))};
     return plot_svg(out, result, NULL, &conf);
 }

@@ -19,7 +19,7 @@ void show_background_progress(FILE *out, const json_t *result);
 /** show_background_draw - the result's rows in characters: forward up, # blind, . learnt and open, blank not learnt. */
 void show_background_draw(FILE *out, const json_t *result);
 
-/** show_background_svg - the same as SVG, a mark where each row's first blind stretch begins. False when writing fails. */
+/** show_background_svg - the counts of the template as SVG, out to the same rim. False when writing fails (errno). */
 bool show_background_svg(FILE *out, json_t *result);
 
 #endif
