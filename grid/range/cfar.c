@@ -175,28 +175,48 @@ struct cfar_reference cfar_reference_at(const struct cfar *cfar, const struct cf
     return ref;
 }
 
+static uint32_t cells_left(const struct cfar_profile *p, struct span s)
+{
+    uint32_t n = span_cells(s);
+
+    for (uint32_t i = s.begin; p->excluded && i < s.end; i++)
+        n -= p->excluded[i] != 0;
+    return n;
+}
+
 /* How many of the span's cells are below a power. */
 static uint32_t count_below(const struct cfar_profile *p, struct span s, uint64_t power)
 {
     uint32_t n = 0;
 
     for (uint32_t i = s.begin; i < s.end; i++)
-        n += p->x[i] < power && !(p->excluded && p->excluded[i]);
+        n += p->x[i] < power;
+    for (uint32_t i = s.begin; p->excluded && i < s.end; i++)
+        n -= p->excluded[i] && p->x[i] < power;
     return n;
+}
+
+/* The least power of which alpha_q16 / 65536 times is not below x. */
+static uint64_t power_not_below(uint64_t x, uint64_t alpha_q16)
+{
+    if (alpha_q16 == 0)
+        return UINT64_MAX;
+    if (x < (uint64_t)1 << 47) /* a long division costs as much as the rest */
+        return (x << 16) / alpha_q16 + ((x << 16) % alpha_q16 != 0);
+    const u128 least = (((u128)x << 16) + alpha_q16 - 1) / alpha_q16;
+    return least < UINT64_MAX ? (uint64_t)least : UINT64_MAX;
 }
 
 /* A cell exceeds alpha times the k-th smallest one where at least k cells are below the cell / alpha. */
 static bool detects_by_rank(const struct cfar *cfar, const struct cfar_profile *p, uint32_t i)
 {
     const struct sides s = sides_of(cfar, p->n, i);
-    const uint32_t n_lead = count_below(p, s.lead, UINT64_MAX), n = n_lead + count_below(p, s.lag, UINT64_MAX);
+    const uint32_t n_lead = cells_left(p, s.lead), n = n_lead + cells_left(p, s.lag);
     const uint64_t alpha = n_lead == 0 || n_lead == n ? cfar->alpha_one_q16 : cfar->alpha_q16;
-    const u128 x = (u128)p->x[i] << 16;
 
-    if (n == 0 || x <= (u128)alpha * cfar->reference_min)
+    if (n == 0 || (u128)p->x[i] << 16 <= (u128)alpha * cfar->reference_min)
         return false;
-    const u128 below = alpha > 0 ? (x + alpha - 1) / alpha : UINT64_MAX;
-    const uint64_t limit = below < UINT64_MAX ? (uint64_t)below : UINT64_MAX;
+    const uint64_t limit = power_not_below(p->x[i], alpha);
     return count_below(p, s.lead, limit) + count_below(p, s.lag, limit) >= rank_among(cfar, n);
 }
 

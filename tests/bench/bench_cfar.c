@@ -1,0 +1,190 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * bench_cfar - nanoseconds per cell of every stage from counts to detections, and of every detector for each width of
+ * vectors, beside the plain loop over windows in C. Noise with a wall in it, 16 training and 4 guard cells on each
+ * side. Medians; compare figures of one run only.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+
+#include "../lib/clutter.h"
+
+#include "../../grid/range/cfar.h"
+#include "../../grid/range/profile.h"
+
+#define SIDE        16
+#define GUARD       4
+#define RANK        24
+#define MAX_CELLS   1500
+#define BEAMS       32 /* different ones, so that branches are not learnt by heart */
+#define REPETITIONS 25
+
+static uint8_t counts[BEAMS][MAX_CELLS];
+static uint64_t power[BEAMS][MAX_CELLS], cells[MAX_CELLS], sums[MAX_CELLS + 1], work[3 * (MAX_CELLS + 1)];
+static uint8_t mask[MAX_CELLS];
+static struct amplitude law;
+static volatile unsigned sink;
+
+static void make_beams(uint32_t n)
+{
+    uint64_t seed = 1;
+
+    for (int b = 0; b < BEAMS; b++)
+        for (uint32_t i = 0; i < n; i++) {
+            const double level = i > n / 2 && i < n / 2 + n / 50 ? 1e4 : 1.0;
+            counts[b][i] = (uint8_t)fmin(16.0 * pow(-level * log(clutter_uniform(&seed)), 0.25) + 0.5, 255.0);
+            power[b][i] = amplitude_of(&law, counts[b][i]);
+        }
+}
+
+/* ---- what is measured: beam b of n cells ---- */
+
+static struct cfar detector(enum cfar_detector kind)
+{
+    double alpha = 0;
+
+    cfar_alpha(kind, SIDE, SIDE, RANK, 1e-4, &alpha);
+    return (struct cfar){.detector = kind,
+                         .edge = CFAR_FULL,
+                         .n_side = SIDE,
+                         .guard = GUARD,
+                         .rank = RANK,
+                         .alpha_q16 = (uint64_t)(alpha * 65536.0),
+                         .alpha_one_q16 = (uint64_t)(alpha * 65536.0)};
+}
+
+static void run_sums(enum cfar_detector unused, uint32_t n, int b)
+{
+    (void)unused;
+    amplitude_sums(&law, counts[b], n, sums);
+    sink += (unsigned)sums[n];
+}
+
+static void run_cells(enum cfar_detector unused, uint32_t n, int b)
+{
+    const struct profile_axis axis = {.n = n, .dr = 0.02, .half = 2};
+    struct profile profile = {.axis = &axis, .cell = cells};
+
+    (void)unused;
+    profile_sum(&profile, &law, counts[b], 8, sums);
+    sink += (unsigned)cells[n / 2];
+}
+
+static void run_cfar(enum cfar_detector kind, uint32_t n, int b)
+{
+    static struct cfar prepared[4];
+
+    if (prepared[kind].n_side == 0)
+        prepared[kind] = detector(kind);
+    cfar_run(&prepared[kind], &(struct cfar_profile){.x = power[b], .n = n, .work = work}, mask);
+    sink += mask[n / 2];
+}
+
+/* The same decisions as they are usually written: every window is added up for every cell. */
+static void run_plain(enum cfar_detector kind, uint32_t n, int b)
+{
+    static struct cfar prepared[4];
+
+    if (prepared[kind].n_side == 0)
+        prepared[kind] = detector(kind);
+    const uint64_t *x = power[b], alpha = prepared[kind].alpha_q16;
+    for (uint32_t i = SIDE + GUARD; i + SIDE + GUARD < n; i++) {
+        if (kind == CFAR_OS) {
+            uint32_t below = 0;
+            const double limit = (double)x[i] * 65536.0 / (double)alpha;
+            for (uint32_t d = GUARD + 1; d <= GUARD + SIDE; d++)
+                below += (uint32_t)((double)x[i - d] < limit) + (uint32_t)((double)x[i + d] < limit);
+            mask[i] = below >= RANK;
+            continue;
+        }
+        uint64_t lead = 0, lag = 0;
+        for (uint32_t d = GUARD + 1; d <= GUARD + SIDE; d++) {
+            lead += x[i - d];
+            lag += x[i + d];
+        }
+        const uint64_t sum = kind == CFAR_CA     ? (lead + lag) / 2
+                             : kind == CFAR_GOCA ? (lead > lag ? lead : lag)
+                                                 : (lead < lag ? lead : lag);
+        mask[i] = (double)x[i] * SIDE > (double)sum * (double)alpha / 65536.0;
+    }
+    sink += mask[n / 2];
+}
+
+/* ---- measuring ---- */
+
+static double now_ns(void)
+{
+    struct timespec t;
+
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
+}
+
+static int by_value(const void *a, const void *b)
+{
+    const double x = *(const double *)a, y = *(const double *)b;
+
+    return (x > y) - (x < y);
+}
+
+/* Median nanoseconds per cell. */
+static double measure(void (*run)(enum cfar_detector, uint32_t, int), enum cfar_detector kind, uint32_t n)
+{
+    double ns[REPETITIONS];
+
+    for (int r = 0; r < REPETITIONS; r++) {
+        const double begin = now_ns();
+        for (int b = 0; b < BEAMS; b++)
+            run(kind, n, b);
+        ns[r] = (now_ns() - begin) / BEAMS / n;
+    }
+    qsort(ns, REPETITIONS, sizeof ns[0], by_value);
+    return ns[REPETITIONS / 2];
+}
+
+int main(void)
+{
+    static const char *const name[] = {"ca", "goca", "soca", "os"};
+    static const uint32_t n[] = {200, 500, 1000, 1500};
+    char heading[32];
+
+    if (!amplitude_init(&law, AMPLITUDE_SQRT, 1, 0.0))
+        return 1;
+    printf("%-22s", "ns per cell, cells:");
+    for (int k = 0; k < 4; k++)
+        printf("%10u", n[k]);
+    printf("\n%-22s", "counts to sums");
+    for (int k = 0; k < 4; k++) {
+        make_beams(n[k]);
+        printf("%10.3f", measure(run_sums, CFAR_CA, n[k]));
+    }
+    printf("\n%-22s", "... to cells");
+    for (int k = 0; k < 4; k++) {
+        make_beams(n[k]);
+        printf("%10.3f", measure(run_cells, CFAR_CA, n[k]));
+    }
+    for (int d = CFAR_CA; d <= CFAR_OS; d++) {
+        double ns[4], plain[4];
+        for (int k = 0; k < 4; k++) {
+            make_beams(n[k]);
+            ns[k] = measure(run_cfar, (enum cfar_detector)d, n[k]);
+            plain[k] = measure(run_plain, (enum cfar_detector)d, n[k]);
+        }
+        snprintf(heading, sizeof heading, "%s", name[d]);
+        printf("\n%-22s", heading);
+        for (int k = 0; k < 4; k++)
+            printf("%10.3f", ns[k]);
+        snprintf(heading, sizeof heading, "%s, plain loop", name[d]);
+        printf("\n%-22s", heading);
+        for (int k = 0; k < 4; k++)
+            printf("%10.3f", plain[k]);
+        snprintf(heading, sizeof heading, "%s, ratio", name[d]);
+        printf("\n%-22s", heading);
+        for (int k = 0; k < 4; k++)
+            printf("%9.1fx", plain[k] / ns[k]);
+    }
+    printf("\n");
+    return 0;
+}
