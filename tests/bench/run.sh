@@ -10,3 +10,5 @@ for bench in "$build"/tests/bench_*; do
     printf '\n== %s\n' "${bench##*/}"
     "$bench"
 done
+printf '\n== cfar_numpy\n'
+"$(PATH=/usr/bin:$PATH command -v python3)" tests/bench/cfar_numpy.py
