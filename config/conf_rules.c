@@ -157,6 +157,12 @@ void conf_rules_check(const struct conf *conf, const struct conf_source *source,
     check_lines(&r);
     rule(&r, (struct place){"extract", "guard", 0}, (struct place){"extract", "window", 0},
          conf->extract.guard_m < conf->extract.window_m, "guard smaller than window");
+    const struct conf_extract *e = &conf->extract;
+    const bool judged = e->otsu == CONF_ON || e->classes == CONF_ON || e->order == CONF_ORDER_PAPER;
+    rule(&r, (struct place){"extract", "median", 0}, (struct place){"extract", "order", 0},
+         e->median == CONF_MEDIAN_OFF || judged, "otsu or classes on, or order = paper: nobody looks at it otherwise");
+    rule(&r, (struct place){"extract", "clahe", 0}, (struct place){"extract", "order", 0},
+         e->clahe == CONF_OFF || judged, "otsu or classes on, or order = paper: nobody looks at it otherwise");
     rule(&r, (struct place){"grid", "forget", 0}, (struct place){"grid", "clear_for", 0},
          conf->grid.forget_s >= conf->grid.clear_for_s, "forget not shorter than clear_for");
     rule(&r, (struct place){"depth", "turnaround", 0}, (struct place){"depth", "timeout", 0},

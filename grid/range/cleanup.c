@@ -235,8 +235,9 @@ static void clean_oldest(struct cleanup *c)
         cut_background(c, s->row, n, s->clean);
     if (c->conf.clahe)
         clahe_causal_row(&c->clahe, s->row, s->ping.flags & PING_NEW_TURN, s->clean, s->clean);
-    s->lowest = c->conf.classes ? lowest_class(c, s->row, s->clean) : -1;
-    c->lowest = s->lowest;
+    s->lowest = c->conf.otsu && c->threshold >= 0 ? 0 : -1; /* what Otsu took away */
+    if (c->conf.classes)
+        s->lowest = c->lowest = lowest_class(c, s->row, s->clean);
     c->ready++;
     c->waiting--;
 }

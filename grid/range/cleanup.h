@@ -66,7 +66,7 @@ bool cleanup_put(struct cleanup *c, const struct ping *ping, const uint8_t *back
 
 /**
  * cleanup_next - the next ping that is ready, oldest first, as it came; NULL: none. *aid is filled: blind as it was handed in,
- * clean, lowest. Both are valid until the next cleanup_put.
+ * clean, lowest (0 with Otsu and without classes: what was taken away). Both are valid until the next cleanup_put.
  *
  * The median looks at rows not older than a turn and a half, shifted by the way that the vehicle has made along the beam in
  * between (where position or velocity are known). CLAHE's tables are those of a tile's last complete pass; where there is none yet,

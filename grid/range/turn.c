@@ -3,8 +3,6 @@
 
 #include <string.h>
 
-#define LANES 4 /* neighbouring bins are often alike, and one counter cannot be raised twice at once */
-
 static uint32_t memory_of_puts(uint32_t rows)
 {
     return rows + (rows + 1) / 2;
@@ -41,37 +39,20 @@ void turn_begin(struct turn *t, uint32_t rows, uint32_t bins, uint32_t tiles_y, 
     memset(t->count, 0, (size_t)t->max_tiles * 256 * sizeof *t->count);
 }
 
-/* sum[v] = how many of bin[n] are v. */
-static void count_bins(const uint8_t *bin, uint32_t n, uint32_t sum[256])
-{
-    uint32_t lane[LANES][256] = {0};
-    uint32_t i = 0;
-
-    for (; i + LANES <= n; i += LANES)
-        for (int k = 0; k < LANES; k++)
-            lane[k][bin[i + (uint32_t)k]]++;
-    for (; i < n; i++)
-        lane[0][bin[i]]++;
-    for (int v = 0; v < 256; v++)
-        sum[v] = lane[0][v] + lane[1][v] + lane[2][v] + lane[3][v];
-}
-
-/* Count the row into the histograms of its tiles, or (sign -1) out of them. */
-static void count_row(struct turn *t, uint32_t row, int sign)
+/* Count the row into the histograms of its tiles, or (by -1) out of them. */
+static void count_row(struct turn *t, uint32_t row, int by)
 {
     const uint8_t *bin = t->bin + (size_t)row * t->bins;
     const uint32_t tile_y = (uint32_t)(((uint64_t)(row + 1) * t->tiles_y - 1) / t->rows);
-    uint32_t sum[256], begin = 0;
+    uint32_t i = 0;
 
     for (uint32_t x = 0; x < t->tiles_x; x++) {
-        const uint32_t end = (uint32_t)((uint64_t)(x + 1) * t->bins / t->tiles_x);
+        const uint32_t begin = i, end = (uint32_t)((uint64_t)(x + 1) * t->bins / t->tiles_x);
         const uint32_t tile = tile_y * t->tiles_x + x;
         uint32_t *count = t->count + (size_t)tile * 256;
-        count_bins(bin + begin, end - begin, sum);
-        for (int v = 0; v < 256; v++)
-            count[v] += sign > 0 ? sum[v] : 0 - sum[v];
-        t->pixels[tile] += sign > 0 ? end - begin : 0 - (uint64_t)(end - begin);
-        begin = end;
+        for (; i < end; i++)
+            count[bin[i]] += (uint32_t)by;
+        t->pixels[tile] += (uint64_t)(int64_t)by * (end - begin);
     }
 }
 

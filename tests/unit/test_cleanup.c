@@ -372,6 +372,23 @@ TEST(an_image_without_contrast_is_kept)
     CHECK_INT(state.lowest, -1);
 }
 
+/* Without classes what Otsu took away is the lowest class. */
+TEST(otsu_alone_rules_out_what_it_took_away)
+{
+    struct extract_aid aid;
+
+    set_up(&(struct cleanup_conf){.otsu = true, .clip = 2});
+    for (uint32_t u = 0; u < 5; u++) {
+        struct shot s;
+        shot_init(&s, u + 1, u, 20);
+        memset(s.bin, 20, 20);
+        s.bin[9] = 180;
+        put(&s);
+        CHECK(cleanup_next(cleanup, &aid) && aid.clean[8] == 0 && aid.clean[9] == 180);
+        CHECK_INT(aid.lowest, 0);
+    }
+}
+
 TEST(wrong_settings_are_refused)
 {
     static const struct cleanup_conf bad[] = {{.median = 4, .clip = 2},
@@ -400,6 +417,7 @@ int main(void)
     RUN(pings_that_are_no_image_pass_after_those_that_wait);
     RUN(neighbours_are_shifted_by_the_way_made);
     RUN(an_image_without_contrast_is_kept);
+    RUN(otsu_alone_rules_out_what_it_took_away);
     RUN(wrong_settings_are_refused);
     free(memory);
     return test_end();

@@ -658,6 +658,7 @@ static void random_conf(struct conf *conf, uint64_t *seed)
     conf->extract.guard_m = fmin(conf->extract.window_m, 10) * test_uniform(seed);
     conf->extract.minimum_range_m = 0.1 + 0.6 * test_uniform(seed);
     conf->grid.forget_s = fmax(conf->grid.forget_s, conf->grid.clear_for_s);
+    conf->extract.classes = CONF_ON; /* somebody looks at the median and at CLAHE */
     conf->nmea.use = CONF_NMEA_HEADING;
     conf->depth.turnaround_s = fmax(conf->depth.turnaround_s, conf->depth.timeout_s);
     for (int i = 0; i < conf->n_sonars; i++) {
