@@ -43,7 +43,7 @@ static uint64_t last_ping_ns(void *ctx)
     return stats.device.last_ping_ns;
 }
 
-/* The edge is some time before the moment at which it is recorded; a replay takes it from there. */
+/* The edge is some time before the moment at which it is recorded, if not just after; a replay takes it from there. */
 static void record_edge(void *ctx, struct trigger *trigger, uint64_t t_ns)
 {
     struct daemon *d = ctx;
@@ -51,7 +51,7 @@ static void record_edge(void *ctx, struct trigger *trigger, uint64_t t_ns)
     uint64_t now = loop_now(d->loop);
     if (!d->record)
         return;
-    int n = snprintf(text, sizeof text, "{\"age_ns\":%llu}", (unsigned long long)(now - t_ns));
+    int n = snprintf(text, sizeof text, "{\"age_ns\":%llu}", (unsigned long long)(now > t_ns ? now - t_ns : 0));
     record_message(d->record, d->trigger_channel[trigger - d->trigger], now, text, (size_t)n);
 }
 

@@ -148,16 +148,23 @@ struct recorder_timer {
     struct loop_timer timer;
     struct daemon *d;
     uint64_t errors; /* already logged */
+    uint64_t overflows;
+    struct log_limit slow;
 };
 
 static void on_record_tick(void *ctx, uint64_t now_ns)
 {
     struct recorder_timer *t = ctx;
-    record_tick(t->d->record, now_ns);
-    const struct record_status *s = record_status(t->d->record);
-    if (s->errors > t->errors)
-        log_line(LOG_ERR, "recording: %s", s->error);
-    t->errors = s->errors;
+    struct record_status s;
+    record_tick(t->d->record);
+    record_status(t->d->record, &s);
+    if (s.parts.errors > t->errors)
+        log_line(LOG_ERR, "recording: %s", s.parts.error);
+    if (s.overflows > t->overflows)
+        log_limited(&t->slow, now_ns, LOG_WARNING, "recording: the disk is too slow: %llu messages lost",
+                    (unsigned long long)(s.overflows - t->overflows));
+    t->errors = s.parts.errors;
+    t->overflows = s.overflows;
     loop_arm(t->d->loop, &t->timer, now_ns + RECORD_TICK_NS);
 }
 
@@ -295,7 +302,7 @@ static bool make_parts(struct daemon *d, const struct options *o, const struct c
     if (open_answers(d, o->answers, err, sizeof err) && make_pipeline(d, err, sizeof err) &&
         make_record(d, source, err, sizeof err) && make_server(d, err, sizeof err) &&
         make_sources(d, err, sizeof err) && instruments_make(d, err, sizeof err) &&
-        instruments_start(d, err, sizeof err)) {
+        (!d->record || record_start(d->record, err, sizeof err)) && instruments_start(d, err, sizeof err)) {
         template_start(d);
         return true;
     }

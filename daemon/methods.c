@@ -463,10 +463,13 @@ static json_t *record_json(const struct daemon *d)
 {
     if (!d->record)
         return json_null();
-    const struct record_status *r = record_status(d->record);
-    return json_pack("{s:b, s:s, s:I, s:I, s:I, s:I, s:s}", "recording", r->recording, "path", r->path, "parts",
-                     (json_int_t)r->parts, "messages", (json_int_t)r->messages, "lost_messages",
-                     (json_int_t)r->lost_messages, "errors", (json_int_t)r->errors, "error", r->error);
+    struct record_status s;
+    record_status(d->record, &s);
+    const struct parts_status *r = &s.parts;
+    return json_pack("{s:b, s:s, s:I, s:I, s:I, s:I, s:I, s:I, s:s}", "recording", r->recording, "path", r->path,
+                     "parts", (json_int_t)r->parts, "messages", (json_int_t)r->messages, "lost_messages",
+                     (json_int_t)r->lost_messages, "overflows", (json_int_t)s.overflows, "waiting_bytes",
+                     (json_int_t)s.waiting_bytes, "errors", (json_int_t)r->errors, "error", r->error);
 }
 
 static json_t *method_status(const struct rpc_call *call, json_t *params, struct rpc_error *error)

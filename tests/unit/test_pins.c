@@ -339,6 +339,20 @@ TEST(the_edge_of_the_next_ping_is_not_taken)
     stop_trigger();
 }
 
+TEST(an_edge_since_the_turn_began_counts_and_one_of_the_future_does_not)
+{
+    start_trigger(CONF_RISING);
+    struct gpio_edge e = {loop_now(loop) + 3 * MS, true};
+    CHECK(write(chip.pipe[1], &e, sizeof e) == sizeof e);
+    loop_turn(loop, 0);
+    CHECK_INT(recorded, e.t_ns);
+    e.t_ns = loop_clock() + 10 * S;
+    CHECK(write(chip.pipe[1], &e, sizeof e) == sizeof e);
+    loop_turn(loop, 0);
+    CHECK_INT(trigger.edges, 1);
+    stop_trigger();
+}
+
 TEST(an_edge_that_is_too_old_is_not_taken)
 {
     start_trigger(CONF_RISING);
@@ -382,6 +396,7 @@ int main(void)
     RUN(a_chip_that_is_back_gets_the_level_again);
     RUN(a_ping_takes_the_time_of_its_edge);
     RUN(the_edge_of_the_next_ping_is_not_taken);
+    RUN(an_edge_since_the_turn_began_counts_and_one_of_the_future_does_not);
     RUN(an_edge_that_is_too_old_is_not_taken);
     RUN(a_falling_edge_can_be_the_trigger);
     RUN(edges_without_pings_do_not_pile_up);
