@@ -132,7 +132,7 @@ static void add_wedge_ends(struct bounds *s, const struct cast_beam *b)
     double slop = o->sin_el * least_x * b->far / 2 + wider;
     double f = b->axis[2][2], bow = f * f - o->sin_el * o->sin_el;
 
-    if (slop > 0.05 && bow > 0.02 && o->cos_el > 0) {
+    if (slop > 0.01 && bow > 0.02 && o->cos_el > 0) {
         for (int side = -1; side <= 1; side += 2) {
             bool above = side * f > 0;
             add_root(s, b, b->axis[2], -side * o->cos_el * b->tolerance, o->sin_el, b->tolerance, above, above,

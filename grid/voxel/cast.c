@@ -282,25 +282,23 @@ static void settle_columns(struct run *r, struct columns *c)
     c->n = 0;
 }
 
-/* Columns first..last of a row. Past its end up to a block is filled, so that blocks are always whole. */
-static void add_row(struct run *r, struct columns *c, int32_t row, int32_t first, int32_t last)
+/* Columns first..last of a row, the first at u, v. Past its end up to a block is filled, so that blocks are always whole. */
+static inline void add_row(struct run *r, struct columns *c, int32_t row, int32_t first, int32_t last, float u,
+                           float v)
 {
-    int inner = r->bounds.inner, outer = r->bounds.outer;
-    float u0 = (float)(first - r->apex[inner] + 0.5 - r->beam->apex.offset[inner]);
-    float v0 = (float)(row - r->apex[outer] + 0.5 - r->beam->apex.offset[outer]);
+    int32_t *along = r->bounds.inner == 0 ? c->i : c->j, *across = r->bounds.inner == 0 ? c->j : c->i;
 
-    for (; first <= last; first += BOUNDS_BLOCK, u0 += BOUNDS_BLOCK) {
-        int32_t *along = (inner == 0 ? c->i : c->j) + c->n, *across = (inner == 0 ? c->j : c->i) + c->n;
-        float *u = c->u + c->n, *v = c->v + c->n;
+    for (; first <= last; first += BOUNDS_BLOCK, u += BOUNDS_BLOCK) {
+        int n = c->n;
         for (int l = 0; l < BOUNDS_BLOCK; l++)
-            along[l] = first + l;
+            along[n + l] = first + l;
         for (int l = 0; l < BOUNDS_BLOCK; l++)
-            across[l] = row;
+            across[n + l] = row;
         for (int l = 0; l < BOUNDS_BLOCK; l++)
-            u[l] = u0 + (float)l;
+            c->u[n + l] = u + (float)l;
         for (int l = 0; l < BOUNDS_BLOCK; l++)
-            v[l] = v0;
-        c->n += smaller(last - first + 1, BOUNDS_BLOCK);
+            c->v[n + l] = v;
+        c->n = n + smaller(last - first + 1, BOUNDS_BLOCK);
         if (c->n >= COLUMNS)
             settle_columns(r, c);
     }
@@ -341,8 +339,9 @@ static void run_rows(struct run *r)
     for (c.n = 0; row <= last_row; row++) {
         double from = greater(greater(lo_start[0] + lo_slope[0] * row, lo_start[1] + lo_slope[1] * row), lo);
         double to = lesser(lesser(hi_start[0] + hi_slope[0] * row, hi_start[1] + hi_slope[1] * row), hi);
-        if (from <= to)
-            add_row(r, &c, row, whole_from(from), whole_to(to));
+        int32_t first = whole_from(from), last = whole_to(to);
+        if (first <= last)
+            add_row(r, &c, row, first, last, (float)(first - u0), (float)(row - v0));
     }
     settle_columns(r, &c);
 }

@@ -4,39 +4,36 @@
 #include <math.h>
 #include <string.h>
 
-#define CHUNK 32 /* counts that are raised at once; at most TILE_SLACK */
+#define CHUNK 16 /* counts in a vector of any CPU; at most TILE_SLACK */
 _Static_assert(CHUNK <= TILE_SLACK, "a chunk may pass the end of the last column");
 
-/* Counts side by side; the compiler makes of it what the CPU has. */
 typedef uint8_t counts __attribute__((vector_size(CHUNK)));
 
 /* From CHUNK - n on, a mask of the first n of a chunk. */
-static const uint8_t first_n[2 * CHUNK] = {255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255,
-                                           255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255,
-                                           255, 255, 255, 255, 255, 255, 255, 255, 255, 255};
+static const uint8_t first_n[2 * CHUNK] = {255, 255, 255, 255, 255, 255, 255, 255,
+                                           255, 255, 255, 255, 255, 255, 255, 255};
 
-static inline void raise_all(uint8_t *count)
+/* Adds 1 to n counts, up to 255; n known to the compiler makes this a few vectors. */
+static inline void raise_all(uint8_t *count, int n)
 {
-    for (int c = 0; c < CHUNK; c++)
+    for (int c = 0; c < n; c++)
         count[c] = (uint8_t)((count[c] < 254 ? count[c] : 254) + 1);
 }
 
-/* Adds 1 to n > 0 counts, up to 255. What follows them within a chunk is written back as it was. */
+/* The same for any n > 0. What follows them within a chunk is written back as it was. */
 static inline void raise_counts(uint8_t *count, int32_t n)
 {
-    for (; n > 2 * CHUNK; n -= 2 * CHUNK, count += 2 * CHUNK) {
-        raise_all(count);
-        raise_all(count + CHUNK);
-    }
+    for (; n > 2 * CHUNK; n -= 2 * CHUNK, count += 2 * CHUNK)
+        raise_all(count, 2 * CHUNK);
     if (n > CHUNK) {
-        raise_all(count);
+        raise_all(count, CHUNK);
         n -= CHUNK;
         count += CHUNK;
     }
     counts c, mask;
     memcpy(&c, count, CHUNK);
     memcpy(&mask, first_n + CHUNK - n, CHUNK);
-    c -= (counts)(c != 255) & mask; /* a comparison gives -1 */
+    c -= ~(counts)(c == 255) & mask; /* a comparison gives -1 */
     memcpy(count, &c, CHUNK);
 }
 
