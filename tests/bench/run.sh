@@ -12,3 +12,16 @@ for bench in "$build"/tests/bench_*; do
 done
 printf '\n== cfar_numpy\n'
 "$(PATH=/usr/bin:$PATH command -v python3)" tests/bench/cfar_numpy.py
+
+# Instructions of a cast do not change with the machine's neighbours.
+if command -v valgrind >/dev/null; then
+    printf '\n== instructions per ping inside the voxel cast\n'
+    out=$(mktemp)
+    for scene in "A 0.5 5" "A 0.2 5" "A 0.1 5" "A 0.05 5" "T 0.1 5" "B 0.5 1" "B 0.2 1"; do
+        # shellcheck disable=SC2086  # three arguments
+        valgrind --tool=callgrind --callgrind-out-file=/dev/null --toggle-collect=submap_cast \
+            "$build/tests/bench_voxel" $scene 2>"$out" >&2
+        awk -v scene="$scene" '/Collected/ { split(scene, s, " "); printf "%-9s %9.0f\n", s[1] " " s[2], $4 / 200 / s[3] }' "$out"
+    done
+    rm -f "$out"
+fi
