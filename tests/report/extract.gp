@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: MIT
 # extract.gp - chapter "Range extraction": errors against cost, and against each other.
 points = data.'extract_points.csv'
-knobs = "detector window guard false_alarm min_contrast floor ring_down no_echo amplitude fixed_threshold"
+knobs = "detector window guard false_alarm min_contrast floor ring_down no_echo amplitude background cleanup fixed_threshold"
 of(knob) = "< sed -n '1p;/^".knob.",/p' ".points
 flag(f, c) = column(f) == 1 ? column(c) : NaN
 
@@ -61,9 +61,9 @@ plot for [i = 1:words(knobs)] of(word(knobs, i)) using "missed_share":(show(colu
      points using (flag("default", "missed_share")):(show(column("false_share"))) with points pt 3 ps 1.8 lw 2 lc rgb 'black' title 'shipped default'
 
 # every knob by itself
-set terminal svg size 1100,720 font 'sans-serif,12' background 'white' noenhanced dynamic rounded
+set terminal svg size 1200,720 font 'sans-serif,12' background 'white' noenhanced dynamic rounded
 set output out.'extract_knobs.svg'
-set multiplot layout 2,5 margins 0.06,0.99,0.16,0.93 spacing 0.02,0.16
+set multiplot layout 2,6 margins 0.06,0.99,0.16,0.93 spacing 0.02,0.16
 unset logscale x
 set xrange [*:*]
 set offsets 0.4,0.4,0,0
@@ -79,7 +79,7 @@ do for [i = 1:words(knobs)] {
     k = word(knobs, i)
     set title k offset 0,-0.5
     set ytics ("0" least, "0.1 %%" 0.001, "1 %%" 0.01, "10 %%" 0.1, "100 %%" 1)
-    if (i != 1 && i != 6) { set format y ""; set ytics ("" least, "" 0.001, "" 0.01, "" 0.1, "" 1) }
+    if (i != 1 && i != 7) { set format y ""; set ytics ("" least, "" 0.001, "" 0.01, "" 0.1, "" 1) }
     plot of(k) using "place":(show(column("behind_share"))):xtic(field("value")) with linespoints lc 2 notitle, \
          of(k) using "place":(show(column("missed_share"))) with linespoints lc 1 notitle, \
          of(k) using "place":(show(column("false_share"))) with linespoints lc 5 notitle, \

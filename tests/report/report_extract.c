@@ -13,15 +13,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "../../grid/range/extract.h"
+#include "lib/chain.h"
 #include "lib/cost.h"
 #include "lib/sea.h"
 
-#define SEEDS       8
-#define MAX_SCENES  16
-#define REPETITIONS 9
-#define HIT_M       0.3  /* an echo so far off the surface is none of it */
-#define DEEP_M      0.25 /* free water so far behind a surface would be driven into */
+#define SEEDS        8
+#define QUICK_SCENES 2
+#define REPETITIONS  9
+#define HIT_M        0.3  /* an echo so far off the surface is none of it */
+#define DEEP_M       0.25 /* free water so far behind a surface would be driven into */
 
 /* ---- settings ---- */
 
@@ -35,12 +35,15 @@ enum knob {
     RING_DOWN,
     NO_ECHO,
     LAW,
+    BACKGROUND,
+    CLEANUP,
     THRESHOLD,
     KNOBS,
 };
 
-static const char *const knob_name[KNOBS] = {"detector", "window",    "guard",   "false_alarm", "min_contrast",
-                                             "floor",    "ring_down", "no_echo", "amplitude",   "fixed_threshold"};
+static const char *const knob_name[KNOBS] = {"detector",     "window",     "guard",     "false_alarm",
+                                             "min_contrast", "floor",      "ring_down", "no_echo",
+                                             "amplitude",    "background", "cleanup",   "fixed_threshold"};
 
 struct setting {
     enum knob knob;
@@ -86,6 +89,17 @@ static const struct setting settings[] = {
     {LAW, "of the ping", EXTRACT_LAW_OF_PING},
     {LAW, "linear", AMPLITUDE_LINEAR},
     {LAW, "power", AMPLITUDE_POWER},
+    {BACKGROUND, "none", CHAIN_NO_TEMPLATE},
+    {BACKGROUND, "learnt", CHAIN_TEMPLATE},
+    {CLEANUP, "none", 0},
+    {CLEANUP, "median 3 paper", 1},
+    {CLEANUP, "median 5 paper", 2},
+    {CLEANUP, "otsu paper", 3},
+    {CLEANUP, "clahe paper", 4},
+    {CLEANUP, "classes safe", 5},
+    {CLEANUP, "median classes safe", 6},
+    {CLEANUP, "all safe", 7},
+    {CLEANUP, "all paper", 8},
     {THRESHOLD, "60 counts", 60.0},
     {THRESHOLD, "90 counts", 90.0},
     {THRESHOLD, "120 counts", 120.0},
@@ -93,9 +107,26 @@ static const struct setting settings[] = {
 };
 #define SETTINGS (sizeof settings / sizeof settings[0])
 
+/* The steps of the image clean-up by themselves and together; CLEANUP's values. */
+static const struct {
+    struct cleanup_conf conf;
+    enum extract_order order;
+} cleanups[] = {
+    {{.clip = 2.0}, EXTRACT_SAFE},
+    {{.clip = 2.0, .median = 3}, EXTRACT_PAPER},
+    {{.clip = 2.0, .median = 5}, EXTRACT_PAPER},
+    {{.clip = 2.0, .otsu = true}, EXTRACT_PAPER},
+    {{.clip = 2.0, .clahe = true}, EXTRACT_PAPER},
+    {{.clip = 2.0, .classes = true}, EXTRACT_SAFE},
+    {{.clip = 2.0, .median = 3, .classes = true}, EXTRACT_SAFE},
+    {{.clip = 2.0, .median = 3, .otsu = true, .clahe = true, .classes = true}, EXTRACT_SAFE},
+    {{.clip = 2.0, .median = 3, .otsu = true, .clahe = true, .classes = true}, EXTRACT_PAPER},
+};
+
 /* The value of a knob in a configuration; NAN: the naive method, which has none. */
-static double knob_get(const struct extract_conf *c, enum knob knob)
+static double knob_get(const struct chain_conf *conf, enum knob knob)
 {
+    const struct extract_conf *c = &conf->extract;
     const double value[KNOBS] = {[DETECTOR] = c->detector,
                                  [WINDOW] = c->window_m,
                                  [GUARD] = c->guard_m,
@@ -105,12 +136,16 @@ static double knob_get(const struct extract_conf *c, enum knob knob)
                                  [RING_DOWN] = c->ring_down_m,
                                  [NO_ECHO] = c->no_echo,
                                  [LAW] = c->law,
+                                 [BACKGROUND] = conf->background,
+                                 [CLEANUP] = cleanup_wanted(&conf->cleanup) ? NAN : 0.0,
                                  [THRESHOLD] = NAN};
     return value[knob];
 }
 
-static void knob_set(struct extract_conf *c, enum knob knob, double value)
+static void knob_set(struct chain_conf *conf, enum knob knob, double value)
 {
+    struct extract_conf *c = &conf->extract;
+
     switch (knob) {
     case DETECTOR:
         c->detector = (enum cfar_detector)value;
@@ -139,7 +174,16 @@ static void knob_set(struct extract_conf *c, enum knob knob, double value)
     case LAW:
         c->law = (int)value;
         break;
+    case BACKGROUND:
+        conf->background = (enum chain_background)value;
+        break;
+    case CLEANUP:
+        conf->cleanup = cleanups[(size_t)value].conf;
+        c->order = cleanups[(size_t)value].order;
+        break;
     case THRESHOLD:
+        conf->threshold = (int)value;
+        break;
     case KNOBS:
         break;
     }
@@ -147,75 +191,24 @@ static void knob_set(struct extract_conf *c, enum knob knob, double value)
 
 static bool is_default(const struct setting *s)
 {
-    struct extract_conf conf;
+    struct chain_conf conf;
 
-    extract_defaults(&conf);
+    chain_defaults(&conf);
     return knob_get(&conf, s->knob) == s->value;
 }
 
-/* ---- what is measured ---- */
-
-/* One setting, ready to run. */
-struct chain {
-    struct extract *extract; /* NULL: the naive method */
-    double minimum_range_m;
-    uint8_t threshold;
-};
-
-static struct chain chain_of(const struct setting *s)
+static struct chain *chain_of(const struct setting *s)
 {
-    static _Alignas(max_align_t) unsigned char memory[1 << 18];
-    struct extract_conf conf;
-    struct chain chain = {.threshold = (uint8_t)s->value};
-    char err[200] = "too little memory";
+    struct chain_conf conf;
 
-    extract_defaults(&conf);
-    chain.minimum_range_m = conf.minimum_range_m;
-    if (s->knob == THRESHOLD)
-        return chain;
+    chain_defaults(&conf);
     knob_set(&conf, s->knob, s->value);
-    if (extract_size(SEA_MAX_BINS) <= sizeof memory)
-        chain.extract = extract_init(memory, &conf, SEA_MAX_BINS, err, sizeof err);
-    if (!chain.extract) {
-        fprintf(stderr, "report_extract: %s\n", err);
-        exit(1);
-    }
-    return chain;
-}
-
-/* The naive method: the first sample over a fixed count behind half a metre. */
-static void first_over_threshold(const struct chain *chain, const struct ping *ping, struct beam_echoes *out)
-{
-    const uint8_t *samples = ping->samples;
-
-    *out = (struct beam_echoes){.state = BEAM_SILENT, .blind_m = 0.5f, .free_to_m = (float)chain->minimum_range_m};
-    for (uint32_t i = (uint32_t)(0.5f / ping->dr_m); i < ping->n_bins; i++) {
-        if (samples[i] < chain->threshold)
-            continue;
-        out->state = BEAM_ECHO;
-        out->n = 1;
-        out->free_to_m = (float)i * ping->dr_m;
-        out->echo[0] = (struct echo){.range_m = out->free_to_m, .near_m = out->free_to_m};
-        return;
-    }
-}
-
-/* Not inlined and not static: callgrind counts what happens in here. */
-__attribute__((noinline)) void chain_run(const struct chain *chain, const struct ping *ping,
-                                         struct beam_echoes *out);
-void chain_run(const struct chain *chain, const struct ping *ping, struct beam_echoes *out)
-{
-    struct echoes echoes = {.max_beams = 1, .beam = out};
-
-    if (chain->extract)
-        extract_run(chain->extract, ping, NULL, &echoes);
-    else
-        first_over_threshold(chain, ping, out);
+    return chain_make(&conf);
 }
 
 /* ---- errors ---- */
 
-#define MAX_ERRORS (MAX_SCENES * SEA_HEADS * SEA_BEAMS)
+#define MAX_ERRORS (SEA_MAX_SCENES * SEA_HEADS * SEA_BEAMS)
 
 struct tally {
     unsigned beams, surfaces; /* with and without a surface; with */
@@ -270,13 +263,11 @@ static void tally_print(struct tally *t, const struct setting *s, const char *sc
            cost_quantile(t->error_m, t->n_errors, 1.0), 1.0 - t->claimed_m / t->water_m);
 }
 
-static struct sea_ping sea[MAX_SCENES][SEA_HEADS][SEA_BEAMS];
+static struct sea_ping sea[SEA_MAX_SCENES][SEA_HEADS][SEA_BEAMS];
 
-static void listen_all(unsigned seed, unsigned beams)
+static void listen_all(unsigned scenes, unsigned seed, unsigned beams)
 {
-    if (sea_scenes_n > MAX_SCENES)
-        abort();
-    for (unsigned s = 0; s < sea_scenes_n; s++)
+    for (unsigned s = 0; s < scenes; s++)
         for (int h = 0; h < SEA_HEADS; h++)
             for (unsigned b = 0; b < beams; b++)
                 sea_listen(&sea_scenes[s], (enum sea_head)h, seed, b, &sea[s][h][b]);
@@ -285,21 +276,25 @@ static void listen_all(unsigned seed, unsigned beams)
 static void errors_of(const struct setting *setting, unsigned seed)
 {
     static struct tally one, all;
-    const struct chain chain = chain_of(setting);
+    struct beam_echoes found[SEA_BEAMS];
+    struct chain *chain = chain_of(setting);
 
     memset(&all, 0, sizeof all);
     for (unsigned s = 0; s < sea_scenes_n; s++)
         for (int h = 0; h < SEA_HEADS; h++) {
             memset(&one, 0, sizeof one);
+            chain_begin(chain, &sea_scenes[s], (enum sea_head)h);
+            for (unsigned b = 0; b < SEA_BEAMS; b++)
+                chain_run(chain, &sea[s][h][b].ping, found);
+            chain_end(chain, found);
             for (unsigned b = 0; b < SEA_BEAMS; b++) {
-                struct beam_echoes found;
-                chain_run(&chain, &sea[s][h][b].ping, &found);
-                tally_add(&one, &sea[s][h][b], &found);
-                tally_add(&all, &sea[s][h][b], &found);
+                tally_add(&one, &sea[s][h][b], &found[b]);
+                tally_add(&all, &sea[s][h][b], &found[b]);
             }
             tally_print(&one, setting, sea_scenes[s].name, sea_head_name[h], seed);
         }
     tally_print(&all, setting, "all", "all", seed);
+    chain_free(chain);
 }
 
 static void errors(unsigned seeds)
@@ -307,7 +302,7 @@ static void errors(unsigned seeds)
     printf("knob,value,default,scene,head,seed,beams,surfaces,behind_share,deep_share,behind_max_m,missed_share,"
            "false_share,range_median_m,range_p95_m,range_max_m,unclaimed_share\n");
     for (unsigned seed = 1; seed <= seeds; seed++) {
-        listen_all(seed, SEA_BEAMS);
+        listen_all(sea_scenes_n, seed, SEA_BEAMS);
         for (size_t i = 0; i < SETTINGS; i++)
             errors_of(&settings[i], seed);
         fprintf(stderr, "seed %u of %u\n", seed, seeds);
@@ -316,18 +311,24 @@ static void errors(unsigned seeds)
 
 /* ---- cost ---- */
 
-/* Every scene's first `beams` beams once; returns the bins that were looked at. */
-static double run_all(const struct chain *chain, unsigned beams)
+/* The first `beams` beams of so many scenes `repetitions` times; ns[] per bin, may be NULL. Returns the bins of one time. */
+static double run_all(struct chain *chain, unsigned scenes, unsigned beams, unsigned repetitions, double *ns)
 {
+    struct beam_echoes found[SEA_BEAMS];
     double bins = 0.0;
 
-    for (unsigned s = 0; s < sea_scenes_n; s++)
-        for (int h = 0; h < SEA_HEADS; h++)
-            for (unsigned b = 0; b < beams; b++) {
-                struct beam_echoes found;
-                chain_run(chain, &sea[s][h][b].ping, &found);
-                bins += sea[s][h][b].ping.n_bins;
+    for (unsigned s = 0; s < scenes; s++)
+        for (int h = 0; h < SEA_HEADS; h++) {
+            chain_begin(chain, &sea_scenes[s], (enum sea_head)h);
+            for (unsigned r = 0; r < repetitions; r++) {
+                const double begin_ns = cost_now_ns();
+                for (unsigned b = 0; b < beams; b++)
+                    chain_run(chain, &sea[s][h][b].ping, found);
+                if (ns)
+                    ns[r] += cost_now_ns() - begin_ns;
             }
+            bins += (double)beams * sea[s][h][0].ping.n_bins;
+        }
     return bins;
 }
 
@@ -335,32 +336,31 @@ static void cost(unsigned repetitions)
 {
     const unsigned beams = 10;
 
-    listen_all(1, beams);
+    listen_all(sea_scenes_n, 1, beams);
     printf("knob,value,ns_per_bin,ns_low,ns_high\n");
     for (size_t i = 0; i < SETTINGS; i++) {
-        const struct chain chain = chain_of(&settings[i]);
-        double ns[REPETITIONS];
-        run_all(&chain, beams);
-        for (unsigned r = 0; r < repetitions; r++) {
-            const double begin_ns = cost_now_ns(), bins = run_all(&chain, beams);
-            ns[r] = (cost_now_ns() - begin_ns) / bins;
-        }
+        struct chain *chain = chain_of(&settings[i]);
+        double ns[REPETITIONS] = {0.0};
+        const double bins = run_all(chain, sea_scenes_n, beams, repetitions, ns);
         const struct cost_spread spread = cost_spread_of(ns, repetitions);
-        printf("%s,%s,%.4g,%.4g,%.4g\n", knob_name[settings[i].knob], settings[i].label, spread.median, spread.low,
-               spread.high);
+        printf("%s,%s,%.4g,%.4g,%.4g\n", knob_name[settings[i].knob], settings[i].label, spread.median / bins,
+               spread.low / bins, spread.high / bins);
+        chain_free(chain);
     }
 }
 
-static void count(void)
+static void count(unsigned scenes)
 {
     const unsigned beams = 2;
 
-    listen_all(1, beams);
+    listen_all(scenes, 1, beams);
     printf("knob,value,bins\n");
     for (size_t i = 0; i < SETTINGS; i++) {
-        const struct chain chain = chain_of(&settings[i]);
-        printf("%s,%s,%.0f\n", knob_name[settings[i].knob], settings[i].label, run_all(&chain, beams));
+        struct chain *chain = chain_of(&settings[i]);
+        printf("%s,%s,%.0f\n", knob_name[settings[i].knob], settings[i].label,
+               run_all(chain, scenes, beams, 1, NULL));
         cost_mark();
+        chain_free(chain);
     }
 }
 
@@ -381,7 +381,7 @@ int main(int argc, char **argv)
     else if (strcmp(what, "cost") == 0)
         cost(quick ? 3 : REPETITIONS);
     else if (strcmp(what, "count") == 0)
-        count();
+        count(quick ? QUICK_SCENES : sea_scenes_n);
     else if (strcmp(what, "scenes") == 0)
         scenes();
     else {

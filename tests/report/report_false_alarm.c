@@ -26,7 +26,6 @@
 #define DB_COUNT   0.3137 /* of the log law */
 #define TABLE      65536
 #define TAIL       256  /* the topmost entries of the table are drawn exactly */
-#define OS_SHARE   10   /* the slow detector gets so much fewer cells */
 #define ALARMS     2000 /* enough to know a rate to 5 % */
 
 #define SPECKLE_BINS  1000 /* of one beam through the whole stage, 1 cm each */
@@ -134,7 +133,7 @@ static void independent_cells(enum clutter c, double max_cells)
         draw_cells(c, &amplitude, table, &dice);
         for (int d = CFAR_CA; d <= CFAR_OS; d++)
             for (size_t k = 0; k < ASKED; k++) {
-                if (cells[d][k] * asked[k] >= ALARMS || (d == CFAR_OS && cells[d][k] >= max_cells / OS_SHARE))
+                if (cells[d][k] * asked[k] >= ALARMS)
                     continue;
                 const struct cfar_profile profile = {.x = power, .n = BEAM, .work = work};
                 cfar_run(&cfar[d][k], &profile, mask);
@@ -218,7 +217,7 @@ int main(int argc, char **argv)
     }
     printf("clutter,detector,asked,cells,alarms,measured,low,high\n");
     for (int c = EXACT; c < CLUTTERS; c++)
-        independent_cells((enum clutter)c, quick ? 2e5 : 1e7);
+        independent_cells((enum clutter)c, quick ? 2e5 : 2e7);
     whole_stage(quick ? 2e5 : 4e6);
     return 0;
 }

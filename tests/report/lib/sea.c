@@ -59,6 +59,7 @@ const struct sea_scene sea_scenes[] = {
     {"own frame", "the vehicle's own frame at 0.9 m in a quarter of the beams, a wall at 5 m", "slope 5 0 0", WALL,
      0, QUIET, -60, 0.2, 0, 0, 0.9},
 };
+_Static_assert(sizeof sea_scenes / sizeof sea_scenes[0] <= SEA_MAX_SCENES, "room in arrays of scenes");
 const unsigned sea_scenes_n = sizeof sea_scenes / sizeof sea_scenes[0];
 
 const char *const sea_head_name[SEA_HEADS] = {"ping360", "micron"};
@@ -85,21 +86,31 @@ static uint8_t count_of(enum sea_head head, double power)
     return (uint8_t)fmin(fmax(255.0 * (db / MICRON_RANGE + 1.0), 0.0), 255.0);
 }
 
+/* Every scene has random numbers of its own. */
+static uint64_t stream_of(const char *name)
+{
+    uint64_t hash = 14695981039346656037u;
+
+    for (; *name; name++)
+        hash = (hash ^ (uint8_t)*name) * 1099511628211u;
+    return hash;
+}
+
 /* Parsing a scene's text takes longer than a beam; the last one is kept. */
 static const struct scene *shapes_of(const struct sea_scene *sea)
 {
     static struct scene scene;
-    static const struct sea_scene *parsed;
+    static const char *parsed;
     char err[200];
 
-    if (parsed == sea)
+    if (parsed == sea->shapes)
         return &scene;
     memset(&scene, 0, sizeof scene);
     if (*sea->shapes && !scene_parse(&scene, sea->name, sea->shapes, err, sizeof err)) {
         fprintf(stderr, "sea: %s\n", err);
         exit(1);
     }
-    parsed = sea;
+    parsed = sea->shapes;
     return &scene;
 }
 
@@ -125,6 +136,8 @@ static void surfaces(const struct sea_scene *sea, enum sea_head head, double az_
     const double origin[3] = {0.0, 0.0, 0.0}, pulse_bins = heads[head].pulse_m / heads[head].bin_m;
     double sum = 0.0, axis_m = INFINITY, farthest_m = 0.0, weight[RAYS_AZ][RAYS_EL];
 
+    if (scene->n == 0)
+        return;
     for (int pass = 0; pass < 2; pass++)
         for (int i = 0; i < RAYS_AZ; i++)
             for (int k = 0; k < RAYS_EL; k++) {
@@ -138,7 +151,7 @@ static void surfaces(const struct sea_scene *sea, enum sea_head head, double az_
                 double direction[3];
                 geo_direction(geo_rad(az_deg + az * heads[head].az_deg), geo_rad(el * heads[head].el_deg),
                               direction);
-                if (scene->n == 0 || !scene_cast(scene, origin, direction, 0.0, &hit))
+                if (!scene_cast(scene, origin, direction, 0.0, &hit))
                     continue;
                 const double level = power_of(sea->surface_db - ABSORPTION * hit.range_m) * hit.cos_incidence;
                 surface_add(sea, head, hit.range_m, level * pulse_bins * weight[i][k] / sum, mean);
@@ -161,12 +174,13 @@ static void disturbances(const struct sea_scene *sea, enum sea_head head, unsign
 {
     const bool raised = dice_uniform(dice) < sea->raised_share, burst = dice_uniform(dice) < sea->burst_share;
     const double burst_m = 2.0 + 8.0 * dice_uniform(dice), burst_end_m = burst_m + 1.0 + 2.0 * dice_uniform(dice);
+    const double reverb_power = power_of(sea->reverb_db);
     const double floor_power =
         isfinite(sea->floor_db) ? power_of(sea->floor_db + (raised ? RAISED_DB : 0.0)) : 0.0;
 
     for (uint32_t i = 0; i < heads[head].bins; i++) {
         const double r_m = (i + 0.5) * heads[head].bin_m;
-        mean[i] += floor_power + power_of(sea->reverb_db) * pow(fmax(r_m, 0.3), -3.0);
+        mean[i] += floor_power + reverb_power / (fmax(r_m, 0.3) * fmax(r_m, 0.3) * fmax(r_m, 0.3));
         if (burst && r_m >= burst_m && r_m < burst_end_m)
             mean[i] += power_of(BURST_DB);
     }
@@ -194,7 +208,7 @@ static void speckle(const double *mean, enum sea_head head, struct dice *dice, d
 void sea_listen(const struct sea_scene *scene, enum sea_head head, uint64_t seed, unsigned beam,
                 struct sea_ping *out)
 {
-    struct dice dice = dice_of(seed * SEA_HEADS + head, (uint64_t)(scene - sea_scenes) * SEA_BEAMS + beam);
+    struct dice dice = dice_of(seed * SEA_HEADS + head, stream_of(scene->name) * SEA_BEAMS + beam);
     const int steps = (int)beam - SEA_BEAMS / 2;
     const uint32_t turn = heads[head].turn;
     double mean[SEA_MAX_BINS] = {0}, power[SEA_MAX_BINS];

@@ -14,8 +14,9 @@
 
 #include "../../../grid/ping.h"
 
-#define SEA_BEAMS    40 /* of one scan, 0.9 degrees apart, around straight ahead */
-#define SEA_MAX_BINS 600
+#define SEA_BEAMS      40 /* of one scan, 0.9 degrees apart, around straight ahead */
+#define SEA_MAX_BINS   600
+#define SEA_MAX_SCENES 24
 
 enum sea_head {
     SEA_PING360, /* 12 m in 600 bins, 2 x 25 degrees, counts to the square root of pressure */
