@@ -1,0 +1,14 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * motion - the grid's centre follows the vehicle: cells are sorted anew from their stored points, claims are followed
+ * along their new rays. Every place comes from the absolute position, so no number of steps adds up to a drift.
+ */
+#ifndef SONARD_MOTION_H
+#define SONARD_MOTION_H
+
+#include "state.h"
+
+/** motion_follow - the vehicle is at pose->position_m; the centre moves when that is farther than conf.recentre_m. */
+void motion_follow(struct sphere *s, const struct pose *pose);
+
+#endif

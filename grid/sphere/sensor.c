@@ -1,0 +1,150 @@
+/* SPDX-License-Identifier: MIT */
+#include "sensor.h"
+
+#include <math.h>
+
+/*
+ * Probability of an echo from an occupied and from an empty cell. That an occupied cell is heard only every other time
+ * is said on purpose: a weak reflector that one of the beams over it hears must not be talked away by its neighbours
+ * in the same sweep. The clamp bounds how long the past can outvote the present: a few turns.
+ */
+#define ECHO_IF_OCCUPIED 0.5
+#define ECHO_IF_EMPTY    0.1
+#define LOGODDS_MAX      6.0
+/* A marked echo weighs so many times what blocking takes, but no more than another one: by itself it blocks for a
+ * third of the time in which echoes fade, and with the default one look that hears nothing there takes it away. */
+#define MARKED_BLOCKS   1.4
+#define MIN_CARVE_SHARE 0.05
+
+static void weigh(const struct sphere *s, struct cell *c, uint64_t t_ns, double change)
+{
+    double l = state_logodds(s, c, t_ns) + change;
+    c->logodds = (float)(l > LOGODDS_MAX ? LOGODDS_MAX : l < -LOGODDS_MAX ? -LOGODDS_MAX : l);
+    if (t_ns > c->t_ref_ns)
+        c->t_ref_ns = t_ns;
+}
+
+/* A second echo in a cell moves its point by the inverse of the count, to 1/8 at least, so that it can follow. */
+static void hit(struct sphere *s, uint32_t direction, double range_m, const struct beam *b,
+                const struct echo *echo)
+{
+    int32_t layer = layers_index(&s->layers, range_m);
+    if (layer < 0) {
+        s->stats.out_of_range++;
+        return;
+    }
+    struct cell *c = state_take(s, direction, (uint16_t)layer);
+    const double *axis = s->axis[direction];
+    double gain = c->echoes ? 1.0 / (c->echoes < 8 ? c->echoes + 1 : 8) : 1;
+    for (int i = 0; i < 3; i++) {
+        double measured = range_m * axis[i] + s->frame.centre_m[i] - s->anchor_m[i];
+        c->point_m[i] += (float)(gain * (measured - c->point_m[i]));
+    }
+    c->range_m += (float)(gain * (range_m - c->range_m));
+    c->near_m = echo->range_m - echo->near_m;
+    c->sd_m = echo->sd_m;
+    if (!c->echoes)
+        c->t_first_ns = b->ping->t_ns;
+    if (b->ping->t_ns > c->t_echo_ns)
+        c->t_echo_ns = b->ping->t_ns;
+    if (c->echoes < UINT16_MAX)
+        c->echoes++;
+    double strength = echo->confidence > 0 ? echo->confidence : 0;
+    double weight = log1p(strength * (ECHO_IF_OCCUPIED / ECHO_IF_EMPTY - 1));
+    weigh(s, c, b->ping->t_ns, echo->flags ? fmin(weight, MARKED_BLOCKS * s->blocked_logodds) : weight);
+    state_mark(s, direction);
+}
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static bool stretch_of(const struct sphere *s, uint32_t d, const struct beam *b, double near_m, double far_m,
+                       struct stretch *out)
+{
+    const double *u = s->axis[d];
+    return beam_stretch(b, u, s->direction[d].width_rad * hypot(u[0], u[1]), s->rings.height_rad, s->conf.level,
+                        near_m, far_m, out);
+}
+
+/* What the beam heard of the water in direction d; a beam that says nothing takes back what older ones said. */
+static void clear_direction(struct sphere *s, uint32_t d, const struct beam *b)
+{
+    struct direction *dir = &s->direction[d];
+    const struct echoes *e = b->ping;
+    const struct beam_echoes *h = b->heard;
+    struct stretch st;
+    bool claims = h->free_to_m > h->blind_m, first = !dir->claim[CLAIM_NOW].t_ping_ns;
+    if (claims && stretch_of(s, d, b, h->blind_m, h->free_to_m, &st))
+        claim_add(dir->claim, &st, e->t_ns, e->pose.path_m, e->sensor);
+    else if (!claims && stretch_of(s, d, b, 0, e->range_max_m, &st))
+        claim_withdraw(dir->claim, e->t_ns, e->pose.path_m, e->sensor);
+    else
+        return;
+    s->stats.pinged += first;
+    state_mark(s, d);
+}
+
+static void hit_direction(struct sphere *s, uint32_t d, const struct beam *b, const struct echo *echo)
+{
+    const struct direction *dir = &s->direction[d];
+    double place[3], range, off_az, off_el, at = beam_meet(b, s->axis[d], echo->range_m);
+    if (at <= 0)
+        return;
+    for (int i = 0; i < 3; i++)
+        place[i] = at * s->axis[d][i];
+    beam_sees(b, place, &range, &off_az, &off_el);
+    double height = s->rings.height_rad;
+    if (fabs(off_az) <= b->half_az + dir->width_rad / 2 && fabs(off_el) <= b->half_el + height / 2)
+        hit(s, d, at, b, echo);
+}
+
+/* Nothing was heard in the water up to free_to_m: cells there lose by the share of them that the beam covered. */
+static void carve_direction(struct sphere *s, uint32_t d, const struct beam *b)
+{
+    for (uint32_t i = s->cells.first[d], next; i != CELLS_NONE; i = next) {
+        struct cell *c = &s->cells.cell[i];
+        next = c->next;
+        double place[3], range, off_az, off_el;
+        for (int k = 0; k < 3; k++)
+            place[k] = c->point_m[k] + s->anchor_m[k] - s->frame.centre_m[k];
+        beam_sees(b, place, &range, &off_az, &off_el);
+        double thick = s->layers.edge[c->layer + 1] - s->layers.edge[c->layer];
+        if (range - 2.0 * c->sd_m < b->heard->blind_m || range + 2.0 * c->sd_m + thick / 2 > b->heard->free_to_m)
+            continue;
+        double share = beam_share(off_az, b->half_az, s->direction[d].width_rad) *
+                       beam_share(off_el, b->half_el, s->rings.height_rad);
+        if (share < MIN_CARVE_SHARE)
+            continue;
+        weigh(s, c, b->ping->t_ns, log((1 - ECHO_IF_OCCUPIED * share) / (1 - ECHO_IF_EMPTY * share)));
+        state_mark(s, d);
+        if (c->logodds <= 0)
+            state_release(s, i);
+    }
+}
+
+#define NEAREST_M 0.1 /* nothing is heard nearer: bounds the parallax */
+
+void sensor_enter(struct sphere *s, const struct beam *b)
+{
+    const struct beam_echoes *h = b->heard;
+    double az, el, cell = s->rings.height_rad + s->rings.step_rad;
+    geo_angles(b->axis, &az, &el);
+    bool claims = h->free_to_m > h->blind_m;
+    struct beam_sieve near = beam_sieve(b, fmax(h->blind_m, NEAREST_M), cell);
+    struct beam_sieve clear = b->lever_m > 0 ? near : beam_sieve(b, 1, cell); /* no lever, no parallax */
+    struct beam_sieve hit = beam_sieve(b, h->n ? h->echo[0].range_m : 1, cell);
+
+    struct rings_visit v = rings_visit(&s->rings, az, el, fmin(acos(near.cos_axis), GEO_PI / 2));
+    while (rings_next(&v)) {
+        double along = dot(s->axis[v.direction], b->axis), aside = dot(s->axis[v.direction], b->side);
+        if (claims && s->cells.first[v.direction] != CELLS_NONE && beam_sieve_passes(&near, along, aside))
+            carve_direction(s, v.direction, b);
+        if (beam_sieve_passes(&clear, along, aside))
+            clear_direction(s, v.direction, b);
+        if (h->n && beam_sieve_passes(&hit, along, aside))
+            for (uint8_t i = 0; i < h->n; i++)
+                hit_direction(s, v.direction, b, &h->echo[i]);
+    }
+}

@@ -1,0 +1,49 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * state - what the sphere consists of, shared by its modules and nobody else: sensor.c enters beams, motion.c follows
+ * the vehicle, publish.c writes the picture.
+ */
+#ifndef SONARD_SPHERE_STATE_H
+#define SONARD_SPHERE_STATE_H
+
+#include "cells.h"
+#include "claim.h"
+#include "sphere.h"
+
+struct direction {
+    struct claim claim[CLAIMS];
+    uint32_t dirty;  /* on the list of directions to publish */
+    float width_rad; /* in azimuth */
+};
+
+struct sphere {
+    struct sphere_conf conf;
+    struct rings rings;
+    struct layers layers;
+    struct picture picture;
+    struct picture_frame frame;
+    double anchor_m[3];
+    bool placed; /* a position was given: centre and anchor hold */
+    struct cells cells;
+    struct direction *direction;
+    double (*axis)[3];    /* unit vector of each direction's centre */
+    struct claim *joined; /* of all directions, while the centre moves */
+    uint32_t *dirty;
+    uint32_t n_dirty;
+    double blocked_logodds; /* conf.blocked_above as log-odds */
+    struct sphere_stats stats;
+};
+
+/** state_mark - direction d is to be published. */
+void state_mark(struct sphere *s, uint32_t d);
+
+/** state_logodds - of a cell at t_ns: fading is exponential, and none before its last update. */
+double state_logodds(const struct sphere *s, const struct cell *c, uint64_t t_ns);
+
+/** state_take - the cell of (direction, layer), made when it does not exist; whose cell it took claims nothing more. */
+struct cell *state_take(struct sphere *s, uint32_t direction, uint16_t layer);
+
+/** state_release - cell i is no more. */
+void state_release(struct sphere *s, uint32_t i);
+
+#endif
