@@ -98,6 +98,7 @@ static const struct setting settings[] = {
     {CLEANUP, "clahe paper", 4},
     {CLEANUP, "classes safe", 5},
     {CLEANUP, "median classes safe", 6},
+    {CLEANUP, "otsu safe", 9},
     {CLEANUP, "all safe", 7},
     {CLEANUP, "all paper", 8},
     {THRESHOLD, "60 counts", 60.0},
@@ -121,6 +122,7 @@ static const struct {
     {{.clip = 2.0, .median = 3, .classes = true}, EXTRACT_SAFE},
     {{.clip = 2.0, .median = 3, .otsu = true, .clahe = true, .classes = true}, EXTRACT_SAFE},
     {{.clip = 2.0, .median = 3, .otsu = true, .clahe = true, .classes = true}, EXTRACT_PAPER},
+    {{.clip = 2.0, .otsu = true}, EXTRACT_SAFE},
 };
 
 /* The value of a knob in a configuration; NAN: the naive method, which has none. */
