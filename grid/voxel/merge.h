@@ -1,0 +1,63 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * merge - the submaps of a map added up (Oliveira, Ferreira and Cruz 2023, section III-D), and the sum judged once. Sums
+ * of whole numbers: the same in any order. Knows no question.
+ *
+ * Submaps lie on the world's lattice, so adding up is exact. One whose base pose was corrected is asked at the centre of
+ * the world's voxel: the least vacancy and the most echoes of the eight voxels around it, so no holes and no water that was
+ * not there. Of one that is away only where it has tiles is known: a voxel there is free only if the others suffice and
+ * it can hold no echo, and else at best unknown.
+ */
+#ifndef SONARD_MERGE_H
+#define SONARD_MERGE_H
+
+#include "voxmap.h"
+
+struct merge_sum {
+    uint32_t vacancy, echoes;
+    bool away;       /* a submap that is away knows more */
+    bool away_heard; /* ... echoes, perhaps */
+};
+
+/** merge_sum - what all submaps say of a cell. */
+struct merge_sum merge_sum(const struct voxmap *m, const int64_t cell[3]);
+
+/** merge_at - the state of a cell. *away (or NULL): what is paged out might change it. */
+enum voxel_state merge_at(const struct voxmap *m, const int64_t cell[3], bool *away);
+
+/* Blocks of 16 x 16 columns of 64 cells; block b covers cells 16 b[0] .., 16 b[1] .., 64 b[2] ... */
+#define BLOCK_SIDE    16
+#define BLOCK_HEIGHT  64
+#define BLOCK_COLUMNS 256
+
+struct block_key {
+    int64_t at[3];
+};
+
+/* Bit k of column i * 16 + j is the cell 64 b[2] + k. */
+struct merge_block {
+    uint64_t free[BLOCK_COLUMNS];
+    uint64_t heard[BLOCK_COLUMNS]; /* echoes > 0; what is heard and not free is occupied */
+    bool away;                     /* something of it is paged out */
+};
+
+/** merge_block_of - the block of a cell. */
+struct block_key merge_block_of(const int64_t cell[3]);
+
+/** merge_block - the states of all cells of a block: equal to merge_at for each. */
+void merge_block(const struct voxmap *m, const struct block_key *key, struct merge_block *out);
+
+/** merge_block_changed - the last change (voxmap_changed) that may have changed the block. */
+uint64_t merge_block_changed(const struct voxmap *m, const struct block_key *key);
+
+/* Walks over all blocks in which anything may be known, each once. Start with {0}; the map must not change in between. */
+struct merge_walk {
+    uint32_t part, tile;
+    int64_t level;
+    bool inside;
+};
+
+/** merge_next - the next block; false: that was all. */
+bool merge_next(const struct voxmap *m, struct merge_walk *walk, struct block_key *key);
+
+#endif

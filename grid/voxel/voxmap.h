@@ -1,0 +1,138 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * voxmap - the global map M_g = {(m_i, r_i)} (Oliveira, Ferreira and Cruz 2023, eq. (2)): submaps at their base poses,
+ * one of which takes what the pings say. Knows pings' echoes, submaps and their ages; knows no file and no question
+ * (merge.h adds submaps up, voxpage.h makes plain bytes of one). Pure; one thread owns it.
+ *
+ * Numbers: a submap is known by its id, 1, 2, 3 ... in order of their making; the last is the current one.
+ *
+ * Ageing: time is cut into half-lives from the first ping on. With every one that begins, vacancy is halved and rounded
+ * down, echoes are halved and rounded up: water becomes unknown again, and what was heard stays, once, until looks carve
+ * it away. No voxel becomes free by ageing. Only the current submap is halved in place; the others, which never change,
+ * are read shifted.
+ */
+#ifndef SONARD_VOXMAP_H
+#define SONARD_VOXMAP_H
+
+#include "../echoes.h"
+#include "submap.h"
+
+#define VOXMAP_MAX_SUBMAPS 256 /* so that sums of their counts fit 16 bits */
+#define VOXMAP_MAX_LEVELS  8
+#define VOXMAP_NEVER       UINT64_MAX
+
+struct voxmap_setting {
+    double voxel_m;       /* [0.01, 10] */
+    uint32_t side;        /* tiles along a submap's side: voxmap_side() */
+    uint32_t height;      /* voxels of a submap's height */
+    uint32_t n_tiles;     /* of the pool that all submaps share */
+    uint32_t max_submaps; /* [2, VOXMAP_MAX_SUBMAPS], those paged out included */
+    bool keep_echoes;     /* echo evidence beside vacancy: twice the memory; tags, occupied voxels, thin things */
+    struct voxel_rule rule;
+    double tolerance_m; /* of the side faces (cast.h); 0 is safe */
+    uint8_t
+        weight_levels; /* [1, 8] angle-weighted vacancy (the paper's future work): a look at a voxel on the beam's
+                            * axis counts as much as this many at its edge; threshold and echo weight are scaled along.
+                            * 1: plain */
+    double body_radius_m;  /* of the vehicle's own body, whose water is free; 0: none is entered */
+    double submap_path_m;  /* way driven after which a new submap begins; INFINITY: never */
+    uint64_t submap_ns;    /* the same for time; VOXMAP_NEVER */
+    uint64_t half_life_ns; /* of all evidence; VOXMAP_NEVER */
+};
+
+/* What a sensor's pings need beside themselves. */
+struct voxmap_sensor {
+    struct mount mount;
+    enum cast_shape shape; /* CAST_WEDGE but for round beams */
+};
+
+struct voxmap_part {
+    uint64_t id;               /* 0: this place is not taken */
+    struct submap map;         /* when away: its directory holds PART_TILE or PART_TILE_HEARD where tiles were */
+    struct lattice_place base; /* where it was begun */
+    bool moved;                /* its base pose has been corrected: */
+    struct lattice_place moved_to; /* where the base is by now, ... */
+    double turn[4];                /* ... and by which rotation it is turned */
+    uint64_t begin_ns, last_ns;    /* of the first and last ping in it */
+    double begin_path_m;           /* struct pose's path_m at its first ping */
+    uint64_t pings, half_lives;    /* pings in it; half-lives since the first ping that its counts stand at */
+    bool away;                     /* paged out: answers unknown */
+};
+
+#define PART_TILE       0u
+#define PART_TILE_HEARD 1u /* with echoes in it */
+
+struct voxmap_stats {
+    uint64_t pings;   /* entered */
+    uint64_t no_pose; /* not entered: position, depth or attitude not known, or beyond the lattice */
+    uint64_t beams;   /* with free water entered */
+    uint64_t clipped; /* beams and bodies that reached beyond the current submap's box: unknown there */
+    uint64_t starved; /* runs of voxels not entered because the memory was full: unknown there */
+    uint64_t lost;    /* submaps forgotten because there was no room: unknown there */
+};
+
+struct voxmap {
+    struct voxmap_setting set;
+    struct voxel_rule rule; /* the setting's, scaled by weight_levels */
+    struct tiles tiles;
+    struct voxmap_part *part; /* [max_submaps] */
+    struct voxmap_part *current;
+    uint64_t next_id;
+    bool close_asked;
+    bool begun;                /* a ping was entered: */
+    uint64_t t0_ns, last_ns;   /* first and last ping */
+    uint64_t half_lives;       /* that have begun since */
+    uint64_t change;           /* counts everything that may change an answer; stamps of tiles are its values */
+    uint64_t change_of_all;    /* the last change that is not a ping's: ageing, correction, paging */
+    struct lattice_place body; /* at the last stamp */
+    uint64_t body_ns;          /* ... and when; 0: none */
+    struct voxmap_stats stats;
+};
+
+/** voxmap_side - tiles that a submap needs along its side, so that beams of range_m never leave it while the vehicle
+ * drives path_m; 0 when more than submap_bytes takes. */
+uint32_t voxmap_side(double range_m, double path_m, double voxel_m);
+
+/** voxmap_bytes - memory for a map; 0, with a sentence in err, when a setting is out of range. */
+size_t voxmap_bytes(const struct voxmap_setting *s, char *err, size_t err_size);
+
+/** voxmap_init - an empty map. memory: voxmap_bytes(s) != 0, max_align_t-aligned; all of it is touched. */
+void voxmap_init(struct voxmap *m, const struct voxmap_setting *s, void *memory);
+
+/** voxmap_clear - forgets everything; ids go on. */
+void voxmap_clear(struct voxmap *m);
+
+/**
+ * voxmap_enter - one ping, in order of time. Per beam the water from blind_m to free_to_m gets a vacancy more; per echo the
+ * shell from near_m to range_m + sd_m, half a voxel thicker either way and wider by half a voxel's diagonal so that at
+ * least one voxel holds it, an echo more. Beams of a fan are cut to half their least spacing, so that each voxel is raised
+ * once per ping. The body's capsule from the last ping's position (when at most 2 s and two radii back) is stamped free.
+ * False: nothing was entered, since the pose lacks attitude, position or depth; counted.
+ * Cost: the voxels touched; when a half-life begins, once the current submap's memory.
+ */
+bool voxmap_enter(struct voxmap *m, const struct echoes *e, const struct voxmap_sensor *sensor);
+
+/** voxmap_new - the next ping begins a new submap; the last beam belongs to the old one. */
+void voxmap_new(struct voxmap *m);
+
+/** voxmap_move - a submap's base pose is corrected: its base now lies at position_m (NED), turned by attitude (submap to
+ * world, unit). Its voxels are not touched: answers are pulled from it (merge.h). False: no such submap, or a place that
+ * cannot be. The current one is closed first. */
+bool voxmap_move(struct voxmap *m, uint64_t id, const double position_m[3], const double attitude[4]);
+
+/** voxmap_part - by id; NULL: none. */
+struct voxmap_part *voxmap_part(const struct voxmap *m, uint64_t id);
+
+/** voxmap_oldest - id of the oldest submap that is not the current one and not away: what to page out next; 0: none. */
+uint64_t voxmap_oldest(const struct voxmap *m);
+
+/** voxmap_drop - forgets a submap that is not the current one: unknown. False: no such. */
+bool voxmap_drop(struct voxmap *m, uint64_t id);
+
+/** voxmap_changed - everything that may change an answer makes this number larger. */
+static inline uint64_t voxmap_changed(const struct voxmap *m)
+{
+    return m->change;
+}
+
+#endif
