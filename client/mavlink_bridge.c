@@ -25,7 +25,14 @@
 /* What was told on standard error of something that comes and goes. */
 enum told { TOLD_NOTHING, TOLD_THERE, TOLD_LOST };
 
-enum alert { ALERT_DAEMON, ALERT_LEAK, ALERT_POSE, ALERT_SENSOR, ALERTS = ALERT_SENSOR + MAVLINK_SENSORS_MAX };
+enum alert {
+    ALERT_DAEMON,
+    ALERT_BLIND,
+    ALERT_LEAK,
+    ALERT_POSE,
+    ALERT_SENSOR,
+    ALERTS = ALERT_SENSOR + MAVLINK_SENSORS_MAX
+};
 
 struct bridge {
     const struct mavlink_bridge_conf *conf;
@@ -80,11 +87,32 @@ static void send_message(struct bridge *b, enum mavlink_id id, const void *conte
     b->sent++;
 }
 
+/* What may be said of a ring now: all of it, of a sonar that is silent the obstacles only, of old answers nothing. */
+static struct mavlink_ring sayable(const struct bridge *b, enum mavlink_watch which, uint64_t now_ns)
+{
+    struct mavlink_ring ring = b->feed.ring[which];
+
+    if (!mavlink_feed_answered(&b->feed, now_ns))
+        mavlink_ring_forget(&ring);
+    else if (!mavlink_feed_fresh(&b->feed, now_ns))
+        mavlink_ring_doubt(&ring);
+    return ring;
+}
+
+/* Does anything around rest on evidence? */
+static bool sees(const struct bridge *b, uint64_t now_ns)
+{
+    const struct mavlink_ring ring = sayable(b, MAVLINK_WATCH_LEVEL, now_ns);
+
+    return mavlink_ring_known(&ring);
+}
+
 static void send_heartbeat(struct bridge *b, uint64_t now_ns)
 {
     const struct mavlink_heartbeat m = {.type = MAVLINK_TYPE_ONBOARD_CONTROLLER,
                                         .autopilot = MAVLINK_AUTOPILOT_INVALID,
-                                        .system_status = MAVLINK_STATE_ACTIVE,
+                                        .system_status =
+                                            sees(b, now_ns) ? MAVLINK_STATE_ACTIVE : MAVLINK_STATE_CRITICAL,
                                         .mavlink_version = MAVLINK_VERSION};
 
     send_message(b, MAVLINK_HEARTBEAT, &m, now_ns);
@@ -113,18 +141,6 @@ static uint32_t boot_ms(const struct bridge *b, uint64_t t_ns)
     return (uint32_t)(mavlink_clock_boot_ns(&b->vehicle.clock, t_ns) / 1000000u);
 }
 
-/* What may be said of a ring now: all of it, of a sonar that is silent the obstacles only, of old answers nothing. */
-static struct mavlink_ring sayable(const struct bridge *b, enum mavlink_watch which, uint64_t now_ns)
-{
-    struct mavlink_ring ring = b->feed.ring[which];
-
-    if (!mavlink_feed_answered(&b->feed, now_ns))
-        mavlink_ring_forget(&ring);
-    else if (!mavlink_feed_fresh(&b->feed, now_ns))
-        mavlink_ring_doubt(&ring);
-    return ring;
-}
-
 static void send_points(struct bridge *b, const struct mavlink_obstacle_conf *conf, uint64_t now_ns)
 {
     struct mavlink_obstacle_distance_3d point[MAVLINK_FACES];
@@ -140,29 +156,39 @@ static void send_points(struct bridge *b, const struct mavlink_obstacle_conf *co
 }
 
 /*
- * Goes on at its rate whatever happens: receivers call a sender lost after half a second, and take what arrives as of
- * now, whatever its time stamp says. So nothing that rests on no living sonar is called free, not even on demand.
+ * Receivers take what arrives as of now, whatever its time stamp says, and as a sign of life even where every element
+ * is unknown, which ArduPilot takes for free. So a ring of which nothing is known is not sent, and the receiver's own
+ * time-out says that there is no data; but it is sent where the user wants an obstacle in its place.
  */
-static void send_obstacles(struct bridge *b, uint64_t now_ns)
+static void send_ring(struct bridge *b, uint64_t now_ns)
 {
-    const double reach_m = mavlink_feed_reach_m(&b->feed);
     const struct mavlink_ring ring = sayable(b, MAVLINK_WATCH_LEVEL, now_ns);
     struct mavlink_obstacle_conf conf = b->conf->obstacles;
     struct mavlink_obstacle_distance m;
 
+    if (!mavlink_ring_known(&ring) && conf.unknown_as != MAVLINK_UNKNOWN_AS_DISTANCE)
+        return;
     if (conf.unknown_as == MAVLINK_UNKNOWN_AS_FAR && !mavlink_feed_fresh(&b->feed, now_ns))
         conf.unknown_as = MAVLINK_UNKNOWN_AS_UNKNOWN;
-    if (reach_m > 0)
-        b->reach_m = fmin(reach_m, MAVLINK_REACH_M);
-    else if (b->reach_m <= 0 && conf.unknown_as == MAVLINK_UNKNOWN_AS_DISTANCE)
-        b->reach_m = conf.unknown_m;
-    if (b->reach_m <= 0)
-        return;
     mavlink_ring_distances(&ring, &conf, b->reach_m,
                            mavlink_clock_boot_ns(&b->vehicle.clock, b->feed.evidence_ns) / 1000, &m);
     send_message(b, MAVLINK_OBSTACLE_DISTANCE, &m, now_ns);
+}
+
+static void send_obstacles(struct bridge *b, uint64_t now_ns)
+{
+    const struct mavlink_obstacle_conf *conf = &b->conf->obstacles;
+    const double reach_m = mavlink_feed_reach_m(&b->feed);
+
+    if (reach_m > 0)
+        b->reach_m = fmin(reach_m, MAVLINK_REACH_M);
+    else if (b->reach_m <= 0 && conf->unknown_as == MAVLINK_UNKNOWN_AS_DISTANCE)
+        b->reach_m = conf->unknown_m;
+    if (b->reach_m <= 0)
+        return;
+    send_ring(b, now_ns);
     if (b->conf->feed.layers)
-        send_points(b, &conf, now_ns);
+        send_points(b, conf, now_ns);
 }
 
 /* Each ping of the downward sonar once. */
@@ -207,6 +233,10 @@ static void update_alerts(struct bridge *b, uint64_t now_ns)
 
     mavlink_alert_set(&b->alert[ALERT_DAEMON], !alive, now_ns,
                       alive ? "sonard: back" : "sonard: lost, no obstacle data");
+    if (alive && now_ns > feed->connected_ns + START_NS)
+        mavlink_alert_set(&b->alert[ALERT_BLIND], !sees(b, now_ns), now_ns,
+                          sees(b, now_ns) ? "sonard: obstacle data again"
+                                          : "sonard: no obstacle data, nothing known");
     mavlink_alert_set(&b->alert[ALERT_LEAK], leak, now_ns,
                       feed->wet ? "LEAK: the probe is wet"
                       : leak    ? "LEAK: the probe was wet for a moment"

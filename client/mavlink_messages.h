@@ -35,6 +35,7 @@ enum mavlink_value { /* of fields, as the definitions number them */
                      MAVLINK_TYPE_ONBOARD_CONTROLLER = 18,
                      MAVLINK_AUTOPILOT_INVALID = 8, /* this component is no autopilot */
                      MAVLINK_STATE_ACTIVE = 4,
+                     MAVLINK_STATE_CRITICAL = 5,
                      MAVLINK_VERSION = 3,
                      MAVLINK_SENSOR_ULTRASOUND = 1,
                      MAVLINK_FRAME_GLOBAL = 0, /* azimuth 0 is north */

@@ -66,6 +66,14 @@ void mavlink_ring_doubt(struct mavlink_ring *ring)
     }
 }
 
+bool mavlink_ring_known(const struct mavlink_ring *ring)
+{
+    for (int i = 0; i < MAVLINK_SECTORS; i++)
+        if (ring->sector[i].state != MAVLINK_SECTOR_UNKNOWN)
+            return true;
+    return false;
+}
+
 uint16_t mavlink_centimetres(double m, uint16_t most)
 {
     const double cm = floor(m * 100 + ROUNDING_CM);

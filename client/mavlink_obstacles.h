@@ -51,6 +51,9 @@ void mavlink_ring_forget(struct mavlink_ring *ring);
 /** mavlink_ring_doubt - no water is known to be free any more; obstacles stay. */
 void mavlink_ring_doubt(struct mavlink_ring *ring);
 
+/** mavlink_ring_known - is anything known: an obstacle, or water that is free? */
+bool mavlink_ring_known(const struct mavlink_ring *ring);
+
 /**
  * mavlink_ring_distances - the message; max_m is how far "nothing seen" reaches, time_usec the time of the evidence in
  * the receiver's clock. An obstacle beyond max_m is left out where the water is free up to there, and stands at max_m

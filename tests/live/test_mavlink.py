@@ -269,6 +269,21 @@ def check_gaps(autopilot, begin, end, what, rate_hz=10):
     check(times[0] - begin < 0.5 * PATIENCE and end - times[-1] < 0.5 * PATIENCE, "%s: a gap at the ends" % what)
 
 
+def states(autopilot, since_s):
+    """What the heartbeats say of the bridge: 4 active, 5 critical."""
+    return [p[7] for _, p in autopilot.of(HEARTBEAT, since_s)]
+
+
+def check_blind(autopilot, since_s, text):
+    """No OBSTACLE_DISTANCE, so that the receiver's own time-out says so; heartbeats go on as critical; one text."""
+    begin = time.monotonic()
+    until(lambda: len(autopilot.of(HEARTBEAT, begin)) >= 2, "heartbeats of a blind bridge")
+    check(not autopilot.obstacles(since_s), "%d OBSTACLE_DISTANCE on no evidence" % len(autopilot.obstacles(since_s)))
+    check(set(states(autopilot, begin)) == {5}, "states %s on no evidence" % states(autopilot, begin))
+    until(lambda: text in autopilot.texts(), "the text '%s'" % text)
+    check(autopilot.texts().count(text) == 1, "texts: %s" % autopilot.texts())
+
+
 class Load:
     """A flood of frames of other systems for the bridge, and questions for the daemon, as fast as they go out."""
 
@@ -372,18 +387,19 @@ def unplugged(bench, autopilot):
     check(len(autopilot.texts()) <= 3, "texts: %s" % autopilot.texts())
 
 
-def restarted(bench, autopilot):
+def restarted(bench, autopilot, killed=False):
     """The daemon goes away and comes back; so does the bridge's work."""
     _, daemon, client, process = start(bench, autopilot)
     pings_until(client, 20)
     until(autopilot.obstacles, "OBSTACLE_DISTANCE")
-    check(daemon.stop() == 0, "the daemon's end")
+    if killed:
+        daemon.expected = -signal.SIGKILL
+        os.kill(daemon.pid, signal.SIGKILL)
+        daemon.wait()
+    else:
+        check(daemon.stop() == 0, "the daemon's end")
     gone = time.monotonic()
-    until(lambda: any(text.startswith("sonard: lost") for text in autopilot.texts()), "the text")
-    check_gaps(autopilot, gone, time.monotonic(), "no daemon")
-    silent = autopilot.obstacles(gone + 0.5)
-    check(silent and all(set(m[2]) == {UNKNOWN} for m in silent), "known without a daemon: %s" % silent)
-    check(autopilot.of(HEARTBEAT, gone), "no heartbeat without a daemon")
+    check_blind(autopilot, gone + 1.2, "sonard: lost, no obstacle data")
     client = bench.sonard().client()
     pings_until(client, 20)
     back = time.monotonic()
@@ -393,9 +409,48 @@ def restarted(bench, autopilot):
     check(process.status is None, "the bridge has ended")
 
 
+def killed(bench, autopilot):
+    restarted(bench, autopilot, killed=True)
+
+
+def forgotten(bench, autopilot):
+    """A sonar that stays silent until the last obstacle is too old: held at their rate, then no message at all."""
+    sim, _, client, _ = start(bench, autopilot, grid={"clear_for": "4 s", "forget": "6 s"})
+    pings_until(client, TURN + 10)
+    until(lambda: set(states(autopilot, 0)) >= {4}, "an active heartbeat")
+    begin = time.monotonic()
+    sim.command("silent 600")
+    check(autopilot.obstacles(begin - 1), "no OBSTACLE_DISTANCE before")
+    time.sleep(3)
+    check_gaps(autopilot, begin, time.monotonic(), "a silent sonar")
+    until(lambda: not autopilot.obstacles(time.monotonic() - 1), "the end of OBSTACLE_DISTANCE")
+    ended = autopilot.obstacles()[-1]
+    note("the last message came %.1f s after the last ping" % (ended[0] - begin))
+    check(any(cm <= ended[4] for cm in ended[2]), "the last message holds no obstacle")
+    check_blind(autopilot, ended[0] + 0.01, "sonard: no obstacle data, nothing known")
+
+
+def unheard(bench, autopilot):
+    """Before the first ping nothing is known, and nothing sent; after it, all is."""
+    sim = bench.sim()
+    sim.command("silent 600")
+    bench.conf()
+    client = bench.sonard().client()
+    autopilot.start()
+    bridge(bench, autopilot.link)
+    until(lambda: autopilot.of(HEARTBEAT), "a heartbeat")
+    check_blind(autopilot, 0, "sonard: no obstacle data, nothing known")
+    sim.command("silent 0")
+    pings_until(client, 20)
+    until(autopilot.obstacles, "OBSTACLE_DISTANCE")
+    begin = time.monotonic()
+    until(lambda: 4 in states(autopilot, begin), "an active heartbeat")
+    until(lambda: "sonard: obstacle data again" in autopilot.texts(), "the text of it")
+
+
 def hung(bench, autopilot):
-    """A daemon that stops in the middle, as on a dead disk: the messages go on at their rate, first what was said last
-    with its true age, then nothing known; and all is well again when it goes on."""
+    """A daemon that stops in the middle, as on a dead disk: for a second the messages go on at their rate, with what was
+    said last and its true age; then there are none; and all is well again when it goes on."""
     _, daemon, client, process = start(bench, autopilot)
     pings_until(client, TURN + 10)
     until(autopilot.obstacles, "OBSTACLE_DISTANCE")
@@ -407,14 +462,15 @@ def hung(bench, autopilot):
     finally:
         os.kill(daemon.pid, signal.SIGCONT)
     again = time.monotonic()
-    check_gaps(autopilot, stopped, again, "a hung daemon")
+    check_gaps(autopilot, stopped - 3, stopped + 0.8, "a daemon that just hung")
     messages = autopilot.obstacles(stopped)
     stamps = [m[1] * 1e-6 + autopilot.start_s for m in messages if m[0] < again]
     check(max(stamps) < stopped + 0.3, "a stamp %.2f s after the last answer" % (max(stamps) - stopped))
     held = [m for m in messages if m[0] < stopped + 0.5]
     check(held and all(abs(m[2][0] - 900) < 60 for m in held), "not held: %s" % [m[2][0] for m in held])
-    late = [m for m in messages if stopped + 2 < m[0] < again]
-    check(all(set(m[2]) == {UNKNOWN} for m in late), "known from a daemon that is silent: %s" % late[-1:])
+    late = [m for m in messages if stopped + 1.2 < m[0] < again]
+    check(not late, "%d messages from a daemon that is silent" % len(late))
+    check(set(states(autopilot, stopped + 2.2)) == {5}, "states %s" % states(autopilot, stopped + 2.2))
     check(any(text.startswith("sonard: lost") for text in autopilot.texts()), "no text: %s" % autopilot.texts())
     check(not any(text.startswith("sonar head") for text in autopilot.texts()), "texts: %s" % autopilot.texts())
     until(lambda: abs(autopilot.obstacles()[-1][2][0] - 900) < 60, "the walls again")
@@ -559,7 +615,8 @@ def usage(bench):
 check(os.path.exists(SIM), "no virtual sonar")
 run([("rates_udp", with_autopilot(UdpAutopilot, rates)), ("rates_serial", with_autopilot(SerialAutopilot, rates)),
      ("turned", with_autopilot(UdpAutopilot, turned)), ("unplugged", with_autopilot(UdpAutopilot, unplugged)),
-     ("restarted", with_autopilot(UdpAutopilot, restarted)),
+     ("restarted", with_autopilot(UdpAutopilot, restarted)), ("killed", with_autopilot(UdpAutopilot, killed)),
+     ("forgotten", with_autopilot(UdpAutopilot, forgotten)), ("unheard", with_autopilot(UdpAutopilot, unheard)),
      ("hung", with_autopilot(UdpAutopilot, hung)), ("absent", absent), ("options", with_autopilot(UdpAutopilot, far)),
      ("signed", with_autopilot(SigningAutopilot, signed)), ("downward", with_autopilot(UdpAutopilot, downward)),
      ("usage", usage)], parallel=3)

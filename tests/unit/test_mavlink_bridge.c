@@ -494,6 +494,21 @@ TEST(a_doubted_ring_has_obstacles_but_no_free_water)
     CHECK_INT(distances(&ring, MAVLINK_UNKNOWN_AS_UNKNOWN, 20).distances[0], 2000);
 }
 
+TEST(a_ring_is_known_by_one_sector)
+{
+    struct mavlink_ring ring = {0};
+
+    CHECK(!mavlink_ring_known(&ring));
+    ring = ring_with(UNKNOWN, BLOCKED, 71);
+    CHECK(mavlink_ring_known(&ring));
+    mavlink_ring_doubt(&ring);
+    CHECK(mavlink_ring_known(&ring)); /* an obstacle is held */
+    ring = ring_with(UNKNOWN, CLEAR, 71);
+    CHECK(mavlink_ring_known(&ring));
+    mavlink_ring_doubt(&ring);
+    CHECK(!mavlink_ring_known(&ring));
+}
+
 TEST(each_face_gives_its_nearest_point)
 {
     struct mavlink_ring ring = ring_with(CLEAR, BLOCKED, 18);
@@ -777,6 +792,7 @@ int main(void)
     RUN(the_youngest_evidence_counts);
     RUN(what_is_no_ring_changes_nothing);
     RUN(a_doubted_ring_has_obstacles_but_no_free_water);
+    RUN(a_ring_is_known_by_one_sector);
     RUN(each_face_gives_its_nearest_point);
     RUN(what_lasts_is_told_and_told_off);
     RUN(flapping_is_told_every_five_seconds_at_most);
