@@ -138,3 +138,37 @@ bool rings_next(struct rings_visit *v)
     v->cells_left--;
     return true;
 }
+
+/* Cells of ring j that touch the part [p / n, (p + 1) / n] of a turn, in integers: edges that meet do meet. */
+static struct rings_run touching_in(const struct rings *rings, uint32_t j, uint32_t p, uint32_t n)
+{
+    uint64_t m = cells_of(rings, j);
+    uint64_t from = ((uint64_t)p * m + n - 1) / n + m - 1; /* ceil - 1, a turn added */
+    uint64_t to = ((uint64_t)p + 1) * m / n + m;
+    uint64_t count = to - from + 1;
+    return (struct rings_run){.start = rings->start[j],
+                              .cells = (uint32_t)m,
+                              .at = (uint32_t)(from % m),
+                              .n = (uint32_t)(count < m ? count : m)};
+}
+
+static bool ends_in_pole(const struct rings *rings, uint32_t ring)
+{
+    const double top = rings->top_rad - ring * rings->height_rad, pole = GEO_PI / 2 - 1e-9;
+    return top > pole || top - rings->height_rad < -pole;
+}
+
+unsigned rings_touching(const struct rings *rings, uint32_t d, struct rings_run run[3])
+{
+    const uint32_t ring = rings_ring(rings, d), p = d - rings->start[ring], n = cells_of(rings, ring);
+    unsigned runs = 0;
+    if (ring > 0)
+        run[runs++] = touching_in(rings, ring - 1, p, n);
+    run[runs] = touching_in(rings, ring, p, n);
+    if (ends_in_pole(rings, ring))
+        run[runs].n = n;
+    runs++;
+    if (ring + 1 < rings->n_rings)
+        run[runs++] = touching_in(rings, ring + 1, p, n);
+    return runs;
+}

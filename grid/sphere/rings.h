@@ -61,4 +61,23 @@ struct rings_visit {
 struct rings_visit rings_visit(const struct rings *rings, double az_rad, double el_rad, double radius_rad);
 bool rings_next(struct rings_visit *v);
 
+/* Neighbouring directions of one ring: cell `at` and the n - 1 after it, past azimuth 0 too. */
+struct rings_run {
+    uint32_t start, cells; /* of the ring */
+    uint32_t at, n;
+};
+
+/** rings_in - direction k (0..n-1) of a run. */
+static inline uint32_t rings_in(const struct rings_run *run, uint32_t k)
+{
+    uint32_t i = run->at + k;
+    return run->start + (i < run->cells ? i : i - run->cells);
+}
+
+/**
+ * rings_touching - the directions whose closed cells share a point with that of direction d, itself included, each
+ * once, in up to three runs; returns how many. The cells of a ring that ends in a pole share that pole.
+ */
+unsigned rings_touching(const struct rings *rings, uint32_t d, struct rings_run run[3]);
+
 #endif

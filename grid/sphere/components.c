@@ -1,0 +1,325 @@
+/* SPDX-License-Identifier: MIT */
+#include "components.h"
+
+/* GONE: removed, but a link of the tree until its component is settled. */
+enum component_state { CELL_FREE, CELL_IN, CELL_GONE };
+
+#define LAYERS_PER_BUCKET 4 /* those above and below are mostly in the same one */
+
+static size_t rounded(size_t n)
+{
+    return (n + 15) / 16 * 16;
+}
+
+static uint32_t buckets_for(uint32_t room)
+{
+    uint32_t n = 16;
+    while (n < room)
+        n *= 2;
+    return n;
+}
+
+size_t components_bytes(uint32_t room)
+{
+    return rounded(room * sizeof(struct component_cell)) + rounded(buckets_for(room) * sizeof(uint32_t)) +
+           2 * rounded(room * sizeof(uint32_t));
+}
+
+void components_init(struct components *c, void *memory, const struct rings *rings, uint32_t room)
+{
+    *c = (struct components){.rings = rings, .room = room, .buckets = buckets_for(room), .free = COMPONENTS_NONE};
+    c->cell = memory;
+    c->bucket = (uint32_t *)(void *)((char *)memory + rounded(room * sizeof(struct component_cell)));
+    c->work = (uint32_t *)(void *)((char *)c->bucket + rounded(c->buckets * sizeof(uint32_t)));
+    c->left = (uint32_t *)(void *)((char *)c->work + rounded(room * sizeof(uint32_t)));
+    for (uint32_t i = 0; i < c->buckets; i++)
+        c->bucket[i] = COMPONENTS_NONE;
+}
+
+/* ---- where a cell is ---- */
+
+static uint32_t *bucket_of(const struct components *c, uint32_t direction, uint32_t layer)
+{
+    uint32_t h = direction * 0x9e3779b1u ^ (layer / LAYERS_PER_BUCKET) * 0x85ebca6bu;
+    return &c->bucket[(h ^ h >> 15) & (c->buckets - 1)];
+}
+
+static uint32_t find_cell(const struct components *c, uint32_t direction, uint16_t layer)
+{
+    uint32_t i = *bucket_of(c, direction, layer);
+    while (i != COMPONENTS_NONE && (c->cell[i].direction != direction || c->cell[i].layer != layer))
+        i = c->cell[i].chain;
+    return i;
+}
+
+static uint32_t new_cell(struct components *c, uint32_t direction, uint16_t layer)
+{
+    uint32_t i = c->free;
+    if (i != COMPONENTS_NONE)
+        c->free = c->cell[i].chain;
+    else if (c->high < c->room)
+        i = c->high++;
+    else
+        return COMPONENTS_NONE;
+    uint32_t *bucket = bucket_of(c, direction, layer);
+    c->cell[i] = (struct component_cell){
+        .direction = direction, .layer = layer, .parent = i, .next = i, .prev = i, .chain = *bucket};
+    *bucket = i;
+    return i;
+}
+
+static void free_cell(struct components *c, uint32_t i)
+{
+    struct component_cell *cell = &c->cell[i];
+    uint32_t *at = bucket_of(c, cell->direction, cell->layer);
+    while (*at != i)
+        at = &c->cell[*at].chain;
+    *at = cell->chain;
+    *cell = (struct component_cell){.chain = c->free};
+    c->free = i;
+}
+
+/* ---- joining ---- */
+
+static uint32_t root_of(struct components *c, uint32_t i)
+{
+    struct component_cell *cell = c->cell;
+    while (cell[i].parent != i)
+        i = cell[i].parent = cell[cell[i].parent].parent;
+    return i;
+}
+
+static bool outranks(const struct component *a, const struct component *b)
+{
+    return a->cells > b->cells || (a->cells == b->cells && a->label < b->label);
+}
+
+static void join(struct components *c, uint32_t a, uint32_t b)
+{
+    a = root_of(c, a);
+    b = root_of(c, b);
+    if (a == b)
+        return;
+    struct component_cell *cell = c->cell;
+    const uint32_t root = outranks(&cell[a].own, &cell[b].own) ? a : b, other = root == a ? b : a;
+    cell[other].parent = root;
+    cell[root].own.cells += cell[other].own.cells;
+    cell[root].own.seeds += cell[other].own.seeds;
+    cell[root].dirty |= cell[other].dirty;
+    const uint32_t after_root = cell[root].next, after_other = cell[other].next;
+    cell[root].next = after_other;
+    cell[after_other].prev = root;
+    cell[other].next = after_root;
+    cell[after_root].prev = other;
+}
+
+/* ---- neighbours ---- */
+
+/* A walk over the cells that are in and touch one. */
+struct touch {
+    const struct components *c;
+    struct rings_run run[3];
+    unsigned runs, r;
+    uint32_t k, lowest, highest; /* k counts the directions of a run, twice: the layers lie in up to two buckets */
+    uint32_t at;
+};
+
+static struct touch touch_begin(const struct components *c, uint32_t i)
+{
+    const struct component_cell *cell = &c->cell[i];
+    struct touch t = {.c = c, .at = COMPONENTS_NONE};
+    t.runs = rings_touching(c->rings, cell->direction, t.run);
+    t.lowest = cell->layer ? cell->layer - 1u : 0;
+    t.highest = cell->layer + 1u;
+    return t;
+}
+
+static bool touches(const struct touch *t, const struct component_cell *cell, uint32_t direction, uint32_t group)
+{
+    return cell->direction == direction && cell->layer / LAYERS_PER_BUCKET == group && cell->layer >= t->lowest &&
+           cell->layer <= t->highest && cell->state == CELL_IN;
+}
+
+/* The next neighbour (the cell itself among them), or COMPONENTS_NONE. */
+static uint32_t touch_next(struct touch *t)
+{
+    const uint32_t low = t->lowest / LAYERS_PER_BUCKET, groups = t->highest / LAYERS_PER_BUCKET - low + 1;
+    for (; t->r < t->runs; t->r++, t->k = 0) {
+        for (const struct rings_run *run = &t->run[t->r]; t->k < groups * run->n; t->k++) {
+            const uint32_t direction = rings_in(run, t->k / groups), group = low + t->k % groups;
+            uint32_t i = t->at == COMPONENTS_NONE ? *bucket_of(t->c, direction, group * LAYERS_PER_BUCKET)
+                                                  : t->c->cell[t->at].chain;
+            while (i != COMPONENTS_NONE && !touches(t, &t->c->cell[i], direction, group))
+                i = t->c->cell[i].chain;
+            t->at = i;
+            if (i != COMPONENTS_NONE)
+                return i;
+        }
+    }
+    return COMPONENTS_NONE;
+}
+
+/* ---- cells come and go ---- */
+
+static void set_seed(struct components *c, uint32_t i, bool seed)
+{
+    struct component *own = &c->cell[root_of(c, i)].own;
+    if (c->cell[i].seed && !seed)
+        own->seeds--;
+    else if (!c->cell[i].seed && seed)
+        own->seeds++;
+    c->cell[i].seed = seed;
+}
+
+static void come_in(struct components *c, uint32_t i)
+{
+    c->cell[i].state = CELL_IN;
+    c->used++;
+    struct touch t = touch_begin(c, i);
+    for (uint32_t other; (other = touch_next(&t)) != COMPONENTS_NONE;)
+        join(c, i, other);
+}
+
+uint32_t components_put(struct components *c, uint32_t direction, uint16_t layer, bool seed, uint64_t now_ns)
+{
+    uint32_t i = find_cell(c, direction, layer);
+    if (i == COMPONENTS_NONE) {
+        i = new_cell(c, direction, layer);
+        if (i == COMPONENTS_NONE)
+            return i;
+        c->cell[i].own = (struct component){.label = ++c->labels, .cells = 1, .t_label = now_ns};
+        come_in(c, i);
+    } else if (c->cell[i].state == CELL_GONE) {
+        c->cell[root_of(c, i)].own.cells++;
+        come_in(c, i);
+    }
+    set_seed(c, i, seed);
+    c->cell[i].round = c->round;
+    return i;
+}
+
+static void take_out(struct components *c, uint32_t i)
+{
+    struct component_cell *root = &c->cell[root_of(c, i)];
+    set_seed(c, i, false);
+    root->own.cells--;
+    root->dirty = true;
+    c->cell[i].state = CELL_GONE;
+    c->used--;
+    if (!c->cell[i].leaving)
+        c->left[c->leaving++] = i;
+    c->cell[i].leaving = true;
+}
+
+bool components_remove(struct components *c, uint32_t direction, uint16_t layer)
+{
+    const uint32_t i = find_cell(c, direction, layer);
+    if (i == COMPONENTS_NONE || c->cell[i].state != CELL_IN)
+        return false;
+    take_out(c, i);
+    return true;
+}
+
+/* ---- settling ---- */
+
+/* Takes the cells that hang together with `root` into a tree of depth one and a circle of its own. */
+static void flood(struct components *c, uint32_t root)
+{
+    struct component_cell *cell = c->cell;
+    uint32_t n = 0;
+    cell[root].parent = cell[root].next = cell[root].prev = root;
+    cell[root].own = (struct component){.cells = 1, .seeds = cell[root].seed};
+    c->work[n++] = root;
+    while (n) {
+        struct touch t = touch_begin(c, c->work[--n]);
+        for (uint32_t i; (i = touch_next(&t)) != COMPONENTS_NONE;) {
+            if (cell[i].parent != COMPONENTS_NONE)
+                continue;
+            cell[i].parent = root;
+            cell[i].next = cell[root].next;
+            cell[i].prev = root;
+            cell[cell[root].next].prev = i;
+            cell[root].next = i;
+            cell[root].own.cells++;
+            cell[root].own.seeds += cell[i].seed;
+            c->work[n++] = i;
+        }
+    }
+}
+
+/* The component's cells that are in, in no tree any more, linked by the labels that only roots need; the first. */
+static uint32_t unravel(struct components *c, uint32_t start)
+{
+    uint32_t chain = COMPONENTS_NONE, i = start;
+    do {
+        const uint32_t next = c->cell[i].next;
+        if (c->cell[i].state == CELL_IN) {
+            c->cell[i].parent = COMPONENTS_NONE;
+            c->cell[i].own.label = chain;
+            chain = i;
+        }
+        i = next;
+    } while (i != start);
+    return chain;
+}
+
+static void settle_one(struct components *c, uint32_t old_root, uint64_t now_ns)
+{
+    struct component_cell *cell = c->cell;
+    const struct component old = cell[old_root].own;
+    uint32_t best = COMPONENTS_NONE;
+    cell[old_root].dirty = false;
+    for (uint32_t i = unravel(c, old_root), next; i != COMPONENTS_NONE; i = next) {
+        next = cell[i].own.label;
+        if (cell[i].parent != COMPONENTS_NONE)
+            continue;
+        flood(c, i);
+        cell[i].dirty = false;
+        cell[i].own.label = ++c->labels;
+        cell[i].own.t_label = now_ns;
+        if (best == COMPONENTS_NONE || outranks(&cell[i].own, &cell[best].own))
+            best = i;
+    }
+    if (best != COMPONENTS_NONE) {
+        cell[best].own.label = old.label;
+        cell[best].own.t_label = old.t_label;
+    }
+}
+
+void components_settle(struct components *c, uint64_t now_ns)
+{
+    for (uint32_t k = 0; k < c->leaving; k++) {
+        const uint32_t root = root_of(c, c->left[k]);
+        if (c->cell[root].dirty)
+            settle_one(c, root, now_ns);
+    }
+    while (c->leaving) {
+        const uint32_t i = c->left[--c->leaving];
+        c->cell[i].leaving = false;
+        if (c->cell[i].state == CELL_GONE)
+            free_cell(c, i);
+    }
+}
+
+void components_begin(struct components *c)
+{
+    c->round++;
+}
+
+void components_end(struct components *c, uint64_t now_ns)
+{
+    for (uint32_t i = 0; i < c->high; i++)
+        if (c->cell[i].state == CELL_IN && c->cell[i].round != c->round)
+            take_out(c, i);
+    components_settle(c, now_ns);
+}
+
+const struct component *components_of(struct components *c, uint32_t index)
+{
+    return &c->cell[root_of(c, index)].own;
+}
+
+bool components_is_root(const struct components *c, uint32_t index)
+{
+    return c->cell[index].state == CELL_IN && c->cell[index].parent == index;
+}
