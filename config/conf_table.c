@@ -220,10 +220,10 @@ const struct conf_key conf_keys[] = {
     {"grid", "clear_for", QUANTITY(1, "s", 0.5, 86400), .standard = "30 s", CONF(grid.clear_for_s),
      .help = "A direction counts as clear for this long after its last ping, then it is unknown. Longer than one\n"
              "turn of the head, which takes 9 to 35 s; not longer than forget."},
-    {"grid", "forget", QUANTITY(1, "s", 1, 86400), .standard = "60 s", CONF(grid.forget_s),
+    {"grid", "forget", QUANTITY(1, "s", 1, 86400), .standard = "160 s", CONF(grid.forget_s),
      .help =
-         "Time constant in which an obstacle that is not seen again fades; not shorter than clear_for, so that\n"
-         "a direction is never called clear because its obstacle was forgotten."},
+         "An obstacle that is not heard again blocks no longer than this: so long when it was heard often, half\n"
+         "as long after one echo. What is there is unknown then. Not shorter than clear_for."},
     {"grid", "move_limit", QUANTITY(1, "m", 0.05, 100), .standard = "0.5 m", CONF(grid.move_limit_m),
      .help =
          "A direction that was clear is unknown again after the vehicle has moved this far without seeing it."},

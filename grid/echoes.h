@@ -48,6 +48,7 @@ struct echoes {
     uint32_t seq;
     uint16_t sensor;
     uint16_t n_beams;
+    uint8_t flags;     /* of the ping: set of enum ping_flag */
     float range_max_m; /* end of the last bin */
     float az_aperture_rad, el_aperture_rad;
     struct pose pose;

@@ -8,13 +8,13 @@ size_t picture_bytes(uint32_t n)
     return (size_t)n * PICTURE_WORDS * sizeof(seqlock_word);
 }
 
-void picture_init(struct picture *p, const struct rings *rings, const double (*axis)[3], double forget_s,
+void picture_init(struct picture *p, const struct rings *rings, const double (*axis)[3], double fade_s,
                   double blocked_logodds, void *word)
 {
     p->n = rings->n;
     p->rings = rings;
     p->axis = axis;
-    p->forget_s = forget_s;
+    p->fade_s = fade_s;
     p->blocked_logodds = (float)blocked_logodds;
     p->word = word;
     atomic_init(&p->lock.sequence, 0);
@@ -57,5 +57,5 @@ void picture_get_frame(struct picture *p, struct picture_frame *frame)
 double picture_logodds(const struct picture *p, const struct picture_obstacle *o, uint64_t now_ns)
 {
     double dt_s = now_ns > o->t_ref_ns ? (double)(now_ns - o->t_ref_ns) * 1e-9 : 0;
-    return o->logodds * exp(-dt_s / p->forget_s);
+    return o->logodds * exp(-dt_s / p->fade_s);
 }

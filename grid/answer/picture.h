@@ -52,7 +52,7 @@ struct picture {
     uint32_t n; /* directions; constant */
     const struct rings *rings;
     const double (*axis)[3]; /* [n] unit vectors of the directions' centres */
-    double forget_s;         /* of the obstacles' log-odds */
+    double fade_s;           /* time constant of the obstacles' log-odds */
     float blocked_logodds;   /* above: an obstacle */
     seqlock_word frame[PICTURE_FRAME_WORDS];
     seqlock_word *word; /* [n][PICTURE_WORDS] */
@@ -62,7 +62,7 @@ struct picture {
 size_t picture_bytes(uint32_t n);
 
 /** picture_init - all directions never pinged. axis: [rings->n]; word: picture_bytes(rings->n), 8-aligned. */
-void picture_init(struct picture *p, const struct rings *rings, const double (*axis)[3], double forget_s,
+void picture_init(struct picture *p, const struct rings *rings, const double (*axis)[3], double fade_s,
                   double blocked_logodds, void *word);
 
 /* Writer. Entries and frame may be set only between begin and end. */

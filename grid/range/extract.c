@@ -429,6 +429,7 @@ void extract_run(struct extract *extract, const struct ping *ping, const struct 
     out->t_ns = ping->t_ns;
     out->t_in_ns = ping->t_in_ns;
     out->seq = ping->seq;
+    out->flags = ping->flags;
     out->sensor = ping->sensor;
     out->n_beams = 0;
     out->range_max_m = end_m > 0.0 && end_m < 1e6 ? (float)end_m : 0.0f;

@@ -22,40 +22,78 @@ void cells_clear(struct cells *c)
 {
     for (uint32_t i = 0; i < c->room; i++) {
         c->cell[i].next = i + 1 < c->room ? i + 1 : CELLS_NONE;
-        c->cell[i].direction = RINGS_NONE;
+        c->cell[i].state = CELL_FREE;
     }
     for (uint32_t d = 0; d < c->directions; d++)
         c->first[d] = CELLS_NONE;
     c->free = 0;
+    c->gone = CELLS_NONE;
     c->used = c->hand = 0;
+}
+
+static void unhang(struct cells *c, uint32_t i)
+{
+    uint32_t *at = &c->first[c->cell[i].direction];
+    while (*at != i)
+        at = &c->cell[*at].next;
+    *at = c->cell[i].next;
+    c->used--;
+}
+
+static void set_free(struct cells *c, uint32_t i)
+{
+    c->cell[i].state = CELL_FREE;
+    c->cell[i].next = c->free;
+    c->free = i;
 }
 
 void cells_release(struct cells *c, uint32_t i)
 {
-    struct cell *gone = &c->cell[i];
-    uint32_t *at = &c->first[gone->direction];
-    while (*at != i)
-        at = &c->cell[*at].next;
-    *at = gone->next;
-    gone->direction = RINGS_NONE;
-    gone->next = c->free;
-    c->free = i;
-    c->used--;
+    unhang(c, i);
+    set_free(c, i);
 }
 
-/* The direction that loses the cell. */
+void cells_lose(struct cells *c, uint32_t i)
+{
+    unhang(c, i);
+    c->cell[i].state = CELL_GONE;
+    c->cell[i].next = c->gone;
+    c->gone = i;
+}
+
+void cells_forget_gone(struct cells *c, uint32_t sensor)
+{
+    for (uint32_t *at = &c->gone; *at != CELLS_NONE;) {
+        uint32_t i = *at;
+        if (c->cell[i].sensor == sensor) {
+            *at = c->cell[i].next;
+            set_free(c, i);
+        } else {
+            at = &c->cell[i].next;
+        }
+    }
+}
+
+/* Makes room. The direction that loses a cell for it, or RINGS_NONE. */
 static uint32_t evict(struct cells *c)
 {
-    uint32_t oldest = c->hand;
+    uint32_t oldest = c->gone;
+    if (oldest != CELLS_NONE) {
+        c->gone = c->cell[oldest].next;
+        set_free(c, oldest);
+        return RINGS_NONE;
+    }
     for (uint32_t i = 0; i < EVICT_LOOK; i++) {
         uint32_t at = (c->hand + i) % c->room;
-        if (c->cell[at].t_ref_ns < c->cell[oldest].t_ref_ns)
+        if (c->cell[at].state == CELL_LIVE &&
+            (oldest == CELLS_NONE || c->cell[at].t_ref_ns < c->cell[oldest].t_ref_ns))
             oldest = at;
     }
     c->hand = (c->hand + EVICT_LOOK) % c->room;
-    uint32_t direction = c->cell[oldest].direction;
+    if (oldest == CELLS_NONE)
+        return RINGS_NONE;
     cells_release(c, oldest);
-    return direction;
+    return c->cell[oldest].direction;
 }
 
 /* Where the cell of `layer` hangs, or would: the link to it. */
@@ -75,11 +113,14 @@ uint32_t cells_take(struct cells *c, uint32_t direction, uint16_t layer, uint32_
         return *at;
     if (c->free == CELLS_NONE) {
         *evicted = evict(c);
+        if (c->free == CELLS_NONE)
+            return CELLS_NONE;
         at = link_of(c, direction, layer);
     }
     uint32_t i = c->free;
     c->free = c->cell[i].next;
-    c->cell[i] = (struct cell){.next = *at, .direction = direction, .layer = layer};
+    c->cell[i] =
+        (struct cell){.next = *at, .direction = direction & CELLS_DIRECTION, .state = CELL_LIVE, .layer = layer};
     *at = i;
     c->used++;
     return i;

@@ -3,7 +3,7 @@
  * cells - the pool of the sphere's cells and their lists: only cells that exist are stored, those of a direction hang
  * together in order of range. Knows where a cell belongs, not what its evidence means.
  *
- * Every cell of the pool is in exactly one list: a direction's, or the free one.
+ * Every cell of the pool is in exactly one list: a direction's, that of the cells gone in this turn, or the free one.
  */
 #ifndef SONARD_CELLS_H
 #define SONARD_CELLS_H
@@ -14,27 +14,41 @@
 
 #include "rings.h"
 
-#define CELLS_NONE UINT32_MAX
+#define CELLS_NONE      UINT32_MAX
+#define CELLS_DIRECTION 0x3fffffu /* the directions that a cell can tell apart */
 
+enum cell_state {
+    CELL_FREE,
+    CELL_GONE,   /* beams passed it with nothing heard, in the present turn: kept for whoever asks what vanished */
+    CELL_LIVE,   /* this and the next: in the list of its direction */
+    CELL_LOCKED, /* live, and frozen: it neither changes nor fades nor makes room */
+};
+
+/* One cache line. Its limits in range and angle are those of its layer and direction. */
 struct cell {
-    float point_m[3]; /* of the echo, from the anchor, in the grid's axes */
-    float near_m;     /* how far the reflector's near edge lies before its point */
-    float sd_m;
-    float logodds;     /* at t_ref_ns */
-    uint64_t t_ref_ns; /* last hit or miss */
-    uint64_t t_first_ns, t_echo_ns;
-    uint32_t next;      /* in the same direction, farther; in the free list: the next free */
-    uint32_t direction; /* RINGS_NONE: free */
-    float range_m;      /* of the point, from the grid's centre */
+    float point_m[3];    /* of the echo, from the anchor, in the grid's axes */
+    float ball_m2;       /* variance of that point, along each axis */
+    float near_m;        /* how far the reflector's near edge lies before its point */
+    float sd_m;          /* of its range */
+    float logodds;       /* at t_ref_ns */
+    uint32_t t_first_ms; /* first echo, after the grid's first ping */
+    uint64_t t_ref_ns;   /* last hit or miss */
+    uint64_t t_echo_ns;  /* last echo */
+    uint32_t next;       /* in the same direction, farther; in the other lists: just the next */
+    uint32_t seq;        /* of the last ping that hit or missed it, of `sensor` */
+    uint32_t direction : 22, state : 2, sensor : 8;
     uint16_t layer;
     uint16_t echoes; /* saturates */
 };
+
+_Static_assert(sizeof(struct cell) == 64, "a cell is one cache line");
 
 struct cells {
     struct cell *cell; /* [room] */
     uint32_t *first;   /* [directions]: nearest cell of each, or CELLS_NONE */
     uint32_t room, directions;
-    uint32_t used, free, hand;
+    uint32_t used; /* live */
+    uint32_t free, gone, hand;
 };
 
 /** cells_bytes - memory for cells_init. */
@@ -48,16 +62,23 @@ void cells_clear(struct cells *c);
 
 /**
  * cells_take - the cell of (direction, layer), made with no evidence when it does not exist. When that needs room and
- * there is none, the oldest of the next few cells is released: *evicted is its direction, else RINGS_NONE.
+ * there is none, a gone cell makes it, or the oldest of the next few live ones: *evicted is its direction, else
+ * RINGS_NONE. CELLS_NONE when all of those are locked.
  */
 uint32_t cells_take(struct cells *c, uint32_t direction, uint16_t layer, uint32_t *evicted);
 
-/** cells_release - cell i becomes free. */
+/** cells_release - live cell i becomes free. */
 void cells_release(struct cells *c, uint32_t i);
 
-/* Visits all cells that exist, in the pool's order; the one visited may be released or replaced meanwhile. */
+/** cells_lose - live cell i is gone: in no direction any more, but to be read until cells_forget_gone. */
+void cells_lose(struct cells *c, uint32_t i);
+
+/** cells_forget_gone - the cells that a ping of this sensor made go become free. */
+void cells_forget_gone(struct cells *c, uint32_t sensor);
+
+/* Visits all live cells, in the pool's order; the one visited may be released or replaced meanwhile. */
 #define CELLS_EACH(c, i)                                                                                          \
     for (uint32_t i = 0; i < (c)->room; i++)                                                                      \
-        if ((c)->cell[i].direction != RINGS_NONE)
+        if ((c)->cell[i].state >= CELL_LIVE)
 
 #endif

@@ -4,44 +4,68 @@
 #include <math.h>
 #include <string.h>
 
-static void place_cell(struct sphere *s, uint32_t index)
+/*
+ * The place of the vehicle is known to this share of its way since an echo was heard. The whole of it is added however
+ * small the steps are: an error in scale does not average out.
+ */
+#define WAY_ERROR 0.01
+
+static void loosen(struct cell *c, double way_m)
+{
+    float d = (float)(WAY_ERROR * way_m), ball = sqrtf(c->ball_m2) + d;
+    c->sd_m += d;
+    c->near_m += d;
+    c->ball_m2 = ball * ball;
+}
+
+/* Two cells fall together in `c`: the surer, the nearer and the larger win, counts add up. */
+static void merge(const struct sphere *s, struct cell *c, const struct cell *other)
+{
+    double a[3], b[3], range = state_vector(s, c, a), other_range = state_vector(s, other, b);
+    float near_m = (float)fmin(range - c->near_m, other_range - other->near_m), apart2 = 0;
+    for (int i = 0; i < 3; i++)
+        apart2 += (float)((a[i] - b[i]) * (a[i] - b[i]));
+    c->ball_m2 = fmaxf(fmaxf(c->ball_m2, other->ball_m2), apart2 / 9);
+    c->sd_m = fmaxf(c->sd_m, other->sd_m);
+    if (other->t_ref_ns > c->t_ref_ns) {
+        c->t_ref_ns = other->t_ref_ns;
+        c->sensor = other->sensor;
+        c->seq = other->seq;
+    }
+    c->logodds = fmaxf(c->logodds, other->logodds);
+    c->t_echo_ns = c->t_echo_ns > other->t_echo_ns ? c->t_echo_ns : other->t_echo_ns;
+    c->t_first_ms = c->t_first_ms < other->t_first_ms ? c->t_first_ms : other->t_first_ms;
+    c->echoes = (uint16_t)fmin(UINT16_MAX, c->echoes + other->echoes);
+    c->state = c->state > other->state ? c->state : other->state;
+    if (other_range < range)
+        memcpy(c->point_m, other->point_m, sizeof c->point_m);
+    c->near_m = (float)fmin(range, other_range) - near_m;
+}
+
+static void place_cell(struct sphere *s, uint32_t index, double way_m)
 {
     struct cell old = s->cells.cell[index];
-    double v[3], az, el;
-    for (int i = 0; i < 3; i++)
-        v[i] = old.point_m[i] + s->anchor_m[i] - s->frame.centre_m[i];
-    double range = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+    double v[3], az, el, range = state_vector(s, &old, v);
     int32_t layer = layers_index(&s->layers, range);
     geo_angles(v, &az, &el);
     uint32_t d = rings_index(&s->rings, az, el);
-    if (layer < 0 || d == RINGS_NONE) {
-        state_release(s, index);
+    loosen(&old, way_m);
+    if (d == old.direction && layer == old.layer) {
+        s->cells.cell[index] = old;
         return;
     }
-    s->cells.cell[index].range_m = (float)range;
-    if (d == old.direction && layer == old.layer)
-        return;
     state_release(s, index);
-    struct cell *c = state_take(s, d, (uint16_t)layer);
-    if (c->echoes) { /* two fall together: the stronger and the nearer wins, counts add up */
-        c->logodds = fmaxf(c->logodds, old.logodds);
-        c->t_ref_ns = c->t_ref_ns > old.t_ref_ns ? c->t_ref_ns : old.t_ref_ns;
-        c->t_echo_ns = c->t_echo_ns > old.t_echo_ns ? c->t_echo_ns : old.t_echo_ns;
-        c->t_first_ns = c->t_first_ns < old.t_first_ns ? c->t_first_ns : old.t_first_ns;
-        c->echoes = (uint16_t)fmin(UINT16_MAX, c->echoes + old.echoes);
-        if (range < c->range_m) {
-            memcpy(c->point_m, old.point_m, sizeof c->point_m);
-            c->range_m = (float)range;
-            c->near_m = old.near_m;
-        }
-        c->sd_m = fmaxf(c->sd_m, old.sd_m);
+    if (layer < 0 || d == RINGS_NONE)
+        return;
+    struct cell *c = state_take(s, d, (uint16_t)layer); /* there is room: it was just made */
+    if (c->echoes) {
+        merge(s, c, &old);
     } else {
         uint32_t next = c->next;
         *c = old;
         c->next = next;
-        c->direction = d;
+        c->direction = d & CELLS_DIRECTION;
         c->layer = (uint16_t)layer;
-        c->range_m = (float)range;
     }
     state_mark(s, d);
 }
@@ -49,12 +73,16 @@ static void place_cell(struct sphere *s, uint32_t index)
 /* Farther in one step than this the old claims say nothing of the new place. */
 #define CLAIM_STEP_MOST_M 1.0
 
+static double length(const double v[3])
+{
+    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
 static void move_claims(struct sphere *s, const double step_m[3])
 {
     for (uint32_t d = 0; d < s->rings.n; d++)
         s->joined[d] = claim_join(&s->direction[d].claim[CLAIM_NOW], &s->direction[d].claim[CLAIM_BEFORE]);
-    bool far = step_m[0] * step_m[0] + step_m[1] * step_m[1] + step_m[2] * step_m[2] >
-               CLAIM_STEP_MOST_M * CLAIM_STEP_MOST_M;
+    bool far = length(step_m) > CLAIM_STEP_MOST_M;
     for (uint32_t d = 0; d < s->rings.n; d++) {
         struct direction *dir = &s->direction[d];
         if (!dir->claim[CLAIM_NOW].t_ping_ns && s->cells.first[d] == CELLS_NONE)
@@ -73,8 +101,9 @@ static void recentre(struct sphere *s, const double position_m[3])
         step_m[i] = position_m[i] - s->frame.centre_m[i];
         s->frame.centre_m[i] = position_m[i];
     }
-    CELLS_EACH(&s->cells, i)
-    place_cell(s, i);
+    double way_m = length(step_m);
+    CELLS_EACH (&s->cells, i)
+        place_cell(s, i, way_m);
     move_claims(s, step_m);
     s->stats.recentred++;
 }
@@ -89,9 +118,9 @@ static void reanchor(struct sphere *s)
         shift[i] = s->frame.centre_m[i] - s->anchor_m[i];
         s->anchor_m[i] = s->frame.centre_m[i];
     }
-    CELLS_EACH(&s->cells, i)
-    for (int k = 0; k < 3; k++)
-        s->cells.cell[i].point_m[k] = (float)(s->cells.cell[i].point_m[k] - shift[k]);
+    CELLS_EACH (&s->cells, i)
+        for (int k = 0; k < 3; k++)
+            s->cells.cell[i].point_m[k] = (float)(s->cells.cell[i].point_m[k] - shift[k]);
 }
 
 static double distance(const double a[3], const double b[3])

@@ -10,17 +10,18 @@ static void publish_direction(struct sphere *s, uint32_t d, uint64_t t_ns)
     unsigned n = 0;
     for (uint32_t i = s->cells.first[d]; i != CELLS_NONE && n < PICTURE_OBSTACLES; i = s->cells.cell[i].next) {
         const struct cell *c = &s->cells.cell[i];
-        float near_m = fmaxf(0, c->range_m - c->near_m);
+        double v[3];
+        float range_m = (float)state_vector(s, c, v), near_m = fmaxf(0, range_m - c->near_m);
         if (state_logodds(s, c, t_ns) <= s->picture.blocked_logodds) {
             for (int k = 0; k < CLAIMS; k++) /* too little to block, too much to call it clear */
                 e.claim[k].to_m = fminf(e.claim[k].to_m, near_m);
             continue;
         }
-        e.obstacle[n++] = (struct picture_obstacle){.t_ref_ns = c->t_ref_ns,
+        e.obstacle[n++] = (struct picture_obstacle){.t_ref_ns = c->state == CELL_LOCKED ? UINT64_MAX : c->t_ref_ns,
                                                     .t_echo_ns = c->t_echo_ns,
                                                     .logodds = c->logodds,
                                                     .near_m = near_m,
-                                                    .range_m = c->range_m,
+                                                    .range_m = range_m,
                                                     .sd_m = c->sd_m};
     }
     picture_set(&s->picture, d, &e);

@@ -6,25 +6,63 @@
 /*
  * Probability of an echo from an occupied and from an empty cell. That an occupied cell is heard only every other time
  * is said on purpose: a weak reflector that one of the beams over it hears must not be talked away by its neighbours
- * in the same sweep. The clamp bounds how long the past can outvote the present: a few turns.
+ * in the same sweep.
  */
 #define ECHO_IF_OCCUPIED 0.5
 #define ECHO_IF_EMPTY    0.1
-#define LOGODDS_MAX      6.0
 /* A marked echo weighs so many times what blocking takes, but no more than another one: by itself it blocks for a
- * third of the time in which echoes fade, and with the default one look that hears nothing there takes it away. */
+ * eighth of the time that the surest obstacle does, and with the default one look that hears nothing there takes it away. */
 #define MARKED_BLOCKS   1.4
 #define MIN_CARVE_SHARE 0.05
 
-static void weigh(const struct sphere *s, struct cell *c, uint64_t t_ns, double change)
+#define FLUSH_BELOW 1e-6 /* evidence this weak is none: it would fade into denormal numbers, which are slow */
+
+/* A ping changed a cell. */
+static void weigh(const struct sphere *s, struct cell *c, const struct echoes *ping, double change)
 {
-    double l = state_logodds(s, c, t_ns) + change;
-    c->logodds = (float)(l > LOGODDS_MAX ? LOGODDS_MAX : l < -LOGODDS_MAX ? -LOGODDS_MAX : l);
-    if (t_ns > c->t_ref_ns)
-        c->t_ref_ns = t_ns;
+    double l = state_logodds(s, c, ping->t_ns) + change;
+    l = fmax(-LOGODDS_MAX, fmin(l, LOGODDS_MAX));
+    c->logodds = fabs(l) < FLUSH_BELOW ? 0 : (float)l;
+    if (ping->t_ns > c->t_ref_ns)
+        c->t_ref_ns = ping->t_ns;
+    c->sensor = ping->sensor % SPHERE_SENSORS;
+    c->seq = ping->seq;
 }
 
-/* A second echo in a cell moves its point by the inverse of the count, to 1/8 at least, so that it can follow. */
+#define GATE2 9.0 /* (3 standard deviations)^2 */
+#define ALIKE                                                                                                     \
+    (1.0 / 7.0) /* of an echo's variance: what all looks share, so that no number of them ends the doubt */
+
+/*
+ * The echo at z (from the anchor) moves the cell's point to the mean of the first eight echoes, later ones by 1/8, so
+ * that it can follow; the ball shrinks alike. An echo outside the gate is another reflector: the nearer one is kept
+ * and the ball reaches the other. The gate does not grow with the ball, or the farther one would pull the point away.
+ */
+static void interpolate(const struct sphere *s, struct cell *c, const double z[3], double range_m, double m2)
+{
+    double v[3], d2 = 0, gain = 1, s2 = m2;
+    for (int i = 0; i < 3; i++)
+        d2 += (z[i] - c->point_m[i]) * (z[i] - c->point_m[i]);
+    if (c->echoes && d2 <= GATE2 * 2 * m2) {
+        gain = 1.0 / (c->echoes < 8 ? c->echoes + 1 : 8);
+        s2 = fmax((1 - gain) * c->ball_m2, ALIKE * m2);
+    } else if (c->echoes) {
+        gain = range_m < state_vector(s, c, v);
+        s2 = fmax(c->ball_m2, d2 / GATE2);
+    }
+    for (int i = 0; i < 3; i++)
+        c->point_m[i] += (float)(gain * (z[i] - c->point_m[i]));
+    c->ball_m2 = (float)s2;
+}
+
+/* Variance of an echo's point within a cell: of its range, and of where across the cell it is. */
+static double echo_variance(const struct sphere *s, uint32_t d, double range_m, const struct echo *echo)
+{
+    const double *u = s->axis[d];
+    double wide = range_m * fmax(s->direction[d].width_rad * hypot(u[0], u[1]), s->rings.height_rad);
+    return fmax((double)echo->sd_m * echo->sd_m, wide * wide / 12);
+}
+
 static void hit(struct sphere *s, uint32_t direction, double range_m, const struct beam *b,
                 const struct echo *echo)
 {
@@ -34,24 +72,23 @@ static void hit(struct sphere *s, uint32_t direction, double range_m, const stru
         return;
     }
     struct cell *c = state_take(s, direction, (uint16_t)layer);
-    const double *axis = s->axis[direction];
-    double gain = c->echoes ? 1.0 / (c->echoes < 8 ? c->echoes + 1 : 8) : 1;
-    for (int i = 0; i < 3; i++) {
-        double measured = range_m * axis[i] + s->frame.centre_m[i] - s->anchor_m[i];
-        c->point_m[i] += (float)(gain * (measured - c->point_m[i]));
-    }
-    c->range_m += (float)(gain * (range_m - c->range_m));
+    if (!c || c->state == CELL_LOCKED)
+        return;
+    double z[3];
+    for (int i = 0; i < 3; i++)
+        z[i] = range_m * s->axis[direction][i] + s->frame.centre_m[i] - s->anchor_m[i];
+    interpolate(s, c, z, range_m, echo_variance(s, direction, range_m, echo));
     c->near_m = echo->range_m - echo->near_m;
     c->sd_m = echo->sd_m;
     if (!c->echoes)
-        c->t_first_ns = b->ping->t_ns;
+        c->t_first_ms = state_ms(s, b->ping->t_ns);
     if (b->ping->t_ns > c->t_echo_ns)
         c->t_echo_ns = b->ping->t_ns;
     if (c->echoes < UINT16_MAX)
         c->echoes++;
     double strength = echo->confidence > 0 ? echo->confidence : 0;
     double weight = log1p(strength * (ECHO_IF_OCCUPIED / ECHO_IF_EMPTY - 1));
-    weigh(s, c, b->ping->t_ns, echo->flags ? fmin(weight, MARKED_BLOCKS * s->blocked_logodds) : weight);
+    weigh(s, c, b->ping, echo->flags ? fmin(weight, MARKED_BLOCKS * s->blocked_logodds) : weight);
     state_mark(s, direction);
 }
 
@@ -107,20 +144,19 @@ static void carve_direction(struct sphere *s, uint32_t d, const struct beam *b)
         struct cell *c = &s->cells.cell[i];
         next = c->next;
         double place[3], range, off_az, off_el;
-        for (int k = 0; k < 3; k++)
-            place[k] = c->point_m[k] + s->anchor_m[k] - s->frame.centre_m[k];
+        state_vector(s, c, place);
         beam_sees(b, place, &range, &off_az, &off_el);
         double thick = s->layers.edge[c->layer + 1] - s->layers.edge[c->layer];
         if (range - 2.0 * c->sd_m < b->heard->blind_m || range + 2.0 * c->sd_m + thick / 2 > b->heard->free_to_m)
             continue;
         double share = beam_share(off_az, b->half_az, s->direction[d].width_rad) *
                        beam_share(off_el, b->half_el, s->rings.height_rad);
-        if (share < MIN_CARVE_SHARE)
+        if (share < MIN_CARVE_SHARE || c->state == CELL_LOCKED)
             continue;
-        weigh(s, c, b->ping->t_ns, log((1 - ECHO_IF_OCCUPIED * share) / (1 - ECHO_IF_EMPTY * share)));
+        weigh(s, c, b->ping, log((1 - ECHO_IF_OCCUPIED * share) / (1 - ECHO_IF_EMPTY * share)));
         state_mark(s, d);
         if (c->logodds <= 0)
-            state_release(s, i);
+            cells_lose(&s->cells, i);
     }
 }
 

@@ -5,6 +5,7 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "../ping.h"
 #include "motion.h"
 #include "publish.h"
 #include "sensor.h"
@@ -31,7 +32,8 @@ size_t sphere_bytes(const struct sphere_conf *conf, char *err, size_t err_size)
                  conf->layers.r_min_m, conf->layers.r_max_m, conf->layers.dr_m, conf->layers.growth, UINT16_MAX);
     else if (conf->max_cells < 64 || conf->max_cells > 1u << 24)
         snprintf(err, err_size, "%u cells: wanted 64 to 16777216", conf->max_cells);
-    else if (!(conf->forget_s > 0 && conf->blocked_above > 0.5 && conf->blocked_above < 1 && conf->recentre_m > 0))
+    else if (!(conf->forget_s > 0 && conf->blocked_above > 0.5 && conf->blocked_above <= 0.99 &&
+               conf->recentre_m > 0))
         snprintf(err, err_size, "fading, threshold or recentring out of range");
     else
         return rounded(sizeof(struct sphere)) + rounded((layers + 1) * sizeof(double)) +
@@ -58,6 +60,8 @@ static void forget_everything(struct sphere *s)
         dir->dirty = 1;
         s->dirty[d] = d;
     }
+    memset(s->turn_ms, 0, sizeof s->turn_ms);
+    s->t_start_ns = 0;
     s->stats.pinged = 0;
     s->placed = false;
 }
@@ -83,7 +87,8 @@ struct sphere *sphere_init(void *memory, const struct sphere_conf *conf)
         s->direction[d].width_rad = (float)rings_width(&s->rings, rings_ring(&s->rings, d));
     }
     s->blocked_logodds = log(conf->blocked_above / (1 - conf->blocked_above));
-    picture_init(&s->picture, &s->rings, (const double(*)[3])s->axis, conf->forget_s, s->blocked_logodds,
+    s->fade_s = conf->forget_s / log(LOGODDS_MAX / s->blocked_logodds);
+    picture_init(&s->picture, &s->rings, (const double(*)[3])s->axis, s->fade_s, s->blocked_logodds,
                  place(&at, picture_bytes(s->rings.n)));
     forget_everything(s);
     s->n_dirty = 0; /* the picture starts out the same */
@@ -114,8 +119,23 @@ void state_mark(struct sphere *s, uint32_t d)
 
 double state_logodds(const struct sphere *s, const struct cell *c, uint64_t t_ns)
 {
+    if (c->state == CELL_LOCKED)
+        return c->logodds;
     double dt_s = t_ns > c->t_ref_ns ? (double)(t_ns - c->t_ref_ns) * 1e-9 : 0;
-    return c->logodds * exp(-dt_s / s->conf.forget_s);
+    return c->logodds * exp(-dt_s / s->fade_s);
+}
+
+double state_vector(const struct sphere *s, const struct cell *c, double v[3])
+{
+    for (int i = 0; i < 3; i++)
+        v[i] = c->point_m[i] + s->anchor_m[i] - s->frame.centre_m[i];
+    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+uint32_t state_ms(const struct sphere *s, uint64_t t_ns)
+{
+    uint64_t ms = t_ns > s->t_start_ns ? (t_ns - s->t_start_ns) / 1000000 : 0;
+    return ms < UINT32_MAX ? (uint32_t)ms : UINT32_MAX;
 }
 
 void state_release(struct sphere *s, uint32_t i)
@@ -132,7 +152,12 @@ struct cell *state_take(struct sphere *s, uint32_t direction, uint16_t layer)
         state_mark(s, evicted);
         s->stats.cells_lost++;
     }
-    return &s->cells.cell[i];
+    if (i != CELLS_NONE)
+        return &s->cells.cell[i];
+    memset(s->direction[direction].claim, 0, sizeof s->direction->claim);
+    state_mark(s, direction);
+    s->stats.cells_lost++;
+    return NULL;
 }
 
 /* False when the ping cannot be placed. */
@@ -151,10 +176,21 @@ static bool set_axes(struct sphere *s, const struct pose *pose)
     return !s->frame.ned;
 }
 
+static void begin_turn(struct sphere *s, const struct echoes *e)
+{
+    if (!s->t_start_ns)
+        s->t_start_ns = e->t_ns;
+    if (!(e->flags & PING_NEW_TURN))
+        return;
+    s->turn_ms[e->sensor % SPHERE_SENSORS] = state_ms(s, e->t_ns);
+    cells_forget_gone(&s->cells, e->sensor % SPHERE_SENSORS);
+}
+
 void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *mount)
 {
     if (!set_axes(s, &e->pose))
         return;
+    begin_turn(s, e);
     double turn[4], origin_m[3];
     memcpy(turn, mount->attitude, sizeof turn);
     memcpy(origin_m, mount->position_m, sizeof origin_m);

@@ -11,7 +11,7 @@
  * centre is part of each beam's origin.
  *
  * Evidence: log-odds per cell, clamped, fading exponentially by the closed form from the last update (reading writes
- * nothing back). An echo is entered over the whole opening of its beam, for nobody knows where in it the reflector
+ * nothing back), so fast that the surest obstacle blocks no more after forget_s. An echo is entered over the whole opening of its beam, for nobody knows where in it the reflector
  * lies; beams that pass through a cell with nothing heard there lower it by the covered share of the cell.
  */
 #ifndef SONARD_SPHERE_H
@@ -26,14 +26,16 @@
 #include "layers.h"
 #include "rings.h"
 
+#define SPHERE_SENSORS 64 /* told apart */
+
 struct sphere_conf {
     double angular_step_rad;
     bool level; /* one row of directions of height 2 * level_half_rad instead of the whole sphere */
     double level_half_rad;
     struct layers_conf layers;
     uint32_t max_cells;   /* [64, 2^24] */
-    double forget_s;      /* time constant of fading; > 0 */
-    double blocked_above; /* probability above which a cell is an obstacle, (0.5, 1) */
+    double forget_s;      /* an obstacle not heard again blocks for this long at most; > 0 */
+    double blocked_above; /* probability above which a cell is an obstacle, (0.5, 0.99] */
     double recentre_m;    /* > 0 */
 };
 
@@ -63,6 +65,40 @@ struct picture *sphere_picture(struct sphere *s);
  * Cost: directions within the beam's opening (times 1 plus the lever arm's parallax), cells stored there.
  */
 void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *mount);
+
+/* A cell as seen from outside. */
+struct sphere_cell {
+    double from_m, to_m;            /* its layer */
+    double point_m[3];              /* of its echo, from the grid's centre, in the grid's axes */
+    double ball_m;                  /* standard deviation of that point, along each axis */
+    double logodds;                 /* at the time asked about */
+    uint64_t t_first_ns, t_echo_ns; /* its first echo, to the millisecond; its last one */
+    uint32_t seq;                   /* of the last ping that hit or missed it ... */
+    uint16_t sensor;                /* ... which this sensor sent */
+    uint16_t echoes;                /* so many, or more when 65535 */
+    unsigned flags;                 /* set of enum sphere_cell_flag */
+};
+
+/* What happened to a cell in the present turn of the sensor that touched it last (PING_NEW_TURN begins one). */
+enum sphere_cell_flag {
+    SPHERE_NEW = 1,     /* its first echo */
+    SPHERE_UPDATED = 2, /* another echo */
+    SPHERE_MISSED = 4,  /* beams passed it, no echo */
+    SPHERE_GONE = 8,    /* and so often that it is no more */
+    SPHERE_LOCKED = 16,
+};
+
+/** sphere_cell - the k-th nearest cell of a direction as of t_ns; false: there are fewer. Of the owner's thread. */
+bool sphere_cell(const struct sphere *s, uint32_t direction, uint32_t k, uint64_t t_ns, struct sphere_cell *out);
+
+/** sphere_gone - the k-th of the cells that went in the present turns, the newest first; false: there are fewer. */
+bool sphere_gone(const struct sphere *s, uint32_t k, uint64_t t_ns, struct sphere_cell *out);
+
+/**
+ * sphere_lock - freezes the cell of a direction at range_m, or lets it go: while locked it neither changes nor fades
+ * nor makes room for others, but keeps its place in the world. False when there is no such cell.
+ */
+bool sphere_lock(struct sphere *s, uint32_t direction, double range_m, bool locked);
 
 void sphere_stats(const struct sphere *s, struct sphere_stats *out);
 

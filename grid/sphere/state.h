@@ -16,6 +16,9 @@ struct direction {
     float width_rad; /* in azimuth */
 };
 
+/* Bounds how long the past can outvote the present: a few turns. */
+#define LOGODDS_MAX 6.0
+
 struct sphere {
     struct sphere_conf conf;
     struct rings rings;
@@ -31,16 +34,28 @@ struct sphere {
     uint32_t *dirty;
     uint32_t n_dirty;
     double blocked_logodds; /* conf.blocked_above as log-odds */
+    double fade_s;          /* time constant of fading: from LOGODDS_MAX to blocked_logodds within conf.forget_s */
+    uint64_t t_start_ns;    /* first ping since the axes were set */
+    uint32_t turn_ms[SPHERE_SENSORS]; /* each sensor's turn began so long after t_start_ns */
     struct sphere_stats stats;
 };
 
 /** state_mark - direction d is to be published. */
 void state_mark(struct sphere *s, uint32_t d);
 
-/** state_logodds - of a cell at t_ns: fading is exponential, and none before its last update. */
+/** state_logodds - of a cell at t_ns: fading is exponential; none before its last update, and none when locked. */
 double state_logodds(const struct sphere *s, const struct cell *c, uint64_t t_ns);
 
-/** state_take - the cell of (direction, layer), made when it does not exist; whose cell it took claims nothing more. */
+/** state_vector - from the grid's centre to the cell's point; its length. */
+double state_vector(const struct sphere *s, const struct cell *c, double v[3]);
+
+/** state_ms - milliseconds from the grid's first ping to t_ns, within uint32_t. */
+uint32_t state_ms(const struct sphere *s, uint64_t t_ns);
+
+/**
+ * state_take - the cell of (direction, layer), made when it does not exist; a direction that loses a cell for it
+ * claims nothing any more. NULL when there is no room at all: then it is this direction that claims nothing.
+ */
 struct cell *state_take(struct sphere *s, uint32_t direction, uint16_t layer);
 
 /** state_release - cell i is no more. */

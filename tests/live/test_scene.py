@@ -141,8 +141,8 @@ def moving(bench):
     until(lambda: place not in seen(), "%g degrees to be free again" % place, 60)
     took = time.monotonic() - left
     note("a pile's old place is free %.1f s after it left (forget = %g s)" % (took, FORGET_S))
-    # Fading alone takes 2.1 time constants from the highest certainty; beams that pass make it faster.
-    check(took <= 2 * FORGET_S, "it took %.1f s, forget is %g s" % (took, FORGET_S))
+    # Fading alone takes so long from the highest certainty; 0.5 s are for asking.
+    check(took <= FORGET_S + 0.5, "it took %.1f s, forget is %g s" % (took, FORGET_S))
     check(seen(), "the pile is no longer seen at all")
 
 

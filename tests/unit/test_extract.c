@@ -428,6 +428,7 @@ TEST(header_and_beams_are_copied)
     ping.t_ns = 111;
     ping.t_in_ns = 222;
     ping.seq = 33;
+    ping.flags = PING_NEW_TURN;
     ping.sensor = 4;
     ping.az_aperture_rad = 0.5f;
     ping.el_aperture_rad = 0.25f;
@@ -436,7 +437,7 @@ TEST(header_and_beams_are_copied)
     memset(found, 0xee, sizeof found);
     out = (struct echoes){.max_beams = 3, .beam = found};
     extract_run(extract, &ping, NULL, &out);
-    CHECK(out.t_ns == 111 && out.t_in_ns == 222 && out.seq == 33 && out.sensor == 4);
+    CHECK(out.t_ns == 111 && out.t_in_ns == 222 && out.seq == 33 && out.sensor == 4 && out.flags == PING_NEW_TURN);
     CHECK(out.az_aperture_rad == 0.5f && out.el_aperture_rad == 0.25f && out.pose.path_m == 7.0);
     CHECK_NEAR(out.range_max_m, 10.0, 1e-6, 0);
     CHECK_INT(out.n_beams, 3);

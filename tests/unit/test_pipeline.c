@@ -23,7 +23,7 @@ static struct pipeline *make(int threads, bool patient, uint32_t queue)
                               .sphere = {.angular_step_rad = geo_rad(2),
                                          .layers = {.r_max_m = 30, .dr_m = 0.05, .n_const = 29, .growth = 1.035},
                                          .max_cells = 20000,
-                                         .forget_s = 60,
+                                         .forget_s = 160,
                                          .blocked_above = 0.6,
                                          .recentre_m = 0.1}};
     char err[200];

@@ -15,7 +15,7 @@ static void *memory;
 static const struct sphere_conf usual = {.angular_step_rad = 2 * GEO_PI / 180,
                                          .layers = {.r_max_m = 30, .dr_m = 0.05, .n_const = 29, .growth = 1.035},
                                          .max_cells = 20000,
-                                         .forget_s = 60,
+                                         .forget_s = 160,
                                          .blocked_above = 0.6,
                                          .recentre_m = 0.1};
 static const struct answer_conf limits = {.clear_for_s = 30, .move_limit_m = 0.5};
@@ -168,7 +168,7 @@ TEST(fading_is_the_closed_form_however_often_it_is_read)
     uint64_t seed = test_seed(), t = now.now_ns;
     for (int i = 0; i < 100000; i++) {
         t += test_random(&seed) % 1000000;
-        double want = e.obstacle[0].logodds * exp(-(double)(t - now.now_ns) * 1e-9 / 60);
+        double want = e.obstacle[0].logodds * exp(-(double)(t - now.now_ns) * 1e-9 / (160 / log(6 / log(0.6 / 0.4))));
         CHECK_NEAR(picture_logodds(sphere_picture(sphere), &e.obstacle[0], t), want, 1e-12, 0);
     }
     CHECK_NEAR(picture_logodds(sphere_picture(sphere), &e.obstacle[0], 0), e.obstacle[0].logodds, 0, 0);

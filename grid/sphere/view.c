@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * view - cells as seen from outside: what is known of each, and locking them. Changes nothing but locks.
+ */
+#include <math.h>
+
+#include "state.h"
+
+/* A heading is known to this much less with every second since an echo (0.5 degrees per minute). */
+#define HEADING_DRIFT_RADPS 1.5e-4
+
+static unsigned flags_of(const struct sphere *s, const struct cell *c)
+{
+    uint32_t turn_ms = s->turn_ms[c->sensor];
+    unsigned flags = c->state == CELL_LOCKED ? SPHERE_LOCKED : c->state == CELL_GONE ? SPHERE_GONE : 0;
+    if (c->t_first_ms >= turn_ms)
+        flags |= SPHERE_NEW;
+    else if (state_ms(s, c->t_echo_ns) >= turn_ms)
+        flags |= SPHERE_UPDATED;
+    else if (state_ms(s, c->t_ref_ns) >= turn_ms)
+        flags |= SPHERE_MISSED;
+    return flags;
+}
+
+static void describe(const struct sphere *s, const struct cell *c, uint64_t t_ns, struct sphere_cell *out)
+{
+    *out = (struct sphere_cell){.from_m = s->layers.edge[c->layer],
+                                .to_m = s->layers.edge[c->layer + 1],
+                                .logodds = state_logodds(s, c, t_ns),
+                                .t_first_ns = s->t_start_ns + 1000000ull * c->t_first_ms,
+                                .t_echo_ns = c->t_echo_ns,
+                                .seq = c->seq,
+                                .sensor = c->sensor,
+                                .echoes = c->echoes,
+                                .flags = flags_of(s, c)};
+    double range_m = state_vector(s, c, out->point_m), ball_m = sqrt(c->ball_m2);
+    double since_s = s->frame.ned && t_ns > c->t_echo_ns ? (double)(t_ns - c->t_echo_ns) * 1e-9 : 0;
+    out->ball_m = ball_m + fmin(HEADING_DRIFT_RADPS * since_s, 1) * range_m;
+}
+
+static bool describe_nth(const struct sphere *s, uint32_t i, uint32_t k, uint64_t t_ns, struct sphere_cell *out)
+{
+    while (i != CELLS_NONE && k--)
+        i = s->cells.cell[i].next;
+    if (i == CELLS_NONE)
+        return false;
+    describe(s, &s->cells.cell[i], t_ns, out);
+    return true;
+}
+
+bool sphere_cell(const struct sphere *s, uint32_t direction, uint32_t k, uint64_t t_ns, struct sphere_cell *out)
+{
+    return direction < s->rings.n && describe_nth(s, s->cells.first[direction], k, t_ns, out);
+}
+
+bool sphere_gone(const struct sphere *s, uint32_t k, uint64_t t_ns, struct sphere_cell *out)
+{
+    return describe_nth(s, s->cells.gone, k, t_ns, out);
+}
+
+bool sphere_lock(struct sphere *s, uint32_t direction, double range_m, bool locked)
+{
+    int32_t layer = layers_index(&s->layers, range_m);
+    if (direction >= s->rings.n || layer < 0)
+        return false;
+    uint32_t i = s->cells.first[direction];
+    while (i != CELLS_NONE && s->cells.cell[i].layer != layer)
+        i = s->cells.cell[i].next;
+    if (i == CELLS_NONE)
+        return false;
+    s->cells.cell[i].state = locked ? CELL_LOCKED : CELL_LIVE;
+    state_mark(s, direction);
+    return true;
+}
