@@ -224,6 +224,11 @@ static bool detector_for(const struct extract *e, const struct profile *p, struc
     return true;
 }
 
+static uint32_t least(uint32_t a, uint32_t b)
+{
+    return a < b ? a : b;
+}
+
 /* The first cell that is masked, or whose reference windows are: what it holds is not known. n: there is none. */
 static uint32_t judged_until(const struct profile *p, const struct detection *d)
 {
@@ -331,8 +336,8 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
     if (p.first >= p.axis->n || silence_is_dumb(&p) || !detector_for(e, &p, &d.cfar))
         return;
 
-    const uint64_t floor = silence_floor(&p);
-    of_ping->floor = floor < of_ping->floor ? floor : of_ping->floor;
+    const struct silence silence = silence_levels(&p, fmax(e->contrast, (double)d.cfar.alpha_q16 / 65536.0));
+    of_ping->floor = silence.floor < of_ping->floor ? silence.floor : of_ping->floor;
     const bool on_clean = e->conf.order == EXTRACT_PAPER && p.clean && ping->sample_bytes == 1;
     if (on_clean)
         profile_sum(&p, &e->amplitude, p.clean, e->conf.floor_counts, e->work);
@@ -351,7 +356,8 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
     if (out->n > 0)
         free_m = (double)out->echo[0].near_m;
     else if (!near_shadow)
-        free_m = silence_free_m(&p, judged_until(&p, &d), e->conf.no_echo, e->conf.minimum_range_m);
+        free_m = silence_free_m(&p, least(judged_until(&p, &d), silence.drowned), e->conf.no_echo,
+                                e->conf.minimum_range_m);
     out->free_to_m = fminf(out->free_to_m, (float)free_m);
 }
 

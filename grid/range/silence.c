@@ -35,17 +35,22 @@ double silence_free_m(const struct profile *p, uint32_t judged, enum extract_no_
     return rule == EXTRACT_MINIMUM ? fmin(minimum_range_m, free_m) : free_m;
 }
 
-uint64_t silence_floor(const struct profile *p)
+struct silence silence_levels(const struct profile *p, double ratio)
 {
     const uint32_t n = p->axis->n, window = p->axis->window;
-    uint64_t least = UINT64_MAX;
+    struct silence s = {.floor = UINT64_MAX, .drowned = n};
 
-    for (uint32_t begin = p->first; begin < n && n - begin >= window; begin += window) {
+    for (uint32_t k = (n - p->first) / window; k-- > 0;) {
+        const uint32_t begin = p->first + k * window;
         uint64_t sum = 0;
         for (uint32_t i = begin; i < begin + window; i++)
             sum += p->cell[i];
-        least = sum < least ? sum : least;
+        const uint64_t mean = sum / window > p->floor_power ? sum / window : p->floor_power;
+        s.floor = mean < s.floor ? mean : s.floor;
+        if ((double)mean > ratio * (double)s.floor)
+            s.drowned = begin;
     }
-    const uint64_t mean = least == UINT64_MAX ? 0 : least / window;
-    return mean > p->floor_power ? mean : p->floor_power;
+    if (s.floor == UINT64_MAX)
+        s.floor = p->floor_power;
+    return s;
 }

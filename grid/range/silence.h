@@ -24,7 +24,17 @@ bool silence_is_dumb(const struct profile *p);
  */
 double silence_free_m(const struct profile *p, uint32_t judged, enum extract_no_echo rule, double minimum_range_m);
 
-/** silence_floor - mean power of the quietest reference window behind the ring-down, at least the floor's. */
-uint64_t silence_floor(const struct profile *p);
+/* Levels behind the ring-down. */
+struct silence {
+    uint64_t floor;   /* mean power of the quietest reference window, at least the floor's */
+    uint32_t drowned; /* cell from which on a reflector may drown in what the water sends back; n: none */
+};
+
+/**
+ * silence_levels - the floor, and where the first window begins that is louder than `ratio` times the quietest one
+ * behind it; whole windows side by side from p->first on. A level that falls with range is reverberation, and hides a reflector that would stand out of the quiet water behind;
+ * one that rises is noise under a gain that grows with range, which raises reflectors too.
+ */
+struct silence silence_levels(const struct profile *p, double ratio);
 
 #endif

@@ -351,6 +351,32 @@ TEST(a_doubtful_group_ends_the_free_water)
     CHECK(found[0].free_to_m < 3.05f);
 }
 
+/* Water that sends back more and more and then less again, too slowly for any window: a wall would drown in it. */
+TEST(silence_is_no_free_water_where_walls_drown)
+{
+    static const struct {
+        double rise_db, want_m; /* at 5 m, of a hill from 1 m to 9 m; min_contrast is too much */
+    } row[] = {{0.0, 10.0}, {12.0, 10.0}, {16.0, 4.0}, {20.0, 3.5}};
+
+    for (size_t k = 0; k < sizeof row / sizeof row[0]; k++) {
+        begin();
+        conf.no_echo = EXTRACT_RANGE;
+        set_up();
+        const struct scene quiet = {.floor = 60, .ring_down_m = 0.2};
+        render(&quiet, NULL);
+        for (uint32_t i = 100; i < 900; i++) {
+            const double rise_db = row[k].rise_db * (1.0 - cos(2.0 * GEO_PI * (i - 100) / 800.0)) / 2.0;
+            bytes[i] = (uint8_t)(60.0 * pow(10.0, rise_db / 40.0) + 0.5);
+        }
+        CHECK_INT(run()->n, 0);
+        CHECK_NEAR(found[0].free_to_m, row[k].want_m, 0, 0.41); /* whole windows are looked at */
+    }
+    for (uint32_t i = 500; i < 1000; i++)
+        bytes[i] = bytes[499]; /* it does not fall again: no quieter water behind it to hide */
+    run();
+    CHECK_NEAR(found[0].free_to_m, 10.0, 0, 1e-5);
+}
+
 TEST(what_is_not_heard_is_blind)
 {
     static const char *const name[] = {"all zero",      "all saturated",  "no bins",     "two bins",
@@ -662,6 +688,7 @@ int main(void)
     RUN(a_wall_under_the_ring_down_is_not_called_free);
     RUN(silence_claims_what_the_rule_allows);
     RUN(a_doubtful_group_ends_the_free_water);
+    RUN(silence_is_no_free_water_where_walls_drown);
     RUN(what_is_not_heard_is_blind);
     RUN(header_and_beams_are_copied);
     RUN(ready_ranges_pass_through);
