@@ -3,12 +3,14 @@
 
 #include <string.h>
 
-#define EPS       0x1p-24 /* half a unit in the last place of a float */
-#define LEAST     0x1p-20 /* the least slope of a plane against the vertical that is divided by */
-#define LEAST_BOW 1e-3    /* the least |a| of a root that is divided by */
-#define NOWHERE   1e6f    /* beyond every column */
-#define STEEP     1e9f
-#define STEEPEST  0.17 /* cosine of the widest half aperture that the plan is bounded by */
+#define EPS             0x1p-24 /* half a unit in the last place of a float */
+#define LEAST           0x1p-20 /* the least slope of a plane against the vertical that is divided by */
+#define LEAST_WEDGE_BOW 0.02
+#define LEAST_BOW       1e-3 /* the least |a| of a root that is divided by */
+#define NOWHERE         1e6f /* beyond every column */
+#define STEEP           1e9f
+#define MOST_LEAN       2e-3 /* voxels that an upright face may lean over all of the beam */
+#define STEEPEST        0.17 /* cosine of the widest half aperture that the plan is bounded by */
 
 static inline float larger(float a, float b)
 {
@@ -99,12 +101,20 @@ static void add_root(struct bounds *s, const struct cast_beam *b, const double w
 static void add_sides(struct bounds *s, const struct cast_beam *b)
 {
     const struct cast_opening *o = b->opening;
-    for (int side = -1; side <= 1; side += 2) {
-        double n[3];
-        for (int i = 0; i < 3; i++)
-            n[i] = o->sin_az * b->axis[0][i] + side * o->cos_az * b->axis[1][i];
-        add_plane(s, b, n, b->tolerance, 0);
+    double n[2][3];
+    for (int i = 0; i < 3; i++) {
+        n[0][i] = o->sin_az * b->axis[0][i] - o->cos_az * b->axis[1][i];
+        n[1][i] = o->sin_az * b->axis[0][i] + o->cos_az * b->axis[1][i];
     }
+    double lean = greater(fabs(n[0][2]), fabs(n[1][2])) * (b->far + 2) + 1e-9 * (b->far + 2);
+    if (b->tolerance == 0 && lean < MOST_LEAN && o->cos_az >= STEEPEST) {
+        for (int l = 0; l < 2; l++)
+            s->line[l] = (struct bounds_line){n[l][s->inner], n[l][s->outer], lean, 2 * lean};
+        s->n_lines = 2;
+        return;
+    }
+    for (int l = 0; l < 2; l++)
+        add_plane(s, b, n[l], b->tolerance, 0);
     if (b->tolerance > 0 && o->cos_az > 0) /* behind the apex only the tolerance's own cylinder is inside */
         add_inner_plane(s, b, b->axis[0]);
 }
@@ -121,6 +131,26 @@ static void add_flat_ends(struct bounds *s, const struct cast_beam *b, double le
 }
 
 /*
+ * A wedge's ends without tolerance: z^2 <= q^2 (u^2 + v^2 + t^2), q = sin b. With z = W + f t this is a quadratic in t, both of
+ * whose roots bound. The root changes by at most 2 per step in the plan, and what rounding does under it is in proportion to it, so
+ * that no error grows towards the apex: in all, less than 24 roundings of `reach`.
+ */
+static void add_bow(struct bounds *s, const struct cast_beam *b, double a)
+{
+    const double *w = b->axis[2];
+    double l = -w[2] / a, k = b->opening->sin_el / a;
+    s->bow = (struct bounds_bow){
+        .wu = (float)w[s->inner],
+        .wv = (float)w[s->outer],
+        .a = (float)a,
+        .l = (float)l,
+        .k = (float)k,
+        .error = (float)(24 * EPS * (b->far + 2) * (fabs(l) + k + 1)),
+    };
+    s->has_bow = true;
+}
+
+/*
  * A wedge's ends: |z| cos b <= sin b sqrt(x^2 + y^2) + tolerance. Within the sides, the root is between x and
  * x / cos a plus what the tolerance adds; the plane half way errs by half the difference.
  */
@@ -132,7 +162,9 @@ static void add_wedge_ends(struct bounds *s, const struct cast_beam *b)
     double slop = o->sin_el * least_x * b->far / 2 + wider;
     double f = b->axis[2][2], bow = f * f - o->sin_el * o->sin_el;
 
-    if (slop > 0.01 && bow > 0.02 && o->cos_el > 0) {
+    if (b->tolerance == 0 && bow > LEAST_WEDGE_BOW) {
+        add_bow(s, b, bow);
+    } else if (slop > 0.01 && bow > LEAST_WEDGE_BOW && o->cos_el > 0) {
         for (int side = -1; side <= 1; side += 2) {
             bool above = side * f > 0;
             add_root(s, b, b->axis[2], -side * o->cos_el * b->tolerance, o->sin_el, b->tolerance, above, above,
@@ -192,9 +224,8 @@ static void set_lines(struct bounds *s, const struct cast_beam *b, double tan_az
     }
     for (int l = 0; l < 2; l++) { /* way * (edge x (p - from)) >= 0, with a margin of a thousandth of a voxel */
         double way = l ? -1 : 1, m[2] = {-way * side[l][1], way * side[l][0]};
-        s->line[l][0] = m[s->inner];
-        s->line[l][1] = m[s->outer];
-        s->line[l][2] = 1e-3 * (fabs(m[0]) + fabs(m[1])) - m[0] * from[0] - m[1] * from[1] + 1e-6;
+        double margin = 1e-3 * (fabs(m[0]) + fabs(m[1])) + 1e-6;
+        s->line[l] = (struct bounds_line){m[s->inner], m[s->outer], margin - m[0] * from[0] - m[1] * from[1], 0};
     }
     s->n_lines = 2;
 }
@@ -226,11 +257,11 @@ static void set_plan(struct bounds *s, const struct cast_beam *b)
         s->high[a] = lesser(greater(from[a] + length * (b->axis[0][a] + side) + 1e-3, pad), most);
         s->low[a] = greater(lesser(from[a] + length * (b->axis[0][a] - side) - 1e-3, -pad), -most);
     }
-    if (!holds_vertical(b, tan_az, tan_el))
+    if (s->n_lines == 0 && !holds_vertical(b, tan_az, tan_el))
         set_lines(s, b, tan_az, tan_el, from);
 }
 
-void bounds_of(struct bounds *s, const struct cast_beam *b)
+void bounds_of(struct bounds *s, const struct cast_beam *b, const int32_t apex[3], int32_t last)
 {
     const struct cast_opening *o = b->opening;
     double reach = b->far + 2;
@@ -238,7 +269,12 @@ void bounds_of(struct bounds *s, const struct cast_beam *b)
     s->n_lo = s->n_hi = s->n_lo_root = s->n_hi_root = s->n_lines = 0;
     s->inner = fabs(b->axis[0][0]) > fabs(b->axis[0][1]) ? 0 : 1;
     s->outer = 1 - s->inner;
+    memcpy(s->apex, apex, sizeof s->apex);
+    s->last = last;
+    s->offset[0] = (float)(b->apex.offset[s->inner] - 0.5);
+    s->offset[1] = (float)(b->apex.offset[s->outer] - 0.5);
     s->t0 = (float)(b->apex.offset[2] - 0.5);
+    s->has_bow = false;
     s->far2 = (float)(b->far * b->far);
     s->far2_error = (float)(12 * EPS * reach * reach);
     s->t_error = (float)(8 * EPS * reach);
@@ -253,7 +289,7 @@ void bounds_of(struct bounds *s, const struct cast_beam *b)
             add_wedge_ends(s, b);
     }
     if (s->walk)
-        s->n_lo = s->n_hi = s->n_lo_root = s->n_hi_root = 0;
+        s->n_lo = s->n_hi = s->n_lo_root = s->n_hi_root = s->n_lines = 0;
     set_plan(s, b);
 }
 
@@ -294,6 +330,20 @@ static inline void bound_by_sphere(const struct bounds *s, const float *u, const
     }
 }
 
+static inline void bound_by_bow(const struct bounds_bow *b, float t0, const float *u, const float *v,
+                                struct ends *e)
+{
+    for (int c = 0; c < BOUNDS_BLOCK; c++) {
+        float w = b->wu * u[c] + b->wv * v[c];
+        float root = b->k * sqrtf(w * w + b->a * (u[c] * u[c] + v[c] * v[c])), middle = b->l * w + t0;
+        float lo = middle - root, hi = -middle - root;
+        e->lo_in[c] = larger(e->lo_in[c], lo + b->error);
+        e->lo_out[c] = larger(e->lo_out[c], lo - b->error);
+        e->hi_in[c] = larger(e->hi_in[c], hi + b->error);
+        e->hi_out[c] = larger(e->hi_out[c], hi - b->error);
+    }
+}
+
 static inline void bound_by_plane(const struct bounds_plane *p, float way, const float *u, const float *v,
                                   float *in, float *out)
 {
@@ -304,11 +354,10 @@ static inline void bound_by_plane(const struct bounds_plane *p, float way, const
     }
 }
 
-/* The whole numbers between the ends, kept within first..last, and counted from elsewhere. */
-static inline void round_ends(const struct ends *e, int32_t first, int32_t last, int32_t shift,
-                              struct bounds_block *out)
+/* The whole numbers between the ends, kept within the column, and counted from its first cell. */
+static inline void round_ends(const struct ends *e, int32_t apex, int32_t end, struct bounds_block *out)
 {
-    float least = (float)first, most = (float)last, before = least - 1, beyond = most + 1;
+    float least = (float)-apex, most = (float)(end - apex), before = least - 1, beyond = most + 1;
     int32_t doubt = 0;
     for (int c = 0; c < BOUNDS_BLOCK; c++) {
         float a = smaller(larger(e->lo_out[c], least), beyond), b = smaller(larger(e->lo_in[c], least), beyond);
@@ -318,21 +367,27 @@ static inline void round_ends(const struct ends *e, int32_t first, int32_t last,
         kb += (float)kb < b;
         ky -= (float)ky > y;
         kz -= (float)kz > z;
-        out->lo_out[c] = ka + shift;
-        out->lo_in[c] = kb + shift;
-        out->hi_in[c] = ky + shift;
-        out->hi_out[c] = kz + shift;
+        out->lo_out[c] = ka + apex;
+        out->lo_in[c] = kb + apex;
+        out->hi_in[c] = ky + apex;
+        out->hi_out[c] = kz + apex;
         doubt |= (kb - ka) | (kz - ky);
     }
     out->doubt = doubt;
 }
 
-void bounds_block(const struct bounds *s, const float *u, const float *v, int32_t first, int32_t last,
-                  int32_t shift, struct bounds_block *out)
+void bounds_block(const struct bounds *s, const int32_t *inner, const int32_t *outer, struct bounds_block *out)
 {
+    float u[BOUNDS_BLOCK], v[BOUNDS_BLOCK];
     struct ends e;
 
+    for (int c = 0; c < BOUNDS_BLOCK; c++) {
+        u[c] = (float)(inner[c] - s->apex[s->inner]) - s->offset[0];
+        v[c] = (float)(outer[c] - s->apex[s->outer]) - s->offset[1];
+    }
     bound_by_sphere(s, u, v, &e);
+    if (s->has_bow)
+        bound_by_bow(&s->bow, s->t0, u, v, &e);
     for (int p = 0; p < s->n_lo; p++)
         bound_by_plane(&s->lo[p], 1, u, v, e.lo_in, e.lo_out);
     for (int p = 0; p < s->n_hi; p++)
@@ -341,5 +396,5 @@ void bounds_block(const struct bounds *s, const float *u, const float *v, int32_
         bound_by_root(&s->lo_root[r], 1, u, v, e.lo_in, e.lo_out);
     for (int r = 0; r < s->n_hi_root; r++)
         bound_by_root(&s->hi_root[r], -1, u, v, e.hi_in, e.hi_out);
-    round_ends(&e, first, last, shift, out);
+    round_ends(&e, s->apex[2], s->last, out);
 }

@@ -7,7 +7,11 @@
  * Every face of a beam bounds a vertical line at plan position (u, v) from the apex: a plane at an affine function of u
  * and v, a cone and the sphere at that plus a square root. The lower ends' maximum and the upper ends' minimum are the
  * interval; its error is the sum of what rounding can do. A wedge's upper and lower face, cones of latitude, lie so close to planes
- * in a narrow beam that the planes between are taken, and what the cones are off counts as rounding.
+ * in a narrow beam that the planes between are taken, and what the cones are off counts as rounding; without tolerance
+ * both cones share one root, which is exact and costs less than the planes.
+ *
+ * An upright face (of a level beam) bounds no vertical line, but the plan: it is a line there, with a fringe of columns
+ * next to it of which nothing is known.
  */
 #ifndef SONARD_BOUNDS_H
 #define SONARD_BOUNDS_H
@@ -28,16 +32,29 @@ struct bounds_root {
     bool misses;               /* without a root the line misses the beam; else it is only not bounded */
 };
 
+/* Both faces of a wedge: t = l W +- k sqrt(W^2 + a (u^2 + v^2)), W = wu u + wv v. */
+struct bounds_bow {
+    float wu, wv, a, l, k, error;
+};
+
+/* In the plan the beam lies where m u + n v + c >= 0; where that is less than `fringe`, columns are to be asked. */
+struct bounds_line {
+    double m, n, c, fringe;
+};
+
 struct bounds {
     bool walk;        /* not one interval per column, or not well bounded: no planes and no roots, ask the cells */
     int inner, outer; /* axes of the world: u along which a row of columns runs, v */
     struct bounds_plane lo[6], hi[6];
     struct bounds_root lo_root[2], hi_root[2];
     int n_lo, n_hi, n_lo_root, n_hi_root;
-    float t0;                        /* of the middle of the apex's cell */
+    struct bounds_bow bow;
+    bool has_bow;
+    int32_t apex[3], last;           /* the apex's cell, and the last of a column */
+    float offset[2], t0;             /* of the apex from the middle of its cell: along u, v; the vertical */
     float far2, far2_error, t_error; /* of the sphere */
-    double low[3], high[3];          /* all of the beam lies in this box, by the world's axes ... */
-    double line[2][3];               /* ... and where m u + n v + c >= 0 */
+    double low[3], high[3];          /* all of the beam lies in this box, by the world's axes */
+    struct bounds_line line[2];
     int n_lines;
 };
 
@@ -47,12 +64,13 @@ struct bounds_block {
     int32_t doubt; /* 0: both are the same in all eight */
 };
 
-/** bounds_of - sets up for a beam as cast_aim accepts it. Nearness is left out: all from the apex to `far`. */
-void bounds_of(struct bounds *s, const struct cast_beam *b);
+/**
+ * bounds_of - sets up for a beam as cast_aim accepts it, in a box in which its apex lies in the cell `apex` (or would), and
+ * columns are cells 0..last. Nearness is left out: all from the apex to `far`.
+ */
+void bounds_of(struct bounds *s, const struct cast_beam *b, const int32_t apex[3], int32_t last);
 
-/** bounds_block - for eight columns with these centres (voxels from the apex): cells kept within first..last (counted
- * from the apex's), with `shift` added to each. */
-void bounds_block(const struct bounds *s, const float *u, const float *v, int32_t first, int32_t last,
-                  int32_t shift, struct bounds_block *out);
+/** bounds_block - for eight columns at these cells of the box along `inner` and `outer`: cells kept within 0..last. */
+void bounds_block(const struct bounds *s, const int32_t *inner, const int32_t *outer, struct bounds_block *out);
 
 #endif

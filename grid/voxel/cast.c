@@ -138,49 +138,57 @@ double cast_slack(const struct cast_beam *b, const int64_t cell[3])
     return margin_at(b, cell[0] - b->apex.cell[0], cell[1] - b->apex.cell[1], cell[2] - b->apex.cell[2]).slack;
 }
 
-/* One run over the columns of a box. */
-struct run {
-    const struct cast_beam *beam;
-    struct bounds bounds;
-    int32_t apex[3]; /* its cell, from the box's first; as all cells below */
-    int32_t last[3];
-    cast_take *take;
-    void *context;
-    struct cast_spans single; /* runs that were found one by one */
-    int n_single;
-};
-
-/* Columns that wait for their bounds. */
+/* Columns that wait for their bounds, with room for a block past the last. */
 #define COLUMNS 64
 struct columns {
     int n;
     int32_t i[COLUMNS + BOUNDS_BLOCK], j[COLUMNS + BOUNDS_BLOCK];
-    float u[COLUMNS + BOUNDS_BLOCK], v[COLUMNS + BOUNDS_BLOCK]; /* of the centres, from the apex */
+};
+
+/* Runs that were found one by one. */
+struct singles {
+    int n;
+    int32_t i[CAST_LANES], j[CAST_LANES], k[CAST_LANES], cells[CAST_LANES];
+};
+
+/* One run over the columns of a box. */
+struct run {
+    const struct cast_beam *beam;
+    struct bounds bounds;
+    int32_t last[3]; /* cells of the box, as all below */
+    bool plain;      /* the bounds alone tell */
+    cast_take *take;
+    void *context;
+    struct columns columns;
+    struct singles singles;
 };
 
 static void take_singles(struct run *r)
 {
-    for (int l = r->n_single; l < CAST_LANES; l++)
-        r->single.i[l] = r->single.j[l] = r->single.k[l] = r->single.n[l] = 0;
-    if (r->n_single)
-        r->take(r->context, &r->single);
-    r->n_single = 0;
+    struct singles *s = &r->singles;
+    if (!s->n)
+        return;
+    for (int l = s->n; l < CAST_LANES; l++)
+        s->i[l] = s->j[l] = s->k[l] = s->cells[l] = 0;
+    r->take(r->context, &(struct cast_spans){s->n, s->i, s->j, s->k, s->cells});
+    s->n = 0;
 }
 
 static void put(struct run *r, int32_t i, int32_t j, int32_t k, int32_t n)
 {
-    int l = r->n_single++;
-    r->single.i[l] = i;
-    r->single.j[l] = j;
-    r->single.k[l] = k;
-    r->single.n[l] = n;
-    if (r->n_single == CAST_LANES)
+    struct singles *s = &r->singles;
+    int l = s->n++;
+    s->i[l] = i;
+    s->j[l] = j;
+    s->k[l] = k;
+    s->cells[l] = n;
+    if (s->n == CAST_LANES)
         take_singles(r);
 }
 
 static inline struct margin margin_of(const struct run *r, int32_t i, int32_t j, int32_t k)
 {
-    return margin_at(r->beam, i - r->apex[0], j - r->apex[1], k - r->apex[2]);
+    return margin_at(r->beam, i - r->bounds.apex[0], j - r->bounds.apex[1], k - r->bounds.apex[2]);
 }
 
 static void ask(struct run *r, int32_t i, int32_t j, int32_t lo, int32_t hi)
@@ -233,8 +241,8 @@ static void settle_beyond_near(struct run *r, int32_t i, int32_t j, int32_t lo_o
                                int32_t hi_out)
 {
     const double *offset = r->beam->apex.offset, doubt = 1e-3;
-    double x = i - r->apex[0] + 0.5 - offset[0], y = j - r->apex[1] + 0.5 - offset[1];
-    double middle = r->apex[2] + offset[2] - 0.5;
+    double x = i - r->bounds.apex[0] + 0.5 - offset[0], y = j - r->bounds.apex[1] + 0.5 - offset[1];
+    double middle = r->bounds.apex[2] + offset[2] - 0.5;
     double d = r->beam->near * r->beam->near - x * x - y * y;
 
     if (d < -doubt || r->bounds.walk) {
@@ -250,119 +258,174 @@ static void settle_beyond_near(struct run *r, int32_t i, int32_t j, int32_t lo_o
     settle(r, i, j, larger(lo_out, above_out), larger(lo_in, above_in), hi_in, hi_out);
 }
 
-/* A block with doubts, n columns of it: what is settled at once, and the rest one by one. */
-static void settle_block(struct run *r, const struct bounds_block *b, struct cast_spans *spans, int n)
+/* Of a block's first n columns, those in doubt: one by one. */
+static void settle_block(struct run *r, const struct bounds_block *b, const int32_t *i, const int32_t *j, int n,
+                         int32_t *cells)
 {
-    bool plain = r->beam->near == 0 && !r->bounds.walk;
     for (int l = 0; l < n; l++) {
-        if (plain && b->lo_out[l] == b->lo_in[l] && b->hi_in[l] == b->hi_out[l])
+        if (r->plain && b->lo_out[l] == b->lo_in[l] && b->hi_in[l] == b->hi_out[l])
             continue;
-        settle_beyond_near(r, spans->i[l], spans->j[l], b->lo_out[l], b->lo_in[l], b->hi_in[l], b->hi_out[l]);
-        spans->n[l] = 0;
+        settle_beyond_near(r, i[l], j[l], b->lo_out[l], b->lo_in[l], b->hi_in[l], b->hi_out[l]);
+        cells[l] = 0;
     }
 }
 
-static void settle_columns(struct run *r, struct columns *c)
+static void settle_columns(struct run *r)
 {
-    bool plain = r->beam->near == 0 && !r->bounds.walk;
+    const int32_t *i = r->columns.i, *j = r->columns.j;
+    const int32_t *inner = r->bounds.inner == 0 ? i : j, *outer = r->bounds.inner == 0 ? j : i;
+    int n = r->columns.n;
+    int32_t k[COLUMNS + BOUNDS_BLOCK], cells[COLUMNS + BOUNDS_BLOCK];
     struct bounds_block b;
-    struct cast_spans spans;
 
-    for (int first = 0; first < c->n; first += BOUNDS_BLOCK) {
-        bounds_block(&r->bounds, c->u + first, c->v + first, -r->apex[2], r->last[2] - r->apex[2], r->apex[2], &b);
-        memcpy(spans.i, c->i + first, sizeof spans.i);
-        memcpy(spans.j, c->j + first, sizeof spans.j);
-        memcpy(spans.k, b.lo_in, sizeof spans.k);
-        for (int l = 0; l < CAST_LANES; l++)
-            spans.n[l] = l < c->n - first ? b.hi_in[l] - b.lo_in[l] + 1 : 0;
-        if (b.doubt || !plain)
-            settle_block(r, &b, &spans, smaller(c->n - first, BOUNDS_BLOCK));
-        r->take(r->context, &spans);
+    for (int c = 0; c < n; c += BOUNDS_BLOCK) {
+        bounds_block(&r->bounds, inner + c, outer + c, &b);
+        for (int l = 0; l < BOUNDS_BLOCK; l++)
+            k[c + l] = b.lo_in[l];
+        for (int l = 0; l < BOUNDS_BLOCK; l++)
+            cells[c + l] = b.hi_in[l] - b.lo_in[l] + 1;
+        if (b.doubt || !r->plain)
+            settle_block(r, &b, i + c, j + c, smaller(n - c, BOUNDS_BLOCK), cells + c);
     }
-    c->n = 0;
+    for (int c = n; c % CAST_LANES; c++)
+        cells[c] = 0;
+    r->take(r->context, &(struct cast_spans){n, i, j, k, cells});
+    r->columns.n = 0;
 }
 
-/* Columns first..last of a row, the first at u, v. Past its end up to a block is filled, so that blocks are always whole. */
-static inline void add_row(struct run *r, struct columns *c, int32_t row, int32_t first, int32_t last, float u,
-                           float v)
+/* Columns first..last of a row. Past its end up to a block is filled, so that blocks are always whole. */
+static inline void add_row(struct run *r, int32_t row, int32_t first, int32_t last)
 {
-    int32_t *along = r->bounds.inner == 0 ? c->i : c->j, *across = r->bounds.inner == 0 ? c->j : c->i;
+    struct columns *c = &r->columns;
+    int32_t *inner = r->bounds.inner == 0 ? c->i : c->j, *outer = r->bounds.inner == 0 ? c->j : c->i;
 
-    for (; first <= last; first += BOUNDS_BLOCK, u += BOUNDS_BLOCK) {
+    for (; first <= last; first += BOUNDS_BLOCK) {
         int n = c->n;
         for (int l = 0; l < BOUNDS_BLOCK; l++)
-            along[n + l] = first + l;
+            inner[n + l] = first + l;
         for (int l = 0; l < BOUNDS_BLOCK; l++)
-            across[n + l] = row;
-        for (int l = 0; l < BOUNDS_BLOCK; l++)
-            c->u[n + l] = u + (float)l;
-        for (int l = 0; l < BOUNDS_BLOCK; l++)
-            c->v[n + l] = v;
+            outer[n + l] = row;
         c->n = n + smaller(last - first + 1, BOUNDS_BLOCK);
         if (c->n >= COLUMNS)
-            settle_columns(r, c);
+            settle_columns(r);
     }
 }
 
-/* The first and the last whole number between two numbers. */
-static inline int32_t whole_from(double x)
+/* Columns that the bounds know nothing of. */
+static void walk_columns(struct run *r, int32_t row, int32_t first, int32_t last)
 {
-    int32_t w = (int32_t)x;
-    return w + (w < x);
+    for (; first <= last; first++)
+        if (r->bounds.inner == 0)
+            walk(r, first, row, 0, r->last[2]);
+        else
+            walk(r, row, first, 0, r->last[2]);
 }
 
-static inline int32_t whole_to(double x)
+/* Rows in the plan, side by side: columns surely not beyond first_out..last_out, and no fringe within first_in..last_in. */
+#define ROWS 8
+struct rows {
+    int32_t first_out[ROWS], first_in[ROWS], last_in[ROWS], last_out[ROWS];
+};
+
+/* u = start + slope v bounds a row from below or from above; up to `fringe` from there it is a fringe. */
+struct edge {
+    double start, slope, fringe;
+};
+
+struct edges {
+    struct edge lo[2], hi[2];
+    double least, most; /* the box */
+};
+
+/* Numbers are kept >= 0 where they are cut to whole ones. Nothing begins or ends where a whole number is met exactly. */
+static inline void bound_rows(const struct edges *e, int32_t row, struct rows *out)
 {
-    int32_t w = (int32_t)x;
-    return w - (w > x);
+    double a[ROWS], b[ROWS], y[ROWS], z[ROWS];
+    for (int l = 0; l < ROWS; l++) {
+        double v = row + l;
+        double lo0 = e->lo[0].start + e->lo[0].slope * v, lo1 = e->lo[1].start + e->lo[1].slope * v;
+        double hi0 = e->hi[0].start + e->hi[0].slope * v, hi1 = e->hi[1].start + e->hi[1].slope * v;
+        a[l] = lesser(greater(greater(lo0, lo1), e->least), e->most + 1);
+        b[l] = lesser(greater(greater(lo0 + e->lo[0].fringe, lo1 + e->lo[1].fringe), e->least), e->most + 1);
+        y[l] = greater(lesser(lesser(hi0 - e->hi[0].fringe, hi1 - e->hi[1].fringe), e->most), -1);
+        z[l] = greater(lesser(lesser(hi0, hi1), e->most), -1);
+    }
+    for (int l = 0; l < ROWS; l++) {
+        out->first_out[l] = (int32_t)(a[l] + 1);
+        out->first_in[l] = (int32_t)(b[l] + 1);
+        out->last_in[l] = (int32_t)(y[l] + 1) - 1;
+        out->last_out[l] = (int32_t)(z[l] + 1) - 1;
+    }
+}
+
+/* The apex's column is at u0, v0. */
+static void set_edges(struct edges *e, const struct bounds *s, double u0, double v0, int32_t last)
+{
+    e->least = greater(s->low[s->inner] + u0, 0) - 1e-6;
+    e->most = lesser(s->high[s->inner] + u0, last) + 1e-6;
+    for (int l = 0; l < 2; l++) {
+        e->lo[l] = (struct edge){e->least, 0, 0};
+        e->hi[l] = (struct edge){e->most, 0, 0};
+    }
+    for (int l = 0; l < s->n_lines; l++) {
+        const struct bounds_line *line = &s->line[l];
+        double m = fabs(line->m) < 1e-9 ? 1e-9 : line->m, slope = -line->n / m;
+        *(m > 0 ? &e->lo[l] : &e->hi[l]) =
+            (struct edge){-line->c / m + u0 - slope * v0, slope, line->fringe / fabs(m)};
+    }
 }
 
 /* The columns within the beam's bounds in the plan, row by row. */
 static void run_rows(struct run *r)
 {
     const struct bounds *s = &r->bounds;
-    double u0 = r->apex[s->inner] + r->beam->apex.offset[s->inner] - 0.5; /* the apex, as a column's number */
-    double v0 = r->apex[s->outer] + r->beam->apex.offset[s->outer] - 0.5;
-    double lo = greater(s->low[s->inner] + u0, 0), hi = lesser(s->high[s->inner] + u0, r->last[s->inner]);
-    int32_t row = whole_from(greater(s->low[s->outer] + v0, 0));
-    int32_t last_row = whole_to(lesser(s->high[s->outer] + v0, r->last[s->outer]));
-    /* u = start + slope v bounds from below and from above */
-    double lo_start[2] = {lo, lo}, lo_slope[2] = {0}, hi_start[2] = {hi, hi}, hi_slope[2] = {0};
-    struct columns c;
+    double u0 = s->apex[s->inner] + r->beam->apex.offset[s->inner] - 0.5;
+    double v0 = s->apex[s->outer] + r->beam->apex.offset[s->outer] - 0.5;
+    int32_t row = (int32_t)(greater(s->low[s->outer] + v0, 0));
+    int32_t last = (int32_t)(greater(lesser(s->high[s->outer] + v0, r->last[s->outer]), -1) + 1) - 1;
+    struct edges edges;
 
-    for (int l = 0; l < s->n_lines; l++) {
-        double m = fabs(s->line[l][0]) < 1e-9 ? 1e-9 : s->line[l][0];
-        double slope = -s->line[l][1] / m, start = -s->line[l][2] / m + u0 - slope * v0;
-        *(m > 0 ? &lo_start[l] : &hi_start[l]) = start;
-        *(m > 0 ? &lo_slope[l] : &hi_slope[l]) = slope;
+    set_edges(&edges, s, u0, v0, r->last[s->inner]);
+    for (; row <= last; row += ROWS) {
+        struct rows rows;
+        bound_rows(&edges, row, &rows);
+        for (int l = 0; l < ROWS && row + l <= last; l++) {
+            int32_t first_out = rows.first_out[l], last_out = rows.last_out[l];
+            int32_t first_in = rows.first_in[l], last_in = rows.last_in[l];
+            if (first_out > last_out)
+                continue;
+            if (first_in > first_out || last_in < last_out) {
+                walk_columns(r, row + l, first_out, smaller(first_in - 1, last_out));
+                walk_columns(r, row + l, larger(last_in + 1, larger(first_in, first_out)), last_out);
+            }
+            add_row(r, row + l, first_in, last_in);
+        }
     }
-    for (c.n = 0; row <= last_row; row++) {
-        double from = greater(greater(lo_start[0] + lo_slope[0] * row, lo_start[1] + lo_slope[1] * row), lo);
-        double to = lesser(lesser(hi_start[0] + hi_slope[0] * row, hi_start[1] + hi_slope[1] * row), hi);
-        int32_t first = whole_from(from), last = whole_to(to);
-        if (first <= last)
-            add_row(r, &c, row, first, last, (float)(first - u0), (float)(row - v0));
-    }
-    settle_columns(r, &c);
+    if (r->columns.n)
+        settle_columns(r);
 }
 
 bool cast_run(const struct cast_beam *b, const struct lattice_box *box, cast_take *take, void *context)
 {
     struct run r;
+    int32_t cell[3];
     bool within = true;
 
-    r.beam = b;
-    r.take = take;
-    r.context = context;
-    r.n_single = 0;
-    bounds_of(&r.bounds, b);
     for (int a = 0; a < 3; a++) {
         int64_t apex = b->apex.cell[a] - box->first[a], reach = (int64_t)b->far + 2;
         if (apex < -reach || apex > box->size[a] + reach)
             return false;
-        r.apex[a] = (int32_t)apex;
+        cell[a] = (int32_t)apex;
         r.last[a] = box->size[a] - 1;
-        double at = r.apex[a] + b->apex.offset[a] - 0.5;
+    }
+    r.beam = b;
+    r.take = take;
+    r.context = context;
+    r.columns.n = r.singles.n = 0;
+    bounds_of(&r.bounds, b, cell, r.last[2]);
+    r.plain = b->near == 0 && !r.bounds.walk;
+    for (int a = 0; a < 3; a++) {
+        double at = cell[a] + b->apex.offset[a] - 0.5;
         within &= r.bounds.low[a] + at >= 0 && r.bounds.high[a] + at <= r.last[a];
     }
     run_rows(&r);

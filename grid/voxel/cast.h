@@ -46,11 +46,12 @@ struct cast_beam {
     double tolerance;
 };
 
-/* Runs of cells in up to eight columns: n[l] cells from (i[l], j[l], k[l]) downward, counted from the box's first cell; where
- * n[l] <= 0, none. Side by side, since that is how they are computed and entered. */
+/* Runs of cells side by side, as they are computed and entered: n[s] cells from (i[s], j[s], k[s]) downward, counted from
+ * the box's first cell, for s < runs; where n[s] <= 0, none. Up to the next whole number of lanes n is 0, the rest anything. */
 #define CAST_LANES 8
 struct cast_spans {
-    int32_t i[CAST_LANES], j[CAST_LANES], k[CAST_LANES], n[CAST_LANES];
+    int runs;
+    const int32_t *i, *j, *k, *n;
 };
 
 typedef void cast_take(void *context, const struct cast_spans *spans);

@@ -4,35 +4,26 @@
 #include <math.h>
 #include <string.h>
 
-#define CHUNK 16 /* counts in a vector of any CPU; at most TILE_SLACK */
+#define CHUNK 32 /* counts that are raised together */
 _Static_assert(CHUNK <= TILE_SLACK, "a chunk may pass the end of the last column");
 
 typedef uint8_t counts __attribute__((vector_size(CHUNK)));
 
 /* From CHUNK - n on, a mask of the first n of a chunk. */
-static const uint8_t first_n[2 * CHUNK] = {255, 255, 255, 255, 255, 255, 255, 255,
-                                           255, 255, 255, 255, 255, 255, 255, 255};
+static const uint8_t first_n[2 * CHUNK] = {255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255,
+                                           255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255,
+                                           255, 255, 255, 255, 255, 255, 255, 255, 255, 255};
 
-/* Adds 1 to n counts, up to 255; n known to the compiler makes this a few vectors. */
-static inline void raise_all(uint8_t *count, int n)
-{
-    for (int c = 0; c < n; c++)
-        count[c] = (uint8_t)((count[c] < 254 ? count[c] : 254) + 1);
-}
-
-/* The same for any n > 0. What follows them within a chunk is written back as it was. */
+/* Adds 1, up to 255, to n > 0 counts. What follows them within a chunk is written back as it was. */
 static inline void raise_counts(uint8_t *count, int32_t n)
 {
-    for (; n > 2 * CHUNK; n -= 2 * CHUNK, count += 2 * CHUNK)
-        raise_all(count, 2 * CHUNK);
-    if (n > CHUNK) {
-        raise_all(count, CHUNK);
-        n -= CHUNK;
-        count += CHUNK;
-    }
     counts c, mask;
+    uint8_t *last = count + n - CHUNK;
+    for (; count < last; count += CHUNK)
+        for (int l = 0; l < CHUNK; l++)
+            count[l] = (uint8_t)((count[l] < 254 ? count[l] : 254) + 1);
     memcpy(&c, count, CHUNK);
-    memcpy(&mask, first_n + CHUNK - n, CHUNK);
+    memcpy(&mask, first_n + (count - last), CHUNK);
     c -= ~(counts)(c == 255) & mask; /* a comparison gives -1 */
     memcpy(count, &c, CHUNK);
 }
@@ -108,23 +99,26 @@ static void enter_spans(void *context, const struct cast_spans *spans)
     const uint32_t *directory = m->tile;
     uint32_t height = m->tiles->height, row = (uint32_t)m->box.size[1] / TILE_SIDE;
     uint32_t entry[CAST_LANES], offset[CAST_LANES];
+    const struct cast_spans s = *spans;
 
-    for (int l = 0; l < CAST_LANES; l++) {
-        uint32_t i = (uint32_t)spans->i[l], j = (uint32_t)spans->j[l];
-        entry[l] = i / TILE_SIDE * row + j / TILE_SIDE;
-        offset[l] = (i % TILE_SIDE * TILE_SIDE + j % TILE_SIDE) * height + (uint32_t)spans->k[l];
-    }
-    for (int l = 0; l < CAST_LANES; l++) {
-        int32_t n = spans->n[l];
-        if (n <= 0)
-            continue;
-        uint32_t tile = directory[entry[l]];
-        if (tile == TILE_NONE)
-            tile = tile_to_write(m, entry[l]);
-        if (tile != TILE_NONE)
-            raise_counts(bytes + tile * tile_bytes + offset[l], n);
-        else
-            m->stats.starved++;
+    for (int first = 0; first < s.runs; first += CAST_LANES) {
+        for (int l = 0; l < CAST_LANES; l++) {
+            uint32_t i = (uint32_t)s.i[first + l], j = (uint32_t)s.j[first + l];
+            entry[l] = i / TILE_SIDE * row + j / TILE_SIDE;
+            offset[l] = (i % TILE_SIDE * TILE_SIDE + j % TILE_SIDE) * height + (uint32_t)s.k[first + l];
+        }
+        for (int l = 0; l < CAST_LANES; l++) {
+            int32_t n = s.n[first + l];
+            if (n <= 0)
+                continue;
+            uint32_t tile = directory[entry[l]];
+            if (tile == TILE_NONE)
+                tile = tile_to_write(m, entry[l]);
+            if (tile != TILE_NONE)
+                raise_counts(bytes + tile * tile_bytes + offset[l], n);
+            else
+                m->stats.starved++;
+        }
     }
 }
 

@@ -59,7 +59,7 @@ struct lines {
 static void note_lines(void *context, const struct cast_spans *s)
 {
     struct lines *k = context;
-    for (int l = 0; l < CAST_LANES; l++) {
+    for (int l = 0; l < s->runs; l++) {
         if (s->n[l] <= 0)
             continue;
         uint32_t i = (uint32_t)s->i[l], j = (uint32_t)s->j[l];

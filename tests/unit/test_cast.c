@@ -22,7 +22,7 @@ static void take(void *context, const struct cast_spans *spans)
 {
     struct cover *c = context;
     const int32_t *size = c->box->size;
-    for (int s = 0; s < CAST_LANES; s++) {
+    for (int s = 0; s < spans->runs; s++) {
         int32_t i = spans->i[s], j = spans->j[s], k = spans->k[s], n = spans->n[s];
         if (n <= 0)
             continue;
