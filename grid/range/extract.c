@@ -293,25 +293,39 @@ static void pass_mask_of_ring(struct profile *p)
         p->first = end;
 }
 
-/* Set p->first. True when the ring-down of this beam ends later than usual: something near rings with it. */
-static bool end_ring_down(const struct extract *e, struct profile *p, struct of_ping *of_ping)
+/* Cells from the usual end of the ring-down to the end of this beam's; none where it ends as usual. */
+struct late_ring {
+    uint32_t begin, end;
+};
+
+/* Set p->first. */
+static struct late_ring end_ring_down(const struct extract *e, struct profile *p, struct of_ping *of_ping)
 {
     uint64_t usual;
 
     if (e->conf.ring_down_m >= 0.0) {
         p->first = ring_down_at(p, e->conf.ring_down_m);
-        return false;
+        return (struct late_ring){0, 0};
     }
     const uint32_t found = ring_down_found(p);
     of_ping->ring_down = found < of_ping->ring_down ? found : of_ping->ring_down;
     p->first = found;
     if (!usual_get(&e->ring_down, &usual) || found <= usual + p->axis->guard)
-        return false;
+        return (struct late_ring){0, 0};
     if (e->conf.learn_ring_down) {
         const uint32_t learnt = ring_down_at(p, profile_m(p, (double)usual));
         p->first = learnt < found ? learnt : found;
     }
-    return true;
+    return (struct late_ring){(uint32_t)usual, found};
+}
+
+/* Something near rings with the head: where it usually is quiet, a cell is as loud as an echo over the floor. */
+static bool is_near_shadow(const struct profile *p, struct late_ring late, double loud)
+{
+    for (uint32_t i = late.begin; i < late.end; i++)
+        if ((double)p->cell[i] > loud)
+            return true;
+    return false;
 }
 
 static void extract_profile(struct extract *e, const struct ping *ping, uint16_t b, const struct extract_aid *aid,
@@ -330,13 +344,15 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
     struct detection d = {.mask = e->mask};
 
     profile_sum(&p, &e->amplitude, p.samples, e->conf.floor_counts, e->work);
-    const bool near_shadow = end_ring_down(e, &p, of_ping);
+    const struct late_ring late = end_ring_down(e, &p, of_ping);
     if (p.first < p.axis->n)
         pass_mask_of_ring(&p);
     if (p.first >= p.axis->n || silence_is_dumb(&p) || !detector_for(e, &p, &d.cfar))
         return;
 
-    const struct silence silence = silence_levels(&p, fmax(e->contrast, (double)d.cfar.alpha_q16 / 65536.0));
+    const double detectable = fmax(e->contrast, (double)d.cfar.alpha_q16 / 65536.0);
+    const struct silence silence = silence_levels(&p, detectable);
+    const bool near_shadow = is_near_shadow(&p, late, detectable * (double)silence.floor);
     of_ping->floor = silence.floor < of_ping->floor ? silence.floor : of_ping->floor;
     const bool on_clean = e->conf.order == EXTRACT_PAPER && p.clean && ping->sample_bytes == 1;
     if (on_clean)
