@@ -149,6 +149,27 @@ static void show_sectors(const struct page *page, const json_t *result)
 }
 
 /* The faults a sensor has counted, if any. */
+static void show_clusters(const struct page *page, const json_t *result)
+{
+    const json_t *list = json_object_get(result, "clusters");
+    const size_t n = json_array_size(list);
+    char a[CELL], b[CELL], c[CELL], d[CELL];
+
+    fprintf(page->out, "azimuth clockwise from %s\n",
+            strcmp(text(a, result, "frame"), "ned") == 0 ? "north" : "forward");
+    fprintf(page->out, "%7s %10s %8s %9s %9s %7s %6s %9s %8s\n", "label", "from", "width", "near", "far", "cells",
+            "sure", "last echo", "stable");
+    for (size_t i = 0; i < n; i++) {
+        const json_t *k = json_array_get(list, i);
+
+        fprintf(page->out, "%7.0f %9.1f° %7.1f° %9s %9s %7.0f %5.0f%% %9s %8s\n", number(k, "label"),
+                number(k, "from_deg"), number(k, "width_deg"), metres(a, number(k, "near_m")),
+                metres(b, number(k, "far_m")), number(k, "cells"), 100 * number(k, "confidence"),
+                duration(c, number(k, "last_echo_age_s")), duration(d, number(k, "label_age_s")));
+    }
+    fprintf(page->out, "%zu of %.0f, nearest first\n", n, number(result, "all"));
+}
+
 static void show_faults(const struct page *page, const json_t *sensor)
 {
     static const struct {
@@ -315,11 +336,8 @@ void show_result(FILE *out, const char *method, const json_t *result, bool colou
     static const struct {
         const char *method;
         void (*show)(const struct page *page, const json_t *result);
-    } forms[] = {{"blocked", show_blocked},
-                 {"sectors", show_sectors},
-                 {"status", show_status},
-                 {"version", show_version},
-                 {"pose", show_taken}};
+    } forms[] = {{"blocked", show_blocked}, {"sectors", show_sectors}, {"clusters", show_clusters},
+                 {"status", show_status},   {"version", show_version}, {"pose", show_taken}};
     const struct page page = {.out = out, .colour = colour};
 
     for (size_t i = 0; i < sizeof forms / sizeof *forms; i++) {

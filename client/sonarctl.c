@@ -390,6 +390,11 @@ static const struct argument sectors_options[] = {
     {0},
 };
 
+static const struct argument clusters_options[] = {
+    {"--count", "count", "N", "at most so many, the nearest (64)", ARGUMENT_INTEGER, 0, 1, 256},
+    {0},
+};
+
 static const struct argument watch_options[] = {
     {"--rate", "rate_hz", "HZ", "notifications per second, 0.1 to 50 (1)", ARGUMENT_NUMBER, 0, 0.1, 50},
     {"--count", "count", "N", "end after so many", ARGUMENT_INTEGER, 0, 1, 1e9},
@@ -427,6 +432,7 @@ static const struct command commands[] = {
     {"blocked", "AZ", "is a direction free? Exit status: 0 clear, 1 blocked, 2 unknown", blocked_options, 1, 1,
      run_blocked},
     {"sectors", "", "state, range and age all around", sectors_options, 0, 0, run_method},
+    {"clusters", "", "what the obstacles form together", clusters_options, 0, 0, run_method},
     {"status", "", "what the daemon and its sonars do", NULL, 0, 0, run_method},
     {"watch", "METHOD [KEY=VALUE...]", "ask a method again and again", watch_options, 1, ARGUMENTS_WORDS_MAX,
      run_watch},

@@ -39,6 +39,7 @@ struct daemon {
     struct depth *depth; /* NULL: none */
     struct nmea *nmea;   /* NULL: none */
     struct template template[CONF_MAX_SONARS];
+    struct clusters *clusters; /* NULL until somebody asks for them */
     struct leak leak;
     struct power power[CONF_MAX_SONARS];
     struct trigger trigger[CONF_MAX_SONARS];

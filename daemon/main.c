@@ -318,6 +318,7 @@ static int end(struct daemon *d)
     for (int i = 0; i < d->conf.n_sonars; i++)
         source_free(d->source[i]);
     pipeline_free(d->pipeline);
+    free(d->clusters);
     template_end(d);
     record_close(d->record);
     if (d->answers && (fflush(d->answers) != 0 || fclose(d->answers) != 0)) {

@@ -4,6 +4,7 @@
 #include <string.h>
 #include <time.h>
 
+#include "cluster_methods.h"
 #include "daemon.h"
 #include "instruments.h"
 
@@ -571,6 +572,7 @@ const struct rpc_method daemon_methods[] = {
     {"status", method_status},
     {"version", method_version},
     {"image", method_image},
+    {"clusters", cluster_method_list},
     {"background", template_method_show},
     {"background_learn", template_method_learn},
     {"background_stop", template_method_stop},

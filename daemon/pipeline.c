@@ -293,6 +293,17 @@ void pipeline_set_background(struct pipeline *p, int sensor, const struct pipeli
     p->background[sensor] = *background;
 }
 
+const struct sphere *pipeline_sphere(struct pipeline *p)
+{
+    pipeline_drain(p);
+    return p->sphere;
+}
+
+const struct sphere_conf *pipeline_sphere_conf(const struct pipeline *p)
+{
+    return &p->conf.sphere;
+}
+
 struct picture *pipeline_picture(struct pipeline *p)
 {
     return sphere_picture(p->sphere);

@@ -70,12 +70,14 @@ void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *
 struct sphere_cell {
     double from_m, to_m;            /* its layer */
     double point_m[3];              /* of its echo, from the grid's centre, in the grid's axes */
+    double near_m;                  /* nearest edge of what reflects, from the grid's centre */
     double ball_m;                  /* standard deviation of that point, along each axis */
     double logodds;                 /* at the time asked about */
     uint64_t t_first_ns, t_echo_ns; /* its first echo, to the millisecond; its last one */
     uint32_t seq;                   /* of the last ping that hit or missed it ... */
     uint16_t sensor;                /* ... which this sensor sent */
     uint16_t echoes;                /* so many, or more when 65535 */
+    uint16_t layer;                 /* its number */
     unsigned flags;                 /* set of enum sphere_cell_flag */
 };
 

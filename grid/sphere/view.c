@@ -32,8 +32,10 @@ static void describe(const struct sphere *s, const struct cell *c, uint64_t t_ns
                                 .seq = c->seq,
                                 .sensor = c->sensor,
                                 .echoes = c->echoes,
+                                .layer = c->layer,
                                 .flags = flags_of(s, c)};
     double range_m = state_vector(s, c, out->point_m), ball_m = sqrt(c->ball_m2);
+    out->near_m = fmax(0, range_m - (double)c->near_m);
     double since_s = s->frame.ned && t_ns > c->t_echo_ns ? (double)(t_ns - c->t_echo_ns) * 1e-9 : 0;
     out->ball_m = ball_m + fmin(HEADING_DRIFT_RADPS * since_s, 1) * range_m;
 }

@@ -152,6 +152,22 @@ TEST(without_the_bridge_the_larger_part_keeps_the_label)
     CHECK_INT(components_of(&components, small)->label, label);
 }
 
+TEST(a_broken_component_that_joins_a_larger_one_is_settled_all_the_same)
+{
+    CHECK(rings_level(&rings, geo_rad(5), geo_rad(10)));
+    begin();
+    for (uint32_t d = 0; d < 5; d++) /* 0 1 2 3 4, to break at 2 */
+        put(d, 5);
+    for (uint32_t d = 6; d < 30; d++)
+        put(d, 5);
+    CHECK(components_remove(&components, 2, 5));
+    const uint32_t link = put(5, 5), alone = put(0, 5);
+    components_settle(&components, 0);
+    CHECK_INT(count(), 2);
+    CHECK_INT(components_of(&components, link)->cells, 27);
+    CHECK_INT(components_of(&components, alone)->cells, 2);
+}
+
 TEST(what_is_not_put_again_is_gone)
 {
     CHECK(rings_level(&rings, geo_rad(5), geo_rad(10)));
@@ -305,6 +321,7 @@ int main(void)
     RUN(the_seam_is_no_border_and_two_layers_are);
     RUN(all_cells_are_one_component);
     RUN(without_the_bridge_the_larger_part_keeps_the_label);
+    RUN(a_broken_component_that_joins_a_larger_one_is_settled_all_the_same);
     RUN(what_is_not_put_again_is_gone);
     RUN(a_full_pool_refuses_and_keeps_what_it_has);
     RUN(a_hundred_thousand_random_changes_equal_a_recomputation);

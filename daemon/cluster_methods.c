@@ -1,0 +1,81 @@
+/* SPDX-License-Identifier: MIT */
+#include "cluster_methods.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "../grid/sphere/clusters.h"
+#include "daemon.h"
+
+#define DEFAULT_COUNT 64
+
+static json_t *rounded(double v, double per_unit)
+{
+    return json_real(round(v * per_unit) / per_unit);
+}
+
+static json_t *metres(double m)
+{
+    return rounded(m, 1e4);
+}
+
+static json_t *degrees(double rad)
+{
+    return rounded(geo_deg(rad), 1e4);
+}
+
+static json_t *age(const struct daemon *d, uint64_t t_ns)
+{
+    const uint64_t now = loop_now(d->loop);
+    return rounded(now > t_ns ? (double)(now - t_ns) * 1e-9 : 0, 1e3);
+}
+
+/* The first time makes room for them. */
+static bool have_clusters(struct daemon *d, struct rpc_error *error)
+{
+    const struct sphere_conf *conf = pipeline_sphere_conf(d->pipeline);
+    const struct picture *picture = pipeline_picture(d->pipeline);
+    if (d->clusters)
+        return true;
+    void *memory = aligned_alloc(64, (clusters_bytes(conf->max_cells) + 63) / 64 * 64);
+    if (!memory)
+        return rpc_refuse(error, RPC_INTERNAL_ERROR, "no memory for clusters of %u cells", conf->max_cells);
+    d->clusters = clusters_init(memory, picture->rings, conf->max_cells, (double)picture->blocked_logodds);
+    return true;
+}
+
+static json_t *cluster_json(const struct daemon *d, const struct cluster *k)
+{
+    double az, el;
+    geo_angles(k->nearest_m, &az, &el);
+    return json_pack(
+        "{s:I, s:i, s:i, s:I, s:o, s:o, s:[o, o], s:o, s:o, s:{s:o, s:o}, s:[o, o, o], s:o, s:o, s:o, "
+        "s:o, s:o, s:o}",
+        "label", (json_int_t)k->label, "cells", (int)k->cells, "seeds", (int)k->seeds, "echoes",
+        (json_int_t)k->echoes, "from_deg", degrees(k->from_rad), "width_deg", degrees(k->width_rad),
+        "elevation_deg", degrees(k->low_rad), degrees(k->high_rad), "near_m", metres(k->near_m), "far_m",
+        metres(k->far_m), "nearest", "azimuth_deg", degrees(az), "elevation_deg", degrees(el), "centre_m",
+        metres(k->centre_m[0]), metres(k->centre_m[1]), metres(k->centre_m[2]), "confidence",
+        rounded(1 / (1 + exp(-k->logodds)), 1e3), "first_echo_age_s", age(d, k->t_first_ns), "last_echo_age_s",
+        age(d, k->t_echo_ns), "label_age_s", age(d, k->t_label_ns), "approach_mps", rounded(k->approach_mps, 1e4),
+        "growth_cells_ps", rounded(k->growth_cells_ps, 1e2));
+}
+
+json_t *cluster_method_list(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    static const char *const keys[] = {"count", NULL};
+    struct daemon *d = call->daemon;
+    int64_t count = DEFAULT_COUNT;
+    if (!rpc_only(params, keys, error) || !rpc_integer(params, "count", false, 1, CLUSTERS_MAX, &count, error) ||
+        !have_clusters(d, error))
+        return NULL;
+    const struct cluster *list;
+    struct picture_frame frame;
+    uint32_t all, n = clusters_look(d->clusters, pipeline_sphere(d->pipeline), loop_now(d->loop), &list, &all);
+    picture_get_frame(pipeline_picture(d->pipeline), &frame);
+    json_t *clusters = json_array();
+    for (uint32_t i = 0; i < n && i < count; i++)
+        json_array_append_new(clusters, cluster_json(d, &list[i]));
+    return json_pack("{s:s, s:I, s:o}", "frame", frame.ned ? "ned" : "body", "all", (json_int_t)all, "clusters",
+                     clusters);
+}

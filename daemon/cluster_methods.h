@@ -1,0 +1,11 @@
+/* SPDX-License-Identifier: MIT */
+/* cluster_methods - the methods about what the grid's cells form together; sonard-protocol(7) has every shape. */
+#ifndef SONARD_CLUSTER_METHODS_H
+#define SONARD_CLUSTER_METHODS_H
+
+#include "rpc.h"
+
+/** cluster_method_list - `clusters`: made when asked for, from the grid at rest; costs nothing before. */
+json_t *cluster_method_list(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+
+#endif

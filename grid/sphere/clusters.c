@@ -1,0 +1,208 @@
+/* SPDX-License-Identifier: MIT */
+#include "clusters.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "../geometry.h"
+
+#define TURN_BINS   1440 /* of azimuth, for the largest gap: as fine as the finest grid */
+#define MEMBER_ODDS 0.5  /* share of an obstacle's log-odds from which a cell is a member */
+#define AS_NEAR_M   1e-3
+#define TREND_NS    1000000000u
+
+struct clusters {
+    struct components components;
+    struct sphere_cell *cell; /* by the components' index */
+    uint32_t max_cells;       /* of the grid */
+    double blocked_logodds;
+    uint32_t n, n_before;
+    struct cluster list[CLUSTERS_MAX];
+    struct cluster before[CLUSTERS_MAX]; /* of the look from which the next trend is counted */
+    uint64_t t_before_ns;
+    uint64_t turn[(TURN_BINS + 63) / 64]; /* azimuths of one cluster, a bit each */
+};
+
+static size_t rounded(size_t n)
+{
+    return (n + 63) / 64 * 64;
+}
+
+/* Cells of this look and of the one before stand side by side for a moment: what moved by a cell keeps its label. */
+static uint32_t room_for(uint32_t max_cells)
+{
+    return 2 * max_cells;
+}
+
+size_t clusters_bytes(uint32_t max_cells)
+{
+    return rounded(sizeof(struct clusters)) + rounded(room_for(max_cells) * sizeof(struct sphere_cell)) +
+           rounded(components_bytes(room_for(max_cells)));
+}
+
+struct clusters *clusters_init(void *memory, const struct rings *rings, uint32_t max_cells, double blocked_logodds)
+{
+    struct clusters *c = memory;
+    char *at = (char *)memory + rounded(sizeof *c);
+    memset(c, 0, sizeof *c);
+    c->cell = (struct sphere_cell *)(void *)at;
+    at += rounded(room_for(max_cells) * sizeof(struct sphere_cell));
+    components_init(&c->components, at, rings, room_for(max_cells));
+    c->max_cells = max_cells;
+    c->blocked_logodds = blocked_logodds;
+    return c;
+}
+
+static void put_cells(struct clusters *c, const struct sphere *s, uint64_t now_ns)
+{
+    struct sphere_cell cell;
+    components_begin(&c->components);
+    for (uint32_t d = 0; d < c->components.rings->n; d++) {
+        for (uint32_t k = 0; sphere_cell(s, d, k, now_ns, &cell); k++) {
+            const bool seed = cell.logodds > c->blocked_logodds;
+            if (cell.logodds > MEMBER_ODDS * c->blocked_logodds)
+                c->cell[components_put(&c->components, d, cell.layer, seed, now_ns)] = cell;
+        }
+    }
+    components_end(&c->components, now_ns);
+}
+
+/* ---- measuring one ---- */
+
+static void mark_azimuths(struct clusters *c, uint32_t direction)
+{
+    const struct rings *rings = c->components.rings;
+    const uint32_t ring = rings_ring(rings, direction);
+    const double bins = TURN_BINS * (rings_width(rings, ring) / GEO_TURN);
+    const double from = (direction - rings->start[ring]) * bins;
+    /* edges that meet a bin's edge but for rounding do not reach into the next */
+    const uint32_t last = (uint32_t)ceil(from + bins - 1e-6);
+    for (uint32_t b = (uint32_t)floor(from + 1e-6); b < last; b++)
+        c->turn[b % TURN_BINS / 64] |= 1ull << (b % TURN_BINS % 64);
+}
+
+static bool marked(const struct clusters *c, uint32_t bin)
+{
+    return c->turn[bin % TURN_BINS / 64] >> (bin % TURN_BINS % 64) & 1;
+}
+
+/* The turn without the largest gap: between the least and the greatest azimuth would fail at north. */
+static void measure_width(const struct clusters *c, struct cluster *k)
+{
+    uint32_t gap = 0, longest = 0, end = 0;
+    for (uint32_t b = 0; b < 2 * TURN_BINS; b++) {
+        gap = marked(c, b) ? 0 : gap + 1;
+        if (gap > longest) {
+            longest = gap;
+            end = b + 1;
+        }
+    }
+    k->from_rad = end % TURN_BINS * (GEO_TURN / TURN_BINS);
+    k->width_rad = (TURN_BINS - longest) * (GEO_TURN / TURN_BINS);
+}
+
+static double length(const double v[3])
+{
+    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+static void measure_cell(struct clusters *c, uint32_t i, struct cluster *k)
+{
+    const struct sphere_cell *cell = &c->cell[i];
+    const struct rings *rings = c->components.rings;
+    const uint32_t direction = c->components.cell[i].direction;
+    const double top = rings->top_rad - rings_ring(rings, direction) * rings->height_rad;
+    mark_azimuths(c, direction);
+    k->echoes += cell->echoes;
+    k->high_rad = fmax(k->high_rad, top);
+    k->low_rad = fmin(k->low_rad, top - rings->height_rad);
+    k->far_m = fmax(k->far_m, length(cell->point_m));
+    k->logodds = fmax(k->logodds, cell->logodds);
+    k->t_first_ns = cell->t_first_ns < k->t_first_ns ? cell->t_first_ns : k->t_first_ns;
+    k->t_echo_ns = cell->t_echo_ns > k->t_echo_ns ? cell->t_echo_ns : k->t_echo_ns;
+    for (int a = 0; a < 3; a++)
+        k->centre_m[a] += cell->point_m[a];
+    /* an echo stands in every cell of its beam's opening: of those as near, the level one */
+    const bool as_near = fabs(cell->near_m - k->near_m) < AS_NEAR_M;
+    if (as_near ? fabs(cell->point_m[2]) < fabs(k->nearest_m[2]) : cell->near_m < k->near_m)
+        memcpy(k->nearest_m, cell->point_m, sizeof k->nearest_m);
+    k->near_m = fmin(k->near_m, cell->near_m);
+}
+
+static void measure(struct clusters *c, uint32_t root, struct cluster *k)
+{
+    const struct component *own = components_of(&c->components, root);
+    *k = (struct cluster){.label = own->label,
+                          .cells = own->cells,
+                          .seeds = own->seeds,
+                          .t_label_ns = own->t_label,
+                          .t_first_ns = UINT64_MAX,
+                          .near_m = INFINITY,
+                          .low_rad = INFINITY,
+                          .high_rad = -INFINITY};
+    memset(c->turn, 0, sizeof c->turn);
+    uint32_t i = root;
+    do {
+        measure_cell(c, i, k);
+        i = c->components.cell[i].next;
+    } while (i != root);
+    for (int a = 0; a < 3; a++)
+        k->centre_m[a] /= k->cells;
+    measure_width(c, k);
+}
+
+/* ---- the list ---- */
+
+static bool nearer(const struct cluster *a, const struct cluster *b)
+{
+    return a->near_m < b->near_m || (a->near_m == b->near_m && a->label < b->label);
+}
+
+/* Into its place in the list, whose last gives way when it is full. */
+static void enlist(struct clusters *c, const struct cluster *k)
+{
+    if (c->n == CLUSTERS_MAX && !nearer(k, &c->list[c->n - 1]))
+        return;
+    uint32_t at = c->n < CLUSTERS_MAX ? c->n++ : c->n - 1;
+    for (; at > 0 && nearer(k, &c->list[at - 1]); at--)
+        c->list[at] = c->list[at - 1];
+    c->list[at] = *k;
+}
+
+/* Over too short a time a trend is noise: what was found before stands. */
+static void set_trend(const struct clusters *c, struct cluster *k, bool long_ago, double dt_s)
+{
+    for (uint32_t i = 0; i < c->n_before; i++) {
+        const struct cluster *old = &c->before[i];
+        if (old->label != k->label)
+            continue;
+        k->approach_mps = long_ago ? (old->near_m - k->near_m) / dt_s : old->approach_mps;
+        k->growth_cells_ps = long_ago ? ((double)k->cells - old->cells) / dt_s : old->growth_cells_ps;
+    }
+}
+
+uint32_t clusters_look(struct clusters *c, const struct sphere *s, uint64_t now_ns, const struct cluster **list,
+                       uint32_t *all)
+{
+    const bool long_ago = now_ns >= c->t_before_ns + TREND_NS;
+    const double dt_s = (double)(now_ns - c->t_before_ns) * 1e-9;
+    put_cells(c, s, now_ns);
+    c->n = *all = 0;
+    COMPONENTS_EACH(&c->components, root)
+    {
+        struct cluster k;
+        if (!components_of(&c->components, root)->seeds)
+            continue;
+        measure(c, root, &k);
+        set_trend(c, &k, long_ago, dt_s);
+        enlist(c, &k);
+        ++*all;
+    }
+    if (long_ago) {
+        memcpy(c->before, c->list, c->n * sizeof *c->list);
+        c->n_before = c->n;
+        c->t_before_ns = now_ns;
+    }
+    *list = c->list;
+    return c->n;
+}

@@ -1,0 +1,59 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * clusters - what the grid's cells form together: each connected component with a cell above the threshold of an
+ * obstacle, measured. Made from the cells only when somebody asks; nothing is kept up in between but labels, so that
+ * a cluster is known again the next time. Pure; all memory comes from the caller.
+ *
+ * Hysteresis: a cell belongs to a cluster from half the log-odds of an obstacle on; only one that is an obstacle
+ * (a seed) makes its component a cluster.
+ */
+#ifndef SONARD_CLUSTERS_H
+#define SONARD_CLUSTERS_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "components.h"
+#include "sphere.h"
+
+#define CLUSTERS_MAX 256 /* that are listed: the nearest */
+
+/* Angles and places are in the grid's axes, from its centre. */
+struct cluster {
+    uint32_t label;           /* the same as long as the cluster lives */
+    uint32_t cells;           /* with some evidence */
+    uint32_t seeds;           /* of these with enough to be an obstacle */
+    uint32_t echoes;          /* that were entered into its cells, an echo over a beam's width into several */
+    uint64_t t_label_ns;      /* since when it has its label: what it is has not changed since */
+    uint64_t t_first_ns;      /* of its first echo */
+    uint64_t t_echo_ns;       /* of its last */
+    double from_rad;          /* azimuth at which it begins, clockwise */
+    double width_rad;         /* and how wide it is: the turn without its largest gap */
+    double low_rad, high_rad; /* elevations that its cells span */
+    double near_m, far_m;     /* its near edge; its farthest echo */
+    double nearest_m[3];      /* place of the echo with the nearest edge */
+    double centre_m[3];       /* mean place of its cells' echoes */
+    double logodds;           /* of its surest cell */
+    double approach_mps;    /* of its near edge since a look at least a second ago, if it was there then; else 0 */
+    double growth_cells_ps; /* likewise */
+};
+
+struct clusters;
+
+/** clusters_bytes - memory for a grid of up to max_cells cells. */
+size_t clusters_bytes(uint32_t max_cells);
+
+/** clusters_init - none yet; rings are those of the grid, kept by reference. */
+struct clusters *clusters_init(void *memory, const struct rings *rings, uint32_t max_cells,
+                               double blocked_logodds);
+
+/**
+ * clusters_look - the clusters of the grid as of now_ns: list[0..n-1], nearest first, with n <= CLUSTERS_MAX returned
+ * and *all set to how many there are. The list holds until the next look. Looks of less than a second after one
+ * another do not count for approach and growth. Cost: all cells of the grid, and their neighbours.
+ */
+uint32_t clusters_look(struct clusters *c, const struct sphere *s, uint64_t now_ns, const struct cluster **list,
+                       uint32_t *all);
+
+#endif

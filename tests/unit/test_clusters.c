@@ -1,0 +1,177 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * test_clusters - what a grid's cells form together, measured on scenes whose objects are known: extent across north,
+ * labels that last, hysteresis, trends, and the list's limit.
+ */
+#include "../lib/test.h"
+
+#include "../../grid/sphere/clusters.h"
+
+#define SECOND 1000000000ull
+
+static const struct sphere_conf conf = {.angular_step_rad = 3 * GEO_PI / 180,
+                                        .level = true,
+                                        .level_half_rad = 7.5 * GEO_PI / 180,
+                                        .layers = {.r_max_m = 30, .dr_m = 0.1, .n_const = 1, .growth = 1},
+                                        .max_cells = 4096,
+                                        .forget_s = 60,
+                                        .blocked_above = 0.6,
+                                        .recentre_m = 0.1};
+static struct sphere *sphere;
+static struct clusters *clusters;
+static uint64_t now_ns;
+static const struct cluster *list;
+static uint32_t n, all;
+
+static void start(void)
+{
+    static void *grid, *room;
+    char err[200];
+    free(grid);
+    free(room);
+    grid = aligned_alloc(64, sphere_bytes(&conf, err, sizeof err));
+    room = aligned_alloc(64, clusters_bytes(conf.max_cells));
+    sphere = sphere_init(grid, &conf);
+    memset(room, 0xa5, clusters_bytes(conf.max_cells));
+    clusters = clusters_init(room, sphere_picture(sphere)->rings, conf.max_cells, log(0.6 / 0.4));
+    now_ns = 1000 * SECOND;
+}
+
+/* One narrow beam that heard an echo, with a confidence that blocks or (0.1) does not. */
+static void hear(double az_deg, double range_m, double confidence)
+{
+    struct beam_echoes beam = {.az_rad = (float)geo_rad(az_deg), .state = BEAM_ECHO, .n = 1};
+    beam.blind_m = 0.1f;
+    beam.free_to_m = (float)(range_m - 0.05);
+    beam.echo[0] = (struct echo){.range_m = (float)range_m,
+                                 .near_m = (float)(range_m - 0.05),
+                                 .sd_m = 0.01f,
+                                 .confidence = (float)confidence};
+    const struct echoes e = {.t_ns = now_ns,
+                             .n_beams = 1,
+                             .range_max_m = 20,
+                             .az_aperture_rad = (float)geo_rad(0.5),
+                             .el_aperture_rad = (float)geo_rad(25),
+                             .pose = pose_identity,
+                             .max_beams = 1,
+                             .beam = &beam};
+    sphere_enter(sphere, &e, &mount_identity);
+}
+
+static void arc(double from_deg, double to_deg, double range_m)
+{
+    for (double az = from_deg; az < to_deg; az += 3)
+        hear(az + 1.5, range_m, 0.9);
+}
+
+static void look(void)
+{
+    n = clusters_look(clusters, sphere, now_ns, &list, &all);
+}
+
+TEST(an_arc_across_north_and_a_post_are_two)
+{
+    start();
+    arc(-30, 30, 5.03);
+    hear(181.5, 3.03, 0.9);
+    look();
+    CHECK_INT(n, 2);
+    CHECK_INT(all, 2);
+    const struct cluster *post = &list[0], *wall = &list[1]; /* nearest first */
+    CHECK_INT(post->cells, 1);
+    CHECK_NEAR(post->near_m, 2.98, 0, 1e-3);
+    CHECK_NEAR(post->nearest_m[0], -3.03 * cos(geo_rad(1.5)), 0, 1e-3);
+    CHECK_NEAR(post->from_rad, geo_rad(180), 0, 1e-9);
+    CHECK_NEAR(post->width_rad, geo_rad(3), 0, 1e-9);
+    CHECK_INT(wall->cells, 20);
+    CHECK_INT(wall->echoes, 20);
+    CHECK_NEAR(wall->from_rad, geo_rad(330), 0, 1e-9);
+    CHECK_NEAR(wall->width_rad, geo_rad(60), 0, 1e-9);
+    CHECK_NEAR(wall->centre_m[1], 0, 0, 1e-4);
+    CHECK_NEAR(wall->low_rad, -geo_rad(7.5), 1e-9, 0);
+    CHECK_NEAR(wall->high_rad, geo_rad(7.5), 1e-9, 0);
+}
+
+TEST(a_full_circle_is_a_whole_turn_wide)
+{
+    start();
+    arc(0, 360, 4.03);
+    look();
+    CHECK_INT(n, 1);
+    CHECK_NEAR(list[0].width_rad, GEO_TURN, 1e-12, 0);
+}
+
+TEST(weak_cells_belong_to_a_strong_neighbour_and_form_nothing_alone)
+{
+    start();
+    hear(10.5, 5.03, 0.9);
+    hear(13.5, 5.03, 0.09); /* over half of what blocks */
+    hear(100.5, 5.03, 0.09);
+    look();
+    CHECK_INT(n, 1);
+    CHECK_INT(list[0].cells, 2);
+    CHECK_INT(list[0].seeds, 1);
+}
+
+TEST(a_cluster_keeps_its_label_while_it_comes_nearer)
+{
+    start();
+    arc(-9, 9, 5.03);
+    look();
+    const uint32_t label = list[0].label;
+    const double before_m = list[0].near_m;
+    now_ns += 2 * SECOND;
+    arc(-9, 9, 4.93); /* the next layer */
+    look();
+    CHECK_INT(n, 1);
+    CHECK_INT(list[0].label, label);
+    CHECK_NEAR(list[0].approach_mps, (before_m - list[0].near_m) / 2, 1e-6, 0);
+    CHECK_NEAR(list[0].approach_mps, 0.05, 0, 1e-3);
+    CHECK_NEAR(list[0].growth_cells_ps, 3, 1e-9, 0);
+    CHECK_INT(list[0].t_label_ns, 1000 * SECOND);
+    CHECK_INT(list[0].t_first_ns, 1000 * SECOND);
+    CHECK_INT(list[0].t_echo_ns, now_ns);
+    now_ns += SECOND / 10; /* too soon for a trend of its own */
+    look();
+    CHECK_NEAR(list[0].approach_mps, 0.05, 0, 1e-3);
+    now_ns += 2 * SECOND;
+    look();
+    CHECK_NEAR(list[0].approach_mps, 0, 0, 1e-9);
+}
+
+TEST(what_fades_is_no_cluster_any_more)
+{
+    start();
+    arc(-9, 9, 5.03);
+    look();
+    CHECK_INT(n, 1);
+    now_ns += 3600 * SECOND;
+    look();
+    CHECK_INT(n, 0);
+    CHECK_INT(all, 0);
+}
+
+TEST(of_too_many_the_nearest_are_listed)
+{
+    start();
+    for (int i = 0; i < 40; i++)
+        for (int layer = 0; layer < 8; layer++)
+            hear(9 * i + 1.5, 0.55 + 0.3 * layer + 0.01, 0.99);
+    look();
+    CHECK_INT(all, 320);
+    CHECK_INT(n, CLUSTERS_MAX);
+    for (uint32_t i = 1; i < n; i++)
+        CHECK(list[i - 1].near_m <= list[i].near_m);
+}
+
+int main(void)
+{
+    RUN(an_arc_across_north_and_a_post_are_two);
+    RUN(a_full_circle_is_a_whole_turn_wide);
+    RUN(weak_cells_belong_to_a_strong_neighbour_and_form_nothing_alone);
+    RUN(a_cluster_keeps_its_label_while_it_comes_nearer);
+    RUN(what_fades_is_no_cluster_any_more);
+    RUN(of_too_many_the_nearest_are_listed);
+    printf("# %.0f bytes for each cell of the grid\n", (double)clusters_bytes(1 << 16) / (1 << 16));
+    return test_end();
+}
