@@ -41,20 +41,46 @@ struct merge_block {
     bool away;                     /* something of it is paged out */
 };
 
-/** merge_block_of - the block of a cell. */
-struct block_key merge_block_of(const int64_t cell[3]);
+/** merge_block_of - the block of a cell. (Shifts of negative numbers round down with all our compilers.) */
+static inline struct block_key merge_block_of(const int64_t cell[3])
+{
+    return (struct block_key){{cell[0] >> 4, cell[1] >> 4, cell[2] >> 6}};
+}
+
+static inline bool block_same(const struct block_key *a, const struct block_key *b)
+{
+    return a->at[0] == b->at[0] && a->at[1] == b->at[1] && a->at[2] == b->at[2];
+}
+
+/** block_slot - a block's place among n (a power of 2): neighbours are far apart, whatever the scene's shape. */
+static inline uint32_t block_slot(const struct block_key *k, uint32_t n)
+{
+    uint64_t h = (uint64_t)k->at[0] * UINT64_C(0x9e3779b97f4a7c15) +
+                 (uint64_t)k->at[1] * UINT64_C(0xc2b2ae3d27d4eb4f) +
+                 (uint64_t)k->at[2] * UINT64_C(0x165667b19e3779f9);
+    return (uint32_t)(h >> 32) & (n - 1);
+}
+
+/** merge_block_at - the state of one of the block's cells. */
+static inline enum voxel_state merge_block_at(const struct merge_block *b, const int64_t cell[3])
+{
+    uint32_t column = (uint32_t)(cell[0] & (BLOCK_SIDE - 1)) * BLOCK_SIDE + (uint32_t)(cell[1] & (BLOCK_SIDE - 1));
+    unsigned k = (unsigned)(cell[2] & (BLOCK_HEIGHT - 1));
+    if (b->free[column] >> k & 1)
+        return VOXEL_FREE;
+    return b->heard[column] >> k & 1 ? VOXEL_OCCUPIED : VOXEL_UNKNOWN;
+}
 
 /** merge_block - the states of all cells of a block: equal to merge_at for each. */
 void merge_block(const struct voxmap *m, const struct block_key *key, struct merge_block *out);
 
-/** merge_block_changed - the last change (voxmap_changed) that may have changed the block. */
-uint64_t merge_block_changed(const struct voxmap *m, const struct block_key *key);
+/** merge_block_changed - whether the block may have changed after the change `since` (voxmap_changed). */
+bool merge_block_changed(const struct voxmap *m, const struct block_key *key, uint64_t since);
 
 /* Walks over all blocks in which anything may be known, each once. Start with {0}; the map must not change in between. */
 struct merge_walk {
-    uint32_t part, tile;
-    int64_t level;
-    bool inside;
+    uint32_t part;
+    int64_t at;
 };
 
 /** merge_next - the next block; false: that was all. */

@@ -28,15 +28,22 @@ static inline void raise_counts(uint8_t *count, int32_t n)
     memcpy(count, &c, CHUNK);
 }
 
+/* Where in the memory the stamps begin, behind the directory. */
+static size_t stamps_at(uint32_t side)
+{
+    return ((size_t)side * side + 1) / 2 * 2 * sizeof(uint32_t);
+}
+
 size_t submap_bytes(uint32_t side)
 {
-    return side >= 1 && side <= 4096 ? (size_t)side * side * sizeof(uint32_t) : 0;
+    return side >= 1 && side <= 4096 ? stamps_at(side) + (size_t)side * side * sizeof(uint64_t) : 0;
 }
 
 void submap_init(struct submap *m, void *memory, uint32_t side, struct tiles *tiles,
                  const struct lattice_place *base)
 {
     *m = (struct submap){.tiles = tiles, .tile = memory};
+    m->written = (uint64_t *)((uint8_t *)memory + stamps_at(side));
     for (int a = 0; a < 2; a++) {
         int64_t first = base->cell[a] - (int64_t)side * TILE_SIDE / 2 + TILE_SIDE / 2;
         int64_t past = first % TILE_SIDE;
@@ -47,6 +54,7 @@ void submap_init(struct submap *m, void *memory, uint32_t side, struct tiles *ti
     m->box.size[2] = (int32_t)tiles->height;
     for (size_t t = 0; t < (size_t)side * side; t++)
         m->tile[t] = TILE_NONE;
+    memset(m->written, 0, (size_t)side * side * sizeof *m->written);
 }
 
 static inline size_t directory_index(const struct submap *m, int32_t i, int32_t j)
@@ -81,6 +89,7 @@ static uint32_t tile_to_write(struct submap *m, size_t entry)
         m->tile[entry] = tiles_take(m->tiles);
         m->n_tiles += m->tile[entry] != TILE_NONE;
     }
+    m->written[entry] = m->now;
     return m->tile[entry];
 }
 
@@ -97,6 +106,7 @@ static void enter_spans(void *context, const struct cast_spans *spans)
     size_t tile_bytes = m->tiles->tile_bytes;
     uint8_t *bytes = m->tiles->bytes + e->plane * m->tiles->plane_bytes;
     const uint32_t *directory = m->tile;
+    uint64_t *written = m->written, now = m->now;
     uint32_t height = m->tiles->height, row = (uint32_t)m->box.size[1] / TILE_SIDE;
     uint32_t entry[CAST_LANES], offset[CAST_LANES];
     const struct cast_spans s = *spans;
@@ -114,6 +124,7 @@ static void enter_spans(void *context, const struct cast_spans *spans)
             uint32_t tile = directory[entry[l]];
             if (tile == TILE_NONE)
                 tile = tile_to_write(m, entry[l]);
+            written[entry[l]] = now;
             if (tile != TILE_NONE)
                 raise_counts(bytes + tile * tile_bytes + offset[l], n);
             else
@@ -193,8 +204,10 @@ void submap_halve(struct submap *m)
         if (m->tile[t] == TILE_NONE)
             continue;
         uint8_t *count = tiles_column(m->tiles, m->tile[t], 0, 0);
-        for (size_t c = 0; c < m->tiles->tile_bytes; c++)
+        for (size_t c = 0; c < m->tiles->plane_bytes; c++)
             count[c] >>= 1;
+        for (size_t c = m->tiles->plane_bytes; c < m->tiles->tile_bytes; c++)
+            count[c] = (uint8_t)(count[c] - (count[c] >> 1));
     }
 }
 

@@ -34,11 +34,13 @@ struct submap {
     struct tiles *tiles;
     struct lattice_box box; /* plan size in whole tiles; size[2] = tiles->height */
     uint32_t *tile;         /* [size[0]/16][size[1]/16], TILE_NONE: never written to */
+    uint64_t *written;      /* beside tile: the value of `now` when it was last written to */
+    uint64_t now;           /* set by the owner before it writes: a count of its changes */
     uint32_t n_tiles;       /* taken */
     struct submap_stats stats;
 };
 
-/** submap_bytes - memory of the directory for a box of side x side tiles, side in [1, 4096]; else 0. */
+/** submap_bytes - memory (8-byte aligned) of the directory for a box of side x side tiles, side in [1, 4096]; else 0. */
 size_t submap_bytes(uint32_t side);
 
 /**
@@ -61,7 +63,8 @@ void submap_cast(struct submap *m, const struct cast_beam *b, enum submap_plane 
 void submap_body(struct submap *m, const struct lattice_place *a, const struct lattice_place *b, double radius,
                  uint8_t score);
 
-/** submap_halve - ageing: halves all counts, so that what is not confirmed is forgotten. Age before merging. */
+/** submap_halve - ageing: halves all counts, so that what is not confirmed is forgotten: vacancy rounded down, echoes up,
+ * so that no voxel becomes free by it. Age before merging. */
 void submap_halve(struct submap *m);
 
 /** submap_count - one plane's count at a cell: 0 outside the box, where never written to, or without that plane. */

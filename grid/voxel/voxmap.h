@@ -68,7 +68,8 @@ struct voxmap_stats {
     uint64_t beams;   /* with free water entered */
     uint64_t clipped; /* beams and bodies that reached beyond the current submap's box: unknown there */
     uint64_t starved; /* runs of voxels not entered because the memory was full: unknown there */
-    uint64_t lost;    /* submaps forgotten because there was no room: unknown there */
+    uint64_t lost;    /* submaps forgotten because there was no room: what only they knew is unknown */
+    uint64_t unfit;   /* pings not entered because their apertures are none */
 };
 
 struct voxmap {
@@ -79,11 +80,14 @@ struct voxmap {
     struct voxmap_part *current;
     uint64_t next_id;
     bool close_asked;
-    bool begun;                /* a ping was entered: */
-    uint64_t t0_ns, last_ns;   /* first and last ping */
-    uint64_t half_lives;       /* that have begun since */
-    uint64_t change;           /* counts everything that may change an answer; stamps of tiles are its values */
-    uint64_t change_of_all;    /* the last change that is not a ping's: ageing, correction, paging */
+    bool begun;              /* a ping was entered: */
+    uint64_t t0_ns, last_ns; /* first and last ping */
+    uint64_t half_lives;     /* that have begun since */
+    uint64_t change;         /* counts everything that may change an answer; stamps of tiles are its values */
+    uint64_t change_of_all;  /* the last change that is not a ping's: ageing, correction, paging */
+    struct cast_opening opening[VOXMAP_MAX_LEVELS], heard; /* of the last ping: */
+    float opening_az_rad, opening_el_rad;
+    enum cast_shape opening_shape;
     struct lattice_place body; /* at the last stamp */
     uint64_t body_ns;          /* ... and when; 0: none */
     struct voxmap_stats stats;
@@ -126,8 +130,23 @@ struct voxmap_part *voxmap_part(const struct voxmap *m, uint64_t id);
 /** voxmap_oldest - id of the oldest submap that is not the current one and not away: what to page out next; 0: none. */
 uint64_t voxmap_oldest(const struct voxmap *m);
 
+/** voxmap_low - memory runs out (less than a quarter of the tiles is free, or of the places for submaps): page out or drop
+ * voxmap_oldest() soon. Else voxmap_enter, at an eighth, closes the current one when it is alone, and at a sixteenth
+ * forgets the oldest. */
+bool voxmap_low(const struct voxmap *m);
+
 /** voxmap_drop - forgets a submap that is not the current one: unknown. False: no such. */
 bool voxmap_drop(struct voxmap *m, uint64_t id);
+
+/** voxmap_place_for_part - a place for one more submap: with all taken, that of the oldest, which is forgotten. */
+struct voxmap_part *voxmap_place_for_part(struct voxmap *m);
+
+/** voxmap_shift - by how many half-lives the counts of a submap are to be halved where they are read, at most 8. */
+static inline unsigned voxmap_shift(const struct voxmap *m, const struct voxmap_part *p)
+{
+    uint64_t past = m->half_lives - p->half_lives;
+    return past < 8 ? (unsigned)past : 8;
+}
 
 /** voxmap_changed - everything that may change an answer makes this number larger. */
 static inline uint64_t voxmap_changed(const struct voxmap *m)

@@ -12,12 +12,12 @@
 #include "voxmap.h"
 
 /** voxpage_bytes - of a submap that is not away, as packed; 0: no such. The current one may be packed too (to save a
- * map), in one go. */
+ * map), in one go: pings change it. */
 size_t voxpage_bytes(const struct voxmap *m, uint64_t id);
 
 /**
  * voxpage_pack - bytes from..from+size-1 of the packed submap into out; size is cut at the end. Returns what was written.
- * Slices must not be interrupted by voxmap_drop or voxpage_detach; pings in between are no matter, but to the current one.
+ * 0: at the end, or no such submap any more.
  */
 size_t voxpage_pack(const struct voxmap *m, uint64_t id, size_t from, uint8_t *out, size_t size);
 
@@ -31,7 +31,8 @@ bool voxpage_detach(struct voxmap *m, uint64_t id);
 bool voxpage_attach(struct voxmap *m, uint64_t id, const uint8_t *bytes, size_t size, char *err, size_t err_size);
 
 /**
- * voxpage_add - a submap of another run, as a closed one with a new id, which is returned; its age begins now. 0, with a
+ * voxpage_add - a submap of another run, as a closed one with a new id, which is returned. It ages from now on (what it
+ * had aged by when it was packed stays). 0, with a
  * sentence in err, when the bytes are no submap, of another voxel size or height, or there is no room.
  */
 uint64_t voxpage_add(struct voxmap *m, const uint8_t *bytes, size_t size, char *err, size_t err_size);

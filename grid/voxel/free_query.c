@@ -1,0 +1,320 @@
+/* SPDX-License-Identifier: MIT */
+#include "free_query.h"
+
+#include <string.h>
+
+#define HALF_DIAGONAL 0.8660254037844387 /* of a voxel */
+#define FARTHEST      1e9                /* voxels that one question may span, per axis */
+
+/* Reading the map along neighbouring cells: the block last looked at, at hand. */
+struct reader {
+    struct voxmask *mask;
+    const struct merge_block *bits;
+    struct block_key key;
+    bool away;
+};
+
+static enum voxel_state read_at(struct reader *r, const int64_t cell[3])
+{
+    struct block_key key = merge_block_of(cell);
+    if (!r->bits || !block_same(&key, &r->key)) {
+        r->key = key;
+        r->bits = &voxmask_block(r->mask, &key)->bits;
+    }
+    return merge_block_at(r->bits, cell);
+}
+
+static void centre_of(const struct voxmask *v, const int64_t cell[3], double out_m[3])
+{
+    for (int a = 0; a < 3; a++)
+        out_m[a] = ((double)cell[a] + 0.5) * v->map->set.voxel_m;
+}
+
+/* Counts a cell. True when it is not free. */
+static bool count_cell(struct reader *r, const int64_t cell[3], struct free_answer *out)
+{
+    enum voxel_state state = read_at(r, cell);
+    out->voxels++;
+    if (state == VOXEL_FREE)
+        return false;
+    out->unknown += state == VOXEL_UNKNOWN;
+    out->occupied += state == VOXEL_OCCUPIED;
+    out->away |= r->bits->away;
+    out->state = state > out->state ? state : out->state;
+    return true;
+}
+
+/* The cell becomes the answer's first that is not free. */
+static void note_first(const struct voxmask *v, const int64_t cell[3], enum voxel_state state,
+                       struct free_answer *out)
+{
+    out->first_state = state;
+    centre_of(v, cell, out->first_m);
+}
+
+bool free_query_point(struct voxmask *v, const double at_m[3], struct free_answer *out)
+{
+    return free_query_box(v, at_m, at_m, out);
+}
+
+bool free_query_box(struct voxmask *v, const double low_m[3], const double high_m[3], struct free_answer *out)
+{
+    struct lattice_place low, high;
+    struct reader r = {.mask = v};
+    double voxels = 1;
+    bool found = false;
+
+    *out = (struct free_answer){0};
+    if (!lattice_place(low_m, v->map->set.voxel_m, &low) || !lattice_place(high_m, v->map->set.voxel_m, &high))
+        return false;
+    for (int a = 0; a < 3; a++)
+        voxels *= (double)(high.cell[a] - low.cell[a] + 1);
+    if (!(low_m[0] <= high_m[0] && low_m[1] <= high_m[1] && low_m[2] <= high_m[2]) ||
+        !(voxels <= FREE_QUERY_MOST_VOXELS))
+        return false;
+    int64_t cell[3];
+    for (cell[0] = low.cell[0]; cell[0] <= high.cell[0]; cell[0]++)
+        for (cell[1] = low.cell[1]; cell[1] <= high.cell[1]; cell[1]++)
+            for (cell[2] = low.cell[2]; cell[2] <= high.cell[2]; cell[2]++)
+                if (count_cell(&r, cell, out) && !found) {
+                    found = true;
+                    note_first(v, cell, read_at(&r, cell), out);
+                }
+    return true;
+}
+
+/* ---- corridors ---- */
+
+/* One leg, in voxels from a whole-numbered origin near its start. */
+struct leg {
+    int64_t origin[3];
+    double a[3], d[3], length; /* start, way to the end */
+    double radius;
+    double before_m; /* way before this leg */
+};
+
+struct corridor {
+    struct reader reader;
+    struct free_answer *out;
+    double voxel_m;
+    bool found;
+};
+
+/* Squared distance of a + t d from the unit cube whose lower corner is c. */
+static double cube_distance2(const struct leg *l, const double c[3], double t)
+{
+    double sum = 0;
+    for (int x = 0; x < 3; x++) {
+        double at = l->a[x] + t * l->d[x] - c[x];
+        double off = at < 0 ? -at : at > 1 ? at - 1 : 0;
+        sum += off * off;
+    }
+    return sum;
+}
+
+/*
+ * Does the cube touch the swept ball? The squared distance along the leg is convex and, between the places where the line
+ * passes a face's plane, quadratic: its least value lies at one of them or where a piece's slope is zero.
+ */
+static bool touches(const struct leg *l, const double c[3])
+{
+    double cut[8] = {0, 1}, limit = l->radius * l->radius;
+    int n = 2;
+    for (int x = 0; x < 3; x++)
+        for (int side = 0; side < 2 && l->d[x] != 0; side++) {
+            double t = (c[x] + side - l->a[x]) / l->d[x];
+            if (t > 0 && t < 1)
+                cut[n++] = t;
+        }
+    for (int i = 1; i < n; i++)
+        for (int j = i; j > 0 && cut[j] < cut[j - 1]; j--) {
+            double swap = cut[j];
+            cut[j] = cut[j - 1];
+            cut[j - 1] = swap;
+        }
+    for (int i = 0; i < n; i++)
+        if (cube_distance2(l, c, cut[i]) <= limit)
+            return true;
+    for (int i = 0; i + 1 < n; i++) {
+        double middle = (cut[i] + cut[i + 1]) / 2, slope = 0, bend = 0;
+        for (int x = 0; x < 3; x++) {
+            double at = l->a[x] + middle * l->d[x] - c[x];
+            double off = at < 0 ? at : at > 1 ? at - 1 : 0;
+            slope += off * l->d[x];
+            bend += off != 0 ? l->d[x] * l->d[x] : 0;
+        }
+        double t = bend > 0 ? middle - slope / bend : middle;
+        if (t > cut[i] && t < cut[i + 1] && cube_distance2(l, c, t) <= limit)
+            return true;
+    }
+    return false;
+}
+
+/* Distance of the cube's middle from the leg, and where along it that is (0 to 1). */
+static double middle_distance(const struct leg *l, const double c[3], double *t)
+{
+    double along = 0, sum = 0, v[3];
+    for (int x = 0; x < 3; x++) {
+        v[x] = c[x] + 0.5 - l->a[x];
+        along += v[x] * l->d[x];
+    }
+    *t = l->length > 0 ? along / (l->length * l->length) : 0;
+    *t = *t < 0 ? 0 : *t > 1 ? 1 : *t;
+    for (int x = 0; x < 3; x++)
+        sum += (v[x] - *t * l->d[x]) * (v[x] - *t * l->d[x]);
+    return sqrt(sum);
+}
+
+/* A cell that is not free: how far the ball surely gets before it touches the ball around the cell. */
+static double clear_before(const struct corridor *q, const struct leg *l, double distance, double t)
+{
+    double reach = l->radius + HALF_DIAGONAL, back = sqrt(fmax(reach * reach - distance * distance, 0));
+    return l->before_m + fmax(t * l->length - back, 0) * q->voxel_m;
+}
+
+static void visit_cell(struct corridor *q, const struct leg *l, const double c[3])
+{
+    double t, distance = middle_distance(l, c, &t);
+    int64_t cell[3];
+
+    if (distance > l->radius + HALF_DIAGONAL || (distance > l->radius && !touches(l, c)))
+        return;
+    for (int x = 0; x < 3; x++)
+        cell[x] = l->origin[x] + (int64_t)c[x];
+    if (!count_cell(&q->reader, cell, q->out))
+        return;
+    double clear_m = clear_before(q, l, distance, t);
+    if (!q->found || clear_m < q->out->clear_m) {
+        q->found = true;
+        q->out->clear_m = clear_m;
+        note_first(q->reader.mask, cell, read_at(&q->reader, cell), q->out);
+    }
+}
+
+/* The part from..to of the leg (0 to 1) that passes within reach of lo..hi on one axis; false: none. */
+static bool clip(const struct leg *l, int axis, double lo, double hi, double *from, double *to)
+{
+    double a = l->a[axis], d = l->d[axis];
+    if (d == 0)
+        return a >= lo && a <= hi;
+    double enter = ((d > 0 ? lo : hi) - a) / d, leave = ((d > 0 ? hi : lo) - a) / d;
+    *from = fmax(*from, enter - 1e-9);
+    *to = fmin(*to, leave + 1e-9);
+    return *from <= *to;
+}
+
+/* The first and last cell within reach of that part of the leg, along one axis. */
+static void cells_near(const struct leg *l, int axis, double from, double to, double *first, double *last)
+{
+    double p = l->a[axis] + from * l->d[axis], q = l->a[axis] + to * l->d[axis];
+    *first = floor(fmin(p, q) - l->radius - 1e-6);
+    *last = floor(fmax(p, q) + l->radius + 1e-6);
+}
+
+static void visit_leg(struct corridor *q, const struct leg *l)
+{
+    double reach = l->radius + 1e-6, first[3], last[3], c[3];
+
+    cells_near(l, 0, 0, 1, &first[0], &last[0]);
+    for (c[0] = first[0]; c[0] <= last[0]; c[0]++) {
+        double from0 = 0, to0 = 1;
+        if (!clip(l, 0, c[0] - reach, c[0] + 1 + reach, &from0, &to0))
+            continue;
+        cells_near(l, 1, from0, to0, &first[1], &last[1]);
+        for (c[1] = first[1]; c[1] <= last[1]; c[1]++) {
+            double from1 = from0, to1 = to0;
+            if (!clip(l, 1, c[1] - reach, c[1] + 1 + reach, &from1, &to1))
+                continue;
+            cells_near(l, 2, from1, to1, &first[2], &last[2]);
+            for (c[2] = first[2]; c[2] <= last[2]; c[2]++)
+                visit_cell(q, l, c);
+        }
+    }
+}
+
+/* False when an end is no place, or the leg would touch too many voxels. */
+static bool leg_of(struct leg *l, const double a_m[3], const double b_m[3], double radius_m, double voxel_m,
+                   double *voxels)
+{
+    struct lattice_place a, b;
+    double sum = 0;
+
+    if (!lattice_place(a_m, voxel_m, &a) || !lattice_place(b_m, voxel_m, &b))
+        return false;
+    l->radius = radius_m / voxel_m;
+    for (int x = 0; x < 3; x++) {
+        l->origin[x] = a.cell[x];
+        l->a[x] = a.offset[x];
+        l->d[x] = (double)(b.cell[x] - a.cell[x]) + b.offset[x] - a.offset[x];
+        if (!(fabs(l->d[x]) <= FARTHEST))
+            return false;
+        sum += l->d[x] * l->d[x];
+    }
+    l->length = sqrt(sum);
+    double wide = 2 * l->radius + 2;
+    *voxels += wide * wide * (l->length + wide);
+    return *voxels <= FREE_QUERY_MOST_VOXELS;
+}
+
+bool free_query_corridor(struct voxmask *v, const double (*way_m)[3], uint32_t n, double radius_m,
+                         struct free_answer *out)
+{
+    struct corridor q = {.reader = {.mask = v}, .out = out, .voxel_m = v->map->set.voxel_m};
+    struct leg leg;
+    double voxels = 0, way = 0;
+
+    *out = (struct free_answer){0};
+    if (n == 0 || !(radius_m >= 0 && radius_m <= FARTHEST * q.voxel_m))
+        return false;
+    for (uint32_t w = 0; w < n; w++)
+        if ((w > 0 || n == 1) && !leg_of(&leg, way_m[w > 0 ? w - 1 : 0], way_m[w], radius_m, q.voxel_m, &voxels))
+            return false;
+    for (uint32_t w = 0; w < n; w++) {
+        if (w == 0 && n > 1)
+            continue;
+        leg_of(&leg, way_m[w > 0 ? w - 1 : 0], way_m[w], radius_m, q.voxel_m, &voxels);
+        leg.before_m = way;
+        visit_leg(&q, &leg);
+        way += leg.length * q.voxel_m;
+    }
+    if (!q.found)
+        out->clear_m = way;
+    return true;
+}
+
+/* ---- rays ---- */
+
+bool free_query_ray(struct voxmask *v, const double from_m[3], const double direction[3], double most_m,
+                    struct free_answer *out)
+{
+    const double voxel_m = v->map->set.voxel_m;
+    struct reader r = {.mask = v};
+    struct lattice_place from;
+    double length = sqrt(direction[0] * direction[0] + direction[1] * direction[1] + direction[2] * direction[2]);
+    double next[3], apart[3], at = 0, most = most_m / voxel_m;
+    int64_t step[3];
+
+    *out = (struct free_answer){0};
+    if (!lattice_place(from_m, voxel_m, &from) || !(length > 0 && length < INFINITY) ||
+        !(most >= 0 && most <= FREE_QUERY_MOST_VOXELS))
+        return false;
+    for (int a = 0; a < 3; a++) {
+        double d = direction[a] / length;
+        step[a] = d < 0 ? -1 : 1;
+        apart[a] = d != 0 ? 1 / fabs(d) : INFINITY;
+        next[a] = d != 0 ? (d < 0 ? from.offset[a] : 1 - from.offset[a]) * apart[a] : INFINITY;
+    }
+    while (at <= most) {
+        if (count_cell(&r, from.cell, out)) {
+            note_first(v, from.cell, out->state, out);
+            out->clear_m = at * voxel_m;
+            return true;
+        }
+        int a = next[0] <= next[1] ? (next[0] <= next[2] ? 0 : 2) : (next[1] <= next[2] ? 1 : 2);
+        at = next[a];
+        next[a] += apart[a];
+        from.cell[a] += step[a];
+    }
+    out->clear_m = most_m;
+    return true;
+}

@@ -1,0 +1,338 @@
+/* SPDX-License-Identifier: MIT */
+#include "merge.h"
+
+#include <string.h>
+
+#define ALIGNED 1e-9 /* voxels: nearer to a voxel's centre, its neighbours have no say */
+
+static int64_t floor_div(int64_t a, int64_t b)
+{
+    return a / b - (a % b < 0);
+}
+
+static inline uint32_t faded_vacancy(uint32_t count, unsigned shift)
+{
+    return count >> shift;
+}
+
+static inline uint32_t faded_echoes(uint32_t count, unsigned shift)
+{
+    return (count + (1u << shift) - 1) >> shift;
+}
+
+/* The directory's entry of the tile over a column, by plan position from the box's first; the column is in the box. */
+static uint32_t entry_at(const struct submap *map, int64_t i, int64_t j)
+{
+    return (uint32_t)(i / TILE_SIDE) * ((uint32_t)map->box.size[1] / TILE_SIDE) + (uint32_t)(j / TILE_SIDE);
+}
+
+/* What one submap says of a cell of its own lattice. */
+static struct merge_sum own_sum(const struct voxmap *m, const struct voxmap_part *p, const int64_t cell[3])
+{
+    struct merge_sum sum = {0};
+    unsigned shift = voxmap_shift(m, p);
+
+    if (!lattice_holds(&p->map.box, cell))
+        return sum;
+    if (p->away) {
+        uint32_t held =
+            p->map.tile[entry_at(&p->map, cell[0] - p->map.box.first[0], cell[1] - p->map.box.first[1])];
+        sum.away = held != TILE_NONE;
+        sum.away_heard = held == PART_TILE_HEARD;
+        return sum;
+    }
+    sum.vacancy = faded_vacancy(submap_count(&p->map, SUBMAP_VACANCY, cell), shift);
+    sum.echoes = faded_echoes(submap_count(&p->map, SUBMAP_ECHOES, cell), shift);
+    return sum;
+}
+
+/* A world's cell's centre in the lattice of a corrected submap: the least of the eight cells whose centres surround it, and
+ * per axis whether the next one does too. False: too far to be in it. */
+static bool pull_back(const struct voxmap_part *p, const int64_t cell[3], int64_t least[3], bool pair[3])
+{
+    double v[3];
+    for (int a = 0; a < 3; a++) {
+        double d = (double)(cell[a] - p->moved_to.cell[a]);
+        if (fabs(d) > 1e6 * TILE_SIDE)
+            return false;
+        v[a] = d + 0.5 - p->moved_to.offset[a];
+    }
+    quat_rotate_inverse(p->turn, v, v);
+    for (int a = 0; a < 3; a++) {
+        double at = v[a] + p->base.offset[a] - 0.5, below = floor(at + ALIGNED);
+        least[a] = p->base.cell[a] + (int64_t)below;
+        pair[a] = at - below > ALIGNED;
+    }
+    return true;
+}
+
+static struct merge_sum moved_sum(const struct voxmap *m, const struct voxmap_part *p, const int64_t cell[3])
+{
+    struct merge_sum sum = {.vacancy = UINT32_MAX};
+    int64_t least[3];
+    bool pair[3];
+
+    if (!pull_back(p, cell, least, pair))
+        return (struct merge_sum){0};
+    for (int n = 0; n < 8; n++) {
+        const int step[3] = {n & 1, n >> 1 & 1, n >> 2};
+        if ((step[0] && !pair[0]) || (step[1] && !pair[1]) || (step[2] && !pair[2]))
+            continue;
+        struct merge_sum one =
+            own_sum(m, p, (const int64_t[3]){least[0] + step[0], least[1] + step[1], least[2] + step[2]});
+        sum.vacancy = one.vacancy < sum.vacancy ? one.vacancy : sum.vacancy;
+        sum.echoes = one.echoes > sum.echoes ? one.echoes : sum.echoes;
+        sum.away |= one.away;
+        sum.away_heard |= one.away_heard;
+    }
+    return sum;
+}
+
+struct merge_sum merge_sum(const struct voxmap *m, const int64_t cell[3])
+{
+    struct merge_sum sum = {0};
+    for (uint32_t n = 0; n < m->set.max_submaps; n++) {
+        const struct voxmap_part *p = &m->part[n];
+        if (!p->id)
+            continue;
+        struct merge_sum one = p->moved ? moved_sum(m, p, cell) : own_sum(m, p, cell);
+        sum.vacancy += one.vacancy;
+        sum.echoes += one.echoes;
+        sum.away |= one.away;
+        sum.away_heard |= one.away_heard;
+    }
+    return sum;
+}
+
+enum voxel_state merge_at(const struct voxmap *m, const int64_t cell[3], bool *away)
+{
+    struct merge_sum sum = merge_sum(m, cell);
+    if (away)
+        *away = sum.away;
+    return voxel_judge(&m->rule, sum.away_heard ? 0 : sum.vacancy, sum.echoes);
+}
+
+/* ---- blocks ---- */
+
+/* A submap's part in a block: the tile over it, and which of its heights. */
+struct layer {
+    const struct voxmap_part *part; /* corrected: asked cell by cell */
+    uint32_t tile;
+    unsigned shift;
+    int32_t first, end, skip; /* cells of the block; the first of the column */
+};
+
+/* Whether an uncorrected submap has a tile that reaches into a block. */
+static bool layer_in(const struct voxmap *m, const struct voxmap_part *p, const struct block_key *key,
+                     struct layer *out, uint32_t *entry)
+{
+    const struct lattice_box *box = &p->map.box;
+    int64_t i = key->at[0] * BLOCK_SIDE - box->first[0], j = key->at[1] * BLOCK_SIDE - box->first[1];
+    int64_t k = key->at[2] * BLOCK_HEIGHT - box->first[2];
+
+    if (i < 0 || i >= box->size[0] || j < 0 || j >= box->size[1] || k <= -BLOCK_HEIGHT || k >= box->size[2])
+        return false;
+    *entry = entry_at(&p->map, i, j);
+    out->part = p;
+    out->tile = p->map.tile[*entry];
+    out->shift = voxmap_shift(m, p);
+    out->first = k < 0 ? (int32_t)-k : 0;
+    out->end = box->size[2] - k < BLOCK_HEIGHT ? (int32_t)(box->size[2] - k) : BLOCK_HEIGHT;
+    out->skip = k < 0 ? 0 : (int32_t)k;
+    return out->tile != TILE_NONE;
+}
+
+/* All of eight bytes' lowest bits, the first lowest. */
+static uint64_t pack(const uint8_t flag[BLOCK_HEIGHT])
+{
+    uint64_t bits = 0;
+    for (int n = 0; n < BLOCK_HEIGHT; n += 8) {
+        uint64_t eight = 0;
+        for (int k = 0; k < 8; k++)
+            eight |= (uint64_t)flag[n + k] << 8 * k;
+        bits |= (eight * UINT64_C(0x0102040810204080) >> 56) << n;
+    }
+    return bits;
+}
+
+struct sums {
+    uint16_t vacancy[BLOCK_HEIGHT], echoes[BLOCK_HEIGHT];
+};
+
+static void add_layer(const struct voxmap *m, const struct layer *l, uint32_t column, struct sums *s)
+{
+    int32_t n = l->end - l->first;
+    const uint8_t *vacancy = tiles_column(&m->tiles, l->tile, column, SUBMAP_VACANCY) + l->skip;
+    for (int32_t k = 0; k < n; k++)
+        s->vacancy[l->first + k] = (uint16_t)(s->vacancy[l->first + k] + faded_vacancy(vacancy[k], l->shift));
+    if (m->tiles.planes < 2)
+        return;
+    const uint8_t *echoes = tiles_column(&m->tiles, l->tile, column, SUBMAP_ECHOES) + l->skip;
+    for (int32_t k = 0; k < n; k++)
+        s->echoes[l->first + k] = (uint16_t)(s->echoes[l->first + k] + faded_echoes(echoes[k], l->shift));
+}
+
+static void judge(const struct voxmap *m, const struct sums *s, uint64_t *free, uint64_t *heard)
+{
+    uint8_t is_free[BLOCK_HEIGHT], is_heard[BLOCK_HEIGHT];
+    uint32_t threshold = m->rule.threshold, weight = m->rule.echo_weight;
+    for (int k = 0; k < BLOCK_HEIGHT; k++) {
+        is_free[k] = s->vacancy[k] > threshold + weight * s->echoes[k];
+        is_heard[k] = s->echoes[k] > 0;
+    }
+    *free = pack(is_free);
+    *heard = pack(is_heard);
+}
+
+/* Bits of the heights that a layer has. */
+static uint64_t heights(const struct layer *l)
+{
+    uint64_t below_end = l->end < BLOCK_HEIGHT ? (UINT64_C(1) << l->end) - 1 : UINT64_MAX;
+    return below_end & ~((UINT64_C(1) << l->first) - 1);
+}
+
+/* Is a corrected submap's box near enough to say anything of a block? Compares the balls around both. */
+static bool near_block(const struct voxmap_part *p, const struct block_key *key)
+{
+    double middle[3], v[3], distance2 = 0, radius = sqrt(8 * 8 + 8 * 8 + 32 * 32) + 2, box2 = 0;
+    for (int a = 0; a < 3; a++) {
+        middle[a] = (double)(p->map.box.first[a] - p->base.cell[a]) + p->map.box.size[a] / 2.0 - p->base.offset[a];
+        box2 += p->map.box.size[a] / 2.0 * (p->map.box.size[a] / 2.0);
+    }
+    quat_rotate(p->turn, middle, v);
+    for (int a = 0; a < 3; a++) {
+        int side = a < 2 ? BLOCK_SIDE : BLOCK_HEIGHT;
+        double d = (double)(key->at[a] * side - p->moved_to.cell[a]) + side / 2.0 - p->moved_to.offset[a] - v[a];
+        distance2 += d * d;
+    }
+    return sqrt(distance2) <= sqrt(box2) + radius;
+}
+
+/* With a corrected submap in it, a block is asked cell by cell. */
+static void ask_cells(const struct voxmap *m, const struct block_key *key, struct merge_block *out)
+{
+    memset(out, 0, sizeof *out);
+    for (uint32_t c = 0; c < BLOCK_COLUMNS; c++)
+        for (int k = 0; k < BLOCK_HEIGHT; k++) {
+            int64_t cell[3] = {key->at[0] * BLOCK_SIDE + c / BLOCK_SIDE, key->at[1] * BLOCK_SIDE + c % BLOCK_SIDE,
+                               key->at[2] * BLOCK_HEIGHT + k};
+            struct merge_sum sum = merge_sum(m, cell);
+            bool is_free = !sum.away_heard && voxel_judge(&m->rule, sum.vacancy, sum.echoes) == VOXEL_FREE;
+            out->free[c] |= (uint64_t)is_free << k;
+            out->heard[c] |= (uint64_t)(sum.echoes > 0) << k;
+            out->away |= sum.away;
+        }
+}
+
+void merge_block(const struct voxmap *m, const struct block_key *key, struct merge_block *out)
+{
+    struct layer layer[VOXMAP_MAX_SUBMAPS];
+    uint64_t hidden = 0; /* where a submap that is away may hold echoes */
+    uint32_t n = 0, entry;
+
+    out->away = false;
+    for (uint32_t p = 0; p < m->set.max_submaps; p++) {
+        const struct voxmap_part *part = &m->part[p];
+        if (!part->id)
+            continue;
+        if (part->moved && near_block(part, key)) {
+            ask_cells(m, key, out);
+            return;
+        }
+        if (part->moved || !layer_in(m, part, key, &layer[n], &entry))
+            continue;
+        if (part->away) {
+            out->away = true;
+            hidden |= layer[n].tile == PART_TILE_HEARD ? heights(&layer[n]) : 0;
+        } else {
+            n++;
+        }
+    }
+    for (uint32_t c = 0; c < BLOCK_COLUMNS; c++) {
+        struct sums sums = {0};
+        for (uint32_t l = 0; l < n; l++)
+            add_layer(m, &layer[l], c, &sums);
+        judge(m, &sums, &out->free[c], &out->heard[c]);
+        out->free[c] &= ~hidden;
+    }
+}
+
+bool merge_block_changed(const struct voxmap *m, const struct block_key *key, uint64_t since)
+{
+    struct layer layer;
+    uint32_t entry;
+
+    if (m->change_of_all > since)
+        return true;
+    for (uint32_t p = 0; p < m->set.max_submaps; p++) {
+        const struct voxmap_part *part = &m->part[p];
+        if (part->id && part->map.now > since && layer_in(m, part, key, &layer, &entry) &&
+            part->map.written[entry] > since)
+            return true;
+    }
+    return false;
+}
+
+/* ---- all blocks ---- */
+
+/* The blocks that a submap is walked by: those of its own tiles; of a corrected one, all near the ball around its box. */
+static void range_of(const struct voxmap_part *p, int64_t first[3], int64_t last[3])
+{
+    if (!p->moved) {
+        for (int a = 0; a < 3; a++) {
+            int side = a < 2 ? BLOCK_SIDE : BLOCK_HEIGHT;
+            first[a] = floor_div(p->map.box.first[a], side);
+            last[a] = floor_div(p->map.box.first[a] + p->map.box.size[a] - 1, side);
+        }
+        return;
+    }
+    double middle[3], v[3], reach = 0;
+    for (int a = 0; a < 3; a++) {
+        middle[a] = (double)(p->map.box.first[a] - p->base.cell[a]) + p->map.box.size[a] / 2.0 - p->base.offset[a];
+        reach += p->map.box.size[a] / 2.0 * (p->map.box.size[a] / 2.0);
+    }
+    quat_rotate(p->turn, middle, v);
+    reach = sqrt(reach) + 2;
+    for (int a = 0; a < 3; a++) {
+        int side = a < 2 ? BLOCK_SIDE : BLOCK_HEIGHT;
+        int64_t at = p->moved_to.cell[a];
+        first[a] = floor_div(at + (int64_t)floor(v[a] - reach), side);
+        last[a] = floor_div(at + (int64_t)ceil(v[a] + reach), side);
+    }
+}
+
+static bool speaks_of(const struct voxmap *m, const struct voxmap_part *p, const struct block_key *key)
+{
+    struct layer layer;
+    uint32_t entry;
+    return p->id && (p->moved ? near_block(p, key) : layer_in(m, p, key, &layer, &entry));
+}
+
+static bool said_before(const struct voxmap *m, uint32_t part, const struct block_key *key)
+{
+    for (uint32_t p = 0; p < part; p++)
+        if (speaks_of(m, &m->part[p], key))
+            return true;
+    return false;
+}
+
+bool merge_next(const struct voxmap *m, struct merge_walk *walk, struct block_key *key)
+{
+    for (; walk->part < m->set.max_submaps; walk->part++, walk->at = 0) {
+        const struct voxmap_part *p = &m->part[walk->part];
+        int64_t first[3], last[3];
+        if (!p->id)
+            continue;
+        range_of(p, first, last);
+        int64_t rows = last[1] - first[1] + 1, levels = last[2] - first[2] + 1;
+        int64_t n = (last[0] - first[0] + 1) * rows * levels;
+        while (walk->at < n) {
+            int64_t at = walk->at++;
+            *key = (struct block_key){
+                {first[0] + at / levels / rows, first[1] + at / levels % rows, first[2] + at % levels}};
+            if (speaks_of(m, p, key) && !said_before(m, walk->part, key))
+                return true;
+        }
+    }
+    return false;
+}

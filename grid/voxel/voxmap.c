@@ -1,0 +1,386 @@
+/* SPDX-License-Identifier: MIT */
+#include "voxmap.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#define BODY_GAP_NS UINT64_C(2000000000) /* longest time over which the body is taken to have gone straight */
+
+static size_t aligned(size_t bytes)
+{
+    return (bytes + 63) / 64 * 64;
+}
+
+uint32_t voxmap_side(double range_m, double path_m, double voxel_m)
+{
+    double side = 2 * ceil((range_m + path_m) / voxel_m / TILE_SIDE) + 3; /* the base lies anywhere in its tile */
+    return side >= 1 && side <= 4096 ? (uint32_t)side : 0;
+}
+
+static const char *refused(const struct voxmap_setting *s)
+{
+    if (!(s->voxel_m >= 0.01 && s->voxel_m <= 10))
+        return "voxel: want 0.01 to 10 m";
+    if (!submap_bytes(s->side))
+        return "side: want 1 to 4096 tiles";
+    if (s->max_submaps < 2 || s->max_submaps > VOXMAP_MAX_SUBMAPS)
+        return "submaps: want 2 to 256";
+    if (!tiles_bytes(s->n_tiles, s->height, s->keep_echoes ? 2 : 1))
+        return "memory: want at least one tile of 16 x 16 columns";
+    if (!(s->tolerance_m >= 0 && s->tolerance_m <= s->voxel_m))
+        return "tolerance: want 0 to one voxel";
+    if (s->weight_levels < 1 || s->weight_levels > VOXMAP_MAX_LEVELS)
+        return "weight levels: want 1 to 8";
+    if (s->rule.threshold * s->weight_levels > 254)
+        return "threshold: want at most 254 over the weight levels";
+    if (!(s->body_radius_m >= 0 && s->body_radius_m <= 100))
+        return "body radius: want 0 to 100 m";
+    if (!(s->submap_path_m > 0) || s->submap_ns == 0 || s->half_life_ns == 0)
+        return "submap path, submap time and half-life: want more than 0";
+    return NULL;
+}
+
+size_t voxmap_bytes(const struct voxmap_setting *s, char *err, size_t err_size)
+{
+    const char *why = refused(s);
+    if (why) {
+        snprintf(err, err_size, "%s", why);
+        return 0;
+    }
+    return aligned(s->max_submaps * sizeof(struct voxmap_part)) + s->max_submaps * aligned(submap_bytes(s->side)) +
+           tiles_bytes(s->n_tiles, s->height, s->keep_echoes ? 2 : 1);
+}
+
+void voxmap_init(struct voxmap *m, const struct voxmap_setting *s, void *memory)
+{
+    uint8_t *at = memory;
+
+    *m = (struct voxmap){.set = *s, .part = memory, .next_id = 1, .change = 1, .change_of_all = 1};
+    m->rule.threshold = (uint16_t)(s->rule.threshold * s->weight_levels);
+    uint32_t weight = (uint32_t)s->rule.echo_weight * s->weight_levels;
+    m->rule.echo_weight = (uint16_t)(weight < UINT16_MAX ? weight : UINT16_MAX);
+    at += aligned(s->max_submaps * sizeof *m->part);
+    for (uint32_t p = 0; p < s->max_submaps; p++) {
+        m->part[p] = (struct voxmap_part){.map.tile = (uint32_t *)at};
+        memset(at, 0, submap_bytes(s->side));
+        at += aligned(submap_bytes(s->side));
+    }
+    tiles_init(&m->tiles, at, s->n_tiles, s->height, s->keep_echoes ? 2 : 1);
+}
+
+/* ---- submaps ---- */
+
+/* Anything may have changed, everywhere. */
+static void change_all(struct voxmap *m)
+{
+    m->change_of_all = ++m->change;
+}
+
+struct voxmap_part *voxmap_part(const struct voxmap *m, uint64_t id)
+{
+    for (uint32_t p = 0; p < m->set.max_submaps; p++)
+        if (id && m->part[p].id == id)
+            return &m->part[p];
+    return NULL;
+}
+
+static struct voxmap_part *oldest(const struct voxmap *m, bool also_away)
+{
+    struct voxmap_part *found = NULL;
+    for (uint32_t p = 0; p < m->set.max_submaps; p++) {
+        struct voxmap_part *part = &m->part[p];
+        if (part->id && part != m->current && (also_away || !part->away) && (!found || part->id < found->id))
+            found = part;
+    }
+    return found;
+}
+
+uint64_t voxmap_oldest(const struct voxmap *m)
+{
+    const struct voxmap_part *part = oldest(m, false);
+    return part ? part->id : 0;
+}
+
+static void forget(struct voxmap *m, struct voxmap_part *part)
+{
+    if (!part->away)
+        submap_clear(&part->map);
+    part->id = 0;
+    change_all(m);
+}
+
+bool voxmap_drop(struct voxmap *m, uint64_t id)
+{
+    struct voxmap_part *part = voxmap_part(m, id);
+    if (!part || part == m->current)
+        return false;
+    forget(m, part);
+    return true;
+}
+
+void voxmap_clear(struct voxmap *m)
+{
+    for (uint32_t p = 0; p < m->set.max_submaps; p++)
+        if (m->part[p].id)
+            forget(m, &m->part[p]);
+    m->current = NULL;
+    m->close_asked = false;
+    m->body_ns = 0;
+}
+
+void voxmap_new(struct voxmap *m)
+{
+    m->close_asked = true;
+}
+
+bool voxmap_low(const struct voxmap *m)
+{
+    uint32_t taken = 0;
+    for (uint32_t p = 0; p < m->set.max_submaps; p++)
+        taken += m->part[p].id != 0;
+    return m->tiles.n_free < m->tiles.n / 4 || taken > m->set.max_submaps - m->set.max_submaps / 4;
+}
+
+struct voxmap_part *voxmap_place_for_part(struct voxmap *m)
+{
+    for (;;) {
+        for (uint32_t p = 0; p < m->set.max_submaps; p++)
+            if (!m->part[p].id)
+                return &m->part[p];
+        struct voxmap_part *part = oldest(m, true);
+        m->stats.lost++;
+        forget(m, part);
+    }
+}
+
+static void begin_submap(struct voxmap *m, const struct pose *pose, uint64_t t_ns,
+                         const struct lattice_place *base)
+{
+    struct voxmap_part *part = voxmap_place_for_part(m);
+    uint32_t *directory = part->map.tile;
+
+    *part = (struct voxmap_part){
+        .id = m->next_id++,
+        .base = *base,
+        .moved_to = *base,
+        .turn = {1, 0, 0, 0},
+        .begin_ns = t_ns,
+        .begin_path_m = pose->path_m,
+        .half_lives = m->half_lives,
+    };
+    submap_init(&part->map, directory, m->set.side, &m->tiles, base);
+    m->current = part;
+    m->close_asked = false;
+}
+
+bool voxmap_move(struct voxmap *m, uint64_t id, const double position_m[3], const double attitude[4])
+{
+    struct voxmap_part *part = voxmap_part(m, id);
+    struct lattice_place to;
+    double turn[4];
+
+    memcpy(turn, attitude, sizeof turn);
+    if (!part || !lattice_place(position_m, m->set.voxel_m, &to) || !quat_normalise(turn))
+        return false;
+    if (part == m->current)
+        m->current = NULL;
+    part->moved = true;
+    part->moved_to = to;
+    memcpy(part->turn, turn, sizeof turn);
+    change_all(m);
+    return true;
+}
+
+/* ---- time ---- */
+
+/* A half-life has begun: the current submap, which is written to, is halved where it lies; without echoes, what nothing is
+ * left of is given back. */
+static void age(struct voxmap *m, uint64_t t_ns)
+{
+    uint64_t half_lives = t_ns > m->t0_ns ? (t_ns - m->t0_ns) / m->set.half_life_ns : 0;
+    if (half_lives <= m->half_lives)
+        return;
+    m->half_lives = half_lives;
+    change_all(m);
+    if (m->current) {
+        for (unsigned n = voxmap_shift(m, m->current); n > 0; n--)
+            submap_halve(&m->current->map);
+        m->current->half_lives = half_lives;
+    }
+    for (uint32_t p = 0; p < m->set.max_submaps; p++)
+        if (m->part[p].id && &m->part[p] != m->current && !m->set.keep_echoes && voxmap_shift(m, &m->part[p]) == 8)
+            forget(m, &m->part[p]);
+}
+
+static void make_room(struct voxmap *m)
+{
+    struct voxmap_part *old = oldest(m, false);
+    if (m->tiles.n_free < m->tiles.n / 8 && m->current && !old)
+        m->close_asked = true;
+    if (m->tiles.n_free < m->tiles.n / 16 && old) {
+        m->stats.lost++;
+        forget(m, old);
+    }
+}
+
+/* The ping was this submap's last when it has gone its way or time. */
+static bool is_full(const struct voxmap *m, const struct pose *pose, uint64_t t_ns)
+{
+    const struct voxmap_part *part = m->current;
+    return pose->path_m - part->begin_path_m >= m->set.submap_path_m ||
+           (m->set.submap_ns != VOXMAP_NEVER && t_ns > part->begin_ns &&
+            t_ns - part->begin_ns >= m->set.submap_ns);
+}
+
+/* ---- beams ---- */
+
+/* Half of a beam's width in azimuth: no wider than to the middle between neighbours, so that no voxel lies in two. */
+static float cut_azimuth(const struct echoes *e)
+{
+    float half = e->az_aperture_rad / 2;
+    for (int b = 1; b < e->n_beams; b++) {
+        float apart = fabsf(e->beam[b].az_rad - e->beam[b - 1].az_rad);
+        if (apart > 0 && apart / 2 < half)
+            half = apart / 2;
+    }
+    return half;
+}
+
+static float cut_elevation(const struct echoes *e)
+{
+    float half = e->el_aperture_rad / 2;
+    for (int b = 1; b < e->n_beams; b++) {
+        float apart = fabsf(e->beam[b].el_rad - e->beam[b - 1].el_rad);
+        if (apart > 0 && e->beam[b].az_rad == e->beam[b - 1].az_rad && apart / 2 < half)
+            half = apart / 2;
+    }
+    return half;
+}
+
+/*
+ * Openings for the levels of weight: level 0 is the whole beam, level k the part whose two-way pattern
+ * exp(-2 ln 2 (u^2 + v^2)), with u and v in half apertures, is above k / levels. Each adds 1.
+ */
+static bool open_beam(struct voxmap *m, enum cast_shape shape, float half_az_rad, float half_el_rad)
+{
+    char err[160];
+    const double voxel_m = m->set.voxel_m, diagonal = 0.8660254037844386;
+
+    if (half_az_rad > 0 && m->opening_az_rad == half_az_rad && m->opening_el_rad == half_el_rad &&
+        m->opening_shape == shape)
+        return true;
+    m->opening_az_rad = 0;
+    for (int level = 0; level < m->set.weight_levels; level++) {
+        double narrow = level ? sqrt(log((double)m->set.weight_levels / level) / (2 * log(2))) : 1;
+        narrow = narrow < 1 ? narrow : 1;
+        if (!cast_opening_init(&m->opening[level], shape, narrow * (double)half_az_rad,
+                               narrow * (double)half_el_rad, m->set.tolerance_m, err, sizeof err))
+            return false;
+    }
+    if (!cast_opening_init(&m->heard, shape, (double)half_az_rad, (double)half_el_rad, diagonal * voxel_m, err,
+                           sizeof err))
+        return false;
+    m->opening_az_rad = half_az_rad;
+    m->opening_el_rad = half_el_rad;
+    m->opening_shape = shape;
+    return true;
+}
+
+static void enter_beam(struct voxmap *m, const struct beam_echoes *heard, const struct lattice_place *apex,
+                       const double attitude[4])
+{
+    struct submap *map = &m->current->map;
+    const double voxel_m = m->set.voxel_m, az = (double)heard->az_rad, el = (double)heard->el_rad;
+    struct cast_beam beam;
+
+    if (heard->state == BEAM_BLIND)
+        return;
+    if (heard->free_to_m > heard->blind_m && cast_aim(&beam, &m->opening[0], apex, attitude, az, el,
+                                                      (double)heard->blind_m, (double)heard->free_to_m, voxel_m)) {
+        m->stats.beams++;
+        for (int level = 0; level < m->set.weight_levels; level++) {
+            beam.opening = &m->opening[level];
+            submap_cast(map, &beam, SUBMAP_VACANCY);
+        }
+    }
+    for (int n = 0; m->set.keep_echoes && n < heard->n; n++) {
+        const struct echo *echo = &heard->echo[n];
+        double near_m = fmax((double)echo->near_m - voxel_m / 2, 0);
+        double far_m = (double)echo->range_m + (double)echo->sd_m + voxel_m / 2;
+        if (cast_aim(&beam, &m->heard, apex, attitude, az, el, near_m, far_m, voxel_m))
+            submap_cast(map, &beam, SUBMAP_ECHOES);
+    }
+}
+
+static void enter_body(struct voxmap *m, const struct lattice_place *at, uint64_t t_ns)
+{
+    double radius = m->set.body_radius_m / m->set.voxel_m, apart2 = 0;
+    const struct lattice_place *from = &m->body;
+
+    for (int a = 0; a < 3; a++) {
+        double d = (double)(at->cell[a] - from->cell[a]) + at->offset[a] - from->offset[a];
+        apart2 += d * d;
+    }
+    if (m->body_ns == 0 || t_ns - m->body_ns > BODY_GAP_NS || apart2 > 4 * radius * radius)
+        from = at;
+    submap_body(&m->current->map, from, at, radius, (uint8_t)(m->rule.threshold + 1));
+    m->body = *at;
+    m->body_ns = t_ns;
+}
+
+/* Where the body and the sensor are; false when that is not known well enough. */
+static bool locate(const struct voxmap *m, const struct pose *pose, const struct mount *mount,
+                   struct lattice_place *body, struct lattice_place *apex, double attitude[4])
+{
+    const unsigned need = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
+    double turn[4], arm[3], apex_m[3];
+
+    memcpy(turn, pose->attitude, sizeof turn);
+    if ((pose->has & need) != need || !quat_normalise(turn))
+        return false;
+    quat_multiply(turn, mount->attitude, attitude);
+    quat_rotate(turn, mount->position_m, arm);
+    for (int a = 0; a < 3; a++)
+        apex_m[a] = pose->position_m[a] + arm[a];
+    return lattice_place(pose->position_m, m->set.voxel_m, body) && lattice_place(apex_m, m->set.voxel_m, apex);
+}
+
+bool voxmap_enter(struct voxmap *m, const struct echoes *e, const struct voxmap_sensor *sensor)
+{
+    struct lattice_place body, apex;
+    double attitude[4];
+
+    if (!locate(m, &e->pose, &sensor->mount, &body, &apex, attitude)) {
+        m->stats.no_pose++;
+        return false;
+    }
+    if (!open_beam(m, sensor->shape, cut_azimuth(e), cut_elevation(e))) {
+        m->stats.unfit++;
+        return false;
+    }
+    if (!m->begun)
+        m->t0_ns = m->last_ns = e->t_ns;
+    m->begun = true;
+    if (e->t_ns > m->last_ns)
+        m->last_ns = e->t_ns;
+    age(m, m->last_ns);
+    make_room(m);
+    if (!m->current || m->close_asked)
+        begin_submap(m, &e->pose, m->last_ns, &body);
+
+    struct voxmap_part *part = m->current;
+    part->map.now = ++m->change;
+    for (int b = 0; b < e->n_beams; b++)
+        enter_beam(m, &e->beam[b], &apex, attitude);
+    if (m->set.body_radius_m > 0)
+        enter_body(m, &body, m->last_ns);
+    part->last_ns = m->last_ns;
+    part->pings++;
+    m->stats.pings++;
+    m->stats.clipped += part->map.stats.clipped;
+    m->stats.starved += part->map.stats.starved;
+    part->map.stats = (struct submap_stats){0};
+    if (is_full(m, &e->pose, m->last_ns))
+        m->close_asked = true;
+    return true;
+}

@@ -1,0 +1,665 @@
+/* SPDX-License-Identifier: MIT */
+/* test_voxmap - voxmap.h, merge.h and voxpage.h: what pings leave in the map, submaps, ageing, correction, paging. */
+#include "../../grid/voxel/voxpage.h"
+#include "../lib/voxmap_rig.h"
+
+static const double at_origin[3] = {0.05, 0.05, 0.05};
+static const int64_t nowhere[3] = {0, 0, 0};
+
+static uint64_t cells_with(struct rig *r, bool heard)
+{
+    uint64_t n = 0;
+    for (int64_t i = -64; i < 64; i++)
+        for (int64_t j = -64; j < 64; j++)
+            for (int64_t k = -40; k < 40; k++) {
+                struct merge_sum s = merge_sum(&r->map, (const int64_t[3]){i, j, k});
+                n += heard ? s.echoes > 0 : s.vacancy > 0;
+            }
+    return n;
+}
+
+TEST(settings_are_checked)
+{
+    static const struct {
+        const char *name;
+        size_t offset;
+        double value;
+    } row[] = {
+        {"voxel 0", offsetof(struct voxmap_setting, voxel_m), 0},
+        {"voxel not a number", offsetof(struct voxmap_setting, voxel_m), NAN},
+        {"tolerance below 0", offsetof(struct voxmap_setting, tolerance_m), -0.1},
+        {"tolerance over a voxel", offsetof(struct voxmap_setting, tolerance_m), 0.2},
+        {"body not a number", offsetof(struct voxmap_setting, body_radius_m), NAN},
+        {"way 0", offsetof(struct voxmap_setting, submap_path_m), 0},
+    };
+    char err[160];
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct voxmap_setting s = rig_setting();
+        memcpy((char *)&s + row[i].offset, &row[i].value, sizeof row[i].value);
+        err[0] = '\0';
+        CHECK_INT(voxmap_bytes(&s, err, sizeof err), 0);
+        CHECK(err[0] != '\0');
+        if (test_case_failed)
+            printf("(%s)\n", row[i].name);
+    }
+    struct voxmap_setting s = rig_setting();
+    CHECK(voxmap_bytes(&s, err, sizeof err) > 0);
+    s.weight_levels = 0;
+    CHECK_INT(voxmap_bytes(&s, err, sizeof err), 0);
+    s.weight_levels = 8;
+    s.rule.threshold = 32;
+    CHECK_INT(voxmap_bytes(&s, err, sizeof err), 0);
+    s.rule.threshold = 31;
+    CHECK(voxmap_bytes(&s, err, sizeof err) > 0);
+    CHECK_INT(voxmap_side(5, 5, 0.1), 17);
+    CHECK_INT(voxmap_side(INFINITY, 5, 0.1), 0);
+    CHECK_INT(voxmap_side(NAN, 5, 0.1), 0);
+}
+
+TEST(a_ping_without_a_good_pose_leaves_nothing)
+{
+    struct voxmap_setting s = rig_setting();
+    struct rig *r = rig_new(&s);
+    struct rig_ping p;
+    static const struct {
+        const char *name;
+        unsigned has;
+        double north, w;
+    } row[] = {
+        {"no attitude", POSE_POSITION | POSE_DEPTH, 0, 1},
+        {"no position", POSE_ATTITUDE | POSE_DEPTH, 0, 1},
+        {"no depth", POSE_ATTITUDE | POSE_POSITION, 0, 1},
+        {"north is not a number", 7, NAN, 1},
+        {"north is infinite", 7, INFINITY, 1},
+        {"attitude of length 0", 7, 0, 0},
+        {"attitude is not a number", 7, 0, NAN},
+    };
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        rig_aim(&p, at_origin, 0, 3);
+        p.echoes.pose.has = row[i].has;
+        p.echoes.pose.position_m[0] = row[i].north;
+        p.echoes.pose.attitude[0] = row[i].w;
+        CHECK(!rig_enter(r, &p, 0));
+        CHECK_INT(r->map.stats.no_pose, (int)i + 1);
+        if (test_case_failed)
+            printf("(%s)\n", row[i].name);
+    }
+    rig_aim(&p, at_origin, 0, 3);
+    p.echoes.az_aperture_rad = p.echoes.el_aperture_rad = 0;
+    CHECK(!rig_enter(r, &p, 0));
+    CHECK_INT(r->map.stats.unfit, 1);
+    CHECK_INT(r->map.stats.pings, 0);
+    CHECK_INT(r->map.tiles.n_free, r->map.tiles.n);
+    rig_free(r);
+}
+
+TEST(V1_nothing_claimed_nothing_changed)
+{
+    struct voxmap_setting s = rig_setting();
+    struct rig *r = rig_new(&s);
+    struct rig_ping p;
+    const float far[] = {0, -1, NAN, INFINITY, 0.5f};
+    for (size_t i = 0; i < sizeof far / sizeof far[0]; i++) {
+        rig_aim(&p, at_origin, 0, 0);
+        p.beam.free_to_m = far[i];
+        p.beam.blind_m = 0.75f;
+        CHECK(rig_enter(r, &p, 0));
+    }
+    rig_aim(&p, at_origin, 0, 3);
+    p.beam.state = BEAM_BLIND;
+    CHECK(rig_enter(r, &p, 0));
+    CHECK_INT(r->map.stats.beams, 0);
+    CHECK_INT(r->map.tiles.n_free, r->map.tiles.n);
+    rig_free(r);
+}
+
+TEST(V4_a_voxel_rises_once_per_ping_and_stops_at_255)
+{
+    struct voxmap_setting s = rig_setting();
+    struct rig *r = rig_new(&s);
+    struct rig_ping p;
+    const int64_t cell[3] = {20, 0, 0};
+    rig_aim(&p, at_origin, 0, 3);
+    for (int n = 1; n <= 300; n++) {
+        rig_enter(r, &p, 0);
+        CHECK_INT(merge_sum(&r->map, cell).vacancy, n < 255 ? n : 255);
+        CHECK_INT(merge_at(&r->map, cell, NULL), n > 2 ? VOXEL_FREE : VOXEL_UNKNOWN);
+    }
+    rig_free(r);
+}
+
+/* A fan whose beams are wider than their spacing: no voxel twice. */
+TEST(a_fan_raises_each_voxel_once)
+{
+    struct voxmap_setting s = rig_setting();
+    struct rig *r = rig_new(&s);
+    struct beam_echoes beam[60];
+    struct rig_ping p;
+    rig_aim(&p, at_origin, 0, 3);
+    p.echoes.az_aperture_rad = (float)geo_rad(6);
+    p.echoes.n_beams = 60;
+    p.echoes.beam = beam;
+    for (int b = 0; b < 60; b++) {
+        beam[b] = p.beam;
+        beam[b].az_rad = (float)geo_rad(2.03 * b - 60);
+    }
+    CHECK(rig_enter(r, &p, 0));
+    uint64_t more = 0, one = 0;
+    for (int64_t i = -5; i < 35; i++)
+        for (int64_t j = -35; j < 35; j++)
+            for (int64_t k = -20; k < 20; k++) {
+                uint32_t v = merge_sum(&r->map, (const int64_t[3]){i, j, k}).vacancy;
+                more += v > 1;
+                one += v == 1;
+            }
+    CHECK(more <= 4); /* on the very face between two beams, near the apex */
+    CHECK(one > 5000);
+    rig_free(r);
+}
+
+TEST(an_echo_always_lies_in_some_voxel)
+{
+    uint64_t seed = test_seed();
+    struct voxmap_setting s = rig_setting();
+    s.voxel_m = 0.2;
+    s.height = 60;
+    for (int n = 0; n < 40; n++) {
+        struct rig *r = rig_new(&s);
+        struct rig_ping p;
+        const double at[3] = {test_uniform(&seed), test_uniform(&seed), test_uniform(&seed)};
+        double az = 7 * test_uniform(&seed), range = 0.3 + 4 * test_uniform(&seed);
+        rig_aim(&p, at, az, 0);
+        p.echoes.el_aperture_rad = p.echoes.az_aperture_rad = (float)geo_rad(1);
+        rig_hear(&p, range);
+        rig_enter(r, &p, 0);
+        CHECK_INT(rig_state(r, at[0] + range * cos(az), at[1] + range * sin(az), at[2]), VOXEL_OCCUPIED);
+        CHECK(cells_with(r, true) < 40);
+        rig_free(r);
+    }
+}
+
+TEST(what_was_heard_once_outweighs_some_looks_and_is_carved_in_the_end)
+{
+    struct voxmap_setting s = rig_setting();
+    struct rig *r = rig_new(&s);
+    struct rig_ping p;
+    rig_aim(&p, at_origin, 0, 3);
+    rig_hear(&p, 2); /* a line in the water */
+    rig_enter(r, &p, 0);
+    CHECK_INT(rig_state(r, 2.05, 0.05, 0.05), VOXEL_OCCUPIED);
+    for (int n = 0; n < 6; n++) {
+        rig_aim(&p, at_origin, 0, 3);
+        rig_enter(r, &p, 0);
+        CHECK_INT(rig_state(r, 2.05, 0.05, 0.05), VOXEL_OCCUPIED);
+    }
+    rig_enter(r, &p, 0); /* the seventh: it was an outlier */
+    CHECK_INT(rig_state(r, 2.05, 0.05, 0.05), VOXEL_FREE);
+    rig_free(r);
+
+    s.keep_echoes = false; /* carved at once: that is what keeping echoes is for */
+    r = rig_new(&s);
+    for (int n = 0; n < 3; n++)
+        rig_enter(r, &p, 0);
+    CHECK_INT(rig_state(r, 2.05, 0.05, 0.05), VOXEL_FREE);
+    rig_free(r);
+}
+
+TEST(a_diver_passes_and_does_not_stay)
+{
+    struct voxmap_setting s = rig_setting();
+    s.half_life_ns = 60 * SECOND;
+    struct rig *r = rig_new(&s);
+    struct rig_ping p;
+    uint64_t t = 0;
+    for (int n = 0; n < 50; n++, t += SECOND) {
+        rig_aim(&p, at_origin, 0, 3);
+        rig_hear(&p, 2);
+        rig_enter(r, &p, t);
+    }
+    CHECK_INT(rig_state(r, 2.05, 0.05, 0.05), VOXEL_OCCUPIED);
+    int looks = 0;
+    for (; looks < 400 && rig_state(r, 2.05, 0.05, 0.05) != VOXEL_FREE; looks++, t += SECOND) {
+        rig_aim(&p, at_origin, 0, 3);
+        rig_enter(r, &p, t);
+    }
+    CHECK(looks > 50 && looks < 200); /* without ageing: 203 */
+    rig_free(r);
+}
+
+/* Against counts halved by hand, in whole and in turn, over submaps and half-lives. */
+TEST(ageing_is_halving_and_frees_nothing)
+{
+    uint64_t seed = test_seed(), t = 0;
+    struct voxmap_setting s = rig_setting();
+    s.half_life_ns = 10 * SECOND;
+    s.submap_ns = 25 * SECOND;
+    s.max_submaps = 16;
+    struct rig *r = rig_new(&s);
+    const int64_t cell[3] = {20, 0, 0};
+    uint32_t vacancy[16] = {0}, echoes[16] = {0};
+    uint64_t half_lives = 0, id = 0;
+    for (int n = 0; n < 200; n++) {
+        struct rig_ping p;
+        bool hit = test_uniform(&seed) < 0.3;
+        t += (uint64_t)(3 * test_uniform(&seed) * (double)SECOND);
+        enum voxel_state before = rig_state(r, 2.05, 0.05, 0.05);
+        rig_aim(&p, (const double[3]){0.05, 0.05, -3}, GEO_PI, 0.05); /* elsewhere: time passes */
+        p.beam.state = BEAM_BLIND;
+        t += n == 0;
+        rig_enter(r, &p, t);
+        CHECK(!(before != VOXEL_FREE && rig_state(r, 2.05, 0.05, 0.05) == VOXEL_FREE));
+        for (; half_lives < (t - r->map.t0_ns) / (10 * SECOND); half_lives++)
+            for (int m = 0; m < 16; m++) {
+                vacancy[m] /= 2;
+                echoes[m] = (echoes[m] + 1) / 2;
+            }
+        rig_aim(&p, at_origin, 0, 3);
+        if (hit)
+            rig_hear(&p, 2);
+        rig_enter(r, &p, t);
+        if (r->map.current->id != id)
+            id = r->map.current->id;
+        vacancy[id % 16] += hit ? 0 : 1;
+        echoes[id % 16] += hit;
+        uint32_t sum[2] = {0};
+        for (int m = 0; m < 16; m++) {
+            if (id >= 16)
+                break;
+            sum[0] += vacancy[m];
+            sum[1] += echoes[m];
+        }
+        if (id < 16) {
+            CHECK_INT(merge_sum(&r->map, cell).vacancy, sum[0]);
+            CHECK_INT(merge_sum(&r->map, cell).echoes, sum[1]);
+        }
+    }
+    CHECK(id > 8);
+    rig_free(r);
+}
+
+TEST(submaps_begin_by_way_time_and_on_request_after_their_last_beam)
+{
+    struct voxmap_setting s = rig_setting();
+    s.submap_path_m = 5;
+    s.submap_ns = 60 * SECOND;
+    struct rig *r = rig_new(&s);
+    struct rig_ping p;
+    static const struct {
+        double path_m;
+        uint64_t t_s;
+        bool ask;
+        uint64_t want;
+    } row[] = {
+        {0, 0, false, 1},   {4.9, 1, false, 1}, {5, 2, false, 1},   {5.1, 3, false, 2}, {10, 4, false, 2},
+        {10, 62, false, 2}, {10, 63, false, 2}, {10, 64, false, 3}, {10, 65, true, 4},  {10, 66, false, 4},
+    };
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        rig_aim(&p, at_origin, 0, 1);
+        p.echoes.pose.path_m = row[i].path_m;
+        if (row[i].ask)
+            voxmap_new(&r->map);
+        rig_enter(r, &p, row[i].t_s * SECOND);
+        CHECK_INT(r->map.current->id, row[i].want);
+    }
+    rig_free(r);
+}
+
+TEST(V5_far_away_is_the_same_map)
+{
+    struct voxmap_setting s = rig_setting();
+    s.voxel_m = 0.125; /* so that 1e7 m are whole voxels, exactly */
+    const double far[3] = {1e7, -1e7, 5000};
+    const int64_t shift[3] = {80000000, -80000000, 40000};
+    uint64_t hash[2];
+    for (int n = 0; n < 2; n++) {
+        struct rig *r = rig_new(&s);
+        struct rig_ping p;
+        for (int b = 0; b < 40; b++) {
+            double at[3] = {0.25, 0.375, -0.25};
+            for (int a = 0; a < 3; a++)
+                at[a] += n ? far[a] : 0;
+            rig_aim(&p, at, 0.3 * b, 2);
+            rig_hear(&p, 1 + 0.05 * b);
+            rig_enter(r, &p, 0);
+        }
+        hash[n] = rig_hash(r, 30, n ? shift : nowhere);
+        rig_free(r);
+    }
+    CHECK(hash[0] == hash[1]);
+    CHECK(hash[0] != 1469598103934665603u);
+}
+
+/* The same pings in one submap and in many give the same map, where nothing saturates. */
+TEST(V9_merging_is_exact)
+{
+    uint64_t hash[3];
+    for (int n = 0; n < 3; n++) {
+        uint64_t seed = 7;
+        struct voxmap_setting s = rig_setting();
+        s.side = 12;
+        s.n_tiles = 1500;
+        struct rig *r = rig_new(&s);
+        for (int b = 0; b < 100; b++) {
+            struct rig_ping p;
+            const double at[3] = {test_uniform(&seed), test_uniform(&seed), test_uniform(&seed)};
+            rig_aim(&p, at, 7 * test_uniform(&seed), 3);
+            if (b % 3 == 0)
+                rig_hear(&p, 2);
+            if (n && b % (n == 1 ? 13 : 40) == 0)
+                voxmap_new(&r->map);
+            rig_enter(r, &p, 0);
+        }
+        CHECK_INT(r->map.stats.lost, 0);
+        CHECK_INT(r->map.stats.clipped, 0);
+        hash[n] = rig_hash(r, 45, nowhere);
+        rig_free(r);
+    }
+    CHECK(hash[0] == hash[1]);
+    CHECK(hash[0] == hash[2]);
+}
+
+/* A solid block of free water, turned: no holes, nothing beyond. */
+TEST(V10_a_corrected_submap_has_no_holes)
+{
+    struct voxmap_setting s = rig_setting();
+    struct rig *r = rig_new(&s);
+    struct rig_ping p;
+    double turn[4], attitude[4];
+    rig_aim(&p, at_origin, 0, 0.2);
+    rig_enter(r, &p, 0);
+    r->map.current->map.now = ++r->map.change;
+    struct lattice_place a = {{-12, 0, 0}, {0.5, 0.5, 0.5}}, b = {{12, 0, 0}, {0.5, 0.5, 0.5}};
+    submap_body(&r->map.current->map, &a, &b, 8, 9); /* a capsule */
+
+    quat_from_rpy(0, 0, geo_rad(45), turn);
+    memcpy(attitude, turn, sizeof turn);
+    const double to[3] = {1.05, -0.95, 0.35};
+    CHECK(voxmap_move(&r->map, 1, to, attitude));
+    CHECK(r->map.current == NULL);
+    int holes = 0, beyond = 0, inside = 0;
+    for (int64_t i = -40; i < 40; i++)
+        for (int64_t j = -40; j < 40; j++)
+            for (int64_t k = -30; k < 30; k++) {
+                const int64_t cell[3] = {i, j, k};
+                double v[3] = {(double)i + 0.5 - 10.5, (double)j + 0.5 + 9.5, (double)k + 0.5 - 3.5};
+                quat_rotate_inverse(turn, v, v);
+                double along = fmin(fmax(v[0], -12), 12);
+                double depth = 8 - sqrt((v[0] - along) * (v[0] - along) + v[1] * v[1] + v[2] * v[2]);
+                bool is_free = merge_at(&r->map, cell, NULL) == VOXEL_FREE;
+                inside += is_free;
+                holes += depth > 1.7321 && !is_free;
+                beyond += depth < 0 && is_free;
+            }
+    CHECK_INT(holes, 0);
+    CHECK_INT(beyond, 0);
+    CHECK(inside > 3000);
+    CHECK(!voxmap_move(&r->map, 9, to, attitude));
+    CHECK(!voxmap_move(&r->map, 1, (const double[3]){NAN, 0, 0}, attitude));
+    CHECK(!voxmap_move(&r->map, 1, to, (const double[4]){0, 0, 0, 0}));
+    rig_free(r);
+}
+
+TEST(V10_moved_by_whole_voxels_is_exact)
+{
+    struct voxmap_setting s = rig_setting();
+    s.voxel_m = 0.125;
+    struct rig *r = rig_new(&s);
+    const double at[3] = {0.0625, 0.0625, 0.0625}, to[3] = {0.0625 + 1.25, 0.0625 - 0.25, 0.0625 + 0.5};
+    rig_turn(r, at, 2, 0);
+    uint64_t before = rig_hash(r, 30, nowhere);
+    CHECK(voxmap_move(&r->map, 1, to, (const double[4]){1, 0, 0, 0}));
+    CHECK(rig_hash(r, 30, (const int64_t[3]){10, -2, 4}) == before);
+    CHECK(rig_hash(r, 30, nowhere) != before);
+    rig_free(r);
+}
+
+TEST(the_body_is_stamped_along_its_way_but_not_over_jumps)
+{
+    struct voxmap_setting s = rig_setting();
+    s.body_radius_m = 0.4;
+    struct rig *r = rig_new(&s);
+    struct rig_ping p;
+    static const struct {
+        double north;
+        uint64_t t_ms;
+    } way[] = {{0, 1000}, {0.7, 1500}, {1.4, 2000}, {2.1, 9000}, {3.9, 9100}};
+    for (size_t n = 0; n < sizeof way / sizeof way[0]; n++) {
+        rig_aim(&p, (const double[3]){way[n].north, 0, 0}, 0, 0);
+        rig_enter(r, &p, way[n].t_ms * 1000000);
+    }
+    CHECK_INT(rig_state(r, 0.36, 0.3, 0), VOXEL_FREE);
+    CHECK_INT(rig_state(r, 1.06, 0.3, 0), VOXEL_FREE);
+    CHECK_INT(rig_state(r, 1.76, 0.3, 0), VOXEL_UNKNOWN); /* 7 s */
+    CHECK_INT(rig_state(r, 3.0, 0, 0), VOXEL_UNKNOWN);    /* 1.8 m at once */
+    CHECK_INT(rig_state(r, 3.9, 0, 0), VOXEL_FREE);
+    rig_free(r);
+}
+
+/* With levels, a look along the axis weighs m, one at the edge at least 1; one level is the plain map. */
+TEST(angle_weighted_vacancy)
+{
+    for (int levels = 1; levels <= 8; levels += levels < 4 ? 1 : 4) {
+        struct voxmap_setting s = rig_setting();
+        s.weight_levels = (uint8_t)levels;
+        struct rig *r = rig_new(&s);
+        struct rig_ping p;
+        rig_aim(&p, at_origin, 0, 3);
+        p.echoes.az_aperture_rad = (float)geo_rad(40);
+        rig_enter(r, &p, 0);
+        int wrong = 0, cells = 0;
+        for (int64_t i = 1; i < 32; i++)
+            for (int64_t j = -15; j < 15; j++)
+                for (int64_t k = -12; k < 12; k++) {
+                    uint32_t v = merge_sum(&r->map, (const int64_t[3]){i, j, k}).vacancy;
+                    double u = fabs(atan2((double)j, (double)i)) / geo_rad(20);
+                    double w = fabs(atan2((double)k, hypot((double)i, (double)j))) / geo_rad(17.5);
+                    double pattern = exp(-2 * log(2) * fmax(u, w) * fmax(u, w));
+                    cells += v > 0;
+                    wrong += v > 0 && fabs((double)v - ceil(levels * pattern)) > 0 &&
+                             fabs(levels * pattern - rint(levels * pattern)) > 1e-6;
+                }
+        CHECK_INT(wrong, 0);
+        CHECK(cells > 500);
+        CHECK_INT(merge_sum(&r->map, (const int64_t[3]){20, 0, 0}).vacancy, levels);
+        rig_aim(&p, at_origin, 0, 3);
+        p.echoes.az_aperture_rad = (float)geo_rad(40);
+        rig_enter(r, &p, 0);
+        CHECK_INT(rig_state(r, 2.05, 0.05, 0.05), VOXEL_UNKNOWN);
+        rig_enter(r, &p, 0);
+        CHECK_INT(rig_state(r, 2.05, 0.05, 0.05), VOXEL_FREE); /* the threshold is scaled along */
+        rig_free(r);
+    }
+}
+
+/* ---- memory ---- */
+
+TEST(paged_out_is_unknown_and_back_is_the_same)
+{
+    struct voxmap_setting s = rig_setting();
+    struct rig *r = rig_new(&s);
+    struct rig_ping p;
+    char err[160];
+    rig_turn(r, at_origin, 2, 0);
+    rig_turn(r, at_origin, 2, 0);
+    rig_turn(r, at_origin, 2, 0);
+    rig_aim(&p, at_origin, 0, 3);
+    rig_hear(&p, 1.5);
+    rig_enter(r, &p, 0);
+    CHECK_INT(voxmap_oldest(&r->map), 0);
+    CHECK(!voxpage_detach(&r->map, 1)); /* the current one */
+    voxmap_new(&r->map);
+    rig_aim(&p, at_origin, geo_rad(90), 0.5);
+    for (int n = 0; n < 3; n++)
+        rig_enter(r, &p, 0);
+    CHECK_INT(voxmap_oldest(&r->map), 1);
+    uint64_t before = rig_hash(r, 25, nowhere);
+
+    size_t size = voxpage_bytes(&r->map, 1);
+    uint8_t *bytes = rig_memory(size), *sliced = rig_memory(size);
+    CHECK_INT(voxpage_pack(&r->map, 1, 0, bytes, size), size);
+    for (size_t at = 0, n; (n = voxpage_pack(&r->map, 1, at, sliced + at, 7777)) > 0; at += n)
+        ;
+    CHECK(memcmp(bytes, sliced, size) == 0);
+    uint32_t had = r->map.tiles.n_free;
+    CHECK(voxpage_detach(&r->map, 1));
+    CHECK(!voxpage_detach(&r->map, 1));
+    CHECK_INT(voxpage_tiles(bytes, size), r->map.tiles.n_free - had);
+    CHECK_INT(voxpage_bytes(&r->map, 1), 0);
+    CHECK_INT(voxmap_oldest(&r->map), 0);
+
+    bool away;
+    const int64_t north[3] = {-15, 0, 0}, far[3] = {500, 0, 0};
+    CHECK_INT(merge_at(&r->map, north, &away), VOXEL_UNKNOWN);
+    CHECK(away);
+    CHECK_INT(merge_at(&r->map, far, &away), VOXEL_UNKNOWN);
+    CHECK(!away);
+    /* the current one's look is enough, but the other may have heard something there */
+    CHECK_INT(rig_state(r, 0.05, 0.35, 0.05), VOXEL_UNKNOWN);
+
+    CHECK(!voxpage_attach(&r->map, 2, bytes, size, err, sizeof err));
+    CHECK(!voxpage_attach(&r->map, 1, bytes, size - 1, err, sizeof err));
+    CHECK_STR(err, "submap 1: cut or damaged: its length is not what it says");
+    CHECK(voxpage_attach(&r->map, 1, bytes, size, err, sizeof err));
+    CHECK(rig_hash(r, 25, nowhere) == before);
+    CHECK_INT(rig_state(r, 0.05, 0.35, 0.05), VOXEL_FREE);
+
+    struct rig *other = rig_new(&s); /* another run */
+    CHECK_INT(voxpage_add(&other->map, bytes, size, err, sizeof err), 1);
+    CHECK(voxmap_drop(&r->map, 2) == false);
+    voxmap_new(&r->map);
+    rig_aim(&p, (const double[3]){0, 0, 2}, 0, 0);
+    rig_enter(r, &p, 0);
+    CHECK(voxmap_drop(&r->map, 2));
+    CHECK(rig_hash(r, 25, nowhere) == rig_hash(other, 25, nowhere));
+    rig_free(other);
+    free(bytes);
+    free(sliced);
+    rig_free(r);
+}
+
+/* Damaged bytes never crash and never read beyond; refused ones change nothing. */
+TEST(damaged_bytes_are_refused_or_harmless)
+{
+    uint64_t seed = test_seed();
+    struct voxmap_setting s = rig_setting();
+    s.height = 16;
+    struct rig *r = rig_new(&s), *other = rig_new(&s);
+    char err[160];
+    rig_turn(r, at_origin, 0.5, 0);
+    size_t size = voxpage_bytes(&r->map, 1);
+    uint8_t *bytes = rig_memory(size), *bad = rig_memory(size);
+    voxpage_pack(&r->map, 1, 0, bytes, size);
+    for (int n = 0; n < 2000; n++) {
+        size_t cut = n % 2 ? size : (size_t)(test_uniform(&seed) * (double)size);
+        memcpy(bad, bytes, size);
+        bad[(size_t)(test_uniform(&seed) * 260)] ^= (uint8_t)(1u << test_random(&seed) % 8);
+        uint8_t *exact = malloc(cut ? cut : 1);
+        memcpy(exact, bad, cut);
+        uint64_t id = voxpage_add(&other->map, exact, cut, err, sizeof err);
+        if (id)
+            CHECK(voxmap_drop(&other->map, id));
+        free(exact);
+    }
+    CHECK_INT(other->map.tiles.n_free, other->map.tiles.n);
+    free(bytes);
+    free(bad);
+    rig_free(r);
+    rig_free(other);
+}
+
+TEST(without_room_the_oldest_is_forgotten_and_said)
+{
+    struct voxmap_setting s = rig_setting();
+    s.n_tiles = 40;
+    s.submap_path_m = 1;
+    s.max_submaps = 4;
+    struct rig *r = rig_new(&s);
+    struct rig_ping p;
+    for (int n = 0; n < 200; n++) {
+        rig_aim(&p, (const double[3]){0.5 * n, 0, 0}, 0.1 * n, 1);
+        p.echoes.pose.path_m = 0.5 * n;
+        CHECK(rig_enter(r, &p, (uint64_t)n * SECOND));
+    }
+    CHECK(r->map.stats.lost > 50);
+    CHECK_INT(r->map.stats.starved, 0);
+    CHECK_INT(rig_state(r, 0.5, 0, 0), VOXEL_UNKNOWN);
+    for (int n = 0; n < 3; n++)
+        rig_enter(r, &p, 200 * SECOND);
+    CHECK_INT(rig_state(r, 99.5 + 0.5 * cos(19.9), 0.5 * sin(19.9), 0), VOXEL_FREE);
+    voxmap_clear(&r->map);
+    CHECK_INT(r->map.tiles.n_free, 40);
+    CHECK_INT(rig_state(r, 99.5 + 0.5 * cos(19.9), 0.5 * sin(19.9), 0), VOXEL_UNKNOWN);
+    CHECK(rig_enter(r, &p, 201 * SECOND));
+    rig_free(r);
+}
+
+/* A block's bits are the answers for its cells, whatever submaps there are. */
+TEST(blocks_equal_cells)
+{
+    uint64_t seed = test_seed();
+    struct voxmap_setting s = rig_setting();
+    s.half_life_ns = 20 * SECOND;
+    struct rig *r = rig_new(&s);
+    for (int n = 0; n < 60; n++) {
+        struct rig_ping p;
+        const double at[3] = {2 * test_uniform(&seed), 2 * test_uniform(&seed), 4 * test_uniform(&seed)};
+        rig_aim(&p, at, test_uniform(&seed), 3);
+        p.echoes.az_aperture_rad = 1;
+        if (n % 3 == 0)
+            rig_hear(&p, 2);
+        if (n % 20 == 19)
+            voxmap_new(&r->map);
+        rig_enter(r, &p, (uint64_t)n * SECOND);
+        if (n == 45)
+            CHECK(voxpage_detach(&r->map, 1));
+        if (n == 55)
+            voxmap_move(&r->map, 2, (const double[3]){0.33, 0.5, 1}, (const double[4]){1, 0, 0.1, 0});
+        if (n % 15 < 14)
+            continue;
+        struct merge_walk walk = {0};
+        struct block_key key;
+        uint64_t free = 0, wrong = 0, blocks = 0;
+        while (merge_next(&r->map, &walk, &key)) {
+            struct merge_block bits;
+            merge_block(&r->map, &key, &bits);
+            blocks++;
+            for (int c = 0; c < 16 * 16 * 64; c += 1 + (n > 55) * 6) {
+                const int64_t cell[3] = {key.at[0] * 16 + c / 64 / 16, key.at[1] * 16 + c / 64 % 16,
+                                         key.at[2] * 64 + c % 64};
+                enum voxel_state want = merge_at(&r->map, cell, NULL);
+                wrong += merge_block_at(&bits, cell) != want;
+                wrong += voxmask_at(&r->mask, cell) != want;
+                free += want == VOXEL_FREE;
+            }
+        }
+        CHECK_INT(wrong, 0);
+        CHECK(blocks > 20);
+        CHECK(n > 45 || free > 100); /* later most of it is away */
+    }
+    rig_free(r);
+}
+
+int main(void)
+{
+    RUN(settings_are_checked);
+    RUN(a_ping_without_a_good_pose_leaves_nothing);
+    RUN(V1_nothing_claimed_nothing_changed);
+    RUN(V4_a_voxel_rises_once_per_ping_and_stops_at_255);
+    RUN(a_fan_raises_each_voxel_once);
+    RUN(an_echo_always_lies_in_some_voxel);
+    RUN(what_was_heard_once_outweighs_some_looks_and_is_carved_in_the_end);
+    RUN(a_diver_passes_and_does_not_stay);
+    RUN(ageing_is_halving_and_frees_nothing);
+    RUN(submaps_begin_by_way_time_and_on_request_after_their_last_beam);
+    RUN(V5_far_away_is_the_same_map);
+    RUN(V9_merging_is_exact);
+    RUN(V10_a_corrected_submap_has_no_holes);
+    RUN(V10_moved_by_whole_voxels_is_exact);
+    RUN(the_body_is_stamped_along_its_way_but_not_over_jumps);
+    RUN(angle_weighted_vacancy);
+    RUN(paged_out_is_unknown_and_back_is_the_same);
+    RUN(damaged_bytes_are_refused_or_harmless);
+    RUN(without_room_the_oldest_is_forgotten_and_said);
+    RUN(blocks_equal_cells);
+    return test_end();
+}
