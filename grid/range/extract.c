@@ -245,12 +245,10 @@ static uint32_t judged_until(const struct profile *p, const struct detection *d)
 static bool is_quiet(const struct profile *p, const struct cfar *cfar)
 {
     const uint64_t alpha_q16 = cfar->alpha_q16 < cfar->alpha_one_q16 ? cfar->alpha_q16 : cfar->alpha_one_q16;
-    uint64_t loudest = 0;
+    const unsigned __int128 threshold = (unsigned __int128)alpha_q16 * p->floor_power >> 16;
+    const uint64_t full = p->full_power - 1;
 
-    for (uint32_t i = p->first; i < p->axis->n; i++)
-        loudest = p->cell[i] > loudest ? p->cell[i] : loudest;
-    return loudest < p->full_power &&
-           (unsigned __int128)loudest << 16 <= (unsigned __int128)alpha_q16 * p->floor_power;
+    return !profile_any_above(p, p->first, threshold < full ? (uint64_t)threshold : full);
 }
 
 /* The reflections of the profile become echoes; what is nearly one ends the free water. */
@@ -365,6 +363,7 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
                                         .n = p.axis->n - p.first,
                                         .work = e->work};
         cfar_run(&d.cfar, &d.cells, e->mask + p.first);
+        detection_add_saturated(&p, &d);
         enter_reflections(e, &p, &d, out);
     }
     out->state = out->n > 0 ? BEAM_ECHO : BEAM_SILENT;

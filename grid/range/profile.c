@@ -2,6 +2,7 @@
 #include "profile.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "cfar.h"
 
@@ -69,7 +70,44 @@ void profile_sum(struct profile *p, const struct amplitude *law, const void *cou
     amplitude_sums(law, counts, a->n, work);
     while (work[a->n] >> shift > CFAR_MAX_SUM / bins)
         shift++;
+    p->sum = work;
+    p->shift = shift;
     p->floor_power = bins * amplitude_of(law, floor_counts) >> shift;
     p->full_power = amplitude_of(law, law->max_count) >> shift;
     fill_cells(work, a->n, a->half, shift, p->cell);
+}
+
+uint32_t profile_next_saturated(const struct profile *p, uint32_t from)
+{
+    const uint32_t n = p->axis->n;
+    uint32_t i = from;
+
+    if (p->amplitude->sample_bytes == 1 && from < n) {
+        const uint8_t *counts = p->samples, *at = memchr(counts + from, 0xff, n - from);
+        return at ? (uint32_t)(at - counts) : n;
+    }
+    while (i < n && !profile_saturated(p, i))
+        i++;
+    return i;
+}
+
+static bool any_above_block(uint64_t power, const uint64_t *restrict cell)
+{
+    uint64_t any = 0;
+
+    for (int j = 0; j < BLOCK; j++)
+        any |= power - cell[j]; /* top bit: above */
+    return any >> 63;
+}
+
+bool profile_any_above(const struct profile *p, uint32_t from, uint64_t power)
+{
+    uint32_t i = from;
+
+    for (; i + BLOCK <= p->axis->n; i += BLOCK)
+        if (any_above_block(power, p->cell + i))
+            return true;
+    while (i < p->axis->n && p->cell[i] <= power)
+        i++;
+    return i < p->axis->n;
 }

@@ -31,6 +31,8 @@ struct profile {
     const uint8_t *clean; /* [n] counts of the cleaned image; NULL: none */
     int lowest;           /* of `clean`, as in struct extract_aid */
     uint64_t *cell;       /* [n] power summed over the resolution cell around each bin */
+    const uint64_t *sum; /* [n + 1] power of the bins before each, times 2^shift; lost when the detector has run */
+    unsigned shift;
     uint64_t floor_power; /* of a cell whose bins all have the floor's count */
     uint64_t full_power;  /* of a bin at full scale, in the scale of `cell` */
     uint32_t first;       /* cell behind the ring-down */
@@ -44,11 +46,17 @@ bool profile_axis_of(struct profile_axis *axis, const struct ping *ping, double 
                      uint32_t max_bins);
 
 /**
- * profile_sum - fill cell, floor_power and full_power from counts[n] under a law (not always those of `samples`).
- * work: room for n + 1 sums. Loud beams of 16 bits are scaled down to stay within CFAR_MAX_SUM.
+ * profile_sum - fill cell, sum, floor_power and full_power from counts[n] under a law (not always those of `samples`).
+ * work: room for n + 1 sums, where `sum` lies. Loud beams of 16 bits are scaled down to stay within CFAR_MAX_SUM.
  */
 void profile_sum(struct profile *p, const struct amplitude *law, const void *counts, uint32_t floor_counts,
                  uint64_t *work);
+
+/** profile_level - mean power of the cells from begin on, as many as given; before the detector has run. */
+static inline uint64_t profile_level(const struct profile *p, uint32_t begin, uint32_t cells)
+{
+    return (p->sum[begin + cells] - p->sum[begin]) / cells * (2 * (uint64_t)p->axis->half + 1) >> p->shift;
+}
 
 static inline double profile_m(const struct profile *p, double bins)
 {
@@ -64,6 +72,12 @@ static inline bool profile_saturated(const struct profile *p, uint32_t i)
 {
     return profile_count(p, i) == p->amplitude->max_count;
 }
+
+/** profile_next_saturated - the first saturated bin from `from` on; n: there is none. */
+uint32_t profile_next_saturated(const struct profile *p, uint32_t from);
+
+/** profile_any_above - is any cell from `from` on above a power below 2^63? */
+bool profile_any_above(const struct profile *p, uint32_t from, uint64_t power);
 
 static inline bool profile_blind(const struct profile *p, uint32_t i)
 {

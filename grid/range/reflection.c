@@ -2,10 +2,14 @@
 #include "reflection.h"
 
 #include <math.h>
+#include <string.h>
 
-static bool stands_out(const struct profile *p, const struct detection *d, uint32_t i)
+void detection_add_saturated(const struct profile *p, struct detection *d)
 {
-    return !profile_blind(p, i) && (d->mask[i] || profile_saturated(p, i));
+    const uint32_t n = p->axis->n;
+
+    for (uint32_t i = profile_next_saturated(p, p->first); i < n; i = profile_next_saturated(p, i + 1))
+        d->mask[i] = !profile_blind(p, i);
 }
 
 /* The last cell of the group that begins at `begin`. */
@@ -15,7 +19,7 @@ static uint32_t group_end(const struct profile *p, const struct detection *d, ui
     uint32_t last = begin;
 
     for (uint32_t i = begin + 1; i < a->n && i - last <= a->guard + 1; i++)
-        if (stands_out(p, d, i))
+        if (d->mask[i])
             last = i;
     return last;
 }
@@ -87,12 +91,12 @@ static void measure(const struct profile *p, const struct detection *d, struct r
 
 bool reflection_next(const struct profile *p, const struct detection *d, uint32_t from, struct reflection *out)
 {
-    for (uint32_t i = from; i < p->axis->n; i++) {
-        if (!stands_out(p, d, i))
-            continue;
-        *out = (struct reflection){.begin = i, .last = group_end(p, d, i)};
-        measure(p, d, out);
-        return true;
-    }
-    return false;
+    const uint8_t *at = from < p->axis->n ? memchr(d->mask + from, 1, p->axis->n - from) : NULL;
+
+    if (!at)
+        return false;
+    const uint32_t begin = (uint32_t)(at - d->mask);
+    *out = (struct reflection){.begin = begin, .last = group_end(p, d, begin)};
+    measure(p, d, out);
+    return true;
 }

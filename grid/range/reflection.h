@@ -14,7 +14,7 @@
 struct detection {
     struct cfar cfar;
     struct cfar_profile cells; /* those from p->first on */
-    uint8_t *mask;             /* [n] */
+    uint8_t *mask;             /* [n] 1: stands out */
 };
 
 /* Cells begin .. last, gaps of at most the guard included. */
@@ -26,10 +26,13 @@ struct reflection {
 };
 
 /**
- * reflection_next - the first reflection that begins at cell `from` or later; false when there is none.
- *
- * Nothing can exceed a threshold above full scale: saturated bins stand out whatever the detector says. Blind cells
- * never do. echo.near_m goes back over blind cells right before `begin`, where the reflection may have begun.
+ * detection_add_saturated - nothing can exceed a threshold above full scale: saturated bins stand out whatever the
+ * detector says, unless they are blind.
+ */
+void detection_add_saturated(const struct profile *p, struct detection *d);
+
+/**
+ * reflection_next - the first reflection that begins at cell `from` or later; false when there is none. echo.near_m goes back over blind cells right before `begin`, where the reflection may have begun.
  */
 bool reflection_next(const struct profile *p, const struct detection *d, uint32_t from, struct reflection *out);
 

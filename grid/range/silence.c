@@ -18,12 +18,13 @@ bool silence_is_dumb(const struct profile *p)
 /* End of the stretch behind the ring-down in which no window is without any sound. */
 static uint32_t heard_until(const struct profile *p)
 {
-    const struct profile_axis *a = p->axis;
-    uint32_t end = p->first;
+    const uint32_t n = p->axis->n, window = p->axis->window;
+    uint32_t end = p->first, i;
 
-    for (uint32_t i = p->first; i < a->n && i - end < a->window; i++)
-        if (profile_count(p, i) > 0)
-            end = i + 1;
+    do { /* the last sound within a window from here, looked for from its far end */
+        for (i = n - end < window ? n : end + window; i > end && profile_count(p, i - 1) == 0;)
+            i--;
+    } while (i > end && (end = i) < n);
     return end;
 }
 
@@ -42,10 +43,8 @@ struct silence silence_levels(const struct profile *p, double ratio)
 
     for (uint32_t k = (n - p->first) / window; k-- > 0;) {
         const uint32_t begin = p->first + k * window;
-        uint64_t sum = 0;
-        for (uint32_t i = begin; i < begin + window; i++)
-            sum += p->cell[i];
-        const uint64_t mean = sum / window > p->floor_power ? sum / window : p->floor_power;
+        const uint64_t level = profile_level(p, begin, window);
+        const uint64_t mean = level > p->floor_power ? level : p->floor_power;
         s.floor = mean < s.floor ? mean : s.floor;
         if ((double)mean > ratio * (double)s.floor)
             s.drowned = begin;

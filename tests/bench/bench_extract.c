@@ -2,11 +2,13 @@
 /*
  * bench_extract - what the range extraction costs: nanoseconds per range bin and bins per second for each detector
  * and several beam lengths, over 20 m of water with a wall at 12 m. Median of repetitions; the detector alone (cfar)
- * and the whole way from counts to echoes.
+ * and the whole way from counts to echoes. With arguments DETECTOR BINS it runs the whole way over 64 beams once and
+ * prints nothing, for callgrind to count the instructions of extract_run.
  */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <time.h>
 
 #include "../../grid/range/amplitude.h"
@@ -118,26 +120,54 @@ static double measure(struct extract *extract, enum cfar_detector detector, uint
     return ns[REPETITIONS / 2];
 }
 
-int main(void)
+static const char *const name[] = {"ca", "goca", "soca", "os"};
+
+static struct extract *set_up(enum cfar_detector detector)
 {
-    static const char *const name[] = {"ca", "goca", "soca", "os"};
+    struct extract_conf conf;
+    char err[160] = "too much memory";
+    struct extract *extract = NULL;
+
+    extract_defaults(&conf);
+    conf.detector = detector;
+    if (extract_size(MAX_BINS) <= sizeof memory)
+        extract = extract_init(memory, &conf, MAX_BINS, err, sizeof err);
+    if (!extract) {
+        printf("bench_extract: %s\n", err);
+        exit(1);
+    }
+    return extract;
+}
+
+static int run_once(const char *detector, uint32_t n)
+{
+    int d = CFAR_CA;
+
+    while (d <= CFAR_OS && strcmp(name[d], detector) != 0)
+        d++;
+    if (d > CFAR_OS || n < 1 || n > MAX_BINS) {
+        printf("bench_extract: DETECTOR is ca, goca, soca or os, BINS 1 to %d\n", MAX_BINS);
+        return 2;
+    }
+    struct extract *extract = set_up((enum cfar_detector)d);
+    make_beams(n);
+    for (int b = 0; b < BEAMS; b++)
+        run_extract(extract, n, b);
+    return 0;
+}
+
+int main(int argc, char **argv)
+{
     static const uint32_t bins[] = {200, 500, 1000, 1500};
 
+    if (argc == 3)
+        return run_once(argv[1], (uint32_t)strtoul(argv[2], NULL, 10));
     printf("detector   bins   cfar ns/bin   extract ns/bin   extract Mbin/s   us per beam\n");
     for (int d = CFAR_CA; d <= CFAR_OS; d++)
         for (int k = 0; k < 4; k++) {
-            struct extract_conf conf;
-            char err[160] = "";
-            extract_defaults(&conf);
-            conf.detector = (enum cfar_detector)d;
-            struct extract *extract = extract_init(memory, &conf, MAX_BINS, err, sizeof err);
-            if (!extract || extract_size(MAX_BINS) > sizeof memory) {
-                printf("bench_extract: %s\n", err);
-                return 1;
-            }
             make_beams(bins[k]);
-            const double alone = measure(NULL, conf.detector, bins[k]);
-            const double whole = measure(extract, conf.detector, bins[k]);
+            const double alone = measure(NULL, (enum cfar_detector)d, bins[k]);
+            const double whole = measure(set_up((enum cfar_detector)d), (enum cfar_detector)d, bins[k]);
             printf("%-8s %6u %13.2f %16.2f %16.1f %13.2f\n", name[d], bins[k], alone, whole, 1e3 / whole,
                    whole * bins[k] / 1e3);
         }

@@ -13,7 +13,7 @@ done
 printf '\n== cfar_numpy\n'
 "$(PATH=/usr/bin:$PATH command -v python3)" tests/bench/cfar_numpy.py
 
-# Instructions of a cast do not change with the machine's neighbours.
+# Instructions do not change with the machine's neighbours.
 if command -v valgrind >/dev/null; then
     printf '\n== instructions per ping inside the voxel cast\n'
     out=$(mktemp)
@@ -22,6 +22,14 @@ if command -v valgrind >/dev/null; then
         valgrind --tool=callgrind --callgrind-out-file=/dev/null --toggle-collect=submap_cast \
             "$build/tests/bench_voxel" $scene 2>"$out" >&2
         awk -v scene="$scene" '/Collected/ { split(scene, s, " "); printf "%-9s %9.0f\n", s[1] " " s[2], $4 / 200 / s[3] }' "$out"
+    done
+    printf '\n== instructions per bin inside the range extraction\n'
+    for detector in ca goca soca os; do
+        for bins in 200 1000; do
+            valgrind --tool=callgrind --callgrind-out-file=/dev/null --toggle-collect=extract_run \
+                "$build/tests/bench_extract" "$detector" "$bins" 2>"$out" >&2
+            awk -v what="$detector $bins" -v bins="$bins" '/Collected/ { printf "%-9s %9.1f\n", what, $4 / 64 / bins }' "$out"
+        done
     done
     rm -f "$out"
 fi
