@@ -31,6 +31,7 @@ enum conf_elevation { CONF_ELEVATION_FULL, CONF_ELEVATION_LEVEL };
 enum conf_function { CONF_HOLDING, CONF_INPUT };
 enum conf_type { CONF_INT16, CONF_UINT16, CONF_INT32, CONF_FLOAT32 };
 enum conf_word_order { CONF_BIG, CONF_LITTLE };
+enum conf_resync { CONF_SILENCE, CONF_ECHO };
 enum conf_depth_unit { CONF_UNIT_M, CONF_UNIT_PA, CONF_UNIT_KPA, CONF_UNIT_MBAR, CONF_UNIT_DBAR, CONF_UNIT_BAR };
 enum conf_parity { CONF_PARITY_NONE, CONF_PARITY_EVEN, CONF_PARITY_ODD };
 enum conf_nmea_use { CONF_NMEA_HEADING, CONF_NMEA_DEPTH, CONF_NMEA_BOTH };
@@ -143,6 +144,7 @@ struct conf_depth {
     double rate_hz;         /* rate = 5 Hz [0.1 .. 50] */
     double timeout_s;       /* timeout = 300 ms [20 .. 2000] */
     double turnaround_s;    /* turnaround = 1000 ms [20 .. 10000]: its longest answer time; >= timeout */
+    int resync;             /* resync = silence | echo: what a late answer is ruled out by */
     double plausible_m[2];  /* plausible = -1 300 m: other depths are refused */
     double speed_limit_mps; /* speed_limit = 3 m/s: faster changes are refused */
 };

@@ -268,6 +268,10 @@ const struct conf_key conf_keys[] = {
          "Longest time after which it may still answer. After a time-out the line must have been quiet for so\n"
          "long before it is asked again: a late answer carries nothing that tells which question it is to.\n"
          "Not shorter than timeout."},
+    {"depth", "resync", WORDS("silence", "echo"), .standard = "silence", CONF(depth.resync),
+     .help = "How a slave on a line is believed again after a fault. silence: after two quiet times of turnaround\n"
+             "and an answer that is thrown away. echo: it must know function 8 (a Keller does), and send a number\n"
+             "back; then no answer is taken for another's, however late it comes."},
     {"depth", "plausible", QUANTITY(2, "m", -100, 12000), .standard = "-1 300 m", CONF(depth.plausible_m),
      .help = "Smallest and largest depth that is believed."},
     {"depth", "speed_limit", QUANTITY(1, "m/s", 0.1, 100), .standard = "3 m/s", CONF(depth.speed_limit_mps),

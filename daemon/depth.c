@@ -235,6 +235,7 @@ static void modbus_conf_of(const struct depth *d, struct modbus_depth_conf *m)
                                     .little = d->conf.word_order == CONF_LITTLE,
                                     .timeout_ms = (uint32_t)(d->conf.timeout_s * 1e3),
                                     .turnaround_ms = (uint32_t)(d->conf.turnaround_s * 1e3),
+                                    .echo = d->conf.resync == CONF_ECHO,
                                     .stop_fd = d->stop_fd};
     snprintf(m->source, sizeof m->source, "%s", d->conf.source);
 }

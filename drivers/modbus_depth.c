@@ -14,6 +14,12 @@
 #include <time.h>
 #include <unistd.h>
 
+/* Function 8, sub-function 0: the slave sends the question back. */
+#define ECHO_FUNCTION   8
+#define ECHO_BYTES      8
+#define EXCEPTION_BYTES 5
+#define FRAME_GAP_BITS  38.5 /* between two frames: 3.5 characters */
+
 /* A line that babbles for so many turn-arounds is closed and opened again. */
 #define QUIET_PATIENCE 10
 
@@ -31,7 +37,8 @@ struct modbus_depth {
     struct address address;
     modbus_t *link;
     bool open, out_of_step;
-    int timeouts; /* in a row */
+    int timeouts;         /* in a row */
+    uint16_t echo_number; /* of the newest echo that was asked for: no two that may be under way are alike */
 };
 
 /* ---- addresses ---- */
@@ -129,11 +136,14 @@ static int registers(enum modbus_type type)
 struct modbus_depth *modbus_depth_new(const struct modbus_depth_conf *conf, char *err, size_t err_size)
 {
     struct modbus_depth *m = calloc(1, sizeof *m);
+    struct timespec now;
     if (!m) {
         snprintf(err, err_size, "out of memory");
         return NULL;
     }
     m->conf = *conf;
+    clock_gettime(CLOCK_MONOTONIC, &now);
+    m->echo_number = (uint16_t)(now.tv_nsec >> 4); /* not that of a process before this one */
     if (!parse(conf->source, &m->address, err, err_size)) {
         free(m);
         return NULL;
@@ -192,29 +202,35 @@ static uint32_t passed_ms(const struct timespec *start)
     return (uint32_t)((now.tv_sec - start->tv_sec) * 1000 + (now.tv_nsec - start->tv_nsec) / 1000000);
 }
 
-/* Throws away what comes until nothing has come for a turn-around. */
-static enum modbus_result wait_for_quiet(struct modbus_depth *m, char *err, size_t err_size)
+static enum modbus_result lost(struct modbus_depth *m, char *err, size_t err_size)
+{
+    snprintf(err, err_size, "%s: lost", m->conf.source);
+    disconnect(m);
+    return MODBUS_NO_LINK;
+}
+
+/* ---- into step again ---- */
+
+/* Throws away what comes until nothing has come for a turn-around; *heard: did anything? */
+static enum modbus_result wait_for_quiet(struct modbus_depth *m, bool *heard, char *err, size_t err_size)
 {
     struct pollfd fds[2] = {{.fd = modbus_get_socket(m->link), .events = POLLIN},
                             {.fd = m->conf.stop_fd, .events = POLLIN}};
     struct timespec start;
+    *heard = false;
     clock_gettime(CLOCK_MONOTONIC, &start);
     for (;;) {
         uint8_t waste[512];
         int ready = poll(fds, 2, (int)m->conf.turnaround_ms);
-        if (ready == 0) {
-            m->out_of_step = false;
+        if (ready == 0)
             return MODBUS_OK;
-        }
         if (ready < 0 && errno == EINTR)
             continue;
         if (fds[1].revents)
             return MODBUS_STOPPED;
-        if (ready < 0 || read(fds[0].fd, waste, sizeof waste) <= 0) {
-            snprintf(err, err_size, "%s: lost", m->conf.source);
-            disconnect(m);
-            return MODBUS_NO_LINK;
-        }
+        if (ready < 0 || read(fds[0].fd, waste, sizeof waste) <= 0)
+            return lost(m, err, err_size);
+        *heard = true;
         if (passed_ms(&start) > QUIET_PATIENCE * m->conf.turnaround_ms) {
             snprintf(err, err_size, "%s: the line does not fall quiet", m->conf.source);
             disconnect(m);
@@ -223,13 +239,121 @@ static enum modbus_result wait_for_quiet(struct modbus_depth *m, char *err, size
     }
 }
 
+static uint16_t crc16(const uint8_t *p, size_t n)
+{
+    unsigned c = 0xffff;
+    while (n--) {
+        c ^= *p++;
+        for (int i = 0; i < 8; i++)
+            c = c & 1 ? c >> 1 ^ 0xa001 : c >> 1;
+    }
+    return (uint16_t)c;
+}
+
+static void put_crc(uint8_t *frame, size_t n)
+{
+    uint16_t crc = crc16(frame, n - 2);
+    frame[n - 2] = (uint8_t)crc;
+    frame[n - 1] = (uint8_t)(crc >> 8);
+}
+
+/* What the last ECHO_BYTES heard are: the echo, the slave's refusal, or neither (MODBUS_TIMEOUT, unless more comes). */
+static enum modbus_result judge_echo(const uint8_t heard[ECHO_BYTES], const uint8_t question[ECHO_BYTES])
+{
+    const uint8_t *tail = heard + ECHO_BYTES - EXCEPTION_BYTES;
+    if (memcmp(heard, question, ECHO_BYTES) == 0)
+        return MODBUS_OK;
+    bool refused =
+        tail[0] == question[0] && tail[1] == (ECHO_FUNCTION | 0x80) && crc16(tail, EXCEPTION_BYTES) == 0;
+    return refused ? MODBUS_EXCEPTION : MODBUS_TIMEOUT;
+}
+
+/* Reads until the echo is there, whatever else comes before it. */
+static enum modbus_result read_echo(struct modbus_depth *m, const uint8_t question[ECHO_BYTES], char *err,
+                                    size_t err_size)
+{
+    struct pollfd fds[2] = {{.fd = modbus_get_socket(m->link), .events = POLLIN},
+                            {.fd = m->conf.stop_fd, .events = POLLIN}};
+    enum modbus_result result = MODBUS_TIMEOUT;
+    uint8_t heard[ECHO_BYTES] = {0};
+    struct timespec start;
+    uint32_t gone_ms;
+    clock_gettime(CLOCK_MONOTONIC, &start);
+    while (result == MODBUS_TIMEOUT && (gone_ms = passed_ms(&start)) < m->conf.timeout_ms) {
+        if (poll(fds, 2, (int)(m->conf.timeout_ms - gone_ms)) <= 0)
+            continue;
+        if (fds[1].revents)
+            return MODBUS_STOPPED;
+        memmove(heard, heard + 1, sizeof heard - 1);
+        if (read(fds[0].fd, heard + sizeof heard - 1, 1) != 1)
+            return lost(m, err, err_size);
+        result = judge_echo(heard, question);
+    }
+    if (result != MODBUS_OK)
+        snprintf(err, err_size, "%s, slave %d: %s", m->conf.source, m->conf.slave,
+                 result == MODBUS_EXCEPTION ? "does not know function 8: set resync = silence" : "no echo");
+    return result;
+}
+
+/*
+ * Has the slave send a number back that no question had before. A slave answers in the order in which it was asked:
+ * once the number is there, no answer to an older question can follow, however late they are.
+ */
+static enum modbus_result wait_for_echo(struct modbus_depth *m, char *err, size_t err_size)
+{
+    uint8_t question[ECHO_BYTES] = {(uint8_t)m->conf.slave, ECHO_FUNCTION};
+    m->echo_number++;
+    question[4] = (uint8_t)(m->echo_number >> 8);
+    question[5] = (uint8_t)m->echo_number;
+    put_crc(question, ECHO_BYTES);
+    if (write(modbus_get_socket(m->link), question, sizeof question) != sizeof question)
+        return lost(m, err, err_size);
+    enum modbus_result result = read_echo(m, question, err, err_size);
+    m->out_of_step = result != MODBUS_OK;
+    if (result == MODBUS_OK)
+        poll(NULL, 0, 1 + (int)(1000 * FRAME_GAP_BITS / atoi(m->address.baud)));
+    return result;
+}
+
+/*
+ * Asks once for nothing: the answer is thrown away, and nothing else may follow it. A slave that is later than it may be
+ * gives itself away here, or by the time-out of the question after it, as long as its lateness does not vary by more
+ * than a time-out.
+ */
+static enum modbus_result wait_for_trial(struct modbus_depth *m, char *err, size_t err_size)
+{
+    double thrown_away;
+    bool heard = false;
+    enum modbus_result result = modbus_depth_read(m, &thrown_away, err, err_size);
+    if (result != MODBUS_OK && result != MODBUS_EXCEPTION && result != MODBUS_NO_NUMBER)
+        return result;
+    result = wait_for_quiet(m, &heard, err, err_size);
+    m->out_of_step = result != MODBUS_OK || heard;
+    if (result != MODBUS_OK || !heard)
+        return result;
+    snprintf(err, err_size, "%s, slave %d: answers later than turnaround", m->conf.source, m->conf.slave);
+    return MODBUS_OUT_OF_STEP;
+}
+
+static enum modbus_result get_into_step(struct modbus_depth *m, char *err, size_t err_size)
+{
+    bool heard;
+    enum modbus_result result = wait_for_quiet(m, &heard, err, err_size);
+    if (result != MODBUS_OK)
+        return result;
+    if (!m->address.tcp)
+        return m->conf.echo ? wait_for_echo(m, err, err_size) : wait_for_trial(m, err, err_size);
+    m->out_of_step = false; /* its answers say which question they are to */
+    return MODBUS_OK;
+}
+
 enum modbus_result modbus_depth_prepare(struct modbus_depth *m, char *err, size_t err_size)
 {
     int waiting = 0;
     if (!m->open && !connect_link(m, err, err_size))
         return MODBUS_NO_LINK;
     if (m->out_of_step)
-        return wait_for_quiet(m, err, err_size);
+        return get_into_step(m, err, err_size);
     if (ioctl(modbus_get_socket(m->link), FIONREAD, &waiting) == 0 && waiting > 0) {
         snprintf(err, err_size, "%s: %d bytes came that nobody asked for", m->conf.source, waiting);
         m->out_of_step = true;

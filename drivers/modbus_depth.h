@@ -5,7 +5,10 @@
  * means is the caller's matter.
  *
  * An RTU answer carries nothing that tells which question it is to. So whenever an answer was late, broken or not
- * asked for, the next question waits until the line has been quiet for the slave's longest answer time.
+ * asked for, the next question waits until the line has been quiet for the slave's longest answer time, and then
+ * - with `echo`, for a number sent back by function 8, so that no answer is taken for another's however late it is;
+ * - without, for an answer that is thrown away and another quiet time. That leaves one hole: a slave that breaks the
+ *   promise of turnaround_ms, and answers one question sooner than the one before it.
  */
 #ifndef SONARD_MODBUS_DEPTH_H
 #define SONARD_MODBUS_DEPTH_H
@@ -29,6 +32,7 @@ struct modbus_depth_conf {
     bool little;            /* the register with the low bits comes first */
     uint32_t timeout_ms;    /* for an answer */
     uint32_t turnaround_ms; /* quiet time after which no answer is to come any more */
+    bool echo;              /* RTU: the slave knows function 8 */
     int stop_fd;            /* readable: come back from waiting as soon as possible; -1: none */
 };
 
@@ -55,7 +59,7 @@ double modbus_depth_number(enum modbus_type type, bool little, const uint16_t re
 struct modbus_depth *modbus_depth_new(const struct modbus_depth_conf *conf, char *err, size_t err_size);
 
 /**
- * modbus_depth_prepare - open the link where it is closed, wait for a quiet line where it was out of step. MODBUS_OK:
+ * modbus_depth_prepare - open the link where it is closed, get into step where it was out of it. MODBUS_OK:
  * modbus_depth_read may ask now. Otherwise a sentence in err.
  */
 enum modbus_result modbus_depth_prepare(struct modbus_depth *m, char *err, size_t err_size);

@@ -91,6 +91,21 @@ def late(bench):
     check(abs(depth(client)["depth_m"] - 20) < 0.01, "the first answer is old: %s" % depth(client))
 
 
+def later_than_promised(bench):
+    """Later than the quiet time: no old depth is taken, neither while it lasts nor when it ends."""
+    transmitter, client = rtu(bench)
+    settles(client, 10)
+    transmitter.command("late 700")
+    until(lambda: depth(client)["timeouts"] > 0, "a time-out")
+    transmitter.command("depth 20")  # all that is asked from here on
+    samples = depth(client)["samples"]
+    until(lambda: depth(client)["timeouts"] > 4, "more time-outs")
+    check(depth(client)["samples"] == samples or abs(depth(client)["depth_m"] - 20) < 0.01, "%s" % depth(client))
+    transmitter.command("late 0")
+    until(lambda: depth(client)["samples"] > samples, "an answer in time")
+    check(abs(depth(client)["depth_m"] - 20) < 0.01, "the first answer is old: %s" % depth(client))
+
+
 def fault(bench, name, counters):
     transmitter, client = rtu(bench)
     settles(client, 10)
@@ -167,7 +182,7 @@ FAULTS = (("exception", ["exceptions"]), ("bad_crc", ["bad_answers"]), ("wrong_s
           ("garbage", ["bad_answers", "timeouts"]), ("cut", ["timeouts"]), ("silent", ["timeouts"]),
           ("stray", ["out_of_step"]))
 
-cases = [(f.__name__, f) for f in (follows, over_tcp, late, lying, silent, unplugged, missing, recorded)]
+cases = [(f.__name__, f) for f in (follows, over_tcp, late, later_than_promised, lying, silent, unplugged, missing, recorded)]
 for fault_name, counter_names in FAULTS:
     cases.append(("fault_" + fault_name, lambda bench, a=(fault_name, counter_names): fault(bench, *a)))
 

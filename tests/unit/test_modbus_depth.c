@@ -29,6 +29,8 @@ static int master = -1;
 static char slave_name[64];
 static _Atomic int how;
 static _Atomic int questions;
+static _Atomic bool echoes = true; /* function 8 is sent back, as late as all else; or refused */
+static _Atomic int late_ms = LATE_MS;
 static _Atomic bool ending;
 static pthread_t slave;
 
@@ -41,6 +43,15 @@ static unsigned crc16(const uint8_t *p, size_t n)
             c = c & 1 ? c >> 1 ^ 0xa001 : c >> 1;
     }
     return c;
+}
+
+static void echo(const uint8_t q[8])
+{
+    uint8_t refusal[5] = {q[0], q[1] | 0x80, 1};
+    unsigned crc = crc16(refusal, 3);
+    refusal[3] = (uint8_t)crc;
+    refusal[4] = (uint8_t)(crc >> 8);
+    CHECK(echoes ? write(master, q, 8) == 8 : write(master, refusal, 5) == 5);
 }
 
 /* Every answer holds the number of its question. */
@@ -84,16 +95,18 @@ static void *serve(void *ctx)
             continue;
         held = 0;
         int h = how;
-        float value = (float)++questions;
+        float value = (float)(questions += q[1] != 8);
         if (h == LATE)
-            poll(NULL, 0, LATE_MS);
-        if (h != SILENT)
+            poll(NULL, 0, late_ms);
+        if (h != SILENT && q[1] == 8)
+            echo(q);
+        else if (h != SILENT)
             answer(h, q[1], h == NOT_A_NUMBER ? NAN : value);
     }
     return NULL;
 }
 
-static struct modbus_depth *begin(int stop_fd)
+static struct modbus_depth *begin_with(bool with_echo, int stop_fd)
 {
     char err[MODBUS_ERR_MAX] = "";
     struct termios t;
@@ -103,6 +116,7 @@ static struct modbus_depth *begin(int stop_fd)
                                      .type = MODBUS_FLOAT32,
                                      .timeout_ms = TIMEOUT_MS,
                                      .turnaround_ms = TURNAROUND_MS,
+                                     .echo = with_echo,
                                      .stop_fd = stop_fd};
     master = posix_openpt(O_RDWR | O_NOCTTY);
     grantpt(master);
@@ -119,6 +133,11 @@ static struct modbus_depth *begin(int stop_fd)
     struct modbus_depth *m = modbus_depth_new(&conf, err, sizeof err);
     CHECK_STR(err, "");
     return m;
+}
+
+static struct modbus_depth *begin(int stop_fd)
+{
+    return begin_with(false, stop_fd);
 }
 
 static void end(struct modbus_depth *m)
@@ -142,7 +161,7 @@ TEST(good_answers)
 {
     double v = 0;
     struct modbus_depth *m = begin(-1);
-    for (int i = 1; i <= 5; i++) {
+    for (int i = 2; i <= 6; i++) { /* the answer to the first question after opening is thrown away */
         CHECK_INT(ask(m, &v), MODBUS_OK);
         CHECK_NEAR(v, i, 0, 0);
     }
@@ -160,9 +179,76 @@ TEST(a_late_answer_is_never_taken_for_the_next)
         how = GOOD;
         int before = questions;
         CHECK_INT(ask(m, &v), MODBUS_OK);
-        CHECK_INT(questions, before + 1);
-        CHECK_NEAR(v, before + 1, 0, 0);
+        CHECK_INT(questions, before + 2);
+        CHECK_NEAR(v, before + 2, 0, 0);
     }
+    end(m);
+}
+
+/* The answer taken must be to a question that was asked since the last one: every answer holds its question's number. */
+static void check_nothing_old(struct modbus_depth *m, int rounds, int (*next_how)(uint64_t *random))
+{
+    uint64_t random = test_seed();
+    int taken = 0;
+    double v = 0;
+    CHECK_INT(ask(m, &v), MODBUS_OK);
+    for (int round = 0; round < rounds; round++) {
+        int before = questions;
+        how = next_how(&random);
+        if (ask(m, &v) == MODBUS_OK) {
+            CHECK(v > before);
+            taken++;
+        }
+    }
+    CHECK(taken > 0);
+    how = GOOD;
+    for (int i = 0; i < 10 && ask(m, &v) != MODBUS_OK; i++) {
+    }
+    CHECK_NEAR(v, questions, 0, 0);
+    late_ms = LATE_MS;
+}
+
+static int late_in_runs(uint64_t *random)
+{
+    static int left, now;
+    if (left-- <= 0) {
+        left = 2 + (int)(test_random(random) % 4);
+        now = now == LATE ? GOOD : LATE;
+        late_ms = TURNAROUND_MS + TIMEOUT_MS + 10 + (int)(test_random(random) % 200);
+    }
+    return now;
+}
+
+static int late_at_random(uint64_t *random)
+{
+    late_ms = TURNAROUND_MS + TIMEOUT_MS + 5 + (int)(test_random(random) % 45);
+    return test_random(random) % 2 ? GOOD : LATE;
+}
+
+TEST(silence_bears_a_slave_that_is_later_than_it_promised_for_some_time)
+{
+    struct modbus_depth *m = begin(-1);
+    check_nothing_old(m, 25, late_in_runs);
+    end(m);
+}
+
+TEST(with_an_echo_no_lateness_makes_an_old_value_new)
+{
+    struct modbus_depth *m = begin_with(true, -1);
+    check_nothing_old(m, 25, late_at_random);
+    end(m);
+}
+
+TEST(a_slave_without_an_echo_is_told)
+{
+    char err[MODBUS_ERR_MAX] = "";
+    struct modbus_depth *m = begin_with(true, -1);
+    echoes = false;
+    CHECK_INT(modbus_depth_prepare(m, err, sizeof err), MODBUS_EXCEPTION);
+    CHECK(strstr(err, "resync = silence") != NULL);
+    how = SILENT;
+    CHECK_INT(modbus_depth_prepare(m, err, sizeof err), MODBUS_TIMEOUT);
+    echoes = true;
     end(m);
 }
 
@@ -170,13 +256,14 @@ TEST(what_nobody_asked_for_is_not_an_answer)
 {
     double v = 0;
     struct modbus_depth *m = begin(-1);
+    CHECK_INT(ask(m, &v), MODBUS_OK);
     how = TWICE;
     CHECK_INT(ask(m, &v), MODBUS_OK);
     how = GOOD;
     poll(NULL, 0, LATE_MS);
     CHECK_INT(ask(m, &v), MODBUS_OUT_OF_STEP);
     CHECK_INT(ask(m, &v), MODBUS_OK);
-    CHECK_NEAR(v, 2, 0, 0);
+    CHECK_NEAR(v, 5, 0, 0);
     end(m);
 }
 
@@ -324,6 +411,9 @@ int main(void)
 {
     RUN(good_answers);
     RUN(a_late_answer_is_never_taken_for_the_next);
+    RUN(silence_bears_a_slave_that_is_later_than_it_promised_for_some_time);
+    RUN(with_an_echo_no_lateness_makes_an_old_value_new);
+    RUN(a_slave_without_an_echo_is_told);
     RUN(what_nobody_asked_for_is_not_an_answer);
     RUN(faults_are_told_apart_and_the_next_question_is_answered);
     RUN(a_lost_line_is_told_and_opened_again);
