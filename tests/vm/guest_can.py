@@ -7,6 +7,7 @@ import os
 import signal
 import subprocess
 import sys
+import threading
 import time
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "live"))
@@ -15,6 +16,7 @@ from twin import micron  # noqa: E402
 
 TESTS = os.path.join(BUILD, "tests")
 numbers = itertools.count()
+alone = threading.Lock()  # an emulated CPU needs 0.5 ms per frame: two streams of bytes at once, and answers come too late
 
 
 def ip(*arguments):
@@ -280,7 +282,7 @@ def kernel_time(bench):
     client = daemon.client()
     running(client)
     daemon.process.send_signal(signal.SIGSTOP)
-    time.sleep(0.8)
+    time.sleep(3)
     daemon.process.send_signal(signal.SIGCONT)
     running(client)
     sim.stop()
@@ -289,7 +291,7 @@ def kernel_time(bench):
                     os.path.join(folder, os.listdir(folder)[0]))
     times = [float(line.split(",")[1]) for line in csv.stdout.splitlines() if line.startswith("/head/rx,")]
     gaps = [b - a for a, b in zip(times, times[1:])]
-    check(len(gaps) > 20 and max(gaps) < 0.5, "there is a gap of %s s between the frames" % max(gaps or [None]))
+    check(len(gaps) > 20 and max(gaps) < 1.5, "there is a gap of %s s between the frames" % max(gaps or [None]))
 
 
 # ---- bytes over CAN ----
@@ -341,6 +343,13 @@ def silent_peer(bench):
     check(client.sensor()["reconnects"] == 0, "the port was given up")
 
 
+def one_by_one(function, *arguments, **named):
+    def case(bench):
+        with alone:
+            function(bench, *arguments, **named)
+    return case
+
+
 cases = [
     ("can_dronecan", dronecan),
     ("can_dronecan_fd", lambda bench: dronecan(bench, "--fd")),
@@ -356,11 +365,11 @@ cases = [
     ("can_interface_late", comes_late),
     ("can_receive_overflow", overflow),
     ("can_kernel_time", kernel_time),
-    ("can_isotp_ping360", lambda bench: carried(bench, "isotp", mode="request")),
-    ("can_isotp_fd_ping360", lambda bench: carried(bench, "isotp", ":fd", "18DAF101")),
-    ("can_isotp_micron", carried_micron),
+    ("can_isotp_ping360", one_by_one(carried, "isotp", mode="request")),
+    ("can_isotp_fd_ping360", one_by_one(carried, "isotp", ":fd", "18DAF101")),
+    ("can_isotp_micron", one_by_one(carried_micron)),
     ("can_isotp_silent_peer", silent_peer),
-    ("can_stream_ping360", lambda bench: carried(bench, "canstream")),
+    ("can_stream_ping360", one_by_one(carried, "canstream")),
 ]
 
 if __name__ == "__main__":
