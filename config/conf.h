@@ -27,6 +27,8 @@ enum conf_detector { CONF_CA, CONF_GOCA, CONF_SOCA, CONF_OS };
 enum conf_order { CONF_ORDER_SAFE, CONF_ORDER_PAPER };
 enum conf_median { CONF_MEDIAN_OFF, CONF_MEDIAN_3, CONF_MEDIAN_5 };
 enum conf_no_echo { CONF_NO_ECHO_MINIMUM, CONF_NO_ECHO_HEARD, CONF_NO_ECHO_RANGE };
+enum conf_sensor_model { CONF_OPENING, CONF_GAUSS, CONF_MIDPOINT };
+enum conf_update { CONF_BAYES, CONF_MAX };
 enum conf_elevation { CONF_ELEVATION_FULL, CONF_ELEVATION_LEVEL };
 enum conf_function { CONF_HOLDING, CONF_INPUT };
 enum conf_type { CONF_INT16, CONF_UINT16, CONF_INT32, CONF_FLOAT32 };
@@ -116,6 +118,9 @@ struct conf_grid {
     double layer_m;          /* layer = 0.05 m: thickness of the nearest layers */
     double growth;           /* growth = 1.035: of the layers beyond */
     int elevation;           /* elevation = full | level */
+    int sensor_model;        /* sensor_model = opening | gauss | midpoint: how an echo is shared out among cells */
+    int update;              /* update = bayes | max */
+    double range_error;      /* range_error = 0.003: standard deviation of a range as a share of it */
     int max_cells;           /* max_cells = 65536 */
     double blocked_above;    /* blocked_above = 0.6: probability from which a cell is an obstacle [0.51 .. 0.99] */
     double clear_for_s;      /* clear_for = 30 s: a direction counts as clear so long after its last ping */

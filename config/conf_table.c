@@ -213,6 +213,14 @@ const struct conf_key conf_keys[] = {
     {"grid", "elevation", WORDS("full", "level"), .standard = "full", CONF(grid.elevation),
      .help = "full: directions over the whole sphere; level: one row of directions, for a level sonar on a\n"
              "vehicle that stays level. level is cheaper and knows nothing of above and below."},
+    {"grid", "sensor_model", WORDS("opening", "gauss", "midpoint"), .standard = "opening", CONF(grid.sensor_model),
+     .help = "Where in a beam an echo counts. opening: everywhere alike, for nobody knows where the reflector is;\n"
+             "gauss: less off the axis and off the range (normal distributions, half at half power), integrated\n"
+             "over cells; midpoint: the same, taken at their middle: cheaper, coarse in wide cells."},
+    {"grid", "update", WORDS("bayes", "max"), .standard = "bayes", CONF(grid.update),
+     .help = "bayes: echoes of one place add up; max: the strongest counts."},
+    {"grid", "range_error", NUMBER(0, 0.1), .standard = "0.003", CONF(grid.range_error),
+     .help = "Standard deviation of a range as a share of it, for sensor_model gauss and midpoint."},
     {"grid", "max_cells", INTEGER(1024, 16777216), .standard = "65536", CONF(grid.max_cells),
      .help = "Cells there is room for; all memory is taken at the start."},
     {"grid", "blocked_above", NUMBER(0.51, 0.99), .standard = "0.6", CONF(grid.blocked_above),

@@ -78,7 +78,10 @@ static void sphere_of(const struct conf *conf, struct sphere_conf *s)
                               .max_cells = (uint32_t)g->max_cells,
                               .forget_s = g->forget_s,
                               .blocked_above = g->blocked_above,
-                              .recentre_m = fmax(0.05, 2 * g->layer_m)};
+                              .recentre_m = fmax(0.05, 2 * g->layer_m),
+                              .model = (enum sphere_model)g->sensor_model, /* the same order */
+                              .update = (enum sphere_update)g->update,
+                              .range_error = g->range_error};
 }
 
 void wiring_pipeline(const struct conf *conf, bool patient, struct pipeline_conf *out)

@@ -3,6 +3,8 @@
 
 #include <math.h>
 
+#include "spread.h"
+
 /*
  * Probability of an echo from an occupied and from an empty cell. That an occupied cell is heard only every other time
  * is said on purpose: a weak reflector that one of the beams over it hears must not be talked away by its neighbours
@@ -63,15 +65,11 @@ static double echo_variance(const struct sphere *s, uint32_t d, double range_m, 
     return fmax((double)echo->sd_m * echo->sd_m, wide * wide / 12);
 }
 
-static void hit(struct sphere *s, uint32_t direction, double range_m, const struct beam *b,
-                const struct echo *echo)
+/* An echo `at` range_m along a direction raises the cell of a layer by `share` of its evidence. */
+static void raise(struct sphere *s, uint32_t direction, uint16_t layer, double range_m, const struct beam *b,
+                  const struct echo *echo, double share)
 {
-    int32_t layer = layers_index(&s->layers, range_m);
-    if (layer < 0) {
-        s->stats.out_of_range++;
-        return;
-    }
-    struct cell *c = state_take(s, direction, (uint16_t)layer);
+    struct cell *c = state_take(s, direction, layer);
     if (!c || c->state == CELL_LOCKED)
         return;
     double z[3];
@@ -86,9 +84,13 @@ static void hit(struct sphere *s, uint32_t direction, double range_m, const stru
         c->t_echo_ns = b->ping->t_ns;
     if (c->echoes < UINT16_MAX)
         c->echoes++;
-    double strength = echo->confidence > 0 ? echo->confidence : 0;
+    double strength = echo->confidence > 0 ? echo->confidence * share : 0;
     double weight = log1p(strength * (ECHO_IF_OCCUPIED / ECHO_IF_EMPTY - 1));
-    weigh(s, c, b->ping, echo->flags ? fmin(weight, MARKED_BLOCKS * s->blocked_logodds) : weight);
+    if (echo->flags)
+        weight = fmin(weight, MARKED_BLOCKS * s->blocked_logodds);
+    if (s->conf.update == SPHERE_MAX)
+        weight = fmax(0, weight - state_logodds(s, c, b->ping->t_ns));
+    weigh(s, c, b->ping, weight);
     state_mark(s, direction);
 }
 
@@ -123,18 +125,50 @@ static void clear_direction(struct sphere *s, uint32_t d, const struct beam *b)
     state_mark(s, d);
 }
 
+/* The layers within reach of the range get their shares, relative to the one that holds it. */
+static void raise_layers(struct sphere *s, uint32_t d, double at, const struct beam *b, const struct echo *echo,
+                         const struct spread *spread, double across)
+{
+    const double *edge = s->layers.edge;
+    int32_t middle = layers_index(&s->layers, at);
+    double most = spread_along(spread, edge[middle], edge[middle + 1], at), reach_m = spread->reach * spread->sd_m;
+    int32_t i = middle;
+    while (i > 0 && edge[i] > at - reach_m)
+        i--;
+    for (; i < (int32_t)s->layers.n && edge[i] < at + reach_m; i++) {
+        double share = spread_along(spread, edge[i], edge[i + 1], at) / most;
+        raise(s, d, (uint16_t)i, i == middle ? at : (edge[i] + edge[i + 1]) / 2, b, echo, across * fmin(share, 1));
+    }
+}
+
 static void hit_direction(struct sphere *s, uint32_t d, const struct beam *b, const struct echo *echo)
 {
-    const struct direction *dir = &s->direction[d];
     double place[3], range, off_az, off_el, at = beam_meet(b, s->axis[d], echo->range_m);
     if (at <= 0)
         return;
     for (int i = 0; i < 3; i++)
         place[i] = at * s->axis[d][i];
     beam_sees(b, place, &range, &off_az, &off_el);
-    double height = s->rings.height_rad;
-    if (fabs(off_az) <= b->half_az + dir->width_rad / 2 && fabs(off_el) <= b->half_el + height / 2)
-        hit(s, d, at, b, echo);
+    double wide = s->direction[d].width_rad, high = s->rings.height_rad;
+    bool opening = s->conf.model == SPHERE_OPENING;
+    if (opening && (fabs(off_az) > b->half_az + wide / 2 || fabs(off_el) > b->half_el + high / 2))
+        return;
+    int32_t layer = layers_index(&s->layers, at);
+    if (layer < 0) {
+        s->stats.out_of_range++;
+        return;
+    }
+    if (opening) {
+        raise(s, d, (uint16_t)layer, at, b, echo, 1);
+        return;
+    }
+    wide *= hypot(s->axis[d][0], s->axis[d][1]);
+    double deep_m = s->layers.edge[layer + 1] - s->layers.edge[layer];
+    struct spread spread = spread_of(fmax(echo->sd_m, s->conf.range_error * echo->range_m), b->half_az, b->half_el,
+                                     deep_m, wide, high, s->conf.model == SPHERE_MIDPOINT);
+    double across = spread_across(&spread, off_az, off_el, wide, high);
+    if (across > 0)
+        raise_layers(s, d, at, b, echo, &spread, across);
 }
 
 /* Nothing was heard in the water up to free_to_m: cells there lose by the share of them that the beam covered. */
@@ -170,9 +204,15 @@ void sensor_enter(struct sphere *s, const struct beam *b)
     bool claims = h->free_to_m > h->blind_m;
     struct beam_sieve near = beam_sieve(b, fmax(h->blind_m, NEAREST_M), cell);
     struct beam_sieve clear = b->lever_m > 0 ? near : beam_sieve(b, 1, cell); /* no lever, no parallax */
-    struct beam_sieve hit = beam_sieve(b, h->n ? h->echo[0].range_m : 1, cell);
+    struct beam wide = *b;                                                    /* what echoes are entered over */
+    if (s->conf.model != SPHERE_OPENING) {
+        wide.half_az *= SPREAD_WIDEST;
+        wide.half_el *= SPREAD_WIDEST;
+    }
+    struct beam_sieve hit = beam_sieve(&wide, h->n ? h->echo[0].range_m : 1, cell);
 
-    struct rings_visit v = rings_visit(&s->rings, az, el, fmin(acos(near.cos_axis), GEO_PI / 2));
+    double radius = acos(h->n ? fmin(near.cos_axis, hit.cos_axis) : near.cos_axis);
+    struct rings_visit v = rings_visit(&s->rings, az, el, fmin(radius, GEO_PI / 2));
     while (rings_next(&v)) {
         double along = dot(s->axis[v.direction], b->axis), aside = dot(s->axis[v.direction], b->side);
         if (claims && s->cells.first[v.direction] != CELLS_NONE && beam_sieve_passes(&near, along, aside))

@@ -35,6 +35,8 @@ size_t sphere_bytes(const struct sphere_conf *conf, char *err, size_t err_size)
     else if (!(conf->forget_s > 0 && conf->blocked_above > 0.5 && conf->blocked_above <= 0.99 &&
                conf->recentre_m > 0))
         snprintf(err, err_size, "fading, threshold or recentring out of range");
+    else if (!(conf->range_error >= 0 && conf->range_error <= 0.1))
+        snprintf(err, err_size, "range error of %g: wanted 0 to 0.1", conf->range_error);
     else
         return rounded(sizeof(struct sphere)) + rounded((layers + 1) * sizeof(double)) +
                rounded(cells_bytes(conf->max_cells, rings.n)) + rounded(rings.n * sizeof(struct direction)) +

@@ -26,6 +26,18 @@
 #include "layers.h"
 #include "rings.h"
 
+/* Over which cells an echo is entered, and with which weight. */
+enum sphere_model {
+    SPHERE_OPENING,  /* all directions in the beam's opening alike, in the layer of its range */
+    SPHERE_GAUSS,    /* eq. (1), integrated over each cell (spread.h) */
+    SPHERE_MIDPOINT, /* eq. (1) at each cell's middle */
+};
+
+enum sphere_update {
+    SPHERE_BAYES, /* the log-odds of echoes add up */
+    SPHERE_MAX,   /* the strongest echo counts (Auran and Silven's first version) */
+};
+
 #define SPHERE_SENSORS 64 /* told apart */
 
 struct sphere_conf {
@@ -37,6 +49,9 @@ struct sphere_conf {
     double forget_s;      /* an obstacle not heard again blocks for this long at most; > 0 */
     double blocked_above; /* probability above which a cell is an obstacle, (0.5, 0.99] */
     double recentre_m;    /* > 0 */
+    enum sphere_model model;
+    enum sphere_update update;
+    double range_error; /* standard deviation of a range as a share of it, [0, 0.1]; Gaussian models only */
 };
 
 struct sphere_stats {
