@@ -14,6 +14,7 @@
 
 #include "arguments.h"
 #include "show_background.h"
+#include "show_map.h"
 #include "capture.h"
 #include "plot.h"
 #include "show.h"
@@ -282,6 +283,7 @@ static int run_plot(struct context *context)
 /* ---- background ---- */
 
 #define PROGRESS_EVERY_S 0.5
+#define DRAW_CELLS       40 /* across a terminal, two characters each */
 
 /* Until learning is over, however long that takes; who does not want to wait may interrupt: the daemon goes on. */
 static json_t *wait_learnt(struct context *context, json_t *result, const json_t *sensor, int *status)
@@ -364,6 +366,140 @@ static int run_background(struct context *context)
     return status;
 }
 
+/* ---- places ---- */
+
+/* "N,E,D" */
+static json_t *parse_place(const char *word)
+{
+    double v[3];
+    int used = 0;
+
+    if (sscanf(word, "%lf,%lf,%lf%n", &v[0], &v[1], &v[2], &used) != 3 || word[used] != '\0')
+        return NULL;
+    return json_pack("[f, f, f]", v[0], v[1], v[2]);
+}
+
+/* The words of `point`, `box` and `path` become the parameters of the method of that name. */
+static bool take_places(const struct arguments *arguments, const char *method, json_t *params)
+{
+    json_t *places = json_array();
+    bool ok = true;
+
+    for (int i = 0; i < arguments->n_words; i++)
+        ok = json_array_append_new(places, parse_place(arguments->word[i])) == 0 && ok;
+    if (ok && strcmp(method, "path") == 0) {
+        json_object_set(params, "points_m", places);
+    } else if (ok && strcmp(method, "box") == 0) {
+        json_object_set(params, "from_m", json_array_get(places, 0));
+        json_object_set(params, "to_m", json_array_get(places, 1));
+    } else if (ok) {
+        json_object_set(params, "position_m", json_array_get(places, 0));
+    }
+    json_decref(places);
+    return ok;
+}
+
+static int run_place(struct context *context)
+{
+    const char *method = context->command->name, *state;
+    json_t *result;
+    int status;
+
+    if (!take_places(&context->arguments, method, context->arguments.options))
+        return usage(method, "a place is three numbers: N,E,D, in metres");
+    if (!(result = call(context, method, context->arguments.options, &status)))
+        return status;
+    if (context->json)
+        print_result(context, method, result);
+    else
+        show_map_place(stdout, result, context->colour);
+    state = json_string_value(json_object_get(result, "state"));
+    status = state && strcmp(state, "free") == 0       ? EXIT_CLEAR
+             : state && strcmp(state, "occupied") == 0 ? EXIT_BLOCKED
+                                                       : EXIT_UNKNOWN;
+    json_decref(result);
+    return status;
+}
+
+static int print_slice(const struct context *context, const json_t *result, const char *path)
+{
+    const bool to_stdout = path && strcmp(path, "-") == 0;
+    FILE *out = !path || to_stdout ? stdout : fopen(path, "w");
+    bool ok = out != NULL;
+
+    if (context->json)
+        print_result(context, "map_slice", result);
+    else if (ok && path)
+        ok = show_map_svg(out, result);
+    else if (ok)
+        show_map_draw(out, result);
+    if (out && out != stdout && fclose(out) != 0)
+        ok = false;
+    if (!ok)
+        fprintf(stderr, "sonarctl: %s: %s\n", path, strerror(errno));
+    return ok ? EXIT_CLEAR : EXIT_OUTPUT;
+}
+
+/* Until the file is written or read, however long the disk takes. A job that failed is a refusal. */
+static json_t *wait_job(struct context *context, json_t *result, int *status)
+{
+    struct sonard_error error = {.status = SONARD_REFUSED};
+    const json_t *job;
+    const char *state = NULL;
+
+    while (result) {
+        job = json_object_get(result, "job");
+        state = json_string_value(json_object_get(job, "state"));
+        if (!state || strcmp(state, "running") != 0)
+            break;
+        nanosleep(&(struct timespec){.tv_nsec = (long)(PROGRESS_EVERY_S * 1e8)}, NULL);
+        json_decref(result);
+        result = call(context, "map", NULL, status);
+    }
+    if (result && state && strcmp(state, "failed") == 0) {
+        snprintf(error.message, sizeof error.message, "%s", json_string_value(json_object_get(job, "message")));
+        *status = fail(&error);
+    }
+    return result;
+}
+
+static int run_map(struct context *context)
+{
+    static const struct {
+        const char *word, *method;
+        int words; /* with this one */
+    } actions[] = {{"status", "map", 1},       {"draw", "map_slice", 1}, {"new", "map_new", 1},
+                   {"clear", "map_clear", 1},  {"save", "map_save", 2},  {"load", "map_load", 2},
+                   {"export", "map_export", 2}};
+    const struct arguments *arguments = &context->arguments;
+    const char *word = arguments->word[0], *method = NULL;
+    json_t *options = arguments->options, *output = json_incref(json_object_get(options, "output")), *result;
+    int status = EXIT_CLEAR;
+
+    for (size_t i = 0; i < sizeof actions / sizeof *actions; i++)
+        if (strcmp(actions[i].word, word) == 0 && actions[i].words == arguments->n_words)
+            method = actions[i].method;
+    if (!method) {
+        json_decref(output);
+        return usage("map", "want one of status, draw, new, clear, save NAME, load NAME, export NAME");
+    }
+    json_object_del(options, "output");
+    if (strcmp(word, "draw") == 0 && !output && !json_object_get(options, "cells"))
+        json_object_set_new(options, "cells", json_integer(DRAW_CELLS));
+    if (arguments->n_words == 2)
+        json_object_set_new(options, "name", json_string(arguments->word[1]));
+    result = wait_job(context, call(context, method, options, &status), &status);
+    if (result && strcmp(word, "draw") == 0)
+        status = print_slice(context, result, json_string_value(output));
+    else if (result && context->json)
+        print_result(context, method, result);
+    else if (result && status == EXIT_CLEAR)
+        show_map_state(stdout, result);
+    json_decref(result);
+    json_decref(output);
+    return status;
+}
+
 /* ---- the tables ---- */
 
 #define FRAME_OPTION                                                                                              \
@@ -428,6 +564,31 @@ static const struct argument background_options[] = {
     {0},
 };
 
+#define PLACE_FRAME_OPTION                                                                                        \
+    {                                                                                                             \
+        "--frame", "frame", "ned|body", "north, east, down (ned), or forward, right, down of the vehicle (body)", \
+            ARGUMENT_TEXT, 0, 0, 0                                                                                \
+    }
+
+static const struct argument point_options[] = {PLACE_FRAME_OPTION, {0}};
+
+static const struct argument path_options[] = {
+    {"--radius", "radius_m", "R", "of the corridor around the path, in metres; must be given", ARGUMENT_NUMBER, 0,
+     0, 0},
+    PLACE_FRAME_OPTION,
+    {0},
+};
+
+static const struct argument map_options[] = {
+    {"--format", "format", "ply|mcap|bt", "export: of the file (ply)", ARGUMENT_TEXT, 0, 0, 0},
+    {"--depth", "depth_m", "D", "draw: metres below the surface (the vehicle's)", ARGUMENT_NUMBER, 0, 0, 0},
+    {"--middle", "middle_m", "N,E", "draw: what is in the middle (the vehicle)", ARGUMENT_NUMBERS, 2, 0, 0},
+    {"--size", "size_m", "S", "draw: side of the picture in metres (40)", ARGUMENT_NUMBER, 0, 0, 0},
+    {"--cells", "cells", "N", "draw: cells along a side (160 for -o, else 40)", ARGUMENT_INTEGER, 0, 0, 0},
+    {"-o", "output", "FILE", "draw: as SVG into this file, - for standard output", ARGUMENT_TEXT, 0, 0, 0},
+    {0},
+};
+
 static const struct command commands[] = {
     {"blocked", "AZ", "is a direction free? Exit status: 0 clear, 1 blocked, 2 unknown", blocked_options, 1, 1,
      run_blocked},
@@ -440,6 +601,12 @@ static const struct command commands[] = {
     {"plot", "", "draw echoes and sectors as SVG", plot_options, 0, 0, run_plot},
     {"background", "show|learn|stop|save|load|clear", "what a sonar hears of the vehicle itself",
      background_options, 1, 1, run_background},
+    {"point", "N,E,D", "is this place free? Exit status: 0 free, 1 occupied, 2 unknown", point_options, 1, 1,
+     run_place},
+    {"box", "N,E,D N,E,D", "is all of the box between two places free?", NULL, 2, 2, run_place},
+    {"path", "N,E,D...", "may a body pass along these places?", path_options, 1, ARGUMENTS_WORDS_MAX, run_place},
+    {"map", "status|draw|new|clear|save NAME|load NAME|export NAME", "the map of places", map_options, 1, 2,
+     run_map},
     {"version", "", "versions of sonarctl and the daemon", NULL, 0, 0, run_version},
     {"call", "METHOD [JSON]", "call any method with a JSON object of parameters", NULL, 1, 2, run_call},
 };

@@ -128,6 +128,23 @@ struct conf_grid {
     double move_limit_m;     /* move_limit = 0.5 m: way driven after which a cleared direction is unknown again */
 };
 
+/* [map]; see grid/voxel */
+struct conf_map {
+    double voxel_m;                /* voxel = 0.2 m [0.02 .. 5]; none: 0, there is no map */
+    double memory_bytes;           /* memory = 64 MiB */
+    double extent_m;               /* extent = 60 m: side of a submap; auto: 0 */
+    double height_m;               /* height = 16 m */
+    int threshold;                 /* threshold = 1 [0 .. 254] */
+    int echoes;                    /* echoes = on | off */
+    int echo_weight;               /* echo_weight = 2 [0 .. 255] */
+    double tolerance_m;            /* tolerance = 0 m */
+    double body_m;                 /* body = 0.4 m: radius; none: 0 */
+    double submap_distance_m;      /* submap_distance = 10 m */
+    double submap_time_s;          /* submap_time = 60 s; never: 0 */
+    double forget_s;               /* forget = 600 s; never: 0 */
+    char directory[CONF_TEXT_MAX]; /* directory = /var/lib/sonard/maps; none: empty */
+};
+
 struct conf_pose {
     double max_age_s; /* max_age = 1 s: older is stale */
 };
@@ -199,6 +216,7 @@ struct conf {
     struct conf_extract extract;
     struct conf_background background;
     struct conf_grid grid;
+    struct conf_map map;
     struct conf_pose pose;
     struct conf_depth depth;
     struct conf_nmea nmea;

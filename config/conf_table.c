@@ -30,6 +30,8 @@ const struct conf_section conf_sections[] = {
                    "blocked nor clear. Of what was loud while a template was learnt, only what these keys describe is\n"
                    "taken for the vehicle; the rest, walls above all, stays an obstacle."},
     {"grid", "The map of free water around the vehicle, and what counts as blocked and as clear."},
+    {"map", "The map of places: which water has been found free, kept in voxels as the vehicle moves. Needs poses with\n"
+            "position, depth and attitude. Without `voxel` there is none, and it takes neither memory nor time."},
     {"pose", "What is known about where the vehicle is and how it lies."},
     {"depth", "A depth or pressure transmitter that is read over Modbus. The defaults are those of a Keller 33X."},
     {"nmea", "An instrument that sends NMEA 0183: a compass, or a depth cell."},
@@ -235,6 +237,43 @@ const struct conf_key conf_keys[] = {
     {"grid", "move_limit", QUANTITY(1, "m", 0.05, 100), .standard = "0.5 m", CONF(grid.move_limit_m),
      .help =
          "A direction that was clear is unknown again after the vehicle has moved this far without seeing it."},
+
+    {"map", "voxel", QUANTITY(1, "m", 0.02, 5), .standard = "none", .instead = "none", .instead_value = 0,
+     CONF(map.voxel_m),
+     .help = "Edge of a voxel; none: no map. 0.2 m suits tanks, harbours and dams. Half of it takes eight times the\n"
+             "memory for the same water."},
+    {"map", "memory", QUANTITY(1, "MiB", 1, 65536), .standard = "64 MiB", CONF(map.memory_bytes),
+     .help = "All that the map may take; it is taken at the start. When it is used up the oldest submaps leave it,\n"
+             "and their water is unknown."},
+    {"map", "extent", QUANTITY(1, "m", 1, 2000), .standard = "auto", .instead = "auto", .instead_value = 0,
+     CONF(map.extent_m),
+     .help = "Side of a submap in plan. What a beam covers beyond it is not entered. auto: what the longest range of\n"
+             "the sonars and submap_distance need."},
+    {"map", "height", QUANTITY(1, "m", 0.1, 2000), .standard = "16 m", CONF(map.height_m),
+     .help = "Height of a submap, half of it above and half below where it was begun."},
+    {"map", "threshold", INTEGER(0, 254), .standard = "1", CONF(map.threshold),
+     .help = "A voxel is free when more looks than this have found it free. 1 bears a single wrong one."},
+    {"map", "echoes", WORDS("on", "off"), .standard = "on", CONF(map.echoes),
+     .help = "Remember where something was heard, in a second plane of bytes, so that a thin thing is not lost at\n"
+             "the next sweep and answers tell occupied from unknown."},
+    {"map", "echo_weight", INTEGER(0, 255), .standard = "2", CONF(map.echo_weight),
+     .help = "How many looks that found a voxel free one echo in it outweighs."},
+    {"map", "tolerance", QUANTITY(1, "m", 0, 1), .standard = "0 m", CONF(map.tolerance_m),
+     .help = "Moves the side faces of every beam outwards; never the end of it. Closes gaps between beams, and calls\n"
+             "water free that no beam has been in: 0 is safe."},
+    {"map", "body", QUANTITY(1, "m", 0.01, 20), .standard = "none", .instead = "none", .instead_value = 0,
+     CONF(map.body_m),
+     .help = "Radius around the vehicle's reference point of which it is sure that only the vehicle itself is there:\n"
+             "along its way that water is free. none: only beams free water."},
+    {"map", "submap_distance", QUANTITY(1, "m", 0.5, 1000), .standard = "10 m", CONF(map.submap_distance_m),
+     .help = "A new submap is begun when the vehicle is so far from where it began the last one."},
+    {"map", "submap_time", QUANTITY(1, "s", 1, 86400), .standard = "never", .instead = "never", .instead_value = 0,
+     CONF(map.submap_time_s), .help = "And so long after it."},
+    {"map", "forget", QUANTITY(1, "s", 1, 604800), .standard = "never", .instead = "never", .instead_value = 0,
+     CONF(map.forget_s),
+     .help = "All counts are halved so often, so that what is not seen again is forgotten: free water and echoes."},
+    {"map", "directory", .kind = CONF_PATH, .standard = "none", .instead = "none", CONF(map.directory),
+     .form = "an absolute path", .help = "Where maps are saved, exported and loaded from. none: they are not."},
 
     {"pose", "max_age", QUANTITY(1, "s", 0.01, 3600), .standard = "1 s", CONF(pose.max_age_s),
      .help = "An older pose is stale, and what needs it is unknown."},

@@ -17,6 +17,7 @@
 #include "loop.h"
 #include "nmea.h"
 #include "pipeline.h"
+#include "places.h"
 #include "pose_input.h"
 #include "pose_log.h"
 #include "power.h"
@@ -40,6 +41,8 @@ struct daemon {
     struct nmea *nmea;   /* NULL: none */
     struct template template[CONF_MAX_SONARS];
     struct clusters *clusters; /* NULL until somebody asks for them */
+
+    struct places places;
     struct leak leak;
     struct power power[CONF_MAX_SONARS];
     struct trigger trigger[CONF_MAX_SONARS];

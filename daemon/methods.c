@@ -579,6 +579,16 @@ const struct rpc_method daemon_methods[] = {
     {"background_save", template_method_save},
     {"background_load", template_method_load},
     {"background_clear", template_method_clear},
+    {"point", places_method_point},
+    {"box", places_method_box},
+    {"path", places_method_path},
+    {"map", places_method_map},
+    {"map_slice", places_method_slice},
+    {"map_new", places_method_new},
+    {"map_clear", places_method_clear},
+    {"map_save", places_method_save},
+    {"map_load", places_method_load},
+    {"map_export", places_method_export},
     {NULL, NULL},
 };
 

@@ -19,7 +19,14 @@
 /* A pool of buffers on its way: `waiting` from producer to consumer, `idle` back. */
 struct belt {
     struct ring waiting, idle;
-    sem_t news; /* posted for every entry put into waiting, and to stop */
+    sem_t news; /* posted for every entry put into waiting, for a visitor, and to stop */
+};
+
+/* Work of the loop that the maps' owner does for it between two pings. */
+struct visitor {
+    pipeline_visit_fn *fn;
+    void *ctx;
+    sem_t done;
 };
 
 struct pipeline {
@@ -28,11 +35,13 @@ struct pipeline {
     struct echoes *echoes;
     uint32_t n_buffers;
     struct belt pings, found;
-    uint32_t filling; /* ping buffer that pipeline_begin gave out, or NONE */
+    _Atomic(struct visitor *) visitor; /* waits for the owner; NULL: nobody */
+    uint32_t filling;                  /* ping buffer that pipeline_begin gave out, or NONE */
     struct extract *extract[PIPELINE_MAX_SENSORS];
     struct pipeline_background background[PIPELINE_MAX_SENSORS]; /* written while nothing is under way */
     struct cleanup *cleanup[PIPELINE_MAX_SENSORS];               /* NULL: no stage of it configured */
     struct sphere *sphere;
+    struct pipeline_map *map;                  /* NULL: not configured */
     struct marks *marks[PIPELINE_MAX_SENSORS]; /* NULL: not configured */
     struct image *image[PIPELINE_MAX_SENSORS];
     struct latency latency;
@@ -46,7 +55,7 @@ struct pipeline {
     atomic_bool stop;
     pthread_t thread[2];
     int n_threads;
-    void *memory[6 + 4 * PIPELINE_MAX_SENSORS];
+    void *memory[9 + 4 * PIPELINE_MAX_SENSORS];
     int n_memory;
 };
 
@@ -65,9 +74,17 @@ static void publish_stats(struct pipeline *p)
     seqlock_end(&p->stats_lock);
 }
 
+static void enter_map(struct pipeline *p, const struct echoes *e)
+{
+    const struct voxmap_sensor sensor = {.mount = p->conf.mount[e->sensor], .shape = p->conf.shape[e->sensor]};
+    voxmap_enter(&p->map->map, e, &sensor);
+}
+
 static void run_maps(struct pipeline *p, struct echoes *e)
 {
     sphere_enter(p->sphere, e, &p->conf.mount[e->sensor]);
+    if (p->map)
+        enter_map(p, e);
     publish_stats(p);
     if (!p->conf.patient) {
         uint64_t now = loop_clock();
@@ -185,11 +202,28 @@ static void give_back(struct belt *belt, uint32_t index)
     ring_put(&belt->idle, index);
 }
 
+/* The way by which the echoes come to the thread that owns the maps. */
+static struct belt *owners_belt(struct pipeline *p)
+{
+    return p->conf.threads == 2 ? &p->found : &p->pings;
+}
+
+static void receive_visitor(struct pipeline *p)
+{
+    struct visitor *v = atomic_exchange_explicit(&p->visitor, NULL, memory_order_acquire);
+    if (!v)
+        return;
+    v->fn(v->ctx, p->map);
+    sem_post(&v->done);
+}
+
 /* The next waiting buffer; NONE when the pipeline stops and nothing waits. */
 static uint32_t await(struct pipeline *p, struct belt *belt)
 {
     uint32_t index;
     for (;;) {
+        if (belt == owners_belt(p))
+            receive_visitor(p);
         if (ring_take(&belt->waiting, &index))
             return index;
         if (atomic_load_explicit(&p->stop, memory_order_acquire))
@@ -285,6 +319,36 @@ void pipeline_drain(struct pipeline *p)
             return;
         rest();
     }
+}
+
+bool pipeline_has_map(const struct pipeline *p)
+{
+    return p->map != NULL;
+}
+
+struct voxmap_setting pipeline_map_setting(const struct pipeline *p)
+{
+    return p->conf.voxels;
+}
+
+bool pipeline_visit_map(struct pipeline *p, pipeline_visit_fn *fn, void *ctx)
+{
+    struct visitor v = {.fn = fn, .ctx = ctx};
+    if (!p->map)
+        return false;
+    if (p->conf.patient)
+        pipeline_drain(p);
+    if (p->conf.threads == 0) {
+        fn(ctx, p->map);
+        return true;
+    }
+    sem_init(&v.done, 0, 0);
+    atomic_store_explicit(&p->visitor, &v, memory_order_release);
+    sem_post(&owners_belt(p)->news);
+    while (sem_wait(&v.done) != 0) {
+    }
+    sem_destroy(&v.done);
+    return true;
 }
 
 void pipeline_set_background(struct pipeline *p, int sensor, const struct pipeline_background *background)
@@ -385,6 +449,26 @@ static bool make_cleanup(struct pipeline *p, int i, char *err, size_t err_size)
     return p->cleanup[i] != NULL;
 }
 
+static bool make_map(struct pipeline *p, char *err, size_t err_size)
+{
+    const struct voxmap_setting *s = &p->conf.voxels;
+    if (!p->conf.map)
+        return true;
+    const size_t size = voxmap_bytes(s, err, err_size);
+    if (!size)
+        return false;
+    void *map = own(p, size), *mask = own(p, voxmask_bytes(p->conf.mask_blocks));
+    p->map = own(p, sizeof *p->map);
+    if (!map || !mask || !p->map) {
+        snprintf(err, err_size, "no memory for the map of places: %zu MiB", size >> 20);
+        p->map = NULL;
+        return false;
+    }
+    voxmap_init(&p->map->map, s, map);
+    voxmask_init(&p->map->mask, &p->map->map, mask, p->conf.mask_blocks);
+    return true;
+}
+
 static bool make_stages(struct pipeline *p, char *err, size_t err_size)
 {
     for (int i = 0; i < p->conf.n_sensors; i++) {
@@ -403,7 +487,7 @@ static bool make_stages(struct pipeline *p, char *err, size_t err_size)
         return false;
     p->sphere = sphere_init(m, &p->conf.sphere);
     publish_stats(p);
-    return true;
+    return make_map(p, err, err_size);
 }
 
 static bool start_threads(struct pipeline *p)

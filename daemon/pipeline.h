@@ -20,6 +20,7 @@
 #include "../grid/range/extract.h"
 #include "../grid/range/marks.h"
 #include "../grid/sphere/sphere.h"
+#include "../grid/voxel/voxmask.h"
 #include "image.h"
 #include "latency.h"
 
@@ -38,6 +39,10 @@ struct pipeline_conf {
     struct cleanup_conf cleanup[PIPELINE_MAX_SENSORS];
     struct mount mount[PIPELINE_MAX_SENSORS];
     struct sphere_conf sphere;
+    bool map;             /* keep a map of places: */
+    uint32_t mask_blocks; /* voxmask_bytes */
+    struct voxmap_setting voxels;
+    enum cast_shape shape[PIPELINE_MAX_SENSORS];
 };
 
 /* What the extract stage does about a sensor's own vehicle: memory of the caller. */
@@ -53,6 +58,12 @@ struct pipeline_stats {
     uint32_t waiting;
     struct sphere_stats grid;
     struct cleanup_state cleanup[PIPELINE_MAX_SENSORS]; /* of sensors that have one */
+};
+
+/* The map of places, and its judged form for questions. */
+struct pipeline_map {
+    struct voxmap map;
+    struct voxmask mask;
 };
 
 struct pipeline;
@@ -83,6 +94,22 @@ const struct sphere *pipeline_sphere(struct pipeline *p);
 
 /** pipeline_sphere_conf - how the grid is set. */
 const struct sphere_conf *pipeline_sphere_conf(const struct pipeline *p);
+
+/** pipeline_has_map - is there a map of places? */
+bool pipeline_has_map(const struct pipeline *p);
+
+/** pipeline_map_setting - how it is set; any thread. */
+struct voxmap_setting pipeline_map_setting(const struct pipeline *p);
+
+/* What is done to the map of places in the thread that owns it. Pings wait meanwhile: some milliseconds at most. */
+typedef void pipeline_visit_fn(void *ctx, struct pipeline_map *map);
+
+/**
+ * pipeline_visit_map - have fn called between two pings by the thread that owns the map, and wait until it is done: at
+ * most for the ping that is being entered, and fn itself. When patient, all that was submitted before is in the map.
+ * False: there is no map. Loop thread.
+ */
+bool pipeline_visit_map(struct pipeline *p, pipeline_visit_fn *fn, void *ctx);
 
 struct picture *pipeline_picture(struct pipeline *p);
 struct image *pipeline_image(struct pipeline *p, int sensor);

@@ -3,13 +3,12 @@
 #include "template_file.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
 #include <zlib.h>
+
+#include "whole_file.h"
 
 #define MAGIC        "SONARDBG"
 #define MAGIC_BYTES  8
@@ -17,7 +16,6 @@
 #define HEADER_BYTES 48
 #define CHECK_BYTES  4
 #define FILE_MAX     (HEADER_BYTES + BACKGROUND_ROWS_MAX * (1 + (size_t)PING_MAX_BINS) + CHECK_BYTES)
-#define PATH_ROOM    320
 
 /* ---- bytes ---- */
 
@@ -138,91 +136,15 @@ struct background *template_decode(const uint8_t *bytes, size_t size, uint8_t ma
 
 /* ---- files ---- */
 
-/* All of a regular file of at most FILE_MAX bytes, one more where it is longer; NULL with errno. */
-static uint8_t *read_all(const char *path, size_t *size)
-{
-    int fd = open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
-    struct stat st;
-    uint8_t *bytes = NULL;
-    *size = 0;
-    if (fd < 0)
-        return NULL;
-    if (fstat(fd, &st) == 0 && !S_ISREG(st.st_mode))
-        errno = EINVAL;
-    else
-        bytes = malloc(FILE_MAX + 1);
-    for (ssize_t n = 1; bytes && n > 0 && *size <= FILE_MAX; *size += n > 0 ? (size_t)n : 0) {
-        n = read(fd, bytes + *size, FILE_MAX + 1 - *size);
-        if (n < 0) {
-            free(bytes);
-            bytes = NULL;
-        }
-    }
-    close(fd);
-    return bytes;
-}
-
-static bool write_all(int fd, const uint8_t *bytes, size_t size)
-{
-    for (size_t done = 0; done < size;) {
-        ssize_t n = write(fd, bytes + done, size - done);
-        if (n < 0 && errno != EINTR)
-            return false;
-        done += n > 0 ? (size_t)n : 0;
-    }
-    return fsync(fd) == 0;
-}
-
-/* The name itself must be on the disk as well. */
-static bool sync_folder(const char *path)
-{
-    char folder[PATH_ROOM];
-    snprintf(folder, sizeof folder, "%s", path);
-    char *slash = strrchr(folder, '/');
-    if (!slash)
-        return true;
-    slash[slash == folder] = '\0';
-    int fd = open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    bool ok = fd >= 0 && fsync(fd) == 0;
-    if (fd >= 0)
-        close(fd);
-    return ok;
-}
-
-/* Nobody's own file is lost to a wrong path in the configuration. */
-static bool may_replace(const char *path)
-{
-    size_t size;
-    uint8_t *old = read_all(path, &size);
-    bool may = old ? size >= MAGIC_BYTES && memcmp(old, MAGIC, MAGIC_BYTES) == 0 : errno == ENOENT;
-    free(old);
-    return may;
-}
-
 bool template_save(const struct background *background, const char *path, char *err, size_t err_size)
 {
-    char beside[PATH_ROOM];
     size_t size;
-    if (!may_replace(path)) {
-        snprintf(err, err_size, "%s: something is there that is not a background template", path);
+    uint8_t *bytes = template_encode(background, &size);
+    if (!bytes) {
+        snprintf(err, err_size, "out of memory");
         return false;
     }
-    snprintf(beside, sizeof beside, "%s.new", path);
-    uint8_t *bytes = template_encode(background, &size);
-    int fd = bytes ? open(beside, O_WRONLY | O_CREAT | O_TRUNC | O_NOFOLLOW | O_CLOEXEC, 0644) : -1;
-    bool ok = fd >= 0 && write_all(fd, bytes, size);
-    int fault = errno;
-    if (fd >= 0)
-        close(fd);
-    if (ok && (rename(beside, path) != 0 || !sync_folder(path))) {
-        fault = errno;
-        ok = false;
-    }
-    if (!ok) {
-        snprintf(err, err_size, "%s: %s", path, strerror(fault));
-        if (fd >= 0)
-            unlink(beside);
-    }
+    bool ok = whole_file_replace(path, bytes, size, MAGIC_BYTES, err, err_size);
     free(bytes);
     return ok;
 }
@@ -230,9 +152,9 @@ bool template_save(const struct background *background, const char *path, char *
 struct background *template_load(const char *path, uint8_t mask_above, enum template_fault *fault, char *err,
                                  size_t err_size)
 {
-    char why[160], aside[PATH_ROOM];
+    char why[160];
     size_t size;
-    uint8_t *bytes = read_all(path, &size);
+    uint8_t *bytes = whole_file_read(path, FILE_MAX, &size);
     if (!bytes) {
         *fault = errno == ENOENT ? TEMPLATE_MISSING : TEMPLATE_UNREAD;
         snprintf(err, err_size, "%s: %s", path, strerror(errno));
@@ -242,10 +164,8 @@ struct background *template_load(const char *path, uint8_t mask_above, enum temp
     free(bytes);
     if (b)
         return b;
-    snprintf(aside, sizeof aside, "%s.damaged", path);
-    if (*fault == TEMPLATE_DAMAGED && rename(path, aside) == 0)
-        snprintf(err, err_size, "%s: %s; it is now %s", path, why, aside);
-    else
-        snprintf(err, err_size, "%s: %s", path, why);
+    snprintf(err, err_size, "%s: %s", path, why);
+    if (*fault == TEMPLATE_DAMAGED)
+        whole_file_set_aside(path, err, err_size);
     return NULL;
 }

@@ -13,6 +13,8 @@
 #define REACH_FACTOR 1.05
 #define REACH_MORE_M 1.0
 
+#define MASK_BLOCKS_MAX 65536
+
 static void mount_of(const struct conf_sonar *c, struct mount *m)
 {
     memcpy(m->position_m, c->mount_m, sizeof m->position_m);
@@ -84,6 +86,44 @@ static void sphere_of(const struct conf *conf, struct sphere_conf *s)
                               .range_error = g->range_error};
 }
 
+/* One round transducer: its beam is a cone. */
+static bool is_round(const char *device)
+{
+    static const char *const devices[] = {"ping1d", "dronecan", "nmea2000", "echolist"};
+    for (size_t i = 0; i < sizeof devices / sizeof devices[0]; i++)
+        if (strcmp(devices[i], device) == 0)
+            return true;
+    return false;
+}
+
+/* Of the memory an eighth at most goes into directories and an eighth into answers, the rest into tiles. */
+static void map_of(const struct conf *conf, double reach_m, struct pipeline_conf *out)
+{
+    const struct conf_map *c = &conf->map;
+    struct voxmap_setting *s = &out->voxels;
+    const double share = c->memory_bytes / 8, planes = c->echoes == CONF_ON ? 2 : 1;
+    *s = (struct voxmap_setting){
+        .voxel_m = c->voxel_m,
+        .height = (uint32_t)ceil(c->height_m / c->voxel_m),
+        .keep_echoes = c->echoes == CONF_ON,
+        .rule = {.threshold = (uint16_t)c->threshold, .echo_weight = (uint16_t)c->echo_weight},
+        .tolerance_m = c->tolerance_m,
+        .weight_levels = 1,
+        .body_radius_m = c->body_m,
+        .submap_path_m = c->submap_distance_m,
+        .submap_ns = c->submap_time_s > 0 ? (uint64_t)(c->submap_time_s * 1e9) : VOXMAP_NEVER,
+        .half_life_ns = c->forget_s > 0 ? (uint64_t)(c->forget_s * 1e9) : VOXMAP_NEVER};
+    s->side = c->extent_m > 0 ? (uint32_t)ceil(c->extent_m / c->voxel_m / TILE_SIDE)
+                              : voxmap_side(reach_m, c->submap_distance_m, c->voxel_m);
+    const double directory = (double)submap_bytes(s->side) + sizeof(struct voxmap_part);
+    s->max_submaps = (uint32_t)fmin(fmax(share / directory, 2), VOXMAP_MAX_SUBMAPS);
+    out->mask_blocks = 1024;
+    while (out->mask_blocks < MASK_BLOCKS_MAX && (double)voxmask_bytes(2 * out->mask_blocks) <= share)
+        out->mask_blocks *= 2;
+    const double left = c->memory_bytes - s->max_submaps * directory - (double)voxmask_bytes(out->mask_blocks);
+    s->n_tiles = (uint32_t)fmin(fmax(left / (TILE_SIDE * TILE_SIDE * s->height * planes), 0), 1e9);
+}
+
 void wiring_pipeline(const struct conf *conf, bool patient, struct pipeline_conf *out)
 {
     *out = (struct pipeline_conf){.threads = conf->pipeline.threads,
@@ -98,8 +138,12 @@ void wiring_pipeline(const struct conf *conf, bool patient, struct pipeline_conf
         out->max_bins = ops->max_bins > out->max_bins ? ops->max_bins : out->max_bins;
         out->max_samples = samples > out->max_samples ? samples : out->max_samples;
         mount_of(&conf->sonar[i], &out->mount[i]);
+        out->shape[i] = is_round(conf->sonar[i].device) ? CAST_CONE : CAST_WEDGE;
         extract_of(&conf->extract, &conf->sonar[i], &out->extract[i]);
         cleanup_of(&conf->extract, ops, &out->cleanup[i]);
     }
     sphere_of(conf, &out->sphere);
+    out->map = conf->map.voxel_m > 0;
+    if (out->map)
+        map_of(conf, out->sphere.layers.r_max_m, out);
 }

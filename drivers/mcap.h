@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * mcap - the capture file (MCAP, mcap.dev): timestamped bytes on named channels, append only. Writes and reads the
- * part of the format that captures need: channels without schema, messages in compressed chunks with indexes,
+ * part of the format that sonard needs: channels, with a schema or without, messages in compressed chunks with indexes,
  * attachments, and the summary at the end. Knows no sonar, no clock and no folder.
  *
  * The writer never changes what is on disk: a power cut costs the open chunk and the summary, and the reader does
@@ -57,11 +57,22 @@ struct mcap_writer;
 struct mcap_writer *mcap_create(int fd, const struct mcap_options *options, char *err, size_t err_size);
 
 /**
+ * mcap_add_schema - announce what messages look like: its name, "jsonschema" or the like, and the text. Returns the
+ * number for mcap_add_channel_of, > 0, or -1 with a sentence in err.
+ */
+int mcap_add_schema(struct mcap_writer *w, const char *name, const char *encoding, const char *text, char *err,
+                    size_t err_size);
+
+/**
  * mcap_add_channel - announce a channel; its record is on disk at once, so that a damaged chunk does not take it
  * along. metadata may be NULL when n_metadata is 0. Returns the channel's number, or -1 with a sentence in err.
  */
 int mcap_add_channel(struct mcap_writer *w, const char *topic, const char *encoding,
                      const struct mcap_pair *metadata, size_t n_metadata, char *err, size_t err_size);
+
+/** mcap_add_channel_of - the same with a schema's number; 0: none. */
+int mcap_add_channel_of(struct mcap_writer *w, int schema, const char *topic, const char *encoding,
+                        const struct mcap_pair *metadata, size_t n_metadata, char *err, size_t err_size);
 
 /** mcap_attach - write `size` bytes as the attachment `name`. False with a sentence in err. */
 bool mcap_attach(struct mcap_writer *w, const char *name, const char *media_type, uint64_t log_ns,

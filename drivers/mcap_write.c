@@ -56,9 +56,10 @@ struct mcap_writer {
     uint32_t n_entries, max_entries;
 
     /* The summary's records, collected as they become known. */
-    struct mcap_bytes channels, attachments, chunks;
+    struct mcap_bytes schemas, channels, attachments, chunks;
     struct channel channel[MCAP_CHANNELS_MAX];
     unsigned n_channels;
+    uint16_t n_schemas;
 };
 
 static const char *const compression_name[] = {[MCAP_LZ4] = "lz4", [MCAP_NONE] = "", [MCAP_ZSTD] = "zstd"};
@@ -315,8 +316,41 @@ bool mcap_write_message(struct mcap_writer *w, int channel, uint32_t sequence, u
 
 /* ---- the rest of the data section ---- */
 
+int mcap_add_schema(struct mcap_writer *w, const char *name, const char *encoding, const char *text, char *err,
+                    size_t err_size)
+{
+    struct mcap_bytes *b = &w->schemas;
+    size_t room = MCAP_RECORD_HEAD + 2 + 12 + strlen(name) + strlen(encoding) + strlen(text);
+    if (w->n_schemas == MCAP_CHANNELS_MAX || room > w->message_bytes) {
+        fail(err, err_size, "no schema %.64s: %d schemas of %zu bytes are the limit", name, MCAP_CHANNELS_MAX,
+             w->message_bytes);
+        return -1;
+    }
+    if (!reserve(b, room)) {
+        no_memory(err, err_size);
+        return -1;
+    }
+    size_t at = mcap_begin(b, MCAP_OP_SCHEMA);
+    mcap_put_int(b, w->n_schemas + 1u, 2);
+    mcap_put_string(b, name);
+    mcap_put_string(b, encoding);
+    mcap_put_string(b, text);
+    mcap_end(b, at);
+    if (!append(w, b->p + at, b->n - at, err, err_size)) {
+        b->n = at;
+        return -1;
+    }
+    return ++w->n_schemas;
+}
+
 int mcap_add_channel(struct mcap_writer *w, const char *topic, const char *encoding,
                      const struct mcap_pair *metadata, size_t n_metadata, char *err, size_t err_size)
+{
+    return mcap_add_channel_of(w, 0, topic, encoding, metadata, n_metadata, err, err_size);
+}
+
+int mcap_add_channel_of(struct mcap_writer *w, int schema, const char *topic, const char *encoding,
+                        const struct mcap_pair *metadata, size_t n_metadata, char *err, size_t err_size)
 {
     size_t room = MCAP_RECORD_HEAD + 4 + 8 + strlen(topic) + strlen(encoding) + 4;
     for (size_t i = 0; i < n_metadata; i++)
@@ -335,7 +369,7 @@ int mcap_add_channel(struct mcap_writer *w, const char *topic, const char *encod
     }
     size_t at = mcap_begin(b, MCAP_OP_CHANNEL);
     mcap_put_int(b, w->n_channels, 2);
-    mcap_put_int(b, 0, 2);
+    mcap_put_int(b, (uint64_t)schema, 2);
     mcap_put_string(b, topic);
     mcap_put_string(b, encoding);
     struct mcap_bytes map_length = {b->p, b->n, b->cap};
@@ -400,7 +434,7 @@ static void build_statistics(const struct mcap_writer *w, struct mcap_bytes *b)
 {
     size_t at = mcap_begin(b, MCAP_OP_STATISTICS);
     mcap_put_int(b, w->written.messages, 8);
-    mcap_put_int(b, 0, 2); /* schemas */
+    mcap_put_int(b, w->n_schemas, 2);
     mcap_put_int(b, w->n_channels, 4);
     mcap_put_int(b, w->n_attachments, 4);
     mcap_put_int(b, 0, 4); /* metadata records */
@@ -425,7 +459,8 @@ static void build_end(const struct mcap_writer *w, const struct mcap_bytes *stat
     const struct {
         enum mcap_opcode opcode;
         const struct mcap_bytes *records;
-    } group[] = {{MCAP_OP_CHANNEL, &w->channels},
+    } group[] = {{MCAP_OP_SCHEMA, &w->schemas},
+                 {MCAP_OP_CHANNEL, &w->channels},
                  {MCAP_OP_STATISTICS, statistics},
                  {MCAP_OP_CHUNK_INDEX, &w->chunks},
                  {MCAP_OP_ATTACHMENT_INDEX, &w->attachments}};
@@ -457,7 +492,7 @@ static bool write_end(struct mcap_writer *w, char *err, size_t err_size)
 {
     struct mcap_bytes statistics = {0}, b = {0};
     bool ok = reserve(&statistics, 128 + 10 * (size_t)w->n_channels) &&
-              reserve(&b, 256 + w->channels.n + statistics.cap + w->chunks.n + w->attachments.n);
+              reserve(&b, 320 + w->schemas.n + w->channels.n + statistics.cap + w->chunks.n + w->attachments.n);
     if (ok) {
         build_statistics(w, &statistics);
         build_end(w, &statistics, &b);
@@ -481,6 +516,7 @@ static void writer_free(struct mcap_writer *w)
     free(w->chunk.p);
     free(w->out.p);
     free(w->entry);
+    free(w->schemas.p);
     free(w->channels.p);
     free(w->attachments.p);
     free(w->chunks.p);

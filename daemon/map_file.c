@@ -1,0 +1,154 @@
+/* SPDX-License-Identifier: MIT */
+/* map_file - see map_file.h. */
+#include "map_file.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <zlib.h>
+
+#define MAGIC        "SONARDVM"
+#define VERSION      1
+#define HEADER_BYTES 32
+#define SIZE_BYTES   8
+#define CHECK_BYTES  4
+#define AT_SUBMAPS   12
+
+static void put(uint8_t *at, uint64_t v, int n)
+{
+    for (int i = 0; i < n; i++)
+        at[i] = (uint8_t)(v >> (8 * i));
+}
+
+static uint64_t get(const uint8_t *at, int n)
+{
+    uint64_t v = 0;
+    for (int i = 0; i < n; i++)
+        v |= (uint64_t)at[i] << (8 * i);
+    return v;
+}
+
+static double get_double(const uint8_t *at)
+{
+    const uint64_t bits = get(at, 8);
+    double v;
+    memcpy(&v, &bits, sizeof v);
+    return v;
+}
+
+static uint32_t checksum(const uint8_t *bytes, size_t size)
+{
+    return (uint32_t)crc32_z(0, bytes, size);
+}
+
+/* ---- making ---- */
+
+static bool reserve(struct map_bytes *b, size_t more)
+{
+    if (b->room - b->size >= more)
+        return true;
+    uint8_t *bytes = realloc(b->bytes, b->size + more);
+    if (!bytes)
+        return false;
+    b->bytes = bytes;
+    b->room = b->size + more;
+    return true;
+}
+
+bool map_file_begin(struct map_bytes *b, const struct voxmap_setting *setting)
+{
+    uint64_t voxel;
+    *b = (struct map_bytes){0};
+    if (!reserve(b, HEADER_BYTES))
+        return false;
+    memcpy(&voxel, &setting->voxel_m, sizeof voxel);
+    memcpy(b->bytes, MAGIC, MAP_FILE_MAGIC_BYTES);
+    put(b->bytes + 8, VERSION, 4);
+    put(b->bytes + AT_SUBMAPS, 0, 4);
+    put(b->bytes + 16, voxel, 8);
+    put(b->bytes + 24, setting->height, 4);
+    put(b->bytes + 28, setting->keep_echoes, 4);
+    b->size = HEADER_BYTES;
+    return true;
+}
+
+uint8_t *map_file_room(struct map_bytes *b, size_t size)
+{
+    if (!reserve(b, SIZE_BYTES + size + CHECK_BYTES))
+        return NULL;
+    return b->bytes + b->size + SIZE_BYTES;
+}
+
+void map_file_take(struct map_bytes *b, size_t size)
+{
+    put(b->bytes + b->size, size, SIZE_BYTES);
+    put(b->bytes + AT_SUBMAPS, get(b->bytes + AT_SUBMAPS, 4) + 1, 4);
+    b->size += SIZE_BYTES + size;
+}
+
+bool map_file_end(struct map_bytes *b)
+{
+    if (!reserve(b, CHECK_BYTES))
+        return false;
+    put(b->bytes + b->size, checksum(b->bytes, b->size), CHECK_BYTES);
+    b->size += CHECK_BYTES;
+    return true;
+}
+
+/* ---- reading ---- */
+
+bool map_file_page(const uint8_t *bytes, size_t size, struct map_page *page)
+{
+    const size_t at = page->bytes ? (size_t)(page->bytes - bytes) + page->size : HEADER_BYTES;
+    const size_t left = size - CHECK_BYTES - at;
+    if (left < SIZE_BYTES)
+        return false;
+    const uint64_t n = get(bytes + at, SIZE_BYTES);
+    if (n > left - SIZE_BYTES)
+        return false;
+    *page = (struct map_page){bytes + at + SIZE_BYTES, (size_t)n};
+    return true;
+}
+
+/* As many pages as the header says, and nothing behind them. */
+static bool pages_good(const uint8_t *bytes, size_t size, uint32_t wanted)
+{
+    struct map_page page = {0};
+    uint32_t n = 0;
+    size_t end = HEADER_BYTES;
+    for (; n < wanted && map_file_page(bytes, size, &page); n++)
+        end = (size_t)(page.bytes - bytes) + page.size;
+    return n == wanted && end == size - CHECK_BYTES;
+}
+
+enum map_fault map_file_check(const uint8_t *bytes, size_t size, const struct voxmap_setting *setting,
+                              uint32_t *n_pages, char *err, size_t err_size)
+{
+    if (size < MAP_FILE_MAGIC_BYTES + 4 || memcmp(bytes, MAGIC, MAP_FILE_MAGIC_BYTES) != 0) {
+        snprintf(err, err_size, "not a map of places");
+        return MAP_FOREIGN;
+    }
+    if (get(bytes + 8, 4) != VERSION) {
+        snprintf(err, err_size, "a map of version %u; this program knows version %d", (unsigned)get(bytes + 8, 4),
+                 VERSION);
+        return MAP_FOREIGN;
+    }
+    if (size < HEADER_BYTES + CHECK_BYTES ||
+        checksum(bytes, size - CHECK_BYTES) != get(bytes + size - CHECK_BYTES, CHECK_BYTES) ||
+        !pages_good(bytes, size, (uint32_t)get(bytes + AT_SUBMAPS, 4))) {
+        snprintf(err, err_size, "the map is damaged");
+        return MAP_DAMAGED;
+    }
+    const double voxel_m = get_double(bytes + 16);
+    const unsigned height = (unsigned)get(bytes + 24, 4), echoes = (unsigned)get(bytes + 28, 4);
+    if (!(voxel_m == setting->voxel_m) || height != setting->height || echoes != setting->keep_echoes) {
+        snprintf(
+            err, err_size,
+            "a map with voxels of %g m, %u high, %s echoes; configured are voxels of %g m, %u high, %s echoes",
+            voxel_m, height, echoes ? "with" : "without", setting->voxel_m, setting->height,
+            setting->keep_echoes ? "with" : "without");
+        return MAP_FOREIGN;
+    }
+    *n_pages = (uint32_t)get(bytes + AT_SUBMAPS, 4);
+    return MAP_GOOD;
+}

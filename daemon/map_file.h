@@ -1,0 +1,67 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * map_file - a map of places as the bytes of a file: versioned, with a checksum. What is read is never trusted. Knows
+ * submaps as the plain bytes that grid/voxel/voxpage packs, and no folder.
+ *
+ *   offset  bytes   all numbers little-endian
+ *   0       8       "SONARDVM"
+ *   8       4       version, 1
+ *   12      4       submaps
+ *   16      8       edge of a voxel in metres, as a 64-bit float
+ *   24      4       voxels of a submap's height
+ *   28      4       1: echoes are kept, 0: not
+ *   32      ...     per submap, oldest first: 8 bytes size, then so many bytes
+ *   end - 4 4       CRC-32 (as in zlib) of all before
+ */
+#ifndef SONARD_MAP_FILE_H
+#define SONARD_MAP_FILE_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "../grid/voxel/voxmap.h"
+
+#define MAP_FILE_MAGIC_BYTES 8
+#define MAP_FILE_MAX         ((size_t)64 << 30)
+
+enum map_fault {
+    MAP_GOOD,
+    MAP_MISSING, /* no such file */
+    MAP_UNREAD,  /* it cannot be read, or no memory */
+    MAP_FOREIGN, /* not a map, of a version that this program does not know, or of other voxels than wanted */
+    MAP_DAMAGED, /* began as one */
+};
+
+/* Bytes of a file that is being made. */
+struct map_bytes {
+    uint8_t *bytes; /* malloced; NULL: nothing yet */
+    size_t size, room;
+};
+
+/** map_file_begin - the header. False without memory; so for all three. */
+bool map_file_begin(struct map_bytes *b, const struct voxmap_setting *setting);
+
+/** map_file_room - room for one more submap of at most `size` bytes, to be packed there; NULL without memory. */
+uint8_t *map_file_room(struct map_bytes *b, size_t size);
+
+/** map_file_take - `size` bytes of that room are a submap. */
+void map_file_take(struct map_bytes *b, size_t size);
+
+/** map_file_end - puts the checksum behind. */
+bool map_file_end(struct map_bytes *b);
+
+/* A submap within the bytes of a file. */
+struct map_page {
+    const uint8_t *bytes;
+    size_t size;
+};
+
+/** map_file_check - are these bytes a whole map of such voxels? *n_pages: its submaps. Else a sentence in err. */
+enum map_fault map_file_check(const uint8_t *bytes, size_t size, const struct voxmap_setting *setting,
+                              uint32_t *n_pages, char *err, size_t err_size);
+
+/** map_file_page - the next submap of a map that was checked; start with *page all zero. False: that was all. */
+bool map_file_page(const uint8_t *bytes, size_t size, struct map_page *page);
+
+#endif

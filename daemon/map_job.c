@@ -1,0 +1,240 @@
+/* SPDX-License-Identifier: MIT */
+/* map_job - see map_job.h. */
+#include "map_job.h"
+
+#include <errno.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <unistd.h>
+
+#include "../drivers/mcap.h"
+#include "../grid/voxel/voxmask.h"
+#include "../grid/voxel/voxpage.h"
+#include "map_export.h"
+#include "whole_file.h"
+
+#define MASK_BLOCKS 4096
+#define MIB         (1 << 20)
+
+/* ---- save and load ---- */
+
+static void save(struct places_job *job)
+{
+    job->good = whole_file_replace(job->path, job->bytes.bytes, job->bytes.size, MAP_FILE_MAGIC_BYTES,
+                                   job->message, sizeof job->message);
+    if (job->good)
+        snprintf(job->message, sizeof job->message, "saved as %s", job->path);
+}
+
+/* Tiles of all submaps; the checksum is right, so a bad one is somebody's work. */
+static bool count_tiles(struct places_job *job)
+{
+    struct map_page page = {0};
+    job->tiles = 0;
+    while (map_file_page(job->bytes.bytes, job->bytes.size, &page)) {
+        const uint32_t n = voxpage_tiles(page.bytes, page.size);
+        if (n == 0 || n > UINT32_MAX - job->tiles)
+            return false;
+        job->tiles += n;
+    }
+    return true;
+}
+
+static void load(struct places_job *job)
+{
+    char why[300];
+    enum map_fault fault = MAP_UNREAD;
+    job->bytes.bytes = whole_file_read(job->path, MAP_FILE_MAX, &job->bytes.size);
+    if (!job->bytes.bytes) {
+        snprintf(job->message, sizeof job->message, "%s: %s", job->path, strerror(errno));
+        return;
+    }
+    fault = map_file_check(job->bytes.bytes, job->bytes.size, &job->setting, &job->pages, why, sizeof why);
+    if (fault == MAP_GOOD && !count_tiles(job)) {
+        snprintf(why, sizeof why, "the map is damaged: what should be a submap is none");
+        fault = MAP_DAMAGED;
+    }
+    const uint32_t most = job->setting.n_tiles - job->setting.n_tiles / 4;
+    if (fault == MAP_GOOD && (job->tiles > most || job->pages >= job->setting.max_submaps))
+        snprintf(why, sizeof why, "%u submaps of %u tiles are more than memory in [map] allows: %u and %u",
+                 job->pages, job->tiles, job->setting.max_submaps - 1, most);
+    else
+        job->good = fault == MAP_GOOD;
+    snprintf(job->message, sizeof job->message, job->good ? "loaded from %s" : "%s: %s", job->path, why);
+    if (fault == MAP_DAMAGED)
+        whole_file_set_aside(job->path, job->message, sizeof job->message);
+}
+
+/* ---- exports ---- */
+
+/* The map anew, in memory of its own, so that nobody waits for an export. */
+struct copy {
+    struct voxmap map;
+    struct voxmask mask;
+    void *memory[2];
+};
+
+static bool make_copy(struct places_job *job, struct copy *c, char *err, size_t err_size)
+{
+    struct map_page page = {0};
+    struct voxmap_setting s = job->setting;
+    uint32_t pages = 0;
+    *c = (struct copy){0};
+    snprintf(err, err_size, "the copy of the map is no map");
+    if (map_file_check(job->bytes.bytes, job->bytes.size, &s, &pages, err, err_size) != MAP_GOOD ||
+        !count_tiles(job))
+        return false;
+    if (pages == 0) {
+        snprintf(err, err_size, "nothing is in the map yet");
+        return false;
+    }
+    s.n_tiles = job->tiles;
+    s.max_submaps = pages + 1;
+    s.half_life_ns = VOXMAP_NEVER;
+    const size_t size = voxmap_bytes(&s, err, err_size);
+    c->memory[0] = size ? aligned_alloc(64, (size + 63) / 64 * 64) : NULL;
+    c->memory[1] = aligned_alloc(64, (voxmask_bytes(MASK_BLOCKS) + 63) / 64 * 64);
+    if (!c->memory[0] || !c->memory[1]) {
+        snprintf(err, err_size, "no memory for an export: %zu MiB", size / MIB);
+        return false;
+    }
+    voxmap_init(&c->map, &s, c->memory[0]);
+    voxmask_init(&c->mask, &c->map, c->memory[1], MASK_BLOCKS);
+    while (map_file_page(job->bytes.bytes, job->bytes.size, &page))
+        if (!voxpage_add(&c->map, page.bytes, page.size, err, err_size))
+            return false;
+    return true;
+}
+
+static enum voxel_state scene_at(void *ctx, const int64_t cell[3])
+{
+    struct copy *c = ctx;
+    return voxmask_at(&c->mask, cell);
+}
+
+/* Parts lie within one column of tiles, as those of all submaps do. */
+static bool scene_any(void *ctx, const struct lattice_box *part)
+{
+    const struct copy *c = ctx;
+    for (uint32_t i = 0; i < c->map.set.max_submaps; i++) {
+        const struct submap *m = &c->map.part[i].map;
+        const int64_t di = part->first[0] - m->box.first[0], dj = part->first[1] - m->box.first[1];
+        if (!c->map.part[i].id || di < 0 || dj < 0 || di >= m->box.size[0] || dj >= m->box.size[1])
+            continue;
+        if (m->tile[di / TILE_SIDE * (m->box.size[1] / TILE_SIDE) + dj / TILE_SIDE] != TILE_NONE)
+            return true;
+    }
+    return false;
+}
+
+/* The least box around all submaps. False: it is too large to count. */
+static bool scene_box(const struct voxmap *map, struct lattice_box *box)
+{
+    int64_t first[3] = {INT64_MAX, INT64_MAX, INT64_MAX}, end[3] = {INT64_MIN, INT64_MIN, INT64_MIN};
+    for (uint32_t i = 0; i < map->set.max_submaps; i++) {
+        const struct lattice_box *b = &map->part[i].map.box;
+        for (int a = 0; a < 3 && map->part[i].id; a++) {
+            first[a] = b->first[a] < first[a] ? b->first[a] : first[a];
+            end[a] = b->first[a] + b->size[a] > end[a] ? b->first[a] + b->size[a] : end[a];
+        }
+    }
+    for (int a = 0; a < 3; a++) {
+        if (end[a] <= first[a] || end[a] - first[a] > INT32_MAX)
+            return false;
+        box->first[a] = first[a];
+        box->size[a] = (int32_t)(end[a] - first[a]);
+    }
+    return true;
+}
+
+/* One message in a file of its own: made in memory, as the others are. */
+static uint8_t *make_mcap(const struct map_scene *scene, uint64_t t_unix_ns, size_t *size, char *err,
+                          size_t err_size)
+{
+    uint8_t *json = map_export_points(scene, t_unix_ns, size, err, err_size), *file = NULL;
+    const int fd = json ? memfd_create("map", MFD_CLOEXEC) : -1, copy = fd >= 0 ? dup(fd) : -1;
+    const struct mcap_options options = {.library = "sonard " SONARD_VERSION,
+                                         .compression = MCAP_ZSTD,
+                                         .message_bytes = *size > MCAP_MESSAGE_BYTES ? *size : MCAP_MESSAGE_BYTES};
+    struct mcap_writer *w = copy >= 0 ? mcap_create(fd, &options, err, err_size) : NULL;
+    if (json && copy < 0)
+        snprintf(err, err_size, "%s", strerror(errno));
+    if (w) {
+        const int schema =
+            mcap_add_schema(w, "foxglove.PointCloud", "jsonschema", map_export_points_schema, err, err_size);
+        const int channel =
+            schema > 0 ? mcap_add_channel_of(w, schema, "/map/surface", "json", NULL, 0, err, err_size) : -1;
+        char more[256];
+        bool ok =
+            channel >= 0 && mcap_write_message(w, channel, 0, t_unix_ns, t_unix_ns, json, *size, err, err_size);
+        ok = mcap_finish(w, ok ? err : more, ok ? err_size : sizeof more) && ok;
+        const off_t n = ok ? lseek(copy, 0, SEEK_END) : 0;
+        file = n > 0 ? malloc((size_t)n) : NULL;
+        if (ok && (!file || pread(copy, file, (size_t)n, 0) != n)) {
+            free(file);
+            file = NULL;
+            snprintf(err, err_size, "out of memory");
+        }
+        *size = (size_t)n;
+    }
+    if (copy >= 0)
+        close(copy);
+    free(json);
+    return file;
+}
+
+static uint8_t *make_export(const struct places_job *job, const struct map_scene *scene, size_t *size, char *err,
+                            size_t err_size)
+{
+    switch (job->format) {
+    case PLACES_MCAP:
+        return make_mcap(scene, job->t_unix_ns, size, err, err_size);
+    case PLACES_BT:
+        return map_export_octomap(scene, size, err, err_size);
+    case PLACES_PLY:
+        break;
+    }
+    return map_export_ply(scene, size, err, err_size);
+}
+
+static void export(struct places_job *job)
+{
+    static const size_t magic_bytes[] = {[PLACES_PLY] = 4, [PLACES_MCAP] = 8, [PLACES_BT] = 16};
+    struct copy copy;
+    struct map_scene scene = {.voxel_m = job->setting.voxel_m, .at = scene_at, .any = scene_any, .ctx = &copy};
+    uint8_t *bytes = NULL;
+    size_t size = 0;
+    char why[300];
+    if (!make_copy(job, &copy, why, sizeof why)) {
+        snprintf(job->message, sizeof job->message, "%s: %s", job->path, why);
+    } else if (!scene_box(&copy.map, &scene.box)) {
+        snprintf(job->message, sizeof job->message, "%s: the map is spread too far", job->path);
+    } else if (!(bytes = make_export(job, &scene, &size, why, sizeof why))) {
+        snprintf(job->message, sizeof job->message, "%s: %s", job->path, why);
+    } else {
+        job->good = whole_file_replace(job->path, bytes, size, magic_bytes[job->format], job->message,
+                                       sizeof job->message);
+        if (job->good)
+            snprintf(job->message, sizeof job->message, "exported as %s", job->path);
+    }
+    free(bytes);
+    free(copy.memory[0]);
+    free(copy.memory[1]);
+}
+
+void map_job_run(struct places_job *job)
+{
+    switch (job->what) {
+    case PLACES_SAVE:
+        save(job);
+        break;
+    case PLACES_LOAD:
+        load(job);
+        break;
+    case PLACES_EXPORT:
+        export(job);
+        break;
+    }
+}

@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * places - the map of places while the daemon runs: saves, loads and exports it on request. All in the loop's thread but
+ * one job at a time, which has a thread of its own because it waits for the disk. The map itself belongs to the
+ * pipeline; it is visited in steps of one submap, so that pings wait for the copying of one submap at most.
+ */
+#ifndef SONARD_PLACES_H
+#define SONARD_PLACES_H
+
+#include <pthread.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "../config/conf.h"
+#include "../grid/voxel/voxmap.h"
+#include "loop.h"
+#include "map_file.h"
+#include "rpc.h"
+
+struct daemon;
+
+enum places_format { PLACES_PLY, PLACES_MCAP, PLACES_BT };
+enum places_what { PLACES_SAVE, PLACES_LOAD, PLACES_EXPORT };
+enum places_state { PLACES_IDLE, PLACES_RUNNING, PLACES_DONE, PLACES_FAILED };
+
+/* The newest job. While it runs, its thread alone has what stands below `state`. */
+struct places_job {
+    enum places_what what;
+    enum places_state state;
+    enum places_format format;
+    struct voxmap_setting setting;
+    char path[CONF_TEXT_MAX + 80];
+    struct map_bytes bytes; /* the map as a file */
+    uint32_t tiles, pages;  /* of a loaded one */
+    uint64_t t_unix_ns;
+    bool good;
+    char message[640]; /* what came of it, one sentence */
+};
+
+struct places {
+    struct places_job job;
+    pthread_t thread;
+    struct loop_fd ended; /* an eventfd */
+};
+
+/** places_start - what jobs need; nothing without a map. False with a sentence in err. */
+bool places_start(struct daemon *d, char *err, size_t err_size);
+
+/** places_end - waits for the job at work; before the pipeline ends. */
+void places_end(struct daemon *d);
+
+/*
+ * What a client may ask for: false with a sentence in err, and nothing changed. A name is of letters, digits, - and _;
+ * the file is NAME.map (.ply, .mcap, .bt) in the configured folder. True: the job has begun.
+ */
+bool places_save(struct daemon *d, const char *name, char *err, size_t err_size);
+bool places_load(struct daemon *d, const char *name, char *err, size_t err_size);
+bool places_export(struct daemon *d, const char *name, enum places_format format, char *err, size_t err_size);
+
+/* The methods of sonard-protocol(7) about it (places_methods.c). */
+json_t *places_method_point(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *places_method_box(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *places_method_path(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *places_method_map(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *places_method_slice(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *places_method_new(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *places_method_clear(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *places_method_save(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *places_method_load(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *places_method_export(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+
+#endif

@@ -1,0 +1,484 @@
+/* SPDX-License-Identifier: MIT */
+/* The methods about places: what a client may ask of the map and change in it; sonard-protocol(7) has every shape. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "../grid/voxel/free_query.h"
+#include "daemon.h"
+#include "places.h"
+
+#define PLACE_MAX_M      1e8
+#define QUESTION_VOXELS  2e6 /* in one question: pings wait while it is answered */
+#define PATH_POINTS_MAX  256
+#define SLICE_CELLS      160
+#define SLICE_CELLS_MAX  400
+#define SLICE_SIZE_M     40.0
+#define SLICE_ROW_VOXELS 100000 /* looked at in one visit */
+
+static json_t *metres(double m)
+{
+    return json_real(round(m * 1e4) / 1e4);
+}
+
+static json_t *metres3(const double m[3])
+{
+    return json_pack("[o, o, o]", metres(m[0]), metres(m[1]), metres(m[2]));
+}
+
+static bool map_there(const struct daemon *d, struct rpc_error *error)
+{
+    return pipeline_has_map(d->pipeline) ||
+           rpc_refuse(error, RPC_INVALID_REQUEST, "no map is kept: set voxel in [map]");
+}
+
+/* ---- where ---- */
+
+/* A pose that can tell where the body's places are. */
+static bool whole_pose(const struct daemon *d, struct pose *pose)
+{
+    const unsigned all = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
+    return pose_log_newest(&d->poses, pose) && (pose->has & all) == all &&
+           pose_log_fresh(&d->poses, loop_now(d->loop));
+}
+
+/* The pose by which places of this question become NED; the identity for those that are. */
+static bool frame_of(const struct daemon *d, json_t *params, struct pose *pose, struct rpc_error *error)
+{
+    static const char *const words[] = {"ned", "body", NULL};
+    int frame = 0;
+    *pose = pose_identity;
+    if (!rpc_word(params, "frame", words, &frame, error))
+        return false;
+    return frame == 0 || whole_pose(d, pose) ||
+           rpc_refuse(error, RPC_INVALID_REQUEST,
+                      "frame body needs a fresh pose with attitude, position and depth");
+}
+
+static bool place_of(json_t *params, const char *key, const struct pose *pose, double out[3],
+                     struct rpc_error *error)
+{
+    bool given;
+    double v[3];
+    if (!rpc_numbers(params, key, -PLACE_MAX_M, PLACE_MAX_M, 3, v, &given, error))
+        return false;
+    if (!given)
+        return rpc_refuse(error, RPC_INVALID_PARAMS, "parameter '%s' is missing", key);
+    quat_rotate(pose->attitude, v, out);
+    for (int a = 0; a < 3; a++)
+        out[a] += pose->position_m[a];
+    return true;
+}
+
+/* ---- answers ---- */
+
+static const char *const state_words[] = {
+    [VOXEL_FREE] = "free", [VOXEL_UNKNOWN] = "unknown", [VOXEL_OCCUPIED] = "occupied"};
+
+struct question {
+    double at_m[3];
+    double low_m[3], high_m[3];
+    double way_m[PATH_POINTS_MAX][3];
+    uint32_t n;
+    double radius_m;
+    bool good;
+    struct free_answer answer;
+    uint64_t since_ns; /* begin of the oldest submap that says anything of the point; 0: none does */
+};
+
+static const char *reason_of(const struct free_answer *a)
+{
+    return a->state == VOXEL_FREE       ? "all of it was found free"
+           : a->state == VOXEL_OCCUPIED ? "something was heard there"
+           : a->away                    ? "a part of the map that may know is not in memory"
+                                        : "it has not been found free often enough";
+}
+
+static json_t *answer_json(const struct question *q, struct rpc_error *error)
+{
+    const struct free_answer *a = &q->answer;
+    if (!q->good) {
+        rpc_refuse(error, RPC_INVALID_PARAMS, "places too far away, or a question about too many voxels");
+        return NULL;
+    }
+    const bool is_free = a->state == VOXEL_FREE;
+    json_t *first =
+        is_free ? json_null()
+                : json_pack("{s:s, s:o}", "state", state_words[a->first_state], "position_m", metres3(a->first_m));
+    if (!is_free && q->n)
+        json_object_set_new(first, "along_m", metres(a->clear_m));
+    const double unknown = a->voxels ? (double)a->unknown / (double)a->voxels : 1;
+    return json_pack("{s:s, s:o, s:o, s:s}", "state", state_words[a->state], "first", first, "unknown_share",
+                     json_real(round(unknown * 1e4) / 1e4), "reason", reason_of(a));
+}
+
+static bool small_enough(const struct daemon *d, const double extent_m[3], struct rpc_error *error)
+{
+    double voxels = 1;
+    for (int a = 0; a < 3; a++)
+        voxels *= extent_m[a] / d->conf.map.voxel_m + 2;
+    return voxels <= QUESTION_VOXELS ||
+           rpc_refuse(error, RPC_LIMIT,
+                      "a question about %.3g voxels, at most %g are allowed: ask for less at a time", voxels,
+                      QUESTION_VOXELS);
+}
+
+static void since_when(const struct voxmap *map, struct question *q)
+{
+    struct lattice_place place;
+    q->since_ns = 0;
+    if (!lattice_place(q->at_m, map->set.voxel_m, &place))
+        return;
+    for (uint32_t i = 0; i < map->set.max_submaps; i++) {
+        const struct voxmap_part *part = &map->part[i];
+        if (!part->id || part->away ||
+            (!submap_count(&part->map, SUBMAP_VACANCY, place.cell) &&
+             !submap_count(&part->map, SUBMAP_ECHOES, place.cell)))
+            continue;
+        if (q->since_ns == 0 || part->begin_ns < q->since_ns)
+            q->since_ns = part->begin_ns;
+    }
+}
+
+static void ask_point(void *ctx, struct pipeline_map *m)
+{
+    struct question *q = ctx;
+    q->good = free_query_point(&m->mask, q->at_m, &q->answer);
+    since_when(&m->map, q);
+}
+
+json_t *places_method_point(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    static const char *const keys[] = {"position_m", "frame", NULL};
+    struct daemon *d = call->daemon;
+    struct question q = {.n = 0};
+    struct pose pose;
+    if (!map_there(d, error) || !rpc_only(params, keys, error) || !frame_of(d, params, &pose, error) ||
+        !place_of(params, "position_m", &pose, q.at_m, error))
+        return NULL;
+    pipeline_visit_map(d->pipeline, ask_point, &q);
+    json_t *answer = answer_json(&q, error);
+    const uint64_t now = loop_now(d->loop);
+    if (answer)
+        json_object_set_new(answer, "age_s",
+                            q.since_ns ? json_real(round((double)(now - q.since_ns) * 1e-6) * 1e-3) : json_null());
+    return answer;
+}
+
+static void ask_box(void *ctx, struct pipeline_map *m)
+{
+    struct question *q = ctx;
+    q->good = free_query_box(&m->mask, q->low_m, q->high_m, &q->answer);
+}
+
+json_t *places_method_box(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    static const char *const keys[] = {"from_m", "to_m", NULL};
+    struct daemon *d = call->daemon;
+    struct question q = {.n = 0};
+    double a[3], b[3], extent[3];
+    if (!map_there(d, error) || !rpc_only(params, keys, error) ||
+        !place_of(params, "from_m", &pose_identity, a, error) ||
+        !place_of(params, "to_m", &pose_identity, b, error))
+        return NULL;
+    for (int i = 0; i < 3; i++) {
+        q.low_m[i] = fmin(a[i], b[i]);
+        q.high_m[i] = fmax(a[i], b[i]);
+        extent[i] = q.high_m[i] - q.low_m[i];
+    }
+    if (!small_enough(d, extent, error))
+        return NULL;
+    pipeline_visit_map(d->pipeline, ask_box, &q);
+    return answer_json(&q, error);
+}
+
+static void ask_path(void *ctx, struct pipeline_map *m)
+{
+    struct question *q = ctx;
+    q->good = free_query_corridor(&m->mask, (const double(*)[3])q->way_m, q->n, q->radius_m, &q->answer);
+}
+
+static bool way_of(json_t *params, const struct pose *pose, struct question *q, struct rpc_error *error)
+{
+    json_t *points = json_object_get(params, "points_m");
+    const size_t n = json_array_size(points);
+    if (n < 1 || n > PATH_POINTS_MAX)
+        return rpc_refuse(error, RPC_INVALID_PARAMS, "points_m must be an array of 1 to %d places",
+                          PATH_POINTS_MAX);
+    for (size_t i = 0; i < n; i++) {
+        json_t *one = json_pack("{s:O}", "points_m", json_array_get(points, i));
+        const bool good = place_of(one, "points_m", pose, q->way_m[i], error);
+        json_decref(one);
+        if (!good)
+            return false;
+    }
+    q->n = (uint32_t)n;
+    return true;
+}
+
+/* Voxels of a corridor, as a bundle of boxes around its legs. */
+static bool way_short_enough(const struct daemon *d, const struct question *q, struct rpc_error *error)
+{
+    const double across = 2 * q->radius_m;
+    double length = across;
+    for (uint32_t i = 1; i < q->n; i++)
+        length += hypot(hypot(q->way_m[i][0] - q->way_m[i - 1][0], q->way_m[i][1] - q->way_m[i - 1][1]),
+                        q->way_m[i][2] - q->way_m[i - 1][2]);
+    return small_enough(d, (const double[3]){length, across, across}, error);
+}
+
+json_t *places_method_path(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    static const char *const keys[] = {"points_m", "radius_m", "frame", NULL};
+    struct daemon *d = call->daemon;
+    struct question q = {.n = 0};
+    struct pose pose;
+    if (!map_there(d, error) || !rpc_only(params, keys, error) || !frame_of(d, params, &pose, error) ||
+        !rpc_number(params, "radius_m", true, 0, 100, &q.radius_m, error) || !way_of(params, &pose, &q, error) ||
+        !way_short_enough(d, &q, error))
+        return NULL;
+    pipeline_visit_map(d->pipeline, ask_path, &q);
+    return answer_json(&q, error);
+}
+
+/* ---- the map's state ---- */
+
+struct visit_state {
+    struct voxmap_stats stats;
+    uint64_t begun;
+    uint32_t submaps, away, tiles_free, tiles;
+    size_t tile_bytes;
+};
+
+static void read_state(void *ctx, struct pipeline_map *m)
+{
+    struct visit_state *v = ctx;
+    *v = (struct visit_state){.stats = m->map.stats,
+                              .begun = m->map.next_id - 1,
+                              .tiles_free = m->map.tiles.n_free,
+                              .tiles = m->map.tiles.n,
+                              .tile_bytes = m->map.tiles.tile_bytes};
+    for (uint32_t i = 0; i < m->map.set.max_submaps; i++) {
+        v->submaps += m->map.part[i].id != 0;
+        v->away += m->map.part[i].id != 0 && m->map.part[i].away;
+    }
+}
+
+static json_t *job_json(const struct places_job *job)
+{
+    static const char *const whats[] = {
+        [PLACES_SAVE] = "save", [PLACES_LOAD] = "load", [PLACES_EXPORT] = "export"};
+    static const char *const states[] = {
+        [PLACES_RUNNING] = "running", [PLACES_DONE] = "done", [PLACES_FAILED] = "failed"};
+    if (job->state == PLACES_IDLE)
+        return json_null();
+    return json_pack("{s:s, s:s, s:s, s:s}", "what", whats[job->what], "state", states[job->state], "path",
+                     job->path, "message", job->state == PLACES_RUNNING ? "" : job->message);
+}
+
+static json_t *state_json(struct daemon *d)
+{
+    struct visit_state v;
+    if (!pipeline_visit_map(d->pipeline, read_state, &v))
+        return json_pack("{s:s}", "state", "none: no voxel is configured, nothing is allocated");
+    const char *state = v.stats.pings ? "kept" : v.stats.no_pose ? "no pose that places the pings" : "no ping yet";
+    return json_pack(
+        "{s:s, s:o, s:i, s:i, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:s?, s:o}", "state", state, "voxel_m",
+        json_real(d->conf.map.voxel_m), "submaps", (int)v.submaps, "away", (int)v.away, "begun",
+        (json_int_t)v.begun, "used_bytes", (json_int_t)((v.tiles - v.tiles_free) * v.tile_bytes), "memory_bytes",
+        (json_int_t)d->conf.map.memory_bytes, "pings", (json_int_t)v.stats.pings, "beams",
+        (json_int_t)v.stats.beams, "not_entered", (json_int_t)(v.stats.no_pose + v.stats.unfit), "clipped",
+        (json_int_t)v.stats.clipped, "starved", (json_int_t)v.stats.starved, "dropped", (json_int_t)v.stats.lost,
+        "directory", d->conf.map.directory[0] ? d->conf.map.directory : NULL, "job", job_json(&d->places.job));
+}
+
+json_t *places_method_map(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    static const char *const keys[] = {NULL};
+    return rpc_only(params, keys, error) ? state_json(call->daemon) : NULL;
+}
+
+/* ---- a slice ---- */
+
+struct visit_row {
+    int64_t first[3]; /* cell of the row's north-west corner */
+    int32_t per_cell; /* voxels along a cell's side */
+    int32_t n;
+    char *text;
+};
+
+/* The severest of a cell's voxels: what is drawn free is all free. */
+static char look_at(struct voxmask *mask, const int64_t corner[3], int32_t per_cell)
+{
+    enum voxel_state worst = VOXEL_FREE;
+    for (int32_t i = 0; i < per_cell; i++)
+        for (int32_t j = 0; j < per_cell; j++) {
+            const int64_t cell[3] = {corner[0] - i, corner[1] + j, corner[2]};
+            const enum voxel_state state = voxmask_at(mask, cell);
+            worst = state > worst ? state : worst;
+        }
+    return worst == VOXEL_FREE ? '.' : worst == VOXEL_OCCUPIED ? '#' : ' ';
+}
+
+static void look_at_row(void *ctx, struct pipeline_map *m)
+{
+    struct visit_row *row = ctx;
+    for (int32_t c = 0; c < row->n; c++) {
+        const int64_t corner[3] = {row->first[0], row->first[1] + (int64_t)c * row->per_cell, row->first[2]};
+        row->text[c] = look_at(&m->mask, corner, row->per_cell);
+    }
+    row->text[row->n] = '\0';
+}
+
+static bool slice_of(const struct daemon *d, json_t *params, double middle[3], double *size_m, int64_t *cells,
+                     struct rpc_error *error)
+{
+    struct pose pose = pose_identity;
+    bool given;
+    pose_log_newest(&d->poses, &pose);
+    memcpy(middle, pose.position_m, sizeof pose.position_m);
+    *size_m = SLICE_SIZE_M;
+    *cells = SLICE_CELLS;
+    return rpc_numbers(params, "middle_m", -PLACE_MAX_M, PLACE_MAX_M, 2, middle, &given, error) &&
+           rpc_number(params, "depth_m", false, -100, 12000, &middle[2], error) &&
+           rpc_number(params, "size_m", false, 0.1, 10000, size_m, error) &&
+           rpc_integer(params, "cells", false, 1, SLICE_CELLS_MAX, cells, error);
+}
+
+/* Whole voxels make a cell. */
+static bool row_of(const struct daemon *d, const double middle[3], double size_m, int64_t cells,
+                   struct visit_row *row, struct rpc_error *error)
+{
+    struct lattice_place place;
+    const double voxel = d->conf.map.voxel_m, per_cell = fmax(1, ceil(size_m / voxel / (double)cells));
+    if (per_cell * per_cell * (double)cells > SLICE_ROW_VOXELS)
+        return rpc_refuse(error, RPC_LIMIT, "%g m are too much for voxels of %g m: ask for less, or more cells",
+                          size_m, voxel);
+    lattice_place(middle, voxel, &place);
+    row->per_cell = (int32_t)per_cell;
+    row->n = (int32_t)ceil(size_m / voxel / per_cell);
+    const int64_t half = (int64_t)row->n * row->per_cell / 2;
+    row->first[0] = place.cell[0] + half;
+    row->first[1] = place.cell[1] - half;
+    row->first[2] = place.cell[2];
+    return true;
+}
+
+json_t *places_method_slice(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    static const char *const keys[] = {"middle_m", "depth_m", "size_m", "cells", NULL};
+    struct daemon *d = call->daemon;
+    char text[SLICE_CELLS_MAX + 1];
+    struct visit_row row = {.text = text};
+    double middle[3], size_m, roll, pitch, yaw;
+    int64_t cells;
+    if (!map_there(d, error) || !rpc_only(params, keys, error) ||
+        !slice_of(d, params, middle, &size_m, &cells, error) || !row_of(d, middle, size_m, cells, &row, error))
+        return NULL;
+    const double voxel = d->conf.map.voxel_m, step = voxel * row.per_cell;
+    json_t *rows = json_array();
+    const double north_m = ((double)row.first[0] + 1) * voxel - step / 2;
+    const double east_m = (double)row.first[1] * voxel + step / 2;
+    for (int32_t i = 0; i < row.n; i++, row.first[0] -= row.per_cell) {
+        pipeline_visit_map(d->pipeline, look_at_row, &row);
+        json_array_append_new(rows, json_string(text));
+    }
+    struct pose pose;
+    const bool placed = whole_pose(d, &pose) || (d->replay && pose_log_newest(&d->poses, &pose));
+    quat_to_rpy(pose.attitude, &roll, &pitch, &yaw);
+    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "depth_m",
+                     metres(((double)row.first[2] + 0.5) * voxel), "north_m", metres(north_m), "east_m",
+                     metres(east_m), "step_m", metres(step), "vehicle_m",
+                     placed ? metres3(pose.position_m) : json_null(), "heading_deg",
+                     placed ? metres(geo_deg(yaw)) : json_null(), "rows", rows);
+}
+
+/* ---- changes ---- */
+
+/* The one place through which every change goes: who may make them is decided here. All who may connect may. */
+static bool change_of(const struct daemon *d, json_t *params, const char *const *keys, struct rpc_error *error)
+{
+    return rpc_only(params, keys, error) && map_there(d, error);
+}
+
+static void begin_submap(void *ctx, struct pipeline_map *m)
+{
+    (void)ctx;
+    voxmap_new(&m->map);
+}
+
+static void clear_map(void *ctx, struct pipeline_map *m)
+{
+    (void)ctx;
+    voxmap_clear(&m->map);
+}
+
+static json_t *change(const struct rpc_call *call, json_t *params, pipeline_visit_fn *fn, struct rpc_error *error)
+{
+    static const char *const keys[] = {NULL};
+    struct daemon *d = call->daemon;
+    if (!change_of(d, params, keys, error))
+        return NULL;
+    pipeline_visit_map(d->pipeline, fn, NULL);
+    return state_json(d);
+}
+
+json_t *places_method_new(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    return change(call, params, begin_submap, error);
+}
+
+json_t *places_method_clear(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    return change(call, params, clear_map, error);
+}
+
+static const char *name_of(json_t *params, struct rpc_error *error)
+{
+    const char *name = json_string_value(json_object_get(params, "name"));
+    if (!name)
+        rpc_refuse(error, RPC_INVALID_PARAMS, "parameter 'name' must be a string: the file's, without an ending");
+    return name;
+}
+
+static json_t *begun(struct daemon *d, bool done, const char *why, struct rpc_error *error)
+{
+    if (done)
+        return state_json(d);
+    rpc_refuse(error, RPC_INVALID_REQUEST, "%s", why);
+    return NULL;
+}
+
+json_t *places_method_save(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    static const char *const keys[] = {"name", NULL};
+    char why[640] = "";
+    const char *name;
+    if (!change_of(call->daemon, params, keys, error) || !(name = name_of(params, error)))
+        return NULL;
+    return begun(call->daemon, places_save(call->daemon, name, why, sizeof why), why, error);
+}
+
+json_t *places_method_load(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    static const char *const keys[] = {"name", NULL};
+    char why[640] = "";
+    const char *name;
+    if (!change_of(call->daemon, params, keys, error) || !(name = name_of(params, error)))
+        return NULL;
+    return begun(call->daemon, places_load(call->daemon, name, why, sizeof why), why, error);
+}
+
+json_t *places_method_export(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    static const char *const keys[] = {"name", "format", NULL};
+    static const char *const formats[] = {[PLACES_PLY] = "ply", [PLACES_MCAP] = "mcap", [PLACES_BT] = "bt", NULL};
+    int format = PLACES_PLY;
+    char why[640] = "";
+    const char *name;
+    if (!change_of(call->daemon, params, keys, error) || !rpc_word(params, "format", formats, &format, error) ||
+        !(name = name_of(params, error)))
+        return NULL;
+    bool done = places_export(call->daemon, name, (enum places_format)format, why, sizeof why);
+    return begun(call->daemon, done, why, error);
+}

@@ -1,0 +1,387 @@
+#!/usr/bin/env -S python3 -B
+# SPDX-License-Identifier: MIT
+"""The map of places: a virtual basin against its truth, files, exports, threads, and what is refused."""
+import glob
+import hashlib
+import json
+import math
+import os
+import random
+import shutil
+import signal
+import struct
+import subprocess
+import threading
+import time
+
+from lib import Failed, RpcError, Skipped, check, note, pings_until, run, until
+
+TURN = 200                             # pings of a full circle at 1.8 degrees
+WALLS = ((-6.0, 9.0), (-5.0, 4.0))     # of the virtual basin: north, east
+VOXEL = 0.2
+LAG_M = 0.05                           # what the vehicle drives between a ping and the pose that is said of it
+
+
+class Vehicle(threading.Thread):
+    """Says fifty times a second where it is, and goes there with the virtual sonar."""
+
+    def __init__(self, daemon, sim):
+        super().__init__(daemon=True)
+        self.client = daemon.client()
+        self.sim = sim
+        self.at = [0.0, 0.0, 2.0]
+        self.goal = list(self.at)
+        self.ended = threading.Event()
+
+    def run(self):
+        while not self.ended.wait(0.02):
+            step = [max(-0.02, min(0.02, g - a)) for g, a in zip(self.goal, self.at)]
+            self.at = [a + s for a, s in zip(self.at, step)]
+            if any(step):
+                self.sim.command("pose %.3f %.3f %.3f 0" % tuple(self.at))
+            self.client.call("pose", attitude_deg=[0, 0, 0], position_m=self.at)
+
+    def go(self, north, east):
+        self.goal = [north, east, 2.0]
+        until(lambda: max(abs(g - a) for g, a in zip(self.goal, self.at)) < 0.01, "the vehicle to arrive", 60)
+
+    def stop(self):
+        self.ended.set()
+        self.join()
+        self.client.close()
+
+
+def conf(bench, threads=0, **keys):
+    section = {"voxel": "%g m" % VOXEL, "memory": "48 MiB", "directory": bench.folder}
+    section.update(keys)
+    bench.conf(map=section, pipeline={"threads": threads})
+
+
+def dive(bench, daemon, sim):
+    """Two places, a turn and a half at each."""
+    client = daemon.client()
+    vehicle = Vehicle(daemon, sim)
+    vehicle.start()
+    try:
+        pings_until(client, 3 * TURN, 60)
+        check(client.call("map_new")["begun"] == 1, "begun without a ping")
+        vehicle.go(2.0, -1.0)
+        check(client.call("map")["begun"] == 2, "no second submap")
+        pings_until(client, 3 * TURN, 60)
+    finally:
+        vehicle.stop()
+    return client
+
+
+def clearance(place):
+    return min(min(p - low, high - p) for p, (low, high) in zip(place, WALLS))
+
+
+def state_of(client, method, **params):
+    return client.call(method, **params)["state"]
+
+
+def job(client, method, **params):
+    client.call(method, **params)
+    return until(lambda: (lambda j: j if j["state"] != "running" else None)(client.call("map")["job"]), "the job", 60)
+
+
+def done(client, method, **params):
+    result = job(client, method, **params)
+    check(result["state"] == "done", "%s: %s" % (method, result))
+    return result["path"]
+
+
+def check_points(client, dice):
+    """No place behind a wall is free; most of the basin is."""
+    found = 0
+    for _ in range(1500):
+        place = [dice.uniform(-8, 11), dice.uniform(-7, 6), dice.uniform(1, 3)]
+        answer = client.call("point", position_m=place)
+        inside = clearance(place)
+        check(answer["state"] != "free" or inside > -VOXEL / 2 - LAG_M, "free behind a wall: %s" % place)
+        found += answer["state"] == "free" and inside > 0
+        if answer["state"] == "free":
+            check(answer["age_s"] is not None, str(answer))
+    check(found > 300, "only %d places of the basin are free" % found)
+    return found
+
+
+def check_paths(client, dice):
+    free = 0
+    for _ in range(400):
+        way = [[dice.uniform(-6, 9), dice.uniform(-5, 4), 2.0] for _ in range(dice.randint(1, 4))]
+        radius = dice.uniform(0, 0.8)
+        answer = client.call("path", points_m=way, radius_m=radius)
+        least = min(clearance(p) for p in way)
+        if answer["state"] == "free":
+            free += 1
+            check(answer["first"] is None and least > radius - VOXEL / 2 - LAG_M, "%s %g: %s" % (way, radius, answer))
+        else:
+            check(answer["first"]["along_m"] >= 0 and 0 <= answer["unknown_share"] <= 1, str(answer))
+        wider = client.call("path", points_m=way, radius_m=radius + 0.3)
+        check(not (wider["state"] == "free" and answer["state"] != "free"), "wider is freer: %s" % way)
+    check(free >= 5, "only %d paths are free" % free)
+    return free
+
+
+def basin(bench, threads):
+    """Answers about places against what is there, in steps that threads must not change."""
+    sim = bench.sim()
+    conf(bench, threads)
+    client = dive(bench, bench.sonard(), sim)
+    dice = random.Random(7)
+    free = check_points(client, dice)
+    paths = check_paths(client, dice)
+    status = client.call("map")
+    check(status["state"] == "kept" and status["pings"] > 4 * TURN and status["starved"] == 0, str(status))
+    note("%d threads: %d of 1500 points and %d of 400 paths free, none behind a wall" % (threads, free, paths))
+    wall = client.call("path", points_m=[[3, 1, 2], [14, 1, 2]], radius_m=0.2)
+    check(wall["state"] == "occupied" and 4.5 < wall["first"]["along_m"] < 6, "to the wall: %s" % wall)
+    check(state_of(client, "box", from_m=[3, 0, 1.8], to_m=[5, 1, 2.2]) == "free", "a box in the water")
+    check(state_of(client, "box", from_m=[3, 0, 1.8], to_m=[12, 1, 2.2]) == "occupied", "a box through a wall")
+
+    drawn = bench.sonarctl("map", "draw", "--depth", "2", "--middle", "1.5,-0.5", "--size", "20")
+    check(drawn.returncode == 0 and drawn.stdout.count(".") > 500 and "#" in drawn.stdout, drawn.stdout + drawn.stderr)
+    svg = bench.sonarctl("map", "draw", "--depth", "2", "--middle", "1.5,-0.5", "--size", "20", "-o", "-")
+    check(svg.stdout.rstrip().endswith("</svg>") and svg.stdout.count("<rect") > 50, svg.stderr)
+    for words, wanted in ((("point", "1,0.5,2"), 0), (("point", "30,0,2"), 2),
+                          (("path", "3,1,2", "6,1,2", "--radius", "0.2"), 0),
+                          (("path", "3,1,2", "30,1,2", "--radius", "0.2"), 1),
+                          (("box", "3,0,2", "4,1,2"), 0), (("point", "1,2"), 3)):
+        result = bench.sonarctl(*words)
+        check(result.returncode == wanted, "%s: %d, %s" % (words, result.returncode, result.stdout + result.stderr))
+
+
+def slices(client):
+    return [client.call("map_slice", depth_m=depth, middle_m=[1.5, -0.5], size_m=24)["rows"] for depth in (1, 2, 3)]
+
+
+def files(bench):
+    """Saved, cleared, loaded, also by another daemon: the same answers."""
+    sim = bench.sim()
+    conf(bench)
+    daemon = bench.sonard()
+    client = dive(bench, daemon, sim)
+    sim.command("silent 1000")
+    time.sleep(0.5)
+    before = slices(client)
+    saved = bench.sonarctl("map", "save", "basin")
+    check(saved.returncode == 0 and "saved as" in saved.stdout, saved.stdout + saved.stderr)
+    path = bench.path("basin.map")
+    check(os.path.exists(path) and not os.path.exists(path + ".new"), "not saved")
+    client.call("map_clear")
+    check(state_of(client, "point", position_m=[1, 0, 2]) == "unknown", "cleared, and not unknown")
+    check(not any("." in row for rows in slices(client) for row in rows), "something is left")
+    done(client, "map_load", name="basin")
+    check(slices(client) == before, "what was loaded is not what was saved")
+    daemon.stop()
+    client = bench.sonard().client()
+    loaded = bench.sonarctl("map", "load", "basin")
+    check(loaded.returncode == 0, loaded.stderr)
+    check(slices(client) == before, "another daemon has another map")
+    check_foreign(bench, client, path, before)
+
+
+def check_foreign(bench, client, path, before):
+    """Files that are none, or none of ours, or damaged: refused, and the map stays as it is."""
+    with open(path, "rb") as f:
+        good = f.read()
+
+    def refused(name, content, why, aside):
+        bench.write(name + ".map", content)
+        result = job(client, "map_load", name=name)
+        check(result["state"] == "failed" and why in result["message"], "%s: %s" % (name, result))
+        check(os.path.exists(bench.path(name + ".map.damaged")) == aside, "%s: set aside or not" % name)
+        check(slices(client) == before, name + " has changed the map")
+
+    flipped = bytearray(good)
+    flipped[len(good) // 2] ^= 4
+    refused("flipped", bytes(flipped), "damaged", True)
+    refused("short", good[:-1000], "damaged", True)
+    refused("empty", b"", "not a map", False)
+    refused("other", b"ply\nformat ascii 1.0\n", "not a map", False)
+    refused("newer", good[:8] + struct.pack("<I", 2) + good[12:], "version 2", False)
+    missing = bench.sonarctl("map", "load", "nowhere")
+    check(missing.returncode == 6 and "No such file" in missing.stderr, missing.stderr)
+    bench.write("mine.map", "my own notes")
+    result = job(client, "map_save", name="mine")
+    check(result["state"] == "failed" and "not replaced" in result["message"], str(result))
+    conf(bench, voxel="0.25 m")
+    client.close()
+    bench.processes[-1].stop()
+    client = bench.sonard().client()
+    result = job(client, "map_load", name="basin")
+    check(result["state"] == "failed" and "0.25" in result["message"] and os.path.exists(path), str(result))
+
+
+def replay(bench):
+    """A capture with 0, 1 and 2 threads: the same bytes."""
+    sim = bench.sim()
+    conf(bench)
+    captures = bench.path("captures")
+    os.mkdir(captures)
+    daemon = bench.sonard("--record", captures)
+    dive(bench, daemon, sim)
+    daemon.stop()
+    (capture,) = glob.glob(os.path.join(captures, "*.mcap"))
+    sums = set()
+    for threads in ("0", "1", "2", "0"):
+        daemon = bench.sonard("--replay", capture, "--stay", "--threads", threads, conf=False)
+        client = daemon.client()
+        until(lambda: client.call("status")["mode"] == "replay, ended", "the end of the replay", 60)
+        pings = client.call("map")["pings"]
+        check(pings > 4 * TURN, "%d pings" % pings)
+        done(client, "map_save", name="replayed")
+        with open(bench.path("replayed.map"), "rb") as f:
+            sums.add(hashlib.sha256(f.read()).hexdigest())
+        daemon.stop()
+    check(len(sums) == 1, "maps differ: %s" % sums)
+    note("the map of %d pings has sha256 %s with 0, 1 and 2 threads" % (pings, sums.pop()))
+
+
+def killed(bench):
+    """Killed while it saves: the old map or the new one, never half of one."""
+    sim = bench.sim()
+    conf(bench)
+    daemon = bench.sonard()
+    client = dive(bench, daemon, sim)
+    done(client, "map_save", name="whole")
+    path = bench.path("whole.map")
+    size = os.path.getsize(path)
+    shutil.copy(path, bench.path("start.map"))
+    dice = random.Random(11)
+    for _ in range(12):
+        client.call("map_save", name="whole")
+        time.sleep(dice.uniform(0, 0.02))
+        daemon.expected = -signal.SIGKILL
+        daemon.process.kill()
+        daemon.wait()
+        client.close()
+        daemon = bench.sonard()
+        client = daemon.client()
+        result = job(client, "map_load", name="whole")
+        check(result["state"] == "done", str(result))
+    note("killed 12 times while %d bytes were saved: whole each time" % size)
+
+
+def exports(bench):
+    """The surface and the volume in the formats of others."""
+    sim = bench.sim()
+    conf(bench)
+    client = dive(bench, bench.sonard(), sim)
+    sim.command("silent 1000")
+    time.sleep(0.5)
+    with open(done(client, "map_export", name="surface"), "rb") as f:
+        head, body = f.read().split(b"end_header\n", 1)
+    count = int(head.split(b"element vertex ")[1].split()[0])
+    check(len(body) == 37 * count and count > 1000, "%d bytes of %d points" % (len(body), count))
+    heard = 0
+    for east, north, up, nx, ny, nz, tag in struct.iter_unpack("<3d3fB", body):
+        check(clearance((north, east)) > -VOXEL / 2 - LAG_M, "a point behind a wall: %g %g %g" % (north, east, up))
+        length = math.hypot(nx, ny, nz)
+        check(abs(length - 1) < 1e-5 or length == 0, "a normal of length %g" % length)
+        heard += tag
+    check(0 < heard < count, "%d of %d points are of echoes" % (heard, count))
+    mcap = done(client, "map_export", name="cloud", format="mcap")
+    told = bench.sonarctl("capture", "info", mcap)
+    check(told.returncode == 0 and "/map/surface" in told.stdout, told.stdout + told.stderr)
+    tree = done(client, "map_export", name="tree", format="bt")
+    note("%d points, %d of them heard; %d bytes of tree" % (count, heard, os.path.getsize(tree)))
+    check_octomap(bench, client, tree)
+
+
+READER = """
+#include <octomap/octomap.h>
+#include <cstdio>
+int main(int, char **v)
+{
+    octomap::OcTree tree{std::string(v[1])};
+    double n, e, d;
+    std::printf("%zu %g\\n", tree.size(), tree.getResolution());
+    while (std::scanf("%lf %lf %lf", &n, &e, &d) == 3) {
+        octomap::OcTreeNode *node = tree.search(e, n, -d);
+        std::puts(!node ? "unknown" : tree.isNodeOccupied(node) ? "occupied" : "free");
+    }
+}
+"""
+
+
+def check_octomap(bench, client, tree):
+    """OctoMap itself says of every place what the daemon says."""
+    compiler = shutil.which("g++")
+    if not compiler or not os.path.exists("/usr/include/octomap/octomap.h"):
+        note("skip octomap: needs g++ and liboctomap-dev")
+        return
+    built = subprocess.run([compiler, "-x", "c++", "-std=c++17", "-O1", "-w", "-", "-o", bench.path("reader"),
+                            "-loctomap", "-loctomath"], input=READER, text=True, capture_output=True, check=False)
+    check(built.returncode == 0, built.stderr[-500:])
+    dice = random.Random(3)
+    places = [[dice.uniform(-9, 12), dice.uniform(-8, 7), dice.uniform(-3, 6)] for _ in range(3000)]
+    read = subprocess.run([bench.path("reader"), tree], input="".join("%.9g %.9g %.9g\n" % tuple(p) for p in places),
+                          text=True, capture_output=True, check=False, timeout=60)
+    lines = read.stdout.split("\n")
+    with open(tree, "rb") as f:
+        size = int(f.read(200).split(b"size ")[1].split()[0])
+    check("ERROR" not in read.stderr and lines[0] == "%d %g" % (size, VOXEL), "%s %s" % (lines[0], read.stderr))
+    said = [state_of(client, "point", position_m=place) for place in places]
+    wrong = [(p, a, b) for p, a, b in zip(places, said, lines[1:]) if a != b]
+    check(not wrong, "%d places differ, the first %s" % (len(wrong), wrong[:1]))
+    note("OctoMap reads %d nodes; %d places, %d of them free, are the same" % (size, len(places), said.count("free")))
+
+
+def expect_refusal(client, method, params, why):
+    try:
+        client.call(method, **params)
+    except RpcError as refusal:
+        check(why in str(refusal), "%s: %s" % (method, refusal))
+        return
+    raise Failed("%s %s is not refused" % (method, params))
+
+
+def refusals(bench):
+    """What cannot be asked or done says why."""
+    bench.sim()
+    bench.conf()
+    daemon = bench.sonard()
+    client = daemon.client()
+    check(client.call("map")["state"].startswith("none"), str(client.call("map")))
+    expect_refusal(client, "point", {"position_m": [0, 0, 0]}, "set voxel in [map]")
+    expect_refusal(client, "map_save", {"name": "x"}, "set voxel in [map]")
+    told = bench.sonarctl("map", "status")
+    check(told.returncode == 0 and "none" in told.stdout, told.stdout + told.stderr)
+    daemon.stop()
+    conf(bench, directory="none")
+    daemon = bench.sonard()
+    client = daemon.client()
+    for method, params, why in (
+            ("point", {}, "position_m"), ("point", {"position_m": [1, 2]}, "3 numbers"),
+            ("point", {"position_m": [1, 2, 3], "frame": "body"}, "fresh pose"),
+            ("point", {"position_m": [1, 2, 3], "radius": 1}, "radius"),
+            ("box", {"from_m": [0, 0, 0]}, "to_m"), ("box", {"from_m": [0, 0, 0], "to_m": [90, 90, 90]}, "voxels"),
+            ("path", {"points_m": [[0, 0, 0]]}, "radius_m"), ("path", {"points_m": [], "radius_m": 1}, "1 to 256"),
+            ("path", {"points_m": [[0, 0, "x"]], "radius_m": 1}, "number"),
+            ("path", {"points_m": [[0, 0, 0], [9e4, 0, 0]], "radius_m": 9}, "voxels"),
+            ("map_slice", {"size_m": 9999, "cells": 4}, "too much"), ("map_save", {"name": "x"}, "no folder"),
+            ("map_export", {"name": "x", "format": "pdf"}, "format"), ("map_load", {}, "name")):
+        expect_refusal(client, method, params, why)
+    check(state_of(client, "point", position_m=[0, 0, 0]) == "unknown", "nothing pinged, and not unknown")
+    check(state_of(client, "path", points_m=[[0, 0, 0]], radius_m=0) == "unknown", "nothing pinged, and not unknown")
+    daemon.stop()
+    conf(bench)
+    client = bench.sonard().client()
+    for name in ("", "../x", "a/b", ".hidden", "x" * 65, "a b"):
+        expect_refusal(client, "map_save", {"name": name}, "a name is")
+    bad = bench.path("bad.conf")
+    with open(bench.path("sonard.conf"), encoding="ascii") as f:
+        text = f.read()
+    with open(bad, "w", encoding="ascii") as f:
+        f.write(text.replace("voxel = 0.2 m", "voxel = 9 m"))
+    faults = bench.run(os.path.join(os.environ.get("BUILD", "build"), "sonard"), "--check", bad)
+    check(faults.returncode == 1 and "voxel" in faults.stderr and "bad.conf:" in faults.stderr, faults.stderr)
+
+
+cases = [("basin_threads%d" % n, lambda bench, n=n: basin(bench, n)) for n in (0, 1, 2)]
+cases += [("files", files), ("replay", replay), ("killed", killed), ("exports", exports), ("refusals", refusals)]
+
+run(cases, parallel=3)
