@@ -114,17 +114,18 @@ static double cube_distance2(const struct leg *l, const double c[3], double t)
 
 /*
  * Does the cube touch the swept ball? The squared distance along the leg is convex and, between the places where the line
- * passes a face's plane, quadratic: its least value lies at one of them or where a piece's slope is zero.
+ * passes a face's plane, quadratic: its least value lies at one of them or where a piece's slope is zero. *t: a place where it
+ * does.
  */
-static bool touches(const struct leg *l, const double c[3])
+static bool touches(const struct leg *l, const double c[3], double *t)
 {
     double cut[8] = {0, 1}, limit = l->radius * l->radius;
     int n = 2;
     for (int x = 0; x < 3; x++)
         for (int side = 0; side < 2 && l->d[x] != 0; side++) {
-            double t = (c[x] + side - l->a[x]) / l->d[x];
-            if (t > 0 && t < 1)
-                cut[n++] = t;
+            double at = (c[x] + side - l->a[x]) / l->d[x];
+            if (at > 0 && at < 1)
+                cut[n++] = at;
         }
     for (int i = 1; i < n; i++)
         for (int j = i; j > 0 && cut[j] < cut[j - 1]; j--) {
@@ -133,7 +134,7 @@ static bool touches(const struct leg *l, const double c[3])
             cut[j - 1] = swap;
         }
     for (int i = 0; i < n; i++)
-        if (cube_distance2(l, c, cut[i]) <= limit)
+        if (cube_distance2(l, c, *t = cut[i]) <= limit)
             return true;
     for (int i = 0; i + 1 < n; i++) {
         double middle = (cut[i] + cut[i + 1]) / 2, slope = 0, bend = 0;
@@ -143,8 +144,8 @@ static bool touches(const struct leg *l, const double c[3])
             slope += off * l->d[x];
             bend += off != 0 ? l->d[x] * l->d[x] : 0;
         }
-        double t = bend > 0 ? middle - slope / bend : middle;
-        if (t > cut[i] && t < cut[i + 1] && cube_distance2(l, c, t) <= limit)
+        *t = bend > 0 ? middle - slope / bend : middle;
+        if (*t > cut[i] && *t < cut[i + 1] && cube_distance2(l, c, *t) <= limit)
             return true;
     }
     return false;
@@ -165,25 +166,42 @@ static double middle_distance(const struct leg *l, const double c[3], double *t)
     return sqrt(sum);
 }
 
-/* A cell that is not free: how far the ball surely gets before it touches the ball around the cell. */
-static double clear_before(const struct corridor *q, const struct leg *l, double distance, double t)
+/* How far along the leg (0 to 1) the ball gets before it touches the cube, which it does at `touching`: until then the distance,
+ * convex, falls. */
+static double first_touch(const struct leg *l, const double c[3], double touching)
+{
+    double limit = l->radius * l->radius, clear = 0;
+    if (cube_distance2(l, c, 0) <= limit)
+        return 0;
+    for (int n = 0; n < 40; n++) {
+        double middle = (clear + touching) / 2;
+        *(cube_distance2(l, c, middle) <= limit ? &touching : &clear) = middle;
+    }
+    return clear;
+}
+
+/* The same for the ball around the cube, which is touched no later: quickly had. */
+static double first_touch_around(const struct leg *l, double distance, double nearest)
 {
     double reach = l->radius + HALF_DIAGONAL, back = sqrt(fmax(reach * reach - distance * distance, 0));
-    return l->before_m + fmax(t * l->length - back, 0) * q->voxel_m;
+    return l->length > 0 ? fmax(nearest - back / l->length, 0) : 0;
 }
 
 static void visit_cell(struct corridor *q, const struct leg *l, const double c[3])
 {
-    double t, distance = middle_distance(l, c, &t);
+    double nearest, distance = middle_distance(l, c, &nearest), touching = nearest;
     int64_t cell[3];
 
-    if (distance > l->radius + HALF_DIAGONAL || (distance > l->radius && !touches(l, c)))
+    if (distance > l->radius + HALF_DIAGONAL || (distance > l->radius && !touches(l, c, &touching)))
         return;
     for (int x = 0; x < 3; x++)
         cell[x] = l->origin[x] + (int64_t)c[x];
     if (!count_cell(&q->reader, cell, q->out))
         return;
-    double clear_m = clear_before(q, l, distance, t);
+    double leg_m = l->length * q->voxel_m;
+    if (q->found && l->before_m + first_touch_around(l, distance, nearest) * leg_m >= q->out->clear_m)
+        return;
+    double clear_m = l->before_m + first_touch(l, c, touching) * leg_m;
     if (!q->found || clear_m < q->out->clear_m) {
         q->found = true;
         q->out->clear_m = clear_m;

@@ -20,8 +20,7 @@ struct free_answer {
      * first. */
     enum voxel_state first_state;
     double first_m[3]; /* its centre */
-    /* Corridor: how far along the path the swept ball may go before it can touch that voxel (never too far, at most
-     * a voxel's diagonal too short). Ray: distance to it. All the way when free. */
+    /* Corridor: how far along the path the swept ball may go before it touches that voxel (never too far). Ray: distance to it. All the way when free. */
     double clear_m;
 };
 

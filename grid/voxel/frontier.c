@@ -87,7 +87,7 @@ static void extract(const struct surroundings *s, struct frontier_block *out)
 /* Has the block or one around it become another since this frontier was made? */
 static bool is_stale(struct frontier *f, const struct frontier_block *b, const struct block_key *key)
 {
-    if (b->made == 0 || !block_same(&b->key, key))
+    if (b->head.checked == 0)
         return true;
     for (int n = 0; n < 27; n++) {
         struct block_key at = beside(key, n);
@@ -99,20 +99,19 @@ static bool is_stale(struct frontier *f, const struct frontier_block *b, const s
 
 const struct frontier_block *frontier_block(struct frontier *f, const struct block_key *key)
 {
-    struct frontier_block *b = &f->block[block_slot(key, f->n)];
+    struct frontier_block *b = (struct frontier_block *)block_find(f->block, sizeof *b, f->n, key);
     uint64_t now = voxmap_changed(f->mask->map);
     struct surroundings s;
 
-    if (b->made && b->checked == now && block_same(&b->key, key))
+    if (b->head.checked == now)
         return b;
     if (is_stale(f, b, key)) {
         gather(f->mask, key, &s);
         extract(&s, b);
-        b->key = *key;
         b->made = now;
         f->computed++;
     }
-    b->checked = now;
+    b->head.checked = now;
     return b;
 }
 

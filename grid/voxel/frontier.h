@@ -11,9 +11,8 @@
 #include "voxmask.h"
 
 struct frontier_block {
-    struct block_key key;
-    uint64_t made;                   /* the change it was made at; 0: empty */
-    uint64_t checked;                /* the change it was last known to be right at */
+    struct block_head head;
+    uint64_t made;                   /* the change it was made at */
     uint64_t surface[BLOCK_COLUMNS]; /* bits as in merge_block */
     uint64_t echo[BLOCK_COLUMNS];    /* of these, the tagged ones */
 };

@@ -52,15 +52,6 @@ static inline bool block_same(const struct block_key *a, const struct block_key 
     return a->at[0] == b->at[0] && a->at[1] == b->at[1] && a->at[2] == b->at[2];
 }
 
-/** block_slot - a block's place among n (a power of 2): neighbours are far apart, whatever the scene's shape. */
-static inline uint32_t block_slot(const struct block_key *k, uint32_t n)
-{
-    uint64_t h = (uint64_t)k->at[0] * UINT64_C(0x9e3779b97f4a7c15) +
-                 (uint64_t)k->at[1] * UINT64_C(0xc2b2ae3d27d4eb4f) +
-                 (uint64_t)k->at[2] * UINT64_C(0x165667b19e3779f9);
-    return (uint32_t)(h >> 32) & (n - 1);
-}
-
 /** merge_block_at - the state of one of the block's cells. */
 static inline enum voxel_state merge_block_at(const struct merge_block *b, const int64_t cell[3])
 {

@@ -9,9 +9,14 @@
 
 #include "merge.h"
 
-struct voxmask_block {
+/* What is kept of a block begins with this. */
+struct block_head {
     struct block_key key;
     uint64_t checked; /* the change at which it was last known to be right; 0: empty */
+};
+
+struct voxmask_block {
+    struct block_head head;
     uint64_t changed; /* the change with which its bits last became others, or later */
     struct merge_block bits;
 };
@@ -34,5 +39,11 @@ const struct voxmask_block *voxmask_block(struct voxmask *v, const struct block_
 
 /** voxmask_at - the state of a cell. */
 enum voxel_state voxmask_at(struct voxmask *v, const int64_t cell[3]);
+
+/**
+ * block_find - a block's place in an array of n (a power of 2, >= 4) things of `size` bytes that begin with a block_head: that
+ * which has the key, or else the one of its four places which was checked longest ago, with `checked` set to 0.
+ */
+struct block_head *block_find(void *blocks, size_t size, uint32_t n, const struct block_key *key);
 
 #endif

@@ -128,6 +128,26 @@ static inline enum voxel_state rig_state(struct rig *r, double north, double eas
     return merge_at(&r->map, cell, NULL);
 }
 
+/* Opens a submap around the origin into which cells are then written. */
+static inline void rig_open(struct rig *r)
+{
+    struct rig_ping p;
+    rig_aim(&p, (const double[3]){0.01, 0.01, 0.01}, 0, 0);
+    rig_enter(r, &p, 0);
+}
+
+/* Writes a count of the current submap. */
+static inline void rig_set(struct rig *r, const int64_t cell[3], enum submap_plane plane, uint8_t count)
+{
+    struct submap *m = &r->map.current->map;
+    const struct lattice_place at = {{cell[0], cell[1], cell[2]}, {0.5, 0.5, 0.5}};
+    m->now = ++r->map.change;
+    submap_body(m, &at, &at, 0.1, 0); /* takes a tile, and marks it written */
+    uint64_t i = (uint64_t)(cell[0] - m->box.first[0]), j = (uint64_t)(cell[1] - m->box.first[1]);
+    uint32_t tile = m->tile[i / 16 * ((uint64_t)m->box.size[1] / 16) + j / 16];
+    tiles_column(m->tiles, tile, (uint32_t)(i % 16 * 16 + j % 16), plane)[cell[2] - m->box.first[2]] = count;
+}
+
 /* A number that stands for all states in a box of cells around the origin. */
 static inline uint64_t rig_hash(struct rig *r, int64_t reach, const int64_t shift[3])
 {
