@@ -162,12 +162,20 @@ static void show_clusters(const struct page *page, const json_t *result)
     for (size_t i = 0; i < n; i++) {
         const json_t *k = json_array_get(list, i);
 
-        fprintf(page->out, "%7.0f %9.1f° %7.1f° %9s %9s %7.0f %5.0f%% %9s %8s\n", number(k, "label"),
+        fprintf(page->out, "%7.0f %9.1f° %7.1f° %9s %9s %7.0f %5.0f%% %9s %8s%s\n", number(k, "label"),
                 number(k, "from_deg"), number(k, "width_deg"), metres(a, number(k, "near_m")),
                 metres(b, number(k, "far_m")), number(k, "cells"), 100 * number(k, "confidence"),
-                duration(c, number(k, "last_echo_age_s")), duration(d, number(k, "label_age_s")));
+                duration(c, number(k, "last_echo_age_s")), duration(d, number(k, "label_age_s")),
+                json_is_integer(json_object_get(k, "ghost_of")) ? "  a ghost?" : "");
     }
     fprintf(page->out, "%zu of %.0f, nearest first\n", n, number(result, "all"));
+    list = json_object_get(result, "walls");
+    for (size_t i = 0; i < json_array_size(list); i++) {
+        const json_t *w = json_array_get(list, i);
+
+        fprintf(page->out, "wall at %.1f°, %s, %s long\n", number(w, "normal_deg"),
+                metres(a, number(w, "distance_m")), metres(b, number(w, "to_m") - number(w, "from_m")));
+    }
 }
 
 static void show_faults(const struct page *page, const json_t *sensor)

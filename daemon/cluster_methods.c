@@ -4,7 +4,7 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "../grid/sphere/clusters.h"
+#include "../grid/sphere/shapes.h"
 #include "daemon.h"
 
 #define DEFAULT_COUNT 64
@@ -44,13 +44,14 @@ static bool have_clusters(struct daemon *d, struct rpc_error *error)
     return true;
 }
 
-static json_t *cluster_json(const struct daemon *d, const struct cluster *k)
+static json_t *cluster_json(const struct daemon *d, const struct shapes *shapes, const struct cluster *k)
 {
+    const uint32_t ghost_of = shapes_ghost_of(shapes, k);
     double az, el;
     geo_angles(k->nearest_m, &az, &el);
     return json_pack(
         "{s:I, s:i, s:i, s:I, s:o, s:o, s:[o, o], s:o, s:o, s:{s:o, s:o}, s:[o, o, o], s:o, s:o, s:o, "
-        "s:o, s:o, s:o}",
+        "s:o, s:o, s:o, s:o}",
         "label", (json_int_t)k->label, "cells", (int)k->cells, "seeds", (int)k->seeds, "echoes",
         (json_int_t)k->echoes, "from_deg", degrees(k->from_rad), "width_deg", degrees(k->width_rad),
         "elevation_deg", degrees(k->low_rad), degrees(k->high_rad), "near_m", metres(k->near_m), "far_m",
@@ -58,7 +59,33 @@ static json_t *cluster_json(const struct daemon *d, const struct cluster *k)
         metres(k->centre_m[0]), metres(k->centre_m[1]), metres(k->centre_m[2]), "confidence",
         rounded(1 / (1 + exp(-k->logodds)), 1e3), "first_echo_age_s", age(d, k->t_first_ns), "last_echo_age_s",
         age(d, k->t_echo_ns), "label_age_s", age(d, k->t_label_ns), "approach_mps", rounded(k->approach_mps, 1e4),
-        "growth_cells_ps", rounded(k->growth_cells_ps, 1e2));
+        "growth_cells_ps", rounded(k->growth_cells_ps, 1e2), "ghost_of",
+        ghost_of == TANGENTS_NONE ? json_null() : json_integer(ghost_of));
+}
+
+static json_t *walls_json(const struct shapes *shapes)
+{
+    json_t *walls = json_array();
+    for (uint32_t i = 0; i < shapes->n; i++) {
+        const struct wall *w = &shapes->wall[i];
+        json_array_append_new(walls,
+                              json_pack("{s:o, s:o, s:o, s:o, s:o, s:i, s:b}", "normal_deg",
+                                        degrees(w->normal_rad), "distance_m", metres(w->distance_m), "from_m",
+                                        metres(w->from_m), "to_m", metres(w->to_m), "rms_m", metres(w->rms_m),
+                                        "points", (int)w->points, "constant_depth", shapes->constant_depth[i]));
+    }
+    return walls;
+}
+
+static json_t *corners_json(const struct shapes *shapes)
+{
+    json_t *corners = json_array();
+    for (uint32_t i = 0; i < shapes->corners; i++) {
+        const struct shapes_corner *c = &shapes->corner[i];
+        json_array_append_new(corners, json_pack("{s:[i, i], s:[o, o]}", "walls", (int)c->a, (int)c->b, "place_m",
+                                                 metres(c->place.x_m), metres(c->place.y_m)));
+    }
+    return corners;
 }
 
 json_t *cluster_method_list(const struct rpc_call *call, json_t *params, struct rpc_error *error)
@@ -71,11 +98,13 @@ json_t *cluster_method_list(const struct rpc_call *call, json_t *params, struct 
         return NULL;
     const struct cluster *list;
     struct picture_frame frame;
+    struct shapes shapes;
     uint32_t all, n = clusters_look(d->clusters, pipeline_sphere(d->pipeline), loop_now(d->loop), &list, &all);
     picture_get_frame(pipeline_picture(d->pipeline), &frame);
+    shapes_look(&shapes, pipeline_picture(d->pipeline), loop_now(d->loop));
     json_t *clusters = json_array();
     for (uint32_t i = 0; i < n && i < count; i++)
-        json_array_append_new(clusters, cluster_json(d, &list[i]));
-    return json_pack("{s:s, s:I, s:o}", "frame", frame.ned ? "ned" : "body", "all", (json_int_t)all, "clusters",
-                     clusters);
+        json_array_append_new(clusters, cluster_json(d, &shapes, &list[i]));
+    return json_pack("{s:s, s:I, s:o, s:o, s:o}", "frame", frame.ned ? "ned" : "body", "all", (json_int_t)all,
+                     "clusters", clusters, "walls", walls_json(&shapes), "corners", corners_json(&shapes));
 }
