@@ -11,6 +11,8 @@
 #define STEEP           1e9f
 #define MOST_LEAN       2e-3 /* voxels that an upright face may lean over all of the beam */
 #define STEEPEST        0.17 /* cosine of the widest half aperture that the plan is bounded by */
+#define SHARP           0.02f /* voxels: with a larger error doubts are too many for one interval to be worth a try */
+#define LEAST_SHARP     0.002f /* nothing is gained by less; the sphere is steep at its rim */
 
 static inline float larger(float a, float b)
 {
@@ -46,9 +48,10 @@ static void add_plane(struct bounds *s, const struct cast_beam *b, const double 
         slop += 2 * LEAST * reach;
     }
     double g = -1 / steep;
-    double c0 = g * c + s->t0, cu = g * n[s->inner], cv = g * n[s->outer];
+    double c0 = g * c, cu = g * n[s->inner], cv = g * n[s->outer];
     double error = 8 * EPS * ((fabs(cu) + fabs(cv) + 1) * reach + fabs(c0)) + slop * fabs(g);
     struct bounds_plane plane = {(float)c0, (float)cu, (float)cv, (float)error, (float)error};
+    s->error = larger(s->error, plane.in);
     if (steep > 0)
         s->lo[s->n_lo++] = plane;
     else
@@ -59,6 +62,7 @@ static void add_plane(struct bounds *s, const struct cast_beam *b, const double 
 static void add_inner_plane(struct bounds *s, const struct cast_beam *b, const double n[3])
 {
     add_plane(s, b, n, 0, 0);
+    s->error = 2 * NOWHERE;
     if (n[2] > 0 || (n[2] == 0 && !signbit(n[2])))
         s->lo[s->n_lo - 1].out = 2 * NOWHERE;
     else
@@ -78,7 +82,7 @@ static void add_root(struct bounds *s, const struct cast_beam *b, const double w
     double w_most = fabs(shift) + (fabs(wu) + fabs(wv)) * reach;
     double under = w_most * w_most + fabs(a) * (2 * reach * reach + tau * tau);
     struct bounds_root root = {
-        .l0 = (float)(l * shift + s->t0),
+        .l0 = (float)(l * shift),
         .lu = (float)(l * wu),
         .lv = (float)(l * wv),
         .w0 = (float)shift,
@@ -91,6 +95,7 @@ static void add_root(struct bounds *s, const struct cast_beam *b, const double w
         .error_t = (float)(8 * EPS * (fabs(l) * w_most + 1 + fabs(k) * sqrt(under))),
         .misses = misses,
     };
+    s->error = 2 * NOWHERE;
     if (bounds_above)
         s->hi_root[s->n_hi_root++] = root;
     else
@@ -147,7 +152,7 @@ static void add_bow(struct bounds *s, const struct cast_beam *b, double a)
         .k = (float)k,
         .error = (float)(24 * EPS * (b->far + 2) * (fabs(l) + k + 1)),
     };
-    s->has_bow = true;
+    s->error = larger(s->error, s->bow.error);
 }
 
 /*
@@ -273,11 +278,12 @@ void bounds_of(struct bounds *s, const struct cast_beam *b, const int32_t apex[3
     s->last = last;
     s->offset[0] = (float)(b->apex.offset[s->inner] - 0.5);
     s->offset[1] = (float)(b->apex.offset[s->outer] - 0.5);
-    s->t0 = (float)(b->apex.offset[2] - 0.5);
-    s->has_bow = false;
+    s->offset[2] = (float)(b->apex.offset[2] - 0.5);
+    s->bow = (struct bounds_bow){.open = 2 * NOWHERE};
     s->far2 = (float)(b->far * b->far);
     s->far2_error = (float)(12 * EPS * reach * reach);
     s->t_error = (float)(8 * EPS * reach);
+    s->error = larger(s->t_error, LEAST_SHARP);
     s->walk = o->half_az_rad > 1.5708;
     if (!s->walk && o->shape == CAST_CONE) {
         add_cone(s, b);
@@ -288,8 +294,14 @@ void bounds_of(struct bounds *s, const struct cast_beam *b, const int32_t apex[3
         else
             add_wedge_ends(s, b);
     }
-    if (s->walk)
+    if (s->walk) {
         s->n_lo = s->n_hi = s->n_lo_root = s->n_hi_root = s->n_lines = 0;
+        s->error = 2 * NOWHERE;
+    }
+    s->quick = s->error < SHARP;
+    float least_root = s->far2_error / s->error;
+    s->error += s->t_error;
+    s->far2_least = least_root * least_root;
     set_plan(s, b);
 }
 
@@ -323,24 +335,21 @@ static inline void bound_by_sphere(const struct bounds *s, const float *u, const
         float d = s->far2 - u[c] * u[c] - v[c] * v[c];
         float d_most = d + s->far2_error, d_least = d - s->far2_error;
         float less = sqrtf(larger(d_least, 0)) - s->t_error, more = sqrtf(larger(d_most, 0)) + s->t_error;
-        e->lo_in[c] = s->t0 - less;
-        e->hi_in[c] = -s->t0 - less;
-        e->lo_out[c] = s->t0 - more + STEEP * larger(-d_most, 0);
-        e->hi_out[c] = -s->t0 - more;
+        e->lo_in[c] = e->hi_in[c] = -less;
+        e->lo_out[c] = STEEP * larger(-d_most, 0) - more;
+        e->hi_out[c] = -more;
     }
 }
 
-static inline void bound_by_bow(const struct bounds_bow *b, float t0, const float *u, const float *v,
-                                struct ends *e)
+static inline void bound_by_bow(const struct bounds_bow *b, const float *u, const float *v, struct ends *e)
 {
     for (int c = 0; c < BOUNDS_BLOCK; c++) {
-        float w = b->wu * u[c] + b->wv * v[c];
-        float root = b->k * sqrtf(w * w + b->a * (u[c] * u[c] + v[c] * v[c])), middle = b->l * w + t0;
-        float lo = middle - root, hi = -middle - root;
-        e->lo_in[c] = larger(e->lo_in[c], lo + b->error);
-        e->lo_out[c] = larger(e->lo_out[c], lo - b->error);
-        e->hi_in[c] = larger(e->hi_in[c], hi + b->error);
-        e->hi_out[c] = larger(e->hi_out[c], hi - b->error);
+        float w = b->wu * u[c] + b->wv * v[c], middle = b->l * w;
+        float root = b->k * sqrtf(w * w + b->a * (u[c] * u[c] + v[c] * v[c])) + b->open;
+        e->lo_in[c] = larger(e->lo_in[c], middle - root + b->error);
+        e->lo_out[c] = larger(e->lo_out[c], middle - root - b->error);
+        e->hi_in[c] = larger(e->hi_in[c], -middle - root + b->error);
+        e->hi_out[c] = larger(e->hi_out[c], -middle - root - b->error);
     }
 }
 
@@ -354,40 +363,34 @@ static inline void bound_by_plane(const struct bounds_plane *p, float way, const
     }
 }
 
-/* The whole numbers between the ends, kept within the column, and counted from its first cell. */
-static inline void round_ends(const struct ends *e, int32_t apex, int32_t end, struct bounds_block *out)
+/* The centres of eight columns. */
+static inline void place(const struct bounds *s, const int32_t *inner, const int32_t *outer, float *u, float *v)
 {
-    float least = (float)-apex, most = (float)(end - apex), before = least - 1, beyond = most + 1;
-    int32_t doubt = 0;
-    for (int c = 0; c < BOUNDS_BLOCK; c++) {
-        float a = smaller(larger(e->lo_out[c], least), beyond), b = smaller(larger(e->lo_in[c], least), beyond);
-        float y = larger(smaller(-e->hi_in[c], most), before), z = larger(smaller(-e->hi_out[c], most), before);
-        int32_t ka = (int32_t)a, kb = (int32_t)b, ky = (int32_t)y, kz = (int32_t)z;
-        ka += (float)ka < a;
-        kb += (float)kb < b;
-        ky -= (float)ky > y;
-        kz -= (float)kz > z;
-        out->lo_out[c] = ka + apex;
-        out->lo_in[c] = kb + apex;
-        out->hi_in[c] = ky + apex;
-        out->hi_out[c] = kz + apex;
-        doubt |= (kb - ka) | (kz - ky);
-    }
-    out->doubt = doubt;
-}
-
-void bounds_block(const struct bounds *s, const int32_t *inner, const int32_t *outer, struct bounds_block *out)
-{
-    float u[BOUNDS_BLOCK], v[BOUNDS_BLOCK];
-    struct ends e;
-
     for (int c = 0; c < BOUNDS_BLOCK; c++) {
         u[c] = (float)(inner[c] - s->apex[s->inner]) - s->offset[0];
         v[c] = (float)(outer[c] - s->apex[s->outer]) - s->offset[1];
     }
+}
+
+/* The first whole numbers from `end + add` on, kept within least..most. */
+static inline void round_up(const float *end, float add, float least, float most, int32_t *whole)
+{
+    for (int c = 0; c < BOUNDS_BLOCK; c++) {
+        float x = smaller(larger(end[c] + add, least), most);
+        int32_t k = (int32_t)x;
+        whole[c] = k + ((float)k < x);
+    }
+}
+
+void bounds_block(const struct bounds *s, const int32_t *inner, const int32_t *outer, struct bounds_block *out)
+{
+    float u[BOUNDS_BLOCK], v[BOUNDS_BLOCK], t0 = s->offset[2];
+    float first = (float)-s->apex[2], last = (float)(s->last - s->apex[2]);
+    struct ends e;
+
+    place(s, inner, outer, u, v);
     bound_by_sphere(s, u, v, &e);
-    if (s->has_bow)
-        bound_by_bow(&s->bow, s->t0, u, v, &e);
+    bound_by_bow(&s->bow, u, v, &e);
     for (int p = 0; p < s->n_lo; p++)
         bound_by_plane(&s->lo[p], 1, u, v, e.lo_in, e.lo_out);
     for (int p = 0; p < s->n_hi; p++)
@@ -396,5 +399,68 @@ void bounds_block(const struct bounds *s, const int32_t *inner, const int32_t *o
         bound_by_root(&s->lo_root[r], 1, u, v, e.lo_in, e.lo_out);
     for (int r = 0; r < s->n_hi_root; r++)
         bound_by_root(&s->hi_root[r], -1, u, v, e.hi_in, e.hi_out);
-    round_ends(&e, s->apex[2], s->last, out);
+    round_up(e.lo_out, t0, first, last + 1, out->lo_out);
+    round_up(e.lo_in, t0, first, last + 1, out->lo_in);
+    round_up(e.hi_in, -t0, -last, 1 - first, out->hi_in);
+    round_up(e.hi_out, -t0, -last, 1 - first, out->hi_out);
+    for (int c = 0; c < BOUNDS_BLOCK; c++) {
+        out->lo_out[c] += s->apex[2];
+        out->lo_in[c] += s->apex[2];
+        out->hi_in[c] = s->apex[2] - out->hi_in[c];
+        out->hi_out[c] = s->apex[2] - out->hi_out[c];
+    }
+}
+
+/* The ends, upper ones times -1, all with the same error; doubt: not in this column. */
+static inline void find_ends(const struct bounds *s, const float *u, const float *v, float *lo, float *hi,
+                             int32_t *doubt)
+{
+    for (int c = 0; c < BOUNDS_BLOCK; c++) {
+        float level2 = u[c] * u[c] + v[c] * v[c], d = s->far2 - level2, half = sqrtf(fabsf(d));
+        float w = s->bow.wu * u[c] + s->bow.wv * v[c], middle = s->bow.l * w;
+        float root = s->bow.k * sqrtf(w * w + s->bow.a * level2) + s->bow.open;
+        lo[c] = larger(middle - root, -half);
+        hi[c] = larger(-(middle + root), -half);
+        doubt[c] = -(d < s->far2_least);
+    }
+    for (int p = 0; p < s->n_lo; p++)
+        for (int c = 0; c < BOUNDS_BLOCK; c++)
+            lo[c] = larger(lo[c], s->lo[p].c0 + s->lo[p].cu * u[c] + s->lo[p].cv * v[c]);
+    for (int p = 0; p < s->n_hi; p++)
+        for (int c = 0; c < BOUNDS_BLOCK; c++)
+            hi[c] = larger(hi[c], -(s->hi[p].c0 + s->hi[p].cu * u[c] + s->hi[p].cv * v[c]));
+}
+
+/* Does a whole number lie between round_up's and the other end of the error? */
+static inline void add_doubt(const float *end, float add, float most, const int32_t *whole, int32_t *doubt)
+{
+    for (int c = 0; c < BOUNDS_BLOCK; c++)
+        doubt[c] |= -((float)whole[c] < smaller(end[c] + add, most));
+}
+
+bool bounds_quick(const struct bounds *restrict s, const int32_t *restrict inner, const int32_t *restrict outer,
+                  int n, int32_t *restrict k, int32_t *restrict cells)
+{
+    const float t0 = s->offset[2], first = (float)-s->apex[2], last = (float)(s->last - s->apex[2]);
+    int32_t any[BOUNDS_BLOCK] = {0}, all = 0;
+
+    for (int at = 0; at < n; at += BOUNDS_BLOCK) {
+        float u[BOUNDS_BLOCK], v[BOUNDS_BLOCK], lo[BOUNDS_BLOCK], hi[BOUNDS_BLOCK];
+        int32_t from[BOUNDS_BLOCK], to[BOUNDS_BLOCK], doubt[BOUNDS_BLOCK];
+        place(s, inner + at, outer + at, u, v);
+        find_ends(s, u, v, lo, hi, doubt);
+        round_up(lo, t0 - s->error, first, last + 1, from);
+        round_up(hi, -t0 - s->error, -last, 1 - first, to);
+        add_doubt(lo, t0 + s->error, last + 1, from, doubt);
+        add_doubt(hi, -t0 + s->error, 1 - first, to, doubt);
+        for (int c = 0; c < BOUNDS_BLOCK; c++) /* one loop for each array: compilers make vectors of these only */
+            k[at + c] = from[c] + s->apex[2];
+        for (int c = 0; c < BOUNDS_BLOCK; c++)
+            cells[at + c] = (1 - from[c] - to[c]) | (doubt[c] & INT32_MIN);
+        for (int c = 0; c < BOUNDS_BLOCK; c++)
+            any[c] |= doubt[c];
+    }
+    for (int c = 0; c < BOUNDS_BLOCK; c++)
+        all |= any[c];
+    return !all;
 }

@@ -19,6 +19,7 @@
 #include "cast.h"
 
 #define BOUNDS_BLOCK CAST_LANES /* columns at a time */
+#define BOUNDS_DOUBT (-(1 << 30))
 
 /* t = c0 + cu u + cv v bounds the line from one side; surely in beyond t by `in`, surely out before t by `out`. */
 struct bounds_plane {
@@ -32,9 +33,10 @@ struct bounds_root {
     bool misses;               /* without a root the line misses the beam; else it is only not bounded */
 };
 
-/* Both faces of a wedge: t = l W +- k sqrt(W^2 + a (u^2 + v^2)), W = wu u + wv v. */
+/* Both faces of a wedge: t = l W +- (k sqrt(W^2 + a (u^2 + v^2)) + open), W = wu u + wv v; `open` is 0, or large where there
+ * is no such pair. */
 struct bounds_bow {
-    float wu, wv, a, l, k, error;
+    float wu, wv, a, l, k, open, error;
 };
 
 /* In the plan the beam lies where m u + n v + c >= 0; where that is less than `fringe`, columns are to be asked. */
@@ -49,10 +51,12 @@ struct bounds {
     struct bounds_root lo_root[2], hi_root[2];
     int n_lo, n_hi, n_lo_root, n_hi_root;
     struct bounds_bow bow;
-    bool has_bow;
     int32_t apex[3], last;           /* the apex's cell, and the last of a column */
-    float offset[2], t0;             /* of the apex from the middle of its cell: along u, v; the vertical */
+    float offset[3];                 /* of the apex from the middle of its cell: along u, v, and the vertical */
     float far2, far2_error, t_error; /* of the sphere */
+    bool quick;                      /* bounds_quick may be asked */
+    float error;                     /* of every face ... */
+    float far2_least;                /* ... and of the sphere where far^2 - u^2 - v^2 is at least this */
     double low[3], high[3];          /* all of the beam lies in this box, by the world's axes */
     struct bounds_line line[2];
     int n_lines;
@@ -61,7 +65,6 @@ struct bounds {
 /* Of eight columns: surely no cell outside lo_out..hi_out, and surely all of lo_in..hi_in. */
 struct bounds_block {
     int32_t lo_out[BOUNDS_BLOCK], lo_in[BOUNDS_BLOCK], hi_in[BOUNDS_BLOCK], hi_out[BOUNDS_BLOCK];
-    int32_t doubt; /* 0: both are the same in all eight */
 };
 
 /**
@@ -70,7 +73,15 @@ struct bounds_block {
  */
 void bounds_of(struct bounds *s, const struct cast_beam *b, const int32_t apex[3], int32_t last);
 
-/** bounds_block - for eight columns at these cells of the box along `inner` and `outer`: cells kept within 0..last. */
+/**
+ * bounds_quick - for n columns, and up to the next whole block, at these cells of the box along `inner` and `outer`: the
+ * first cell and how many: <= 0, none; below BOUNDS_DOUBT, rounding leaves a doubt: ask bounds_block. False: some are in doubt.
+ * Only where `quick`.
+ */
+bool bounds_quick(const struct bounds *restrict s, const int32_t *restrict inner, const int32_t *restrict outer,
+                  int n, int32_t *restrict k, int32_t *restrict cells);
+
+/** bounds_block - for eight columns at these cells: both intervals, kept within 0..last. */
 void bounds_block(const struct bounds *s, const int32_t *inner, const int32_t *outer, struct bounds_block *out);
 
 #endif

@@ -138,11 +138,12 @@ double cast_slack(const struct cast_beam *b, const int64_t cell[3])
     return margin_at(b, cell[0] - b->apex.cell[0], cell[1] - b->apex.cell[1], cell[2] - b->apex.cell[2]).slack;
 }
 
-/* Columns that wait for their bounds, with room for a block past the last. */
+/* Columns that wait for their bounds, with room for a row's last block and for what fills up the last block. */
 #define COLUMNS 64
+#define ROOM    (COLUMNS + 2 * BOUNDS_BLOCK)
 struct columns {
     int n;
-    int32_t i[COLUMNS + BOUNDS_BLOCK], j[COLUMNS + BOUNDS_BLOCK];
+    int32_t i[ROOM], j[ROOM];
 };
 
 /* Runs that were found one by one. */
@@ -156,7 +157,6 @@ struct run {
     const struct cast_beam *beam;
     struct bounds bounds;
     int32_t last[3]; /* cells of the box, as all below */
-    bool plain;      /* the bounds alone tell */
     cast_take *take;
     void *context;
     struct columns columns;
@@ -258,37 +258,48 @@ static void settle_beyond_near(struct run *r, int32_t i, int32_t j, int32_t lo_o
     settle(r, i, j, larger(lo_out, above_out), larger(lo_in, above_in), hi_in, hi_out);
 }
 
-/* Of a block's first n columns, those in doubt: one by one. */
-static void settle_block(struct run *r, const struct bounds_block *b, const int32_t *i, const int32_t *j, int n,
-                         int32_t *cells)
+/* Of a block's first n columns those in doubt, one by one; k and cells of the others. */
+static void settle_block(struct run *r, int first, int n, int32_t *k, int32_t *cells)
 {
+    const int32_t *i = r->columns.i + first, *j = r->columns.j + first;
+    bool plain = r->beam->near == 0 && !r->bounds.walk;
+    struct bounds_block b;
+
+    bounds_block(&r->bounds, r->bounds.inner == 0 ? i : j, r->bounds.inner == 0 ? j : i, &b);
     for (int l = 0; l < n; l++) {
-        if (r->plain && b->lo_out[l] == b->lo_in[l] && b->hi_in[l] == b->hi_out[l])
-            continue;
-        settle_beyond_near(r, i[l], j[l], b->lo_out[l], b->lo_in[l], b->hi_in[l], b->hi_out[l]);
-        cells[l] = 0;
+        bool sure = plain && b.lo_out[l] == b.lo_in[l] && b.hi_in[l] == b.hi_out[l];
+        k[l] = b.lo_in[l];
+        cells[l] = sure ? b.hi_in[l] - b.lo_in[l] + 1 : 0;
+        if (!sure)
+            settle_beyond_near(r, i[l], j[l], b.lo_out[l], b.lo_in[l], b.hi_in[l], b.hi_out[l]);
     }
+}
+
+static inline bool in_doubt(const int32_t *cells)
+{
+    int32_t doubt = 0;
+    for (int l = 0; l < BOUNDS_BLOCK; l++)
+        doubt |= cells[l] < BOUNDS_DOUBT;
+    return doubt;
 }
 
 static void settle_columns(struct run *r)
 {
-    const int32_t *i = r->columns.i, *j = r->columns.j;
-    const int32_t *inner = r->bounds.inner == 0 ? i : j, *outer = r->bounds.inner == 0 ? j : i;
+    int32_t *i = r->columns.i, *j = r->columns.j, *inner = r->bounds.inner == 0 ? i : j;
+    int32_t *outer = r->bounds.inner == 0 ? j : i, k[ROOM], cells[ROOM];
     int n = r->columns.n;
-    int32_t k[COLUMNS + BOUNDS_BLOCK], cells[COLUMNS + BOUNDS_BLOCK];
-    struct bounds_block b;
 
-    for (int c = 0; c < n; c += BOUNDS_BLOCK) {
-        bounds_block(&r->bounds, inner + c, outer + c, &b);
-        for (int l = 0; l < BOUNDS_BLOCK; l++)
-            k[c + l] = b.lo_in[l];
-        for (int l = 0; l < BOUNDS_BLOCK; l++)
-            cells[c + l] = b.hi_in[l] - b.lo_in[l] + 1;
-        if (b.doubt || !r->plain)
-            settle_block(r, &b, i + c, j + c, smaller(n - c, BOUNDS_BLOCK), cells + c);
+    for (int l = 0; l < BOUNDS_BLOCK; l++) {
+        i[n + l] = i[n - 1];
+        j[n + l] = j[n - 1];
     }
-    for (int c = n; c % CAST_LANES; c++)
-        cells[c] = 0;
+    bool quick = r->bounds.quick && r->beam->near == 0;
+    if (!quick || !bounds_quick(&r->bounds, inner, outer, n, k, cells))
+        for (int c = 0; c < n; c += BOUNDS_BLOCK)
+            if (!quick || in_doubt(cells + c))
+                settle_block(r, c, smaller(n - c, BOUNDS_BLOCK), k + c, cells + c);
+    for (int l = 0; l < CAST_LANES; l++)
+        cells[n + l] = 0;
     r->take(r->context, &(struct cast_spans){n, i, j, k, cells});
     r->columns.n = 0;
 }
@@ -423,7 +434,6 @@ bool cast_run(const struct cast_beam *b, const struct lattice_box *box, cast_tak
     r.context = context;
     r.columns.n = r.singles.n = 0;
     bounds_of(&r.bounds, b, cell, r.last[2]);
-    r.plain = b->near == 0 && !r.bounds.walk;
     for (int a = 0; a < 3; a++) {
         double at = cell[a] + b->apex.offset[a] - 0.5;
         within &= r.bounds.low[a] + at >= 0 && r.bounds.high[a] + at <= r.last[a];
