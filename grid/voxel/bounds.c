@@ -281,7 +281,7 @@ void bounds_of(struct bounds *s, const struct cast_beam *b, const int32_t apex[3
     s->offset[2] = (float)(b->apex.offset[2] - 0.5);
     s->bow = (struct bounds_bow){.open = 2 * NOWHERE};
     s->far2 = (float)(b->far * b->far);
-    s->far2_error = (float)(12 * EPS * reach * reach);
+    s->far2_error = (float)(8 * EPS * reach * reach);
     s->t_error = (float)(8 * EPS * reach);
     s->error = larger(s->t_error, LEAST_SHARP);
     s->walk = o->half_az_rad > 1.5708;

@@ -322,14 +322,19 @@ static inline void add_row(struct run *r, int32_t row, int32_t first, int32_t la
     }
 }
 
-/* Columns that the bounds know nothing of. */
-static void walk_columns(struct run *r, int32_t row, int32_t first, int32_t last)
+/* Columns that not all bounds are known of. */
+static void ask_columns(struct run *r, int32_t row, int32_t first, int32_t last)
 {
-    for (; first <= last; first++)
-        if (r->bounds.inner == 0)
-            walk(r, first, row, 0, r->last[2]);
-        else
-            walk(r, row, first, 0, r->last[2]);
+    for (; first <= last; first++) {
+        int32_t inner[BOUNDS_BLOCK], outer[BOUNDS_BLOCK];
+        struct bounds_block b;
+        for (int l = 0; l < BOUNDS_BLOCK; l++) {
+            inner[l] = first;
+            outer[l] = row;
+        }
+        bounds_block(&r->bounds, inner, outer, &b);
+        walk(r, r->bounds.inner == 0 ? first : row, r->bounds.inner == 0 ? row : first, b.lo_out[0], b.hi_out[0]);
+    }
 }
 
 /* Rows in the plan, side by side: columns surely not beyond first_out..last_out, and no fringe within first_in..last_in. */
@@ -406,8 +411,8 @@ static void run_rows(struct run *r)
             if (first_out > last_out)
                 continue;
             if (first_in > first_out || last_in < last_out) {
-                walk_columns(r, row + l, first_out, smaller(first_in - 1, last_out));
-                walk_columns(r, row + l, larger(last_in + 1, larger(first_in, first_out)), last_out);
+                ask_columns(r, row + l, first_out, smaller(first_in - 1, last_out));
+                ask_columns(r, row + l, larger(last_in + 1, larger(first_in, first_out)), last_out);
             }
             add_row(r, row + l, first_in, last_in);
         }

@@ -7,25 +7,27 @@
 #define CHUNK 32 /* counts that are raised together */
 _Static_assert(CHUNK <= TILE_SLACK, "a chunk may pass the end of the last column");
 
-typedef uint8_t counts __attribute__((vector_size(CHUNK)));
+/* From LAST - n on, what the first n + 1 counts of a chunk are raised to at most but 1, and 255 for the rest: not raised. */
+#define LAST (CHUNK - 1)
+static const uint8_t most_of[2 * CHUNK - 1] = {
+    254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254,
+    254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255,
+    255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255};
 
-/* From CHUNK - n on, a mask of the first n of a chunk. */
-static const uint8_t first_n[2 * CHUNK] = {255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255,
-                                           255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255,
-                                           255, 255, 255, 255, 255, 255, 255, 255, 255, 255};
-
-/* Adds 1, up to 255, to n > 0 counts. What follows them within a chunk is written back as it was. */
-static inline void raise_counts(uint8_t *count, int32_t n)
+/* Adds 1, up to 255, to n > 0 counts: to what is more than whole chunks first. What follows that within a chunk is written
+ * back as it was. */
+static inline void raise_counts(uint8_t *count, uint32_t n)
 {
-    counts c, mask;
-    uint8_t *last = count + n - CHUNK;
-    for (; count < last; count += CHUNK)
+    const uint8_t *end = count + n;
+    uint32_t past = (n - 1) % CHUNK;
+    const uint8_t *most = most_of + LAST - past;
+    for (int l = 0; l < CHUNK; l++) {
+        uint8_t kept = count[l] < most[l] ? count[l] : most[l], one = (uint8_t)~most[l];
+        count[l] = (uint8_t)(kept + one);
+    }
+    for (count += past + 1; count < end; count += CHUNK)
         for (int l = 0; l < CHUNK; l++)
             count[l] = (uint8_t)((count[l] < 254 ? count[l] : 254) + 1);
-    memcpy(&c, count, CHUNK);
-    memcpy(&mask, first_n + (count - last), CHUNK);
-    c -= ~(counts)(c == 255) & mask; /* a comparison gives -1 */
-    memcpy(count, &c, CHUNK);
 }
 
 /* Where in the memory the stamps begin, behind the directory. */
@@ -126,7 +128,7 @@ static void enter_spans(void *context, const struct cast_spans *spans)
                 tile = tile_to_write(m, entry[l]);
             written[entry[l]] = now;
             if (tile != TILE_NONE)
-                raise_counts(bytes + tile * tile_bytes + offset[l], n);
+                raise_counts(bytes + tile * tile_bytes + offset[l], (uint32_t)n);
             else
                 m->stats.starved++;
         }
