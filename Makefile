@@ -31,7 +31,7 @@ DAEMON   := $(BUILD)/libdaemon.a
 CLIENT   := $(BUILD)/libclient.a
 SIMLIB   := $(BUILD)/libsim.a
 SEALIB   := $(BUILD)/libsea.a
-ALL_A    := $(SIMLIB) $(CLIENT) $(DAEMON) $(CONFIG) $(DRIVERS) $(GRID)
+ALL_A    := $(SEALIB) $(SIMLIB) $(CLIENT) $(DAEMON) $(CONFIG) $(DRIVERS) $(GRID)
 LIBS     := $(if $(filter-out 0,$(GPIOD)),$(shell pkg-config --libs libgpiod)) -lmodbus -linih -ljansson -llz4 -lzstd -lz -lm -pthread
 
 PROGRAMS := $(BUILD)/sonard $(BUILD)/sonarctl $(BUILD)/sonard-mavlink
@@ -96,7 +96,7 @@ $(BENCH): $(BUILD)/tests/%: $(BUILD)/tests/bench/%.o $(ALL_A)
 	@mkdir -p $(@D)
 	@echo '  LD    $@'
 	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
-$(REPORT): $(BUILD)/tests/%: $(BUILD)/tests/report/%.o $(SEALIB) $(ALL_A)
+$(REPORT): $(BUILD)/tests/%: $(BUILD)/tests/report/%.o $(ALL_A)
 	@mkdir -p $(@D)
 	@echo '  LD    $@'
 	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)

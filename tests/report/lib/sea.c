@@ -168,9 +168,7 @@ static void surfaces(const struct sea_scene *sea, enum sea_head head, double az_
         out->nearest_m = out->farthest_m = INFINITY;
 }
 
-/* Mean power by bin of what is no surface of the scene. */
-static void disturbances(const struct sea_scene *sea, enum sea_head head, unsigned beam, struct dice *dice,
-                         double *mean)
+void sea_disturb(const struct sea_scene *sea, enum sea_head head, bool framed, struct dice *dice, double *mean)
 {
     const bool raised = dice_uniform(dice) < sea->raised_share, burst = dice_uniform(dice) < sea->burst_share;
     const double burst_m = 2.0 + 8.0 * dice_uniform(dice), burst_end_m = burst_m + 1.0 + 2.0 * dice_uniform(dice);
@@ -184,7 +182,7 @@ static void disturbances(const struct sea_scene *sea, enum sea_head head, unsign
         if (burst && r_m >= burst_m && r_m < burst_end_m)
             mean[i] += power_of(BURST_DB);
     }
-    if (sea->frame_m > 0.0 && beam >= SEA_BEAMS / 2 && beam < SEA_BEAMS * 3 / 4)
+    if (sea->frame_m > 0.0 && framed)
         mean[(uint32_t)(sea->frame_m / heads[head].bin_m)] +=
             power_of(FRAME_DB) * heads[head].pulse_m / heads[head].bin_m;
 }
@@ -205,19 +203,23 @@ static void speckle(const double *mean, enum sea_head head, struct dice *dice, d
     }
 }
 
-void sea_listen(const struct sea_scene *scene, enum sea_head head, uint64_t seed, unsigned beam,
-                struct sea_ping *out)
+void sea_hear(enum sea_head head, const double *mean, double ring_m, double stray_share, struct dice *dice,
+              uint8_t *samples)
 {
-    struct dice dice = dice_of(seed * SEA_HEADS + head, stream_of(scene->name) * SEA_BEAMS + beam);
-    const int steps = (int)beam - SEA_BEAMS / 2;
-    const uint32_t turn = heads[head].turn;
-    double mean[SEA_MAX_BINS] = {0}, power[SEA_MAX_BINS];
+    double power[SEA_MAX_BINS];
 
-    *out = (struct sea_ping){
-        .skirt_m = INFINITY, .nearest_m = INFINITY, .axis.az_rad = (float)geo_rad(steps * STEP_DEG)};
-    out->ping = (struct ping){
-        .t_ns = (seed * SEA_BEAMS + beam) * 50000000u,
-        .seq = beam + 1,
+    speckle(mean, head, dice, power);
+    for (uint32_t i = 0; i < heads[head].bins; i++) {
+        const double ring_db = 10.0 - fmax(0.0, (i + 0.5) * heads[head].bin_m - ring_m) * RING_DB_PER_M;
+        if (stray_share > 0.0 && dice_uniform(dice) < stray_share)
+            power[i] += power_of(STRAY_DB);
+        samples[i] = count_of(head, power[i] + power_of(ring_db - (head == SEA_MICRON ? 10.0 : 0.0)));
+    }
+}
+
+struct ping sea_ping_of(enum sea_head head)
+{
+    return (struct ping){
         .kind = PING_PROFILE,
         .law = (uint8_t)heads[head].law,
         .sample_bytes = 1,
@@ -228,20 +230,30 @@ void sea_listen(const struct sea_scene *scene, enum sea_head head, uint64_t seed
         .pulse_m = (float)heads[head].pulse_m,
         .az_aperture_rad = (float)geo_rad(heads[head].az_deg),
         .el_aperture_rad = (float)geo_rad(heads[head].el_deg),
-        .head_units = (turn + (uint32_t)steps * heads[head].units_per_step) % turn,
-        .head_turn = turn,
+        .head_turn = heads[head].turn,
         .max_beams = 1,
         .max_samples = SEA_MAX_BINS,
-        .beam = &out->axis,
-        .samples = out->samples,
     };
+}
+
+void sea_listen(const struct sea_scene *scene, enum sea_head head, uint64_t seed, unsigned beam,
+                struct sea_ping *out)
+{
+    struct dice dice = dice_of(seed * SEA_HEADS + head, stream_of(scene->name) * SEA_BEAMS + beam);
+    const int steps = (int)beam - SEA_BEAMS / 2;
+    const uint32_t turn = heads[head].turn;
+    double mean[SEA_MAX_BINS] = {0};
+
+    *out = (struct sea_ping){.ping = sea_ping_of(head),
+                             .skirt_m = INFINITY,
+                             .nearest_m = INFINITY,
+                             .axis.az_rad = (float)geo_rad(steps * STEP_DEG)};
+    out->ping.t_ns = (seed * SEA_BEAMS + beam) * 50000000u;
+    out->ping.seq = beam + 1;
+    out->ping.head_units = (turn + (uint32_t)steps * heads[head].units_per_step) % turn;
+    out->ping.beam = &out->axis;
+    out->ping.samples = out->samples;
     surfaces(scene, head, steps * STEP_DEG, mean, out);
-    disturbances(scene, head, beam, &dice, mean);
-    speckle(mean, head, &dice, power);
-    for (uint32_t i = 0; i < heads[head].bins; i++) {
-        const double ring_db = 10.0 - fmax(0.0, (i + 0.5) * heads[head].bin_m - scene->ring_m) * RING_DB_PER_M;
-        if (!isfinite(scene->floor_db) && dice_uniform(&dice) < STRAY_SHARE)
-            power[i] += power_of(STRAY_DB);
-        out->samples[i] = count_of(head, power[i] + power_of(ring_db - (head == SEA_MICRON ? 10.0 : 0.0)));
-    }
+    sea_disturb(scene, head, beam >= SEA_BEAMS / 2 && beam < SEA_BEAMS * 3 / 4, &dice, mean);
+    sea_hear(head, mean, scene->ring_m, isfinite(scene->floor_db) ? 0.0 : STRAY_SHARE, &dice, out->samples);
 }

@@ -53,6 +53,18 @@ struct sea_ping {
     double farthest_m; /* ... and the surface on the axis, or the farthest in the aperture where that meets none */
 };
 
+struct dice;
+
+/** sea_disturb - adds to the mean power by bin what is no surface: noise, reverberation, bursts, in a framed beam the frame. */
+void sea_disturb(const struct sea_scene *scene, enum sea_head head, bool framed, struct dice *dice, double *mean);
+
+/** sea_hear - from mean power by bin to the counts of one ping: speckle, the pulse, the ring-down, stray counts. */
+void sea_hear(enum sea_head head, const double *mean, double ring_m, double stray_share, struct dice *dice,
+              uint8_t *samples);
+
+/** sea_ping_of - a ping of this head without direction, time and samples. */
+struct ping sea_ping_of(enum sea_head head);
+
 /** sea_listen - beam 0 .. SEA_BEAMS - 1 of the scan `seed` of a scene. */
 void sea_listen(const struct sea_scene *scene, enum sea_head head, uint64_t seed, unsigned beam,
                 struct sea_ping *out);

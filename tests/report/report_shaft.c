@@ -1,0 +1,213 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * report_shaft - Table I of Oliveira, Ferreira and Cruz 2023 rebuilt: one dive through a virtual dam shaft and back, heard,
+ * extracted, mapped, and the shaft's dimensions read from the map.
+ *
+ *   report_shaft table [quick]    CSV: seed, dimension, true_m, paper_m, paper_percent, found_m, percent, worst_percent; seed
+ *                                 "median" is over all seeds
+ *   report_shaft slices [quick]   CSV: figure, cut, level, and the edges of rectangles of voxels in two vertical cuts
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "lib/chart.h"
+#include "lib/cost.h"
+#include "lib/dice.h"
+
+#define SEEDS       20
+#define QUICK_SEEDS 2
+#define TURNS       107 /* down, and as many up: 0.3 m a turn */
+#define QUICK_TURNS 12
+#define MAX_ROWS    20000
+
+/* Of the depth that the virtual sensor says: its scale (salt, temperature), per dive; its noise and step, per ping. */
+#define DEPTH_SCALE_SD 0.002
+#define DEPTH_OFFSET_M 0.05
+#define DEPTH_SD_M     0.01
+#define DEPTH_STEP_M   0.01
+
+static const struct chart_setting setting = {.voxel_m = 0.05, .rule = {.threshold = 1}, .body_m = 0.5};
+
+/* How a dimension is read: the free voxels in a row, without a gap; of the rows
+ * near the vehicle's way (beside it, for the height), of those lengths the mean of the middle half. */
+static const struct dimension {
+    const char *name;
+    double true_m, paper_m;
+    int axis;
+    double low[3], high[3]; /* the rows; along the axis, where they begin */
+} dimensions[] = {
+    {"chamber height", 27, 26.1, 2, {0.4, -1, 13}, {1.4, 1, 13}},
+    {"chamber entry length", 9, 8.8, 0, {2.25, -1, 2}, {2.25, 1, 11}},
+    {"chamber width", 5, 5.6, 1, {1.25, 0, 2}, {3.25, 0, 11}},
+    {"connection duct width", 1.5, 1.4, 0, {2.25, -0.5, 27.5}, {2.25, 0.5, 29.5}},
+};
+#define DIMENSIONS (sizeof dimensions / sizeof dimensions[0])
+
+static double normal(struct dice *dice)
+{
+    return sqrt(2) * creal(dice_normal(dice));
+}
+
+static double free_along(const struct chart *c, const double from[3], int axis, double step_m)
+{
+    double at[3] = {from[0], from[1], from[2]}, length_m = 0;
+
+    while (chart_state(c, at) == VOXEL_FREE) {
+        length_m += fabs(step_m);
+        at[axis] += step_m;
+    }
+    return length_m;
+}
+
+static double measure(const struct chart *c, const struct dimension *d)
+{
+    static double length_m[MAX_ROWS];
+    const int u = (d->axis + 1) % 3, v = (d->axis + 2) % 3;
+    const double h = c->set.voxel_m;
+    double sum = 0;
+    unsigned n = 0;
+
+    for (double p = d->low[u]; p <= d->high[u]; p += h)
+        for (double q = d->low[v]; q <= d->high[v] && n < MAX_ROWS; q += h) {
+            double at[3];
+            at[d->axis] = d->low[d->axis];
+            at[u] = p;
+            at[v] = q;
+            length_m[n++] = free_along(c, at, d->axis, h) + fmax(0, free_along(c, at, d->axis, -h) - h);
+        }
+    cost_sort(length_m, n);
+    for (unsigned i = n / 4; i < n - n / 4; i++)
+        sum += length_m[i];
+    return sum / (n - 2 * (n / 4));
+}
+
+/* One dive as heard with the noise of a seed, up to `pings`. */
+static struct chart *map_of(const struct dive *dive, struct dive_ears *ears, uint64_t seed, size_t pings)
+{
+    struct chart *c = chart_make(dive->world, &setting);
+    struct dice dice = dice_of(seed, UINT64_MAX);
+    const double scale = 1 + DEPTH_SCALE_SD * normal(&dice), offset_m = DEPTH_OFFSET_M * normal(&dice);
+
+    dive_begin(ears);
+    for (size_t i = 0; i < pings && i < dive->n; i++) {
+        const struct dive_look *look = &dive->look[i];
+        const double depth_m = scale * look->at[2] + offset_m + DEPTH_SD_M * normal(&dice);
+        const double at[3] = {look->at[0], look->at[1], DEPTH_STEP_M * round(depth_m / DEPTH_STEP_M)};
+        struct beam_echoes heard;
+        dive_hear(ears, dive, i, seed, &heard);
+        chart_enter(c, look, at, &heard);
+    }
+    return c;
+}
+
+static void print_row(const char *seed, const struct dimension *d, double found_m, double percent, double worst)
+{
+    printf("%s,%s,%.2f,%.2f,%.2f,%.2f,%.2f,%.2f\n", seed, d->name, d->true_m, d->paper_m,
+           100 * fabs(d->paper_m - d->true_m) / d->true_m, found_m, percent, worst);
+}
+
+static void table(const struct dive *dive, struct dive_ears *ears, unsigned seeds)
+{
+    static double found[DIMENSIONS][SEEDS], percent[DIMENSIONS][SEEDS];
+
+    printf("seed,dimension,true_m,paper_m,paper_percent,found_m,percent,worst_percent\n");
+    for (unsigned s = 0; s < seeds; s++) {
+        struct chart *c = map_of(dive, ears, s + 1, dive->n);
+        char name[16];
+        snprintf(name, sizeof name, "%u", s + 1);
+        for (size_t d = 0; d < DIMENSIONS; d++) {
+            found[d][s] = measure(c, &dimensions[d]);
+            percent[d][s] = 100 * fabs(found[d][s] - dimensions[d].true_m) / dimensions[d].true_m;
+            print_row(name, &dimensions[d], found[d][s], percent[d][s], percent[d][s]);
+        }
+        chart_free(c);
+    }
+    for (size_t d = 0; d < DIMENSIONS; d++) {
+        cost_sort(found[d], seeds);
+        cost_sort(percent[d], seeds);
+        print_row("median", &dimensions[d], cost_quantile(found[d], seeds, 0.5),
+                  cost_quantile(percent[d], seeds, 0.5), percent[d][seeds - 1]);
+    }
+}
+
+/* ---- cuts ---- */
+
+enum level { NOTHING, SEEN_FREE, FILTERED_FREE, SURFACE, LEVELS };
+
+static bool free_at(const struct chart *c, int64_t i, int64_t j, int64_t k)
+{
+    return submap_at(&c->map, &c->set.rule, (const int64_t[3]){i, j, k}) == VOXEL_FREE;
+}
+
+static enum level level_of(const struct chart *c, const int64_t cell[3])
+{
+    if (!free_at(c, cell[0], cell[1], cell[2]))
+        return submap_count(&c->map, SUBMAP_VACANCY, cell) > 0 ? SEEN_FREE : NOTHING;
+    for (int n = 0; n < 27; n++)
+        if (!free_at(c, cell[0] + n / 9 - 1, cell[1] + n / 3 % 3 - 1, cell[2] + n % 3 - 1))
+            return SURFACE;
+    return FILTERED_FREE;
+}
+
+/* Runs of equal level down each column of a vertical cut: across is the axis that runs along it. */
+static void cut(const char *figure, const char *name, const struct chart *c, int across, double other_m)
+{
+    const double h = c->set.voxel_m, at[3] = {other_m, other_m, 0};
+    int64_t cell[3];
+
+    cell[1 - across] = chart_place(c, at).cell[1 - across];
+    for (int32_t i = 0; i < c->box.size[across]; i++) {
+        cell[across] = c->box.first[across] + i;
+        enum level last = NOTHING;
+        int32_t begin = 0;
+        for (int32_t k = 0; k <= c->box.size[2]; k++) {
+            cell[2] = c->box.first[2] + k;
+            const enum level now = k < c->box.size[2] ? level_of(c, cell) : NOTHING;
+            if (now == last)
+                continue;
+            if (last != NOTHING)
+                printf("%s,%s,%d,%.2f,%.2f,%.2f,%.2f\n", figure, name, last, (double)cell[across] * h,
+                       (double)(cell[across] + 1) * h, (double)(c->box.first[2] + begin) * h, (double)cell[2] * h);
+            last = now;
+            begin = k;
+        }
+    }
+}
+
+static void slices(const struct dive *dive, struct dive_ears *ears)
+{
+    static const struct {
+        const char *name;
+        size_t images;
+    } figures[] = {{"6a", 10}, {"6b", 20}, {"7", SIZE_MAX / DIVE_TURN}};
+
+    printf("figure,cut,level,left_m,right_m,top_m,bottom_m\n");
+    for (size_t f = 0; f < sizeof figures / sizeof figures[0]; f++) {
+        struct chart *c = map_of(dive, ears, 1, figures[f].images * DIVE_TURN);
+        cut(figures[f].name, "length", c, 0, 0);
+        cut(figures[f].name, "width", c, 1, dive->world->from[0]);
+        chart_free(c);
+    }
+}
+
+int main(int argc, char **argv)
+{
+    const char *what = argc > 1 ? argv[1] : "";
+    const bool quick = argc > 2 && strcmp(argv[2], "quick") == 0;
+
+    if (strcmp(what, "table") != 0 && strcmp(what, "slices") != 0) {
+        fprintf(stderr, "usage: report_shaft table|slices [quick]\n");
+        return 2;
+    }
+    struct dive *dive = dive_make(world_named("shaft"), quick ? QUICK_TURNS : TURNS, true, 0, DIVE_SOUND);
+    struct dive_ears *ears = dive_ears_make();
+    if (strcmp(what, "table") == 0)
+        table(dive, ears, quick ? QUICK_SEEDS : SEEDS);
+    else
+        slices(dive, ears);
+    dive_ears_free(ears);
+    dive_free(dive);
+    return 0;
+}
