@@ -42,7 +42,7 @@ static void put_float(uint8_t *at, double v)
     put(at, bits, 4);
 }
 
-static void add(struct points *p, const struct map_scene *s, const int64_t cell[3], const int outward[3],
+static void add(struct points *p, const struct map_scene *s, const int64_t cell[3], const int inward[3],
                 bool heard)
 {
     static const int from[3] = {1, 0, 2}; /* east, north, up of north, east, down */
@@ -55,12 +55,11 @@ static void add(struct points *p, const struct map_scene *s, const int64_t cell[
         p->room *= 2;
     }
     uint8_t *at = p->bytes + p->n;
-    const double length =
-        sqrt((double)(outward[0] * outward[0] + outward[1] * outward[1] + outward[2] * outward[2]));
+    const double length = sqrt((double)(inward[0] * inward[0] + inward[1] * inward[1] + inward[2] * inward[2]));
     for (int a = 0; a < 3; a++) {
         const double sign = a == 2 ? -1 : 1;
         put_double(at + 8 * a, sign * ((double)cell[from[a]] + 0.5) * s->voxel_m);
-        put_float(at + 24 + 4 * a, length > 0 ? sign * outward[from[a]] / length : 0);
+        put_float(at + 24 + 4 * a, length > 0 ? sign * inward[from[a]] / length : 0);
     }
     at[36] = heard;
     p->n += POINT_BYTES;
@@ -69,7 +68,7 @@ static void add(struct points *p, const struct map_scene *s, const int64_t cell[
 /* A free cell: is it on the surface? */
 static void look_at(struct points *p, const struct map_scene *s, const int64_t cell[3])
 {
-    int outward[3] = {0};
+    int inward[3] = {0};
     bool surface = false, heard = false;
     for (int n = 0; n < 27; n++) {
         const int d[3] = {n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1};
@@ -80,10 +79,10 @@ static void look_at(struct points *p, const struct map_scene *s, const int64_t c
         surface = true;
         heard |= state == VOXEL_OCCUPIED;
         for (int a = 0; a < 3; a++)
-            outward[a] += d[a];
+            inward[a] -= d[a];
     }
     if (surface)
-        add(p, s, cell, outward, heard);
+        add(p, s, cell, inward, heard);
 }
 
 static void look_through(struct points *p, const struct map_scene *s, const struct lattice_box *part)

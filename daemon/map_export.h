@@ -4,8 +4,8 @@
  * foxglove.PointCloud, its volume as an OctoMap tree. Knows the state of cells, not how a map keeps it, and no file.
  *
  * All have x east, y north, z up, in metres from the poses' origin, as such tools expect. The surface is where free
- * voxels end: every free voxel with one among its 26 neighbours that is not. Its normal points from the free side
- * outwards; tag 1: something was heard in a neighbour, 0: the end of what was looked at.
+ * voxels end: every free voxel with one among its 26 neighbours that is not. Its normal points into the free
+ * water; tag 1: something was heard in a neighbour, 0: the end of what was looked at.
  */
 #ifndef SONARD_MAP_EXPORT_H
 #define SONARD_MAP_EXPORT_H

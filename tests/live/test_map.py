@@ -141,6 +141,7 @@ def basin(bench, threads):
     check(state_of(client, "box", from_m=[3, 0, 1.8], to_m=[5, 1, 2.2]) == "free", "a box in the water")
     check(state_of(client, "box", from_m=[3, 0, 1.8], to_m=[12, 1, 2.2]) == "occupied", "a box through a wall")
 
+    check_examples(client)
     drawn = bench.sonarctl("map", "draw", "--depth", "2", "--middle", "1.5,-0.5", "--size", "20")
     check(drawn.returncode == 0 and drawn.stdout.count(".") > 500 and "#" in drawn.stdout, drawn.stdout + drawn.stderr)
     svg = bench.sonarctl("map", "draw", "--depth", "2", "--middle", "1.5,-0.5", "--size", "20", "-o", "-")
@@ -151,6 +152,20 @@ def basin(bench, threads):
                           (("box", "3,0,2", "4,1,2"), 0), (("point", "1,2"), 3)):
         result = bench.sonarctl(*words)
         check(result.returncode == wanted, "%s: %d, %s" % (words, result.returncode, result.stdout + result.stderr))
+
+
+def check_examples(client):
+    """What the manual page shows is answered as it says."""
+    with open("docs/sonard-protocol.7", encoding="utf-8") as f:
+        lines = [line for line in f if line.startswith('{"jsonrpc"') and ('"position_m"' in line or '"from_m"' in line
+                 or '"points_m"' in line or '"map_' in line)]
+    check(len(lines) == 5, "%d examples" % len(lines))
+    for line in lines:
+        client.send(line.encode())
+        reply = client.reply()
+        check("result" in reply and reply["id"] == json.loads(line)["id"], "%s: %s" % (line, reply))
+        if "state" in reply["result"] and "reason" in reply["result"]:
+            check(reply["result"]["state"] == "free", "%s: %s" % (line, reply))
 
 
 def slices(client):

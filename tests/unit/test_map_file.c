@@ -1,0 +1,253 @@
+/* SPDX-License-Identifier: MIT */
+/* map_file and map_export against maps that are made here: what goes in comes out, and nothing else is accepted. */
+#include <zlib.h>
+
+#include "../../daemon/map_export.h"
+#include "../../daemon/map_file.h"
+#include "../../daemon/whole_file.h"
+#include "../lib/test.h"
+
+static const struct voxmap_setting setting = {.voxel_m = 0.2, .height = 80, .keep_echoes = true};
+
+/* A file with pages of these sizes, filled with their number. */
+static struct map_bytes file_of(const size_t *size, int n)
+{
+    struct map_bytes b;
+    CHECK(map_file_begin(&b, &setting));
+    for (int i = 0; i < n; i++) {
+        uint8_t *room = map_file_room(&b, size[i] + 10);
+        CHECK(room != NULL);
+        memset(room, i, size[i]);
+        map_file_take(&b, size[i]);
+    }
+    CHECK(map_file_end(&b));
+    return b;
+}
+
+static void seal(struct map_bytes *b)
+{
+    const uint32_t sum = (uint32_t)crc32(0, b->bytes, (uInt)(b->size - 4));
+    for (int i = 0; i < 4; i++)
+        b->bytes[b->size - 4 + (size_t)i] = (uint8_t)(sum >> (8 * i));
+}
+
+TEST(pages_come_back)
+{
+    static const size_t size[] = {5, 0, 1000};
+    struct map_bytes b = file_of(size, 3);
+    struct map_page page = {0};
+    char err[300] = "";
+    uint32_t n = 9, seen = 0;
+    CHECK_INT(map_file_check(b.bytes, b.size, &setting, &n, err, sizeof err), MAP_GOOD);
+    CHECK_INT(n, 3);
+    for (; map_file_page(b.bytes, b.size, &page); seen++) {
+        CHECK_INT(page.size, size[seen]);
+        for (size_t i = 0; i < page.size; i++)
+            CHECK_INT(page.bytes[i], seen);
+    }
+    CHECK_INT(seen, 3);
+    free(b.bytes);
+}
+
+TEST(an_empty_map_is_a_map)
+{
+    struct map_bytes b = file_of(NULL, 0);
+    struct map_page page = {0};
+    char err[300] = "";
+    uint32_t n = 9;
+    CHECK_INT(map_file_check(b.bytes, b.size, &setting, &n, err, sizeof err), MAP_GOOD);
+    CHECK_INT(n, 0);
+    CHECK(!map_file_page(b.bytes, b.size, &page));
+    free(b.bytes);
+}
+
+TEST(every_damage_is_found)
+{
+    static const size_t size[] = {40, 30};
+    struct map_bytes b = file_of(size, 2);
+    char err[300];
+    uint32_t n;
+    for (size_t i = 0; i < b.size; i++)
+        for (int bit = 0; bit < 8; bit++) {
+            b.bytes[i] ^= (uint8_t)(1 << bit);
+            CHECK(map_file_check(b.bytes, b.size, &setting, &n, err, sizeof err) != MAP_GOOD);
+            b.bytes[i] ^= (uint8_t)(1 << bit);
+        }
+    for (size_t cut = 0; cut < b.size; cut++)
+        CHECK(map_file_check(b.bytes, cut, &setting, &n, err, sizeof err) != MAP_GOOD);
+    CHECK_INT(map_file_check(b.bytes, b.size, &setting, &n, err, sizeof err), MAP_GOOD);
+    free(b.bytes);
+}
+
+TEST(what_is_sealed_and_wrong_is_refused)
+{
+    static const size_t size[] = {40, 30};
+    static const struct {
+        const char *name;
+        size_t at;
+        uint8_t value;
+        enum map_fault want;
+        const char *says;
+    } row[] = {
+        {"another kind of file", 0, 'X', MAP_FOREIGN, "not a map"},
+        {"a newer version", 8, 2, MAP_FOREIGN, "version 2"},
+        {"more submaps than there are", 12, 3, MAP_DAMAGED, "damaged"},
+        {"fewer submaps than there are", 12, 1, MAP_DAMAGED, "damaged"},
+        {"other voxels", 22, 0xd8, MAP_FOREIGN, "0.384375 m"},
+        {"another height", 24, 81, MAP_FOREIGN, "81 high"},
+        {"no echoes", 28, 0, MAP_FOREIGN, "without echoes"},
+        {"a submap longer than the file", 32 + 3, 1, MAP_DAMAGED, "damaged"},
+        {"a submap of more bytes than any", 32 + 7, 0xff, MAP_DAMAGED, "damaged"},
+    };
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct map_bytes b = file_of(size, 2);
+        char err[300] = "";
+        uint32_t n;
+        b.bytes[row[i].at] = row[i].value;
+        seal(&b);
+        const enum map_fault got = map_file_check(b.bytes, b.size, &setting, &n, err, sizeof err);
+        if (got != row[i].want || !strstr(err, row[i].says))
+            printf("%s: %d, %s\n", row[i].name, (int)got, err);
+        CHECK_INT(got, row[i].want);
+        CHECK(strstr(err, row[i].says) != NULL);
+        free(b.bytes);
+    }
+}
+
+/* ---- exports: a block of free water with one voxel heard in it ---- */
+
+static const struct lattice_box water = {{-3, 4, 10}, {4, 5, 6}};
+
+static enum voxel_state block_at(void *ctx, const int64_t cell[3])
+{
+    const int64_t *heard = ctx;
+    if (memcmp(cell, heard, 3 * sizeof *heard) == 0)
+        return VOXEL_OCCUPIED;
+    return lattice_holds(&water, cell) ? VOXEL_FREE : VOXEL_UNKNOWN;
+}
+
+static bool anywhere(void *ctx, const struct lattice_box *part)
+{
+    (void)ctx;
+    (void)part;
+    return true;
+}
+
+static int64_t heard_at[3] = {-2, 6, 12};
+static const struct map_scene scene = {
+    .voxel_m = 0.5, .box = {{-16, 0, 0}, {32, 16, 40}}, .at = block_at, .any = anywhere, .ctx = heard_at};
+
+TEST(the_surface_is_by_definition)
+{
+    char err[200];
+    size_t size, points = 0, echoes = 0;
+    uint8_t *ply = map_export_ply(&scene, &size, err, sizeof err);
+    CHECK(ply != NULL);
+    const char *end = ply ? strstr((const char *)ply, "end_header\n") : NULL;
+    CHECK(end != NULL);
+    const uint8_t *at = (const uint8_t *)end + strlen("end_header\n");
+    for (; at + 37 <= ply + size; at += 37, points++) {
+        double p[3];
+        float n[3];
+        memcpy(p, at, sizeof p);
+        memcpy(n, at + 24, sizeof n);
+        CHECK(p[0] > 2 && p[0] < 4.5 && p[1] > -1.5 && p[1] < 0.5 && p[2] < -5 && p[2] > -8);
+        CHECK_NEAR(n[0] * n[0] + n[1] * n[1] + n[2] * n[2], 1, 0, 1e-5);
+        echoes += at[36];
+    }
+    CHECK(at == ply + size);
+    /* 4 x 5 x 6 free less the heard one; inner cells 2 x 3 x 4, of which those around the heard one are surface too */
+    CHECK_INT(echoes, 26);
+    size_t want = 0;
+    for (int i = 0; i < 4; i++)
+        for (int j = 0; j < 5; j++)
+            for (int k = 0; k < 6; k++) {
+                const bool rim = i == 0 || i == 3 || j == 0 || j == 4 || k == 0 || k == 5;
+                const bool near = i <= 2 && j >= 1 && j <= 3 && k >= 1 && k <= 3;
+                want += (rim || near) && !(i == 1 && j == 2 && k == 2);
+            }
+    CHECK_INT(points, want);
+    free(ply);
+}
+
+TEST(a_normal_points_into_the_water)
+{
+    char err[200];
+    size_t size;
+    uint8_t *ply = map_export_ply(&scene, &size, err, sizeof err);
+    const uint8_t *at = (const uint8_t *)strstr((const char *)ply, "end_header\n") + strlen("end_header\n");
+    double p[3];
+    float n[3];
+    memcpy(p, at, sizeof p); /* the first: least north, least east, shallowest */
+    memcpy(n, at + 24, sizeof n);
+    CHECK_NEAR(p[0], 4.5 * 0.5, 0, 1e-12);
+    CHECK_NEAR(p[1], -2.5 * 0.5, 0, 1e-12);
+    CHECK_NEAR(p[2], -10.5 * 0.5, 0, 1e-12);
+    CHECK(n[0] > 0.3f && n[1] > 0.3f && n[2] < -0.3f);
+    free(ply);
+}
+
+TEST(the_tree_joins_and_counts)
+{
+    char err[200];
+    size_t size;
+    uint8_t *tree = map_export_octomap(&scene, &size, err, sizeof err);
+    CHECK(tree != NULL);
+    CHECK(tree && strncmp((const char *)tree, "# Octomap OcTree binary file\n", 29) == 0);
+    CHECK(tree && strstr((const char *)tree, "\nres 0.5\ndata\n") != NULL);
+    free(tree);
+    struct map_scene far = scene;
+    far.box.first[1] = 32768;
+    CHECK(map_export_octomap(&far, &size, err, sizeof err) == NULL);
+    CHECK(strstr(err, "32768") != NULL);
+}
+
+TEST(the_cloud_is_one_message)
+{
+    char err[200];
+    size_t size;
+    uint8_t *json = map_export_points(&scene, 1500000000123456789u, &size, err, sizeof err);
+    CHECK(json != NULL);
+    CHECK(json && strncmp((const char *)json, "{\"timestamp\":{\"sec\":1500000000,\"nsec\":123456789}", 48) == 0);
+    CHECK(json && memcmp(json + size - 2, "\"}", 2) == 0);
+    free(json);
+}
+
+TEST(no_strangers_file_is_replaced)
+{
+    char folder[] = "/tmp/sonard-map-XXXXXX", path[64], err[400] = "";
+    size_t size;
+    CHECK(mkdtemp(folder) != NULL);
+    snprintf(path, sizeof path, "%s/a", folder);
+    CHECK(whole_file_replace(path, (const uint8_t *)"MAGIC one", 9, 5, err, sizeof err));
+    CHECK(whole_file_replace(path, (const uint8_t *)"MAGIC two!", 10, 5, err, sizeof err));
+    CHECK(!whole_file_replace(path, (const uint8_t *)"OTHER", 5, 5, err, sizeof err));
+    CHECK(strstr(err, "not replaced") != NULL);
+    uint8_t *bytes = whole_file_read(path, 100, &size);
+    CHECK(bytes && size == 10 && memcmp(bytes, "MAGIC two!", 10) == 0);
+    free(bytes);
+    bytes = whole_file_read(path, 4, &size);
+    CHECK_INT(size, 5);
+    free(bytes);
+    snprintf(err, sizeof err, "damaged");
+    whole_file_set_aside(path, err, sizeof err);
+    CHECK(strstr(err, ".damaged") != NULL);
+    CHECK(whole_file_read(path, 100, &size) == NULL);
+    snprintf(path, sizeof path, "%s/a.damaged", folder);
+    CHECK_INT(remove(path), 0);
+    CHECK_INT(remove(folder), 0);
+}
+
+int main(void)
+{
+    RUN(pages_come_back);
+    RUN(an_empty_map_is_a_map);
+    RUN(every_damage_is_found);
+    RUN(what_is_sealed_and_wrong_is_refused);
+    RUN(the_surface_is_by_definition);
+    RUN(a_normal_points_into_the_water);
+    RUN(the_tree_joins_and_counts);
+    RUN(the_cloud_is_one_message);
+    RUN(no_strangers_file_is_replaced);
+    return test_end();
+}
