@@ -21,7 +21,7 @@ enum echo_flag {
 struct echo {
     float range_m;    /* of the reflection, sub-bin */
     float near_m;     /* near edge of it: nothing that belongs to it lies closer */
-    float sd_m;       /* standard deviation of range_m */
+    float sd_m;       /* standard deviation of range_m, a device's unknown half pulse included */
     float strength;   /* over the threshold, power ratio (1: just at it) */
     float confidence; /* 0..1 */
     uint8_t flags;    /* set of enum echo_flag, by marks_run */

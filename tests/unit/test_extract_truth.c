@@ -84,7 +84,8 @@ static void set_up(const struct extract_conf *conf)
     }
 }
 
-static struct beam_echoes hear(const struct water *w, uint64_t *seed)
+/* late_m: what the device's ranges are too long. */
+static struct beam_echoes hear_late(const struct water *w, double late_m, uint64_t *seed)
 {
     static uint8_t counts[BINS];
     struct ping_beam axis = {.az_rad = 0.0f};
@@ -94,6 +95,7 @@ static struct beam_echoes hear(const struct water *w, uint64_t *seed)
                               .sample_bytes = 1,
                               .n_beams = 1,
                               .n_bins = BINS,
+                              .r0_m = (float)late_m,
                               .dr_m = (float)DR_M,
                               .pulse_m = (float)PULSE_M,
                               .beam = &axis,
@@ -103,6 +105,11 @@ static struct beam_echoes hear(const struct water *w, uint64_t *seed)
     render(w, seed, counts);
     extract_run(extract, &ping, NULL, &out);
     return found;
+}
+
+static struct beam_echoes hear(const struct water *w, uint64_t *seed)
+{
+    return hear_late(w, 0.0, seed);
 }
 
 static int by_size(const void *a, const void *b)
@@ -185,6 +192,34 @@ TEST(every_detector_against_the_truth)
     }
 }
 
+/*
+ * The deviation covers what is not known of a device: whether it counts from the middle of its transmission or from its
+ * beginning, half a pulse longer. Half of the beams are of either kind.
+ */
+TEST(errors_are_as_large_as_the_deviation_says)
+{
+    uint64_t seed = test_seed();
+    int found = 0, within[3] = {0};
+    struct extract_conf conf;
+
+    extract_defaults(&conf);
+    set_up(&conf);
+    for (int k = 0; k < 2 * BEAMS; k++) {
+        const struct water w = wall_scene(&seed);
+        const struct beam_echoes b = hear_late(&w, k % 2 ? PULSE_M / 2.0 : 0.0, &seed);
+        const double off_m = b.n ? fabs((double)b.echo[0].range_m - w.wall_m) : INFINITY;
+        if (off_m >= SAME_M)
+            continue;
+        found++;
+        for (int i = 0; i < 3; i++)
+            within[i] += off_m < (i + 1) * (double)b.echo[0].sd_m;
+    }
+    const double share = (double)within[1] / found;
+    printf("# deviation: of %d walls %.1f %% within 1 sd, %.1f %% within 2 sd, %.1f %% within 3 sd\n", found,
+           100.0 * within[0] / found, 100.0 * share, 100.0 * within[2] / found);
+    CHECK(share > 0.9 && share < 0.999);
+}
+
 /* Confidence is a rank and no probability: the share of real echoes rises with it. */
 TEST(more_confidence_more_real_echoes)
 {
@@ -226,6 +261,7 @@ TEST(more_confidence_more_real_echoes)
 int main(void)
 {
     RUN(every_detector_against_the_truth);
+    RUN(errors_are_as_large_as_the_deviation_says);
     RUN(more_confidence_more_real_echoes);
     return test_end();
 }
