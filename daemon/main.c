@@ -18,6 +18,7 @@
 
 #define STOP_PATIENCE_NS 800000000u /* for the hardware to confirm that it is quiet */
 #define RECORD_TICK_NS   500000000u
+#define LAW_TICK_NS      1000000000u
 #define DEFAULT_CONF     "/etc/sonard/sonard.conf"
 
 /* Exit statuses. */
@@ -168,6 +169,28 @@ static void on_record_tick(void *ctx, uint64_t now_ns)
     loop_arm(t->d->loop, &t->timer, now_ns + RECORD_TICK_NS);
 }
 
+/* Tells each doubt about a sonar's amplitude law once. */
+struct law_timer {
+    struct loop_timer timer;
+    struct daemon *d;
+    enum law_doubt told[PIPELINE_MAX_SENSORS];
+};
+
+static void on_law_tick(void *ctx, uint64_t now_ns)
+{
+    struct law_timer *t = ctx;
+    struct pipeline_stats s;
+    pipeline_stats(t->d->pipeline, &s);
+    for (int i = 0; i < t->d->conf.n_sonars; i++) {
+        if (s.law_doubt[i] == LAW_FITS || s.law_doubt[i] == t->told[i])
+            continue;
+        t->told[i] = s.law_doubt[i];
+        log_line(LOG_WARNING, "%s: %s (amplitude, docs/extract.md)", t->d->conf.sonar[i].name,
+                 law_doubt_text(s.law_doubt[i]));
+    }
+    loop_arm(t->d->loop, &t->timer, now_ns + LAW_TICK_NS);
+}
+
 static bool make_pipeline(struct daemon *d, char *err, size_t err_size)
 {
     struct pipeline_conf p;
@@ -240,6 +263,9 @@ static void run_live(struct daemon *d)
     recording.timer = (struct loop_timer){.fire = on_record_tick, .ctx = &recording};
     if (d->record)
         loop_arm(d->loop, &recording.timer, loop_now(d->loop) + RECORD_TICK_NS);
+    struct law_timer law = {.d = d};
+    law.timer = (struct loop_timer){.fire = on_law_tick, .ctx = &law};
+    loop_arm(d->loop, &law.timer, loop_now(d->loop) + LAW_TICK_NS);
     for (int i = 0; i < d->conf.n_sonars; i++)
         source_start(d->source[i]);
     log_line(LOG_NOTICE, "version %s, configuration %s, %d sonar%s, %d pipeline thread%s, socket %s",
@@ -248,6 +274,7 @@ static void run_live(struct daemon *d)
     while (loop_turn(d->loop, LOOP_NEVER)) {
     }
     loop_arm(d->loop, &recording.timer, LOOP_NEVER);
+    loop_arm(d->loop, &law.timer, LOOP_NEVER);
 }
 
 static void run_replay(struct daemon *d, struct replay *replay, const struct options *o)

@@ -388,6 +388,8 @@ static json_t *sensor_json(const struct daemon *d, int i, const struct pipeline_
     json_object_set_new(j, "background", json_string(template_word(&d->template[i])));
     json_object_set_new(j, "cleanup",
                         cleanup_json(&d->conf.extract, pipeline_cleanup(d->pipeline, i), &pipe->cleanup[i]));
+    const char *doubt = law_doubt_text(pipe->law_doubt[i]);
+    json_object_set_new(j, "amplitude_doubt", doubt ? json_string(doubt) : json_null());
     if (s.port_error[0])
         json_object_set_new(j, "port_error", json_string(s.port_error));
     return j;

@@ -48,6 +48,7 @@ struct pipeline {
     _Atomic uint64_t submitted, finished;
     _Atomic uint64_t held; /* by the clean-ups: submitted, and finished when later pings come */
     _Atomic uint64_t dropped[PIPELINE_MAX_SENSORS];
+    _Atomic int law_doubt[PIPELINE_MAX_SENSORS];
     struct seqlock stats_lock;
     seqlock_word stats[sizeof(struct sphere_stats) / 8];
     struct seqlock cleanup_lock;
@@ -144,6 +145,8 @@ static void run_extract(struct pipeline *p, const struct ping *ping, const struc
                         struct echoes *e)
 {
     extract_run(p->extract[ping->sensor], ping, aid->blind || aid->clean ? aid : NULL, e);
+    atomic_store_explicit(&p->law_doubt[ping->sensor], (int)extract_law_doubt(p->extract[ping->sensor]),
+                          memory_order_relaxed);
     if (p->marks[ping->sensor])
         marks_run(p->marks[ping->sensor], e);
     image_enter(p->image[ping->sensor], ping, e);
@@ -396,6 +399,8 @@ void pipeline_stats(struct pipeline *p, struct pipeline_stats *out)
         out->dropped[i] = atomic_load(&p->dropped[i]);
     out->waiting = p->conf.threads ? ring_count(&p->pings.waiting) + ring_count(&p->found.waiting) : 0;
     seqlock_load(&p->stats_lock, &out->grid, p->stats, sizeof out->grid / 8);
+    for (int i = 0; i < PIPELINE_MAX_SENSORS; i++)
+        out->law_doubt[i] = (enum law_doubt)atomic_load_explicit(&p->law_doubt[i], memory_order_relaxed);
     for (int i = 0; i < PIPELINE_MAX_SENSORS; i++)
         seqlock_load(&p->cleanup_lock, &out->cleanup[i], p->cleanup_state[i], sizeof out->cleanup[i] / 8);
 }

@@ -58,6 +58,7 @@ struct pipeline_stats {
     uint32_t waiting;
     struct sphere_stats grid;
     struct cleanup_state cleanup[PIPELINE_MAX_SENSORS]; /* of sensors that have one */
+    enum law_doubt law_doubt[PIPELINE_MAX_SENSORS];     /* what the counts say against their amplitude law */
 };
 
 /* The map of places, and its judged form for questions. */

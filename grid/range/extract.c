@@ -11,6 +11,7 @@
 
 #include "amplitude.h"
 #include "cfar.h"
+#include "law_check.h"
 #include "reflection.h"
 #include "ring_down.h"
 #include "usual.h"
@@ -39,6 +40,7 @@ struct extract {
     double amplitude_db;           /* per count, as it was prepared */
     struct profile_axis axis;      /* of the last ping */
     struct usual floor, ring_down; /* struct of_ping's, under this setting */
+    struct law_check law_check;    /* under this law */
 
     uint64_t *cell; /* power summed over the resolution cell around each bin */
     uint64_t *work;
@@ -179,6 +181,7 @@ static bool amplitude_for(struct extract *e, const struct ping *p)
     if (!amplitude_init(&e->amplitude, law, p->sample_bytes, db))
         return false;
     e->amplitude_db = db;
+    law_check_clear(&e->law_check);
     forget_usual(e);
     return true;
 }
@@ -348,6 +351,7 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
     if (p.first >= p.axis->n || silence_is_dumb(&p) || !detector_for(e, &p, &d.cfar))
         return;
 
+    law_check_add(&e->law_check, &p);
     const double detectable = fmax(e->contrast, (double)d.cfar.alpha_q16 / 65536.0);
     const struct silence silence = silence_levels(&p, detectable);
     const bool near_shadow = is_near_shadow(&p, late, detectable * (double)silence.floor);
@@ -471,4 +475,9 @@ void extract_run(struct extract *extract, const struct ping *ping, const struct 
             extract_profile(extract, ping, b, aid, &of_ping, beam);
     }
     judge_floor(extract, &of_ping, out);
+}
+
+enum law_doubt extract_law_doubt(const struct extract *extract)
+{
+    return law_check_doubt(&extract->law_check, extract->amplitude.law);
 }

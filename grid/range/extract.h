@@ -14,6 +14,7 @@
 #include "../echoes.h"
 #include "../ping.h"
 #include "cfar_factor.h"
+#include "law_check.h"
 #include "silence.h"
 
 #define EXTRACT_LAW_OF_PING (-1)
@@ -87,5 +88,8 @@ struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_
  */
 void extract_run(struct extract *extract, const struct ping *ping, const struct extract_aid *aid,
                  struct echoes *out);
+
+/** extract_law_doubt - what the pings so far say against the amplitude law that they are taken under. */
+enum law_doubt extract_law_doubt(const struct extract *extract);
 
 #endif
