@@ -178,6 +178,22 @@ static void show_clusters(const struct page *page, const json_t *result)
     }
 }
 
+static void show_next_look(const struct page *page, const json_t *result)
+{
+    const json_t *list = json_object_get(result, "directions");
+    char a[CELL], b[CELL];
+
+    fprintf(page->out, "azimuth clockwise from %s\n",
+            strcmp(text(a, result, "frame"), "ned") == 0 ? "north" : "forward");
+    fprintf(page->out, "%9s %10s %6s %9s  %s\n", "azimuth", "elevation", "score", "looked at", "why");
+    for (size_t i = 0; i < json_array_size(list); i++) {
+        const json_t *l = json_array_get(list, i);
+
+        fprintf(page->out, "%8.1f° %9.1f° %6.2f %9s  %s\n", number(l, "azimuth_deg"), number(l, "elevation_deg"),
+                number(l, "score"), duration(a, number(l, "age_s")), text(b, l, "why"));
+    }
+}
+
 static void show_faults(const struct page *page, const json_t *sensor)
 {
     static const struct {
@@ -344,8 +360,9 @@ void show_result(FILE *out, const char *method, const json_t *result, bool colou
     static const struct {
         const char *method;
         void (*show)(const struct page *page, const json_t *result);
-    } forms[] = {{"blocked", show_blocked}, {"sectors", show_sectors}, {"clusters", show_clusters},
-                 {"status", show_status},   {"version", show_version}, {"pose", show_taken}};
+    } forms[] = {{"blocked", show_blocked},     {"sectors", show_sectors}, {"clusters", show_clusters},
+                 {"next_look", show_next_look}, {"status", show_status},   {"version", show_version},
+                 {"pose", show_taken}};
     const struct page page = {.out = out, .colour = colour};
 
     for (size_t i = 0; i < sizeof forms / sizeof *forms; i++) {

@@ -531,6 +531,13 @@ static const struct argument clusters_options[] = {
     {0},
 };
 
+static const struct argument next_look_options[] = {
+    {"--count", "count", "N", "so many directions (8)", ARGUMENT_INTEGER, 0, 1, 64},
+    {"--elevation", "elevation_deg", "LO,HI", "band of elevations in degrees (-5,5)", ARGUMENT_NUMBERS, 2, 0, 0},
+    {"--apart", "apart_deg", "A", "at least so many degrees apart (10)", ARGUMENT_NUMBER, 0, 0, 180},
+    {0},
+};
+
 static const struct argument watch_options[] = {
     {"--rate", "rate_hz", "HZ", "notifications per second, 0.1 to 50 (1)", ARGUMENT_NUMBER, 0, 0.1, 50},
     {"--count", "count", "N", "end after so many", ARGUMENT_INTEGER, 0, 1, 1e9},
@@ -594,6 +601,7 @@ static const struct command commands[] = {
      run_blocked},
     {"sectors", "", "state, range and age all around", sectors_options, 0, 0, run_method},
     {"clusters", "", "what the obstacles form together", clusters_options, 0, 0, run_method},
+    {"next_look", "", "which directions to look at next, and why", next_look_options, 0, 0, run_method},
     {"status", "", "what the daemon and its sonars do", NULL, 0, 0, run_method},
     {"watch", "METHOD [KEY=VALUE...]", "ask a method again and again", watch_options, 1, ARGUMENTS_WORDS_MAX,
      run_watch},

@@ -3,11 +3,17 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
+#include "../grid/answer/next_look.h"
 #include "../grid/sphere/shapes.h"
 #include "daemon.h"
 
 #define DEFAULT_COUNT 64
+
+#define DEFAULT_LOOKS     8
+#define DEFAULT_BAND_DEG  5.0
+#define DEFAULT_APART_DEG 10.0
 
 static json_t *rounded(double v, double per_unit)
 {
@@ -107,4 +113,57 @@ json_t *cluster_method_list(const struct rpc_call *call, json_t *params, struct 
         json_array_append_new(clusters, cluster_json(d, &shapes, &list[i]));
     return json_pack("{s:s, s:I, s:o, s:o, s:o}", "frame", frame.ned ? "ned" : "body", "all", (json_int_t)all,
                      "clusters", clusters, "walls", walls_json(&shapes), "corners", corners_json(&shapes));
+}
+
+/* ---- where to look next ---- */
+
+static bool look_conf(const struct daemon *d, json_t *params, bool ned, struct next_look_conf *conf,
+                      struct rpc_error *error)
+{
+    double band[2] = {-DEFAULT_BAND_DEG, DEFAULT_BAND_DEG}, apart = DEFAULT_APART_DEG;
+    struct pose pose = pose_identity;
+    bool given;
+    if (!rpc_numbers(params, "elevation_deg", -90, 90, 2, band, &given, error) ||
+        !rpc_number(params, "apart_deg", false, 0, 180, &apart, error))
+        return false;
+    if (band[0] >= band[1])
+        return rpc_refuse(error, RPC_INVALID_PARAMS,
+                          "elevation_deg is [%g, %g]: the first must be below the second", band[0], band[1]);
+    *conf = (struct next_look_conf){.stale_s = d->conf.grid.clear_for_s,
+                                    .low_rad = geo_rad(band[0]),
+                                    .high_rad = geo_rad(band[1]),
+                                    .apart_rad = geo_rad(apart)};
+    /* a velocity is told in NED: nobody knows where that is in a grid of the body's axes */
+    pose_log_newest(&d->poses, &pose);
+    if (ned && (pose.has & POSE_VELOCITY) && pose_log_fresh(&d->poses, loop_now(d->loop)))
+        memcpy(conf->velocity_mps, pose.velocity_mps, sizeof conf->velocity_mps);
+    return true;
+}
+
+json_t *cluster_method_next_look(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    static const char *const keys[] = {"count", "elevation_deg", "apart_deg", NULL};
+    struct daemon *d = call->daemon;
+    int64_t count = DEFAULT_LOOKS;
+    struct picture *picture = pipeline_picture(d->pipeline);
+    struct picture_frame frame;
+    struct next_look_conf conf;
+    picture_get_frame(picture, &frame);
+    if (!rpc_only(params, keys, error) || !rpc_integer(params, "count", false, 1, NEXT_LOOK_MAX, &count, error) ||
+        !look_conf(d, params, frame.ned, &conf, error) || !have_clusters(d, error))
+        return NULL;
+    const struct cluster *list;
+    struct next_look look[NEXT_LOOK_MAX];
+    const uint64_t now_ns = loop_now(d->loop);
+    uint32_t all, n = clusters_look(d->clusters, pipeline_sphere(d->pipeline), now_ns, &list, &all);
+    n = next_look(picture, now_ns, &conf, list, n, look, (uint32_t)count);
+    json_t *looks = json_array();
+    for (uint32_t i = 0; i < n; i++) {
+        const struct next_look *l = &look[i];
+        json_array_append_new(looks, json_pack("{s:o, s:o, s:o, s:s, s:o}", "azimuth_deg", degrees(l->az_rad),
+                                               "elevation_deg", degrees(l->el_rad), "score",
+                                               rounded(l->score, 1e3), "why", next_look_word(l->why), "age_s",
+                                               l->age_s < 0 ? json_null() : rounded(l->age_s, 1e3)));
+    }
+    return json_pack("{s:s, s:o}", "frame", frame.ned ? "ned" : "body", "directions", looks);
 }

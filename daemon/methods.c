@@ -575,6 +575,7 @@ const struct rpc_method daemon_methods[] = {
     {"version", method_version},
     {"image", method_image},
     {"clusters", cluster_method_list},
+    {"next_look", cluster_method_next_look},
     {"background", template_method_show},
     {"background_learn", template_method_learn},
     {"background_stop", template_method_stop},

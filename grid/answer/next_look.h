@@ -1,0 +1,40 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * next_look - which directions are worth a look next: never pinged, not looked at for long, with something in them
+ * that comes nearer or grows, and the more of these the more they lie ahead. From the picture, the clusters and the
+ * velocity; knows no sonar and not what one can turn to. Pure.
+ */
+#ifndef SONARD_NEXT_LOOK_H
+#define SONARD_NEXT_LOOK_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#include "../sphere/clusters.h"
+#include "picture.h"
+
+#define NEXT_LOOK_MAX 64
+
+enum next_look_why { LOOK_NEVER, LOOK_STALE, LOOK_APPROACHING, LOOK_GROWING };
+
+struct next_look_conf {
+    double stale_s;           /* a direction not looked at for so long is as bad as one never looked at; > 0 */
+    double low_rad, high_rad; /* elevations of the directions' centres that are wanted */
+    double apart_rad;         /* directions nearer to a better one are left out */
+    double velocity_mps[3];   /* in the grid's axes; zeros: unknown or at rest, nothing is ahead */
+};
+
+struct next_look {
+    double az_rad, el_rad; /* in the grid's axes */
+    double score;          /* 0: just looked at, nothing there; 1: never looked at, abeam; 3: the same ahead */
+    double age_s;          /* of the newest ping that way; negative: none */
+    enum next_look_why why;
+};
+
+/** next_look - the best first; returns how many were found, at most room <= NEXT_LOOK_MAX. O(directions * room). */
+uint32_t next_look(struct picture *picture, uint64_t now_ns, const struct next_look_conf *conf,
+                   const struct cluster *clusters, uint32_t n_clusters, struct next_look *out, uint32_t room);
+
+const char *next_look_word(enum next_look_why why);
+
+#endif

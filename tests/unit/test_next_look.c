@@ -1,0 +1,119 @@
+/* SPDX-License-Identifier: MIT */
+/* test_next_look - which direction is ranked first, and why, on pictures made by hand. */
+#include "../lib/test.h"
+
+#include "../../grid/answer/next_look.h"
+#include "../../grid/geometry.h"
+
+#define SECOND 1000000000ull
+#define NOW    (1000 * SECOND)
+
+static struct rings rings;
+static struct picture picture;
+static double axis[4096][3];
+static struct next_look_conf conf;
+static struct next_look look[NEXT_LOOK_MAX];
+
+static void start(bool level)
+{
+    static void *word;
+    CHECK(level ? rings_level(&rings, geo_rad(3), geo_rad(7.5)) : rings_full(&rings, geo_rad(5)));
+    free(word);
+    word = aligned_alloc(64, (picture_bytes(rings.n) + 63) / 64 * 64);
+    for (uint32_t d = 0; d < rings.n; d++) {
+        double az, el;
+        rings_centre(&rings, d, &az, &el);
+        geo_direction(az, el, axis[d]);
+    }
+    picture_init(&picture, &rings, (const double(*)[3])axis, 60, 0.4, word);
+    conf = (struct next_look_conf){
+        .stale_s = 30, .low_rad = -geo_rad(5), .high_rad = geo_rad(5), .apart_rad = geo_rad(10)};
+}
+
+/* Every direction was looked at so long ago, but for the one at az_deg. */
+static void looked(double age_s, double az_deg, double other_age_s)
+{
+    picture_begin(&picture);
+    for (uint32_t d = 0; d < rings.n; d++) {
+        const bool other = d == rings_index(&rings, geo_rad(az_deg), 0);
+        struct picture_entry e = {0};
+        e.claim[CLAIM_NOW].t_ping_ns = NOW - (uint64_t)((other ? other_age_s : age_s) * 1e9);
+        picture_set(&picture, d, &e);
+    }
+    picture_end(&picture);
+}
+
+TEST(what_was_never_looked_at_comes_first_and_ahead_of_all)
+{
+    start(true);
+    conf.velocity_mps[1] = 0.5;
+    CHECK_INT(next_look(&picture, NOW, &conf, NULL, 0, look, 4), 4);
+    CHECK_NEAR(look[0].az_rad, geo_rad(90), 0, geo_rad(3));
+    CHECK_INT(look[0].why, LOOK_NEVER);
+    CHECK_NEAR(look[0].score, 3, 0.01, 0);
+    CHECK(look[0].age_s < 0);
+    for (int i = 0; i < 4; i++)
+        for (int k = 0; k < i; k++)
+            CHECK(fabs(geo_wrap_pi(look[i].az_rad - look[k].az_rad)) >= geo_rad(10) * (1 - 1e-9));
+}
+
+TEST(the_stalest_comes_first_when_nothing_moves)
+{
+    start(true);
+    looked(3, 222, 12);
+    CHECK_INT(next_look(&picture, NOW, &conf, NULL, 0, look, 1), 1);
+    CHECK_INT(rings_index(&rings, look[0].az_rad, 0), rings_index(&rings, geo_rad(222), 0));
+    CHECK_INT(look[0].why, LOOK_STALE);
+    CHECK_NEAR(look[0].age_s, 12, 1e-9, 0);
+    CHECK_NEAR(look[0].score, 0.4, 1e-9, 0);
+}
+
+TEST(what_comes_nearer_or_grows_is_looked_at_wherever_it_is)
+{
+    start(true);
+    looked(3, 222, 12);
+    struct cluster k = {.from_rad = geo_rad(350), .width_rad = geo_rad(20), .low_rad = -1, .high_rad = 1};
+    k.approach_mps = 0.08;
+    CHECK_INT(next_look(&picture, NOW, &conf, &k, 1, look, 1), 1);
+    CHECK(fabs(geo_wrap_pi(look[0].az_rad)) <= geo_rad(10));
+    CHECK_INT(look[0].why, LOOK_APPROACHING);
+    k.approach_mps = -0.08; /* it goes away */
+    k.growth_cells_ps = 9;
+    next_look(&picture, NOW, &conf, &k, 1, look, 1);
+    CHECK_INT(look[0].why, LOOK_GROWING);
+    k.growth_cells_ps = 0;
+    next_look(&picture, NOW, &conf, &k, 1, look, 1);
+    CHECK_INT(look[0].why, LOOK_STALE);
+}
+
+TEST(only_the_wanted_elevations)
+{
+    start(false);
+    conf.low_rad = geo_rad(20);
+    conf.high_rad = geo_rad(40);
+    const uint32_t n = next_look(&picture, NOW, &conf, NULL, 0, look, NEXT_LOOK_MAX);
+    CHECK(n > 10);
+    for (uint32_t i = 0; i < n; i++)
+        CHECK(look[i].el_rad >= geo_rad(20) && look[i].el_rad <= geo_rad(40));
+    CHECK_NEAR(look[0].el_rad, geo_rad(30), 0, geo_rad(2.51));
+    conf.low_rad = 2;
+    conf.high_rad = 3;
+    CHECK_INT(next_look(&picture, NOW, &conf, NULL, 0, look, NEXT_LOOK_MAX), 0);
+}
+
+TEST(nothing_is_worth_a_look_right_after_one)
+{
+    start(true);
+    looked(0, 0, 0);
+    CHECK_INT(next_look(&picture, NOW, &conf, NULL, 0, look, 5), 0);
+}
+
+int main(void)
+{
+    RUN(what_was_never_looked_at_comes_first_and_ahead_of_all);
+    RUN(the_stalest_comes_first_when_nothing_moves);
+    RUN(what_comes_nearer_or_grows_is_looked_at_wherever_it_is);
+    RUN(only_the_wanted_elevations);
+    RUN(nothing_is_worth_a_look_right_after_one);
+    return test_end();
+}
