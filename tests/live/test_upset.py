@@ -1,0 +1,151 @@
+#!/usr/bin/env -S python3 -B
+# SPDX-License-Identifier: MIT
+"""What the world around does to a running sonard: the pose is lost, the computer's clock is set, the disk stalls."""
+import glob
+import os
+import re
+import socket
+import time
+
+from lib import BUILD, PATIENCE, SANITIZER, Skipped, check, note, pings_until, run, until
+
+TURN = 200  # pings of a full circle at 1.8 degrees
+UPSET = os.path.join(BUILD, "tests", "upset.so")
+
+
+def upset(bench, *arguments, **kinds):
+    if SANITIZER:
+        raise Skipped("a sanitizer wants to be loaded first")
+    env = {"UPSET_" + kind.upper(): bench.path(file) for kind, file in kinds.items()}
+    return bench.sonard(*arguments, env=dict(env, LD_PRELOAD=UPSET))
+
+
+def states(client):
+    return {sector["state"] for sector in client.call("sectors")["sectors"]}
+
+
+def pose_lost(bench):
+    """Ten seconds without a pose: stale, then unknown all around; with the next pose it is all there again."""
+    bench.sim()
+    bench.conf(pose={"max_age": "1 s"}, grid={"clear_for": "60 s", "forget": "160 s"})
+    client = bench.sonard().client()
+
+    def told():
+        client.call("pose", attitude_deg=[0, 0, 0], position_m=[0, 0, 0])
+        return client.sensor()["pings"]
+    first = told()
+    until(lambda: told() > first + TURN + 10, "a turn", 30, 0.1)
+    check(states(client) == {"blocked"}, "before: %s" % states(client))
+    told()
+    lost = time.monotonic()
+    until(lambda: client.call("status")["data"] == "the pose is too old", "the loss to be told")
+    check(time.monotonic() - lost >= 0.9, "told before its time")
+    while time.monotonic() < lost + 10:
+        check(states(client) == {"unknown"}, "%.1f s without a pose: %s" % (time.monotonic() - lost, states(client)))
+        age_s = client.call("sectors")["pose_age_s"]
+        check(abs(age_s - (time.monotonic() - lost)) < 0.5 * PATIENCE, "a pose of %g s" % age_s)
+        time.sleep(0.25)
+    check(client.sensor()["state"] == "running", "the sonar is held up by it")
+    back = told()
+    check(states(client) == {"blocked"}, "after it is back: %s" % states(client))
+    until(lambda: told() > back + 5, "pings with the new pose", every_s=0.1)
+    check(states(client) == {"blocked"}, "pings after it is back: %s" % states(client))
+
+
+def clock_set(bench):
+    """The computer's clock is set ahead by a day and back by two while all goes on: no age moves with it."""
+    sim = bench.sim()
+    bench.conf(pose={"max_age": "60 s"})
+    client = upset(bench, clock="clock").client()
+    client.call("pose", attitude_deg=[0, 0, 0])
+    begun = told = time.monotonic()
+    pings_until(client, TURN + 10)
+    for ahead_s in (86400, -86400, 0):
+        bench.write("clock", "%d\n" % ahead_s)
+        result = client.call("sectors")
+        passed_s = time.monotonic() - told
+        check(abs(result["t_unix"] - time.time() - ahead_s) < 1, "t_unix is not that of the clock as it was set")
+        check(abs(result["pose_age_s"] - passed_s) < 0.5 * PATIENCE, "the pose's age: %s" % result["pose_age_s"])
+        ages = [sector["age_s"] for sector in result["sectors"]]
+        check(None not in ages and min(ages) >= 0 and max(ages) <= time.monotonic() - begun + 1, "%g .. %g s old after %g s" %
+              (min(ages), max(ages), time.monotonic() - begun))
+        check(states(client) == {"blocked"}, "by a step of the clock: %s" % states(client))
+        sensor = client.sensor()
+        check(0 <= sensor["last_ping_age_s"] < 1 * PATIENCE and sensor["timeouts"] == 0, str(sensor))
+        client.call("pose", attitude_deg=[0, 0, 0], t_unix=time.time() + ahead_s)  # the sender's clock is the same
+        told = time.monotonic()
+        check(client.call("sectors")["pose_age_s"] < 0.5 * PATIENCE, "a pose of now is old")
+        pings_until(client, 20)
+    check(client.call("status")["pose"]["refused"] == 0 and sim.status is None, "a pose was refused")
+
+
+def free_port():
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
+        free.bind(("127.0.0.1", 0))
+        return free.getsockname()[1]
+
+
+def rate(client, seconds):
+    """Pings per second, and the longest that a question waited for its answer."""
+    first, begin, longest = client.sensor()["pings"], time.monotonic(), 0
+    while time.monotonic() < begin + seconds:
+        asked = time.monotonic()
+        pings = client.sensor()["pings"]
+        longest = max(longest, time.monotonic() - asked)
+        time.sleep(0.02)
+    return (pings - first) / (time.monotonic() - begin), longest
+
+
+def stalled_disk(bench):
+    """The disk does not come back, for longer than the daemon can hold what comes: no ping waits for it, what is lost is
+    counted, and when it is back all goes on; what was recorded can be read."""
+    bench.sim()
+    folder = bench.path("captures")
+    far = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    far.bind(("127.0.0.1", 0))
+    near = ("127.0.0.1", free_port())
+    bench.conf(**{"sonar noise": {"device": "ping1d", "mode": "transmit",
+                                  "port": "udp:127.0.0.1:%d:%d" % (far.getsockname()[1], near[1])}})
+    client = upset(bench, "--record", folder, disk="stalled").client()
+
+    def record():
+        return client.call("status")["record"]
+    pings_until(client, 50)
+    usual, _ = rate(client, 2)
+    check(record()["messages"] > 0 and record()["lost_messages"] == 0, "before: %s" % record())
+
+    bench.write("stalled", "")
+    until(lambda: record()["waiting_bytes"] > 0, "something to wait for the disk")
+    stalled, longest = rate(client, 2)
+    note("%.0f pings/s, %.0f with a stalled disk; the longest answer took %.0f ms" % (usual, stalled, 1e3 * longest))
+    check(stalled > 0.6 * usual, "%g pings/s with a stalled disk, %g without" % (stalled, usual))
+    check(record()["lost_messages"] == 0, "lost at once: %s" % record())
+
+    def fill():
+        for _ in range(20):
+            far.sendto(bytes(60000), near)
+        return record()["overflows"] > 0
+    until(fill, "all room to be taken", every_s=0.01)
+    full, _ = rate(client, 2)
+    check(full > 0.6 * usual, "%g pings/s with all room taken, %g without" % (full, usual))
+    lost = record()
+    check(lost["lost_messages"] == lost["overflows"] > 0, "what is lost is not counted: %s" % lost)
+
+    os.remove(bench.path("stalled"))
+    until(lambda: record()["waiting_bytes"] == 0, "the disk to catch up")
+    pings_until(client, 20)
+    after = record()
+    check(after["recording"] and after["error"] == "", "after: %s" % after)
+    until(lambda: "the disk is too slow" in bench.processes[-1].log(), "the loss to be said")
+    far.close()
+    check(bench.processes[-1].stop() == 0, "the daemon's end")
+    messages = 0
+    for capture in glob.glob(os.path.join(folder, "*.mcap")):
+        info = bench.sonarctl("capture", "info", capture)
+        check(info.returncode == 0, "capture info: " + info.stderr)
+        messages += sum(int(n) for n in re.findall(r"^(\d+) messages in", info.stdout, re.M))
+    note("%d messages in the captures; %d were taken, %d lost" % (messages, after["messages"], after["lost_messages"]))
+    check(messages >= after["messages"] - after["lost_messages"] - 1, "fewer in the capture than were not lost")
+
+
+run([("pose_lost", pose_lost), ("clock_set", clock_set), ("stalled_disk", stalled_disk)], parallel=3)
