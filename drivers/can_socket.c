@@ -19,8 +19,8 @@
 #define ERRORS_HEARD                                                                                              \
     (CAN_ERR_TX_TIMEOUT | CAN_ERR_CRTL | CAN_ERR_ACK | CAN_ERR_BUSOFF | CAN_ERR_RESTARTED | CAN_ERR_CNT)
 
-#define RECEIVE_BYTES (1 << 20) /* of socket memory, of which a frame takes several hundred */
-#define STAMP_MAX_NS  1000000000ll
+#define RECEIVE_BYTES (1 << 20)   /* of socket memory, of which a frame takes several hundred */
+#define STEP_NS       100000000ll /* more than a clock is slewed between two frames: it was set */
 
 /* ---- addresses ---- */
 
@@ -144,6 +144,13 @@ static bool set_up(int fd, const struct port *port)
            set(fd, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof(on));
 }
 
+static int64_t clock_ns(clockid_t clock)
+{
+    struct timespec t;
+    clock_gettime(clock, &t);
+    return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
+}
+
 bool can_socket_open(struct port *port, const char *name, char *err, size_t err_size)
 {
     struct sockaddr_can address = {.can_family = AF_CAN};
@@ -164,27 +171,23 @@ bool can_socket_open(struct port *port, const char *name, char *err, size_t err_
     port->error = 0;
     port->bus.state = BUS_UP;
     port->lost_here = 0;
+    port->unix_offset_ns = clock_ns(CLOCK_REALTIME) - clock_ns(CLOCK_MONOTONIC);
     return true;
 }
 
 /* ---- reading ---- */
 
-static int64_t clock_ns(clockid_t clock)
-{
-    struct timespec t;
-    clock_gettime(clock, &t);
-    return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
-}
-
 /*
- * The kernel stamps with the time of day, which may be set at any moment: its age is taken off the monotonic clock, and
- * an age that cannot be is no stamp.
+ * The kernel stamps with the time of day, which may be set at any moment: its age is taken off the monotonic clock. Where
+ * the clock was set since the last frame, and where an age cannot be, there is no stamp.
  */
-static uint64_t monotonic(const struct timespec *stamp)
+static uint64_t monotonic(struct port *port, const struct timespec *stamp)
 {
-    int64_t age = clock_ns(CLOCK_REALTIME) - ((int64_t)stamp->tv_sec * 1000000000 + stamp->tv_nsec);
-    int64_t now = clock_ns(CLOCK_MONOTONIC);
-    return age >= 0 && age <= STAMP_MAX_NS && age < now ? (uint64_t)(now - age) : 0;
+    int64_t wall = clock_ns(CLOCK_REALTIME), now = clock_ns(CLOCK_MONOTONIC);
+    int64_t age = wall - ((int64_t)stamp->tv_sec * 1000000000 + stamp->tv_nsec);
+    bool set = llabs(wall - now - port->unix_offset_ns) > STEP_NS;
+    port->unix_offset_ns = wall - now;
+    return !set && age >= 0 && age < now ? (uint64_t)(now - age) : 0;
 }
 
 static void take_control(struct port *port, struct msghdr *message)
@@ -196,7 +199,7 @@ static void take_control(struct port *port, struct msghdr *message)
         if (c->cmsg_type == SCM_TIMESTAMPNS) {
             struct timespec stamp;
             memcpy(&stamp, CMSG_DATA(c), sizeof(stamp));
-            port->t_ns = monotonic(&stamp);
+            port->t_ns = monotonic(port, &stamp);
         } else if (c->cmsg_type == SO_RXQ_OVFL) {
             uint32_t lost;
             memcpy(&lost, CMSG_DATA(c), sizeof(lost));

@@ -76,13 +76,14 @@ struct port_bus {
 
 struct port {
     const struct port_ops *ops;
-    int fd;             /* -1: closed. Readable means: call ops->read */
-    int error;          /* errno of the last failure */
-    unsigned baud;      /* serial only */
-    uint64_t lost;      /* datagrams or frames that came and found no room in the kernel; only grows */
-    uint32_t lost_here; /* of these, the kernel's own count for this descriptor */
-    uint64_t refused;   /* datagrams sent that nobody was there to take, as far as the network said so */
-    uint64_t t_ns;      /* when the last read's bytes came in, monotonic; 0: not known, it was just now */
+    int fd;                     /* -1: closed. Readable means: call ops->read */
+    int error;                  /* errno of the last failure */
+    unsigned baud;              /* serial only */
+    uint64_t lost;              /* datagrams or frames that came and found no room in the kernel; only grows */
+    uint32_t lost_here;         /* of these, the kernel's own count for this descriptor */
+    uint64_t refused;           /* datagrams sent that nobody was there to take, as far as the network said so */
+    int64_t unix_offset_ns;     /* time of day less monotonic, at the last frame that was stamped */
+    uint64_t t_ns;              /* when the last read's bytes came in, monotonic; 0: not known, it was just now */
     struct can_match can_match; /* CAN: set before open, which frames are to be heard */
     uint32_t can_send_id;       /* CAN streams only */
     struct port_bus bus;

@@ -108,7 +108,8 @@ static void put(struct sim *s, const struct canfd_frame *frame, bool fd, uint64_
         log_frame(s, frame, fd, now_ns);
         return;
     }
-    if (write(s->port.fd, frame, fd ? CANFD_MTU : CAN_MTU) < 0 && errno != ENOBUFS && errno != ENETDOWN)
+    if (write(s->port.fd, frame, fd ? CANFD_MTU : CAN_MTU) < 0 && errno != ENOBUFS && errno != EAGAIN &&
+        errno != ENETDOWN)
         die("%s: %s", s->interface, strerror(errno));
 }
 
