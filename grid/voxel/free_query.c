@@ -14,7 +14,7 @@ struct reader {
     bool away;
 };
 
-static enum voxel_state read_at(struct reader *r, const int64_t cell[3])
+static inline enum voxel_state read_at(struct reader *r, const int64_t cell[3])
 {
     struct block_key key = merge_block_of(cell);
     if (!r->bits || !block_same(&key, &r->key)) {
@@ -31,7 +31,7 @@ static void centre_of(const struct voxmask *v, const int64_t cell[3], double out
 }
 
 /* Counts a cell. True when it is not free. */
-static bool count_cell(struct reader *r, const int64_t cell[3], struct free_answer *out)
+static inline bool count_cell(struct reader *r, const int64_t cell[3], struct free_answer *out)
 {
     enum voxel_state state = read_at(r, cell);
     out->voxels++;
@@ -328,10 +328,19 @@ bool free_query_ray(struct voxmask *v, const double from_m[3], const double dire
             out->clear_m = at * voxel_m;
             return true;
         }
-        int a = next[0] <= next[1] ? (next[0] <= next[2] ? 0 : 2) : (next[1] <= next[2] ? 1 : 2);
-        at = next[a];
-        next[a] += apart[a];
-        from.cell[a] += step[a];
+        if (next[0] <= next[1] && next[0] <= next[2]) {
+            at = next[0];
+            next[0] += apart[0];
+            from.cell[0] += step[0];
+        } else if (next[1] <= next[2]) {
+            at = next[1];
+            next[1] += apart[1];
+            from.cell[1] += step[1];
+        } else {
+            at = next[2];
+            next[2] += apart[2];
+            from.cell[2] += step[2];
+        }
     }
     out->clear_m = most_m;
     return true;

@@ -89,6 +89,8 @@ static bool is_stale(struct frontier *f, const struct frontier_block *b, const s
 {
     if (b->head.checked == 0)
         return true;
+    if (!merge_around_changed(f->mask->map, key, b->head.checked))
+        return false;
     for (int n = 0; n < 27; n++) {
         struct block_key at = beside(key, n);
         if (voxmask_block(f->mask, &at)->changed > b->made)

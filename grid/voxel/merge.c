@@ -142,14 +142,14 @@ static bool layer_in(const struct voxmap *m, const struct voxmap_part *p, const 
     return out->tile != TILE_NONE;
 }
 
-/* All of eight bytes' lowest bits, the first lowest. */
+_Static_assert(__BYTE_ORDER__ == __ORDER_LITTLE_ENDIAN__, "bytes are packed eight at a time, the first lowest");
+
+/* The lowest bits of 64 bytes, the first lowest. */
 static uint64_t pack(const uint8_t flag[BLOCK_HEIGHT])
 {
-    uint64_t bits = 0;
+    uint64_t bits = 0, eight;
     for (int n = 0; n < BLOCK_HEIGHT; n += 8) {
-        uint64_t eight = 0;
-        for (int k = 0; k < 8; k++)
-            eight |= (uint64_t)flag[n + k] << 8 * k;
+        memcpy(&eight, flag + n, sizeof eight);
         bits |= (eight * UINT64_C(0x0102040810204080) >> 56) << n;
     }
     return bits;
@@ -159,27 +159,42 @@ struct sums {
     uint16_t vacancy[BLOCK_HEIGHT], echoes[BLOCK_HEIGHT];
 };
 
-static void add_layer(const struct voxmap *m, const struct layer *l, uint32_t column, struct sums *s)
+/* A column of a layer, 0 where it has none: loops of a fixed length over it become vectors. */
+static inline void read_column(const struct voxmap *m, const struct layer *l, uint32_t column,
+                               enum submap_plane plane, uint8_t count[BLOCK_HEIGHT])
 {
-    int32_t n = l->end - l->first;
-    const uint8_t *vacancy = tiles_column(&m->tiles, l->tile, column, SUBMAP_VACANCY) + l->skip;
-    for (int32_t k = 0; k < n; k++)
-        s->vacancy[l->first + k] = (uint16_t)(s->vacancy[l->first + k] + faded_vacancy(vacancy[k], l->shift));
-    if (m->tiles.planes < 2)
+    const uint8_t *from = tiles_column(&m->tiles, l->tile, column, plane) + l->skip;
+    if (l->first == 0 && l->end == BLOCK_HEIGHT) {
+        memcpy(count, from, BLOCK_HEIGHT);
         return;
-    const uint8_t *echoes = tiles_column(&m->tiles, l->tile, column, SUBMAP_ECHOES) + l->skip;
-    for (int32_t k = 0; k < n; k++)
-        s->echoes[l->first + k] = (uint16_t)(s->echoes[l->first + k] + faded_echoes(echoes[k], l->shift));
+    }
+    memset(count, 0, BLOCK_HEIGHT);
+    memcpy(count + l->first, from, (size_t)(l->end - l->first));
 }
 
-static void judge(const struct voxmap *m, const struct sums *s, uint64_t *free, uint64_t *heard)
+static inline void add_layer(const struct voxmap *m, const struct layer *l, uint32_t column, struct sums *s)
+{
+    uint8_t count[BLOCK_HEIGHT];
+    uint16_t shift = (uint16_t)l->shift, up = (uint16_t)((1u << l->shift) - 1);
+
+    read_column(m, l, column, SUBMAP_VACANCY, count);
+    for (int k = 0; k < BLOCK_HEIGHT; k++)
+        s->vacancy[k] = (uint16_t)(s->vacancy[k] + (count[k] >> shift));
+    if (m->tiles.planes < 2)
+        return;
+    read_column(m, l, column, SUBMAP_ECHOES, count);
+    for (int k = 0; k < BLOCK_HEIGHT; k++)
+        s->echoes[k] = (uint16_t)(s->echoes[k] + ((count[k] + up) >> shift));
+}
+
+static inline void judge(const struct voxmap *m, const struct sums *s, uint64_t *free, uint64_t *heard)
 {
     uint8_t is_free[BLOCK_HEIGHT], is_heard[BLOCK_HEIGHT];
     uint32_t threshold = m->rule.threshold, weight = m->rule.echo_weight;
-    for (int k = 0; k < BLOCK_HEIGHT; k++) {
+    for (int k = 0; k < BLOCK_HEIGHT; k++)
         is_free[k] = s->vacancy[k] > threshold + weight * s->echoes[k];
+    for (int k = 0; k < BLOCK_HEIGHT; k++)
         is_heard[k] = s->echoes[k] > 0;
-    }
     *free = pack(is_free);
     *heard = pack(is_heard);
 }
@@ -269,6 +284,24 @@ bool merge_block_changed(const struct voxmap *m, const struct block_key *key, ui
         if (part->id && part->map.now > since && layer_in(m, part, key, &layer, &entry) &&
             part->map.written[entry] > since)
             return true;
+    }
+    return false;
+}
+
+bool merge_around_changed(const struct voxmap *m, const struct block_key *key, uint64_t since)
+{
+    if (m->change_of_all > since)
+        return true;
+    for (uint32_t p = 0; p < m->set.max_submaps; p++) {
+        const struct submap *map = &m->part[p].map;
+        if (!m->part[p].id || map->now <= since)
+            continue;
+        int64_t i0 = key->at[0] - map->box.first[0] / TILE_SIDE, j0 = key->at[1] - map->box.first[1] / TILE_SIDE;
+        int64_t n_i = map->box.size[0] / TILE_SIDE, n_j = map->box.size[1] / TILE_SIDE;
+        for (int64_t i = i0 > 1 ? i0 - 1 : 0; i <= i0 + 1 && i < n_i; i++)
+            for (int64_t j = j0 > 1 ? j0 - 1 : 0; j <= j0 + 1 && j < n_j; j++)
+                if (map->written[i * n_j + j] > since)
+                    return true;
     }
     return false;
 }

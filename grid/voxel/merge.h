@@ -68,6 +68,9 @@ void merge_block(const struct voxmap *m, const struct block_key *key, struct mer
 /** merge_block_changed - whether the block may have changed after the change `since` (voxmap_changed). */
 bool merge_block_changed(const struct voxmap *m, const struct block_key *key, uint64_t since);
 
+/** merge_around_changed - whether it or one of its 26 neighbours may have. */
+bool merge_around_changed(const struct voxmap *m, const struct block_key *key, uint64_t since);
+
 /* Walks over all blocks in which anything may be known, each once. Start with {0}; the map must not change in between. */
 struct merge_walk {
     uint32_t part;
