@@ -16,10 +16,10 @@ struct beam {
     const struct beam_echoes *heard;
     double origin_m[3];             /* of the sensor, from the grid's centre */
     double lever_m;                 /* its length */
-    double turn[4];                 /* sensor to grid */
     double axis[3], side[3], up[3]; /* of the beam: along it, to its right, upward */
-    double sin_az, cos_az;          /* of its azimuth in the sensor frame */
+    double ahead[3], down[3];       /* of the sensor: level, at the beam's azimuth; along its z */
     double half_az, half_el;
+    double tan_az, sin_el; /* of half_az; of the axis' elevation in the sensor frame */
 };
 
 /** beam_of - beam `index` of a ping whose sensor is turned and placed so in the grid's axes. */
@@ -29,8 +29,15 @@ void beam_of(struct beam *b, const struct echoes *ping, uint16_t index, const do
 /** beam_meet - where the ray from the centre along unit vector u is range_m away from the sensor; negative: nowhere. */
 double beam_meet(const struct beam *b, const double u[3], double range_m);
 
-/** beam_sees - a place (from the centre): distance from the sensor, offsets from the axis in azimuth and elevation. */
-void beam_sees(const struct beam *b, const double place_m[3], double *range_m, double *off_az, double *off_el);
+/** beam_range - distance of a place (from the centre) from the sensor. */
+double beam_range(const struct beam *b, const double place_m[3]);
+
+/**
+ * beam_sees - offsets of a place (from the centre) from the axis, in azimuth and elevation of the sensor. False, without
+ * the cost of finding them, for most places whose offsets are greater than most_az or most_el; never for others.
+ */
+bool beam_sees(const struct beam *b, const double place_m[3], double most_az, double most_el, double *off_az,
+               double *off_el);
 
 /** beam_share - share [0, 1] of a cell of the given width, centred `off` from the axis, that half width `half` covers. */
 double beam_share(double off, double half, double width);

@@ -60,8 +60,7 @@ static void interpolate(const struct sphere *s, struct cell *c, const double z[3
 /* Variance of an echo's point within a cell: of its range, and of where across the cell it is. */
 static double echo_variance(const struct sphere *s, uint32_t d, double range_m, const struct echo *echo)
 {
-    const double *u = s->axis[d];
-    double wide = range_m * fmax(s->direction[d].width_rad * hypot(u[0], u[1]), s->rings.height_rad);
+    double wide = range_m * fmax(s->direction[d].across_rad, s->rings.height_rad);
     return fmax((double)echo->sd_m * echo->sd_m, wide * wide / 12);
 }
 
@@ -102,9 +101,8 @@ static double dot(const double a[3], const double b[3])
 static bool stretch_of(const struct sphere *s, uint32_t d, const struct beam *b, double near_m, double far_m,
                        struct stretch *out)
 {
-    const double *u = s->axis[d];
-    return beam_stretch(b, u, s->direction[d].width_rad * hypot(u[0], u[1]), s->rings.height_rad, s->conf.level,
-                        near_m, far_m, out);
+    return beam_stretch(b, s->axis[d], s->direction[d].across_rad, s->rings.height_rad, s->conf.level, near_m,
+                        far_m, out);
 }
 
 /* What the beam heard of the water in direction d; a beam that says nothing takes back what older ones said. */
@@ -143,15 +141,16 @@ static void raise_layers(struct sphere *s, uint32_t d, double at, const struct b
 
 static void hit_direction(struct sphere *s, uint32_t d, const struct beam *b, const struct echo *echo)
 {
-    double place[3], range, off_az, off_el, at = beam_meet(b, s->axis[d], echo->range_m);
+    double place[3], off_az, off_el, at = beam_meet(b, s->axis[d], echo->range_m);
     if (at <= 0)
         return;
     for (int i = 0; i < 3; i++)
         place[i] = at * s->axis[d][i];
-    beam_sees(b, place, &range, &off_az, &off_el);
-    double wide = s->direction[d].width_rad, high = s->rings.height_rad;
     bool opening = s->conf.model == SPHERE_OPENING;
-    if (opening && (fabs(off_az) > b->half_az + wide / 2 || fabs(off_el) > b->half_el + high / 2))
+    double reach = opening ? 1 : SPREAD_WIDEST, width = s->direction[d].width_rad, high = s->rings.height_rad;
+    double most_az = reach * b->half_az + width / 2, most_el = reach * b->half_el + high / 2;
+    if (!beam_sees(b, place, most_az, most_el, &off_az, &off_el) || fabs(off_az) > most_az ||
+        fabs(off_el) > most_el)
         return;
     int32_t layer = layers_index(&s->layers, at);
     if (layer < 0) {
@@ -162,11 +161,10 @@ static void hit_direction(struct sphere *s, uint32_t d, const struct beam *b, co
         raise(s, d, (uint16_t)layer, at, b, echo, 1);
         return;
     }
-    wide *= hypot(s->axis[d][0], s->axis[d][1]);
-    double deep_m = s->layers.edge[layer + 1] - s->layers.edge[layer];
+    double across_rad = s->direction[d].across_rad, deep_m = s->layers.edge[layer + 1] - s->layers.edge[layer];
     struct spread spread = spread_of(fmax(echo->sd_m, s->conf.range_error * echo->range_m), b->half_az, b->half_el,
-                                     deep_m, wide, high, s->conf.model == SPHERE_MIDPOINT);
-    double across = spread_across(&spread, off_az, off_el, wide, high);
+                                     deep_m, across_rad, high, s->conf.model == SPHERE_MIDPOINT);
+    double across = spread_across(&spread, off_az, off_el, across_rad, high);
     if (across > 0)
         raise_layers(s, d, at, b, echo, &spread, across);
 }
@@ -177,14 +175,16 @@ static void carve_direction(struct sphere *s, uint32_t d, const struct beam *b)
     for (uint32_t i = s->cells.first[d], next; i != CELLS_NONE; i = next) {
         struct cell *c = &s->cells.cell[i];
         next = c->next;
-        double place[3], range, off_az, off_el;
+        double place[3], off_az, off_el;
         state_vector(s, c, place);
-        beam_sees(b, place, &range, &off_az, &off_el);
+        double range = beam_range(b, place);
         double thick = s->layers.edge[c->layer + 1] - s->layers.edge[c->layer];
         if (range - 2.0 * c->sd_m < b->heard->blind_m || range + 2.0 * c->sd_m + thick / 2 > b->heard->free_to_m)
             continue;
-        double share = beam_share(off_az, b->half_az, s->direction[d].width_rad) *
-                       beam_share(off_el, b->half_el, s->rings.height_rad);
+        double width = s->direction[d].width_rad, high = s->rings.height_rad;
+        if (!beam_sees(b, place, b->half_az + width / 2, b->half_el + high / 2, &off_az, &off_el))
+            continue;
+        double share = beam_share(off_az, b->half_az, width) * beam_share(off_el, b->half_el, high);
         if (share < MIN_CARVE_SHARE || c->state == CELL_LOCKED)
             continue;
         weigh(s, c, b->ping, log((1 - ECHO_IF_OCCUPIED * share) / (1 - ECHO_IF_EMPTY * share)));

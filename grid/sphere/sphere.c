@@ -87,6 +87,7 @@ struct sphere *sphere_init(void *memory, const struct sphere_conf *conf)
         rings_centre(&s->rings, d, &az, &el);
         geo_direction(az, el, s->axis[d]);
         s->direction[d].width_rad = (float)rings_width(&s->rings, rings_ring(&s->rings, d));
+        s->direction[d].across_rad = s->direction[d].width_rad * hypot(s->axis[d][0], s->axis[d][1]);
     }
     s->blocked_logodds = log(conf->blocked_above / (1 - conf->blocked_above));
     s->fade_s = conf->forget_s / log(LOGODDS_MAX / s->blocked_logodds);

@@ -12,8 +12,9 @@
 
 struct direction {
     struct claim claim[CLAIMS];
-    uint32_t dirty;  /* on the list of directions to publish */
-    float width_rad; /* in azimuth */
+    uint32_t dirty;    /* on the list of directions to publish */
+    float width_rad;   /* in azimuth */
+    double across_rad; /* seen from the centre */
 };
 
 /* Bounds how long the past can outvote the present: a few turns. */

@@ -1,0 +1,156 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * bench_sphere - the grid alone: echoes per second through registration and updating, and transformation as the vehicle
+ * moves, against the number of cells; bytes; what each sensor model costs. Rates to compare with are assumptions:
+ * a WesMar SS150 that pings once per 400 m of range (1.9 echoes/s), an EM 1000 of 60 beams at 10 pings/s (600).
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <time.h>
+
+#include "../../grid/sphere/sphere.h"
+
+#define SS150_PER_S  1.9
+#define EM1000_PER_S 600.0
+#define BEAMS        60
+#define ROUNDS       5 /* the median of which is said */
+
+static struct sphere *sphere;
+static void *memory;
+static size_t bytes;
+static uint64_t t_ns;
+static uint32_t seq;
+static struct beam_echoes beams[BEAMS];
+
+static double now_s(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
+    return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
+}
+
+static void start(double step_deg, uint32_t max_cells, enum sphere_model model)
+{
+    struct sphere_conf conf = {.angular_step_rad = geo_rad(step_deg),
+                               .layers = {.r_max_m = 100, .dr_m = 0.05, .n_const = 29, .growth = 1.035},
+                               .max_cells = max_cells,
+                               .forget_s = 1e6,
+                               .blocked_above = 0.6,
+                               .recentre_m = 0.1,
+                               .model = model,
+                               .range_error = 0.003};
+    char err[200];
+    bytes = sphere_bytes(&conf, err, sizeof err);
+    free(memory);
+    memory = bytes ? aligned_alloc(64, (bytes + 63) / 64 * 64) : NULL;
+    if (!memory) {
+        fprintf(stderr, "no memory for a grid\n");
+        exit(1);
+    }
+    sphere = sphere_init(memory, &conf);
+    t_ns = 1;
+    seq = 0;
+}
+
+/* A fan of narrow beams across, swept about the vertical: every beam hears the bottom at a range of its own. */
+static void fan(double az_rad, double range_m, double opening_deg, double north_m)
+{
+    for (int i = 0; i < BEAMS; i++) {
+        float r = (float)(range_m * (1 + 0.002 * i));
+        beams[i] = (struct beam_echoes){.az_rad = (float)az_rad,
+                                        .el_rad = (float)geo_rad(2.5 * i - 75),
+                                        .blind_m = 0.3f,
+                                        .free_to_m = r - 0.1f,
+                                        .state = BEAM_ECHO,
+                                        .n = 1};
+        beams[i].echo[0] = (struct echo){.range_m = r, .near_m = r - 0.1f, .sd_m = 0.02f, .confidence = 0.9f};
+    }
+    struct echoes e = {.t_ns = t_ns += 1000000,
+                       .seq = ++seq,
+                       .n_beams = BEAMS,
+                       .range_max_m = 100,
+                       .az_aperture_rad = (float)geo_rad(opening_deg),
+                       .el_aperture_rad = (float)geo_rad(opening_deg),
+                       .pose = pose_identity,
+                       .beam = beams};
+    e.pose.has = POSE_ATTITUDE | POSE_POSITION;
+    e.pose.position_m[0] = north_m;
+    sphere_enter(sphere, &e, &mount_identity);
+}
+
+static int ascending(const void *a, const void *b)
+{
+    return (*(const double *)a > *(const double *)b) - (*(const double *)a < *(const double *)b);
+}
+
+static double median(double *x)
+{
+    qsort(x, ROUNDS, sizeof *x, ascending);
+    return x[ROUNDS / 2];
+}
+
+/* Echoes per second while the vehicle goes way_m between one fan and the next. */
+static double rate(int fans, double opening_deg, double way_m, double r0_m)
+{
+    static double north_m;
+    double s[ROUNDS];
+    north_m = 0;
+    for (int round = 0; round < ROUNDS; round++) {
+        double began = now_s();
+        for (int i = 0; i < fans; i++)
+            fan(i * geo_rad(2.5), r0_m * (1 + 0.01 * (i % 7)), opening_deg, north_m += way_m);
+        s[round] = now_s() - began;
+    }
+    return fans * BEAMS / median(s);
+}
+
+static void say(const char *what, double per_s)
+{
+    printf("%-46s %9.0f echoes/s  %8.0f x SS150  %6.1f x EM 1000\n", what, per_s, per_s / SS150_PER_S,
+           per_s / EM1000_PER_S);
+}
+
+/* Whole turns of fans, ever nearer, so that none looks through what one before has heard, until n cells are held. */
+static uint32_t fill(uint32_t n)
+{
+    struct sphere_stats st = {0};
+    for (double range_m = 85; range_m > 20 && st.cells < n; range_m /= 1.04)
+        for (int u = 0; u < 144 && st.cells < n; u++) {
+            fan(u * geo_rad(2.5), range_m, 2.5, 0);
+            sphere_stats(sphere, &st);
+        }
+    return st.cells;
+}
+
+int main(void)
+{
+    setvbuf(stdout, NULL, _IOLBF, 0);
+    static const char *const models[] = {"opening", "gauss", "midpoint"};
+    for (int model = SPHERE_OPENING; model <= SPHERE_MIDPOINT; model++) {
+        char what[80];
+        start(2.5, 65536, (enum sphere_model)model);
+        snprintf(what, sizeof what, "%s, 2.5 deg beams, standing still", models[model]);
+        say(what, rate(40, 2.5, 0, 20));
+    }
+    start(2.5, 65536, SPHERE_OPENING);
+    say("opening, 2.5 deg beams, 1 mm per fan", rate(40, 2.5, 0.001, 20));
+    start(2.5, 65536, SPHERE_OPENING);
+    say("opening, 6.5 deg beams, standing still", rate(40, 6.5, 0, 20));
+
+    puts("\ndirections of 1 degree");
+    printf("%9s %9s %14s %16s %12s\n", "cells", "room", "echoes/s", "recentre ms", "bytes/room");
+    for (uint32_t n = 1000; n <= 1000000; n *= 10) {
+        start(1, n * 5 / 4, SPHERE_OPENING);
+        uint32_t held = fill(n);
+        double still = rate(40, 2.5, 0, 18), ms[ROUNDS], north_m = 0;
+        for (int round = 0; round < ROUNDS; round++) {
+            double began = now_s();
+            fan(0, 18, 2.5, north_m += 0.11);
+            ms[round] = (now_s() - began) * 1e3;
+        }
+        printf("%9u %9u %14.0f %16.3f %12.1f\n", held, n * 5 / 4, still, median(ms), (double)bytes / (n * 5 / 4));
+    }
+    free(memory);
+    return 0;
+}
