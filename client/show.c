@@ -148,7 +148,6 @@ static void show_sectors(const struct page *page, const json_t *result)
                 : "");
 }
 
-/* The faults a sensor has counted, if any. */
 static void show_clusters(const struct page *page, const json_t *result)
 {
     const json_t *list = json_object_get(result, "clusters");
@@ -194,6 +193,7 @@ static void show_next_look(const struct page *page, const json_t *result)
     }
 }
 
+/* The faults a sensor has counted, if any. */
 static void show_faults(const struct page *page, const json_t *sensor)
 {
     static const struct {
@@ -208,6 +208,8 @@ static void show_faults(const struct page *page, const json_t *sensor)
                   {"reconnects", "reconnects"},
                   {"port_lost", "lost in the port"},
                   {"port_refused", "not taken by the far end"},
+                  {"tap_lost_bytes", "bytes the tap's reader left"},
+                  {"tap_refused_bytes", "bytes written to the tap"},
                   {"dropped", "pings dropped"}};
     const char *separator = "             ";
     char a[CELL];
@@ -222,6 +224,20 @@ static void show_faults(const struct page *page, const json_t *sensor)
         fputc('\n', page->out);
     if (json_object_get(sensor, "port_error"))
         fprintf(page->out, "             %s\n", text(a, sensor, "port_error"));
+}
+
+/* A CAN bus that is not well, or was not. */
+static void show_bus(const struct page *page, const json_t *bus)
+{
+    char a[CELL];
+    const char *state = text(a, bus, "state");
+
+    if (!json_is_object(bus) || (strcmp(state, "up") == 0 && count(bus, "error_frames") == 0))
+        return;
+    fprintf(page->out, "             CAN bus ");
+    print_word(page, strcmp(state, "up") == 0 ? GREEN : RED, 0, state);
+    fprintf(page->out, ", %lld error frames, %lld times off; errors sending %lld, receiving %lld\n",
+            count(bus, "error_frames"), count(bus, "bus_offs"), count(bus, "tx_errors"), count(bus, "rx_errors"));
 }
 
 static void show_sensor(const struct page *page, const json_t *sensor)
@@ -241,6 +257,7 @@ static void show_sensor(const struct page *page, const json_t *sensor)
         fprintf(page->out, "             %lld pings, the last %s ago\n", count(sensor, "pings"),
                 duration(c, number(sensor, "last_ping_age_s")));
     show_faults(page, sensor);
+    show_bus(page, json_object_get(sensor, "bus"));
 }
 
 static void show_pose(const struct page *page, const json_t *pose)

@@ -129,6 +129,11 @@ const char *conf_source_text(const struct conf_source *source, size_t *size)
     return source ? source->text : "";
 }
 
+void conf_source_override(struct conf_source *source, const char *section, const char *key, const char *option)
+{
+    source->origin[0][conf_key_find(section, key) - conf_keys].given = option;
+}
+
 void conf_source_free(struct conf_source *source)
 {
     if (!source)

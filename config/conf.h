@@ -272,6 +272,12 @@ void conf_sample(FILE *out);
 /** conf_table_man - the table of keys in man(7) macros, for sonard.conf(5). */
 void conf_table_man(FILE *out);
 
+/**
+ * conf_source_override - a value does not stand in the file but was given by an option of the command line, which
+ * conf_print names then; `option` must stay. Only keys outside of [sonar].
+ */
+void conf_source_override(struct conf_source *source, const char *section, const char *key, const char *option);
+
 /** conf_source_text - the configuration's bytes as read, and how many; never NULL. */
 const char *conf_source_text(const struct conf_source *source, size_t *size);
 

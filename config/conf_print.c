@@ -19,16 +19,18 @@ static void each_line(const char *text, FILE *out, void (*put)(const char *line,
     }
 }
 
-/* "FILE:LINE" or "default": in ASCII, because the output has to load wherever the file lies. */
+/* "FILE:LINE", an option, or "default": in ASCII, because the output has to load wherever the file lies. */
 static void origin_text(const struct conf_source *source, int sonar, const struct conf_key *key, char *text,
                         size_t size)
 {
-    unsigned line = source ? source->origin[sonar][key - conf_keys].line : 0;
-    bool bad = source && source->origin[sonar][key - conf_keys].bad;
-    if (line == 0 || bad)
+    static const struct conf_origin standard = {0};
+    const struct conf_origin *origin = source ? &source->origin[sonar][key - conf_keys] : &standard;
+    if (origin->given)
+        snprintf(text, size, "%s", origin->given);
+    else if (origin->line == 0 || origin->bad)
         snprintf(text, size, "default");
     else
-        snprintf(text, size, "%s:%u", source->name, line);
+        snprintf(text, size, "%s:%u", source->name, origin->line);
     for (char *c = text; *c; c++)
         if (*c < 0x20 || *c > 0x7e)
             *c = '?';

@@ -11,8 +11,9 @@
 #include "conf_table.h"
 
 struct conf_origin {
-    unsigned line; /* 0: the default */
-    bool bad;      /* what stood there was refused; the default is in force */
+    unsigned line;     /* 0: the default */
+    const char *given; /* the option of the command line that set it instead, or NULL */
+    bool bad;          /* what stood there was refused; the default is in force */
 };
 
 struct conf_source {

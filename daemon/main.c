@@ -3,6 +3,7 @@
 #include <errno.h>
 #include <getopt.h>
 #include <signal.h>
+#include <stddef.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/epoll.h>
@@ -390,14 +391,20 @@ static int run(struct daemon *d, const struct options *o, struct replay *replay,
 
 /* ---- options ---- */
 
-static void override(struct conf *conf, const struct options *o)
+static void override(struct conf *conf, struct conf_source *source, const struct options *o)
 {
-    if (o->record)
+    if (o->record) {
         snprintf(conf->record.directory, sizeof conf->record.directory, "%s", o->record);
-    if (o->socket)
+        conf_source_override(source, "record", "directory", "--record");
+    }
+    if (o->socket) {
         snprintf(conf->server.socket, sizeof conf->server.socket, "%s", o->socket);
-    if (o->threads >= 0)
+        conf_source_override(source, "server", "socket", "--socket");
+    }
+    if (o->threads >= 0) {
         conf->pipeline.threads = o->threads;
+        conf_source_override(source, "pipeline", "threads", "--threads");
+    }
     static const enum log_level levels[] = {[CONF_LOG_ERR] = LOG_ERR,
                                             [CONF_LOG_WARNING] = LOG_WARNING,
                                             [CONF_LOG_NOTICE] = LOG_NOTICE,
@@ -419,109 +426,106 @@ static int too_long(const char *what, const char *value, size_t room)
     return wrong(what, value, wanted);
 }
 
-/* -1: go on; otherwise the exit status. */
-static int parse(int argc, char **argv, struct options *o)
+/* -1 in these: go on; otherwise it is the exit status. */
+
+enum { CHECK = 256, PRINT, SAMPLE, MAN_TABLE, RECORD, REPLAY, SPEED, STAY, ANSWERS, SOCKET, THREADS, VERSION };
+
+static const struct option longs[] = {{"config", required_argument, NULL, 'c'},
+                                      {"check", required_argument, NULL, CHECK},
+                                      {"print", no_argument, NULL, PRINT},
+                                      {"sample", no_argument, NULL, SAMPLE},
+                                      {"man-table", no_argument, NULL, MAN_TABLE},
+                                      {"record", required_argument, NULL, RECORD},
+                                      {"replay", required_argument, NULL, REPLAY},
+                                      {"speed", required_argument, NULL, SPEED},
+                                      {"stay", no_argument, NULL, STAY},
+                                      {"answers", required_argument, NULL, ANSWERS},
+                                      {"socket", required_argument, NULL, SOCKET},
+                                      {"threads", required_argument, NULL, THREADS},
+                                      {"version", no_argument, NULL, VERSION},
+                                      {"help", no_argument, NULL, 'h'},
+                                      {NULL, 0, NULL, 0}};
+
+/* Options that keep their value as it stands. */
+static const struct {
+    int c;
+    size_t at; /* in struct options */
+} texts[] = {{'c', offsetof(struct options, conf)},        {CHECK, offsetof(struct options, conf)},
+             {RECORD, offsetof(struct options, record)},   {REPLAY, offsetof(struct options, replay)},
+             {ANSWERS, offsetof(struct options, answers)}, {SOCKET, offsetof(struct options, socket)}};
+
+static int take_number(struct options *o, int c, const char *value)
 {
-    enum {
-        CHECK = 256,
-        PRINT,
-        SAMPLE,
-        MAN_TABLE,
-        RECORD,
-        REPLAY,
-        SPEED,
-        STAY,
-        ANSWERS,
-        SOCKET,
-        THREADS,
-        VERSION,
-        HELP
-    };
-    static const struct option longs[] = {{"config", required_argument, NULL, 'c'},
-                                          {"check", required_argument, NULL, CHECK},
-                                          {"print", no_argument, NULL, PRINT},
-                                          {"sample", no_argument, NULL, SAMPLE},
-                                          {"man-table", no_argument, NULL, MAN_TABLE},
-                                          {"record", required_argument, NULL, RECORD},
-                                          {"replay", required_argument, NULL, REPLAY},
-                                          {"speed", required_argument, NULL, SPEED},
-                                          {"stay", no_argument, NULL, STAY},
-                                          {"answers", required_argument, NULL, ANSWERS},
-                                          {"socket", required_argument, NULL, SOCKET},
-                                          {"threads", required_argument, NULL, THREADS},
-                                          {"version", no_argument, NULL, VERSION},
-                                          {"help", no_argument, NULL, HELP},
-                                          {NULL, 0, NULL, 0}};
     char *rest;
-    for (int c; (c = getopt_long(argc, argv, "c:h", longs, NULL)) != -1;) {
-        switch (c) {
-        case 'c':
-            o->conf = optarg;
-            break;
-        case CHECK:
-            o->check = true;
-            o->conf = optarg;
-            break;
-        case PRINT:
-            o->print = true;
-            break;
-        case SAMPLE:
-            conf_sample(stdout);
-            return OK;
-        case MAN_TABLE:
-            conf_table_man(stdout);
-            return OK;
-        case RECORD:
-            o->record = optarg;
-            break;
-        case REPLAY:
-            o->replay = optarg;
-            break;
-        case SPEED:
-            o->speed = strtod(optarg, &rest);
-            if (*rest || rest == optarg || !(o->speed >= 1e-3 && o->speed <= 1e6))
-                return wrong("--speed", optarg, "a factor from 0.001 to 1e6");
-            break;
-        case STAY:
-            o->stay = true;
-            break;
-        case ANSWERS:
-            o->answers = optarg;
-            break;
-        case SOCKET:
-            o->socket = optarg;
-            break;
-        case THREADS:
-            if (strlen(optarg) != 1 || optarg[0] < '0' || optarg[0] > '2')
-                return wrong("--threads", optarg, "0, 1 or 2");
-            o->threads = optarg[0] - '0';
-            break;
-        case VERSION:
-            printf("sonard %s\n", SONARD_VERSION);
-            return OK;
-        case 'h':
-        case HELP:
-            fputs(usage, stdout);
-            return OK;
-        default:
-            fputs("Try 'sonard --help'.\n", stderr);
-            return USAGE;
-        }
+    if (c == THREADS) {
+        if (strlen(value) != 1 || value[0] < '0' || value[0] > '2')
+            return wrong("--threads", value, "0, 1 or 2");
+        o->threads = value[0] - '0';
+        return -1;
     }
-    if (optind < argc)
-        return wrong("argument", argv[optind], "options only; see 'sonard --help'");
+    o->speed = strtod(value, &rest);
+    if (*rest || rest == value || !(o->speed >= 1e-3 && o->speed <= 1e6))
+        return wrong("--speed", value, "a factor from 0.001 to 1e6");
+    return -1;
+}
+
+static int take(struct options *o, int c, const char *value)
+{
+    for (size_t i = 0; i < sizeof texts / sizeof texts[0]; i++)
+        if (texts[i].c == c)
+            memcpy((char *)o + texts[i].at, &value, sizeof value);
+    o->check |= c == CHECK;
+    o->print |= c == PRINT;
+    o->stay |= c == STAY;
+    switch (c) {
+    case SPEED:
+    case THREADS:
+        return take_number(o, c, value);
+    case SAMPLE:
+        conf_sample(stdout);
+        return OK;
+    case MAN_TABLE:
+        conf_table_man(stdout);
+        return OK;
+    case VERSION:
+        printf("sonard %s\n", SONARD_VERSION);
+        return OK;
+    case 'h':
+        fputs(usage, stdout);
+        return OK;
+    case '?':
+        fputs("Try 'sonard --help'.\n", stderr);
+        return USAGE;
+    default:
+        return -1;
+    }
+}
+
+/* Do they go together, and do they fit? */
+static int check_options(const struct options *o)
+{
+    const struct conf *conf = NULL;
     if (!o->replay && (o->speed > 0 || o->stay)) {
         fprintf(stderr, "sonard: %s: goes together with --replay only\n", o->stay ? "--stay" : "--speed");
         return USAGE;
     }
     if (o->replay && o->record)
         return wrong("--record", o->record, "a live run: a replay records nothing");
-    const struct conf *conf = NULL;
     if (o->socket && strlen(o->socket) >= sizeof conf->server.socket)
         return too_long("--socket", o->socket, sizeof conf->server.socket);
     if (o->record && strlen(o->record) >= sizeof conf->record.directory)
         return too_long("--record", o->record, sizeof conf->record.directory);
     return -1;
+}
+
+static int parse(int argc, char **argv, struct options *o)
+{
+    int status = -1;
+    for (int c; status < 0 && (c = getopt_long(argc, argv, "c:h", longs, NULL)) != -1;)
+        status = take(o, c, optarg);
+    if (status < 0 && optind < argc)
+        return wrong("argument", argv[optind], "options only; see 'sonard --help'");
+    return status < 0 ? check_options(o) : status;
 }
 
 int main(int argc, char **argv)
@@ -542,7 +546,7 @@ int main(int argc, char **argv)
     struct conf_source *source = NULL;
     status = FAILED;
     if (load_conf(&o, replay, &d.conf, &source, &d.conf_name)) {
-        override(&d.conf, &o);
+        override(&d.conf, source, &o);
         if (o.print) {
             conf_print(&d.conf, source, stdout);
             status = OK;

@@ -1,9 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 #include "replay.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include "../drivers/candump.h"
 #include "../drivers/mcap.h"
@@ -81,6 +83,10 @@ static void take_next(struct replay *r)
 static bool open_file(struct replay *r, const char *path, char *err, size_t err_size)
 {
     char why[256];
+    if (access(path, R_OK) != 0) {
+        snprintf(err, err_size, "%s: %s", path, strerror(errno));
+        return false;
+    }
     r->reader = mcap_open(path, on_problem, r, err, err_size);
     if (!r->reader)
         r->log = candump_open(path, why, sizeof why);

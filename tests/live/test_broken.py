@@ -152,6 +152,8 @@ def captures(bench):
     for path, words in ((bench.path("missing.mcap"), "No such file"), (bench.folder, "not a file")):
         result = bench.run(SONARD, "--replay", path, "--socket", "none")
         check(result.returncode == 1 and words in result.stderr and path in result.stderr, result.stderr)
+    said = bench.run(SONARD, "--replay", bench.path("missing.mcap"), "--socket", "none").stderr
+    check(said.count("missing.mcap") == 1 and said.count("\n") == 1, "more than one sentence: " + said)
     check(conf_at > 0 and len(table) >= 10, "the table is too short")
     note("%d broken captures" % (len(table) + 2))
 

@@ -595,6 +595,10 @@ TEST(print_says_where_from)
     CHECK(strstr(printed, "range = 5 m                              ; a?b.conf:4\n") != NULL);
     CHECK(strstr(printed, "move_limit = 0.4 m                       ; a?b.conf:6\n") != NULL);
     CHECK(strstr(printed, "layer = 0.05 m                           ; default\n") != NULL);
+    free(printed);
+    conf_source_override(source, "grid", "move_limit", "--limit");
+    printed = to_text(NULL, &conf, source);
+    CHECK(strstr(printed, "move_limit = 0.4 m                       ; --limit\n") != NULL);
     size_t size;
     CHECK_STR(conf_source_text(source, &size), text);
     CHECK_INT(size, strlen(text));
