@@ -74,6 +74,10 @@ const struct conf_key conf_keys[] = {
     {"sonar", "mode", WORDS("auto", "transmit", "request"), .standard = "auto", SONAR(mode),
      .help = "transmit: the sonar pings by itself, which is faster; request: every ping is asked for, which\n"
              "old firmware needs. auto: transmit, and request when the sonar refuses."},
+    {"sonar", "scan", WORDS("plain", "active"), .standard = "plain", SONAR(scan),
+     .help = "active: half of the pings go where they tell most, mostly ahead of the way, and the full circle takes\n"
+             "a little over twice as long. Wants a velocity and an attitude (sonard-protocol(7), pose); without it\n"
+             "is as plain with mode = request. For device = ping360."},
     {"sonar", "frequency", QUANTITY(1, "kHz", 10, 3000), .standard = "auto", .instead = "auto", .instead_value = 0,
      SONAR(frequency_hz), .help = "Transmit frequency. auto: the device's default (ping360: 750 kHz, micron: 675 kHz)."},
     {"sonar", "node", INTEGER(0, 253), .standard = "any", .instead = "any", .instead_value = -1, SONAR(node),

@@ -11,6 +11,7 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "attention.h"
 #include "daemon.h"
 #include "instruments.h"
 #include "log.h"
@@ -192,6 +193,38 @@ static void on_law_tick(void *ctx, uint64_t now_ns)
     loop_arm(t->d->loop, &t->timer, now_ns + LAW_TICK_NS);
 }
 
+/* Tells sonars that can be steered where to look. */
+struct attention_timer {
+    struct loop_timer timer;
+    struct daemon *d;
+};
+
+static void on_attention_tick(void *ctx, uint64_t now_ns)
+{
+    struct attention_timer *t = ctx;
+    struct daemon *d = t->d;
+    struct pose pose = pose_identity;
+    if (pose_log_fresh(&d->poses, now_ns))
+        pose_log_newest(&d->poses, &pose);
+    for (int i = 0; i < d->conf.n_sonars; i++) {
+        double from_rad = 0, to_rad = 0;
+        if (d->conf.sonar[i].scan != CONF_SCAN_ACTIVE)
+            continue;
+        attention_sector(pipeline_picture(d->pipeline), now_ns, d->conf.grid.clear_for_s, &pose, &d->mount[i],
+                         &from_rad, &to_rad);
+        source_attend(d->source[i], from_rad, to_rad);
+    }
+    loop_arm(d->loop, &t->timer, now_ns + ATTENTION_TICK_NS);
+}
+
+static bool any_steered(const struct daemon *d)
+{
+    for (int i = 0; i < d->conf.n_sonars; i++)
+        if (d->conf.sonar[i].scan == CONF_SCAN_ACTIVE)
+            return true;
+    return false;
+}
+
 static bool make_pipeline(struct daemon *d, char *err, size_t err_size)
 {
     struct pipeline_conf p;
@@ -267,6 +300,10 @@ static void run_live(struct daemon *d)
     struct law_timer law = {.d = d};
     law.timer = (struct loop_timer){.fire = on_law_tick, .ctx = &law};
     loop_arm(d->loop, &law.timer, loop_now(d->loop) + LAW_TICK_NS);
+    struct attention_timer attention = {.d = d};
+    attention.timer = (struct loop_timer){.fire = on_attention_tick, .ctx = &attention};
+    if (any_steered(d))
+        loop_arm(d->loop, &attention.timer, loop_now(d->loop) + ATTENTION_TICK_NS);
     for (int i = 0; i < d->conf.n_sonars; i++)
         source_start(d->source[i]);
     log_line(LOG_NOTICE, "version %s, configuration %s, %d sonar%s, %d pipeline thread%s, socket %s",
@@ -276,6 +313,7 @@ static void run_live(struct daemon *d)
     }
     loop_arm(d->loop, &recording.timer, LOOP_NEVER);
     loop_arm(d->loop, &law.timer, LOOP_NEVER);
+    loop_arm(d->loop, &attention.timer, LOOP_NEVER);
 }
 
 static void run_replay(struct daemon *d, struct replay *replay, const struct options *o)

@@ -285,6 +285,7 @@ static void describe(const struct source *s, const struct conf_sonar *conf, cons
                               .frequency_hz = conf->frequency_hz,
                               .min_confidence = conf->min_confidence,
                               .request_response = conf->mode == CONF_MODE_REQUEST,
+                              .steered = conf->scan == CONF_SCAN_ACTIVE,
                               .listen_only = s->env.replay,
                               .node = conf->node,
                               .sensor_id = conf->sensor_id,
@@ -326,6 +327,10 @@ static bool set_device(struct source *s, const struct conf_sonar *conf, const st
         snprintf(err, err_size, "tap = %s: a tap is for a stream of bytes, not for a CAN bus", conf->tap);
         return false;
     }
+    if (conf->scan == CONF_SCAN_ACTIVE && !s->ops->attend) {
+        snprintf(err, err_size, "scan = active: a %s cannot be steered; a ping360 can", conf->device);
+        return false;
+    }
     s->device = calloc(1, s->ops->state_size);
     describe(s, conf, water, &d);
     if (!s->device || !s->ops->init(s->device, &d, err, err_size))
@@ -333,6 +338,11 @@ static bool set_device(struct source *s, const struct conf_sonar *conf, const st
     if (wants_frames)
         s->port.can_match = s->ops->can_match(s->device);
     return true;
+}
+
+void source_attend(struct source *s, double from_rad, double to_rad)
+{
+    s->ops->attend(s->device, from_rad, to_rad);
 }
 
 bool source_check(const struct conf_sonar *conf, const struct conf_water *water, char *err, size_t err_size)

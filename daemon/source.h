@@ -56,6 +56,9 @@ struct source *source_new(const struct source_env *env, const struct conf_sonar 
 bool source_check(const struct conf_sonar *conf, const struct conf_water *water, char *err, size_t err_size);
 
 void source_start(struct source *s);                                /* first try to open */
+/** source_attend - look there more often (azimuths as in device_ops.attend); for sonars set to scan = active. */
+void source_attend(struct source *s, double from_rad, double to_rad);
+
 void source_feed(struct source *s, const uint8_t *bytes, size_t n); /* replay: bytes as they were read */
 void source_stop(struct source *s);                                 /* ask the hardware to be quiet */
 bool source_stopped(const struct source *s);                        /* it is, or cannot be asked */

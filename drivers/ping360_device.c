@@ -55,7 +55,8 @@ struct ping360 {
     struct ping360_scan scan;
     bool auto_refused; /* automatic scan, by this firmware */
     struct ping360_track track;
-    bool new_turn; /* the next ping begins one */
+    struct ping360_seen seen; /* of a head that is steered: it jumps, and a turn is when it has been everywhere */
+    bool new_turn;            /* the next ping begins one */
 };
 
 static void go(struct ping360 *d, enum step step, uint64_t now_ns, const struct device_io *io)
@@ -112,6 +113,8 @@ static bool check_conf(const struct device_conf *conf, double frequency_khz, cha
     else if (!(fabs(conf->sector_start_rad) <= far_rad && fabs(conf->sector_end_rad) <= far_rad))
         snprintf(err, err_size, "sector = %g %g deg: must lie in -720 .. 720 deg", geo_deg(conf->sector_start_rad),
                  geo_deg(conf->sector_end_rad));
+    else if (conf->steered && fabs(remainder(conf->sector_end_rad - conf->sector_start_rad, GEO_TURN)) > 1e-9)
+        snprintf(err, err_size, "scan = active: wants the full circle, sector = 0 360 deg");
     else
         return true;
     return false;
@@ -262,7 +265,7 @@ static void nobody_there(void *device, uint64_t now_ns, const struct device_io *
 static void start_scan(void *device, uint64_t now_ns, const struct device_io *io)
 {
     struct ping360 *d = device;
-    const bool request = d->conf.request_response || d->auto_refused || !d->scan.by_itself;
+    const bool request = d->conf.request_response || d->conf.steered || d->auto_refused || !d->scan.by_itself;
     d->talk.asker.answered = false;
     go(d, request ? REQUEST : AUTO, now_ns, io);
 }
@@ -335,7 +338,8 @@ static void on_data(struct ping360 *d, const struct ping_frame *frame, uint64_t 
         asker->status.bad_frame++;
         return;
     }
-    if (ping360_track_follow(&d->track, &data, &missing))
+    const bool turned = ping360_track_follow(&d->track, &data, &missing);
+    if (d->conf.steered ? ping360_seen_add(&d->seen, data.set.angle, d->scan.step) : turned)
         d->new_turn = true;
     asker->status.lost_frames += missing;
     if (data.n_data > 0) /* else the head only moved, or told its settings */
@@ -427,6 +431,12 @@ static void ping360_opened(void *state, uint64_t now_ns, const struct device_io 
     ping_talk_opened(&d->talk, now_ns, io);
 }
 
+static void ping360_attend(void *state, double from_rad, double to_rad)
+{
+    struct ping360 *d = state;
+    ping360_scan_attend(&d->scan, from_rad, to_rad);
+}
+
 static void ping360_stop(void *state, uint64_t now_ns, const struct device_io *io)
 {
     struct ping360 *d = state;
@@ -448,4 +458,5 @@ const struct device_ops device_ping360 = {
     .deadline = asker_deadline,
     .stop = ping360_stop,
     .status = ping_talk_status,
+    .attend = ping360_attend,
 };

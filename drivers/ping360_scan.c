@@ -42,13 +42,25 @@ void ping360_scan_init(struct ping360_scan *scan, double start_rad, double end_r
     scan->sweep.step = (uint8_t)(scan->by_itself ? step : 0);
 }
 
-uint16_t ping360_scan_angle(const struct ping360_scan *scan)
+/* Of an azimuth in the sensor frame. */
+static uint16_t angle_of(double az_rad)
+{
+    long angle = (gradians(fmod(az_rad, GEO_TURN)) + PING360_AHEAD) % PING360_TURN;
+    return (uint16_t)(angle < 0 ? angle + PING360_TURN : angle);
+}
+
+static uint16_t plain_angle(const struct ping360_scan *scan)
 {
     unsigned ahead = scan->positions ? (unsigned)scan->at * scan->step : scan->at;
     return (uint16_t)((scan->first + ahead) % PING360_TURN);
 }
 
-void ping360_scan_advance(struct ping360_scan *scan)
+uint16_t ping360_scan_angle(const struct ping360_scan *scan)
+{
+    return scan->pass_left ? scan->pass_angle : plain_angle(scan);
+}
+
+static void advance_plain(struct ping360_scan *scan)
 {
     if (scan->positions == 0) {
         scan->at = (uint16_t)((scan->at + scan->step) % PING360_TURN);
@@ -57,6 +69,49 @@ void ping360_scan_advance(struct ping360_scan *scan)
             scan->backward = !scan->backward;
         scan->at = (uint16_t)(scan->backward ? scan->at - 1 : scan->at + 1);
     }
+}
+
+static void begin_pass(struct ping360_scan *scan, uint16_t from)
+{
+    const uint16_t last = (uint16_t)((scan->attend_first + (scan->attend_n - 1) * scan->step) % PING360_TURN);
+    scan->pass_backward = abs(ping360_way(from, last)) < abs(ping360_way(from, scan->attend_first));
+    scan->pass_angle = scan->pass_backward ? last : scan->attend_first;
+    scan->pass_left = scan->attend_n;
+    scan->plain = 0;
+}
+
+void ping360_scan_advance(struct ping360_scan *scan)
+{
+    if (scan->pass_left) {
+        const int step = scan->pass_backward ? PING360_TURN - scan->step : scan->step;
+        scan->pass_angle = (uint16_t)((scan->pass_angle + step) % PING360_TURN);
+        scan->pass_left--;
+        return;
+    }
+    const uint16_t from = plain_angle(scan);
+    advance_plain(scan);
+    scan->plain++;
+    if (scan->attend_n && scan->plain >= scan->attend_n)
+        begin_pass(scan, from);
+}
+
+void ping360_scan_attend(struct ping360_scan *scan, double from_rad, double to_rad)
+{
+    const long span = gradians(geo_wrap(to_rad - from_rad));
+    if (scan->positions)
+        return;
+    scan->attend_first = angle_of(from_rad);
+    scan->attend_n = (uint16_t)(span > 0 && span < PING360_TURN ? span / scan->step + 1 : 0);
+}
+
+bool ping360_seen_add(struct ping360_seen *seen, uint16_t angle, uint16_t step)
+{
+    const bool new_turn = seen->n >= (PING360_TURN + step - 1) / step;
+    if (new_turn)
+        *seen = (struct ping360_seen){0};
+    seen->n = (uint16_t)(seen->n + !(seen->angles[angle / 64] >> (angle % 64) & 1));
+    seen->angles[angle / 64] |= 1ull << (angle % 64);
+    return new_turn;
 }
 
 int ping360_way(uint16_t from, uint16_t to)

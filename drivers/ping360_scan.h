@@ -17,12 +17,18 @@
 
 /* The order of angles in a sector (back and forth) or a full circle (round and round). */
 struct ping360_scan {
-    uint16_t first;             /* gradian where the sector begins */
-    uint16_t step;              /* gradians, 1..200 */
-    uint16_t positions;         /* angles in the sector; 0: full circle */
-    uint16_t at;                /* position in the sector, or gradians behind `first` in a circle */
-    bool backward;              /* on the way back through the sector */
-    bool by_itself;             /* the head can do this scan without being asked for every ping ... */
+    uint16_t first;        /* gradian where the sector begins */
+    uint16_t step;         /* gradians, 1..200 */
+    uint16_t positions;    /* angles in the sector; 0: full circle */
+    uint16_t at;           /* position in the sector, or gradians behind `first` in a circle */
+    bool backward;         /* on the way back through the sector */
+    uint16_t attend_first; /* gradians in between are passed over after as many others; see ping360_scan_attend */
+    uint16_t attend_n;     /* angles of a pass, a step apart; 0: nothing is attended */
+    uint16_t pass_left;    /* angles of the present pass; 0: the plain scan goes on */
+    uint16_t pass_angle;   /* whose turn it is in the pass */
+    bool pass_backward;    /* it began at the end, which was nearer */
+    uint16_t plain;        /* angles of the plain scan since the last pass */
+    bool by_itself;        /* the head can do this scan without being asked for every ping ... */
     struct ping360_sweep sweep; /* ... told so */
 };
 
@@ -38,6 +44,22 @@ uint16_t ping360_scan_angle(const struct ping360_scan *scan);
 
 /** ping360_scan_advance - on to the next; the ends of a sector are not repeated. */
 void ping360_scan_advance(struct ping360_scan *scan);
+
+/**
+ * ping360_scan_attend - in a full circle: pass over the azimuths from `from_rad` clockwise to `to_rad` (less than a turn) after
+ * every so many angles of the plain scan as a pass has. That goes on where it was, so that all of the circle is
+ * covered in twice as many pings. Equal: the plain scan alone. A pass that has begun is finished as it is.
+ */
+void ping360_scan_attend(struct ping360_scan *scan, double from_rad, double to_rad);
+
+/* The angles that pings came from since a turn began, whatever their order. */
+struct ping360_seen {
+    uint64_t angles[(PING360_TURN + 63) / 64];
+    uint16_t n;
+};
+
+/** ping360_seen_add - a ping from `angle`. True: a new turn begins with it, all of the circle was seen in the last. */
+bool ping360_seen_add(struct ping360_seen *seen, uint16_t angle, uint16_t step);
 
 /** ping360_way - the shorter way between two angles, -200 < way <= 200 gradians, clockwise positive. */
 int ping360_way(uint16_t from, uint16_t to);

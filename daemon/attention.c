@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: MIT */
+#include "attention.h"
+
+#include <string.h>
+
+#include "../grid/answer/next_look.h"
+
+#define HALF_DEG 20.0 /* of the sector attended: a pass of it takes a ninth of a turn */
+#define BAND_DEG 10.0 /* about the horizon, where scanning heads look */
+
+bool attention_sector(struct picture *picture, uint64_t now_ns, double stale_s, const struct pose *pose,
+                      const struct mount *mount, double *from_rad, double *to_rad)
+{
+    const unsigned wanted = POSE_ATTITUDE | POSE_VELOCITY;
+    struct picture_frame frame;
+    struct next_look_conf conf = {
+        .stale_s = stale_s, .low_rad = -geo_rad(BAND_DEG), .high_rad = geo_rad(BAND_DEG)};
+    struct next_look best;
+    double v[3], az, el;
+    picture_get_frame(picture, &frame);
+    if (!frame.ned || (pose->has & wanted) != wanted)
+        return false;
+    memcpy(conf.velocity_mps, pose->velocity_mps, sizeof conf.velocity_mps);
+    if (!next_look(picture, now_ns, &conf, NULL, 0, &best, 1))
+        return false;
+    geo_direction(best.az_rad, best.el_rad, v);
+    quat_rotate_inverse(pose->attitude, v, v);
+    quat_rotate_inverse(mount->attitude, v, v);
+    geo_angles(v, &az, &el);
+    *from_rad = geo_wrap(az - geo_rad(HALF_DEG));
+    *to_rad = geo_wrap(az + geo_rad(HALF_DEG));
+    return true;
+}
