@@ -320,7 +320,7 @@ static struct late_ring end_ring_down(const struct extract *e, struct profile *p
     return (struct late_ring){(uint32_t)usual, found};
 }
 
-/* Something near rings with the head: where it usually is quiet, a cell is as loud as an echo over the floor. */
+/* Something near rings with the head: where it usually is quiet, a cell is nearly as loud as an echo over the floor. */
 static bool is_near_shadow(const struct profile *p, struct late_ring late, double loud)
 {
     for (uint32_t i = late.begin; i < late.end; i++)
@@ -354,7 +354,7 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
     law_check_add(&e->law_check, &p);
     const double detectable = fmax(e->contrast, (double)d.cfar.alpha_q16 / 65536.0);
     const struct silence silence = silence_levels(&p, detectable);
-    const bool near_shadow = is_near_shadow(&p, late, detectable * (double)silence.floor);
+    const bool near_shadow = is_near_shadow(&p, late, DOUBTFUL * detectable * (double)silence.floor);
     of_ping->floor = silence.floor < of_ping->floor ? silence.floor : of_ping->floor;
     const bool on_clean = e->conf.order == EXTRACT_PAPER && p.clean && ping->sample_bytes == 1;
     if (on_clean)
