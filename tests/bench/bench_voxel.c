@@ -2,7 +2,7 @@
 /*
  * bench_voxel - beams into a voxel submap: time per ping and per voxel raised, beside the time that adding 1 to one byte
  * of the very same cache lines takes, the map's bytes, and what is wrong. Scenes of voxel_scene.h, and a fan of
- * 512 beams. "bench_voxel SCENE VOXEL TURNS" runs one scene only, for counting instructions.
+ * 512 beams. "bench_voxel SCENE VOXEL TURNS" runs one scene (F: the fan) only, for counting instructions.
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -163,29 +163,36 @@ static void scene(char which, double voxel_m, int turns, bool timed)
 }
 
 /* 512 beams over 120 degrees ahead, 20 degrees high; each half its spacing wide to either side. */
-static void fan(double voxel_m)
+static void fan(double voxel_m, int turns, bool timed)
 {
     static struct cast_beam beam[512];
     struct cast_opening o;
     char err[200];
-    const double level[4] = {1, 0, 0, 0}, pitch_deg = 120.0 / 512;
+    const double level[4] = {1, 0, 0, 0}, pitch_deg = 120.0 / 512, position_m[3] = {0.03, 0.03, 0.04};
+    struct lattice_place at;
 
-    if (!cast_opening_init(&o, CAST_WEDGE, geo_rad(pitch_deg) / 2, geo_rad(10), 0, err, sizeof err))
+    if (!lattice_place(position_m, voxel_m, &at) ||
+        !cast_opening_init(&o, CAST_WEDGE, geo_rad(pitch_deg) / 2, geo_rad(10), 0, err, sizeof err))
         exit(1);
     map_new(21, 8, voxel_m);
     for (int b = 0; b < 512; b++)
-        if (!cast_aim(&beam[b], &o, &middle, level, geo_rad(pitch_deg * (b + 0.5) - 60), 0, 0,
-                      20 - 0.01 * (b % 50), voxel_m))
+        if (!cast_aim(&beam[b], &o, &at, level, geo_rad(pitch_deg * (b + 0.5) - 60), 0, 0, 20 - 0.01 * (b % 50),
+                      voxel_m))
             exit(1);
-    cast_turn(beam, 512);
-    report("fan", voxel_m, beam, 512, 1);
+    for (int turn = 0; turn < turns; turn++)
+        cast_turn(beam, 512);
+    if (timed)
+        report("fan", voxel_m, beam, 512, 1);
     map_free();
 }
 
 int main(int argc, char **argv)
 {
     if (argc == 4) {
-        scene(argv[1][0], atof(argv[2]), atoi(argv[3]), false);
+        if (argv[1][0] == 'F')
+            fan(atof(argv[2]), atoi(argv[3]), false);
+        else
+            scene(argv[1][0], atof(argv[2]), atoi(argv[3]), false);
         return 0;
     }
     for (const char *which = "AT"; *which; which++)
@@ -193,7 +200,7 @@ int main(int argc, char **argv)
             scene(*which, (const double[]){0.5, 0.2, 0.1, 0.05}[v], 100, true);
     scene('B', 0.5, 2, true);
     scene('B', 0.2, 2, true);
-    fan(0.2);
-    fan(0.1);
+    fan(0.2, 1, true);
+    fan(0.1, 1, true);
     return 0;
 }
