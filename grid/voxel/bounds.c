@@ -3,6 +3,8 @@
 
 #include <string.h>
 
+#include "wide.h"
+
 #define EPS             0x1p-24 /* half a unit in the last place of a float */
 #define LEAST           0x1p-20 /* the least slope of a plane against the vertical that is divided by */
 #define LEAST_WEDGE_BOW 0.02
@@ -14,12 +16,12 @@
 #define SHARP           0.02f /* voxels: with a larger error doubts are too many for one interval to be worth a try */
 #define LEAST_SHARP     0.002f /* nothing is gained by less; the sphere is steep at its rim */
 
-static inline float larger(float a, float b)
+INLINE float larger(float a, float b)
 {
     return a > b ? a : b;
 }
 
-static inline float smaller(float a, float b)
+INLINE float smaller(float a, float b)
 {
     return a < b ? a : b;
 }
@@ -364,7 +366,7 @@ static inline void bound_by_plane(const struct bounds_plane *p, float way, const
 }
 
 /* The centres of eight columns. */
-static inline void place(const struct bounds *s, const int32_t *inner, const int32_t *outer, float *u, float *v)
+INLINE void place(const struct bounds *s, const int32_t *inner, const int32_t *outer, float *u, float *v)
 {
     for (int c = 0; c < BOUNDS_BLOCK; c++) {
         u[c] = (float)(inner[c] - s->apex[s->inner]) - s->offset[0];
@@ -373,7 +375,7 @@ static inline void place(const struct bounds *s, const int32_t *inner, const int
 }
 
 /* The first whole numbers from `end + add` on, kept within least..most. */
-static inline void round_up(const float *end, float add, float least, float most, int32_t *whole)
+INLINE void round_up(const float *end, float add, float least, float most, int32_t *whole)
 {
     for (int c = 0; c < BOUNDS_BLOCK; c++) {
         float x = smaller(larger(end[c] + add, least), most);
@@ -412,8 +414,7 @@ void bounds_block(const struct bounds *s, const int32_t *inner, const int32_t *o
 }
 
 /* The ends, upper ones times -1, all with the same error; doubt: not in this column. */
-static inline void find_ends(const struct bounds *s, const float *u, const float *v, float *lo, float *hi,
-                             int32_t *doubt)
+INLINE void find_ends(const struct bounds *s, const float *u, const float *v, float *lo, float *hi, int32_t *doubt)
 {
     for (int c = 0; c < BOUNDS_BLOCK; c++) {
         float level2 = u[c] * u[c] + v[c] * v[c], d = s->far2 - level2, half = sqrtf(fabsf(d));
@@ -432,14 +433,14 @@ static inline void find_ends(const struct bounds *s, const float *u, const float
 }
 
 /* Does a whole number lie between round_up's and the other end of the error? */
-static inline void add_doubt(const float *end, float add, float most, const int32_t *whole, int32_t *doubt)
+INLINE void add_doubt(const float *end, float add, float most, const int32_t *whole, int32_t *doubt)
 {
     for (int c = 0; c < BOUNDS_BLOCK; c++)
         doubt[c] |= -((float)whole[c] < smaller(end[c] + add, most));
 }
 
-bool bounds_quick(const struct bounds *restrict s, const int32_t *restrict inner, const int32_t *restrict outer,
-                  int n, int32_t *restrict k, int32_t *restrict cells)
+INLINE bool bounds_quick_body(const struct bounds *restrict s, const int32_t *restrict inner,
+                              const int32_t *restrict outer, int n, int32_t *restrict k, int32_t *restrict cells)
 {
     const float t0 = s->offset[2], first = (float)-s->apex[2], last = (float)(s->last - s->apex[2]);
     int32_t any[BOUNDS_BLOCK] = {0}, all = 0;
@@ -464,3 +465,8 @@ bool bounds_quick(const struct bounds *restrict s, const int32_t *restrict inner
         all |= any[c];
     return !all;
 }
+
+WIDE(bool, bounds_quick,
+     (const struct bounds *restrict s, const int32_t *restrict inner, const int32_t *restrict outer, int n,
+      int32_t *restrict k, int32_t *restrict cells),
+     (s, inner, outer, n, k, cells))

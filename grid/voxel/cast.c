@@ -7,6 +7,7 @@
 
 #include "../geometry.h"
 #include "bounds.h"
+#include "wide.h"
 
 #define RIGHT_ANGLE (GEO_PI / 2)
 
@@ -20,12 +21,12 @@ static inline int32_t larger(int32_t a, int32_t b)
     return a > b ? a : b;
 }
 
-static inline double lesser(double a, double b)
+INLINE double lesser(double a, double b)
 {
     return a < b ? a : b;
 }
 
-static inline double greater(double a, double b)
+INLINE double greater(double a, double b)
 {
     return a > b ? a : b;
 }
@@ -353,10 +354,11 @@ struct edges {
     double least, most; /* the box */
 };
 
-/* Numbers are kept >= 0 where they are cut to whole ones. Nothing begins or ends where a whole number is met exactly. */
-static inline void bound_rows(const struct edges *e, int32_t row, struct rows *out)
+/* False: no column. Numbers are kept >= 0 where they are cut to whole ones. Nothing begins or ends where a whole number is met exactly. */
+INLINE bool bound_rows_body(const struct edges *e, int32_t row, struct rows *out)
 {
     double a[ROWS], b[ROWS], y[ROWS], z[ROWS];
+    int32_t any = 0;
     for (int l = 0; l < ROWS; l++) {
         double v = row + l;
         double lo0 = e->lo[0].start + e->lo[0].slope * v, lo1 = e->lo[1].start + e->lo[1].slope * v;
@@ -371,8 +373,12 @@ static inline void bound_rows(const struct edges *e, int32_t row, struct rows *o
         out->first_in[l] = (int32_t)(b[l] + 1);
         out->last_in[l] = (int32_t)(y[l] + 1) - 1;
         out->last_out[l] = (int32_t)(z[l] + 1) - 1;
+        any |= out->first_out[l] <= out->last_out[l];
     }
+    return any;
 }
+
+WIDE(static bool, bound_rows, (const struct edges *e, int32_t row, struct rows *out), (e, row, out))
 
 /* The apex's column is at u0, v0. */
 static void set_edges(struct edges *e, const struct bounds *s, double u0, double v0, int32_t last)
@@ -404,7 +410,8 @@ static void run_rows(struct run *r)
     set_edges(&edges, s, u0, v0, r->last[s->inner]);
     for (; row <= last; row += ROWS) {
         struct rows rows;
-        bound_rows(&edges, row, &rows);
+        if (!bound_rows(&edges, row, &rows))
+            continue;
         for (int l = 0; l < ROWS && row + l <= last; l++) {
             int32_t first_out = rows.first_out[l], last_out = rows.last_out[l];
             int32_t first_in = rows.first_in[l], last_in = rows.last_in[l];

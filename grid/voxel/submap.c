@@ -4,6 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "wide.h"
+
 #define CHUNK 32 /* counts that are raised together */
 _Static_assert(CHUNK <= TILE_SLACK, "a chunk may pass the end of the last column");
 
@@ -16,7 +18,7 @@ static const uint8_t most_of[2 * CHUNK - 1] = {
 
 /* Adds 1, up to 255, to n > 0 counts: to what is more than whole chunks first. What follows that within a chunk is written
  * back as it was. */
-static inline void raise_counts(uint8_t *count, uint32_t n)
+INLINE void raise_counts(uint8_t *count, uint32_t n)
 {
     const uint8_t *end = count + n;
     uint32_t past = (n - 1) % CHUNK;
@@ -100,13 +102,11 @@ struct entry {
     enum submap_plane plane;
 };
 
-static void enter_spans(void *context, const struct cast_spans *spans)
+INLINE bool enter_spans_body(struct submap *m, enum submap_plane plane, const struct cast_spans *spans)
 {
-    const struct entry *e = context;
-    struct submap *m = e->map;
     /* Copies: for the compiler, a byte written may be part of any struct it can see. */
     size_t tile_bytes = m->tiles->tile_bytes;
-    uint8_t *bytes = m->tiles->bytes + e->plane * m->tiles->plane_bytes;
+    uint8_t *bytes = m->tiles->bytes + plane * m->tiles->plane_bytes;
     const uint32_t *directory = m->tile;
     uint64_t *written = m->written, now = m->now;
     uint32_t height = m->tiles->height, row = (uint32_t)m->box.size[1] / TILE_SIDE;
@@ -133,6 +133,16 @@ static void enter_spans(void *context, const struct cast_spans *spans)
                 m->stats.starved++;
         }
     }
+    return true;
+}
+
+WIDE(static bool, enter_spans, (struct submap * m, enum submap_plane plane, const struct cast_spans *spans),
+     (m, plane, spans))
+
+static void take_spans(void *context, const struct cast_spans *spans)
+{
+    const struct entry *e = context;
+    enter_spans(e->map, e->plane, spans);
 }
 
 void submap_cast(struct submap *m, const struct cast_beam *b, enum submap_plane plane)
@@ -140,7 +150,7 @@ void submap_cast(struct submap *m, const struct cast_beam *b, enum submap_plane 
     struct entry e = {m, plane};
     if (plane >= m->tiles->planes)
         return;
-    if (!cast_run(b, &m->box, enter_spans, &e))
+    if (!cast_run(b, &m->box, take_spans, &e))
         m->stats.clipped++;
 }
 
