@@ -9,25 +9,24 @@
 #define CHUNK 32 /* counts that are raised together */
 _Static_assert(CHUNK <= TILE_SLACK, "a chunk may pass the end of the last column");
 
-/* From LAST - n on, what the first n + 1 counts of a chunk are raised to at most but 1, and 255 for the rest: not raised. */
-#define LAST (CHUNK - 1)
-static const uint8_t most_of[2 * CHUNK - 1] = {
-    254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254,
-    254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255,
-    255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255};
+/* From `skip` on, what all but the last `skip` counts of a chunk are raised to at most but 1, and 255 for those: not raised. */
+static const uint8_t most_of[2 * CHUNK] = {
+    254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254,
+    254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255,
+    255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255};
 
 /* Adds 1, up to 255, to n > 0 counts: to what is more than whole chunks first. What follows that within a chunk is written
  * back as it was. */
 INLINE void raise_counts(uint8_t *count, uint32_t n)
 {
     const uint8_t *end = count + n;
-    uint32_t past = (n - 1) % CHUNK;
-    const uint8_t *most = most_of + LAST - past;
+    uint32_t skip = -n % CHUNK;
+    const uint8_t *most = most_of + skip;
     for (int l = 0; l < CHUNK; l++) {
         uint8_t kept = count[l] < most[l] ? count[l] : most[l], one = (uint8_t)~most[l];
         count[l] = (uint8_t)(kept + one);
     }
-    for (count += past + 1; count < end; count += CHUNK)
+    for (count += CHUNK - skip; count < end; count += CHUNK)
         for (int l = 0; l < CHUNK; l++)
             count[l] = (uint8_t)((count[l] < 254 ? count[l] : 254) + 1);
 }
@@ -87,7 +86,7 @@ void submap_clear(struct submap *m)
 }
 
 /* The tile of a directory's entry, taken from the pool when there is none yet; TILE_NONE when that is exhausted. */
-static uint32_t tile_to_write(struct submap *m, size_t entry)
+static __attribute__((noinline)) uint32_t tile_to_write(struct submap *m, size_t entry)
 {
     if (m->tile[entry] == TILE_NONE) {
         m->tile[entry] = tiles_take(m->tiles);
