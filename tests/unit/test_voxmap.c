@@ -471,6 +471,51 @@ TEST(angle_weighted_vacancy)
     }
 }
 
+/* Silence all along: free only as far as silence is worth, whatever the sensor reaches. */
+TEST(V12_without_an_echo_free_only_to_the_minimum)
+{
+    uint64_t seed = test_seed();
+    struct voxmap_setting s = rig_setting();
+    struct rig *r = rig_new(&s);
+    struct rig_ping p;
+    for (int n = 0; n < 400; n++) {
+        rig_aim(&p, at_origin, 7 * test_uniform(&seed), 0.75);
+        quat_from_rpy(test_uniform(&seed), 7 * test_uniform(&seed), test_uniform(&seed), p.echoes.pose.attitude);
+        p.echoes.range_max_m = 50;
+        p.echoes.az_aperture_rad = 0.5f;
+        rig_enter(r, &p, 0);
+    }
+    int free = 0, beyond = 0;
+    for (int64_t i = -30; i < 30; i++)
+        for (int64_t j = -30; j < 30; j++)
+            for (int64_t k = -30; k < 30; k++) {
+                bool is_free = merge_at(&r->map, (const int64_t[3]){i, j, k}, NULL) == VOXEL_FREE;
+                free += is_free;
+                beyond += is_free && (double)(i * i + j * j + k * k) > 7.5 * 7.5 + 1e-6;
+            }
+    CHECK(free > 500);
+    CHECK_INT(beyond, 0);
+    rig_free(r);
+}
+
+/* A mount's arm and turn, and the vehicle's attitude, put the beam where it belongs. */
+TEST(mount_and_attitude_place_the_beam)
+{
+    struct voxmap_setting s = rig_setting();
+    struct rig *r = rig_new(&s);
+    struct rig_ping p;
+    struct voxmap_sensor sensor = {.mount = {.position_m = {1, 0, 0.5}}, .shape = CAST_WEDGE};
+    quat_from_rpy(0, 0, geo_rad(90), sensor.mount.attitude); /* looks to starboard, */
+    rig_aim(&p, at_origin, 0, 1.5);
+    quat_from_rpy(0, 0, geo_rad(90), p.echoes.pose.attitude); /* of a vehicle that heads east: south */
+    for (int n = 0; n < 3; n++)
+        CHECK(voxmap_enter(&r->map, &p.echoes, &sensor));
+    CHECK_INT(rig_state(r, 0.05 - 1.0, 1.05, 0.55), VOXEL_FREE);
+    CHECK_INT(rig_state(r, 0.05 + 1.0, 1.05, 0.55), VOXEL_UNKNOWN);
+    CHECK_INT(rig_state(r, 0.05 - 1.0, 0.05, 0.05), VOXEL_UNKNOWN);
+    rig_free(r);
+}
+
 /* ---- memory ---- */
 
 TEST(paged_out_is_unknown_and_back_is_the_same)
@@ -515,6 +560,7 @@ TEST(paged_out_is_unknown_and_back_is_the_same)
     CHECK(!away);
     /* the current one's look is enough, but the other may have heard something there */
     CHECK_INT(rig_state(r, 0.05, 0.35, 0.05), VOXEL_UNKNOWN);
+    CHECK_INT(voxmask_at(&r->mask, (const int64_t[3]){0, 3, 0}), VOXEL_UNKNOWN);
 
     CHECK(!voxpage_attach(&r->map, 2, bytes, size, err, sizeof err));
     CHECK(!voxpage_attach(&r->map, 1, bytes, size - 1, err, sizeof err));
@@ -522,6 +568,7 @@ TEST(paged_out_is_unknown_and_back_is_the_same)
     CHECK(voxpage_attach(&r->map, 1, bytes, size, err, sizeof err));
     CHECK(rig_hash(r, 25, nowhere) == before);
     CHECK_INT(rig_state(r, 0.05, 0.35, 0.05), VOXEL_FREE);
+    CHECK_INT(voxmask_at(&r->mask, (const int64_t[3]){0, 3, 0}), VOXEL_FREE);
 
     struct rig *other = rig_new(&s); /* another run */
     CHECK_INT(voxpage_add(&other->map, bytes, size, err, sizeof err), 1);
@@ -657,6 +704,8 @@ int main(void)
     RUN(V10_moved_by_whole_voxels_is_exact);
     RUN(the_body_is_stamped_along_its_way_but_not_over_jumps);
     RUN(angle_weighted_vacancy);
+    RUN(V12_without_an_echo_free_only_to_the_minimum);
+    RUN(mount_and_attitude_place_the_beam);
     RUN(paged_out_is_unknown_and_back_is_the_same);
     RUN(damaged_bytes_are_refused_or_harmless);
     RUN(without_room_the_oldest_is_forgotten_and_said);
