@@ -35,7 +35,8 @@ struct cluster {
     double nearest_m[3];      /* place of the echo with the nearest edge */
     double centre_m[3];       /* mean place of its cells' echoes */
     double logodds;           /* of its surest cell */
-    double approach_mps;    /* of its near edge since a look at least a second ago, if it was there then; else 0 */
+    /* Of its near edge since a look at least a second ago, if it was there then; what joined it counts, too. */
+    double approach_mps;
     double growth_cells_ps; /* likewise */
 };
 

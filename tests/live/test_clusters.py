@@ -1,0 +1,82 @@
+#!/usr/bin/env -S python3 -B
+# SPDX-License-Identifier: MIT
+"""What obstacles form together and where to look next, asked of a running daemon; a Ping360 that is steered."""
+import threading
+
+from lib import Client, RpcError, check, pings_until, run
+from twin import Twin
+
+
+def basin(bench):
+    """From 6 m behind to 9 m ahead and from 5 m left to 4 m right; the sonar sweeps the half ahead."""
+    Twin(bench, "echolist_sim", "--from", "-90", "--to", "90")
+    bench.conf(sonar={"device": "echolist", "range": "20 m", "step": "3 deg", "mode": "auto"})
+    client = bench.sonard().client()
+    pings_until(client, 130)
+    return client
+
+
+def apart(a_deg, b_deg):
+    return abs((a_deg - b_deg + 180) % 360 - 180)
+
+
+def case_walls(bench):
+    client = basin(bench)
+    result = client.call("clusters")
+    check(result["frame"] == "body" and 1 <= result["all"] == len(result["clusters"]), str(result))
+    nearest = result["clusters"][0]
+    check(abs(nearest["near_m"] - 4) < 0.4 and nearest["echoes"] >= nearest["cells"] >= nearest["seeds"] > 0, str(nearest))
+    for azimuth_deg, distance_m in ((90, 4), (270, 5)):
+        check(any(apart(w["normal_deg"], azimuth_deg) < 8 and abs(w["distance_m"] - distance_m) < 0.4
+                  for w in result["walls"]), "no wall at %g degrees: %s" % (azimuth_deg, result["walls"]))
+    labels = {cluster["label"] for cluster in result["clusters"]}
+    pings_until(client, 200)
+    again = client.call("clusters")
+    check(labels & {cluster["label"] for cluster in again["clusters"]}, "no label lasts: %s, %s" % (labels, again))
+    check(len(client.call("clusters", count=1)["clusters"]) == 1, "count = 1")
+    check("nearest first" in bench.sonarctl("clusters").stdout, "sonarctl clusters")
+
+
+def case_next_look(bench):
+    client = basin(bench)
+    looks = client.call("next_look", count=3, apart_deg=20)["directions"]
+    check(len(looks) == 3 and all(90 < look["azimuth_deg"] < 270 and look["why"] == "never looked at"
+                                  for look in looks), str(looks))
+    for wrong in ({"count": 0}, {"count": 65}, {"elevation_deg": [5, -5]}, {"apart": 1}):
+        try:
+            client.call("next_look", **wrong)
+            check(False, "%s was taken" % wrong)
+        except RpcError:
+            pass
+
+
+def case_steered(bench):
+    """A vehicle under way northward: the bow is looked at more often than the stern, and the stern, too."""
+    bench.sim(truth=True)
+    bench.conf(sonar={"step": "3.6 deg", "range": "10 m", "scan": "active"})
+    client = bench.sonard().client()
+    stop = threading.Event()
+
+    def poses():
+        teller = Client(bench.socket_path)
+        while not stop.wait(0.1):
+            teller.call("pose", attitude_deg=[0, 0, 0], velocity_mps=[0.5, 0, 0])
+        teller.close()
+
+    thread = threading.Thread(target=poses)
+    thread.start()
+    try:
+        pings_until(client, 400)
+    finally:
+        stop.set()
+        thread.join()
+    bearings = [ping["azimuth_deg"] for ping in bench.truth()]
+    ahead = sum(apart(b, 0) <= 30 for b in bearings)
+    astern = sum(apart(b, 180) <= 30 for b in bearings)
+    check(astern > 20 and ahead > 1.5 * astern, "%d pings ahead, %d astern" % (ahead, astern))
+    sensor = client.sensor()
+    check(sensor["timeouts"] <= 2 and sensor["restarts"] == 0, str(sensor))
+
+
+run([("clusters_" + name[5:], function) for name, function in list(globals().items()) if name.startswith("case_")],
+    parallel=2)
