@@ -95,7 +95,9 @@ static void *serve(void *ctx)
             continue;
         held = 0;
         int h = how;
-        float value = (float)(questions += q[1] != 8);
+        if (q[1] != 8)
+            questions++;
+        float value = (float)questions;
         if (h == LATE)
             poll(NULL, 0, late_ms);
         if (h != SILENT && q[1] == 8)
