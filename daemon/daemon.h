@@ -17,6 +17,7 @@
 #include "loop.h"
 #include "nmea.h"
 #include "pipeline.h"
+#include "pager.h"
 #include "places.h"
 #include "pose_input.h"
 #include "pose_log.h"
@@ -43,6 +44,7 @@ struct daemon {
     struct clusters *clusters; /* NULL until somebody asks for them */
 
     struct places places;
+    struct pager pager;
     struct leak leak;
     struct power power[CONF_MAX_SONARS];
     struct trigger trigger[CONF_MAX_SONARS];

@@ -369,7 +369,7 @@ static bool make_parts(struct daemon *d, const struct options *o, const struct c
         make_record(d, source, err, sizeof err) && make_server(d, err, sizeof err) &&
         make_sources(d, err, sizeof err) && instruments_make(d, err, sizeof err) &&
         (!d->record || record_start(d->record, err, sizeof err)) && instruments_start(d, err, sizeof err) &&
-        places_start(d, err, sizeof err)) {
+        places_start(d, err, sizeof err) && pager_start(d, err, sizeof err)) {
         template_start(d);
         return true;
     }
@@ -385,6 +385,7 @@ static int end(struct daemon *d)
     for (int i = 0; i < d->conf.n_sonars; i++)
         source_free(d->source[i]);
     places_end(d);
+    pager_end(d);
     pipeline_free(d->pipeline);
     free(d->clusters);
     template_end(d);

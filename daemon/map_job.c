@@ -13,6 +13,7 @@
 #include "../grid/voxel/voxmask.h"
 #include "../grid/voxel/voxpage.h"
 #include "map_export.h"
+#include "pager.h"
 #include "whole_file.h"
 
 #define MASK_BLOCKS 4096
@@ -20,8 +21,67 @@
 
 /* ---- save and load ---- */
 
+static bool append_page(struct map_bytes *to, const struct map_page *page)
+{
+    uint8_t *room = map_file_room(to, page->size);
+    if (!room)
+        return false;
+    memcpy(room, page->bytes, page->size);
+    map_file_take(to, page->size);
+    return true;
+}
+
+/* All submaps of a map's bytes; a file of the pager is a map of one. */
+static bool append_map(struct map_bytes *to, const struct map_bytes *from)
+{
+    struct map_page page = {0};
+    while (map_file_page(from->bytes, from->size, &page))
+        if (!append_page(to, &page))
+            return false;
+    return true;
+}
+
+static bool append_away(struct places_job *job, struct map_bytes *to, uint64_t id)
+{
+    char path[CONF_TEXT_MAX + 40], why[300] = "out of memory";
+    struct map_bytes file = {0};
+    uint32_t n;
+    pager_path(job->folder, id, path, sizeof path);
+    file.bytes = whole_file_read(path, MAP_FILE_MAX, &file.size);
+    if (!file.bytes)
+        snprintf(why, sizeof why, "%s", strerror(errno));
+    const bool good = file.bytes &&
+                      map_file_check(file.bytes, file.size, &job->setting, &n, why, sizeof why) == MAP_GOOD &&
+                      append_map(to, &file);
+    if (!good)
+        snprintf(job->message, sizeof job->message, "%s: a part of the map that is on disk: %s", path, why);
+    free(file.bytes);
+    return good;
+}
+
+/* What the pager has put away belongs to the map as well. False: it cannot be had, and the job fails. */
+static bool complete(struct places_job *job)
+{
+    struct map_bytes all;
+    if (!job->n_away)
+        return true;
+    bool good = map_file_begin(&all, &job->setting);
+    snprintf(job->message, sizeof job->message, "no memory for a copy of the map");
+    for (uint32_t i = 0; good && i < job->n_away; i++)
+        good = append_away(job, &all, job->away[i]);
+    if (good && append_map(&all, &job->bytes) && map_file_end(&all)) {
+        free(job->bytes.bytes);
+        job->bytes = all;
+        return true;
+    }
+    free(all.bytes);
+    return false;
+}
+
 static void save(struct places_job *job)
 {
+    if (!complete(job))
+        return;
     job->good = whole_file_replace(job->path, job->bytes.bytes, job->bytes.size, MAP_FILE_MAGIC_BYTES,
                                    job->message, sizeof job->message);
     if (job->good)
@@ -207,6 +267,8 @@ static void export(struct places_job *job)
     uint8_t *bytes = NULL;
     size_t size = 0;
     char why[300];
+    if (!complete(job))
+        return;
     if (!make_copy(job, &copy, why, sizeof why)) {
         snprintf(job->message, sizeof job->message, "%s: %s", job->path, why);
     } else if (!scene_box(&copy.map, &scene.box)) {

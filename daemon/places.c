@@ -19,7 +19,8 @@
 /* ---- the map, submap by submap ---- */
 
 struct visit_list {
-    uint64_t id[VOXMAP_MAX_SUBMAPS]; /* oldest first */
+    bool away;
+    uint64_t id[VOXMAP_MAX_SUBMAPS]; /* those that are away, or those that are not; oldest first */
     uint32_t n;
 };
 
@@ -29,7 +30,7 @@ static void list_submaps(void *ctx, struct pipeline_map *m)
     for (uint32_t i = 0; i < m->map.set.max_submaps; i++) {
         const struct voxmap_part *part = &m->map.part[i];
         uint32_t at = list->n;
-        if (!part->id || part->away)
+        if (!part->id || part->away != list->away)
             continue;
         for (; at > 0 && list->id[at - 1] > part->id; at--)
             list->id[at] = list->id[at - 1];
@@ -78,13 +79,16 @@ static bool pack_one(struct daemon *d, uint64_t id, struct map_bytes *bytes)
 /* The whole map as a file's bytes. Each submap is of one moment; pings that come meanwhile are in the later ones. */
 static bool pack_all(struct daemon *d, struct map_bytes *bytes)
 {
-    struct visit_list list = {.n = 0};
+    struct visit_list list = {.away = false}, away = {.away = true};
     if (!map_file_begin(bytes, &d->places.job.setting))
         return false;
     pipeline_visit_map(d->pipeline, list_submaps, &list);
     for (uint32_t i = 0; i < list.n; i++)
         if (!pack_one(d, list.id[i], bytes))
             return false;
+    pipeline_visit_map(d->pipeline, list_submaps, &away);
+    memcpy(d->places.job.away, away.id, sizeof away.id);
+    d->places.job.n_away = away.n;
     return map_file_end(bytes);
 }
 
@@ -173,6 +177,7 @@ static bool prepare(struct daemon *d, enum places_what what, const char *name, c
                                    .setting = pipeline_map_setting(d->pipeline),
                                    .t_unix_ns = loop_now(d->loop) + d->unix_offset_ns};
         snprintf(job->path, sizeof job->path, "%s/%s%s", folder, name, ending);
+        snprintf(job->folder, sizeof job->folder, "%s", folder);
         return true;
     }
     return false;

@@ -31,7 +31,10 @@ struct places_job {
     struct voxmap_setting setting;
     char path[CONF_TEXT_MAX + 80];
     struct map_bytes bytes; /* the map as a file */
-    uint32_t tiles, pages;  /* of a loaded one */
+    char folder[CONF_TEXT_MAX];
+    uint64_t away[VOXMAP_MAX_SUBMAPS]; /* submaps of which only the pager's files know, oldest first */
+    uint32_t n_away;
+    uint32_t tiles, pages; /* of a loaded one */
     uint64_t t_unix_ns;
     bool good;
     char message[640]; /* what came of it, one sentence */

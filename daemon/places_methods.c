@@ -90,11 +90,11 @@ static const char *reason_of(const struct free_answer *a)
 {
     return a->state == VOXEL_FREE       ? "all of it was found free"
            : a->state == VOXEL_OCCUPIED ? "something was heard there"
-           : a->away                    ? "a part of the map that may know is not in memory"
-                                        : "it has not been found free often enough";
+           : a->away ? "a part of the map that may know is on disk; it comes back if there is room"
+                     : "it has not been found free often enough";
 }
 
-static json_t *answer_json(const struct question *q, struct rpc_error *error)
+static json_t *answer_json(struct daemon *d, const struct question *q, struct rpc_error *error)
 {
     const struct free_answer *a = &q->answer;
     if (!q->good) {
@@ -102,6 +102,8 @@ static json_t *answer_json(const struct question *q, struct rpc_error *error)
         return NULL;
     }
     const bool is_free = a->state == VOXEL_FREE;
+    if (a->away)
+        pager_want(d, a->first_m);
     json_t *first =
         is_free ? json_null()
                 : json_pack("{s:s, s:o}", "state", state_words[a->first_state], "position_m", metres3(a->first_m));
@@ -157,7 +159,7 @@ json_t *places_method_point(const struct rpc_call *call, json_t *params, struct 
         !place_of(params, "position_m", &pose, q.at_m, error))
         return NULL;
     pipeline_visit_map(d->pipeline, ask_point, &q);
-    json_t *answer = answer_json(&q, error);
+    json_t *answer = answer_json(d, &q, error);
     const uint64_t now = loop_now(d->loop);
     if (answer)
         json_object_set_new(answer, "age_s",
@@ -189,7 +191,7 @@ json_t *places_method_box(const struct rpc_call *call, json_t *params, struct rp
     if (!small_enough(d, extent, error))
         return NULL;
     pipeline_visit_map(d->pipeline, ask_box, &q);
-    return answer_json(&q, error);
+    return answer_json(d, &q, error);
 }
 
 static void ask_path(void *ctx, struct pipeline_map *m)
@@ -238,7 +240,7 @@ json_t *places_method_path(const struct rpc_call *call, json_t *params, struct r
         !way_short_enough(d, &q, error))
         return NULL;
     pipeline_visit_map(d->pipeline, ask_path, &q);
-    return answer_json(&q, error);
+    return answer_json(d, &q, error);
 }
 
 /* ---- the map's state ---- */
@@ -283,13 +285,14 @@ static json_t *state_json(struct daemon *d)
         return json_pack("{s:s}", "state", "none: no voxel is configured, nothing is allocated");
     const char *state = v.stats.pings ? "kept" : v.stats.no_pose ? "no pose that places the pings" : "no ping yet";
     return json_pack(
-        "{s:s, s:o, s:i, s:i, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:s?, s:o}", "state", state, "voxel_m",
-        json_real(d->conf.map.voxel_m), "submaps", (int)v.submaps, "away", (int)v.away, "begun",
+        "{s:s, s:o, s:i, s:i, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:s?, s:o}", "state",
+        state, "voxel_m", json_real(d->conf.map.voxel_m), "submaps", (int)v.submaps, "away", (int)v.away, "begun",
         (json_int_t)v.begun, "used_bytes", (json_int_t)((v.tiles - v.tiles_free) * v.tile_bytes), "memory_bytes",
         (json_int_t)d->conf.map.memory_bytes, "pings", (json_int_t)v.stats.pings, "beams",
         (json_int_t)v.stats.beams, "not_entered", (json_int_t)(v.stats.no_pose + v.stats.unfit), "clipped",
         (json_int_t)v.stats.clipped, "starved", (json_int_t)v.stats.starved, "dropped", (json_int_t)v.stats.lost,
-        "directory", d->conf.map.directory[0] ? d->conf.map.directory : NULL, "job", job_json(&d->places.job));
+        "paged_out", (json_int_t)d->pager.out, "paged_in", (json_int_t)d->pager.in, "page_errors",
+        (json_int_t)d->pager.errors, "directory", d->conf.map.directory[0] ? d->conf.map.directory : NULL, "job", job_json(&d->places.job));
 }
 
 json_t *places_method_map(const struct rpc_call *call, json_t *params, struct rpc_error *error)

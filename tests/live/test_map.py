@@ -255,6 +255,77 @@ def replay(bench):
     note("the map of %d pings has sha256 %s with 0, 1 and 2 threads" % (pings, sums.pop()))
 
 
+SMALL = {"memory": "8 MiB", "height": "6 m", "submap_distance": "1 m"}
+
+
+def paging(bench):
+    """More submaps than memory: they go to disk and come back; a save has all; a folder that is gone is told."""
+    sim = bench.sim()
+    maps, captures = bench.path("maps"), bench.path("captures")
+    os.mkdir(maps)
+    os.mkdir(captures)
+    conf(bench, directory=maps, **SMALL)
+    daemon = bench.sonard("--record", captures)
+    client = daemon.client()
+    vehicle = Vehicle(daemon, sim)
+    vehicle.start()
+    try:
+        for north in (4, -2, 4, -2, 4):
+            vehicle.go(north, 0)
+        until(lambda: client.call("map")["paged_out"] >= 3, "submaps to go to disk", 60)
+    finally:
+        vehicle.stop()
+    status = client.call("map")
+    check(status["starved"] == 0 and status["dropped"] == 0 and status["page_errors"] == 0, str(status))
+    check(status["used_bytes"] < status["memory_bytes"], str(status))
+    note("%(begun)d submaps begun, %(paged_out)d put away, %(paged_in)d brought back" % status)
+    dice = random.Random(5)
+    check_points(client, dice)
+    path = done(client, "map_save", name="all")
+    with open(path, "rb") as f:
+        count = struct.unpack("<I", f.read(16)[12:])[0]
+    check(count == client.call("map")["submaps"], "%d submaps saved of %s" % (count, client.call("map")))
+    done(client, "map_export", name="all")
+    daemon.stop()
+    check(not glob.glob(os.path.join(maps, ".page*")), "pages are left")
+    check_folder_gone(bench, sim, maps)
+    replay_all(bench, captures, maps)
+
+
+def check_folder_gone(bench, sim, maps):
+    """Nowhere to put submaps: the oldest are forgotten, counted, and nothing else happens."""
+    daemon = bench.sonard()
+    client = daemon.client()
+    shutil.rmtree(maps)
+    vehicle = Vehicle(daemon, sim)
+    vehicle.start()
+    try:
+        for north in (4, -2, 4, -2):
+            vehicle.go(north, 0)
+        until(lambda: client.call("map")["dropped"] > 0 or client.call("map")["page_errors"] > 2, "the fault", 30)
+    finally:
+        vehicle.stop()
+    status = client.call("map")
+    check(status["paged_out"] == 0 and status["page_errors"] > 0 and "put away" in daemon.log(), str(status))
+    check(client.call("map")["pings"] > 0, "no pings")
+    daemon.stop()
+    os.mkdir(maps)
+
+
+def replay_all(bench, captures, maps):
+    (capture,) = glob.glob(os.path.join(captures, "*.mcap"))
+    sums, out = set(), 0
+    for threads in ("0", "1", "2"):
+        daemon = bench.sonard("--replay", capture, "--stay", "--threads", threads, conf=False)
+        client = daemon.client()
+        until(lambda: client.call("status")["mode"] == "replay, ended", "the end of the replay", 60)
+        out = client.call("map")["paged_out"]
+        with open(done(client, "map_save", name="replayed"), "rb") as f:
+            sums.add(hashlib.sha256(f.read()).hexdigest())
+        daemon.stop()
+    check(len(sums) == 1 and out > 0, "maps differ: %s, %d put away" % (sums, out))
+
+
 def killed(bench):
     """Killed while it saves: the old map or the new one, never half of one."""
     sim = bench.sim()
@@ -397,6 +468,6 @@ def refusals(bench):
 
 
 cases = [("basin_threads%d" % n, lambda bench, n=n: basin(bench, n)) for n in (0, 1, 2)]
-cases += [("files", files), ("replay", replay), ("killed", killed), ("exports", exports), ("refusals", refusals)]
+cases += [("files", files), ("paging", paging), ("replay", replay), ("killed", killed), ("exports", exports), ("refusals", refusals)]
 
 run(cases, parallel=3)

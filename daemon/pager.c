@@ -1,0 +1,277 @@
+/* SPDX-License-Identifier: MIT */
+/* pager - see pager.h. */
+#include "pager.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/epoll.h>
+#include <sys/eventfd.h>
+#include <unistd.h>
+
+#include "../grid/voxel/voxpage.h"
+#include "daemon.h"
+#include "whole_file.h"
+
+#define LOOK_EVERY_NS 250000000u
+
+void pager_path(const char *folder, uint64_t id, char *path, size_t size)
+{
+    /* a dot: no name that a client may give */
+    snprintf(path, size, "%.*s/.page-%llu.map", CONF_TEXT_MAX, folder, (unsigned long long)id);
+}
+
+/* ---- the thread ---- */
+
+static void write_page(struct pager *p)
+{
+    p->good = whole_file_replace(p->path, p->bytes.bytes, p->bytes.size, MAP_FILE_MAGIC_BYTES, p->message,
+                                 sizeof p->message);
+}
+
+static void read_page(struct pager *p)
+{
+    uint32_t n = 0;
+    char why[300];
+    p->bytes.bytes = whole_file_read(p->path, MAP_FILE_MAX, &p->bytes.size);
+    if (!p->bytes.bytes)
+        snprintf(why, sizeof why, "%s", strerror(errno));
+    else
+        p->good =
+            map_file_check(p->bytes.bytes, p->bytes.size, &p->setting, &n, why, sizeof why) == MAP_GOOD && n == 1;
+    if (!p->good)
+        snprintf(p->message, sizeof p->message, "%.280s: %.100s", p->path, why);
+}
+
+static void *page_thread(void *arg)
+{
+    struct pager *p = arg;
+    const uint64_t one = 1;
+    if (p->state == PAGER_WRITING)
+        write_page(p);
+    else
+        read_page(p);
+    while (write(p->ended.fd, &one, sizeof one) < 0 && errno == EINTR) {
+    }
+    return NULL;
+}
+
+/* ---- what to do next ---- */
+
+struct visit_look {
+    bool wanted, placed;
+    double wanted_m[3], vehicle_m[3];
+    bool low;
+    uint64_t oldest; /* to put away; 0: none */
+    size_t size;     /* of it */
+    uint64_t away;   /* to bring back; 0: none */
+};
+
+static bool reaches(const struct voxmap *map, const struct voxmap_part *part, const double place_m[3])
+{
+    struct lattice_place place;
+    return lattice_place(place_m, map->set.voxel_m, &place) && lattice_holds(&part->map.box, place.cell);
+}
+
+/* Half a submap around the vehicle's place: there the beams of its pings lie. */
+static bool is_near(const struct voxmap *map, const struct voxmap_part *part, const double place_m[3])
+{
+    struct lattice_place place;
+    if (!lattice_place(place_m, map->set.voxel_m, &place))
+        return false;
+    for (int a = 0; a < 2; a++)
+        if (llabs(place.cell[a] - part->base.cell[a]) > part->map.box.size[a] / 4)
+            return false;
+    return true;
+}
+
+static void look(void *ctx, struct pipeline_map *m)
+{
+    struct visit_look *v = ctx;
+    v->low = voxmap_low(&m->map);
+    v->oldest = voxmap_oldest(&m->map);
+    v->size = v->oldest ? voxpage_bytes(&m->map, v->oldest) : 0;
+    for (uint32_t i = 0; i < m->map.set.max_submaps && !v->low; i++) {
+        const struct voxmap_part *part = &m->map.part[i];
+        const uint64_t room = (uint64_t)m->map.tiles.n_free - m->map.tiles.n / 4;
+        if (part->id && part->away && part->map.n_tiles < room && part->id > v->away &&
+            ((v->wanted && reaches(&m->map, part, v->wanted_m)) ||
+             (v->placed && is_near(&m->map, part, v->vehicle_m))))
+            v->away = part->id;
+    }
+}
+
+struct visit_page {
+    uint64_t id;
+    uint8_t *room;
+    size_t size;
+    const struct map_bytes *bytes;
+    bool done;
+    char err[200];
+};
+
+static void pack(void *ctx, struct pipeline_map *m)
+{
+    struct visit_page *v = ctx;
+    v->size = voxpage_pack(&m->map, v->id, 0, v->room, v->size);
+}
+
+static void detach(void *ctx, struct pipeline_map *m)
+{
+    struct visit_page *v = ctx;
+    v->done = voxpage_detach(&m->map, v->id);
+}
+
+static void attach(void *ctx, struct pipeline_map *m)
+{
+    struct visit_page *v = ctx;
+    struct map_page page = {0};
+    v->done = map_file_page(v->bytes->bytes, v->bytes->size, &page) &&
+              voxpage_attach(&m->map, v->id, page.bytes, page.size, v->err, sizeof v->err);
+}
+
+static void drop(void *ctx, struct pipeline_map *m)
+{
+    struct visit_page *v = ctx;
+    v->done = voxmap_drop(&m->map, v->id);
+}
+
+/* A closed submap never changes: what was packed is what is detached later. */
+static bool pack_page(struct daemon *d, uint64_t id, size_t size)
+{
+    struct pager *p = &d->pager;
+    if (!map_file_begin(&p->bytes, &p->setting))
+        return false;
+    struct visit_page v = {.id = id, .size = size, .room = map_file_room(&p->bytes, size)};
+    if (!v.room)
+        return false;
+    memset(v.room, 0, size); /* its pages are faulted in here, not in the owner's thread */
+    pipeline_visit_map(d->pipeline, pack, &v);
+    map_file_take(&p->bytes, v.size);
+    return v.size == size && map_file_end(&p->bytes);
+}
+
+static void fault(struct daemon *d, const char *what, const char *why)
+{
+    d->pager.errors++;
+    log_limited(&d->pager.limit, loop_now(d->loop), LOG_ERR, "map: %s: %s", what, why);
+}
+
+static void settle(struct daemon *d)
+{
+    struct pager *p = &d->pager;
+    struct visit_page v = {.id = p->id, .bytes = &p->bytes};
+    pthread_join(p->thread, NULL);
+    if (p->state == PAGER_WRITING && p->good) {
+        pipeline_visit_map(d->pipeline, detach, &v);
+        p->out += v.done;
+    } else if (p->state == PAGER_READING && p->good) {
+        pipeline_visit_map(d->pipeline, attach, &v);
+        p->in += v.done;
+    } else if (p->state == PAGER_READING) {
+        pipeline_visit_map(d->pipeline, drop, &v); /* what it knew is unknown for good */
+    }
+    if (!p->good)
+        fault(d, p->state == PAGER_WRITING ? "a submap cannot be put away" : "a submap cannot be brought back",
+              p->message);
+    free(p->bytes.bytes);
+    p->bytes = (struct map_bytes){0};
+    p->state = PAGER_IDLE;
+}
+
+static void begin(struct daemon *d, enum pager_state what, uint64_t id)
+{
+    struct pager *p = &d->pager;
+    p->state = what;
+    p->id = id;
+    p->good = false;
+    p->newest = id > p->newest ? id : p->newest;
+    pager_path(d->conf.map.directory, id, p->path, sizeof p->path);
+    if (pthread_create(&p->thread, NULL, page_thread, p) != 0) {
+        free(p->bytes.bytes);
+        p->bytes = (struct map_bytes){0};
+        p->state = PAGER_IDLE;
+        fault(d, "paging", "cannot start a thread");
+    } else if (d->replay) {
+        settle(d);
+    }
+}
+
+static void on_timer(void *ctx, uint64_t now_ns)
+{
+    struct daemon *d = ctx;
+    struct pager *p = &d->pager;
+    struct visit_look v = {.wanted = p->wanted};
+    struct pose pose;
+    loop_arm(d->loop, &p->timer, now_ns + LOOK_EVERY_NS);
+    if (p->state != PAGER_IDLE)
+        return;
+    v.placed = pose_log_newest(&d->poses, &pose) && (pose.has & POSE_POSITION);
+    memcpy(v.vehicle_m, pose.position_m, sizeof v.vehicle_m);
+    memcpy(v.wanted_m, p->wanted_m, sizeof v.wanted_m);
+    pipeline_visit_map(d->pipeline, look, &v);
+    p->wanted = false;
+    if (v.low && v.size && pack_page(d, v.oldest, v.size)) {
+        begin(d, PAGER_WRITING, v.oldest);
+    } else if (v.low && v.size) {
+        free(p->bytes.bytes);
+        p->bytes = (struct map_bytes){0};
+        fault(d, "a submap cannot be put away", "out of memory");
+    } else if (v.away) {
+        begin(d, PAGER_READING, v.away);
+    }
+}
+
+static void on_ended(void *ctx, uint32_t events, uint64_t now_ns)
+{
+    struct daemon *d = ctx;
+    uint64_t n;
+    (void)events;
+    (void)now_ns;
+    if (read(d->pager.ended.fd, &n, sizeof n) == sizeof n && d->pager.state != PAGER_IDLE)
+        settle(d);
+}
+
+/* ---- start and end ---- */
+
+bool pager_start(struct daemon *d, char *err, size_t err_size)
+{
+    struct pager *p = &d->pager;
+    p->ended = (struct loop_fd){.fd = -1, .ready = on_ended, .ctx = d};
+    if (!pipeline_has_map(d->pipeline) || !d->conf.map.directory[0])
+        return true;
+    p->setting = pipeline_map_setting(d->pipeline);
+    p->timer = (struct loop_timer){.fire = on_timer, .ctx = d};
+    p->ended.fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+    if (p->ended.fd < 0 || !loop_add(d->loop, &p->ended, EPOLLIN)) {
+        snprintf(err, err_size, "map: %s", strerror(errno));
+        return false;
+    }
+    loop_arm(d->loop, &p->timer, loop_now(d->loop) + LOOK_EVERY_NS);
+    return true;
+}
+
+void pager_want(struct daemon *d, const double place_m[3])
+{
+    d->pager.wanted = true;
+    memcpy(d->pager.wanted_m, place_m, sizeof d->pager.wanted_m);
+}
+
+void pager_end(struct daemon *d)
+{
+    struct pager *p = &d->pager;
+    if (!p->timer.fire)
+        return;
+    loop_arm(d->loop, &p->timer, LOOP_NEVER);
+    if (p->state != PAGER_IDLE)
+        pthread_join(p->thread, NULL);
+    free(p->bytes.bytes);
+    for (uint64_t id = 1; id <= p->newest; id++) {
+        pager_path(d->conf.map.directory, id, p->path, sizeof p->path);
+        unlink(p->path);
+    }
+    loop_remove(d->loop, &p->ended);
+    close(p->ended.fd);
+}

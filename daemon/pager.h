@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * pager - keeps the map of places within its memory: the oldest submaps go to files in the map's folder and come back when
+ * the vehicle is near or somebody asks for a place in them. One at a time, by a thread of its own that may wait for the
+ * disk; pings wait for nothing but the copying of a submap. In a replay the loop waits for that thread, so that the same
+ * capture gives the same map.
+ *
+ * A submap is given up in memory only when its file is safe. Where the disk refuses or is too slow, the map itself
+ * forgets the oldest (voxmap_low): counted, and unknown. Pages belong to one run; they are removed at its end.
+ */
+#ifndef SONARD_PAGER_H
+#define SONARD_PAGER_H
+
+#include <pthread.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "../config/conf.h"
+#include "log.h"
+#include "loop.h"
+#include "map_file.h"
+
+struct daemon;
+
+enum pager_state { PAGER_IDLE, PAGER_WRITING, PAGER_READING };
+
+struct pager {
+    enum pager_state state;
+    uint64_t id;            /* of the submap under way */
+    bool wanted;            /* somebody asked for ... */
+    double wanted_m[3];     /* ... what is there */
+    uint64_t out, in;       /* submaps written, brought back */
+    uint64_t errors;        /* writes and reads that failed */
+    uint64_t newest;        /* the largest id that ever had a file */
+    struct log_limit limit; /* of messages about errors */
+    struct loop_timer timer;
+    struct loop_fd ended; /* an eventfd */
+    pthread_t thread;
+    /* of the thread while one is under way */
+    struct voxmap_setting setting;
+    struct map_bytes bytes;
+    char path[CONF_TEXT_MAX + 40], message[400];
+    bool good;
+};
+
+/** pager_start - from here on submaps go and come. Nothing without a map or a folder. False with a sentence in err. */
+bool pager_start(struct daemon *d, char *err, size_t err_size);
+
+/** pager_want - a place that answers unknown because its submap is away. */
+void pager_want(struct daemon *d, const double place_m[3]);
+
+/** pager_path - the file of a submap that is away. */
+void pager_path(const char *folder, uint64_t id, char *path, size_t size);
+
+/** pager_end - waits for what is under way and removes the pages. */
+void pager_end(struct daemon *d);
+
+#endif
