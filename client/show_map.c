@@ -69,8 +69,8 @@ void show_map_state(FILE *out, const json_t *result)
 {
     static const struct {
         const char *key, *name;
-    } counts[] = {{"submaps", "submaps"}, {"pings", "pings"},     {"not_entered", "no pose"}, {"begun", "begun"},
-                  {"dropped", "dropped"}, {"clipped", "clipped"}, {"starved", "starved"}};
+    } counts[] = {{"submaps", "submaps"}, {"pings", "pings"},  {"not_entered", "no pose"}, {"begun", "begun"},
+                  {"dropped", "dropped"}, {"away", "on disk"}, {"clipped", "clipped"},     {"starved", "starved"}};
     const json_t *job = json_object_get(result, "job");
 
     fputs("map          ", out);

@@ -247,8 +247,8 @@ const struct conf_key conf_keys[] = {
      .help = "Edge of a voxel; none: no map. 0.2 m suits tanks, harbours and dams. Half of it takes eight times the\n"
              "memory for the same water."},
     {"map", "memory", QUANTITY(1, "MiB", 1, 65536), .standard = "64 MiB", CONF(map.memory_bytes),
-     .help = "All that the map may take; it is taken at the start. When it is used up the oldest submaps leave it,\n"
-             "and their water is unknown."},
+     .help = "All that the map may take; it is taken at the start. When it runs low the oldest submaps go to files in\n"
+             "directory, or without one are forgotten: their water is unknown."},
     {"map", "extent", QUANTITY(1, "m", 1, 2000), .standard = "auto", .instead = "auto", .instead_value = 0,
      CONF(map.extent_m),
      .help = "Side of a submap in plan. What a beam covers beyond it is not entered. auto: what the longest range of\n"
@@ -277,7 +277,8 @@ const struct conf_key conf_keys[] = {
      CONF(map.forget_s),
      .help = "All counts are halved so often, so that what is not seen again is forgotten: free water and echoes."},
     {"map", "directory", .kind = CONF_PATH, .standard = "none", .instead = "none", CONF(map.directory),
-     .form = "an absolute path", .help = "Where maps are saved, exported and loaded from. none: they are not."},
+     .form = "an absolute path", .help = "Where maps are saved, exported and loaded from, and where submaps go that memory has no room for.\n"
+             "none: nothing of this."},
 
     {"pose", "max_age", QUANTITY(1, "s", 0.01, 3600), .standard = "1 s", CONF(pose.max_age_s),
      .help = "An older pose is stale, and what needs it is unknown."},

@@ -63,10 +63,10 @@ static void *page_thread(void *arg)
 struct visit_look {
     bool wanted, placed;
     double wanted_m[3], vehicle_m[3];
-    bool low;
-    uint64_t oldest; /* to put away; 0: none */
-    size_t size;     /* of it */
-    uint64_t away;   /* to bring back; 0: none */
+    uint64_t out; /* to put away, ... */
+    size_t size;  /* ... of so many bytes; 0: none */
+    uint64_t in;  /* to bring back; 0: none */
+    bool due;     /* one that is away should be here */
 };
 
 static bool reaches(const struct voxmap *map, const struct voxmap_part *part, const double place_m[3])
@@ -87,20 +87,34 @@ static bool is_near(const struct voxmap *map, const struct voxmap_part *part, co
     return true;
 }
 
+static bool is_due(const struct visit_look *v, const struct voxmap *map, const struct voxmap_part *part)
+{
+    return (v->wanted && reaches(map, part, v->wanted_m)) || (v->placed && is_near(map, part, v->vehicle_m));
+}
+
+/* Low: the oldest goes, rather one that nobody needs now. One that is due comes back if memory is not low with it; else
+ * one that nobody needs makes room. */
 static void look(void *ctx, struct pipeline_map *m)
 {
     struct visit_look *v = ctx;
-    v->low = voxmap_low(&m->map);
-    v->oldest = voxmap_oldest(&m->map);
-    v->size = v->oldest ? voxpage_bytes(&m->map, v->oldest) : 0;
-    for (uint32_t i = 0; i < m->map.set.max_submaps && !v->low; i++) {
-        const struct voxmap_part *part = &m->map.part[i];
-        const uint64_t room = (uint64_t)m->map.tiles.n_free - m->map.tiles.n / 4;
-        if (part->id && part->away && part->map.n_tiles < room && part->id > v->away &&
-            ((v->wanted && reaches(&m->map, part, v->wanted_m)) ||
-             (v->placed && is_near(&m->map, part, v->vehicle_m))))
-            v->away = part->id;
+    const struct voxmap *map = &m->map;
+    const bool low = voxmap_low(map);
+    const struct voxmap_part *due = NULL, *idle = NULL;
+    for (uint32_t i = 0; i < map->set.max_submaps; i++) {
+        const struct voxmap_part *part = &map->part[i];
+        if (!part->id || part == map->current)
+            continue;
+        if (part->away && is_due(v, map, part) && (!due || part->id > due->id))
+            due = part;
+        else if (!part->away && !is_due(v, map, part) && (!idle || part->id < idle->id))
+            idle = part;
     }
+    v->due = due != NULL;
+    if (!low && due && (uint64_t)due->map.n_tiles + map->tiles.n / 4 < map->tiles.n_free)
+        v->in = due->id;
+    else if (low || due)
+        v->out = idle ? idle->id : low ? voxmap_oldest(map) : 0;
+    v->size = v->out ? voxpage_bytes(map, v->out) : 0;
 }
 
 struct visit_page {
@@ -212,15 +226,15 @@ static void on_timer(void *ctx, uint64_t now_ns)
     memcpy(v.vehicle_m, pose.position_m, sizeof v.vehicle_m);
     memcpy(v.wanted_m, p->wanted_m, sizeof v.wanted_m);
     pipeline_visit_map(d->pipeline, look, &v);
-    p->wanted = false;
-    if (v.low && v.size && pack_page(d, v.oldest, v.size)) {
-        begin(d, PAGER_WRITING, v.oldest);
-    } else if (v.low && v.size) {
+    p->wanted = p->wanted && v.due && (v.in || v.out);
+    if (v.in) {
+        begin(d, PAGER_READING, v.in);
+    } else if (v.size && pack_page(d, v.out, v.size)) {
+        begin(d, PAGER_WRITING, v.out);
+    } else if (v.size) {
         free(p->bytes.bytes);
         p->bytes = (struct map_bytes){0};
         fault(d, "a submap cannot be put away", "out of memory");
-    } else if (v.away) {
-        begin(d, PAGER_READING, v.away);
     }
 }
 

@@ -25,9 +25,10 @@ LAG_M = 0.05                           # what the vehicle drives between a ping 
 class Vehicle(threading.Thread):
     """Says fifty times a second where it is, and goes there with the virtual sonar."""
 
-    def __init__(self, daemon, sim):
+    def __init__(self, daemon, sim, step_m=0.02):
         super().__init__(daemon=True)
         self.client = daemon.client()
+        self.step_m = step_m
         self.sim = sim
         self.at = [0.0, 0.0, 2.0]
         self.goal = list(self.at)
@@ -35,7 +36,7 @@ class Vehicle(threading.Thread):
 
     def run(self):
         while not self.ended.wait(0.02):
-            step = [max(-0.02, min(0.02, g - a)) for g, a in zip(self.goal, self.at)]
+            step = [max(-self.step_m, min(self.step_m, g - a)) for g, a in zip(self.goal, self.at)]
             self.at = [a + s for a, s in zip(self.at, step)]
             if any(step):
                 self.sim.command("pose %.3f %.3f %.3f 0" % tuple(self.at))
@@ -292,6 +293,31 @@ def paging(bench):
     replay_all(bench, captures, maps)
 
 
+def tunnel(bench):
+    """What was left behind is on disk; it comes back when somebody asks for it, and when the vehicle does."""
+    sim = bench.sim(scene=bench.write("tunnel", "box -6 60 -5 4 -20 20\n"))
+    conf(bench, memory="8 MiB", height="6 m", submap_distance="2.5 m")
+    daemon = bench.sonard()
+    client = daemon.client()
+    vehicle = Vehicle(daemon, sim, 0.05)
+    vehicle.start()
+    try:
+        pings_until(client, 2 * TURN)
+        behind = [-4, 0, 2]
+        check(state_of(client, "point", position_m=behind) == "free", "the start is not free")
+        vehicle.go(45, 0)
+        until(lambda: client.call("map")["away"] > 0, "submaps to go to disk")
+        until(lambda: state_of(client, "point", position_m=behind) == "free", "the start to come back", 30, 0.1)
+        check(client.call("map")["paged_in"] > 0, str(client.call("map")))
+        vehicle.go(0, 0)
+        until(lambda: state_of(client, "point", position_m=[-5, 0, 2]) == "free", "the start to be free again", 30, 0.1)
+    finally:
+        vehicle.stop()
+    status = client.call("map")
+    check(status["dropped"] == 0 and status["page_errors"] == 0, str(status))
+    note("tunnel: %(begun)d submaps begun, %(paged_out)d put away, %(paged_in)d brought back" % status)
+
+
 def check_folder_gone(bench, sim, maps):
     """Nowhere to put submaps: the oldest are forgotten, counted, and nothing else happens."""
     daemon = bench.sonard()
@@ -468,6 +494,6 @@ def refusals(bench):
 
 
 cases = [("basin_threads%d" % n, lambda bench, n=n: basin(bench, n)) for n in (0, 1, 2)]
-cases += [("files", files), ("paging", paging), ("replay", replay), ("killed", killed), ("exports", exports), ("refusals", refusals)]
+cases += [("files", files), ("paging", paging), ("tunnel", tunnel), ("replay", replay), ("killed", killed), ("exports", exports), ("refusals", refusals)]
 
 run(cases, parallel=3)
