@@ -167,7 +167,7 @@ bench: programs $(BENCH) $(PEER) $(SIM)
 
 report:
 	@tests/deps.sh report
-	@$(MAKE) --no-print-directory $(REPORT)
+	@$(MAKE) --no-print-directory $(REPORT) $(PEER)
 	@tests/report/report.py --build $(BUILD) $(if $(QUICK),--quick)
 
 # ---- manual pages, installation ----

@@ -4,10 +4,12 @@
  * the share of the voxels in a beam that OctoMap has as free, free voxels outside the shaft, and in how many
  * directions a ray from the vehicle is stopped at the wall after all turns. OctoMap gets rays at most one voxel apart
  * where the beam ends, and every end that is an echo as an occupied place: its own way to enter a wide beam.
+ * "octomap_peer csv [quick]" prints what the report shows.
  */
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <ctime>
 
 #include <octomap/octomap.h>
@@ -74,6 +76,8 @@ static void walls_left(const octomap::OcTree &tree, const submap &map, const sce
     }
 }
 
+static bool csv; /* rows for the report, without times */
+
 /* How many times as fast the submap is. */
 static double compare(char which, double voxel_m, int turns, int pings)
 {
@@ -139,6 +143,14 @@ static double compare(char which, double voxel_m, int turns, int pings)
     if (which != 'B')
         walls_left(tree, map, p, voxel_m, &by_octomap, &by_submap);
     tree.updateInnerOccupancy();
+    if (csv) {
+        printf("%c,%g,%d,%.2f,%.2f,%.6g,%.6g,%d,%d\n", which, voxel_m, n, 100.0 * double(both) / double(covered),
+               100.0, double(theirs_outside) * pow(voxel_m, 3), double(ours_outside) * pow(voxel_m, 3), by_octomap,
+               by_submap);
+        free(memory);
+        free(directory);
+        return theirs_ns / ours_ns;
+    }
     printf("%c %5.2f m, %6d pings: OctoMap %10.1f us/ping %6.1f MB (%.1f bytes per free voxel), free of the "
            "beams' voxels %5.1f %%, "
            "outside %llu, wall in %d of 360\n%25s sonard %10.3f us/ping %6.1f MB (%.1f), outside %llu, wall in "
@@ -160,8 +172,29 @@ struct aim {
     int turns, pings, must, should;
 };
 
+/* What the report shows; speed is left to the benchmark. */
+static void for_report(bool quick)
+{
+    csv = true;
+    printf("scene,voxel_m,pings,octomap_found,sonard_found,octomap_outside_m3,sonard_outside_m3,octomap_wall,"
+           "sonard_wall\n");
+    for (char which : {'A', 'T'}) {
+        compare(which, 0.5, quick ? 5 : 100, SCENE_PINGS);
+        if (!quick)
+            compare(which, 0.2, 100, SCENE_PINGS);
+    }
+    if (quick)
+        return;
+    compare('A', 0.1, 100, SCENE_PINGS);
+    compare('B', 0.5, 2, SCENE_PINGS);
+}
+
 int main(int argc, char **argv)
 {
+    if (argc > 1 && strcmp(argv[1], "csv") == 0) {
+        for_report(argc > 2);
+        return 0;
+    }
     if (argc == 5) {
         compare(argv[1][0], atof(argv[2]), atoi(argv[3]), atoi(argv[4]));
         return 0;

@@ -8,6 +8,7 @@ the data as CSV. The text is index.md and one file per chapter; a line that begi
   @run DATA PROGRAM ARGS...        what the program prints becomes data/DATA.csv
   @count DATA FUNCTION PROGRAM ARGS...  the same under callgrind: a column of instructions in FUNCTION between two
                                    calls of cost_mark, per `bins` of the row; empty where there is no valgrind
+  @peer DATA COLUMN[:TITLE]...     what the benchmark's peer says, as data and a table; a sentence where it is not built
   @points DATA ERRORS COST COUNT MEASURE[<LIMIT]...  one row per setting: medians over seeds, cost, Pareto fronts;
                                    a setting beyond a limit is no use and on no front
   @judge DATA                      is the default on the front, and what does it give up, in words and a table
@@ -103,6 +104,12 @@ class Report:
                 row["instructions"] = f"{total / float(row['bins']):.2f}"
         self.save(name, rows)
         return ""
+
+    def peer(self, name, *columns):
+        if not os.path.exists(self.program("bench_octomap_peer")[0]):
+            return "Not measured here: the peer's library, liboctomap-dev, is not installed."
+        self.run(name, "bench_octomap_peer", "csv")
+        return self.table(name, *columns)
 
     # ---- error against cost ----
 
@@ -236,8 +243,8 @@ class Report:
         return f"<figure>\n{svg}<figcaption>{match[2]}</figcaption>\n</figure>"
 
 
-DIRECTIVES = ("chapter", "run", "count", "points", "judge", "plot", "figure", "table", "machine")
-STEPS = ("run", "count", "points", "judge", "plot")
+DIRECTIVES = ("chapter", "run", "count", "peer", "points", "judge", "plot", "figure", "table", "machine")
+STEPS = ("run", "count", "peer", "points", "judge", "plot")
 
 
 def better(q, p, keys):

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * report_shaft - Table I of Oliveira, Ferreira and Cruz 2023 rebuilt: one dive through a virtual dam shaft and back, heard,
- * extracted, mapped, and the shaft's dimensions read from the map.
+ * report_shaft - Table I of Oliveira, Ferreira and Cruz 2023 rebuilt: one dive through a virtual dam shaft and back,
+ * heard, extracted, mapped, and the shaft's dimensions read from the map.
  *
- *   report_shaft table [quick]    CSV: seed, dimension, true_m, paper_m, paper_percent, found_m, percent, worst_percent; seed
- *                                 "median" is over all seeds
+ *   report_shaft table [quick]    CSV: seed, dimension, true_m, paper_m, paper_percent, found_m, percent, worst_percent;
+ *                                 seed "median" is over all seeds
  *   report_shaft slices [quick]   CSV: figure, cut, level, and the edges of rectangles of voxels in two vertical cuts
  */
 #include <math.h>
@@ -19,10 +19,11 @@
 #define SEEDS       20
 #define QUICK_SEEDS 2
 #define TURNS       107 /* down, and as many up: 0.3 m a turn */
-#define QUICK_TURNS 12
+#define QUICK_TURNS 4
 #define MAX_ROWS    20000
 
-/* Of the depth that the virtual sensor says: its scale (salt, temperature), per dive; its noise and step, per ping. */
+/* Of the depth that the virtual sensor says: its scale (salt, temperature) and offset, per dive; its noise and step, per
+ * ping. */
 #define DEPTH_SCALE_SD 0.002
 #define DEPTH_OFFSET_M 0.05
 #define DEPTH_SD_M     0.01

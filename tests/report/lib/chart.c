@@ -188,6 +188,17 @@ static void overlap(const struct chart *c, const struct chart *reference, struct
     out->found_share = there > 0 ? (double)both / (double)there : 0;
 }
 
+/* Something was heard in a cell or beside it. Without echoes kept that is not known, and all is taken. */
+static bool is_heard(const struct chart *c, const int64_t cell[3])
+{
+    for (int n = 0; n < 27; n++) {
+        const int64_t next[3] = {cell[0] + n / 9 - 1, cell[1] + n / 3 % 3 - 1, cell[2] + n % 3 - 1};
+        if (submap_count(&c->map, SUBMAP_ECHOES, next) > 0)
+            return true;
+    }
+    return !c->set.echoes;
+}
+
 static bool is_frontier(const struct chart *c, const int64_t cell[3])
 {
     if (!is_free(c, cell))
@@ -262,7 +273,7 @@ static void surfaces(const struct chart *c, const struct chart *reference, doubl
 
     EACH_CELL(c, cell)
     {
-        if (!mark[i++])
+        if (!mark[i++] || !is_heard(c, cell))
             continue;
         chart_center(c, cell, at);
         d[n++] = fabs(world_clearance(c->world, at, t_s));

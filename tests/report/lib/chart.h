@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * chart - a voxel submap of a world, made from looks of a dive, and how wrong it is: free volume behind surfaces (dangerous),
- * volume in common with the truth, distance between surfaces both ways. Knows no sound.
+ * chart - a voxel submap of a world, made from looks of a dive, and how wrong it is: free volume behind surfaces
+ * (dangerous), volume in common with the truth, distance between surfaces both ways. Knows no sound.
  */
 #ifndef SONARD_REPORT_CHART_H
 #define SONARD_REPORT_CHART_H
@@ -60,14 +60,15 @@ struct chart_errors {
     double found_share;   /* of the volume that the reference has free */
     double overlap;       /* what both have free, of what either has */
     double to_truth_mean_m, to_truth_p95_m,
-        to_truth_max_m;                               /* from the free volume's frontier to the nearest surface */
+        to_truth_max_m; /* from the frontier, where something was heard, to the nearest surface */
     double to_map_mean_m, to_map_p95_m, to_map_max_m; /* from surfaces beside free water to the frontier */
 };
 
 /** chart_grade - against a finer reference (of true first ranges); at the time t_s of the world. */
 void chart_grade(const struct chart *c, const struct chart *reference, double t_s, struct chart_errors *out);
 
-/** chart_false_free - the volume (m^3) of free voxels whose centre is in a solid, the deepest of them, all free volume. */
+/** chart_false_free - the volume (m^3) of free voxels whose centre is in a solid; the deepest of them, and all free
+ * volume. */
 double chart_false_free(const struct chart *c, double t_s, double *behind_max_m, double *free_m3);
 
 #endif

@@ -11,8 +11,8 @@
 #include "../../../grid/range/extract.h"
 #include "dice.h"
 
-#define RAYS_AZ     7 /* over twice the half-power aperture, where the two-way pattern is 24 dB down */
-#define RAYS_EL     61
+#define RAYS_AZ     5 /* over twice the half-power aperture, where the two-way pattern is 24 dB down */
+#define RAYS_EL     45
 #define WALL_DB     (-6.0)
 #define ABSORPTION  0.4     /* dB per metre, there and back */
 #define BOUNCE_DB   (-15.0) /* of what comes from a surface twice */

@@ -37,14 +37,15 @@ struct dive {
     float (*mean)[SEA_MAX_BINS]; /* [n] power of surfaces by bin; NULL without DIVE_SOUND */
 };
 
-/** dive_make - along the world's way in `turns` turns, and back in as many when `back`; roll and pitch sway by tilt_rad. Of
- * parts (set of enum dive_part) only those asked for are made. Of the heap. */
+/** dive_make - along the world's way in `turns` turns, and back in as many when `back`; roll and pitch sway by tilt_rad.
+ * Of parts (set of enum dive_part) only those asked for are made. Of the heap. */
 struct dive *dive_make(const struct world *world, unsigned turns, bool back, double tilt_rad, unsigned parts);
 void dive_free(struct dive *dive);
 
 struct dive_ears;
 
-/** dive_ears_make - range extraction as shipped, with the head's ring-down and a template of the vehicle learnt in open water. Of the heap. */
+/** dive_ears_make - range extraction as shipped, with the head's ring-down and a template of the vehicle learnt in open
+ * water. Of the heap. */
 struct dive_ears *dive_ears_make(void);
 void dive_ears_free(struct dive_ears *ears);
 

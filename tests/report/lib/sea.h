@@ -55,7 +55,8 @@ struct sea_ping {
 
 struct dice;
 
-/** sea_disturb - adds to the mean power by bin what is no surface: noise, reverberation, bursts, in a framed beam the frame. */
+/** sea_disturb - adds to the mean power by bin what is no surface: noise, reverberation, bursts, in a framed beam the
+ * frame. */
 void sea_disturb(const struct sea_scene *scene, enum sea_head head, bool framed, struct dice *dice, double *mean);
 
 /** sea_hear - from mean power by bin to the counts of one ping: speckle, the pulse, the ring-down, stray counts. */

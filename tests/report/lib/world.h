@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * world - the truth that voxel maps are held against: water and what stands in it, as a distance to the nearest surface, and
- * by it the first range of a beam over its whole aperture, without sampling rays. Knows no sound and no map.
+ * world - the truth that voxel maps are held against: water and what stands in it, as a distance to the nearest
+ * surface, and by it the first range of a beam over its whole aperture, without sampling rays. Knows no sound and no map.
  *
  * A world is a list of shapes, applied in order: water is added, solids are taken away. The clearance that comes out is
  * positive in water and never more than the distance to the nearest surface (it is 1-Lipschitz); in a single shape's

@@ -1,0 +1,22 @@
+# SPDX-License-Identifier: MIT
+# voxel_points.gp - chapter "Voxel map: error against run time".
+points = data.'voxel_points.csv'
+knobs = "voxel tolerance threshold echo_weight opening casting"
+of(knob) = "< sed -n '1p;/^".knob.",/p' ".points
+flag(f, c) = column(f) == 1 ? column(c) : NaN
+set logscale xy
+set xlabel 'instructions per ping (nanoseconds where these cannot be counted)'
+do for [m in "false_free overlap surface"] {
+    s = m eq 'false_free' ? 'false_free_m3' : m eq 'overlap' ? 'not_common_share' : 'to_truth_p95_m'
+    least = m eq 'false_free' ? 0.001 : 1e-6
+    show(v) = v > least ? v : least
+    set output out.'voxel_'.m.'.svg'
+    set ylabel m eq 'false_free' ? 'volume free that is solid, m³' : m eq 'overlap' ? 'share of the free volume not in common' : \
+               'from the frontier to the nearest surface, 95 %, m'
+    set format y '%g'
+    plot for [i = 1:words(knobs)] of(word(knobs, i)) using "cost":(show(column(s))):(show(column(s.'_low'))):(show(column(s.'_high'))) \
+             with yerrorbars lc i pt 7 ps 0.6 notitle, \
+         for [i = 1:words(knobs)] of(word(knobs, i)) using "cost":(show(column(s))) with lines lc i title word(knobs, i), \
+         points using (flag('front_'.s, "cost")):(show(column(s))) with points pt 6 ps 1.6 lw 1.5 lc rgb '#222222' title 'Pareto front', \
+         points using (flag("default", "cost")):(show(column(s))) every ::0::9 with points pt 3 ps 1.8 lw 2 lc rgb 'black' title 'shipped default'
+}
