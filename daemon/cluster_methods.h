@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* cluster_methods - the methods about what the grid's cells form together, and where to look next; sonard-protocol(7) has every shape. */
+/*
+ * cluster_methods - the methods about what the grid's cells form together, and where to look next; sonard-protocol(7)
+ * has every shape.
+ */
 #ifndef SONARD_CLUSTER_METHODS_H
 #define SONARD_CLUSTER_METHODS_H
 

@@ -105,8 +105,8 @@ struct device_ops {
     void (*status)(const void *state, struct device_status *out);
     /* The frames that it wants of a CAN bus, one record of can_frame.h per feed. NULL: it takes a stream of bytes. */
     struct can_match (*can_match)(const void *state);
-    /* Pass over these azimuths (sensor frame, clockwise from - to, less than a turn) more often than over the rest, all of which
-     * stays covered in twice as many pings; equal: no longer. NULL: it cannot be steered. */
+    /* Pass over these azimuths (sensor frame, clockwise from - to, less than a turn) more often than over the rest, all
+     * of which stays covered in twice as many pings; equal: no longer. NULL: it cannot be steered. */
     void (*attend)(void *state, double from_rad, double to_rad);
 };
 

@@ -46,9 +46,9 @@ uint16_t ping360_scan_angle(const struct ping360_scan *scan);
 void ping360_scan_advance(struct ping360_scan *scan);
 
 /**
- * ping360_scan_attend - in a full circle: pass over the azimuths from `from_rad` clockwise to `to_rad` (less than a turn) after
- * every so many angles of the plain scan as a pass has. That goes on where it was, so that all of the circle is
- * covered in twice as many pings. Equal: the plain scan alone. A pass that has begun is finished as it is.
+ * ping360_scan_attend - in a full circle: pass over the azimuths from `from_rad` clockwise to `to_rad` (less than a
+ * turn) after every so many angles of the plain scan as a pass has. That goes on where it was, so that all of the
+ * circle is covered in twice as many pings. Equal: the plain scan alone. A pass that has begun is finished as it is.
  */
 void ping360_scan_attend(struct ping360_scan *scan, double from_rad, double to_rad);
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * bench_components - connected components of the spherical grid: nanoseconds for each cell put into an empty structure, for
- * each cell of a turn that replaces a hundredth of them and settles, and milliseconds for one recomputation from nothing.
- * Cells are wavy sheets, one behind the other, over a full sphere of 1 degree. Median of rounds.
+ * bench_components - connected components of the spherical grid: nanoseconds for each cell put into an empty structure,
+ * for each cell of a turn that replaces a hundredth of them and settles, and milliseconds for one recomputation from
+ * nothing. Cells are wavy sheets, one behind the other, over a full sphere of 1 degree. Median of rounds.
  */
 #include <math.h>
 #include <stdio.h>

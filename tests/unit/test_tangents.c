@@ -186,8 +186,8 @@ static double first_m(const struct beam_echoes *b)
 }
 
 /*
- * Walls as fitted to the recording (normal, distance), where their ghosts were read from the picture, how many echoes of these are
- * suspected at least, and whether there is a region of constant depth: the echo of S jumps by 12 cm and back.
+ * Walls as fitted to the recording (normal, distance), where their ghosts were read from the picture, how many echoes
+ * of these are suspected at least, and whether there is a region of constant depth: the echo of S jumps by 12 cm and back.
  */
 static const struct {
     const char *name;
@@ -246,9 +246,8 @@ static void count_marks(const struct wall *w, double ghost_m, struct count *c)
 }
 
 /*
- * Three of the four walls are found in both looks. The fourth,
- * N, lies 0.19 m away in the ring-down: what is heard of it is its ghost at 4.26 m, the first echo there, and nothing in the
- * scan tells that from a wall.
+ * Three of the four walls are found in both looks. The fourth, N, lies 0.19 m away in the ring-down: what is heard of
+ * it is its ghost at 4.26 m, the first echo there, and nothing in the scan tells that from a wall.
  */
 TEST(walls_and_ghosts_of_a_tank)
 {
