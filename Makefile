@@ -140,7 +140,7 @@ CHECKS  := tests/layers.sh tests/service.sh tests/valgrind.sh tests/model/run.sh
 
 # Everything that one build can be tested with.
 suite: programs tests
-	@BUILD=$(BUILD) SAN=$(SAN) tests/run.sh $(UNIT) $(SCRIPTS)
+	@BUILD=$(BUILD) SAN=$(SAN) LIMIT=$(if $(SAN),900,300) tests/run.sh $(UNIT) $(SCRIPTS)
 
 check: deps-check
 	@$(MAKE) --no-print-directory CC=gcc programs tests

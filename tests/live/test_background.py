@@ -55,7 +55,7 @@ def frame(bench, threads):
     bench.conf(sonar={"background": path}, grid=SHORT, pipeline={"threads": threads})
     daemon = bench.sonard()
     client = daemon.client()
-    check("runs without a template" in daemon.log(), "a missing file is not said")
+    until(lambda: "runs without a template" in daemon.log(), "a missing file to be said")
     pings_until(client, TURN + 10)
     expect(client, 200, 1.5, "blocked")
     check(abs(ask(client, 200, 1.5)["range_m"] - 0.8) < 0.1, "the frame: %s" % ask(client, 200, 1.5))
