@@ -54,8 +54,8 @@ bool template_learn(struct daemon *d, int sensor, const struct background_learn_
                     size_t err_size);
 
 /**
- * template_stop - end learning: with `use` the template is made of what has been collected, rows with fewer than
- * three pings left out; otherwise it is given up.
+ * template_stop - end learning: with `use` the template is made of what has been collected, refused while a row that
+ * was seen has fewer than three pings (or than asked for); otherwise it is given up.
  */
 bool template_stop(struct daemon *d, int sensor, bool use, char *err, size_t err_size);
 

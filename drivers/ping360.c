@@ -47,7 +47,9 @@ void ping360_fill_ping(struct ping *ping, const struct ping_frame *frame, const 
     ping->law = AMPLITUDE_SQRT;
     ping->sample_bytes = 1;
     ping->n_beams = 1;
-    ping->n_bins = data->n_data < ping->max_samples ? data->n_data : ping->max_samples;
+    /* a frame has room for more samples than the head can send */
+    const uint32_t room = ping->max_samples < PING360_SAMPLES_MAX ? ping->max_samples : PING360_SAMPLES_MAX;
+    ping->n_bins = data->n_data < room ? data->n_data : room;
     ping->r0_m = 0.0f;
     ping->dr_m = (float)ping360_sample_m(&data->set, sound_speed_mps);
     ping->pulse_m = (float)(sound_speed_mps * data->set.transmit_us * 1e-6 / 2.0);

@@ -405,6 +405,8 @@ static uint16_t echoes_of_beam(const struct ping *ping, uint16_t b)
 static void extract_ranges(const struct extract *e, double begin_m, const struct ping_beam *beam, uint16_t n,
                            struct beam_echoes *out)
 {
+    if (!is_range(beam->range_m) && beam->range_m != 0.0f)
+        return;
     out->state = BEAM_SILENT;
     const double known_m = fmax(e->conf.ring_down_m, begin_m > 0.0 && begin_m < 1e5 ? begin_m : 0.0);
     out->blind_m = (float)(known_m > 0.0 ? known_m : RANGES_BLIND_M);

@@ -82,8 +82,9 @@ struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_
  * free_to_m ends at the first echo, or at a group that lacks up to 3 dB of the contrast of one: too little to block,
  * too much to call the water beyond it free. Without either by the no_echo rule.
  *
- * Pings that are PING_UNHEARD are BEAM_BLIND. Pings with ready ranges: range > 0 becomes one echo with the device's own deviation and confidence; entries of the
- * same direction in order of range become one beam, whose first ECHOES_PER_BEAM are kept.
+ * Pings that are PING_UNHEARD are BEAM_BLIND. Pings with ready ranges: range > 0 becomes one echo with the device's own
+ * deviation and confidence, 0 is silence, and anything else BEAM_BLIND; entries of the same direction in order of range
+ * become one beam, whose first ECHOES_PER_BEAM are kept.
  * Allocates nothing; O(bins).
  */
 void extract_run(struct extract *extract, const struct ping *ping, const struct extract_aid *aid,

@@ -28,7 +28,7 @@ struct law_check {
     uint16_t scatter[LAW_CHECK_LEVELS][LAW_CHECK_STEPS]; /* how often which */
 };
 
-/** law_check_clear - nothing was heard yet: a new law or range axis. */
+/** law_check_clear - nothing was heard yet: a new law. */
 void law_check_clear(struct law_check *check);
 
 /** law_check_add - look at one reference window of a beam, the next one each time. 8-bit counts only; others add nothing. */

@@ -19,6 +19,14 @@ static uint32_t row_of(double az_rad)
     return (uint32_t)(geo_wrap(az_rad) * (MARKS_ROWS / (2.0 * GEO_PI))) % MARKS_ROWS;
 }
 
+/* Behind the first echo a place is hidden; beyond the end of its range, or with the floor raised, a beam is deaf. */
+static float heard_to_m(const struct echoes *e, const struct beam_echoes *b)
+{
+    if (b->free_to_m <= 0.0f)
+        return 0.0f;
+    return b->n > 0 ? b->echo[0].range_m : e->range_max_m;
+}
+
 static struct marks_look look_of(const struct marks *m, const struct echoes *e, const struct beam_echoes *b)
 {
     struct marks_look look = {
@@ -26,8 +34,8 @@ static struct marks_look look_of(const struct marks *m, const struct echoes *e, 
         .az_rad = b->az_rad,
         .el_rad = b->el_rad,
         .blind_m = b->blind_m,
+        .heard_to_m = heard_to_m(e, b),
         .n = b->n,
-        .telling = b->state == BEAM_ECHO || (b->state == BEAM_SILENT && b->free_to_m > 0.0f),
     };
 
     for (int i = 0; i < 3; i++)
@@ -74,10 +82,9 @@ static bool shows(const struct marks_look *look, float range_m)
     return false;
 }
 
-/* It listened there, and nothing nearer hid the place. */
 static bool denies(const struct marks_look *look, float range_m)
 {
-    return look->telling && range_m > look->blind_m && (look->n == 0 || look->range_m[0] > range_m);
+    return range_m > look->blind_m && range_m < look->heard_to_m;
 }
 
 static bool is_burst(const struct marks *m, const struct marks_look *now, float range_m, float width_rad)

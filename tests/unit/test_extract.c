@@ -490,7 +490,8 @@ TEST(ready_ranges_pass_through)
           found[0].echo[0].confidence == 0.8f);
     CHECK_NEAR(found[0].free_to_m, 2.9, 1e-6, 0);
     CHECK_INT(found[1].state, BEAM_SILENT);
-    CHECK_INT(found[2].state, BEAM_SILENT);
+    CHECK_INT(found[2].state, BEAM_BLIND); /* no range at all is not the same as nothing heard */
+    CHECK(found[2].free_to_m == 0.0f);
     CHECK_INT(found[3].state, BEAM_ECHO);
     CHECK(found[3].echo[0].sd_m == 0.0f && found[3].echo[0].confidence == 1.0f);
 }

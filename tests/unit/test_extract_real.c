@@ -529,6 +529,7 @@ TEST(seabed_interference)
         struct echoes echoes = {.t_ns = 1 + (uint64_t)n * 78000000,
                                 .n_beams = 1,
                                 .max_beams = 1,
+                                .range_max_m = (float)shot->range_m,
                                 .az_aperture_rad = (float)geo_rad(3.0),
                                 .pose = pose_identity,
                                 .beam = &shot->found};

@@ -13,12 +13,14 @@ static struct marks marks;
 static struct beam_echoes beam;
 static struct pose pose;
 static uint64_t t_ns;
+static float reach_m;
 
 static void begin(void)
 {
     marks_init(&marks);
     pose = pose_identity;
     t_ns = 1000000000;
+    reach_m = 50.0f;
 }
 
 /* One look with echoes at the given ranges (0: no more), strengths falling with range; returns it with its flags. */
@@ -27,6 +29,7 @@ static const struct beam_echoes *look(double az_deg, double a_m, double b_m)
     struct echoes ping = {.t_ns = t_ns += 80000000,
                           .n_beams = 1,
                           .max_beams = 1,
+                          .range_max_m = reach_m,
                           .az_aperture_rad = (float)geo_rad(WIDTH_DEG),
                           .pose = pose,
                           .beam = &beam};
@@ -87,8 +90,32 @@ TEST(looks_that_could_not_have_shown_it_deny_nothing)
     for (double az_deg = 80.0; az_deg < 100.0; az_deg += STEP_DEG) {
         struct beam_echoes deaf = {.az_rad = (float)geo_rad(az_deg), .state = BEAM_BLIND};
         struct echoes ping = {.t_ns = t_ns += 80000000, .n_beams = 1, .az_aperture_rad = 0.05f, .beam = &deaf};
+        ping.range_max_m = reach_m;
         marks_run(&marks, &ping);
         deaf.state = BEAM_SILENT; /* free_to_m is 0: its silence says nothing */
+        marks_run(&marks, &ping);
+    }
+    CHECK_INT(look(90.0, 12.0, 0.0)->echo[0].flags, 0);
+}
+
+TEST(a_shorter_range_denies_nothing_beyond_its_end)
+{
+    begin();
+    reach_m = 2.0f;
+    sweep(0.0);
+    reach_m = 50.0f;
+    CHECK_INT(look(90.0, 12.0, 0.0)->echo[0].flags, 0);
+    CHECK_INT(look(90.0, 1.5, 0.0)->echo[0].flags, ECHO_BURST);
+}
+
+TEST(an_echo_over_a_raised_floor_denies_nothing_before_it)
+{
+    begin();
+    for (double az_deg = 80.0; az_deg < 100.0; az_deg += STEP_DEG) {
+        struct beam_echoes loud = {.az_rad = (float)geo_rad(az_deg), .state = BEAM_ECHO, .n = 1};
+        struct echoes ping = {.t_ns = t_ns += 80000000, .n_beams = 1, .az_aperture_rad = 0.05f, .beam = &loud};
+        loud.echo[0] = (struct echo){.range_m = 30.0f, .strength = 2.0f}; /* free_to_m is 0 */
+        ping.range_max_m = reach_m;
         marks_run(&marks, &ping);
     }
     CHECK_INT(look(90.0, 12.0, 0.0)->echo[0].flags, 0);
@@ -176,6 +203,8 @@ int main(void)
     RUN(what_an_older_look_shows_is_no_burst);
     RUN(the_first_look_onto_something_is_no_burst);
     RUN(looks_that_could_not_have_shown_it_deny_nothing);
+    RUN(a_shorter_range_denies_nothing_beyond_its_end);
+    RUN(an_echo_over_a_raised_floor_denies_nothing_before_it);
     RUN(old_looks_and_looks_from_elsewhere_are_no_evidence);
     RUN(an_echo_at_twice_the_first_range_is_a_ghost);
     RUN(between_two_walls_the_ghost_comes_later);

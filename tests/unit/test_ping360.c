@@ -654,7 +654,7 @@ TEST(ping_content)
 
 static void feed_data(unsigned angle, unsigned n_samples, unsigned period, uint64_t first_ns, uint64_t last_ns)
 {
-    static const uint8_t samples[1200] = {9, 8, 7};
+    static const uint8_t samples[PING_PAYLOAD_MAX] = {9, 8, 7};
     uint8_t b[PING_FRAME_MAX];
     struct ping360_data d = {.set = {1, 0, (uint16_t)angle, 11, (uint16_t)period, 750, (uint16_t)n_samples},
                              .data_length = (uint16_t)n_samples,
@@ -680,6 +680,18 @@ TEST(time_of_a_ping)
     feed_data(10, 302, 100, 1, 2); /* before the clock began */
     CHECK_INT(rig.last.t_ns, 0);
     CHECK_INT(rig.last.t_in_ns, 2);
+}
+
+/* Buffers are shared with sonars that send more; what follows the device is sized by what it says it sends at most. */
+TEST(no_ping_is_longer_than_the_device_says)
+{
+    struct device_conf conf = usual_conf();
+    conf.listen_only = true;
+    rig_new(&conf);
+    rig_open();
+    feed_data(10, PING_PAYLOAD_MAX - 14, 100, SEC, SEC);
+    CHECK_INT(rig.pings, 1);
+    CHECK_INT(rig.last.n_bins, device_ping360.max_bins);
 }
 
 TEST(azimuth_of_every_head_angle)
@@ -1088,6 +1100,7 @@ int main(void)
     RUN(request_and_response);
     RUN(ping_content);
     RUN(time_of_a_ping);
+    RUN(no_ping_is_longer_than_the_device_says);
     RUN(azimuth_of_every_head_angle);
     RUN(senseless_data_is_counted);
     RUN(no_room_for_a_ping_is_survived);
