@@ -90,6 +90,7 @@ TEST(looks_that_could_not_have_shown_it_deny_nothing)
     for (double az_deg = 80.0; az_deg < 100.0; az_deg += STEP_DEG) {
         struct beam_echoes deaf = {.az_rad = (float)geo_rad(az_deg), .state = BEAM_BLIND};
         struct echoes ping = {.t_ns = t_ns += 80000000, .n_beams = 1, .az_aperture_rad = 0.05f, .beam = &deaf};
+        ping.pose = pose;
         ping.range_max_m = reach_m;
         marks_run(&marks, &ping);
         deaf.state = BEAM_SILENT; /* free_to_m is 0: its silence says nothing */
@@ -114,6 +115,7 @@ TEST(an_echo_over_a_raised_floor_denies_nothing_before_it)
     for (double az_deg = 80.0; az_deg < 100.0; az_deg += STEP_DEG) {
         struct beam_echoes loud = {.az_rad = (float)geo_rad(az_deg), .state = BEAM_ECHO, .n = 1};
         struct echoes ping = {.t_ns = t_ns += 80000000, .n_beams = 1, .az_aperture_rad = 0.05f, .beam = &loud};
+        ping.pose = pose;
         loud.echo[0] = (struct echo){.range_m = 30.0f, .strength = 2.0f}; /* free_to_m is 0 */
         ping.range_max_m = reach_m;
         marks_run(&marks, &ping);
