@@ -144,7 +144,7 @@ static void show_sectors(const struct page *page, const json_t *result)
     }
     fprintf(page->out, "%zu blocked, %zu clear, %zu unknown%s\n", total[0], total[1], total[2],
             total[0] + total[1] == 0
-                ? ": nothing is known of the water; `sonarctl status` says what the sonar does"
+                ? ": nothing is known of the water; `sonarctl status` says what sonar and pose do"
                 : "");
 }
 

@@ -407,6 +407,8 @@ static int run_place(struct context *context)
 
     if (!take_places(&context->arguments, method, context->arguments.options))
         return usage(method, "a place is three numbers: N,E,D, in metres");
+    if (strcmp(method, "path") == 0 && !json_object_get(context->arguments.options, "radius_m"))
+        return usage(method, "--radius R is missing");
     if (!(result = call(context, method, context->arguments.options, &status)))
         return status;
     if (context->json)
@@ -488,7 +490,9 @@ static int run_map(struct context *context)
         json_object_set_new(options, "cells", json_integer(DRAW_CELLS));
     if (arguments->n_words == 2)
         json_object_set_new(options, "name", json_string(arguments->word[1]));
-    result = wait_job(context, call(context, method, options, &status), &status);
+    result = call(context, method, options, &status);
+    if (arguments->n_words == 2)
+        result = wait_job(context, result, &status);
     if (result && strcmp(word, "draw") == 0)
         status = print_slice(context, result, json_string_value(output));
     else if (result && context->json)

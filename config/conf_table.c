@@ -29,7 +29,7 @@ const struct conf_section conf_sections[] = {
     {"background", "What a sonar hears of its own vehicle: frame, tether, electronics. Such places are blind: neither\n"
                    "blocked nor clear. Of what was loud while a template was learnt, only what these keys describe is\n"
                    "taken for the vehicle; the rest, walls above all, stays an obstacle."},
-    {"grid", "The map of free water around the vehicle, and what counts as blocked and as clear."},
+    {"grid", "The grid of directions around the vehicle, and what counts as blocked and as clear."},
     {"map", "The map of places: which water has been found free, kept in voxels as the vehicle moves. Needs poses with\n"
             "position, depth and attitude. Without `voxel` there is none, and it takes neither memory nor time."},
     {"pose", "What is known about where the vehicle is and how it lies."},
@@ -207,7 +207,7 @@ const struct conf_key conf_keys[] = {
      .help = "Nearer than this everything that stays is the transducer's own ring, at all bearings."},
 
     {"grid", "range", QUANTITY(1, "m", 0.75, 200), .standard = "auto", .instead = "auto", .instead_value = 0,
-     CONF(grid.range_max_m), .help = "How far the map reaches. auto: as far as the sonar with the longest range."},
+     CONF(grid.range_max_m), .help = "How far the grid reaches. auto: as far as the sonar with the longest range."},
     {"grid", "angular_step", QUANTITY(1, "deg", 0.5, 15), .standard = "2 deg", CONF(grid.angular_step_rad),
      .help = "Width of a direction. About the width of the beam; finer costs memory and finds nothing."},
     {"grid", "layer", QUANTITY(1, "m", 0.01, 5), .standard = "0.05 m", CONF(grid.layer_m),
@@ -364,7 +364,7 @@ const struct conf_key conf_keys[] = {
 
     {"pipeline", "threads", INTEGER(0, 2), .standard = "0", CONF(pipeline.threads),
      .help = "Threads beside the event loop. 0: all in the loop, enough for one scanning head; 1: extraction and\n"
-             "map together in one; 2: one for each."},
+             "grid together in one; 2: one for each."},
     {"pipeline", "queue", INTEGER(2, 1024), .standard = "16", CONF(pipeline.queue),
      .help = "Pings that may wait. When the queue is full the oldest is dropped and counted."},
 

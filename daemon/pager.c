@@ -9,6 +9,7 @@
 #include <string.h>
 #include <sys/epoll.h>
 #include <sys/eventfd.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #include "../grid/voxel/voxpage.h"
@@ -256,6 +257,9 @@ bool pager_start(struct daemon *d, char *err, size_t err_size)
     p->ended = (struct loop_fd){.fd = -1, .ready = on_ended, .ctx = d};
     if (!pipeline_has_map(d->pipeline) || !d->conf.map.directory[0])
         return true;
+    if (mkdir(d->conf.map.directory, 0750) != 0 && errno != EEXIST)
+        log_line(LOG_WARNING, "map: nothing can be saved or put away: making the folder %s: %s",
+                 d->conf.map.directory, strerror(errno));
     p->setting = pipeline_map_setting(d->pipeline);
     p->timer = (struct loop_timer){.fire = on_timer, .ctx = d};
     p->ended.fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);

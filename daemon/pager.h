@@ -43,7 +43,8 @@ struct pager {
     bool good;
 };
 
-/** pager_start - from here on submaps go and come. Nothing without a map or a folder. False with a sentence in err. */
+/** pager_start - from here on submaps go and come. Nothing without a map or a folder.
+ * The folder is made if only its last component is missing. False with a sentence in err. */
 bool pager_start(struct daemon *d, char *err, size_t err_size);
 
 /** pager_want - a place that answers unknown because its submap is away. */

@@ -91,7 +91,7 @@ static const char *reason_of(const struct free_answer *a)
     return a->state == VOXEL_FREE       ? "all of it was found free"
            : a->state == VOXEL_OCCUPIED ? "something was heard there"
            : a->away ? "a part of the map that may know is on disk; it comes back if there is room"
-                     : "it has not been found free often enough";
+                     : "never looked at, or not found free often enough";
 }
 
 static json_t *answer_json(struct daemon *d, const struct question *q, struct rpc_error *error)

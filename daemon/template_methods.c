@@ -64,10 +64,10 @@ static json_t *template_json(const struct template *t)
 /* What a person has to do for learning to go on. */
 static const char *motion_word(const struct template *t, const struct background_progress *p)
 {
-    return t->learning.standing           ? "not asked for: what stands around may be learnt, too"
-           : p->no_pose                   ? "not known without a pose: what stands around may be learnt, too"
-           : p->unmoved > p->taken + 1000 ? "waiting for the vehicle to move"
-                                          : "the vehicle moves";
+    return t->learning.standing    ? "not asked for: what stands around may be learnt, too"
+           : p->no_pose            ? "not known without a pose: what stands around may be learnt, too"
+           : p->unmoved > p->taken ? "waiting for the vehicle to move"
+                                   : "pings are taken as the vehicle moves";
 }
 
 static json_t *learning_json(const struct daemon *d, const struct template *t)
