@@ -75,7 +75,8 @@ struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_
  * An echo is a group of detected cells with gaps of at most the guard, whose peak has the contrast. range_m: the
  * group's strongest cell, interpolated. near_m: near edge of the group's first cell, which begins half a pulse
  * before the reflection at the latest. sd_m: of a reflector anywhere in the stretch that is at least half as strong
- * as the peak; that covers devices that count from the beginning of their transmission and not from its middle. strength: peak over threshold. confidence: strength / (1 + strength).
+ * as the peak; that covers devices that count from the beginning of their transmission and not from its middle.
+ * strength: peak over threshold. confidence: strength / (1 + strength).
  * Saturated bins beyond the ring-down are echoes. Beams without geometry, without samples, too short, saturated
  * or zero throughout are BEAM_BLIND.
  *

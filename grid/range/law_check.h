@@ -3,7 +3,8 @@
  * law_check - do a sensor's counts look as its amplitude law says? Speckle scatters in proportion to its level. Counts
  * proportional to pressure or power keep that: twice the level, twice the scatter. Decibels do not: their scatter is the
  * same at every level. Counts of a root should keep it, but those of real devices lie in between, so that nothing is
- * said of them; nor of counts taken as power, whose speckle reaches from zero to full scale at any level. Knows no detector and no units of range.
+ * said of them; nor of counts taken as power, whose speckle reaches from zero to full scale at any level. Knows no
+ * detector and no units of range.
  */
 #ifndef SONARD_LAW_CHECK_H
 #define SONARD_LAW_CHECK_H

@@ -32,7 +32,8 @@ struct reflection {
 void detection_add_saturated(const struct profile *p, struct detection *d);
 
 /**
- * reflection_next - the first reflection that begins at cell `from` or later; false when there is none. echo.near_m goes back over blind cells right before `begin`, where the reflection may have begun.
+ * reflection_next - the first reflection that begins at cell `from` or later; false when there is none. echo.near_m
+ * goes back over blind cells right before `begin`, where the reflection may have begun.
  */
 bool reflection_next(const struct profile *p, const struct detection *d, uint32_t from, struct reflection *out);
 
