@@ -31,7 +31,7 @@ static bool append_page(struct map_bytes *to, const struct map_page *page)
     return true;
 }
 
-/* All submaps of a map's bytes; a file of the pager is a map of one. */
+/* All submaps of a map's bytes. */
 static bool append_map(struct map_bytes *to, const struct map_bytes *from)
 {
     struct map_page page = {0};
@@ -41,18 +41,24 @@ static bool append_map(struct map_bytes *to, const struct map_bytes *from)
     return true;
 }
 
-static bool append_away(struct places_job *job, struct map_bytes *to, uint64_t id)
+/* Its page is as old as its paging out: it has aged since. */
+static bool append_away(struct places_job *job, struct map_bytes *to, uint64_t id, unsigned half_lives)
 {
     char path[CONF_TEXT_MAX + 40], why[300] = "out of memory";
     struct map_bytes file = {0};
+    struct map_page page = {0};
     uint32_t n;
     pager_path(job->folder, id, path, sizeof path);
     file.bytes = whole_file_read(path, MAP_FILE_MAX, &file.size);
     if (!file.bytes)
         snprintf(why, sizeof why, "%s", strerror(errno));
-    const bool good = file.bytes &&
-                      map_file_check(file.bytes, file.size, &job->setting, &n, why, sizeof why) == MAP_GOOD &&
-                      append_map(to, &file);
+    bool good = file.bytes &&
+                map_file_check(file.bytes, file.size, &job->setting, &n, why, sizeof why) == MAP_GOOD &&
+                map_file_page(file.bytes, file.size, &page);
+    if (good) {
+        voxpage_fade(file.bytes + (page.bytes - file.bytes), page.size, half_lives);
+        good = append_page(to, &page);
+    }
     if (!good)
         snprintf(job->message, sizeof job->message, "%s: a part of the map that is on disk: %s", path, why);
     free(file.bytes);
@@ -68,7 +74,7 @@ static bool complete(struct places_job *job)
     bool good = map_file_begin(&all, &job->setting);
     snprintf(job->message, sizeof job->message, "no memory for a copy of the map");
     for (uint32_t i = 0; good && i < job->n_away; i++)
-        good = append_away(job, &all, job->away[i]);
+        good = append_away(job, &all, job->away[i].id, job->away[i].half_lives);
     if (good && append_map(&all, &job->bytes) && map_file_end(&all)) {
         free(job->bytes.bytes);
         job->bytes = all;
@@ -95,7 +101,7 @@ static bool count_tiles(struct places_job *job)
     job->tiles = 0;
     while (map_file_page(job->bytes.bytes, job->bytes.size, &page)) {
         const uint32_t n = voxpage_tiles(page.bytes, page.size);
-        if (n == 0 || n > UINT32_MAX - job->tiles)
+        if (n == TILE_NONE || n > UINT32_MAX - job->tiles)
             return false;
         job->tiles += n;
     }
@@ -146,7 +152,7 @@ static bool make_copy(struct places_job *job, struct copy *c, char *err, size_t 
     if (map_file_check(job->bytes.bytes, job->bytes.size, &s, &pages, err, err_size) != MAP_GOOD ||
         !count_tiles(job))
         return false;
-    if (pages == 0) {
+    if (pages == 0 || job->tiles == 0) {
         snprintf(err, err_size, "nothing is in the map yet");
         return false;
     }

@@ -20,7 +20,7 @@
 
 struct visit_list {
     bool away;
-    uint64_t id[VOXMAP_MAX_SUBMAPS]; /* those that are away, or those that are not; oldest first */
+    struct places_submap submap[VOXMAP_MAX_SUBMAPS]; /* those that are away, or those that are not; oldest first */
     uint32_t n;
 };
 
@@ -32,9 +32,9 @@ static void list_submaps(void *ctx, struct pipeline_map *m)
         uint32_t at = list->n;
         if (!part->id || part->away != list->away)
             continue;
-        for (; at > 0 && list->id[at - 1] > part->id; at--)
-            list->id[at] = list->id[at - 1];
-        list->id[at] = part->id;
+        for (; at > 0 && list->submap[at - 1].id > part->id; at--)
+            list->submap[at] = list->submap[at - 1];
+        list->submap[at] = (struct places_submap){part->id, voxmap_shift(&m->map, part)};
         list->n++;
     }
 }
@@ -84,10 +84,10 @@ static bool pack_all(struct daemon *d, struct map_bytes *bytes)
         return false;
     pipeline_visit_map(d->pipeline, list_submaps, &list);
     for (uint32_t i = 0; i < list.n; i++)
-        if (!pack_one(d, list.id[i], bytes))
+        if (!pack_one(d, list.submap[i].id, bytes))
             return false;
     pipeline_visit_map(d->pipeline, list_submaps, &away);
-    memcpy(d->places.job.away, away.id, sizeof away.id);
+    memcpy(d->places.job.away, away.submap, sizeof away.submap);
     d->places.job.n_away = away.n;
     return map_file_end(bytes);
 }

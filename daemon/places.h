@@ -23,6 +23,12 @@ enum places_format { PLACES_PLY, PLACES_MCAP, PLACES_BT };
 enum places_what { PLACES_SAVE, PLACES_LOAD, PLACES_EXPORT };
 enum places_state { PLACES_IDLE, PLACES_RUNNING, PLACES_DONE, PLACES_FAILED };
 
+/* A submap, and by how many half-lives its counts are to be halved. */
+struct places_submap {
+    uint64_t id;
+    unsigned half_lives;
+};
+
 /* The newest job. While it runs, its thread alone has what stands below `state`. */
 struct places_job {
     enum places_what what;
@@ -32,7 +38,7 @@ struct places_job {
     char path[CONF_TEXT_MAX + 80];
     struct map_bytes bytes; /* the map as a file */
     char folder[CONF_TEXT_MAX];
-    uint64_t away[VOXMAP_MAX_SUBMAPS]; /* submaps of which only the pager's files know, oldest first */
+    struct places_submap away[VOXMAP_MAX_SUBMAPS]; /* those of which only the pager's files know, oldest first */
     uint32_t n_away;
     uint32_t tiles, pages; /* of a loaded one */
     uint64_t t_unix_ns;

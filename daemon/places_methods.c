@@ -83,7 +83,8 @@ struct question {
     double radius_m;
     bool good;
     struct free_answer answer;
-    uint64_t since_ns; /* begin of the oldest submap that says anything of the point; 0: none does */
+    uint64_t
+        since_ns; /* begin of the oldest submap that says anything of the point; 0: none does, or of another run */
 };
 
 static const char *reason_of(const struct free_answer *a)
@@ -137,6 +138,10 @@ static void since_when(const struct voxmap *map, struct question *q)
             (!submap_count(&part->map, SUBMAP_VACANCY, place.cell) &&
              !submap_count(&part->map, SUBMAP_ECHOES, place.cell)))
             continue;
+        if (part->begin_ns == 0) { /* loaded: nobody knows how old */
+            q->since_ns = 0;
+            return;
+        }
         if (q->since_ns == 0 || part->begin_ns < q->since_ns)
             q->since_ns = part->begin_ns;
     }
@@ -284,15 +289,16 @@ static json_t *state_json(struct daemon *d)
     if (!pipeline_visit_map(d->pipeline, read_state, &v))
         return json_pack("{s:s}", "state", "none: no voxel is configured, nothing is allocated");
     const char *state = v.stats.pings ? "kept" : v.stats.no_pose ? "no pose that places the pings" : "no ping yet";
-    return json_pack(
-        "{s:s, s:o, s:i, s:i, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:s?, s:o}", "state",
-        state, "voxel_m", json_real(d->conf.map.voxel_m), "submaps", (int)v.submaps, "away", (int)v.away, "begun",
-        (json_int_t)v.begun, "used_bytes", (json_int_t)((v.tiles - v.tiles_free) * v.tile_bytes), "memory_bytes",
-        (json_int_t)d->conf.map.memory_bytes, "pings", (json_int_t)v.stats.pings, "beams",
-        (json_int_t)v.stats.beams, "not_entered", (json_int_t)(v.stats.no_pose + v.stats.unfit), "clipped",
-        (json_int_t)v.stats.clipped, "starved", (json_int_t)v.stats.starved, "dropped", (json_int_t)v.stats.lost,
-        "paged_out", (json_int_t)d->pager.out, "paged_in", (json_int_t)d->pager.in, "page_errors",
-        (json_int_t)d->pager.errors, "directory", d->conf.map.directory[0] ? d->conf.map.directory : NULL, "job", job_json(&d->places.job));
+    return json_pack("{s:s, s:o, s:i, s:i, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:s?, s:o}",
+                     "state", state, "voxel_m", json_real(d->conf.map.voxel_m), "submaps", (int)v.submaps, "away",
+                     (int)v.away, "begun", (json_int_t)v.begun, "used_bytes",
+                     (json_int_t)((v.tiles - v.tiles_free) * v.tile_bytes), "memory_bytes",
+                     (json_int_t)d->conf.map.memory_bytes, "pings", (json_int_t)v.stats.pings, "beams",
+                     (json_int_t)v.stats.beams, "not_entered", (json_int_t)(v.stats.no_pose + v.stats.unfit),
+                     "clipped", (json_int_t)v.stats.clipped, "starved", (json_int_t)v.stats.starved, "dropped",
+                     (json_int_t)v.stats.lost, "paged_out", (json_int_t)d->pager.out, "paged_in",
+                     (json_int_t)d->pager.in, "page_errors", (json_int_t)d->pager.errors, "directory",
+                     d->conf.map.directory[0] ? d->conf.map.directory : NULL, "job", job_json(&d->places.job));
 }
 
 json_t *places_method_map(const struct rpc_call *call, json_t *params, struct rpc_error *error)

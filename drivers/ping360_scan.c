@@ -106,11 +106,12 @@ void ping360_scan_attend(struct ping360_scan *scan, double from_rad, double to_r
 
 bool ping360_seen_add(struct ping360_seen *seen, uint16_t angle, uint16_t step)
 {
-    const bool new_turn = seen->n >= (PING360_TURN + step - 1) / step;
+    const unsigned arcs = PING360_TURN / step, arc = angle / step < arcs ? angle / step : arcs - 1;
+    const bool new_turn = seen->n >= arcs;
     if (new_turn)
         *seen = (struct ping360_seen){0};
-    seen->n = (uint16_t)(seen->n + !(seen->angles[angle / 64] >> (angle % 64) & 1));
-    seen->angles[angle / 64] |= 1ull << (angle % 64);
+    seen->n = (uint16_t)(seen->n + !(seen->arcs[arc / 64] >> (arc % 64) & 1));
+    seen->arcs[arc / 64] |= 1ull << (arc % 64);
     return new_turn;
 }
 

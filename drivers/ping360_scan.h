@@ -52,9 +52,10 @@ void ping360_scan_advance(struct ping360_scan *scan);
  */
 void ping360_scan_attend(struct ping360_scan *scan, double from_rad, double to_rad);
 
-/* The angles that pings came from since a turn began, whatever their order. */
+/* The arcs, a step long, that pings came from since a turn began, whatever their order. Arcs, not angles: those of a pass
+ * need not be the plain scan's. */
 struct ping360_seen {
-    uint64_t angles[(PING360_TURN + 63) / 64];
+    uint64_t arcs[(PING360_TURN + 63) / 64];
     uint16_t n;
 };
 

@@ -135,10 +135,7 @@ void voxmap_new(struct voxmap *m)
 
 bool voxmap_low(const struct voxmap *m)
 {
-    uint32_t taken = 0;
-    for (uint32_t p = 0; p < m->set.max_submaps; p++)
-        taken += m->part[p].id != 0;
-    return m->tiles.n_free < m->tiles.n / 4 || taken > m->set.max_submaps - m->set.max_submaps / 4;
+    return m->tiles.n_free < m->tiles.n / 4;
 }
 
 struct voxmap_part *voxmap_place_for_part(struct voxmap *m)
@@ -350,6 +347,10 @@ bool voxmap_enter(struct voxmap *m, const struct echoes *e, const struct voxmap_
     struct lattice_place body, apex;
     double attitude[4];
 
+    if (m->begun && e->t_ns > m->last_ns)
+        m->last_ns = e->t_ns;
+    if (m->begun)
+        age(m, m->last_ns);
     if (!locate(m, &e->pose, &sensor->mount, &body, &apex, attitude)) {
         m->stats.no_pose++;
         return false;
@@ -361,9 +362,6 @@ bool voxmap_enter(struct voxmap *m, const struct echoes *e, const struct voxmap_
     if (!m->begun)
         m->t0_ns = m->last_ns = e->t_ns;
     m->begun = true;
-    if (e->t_ns > m->last_ns)
-        m->last_ns = e->t_ns;
-    age(m, m->last_ns);
     make_room(m);
     if (!m->current || m->close_asked)
         begin_submap(m, &e->pose, m->last_ns, &body);

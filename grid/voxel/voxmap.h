@@ -53,10 +53,10 @@ struct voxmap_part {
     bool moved;                /* its base pose has been corrected: */
     struct lattice_place moved_to; /* where the base is by now, ... */
     double turn[4];                /* ... and by which rotation it is turned */
-    uint64_t begin_ns, last_ns;    /* of the first and last ping in it */
-    double begin_path_m;           /* struct pose's path_m at its first ping */
-    uint64_t pings, half_lives;    /* pings in it; half-lives since the first ping that its counts stand at */
-    bool away;                     /* paged out: answers unknown */
+    uint64_t begin_ns, last_ns; /* of the first and last ping in it; 0: of another run, whose clock is not ours */
+    double begin_path_m;        /* struct pose's path_m at its first ping */
+    uint64_t pings, half_lives; /* pings in it; half-lives since the first ping that its counts stand at */
+    bool away;                  /* paged out: answers unknown */
 };
 
 #define PART_TILE       0u
@@ -111,7 +111,7 @@ void voxmap_clear(struct voxmap *m);
  * shell from near_m to range_m + sd_m, half a voxel thicker either way and wider by half a voxel's diagonal so that at
  * least one voxel holds it, an echo more. Beams of a fan are cut to half their least spacing, so that each voxel is raised
  * once per ping. The body's capsule from the last ping's position (when at most 2 s and two radii back) is stamped free.
- * False: nothing was entered, since the pose lacks attitude, position or depth; counted.
+ * False: nothing was entered, since the pose lacks attitude, position or depth; counted. The map ages all the same.
  * Cost: the voxels touched; when a half-life begins, once the current submap's memory.
  */
 bool voxmap_enter(struct voxmap *m, const struct echoes *e, const struct voxmap_sensor *sensor);
@@ -130,9 +130,8 @@ struct voxmap_part *voxmap_part(const struct voxmap *m, uint64_t id);
 /** voxmap_oldest - id of the oldest submap that is not the current one and not away: what to page out next; 0: none. */
 uint64_t voxmap_oldest(const struct voxmap *m);
 
-/** voxmap_low - memory runs out (less than a quarter of the tiles is free, or of the places for submaps): page out or drop
- * voxmap_oldest() soon. Else voxmap_enter, at an eighth, closes the current one when it is alone, and at a sixteenth
- * forgets the oldest. */
+/** voxmap_low - memory runs out (less than a quarter of the tiles is free): page out or drop voxmap_oldest() soon. Else
+ * voxmap_enter, at an eighth, closes the current one when it is alone, and at a sixteenth forgets the oldest. */
 bool voxmap_low(const struct voxmap *m);
 
 /** voxmap_drop - forgets a submap that is not the current one: unknown. False: no such. */

@@ -193,13 +193,19 @@ static void read_fields(const uint8_t *bytes, uint64_t field[FIELDS])
         field[f] = get(bytes + (size_t)f * sizeof(uint64_t));
 }
 
+void voxpage_fade(uint8_t *bytes, size_t size, unsigned half_lives)
+{
+    if (size >= HEAD)
+        put(bytes + F_SHIFT * sizeof(uint64_t), half_lives);
+}
+
 uint32_t voxpage_tiles(const uint8_t *bytes, size_t size)
 {
     uint64_t field[FIELDS];
     if (size < HEAD)
-        return 0;
+        return TILE_NONE;
     read_fields(bytes, field);
-    return field[F_MAGIC] == MAGIC && field[F_TILES] < TILE_NONE ? (uint32_t)field[F_TILES] : 0;
+    return field[F_MAGIC] == MAGIC && field[F_TILES] < TILE_NONE ? (uint32_t)field[F_TILES] : TILE_NONE;
 }
 
 /* Whether these are the bytes of a submap of this map's kind, with room for it; the reason when not. */
@@ -280,8 +286,6 @@ uint64_t voxpage_add(struct voxmap *m, const uint8_t *bytes, size_t size, char *
         snprintf(err, err_size, "%s", why);
         return 0;
     }
-    part.begin_ns = field[F_BEGIN];
-    part.last_ns = field[F_LAST];
     part.pings = field[F_PINGS];
     part.moved = field[F_MOVED];
     part.half_lives = m->half_lives - field[F_SHIFT]; /* modulo 2^64, as voxmap_shift() takes it */

@@ -37,7 +37,11 @@ bool voxpage_attach(struct voxmap *m, uint64_t id, const uint8_t *bytes, size_t 
  */
 uint64_t voxpage_add(struct voxmap *m, const uint8_t *bytes, size_t size, char *err, size_t err_size);
 
-/** voxpage_tiles - tiles that these bytes need; 0: they are no packed submap. */
+/** voxpage_fade - sets in packed bytes by how many half-lives their counts are still to be halved (voxmap_shift): what was
+ * packed earlier has aged since. */
+void voxpage_fade(uint8_t *bytes, size_t size, unsigned half_lives);
+
+/** voxpage_tiles - tiles that these bytes need; TILE_NONE: they are no packed submap. */
 uint32_t voxpage_tiles(const uint8_t *bytes, size_t size);
 
 #endif

@@ -60,7 +60,7 @@ static void put_in(const uint8_t *data, size_t size, uint32_t wanted)
         must(id || err[0]);
         if (!id)
             continue;
-        must(voxpage_tiles(page.bytes, page.size) > 0 || voxpage_bytes(&map, id) > 0);
+        must(voxpage_tiles(page.bytes, page.size) != TILE_NONE || voxpage_bytes(&map, id) > 0);
         uint8_t *again = malloc(voxpage_bytes(&map, id));
         must(again && voxpage_pack(&map, id, 0, again, SIZE_MAX) == voxpage_bytes(&map, id));
         free(again);

@@ -289,6 +289,33 @@ TEST(a_sector_that_is_attended_is_every_second_angle_and_all_others_come)
     CHECK_INT(turns, 1);
 }
 
+/* Whatever the step, and wherever a pass begins: no turn ends before it has been all around. */
+TEST(a_turn_is_all_of_the_circle)
+{
+    static const uint16_t steps[] = {1, 2, 3, 4, 7, 10};
+    for (size_t s = 0; s < sizeof steps / sizeof steps[0]; s++) {
+        struct ping360_scan scan;
+        struct ping360_seen seen = {0};
+        bool pinged[PING360_TURN] = {false};
+        int gap = 0, longest = 0, pings = 0;
+        ping360_scan_init(&scan, 0, GEO_TURN, geo_rad(0.9 * steps[s]));
+        ping360_scan_attend(&scan, geo_rad(342.9), geo_rad(18));
+        while (!ping360_seen_add(&seen, ping360_scan_angle(&scan), steps[s]) && pings < 1000) {
+            pinged[ping360_scan_angle(&scan)] = true;
+            ping360_scan_advance(&scan);
+            pings++;
+        }
+        for (int a = 0; a < 2 * PING360_TURN; a++) {
+            gap = pinged[a % PING360_TURN] ? 0 : gap + 1;
+            longest = gap > longest ? gap : longest;
+        }
+        CHECK(longest < 2 * steps[s]);
+        CHECK(pings <= 2 * PING360_TURN / steps[s] + 100);
+        if (test_case_failed)
+            printf("(step %d: %d gradians not pinged, %d pings)\n", steps[s], longest, pings);
+    }
+}
+
 TEST(a_sector_is_not_steered)
 {
     struct device_conf conf = {.range_m = 20, .sound_speed_mps = 1500, .gain = -1, .steered = true};
@@ -304,6 +331,7 @@ int main(void)
 {
     RUN(a_sector_is_not_steered);
     RUN(a_sector_that_is_attended_is_every_second_angle_and_all_others_come);
+    RUN(a_turn_is_all_of_the_circle);
     RUN(something_new_ahead_is_noticed_sooner_and_the_circle_is_kept);
     RUN(without_a_velocity_it_scans_plainly);
     free(rig.device);

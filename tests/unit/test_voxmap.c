@@ -226,6 +226,23 @@ TEST(a_diver_passes_and_does_not_stay)
     rig_free(r);
 }
 
+TEST(time_passes_without_a_pose)
+{
+    struct voxmap_setting s = rig_setting();
+    s.half_life_ns = 10 * SECOND;
+    struct rig *r = rig_new(&s);
+    struct rig_ping p;
+    rig_aim(&p, at_origin, 0, 3);
+    for (int n = 0; n < 8; n++)
+        rig_enter(r, &p, SECOND);
+    CHECK_INT(rig_state(r, 2.05, 0.05, 0.05), VOXEL_FREE);
+    p.echoes.pose.has = 0;
+    CHECK(!rig_enter(r, &p, 32 * SECOND));
+    CHECK_INT(merge_sum(&r->map, (const int64_t[3]){20, 0, 0}).vacancy, 1);
+    CHECK_INT(rig_state(r, 2.05, 0.05, 0.05), VOXEL_UNKNOWN);
+    rig_free(r);
+}
+
 /* Against counts halved by hand, in whole and in turn, over submaps and half-lives. */
 TEST(ageing_is_halving_and_frees_nothing)
 {
@@ -584,6 +601,60 @@ TEST(paged_out_is_unknown_and_back_is_the_same)
     rig_free(r);
 }
 
+/* What is saved from a page is as old as the page is by then. */
+TEST(what_is_away_ages)
+{
+    struct voxmap_setting s = rig_setting();
+    s.half_life_ns = 10 * SECOND;
+    struct rig *r = rig_new(&s), *other = rig_new(&s);
+    const int64_t cell[3] = {20, 0, 0};
+    struct rig_ping p;
+    char err[160];
+    rig_aim(&p, at_origin, 0, 3);
+    for (int n = 0; n < 8; n++)
+        rig_enter(r, &p, SECOND);
+    voxmap_new(&r->map);
+    p.beam.state = BEAM_BLIND;
+    rig_enter(r, &p, SECOND);
+    size_t size = voxpage_bytes(&r->map, 1);
+    uint8_t *bytes = rig_memory(size);
+    CHECK_INT(voxpage_pack(&r->map, 1, 0, bytes, size), size);
+    CHECK(voxpage_detach(&r->map, 1));
+    rig_enter(r, &p, 32 * SECOND);
+    voxpage_fade(bytes, size, voxmap_shift(&r->map, voxmap_part(&r->map, 1)));
+    CHECK(voxpage_add(&other->map, bytes, size, err, sizeof err) > 0);
+    CHECK_INT(merge_sum(&other->map, cell).vacancy, 1);
+    CHECK(voxpage_attach(&r->map, 1, bytes, size, err, sizeof err));
+    CHECK_INT(merge_sum(&r->map, cell).vacancy, 1);
+    free(bytes);
+    rig_free(other);
+    rig_free(r);
+}
+
+TEST(submaps_without_tiles_are_submaps_and_fill_no_memory)
+{
+    struct voxmap_setting s = rig_setting();
+    s.max_submaps = 8;
+    struct rig *r = rig_new(&s), *other = rig_new(&s);
+    struct rig_ping p;
+    char err[160];
+    rig_aim(&p, at_origin, 0, 3);
+    p.beam.state = BEAM_BLIND;
+    for (int n = 0; n < 8; n++, voxmap_new(&r->map))
+        rig_enter(r, &p, SECOND);
+    CHECK(voxmap_part(&r->map, 8) && !voxmap_low(&r->map)); /* paging would win nothing */
+    size_t size = voxpage_bytes(&r->map, 1);
+    uint8_t *bytes = rig_memory(size);
+    CHECK_INT(voxpage_pack(&r->map, 1, 0, bytes, size), size);
+    CHECK_INT(voxpage_tiles(bytes, size), 0);
+    CHECK(voxpage_add(&other->map, bytes, size, err, sizeof err) > 0);
+    bytes[0] ^= 1;
+    CHECK_INT(voxpage_tiles(bytes, size), TILE_NONE);
+    free(bytes);
+    rig_free(other);
+    rig_free(r);
+}
+
 /* Damaged bytes never crash and never read beyond; refused ones change nothing. */
 TEST(damaged_bytes_are_refused_or_harmless)
 {
@@ -696,6 +767,7 @@ int main(void)
     RUN(an_echo_always_lies_in_some_voxel);
     RUN(what_was_heard_once_outweighs_some_looks_and_is_carved_in_the_end);
     RUN(a_diver_passes_and_does_not_stay);
+    RUN(time_passes_without_a_pose);
     RUN(ageing_is_halving_and_frees_nothing);
     RUN(submaps_begin_by_way_time_and_on_request_after_their_last_beam);
     RUN(V5_far_away_is_the_same_map);
@@ -707,6 +779,8 @@ int main(void)
     RUN(V12_without_an_echo_free_only_to_the_minimum);
     RUN(mount_and_attitude_place_the_beam);
     RUN(paged_out_is_unknown_and_back_is_the_same);
+    RUN(what_is_away_ages);
+    RUN(submaps_without_tiles_are_submaps_and_fill_no_memory);
     RUN(damaged_bytes_are_refused_or_harmless);
     RUN(without_room_the_oldest_is_forgotten_and_said);
     RUN(blocks_equal_cells);
