@@ -106,7 +106,8 @@ void ping360_scan_attend(struct ping360_scan *scan, double from_rad, double to_r
 
 bool ping360_seen_add(struct ping360_seen *seen, uint16_t angle, uint16_t step)
 {
-    const unsigned arcs = PING360_TURN / step, arc = angle / step < arcs ? angle / step : arcs - 1;
+    const uint16_t arcs = (uint16_t)(PING360_TURN / step), at = angle / step;
+    const unsigned arc = at < arcs ? at : arcs - 1u;
     const bool new_turn = seen->n >= arcs;
     if (new_turn)
         *seen = (struct ping360_seen){0};
