@@ -406,10 +406,11 @@ static const char *data_word(const struct daemon *d)
         return "no data from the sonar";
     if (lost)
         return "no data from one of the sonars";
-    if ((double)(now - frame.t_ping_ns) * 1e-9 > d->conf.grid.clear_for_s)
-        return "the sonar has fallen silent";
+    /* Before silence: pings without a pose are not used, which looks like it. */
     if (frame.ned && !pose_log_fresh(&d->poses, now))
         return "the pose is too old";
+    if ((double)(now - frame.t_ping_ns) * 1e-9 > d->conf.grid.clear_for_s)
+        return "the sonar has fallen silent";
     return "ok";
 }
 
