@@ -52,6 +52,7 @@ struct record {
     struct block *block;
     int wake_fd, end_fd;
     _Atomic bool ending;
+    _Atomic bool left; /* by record_close, for want of patience, or by the writer: the second of them releases */
     _Atomic uint64_t written_bytes;
     struct seqlock lock;
     seqlock_word status[STATUS_WORDS];
@@ -77,6 +78,8 @@ static void publish(struct record *rec)
     seqlock_end(&rec->lock);
 }
 
+static void release(struct record *rec);
+
 static void *writer(void *ctx)
 {
     struct record *rec = ctx;
@@ -98,6 +101,8 @@ static void *writer(void *ctx)
     parts_close(rec->parts);
     rec->parts = NULL;
     (void)!write(rec->end_fd, &one, sizeof one);
+    if (atomic_exchange(&rec->left, true))
+        release(rec);
     return NULL;
 }
 
@@ -227,7 +232,7 @@ bool record_start(struct record *rec, char *err, size_t err_size)
     return rec->started;
 }
 
-/* What a stalled disk holds up is left to the end of the process, memory and all. */
+/* What a stalled disk holds up is left to the writer, memory and all. */
 void record_close(struct record *rec)
 {
     uint64_t one = 1;
@@ -238,12 +243,14 @@ void record_close(struct record *rec)
         atomic_store_explicit(&rec->ending, true, memory_order_release);
         (void)!write(rec->wake_fd, &one, sizeof one);
         struct pollfd end = {.fd = rec->end_fd, .events = POLLIN};
-        if (poll(&end, 1, END_PATIENCE_MS) == 0) {
+        const bool stalled = poll(&end, 1, END_PATIENCE_MS) == 0;
+        const pthread_t thread = rec->thread;
+        if (stalled && !atomic_exchange(&rec->left, true)) {
             log_line(LOG_ERR, "recording: the disk does not answer; what it has not taken is lost");
-            pthread_detach(rec->thread);
+            pthread_detach(thread);
             return;
         }
-        pthread_join(rec->thread, NULL);
+        pthread_join(thread, NULL);
     }
     release(rec);
 }
