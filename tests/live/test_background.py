@@ -12,7 +12,7 @@ TURN = 200  # pings of a full circle at 1.8 degrees
 # A bar of 20 degrees astern, 0.8 m away; a pile behind its middle, 5.1 m, and one ahead to the right, 5.9 m.
 FRAME = ("--frame", "200,20,0.8")
 PILES = "cylinder 6 2 0.4\ncylinder -5 -1.82 0.2\n"
-SHORT = {"clear_for": "6 s", "forget": "6 s"}  # so that what was learnt away is soon forgotten, too
+SHORT = {"clear_for": "15 s", "forget": "15 s"}  # some turns: what was learnt away is soon forgotten, too
 
 
 def ask(client, azimuth_deg, distance_m):
