@@ -8,6 +8,7 @@
 #include "../grid/answer/next_look.h"
 #include "../grid/sphere/shapes.h"
 #include "daemon.h"
+#include "say.h"
 
 #define DEFAULT_COUNT 64
 
@@ -15,25 +16,10 @@
 #define DEFAULT_BAND_DEG  5.0
 #define DEFAULT_APART_DEG 10.0
 
-static json_t *rounded(double v, double per_unit)
-{
-    return json_real(round(v * per_unit) / per_unit);
-}
-
-static json_t *metres(double m)
-{
-    return rounded(m, 1e4);
-}
-
-static json_t *degrees(double rad)
-{
-    return rounded(geo_deg(rad), 1e4);
-}
-
 static json_t *age(const struct daemon *d, uint64_t t_ns)
 {
     const uint64_t now = loop_now(d->loop);
-    return rounded(now > t_ns ? (double)(now - t_ns) * 1e-9 : 0, 1e3);
+    return say_real(now > t_ns ? (double)(now - t_ns) * 1e-9 : 0, 1e3);
 }
 
 /* The first time makes room for them. */
@@ -59,13 +45,13 @@ static json_t *cluster_json(const struct daemon *d, const struct shapes *shapes,
         "{s:I, s:i, s:i, s:I, s:o, s:o, s:[o, o], s:o, s:o, s:{s:o, s:o}, s:[o, o, o], s:o, s:o, s:o, "
         "s:o, s:o, s:o, s:o}",
         "label", (json_int_t)k->label, "cells", (int)k->cells, "seeds", (int)k->seeds, "echoes",
-        (json_int_t)k->echoes, "from_deg", degrees(k->from_rad), "width_deg", degrees(k->width_rad),
-        "elevation_deg", degrees(k->low_rad), degrees(k->high_rad), "near_m", metres(k->near_m), "far_m",
-        metres(k->far_m), "nearest", "azimuth_deg", degrees(az), "elevation_deg", degrees(el), "centre_m",
-        metres(k->centre_m[0]), metres(k->centre_m[1]), metres(k->centre_m[2]), "confidence",
-        rounded(1 / (1 + exp(-k->logodds)), 1e3), "first_echo_age_s", age(d, k->t_first_ns), "last_echo_age_s",
-        age(d, k->t_echo_ns), "label_age_s", age(d, k->t_label_ns), "approach_mps", rounded(k->approach_mps, 1e4),
-        "growth_cells_ps", rounded(k->growth_cells_ps, 1e2), "ghost_of",
+        (json_int_t)k->echoes, "from_deg", say_degrees(k->from_rad), "width_deg", say_degrees(k->width_rad),
+        "elevation_deg", say_degrees(k->low_rad), say_degrees(k->high_rad), "near_m", say_metres(k->near_m),
+        "far_m", say_metres(k->far_m), "nearest", "azimuth_deg", say_degrees(az), "elevation_deg", say_degrees(el),
+        "centre_m", say_metres(k->centre_m[0]), say_metres(k->centre_m[1]), say_metres(k->centre_m[2]),
+        "confidence", say_real(1 / (1 + exp(-k->logodds)), 1e3), "first_echo_age_s", age(d, k->t_first_ns),
+        "last_echo_age_s", age(d, k->t_echo_ns), "label_age_s", age(d, k->t_label_ns), "approach_mps",
+        say_real(k->approach_mps, 1e4), "growth_cells_ps", say_real(k->growth_cells_ps, 1e2), "ghost_of",
         ghost_of == TANGENTS_NONE ? json_null() : json_integer(ghost_of));
 }
 
@@ -74,11 +60,11 @@ static json_t *walls_json(const struct shapes *shapes)
     json_t *walls = json_array();
     for (uint32_t i = 0; i < shapes->n; i++) {
         const struct wall *w = &shapes->wall[i];
-        json_array_append_new(walls,
-                              json_pack("{s:o, s:o, s:o, s:o, s:o, s:i, s:b}", "normal_deg",
-                                        degrees(w->normal_rad), "distance_m", metres(w->distance_m), "from_m",
-                                        metres(w->from_m), "to_m", metres(w->to_m), "rms_m", metres(w->rms_m),
-                                        "points", (int)w->points, "constant_depth", shapes->constant_depth[i]));
+        json_array_append_new(walls, json_pack("{s:o, s:o, s:o, s:o, s:o, s:i, s:b}", "normal_deg",
+                                               say_degrees(w->normal_rad), "distance_m", say_metres(w->distance_m),
+                                               "from_m", say_metres(w->from_m), "to_m", say_metres(w->to_m),
+                                               "rms_m", say_metres(w->rms_m), "points", (int)w->points,
+                                               "constant_depth", shapes->constant_depth[i]));
     }
     return walls;
 }
@@ -89,7 +75,7 @@ static json_t *corners_json(const struct shapes *shapes)
     for (uint32_t i = 0; i < shapes->corners; i++) {
         const struct shapes_corner *c = &shapes->corner[i];
         json_array_append_new(corners, json_pack("{s:[i, i], s:[o, o]}", "walls", (int)c->a, (int)c->b, "place_m",
-                                                 metres(c->place.x_m), metres(c->place.y_m)));
+                                                 say_metres(c->place.x_m), say_metres(c->place.y_m)));
     }
     return corners;
 }
@@ -160,10 +146,10 @@ json_t *cluster_method_next_look(const struct rpc_call *call, json_t *params, st
     json_t *looks = json_array();
     for (uint32_t i = 0; i < n; i++) {
         const struct next_look *l = &look[i];
-        json_array_append_new(looks, json_pack("{s:o, s:o, s:o, s:s, s:o}", "azimuth_deg", degrees(l->az_rad),
-                                               "elevation_deg", degrees(l->el_rad), "score",
-                                               rounded(l->score, 1e3), "why", next_look_word(l->why), "age_s",
-                                               l->age_s < 0 ? json_null() : rounded(l->age_s, 1e3)));
+        json_array_append_new(looks, json_pack("{s:o, s:o, s:o, s:s, s:o}", "azimuth_deg", say_degrees(l->az_rad),
+                                               "elevation_deg", say_degrees(l->el_rad), "score",
+                                               say_real(l->score, 1e3), "why", next_look_word(l->why), "age_s",
+                                               l->age_s < 0 ? json_null() : say_real(l->age_s, 1e3)));
     }
     return json_pack("{s:s, s:o}", "frame", frame.ned ? "ned" : "body", "directions", looks);
 }

@@ -7,6 +7,7 @@
 #include "../grid/voxel/free_query.h"
 #include "daemon.h"
 #include "places.h"
+#include "say.h"
 
 #define PLACE_MAX_M      1e8
 #define QUESTION_VOXELS  2e6 /* in one question: pings wait while it is answered */
@@ -15,16 +16,6 @@
 #define SLICE_CELLS_MAX  400
 #define SLICE_SIZE_M     40.0
 #define SLICE_ROW_VOXELS 100000 /* looked at in one visit */
-
-static json_t *metres(double m)
-{
-    return json_real(round(m * 1e4) / 1e4);
-}
-
-static json_t *metres3(const double m[3])
-{
-    return json_pack("[o, o, o]", metres(m[0]), metres(m[1]), metres(m[2]));
-}
 
 static bool map_there(const struct daemon *d, struct rpc_error *error)
 {
@@ -105,11 +96,11 @@ static json_t *answer_json(struct daemon *d, const struct question *q, struct rp
     const bool is_free = a->state == VOXEL_FREE;
     if (a->away)
         pager_want(d, a->first_m);
-    json_t *first =
-        is_free ? json_null()
-                : json_pack("{s:s, s:o}", "state", state_words[a->first_state], "position_m", metres3(a->first_m));
+    json_t *first = is_free ? json_null()
+                            : json_pack("{s:s, s:o}", "state", state_words[a->first_state], "position_m",
+                                        say_metres3(a->first_m));
     if (!is_free && q->n)
-        json_object_set_new(first, "along_m", metres(a->clear_m));
+        json_object_set_new(first, "along_m", say_metres(a->clear_m));
     const double unknown = a->voxels ? (double)a->unknown / (double)a->voxels : 1;
     return json_pack("{s:s, s:o, s:o, s:s}", "state", state_words[a->state], "first", first, "unknown_share",
                      json_real(round(unknown * 1e4) / 1e4), "reason", reason_of(a));
@@ -396,10 +387,10 @@ json_t *places_method_slice(const struct rpc_call *call, json_t *params, struct 
     const bool placed = whole_pose(d, &pose) || (d->replay && pose_log_newest(&d->poses, &pose));
     quat_to_rpy(pose.attitude, &roll, &pitch, &yaw);
     return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "depth_m",
-                     metres(((double)row.first[2] + 0.5) * voxel), "north_m", metres(north_m), "east_m",
-                     metres(east_m), "step_m", metres(step), "vehicle_m",
-                     placed ? metres3(pose.position_m) : json_null(), "heading_deg",
-                     placed ? metres(geo_deg(yaw)) : json_null(), "rows", rows);
+                     say_metres(((double)row.first[2] + 0.5) * voxel), "north_m", say_metres(north_m), "east_m",
+                     say_metres(east_m), "step_m", say_metres(step), "vehicle_m",
+                     placed ? say_metres3(pose.position_m) : json_null(), "heading_deg",
+                     placed ? say_metres(geo_deg(yaw)) : json_null(), "rows", rows);
 }
 
 /* ---- changes ---- */

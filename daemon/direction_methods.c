@@ -1,0 +1,98 @@
+/* SPDX-License-Identifier: MIT */
+/* The methods about directions: what a client may ask of the picture; sonard-protocol(7) has every shape. */
+#include "methods.h"
+#include "moment.h"
+#include "say.h"
+
+static const char *const frame_words[] = {"body", "ned", NULL};
+
+static json_t *answer_json(const struct answer *a)
+{
+    bool blocked = a->state == ANSWER_BLOCKED;
+    return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:s}", "state", answer_state_name(a->state), "range_m",
+                     blocked ? say_metres(a->range_m) : json_null(), "range_sd_m",
+                     blocked ? say_metres(a->range_sd_m) : json_null(), "confidence", say_real(a->confidence, 1e3),
+                     "free_to_m", say_metres(a->free_to_m), "blind_to_m", say_metres(a->blind_to_m), "age_s",
+                     say_age(a->age_s), "reason", answer_reason_text(a->reason));
+}
+
+/* Half the opening of a cone that the caller did not state: wider than what a level sonar's fan leaves uncertain,
+ * narrow enough to lie within the 25 degrees of a Ping360 on a vehicle that pitches a little. */
+#define DEFAULT_HALF_ANGLE_DEG 7.5
+
+json_t *direction_method_blocked(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    static const char *const keys[] = {"azimuth_deg", "elevation_deg", "distance_m", "half_angle_deg",
+                                       "radius_m",    "frame",         NULL};
+    struct daemon *d = call->daemon;
+    double az = 0, el = 0, distance = 0, half = DEFAULT_HALF_ANGLE_DEG, radius = 0;
+    int frame = 0;
+    if (!rpc_only(params, keys, error) || !rpc_number(params, "azimuth_deg", true, -360, 720, &az, error) ||
+        !rpc_number(params, "elevation_deg", false, -90, 90, &el, error) ||
+        !rpc_number(params, "distance_m", true, 0, 1e4, &distance, error) ||
+        !rpc_number(params, "half_angle_deg", false, 0, 180, &half, error) ||
+        !rpc_number(params, "radius_m", false, 0, 1e3, &radius, error) ||
+        !rpc_word(params, "frame", frame_words, &frame, error))
+        return NULL;
+    bool corridor = json_object_get(params, "radius_m");
+    if (corridor && json_object_get(params, "half_angle_deg")) {
+        error->code = RPC_INVALID_PARAMS;
+        snprintf(error->message, sizeof error->message,
+                 "half_angle_deg (a cone) and radius_m (a corridor) exclude each other: give one");
+        return NULL;
+    }
+    struct answer_query q = {.az_rad = geo_rad(az),
+                             .el_rad = geo_rad(el),
+                             .ned = frame == 1,
+                             .distance_m = distance,
+                             .corridor = corridor,
+                             .half_angle_rad = geo_rad(half),
+                             .radius_m = radius};
+    struct answer_conf conf = moment_limits(d);
+    struct answer_now now = moment_now(d);
+    struct answer a;
+    answer_direction(pipeline_picture(d->pipeline), &conf, &now, &q, &a);
+    return answer_json(&a);
+}
+
+#define DEFAULT_BAND_DEG 5.0
+
+json_t *direction_method_sectors(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    static const char *const keys[] = {"count", "frame", "elevation_deg", "distance_m", NULL};
+    struct daemon *d = call->daemon;
+    int64_t count = 72;
+    int frame = 0;
+    double band[2] = {-DEFAULT_BAND_DEG, DEFAULT_BAND_DEG}, distance = 0;
+    bool given;
+    if (!rpc_only(params, keys, error) ||
+        !rpc_integer(params, "count", false, 1, ANSWER_SECTORS_MAX, &count, error) ||
+        !rpc_word(params, "frame", frame_words, &frame, error) ||
+        !rpc_numbers(params, "elevation_deg", -90, 90, 2, band, &given, error) ||
+        !rpc_number(params, "distance_m", false, 0, 1e4, &distance, error))
+        return NULL;
+    if (band[0] >= band[1]) {
+        error->code = RPC_INVALID_PARAMS;
+        snprintf(error->message, sizeof error->message,
+                 "elevation_deg is [%g, %g]: the first must be below the second", band[0], band[1]);
+        return NULL;
+    }
+    struct answer sector[ANSWER_SECTORS_MAX];
+    struct answer_conf conf = moment_limits(d);
+    struct answer_now now = moment_now(d);
+    answer_sectors(pipeline_picture(d->pipeline), &conf, &now, frame == 1, geo_rad(band[0]), geo_rad(band[1]),
+                   distance, (size_t)count, sector);
+    double width_deg = 360.0 / (double)count;
+    json_t *list = json_array();
+    for (int64_t k = 0; k < count; k++) {
+        const struct answer *a = &sector[k];
+        json_array_append_new(
+            list, json_pack("{s:o, s:o, s:s, s:o, s:o, s:o}", "azimuth_deg", say_real((double)k * width_deg, 1e4),
+                            "width_deg", say_real(width_deg, 1e4), "state", answer_state_name(a->state), "range_m",
+                            a->state == ANSWER_BLOCKED ? say_metres(a->range_m) : json_null(), "free_to_m",
+                            say_metres(a->free_to_m), "age_s", say_age(a->age_s)));
+    }
+    return json_pack("{s:s, s:o, s:o, s:o}", "frame", frame_words[frame], "t_unix",
+                     say_real(moment_unix_s(d), 1e6), "pose_age_s", say_age(moment_pose_age_s(d)), "sectors",
+                     list);
+}

@@ -1,0 +1,18 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * methods - what clients may ask of directions, pose, status and image: parameters in, answers out. The table is in
+ * methods.c; sonard-protocol(7) documents every shape. All run in the loop's thread; ->daemon of a call is a struct daemon.
+ */
+#ifndef SONARD_METHODS_H
+#define SONARD_METHODS_H
+
+#include "rpc.h"
+
+json_t *direction_method_blocked(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *direction_method_sectors(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *pose_method(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *status_method(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *status_method_version(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *image_method(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+
+#endif

@@ -1,0 +1,53 @@
+/* SPDX-License-Identifier: MIT */
+#include "moment.h"
+
+#include <time.h>
+
+struct answer_conf moment_limits(const struct daemon *d)
+{
+    return (struct answer_conf){.clear_for_s = d->conf.grid.clear_for_s,
+                                .move_limit_m = d->conf.grid.move_limit_m};
+}
+
+uint64_t moment_lost_sonars(const struct daemon *d)
+{
+    uint64_t lost = 0;
+    for (int i = 0; i < d->conf.n_sonars && !d->replay; i++) {
+        struct source_stats s;
+        source_stats(d->source[i], &s);
+        if (!s.open || s.device.state != DEVICE_RUNNING)
+            lost |= 1ull << i;
+    }
+    return lost;
+}
+
+struct answer_now moment_now(const struct daemon *d)
+{
+    struct answer_now now = {.now_ns = loop_now(d->loop), .pose = pose_identity, .lost = moment_lost_sonars(d)};
+    pose_log_newest(&d->poses, &now.pose);
+    now.pose_fresh = pose_log_fresh(&d->poses, now.now_ns);
+    return now;
+}
+
+double moment_pose_age_s(const struct daemon *d)
+{
+    uint64_t now = loop_now(d->loop);
+    struct pose p;
+    if (!pose_log_newest(&d->poses, &p))
+        return -1;
+    return now > p.t_ns ? (double)(now - p.t_ns) * 1e-9 : 0;
+}
+
+uint64_t moment_unix_offset_ns(const struct daemon *d)
+{
+    struct timespec t;
+    if (d->replay)
+        return 0;
+    clock_gettime(CLOCK_REALTIME, &t);
+    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec - loop_clock();
+}
+
+double moment_unix_s(const struct daemon *d)
+{
+    return (double)(loop_now(d->loop) + moment_unix_offset_ns(d)) * 1e-9;
+}

@@ -1,0 +1,30 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * moment - what the methods must know of the moment of asking: time, pose, which sonars are heard, and the limits of
+ * the configuration. Knows no JSON.
+ */
+#ifndef SONARD_MOMENT_H
+#define SONARD_MOMENT_H
+
+#include "daemon.h"
+
+/** moment_now - time, newest pose and lost sonars, as answers take them. */
+struct answer_now moment_now(const struct daemon *d);
+
+/** moment_limits - how long and how far what was clear is so. */
+struct answer_conf moment_limits(const struct daemon *d);
+
+/** moment_lost_sonars - set of the sonars that are not heard at present. A capture's are heard while it plays. */
+uint64_t moment_lost_sonars(const struct daemon *d);
+
+/** moment_pose_age_s - of the newest pose; negative: none was given. */
+double moment_pose_age_s(const struct daemon *d);
+
+/** moment_unix_offset_ns - Unix time less the loop's, as of now: the computer's clock may be set while sonard runs.
+ * A replay's is Unix time. */
+uint64_t moment_unix_offset_ns(const struct daemon *d);
+
+/** moment_unix_s - Unix time now. */
+double moment_unix_s(const struct daemon *d);
+
+#endif
