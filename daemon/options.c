@@ -1,0 +1,144 @@
+/* SPDX-License-Identifier: MIT */
+#include "options.h"
+
+#include <getopt.h>
+#include <stddef.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "../config/conf.h"
+
+static const char usage[] =
+    "sonard [-c FILE]                          run on the sonars of FILE (" OPTIONS_CONF ")\n"
+    "sonard --replay CAPTURE.mcap [-c FILE]    run on a capture, with its own configuration unless -c names one\n"
+    "\n"
+    "  -c, --config FILE    configuration, sonard.conf(5)\n"
+    "      --check FILE     list all faults of a configuration and exit: 0 none, 1 some\n"
+    "      --print          print the effective configuration, with where each value came from, and exit\n"
+    "      --sample         print the commented default configuration and exit\n"
+    "      --man-table      print the table of keys in man(7) macros and exit\n"
+    "      --record DIR     record captures into DIR\n"
+    "      --replay FILE    play a capture instead of opening ports\n"
+    "      --speed X        pace the replay: 1 as recorded; without it as fast as it goes\n"
+    "      --stay           after the replay go on answering, the clock standing at its end\n"
+    "      --answers FILE   write the sectors after every turn and at the end, as JSON lines\n"
+    "      --socket PATH    socket for clients, instead of the configured one; 'none': no socket\n"
+    "      --threads N      0, 1 or 2 pipeline threads, instead of the configured number\n"
+    "      --version        print the version and exit\n"
+    "      --help           print this and exit\n";
+
+/* -1 in these: go on; otherwise it is the exit status. */
+
+static int wrong(const char *what, const char *value, const char *wanted)
+{
+    fprintf(stderr, "sonard: %s '%s': wanted %s\n", what, value, wanted);
+    return USAGE;
+}
+
+static int too_long(const char *what, const char *value, size_t room)
+{
+    char wanted[64];
+    snprintf(wanted, sizeof wanted, "a path of at most %zu bytes", room - 1);
+    return wrong(what, value, wanted);
+}
+
+enum { CHECK = 256, PRINT, SAMPLE, MAN_TABLE, RECORD, REPLAY, SPEED, STAY, ANSWERS, SOCKET, THREADS, VERSION };
+
+static const struct option longs[] = {{"config", required_argument, NULL, 'c'},
+                                      {"check", required_argument, NULL, CHECK},
+                                      {"print", no_argument, NULL, PRINT},
+                                      {"sample", no_argument, NULL, SAMPLE},
+                                      {"man-table", no_argument, NULL, MAN_TABLE},
+                                      {"record", required_argument, NULL, RECORD},
+                                      {"replay", required_argument, NULL, REPLAY},
+                                      {"speed", required_argument, NULL, SPEED},
+                                      {"stay", no_argument, NULL, STAY},
+                                      {"answers", required_argument, NULL, ANSWERS},
+                                      {"socket", required_argument, NULL, SOCKET},
+                                      {"threads", required_argument, NULL, THREADS},
+                                      {"version", no_argument, NULL, VERSION},
+                                      {"help", no_argument, NULL, 'h'},
+                                      {NULL, 0, NULL, 0}};
+
+/* Options that keep their value as it stands. */
+static const struct {
+    int c;
+    size_t at; /* in struct options */
+} texts[] = {{'c', offsetof(struct options, conf)},        {CHECK, offsetof(struct options, conf)},
+             {RECORD, offsetof(struct options, record)},   {REPLAY, offsetof(struct options, replay)},
+             {ANSWERS, offsetof(struct options, answers)}, {SOCKET, offsetof(struct options, socket)}};
+
+static int take_number(struct options *o, int c, const char *value)
+{
+    char *rest;
+    if (c == THREADS) {
+        if (strlen(value) != 1 || value[0] < '0' || value[0] > '2')
+            return wrong("--threads", value, "0, 1 or 2");
+        o->threads = value[0] - '0';
+        return -1;
+    }
+    o->speed = strtod(value, &rest);
+    if (*rest || rest == value || !(o->speed >= 1e-3 && o->speed <= 1e6))
+        return wrong("--speed", value, "a factor from 0.001 to 1e6");
+    return -1;
+}
+
+static int take(struct options *o, int c, const char *value)
+{
+    for (size_t i = 0; i < sizeof texts / sizeof texts[0]; i++)
+        if (texts[i].c == c)
+            memcpy((char *)o + texts[i].at, &value, sizeof value);
+    o->check |= c == CHECK;
+    o->print |= c == PRINT;
+    o->stay |= c == STAY;
+    switch (c) {
+    case SPEED:
+    case THREADS:
+        return take_number(o, c, value);
+    case SAMPLE:
+        conf_sample(stdout);
+        return OK;
+    case MAN_TABLE:
+        conf_table_man(stdout);
+        return OK;
+    case VERSION:
+        printf("sonard %s\n", SONARD_VERSION);
+        return OK;
+    case 'h':
+        fputs(usage, stdout);
+        return OK;
+    case '?':
+        fputs("Try 'sonard --help'.\n", stderr);
+        return USAGE;
+    default:
+        return -1;
+    }
+}
+
+/* Do they go together, and do they fit? */
+static int check_options(const struct options *o)
+{
+    const struct conf *conf = NULL;
+    if (!o->replay && (o->speed > 0 || o->stay)) {
+        fprintf(stderr, "sonard: %s: goes together with --replay only\n", o->stay ? "--stay" : "--speed");
+        return USAGE;
+    }
+    if (o->replay && o->record)
+        return wrong("--record", o->record, "a live run: a replay records nothing");
+    if (o->socket && strlen(o->socket) >= sizeof conf->server.socket)
+        return too_long("--socket", o->socket, sizeof conf->server.socket);
+    if (o->record && strlen(o->record) >= sizeof conf->record.directory)
+        return too_long("--record", o->record, sizeof conf->record.directory);
+    return -1;
+}
+
+int options_parse(int argc, char **argv, struct options *o)
+{
+    int status = -1;
+    for (int c; status < 0 && (c = getopt_long(argc, argv, "c:h", longs, NULL)) != -1;)
+        status = take(o, c, optarg);
+    if (status < 0 && optind < argc)
+        return wrong("argument", argv[optind], "options only; see 'sonard --help'");
+    return status < 0 ? check_options(o) : status;
+}

@@ -1,0 +1,25 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * options - the command line of sonard(8). Answers by itself what needs no configuration: --help, --version, --sample.
+ */
+#ifndef SONARD_OPTIONS_H
+#define SONARD_OPTIONS_H
+
+#include <stdbool.h>
+
+#define OPTIONS_CONF "/etc/sonard/sonard.conf"
+
+/* Exit statuses. */
+enum { OK = 0, FAILED = 1, USAGE = 2 };
+
+struct options {
+    const char *conf, *replay, *record, *answers, *socket;
+    bool check, print, stay;
+    double speed; /* 0: as fast as it goes */
+    int threads;  /* -1: as configured */
+};
+
+/** options_parse - over *o, which holds the defaults. -1: go on; otherwise all is said and it is the exit status. */
+int options_parse(int argc, char **argv, struct options *o);
+
+#endif
