@@ -37,24 +37,31 @@ static void weigh(const struct sphere *s, struct cell *c, const struct echoes *p
 
 /*
  * The echo at z (from the anchor) moves the cell's point to the mean of the first eight echoes, later ones by 1/8, so
- * that it can follow; the ball shrinks alike. An echo outside the gate is another reflector: the nearer one is kept
- * and the ball reaches the other. The gate does not grow with the ball, or the farther one would pull the point away.
+ * that it can follow; the ball shrinks alike. An echo outside the gate is another reflector: the nearer point, the nearer
+ * edge and the larger doubt are kept and the ball reaches the other. The gate does not grow with the ball, or the
+ * farther one would pull the point away.
  */
-static void interpolate(const struct sphere *s, struct cell *c, const double z[3], double range_m, double m2)
+static void interpolate(const struct sphere *s, struct cell *c, const double z[3], double range_m,
+                        const struct echo *echo, double m2)
 {
-    double v[3], d2 = 0, gain = 1, s2 = m2;
+    double v[3], d2 = 0, gain = 1, s2 = m2, depth_m = echo->range_m - echo->near_m, sd_m = echo->sd_m;
     for (int i = 0; i < 3; i++)
         d2 += (z[i] - c->point_m[i]) * (z[i] - c->point_m[i]);
     if (c->echoes && d2 <= GATE2 * 2 * m2) {
         gain = 1.0 / (c->echoes < 8 ? c->echoes + 1 : 8);
         s2 = fmax((1 - gain) * c->ball_m2, ALIKE * m2);
     } else if (c->echoes) {
-        gain = range_m < state_vector(s, c, v);
+        double point_m = state_vector(s, c, v), edge_m = fmin(point_m - c->near_m, range_m - depth_m);
+        gain = range_m < point_m;
         s2 = fmax(c->ball_m2, d2 / GATE2);
+        depth_m = fmin(point_m, range_m) - edge_m;
+        sd_m = fmax(c->sd_m, sd_m);
     }
     for (int i = 0; i < 3; i++)
         c->point_m[i] += (float)(gain * (z[i] - c->point_m[i]));
     c->ball_m2 = (float)s2;
+    c->near_m = (float)depth_m;
+    c->sd_m = (float)sd_m;
 }
 
 /* Variance of an echo's point within a cell: of its range, and of where across the cell it is. */
@@ -74,9 +81,7 @@ static void raise(struct sphere *s, uint32_t direction, uint16_t layer, double r
     double z[3];
     for (int i = 0; i < 3; i++)
         z[i] = range_m * s->axis[direction][i] + s->frame.centre_m[i] - s->anchor_m[i];
-    interpolate(s, c, z, range_m, echo_variance(s, direction, range_m, echo));
-    c->near_m = echo->range_m - echo->near_m;
-    c->sd_m = echo->sd_m;
+    interpolate(s, c, z, range_m, echo, echo_variance(s, direction, range_m, echo));
     if (!c->echoes)
         c->t_first_ms = state_ms(s, b->ping->t_ns);
     if (b->ping->t_ns > c->t_echo_ns)

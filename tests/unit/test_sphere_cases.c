@@ -24,6 +24,7 @@ static const struct sphere_conf usual = {.angular_step_rad = 2 * GEO_PI / 180,
 static const struct answer_conf limits = {.clear_for_s = 30, .move_limit_m = 0.5};
 static struct answer_now now;
 static uint32_t seq;
+static double edge_m; /* how far echoes' near edges lie before them */
 
 static void start(const struct sphere_conf *conf)
 {
@@ -35,6 +36,7 @@ static void start(const struct sphere_conf *conf)
     sphere = sphere_init(memory, conf);
     now = (struct answer_now){.now_ns = 1000 * SECOND, .pose_fresh = true, .pose = pose_identity};
     seq = 0;
+    edge_m = 0.02;
 }
 
 static void in_the_world(double north_m)
@@ -52,8 +54,8 @@ static void ping_as(uint8_t flags, uint16_t sensor, double az_deg, double range_
         beam.state = BEAM_ECHO;
         beam.n = 1;
         beam.echo[0] = (struct echo){
-            .range_m = (float)range_m, .near_m = (float)(range_m - 0.02), .sd_m = 0.01f, .confidence = 0.9f};
-        beam.free_to_m = (float)(range_m - 0.02);
+            .range_m = (float)range_m, .near_m = (float)(range_m - edge_m), .sd_m = 0.01f, .confidence = 0.9f};
+        beam.free_to_m = (float)(range_m - edge_m);
     }
     struct echoes e = {.t_ns = now.now_ns,
                        .seq = ++seq,
@@ -417,6 +419,29 @@ TEST(of_two_reflectors_in_a_cell_the_nearer_is_kept_and_the_ball_reaches_the_oth
     }
 }
 
+TEST(of_two_reflectors_in_a_cell_neither_takes_the_nearest_edge_away)
+{
+    struct sphere_conf thick = usual;
+    thick.layers = (struct layers_conf){.r_max_m = 30, .dr_m = 2, .n_const = 1, .growth = 1.2};
+    static const struct {
+        double first_m, first_edge_m, then_m, then_edge_m, nearest_edge_m;
+    } row[] = {
+        {2.4, 0.30, 3.6, 0.02, 2.10}, /* a sharp one behind a blurred one */
+        {3.6, 0.02, 2.4, 0.30, 2.10},
+        {2.4, 0.02, 3.6, 1.50, 2.10}, /* a blurred one whose edge lies before a sharp one */
+        {3.6, 1.50, 2.4, 0.02, 2.10},
+        {2.4, 0.30, 2.4, 0.02, 2.38}, /* one reflector: the last look counts */
+    };
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        start(&thick);
+        edge_m = row[i].first_edge_m;
+        ping(0, row[i].first_m, 0);
+        edge_m = row[i].then_edge_m;
+        ping(0, row[i].then_m, 0);
+        CHECK_NEAR(first_cell(0.5).near_m, row[i].nearest_edge_m, 0, 0.01);
+    }
+}
+
 /* ---- models ---- */
 
 TEST(every_model_blocks_the_whole_opening_and_frees_the_same_water)
@@ -507,6 +532,7 @@ int main(void)
     RUN(a_turn_tells_what_is_new_heard_again_missed_and_gone);
     RUN(a_locked_cell_neither_changes_nor_fades_but_keeps_its_place);
     RUN(of_two_reflectors_in_a_cell_the_nearer_is_kept_and_the_ball_reaches_the_other);
+    RUN(of_two_reflectors_in_a_cell_neither_takes_the_nearest_edge_away);
     RUN(every_model_blocks_the_whole_opening_and_frees_the_same_water);
     RUN(the_gaussian_weighs_less_off_the_axis);
     RUN(g6_growing_age_never_turns_blocked_or_unknown_into_clear);
