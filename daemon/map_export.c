@@ -2,7 +2,6 @@
 /* map_export - the surface of a map, as PLY and as a point cloud; see map_export.h. map_octomap.c has the tree. */
 #include "map_export.h"
 
-#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -14,11 +13,6 @@ struct points {
     size_t n, room;
     bool no_memory;
 };
-
-static bool is_free(const struct map_scene *s, const int64_t cell[3])
-{
-    return lattice_holds(&s->box, cell) && s->at(s->ctx, cell) == VOXEL_FREE;
-}
 
 /* Little-endian, whatever the machine. */
 static void put(uint8_t *at, uint64_t bits, int n)
@@ -42,75 +36,37 @@ static void put_float(uint8_t *at, double v)
     put(at, bits, 4);
 }
 
-static void add(struct points *p, const struct map_scene *s, const int64_t cell[3], const int inward[3],
-                bool heard)
+/* A frontier_take. */
+static void add(void *context, const struct frontier_point *point)
 {
-    static const int from[3] = {1, 0, 2}; /* east, north, up of north, east, down */
-    if (p->n + POINT_BYTES > p->room) {
+    static const struct {
+        int axis;
+        double sign;
+    } of[] = {{1, 1}, {0, 1}, {2, -1}}; /* east, north, up of north, east, down */
+    struct points *p = context;
+    if (p->n + POINT_BYTES > p->room && !p->no_memory) {
         uint8_t *more = realloc(p->bytes, 2 * p->room);
         p->no_memory = !more;
-        if (!more)
-            return;
-        p->bytes = more;
-        p->room *= 2;
+        p->bytes = more ? more : p->bytes;
+        p->room *= more ? 2 : 1;
     }
+    if (p->no_memory)
+        return;
     uint8_t *at = p->bytes + p->n;
-    const double length = sqrt((double)(inward[0] * inward[0] + inward[1] * inward[1] + inward[2] * inward[2]));
     for (int a = 0; a < 3; a++) {
-        const double sign = a == 2 ? -1 : 1;
-        put_double(at + 8 * a, sign * ((double)cell[from[a]] + 0.5) * s->voxel_m);
-        put_float(at + 24 + 4 * a, length > 0 ? sign * inward[from[a]] / length : 0);
+        put_double(at + 8 * a, of[a].sign * point->position_m[of[a].axis]);
+        put_float(at + 24 + 4 * a, of[a].sign * (double)point->normal[of[a].axis]);
     }
-    at[36] = heard;
+    at[36] = point->tag == FRONTIER_ECHO;
     p->n += POINT_BYTES;
 }
 
-/* A free cell: is it on the surface? */
-static void look_at(struct points *p, const struct map_scene *s, const int64_t cell[3])
-{
-    int inward[3] = {0};
-    bool surface = false, heard = false;
-    for (int n = 0; n < 27; n++) {
-        const int d[3] = {n / 9 - 1, n / 3 % 3 - 1, n % 3 - 1};
-        const int64_t beside[3] = {cell[0] + d[0], cell[1] + d[1], cell[2] + d[2]};
-        const enum voxel_state state = lattice_holds(&s->box, beside) ? s->at(s->ctx, beside) : VOXEL_UNKNOWN;
-        if (state == VOXEL_FREE)
-            continue;
-        surface = true;
-        heard |= state == VOXEL_OCCUPIED;
-        for (int a = 0; a < 3; a++)
-            inward[a] -= d[a];
-    }
-    if (surface)
-        add(p, s, cell, inward, heard);
-}
-
-static void look_through(struct points *p, const struct map_scene *s, const struct lattice_box *part)
-{
-    for (int32_t i = 0; i < part->size[0]; i++)
-        for (int32_t j = 0; j < part->size[1]; j++)
-            for (int32_t k = 0; k < part->size[2] && !p->no_memory; k++) {
-                const int64_t cell[3] = {part->first[0] + i, part->first[1] + j, part->first[2] + k};
-                if (is_free(s, cell))
-                    look_at(p, s, cell);
-            }
-}
-
 /* The points behind `head` free bytes. */
-static bool surface(const struct map_scene *s, size_t head, struct points *p, char *err, size_t err_size)
+static bool surface(struct frontier *f, size_t head, struct points *p, char *err, size_t err_size)
 {
-    const int32_t step = TILE_SIDE;
     *p = (struct points){.bytes = malloc(head + 4096), .n = head, .room = head + 4096};
     p->no_memory = !p->bytes;
-    for (int32_t i = 0; i < s->box.size[0]; i += step)
-        for (int32_t j = 0; j < s->box.size[1]; j += step) {
-            const int32_t left[2] = {s->box.size[0] - i, s->box.size[1] - j};
-            const struct lattice_box part = {
-                {s->box.first[0] + i, s->box.first[1] + j, s->box.first[2]},
-                {left[0] < step ? left[0] : step, left[1] < step ? left[1] : step, s->box.size[2]}};
-            if (!p->no_memory && s->any(s->ctx, &part))
-                look_through(p, s, &part);
-        }
+    frontier_all(f, add, p);
     if (!p->no_memory)
         return true;
     free(p->bytes);
@@ -120,17 +76,16 @@ static bool surface(const struct map_scene *s, size_t head, struct points *p, ch
 
 #define HEAD_ROOM 512
 
-uint8_t *map_export_ply(const struct map_scene *scene, size_t *size, char *err, size_t err_size)
+uint8_t *map_export_ply(struct frontier *f, size_t *size, char *err, size_t err_size)
 {
     struct points p;
     char head[HEAD_ROOM];
-    if (!surface(scene, HEAD_ROOM, &p, err, err_size))
+    if (!surface(f, HEAD_ROOM, &p, err, err_size))
         return NULL;
     const size_t n = (size_t)snprintf(
         head, sizeof head,
         "ply\nformat binary_little_endian 1.0\ncomment x east, y north, z up; tag 1: heard there, 0: the end of "
-        "what "
-        "was looked at\nelement vertex %zu\nproperty double x\nproperty double y\nproperty double z\n"
+        "what was looked at\nelement vertex %zu\nproperty double x\nproperty double y\nproperty double z\n"
         "property float nx\nproperty float ny\nproperty float nz\nproperty uchar tag\nend_header\n",
         (p.n - HEAD_ROOM) / POINT_BYTES);
     memcpy(p.bytes, head, n);
@@ -180,12 +135,11 @@ static size_t base64(uint8_t *out, const uint8_t *in, size_t n)
     return written;
 }
 
-uint8_t *map_export_points(const struct map_scene *scene, uint64_t t_unix_ns, size_t *size, char *err,
-                           size_t err_size)
+uint8_t *map_export_points(struct frontier *f, uint64_t t_unix_ns, size_t *size, char *err, size_t err_size)
 {
     struct points p;
     char head[2 * HEAD_ROOM];
-    if (!surface(scene, 0, &p, err, err_size))
+    if (!surface(f, 0, &p, err, err_size))
         return NULL;
     const size_t n = (size_t)snprintf(
         head, sizeof head,

@@ -10,14 +10,13 @@
 #include <unistd.h>
 
 #include "../drivers/mcap.h"
-#include "../grid/voxel/voxmask.h"
 #include "../grid/voxel/voxpage.h"
 #include "map_export.h"
 #include "pager.h"
 #include "whole_file.h"
 
-#define MASK_BLOCKS 4096
-#define MIB         (1 << 20)
+#define BLOCKS 4096 /* of mask and frontier that an export keeps */
+#define MIB    (1 << 20)
 
 /* ---- save and load ---- */
 
@@ -139,7 +138,8 @@ static void load(struct places_job *job)
 struct copy {
     struct voxmap map;
     struct voxmask mask;
-    void *memory[2];
+    struct frontier frontier;
+    void *memory[3];
 };
 
 static bool make_copy(struct places_job *job, struct copy *c, char *err, size_t err_size)
@@ -160,66 +160,26 @@ static bool make_copy(struct places_job *job, struct copy *c, char *err, size_t 
     s.max_submaps = pages + 1;
     s.half_life_ns = VOXMAP_NEVER;
     const size_t size = voxmap_bytes(&s, err, err_size);
-    c->memory[0] = size ? aligned_alloc(64, (size + 63) / 64 * 64) : NULL;
-    c->memory[1] = aligned_alloc(64, (voxmask_bytes(MASK_BLOCKS) + 63) / 64 * 64);
-    if (!c->memory[0] || !c->memory[1]) {
+    c->memory[0] = size ? malloc(size) : NULL;
+    c->memory[1] = malloc(voxmask_bytes(BLOCKS));
+    c->memory[2] = malloc(frontier_bytes(BLOCKS));
+    if (!c->memory[0] || !c->memory[1] || !c->memory[2]) {
         snprintf(err, err_size, "no memory for an export: %zu MiB", size / MIB);
         return false;
     }
     voxmap_init(&c->map, &s, c->memory[0]);
-    voxmask_init(&c->mask, &c->map, c->memory[1], MASK_BLOCKS);
+    voxmask_init(&c->mask, &c->map, c->memory[1], BLOCKS);
+    frontier_init(&c->frontier, &c->mask, c->memory[2], BLOCKS);
     while (map_file_page(job->bytes.bytes, job->bytes.size, &page))
         if (!voxpage_add(&c->map, page.bytes, page.size, err, err_size))
             return false;
     return true;
 }
 
-static enum voxel_state scene_at(void *ctx, const int64_t cell[3])
-{
-    struct copy *c = ctx;
-    return voxmask_at(&c->mask, cell);
-}
-
-/* Parts lie within one column of tiles, as those of all submaps do. */
-static bool scene_any(void *ctx, const struct lattice_box *part)
-{
-    const struct copy *c = ctx;
-    for (uint32_t i = 0; i < c->map.set.max_submaps; i++) {
-        const struct submap *m = &c->map.part[i].map;
-        const int64_t di = part->first[0] - m->box.first[0], dj = part->first[1] - m->box.first[1];
-        if (!c->map.part[i].id || di < 0 || dj < 0 || di >= m->box.size[0] || dj >= m->box.size[1])
-            continue;
-        if (m->tile[di / TILE_SIDE * (m->box.size[1] / TILE_SIDE) + dj / TILE_SIDE] != TILE_NONE)
-            return true;
-    }
-    return false;
-}
-
-/* The least box around all submaps. False: it is too large to count. */
-static bool scene_box(const struct voxmap *map, struct lattice_box *box)
-{
-    int64_t first[3] = {INT64_MAX, INT64_MAX, INT64_MAX}, end[3] = {INT64_MIN, INT64_MIN, INT64_MIN};
-    for (uint32_t i = 0; i < map->set.max_submaps; i++) {
-        const struct lattice_box *b = &map->part[i].map.box;
-        for (int a = 0; a < 3 && map->part[i].id; a++) {
-            first[a] = b->first[a] < first[a] ? b->first[a] : first[a];
-            end[a] = b->first[a] + b->size[a] > end[a] ? b->first[a] + b->size[a] : end[a];
-        }
-    }
-    for (int a = 0; a < 3; a++) {
-        if (end[a] <= first[a] || end[a] - first[a] > INT32_MAX)
-            return false;
-        box->first[a] = first[a];
-        box->size[a] = (int32_t)(end[a] - first[a]);
-    }
-    return true;
-}
-
 /* One message in a file of its own: made in memory, as the others are. */
-static uint8_t *make_mcap(const struct map_scene *scene, uint64_t t_unix_ns, size_t *size, char *err,
-                          size_t err_size)
+static uint8_t *make_mcap(struct frontier *f, uint64_t t_unix_ns, size_t *size, char *err, size_t err_size)
 {
-    uint8_t *json = map_export_points(scene, t_unix_ns, size, err, err_size), *file = NULL;
+    uint8_t *json = map_export_points(f, t_unix_ns, size, err, err_size), *file = NULL;
     const int fd = json ? memfd_create("map", MFD_CLOEXEC) : -1, copy = fd >= 0 ? dup(fd) : -1;
     const struct mcap_options options = {.library = "sonard " SONARD_VERSION,
                                          .compression = MCAP_ZSTD,
@@ -251,25 +211,24 @@ static uint8_t *make_mcap(const struct map_scene *scene, uint64_t t_unix_ns, siz
     return file;
 }
 
-static uint8_t *make_export(const struct places_job *job, const struct map_scene *scene, size_t *size, char *err,
+static uint8_t *make_export(const struct places_job *job, struct copy *copy, size_t *size, char *err,
                             size_t err_size)
 {
     switch (job->format) {
     case PLACES_MCAP:
-        return make_mcap(scene, job->t_unix_ns, size, err, err_size);
+        return make_mcap(&copy->frontier, job->t_unix_ns, size, err, err_size);
     case PLACES_BT:
-        return map_export_octomap(scene, size, err, err_size);
+        return map_export_octomap(&copy->mask, size, err, err_size);
     case PLACES_PLY:
         break;
     }
-    return map_export_ply(scene, size, err, err_size);
+    return map_export_ply(&copy->frontier, size, err, err_size);
 }
 
 static void export(struct places_job *job)
 {
     static const size_t magic_bytes[] = {[PLACES_PLY] = 4, [PLACES_MCAP] = 8, [PLACES_BT] = 16};
     struct copy copy;
-    struct map_scene scene = {.voxel_m = job->setting.voxel_m, .at = scene_at, .any = scene_any, .ctx = &copy};
     uint8_t *bytes = NULL;
     size_t size = 0;
     char why[300];
@@ -277,9 +236,7 @@ static void export(struct places_job *job)
         return;
     if (!make_copy(job, &copy, why, sizeof why)) {
         snprintf(job->message, sizeof job->message, "%s: %s", job->path, why);
-    } else if (!scene_box(&copy.map, &scene.box)) {
-        snprintf(job->message, sizeof job->message, "%s: the map is spread too far", job->path);
-    } else if (!(bytes = make_export(job, &scene, &size, why, sizeof why))) {
+    } else if (!(bytes = make_export(job, &copy, &size, why, sizeof why))) {
         snprintf(job->message, sizeof job->message, "%s: %s", job->path, why);
     } else {
         job->good = whole_file_replace(job->path, bytes, size, magic_bytes[job->format], job->message,
@@ -288,8 +245,8 @@ static void export(struct places_job *job)
             snprintf(job->message, sizeof job->message, "exported as %s", job->path);
     }
     free(bytes);
-    free(copy.memory[0]);
-    free(copy.memory[1]);
+    for (int i = 0; i < 3; i++)
+        free(copy.memory[i]);
 }
 
 void map_job_run(struct places_job *job)

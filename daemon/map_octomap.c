@@ -19,7 +19,8 @@
 enum node { NODE_UNKNOWN, NODE_FREE, NODE_OCCUPIED, NODE_INNER };
 
 struct tree {
-    const struct map_scene *scene;
+    struct voxmask *mask;
+    struct lattice_box box; /* around all submaps */
     uint8_t *bytes;
     size_t n, room;
     uint64_t nodes;
@@ -41,6 +42,38 @@ static bool apart(const struct lattice_box *a, const struct lattice_box *b)
     return false;
 }
 
+/* Cubes of level BLOCK lie within one block of the mask: is anything known in it? */
+static bool is_known(struct voxmask *mask, const struct lattice_box *cube)
+{
+    const struct block_key key = merge_block_of(cube->first);
+    const struct merge_block *b = &voxmask_block(mask, &key)->bits;
+    const uint64_t cells = UINT64_C(0xffff) << (cube->first[2] & (BLOCK_HEIGHT - 1));
+    uint64_t known = 0;
+    for (int column = 0; column < BLOCK_COLUMNS; column++)
+        known |= b->free[column] | b->heard[column];
+    return known & cells;
+}
+
+/* The least box around all submaps. False: OctoMap cannot hold it. */
+static bool box_of(const struct voxmap *map, struct lattice_box *box)
+{
+    int64_t first[3] = {HALF, HALF, HALF}, end[3] = {-HALF, -HALF, -HALF};
+    for (uint32_t i = 0; i < map->set.max_submaps; i++) {
+        const struct lattice_box *b = &map->part[i].map.box;
+        for (int a = 0; a < 3 && map->part[i].id; a++) {
+            first[a] = b->first[a] < first[a] ? b->first[a] : first[a];
+            end[a] = b->first[a] + b->size[a] > end[a] ? b->first[a] + b->size[a] : end[a];
+        }
+    }
+    for (int a = 0; a < 3; a++) {
+        if (first[a] < -HALF || end[a] > HALF)
+            return false;
+        box->first[a] = first[a];
+        box->size[a] = (int32_t)(end[a] > first[a] ? end[a] - first[a] : 0);
+    }
+    return true;
+}
+
 static bool reserve_two(struct tree *t)
 {
     if (t->n + 2 > t->room) {
@@ -59,12 +92,12 @@ static bool reserve_two(struct tree *t)
 static enum node enter_cube(struct tree *t, int32_t x, int32_t y, int32_t z, int level)
 {
     const struct lattice_box box = cube(x, y, z, level);
-    if (t->no_memory || apart(&box, &t->scene->box) || (level == BLOCK && !t->scene->any(t->scene->ctx, &box)))
+    if (t->no_memory || apart(&box, &t->box) || (level == BLOCK && !is_known(t->mask, &box)))
         return NODE_UNKNOWN;
     if (level == 0) {
         static const enum node nodes[] = {
             [VOXEL_FREE] = NODE_FREE, [VOXEL_UNKNOWN] = NODE_UNKNOWN, [VOXEL_OCCUPIED] = NODE_OCCUPIED};
-        return nodes[t->scene->at(t->scene->ctx, box.first)];
+        return nodes[voxmask_at(t->mask, box.first)];
     }
     const size_t at = t->n;
     const uint64_t nodes = t->nodes;
@@ -92,15 +125,14 @@ static enum node enter_cube(struct tree *t, int32_t x, int32_t y, int32_t z, int
     return NODE_INNER;
 }
 
-uint8_t *map_export_octomap(const struct map_scene *scene, size_t *size, char *err, size_t err_size)
+uint8_t *map_export_octomap(struct voxmask *mask, size_t *size, char *err, size_t err_size)
 {
-    for (int a = 0; a < 3; a++)
-        if (scene->box.first[a] < -HALF || scene->box.first[a] + scene->box.size[a] > HALF) {
-            snprintf(err, err_size,
-                     "the map reaches farther than %d voxels from the origin: OctoMap cannot hold it", HALF);
-            return NULL;
-        }
-    struct tree t = {.scene = scene, .room = PADDING + 1024, .n = PADDING, .nodes = 1};
+    struct tree t = {.mask = mask, .room = PADDING + 1024, .n = PADDING, .nodes = 1};
+    if (!box_of(mask->map, &t.box)) {
+        snprintf(err, err_size, "the map reaches farther than %d voxels from the origin: OctoMap cannot hold it",
+                 HALF);
+        return NULL;
+    }
     t.bytes = malloc(t.room);
     t.no_memory = !t.bytes;
     enter_cube(&t, -HALF, -HALF, -HALF, LEVELS);
@@ -114,7 +146,7 @@ uint8_t *map_export_octomap(const struct map_scene *scene, size_t *size, char *e
         snprintf(head, sizeof head,
                  "# Octomap OcTree binary file\n# x east, y north, z up, in metres\nid OcTree\nsize %llu\n"
                  "res %.17g\ndata\n",
-                 (unsigned long long)t.nodes, scene->voxel_m);
+                 (unsigned long long)t.nodes, mask->map->set.voxel_m);
     memcpy(t.bytes, head, (size_t)n);
     memmove(t.bytes + n, t.bytes + PADDING, t.n - PADDING);
     *size = t.n - PADDING + (size_t)n;

@@ -158,3 +158,11 @@ void frontier_points(struct frontier *f, const struct block_key *key, frontier_t
         }
     }
 }
+
+void frontier_all(struct frontier *f, frontier_take *take, void *context)
+{
+    struct merge_walk walk = {0};
+    struct block_key key;
+    while (merge_next(f->mask->map, &walk, &key))
+        frontier_points(f, &key, take, context);
+}

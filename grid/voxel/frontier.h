@@ -45,7 +45,10 @@ const struct frontier_block *frontier_block(struct frontier *f, const struct blo
 
 typedef void frontier_take(void *context, const struct frontier_point *point);
 
-/** frontier_points - all of a block's frontier, with normals, in order of cells. Walk over blocks with merge_next(). */
+/** frontier_points - all of a block's frontier, with normals, in order of cells. */
 void frontier_points(struct frontier *f, const struct block_key *key, frontier_take *take, void *context);
+
+/** frontier_all - that of the whole map. Who wants it in pages walks over the blocks with merge_next(), as this does. */
+void frontier_all(struct frontier *f, frontier_take *take, void *context);
 
 #endif

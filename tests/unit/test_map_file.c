@@ -5,7 +5,7 @@
 #include "../../daemon/map_export.h"
 #include "../../daemon/map_file.h"
 #include "../../daemon/whole_file.h"
-#include "../lib/test.h"
+#include "../lib/voxmap_rig.h"
 
 static const struct voxmap_setting setting = {.voxel_m = 0.2, .height = 80, .keep_echoes = true};
 
@@ -116,32 +116,27 @@ TEST(what_is_sealed_and_wrong_is_refused)
 
 /* ---- exports: a block of free water with one voxel heard in it ---- */
 
-static const struct lattice_box water = {{-3, 4, 10}, {4, 5, 6}};
-
-static enum voxel_state block_at(void *ctx, const int64_t cell[3])
+static struct rig *water(void)
 {
-    const int64_t *heard = ctx;
-    if (memcmp(cell, heard, 3 * sizeof *heard) == 0)
-        return VOXEL_OCCUPIED;
-    return lattice_holds(&water, cell) ? VOXEL_FREE : VOXEL_UNKNOWN;
+    struct voxmap_setting s = rig_setting();
+    s.voxel_m = 0.5;
+    struct rig *r = rig_new(&s);
+    rig_open(r);
+    for (int64_t i = 0; i < 4; i++)
+        for (int64_t j = 0; j < 5; j++)
+            for (int64_t k = 0; k < 6; k++) {
+                const bool heard = i == 1 && j == 2 && k == 2;
+                rig_set(r, (const int64_t[3]){i - 3, j + 4, k + 10}, heard ? SUBMAP_ECHOES : SUBMAP_VACANCY, 9);
+            }
+    return r;
 }
-
-static bool anywhere(void *ctx, const struct lattice_box *part)
-{
-    (void)ctx;
-    (void)part;
-    return true;
-}
-
-static int64_t heard_at[3] = {-2, 6, 12};
-static const struct map_scene scene = {
-    .voxel_m = 0.5, .box = {{-16, 0, 0}, {32, 16, 40}}, .at = block_at, .any = anywhere, .ctx = heard_at};
 
 TEST(the_surface_is_by_definition)
 {
+    struct rig *r = water();
     char err[200];
     size_t size, points = 0, echoes = 0;
-    uint8_t *ply = map_export_ply(&scene, &size, err, sizeof err);
+    uint8_t *ply = map_export_ply(&r->frontier, &size, err, sizeof err);
     CHECK(ply != NULL);
     const char *end = ply ? strstr((const char *)ply, "end_header\n") : NULL;
     CHECK(end != NULL);
@@ -168,13 +163,15 @@ TEST(the_surface_is_by_definition)
             }
     CHECK_INT(points, want);
     free(ply);
+    rig_free(r);
 }
 
 TEST(a_normal_points_into_the_water)
 {
+    struct rig *r = water();
     char err[200];
     size_t size;
-    uint8_t *ply = map_export_ply(&scene, &size, err, sizeof err);
+    uint8_t *ply = map_export_ply(&r->frontier, &size, err, sizeof err);
     const uint8_t *at = (const uint8_t *)strstr((const char *)ply, "end_header\n") + strlen("end_header\n");
     double p[3];
     float n[3];
@@ -185,32 +182,49 @@ TEST(a_normal_points_into_the_water)
     CHECK_NEAR(p[2], -10.5 * 0.5, 0, 1e-12);
     CHECK(n[0] > 0.3f && n[1] > 0.3f && n[2] < -0.3f);
     free(ply);
+    rig_free(r);
 }
 
 TEST(the_tree_joins_and_counts)
 {
+    struct rig *r = water();
     char err[200];
     size_t size;
-    uint8_t *tree = map_export_octomap(&scene, &size, err, sizeof err);
+    uint8_t *tree = map_export_octomap(&r->mask, &size, err, sizeof err);
     CHECK(tree != NULL);
     CHECK(tree && strncmp((const char *)tree, "# Octomap OcTree binary file\n", 29) == 0);
     CHECK(tree && strstr((const char *)tree, "\nres 0.5\ndata\n") != NULL);
     free(tree);
-    struct map_scene far = scene;
-    far.box.first[1] = 32768;
-    CHECK(map_export_octomap(&far, &size, err, sizeof err) == NULL);
-    CHECK(strstr(err, "32768") != NULL);
+    rig_free(r);
+}
+
+TEST(a_map_beyond_the_tree_is_refused)
+{
+    for (int side = -1; side <= 1; side += 2) {
+        struct voxmap_setting s = rig_setting();
+        struct rig *r = rig_new(&s);
+        struct rig_ping p;
+        char err[200] = "";
+        size_t size;
+        rig_aim(&p, (const double[3]){0, side * 5000.0, 0}, 0, 1);
+        CHECK(rig_enter(r, &p, 0));
+        CHECK(map_export_octomap(&r->mask, &size, err, sizeof err) == NULL);
+        CHECK(strstr(err, "32768") != NULL);
+        rig_free(r);
+    }
 }
 
 TEST(the_cloud_is_one_message)
 {
+    struct rig *r = water();
     char err[200];
     size_t size;
-    uint8_t *json = map_export_points(&scene, 1500000000123456789u, &size, err, sizeof err);
+    uint8_t *json = map_export_points(&r->frontier, 1500000000123456789u, &size, err, sizeof err);
     CHECK(json != NULL);
     CHECK(json && strncmp((const char *)json, "{\"timestamp\":{\"sec\":1500000000,\"nsec\":123456789}", 48) == 0);
     CHECK(json && memcmp(json + size - 2, "\"}", 2) == 0);
     free(json);
+    rig_free(r);
 }
 
 TEST(no_strangers_file_is_replaced)
@@ -247,6 +261,7 @@ int main(void)
     RUN(the_surface_is_by_definition);
     RUN(a_normal_points_into_the_water);
     RUN(the_tree_joins_and_counts);
+    RUN(a_map_beyond_the_tree_is_refused);
     RUN(the_cloud_is_one_message);
     RUN(no_strangers_file_is_replaced);
     return test_end();
