@@ -29,7 +29,7 @@ static bool have_clusters(struct daemon *d, struct rpc_error *error)
     const struct picture *picture = pipeline_picture(d->pipeline);
     if (d->clusters)
         return true;
-    void *memory = aligned_alloc(64, (clusters_bytes(conf->max_cells) + 63) / 64 * 64);
+    void *memory = aligned_alloc(64, (clusters_bytes(picture->rings, conf->max_cells) + 63) / 64 * 64);
     if (!memory)
         return rpc_refuse(error, RPC_INTERNAL_ERROR, "no memory for clusters of %u cells", conf->max_cells);
     d->clusters = clusters_init(memory, picture->rings, conf->max_cells, (double)picture->blocked_logodds);
@@ -51,7 +51,7 @@ static json_t *cluster_json(const struct daemon *d, const struct shapes *shapes,
         "centre_m", say_metres(k->centre_m[0]), say_metres(k->centre_m[1]), say_metres(k->centre_m[2]),
         "confidence", say_real(1 / (1 + exp(-k->logodds)), 1e3), "first_echo_age_s", age(d, k->t_first_ns),
         "last_echo_age_s", age(d, k->t_echo_ns), "label_age_s", age(d, k->t_label_ns), "approach_mps",
-        say_real(k->approach_mps, 1e4), "growth_cells_ps", say_real(k->growth_cells_ps, 1e2), "ghost_of",
+        say_real(k->approach_mps, 1e4), "growth_directions_ps", say_real(k->growth_directions_ps, 1e2), "ghost_of",
         ghost_of == TANGENTS_NONE ? json_null() : json_integer(ghost_of));
 }
 

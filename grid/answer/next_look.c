@@ -8,7 +8,7 @@
 #define AHEAD_GAIN   2.0  /* straight ahead counts so many times more than abeam */
 #define AT_REST_MPS  0.02 /* slower is no direction */
 #define APPROACH_MPS 0.1  /* that counts as much as never having looked; so do ... */
-#define GROWTH_PS    10.0 /* ... so many cells more per second */
+#define GROWTH_PS    10.0 /* ... so many directions more per second */
 
 static double dot(const double a[3], const double b[3])
 {
@@ -36,7 +36,7 @@ static void judge_clusters(const struct cluster *clusters, uint32_t n, struct ne
         if (geo_wrap(l->az_rad - k->from_rad) > k->width_rad || l->el_rad < k->low_rad || l->el_rad > k->high_rad)
             continue;
         const double approach = at_most_1(k->approach_mps / APPROACH_MPS);
-        const double growth = at_most_1(k->growth_cells_ps / GROWTH_PS);
+        const double growth = at_most_1(k->growth_directions_ps / GROWTH_PS);
         if (approach > l->score) {
             l->score = approach;
             l->why = LOOK_APPROACHING;

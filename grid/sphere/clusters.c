@@ -11,6 +11,9 @@
 #define AS_NEAR_M   1e-3
 #define TREND_NS    1000000000u
 
+/* What a look finds in a direction. */
+enum look { LOOKED_AT = 1, HOLDS_MEMBER = 2, COUNTED = 4 };
+
 struct clusters {
     struct components components;
     struct sphere_cell *cell; /* by the components' index */
@@ -19,7 +22,11 @@ struct clusters {
     uint32_t n, n_before;
     struct cluster list[CLUSTERS_MAX];
     struct cluster before[CLUSTERS_MAX]; /* of the look from which the next trend is counted */
+    uint8_t *then;                       /* [directions] set of enum look at that look ... */
+    uint8_t *today;                      /* ... and at this one */
     uint64_t t_before_ns;
+    uint32_t grown;                       /* of the cluster measured: directions that are new to all clusters */
+    double known_near_m;                  /* its near edge where somebody had looked */
     uint64_t turn[(TURN_BINS + 63) / 64]; /* azimuths of one cluster, a bit each */
 };
 
@@ -34,9 +41,10 @@ static uint32_t room_for(uint32_t max_cells)
     return 2 * max_cells;
 }
 
-size_t clusters_bytes(uint32_t max_cells)
+size_t clusters_bytes(const struct rings *rings, uint32_t max_cells)
 {
-    return rounded(sizeof(struct clusters)) + rounded(room_for(max_cells) * sizeof(struct sphere_cell)) +
+    return rounded(sizeof(struct clusters)) + 2 * rounded(rings->n) +
+           rounded(room_for(max_cells) * sizeof(struct sphere_cell)) +
            rounded(components_bytes(room_for(max_cells)));
 }
 
@@ -47,6 +55,11 @@ struct clusters *clusters_init(void *memory, const struct rings *rings, uint32_t
     memset(c, 0, sizeof *c);
     c->cell = (struct sphere_cell *)(void *)at;
     at += rounded(room_for(max_cells) * sizeof(struct sphere_cell));
+    c->then = (uint8_t *)at;
+    memset(at, 0, rings->n);
+    at += rounded(rings->n);
+    c->today = (uint8_t *)at;
+    at += rounded(rings->n);
     components_init(&c->components, at, rings, room_for(max_cells));
     c->max_cells = max_cells;
     c->blocked_logodds = blocked_logodds;
@@ -58,10 +71,13 @@ static void put_cells(struct clusters *c, const struct sphere *s, uint64_t now_n
     struct sphere_cell cell;
     components_begin(&c->components);
     for (uint32_t d = 0; d < c->components.rings->n; d++) {
+        c->today[d] = sphere_pinged(s, d) ? LOOKED_AT : 0;
         for (uint32_t k = 0; sphere_cell(s, d, k, now_ns, &cell); k++) {
             const bool seed = cell.logodds > c->blocked_logodds;
-            if (cell.logodds > MEMBER_ODDS * c->blocked_logodds)
-                c->cell[components_put(&c->components, d, cell.layer, seed, now_ns)] = cell;
+            if (cell.logodds <= MEMBER_ODDS * c->blocked_logodds)
+                continue;
+            c->today[d] |= HOLDS_MEMBER;
+            c->cell[components_put(&c->components, d, cell.layer, seed, now_ns)] = cell;
         }
     }
     components_end(&c->components, now_ns);
@@ -113,6 +129,11 @@ static void measure_cell(struct clusters *c, uint32_t i, struct cluster *k)
     const uint32_t direction = c->components.cell[i].direction;
     const double top = rings->top_rad - rings_ring(rings, direction) * rings->height_rad;
     mark_azimuths(c, direction);
+    if (c->then[direction] == LOOKED_AT && !(c->today[direction] & COUNTED))
+        c->grown++;
+    if (c->then[direction])
+        c->known_near_m = fmin(c->known_near_m, cell->near_m);
+    c->today[direction] |= COUNTED;
     k->echoes += cell->echoes;
     k->high_rad = fmax(k->high_rad, top);
     k->low_rad = fmin(k->low_rad, top - rings->height_rad);
@@ -141,6 +162,8 @@ static void measure(struct clusters *c, uint32_t root, struct cluster *k)
                           .low_rad = INFINITY,
                           .high_rad = -INFINITY};
     memset(c->turn, 0, sizeof c->turn);
+    c->grown = 0;
+    c->known_near_m = INFINITY;
     uint32_t i = root;
     do {
         measure_cell(c, i, k);
@@ -169,15 +192,22 @@ static void enlist(struct clusters *c, const struct cluster *k)
     c->list[at] = *k;
 }
 
-/* Over too short a time a trend is noise: what was found before stands. */
+/*
+ * Over too short a time a trend is noise: what was found before stands. What is seen because somebody looks there for
+ * the first time is no trend.
+ */
 static void set_trend(const struct clusters *c, struct cluster *k, bool long_ago, double dt_s)
 {
+    if (long_ago)
+        k->growth_directions_ps = c->grown / dt_s;
     for (uint32_t i = 0; i < c->n_before; i++) {
         const struct cluster *old = &c->before[i];
         if (old->label != k->label)
             continue;
-        k->approach_mps = long_ago ? (old->near_m - k->near_m) / dt_s : old->approach_mps;
-        k->growth_cells_ps = long_ago ? ((double)k->cells - old->cells) / dt_s : old->growth_cells_ps;
+        if (!long_ago)
+            k->growth_directions_ps = old->growth_directions_ps;
+        if (!long_ago || c->known_near_m < INFINITY)
+            k->approach_mps = long_ago ? (old->near_m - c->known_near_m) / dt_s : old->approach_mps;
     }
 }
 
@@ -202,6 +232,7 @@ uint32_t clusters_look(struct clusters *c, const struct sphere *s, uint64_t now_
         memcpy(c->before, c->list, c->n * sizeof *c->list);
         c->n_before = c->n;
         c->t_before_ns = now_ns;
+        memcpy(c->then, c->today, c->components.rings->n);
     }
     *list = c->list;
     return c->n;

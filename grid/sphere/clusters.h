@@ -37,13 +37,14 @@ struct cluster {
     double logodds;           /* of its surest cell */
     /* Of its near edge since a look at least a second ago, if it was there then; what joined it counts, too. */
     double approach_mps;
-    double growth_cells_ps; /* likewise */
+    /* Directions that had been looked at, with nothing of any cluster in them then, and are in it now. */
+    double growth_directions_ps;
 };
 
 struct clusters;
 
-/** clusters_bytes - memory for a grid of up to max_cells cells. */
-size_t clusters_bytes(uint32_t max_cells);
+/** clusters_bytes - memory for a grid of these rings and up to max_cells cells. */
+size_t clusters_bytes(const struct rings *rings, uint32_t max_cells);
 
 /** clusters_init - none yet; rings are those of the grid, kept by reference. */
 struct clusters *clusters_init(void *memory, const struct rings *rings, uint32_t max_cells,

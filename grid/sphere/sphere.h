@@ -108,6 +108,9 @@ enum sphere_cell_flag {
 /** sphere_cell - the k-th nearest cell of a direction as of t_ns; false: there are fewer. Of the owner's thread. */
 bool sphere_cell(const struct sphere *s, uint32_t direction, uint32_t k, uint64_t t_ns, struct sphere_cell *out);
 
+/** sphere_pinged - time of the newest ping that says something of a direction; 0: never pinged, or it says no more. */
+uint64_t sphere_pinged(const struct sphere *s, uint32_t direction);
+
 /** sphere_gone - the k-th of the cells that went in the present turns, the newest first; false: there are fewer. */
 bool sphere_gone(const struct sphere *s, uint32_t k, uint64_t t_ns, struct sphere_cell *out);
 

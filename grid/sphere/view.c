@@ -55,6 +55,11 @@ bool sphere_cell(const struct sphere *s, uint32_t direction, uint32_t k, uint64_
     return direction < s->rings.n && describe_nth(s, s->cells.first[direction], k, t_ns, out);
 }
 
+uint64_t sphere_pinged(const struct sphere *s, uint32_t direction)
+{
+    return s->direction[direction].claim[CLAIM_NOW].t_ping_ns;
+}
+
 bool sphere_gone(const struct sphere *s, uint32_t k, uint64_t t_ns, struct sphere_cell *out)
 {
     return describe_nth(s, s->cells.gone, k, t_ns, out);

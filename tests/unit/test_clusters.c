@@ -22,6 +22,7 @@ static struct clusters *clusters;
 static uint64_t now_ns;
 static const struct cluster *list;
 static uint32_t n, all;
+static double wide_deg; /* of a beam; below 1.5 it says nothing of free water in directions of 3 */
 
 static void start(void)
 {
@@ -30,11 +31,12 @@ static void start(void)
     free(grid);
     free(room);
     grid = aligned_alloc(64, sphere_bytes(&conf, err, sizeof err));
-    room = aligned_alloc(64, clusters_bytes(conf.max_cells));
     sphere = sphere_init(grid, &conf);
-    memset(room, 0xa5, clusters_bytes(conf.max_cells));
+    room = aligned_alloc(64, clusters_bytes(sphere_picture(sphere)->rings, conf.max_cells));
+    memset(room, 0xa5, clusters_bytes(sphere_picture(sphere)->rings, conf.max_cells));
     clusters = clusters_init(room, sphere_picture(sphere)->rings, conf.max_cells, log(0.6 / 0.4));
     now_ns = 1000 * SECOND;
+    wide_deg = 0.5;
 }
 
 /* One narrow beam that heard an echo, with a confidence that blocks or (0.1) does not. */
@@ -50,7 +52,7 @@ static void hear(double az_deg, double range_m, double confidence)
     const struct echoes e = {.t_ns = now_ns,
                              .n_beams = 1,
                              .range_max_m = 20,
-                             .az_aperture_rad = (float)geo_rad(0.5),
+                             .az_aperture_rad = (float)geo_rad(wide_deg),
                              .el_aperture_rad = (float)geo_rad(25),
                              .pose = pose_identity,
                              .max_beams = 1,
@@ -127,7 +129,7 @@ TEST(a_cluster_keeps_its_label_while_it_comes_nearer)
     CHECK_INT(list[0].label, label);
     CHECK_NEAR(list[0].approach_mps, (before_m - list[0].near_m) / 2, 1e-6, 0);
     CHECK_NEAR(list[0].approach_mps, 0.05, 0, 1e-3);
-    CHECK_NEAR(list[0].growth_cells_ps, 3, 1e-9, 0);
+    CHECK_NEAR(list[0].growth_directions_ps, 0, 1e-9, 0); /* as wide as before */
     CHECK_INT(list[0].t_label_ns, 1000 * SECOND);
     CHECK_INT(list[0].t_first_ns, 1000 * SECOND);
     CHECK_INT(list[0].t_echo_ns, now_ns);
@@ -137,6 +139,44 @@ TEST(a_cluster_keeps_its_label_while_it_comes_nearer)
     now_ns += 2 * SECOND;
     look();
     CHECK_NEAR(list[0].approach_mps, 0, 0, 1e-9);
+}
+
+TEST(a_wall_that_the_first_turn_finds_bit_by_bit_does_not_grow)
+{
+    start();
+    wide_deg = 1.6;
+    for (int i = 0; i < 6; i++) {
+        arc(-30 + 12 * i, -18 + 12 * i, 5.03 - 0.1 * i);
+        look();
+        CHECK_NEAR(list[0].growth_directions_ps, 0, 0, 0);
+        CHECK_NEAR(list[0].approach_mps, 0, 0, 1e-9);
+        now_ns += 2 * SECOND;
+    }
+    arc(-30, 42, 4.93); /* in other layers, all of it known */
+    look();
+    CHECK_NEAR(list[0].growth_directions_ps, 0, 0, 0);
+}
+
+TEST(what_comes_up_in_water_known_to_be_free_grows)
+{
+    start();
+    wide_deg = 1.6;
+    arc(0, 12, 5.03);
+    for (double az = 12; az < 60; az += 3)
+        hear(az + 1.5, 19, 0.01); /* looked at, nothing to speak of */
+    look();
+    CHECK_INT(n, 1);
+    now_ns += 2 * SECOND;
+    arc(12, 24, 5.03);
+    look();
+    CHECK_INT(n, 1);
+    CHECK_NEAR(list[0].growth_directions_ps, 2, 1e-9, 0);
+    now_ns += 2 * SECOND;
+    arc(39, 51, 3); /* and a new one by itself */
+    look();
+    CHECK_INT(n, 2);
+    CHECK_NEAR(list[0].growth_directions_ps, 2, 1e-9, 0);
+    CHECK_NEAR(list[1].growth_directions_ps, 0, 0, 0);
 }
 
 TEST(what_fades_is_no_cluster_any_more)
@@ -170,8 +210,11 @@ int main(void)
     RUN(a_full_circle_is_a_whole_turn_wide);
     RUN(weak_cells_belong_to_a_strong_neighbour_and_form_nothing_alone);
     RUN(a_cluster_keeps_its_label_while_it_comes_nearer);
+    RUN(a_wall_that_the_first_turn_finds_bit_by_bit_does_not_grow);
+    RUN(what_comes_up_in_water_known_to_be_free_grows);
     RUN(what_fades_is_no_cluster_any_more);
     RUN(of_too_many_the_nearest_are_listed);
-    printf("# %.0f bytes for each cell of the grid\n", (double)clusters_bytes(1 << 16) / (1 << 16));
+    printf("# %.0f bytes for each cell of the grid\n",
+           (double)clusters_bytes(sphere_picture(sphere)->rings, 1 << 16) / (1 << 16));
     return test_end();
 }

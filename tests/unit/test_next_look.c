@@ -78,10 +78,10 @@ TEST(what_comes_nearer_or_grows_is_looked_at_wherever_it_is)
     CHECK(fabs(geo_wrap_pi(look[0].az_rad)) <= geo_rad(10));
     CHECK_INT(look[0].why, LOOK_APPROACHING);
     k.approach_mps = -0.08; /* it goes away */
-    k.growth_cells_ps = 9;
+    k.growth_directions_ps = 9;
     next_look(&picture, NOW, &conf, &k, 1, look, 1);
     CHECK_INT(look[0].why, LOOK_GROWING);
-    k.growth_cells_ps = 0;
+    k.growth_directions_ps = 0;
     next_look(&picture, NOW, &conf, &k, 1, look, 1);
     CHECK_INT(look[0].why, LOOK_STALE);
 }

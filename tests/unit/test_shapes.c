@@ -26,8 +26,8 @@ static void start(bool level)
     free(grid);
     free(room);
     grid = aligned_alloc(64, sphere_bytes(&conf, err, sizeof err));
-    room = aligned_alloc(64, clusters_bytes(conf.max_cells));
     sphere = sphere_init(grid, &conf);
+    room = aligned_alloc(64, clusters_bytes(sphere_picture(sphere)->rings, conf.max_cells));
     clusters = clusters_init(room, sphere_picture(sphere)->rings, conf.max_cells, log(0.6 / 0.4));
 }
 
