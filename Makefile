@@ -44,7 +44,7 @@ PEER     := $(if $(wildcard /usr/include/octomap/octomap.h),$(BUILD)/tests/bench
 HELPERS  := $(patsubst tests/tools/%.c,$(BUILD)/tests/%,$(wildcard tests/tools/*.c))
 TOOLS    := $(patsubst tests/lib/%.c,$(BUILD)/tests/%.so,$(wildcard tests/lib/*.c))
 
-.PHONY: all help deps deps-check clean programs tests suite demo check check-san check-vm layers fuzz bench report install
+.PHONY: all help deps deps-check clean programs tests suite demo check check-san check-vm layers fuzz bench report install uninstall
 all: programs
 
 programs: $(PROGRAMS)
@@ -124,7 +124,7 @@ help:
 	@echo 'make bench      measure: range bins per second, ping to picture'
 	@echo 'make report     error against run time, measured: report/index.html, in minutes (QUICK=1: seconds)'
 	@echo 'make layers     who may include whom'
-	@echo 'make install    programs, manual pages, configuration and service below DESTDIR$(PREFIX)'
+	@echo 'make install    programs, manual pages, configuration and services below DESTDIR$(PREFIX); make uninstall'
 
 deps:
 	@tests/deps.sh build
@@ -178,18 +178,42 @@ $(BUILD)/sonard.conf.5: docs/sonard.conf.5.in $(BUILD)/sonard
 	@sed -e '/^@TABLE@$$/{r $@.table' -e 'd}' $< > $@
 	@rm $@.table
 
+# Every file that installation makes, as SOURCE:TARGET:MODE; uninstall takes the same ones away. Units name the programs'
+# folder; UNITDIR is for packages.
+UNITDIR  ?= $(PREFIX)/lib/systemd/system
+UNITS    := $(patsubst systemd/%.in,$(BUILD)/systemd/%,$(wildcard systemd/*.service.in))
+MAN      := docs/sonard.8 docs/sonard-mavlink.8 docs/sonarctl.1 $(BUILD)/sonard.conf.5 docs/sonard-protocol.7
+GUIDES   := NEWS README.md $(wildcard docs/*.md)
+SHARED   := config/sonard.conf systemd/network.conf
+FILES     = $(BUILD)/sonard:$(PREFIX)/sbin/sonard:755 $(BUILD)/sonarctl:$(PREFIX)/bin/sonarctl:755 \
+            $(BUILD)/sonard-mavlink:$(PREFIX)/sbin/sonard-mavlink:755 \
+            $(foreach m,$(MAN),$(m):$(PREFIX)/share/man/man$(subst .,,$(suffix $(m)))/$(notdir $(m)):644) \
+            $(foreach u,$(UNITS) systemd/sonard.socket,$(u):$(UNITDIR)/$(notdir $(u)):644) \
+            systemd/sysusers.conf:$(PREFIX)/lib/sysusers.d/sonard.conf:644 \
+            systemd/tmpfiles.conf:$(PREFIX)/lib/tmpfiles.d/sonard.conf:644 \
+            systemd/modules-load.conf:$(PREFIX)/lib/modules-load.d/sonard.conf:644 \
+            systemd/udev.rules:$(PREFIX)/lib/udev/rules.d/70-sonard.rules:644 \
+            $(foreach s,$(SHARED),$(s):$(PREFIX)/share/sonard/$(notdir $(s)):644) \
+            $(foreach g,$(GUIDES),$(g):$(PREFIX)/share/doc/sonard/$(notdir $(g)):644)
+field     = $(word $(1),$(subst :, ,$(2)))
+
+$(BUILD)/systemd/%: systemd/%.in Makefile
+	@mkdir -p $(@D)
+	@sed 's|@SBINDIR@|$(PREFIX)/sbin|' $< > $@
+
 install: programs $(BUILD)/sonard.conf.5
-	install -D -m 755 $(BUILD)/sonard $(DESTDIR)$(PREFIX)/sbin/sonard
-	install -D -m 755 $(BUILD)/sonarctl $(DESTDIR)$(PREFIX)/bin/sonarctl
-	install -D -m 755 $(BUILD)/sonard-mavlink $(DESTDIR)$(PREFIX)/sbin/sonard-mavlink
-	install -D -m 644 docs/sonard.8 $(DESTDIR)$(PREFIX)/share/man/man8/sonard.8
-	install -D -m 644 docs/sonard-mavlink.8 $(DESTDIR)$(PREFIX)/share/man/man8/sonard-mavlink.8
-	install -D -m 644 docs/sonarctl.1 $(DESTDIR)$(PREFIX)/share/man/man1/sonarctl.1
-	install -D -m 644 $(BUILD)/sonard.conf.5 $(DESTDIR)$(PREFIX)/share/man/man5/sonard.conf.5
-	install -D -m 644 docs/sonard-protocol.7 $(DESTDIR)$(PREFIX)/share/man/man7/sonard-protocol.7
-	install -d $(DESTDIR)$(PREFIX)/lib/systemd/system
-	sed 's|@SBINDIR@|$(PREFIX)/sbin|' config/sonard.service.in > $(DESTDIR)$(PREFIX)/lib/systemd/system/sonard.service
-	test -e $(DESTDIR)/etc/sonard/sonard.conf || install -D -m 644 config/sonard.conf $(DESTDIR)/etc/sonard/sonard.conf
+	@rm -rf $(BUILD)/systemd
+	@$(MAKE) --no-print-directory $(UNITS)
+	@$(foreach f,$(FILES),install -D -m $(call field,3,$(f)) $(call field,1,$(f)) $(DESTDIR)$(call field,2,$(f)) &&) true
+	@install -d $(DESTDIR)/etc/sonard/sonard.conf.d
+	@test -e $(DESTDIR)/etc/sonard/sonard.conf || install -m 644 config/sonard.conf $(DESTDIR)/etc/sonard/sonard.conf
+	@echo 'installed below $(DESTDIR)$(PREFIX); on a running system now: systemd-sysusers; systemd-tmpfiles --create;'
+	@echo 'udevadm control --reload; systemctl daemon-reload; systemctl enable --now sonard'
+
+# The configuration stays, and what sonard has written.
+uninstall:
+	rm -f $(foreach f,$(FILES),$(DESTDIR)$(call field,2,$(f)))
+	-@rmdir $(DESTDIR)$(PREFIX)/share/doc/sonard $(DESTDIR)$(PREFIX)/share/sonard
 
 clean:
 	rm -rf $(BUILD) demo report

@@ -101,7 +101,7 @@ int can_interface_index(struct port *port, const char *name, char *err, size_t e
     int fd = socket(AF_CAN, SOCK_RAW | SOCK_CLOEXEC, CAN_RAW);
     if (fd < 0)
         return not_there(port, errno, BUS_DOWN, name,
-                         errno == EAFNOSUPPORT ? "this kernel has no CAN" : strerror(errno), err, err_size);
+                         errno == EAFNOSUPPORT ? "this kernel has no CAN, or the service bars it" : strerror(errno), err, err_size);
     memset(&request, 0, sizeof(request));
     snprintf(request.ifr_name, sizeof(request.ifr_name), "%s", name);
     bool there = ioctl(fd, SIOCGIFHWADDR, &request) == 0;
