@@ -25,6 +25,7 @@
 #include "record.h"
 #include "rpc.h"
 #include "server.h"
+#include "service.h"
 #include "source.h"
 #include "template.h"
 #include "trigger.h"
@@ -52,6 +53,7 @@ struct daemon {
     struct record *record; /* NULL: not recording */
     int pose_channel;
     struct server *server; /* NULL: nobody may ask */
+    struct service service;
     bool replay, replay_ended;
     uint64_t start_ns;
     uint64_t unix_offset_ns; /* Unix time = monotonic + this; 0 in a replay, whose clock is Unix time already */

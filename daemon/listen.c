@@ -5,6 +5,7 @@
 #include <fcntl.h>
 #include <stdbool.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/file.h>
 #include <sys/socket.h>
@@ -14,6 +15,7 @@
 #include <unistd.h>
 
 #define BACKLOG       64
+#define FIRST_FD      3 /* of those that a service manager hands over */
 #define LOCK_TRIES    20
 #define LOCK_PAUSE_NS 50000000
 
@@ -132,4 +134,38 @@ int listen_unix(const char *path, unsigned mode, char *err, size_t err_size)
         fd = bind_and_listen(&address, mode, err, err_size);
     close(lock);
     return fd;
+}
+
+static bool is_listening_unix(int fd)
+{
+    int domain = 0, type = 0, listening = 0;
+    socklen_t size = sizeof domain;
+    return getsockopt(fd, SOL_SOCKET, SO_DOMAIN, &domain, &size) == 0 && domain == AF_UNIX &&
+           getsockopt(fd, SOL_SOCKET, SO_TYPE, &type, &size) == 0 && type == SOCK_STREAM &&
+           getsockopt(fd, SOL_SOCKET, SO_ACCEPTCONN, &listening, &size) == 0 && listening;
+}
+
+bool listen_inherited(int *fd, char *err, size_t err_size)
+{
+    const char *pid = getenv("LISTEN_PID"), *count = getenv("LISTEN_FDS");
+    const long for_whom = pid ? strtol(pid, NULL, 10) : 0, n = count ? strtol(count, NULL, 10) : 0;
+    *fd = 0;
+    if (for_whom != (long)getpid() || n < 1)
+        return true;
+    unsetenv("LISTEN_PID");
+    unsetenv("LISTEN_FDS");
+    if (n > 1) {
+        snprintf(err, err_size, "the service manager hands over %ld sockets, want one ListenStream", n);
+        return false;
+    }
+    if (!is_listening_unix(FIRST_FD)) {
+        snprintf(err, err_size, "what the service manager hands over is no listening UNIX stream socket");
+        return false;
+    }
+    if (fcntl(FIRST_FD, F_SETFD, FD_CLOEXEC) < 0 || fcntl(FIRST_FD, F_SETFL, O_NONBLOCK) < 0) {
+        snprintf(err, err_size, "the socket that the service manager hands over: %s", strerror(errno));
+        return false;
+    }
+    *fd = FIRST_FD;
+    return true;
 }

@@ -6,6 +6,7 @@
 #ifndef SONARD_LISTEN_H
 #define SONARD_LISTEN_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 /**
@@ -14,5 +15,12 @@
  * the same time are kept apart by a lock on the directory; one that others hold for a second is an error.
  */
 int listen_unix(const char *path, unsigned mode, char *err, size_t err_size);
+
+/**
+ * listen_inherited - the listening UNIX stream socket that the service manager opened for this process
+ * (sd_listen_fds(3): $LISTEN_PID, $LISTEN_FDS), made non-blocking and close-on-exec; *fd is 0 when there is none. Ask
+ * once. False with a sentence in err when what was handed over is something else, or more than one.
+ */
+bool listen_inherited(int *fd, char *err, size_t err_size);
 
 #endif

@@ -12,6 +12,7 @@
 #include "attention.h"
 #include "daemon.h"
 #include "instruments.h"
+#include "listen.h"
 #include "log.h"
 #include "options.h"
 #include "replay.h"
@@ -245,6 +246,8 @@ static bool make_server(struct daemon *d, char *err, size_t err_size)
                             .no_rate_limit = d->replay};
     if (strcmp(c.path, "none") == 0)
         return true;
+    if (!listen_inherited(&c.inherited_fd, err, err_size))
+        return false;
     d->server = server_start(d->loop, &c, daemon_methods, d, err, err_size);
     return d->server != NULL;
 }
@@ -277,7 +280,8 @@ static void run_live(struct daemon *d)
         source_start(d->source[i]);
     log_line(LOG_NOTICE, "version %s, configuration %s, %d sonar%s, %d pipeline thread%s, socket %s",
              SONARD_VERSION, d->conf_name, d->conf.n_sonars, d->conf.n_sonars == 1 ? "" : "s",
-             d->conf.pipeline.threads, d->conf.pipeline.threads == 1 ? "" : "s", d->conf.server.socket);
+             d->conf.pipeline.threads, d->conf.pipeline.threads == 1 ? "" : "s",
+             d->server ? server_path(d->server) : "none");
     while (loop_turn(d->loop, LOOP_NEVER)) {
     }
     loop_arm(d->loop, &recording.timer, LOOP_NEVER);
@@ -340,7 +344,8 @@ static bool make_parts(struct daemon *d, const struct options *o, const struct c
         (!d->record || record_start(d->record, err, sizeof err)) && instruments_start(d, err, sizeof err) &&
         places_start(d, err, sizeof err) && pager_start(d, err, sizeof err)) {
         template_start(d);
-        return true;
+        if (service_start(d, err, sizeof err))
+            return true;
     }
     log_line(LOG_ERR, "%s", err);
     return false;
@@ -388,6 +393,7 @@ static int run(struct daemon *d, const struct options *o, struct replay *replay,
             run_replay(d, replay, o);
         else
             run_live(d);
+        service_stop(d);
         stop_sources(d);
         status = OK;
     }

@@ -15,4 +15,9 @@ json_t *status_method(const struct rpc_call *call, json_t *params, struct rpc_er
 json_t *status_method_version(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *image_method(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 
+struct daemon;
+
+/** status_data_word - in a few words whether the answers rest on living sonars: what `status` says as `data`. */
+const char *status_data_word(const struct daemon *d);
+
 #endif

@@ -19,7 +19,8 @@
 /* A pool of buffers on its way: `waiting` from producer to consumer, `idle` back. */
 struct belt {
     struct ring waiting, idle;
-    sem_t news; /* posted for every entry put into waiting, for a visitor, and to stop */
+    sem_t news; /* posted for every entry put into waiting, for a visitor, to count a turn, and to stop */
+    _Atomic uint64_t turns; /* of the thread behind it */
 };
 
 /* Work of the loop that the maps' owner does for it between two pings. */
@@ -54,7 +55,7 @@ struct pipeline {
     struct seqlock cleanup_lock;
     seqlock_word cleanup_state[PIPELINE_MAX_SENSORS][sizeof(struct cleanup_state) / 8];
     atomic_bool stop;
-    pthread_t thread[2];
+    pthread_t thread[PIPELINE_MAX_THREADS];
     int n_threads;
     void *memory[9 + 4 * PIPELINE_MAX_SENSORS];
     int n_memory;
@@ -225,6 +226,7 @@ static uint32_t await(struct pipeline *p, struct belt *belt)
 {
     uint32_t index;
     for (;;) {
+        atomic_fetch_add_explicit(&belt->turns, 1, memory_order_relaxed);
         if (belt == owners_belt(p))
             receive_visitor(p);
         if (ring_take(&belt->waiting, &index))
@@ -389,6 +391,29 @@ const struct cleanup_conf *pipeline_cleanup(const struct pipeline *p, int sensor
 struct latency *pipeline_latency(struct pipeline *p)
 {
     return &p->latency;
+}
+
+int pipeline_threads(const struct pipeline *p)
+{
+    return p->n_threads;
+}
+
+const char *pipeline_thread_name(const struct pipeline *p, int i)
+{
+    return p->n_threads == 1 ? "pipeline" : i == 0 ? "extract" : "maps";
+}
+
+uint64_t pipeline_turns(const struct pipeline *p, int i)
+{
+    return atomic_load_explicit(i == 0 ? &p->pings.turns : &p->found.turns, memory_order_relaxed);
+}
+
+void pipeline_poke(struct pipeline *p)
+{
+    if (p->n_threads > 0)
+        sem_post(&p->pings.news);
+    if (p->n_threads > 1)
+        sem_post(&p->found.news);
 }
 
 void pipeline_stats(struct pipeline *p, struct pipeline_stats *out)

@@ -25,6 +25,7 @@
 #include "latency.h"
 
 #define PIPELINE_MAX_SENSORS 8
+#define PIPELINE_MAX_THREADS 2
 
 struct pipeline_conf {
     int threads;          /* 0, 1 or 2 */
@@ -120,6 +121,18 @@ const struct cleanup_conf *pipeline_cleanup(const struct pipeline *p, int sensor
 
 /** pipeline_latency - from a ping's last byte to the published picture; empty when patient. */
 struct latency *pipeline_latency(struct pipeline *p);
+
+/** pipeline_threads - how many threads work beside the loop, at most PIPELINE_MAX_THREADS. */
+int pipeline_threads(const struct pipeline *p);
+
+/** pipeline_thread_name - what thread i does, in a word or two. */
+const char *pipeline_thread_name(const struct pipeline *p, int i);
+
+/** pipeline_turns - how often thread i has looked for work; it grows soon after pipeline_poke in a thread that is well. */
+uint64_t pipeline_turns(const struct pipeline *p, int i);
+
+/** pipeline_poke - have every thread look for work. Loop thread. */
+void pipeline_poke(struct pipeline *p);
 
 /** pipeline_stats - a consistent copy of the counters; any thread. */
 void pipeline_stats(struct pipeline *p, struct pipeline_stats *out);

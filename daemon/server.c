@@ -8,6 +8,7 @@
 #include <sys/epoll.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/un.h>
 #include <unistd.h>
 
 #include "listen.h"
@@ -24,6 +25,7 @@ struct server {
     struct loop_timer resume;
     char *path;
     struct stat file; /* of the socket, to remove no other */
+    bool inherited;
     int max_clients;
     struct session **sessions; /* [max_clients], NULL: free */
 };
@@ -111,6 +113,26 @@ static void free_server(struct server *server)
     free(server);
 }
 
+/* The path that a listening socket is bound to; for free(). NULL without memory. */
+static char *path_of(int fd)
+{
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    socklen_t length = sizeof address - 1; /* a path may come without its end */
+
+    getsockname(fd, (struct sockaddr *)&address, &length);
+    return strdup(address.sun_path);
+}
+
+/* Nobody's but this server's own. */
+static void remove_file(const struct server *server)
+{
+    struct stat now;
+
+    if (!server->inherited && lstat(server->path, &now) == 0 && now.st_dev == server->file.st_dev &&
+        now.st_ino == server->file.st_ino)
+        unlink(server->path);
+}
+
 static struct server *new_server(struct loop *loop, const struct server_conf *conf,
                                  const struct rpc_method *methods, void *daemon)
 {
@@ -119,7 +141,8 @@ static struct server *new_server(struct loop *loop, const struct server_conf *co
     if (!server)
         return NULL;
     server->methods = add_own_methods(methods);
-    server->path = strdup(conf->path);
+    server->inherited = conf->inherited_fd > 0;
+    server->path = server->inherited ? path_of(conf->inherited_fd) : strdup(conf->path);
     server->max_clients = conf->max_clients;
     server->sessions = calloc((size_t)conf->max_clients, sizeof *server->sessions);
     server->host = (struct session_host){.loop = loop,
@@ -145,33 +168,36 @@ struct server *server_start(struct loop *loop, const struct server_conf *conf, c
         snprintf(err, err_size, "socket %s: out of memory", conf->path);
         return NULL;
     }
-    server->listener.fd = listen_unix(conf->path, conf->mode, err, err_size);
+    server->listener.fd =
+        server->inherited ? conf->inherited_fd : listen_unix(server->path, conf->mode, err, err_size);
     if (server->listener.fd < 0) {
         free_server(server);
         return NULL;
     }
     if (lstat(server->path, &server->file) < 0 || !loop_add(loop, &server->listener, EPOLLIN)) {
-        snprintf(err, err_size, "socket %s: %s", conf->path, strerror(errno));
+        snprintf(err, err_size, "socket %s: %s", server->path, strerror(errno));
         close(server->listener.fd);
-        unlink(server->path);
+        remove_file(server);
         free_server(server);
         return NULL;
     }
     return server;
 }
 
+const char *server_path(const struct server *server)
+{
+    return server->path;
+}
+
 void server_stop(struct server *server)
 {
-    struct stat now;
-
     if (!server)
         return;
     for (int i = 0; i < server->max_clients; i++)
         session_close(server->sessions[i]);
     loop_arm(server->host.loop, &server->resume, LOOP_NEVER);
     loop_remove(server->host.loop, &server->listener);
-    if (lstat(server->path, &now) == 0 && now.st_dev == server->file.st_dev && now.st_ino == server->file.st_ino)
-        unlink(server->path);
+    remove_file(server);
     close(server->listener.fd);
     free_server(server);
 }

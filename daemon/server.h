@@ -19,6 +19,7 @@ struct server;
 struct server_conf {
     const char *path; /* of the socket; a stale file is replaced, a living one refuses the start */
     unsigned mode;    /* permission bits of the socket */
+    int inherited_fd; /* listens already and belongs to others: path and mode are theirs; 0: none */
     int max_clients;
     bool
         no_rate_limit; /* for a replay, whose clock may stand: then nothing would end the pause of a busy client */
@@ -38,7 +39,10 @@ struct server_stats {
 struct server *server_start(struct loop *loop, const struct server_conf *conf, const struct rpc_method *methods,
                             void *daemon, char *err, size_t err_size);
 
-/** server_stop - answer nothing more, close all, remove the socket file. */
+/** server_path - where it listens; lives as long as the server. */
+const char *server_path(const struct server *server);
+
+/** server_stop - answer nothing more, close all, remove the socket file when it made it. */
 void server_stop(struct server *server);
 
 /** server_tell - what this method answers has changed in a way that its watchers should know at once. */

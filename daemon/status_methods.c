@@ -108,8 +108,7 @@ static json_t *sensor_json(const struct daemon *d, int i, const struct pipeline_
     return j;
 }
 
-/* In one word whether the answers rest on a living sonar. */
-static const char *data_word(const struct daemon *d)
+const char *status_data_word(const struct daemon *d)
 {
     struct picture_frame frame;
     picture_get_frame(pipeline_picture(d->pipeline), &frame);
@@ -201,12 +200,12 @@ json_t *status_method(const struct rpc_call *call, json_t *params, struct rpc_er
     for (int i = 0; i < d->conf.n_sonars; i++)
         json_array_append_new(sensors, sensor_json(d, i, &pipe));
     const char *mode = !d->replay ? "live" : d->replay_ended ? "replay, ended" : "replay";
-    json_t *status =
-        json_pack("{s:s, s:o, s:o, s:s, s:s, s:s, s:o, s:o, s:o, s:o, s:o, s:o}", "version", SONARD_VERSION,
-                  "uptime_s", say_real((double)(loop_now(d->loop) - d->start_ns) * 1e-9, 1e3), "t_unix",
-                  say_real(moment_unix_s(d), 1e6), "mode", mode, "config", d->conf_name, "data", data_word(d),
-                  "sensors", sensors, "pose", pose_json(d), "pipeline", pipeline_json(d, &pipe), "grid",
-                  grid_json(&pipe.grid), "server", server_json(d), "record", record_json(d));
+    json_t *status = json_pack(
+        "{s:s, s:o, s:o, s:s, s:s, s:s, s:o, s:o, s:o, s:o, s:o, s:o}", "version", SONARD_VERSION, "uptime_s",
+        say_real((double)(loop_now(d->loop) - d->start_ns) * 1e-9, 1e3), "t_unix", say_real(moment_unix_s(d), 1e6),
+        "mode", mode, "config", d->conf_name, "data", status_data_word(d), "sensors", sensors, "pose",
+        pose_json(d), "pipeline", pipeline_json(d, &pipe), "grid", grid_json(&pipe.grid), "server", server_json(d),
+        "record", record_json(d));
     instruments_status(d, status);
     return status;
 }

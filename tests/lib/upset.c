@@ -6,11 +6,14 @@
  *   UPSET_DISK=FILE    while FILE is there, writes to regular files do not come back, as on a disk that stalls; but
  *                      those to standard error do
  *
- * Both files are looked at with every call.
+ *   UPSET_THREADS=FILE while FILE is there, no thread but the first comes back from waiting for a semaphore
+ *
+ * The files are looked at with every call.
  */
 #include <dlfcn.h>
 #include <fcntl.h>
 #include <poll.h>
+#include <semaphore.h>
 #include <stdlib.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
@@ -53,4 +56,16 @@ ssize_t write(int fd, const void *bytes, size_t n)
     while (path && is_file(fd) && access(path, F_OK) == 0)
         poll(NULL, 0, POLL_MS);
     return syscall(SYS_write, fd, bytes, n);
+}
+
+int sem_wait(sem_t *semaphore)
+{
+    static int (*real)(sem_t *);
+    const char *path = getenv("UPSET_THREADS");
+    if (!real)
+        *(void **)&real = dlsym(RTLD_NEXT, "sem_wait");
+    int result = real(semaphore);
+    while (path && gettid() != getpid() && access(path, F_OK) == 0)
+        poll(NULL, 0, POLL_MS);
+    return result;
 }
