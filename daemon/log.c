@@ -69,24 +69,3 @@ void log_limited(struct log_limit *limit, uint64_t now_ns, enum log_level level,
     emit(level, fmt, ap);
     va_end(ap);
 }
-
-const char *log_escape(char *dst, size_t dst_size, const void *src, size_t n)
-{
-    const unsigned char *s = src;
-    size_t used = 0;
-    if (!dst_size)
-        return dst;
-    for (size_t i = 0; i < n; i++) {
-        bool plain = s[i] >= 0x20 && s[i] < 0x7f && s[i] != '\\';
-        size_t need = plain ? 1 : 4;
-        if (used + need >= dst_size)
-            break;
-        if (plain)
-            dst[used] = (char)s[i];
-        else
-            snprintf(dst + used, 5, "\\x%02x", s[i]);
-        used += need;
-    }
-    dst[used] = '\0';
-    return dst;
-}

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * log - one line per event to standard error; with a <N> priority prefix under the journal. Never used on the ping
- * path above debug. Text from outside is printed escaped by the caller's choice of log_escape().
+ * path above debug.
  */
 #ifndef SONARD_LOG_H
 #define SONARD_LOG_H
@@ -23,8 +23,5 @@ struct log_limit {
 
 void log_limited(struct log_limit *limit, uint64_t now_ns, enum log_level level, const char *fmt, ...)
     __attribute__((format(printf, 4, 5)));
-
-/** log_escape - src (n bytes) with everything that is not printable ASCII as \xNN, cut to fit; returns dst. */
-const char *log_escape(char *dst, size_t dst_size, const void *src, size_t n);
 
 #endif

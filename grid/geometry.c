@@ -120,19 +120,3 @@ void quat_slerp(const double a[4], const double b[4], double t, double out[4])
     for (int i = 0; i < 4; i++)
         out[i] /= sqrt(n);
 }
-
-void pose_between(const struct pose *a, const struct pose *b, uint64_t t_ns, struct pose *out)
-{
-    /* before a: a itself; the unsigned difference must not wrap */
-    uint64_t from_a = t_ns > a->t_ns ? t_ns - a->t_ns : 0;
-    double t = (double)from_a / (double)(b->t_ns - a->t_ns);
-    *out = *b;
-    out->t_ns = t_ns;
-    out->has = a->has & b->has;
-    for (int i = 0; i < 3; i++) {
-        out->position_m[i] = a->position_m[i] + t * (b->position_m[i] - a->position_m[i]);
-        out->velocity_mps[i] = a->velocity_mps[i] + t * (b->velocity_mps[i] - a->velocity_mps[i]);
-    }
-    out->path_m = a->path_m + t * (b->path_m - a->path_m);
-    quat_slerp(a->attitude, b->attitude, t, out->attitude);
-}

@@ -13,7 +13,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define GEO_PI 3.14159265358979323846
+#define GEO_PI   3.14159265358979323846
 #define GEO_TURN (2.0 * GEO_PI)
 
 /** radians(), degrees() - the one place where the factor stands. */
@@ -80,8 +80,5 @@ bool quat_normalise(double q[4]);
 
 /** quat_slerp - shortest way from a (t = 0) to b (t = 1); t outside continues. Result has length 1. */
 void quat_slerp(const double a[4], const double b[4], double t, double out[4]);
-
-/** pose_between - the pose at t_ns between a and b (a.t_ns < b.t_ns): position and path linear, attitude by slerp. */
-void pose_between(const struct pose *a, const struct pose *b, uint64_t t_ns, struct pose *out);
 
 #endif

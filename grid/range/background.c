@@ -169,23 +169,6 @@ bool background_mask(const uint8_t *level, size_t n, uint8_t mask_above, uint8_t
     return any | mask_some(level + i, n - i, mask_above, blind + i);
 }
 
-static void subtract_some(const uint8_t *count, const uint8_t *level, size_t n, uint8_t *out)
-{
-    for (size_t i = 0; i < n; i++)
-        out[i] = (uint8_t)((count[i] > level[i] ? count[i] : level[i]) - level[i]);
-}
-
-void background_subtract(const uint8_t *count, const uint8_t *level, size_t n, uint8_t *out)
-{
-    uint8_t block[BLOCK];
-    size_t i = 0;
-    for (; i + BLOCK <= n; i += BLOCK) {
-        subtract_some(count + i, level + i, BLOCK, block);
-        memcpy(out + i, block, BLOCK);
-    }
-    subtract_some(count + i, level + i, n - i, out + i);
-}
-
 void background_counts(const struct ping *ping, size_t first, size_t n, uint8_t *out)
 {
     if (ping->sample_bytes == 1) {

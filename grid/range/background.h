@@ -79,9 +79,6 @@ bool background_view(const struct background *background, const struct ping *pin
 /** background_mask - blind[i] = level[i] > mask_above; returns whether any is. */
 bool background_mask(const uint8_t *level, size_t n, uint8_t mask_above, uint8_t *blind);
 
-/** background_subtract - out[i] = max(0, count[i] - level[i]); out may be count. */
-void background_subtract(const uint8_t *count, const uint8_t *level, size_t n, uint8_t *out);
-
 /** background_counts - n samples of the ping from `first` on as 8-bit counts: of 16 bits the upper ones. */
 void background_counts(const struct ping *ping, size_t first, size_t n, uint8_t *out);
 

@@ -29,11 +29,6 @@ uint32_t clahe_tile_row(const struct clahe_grid *g, uint32_t row)
     return tile_of(row, g->rows, g->tiles_y);
 }
 
-uint32_t clahe_tile_column(const struct clahe_grid *g, uint32_t column)
-{
-    return tile_of(column, g->columns, g->tiles_x);
-}
-
 /* ---- tables ---- */
 
 void clahe_tabulate(const uint32_t count[256], uint64_t pixels, uint32_t clip_q100, clahe_table table)

@@ -28,9 +28,8 @@ typedef uint8_t clahe_table[256];
 /** clahe_grid_ok - are the numbers in range? Everything below wants a grid that is. */
 bool clahe_grid_ok(const struct clahe_grid *g);
 
-/** clahe_tile_row, clahe_tile_column - the tile that a row or column lies in. */
+/** clahe_tile_row - the tile that a row lies in. */
 uint32_t clahe_tile_row(const struct clahe_grid *g, uint32_t row);
-uint32_t clahe_tile_column(const struct clahe_grid *g, uint32_t column);
 
 /** clahe_tabulate - the table of a tile of `pixels` > 0 (< 2^40) pixels with this histogram. Never falls; 255 stays. */
 void clahe_tabulate(const uint32_t count[256], uint64_t pixels, uint32_t clip_q100, clahe_table table);

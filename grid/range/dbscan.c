@@ -66,19 +66,6 @@ static void set_both(int16_t *reach, uint32_t span, uint32_t col, uint32_t dx, i
     reach[(col + dx) * width + span - dx] = value;
 }
 
-void dbscan_reach_index(uint32_t ky, uint32_t kx, uint32_t eps2, uint32_t rows, uint32_t cols, uint32_t span,
-                        int16_t *reach)
-{
-    for (uint32_t dx = 0; dx <= span && dx < cols; dx++) {
-        const uint64_t across = (uint64_t)kx * dx * kx * dx;
-        int dy = -1;
-        while (dy + 1 < (int)rows && (uint64_t)ky * ky * (uint64_t)(dy + 1) * (uint64_t)(dy + 1) + across <= eps2)
-            dy++;
-        for (uint32_t col = 0; col + dx < cols; col++)
-            set_both(reach, span, col, dx, (int16_t)dy);
-    }
-}
-
 /* The most rows whose sin^2(angle/2) is at most s2; up to half a turn, where it is the greatest. */
 static int rows_within(double s2, double row_rad, uint32_t rows)
 {

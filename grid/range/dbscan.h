@@ -29,13 +29,6 @@ struct dbscan {
 };
 
 /**
- * dbscan_reach_index - the table for (ky*dy)^2 + (kx*dx)^2 <= eps2 in index units, ky and kx >= 1.
- * Room for cols * (2 * span + 1); span must reach as far as eps2 does: kx * (span + 1) > sqrt(eps2).
- */
-void dbscan_reach_index(uint32_t ky, uint32_t kx, uint32_t eps2, uint32_t rows, uint32_t cols, uint32_t span,
-                        int16_t *reach);
-
-/**
  * dbscan_reach_metric - the table for a distance of at most eps_m between the centres of polar cells:
  * (r1-r2)^2 + 4 r1 r2 sin^2(angle/2) <= eps^2, rows row_rad apart (0: all at the same place), column c at
  * r0_m + (c + 1/2) * dr_m. Columns beyond span are no neighbours.

@@ -49,15 +49,6 @@ static bool axis_of(const struct moments *m, double *angle_rad)
     return true;
 }
 
-bool tangents_angle(const struct tangent_point *points, uint32_t n, double *angle_rad)
-{
-    struct moments m = {0};
-    for (uint32_t i = 0; i < n; i++)
-        if (is_there(&points[i]))
-            add(&m, &points[i]);
-    return axis_of(&m, angle_rad);
-}
-
 /* ---- a tangent for each point ---- */
 
 struct tangent {

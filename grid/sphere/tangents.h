@@ -36,12 +36,6 @@ struct wall {
 };
 
 /**
- * tangents_angle - the direction of the principal axis of n points, [0, pi). False: it has none (fewer than two
- * points, all in one place, or as wide as they are long).
- */
-bool tangents_angle(const struct tangent_point *points, uint32_t n, double *angle_rad);
-
-/**
  * tangents_walls - the walls of n points in order of bearing around a whole turn (n <= TANGENTS_MAX), most points
  * first; returns how many there are, at most `room` are stored. of[i]: which wall point i belongs to, or
  * TANGENTS_NONE. A line through the scanner itself is none. O(n^2).

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * free_query - is this place, box, corridor or ray free, and where is it not? Answers from the judged map, voxel by voxel:
+ * free_query - is this place, box or corridor free, and where is it not? Answers from the judged map, voxel by voxel:
  * free only if every voxel that the place touches is. Larger places are never more free than smaller ones within them.
  * Positions in metres, NED. Knows no client.
  */
@@ -20,7 +20,7 @@ struct free_answer {
      * first. */
     enum voxel_state first_state;
     double first_m[3]; /* its centre */
-    /* Corridor: how far along the path the swept ball may go before it touches that voxel (never too far). Ray: distance to it. All the way when free. */
+    /* Corridor: how far along the path the swept ball may go before it touches that voxel (never too far). All the way when free. */
     double clear_m;
 };
 
@@ -33,10 +33,5 @@ bool free_query_box(struct voxmask *v, const double low_m[3], const double high_
 /** free_query_corridor - every voxel whose box touches a ball of radius_m >= 0 swept along n >= 1 way points. */
 bool free_query_corridor(struct voxmask *v, const double (*way_m)[3], uint32_t n, double radius_m,
                          struct free_answer *out);
-
-/** free_query_ray - voxels along the ray from a place in a direction (any length but 0), up to most_m, until one is not
- * free. */
-bool free_query_ray(struct voxmask *v, const double from_m[3], const double direction[3], double most_m,
-                    struct free_answer *out);
 
 #endif

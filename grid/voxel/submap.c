@@ -232,8 +232,3 @@ uint8_t submap_count(const struct submap *m, enum submap_plane plane, const int6
         return 0;
     return tiles_column(m->tiles, tile, column_index(i, j), plane)[cell[2] - m->box.first[2]];
 }
-
-enum voxel_state submap_at(const struct submap *m, const struct voxel_rule *rule, const int64_t cell[3])
-{
-    return voxel_judge(rule, submap_count(m, SUBMAP_VACANCY, cell), submap_count(m, SUBMAP_ECHOES, cell));
-}

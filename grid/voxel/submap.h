@@ -78,7 +78,4 @@ static inline enum voxel_state voxel_judge(const struct voxel_rule *rule, uint32
     return echoes ? VOXEL_OCCUPIED : VOXEL_UNKNOWN;
 }
 
-/** submap_at - the state of a cell. */
-enum voxel_state submap_at(const struct submap *m, const struct voxel_rule *rule, const int64_t cell[3]);
-
 #endif

@@ -68,7 +68,7 @@ static void walls_left(const octomap::OcTree &tree, const submap &map, const sce
         for (double r = 0.5; r < scene_wall(last.position_m, ray) + 1; r += voxel_m / 2) {
             double at[3] = {last.position_m[0] + r * ray[0], last.position_m[1] + r * ray[1], last.position_m[2]};
             struct lattice_place place;
-            if (lattice_place(at, voxel_m, &place) && submap_at(&map, &rule, place.cell) != VOXEL_FREE) {
+            if (lattice_place(at, voxel_m, &place) && voxel_judge(&rule, submap_count(&map, SUBMAP_VACANCY, place.cell), 0) != VOXEL_FREE) {
                 ++*by_submap;
                 break;
             }

@@ -139,7 +139,7 @@ enum level { NOTHING, SEEN_FREE, FILTERED_FREE, SURFACE, LEVELS };
 
 static bool free_at(const struct chart *c, int64_t i, int64_t j, int64_t k)
 {
-    return submap_at(&c->map, &c->set.rule, (const int64_t[3]){i, j, k}) == VOXEL_FREE;
+    return chart_cell(c, (const int64_t[3]){i, j, k}) == VOXEL_FREE;
 }
 
 static enum level level_of(const struct chart *c, const int64_t cell[3])

@@ -410,18 +410,6 @@ TEST(view_of_a_foreign_ping_says_nothing)
     free(b);
 }
 
-TEST(subtraction_stops_at_zero)
-{
-    uint8_t a[256 * 3], t[256 * 3], out[256 * 3];
-    for (int i = 0; i < 256 * 3; i++) {
-        a[i] = (uint8_t)i;
-        t[i] = (uint8_t)(i * 7 + i / 256);
-    }
-    background_subtract(a, t, sizeof a, out);
-    for (int i = 0; i < 256 * 3; i++)
-        CHECK_INT(out[i], a[i] > t[i] ? a[i] - t[i] : 0);
-}
-
 TEST(rows_of_heads)
 {
     struct background_shape s;
@@ -572,7 +560,6 @@ int main(void)
     RUN(mask_is_a_pulse_wider);
     RUN(view_of_another_range_hides_nothing);
     RUN(view_of_a_foreign_ping_says_nothing);
-    RUN(subtraction_stops_at_zero);
     RUN(rows_of_heads);
     RUN(frame_is_no_echo_and_the_pile_behind_is);
     RUN(every_bit_of_the_file_counts);

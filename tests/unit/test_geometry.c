@@ -126,24 +126,6 @@ TEST(slerp_equals_table)
     CHECK(rows > 100);
 }
 
-TEST(pose_between_is_linear_in_place_and_even_in_turn)
-{
-    struct pose a = pose_identity, b = pose_identity, p;
-    a.t_ns = 1000;
-    b.t_ns = 2000;
-    b.position_m[0] = 8;
-    b.path_m = 8;
-    a.has = b.has = POSE_ATTITUDE | POSE_POSITION;
-    quat_from_rpy(0, 0, 1, b.attitude);
-    pose_between(&a, &b, 1250, &p);
-    double roll, pitch, yaw;
-    quat_to_rpy(p.attitude, &roll, &pitch, &yaw);
-    CHECK_NEAR(p.position_m[0], 2, 0, 1e-15);
-    CHECK_NEAR(p.path_m, 2, 0, 1e-15);
-    CHECK_NEAR(yaw, 0.25, 0, 1e-15);
-    CHECK_INT(p.t_ns, 1250);
-}
-
 int main(void)
 {
     RUN(wrap_never_gives_a_whole_turn);
@@ -155,6 +137,5 @@ int main(void)
     RUN(a_product_rotates_as_its_factors_one_after_the_other);
     RUN(normalise_refuses_what_is_no_rotation);
     RUN(slerp_equals_table);
-    RUN(pose_between_is_linear_in_place_and_even_in_turn);
     return test_end();
 }

@@ -48,23 +48,6 @@ static void room(const double distance_m[4], double turn_rad)
     }
 }
 
-TEST(identical_points_have_no_tangent)
-{
-    struct tangent_point same[5];
-    double angle = -1;
-    for (int i = 0; i < 5; i++)
-        same[i] = (struct tangent_point){1e6, 2};
-    CHECK(!tangents_angle(same, 5, &angle));
-    CHECK(!tangents_angle(same, 1, &angle));
-    CHECK(!tangents_angle(same, 0, &angle));
-    const struct tangent_point square[4] = {{1, 1}, {1, 2}, {2, 1}, {2, 2}};
-    CHECK(!tangents_angle(square, 4, &angle));
-    CHECK_NEAR(angle, -1, 0, 0);
-    const struct tangent_point far[3] = {{1e7, 1e7}, {1e7 + 0.1, 1e7 + 0.1}, {1e7 + 0.2, 1e7 + 0.2}};
-    CHECK(tangents_angle(far, 3, &angle));
-    CHECK_NEAR(angle, GEO_PI / 4, 1e-6, 0);
-}
-
 /* A wall along x, its points to either side of angle 0 = pi: one wall, not two. */
 TEST(lines_on_both_sides_of_the_seam_of_pi_are_one)
 {
@@ -292,7 +275,6 @@ TEST(walls_and_ghosts_of_a_tank)
 
 int main(void)
 {
-    RUN(identical_points_have_no_tangent);
     RUN(lines_on_both_sides_of_the_seam_of_pi_are_one);
     RUN(a_room_at_any_angle_has_four_walls_and_four_corners);
     RUN(a_ghost_lies_a_tank_length_behind_its_wall);

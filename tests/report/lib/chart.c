@@ -128,11 +128,17 @@ void chart_enter_truth(struct chart *c, const struct dive_look *look, double ran
     enter_body(c, look->at);
 }
 
+enum voxel_state chart_cell(const struct chart *c, const int64_t cell[3])
+{
+    return voxel_judge(&c->set.rule, submap_count(&c->map, SUBMAP_VACANCY, cell),
+                       submap_count(&c->map, SUBMAP_ECHOES, cell));
+}
+
 enum voxel_state chart_state(const struct chart *c, const double at[3])
 {
     const struct lattice_place place = chart_place(c, at);
 
-    return submap_at(&c->map, &c->set.rule, place.cell);
+    return chart_cell(c, place.cell);
 }
 
 /* ---- errors ---- */
@@ -144,7 +150,7 @@ enum voxel_state chart_state(const struct chart *c, const double at[3])
 
 static bool is_free(const struct chart *c, const int64_t cell[3])
 {
-    return submap_at(&c->map, &c->set.rule, cell) == VOXEL_FREE;
+    return chart_cell(c, cell) == VOXEL_FREE;
 }
 
 double chart_false_free(const struct chart *c, double t_s, double *behind_max_m, double *free_m3)

@@ -47,6 +47,9 @@ void chart_enter(struct chart *c, const struct dive_look *look, const double at[
 /** chart_enter_truth - free to where the first surface really is, with range errors added. */
 void chart_enter_truth(struct chart *c, const struct dive_look *look, double range_error_m);
 
+/** chart_cell - the state of a voxel. */
+enum voxel_state chart_cell(const struct chart *c, const int64_t cell[3]);
+
 /** chart_state - of the voxel that holds a place in the world's coordinates. */
 enum voxel_state chart_state(const struct chart *c, const double at[3]);
 
