@@ -201,6 +201,14 @@ struct conf_pipeline {
     int queue;   /* queue = 16: pings that may wait  [2 .. 1024] */
 };
 
+/* [realtime] */
+struct conf_realtime {
+    int priority;        /* priority = 40 [2 .. 90]: SCHED_FIFO; none: 0 */
+    int processor;       /* processor = 3; any: -1 */
+    int processor_count; /* processor_count = 1: that one and those after it */
+    int lock_memory;     /* lock_memory = on | off */
+};
+
 struct conf_record {
     char directory[CONF_TEXT_MAX]; /* directory = /var/lib/sonard/captures; none: empty, no recording */
     double file_size_bytes;        /* file_size = 256 MiB */
@@ -225,6 +233,7 @@ struct conf {
     struct conf_gpio gpio;
     struct conf_server server;
     struct conf_pipeline pipeline;
+    struct conf_realtime realtime;
     struct conf_record record;
     struct conf_log log;
 };

@@ -38,6 +38,8 @@ const struct conf_section conf_sections[] = {
     {"gpio", "Pins of this computer. The lines that belong to a sonar stand in its own section."},
     {"server", "The socket on which questions are answered."},
     {"pipeline", "How the work is spread over processors. Changes the time an answer takes, never the answer."},
+    {"realtime", "How sonard holds its place beside other programs of this computer, see docs/raspberry-pi.md. What is\n"
+                 "asked for here and cannot be had is a reason not to start."},
     {"record", "Captures of everything the sonars say, as MCAP files."},
     {"log", "What is written to standard error, or to the journal."},
     {NULL, NULL},
@@ -367,6 +369,19 @@ const struct conf_key conf_keys[] = {
              "grid together in one; 2: one for each."},
     {"pipeline", "queue", INTEGER(2, 1024), .standard = "16", CONF(pipeline.queue),
      .help = "Pings that may wait. When the queue is full the oldest is dropped and counted."},
+
+    {"realtime", "priority", INTEGER(2, 90), .standard = "none", .instead = "none", .instead_value = 0,
+     CONF(realtime.priority),
+     .help = "SCHED_FIFO priority of the loop; the pipeline's threads have one less, writers of captures and maps\n"
+             "none. A Linux with PREEMPT_RT handles interrupts at 50: stay below. none: an ordinary process."},
+    {"realtime", "processor", INTEGER(0, 511), .standard = "any", .instead = "any", .instead_value = -1,
+     CONF(realtime.processor),
+     .help = "Processor that sonard keeps to, counted from 0: one that the kernel leaves alone (isolcpus=). any: the\n"
+             "kernel chooses."},
+    {"realtime", "processor_count", INTEGER(1, 512), .standard = "1", CONF(realtime.processor_count),
+     .help = "How many from that one on."},
+    {"realtime", "lock_memory", WORDS("on", "off"), .standard = "off", CONF(realtime.lock_memory),
+     .help = "on: all memory is there from the start and stays, however much other programs take."},
 
     {"record", "directory", .kind = CONF_PATH, .standard = "none", .instead = "none", CONF(record.directory),
      .form = "an absolute path", .help = "Where captures go. none: nothing is recorded."},

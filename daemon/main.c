@@ -15,6 +15,7 @@
 #include "listen.h"
 #include "log.h"
 #include "options.h"
+#include "realtime.h"
 #include "replay.h"
 #include "wiring.h"
 
@@ -338,11 +339,13 @@ static bool make_parts(struct daemon *d, const struct options *o, const struct c
 {
     char err[512] = "";
     pose_log_init(&d->poses, (uint64_t)(d->conf.pose.max_age_s * 1e9));
-    if (open_answers(d, o->answers, err, sizeof err) && make_pipeline(d, err, sizeof err) &&
+    if (open_answers(d, o->answers, err, sizeof err) &&
+        (d->replay || realtime_prepare(&d->conf.realtime, err, sizeof err)) && make_pipeline(d, err, sizeof err) &&
         make_record(d, source, err, sizeof err) && make_server(d, err, sizeof err) &&
         make_sources(d, err, sizeof err) && instruments_make(d, err, sizeof err) &&
         (!d->record || record_start(d->record, err, sizeof err)) && instruments_start(d, err, sizeof err) &&
-        places_start(d, err, sizeof err) && pager_start(d, err, sizeof err)) {
+        places_start(d, err, sizeof err) && pager_start(d, err, sizeof err) &&
+        (d->replay || realtime_enter(&d->conf.realtime, d->pipeline, err, sizeof err))) {
         template_start(d);
         if (service_start(d, err, sizeof err))
             return true;

@@ -416,6 +416,15 @@ void pipeline_poke(struct pipeline *p)
         sem_post(&p->found.news);
 }
 
+int pipeline_schedule(struct pipeline *p, int priority)
+{
+    const struct sched_param param = {.sched_priority = priority};
+    int cause = 0;
+    for (int i = 0; i < p->n_threads && cause == 0; i++)
+        cause = pthread_setschedparam(p->thread[i], SCHED_FIFO, &param);
+    return cause;
+}
+
 void pipeline_stats(struct pipeline *p, struct pipeline_stats *out)
 {
     out->submitted = atomic_load(&p->submitted);

@@ -134,6 +134,9 @@ uint64_t pipeline_turns(const struct pipeline *p, int i);
 /** pipeline_poke - have every thread look for work. Loop thread. */
 void pipeline_poke(struct pipeline *p);
 
+/** pipeline_schedule - give every thread this SCHED_FIFO priority; 0, or the cause as an errno. */
+int pipeline_schedule(struct pipeline *p, int priority);
+
 /** pipeline_stats - a consistent copy of the counters; any thread. */
 void pipeline_stats(struct pipeline *p, struct pipeline_stats *out);
 

@@ -118,9 +118,10 @@ static bool udp_open(struct port *port, const char *rest, char *err, size_t err_
     if (!parse_address(rest, &a, err, err_size))
         return false;
     int fd = socket(a.v6 ? AF_INET6 : AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-    const char *fault = fd >= 0                 ? set_up(fd, &a)
-                        : errno == EAFNOSUPPORT ? "the network is barred (for the service: network.conf, sonard(8))"
-                                                : "no socket";
+    const char *fault = fd >= 0 ? set_up(fd, &a)
+                        : errno == EAFNOSUPPORT
+                            ? "the network is barred (for the service: network.conf, sonard(8))"
+                            : "no socket";
     if (fault) {
         port->error = errno;
         if (fd >= 0)

@@ -106,9 +106,10 @@ static void check_broken(const struct broken *cases, size_t n)
 #define CHECK_BROKEN(cases) check_broken(cases, sizeof(cases) / sizeof(cases)[0])
 
 #define SECTIONS                                                                                                  \
-    "want one of [sonar NAME], [water], [extract], [background], [grid], [map], [pose], [depth], [nmea], [gpio], "       \
+    "want one of [sonar NAME], [water], [extract], [background], [grid], [map], [pose], [depth], [nmea], "        \
+    "[gpio], "                                                                                                    \
     "[server], "                                                                                                  \
-    "[pipeline], [record], "                                                                                      \
+    "[pipeline], [realtime], [record], "                                                                          \
     "[log]"
 #define LENGTHS "(m, cm, mm, km)"
 #define ANGLES  "(rad, deg, grad)"

@@ -1,0 +1,89 @@
+#!/usr/bin/env -S python3 -B
+# SPDX-License-Identifier: MIT
+"""[realtime]: the kernel gives what it was asked for, to the threads that a ping goes through and to no other; or
+sonard does not start and says what is missing."""
+import glob
+import os
+import subprocess
+
+from lib import SANITIZER, SONARD, Skipped, check, note, pings_until, run
+
+FIFO, OTHER = 1, 0
+
+
+def may(priority):
+    """May this process ask for it?"""
+    try:
+        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(priority))
+        os.sched_setscheduler(0, os.SCHED_OTHER, os.sched_param(0))
+    except PermissionError:
+        raise Skipped("this user may not have SCHED_FIFO") from None
+
+
+def threads(pid):
+    """[(policy, priority, processors)], the loop first."""
+    found = []
+    for task in sorted(int(os.path.basename(t)) for t in glob.glob("/proc/%d/task/*" % pid)):
+        found.append((os.sched_getscheduler(task) & ~os.SCHED_RESET_ON_FORK,
+                      os.sched_getparam(task).sched_priority, os.sched_getaffinity(task)))
+    return found
+
+
+def locked_kb(pid):
+    with open("/proc/%d/status" % pid, encoding="ascii") as f:
+        return int(next(line.split()[1] for line in f if line.startswith("VmLck:")))
+
+
+def priorities(bench):
+    may(40)
+    bench.sim()
+    bench.conf(pipeline={"threads": 2}, realtime={"priority": 40})
+    daemon = bench.sonard("--record", bench.path("captures"))
+    pings_until(daemon.client(), 5)
+    found = [(policy, priority) for policy, priority, _ in threads(daemon.pid)]
+    check(found == [(FIFO, 40), (FIFO, 39), (FIFO, 39), (OTHER, 0)] or
+          found == [(FIFO, 40), (FIFO, 39), (FIFO, 39), (OTHER, 0), (OTHER, 0)],
+          "loop, extract, maps, and the one that writes captures: %s" % found)
+
+
+def processors(bench):
+    last = max(os.sched_getaffinity(0))
+    bench.sim()
+    bench.conf(pipeline={"threads": 1}, realtime={"processor": last})
+    daemon = bench.sonard()
+    pings_until(daemon.client(), 5)
+    found = [cpus for _, _, cpus in threads(daemon.pid)]
+    check(found == [{last}] * 2, "all threads on processor %d: %s" % (last, found))
+
+
+def memory(bench):
+    if SANITIZER:
+        raise Skipped("a sanitizer's shadow memory cannot be locked")
+    if os.geteuid() != 0:
+        raise Skipped("only root may lock as much here")
+    bench.sim()
+    bench.conf(pipeline={"threads": 2}, realtime={"lock_memory": "on"})
+    daemon = bench.sonard()
+    pings_until(daemon.client(), 5)
+    kb = locked_kb(daemon.pid)
+    note("%d KiB locked" % kb)
+    check(kb > 8192, "locked: %d KiB" % kb)
+
+
+def refused(bench, key, value, says):
+    """As a user without rights, whose limits are none."""
+    if os.geteuid() != 0:
+        raise Skipped("needs root, to become nobody")
+    conf = bench.conf(realtime={key: value})
+    os.chmod(os.path.dirname(conf), 0o755)
+    ended = subprocess.run(["prlimit", "--rtprio=0", "--memlock=65536", "setpriv", "--reuid=65534", "--regid=65534",
+                            "--clear-groups", "--bounding-set=-all", "--inh-caps=-all", SONARD, "-c", conf,
+                            "--socket", "none"], capture_output=True, text=True, timeout=30, check=False)
+    check(ended.returncode == 1 and says in ended.stderr, "status %d: %s" % (ended.returncode, ended.stderr))
+
+
+run([("priorities", priorities), ("processors", processors), ("memory", memory),
+     ("refused_priority", lambda b: refused(b, "priority", 40, "[realtime] priority: Operation not permitted")),
+     ("refused_memory", lambda b: refused(b, "lock_memory", "on", "LimitMEMLOCK=infinity")),
+     ("refused_processor", lambda b: refused(b, "processor", 511, "[realtime] processor: Invalid argument; this computer"))],
+    parallel=3)
