@@ -191,9 +191,10 @@ struct conf_gpio {
 };
 
 struct conf_server {
-    char socket[108]; /* socket = /run/sonard/sonard.sock */
-    int mode;         /* mode = 0660: permission bits, octal in the file */
-    int max_clients;  /* max_clients = 64 */
+    char socket[108];           /* socket = /run/sonard/sonard.sock */
+    int mode;                   /* mode = 0660: permission bits, octal in the file */
+    char change[CONF_TEXT_MAX]; /* change = group | all | root, pilot, @sonar, 1000; group: empty */
+    int max_clients;            /* max_clients = 64 */
 };
 
 struct conf_pipeline {

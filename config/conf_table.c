@@ -361,6 +361,10 @@ const struct conf_key conf_keys[] = {
      .form = "an absolute path of at most 107 bytes", .help = "Path of the UNIX socket."},
     {"server", "mode", .kind = CONF_OCTAL, .lo = 0600, .hi = 0777, .standard = "0660", CONF(server.mode),
      .help = "Permission bits of the socket, in octal: who may ask. 0660 is the user and the group."},
+    {"server", "change", .kind = CONF_NAMES, .standard = "group", .instead = "group", CONF(server.change),
+     .form = "all, or users, @groups and their numbers, for instance pilot, @sonar, 1000",
+     .help = "Who may also change something: give poses, teach backgrounds, save and clear the map, reload. group: the\n"
+             "group of the socket file; all: everybody who may ask. root and sonard's own user always may."},
     {"server", "max_clients", INTEGER(1, 1024), .standard = "64", CONF(server.max_clients),
      .help = "Connections at a time; one more is refused."},
 

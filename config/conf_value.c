@@ -155,6 +155,9 @@ static bool text_read(const struct conf_key *key, const char *text, char *out, c
         return refuse(err, err_size, "does not begin with a letter");
     if (key->kind == CONF_PATH && *text != '/')
         return refuse(err, err_size, "does not begin with a slash");
+    size_t names = strspn(text, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_.$@, \t");
+    if (key->kind == CONF_NAMES && text[names] != '\0')
+        return refuse(err, err_size, "'%s' cannot be in a name", text + names);
     if (strlen(text) >= key->size)
         return refuse(err, err_size, "%zu bytes, more than the %zu there is room for", strlen(text),
                       key->size - 1);
@@ -193,6 +196,7 @@ bool conf_value_read(const struct conf_key *key, const char *text, void *base, c
         return word_read(key, text, field, err, err_size);
     case CONF_TEXT:
     case CONF_PATH:
+    case CONF_NAMES:
         break;
     }
     return text_read(key, text, field, err, err_size);
@@ -260,6 +264,7 @@ void conf_value_write(const struct conf_key *key, const void *base, char *text, 
         return;
     case CONF_TEXT:
     case CONF_PATH:
+    case CONF_NAMES:
         snprintf(text, size, "%s", (const char *)field);
         return;
     }
@@ -315,6 +320,7 @@ void conf_value_allowed(const struct conf_key *key, char *text, size_t size)
         break;
     case CONF_TEXT:
     case CONF_PATH:
+    case CONF_NAMES:
         used = append(text, size, used, "%s", key->form);
         break;
     }

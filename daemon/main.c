@@ -243,6 +243,7 @@ static bool make_server(struct daemon *d, char *err, size_t err_size)
 {
     struct server_conf c = {.path = d->conf.server.socket,
                             .mode = (unsigned)d->conf.server.mode,
+                            .change = d->conf.server.change,
                             .max_clients = d->conf.server.max_clients,
                             .no_rate_limit = d->replay};
     if (strcmp(c.path, "none") == 0)

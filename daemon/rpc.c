@@ -122,7 +122,7 @@ static void reply_error(struct reply *reply, const struct rpc_call *call, const 
     reply_end(reply, id);
 }
 
-static const struct rpc_method *find_method(const struct rpc_method *methods, const char *name)
+const struct rpc_method *rpc_find(const struct rpc_method *methods, const char *name)
 {
     for (; methods->name; methods++)
         if (strcmp(methods->name, name) == 0)
@@ -133,12 +133,16 @@ static const struct rpc_method *find_method(const struct rpc_method *methods, co
 json_t *rpc_invoke(const struct rpc_method *methods, const struct rpc_call *call, const char *method,
                    json_t *params, struct rpc_error *error)
 {
-    const struct rpc_method *m = find_method(methods, method);
+    const struct rpc_method *m = rpc_find(methods, method);
 
     error->code = 0;
     error->message[0] = '\0';
     if (!m) {
         rpc_refuse(error, RPC_METHOD_NOT_FOUND, "no method '%.64s'", method);
+        return NULL;
+    }
+    if (m->right == RPC_CHANGES && call->refusal) {
+        rpc_refuse(error, RPC_FORBIDDEN, "'%s': %s", m->name, call->refusal);
         return NULL;
     }
 

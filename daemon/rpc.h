@@ -17,7 +17,8 @@ enum rpc_code {
     RPC_METHOD_NOT_FOUND = -32601,
     RPC_INVALID_PARAMS = -32602,
     RPC_INTERNAL_ERROR = -32603,
-    RPC_LIMIT = -32000, /* a limit of the server was reached; the message says which */
+    RPC_FORBIDDEN = -32001, /* this client may ask but not change */
+    RPC_LIMIT = -32000,     /* a limit of the server was reached; the message says which */
 };
 
 #define RPC_LINE_MAX  65536 /* longest request line, without the newline */
@@ -39,6 +40,7 @@ struct rpc_call {
     void *daemon;              /* handed through to the methods */
     void *client;              /* handed through; NULL outside the server */
     uint64_t now_ns;           /* monotonic */
+    const char *refusal;       /* why this client may not change anything; NULL: it may */
     struct rpc_counts *counts; /* counted up by rpc_begin and rpc_step; may be NULL */
 };
 
@@ -46,9 +48,16 @@ struct rpc_call {
  * with params by position are refused before. */
 typedef json_t *(*rpc_method_fn)(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 
+/* What calling a method takes. */
+enum rpc_right {
+    RPC_ASKS,    /* everybody who may connect */
+    RPC_CHANGES, /* something in the daemon or on its disk: not for everybody, and cannot be watched */
+};
+
 struct rpc_method {
     const char *name; /* NULL ends the table */
     rpc_method_fn fn;
+    enum rpc_right right;
 };
 
 /*
@@ -78,7 +87,10 @@ char *rpc_refusal(const char *message);
 /** rpc_notification - the line for a notification to a client; params is borrowed. For free(); NULL without memory. */
 char *rpc_notification(const char *method, json_t *params);
 
-/** rpc_invoke - call one method by name (for watches); NULL with *error set when it fails or is unknown. */
+/** rpc_find - the row of a method, or NULL. */
+const struct rpc_method *rpc_find(const struct rpc_method *methods, const char *name);
+
+/** rpc_invoke - call one method by name (for watches); NULL with *error set when it fails, is unknown or not allowed. */
 json_t *rpc_invoke(const struct rpc_method *methods, const struct rpc_call *call, const char *method,
                    json_t *params, struct rpc_error *error);
 

@@ -91,7 +91,8 @@ static void on_connection(void *ctx, uint32_t epoll_events, uint64_t now_ns)
 /* methods and behind them watch and unwatch */
 static struct rpc_method *add_own_methods(const struct rpc_method *methods)
 {
-    static const struct rpc_method own[] = {{"watch", session_watch}, {"unwatch", session_unwatch}, {NULL, NULL}};
+    static const struct rpc_method own[] = {
+        {"watch", session_watch, false}, {"unwatch", session_unwatch, false}, {NULL, NULL, false}};
     struct rpc_method *all;
     size_t n = 0;
 
@@ -181,7 +182,16 @@ struct server *server_start(struct loop *loop, const struct server_conf *conf, c
         free_server(server);
         return NULL;
     }
+    server_set_change(server, conf->change);
     return server;
+}
+
+void server_set_change(struct server *server, const char *change)
+{
+    rights_set(&server->host.rights, change, server->file.st_gid);
+    for (int i = 0; i < server->max_clients; i++)
+        if (server->sessions[i])
+            session_judge(server->sessions[i]);
 }
 
 const char *server_path(const struct server *server)

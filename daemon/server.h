@@ -17,9 +17,10 @@
 struct server;
 
 struct server_conf {
-    const char *path; /* of the socket; a stale file is replaced, a living one refuses the start */
-    unsigned mode;    /* permission bits of the socket */
-    int inherited_fd; /* listens already and belongs to others: path and mode are theirs; 0: none */
+    const char *path;   /* of the socket; a stale file is replaced, a living one refuses the start */
+    unsigned mode;      /* permission bits of the socket */
+    int inherited_fd;   /* listens already and belongs to others: path and mode are theirs; 0: none */
+    const char *change; /* who may change something, see rights_set */
     int max_clients;
     bool
         no_rate_limit; /* for a replay, whose clock may stand: then nothing would end the pause of a busy client */
@@ -38,6 +39,9 @@ struct server_stats {
  */
 struct server *server_start(struct loop *loop, const struct server_conf *conf, const struct rpc_method *methods,
                             void *daemon, char *err, size_t err_size);
+
+/** server_set_change - from now on these may change something, see rights_set; also of the clients that are there. */
+void server_set_change(struct server *server, const char *change);
 
 /** server_path - where it listens; lives as long as the server. */
 const char *server_path(const struct server *server);

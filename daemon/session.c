@@ -44,6 +44,7 @@ struct session {
     bool gone;                       /* nor does it read */
     bool closing;                    /* ends when the output is flushed */
     bool dead;                       /* ends now */
+    char refusal[160];               /* why it may not change anything; empty: it may */
     struct watch_set watches;
 };
 
@@ -197,8 +198,11 @@ static bool begin_line(struct session *session, const struct rpc_call *call, siz
 static void handle_lines(struct session *session, uint64_t now_ns)
 {
     struct session_host *host = session->host;
-    const struct rpc_call call = {
-        .daemon = host->daemon, .client = session, .now_ns = now_ns, .counts = &host->counts};
+    const struct rpc_call call = {.daemon = host->daemon,
+                                  .client = session,
+                                  .now_ns = now_ns,
+                                  .refusal = session->refusal[0] ? session->refusal : NULL,
+                                  .counts = &host->counts};
     size_t at = 0;
 
     while (may_handle(session) && !turn_over(session)) {
@@ -400,6 +404,7 @@ bool session_open(struct session_host *host, int fd, struct session **slot)
     };
     if (!loop_add(host->loop, &session->io, EPOLLIN))
         goto fail;
+    session_judge(session);
     /* What waits in the kernel for a slow reader is old news; keep it short. */
     setsockopt(fd, SOL_SOCKET, SO_SNDBUF, &send_bytes, sizeof send_bytes);
     *slot = session;
@@ -417,6 +422,12 @@ void session_close(struct session *session)
 {
     if (session)
         end(session);
+}
+
+void session_judge(struct session *session)
+{
+    if (rights_judge(&session->host->rights, session->io.fd, session->refusal, sizeof session->refusal))
+        session->refusal[0] = '\0';
 }
 
 void session_tell(struct session *session, const char *method)

@@ -11,6 +11,7 @@
 
 #include "log.h"
 #include "loop.h"
+#include "rights.h"
 #include "rpc.h"
 #include "server.h"
 
@@ -22,6 +23,7 @@ struct session_host {
     const struct rpc_method *methods; /* with session_watch and session_unwatch among them */
     void *daemon;
     bool no_rate_limit;
+    struct rights rights;
     uint64_t (*clock)(void); /* measures the work done for clients, in nanoseconds */
     struct server_stats stats;
     struct rpc_counts counts;
@@ -36,6 +38,9 @@ bool session_open(struct session_host *host, int fd, struct session **slot);
 
 /** session_close - end it now. NULL is allowed. Not from within a method. */
 void session_close(struct session *session);
+
+/** session_judge - the rights of all have changed: find out anew what this client may. */
+void session_judge(struct session *session);
 
 /** session_tell - its watches of the method are due at once. */
 void session_tell(struct session *session, const char *method);

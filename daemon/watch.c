@@ -3,8 +3,8 @@
 
 #include <string.h>
 
-/* Cannot be watched: they would change something at every turn. */
-static const char *const not_watchable[] = {"watch", "unwatch", "pose", NULL};
+/* The watches themselves; what changes something cannot be watched either, it would do so at every turn. */
+static const char *const not_watchable[] = {"watch", "unwatch", NULL};
 
 static void on_timer(void *ctx, uint64_t now_ns)
 {
@@ -21,16 +21,17 @@ static void on_timer(void *ctx, uint64_t now_ns)
 /* The name as the table of methods has it, NULL with *error set. */
 static const char *find_watchable(const struct rpc_method *methods, const char *name, struct rpc_error *error)
 {
-    for (int i = 0; not_watchable[i]; i++) {
-        if (strcmp(name, not_watchable[i]) == 0) {
-            rpc_refuse(error, RPC_INVALID_PARAMS, "method '%s' cannot be watched", name);
-            return NULL;
-        }
-    }
-    for (; methods->name; methods++)
-        if (strcmp(name, methods->name) == 0)
-            return methods->name;
-    rpc_refuse(error, RPC_METHOD_NOT_FOUND, "no method '%.64s' to watch", name);
+    const struct rpc_method *method = rpc_find(methods, name);
+    bool watchable = method && method->right != RPC_CHANGES;
+
+    for (int i = 0; not_watchable[i]; i++)
+        watchable = watchable && strcmp(name, not_watchable[i]) != 0;
+    if (watchable)
+        return method->name;
+    if (method)
+        rpc_refuse(error, RPC_INVALID_PARAMS, "method '%s' cannot be watched", method->name);
+    else
+        rpc_refuse(error, RPC_METHOD_NOT_FOUND, "no method '%.64s' to watch", name);
     return NULL;
 }
 

@@ -642,8 +642,10 @@ static void random_value(const struct conf_key *key, uint64_t *seed, void *base)
         return;
     case CONF_TEXT:
     case CONF_PATH:
+    case CONF_NAMES:
         for (size_t i = 0; i < length; i++)
-            path[i] = "abcdefghijklmnopqrstuvwxyz/:;#=[].-_"[test_random(seed) % 36];
+            path[i] = key->kind == CONF_NAMES ? "abcXYZ019@-_.$"[test_random(seed) % 14]
+                                              : "abcdefghijklmnopqrstuvwxyz/:;#=[].-_"[test_random(seed) % 36];
         path[0] = key->kind == CONF_PATH ? '/' : 'p';
         path[length] = '\0';
         memset(field, 0, key->size);

@@ -46,22 +46,28 @@ static json_t *who(const struct rpc_call *call, json_t *params, struct rpc_error
     return json_integer((json_int_t)(call->now_ns + *(const uint64_t *)call->daemon));
 }
 
-static const struct rpc_method methods[] = {{"subtract", subtract}, {"update", update}, {"silent", silent_failure},
-                                            {"numbers", numbers},   {"who", who},       {NULL, NULL}};
+static const struct rpc_method methods[] = {
+    {"subtract", subtract, RPC_ASKS}, {"update", update, RPC_CHANGES}, {"silent", silent_failure, RPC_ASKS},
+    {"numbers", numbers, RPC_ASKS},   {"who", who, RPC_ASKS},          {.name = NULL}};
 
 static uint64_t daemon_value = 5;
 static struct rpc_counts counts;
 static const struct rpc_call the_call = {.daemon = &daemon_value, .now_ns = 37, .counts = &counts};
 
-static char *ask_bytes(const char *line, size_t n)
+static char *ask_as(const struct rpc_call *call, const char *line, size_t n)
 {
-    struct rpc_job *job = rpc_begin(&the_call, line, n);
+    struct rpc_job *job = rpc_begin(call, line, n);
     char *text = NULL;
 
-    while (rpc_step(job, methods, &the_call)) {
+    while (rpc_step(job, methods, call)) {
     }
     CHECK(rpc_end(job, &text));
     return text;
+}
+
+static char *ask_bytes(const char *line, size_t n)
+{
+    return ask_as(&the_call, line, n);
 }
 
 /* "-" stands for no reply. A want that ends in "..." is compared up to there. */
@@ -377,8 +383,34 @@ TEST(spoilt_requests_get_a_sound_reply)
     }
 }
 
+/* As a request, as a notification, in a batch: what changes something is not done for who may only ask. */
+TEST(who_may_only_ask_changes_nothing)
+{
+    static const char *const lines[][2] = {
+        {"{\"jsonrpc\":\"2.0\",\"method\":\"update\",\"id\":1}",
+         ERROR(-32001) "'update': you may not\"},\"id\":1}"},
+        {"{\"jsonrpc\":\"2.0\",\"method\":\"update\"}", "-"},
+        {"[{\"jsonrpc\":\"2.0\",\"method\":\"update\"}," REQUEST ",\"id\":3}]",
+         "[{\"jsonrpc\":\"2.0\",\"result\":19.0,\"id\":3}]"},
+    };
+    struct rpc_call asker = the_call;
+    const int before = n_updates;
+
+    asker.refusal = "you may not";
+    for (size_t i = 0; i < sizeof lines / sizeof *lines; i++) {
+        char *got = ask_as(&asker, lines[i][0], strlen(lines[i][0]));
+
+        CHECK_STR(got ? got : "-", lines[i][1]);
+        free(got);
+    }
+    CHECK_INT(n_updates, before);
+    free(ask_bytes(lines[1][0], strlen(lines[1][0])));
+    CHECK_INT(n_updates, before + 1);
+}
+
 int main(void)
 {
+    RUN(who_may_only_ask_changes_nothing);
     RUN(examples_of_the_specification);
     RUN(ids_come_back_as_they_were);
     RUN(requests_of_the_wrong_form_are_refused);

@@ -63,8 +63,11 @@ static json_t *busy(const struct rpc_call *call, json_t *params, struct rpc_erro
     return json_true();
 }
 
-static const struct rpc_method methods[] = {
-    {"state", get_state}, {"large", large}, {"busy", busy}, {"pose", get_state}, {NULL, NULL}};
+static const struct rpc_method methods[] = {{"state", get_state, RPC_ASKS},
+                                            {"large", large, RPC_ASKS},
+                                            {"busy", busy, RPC_ASKS},
+                                            {"pose", get_state, RPC_CHANGES},
+                                            {.name = NULL}};
 
 static uint64_t work_clock(void)
 {
@@ -73,7 +76,8 @@ static uint64_t work_clock(void)
 
 static struct server *start(int max_clients, char *err, size_t err_size)
 {
-    const struct server_conf conf = {.path = path, .mode = 0640, .max_clients = max_clients, .clock = work_clock};
+    const struct server_conf conf = {
+        .path = path, .mode = 0640, .change = "", .max_clients = max_clients, .clock = work_clock};
 
     return server_start(loop, &conf, methods, NULL, err, err_size);
 }
