@@ -530,6 +530,28 @@ static const struct argument sectors_options[] = {
     {0},
 };
 
+static const struct argument nearest_options[] = {
+    {"--elevation", "elevation_deg", "LO,HI", "band of elevations in degrees (-90,90)", ARGUMENT_NUMBERS, 2, 0, 0},
+    {"--distance", "distance_m", "D", "what is farther away in metres does not count", ARGUMENT_NUMBER, 0, 0, 0},
+    FRAME_OPTION,
+    {0},
+};
+
+static const struct argument limit_options[] = {
+    {"--velocity", "velocity_mps", "X,Y,Z", "asked for, in m/s: forward, right, down, or north, east, down",
+     ARGUMENT_NUMBERS, 3, 0, 0},
+    FRAME_OPTION,
+    {0},
+};
+
+static const struct argument collision_options[] = {
+    {"--velocity", "velocity_mps", "X,Y,Z", "in m/s: forward, right, down, or north, east, down (the pose's)",
+     ARGUMENT_NUMBERS, 3, 0, 0},
+    {"--ahead", "ahead_s", "S", "seconds to look ahead (60)", ARGUMENT_NUMBER, 0, 0, 0},
+    FRAME_OPTION,
+    {0},
+};
+
 static const struct argument clusters_options[] = {
     {"--count", "count", "N", "at most so many, the nearest (64)", ARGUMENT_INTEGER, 0, 1, 256},
     {0},
@@ -604,6 +626,9 @@ static const struct command commands[] = {
     {"blocked", "AZ", "is a direction free? Exit status: 0 clear, 1 blocked, 2 unknown", blocked_options, 1, 1,
      run_blocked},
     {"sectors", "", "state, range and age all around", sectors_options, 0, 0, run_method},
+    {"nearest", "", "the nearest obstacle, and how much nearer than it is unknown", nearest_options, 0, 0, run_method},
+    {"limit", "", "how fast may the vehicle go, to stop in water known to be free?", limit_options, 0, 0, run_method},
+    {"time_to_collision", "", "when does the vehicle meet something?", collision_options, 0, 0, run_method},
     {"clusters", "", "what the obstacles form together", clusters_options, 0, 0, run_method},
     {"next_look", "", "which directions to look at next, and why", next_look_options, 0, 0, run_method},
     {"status", "", "what the daemon and its sonars do", NULL, 0, 0, run_method},
@@ -644,8 +669,8 @@ static int print_help(const struct command *command)
     }
     printf("usage: sonarctl [OPTIONS] COMMAND [ARGUMENTS]\n\n");
     for (size_t i = 0; i < N_COMMANDS; i++)
-        printf("  %-10s %s\n", commands[i].name, commands[i].help);
-    printf("  %-10s %s\n\n", "capture", "import, inspect, repair and export captures; needs no daemon");
+        printf("  %-17s %s\n", commands[i].name, commands[i].help);
+    printf("  %-17s %s\n\n", "capture", "import, inspect, repair and export captures; needs no daemon");
     print_options(common_options);
     printf("  --version               of sonarctl; needs no daemon\n");
     printf("\n`sonarctl COMMAND --help` tells a command's own options. Exit status: 3 wrong usage, 4 no daemon,\n"

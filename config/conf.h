@@ -43,6 +43,7 @@ enum conf_active { CONF_ACTIVE_HIGH, CONF_ACTIVE_LOW };
 enum conf_bias { CONF_BIAS_AS_IS, CONF_BIAS_PULL_UP, CONF_BIAS_PULL_DOWN };
 enum conf_switch { CONF_ON, CONF_OFF };
 enum conf_edge { CONF_RISING, CONF_FALLING };
+enum conf_unknown { CONF_UNKNOWN_SLOW, CONF_UNKNOWN_STOP, CONF_UNKNOWN_IGNORE };
 enum conf_log_level { CONF_LOG_ERR, CONF_LOG_WARNING, CONF_LOG_NOTICE, CONF_LOG_INFO, CONF_LOG_DEBUG };
 
 /* [sonar NAME] */
@@ -151,6 +152,18 @@ struct conf_pose {
     double max_age_s; /* max_age = 1 s: older is stale */
 };
 
+/* [vehicle]: what `limit` and `time_to_collision` need to know; see grid/answer/corridor.h and limit.h */
+struct conf_vehicle {
+    double radius_m;     /* radius = 0.4 m: of the upright cylinder that holds it */
+    double height_m;     /* height = 0.5 m: of the same */
+    double margin_m;     /* margin = 0.3 m: of water on every side */
+    double near_m;       /* near = 1.5 m: nearer water is not asked for; auto: 0 */
+    double braking_mps2; /* braking = 0.2 m/s2 */
+    double latency_s;    /* latency = 0.5 s */
+    int unknown;         /* unknown = slow | stop | ignore */
+    double slow_mps;     /* slow = 0.1 m/s */
+};
+
 /* [depth]: one Modbus slave */
 struct conf_depth {
     char source
@@ -229,6 +242,7 @@ struct conf {
     struct conf_grid grid;
     struct conf_map map;
     struct conf_pose pose;
+    struct conf_vehicle vehicle;
     struct conf_depth depth;
     struct conf_nmea nmea;
     struct conf_gpio gpio;

@@ -33,6 +33,7 @@ const struct conf_section conf_sections[] = {
     {"map", "The map of places: which water has been found free, kept in voxels as the vehicle moves. Needs poses with\n"
             "position, depth and attitude. Without `voxel` there is none, and it takes neither memory nor time."},
     {"pose", "What is known about where the vehicle is and how it lies."},
+    {"vehicle", "The vehicle's body and how it brakes: what the answers `limit` and `time_to_collision` go by."},
     {"depth", "A depth or pressure transmitter that is read over Modbus. The defaults are those of a Keller 33X."},
     {"nmea", "An instrument that sends NMEA 0183: a compass, or a depth cell."},
     {"gpio", "Pins of this computer. The lines that belong to a sonar stand in its own section."},
@@ -284,6 +285,28 @@ const struct conf_key conf_keys[] = {
 
     {"pose", "max_age", QUANTITY(1, "s", 0.01, 3600), .standard = "1 s", CONF(pose.max_age_s),
      .help = "An older pose is stale, and what needs it is unknown."},
+
+    {"vehicle", "radius", QUANTITY(1, "m", 0.05, 50), .standard = "0.4 m", CONF(vehicle.radius_m),
+     .help = "Radius of the upright cylinder around the reference point that holds the whole vehicle."},
+    {"vehicle", "height", QUANTITY(1, "m", 0.05, 50), .standard = "0.5 m", CONF(vehicle.height_m),
+     .help = "Height of that cylinder, half of it above and half below the reference point."},
+    {"vehicle", "margin", QUANTITY(1, "m", 0, 20), .standard = "0.3 m", CONF(vehicle.margin_m),
+     .help = "Water to be kept on every side of it."},
+    {"vehicle", "near", QUANTITY(1, "m", 0.05, 50), .standard = "auto", .instead = "auto", .instead_value = 0,
+     CONF(vehicle.near_m),
+     .help = "Water nearer than this to the reference point counts as known, because the vehicle is in it or has seen it\n"
+             "on its way; what was heard there still blocks. auto: the ball that holds the cylinder with its margin. A\n"
+             "level scanning head never sees what is close above and below: with auto all is unknown ahead of it;\n"
+             "(height / 2 + margin) / sin(half the height of its fan) is where its fan has opened far enough."},
+    {"vehicle", "braking", QUANTITY(1, "m/s2", 0.01, 20), .standard = "0.2 m/s2", CONF(vehicle.braking_mps2),
+     .help = "How hard it can brake in still water, at the least and in every direction. Measure it."},
+    {"vehicle", "latency", QUANTITY(1, "s", 0, 10), .standard = "0.5 s", CONF(vehicle.latency_s),
+     .help = "From sonard's answer to the moment when braking takes effect."},
+    {"vehicle", "unknown", WORDS("slow", "stop", "ignore"), .standard = "slow", CONF(vehicle.unknown),
+     .help = "What `limit` allows where the water ahead is unknown. slow: the speed below; stop: nothing; ignore: as if\n"
+             "it were free, and then only what was heard limits."},
+    {"vehicle", "slow", QUANTITY(1, "m/s", 0, 5), .standard = "0.1 m/s", CONF(vehicle.slow_mps),
+     .help = "Into unknown water at most, with unknown = slow: so slow that touching something does no harm."},
 
     {"depth", "source", .kind = CONF_TEXT, .form = "modbus-rtu:DEVICE:BAUD, or modbus-tcp:ADDRESS:PORT",
      .standard = "none", .instead = "none", CONF(depth.source),

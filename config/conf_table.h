@@ -9,7 +9,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#define CONF_KEYS_MAX 128
+#define CONF_KEYS_MAX 160
 
 enum conf_kind {
     CONF_QUANTITY, /* n doubles, with a unit or plain */

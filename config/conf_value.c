@@ -26,7 +26,7 @@ static const struct unit units[] = {
     {'f', "kHz", 1000, 1}, {'f', "MHz", 1000000, 1},    {'v', "m/s", 1, 1},           {'d', "dB", 1, 1},
     {'b', "B", 1, 1},      {'b', "KiB", 1024, 1},       {'b', "MiB", 1048576, 1},     {'b', "GiB", 1073741824, 1},
     {'p', "Pa", 1, 1},     {'p', "mbar", 100, 1},       {'p', "kPa", 1000, 1},        {'p', "bar", 100000, 1},
-    {'r', "kg/m3", 1, 1},
+    {'r', "kg/m3", 1, 1},  {'g', "m/s2", 1, 1},
 };
 
 #define N_UNITS (sizeof units / sizeof units[0])

@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The methods about directions: what a client may ask of the picture; sonard-protocol(7) has every shape. */
+#include "../grid/answer/nearest.h"
 #include "methods.h"
 #include "moment.h"
 #include "say.h"
@@ -57,6 +58,16 @@ json_t *direction_method_blocked(const struct rpc_call *call, json_t *params, st
 
 #define DEFAULT_BAND_DEG 5.0
 
+static bool band_of(json_t *params, double band_deg[2], struct rpc_error *error)
+{
+    bool given;
+    if (!rpc_numbers(params, "elevation_deg", -90, 90, 2, band_deg, &given, error))
+        return false;
+    return band_deg[0] < band_deg[1] ||
+           rpc_refuse(error, RPC_INVALID_PARAMS, "elevation_deg is [%g, %g]: the first must be below the second",
+                      band_deg[0], band_deg[1]);
+}
+
 json_t *direction_method_sectors(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
     static const char *const keys[] = {"count", "frame", "elevation_deg", "distance_m", NULL};
@@ -64,19 +75,11 @@ json_t *direction_method_sectors(const struct rpc_call *call, json_t *params, st
     int64_t count = 72;
     int frame = 0;
     double band[2] = {-DEFAULT_BAND_DEG, DEFAULT_BAND_DEG}, distance = 0;
-    bool given;
     if (!rpc_only(params, keys, error) ||
         !rpc_integer(params, "count", false, 1, ANSWER_SECTORS_MAX, &count, error) ||
-        !rpc_word(params, "frame", frame_words, &frame, error) ||
-        !rpc_numbers(params, "elevation_deg", -90, 90, 2, band, &given, error) ||
+        !rpc_word(params, "frame", frame_words, &frame, error) || !band_of(params, band, error) ||
         !rpc_number(params, "distance_m", false, 0, 1e4, &distance, error))
         return NULL;
-    if (band[0] >= band[1]) {
-        error->code = RPC_INVALID_PARAMS;
-        snprintf(error->message, sizeof error->message,
-                 "elevation_deg is [%g, %g]: the first must be below the second", band[0], band[1]);
-        return NULL;
-    }
     struct answer sector[ANSWER_SECTORS_MAX];
     struct answer_conf conf = moment_limits(d);
     struct answer_now now = moment_now(d);
@@ -95,4 +98,29 @@ json_t *direction_method_sectors(const struct rpc_call *call, json_t *params, st
     return json_pack("{s:s, s:o, s:o, s:o}", "frame", frame_words[frame], "t_unix",
                      say_real(moment_unix_s(d), 1e6), "pose_age_s", say_age(moment_pose_age_s(d)), "sectors",
                      list);
+}
+
+json_t *direction_method_nearest(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    static const char *const keys[] = {"frame", "elevation_deg", "distance_m", NULL};
+    struct daemon *d = call->daemon;
+    double band[2] = {-90, 90}, distance = 0;
+    int frame = 0;
+    if (!rpc_only(params, keys, error) || !rpc_word(params, "frame", frame_words, &frame, error) ||
+        !band_of(params, band, error) || !rpc_number(params, "distance_m", false, 0, 1e4, &distance, error))
+        return NULL;
+    const struct nearest_query q = {
+        .ned = frame == 1, .lo_rad = geo_rad(band[0]), .hi_rad = geo_rad(band[1]), .reach_m = distance};
+    const struct answer_conf conf = moment_limits(d);
+    const struct answer_now now = moment_now(d);
+    struct nearest n;
+    nearest_look(pipeline_picture(d->pipeline), &conf, &now, &q, &n);
+    const bool blocked = n.state == ANSWER_BLOCKED;
+    return json_pack("{s:s, s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:s}", "frame", frame_words[frame], "state",
+                     answer_state_name(n.state), "azimuth_deg", blocked ? say_degrees(n.az_rad) : json_null(),
+                     "elevation_deg", blocked ? say_degrees(n.el_rad) : json_null(), "range_m",
+                     blocked ? say_metres(n.range_m) : json_null(), "range_sd_m",
+                     blocked ? say_metres(n.range_sd_m) : json_null(), "confidence",
+                     blocked ? say_real(n.confidence, 1e3) : json_null(), "age_s", say_age(n.age_s),
+                     "unknown_share", say_real(n.unknown_share, 1e4), "reason", answer_reason_text(n.reason));
 }

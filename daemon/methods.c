@@ -11,6 +11,9 @@
 const struct rpc_method daemon_methods[] = {
     {"blocked", direction_method_blocked, RPC_ASKS},
     {"sectors", direction_method_sectors, RPC_ASKS},
+    {"nearest", direction_method_nearest, RPC_ASKS},
+    {"time_to_collision", motion_method_collision, RPC_ASKS},
+    {"limit", motion_method_limit, RPC_ASKS},
     {"pose", pose_method, RPC_CHANGES},
     {"status", status_method, RPC_ASKS},
     {"version", status_method_version, RPC_ASKS},

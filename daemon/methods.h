@@ -10,6 +10,9 @@
 
 json_t *direction_method_blocked(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *direction_method_sectors(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *direction_method_nearest(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *motion_method_limit(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *motion_method_collision(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *pose_method(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *status_method(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *status_method_version(const struct rpc_call *call, json_t *params, struct rpc_error *error);

@@ -4,6 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "sight.h"
+
 const char *answer_state_name(enum answer_state state)
 {
     static const char *const names[] = {
@@ -29,103 +31,6 @@ const char *answer_reason_text(enum answer_reason reason)
     return texts[reason];
 }
 
-/* Where the vehicle is now, as far as the picture is concerned. */
-struct place {
-    double moved_m; /* from the grid's centre */
-    bool too_far;   /* no ping since it moved out of the centre's reach: nothing that was clear is so from here */
-};
-
-/* What one direction says, as seen from where the vehicle is now. */
-struct view {
-    enum answer_reason reason; /* why not clear to clear_m; ANSWER_HEARD: it is */
-    double clear_m, blind_m, age_s;
-    const struct picture_obstacle *obstacle; /* nearest that still counts; NULL: none */
-    double near_m, logodds;
-};
-
-static double seconds_since(uint64_t now_ns, uint64_t t_ns)
-{
-    return now_ns > t_ns ? (double)(now_ns - t_ns) * 1e-9 : 0;
-}
-
-/* What stands against a claim; ANSWER_HEARD: nothing. */
-static enum answer_reason against(const struct claim *c, const struct answer_conf *conf,
-                                  const struct answer_now *now, const struct place *place)
-{
-    if (!c->t_ping_ns)
-        return ANSWER_NEVER;
-    if (c->sensors & now->lost)
-        return ANSWER_SILENT;
-    if (seconds_since(now->now_ns, c->t_ping_ns) > conf->clear_for_s)
-        return ANSWER_STALE;
-    if (place->too_far || now->pose.path_m - c->path_m > conf->move_limit_m)
-        return ANSWER_MOVED;
-    return ANSWER_HEARD;
-}
-
-/*
- * Everything may be nearer by as much as the vehicle has moved. An obstacle that has faded blocks no more, but the
- * water from it on is not clear either: only beams that pass it make it so.
- */
-static void look(const struct picture *p, const struct picture_entry *e, const struct answer_conf *conf,
-                 const struct answer_now *now, const struct place *place, struct view *v)
-{
-    struct claim good = {0};
-    double clear_m = INFINITY;
-    *v = (struct view){.age_s = -1};
-    for (unsigned i = 0; i < PICTURE_OBSTACLES && !v->obstacle; i++) {
-        const struct picture_obstacle *o = &e->obstacle[i];
-        if (o->logodds <= 0)
-            break;
-        v->logodds = picture_logodds(p, o, now->now_ns);
-        if (v->logodds > p->blocked_logodds) {
-            v->obstacle = o;
-            v->near_m = fmax(0, o->near_m - place->moved_m);
-        }
-        clear_m = fmin(clear_m, o->near_m);
-    }
-    for (int k = 0; k < CLAIMS; k++) {
-        enum answer_reason why = against(&e->claim[k], conf, now, place);
-        if (why == ANSWER_HEARD)
-            good = claim_join(&good, &e->claim[k]);
-        else if (k == CLAIM_NOW)
-            v->reason = why;
-    }
-    const struct claim *c = good.t_ping_ns ? &good : &e->claim[CLAIM_NOW];
-    if (c->t_ping_ns)
-        v->age_s = seconds_since(now->now_ns, c->t_ping_ns);
-    if (!good.t_ping_ns)
-        return;
-    v->reason = ANSWER_HEARD;
-    v->blind_m = c->from_m + place->moved_m;
-    v->clear_m = fmax(0, fmin(clear_m, c->to_m) - place->moved_m);
-}
-
-/* Answers common to all directions: false when nothing can be said at all. */
-static bool can_answer(const struct picture_frame *frame, const struct answer_now *now, bool ned,
-                       enum answer_reason *reason)
-{
-    *reason = ANSWER_HEARD;
-    if (!frame->pings)
-        *reason = ANSWER_NO_DATA;
-    else if (frame->ned && !now->pose_fresh)
-        *reason = ANSWER_POSE_LOST;
-    else if (ned && !frame->ned)
-        *reason = ANSWER_NO_FRAME;
-    return *reason == ANSWER_HEARD;
-}
-
-static void locate(const struct picture_frame *frame, const struct answer_now *now, struct place *place)
-{
-    *place = (struct place){0};
-    for (int i = 0; frame->ned && i < 3; i++) {
-        double d = now->pose.position_m[i] - frame->centre_m[i];
-        place->moved_m += d * d;
-    }
-    place->moved_m = sqrt(place->moved_m);
-    place->too_far = place->moved_m > 2 * frame->recentre_m;
-}
-
 /* An answer while directions are added to it. */
 struct tally {
     struct answer a;
@@ -139,7 +44,7 @@ static void begin(struct tally *t)
     *t = (struct tally){.a = {.state = ANSWER_CLEAR, .free_to_m = INFINITY, .age_s = -1}, .oldest_s = -1};
 }
 
-static void add_obstacle(struct tally *t, const struct view *v, const struct answer_now *now, double moved_m)
+static void add_obstacle(struct tally *t, const struct sight *v, const struct answer_now *now, double moved_m)
 {
     if (t->a.state == ANSWER_BLOCKED && v->near_m >= t->near_m)
         return;
@@ -149,7 +54,7 @@ static void add_obstacle(struct tally *t, const struct view *v, const struct ans
     t->a.range_m = fmax(v->near_m, v->obstacle->range_m - moved_m);
     t->a.range_sd_m = v->obstacle->sd_m;
     t->a.confidence = 1 / (1 + exp(-v->logodds));
-    t->a.age_s = seconds_since(now->now_ns, v->obstacle->t_echo_ns);
+    t->a.age_s = sight_seconds(now->now_ns, v->obstacle->t_echo_ns);
 }
 
 /* Something stands against clear; the gravest is told. */
@@ -165,8 +70,8 @@ static void doubt(struct tally *t, enum answer_reason why)
  * Adds what a direction says about the stretch up to need_m. When the stretch ends inside the blind zone because a
  * corridor leaves this direction there (side), the direction is not asked: that is the vehicle's own place.
  */
-static void add(struct tally *t, const struct view *v, const struct answer_now *now, double moved_m, double need_m,
-                bool side)
+static void add(struct tally *t, const struct sight *v, const struct answer_now *now, double moved_m,
+                double need_m, bool side)
 {
     if (v->obstacle && v->near_m <= need_m)
         add_obstacle(t, v, now, moved_m);
@@ -218,50 +123,21 @@ static double reach(const struct answer_query *q, double gamma)
     return gamma <= GEO_PI / 2 ? fmin(end, side) : 0;
 }
 
-/* Half the diagonal of a ring's cells: how far their edge may lie from their centre. */
-static double cell_reach(const struct rings *rings, uint32_t ring)
-{
-    double el = rings->top_rad - (ring + 0.5) * rings->height_rad;
-    return hypot(rings_width(rings, ring) * cos(el), rings->height_rad) / 2;
-}
-
-/* Angle between the vehicle's and the world's vertical. */
-static double tilt_of(const double attitude[4])
-{
-    double down[3] = {0, 0, 1};
-    quat_rotate(attitude, down, down);
-    return acos(fmax(-1, fmin(1, down[2])));
-}
-
-static void to_grid(const struct picture_frame *frame, const struct answer_now *now, bool ned, double v[3])
-{
-    if (frame->ned && !ned)
-        quat_rotate(now->pose.attitude, v, v);
-}
-
-/* Does the grid hold the whole band of elevations? One that keeps a level row only does not know of above and below. */
-static bool keeps(const struct rings *rings, double lo_rad, double hi_rad)
-{
-    double bottom = rings->top_rad - rings->n_rings * rings->height_rad, slack = 1e-9;
-    bool up = hi_rad <= rings->top_rad + slack || rings->top_rad >= GEO_PI / 2;
-    return up && (lo_rad >= bottom - slack || bottom <= -GEO_PI / 2 + slack);
-}
-
 static void direction_once(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
                            const struct answer_query *q, struct answer *out)
 {
     struct picture_frame frame;
     enum answer_reason reason;
     picture_get_frame(p, &frame);
-    if (!can_answer(&frame, now, q->ned, &reason)) {
+    if (!sight_possible(&frame, now, q->ned, &reason)) {
         cannot(reason, out);
         return;
     }
     double axis[3], az, el;
-    struct place place;
-    locate(&frame, now, &place);
+    struct sight_place place;
+    sight_locate(&frame, now, &place);
     geo_direction(q->az_rad, q->el_rad, axis);
-    to_grid(&frame, now, q->ned, axis);
+    sight_to_grid(&frame, now, q->ned, axis);
     geo_angles(axis, &az, &el);
     if (rings_index(p->rings, az, el) == RINGS_NONE) {
         cannot(ANSWER_OUTSIDE, out);
@@ -274,17 +150,17 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
     while (rings_next(&visit)) {
         const double *v = p->axis[visit.direction];
         double dot = v[0] * axis[0] + v[1] * axis[1] + v[2] * axis[2];
-        double gamma = acos(dot > 1 ? 1 : dot < -1 ? -1 : dot) - cell_reach(p->rings, visit.ring);
+        double gamma = acos(dot > 1 ? 1 : dot < -1 ? -1 : dot) - sight_cell_reach(p->rings, visit.ring);
         double need = reach(q, gamma > 0 ? gamma : 0);
         if (need <= 0)
             continue;
         struct picture_entry e;
-        struct view view;
+        struct sight view;
         picture_get(p, visit.direction, &e);
-        look(p, &e, conf, now, &place, &view);
+        sight_look(p, &e, conf, now, &place, &view);
         add(&tally, &view, now, place.moved_m, need, q->corridor && need < q->distance_m);
     }
-    if (!keeps(p->rings, el - opening, el + opening))
+    if (!sight_keeps(p->rings, el - opening, el + opening))
         doubt(&tally, ANSWER_OUTSIDE);
     finish(&tally, conf, out);
 }
@@ -296,15 +172,15 @@ static void sectors_once(struct picture *p, const struct answer_conf *conf, cons
     enum answer_reason reason;
     struct tally tally[ANSWER_SECTORS_MAX];
     picture_get_frame(p, &frame);
-    if (!can_answer(&frame, now, ned, &reason)) {
+    if (!sight_possible(&frame, now, ned, &reason)) {
         for (size_t k = 0; k < count; k++)
             cannot(reason, &sectors[k]);
         return;
     }
     for (size_t k = 0; k < count; k++)
         begin(&tally[k]);
-    struct place place;
-    locate(&frame, now, &place);
+    struct sight_place place;
+    sight_locate(&frame, now, &place);
     double width = GEO_TURN / (double)count;
     double need = reach_m > 0 ? reach_m : frame.range_max_m;
     bool turned = frame.ned && !ned;
@@ -322,17 +198,17 @@ static void sectors_once(struct picture *p, const struct answer_conf *conf, cons
             continue;
         double half = rings_width(p->rings, rings_ring(p->rings, d)) / 2;
         struct picture_entry e;
-        struct view view;
+        struct sight view;
         picture_get(p, d, &e);
-        look(p, &e, conf, now, &place, &view);
+        sight_look(p, &e, conf, now, &place, &view);
         /* every sector that the cell touches; an exact common edge is no touch */
         double from = floor((az - half) / width + 0.5 + 1e-9), to = ceil((az + half) / width - 0.5 - 1e-9);
         for (double k = from; k <= to && k < from + (double)count; k++)
             add(&tally[(size_t)(k < 0 ? k + (double)count : k) % count], &view, now, place.moved_m,
                 view.obstacle ? fmax(need, view.near_m) : need, false);
     }
-    double tilt = turned ? tilt_of(now->pose.attitude) : 0;
-    bool kept = keeps(p->rings, lo_rad - tilt, hi_rad + tilt);
+    double tilt = turned ? sight_tilt(now->pose.attitude) : 0;
+    bool kept = sight_keeps(p->rings, lo_rad - tilt, hi_rad + tilt);
     for (size_t k = 0; k < count; k++) {
         if (!kept)
             doubt(&tally[k], ANSWER_OUTSIDE);

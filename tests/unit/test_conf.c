@@ -106,8 +106,8 @@ static void check_broken(const struct broken *cases, size_t n)
 #define CHECK_BROKEN(cases) check_broken(cases, sizeof(cases) / sizeof(cases)[0])
 
 #define SECTIONS                                                                                                  \
-    "want one of [sonar NAME], [water], [extract], [background], [grid], [map], [pose], [depth], [nmea], "        \
-    "[gpio], "                                                                                                    \
+    "want one of [sonar NAME], [water], [extract], [background], [grid], [map], [pose], "                           \
+    "[vehicle], [depth], [nmea], [gpio], "                                                                        \
     "[server], "                                                                                                  \
     "[pipeline], [realtime], [record], "                                                                          \
     "[log]"

@@ -1,0 +1,172 @@
+/* SPDX-License-Identifier: MIT */
+#include "corridor.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "sight.h"
+
+/* The tunnel in the grid's axes. `up` is across the line, as nearly up in the body as may be. */
+struct tunnel {
+    double along[3], side[3], up[3];
+    double half_width_m, half_height_m, near_m, most_m;
+};
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+static void cross(const double a[3], const double b[3], double out[3])
+{
+    out[0] = a[1] * b[2] - a[2] * b[1];
+    out[1] = a[2] * b[0] - a[0] * b[2];
+    out[2] = a[0] * b[1] - a[1] * b[0];
+}
+
+static void scale(double v[3], double factor)
+{
+    for (int i = 0; i < 3; i++)
+        v[i] *= factor;
+}
+
+/* The cylinder's support along its own axis (share of it: sine of the line's slope) and across. */
+static double extent(const struct corridor_body *body, double upright)
+{
+    const double across = sqrt(fmax(0, 1 - upright * upright));
+    return body->half_height_m * fabs(upright) + body->radius_m * across + body->margin_m;
+}
+
+#define STEEP                                                                                                     \
+    1e-6 /* a line this near to the cylinder's axis has no side: any will do, the cross-section is round */
+
+static void dig(const struct corridor_body *body, const struct picture_frame *frame, const struct answer_now *now,
+                const struct corridor_query *q, struct tunnel *t, double *front_m)
+{
+    double axis[3] = {0, 0, -1}, forward[3] = {1, 0, 0};
+    memcpy(t->along, q->direction, sizeof t->along);
+    scale(t->along, 1 / sqrt(dot(t->along, t->along)));
+    sight_to_grid(frame, now, q->ned, t->along);
+    sight_to_grid(frame, now, false, axis);
+    sight_to_grid(frame, now, false, forward);
+    const double slope = dot(axis, t->along);
+    cross(t->along, axis, t->side);
+    if (dot(t->side, t->side) < STEEP * STEEP)
+        cross(t->along, forward, t->side);
+    scale(t->side, 1 / sqrt(dot(t->side, t->side)));
+    cross(t->side, t->along, t->up);
+    *front_m = extent(body, slope);
+    t->half_width_m = body->radius_m + body->margin_m;
+    t->half_height_m = extent(body, sqrt(fmax(0, 1 - slope * slope)));
+    t->near_m = body->near_m;
+    t->most_m = q->most_m;
+}
+
+/* Where the rays within `reach` of one that goes `share` (a sine) sideways leave a wall at half_m, at the latest. */
+static double leaves_wall(double half_m, double share, double reach)
+{
+    const double least = asin(fmin(1, fabs(share))) - reach;
+    return least > 0 ? half_m / sin(least) : INFINITY;
+}
+
+/* Range at which the last ray of the cell around v leaves the tunnel by its sides. */
+static double leaves_side(const struct tunnel *t, const double v[3], double reach)
+{
+    return fmin(leaves_wall(t->half_width_m, dot(v, t->side), reach),
+                leaves_wall(t->half_height_m, dot(v, t->up), reach));
+}
+
+static void meet(struct corridor *out, const struct sight *s, const struct answer_now *now, double at_m)
+{
+    if (at_m >= out->blocked_m)
+        return;
+    out->blocked_m = at_m;
+    out->blocked_sd_m = s->obstacle->sd_m;
+    out->confidence = 1 / (1 + exp(-s->logodds));
+    out->blocked_age_s = sight_seconds(now->now_ns, s->obstacle->t_echo_ns);
+}
+
+static void doubt(struct corridor *out, enum answer_reason why, double at_m)
+{
+    if (at_m >= out->known_m)
+        return;
+    out->known_m = at_m;
+    out->reason = why;
+}
+
+/* What one direction adds. A range along a ray is `foreshortened` along the line, at the least. */
+static void add(const struct tunnel *t, const struct sight *s, const struct answer_now *now, const double v[3],
+                double reach, struct corridor *out)
+{
+    const double off = acos(fmax(-1, fmin(1, dot(v, t->along))));
+    const double foreshortened = fmax(0, cos(off + reach));
+    const double side_m = leaves_side(t, v, reach);
+    if (off - reach >= GEO_PI / 2)
+        return;
+    if (s->obstacle && s->near_m <= side_m && s->near_m * foreshortened <= t->most_m)
+        meet(out, s, now, s->near_m * foreshortened);
+    const double exit_m = fmin(side_m, t->most_m / fmax(foreshortened, 1e-9));
+    if (exit_m <= t->near_m)
+        return;
+    out->age_s = fmax(out->age_s, s->age_s);
+    if (s->reason != ANSWER_HEARD)
+        doubt(out, s->reason, t->near_m * foreshortened);
+    else if (s->blind_m > t->near_m)
+        doubt(out, ANSWER_BLIND, t->near_m * foreshortened);
+    else if (s->clear_m < exit_m)
+        doubt(out, ANSWER_BEYOND, fmax(s->clear_m, t->near_m) * foreshortened);
+}
+
+/* A grid of a level row knows nothing above and below: the tunnel leaves its band where the nearest edge does. */
+static void heed_band(const struct rings *rings, const struct tunnel *t, double tilt, struct corridor *out)
+{
+    const double bottom = rings->top_rad - rings->n_rings * rings->height_rad;
+    const double el = asin(fmax(-1, fmin(1, -t->along[2])));
+    if (sight_keeps(rings, -GEO_PI / 2, GEO_PI / 2))
+        return;
+    const double edge = fmax(0, fmin(rings->top_rad - el, el - bottom) - tilt);
+    if (leaves_wall(t->half_height_m, sin(fmin(edge, GEO_PI / 2)), 0) > t->near_m)
+        doubt(out, ANSWER_OUTSIDE, t->near_m * cos(edge));
+}
+
+static void look_once(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
+                      const struct corridor_body *body, const struct corridor_query *q, struct corridor *out)
+{
+    struct picture_frame frame;
+    struct sight_place place;
+    struct tunnel t;
+    double az, el;
+    picture_get_frame(p, &frame);
+    *out = (struct corridor){
+        .blocked_m = INFINITY, .blocked_age_s = -1, .known_m = q->most_m, .reason = ANSWER_HEARD, .age_s = -1};
+    dig(body, &frame, now, q, &t, &out->front_m);
+    if (!sight_possible(&frame, now, q->ned, &out->reason)) {
+        out->known_m = 0;
+        return;
+    }
+    sight_locate(&frame, now, &place);
+    geo_angles(t.along, &az, &el);
+    struct rings_visit visit = rings_visit(p->rings, az, el, GEO_PI / 2 + p->rings->height_rad);
+    while (rings_next(&visit)) {
+        struct picture_entry e;
+        struct sight s;
+        picture_get(p, visit.direction, &e);
+        sight_look(p, &e, conf, now, &place, &s);
+        add(&t, &s, now, p->axis[visit.direction], sight_cell_reach(p->rings, visit.ring), out);
+    }
+    heed_band(p->rings, &t, frame.ned ? sight_tilt(now->pose.attitude) : 0, out);
+}
+
+/* As in answer.c: an obstacle must not hop out of sight while the picture changes. */
+#define TRIES 8
+
+void corridor_look(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
+                   const struct corridor_body *body, const struct corridor_query *query, struct corridor *out)
+{
+    uint64_t number;
+    int tries = 0;
+    do {
+        number = seqlock_now(&p->lock);
+        look_once(p, conf, now, body, query, out);
+    } while (!seqlock_still(&p->lock, number) && ++tries < TRIES);
+}

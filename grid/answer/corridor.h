@@ -1,0 +1,45 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * corridor - how far the vehicle may move along a line before its body meets something, and how far the water it
+ * sweeps is known to be free. Pure; reads the picture and nothing else.
+ *
+ * The body is an upright cylinder around the reference point. It sweeps a straight tunnel with flat ends: half_width_m
+ * to each side, half_height_m up and down, from the reference point to `distance + front_m`. A ray of the picture leaves
+ * that tunnel through its side or its end; free is what is free along every ray as far as it stays inside. A cell of the
+ * grid counts with whichever of its rays is the worst. Hence: nothing that the picture holds lies in the tunnel up to
+ * blocked_m, and every ray was heard free up to known_m, but for the water nearer than near_m.
+ */
+#ifndef SONARD_CORRIDOR_H
+#define SONARD_CORRIDOR_H
+
+#include "answer.h"
+
+struct corridor_body {
+    double radius_m;      /* of the cylinder, >= 0 */
+    double half_height_m; /* >= 0 */
+    double margin_m;      /* of water on every side, >= 0 */
+    double near_m; /* water nearer than this to the reference point is not asked for: only obstacles count there */
+};
+
+struct corridor_query {
+    double direction[3]; /* of any length but 0 */
+    bool ned;            /* it is NED; otherwise the body's */
+    double most_m;       /* how far to look from the reference point, > 0 */
+};
+
+struct corridor {
+    double front_m;       /* the body with its margin reaches so far ahead */
+    double blocked_m;     /* an obstacle begins here, along the line from the reference point; INFINITY: none */
+    double blocked_sd_m;  /* of it; 0 without */
+    double confidence;    /* that it is there; 0 without */
+    double blocked_age_s; /* of its last echo; negative without */
+    double known_m;       /* known to be free up to here, what blocks aside; <= most_m, 0: not even at the body */
+    enum answer_reason reason; /* why not farther; ANSWER_HEARD: known as far as asked */
+    double age_s;              /* of the oldest ping that counts; negative: none */
+};
+
+/** corridor_look - blocked_m and known_m are both from the reference point: what the body may move is less by front_m. */
+void corridor_look(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
+                   const struct corridor_body *body, const struct corridor_query *query, struct corridor *out);
+
+#endif

@@ -1,0 +1,122 @@
+/* SPDX-License-Identifier: MIT */
+#include "nearest.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "sight.h"
+
+/* The picture, seen from one place at one moment. */
+struct scene {
+    struct picture *picture;
+    const struct answer_conf *conf;
+    const struct answer_now *now;
+    const struct nearest_query *query;
+    struct picture_frame frame;
+    struct sight_place place;
+};
+
+/* Azimuth and elevation of a direction in the axes asked about; false: outside the band. */
+static bool angles_of(const struct scene *s, uint32_t d, double *az, double *el)
+{
+    double v[3];
+    memcpy(v, s->picture->axis[d], sizeof v);
+    if (s->frame.ned && !s->query->ned)
+        quat_rotate_inverse(s->now->pose.attitude, v, v);
+    geo_angles(v, az, el);
+    return *el >= s->query->lo_rad && *el <= s->query->hi_rad;
+}
+
+static void see(const struct scene *s, uint32_t d, struct picture_entry *e, struct sight *sight)
+{
+    picture_get(s->picture, d, e);
+    sight_look(s->picture, e, s->conf, s->now, &s->place, sight);
+}
+
+static double reach_of(const struct scene *s)
+{
+    return s->query->reach_m > 0 ? s->query->reach_m : INFINITY;
+}
+
+/* Its near edge, INFINITY without one. */
+static double find(const struct scene *s, struct nearest *out)
+{
+    double best_m = INFINITY, az, el;
+    for (uint32_t d = 0; d < s->picture->n; d++) {
+        struct picture_entry e;
+        struct sight sight;
+        if (!angles_of(s, d, &az, &el))
+            continue;
+        see(s, d, &e, &sight);
+        if (!sight.obstacle || sight.near_m >= best_m || sight.near_m > reach_of(s))
+            continue;
+        best_m = sight.near_m;
+        out->state = ANSWER_BLOCKED;
+        out->az_rad = az;
+        out->el_rad = el;
+        out->range_m = fmax(sight.near_m, sight.obstacle->range_m - s->place.moved_m);
+        out->range_sd_m = sight.obstacle->sd_m;
+        out->confidence = 1 / (1 + exp(-sight.logodds));
+        out->age_s = sight_seconds(s->now->now_ns, sight.obstacle->t_echo_ns);
+    }
+    return best_m;
+}
+
+/* How much of the water nearer than that is not known; the gravest reason is told. */
+static void weigh(const struct scene *s, double to_m, struct nearest *out)
+{
+    uint32_t asked = 0, unknown = 0;
+    double az, el, oldest_s = -1;
+    for (uint32_t d = 0; d < s->picture->n; d++) {
+        struct picture_entry e;
+        struct sight sight;
+        if (!angles_of(s, d, &az, &el))
+            continue;
+        see(s, d, &e, &sight);
+        const enum answer_reason why = sight.reason != ANSWER_HEARD  ? sight.reason
+                                       : to_m <= sight.blind_m       ? ANSWER_BLIND
+                                       : sight.clear_m < to_m - 1e-9 ? ANSWER_BEYOND
+                                                                     : ANSWER_HEARD;
+        asked++;
+        unknown += why != ANSWER_HEARD;
+        out->reason = why > out->reason ? why : out->reason;
+        oldest_s = fmax(oldest_s, sight.age_s);
+    }
+    out->unknown_share = asked ? (double)unknown / asked : 1;
+    if (!asked)
+        out->reason = ANSWER_OUTSIDE;
+    if (out->state != ANSWER_BLOCKED)
+        out->age_s = oldest_s;
+}
+
+static void look_once(struct scene *s, struct nearest *out)
+{
+    *out = (struct nearest){.state = ANSWER_UNKNOWN, .age_s = -1, .unknown_share = 1};
+    picture_get_frame(s->picture, &s->frame);
+    if (!sight_possible(&s->frame, s->now, s->query->ned, &out->reason))
+        return;
+    sight_locate(&s->frame, s->now, &s->place);
+    const double near_m = find(s, out);
+    const double tilt = s->frame.ned && !s->query->ned ? sight_tilt(s->now->pose.attitude) : 0;
+    weigh(s, isfinite(near_m) ? near_m : s->query->reach_m > 0 ? s->query->reach_m : s->frame.range_max_m, out);
+    if (!sight_keeps(s->picture->rings, s->query->lo_rad - tilt, s->query->hi_rad + tilt) &&
+        out->reason < ANSWER_OUTSIDE)
+        out->reason = ANSWER_OUTSIDE;
+    if (out->state != ANSWER_BLOCKED && out->reason == ANSWER_HEARD)
+        out->state = ANSWER_CLEAR;
+}
+
+/* As in answer.c: an obstacle must not hop out of sight while the picture changes. */
+#define TRIES 8
+
+void nearest_look(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
+                  const struct nearest_query *query, struct nearest *out)
+{
+    struct scene s = {.picture = p, .conf = conf, .now = now, .query = query};
+    uint64_t number;
+    int tries = 0;
+    do {
+        number = seqlock_now(&p->lock);
+        look_once(&s, out);
+    } while (!seqlock_still(&p->lock, number) && ++tries < TRIES);
+}

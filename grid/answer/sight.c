@@ -1,0 +1,108 @@
+/* SPDX-License-Identifier: MIT */
+#include "sight.h"
+
+#include <math.h>
+
+double sight_seconds(uint64_t now_ns, uint64_t t_ns)
+{
+    return now_ns > t_ns ? (double)(now_ns - t_ns) * 1e-9 : 0;
+}
+
+/* What stands against a claim; ANSWER_HEARD: nothing. */
+static enum answer_reason against(const struct claim *c, const struct answer_conf *conf,
+                                  const struct answer_now *now, const struct sight_place *place)
+{
+    if (!c->t_ping_ns)
+        return ANSWER_NEVER;
+    if (c->sensors & now->lost)
+        return ANSWER_SILENT;
+    if (sight_seconds(now->now_ns, c->t_ping_ns) > conf->clear_for_s)
+        return ANSWER_STALE;
+    if (place->too_far || now->pose.path_m - c->path_m > conf->move_limit_m)
+        return ANSWER_MOVED;
+    return ANSWER_HEARD;
+}
+
+void sight_look(const struct picture *p, const struct picture_entry *e, const struct answer_conf *conf,
+                const struct answer_now *now, const struct sight_place *place, struct sight *v)
+{
+    struct claim good = {0};
+    double clear_m = INFINITY;
+    *v = (struct sight){.age_s = -1};
+    for (unsigned i = 0; i < PICTURE_OBSTACLES && !v->obstacle; i++) {
+        const struct picture_obstacle *o = &e->obstacle[i];
+        if (o->logodds <= 0)
+            break;
+        v->logodds = picture_logodds(p, o, now->now_ns);
+        if (v->logodds > p->blocked_logodds) {
+            v->obstacle = o;
+            v->near_m = fmax(0, o->near_m - place->moved_m);
+        }
+        clear_m = fmin(clear_m, o->near_m);
+    }
+    for (int k = 0; k < CLAIMS; k++) {
+        enum answer_reason why = against(&e->claim[k], conf, now, place);
+        if (why == ANSWER_HEARD)
+            good = claim_join(&good, &e->claim[k]);
+        else if (k == CLAIM_NOW)
+            v->reason = why;
+    }
+    const struct claim *c = good.t_ping_ns ? &good : &e->claim[CLAIM_NOW];
+    if (c->t_ping_ns)
+        v->age_s = sight_seconds(now->now_ns, c->t_ping_ns);
+    if (!good.t_ping_ns)
+        return;
+    v->reason = ANSWER_HEARD;
+    v->blind_m = c->from_m + place->moved_m;
+    v->clear_m = fmax(0, fmin(clear_m, c->to_m) - place->moved_m);
+}
+
+bool sight_possible(const struct picture_frame *frame, const struct answer_now *now, bool ned,
+                    enum answer_reason *reason)
+{
+    *reason = ANSWER_HEARD;
+    if (!frame->pings)
+        *reason = ANSWER_NO_DATA;
+    else if (frame->ned && !now->pose_fresh)
+        *reason = ANSWER_POSE_LOST;
+    else if (ned && !frame->ned)
+        *reason = ANSWER_NO_FRAME;
+    return *reason == ANSWER_HEARD;
+}
+
+void sight_locate(const struct picture_frame *frame, const struct answer_now *now, struct sight_place *place)
+{
+    *place = (struct sight_place){0};
+    for (int i = 0; frame->ned && i < 3; i++) {
+        double d = now->pose.position_m[i] - frame->centre_m[i];
+        place->moved_m += d * d;
+    }
+    place->moved_m = sqrt(place->moved_m);
+    place->too_far = place->moved_m > 2 * frame->recentre_m;
+}
+
+double sight_cell_reach(const struct rings *rings, uint32_t ring)
+{
+    double el = rings->top_rad - (ring + 0.5) * rings->height_rad;
+    return hypot(rings_width(rings, ring) * cos(el), rings->height_rad) / 2;
+}
+
+double sight_tilt(const double attitude[4])
+{
+    double down[3] = {0, 0, 1};
+    quat_rotate(attitude, down, down);
+    return acos(fmax(-1, fmin(1, down[2])));
+}
+
+void sight_to_grid(const struct picture_frame *frame, const struct answer_now *now, bool ned, double v[3])
+{
+    if (frame->ned && !ned)
+        quat_rotate(now->pose.attitude, v, v);
+}
+
+bool sight_keeps(const struct rings *rings, double lo_rad, double hi_rad)
+{
+    double bottom = rings->top_rad - rings->n_rings * rings->height_rad, slack = 1e-9;
+    bool up = hi_rad <= rings->top_rad + slack || rings->top_rad >= GEO_PI / 2;
+    return up && (lo_rad >= bottom - slack || bottom <= -GEO_PI / 2 + slack);
+}

@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * sight - what one direction of a picture says, as seen from where the vehicle is now: shared by the answers. Knows no
+ * question.
+ */
+#ifndef SONARD_SIGHT_H
+#define SONARD_SIGHT_H
+
+#include "answer.h"
+
+/* Where the vehicle is now, as far as the picture is concerned. */
+struct sight_place {
+    double moved_m; /* from the grid's centre */
+    bool too_far;   /* no ping since it moved out of the centre's reach: nothing that was clear is so from here */
+};
+
+/* What one direction says, as seen from there. */
+struct sight {
+    enum answer_reason reason; /* why not clear to clear_m; ANSWER_HEARD: it is */
+    double clear_m, blind_m, age_s;
+    const struct picture_obstacle *obstacle; /* nearest that still counts, in the entry; NULL: none */
+    double near_m, logodds;
+};
+
+/** sight_seconds - from t_ns to now_ns; 0 when that is not later. */
+double sight_seconds(uint64_t now_ns, uint64_t t_ns);
+
+/** sight_possible - false when nothing can be said about any direction, with the reason. */
+bool sight_possible(const struct picture_frame *frame, const struct answer_now *now, bool ned,
+                    enum answer_reason *reason);
+
+/** sight_locate - the vehicle's place against the grid's centre. */
+void sight_locate(const struct picture_frame *frame, const struct answer_now *now, struct sight_place *place);
+
+/**
+ * sight_look - what an entry says. Everything may be nearer by as much as the vehicle has moved. An obstacle that has
+ * faded blocks no more, but the water from it on is not clear either: only beams that pass it make it so.
+ */
+void sight_look(const struct picture *p, const struct picture_entry *e, const struct answer_conf *conf,
+                const struct answer_now *now, const struct sight_place *place, struct sight *v);
+
+/** sight_cell_reach - half the diagonal of a ring's cells: how far their edge may lie from their centre. */
+double sight_cell_reach(const struct rings *rings, uint32_t ring);
+
+/** sight_tilt - angle between the vehicle's and the world's vertical. */
+double sight_tilt(const double attitude[4]);
+
+/** sight_to_grid - turns a vector of the body (or of NED) into the grid's axes. */
+void sight_to_grid(const struct picture_frame *frame, const struct answer_now *now, bool ned, double v[3]);
+
+/** sight_keeps - does the grid hold the whole band of elevations? One that keeps a level row only does not know of
+ * above and below. */
+bool sight_keeps(const struct rings *rings, double lo_rad, double hi_rad);
+
+#endif

@@ -1,0 +1,117 @@
+#!/usr/bin/env -S python3 -B
+# SPDX-License-Identifier: MIT
+"""Answers about moving, and what answers rest on: a virtual basin from 6 m behind to 9 m ahead, 5 m left to 4 m right."""
+import math
+
+from lib import RpcError, check, pings_until, run, until
+
+TURN = 200                    # pings of a full circle at 1.8 degrees
+WALLS = {"ahead": 9.0, "right": 4.0, "behind": 6.0, "left": 5.0}
+WAYS = {"ahead": (1, 0), "right": (0, 1), "behind": (-1, 0), "left": (0, -1)}
+TOLERANCE_M = 0.4             # a layer and a pulse, and the grid's cells across the corridor
+BRAKING, LATENCY = 0.2, 0.5   # of the defaults
+REACH_M = 0.4 + 0.3           # body and margin
+
+
+def basin(bench, **vehicle):
+    """The level head sees a fan of 25 degrees: nearer than 4 m it knows nothing of above and below."""
+    keys = {"near": "4 m", "latency": "%g s" % LATENCY}
+    keys.update(vehicle)
+    bench.sim()
+    bench.conf(vehicle=keys)
+    client = bench.sonard().client()
+    pings_until(client, TURN + 10)
+    until(lambda: all(s["state"] == "blocked" for s in client.call("sectors")["sectors"]), "all of the circle", 60)
+    return client
+
+
+def refused(client, method, code, **params):
+    try:
+        client.call(method, **params)
+    except RpcError as error:
+        check(error.code == code, "%s: code %d, want %d: %s" % (method, error.code, code, error))
+        return str(error)
+    check(False, "%s was not refused" % method)
+
+
+def nearest(bench):
+    client = basin(bench)
+    answer = client.call("nearest")
+    check(answer["state"] == "blocked", "nothing in a basin: %s" % answer)
+    check(abs(answer["range_m"] - 4) < TOLERANCE_M, "the nearest wall is at 4 m: %s" % answer)
+    check(abs(answer["azimuth_deg"] - 90) < 25, "it is to the right: %s" % answer)
+    check(answer["unknown_share"] > 0.2, "above and below are unknown: %s" % answer)
+    close = client.call("nearest", distance_m=2)
+    check(close["state"] == "unknown" and close["range_m"] is None, "within 2 m: %s" % close)
+    def level():
+        return client.call("nearest", elevation_deg=[-4, 4], distance_m=2)
+    until(lambda: level()["state"] == "clear", "the level water within 2 m to be clear", 60)
+    check(level()["unknown_share"] == 0, "within 2 m, level: %s" % level())
+    refused(client, "nearest", -32602, elevation_deg=[5, 5])
+
+
+def limit(bench):
+    """Against every wall: what is given stops before it, and more braking way is not wasted."""
+    client = basin(bench, unknown="ignore")
+    for way, (x, y) in WAYS.items():
+        answer = client.call("limit", velocity_mps=[3 * x, 3 * y, 0])
+        v = answer["velocity_mps"]
+        check(answer["limited_by"] == "blocked", "%s: %s" % (way, answer))
+        check(abs(v[0] * y - v[1] * x) < 1e-9 and v[0] * x + v[1] * y >= 0, "%s: turned: %s" % (way, answer))
+        check(answer["blocked_m"] <= WALLS[way] - REACH_M + 0.1, "%s: the wall is nearer: %s" % (way, answer))
+        check(answer["blocked_m"] >= WALLS[way] - REACH_M - TOLERANCE_M, "%s: timid: %s" % (way, answer))
+        speed = math.hypot(*v)
+        stop = speed * LATENCY + speed ** 2 / 2 / BRAKING
+        check(stop <= answer["blocked_m"] + 1e-6, "%s: does not stop: %s" % (way, answer))
+        half = client.call("limit", velocity_mps=[1e-2 * x, 1e-2 * y, 0])
+        check(half["limited_by"] == "nothing" and half["velocity_mps"] == [1e-2 * x, 1e-2 * y, 0], "%s" % half)
+    rest = client.call("limit", velocity_mps=[0, 0, 0])
+    check(rest["speed_mps"] == 0 and rest["limited_by"] == "nothing", "at rest: %s" % rest)
+    refused(client, "limit", -32602)
+    refused(client, "limit", -32602, velocity_mps=[1, 0])
+    out = bench.sonarctl("limit", "--velocity", "3,0,0", "--json")
+    check(out.returncode == 0 and '"limited_by":"blocked"' in out.stdout, "sonarctl limit: %s" % out)
+
+
+def unknown_ahead(bench):
+    """Downwards the head has never looked."""
+    for word, wanted in (("slow", 0.07), ("stop", 0), ("ignore", 0.5)):
+        other = type(bench)()
+        try:
+            other.sim()
+            other.conf(vehicle={"unknown": word, "slow": "0.07 m/s"})
+            client = other.sonard().client()
+            pings_until(client, 20)
+            answer = client.call("limit", velocity_mps=[0, 0, 0.5])
+            check(abs(answer["speed_mps"] - wanted) < 1e-3, "unknown = %s: %s" % (word, answer))
+            by = "nothing" if word == "ignore" else "unknown"
+            check(answer["limited_by"] == by, "unknown = %s: %s" % (word, answer))
+            check(answer["reason"] == "never looked at", "unknown = %s: %s" % (word, answer))
+        finally:
+            faults = other.end()
+        check(not faults, "; ".join(faults))
+
+
+def collision(bench):
+    client = basin(bench)
+    for way, (x, y) in WAYS.items():
+        answer = client.call("time_to_collision", velocity_mps=[0.5 * x, 0.5 * y, 0])
+        check(answer["state"] == "blocked", "%s: %s" % (way, answer))
+        check(answer["time_s"] <= (WALLS[way] - 0.4) / 0.5 + 0.1, "%s: too late: %s" % (way, answer))
+        check(answer["distance_m"] >= WALLS[way] - 0.4 - TOLERANCE_M, "%s: too early: %s" % (way, answer))
+        check(answer["time_sd_s"] > 0, "%s: as if it were exact: %s" % (way, answer))
+    far = client.call("time_to_collision", velocity_mps=[0.1, 0, 0], ahead_s=2)
+    check(far["state"] != "blocked" and far["time_s"] is None, "9 m at 0.1 m/s within 2 s: %s" % far)
+    down = client.call("time_to_collision", velocity_mps=[0, 0, 0.5])
+    check(down["state"] == "unknown" and down["unknown_after_s"] is not None, "downwards: %s" % down)
+    refused(client, "time_to_collision", -32600)
+    client.call("pose", velocity_mps=[0, 0, 0], attitude_deg=[0, 0, 0])
+    at_rest = client.call("time_to_collision")
+    check((at_rest["state"], at_rest["reason"]) == ("unknown", "the vehicle is at rest"), "at rest: %s" % at_rest)
+    client.call("watch", method="limit", params={"velocity_mps": [1, 0, 0]}, rate_hz=20)
+    until(lambda: client.call("version") and client.notifications, "a limit that is watched")
+    check(client.notifications[0]["result"]["asked_mps"] == 1, "watched: %s" % client.notifications[0])
+
+
+cases = [("answers_" + f.__name__, f) for f in (nearest, limit, unknown_ahead, collision)]
+run(cases, parallel=4)

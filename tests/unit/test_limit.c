@@ -1,0 +1,299 @@
+/* SPDX-License-Identifier: MIT */
+/* test_limit - corridors and the speed they allow: on pictures made by hand, and by their properties on random ones. */
+#include "../lib/table.h"
+#include "../lib/test.h"
+
+#include "../../grid/answer/limit.h"
+
+#define SECOND 1000000000ull
+#define NOW    (1000 * SECOND)
+
+static struct rings rings;
+static struct picture picture;
+static double axis[8192][3];
+static const struct answer_conf limits = {.clear_for_s = 30, .move_limit_m = 0.5};
+static struct answer_now now;
+static const struct corridor_body small = {.radius_m = 0.3, .half_height_m = 0.2, .margin_m = 0.1, .near_m = 0.7};
+
+static void start(void)
+{
+    static void *word;
+    CHECK(rings_full(&rings, geo_rad(3)));
+    free(word);
+    word = aligned_alloc(64, (picture_bytes(rings.n) + 63) / 64 * 64);
+    for (uint32_t d = 0; d < rings.n; d++) {
+        double az, el;
+        rings_centre(&rings, d, &az, &el);
+        geo_direction(az, el, axis[d]);
+    }
+    picture_init(&picture, &rings, (const double(*)[3])axis, 60, 0.4, word);
+    const struct picture_frame frame = {.pings = 1, .t_ping_ns = NOW, .range_max_m = 20, .recentre_m = 0.1};
+    picture_begin(&picture);
+    picture_set_frame(&picture, &frame);
+    picture_end(&picture);
+    now = (struct answer_now){.now_ns = NOW, .pose_fresh = true, .pose = pose_identity};
+}
+
+static void set(uint32_t d, double blind_m, double free_m, double near_m, double age_s)
+{
+    struct picture_entry e = {0};
+    const uint64_t t_ns = NOW - (uint64_t)(age_s * 1e9);
+    e.claim[CLAIM_NOW] = (struct claim){.t_ping_ns = t_ns, .from_m = (float)blind_m, .to_m = (float)free_m};
+    if (near_m > 0)
+        e.obstacle[0] = (struct picture_obstacle){.t_ref_ns = t_ns,
+                                                  .t_echo_ns = t_ns,
+                                                  .logodds = 4,
+                                                  .near_m = (float)near_m,
+                                                  .range_m = (float)near_m,
+                                                  .sd_m = 0.05f};
+    picture_begin(&picture);
+    picture_set(&picture, d, &e);
+    picture_end(&picture);
+}
+
+static void all_free(double free_m)
+{
+    for (uint32_t d = 0; d < rings.n; d++)
+        set(d, 0.3, free_m, 0, 1);
+}
+
+static uint32_t at(double az_deg, double el_deg)
+{
+    return rings_index(&rings, geo_rad(az_deg), geo_rad(el_deg));
+}
+
+static struct corridor look(const struct corridor_body *body, double x, double y, double z, double most_m)
+{
+    const struct corridor_query q = {.direction = {x, y, z}, .most_m = most_m};
+    struct corridor c;
+    corridor_look(&picture, &limits, &now, body, &q, &c);
+    return c;
+}
+
+TEST(open_water_is_known_as_far_as_asked)
+{
+    start();
+    all_free(20);
+    const struct corridor c = look(&small, 1, 0, 0, 10);
+    CHECK_NEAR(c.known_m, 10, 1e-9, 0);
+    CHECK(isinf(c.blocked_m));
+    CHECK_INT(c.reason, ANSWER_HEARD);
+    CHECK_NEAR(c.front_m, 0.4, 1e-9, 0);
+    CHECK_NEAR(c.age_s, 1, 1e-6, 0);
+}
+
+TEST(the_front_is_the_bodys_extent_along_the_line)
+{
+    start();
+    all_free(20);
+    CHECK_NEAR(look(&small, 0, 0, 2, 10).front_m, 0.3, 1e-9, 0); /* half height and margin */
+    CHECK_NEAR(look(&small, 0, 3, 0, 10).front_m, 0.4, 1e-9, 0);
+    CHECK_NEAR(look(&small, 1, 0, -1, 10).front_m, (0.3 + 0.2) / sqrt(2) + 0.1, 1e-9, 0);
+}
+
+TEST(what_stands_in_the_tunnel_blocks_and_what_stands_beside_it_does_not)
+{
+    start();
+    all_free(20);
+    set(at(0, 0), 0.3, 4.9, 5, 2);
+    struct corridor c = look(&small, 1, 0, 0, 10);
+    CHECK_NEAR(c.blocked_m, 5, 0.02, 0);
+    CHECK(c.blocked_m <= 5);
+    CHECK_NEAR(c.blocked_age_s, 2, 1e-6, 0);
+    CHECK_NEAR(c.blocked_sd_m, 0.05, 1e-6, 0);
+    CHECK(c.known_m < 5);
+    CHECK(isinf(look(&small, 0, 1, 0, 10).blocked_m));
+    CHECK(isinf(look(&small, -1, 0, 0, 10).blocked_m));
+    start();
+    all_free(20);
+    set(at(30, 0), 0.3, 4.9, 5, 2); /* 2.5 m to the side */
+    CHECK(isinf(look(&small, 1, 0, 0, 10).blocked_m));
+    CHECK(look(&small, 0.866, 0.5, 0, 10).blocked_m < 5.01);
+    set(at(30, 0), 0.3, 0.5, 0.55, 2); /* 0.28 m to the side: in the way */
+    CHECK(look(&small, 1, 0, 0, 10).blocked_m < 0.55);
+}
+
+TEST(water_that_nobody_heard_is_not_known)
+{
+    start();
+    CHECK(look(&small, 1, 0, 0, 10).known_m < small.near_m);
+    CHECK_INT(look(&small, 1, 0, 0, 10).reason, ANSWER_NEVER);
+    all_free(6);
+    struct corridor c = look(&small, 1, 0, 0, 10);
+    CHECK(c.known_m <= 6 && c.known_m > 5.8);
+    CHECK_INT(c.reason, ANSWER_BEYOND);
+    set(at(0, 0), 0.3, 20, 0, 40); /* too long ago */
+    CHECK_INT(look(&small, 1, 0, 0, 10).reason, ANSWER_STALE);
+    CHECK(look(&small, 1, 0, 0, 10).known_m <= small.near_m);
+    all_free(20);
+    set(at(0, 0), 0.9, 20, 0, 1); /* its ring-down is longer than what is the vehicle's own place */
+    CHECK_INT(look(&small, 1, 0, 0, 10).reason, ANSWER_BLIND);
+    all_free(20);
+    now.pose_fresh = false;
+    CHECK(look(&small, 1, 0, 0, 10).known_m > 9.9); /* the axes are the body's: no pose is needed */
+    const struct corridor_query q = {.direction = {1, 0, 0}, .ned = true, .most_m = 10};
+    corridor_look(&picture, &limits, &now, &small, &q, &c);
+    CHECK_INT(c.reason, ANSWER_NO_FRAME);
+    CHECK_NEAR(c.known_m, 0, 0, 0);
+}
+
+static uint64_t state;
+
+static double uniform(double lo, double hi)
+{
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    return lo + (hi - lo) * (double)(state >> 11) * 0x1p-53;
+}
+
+/* Points of the tunnel, against what the picture holds along the ray through each. */
+TEST(no_point_of_the_tunnel_is_worse_than_said)
+{
+    uint32_t seen_blocked = 0, seen_known = 0;
+    state = 7;
+    printf("seed %llu\n", (unsigned long long)state);
+    for (int round = 0; round < 60; round++) {
+        start();
+        for (uint32_t d = 0; d < rings.n; d++) {
+            const double near_m = uniform(0, 1) < 0.02 ? uniform(0.3, 12) : 0;
+            set(d, 0.3, near_m > 0 ? near_m - 0.01 : uniform(0, 1) < 0.05 ? uniform(1, 9) : 15, near_m, 1);
+        }
+        const struct corridor_body body = {uniform(0, 0.8), uniform(0, 0.8), uniform(0, 0.3), 1.7};
+        const double el = asin(uniform(-1, 1)), az = uniform(0, GEO_TURN);
+        double a[3], side[3], up[3];
+        geo_direction(az, el, a);
+        const struct corridor c = look(&body, a[0], a[1], a[2], 10);
+        geo_direction(az + GEO_PI / 2, 0, side);
+        geo_direction(az, el + GEO_PI / 2, up);
+        const double wide = body.radius_m + body.margin_m;
+        const double high = body.half_height_m * fabs(cos(el)) + body.radius_m * fabs(sin(el)) + body.margin_m;
+        for (int k = 0; k < 20000; k++) {
+            const double x = uniform(0, 10), y = uniform(-wide, wide), z = uniform(-high, high);
+            double v[3], p_az, p_el;
+            for (int i = 0; i < 3; i++)
+                v[i] = x * a[i] + y * side[i] + z * up[i];
+            const double r = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+            geo_angles(v, &p_az, &p_el);
+            struct picture_entry e;
+            picture_get(&picture, rings_index(&rings, p_az, p_el), &e);
+            const bool hit = e.obstacle[0].logodds > 0 && r > e.obstacle[0].near_m;
+            if (hit && e.obstacle[0].near_m / r * x + 1e-6 < c.blocked_m) {
+                test_case_failed = true;
+                printf("round %d: an obstacle stands before blocked_m\n", round);
+                break;
+            }
+            if (x < c.known_m && r > body.near_m && r > e.claim[0].to_m + 1e-6) {
+                test_case_failed = true;
+                printf("round %d: water that nobody heard lies before known_m\n", round);
+                break;
+            }
+        }
+        seen_blocked += c.blocked_m < INFINITY;
+        seen_known += c.known_m > 2;
+    }
+    CHECK(seen_blocked > 20);
+    CHECK(seen_known > 5);
+}
+
+/* ---- speed ---- */
+
+static const struct limit_conf usual = {
+    .braking_mps2 = 0.3, .latency_s = 0.5, .unknown = LIMIT_SLOW, .slow_mps = 0.1};
+
+static struct corridor water(double blocked_m, double known_m, bool known)
+{
+    return (struct corridor){.front_m = 0.4,
+                             .blocked_m = blocked_m,
+                             .known_m = known_m,
+                             .reason = known ? ANSWER_HEARD : ANSWER_BEYOND};
+}
+
+TEST(speeds_by_hand)
+{
+    static const struct {
+        const char *name;
+        double blocked_m, known_m;
+        bool known;
+        enum limit_unknown unknown;
+        double asked, stale_s, drifted_m, want;
+        enum limit_by by;
+    } cases[] = {
+        {"open water", INFINITY, 10, true, LIMIT_STOP, 1, 0, 0, 1, LIMIT_BY_NOTHING},
+        {"a wall far away", 9.4, 10, true, LIMIT_STOP, 1, 0, 0, 1, LIMIT_BY_NOTHING},
+        {"a wall: v/2 + v^2/0.6 = 1", 1.4, 10, true, LIMIT_STOP, 1, 0, 0, 0.63899, LIMIT_BY_BLOCKED},
+        {"the same, a second old: 1.5 v + v^2/0.6 = 1", 1.4, 10, true, LIMIT_STOP, 1, 1, 0, 0.44582,
+         LIMIT_BY_BLOCKED},
+        {"at the wall", 0.4, 10, true, LIMIT_SLOW, 1, 0, 0, 0, LIMIT_BY_BLOCKED},
+        {"drifted to the wall", 1.4, 10, true, LIMIT_SLOW, 1, 0, 1, 0, LIMIT_BY_BLOCKED},
+        {"unknown: stop", INFINITY, 0, false, LIMIT_STOP, 1, 0, 0, 0, LIMIT_BY_UNKNOWN},
+        {"unknown: slow", INFINITY, 0, false, LIMIT_SLOW, 1, 0, 0, 0.1, LIMIT_BY_UNKNOWN},
+        {"unknown: slow, less asked", INFINITY, 0, false, LIMIT_SLOW, 0.05, 0, 0, 0.05, LIMIT_BY_NOTHING},
+        {"unknown: ignore", INFINITY, 0, false, LIMIT_IGNORE, 1, 0, 0, 1, LIMIT_BY_NOTHING},
+        {"unknown before a wall: ignore", 1.4, 0, false, LIMIT_IGNORE, 1, 0, 0, 0.63899, LIMIT_BY_BLOCKED},
+        {"unknown, and a wall too near for slow", 0.41, 0, false, LIMIT_SLOW, 1, 0, 0, 0.01882, LIMIT_BY_BLOCKED},
+        {"nothing asked", 0, 0, false, LIMIT_STOP, 0, 0, 0, 0, LIMIT_BY_NOTHING},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const struct corridor c = water(cases[i].blocked_m, cases[i].known_m, cases[i].known);
+        struct limit_conf conf = usual;
+        struct limit out;
+        conf.unknown = cases[i].unknown;
+        limit_of(&conf, &c, cases[i].asked, cases[i].stale_s, cases[i].drifted_m, &out);
+        if (fabs(out.speed_mps - cases[i].want) > 1e-4 || out.by != cases[i].by) {
+            printf("%s: %.5f m/s by %s\n", cases[i].name, out.speed_mps, limit_word(out.by));
+            test_case_failed = true;
+        }
+    }
+}
+
+TEST(it_stands_in_known_water_never_gives_more_and_is_monotone)
+{
+    state = 11;
+    printf("seed %llu\n", (unsigned long long)state);
+    for (int k = 0; k < 200000; k++) {
+        const struct limit_conf conf = {uniform(0.01, 3), uniform(0, 2), (enum limit_unknown)(k % 3),
+                                        uniform(0, 0.5)};
+        const double stale_s = uniform(0, 3), asked = uniform(0, 3), drifted_m = uniform(0, 1);
+        struct corridor c =
+            water(uniform(0, 1) < 0.2 ? INFINITY : uniform(0, 9), uniform(0, 9), uniform(0, 1) < 0.3);
+        struct limit a, b;
+        limit_of(&conf, &c, asked, stale_s, drifted_m, &a);
+        CHECK(a.speed_mps >= 0 && a.speed_mps <= asked);
+        CHECK((a.by == LIMIT_BY_NOTHING) == (a.speed_mps >= asked));
+        const double way =
+            a.speed_mps * (conf.latency_s + stale_s) + a.speed_mps * a.speed_mps / (2 * conf.braking_mps2);
+        CHECK(a.speed_mps == 0 || way <= c.blocked_m - c.front_m - drifted_m + 1e-9);
+        if (conf.unknown == LIMIT_STOP && c.reason != ANSWER_HEARD)
+            CHECK(a.speed_mps == 0 || way <= c.known_m - c.front_m - drifted_m + 1e-9);
+        if (conf.unknown == LIMIT_SLOW && c.reason != ANSWER_HEARD)
+            CHECK(a.speed_mps <= conf.slow_mps || way <= c.known_m - c.front_m - drifted_m + 1e-9);
+        c.blocked_m += uniform(0, 1);
+        c.known_m += uniform(0, 1);
+        limit_of(&conf, &c, asked, stale_s, drifted_m, &b);
+        CHECK(b.speed_mps >= a.speed_mps);
+        limit_of(&conf, &c, asked, stale_s * 0.5, drifted_m * 0.5, &a);
+        CHECK(a.speed_mps >= b.speed_mps);
+        /* looking no farther than the reach changes nothing */
+        const double reach = limit_reach_m(&conf, c.front_m, asked, stale_s, drifted_m);
+        struct corridor cut = c;
+        if (cut.blocked_m > reach)
+            cut.blocked_m = INFINITY;
+        if (cut.known_m >= reach)
+            cut.reason = ANSWER_HEARD;
+        limit_of(&conf, &cut, asked, stale_s, drifted_m, &a);
+        CHECK(fabs(a.speed_mps - b.speed_mps) < 1e-9);
+        if (test_case_failed)
+            return;
+    }
+}
+
+int main(void)
+{
+    RUN(open_water_is_known_as_far_as_asked);
+    RUN(the_front_is_the_bodys_extent_along_the_line);
+    RUN(what_stands_in_the_tunnel_blocks_and_what_stands_beside_it_does_not);
+    RUN(water_that_nobody_heard_is_not_known);
+    RUN(no_point_of_the_tunnel_is_worse_than_said);
+    RUN(speeds_by_hand);
+    RUN(it_stands_in_known_water_never_gives_more_and_is_monotone);
+    return test_end();
+}
