@@ -50,49 +50,65 @@ static struct sides sides_of(const struct cfar *cfar, uint32_t n, uint32_t i)
     return s;
 }
 
-/* Working memory. Sums and numbers are those of the cells 0 .. i - 1 that are not excluded. */
+/*
+ * Working memory. Sums and numbers are those of the cells from held->begin to i - 1 that are not excluded; only those
+ * near marked cells are needed, and made.
+ */
 struct work {
-    uint64_t *sum;   /* [n + 1]; OS: room for the cells of a window */
-    uint32_t *cells; /* [n + 1]; not filled where nothing is excluded */
-    float *window;   /* [n] for the sieve: sum of a window that begins here ... */
-    uint8_t *code;   /* ... OS: codes of the cells, in the same place */
+    struct span *held; /* in which sum and cells are right, for i = held->begin .. held->end */
+    uint64_t *sum;     /* [n + 1]; OS: room for the cells of a window */
+    uint32_t *cells;   /* [n + 1]; not filled where nothing is excluded */
+    float *power;      /* [n] for the sieve: the cells, 0 where excluded ... */
+    float *room;       /* ... room for sums of windows, in the place of sum ... */
+    uint8_t *code;     /* ... OS: codes of the cells, in the same place */
 };
 
 size_t cfar_work_size(uint32_t n)
 {
-    return ((size_t)n + 1) * (sizeof(uint64_t) + sizeof(uint32_t) + sizeof(float));
+    return sizeof(struct span) + ((size_t)n + 1) * (sizeof(uint64_t) + sizeof(uint32_t) + sizeof(float));
 }
 
 static struct work work_of(const struct cfar_profile *p)
 {
-    struct work w = {.sum = p->work};
+    struct work w = {.held = p->work};
 
+    w.sum = (void *)(w.held + 1);
     w.cells = (void *)(w.sum + p->n + 1);
-    w.window = (void *)(w.cells + p->n + 1);
-    w.code = (void *)w.window;
+    w.power = (void *)(w.cells + p->n + 1);
+    w.room = (void *)w.sum;
+    w.code = (void *)w.sum;
     return w;
 }
 
-static void fill_prefix(const struct cfar_profile *p)
+/* Make sums and numbers right in a span of cells. Spans that follow each other upward cost what is new of them. */
+static void hold(const struct cfar_profile *p, struct span s)
 {
-    const struct work to = work_of(p);
-    uint64_t sum = to.sum[0] = 0;
-    uint32_t cells = to.cells[0] = 0;
+    const struct work w = work_of(p);
 
+    if (s.begin < w.held->begin || s.begin > w.held->end) {
+        *w.held = (struct span){s.begin, s.begin};
+        w.sum[s.begin] = 0;
+        w.cells[s.begin] = 0;
+    }
+    uint64_t sum = w.sum[w.held->end];
+    uint32_t cells = w.cells[w.held->end], i = w.held->end;
     if (!p->excluded) {
-        for (uint32_t i = 0; i < p->n; i++)
-            to.sum[i + 1] = sum += p->x[i];
-        return;
+        for (; i < s.end; i++)
+            w.sum[i + 1] = sum += p->x[i];
+    } else {
+        for (; i < s.end; i++) {
+            w.sum[i + 1] = sum += p->excluded[i] ? 0 : p->x[i];
+            w.cells[i + 1] = cells += !p->excluded[i];
+        }
     }
-    for (uint32_t i = 0; i < p->n; i++) {
-        to.sum[i + 1] = sum += p->excluded[i] ? 0 : p->x[i];
-        to.cells[i + 1] = cells += !p->excluded[i];
-    }
+    w.held->end = i;
 }
 
 static struct cfar_reference average_of(const struct cfar *cfar, const struct cfar_profile *p, struct sides s)
 {
     const struct work prefix = work_of(p);
+
+    hold(p, (struct span){s.lead.begin, s.lag.end});
     const uint64_t lead_sum = prefix.sum[s.lead.end] - prefix.sum[s.lead.begin];
     const uint64_t lag_sum = prefix.sum[s.lag.end] - prefix.sum[s.lag.begin];
     const uint32_t *cells = prefix.cells;
@@ -231,19 +247,19 @@ static bool detects(const struct cfar *cfar, const struct cfar_profile *p, uint3
     return ref.cells > 0 && ((u128)p->x[i] << 16) * ref.cells > (u128)alpha * ref.sum;
 }
 
-static void prepare_sieve(const struct cfar *cfar, const struct cfar_profile *p)
+/* Returns the sums of windows; NULL for OS. */
+static const float *prepare_sieve(const struct cfar *cfar, const struct cfar_profile *p)
 {
     const struct work w = work_of(p);
 
-    if (cfar->detector == CFAR_OS) {
-        cfar_sieve_codes(p->x, p->n, w.code);
-        for (uint32_t i = 0; p->excluded && i < p->n; i++)
-            w.code[i] = p->excluded[i] ? 0 : w.code[i];
-        return;
-    }
-    fill_prefix(p);
-    if (p->n >= cfar->n_side)
-        cfar_sieve_sums(w.sum, cfar->n_side, p->n - cfar->n_side + 1, w.window);
+    cfar_sieve_powers(p->x, p->n, w.power);
+    for (uint32_t i = 0; p->excluded && i < p->n; i++)
+        w.power[i] = p->excluded[i] ? 0.0f : w.power[i];
+    if (cfar->detector == CFAR_OS)
+        cfar_sieve_codes(w.power, p->n, w.code);
+    else if (p->n >= cfar->n_side)
+        return cfar_sieve_sums(w.power, p->n, cfar->n_side, w.room);
+    return NULL;
 }
 
 /*
@@ -252,7 +268,7 @@ static void prepare_sieve(const struct cfar *cfar, const struct cfar_profile *p)
  * of the two factors.
  */
 static void sieve(const struct cfar *cfar, const struct cfar_profile *p, uint32_t begin, uint32_t end, bool lead,
-                  bool lag, uint8_t *mask)
+                  bool lag, const float *sum, uint8_t *mask)
 {
     const struct work w = work_of(p);
     const bool both = lead && lag;
@@ -273,14 +289,15 @@ static void sieve(const struct cfar *cfar, const struct cfar_profile *p, uint32_
         .begin = begin, .end = end, .lead = lead ? before : behind, .lag = lag ? behind : before, .alpha = alpha};
     if (cfar->detector == CFAR_OS)
         cfar_sieve_rank(&stretch, cfar->n_side, rank_among(cfar, both ? 2 * cfar->n_side : cfar->n_side), least,
-                        p->x, w.code, mask);
+                        w.power, w.code, mask);
     else
-        cfar_sieve_average(cfar->detector, &stretch, cfar->n_side, least, p->x, w.window, mask);
+        cfar_sieve_average(cfar->detector, &stretch, cfar->n_side, least, w.power, sum, mask);
 }
 
 /* Mark every cell that may be detected, from one edge of the profile to the other. */
 static void sieve_all(const struct cfar *cfar, const struct cfar_profile *p, uint8_t *mask)
 {
+    const float *sum = prepare_sieve(cfar, p);
     const uint64_t reach = (uint64_t)cfar->guard + cfar->n_side;
     const uint32_t n = p->n, head = reach < n ? (uint32_t)reach : n, tail = n - head;
     const uint32_t middle = head < tail ? head : tail, rest = n - middle;
@@ -290,10 +307,10 @@ static void sieve_all(const struct cfar *cfar, const struct cfar_profile *p, uin
         memset(mask, 1, head);
         memset(mask + tail, 1, head);
     } else if (cfar->edge == CFAR_FULL) {
-        sieve(cfar, p, 0, middle, false, true, mask);
-        sieve(cfar, p, rest, n, true, false, mask);
+        sieve(cfar, p, 0, middle, false, true, sum, mask);
+        sieve(cfar, p, rest, n, true, false, sum, mask);
     }
-    sieve(cfar, p, head, tail, true, true, mask);
+    sieve(cfar, p, head, tail, true, true, sum, mask);
 }
 
 void cfar_run(const struct cfar *cfar, const struct cfar_profile *profile, uint8_t *mask)
@@ -302,8 +319,9 @@ void cfar_run(const struct cfar *cfar, const struct cfar_profile *profile, uint8
 
     if (n == 0)
         return;
-    prepare_sieve(cfar, profile);
     sieve_all(cfar, profile, mask);
+    *work_of(profile).held = (struct span){0, 0};
+    work_of(profile).sum[0] = 0;
     for (uint8_t *at = memchr(mask, 1, n); at; at = memchr(at, 1, (size_t)(mask + n - at))) {
         *at = detects(cfar, profile, (uint32_t)(at - mask));
         at++;

@@ -8,49 +8,27 @@
 
 #include <string.h>
 
-#define BLOCK  32 /* cells that are looked at together */
-#define INLINE static inline __attribute__((always_inline))
+#include "variants.h"
+
+#define BLOCK 32 /* cells that are looked at together */
 
 /*
- * What rounding may take from a comparison: each number goes through at most four roundings of 2^-24. The thresholds
- * are lowered by more than that.
+ * What rounding may take from a comparison: a sum of windows goes through at most 36 roundings of 2^-24, five for each
+ * digit of the number of cells in base 4. Nothing is ever subtracted from it, so this is a share of the sum however loud its
+ * neighbours are. The thresholds are lowered by more than that.
  */
-#define SLACK (1.0 - 0x1p-20)
+#define SLACK (1.0 - 0x1p-17)
 
-/* VARIANTS(name, (parameters), (arguments)) makes `name` of name_body: one copy for each width of vectors. */
-#if defined(__x86_64__)
-#define AVX512 "avx512f,avx512bw,avx512dq,avx512vl"
-#define VARIANTS(name, parameters, arguments)                                                                     \
-    __attribute__((target(AVX512))) static void name##_avx512 parameters                                          \
-    {                                                                                                             \
-        name##_body arguments;                                                                                    \
-    }                                                                                                             \
-    __attribute__((target("avx2"))) static void name##_avx2 parameters                                            \
-    {                                                                                                             \
-        name##_body arguments;                                                                                    \
-    }                                                                                                             \
-    void name parameters                                                                                          \
-    {                                                                                                             \
-        if (__builtin_cpu_supports("avx512bw") && __builtin_cpu_supports("avx512dq") &&                           \
-            __builtin_cpu_supports("avx512vl"))                                                                   \
-            name##_avx512 arguments;                                                                              \
-        else if (__builtin_cpu_supports("avx2"))                                                                  \
-            name##_avx2 arguments;                                                                                \
-        else                                                                                                      \
-            name##_body arguments;                                                                                \
-    }
-#else
-#define VARIANTS(name, parameters, arguments)                                                                     \
-    void name parameters                                                                                          \
-    {                                                                                                             \
-        name##_body arguments;                                                                                    \
-    }
-#endif
-
-/* Begin of the block after the one at i: the last block of a stretch overlaps the one before it. */
-INLINE uint32_t next_block(uint32_t i, uint32_t end)
+/* Cells that are too few for a block are looked at one by one. */
+INLINE uint32_t blocks_of(uint32_t n)
 {
-    return i + BLOCK >= end ? end : i + 2 * BLOCK <= end ? i + BLOCK : end - BLOCK;
+    return n < BLOCK ? 0 : (n + BLOCK - 1) / BLOCK;
+}
+
+/* Where a block of n cells begins: the last one overlaps the one before it. */
+INLINE uint32_t block_begin(uint32_t block, uint32_t n)
+{
+    return block * BLOCK < n - BLOCK ? block * BLOCK : n - BLOCK;
 }
 
 /* An integer below 2^52 as a double; the conversion instruction for vectors came with AVX-512 only. */
@@ -71,69 +49,134 @@ INLINE uint32_t bits_of(float f)
     return bits;
 }
 
-INLINE void sums_block(const uint64_t *restrict lo, const uint64_t *restrict hi, float *restrict sum)
+INLINE void powers_block(const uint64_t *restrict x, float *restrict power)
 {
     for (int j = 0; j < BLOCK; j++)
-        sum[j] = (float)to_double(hi[j] - lo[j]);
+        power[j] = (float)to_double(x[j]);
 }
 
-INLINE void cfar_sieve_sums_body(const uint64_t *prefix, uint32_t cells, uint32_t n, float *sum)
+INLINE void cfar_sieve_powers_body(const uint64_t *x, uint32_t n, float *power)
 {
-    uint32_t i = 0;
-
-    for (; i + BLOCK <= n; i += BLOCK)
-        sums_block(prefix + i, prefix + i + cells, sum + i);
-    for (; i < n; i++)
-        sum[i] = (float)to_double(prefix[i + cells] - prefix[i]);
+    for (uint32_t b = 0; b < blocks_of(n); b++)
+        powers_block(x + block_begin(b, n), power + block_begin(b, n));
+    for (uint32_t i = 0; n < BLOCK && i < n; i++)
+        power[i] = (float)to_double(x[i]);
 }
 
-VARIANTS(cfar_sieve_sums, (const uint64_t *prefix, uint32_t cells, uint32_t n, float *sum),
-         (prefix, cells, n, sum))
+VARIANTS(, void, cfar_sieve_powers, (const uint64_t *x, uint32_t n, float *power), (x, n, power))
+
+/* How a window is made of shorter ones: 2 to 4 parts of `cells` cells side by side and 0 to 3 single cells behind. */
+struct joint {
+    uint32_t parts, cells, rest;
+};
+
+INLINE float join_at(struct joint to, const float *part, const float *power)
+{
+    const uint32_t c = to.cells;
+    const float *behind = power + to.parts * c;
+    float sum = part[0] + part[c];
+
+    if (to.parts == 3)
+        sum += part[2 * c];
+    if (to.parts == 4)
+        sum += part[2 * c] + part[3 * c];
+    for (uint32_t k = 0; k < to.rest; k++)
+        sum += behind[k];
+    return sum;
+}
+
+INLINE void join_block(struct joint to, const float *restrict part, const float *restrict power,
+                       float *restrict sum)
+{
+    for (int j = 0; j < BLOCK; j++)
+        sum[j] = join_at(to, part + j, power + j);
+}
+
+/* n windows. Parts and rest are constants in every call. */
+INLINE void join_some(struct joint to, const float *part, const float *power, uint32_t n, float *sum)
+{
+    for (uint32_t b = 0; b < blocks_of(n); b++) {
+        const uint32_t i = block_begin(b, n);
+        join_block(to, part + i, power + i, sum + i);
+    }
+    for (uint32_t i = 0; n < BLOCK && i < n; i++)
+        sum[i] = join_at(to, part + i, power + i);
+}
+
+INLINE void join(struct joint to, const float *part, const float *power, uint32_t n, float *sum)
+{
+    if (to.parts == 2)
+        join_some((struct joint){2, to.cells, 0}, part, power, n, sum);
+    else if (to.parts == 3)
+        join_some((struct joint){3, to.cells, 0}, part, power, n, sum);
+    else if (to.rest == 0)
+        join_some((struct joint){4, to.cells, 0}, part, power, n, sum);
+    else if (to.rest == 1)
+        join_some((struct joint){4, to.cells, 1}, part, power, n, sum);
+    else if (to.rest == 2)
+        join_some((struct joint){4, to.cells, 2}, part, power, n, sum);
+    else
+        join_some((struct joint){4, to.cells, 3}, part, power, n, sum);
+}
+
+/* The number of cells in base 4: as many cells as its highest digit says, then four such windows and the next digit. */
+INLINE const float *cfar_sieve_sums_body(const float *power, uint32_t n, uint32_t cells, float *room)
+{
+    int digit = (31 - __builtin_clz(cells)) / 2;
+    const float *part = power;
+    float *sum = room;
+
+    for (struct joint to = {cells >> 2 * digit, 1, 0}; digit >= 0; to.parts = 4) {
+        if (to.parts > 1) {
+            join(to, part, power, n - to.parts * to.cells - to.rest + 1, sum);
+            part = sum;
+            sum = sum == room ? room + n : room;
+        }
+        to.cells = cells >> 2 * digit--;
+        to.rest = digit < 0 ? 0 : cells >> 2 * digit & 3;
+    }
+    return part;
+}
+
+VARIANTS(, const float *, cfar_sieve_sums, (const float *power, uint32_t n, uint32_t cells, float *room),
+         (power, n, cells, room))
 
 /* Top bit set where the cell may be detected. */
-INLINE uint32_t average_test(enum cfar_detector detector, float factor, float least, uint64_t power, float lead,
+INLINE uint32_t average_test(enum cfar_detector detector, float factor, float least, float x, float lead,
                              float lag)
 {
-    const float x = (float)to_double(power);
-    uint32_t above;
+    const float sum = detector == CFAR_CA ? lead + lag : (lead < lag) == (detector == CFAR_SOCA) ? lead : lag;
+    const float threshold = sum * factor;
 
-    if (detector == CFAR_CA)
-        above = bits_of((lead + lag) * factor - x);
-    else if (detector == CFAR_GOCA)
-        above = bits_of(lead * factor - x) & bits_of(lag * factor - x);
-    else
-        above = bits_of(lead * factor - x) | bits_of(lag * factor - x);
-    return above & bits_of(least - x);
+    return bits_of((threshold > least ? threshold : least) - x);
 }
 
-INLINE uint32_t average_block(enum cfar_detector detector, float factor, float least, const uint64_t *restrict x,
-                              const float *restrict lead, const float *restrict lag)
+INLINE void average_block(enum cfar_detector detector, float factor, float least, const float *restrict x,
+                          const float *restrict lead, const float *restrict lag, uint8_t *restrict mark)
 {
-    uint32_t any = 0;
-
     for (int j = 0; j < BLOCK; j++)
-        any |= average_test(detector, factor, least, x[j], lead[j], lag[j]);
-    return any >> 31;
+        mark[j] = (uint8_t)(average_test(detector, factor, least, x[j], lead[j], lag[j]) >> 31);
 }
 
 INLINE void average_stretch(enum cfar_detector detector, const struct cfar_stretch *s, float factor, float least,
-                            const uint64_t *x, const float *sum, uint8_t *mark)
+                            const float *x, const float *sum, uint8_t *mark)
 {
-    const uint32_t cells = s->end - s->begin < BLOCK ? s->end - s->begin : BLOCK;
+    const uint32_t n = s->end - s->begin;
+    const float *lead = sum + (int64_t)s->begin + s->lead, *lag = sum + (int64_t)s->begin + s->lag;
 
-    for (uint32_t i = s->begin; i < s->end; i = next_block(i, s->end)) {
-        const uint64_t *cell = x + i;
-        const float *lead = sum + ((int64_t)i + s->lead), *lag = sum + ((int64_t)i + s->lag);
-        if (cells == BLOCK && !average_block(detector, factor, least, cell, lead, lag))
-            continue;
-        for (uint32_t j = 0; j < cells; j++)
-            mark[i + j] = average_test(detector, factor, least, cell[j], lead[j], lag[j]) >> 31 & 1;
+    x += s->begin;
+    mark += s->begin;
+    for (uint32_t b = 0; b < blocks_of(n); b++) {
+        const uint32_t i = block_begin(b, n);
+        average_block(detector, factor, least, x + i, lead + i, lag + i, mark + i);
     }
+    for (uint32_t i = 0; n < BLOCK && i < n; i++)
+        mark[i] = (uint8_t)(average_test(detector, factor, least, x[i], lead[i], lag[i]) >> 31);
 }
 
 /* The detector is a constant in every call. */
 INLINE void cfar_sieve_average_body(enum cfar_detector detector, const struct cfar_stretch *s, uint32_t cells,
-                                    double least, const uint64_t *x, const float *sum, uint8_t *mark)
+                                    double least, const float *x, const float *sum, uint8_t *mark)
 {
     const float factor = (float)(s->alpha * SLACK / (detector == CFAR_CA ? 2 * cells : cells));
     const float floor = (float)(least * SLACK);
@@ -146,10 +189,10 @@ INLINE void cfar_sieve_average_body(enum cfar_detector detector, const struct cf
         average_stretch(CFAR_SOCA, s, factor, floor, x, sum, mark);
 }
 
-VARIANTS(cfar_sieve_average,
+VARIANTS(, void, cfar_sieve_average,
          (enum cfar_detector detector, const struct cfar_stretch *stretch, uint32_t cells, double least,
-          const uint64_t *x, const float *sum, uint8_t *mark),
-         (detector, stretch, cells, least, x, sum, mark))
+          const float *power, const float *sum, uint8_t *mark),
+         (detector, stretch, cells, least, power, sum, mark))
 
 #define LAST_CODE 253 /* far above the codes of sums: 2^52 has 209 */
 
@@ -161,30 +204,27 @@ INLINE uint8_t code_of(float x)
     return (uint8_t)(code < one ? 0 : code - one > LAST_CODE ? LAST_CODE : code - one + 1);
 }
 
-INLINE void codes_block(const uint64_t *restrict x, uint8_t *restrict code)
+INLINE void codes_block(const float *restrict x, uint8_t *restrict code)
 {
     for (int j = 0; j < BLOCK; j++)
-        code[j] = code_of((float)to_double(x[j]));
+        code[j] = code_of(x[j]);
 }
 
-INLINE void cfar_sieve_codes_body(const uint64_t *x, uint32_t n, uint8_t *code)
+INLINE void cfar_sieve_codes_body(const float *x, uint32_t n, uint8_t *code)
 {
-    uint32_t i = 0;
-
-    for (; i + BLOCK <= n; i += BLOCK)
-        codes_block(x + i, code + i);
-    for (; i < n; i++)
-        code[i] = code_of((float)to_double(x[i]));
+    for (uint32_t b = 0; b < blocks_of(n); b++)
+        codes_block(x + block_begin(b, n), code + block_begin(b, n));
+    for (uint32_t i = 0; n < BLOCK && i < n; i++)
+        code[i] = code_of(x[i]);
 }
 
-VARIANTS(cfar_sieve_codes, (const uint64_t *x, uint32_t n, uint8_t *code), (x, n, code))
+VARIANTS(, void, cfar_sieve_codes, (const float *power, uint32_t n, uint8_t *code), (power, n, code))
 
 /* limit: cells of a code below it may be below x / alpha; 0 where x is not above the least. */
-INLINE void limits_block(float inverse, float least, const uint64_t *restrict power, uint8_t *restrict limit)
+INLINE void limits_block(float inverse, float least, const float *restrict x, uint8_t *restrict limit)
 {
     for (int j = 0; j < BLOCK; j++) {
-        const float x = (float)to_double(power[j]);
-        limit[j] = (uint8_t)((code_of(x * inverse) + 1) & -(bits_of(least - x) >> 31));
+        limit[j] = (uint8_t)((code_of(x[j] * inverse) + 1) & -(bits_of(least - x[j]) >> 31));
     }
 }
 
@@ -224,17 +264,18 @@ INLINE bool window_misses(const uint8_t *code, uint32_t cells, const uint8_t *li
 }
 
 INLINE void cfar_sieve_rank_body(const struct cfar_stretch *s, uint32_t cells, uint32_t rank, double least,
-                                 const uint64_t *x, const uint8_t *code, uint8_t *mark)
+                                 const float *x, const uint8_t *code, uint8_t *mark)
 {
     const float inverse = (float)(1.0 / (s->alpha * SLACK)), floor = (float)(least * SLACK);
     const bool both = s->lead != s->lag;
     const uint32_t allowed = (both ? 2 * cells : cells) - rank;
 
-    if (s->end - s->begin < BLOCK) {
-        memset(mark + s->begin, 1, s->end - s->begin);
-        return;
-    }
-    for (uint32_t i = s->begin; i < s->end; i = next_block(i, s->end)) {
+    const uint32_t n = s->end - s->begin;
+
+    if (n < BLOCK)
+        memset(mark + s->begin, 1, n);
+    for (uint32_t b = 0; b < blocks_of(n); b++) {
+        const uint32_t i = s->begin + block_begin(b, n);
         uint32_t total[BLOCK] = {0};
         uint8_t limit[BLOCK];
         limits_block(inverse, floor, x + i, limit);
@@ -246,7 +287,7 @@ INLINE void cfar_sieve_rank_body(const struct cfar_stretch *s, uint32_t cells, u
     }
 }
 
-VARIANTS(cfar_sieve_rank,
-         (const struct cfar_stretch *stretch, uint32_t cells, uint32_t rank, double least, const uint64_t *x,
+VARIANTS(, void, cfar_sieve_rank,
+         (const struct cfar_stretch *stretch, uint32_t cells, uint32_t rank, double least, const float *power,
           const uint8_t *code, uint8_t *mark),
-         (stretch, cells, rank, least, x, code, mark))
+         (stretch, cells, rank, least, power, code, mark))

@@ -19,24 +19,30 @@ struct cfar_stretch {
     double alpha;        /* > 0, threshold over reference */
 };
 
-/** cfar_sieve_sums - sum[i], i < n, of the `cells` cells from i on, rounded; prefix[n + cells]: below 2^52 each. */
-void cfar_sieve_sums(const uint64_t *prefix, uint32_t cells, uint32_t n, float *sum);
+/** cfar_sieve_powers - power[n]: x[n], below 2^52 each, rounded. */
+void cfar_sieve_powers(const uint64_t *x, uint32_t n, float *power);
 
 /**
- * cfar_sieve_average - mark[i] = 1 for the cells of a stretch with x > least that CA, GOCA or SOCA may detect. Marks
- * of the other cells are left as they are, 0 before the first call. x: below 2^52 each; sum: of windows of `cells` cells.
+ * cfar_sieve_sums - the sums of the windows of `cells` cells, 1..n, that begin at each cell from 0 to n - cells,
+ * rounded. Returns where they lie: in power, in room or in room + n. room: for 2 n numbers.
+ */
+const float *cfar_sieve_sums(const float *power, uint32_t n, uint32_t cells, float *room);
+
+/**
+ * cfar_sieve_average - mark[i] = 1 for the cells of a stretch with power > least that CA, GOCA or SOCA may detect.
+ * Marks of the other cells are left as they are, 0 before the first call. sum: of windows of `cells` cells.
  */
 void cfar_sieve_average(enum cfar_detector detector, const struct cfar_stretch *stretch, uint32_t cells,
-                        double least, const uint64_t *x, const float *sum, uint8_t *mark);
+                        double least, const float *power, const float *sum, uint8_t *mark);
 
 /** cfar_sieve_codes - code[n]: the powers in 8 bits, in order of size, in steps of a quarter of an octave or less. */
-void cfar_sieve_codes(const uint64_t *x, uint32_t n, uint8_t *code);
+void cfar_sieve_codes(const float *power, uint32_t n, uint8_t *code);
 
 /**
- * cfar_sieve_rank - the same for OS: marks the cells with x > least of whose windows at least `rank` cells may be
- * below x / alpha.
+ * cfar_sieve_rank - the same for OS: marks the cells with power > least of whose windows at least `rank` cells may be
+ * below power / alpha.
  */
 void cfar_sieve_rank(const struct cfar_stretch *stretch, uint32_t cells, uint32_t rank, double least,
-                     const uint64_t *x, const uint8_t *code, uint8_t *mark);
+                     const float *power, const uint8_t *code, uint8_t *mark);
 
 #endif

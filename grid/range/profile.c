@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "cfar.h"
+#include "variants.h"
 
 #define MIN_WINDOW_CELLS 8 /* independent cells on each side: fewer make the threshold a lottery */
 
@@ -34,9 +35,9 @@ bool profile_axis_of(struct profile_axis *axis, const struct ping *ping, double 
     return true;
 }
 
-#define BLOCK 16 /* a constant number of cells: both compilers make vectors of such loops */
+#define BLOCK 16
 
-static void subtract_block(const uint64_t *restrict hi, const uint64_t *restrict lo, unsigned shift,
+INLINE void subtract_block(const uint64_t *restrict hi, const uint64_t *restrict lo, unsigned shift,
                            uint64_t *restrict cell)
 {
     for (int j = 0; j < BLOCK; j++)
@@ -47,7 +48,7 @@ static void subtract_block(const uint64_t *restrict hi, const uint64_t *restrict
  * Power of the resolution cell around every bin, cut at the ends of the beam and divided by 2^shift; sum[i] is the
  * power of the first i bins.
  */
-static void fill_cells(const uint64_t *sum, uint32_t n, uint32_t half, unsigned shift, uint64_t *cell)
+INLINE void fill_cells_body(const uint64_t *sum, uint32_t n, uint32_t half, unsigned shift, uint64_t *cell)
 {
     for (uint32_t i = 0; i < n;) {
         if (i >= half && i + BLOCK + half <= n) {
@@ -59,6 +60,10 @@ static void fill_cells(const uint64_t *sum, uint32_t n, uint32_t half, unsigned 
         }
     }
 }
+
+VARIANTS(static, void, fill_cells,
+         (const uint64_t *sum, uint32_t n, uint32_t half, unsigned shift, uint64_t *cell),
+         (sum, n, half, shift, cell))
 
 void profile_sum(struct profile *p, const struct amplitude *law, const void *counts, uint32_t floor_counts,
                  uint64_t *work)

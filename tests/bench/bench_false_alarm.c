@@ -17,7 +17,7 @@
 #define RANK  24
 #define RATES 5
 
-static uint64_t x[BEAM], work[2 * (BEAM + 1)];
+static uint64_t x[BEAM], work[3 * (BEAM + 1)];
 static uint8_t mask[BEAM];
 
 static double detections(const struct cfar *cfar)

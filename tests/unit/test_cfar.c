@@ -146,8 +146,9 @@ static int by_size(const void *a, const void *b)
     return (x > y) - (x < y);
 }
 
-/* The mask rule as it is written down, cell by cell, with nothing shared between cells. */
-static bool brute_force(const struct cfar *c, const uint64_t *x, const uint8_t *excluded, int64_t n, int64_t i)
+/* What a cell is compared with as it is written down, with nothing shared between cells. */
+static struct cfar_reference brute_reference(const struct cfar *c, const uint64_t *x, const uint8_t *excluded,
+                                             int64_t n, int64_t i)
 {
     uint64_t cell[2][MAX_CELLS];
     int64_t count[2] = {0, 0};
@@ -160,22 +161,20 @@ static bool brute_force(const struct cfar *c, const uint64_t *x, const uint8_t *
         if (i + d < n && !(excluded && excluded[i + d]))
             cell[1][count[1]++] = x[i + d];
     }
-    if (c->edge == CFAR_BOTH && (cut[0] || cut[1]))
-        return false;
     for (int side = 0; side < 2; side++)
-        if (c->edge == CFAR_FULL && cut[side])
+        if ((c->edge == CFAR_FULL && cut[side]) || (c->edge == CFAR_BOTH && (cut[0] || cut[1])))
             count[side] = 0;
-    if (count[0] + count[1] == 0 || x[i] < c->x_min || (excluded && excluded[i]))
-        return false;
+    int64_t cells = count[0] + count[1];
+    const bool one = !count[0] || !count[1];
+    if (cells == 0)
+        return (struct cfar_reference){.one_sided = c->detector != CFAR_OS};
 
     unsigned __int128 sum[2] = {0, 0}, s;
     for (int side = 0; side < 2; side++)
         for (int64_t k = 0; k < count[side]; k++)
             sum[side] += cell[side][k];
-    int64_t cells = count[0] + count[1];
-    const bool one = !count[0] || !count[1];
     if (c->detector == CFAR_OS) {
-        memcpy(cell[0] + count[0], cell[1], (size_t)count[1] * sizeof cell[0][0]);
+        memmove(cell[0] + count[0], cell[1], (size_t)count[1] * sizeof cell[0][0]);
         qsort(cell[0], (size_t)cells, sizeof cell[0][0], by_size);
         int64_t k = (c->rank * cells + 2 * c->n_side - 1) / (2 * c->n_side);
         k = k < 1 ? 1 : k > cells ? cells : k;
@@ -192,7 +191,17 @@ static bool brute_force(const struct cfar *c, const uint64_t *x, const uint8_t *
     }
     if (s < (unsigned __int128)c->reference_min * (uint64_t)cells)
         s = (unsigned __int128)c->reference_min * (uint64_t)cells;
-    return (unsigned __int128)x[i] * 65536 * (uint64_t)cells > (one ? c->alpha_one_q16 : c->alpha_q16) * s;
+    return (struct cfar_reference){(uint64_t)s, (uint32_t)cells, one};
+}
+
+/* The mask rule as it is written down. */
+static bool brute_force(const struct cfar *c, const uint64_t *x, const uint8_t *excluded, int64_t n, int64_t i)
+{
+    const struct cfar_reference ref = brute_reference(c, x, excluded, n, i);
+
+    return ref.cells > 0 && x[i] >= c->x_min && !(excluded && excluded[i]) &&
+           (unsigned __int128)x[i] * 65536 * ref.cells >
+               (unsigned __int128)(ref.one_sided ? c->alpha_one_q16 : c->alpha_q16) * ref.sum;
 }
 
 /* A beam of one of several characters: what breaks one detector leaves another alone. */
@@ -238,7 +247,7 @@ TEST(a_million_random_cells_equal_brute_force)
     uint64_t seed = test_seed();
     static uint64_t x[MAX_CELLS];
     static uint8_t mask[MAX_CELLS], excluded[MAX_CELLS];
-    long cells = 0, wrong = 0, hits = 0;
+    long cells = 0, wrong = 0, hits = 0, wrong_references = 0;
 
     while (cells < 1000000) {
         const uint32_t n = (uint32_t)(test_random(&seed) % 400);
@@ -265,9 +274,16 @@ TEST(a_million_random_cells_equal_brute_force)
             wrong += mask[i] != brute_force(&cfar, x, profile.excluded, n, i);
             hits += mask[i];
         }
+        for (uint32_t k = 0; n > 0 && k < 10; k++) { /* asked for in any order */
+            const uint32_t i = (uint32_t)(test_random(&seed) % n);
+            const struct cfar_reference ref = cfar_reference_at(&cfar, &profile, i);
+            const struct cfar_reference want = brute_reference(&cfar, x, profile.excluded, n, i);
+            wrong_references += ref.sum != want.sum || ref.cells != want.cells || ref.one_sided != want.one_sided;
+        }
         cells += n;
     }
     CHECK_INT(wrong, 0);
+    CHECK_INT(wrong_references, 0);
     CHECK(hits > cells / 100 && hits < cells / 2);
 }
 

@@ -14,7 +14,7 @@
 #define MAX_FIELDS 16
 #define SIGMAS     5.0 /* neighbouring cells share references: somewhat wider than for independent ones */
 
-static uint64_t work[2 * (BEAM + 1)];
+static uint64_t work[3 * (BEAM + 1)];
 static uint8_t mask[BEAM];
 
 static const char *const name_of[] = {"ca", "goca", "soca", "os"};
