@@ -5,6 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "cell_methods.h"
 #include "cluster_methods.h"
 #include "daemon.h"
 
@@ -20,6 +21,8 @@ const struct rpc_method daemon_methods[] = {
     {"image", image_method, RPC_ASKS},
     {"clusters", cluster_method_list, RPC_ASKS},
     {"next_look", cluster_method_next_look, RPC_ASKS},
+    {"grid_lock", cell_method_lock, RPC_CHANGES},
+    {"grid_lock", cell_method_lock, RPC_CHANGES},
     {"background", template_method_show, RPC_ASKS},
     {"background_learn", template_method_learn, RPC_CHANGES},
     {"background_stop", template_method_stop, RPC_CHANGES},

@@ -362,7 +362,7 @@ void pipeline_set_background(struct pipeline *p, int sensor, const struct pipeli
     p->background[sensor] = *background;
 }
 
-const struct sphere *pipeline_sphere(struct pipeline *p)
+struct sphere *pipeline_sphere(struct pipeline *p)
 {
     pipeline_drain(p);
     return p->sphere;

@@ -92,7 +92,7 @@ void pipeline_drain(struct pipeline *p);
 void pipeline_set_background(struct pipeline *p, int sensor, const struct pipeline_background *background);
 
 /** pipeline_sphere - the grid itself, at rest: drains first, holds until the next pipeline_submit. Loop thread. */
-const struct sphere *pipeline_sphere(struct pipeline *p);
+struct sphere *pipeline_sphere(struct pipeline *p);
 
 /** pipeline_sphere_conf - how the grid is set. */
 const struct sphere_conf *pipeline_sphere_conf(const struct pipeline *p);

@@ -22,7 +22,6 @@ merge_at the definition by which tests judge merge_block
 components_remove a single change, as the random walk of the tests makes them
 extract_defaults what measurements and tests begin with
 sphere_gone what tests know of a turn
-sphere_lock a lock is set by whoever embeds the grid
 voxmap_move a pose is corrected by whoever embeds the map
 '
 

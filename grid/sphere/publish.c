@@ -27,17 +27,22 @@ static void publish_direction(struct sphere *s, uint32_t d, uint64_t t_ns)
     picture_set(&s->picture, d, &e);
 }
 
-void publish_picture(struct sphere *s, const struct echoes *e)
+void publish_changes(struct sphere *s, uint64_t t_ns)
 {
-    s->frame.range_max_m = fmax(s->frame.range_max_m, e->range_max_m);
-    s->frame.pings++;
-    s->frame.t_ping_ns = e->t_ns;
     picture_begin(&s->picture);
     for (uint32_t i = 0; i < s->n_dirty; i++) {
-        publish_direction(s, s->dirty[i], e->t_ns);
+        publish_direction(s, s->dirty[i], t_ns);
         s->direction[s->dirty[i]].dirty = 0;
     }
     s->n_dirty = 0;
     picture_set_frame(&s->picture, &s->frame);
     picture_end(&s->picture);
+}
+
+void publish_ping(struct sphere *s, const struct echoes *e)
+{
+    s->frame.range_max_m = fmax(s->frame.range_max_m, e->range_max_m);
+    s->frame.pings++;
+    s->frame.t_ping_ns = e->t_ns;
+    publish_changes(s, e->t_ns);
 }

@@ -7,7 +7,10 @@
 
 #include "state.h"
 
-/** publish_picture - all directions marked since the last time, and the frame as of this ping. */
-void publish_picture(struct sphere *s, const struct echoes *e);
+/** publish_ping - all directions marked since the last time, and the frame as of this ping. */
+void publish_ping(struct sphere *s, const struct echoes *e);
+
+/** publish_changes - the directions alone, as of t_ns: what was changed without a ping. */
+void publish_changes(struct sphere *s, uint64_t t_ns);
 
 #endif

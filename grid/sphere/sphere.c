@@ -208,5 +208,5 @@ void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *
         beam_of(&b, e, i, turn, origin_m);
         sensor_enter(s, &b);
     }
-    publish_picture(s, e);
+    publish_ping(s, e);
 }

@@ -116,7 +116,7 @@ bool sphere_gone(const struct sphere *s, uint32_t k, uint64_t t_ns, struct spher
 
 /**
  * sphere_lock - freezes the cell of a direction at range_m, or lets it go: while locked it neither changes nor fades
- * nor makes room for others, but keeps its place in the world. False when there is no such cell.
+ * nor makes room for others, but keeps its place in the world. The picture has it at once. False when there is no such cell.
  */
 bool sphere_lock(struct sphere *s, uint32_t direction, double range_m, bool locked);
 

@@ -4,6 +4,7 @@
  */
 #include <math.h>
 
+#include "publish.h"
 #include "state.h"
 
 /* A heading is known to this much less with every second since an echo (0.5 degrees per minute). */
@@ -77,5 +78,6 @@ bool sphere_lock(struct sphere *s, uint32_t direction, double range_m, bool lock
         return false;
     s->cells.cell[i].state = locked ? CELL_LOCKED : CELL_LIVE;
     state_mark(s, direction);
+    publish_changes(s, s->frame.t_ping_ns);
     return true;
 }

@@ -6,7 +6,7 @@ import socket
 
 from lib import Client, RpcError, Skipped, check, run
 
-CHANGES = ("pose", "background_learn", "background_stop", "background_save", "background_load", "background_clear",
+CHANGES = ("pose", "grid_lock", "background_learn", "background_stop", "background_save", "background_load", "background_clear",
            "map_new", "map_clear", "map_save", "map_load", "map_export")
 ASKS = ("version", "status", "sectors", "blocked", "background", "map")
 FORBIDDEN = -32001
