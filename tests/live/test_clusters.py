@@ -3,7 +3,7 @@
 """What obstacles form together and where to look next, asked of a running daemon; a Ping360 that is steered."""
 import threading
 
-from lib import Client, RpcError, check, pings_until, run
+from lib import Client, RpcError, check, pings_until, run, until
 from twin import Twin
 
 
@@ -50,6 +50,31 @@ def case_next_look(bench):
             check(False, "%s was taken" % wrong)
         except RpcError:
             pass
+
+
+def case_locked(bench):
+    """What is locked blocks long after the sonar went silent and all else was forgotten."""
+    sim = bench.sim()
+    bench.conf(sonar={"step": "3.6 deg", "range": "10 m"}, grid={"forget": "4 s", "clear_for": "2 s"})
+    client = bench.sonard().client()
+    pings_until(client, 130)
+    for wrong in ({}, {"azimuth_deg": 0, "locked": 1}, {"azimuth_deg": 0, "from_m": 2, "to_m": 1}):
+        try:
+            client.call("grid_lock", **wrong)
+            check(False, "%s was taken" % wrong)
+        except RpcError:
+            pass
+    check(client.call("grid_lock", azimuth_deg=90, to_m=0.1)["cells"] == 0, "cells where nothing is")
+    locked = client.call("grid_lock", azimuth_deg=90)
+    check(locked["cells"] > 0 and locked["locked"], str(locked))
+    sim.command("silent 1000")
+    state = lambda azimuth_deg: client.call("blocked", azimuth_deg=azimuth_deg, distance_m=9)["state"]
+    check(state(90) == "blocked" and state(270) == "blocked", "walls to both sides")
+    until(lambda: state(270) == "unknown", "the wall that is not locked to be forgotten")
+    check(state(90) == "blocked", "the locked wall is still there")
+    told = bench.sonarctl("grid", "unlock", "90")
+    check(told.returncode == 0 and '"cells": %d' % locked["cells"] in told.stdout, told.stdout + told.stderr)
+    check(state(90) == "unknown", "unlocked, it is as old as the other one")
 
 
 def case_steered(bench):

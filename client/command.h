@@ -1,0 +1,72 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * command - what the commands of sonarctl share: what they run with, how they ask the daemon, print and end. Knows no
+ * command; sonarctl.c has the table of them.
+ */
+#ifndef SONARD_COMMAND_H
+#define SONARD_COMMAND_H
+
+#include <jansson.h>
+#include <stdbool.h>
+
+#include "arguments.h"
+#include "sonard_client.h"
+
+enum exit_status {
+    EXIT_CLEAR = 0, /* and of everything else that went well */
+    EXIT_BLOCKED = 1,
+    EXIT_UNKNOWN = 2,
+    EXIT_USAGE = 3,
+    EXIT_NO_DAEMON = 4,
+    EXIT_SILENT = 5,
+    EXIT_REFUSED = 6,
+    EXIT_OUTPUT = 7, /* the result could not be written */
+};
+
+/* What a command runs with. */
+struct context {
+    const char *command;          /* its name */
+    struct arguments arguments;   /* its words; its options are the parameters of its method */
+    struct sonard_client *client; /* NULL until the first call */
+    char socket[128];
+    double timeout_s;
+    bool json, colour;
+};
+
+/** command_fail - tells what went wrong with the daemon; returns the exit status. */
+int command_fail(const struct sonard_error *error);
+
+/** command_usage - tells what is wrong with the command line of a command (NULL: none); returns EXIT_USAGE. */
+int command_usage(const char *command, const char *message);
+
+/** command_print - a result, as JSON or as a person reads it. */
+void command_print(const struct context *context, const char *method, const json_t *result);
+
+/** command_call - connects at the first call: faults of usage are told without a daemon. NULL: *status is what to exit
+ * with, and it was told. */
+json_t *command_call(struct context *context, const char *method, json_t *params, int *status);
+
+/** command_call_and_print - both; the exit status. */
+int command_call_and_print(struct context *context, const char *method, json_t *params);
+
+/** command_write_plot - as SVG into a file, - for standard output. sectors NULL: image is a background template. */
+int command_write_plot(const char *path, json_t *image, json_t *sectors);
+
+/* The commands: each is given its own words and options and returns the exit status. */
+
+/* command_ask.c: what is asked of the daemon */
+int command_method(struct context *context); /* the method of the command's name */
+int command_blocked(struct context *context);
+int command_version(struct context *context);
+int command_call_any(struct context *context);
+int command_watch(struct context *context);
+int command_pose(struct context *context);
+int command_plot(struct context *context);
+int command_lock(struct context *context);
+
+/* command_background.c, command_places.c */
+int command_background(struct context *context);
+int command_place(struct context *context); /* point, box and path */
+int command_map(struct context *context);
+
+#endif

@@ -1,0 +1,173 @@
+/* SPDX-License-Identifier: MIT */
+/* command_ask - the commands that ask the daemon one thing, once or again and again; see command.h. */
+#include <float.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "command.h"
+
+int command_method(struct context *context)
+{
+    return command_call_and_print(context, context->command, context->arguments.options);
+}
+
+int command_blocked(struct context *context)
+{
+    json_t *params = context->arguments.options;
+    double azimuth_deg;
+    const char *state;
+    json_t *result;
+    int status;
+
+    if (!arguments_number(context->arguments.word[0], -DBL_MAX, DBL_MAX, &azimuth_deg))
+        return command_usage("blocked", "AZ must be a number of degrees");
+    if (!json_object_get(params, "distance_m"))
+        return command_usage("blocked", "--distance D is missing");
+    json_object_set_new(params, "azimuth_deg", json_real(azimuth_deg));
+    result = command_call(context, "blocked", params, &status);
+    if (!result)
+        return status;
+    command_print(context, "blocked", result);
+    state = json_string_value(json_object_get(result, "state"));
+    status = state && strcmp(state, "clear") == 0     ? EXIT_CLEAR
+             : state && strcmp(state, "blocked") == 0 ? EXIT_BLOCKED
+                                                      : EXIT_UNKNOWN;
+    json_decref(result);
+    return status;
+}
+
+int command_version(struct context *context)
+{
+    if (!context->json)
+        printf("sonarctl %s\n", SONARD_VERSION);
+    return command_method(context);
+}
+
+int command_call_any(struct context *context)
+{
+    json_error_t where;
+    json_t *params = NULL;
+    int status;
+
+    if (context->arguments.n_words > 1) {
+        params = json_loads(context->arguments.word[1], JSON_REJECT_DUPLICATES, &where);
+        if (!json_is_object(params)) {
+            json_decref(params);
+            return command_usage("call", "the parameters must be a JSON object");
+        }
+    }
+    status = command_call_and_print(context, context->arguments.word[0], params);
+    json_decref(params);
+    return status;
+}
+
+/* key=value words as an object: the value as JSON where it is some, else as text. */
+static json_t *parse_pairs(const struct arguments *arguments, int first)
+{
+    json_t *params = json_object();
+
+    for (int i = first; i < arguments->n_words; i++) {
+        const char *word = arguments->word[i], *equals = strchr(word, '=');
+        json_t *value;
+
+        if (!equals || equals == word) {
+            json_decref(params);
+            return NULL;
+        }
+        value = json_loads(equals + 1, JSON_DECODE_ANY | JSON_REJECT_DUPLICATES, NULL);
+        json_object_setn_new(params, word, (size_t)(equals - word), value ? value : json_string(equals + 1));
+    }
+    return params;
+}
+
+static int print_notification(const struct context *context, const char *method, const json_t *notification)
+{
+    const json_t *result = json_object_get(notification, "result");
+    const json_t *refusal = json_object_get(notification, "error");
+    const json_int_t skipped = json_integer_value(json_object_get(notification, "skipped"));
+    struct sonard_error error = {.status = SONARD_REFUSED};
+
+    if (skipped > 0)
+        fprintf(stderr, "sonarctl: %lld skipped, this one is the newest\n", (long long)skipped);
+    if (result) {
+        command_print(context, method, result);
+        return fflush(stdout) == 0 ? EXIT_CLEAR : EXIT_OUTPUT;
+    }
+    snprintf(error.message, sizeof error.message, "%s: %s", method,
+             json_is_object(refusal) ? json_string_value(json_object_get(refusal, "message")) : "no result");
+    return command_fail(&error);
+}
+
+int command_watch(struct context *context)
+{
+    const char *method = context->arguments.word[0];
+    const json_t *options = context->arguments.options, *rate = json_object_get(options, "rate_hz");
+    const double rate_hz = rate ? json_number_value(rate) : 1.0;
+    json_int_t left = json_integer_value(json_object_get(options, "count"));
+    const bool endless = !json_object_get(options, "count");
+    json_t *params = parse_pairs(&context->arguments, 1), *request, *reply;
+    int status;
+
+    if (!params)
+        return command_usage("watch", "parameters are key=value");
+    request = json_pack("{s:s, s:o, s:f}", "method", method, "params", params, "rate_hz", rate_hz);
+    reply = command_call(context, "watch", request, &status);
+    json_decref(request);
+    json_decref(reply);
+    while (status == EXIT_CLEAR && (endless || left-- > 0)) {
+        struct sonard_error error;
+        json_t *notification = sonard_next(context->client, context->timeout_s + 1.0 / rate_hz, &error);
+
+        status = notification ? print_notification(context, method, notification) : command_fail(&error);
+        json_decref(notification);
+    }
+    return status;
+}
+
+int command_pose(struct context *context)
+{
+    if (json_object_size(context->arguments.options) == 0)
+        return command_usage("pose", "give at least one part of the pose");
+    return command_method(context);
+}
+
+int command_plot(struct context *context)
+{
+    json_t *options = context->arguments.options, *image, *sectors = NULL;
+    json_t *output = json_incref(json_object_get(options, "output"));
+    int status;
+
+    if (!output)
+        return command_usage("plot", "-o FILE is missing");
+    json_object_del(options, "output");
+    image = command_call(context, "image", options, &status);
+    if (image)
+        sectors = command_call(context, "sectors", NULL, &status);
+    if (sectors) {
+        if (json_array_size(json_object_get(image, "rows")) == 0)
+            fprintf(stderr, "sonarctl: no data from the sonar yet: the picture is empty\n");
+        status = command_write_plot(json_string_value(output), image, sectors);
+    }
+    json_decref(output);
+    json_decref(image);
+    json_decref(sectors);
+    return status;
+}
+
+/* ---- the grid ---- */
+
+int command_lock(struct context *context)
+{
+    json_t *options = context->arguments.options;
+    const char *word = context->arguments.word[0];
+    const bool locked = strcmp(word, "lock") == 0;
+    double azimuth_deg;
+
+    if (!locked && strcmp(word, "unlock") != 0)
+        return command_usage("grid", "want lock AZ or unlock AZ");
+    if (!arguments_number(context->arguments.word[1], -360, 360, &azimuth_deg))
+        return command_usage("grid", "AZ must be a number of degrees");
+    json_object_set_new(options, "azimuth_deg", json_real(azimuth_deg));
+    json_object_set_new(options, "locked", json_boolean(locked));
+    return command_call_and_print(context, "grid_lock", options);
+}
