@@ -1,11 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * conf - the entrances: defaults, a configuration from a file or from memory, its source. Lines and keys are
+ * conf - the entrances: defaults, a configuration from a file and its folder or from memory, its source. Lines and keys are
  * conf_parse's.
  */
 #include "conf.h"
 
+#include <dirent.h>
 #include <errno.h>
+#include <limits.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -36,43 +38,81 @@ void conf_defaults(struct conf *conf)
     conf_locale_leave(outside);
 }
 
-static struct conf_source *source_new(const char *name, const char *text, size_t size)
+/* Behind the files that are there; false without memory. */
+static bool add_file(struct conf_source *source, const char *name, const char *text, size_t size)
 {
-    struct conf_source *source = calloc(1, sizeof *source);
-    if (!source)
-        return NULL;
-    source->name = strdup(name);
-    source->text = malloc(size + 1);
-    if (!source->name || !source->text) {
-        conf_source_free(source);
-        return NULL;
+    struct conf_file *file = &source->file[source->n_files];
+    file->name = strdup(name);
+    file->text = malloc(size + 1);
+    if (!file->name || !file->text) {
+        free(file->name);
+        free(file->text);
+        return false;
     }
     if (size > 0)
-        memcpy(source->text, text, size);
-    source->text[size] = '\0';
-    source->size = size;
-    return source;
+        memcpy(file->text, text, size);
+    file->text[size] = '\0';
+    file->size = size;
+    source->n_files++;
+    return true;
+}
+
+/* A configuration under way. Any of the three is NULL without memory. */
+struct load {
+    struct conf *conf;
+    struct conf_source *source;
+    struct conf_faults *faults;
+};
+
+static struct load load_begin(struct conf *conf)
+{
+    struct load l = {conf, calloc(1, sizeof *l.source), calloc(1, sizeof *l.faults)};
+    conf_defaults(conf);
+    if (l.faults)
+        return l;
+    conf_source_free(l.source);
+    l.source = NULL;
+    return l;
+}
+
+/* What several files mean together, for those who keep one text. */
+static bool write_whole(const struct conf *conf, struct conf_source *source)
+{
+    FILE *out = open_memstream(&source->whole, &source->whole_size);
+    if (!out)
+        return false;
+    conf_print(conf, source, out);
+    return fclose(out) == 0;
+}
+
+static int load_end(struct load *l, bool enough_memory, const struct conf_checks *checks, conf_fault_fn fault,
+                    void *fault_ctx)
+{
+    int n = -1;
+    if (enough_memory && l->faults->n == 0)
+        conf_parse(l->conf, l->source, checks, l->faults);
+    if (enough_memory && l->faults->n == 0 && l->source->n_files > 1)
+        enough_memory = write_whole(l->conf, l->source);
+    if (enough_memory)
+        n = conf_fault_tell(l->faults, fault, fault_ctx);
+    else
+        fault(fault_ctx, "out of memory while the configuration is read");
+    free(l->faults);
+    return n;
 }
 
 int conf_load_text(struct conf *conf, struct conf_source **source, const char *name, const char *text, size_t size,
                    const struct conf_checks *checks, conf_fault_fn fault, void *fault_ctx)
 {
-    int n = -1;
     locale_t outside = conf_locale_enter();
-    conf_defaults(conf);
-    *source = source_new(name, text, size);
-    struct conf_faults *faults = calloc(1, sizeof *faults);
-    if (*source && faults) {
-        faults->name = name;
-        if (size > FILE_SIZE_MAX)
-            conf_fault_add(faults, 0, "%zu bytes; want at most %zu", size, FILE_SIZE_MAX);
-        else
-            conf_parse(conf, *source, checks, faults);
-        n = conf_fault_tell(faults, fault, fault_ctx);
-    } else {
-        fault(fault_ctx, "out of memory while the configuration is read");
+    struct load l = load_begin(conf);
+    bool enough_memory = l.source && add_file(l.source, name, text, size);
+    if (enough_memory && size > FILE_SIZE_MAX) {
+        conf_fault_in(l.faults, 0, name);
+        conf_fault_add(l.faults, 0, "%zu bytes; want at most %zu", size, FILE_SIZE_MAX);
     }
-    free(faults);
+    int n = load_end(&l, enough_memory, checks, fault, fault_ctx);
+    *source = l.source;
     conf_locale_leave(outside);
     return n;
 }
@@ -101,32 +141,88 @@ static char *read_file(const char *path, size_t *size)
     return text;
 }
 
-int conf_load(struct conf *conf, struct conf_source **source, const char *path, const struct conf_checks *checks,
-              conf_fault_fn fault, void *fault_ctx)
+/* False without memory. A file that cannot be read is a fault, and an empty one. */
+static bool take_file(struct load *l, const char *path)
 {
     size_t size = 0;
     char *text = read_file(path, &size);
-    if (!text) {
-        char *message = NULL;
-        int cause = errno;
-        conf_defaults(conf);
-        *source = source_new(path, "", 0);
-        int length = asprintf(&message, "%s: cannot be read: %s; want a readable file of at most %zu bytes", path,
-                              strerror(cause), FILE_SIZE_MAX);
-        fault(fault_ctx, length < 0 ? "out of memory while the configuration is read" : message);
-        if (length >= 0)
-            free(message);
-        return -1;
+    const int cause = errno;
+    if (!add_file(l->source, path, text ? text : "", size * (text != NULL))) {
+        free(text);
+        return false;
     }
-    int n = conf_load_text(conf, source, path, text, size, checks, fault, fault_ctx);
+    if (!text) {
+        conf_fault_in(l->faults, l->source->n_files - 1, l->source->file[l->source->n_files - 1].name);
+        conf_fault_add(l->faults, 0, "cannot be read: %s; want a readable file of at most %zu bytes",
+                       strerror(cause), FILE_SIZE_MAX);
+    }
     free(text);
-    return n;
+    return true;
+}
+
+static int is_drop_in(const struct dirent *entry)
+{
+    const char *ending = strrchr(entry->d_name, '.');
+    return ending && ending != entry->d_name && entry->d_name[0] != '.' && strcmp(ending, ".conf") == 0;
+}
+
+/* By bytes, whatever the language of the system. */
+static int by_name(const struct dirent **a, const struct dirent **b)
+{
+    return strcmp((*a)->d_name, (*b)->d_name);
+}
+
+/* The files of the folder that has the file's name with .d behind it. */
+static bool take_drop_ins(struct load *l, const char *path)
+{
+    char folder[PATH_MAX], name[2 * PATH_MAX];
+    struct dirent **entry = NULL;
+    bool enough_memory = true;
+    if (snprintf(folder, sizeof folder, "%s.d", path) >= (int)sizeof folder)
+        return true;
+    const int n = scandir(folder, &entry, is_drop_in, by_name);
+    if (n < 0 && errno != ENOENT && errno != ENOTDIR) {
+        conf_fault_in(l->faults, 0, l->source->file[0].name);
+        conf_fault_add(l->faults, 0, "the folder %s cannot be read: %s", folder, strerror(errno));
+    }
+    if (n >= CONF_FILES_MAX) {
+        conf_fault_in(l->faults, 0, l->source->file[0].name);
+        conf_fault_add(l->faults, 0, "%d files in the folder %s; want at most %d", n, folder, CONF_FILES_MAX - 1);
+    }
+    for (int i = 0; i < n; i++) {
+        snprintf(name, sizeof name, "%s/%s", folder, entry[i]->d_name);
+        if (n < CONF_FILES_MAX)
+            enough_memory = enough_memory && take_file(l, name);
+        free(entry[i]);
+    }
+    free(entry);
+    return enough_memory;
+}
+
+int conf_load(struct conf *conf, struct conf_source **source, const char *path, const struct conf_checks *checks,
+              conf_fault_fn fault, void *fault_ctx)
+{
+    locale_t outside = conf_locale_enter();
+    struct load l = load_begin(conf);
+    bool enough_memory = l.source && take_file(&l, path) && take_drop_ins(&l, path);
+    const bool unread = enough_memory && l.faults->n > 0;
+    int n = load_end(&l, enough_memory, checks, fault, fault_ctx);
+    *source = l.source;
+    conf_locale_leave(outside);
+    return unread ? -1 : n;
 }
 
 const char *conf_source_text(const struct conf_source *source, size_t *size)
 {
-    *size = source ? source->size : 0;
-    return source ? source->text : "";
+    *size = 0;
+    if (source && source->whole) {
+        *size = source->whole_size;
+        return source->whole;
+    }
+    if (!source || source->n_files == 0)
+        return "";
+    *size = source->file[0].size;
+    return source->file[0].text;
 }
 
 void conf_source_override(struct conf_source *source, const char *section, const char *key, const char *option)
@@ -138,7 +234,10 @@ void conf_source_free(struct conf_source *source)
 {
     if (!source)
         return;
-    free(source->name);
-    free(source->text);
+    for (unsigned i = 0; i < source->n_files; i++) {
+        free(source->file[i].name);
+        free(source->file[i].text);
+    }
+    free(source->whole);
     free(source);
 }

@@ -270,9 +270,10 @@ struct conf_checks {
 struct conf_source; /* where every value came from, and the text as read (for captures) */
 
 /**
- * conf_load - read `path` into *conf, over the defaults.
+ * conf_load - read `path` into *conf, over the defaults, and then the *.conf files of the folder `path`.d in the order of
+ * their names: what a later file says wins, sonars of the same name are the same.
  * Every fault is reported (file:line: [section] key = value: what was found; what is allowed); returns their number,
- * 0 for a good file, -1 when the file cannot be read (reported too). With faults *conf holds what could be
+ * 0 for a good file, -1 when a file cannot be read (reported too). With faults *conf holds what could be
  * understood and must not be put in force. checks may be NULL. *source is always set, for conf_source_free; it is
  * NULL only when memory ran out, which all functions here bear.
  */
@@ -304,7 +305,7 @@ void conf_table_man(FILE *out);
  */
 void conf_source_override(struct conf_source *source, const char *section, const char *key, const char *option);
 
-/** conf_source_text - the configuration's bytes as read, and how many; never NULL. */
+/** conf_source_text - the configuration as one text, and its bytes: as read, or what several files mean; never NULL. */
 const char *conf_source_text(const struct conf_source *source, size_t *size);
 
 void conf_source_free(struct conf_source *source);

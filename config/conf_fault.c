@@ -9,6 +9,12 @@
 #include <stdlib.h>
 #include <string.h>
 
+void conf_fault_in(struct conf_faults *faults, unsigned file, const char *name)
+{
+    faults->file = file;
+    faults->name = name;
+}
+
 void conf_fault_add(struct conf_faults *faults, unsigned line, const char *fmt, ...)
 {
     int index = faults->n++;
@@ -24,19 +30,26 @@ void conf_fault_add(struct conf_faults *faults, unsigned line, const char *fmt, 
     int length = line > 0 ? asprintf(&message, "%s:%u: %s", faults->name, line, what ? what : "out of memory")
                           : asprintf(&message, "%s: %s", faults->name, what ? what : "out of memory");
     free(what);
+    faults->fault[index].file = faults->file;
     faults->fault[index].line = line;
     faults->fault[index].message = length < 0 ? NULL : message;
+}
+
+static bool is_later(const struct conf_faults *faults, int a, unsigned file, unsigned line)
+{
+    return faults->fault[a].file > file || (faults->fault[a].file == file && faults->fault[a].line > line);
 }
 
 /* Stable, and the lines are nearly in order already: by insertion. */
 static void sort_by_line(struct conf_faults *faults, int n)
 {
     for (int i = 1; i < n; i++) {
-        unsigned line = faults->fault[i].line;
+        const unsigned file = faults->fault[i].file, line = faults->fault[i].line;
         char *message = faults->fault[i].message;
         int k = i;
-        for (; k > 0 && faults->fault[k - 1].line > line; k--)
+        for (; k > 0 && is_later(faults, k - 1, file, line); k--)
             faults->fault[k] = faults->fault[k - 1];
+        faults->fault[k].file = file;
         faults->fault[k].line = line;
         faults->fault[k].message = message;
     }

@@ -27,12 +27,13 @@ struct parse {
     struct conf_faults *faults;
 
     const char *rest, *end; /* of the text */
-    unsigned line;          /* being read, from 1 */
+    unsigned file, line;    /* being read; lines from 1 */
     const char *waiting;    /* the line when it is neither head nor comment and no key was found in it yet */
     size_t waiting_n;
 
-    struct head head[CONF_MAX_SONARS + 16]; /* every good section so far */
+    struct head head[CONF_MAX_SONARS + 16]; /* every good section of the file so far */
     int n_heads, sonar_heads;
+    struct conf_origin first[CONF_MAX_SONARS]; /* heads of the sonars */
 
     /* The current section. */
     bool any_section;
@@ -106,11 +107,12 @@ static int take_key(void *user, const char *inih_section, const char *name, cons
         return 1;
     }
     struct conf_origin *origin = &p->origin[key - conf_keys];
-    if (origin->line > 0) {
+    if (origin->line > 0 && origin->file == p->file) {
         conf_fault_add(p->faults, p->line, "[%s] %s = %s: given before in line %u; want it once", p->title, name,
                        value, origin->line);
         return 1;
     }
+    origin->file = p->file;
     origin->line = p->line;
     take_value(p, key, value);
     return 1;
@@ -129,16 +131,29 @@ static bool is_sonar_name(const char *name)
     return n > 0 && n < CONF_NAME_MAX && name[n] == '\0';
 }
 
+/* -1: there is none of that name yet. */
+static int sonar_find(const struct parse *p, const char *name)
+{
+    int i = p->conf->n_sonars;
+    while (--i >= 0 && strcmp(p->conf->sonar[i].name, name) != 0) {
+    }
+    return i;
+}
+
 static void begin_sonar(struct parse *p, const char *name)
 {
+    int i = sonar_find(p, name); /* in an earlier file */
     p->sonar_heads++;
     if (!is_sonar_name(name)) {
         conf_fault_add(p->faults, p->line, "[%s]: %s; want [sonar NAME], NAME of 1 to %d letters, digits, - and _",
                        p->title, *name ? "bad name of a sonar" : "a sonar without a name", CONF_NAME_MAX - 1);
-    } else if (p->conf->n_sonars == CONF_MAX_SONARS) {
+    } else if (i < 0 && p->conf->n_sonars == CONF_MAX_SONARS) {
         conf_fault_add(p->faults, p->line, "[%s]: one sonar too many; want at most %d", p->title, CONF_MAX_SONARS);
     } else {
-        int i = p->conf->n_sonars++;
+        if (i < 0) {
+            i = p->conf->n_sonars++;
+            p->first[i] = (struct conf_origin){.file = p->file, .line = p->line};
+        }
         struct conf_sonar *sonar = &p->conf->sonar[i];
         snprintf(sonar->name, sizeof sonar->name, "%s", name);
         p->base = sonar;
@@ -300,6 +315,7 @@ static char *next_line(char *str, int num, void *stream)
 
 static void check_complete(struct parse *p)
 {
+    conf_fault_in(p->faults, 0, p->source->file[0].name);
     if (p->sonar_heads == 0)
         conf_fault_add(p->faults, 0, "no sonar; want 1 to %d sections [sonar NAME]", CONF_MAX_SONARS);
     for (int i = 0; i < p->conf->n_sonars; i++) {
@@ -308,10 +324,28 @@ static void check_complete(struct parse *p)
         for (const struct conf_key *key = conf_keys; key->name; key++) {
             if (!conf_key_is_sonar(key) || key->standard || p->source->origin[i][key - conf_keys].line > 0)
                 continue;
-            conf_fault_add(p->faults, head_line(p, title), "[%s] %s: is missing; want %s", title, key->name,
+            conf_fault_in(p->faults, p->first[i].file, p->source->file[p->first[i].file].name);
+            conf_fault_add(p->faults, p->first[i].line, "[%s] %s: is missing; want %s", title, key->name,
                            key->form);
         }
     }
+}
+
+static void parse_file(struct parse *p, unsigned i)
+{
+    const struct conf_file *file = &p->source->file[i];
+    conf_fault_in(p->faults, i, file->name);
+    p->file = i;
+    p->line = 0;
+    p->n_heads = 0;
+    p->any_section = false;
+    p->section = NULL;
+    p->rest = file->text;
+    p->end = p->rest + file->size;
+    if (file->size >= 3 && memcmp(p->rest, "\xef\xbb\xbf", 3) == 0)
+        p->rest += 3;
+    if (ini_parse_stream(next_line, p, take_key, p) == -2)
+        conf_fault_add(p->faults, p->line, "out of memory");
 }
 
 void conf_parse(struct conf *conf, struct conf_source *source, const struct conf_checks *checks,
@@ -323,12 +357,8 @@ void conf_parse(struct conf *conf, struct conf_source *source, const struct conf
         return;
     }
     *p = (struct parse){.conf = conf, .source = source, .checks = checks, .faults = faults};
-    p->rest = p->source->text;
-    p->end = p->rest + p->source->size;
-    if (p->source->size >= 3 && memcmp(p->rest, "\xef\xbb\xbf", 3) == 0)
-        p->rest += 3;
-    if (ini_parse_stream(next_line, p, take_key, p) == -2)
-        conf_fault_add(p->faults, p->line, "out of memory");
+    for (unsigned i = 0; i < source->n_files; i++)
+        parse_file(p, i);
     check_complete(p);
     conf_rules_check(conf, source, checks, faults);
     free(p);

@@ -30,7 +30,7 @@ static void origin_text(const struct conf_source *source, int sonar, const struc
     else if (origin->line == 0 || origin->bad)
         snprintf(text, size, "default");
     else
-        snprintf(text, size, "%s:%u", source->name, origin->line);
+        snprintf(text, size, "%s:%u", source->file[origin->file].name, origin->line);
     for (char *c = text; *c; c++)
         if (*c < 0x20 || *c > 0x7e)
             *c = '?';

@@ -25,6 +25,14 @@ static const struct conf_origin *origin(const struct rules *r, struct place at)
     return &r->source->origin[at.sonar][conf_key_find(at.section, at.key) - conf_keys];
 }
 
+/* The line of a fault there, whose file the faults now are in. */
+static unsigned line_of(const struct rules *r, struct place at)
+{
+    const struct conf_origin *from = origin(r, at);
+    conf_fault_in(r->faults, from->file, r->source->file[from->file].name);
+    return from->line;
+}
+
 /* "[sonar front] range = 20 m" */
 static void describe(const struct rules *r, struct place at, char *text, size_t size)
 {
@@ -40,12 +48,13 @@ static void rule(const struct rules *r, struct place a, struct place b, bool hol
 {
     if (holds || origin(r, a)->bad || origin(r, b)->bad)
         return;
-    bool b_is_later = origin(r, b)->line > origin(r, a)->line;
+    const struct conf_origin *of_a = origin(r, a), *of_b = origin(r, b);
+    bool b_is_later = of_b->file > of_a->file || (of_b->file == of_a->file && of_b->line > of_a->line);
     struct place later = b_is_later ? b : a, other = b_is_later ? a : b;
     char here[2 * CONF_VALUE_MAX], there[2 * CONF_VALUE_MAX];
     describe(r, later, here, sizeof here);
     describe(r, other, there, sizeof there);
-    conf_fault_add(r->faults, origin(r, later)->line, "%s: does not go with %s; want %s", here, there, want);
+    conf_fault_add(r->faults, line_of(r, later), "%s: does not go with %s; want %s", here, there, want);
 }
 
 /* Clockwise way from start to end; outside (0, 2 pi] it is no sector. */
@@ -68,7 +77,7 @@ static void check_sonar(const struct rules *r, int i)
         char here[2 * CONF_VALUE_MAX];
         describe(r, sector, here, sizeof here);
         conf_fault_add(
-            r->faults, origin(r, sector)->line,
+            r->faults, line_of(r, sector),
             "%s: %s; want start and end at most one turn apart, clockwise, 0 360 deg for the full circle", here,
             fabs(extent) > slack ? "more than one turn" : "starts where it ends");
     } else {
@@ -143,7 +152,7 @@ static void check_device(const struct rules *r, const struct conf_checks *checks
     char err[2 * CONF_VALUE_MAX];
     if (!is_whole(r, i) || checks->sonar(s, &r->conf->water, err, sizeof err))
         return;
-    conf_fault_add(r->faults, origin(r, place_of(r, i, err))->line, "[sonar %s] %s", s->name, err);
+    conf_fault_add(r->faults, line_of(r, place_of(r, i, err)), "[sonar %s] %s", s->name, err);
 }
 
 void conf_rules_check(const struct conf *conf, const struct conf_source *source, const struct conf_checks *checks,

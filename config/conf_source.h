@@ -10,21 +10,31 @@
 #include "conf_fault.h"
 #include "conf_table.h"
 
+#define CONF_FILES_MAX 64 /* the file itself and those of its folder */
+
 struct conf_origin {
+    unsigned file;     /* in conf_source, with: */
     unsigned line;     /* 0: the default */
     const char *given; /* the option of the command line that set it instead, or NULL */
     bool bad;          /* what stood there was refused; the default is in force */
 };
 
-struct conf_source {
+struct conf_file {
     char *name;
     char *text;
     size_t size;
+};
+
+struct conf_source {
+    struct conf_file file[CONF_FILES_MAX]; /* later ones win */
+    unsigned n_files;
+    char *whole; /* of several files: what they mean together, as one; NULL where there is one */
+    size_t whole_size;
     /* by sonar and row of conf_keys; keys of other sections are under sonar 0 */
     struct conf_origin origin[CONF_MAX_SONARS][CONF_KEYS_MAX];
 };
 
-/** conf_parse - put the text of source into conf, which holds the defaults; note origins and faults. */
+/** conf_parse - put the texts of source into conf, one after the other, which holds the defaults; note origins and faults. */
 void conf_parse(struct conf *conf, struct conf_source *source, const struct conf_checks *checks,
                 struct conf_faults *faults);
 
