@@ -300,15 +300,16 @@ static void sieve_all(const struct cfar *cfar, const struct cfar_profile *p, uin
     const float *sum = prepare_sieve(cfar, p);
     const uint64_t reach = (uint64_t)cfar->guard + cfar->n_side;
     const uint32_t n = p->n, head = reach < n ? (uint32_t)reach : n, tail = n - head;
-    const uint32_t middle = head < tail ? head : tail, rest = n - middle;
+    const uint32_t block = head < CFAR_SIEVE_BLOCK ? CFAR_SIEVE_BLOCK : head;
+    const uint32_t edge = block < tail ? block : tail; /* whole blocks at the ends; the middle writes over them */
 
     memset(mask, 0, n);
     if (cfar->edge == CFAR_SHRINK) {
         memset(mask, 1, head);
         memset(mask + tail, 1, head);
     } else if (cfar->edge == CFAR_FULL) {
-        sieve(cfar, p, 0, middle, false, true, sum, mask);
-        sieve(cfar, p, rest, n, true, false, sum, mask);
+        sieve(cfar, p, 0, edge, false, true, sum, mask);
+        sieve(cfar, p, n - edge, n, true, false, sum, mask);
     }
     sieve(cfar, p, head, tail, true, true, sum, mask);
 }

@@ -10,7 +10,7 @@
 
 #include "variants.h"
 
-#define BLOCK 32 /* cells that are looked at together */
+#define BLOCK CFAR_SIEVE_BLOCK
 
 /*
  * What rounding may take from a comparison: a sum of windows goes through at most 36 roundings of 2^-24, five for each
@@ -228,39 +228,61 @@ INLINE void limits_block(float inverse, float least, const float *restrict x, ui
     }
 }
 
-/* miss[j] += the cell of one place in the windows, for every cell of the block, if it is not below the limit. */
-INLINE void misses_at(const uint8_t *restrict code, const uint8_t *restrict limit, uint8_t *restrict miss)
+typedef uint8_t bytes __attribute__((vector_size(BLOCK)));
+
+/*
+ * For every cell of the block: how many of the cells at `places` <= 255 places of its window, one behind the other, are
+ * not below its limit.
+ */
+INLINE void misses_at(const uint8_t *code, uint32_t places, const uint8_t *limit, uint8_t *miss)
 {
-    for (int j = 0; j < BLOCK; j++)
-        miss[j] = (uint8_t)(miss[j] + (code[j] >= limit[j]));
+    bytes at, of, sum = {0};
+
+    memcpy(&of, limit, sizeof of);
+    for (uint32_t d = 0; d < places; d++) {
+        memcpy(&at, code + d, sizeof at);
+        sum -= (bytes)(at >= of); /* true is -1 */
+    }
+    memcpy(miss, &sum, sizeof sum);
+}
+
+/* False: none of the cells is allowed so many. */
+INLINE bool add_misses(const uint8_t *restrict miss, uint16_t allowed, uint16_t *restrict total)
+{
+    uint16_t any = 0;
+
+    for (int j = 0; j < BLOCK; j++) {
+        total[j] = (uint16_t)(total[j] + miss[j]);
+        any |= total[j] <= allowed;
+    }
+    return any;
 }
 
 #define PLACES 32 /* of the window between two looks at whether any cell of the block is still in the running */
 
-INLINE uint32_t add_misses(const uint8_t *restrict miss, uint32_t allowed, uint32_t *restrict total)
+/*
+ * One window of the cells of a block; left off where none of them can be detected any more. Not looked at behind the
+ * last place: guessing wrong what comes of it costs more than the other window does.
+ */
+INLINE void window_misses(const uint8_t *code, uint32_t cells, const uint8_t *limit, uint16_t allowed,
+                          uint16_t *total)
 {
-    uint32_t any = 0;
+    uint8_t miss[BLOCK];
+    uint32_t left = cells;
 
-    for (int j = 0; j < BLOCK; j++) {
-        total[j] += miss[j];
-        any |= total[j] - allowed - 1; /* top bit: not more than allowed */
+    for (; left > PLACES; left -= PLACES, code += PLACES) {
+        misses_at(code, PLACES, limit, miss);
+        if (!add_misses(miss, allowed, total))
+            return;
     }
-    return any >> 31;
+    misses_at(code, left, limit, miss);
+    add_misses(miss, allowed, total);
 }
 
-/* One window of the cells of a block; false as soon as none of them can be detected any more. */
-INLINE bool window_misses(const uint8_t *code, uint32_t cells, const uint8_t *limit, uint32_t allowed,
-                          uint32_t *total)
+INLINE void marks_block(const uint16_t *restrict total, uint16_t allowed, uint8_t *restrict mark)
 {
-    for (uint32_t d = 0; d < cells; d += PLACES) {
-        const uint32_t end = d + PLACES < cells ? d + PLACES : cells;
-        uint8_t miss[BLOCK] = {0};
-        for (uint32_t k = d; k < end; k++)
-            misses_at(code + k, limit, miss);
-        if (!add_misses(miss, allowed, total))
-            return false;
-    }
-    return true;
+    for (int j = 0; j < BLOCK; j++)
+        mark[j] = total[j] <= allowed;
 }
 
 INLINE void cfar_sieve_rank_body(const struct cfar_stretch *s, uint32_t cells, uint32_t rank, double least,
@@ -268,7 +290,7 @@ INLINE void cfar_sieve_rank_body(const struct cfar_stretch *s, uint32_t cells, u
 {
     const float inverse = (float)(1.0 / (s->alpha * SLACK)), floor = (float)(least * SLACK);
     const bool both = s->lead != s->lag;
-    const uint32_t allowed = (both ? 2 * cells : cells) - rank;
+    const uint16_t allowed = (uint16_t)((both ? 2 * cells : cells) - rank);
 
     const uint32_t n = s->end - s->begin;
 
@@ -276,14 +298,13 @@ INLINE void cfar_sieve_rank_body(const struct cfar_stretch *s, uint32_t cells, u
         memset(mark + s->begin, 1, n);
     for (uint32_t b = 0; b < blocks_of(n); b++) {
         const uint32_t i = s->begin + block_begin(b, n);
-        uint32_t total[BLOCK] = {0};
+        uint16_t total[BLOCK] = {0};
         uint8_t limit[BLOCK];
         limits_block(inverse, floor, x + i, limit);
-        if (!window_misses(code + ((int64_t)i + s->lead), cells, limit, allowed, total) ||
-            (both && !window_misses(code + ((int64_t)i + s->lag), cells, limit, allowed, total)))
-            continue;
-        for (int j = 0; j < BLOCK; j++)
-            mark[i + (uint32_t)j] = total[j] <= allowed;
+        window_misses(code + ((int64_t)i + s->lead), cells, limit, allowed, total);
+        if (both)
+            window_misses(code + ((int64_t)i + s->lag), cells, limit, allowed, total);
+        marks_block(total, allowed, mark + i);
     }
 }
 

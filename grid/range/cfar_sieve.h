@@ -12,6 +12,8 @@
 
 #include "cfar_factor.h"
 
+#define CFAR_SIEVE_BLOCK 32 /* cells are looked at in blocks; stretches that are shorter cost as much or more */
+
 /* Cells with the same windows around them: those of cell i begin at cell i + lead and at cell i + lag. */
 struct cfar_stretch {
     uint32_t begin, end; /* cells begin .. end - 1 */
@@ -29,8 +31,8 @@ void cfar_sieve_powers(const uint64_t *x, uint32_t n, float *power);
 const float *cfar_sieve_sums(const float *power, uint32_t n, uint32_t cells, float *room);
 
 /**
- * cfar_sieve_average - mark[i] = 1 for the cells of a stretch with power > least that CA, GOCA or SOCA may detect.
- * Marks of the other cells are left as they are, 0 before the first call. sum: of windows of `cells` cells.
+ * cfar_sieve_average - mark[i], for the cells of a stretch: 1 where power > least and CA, GOCA or SOCA may detect it,
+ * else 0. sum: of windows of `cells` cells.
  */
 void cfar_sieve_average(enum cfar_detector detector, const struct cfar_stretch *stretch, uint32_t cells,
                         double least, const float *power, const float *sum, uint8_t *mark);
@@ -39,8 +41,8 @@ void cfar_sieve_average(enum cfar_detector detector, const struct cfar_stretch *
 void cfar_sieve_codes(const float *power, uint32_t n, uint8_t *code);
 
 /**
- * cfar_sieve_rank - the same for OS: marks the cells with power > least of whose windows at least `rank` cells may be
- * below power / alpha.
+ * cfar_sieve_rank - the same for OS: 1 where power > least and of the windows at least `rank` cells may be below
+ * power / alpha.
  */
 void cfar_sieve_rank(const struct cfar_stretch *stretch, uint32_t cells, uint32_t rank, double least,
                      const float *power, const uint8_t *code, uint8_t *mark);
