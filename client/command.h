@@ -60,6 +60,7 @@ int command_blocked(struct context *context);
 int command_version(struct context *context);
 int command_call_any(struct context *context);
 int command_watch(struct context *context);
+int command_stats(struct context *context);
 int command_pose(struct context *context);
 int command_plot(struct context *context);
 int command_lock(struct context *context);

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "command.h"
+#include "show_stats.h"
 
 int command_method(struct context *context)
 {
@@ -151,6 +152,22 @@ int command_plot(struct context *context)
     json_decref(output);
     json_decref(image);
     json_decref(sectors);
+    return status;
+}
+
+int command_stats(struct context *context)
+{
+    const bool prometheus = json_object_get(context->arguments.options, "prometheus") != NULL;
+    int status;
+    json_t *result = command_call(context, "stats", NULL, &status);
+
+    if (result && context->json)
+        command_print(context, "stats", result);
+    else if (result && prometheus)
+        show_stats_prometheus(stdout, result);
+    else if (result)
+        show_stats(stdout, result);
+    json_decref(result);
     return status;
 }
 

@@ -98,6 +98,11 @@ static const struct argument grid_options[] = {
     {0},
 };
 
+static const struct argument stats_options[] = {
+    {"--prometheus", "prometheus", "", "in the text format that Prometheus scrapes", ARGUMENT_FLAG, 0, 0, 0},
+    {0},
+};
+
 static const struct argument watch_options[] = {
     {"--rate", "rate_hz", "HZ", "notifications per second, 0.1 to 50 (1)", ARGUMENT_NUMBER, 0, 0.1, 50},
     {"--count", "count", "N", "end after so many", ARGUMENT_INTEGER, 0, 1, 1e9},
@@ -170,6 +175,8 @@ static const struct command commands[] = {
     {"grid", "lock AZ|unlock AZ", "cells of the grid that neither change nor fade", grid_options, 2, 2,
      command_lock},
     {"status", "", "what the daemon and its sonars do", NULL, 0, 0, command_method},
+    {"sensors", "", "what every sonar is, where it sits and what it does", NULL, 0, 0, command_method},
+    {"stats", "", "counters and latencies", stats_options, 0, 0, command_stats},
     {"watch", "METHOD [KEY=VALUE...]", "ask a method again and again", watch_options, 1, ARGUMENTS_WORDS_MAX,
      command_watch},
     {"pose", "", "tell the daemon where the vehicle is", pose_options, 0, 0, command_pose},

@@ -25,6 +25,7 @@ void latency_add(struct latency *l, uint64_t ns)
 {
     atomic_fetch_add_explicit(&l->bucket[bucket_of(ns)], 1, memory_order_relaxed);
     atomic_fetch_add_explicit(&l->count, 1, memory_order_relaxed);
+    atomic_fetch_add_explicit(&l->sum_ns, ns, memory_order_relaxed);
     if (ns > atomic_load_explicit(&l->max_ns, memory_order_relaxed))
         atomic_store_explicit(&l->max_ns, ns, memory_order_relaxed);
 }
@@ -40,4 +41,12 @@ uint64_t latency_quantile(struct latency *l, double q)
             return upper_edge(b) < most ? upper_edge(b) : most;
     }
     return most;
+}
+
+uint64_t latency_below(struct latency *l, unsigned power)
+{
+    uint64_t seen = 0;
+    for (unsigned b = 0; b < (power - 2) * LATENCY_PER_OCTAVE; b++)
+        seen += atomic_load_explicit(&l->bucket[b], memory_order_relaxed);
+    return seen;
 }

@@ -14,7 +14,7 @@
 
 struct latency {
     _Atomic uint64_t bucket[LATENCY_BUCKETS];
-    _Atomic uint64_t count, max_ns;
+    _Atomic uint64_t count, max_ns, sum_ns;
 };
 
 /** latency_add - one writer. */
@@ -23,5 +23,8 @@ void latency_add(struct latency *l, uint64_t ns);
 /** latency_quantile - upper edge in ns of the bucket that holds the share q in [0, 1], at most the maximum; 0
  * when empty. */
 uint64_t latency_quantile(struct latency *l, double q);
+
+/** latency_below - how many were shorter than 2^power ns, power in [3, 42]. */
+uint64_t latency_below(struct latency *l, unsigned power);
 
 #endif

@@ -15,6 +15,8 @@ json_t *motion_method_limit(const struct rpc_call *call, json_t *params, struct 
 json_t *motion_method_collision(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *pose_method(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *status_method(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *status_method_sensors(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *stats_method(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *status_method_version(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *image_method(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 

@@ -45,7 +45,7 @@ struct pipeline {
     struct pipeline_map *map;                  /* NULL: not configured */
     struct marks *marks[PIPELINE_MAX_SENSORS]; /* NULL: not configured */
     struct image *image[PIPELINE_MAX_SENSORS];
-    struct latency latency;
+    struct latency latency[PIPELINE_STAGES];
     _Atomic uint64_t submitted, finished;
     _Atomic uint64_t held; /* by the clean-ups: submitted, and finished when later pings come */
     _Atomic uint64_t dropped[PIPELINE_MAX_SENSORS];
@@ -82,16 +82,28 @@ static void enter_map(struct pipeline *p, const struct echoes *e)
     voxmap_enter(&p->map->map, e, &sensor);
 }
 
+/* A replay reads no clock. */
+static uint64_t now_of(const struct pipeline *p)
+{
+    return p->conf.patient ? 0 : loop_clock();
+}
+
+static void measure(struct pipeline *p, enum pipeline_stage stage, uint64_t from_ns, uint64_t to_ns)
+{
+    if (!p->conf.patient)
+        latency_add(&p->latency[stage], to_ns > from_ns ? to_ns - from_ns : 0);
+}
+
 static void run_maps(struct pipeline *p, struct echoes *e)
 {
+    const uint64_t begun_ns = now_of(p);
     sphere_enter(p->sphere, e, &p->conf.mount[e->sensor]);
     if (p->map)
         enter_map(p, e);
     publish_stats(p);
-    if (!p->conf.patient) {
-        uint64_t now = loop_clock();
-        latency_add(&p->latency, now > e->t_in_ns ? now - e->t_in_ns : 0);
-    }
+    const uint64_t ended_ns = now_of(p);
+    measure(p, PIPELINE_MAPS, begun_ns, ended_ns);
+    measure(p, PIPELINE_WHOLE, e->t_in_ns, ended_ns);
     atomic_fetch_add_explicit(&p->finished, 1, memory_order_release);
 }
 
@@ -145,12 +157,14 @@ static const struct ping *next_of(struct intake *in, struct extract_aid *aid)
 static void run_extract(struct pipeline *p, const struct ping *ping, const struct extract_aid *aid,
                         struct echoes *e)
 {
+    const uint64_t begun_ns = now_of(p);
     extract_run(p->extract[ping->sensor], ping, aid->blind || aid->clean ? aid : NULL, e);
     atomic_store_explicit(&p->law_doubt[ping->sensor], (int)extract_law_doubt(p->extract[ping->sensor]),
                           memory_order_relaxed);
     if (p->marks[ping->sensor])
         marks_run(p->marks[ping->sensor], e);
     image_enter(p->image[ping->sensor], ping, e);
+    measure(p, PIPELINE_EXTRACT, begun_ns, now_of(p));
 }
 
 static void run_both(struct pipeline *p, const struct ping *came)
@@ -388,9 +402,9 @@ const struct cleanup_conf *pipeline_cleanup(const struct pipeline *p, int sensor
     return &p->conf.cleanup[sensor];
 }
 
-struct latency *pipeline_latency(struct pipeline *p)
+struct latency *pipeline_latency(struct pipeline *p, enum pipeline_stage stage)
 {
-    return &p->latency;
+    return &p->latency[stage];
 }
 
 int pipeline_threads(const struct pipeline *p)

@@ -53,6 +53,9 @@ struct pipeline_background {
     struct background_view view;    /* room for the cells of a ping, with `use` */
 };
 
+/* What takes time; the whole is from a ping's last byte to the published picture. */
+enum pipeline_stage { PIPELINE_EXTRACT, PIPELINE_MAPS, PIPELINE_WHOLE, PIPELINE_STAGES };
+
 struct pipeline_stats {
     uint64_t submitted, finished;
     uint64_t dropped[PIPELINE_MAX_SENSORS]; /* by sensor */
@@ -119,8 +122,8 @@ struct image *pipeline_image(struct pipeline *p, int sensor);
 /** pipeline_cleanup - how a sensor's clean-up is set. */
 const struct cleanup_conf *pipeline_cleanup(const struct pipeline *p, int sensor);
 
-/** pipeline_latency - from a ping's last byte to the published picture; empty when patient. */
-struct latency *pipeline_latency(struct pipeline *p);
+/** pipeline_latency - of a stage, or from a ping's last byte to the published picture; empty when patient. */
+struct latency *pipeline_latency(struct pipeline *p, enum pipeline_stage stage);
 
 /** pipeline_threads - how many threads work beside the loop, at most PIPELINE_MAX_THREADS. */
 int pipeline_threads(const struct pipeline *p);

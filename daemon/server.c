@@ -225,3 +225,8 @@ void server_stats(const struct server *server, struct server_stats *out)
     out->requests = server->host.counts.requests;
     out->errors = server->host.counts.errors;
 }
+
+struct latency *server_latency(struct server *server)
+{
+    return &server->host.spent;
+}

@@ -11,6 +11,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "latency.h"
 #include "loop.h"
 #include "rpc.h"
 
@@ -53,5 +54,8 @@ void server_stop(struct server *server);
 void server_tell(struct server *server, const char *method);
 
 void server_stats(const struct server *server, struct server_stats *out);
+
+/** server_latency - the time spent on each request and notification. */
+struct latency *server_latency(struct server *server);
 
 #endif

@@ -160,6 +160,7 @@ static void charge(struct session *session, uint64_t begun_ns)
     const double requests = (double)spent_ns / REQUEST_NS;
 
     session->spent_ns += spent_ns;
+    latency_add(&session->host->spent, spent_ns);
     if (!session->host->no_rate_limit)
         session->tokens -= requests > 1.0 ? requests : 1.0;
 }

@@ -9,6 +9,7 @@
 #include <jansson.h>
 #include <stdint.h>
 
+#include "latency.h"
 #include "log.h"
 #include "loop.h"
 #include "rights.h"
@@ -28,6 +29,7 @@ struct session_host {
     struct server_stats stats;
     struct rpc_counts counts;
     struct log_limit log;
+    struct latency spent; /* on each request and notification */
 };
 
 /**

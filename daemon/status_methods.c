@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* The methods about sonard itself: how it is, and what its sensors do; sonard-protocol(7) has every shape. */
+#include "counters.h"
 #include "instruments.h"
 #include "methods.h"
 #include "moment.h"
@@ -71,29 +72,10 @@ static json_t *sensor_json(const struct daemon *d, int i, const struct pipeline_
                           "port", conf->port, "state", state_word(&s, d->replay), "what", s.device.what, "range_m",
                           say_metres(s.device.range_m), "pings", (json_int_t)s.device.pings, "last_ping_age_s",
                           say_age(last_s));
-    const struct {
-        const char *name;
-        uint64_t value;
-    } counters[] = {
-        {"frames", s.device.frames},
-        {"garbage_bytes", s.device.garbage_bytes},
-        {"bad_checksum", s.device.bad_checksum},
-        {"bad_frame", s.device.bad_frame},
-        {"lost_frames", s.device.lost_frames},
-        {"nacks", s.device.nacks},
-        {"timeouts", s.device.timeouts},
-        {"restarts", s.device.restarts},
-        {"reconnects", s.reconnects},
-        {"tap_lost_bytes", s.tap.dropped},
-        {"tap_refused_bytes", s.tap.refused},
-        {"port_lost", s.port_lost},
-        {"port_refused", s.port_refused},
-        {"bytes_in", s.bytes_in},
-        {"bytes_out", s.bytes_out},
-        {"dropped", pipe->dropped[i]},
-    };
-    for (size_t k = 0; k < sizeof counters / sizeof counters[0]; k++)
-        json_object_set_new(j, counters[k].name, json_integer((json_int_t)counters[k].value));
+    struct counter counter[COUNTERS_MAX];
+    const unsigned n = counters_sensor(&s, pipe->dropped[i], counter);
+    for (unsigned k = 0; k < n; k++)
+        json_object_set_new(j, counter[k].name, json_integer((json_int_t)counter[k].value));
     if (s.device.has_clock)
         json_object_set_new(j, "clock", clock_json(&s.device.clock));
     if (s.bus.state != BUS_NONE)
@@ -141,7 +123,7 @@ static json_t *pose_json(const struct daemon *d)
 
 static json_t *pipeline_json(const struct daemon *d, const struct pipeline_stats *s)
 {
-    struct latency *l = pipeline_latency(d->pipeline);
+    struct latency *l = pipeline_latency(d->pipeline, PIPELINE_WHOLE);
     uint64_t dropped = 0;
     for (int i = 0; i < d->conf.n_sonars; i++)
         dropped += s->dropped[i];
@@ -208,6 +190,35 @@ json_t *status_method(const struct rpc_call *call, json_t *params, struct rpc_er
         "record", record_json(d));
     instruments_status(d, status);
     return status;
+}
+
+/* Where a sonar sits and what it is set to, beside what it does. */
+static json_t *placed_json(const struct daemon *d, int i, const struct pipeline_stats *pipe)
+{
+    const struct conf_sonar *c = &d->conf.sonar[i];
+    json_t *j = sensor_json(d, i, pipe);
+    json_object_set_new(j, "mount_m", say_metres3(c->mount_m));
+    json_object_set_new(j, "rotation_deg",
+                        json_pack("[o, o, o]", say_degrees(c->rotation_rad[0]), say_degrees(c->rotation_rad[1]),
+                                  say_degrees(c->rotation_rad[2])));
+    json_object_set_new(j, "sector_deg",
+                        json_pack("[o, o]", say_degrees(c->sector_rad[0]), say_degrees(c->sector_rad[1])));
+    json_object_set_new(j, "heard", json_boolean(!(moment_lost_sonars(d) >> i & 1)));
+    return j;
+}
+
+json_t *status_method_sensors(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    static const char *const keys[] = {NULL};
+    struct daemon *d = call->daemon;
+    if (!rpc_only(params, keys, error))
+        return NULL;
+    struct pipeline_stats pipe;
+    pipeline_stats(d->pipeline, &pipe);
+    json_t *sensors = json_array();
+    for (int i = 0; i < d->conf.n_sonars; i++)
+        json_array_append_new(sensors, placed_json(d, i, &pipe));
+    return json_pack("{s:o}", "sensors", sensors);
 }
 
 json_t *status_method_version(const struct rpc_call *call, json_t *params, struct rpc_error *error)

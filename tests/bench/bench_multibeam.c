@@ -116,7 +116,7 @@ int main(void)
         }
         pipeline_drain(pipeline);
         double used_s = processor_s() - begun_s, wall_s = 1e-9 * (double)(loop_clock() - begun_ns);
-        struct latency *l = pipeline_latency(pipeline);
+        struct latency *l = pipeline_latency(pipeline, PIPELINE_WHOLE);
         pipeline_stats(pipeline, &stats);
         printf("%7d  %10.2f  %9.1f  %8.1f  %8.1f  %8llu   %10.0f\n", threads, used_s / wall_s,
                1e-6 * (double)latency_quantile(l, 0.5), 1e-6 * (double)latency_quantile(l, 0.99),

@@ -131,7 +131,7 @@ int main(void)
             feed(device, (uint16_t)(i % 400));
         }
         pipeline_drain(pipeline);
-        struct latency *l = pipeline_latency(pipeline);
+        struct latency *l = pipeline_latency(pipeline, PIPELINE_WHOLE);
         printf("%7d  %9.1f  %8.1f  %9.1f  %8.1f", threads, 1e-3 * (double)latency_quantile(l, 0.5),
                1e-3 * (double)latency_quantile(l, 0.99), 1e-3 * (double)latency_quantile(l, 0.999),
                1e-3 * (double)l->max_ns);

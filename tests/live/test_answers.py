@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Answers about moving, and what answers rest on: a virtual basin from 6 m behind to 9 m ahead, 5 m left to 4 m right."""
 import math
+import re
 
 from lib import RpcError, check, pings_until, run, until
 
@@ -113,5 +114,37 @@ def collision(bench):
     check(client.notifications[0]["result"]["asked_mps"] == 1, "watched: %s" % client.notifications[0])
 
 
-cases = [("answers_" + f.__name__, f) for f in (nearest, limit, unknown_ahead, collision)]
+def stats(bench):
+    """The same numbers as in status, and the text as Prometheus reads it."""
+    client = basin(bench)
+    metrics = {m["name"]: m for m in client.call("stats")["metrics"]}
+    sensor = client.call("sensors")["sensors"][0]
+    pings = metrics["sonard_sensor_pings_total"]["samples"][0]
+    check(pings["labels"] == {"sensor": "head"} and TURN <= pings["value"] <= sensor["pings"], "pings: %s" % pings)
+    check(sensor["heard"] is True and sensor["mount_m"] == [0, 0, 0], "sensors: %s" % sensor)
+    stages = {s["labels"]["stage"]: s for s in metrics["sonard_latency_seconds"]["samples"]}
+    check(sorted(stages) == ["extract", "maps", "ping_to_picture", "request"], "stages: %s" % sorted(stages))
+    for name, stage in stages.items():
+        counts = [n for _, n in stage["buckets"]]
+        check(counts == sorted(counts) and counts[-1] == stage["count"] > 0, "%s: %s" % (name, stage))
+        check(0 < stage["p50_us"] <= stage["p99_us"] <= stage["max_us"], "%s: %s" % (name, stage))
+        check(stage["sum_s"] <= stage["count"] * stage["max_us"] * 1e-6 * 1.001, "%s: %s" % (name, stage))
+    text = bench.sonarctl("stats", "--prometheus").stdout
+    typed, values = set(), {}
+    for line in text.splitlines():
+        if line.startswith("# TYPE "):
+            typed.add(line.split()[2])
+        elif not line.startswith("# HELP "):
+            match = re.fullmatch(r'([a-z_0-9]+)(\{[a-z_]+="[^"]*"(?:,[a-z_]+="[^"]*")*\})? ([0-9.e+-]+)', line)
+            check(match, "no sample: %r" % line)
+            name = re.sub("_(bucket|sum|count)$", "", match.group(1)) if "latency" in line else match.group(1)
+            check(name in typed, "%s has no type" % name)
+            values[match.group(1) + (match.group(2) or "")] = float(match.group(3))
+    check(values['sonard_sensor_pings_total{sensor="head"}'] >= pings["value"], "pings went backwards")
+    check(values['sonard_latency_seconds_bucket{stage="maps",le="+Inf"}'] ==
+          values['sonard_latency_seconds_count{stage="maps"}'], "the last bucket is not all")
+    check("sonard_pings_total" in bench.sonarctl("stats").stdout, "sonarctl stats")
+
+
+cases = [("answers_" + f.__name__, f) for f in (nearest, limit, unknown_ahead, collision, stats)]
 run(cases, parallel=4)
