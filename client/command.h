@@ -63,10 +63,10 @@ int command_watch(struct context *context);
 int command_stats(struct context *context);
 int command_pose(struct context *context);
 int command_plot(struct context *context);
-int command_lock(struct context *context);
 
-/* command_background.c, command_places.c */
+/* command_background.c, command_grid.c, command_places.c */
 int command_background(struct context *context);
+int command_grid(struct context *context);
 int command_place(struct context *context); /* point, box and path */
 int command_map(struct context *context);
 

@@ -170,21 +170,3 @@ int command_stats(struct context *context)
     json_decref(result);
     return status;
 }
-
-/* ---- the grid ---- */
-
-int command_lock(struct context *context)
-{
-    json_t *options = context->arguments.options;
-    const char *word = context->arguments.word[0];
-    const bool locked = strcmp(word, "lock") == 0;
-    double azimuth_deg;
-
-    if (!locked && strcmp(word, "unlock") != 0)
-        return command_usage("grid", "want lock AZ or unlock AZ");
-    if (!arguments_number(context->arguments.word[1], -360, 360, &azimuth_deg))
-        return command_usage("grid", "AZ must be a number of degrees");
-    json_object_set_new(options, "azimuth_deg", json_real(azimuth_deg));
-    json_object_set_new(options, "locked", json_boolean(locked));
-    return command_call_and_print(context, "grid_lock", options);
-}

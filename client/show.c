@@ -372,6 +372,33 @@ static void show_taken(const struct page *page, const json_t *result)
     fprintf(page->out, "pose taken\n");
 }
 
+static void show_dropped(const struct page *page, const json_t *result)
+{
+    (void)result;
+    fprintf(page->out, "dropped\n");
+}
+
+static void show_grid_line(const struct page *page, const json_t *g)
+{
+    char a[CELL], b[CELL], c[CELL], d[CELL];
+
+    fprintf(page->out, "%-16s %9s %7.2f° %9s %8s %8.0f %6.1f MiB\n", text(a, g, "name"),
+            metres(b, number(g, "range_m")), number(g, "angular_step_deg"), metres(c, number(g, "layer_m")),
+            text(d, g, "sensor_model"), number(g, "cells"), number(g, "bytes") / 1048576);
+}
+
+static void show_grids(const struct page *page, const json_t *result)
+{
+    const json_t *list = json_object_get(result, "grids");
+
+    fprintf(page->out, "%-16s %9s %8s %9s %8s %8s %10s\n", "grid", "range", "step", "layer", "model", "cells",
+            "memory");
+    for (size_t i = 0; i < json_array_size(list); i++)
+        show_grid_line(page, json_array_get(list, i));
+    fprintf(page->out, "%.1f of %.0f MiB\n", number(result, "bytes") / 1048576,
+            number(result, "memory") / 1048576);
+}
+
 void show_result(FILE *out, const char *method, const json_t *result, bool colour)
 {
     static const struct {
@@ -379,7 +406,8 @@ void show_result(FILE *out, const char *method, const json_t *result, bool colou
         void (*show)(const struct page *page, const json_t *result);
     } forms[] = {{"blocked", show_blocked},     {"sectors", show_sectors}, {"clusters", show_clusters},
                  {"next_look", show_next_look}, {"status", show_status},   {"version", show_version},
-                 {"pose", show_taken}};
+                 {"pose", show_taken},          {"grid_list", show_grids}, {"grid_create", show_grid_line},
+                 {"grid_drop", show_dropped}};
     const struct page page = {.out = out, .colour = colour};
 
     for (size_t i = 0; i < sizeof forms / sizeof *forms; i++) {

@@ -36,6 +36,11 @@ static const struct argument common_options[] = {
         "--frame", "frame", "body|ned", "azimuth 0 is forward (body) or north (ned)", ARGUMENT_TEXT, 0, 0, 0      \
     }
 
+#define GRID_OPTION                                                                                               \
+    {                                                                                                             \
+        "--grid", "grid", "NAME", "ask this grid (main)", ARGUMENT_TEXT, 0, 0, 0                                  \
+    }
+
 static const struct argument blocked_options[] = {
     {"--distance", "distance_m", "D", "metres to look ahead; must be given", ARGUMENT_NUMBER, 0, 0, 0},
     {"--elevation", "elevation_deg", "E", "degrees upward (0)", ARGUMENT_NUMBER, 0, 0, 0},
@@ -43,6 +48,7 @@ static const struct argument blocked_options[] = {
      ARGUMENT_NUMBER, 0, 0, 0},
     {"--radius", "radius_m", "R", "look in a corridor of this radius in metres instead", ARGUMENT_NUMBER, 0, 0, 0},
     FRAME_OPTION,
+    GRID_OPTION,
     {0},
 };
 
@@ -52,6 +58,7 @@ static const struct argument sectors_options[] = {
     {"--distance", "distance_m", "D", "metres to look ahead; else as far as the grid reaches", ARGUMENT_NUMBER, 0,
      0, 0},
     FRAME_OPTION,
+    GRID_OPTION,
     {0},
 };
 
@@ -79,6 +86,7 @@ static const struct argument collision_options[] = {
 
 static const struct argument clusters_options[] = {
     {"--count", "count", "N", "at most so many, the nearest (64)", ARGUMENT_INTEGER, 0, 1, 256},
+    GRID_OPTION,
     {0},
 };
 
@@ -86,15 +94,17 @@ static const struct argument next_look_options[] = {
     {"--count", "count", "N", "so many directions (8)", ARGUMENT_INTEGER, 0, 1, 64},
     {"--elevation", "elevation_deg", "LO,HI", "band of elevations in degrees (-5,5)", ARGUMENT_NUMBERS, 2, 0, 0},
     {"--apart", "apart_deg", "A", "at least so many degrees apart (10)", ARGUMENT_NUMBER, 0, 0, 180},
+    GRID_OPTION,
     {0},
 };
 
 static const struct argument grid_options[] = {
     {"--elevation", "elevation_deg", "E", "degrees upward (0)", ARGUMENT_NUMBER, 0, 0, 0},
-    {"--half-angle", "half_angle_deg", "A", "the cells of a cone that opens so many degrees to each side (5)",
-     ARGUMENT_NUMBER, 0, 0, 0},
+    {"--half-angle", "half_angle_deg", "A",
+     "lock, unlock: the cells of a cone that opens so many degrees to each side (5)", ARGUMENT_NUMBER, 0, 0, 0},
     {"--from", "from_m", "R", "and not nearer than this, in metres (0)", ARGUMENT_NUMBER, 0, 0, 0},
     {"--to", "to_m", "R", "and not farther than this", ARGUMENT_NUMBER, 0, 0, 0},
+    GRID_OPTION,
     {0},
 };
 
@@ -172,8 +182,9 @@ static const struct command commands[] = {
     {"time_to_collision", "", "when does the vehicle meet something?", collision_options, 0, 0, command_method},
     {"clusters", "", "what the obstacles form together", clusters_options, 0, 0, command_method},
     {"next_look", "", "which directions to look at next, and why", next_look_options, 0, 0, command_method},
-    {"grid", "lock AZ|unlock AZ", "cells of the grid that neither change nor fade", grid_options, 2, 2,
-     command_lock},
+    {"grid", "list|create NAME [KEY=VALUE...]|drop NAME|lock AZ|unlock AZ",
+     "the grids of directions; locked cells neither change nor fade", grid_options, 1, ARGUMENTS_WORDS_MAX,
+     command_grid},
     {"status", "", "what the daemon and its sonars do", NULL, 0, 0, command_method},
     {"sensors", "", "what every sonar is, where it sits and what it does", NULL, 0, 0, command_method},
     {"stats", "", "counters and latencies", stats_options, 0, 0, command_stats},

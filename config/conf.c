@@ -12,6 +12,7 @@
 #include <string.h>
 
 #include "conf_source.h"
+#include "conf_suggest.h"
 #include "conf_value.h"
 
 #define FILE_SIZE_MAX ((size_t)1 << 20)
@@ -36,6 +37,34 @@ void conf_defaults(struct conf *conf)
         if (!conf_key_is_sonar(key))
             conf_value_read(key, key->standard, conf, err, sizeof err);
     conf_locale_leave(outside);
+}
+
+bool conf_name_is_good(const char *name)
+{
+    size_t n = strspn(name, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_");
+    return n > 0 && n < CONF_NAME_MAX && name[n] == '\0';
+}
+
+bool conf_grid_set(struct conf_grid *grid, const char *name, const char *value, char *err, size_t err_size)
+{
+    const struct conf_key *key = conf_key_find("grid", name);
+    struct conf conf = {.grid = *grid};
+    char allowed[CONF_VALUE_MAX], found[CONF_VALUE_MAX];
+    if (!key) {
+        char hint[512];
+        conf_suggest_key("grid", name, hint, sizeof hint);
+        snprintf(err, err_size, "%s: unknown key; %s", name, hint);
+        return false;
+    }
+    locale_t outside = conf_locale_enter();
+    const bool good = conf_value_read(key, value, &conf, found, sizeof found);
+    conf_value_allowed(key, allowed, sizeof allowed);
+    conf_locale_leave(outside);
+    if (good)
+        *grid = conf.grid;
+    else
+        snprintf(err, err_size, "%s = %s: %s; want %s", name, value, found, allowed);
+    return good;
 }
 
 /* Behind the files that are there; false without memory. */

@@ -12,7 +12,9 @@
 #include <stdio.h>
 
 #define CONF_MAX_SONARS 8
+#define CONF_MAX_GRIDS  4 /* beside the plain [grid] */
 #define CONF_NAME_MAX   32
+#define CONF_MAIN_GRID  "main"
 #define CONF_TEXT_MAX   256
 
 enum conf_amplitude {
@@ -115,20 +117,27 @@ struct conf_background {
     double ring_m;      /* ring = 0.5 m */
 };
 
+/* [grid], which is "main" where a name is wanted, and [grid NAME]: what is not said there is as in [grid] */
 struct conf_grid {
-    double range_max_m;      /* range = 20 m           [0.75 .. 200]; auto: 0, longest range of the sonars */
-    double angular_step_rad; /* angular_step = 2 deg   [0.5 .. 15] */
-    double layer_m;          /* layer = 0.05 m: thickness of the nearest layers */
-    double growth;           /* growth = 1.035: of the layers beyond */
-    int elevation;           /* elevation = full | level */
-    int sensor_model;        /* sensor_model = opening | gauss | midpoint: how an echo is shared out among cells */
-    int update;              /* update = bayes | max */
-    double range_error;      /* range_error = 0.003: standard deviation of a range as a share of it */
-    int max_cells;           /* max_cells = 65536 */
-    double blocked_above;    /* blocked_above = 0.6: probability from which a cell is an obstacle [0.51 .. 0.99] */
-    double clear_for_s;      /* clear_for = 30 s: a direction counts as clear so long after its last ping */
-    double forget_s;         /* forget = 160 s: an obstacle not heard again blocks no longer; >= clear_for */
-    double move_limit_m;     /* move_limit = 0.5 m: way driven after which a cleared direction is unknown again */
+    char name[CONF_NAME_MAX]; /* of those with one */
+    double range_max_m;       /* range = 20 m           [0.75 .. 200]; auto: 0, longest range of the sonars */
+    double angular_step_rad;  /* angular_step = 2 deg   [0.5 .. 15] */
+    double layer_m;           /* layer = 0.05 m: thickness of the nearest layers */
+    double growth;            /* growth = 1.035: of the layers beyond */
+    int elevation;            /* elevation = full | level */
+    int sensor_model;     /* sensor_model = opening | gauss | midpoint: how an echo is shared out among cells */
+    int update;           /* update = bayes | max */
+    double range_error;   /* range_error = 0.003: standard deviation of a range as a share of it */
+    int max_cells;        /* max_cells = 65536 */
+    double blocked_above; /* blocked_above = 0.6: probability from which a cell is an obstacle [0.51 .. 0.99] */
+    double clear_for_s;   /* clear_for = 30 s: a direction counts as clear so long after its last ping */
+    double forget_s;      /* forget = 160 s: an obstacle not heard again blocks no longer; >= clear_for */
+    double move_limit_m;  /* move_limit = 0.5 m: way driven after which a cleared direction is unknown again */
+};
+
+/* [grids] */
+struct conf_grids {
+    double memory_bytes; /* memory = 1024 MiB: of all grids together */
 };
 
 /* [map]; see grid/voxel */
@@ -239,7 +248,9 @@ struct conf {
     struct conf_water water;
     struct conf_extract extract;
     struct conf_background background;
-    struct conf_grid grid;
+    struct conf_grid grid, more_grid[CONF_MAX_GRIDS]; /* next to each other: conf_base */
+    int n_more_grids;
+    struct conf_grids grids;
     struct conf_map map;
     struct conf_pose pose;
     struct conf_vehicle vehicle;
@@ -283,6 +294,12 @@ int conf_load(struct conf *conf, struct conf_source **source, const char *path, 
 /** conf_load_text - the same from memory; `name` stands for the file in messages. */
 int conf_load_text(struct conf *conf, struct conf_source **source, const char *name, const char *text, size_t size,
                    const struct conf_checks *checks, conf_fault_fn fault, void *fault_ctx);
+
+/** conf_name_is_good - of a sonar or a grid: 1 to CONF_NAME_MAX - 1 letters, digits, - and _. */
+bool conf_name_is_good(const char *name);
+
+/** conf_grid_set - one key of a grid from its text; false with a sentence in err, *grid untouched. */
+bool conf_grid_set(struct conf_grid *grid, const char *key, const char *value, char *err, size_t err_size);
 
 /** conf_defaults - what an empty file means: no sonars; every element of sonar[] is at its defaults, too. */
 void conf_defaults(struct conf *conf);

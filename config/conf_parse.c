@@ -31,7 +31,7 @@ struct parse {
     const char *waiting;    /* the line when it is neither head nor comment and no key was found in it yet */
     size_t waiting_n;
 
-    struct head head[CONF_MAX_SONARS + 16]; /* every good section of the file so far */
+    struct head head[CONF_MAX_SONARS + CONF_MAX_GRIDS + 16]; /* every good section of the file so far */
     int n_heads, sonar_heads;
     struct conf_origin first[CONF_MAX_SONARS]; /* heads of the sonars */
 
@@ -125,12 +125,6 @@ static void use_scratch(struct parse *p)
     p->origin = p->scratch_origin;
 }
 
-static bool is_sonar_name(const char *name)
-{
-    size_t n = strspn(name, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_");
-    return n > 0 && n < CONF_NAME_MAX && name[n] == '\0';
-}
-
 /* -1: there is none of that name yet. */
 static int sonar_find(const struct parse *p, const char *name)
 {
@@ -144,7 +138,7 @@ static void begin_sonar(struct parse *p, const char *name)
 {
     int i = sonar_find(p, name); /* in an earlier file */
     p->sonar_heads++;
-    if (!is_sonar_name(name)) {
+    if (!conf_name_is_good(name)) {
         conf_fault_add(p->faults, p->line, "[%s]: %s; want [sonar NAME], NAME of 1 to %d letters, digits, - and _",
                        p->title, *name ? "bad name of a sonar" : "a sonar without a name", CONF_NAME_MAX - 1);
     } else if (i < 0 && p->conf->n_sonars == CONF_MAX_SONARS) {
@@ -157,6 +151,37 @@ static void begin_sonar(struct parse *p, const char *name)
         struct conf_sonar *sonar = &p->conf->sonar[i];
         snprintf(sonar->name, sizeof sonar->name, "%s", name);
         p->base = sonar;
+        p->origin = p->source->origin[i];
+    }
+}
+
+/* From 1; 0: there is none of that name yet. */
+static int grid_find(const struct parse *p, const char *name)
+{
+    int i = p->conf->n_more_grids;
+    while (i > 0 && strcmp(p->conf->more_grid[i - 1].name, name) != 0)
+        i--;
+    return i;
+}
+
+static void begin_grid(struct parse *p, const char *name)
+{
+    int i = grid_find(p, name); /* in an earlier file */
+    if (!conf_name_is_good(name) || strcmp(name, CONF_MAIN_GRID) == 0) {
+        conf_fault_add(
+            p->faults, p->line,
+            "[%s]: bad name of a grid; want 1 to %d letters, digits, - and _, and another than " CONF_MAIN_GRID
+            ", which is the plain [grid]",
+            p->title, CONF_NAME_MAX - 1);
+    } else if (!i && p->conf->n_more_grids == CONF_MAX_GRIDS) {
+        conf_fault_add(p->faults, p->line, "[%s]: one grid too many; want at most %d beside [grid]", p->title,
+                       CONF_MAX_GRIDS);
+    } else {
+        if (!i)
+            i = ++p->conf->n_more_grids;
+        struct conf_grid *grid = &p->conf->more_grid[i - 1];
+        snprintf(grid->name, sizeof grid->name, "%s", name);
+        p->base = (char *)p->conf + conf_base(conf_key_find("grid", "range"), i);
         p->origin = p->source->origin[i];
     }
 }
@@ -176,10 +201,10 @@ static void begin_section(struct parse *p)
     const char *name = p->title + strcspn(p->title, " ");
     snprintf(kind, sizeof kind, "%.*s", (int)(name - p->title), p->title);
     name += strspn(name, " ");
-    bool sonar = strcmp(kind, "sonar") == 0;
+    bool sonar = strcmp(kind, "sonar") == 0, more_grid = *name && strcmp(kind, "grid") == 0;
 
     p->any_section = true;
-    p->section = conf_section_find(sonar ? kind : p->title);
+    p->section = conf_section_find(sonar || more_grid ? kind : p->title);
     if (!p->section) {
         char hint[512];
         conf_suggest_section(kind, hint, sizeof hint);
@@ -194,6 +219,8 @@ static void begin_section(struct parse *p)
     }
     if (sonar) {
         begin_sonar(p, name);
+    } else if (more_grid) {
+        begin_grid(p, name);
     } else {
         p->base = p->conf;
         p->origin = p->source->origin[0];
@@ -313,6 +340,21 @@ static char *next_line(char *str, int num, void *stream)
     return str;
 }
 
+/* What a [grid NAME] leaves out is as in [grid], wherever in the file that stands. */
+static void inherit_grid(struct parse *p)
+{
+    for (int i = 1; i <= p->conf->n_more_grids; i++) {
+        for (const struct conf_key *key = conf_keys; key->name; key++) {
+            struct conf_origin *from = &p->source->origin[0][key - conf_keys];
+            struct conf_origin *to = &p->source->origin[i][key - conf_keys];
+            if (strcmp(key->section, "grid") != 0 || to->line > 0)
+                continue;
+            memcpy((char *)p->conf + conf_base(key, i) + key->offset, (char *)p->conf + key->offset, key->size);
+            *to = *from;
+        }
+    }
+}
+
 static void check_complete(struct parse *p)
 {
     conf_fault_in(p->faults, 0, p->source->file[0].name);
@@ -359,6 +401,7 @@ void conf_parse(struct conf *conf, struct conf_source *source, const struct conf
     *p = (struct parse){.conf = conf, .source = source, .checks = checks, .faults = faults};
     for (unsigned i = 0; i < source->n_files; i++)
         parse_file(p, i);
+    inherit_grid(p);
     check_complete(p);
     conf_rules_check(conf, source, checks, faults);
     free(p);

@@ -71,6 +71,11 @@ void conf_print(const struct conf *conf, const struct conf_source *source, FILE 
             continue;
         fprintf(out, "\n[%s]\n", section->name);
         print_section(section->name, source, 0, conf, out);
+        for (int i = 0; strcmp(section->name, "grid") == 0 && i < conf->n_more_grids; i++) {
+            fprintf(out, "\n[grid %s]\n", conf->more_grid[i].name);
+            print_section("grid", source, i + 1,
+                          (const char *)conf + conf_base(conf_key_find("grid", "range"), i + 1), out);
+        }
     }
     conf_locale_leave(outside);
 }

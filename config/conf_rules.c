@@ -11,7 +11,7 @@
 
 struct place {
     const char *section, *key;
-    int sonar; /* 0 outside [sonar NAME] */
+    int sonar; /* or grid; 0 outside [sonar NAME] and [grid NAME] */
 };
 
 struct rules {
@@ -37,11 +37,12 @@ static unsigned line_of(const struct rules *r, struct place at)
 static void describe(const struct rules *r, struct place at, char *text, size_t size)
 {
     const struct conf_key *key = conf_key_find(at.section, at.key);
-    const struct conf_sonar *sonar = conf_key_is_sonar(key) ? &r->conf->sonar[at.sonar] : NULL;
+    const char *name = conf_key_is_sonar(key) ? r->conf->sonar[at.sonar].name
+                       : at.sonar             ? r->conf->more_grid[at.sonar - 1].name
+                                              : "";
     char value[CONF_VALUE_MAX];
-    conf_value_write(key, sonar ? (const void *)sonar : (const void *)r->conf, value, sizeof value);
-    snprintf(text, size, "[%s%s%s] %s = %s", at.section, sonar ? " " : "", sonar ? sonar->name : "", at.key,
-             value);
+    conf_value_write(key, (const char *)r->conf + conf_base(key, at.sonar), value, sizeof value);
+    snprintf(text, size, "[%s%s%s] %s = %s", at.section, *name ? " " : "", name, at.key, value);
 }
 
 static void rule(const struct rules *r, struct place a, struct place b, bool holds, const char *want)
@@ -169,11 +170,18 @@ void conf_rules_check(const struct conf *conf, const struct conf_source *source,
     const struct conf_extract *e = &conf->extract;
     const bool judged = e->otsu == CONF_ON || e->classes == CONF_ON || e->order == CONF_ORDER_PAPER;
     rule(&r, (struct place){"extract", "median", 0}, (struct place){"extract", "order", 0},
-         e->median == CONF_MEDIAN_OFF || judged, "otsu or classes on, or order = paper: nobody looks at it otherwise");
+         e->median == CONF_MEDIAN_OFF || judged,
+         "otsu or classes on, or order = paper: nobody looks at it otherwise");
     rule(&r, (struct place){"extract", "clahe", 0}, (struct place){"extract", "order", 0},
          e->clahe == CONF_OFF || judged, "otsu or classes on, or order = paper: nobody looks at it otherwise");
-    rule(&r, (struct place){"grid", "forget", 0}, (struct place){"grid", "clear_for", 0},
-         conf->grid.forget_s >= conf->grid.clear_for_s, "forget not shorter than clear_for");
+    for (int i = 0; i <= conf->n_more_grids; i++) {
+        const struct conf_grid *grid = i ? &conf->more_grid[i - 1] : &conf->grid;
+        const struct place forget = {"grid", "forget", i}, clear_for = {"grid", "clear_for", i};
+        const bool told =
+            i && grid->forget_s == conf->grid.forget_s && grid->clear_for_s == conf->grid.clear_for_s;
+        rule(&r, forget, clear_for, told || grid->forget_s >= grid->clear_for_s,
+             "forget not shorter than clear_for");
+    }
     rule(&r, (struct place){"depth", "turnaround", 0}, (struct place){"depth", "timeout", 0},
          conf->depth.turnaround_s >= conf->depth.timeout_s, "turnaround not shorter than timeout");
     rule(&r, (struct place){"nmea", "use", 0}, (struct place){"depth", "source", 0},

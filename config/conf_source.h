@@ -25,12 +25,14 @@ struct conf_file {
     size_t size;
 };
 
+_Static_assert(CONF_MAX_GRIDS < CONF_MAX_SONARS, "conf_source.origin has room for the grids");
+
 struct conf_source {
     struct conf_file file[CONF_FILES_MAX]; /* later ones win */
     unsigned n_files;
     char *whole; /* of several files: what they mean together, as one; NULL where there is one */
     size_t whole_size;
-    /* by sonar and row of conf_keys; keys of other sections are under sonar 0 */
+    /* by sonar, or by grid, and row of conf_keys; keys of other sections are under 0 */
     struct conf_origin origin[CONF_MAX_SONARS][CONF_KEYS_MAX];
 };
 

@@ -26,12 +26,19 @@ const struct conf_section conf_sections[] = {
               "up to 31 letters, digits, - and _. The name is what answers, logs and captures call it."},
     {"water", "The water the vehicle is in."},
     {"extract", "How the first echo of a beam is told from noise (CFAR: constant false-alarm rate)."},
-    {"background", "What a sonar hears of its own vehicle: frame, tether, electronics. Such places are blind: neither\n"
-                   "blocked nor clear. Of what was loud while a template was learnt, only what these keys describe is\n"
-                   "taken for the vehicle; the rest, walls above all, stays an obstacle."},
-    {"grid", "The grid of directions around the vehicle, and what counts as blocked and as clear."},
-    {"map", "The map of places: which water has been found free, kept in voxels as the vehicle moves. Needs poses with\n"
-            "position, depth and attitude. Without `voxel` there is none, and it takes neither memory nor time."},
+    {"background",
+     "What a sonar hears of its own vehicle: frame, tether, electronics. Such places are blind: neither\n"
+     "blocked nor clear. Of what was loud while a template was learnt, only what these keys describe is\n"
+     "taken for the vehicle; the rest, walls above all, stays an obstacle."},
+    {"grid",
+     "The grid of directions around the vehicle, and what counts as blocked and as clear. Up to four more grids "
+     "may\n"
+     "stand beside it, as [grid NAME], for another range, resolution or sensor model: every ping goes into all\n"
+     "of them, and questions name the one they mean. What is not said there is as in [grid]."},
+    {"grids", "All grids together."},
+    {"map",
+     "The map of places: which water has been found free, kept in voxels as the vehicle moves. Needs poses with\n"
+     "position, depth and attitude. Without `voxel` there is none, and it takes neither memory nor time."},
     {"pose", "What is known about where the vehicle is and how it lies."},
     {"vehicle", "The vehicle's body and how it brakes: what the answers `limit` and `time_to_collision` go by."},
     {"depth", "A depth or pressure transmitter that is read over Modbus. The defaults are those of a Keller 33X."},
@@ -59,7 +66,8 @@ const struct conf_key conf_keys[] = {
              "may follow where it answers to a fixed port only."},
     {"sonar", "tap", .kind = CONF_PATH, .standard = "none", .instead = "none", SONAR(tap),
      .form = "an absolute path",
-     .help = "A pseudo-terminal, found by this symbolic link, that says what the sonar says, for a viewer or a logger\n"
+     .help = "A pseudo-terminal, found by this symbolic link, that says what the sonar says, for a viewer or a "
+             "logger\n"
              "to listen to. What is written to it is thrown away: sonard alone talks to the sonar."},
     {"sonar", "range", QUANTITY(1, "m", 0.75, 200), .standard = "20 m", SONAR(range_m),
      .help = "How far to listen. A longer range makes every turn of a scanning head slower and bins coarser;\n"
@@ -78,14 +86,17 @@ const struct conf_key conf_keys[] = {
      .help = "transmit: the sonar pings by itself, which is faster; request: every ping is asked for, which\n"
              "old firmware needs. auto: transmit, and request when the sonar refuses."},
     {"sonar", "scan", WORDS("plain", "active"), .standard = "plain", SONAR(scan),
-     .help = "active: half of the pings go where they tell most, mostly ahead of the way, and the full circle takes\n"
-             "a little over twice as long. Wants a velocity and an attitude (sonard-protocol(7), pose); without it\n"
-             "is as plain with mode = request. For device = ping360."},
+     .help =
+         "active: half of the pings go where they tell most, mostly ahead of the way, and the full circle takes\n"
+         "a little over twice as long. Wants a velocity and an attitude (sonard-protocol(7), pose); without it\n"
+         "is as plain with mode = request. For device = ping360."},
     {"sonar", "frequency", QUANTITY(1, "kHz", 10, 3000), .standard = "auto", .instead = "auto", .instead_value = 0,
-     SONAR(frequency_hz), .help = "Transmit frequency. auto: the device's default (ping360: 750 kHz, micron: 675 kHz)."},
+     SONAR(frequency_hz),
+     .help = "Transmit frequency. auto: the device's default (ping360: 750 kHz, micron: 675 kHz)."},
     {"sonar", "node", INTEGER(0, 253), .standard = "any", .instead = "any", .instead_value = -1, SONAR(node),
-     .help = "On a CAN bus: whose messages to take, a DroneCAN node id or an NMEA 2000 address. any: everybody's,\n"
-             "which is right while one sonar of the kind is on the bus."},
+     .help =
+         "On a CAN bus: whose messages to take, a DroneCAN node id or an NMEA 2000 address. any: everybody's,\n"
+         "which is right while one sonar of the kind is on the bus."},
     {"sonar", "sensor_id", INTEGER(0, 255), .standard = "any", .instead = "any", .instead_value = -1,
      SONAR(sensor_id), .help = "DroneCAN: which of that node's range sensors. any: all of them."},
     {"sonar", "aperture", QUANTITY(2, "deg", 0.1, 180), .standard = "auto", .instead = "auto", .instead_value = 0,
@@ -164,11 +175,13 @@ const struct conf_key conf_keys[] = {
      .help = "How far an echo must rise above its surroundings. The false-alarm rule alone takes every ripple of\n"
              "reverberation for an echo; a hull, a wall or a pile stands out by far more than this."},
     {"extract", "learn_ring_down", WORDS("on", "off"), .standard = "off", CONF(extract.learn_ring_down),
-     .help = "For ring_down = auto: a beam that seems to ring longer than the sonar usually does is believed from\n"
-             "where it usually ends, so that a wall close to the head is found there. Parts of the vehicle are too."},
+     .help =
+         "For ring_down = auto: a beam that seems to ring longer than the sonar usually does is believed from\n"
+         "where it usually ends, so that a wall close to the head is found there. Parts of the vehicle are too."},
     {"extract", "median", WORDS("off", "3", "5"), .standard = "off", CONF(extract.median),
-     .help = "Smooth the image of a scanning head: the median of 3 x 3 or 5 x 5 bins, against single specks.\n"
-             "Holds every ping back until one (3) or two (5) more have come; the last wait while a sonar is silent."},
+     .help =
+         "Smooth the image of a scanning head: the median of 3 x 3 or 5 x 5 bins, against single specks.\n"
+         "Holds every ping back until one (3) or two (5) more have come; the last wait while a sonar is silent."},
     {"extract", "otsu", WORDS("on", "off"), .standard = "off", CONF(extract.otsu),
      .help = "Take away what is no louder than the threshold that parts the last turn best in two (Otsu)."},
     {"extract", "clahe", WORDS("on", "off"), .standard = "off", CONF(extract.clahe),
@@ -176,12 +189,14 @@ const struct conf_key conf_keys[] = {
     {"extract", "clahe_clip", NUMBER(1, 100), .standard = "2", CONF(extract.clahe_clip),
      .help = "How far clahe may stretch: no count counts for more than this many times the mean one."},
     {"extract", "classes", WORDS("on", "off"), .standard = "off", CONF(extract.classes),
-     .help = "Part the last turn of the image in three classes; what lies in the lowest is no echo. Weak obstacles\n"
-             "in a scene with strong ones may be lost by it."},
+     .help =
+         "Part the last turn of the image in three classes; what lies in the lowest is no echo. Weak obstacles\n"
+         "in a scene with strong ones may be lost by it."},
     {"extract", "marks", WORDS("on", "off"), .standard = "on", CONF(extract.marks),
-     .help = "Mark echoes that other looks at nearly the same bearing should show and do not (bursts of other\n"
-             "sound), and ghosts of nearer echoes. A marked echo blocks, but gives way to the first look that hears\n"
-             "nothing there."},
+     .help =
+         "Mark echoes that other looks at nearly the same bearing should show and do not (bursts of other\n"
+         "sound), and ghosts of nearer echoes. A marked echo blocks, but gives way to the first look that hears\n"
+         "nothing there."},
     {"extract", "no_echo", WORDS("minimum", "heard", "range"), .standard = "minimum", CONF(extract.no_echo),
      .help = "How far the water is taken as free where a beam found nothing. minimum: to minimum_range, the\n"
              "cautious rule; heard: as far as the beam heard its own noise floor; range: to the end of the\n"
@@ -210,7 +225,8 @@ const struct conf_key conf_keys[] = {
      .help = "Nearer than this everything that stays is the transducer's own ring, at all bearings."},
 
     {"grid", "range", QUANTITY(1, "m", 0.75, 200), .standard = "auto", .instead = "auto", .instead_value = 0,
-     CONF(grid.range_max_m), .help = "How far the grid reaches. auto: as far as the sonar with the longest range."},
+     CONF(grid.range_max_m),
+     .help = "How far the grid reaches. auto: as far as the sonar with the longest range."},
     {"grid", "angular_step", QUANTITY(1, "deg", 0.5, 15), .standard = "2 deg", CONF(grid.angular_step_rad),
      .help = "Width of a direction. About the width of the beam; finer costs memory and finds nothing."},
     {"grid", "layer", QUANTITY(1, "m", 0.01, 5), .standard = "0.05 m", CONF(grid.layer_m),
@@ -223,9 +239,10 @@ const struct conf_key conf_keys[] = {
      .help = "full: directions over the whole sphere; level: one row of directions, for a level sonar on a\n"
              "vehicle that stays level. level is cheaper and knows nothing of above and below."},
     {"grid", "sensor_model", WORDS("opening", "gauss", "midpoint"), .standard = "opening", CONF(grid.sensor_model),
-     .help = "Where in a beam an echo counts. opening: everywhere alike, for nobody knows where the reflector is;\n"
-             "gauss: less off the axis and off the range (normal distributions, half at half power), integrated\n"
-             "over cells; midpoint: the same, taken at their middle: cheaper, coarse in wide cells."},
+     .help =
+         "Where in a beam an echo counts. opening: everywhere alike, for nobody knows where the reflector is;\n"
+         "gauss: less off the axis and off the range (normal distributions, half at half power), integrated\n"
+         "over cells; midpoint: the same, taken at their middle: cheaper, coarse in wide cells."},
     {"grid", "update", WORDS("bayes", "max"), .standard = "bayes", CONF(grid.update),
      .help = "bayes: echoes of one place add up; max: the strongest counts."},
     {"grid", "range_error", NUMBER(0, 0.1), .standard = "0.003", CONF(grid.range_error),
@@ -245,42 +262,55 @@ const struct conf_key conf_keys[] = {
      .help =
          "A direction that was clear is unknown again after the vehicle has moved this far without seeing it."},
 
+    {"grids", "memory", QUANTITY(1, "MiB", 1, 65536), .standard = "1024 MiB", CONF(grids.memory_bytes),
+     .help = "All that grids may take, those that are made later among them. What clusters take when somebody "
+             "asks for\n"
+             "them is not in it: five times as much as the cells."},
+
     {"map", "voxel", QUANTITY(1, "m", 0.02, 5), .standard = "none", .instead = "none", .instead_value = 0,
      CONF(map.voxel_m),
-     .help = "Edge of a voxel; none: no map. 0.2 m suits tanks, harbours and dams. Half of it takes eight times the\n"
-             "memory for the same water."},
+     .help =
+         "Edge of a voxel; none: no map. 0.2 m suits tanks, harbours and dams. Half of it takes eight times the\n"
+         "memory for the same water."},
     {"map", "memory", QUANTITY(1, "MiB", 1, 65536), .standard = "64 MiB", CONF(map.memory_bytes),
-     .help = "All that the map may take; it is taken at the start. When it runs low the oldest submaps go to files in\n"
+     .help = "All that the map may take; it is taken at the start. When it runs low the oldest submaps go to "
+             "files in\n"
              "directory, or without one are forgotten: their water is unknown."},
     {"map", "extent", QUANTITY(1, "m", 1, 2000), .standard = "auto", .instead = "auto", .instead_value = 0,
      CONF(map.extent_m),
-     .help = "Side of a submap in plan. What a beam covers beyond it is not entered. auto: what the longest range of\n"
-             "the sonars and submap_distance need."},
+     .help =
+         "Side of a submap in plan. What a beam covers beyond it is not entered. auto: what the longest range of\n"
+         "the sonars and submap_distance need."},
     {"map", "height", QUANTITY(1, "m", 0.1, 2000), .standard = "16 m", CONF(map.height_m),
      .help = "Height of a submap, half of it above and half below where it was begun."},
     {"map", "threshold", INTEGER(0, 254), .standard = "1", CONF(map.threshold),
      .help = "A voxel is free when more looks than this have found it free. 1 bears a single wrong one."},
     {"map", "echoes", WORDS("on", "off"), .standard = "on", CONF(map.echoes),
-     .help = "Remember where something was heard, in a second plane of bytes, so that a thin thing is not lost at\n"
-             "the next sweep and answers tell occupied from unknown."},
+     .help =
+         "Remember where something was heard, in a second plane of bytes, so that a thin thing is not lost at\n"
+         "the next sweep and answers tell occupied from unknown."},
     {"map", "echo_weight", INTEGER(0, 255), .standard = "2", CONF(map.echo_weight),
      .help = "How many looks that found a voxel free one echo in it outweighs."},
     {"map", "tolerance", QUANTITY(1, "m", 0, 1), .standard = "0 m", CONF(map.tolerance_m),
-     .help = "Moves the side faces of every beam outwards; never the end of it. Closes gaps between beams, and calls\n"
-             "water free that no beam has been in: 0 is safe."},
+     .help =
+         "Moves the side faces of every beam outwards; never the end of it. Closes gaps between beams, and calls\n"
+         "water free that no beam has been in: 0 is safe."},
     {"map", "body", QUANTITY(1, "m", 0.01, 20), .standard = "none", .instead = "none", .instead_value = 0,
      CONF(map.body_m),
-     .help = "Radius around the vehicle's reference point of which it is sure that only the vehicle itself is there:\n"
-             "along its way that water is free. none: only beams free water."},
+     .help =
+         "Radius around the vehicle's reference point of which it is sure that only the vehicle itself is there:\n"
+         "along its way that water is free. none: only beams free water."},
     {"map", "submap_distance", QUANTITY(1, "m", 0.5, 1000), .standard = "10 m", CONF(map.submap_distance_m),
      .help = "A new submap is begun when the vehicle is so far from where it began the last one."},
     {"map", "submap_time", QUANTITY(1, "s", 1, 86400), .standard = "never", .instead = "never", .instead_value = 0,
      CONF(map.submap_time_s), .help = "And so long after it."},
     {"map", "forget", QUANTITY(1, "s", 1, 604800), .standard = "never", .instead = "never", .instead_value = 0,
      CONF(map.forget_s),
-     .help = "All counts are halved so often, so that what is not seen again is forgotten: free water and echoes."},
+     .help =
+         "All counts are halved so often, so that what is not seen again is forgotten: free water and echoes."},
     {"map", "directory", .kind = CONF_PATH, .standard = "none", .instead = "none", CONF(map.directory),
-     .form = "an absolute path", .help = "Where maps are saved, exported and loaded from, and where submaps go that memory has no room for.\n"
+     .form = "an absolute path",
+     .help = "Where maps are saved, exported and loaded from, and where submaps go that memory has no room for.\n"
              "none: nothing of this."},
 
     {"pose", "max_age", QUANTITY(1, "s", 0.01, 3600), .standard = "1 s", CONF(pose.max_age_s),
@@ -346,9 +376,10 @@ const struct conf_key conf_keys[] = {
          "long before it is asked again: a late answer carries nothing that tells which question it is to.\n"
          "Not shorter than timeout."},
     {"depth", "resync", WORDS("silence", "echo"), .standard = "silence", CONF(depth.resync),
-     .help = "How a slave on a line is believed again after a fault. silence: after two quiet times of turnaround\n"
-             "and an answer that is thrown away. echo: it must know function 8 (a Keller does), and send a number\n"
-             "back; then no answer is taken for another's, however late it comes."},
+     .help =
+         "How a slave on a line is believed again after a fault. silence: after two quiet times of turnaround\n"
+         "and an answer that is thrown away. echo: it must know function 8 (a Keller does), and send a number\n"
+         "back; then no answer is taken for another's, however late it comes."},
     {"depth", "plausible", QUANTITY(2, "m", -100, 12000), .standard = "-1 300 m", CONF(depth.plausible_m),
      .help = "Smallest and largest depth that is believed."},
     {"depth", "speed_limit", QUANTITY(1, "m/s", 0.1, 100), .standard = "3 m/s", CONF(depth.speed_limit_mps),
@@ -439,6 +470,16 @@ const struct conf_section *conf_section_find(const char *name)
         if (strcmp(section->name, name) == 0)
             return section;
     return NULL;
+}
+
+_Static_assert(offsetof(struct conf, more_grid) == offsetof(struct conf, grid) + sizeof(struct conf_grid),
+               "the grids lie next to each other");
+
+size_t conf_base(const struct conf_key *key, int which)
+{
+    if (conf_key_is_sonar(key))
+        return offsetof(struct conf, sonar) + (size_t)which * sizeof(struct conf_sonar);
+    return strcmp(key->section, "grid") == 0 ? (size_t)which * sizeof(struct conf_grid) : 0;
 }
 
 bool conf_key_is_sonar(const struct conf_key *key)

@@ -51,6 +51,12 @@ const struct conf_key *conf_key_find(const char *section, const char *name);
 /** conf_section_find - the row of a section, or NULL. */
 const struct conf_section *conf_section_find(const char *name);
 
+/**
+ * conf_base - where in struct conf key->offset counts from: `which` is the sonar's number, or the grid's, 0 being the
+ * plain one.
+ */
+size_t conf_base(const struct conf_key *key, int which);
+
 /** conf_key_is_sonar - is the key one of a [sonar NAME] section? */
 bool conf_key_is_sonar(const struct conf_key *key);
 

@@ -4,6 +4,7 @@
 #include <math.h>
 
 #include "daemon.h"
+#include "grid_methods.h"
 
 #define DEFAULT_HALF_ANGLE_DEG 5.0
 #define RANGE_MAX_M            1e4
@@ -46,13 +47,14 @@ static bool holds(const struct part *part, const struct sphere_cell *cell)
 
 json_t *cell_method_lock(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
-    static const char *const keys[] = {
-        "azimuth_deg", "elevation_deg", "half_angle_deg", "from_m", "to_m", "locked", NULL};
+    static const char *const keys[] = {"azimuth_deg", "elevation_deg", "half_angle_deg", "from_m",
+                                       "to_m",        "locked",        "grid",           NULL};
     struct daemon *d = call->daemon;
     struct part part;
-    if (!rpc_only(params, keys, error) || !part_of(params, &part, error))
+    struct grid *grid;
+    if (!rpc_only(params, keys, error) || !part_of(params, &part, error) || !(grid = grid_asked(d, params, error)))
         return NULL;
-    struct sphere *sphere = pipeline_sphere(d->pipeline);
+    struct sphere *sphere = pipeline_sphere(d->pipeline, grid);
     struct sphere_stats stats;
     struct sphere_cell cell;
     struct picture_frame frame;
@@ -62,6 +64,6 @@ json_t *cell_method_lock(const struct rpc_call *call, json_t *params, struct rpc
         for (uint32_t k = 0; sphere_cell(sphere, direction, k, loop_now(d->loop), &cell); k++)
             if (holds(&part, &cell))
                 n += sphere_lock(sphere, direction, (cell.from_m + cell.to_m) / 2, part.locked);
-    picture_get_frame(pipeline_picture(d->pipeline), &frame);
+    picture_get_frame(grid_picture(grid), &frame);
     return json_pack("{s:s, s:I, s:b}", "frame", frame.ned ? "ned" : "body", "cells", n, "locked", part.locked);
 }

@@ -2,12 +2,12 @@
 #include "cluster_methods.h"
 
 #include <math.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "../grid/answer/next_look.h"
 #include "../grid/sphere/shapes.h"
 #include "daemon.h"
+#include "grid_methods.h"
 #include "say.h"
 
 #define DEFAULT_COUNT 64
@@ -23,17 +23,13 @@ static json_t *age(const struct daemon *d, uint64_t t_ns)
 }
 
 /* The first time makes room for them. */
-static bool have_clusters(struct daemon *d, struct rpc_error *error)
+static struct clusters *clusters_of(struct grid *grid, struct rpc_error *error)
 {
-    const struct sphere_conf *conf = pipeline_sphere_conf(d->pipeline);
-    const struct picture *picture = pipeline_picture(d->pipeline);
-    if (d->clusters)
-        return true;
-    void *memory = aligned_alloc(64, (clusters_bytes(picture->rings, conf->max_cells) + 63) / 64 * 64);
-    if (!memory)
-        return rpc_refuse(error, RPC_INTERNAL_ERROR, "no memory for clusters of %u cells", conf->max_cells);
-    d->clusters = clusters_init(memory, picture->rings, conf->max_cells, (double)picture->blocked_logodds);
-    return true;
+    struct clusters *clusters = grid_clusters(grid);
+    if (!clusters)
+        rpc_refuse(error, RPC_INTERNAL_ERROR, "no memory for clusters of %u cells",
+                   grid->setting.sphere.max_cells);
+    return clusters;
 }
 
 static json_t *cluster_json(const struct daemon *d, const struct shapes *shapes, const struct cluster *k)
@@ -82,18 +78,20 @@ static json_t *corners_json(const struct shapes *shapes)
 
 json_t *cluster_method_list(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
-    static const char *const keys[] = {"count", NULL};
+    static const char *const keys[] = {"count", "grid", NULL};
     struct daemon *d = call->daemon;
     int64_t count = DEFAULT_COUNT;
+    struct grid *grid;
+    struct clusters *known;
     if (!rpc_only(params, keys, error) || !rpc_integer(params, "count", false, 1, CLUSTERS_MAX, &count, error) ||
-        !have_clusters(d, error))
+        !(grid = grid_asked(d, params, error)) || !(known = clusters_of(grid, error)))
         return NULL;
     const struct cluster *list;
     struct picture_frame frame;
     struct shapes shapes;
-    uint32_t all, n = clusters_look(d->clusters, pipeline_sphere(d->pipeline), loop_now(d->loop), &list, &all);
-    picture_get_frame(pipeline_picture(d->pipeline), &frame);
-    shapes_look(&shapes, pipeline_picture(d->pipeline), loop_now(d->loop));
+    uint32_t all, n = clusters_look(known, pipeline_sphere(d->pipeline, grid), loop_now(d->loop), &list, &all);
+    picture_get_frame(grid_picture(grid), &frame);
+    shapes_look(&shapes, grid_picture(grid), loop_now(d->loop));
     json_t *clusters = json_array();
     for (uint32_t i = 0; i < n && i < count; i++)
         json_array_append_new(clusters, cluster_json(d, &shapes, &list[i]));
@@ -103,8 +101,8 @@ json_t *cluster_method_list(const struct rpc_call *call, json_t *params, struct 
 
 /* ---- where to look next ---- */
 
-static bool look_conf(const struct daemon *d, json_t *params, bool ned, struct next_look_conf *conf,
-                      struct rpc_error *error)
+static bool look_conf(const struct daemon *d, json_t *params, const struct grid *grid, bool ned,
+                      struct next_look_conf *conf, struct rpc_error *error)
 {
     double band[2] = {-DEFAULT_BAND_DEG, DEFAULT_BAND_DEG}, apart = DEFAULT_APART_DEG;
     struct pose pose = pose_identity;
@@ -115,7 +113,7 @@ static bool look_conf(const struct daemon *d, json_t *params, bool ned, struct n
     if (band[0] >= band[1])
         return rpc_refuse(error, RPC_INVALID_PARAMS,
                           "elevation_deg is [%g, %g]: the first must be below the second", band[0], band[1]);
-    *conf = (struct next_look_conf){.stale_s = d->conf.grid.clear_for_s,
+    *conf = (struct next_look_conf){.stale_s = grid->setting.limits.clear_for_s,
                                     .low_rad = geo_rad(band[0]),
                                     .high_rad = geo_rad(band[1]),
                                     .apart_rad = geo_rad(apart)};
@@ -128,21 +126,24 @@ static bool look_conf(const struct daemon *d, json_t *params, bool ned, struct n
 
 json_t *cluster_method_next_look(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
-    static const char *const keys[] = {"count", "elevation_deg", "apart_deg", NULL};
+    static const char *const keys[] = {"count", "elevation_deg", "apart_deg", "grid", NULL};
     struct daemon *d = call->daemon;
     int64_t count = DEFAULT_LOOKS;
-    struct picture *picture = pipeline_picture(d->pipeline);
+    struct grid *grid;
+    struct clusters *known;
     struct picture_frame frame;
     struct next_look_conf conf;
-    picture_get_frame(picture, &frame);
     if (!rpc_only(params, keys, error) || !rpc_integer(params, "count", false, 1, NEXT_LOOK_MAX, &count, error) ||
-        !look_conf(d, params, frame.ned, &conf, error) || !have_clusters(d, error))
+        !(grid = grid_asked(d, params, error)))
+        return NULL;
+    picture_get_frame(grid_picture(grid), &frame);
+    if (!look_conf(d, params, grid, frame.ned, &conf, error) || !(known = clusters_of(grid, error)))
         return NULL;
     const struct cluster *list;
     struct next_look look[NEXT_LOOK_MAX];
     const uint64_t now_ns = loop_now(d->loop);
-    uint32_t all, n = clusters_look(d->clusters, pipeline_sphere(d->pipeline), now_ns, &list, &all);
-    n = next_look(picture, now_ns, &conf, list, n, look, (uint32_t)count);
+    uint32_t all, n = clusters_look(known, pipeline_sphere(d->pipeline, grid), now_ns, &list, &all);
+    n = next_look(grid_picture(grid), now_ns, &conf, list, n, look, (uint32_t)count);
     json_t *looks = json_array();
     for (uint32_t i = 0; i < n; i++) {
         const struct next_look *l = &look[i];

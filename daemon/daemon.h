@@ -42,7 +42,6 @@ struct daemon {
     struct depth *depth; /* NULL: none */
     struct nmea *nmea;   /* NULL: none */
     struct template template[CONF_MAX_SONARS];
-    struct clusters *clusters; /* NULL until somebody asks for them */
 
     struct places places;
     struct pager pager;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The methods about directions: what a client may ask of the picture; sonard-protocol(7) has every shape. */
 #include "../grid/answer/nearest.h"
+#include "grid_methods.h"
 #include "methods.h"
 #include "moment.h"
 #include "say.h"
@@ -24,7 +25,7 @@ static json_t *answer_json(const struct answer *a)
 json_t *direction_method_blocked(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
     static const char *const keys[] = {"azimuth_deg", "elevation_deg", "distance_m", "half_angle_deg",
-                                       "radius_m",    "frame",         NULL};
+                                       "radius_m",    "frame",         "grid",       NULL};
     struct daemon *d = call->daemon;
     double az = 0, el = 0, distance = 0, half = DEFAULT_HALF_ANGLE_DEG, radius = 0;
     int frame = 0;
@@ -34,6 +35,9 @@ json_t *direction_method_blocked(const struct rpc_call *call, json_t *params, st
         !rpc_number(params, "half_angle_deg", false, 0, 180, &half, error) ||
         !rpc_number(params, "radius_m", false, 0, 1e3, &radius, error) ||
         !rpc_word(params, "frame", frame_words, &frame, error))
+        return NULL;
+    struct grid *grid = grid_asked(d, params, error);
+    if (!grid)
         return NULL;
     bool corridor = json_object_get(params, "radius_m");
     if (corridor && json_object_get(params, "half_angle_deg")) {
@@ -49,10 +53,9 @@ json_t *direction_method_blocked(const struct rpc_call *call, json_t *params, st
                              .corridor = corridor,
                              .half_angle_rad = geo_rad(half),
                              .radius_m = radius};
-    struct answer_conf conf = moment_limits(d);
     struct answer_now now = moment_now(d);
     struct answer a;
-    answer_direction(pipeline_picture(d->pipeline), &conf, &now, &q, &a);
+    answer_direction(grid_picture(grid), &grid->setting.limits, &now, &q, &a);
     return answer_json(&a);
 }
 
@@ -70,7 +73,7 @@ static bool band_of(json_t *params, double band_deg[2], struct rpc_error *error)
 
 json_t *direction_method_sectors(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
-    static const char *const keys[] = {"count", "frame", "elevation_deg", "distance_m", NULL};
+    static const char *const keys[] = {"count", "frame", "elevation_deg", "distance_m", "grid", NULL};
     struct daemon *d = call->daemon;
     int64_t count = 72;
     int frame = 0;
@@ -80,10 +83,12 @@ json_t *direction_method_sectors(const struct rpc_call *call, json_t *params, st
         !rpc_word(params, "frame", frame_words, &frame, error) || !band_of(params, band, error) ||
         !rpc_number(params, "distance_m", false, 0, 1e4, &distance, error))
         return NULL;
+    struct grid *grid = grid_asked(d, params, error);
+    if (!grid)
+        return NULL;
     struct answer sector[ANSWER_SECTORS_MAX];
-    struct answer_conf conf = moment_limits(d);
     struct answer_now now = moment_now(d);
-    answer_sectors(pipeline_picture(d->pipeline), &conf, &now, frame == 1, geo_rad(band[0]), geo_rad(band[1]),
+    answer_sectors(grid_picture(grid), &grid->setting.limits, &now, frame == 1, geo_rad(band[0]), geo_rad(band[1]),
                    distance, (size_t)count, sector);
     double width_deg = 360.0 / (double)count;
     json_t *list = json_array();
@@ -102,7 +107,7 @@ json_t *direction_method_sectors(const struct rpc_call *call, json_t *params, st
 
 json_t *direction_method_nearest(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
-    static const char *const keys[] = {"frame", "elevation_deg", "distance_m", NULL};
+    static const char *const keys[] = {"frame", "elevation_deg", "distance_m", "grid", NULL};
     struct daemon *d = call->daemon;
     double band[2] = {-90, 90}, distance = 0;
     int frame = 0;
@@ -111,10 +116,12 @@ json_t *direction_method_nearest(const struct rpc_call *call, json_t *params, st
         return NULL;
     const struct nearest_query q = {
         .ned = frame == 1, .lo_rad = geo_rad(band[0]), .hi_rad = geo_rad(band[1]), .reach_m = distance};
-    const struct answer_conf conf = moment_limits(d);
+    struct grid *grid = grid_asked(d, params, error);
+    if (!grid)
+        return NULL;
     const struct answer_now now = moment_now(d);
     struct nearest n;
-    nearest_look(pipeline_picture(d->pipeline), &conf, &now, &q, &n);
+    nearest_look(grid_picture(grid), &grid->setting.limits, &now, &q, &n);
     const bool blocked = n.state == ANSWER_BLOCKED;
     return json_pack("{s:s, s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:o, s:s}", "frame", frame_words[frame], "state",
                      answer_state_name(n.state), "azimuth_deg", blocked ? say_degrees(n.az_rad) : json_null(),

@@ -11,6 +11,7 @@
 
 #include "attention.h"
 #include "daemon.h"
+#include "grid_methods.h"
 #include "instruments.h"
 #include "listen.h"
 #include "log.h"
@@ -202,7 +203,7 @@ static bool make_pipeline(struct daemon *d, char *err, size_t err_size)
     wiring_pipeline(&d->conf, d->replay, &p);
     memcpy(d->mount, p.mount, sizeof d->mount);
     d->pipeline = pipeline_new(&p, err, err_size);
-    return d->pipeline != NULL;
+    return d->pipeline && grid_start(d, err, err_size);
 }
 
 static bool make_sources(struct daemon *d, char *err, size_t err_size)
@@ -365,7 +366,6 @@ static int end(struct daemon *d)
     places_end(d);
     pager_end(d);
     pipeline_free(d->pipeline);
-    free(d->clusters);
     template_end(d);
     record_close(d->record);
     if (d->answers && (fflush(d->answers) != 0 || fclose(d->answers) != 0)) {

@@ -8,6 +8,7 @@
 #include "cell_methods.h"
 #include "cluster_methods.h"
 #include "daemon.h"
+#include "grid_methods.h"
 
 const struct rpc_method daemon_methods[] = {
     {"blocked", direction_method_blocked, RPC_ASKS},
@@ -24,6 +25,9 @@ const struct rpc_method daemon_methods[] = {
     {"clusters", cluster_method_list, RPC_ASKS},
     {"next_look", cluster_method_next_look, RPC_ASKS},
     {"grid_lock", cell_method_lock, RPC_CHANGES},
+    {"grid_list", grid_method_list, RPC_ASKS},
+    {"grid_create", grid_method_create, RPC_CHANGES},
+    {"grid_drop", grid_method_drop, RPC_CHANGES},
     {"background", template_method_show, RPC_ASKS},
     {"background_learn", template_method_learn, RPC_CHANGES},
     {"background_stop", template_method_stop, RPC_CHANGES},

@@ -24,8 +24,9 @@ struct belt {
 };
 
 /* Work of the loop that the maps' owner does for it between two pings. */
+typedef void visit_fn(void *ctx, struct pipeline *p);
 struct visitor {
-    pipeline_visit_fn *fn;
+    visit_fn *fn;
     void *ctx;
     sem_t done;
 };
@@ -41,7 +42,8 @@ struct pipeline {
     struct extract *extract[PIPELINE_MAX_SENSORS];
     struct pipeline_background background[PIPELINE_MAX_SENSORS]; /* written while nothing is under way */
     struct cleanup *cleanup[PIPELINE_MAX_SENSORS];               /* NULL: no stage of it configured */
-    struct sphere *sphere;
+    struct grid *grid[PIPELINE_MAX_GRIDS];                       /* written by the owner while the loop waits */
+    int n_grids;
     struct pipeline_map *map;                  /* NULL: not configured */
     struct marks *marks[PIPELINE_MAX_SENSORS]; /* NULL: not configured */
     struct image *image[PIPELINE_MAX_SENSORS];
@@ -50,8 +52,6 @@ struct pipeline {
     _Atomic uint64_t held; /* by the clean-ups: submitted, and finished when later pings come */
     _Atomic uint64_t dropped[PIPELINE_MAX_SENSORS];
     _Atomic int law_doubt[PIPELINE_MAX_SENSORS];
-    struct seqlock stats_lock;
-    seqlock_word stats[sizeof(struct sphere_stats) / 8];
     struct seqlock cleanup_lock;
     seqlock_word cleanup_state[PIPELINE_MAX_SENSORS][sizeof(struct cleanup_state) / 8];
     atomic_bool stop;
@@ -62,19 +62,9 @@ struct pipeline {
 };
 
 #define NONE UINT32_MAX
-_Static_assert(sizeof(struct sphere_stats) % 8 == 0, "statistics are whole words");
 _Static_assert(sizeof(struct cleanup_state) % 8 == 0, "statistics are whole words");
 
 /* ---- stages ---- */
-
-static void publish_stats(struct pipeline *p)
-{
-    struct sphere_stats s;
-    sphere_stats(p->sphere, &s);
-    seqlock_begin(&p->stats_lock);
-    seqlock_store(p->stats, &s, sizeof s / 8);
-    seqlock_end(&p->stats_lock);
-}
 
 static void enter_map(struct pipeline *p, const struct echoes *e)
 {
@@ -97,10 +87,10 @@ static void measure(struct pipeline *p, enum pipeline_stage stage, uint64_t from
 static void run_maps(struct pipeline *p, struct echoes *e)
 {
     const uint64_t begun_ns = now_of(p);
-    sphere_enter(p->sphere, e, &p->conf.mount[e->sensor]);
+    for (int i = 0; i < p->n_grids; i++)
+        grid_enter(p->grid[i], e, &p->conf.mount[e->sensor]);
     if (p->map)
         enter_map(p, e);
-    publish_stats(p);
     const uint64_t ended_ns = now_of(p);
     measure(p, PIPELINE_MAPS, begun_ns, ended_ns);
     measure(p, PIPELINE_WHOLE, e->t_in_ns, ended_ns);
@@ -231,7 +221,7 @@ static void receive_visitor(struct pipeline *p)
     struct visitor *v = atomic_exchange_explicit(&p->visitor, NULL, memory_order_acquire);
     if (!v)
         return;
-    v->fn(v->ctx, p->map);
+    v->fn(v->ctx, p);
     sem_post(&v->done);
 }
 
@@ -350,16 +340,14 @@ struct voxmap_setting pipeline_map_setting(const struct pipeline *p)
     return p->conf.voxels;
 }
 
-bool pipeline_visit_map(struct pipeline *p, pipeline_visit_fn *fn, void *ctx)
+static void visit(struct pipeline *p, visit_fn *fn, void *ctx)
 {
     struct visitor v = {.fn = fn, .ctx = ctx};
-    if (!p->map)
-        return false;
     if (p->conf.patient)
         pipeline_drain(p);
     if (p->conf.threads == 0) {
-        fn(ctx, p->map);
-        return true;
+        fn(ctx, p);
+        return;
     }
     sem_init(&v.done, 0, 0);
     atomic_store_explicit(&p->visitor, &v, memory_order_release);
@@ -367,7 +355,58 @@ bool pipeline_visit_map(struct pipeline *p, pipeline_visit_fn *fn, void *ctx)
     while (sem_wait(&v.done) != 0) {
     }
     sem_destroy(&v.done);
+}
+
+struct map_visit {
+    pipeline_visit_fn *fn;
+    void *ctx;
+};
+
+static void visit_map(void *ctx, struct pipeline *p)
+{
+    struct map_visit *v = ctx;
+    v->fn(v->ctx, p->map);
+}
+
+bool pipeline_visit_map(struct pipeline *p, pipeline_visit_fn *fn, void *ctx)
+{
+    struct map_visit v = {fn, ctx};
+    if (p->map)
+        visit(p, visit_map, &v);
+    return p->map != NULL;
+}
+
+static void add_grid(void *ctx, struct pipeline *p)
+{
+    p->grid[p->n_grids++] = ctx;
+}
+
+static void drop_grid(void *ctx, struct pipeline *p)
+{
+    int kept = 0;
+    for (int i = 0; i < p->n_grids; i++)
+        if (p->grid[i] != ctx)
+            p->grid[kept++] = p->grid[i];
+    p->n_grids = kept;
+}
+
+bool pipeline_add_grid(struct pipeline *p, struct grid *grid)
+{
+    if (p->n_grids == PIPELINE_MAX_GRIDS)
+        return false;
+    visit(p, add_grid, grid);
     return true;
+}
+
+void pipeline_drop_grid(struct pipeline *p, struct grid *grid)
+{
+    visit(p, drop_grid, grid);
+    grid_free(grid);
+}
+
+struct grid *pipeline_grid(struct pipeline *p, int i)
+{
+    return i < p->n_grids ? p->grid[i] : NULL;
 }
 
 void pipeline_set_background(struct pipeline *p, int sensor, const struct pipeline_background *background)
@@ -376,20 +415,15 @@ void pipeline_set_background(struct pipeline *p, int sensor, const struct pipeli
     p->background[sensor] = *background;
 }
 
-struct sphere *pipeline_sphere(struct pipeline *p)
+struct sphere *pipeline_sphere(struct pipeline *p, const struct grid *grid)
 {
     pipeline_drain(p);
-    return p->sphere;
-}
-
-const struct sphere_conf *pipeline_sphere_conf(const struct pipeline *p)
-{
-    return &p->conf.sphere;
+    return grid->sphere;
 }
 
 struct picture *pipeline_picture(struct pipeline *p)
 {
-    return sphere_picture(p->sphere);
+    return grid_picture(p->grid[0]);
 }
 
 struct image *pipeline_image(struct pipeline *p, int sensor)
@@ -446,7 +480,7 @@ void pipeline_stats(struct pipeline *p, struct pipeline_stats *out)
     for (int i = 0; i < PIPELINE_MAX_SENSORS; i++)
         out->dropped[i] = atomic_load(&p->dropped[i]);
     out->waiting = p->conf.threads ? ring_count(&p->pings.waiting) + ring_count(&p->found.waiting) : 0;
-    seqlock_load(&p->stats_lock, &out->grid, p->stats, sizeof out->grid / 8);
+    grid_stats(p->grid[0], &out->grid);
     for (int i = 0; i < PIPELINE_MAX_SENSORS; i++)
         out->law_doubt[i] = (enum law_doubt)atomic_load_explicit(&p->law_doubt[i], memory_order_relaxed);
     for (int i = 0; i < PIPELINE_MAX_SENSORS; i++)
@@ -534,13 +568,9 @@ static bool make_stages(struct pipeline *p, char *err, size_t err_size)
             !make_cleanup(p, i, err, err_size))
             return false;
     }
-    size_t n = sphere_bytes(&p->conf.sphere, err, err_size);
-    void *m = own(p, n);
-    if (!m)
-        return false;
-    p->sphere = sphere_init(m, &p->conf.sphere);
-    publish_stats(p);
-    return make_map(p, err, err_size);
+    p->grid[0] = grid_new(&p->conf.grid, err, err_size);
+    p->n_grids = p->grid[0] != NULL;
+    return p->grid[0] && make_map(p, err, err_size);
 }
 
 static bool start_threads(struct pipeline *p)
@@ -586,7 +616,7 @@ void pipeline_free(struct pipeline *p)
 {
     if (!p)
         return;
-    if (p->n_threads == p->conf.threads && p->sphere)
+    if (p->n_threads == p->conf.threads && p->n_grids)
         pipeline_drain(p);
     atomic_store_explicit(&p->stop, true, memory_order_release);
     struct belt *belts[] = {&p->pings, &p->found};
@@ -596,6 +626,8 @@ void pipeline_free(struct pipeline *p)
         pthread_join(p->thread[i], NULL);
     for (int i = 0; i < 2; i++)
         sem_destroy(&belts[i]->news);
+    for (int i = 0; i < p->n_grids; i++)
+        grid_free(p->grid[i]);
     for (int i = 0; i < p->n_memory; i++)
         free(p->memory[i]);
     free(p);

@@ -19,12 +19,13 @@
 #include "../grid/range/cleanup.h"
 #include "../grid/range/extract.h"
 #include "../grid/range/marks.h"
-#include "../grid/sphere/sphere.h"
 #include "../grid/voxel/voxmask.h"
+#include "grid.h"
 #include "image.h"
 #include "latency.h"
 
 #define PIPELINE_MAX_SENSORS 8
+#define PIPELINE_MAX_GRIDS   5
 #define PIPELINE_MAX_THREADS 2
 
 struct pipeline_conf {
@@ -39,9 +40,9 @@ struct pipeline_conf {
     bool marks; /* mark bursts and ghosts */
     struct cleanup_conf cleanup[PIPELINE_MAX_SENSORS];
     struct mount mount[PIPELINE_MAX_SENSORS];
-    struct sphere_conf sphere;
-    bool map;             /* keep a map of places: */
-    uint32_t mask_blocks; /* voxmask_bytes */
+    struct grid_setting grid; /* the main one; pipeline_add_grid has the others */
+    bool map;                 /* keep a map of places: */
+    uint32_t mask_blocks;     /* voxmask_bytes */
     struct voxmap_setting voxels;
     enum cast_shape shape[PIPELINE_MAX_SENSORS];
 };
@@ -60,7 +61,7 @@ struct pipeline_stats {
     uint64_t submitted, finished;
     uint64_t dropped[PIPELINE_MAX_SENSORS]; /* by sensor */
     uint32_t waiting;
-    struct sphere_stats grid;
+    struct sphere_stats grid;                           /* the main one */
     struct cleanup_state cleanup[PIPELINE_MAX_SENSORS]; /* of sensors that have one */
     enum law_doubt law_doubt[PIPELINE_MAX_SENSORS];     /* what the counts say against their amplitude law */
 };
@@ -94,11 +95,18 @@ void pipeline_drain(struct pipeline *p);
  */
 void pipeline_set_background(struct pipeline *p, int sensor, const struct pipeline_background *background);
 
-/** pipeline_sphere - the grid itself, at rest: drains first, holds until the next pipeline_submit. Loop thread. */
-struct sphere *pipeline_sphere(struct pipeline *p);
+/** pipeline_grid - the i-th grid, the main one first; NULL: there are fewer. Loop thread. */
+struct grid *pipeline_grid(struct pipeline *p, int i);
 
-/** pipeline_sphere_conf - how the grid is set. */
-const struct sphere_conf *pipeline_sphere_conf(const struct pipeline *p);
+/** pipeline_sphere - of a grid, at rest: drains first, holds until the next pipeline_submit. Loop thread. */
+struct sphere *pipeline_sphere(struct pipeline *p, const struct grid *grid);
+
+/**
+ * pipeline_add_grid - all pings that come after go into this grid, too, which is the pipeline's then; false: there are
+ * PIPELINE_MAX_GRIDS. pipeline_drop_grid - and no longer; it is freed. Between two pings, like pipeline_visit_map.
+ */
+bool pipeline_add_grid(struct pipeline *p, struct grid *grid);
+void pipeline_drop_grid(struct pipeline *p, struct grid *grid);
 
 /** pipeline_has_map - is there a map of places? */
 bool pipeline_has_map(const struct pipeline *p);
@@ -116,6 +124,7 @@ typedef void pipeline_visit_fn(void *ctx, struct pipeline_map *map);
  */
 bool pipeline_visit_map(struct pipeline *p, pipeline_visit_fn *fn, void *ctx);
 
+/** pipeline_picture - of the main grid. */
 struct picture *pipeline_picture(struct pipeline *p);
 struct image *pipeline_image(struct pipeline *p, int sensor);
 

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The methods about sonard itself: how it is, and what its sensors do; sonard-protocol(7) has every shape. */
 #include "counters.h"
+#include "grid_methods.h"
 #include "instruments.h"
 #include "methods.h"
 #include "moment.h"
@@ -188,6 +189,7 @@ json_t *status_method(const struct rpc_call *call, json_t *params, struct rpc_er
         "mode", mode, "config", d->conf_name, "data", status_data_word(d), "sensors", sensors, "pose",
         pose_json(d), "pipeline", pipeline_json(d, &pipe), "grid", grid_json(&pipe.grid), "server", server_json(d),
         "record", record_json(d));
+    json_object_set_new(status, "grids", grid_list_json(d));
     instruments_status(d, status);
     return status;
 }

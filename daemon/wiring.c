@@ -62,9 +62,8 @@ static void cleanup_of(const struct conf_extract *c, const struct device_ops *op
     out->classes = c->classes == CONF_ON;
 }
 
-static void sphere_of(const struct conf *conf, struct sphere_conf *s)
+static void sphere_of(const struct conf *conf, const struct conf_grid *g, struct sphere_conf *s)
 {
-    const struct conf_grid *g = &conf->grid;
     double reach = g->range_max_m;
     for (int i = 0; i < conf->n_sonars && g->range_max_m <= 0; i++)
         reach = fmax(reach, conf->sonar[i].range_m * REACH_FACTOR + REACH_MORE_M);
@@ -84,6 +83,13 @@ static void sphere_of(const struct conf *conf, struct sphere_conf *s)
                               .model = (enum sphere_model)g->sensor_model, /* the same order */
                               .update = (enum sphere_update)g->update,
                               .range_error = g->range_error};
+}
+
+void wiring_grid(const struct conf *conf, const struct conf_grid *grid, struct grid_setting *out)
+{
+    *out = (struct grid_setting){.limits = {.clear_for_s = grid->clear_for_s, .move_limit_m = grid->move_limit_m}};
+    snprintf(out->name, sizeof out->name, "%s", grid->name[0] ? grid->name : CONF_MAIN_GRID);
+    sphere_of(conf, grid, &out->sphere);
 }
 
 /* One round transducer: its beam is a cone. */
@@ -142,8 +148,8 @@ void wiring_pipeline(const struct conf *conf, bool patient, struct pipeline_conf
         extract_of(&conf->extract, &conf->sonar[i], &out->extract[i]);
         cleanup_of(&conf->extract, ops, &out->cleanup[i]);
     }
-    sphere_of(conf, &out->sphere);
+    wiring_grid(conf, &conf->grid, &out->grid);
     out->map = conf->map.voxel_m > 0;
     if (out->map)
-        map_of(conf, out->sphere.layers.r_max_m, out);
+        map_of(conf, out->grid.sphere.layers.r_max_m, out);
 }

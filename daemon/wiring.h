@@ -9,6 +9,9 @@
 #include "../config/conf.h"
 #include "pipeline.h"
 
+/** wiring_grid - how a grid is set that `grid` describes. */
+void wiring_grid(const struct conf *conf, const struct conf_grid *grid, struct grid_setting *out);
+
 /** wiring_pipeline - stages, mounts and buffer sizes for a checked configuration. */
 void wiring_pipeline(const struct conf *conf, bool patient, struct pipeline_conf *out);
 

@@ -106,7 +106,7 @@ static void check_broken(const struct broken *cases, size_t n)
 #define CHECK_BROKEN(cases) check_broken(cases, sizeof(cases) / sizeof(cases)[0])
 
 #define SECTIONS                                                                                                  \
-    "want one of [sonar NAME], [water], [extract], [background], [grid], [map], [pose], "                           \
+    "want one of [sonar NAME], [water], [extract], [background], [grid], [grids], [map], [pose], "                \
     "[vehicle], [depth], [nmea], [gpio], "                                                                        \
     "[server], "                                                                                                  \
     "[pipeline], [realtime], [record], "                                                                          \
@@ -386,6 +386,28 @@ TEST(the_ninth_sonar_is_refused)
     CHECK_INT(conf.n_sonars, CONF_MAX_SONARS);
 }
 
+TEST(more_grids_are_as_the_plain_one_but_for_what_they_say)
+{
+    struct conf conf;
+    CHECK_INT(load(&conf, BASE "[grid near]\nrange = 5 m\n[grid]\nlayer = 0.2 m\nrange = 50 m\n"
+                               "[grid far]\nangular_step = 5 deg\n"),
+              0);
+    CHECK_INT(conf.n_more_grids, 2);
+    CHECK_STR(conf.more_grid[0].name, "near");
+    CHECK_NEAR(conf.more_grid[0].range_max_m, 5, 0, 0);
+    CHECK_NEAR(conf.more_grid[0].layer_m, 0.2, 0, 0);
+    CHECK_STR(conf.more_grid[1].name, "far");
+    CHECK_NEAR(conf.more_grid[1].range_max_m, 50, 0, 0);
+    CHECK_NEAR(conf.more_grid[1].angular_step_rad, 5 * M_PI / 180, 1e-12, 0);
+    CHECK_NEAR(conf.grid.angular_step_rad, 2 * M_PI / 180, 1e-12, 0);
+    CHECK_INT(load(&conf, BASE "[grid main]\n[grid a]\n[grid a]\n[grid b]\nforget = 10 s\n[grid c]\n[grid d]\n"
+                               "[grid e]\nforget = x\n"),
+              5);
+    CHECK_INT(conf.n_more_grids, CONF_MAX_GRIDS);
+    CHECK(strstr(faults_seen, "[grid b] forget = 10 s: does not go with [grid b] clear_for = 30 s"));
+    CHECK(strstr(faults_seen, "[grid e]: one grid too many; want at most 4 beside [grid]"));
+}
+
 TEST(faults_without_end_are_counted)
 {
     static char text[6 * 2000 + 1];
@@ -654,17 +676,28 @@ static void random_value(const struct conf_key *key, uint64_t *seed, void *base)
     }
 }
 
+/* How many sections have the key. */
+static int copies(const struct conf *conf, const struct conf_key *key)
+{
+    return conf_key_is_sonar(key) ? conf->n_sonars : strcmp(key->section, "grid") ? 1 : 1 + conf->n_more_grids;
+}
+
 static void random_conf(struct conf *conf, uint64_t *seed)
 {
     conf_defaults(conf);
+    conf->n_more_grids = (int)(test_random(seed) % (CONF_MAX_GRIDS + 1));
+    for (int i = 0; i < conf->n_more_grids; i++)
+        snprintf(conf->more_grid[i].name, sizeof conf->more_grid[i].name, "g%d", i);
     conf->n_sonars = 1 + (int)(test_random(seed) % CONF_MAX_SONARS);
     for (const struct conf_key *key = conf_keys; key->name; key++)
-        for (int i = 0; i < (conf_key_is_sonar(key) ? conf->n_sonars : 1); i++)
-            random_value(key, seed, conf_key_is_sonar(key) ? (void *)&conf->sonar[i] : (void *)conf);
+        for (int i = 0; i < copies(conf, key); i++)
+            random_value(key, seed, (char *)conf + conf_base(key, i));
     /* what the rules ask for */
     conf->extract.guard_m = fmin(conf->extract.window_m, 10) * test_uniform(seed);
     conf->extract.minimum_range_m = 0.1 + 0.6 * test_uniform(seed);
     conf->grid.forget_s = fmax(conf->grid.forget_s, conf->grid.clear_for_s);
+    for (int i = 0; i < conf->n_more_grids; i++)
+        conf->more_grid[i].forget_s = fmax(conf->more_grid[i].forget_s, conf->more_grid[i].clear_for_s);
     conf->extract.classes = CONF_ON; /* somebody looks at the median and at CLAHE */
     conf->nmea.use = CONF_NMEA_HEADING;
     conf->depth.turnaround_s = fmax(conf->depth.turnaround_s, conf->depth.timeout_s);
@@ -693,10 +726,9 @@ TEST(print_loads_to_the_same_bits)
         char *second = to_text(NULL, &again, NULL);
         bool same = true;
         for (const struct conf_key *key = conf_keys; key->name; key++)
-            for (int i = 0; i < (conf_key_is_sonar(key) ? conf.n_sonars : 1); i++) {
-                const char *a = conf_key_is_sonar(key) ? (char *)&conf.sonar[i] : (char *)&conf;
-                const char *b = conf_key_is_sonar(key) ? (char *)&again.sonar[i] : (char *)&again;
-                same = same && memcmp(a + key->offset, b + key->offset, key->size) == 0;
+            for (int i = 0; i < copies(&conf, key); i++) {
+                const size_t at = conf_base(key, i) + key->offset;
+                same = same && memcmp((char *)&conf + at, (char *)&again + at, key->size) == 0;
             }
         CHECK_STR(faults_seen, "");
         CHECK_INT(n, 0);
@@ -796,6 +828,7 @@ int main(void)
     RUN(a_nul_byte_is_refused);
     RUN(an_overlong_line_is_not_cut);
     RUN(the_ninth_sonar_is_refused);
+    RUN(more_grids_are_as_the_plain_one_but_for_what_they_say);
     RUN(faults_without_end_are_counted);
     RUN(a_file_that_cannot_be_read);
     RUN(defaults_are_valid_and_as_agreed);

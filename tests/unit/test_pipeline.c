@@ -20,7 +20,7 @@ static struct pipeline *make(int threads, bool patient, uint32_t queue)
                               .max_bins = 1200,
                               .n_sensors = 1,
                               .mount = {mount_identity},
-                              .sphere = {.angular_step_rad = geo_rad(2),
+                              .grid.sphere = {.angular_step_rad = geo_rad(2),
                                          .layers = {.r_max_m = 30, .dr_m = 0.05, .n_const = 29, .growth = 1.035},
                                          .max_cells = 20000,
                                          .forget_s = 160,

@@ -1,0 +1,80 @@
+/* SPDX-License-Identifier: MIT */
+#include "grid.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+_Static_assert(sizeof(struct sphere_stats) % 8 == 0, "statistics are whole words");
+
+static size_t lines(size_t n)
+{
+    return (n + 63) / 64 * 64;
+}
+
+static void publish_stats(struct grid *g)
+{
+    struct sphere_stats s;
+    sphere_stats(g->sphere, &s);
+    seqlock_begin(&g->lock);
+    seqlock_store(g->stats, &s, sizeof s / 8);
+    seqlock_end(&g->lock);
+}
+
+struct grid *grid_new(const struct grid_setting *setting, char *err, size_t err_size)
+{
+    const size_t bytes = sphere_bytes(&setting->sphere, err, err_size);
+    if (!bytes)
+        return NULL;
+    struct grid *g = calloc(1, sizeof *g);
+    void *memory = aligned_alloc(64, lines(bytes));
+    if (!g || !memory) {
+        snprintf(err, err_size, "no memory for a grid of %zu MiB", bytes >> 20);
+        free(g);
+        free(memory);
+        return NULL;
+    }
+    memset(memory, 0, bytes);
+    g->setting = *setting;
+    g->bytes = bytes;
+    g->sphere = sphere_init(memory, &setting->sphere);
+    publish_stats(g);
+    return g;
+}
+
+void grid_free(struct grid *g)
+{
+    if (!g)
+        return;
+    free(g->clusters);
+    free(g->sphere);
+    free(g);
+}
+
+void grid_enter(struct grid *g, const struct echoes *e, const struct mount *mount)
+{
+    sphere_enter(g->sphere, e, mount);
+    publish_stats(g);
+}
+
+struct picture *grid_picture(struct grid *g)
+{
+    return sphere_picture(g->sphere);
+}
+
+void grid_stats(struct grid *g, struct sphere_stats *out)
+{
+    seqlock_load(&g->lock, out, g->stats, sizeof *out / 8);
+}
+
+struct clusters *grid_clusters(struct grid *g)
+{
+    const struct picture *picture = grid_picture(g);
+    const uint32_t max_cells = g->setting.sphere.max_cells;
+    if (g->clusters)
+        return g->clusters;
+    void *memory = aligned_alloc(64, lines(clusters_bytes(picture->rings, max_cells)));
+    if (memory)
+        g->clusters = clusters_init(memory, picture->rings, max_cells, (double)picture->blocked_logodds);
+    return g->clusters;
+}

@@ -1,0 +1,48 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * grid - one spherical grid and all that belongs to it: its name, its limits, its counters for other threads, the
+ * clusters made of it. Every ping goes into each of the pipeline's grids. Knows neither configuration nor sockets.
+ */
+#ifndef SONARD_GRID_H
+#define SONARD_GRID_H
+
+#include <stddef.h>
+
+#include "../grid/answer/answer.h"
+#include "../grid/sphere/clusters.h"
+#include "../grid/sphere/sphere.h"
+
+#define GRID_NAME_MAX 32
+
+struct grid_setting {
+    char name[GRID_NAME_MAX];
+    struct sphere_conf sphere;
+    struct answer_conf limits;
+};
+
+struct grid {
+    struct grid_setting setting;
+    size_t bytes;          /* of its memory, without the clusters' */
+    struct sphere *sphere; /* of the maps' owner; of the loop while the pipeline is at rest */
+    struct seqlock lock;   /* of the counters */
+    seqlock_word stats[sizeof(struct sphere_stats) / 8];
+    struct clusters *clusters; /* of the loop; NULL until somebody asks */
+};
+
+/** grid_new - with every page of its memory touched; NULL with a sentence in err. */
+struct grid *grid_new(const struct grid_setting *setting, char *err, size_t err_size);
+
+/** grid_free - no thread may know it any more. NULL is allowed. */
+void grid_free(struct grid *g);
+
+/** grid_enter - a ping, by the maps' owner. */
+void grid_enter(struct grid *g, const struct echoes *e, const struct mount *mount);
+
+/** grid_picture, grid_stats - for any thread. */
+struct picture *grid_picture(struct grid *g);
+void grid_stats(struct grid *g, struct sphere_stats *out);
+
+/** grid_clusters - made at the first call; NULL without memory. Loop thread. */
+struct clusters *grid_clusters(struct grid *g);
+
+#endif

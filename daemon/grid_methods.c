@@ -1,0 +1,188 @@
+/* SPDX-License-Identifier: MIT */
+#include "grid_methods.h"
+
+#include <string.h>
+
+#include "say.h"
+#include "wiring.h"
+
+/* ---- making ---- */
+
+static double bytes_of_all(struct daemon *d)
+{
+    size_t bytes = 0;
+    struct grid *g;
+    for (int i = 0; (g = pipeline_grid(d->pipeline, i)); i++)
+        bytes += g->bytes;
+    return (double)bytes;
+}
+
+static bool fits(struct daemon *d, const char *name, double more_bytes, char *err, size_t err_size)
+{
+    const double all = bytes_of_all(d) + more_bytes;
+    if (all <= d->conf.grids.memory_bytes)
+        return true;
+    snprintf(err, err_size,
+             "grid %s: all grids together would take %.1f MiB; wanted at most %g MiB ([grids] memory)", name,
+             all / 1048576, d->conf.grids.memory_bytes / 1048576);
+    return false;
+}
+
+static bool make_grid(struct daemon *d, const struct conf_grid *conf, char *err, size_t err_size)
+{
+    struct grid_setting setting;
+    wiring_grid(&d->conf, conf, &setting);
+    const size_t bytes = sphere_bytes(&setting.sphere, err, err_size);
+    if (!bytes || !fits(d, setting.name, (double)bytes, err, err_size))
+        return false;
+    struct grid *g = grid_new(&setting, err, err_size);
+    if (!g)
+        return false;
+    if (pipeline_add_grid(d->pipeline, g))
+        return true;
+    grid_free(g);
+    snprintf(err, err_size, "there are %d grids, and room for no more", PIPELINE_MAX_GRIDS);
+    return false;
+}
+
+bool grid_start(struct daemon *d, char *err, size_t err_size)
+{
+    bool made = fits(d, CONF_MAIN_GRID, 0, err, err_size);
+    for (int i = 0; made && i < d->conf.n_more_grids; i++)
+        made = make_grid(d, &d->conf.more_grid[i], err, err_size);
+    return made;
+}
+
+/* ---- finding and telling ---- */
+
+static struct grid *find(struct daemon *d, const char *name)
+{
+    struct grid *g;
+    for (int i = 0; (g = pipeline_grid(d->pipeline, i)) && strcmp(g->setting.name, name) != 0; i++)
+        ;
+    return g;
+}
+
+static const char *name_of(json_t *params, const char *key, struct rpc_error *error)
+{
+    json_t *name = json_object_get(params, key);
+    if (!json_is_string(name)) {
+        rpc_refuse(error, RPC_INVALID_PARAMS, "%s: wanted the name of a grid, as text", key);
+        return NULL;
+    }
+    return json_string_value(name);
+}
+
+struct grid *grid_asked(struct daemon *d, json_t *params, struct rpc_error *error)
+{
+    if (!json_object_get(params, "grid"))
+        return pipeline_grid(d->pipeline, 0);
+    const char *name = name_of(params, "grid", error);
+    struct grid *g = name ? find(d, name) : NULL;
+    if (name && !g)
+        rpc_refuse(error, RPC_INVALID_PARAMS, "grid = %.64s: there is none of that name; grid_list has them",
+                   name);
+    return g;
+}
+
+static json_t *grid_json(struct grid *g)
+{
+    static const char *const models[] = {
+        [SPHERE_OPENING] = "opening", [SPHERE_GAUSS] = "gauss", [SPHERE_MIDPOINT] = "midpoint"};
+    const struct sphere_conf *c = &g->setting.sphere;
+    struct sphere_stats s;
+    grid_stats(g, &s);
+    return json_pack("{s:s, s:o, s:o, s:o, s:s, s:b, s:o, s:I, s:i, s:i, s:i, s:I, s:I}", "name", g->setting.name,
+                     "range_m", say_metres(c->layers.r_max_m), "angular_step_deg",
+                     say_degrees(c->angular_step_rad), "layer_m", say_metres(c->layers.dr_m), "sensor_model",
+                     models[c->model], "level", (int)c->level, "clear_for_s",
+                     say_age(g->setting.limits.clear_for_s), "bytes", (json_int_t)g->bytes, "cells", (int)s.cells,
+                     "directions", (int)s.directions, "pinged", (int)s.pinged, "cells_lost",
+                     (json_int_t)s.cells_lost, "out_of_range", (json_int_t)s.out_of_range);
+}
+
+json_t *grid_list_json(struct daemon *d)
+{
+    json_t *list = json_array();
+    struct grid *g;
+    for (int i = 0; (g = pipeline_grid(d->pipeline, i)); i++)
+        json_array_append_new(list, grid_json(g));
+    return list;
+}
+
+json_t *grid_method_list(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    static const char *const keys[] = {NULL};
+    struct daemon *d = call->daemon;
+    if (!rpc_only(params, keys, error))
+        return NULL;
+    return json_pack("{s:o, s:o, s:o}", "grids", grid_list_json(d), "bytes",
+                     json_integer((json_int_t)bytes_of_all(d)), "memory",
+                     json_integer((json_int_t)d->conf.grids.memory_bytes));
+}
+
+/* ---- at run time ---- */
+
+/* {"range": "100 m", ...}: keys and values as in [grid]. */
+static bool read_settings(json_t *settings, struct conf_grid *conf, struct rpc_error *error)
+{
+    const char *key;
+    json_t *value;
+    char err[256];
+    if (settings && !json_is_object(settings))
+        return rpc_refuse(error, RPC_INVALID_PARAMS,
+                          "settings: wanted an object of keys of [grid], each with its text");
+    json_object_foreach(settings, key, value)
+    {
+        if (!json_is_string(value))
+            return rpc_refuse(error, RPC_INVALID_PARAMS, "settings, %.64s: wanted a text as in the configuration",
+                              key);
+        if (!conf_grid_set(conf, key, json_string_value(value), err, sizeof err))
+            return rpc_refuse(error, RPC_INVALID_PARAMS, "%s", err);
+    }
+    if (conf->forget_s < conf->clear_for_s)
+        return rpc_refuse(error, RPC_INVALID_PARAMS, "settings: wanted forget not shorter than clear_for");
+    return true;
+}
+
+json_t *grid_method_create(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    static const char *const keys[] = {"name", "settings", NULL};
+    struct daemon *d = call->daemon;
+    const char *name = rpc_only(params, keys, error) ? name_of(params, "name", error) : NULL;
+    struct conf_grid conf = d->conf.grid;
+    char err[256];
+    if (!name)
+        return NULL;
+    if (!conf_name_is_good(name) || find(d, name)) {
+        rpc_refuse(error, RPC_INVALID_PARAMS,
+                   "name = %.64s: %s; wanted another one of 1 to %d letters, digits, - and _", name,
+                   find(d, name) ? "there is one" : "no name for a grid", CONF_NAME_MAX - 1);
+        return NULL;
+    }
+    snprintf(conf.name, sizeof conf.name, "%s", name);
+    if (!read_settings(json_object_get(params, "settings"), &conf, error))
+        return NULL;
+    if (!make_grid(d, &conf, err, sizeof err)) {
+        rpc_refuse(error, RPC_LIMIT, "%s", err);
+        return NULL;
+    }
+    return grid_json(find(d, name));
+}
+
+json_t *grid_method_drop(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    static const char *const keys[] = {"name", NULL};
+    struct daemon *d = call->daemon;
+    const char *name = rpc_only(params, keys, error) ? name_of(params, "name", error) : NULL;
+    struct grid *g = name ? find(d, name) : NULL;
+    if (!name)
+        return NULL;
+    if (!g || g == pipeline_grid(d->pipeline, 0)) {
+        rpc_refuse(error, RPC_INVALID_PARAMS, "name = %.64s: %s", name,
+                   g ? "the main grid stays" : "there is no grid of that name; grid_list has them");
+        return NULL;
+    }
+    pipeline_drop_grid(d->pipeline, g);
+    return json_pack("{s:b}", "dropped", 1);
+}

@@ -1,0 +1,129 @@
+#!/usr/bin/env -S python3 -B
+# SPDX-License-Identifier: MIT
+"""Several grids of one running daemon: from the configuration, made and dropped at run time, each asked by name."""
+import threading
+
+from lib import Client, RpcError, check, pings_until, run
+from twin import Twin
+
+
+def basin(bench, threads, **sections):
+    """From 6 m behind to 9 m ahead and from 5 m left to 4 m right; the sonar sweeps the half ahead."""
+    Twin(bench, "echolist_sim", "--from", "-90", "--to", "90")
+    bench.conf(sonar={"device": "echolist", "range": "20 m", "step": "3 deg", "mode": "auto"},
+               pipeline={"threads": threads}, **sections)
+    return bench.sonard().client()
+
+
+def grids(client):
+    return {grid["name"]: grid for grid in client.call("grid_list")["grids"]}
+
+
+def ahead(client, **params):
+    return client.call("sectors", count=24, **params)["sectors"][0]
+
+
+def refused(client, method, **params):
+    try:
+        client.call(method, **params)
+    except RpcError as e:
+        return str(e)
+    check(False, "%s %s was taken" % (method, params))
+    return ""
+
+
+def case_of_the_configuration(bench):
+    client = basin(bench, 2, **{"grid near": {"range": "5 m", "angular_step": "4 deg"}, "grid": {"layer": "0.1 m"}})
+    pings_until(client, 130)
+    known = grids(client)
+    check(list(known) == ["main", "near"], str(known))
+    check(known["near"]["range_m"] == 5 and known["near"]["angular_step_deg"] == 4, str(known["near"]))
+    check(known["near"]["layer_m"] == 0.1, "what [grid near] does not say is as in [grid]: %s" % known["near"])
+    check(ahead(client)["state"] == "blocked" and ahead(client, grid="main")["state"] == "blocked", "the main grid")
+    far = ahead(client, grid="near")
+    check(far["state"] != "blocked" and far["free_to_m"] < 9, "9 m is beyond the near grid: %s" % far)
+    right = client.call("blocked", azimuth_deg=90, distance_m=4.5, grid="near")
+    check(right["state"] == "blocked" and abs(right["range_m"] - 4) < 0.3, str(right))
+    check(client.call("clusters", grid="near")["all"] >= 1, "clusters of the near grid")
+    check(client.call("next_look", grid="near", count=1)["directions"], "next_look in the near grid")
+    check(known["near"]["out_of_range"] > 0, str(known))
+    check([g["name"] for g in client.call("status")["grids"]] == ["main", "near"], "status")
+
+
+def case_made_and_dropped(bench):
+    client = basin(bench, 2)
+    pings_until(client, 70)
+    made = client.call("grid_create", name="coarse", settings={"angular_step": "10 deg", "range": "30 m"})
+    check(made["cells"] == 0 and made["range_m"] == 30 and made["angular_step_deg"] == 10, str(made))
+    pings_until(client, 130)
+    check(ahead(client, grid="coarse")["state"] == "blocked", "it learns")
+    client.call("grid_drop", name="coarse")
+    check("none of that name" in refused(client, "sectors", grid="coarse"), "a dropped grid")
+
+
+def case_refused(bench):
+    client = basin(bench, 1, grids={"memory": "20 MiB"})
+    for params, why in (({"name": "a b"}, "no name"), ({"name": "main"}, "there is one"), ({}, "wanted the name"),
+                        ({"name": "x", "settings": {"range": "5 km"}}, "want 0.75 to 200 m"),
+                        ({"name": "x", "settings": {"rnge": "5 m"}}, "did you mean range"),
+                        ({"name": "x", "settings": {"range": 5}}, "wanted a text"),
+                        ({"name": "x", "settings": {"forget": "1 s"}}, "forget not shorter"),
+                        ({"name": "x", "settings": {"max_cells": "1000000"}}, "at most 20 MiB")):
+        message = refused(client, "grid_create", **params)
+        check(why in message, "%s: %s" % (params, message))
+    check("main grid stays" in refused(client, "grid_drop", name="main"), "main")
+    check("no grid" in refused(client, "grid_drop", name="x"), "one that is not")
+    check(list(grids(client)) == ["main"], str(grids(client)))
+
+
+def case_at_most_five(bench):
+    client = basin(bench, 2)
+    for i in range(4):
+        client.call("grid_create", name="g%d" % i, settings={"max_cells": "1024", "elevation": "level"})
+    check("no more" in refused(client, "grid_create", name="g4"), "a sixth grid")
+    client.call("grid_drop", name="g1")
+    client.call("grid_create", name="g4")
+    check(list(grids(client)) == ["main", "g0", "g2", "g3", "g4"], str(list(grids(client))))
+
+
+def case_others_ask_meanwhile(bench):
+    """One client makes and drops, another asks: an answer or a refusal, never anything else."""
+    client = basin(bench, 2)
+    stop, odd = threading.Event(), []
+
+    def ask():
+        other = Client(bench.socket_path)
+        while not stop.is_set():
+            try:
+                if len(other.call("sectors", grid="now")["sectors"]) != 72:
+                    odd.append("sectors")
+                other.call("clusters", grid="now")
+            except RpcError as e:
+                if "none of that name" not in str(e):
+                    odd.append(str(e))
+        other.close()
+
+    thread = threading.Thread(target=ask)
+    thread.start()
+    try:
+        for _ in range(40):
+            client.call("grid_create", name="now", settings={"elevation": "level", "max_cells": "2048"})
+            client.call("grid_drop", name="now")
+    finally:
+        stop.set()
+        thread.join()
+    check(not odd, str(odd[:3]))
+
+
+def case_sonarctl(bench):
+    client = basin(bench, 0)
+    check("far" in bench.sonarctl("grid", "create", "far", "range=100 m", "growth=1.1").stdout, "create")
+    lines = bench.sonarctl("grid", "list").stdout.splitlines()
+    check(len(lines) == 4 and lines[1].startswith("main") and "100" in lines[2], str(lines))
+    check(bench.sonarctl("sectors", "--grid", "far").stdout, "sectors --grid")
+    check(bench.sonarctl("grid", "drop", "far").stdout == "dropped\n", "drop")
+    check(list(grids(client)) == ["main"], "dropped")
+
+
+run([("grids_" + name[5:], function) for name, function in list(globals().items()) if name.startswith("case_")],
+    parallel=2)
