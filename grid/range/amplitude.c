@@ -8,9 +8,27 @@
 #include <math.h>
 #include <string.h>
 
+/*
+ * 10^(db/10) to a few units of the last place, db in [-100, AMPLITUDE_MAX_DB + 1]: whole decades and the series of the
+ * exponential. Only steps that every machine rounds alike: the last bit of pow() is each library's own.
+ */
+static double ratio_of(double db)
+{
+    const double decades = floor(db / 10.0), y = (db - 10.0 * decades) * 0.23025850929940457; /* ln(10) / 10 */
+    double ratio = 1.0;
+
+    for (int k = 30; k > 0; k--)
+        ratio = 1.0 + ratio * y / k;
+    for (int k = 0; k < (int)decades; k++)
+        ratio *= 10.0;
+    for (int k = 0; k > (int)decades; k--)
+        ratio /= 10.0;
+    return ratio;
+}
+
 uint64_t amplitude_from_db(double db)
 {
-    return (uint64_t)floor(256.0 * pow(10.0, db / 10.0) + 0.5);
+    return db < -100.0 ? 0 : (uint64_t)(256.0 * ratio_of(db) + 0.5);
 }
 
 static uint64_t power_of_byte(enum amplitude_law law, uint64_t v, double db_per_count)
@@ -63,8 +81,8 @@ bool amplitude_init(struct amplitude *a, enum amplitude_law law, unsigned sample
         if (sample_bytes == 1) {
             a->table[v] = power_of_byte(law, v, db_per_count);
         } else if (law == AMPLITUDE_LOG) {
-            a->fine[v] = pow(10.0, v * db_per_count / 10.0);
-            a->coarse[v] = 256.0 * pow(10.0, v * 256.0 * db_per_count / 10.0);
+            a->fine[v] = ratio_of(v * db_per_count);
+            a->coarse[v] = 256.0 * ratio_of(v * 256.0 * db_per_count);
         }
     }
     return true;

@@ -68,7 +68,8 @@ TEST(words_under_each_law)
                 want = 256.0 * pow(10.0, v * 100.0 / 655350.0);
                 slack = 0.5;
             }
-            if (!(fabs((double)power - want) <= slack + 1e-12 * want) || power < last || power >= AMPLITUDE_LIMIT) {
+            if (!(fabs((double)power - want) <= slack + 1e-12 * want) || power < last ||
+                power >= AMPLITUDE_LIMIT) {
                 CHECK_NEAR((double)power, want, 1e-12, slack);
                 CHECK(power >= last && power < AMPLITUDE_LIMIT);
                 break;
@@ -76,6 +77,24 @@ TEST(words_under_each_law)
             last = power;
         }
     }
+}
+
+/* Every power of every scale that devices are known for, on any CPU and with any library. */
+TEST(decibels_are_the_same_bits_everywhere)
+{
+    static const struct {
+        unsigned bytes;
+        double db_per_count;
+    } row[] = {{1, 80.0 / 255.0}, {1, 0.4}, {1, 0.1}, {2, 100.0 / 65535.0}, {2, 0.001}};
+    uint64_t hash = 14695981039346656037u;
+
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct amplitude a;
+        CHECK(amplitude_init(&a, AMPLITUDE_LOG, row[i].bytes, row[i].db_per_count));
+        for (uint32_t v = 0; v <= a.max_count; v++)
+            hash = (hash ^ amplitude_of(&a, v)) * 1099511628211u;
+    }
+    CHECK(hash == 13939192738038728796u);
 }
 
 TEST(a_row_equals_its_samples)
@@ -115,6 +134,7 @@ int main(void)
     RUN(decibels_equal_table);
     RUN(bytes_under_each_law);
     RUN(words_under_each_law);
+    RUN(decibels_are_the_same_bits_everywhere);
     RUN(a_row_equals_its_samples);
     RUN(wrong_arguments_are_refused);
     return test_end();
