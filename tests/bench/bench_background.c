@@ -12,6 +12,7 @@
 #include "../../grid/range/background.h"
 #include "../../grid/range/background_keep.h"
 #include "../../grid/range/background_learn.h"
+#include "bench.h"
 
 #define MAX_BINS    1500
 #define TURN        400
@@ -21,21 +22,6 @@
 static uint8_t samples[MAX_BINS], level[MAX_BINS], blind[MAX_BINS];
 static struct ping_beam beam;
 static volatile unsigned sink;
-
-static double now_s(void)
-{
-    struct timespec t;
-
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-static int by_value(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-
-    return (x > y) - (x < y);
-}
 
 static struct ping ping_at(uint32_t units, uint32_t bins)
 {
@@ -66,28 +52,22 @@ static void hear(uint32_t units, uint32_t bins, uint64_t *state)
     }
 }
 
-static double median(double *ns)
-{
-    qsort(ns, REPETITIONS, sizeof ns[0], by_value);
-    return ns[REPETITIONS / 2];
-}
-
 /* A whole turn per repetition. stretch: the ping's bins against the template's. */
 static double time_view(const struct background *b, uint32_t bins, float stretch)
 {
     const struct background_view view = {level, blind};
     double ns[REPETITIONS];
     for (int r = 0; r < REPETITIONS; r++) {
-        const double begin_s = now_s();
+        const double begin_ns = now_ns();
         for (uint32_t units = 0; units < TURN; units++) {
             struct ping p = ping_at(units, bins);
             bool any;
             p.dr_m *= stretch;
             sink += background_view(b, &p, &view, &any);
         }
-        ns[r] = (now_s() - begin_s) * 1e9 / TURN / bins;
+        ns[r] = (now_ns() - begin_ns) / TURN / bins;
     }
-    return median(ns);
+    return median(ns, REPETITIONS);
 }
 
 int main(void)
@@ -112,20 +92,20 @@ int main(void)
         struct background_learn *learn = background_learn_init(mem, &shape, &conf, &mount_identity);
         struct background *b = background_init(malloc(background_size(&shape)), &shape, 64);
         struct background_kept kept;
-        double last_s = 0;
+        double last_ns = 0;
         for (uint32_t i = 0; i < LEARNT * TURN; i++) {
             p = ping_at(i % TURN, n);
             hear(i % TURN, n, &seed);
-            const double begin_s = now_s();
+            const double begin_ns = now_ns();
             background_learn_take(learn, &p);
-            last_s += i >= (LEARNT - 1) * TURN ? now_s() - begin_s : 0;
+            last_ns += i >= (LEARNT - 1) * TURN ? now_ns() - begin_ns : 0;
         }
-        const double begin_s = now_s();
+        const double begin_ns = now_ns();
         background_learn_finish(learn, 1, b);
         background_keep(b, &rule, work, &kept);
-        const double make_ms = (now_s() - begin_s) * 1e3;
+        const double make_ms = (now_ns() - begin_ns) * 1e-6;
         const double same = time_view(b, n, 1), other = time_view(b, n, 1.3f);
-        printf("%4u %13.3f %18.3f %14.3f %9.1f\n", n, same, other, last_s * 1e9 / TURN / n, make_ms);
+        printf("%4u %13.3f %18.3f %14.3f %9.1f\n", n, same, other, last_ns / TURN / n, make_ms);
         free(mem);
         free(work);
         free(b);

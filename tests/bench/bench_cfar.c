@@ -13,6 +13,7 @@
 
 #include "../../grid/range/cfar.h"
 #include "../../grid/range/profile.h"
+#include "bench.h"
 
 #define SIDE        16
 #define GUARD       4
@@ -114,21 +115,6 @@ static void run_plain(enum cfar_detector kind, uint32_t n, int b)
 
 /* ---- measuring ---- */
 
-static double now_ns(void)
-{
-    struct timespec t;
-
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return 1e9 * (double)t.tv_sec + (double)t.tv_nsec;
-}
-
-static int by_value(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-
-    return (x > y) - (x < y);
-}
-
 /* Median nanoseconds per cell. */
 static double measure(void (*run)(enum cfar_detector, uint32_t, int), enum cfar_detector kind, uint32_t n)
 {
@@ -140,8 +126,7 @@ static double measure(void (*run)(enum cfar_detector, uint32_t, int), enum cfar_
             run(kind, n, b);
         ns[r] = (now_ns() - begin) / BEAMS / n;
     }
-    qsort(ns, REPETITIONS, sizeof ns[0], by_value);
-    return ns[REPETITIONS / 2];
+    return median(ns, REPETITIONS);
 }
 
 int main(void)

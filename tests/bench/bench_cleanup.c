@@ -12,6 +12,7 @@
 #include "../../grid/range/cleanup.h"
 #include "../../grid/range/median.h"
 #include "../../grid/range/otsu.h"
+#include "bench.h"
 
 #define MAX_BINS    1500
 #define TURN        200
@@ -42,27 +43,6 @@ static void make_beams(uint32_t n)
         }
 }
 
-static double now_ns(void)
-{
-    struct timespec t;
-
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec * 1e9 + (double)t.tv_nsec;
-}
-
-static int by_value(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-
-    return (x > y) - (x < y);
-}
-
-static double median_ns(double *ns)
-{
-    qsort(ns, REPETITIONS, sizeof ns[0], by_value);
-    return ns[REPETITIONS / 2];
-}
-
 static double filter_alone(unsigned k, uint32_t n)
 {
     double ns[REPETITIONS];
@@ -78,7 +58,7 @@ static double filter_alone(unsigned k, uint32_t n)
         }
         ns[r] = (now_ns() - begin) / TURN;
     }
-    return median_ns(ns);
+    return median(ns, REPETITIONS);
 }
 
 static double thresholds_alone(bool three, uint32_t n)
@@ -98,7 +78,7 @@ static double thresholds_alone(bool three, uint32_t n)
         }
         ns[r] = (now_ns() - begin) / TURN;
     }
-    return median_ns(ns);
+    return median(ns, REPETITIONS);
 }
 
 /* One chain, from a ping to its clean image. */
@@ -135,7 +115,7 @@ static double chain(const struct cleanup_conf *conf, uint32_t n)
             ns[r] = (now_ns() - begin) / TURN;
     }
     free(memory);
-    return median_ns(ns);
+    return median(ns, REPETITIONS);
 }
 
 static void print_row(const char *name, const double ns[4], const uint32_t bins[4])

@@ -11,19 +11,13 @@
 
 #include "../../grid/geometry.h"
 #include "../../grid/sphere/components.h"
+#include "bench.h"
 
 #define ROUNDS       5
 #define SHEET_LAYERS 8 /* from one sheet to the next */
 
 static struct rings rings;
 static struct components components;
-
-static double clock_ns(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return (double)t.tv_sec * 1e9 + (double)t.tv_nsec;
-}
 
 /* Layer of cell i: waves that neighbours follow. */
 static uint16_t layer_of(uint32_t i)
@@ -33,38 +27,26 @@ static uint16_t layer_of(uint32_t i)
     return (uint16_t)(i / rings.n * SHEET_LAYERS + 3 + lround(2 * sin(5 * el) * cos(el)));
 }
 
-static int by_size(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-    return (x > y) - (x < y);
-}
-
-static double median(double *v)
-{
-    qsort(v, ROUNDS, sizeof *v, by_size);
-    return v[ROUNDS / 2];
-}
-
 static double fill(void *memory, uint32_t cells)
 {
     components_init(&components, memory, &rings, cells);
-    const double start = clock_ns();
+    const double start = cpu_ns();
     for (uint32_t i = 0; i < cells; i++)
         components_put(&components, i % rings.n, layer_of(i), true, 0);
-    return (clock_ns() - start) / cells;
+    return (cpu_ns() - start) / cells;
 }
 
 /* A hundredth of the cells goes, is settled, and comes again. */
 static double one_turn(uint32_t cells)
 {
     const uint32_t changed = cells / 100;
-    const double start = clock_ns();
+    const double start = cpu_ns();
     for (uint32_t i = 0; i < changed; i++)
         components_remove(&components, i * 97 % cells % rings.n, layer_of(i * 97 % cells));
     components_settle(&components, 0);
     for (uint32_t i = 0; i < changed; i++)
         components_put(&components, i * 97 % cells % rings.n, layer_of(i * 97 % cells), true, 0);
-    return (clock_ns() - start) / changed;
+    return (cpu_ns() - start) / changed;
 }
 
 int main(void)
@@ -84,9 +66,9 @@ int main(void)
         }
         COMPONENTS_EACH(&components, root)
         n++;
-        const double put = median(put_ns);
-        printf("%9u %12.0f %16.0f %14.2f %12u %10.0f\n", cells, put, median(turn_ns), put * cells * 1e-6, n,
-               (double)components_bytes(cells) / cells);
+        const double put = median(put_ns, ROUNDS);
+        printf("%9u %12.0f %16.0f %14.2f %12u %10.0f\n", cells, put, median(turn_ns, ROUNDS), put * cells * 1e-6,
+               n, (double)components_bytes(cells) / cells);
         free(memory);
     }
     return 0;

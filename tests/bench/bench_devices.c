@@ -17,18 +17,12 @@
 #include "../../drivers/ping1d.h"
 #include "../../drivers/ping360.h"
 #include "../../drivers/surveyor.h"
+#include "bench.h"
 
 #define FRAMES     256
 #define FRAME_MAX  PING_FRAME_LIMIT
 #define PIECE      512
 #define MEASURED_S 0.5
-
-static double clock_s(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
-}
 
 /* ---- frames: number i of a scan, written to out[FRAME_MAX]; its length ---- */
 
@@ -206,12 +200,12 @@ static void measure(const struct row *row)
     row->ops->opened(state, 0, &io);
     pings = 0;
     uint64_t bytes = 0;
-    double begin_s = clock_s(), took_s;
+    double begin_s = 1e-9 * now_ns(), took_s;
     do {
         for (size_t at = 0; at < n; at += piece)
             row->ops->feed(state, stream + at, n - at < piece ? n - at : piece, bytes + at, &io);
         bytes += n;
-        took_s = clock_s() - begin_s;
+        took_s = 1e-9 * now_ns() - begin_s;
     } while (took_s < MEASURED_S);
     if (pings == 0 || bytes / n * FRAMES != pings) {
         printf("%s: %llu pings of %llu frames\n", row->ops->name, (unsigned long long)pings,
@@ -229,7 +223,7 @@ static void measure_nmea(void)
     static const char lines[] = "$GPHDT,274.07,T*03\r\n$INDPT,2.3,0.0*46\r\n$HCHDG,98.3,0.0,E,12.6,W*57\r\n";
     struct nmea_parser parser;
     nmea_parser_init(&parser, true);
-    double begin_s = clock_s(), took_s;
+    double begin_s = 1e-9 * now_ns(), took_s;
     do {
         for (int i = 0; i < 1000; i++) {
             const uint8_t *bytes = (const uint8_t *)lines;
@@ -238,7 +232,7 @@ static void measure_nmea(void)
             while (nmea_parser_next(&parser, &bytes, &n, &value))
                 sink = sink + value.has;
         }
-        took_s = clock_s() - begin_s;
+        took_s = 1e-9 * now_ns() - begin_s;
     } while (took_s < MEASURED_S);
     double values = (double)parser.counts.values;
     printf("%-12s %-18s %9.0f frames/s %8.1f MB/s\n", "nmea0183", "DPT, HDT, HDG", values / took_s,

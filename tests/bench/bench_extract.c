@@ -14,6 +14,7 @@
 #include "../../grid/range/amplitude.h"
 #include "../../grid/range/cfar.h"
 #include "../../grid/range/extract.h"
+#include "bench.h"
 
 #define MAX_BINS    1500
 #define BEAMS       64 /* different ones, so that branches are not learnt by heart */
@@ -45,21 +46,6 @@ static void make_beams(uint32_t n)
             const double code = level * pow(-log(uniform(&seed)), 0.25);
             samples[b][i] = (uint8_t)fmin(255.0, code);
         }
-}
-
-static double now_s(void)
-{
-    struct timespec t;
-
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
-static int by_value(const void *a, const void *b)
-{
-    const double x = *(const double *)a, y = *(const double *)b;
-
-    return (x > y) - (x < y);
 }
 
 static void run_cfar(const struct amplitude *amplitude, enum cfar_detector detector, uint32_t n, int b)
@@ -107,17 +93,16 @@ static double measure(struct extract *extract, enum cfar_detector detector, uint
     if (!amplitude_init(&amplitude, AMPLITUDE_SQRT, 1, 0.0))
         return NAN;
     for (int r = 0; r < REPETITIONS; r++) {
-        const double begin_s = now_s();
+        const double begin_ns = now_ns();
         for (int b = 0; b < BEAMS; b++) {
             if (extract)
                 run_extract(extract, n, b);
             else
                 run_cfar(&amplitude, detector, n, b);
         }
-        ns[r] = (now_s() - begin_s) * 1e9 / BEAMS / n;
+        ns[r] = (now_ns() - begin_ns) / BEAMS / n;
     }
-    qsort(ns, REPETITIONS, sizeof ns[0], by_value);
-    return ns[REPETITIONS / 2];
+    return median(ns, REPETITIONS);
 }
 
 static const char *const name[] = {"ca", "goca", "soca", "os"};

@@ -8,18 +8,11 @@
 #include <time.h>
 
 #include "../../client/mavlink_vehicle.h"
+#include "bench.h"
 
 #define FRAMES     1000
 #define PIECE      512
 #define MEASURED_S 0.5
-
-static double clock_s(void)
-{
-    struct timespec t;
-
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
-}
 
 static size_t fill(uint8_t *stream, struct mavlink_signing *signing)
 {
@@ -40,19 +33,19 @@ static void measure(const char *what, struct mavlink_signing *signing)
 {
     static uint8_t stream[FRAMES * MAVLINK_FRAME_MAX];
     static const struct mavlink_vehicle_conf conf = {.surface_hpa = 1013.25, .density_kgpm3 = 1025};
-    const double begin_s = clock_s();
+    const double begin_s = 1e-9 * now_ns();
     double took_s, built_s = 0;
     uint64_t frames = 0, poses = 0, bytes_n = 0;
 
     do {
-        const double build_s = clock_s();
+        const double build_s = 1e-9 * now_ns();
         const size_t size = fill(stream, signing);
         struct mavlink_parser parser = {.signing = signing};
         struct mavlink_vehicle vehicle;
         struct mavlink_frame frame;
         struct mavlink_pose pose;
 
-        built_s += clock_s() - build_s;
+        built_s += 1e-9 * now_ns() - build_s;
         mavlink_vehicle_init(&vehicle, &conf);
         for (size_t at = 0; at < size; at += PIECE) {
             const uint8_t *bytes = stream + at;
@@ -66,7 +59,7 @@ static void measure(const char *what, struct mavlink_signing *signing)
         }
         frames += parser.counters.frames;
         bytes_n += size;
-        took_s = clock_s() - begin_s;
+        took_s = 1e-9 * now_ns() - begin_s;
     } while (took_s < MEASURED_S);
     if (poses == 0 || frames % FRAMES != 0) {
         printf("mavlink: %llu frames, %llu poses\n", (unsigned long long)frames, (unsigned long long)poses);

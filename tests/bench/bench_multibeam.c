@@ -13,6 +13,7 @@
 #include "../../config/conf.h"
 #include "../../daemon/loop.h"
 #include "../../daemon/wiring.h"
+#include "bench.h"
 
 #define BEAMS     512
 #define BINS      1000
@@ -87,13 +88,6 @@ static void submit(struct pipeline *pipeline, uint32_t number)
     pipeline_submit(pipeline, ping);
 }
 
-static double processor_s(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return (double)t.tv_sec + 1e-9 * (double)t.tv_nsec;
-}
-
 static void wait_until(uint64_t t_ns)
 {
     struct timespec t = {.tv_sec = (time_t)(t_ns / 1000000000u), .tv_nsec = (long)(t_ns % 1000000000u)};
@@ -108,14 +102,14 @@ int main(void)
     for (int threads = 0; threads <= 2; threads++) {
         struct pipeline *pipeline = start(threads);
         struct pipeline_stats stats;
-        double begun_s = processor_s();
+        double begun_s = 1e-9 * cpu_ns();
         uint64_t begun_ns = loop_clock(), next_ns = begun_ns;
         for (uint32_t i = 0; i < PINGS; i++) {
             wait_until(next_ns += 1000000000u / RATE_HZ);
             submit(pipeline, i);
         }
         pipeline_drain(pipeline);
-        double used_s = processor_s() - begun_s, wall_s = 1e-9 * (double)(loop_clock() - begun_ns);
+        double used_s = 1e-9 * cpu_ns() - begun_s, wall_s = 1e-9 * (double)(loop_clock() - begun_ns);
         struct latency *l = pipeline_latency(pipeline, PIPELINE_WHOLE);
         pipeline_stats(pipeline, &stats);
         printf("%7d  %10.2f  %9.1f  %8.1f  %8.1f  %8llu   %10.0f\n", threads, used_s / wall_s,

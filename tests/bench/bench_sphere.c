@@ -10,6 +10,7 @@
 #include <time.h>
 
 #include "../../grid/sphere/sphere.h"
+#include "bench.h"
 
 #define SS150_PER_S  1.9
 #define EM1000_PER_S 600.0
@@ -22,13 +23,6 @@ static size_t bytes;
 static uint64_t t_ns;
 static uint32_t seq;
 static struct beam_echoes beams[BEAMS];
-
-static double now_s(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
-}
 
 static void start(double step_deg, uint32_t max_cells, enum sphere_model model)
 {
@@ -79,17 +73,6 @@ static void fan(double az_rad, double range_m, double opening_deg, double north_
     sphere_enter(sphere, &e, &mount_identity);
 }
 
-static int ascending(const void *a, const void *b)
-{
-    return (*(const double *)a > *(const double *)b) - (*(const double *)a < *(const double *)b);
-}
-
-static double median(double *x)
-{
-    qsort(x, ROUNDS, sizeof *x, ascending);
-    return x[ROUNDS / 2];
-}
-
 /* Echoes per second while the vehicle goes way_m between one fan and the next. */
 static double rate(int fans, double opening_deg, double way_m, double r0_m)
 {
@@ -97,12 +80,12 @@ static double rate(int fans, double opening_deg, double way_m, double r0_m)
     double s[ROUNDS];
     north_m = 0;
     for (int round = 0; round < ROUNDS; round++) {
-        double began = now_s();
+        double began_ns = cpu_ns();
         for (int i = 0; i < fans; i++)
             fan(i * geo_rad(2.5), r0_m * (1 + 0.01 * (i % 7)), opening_deg, north_m += way_m);
-        s[round] = now_s() - began;
+        s[round] = (cpu_ns() - began_ns) * 1e-9;
     }
-    return fans * BEAMS / median(s);
+    return fans * BEAMS / median(s, ROUNDS);
 }
 
 static void say(const char *what, double per_s)
@@ -145,11 +128,12 @@ int main(void)
         uint32_t held = fill(n);
         double still = rate(40, 2.5, 0, 18), ms[ROUNDS], north_m = 0;
         for (int round = 0; round < ROUNDS; round++) {
-            double began = now_s();
+            double began_ns = cpu_ns();
             fan(0, 18, 2.5, north_m += 0.11);
-            ms[round] = (now_s() - began) * 1e3;
+            ms[round] = (cpu_ns() - began_ns) * 1e-6;
         }
-        printf("%9u %9u %14.0f %16.3f %12.1f\n", held, n * 5 / 4, still, median(ms), (double)bytes / (n * 5 / 4));
+        printf("%9u %9u %14.0f %16.3f %12.1f\n", held, n * 5 / 4, still, median(ms, ROUNDS),
+               (double)bytes / (n * 5 / 4));
     }
     free(memory);
     return 0;

@@ -11,29 +11,13 @@
 
 #include "../../grid/voxel/submap.h"
 #include "voxel_scene.h"
+#include "bench.h"
 
 #define ROUNDS 5 /* the median of which is said */
 
 static const struct lattice_place middle = {{0, 0, 0}, {0.5, 0.5, 0.5}};
 static struct submap map;
 static struct tiles tiles;
-
-static double now_ns(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return (double)t.tv_sec * 1e9 + (double)t.tv_nsec;
-}
-
-static void *need(size_t bytes)
-{
-    void *p = bytes ? calloc(1, bytes) : NULL;
-    if (!p) {
-        fprintf(stderr, "no memory for a map\n");
-        exit(1);
-    }
-    return p;
-}
 
 static void map_new(double reach_m, double height_m, double voxel_m)
 {
@@ -81,14 +65,14 @@ static void note_lines(void *context, const struct cast_spans *s)
 
 static double touch_lines(const struct lines *k)
 {
-    double start = now_ns();
+    double start = cpu_ns();
     for (size_t n = 0; n < k->n; n++) {
         uint64_t word;
         memcpy(&word, k->line[n], sizeof word);
         word += 1;
         memcpy(k->line[n], &word, sizeof word);
     }
-    return now_ns() - start;
+    return cpu_ns() - start;
 }
 
 /* ---- scenes ---- */
@@ -112,9 +96,9 @@ static void report(const char *name, double voxel_m, const struct cast_beam *bea
     for (int b = 0; b < n; b++)
         cast_run(&beam[b], &map.box, note_lines, &k);
     for (int r = 0; r < ROUNDS; r++) {
-        double start = now_ns();
+        double start = cpu_ns();
         cast_turn(beam, n);
-        cast_ns[r] = (now_ns() - start) / pings;
+        cast_ns[r] = (cpu_ns() - start) / pings;
         touch_ns[r] = touch_lines(&k) / pings;
     }
     qsort(cast_ns, ROUNDS, sizeof *cast_ns, by_size);

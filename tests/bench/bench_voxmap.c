@@ -12,6 +12,7 @@
 #include "../../grid/voxel/free_query.h"
 #include "../../grid/voxel/frontier.h"
 #include "voxel_scene.h"
+#include "bench.h"
 
 #define VOXEL_M 0.1
 #define TURNS   60
@@ -22,23 +23,6 @@ static struct voxmap map;
 static struct voxmask mask;
 static struct frontier frontier;
 static struct scene_ping ping[TURNS][SCENE_PINGS];
-
-static double now_ns(void)
-{
-    struct timespec t;
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &t);
-    return (double)t.tv_sec * 1e9 + (double)t.tv_nsec;
-}
-
-static void *need(size_t bytes)
-{
-    void *p = bytes ? calloc(1, bytes) : NULL;
-    if (!p) {
-        fprintf(stderr, "no memory for a map\n");
-        exit(1);
-    }
-    return p;
-}
 
 static double uniform(void)
 {
@@ -88,11 +72,11 @@ static void enter(const struct scene_ping *p, int turn, double range_m)
 
 static double enter_all(void)
 {
-    double start = now_ns();
+    double start = cpu_ns();
     for (int turn = 0; turn < TURNS; turn++)
         for (int n = 0; n < SCENE_PINGS; n++)
             enter(&ping[turn][n], turn, ping[turn][n].range_m);
-    return (now_ns() - start) / (TURNS * SCENE_PINGS);
+    return (cpu_ns() - start) / (TURNS * SCENE_PINGS);
 }
 
 static uint64_t surface_all(void)
@@ -124,7 +108,7 @@ static void judging(const char *name)
 {
     voxmask_init(&mask, &map, mask.block ? mask.block : need(voxmask_bytes(BLOCKS)), BLOCKS);
     frontier_init(&frontier, &mask, frontier.block ? frontier.block : need(frontier_bytes(BLOCKS)), BLOCKS);
-    double start = now_ns();
+    double start = cpu_ns();
     struct merge_walk walk = {0};
     struct block_key key;
     struct merge_block bits;
@@ -133,19 +117,19 @@ static void judging(const char *name)
         merge_block(&map, &key, &bits);
         blocks++;
     }
-    printf("%s: merge and judge a block of 16384 voxels  %8.1f ns\n", name, (now_ns() - start) / (double)blocks);
-    start = now_ns();
+    printf("%s: merge and judge a block of 16384 voxels  %8.1f ns\n", name, (cpu_ns() - start) / (double)blocks);
+    start = cpu_ns();
     blocks = surface_all();
-    printf("  frontier, all anew: %5.0f us, %4u blocks, each  %8.1f ns\n", (now_ns() - start) / 1e3,
-           (unsigned)blocks, (now_ns() - start) / (double)blocks);
+    printf("  frontier, all anew: %5.0f us, %4u blocks, each  %8.1f ns\n", (cpu_ns() - start) / 1e3,
+           (unsigned)blocks, (cpu_ns() - start) / (double)blocks);
     uint64_t judged = mask.computed, made = frontier.computed;
-    start = now_ns();
+    start = cpu_ns();
     for (int n = 0; n < SCENE_PINGS; n++) {
         enter(&ping[TURNS / 2][n], TURNS, ping[TURNS / 2][n].range_m);
         surface_all();
     }
     printf("  kept up after each ping                  %8.1f ns (%.1f blocks judged, %.1f surfaced)\n",
-           (now_ns() - start) / SCENE_PINGS, (double)(mask.computed - judged) / SCENE_PINGS,
+           (cpu_ns() - start) / SCENE_PINGS, (double)(mask.computed - judged) / SCENE_PINGS,
            (double)(frontier.computed - made) / SCENE_PINGS);
 }
 
@@ -163,18 +147,18 @@ static void asking(void)
         }
     for (int n = 0; n < ASKED; n++) /* finds the blocks */
         free_query_point(&mask, from[n], &a);
-    double start = now_ns();
+    double start = cpu_ns();
     for (int n = 0; n < ASKED; n++)
         free_query_point(&mask, from[n], &a);
-    printf("point                                      %8.1f ns\n", (now_ns() - start) / ASKED);
-    start = now_ns();
+    printf("point                                      %8.1f ns\n", (cpu_ns() - start) / ASKED);
+    start = cpu_ns();
     for (int n = 0; n < ASKED / 8; n++) {
         free_query_corridor(&mask, (const double(*)[3])way[n], 2, 0.4, &a);
         voxels += (double)a.voxels;
         free_ways += a.state == VOXEL_FREE;
     }
     printf("corridor of 0.4 m radius                   %8.1f us (%.0f voxels, %.1f ns each; %d of %d free)\n",
-           (now_ns() - start) / 1e3 / (ASKED / 8), voxels / (ASKED / 8), (now_ns() - start) / voxels, free_ways,
+           (cpu_ns() - start) / 1e3 / (ASKED / 8), voxels / (ASKED / 8), (cpu_ns() - start) / voxels, free_ways,
            ASKED / 8);
 }
 

@@ -3,6 +3,7 @@
  * test_cfar - factors against tables worked out with 50 digits, masks against exact integer masks and against a
  * brute-force detector written out here, and the inputs that break detectors (C1 to C12: the catalogue of such).
  */
+#include "../lib/detectors.h"
 #include "../lib/test.h"
 
 #include "../../grid/range/amplitude.h"
@@ -19,79 +20,36 @@ static struct cfar_profile profile_of(const uint64_t *x, uint32_t n)
 
 /* ---- tables ---- */
 
-#define MAX_FIELDS 16
-
-/* Next row of a comma separated file, split in place; 0 at its end. */
-static int row_read(FILE *file, char *line, size_t size, char *field[MAX_FIELDS])
-{
-    if (!fgets(line, (int)size, file))
-        return 0;
-    line[strcspn(line, "\r\n")] = '\0';
-    int n = 0;
-    for (char *rest = line; rest && n < MAX_FIELDS; n++)
-        field[n] = strsep(&rest, ",");
-    return n;
-}
-
-static FILE *table_open(const char *path)
-{
-    FILE *file = fopen(path, "r");
-    char line[4096];
-
-    if (!file || !fgets(line, sizeof line, file)) {
-        printf("%s: missing or empty\n", path);
-        exit(1);
-    }
-    return file;
-}
-
-static enum cfar_detector detector_named(const char *name)
-{
-    return !strcmp(name, "CA")     ? CFAR_CA
-           : !strcmp(name, "GOCA") ? CFAR_GOCA
-           : !strcmp(name, "SOCA") ? CFAR_SOCA
-                                   : CFAR_OS;
-}
-
-static uint32_t number(const char *text)
-{
-    return (uint32_t)strtoul(text, NULL, 10);
-}
-
 TEST(factor_equals_table)
 {
-    FILE *file = table_open("tests/oracles/cfar_alpha.csv");
-    char line[4096], *f[MAX_FIELDS];
+    struct table t = table_open("tests/oracles/cfar_alpha.csv");
     double worst = 0.0;
     int rows = 0;
 
-    while (row_read(file, line, sizeof line, f) == 6) {
+    while (table_next(&t)) {
         double alpha = NAN;
-        CHECK(cfar_alpha(detector_named(f[0]), number(f[1]), number(f[2]), number(f[3]), strtod(f[4], NULL),
-                         &alpha));
-        CHECK_NEAR(alpha, strtod(f[5], NULL), 1e-11, 0);
-        worst = fmax(worst, fabs(alpha / strtod(f[5], NULL) - 1.0));
+        CHECK(cfar_alpha(table_detector(&t, 0), table_count(&t, 1), table_count(&t, 2), table_count(&t, 3),
+                         table_real(&t, 4), &alpha));
+        CHECK_NEAR(alpha, table_real(&t, 5), 1e-11, 0);
+        worst = fmax(worst, fabs(alpha / table_real(&t, 5) - 1.0));
         rows++;
     }
-    fclose(file);
     CHECK(rows > 1000);
     printf("# %d factors, worst relative error %.1e\n", rows, worst);
 }
 
 TEST(probability_equals_table)
 {
-    FILE *file = table_open("tests/oracles/cfar_pfa.csv");
-    char line[4096], *f[MAX_FIELDS];
+    struct table t = table_open("tests/oracles/cfar_pfa.csv");
     int rows = 0;
 
-    while (row_read(file, line, sizeof line, f) == 7) {
+    while (table_next(&t)) {
         double ln_pfa = NAN;
-        CHECK(cfar_ln_pfa(detector_named(f[0]), number(f[1]), number(f[2]), number(f[3]), strtod(f[4], NULL),
-                          &ln_pfa));
-        CHECK_NEAR(ln_pfa, strtod(f[5], NULL), 1e-11, 2e-12);
+        CHECK(cfar_ln_pfa(table_detector(&t, 0), table_count(&t, 1), table_count(&t, 2), table_count(&t, 3),
+                          table_real(&t, 4), &ln_pfa));
+        CHECK_NEAR(ln_pfa, table_real(&t, 5), 1e-11, 2e-12);
         rows++;
     }
-    fclose(file);
     CHECK(rows > 300);
 }
 
@@ -104,37 +62,34 @@ static int hex_digit(char c)
 
 TEST(masks_equal_table_bit_for_bit)
 {
-    FILE *file = table_open("tests/oracles/soca_beams.csv");
-    static char line[65536];
-    char *f[MAX_FIELDS];
+    struct table t = table_open("tests/oracles/soca_beams.csv");
     int rows = 0, wrong = 0;
 
-    while (row_read(file, line, sizeof line, f) == 12) {
-        const uint32_t n = number(f[3]);
-        const uint64_t alpha = strtoull(f[7], NULL, 10);
+    while (table_next(&t)) {
+        const uint32_t n = table_count(&t, 3);
+        const uint64_t alpha = (uint64_t)table_int(&t, 7);
         const struct cfar cfar = {
-            .detector = detector_named(f[2]),
-            .edge = !strcmp(f[8], "shrink") ? CFAR_SHRINK
-                    : !strcmp(f[8], "full") ? CFAR_FULL
-                                            : CFAR_BOTH,
-            .n_side = number(f[4]),
-            .guard = number(f[5]),
-            .rank = number(f[6]),
+            .detector = table_detector(&t, 2),
+            .edge = !strcmp(t.field[8], "shrink") ? CFAR_SHRINK
+                    : !strcmp(t.field[8], "full") ? CFAR_FULL
+                                                  : CFAR_BOTH,
+            .n_side = table_count(&t, 4),
+            .guard = table_count(&t, 5),
+            .rank = table_count(&t, 6),
             .alpha_q16 = alpha,
             .alpha_one_q16 = alpha,
-            .x_min = number(f[9]),
+            .x_min = table_count(&t, 9),
         };
         uint64_t x[MAX_CELLS];
         uint8_t mask[MAX_CELLS];
         for (uint32_t i = 0; i < n; i++)
-            x[i] = (uint64_t)(hex_digit(f[10][2 * i]) * 16 + hex_digit(f[10][2 * i + 1]));
+            x[i] = (uint64_t)(hex_digit(t.field[10][2 * i]) * 16 + hex_digit(t.field[10][2 * i + 1]));
         cfar_run(&cfar, &(struct cfar_profile){.x = x, .n = n, .work = work}, mask);
-        CHECK(strlen(f[11]) == n);
+        CHECK(strlen(t.field[11]) == n);
         for (uint32_t i = 0; i < n; i++)
-            wrong += mask[i] != f[11][i] - '0';
+            wrong += mask[i] != t.field[11][i] - '0';
         rows++;
     }
-    fclose(file);
     CHECK_INT(wrong, 0);
     CHECK(rows > 500);
 }

@@ -4,15 +4,15 @@
  * clutter, without the conversion to power; detections of a fluctuating target alone and beside another one. The
  * tables of the exact laws stand beside what is counted. tests/bench/bench_false_alarm counts down to 1e-6.
  */
+#include "../lib/detectors.h"
 #include "../lib/test.h"
 
 #include "../lib/clutter.h"
 
 #include "../../grid/range/cfar.h"
 
-#define BEAM       8192
-#define MAX_FIELDS 16
-#define SIGMAS     5.0 /* neighbouring cells share references: somewhat wider than for independent ones */
+#define BEAM   8192
+#define SIGMAS 5.0 /* neighbouring cells share references: somewhat wider than for independent ones */
 
 static uint64_t work[3 * (BEAM + 1)];
 static uint8_t mask[BEAM];
@@ -106,42 +106,6 @@ TEST(counts_taken_for_power_give_no_false_alarms_at_all)
 
 /* ---- tables ---- */
 
-static int row_read(FILE *file, char *line, size_t size, char *field[MAX_FIELDS])
-{
-    if (!fgets(line, (int)size, file))
-        return 0;
-    line[strcspn(line, "\r\n")] = '\0';
-    int n = 0;
-    for (char *rest = line; rest && n < MAX_FIELDS; n++)
-        field[n] = strsep(&rest, ",");
-    return n;
-}
-
-static FILE *table_open(const char *path)
-{
-    FILE *file = fopen(path, "r");
-    char line[256];
-
-    if (!file || !fgets(line, sizeof line, file)) {
-        printf("%s: missing or empty\n", path);
-        exit(1);
-    }
-    return file;
-}
-
-static enum cfar_detector detector_named(const char *name)
-{
-    return !strcmp(name, "CA")     ? CFAR_CA
-           : !strcmp(name, "GOCA") ? CFAR_GOCA
-           : !strcmp(name, "SOCA") ? CFAR_SOCA
-                                   : CFAR_OS;
-}
-
-static uint32_t number(const char *text)
-{
-    return (uint32_t)strtoul(text, NULL, 10);
-}
-
 /*
  * Detectors on Rayleigh amplitudes as they are. sonard converts to power instead; the table's factors are those of
  * the same windows and the same decisions, so cfar_run must give their rates. For OS they are the roots of ours.
@@ -151,17 +115,16 @@ TEST(rayleigh_factors_give_their_rates)
     enum { BEAMS = 100 };
     static uint64_t x[BEAMS][BEAM];
     uint64_t seed = test_seed();
-    FILE *file = table_open("tests/oracles/cfar_alpha_rayleigh.csv");
-    char line[256], *f[MAX_FIELDS];
+    struct table t = table_open("tests/oracles/cfar_alpha_rayleigh.csv");
     int rows = 0, counted = 0;
 
     for (int b = 0; b < BEAMS; b++)
         for (int i = 0; i < BEAM; i++)
             x[b][i] = (uint64_t)(1e6 * sqrt(-log(clutter_uniform(&seed))));
-    for (; row_read(file, line, sizeof line, f) == 6; rows++) {
-        const enum cfar_detector kind = detector_named(f[0]);
-        const uint32_t side = number(f[1]), rank = number(f[3]);
-        const double pfa = strtod(f[4], NULL), factor = strtod(f[5], NULL);
+    for (; table_next(&t); rows++) {
+        const enum cfar_detector kind = table_detector(&t, 0);
+        const uint32_t side = table_count(&t, 1), rank = table_count(&t, 3);
+        const double pfa = table_real(&t, 4), factor = table_real(&t, 5);
         double alpha = NAN, hits = 0;
         if (kind == CFAR_OS) {
             CHECK(cfar_alpha(kind, side, side, rank, pfa, &alpha));
@@ -174,12 +137,11 @@ TEST(rayleigh_factors_give_their_rates)
             hits += detections(&cfar, x[b], BEAM);
         const double cells = (double)BEAMS * (BEAM - 2 * side);
         if (!within(hits, cells, pfa, 0.001)) {
-            printf("%s %u: %.4g of amplitudes, want %g\n", f[0], side, hits / cells, pfa);
+            printf("%s %u: %.4g of amplitudes, want %g\n", t.field[0], side, hits / cells, pfa);
             CHECK(false);
         }
         counted++;
     }
-    fclose(file);
     CHECK_INT(rows, 329);
     CHECK(counted > 100);
 }
@@ -193,22 +155,21 @@ TEST(log_offsets_give_their_rates)
     enum { CELLS = 400000 };
     static double sum[CELLS + 1], y[CELLS];
     uint64_t seed = test_seed();
-    FILE *file = table_open("tests/oracles/cfar_offset_log.csv");
-    char line[256], *f[MAX_FIELDS];
+    struct table t = table_open("tests/oracles/cfar_offset_log.csv");
     int rows = 0;
 
     for (int i = 0; i < CELLS; i++) {
         y[i] = log(-log(clutter_uniform(&seed)));
         sum[i + 1] = sum[i] + y[i];
     }
-    for (; row_read(file, line, sizeof line, f) == 7; rows++) {
-        const enum cfar_detector kind = detector_named(f[0]);
-        const int side = (int)number(f[1]);
-        const double pfa = strtod(f[4], NULL), offset = strtod(f[5], NULL);
+    for (; table_next(&t); rows++) {
+        const enum cfar_detector kind = table_detector(&t, 0);
+        const int side = (int)table_int(&t, 1);
+        const double pfa = table_real(&t, 4), offset = table_real(&t, 5);
         double alpha = NAN, hits = 0;
-        CHECK_NEAR(strtod(f[6], NULL), offset * 10.0 / log(10.0), 1e-9, 0);
+        CHECK_NEAR(table_real(&t, 6), offset * 10.0 / log(10.0), 1e-9, 0);
         if (kind == CFAR_OS) {
-            CHECK(cfar_alpha(kind, number(f[1]), number(f[2]), number(f[3]), pfa, &alpha));
+            CHECK(cfar_alpha(kind, table_count(&t, 1), table_count(&t, 2), table_count(&t, 3), pfa, &alpha));
             CHECK_NEAR(log(alpha), offset, 1e-12, 1e-12);
         }
         if (kind == CFAR_OS || pfa < 1e-3)
@@ -221,11 +182,10 @@ TEST(log_offsets_give_their_rates)
             hits += y[i] > mean + offset;
         }
         if (!within(hits, CELLS - 2.0 * side, pfa, 0.001)) {
-            printf("%s %d: %.4g of decibels, want %g\n", f[0], side, hits / (CELLS - 2.0 * side), pfa);
+            printf("%s %d: %.4g of decibels, want %g\n", t.field[0], side, hits / (CELLS - 2.0 * side), pfa);
             CHECK(false);
         }
     }
-    fclose(file);
     CHECK_INT(rows, 329);
 }
 
@@ -242,33 +202,31 @@ TEST(edges_of_clutter_give_the_rates_of_the_table)
 {
     enum { TRIALS = 8000 };
     uint64_t seed = test_seed();
-    FILE *file = table_open("tests/oracles/cfar_edge.csv");
-    char line[256], *f[MAX_FIELDS];
+    struct table t = table_open("tests/oracles/cfar_edge.csv");
     int rows = 0, counted = 0;
 
-    for (; row_read(file, line, sizeof line, f) == 9; rows++) {
-        const enum cfar_detector kind = detector_named(f[0]);
-        const uint32_t side = number(f[1]), rank = number(f[2]), high = number(f[5]);
-        const double want = strtod(f[8], NULL), ratio = pow(10.0, strtod(f[4], NULL) / 10.0);
+    for (; table_next(&t); rows++) {
+        const enum cfar_detector kind = table_detector(&t, 0);
+        const uint32_t side = table_count(&t, 1), rank = table_count(&t, 2), high = table_count(&t, 5);
+        const double want = table_real(&t, 8), ratio = pow(10.0, table_real(&t, 4) / 10.0);
         double alpha = NAN, hits = 0;
-        CHECK(cfar_alpha(kind, side, side, rank, strtod(f[3], NULL), &alpha));
-        CHECK_NEAR(alpha, strtod(f[7], NULL), 1e-10, 0);
+        CHECK(cfar_alpha(kind, side, side, rank, table_real(&t, 3), &alpha));
+        CHECK_NEAR(alpha, table_real(&t, 7), 1e-10, 0);
         if (want < 0.004)
             continue;
         const struct cfar cfar = detector(kind, side, rank, alpha);
-        for (int t = 0; t < TRIALS; t++) {
+        for (int trial = 0; trial < TRIALS; trial++) {
             uint64_t x[129];
-            step_beam(&seed, side, high, !strcmp(f[6], "high"), ratio, x);
+            step_beam(&seed, side, high, !strcmp(t.field[6], "high"), ratio, x);
             hits += detections(&cfar, x, 2 * side + 1);
         }
         if (!within(hits, TRIALS, want, 1e-4)) {
-            printf("%s, %u a side, %s dB, %u high, cut %s: %.4f, want %.4f\n", f[0], side, f[4], high, f[6],
-                   hits / TRIALS, want);
+            printf("%s, %u a side, %s dB, %u high, cut %s: %.4f, want %.4f\n", t.field[0], side, t.field[4], high,
+                   t.field[6], hits / TRIALS, want);
             CHECK(false);
         }
         counted++;
     }
-    fclose(file);
     CHECK_INT(rows, 2592);
     CHECK(counted > 200);
     printf("# %d of %d edges counted\n", counted, rows);
