@@ -3,11 +3,7 @@
  * test_clusters - what a grid's cells form together, measured on scenes whose objects are known: extent across north,
  * labels that last, hysteresis, trends, and the list's limit.
  */
-#include "../lib/test.h"
-
-#include "../../grid/sphere/clusters.h"
-
-#define SECOND 1000000000ull
+#include "../lib/sphere_rig.h"
 
 static const struct sphere_conf conf = {.angular_step_rad = 3 * GEO_PI / 180,
                                         .level = true,
@@ -17,7 +13,6 @@ static const struct sphere_conf conf = {.angular_step_rad = 3 * GEO_PI / 180,
                                         .forget_s = 60,
                                         .blocked_above = 0.6,
                                         .recentre_m = 0.1};
-static struct sphere *sphere;
 static struct clusters *clusters;
 static uint64_t now_ns;
 static const struct cluster *list;
@@ -26,15 +21,8 @@ static double wide_deg; /* of a beam; below 1.5 it says nothing of free water in
 
 static void start(void)
 {
-    static void *grid, *room;
-    char err[200];
-    free(grid);
-    free(room);
-    grid = aligned_alloc(64, sphere_bytes(&conf, err, sizeof err));
-    sphere = sphere_init(grid, &conf);
-    room = aligned_alloc(64, clusters_bytes(sphere_picture(sphere)->rings, conf.max_cells));
-    memset(room, 0xa5, clusters_bytes(sphere_picture(sphere)->rings, conf.max_cells));
-    clusters = clusters_init(room, sphere_picture(sphere)->rings, conf.max_cells, log(0.6 / 0.4));
+    rig_sphere(&conf);
+    clusters = rig_clusters(&conf);
     now_ns = 1000 * SECOND;
     wide_deg = 0.5;
 }

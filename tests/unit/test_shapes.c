@@ -1,19 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 /* test_shapes - from pings in a room to its walls, corners and a ghost behind one of them, through the grid. */
-#include "../lib/test.h"
+#include "../lib/sphere_rig.h"
 
 #include "../../grid/sphere/shapes.h"
 
-#define SECOND 1000000000ull
-
 static const double distance_m[4] = {2, 1.5, 1.2, 1.7}; /* forward, right, back, left */
-static struct sphere *sphere;
 static struct clusters *clusters;
 static struct shapes shapes;
 
 static void start(bool level)
 {
-    static void *grid, *room;
     const struct sphere_conf conf = {.angular_step_rad = 2 * GEO_PI / 180,
                                      .level = level,
                                      .level_half_rad = 7.5 * GEO_PI / 180,
@@ -22,13 +18,8 @@ static void start(bool level)
                                      .forget_s = 60,
                                      .blocked_above = 0.6,
                                      .recentre_m = 0.1};
-    char err[200];
-    free(grid);
-    free(room);
-    grid = aligned_alloc(64, sphere_bytes(&conf, err, sizeof err));
-    sphere = sphere_init(grid, &conf);
-    room = aligned_alloc(64, clusters_bytes(sphere_picture(sphere)->rings, conf.max_cells));
-    clusters = clusters_init(room, sphere_picture(sphere)->rings, conf.max_cells, log(0.6 / 0.4));
+    rig_sphere(&conf);
+    clusters = rig_clusters(&conf);
 }
 
 static struct echo echo_at(double range_m)

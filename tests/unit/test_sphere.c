@@ -3,35 +3,21 @@
  * test_sphere - the grid and its answers together, as a client meets them: what is blocked, clear or unknown after
  * given pings, ages, turns and moves. Truth is a scene whose walls are known in closed form.
  */
-#include "../lib/test.h"
+#include "../lib/sphere_rig.h"
 
-#include "../../grid/answer/answer.h"
-#include "../../grid/sphere/sphere.h"
-
-#define SECOND 1000000000ull
-
-static struct sphere *sphere;
-static void *memory;
 static const struct sphere_conf usual = {.angular_step_rad = 2 * GEO_PI / 180,
                                          .layers = {.r_max_m = 30, .dr_m = 0.05, .n_const = 29, .growth = 1.035},
                                          .max_cells = 20000,
                                          .forget_s = 160,
                                          .blocked_above = 0.6,
                                          .recentre_m = 0.1};
-static const struct answer_conf limits = {.clear_for_s = 30, .move_limit_m = 0.5};
-static struct answer_now now;
 static struct mount mount;
 static double ring_down_m;
 static uint8_t flags; /* of the echoes that ping sends */
 
 static void start(const struct sphere_conf *conf)
 {
-    char err[200];
-    size_t n = sphere_bytes(conf, err, sizeof err);
-    free(memory);
-    memory = aligned_alloc(64, n);
-    memset(memory, 0xa5, n); /* nothing may rely on zeroed memory */
-    sphere = sphere_init(memory, conf);
+    rig_sphere(conf);
     now = (struct answer_now){.now_ns = 1000 * SECOND, .pose = pose_identity};
     mount = mount_identity;
     ring_down_m = 0.3;
@@ -72,14 +58,6 @@ static void ping_el(double az_deg, double el_deg, double range_m, double free_m,
 static void ping(double az_deg, double range_m, double free_m)
 {
     ping_el(az_deg, 0, range_m, free_m, 2, 25);
-}
-
-static struct answer ask(double az_deg, double distance_m)
-{
-    struct answer_query q = {.az_rad = geo_rad(az_deg), .distance_m = distance_m, .half_angle_rad = geo_rad(5)};
-    struct answer a;
-    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
-    return a;
 }
 
 static void turn_of(double range_m, double free_m)
@@ -168,7 +146,8 @@ TEST(fading_is_the_closed_form_however_often_it_is_read)
     uint64_t seed = test_seed(), t = now.now_ns;
     for (int i = 0; i < 100000; i++) {
         t += test_random(&seed) % 1000000;
-        double want = e.obstacle[0].logodds * exp(-(double)(t - now.now_ns) * 1e-9 / (160 / log(6 / log(0.6 / 0.4))));
+        double want =
+            e.obstacle[0].logodds * exp(-(double)(t - now.now_ns) * 1e-9 / (160 / log(6 / log(0.6 / 0.4))));
         CHECK_NEAR(picture_logodds(sphere_picture(sphere), &e.obstacle[0], t), want, 1e-12, 0);
     }
     CHECK_NEAR(picture_logodds(sphere_picture(sphere), &e.obstacle[0], 0), e.obstacle[0].logodds, 0, 0);
@@ -774,6 +753,5 @@ int main(void)
     RUN(asking_for_more_never_turns_blocked_or_unknown_into_clear);
     RUN(a_level_grid_gives_the_same_ring);
     RUN(a_level_grid_on_a_vehicle_that_pitches_claims_only_what_the_fan_covers);
-    free(memory);
     return test_end();
 }

@@ -4,16 +4,10 @@
  * steps, far places, what happened to cells in a turn, locks, every sensor model. Numbers G.. name the cases.
  */
 #include "../lib/table.h"
-#include "../lib/test.h"
+#include "../lib/sphere_rig.h"
 
-#include "../../grid/answer/answer.h"
 #include "../../grid/ping.h"
-#include "../../grid/sphere/sphere.h"
 
-#define SECOND 1000000000ull
-
-static struct sphere *sphere;
-static void *memory;
 static const struct sphere_conf usual = {.angular_step_rad = 2 * GEO_PI / 180,
                                          .layers = {.r_max_m = 30, .dr_m = 0.05, .n_const = 29, .growth = 1.035},
                                          .max_cells = 20000,
@@ -21,19 +15,12 @@ static const struct sphere_conf usual = {.angular_step_rad = 2 * GEO_PI / 180,
                                          .blocked_above = 0.6,
                                          .recentre_m = 0.1,
                                          .range_error = 0.003};
-static const struct answer_conf limits = {.clear_for_s = 30, .move_limit_m = 0.5};
-static struct answer_now now;
 static uint32_t seq;
 static double edge_m; /* how far echoes' near edges lie before them */
 
 static void start(const struct sphere_conf *conf)
 {
-    char err[200];
-    size_t n = sphere_bytes(conf, err, sizeof err);
-    free(memory);
-    memory = aligned_alloc(64, n);
-    memset(memory, 0xa5, n);
-    sphere = sphere_init(memory, conf);
+    rig_sphere(conf);
     now = (struct answer_now){.now_ns = 1000 * SECOND, .pose_fresh = true, .pose = pose_identity};
     seq = 0;
     edge_m = 0.02;
@@ -85,14 +72,6 @@ static struct sphere_cell first_cell(double az_deg)
     struct sphere_cell c = {0};
     sphere_cell(sphere, direction(az_deg), 0, now.now_ns, &c);
     return c;
-}
-
-static struct answer ask(double az_deg, double distance_m)
-{
-    struct answer_query q = {.az_rad = geo_rad(az_deg), .distance_m = distance_m, .half_angle_rad = geo_rad(5)};
-    struct answer a;
-    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
-    return a;
 }
 
 /* ---- saturation ---- */
@@ -535,6 +514,5 @@ int main(void)
     RUN(every_model_blocks_the_whole_opening_and_frees_the_same_water);
     RUN(the_gaussian_weighs_less_off_the_axis);
     RUN(g6_growing_age_never_turns_blocked_or_unknown_into_clear);
-    free(memory);
     return test_end();
 }
