@@ -11,58 +11,78 @@ static double dot(const double a[3], const double b[3])
 
 #define WIDEST_HALF_RAD 1.45 /* of a beam with flat sides */
 
-void beam_of(struct beam *b, const struct echoes *ping, uint16_t index, const double turn[4],
-             const double origin_m[3])
+struct beam_opening beam_opening(double az_rad, double el_rad, double height_rad, bool level)
+{
+    const double half_az = fmin(az_rad / 2, GEO_PI), half_el = el_rad / 2, within = half_el - height_rad / 2;
+    const double bend = 1 - cos(fmin(half_az, GEO_PI / 2)); /* of an arc of equal elevation */
+    const bool too_high = !level && height_rad > 4 * half_el;
+    return (struct beam_opening){
+        .half_az = half_az,
+        .half_el = half_el,
+        .sin_az = sin(half_az),
+        .cos_az = cos(half_az),
+        .aside = sin(fmin(half_az, GEO_PI / 2)),
+        .upward = sin(fmin(half_el, GEO_PI / 2)) + bend,
+        .sin_high = sin(fmin(half_el + height_rad / 2, GEO_PI)),
+        .cos_high = cos(fmin(half_el + height_rad / 2, GEO_PI)),
+        .tan_az = tan(fmin(half_az, WIDEST_HALF_RAD)),
+        .tan_el = tan(fmin(within > 0 || level ? within : height_rad / 2, WIDEST_HALF_RAD)),
+        .widest_rad = too_high ? 0 : 4 * half_az,
+    };
+}
+
+void beam_of(struct beam *b, const struct echoes *ping, uint16_t index, const struct beam_opening *opening,
+             const double turn[4], const double origin_m[3])
 {
     const struct beam_echoes *h = &ping->beam[index];
+    const double sin_az = sin(h->az_rad), cos_az = cos(h->az_rad);
     *b = (struct beam){.ping = ping,
                        .heard = h,
+                       .opening = opening,
+                       .origin_m = {origin_m[0], origin_m[1], origin_m[2]},
                        .lever_m = sqrt(dot(origin_m, origin_m)),
-                       .half_az = ping->az_aperture_rad / 2,
-                       .half_el = ping->el_aperture_rad / 2,
-                       .tan_az = tan(fmin(ping->az_aperture_rad / 2, WIDEST_HALF_RAD)),
-                       .sin_el = sin(h->el_rad)};
-    memcpy(b->origin_m, origin_m, sizeof b->origin_m);
-    const double sin_az = sin(h->az_rad), cos_az = cos(h->az_rad);
+                       .sin_el = sin(h->el_rad),
+                       .cos_el = cos(h->el_rad)};
     const double ahead[3] = {cos_az, sin_az, 0}, side[3] = {-sin_az, cos_az, 0}, down[3] = {0, 0, 1};
-    geo_direction(h->az_rad, h->el_rad, b->axis);
-    quat_rotate(turn, b->axis, b->axis);
+    const double axis[3] = {b->cos_el * cos_az, b->cos_el * sin_az, -b->sin_el};
+    quat_rotate(turn, axis, b->axis);
     quat_rotate(turn, ahead, b->ahead);
     quat_rotate(turn, side, b->side);
     quat_rotate(turn, down, b->down);
     for (int i = 0; i < 3; i++) /* up = side x axis, with z downward */
         b->up[i] = b->side[(i + 1) % 3] * b->axis[(i + 2) % 3] - b->side[(i + 2) % 3] * b->axis[(i + 1) % 3];
+    b->offset_m[0] = dot(origin_m, b->axis);
+    b->offset_m[1] = dot(origin_m, b->side);
+    b->offset_m[2] = dot(origin_m, b->up);
 }
 
-double beam_range(const struct beam *b, const double place_m[3])
+bool beam_sees(const struct beam *b, const double place_m[3], double most_az, double most_el,
+               struct beam_view *view)
 {
     double v[3];
     for (int i = 0; i < 3; i++)
         v[i] = place_m[i] - b->origin_m[i];
-    return sqrt(dot(v, v));
-}
-
-bool beam_sees(const struct beam *b, const double place_m[3], double most_az, double most_el, double *off_az,
-               double *off_el)
-{
-    double v[3];
-    for (int i = 0; i < 3; i++)
-        v[i] = place_m[i] - b->origin_m[i];
-    double x = dot(v, b->ahead), y = dot(v, b->side), z = dot(v, b->down);
-    double level = sqrt(x * x + y * y), range = sqrt(dot(v, v)), slack = 1e-9 * range;
+    double x = dot(v, b->ahead), y = dot(v, b->side), level2 = x * x + y * y;
     /* an angle is at least its sine, and two angles differ at least as much as their sines */
-    if (fabs(y) > most_az * level + slack || fabs(-z - b->sin_el * range) > most_el * range + slack)
+    if (y * y > most_az * most_az * level2 * (1 + 1e-9))
         return false;
-    *off_az = atan2(y, x);
-    *off_el = atan2(-z, level) - b->heard->el_rad;
-    return true;
+    double upward = -dot(v, b->down), range = sqrt(level2 + upward * upward);
+    *view = (struct beam_view){
+        .range_m = range, .level_m = sqrt(level2), .ahead_m = x, .aside_m = y, .upward_m = upward};
+    return fabs(upward - b->sin_el * range) <= (most_el + 1e-9) * range;
+}
+
+void beam_offsets(const struct beam *b, const struct beam_view *view, double *off_az, double *off_el)
+{
+    *off_az = atan2(view->aside_m, view->ahead_m);
+    *off_el = atan2(view->upward_m, view->level_m) - b->heard->el_rad;
 }
 
 double beam_meet(const struct beam *b, const double u[3], double range_m)
 {
     const double *o = b->origin_m;
     double along = dot(u, o);
-    double d = along * along - dot(o, o) + range_m * range_m;
+    double d = along * along - b->lever_m * b->lever_m + range_m * range_m;
     return d < 0 ? -1 : along + sqrt(d);
 }
 
@@ -83,6 +103,8 @@ static bool cut_side(struct stretch *st, double slope, double offset)
             st->enters_aside = true;
         }
     } else if (slope < -1e-12) {
+        if (offset >= 0)
+            return false;
         if (offset / slope < st->to_m) {
             st->to_m = offset / slope;
             st->leaves_aside = true;
@@ -93,28 +115,93 @@ static bool cut_side(struct stretch *st, double slope, double offset)
     return st->from_m < st->to_m;
 }
 
-bool beam_stretch(const struct beam *b, const double u[3], double width, double height, bool level, double near_m,
-                  double far_m, struct stretch *st)
+struct beam_cell beam_cell_of(double width_rad, double el_rad)
 {
-    bool too_coarse = width > 4 * b->half_az || (!level && height > 4 * b->half_el);
-    if (too_coarse)
-        return false;
-    double wide = b->half_el - height / 2;
-    double tan_az = width / 2 > b->half_az ? tan(fmin(width / 2, WIDEST_HALF_RAD)) : b->tan_az;
-    double tan_el = tan(fmin(wide > 0 || level ? wide : height / 2, WIDEST_HALF_RAD));
-    double x = dot(u, b->axis), y = dot(u, b->side), z = dot(u, b->up);
-    double ox = dot(b->origin_m, b->axis), oy = dot(b->origin_m, b->side), oz = dot(b->origin_m, b->up);
-    *st = (struct stretch){.from_m = fmax(0, beam_meet(b, u, near_m)), .to_m = beam_meet(b, u, far_m)};
-    return st->to_m > st->from_m && tan_el > 0 && cut_side(st, tan_az * x - y, tan_az * ox - oy) &&
-           cut_side(st, tan_az * x + y, tan_az * ox + oy) && cut_side(st, tan_el * x - z, tan_el * ox - oz) &&
-           cut_side(st, tan_el * x + z, tan_el * ox + oz);
+    const double across_rad = width_rad * cos(el_rad);
+    return (struct beam_cell){.width_rad = width_rad,
+                              .across_rad = across_rad,
+                              .cos_half = cos(width_rad / 2),
+                              .sin_half = sin(width_rad / 2),
+                              .tan_across = tan(fmin(across_rad / 2, WIDEST_HALF_RAD))};
 }
 
-struct beam_sieve beam_sieve(const struct beam *b, double range_m, double cell)
+bool beam_holds(const struct beam *b, const struct beam_cell *cell, const double place_m[3])
 {
-    double parallax = b->lever_m < range_m ? asin(b->lever_m / range_m) : GEO_PI / 2;
-    double angle = hypot(b->half_az, b->half_el) + cell + parallax;
-    double side = b->half_az + cell + parallax;
-    return (struct beam_sieve){.cos_axis = angle < GEO_PI ? cos(angle) : -1,
-                               .sin_side = side < GEO_PI / 2 ? sin(side) : 1};
+    const struct beam_opening *o = b->opening;
+    double v[3];
+    for (int i = 0; i < 3; i++)
+        v[i] = place_m[i] - b->origin_m[i];
+    double x = dot(v, b->ahead), y = dot(v, b->side), upward = -dot(v, b->down), level = sqrt(x * x + y * y);
+    /* sine and cosine of the difference of elevations, times the range */
+    double sine = upward * b->cos_el - level * b->sin_el, cosine = level * b->cos_el + upward * b->sin_el;
+    if (fabs(sine) * o->cos_high > cosine * o->sin_high)
+        return false;
+    bool all_around = o->half_az + cell->width_rad / 2 >= GEO_PI;
+    return all_around || x >= level * (o->cos_az * cell->cos_half - o->sin_az * cell->sin_half);
+}
+
+bool beam_stretch(const struct beam *b, const struct beam_cell *cell, const double u[3], double near_m,
+                  double far_m, struct stretch *st)
+{
+    const double tan_el = b->opening->tan_el;
+    if (cell->across_rad > b->opening->widest_rad || !(tan_el > 0))
+        return false;
+    double tan_az = cell->tan_across > b->opening->tan_az ? cell->tan_across : b->opening->tan_az;
+    double x = dot(u, b->axis), y = dot(u, b->side), z = dot(u, b->up);
+    double ox = b->offset_m[0], oy = b->offset_m[1], oz = b->offset_m[2];
+    *st = (struct stretch){.to_m = INFINITY};
+    if (!(cut_side(st, tan_az * x - y, tan_az * ox - oy) && cut_side(st, tan_az * x + y, tan_az * ox + oy) &&
+          cut_side(st, tan_el * x - z, tan_el * ox - oz) && cut_side(st, tan_el * x + z, tan_el * ox + oz)))
+        return false;
+    double from = beam_meet(b, u, near_m), to = beam_meet(b, u, far_m);
+    if (from >= st->from_m) {
+        st->from_m = from;
+        st->enters_aside = false;
+    }
+    if (to <= st->to_m) {
+        st->to_m = to;
+        st->leaves_aside = false;
+    }
+    return st->to_m > st->from_m;
+}
+
+/*
+ * A place in the beam at range r is at origin + r q, with |q| = 1 and q's components to the side and upward within
+ * `most`; its distance from the centre is at least r - lever. What that bounds only shrinks with growing range.
+ */
+struct beam_sieve beam_sieve(const struct beam *b, const struct beam_opening *opening, double range_m)
+{
+    struct beam_sieve s = {{-1, -1}, {1, 1}};
+    const double far = range_m - b->lever_m, most[2] = {opening->aside * range_m, opening->upward * range_m};
+    if (!(far > 0))
+        return s;
+    for (int k = 0; k < 2; k++) {
+        double o = b->offset_m[k + 1], from = ((o < 0 ? o : 0) - most[k]) / far,
+               to = ((o > 0 ? o : 0) + most[k]) / far;
+        s.from[k] = from > -1 ? from : -1;
+        s.to[k] = to < 1 ? to : 1;
+    }
+    return s;
+}
+
+/* The components are the orthographic view of the half sphere around the axis: arcs are longest at the outermost. */
+double beam_sieve_cap(const struct beam *b, const struct beam_sieve *s, double slack_rad, double middle[3])
+{
+    double c[3], outermost2 = 0, radius2 = 0;
+    for (int k = 0; k < 2; k++) {
+        double half = (s->to[k] - s->from[k]) / 2 + slack_rad, low = -s->from[k];
+        double most = (low > s->to[k] ? low : s->to[k]) + slack_rad;
+        c[k + 1] = (s->from[k] + s->to[k]) / 2;
+        radius2 += half * half;
+        outermost2 += most * most;
+    }
+    double radius = outermost2 < 1 ? sqrt(radius2 / (1 - outermost2)) : GEO_PI;
+    if (radius >= GEO_PI / 2) {
+        memcpy(middle, b->axis, sizeof b->axis);
+        return GEO_PI;
+    }
+    c[0] = sqrt(1 - c[1] * c[1] - c[2] * c[2]);
+    for (int i = 0; i < 3; i++)
+        middle[i] = c[0] * b->axis[i] + c[1] * b->side[i] + c[2] * b->up[i];
+    return radius;
 }

@@ -11,61 +11,102 @@
 #include "../echoes.h"
 #include "claim.h"
 
+/* What is alike for all beams of a ping. */
+struct beam_opening {
+    double half_az, half_el;
+    double sin_az, cos_az;     /* of half_az */
+    double aside, upward;      /* components that a unit vector in the beam has to its side and up, at most */
+    double sin_high, cos_high; /* of half_el and half a cell of the grid */
+    double tan_az, tan_el;     /* a ray of the grid is in the beam where |y| <= tan_az x, |z| <= tan_el x */
+    double widest_rad;         /* a cell that is wider is never in the beam */
+};
+
+/**
+ * beam_opening - of beams that are so wide and high, in a grid with cells so high; level: it has a single row. A
+ * direction is in the beam when its centre is. In elevation its whole cell must be, where beams are wide and no
+ * neighbour helps. A beam narrower than a cell frees the one that holds its axis, unless that is over twice as wide. A
+ * level row is never narrower than its beam's fan: only all of it counts.
+ */
+struct beam_opening beam_opening(double az_rad, double el_rad, double cell_height_rad, bool level);
+
 struct beam {
     const struct echoes *ping;
     const struct beam_echoes *heard;
+    const struct beam_opening *opening;
     double origin_m[3];             /* of the sensor, from the grid's centre */
     double lever_m;                 /* its length */
+    double offset_m[3];             /* its components along axis, side and up */
     double axis[3], side[3], up[3]; /* of the beam: along it, to its right, upward */
     double ahead[3], down[3];       /* of the sensor: level, at the beam's azimuth; along its z */
-    double half_az, half_el;
-    double tan_az, sin_el; /* of half_az; of the axis' elevation in the sensor frame */
+    double sin_el, cos_el;          /* of the axis' elevation in the sensor frame */
 };
 
 /** beam_of - beam `index` of a ping whose sensor is turned and placed so in the grid's axes. */
-void beam_of(struct beam *b, const struct echoes *ping, uint16_t index, const double turn[4],
-             const double origin_m[3]);
+void beam_of(struct beam *b, const struct echoes *ping, uint16_t index, const struct beam_opening *opening,
+             const double turn[4], const double origin_m[3]);
 
 /** beam_meet - where the ray from the centre along unit vector u is range_m away from the sensor; negative: nowhere. */
 double beam_meet(const struct beam *b, const double u[3], double range_m);
 
-/** beam_range - distance of a place (from the centre) from the sensor. */
-double beam_range(const struct beam *b, const double place_m[3]);
+/* A place as the sensor has it: its distance; in the sensor's level plane; along and across the beam there, and up. */
+struct beam_view {
+    double range_m, level_m;
+    double ahead_m, aside_m, upward_m;
+};
 
 /**
- * beam_sees - offsets of a place (from the centre) from the axis, in azimuth and elevation of the sensor. False, without
- * the cost of finding them, for most places whose offsets are greater than most_az or most_el; never for others.
+ * beam_sees - how a place (given from the centre) is seen. False, at little cost, for most places whose offsets from
+ * the axis in azimuth and elevation of the sensor are greater than most_az or most_el; never for others.
  */
-bool beam_sees(const struct beam *b, const double place_m[3], double most_az, double most_el, double *off_az,
-               double *off_el);
+bool beam_sees(const struct beam *b, const double place_m[3], double most_az, double most_el,
+               struct beam_view *view);
+
+/** beam_offsets - of a place from the axis, in azimuth and elevation of the sensor. */
+void beam_offsets(const struct beam *b, const struct beam_view *view, double *off_az, double *off_el);
 
 /** beam_share - share [0, 1] of a cell of the given width, centred `off` from the axis, that half width `half` covers. */
 double beam_share(double off, double half, double width);
 
-/**
- * beam_stretch - the stretch of the ray along u that lies between near_m and far_m from the sensor and in the beam,
- * whose sides are flat here: |y| <= tan(az) x, |z| <= tan(el) x. width and height are those of the direction's cell.
- * False when there is none.
- *
- * A direction is in the beam when its centre is. In elevation its whole cell must be, where beams are wide and no
- * neighbour helps. A beam narrower than a cell frees the one that holds its axis, unless that is over twice as wide. A
- * level row is never narrower than its beam's fan: only all of it counts.
- */
-bool beam_stretch(const struct beam *b, const double u[3], double width_rad, double height_rad, bool level,
-                  double near_m, double far_m, struct stretch *out);
-
-/* A sieve for directions, as seen from the grid's centre: all of the beam at some range and beyond passes it. */
-struct beam_sieve {
-    double cos_axis; /* least cosine to the beam's axis */
-    double sin_side; /* greatest sine of the angle out of the plane of its axis and height */
+/* What is alike for all cells of one ring of the grid. */
+struct beam_cell {
+    double width_rad;          /* in azimuth */
+    double across_rad;         /* seen from the centre */
+    double cos_half, sin_half; /* of half the width */
+    double tan_across;         /* of half of what is seen from the centre */
 };
 
-/** beam_sieve - opening, a cell of cell_rad, and the parallax of a sensor that does not sit in the centre. */
-struct beam_sieve beam_sieve(const struct beam *b, double range_m, double cell_rad);
+/** beam_cell_of - the cells of a ring, so wide in azimuth and with their middle at this elevation. */
+struct beam_cell beam_cell_of(double width_rad, double el_rad);
 
-static inline bool beam_sieve_passes(const struct beam_sieve *sieve, double along, double aside)
+/** beam_holds - a cell of the ring with its middle at this place (from the centre) is touched by the beam's opening. */
+bool beam_holds(const struct beam *b, const struct beam_cell *cell, const double place_m[3]);
+
+/**
+ * beam_stretch - the stretch of the ray along u, the middle of a cell of the ring, that lies between near_m and far_m
+ * from the sensor and in the beam. False when there is none.
+ */
+bool beam_stretch(const struct beam *b, const struct beam_cell *cell, const double u[3], double near_m,
+                  double far_m, struct stretch *out);
+
+/*
+ * A sieve for directions: bounds of their components along the beam's side and up. All that the beam holds at some
+ * range and beyond, as seen from the grid's centre, passes it.
+ */
+struct beam_sieve {
+    double from[2], to[2];
+};
+
+/** beam_sieve - of this opening (the beam's own or a wider one) and the parallax of a sensor that is off the centre. */
+struct beam_sieve beam_sieve(const struct beam *b, const struct beam_opening *opening, double range_m);
+
+/** beam_sieve_cap - a cap that holds what passes with this slack: its middle; its radius, pi for all. */
+double beam_sieve_cap(const struct beam *b, const struct beam_sieve *sieve, double slack_rad, double middle[3]);
+
+/** beam_sieve_passes - directions up to slack_rad away from one that is in the beam pass for certain. */
+static inline bool beam_sieve_passes(const struct beam_sieve *s, double aside, double upward, double slack_rad)
 {
-    return along >= sieve->cos_axis && (aside < 0 ? -aside : aside) <= sieve->sin_side;
+    return aside >= s->from[0] - slack_rad && aside <= s->to[0] + slack_rad && upward >= s->from[1] - slack_rad &&
+           upward <= s->to[1] + slack_rad;
 }
 
 #endif

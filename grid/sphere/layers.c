@@ -36,6 +36,7 @@ void layers_init(struct layers *layers, const struct layers_conf *conf, double *
     for (uint32_t i = 0; i <= layers->n; i++)
         edge[i] = layers_edge(conf, i);
     layers->edge = edge;
+    layers->log_growth = log1p(conf->growth - 1);
 }
 
 /* The inverse formula guesses within a layer; next to an edge it is often wrong, so the table decides. */
@@ -50,7 +51,7 @@ int32_t layers_index(const struct layers *layers, double r_m)
     double g1 = c->growth - 1, past = r_m - (c->r_min_m + c->n_const * c->dr_m);
     double guess = (r_m - c->r_min_m) / c->dr_m;
     if (past > 0 && g1 > 0)
-        guess = c->n_const + log1p(past * g1 / (c->dr_m * c->growth)) / log1p(g1);
+        guess = c->n_const + log1p(past * g1 / (c->dr_m * c->growth)) / layers->log_growth;
     int64_t i = guess < layers->n ? (int64_t)guess : (int64_t)layers->n - 1;
     while (r_m < edge[i])
         i--;

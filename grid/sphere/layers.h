@@ -22,6 +22,7 @@ struct layers_conf {
 struct layers {
     struct layers_conf conf;
     uint32_t n;
+    double log_growth;  /* 0: all layers are of the same thickness */
     const double *edge; /* [n + 1], strictly increasing; layer i is edge[i] <= r < edge[i + 1] */
 };
 

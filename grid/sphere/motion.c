@@ -42,18 +42,26 @@ static void merge(const struct sphere *s, struct cell *c, const struct cell *oth
     c->near_m = (float)fmin(range, other_range) - near_m;
 }
 
+/* The cheap test for most of the cells that stay where they are; false for some of them. */
+static bool surely_stays(const struct sphere *s, const struct cell *c, const double v[3], double range)
+{
+    const double *edge = s->layers.edge + c->layer, *u = s->axis[c->direction];
+    return range >= edge[0] && range < edge[1] && v[0] * u[0] + v[1] * u[1] + v[2] * u[2] > range * s->within_cos;
+}
+
 static void place_cell(struct sphere *s, uint32_t index, double way_m)
 {
-    struct cell old = s->cells.cell[index];
-    double v[3], az, el, range = state_vector(s, &old, v);
+    struct cell *cell = &s->cells.cell[index];
+    double v[3], az, el, range = state_vector(s, cell, v);
+    loosen(cell, way_m);
+    if (surely_stays(s, cell, v, range))
+        return;
     int32_t layer = layers_index(&s->layers, range);
     geo_angles(v, &az, &el);
     uint32_t d = rings_index(&s->rings, az, el);
-    loosen(&old, way_m);
-    if (d == old.direction && layer == old.layer) {
-        s->cells.cell[index] = old;
+    if (d == cell->direction && layer == cell->layer)
         return;
-    }
+    const struct cell old = *cell;
     state_release(s, index);
     if (layer < 0 || d == RINGS_NONE)
         return;

@@ -15,6 +15,16 @@ uint32_t rings_cells(uint32_t ring, uint32_t n_polar, double step_rad)
     return n < 1 ? 1 : (uint32_t)n;
 }
 
+static void finish(struct rings *rings)
+{
+    rings->n = rings->start[rings->n_rings];
+    for (uint32_t j = 0; j < rings->n_rings; j++) {
+        double el = rings->top_rad - (j + 0.5) * rings->height_rad;
+        rings->sin_el[j] = sin(el);
+        rings->cos_el[j] = cos(el);
+    }
+}
+
 bool rings_full(struct rings *rings, double step_rad)
 {
     if (!(step_rad >= geo_rad(0.25) && step_rad <= GEO_PI / 2))
@@ -26,7 +36,7 @@ bool rings_full(struct rings *rings, double step_rad)
     rings->start[0] = 0;
     for (uint32_t j = 0; j < rings->n_rings; j++)
         rings->start[j + 1] = rings->start[j] + rings_cells(j, rings->n_rings, step_rad);
-    rings->n = rings->start[rings->n_rings];
+    finish(rings);
     return true;
 }
 
@@ -40,7 +50,7 @@ bool rings_level(struct rings *rings, double step_rad, double half_rad)
     rings->step_rad = step_rad;
     rings->start[0] = 0;
     rings->start[1] = (uint32_t)ceil(GEO_TURN / step_rad * (1 - 1e-13));
-    rings->n = rings->start[1];
+    finish(rings);
     return true;
 }
 
@@ -98,29 +108,59 @@ void rings_centre(const struct rings *rings, uint32_t direction, double *az_rad,
     *el_rad = rings->top_rad - (ring + 0.5) * rings->height_rad;
 }
 
-/* A cap of angular radius r around elevation e spans asin(sin r / cos e) in azimuth, or all of it near a pole. */
+double rings_within(const struct rings *rings)
+{
+    double least = rings->height_rad / 2;
+    for (uint32_t j = 0; j < rings->n_rings; j++) {
+        double half = fmin(rings_width(rings, j) / 2, GEO_PI / 2);
+        least = fmin(least, asin(rings->cos_el[j] * sin(half)));
+    }
+    return least;
+}
+
+double rings_reach(const struct rings *rings)
+{
+    double most = 0;
+    for (uint32_t j = 0; j < rings->n_rings; j++) {
+        double across = cos(rings_width(rings, j) / 2);
+        for (uint32_t edge = 0; edge <= 1; edge++) {
+            double corner = rings->top_rad - (j + edge) * rings->height_rad;
+            most = fmax(most, acos(rings->sin_el[j] * sin(corner) + rings->cos_el[j] * cos(corner) * across));
+        }
+    }
+    return most;
+}
+
+/* Centres at the ring's elevation e' are within r of (az, e) where cos r <= sin e sin e' + cos e cos e' cos(d az). */
 static void enter_ring(struct rings_visit *v)
 {
-    uint32_t n = cells_of(v->rings, v->ring);
-    double width = rings_width(v->rings, v->ring);
-    double s = sin(v->radius_rad) / cos(v->el_rad);
-    if (v->radius_rad + fabs(v->el_rad) >= GEO_PI / 2 || !(s < 1)) {
-        v->cell = 0;
-        v->cells_left = n;
+    const struct rings *rings = v->rings;
+    double all = v->cos_el * rings->cos_el[v->ring], rest = v->cos_radius - v->sin_el * rings->sin_el[v->ring];
+    v->cells = cells_of(rings, v->ring);
+    v->cell = 0;
+    v->cells_left = rest <= all ? v->cells : 0;
+    if (rest <= -all || rest > all)
         return;
-    }
-    double half = asin(s) + width; /* one cell more on each side: centres may lie half a cell off */
-    uint32_t from = cell_at(v->rings, v->ring, v->az_rad - half);
-    double count = floor(2 * half / width) + 2;
-    v->cell = from;
-    v->cells_left = count >= n ? n : (uint32_t)count;
+    double half = acos(rest / all), per_rad = v->cells / GEO_TURN;
+    double from = ceil((v->az_rad - half) * per_rad - 0.5), to = floor((v->az_rad + half) * per_rad - 0.5);
+    if (to - from + 1 >= v->cells)
+        return;
+    v->cell = (uint32_t)(from < 0 ? from + v->cells : from >= v->cells ? from - v->cells : from);
+    v->cells_left = (uint32_t)(to - from + 1);
 }
+
+#define ROUNDING_RAD 1e-9 /* a cap is taken to be so much larger */
 
 struct rings_visit rings_visit(const struct rings *rings, double az_rad, double el_rad, double radius_rad)
 {
-    struct rings_visit v = {.rings = rings, .az_rad = az_rad, .el_rad = el_rad, .radius_rad = radius_rad};
-    v.ring = ring_at(rings, el_rad + radius_rad + rings->height_rad);
-    v.last_ring = ring_at(rings, el_rad - radius_rad - rings->height_rad);
+    double radius = fmin(radius_rad + ROUNDING_RAD, GEO_PI);
+    struct rings_visit v = {.rings = rings,
+                            .az_rad = geo_wrap(az_rad),
+                            .sin_el = sin(el_rad),
+                            .cos_el = cos(el_rad),
+                            .cos_radius = cos(radius)};
+    v.ring = ring_at(rings, el_rad + radius);
+    v.last_ring = ring_at(rings, el_rad - radius);
     enter_ring(&v);
     return v;
 }
@@ -128,13 +168,13 @@ struct rings_visit rings_visit(const struct rings *rings, double az_rad, double 
 bool rings_next(struct rings_visit *v)
 {
     while (v->cells_left == 0) {
-        if (v->ring == v->last_ring)
+        if (v->ring >= v->last_ring)
             return false;
         v->ring++;
         enter_ring(v);
     }
     v->direction = v->rings->start[v->ring] + v->cell;
-    v->cell = v->cell + 1 == cells_of(v->rings, v->ring) ? 0 : v->cell + 1;
+    v->cell = v->cell + 1 == v->cells ? 0 : v->cell + 1;
     v->cells_left--;
     return true;
 }

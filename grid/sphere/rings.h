@@ -22,6 +22,7 @@ struct rings {
     double height_rad;             /* of each ring */
     double step_rad;               /* wanted width of a cell; the real one is at most this at the equator */
     uint32_t start[RINGS_MAX + 1]; /* first direction of each ring */
+    double sin_el[RINGS_MAX], cos_el[RINGS_MAX]; /* of the middles of each ring's cells */
 };
 
 /** rings_full - the whole sphere in ceil(pi / step) rings; step in [0.25 deg, 90 deg]. False when out of range. */
@@ -45,17 +46,23 @@ uint32_t rings_ring(const struct rings *rings, uint32_t direction);
 /** rings_width - width of the cells of a ring in azimuth. */
 double rings_width(const struct rings *rings, uint32_t ring);
 
+/** rings_within - whatever is at most this far from the middle of a cell is in it, for all cells. */
+double rings_within(const struct rings *rings);
+
+/** rings_reach - the greatest angle between the middle of a cell and a corner of it, of all cells. */
+double rings_reach(const struct rings *rings);
+
 /*
- * Visits the directions whose centre may lie within `radius` of an axis (a superset: whole rings, whole cells). Use:
+ * Visits the directions whose centre lies within `radius` of an axis, each once; at the very edge perhaps one more. Use:
  *   struct rings_visit v = rings_visit(rings, az, el, radius);
  *   while (rings_next(&v)) use(v.direction);
  */
 struct rings_visit {
     const struct rings *rings;
-    double az_rad, el_rad, radius_rad;
+    double az_rad, sin_el, cos_el, cos_radius;
     uint32_t ring, last_ring;
-    uint32_t cell, cells_left;
-    uint32_t direction;
+    uint32_t cell, cells, cells_left; /* next, of the ring, to come */
+    uint32_t direction;               /* that is visited, in `ring` */
 };
 
 struct rings_visit rings_visit(const struct rings *rings, double az_rad, double el_rad, double radius_rad);

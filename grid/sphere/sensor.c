@@ -65,37 +65,50 @@ static void interpolate(const struct sphere *s, struct cell *c, const double z[3
 }
 
 /* Variance of an echo's point within a cell: of its range, and of where across the cell it is. */
-static double echo_variance(const struct sphere *s, uint32_t d, double range_m, const struct echo *echo)
+static double echo_variance(const struct sphere *s, uint32_t ring, double range_m, const struct echo *echo)
 {
-    double wide = range_m * fmax(s->direction[d].across_rad, s->rings.height_rad);
+    double wide = range_m * fmax(s->ring[ring].across_rad, s->rings.height_rad);
     return fmax((double)echo->sd_m * echo->sd_m, wide * wide / 12);
 }
 
-/* An echo `at` range_m along a direction raises the cell of a layer by `share` of its evidence. */
-static void raise(struct sphere *s, uint32_t direction, uint16_t layer, double range_m, const struct beam *b,
-                  const struct echo *echo, double share)
+/* What `share` of an echo adds to a cell. */
+static double weight_of(const struct sphere *s, const struct echo *echo, double share)
 {
-    struct cell *c = state_take(s, direction, layer);
+    double strength = echo->confidence > 0 ? echo->confidence * share : 0;
+    double weight = log1p(strength * (ECHO_IF_OCCUPIED / ECHO_IF_EMPTY - 1));
+    return echo->flags ? fmin(weight, MARKED_BLOCKS * s->blocked_logodds) : weight;
+}
+
+/* The beam that is being entered, and what is the same for all directions that it may concern. */
+struct look {
+    const struct beam *beam;
+    double weight[ECHOES_PER_BEAM]; /* of each echo in full */
+    double beyond_m;                /* no layer from here on can hold a point in free water */
+    uint32_t direction, ring;       /* that is looked at */
+};
+
+/* An echo `at` range_m along the direction raises the cell of a layer by `weight`. */
+static void raise(struct sphere *s, const struct look *l, uint16_t layer, double range_m, const struct echo *echo,
+                  double weight)
+{
+    const struct echoes *ping = l->beam->ping;
+    struct cell *c = state_take(s, l->direction, layer);
     if (!c || c->state == CELL_LOCKED)
         return;
     double z[3];
     for (int i = 0; i < 3; i++)
-        z[i] = range_m * s->axis[direction][i] + s->frame.centre_m[i] - s->anchor_m[i];
-    interpolate(s, c, z, range_m, echo, echo_variance(s, direction, range_m, echo));
+        z[i] = range_m * s->axis[l->direction][i] + s->frame.centre_m[i] - s->anchor_m[i];
+    interpolate(s, c, z, range_m, echo, echo_variance(s, l->ring, range_m, echo));
     if (!c->echoes)
-        c->t_first_ms = state_ms(s, b->ping->t_ns);
-    if (b->ping->t_ns > c->t_echo_ns)
-        c->t_echo_ns = b->ping->t_ns;
+        c->t_first_ms = state_ms(s, ping->t_ns);
+    if (ping->t_ns > c->t_echo_ns)
+        c->t_echo_ns = ping->t_ns;
     if (c->echoes < UINT16_MAX)
         c->echoes++;
-    double strength = echo->confidence > 0 ? echo->confidence * share : 0;
-    double weight = log1p(strength * (ECHO_IF_OCCUPIED / ECHO_IF_EMPTY - 1));
-    if (echo->flags)
-        weight = fmin(weight, MARKED_BLOCKS * s->blocked_logodds);
     if (s->conf.update == SPHERE_MAX)
-        weight = fmax(0, weight - state_logodds(s, c, b->ping->t_ns));
-    weigh(s, c, b->ping, weight);
-    state_mark(s, direction);
+        weight = fmax(0, weight - state_logodds(s, c, ping->t_ns));
+    weigh(s, c, ping, weight);
+    state_mark(s, l->direction);
 }
 
 static double dot(const double a[3], const double b[3])
@@ -103,33 +116,32 @@ static double dot(const double a[3], const double b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-static bool stretch_of(const struct sphere *s, uint32_t d, const struct beam *b, double near_m, double far_m,
+static bool stretch_of(const struct sphere *s, const struct look *l, double near_m, double far_m,
                        struct stretch *out)
 {
-    return beam_stretch(b, s->axis[d], s->direction[d].across_rad, s->rings.height_rad, s->conf.level, near_m,
-                        far_m, out);
+    return beam_stretch(l->beam, &s->ring[l->ring], s->axis[l->direction], near_m, far_m, out);
 }
 
 /* What the beam heard of the water in direction d; a beam that says nothing takes back what older ones said. */
-static void clear_direction(struct sphere *s, uint32_t d, const struct beam *b)
+static void clear_direction(struct sphere *s, const struct look *l)
 {
-    struct direction *dir = &s->direction[d];
-    const struct echoes *e = b->ping;
-    const struct beam_echoes *h = b->heard;
+    struct direction *dir = &s->direction[l->direction];
+    const struct echoes *e = l->beam->ping;
+    const struct beam_echoes *h = l->beam->heard;
     struct stretch st;
     bool claims = h->free_to_m > h->blind_m, first = !dir->claim[CLAIM_NOW].t_ping_ns;
-    if (claims && stretch_of(s, d, b, h->blind_m, h->free_to_m, &st))
+    if (claims && stretch_of(s, l, h->blind_m, h->free_to_m, &st))
         claim_add(dir->claim, &st, e->t_ns, e->pose.path_m, e->sensor);
-    else if (!claims && stretch_of(s, d, b, 0, e->range_max_m, &st))
+    else if (!claims && stretch_of(s, l, 0, e->range_max_m, &st))
         claim_withdraw(dir->claim, e->t_ns, e->pose.path_m, e->sensor);
     else
         return;
     s->stats.pinged += first;
-    state_mark(s, d);
+    state_mark(s, l->direction);
 }
 
 /* The layers within reach of the range get their shares, relative to the one that holds it. */
-static void raise_layers(struct sphere *s, uint32_t d, double at, const struct beam *b, const struct echo *echo,
+static void raise_layers(struct sphere *s, const struct look *l, double at, const struct echo *echo,
                          const struct spread *spread, double across)
 {
     const double *edge = s->layers.edge;
@@ -139,61 +151,78 @@ static void raise_layers(struct sphere *s, uint32_t d, double at, const struct b
     while (i > 0 && edge[i] > at - reach_m)
         i--;
     for (; i < (int32_t)s->layers.n && edge[i] < at + reach_m; i++) {
-        double share = spread_along(spread, edge[i], edge[i + 1], at) / most;
-        raise(s, d, (uint16_t)i, i == middle ? at : (edge[i] + edge[i + 1]) / 2, b, echo, across * fmin(share, 1));
+        double share = across * fmin(spread_along(spread, edge[i], edge[i + 1], at) / most, 1);
+        raise(s, l, (uint16_t)i, i == middle ? at : (edge[i] + edge[i + 1]) / 2, echo, weight_of(s, echo, share));
     }
 }
 
-static void hit_direction(struct sphere *s, uint32_t d, const struct beam *b, const struct echo *echo)
+/* The echo, at this place along the direction, is shared out as eq. (1) has it. */
+static void spread_echo(struct sphere *s, const struct look *l, const double place[3], double at, int32_t layer,
+                        const struct echo *echo)
 {
-    double place[3], off_az, off_el, at = beam_meet(b, s->axis[d], echo->range_m);
-    if (at <= 0)
+    const struct beam *b = l->beam;
+    const struct beam_cell *cell = &s->ring[l->ring];
+    double most_az = SPREAD_WIDEST * b->opening->half_az + cell->width_rad / 2, high = s->rings.height_rad, off_az,
+           off_el;
+    double most_el = SPREAD_WIDEST * b->opening->half_el + high / 2;
+    struct beam_view view;
+    if (!beam_sees(b, place, most_az, most_el, &view))
         return;
-    for (int i = 0; i < 3; i++)
-        place[i] = at * s->axis[d][i];
+    beam_offsets(b, &view, &off_az, &off_el);
+    if (fabs(off_az) > most_az || fabs(off_el) > most_el)
+        return;
+    double deep_m = s->layers.edge[layer + 1] - s->layers.edge[layer];
+    struct spread spread =
+        spread_of(fmax(echo->sd_m, s->conf.range_error * echo->range_m), b->opening->half_az, b->opening->half_el,
+                  deep_m, cell->across_rad, high, s->conf.model == SPHERE_MIDPOINT);
+    double across = spread_across(&spread, off_az, off_el, cell->across_rad, high);
+    if (across > 0)
+        raise_layers(s, l, at, echo, &spread, across);
+}
+
+static void hit_direction(struct sphere *s, const struct look *l, uint8_t i)
+{
+    const struct echo *echo = &l->beam->heard->echo[i];
+    const double *u = s->axis[l->direction];
+    double at = beam_meet(l->beam, u, echo->range_m), place[3] = {at * u[0], at * u[1], at * u[2]};
     bool opening = s->conf.model == SPHERE_OPENING;
-    double reach = opening ? 1 : SPREAD_WIDEST, width = s->direction[d].width_rad, high = s->rings.height_rad;
-    double most_az = reach * b->half_az + width / 2, most_el = reach * b->half_el + high / 2;
-    if (!beam_sees(b, place, most_az, most_el, &off_az, &off_el) || fabs(off_az) > most_az ||
-        fabs(off_el) > most_el)
+    if (at <= 0 || (opening && !beam_holds(l->beam, &s->ring[l->ring], place)))
         return;
     int32_t layer = layers_index(&s->layers, at);
-    if (layer < 0) {
+    if (layer < 0)
         s->stats.out_of_range++;
-        return;
-    }
-    if (opening) {
-        raise(s, d, (uint16_t)layer, at, b, echo, 1);
-        return;
-    }
-    double across_rad = s->direction[d].across_rad, deep_m = s->layers.edge[layer + 1] - s->layers.edge[layer];
-    struct spread spread = spread_of(fmax(echo->sd_m, s->conf.range_error * echo->range_m), b->half_az, b->half_el,
-                                     deep_m, across_rad, high, s->conf.model == SPHERE_MIDPOINT);
-    double across = spread_across(&spread, off_az, off_el, across_rad, high);
-    if (across > 0)
-        raise_layers(s, d, at, b, echo, &spread, across);
+    else if (opening)
+        raise(s, l, (uint16_t)layer, at, echo, l->weight[i]);
+    else
+        spread_echo(s, l, place, at, layer, echo);
 }
 
 /* Nothing was heard in the water up to free_to_m: cells there lose by the share of them that the beam covered. */
-static void carve_direction(struct sphere *s, uint32_t d, const struct beam *b)
+static void carve_direction(struct sphere *s, const struct look *l)
 {
-    for (uint32_t i = s->cells.first[d], next; i != CELLS_NONE; i = next) {
+    const struct beam *b = l->beam;
+    const double width = s->ring[l->ring].width_rad, high = s->rings.height_rad;
+    const double half_az = b->opening->half_az, half_el = b->opening->half_el;
+    for (uint32_t i = s->cells.first[l->direction], next; i != CELLS_NONE; i = next) {
         struct cell *c = &s->cells.cell[i];
-        next = c->next;
+        struct beam_view view;
         double place[3], off_az, off_el;
-        state_vector(s, c, place);
-        double range = beam_range(b, place);
+        next = c->next;
+        if (s->layers.edge[c->layer] > l->beyond_m)
+            return;
+        state_place(s, c, place);
+        if (!beam_sees(b, place, half_az + width / 2, half_el + high / 2, &view))
+            continue;
         double thick = s->layers.edge[c->layer + 1] - s->layers.edge[c->layer];
-        if (range - 2.0 * c->sd_m < b->heard->blind_m || range + 2.0 * c->sd_m + thick / 2 > b->heard->free_to_m)
+        if (view.range_m - 2.0 * c->sd_m < b->heard->blind_m ||
+            view.range_m + 2.0 * c->sd_m + thick / 2 > b->heard->free_to_m)
             continue;
-        double width = s->direction[d].width_rad, high = s->rings.height_rad;
-        if (!beam_sees(b, place, b->half_az + width / 2, b->half_el + high / 2, &off_az, &off_el))
-            continue;
-        double share = beam_share(off_az, b->half_az, width) * beam_share(off_el, b->half_el, high);
+        beam_offsets(b, &view, &off_az, &off_el);
+        double share = beam_share(off_az, half_az, width) * beam_share(off_el, half_el, high);
         if (share < MIN_CARVE_SHARE || c->state == CELL_LOCKED)
             continue;
         weigh(s, c, b->ping, log((1 - ECHO_IF_OCCUPIED * share) / (1 - ECHO_IF_EMPTY * share)));
-        state_mark(s, d);
+        state_mark(s, l->direction);
         if (c->logodds <= 0)
             cells_lose(&s->cells, i);
     }
@@ -201,31 +230,53 @@ static void carve_direction(struct sphere *s, uint32_t d, const struct beam *b)
 
 #define NEAREST_M 0.1 /* nothing is heard nearer: bounds the parallax */
 
-void sensor_enter(struct sphere *s, const struct beam *b)
+/* Beams' openings as far as echoes are entered: eq. (1) reaches beyond them. */
+static struct beam_opening hit_opening(const struct sphere *s, const struct echoes *e)
+{
+    const double reach = s->conf.model == SPHERE_OPENING ? 1 : SPREAD_WIDEST;
+    return beam_opening(reach * e->az_aperture_rad, reach * e->el_aperture_rad, s->rings.height_rad,
+                        s->conf.level);
+}
+
+static void enter_beam(struct sphere *s, const struct beam *b, const struct beam_opening *widest)
 {
     const struct beam_echoes *h = b->heard;
-    double az, el, cell = s->rings.height_rad + s->rings.step_rad;
-    geo_angles(b->axis, &az, &el);
-    bool claims = h->free_to_m > h->blind_m;
-    struct beam_sieve near = beam_sieve(b, fmax(h->blind_m, NEAREST_M), cell);
-    struct beam_sieve clear = b->lever_m > 0 ? near : beam_sieve(b, 1, cell); /* no lever, no parallax */
-    struct beam wide = *b;                                                    /* what echoes are entered over */
-    if (s->conf.model != SPHERE_OPENING) {
-        wide.half_az *= SPREAD_WIDEST;
-        wide.half_el *= SPREAD_WIDEST;
-    }
-    struct beam_sieve hit = beam_sieve(&wide, h->n ? h->echo[0].range_m : 1, cell);
-
-    double radius = acos(h->n ? fmin(near.cos_axis, hit.cos_axis) : near.cos_axis);
-    struct rings_visit v = rings_visit(&s->rings, az, el, fmin(radius, GEO_PI / 2));
+    struct look l = {.beam = b, .beyond_m = (h->free_to_m + b->lever_m) / s->nearer_share};
+    const bool carves = h->free_to_m > h->blind_m;
+    const double hit_m = h->n ? h->echo[0].range_m : INFINITY, reach = s->reach_rad;
+    const double near_m = fmin(fmax(h->blind_m, NEAREST_M), hit_m);
+    const struct beam_sieve near = beam_sieve(b, widest, near_m);
+    const struct beam_sieve hit = h->n ? beam_sieve(b, widest, hit_m) : near;
+    double middle[3], az, el, radius = beam_sieve_cap(b, &near, 2 * reach, middle);
+    for (uint8_t i = 0; i < h->n; i++)
+        l.weight[i] = weight_of(s, &h->echo[i], 1);
+    geo_angles(middle, &az, &el);
+    struct rings_visit v = rings_visit(&s->rings, az, el, radius);
     while (rings_next(&v)) {
-        double along = dot(s->axis[v.direction], b->axis), aside = dot(s->axis[v.direction], b->side);
-        if (claims && s->cells.first[v.direction] != CELLS_NONE && beam_sieve_passes(&near, along, aside))
-            carve_direction(s, v.direction, b);
-        if (beam_sieve_passes(&clear, along, aside))
-            clear_direction(s, v.direction, b);
-        if (h->n && beam_sieve_passes(&hit, along, aside))
+        const double aside = dot(s->axis[v.direction], b->side), upward = dot(s->axis[v.direction], b->up);
+        l.direction = v.direction;
+        l.ring = v.ring;
+        /* the beam may miss the middle of a cell that it touches, and a point in a cell may be off its middle */
+        if (carves && s->cells.first[v.direction] != CELLS_NONE &&
+            beam_sieve_passes(&near, aside, upward, 2 * reach))
+            carve_direction(s, &l);
+        if (!beam_sieve_passes(&near, aside, upward, reach))
+            continue;
+        clear_direction(s, &l);
+        if (beam_sieve_passes(&hit, aside, upward, reach))
             for (uint8_t i = 0; i < h->n; i++)
-                hit_direction(s, v.direction, b, &h->echo[i]);
+                hit_direction(s, &l, i);
+    }
+}
+
+void sensor_enter(struct sphere *s, const struct echoes *e, const double turn[4], const double origin_m[3])
+{
+    const struct beam_opening widest = hit_opening(s, e);
+    const struct beam_opening own =
+        beam_opening(e->az_aperture_rad, e->el_aperture_rad, s->rings.height_rad, s->conf.level);
+    for (uint16_t i = 0; i < e->n_beams; i++) {
+        struct beam b;
+        beam_of(&b, e, i, &own, turn, origin_m);
+        enter_beam(s, &b, &widest);
     }
 }

@@ -8,7 +8,10 @@
 #include "beam.h"
 #include "state.h"
 
-/** sensor_enter - one beam of a ping. Cost: directions within its opening, lever arm's parallax included. */
-void sensor_enter(struct sphere *s, const struct beam *b);
+/**
+ * sensor_enter - all beams of a ping whose sensor is turned and placed so in the grid's axes. Cost: directions within
+ * the beams' openings, lever arm's parallax included.
+ */
+void sensor_enter(struct sphere *s, const struct echoes *e, const double turn[4], const double origin_m[3]);
 
 #endif

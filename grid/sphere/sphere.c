@@ -41,7 +41,8 @@ size_t sphere_bytes(const struct sphere_conf *conf, char *err, size_t err_size)
         return rounded(sizeof(struct sphere)) + rounded((layers + 1) * sizeof(double)) +
                rounded(cells_bytes(conf->max_cells, rings.n)) + rounded(rings.n * sizeof(struct direction)) +
                rounded(rings.n * sizeof(uint32_t)) + rounded(rings.n * sizeof(double[3])) +
-               rounded(rings.n * sizeof(struct claim)) + rounded(picture_bytes(rings.n));
+               rounded(rings.n * sizeof(struct claim)) + rounded(rings.n_rings * sizeof(struct beam_cell)) +
+               rounded(picture_bytes(rings.n));
     return 0;
 }
 
@@ -68,6 +69,22 @@ static void forget_everything(struct sphere *s)
     s->placed = false;
 }
 
+static void place_directions(struct sphere *s)
+{
+    double az, el;
+    for (uint32_t d = 0; d < s->rings.n; d++) {
+        rings_centre(&s->rings, d, &az, &el);
+        geo_direction(az, el, s->axis[d]);
+    }
+    for (uint32_t j = 0; j < s->rings.n_rings; j++) {
+        rings_centre(&s->rings, s->rings.start[j], &az, &el);
+        s->ring[j] = beam_cell_of(rings_width(&s->rings, j), el);
+    }
+    s->reach_rad = rings_reach(&s->rings);
+    s->within_cos = cos(rings_within(&s->rings) * (1 - 1e-9));
+    s->nearer_share = cos(s->reach_rad);
+}
+
 struct sphere *sphere_init(void *memory, const struct sphere_conf *conf)
 {
     char *at = memory;
@@ -82,13 +99,8 @@ struct sphere *sphere_init(void *memory, const struct sphere_conf *conf)
     s->dirty = place(&at, s->rings.n * sizeof(uint32_t));
     s->axis = place(&at, s->rings.n * sizeof(double[3]));
     s->joined = place(&at, s->rings.n * sizeof(struct claim));
-    for (uint32_t d = 0; d < s->rings.n; d++) {
-        double az, el;
-        rings_centre(&s->rings, d, &az, &el);
-        geo_direction(az, el, s->axis[d]);
-        s->direction[d].width_rad = (float)rings_width(&s->rings, rings_ring(&s->rings, d));
-        s->direction[d].across_rad = s->direction[d].width_rad * hypot(s->axis[d][0], s->axis[d][1]);
-    }
+    s->ring = place(&at, s->rings.n_rings * sizeof *s->ring);
+    place_directions(s);
     s->blocked_logodds = log(conf->blocked_above / (1 - conf->blocked_above));
     s->fade_s = conf->forget_s / log(LOGODDS_MAX / s->blocked_logodds);
     picture_init(&s->picture, &s->rings, (const double(*)[3])s->axis, s->fade_s, s->blocked_logodds,
@@ -122,16 +134,14 @@ void state_mark(struct sphere *s, uint32_t d)
 
 double state_logodds(const struct sphere *s, const struct cell *c, uint64_t t_ns)
 {
-    if (c->state == CELL_LOCKED)
+    if (c->state == CELL_LOCKED || t_ns <= c->t_ref_ns)
         return c->logodds;
-    double dt_s = t_ns > c->t_ref_ns ? (double)(t_ns - c->t_ref_ns) * 1e-9 : 0;
-    return c->logodds * exp(-dt_s / s->fade_s);
+    return c->logodds * exp(-(double)(t_ns - c->t_ref_ns) * 1e-9 / s->fade_s);
 }
 
 double state_vector(const struct sphere *s, const struct cell *c, double v[3])
 {
-    for (int i = 0; i < 3; i++)
-        v[i] = c->point_m[i] + s->anchor_m[i] - s->frame.centre_m[i];
+    state_place(s, c, v);
     return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
@@ -203,10 +213,6 @@ void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *
         for (int i = 0; i < 3; i++)
             origin_m[i] += e->pose.position_m[i] - s->frame.centre_m[i];
     }
-    for (uint16_t i = 0; i < e->n_beams; i++) {
-        struct beam b;
-        beam_of(&b, e, i, turn, origin_m);
-        sensor_enter(s, &b);
-    }
+    sensor_enter(s, e, turn, origin_m);
     publish_ping(s, e);
 }

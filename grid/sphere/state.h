@@ -6,15 +6,14 @@
 #ifndef SONARD_SPHERE_STATE_H
 #define SONARD_SPHERE_STATE_H
 
+#include "beam.h"
 #include "cells.h"
 #include "claim.h"
 #include "sphere.h"
 
 struct direction {
     struct claim claim[CLAIMS];
-    uint32_t dirty;    /* on the list of directions to publish */
-    float width_rad;   /* in azimuth */
-    double across_rad; /* seen from the centre */
+    uint32_t dirty; /* on the list of directions to publish */
 };
 
 /* Bounds how long the past can outvote the present: a few turns. */
@@ -30,8 +29,12 @@ struct sphere {
     bool placed; /* a position was given: centre and anchor hold */
     struct cells cells;
     struct direction *direction;
-    double (*axis)[3];    /* unit vector of each direction's centre */
-    struct claim *joined; /* of all directions, while the centre moves */
+    struct beam_cell *ring; /* what the cells of each ring are like */
+    double reach_rad;       /* from the middle of any cell to its farthest corner, at most */
+    double within_cos;      /* cosine of the angle that is surely within a cell, from its middle */
+    double nearer_share;    /* a mean of points of a cell is no nearer than its layer times this */
+    double (*axis)[3];      /* unit vector of each direction's centre */
+    struct claim *joined;   /* of all directions, while the centre moves */
     uint32_t *dirty;
     uint32_t n_dirty;
     double blocked_logodds; /* conf.blocked_above as log-odds */
@@ -47,7 +50,14 @@ void state_mark(struct sphere *s, uint32_t d);
 /** state_logodds - of a cell at t_ns: fading is exponential; none before its last update, and none when locked. */
 double state_logodds(const struct sphere *s, const struct cell *c, uint64_t t_ns);
 
-/** state_vector - from the grid's centre to the cell's point; its length. */
+/** state_place - from the grid's centre to the cell's point. */
+static inline void state_place(const struct sphere *s, const struct cell *c, double v[3])
+{
+    for (int i = 0; i < 3; i++)
+        v[i] = c->point_m[i] + s->anchor_m[i] - s->frame.centre_m[i];
+}
+
+/** state_vector - the same; its length. */
 double state_vector(const struct sphere *s, const struct cell *c, double v[3]);
 
 /** state_ms - milliseconds from the grid's first ping to t_ns, within uint32_t. */

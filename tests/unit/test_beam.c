@@ -26,13 +26,16 @@ TEST(places_are_seen_as_in_the_sensor_frame_and_none_in_reach_is_turned_away)
             place[k] = origin[k] + range * w[k];
         }
         struct beam b;
-        beam_of(&b, &ping, 0, turn, origin);
+        struct beam_opening opening = beam_opening(0.1, 0.4, 0.05, false);
+        beam_of(&b, &ping, 0, &opening, turn, origin);
         geo_angles(v, &az, &el);
         double want_az = geo_wrap_pi(az - heard.az_rad), want_el = el - heard.el_rad;
         double most_az = 0.4 * test_uniform(&seed), most_el = 0.4 * test_uniform(&seed);
-        CHECK_NEAR(beam_range(&b, place), range, 1e-12, 1e-12);
-        if (beam_sees(&b, place, most_az, most_el, &off_az, &off_el)) {
+        struct beam_view view;
+        if (beam_sees(&b, place, most_az, most_el, &view)) {
             seen++;
+            beam_offsets(&b, &view, &off_az, &off_el);
+            CHECK_NEAR(view.range_m, range, 1e-12, 1e-12);
             CHECK_NEAR(sin(off_az), sin(want_az), 0, 1e-9);
             CHECK_NEAR(off_el, want_el, 0, 1e-9);
         } else {
@@ -43,8 +46,58 @@ TEST(places_are_seen_as_in_the_sensor_frame_and_none_in_reach_is_turned_away)
     CHECK(spared > 50000 && seen > 10000);
 }
 
+/* Wherever the sensor sits and however it is turned: no place in the beam lies in a direction that is passed over. */
+TEST(whatever_the_beam_holds_passes_its_sieve)
+{
+    static struct rings rings;
+    uint64_t seed = test_seed();
+    int small = 0;
+    CHECK(rings_full(&rings, geo_rad(4)));
+    const double reach = rings_reach(&rings);
+    for (int i = 0; i < 2000; i++) {
+        struct beam_echoes heard = {.az_rad = (float)(GEO_TURN * test_uniform(&seed)),
+                                    .el_rad = (float)(2 * (test_uniform(&seed) - 0.5))};
+        struct echoes ping = {.beam = &heard};
+        double az_ap = geo_rad(1 + 60 * pow(test_uniform(&seed), 3)),
+               el_ap = geo_rad(1 + 60 * test_uniform(&seed));
+        struct beam_opening opening = beam_opening(az_ap, el_ap, rings.height_rad, false);
+        double turn[4], origin[3], middle[3], az, el, near_m = 0.1 + test_uniform(&seed);
+        double lever_m = (i % 4) * 0.3 * test_uniform(&seed);
+        quat_from_rpy(6 * test_uniform(&seed), 3 * test_uniform(&seed) - 1.5, 6 * test_uniform(&seed), turn);
+        geo_direction(6 * test_uniform(&seed), 3 * test_uniform(&seed) - 1.5, origin);
+        for (int k = 0; k < 3; k++)
+            origin[k] *= lever_m;
+        struct beam b;
+        beam_of(&b, &ping, 0, &opening, turn, origin);
+        struct beam_sieve sieve = beam_sieve(&b, &opening, near_m);
+        double radius = beam_sieve_cap(&b, &sieve, reach, middle);
+        small += radius < 0.5;
+        for (int k = 0; k < 50; k++) {
+            double v[3], w[3], range = near_m * pow(10, 2 * test_uniform(&seed) * test_uniform(&seed)), c[3];
+            geo_direction(heard.az_rad + (test_uniform(&seed) - 0.5) * az_ap,
+                          heard.el_rad + (test_uniform(&seed) - 0.5) * el_ap, v);
+            quat_rotate(turn, v, w);
+            for (int j = 0; j < 3; j++)
+                w[j] = origin[j] + range * w[j];
+            geo_angles(w, &az, &el);
+            rings_centre(&rings, rings_index(&rings, az, el), &az, &el);
+            geo_direction(az, el, c);
+            double aside = 0, upward = 0, along = 0;
+            for (int j = 0; j < 3; j++) {
+                aside += c[j] * b.side[j];
+                upward += c[j] * b.up[j];
+                along += c[j] * middle[j];
+            }
+            CHECK(beam_sieve_passes(&sieve, aside, upward, reach));
+            CHECK(along >= cos(radius) - 1e-12);
+        }
+    }
+    CHECK(small > 500);
+}
+
 int main(void)
 {
+    RUN(whatever_the_beam_holds_passes_its_sieve);
     RUN(places_are_seen_as_in_the_sensor_frame_and_none_in_reach_is_turned_away);
     return test_end();
 }
