@@ -168,6 +168,14 @@ static void show_clusters(const struct page *page, const json_t *result)
                 json_is_integer(json_object_get(k, "ghost_of")) ? "  a ghost?" : "");
     }
     fprintf(page->out, "%zu of %.0f, nearest first\n", n, number(result, "all"));
+    list = json_object_get(result, "gone");
+    for (size_t i = 0; i < json_array_size(list); i++) {
+        const json_t *g = json_array_get(list, i);
+
+        fprintf(page->out, "%.0f is gone, %s ago, from %.1f°, %s: %s\n", number(g, "label"),
+                duration(a, number(g, "age_s")), number(g, "azimuth_deg"), metres(b, number(g, "range_m")),
+                text(c, g, "why"));
+    }
     list = json_object_get(result, "walls");
     for (size_t i = 0; i < json_array_size(list); i++) {
         const json_t *w = json_array_get(list, i);

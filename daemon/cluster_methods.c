@@ -76,6 +76,24 @@ static json_t *corners_json(const struct shapes *shapes)
     return corners;
 }
 
+static json_t *gone_json(const struct daemon *d, const struct clusters *clusters)
+{
+    json_t *list = json_array();
+    const struct cluster_gone *g;
+    for (uint32_t k = 0; (g = clusters_gone(clusters, k)); k++) {
+        double az, el;
+        geo_angles(g->place_m, &az, &el);
+        json_array_append_new(
+            list, json_pack("{s:I, s:s, s:o, s:o, s:o, s:o, s:i, s:o}", "label", (json_int_t)g->label, "why",
+                            vanish_word(g->why), "age_s", age(d, g->t_gone_ns), "azimuth_deg", say_degrees(az),
+                            "elevation_deg", say_degrees(el), "range_m",
+                            say_metres(sqrt(g->place_m[0] * g->place_m[0] + g->place_m[1] * g->place_m[1] +
+                                            g->place_m[2] * g->place_m[2])),
+                            "cells", (int)g->cells, "last_echo_age_s", age(d, g->t_echo_ns)));
+    }
+    return list;
+}
+
 json_t *cluster_method_list(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
     static const char *const keys[] = {"count", "grid", NULL};
@@ -95,8 +113,9 @@ json_t *cluster_method_list(const struct rpc_call *call, json_t *params, struct 
     json_t *clusters = json_array();
     for (uint32_t i = 0; i < n && i < count; i++)
         json_array_append_new(clusters, cluster_json(d, &shapes, &list[i]));
-    return json_pack("{s:s, s:I, s:o, s:o, s:o}", "frame", frame.ned ? "ned" : "body", "all", (json_int_t)all,
-                     "clusters", clusters, "walls", walls_json(&shapes), "corners", corners_json(&shapes));
+    return json_pack("{s:s, s:I, s:o, s:o, s:o, s:o}", "frame", frame.ned ? "ned" : "body", "all", (json_int_t)all,
+                     "clusters", clusters, "walls", walls_json(&shapes), "corners", corners_json(&shapes), "gone",
+                     gone_json(d, known));
 }
 
 /* ---- where to look next ---- */

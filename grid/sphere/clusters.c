@@ -25,6 +25,9 @@ struct clusters {
     uint8_t *then;                       /* [directions] set of enum look at that look ... */
     uint8_t *today;                      /* ... and at this one */
     uint64_t t_before_ns;
+    double centre_before_m[3];
+    struct cluster_gone gone[CLUSTERS_GONE_MAX]; /* a ring */
+    uint32_t n_gone;                             /* ever */
     uint32_t grown;                       /* of the cluster measured: directions that are new to all clusters */
     double known_near_m;                  /* its near edge where somebody had looked */
     uint64_t turn[(TURN_BINS + 63) / 64]; /* azimuths of one cluster, a bit each */
@@ -211,6 +214,39 @@ static void set_trend(const struct clusters *c, struct cluster *k, bool long_ago
     }
 }
 
+static bool is_listed(const struct clusters *c, uint32_t label)
+{
+    for (uint32_t i = 0; i < c->n; i++)
+        if (c->list[i].label == label)
+            return true;
+    return false;
+}
+
+/* Which of the clusters before are in the list no more, and why. */
+static void find_gone(struct clusters *c, const struct sphere *s, uint64_t now_ns)
+{
+    double centre_m[3];
+    sphere_centre(s, centre_m);
+    for (uint32_t i = 0; i < c->n_before; i++) {
+        const struct cluster *old = &c->before[i];
+        if (is_listed(c, old->label))
+            continue;
+        struct cluster_gone g = {
+            .label = old->label, .cells = old->cells, .t_gone_ns = now_ns, .t_echo_ns = old->t_echo_ns};
+        for (int a = 0; a < 3; a++)
+            g.place_m[a] = old->nearest_m[a] + c->centre_before_m[a] - centre_m[a];
+        g.why = vanish_why(s, c->components.rings, g.place_m, g.t_echo_ns, now_ns,
+                           MEMBER_ODDS * c->blocked_logodds, c->blocked_logodds);
+        if (g.why != VANISH_NOT)
+            c->gone[c->n_gone++ % CLUSTERS_GONE_MAX] = g;
+    }
+}
+
+const struct cluster_gone *clusters_gone(const struct clusters *c, uint32_t k)
+{
+    return k < c->n_gone && k < CLUSTERS_GONE_MAX ? &c->gone[(c->n_gone - 1 - k) % CLUSTERS_GONE_MAX] : NULL;
+}
+
 uint32_t clusters_look(struct clusters *c, const struct sphere *s, uint64_t now_ns, const struct cluster **list,
                        uint32_t *all)
 {
@@ -229,6 +265,9 @@ uint32_t clusters_look(struct clusters *c, const struct sphere *s, uint64_t now_
         ++*all;
     }
     if (long_ago) {
+        if (*all == c->n) /* else one that is missing may only have made room in the list */
+            find_gone(c, s, now_ns);
+        sphere_centre(s, c->centre_before_m);
         memcpy(c->before, c->list, c->n * sizeof *c->list);
         c->n_before = c->n;
         c->t_before_ns = now_ns;

@@ -16,6 +16,7 @@
 
 #include "components.h"
 #include "sphere.h"
+#include "vanish.h"
 
 #define CLUSTERS_MAX 256 /* that are listed: the nearest */
 
@@ -41,6 +42,16 @@ struct cluster {
     double growth_directions_ps;
 };
 
+#define CLUSTERS_GONE_MAX 32
+
+/* One that was there at a look and not at the next, places as of then. */
+struct cluster_gone {
+    uint32_t label, cells;
+    enum vanish_why why;
+    uint64_t t_gone_ns, t_echo_ns; /* when it was missed; its last echo */
+    double place_m[3];             /* where its nearest echo stood, from the grid's centre when it was missed */
+};
+
 struct clusters;
 
 /** clusters_bytes - memory for a grid of these rings and up to max_cells cells. */
@@ -57,5 +68,11 @@ struct clusters *clusters_init(void *memory, const struct rings *rings, uint32_t
  */
 uint32_t clusters_look(struct clusters *c, const struct sphere *s, uint64_t now_ns, const struct cluster **list,
                        uint32_t *all);
+
+/**
+ * clusters_gone - the k-th of those that vanished between two looks at least a second apart, the newest first; NULL:
+ * there are fewer, or more than CLUSTERS_GONE_MAX vanished since. Those that joined others are not among them.
+ */
+const struct cluster_gone *clusters_gone(const struct clusters *c, uint32_t k);
 
 #endif

@@ -111,6 +111,13 @@ bool sphere_cell(const struct sphere *s, uint32_t direction, uint32_t k, uint64_
 /** sphere_pinged - time of the newest ping that says something of a direction; 0: never pinged, or it says no more. */
 uint64_t sphere_pinged(const struct sphere *s, uint32_t direction);
 
+/** sphere_passed - time of the newest ping that found the water of a direction free at range_m; 0: none says so. */
+uint64_t sphere_passed(const struct sphere *s, uint32_t direction, double range_m);
+
+/** sphere_centre - place of the grid's centre, NED. sphere_reach - range of the last layer's end. */
+void sphere_centre(const struct sphere *s, double centre_m[3]);
+double sphere_reach(const struct sphere *s);
+
 /** sphere_gone - the k-th of the cells that went in the present turns, the newest first; false: there are fewer. */
 bool sphere_gone(const struct sphere *s, uint32_t k, uint64_t t_ns, struct sphere_cell *out);
 

@@ -3,6 +3,7 @@
  * view - cells as seen from outside: what is known of each, and locking them. Changes nothing but locks.
  */
 #include <math.h>
+#include <string.h>
 
 #include "publish.h"
 #include "state.h"
@@ -59,6 +60,27 @@ bool sphere_cell(const struct sphere *s, uint32_t direction, uint32_t k, uint64_
 uint64_t sphere_pinged(const struct sphere *s, uint32_t direction)
 {
     return s->direction[direction].claim[CLAIM_NOW].t_ping_ns;
+}
+
+uint64_t sphere_passed(const struct sphere *s, uint32_t direction, double range_m)
+{
+    uint64_t t_ns = 0;
+    for (int i = 0; i < CLAIMS; i++) {
+        const struct claim *c = &s->direction[direction].claim[i];
+        if (range_m >= (double)c->from_m && range_m <= (double)c->to_m && c->t_ping_ns > t_ns)
+            t_ns = c->t_ping_ns;
+    }
+    return t_ns;
+}
+
+void sphere_centre(const struct sphere *s, double centre_m[3])
+{
+    memcpy(centre_m, s->frame.centre_m, sizeof s->frame.centre_m);
+}
+
+double sphere_reach(const struct sphere *s)
+{
+    return s->layers.edge[s->layers.n];
 }
 
 bool sphere_gone(const struct sphere *s, uint32_t k, uint64_t t_ns, struct sphere_cell *out)

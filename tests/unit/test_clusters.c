@@ -179,6 +179,45 @@ TEST(what_fades_is_no_cluster_any_more)
     CHECK_INT(all, 0);
 }
 
+TEST(what_is_gone_is_told_with_why)
+{
+    start();
+    wide_deg = 4;
+    arc(0, 6, 5.03);
+    arc(90, 96, 5.03);
+    arc(180, 186, 5.03);
+    look();
+    CHECK_INT(n, 3);
+    CHECK(!clusters_gone(clusters, 0));
+    for (int i = 0; i < 20; i++) { /* beams pass the first, the second is hidden, nobody looks at the third */
+        now_ns += 2 * SECOND;
+        for (double az = -3; az < 12; az += 3)
+            hear(az + 1.5, 12, 0.9);
+        for (double az = 84; az < 102; az += 3)
+            hear(az + 1.5, 3, 0.9);
+    }
+    look();
+    CHECK_INT(clusters_gone(clusters, 0) != NULL, 1);
+    const struct cluster_gone *first = clusters_gone(clusters, 0);
+    CHECK_INT(first->why, VANISH_SEEN);
+    CHECK_NEAR(first->place_m[0], 5, 0, 0.2);
+    CHECK_INT(first->t_gone_ns, now_ns);
+    CHECK(!clusters_gone(clusters, 1));
+    now_ns += 40 * SECOND;
+    arc(84, 102, 3);
+    look();
+    CHECK(clusters_gone(clusters, 0) && clusters_gone(clusters, 1) && clusters_gone(clusters, 2));
+    unsigned why = 0;
+    for (uint32_t k = 0; k < 3; k++)
+        why |= 1u << clusters_gone(clusters, k)->why;
+    CHECK_INT(why, 1u << VANISH_SEEN | 1u << VANISH_HIDDEN | 1u << VANISH_AGED);
+    look(); /* told once */
+    now_ns += 2 * SECOND;
+    look();
+    for (uint32_t k = 0; clusters_gone(clusters, k); k++)
+        CHECK(k < 3 || clusters_gone(clusters, k)->t_echo_ns > first->t_echo_ns);
+}
+
 TEST(of_too_many_the_nearest_are_listed)
 {
     start();
@@ -201,6 +240,7 @@ int main(void)
     RUN(a_wall_that_the_first_turn_finds_bit_by_bit_does_not_grow);
     RUN(what_comes_up_in_water_known_to_be_free_grows);
     RUN(what_fades_is_no_cluster_any_more);
+    RUN(what_is_gone_is_told_with_why);
     RUN(of_too_many_the_nearest_are_listed);
     printf("# %.0f bytes for each cell of the grid\n",
            (double)clusters_bytes(sphere_picture(sphere)->rings, 1 << 16) / (1 << 16));
