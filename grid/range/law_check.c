@@ -102,7 +102,7 @@ enum law_doubt law_check_doubt(const struct law_check *check, enum amplitude_law
 {
     const double slope = law_check_slope(check);
 
-    if (law == AMPLITUDE_LINEAR && slope < COMPRESSED)
+    if ((law == AMPLITUDE_LINEAR || law == AMPLITUDE_POWER) && slope < COMPRESSED)
         return LAW_LOOKS_COMPRESSED;
     if (law == AMPLITUDE_LOG && slope > PROPORTIONAL)
         return LAW_LOOKS_LINEAR;
@@ -113,8 +113,8 @@ const char *law_doubt_text(enum law_doubt doubt)
 {
     switch (doubt) {
     case LAW_LOOKS_COMPRESSED:
-        return "counts look like decibels or a root, taken as linear: their scatter does not grow with their "
-               "level";
+        return "counts look like decibels or a root, taken as linear or as power: their scatter does not "
+               "grow with their level";
     case LAW_LOOKS_LINEAR:
         return "counts look linear, taken as decibels: their scatter grows with their level";
     case LAW_FITS:

@@ -19,7 +19,7 @@
 /* What speaks against the configured law. */
 enum law_doubt {
     LAW_FITS,             /* or it cannot be told */
-    LAW_LOOKS_COMPRESSED, /* taken as linear, and the scatter does not grow with the level */
+    LAW_LOOKS_COMPRESSED, /* taken as linear or as power, and the scatter does not grow with the level */
     LAW_LOOKS_LINEAR,     /* taken as decibels, and the scatter grows with the level */
 };
 

@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * bench_cfar - nanoseconds per cell of every stage from counts to detections, and of every detector for each width of
- * vectors, beside the plain loop over windows in C. Noise with a wall in it, 16 training and 4 guard cells on each
- * side. Medians; compare figures of one run only.
+ * bench_cfar - nanoseconds per cell of every stage from counts to detections and of every detector, beside the
+ * plain loop over windows in C and beside copying the cells, 8 bytes each: in the cache, where a beam lies, and in
+ * memory. Noise with a wall in it, 16 training and 4 guard cells on each side. Medians; compare figures of one run only.
  */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <string.h>
 #include <time.h>
 
 #include "../lib/clutter.h"
@@ -54,6 +55,27 @@ static struct cfar detector(enum cfar_detector kind)
                          .rank = RANK,
                          .alpha_q16 = (uint64_t)(alpha * 65536.0),
                          .alpha_one_q16 = (uint64_t)(alpha * 65536.0)};
+}
+
+static void run_copy(enum cfar_detector unused, uint32_t n, int b)
+{
+    (void)unused;
+    memcpy(cells, power[b], n * sizeof cells[0]);
+    sink += (unsigned)cells[n / 2];
+}
+
+static uint64_t far_from[1 << 23], far_to[1 << 23]; /* 64 MiB each: no cache holds them */
+
+/* Beam after beam of them, so that none is in a cache. */
+static void run_far_copy(enum cfar_detector unused, uint32_t n, int b)
+{
+    static uint32_t at;
+
+    (void)unused;
+    (void)b;
+    at = at + 2 * n <= sizeof far_to / sizeof far_to[0] ? at + n : 0;
+    memcpy(far_to + at, far_from + at, n * sizeof far_to[0]);
+    sink += (unsigned)far_to[at];
 }
 
 static void run_sums(enum cfar_detector unused, uint32_t n, int b)
@@ -140,6 +162,16 @@ int main(void)
     printf("%-22s", "ns per cell, cells:");
     for (int k = 0; k < 4; k++)
         printf("%10u", n[k]);
+    memset(far_from, 1, sizeof far_from);
+    memset(far_to, 1, sizeof far_to);
+    printf("\n%-22s", "copy in cache");
+    for (int k = 0; k < 4; k++) {
+        make_beams(n[k]);
+        printf("%10.3f", measure(run_copy, CFAR_CA, n[k]));
+    }
+    printf("\n%-22s", "copy in memory");
+    for (int k = 0; k < 4; k++)
+        printf("%10.3f", measure(run_far_copy, CFAR_CA, n[k]));
     printf("\n%-22s", "counts to sums");
     for (int k = 0; k < 4; k++) {
         make_beams(n[k]);

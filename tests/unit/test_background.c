@@ -75,6 +75,7 @@ static void from_hex(const char *hex, uint8_t *out, uint32_t n)
     }
 }
 
+/* I10: with K = 1, too */
 TEST(median_equals_table)
 {
     struct table t = table_open("tests/oracles/median_template.csv");

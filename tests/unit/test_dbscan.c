@@ -169,8 +169,9 @@ TEST(reach_is_symmetric)
             CHECK_INT(reach[c * (2 * span + 1) + span + dx], reach[(c + dx) * (2 * span + 1) + span - dx]);
 }
 
-/* ---- pictures that break clustering (case I11) ---- */
+/* ---- pictures that break clustering ---- */
 
+/* I11: all ones, none, a single point, min_pts 1 */
 TEST(extreme_pictures)
 {
     reach_steps(1, 1, 2, 8, 8, 1);
@@ -187,6 +188,7 @@ TEST(extreme_pictures)
     CHECK_INT(label[27], 0);
 }
 
+/* I11 */
 TEST(seam_joins_only_with_wrap)
 {
     reach_steps(1, 1, 1, 8, 8, 1);
@@ -196,6 +198,7 @@ TEST(seam_joins_only_with_wrap)
     CHECK_INT(run(8, 8, false, 1, 2), 0);
 }
 
+/* I11 */
 TEST(border_takes_the_lower_of_two_clusters)
 {
     /* columns 0..2 and 4..6 dense, 3 between them with one neighbour on either side only */

@@ -377,6 +377,7 @@ TEST(silence_is_no_free_water_where_walls_drown)
     CHECK_NEAR(found[0].free_to_m, 10.0, 0, 1e-5);
 }
 
+/* C1 and C2 of the catalogue among them: all zero, all saturated */
 TEST(what_is_not_heard_is_blind)
 {
     static const char *const name[] = {"all zero",      "all saturated",  "no bins",     "two bins",

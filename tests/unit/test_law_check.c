@@ -67,7 +67,7 @@ static void render(int law, double mean, uint64_t *seed, uint8_t *counts)
     }
 }
 
-/* What can be told apart: decibels from what is proportional to pressure or (made up) to its root. */
+/* C11. What can be told apart: decibels from what is proportional to pressure or (made up) to its root. */
 TEST(each_law_against_each)
 {
     for (int law = AMPLITUDE_LINEAR; law <= AMPLITUDE_LOG; law++)
@@ -80,9 +80,10 @@ TEST(each_law_against_each)
                 feed(extract, counts, BINS, 0.0125, 0.0125);
             }
             const enum law_doubt doubt = extract_law_doubt(extract);
-            const enum law_doubt want = law == AMPLITUDE_LOG && taken == AMPLITUDE_LINEAR ? LAW_LOOKS_COMPRESSED
-                                        : law != AMPLITUDE_LOG && taken == AMPLITUDE_LOG  ? LAW_LOOKS_LINEAR
-                                                                                          : LAW_FITS;
+            const bool proportional = taken == AMPLITUDE_LINEAR || taken == AMPLITUDE_POWER;
+            const enum law_doubt want = law == AMPLITUDE_LOG && proportional             ? LAW_LOOKS_COMPRESSED
+                                        : law != AMPLITUDE_LOG && taken == AMPLITUDE_LOG ? LAW_LOOKS_LINEAR
+                                                                                         : LAW_FITS;
             printf("# law: made-up %s taken as %s: %s\n", law_name[law], law_name[taken], doubt_name[doubt]);
             CHECK_INT(doubt, want);
         }
