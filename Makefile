@@ -5,6 +5,7 @@
 # tests/bench/bench_X.c and tests/sim/X.c are one program each. BUILD=dir and SAN=address,undefined make other builds beside.
 
 CC       ?= cc
+PKG_CONFIG ?= pkg-config
 BUILD    ?= build
 VERSION  := $(shell cat VERSION 2>/dev/null || echo 0)
 SAN      ?=
@@ -14,12 +15,12 @@ WARN     := -Wall -Wextra -Wconversion -Wshadow -Wstrict-prototypes -Werror
 # -ffp-contract=off: the same bits on every CPU. -fno-math-errno: lets sqrt be an instruction. -fno-trapping-math: lets
 # choices between floats be vectors; it changes no value.
 CFLAGS   ?= -O2 -g
-ALLCFLAGS = -std=c17 $(WARN) $(CFLAGS) -ffp-contract=off -fno-math-errno -fno-trapping-math -fPIE -fstack-protector-strong \
+ALLCFLAGS = -std=c17 $(WARN) $(CPPFLAGS) $(CFLAGS) -ffp-contract=off -fno-math-errno -fno-trapping-math -fPIE -fstack-protector-strong \
             -ffile-prefix-map=$(CURDIR)=. -D_GNU_SOURCE -DSONARD_VERSION='"$(VERSION)"' -MMD -MP \
             $(if $(SAN),-fsanitize=$(SAN) -fno-omit-frame-pointer -fno-sanitize-recover=all)
 # libgpiod 1 and 2 are different libraries of one name; without any there are no GPIO lines.
-GPIOD    := $(or $(firstword $(subst ., ,$(shell pkg-config --modversion libgpiod 2>/dev/null))),0)
-ALLCFLAGS += -DSONARD_GPIOD=$(GPIOD) $(if $(filter-out 0,$(GPIOD)),$(shell pkg-config --cflags libgpiod))
+GPIOD    := $(or $(firstword $(subst ., ,$(shell $(PKG_CONFIG) --modversion libgpiod 2>/dev/null))),0)
+ALLCFLAGS += -DSONARD_GPIOD=$(GPIOD) $(if $(filter-out 0,$(GPIOD)),$(shell $(PKG_CONFIG) --cflags libgpiod))
 LDFLAGS  += -pie -Wl,-z,relro,-z,now $(if $(SAN),-fsanitize=$(SAN))
 
 SRC      := $(wildcard grid/*.c grid/*/*.c drivers/*.c daemon/*.c config/*.c client/*.c)
@@ -32,7 +33,7 @@ CLIENT   := $(BUILD)/libclient.a
 SIMLIB   := $(BUILD)/libsim.a
 SEALIB   := $(BUILD)/libsea.a
 ALL_A    := $(SEALIB) $(SIMLIB) $(CLIENT) $(DAEMON) $(CONFIG) $(DRIVERS) $(GRID)
-LIBS     := $(if $(filter-out 0,$(GPIOD)),$(shell pkg-config --libs libgpiod)) -lmodbus -linih -ljansson -llz4 -lzstd -lz -lm -pthread
+LIBS     := $(if $(filter-out 0,$(GPIOD)),$(shell $(PKG_CONFIG) --libs libgpiod)) -lmodbus -linih -ljansson -llz4 -lzstd -lz -lm -pthread
 
 PROGRAMS := $(BUILD)/sonard $(BUILD)/sonarctl $(BUILD)/sonard-mavlink
 UNIT     := $(patsubst tests/unit/%.c,$(BUILD)/tests/%,$(wildcard tests/unit/test_*.c))
@@ -44,11 +45,12 @@ PEER     := $(if $(wildcard /usr/include/octomap/octomap.h),$(BUILD)/tests/bench
 HELPERS  := $(patsubst tests/tools/%.c,$(BUILD)/tests/%,$(wildcard tests/tools/*.c))
 TOOLS    := $(patsubst tests/lib/%.c,$(BUILD)/tests/%.so,$(wildcard tests/lib/*.c))
 
-.PHONY: all help deps deps-check clean programs tests suite demo check check-san check-vm layers fuzz bench report install uninstall
+.PHONY: all help deps deps-check clean programs unit tests suite demo check check-san check-vm check-arm64 check-deb deb layers fuzz bench report install uninstall
 all: programs
 
 programs: $(PROGRAMS)
 	@:
+unit: $(UNIT)
 tests: $(UNIT) $(SIM) $(BENCH) $(REPORT) $(HELPERS) $(TOOLS)
 
 $(GRID):    $(call obj,$(wildcard grid/*.c grid/*/*.c))
@@ -61,7 +63,7 @@ $(SEALIB):  $(call obj,$(wildcard tests/report/lib/*.c))
 $(BUILD)/%.a:
 	@mkdir -p $(@D)
 	@rm -f $@
-	@ar rcsD $@ $^
+	@$(AR) rcsD $@ $^
 
 $(BUILD)/%.o: %.c
 	@mkdir -p $(@D)
@@ -120,6 +122,9 @@ help:
 	@echo 'make check      install what is missing, build with gcc and clang, run every test'
 	@echo 'make check-san  the tests under address+undefined and under thread sanitizer'
 	@echo 'make check-vm   what needs a kernel with CAN and GPIO, in a virtual machine'
+	@echo 'make check-arm64 the unit tests and a replay for arm64, under qemu-user'
+	@echo 'make check-deb  the Debian package, for amd64 and arm64, twice the same, clean for lintian'
+	@echo 'make deb        the Debian package'
 	@echo 'make fuzz       run every fuzz target for SECONDS (20) each'
 	@echo 'make bench      measure: range bins per second, ping to picture'
 	@echo 'make report     error against run time, measured: report/index.html, in minutes (QUICK=1: seconds)'
@@ -155,6 +160,23 @@ check-vm:
 	@tests/deps.sh vm
 	@$(MAKE) --no-print-directory programs tests
 	@BUILD=$(BUILD) tests/vm/run.sh
+	@BUILD=$(BUILD) tests/vm/run.sh --systemd
+
+check-arm64:
+	@tests/deps.sh arm64
+	@$(MAKE) --no-print-directory programs
+	@BUILD=$(BUILD) tests/run.sh tests/arm64.sh
+
+check-deb:
+	@tests/deps.sh deb
+	@BUILD=$(BUILD) LIMIT=1800 tests/run.sh tests/deb.sh
+
+# The package for this machine, from this tree, into BUILD/deb; debian/control names what that needs.
+deb:
+	@rm -rf $(BUILD)/deb && mkdir -p $(BUILD)/deb/sonard
+	@git ls-files -z | xargs -0 cp --parents -t $(BUILD)/deb/sonard
+	@cd $(BUILD)/deb/sonard && dpkg-buildpackage -us -uc -b
+	@ls $(BUILD)/deb/*.deb
 
 layers: $(GRID)
 	@BUILD=$(BUILD) tests/layers.sh
@@ -174,13 +196,14 @@ report:
 
 $(BUILD)/sonard.conf.5: docs/sonard.conf.5.in $(BUILD)/sonard
 	@echo '  GEN   $@'
-	@$(BUILD)/sonard --man-table > $@.table
+	@$(RUN) $(BUILD)/sonard --man-table > $@.table
 	@sed -e '/^@TABLE@$$/{r $@.table' -e 'd}' $< > $@
 	@rm $@.table
 
 # Every file that installation makes, as SOURCE:TARGET:MODE; uninstall takes the same ones away. Units name the programs'
-# folder; UNITDIR is for packages.
+# folder; UNITDIR and UDEVDIR are for packages, RUN for cross builds: what runs the programs built.
 UNITDIR  ?= $(PREFIX)/lib/systemd/system
+UDEVDIR  ?= $(PREFIX)/lib/udev/rules.d
 UNITS    := $(patsubst systemd/%.in,$(BUILD)/systemd/%,$(wildcard systemd/*.service.in))
 MAN      := docs/sonard.8 docs/sonard-mavlink.8 docs/sonarctl.1 $(BUILD)/sonard.conf.5 docs/sonard-protocol.7
 GUIDES   := NEWS README.md $(wildcard docs/*.md)
@@ -192,7 +215,7 @@ FILES     = $(BUILD)/sonard:$(PREFIX)/sbin/sonard:755 $(BUILD)/sonarctl:$(PREFIX
             systemd/sysusers.conf:$(PREFIX)/lib/sysusers.d/sonard.conf:644 \
             systemd/tmpfiles.conf:$(PREFIX)/lib/tmpfiles.d/sonard.conf:644 \
             systemd/modules-load.conf:$(PREFIX)/lib/modules-load.d/sonard.conf:644 \
-            systemd/udev.rules:$(PREFIX)/lib/udev/rules.d/70-sonard.rules:644 \
+            systemd/udev.rules:$(UDEVDIR)/70-sonard.rules:644 \
             $(foreach s,$(SHARED),$(s):$(PREFIX)/share/sonard/$(notdir $(s)):644) \
             $(foreach g,$(GUIDES),$(g):$(PREFIX)/share/doc/sonard/$(notdir $(g)):644)
 field     = $(word $(1),$(subst :, ,$(2)))
@@ -218,4 +241,4 @@ uninstall:
 clean:
 	rm -rf $(BUILD) demo report
 
--include $(shell find $(BUILD) -name '*.d' 2>/dev/null)
+-include $(shell find $(BUILD) -path $(BUILD)/vm -prune -o -type f -name '*.d' -print 2>/dev/null)

@@ -1,20 +1,24 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# deps.sh [build|check|report|vm] - installs what is missing on a Debian 12: what building needs, what all tests need
-# too, or what the report or the virtual machine of check-vm needs on top of building.
+# deps.sh [build|check|report|vm|arm64|deb] - installs what is missing on a Debian 12: what building needs, what all tests need
+# too, or what the report, the virtual machine of check-vm, check-arm64 or check-deb need.
 # Needs root or sudo only when something is missing.
 set -eu
 build="gcc libc6-dev make pkg-config libinih-dev libjansson-dev liblz4-dev libzstd-dev zlib1g-dev libmodbus-dev libgpiod-dev"
 check="$build clang libclang-rt-14-dev valgrind spin librsvg2-bin python3 nodejs gnuplot-nox cmark-gfm"
 report="$build gnuplot-nox cmark-gfm valgrind python3"
-vm="$build qemu-system-x86 busybox-static cpio kmod xz-utils iproute2 can-utils gpiod"
+vm="$build qemu-system-x86 busybox-static cpio kmod xz-utils iproute2 can-utils gpiod mmdebstrap python3"
+arm64="$build gcc-aarch64-linux-gnu qemu-user-static mmdebstrap"
+deb="make git mmdebstrap"
 
 case "${1:-build}" in
 build) want=$build ;;
 check) want=$check ;;
 report) want=$report ;;
 vm) want=$vm ;;
-*) echo "usage: deps.sh [build|check|report|vm]" >&2; exit 2 ;;
+arm64) want=$arm64 ;;
+deb) want=$deb ;;
+*) echo "usage: deps.sh [build|check|report|vm|arm64|deb]" >&2; exit 2 ;;
 esac
 
 missing=

@@ -12,6 +12,8 @@ for bench in "$build"/tests/bench_*; do
 done
 printf '\n== cfar_numpy\n'
 "$(PATH=/usr/bin:$PATH command -v python3)" tests/bench/cfar_numpy.py
+printf '\n== hogs\n'
+BUILD=$build tests/bench/hogs.py
 
 # Instructions do not change with the machine's neighbours.
 if command -v valgrind >/dev/null; then

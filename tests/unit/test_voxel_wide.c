@@ -7,9 +7,10 @@
 #include "../../grid/voxel/submap.c"
 
 #include "../../grid/geometry.h"
-#include "../lib/test.h"
 
 #if defined(__x86_64__) && !defined(__AVX2__)
+#include "../lib/test.h"
+
 #define VOXELS 4096
 
 static struct cast_beam random_beam(struct cast_opening *o, int n, uint64_t *seed)
@@ -86,7 +87,7 @@ TEST(counts_are_the_same)
 int main(void)
 {
     if (!__builtin_cpu_supports("avx2")) {
-        printf("skip: this CPU has no AVX2\n");
+        printf("skip voxel_wide: this CPU has no AVX2\n");
         return 0;
     }
     RUN(bounds_are_the_same);
@@ -96,7 +97,7 @@ int main(void)
 #else
 int main(void)
 {
-    printf("skip: there is one variant only\n");
+    printf("skip voxel_wide: there is one variant only\n");
     return 0;
 }
 #endif
