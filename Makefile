@@ -207,7 +207,7 @@ UDEVDIR  ?= $(PREFIX)/lib/udev/rules.d
 UNITS    := $(patsubst systemd/%.in,$(BUILD)/systemd/%,$(wildcard systemd/*.service.in))
 MAN      := docs/sonard.8 docs/sonard-mavlink.8 docs/sonarctl.1 $(BUILD)/sonard.conf.5 docs/sonard-protocol.7
 GUIDES   := NEWS README.md $(wildcard docs/*.md)
-SHARED   := config/sonard.conf systemd/network.conf
+SHARED   := config/sonard.conf systemd/network.conf docs/sonard-protocol.schema.json
 FILES     = $(BUILD)/sonard:$(PREFIX)/sbin/sonard:755 $(BUILD)/sonarctl:$(PREFIX)/bin/sonarctl:755 \
             $(BUILD)/sonard-mavlink:$(PREFIX)/sbin/sonard-mavlink:755 \
             $(foreach m,$(MAN),$(m):$(PREFIX)/share/man/man$(subst .,,$(suffix $(m)))/$(notdir $(m)):644) \

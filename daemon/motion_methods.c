@@ -204,8 +204,9 @@ json_t *motion_method_collision(const struct rpc_call *call, json_t *params, str
     double ahead_s = DEFAULT_AHEAD_S;
     struct movement m;
     begin(d, &m);
-    if (!rpc_only(params, keys, error) || !velocity_of(params, &m, error) ||
-        !rpc_number(params, "ahead_s", false, 0.1, LONGEST_AHEAD_S, &ahead_s, error))
+    if (!rpc_only(params, keys, error) ||
+        !rpc_number(params, "ahead_s", false, 0.1, LONGEST_AHEAD_S, &ahead_s, error) ||
+        !velocity_of(params, &m, error))
         return NULL;
     m.body.margin_m = 0; /* touching is meant */
     m.corridor = (struct corridor){.blocked_m = INFINITY, .blocked_age_s = -1, .age_s = -1};

@@ -68,6 +68,45 @@ def until(condition, what, limit_s=20.0, every_s=0.02):
         time.sleep(every_s)
 
 
+try:
+    import jsonschema
+except ImportError: # the tests run without it and hold no message against the schema; test_schema.py says so
+    jsonschema = None
+
+SCHEMA = os.path.join(os.path.dirname(os.path.abspath(__file__)), "../../docs/sonard-protocol.schema.json")
+
+
+class Schema:
+    """docs/sonard-protocol.schema.json. Holding against it takes longer than the daemon takes to answer: of what is
+    asked again and again every tenth is."""
+
+    def __init__(self):
+        with open(SCHEMA, encoding="ascii") as f:
+            self.document = json.load(f)
+        self.validators = {}
+        self.held = {}
+
+    def faults(self, name, value):
+        """What is wrong with a value by $defs/NAME."""
+        if name not in self.validators:
+            definitions = {"$ref": "#/$defs/" + name, "$defs": self.document["$defs"]}
+            self.validators[name] = jsonschema.Draft202012Validator(definitions)
+        return ["%s: %s at %s" % (name, e.message[:300], list(e.path))
+                for e in self.validators[name].iter_errors(value)]
+
+    def check(self, method, part, value):
+        if not jsonschema:
+            return
+        name = "%s.%s" % (method, part)
+        self.held[name] = self.held.get(name, 0) + 1
+        if self.held[name] <= 100 or self.held[name] % 10 == 0:
+            faults = self.faults(name, value)
+            check(not faults, "not as the schema has it: " + "; ".join(faults[:3]))
+
+
+SCHEMAS = Schema()
+
+
 class RpcError(Exception):
     def __init__(self, error):
         super().__init__(error["message"])
@@ -112,6 +151,8 @@ class Client:
             line = self.line()
             message = json.loads(line) if line is not None else None
             if isinstance(message, dict) and "method" in message:
+                if "result" in message["params"]:
+                    SCHEMAS.check(message["params"]["method"], "result", message["params"]["result"])
                 self.notifications.append(message["params"])
             else:
                 return message
@@ -125,6 +166,8 @@ class Client:
         check(reply["id"] == self.last_id, "'%s' was answered by %s" % (method, reply))
         if "error" in reply:
             raise RpcError(reply["error"])
+        SCHEMAS.check(method, "params", params)
+        SCHEMAS.check(method, "result", reply["result"])
         return reply["result"]
 
     def sensor(self):
