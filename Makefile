@@ -121,7 +121,7 @@ help:
 	@echo 'make demo       install what is missing, build, replay a real recording, print its sectors, draw them'
 	@echo 'make check      install what is missing, build with gcc and clang, run every test'
 	@echo 'make check-san  the tests under address+undefined and under thread sanitizer'
-	@echo 'make check-vm   what needs a kernel with CAN and GPIO, in a virtual machine'
+	@echo 'make check-vm   what needs a kernel with CAN and GPIO, and the service under systemd, in virtual machines'
 	@echo 'make check-arm64 the unit tests and a replay for arm64, under qemu-user'
 	@echo 'make check-deb  the Debian package, for amd64 and arm64, twice the same, clean for lintian'
 	@echo 'make deb        the Debian package'

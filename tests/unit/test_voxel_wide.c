@@ -95,6 +95,8 @@ int main(void)
     return test_end();
 }
 #else
+#include <stdio.h>
+
 int main(void)
 {
     printf("skip voxel_wide: there is one variant only\n");

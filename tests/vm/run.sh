@@ -1,8 +1,12 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
-# run.sh [GUEST-SCRIPT ...] - boots a throw-away virtual machine with a plain Debian kernel, which has the CAN and GPIO that
+# run.sh [--systemd] [GUEST-SCRIPT ...] - boots a throw-away virtual machine with a plain Debian kernel, which has the CAN and GPIO that
 # the build machine's may lack, runs the scripts in it (without arguments: every tests/vm/guest_*) as tests/run.sh does,
-# and ends with their status. What was built is taken from BUILD. LIMIT=seconds for all of it (180).
+# and ends with their status. What was built is taken from BUILD. LIMIT=seconds for all of it (180; 420 with systemd).
+#
+# With --systemd the root is a Debian of its own with systemd as process 1, sonard installed in it as `make install` does,
+# and a virtual Ping360 behind a USB adapter that is pulled out and plugged in by the files /run/out/plug (every
+# tests/vm/service_*).
 #
 # A guest script runs as root with the source tree as working directory, BUILD set, and the host's programs at hand.
 set -euo pipefail
@@ -10,34 +14,46 @@ here=$(cd "$(dirname "$0")" && pwd)
 repo=$(cd "$here/../.." && pwd)
 build=$(cd "${BUILD:-$repo/build}" && pwd)
 begun=$SECONDS
-[ $# -gt 0 ] || { cd "$repo"; set -- tests/vm/guest_*; }
+kind=guest limit=${LIMIT:-180}
+[ "${1:-}" = --systemd ] && { kind=service limit=${LIMIT:-420}; shift; }
+[ $# -gt 0 ] || { cd "$repo"; set -- tests/vm/${kind}_*; }
 
 kernel=$("$here/setup.sh" "$build/vm" | tail -n 1)
 echo "kernel ${kernel##*/}, ready after $((SECONDS - begun)) s"
 out=$(mktemp -d)
-trap 'rm -rf "$out"' EXIT
+peer=
+trap 'if [ -n "$peer" ]; then kill "$peer"; fi; rm -rf "$out"' EXIT
 mkdir -p "$out"/{ram/{bin,dev,proc,sys,low,rw,new},shared}
 cp -r "$kernel/modules" "$out/ram/"
 cp "$(command -v busybox)" "$out/ram/bin/busybox"
 install -m755 "$here/init" "$out/ram/init"
 (cd "$out/ram" && find . | cpio -o -H newc --quiet) | gzip -1 > "$out/initrd"
-echo "BUILD=/run/build LIMIT=120 tests/run.sh $* > /run/out/results 2>&1" > "$out/shared/cmd"
+echo "BUILD=/run/build LIMIT=$((limit * 2 / 3)) tests/run.sh $* > /run/out/results 2>&1" > "$out/shared/cmd"
 
 share() { # TAG FOLDER [,readonly=on]
     echo "-fsdev local,id=$1,path=$2,security_model=none,multidevs=remap${3:-} -device virtio-9p-pci,fsdev=$1,mount_tag=$1"
 }
 # can0 and can1, two controllers on one wire
 can="-object can-bus,id=wire -device kvaser_pci,canbus=wire -device kvaser_pci,canbus=wire"
+root=/ boots= usb=
+if [ $kind = service ]; then
+    root=$("$here/systemd_root.sh" "$build/vm" | tail -n 1)
+    boots="systemd systemd.unit=test.service systemd.show_status=0 systemd.firstboot=off"
+    usb="-device piix3-usb-uhci -chardev socket,path=$out/usb,server=on,wait=off,id=usb -device usb-serial,chardev=usb,serial=A1B2C3"
+    MAKEFLAGS='' make -s -C "$repo" BUILD="$build" DESTDIR="$out/shared/installed" PREFIX=/usr install > /dev/null
+    "$here/usb_peer.py" "$out/usb" "$out/shared/plug" "$build/tests/ping360_sim" &
+    peer=$!
+fi
 # A virtual machine of its own accord takes KVM where that only seems to work: say tcg.
 boot() { # ACCELERATOR
     rm -f "$out"/shared/{rc,results}
     status=0
     # shellcheck disable=SC2046,SC2086
-    timeout -k 5 "${LIMIT:-180}" qemu-system-x86_64 -cpu max -accel "$1" -smp 2 -m 768 \
+    timeout -k 5 "$limit" qemu-system-x86_64 -cpu max -accel "$1" -smp 2 -m 768 \
         -nodefaults -no-user-config -display none -no-reboot -serial stdio -device virtio-rng-pci \
-        -kernel "$kernel/vmlinuz" -initrd "$out/initrd" -append "console=ttyS0 quiet panic=-1" \
-        $(share root / ,readonly=on) $(share repo "$repo" ,readonly=on) $(share build "$build" ,readonly=on) \
-        $(share out "$out/shared") $can < /dev/null > "$out/console" 2>&1 || status=$?
+        -kernel "$kernel/vmlinuz" -initrd "$out/initrd" -append "console=ttyS0 quiet panic=-1 $boots" \
+        $(share root "$root" ,readonly=on) $(share repo "$repo" ,readonly=on) $(share build "$build" ,readonly=on) \
+        $(share out "$out/shared") $can $usb < /dev/null > "$out/console" 2>&1 || status=$?
 }
 
 boot tcg
@@ -52,7 +68,7 @@ fi
 if [ -s "$out/shared/rc" ]; then
     status=$(cat "$out/shared/rc")
 else
-    [ "$status" -eq 124 ] && echo "FAIL the virtual machine did not end within ${LIMIT:-180} s" ||
+    [ "$status" -eq 124 ] && echo "FAIL the virtual machine did not end within $limit s" ||
         echo "FAIL the virtual machine died (status $status)"
     tail -n 30 "$out/console"
     status=1

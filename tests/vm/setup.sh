@@ -10,7 +10,8 @@ mkdir -p "$1"
 cache=$(cd "$1" && pwd)
 here=$(cd "$(dirname "$0")" && pwd)
 modules="virtio_pci 9pnet_virtio 9p overlay virtio_rng configfs
-    vcan vxcan can-raw can-isotp kvaser_pci"
+    vcan vxcan can-raw can-isotp kvaser_pci
+    uhci_hcd ftdi_sio cdc_acm virtio_blk ext4"
 
 mine=$(sha256sum < "$here/setup.sh" | cut -c1-8)
 for done in "$cache"/*-"$mine"/vmlinuz; do
