@@ -301,6 +301,19 @@ bool conf_name_is_good(const char *name);
 /** conf_grid_set - one key of a grid from its text; false with a sentence in err, *grid untouched. */
 bool conf_grid_set(struct conf_grid *grid, const char *key, const char *value, char *err, size_t err_size);
 
+/* Sees every key that differs: of a section ("sonar" for all of them), as "[section] key = value", the value wanted. */
+typedef void (*conf_change_fn)(void *ctx, const char *section, const char *text, bool live);
+
+/**
+ * conf_take_live - put the keys of *wanted that a running daemon can change into *now; the others stay as they are.
+ * `change` is told of each that differs. What comes out need not go together: see conf_check_together.
+ */
+void conf_take_live(struct conf *now, const struct conf *wanted, conf_change_fn change, void *ctx);
+
+/** conf_check_together - the rules between keys, as conf_load has them; `source` names the lines. Returns the number of faults. */
+int conf_check_together(const struct conf *conf, const struct conf_source *source,
+                        const struct conf_checks *checks, conf_fault_fn fault, void *fault_ctx);
+
 /** conf_defaults - what an empty file means: no sonars; every element of sonar[] is at its defaults, too. */
 void conf_defaults(struct conf *conf);
 

@@ -92,7 +92,7 @@ static void sample_key(const struct conf_key *key, FILE *out)
     conf_value_allowed(key, allowed, sizeof allowed);
     fprintf(out, "\n");
     each_line(key->help, out, put_comment);
-    fprintf(out, "# Allowed: %s.\n", allowed);
+    fprintf(out, "# Allowed: %s.%s\n", allowed, key->live ? " Can be reloaded." : "");
     if (key->standard)
         fprintf(out, "#%s = %s\n", key->name, key->standard);
     else
@@ -150,6 +150,8 @@ static void man_key(const struct conf_key *key, FILE *out)
     else
         snprintf(text, sizeof text, "Required.");
     each_line(text, out, put_roff);
+    if (key->live)
+        fputs("Can be reloaded.\n", out);
 }
 
 void conf_table_man(FILE *out)

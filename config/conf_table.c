@@ -16,6 +16,7 @@
     {                                                                                                             \
         __VA_ARGS__, NULL                                                                                         \
     }
+#define LIVE                     .live = true
 #define LINE_FORM                "name of a GPIO line, for instance GPIO17"
 #define INTEGER(a, b)            .kind = CONF_INTEGER, .lo = (a), .hi = (b)
 #define NUMBER(a, b)             .kind = CONF_QUANTITY, .n = 1, .lo = (a), .hi = (b)
@@ -107,18 +108,18 @@ const struct conf_key conf_keys[] = {
      .help = "Where the transducer sits in the vehicle: forward, right, down from the vehicle's reference point."},
     {"sonar", "rotation", QUANTITY(3, "deg", -360, 360), .standard = "0 0 0 deg", SONAR(rotation_rad),
      .help = "How it is turned against the vehicle: roll, pitch, yaw. A head that hangs upside down has 180 0 0."},
-    {"sonar", "amplitude", WORDS("auto", "linear", "power", "sqrt", "log"), .standard = "auto", SONAR(amplitude),
+    {"sonar", "amplitude", LIVE, WORDS("auto", "linear", "power", "sqrt", "log"), .standard = "auto", SONAR(amplitude),
      .help = "What the intensities stand for: counts proportional to sound pressure (linear), to power, to the\n"
              "square root of pressure (sqrt), or to decibels (log). auto: what is known of the device. A wrong\n"
              "one makes the detector deaf or nervous."},
-    {"sonar", "decibels_per_count", QUANTITY(1, "dB", 0.001, 0.47), .standard = "auto", .instead = "auto",
+    {"sonar", "decibels_per_count", LIVE, QUANTITY(1, "dB", 0.001, 0.47), .standard = "auto", .instead = "auto",
      .instead_value = 0, SONAR(db_per_count),
      .help = "For amplitude = log, which needs it: decibels of one count, for instance 0.3137 dB where 80 dB\n"
              "are spread over 0 to 255."},
     {"sonar", "min_confidence", NUMBER(0.01, 1), .standard = "0.5", SONAR(min_confidence),
      .help = "For sonars that pick the range themselves and say how sure they are (ping1d): a less sure one\n"
              "counts as nothing heard."},
-    {"sonar", "ring_down", QUANTITY(1, "m", 0.01, 20), .standard = "auto", .instead = "auto", .instead_value = -1,
+    {"sonar", "ring_down", LIVE, QUANTITY(1, "m", 0.01, 20), .standard = "auto", .instead = "auto", .instead_value = -1,
      SONAR(ring_down_m),
      .help = "Nothing is believed nearer than this, because the transducer still rings; less than range.\n"
              "auto: found from the device and from every beam."},
@@ -150,31 +151,31 @@ const struct conf_key conf_keys[] = {
     {"water", "density", QUANTITY(1, "kg/m3", 900, 1100), .standard = "1025 kg/m3", CONF(water.density_kgpm3),
      .help = "Turns pressure into depth: 1025 kg/m3 is coastal sea, 997 kg/m3 fresh water, 3 % apart."},
 
-    {"extract", "detector", WORDS("ca", "goca", "soca", "os"), .standard = "soca", CONF(extract.detector),
+    {"extract", "detector", LIVE, WORDS("ca", "goca", "soca", "os"), .standard = "soca", CONF(extract.detector),
      .help = "Which reference cells set the threshold: the mean of all (ca), the greater (goca) or the smaller\n"
              "(soca) of the two side means, or an order statistic (os). soca finds a weak wall beside a strong\n"
              "echo, which is what a collision is made of; goca is the quietest."},
     {"extract", "order", WORDS("safe", "paper"), .standard = "safe", CONF(extract.order),
      .help = "Where the image is cleaned: safe detects on what the sonar sent and takes from the cleaned image\n"
              "only what it rules out; paper detects on the cleaned image, with no defined rate of false alarms."},
-    {"extract", "false_alarm", NUMBER(1e-12, 0.1), .standard = "1e-4", CONF(extract.false_alarm),
+    {"extract", "false_alarm", LIVE, NUMBER(1e-12, 0.1), .standard = "1e-4", CONF(extract.false_alarm),
      .help = "Probability that a bin of pure noise is taken for an echo. 1e-4 is one in ten thousand bins, or\n"
              "about one false echo in eight beams of 1200 bins."},
-    {"extract", "window", QUANTITY(1, "m", 0.005, 20), .standard = "0.4 m", CONF(extract.window_m),
+    {"extract", "window", LIVE, QUANTITY(1, "m", 0.005, 20), .standard = "0.4 m", CONF(extract.window_m),
      .help = "Length of the reference cells on each side of the cell under test."},
-    {"extract", "guard", QUANTITY(1, "m", 0, 10), .standard = "0.1 m", CONF(extract.guard_m),
+    {"extract", "guard", LIVE, QUANTITY(1, "m", 0, 10), .standard = "0.1 m", CONF(extract.guard_m),
      .help = "Cells left out beside the cell under test, on each side, so that an echo does not raise its own\n"
              "threshold: at least the length of the pulse; less than window."},
-    {"extract", "rank", NUMBER(0.05, 1), .standard = "0.75", CONF(extract.rank),
+    {"extract", "rank", LIVE, NUMBER(0.05, 1), .standard = "0.75", CONF(extract.rank),
      .help = "For detector = os: which of the sorted reference cells, as a share of their number. 0.75 bears a\n"
              "quarter of the cells being echoes themselves."},
-    {"extract", "floor", INTEGER(0, 65535), .standard = "8", CONF(extract.floor_counts),
+    {"extract", "floor", LIVE, INTEGER(0, 65535), .standard = "8", CONF(extract.floor_counts),
      .help = "Bins at or below this many counts are never an echo. Sonars send stretches of zeros, over which\n"
              "any stray count would stand out."},
-    {"extract", "min_contrast", QUANTITY(1, "dB", 0, 100), .standard = "14 dB", CONF(extract.min_contrast_db),
+    {"extract", "min_contrast", LIVE, QUANTITY(1, "dB", 0, 100), .standard = "14 dB", CONF(extract.min_contrast_db),
      .help = "How far an echo must rise above its surroundings. The false-alarm rule alone takes every ripple of\n"
              "reverberation for an echo; a hull, a wall or a pile stands out by far more than this."},
-    {"extract", "learn_ring_down", WORDS("on", "off"), .standard = "off", CONF(extract.learn_ring_down),
+    {"extract", "learn_ring_down", LIVE, WORDS("on", "off"), .standard = "off", CONF(extract.learn_ring_down),
      .help =
          "For ring_down = auto: a beam that seems to ring longer than the sonar usually does is believed from\n"
          "where it usually ends, so that a wall close to the head is found there. Parts of the vehicle are too."},
@@ -197,11 +198,11 @@ const struct conf_key conf_keys[] = {
          "Mark echoes that other looks at nearly the same bearing should show and do not (bursts of other\n"
          "sound), and ghosts of nearer echoes. A marked echo blocks, but gives way to the first look that hears\n"
          "nothing there."},
-    {"extract", "no_echo", WORDS("minimum", "heard", "range"), .standard = "minimum", CONF(extract.no_echo),
+    {"extract", "no_echo", LIVE, WORDS("minimum", "heard", "range"), .standard = "minimum", CONF(extract.no_echo),
      .help = "How far the water is taken as free where a beam found nothing. minimum: to minimum_range, the\n"
              "cautious rule; heard: as far as the beam heard its own noise floor; range: to the end of the\n"
              "range, which trusts silence and may call a soft wall free water."},
-    {"extract", "minimum_range", QUANTITY(1, "m", 0.1, 200), .standard = "0.75 m", CONF(extract.minimum_range_m),
+    {"extract", "minimum_range", LIVE, QUANTITY(1, "m", 0.1, 200), .standard = "0.75 m", CONF(extract.minimum_range_m),
      .help =
          "For no_echo = minimum: how far the water is free where a beam found nothing. Not beyond the range of\n"
          "any sonar."},
@@ -251,14 +252,14 @@ const struct conf_key conf_keys[] = {
      .help = "Cells there is room for; all memory is taken at the start."},
     {"grid", "blocked_above", NUMBER(0.51, 0.99), .standard = "0.6", CONF(grid.blocked_above),
      .help = "Probability from which a cell is an obstacle. Lower: earlier warnings, more of them false."},
-    {"grid", "clear_for", QUANTITY(1, "s", 0.5, 86400), .standard = "30 s", CONF(grid.clear_for_s),
+    {"grid", "clear_for", LIVE, QUANTITY(1, "s", 0.5, 86400), .standard = "30 s", CONF(grid.clear_for_s),
      .help = "A direction counts as clear for this long after its last ping, then it is unknown. Longer than one\n"
              "turn of the head, which takes 9 to 35 s; not longer than forget."},
     {"grid", "forget", QUANTITY(1, "s", 1, 86400), .standard = "160 s", CONF(grid.forget_s),
      .help =
          "An obstacle that is not heard again blocks no longer than this: so long when it was heard often, half\n"
          "as long after one echo. What is there is unknown then. Not shorter than clear_for."},
-    {"grid", "move_limit", QUANTITY(1, "m", 0.05, 100), .standard = "0.5 m", CONF(grid.move_limit_m),
+    {"grid", "move_limit", LIVE, QUANTITY(1, "m", 0.05, 100), .standard = "0.5 m", CONF(grid.move_limit_m),
      .help =
          "A direction that was clear is unknown again after the vehicle has moved this far without seeing it."},
 
@@ -313,29 +314,29 @@ const struct conf_key conf_keys[] = {
      .help = "Where maps are saved, exported and loaded from, and where submaps go that memory has no room for.\n"
              "none: nothing of this."},
 
-    {"pose", "max_age", QUANTITY(1, "s", 0.01, 3600), .standard = "1 s", CONF(pose.max_age_s),
+    {"pose", "max_age", LIVE, QUANTITY(1, "s", 0.01, 3600), .standard = "1 s", CONF(pose.max_age_s),
      .help = "An older pose is stale, and what needs it is unknown."},
 
-    {"vehicle", "radius", QUANTITY(1, "m", 0.05, 50), .standard = "0.4 m", CONF(vehicle.radius_m),
+    {"vehicle", "radius", LIVE, QUANTITY(1, "m", 0.05, 50), .standard = "0.4 m", CONF(vehicle.radius_m),
      .help = "Radius of the upright cylinder around the reference point that holds the whole vehicle."},
-    {"vehicle", "height", QUANTITY(1, "m", 0.05, 50), .standard = "0.5 m", CONF(vehicle.height_m),
+    {"vehicle", "height", LIVE, QUANTITY(1, "m", 0.05, 50), .standard = "0.5 m", CONF(vehicle.height_m),
      .help = "Height of that cylinder, half of it above and half below the reference point."},
-    {"vehicle", "margin", QUANTITY(1, "m", 0, 20), .standard = "0.3 m", CONF(vehicle.margin_m),
+    {"vehicle", "margin", LIVE, QUANTITY(1, "m", 0, 20), .standard = "0.3 m", CONF(vehicle.margin_m),
      .help = "Water to be kept on every side of it."},
-    {"vehicle", "near", QUANTITY(1, "m", 0.05, 50), .standard = "auto", .instead = "auto", .instead_value = 0,
+    {"vehicle", "near", LIVE, QUANTITY(1, "m", 0.05, 50), .standard = "auto", .instead = "auto", .instead_value = 0,
      CONF(vehicle.near_m),
      .help = "Water nearer than this to the reference point counts as known, because the vehicle is in it or has seen it\n"
              "on its way; what was heard there still blocks. auto: the ball that holds the cylinder with its margin. A\n"
              "level scanning head never sees what is close above and below: with auto all is unknown ahead of it;\n"
              "(height / 2 + margin) / sin(half the height of its fan) is where its fan has opened far enough."},
-    {"vehicle", "braking", QUANTITY(1, "m/s2", 0.01, 20), .standard = "0.2 m/s2", CONF(vehicle.braking_mps2),
+    {"vehicle", "braking", LIVE, QUANTITY(1, "m/s2", 0.01, 20), .standard = "0.2 m/s2", CONF(vehicle.braking_mps2),
      .help = "How hard it can brake in still water, at the least and in every direction. Measure it."},
-    {"vehicle", "latency", QUANTITY(1, "s", 0, 10), .standard = "0.5 s", CONF(vehicle.latency_s),
+    {"vehicle", "latency", LIVE, QUANTITY(1, "s", 0, 10), .standard = "0.5 s", CONF(vehicle.latency_s),
      .help = "From sonard's answer to the moment when braking takes effect."},
-    {"vehicle", "unknown", WORDS("slow", "stop", "ignore"), .standard = "slow", CONF(vehicle.unknown),
+    {"vehicle", "unknown", LIVE, WORDS("slow", "stop", "ignore"), .standard = "slow", CONF(vehicle.unknown),
      .help = "What `limit` allows where the water ahead is unknown. slow: the speed below; stop: nothing; ignore: as if\n"
              "it were free, and then only what was heard limits."},
-    {"vehicle", "slow", QUANTITY(1, "m/s", 0, 5), .standard = "0.1 m/s", CONF(vehicle.slow_mps),
+    {"vehicle", "slow", LIVE, QUANTITY(1, "m/s", 0, 5), .standard = "0.1 m/s", CONF(vehicle.slow_mps),
      .help = "Into unknown water at most, with unknown = slow: so slow that touching something does no harm."},
 
     {"depth", "source", .kind = CONF_TEXT, .form = "modbus-rtu:DEVICE:BAUD, or modbus-tcp:ADDRESS:PORT",
@@ -415,7 +416,7 @@ const struct conf_key conf_keys[] = {
      .form = "an absolute path of at most 107 bytes", .help = "Path of the UNIX socket."},
     {"server", "mode", .kind = CONF_OCTAL, .lo = 0600, .hi = 0777, .standard = "0660", CONF(server.mode),
      .help = "Permission bits of the socket, in octal: who may ask. 0660 is the user and the group."},
-    {"server", "change", .kind = CONF_NAMES, .standard = "group", .instead = "group", CONF(server.change),
+    {"server", "change", LIVE, .kind = CONF_NAMES, .standard = "group", .instead = "group", CONF(server.change),
      .form = "all, or users, @groups and their numbers, for instance pilot, @sonar, 1000",
      .help = "Who may also change something: give poses, teach backgrounds, save and clear the map, reload. group: the\n"
              "group of the socket file; all: everybody who may ask. root and sonard's own user always may."},
@@ -449,7 +450,7 @@ const struct conf_key conf_keys[] = {
      CONF(record.files),
      .help = "How many files are kept; the oldest beyond them is removed. all: none is removed."},
 
-    {"log", "level", WORDS("err", "warning", "notice", "info", "debug"), .standard = "info", CONF(log.level),
+    {"log", "level", LIVE, WORDS("err", "warning", "notice", "info", "debug"), .standard = "info", CONF(log.level),
      .help = "Least important event that is still written."},
     {.name = NULL},
 };

@@ -16,6 +16,7 @@
 #include "leak.h"
 #include "loop.h"
 #include "nmea.h"
+#include "options.h"
 #include "pipeline.h"
 #include "pager.h"
 #include "places.h"
@@ -32,6 +33,7 @@
 
 struct daemon {
     struct conf conf;
+    const struct options *options;
     const char *conf_name; /* file, or capture whose attachment it was */
     struct loop *loop;
     struct pipeline *pipeline;
@@ -53,6 +55,7 @@ struct daemon {
     int pose_channel;
     struct server *server; /* NULL: nobody may ask */
     struct service service;
+    struct loop_fd signals;
     bool replay, replay_ended;
     uint64_t start_ns;
     uint64_t unix_offset_ns; /* Unix time = monotonic + this; 0 in a replay, whose clock is Unix time already */

@@ -19,7 +19,7 @@ static const struct {
     [LOG_INFO] = {6, "info"}, [LOG_DEBUG] = {7, "debug"},
 };
 
-static enum log_level threshold = LOG_INFO;
+static _Atomic enum log_level threshold = LOG_INFO;
 
 void log_set_level(enum log_level level)
 {

@@ -17,7 +17,9 @@
 #include "log.h"
 #include "options.h"
 #include "realtime.h"
+#include "reload.h"
 #include "replay.h"
+#include "settings.h"
 #include "wiring.h"
 
 #define STOP_PATIENCE_NS 800000000u /* for the hardware to confirm that it is quiet */
@@ -32,39 +34,11 @@ static void print_fault(void *ctx, const char *message)
     fprintf(stderr, "%s\n", message);
 }
 
-static bool device_exists(const char *name, char *err, size_t err_size)
-{
-    if (device_find(name))
-        return true;
-    int n = snprintf(err, err_size, "there is no such device; there are:");
-    for (const struct device_ops *const *ops = device_table; *ops && n > 0 && (size_t)n < err_size; ops++)
-        n += snprintf(err + n, err_size - (size_t)n, " %s", (*ops)->name);
-    return false;
-}
-
-static bool port_exists(const char *address, char *err, size_t err_size)
-{
-    const char *rest;
-    return port_find(address, &rest, err, err_size) != NULL;
-}
-
-static bool line_exists(const char *name, char *err, size_t err_size)
-{
-    (void)name;
-    return gpio_library.available(err, err_size);
-}
-
-static const struct conf_checks checks = {.device = device_exists,
-                                          .port = port_exists,
-                                          .depth = modbus_depth_check,
-                                          .line = line_exists,
-                                          .sonar = source_check};
-
 static int check_file(const char *path)
 {
     struct conf conf;
     struct conf_source *source;
-    int faults = conf_load(&conf, &source, path, &checks, print_fault, NULL);
+    int faults = conf_load(&conf, &source, path, &settings_checks, print_fault, NULL);
     conf_source_free(source);
     if (faults == 0)
         printf("%s: no faults\n", path);
@@ -75,10 +49,9 @@ static bool load_conf(const struct options *o, struct replay *replay, struct con
                       struct conf_source **source, const char **name)
 {
     char err[256];
-    if (o->conf || !replay) {
-        *name = o->conf ? o->conf : OPTIONS_CONF;
-        return conf_load(conf, source, *name, &checks, print_fault, NULL) == 0;
-    }
+    *name = settings_path(o);
+    if (*name)
+        return settings_load(o, conf, source, print_fault, NULL);
     size_t size;
     const char *text = replay_conf(replay, &size, err, sizeof err);
     *name = o->replay;
@@ -86,7 +59,10 @@ static bool load_conf(const struct options *o, struct replay *replay, struct con
         fprintf(stderr, "sonard: %s: %s; give a configuration with -c\n", o->replay, err);
         return false;
     }
-    return conf_load_text(conf, source, *name, text, size, &checks, print_fault, NULL) == 0;
+    if (conf_load_text(conf, source, *name, text, size, &settings_checks, print_fault, NULL) != 0)
+        return false;
+    settings_override(o, conf, *source);
+    return true;
 }
 
 /* ---- running ---- */
@@ -114,9 +90,15 @@ static void on_ping(void *ctx, struct source *source, const struct ping *ping)
 static void on_signal(void *ctx, uint32_t events, uint64_t now_ns)
 {
     struct daemon *d = ctx;
+    struct signalfd_siginfo signal;
     (void)events;
     (void)now_ns;
-    loop_quit(d->loop);
+    while (read(d->signals.fd, &signal, sizeof signal) == sizeof signal) {
+        if (signal.ssi_signo == SIGHUP)
+            reload_by_signal(d);
+        else
+            loop_quit(d->loop);
+    }
 }
 
 struct recorder_timer {
@@ -261,6 +243,7 @@ static int catch_signals(void)
     sigemptyset(&set);
     sigaddset(&set, SIGINT);
     sigaddset(&set, SIGTERM);
+    sigaddset(&set, SIGHUP);
     sigprocmask(SIG_BLOCK, &set, NULL);
     signal(SIGPIPE, SIG_IGN);
     return signalfd(-1, &set, SFD_NONBLOCK | SFD_CLOEXEC);
@@ -384,8 +367,9 @@ static int run(struct daemon *d, const struct options *o, struct replay *replay,
         log_line(LOG_ERR, "event loop: %s", strerror(errno));
         return FAILED;
     }
-    struct loop_fd signals = {.fd = catch_signals(), .ready = on_signal, .ctx = d};
-    loop_add(d->loop, &signals, EPOLLIN);
+    d->options = o;
+    d->signals = (struct loop_fd){.fd = catch_signals(), .ready = on_signal, .ctx = d};
+    loop_add(d->loop, &d->signals, EPOLLIN);
     if (replay)
         loop_advance(d->loop, replay_start(replay));
     else
@@ -403,30 +387,8 @@ static int run(struct daemon *d, const struct options *o, struct replay *replay,
     }
     if (end(d) != OK)
         status = FAILED;
-    close(signals.fd);
+    close(d->signals.fd);
     return status;
-}
-
-static void override(struct conf *conf, struct conf_source *source, const struct options *o)
-{
-    if (o->record) {
-        snprintf(conf->record.directory, sizeof conf->record.directory, "%s", o->record);
-        conf_source_override(source, "record", "directory", "--record");
-    }
-    if (o->socket) {
-        snprintf(conf->server.socket, sizeof conf->server.socket, "%s", o->socket);
-        conf_source_override(source, "server", "socket", "--socket");
-    }
-    if (o->threads >= 0) {
-        conf->pipeline.threads = o->threads;
-        conf_source_override(source, "pipeline", "threads", "--threads");
-    }
-    static const enum log_level levels[] = {[CONF_LOG_ERR] = LOG_ERR,
-                                            [CONF_LOG_WARNING] = LOG_WARNING,
-                                            [CONF_LOG_NOTICE] = LOG_NOTICE,
-                                            [CONF_LOG_INFO] = LOG_INFO,
-                                            [CONF_LOG_DEBUG] = LOG_DEBUG};
-    log_set_level(levels[conf->log.level]);
 }
 
 int main(int argc, char **argv)
@@ -447,7 +409,7 @@ int main(int argc, char **argv)
     struct conf_source *source = NULL;
     status = FAILED;
     if (load_conf(&o, replay, &d.conf, &source, &d.conf_name)) {
-        override(&d.conf, source, &o);
+        log_set_level(settings_log_level(&d.conf));
         if (o.print) {
             conf_print(&d.conf, source, stdout);
             status = OK;

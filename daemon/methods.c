@@ -44,6 +44,7 @@ const struct rpc_method daemon_methods[] = {
     {"map_save", places_method_save, RPC_CHANGES},
     {"map_load", places_method_load, RPC_CHANGES},
     {"map_export", places_method_export, RPC_CHANGES},
+    {"reload", reload_method, RPC_CHANGES},
     {.name = NULL},
 };
 

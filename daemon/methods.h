@@ -18,6 +18,7 @@ json_t *status_method(const struct rpc_call *call, json_t *params, struct rpc_er
 json_t *status_method_sensors(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *stats_method(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *status_method_version(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *reload_method(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *image_method(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 
 struct daemon;

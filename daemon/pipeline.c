@@ -409,6 +409,16 @@ struct grid *pipeline_grid(struct pipeline *p, int i)
     return i < p->n_grids ? p->grid[i] : NULL;
 }
 
+bool pipeline_set_extract(struct pipeline *p, int sensor, const struct extract_conf *conf, char *err,
+                          size_t err_size)
+{
+    pipeline_drain(p);
+    if (!extract_init(p->extract[sensor], conf, p->conf.max_bins, err, err_size))
+        return false;
+    p->conf.extract[sensor] = *conf;
+    return true;
+}
+
 void pipeline_set_background(struct pipeline *p, int sensor, const struct pipeline_background *background)
 {
     pipeline_drain(p);

@@ -98,6 +98,13 @@ void pipeline_set_background(struct pipeline *p, int sensor, const struct pipeli
 /** pipeline_grid - the i-th grid, the main one first; NULL: there are fewer. Loop thread. */
 struct grid *pipeline_grid(struct pipeline *p, int i);
 
+/**
+ * pipeline_set_extract - for the pings from now on, whose ring-down and noise are learnt anew. Drains first, and takes some
+ * milliseconds. False with a sentence in err, and nothing has changed, when *conf is out of range. Loop thread.
+ */
+bool pipeline_set_extract(struct pipeline *p, int sensor, const struct extract_conf *conf, char *err,
+                          size_t err_size);
+
 /** pipeline_sphere - of a grid, at rest: drains first, holds until the next pipeline_submit. Loop thread. */
 struct sphere *pipeline_sphere(struct pipeline *p, const struct grid *grid);
 

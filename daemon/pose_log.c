@@ -12,6 +12,11 @@ void pose_log_init(struct pose_log *log, uint64_t max_age_ns)
     log->max_age_ns = max_age_ns;
 }
 
+void pose_log_set_max_age(struct pose_log *log, uint64_t max_age_ns)
+{
+    log->max_age_ns = max_age_ns;
+}
+
 /* ---- one track ---- */
 
 static const struct pose_sample *at(const struct pose_track *track, uint32_t i)

@@ -49,6 +49,9 @@ struct pose_log {
 
 void pose_log_init(struct pose_log *log, uint64_t max_age_ns);
 
+/** pose_log_set_max_age - from now on older samples are stale; the samples stay. */
+void pose_log_set_max_age(struct pose_log *log, uint64_t max_age_ns);
+
 /**
  * pose_log_put - a sample; `given` holds the parts in given->has (attitude normalised by the caller).
  * False, counted: not one of its parts is newer than what there is of that part. Parts that are not are left out.

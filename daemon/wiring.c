@@ -21,8 +21,10 @@ static void mount_of(const struct conf_sonar *c, struct mount *m)
     quat_from_rpy(c->rotation_rad[0], c->rotation_rad[1], c->rotation_rad[2], m->attitude);
 }
 
-static void extract_of(const struct conf_extract *c, const struct conf_sonar *sonar, struct extract_conf *e)
+void wiring_extract(const struct conf *conf, int i, struct extract_conf *e)
 {
+    const struct conf_extract *c = &conf->extract;
+    const struct conf_sonar *sonar = &conf->sonar[i];
     static const enum cfar_detector detectors[] = {
         [CONF_CA] = CFAR_CA, [CONF_GOCA] = CFAR_GOCA, [CONF_SOCA] = CFAR_SOCA, [CONF_OS] = CFAR_OS};
     static const enum extract_no_echo rules[] = {[CONF_NO_ECHO_MINIMUM] = EXTRACT_MINIMUM,
@@ -145,7 +147,7 @@ void wiring_pipeline(const struct conf *conf, bool patient, struct pipeline_conf
         out->max_samples = samples > out->max_samples ? samples : out->max_samples;
         mount_of(&conf->sonar[i], &out->mount[i]);
         out->shape[i] = is_round(conf->sonar[i].device) ? CAST_CONE : CAST_WEDGE;
-        extract_of(&conf->extract, &conf->sonar[i], &out->extract[i]);
+        wiring_extract(conf, i, &out->extract[i]);
         cleanup_of(&conf->extract, ops, &out->cleanup[i]);
     }
     wiring_grid(conf, &conf->grid, &out->grid);

@@ -15,4 +15,7 @@ void wiring_grid(const struct conf *conf, const struct conf_grid *grid, struct g
 /** wiring_pipeline - stages, mounts and buffer sizes for a checked configuration. */
 void wiring_pipeline(const struct conf *conf, bool patient, struct pipeline_conf *out);
 
+/** wiring_extract - the extraction of one sonar for a checked configuration. */
+void wiring_extract(const struct conf *conf, int i, struct extract_conf *e);
+
 #endif

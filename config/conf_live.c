@@ -1,0 +1,93 @@
+/* SPDX-License-Identifier: MIT */
+/* conf_live - what of a configuration can take the place of another while the daemon runs. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "conf.h"
+#include "conf_source.h"
+#include "conf_value.h"
+
+struct merge {
+    struct conf *now;
+    const struct conf *wanted;
+    conf_change_fn change;
+    void *ctx;
+};
+
+static void merge_key(const struct merge *m, const struct conf_key *key, const char *title, void *now,
+                      const void *wanted)
+{
+    char value[CONF_VALUE_MAX], text[CONF_VALUE_MAX + 128];
+    void *here = (char *)now + key->offset;
+    const void *there = (const char *)wanted + key->offset;
+    if (memcmp(here, there, key->size) == 0)
+        return;
+    conf_value_write(key, wanted, value, sizeof value);
+    snprintf(text, sizeof text, "[%s] %s = %s", title, key->name, value);
+    if (key->live)
+        memcpy(here, there, key->size);
+    m->change(m->ctx, key->section, text, key->live);
+}
+
+/* Sonars and grids are those that there are, in their order; others, or one less, are not for a running daemon. */
+static bool same_sonars(const struct conf *a, const struct conf *b)
+{
+    for (int i = 0; i < a->n_sonars && i < b->n_sonars; i++)
+        if (strcmp(a->sonar[i].name, b->sonar[i].name) != 0)
+            return false;
+    return a->n_sonars == b->n_sonars;
+}
+
+static bool same_grids(const struct conf *a, const struct conf *b)
+{
+    for (int i = 0; i < a->n_more_grids && i < b->n_more_grids; i++)
+        if (strcmp(a->more_grid[i].name, b->more_grid[i].name) != 0)
+            return false;
+    return a->n_more_grids == b->n_more_grids;
+}
+
+static void title_of(const struct conf *conf, const struct conf_key *key, int which, char *title, size_t size)
+{
+    const char *name = conf_key_is_sonar(key) ? conf->sonar[which].name
+                       : which > 0            ? conf->more_grid[which - 1].name
+                                              : "";
+    snprintf(title, size, "%s%s%s", key->section, *name ? " " : "", name);
+}
+
+void conf_take_live(struct conf *now, const struct conf *wanted, conf_change_fn change, void *ctx)
+{
+    const struct merge m = {now, wanted, change, ctx};
+    const int sonars = same_sonars(now, wanted) ? now->n_sonars : 0;
+    const int grids = same_grids(now, wanted) ? 1 + now->n_more_grids : 1;
+    locale_t outside = conf_locale_enter();
+    if (sonars == 0)
+        change(ctx, "sonar", "other sections [sonar NAME]", false);
+    if (!same_grids(now, wanted))
+        change(ctx, "grid", "other sections [grid NAME]", false);
+    for (const struct conf_key *key = conf_keys; key->name; key++) {
+        const int n = conf_key_is_sonar(key) ? sonars : strcmp(key->section, "grid") == 0 ? grids : 1;
+        for (int i = 0; i < n; i++) {
+            char title[CONF_NAME_MAX + 16];
+            const size_t base = conf_base(key, i);
+            title_of(now, key, i, title, sizeof title);
+            merge_key(&m, key, title, (char *)now + base, (const char *)wanted + base);
+        }
+    }
+    conf_locale_leave(outside);
+}
+
+int conf_check_together(const struct conf *conf, const struct conf_source *source,
+                        const struct conf_checks *checks, conf_fault_fn fault, void *fault_ctx)
+{
+    struct conf_faults *faults = calloc(1, sizeof *faults);
+    if (!faults) {
+        fault(fault_ctx, "out of memory while the configuration is checked");
+        return -1;
+    }
+    locale_t outside = conf_locale_enter();
+    conf_rules_check(conf, source, checks, faults);
+    const int n = conf_fault_tell(faults, fault, fault_ctx);
+    conf_locale_leave(outside);
+    free(faults);
+    return n;
+}

@@ -1,0 +1,136 @@
+/* SPDX-License-Identifier: MIT */
+#include "reload.h"
+
+#include <jansson.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "daemon.h"
+#include "log.h"
+#include "methods.h"
+#include "notify.h"
+#include "settings.h"
+#include "wiring.h"
+
+/* What came of one reload. */
+struct outcome {
+    json_t *applied, *restart; /* lines of changed keys */
+    bool extract;              /* one of them is the extraction's */
+    char fault[200];           /* the first; empty: none */
+    int faults;
+};
+
+static void on_fault(void *ctx, const char *message)
+{
+    struct outcome *o = ctx;
+    log_line(LOG_ERR, "reload: %s", message);
+    if (o->faults++ == 0)
+        snprintf(o->fault, sizeof o->fault, "%s", message);
+}
+
+static void on_change(void *ctx, const char *section, const char *text, bool live)
+{
+    struct outcome *o = ctx;
+    json_array_append_new(live ? o->applied : o->restart, json_string(text));
+    o->extract |= live && (strcmp(section, "extract") == 0 || strcmp(section, "sonar") == 0);
+    if (live)
+        log_line(LOG_NOTICE, "reload: %s", text);
+    else
+        log_line(LOG_WARNING, "reload: %s: needs a restart", text);
+}
+
+/* Of the grids of the configuration; others were made by clients, who said what they wanted. */
+static void set_limits(struct daemon *d)
+{
+    for (int i = 0; i <= d->conf.n_more_grids; i++) {
+        struct grid_setting setting;
+        wiring_grid(&d->conf, i == 0 ? &d->conf.grid : &d->conf.more_grid[i - 1], &setting);
+        for (int k = 0; pipeline_grid(d->pipeline, k); k++) {
+            struct grid *grid = pipeline_grid(d->pipeline, k);
+            if (strcmp(grid->setting.name, setting.name) == 0)
+                grid->setting.limits = setting.limits;
+        }
+    }
+}
+
+static void put_in_force(struct daemon *d, const struct conf *conf, bool extract)
+{
+    char err[256];
+    d->conf = *conf;
+    set_limits(d);
+    log_set_level(settings_log_level(conf));
+    pose_log_set_max_age(&d->poses, (uint64_t)(conf->pose.max_age_s * 1e9));
+    if (d->server)
+        server_set_change(d->server, conf->server.change);
+    for (int i = 0; extract && i < conf->n_sonars; i++) {
+        struct extract_conf e;
+        wiring_extract(conf, i, &e);
+        if (!pipeline_set_extract(d->pipeline, i, &e, err, sizeof err))
+            log_line(LOG_ERR, "reload: %s: %s", conf->sonar[i].name, err);
+    }
+}
+
+static void ignore_change(void *ctx, const char *section, const char *text, bool live)
+{
+    (void)ctx, (void)section, (void)text, (void)live;
+}
+
+/* False with a fault: nothing has changed. */
+static bool reload(struct daemon *d, struct outcome *o)
+{
+    struct conf wanted, merged = d->conf;
+    struct conf_source *source = NULL;
+    bool good = settings_load(d->options, &wanted, &source, on_fault, o);
+    if (good) {
+        conf_take_live(&merged, &wanted, ignore_change, NULL);
+        good = conf_check_together(&merged, source, &settings_checks, on_fault, o) == 0;
+    }
+    if (good) {
+        merged = d->conf;
+        conf_take_live(&merged, &wanted, on_change, o);
+        put_in_force(d, &merged, o->extract);
+    }
+    conf_source_free(source);
+    return good;
+}
+
+json_t *reload_method(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    static const char *const keys[] = {NULL};
+    struct daemon *d = call->daemon;
+    if (!rpc_only(params, keys, error))
+        return NULL;
+    if (d->replay) {
+        rpc_refuse(error, RPC_INVALID_REQUEST, "a replay keeps its configuration");
+        return NULL;
+    }
+    struct outcome o = {.applied = json_array(), .restart = json_array()};
+    if (reload(d, &o))
+        return json_pack("{s:o, s:o}", "applied", o.applied, "needs_restart", o.restart);
+    json_decref(o.applied);
+    json_decref(o.restart);
+    if (o.faults > 1)
+        rpc_refuse(error, RPC_INVALID_REQUEST, "nothing is changed: %s; %d more in the log", o.fault,
+                   o.faults - 1);
+    else
+        rpc_refuse(error, RPC_INVALID_REQUEST, "nothing is changed: %s", o.fault);
+    return NULL;
+}
+
+void reload_by_signal(struct daemon *d)
+{
+    const struct rpc_call call = {.daemon = d, .now_ns = loop_now(d->loop)};
+    struct rpc_error error = {0};
+    json_t *params = json_object();
+    notify_tell("RELOADING=1\nMONOTONIC_USEC=%llu", (unsigned long long)(loop_clock() / 1000));
+    json_t *result = reload_method(&call, params, &error);
+    if (result)
+        log_line(LOG_NOTICE, "reload: %s: %zu changed, %zu need a restart", d->conf_name,
+                 json_array_size(json_object_get(result, "applied")),
+                 json_array_size(json_object_get(result, "needs_restart")));
+    else
+        log_line(LOG_ERR, "reload: %s", error.message);
+    notify_tell("READY=1");
+    json_decref(result);
+    json_decref(params);
+}
