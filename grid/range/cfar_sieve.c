@@ -228,22 +228,28 @@ INLINE void limits_block(float inverse, float least, const float *restrict x, ui
     }
 }
 
-typedef uint8_t bytes __attribute__((vector_size(BLOCK)));
+/* Every machine has vectors of this width, and none compares wider bytes without taking them apart by hand. */
+typedef uint8_t bytes __attribute__((vector_size(16)));
 
 /*
- * For every cell of the block: how many of the cells at `places` <= 255 places of its window, one behind the other, are
- * not below its limit.
+ * For every cell of a block: how many of the cells at `places` <= 255 places of the window, one behind the
+ * other, are not below the limit.
  */
 INLINE void misses_at(const uint8_t *code, uint32_t places, const uint8_t *limit, uint8_t *miss)
 {
-    bytes at, of, sum = {0};
+    const uint32_t half = sizeof(bytes);
+    bytes here, near_limit, far_limit, near = {0}, far = {0};
 
-    memcpy(&of, limit, sizeof of);
+    memcpy(&near_limit, limit, half);
+    memcpy(&far_limit, limit + half, half);
     for (uint32_t d = 0; d < places; d++) {
-        memcpy(&at, code + d, sizeof at);
-        sum -= (bytes)(at >= of); /* true is -1 */
+        memcpy(&here, code + d, half);
+        near -= (bytes)(here >= near_limit); /* true is -1 */
+        memcpy(&here, code + d + half, half);
+        far -= (bytes)(here >= far_limit);
     }
-    memcpy(miss, &sum, sizeof sum);
+    memcpy(miss, &near, half);
+    memcpy(miss + half, &far, half);
 }
 
 /* False: none of the cells is allowed so many. */
