@@ -5,6 +5,7 @@
 #include <stdbool.h>
 #include <stdio.h>
 #include <stdlib.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
 #define LINE_MAX_BYTES  1024
@@ -26,12 +27,22 @@ void log_set_level(enum log_level level)
     threshold = level;
 }
 
+/* Does standard error go to the journal? The variable is inherited by those whose does not any more. */
+static bool is_journal(void)
+{
+    const char *stream = getenv("JOURNAL_STREAM");
+    unsigned long long device, inode;
+    struct stat st;
+    return stream && sscanf(stream, "%llu:%llu", &device, &inode) == 2 && fstat(STDERR_FILENO, &st) == 0 &&
+           st.st_dev == device && st.st_ino == inode;
+}
+
 /* One write per line, so that lines of several threads do not mix. */
 static void emit(enum log_level level, const char *fmt, va_list ap)
 {
     char line[LINE_MAX_BYTES];
-    int n = getenv("JOURNAL_STREAM") ? snprintf(line, sizeof line, "<%d>", levels[level].syslog_priority)
-                                     : snprintf(line, sizeof line, "sonard: %s: ", levels[level].word);
+    int n = is_journal() ? snprintf(line, sizeof line, "<%d>", levels[level].syslog_priority)
+                         : snprintf(line, sizeof line, "sonard: %s: ", levels[level].word);
     size_t room = sizeof line - (size_t)n - 1;
     int m = vsnprintf(line + n, room, fmt, ap);
     size_t len = (size_t)n + (m < 0 ? 0 : (size_t)m < room ? (size_t)m : room - 1);

@@ -163,6 +163,21 @@ def second(bench):
     check(bench.sonard().client().call("version"), "a stale socket was not replaced")
 
 
+def priorities(bench):
+    """<N> before every line for the journal, and for nobody else who has inherited its variable."""
+    bench.conf()
+    log = os.stat(bench.write("sonard0.log", ""))  # where standard error of the first goes
+    ours = bench.sonard(env={"JOURNAL_STREAM": "%d:%d" % (log.st_dev, log.st_ino)})
+    ours.client()
+    until(lambda: "version" in ours.log(), "a line of the log")
+    check(all(line.startswith(("<3>", "<4>", "<5>", "<6>", "<7>")) for line in ours.log().splitlines()), ours.log())
+    check("<5>version" in ours.log(), "the start is no notice: " + ours.log())
+    ours.stop()
+    other = bench.sonard(env={"JOURNAL_STREAM": "1:1"})
+    other.client()
+    until(lambda: "sonard: notice: version" in other.log(), "a line in words")
+
+
 def stop(bench):
     """With a moving head, a recording, a map and 60 clients that watch, some of them without reading."""
     bench.sim()
@@ -196,5 +211,6 @@ run([
     ("service_socket_handed_over", handed_over),
     ("service_socket_nonsense", handed_nonsense),
     ("service_second_instance", second),
+    ("service_priorities", priorities),
     ("service_stop", stop),
 ], parallel=2)
