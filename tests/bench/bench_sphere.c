@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * bench_sphere - the grid alone: echoes per second through registration and updating, and transformation as the vehicle
- * moves, against the number of cells; bytes; what each sensor model costs. Rates to compare with are assumptions:
+ * bench_sphere - the grid alone: echoes per second through registration and updating, transformation as the vehicle
+ * moves, and connected components, against the number of cells; bytes; what each sensor model costs. Rates to compare with are assumptions:
  * a WesMar SS150 that pings once per 400 m of range (1.9 echoes/s), an EM 1000 of 60 beams at 10 pings/s (600).
  */
 #include <math.h>
@@ -9,7 +9,7 @@
 #include <stdlib.h>
 #include <time.h>
 
-#include "../../grid/sphere/sphere.h"
+#include "../../grid/sphere/clusters.h"
 #include "bench.h"
 
 #define SS150_PER_S  1.9
@@ -73,16 +73,25 @@ static void fan(double az_rad, double range_m, double opening_deg, double north_
     sphere_enter(sphere, &e, &mount_identity);
 }
 
-/* Echoes per second while the vehicle goes way_m between one fan and the next. */
+#define LOOK_FANS 10 /* clusters are asked for once per second of an EM 1000's pings */
+
+static struct clusters *clusters;
+
+/* Echoes per second while the vehicle goes way_m between one fan and the next; with clusters when there are any. */
 static double rate(int fans, double opening_deg, double way_m, double r0_m)
 {
+    const struct cluster *list;
+    uint32_t all;
     static double north_m;
     double s[ROUNDS];
     north_m = 0;
     for (int round = 0; round < ROUNDS; round++) {
         double began_ns = cpu_ns();
-        for (int i = 0; i < fans; i++)
+        for (int i = 0; i < fans; i++) {
             fan(i * geo_rad(2.5), r0_m * (1 + 0.01 * (i % 7)), opening_deg, north_m += way_m);
+            if (clusters && i % LOOK_FANS == 0)
+                clusters_look(clusters, sphere, t_ns, &list, &all);
+        }
         s[round] = (cpu_ns() - began_ns) * 1e-9;
     }
     return fans * BEAMS / median(s, ROUNDS);
@@ -106,6 +115,25 @@ static uint32_t fill(uint32_t n)
     return st.cells;
 }
 
+/* Registration, updating, transformation and components at once: the paper's claim is 60 times the SS150's rate. */
+static void all_four(void)
+{
+    static struct rings rings;
+    rings_full(&rings, geo_rad(2.5));
+    void *room = malloc(clusters_bytes(&rings, 65536));
+    if (!room)
+        exit(1);
+    for (int mm = 1; mm <= 100; mm *= 10) {
+        char what[80];
+        start(2.5, 65536, SPHERE_OPENING);
+        clusters = clusters_init(room, &rings, 65536, log(0.6 / 0.4));
+        snprintf(what, sizeof what, "all four, 2.5 deg beams, %d mm per fan", mm);
+        say(what, rate(40, 2.5, mm * 1e-3, 20));
+    }
+    clusters = NULL;
+    free(room);
+}
+
 int main(void)
 {
     setvbuf(stdout, NULL, _IOLBF, 0);
@@ -120,6 +148,8 @@ int main(void)
     say("opening, 2.5 deg beams, 1 mm per fan", rate(40, 2.5, 0.001, 20));
     start(2.5, 65536, SPHERE_OPENING);
     say("opening, 6.5 deg beams, standing still", rate(40, 6.5, 0, 20));
+
+    all_four();
 
     puts("\ndirections of 1 degree");
     printf("%9s %9s %14s %16s %12s\n", "cells", "room", "echoes/s", "recentre ms", "bytes/room");

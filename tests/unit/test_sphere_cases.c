@@ -176,6 +176,44 @@ TEST(g13_grids_of_all_rates_side_by_side_equal_one_exponential_however_read)
     }
 }
 
+/*
+ * A day of beams from a millisecond to a minute apart, some of which hear nothing, at rates over eighteen decades: the
+ * state is that of the closed form over all events, as near as the float in which a cell keeps it between them.
+ */
+TEST(e2_a_stiff_day_equals_the_closed_form_of_its_events)
+{
+    const long double hit = log1pl(0.9f * 4.0L), miss = logl(0.5L / 0.9L);
+    uint64_t seed = test_seed();
+    for (int decade = -9; decade <= 9; decade++) {
+        struct sphere_conf conf = usual;
+        conf.level = true;
+        conf.level_half_rad = geo_rad(7.5);
+        const long double fade_s = powl(10, -decade);
+        conf.forget_s = (double)(fade_s * logl(6 / logl(0.6L / 0.4L)));
+        start(&conf);
+        in_the_world(0);
+        long double want = 0;
+        double worst = 0;
+        uint64_t from_ns = now.now_ns, last_ns = from_ns;
+        int misses = 0;
+        while (now.now_ns - from_ns < 86400 * SECOND) {
+            const bool hears = test_uniform(&seed) < 0.8;
+            now.now_ns += (uint64_t)(1e6 * pow(6e4, test_uniform(&seed)));
+            want *= expl(-(long double)(now.now_ns - last_ns) * 1e-9L / fade_s);
+            last_ns = now.now_ns;
+            ping(1, hears ? 5 : 0, 10);
+            misses += !hears && want > 0;
+            if (hears || want > 0) /* silence says nothing more of a cell that is gone */
+                want = fminl(want + (hears ? hit : miss), 6);
+            if (want < 1e-6L)
+                want = 0;
+            worst = fmax(worst, fabs((double)(first_cell(1).logodds - want)));
+        }
+        CHECK(misses > 100 || decade >= 4);
+        CHECK_NEAR(worst, 0, 0, 3e-6);
+    }
+}
+
 TEST(the_surest_obstacle_blocks_for_forget_and_no_longer_with_nothing_behind_it)
 {
     start(&usual);
@@ -500,6 +538,7 @@ int main(void)
     RUN(logodds_as_probabilities_equal_the_table);
     RUN(g13_fading_equals_the_table_at_any_rate);
     RUN(g13_grids_of_all_rates_side_by_side_equal_one_exponential_however_read);
+    RUN(e2_a_stiff_day_equals_the_closed_form_of_its_events);
     RUN(the_surest_obstacle_blocks_for_forget_and_no_longer_with_nothing_behind_it);
     RUN(g14_a_clock_that_goes_back_an_hour_grows_nothing_and_keeps_the_later_marks);
     RUN(g18_evidence_that_has_all_but_faded_is_none_and_costs_no_more);
