@@ -197,7 +197,7 @@ const struct conf_key conf_keys[] = {
      .help =
          "Mark echoes that other looks at nearly the same bearing should show and do not (bursts of other\n"
          "sound), and ghosts of nearer echoes. A marked echo blocks, but gives way to the first look that hears\n"
-         "nothing there."},
+         "nothing there. Bursts are told only where attitude and position or velocity are known."},
     {"extract", "no_echo", LIVE, WORDS("minimum", "heard", "range"), .standard = "minimum", CONF(extract.no_echo),
      .help = "How far the water is taken as free where a beam found nothing. minimum: to minimum_range, the\n"
              "cautious rule; heard: as far as the beam heard its own noise floor; range: to the end of the\n"

@@ -34,11 +34,12 @@ enum beam_state {
 };
 
 struct beam_echoes {
-    float az_rad, el_rad; /* axis in the sensor frame */
-    float blind_m;        /* nothing is known nearer than this (ring-down) */
-    float free_to_m;      /* water from blind_m to here is free; <= blind_m: nothing claimed */
-    uint8_t state;        /* enum beam_state */
-    uint8_t n;            /* echoes, in order of range */
+    float az_rad, el_rad;           /* axis in the sensor frame */
+    float blind_m;                  /* nothing is known nearer than this (ring-down) */
+    float free_to_m;                /* water from blind_m to here is free; <= blind_m: nothing claimed */
+    float heard_from_m, heard_to_m; /* what sounds between the two is an echo; from >= to: nothing is */
+    uint8_t state;                  /* enum beam_state */
+    uint8_t n;                      /* echoes, in order of range */
     struct echo echo[ECHOES_PER_BEAM];
 };
 

@@ -14,7 +14,7 @@
 #include "law_check.h"
 #include "reflection.h"
 #include "ring_down.h"
-#include "usual.h"
+#include "setting.h"
 
 /* A group this share (3 dB) below the contrast of an echo is none, but ends what is called free. */
 #define DOUBTFUL 0.5
@@ -24,9 +24,13 @@
 /* The floor of a ping is so many times (15 dB) the usual one: what is heard usually may drown in it. */
 #define RAISED 32
 
-/* Of a ping's quietest beam, and of its beam with the earliest end of the ring-down (a cell). */
+/* The loudest cell of the ring-down is so many times (5 dB) the usual one: something near answers with the head. */
+#define RINGS 3
+
+/* Of a ping's quietest beam, of its beam with the earliest end of the ring-down (a cell), and of that with the quietest
+ * one (power of the loudest cell). */
 struct of_ping {
-    uint64_t floor, ring_down;
+    uint64_t floor, ring_down, ring_power;
 };
 
 struct extract {
@@ -36,11 +40,11 @@ struct extract {
     /* [i]: threshold over reference, times 65536, for i + 1 independent cells on both sides, or on one */
     uint64_t both_q16[MAX_FACTORS], one_q16[MAX_FACTORS];
 
-    struct amplitude amplitude;    /* of the last ping */
-    double amplitude_db;           /* per count, as it was prepared */
-    struct profile_axis axis;      /* of the last ping */
-    struct usual floor, ring_down; /* struct of_ping's, under this setting */
-    struct law_check law_check;    /* under this law */
+    struct amplitude amplitude; /* of the last ping */
+    double amplitude_db;        /* per count, as it was prepared */
+    struct settings settings;   /* under this law */
+    struct setting *now;        /* of the last ping; NULL: none yet */
+    struct law_check law_check; /* under this law */
 
     uint64_t *cell; /* power summed over the resolution cell around each bin */
     uint64_t *work;
@@ -162,12 +166,6 @@ struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_
 
 /* ---- one beam ---- */
 
-static void forget_usual(struct extract *e)
-{
-    usual_clear(&e->floor);
-    usual_clear(&e->ring_down);
-}
-
 /* Tables are made anew only when the device changes its ways. False when they make no sense. */
 static bool amplitude_for(struct extract *e, const struct ping *p)
 {
@@ -182,23 +180,18 @@ static bool amplitude_for(struct extract *e, const struct ping *p)
         return false;
     e->amplitude_db = db;
     law_check_clear(&e->law_check);
-    forget_usual(e);
+    settings_clear(&e->settings);
     return true;
 }
 
-/* False when the ping's range axis makes no sense. What was usual on another axis is not on this one. */
+/* False when the ping's range axis makes no sense. What is usual on another axis is not on this one. */
 static bool axis_for(struct extract *e, const struct ping *p)
 {
     struct profile_axis axis;
 
     if (!profile_axis_of(&axis, p, e->conf.window_m, e->conf.guard_m, e->max_bins))
         return false;
-    const struct profile_axis *last = &e->axis;
-    if (axis.n != last->n || axis.r0 != last->r0 || axis.dr != last->dr ||
-        axis.resolution_bins != last->resolution_bins) {
-        forget_usual(e);
-        e->axis = axis;
-    }
+    e->now = settings_for(&e->settings, &axis);
     return true;
 }
 
@@ -254,16 +247,18 @@ static bool is_quiet(const struct profile *p, const struct cfar *cfar)
     return !profile_any_above(p, p->first, threshold < full ? (uint64_t)threshold : full);
 }
 
-/* The reflections of the profile become echoes; what is nearly one ends the free water. */
+/* The reflections of the profile become echoes; what is nearly one ends the free water. *first: the nearest echo. */
 static void enter_reflections(const struct extract *e, const struct profile *p, const struct detection *d,
-                              struct beam_echoes *out)
+                              struct beam_echoes *out, struct reflection *first)
 {
     struct reflection r;
 
     for (uint32_t i = p->first; out->n < ECHOES_PER_BEAM && reflection_next(p, d, i, &r); i = r.last + 1) {
-        if (r.contrast >= e->contrast && !r.lowest_only)
+        if (r.contrast >= e->contrast && !r.lowest_only) {
+            if (out->n == 0)
+                *first = r;
             out->echo[out->n++] = r.echo;
-        else if (r.contrast >= e->contrast * DOUBTFUL && out->n == 0)
+        } else if (r.contrast >= e->contrast * DOUBTFUL && out->n == 0)
             out->free_to_m = fminf(out->free_to_m, r.echo.near_m);
     }
 }
@@ -271,7 +266,7 @@ static void enter_reflections(const struct extract *e, const struct profile *p, 
 /* A resolution cell that holds a masked bin says nothing of its own. */
 static const uint8_t *blind_cells(struct extract *e, const uint8_t *masked)
 {
-    const uint32_t n = e->axis.n, half = e->axis.half;
+    const uint32_t n = e->now->axis.n, half = e->now->axis.half;
     uint32_t until = 0; /* cells before it hold the last masked bin */
 
     for (uint32_t i = 0; i < n + half; i++) {
@@ -311,7 +306,7 @@ static struct late_ring end_ring_down(const struct extract *e, struct profile *p
     const uint32_t found = ring_down_found(p);
     of_ping->ring_down = found < of_ping->ring_down ? found : of_ping->ring_down;
     p->first = found;
-    if (!usual_get(&e->ring_down, &usual) || found <= usual + p->axis->guard)
+    if (!usual_get(&e->now->ring_down, &usual) || found <= usual + p->axis->guard)
         return (struct late_ring){0, 0};
     if (e->conf.learn_ring_down) {
         const uint32_t learnt = ring_down_at(p, profile_m(p, (double)usual));
@@ -320,13 +315,58 @@ static struct late_ring end_ring_down(const struct extract *e, struct profile *p
     return (struct late_ring){(uint32_t)usual, found};
 }
 
-/* Something near rings with the head: where it usually is quiet, a cell is nearly as loud as an echo over the floor. */
-static bool is_near_shadow(const struct profile *p, struct late_ring late, double loud)
+/* The loudest cell of the ring-down, but for what is known of the vehicle. */
+static uint64_t ring_power(const struct profile *p)
 {
+    uint64_t loudest = 0;
+
+    for (uint32_t i = 0; i < p->first; i++)
+        if (p->cell[i] > loudest && !profile_blind(p, i))
+            loudest = p->cell[i];
+    return loudest;
+}
+
+/*
+ * Something near rings with the head, and may hide all that is behind: where it usually is quiet, a cell is nearly as loud
+ * as an echo over the floor; or the ring-down itself is louder than the head.
+ */
+static bool is_near_shadow(const struct extract *e, const struct profile *p, struct late_ring late, double loud,
+                           struct of_ping *of_ping)
+{
+    const uint64_t ring = ring_power(p);
+    uint64_t usual;
+
+    of_ping->ring_power = ring < of_ping->ring_power ? ring : of_ping->ring_power;
+    if (usual_get(&e->now->ring_power, &usual) && ring / RINGS > usual)
+        return true;
     for (uint32_t i = late.begin; i < late.end; i++)
         if ((double)p->cell[i] > loud)
             return true;
     return false;
+}
+
+/* Sound passed up to the echo; but what is as loud would not have been found in all of the water before it. */
+static void claim_before_echo(const struct profile *p, const struct reflection *first, double detectable,
+                              const struct silence *silence, struct beam_echoes *out)
+{
+    const double quiet = detectable * detectable * (double)silence->floor;
+
+    out->blind_m = (float)profile_m(p, silence_hidden(p, first->near, first->power, detectable));
+    out->free_to_m = fminf(out->free_to_m, out->echo[0].near_m);
+    out->heard_from_m = (float)profile_m(p, silence_hidden(p, first->near, quiet, detectable));
+    out->heard_to_m = out->echo[0].range_m;
+}
+
+/* A wall may be hidden where the water drowns it, or where the beam is masked, and hide what is behind. */
+static void claim_silence(const struct extract *e, const struct profile *p, uint32_t judged,
+                          const struct silence *silence, struct beam_echoes *out)
+{
+    const double free_m =
+        silence_free_m(p, least(judged, silence->drowned), e->conf.no_echo, e->conf.minimum_range_m);
+
+    out->free_to_m = fminf(out->free_to_m, (float)free_m);
+    out->heard_from_m = (float)profile_m(p, silence->quiet);
+    out->heard_to_m = (float)profile_m(p, judged);
 }
 
 static void extract_profile(struct extract *e, const struct ping *ping, uint16_t b, const struct extract_aid *aid,
@@ -334,7 +374,7 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
 {
     const size_t at = (size_t)b * ping->n_bins;
     struct profile p = {
-        .axis = &e->axis,
+        .axis = &e->now->axis,
         .amplitude = &e->amplitude,
         .samples = (const uint8_t *)ping->samples + at * ping->sample_bytes,
         .blind = aid && aid->blind ? blind_cells(e, aid->blind + at) : NULL,
@@ -354,13 +394,14 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
     law_check_add(&e->law_check, &p);
     const double detectable = fmax(e->contrast, (double)d.cfar.alpha_q16 / 65536.0);
     const struct silence silence = silence_levels(&p, detectable);
-    const bool near_shadow = is_near_shadow(&p, late, DOUBTFUL * detectable * (double)silence.floor);
+    const bool near_shadow = is_near_shadow(e, &p, late, DOUBTFUL * detectable * (double)silence.floor, of_ping);
     of_ping->floor = silence.floor < of_ping->floor ? silence.floor : of_ping->floor;
     const bool on_clean = e->conf.order == EXTRACT_PAPER && p.clean && ping->sample_bytes == 1;
     if (on_clean)
         profile_sum(&p, &e->amplitude, p.clean, e->conf.floor_counts, e->work);
     out->blind_m = (float)profile_m(&p, p.first);
     out->free_to_m = INFINITY;
+    struct reflection first = {.last = 0};
     if (p.blind || on_clean || !is_quiet(&p, &d.cfar)) {
         d.cells = (struct cfar_profile){.x = e->cell + p.first,
                                         .excluded = p.blind ? p.blind + p.first : NULL,
@@ -368,16 +409,17 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
                                         .work = e->work};
         cfar_run(&d.cfar, &d.cells, e->mask + p.first);
         detection_add_saturated(&p, &d);
-        enter_reflections(e, &p, &d, out);
+        enter_reflections(e, &p, &d, out, &first);
     }
     out->state = out->n > 0 ? BEAM_ECHO : BEAM_SILENT;
-    double free_m = 0.0;
+    if (near_shadow) {
+        out->free_to_m = 0.0f;
+        return;
+    }
     if (out->n > 0)
-        free_m = (double)out->echo[0].near_m;
-    else if (!near_shadow)
-        free_m = silence_free_m(&p, least(judged_until(&p, &d), silence.drowned), e->conf.no_echo,
-                                e->conf.minimum_range_m);
-    out->free_to_m = fminf(out->free_to_m, (float)free_m);
+        claim_before_echo(&p, &first, detectable, &silence, out);
+    else
+        claim_silence(e, &p, judged_until(&p, &d), &silence, out);
 }
 
 static bool is_range(float range_m)
@@ -402,8 +444,8 @@ static uint16_t echoes_of_beam(const struct ping *ping, uint16_t b)
 #define RANGES_BLIND_M 0.3
 
 /* The device has picked the ranges itself, listening from begin_m on: n of them in one beam. */
-static void extract_ranges(const struct extract *e, double begin_m, const struct ping_beam *beam, uint16_t n,
-                           struct beam_echoes *out)
+static void extract_ranges(const struct extract *e, double begin_m, float range_max_m,
+                           const struct ping_beam *beam, uint16_t n, struct beam_echoes *out)
 {
     if (!is_range(beam->range_m) && beam->range_m != 0.0f)
         return;
@@ -412,6 +454,8 @@ static void extract_ranges(const struct extract *e, double begin_m, const struct
     out->blind_m = (float)(known_m > 0.0 ? known_m : RANGES_BLIND_M);
     if (!is_range(beam->range_m)) {
         out->free_to_m = (float)e->conf.minimum_range_m;
+        out->heard_from_m = out->blind_m;
+        out->heard_to_m = range_max_m;
         return;
     }
     out->state = BEAM_ECHO;
@@ -427,6 +471,8 @@ static void extract_ranges(const struct extract *e, double begin_m, const struct
         };
     }
     out->free_to_m = out->echo[0].near_m;
+    out->heard_from_m = out->blind_m;
+    out->heard_to_m = out->echo[0].range_m;
 }
 
 /* ---- one ping ---- */
@@ -437,20 +483,22 @@ static void judge_floor(struct extract *e, const struct of_ping *of_ping, struct
     uint64_t usual;
 
     if (of_ping->ring_down != UINT64_MAX)
-        usual_add(&e->ring_down, of_ping->ring_down);
+        usual_add(&e->now->ring_down, of_ping->ring_down);
+    if (of_ping->ring_power != UINT64_MAX)
+        usual_add(&e->now->ring_power, of_ping->ring_power);
     if (of_ping->floor == UINT64_MAX)
         return;
-    if (usual_get(&e->floor, &usual) && of_ping->floor / RAISED > usual)
+    if (usual_get(&e->now->floor, &usual) && of_ping->floor / RAISED > usual)
         for (uint16_t b = 0; b < out->n_beams; b++)
-            out->beam[b].free_to_m = 0.0f;
-    usual_add(&e->floor, of_ping->floor);
+            out->beam[b].free_to_m = out->beam[b].heard_to_m = 0.0f;
+    usual_add(&e->now->floor, of_ping->floor);
 }
 
 void extract_run(struct extract *extract, const struct ping *ping, const struct extract_aid *aid,
                  struct echoes *out)
 {
     const bool ready = ping->kind == PING_RANGES;
-    const bool profile = !ready && axis_for(extract, ping) && amplitude_for(extract, ping);
+    const bool profile = !ready && amplitude_for(extract, ping) && axis_for(extract, ping);
     const double end_m = (double)ping->r0_m + (double)ping->n_bins * (double)ping->dr_m;
 
     out->t_ns = ping->t_ns;
@@ -464,7 +512,7 @@ void extract_run(struct extract *extract, const struct ping *ping, const struct 
     out->el_aperture_rad = ping->el_aperture_rad;
     out->pose = ping->pose;
 
-    struct of_ping of_ping = {UINT64_MAX, UINT64_MAX};
+    struct of_ping of_ping = {UINT64_MAX, UINT64_MAX, UINT64_MAX};
     for (uint16_t b = 0, n = 1; b < ping->n_beams && out->n_beams < out->max_beams; b = (uint16_t)(b + n)) {
         struct beam_echoes *beam = &out->beam[out->n_beams++];
         *beam = (struct beam_echoes){
@@ -472,7 +520,8 @@ void extract_run(struct extract *extract, const struct ping *ping, const struct 
         if (ping->flags & PING_UNHEARD)
             continue;
         if (ready)
-            extract_ranges(extract, (double)ping->r0_m, &ping->beam[b], n = echoes_of_beam(ping, b), beam);
+            extract_ranges(extract, (double)ping->r0_m, out->range_max_m, &ping->beam[b],
+                           n = echoes_of_beam(ping, b), beam);
         else if (profile)
             extract_profile(extract, ping, b, aid, &of_ping, beam);
     }

@@ -19,22 +19,15 @@ static uint32_t row_of(double az_rad)
     return (uint32_t)(geo_wrap(az_rad) * (MARKS_ROWS / (2.0 * GEO_PI))) % MARKS_ROWS;
 }
 
-/* Behind the first echo a place is hidden; beyond the end of its range, or with the floor raised, a beam is deaf. */
-static float heard_to_m(const struct echoes *e, const struct beam_echoes *b)
-{
-    if (b->free_to_m <= 0.0f)
-        return 0.0f;
-    return b->n > 0 ? b->echo[0].range_m : e->range_max_m;
-}
-
 static struct marks_look look_of(const struct marks *m, const struct echoes *e, const struct beam_echoes *b)
 {
     struct marks_look look = {
         .t_ns = e->t_ns,
         .az_rad = b->az_rad,
         .el_rad = b->el_rad,
-        .blind_m = b->blind_m,
-        .heard_to_m = heard_to_m(e, b),
+        .heard_from_m = b->heard_from_m,
+        .heard_to_m = b->heard_to_m,
+        .placed = e->pose.has & POSE_ATTITUDE && e->pose.has & (POSE_POSITION | POSE_VELOCITY),
         .n = b->n,
     };
 
@@ -52,7 +45,8 @@ static bool still_holds(const struct marks_look *old, const struct marks_look *n
 {
     float moved = 0.0f, cosine = 0.0f;
 
-    if (old->t_ns == 0 || old->t_ns >= now->t_ns || now->t_ns - old->t_ns > FRESH_NS)
+    if (!old->placed || !now->placed || old->t_ns == 0 || old->t_ns >= now->t_ns ||
+        now->t_ns - old->t_ns > FRESH_NS)
         return false;
     for (int i = 0; i < 3; i++)
         moved = fmaxf(moved, fabsf(old->position_m[i] - now->position_m[i]));
@@ -84,7 +78,7 @@ static bool shows(const struct marks_look *look, float range_m)
 
 static bool denies(const struct marks_look *look, float range_m)
 {
-    return range_m > look->blind_m && range_m < look->heard_to_m;
+    return range_m > look->heard_from_m && range_m < look->heard_to_m;
 }
 
 static bool is_burst(const struct marks *m, const struct marks_look *now, float range_m, float width_rad)

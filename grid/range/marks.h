@@ -20,7 +20,8 @@
 struct marks_look {
     uint64_t t_ns; /* 0: none yet */
     float az_rad, el_rad;
-    float blind_m, heard_to_m;        /* an echo between the two that it does not show was not there */
+    float heard_from_m, heard_to_m; /* an echo between the two that it does not show was not there */
+    bool placed; /* it is known where the body was, by its position or the way its velocity makes */
     float position_m[3], attitude[4]; /* of the body, the position from the first ping's */
     uint8_t n;
     float range_m[ECHOES_PER_BEAM];
@@ -39,8 +40,8 @@ void marks_init(struct marks *marks);
  * marks_run - set the flags of the ping's echoes from the looks before it, then keep its beams as looks.
  *
  * ECHO_BURST: at least two looks within one beam width of its bearing heard nothing up to beyond its range, and none
- * shows it. (One would mark the first beam onto everything that there is.) A look reaches to its first echo, or to
- * the end of its range; one that calls no water free says nothing.
+ * shows it. (One would mark the first beam onto everything that there is.) A look reaches from heard_from_m to heard_to_m. Where it is not
+ * known whether the body has moved (no attitude, or neither position nor velocity) no look says anything.
  * ECHO_GHOST: behind the beam's first echo and weaker, at twice its range (between a wall and the head), or at twice
  * its range and the range of the first echo on the opposite side (between two walls).
  * Only what was heard before counts: the next look may show that a mark was wrong, and carries none itself.

@@ -80,9 +80,11 @@ static void measure(const struct profile *p, const struct detection *d, struct r
         if (p->cell[i] > p->cell[peak])
             peak = i;
     }
+    r->near = near_cell(p, r->begin);
+    r->power = (double)p->cell[peak];
     r->echo = (struct echo){
         .range_m = (float)fmax(profile_m(p, peak_position(p->cell, a->n, peak)), profile_m(p, p->first)),
-        .near_m = (float)profile_m(p, near_cell(p, r->begin)),
+        .near_m = (float)profile_m(p, r->near),
         .sd_m = (float)(half_power_width(p->cell, a->n, peak) * a->dr / sqrt(12.0)),
         .strength = (float)strength,
         .confidence = (float)(strength / (1.0 + strength)),

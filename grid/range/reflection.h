@@ -17,10 +17,11 @@ struct detection {
     uint8_t *mask;             /* [n] 1: stands out */
 };
 
-/* Cells begin .. last, gaps of at most the guard included. */
+/* Cells begin .. last, gaps of at most the guard included; near: the first masked one right before them, else begin. */
 struct reflection {
-    uint32_t begin, last;
+    uint32_t near, begin, last;
     double contrast;  /* of its peak over the reference, a ratio of powers; INFINITY: saturated */
+    double power;     /* of its loudest cell */
     bool lowest_only; /* all of it lies in the lowest class of the cleaned image */
     struct echo echo;
 };

@@ -39,17 +39,36 @@ double silence_free_m(const struct profile *p, uint32_t judged, enum extract_no_
 struct silence silence_levels(const struct profile *p, double ratio)
 {
     const uint32_t n = p->axis->n, window = p->axis->window;
-    struct silence s = {.floor = UINT64_MAX, .drowned = n};
+    struct silence s = {.floor = UINT64_MAX, .drowned = n, .quiet = p->first};
 
     for (uint32_t k = (n - p->first) / window; k-- > 0;) {
         const uint32_t begin = p->first + k * window;
         const uint64_t level = profile_level(p, begin, window);
         const uint64_t mean = level > p->floor_power ? level : p->floor_power;
         s.floor = mean < s.floor ? mean : s.floor;
-        if ((double)mean > ratio * (double)s.floor)
+        if ((double)mean > ratio * (double)s.floor) {
+            s.quiet = s.drowned == n ? begin + window : s.quiet;
             s.drowned = begin;
+        }
     }
     if (s.floor == UINT64_MAX)
         s.floor = p->floor_power;
     return s;
+}
+
+uint32_t silence_hidden(const struct profile *p, uint32_t until, double power, double ratio)
+{
+    const uint32_t window = p->axis->window;
+    uint32_t begin = until;
+
+    while (begin > p->first && !profile_blind(p, begin - 1))
+        begin--;
+    for (uint32_t k = (until - begin) / window; k-- > 0;) {
+        uint64_t sum = 0;
+        for (uint32_t i = begin + k * window; i < begin + (k + 1) * window; i++)
+            sum += p->cell[i];
+        if ((double)sum / window * ratio > power)
+            return begin + (k + 1) * window;
+    }
+    return begin;
 }

@@ -28,6 +28,7 @@ double silence_free_m(const struct profile *p, uint32_t judged, enum extract_no_
 struct silence {
     uint64_t floor;   /* mean power of the quietest reference window, at least the floor's */
     uint32_t drowned; /* cell from which on a reflector may drown in what the water sends back; n: none */
+    uint32_t quiet;   /* cell from which on none does; p->first when none does anywhere */
 };
 
 /**
@@ -37,5 +38,12 @@ struct silence {
  * range, which raises reflectors too.
  */
 struct silence silence_levels(const struct profile *p, double ratio);
+
+/**
+ * silence_hidden - up to which cell before `until` a reflector of this power may be hidden: the end of the last masked cell,
+ * or of the last window behind that (whole ones, side by side) that is so loud that it would not stand out by `ratio`;
+ * p->first: nowhere.
+ */
+uint32_t silence_hidden(const struct profile *p, uint32_t until, double power, double ratio);
 
 #endif

@@ -3,8 +3,10 @@
 
 #include <string.h>
 
-void usual_clear(struct usual *u)
+void usual_init(struct usual *u, uint32_t pings, uint32_t eighths)
 {
+    u->pings = pings;
+    u->eighths = eighths;
     u->n = u->next = 0;
 }
 
@@ -20,7 +22,7 @@ static uint32_t place_of(const struct usual *u, uint64_t value)
 
 void usual_add(struct usual *u, uint64_t value)
 {
-    if (u->n == USUAL_PINGS) {
+    if (u->n == u->pings) {
         const uint32_t gone = place_of(u, u->last[u->next]);
         u->n--;
         memmove(&u->sorted[gone], &u->sorted[gone + 1], (u->n - gone) * sizeof u->sorted[0]);
@@ -29,7 +31,7 @@ void usual_add(struct usual *u, uint64_t value)
     memmove(&u->sorted[at + 1], &u->sorted[at], (u->n - at) * sizeof u->sorted[0]);
     u->sorted[at] = value;
     u->last[u->next] = value;
-    u->next = (u->next + 1) % USUAL_PINGS;
+    u->next = (u->next + 1) % u->pings;
     u->n++;
 }
 
@@ -37,6 +39,6 @@ bool usual_get(const struct usual *u, uint64_t *value)
 {
     if (u->n < USUAL_LEAST)
         return false;
-    *value = u->sorted[(u->n - 1) / 2];
+    *value = u->sorted[(u->n - 1) * u->eighths / 8];
     return true;
 }

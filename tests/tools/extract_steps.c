@@ -172,7 +172,7 @@ static bool run(const struct recording *r, const struct step *step)
                         .pulse_m = (float)r->pulse_m,
                         .az_aperture_rad = (float)geo_rad(r->aperture_deg),
                         .head_turn = r->turn,
-                        .pose = pose_identity,
+                        .pose = {.attitude = {1.0}, .has = POSE_ATTITUDE | POSE_POSITION}, /* taken to stand */
                         .max_beams = 1,
                         .max_samples = MAX_BINS,
                         .beam = &axis,

@@ -16,6 +16,7 @@ static struct extract *extract;
 static struct extract_conf conf;
 static uint8_t counts[BINS], blind[BINS], clean[BINS];
 static struct beam_echoes found;
+static double dr_m; /* of the next ping */
 
 static void set_up(void)
 {
@@ -49,6 +50,7 @@ static void mask(double from_m, double to_m)
 static void begin(void)
 {
     extract_defaults(&conf);
+    dr_m = DR_M;
     conf.no_echo = EXTRACT_RANGE;
     set_up();
     water(counts, FLOOR);
@@ -64,7 +66,7 @@ static const struct beam_echoes *run(const struct extract_aid *aid)
                               .sample_bytes = 1,
                               .n_beams = 1,
                               .n_bins = BINS,
-                              .dr_m = (float)DR_M,
+                              .dr_m = (float)dr_m,
                               .pulse_m = 0.03f,
                               .beam = &axis,
                               .samples = counts};
@@ -86,6 +88,7 @@ TEST(a_masked_wall_is_none_and_casts_a_shadow)
     wall(counts, 4.0, 150); /* behind it: sound passed */
     CHECK_INT(run(&masked)->n, 1);
     CHECK_NEAR(found.echo[0].range_m, 4.03, 0, 0.03);
+    CHECK(found.blind_m >= 2.29f && found.blind_m < 2.4f); /* what stands beside what is masked is not seen */
     CHECK(found.free_to_m > 3.9f && found.free_to_m <= 4.0f);
 }
 
@@ -219,7 +222,7 @@ TEST(under_a_raised_floor_silence_says_nothing)
     water(counts, FLOOR);
     CHECK_NEAR(run(NULL)->free_to_m, 10.0, 0, 1e-5);
     water(counts, 5 * FLOOR);
-    for (int k = 0; k < USUAL_PINGS; k++)
+    for (int k = 0; k < 64; k++)
         run(NULL);
     CHECK_NEAR(found.free_to_m, 10.0, 0, 1e-5); /* it is the usual one now */
 }
@@ -245,14 +248,65 @@ TEST(what_rings_with_the_head_casts_a_shadow)
     }
 }
 
+/* A wall beside the head does not lengthen its ringing but makes it louder: silence behind it is none, nor is a ghost proof
+ * of free water. It stands at most bearings of many turns. */
+TEST(a_louder_ring_casts_a_shadow)
+{
+    begin();
+    for (int turn = 0; turn < 6; turn++)
+        for (int k = 0; k < 200; k++) {
+            const bool beside = k >= 60;
+            water(counts, FLOOR);
+            for (int i = 0; i < 12; i++)
+                counts[i] = (uint8_t)(beside ? 200 : 140);
+            for (int i = 12; i < 40; i++)
+                counts[i] = (uint8_t)fmax(FLOOR, 140.0 * pow(10.0, -(i - 12) / 12.0));
+            if (k % 2)
+                wall(counts, 4.0, 150);
+            run(NULL);
+            CHECK_INT(found.n, k % 2);
+            CHECK(turn == 0 || (found.free_to_m > 3.9f) == !beside);
+            CHECK(turn == 0 || !beside || found.heard_to_m <= found.heard_from_m);
+        }
+}
+
+/* An echo shows that sound passed; yet what is as loud may have drowned before it, and counts as blind. */
+TEST(what_the_echo_would_have_drowned_in_is_blind)
+{
+    begin();
+    for (int i = 12; i < 270; i++)
+        counts[i] = (uint8_t)fmax(counts[i], 60.0 * fmin(1.0, pow(10.0, (100 - i) / 250.0)));
+    wall(counts, 4.0, 120);
+    CHECK_INT(run(NULL)->n, 1);
+    CHECK(found.blind_m >= 0.9f && found.blind_m < 1.4f && found.free_to_m > 3.9f);
+    CHECK(found.heard_from_m >= 1.5f && found.heard_from_m < 2.4f && found.heard_to_m >= 4.0f);
+    wall(counts, 4.0, 250); /* would have stood out anywhere */
+    CHECK_INT(run(NULL)->n, 1);
+    CHECK(found.blind_m < 0.5f && found.free_to_m > 3.9f && found.heard_from_m >= 1.5f);
+}
+
+TEST(ranges_that_take_turns_forget_nothing)
+{
+    begin();
+    for (int k = 0; k < 60; k++) {
+        dr_m = k % 3 ? DR_M : 2 * DR_M;
+        CHECK_NEAR(run(NULL)->free_to_m, BINS * dr_m, 0, 1e-4);
+    }
+    water(counts, 5 * FLOOR);
+    for (int k = 0; k < 2; k++) {
+        dr_m = k ? DR_M : 2 * DR_M;
+        CHECK(run(NULL)->free_to_m == 0.0f && found.heard_to_m == 0.0f);
+    }
+}
+
 TEST(usual_is_the_lower_median_of_the_last_pings)
 {
     uint64_t seed = test_seed(), all[500], got;
     struct usual u;
 
-    usual_clear(&u);
+    usual_init(&u, 64, 4);
     for (uint32_t n = 0; n < 500; n++) {
-        uint32_t below = 0, not_above = 0, held = n < USUAL_PINGS ? n : USUAL_PINGS;
+        uint32_t below = 0, not_above = 0, held = n < 64 ? n : 64;
         CHECK_INT(usual_get(&u, &got), n >= USUAL_LEAST);
         for (uint32_t i = n - held; n >= USUAL_LEAST && i < n; i++) {
             below += all[i] < got;
@@ -275,6 +329,9 @@ int main(void)
     RUN(a_quiet_beam_is_done_at_once_with_the_same_answer);
     RUN(under_a_raised_floor_silence_says_nothing);
     RUN(what_rings_with_the_head_casts_a_shadow);
+    RUN(a_louder_ring_casts_a_shadow);
+    RUN(what_the_echo_would_have_drowned_in_is_blind);
+    RUN(ranges_that_take_turns_forget_nothing);
     RUN(usual_is_the_lower_median_of_the_last_pings);
     return test_end();
 }

@@ -19,6 +19,7 @@ static void begin(void)
 {
     marks_init(&marks);
     pose = pose_identity;
+    pose.has = POSE_ATTITUDE | POSE_POSITION;
     t_ns = 1000000000;
     reach_m = 50.0f;
 }
@@ -36,9 +37,10 @@ static const struct beam_echoes *look(double az_deg, double a_m, double b_m)
     const double range_m[] = {a_m, b_m};
 
     beam = (struct beam_echoes){
-        .az_rad = (float)geo_rad(az_deg), .blind_m = 0.3f, .free_to_m = 0.75f, .state = BEAM_SILENT};
+        .az_rad = (float)geo_rad(az_deg), .heard_from_m = 0.3f, .heard_to_m = reach_m, .state = BEAM_SILENT};
     for (int i = 0; i < 2 && range_m[i] > 0.0; i++) {
         beam.state = BEAM_ECHO;
+        beam.heard_to_m = fminf(beam.heard_to_m, (float)range_m[i]);
         beam.echo[beam.n++] = (struct echo){.range_m = (float)range_m[i], .strength = (float)(10.0 / range_m[i])};
     }
     marks_run(&marks, &ping);
@@ -93,7 +95,7 @@ TEST(looks_that_could_not_have_shown_it_deny_nothing)
         ping.pose = pose;
         ping.range_max_m = reach_m;
         marks_run(&marks, &ping);
-        deaf.state = BEAM_SILENT; /* free_to_m is 0: its silence says nothing */
+        deaf.state = BEAM_SILENT; /* heard_to_m is 0: its silence says nothing */
         marks_run(&marks, &ping);
     }
     CHECK_INT(look(90.0, 12.0, 0.0)->echo[0].flags, 0);
@@ -109,18 +111,45 @@ TEST(a_shorter_range_denies_nothing_beyond_its_end)
     CHECK_INT(look(90.0, 1.5, 0.0)->echo[0].flags, ECHO_BURST);
 }
 
-TEST(an_echo_over_a_raised_floor_denies_nothing_before_it)
+TEST(a_look_that_heard_only_a_stretch_denies_nothing_outside_of_it)
 {
-    begin();
-    for (double az_deg = 80.0; az_deg < 100.0; az_deg += STEP_DEG) {
-        struct beam_echoes loud = {.az_rad = (float)geo_rad(az_deg), .state = BEAM_ECHO, .n = 1};
-        struct echoes ping = {.t_ns = t_ns += 80000000, .n_beams = 1, .az_aperture_rad = 0.05f, .beam = &loud};
-        ping.pose = pose;
-        loud.echo[0] = (struct echo){.range_m = 30.0f, .strength = 2.0f}; /* free_to_m is 0 */
-        ping.range_max_m = reach_m;
-        marks_run(&marks, &ping);
+    for (int hidden = 0; hidden < 2; hidden++) {
+        begin();
+        for (double az_deg = 80.0; az_deg < 100.0; az_deg += STEP_DEG) {
+            struct beam_echoes half = {
+                .az_rad = (float)geo_rad(az_deg), .state = BEAM_SILENT, .heard_to_m = 50.0f};
+            struct echoes ping = {
+                .t_ns = t_ns += 80000000, .n_beams = 1, .az_aperture_rad = 0.05f, .pose = pose, .beam = &half};
+            if (hidden)
+                half.heard_to_m = 10.0f; /* a mask there */
+            else
+                half.heard_from_m = 13.0f; /* the water is loud before */
+            marks_run(&marks, &ping);
+        }
+        CHECK_INT(look(90.0, 12.0, 0.0)->echo[0].flags, 0);
+        CHECK_INT(look(90.0, hidden ? 9.0 : 14.0, 0.0)->echo[0].flags, ECHO_BURST);
     }
-    CHECK_INT(look(90.0, 12.0, 0.0)->echo[0].flags, 0);
+}
+
+/* Without a place the vehicle may have driven anywhere meanwhile; its velocity tells where. */
+TEST(looks_of_a_vehicle_that_may_have_moved_are_no_evidence)
+{
+    static const struct {
+        unsigned has;
+        uint8_t flags;
+    } row[] = {{0, 0},
+               {POSE_ATTITUDE, 0},
+               {POSE_ATTITUDE | POSE_DEPTH, 0},
+               {POSE_POSITION, 0},
+               {POSE_ATTITUDE | POSE_VELOCITY, ECHO_BURST},
+               {POSE_ATTITUDE | POSE_POSITION, ECHO_BURST}};
+
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        begin();
+        pose.has = row[i].has;
+        sweep(0.0);
+        CHECK_INT(look(90.0, 12.0, 0.0)->echo[0].flags, row[i].flags);
+    }
 }
 
 TEST(old_looks_and_looks_from_elsewhere_are_no_evidence)
@@ -206,7 +235,8 @@ int main(void)
     RUN(the_first_look_onto_something_is_no_burst);
     RUN(looks_that_could_not_have_shown_it_deny_nothing);
     RUN(a_shorter_range_denies_nothing_beyond_its_end);
-    RUN(an_echo_over_a_raised_floor_denies_nothing_before_it);
+    RUN(a_look_that_heard_only_a_stretch_denies_nothing_outside_of_it);
+    RUN(looks_of_a_vehicle_that_may_have_moved_are_no_evidence);
     RUN(old_looks_and_looks_from_elsewhere_are_no_evidence);
     RUN(an_echo_at_twice_the_first_range_is_a_ghost);
     RUN(between_two_walls_the_ghost_comes_later);

@@ -234,7 +234,7 @@ static void count_marks(const struct wall *w, double ghost_m, struct count *c)
  */
 TEST(walls_and_ghosts_of_a_tank)
 {
-    static _Alignas(16) unsigned char memory[1 << 16];
+    static _Alignas(16) unsigned char memory[1 << 18];
     struct extract_conf conf;
     char err[200];
     FILE *file = fopen(TANK, "r");
