@@ -60,6 +60,7 @@ struct conf_sonar {
     double step_rad;            /* step = 0.9 deg          [0.1 .. 90], less than the sector */
     int mode;                   /* mode = auto | transmit | request (enum conf_scan_mode) */
     int scan;                   /* scan = plain | active (enum conf_scan) */
+    double circle_s;            /* circle = 60 s            [1 .. 3600]; auto: 0 */
     double frequency_hz;        /* frequency = 750 kHz     [10 .. 3000]; auto: 0, the device's default */
     int node;                   /* node = 42                [0 .. 253], on a CAN bus; any: -1 */
     int sensor_id;              /* sensor_id = 3            [0 .. 255], of that node; any: -1 */

@@ -47,8 +47,9 @@ const struct conf_section conf_sections[] = {
     {"gpio", "Pins of this computer. The lines that belong to a sonar stand in its own section."},
     {"server", "The socket on which questions are answered."},
     {"pipeline", "How the work is spread over processors. Changes the time an answer takes, never the answer."},
-    {"realtime", "How sonard holds its place beside other programs of this computer, see docs/raspberry-pi.md. What is\n"
-                 "asked for here and cannot be had is a reason not to start."},
+    {"realtime",
+     "How sonard holds its place beside other programs of this computer, see docs/raspberry-pi.md. What is\n"
+     "asked for here and cannot be had is a reason not to start."},
     {"record", "Captures of everything the sonars say, as MCAP files."},
     {"log", "What is written to standard error, or to the journal."},
     {NULL, NULL},
@@ -90,7 +91,13 @@ const struct conf_key conf_keys[] = {
      .help =
          "active: half of the pings go where they tell most, mostly ahead of the way, and the full circle takes\n"
          "a little over twice as long. Wants a velocity and an attitude (sonard-protocol(7), pose); without it\n"
-         "is as plain with mode = request. For device = ping360."},
+         "is as plain with mode = request. For device = ping360 and micron."},
+    {"sonar", "circle", QUANTITY(1, "s", 1, 3600), .standard = "auto", .instead = "auto", .instead_value = 0,
+     SONAR(circle_s),
+     .help =
+         "scan = active: all of the circle is seen again within this time; what is left of it goes where looks\n"
+         "tell most. Shorter than a plain turn takes: nothing is left. auto: half of the pings, however long a\n"
+         "turn takes."},
     {"sonar", "frequency", QUANTITY(1, "kHz", 10, 3000), .standard = "auto", .instead = "auto", .instead_value = 0,
      SONAR(frequency_hz),
      .help = "Transmit frequency. auto: the device's default (ping360: 750 kHz, micron: 675 kHz)."},
@@ -418,7 +425,8 @@ const struct conf_key conf_keys[] = {
      .help = "Permission bits of the socket, in octal: who may ask. 0660 is the user and the group."},
     {"server", "change", LIVE, .kind = CONF_NAMES, .standard = "group", .instead = "group", CONF(server.change),
      .form = "all, or users, @groups and their numbers, for instance pilot, @sonar, 1000",
-     .help = "Who may also change something: give poses, teach backgrounds, save and clear the map, reload. group: the\n"
+     .help = "Who may also change something: give poses, teach backgrounds, save and clear the map, reload. "
+             "group: the\n"
              "group of the socket file; all: everybody who may ask. root and sonard's own user always may."},
     {"server", "max_clients", INTEGER(1, 1024), .standard = "64", CONF(server.max_clients),
      .help = "Connections at a time; one more is refused."},
@@ -431,12 +439,14 @@ const struct conf_key conf_keys[] = {
 
     {"realtime", "priority", INTEGER(2, 90), .standard = "none", .instead = "none", .instead_value = 0,
      CONF(realtime.priority),
-     .help = "SCHED_FIFO priority of the loop; the pipeline's threads have one less, writers of captures and maps\n"
-             "none. A Linux with PREEMPT_RT handles interrupts at 50: stay below. none: an ordinary process."},
+     .help =
+         "SCHED_FIFO priority of the loop; the pipeline's threads have one less, writers of captures and maps\n"
+         "none. A Linux with PREEMPT_RT handles interrupts at 50: stay below. none: an ordinary process."},
     {"realtime", "processor", INTEGER(0, 511), .standard = "any", .instead = "any", .instead_value = -1,
      CONF(realtime.processor),
-     .help = "Processor that sonard keeps to, counted from 0: one that the kernel leaves alone (isolcpus=). any: the\n"
-             "kernel chooses."},
+     .help =
+         "Processor that sonard keeps to, counted from 0: one that the kernel leaves alone (isolcpus=). any: the\n"
+         "kernel chooses."},
     {"realtime", "processor_count", INTEGER(1, 512), .standard = "1", CONF(realtime.processor_count),
      .help = "How many from that one on."},
     {"realtime", "lock_memory", WORDS("on", "off"), .standard = "off", CONF(realtime.lock_memory),

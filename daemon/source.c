@@ -286,6 +286,7 @@ static void describe(const struct source *s, const struct conf_sonar *conf, cons
                               .min_confidence = conf->min_confidence,
                               .request_response = conf->mode == CONF_MODE_REQUEST,
                               .steered = conf->scan == CONF_SCAN_ACTIVE,
+                              .circle_s = conf->circle_s,
                               .listen_only = s->env.replay,
                               .node = conf->node,
                               .sensor_id = conf->sensor_id,
@@ -328,7 +329,7 @@ static bool set_device(struct source *s, const struct conf_sonar *conf, const st
         return false;
     }
     if (conf->scan == CONF_SCAN_ACTIVE && !s->ops->attend) {
-        snprintf(err, err_size, "scan = active: a %s cannot be steered; a ping360 can", conf->device);
+        snprintf(err, err_size, "scan = active: a %s cannot be steered; a ping360 and a micron can", conf->device);
         return false;
     }
     s->device = calloc(1, s->ops->state_size);

@@ -53,6 +53,7 @@ struct device_conf {
     double min_confidence; /* 0..1: a pick of the device's own below it counts as nothing heard */
     bool request_response; /* ask for every ping instead of letting the device transmit by itself */
     bool steered;          /* `attend` will say where to look more often */
+    double circle_s;       /* steered: all around within this time, if it can be; 0: in twice as many pings */
     bool listen_only;      /* a replay: never wait for answers, ask nothing again */
     int node;              /* whose messages to take on a bus, its address; -1: anybody's */
     int sensor_id;         /* which of a node's sensors; -1: any */
@@ -106,7 +107,7 @@ struct device_ops {
     /* The frames that it wants of a CAN bus, one record of can_frame.h per feed. NULL: it takes a stream of bytes. */
     struct can_match (*can_match)(const void *state);
     /* Pass over these azimuths (sensor frame, clockwise from - to, less than a turn) more often than over the rest, all
-     * of which stays covered in twice as many pings; equal: no longer. NULL: it cannot be steered. */
+     * of which stays covered in twice as many pings or within circle_s; equal: no longer. NULL: it cannot be steered. */
     void (*attend)(void *state, double from_rad, double to_rad);
 };
 

@@ -22,6 +22,7 @@
 
 #include "asker.h"
 #include "line_time.h"
+#include "micron_scan.h"
 
 #define MS     1000000ull
 #define SECOND 1000000000ull
@@ -60,9 +61,11 @@ struct micron {
     uint64_t reboot_ns; /* how long the next reboot may take */
     bool motor_told;
 
-    uint16_t bearing; /* of the last ping, or BEARING_UNKNOWN */
-    int travel;       /* units since the sweep or turn began, > 0 clockwise */
-    bool new_turn;    /* the next ping begins one */
+    uint16_t bearing;        /* of the last ping, or BEARING_UNKNOWN */
+    int travel;              /* units since the sweep or turn began, > 0 clockwise */
+    bool new_turn;           /* the next ping begins one */
+    struct micron_scan scan; /* of a head that is steered ... */
+    struct steer_seen seen;  /* ... which jumps, and a turn is when it has been everywhere */
 
     uint8_t software;
     uint16_t serial;
@@ -101,6 +104,8 @@ static bool check_conf(const struct device_conf *conf, double frequency_hz, char
     else if (!(fabs(conf->sector_start_rad) <= far_rad && fabs(conf->sector_end_rad) <= far_rad))
         snprintf(err, err_size, "sector = %g %g deg: must lie in -720 .. 720 deg", geo_deg(conf->sector_start_rad),
                  geo_deg(conf->sector_end_rad));
+    else if (conf->steered && fabs(remainder(conf->sector_end_rad - conf->sector_start_rad, GEO_TURN)) > 1e-9)
+        snprintf(err, err_size, "scan = active: wants the full circle, sector = 0 360 deg");
     else
         return true;
     return false;
@@ -119,6 +124,7 @@ static bool micron_init(void *state, const struct device_conf *conf, char *err, 
     d->set.gain = (uint8_t)(21 * (conf->gain < 0 ? 4 : conf->gain));
     micron_set_range(&d->set, conf->range_m, conf->sound_speed_mps);
     micron_set_scan(&d->set, conf->sector_start_rad, conf->sector_end_rad, conf->step_rad);
+    micron_scan_init(&d->scan, d->set.step, (uint64_t)(conf->circle_s * 1e9));
     seanet_parser_init(&d->parser);
     d->bearing = BEARING_UNKNOWN;
     asker_init(&d->asker, conf->listen_only, &steps[ALIVE], NULL);
@@ -257,11 +263,29 @@ static void follow(struct micron *d, const struct micron_data_head *h)
         if (asker_listening(&d->asker) && !reversed && made > 1)
             d->asker.status.lost_frames += made - 1;
         d->travel = reversed ? turned : d->travel + turned;
-        if (reversed || d->travel >= MICRON_TURN || d->travel <= -MICRON_TURN)
+        if (!d->conf.steered && (reversed || d->travel >= MICRON_TURN || d->travel <= -MICRON_TURN))
             d->new_turn = true;
         d->travel %= MICRON_TURN;
     }
+    if (d->conf.steered && steer_seen_add(&d->seen, h->bearing % MICRON_TURN, d->set.step, MICRON_TURN))
+        d->new_turn = true;
     d->bearing = h->bearing;
+}
+
+/* Another stretch of a steered scan: the head is told its limits, and asked for the next ping right behind. */
+static void steer(struct micron *d, uint64_t now_ns, const struct device_io *io)
+{
+    unsigned left, right;
+    if (!d->conf.steered || !micron_scan_ping(&d->scan, d->line.head.bearing % MICRON_TURN, now_ns))
+        return;
+    if (micron_scan_limits(&d->scan, &left, &right)) {
+        d->set.control &= (uint16_t)~MICRON_CONTINUOUS;
+        d->set.left = (uint16_t)left;
+        d->set.right = (uint16_t)right;
+    } else {
+        micron_set_scan(&d->set, 0, 0, d->conf.step_rad);
+    }
+    send_parameters(d, now_ns, io);
 }
 
 static void make_ping(struct micron *d, const struct device_io *io)
@@ -308,8 +332,10 @@ static void on_line(struct micron *d, uint64_t now_ns, const struct device_io *i
         io->note(io->ctx, NOTE_INFO, "%s, %s, range %.4g m",
                  d->asker.status.what[0] ? d->asker.status.what : "SeaNet head",
                  asker_listening(&d->asker) ? "heard" : "asked for every ping", d->asker.status.range_m);
-    if (at(d, SCAN))
+    if (at(d, SCAN)) {
+        steer(d, now_ns, io);
         start_scan(d, now_ns, io);
+    }
 }
 
 static void on_data(struct micron *d, const struct seanet_frame *frame, uint64_t now_ns,
@@ -452,6 +478,12 @@ static void micron_tick(void *state, uint64_t now_ns, const struct device_io *io
     asker_tick(&d->asker, now_ns, io);
 }
 
+static void micron_attend(void *state, double from_rad, double to_rad)
+{
+    struct micron *d = state;
+    micron_scan_attend(&d->scan, from_rad, to_rad);
+}
+
 static void micron_status(const void *state, struct device_status *out)
 {
     const struct micron *d = state;
@@ -475,4 +507,5 @@ const struct device_ops device_micron = {
     .deadline = asker_deadline,
     .stop = asker_stop, /* a head that is not asked is quiet */
     .status = micron_status,
+    .attend = micron_attend,
 };

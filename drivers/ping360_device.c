@@ -55,8 +55,8 @@ struct ping360 {
     struct ping360_scan scan;
     bool auto_refused; /* automatic scan, by this firmware */
     struct ping360_track track;
-    struct ping360_seen seen; /* of a head that is steered: it jumps, and a turn is when it has been everywhere */
-    bool new_turn;            /* the next ping begins one */
+    struct steer_seen seen; /* of a head that is steered: it jumps, and a turn is when it has been everywhere */
+    bool new_turn;          /* the next ping begins one */
 };
 
 static void go(struct ping360 *d, enum step step, uint64_t now_ns, const struct device_io *io)
@@ -136,6 +136,7 @@ static bool ping360_init(void *state, const struct device_conf *conf, char *err,
     d->set.frequency_khz = (uint16_t)lround(frequency_khz);
     ping360_set_range(&d->set, conf->range_m, conf->sound_speed_mps);
     ping360_scan_init(&d->scan, conf->sector_start_rad, conf->sector_end_rad, conf->step_rad);
+    d->scan.steer.circle_ns = (uint64_t)(conf->circle_s * 1e9);
     ping360_track_reset(&d->track);
     d->talk.on_frame = on_frame;
     ping_parser_init(&d->talk.parser, PING_PAYLOAD_MAX);
@@ -265,6 +266,7 @@ static void nobody_there(void *device, uint64_t now_ns, const struct device_io *
 static void start_scan(void *device, uint64_t now_ns, const struct device_io *io)
 {
     struct ping360 *d = device;
+    steer_begin(&d->scan.steer, now_ns);
     const bool request = d->conf.request_response || d->conf.steered || d->auto_refused || !d->scan.by_itself;
     d->talk.asker.answered = false;
     go(d, request ? REQUEST : AUTO, now_ns, io);
@@ -339,7 +341,7 @@ static void on_data(struct ping360 *d, const struct ping_frame *frame, uint64_t 
         return;
     }
     const bool turned = ping360_track_follow(&d->track, &data, &missing);
-    if (d->conf.steered ? ping360_seen_add(&d->seen, data.set.angle, d->scan.step) : turned)
+    if (d->conf.steered ? steer_seen_add(&d->seen, data.set.angle, d->scan.step, PING360_TURN) : turned)
         d->new_turn = true;
     asker->status.lost_frames += missing;
     if (data.n_data > 0) /* else the head only moved, or told its settings */
@@ -352,7 +354,7 @@ static void on_data(struct ping360 *d, const struct ping_frame *frame, uint64_t 
         asker_expect(asker, &steps[AUTO], now_ns + auto_silence_ns(d));
     } else if (at(d, REQUEST) && data.set.angle == d->set.angle) {
         /* an answer from another angle is a late one: the one asked for is still to come */
-        ping360_scan_advance(&d->scan);
+        ping360_scan_advance(&d->scan, now_ns);
         go(d, REQUEST, now_ns, io);
     }
 }

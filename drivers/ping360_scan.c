@@ -80,18 +80,22 @@ static void begin_pass(struct ping360_scan *scan, uint16_t from)
     scan->plain = 0;
 }
 
-void ping360_scan_advance(struct ping360_scan *scan)
+void ping360_scan_advance(struct ping360_scan *scan, uint64_t now_ns)
 {
+    steer_ping(&scan->steer);
     if (scan->pass_left) {
         const int step = scan->pass_backward ? PING360_TURN - scan->step : scan->step;
         scan->pass_angle = (uint16_t)((scan->pass_angle + step) % PING360_TURN);
         scan->pass_left--;
         return;
     }
-    const uint16_t from = plain_angle(scan);
+    const uint16_t from = plain_angle(scan), was_at = scan->at;
     advance_plain(scan);
     scan->plain++;
-    if (scan->attend_n && scan->plain >= scan->attend_n)
+    if (!scan->positions && scan->at < was_at)
+        steer_begin(&scan->steer, now_ns);
+    if (scan->attend_n && scan->plain >= scan->attend_n &&
+        steer_has_time(&scan->steer, (double)scan->at / PING360_TURN, scan->attend_n, now_ns))
         begin_pass(scan, from);
 }
 
@@ -102,18 +106,6 @@ void ping360_scan_attend(struct ping360_scan *scan, double from_rad, double to_r
         return;
     scan->attend_first = angle_of(from_rad);
     scan->attend_n = (uint16_t)(span > 0 && span < PING360_TURN ? span / scan->step + 1 : 0);
-}
-
-bool ping360_seen_add(struct ping360_seen *seen, uint16_t angle, uint16_t step)
-{
-    const uint16_t arcs = (uint16_t)(PING360_TURN / step), at = angle / step;
-    const unsigned arc = at < arcs ? at : arcs - 1u;
-    const bool new_turn = seen->n >= arcs;
-    if (new_turn)
-        *seen = (struct ping360_seen){0};
-    seen->n = (uint16_t)(seen->n + !(seen->arcs[arc / 64] >> (arc % 64) & 1));
-    seen->arcs[arc / 64] |= 1ull << (arc % 64);
-    return new_turn;
 }
 
 int ping360_way(uint16_t from, uint16_t to)

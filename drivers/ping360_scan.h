@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * ping360_scan - where a Ping360's head shall go next, and what the angles heard from it say: a new sweep, pings that
- * are missing. Angles are gradians 0..399, clockwise seen from above, 200 ahead. Knows no time and sends nothing.
+ * are missing. Angles are gradians 0..399, clockwise seen from above, 200 ahead. Sends nothing.
  */
 #ifndef SONARD_PING360_SCAN_H
 #define SONARD_PING360_SCAN_H
@@ -10,6 +10,7 @@
 #include <stdint.h>
 
 #include "ping_frame.h"
+#include "steer.h"
 
 #define PING360_TURN          400 /* gradians */
 #define PING360_AHEAD         200 /* head angle along the sensor's x axis; 0 is the cable side */
@@ -28,6 +29,7 @@ struct ping360_scan {
     uint16_t pass_angle;   /* whose turn it is in the pass */
     bool pass_backward;    /* it began at the end, which was nearer */
     uint16_t plain;        /* angles of the plain scan since the last pass */
+    struct steer steer;    /* circle_ns may be set after ping360_scan_init */
     bool by_itself;        /* the head can do this scan without being asked for every ping ... */
     struct ping360_sweep sweep; /* ... told so */
 };
@@ -42,25 +44,15 @@ void ping360_scan_init(struct ping360_scan *scan, double start_rad, double end_r
 /** ping360_scan_angle - the angle whose turn it is. */
 uint16_t ping360_scan_angle(const struct ping360_scan *scan);
 
-/** ping360_scan_advance - on to the next; the ends of a sector are not repeated. */
-void ping360_scan_advance(struct ping360_scan *scan);
+/** ping360_scan_advance - there was a ping, on to the next; the ends of a sector are not repeated. */
+void ping360_scan_advance(struct ping360_scan *scan, uint64_t now_ns);
 
 /**
  * ping360_scan_attend - in a full circle: pass over the azimuths from `from_rad` clockwise to `to_rad` (less than a
  * turn) after every so many angles of the plain scan as a pass has. That goes on where it was, so that all of the
- * circle is covered in twice as many pings. Equal: the plain scan alone. A pass that has begun is finished as it is.
+ * circle is covered in twice as many pings, or sooner where steer.circle_ns says so. Equal: the plain scan alone. A pass that has begun is finished as it is.
  */
 void ping360_scan_attend(struct ping360_scan *scan, double from_rad, double to_rad);
-
-/* The arcs, a step long, that pings came from since a turn began, whatever their order. Arcs, not angles: those of a pass
- * need not be the plain scan's. */
-struct ping360_seen {
-    uint64_t arcs[(PING360_TURN + 63) / 64];
-    uint16_t n;
-};
-
-/** ping360_seen_add - a ping from `angle`. True: a new turn begins with it, all of the circle was seen in the last. */
-bool ping360_seen_add(struct ping360_seen *seen, uint16_t angle, uint16_t step);
 
 /** ping360_way - the shorter way between two angles, -200 < way <= 200 gradians, clockwise positive. */
 int ping360_way(uint16_t from, uint16_t to);

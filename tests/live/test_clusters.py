@@ -4,7 +4,7 @@
 import threading
 
 from lib import Client, RpcError, check, pings_until, run, until
-from twin import Twin
+from twin import Twin, micron
 
 
 def basin(bench, threads=0):
@@ -77,10 +77,9 @@ def case_locked(bench):
     check(state(90) == "unknown", "unlocked, it is as old as the other one")
 
 
-def case_steered(bench):
-    """A vehicle under way northward: the bow is looked at more often than the stern, and the stern, too."""
-    bench.sim(truth=True)
-    bench.conf(sonar={"step": "3.6 deg", "range": "10 m", "scan": "active"})
+def steered(bench, **sonar):
+    """A vehicle under way northward; the bearings that were pinged."""
+    bench.conf(sonar=dict({"step": "3.6 deg", "range": "10 m", "scan": "active"}, **sonar))
     client = bench.sonard().client()
     stop = threading.Event()
 
@@ -98,11 +97,25 @@ def case_steered(bench):
         stop.set()
         thread.join()
     bearings = [ping["azimuth_deg"] for ping in bench.truth()]
+    sensor = client.sensor()
+    check(sensor["restarts"] == 0, str(sensor))
+    return bearings
+
+
+def case_steered(bench):
+    bench.sim(truth=True)
+    bearings = steered(bench)
     ahead = sum(apart(b, 0) <= 30 for b in bearings)
     astern = sum(apart(b, 180) <= 30 for b in bearings)
     check(astern > 20 and ahead > 1.5 * astern, "%d pings ahead, %d astern" % (ahead, astern))
-    sensor = client.sensor()
-    check(sensor["timeouts"] <= 2 and sensor["restarts"] == 0, str(sensor))
+
+
+def case_steered_micron(bench):
+    micron(bench)
+    bearings = steered(bench, device="micron", mode="auto")
+    jumps = sum(apart(a, b) > 15 for a, b in zip(bearings, bearings[1:]))
+    check(jumps >= 10, "the head was sent elsewhere %d times" % jumps)
+    check(all(any(apart(b, way) < 10 for b in bearings) for way in range(0, 360, 10)), "a part was left out")
 
 
 run([("clusters_" + name[5:], function) for name, function in list(globals().items()) if name.startswith("case_")],

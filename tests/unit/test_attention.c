@@ -115,7 +115,9 @@ static void done_ping(void *ctx, struct ping *ping)
     enter(ping);
 }
 
-enum way { PLAIN_AUTO, PLAIN_ASKED, ACTIVE };
+enum way { PLAIN_AUTO, PLAIN_ASKED, ACTIVE, ACTIVE_CIRCLE };
+
+#define CIRCLE_S 90.0
 
 static void start(enum way way)
 {
@@ -133,7 +135,8 @@ static void start(enum way way)
                                        .gain = -1,
                                        .step_rad = geo_rad(0.9),
                                        .request_response = way == PLAIN_ASKED,
-                                       .steered = way == ACTIVE,
+                                       .steered = way >= ACTIVE,
+                                       .circle_s = way == ACTIVE_CIRCLE ? CIRCLE_S : 0,
                                        .node = -1,
                                        .sensor_id = -1,
                                        .baud = BAUD};
@@ -216,8 +219,9 @@ static int by_size(const void *a, const void *b)
 /* Seconds from when something appears on a bearing within 20 degrees of the way until a ping goes there, sorted. */
 static void measure(enum way way, double delay_s[SEEDS])
 {
-    static const char *const names[] = {"plain, by itself", "plain, asked for every ping", "active"};
-    const bool steered = way == ACTIVE;
+    static const char *const names[] = {"plain, by itself", "plain, asked for every ping", "active",
+                                        "active, circle = 90 s"};
+    const bool steered = way >= ACTIVE;
     uint64_t seed = test_seed();
     start(way);
     run_until(rig.now_ns + 150 * SECOND, steered, NULL, 0);
@@ -241,7 +245,7 @@ static void measure(enum way way, double delay_s[SEEDS])
 
 TEST(something_new_ahead_is_noticed_sooner_and_the_circle_is_kept)
 {
-    double auto_s[SEEDS], plain_s[SEEDS], active_s[SEEDS];
+    double auto_s[SEEDS], plain_s[SEEDS], active_s[SEEDS], circle_s[SEEDS];
     measure(PLAIN_AUTO, auto_s);
     measure(PLAIN_ASKED, plain_s);
     const double plain_wait_s = rig.longest_wait_s;
@@ -250,6 +254,10 @@ TEST(something_new_ahead_is_noticed_sooner_and_the_circle_is_kept)
     CHECK(active_s[SEEDS / 2] < 0.7 * plain_s[SEEDS / 2]);
     CHECK(active_s[SEEDS * 9 / 10] < 0.7 * plain_s[SEEDS * 9 / 10]);
     CHECK(rig.longest_wait_s < 2.8 * plain_wait_s);
+    measure(ACTIVE_CIRCLE, circle_s);
+    CHECK(rig.longest_wait_s < CIRCLE_S);
+    CHECK(rig.longest_wait_s > 1.1 * plain_wait_s); /* what time there was is used */
+    CHECK(circle_s[SEEDS / 2] < 0.8 * plain_s[SEEDS / 2]);
 }
 
 TEST(without_a_velocity_it_scans_plainly)
@@ -270,15 +278,15 @@ TEST(without_a_velocity_it_scans_plainly)
 TEST(a_sector_that_is_attended_is_every_second_angle_and_all_others_come)
 {
     struct ping360_scan scan;
-    struct ping360_seen seen = {0};
+    struct steer_seen seen = {0};
     int count[PING360_TURN] = {0}, turns = 0;
     ping360_scan_init(&scan, 0, GEO_TURN, geo_rad(0.9));
     ping360_scan_attend(&scan, geo_rad(342), geo_rad(18));
     for (int i = 0; i < 820; i++) { /* two passes more than the circle twice */
         const uint16_t angle = ping360_scan_angle(&scan);
-        turns += ping360_seen_add(&seen, angle, 1);
+        turns += steer_seen_add(&seen, angle, 1, PING360_TURN);
         count[angle]++;
-        ping360_scan_advance(&scan);
+        ping360_scan_advance(&scan, 0);
     }
     int ahead = 0;
     for (int a = 0; a < PING360_TURN; a++) {
@@ -295,14 +303,14 @@ TEST(a_turn_is_all_of_the_circle)
     static const uint16_t steps[] = {1, 2, 3, 4, 7, 10};
     for (size_t s = 0; s < sizeof steps / sizeof steps[0]; s++) {
         struct ping360_scan scan;
-        struct ping360_seen seen = {0};
+        struct steer_seen seen = {0};
         bool pinged[PING360_TURN] = {false};
         int gap = 0, longest = 0, pings = 0;
         ping360_scan_init(&scan, 0, GEO_TURN, geo_rad(0.9 * steps[s]));
         ping360_scan_attend(&scan, geo_rad(342.9), geo_rad(18));
-        while (!ping360_seen_add(&seen, ping360_scan_angle(&scan), steps[s]) && pings < 1000) {
+        while (!steer_seen_add(&seen, ping360_scan_angle(&scan), steps[s], PING360_TURN) && pings < 1000) {
             pinged[ping360_scan_angle(&scan)] = true;
-            ping360_scan_advance(&scan);
+            ping360_scan_advance(&scan, 0);
             pings++;
         }
         for (int a = 0; a < 2 * PING360_TURN; a++) {

@@ -465,7 +465,7 @@ TEST(sector_goes_back_and_forth)
                 printf("%s: %d is %u\n", row[i].name, k, ping360_scan_angle(&scan));
                 CHECK(false);
             }
-            ping360_scan_advance(&scan);
+            ping360_scan_advance(&scan, 0);
         }
     }
 }
@@ -482,7 +482,7 @@ TEST(full_circle_has_every_angle)
         for (int k = 0; k < 400; k++) {
             CHECK(!seen[ping360_scan_angle(&scan)]);
             seen[ping360_scan_angle(&scan)] = true;
-            ping360_scan_advance(&scan);
+            ping360_scan_advance(&scan, 0);
         }
     }
 }

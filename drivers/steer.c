@@ -1,0 +1,34 @@
+/* SPDX-License-Identifier: MIT */
+#include "steer.h"
+
+void steer_begin(struct steer *s, uint64_t now_ns)
+{
+    s->begun_ns = now_ns;
+    s->pings = 0;
+}
+
+void steer_ping(struct steer *s)
+{
+    s->pings++;
+}
+
+bool steer_has_time(const struct steer *s, double done, unsigned pass, uint64_t now_ns)
+{
+    if (!s->circle_ns)
+        return true;
+    if (!s->pings)
+        return false;
+    const double elapsed_ns = (double)(now_ns - s->begun_ns), pass_ns = elapsed_ns / s->pings * pass;
+    return elapsed_ns + pass_ns <= done * ((double)s->circle_ns - pass_ns);
+}
+
+bool steer_seen_add(struct steer_seen *seen, unsigned angle, unsigned step, unsigned turn)
+{
+    const unsigned arcs = turn / step, at = angle / step, arc = at < arcs ? at : arcs - 1;
+    const bool new_turn = seen->n >= arcs;
+    if (new_turn)
+        *seen = (struct steer_seen){0};
+    seen->n = (uint16_t)(seen->n + !(seen->arcs[arc / 64] >> (arc % 64) & 1));
+    seen->arcs[arc / 64] |= 1ull << (arc % 64);
+    return new_turn;
+}

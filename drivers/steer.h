@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * steer - for heads that are steered: when there is time to leave the plain scan for a pass over what is attended,
+ * and when the head has been all around. Knows no device.
+ */
+#ifndef SONARD_STEER_H
+#define SONARD_STEER_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define STEER_ARCS_MAX 6400
+
+/* The plain scan's present circle. */
+struct steer {
+    uint64_t circle_ns; /* within which it shall be done; 0: no such time */
+    uint64_t begun_ns;
+    unsigned pings; /* since then, those of passes among them */
+};
+
+/** steer_begin - a circle begins. steer_ping - a ping of it came. */
+void steer_begin(struct steer *s, uint64_t now_ns);
+void steer_ping(struct steer *s);
+
+/**
+ * steer_has_time - may a pass of so many pings begin, `done` of the circle [0, 1] being scanned? Yes when it leaves the
+ * circle on a steady way to its end, with room for one more pass, at the pace so far.
+ */
+bool steer_has_time(const struct steer *s, double done, unsigned pass, uint64_t now_ns);
+
+/* The arcs, a step long, that pings came from since a turn began, whatever their order. Arcs, not angles: those of a
+ * pass need not be the plain scan's. */
+struct steer_seen {
+    uint64_t arcs[STEER_ARCS_MAX / 64];
+    uint16_t n;
+};
+
+/** steer_seen_add - a ping from `angle` of `turn`. True: a new turn begins with it, all of the circle was seen. */
+bool steer_seen_add(struct steer_seen *seen, unsigned angle, unsigned step, unsigned turn);
+
+#endif
