@@ -80,16 +80,20 @@ static struct work work_of(const struct cfar_profile *p)
     return w;
 }
 
+static void hold_none_from(const struct work *w, uint32_t begin)
+{
+    *w->held = (struct span){begin, begin};
+    w->sum[begin] = 0;
+    w->cells[begin] = 0;
+}
+
 /* Make sums and numbers right in a span of cells. Spans that follow each other upward cost what is new of them. */
 static void hold(const struct cfar_profile *p, struct span s)
 {
     const struct work w = work_of(p);
 
-    if (s.begin < w.held->begin || s.begin > w.held->end) {
-        *w.held = (struct span){s.begin, s.begin};
-        w.sum[s.begin] = 0;
-        w.cells[s.begin] = 0;
-    }
+    if (s.begin < w.held->begin || s.begin > w.held->end)
+        hold_none_from(&w, s.begin);
     uint64_t sum = w.sum[w.held->end];
     uint32_t cells = w.cells[w.held->end], i = w.held->end;
     if (!p->excluded) {
@@ -320,9 +324,9 @@ void cfar_run(const struct cfar *cfar, const struct cfar_profile *profile, uint8
 
     if (n == 0)
         return;
+    const struct work work = work_of(profile);
     sieve_all(cfar, profile, mask);
-    *work_of(profile).held = (struct span){0, 0};
-    work_of(profile).sum[0] = 0;
+    hold_none_from(&work, 0);
     for (uint8_t *at = memchr(mask, 1, n); at; at = memchr(at, 1, (size_t)(mask + n - at))) {
         *at = detects(cfar, profile, (uint32_t)(at - mask));
         at++;
