@@ -193,7 +193,10 @@ static void sectors_once(struct picture *p, const struct answer_conf *conf, cons
             quat_rotate_inverse(now->pose.attitude, v, v);
         if (-v[2] < sin_below || -v[2] > sin_above)
             continue;
-        geo_angles(v, &az, &el);
+        if (turned)
+            geo_angles(v, &az, &el);
+        else
+            rings_centre(p->rings, d, &az, &el);
         if (el + half_el <= lo_rad || el - half_el >= hi_rad)
             continue;
         double half = rings_width(p->rings, rings_ring(p->rings, d)) / 2;

@@ -14,17 +14,16 @@ struct scene {
     const struct nearest_query *query;
     struct picture_frame frame;
     struct sight_place place;
+    double sin_lo, sin_hi; /* of the band; an angle on its edge is in it */
 };
 
-/* Azimuth and elevation of a direction in the axes asked about; false: outside the band. */
-static bool angles_of(const struct scene *s, uint32_t d, double *az, double *el)
+/* A direction in the axes asked about; false: outside the band. */
+static bool axis_of(const struct scene *s, uint32_t d, double v[3])
 {
-    double v[3];
-    memcpy(v, s->picture->axis[d], sizeof v);
+    memcpy(v, s->picture->axis[d], sizeof s->picture->axis[d]);
     if (s->frame.ned && !s->query->ned)
         quat_rotate_inverse(s->now->pose.attitude, v, v);
-    geo_angles(v, az, el);
-    return *el >= s->query->lo_rad && *el <= s->query->hi_rad;
+    return -v[2] >= s->sin_lo && -v[2] <= s->sin_hi;
 }
 
 static void see(const struct scene *s, uint32_t d, struct picture_entry *e, struct sight *sight)
@@ -41,19 +40,18 @@ static double reach_of(const struct scene *s)
 /* Its near edge, INFINITY without one. */
 static double find(const struct scene *s, struct nearest *out)
 {
-    double best_m = INFINITY, az, el;
+    double best_m = INFINITY, v[3];
     for (uint32_t d = 0; d < s->picture->n; d++) {
         struct picture_entry e;
         struct sight sight;
-        if (!angles_of(s, d, &az, &el))
+        if (!axis_of(s, d, v))
             continue;
         see(s, d, &e, &sight);
         if (!sight.obstacle || sight.near_m >= best_m || sight.near_m > reach_of(s))
             continue;
         best_m = sight.near_m;
         out->state = ANSWER_BLOCKED;
-        out->az_rad = az;
-        out->el_rad = el;
+        geo_angles(v, &out->az_rad, &out->el_rad);
         out->range_m = fmax(sight.near_m, sight.obstacle->range_m - s->place.moved_m);
         out->range_sd_m = sight.obstacle->sd_m;
         out->confidence = 1 / (1 + exp(-sight.logodds));
@@ -66,11 +64,11 @@ static double find(const struct scene *s, struct nearest *out)
 static void weigh(const struct scene *s, double to_m, struct nearest *out)
 {
     uint32_t asked = 0, unknown = 0;
-    double az, el, oldest_s = -1;
+    double v[3], oldest_s = -1;
     for (uint32_t d = 0; d < s->picture->n; d++) {
         struct picture_entry e;
         struct sight sight;
-        if (!angles_of(s, d, &az, &el))
+        if (!axis_of(s, d, v))
             continue;
         see(s, d, &e, &sight);
         const enum answer_reason why = sight.reason != ANSWER_HEARD  ? sight.reason
@@ -112,7 +110,12 @@ static void look_once(struct scene *s, struct nearest *out)
 void nearest_look(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
                   const struct nearest_query *query, struct nearest *out)
 {
-    struct scene s = {.picture = p, .conf = conf, .now = now, .query = query};
+    struct scene s = {.picture = p,
+                      .conf = conf,
+                      .now = now,
+                      .query = query,
+                      .sin_lo = sin(query->lo_rad) - 1e-12,
+                      .sin_hi = sin(query->hi_rad) + 1e-12};
     uint64_t number;
     int tries = 0;
     do {
