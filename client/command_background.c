@@ -60,8 +60,9 @@ int command_background(struct context *context)
 {
     static const struct {
         const char *word, *method;
-    } actions[] = {{"show", "background"},      {"learn", "background_learn"}, {"stop", "background_stop"},
-                   {"save", "background_save"}, {"load", "background_load"},   {"clear", "background_clear"}};
+    } actions[] = {{"show", "background"},        {"learn", "background_learn"}, {"stop", "background_stop"},
+                   {"save", "background_save"},   {"load", "background_load"},   {"forget", "background_forget"},
+                   {"clear", "background_forget"} /* what it was called once */};
     json_t *options = context->arguments.options, *result;
     json_t *svg = json_incref(json_object_get(options, "svg"));
     json_t *sensor = json_incref(json_object_get(options, "sensor"));
@@ -73,7 +74,7 @@ int command_background(struct context *context)
         if (strcmp(actions[i].word, word) == 0)
             method = actions[i].method;
     if (!method)
-        return command_usage("background", "want one of show, learn, stop, save, load, clear");
+        return command_usage("background", "want one of show, learn, stop, save, load, forget");
     json_object_del(options, "svg");
     json_object_del(options, "no_wait");
     name_choice(options, "standing", "motion", "any");

@@ -66,12 +66,26 @@ int command_place(struct context *context)
     return status;
 }
 
+/* Is there anything to see? */
+static bool slice_is_blank(const json_t *result)
+{
+    const json_t *row;
+    size_t i;
+
+    json_array_foreach(json_object_get(result, "rows"), i,
+                       row) if (strspn(json_string_value(row) ? json_string_value(row) : "", " ") !=
+                                json_string_length(row)) return false;
+    return true;
+}
+
 static int print_slice(const struct context *context, const json_t *result, const char *path)
 {
     const bool to_stdout = path && strcmp(path, "-") == 0;
     FILE *out = !path || to_stdout ? stdout : fopen(path, "w");
     bool ok = out != NULL;
 
+    if (!context->json && slice_is_blank(result))
+        fprintf(stderr, "sonarctl: nothing is known of this water: the picture is empty\n");
     if (context->json)
         command_print(context, "map_slice", result);
     else if (ok && path)
@@ -113,9 +127,10 @@ int command_map(struct context *context)
     static const struct {
         const char *word, *method;
         int words; /* with this one */
-    } actions[] = {{"status", "map", 1},       {"draw", "map_slice", 1}, {"new", "map_new", 1},
-                   {"clear", "map_clear", 1},  {"save", "map_save", 2},  {"load", "map_load", 2},
-                   {"export", "map_export", 2}};
+    } actions[] = {{"status", "map", 1},       {"draw", "map_slice", 1},
+                   {"new", "map_new", 1},      {"forget", "map_forget", 1},
+                   {"clear", "map_forget", 1}, /* what it was called once */ {"save", "map_save", 2},
+                   {"load", "map_load", 2},    {"export", "map_export", 2}};
     const struct arguments *arguments = &context->arguments;
     const char *word = arguments->word[0], *method = NULL;
     json_t *options = arguments->options, *output = json_incref(json_object_get(options, "output")), *result;
@@ -126,7 +141,7 @@ int command_map(struct context *context)
             method = actions[i].method;
     if (!method) {
         json_decref(output);
-        return command_usage("map", "want one of status, draw, new, clear, save NAME, load NAME, export NAME");
+        return command_usage("map", "want one of status, draw, new, forget, save NAME, load NAME, export NAME");
     }
     json_object_del(options, "output");
     if (strcmp(word, "draw") == 0 && !output && !json_object_get(options, "cells"))

@@ -156,6 +156,8 @@ static void show_clusters(const struct page *page, const json_t *result)
 
     fprintf(page->out, "azimuth clockwise from %s\n",
             strcmp(text(a, result, "frame"), "ned") == 0 ? "north" : "forward");
+    if (strcmp(text(a, result, "pose"), "old") == 0)
+        fprintf(page->out, "the pose is old: this is how it was seen from the last one\n");
     fprintf(page->out, "%7s %10s %8s %9s %9s %7s %6s %9s %8s\n", "label", "from", "width", "near", "far", "cells",
             "sure", "last echo", "stable");
     for (size_t i = 0; i < n; i++) {

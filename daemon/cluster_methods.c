@@ -51,6 +51,12 @@ static json_t *cluster_json(const struct daemon *d, const struct shapes *shapes,
         ghost_of == TANGENTS_NONE ? json_null() : json_integer(ghost_of));
 }
 
+/* May places in the grid's axes be trusted? In the body's axes no pose is needed. */
+static const char *pose_word(const struct daemon *d, bool ned)
+{
+    return !ned ? "not needed" : pose_log_fresh(&d->poses, loop_now(d->loop)) ? "fresh" : "old";
+}
+
 static json_t *walls_json(const struct shapes *shapes)
 {
     json_t *walls = json_array();
@@ -113,9 +119,9 @@ json_t *cluster_method_list(const struct rpc_call *call, json_t *params, struct 
     json_t *clusters = json_array();
     for (uint32_t i = 0; i < n && i < count; i++)
         json_array_append_new(clusters, cluster_json(d, &shapes, &list[i]));
-    return json_pack("{s:s, s:I, s:o, s:o, s:o, s:o}", "frame", frame.ned ? "ned" : "body", "all", (json_int_t)all,
-                     "clusters", clusters, "walls", walls_json(&shapes), "corners", corners_json(&shapes), "gone",
-                     gone_json(d, known));
+    return json_pack("{s:s, s:s, s:I, s:o, s:o, s:o, s:o}", "frame", frame.ned ? "ned" : "body", "pose",
+                     pose_word(d, frame.ned), "all", (json_int_t)all, "clusters", clusters, "walls",
+                     walls_json(&shapes), "corners", corners_json(&shapes), "gone", gone_json(d, known));
 }
 
 /* ---- where to look next ---- */

@@ -2,6 +2,7 @@
 /* map_job - see map_job.h. */
 #include "map_job.h"
 
+#include <dirent.h>
 #include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -107,11 +108,38 @@ static bool count_tiles(struct places_job *job)
     return true;
 }
 
+static int is_map(const struct dirent *entry)
+{
+    const size_t n = strlen(entry->d_name);
+    return n > 4 && strcmp(entry->d_name + n - 4, ".map") == 0;
+}
+
+/* A name that is none is mostly a slip: says which there are, as far as there is room. */
+static void say_missing(struct places_job *job)
+{
+    struct dirent **entry;
+    const int n = scandir(job->folder, &entry, is_map, alphasort);
+    size_t used = (size_t)snprintf(job->message, sizeof job->message, "%s: there is no such map; there %s",
+                                   job->path, n > 0 ? "are:" : "is none yet");
+    for (int i = 0; i < n; i++) {
+        if (used < sizeof job->message)
+            used += (size_t)snprintf(job->message + used, sizeof job->message - used, " %.*s",
+                                     (int)strlen(entry[i]->d_name) - 4, entry[i]->d_name);
+        free(entry[i]);
+    }
+    if (n >= 0)
+        free(entry);
+}
+
 static void load(struct places_job *job)
 {
     char why[300];
     enum map_fault fault = MAP_UNREAD;
     job->bytes.bytes = whole_file_read(job->path, MAP_FILE_MAX, &job->bytes.size);
+    if (!job->bytes.bytes && errno == ENOENT) {
+        say_missing(job);
+        return;
+    }
     if (!job->bytes.bytes) {
         snprintf(job->message, sizeof job->message, "%s: %s", job->path, strerror(errno));
         return;

@@ -73,7 +73,7 @@ json_t *places_method_path(const struct rpc_call *call, json_t *params, struct r
 json_t *places_method_map(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *places_method_slice(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *places_method_new(const struct rpc_call *call, json_t *params, struct rpc_error *error);
-json_t *places_method_clear(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *places_method_forget(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *places_method_save(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *places_method_load(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *places_method_export(const struct rpc_call *call, json_t *params, struct rpc_error *error);

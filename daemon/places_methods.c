@@ -78,12 +78,15 @@ struct question {
         since_ns; /* begin of the oldest submap that says anything of the point; 0: none does, or of another run */
 };
 
-static const char *reason_of(const struct free_answer *a)
+/* no_body: nobody said that the vehicle's own place is free. */
+static const char *reason_of(const struct free_answer *a, bool path, bool no_body)
 {
     return a->state == VOXEL_FREE       ? "all of it was found free"
            : a->state == VOXEL_OCCUPIED ? "something was heard there"
            : a->away ? "a part of the map that may know is on disk; it comes back if there is room"
-                     : "never looked at, or not found free often enough";
+           : path && no_body && a->clear_m <= 0
+               ? "unknown where it begins: no beam reaches the water at the vehicle itself; set body in [map]"
+               : "never looked at, or not found free often enough";
 }
 
 static json_t *answer_json(struct daemon *d, const struct question *q, struct rpc_error *error)
@@ -103,7 +106,8 @@ static json_t *answer_json(struct daemon *d, const struct question *q, struct rp
         json_object_set_new(first, "along_m", say_metres(a->clear_m));
     const double unknown = a->voxels ? (double)a->unknown / (double)a->voxels : 1;
     return json_pack("{s:s, s:o, s:o, s:s}", "state", state_words[a->state], "first", first, "unknown_share",
-                     json_real(round(unknown * 1e4) / 1e4), "reason", reason_of(a));
+                     json_real(round(unknown * 1e4) / 1e4), "reason",
+                     reason_of(a, q->n > 0, d->conf.map.body_m <= 0));
 }
 
 static bool small_enough(const struct daemon *d, const double extent_m[3], struct rpc_error *error)
@@ -407,7 +411,7 @@ static void begin_submap(void *ctx, struct pipeline_map *m)
     voxmap_new(&m->map);
 }
 
-static void clear_map(void *ctx, struct pipeline_map *m)
+static void forget_map(void *ctx, struct pipeline_map *m)
 {
     (void)ctx;
     voxmap_clear(&m->map);
@@ -428,9 +432,9 @@ json_t *places_method_new(const struct rpc_call *call, json_t *params, struct rp
     return change(call, params, begin_submap, error);
 }
 
-json_t *places_method_clear(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+json_t *places_method_forget(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
-    return change(call, params, clear_map, error);
+    return change(call, params, forget_map, error);
 }
 
 static const char *name_of(json_t *params, struct rpc_error *error)

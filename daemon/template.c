@@ -267,9 +267,14 @@ void template_start(struct daemon *d)
     for (int i = 0; i < d->conf.n_sonars; i++) {
         enum template_fault fault;
         d->template[i].fit = -1;
-        if (!d->conf.sonar[i].background[0] || load(d, i, &fault, err, sizeof err))
+        if (!d->conf.sonar[i].background[0])
             continue;
-        happened(d, i, fault == TEMPLATE_MISSING ? LOG_NOTICE : LOG_ERR, "runs without a template: %s", err);
+        if (!load(d, i, &fault, err, sizeof err))
+            happened(d, i, fault == TEMPLATE_MISSING ? LOG_NOTICE : LOG_ERR, "runs without a template: %s", err);
+        else if (d->replay)
+            happened(d, i, LOG_WARNING,
+                     "the template of today is in force; that of the recording may have been another: %s",
+                     d->conf.sonar[i].background);
     }
 }
 

@@ -71,7 +71,7 @@ json_t *template_method_learn(const struct rpc_call *call, json_t *params, struc
 json_t *template_method_stop(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *template_method_save(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *template_method_load(const struct rpc_call *call, json_t *params, struct rpc_error *error);
-json_t *template_method_clear(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *template_method_forget(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 
 /** template_word - for `status`: "none", "learning", "in force", "does not fit". */
 const char *template_word(const struct template *t);

@@ -219,7 +219,7 @@ json_t *template_method_load(const struct rpc_call *call, json_t *params, struct
     return change(call, params, template_load_one, error);
 }
 
-json_t *template_method_clear(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+json_t *template_method_forget(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
     return change(call, params, template_clear, error);
 }

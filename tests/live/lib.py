@@ -44,6 +44,13 @@ class Skipped(Exception):
     pass
 
 
+def helper(name):
+    """The path of what `make tests` builds for the tests."""
+    path = os.path.join(BUILD, "tests", name)
+    check(os.path.exists(path), "%s is not there: make programs tests" % path)
+    return path
+
+
 def check(condition, why):
     if not condition:
         raise Failed(why)

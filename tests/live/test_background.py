@@ -77,7 +77,7 @@ def frame(bench, threads):
     check(client.call("background")["template"]["saved"], "not loaded at the start")
     pings_until(client, TURN + 10)
     check_masked(client)
-    client.call("background_clear")
+    client.call("background_forget")
     pings_until(client, TURN + 10)
     expect(client, 200, 1.5, "blocked")
     check(os.path.exists(path), "clear has removed the file")
@@ -184,7 +184,7 @@ def refusals(bench):
                                 ("background_save", {}, "no template"),
                                 ("background_save", {"file": "/etc/passwd"}, "file"),
                                 ("background_load", {}, "No such file"),
-                                ("background_clear", {}, "no template"),
+                                ("background_forget", {}, "no template"),
                                 ("background_stop", {}, "nothing is being learnt")):
         try:
             client.call(method, **params)
@@ -208,12 +208,16 @@ def replay(bench):
     pings_until(daemon.client(), 6 * TURN, 60)
     daemon.stop()
     (capture,) = glob.glob(os.path.join(folder, "*.mcap"))
-    client = bench.sonard("--replay", capture, "--speed", "4", "--stay", conf=False).client()
+    daemon = bench.sonard("--replay", capture, "--speed", "4", "--stay", conf=False)
+    client = daemon.client()
     until(lambda: client.sensor()["pings"] > 10, "the replay to begin")
     learning = bench.sonarctl("background", "learn", "--pings", "3", "--standing")
     check(learning.returncode == 0 and "in force" in learning.stdout, learning.stdout + learning.stderr)
     saved = bench.sonarctl("background", "save")
     check(saved.returncode == 0 and os.path.exists(bench.path("head.bg")), saved.stderr)
+    daemon.stop()
+    again = bench.sonard("--replay", capture, "--speed", "4", "--stay", conf=False).client()
+    check("of today" in again.call("background")["happened"], str(again.call("background")))
 
 
 cases = [("frame_threads%d" % n, lambda bench, n=n: frame(bench, n)) for n in (0, 1, 2)]

@@ -186,7 +186,7 @@ def files(bench):
     check(saved.returncode == 0 and "saved as" in saved.stdout, saved.stdout + saved.stderr)
     path = bench.path("basin.map")
     check(os.path.exists(path) and not os.path.exists(path + ".new"), "not saved")
-    client.call("map_clear")
+    client.call("map_forget")
     check(state_of(client, "point", position_m=[1, 0, 2]) == "unknown", "cleared, and not unknown")
     check(not any("." in row for rows in slices(client) for row in rows), "something is left")
     done(client, "map_load", name="basin")
@@ -395,6 +395,9 @@ def exports(bench):
         check(abs(length - 1) < 1e-5 or length == 0, "a normal of length %g" % length)
         heard += tag
     check(0 < heard < count, "%d of %d points are of echoes" % (heard, count))
+    done(client, "map_save", name="one")
+    slip = bench.sonarctl("map", "load", "on")
+    check(slip.returncode != 0 and "no such map; there are: one" in slip.stderr, slip.stderr)
     mcap = done(client, "map_export", name="cloud", format="mcap")
     told = bench.sonarctl("capture", "info", mcap)
     check(told.returncode == 0 and "/map/surface" in told.stdout, told.stdout + told.stderr)
@@ -478,6 +481,10 @@ def refusals(bench):
             ("map_export", {"name": "x", "format": "pdf"}, "format"), ("map_load", {}, "name")):
         expect_refusal(client, method, params, why)
     check(state_of(client, "point", position_m=[0, 0, 0]) == "unknown", "nothing pinged, and not unknown")
+    reason = client.call("path", points_m=[[0, 0, 0], [1, 0, 0]], radius_m=0.2)["reason"]
+    check("set body in [map]" in reason, reason)
+    drawn = bench.sonarctl("map", "draw")
+    check(drawn.returncode == 0 and "nothing is known" in drawn.stderr, drawn.stderr)
     check(state_of(client, "path", points_m=[[0, 0, 0]], radius_m=0) == "unknown", "nothing pinged, and not unknown")
     daemon.stop()
     conf(bench)

@@ -6,7 +6,7 @@ import os
 import re
 import signal
 
-from lib import BUILD, SANITIZER, Skipped, check, note, pings_until, run, until
+from lib import SANITIZER, Skipped, check, helper, note, pings_until, run, until
 
 TURN = 200   # pings of a full circle at 1.8 degrees
 PINGS = 250  # that are watched
@@ -41,7 +41,7 @@ def measure(bench, threads, *arguments):
     sim = bench.sim()
     bench.conf(pipeline={"threads": threads}, log={"level": "info"})
     bench.write("mcount", "")
-    daemon = bench.sonard(*arguments, env={"LD_PRELOAD": os.path.join(BUILD, "tests", "mcount.so"),
+    daemon = bench.sonard(*arguments, env={"LD_PRELOAD": helper("mcount.so"),
                                            "MCOUNT_OUT": bench.path("mcount")})
     client = daemon.client()
     pings_until(client, TURN + 10)

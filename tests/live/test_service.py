@@ -8,9 +8,8 @@ import socket
 import subprocess
 import time
 
-from lib import BUILD, Client, PATIENCE, SANITIZER, Skipped, check, note, pings_until, run, until
+from lib import BUILD, Client, PATIENCE, SANITIZER, Skipped, check, helper, note, pings_until, run, until
 
-UPSET = os.path.join(BUILD, "tests", "upset.so")
 
 
 class Manager:
@@ -79,7 +78,7 @@ def hung(bench, threads):
     manager = Manager(bench)
     bench.sim()
     bench.conf(pipeline={"threads": threads})
-    daemon = bench.sonard(env=dict(manager.env, WATCHDOG_USEC="2000000", LD_PRELOAD=UPSET,
+    daemon = bench.sonard(env=dict(manager.env, WATCHDOG_USEC="2000000", LD_PRELOAD=helper("upset.so"),
                                    UPSET_THREADS=bench.path("hang")))
     client = daemon.client()
     pings_until(client, 20)

@@ -7,17 +7,16 @@ import re
 import socket
 import time
 
-from lib import BUILD, PATIENCE, SANITIZER, Skipped, check, note, pings_until, run, until
+from lib import PATIENCE, SANITIZER, Skipped, check, helper, note, pings_until, run, until
 
 TURN = 200  # pings of a full circle at 1.8 degrees
-UPSET = os.path.join(BUILD, "tests", "upset.so")
 
 
 def upset(bench, *arguments, **kinds):
     if SANITIZER:
         raise Skipped("a sanitizer wants to be loaded first")
     env = {"UPSET_" + kind.upper(): bench.path(file) for kind, file in kinds.items()}
-    return bench.sonard(*arguments, env=dict(env, LD_PRELOAD=UPSET))
+    return bench.sonard(*arguments, env=dict(env, LD_PRELOAD=helper("upset.so")))
 
 
 def states(client):
