@@ -353,7 +353,8 @@ TEST(a_flood_is_slowed_down_and_others_are_served)
 TEST(without_a_rate_limit_a_standing_clock_stops_nobody)
 {
     char err[256];
-    const struct server_conf conf = {.path = path, .mode = 0600, .max_clients = 1, .no_rate_limit = true};
+    const struct server_conf conf = {
+        .path = path, .mode = 0600, .change = "all", .max_clients = 1, .no_rate_limit = true};
 
     loop = loop_new(true);
     server = server_start(loop, &conf, methods, NULL, err, sizeof err);
