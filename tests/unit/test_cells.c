@@ -5,6 +5,7 @@
 #include "../lib/test.h"
 
 #include "../../grid/sphere/cells.h"
+#include "../bench/paper_layout.h"
 
 #define ROOM       300
 #define DIRECTIONS 40
@@ -116,8 +117,37 @@ TEST(locked_cells_make_no_room)
     check_all();
 }
 
+/* The paper's own structure, with pointers, is the reference: the same cells in the same order after any sequence. */
+TEST(any_sequence_leaves_what_the_papers_structure_holds)
+{
+    uint64_t seed = test_seed();
+    start();
+    struct paper_grid paper = paper_grid(1, cells.directions);
+    for (int step = 0; step < 20000; step++) {
+        uint32_t evicted, d = (uint32_t)(test_random(&seed) % cells.directions);
+        uint16_t layer = (uint16_t)(test_random(&seed) % 9);
+        if (test_uniform(&seed) < 0.5 && cells.used + 1 < cells.room) {
+            cells.cell[cells_take(&cells, d, layer, &evicted)].echoes++;
+            paper_take(&paper, 0, d, layer)->echoes++;
+        } else if (cells.first[d] != CELLS_NONE) {
+            cells_release(&cells, cells.first[d]);
+            paper_release(&paper, paper.theta[0].first[d]);
+        }
+        CHECK_INT(cells.used, paper.cells);
+        uint32_t i = cells.first[d];
+        struct paper_cell *c = paper.theta[0].first ? paper.theta[0].first[d] : NULL;
+        for (; i != CELLS_NONE && c; i = cells.cell[i].next, c = c->farther) {
+            CHECK_INT(cells.cell[i].layer, c->layer);
+            CHECK_INT(cells.cell[i].echoes, c->echoes);
+        }
+        CHECK(i == CELLS_NONE && !c);
+    }
+    paper_free(&paper);
+}
+
 int main(void)
 {
+    RUN(any_sequence_leaves_what_the_papers_structure_holds);
     RUN(any_sequence_leaves_every_cell_in_one_list);
     RUN(a_cell_is_found_again_and_comes_without_evidence_after_release);
     RUN(locked_cells_make_no_room);
