@@ -165,7 +165,7 @@ check-vm:
 check-arm64:
 	@tests/deps.sh arm64
 	@$(MAKE) --no-print-directory programs
-	@BUILD=$(BUILD) tests/run.sh tests/arm64.sh
+	@BUILD=$(BUILD) LIMIT=3600 tests/run.sh tests/arm64.sh
 
 check-deb:
 	@tests/deps.sh deb
