@@ -165,9 +165,10 @@ const struct conf_key conf_keys[] = {
     {"extract", "order", WORDS("safe", "paper"), .standard = "safe", CONF(extract.order),
      .help = "Where the image is cleaned: safe detects on what the sonar sent and takes from the cleaned image\n"
              "only what it rules out; paper detects on the cleaned image, with no defined rate of false alarms."},
-    {"extract", "false_alarm", LIVE, NUMBER(1e-12, 0.1), .standard = "1e-4", CONF(extract.false_alarm),
-     .help = "Probability that a bin of pure noise is taken for an echo. 1e-4 is one in ten thousand bins, or\n"
-             "about one false echo in eight beams of 1200 bins."},
+    {"extract", "false_alarm", LIVE, NUMBER(1e-12, 0.1), .standard = "1e-3", CONF(extract.false_alarm),
+     .help = "Probability that a bin of pure noise is taken for a part of an echo. An echo's peak has to have\n"
+             "min_contrast as well, so this mostly decides where the faint edge of an echo begins: a larger\n"
+             "one ends the free water sooner, a smaller one claims more and misses more."},
     {"extract", "window", LIVE, QUANTITY(1, "m", 0.005, 20), .standard = "0.4 m", CONF(extract.window_m),
      .help = "Length of the reference cells on each side of the cell under test."},
     {"extract", "guard", LIVE, QUANTITY(1, "m", 0, 10), .standard = "0.1 m", CONF(extract.guard_m),

@@ -56,7 +56,7 @@ void extract_defaults(struct extract_conf *conf)
 {
     *conf = (struct extract_conf){
         .detector = CFAR_SOCA,
-        .false_alarm = 1e-4,
+        .false_alarm = 1e-3,
         .window_m = 0.4,
         .guard_m = 0.1,
         .rank = 0.75,

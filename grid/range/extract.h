@@ -76,7 +76,8 @@ struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_
  * group's strongest cell, interpolated. near_m: near edge of the group's first cell, which begins half a pulse
  * before the reflection at the latest. sd_m: of a reflector anywhere in the stretch that is at least half as strong
  * as the peak; that covers devices that count from the beginning of their transmission and not from its middle.
- * strength: peak over threshold. confidence: strength / (1 + strength).
+ * strength: peak over threshold. confidence: rises with how far the peak stands above its reference, 0.5 at 13 dB and
+ * 0.9 at 22.6 dB, whatever the threshold is.
  * Saturated bins beyond the ring-down are echoes. Beams without geometry, without samples, too short, saturated
  * or zero throughout are BEAM_BLIND.
  *

@@ -4,6 +4,9 @@
 #include <math.h>
 #include <string.h>
 
+/* An echo whose peak is so many times (13 dB) its reference is believed by half. */
+#define EVEN 20.0
+
 void detection_add_saturated(const struct profile *p, struct detection *d)
 {
     const uint32_t n = p->axis->n;
@@ -62,7 +65,7 @@ static void measure(const struct profile *p, const struct detection *d, struct r
 {
     const struct profile_axis *a = p->axis;
     uint32_t peak = r->begin;
-    double strength = 1.0;
+    double strength = 1.0, risen = 0.0;
 
     r->contrast = 0.0;
     r->lowest_only = p->clean != NULL;
@@ -75,6 +78,7 @@ static void measure(const struct profile *p, const struct detection *d, struct r
         const bool saturated = profile_saturated(p, i);
         r->contrast = fmax(r->contrast, saturated ? INFINITY : ratio);
         strength = fmax(strength, ratio * 65536.0 / (double)alpha_q16);
+        risen = fmax(risen, ratio);
         if (saturated || (p->clean && p->clean[i] > p->lowest))
             r->lowest_only = false;
         if (p->cell[i] > p->cell[peak])
@@ -87,7 +91,7 @@ static void measure(const struct profile *p, const struct detection *d, struct r
         .near_m = (float)profile_m(p, r->near),
         .sd_m = (float)(half_power_width(p->cell, a->n, peak) * a->dr / sqrt(12.0)),
         .strength = (float)strength,
-        .confidence = (float)(strength / (1.0 + strength)),
+        .confidence = (float)(risen / (EVEN + risen)),
     };
 }
 

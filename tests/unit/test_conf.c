@@ -460,7 +460,7 @@ TEST(defaults_are_valid_and_as_agreed)
             continue;
         }
         conf_value_write(key, &scratch, text, sizeof text);
-        if (strcmp(key->name, "false_alarm") != 0) /* 1e-4 is 0.0001 */
+        if (strcmp(key->name, "false_alarm") != 0) /* 1e-3 is 0.001 */
             CHECK_STR(text, value);
     }
     CHECK_INT(conf.n_sonars, 0);
@@ -469,7 +469,7 @@ TEST(defaults_are_valid_and_as_agreed)
     CHECK(conf.sonar[0].ring_down_m == -1.0);
     CHECK(conf.sonar[0].sector_rad[1] == 2 * M_PI);
     CHECK(conf.extract.detector == CONF_SOCA && conf.extract.no_echo == CONF_NO_ECHO_MINIMUM);
-    CHECK(conf.extract.false_alarm == 1e-4);
+    CHECK(conf.extract.false_alarm == 1e-3);
     CHECK(conf.grid.range_max_m == 0.0);
     CHECK(conf.grid.elevation == CONF_ELEVATION_FULL);
     CHECK_INT(conf.server.mode, 0660);
