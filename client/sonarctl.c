@@ -66,6 +66,7 @@ static const struct argument nearest_options[] = {
     {"--elevation", "elevation_deg", "LO,HI", "band of elevations in degrees (-90,90)", ARGUMENT_NUMBERS, 2, 0, 0},
     {"--distance", "distance_m", "D", "what is farther away in metres does not count", ARGUMENT_NUMBER, 0, 0, 0},
     FRAME_OPTION,
+    GRID_OPTION,
     {0},
 };
 
@@ -73,6 +74,7 @@ static const struct argument limit_options[] = {
     {"--velocity", "velocity_mps", "X,Y,Z", "asked for, in m/s: forward, right, down, or north, east, down",
      ARGUMENT_NUMBERS, 3, 0, 0},
     FRAME_OPTION,
+    GRID_OPTION,
     {0},
 };
 
@@ -81,6 +83,7 @@ static const struct argument collision_options[] = {
      ARGUMENT_NUMBERS, 3, 0, 0},
     {"--ahead", "ahead_s", "S", "seconds to look ahead (60)", ARGUMENT_NUMBER, 0, 0, 0},
     FRAME_OPTION,
+    GRID_OPTION,
     {0},
 };
 

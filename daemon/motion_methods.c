@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "../grid/answer/limit.h"
+#include "grid_methods.h"
 #include "methods.h"
 #include "moment.h"
 #include "say.h"
@@ -21,9 +22,13 @@ struct movement {
     double velocity_mps[3], speed_mps;
     bool ned;
     struct answer_now now;
-    struct answer_conf limits;
+    struct grid *grid;
     struct corridor_body body;
     struct corridor corridor;
+    bool follows;     /* the picture follows the vehicle, up to the newest pose */
+    bool told;        /* the pose tells a velocity: */
+    double own_mps;   /* its speed along the line; 0: none, or backwards */
+    double across[3]; /* what of it goes across the line, in the axes of the question */
     double stale_s;   /* the vehicle may have moved for so long without the picture's knowledge ... */
     double drifted_m; /* ... or has by so much */
 };
@@ -37,11 +42,43 @@ static void take_body(const struct conf_vehicle *c, struct corridor_body *body)
                                    .near_m = c->near_m > 0 ? c->near_m : hypot(hypot(wide, wide), high)};
 }
 
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* What the vehicle does now, against what it is asked to do. */
+static void take_own_velocity(struct movement *m)
+{
+    const struct pose *pose = &m->now.pose;
+    const unsigned needed = POSE_VELOCITY | (m->ned ? 0 : POSE_ATTITUDE);
+    m->told = m->now.pose_fresh && (pose->has & needed) == needed;
+    if (!m->told || m->speed_mps < AT_REST_MPS)
+        return;
+    memcpy(m->across, pose->velocity_mps, sizeof m->across);
+    if (!m->ned)
+        quat_rotate_inverse(pose->attitude, m->across, m->across);
+    const double along_mps = dot(m->across, m->velocity_mps) / m->speed_mps;
+    for (int i = 0; i < 3; i++)
+        m->across[i] -= along_mps * m->velocity_mps[i] / m->speed_mps;
+    m->own_mps = fmax(0, along_mps);
+}
+
 static void take_velocity(struct movement *m, const double velocity_mps[3], bool ned)
 {
+    struct picture_frame frame;
     memcpy(m->velocity_mps, velocity_mps, sizeof m->velocity_mps);
-    m->speed_mps = hypot(hypot(velocity_mps[0], velocity_mps[1]), velocity_mps[2]);
+    m->speed_mps = sqrt(dot(velocity_mps, velocity_mps));
     m->ned = ned;
+    picture_get_frame(grid_picture(m->grid), &frame);
+    m->follows = frame.ned && m->now.pose_fresh && (m->now.pose.has & POSE_POSITION);
+    take_own_velocity(m);
+}
+
+/* How long the vehicle may have moved without the picture's knowledge, before anything was looked at. */
+static double longest_stale_s(const struct daemon *d, const struct movement *m)
+{
+    return m->follows ? fmax(0, moment_pose_age_s(d)) : m->grid->setting.limits.clear_for_s;
 }
 
 /*
@@ -51,39 +88,35 @@ static void take_velocity(struct movement *m, const double velocity_mps[3], bool
  */
 static void judge_age(const struct daemon *d, struct movement *m)
 {
-    const struct pose *pose = &m->now.pose;
-    struct picture_frame frame;
-    picture_get_frame(pipeline_picture(d->pipeline), &frame);
     m->stale_s = fmax(0, fmax(m->corridor.age_s, m->corridor.blocked_age_s));
     m->drifted_m = 0;
-    if (!frame.ned || !m->now.pose_fresh || !(pose->has & POSE_POSITION))
+    if (!m->follows)
         return;
-    m->stale_s = fmax(0, moment_pose_age_s(d));
-    if (!(pose->has & POSE_VELOCITY) || m->speed_mps < AT_REST_MPS)
+    m->stale_s = longest_stale_s(d, m);
+    if (!m->told)
         return;
-    double along[3];
-    memcpy(along, m->velocity_mps, sizeof along);
-    if (!m->ned)
-        quat_rotate(pose->attitude, along, along);
-    double mps = 0;
-    for (int i = 0; i < 3; i++)
-        mps += along[i] * pose->velocity_mps[i] / m->speed_mps;
-    m->drifted_m = fmax(0, mps) * m->stale_s;
+    m->drifted_m = m->own_mps * m->stale_s;
     m->stale_s = 0;
 }
 
-static void look_ahead(const struct daemon *d, struct movement *m, double most_m)
+/* drift_m: what the vehicle's own velocity across the line carries it off by. */
+static void look_ahead(const struct daemon *d, struct movement *m, double most_m, double drift_m)
 {
+    const double across_mps = sqrt(dot(m->across, m->across));
     struct corridor_query q = {.ned = m->ned, .most_m = most_m};
     memcpy(q.direction, m->velocity_mps, sizeof q.direction);
-    corridor_look(pipeline_picture(d->pipeline), &m->limits, &m->now, &m->body, &q, &m->corridor);
+    for (int i = 0; i < 3 && across_mps >= AT_REST_MPS; i++)
+        q.drift_m[i] = m->across[i] / across_mps * drift_m;
+    corridor_look(grid_picture(m->grid), &m->grid->setting.limits, &m->now, &m->body, &q, &m->corridor);
     judge_age(d, m);
 }
 
-static void begin(const struct daemon *d, struct movement *m)
+/* False: there is no such grid. */
+static bool begin(struct daemon *d, json_t *params, struct movement *m, struct rpc_error *error)
 {
-    *m = (struct movement){.now = moment_now(d), .limits = moment_limits(d)};
+    *m = (struct movement){.now = moment_now(d), .grid = grid_asked(d, params, error)};
     take_body(&d->conf.vehicle, &m->body);
+    return m->grid != NULL;
 }
 
 static json_t *distance(double m)
@@ -121,7 +154,7 @@ static json_t *limit_json(const struct movement *m, const struct limit *l, const
 
 json_t *motion_method_limit(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
-    static const char *const keys[] = {"velocity_mps", "frame", NULL};
+    static const char *const keys[] = {"velocity_mps", "frame", "grid", NULL};
     struct daemon *d = call->daemon;
     struct limit_conf conf;
     struct movement m;
@@ -137,7 +170,8 @@ json_t *motion_method_limit(const struct rpc_call *call, json_t *params, struct 
         rpc_refuse(error, RPC_INVALID_PARAMS, "parameter 'velocity_mps' is missing");
         return NULL;
     }
-    begin(d, &m);
+    if (!begin(d, params, &m, error))
+        return NULL;
     take_velocity(&m, velocity, frame == 1);
     limit_conf(&d->conf.vehicle, &conf);
     if (m.speed_mps < AT_REST_MPS) {
@@ -147,7 +181,8 @@ json_t *motion_method_limit(const struct rpc_call *call, json_t *params, struct 
     /* as far as it would be for the oldest picture that may count: farther than needed changes nothing */
     look_ahead(d, &m,
                limit_reach_m(&conf, m.body.radius_m + m.body.half_height_m + m.body.margin_m, m.speed_mps,
-                             d->conf.grid.clear_for_s, m.speed_mps * d->conf.pose.max_age_s));
+                             m.grid->setting.limits.clear_for_s, m.own_mps * d->conf.pose.max_age_s),
+               limit_drift_m(&conf, sqrt(dot(m.across, m.across)), longest_stale_s(d, &m)));
     limit_of(&conf, &m.corridor, m.speed_mps, m.stale_s, m.drifted_m, &l);
     return limit_json(&m, &l, answer_reason_text(m.corridor.reason));
 }
@@ -199,12 +234,11 @@ static json_t *collision_json(const struct movement *m, double ahead_s)
 
 json_t *motion_method_collision(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
-    static const char *const keys[] = {"velocity_mps", "frame", "ahead_s", NULL};
+    static const char *const keys[] = {"velocity_mps", "frame", "ahead_s", "grid", NULL};
     struct daemon *d = call->daemon;
     double ahead_s = DEFAULT_AHEAD_S;
     struct movement m;
-    begin(d, &m);
-    if (!rpc_only(params, keys, error) ||
+    if (!rpc_only(params, keys, error) || !begin(d, params, &m, error) ||
         !rpc_number(params, "ahead_s", false, 0.1, LONGEST_AHEAD_S, &ahead_s, error) ||
         !velocity_of(params, &m, error))
         return NULL;
@@ -213,6 +247,8 @@ json_t *motion_method_collision(const struct rpc_call *call, json_t *params, str
     if (m.speed_mps >= AT_REST_MPS)
         look_ahead(d, &m,
                    m.body.radius_m + m.body.half_height_m +
-                       m.speed_mps * (ahead_s + d->conf.grid.clear_for_s + d->conf.pose.max_age_s));
+                       m.speed_mps * (ahead_s + m.grid->setting.limits.clear_for_s) +
+                       m.own_mps * d->conf.pose.max_age_s,
+                   sqrt(dot(m.across, m.across)) * longest_stale_s(d, &m));
     return collision_json(&m, ahead_s);
 }

@@ -14,8 +14,6 @@
 #include "daemon.h"
 #include "map_job.h"
 
-#define NAME_MAX_BYTES 64
-
 /* ---- the map, submap by submap ---- */
 
 struct visit_list {
@@ -153,13 +151,6 @@ static void on_ended(void *ctx, uint32_t events, uint64_t now_ns)
     log_line(good ? LOG_NOTICE : LOG_ERR, "map: %s", job->message);
 }
 
-static bool name_good(const char *name)
-{
-    static const char letters[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_";
-    const size_t n = strlen(name);
-    return n >= 1 && n <= NAME_MAX_BYTES && strspn(name, letters) == n;
-}
-
 static bool prepare(struct daemon *d, enum places_what what, const char *name, const char *ending, char *err,
                     size_t err_size)
 {
@@ -167,8 +158,6 @@ static bool prepare(struct daemon *d, enum places_what what, const char *name, c
     struct places_job *job = &d->places.job;
     if (!folder[0])
         snprintf(err, err_size, "no folder is configured: set directory in [map]");
-    else if (!name_good(name))
-        snprintf(err, err_size, "a name is 1 to %d letters, digits, - and _", NAME_MAX_BYTES);
     else if (job->state == PLACES_RUNNING)
         snprintf(err, err_size, "another job is at work: %s", job->path);
     else {
@@ -206,6 +195,13 @@ static bool pack_and_begin(struct daemon *d, char *err, size_t err_size)
     job->bytes = (struct map_bytes){0};
     snprintf(err, err_size, "no memory for a copy of the map");
     return false;
+}
+
+bool places_name_good(const char *name)
+{
+    static const char letters[] = "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_";
+    const size_t n = strlen(name);
+    return n >= 1 && n <= PLACES_NAME_MAX && strspn(name, letters) == n;
 }
 
 bool places_save(struct daemon *d, const char *name, char *err, size_t err_size)

@@ -55,11 +55,16 @@ struct places {
 /** places_start - what jobs need; nothing without a map. False with a sentence in err. */
 bool places_start(struct daemon *d, char *err, size_t err_size);
 
+#define PLACES_NAME_MAX 64
+
+/** places_name_good - 1 to PLACES_NAME_MAX letters, digits, - and _: nothing that leaves the folder. */
+bool places_name_good(const char *name);
+
 /** places_end - waits for the job at work; before the pipeline ends. */
 void places_end(struct daemon *d);
 
 /*
- * What a client may ask for: false with a sentence in err, and nothing changed. A name is of letters, digits, - and _;
+ * What a client may ask for: false with a sentence in err, and nothing changed. The name is a good one;
  * the file is NAME.map (.ply, .mcap, .bt) in the configured folder. True: the job has begun.
  */
 bool places_save(struct daemon *d, const char *name, char *err, size_t err_size);

@@ -440,9 +440,12 @@ json_t *places_method_forget(const struct rpc_call *call, json_t *params, struct
 static const char *name_of(json_t *params, struct rpc_error *error)
 {
     const char *name = json_string_value(json_object_get(params, "name"));
-    if (!name)
-        rpc_refuse(error, RPC_INVALID_PARAMS, "parameter 'name' must be a string: the file's, without an ending");
-    return name;
+    if (name && places_name_good(name))
+        return name;
+    rpc_refuse(error, RPC_INVALID_PARAMS,
+               "name: wanted that of the file, without an ending: a name is 1 to %d letters, digits, - and _",
+               PLACES_NAME_MAX);
+    return NULL;
 }
 
 static json_t *begun(struct daemon *d, bool done, const char *why, struct rpc_error *error)

@@ -64,6 +64,7 @@ static bool add_name(struct rights *r, const char *name)
 void rights_set(struct rights *r, const char *change, gid_t socket_group)
 {
     char names[512], *rest = NULL;
+    change = change ? change : "";
     *r = (struct rights){.all = strcmp(change, "all") == 0};
     add_user(r, 0);
     add_user(r, geteuid());

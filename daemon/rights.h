@@ -20,7 +20,7 @@ struct rights {
 };
 
 /**
- * rights_set - from [server] change: "" (group: the socket's, `socket_group`), "all", or names of users, @groups and
+ * rights_set - from [server] change: "" or NULL (group: the socket's, `socket_group`), "all", or names of users, @groups and
  * their numbers. Root and the user of this process always may. Names that the system does not know give nobody a right and
  * are logged as warnings. Looks into the user database: not while pings are under way.
  */

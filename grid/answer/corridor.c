@@ -10,6 +10,7 @@
 struct tunnel {
     double along[3], side[3], up[3];
     double half_width_m, half_height_m, near_m, most_m;
+    double drift_side_m, drift_up_m; /* the wall on that side is so much farther away */
 };
 
 static double dot(const double a[3], const double b[3])
@@ -43,10 +44,12 @@ static double extent(const struct corridor_body *body, double upright)
 static void dig(const struct corridor_body *body, const struct picture_frame *frame, const struct answer_now *now,
                 const struct corridor_query *q, struct tunnel *t, double *front_m)
 {
-    double axis[3] = {0, 0, -1}, forward[3] = {1, 0, 0};
+    double axis[3] = {0, 0, -1}, forward[3] = {1, 0, 0}, drift[3];
+    memcpy(drift, q->drift_m, sizeof drift);
     memcpy(t->along, q->direction, sizeof t->along);
     scale(t->along, 1 / sqrt(dot(t->along, t->along)));
     sight_to_grid(frame, now, q->ned, t->along);
+    sight_to_grid(frame, now, q->ned, drift);
     sight_to_grid(frame, now, false, axis);
     sight_to_grid(frame, now, false, forward);
     const double slope = dot(axis, t->along);
@@ -58,22 +61,28 @@ static void dig(const struct corridor_body *body, const struct picture_frame *fr
     *front_m = extent(body, slope);
     t->half_width_m = body->radius_m + body->margin_m;
     t->half_height_m = extent(body, sqrt(fmax(0, 1 - slope * slope)));
+    t->drift_side_m = dot(drift, t->side);
+    t->drift_up_m = dot(drift, t->up);
     t->near_m = body->near_m;
     t->most_m = q->most_m;
 }
 
-/* Where the rays within `reach` of one that goes `share` (a sine) sideways leave a wall at half_m, at the latest. */
-static double leaves_wall(double half_m, double share, double reach)
+/*
+ * Where the rays within `reach` of one that goes `share` (a sine) sideways leave a wall at half_m, at the latest. The wall
+ * that the body drifts towards is farther away by drift_m (negative: the other wall).
+ */
+static double leaves_wall(double half_m, double drift_m, double share, double reach)
 {
     const double least = asin(fmin(1, fabs(share))) - reach;
-    return least > 0 ? half_m / sin(least) : INFINITY;
+    const double wall_m = half_m + fmax(0, share < 0 ? -drift_m : drift_m);
+    return least > 0 ? wall_m / sin(least) : INFINITY;
 }
 
 /* Range at which the last ray of the cell around v leaves the tunnel by its sides. */
 static double leaves_side(const struct tunnel *t, const double v[3], double reach)
 {
-    return fmin(leaves_wall(t->half_width_m, dot(v, t->side), reach),
-                leaves_wall(t->half_height_m, dot(v, t->up), reach));
+    return fmin(leaves_wall(t->half_width_m, t->drift_side_m, dot(v, t->side), reach),
+                leaves_wall(t->half_height_m, t->drift_up_m, dot(v, t->up), reach));
 }
 
 static void meet(struct corridor *out, const struct sight *s, const struct answer_now *now, double at_m)
@@ -125,7 +134,7 @@ static void heed_band(const struct rings *rings, const struct tunnel *t, double 
     if (sight_keeps(rings, -GEO_PI / 2, GEO_PI / 2))
         return;
     const double edge = fmax(0, fmin(rings->top_rad - el, el - bottom) - tilt);
-    if (leaves_wall(t->half_height_m, sin(fmin(edge, GEO_PI / 2)), 0) > t->near_m)
+    if (leaves_wall(t->half_height_m, fabs(t->drift_up_m), sin(fmin(edge, GEO_PI / 2)), 0) > t->near_m)
         doubt(out, ANSWER_OUTSIDE, t->near_m * cos(edge));
 }
 

@@ -4,7 +4,8 @@
  * sweeps is known to be free. Pure; reads the picture and nothing else.
  *
  * The body is an upright cylinder around the reference point. It sweeps a straight tunnel with flat ends: half_width_m
- * to each side, half_height_m up and down, from the reference point to `distance + front_m`. A ray of the picture leaves
+ * to each side, half_height_m up and down, from the reference point to `distance + front_m`; farther to the side that it
+ * drifts to, by what it drifts. A ray of the picture leaves
  * that tunnel through its side or its end; free is what is free along every ray as far as it stays inside. A cell of the
  * grid counts with whichever of its rays is the worst. Hence: nothing that the picture holds lies in the tunnel up to
  * blocked_m, and every ray was heard free up to known_m, but for the water nearer than near_m.
@@ -23,8 +24,10 @@ struct corridor_body {
 
 struct corridor_query {
     double direction[3]; /* of any length but 0 */
-    bool ned;            /* it is NED; otherwise the body's */
-    double most_m;       /* how far to look from the reference point, > 0 */
+    double
+        drift_m[3]; /* the body may be carried off by as much; what of it is along the direction does not count */
+    bool ned;       /* both are NED; otherwise the body's */
+    double most_m;  /* how far to look from the reference point, > 0 */
 };
 
 struct corridor {

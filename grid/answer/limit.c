@@ -36,6 +36,11 @@ void limit_of(const struct limit_conf *conf, const struct corridor *corridor, do
                           .stop_m = way_to_stand(conf, known, stale_s)};
 }
 
+double limit_drift_m(const struct limit_conf *conf, double across_mps, double stale_s)
+{
+    return way_to_stand(conf, across_mps, stale_s);
+}
+
 double limit_reach_m(const struct limit_conf *conf, double front_m, double asked_mps, double stale_s,
                      double drifted_m)
 {

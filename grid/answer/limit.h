@@ -8,6 +8,11 @@
  * positive root of v^2 / (2 a) + v t - s = 0 (0 for s <= 0), or less when less was asked for, and the left side grows
  * with v >= 0. So it stops within s = free - front: with body and margin in water that the corridor (corridor.h) holds
  * free, whichever way it moves: the corridor lies along the velocity, sideways and down as well as ahead.
+ *
+ * What the vehicle does across that line meanwhile carries it off by limit_drift_m(), by which the corridor must be wider
+ * (corridor.h): u * t until the braking of what goes across begins, and u^2 / (2 a) until it has ended. More of it makes the
+ * corridor wider, never narrower, hence never more speed. What it does along the line now is drifted_m's and the claim's:
+ * nobody who goes faster than v now can be made to stand by a command within the way that v takes.
  */
 #ifndef SONARD_LIMIT_H
 #define SONARD_LIMIT_H
@@ -45,6 +50,9 @@ double limit_speed(double braking_mps2, double t_s, double way_m);
  */
 void limit_of(const struct limit_conf *conf, const struct corridor *corridor, double asked_mps, double stale_s,
               double drifted_m, struct limit *out);
+
+/** limit_drift_m - how far a speed across the line carries the vehicle off, until braking has ended it. */
+double limit_drift_m(const struct limit_conf *conf, double across_mps, double stale_s);
 
 /** limit_reach_m - how far a corridor must be looked at for a speed: beyond, nothing can limit it. */
 double limit_reach_m(const struct limit_conf *conf, double front_m, double asked_mps, double stale_s,

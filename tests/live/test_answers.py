@@ -14,15 +14,17 @@ BRAKING, LATENCY = 0.2, 0.5   # of the defaults
 REACH_M = 0.4 + 0.3           # body and margin
 
 
-def basin(bench, **vehicle):
-    """The level head sees a fan of 25 degrees: nearer than 4 m it knows nothing of above and below."""
+def basin(bench, pose=None, **vehicle):
+    """The level head sees a fan of 25 degrees: nearer than 4 m it knows nothing of above and below. pose: told all along."""
     keys = {"near": "4 m", "latency": "%g s" % LATENCY}
     keys.update(vehicle)
     bench.sim()
     bench.conf(vehicle=keys)
     client = bench.sonard().client()
+    if pose:
+        until(lambda: client.call("pose", **pose) and client.sensor()["pings"] > TURN + 10, "a turn of pings", 60)
     pings_until(client, TURN + 10)
-    until(lambda: all(s["state"] == "blocked" for s in client.call("sectors")["sectors"]), "all of the circle", 60)
+    until(lambda: (not pose or client.call("pose", **pose)) and all(s["state"] == "blocked" for s in client.call("sectors")["sectors"]), "all of the circle", 60)
     return client
 
 
@@ -72,6 +74,23 @@ def limit(bench):
     refused(client, "limit", -32602, velocity_mps=[1, 0])
     out = bench.sonarctl("limit", "--velocity", "3,0,0", "--json")
     check(out.returncode == 0 and '"limited_by":"blocked"' in out.stdout, "sonarctl limit: %s" % out)
+
+
+def drift(bench):
+    """Asked to go ahead while it slides towards a wall abeam, or away from it."""
+    still = {"attitude_deg": [0, 0, 0], "position_m": [0, 0, 5], "velocity_mps": [0, 0, 0]}
+    client = basin(bench, pose=still, unknown="ignore")
+    speeds = []
+    for right in (-0.8, 0, 0.4, 0.8, 1.7, 2.5):     # 0.8 m/s: 2 m until it is braked; 1.7 m/s: 8 m
+        client.call("pose", **dict(still, velocity_mps=[0, right, 0]))
+        answer = client.call("limit", velocity_mps=[3, 0, 0])
+        check(answer["limited_by"] == "blocked", "at %g m/s to the right: %s" % (right, answer))
+        speeds.append(answer["speed_mps"])
+    check(min(speeds[:4]) > 1, "nothing stands in the way so far: %s" % speeds)
+    check(sorted(speeds[1:], reverse=True) == speeds[1:], "more drift, more speed: %s" % speeds)
+    check(speeds[4] < 0.2, "into the wall to the right: %s" % speeds)
+    refused(client, "limit", -32602, velocity_mps=[1, 0, 0], grid="none")
+    refused(client, "time_to_collision", -32602, grid="none")
 
 
 def unknown_ahead(bench):
@@ -146,5 +165,5 @@ def stats(bench):
     check("sonard_pings_total" in bench.sonarctl("stats").stdout, "sonarctl stats")
 
 
-cases = [("answers_" + f.__name__, f) for f in (nearest, limit, unknown_ahead, collision, stats)]
+cases = [("answers_" + f.__name__, f) for f in (nearest, limit, drift, unknown_ahead, collision, stats)]
 run(cases, parallel=4)

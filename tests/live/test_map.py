@@ -219,7 +219,7 @@ def check_foreign(bench, client, path, before):
     refused("other", b"ply\nformat ascii 1.0\n", "not a map", False)
     refused("newer", good[:8] + struct.pack("<I", 2) + good[12:], "version 2", False)
     missing = bench.sonarctl("map", "load", "nowhere")
-    check(missing.returncode == 6 and "No such file" in missing.stderr, missing.stderr)
+    check(missing.returncode == 6 and "no such map" in missing.stderr, missing.stderr)
     bench.write("mine.map", "my own notes")
     result = job(client, "map_save", name="mine")
     check(result["state"] == "failed" and "not replaced" in result["message"], str(result))
@@ -445,11 +445,12 @@ def check_octomap(bench, client, tree):
     note("OctoMap reads %d nodes; %d places, %d of them free, are the same" % (size, len(places), said.count("free")))
 
 
-def expect_refusal(client, method, params, why):
+def expect_refusal(client, method, params, why, code=None):
     try:
         client.call(method, **params)
     except RpcError as refusal:
         check(why in str(refusal), "%s: %s" % (method, refusal))
+        check(code is None or refusal.code == code, "%s: code %d: %s" % (method, refusal.code, refusal))
         return
     raise Failed("%s %s is not refused" % (method, params))
 
@@ -490,7 +491,8 @@ def refusals(bench):
     conf(bench)
     client = bench.sonard().client()
     for name in ("", "../x", "a/b", ".hidden", "x" * 65, "a b"):
-        expect_refusal(client, "map_save", {"name": name}, "a name is")
+        for method in ("map_save", "map_load", "map_export"):
+            expect_refusal(client, method, {"name": name}, "a name is", -32602)
     bad = bench.path("bad.conf")
     with open(bench.path("sonard.conf"), encoding="ascii") as f:
         text = f.read()

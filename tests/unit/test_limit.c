@@ -62,12 +62,19 @@ static uint32_t at(double az_deg, double el_deg)
     return rings_index(&rings, geo_rad(az_deg), geo_rad(el_deg));
 }
 
-static struct corridor look(const struct corridor_body *body, double x, double y, double z, double most_m)
+static struct corridor look_drifting(const struct corridor_body *body, double x, double y, double z, double most_m,
+                                     const double drift_m[3])
 {
-    const struct corridor_query q = {.direction = {x, y, z}, .most_m = most_m};
+    const struct corridor_query q = {
+        .direction = {x, y, z}, .drift_m = {drift_m[0], drift_m[1], drift_m[2]}, .most_m = most_m};
     struct corridor c;
     corridor_look(&picture, &limits, &now, body, &q, &c);
     return c;
+}
+
+static struct corridor look(const struct corridor_body *body, double x, double y, double z, double most_m)
+{
+    return look_drifting(body, x, y, z, most_m, (const double[3]){0, 0, 0});
 }
 
 TEST(open_water_is_known_as_far_as_asked)
@@ -161,13 +168,19 @@ TEST(no_point_of_the_tunnel_is_worse_than_said)
         const double el = asin(uniform(-1, 1)), az = uniform(0, GEO_TURN);
         double a[3], side[3], up[3];
         geo_direction(az, el, a);
-        const struct corridor c = look(&body, a[0], a[1], a[2], 10);
         geo_direction(az + GEO_PI / 2, 0, side);
         geo_direction(az, el + GEO_PI / 2, up);
+        const double off[2] = {round % 2 * uniform(-1, 1), round % 2 * uniform(-1, 1)};
+        double drift[3];
+        for (int i = 0; i < 3; i++)
+            drift[i] = off[0] * side[i] + off[1] * up[i] + uniform(-1, 1) * a[i];
+        const struct corridor c = look_drifting(&body, a[0], a[1], a[2], 10, drift);
         const double wide = body.radius_m + body.margin_m;
         const double high = body.half_height_m * fabs(cos(el)) + body.radius_m * fabs(sin(el)) + body.margin_m;
         for (int k = 0; k < 20000; k++) {
-            const double x = uniform(0, 10), y = uniform(-wide, wide), z = uniform(-high, high);
+            const double carried = uniform(0, 1), x = uniform(0, 10);
+            const double y = uniform(-wide, wide) + carried * off[0];
+            const double z = uniform(-high, high) + carried * off[1];
             double v[3], p_az, p_el;
             for (int i = 0; i < 3; i++)
                 v[i] = x * a[i] + y * side[i] + z * up[i];
@@ -192,6 +205,47 @@ TEST(no_point_of_the_tunnel_is_worse_than_said)
     }
     CHECK(seen_blocked > 20);
     CHECK(seen_known > 5);
+}
+
+TEST(a_wall_blocks_who_drifts_towards_it_and_nobody_else)
+{
+    start();
+    all_free(20);
+    for (double az = 20; az <= 80; az += 3)
+        set(at(az, 0), 0.3, 0.99 / sin(geo_rad(az)), 1 / sin(geo_rad(az)), 1); /* 1 m to starboard */
+    CHECK(isinf(look(&small, 1, 0, 0, 10).blocked_m));
+    CHECK(look_drifting(&small, 1, 0, 0, 10, (const double[3]){0, 0.8, 0}).blocked_m < 3);
+    CHECK(isinf(look_drifting(&small, 1, 0, 0, 10, (const double[3]){0, -0.8, 0}).blocked_m));
+    CHECK(isinf(look_drifting(&small, 1, 0, 0, 10, (const double[3]){5, 0, 0}).blocked_m)); /* along: no matter */
+}
+
+TEST(more_drift_never_gives_more_water)
+{
+    state = 23;
+    printf("seed %llu\n", (unsigned long long)state);
+    uint32_t less = 0;
+    for (int round = 0; round < 40; round++) {
+        start();
+        for (uint32_t d = 0; d < rings.n; d++) {
+            const double near_m = uniform(0, 1) < 0.02 ? uniform(0.3, 12) : 0;
+            set(d, 0.3, near_m > 0 ? near_m : uniform(0, 1) < 0.02 ? uniform(1, 9) : 15, near_m, uniform(0, 20));
+        }
+        double a[3], b[3], little[3], much[3];
+        geo_direction(uniform(0, GEO_TURN), asin(uniform(-1, 1)), a);
+        geo_direction(uniform(0, GEO_TURN), asin(uniform(-1, 1)), b);
+        for (int k = 0; k < 50; k++) {
+            const double factor = uniform(0, 3), share = uniform(0, 1);
+            for (int i = 0; i < 3; i++) {
+                much[i] = factor * b[i];
+                little[i] = share * much[i];
+            }
+            const struct corridor with = look_drifting(&small, a[0], a[1], a[2], 10, much);
+            const struct corridor without = look_drifting(&small, a[0], a[1], a[2], 10, little);
+            CHECK(with.blocked_m <= without.blocked_m && with.known_m <= without.known_m);
+            less += with.blocked_m < without.blocked_m || with.known_m < without.known_m;
+        }
+    }
+    CHECK(less > 50);
 }
 
 /* ---- speed ---- */
@@ -293,6 +347,8 @@ int main(void)
     RUN(what_stands_in_the_tunnel_blocks_and_what_stands_beside_it_does_not);
     RUN(water_that_nobody_heard_is_not_known);
     RUN(no_point_of_the_tunnel_is_worse_than_said);
+    RUN(a_wall_blocks_who_drifts_towards_it_and_nobody_else);
+    RUN(more_drift_never_gives_more_water);
     RUN(speeds_by_hand);
     RUN(it_stands_in_known_water_never_gives_more_and_is_monotone);
     return test_end();

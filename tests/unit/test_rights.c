@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: MIT */
+/* test_rights - who may change something: from the setting to the credentials of a connection's peer. */
+#include "../lib/test.h"
+
+#include <string.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include "../../daemon/rights.h"
+
+#define SOCKET_GROUP 4242
+
+TEST(nothing_said_means_the_sockets_group)
+{
+    struct rights said = {0}, unsaid = {0};
+    rights_set(&said, "", SOCKET_GROUP);
+    rights_set(&unsaid, NULL, SOCKET_GROUP);
+    CHECK(memcmp(&said, &unsaid, sizeof said) == 0);
+    CHECK(!unsaid.all);
+    CHECK_INT(unsaid.n_groups, 1);
+    CHECK_INT(unsaid.group[0], SOCKET_GROUP);
+}
+
+TEST(names_and_numbers)
+{
+    struct rights r;
+    rights_set(&r, "123, @456 nobody-of-this-name", SOCKET_GROUP);
+    CHECK_INT(r.n_users, 3); /* root and this process before */
+    CHECK_INT(r.user[2], 123);
+    CHECK_INT(r.n_groups, 1); /* not the socket's */
+    CHECK_INT(r.group[0], 456);
+}
+
+TEST(the_user_of_the_process_may_and_who_is_not_known_may_not)
+{
+    struct rights r;
+    char why[128] = "";
+    int end[2];
+    rights_set(&r, NULL, SOCKET_GROUP);
+    CHECK(socketpair(AF_UNIX, SOCK_STREAM, 0, end) == 0);
+    CHECK(rights_judge(&r, end[0], why, sizeof why));
+    r = (struct rights){0};
+    CHECK(!rights_judge(&r, end[0], why, sizeof why));
+    CHECK(strstr(why, "may ask but not change"));
+    CHECK(!rights_judge(&r, STDIN_FILENO, why, sizeof why));
+    close(end[0]);
+    close(end[1]);
+}
+
+int main(void)
+{
+    RUN(nothing_said_means_the_sockets_group);
+    RUN(names_and_numbers);
+    RUN(the_user_of_the_process_may_and_who_is_not_known_may_not);
+    return test_end();
+}
