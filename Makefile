@@ -36,6 +36,7 @@ ALL_A    := $(SEALIB) $(SIMLIB) $(CLIENT) $(DAEMON) $(CONFIG) $(DRIVERS) $(GRID)
 LIBS     := $(if $(filter-out 0,$(GPIOD)),$(shell $(PKG_CONFIG) --libs libgpiod)) -lmodbus -linih -ljansson -llz4 -lzstd -lz -lm -pthread
 
 PROGRAMS := $(BUILD)/sonard $(BUILD)/sonarctl $(BUILD)/sonard-mavlink
+LIBRARY  := $(BUILD)/libsonard.so.0
 UNIT     := $(patsubst tests/unit/%.c,$(BUILD)/tests/%,$(wildcard tests/unit/test_*.c))
 SIM      := $(patsubst tests/sim/%.c,$(BUILD)/tests/%,$(wildcard tests/sim/*.c))
 BENCH    := $(patsubst tests/bench/%.c,$(BUILD)/tests/%,$(wildcard tests/bench/bench_*.c))
@@ -48,7 +49,7 @@ TOOLS    := $(patsubst tests/lib/%.c,$(BUILD)/tests/%.so,$(wildcard tests/lib/*.
 .PHONY: all help deps deps-check clean programs unit tests suite demo check check-san check-vm check-arm64 check-deb deb layers fuzz bench report install uninstall
 all: programs
 
-programs: $(PROGRAMS)
+programs: $(PROGRAMS) $(LIBRARY)
 	@:
 unit: $(UNIT)
 tests: $(UNIT) $(SIM) $(BENCH) $(REPORT) $(HELPERS) $(TOOLS)
@@ -83,6 +84,15 @@ $(BUILD)/sonard-mavlink: $(BUILD)/client/sonard-mavlink.o $(CLIENT)
 	@mkdir -p $(@D)
 	@echo '  LD    $@'
 	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
+
+# For other people's programs; ours have the same objects linked in.
+$(BUILD)/%.pic.o: %.c
+	@mkdir -p $(@D)
+	@echo '  CC    $< (shared)'
+	@$(CC) $(ALLCFLAGS) -fPIC -c -o $@ $<
+$(LIBRARY): $(BUILD)/client/sonard_client.pic.o $(BUILD)/client/sonard_answers.pic.o client/libsonard.map
+	@echo '  LD    $@'
+	@$(CC) -shared -Wl,-soname,$(@F) -Wl,--version-script,$(filter %.map,$^) $(filter-out -pie,$(LDFLAGS)) -o $@ $(filter %.o,$^) -ljansson
 
 # Test programs may look everywhere. Static patterns: as implicit rules these would match their own prerequisites.
 $(UNIT): $(BUILD)/tests/%: $(BUILD)/tests/unit/%.o $(ALL_A)
@@ -204,14 +214,21 @@ $(BUILD)/sonard.conf.5: docs/sonard.conf.5.in $(BUILD)/sonard
 # folder; UNITDIR and UDEVDIR are for packages, RUN for cross builds: what runs the programs built.
 UNITDIR  ?= $(PREFIX)/lib/systemd/system
 UDEVDIR  ?= $(PREFIX)/lib/udev/rules.d
+LIBDIR   ?= $(PREFIX)/lib
+# Where Debian's python3 looks: below /usr one folder for all versions.
+PYTHONDIR ?= $(PREFIX)/lib/python$(if $(filter /usr,$(PREFIX)),3,$(shell python3 -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null))/dist-packages
 UNITS    := $(patsubst systemd/%.in,$(BUILD)/systemd/%,$(wildcard systemd/*.service.in))
-MAN      := docs/sonard.8 docs/sonard-mavlink.8 docs/sonarctl.1 $(BUILD)/sonard.conf.5 docs/sonard-protocol.7
+MAN      := docs/sonard.8 docs/sonard-mavlink.8 docs/sonarctl.1 $(BUILD)/sonard.conf.5 docs/sonard-protocol.7 docs/libsonard.3
 GUIDES   := NEWS README.md $(wildcard docs/*.md)
+EXAMPLES := $(wildcard examples/autopilot.*)
 SHARED   := config/sonard.conf systemd/network.conf docs/sonard-protocol.schema.json
 FILES     = $(BUILD)/sonard:$(PREFIX)/sbin/sonard:755 $(BUILD)/sonarctl:$(PREFIX)/bin/sonarctl:755 \
             $(BUILD)/sonard-mavlink:$(PREFIX)/sbin/sonard-mavlink:755 \
             $(foreach m,$(MAN),$(m):$(PREFIX)/share/man/man$(subst .,,$(suffix $(m)))/$(notdir $(m)):644) \
             $(foreach u,$(UNITS) systemd/sonard.socket,$(u):$(UNITDIR)/$(notdir $(u)):644) \
+            $(LIBRARY):$(LIBDIR)/$(notdir $(LIBRARY)):644 client/sonard.h:$(PREFIX)/include/sonard.h:644 \
+            $(BUILD)/libsonard.pc:$(LIBDIR)/pkgconfig/libsonard.pc:644 python/sonard.py:$(PYTHONDIR)/sonard.py:644 \
+            $(foreach e,$(EXAMPLES),$(e):$(PREFIX)/share/doc/sonard/examples/$(notdir $(e)):644) \
             systemd/sysusers.conf:$(PREFIX)/lib/sysusers.d/sonard.conf:644 \
             systemd/tmpfiles.conf:$(PREFIX)/lib/tmpfiles.d/sonard.conf:644 \
             systemd/modules-load.conf:$(PREFIX)/lib/modules-load.d/sonard.conf:644 \
@@ -224,19 +241,23 @@ $(BUILD)/systemd/%: systemd/%.in Makefile
 	@mkdir -p $(@D)
 	@sed 's|@SBINDIR@|$(PREFIX)/sbin|' $< > $@
 
+$(BUILD)/libsonard.pc: client/libsonard.pc.in Makefile
+	@sed 's|@PREFIX@|$(PREFIX)|; s|@LIBDIR@|$(LIBDIR)|; s|@VERSION@|$(VERSION)|' $< > $@
+
 install: programs $(BUILD)/sonard.conf.5
-	@rm -rf $(BUILD)/systemd
-	@$(MAKE) --no-print-directory $(UNITS)
+	@rm -rf $(BUILD)/systemd $(BUILD)/libsonard.pc
+	@$(MAKE) --no-print-directory $(UNITS) $(BUILD)/libsonard.pc
 	@$(foreach f,$(FILES),install -D -m $(call field,3,$(f)) $(call field,1,$(f)) $(DESTDIR)$(call field,2,$(f)) &&) true
+	@ln -sf $(notdir $(LIBRARY)) $(DESTDIR)$(LIBDIR)/libsonard.so
 	@install -d $(DESTDIR)/etc/sonard/sonard.conf.d
 	@test -e $(DESTDIR)/etc/sonard/sonard.conf || install -m 644 config/sonard.conf $(DESTDIR)/etc/sonard/sonard.conf
-	@echo 'installed below $(DESTDIR)$(PREFIX); on a running system now: systemd-sysusers; systemd-tmpfiles --create;'
+	@echo 'installed below $(DESTDIR)$(PREFIX); on a running system now: ldconfig; systemd-sysusers; systemd-tmpfiles --create;'
 	@echo 'udevadm control --reload; systemctl daemon-reload; systemctl enable --now sonard'
 
 # The configuration stays, and what sonard has written.
 uninstall:
-	rm -f $(foreach f,$(FILES),$(DESTDIR)$(call field,2,$(f)))
-	-@rmdir $(DESTDIR)$(PREFIX)/share/doc/sonard $(DESTDIR)$(PREFIX)/share/sonard
+	rm -f $(foreach f,$(FILES),$(DESTDIR)$(call field,2,$(f))) $(DESTDIR)$(LIBDIR)/libsonard.so
+	-@rmdir $(DESTDIR)$(PREFIX)/share/doc/sonard/examples $(DESTDIR)$(PREFIX)/share/doc/sonard $(DESTDIR)$(PREFIX)/share/sonard
 
 clean:
 	rm -rf $(BUILD) demo report

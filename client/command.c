@@ -8,14 +8,13 @@
 #include "plot.h"
 #include "show.h"
 #include "show_background.h"
+#include "sonard_json.h"
 
 int command_fail(const struct sonard_error *error)
 {
-    static const int status[] = {[SONARD_NO_DAEMON] = EXIT_NO_DAEMON,
-                                 [SONARD_NO_PERMISSION] = EXIT_NO_DAEMON,
-                                 [SONARD_SILENT] = EXIT_SILENT,
-                                 [SONARD_LOST] = EXIT_SILENT,
-                                 [SONARD_REFUSED] = EXIT_REFUSED};
+    static const int status[] = {[SONARD_NO_DAEMON] = EXIT_NO_DAEMON, [SONARD_NO_PERMISSION] = EXIT_NO_DAEMON,
+                                 [SONARD_SILENT] = EXIT_SILENT,       [SONARD_LOST] = EXIT_SILENT,
+                                 [SONARD_REFUSED] = EXIT_REFUSED,     [SONARD_INVALID] = EXIT_USAGE};
 
     fprintf(stderr, "sonarctl: ");
     for (const char *c = error->message; *c; c++)
@@ -49,7 +48,7 @@ json_t *command_call(struct context *context, const char *method, json_t *params
     if (!context->client)
         context->client = sonard_connect(context->socket, context->timeout_s, &error);
     if (context->client)
-        result = sonard_call(context->client, method, params, &error);
+        result = sonard_json_call(context->client, method, params, &error);
     *status = result ? EXIT_CLEAR : command_fail(&error);
     return result;
 }

@@ -10,7 +10,7 @@
 #include <stdbool.h>
 
 #include "arguments.h"
-#include "sonard_client.h"
+#include "sonard.h"
 
 enum exit_status {
     EXIT_CLEAR = 0, /* and of everything else that went well */

@@ -6,6 +6,7 @@
 
 #include "command.h"
 #include "show_stats.h"
+#include "sonard_json.h"
 
 int command_method(struct context *context)
 {
@@ -81,21 +82,20 @@ static json_t *parse_pairs(const struct arguments *arguments, int first)
     return params;
 }
 
-static int print_notification(const struct context *context, const char *method, const json_t *notification)
+static int print_notification(const struct context *context, const char *method,
+                              const struct sonard_message *notification)
 {
-    const json_t *result = json_object_get(notification, "result");
-    const json_t *refusal = json_object_get(notification, "error");
-    const json_int_t skipped = json_integer_value(json_object_get(notification, "skipped"));
-    struct sonard_error error = {.status = SONARD_REFUSED};
+    json_t *result = sonard_json_of(notification);
+    struct sonard_error error = notification->refusal;
 
-    if (skipped > 0)
-        fprintf(stderr, "sonarctl: %lld skipped, this one is the newest\n", (long long)skipped);
+    if (notification->skipped > 0)
+        fprintf(stderr, "sonarctl: %lld skipped, this one is the newest\n", (long long)notification->skipped);
     if (result) {
         command_print(context, method, result);
+        json_decref(result);
         return fflush(stdout) == 0 ? EXIT_CLEAR : EXIT_OUTPUT;
     }
-    snprintf(error.message, sizeof error.message, "%s: %s", method,
-             json_is_object(refusal) ? json_string_value(json_object_get(refusal, "message")) : "no result");
+    snprintf(error.message, sizeof error.message, "%s: %.400s", method, notification->refusal.message);
     return command_fail(&error);
 }
 
@@ -116,11 +116,13 @@ int command_watch(struct context *context)
     json_decref(request);
     json_decref(reply);
     while (status == EXIT_CLEAR && (endless || left-- > 0)) {
+        const double patience_s = context->timeout_s + 1.0 / rate_hz;
+        struct sonard_message notification;
         struct sonard_error error;
-        json_t *notification = sonard_next(context->client, context->timeout_s + 1.0 / rate_hz, &error);
 
-        status = notification ? print_notification(context, method, notification) : command_fail(&error);
-        json_decref(notification);
+        status = sonard_next(context->client, patience_s, &notification, &error)
+                     ? print_notification(context, method, &notification)
+                     : command_fail(&error);
     }
     return status;
 }

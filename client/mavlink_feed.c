@@ -63,7 +63,7 @@ static bool watch(struct mavlink_feed *feed, enum mavlink_watch which, const cha
 {
     json_t *request = json_pack("{s:s, s:o, s:f}", "method", method, "params", params, "rate_hz", rate_hz);
 
-    feed->request[which] = sonard_send(feed->client, "watch", request, &feed->error);
+    feed->request[which] = sonard_json_send(feed->client, "watch", request, &feed->error);
     json_decref(request);
     return feed->request[which] != 0;
 }
@@ -191,13 +191,11 @@ static void take_below(struct mavlink_feed *feed, const json_t *result, uint64_t
     }
 }
 
-static void take_notification(struct mavlink_feed *feed, const json_t *notification, uint64_t now_ns)
+static void take_notification(struct mavlink_feed *feed, int64_t number, const json_t *result, uint64_t now_ns)
 {
-    const json_t *number = json_object_get(notification, "watch"),
-                 *result = json_object_get(notification, "result");
     int which = 0;
 
-    while (which < MAVLINK_WATCHES && feed->watch[which] != (number ? json_integer_value(number) : -2))
+    while (which < MAVLINK_WATCHES && feed->watch[which] != number)
         which++;
     if (!result || which == MAVLINK_WATCHES)
         return;
@@ -210,20 +208,20 @@ static void take_notification(struct mavlink_feed *feed, const json_t *notificat
 }
 
 /* To a watch that was asked for, or to a pose. False: the watch, or this client, is refused, as error says. */
-static bool take_reply(struct mavlink_feed *feed, const struct sonard_message *reply)
+static bool take_reply(struct mavlink_feed *feed, const struct sonard_message *reply, const json_t *result)
 {
     for (int i = 0; i < MAVLINK_WATCHES; i++) {
         if (reply->id != 0 && reply->id != feed->request[i])
             continue;
-        if (reply->content)
-            feed->watch[i] = json_integer_value(json_object_get(reply->content, "watch"));
+        if (result)
+            feed->watch[i] = json_integer_value(json_object_get(result, "watch"));
         else
             feed->error = reply->refusal;
-        return reply->content != NULL;
+        return result != NULL;
     }
     feed->poses_waiting--;
-    feed->poses += reply->content != NULL;
-    feed->poses_refused += reply->content == NULL;
+    feed->poses += result != NULL;
+    feed->poses_refused += result == NULL;
     return true;
 }
 
@@ -237,25 +235,28 @@ void mavlink_feed_read(struct mavlink_feed *feed, uint64_t now_ns)
             break;
         feed->heard_ns = now_ns;
         feed->said_something = true;
-        if (message.id == 0 && message.content)
-            take_notification(feed, message.content, now_ns);
+
+        json_t *result = sonard_json_of(&message);
+
+        if (message.watch > 0)
+            take_notification(feed, message.watch, result, now_ns);
         else
-            good = take_reply(feed, &message);
-        json_decref(message.content);
+            good = take_reply(feed, &message, result);
+        json_decref(result);
     }
     if (feed->client && (!good || feed->error.status != SONARD_SILENT || now_ns > feed->heard_ns + SILENCE_NS))
         lose(feed, now_ns);
 }
 
-static json_t *triple(const double v[3])
-{
-    return json_pack("[f, f, f]", v[0], v[1], v[2]);
-}
-
 void mavlink_feed_pose(struct mavlink_feed *feed, const struct mavlink_pose *pose, uint64_t now_ns)
 {
-    const double *q = pose->quaternion;
-    json_t *params;
+    const unsigned has = (pose->has & MAVLINK_POSE_ATTITUDE ? SONARD_POSE_QUATERNION : 0u) |
+                         (pose->has & MAVLINK_POSE_POSITION ? SONARD_POSE_POSITION : 0u) |
+                         (pose->has & MAVLINK_POSE_VELOCITY ? SONARD_POSE_VELOCITY : 0u) |
+                         (pose->has & MAVLINK_POSE_DEPTH ? SONARD_POSE_DEPTH : 0u);
+    struct sonard_pose said = {.has = has | SONARD_POSE_TIME,
+                               .depth_m = pose->depth_m,
+                               .t_unix = (double)(feed->unix_offset_ns + pose->t_ns) * 1e-9};
 
     if (!feed->client)
         return;
@@ -263,20 +264,13 @@ void mavlink_feed_pose(struct mavlink_feed *feed, const struct mavlink_pose *pos
         feed->poses_held++;
         return;
     }
-    params = json_pack("{s:f}", "t_unix", (double)(feed->unix_offset_ns + pose->t_ns) * 1e-9);
-    if (pose->has & MAVLINK_POSE_ATTITUDE)
-        json_object_set_new(params, "quaternion", json_pack("[f, f, f, f]", q[0], q[1], q[2], q[3]));
-    if (pose->has & MAVLINK_POSE_POSITION)
-        json_object_set_new(params, "position_m", triple(pose->position_m));
-    if (pose->has & MAVLINK_POSE_VELOCITY)
-        json_object_set_new(params, "velocity_mps", triple(pose->velocity_mps));
-    if (pose->has & MAVLINK_POSE_DEPTH)
-        json_object_set_new(params, "depth_m", json_real(pose->depth_m));
-    if (sonard_send(feed->client, "pose", params, &feed->error))
+    memcpy(said.quaternion, pose->quaternion, sizeof said.quaternion);
+    memcpy(said.position_m, pose->position_m, sizeof said.position_m);
+    memcpy(said.velocity_mps, pose->velocity_mps, sizeof said.velocity_mps);
+    if (sonard_send_pose(feed->client, &said, &feed->error))
         feed->poses_waiting++;
     else
         lose(feed, now_ns);
-    json_decref(params);
 }
 
 bool mavlink_feed_alive(const struct mavlink_feed *feed, uint64_t now_ns)

@@ -12,7 +12,7 @@
 
 #include "mavlink_obstacles.h"
 #include "mavlink_vehicle.h"
-#include "sonard_client.h"
+#include "sonard_json.h"
 
 #define MAVLINK_LAYERS      5 /* of 30 degrees of elevation each, as receivers keep 3D points */
 #define MAVLINK_SENSORS_MAX 8
@@ -56,10 +56,10 @@ struct mavlink_feed {
     struct sonard_client *client; /* NULL: not connected */
     struct sonard_error error;    /* why the connection failed */
     uint64_t retry_ns, connected_ns;
-    uint64_t heard_ns;                   /* when the daemon said something, or was connected to */
-    bool said_something;                 /* since then */
-    json_int_t request[MAVLINK_WATCHES]; /* that asked for it; 0: not asked */
-    json_int_t watch[MAVLINK_WATCHES];   /* the daemon's number; -1: not watched */
+    uint64_t heard_ns;                /* when the daemon said something, or was connected to */
+    bool said_something;              /* since then */
+    int64_t request[MAVLINK_WATCHES]; /* that asked for it; 0: not asked */
+    int64_t watch[MAVLINK_WATCHES];   /* the daemon's number; -1: not watched */
     uint64_t
         unix_offset_ns; /* CLOCK_REALTIME minus CLOCK_MONOTONIC now, set by the owner: the calendar may be set */
     bool replay;        /* the daemon plays a capture */

@@ -1,10 +1,14 @@
 /* SPDX-License-Identifier: MIT */
-#include "sonard_client.h"
+/*
+ * sonard_client - libsonard's connection: bytes to messages and back. Knows no method by name but watch; sonard_answers
+ * does.
+ */
+#include "sonard.h"
 
 #include <errno.h>
+#include <jansson.h>
 #include <poll.h>
 #include <stdarg.h>
-#include <stdint.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -17,18 +21,20 @@
 #define IN_MAX_BYTES   (8u << 20)
 #define OUT_MAX_BYTES  65536
 #define KEPT_MAX       64
+#define DIGITS         15 /* of numbers handed on: a text of at most so many comes out as it came in */
 #define RETRY_MS       20 /* between attempts while the daemon's queue of new clients is full */
 
 struct sonard_client {
     int fd;
     double timeout_s;
     char path[sizeof((struct sockaddr_un *)0)->sun_path];
-    json_int_t last_id;
+    int64_t last_id;
     char *in;
     size_t in_len, in_size;
     char *out; /* requests not yet written */
     size_t out_len;
-    json_t *kept; /* notifications that came during calls, oldest first */
+    json_t *kept; /* notifications' params that came during calls, oldest first */
+    char *text;   /* what the last message handed out points to */
 };
 
 __attribute__((format(printf, 3, 4))) static bool fail(struct sonard_error *error, enum sonard_status status,
@@ -94,8 +100,10 @@ struct sonard_client *sonard_connect(const char *path, double timeout_s, struct 
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     struct sonard_client *client;
     const double deadline_s = now_s() + timeout_s;
+    const char *set = getenv("SONARD_SOCKET");
     int failure;
 
+    path = path ? path : set && *set ? set : SONARD_DEFAULT_SOCKET;
     if (strlen(path) == 0 || strlen(path) >= sizeof address.sun_path) {
         fail(error, SONARD_NO_DAEMON, "a socket's path has 1 to %zu bytes, this one has %zu",
              sizeof address.sun_path - 1, strlen(path));
@@ -136,6 +144,7 @@ void sonard_disconnect(struct sonard_client *client)
     json_decref(client->kept);
     free(client->in);
     free(client->out);
+    free(client->text);
     free(client);
 }
 
@@ -242,54 +251,100 @@ static json_t *read_message(struct sonard_client *client, double deadline_s, str
     }
 }
 
-static void keep(struct sonard_client *client, json_t *message)
+static void keep(struct sonard_client *client, json_t *params)
 {
     if (json_array_size(client->kept) >= KEPT_MAX)
         json_array_remove(client->kept, 0);
-    json_array_append(client->kept, json_object_get(message, "params"));
+    json_array_append(client->kept, params);
 }
 
-/* What came, as its reader wants it; the message is used up. False: it is neither a reply nor a notification. */
-static bool sort_out(json_t *message, struct sonard_message *out)
+static int64_t integer(const json_t *object, const char *key)
 {
-    const json_t *id = json_object_get(message, "id"), *refusal = json_object_get(message, "error");
-    json_t *result = json_object_get(message, "result");
+    return json_integer_value(json_object_get(object, key));
+}
+
+/* result or error of a reply, or of what a watch says, into *out. */
+static void hand_out(struct sonard_client *client, const json_t *said, struct sonard_message *out)
+{
+    const json_t *refusal = json_object_get(said, "error"), *result = json_object_get(said, "result");
     const char *why = json_string_value(json_object_get(refusal, "message"));
 
-    *out = (struct sonard_message){.id = json_integer_value(id)};
-    if (id) {
-        out->content = json_incref(result);
-        if (!result) {
-            fail(&out->refusal, SONARD_REFUSED, "%s", why ? why : "an error without a message");
-            out->refusal.rpc_code = (int)json_integer_value(json_object_get(refusal, "code"));
-        }
-    } else if (json_is_string(json_object_get(message, "method"))) {
-        out->content = json_incref(json_object_get(message, "params"));
+    free(client->text);
+    client->text =
+        result ? json_dumps(result, JSON_COMPACT | JSON_ENCODE_ANY | JSON_REAL_PRECISION(DIGITS)) : NULL;
+    out->json = client->text;
+    if (!out->json) {
+        fail(&out->refusal, SONARD_REFUSED, "%s", why ? why : "an error without a message");
+        out->refusal.rpc_code = (int)integer(refusal, "code");
     }
-    json_decref(message);
-    return id || out->content;
 }
 
-json_int_t sonard_send(struct sonard_client *client, const char *method, json_t *params,
-                       struct sonard_error *error)
+static bool hand_out_notification(struct sonard_client *client, const json_t *params, struct sonard_message *out)
 {
-    const json_int_t id = client->last_id + 1;
-    json_t *request =
-        params ? json_pack("{s:s, s:s, s:O, s:I}", "jsonrpc", "2.0", "method", method, "params", params, "id", id)
-               : json_pack("{s:s, s:s, s:I}", "jsonrpc", "2.0", "method", method, "id", id);
-    char *line = request ? json_dumps(request, JSON_COMPACT) : NULL;
+    *out = (struct sonard_message){.watch = integer(params, "watch"), .skipped = integer(params, "skipped")};
+    if (out->watch > 0)
+        hand_out(client, params, out);
+    return out->watch > 0;
+}
+
+/* Adds the parameters to the request where there are any. */
+static bool add_params(json_t *request, const char *text, struct sonard_error *error)
+{
+    json_error_t where;
+    json_t *params = text ? json_loads(text, JSON_REJECT_DUPLICATES, &where) : NULL;
+
+    if (text && !json_is_object(params)) {
+        json_decref(params);
+        return fail(error, SONARD_INVALID, "parameters are the text of a JSON object, not '%.80s'", text);
+    }
+    return !text || json_object_set_new(request, "params", params) == 0;
+}
+
+int64_t sonard_send(struct sonard_client *client, const char *method, const char *params,
+                    struct sonard_error *error)
+{
+    const int64_t id = client->last_id + 1;
+    json_t *request = json_pack("{s:s, s:s}", "jsonrpc", "2.0", "method", method);
+    char *line = NULL;
     bool sent = false;
 
-    json_decref(request);
-    if (!line)
-        fail(error, SONARD_LOST, "the request cannot be written as JSON: is '%s' valid UTF-8?", method);
-    else
+    if (!request)
+        fail(error, SONARD_INVALID, "the method's name is not valid UTF-8");
+    else if (add_params(request, params, error) && json_object_set_new(request, "id", json_integer(id)) == 0)
+        line = json_dumps(request, JSON_COMPACT);
+    if (line)
         sent = enqueue(client, line, error);
     free(line);
+    json_decref(request);
     if (!sent)
         return 0;
     client->last_id = id;
     return flush(client, 0, error) || error->status == SONARD_SILENT ? id : 0;
+}
+
+/* The next message that is one; notifications go into client->kept when they are not wanted now. */
+static bool take(struct sonard_client *client, double deadline_s, bool calling, struct sonard_message *out,
+                 struct sonard_error *error)
+{
+    for (;;) {
+        json_t *message = read_message(client, deadline_s, error);
+        json_t *id = json_object_get(message, "id"), *params = json_object_get(message, "params");
+        bool taken = id != NULL;
+
+        if (!message)
+            return false;
+        if (id) {
+            *out = (struct sonard_message){.id = json_integer_value(id)};
+            hand_out(client, message, out);
+        } else if (calling) {
+            keep(client, params);
+        } else {
+            taken = hand_out_notification(client, params, out);
+        }
+        json_decref(message);
+        if (taken)
+            return true;
+    }
 }
 
 bool sonard_take(struct sonard_client *client, double timeout_s, struct sonard_message *out,
@@ -297,60 +352,73 @@ bool sonard_take(struct sonard_client *client, double timeout_s, struct sonard_m
 {
     const double deadline_s = now_s() + timeout_s;
 
-    if (json_array_size(client->kept) > 0) {
-        *out = (struct sonard_message){.content = json_incref(json_array_get(client->kept, 0))};
+    while (json_array_size(client->kept) > 0) {
+        const bool taken = hand_out_notification(client, json_array_get(client->kept, 0), out);
+
         json_array_remove(client->kept, 0);
-        return true;
+        if (taken)
+            return true;
     }
     if (!flush(client, 0, error) && error->status != SONARD_SILENT)
         return false;
-    for (;;) {
-        json_t *message = read_message(client, deadline_s, error);
-
-        if (!message)
-            return false;
-        if (sort_out(message, out))
-            return true;
-    }
+    return take(client, deadline_s, false, out, error);
 }
 
-json_t *sonard_call(struct sonard_client *client, const char *method, json_t *params, struct sonard_error *error)
+const char *sonard_call(struct sonard_client *client, const char *method, const char *params,
+                        struct sonard_error *error)
 {
     const double deadline_s = now_s() + client->timeout_s;
-    const json_int_t id = sonard_send(client, method, params, error);
+    const int64_t id = sonard_send(client, method, params, error);
+    struct sonard_message got;
 
     if (!id || !flush(client, deadline_s, error))
         return NULL;
-    for (;;) {
-        json_t *message = read_message(client, deadline_s, error);
-        struct sonard_message got;
-
-        if (!message)
-            return NULL;
-        if (!json_object_get(message, "id"))
-            keep(client, message);
-        if (!sort_out(message, &got))
-            continue;
-        if (got.content && got.id == id)
-            return got.content;
-        if (got.refusal.status == SONARD_REFUSED && (got.id == id || got.id == 0)) {
+    while (take(client, deadline_s, true, &got, error)) {
+        if (got.json && got.id == id)
+            return got.json;
+        if (!got.json && (got.id == id || got.id == 0)) {
             *error = got.refusal;
             snprintf(error->message, sizeof error->message, "%s: %.400s", method, got.refusal.message);
             return NULL;
         }
-        json_decref(got.content);
-    }
-}
-
-json_t *sonard_next(struct sonard_client *client, double timeout_s, struct sonard_error *error)
-{
-    const double deadline_s = now_s() + timeout_s;
-    struct sonard_message got;
-
-    while (sonard_take(client, deadline_s - now_s(), &got, error)) {
-        if (got.id == 0 && got.content)
-            return got.content;
-        json_decref(got.content);
     }
     return NULL;
+}
+
+int64_t sonard_watch(struct sonard_client *client, const char *method, const char *params, double rate_hz,
+                     struct sonard_error *error)
+{
+    json_t *request = json_pack("{s:s, s:f}", "method", method, "rate_hz", rate_hz);
+    char *text = NULL;
+    const char *result = NULL;
+    int64_t number = 0;
+
+    if (!request)
+        fail(error, SONARD_INVALID, "the method's name is not valid UTF-8, or the rate is no number");
+    else if (add_params(request, params, error))
+        text = json_dumps(request, JSON_COMPACT);
+    if (text)
+        result = sonard_call(client, "watch", text, error);
+    if (result) {
+        json_t *watch = json_loads(result, 0, NULL);
+
+        number = integer(watch, "watch");
+        json_decref(watch);
+        if (number <= 0)
+            fail(error, SONARD_LOST, "watch: the daemon on %s gave no number", client->path);
+    }
+    free(text);
+    json_decref(request);
+    return number > 0 ? number : 0;
+}
+
+bool sonard_next(struct sonard_client *client, double timeout_s, struct sonard_message *out,
+                 struct sonard_error *error)
+{
+    const double deadline_s = now_s() + timeout_s;
+
+    while (sonard_take(client, deadline_s - now_s(), out, error))
+        if (out->watch > 0)
+            return true;
+    return false;
 }

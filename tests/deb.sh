@@ -20,7 +20,7 @@ libraries="libgpiod-dev libinih-dev libjansson-dev liblz4-dev libmodbus-dev libz
 if [ ! -d "$root" ]; then
     both=$(for l in $libraries; do printf '%s,%s:arm64,' "$l" "$l"; done)
     mmdebstrap --quiet --variant=minbase --architectures=amd64,arm64 \
-        --include="${both}dpkg-dev,gcc,make,libc6-dev,debhelper,lintian,gcc-aarch64-linux-gnu,libc6-dev:arm64,qemu-user-static,pkg-config" \
+        --include="${both}dpkg-dev,gcc,make,libc6-dev,debhelper,dh-python,python3,lintian,gcc-aarch64-linux-gnu,libc6-dev:arm64,qemu-user-static,pkg-config" \
         "$(. /etc/os-release && echo "$VERSION_CODENAME")" "$root.new" > "$build/deb/log" 2>&1 && mv "$root.new" "$root"
     verdict clean_debian_to_build_in $?
     [ $failed -eq 0 ] || exit 1

@@ -1,7 +1,8 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # unused.sh - every public function of the product has a caller in a program that is installed: what only tests call is
-# no feature. Builds without optimisation, so that a call within a module counts. Prints ok/FAIL lines.
+# no feature. libsonard's are for other people's programs. Builds without optimisation, so that a call within a module
+# counts. Prints ok/FAIL lines.
 set -u
 build=${BUILD:-build}/unused
 folders='grid drivers config daemon client'
@@ -32,7 +33,7 @@ functions() {
     nm --defined-only -g "$@" 2>/dev/null | awk 'NF == 3 && $2 == "T" { print $3 }' | sort -u
 }
 defined=$(for f in $folders; do functions "$build/lib$f.a"; done)
-used=$(functions "$build/sonard" "$build/sonarctl" "$build/sonard-mavlink")
+used=$(functions "$build/sonard" "$build/sonarctl" "$build/sonard-mavlink" "$build/libsonard.so.0" | sed "s/@.*//" | sort -u)
 unused=$(printf '%s\n' $defined | sort -u | grep -vxF "$used")
 
 status=0

@@ -3,7 +3,7 @@
  * test_client - the client library against peers of every kind: none, no permission, silent, gone, talking nonsense,
  * talking in pieces; and what sonarctl makes of command lines and results.
  */
-#include "../../client/sonard_client.h"
+#include "../../client/sonard.h"
 
 #include <poll.h>
 #include <pthread.h>
@@ -104,7 +104,8 @@ TEST(every_kind_of_answer_has_its_status)
         {"result", {"{\"jsonrpc\":\"2.0\",\"result\":{\"x\":1},\"id\":1}\n"}, false, SONARD_OK, ""},
         {"in pieces", {"{\"jsonrpc\":\"2.0\",", "\"result\":{\"x\":1}", ",\"id\":1}", "\n"}, false, SONARD_OK, ""},
         {"after a notification",
-         {"{\"jsonrpc\":\"2.0\",\"method\":\"watch\",\"params\":{}}\n{\"jsonrpc\":\"2.0\",\"result\":{},\"id\":1}"
+         {"{\"jsonrpc\":\"2.0\",\"method\":\"watch\",\"params\":{\"watch\":1,\"result\":{}}}\n{\"jsonrpc\":\"2."
+          "0\",\"result\":{},\"id\":1}"
           "\n"},
          false,
          SONARD_OK,
@@ -124,6 +125,7 @@ TEST(every_kind_of_answer_has_its_status)
          false,
          SONARD_REFUSED,
          "m: full"},
+        {"neither result nor error", {"{\"jsonrpc\":\"2.0\",\"id\":1}\n"}, false, SONARD_REFUSED, "without"},
         {"no JSON", {"SSH-2.0-OpenSSH\n"}, false, SONARD_LOST, "does not speak JSON-RPC"},
         {"array", {"[]\n"}, false, SONARD_LOST, "does not speak JSON-RPC"},
         {"cut in the middle", {"{\"jsonrpc\":\"2.0\","}, false, SONARD_LOST, "ended the connection"},
@@ -137,40 +139,71 @@ TEST(every_kind_of_answer_has_its_status)
         memcpy(peer.pieces, rows[i].pieces, sizeof peer.pieces);
         start(&peer);
         struct sonard_client *client = sonard_connect(path, rows[i].stay ? 0.05 : 5, &error);
-        json_t *result = sonard_call(client, "m", NULL, &error);
+        const char *result = sonard_call(client, "m", NULL, &error);
 
         if ((result ? SONARD_OK : error.status) != rows[i].want || !strstr(error.message, rows[i].message)) {
             printf("%s: status %d, %s\n", rows[i].name, error.status, error.message);
             test_case_failed = true;
         }
-        json_decref(result);
         sonard_disconnect(client);
         stop(&peer);
     }
 }
 
+#define NOTE(n) "{\"method\":\"watch\",\"params\":{\"watch\":4,\"result\":{\"n\":" #n "}}}\n"
+
 TEST(notifications_are_kept_in_order)
 {
-    struct peer peer = {
-        .pieces = {"{\"method\":\"watch\",\"params\":{\"n\":1}}\n{\"method\":\"watch\",\"params\":{\"n\":2}}\n",
-                   "{\"result\":true,\"id\":1}\n{\"method\":\"watch\",\"params\":{\"n\":3}}\n"},
-        .stay = true};
+    struct peer peer = {.pieces = {NOTE(1) NOTE(2.5) "{\"method\":\"else\",\"params\":{}}\n",
+                                   "{\"result\":true,\"id\":1}\n" NOTE(
+                                       3) "{\"method\":\"watch\",\"params\":{\"watch\":4,\"skipped\":7,\"error\":"
+                                          "{\"code\":-32600,\"message\":\"no\"}}}\n"},
+                        .stay = true};
+    static const char *const want[] = {"{\"n\":1}", "{\"n\":2.5}", "{\"n\":3}"};
+    struct sonard_message message;
     struct sonard_error error = {0};
 
     start(&peer);
     struct sonard_client *client = sonard_connect(path, 5, &error);
-    json_t *result = sonard_call(client, "m", NULL, &error);
+    const char *result = sonard_call(client, "m", NULL, &error);
 
-    CHECK(json_is_true(result));
-    json_decref(result);
-    for (int i = 1; i <= 3; i++) {
-        json_t *params = sonard_next(client, 5, &error);
-
-        CHECK_INT(json_integer_value(json_object_get(params, "n")), i);
-        json_decref(params);
+    CHECK(result != NULL);
+    CHECK_STR(result, "true");
+    for (int i = 0; i < 3; i++) {
+        CHECK(sonard_next(client, 5, &message, &error));
+        CHECK_STR(message.json, want[i]);
+        CHECK(message.id == 0 && message.watch == 4 && message.skipped == 0);
     }
-    CHECK(sonard_next(client, 0, &error) == NULL);
+    CHECK(sonard_next(client, 5, &message, &error) && !message.json && message.skipped == 7);
+    CHECK_INT(message.refusal.rpc_code, -32600);
+    CHECK(!sonard_next(client, 0, &message, &error));
     CHECK_INT(error.status, SONARD_SILENT);
+    sonard_disconnect(client);
+    stop(&peer);
+}
+
+TEST(what_cannot_be_said_is_not_sent)
+{
+    struct peer peer = {.stay = true};
+    struct sonard_error error = {0};
+    struct sonard_limit limit = {.speed_mps = 1};
+    struct sonard_pose pose = {.has = SONARD_POSE_DEPTH, .depth_m = NAN};
+
+    start(&peer);
+    struct sonard_client *client = sonard_connect(path, 5, &error);
+    static const char *const wrong[] = {"", "5", "[1]", "{\"a\":1", "{\"a\":1,\"a\":2}", "{} {}"};
+
+    for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
+        CHECK(!sonard_call(client, "m", wrong[i], &error));
+        CHECK_INT(error.status, SONARD_INVALID);
+    }
+    CHECK(!sonard_call(client, "\xff", NULL, &error));
+    CHECK_INT(error.status, SONARD_INVALID);
+    CHECK(!sonard_limit(client, SONARD_BODY, (double[]){NAN, 0, 0}, &limit, &error));
+    CHECK(error.status == SONARD_INVALID && limit.speed_mps == 0);
+    CHECK(!sonard_send_pose(client, &pose, &error));
+    CHECK_INT(error.status, SONARD_INVALID);
+    CHECK_INT(sonard_events(client), POLLIN);
     sonard_disconnect(client);
     stop(&peer);
 }
@@ -181,8 +214,8 @@ TEST(asking_without_waiting_never_waits)
     struct sockaddr_un address = {.sun_family = AF_UNIX};
     struct sonard_error error = {0};
     struct sonard_message message;
-    json_t *params = json_pack("{s:s}", "text", "0123456789012345678901234567890123456789");
-    json_int_t last = 0;
+    static const char params[] = "{\"text\":\"0123456789012345678901234567890123456789\"}";
+    int64_t last = 0;
 
     snprintf(address.sun_path, sizeof address.sun_path, "%s", path);
     const int listener = socket(AF_UNIX, SOCK_STREAM, 0);
@@ -190,7 +223,7 @@ TEST(asking_without_waiting_never_waits)
     struct sonard_client *client = sonard_connect(path, 0, &error);
     CHECK(client != NULL);
     CHECK_INT(sonard_events(client), POLLIN);
-    for (json_int_t id; (id = sonard_send(client, "m", params, &error)) != 0; last = id)
+    for (int64_t id; (id = sonard_send(client, "m", params, &error)) != 0; last = id)
         CHECK(id == last + 1 && id < 100000);
     CHECK(last > 700); /* 64 KiB of them at least */
     CHECK_INT(error.status, SONARD_SILENT);
@@ -203,7 +236,7 @@ TEST(asking_without_waiting_never_waits)
     const int fd = accept(listener, NULL, NULL);
     FILE *in = fdopen(dup(fd), "r");
     char line[200], want[32];
-    for (json_int_t i = 1; i <= last; i++) {
+    for (int64_t i = 1; i <= last; i++) {
         sonard_take(client, 0, &message, &error);
         CHECK(fgets(line, sizeof line, in) != NULL);
         snprintf(want, sizeof want, "\"id\":%lld}\n", (long long)i);
@@ -212,22 +245,18 @@ TEST(asking_without_waiting_never_waits)
     CHECK_INT(sonard_events(client), POLLIN);
     CHECK(sonard_send(client, "m", NULL, &error) == last + 1);
 
-    static const char said[] = "{\"method\":\"watch\",\"params\":{\"n\":1}}\n"
-                               "{\"result\":{\"x\":1},\"id\":7}\n"
-                               "{\"error\":{\"code\":-32602,\"message\":\"no\"},\"id\":8}\n";
+    static const char said[] = NOTE(1) "{\"result\":{\"x\":1},\"id\":7}\n"
+                                       "{\"error\":{\"code\":-32602,\"message\":\"no\"},\"id\":8}\n";
     CHECK(write(fd, said, sizeof said - 1) == sizeof said - 1);
-    CHECK(sonard_take(client, 5, &message, &error) && message.id == 0 && json_object_size(message.content) == 1);
-    json_decref(message.content);
-    CHECK(sonard_take(client, 5, &message, &error) && message.id == 7 && message.content);
-    json_decref(message.content);
-    CHECK(sonard_take(client, 5, &message, &error) && message.id == 8 && !message.content);
+    CHECK(sonard_take(client, 5, &message, &error) && message.id == 0 && message.watch == 4);
+    CHECK(sonard_take(client, 5, &message, &error) && message.id == 7 && message.json);
+    CHECK(sonard_take(client, 5, &message, &error) && message.id == 8 && !message.json);
     CHECK(message.refusal.status == SONARD_REFUSED && message.refusal.rpc_code == -32602);
     CHECK_STR(message.refusal.message, "no");
     fclose(in);
     close(fd);
     CHECK(!sonard_take(client, 5, &message, &error));
     CHECK_INT(error.status, SONARD_LOST);
-    json_decref(params);
     sonard_disconnect(client);
     close(listener);
     unlink(path);
@@ -371,6 +400,7 @@ int main(void)
     RUN(no_daemon_is_told_from_no_permission);
     RUN(every_kind_of_answer_has_its_status);
     RUN(notifications_are_kept_in_order);
+    RUN(what_cannot_be_said_is_not_sent);
     RUN(asking_without_waiting_never_waits);
     RUN(command_lines_become_parameters);
     RUN(results_are_readable);

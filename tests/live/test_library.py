@@ -1,0 +1,214 @@
+#!/usr/bin/env -S python3 -B
+# SPDX-License-Identifier: MIT
+"""libsonard and sonard.py as `make install` leaves them: what they show, their examples against a living daemon, and what
+they do when it dies."""
+import os
+import re
+import select
+import shutil
+import subprocess
+import sys
+import time
+
+from lib import BUILD, PATIENCE, SANITIZER, SCHEMAS, Failed, Skipped, check, note, run, until
+
+TOP = os.path.abspath(os.path.join(os.path.dirname(__file__), "../.."))
+MOVING = {"vehicle": {"unknown": "slow", "slow": "0.3 m/s"}, "pose": {"max_age": "60 s"}}
+FLY = re.compile(r"fly (-?\d+\.\d+) (-?\d+\.\d+) (-?\d+\.\d+): (.*)")
+
+
+def installed(bench):
+    """`make install` below the bench's folder; its usr."""
+    made = subprocess.run(["make", "-s", "BUILD=" + BUILD, "DESTDIR=" + bench.path("root"), "PREFIX=/usr", "install"], cwd=TOP,
+                          env=dict(os.environ, MAKEFLAGS=""), capture_output=True, text=True, check=False)
+    check(made.returncode == 0, "make install: " + made.stdout + made.stderr)
+    return bench.path("root/usr")
+
+
+def output(*arguments, **more):
+    done = subprocess.run(arguments, capture_output=True, text=True, check=False, **more)
+    check(done.returncode == 0, "%s: %s" % (" ".join(arguments), done.stdout + done.stderr))
+    return done.stdout
+
+
+def shows(bench):
+    """The library shows what the header declares and the map names, no more; its soname is that of the map."""
+    usr = installed(bench)
+    library = usr + "/lib/libsonard.so.0"
+    shown = {line.split()[-1] for line in output("nm", "-D", "--defined-only", library).splitlines()} - {"SONARD_0"}
+    with open(usr + "/include/sonard.h", encoding="ascii") as f:
+        header = f.read()
+    declared = set(re.findall(r"\b(sonard_[a-z_]+)\(", re.sub(r"/\*.*?\*/", "", header, flags=re.S)))
+    check({name.replace("@@SONARD_0", "") for name in shown} == declared, "shows %s, declares %s" % (shown, declared))
+    check(all("@@" in name for name in shown), "without a version: %s" % shown)
+    check("[libsonard.so.0]" in output("readelf", "-d", library), "soname")
+    check(os.readlink(usr + "/lib/libsonard.so") == "libsonard.so.0", "the link for -lsonard")
+    with open(TOP + "/docs/libsonard.3", encoding="ascii") as f:
+        manual = f.read()
+    check(not [name for name in declared if name not in manual], "not in the manual")
+
+
+def compiled(bench, usr):
+    """The example, compiled against the installed tree as its head says."""
+    if SANITIZER:
+        raise Skipped("a library with a sanitizer wants a program with it")
+    pkg_config = dict(os.environ, PKG_CONFIG_SYSROOT_DIR=bench.path("root"), PKG_CONFIG_PATH=usr + "/lib/pkgconfig")
+    flags = output("pkg-config", "--cflags", "--libs", "libsonard", env=pkg_config).split()
+    program = bench.path("autopilot")
+    output(os.environ.get("CC", "cc"), "-std=c17", "-D_POSIX_C_SOURCE=200809L", "-Wall", "-Wextra", "-Wconversion", "-Wshadow",
+           "-Werror", "-o", program, usr + "/share/doc/sonard/examples/autopilot.c", *flags)
+    return program
+
+
+def alone(bench):
+    """The header needs nothing before it, jansson's least of all, also in C++."""
+    usr = installed(bench)
+    for compiler, standard in (("cc", "-std=c99"), ("c++", "-std=c++17")):
+        if not shutil.which(compiler):
+            note("%s is not installed" % compiler)
+            continue
+        source = bench.write("alone" + (".c" if compiler == "cc" else ".cc"), "#include <sonard.h>\nint main(void) { return 0; }\n")
+        output(compiler, standard, "-pedantic", "-Wall", "-Wextra", "-Werror", "-I", usr + "/include", "-fsyntax-only", source)
+        seen = output(compiler, "-I", usr + "/include", "-E", source)
+        check("jansson" not in seen, "jansson in the interface")
+
+
+def flown(process):
+    """The next line of an autopilot: velocity and why."""
+    ready = select.select([process.stdout], [], [], 20 * PATIENCE)[0]
+    check(ready, "the autopilot says nothing")
+    line = process.stdout.readline()
+    match = FLY.match(line)
+    check(match, "the autopilot says '%s'" % line)
+    return float(match.group(1)), match.group(4)
+
+
+def fly(bench, *command, env=None):
+    """An autopilot flies while the daemon lives, stands still at once when it dies, and flies again after it came back."""
+    bench.sim()
+    bench.conf(**MOVING)
+    daemon = bench.sonard()
+    daemon.client().close()
+    pilot = subprocess.Popen([*command, bench.socket_path], stdout=subprocess.PIPE, text=True, bufsize=1,
+                             env=dict(os.environ, **(env or {})))
+    try:
+        speed, why = until(lambda: (lambda told: told[0] > 0 and told)(flown(pilot)), "the autopilot flies")
+        check(0 < speed <= 1.0 and "ahead, limited by" in why, "%s: %s" % (speed, why))
+        daemon.process.kill()
+        daemon.expected = -9
+        daemon.wait()
+        until(lambda: flown(pilot)[0] == 0, "it stands still")
+        for _ in range(3):
+            speed, why = flown(pilot)
+            check(speed == 0 and ("no daemon" in why or "ended the connection" in why), "%g without a daemon: %s" % (speed, why))
+        bench.sonard()
+        until(lambda: flown(pilot)[0] > 0, "it flies again")
+    finally:
+        pilot.terminate()
+        pilot.wait()
+        pilot.stdout.close()
+
+
+def example_c(bench):
+    usr = installed(bench)
+    fly(bench, compiled(bench, usr), env={"LD_LIBRARY_PATH": usr + "/lib"})
+
+
+def example_python(bench):
+    usr = installed(bench)
+    fly(bench, sys.executable, "-B", usr + "/share/doc/sonard/examples/autopilot.py",
+        env={"PYTHONPATH": usr + "/lib/python3/dist-packages"})
+
+
+def module():
+    sys.path.insert(0, os.path.join(TOP, "python"))
+    import sonard
+    return sonard
+
+
+def refuses(kind, ask):
+    try:
+        ask()
+    except kind as fault:
+        return fault
+    raise Failed("no %s" % kind.__name__)
+
+
+def python_answers(bench):
+    """Every method, typed or not, gives what the schema has."""
+    sonard = module()
+    bench.sim()
+    bench.conf(**MOVING)
+    bench.sonard().client().close()
+    with sonard.connect(bench.socket_path, timeout_s=20 * PATIENCE) as s:
+        s.pose(attitude_deg=[0, 0, 0], depth_m=2, velocity_mps=[0.1, 0, 0])
+        until(lambda: s.blocked(0, distance_m=30, half_angle_deg=5).state == "blocked", "the wall ahead")
+        ahead = s.blocked(0, distance_m=30, half_angle_deg=5)
+        check(ahead.range_m > 0 and 0 <= ahead.confidence <= 1 and ahead.reason, "%s" % ahead)
+        ring = s.sectors(count=36)
+        check(len(ring) == 36 and ring[9].azimuth_deg == 90 and {x.state for x in ring} <= {"blocked", "clear", "unknown"}, "%s" % ring)
+        limit = s.limit((3, 0, 0))
+        check(limit.limited_by in ("blocked", "unknown") and limit.speed_mps < 3, "%s" % limit)
+        check(s.time_to_collision(velocity_mps=[1, 0, 0], ahead_s=30).state in ("blocked", "unknown"), "a meeting")
+        for name in ("nearest", "status", "sensors", "stats", "version", "grid_list", "clusters"):
+            SCHEMAS.check(name, "result", getattr(s, name)())
+        check(refuses(sonard.Refused, lambda: s.blocked(0, distance_m=-1)).code == -32602, "a wrong parameter")
+        check(refuses(sonard.Refused, s.nothing_like_that).code == -32601, "an unknown method")
+        refuses(ValueError, lambda: s.blocked(float("nan"), distance_m=1))
+        check(s.version()["version"], "it goes on after refusals")
+
+
+def python_watches(bench):
+    """Two watches and questions between them: each gets its own, in order."""
+    sonard = module()
+    bench.sim()
+    bench.conf(**MOVING)
+    daemon = bench.sonard()
+    daemon.client().close()
+    s = sonard.connect(bench.socket_path, timeout_s=20 * PATIENCE)
+    with s.watch("sectors", rate_hz=20, count=4) as four, s.watch("sectors", rate_hz=20, count=8) as eight:
+        for _ in range(5):
+            check(len(next(four)["sectors"]) == 4 and len(next(eight)["sectors"]) == 8, "mixed up")
+            check(len(s.sectors(count=12)) == 12, "a question between")
+        for i, ring in enumerate(four):
+            check(len(ring["sectors"]) == 4, "as an iterator")
+            if i == 3:
+                break
+        check(select.select([s], [], [], 5 * PATIENCE)[0], "its descriptor can be waited for")
+    check(s.status()["server"]["clients_now"] == 1, "the client is still there")
+    refuses(StopIteration, lambda: next(four))
+    slow = s.watch("sectors", rate_hz=0.1)
+    slow.next()
+    began = time.monotonic()
+    refuses(sonard.Silent, lambda: slow.next(timeout_s=0.05))
+    check(time.monotonic() - began < 5 * PATIENCE, "the time-out is that of the call")
+    failing = s.watch("point", rate_hz=10, position_m=[0, 0, 0])
+    check(refuses(sonard.Refused, failing.next).code == -32600, "no map")
+    daemon.stop()
+    refuses(sonard.Lost, lambda: s.call("version"))
+    s.close()
+
+
+def python_errors(bench):
+    """Nobody there, no answer, nonsense, half a line: an exception of its own kind each, none waits longer than it may."""
+    sonard = module()
+    check("is sonard running" in str(refuses(sonard.NoDaemon, lambda: sonard.connect(bench.socket_path, 0.2))), "no daemon")
+    for said, kind in ((b"", sonard.Silent), (b"SSH-2.0\n", sonard.Lost), (b"[]\n", sonard.Lost), (b'{"id":1}\n', sonard.Lost),
+                       (b'{"id":1,"result"', sonard.Silent), (b'{"id":null,"error":{"code":-32000,"message":"full"}}\n', sonard.Refused),
+                       (b'{"id":7,"result":1}\n', sonard.Silent), (b'{"id":1,"result":{"state":"clear"}}\n', sonard.Lost)):
+        peer = subprocess.Popen([sys.executable, "-c", "import socket,sys,time\nl=socket.socket(socket.AF_UNIX);l.bind(sys.argv[1]);"
+                                 "l.listen(1)\nprint(flush=True)\nc,_=l.accept();c.recv(9999);c.sendall(eval(sys.argv[2]))\n"
+                                 "while c.recv(9999): pass", bench.socket_path, repr(said)], stdout=subprocess.PIPE)
+        peer.stdout.readline()
+        try:
+            with sonard.connect(bench.socket_path, 0.3 * PATIENCE) as s:
+                fault = refuses(sonard.Error, lambda: s.blocked(0, distance_m=1))
+                check(type(fault) is kind, "%s gives %r" % (said, fault))
+        finally:
+            peer.terminate()
+            peer.wait()
+            peer.stdout.close()
+            os.unlink(bench.socket_path)
+
+
+run([("library_" + f.__name__, f) for f in (shows, alone, example_c, example_python, python_answers, python_watches, python_errors)])
