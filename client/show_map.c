@@ -65,13 +65,27 @@ static void show_whole(FILE *out, const json_t *result, const char *key, const c
         fprintf(out, "%-12s %lld\n", name, (long long)json_integer_value(value));
 }
 
+static void show_job(FILE *out, const json_t *result, const char *key)
+{
+    const json_t *job = json_object_get(result, key);
+
+    if (!json_is_object(job))
+        return;
+    fprintf(out, "%-12s ", key);
+    print_text(out, job, "what");
+    fputs(": ", out);
+    print_text(out, job, "state");
+    fputs(", ", out);
+    print_text(out, job, "message");
+    fputc('\n', out);
+}
+
 void show_map_state(FILE *out, const json_t *result)
 {
     static const struct {
         const char *key, *name;
     } counts[] = {{"submaps", "submaps"}, {"pings", "pings"},  {"not_entered", "no pose"}, {"begun", "begun"},
                   {"dropped", "dropped"}, {"away", "on disk"}, {"clipped", "clipped"},     {"starved", "starved"}};
-    const json_t *job = json_object_get(result, "job");
 
     fputs("map          ", out);
     print_text(out, result, "state");
@@ -83,15 +97,8 @@ void show_map_state(FILE *out, const json_t *result)
                 number(result, "memory_bytes") / 1048576);
     for (size_t i = 0; i < sizeof counts / sizeof *counts; i++)
         show_whole(out, result, counts[i].key, counts[i].name);
-    if (json_is_object(job)) {
-        fputs("job          ", out);
-        print_text(out, job, "what");
-        fputs(": ", out);
-        print_text(out, job, "state");
-        fputs(", ", out);
-        print_text(out, job, "message");
-        fputc('\n', out);
-    }
+    show_job(out, result, "job");
+    show_job(out, result, "kept");
 }
 
 /* ---- a slice ---- */

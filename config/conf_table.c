@@ -321,6 +321,13 @@ const struct conf_key conf_keys[] = {
      .form = "an absolute path",
      .help = "Where maps are saved, exported and loaded from, and where submaps go that memory has no room for.\n"
              "none: nothing of this."},
+    {"map", "save_every", QUANTITY(1, "s", 1, 86400), .standard = "never", .instead = "never", .instead_value = 0,
+     CONF(map.save_every_s),
+     .help = "The map is saved as last.map in directory so often, if it has changed, and when sonard stops. What\n"
+             "that name had before is before.map then, where it was not loaded."},
+    {"map", "load_last", WORDS("on", "off"), .standard = "off", CONF(map.load_last),
+     .help = "At the start last.map is loaded. Only for vehicles whose positions count from the same place in\n"
+             "every run: sonard cannot know."},
 
     {"pose", "max_age", LIVE, QUANTITY(1, "s", 0.01, 3600), .standard = "1 s", CONF(pose.max_age_s),
      .help = "An older pose is stale, and what needs it is unknown."},

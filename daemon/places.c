@@ -14,6 +14,9 @@
 #include "daemon.h"
 #include "map_job.h"
 
+#define LAST   "last"   /* the map that is kept */
+#define BEFORE "before" /* what that name had before a run that did not load it */
+
 /* ---- the map, submap by submap ---- */
 
 struct visit_list {
@@ -75,18 +78,20 @@ static bool pack_one(struct daemon *d, uint64_t id, struct map_bytes *bytes)
 }
 
 /* The whole map as a file's bytes. Each submap is of one moment; pings that come meanwhile are in the later ones. */
-static bool pack_all(struct daemon *d, struct map_bytes *bytes)
+static bool pack_all(struct places_task *task)
 {
+    struct daemon *d = task->d;
+    struct map_bytes *bytes = &task->job.bytes;
     struct visit_list list = {.away = false}, away = {.away = true};
-    if (!map_file_begin(bytes, &d->places.job.setting))
+    if (!map_file_begin(bytes, &task->job.setting))
         return false;
     pipeline_visit_map(d->pipeline, list_submaps, &list);
     for (uint32_t i = 0; i < list.n; i++)
         if (!pack_one(d, list.submap[i].id, bytes))
             return false;
     pipeline_visit_map(d->pipeline, list_submaps, &away);
-    memcpy(d->places.job.away, away.submap, sizeof away.submap);
-    d->places.job.n_away = away.n;
+    memcpy(task->job.away, away.submap, sizeof away.submap);
+    task->job.n_away = away.n;
     return map_file_end(bytes);
 }
 
@@ -126,40 +131,57 @@ static bool put_in(struct daemon *d, struct places_job *job)
 
 static void *job_thread(void *arg)
 {
-    struct daemon *d = arg;
+    struct places_task *task = arg;
     const uint64_t one = 1;
-    map_job_run(&d->places.job);
-    while (write(d->places.ended.fd, &one, sizeof one) < 0 && errno == EINTR) {
+    map_job_run(&task->job);
+    while (write(task->ended.fd, &one, sizeof one) < 0 && errno == EINTR) {
     }
     return NULL;
 }
 
+static void drop_bytes(struct places_job *job)
+{
+    free(job->bytes.bytes);
+    job->bytes = (struct map_bytes){0};
+}
+
+/* The job is done; what was loaded becomes the map. That the map was kept once more is no news. */
+static void settle(struct places_task *task)
+{
+    struct places_job *job = &task->job;
+    const bool quiet = task == &task->d->places.kept && job->what == PLACES_SAVE;
+    const bool good = job->good && (job->what != PLACES_LOAD || put_in(task->d, job));
+    drop_bytes(job);
+    job->state = good ? PLACES_DONE : PLACES_FAILED;
+    task->d->places.changed |= job->what == PLACES_LOAD;
+    log_line(!good ? LOG_ERR : quiet ? LOG_DEBUG : LOG_NOTICE, "map: %s", job->message);
+}
+
 static void on_ended(void *ctx, uint32_t events, uint64_t now_ns)
 {
-    struct daemon *d = ctx;
-    struct places_job *job = &d->places.job;
+    struct places_task *task = ctx;
     uint64_t n;
     (void)events;
     (void)now_ns;
-    if (read(d->places.ended.fd, &n, sizeof n) != sizeof n || job->state != PLACES_RUNNING)
+    if (read(task->ended.fd, &n, sizeof n) != sizeof n || task->job.state != PLACES_RUNNING)
         return;
-    pthread_join(d->places.thread, NULL);
-    bool good = job->good && (job->what != PLACES_LOAD || put_in(d, job));
-    free(job->bytes.bytes);
-    job->bytes = (struct map_bytes){0};
-    job->state = good ? PLACES_DONE : PLACES_FAILED;
-    log_line(good ? LOG_NOTICE : LOG_ERR, "map: %s", job->message);
+    pthread_join(task->thread, NULL);
+    settle(task);
 }
 
-static bool prepare(struct daemon *d, enum places_what what, const char *name, const char *ending, char *err,
-                    size_t err_size)
+static bool prepare(struct places_task *task, enum places_what what, const char *name, const char *ending,
+                    char *err, size_t err_size)
 {
+    struct daemon *d = task->d;
     const char *folder = d->conf.map.directory;
-    struct places_job *job = &d->places.job;
+    struct places_job *job = &task->job;
     if (!folder[0])
         snprintf(err, err_size, "no folder is configured: set directory in [map]");
     else if (job->state == PLACES_RUNNING)
         snprintf(err, err_size, "another job is at work: %s", job->path);
+    else if (task == &d->places.asked && what == PLACES_SAVE && d->places.save.fire && strcmp(name, LAST) == 0)
+        snprintf(err, err_size, "the name '%s' is that of the map which save_every in [map] keeps: take another",
+                 LAST);
     else {
         *job = (struct places_job){.what = what,
                                    .state = PLACES_IDLE,
@@ -172,27 +194,24 @@ static bool prepare(struct daemon *d, enum places_what what, const char *name, c
     return false;
 }
 
-static bool begin(struct daemon *d, char *err, size_t err_size)
+static bool begin(struct places_task *task, char *err, size_t err_size)
 {
-    struct places_job *job = &d->places.job;
+    struct places_job *job = &task->job;
     job->state = PLACES_RUNNING;
-    if (pthread_create(&d->places.thread, NULL, job_thread, d) == 0)
+    if (pthread_create(&task->thread, NULL, job_thread, task) == 0)
         return true;
     job->state = PLACES_FAILED;
-    free(job->bytes.bytes);
-    job->bytes = (struct map_bytes){0};
+    drop_bytes(job);
     snprintf(job->message, sizeof job->message, "cannot start a thread");
     snprintf(err, err_size, "%s", job->message);
     return false;
 }
 
-static bool pack_and_begin(struct daemon *d, char *err, size_t err_size)
+static bool pack(struct places_task *task, char *err, size_t err_size)
 {
-    struct places_job *job = &d->places.job;
-    if (pack_all(d, &job->bytes))
-        return begin(d, err, err_size);
-    free(job->bytes.bytes);
-    job->bytes = (struct map_bytes){0};
+    if (pack_all(task))
+        return true;
+    drop_bytes(&task->job);
     snprintf(err, err_size, "no memory for a copy of the map");
     return false;
 }
@@ -206,52 +225,165 @@ bool places_name_good(const char *name)
 
 bool places_save(struct daemon *d, const char *name, char *err, size_t err_size)
 {
-    return prepare(d, PLACES_SAVE, name, ".map", err, err_size) && pack_and_begin(d, err, err_size);
+    struct places_task *task = &d->places.asked;
+    return prepare(task, PLACES_SAVE, name, ".map", err, err_size) && pack(task, err, err_size) &&
+           begin(task, err, err_size);
 }
 
 bool places_export(struct daemon *d, const char *name, enum places_format format, char *err, size_t err_size)
 {
     static const char *const endings[] = {[PLACES_PLY] = ".ply", [PLACES_MCAP] = ".mcap", [PLACES_BT] = ".bt"};
-    if (!prepare(d, PLACES_EXPORT, name, endings[format], err, err_size))
+    struct places_task *task = &d->places.asked;
+    if (!prepare(task, PLACES_EXPORT, name, endings[format], err, err_size))
         return false;
-    d->places.job.format = format;
-    return pack_and_begin(d, err, err_size);
+    task->job.format = format;
+    return pack(task, err, err_size) && begin(task, err, err_size);
 }
 
 bool places_load(struct daemon *d, const char *name, char *err, size_t err_size)
 {
-    return prepare(d, PLACES_LOAD, name, ".map", err, err_size) && begin(d, err, err_size);
+    struct places_task *task = &d->places.asked;
+    return prepare(task, PLACES_LOAD, name, ".map", err, err_size) && begin(task, err, err_size);
+}
+
+/* ---- kept from one run to the next ---- */
+
+static void count_pings(void *ctx, struct pipeline_map *m)
+{
+    uint64_t *pings = ctx;
+    *pings = m->map.stats.pings;
+}
+
+/* Packs the map as the job of `kept`, if it has changed since that was done last. */
+static bool pack_kept(struct daemon *d)
+{
+    struct places *p = &d->places;
+    uint64_t pings = 0;
+    char err[640];
+    if (p->kept.job.state == PLACES_RUNNING)
+        return false;
+    p->changed |= p->kept.job.state == PLACES_FAILED && p->kept.job.what == PLACES_SAVE;
+    pipeline_visit_map(d->pipeline, count_pings, &pings);
+    if (pings == p->saved_pings && !p->changed)
+        return false;
+    if (!prepare(&p->kept, PLACES_SAVE, LAST, ".map", err, sizeof err) || !pack(&p->kept, err, sizeof err)) {
+        log_line(LOG_ERR, "map: not kept: %s", err);
+        return false;
+    }
+    p->saved_pings = pings;
+    p->changed = false;
+    return true;
+}
+
+static void on_save(void *ctx, uint64_t now_ns)
+{
+    struct daemon *d = ctx;
+    char err[640];
+    loop_arm(d->loop, &d->places.save, now_ns + (uint64_t)(d->conf.map.save_every_s * 1e9));
+    if (pack_kept(d) && !begin(&d->places.kept, err, sizeof err))
+        log_line(LOG_ERR, "map: not kept: %s", err);
+}
+
+/* Before the first ping: nobody waits for it. */
+static bool load_last(struct daemon *d)
+{
+    struct places_task *task = &d->places.kept;
+    char err[640];
+    if (!prepare(task, PLACES_LOAD, LAST, ".map", err, sizeof err))
+        return false;
+    if (access(task->job.path, F_OK) != 0) {
+        log_line(LOG_NOTICE, "map: begins empty: %s: %s", task->job.path, strerror(errno));
+        return false;
+    }
+    map_job_run(&task->job);
+    settle(task);
+    d->places.changed = false;
+    return task->job.state == PLACES_DONE;
+}
+
+/* A map that this run does not go on with is not replaced by it. */
+static void move_last(struct daemon *d)
+{
+    const char *folder = d->conf.map.directory;
+    char last[CONF_TEXT_MAX + 16], before[CONF_TEXT_MAX + 16];
+    snprintf(last, sizeof last, "%s/%s.map", folder, LAST);
+    snprintf(before, sizeof before, "%s/%s.map", folder, BEFORE);
+    if (rename(last, before) == 0)
+        log_line(LOG_NOTICE, "map: that of the run before is now %s", before);
+    else if (errno != ENOENT)
+        log_line(LOG_ERR, "map: moving %s to %s: %s", last, before, strerror(errno));
+}
+
+static void start_keeping(struct daemon *d)
+{
+    struct places *p = &d->places;
+    const struct conf_map *c = &d->conf.map;
+    const bool loaded = c->load_last == CONF_ON && load_last(d);
+    if (!(c->save_every_s > 0))
+        return;
+    if (!loaded)
+        move_last(d);
+    p->save = (struct loop_timer){.fire = on_save, .ctx = d};
+    loop_arm(d->loop, &p->save, loop_now(d->loop) + (uint64_t)(c->save_every_s * 1e9));
 }
 
 /* ---- start and end ---- */
 
+static bool start_task(struct daemon *d, struct places_task *task)
+{
+    task->d = d;
+    task->ended = (struct loop_fd){.fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC), .ready = on_ended, .ctx = task};
+    return task->ended.fd >= 0 && loop_add(d->loop, &task->ended, EPOLLIN);
+}
+
 bool places_start(struct daemon *d, char *err, size_t err_size)
 {
     struct places *p = &d->places;
-    p->ended = (struct loop_fd){.fd = -1, .ready = on_ended, .ctx = d};
     if (!pipeline_has_map(d->pipeline))
         return true;
     const struct voxmap_setting s = pipeline_map_setting(d->pipeline);
     log_line(LOG_INFO,
              "map: voxels of %g m, submaps of %g m and %g m high, memory for %u tiles of up to %u a submap",
              s.voxel_m, s.side * TILE_SIDE * s.voxel_m, s.height * s.voxel_m, s.n_tiles, s.side * s.side);
-    p->ended.fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
-    if (p->ended.fd >= 0 && loop_add(d->loop, &p->ended, EPOLLIN))
-        return true;
-    snprintf(err, err_size, "map: %s", strerror(errno));
-    return false;
+    if (!start_task(d, &p->asked) || !start_task(d, &p->kept)) {
+        snprintf(err, err_size, "map: %s", strerror(errno));
+        return false;
+    }
+    if (!d->replay)
+        start_keeping(d);
+    return true;
+}
+
+static void end_task(struct places_task *task)
+{
+    struct daemon *d = task->d;
+    if (!d)
+        return;
+    if (task->job.state == PLACES_RUNNING) {
+        pthread_join(task->thread, NULL);
+        log_line(task->job.good ? LOG_NOTICE : LOG_ERR, "map: %s", task->job.message);
+    }
+    drop_bytes(&task->job);
+    if (task->ended.fd >= 0) {
+        loop_remove(d->loop, &task->ended);
+        close(task->ended.fd);
+    }
 }
 
 void places_end(struct daemon *d)
 {
     struct places *p = &d->places;
-    if (p->job.state == PLACES_RUNNING) {
-        pthread_join(p->thread, NULL);
-        log_line(p->job.good ? LOG_NOTICE : LOG_ERR, "map: %s", p->job.message);
+    end_task(&p->asked);
+    if (p->save.fire) {
+        if (p->kept.job.state == PLACES_RUNNING) {
+            pthread_join(p->kept.thread, NULL);
+            settle(&p->kept);
+        }
+        if (pack_kept(d)) {
+            map_job_run(&p->kept.job);
+            settle(&p->kept);
+        }
+        loop_arm(d->loop, &p->save, LOOP_NEVER);
     }
-    free(p->job.bytes.bytes);
-    if (p->ended.ctx && p->ended.fd >= 0) {
-        loop_remove(d->loop, &p->ended);
-        close(p->ended.fd);
-    }
+    end_task(&p->kept);
 }

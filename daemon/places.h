@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * places - the map of places while the daemon runs: saves, loads and exports it on request. All in the loop's thread but
- * one job at a time, which has a thread of its own because it waits for the disk. The map itself belongs to the
- * pipeline; it is visited in steps of one submap, so that pings wait for the copying of one submap at most.
+ * places - the map of places while the daemon runs: saves, loads and exports it on request, and keeps it from one run to
+ * the next where that is configured. All in the loop's thread but one job of each kind at a time, which has a thread of
+ * its own because it waits for the disk. The map itself belongs to the pipeline; it is visited in steps of one submap,
+ * so that pings wait for the copying of one submap at most.
  */
 #ifndef SONARD_PLACES_H
 #define SONARD_PLACES_H
@@ -46,13 +47,25 @@ struct places_job {
     char message[640]; /* what came of it, one sentence */
 };
 
-struct places {
+struct places_task {
+    struct daemon *d;
     struct places_job job;
     pthread_t thread;
     struct loop_fd ended; /* an eventfd */
 };
 
-/** places_start - what jobs need; nothing without a map. False with a sentence in err. */
+struct places {
+    struct places_task asked, kept; /* by a client; by `save_every` and `load_last` in [map] */
+    struct loop_timer save;
+    uint64_t saved_pings; /* in the map when it was kept last */
+    bool changed;         /* since then, by other than pings */
+};
+
+/**
+ * places_start - what jobs need; nothing without a map. With `load_last` the map that was kept last is in force when it
+ * returns; one that is not is moved to before.map, so that the new run does not replace it. A map that cannot be loaded
+ * is logged and no reason not to run. False with a sentence in err.
+ */
 bool places_start(struct daemon *d, char *err, size_t err_size);
 
 #define PLACES_NAME_MAX 64
@@ -60,7 +73,7 @@ bool places_start(struct daemon *d, char *err, size_t err_size);
 /** places_name_good - 1 to PLACES_NAME_MAX letters, digits, - and _: nothing that leaves the folder. */
 bool places_name_good(const char *name);
 
-/** places_end - waits for the job at work; before the pipeline ends. */
+/** places_end - waits for the jobs at work, and keeps the map where that is configured; before the pipeline ends. */
 void places_end(struct daemon *d);
 
 /*

@@ -284,16 +284,16 @@ static json_t *state_json(struct daemon *d)
     if (!pipeline_visit_map(d->pipeline, read_state, &v))
         return json_pack("{s:s}", "state", "none: no voxel is configured, nothing is allocated");
     const char *state = v.stats.pings ? "kept" : v.stats.no_pose ? "no pose that places the pings" : "no ping yet";
-    return json_pack("{s:s, s:o, s:i, s:i, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:s?, s:o}",
-                     "state", state, "voxel_m", json_real(d->conf.map.voxel_m), "submaps", (int)v.submaps, "away",
-                     (int)v.away, "begun", (json_int_t)v.begun, "used_bytes",
-                     (json_int_t)((v.tiles - v.tiles_free) * v.tile_bytes), "memory_bytes",
-                     (json_int_t)d->conf.map.memory_bytes, "pings", (json_int_t)v.stats.pings, "beams",
-                     (json_int_t)v.stats.beams, "not_entered", (json_int_t)(v.stats.no_pose + v.stats.unfit),
-                     "clipped", (json_int_t)v.stats.clipped, "starved", (json_int_t)v.stats.starved, "dropped",
-                     (json_int_t)v.stats.lost, "paged_out", (json_int_t)d->pager.out, "paged_in",
-                     (json_int_t)d->pager.in, "page_errors", (json_int_t)d->pager.errors, "directory",
-                     d->conf.map.directory[0] ? d->conf.map.directory : NULL, "job", job_json(&d->places.job));
+    return json_pack(
+        "{s:s, s:o, s:i, s:i, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:s?, s:o, s:o}",
+        "state", state, "voxel_m", json_real(d->conf.map.voxel_m), "submaps", (int)v.submaps, "away", (int)v.away,
+        "begun", (json_int_t)v.begun, "used_bytes", (json_int_t)((v.tiles - v.tiles_free) * v.tile_bytes),
+        "memory_bytes", (json_int_t)d->conf.map.memory_bytes, "pings", (json_int_t)v.stats.pings, "beams",
+        (json_int_t)v.stats.beams, "not_entered", (json_int_t)(v.stats.no_pose + v.stats.unfit), "clipped",
+        (json_int_t)v.stats.clipped, "starved", (json_int_t)v.stats.starved, "dropped", (json_int_t)v.stats.lost,
+        "paged_out", (json_int_t)d->pager.out, "paged_in", (json_int_t)d->pager.in, "page_errors",
+        (json_int_t)d->pager.errors, "directory", d->conf.map.directory[0] ? d->conf.map.directory : NULL, "job",
+        job_json(&d->places.asked.job), "kept", job_json(&d->places.kept.job));
 }
 
 json_t *places_method_map(const struct rpc_call *call, json_t *params, struct rpc_error *error)
@@ -434,6 +434,8 @@ json_t *places_method_new(const struct rpc_call *call, json_t *params, struct rp
 
 json_t *places_method_forget(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
+    struct daemon *d = call->daemon;
+    d->places.changed = true;
     return change(call, params, forget_map, error);
 }
 

@@ -310,6 +310,12 @@ TEST(broken_together)
          "t.conf:8: [nmea] use = both: does not go with [depth] source = modbus-rtu:/dev/x:9600; want depth from "
          "one "
          "of them"},
+        {"a map kept nowhere", BASE "[map]\nsave_every = 60 s\n",
+         "t.conf:5: [map] save_every = 60 s: does not go with [map] directory = none; want a directory to save the "
+         "map in"},
+        {"a map from nowhere", BASE "[map]\nload_last = on\n",
+         "t.conf:5: [map] load_last = on: does not go with [map] directory = none; want a directory to load the map "
+         "from"},
         {"one line for two sonars", BASE "[sonar b]\ndevice = ping360\nport = serial:/dev/x:9600\n",
          "t.conf:6: [sonar b] port = serial:/dev/x:9600: does not go with [sonar a] port = "
          "serial:/dev/x:115200; want a serial line of its own for each"},
@@ -700,6 +706,10 @@ static void random_conf(struct conf *conf, uint64_t *seed)
         conf->more_grid[i].forget_s = fmax(conf->more_grid[i].forget_s, conf->more_grid[i].clear_for_s);
     conf->extract.classes = CONF_ON; /* somebody looks at the median and at CLAHE */
     conf->nmea.use = CONF_NMEA_HEADING;
+    if (!conf->map.directory[0]) {
+        conf->map.save_every_s = 0;
+        conf->map.load_last = CONF_OFF;
+    }
     conf->depth.turnaround_s = fmax(conf->depth.turnaround_s, conf->depth.timeout_s);
     for (int i = 0; i < conf->n_sonars; i++) {
         struct conf_sonar *s = &conf->sonar[i];
