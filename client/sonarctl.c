@@ -204,6 +204,7 @@ static const struct command commands[] = {
      command_place},
     {"map", "status|draw|new|forget|save NAME|load NAME|export NAME", "the map of places", map_options, 1, 2,
      command_map},
+    {"plan", "", "which stages run, which are left out, why, and what each costs", NULL, 0, 0, command_method},
     {"reload", "", "have the daemon read its configuration anew", NULL, 0, 0, command_method},
     {"version", "", "versions of sonarctl and the daemon", NULL, 0, 0, command_version},
     {"call", "METHOD [JSON]", "call any method with a JSON object of parameters", NULL, 1, 2, command_call_any},

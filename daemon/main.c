@@ -11,6 +11,7 @@
 
 #include "attention.h"
 #include "daemon.h"
+#include "explain.h"
 #include "grid_methods.h"
 #include "instruments.h"
 #include "listen.h"
@@ -43,6 +44,18 @@ static int check_file(const char *path)
     if (faults == 0)
         printf("%s: no faults\n", path);
     return faults == 0 ? OK : FAILED;
+}
+
+static int explain(const struct conf *conf, enum options_explain how)
+{
+    if (how == EXPLAIN_TABLE) {
+        explain_print(conf, stdout);
+        return OK;
+    }
+    json_t *plan = explain_json(conf);
+    const int status = json_dumpf(plan, stdout, JSON_INDENT(2)) == 0 && putchar('\n') != EOF ? OK : FAILED;
+    json_decref(plan);
+    return status;
 }
 
 static bool load_conf(const struct options *o, struct replay *replay, struct conf *conf,
@@ -169,6 +182,21 @@ static void on_attention_tick(void *ctx, uint64_t now_ns)
         source_attend(d->source[i], from_rad, to_rad);
     }
     loop_arm(d->loop, &t->timer, now_ns + ATTENTION_TICK_NS);
+}
+
+/* Writes the answers beside those of every turn. */
+struct answers_timer {
+    struct loop_timer timer;
+    struct daemon *d;
+    uint64_t every_ns;
+};
+
+static void on_answers_tick(void *ctx, uint64_t now_ns)
+{
+    struct answers_timer *t = ctx;
+    pipeline_drain(t->d->pipeline);
+    daemon_write_answers(t->d, "time", "");
+    loop_arm(t->d->loop, &t->timer, now_ns + t->every_ns);
 }
 
 static bool any_steered(const struct daemon *d)
@@ -377,10 +405,15 @@ static int run(struct daemon *d, const struct options *o, struct replay *replay,
     d->start_ns = loop_now(d->loop);
     int status = FAILED;
     if (make_parts(d, o, source)) {
+        struct answers_timer answers = {.d = d, .every_ns = (uint64_t)(o->every_s * 1e9)};
+        answers.timer = (struct loop_timer){.fire = on_answers_tick, .ctx = &answers};
+        if (answers.every_ns)
+            loop_arm(d->loop, &answers.timer, d->start_ns + answers.every_ns);
         if (replay)
             run_replay(d, replay, o);
         else
             run_live(d);
+        loop_arm(d->loop, &answers.timer, LOOP_NEVER);
         service_stop(d);
         stop_sources(d);
         status = OK;
@@ -413,6 +446,8 @@ int main(int argc, char **argv)
         if (o.print) {
             conf_print(&d.conf, source, stdout);
             status = OK;
+        } else if (o.explain) {
+            status = explain(&d.conf, o.explain);
         } else {
             status = run(&d, &o, replay, source);
         }

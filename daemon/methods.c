@@ -20,6 +20,7 @@ const struct rpc_method daemon_methods[] = {
     {"status", status_method, RPC_ASKS},
     {"sensors", status_method_sensors, RPC_ASKS},
     {"stats", stats_method, RPC_ASKS},
+    {"plan", plan_method, RPC_ASKS},
     {"version", status_method_version, RPC_ASKS},
     {"image", image_method, RPC_ASKS},
     {"clusters", cluster_method_list, RPC_ASKS},

@@ -17,6 +17,7 @@ json_t *pose_method(const struct rpc_call *call, json_t *params, struct rpc_erro
 json_t *status_method(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *status_method_sensors(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *stats_method(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+json_t *plan_method(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *status_method_version(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *reload_method(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *image_method(const struct rpc_call *call, json_t *params, struct rpc_error *error);

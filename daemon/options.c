@@ -16,6 +16,8 @@ static const char usage[] =
     "  -c, --config FILE    configuration, sonard.conf(5)\n"
     "      --check FILE     list all faults of a configuration and exit: 0 none, 1 some\n"
     "      --print          print the effective configuration, with where each value came from, and exit\n"
+    "      --explain        print which stages the configuration needs, why, and what each costs, and exit;\n"
+    "                       --explain=json: as the method plan answers\n"
     "      --sample         print the commented default configuration and exit\n"
     "      --man-table      print the table of keys in man(7) macros and exit\n"
     "      --record DIR     record captures into DIR\n"
@@ -23,6 +25,7 @@ static const char usage[] =
     "      --speed X        pace the replay: 1 as recorded; without it as fast as it goes\n"
     "      --stay           after the replay go on answering, the clock standing at its end\n"
     "      --answers FILE   write the sectors after every turn and at the end, as JSON lines\n"
+    "      --every S        and every S seconds, beside the turns\n"
     "      --socket PATH    socket for clients, instead of the configured one; 'none': no socket\n"
     "      --threads N      0, 1 or 2 pipeline threads, instead of the configured number\n"
     "      --version        print the version and exit\n"
@@ -43,11 +46,13 @@ static int too_long(const char *what, const char *value, size_t room)
     return wrong(what, value, wanted);
 }
 
-enum { CHECK = 256, PRINT, SAMPLE, MAN_TABLE, RECORD, REPLAY, SPEED, STAY, ANSWERS, SOCKET, THREADS, VERSION };
+enum { CHECK = 256, PRINT, EXPLAIN, EVERY, SAMPLE, MAN_TABLE, RECORD, REPLAY, SPEED, STAY, ANSWERS, SOCKET, THREADS, VERSION };
 
 static const struct option longs[] = {{"config", required_argument, NULL, 'c'},
                                       {"check", required_argument, NULL, CHECK},
                                       {"print", no_argument, NULL, PRINT},
+                                      {"explain", optional_argument, NULL, EXPLAIN},
+                                      {"every", required_argument, NULL, EVERY},
                                       {"sample", no_argument, NULL, SAMPLE},
                                       {"man-table", no_argument, NULL, MAN_TABLE},
                                       {"record", required_argument, NULL, RECORD},
@@ -78,6 +83,12 @@ static int take_number(struct options *o, int c, const char *value)
         o->threads = value[0] - '0';
         return -1;
     }
+    if (c == EVERY) {
+        o->every_s = strtod(value, &rest);
+        if (*rest || rest == value || !(o->every_s >= 0.01 && o->every_s <= 1e6))
+            return wrong("--every", value, "seconds from 0.01 to 1e6");
+        return -1;
+    }
     o->speed = strtod(value, &rest);
     if (*rest || rest == value || !(o->speed >= 1e-3 && o->speed <= 1e6))
         return wrong("--speed", value, "a factor from 0.001 to 1e6");
@@ -93,8 +104,14 @@ static int take(struct options *o, int c, const char *value)
     o->print |= c == PRINT;
     o->stay |= c == STAY;
     switch (c) {
+    case EXPLAIN:
+        if (value && strcmp(value, "json") != 0)
+            return wrong("--explain", value, "nothing, or json");
+        o->explain = value ? EXPLAIN_JSON : EXPLAIN_TABLE;
+        return -1;
     case SPEED:
     case THREADS:
+    case EVERY:
         return take_number(o, c, value);
     case SAMPLE:
         conf_sample(stdout);
@@ -122,6 +139,10 @@ static int check_options(const struct options *o)
     const struct conf *conf = NULL;
     if (!o->replay && (o->speed > 0 || o->stay)) {
         fprintf(stderr, "sonard: %s: goes together with --replay only\n", o->stay ? "--stay" : "--speed");
+        return USAGE;
+    }
+    if (o->every_s > 0 && !o->answers) {
+        fprintf(stderr, "sonard: --every: goes together with --answers only\n");
         return USAGE;
     }
     if (o->replay && o->record)

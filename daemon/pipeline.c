@@ -46,7 +46,7 @@ struct pipeline {
     int n_grids;
     struct pipeline_map *map;                  /* NULL: not configured */
     struct marks *marks[PIPELINE_MAX_SENSORS]; /* NULL: not configured */
-    struct image *image[PIPELINE_MAX_SENSORS];
+    struct image *image[PIPELINE_MAX_SENSORS]; /* NULL: nobody can ask for it */
     struct latency latency[PIPELINE_STAGES];
     _Atomic uint64_t submitted, finished;
     _Atomic uint64_t held; /* by the clean-ups: submitted, and finished when later pings come */
@@ -153,7 +153,8 @@ static void run_extract(struct pipeline *p, const struct ping *ping, const struc
                           memory_order_relaxed);
     if (p->marks[ping->sensor])
         marks_run(p->marks[ping->sensor], e);
-    image_enter(p->image[ping->sensor], ping, e);
+    if (p->image[ping->sensor])
+        image_enter(p->image[ping->sensor], ping, e);
     measure(p, PIPELINE_EXTRACT, begun_ns, now_of(p));
 }
 
@@ -571,10 +572,11 @@ static bool make_stages(struct pipeline *p, char *err, size_t err_size)
     for (int i = 0; i < p->conf.n_sensors; i++) {
         void *m = own(p, extract_size(p->conf.max_bins));
         p->extract[i] = m ? extract_init(m, &p->conf.extract[i], p->conf.max_bins, err, err_size) : NULL;
-        p->image[i] = own(p, sizeof *p->image[i]);
+        if (p->conf.image)
+            p->image[i] = own(p, sizeof *p->image[i]);
         if (p->conf.marks && (p->marks[i] = own(p, sizeof *p->marks[i])))
             marks_init(p->marks[i]);
-        if (!p->extract[i] || !p->image[i] || (p->conf.marks && !p->marks[i]) ||
+        if (!p->extract[i] || (p->conf.image && !p->image[i]) || (p->conf.marks && !p->marks[i]) ||
             !make_cleanup(p, i, err, err_size))
             return false;
     }

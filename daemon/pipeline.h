@@ -38,6 +38,7 @@ struct pipeline_conf {
     int n_sensors;
     struct extract_conf extract[PIPELINE_MAX_SENSORS];
     bool marks; /* mark bursts and ghosts */
+    bool image; /* keep the last turn of every sensor for people */
     struct cleanup_conf cleanup[PIPELINE_MAX_SENSORS];
     struct mount mount[PIPELINE_MAX_SENSORS];
     struct grid_setting grid; /* the main one; pipeline_add_grid has the others */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* The methods about sonard itself: how it is, and what its sensors do; sonard-protocol(7) has every shape. */
 #include "counters.h"
+#include "explain.h"
 #include "grid_methods.h"
 #include "instruments.h"
 #include "methods.h"
@@ -221,6 +222,13 @@ json_t *status_method_sensors(const struct rpc_call *call, json_t *params, struc
     for (int i = 0; i < d->conf.n_sonars; i++)
         json_array_append_new(sensors, placed_json(d, i, &pipe));
     return json_pack("{s:o}", "sensors", sensors);
+}
+
+json_t *plan_method(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    static const char *const keys[] = {NULL};
+    const struct daemon *d = call->daemon;
+    return rpc_only(params, keys, error) ? explain_json(&d->conf) : NULL;
 }
 
 json_t *status_method_version(const struct rpc_call *call, json_t *params, struct rpc_error *error)

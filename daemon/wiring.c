@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "../drivers/device.h"
+#include "plan.h"
 
 /* Half the height of the single row that a level scene keeps: within the fan of any sonar that scans the horizon. */
 #define LEVEL_HALF_DEG 7.5
@@ -51,17 +52,14 @@ void wiring_extract(const struct conf *conf, int i, struct extract_conf *e)
                                .db_per_count = sonar->db_per_count};
 }
 
-/* Images are made of single beams only. */
-static void cleanup_of(const struct conf_extract *c, const struct device_ops *ops, struct cleanup_conf *out)
+void wiring_cleanup(const struct conf_extract *c, struct cleanup_conf *out)
 {
     static const unsigned medians[] = {[CONF_MEDIAN_OFF] = 0, [CONF_MEDIAN_3] = 3, [CONF_MEDIAN_5] = 5};
-    *out = (struct cleanup_conf){.clip = c->clahe_clip};
-    if (ops->max_beams != 1 || ops->max_bins == 0)
-        return;
-    out->median = medians[c->median];
-    out->otsu = c->otsu == CONF_ON;
-    out->clahe = c->clahe == CONF_ON;
-    out->classes = c->classes == CONF_ON;
+    *out = (struct cleanup_conf){.median = medians[c->median],
+                                 .otsu = c->otsu == CONF_ON,
+                                 .clahe = c->clahe == CONF_ON,
+                                 .clip = c->clahe_clip,
+                                 .classes = c->classes == CONF_ON};
 }
 
 static void sphere_of(const struct conf *conf, const struct conf_grid *g, struct sphere_conf *s)
@@ -134,10 +132,13 @@ static void map_of(const struct conf *conf, double reach_m, struct pipeline_conf
 
 void wiring_pipeline(const struct conf *conf, bool patient, struct pipeline_conf *out)
 {
+    struct plan plan;
+    plan_make(conf, &plan);
     *out = (struct pipeline_conf){.threads = conf->pipeline.threads,
                                   .queue = (uint32_t)conf->pipeline.queue,
                                   .patient = patient,
-                                  .marks = conf->extract.marks == CONF_ON,
+                                  .marks = plan_has(&plan, PLAN_MARKS, 0),
+                                  .image = plan_has(&plan, PLAN_IMAGE, 0),
                                   .n_sensors = conf->n_sonars};
     for (int i = 0; i < conf->n_sonars; i++) {
         const struct device_ops *ops = device_find(conf->sonar[i].device);
@@ -148,10 +149,11 @@ void wiring_pipeline(const struct conf *conf, bool patient, struct pipeline_conf
         mount_of(&conf->sonar[i], &out->mount[i]);
         out->shape[i] = is_round(conf->sonar[i].device) ? CAST_CONE : CAST_WEDGE;
         wiring_extract(conf, i, &out->extract[i]);
-        cleanup_of(&conf->extract, ops, &out->cleanup[i]);
+        if (plan_has(&plan, PLAN_CLEANUP, i))
+            wiring_cleanup(&conf->extract, &out->cleanup[i]);
     }
     wiring_grid(conf, &conf->grid, &out->grid);
-    out->map = conf->map.voxel_m > 0;
+    out->map = plan_has(&plan, PLAN_MAP, 0);
     if (out->map)
         map_of(conf, out->grid.sphere.layers.r_max_m, out);
 }

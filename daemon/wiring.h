@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * wiring - from the configuration to what the stages want to know. The only place where names of the configuration
- * and names of the stages meet.
+ * and names of the stages meet. Which stages there are is in plan.h.
  */
 #ifndef SONARD_WIRING_H
 #define SONARD_WIRING_H
@@ -14,6 +14,9 @@ void wiring_grid(const struct conf *conf, const struct conf_grid *grid, struct g
 
 /** wiring_pipeline - stages, mounts and buffer sizes for a checked configuration. */
 void wiring_pipeline(const struct conf *conf, bool patient, struct pipeline_conf *out);
+
+/** wiring_cleanup - the steps that a configuration asks for; plan.h says of which sonars. */
+void wiring_cleanup(const struct conf_extract *conf, struct cleanup_conf *out);
 
 /** wiring_extract - the extraction of one sonar for a checked configuration. */
 void wiring_extract(const struct conf *conf, int i, struct extract_conf *e);

@@ -1,0 +1,227 @@
+/* SPDX-License-Identifier: MIT */
+/* plan_cost - see plan_cost.h. tests/report/plan.py counts the same stages anew; the report has both. */
+#include "plan_cost.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "../drivers/device.h"
+#include "wiring.h"
+
+/* Instructions for one bin, counted on 101 Ping360 pings of 1200 bins between walls. */
+#define DEVICE_BIN     10.6
+#define SOCA_BIN       79.0
+#define CA_BIN         67.0
+#define OS_BIN         1120.0
+#define IMAGE_BIN      20.5
+#define CLEANUP_BIN    42.5
+#define OTSU_BIN       2.0
+#define CLAHE_BIN      19.5
+#define CLASSES_BIN    50.0
+#define MEDIAN3_BIN    3.6
+#define MEDIAN5_BIN    23.5
+#define BACKGROUND_BIN 110.0 /* quiet beams are no longer done at once */
+
+/* For one beam, and for one direction that a beam covers. */
+#define DEVICE_BEAM        500.0
+#define EXTRACT_BEAM       300.0
+#define MARKS_BEAM         680.0
+#define GRID_BEAM          10000.0
+#define OPENING_DIRECTION  2000.0
+#define MIDPOINT_DIRECTION 9700.0
+#define GAUSS_DIRECTION    11900.0
+
+/* The map's cost goes with the voxels across a beam: timed in a shaft where echoes were MAP_RANGE_VOXELS away. */
+#define MAP_BEAM         1500.0
+#define MAP_ECHO_BEAM    22000.0
+#define MAP_RANGE_VOXELS 40.0
+
+/* Opening of a beam at half power, where the configuration does not say. */
+static const struct opening {
+    const char *device;
+    double az_deg, el_deg;
+} openings[] = {{"ping360", 2, 25},     {"micron", 3, 35},    {"imagenex852", 10, 10}, {"imagenex881a", 2.4, 22},
+                {"ping1d", 30, 30},     {"dronecan", 10, 10}, {"nmea2000", 20, 20},    {"echolist", 6.5, 6.5},
+                {"surveyor", 1.0, 5.0}, {NULL, 10, 10}};
+
+static void opening_of(const struct conf_sonar *sonar, double *az_rad, double *el_rad)
+{
+    const struct opening *o = openings;
+    while (o->device && strcmp(o->device, sonar->device) != 0)
+        o++;
+    *az_rad = sonar->aperture_rad[0] > 0 ? sonar->aperture_rad[0] : geo_rad(o->az_deg);
+    *el_rad = sonar->aperture_rad[1] > 0 ? sonar->aperture_rad[1] : geo_rad(o->el_deg);
+}
+
+/* Beams and bins of the largest ping that a sonar sends; ready ranges have no bins. */
+struct ping_size {
+    double beams, bins;
+};
+
+static struct ping_size size_of(const struct conf_sonar *sonar)
+{
+    const struct device_ops *ops = device_find(sonar->device);
+    return (struct ping_size){.beams = ops->max_beams,
+                              .bins = ops->max_bins > 1 ? (double)ops->max_beams * ops->max_bins : 0};
+}
+
+static double extract_bin(const struct conf_extract *c)
+{
+    return c->detector == CONF_OS ? OS_BIN : c->detector == CONF_SOCA ? SOCA_BIN : CA_BIN;
+}
+
+/* What is asked for; where nothing is, what the whole chain would cost. */
+static double cleanup_bin(const struct conf_extract *c)
+{
+    const bool none =
+        c->median == CONF_MEDIAN_OFF && c->otsu == CONF_OFF && c->clahe == CONF_OFF && c->classes == CONF_OFF;
+    double sum = CLEANUP_BIN;
+    if (none || c->median == CONF_MEDIAN_3)
+        sum += MEDIAN3_BIN;
+    if (c->median == CONF_MEDIAN_5)
+        sum += MEDIAN5_BIN;
+    if (none || c->otsu == CONF_ON)
+        sum += OTSU_BIN;
+    if (none || c->clahe == CONF_ON)
+        sum += CLAHE_BIN;
+    if (none || c->classes == CONF_ON)
+        sum += CLASSES_BIN;
+    return sum;
+}
+
+/* ---- a sonar's stages ---- */
+
+static double sonar_instructions(enum plan_id id, const struct conf *conf, const struct ping_size *size)
+{
+    switch (id) {
+    case PLAN_DEVICE:
+        return size->bins * DEVICE_BIN + size->beams * DEVICE_BEAM;
+    case PLAN_EXTRACT:
+        return size->bins * extract_bin(&conf->extract) + size->beams * EXTRACT_BEAM;
+    case PLAN_BACKGROUND:
+        return size->bins * BACKGROUND_BIN;
+    case PLAN_CLEANUP:
+        return size->bins * cleanup_bin(&conf->extract);
+    case PLAN_MARKS:
+        return size->beams * MARKS_BEAM;
+    default:
+        return size->bins * IMAGE_BIN;
+    }
+}
+
+static double sonar_bytes(enum plan_id id, const struct conf *conf, int i)
+{
+    const struct device_ops *ops = device_find(conf->sonar[i].device);
+    struct cleanup_conf all = {.median = 3, .otsu = true, .clahe = true, .classes = true, .clip = 2}, asked;
+    switch (id) {
+    case PLAN_DEVICE:
+        return (double)ops->state_size;
+    case PLAN_EXTRACT:
+        return (double)extract_size(ops->max_bins);
+    case PLAN_CLEANUP:
+        wiring_cleanup(&conf->extract, &asked);
+        return ops->max_bins > 1 ? (double)cleanup_size(cleanup_wanted(&asked) ? &asked : &all, ops->max_bins) : 0;
+    case PLAN_MARKS:
+        return (double)sizeof(struct marks);
+    case PLAN_IMAGE:
+        return (double)sizeof(struct image);
+    default:
+        return -1;
+    }
+}
+
+/* ---- what all share ---- */
+
+/* Directions that a beam covers: `rows` of them, or as many as its height takes. */
+static double directions(const struct conf_sonar *sonar, double step_rad, bool level)
+{
+    double az_rad, el_rad;
+    opening_of(sonar, &az_rad, &el_rad);
+    return (az_rad / step_rad + 1) * (level ? 1 : el_rad / step_rad + 1);
+}
+
+static double grid_ping(const struct conf_sonar *sonar, const struct conf_grid *g, bool level)
+{
+    const double direction = g->sensor_model == CONF_OPENING    ? OPENING_DIRECTION
+                             : g->sensor_model == CONF_MIDPOINT ? MIDPOINT_DIRECTION
+                                                                : GAUSS_DIRECTION;
+    return size_of(sonar).beams * (GRID_BEAM + direction * directions(sonar, g->angular_step_rad, level));
+}
+
+static double map_ping(const struct conf_sonar *sonar, const struct conf_map *c)
+{
+    const double voxels = sonar->range_m / c->voxel_m / MAP_RANGE_VOXELS;
+    return size_of(sonar).beams * (c->echoes == CONF_ON ? MAP_ECHO_BEAM : MAP_BEAM) * voxels * voxels;
+}
+
+static const struct conf_grid *grid_of(const struct conf *conf, int which)
+{
+    return which == 0 ? &conf->grid : &conf->more_grid[which - 1];
+}
+
+static double grid_bytes(const struct conf *conf, const struct conf_grid *grid)
+{
+    struct grid_setting setting;
+    char err[160];
+    wiring_grid(conf, grid, &setting);
+    return (double)sphere_bytes(&setting.sphere, err, sizeof err);
+}
+
+/* The elevations' share is what they add to a level grid. */
+static void grid_cost(const struct plan_stage *s, const struct conf *conf, struct plan_cost *out)
+{
+    struct conf_grid level = *grid_of(conf, s->which), full = level;
+    double most_level = 0, most_full = 0;
+    level.elevation = CONF_ELEVATION_LEVEL;
+    full.elevation = CONF_ELEVATION_FULL;
+    for (int i = 0; i < conf->n_sonars; i++) {
+        most_level = fmax(most_level, grid_ping(&conf->sonar[i], &level, true));
+        most_full = fmax(most_full, grid_ping(&conf->sonar[i], &full, false));
+    }
+    *out = (struct plan_cost){most_level, grid_bytes(conf, &level)};
+    if (s->id == PLAN_ELEVATION)
+        *out = (struct plan_cost){most_full - most_level, grid_bytes(conf, &full) - out->bytes};
+}
+
+static void map_cost(const struct conf *conf, struct plan_cost *out)
+{
+    *out = (struct plan_cost){-1, -1};
+    if (conf->map.voxel_m <= 0)
+        return;
+    for (int i = 0; i < conf->n_sonars; i++)
+        out->instructions = fmax(out->instructions, map_ping(&conf->sonar[i], &conf->map));
+    out->bytes = conf->map.memory_bytes;
+}
+
+/* ---- all ---- */
+
+static void price(const struct plan_stage *s, const struct conf *conf, struct plan_cost *out)
+{
+    *out = (struct plan_cost){-1, -1};
+    if (s->id <= PLAN_IMAGE) {
+        const struct ping_size size = size_of(&conf->sonar[s->which]);
+        *out = (struct plan_cost){sonar_instructions(s->id, conf, &size), sonar_bytes(s->id, conf, s->which)};
+    } else if (s->id == PLAN_GRID || s->id == PLAN_ELEVATION) {
+        grid_cost(s, conf, out);
+    } else if (s->id == PLAN_MAP) {
+        map_cost(conf, out);
+    }
+}
+
+void plan_price(const struct plan *plan, const struct conf *conf, struct plan_cost cost[PLAN_STAGES_MAX],
+                struct plan_cost *all)
+{
+    double of_sonar[CONF_MAX_SONARS] = {0}, of_all = 0, most = 0;
+    *all = (struct plan_cost){0, 0};
+    for (int k = 0; k < plan->n; k++) {
+        const struct plan_stage *s = &plan->stage[k];
+        price(s, conf, &cost[k]);
+        if (!s->in)
+            continue;
+        *(s->id <= PLAN_IMAGE ? &of_sonar[s->which] : &of_all) += fmax(cost[k].instructions, 0);
+        all->bytes += fmax(cost[k].bytes, 0);
+    }
+    for (int i = 0; i < conf->n_sonars; i++)
+        most = fmax(most, of_sonar[i]);
+    all->instructions = most + of_all;
+}
