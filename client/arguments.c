@@ -8,8 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* A negative number is a word. */
-static bool is_option(const char *arg)
+bool arguments_is_option(const char *arg)
 {
     return arg[0] == '-' && arg[1] != '\0' && !isdigit((unsigned char)arg[1]) && arg[1] != '.';
 }
@@ -21,7 +20,7 @@ int arguments_command(int argc, char **argv)
     for (int i = 1; i < argc; i++) {
         bool alone = strchr(argv[i], '=') != NULL;
 
-        if (!is_option(argv[i]))
+        if (!arguments_is_option(argv[i]))
             return i;
         for (size_t k = 0; k < sizeof without_value / sizeof *without_value; k++)
             alone = alone || strcmp(argv[i], without_value[k]) == 0;
@@ -30,7 +29,7 @@ int arguments_command(int argc, char **argv)
     return argc;
 }
 
-static const struct argument *find(const struct argument *table, const char *flag, size_t n)
+const struct argument *arguments_find(const struct argument *table, const char *flag, size_t n)
 {
     for (; table && table->flag; table++)
         if (strlen(table->flag) == n && strncmp(table->flag, flag, n) == 0)
@@ -145,17 +144,17 @@ bool arguments_parse(struct arguments *arguments, int argc, char **argv, int com
             continue;
         if (!only_words && strcmp(arg, "--") == 0) {
             only_words = true;
-        } else if (only_words || !is_option(arg)) {
+        } else if (only_words || !arguments_is_option(arg)) {
             if (arguments->n_words == ARGUMENTS_WORDS_MAX) {
                 snprintf(err, err_size, "more than %d words", ARGUMENTS_WORDS_MAX);
                 return false;
             }
             arguments->word[arguments->n_words++] = arg;
         } else {
-            const struct argument *argument = find(common, arg, n);
+            const struct argument *argument = arguments_find(common, arg, n);
             const char *value = equals ? equals + 1 : NULL;
 
-            argument = argument ? argument : find(own, arg, n);
+            argument = argument ? argument : arguments_find(own, arg, n);
             if (!argument || (argument->kind == ARGUMENT_FLAG && value)) {
                 snprintf(err, err_size, argument ? "option %s takes no value" : "no option %s here", arg);
                 return false;

@@ -31,6 +31,12 @@ struct arguments {
     int n_words;
 };
 
+/** arguments_is_option - does it begin like one? A negative number is a word. */
+bool arguments_is_option(const char *arg);
+
+/** arguments_find - the option of the n bytes at flag in a table (NULL: an empty one), or NULL. */
+const struct argument *arguments_find(const struct argument *table, const char *flag, size_t n);
+
 /** arguments_number - a decimal number that is all of the text, finite and within [lo, hi]; otherwise false. */
 bool arguments_number(const char *text, double lo, double hi, double *number);
 

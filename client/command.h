@@ -70,4 +70,7 @@ int command_grid(struct context *context);
 int command_place(struct context *context); /* point, box and path */
 int command_map(struct context *context);
 
+/* command_complete.c: for the shells */
+int command_complete(struct context *context);
+
 #endif

@@ -1,0 +1,134 @@
+#!/usr/bin/env -S python3 -B
+# SPDX-License-Identifier: MIT
+"""Completion of sonarctl: what it offers is what the commands, the protocol and the daemon have; bash and zsh hand it on."""
+import os
+import pty
+import re
+import select
+import shutil
+import subprocess
+import time
+
+from lib import PATIENCE, SCHEMAS, SONARCTL, Skipped, check, run, until
+
+TOP = os.path.abspath(os.path.join(os.path.dirname(__file__), "../.."))
+DEFS = SCHEMAS.document["$defs"]
+
+
+def offered(bench, *words):
+    out = bench.run(SONARCTL, "complete", "--", *words)
+    check(out.returncode == 0 and not out.stderr, "%s: %s" % (words, out.stderr))
+    return [line.split("\t")[0] for line in out.stdout.splitlines()]
+
+
+def commands(bench):
+    """Every command and every option that the help tells, and no other."""
+    told = re.findall(r"^  ([a-z_]+) ", bench.run(SONARCTL, "--help").stdout, re.M)
+    check(offered(bench, "") == told + ["help"], "commands: %s" % offered(bench, ""))
+    for command in told[:-1]:
+        options = re.findall(r"^  (-\S+)", bench.run(SONARCTL, command, "--help").stdout, re.M)
+        got = offered(bench, command, "-")
+        check([o for o in got if o != "-h"] == options, "%s: %s and %s" % (command, got, options))
+
+
+def protocol(bench):
+    """Every method of the protocol, and its parameters."""
+    methods = sorted(name[:-len(".params")] for name in DEFS if name.endswith(".params"))
+    got = offered(bench, "call", "")
+    check(got == methods, "client/command_complete.c: methods differ by %s" % (set(methods) ^ set(got)))
+    for method in methods:
+        keys = sorted(DEFS[method + ".params"].get("properties", {}))
+        check(offered(bench, "watch", method, "") == [key + "=" for key in keys],
+              'client/command_complete.c: want {"%s", "%s"}' % (method, " ".join(keys)))
+
+
+CASES = (
+    (("bl",), ["blocked"]),
+    (("--json", "bl"), ["blocked"]),
+    (("--timeout", "3", "bl"), ["blocked"]),
+    (("help", "st"), ["status", "stats"]),
+    (("blocked", "30", "--dist"), ["--distance"]),
+    (("blocked", "-30", "--frame", ""), ["body", "ned"]),
+    (("point", "--frame", "n"), ["ned"]),
+    (("map", "export", "x", "--format", ""), ["ply", "mcap", "bt"]),
+    (("map", ""), ["status", "draw", "new", "forget", "save", "load", "export"]),
+    (("grid", "l"), ["list", "lock"]),
+    (("background", "f"), ["forget"]),
+    (("capture", ""), ["import", "info", "repair", "export"]),
+    (("watch", "sectors", "fr"), ["frame="]),
+    (("watch", "sectors", "count=4", "fr"), ["frame="]),
+    (("blocked", "30", "--distance", ""), []),
+    (("nonsense", ""), []),
+    (("map", "load", ""), []),
+)
+
+
+def words(bench):
+    for given, want in CASES:
+        check(offered(bench, "--socket", bench.path("none"), *given) == want, "%s: %s" % (given, offered(bench, *given)))
+    check(offered(bench) == offered(bench, ""), "nothing at all")
+
+
+def names(bench):
+    """Of grids, sonars and maps, as the daemon has them."""
+    bench.sim()
+    bench.conf(map={"voxel": "0.2 m", "memory": "8 MiB", "directory": bench.folder}, **{"grid far": {"range": "60 m"}})
+    bench.sonard().client().close()
+    check(bench.sonarctl("map", "save", "basin").returncode == 0, "a map")
+    here = ("--socket", bench.socket_path)
+    check(offered(bench, *here, "map", "load", "") == ["basin"], "maps")
+    check(offered(bench, *here, "map", "forget", "") == [], "forget takes no name")
+    check(offered(bench, *here, "sectors", "--grid", "f") == ["far"], "grids")
+    check(offered(bench, *here, "grid", "drop", "") == ["main", "far"], "grids to drop")
+    check(offered(bench, *here, "plot", "--sensor", "") == ["head"], "sonars")
+
+
+def bash(bench):
+    """The function, with the line as bash hands it over."""
+    script = "source %s/completion/sonarctl.bash; COMP_LINE=$1 COMP_POINT=${#1}; _sonarctl sonarctl; printf '%%s\\n' \"${COMPREPLY[@]}\"" % TOP
+    for line, want in (("sonarctl bl", ["blocked"]), ("sonarctl map l", ["load"]), ("sonarctl watch sectors fr", ["frame="]),
+                       ("sonarctl point --frame ", ["ned", "body"]), ("sonarctl nonsense ", [])):
+        done = subprocess.run(["bash", "-c", script, "bash", line.replace("sonarctl", SONARCTL)], capture_output=True, text=True,
+                              check=False)
+        check(done.stdout.split() == want, "%s: %s %s" % (line, done.stdout, done.stderr))
+
+
+def typed(shell, setup, keys, want):
+    """Types into an interactive shell until it shows what is wanted."""
+    pid, terminal = pty.fork()
+    if pid == 0:
+        os.environ.update(TERM="dumb", PATH=os.path.dirname(SONARCTL) + ":" + os.environ["PATH"])
+        os.execvp(shell[0], shell)
+    seen = b""
+    try:
+        def read(pattern, what):
+            nonlocal seen
+            end = time.monotonic() + 20 * PATIENCE
+            while not re.search(pattern, seen):
+                check(time.monotonic() < end, "%s: %s in %r" % (shell[0], what, seen))
+                if select.select([terminal], [], [], 0.1)[0]:
+                    seen += os.read(terminal, 65536)
+        for line in setup:
+            os.write(terminal, line.encode() + b"\n")
+        os.write(terminal, b"echo rea''dy\n")
+        read(rb"\nready", "its prompt")
+        seen = b""
+        os.write(terminal, keys.encode() + b"\t")
+        read(want, "what it completes")
+    finally:
+        os.write(terminal, b"\x03\x04")
+        os.close(terminal)
+        until(lambda: os.waitpid(pid, os.WNOHANG)[0] == pid, "%s ends" % shell[0])
+
+
+def shells(bench):
+    """As a person has it: typed, and completed by tab."""
+    typed(["bash", "--norc", "--noprofile"], ["source %s/completion/sonarctl.bash" % TOP], "sonarctl time_", rb"time_to_collision")
+    if not shutil.which("zsh"):
+        raise Skipped("zsh is not installed")
+    zsh = ["fpath=(%s/completion $fpath)" % TOP, "autoload -U compinit; compinit -D -u"]
+    typed(["zsh", "-f"], zsh, "sonarctl time_", rb"time_to_collision")
+    typed(["zsh", "-f"], zsh, "sonarctl watch sectors elev", rb"elevation_deg=")
+
+
+run([("completion_" + f.__name__, f) for f in (commands, protocol, words, names, bash, shells)])
