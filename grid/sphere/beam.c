@@ -23,8 +23,6 @@ struct beam_opening beam_opening(double az_rad, double el_rad, double height_rad
         .cos_az = cos(half_az),
         .aside = sin(fmin(half_az, GEO_PI / 2)),
         .upward = sin(fmin(half_el, GEO_PI / 2)) + bend,
-        .sin_high = sin(fmin(half_el + height_rad / 2, GEO_PI)),
-        .cos_high = cos(fmin(half_el + height_rad / 2, GEO_PI)),
         .tan_az = tan(fmin(half_az, WIDEST_HALF_RAD)),
         .tan_el = tan(fmin(within > 0 || level ? within : height_rad / 2, WIDEST_HALF_RAD)),
         .widest_rad = too_high ? 0 : 4 * half_az,
@@ -35,47 +33,107 @@ void beam_of(struct beam *b, const struct echoes *ping, uint16_t index, const st
              const double turn[4], const double origin_m[3])
 {
     const struct beam_echoes *h = &ping->beam[index];
-    const double sin_az = sin(h->az_rad), cos_az = cos(h->az_rad);
+    const double sin_az = sin(h->az_rad), cos_az = cos(h->az_rad), cos_el = cos(h->el_rad);
     *b = (struct beam){.ping = ping,
                        .heard = h,
                        .opening = opening,
                        .origin_m = {origin_m[0], origin_m[1], origin_m[2]},
                        .lever_m = sqrt(dot(origin_m, origin_m)),
                        .sin_el = sin(h->el_rad),
-                       .cos_el = cos(h->el_rad)};
+                       .sin_low = sin(fmax(h->el_rad - opening->half_el, -GEO_PI / 2)),
+                       .sin_high = sin(fmin(h->el_rad + opening->half_el, GEO_PI / 2))};
     const double ahead[3] = {cos_az, sin_az, 0}, side[3] = {-sin_az, cos_az, 0}, down[3] = {0, 0, 1};
-    const double axis[3] = {b->cos_el * cos_az, b->cos_el * sin_az, -b->sin_el};
+    const double axis[3] = {cos_el * cos_az, cos_el * sin_az, -b->sin_el};
     quat_rotate(turn, axis, b->axis);
     quat_rotate(turn, ahead, b->ahead);
     quat_rotate(turn, side, b->side);
     quat_rotate(turn, down, b->down);
     for (int i = 0; i < 3; i++) /* up = side x axis, with z downward */
         b->up[i] = b->side[(i + 1) % 3] * b->axis[(i + 2) % 3] - b->side[(i + 2) % 3] * b->axis[(i + 1) % 3];
+    for (int i = 0; i < 3; i++) {
+        b->left[i] = opening->sin_az * b->ahead[i] + opening->cos_az * b->side[i];
+        b->right[i] = opening->sin_az * b->ahead[i] - opening->cos_az * b->side[i];
+    }
     b->offset_m[0] = dot(origin_m, b->axis);
     b->offset_m[1] = dot(origin_m, b->side);
     b->offset_m[2] = dot(origin_m, b->up);
 }
 
-bool beam_sees(const struct beam *b, const double place_m[3], double most_az, double most_el,
-               struct beam_view *view)
+struct beam_cell beam_cell_of(double width_rad, double height_rad, double el_rad)
+{
+    const double across_rad = width_rad * cos(el_rad), half = fmin(width_rad / 2, GEO_PI);
+    struct beam_cell cell = {.across_rad = across_rad,
+                             .tan_across = tan(fmin(across_rad / 2, WIDEST_HALF_RAD)),
+                             .per_level = 1 / cos(el_rad)};
+    for (int i = -1; i <= 1; i++) {
+        const double el = el_rad + i * height_rad / 2;
+        cell.aside = fmax(cell.aside, cos(el) * sin(fmin(half, GEO_PI / 2)));
+        for (int k = 0; k <= 1; k++) {
+            const double level = cos(el) * cos(k * half);
+            cell.upward = fmax(cell.upward, fabs(sin(el) * cos(el_rad) - level * sin(el_rad)));
+            cell.inward = fmax(cell.inward, 1 - sin(el) * sin(el_rad) - level * cos(el_rad));
+        }
+    }
+    cell.corner = sqrt(2 * cell.inward); /* the chord */
+    return cell;
+}
+
+/* Half the sides of a cell whose middle is at_m along u, laid on the sphere about the sensor that goes through it. */
+struct sides {
+    double along[3], up[3];
+    double bulge_m; /* the cell is so much nearer or farther than the two say */
+};
+
+static struct sides sides_of(const struct beam *b, const struct beam_cell *cell, const double u[3], double at_m)
+{
+    const double sin_az = u[1] * cell->per_level, cos_az = u[0] * cell->per_level, wide = at_m * cell->aside,
+                 high = at_m * cell->upward;
+    struct sides s = {.along = {-wide * sin_az, wide * cos_az, 0},
+                      .up = {high * u[2] * cos_az, high * u[2] * sin_az, -high * (u[0] * cos_az + u[1] * sin_az)},
+                      .bulge_m = at_m * cell->inward};
+    if (b->lever_m > 0) {
+        const double depth = fmax(at_m - dot(u, b->origin_m), 1e-9 * at_m),
+                     along = dot(s.along, b->origin_m) / depth, up = dot(s.up, b->origin_m) / depth;
+        for (int i = 0; i < 3; i++) {
+            s.along[i] += along * u[i];
+            s.up[i] += up * u[i];
+        }
+        s.bulge_m *= 1 + 2 * b->lever_m / depth;
+    }
+    return s;
+}
+
+/* How far the cell reaches along a unit vector, from its middle. */
+static double reach(const struct sides *s, const double n[3])
+{
+    return fabs(dot(n, s->along)) + fabs(dot(n, s->up));
+}
+
+bool beam_sees(const struct beam *b, const struct beam_cell *cell, const double u[3], const double place_m[3],
+               double most_az, double most_el, struct beam_view *view)
 {
     double v[3];
     for (int i = 0; i < 3; i++)
         v[i] = place_m[i] - b->origin_m[i];
-    double x = dot(v, b->ahead), y = dot(v, b->side), level2 = x * x + y * y;
+    const double at = sqrt(dot(place_m, place_m)), x = dot(v, b->ahead), y = dot(v, b->side);
+    const double level = sqrt(x * x + y * y), upward = -dot(v, b->down),
+                 range = sqrt(level * level + upward * upward);
     /* an angle is at least its sine, and two angles differ at least as much as their sines */
-    if (y * y > most_az * most_az * level2 * (1 + 1e-9))
+    const double slack_m = 2 * at * cell->corner + 1e-9 * range;
+    if (fabs(y) > most_az * level + slack_m || fabs(upward - b->sin_el * range) > most_el * range + slack_m)
         return false;
-    double upward = -dot(v, b->down), range = sqrt(level2 + upward * upward);
-    *view = (struct beam_view){
-        .range_m = range, .level_m = sqrt(level2), .ahead_m = x, .aside_m = y, .upward_m = upward};
-    return fabs(upward - b->sin_el * range) <= (most_el + 1e-9) * range;
-}
-
-void beam_offsets(const struct beam *b, const struct beam_view *view, double *off_az, double *off_el)
-{
-    *off_az = atan2(view->aside_m, view->ahead_m);
-    *off_el = atan2(view->upward_m, view->level_m) - b->heard->el_rad;
+    const struct sides sides = sides_of(b, cell, u, at);
+    double aside[3], up[3];
+    for (int i = 0; i < 3; i++) {
+        aside[i] = (x * b->side[i] - y * b->ahead[i]) / fmax(level, 1e-12);
+        up[i] = (-level * b->down[i] - upward * (x * b->ahead[i] + y * b->side[i]) / fmax(level, 1e-12)) / range;
+    }
+    *view = (struct beam_view){.off_az = atan2(y, x),
+                               .off_el = atan2(upward, level) - b->heard->el_rad,
+                               .wide_rad = fmin(2 * reach(&sides, aside) / level, GEO_TURN),
+                               .high_rad = fmin(2 * reach(&sides, up) / range, GEO_PI)};
+    return fabs(view->off_az) <= most_az + view->wide_rad / 2 &&
+           fabs(view->off_el) <= most_el + view->high_rad / 2;
 }
 
 double beam_meet(const struct beam *b, const double u[3], double range_m)
@@ -115,29 +173,23 @@ static bool cut_side(struct stretch *st, double slope, double offset)
     return st->from_m < st->to_m;
 }
 
-struct beam_cell beam_cell_of(double width_rad, double el_rad)
+/* Does any of the cell, with its middle at v from the sensor, lie on the inner side of a plane through the sensor? */
+static bool inside(const struct sides *s, const double n[3], const double v[3])
 {
-    const double across_rad = width_rad * cos(el_rad);
-    return (struct beam_cell){.width_rad = width_rad,
-                              .across_rad = across_rad,
-                              .cos_half = cos(width_rad / 2),
-                              .sin_half = sin(width_rad / 2),
-                              .tan_across = tan(fmin(across_rad / 2, WIDEST_HALF_RAD))};
+    return dot(n, v) + reach(s, n) + s->bulge_m >= 0;
 }
 
-bool beam_holds(const struct beam *b, const struct beam_cell *cell, const double place_m[3])
+bool beam_holds(const struct beam *b, const struct beam_cell *cell, const double u[3], double at_m)
 {
-    const struct beam_opening *o = b->opening;
+    const struct sides sides = sides_of(b, cell, u, at_m);
     double v[3];
     for (int i = 0; i < 3; i++)
-        v[i] = place_m[i] - b->origin_m[i];
-    double x = dot(v, b->ahead), y = dot(v, b->side), upward = -dot(v, b->down), level = sqrt(x * x + y * y);
-    /* sine and cosine of the difference of elevations, times the range */
-    double sine = upward * b->cos_el - level * b->sin_el, cosine = level * b->cos_el + upward * b->sin_el;
-    if (fabs(sine) * o->cos_high > cosine * o->sin_high)
+        v[i] = at_m * u[i] - b->origin_m[i];
+    const double upward = -dot(v, b->down), range = sqrt(dot(v, v)), more = reach(&sides, b->down) + sides.bulge_m;
+    if (upward + more < range * b->sin_low || upward - more > range * b->sin_high)
         return false;
-    bool all_around = o->half_az + cell->width_rad / 2 >= GEO_PI;
-    return all_around || x >= level * (o->cos_az * cell->cos_half - o->sin_az * cell->sin_half);
+    const bool left = inside(&sides, b->left, v), right = inside(&sides, b->right, v);
+    return b->opening->half_az > GEO_PI / 2 ? left || right : left && right && inside(&sides, b->ahead, v);
 }
 
 bool beam_stretch(const struct beam *b, const struct beam_cell *cell, const double u[3], double near_m,

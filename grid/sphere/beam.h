@@ -6,6 +6,7 @@
 #ifndef SONARD_BEAM_H
 #define SONARD_BEAM_H
 
+#include <math.h>
 #include <stdbool.h>
 
 #include "../echoes.h"
@@ -14,11 +15,10 @@
 /* What is alike for all beams of a ping. */
 struct beam_opening {
     double half_az, half_el;
-    double sin_az, cos_az;     /* of half_az */
-    double aside, upward;      /* components that a unit vector in the beam has to its side and up, at most */
-    double sin_high, cos_high; /* of half_el and half a cell of the grid */
-    double tan_az, tan_el;     /* a ray of the grid is in the beam where |y| <= tan_az x, |z| <= tan_el x */
-    double widest_rad;         /* a cell that is wider is never in the beam */
+    double sin_az, cos_az; /* of half_az */
+    double aside, upward;  /* components that a unit vector in the beam has to its side and up, at most */
+    double tan_az, tan_el; /* a ray of the grid is in the beam where |y| <= tan_az x, |z| <= tan_el x */
+    double widest_rad;     /* a cell that is wider is never in the beam */
 };
 
 /**
@@ -38,7 +38,9 @@ struct beam {
     double offset_m[3];             /* its components along axis, side and up */
     double axis[3], side[3], up[3]; /* of the beam: along it, to its right, upward */
     double ahead[3], down[3];       /* of the sensor: level, at the beam's azimuth; along its z */
-    double sin_el, cos_el;          /* of the axis' elevation in the sensor frame */
+    double sin_el;                  /* of the axis' elevation in the sensor frame */
+    double sin_low, sin_high;       /* of the elevations where the opening ends */
+    double left[3], right[3];       /* normals of the planes that end it in azimuth, inward */
 };
 
 /** beam_of - beam `index` of a ping whose sensor is turned and placed so in the grid's axes. */
@@ -48,38 +50,47 @@ void beam_of(struct beam *b, const struct echoes *ping, uint16_t index, const st
 /** beam_meet - where the ray from the centre along unit vector u is range_m away from the sensor; negative: nowhere. */
 double beam_meet(const struct beam *b, const double u[3], double range_m);
 
-/* A place as the sensor has it: its distance; in the sensor's level plane; along and across the beam there, and up. */
+/* What is alike for all cells of one ring of the grid. */
+struct beam_cell {
+    double across_rad; /* their width, seen from the centre */
+    double tan_across; /* of half of it */
+    double per_level;  /* 1 / cosine of the middle's elevation */
+    /* a unit vector in a cell is at most so far from its middle: along the ring, up and down, back along the middle */
+    double aside, upward, inward;
+    double corner; /* in all */
+};
+
+/** beam_cell_of - the cells of a ring, so wide in azimuth, so high, and with their middle at this elevation. */
+struct beam_cell beam_cell_of(double width_rad, double height_rad, double el_rad);
+
+/** beam_range - from the sensor to a place that is given from the centre. */
+static inline double beam_range(const struct beam *b, const double place_m[3])
+{
+    const double x = place_m[0] - b->origin_m[0], y = place_m[1] - b->origin_m[1], z = place_m[2] - b->origin_m[2];
+    return sqrt(x * x + y * y + z * z);
+}
+
+/* A cell as the sensor sees it: the place's offsets from the axis; widths, those of a box around the cell. */
 struct beam_view {
-    double range_m, level_m;
-    double ahead_m, aside_m, upward_m;
+    double off_az, off_el;
+    double wide_rad, high_rad;
 };
 
 /**
- * beam_sees - how a place (given from the centre) is seen. False, at little cost, for most places whose offsets from
- * the axis in azimuth and elevation of the sensor are greater than most_az or most_el; never for others.
+ * beam_sees - how a cell of the ring in direction u is seen that holds this place (given from the centre). False, at
+ * little cost, for most cells that lie wholly farther off the axis than most_az or most_el; never for others.
  */
-bool beam_sees(const struct beam *b, const double place_m[3], double most_az, double most_el,
-               struct beam_view *view);
-
-/** beam_offsets - of a place from the axis, in azimuth and elevation of the sensor. */
-void beam_offsets(const struct beam *b, const struct beam_view *view, double *off_az, double *off_el);
+bool beam_sees(const struct beam *b, const struct beam_cell *cell, const double u[3], const double place_m[3],
+               double most_az, double most_el, struct beam_view *view);
 
 /** beam_share - share [0, 1] of a cell of the given width, centred `off` from the axis, that half width `half` covers. */
 double beam_share(double off, double half, double width);
 
-/* What is alike for all cells of one ring of the grid. */
-struct beam_cell {
-    double width_rad;          /* in azimuth */
-    double across_rad;         /* seen from the centre */
-    double cos_half, sin_half; /* of half the width */
-    double tan_across;         /* of half of what is seen from the centre */
-};
-
-/** beam_cell_of - the cells of a ring, so wide in azimuth and with their middle at this elevation. */
-struct beam_cell beam_cell_of(double width_rad, double el_rad);
-
-/** beam_holds - a cell of the ring with its middle at this place (from the centre) is touched by the beam's opening. */
-bool beam_holds(const struct beam *b, const struct beam_cell *cell, const double place_m[3]);
+/**
+ * beam_holds - some of the cell of the ring whose middle is u is in the beam's opening, as far from the sensor as the
+ * place `at_m` along u is. True as well for a few cells that only nearly are: for a corner of the box around one.
+ */
+bool beam_holds(const struct beam *b, const struct beam_cell *cell, const double u[3], double at_m);
 
 /**
  * beam_stretch - the stretch of the ray along u, the middle of a cell of the ring, that lies between near_m and far_m

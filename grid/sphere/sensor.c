@@ -156,27 +156,27 @@ static void raise_layers(struct sphere *s, const struct look *l, double at, cons
     }
 }
 
-/* The echo, at this place along the direction, is shared out as eq. (1) has it. */
+/*
+ * The echo, at this place along the direction, is shared out as eq. (1) has it. What the opening touches is never left
+ * out: with no weight at all its water is unknown, not clear.
+ */
 static void spread_echo(struct sphere *s, const struct look *l, const double place[3], double at, int32_t layer,
                         const struct echo *echo)
 {
     const struct beam *b = l->beam;
     const struct beam_cell *cell = &s->ring[l->ring];
-    double most_az = SPREAD_WIDEST * b->opening->half_az + cell->width_rad / 2, high = s->rings.height_rad, off_az,
-           off_el;
-    double most_el = SPREAD_WIDEST * b->opening->half_el + high / 2;
+    const double *u = s->axis[l->direction], half_az = b->opening->half_az, half_el = b->opening->half_el;
+    const bool held = beam_holds(b, cell, u, at);
+    const double most_az = held ? GEO_TURN : SPREAD_WIDEST * half_az,
+                 most_el = held ? GEO_PI : SPREAD_WIDEST * half_el;
     struct beam_view view;
-    if (!beam_sees(b, place, most_az, most_el, &view))
-        return;
-    beam_offsets(b, &view, &off_az, &off_el);
-    if (fabs(off_az) > most_az || fabs(off_el) > most_el)
+    if (!beam_sees(b, cell, u, place, most_az, most_el, &view))
         return;
     double deep_m = s->layers.edge[layer + 1] - s->layers.edge[layer];
-    struct spread spread =
-        spread_of(fmax(echo->sd_m, s->conf.range_error * echo->range_m), b->opening->half_az, b->opening->half_el,
-                  deep_m, cell->across_rad, high, s->conf.model == SPHERE_MIDPOINT);
-    double across = spread_across(&spread, off_az, off_el, cell->across_rad, high);
-    if (across > 0)
+    struct spread spread = spread_of(fmax(echo->sd_m, s->conf.range_error * echo->range_m), half_az, half_el,
+                                     deep_m, view.wide_rad, view.high_rad, s->conf.model == SPHERE_MIDPOINT);
+    double across = spread_across(&spread, view.off_az, view.off_el, view.wide_rad, view.high_rad);
+    if (held || across > 0)
         raise_layers(s, l, at, echo, &spread, across);
 }
 
@@ -186,7 +186,7 @@ static void hit_direction(struct sphere *s, const struct look *l, uint8_t i)
     const double *u = s->axis[l->direction];
     double at = beam_meet(l->beam, u, echo->range_m), place[3] = {at * u[0], at * u[1], at * u[2]};
     bool opening = s->conf.model == SPHERE_OPENING;
-    if (at <= 0 || (opening && !beam_holds(l->beam, &s->ring[l->ring], place)))
+    if (at <= 0 || (opening && !beam_holds(l->beam, &s->ring[l->ring], u, at)))
         return;
     int32_t layer = layers_index(&s->layers, at);
     if (layer < 0)
@@ -201,24 +201,22 @@ static void hit_direction(struct sphere *s, const struct look *l, uint8_t i)
 static void carve_direction(struct sphere *s, const struct look *l)
 {
     const struct beam *b = l->beam;
-    const double width = s->ring[l->ring].width_rad, high = s->rings.height_rad;
+    const struct beam_cell *cell = &s->ring[l->ring];
     const double half_az = b->opening->half_az, half_el = b->opening->half_el;
     for (uint32_t i = s->cells.first[l->direction], next; i != CELLS_NONE; i = next) {
         struct cell *c = &s->cells.cell[i];
         struct beam_view view;
-        double place[3], off_az, off_el;
+        double place[3];
         next = c->next;
         if (s->layers.edge[c->layer] > l->beyond_m)
             return;
         state_place(s, c, place);
-        if (!beam_sees(b, place, half_az + width / 2, half_el + high / 2, &view))
+        double thick = s->layers.edge[c->layer + 1] - s->layers.edge[c->layer], range = beam_range(b, place);
+        if (range - 2.0 * c->sd_m < b->heard->blind_m || range + 2.0 * c->sd_m + thick / 2 > b->heard->free_to_m ||
+            !beam_sees(b, cell, s->axis[l->direction], place, half_az, half_el, &view))
             continue;
-        double thick = s->layers.edge[c->layer + 1] - s->layers.edge[c->layer];
-        if (view.range_m - 2.0 * c->sd_m < b->heard->blind_m ||
-            view.range_m + 2.0 * c->sd_m + thick / 2 > b->heard->free_to_m)
-            continue;
-        beam_offsets(b, &view, &off_az, &off_el);
-        double share = beam_share(off_az, half_az, width) * beam_share(off_el, half_el, high);
+        double share =
+            beam_share(view.off_az, half_az, view.wide_rad) * beam_share(view.off_el, half_el, view.high_rad);
         if (share < MIN_CARVE_SHARE || c->state == CELL_LOCKED)
             continue;
         weigh(s, c, b->ping, log((1 - ECHO_IF_OCCUPIED * share) / (1 - ECHO_IF_EMPTY * share)));

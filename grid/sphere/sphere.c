@@ -78,7 +78,7 @@ static void place_directions(struct sphere *s)
     }
     for (uint32_t j = 0; j < s->rings.n_rings; j++) {
         rings_centre(&s->rings, s->rings.start[j], &az, &el);
-        s->ring[j] = beam_cell_of(rings_width(&s->rings, j), el);
+        s->ring[j] = beam_cell_of(rings_width(&s->rings, j), s->rings.height_rad, el);
     }
     s->reach_rad = rings_reach(&s->rings);
     s->within_cos = cos(rings_within(&s->rings) * (1 - 1e-9));

@@ -9,13 +9,15 @@
 
 TEST(places_are_seen_as_in_the_sensor_frame_and_none_in_reach_is_turned_away)
 {
+    static struct rings rings;
     uint64_t seed = test_seed();
+    CHECK(rings_full(&rings, geo_rad(4)));
     int spared = 0, seen = 0;
     for (int i = 0; i < 200000; i++) {
         struct beam_echoes heard = {.az_rad = (float)(GEO_TURN * test_uniform(&seed)),
                                     .el_rad = (float)(3 * (test_uniform(&seed) - 0.5))};
         struct echoes ping = {.az_aperture_rad = 0.1f, .el_aperture_rad = 0.4f, .beam = &heard};
-        double turn[4], origin[3], place[3], v[3], w[3], az, el, off_az, off_el;
+        double turn[4], origin[3], place[3], v[3], w[3], u[3], az, el;
         quat_from_rpy(6 * test_uniform(&seed), 3 * test_uniform(&seed) - 1.5, 6 * test_uniform(&seed), turn);
         geo_direction(heard.az_rad + 0.6 * (test_uniform(&seed) - 0.5),
                       heard.el_rad + 0.6 * (test_uniform(&seed) - 0.5), v);
@@ -32,12 +34,17 @@ TEST(places_are_seen_as_in_the_sensor_frame_and_none_in_reach_is_turned_away)
         double want_az = geo_wrap_pi(az - heard.az_rad), want_el = el - heard.el_rad;
         double most_az = 0.4 * test_uniform(&seed), most_el = 0.4 * test_uniform(&seed);
         struct beam_view view;
-        if (beam_sees(&b, place, most_az, most_el, &view)) {
+        geo_angles(place, &az, &el);
+        uint32_t d = rings_index(&rings, az, el), ring = rings_ring(&rings, d);
+        rings_centre(&rings, d, &az, &el);
+        geo_direction(az, el, u);
+        struct beam_cell cell = beam_cell_of(rings_width(&rings, ring), rings.height_rad, el);
+        CHECK_NEAR(beam_range(&b, place), range, 1e-12, 1e-12);
+        if (beam_sees(&b, &cell, u, place, most_az, most_el, &view)) {
             seen++;
-            beam_offsets(&b, &view, &off_az, &off_el);
-            CHECK_NEAR(view.range_m, range, 1e-12, 1e-12);
-            CHECK_NEAR(sin(off_az), sin(want_az), 0, 1e-9);
-            CHECK_NEAR(off_el, want_el, 0, 1e-9);
+            CHECK_NEAR(sin(view.off_az), sin(want_az), 0, 1e-9);
+            CHECK_NEAR(view.off_el, want_el, 0, 1e-9);
+            CHECK(view.wide_rad > 0 && view.high_rad > 0);
         } else {
             spared++;
             CHECK(fabs(want_az) > most_az || fabs(want_el) > most_el);
