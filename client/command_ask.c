@@ -13,20 +13,33 @@ int command_method(struct context *context)
     return command_call_and_print(context, context->command, context->arguments.options);
 }
 
-int command_blocked(struct context *context)
+/* The first word and --distance, as `blocked` and `explain` want them. */
+static bool take_direction(struct context *context)
 {
     json_t *params = context->arguments.options;
     double azimuth_deg;
+
+    if (!arguments_number(context->arguments.word[0], -DBL_MAX, DBL_MAX, &azimuth_deg)) {
+        command_usage(context->command, "AZ must be a number of degrees");
+        return false;
+    }
+    if (!json_object_get(params, "distance_m")) {
+        command_usage(context->command, "--distance D is missing");
+        return false;
+    }
+    json_object_set_new(params, "azimuth_deg", json_real(azimuth_deg));
+    return true;
+}
+
+int command_blocked(struct context *context)
+{
     const char *state;
     json_t *result;
     int status;
 
-    if (!arguments_number(context->arguments.word[0], -DBL_MAX, DBL_MAX, &azimuth_deg))
-        return command_usage("blocked", "AZ must be a number of degrees");
-    if (!json_object_get(params, "distance_m"))
-        return command_usage("blocked", "--distance D is missing");
-    json_object_set_new(params, "azimuth_deg", json_real(azimuth_deg));
-    result = command_call(context, "blocked", params, &status);
+    if (!take_direction(context))
+        return EXIT_USAGE;
+    result = command_call(context, "blocked", context->arguments.options, &status);
     if (!result)
         return status;
     command_print(context, "blocked", result);
@@ -36,6 +49,11 @@ int command_blocked(struct context *context)
                                                       : EXIT_UNKNOWN;
     json_decref(result);
     return status;
+}
+
+int command_explain(struct context *context)
+{
+    return take_direction(context) ? command_method(context) : EXIT_USAGE;
 }
 
 int command_version(struct context *context)

@@ -44,6 +44,16 @@ static const struct argument sectors_options[] = {
     {0},
 };
 
+static const struct argument explain_options[] = {
+    {"--distance", "distance_m", "D", "how far it must be free in metres (required)", ARGUMENT_NUMBER, 0, 0, 0},
+    {"--elevation", "elevation_deg", "E", "degrees above the horizon (0)", ARGUMENT_NUMBER, 0, 0, 0},
+    {"--half-angle", "half_angle_deg", "A", "of the cone, in degrees (7.5)", ARGUMENT_NUMBER, 0, 0, 0},
+    {"--count", "count", "N", "at most so many cells, and pings (8)", ARGUMENT_INTEGER, 0, 1, 64},
+    FRAME_OPTION,
+    GRID_OPTION,
+    {0},
+};
+
 static const struct argument nearest_options[] = {
     {"--elevation", "elevation_deg", "LO,HI", "band of elevations in degrees (-90,90)", ARGUMENT_NUMBERS, 2, 0, 0},
     {"--distance", "distance_m", "D", "what is farther away in metres does not count", ARGUMENT_NUMBER, 0, 0, 0},
@@ -159,6 +169,8 @@ static const struct argument map_options[] = {
 const struct command command_table[] = {
     {"blocked", "AZ", "is a direction free? Exit status: 0 clear, 1 blocked, 2 unknown", blocked_options, 1, 1,
      command_blocked},
+    {"explain", "AZ", "which echoes and pings an answer about a direction rests on", explain_options, 1, 1,
+     command_explain},
     {"sectors", "", "state, range and age all around", sectors_options, 0, 0, command_method},
     {"nearest", "", "the nearest obstacle, and how much nearer than it is unknown", nearest_options, 0, 0,
      command_method},

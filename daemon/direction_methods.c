@@ -8,7 +8,7 @@
 
 static const char *const frame_words[] = {"body", "ned", NULL};
 
-static json_t *answer_json(const struct answer *a)
+json_t *direction_answer(const struct answer *a)
 {
     bool blocked = a->state == ANSWER_BLOCKED;
     return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o, s:o, s:s}", "state", answer_state_name(a->state), "range_m",
@@ -22,41 +22,45 @@ static json_t *answer_json(const struct answer *a)
  * narrow enough to lie within the 25 degrees of a Ping360 on a vehicle that pitches a little. */
 #define DEFAULT_HALF_ANGLE_DEG 7.5
 
-json_t *direction_method_blocked(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+bool direction_query(json_t *params, struct answer_query *query, struct rpc_error *error)
 {
-    static const char *const keys[] = {"azimuth_deg", "elevation_deg", "distance_m", "half_angle_deg",
-                                       "radius_m",    "frame",         "grid",       NULL};
-    struct daemon *d = call->daemon;
     double az = 0, el = 0, distance = 0, half = DEFAULT_HALF_ANGLE_DEG, radius = 0;
     int frame = 0;
-    if (!rpc_only(params, keys, error) || !rpc_number(params, "azimuth_deg", true, -360, 720, &az, error) ||
+    if (!rpc_number(params, "azimuth_deg", true, -360, 720, &az, error) ||
         !rpc_number(params, "elevation_deg", false, -90, 90, &el, error) ||
         !rpc_number(params, "distance_m", true, 0, 1e4, &distance, error) ||
         !rpc_number(params, "half_angle_deg", false, 0, 180, &half, error) ||
         !rpc_number(params, "radius_m", false, 0, 1e3, &radius, error) ||
         !rpc_word(params, "frame", frame_words, &frame, error))
-        return NULL;
-    struct grid *grid = grid_asked(d, params, error);
-    if (!grid)
-        return NULL;
-    bool corridor = json_object_get(params, "radius_m");
-    if (corridor && json_object_get(params, "half_angle_deg")) {
-        error->code = RPC_INVALID_PARAMS;
-        snprintf(error->message, sizeof error->message,
-                 "half_angle_deg (a cone) and radius_m (a corridor) exclude each other: give one");
-        return NULL;
-    }
-    struct answer_query q = {.az_rad = geo_rad(az),
-                             .el_rad = geo_rad(el),
-                             .ned = frame == 1,
-                             .distance_m = distance,
-                             .corridor = corridor,
-                             .half_angle_rad = geo_rad(half),
-                             .radius_m = radius};
-    struct answer_now now = moment_now(d);
+        return false;
+    const bool corridor = json_object_get(params, "radius_m");
+    if (corridor && json_object_get(params, "half_angle_deg"))
+        return rpc_refuse(error, RPC_INVALID_PARAMS,
+                          "half_angle_deg (a cone) and radius_m (a corridor) exclude each other: give one");
+    *query = (struct answer_query){.az_rad = geo_rad(az),
+                                   .el_rad = geo_rad(el),
+                                   .ned = frame == 1,
+                                   .distance_m = distance,
+                                   .corridor = corridor,
+                                   .half_angle_rad = geo_rad(half),
+                                   .radius_m = radius};
+    return true;
+}
+
+json_t *direction_method_blocked(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    static const char *const keys[] = {"azimuth_deg", "elevation_deg", "distance_m", "half_angle_deg",
+                                       "radius_m",    "frame",         "grid",       NULL};
+    struct daemon *d = call->daemon;
+    struct answer_query q;
+    struct grid *grid;
     struct answer a;
+    if (!rpc_only(params, keys, error) || !direction_query(params, &q, error) ||
+        !(grid = grid_asked(d, params, error)))
+        return NULL;
+    const struct answer_now now = moment_now(d);
     answer_direction(grid_picture(grid), &grid->setting.limits, &now, &q, &a);
-    return answer_json(&a);
+    return direction_answer(&a);
 }
 
 #define DEFAULT_BAND_DEG 5.0

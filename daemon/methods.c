@@ -12,6 +12,7 @@
 
 const struct rpc_method daemon_methods[] = {
     {"blocked", direction_method_blocked, RPC_ASKS},
+    {"explain", explain_method, RPC_ASKS},
     {"sectors", direction_method_sectors, RPC_ASKS},
     {"nearest", direction_method_nearest, RPC_ASKS},
     {"time_to_collision", motion_method_collision, RPC_ASKS},

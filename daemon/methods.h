@@ -8,6 +8,16 @@
 
 #include "rpc.h"
 
+struct answer;
+struct answer_query;
+
+/** direction_query - what `blocked` asks for, of its parameters; false with *error set. The grid is one of them. */
+bool direction_query(json_t *params, struct answer_query *query, struct rpc_error *error);
+
+/** direction_answer - as `blocked` tells it. */
+json_t *direction_answer(const struct answer *a);
+
+json_t *explain_method(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *direction_method_blocked(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *direction_method_sectors(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *direction_method_nearest(const struct rpc_call *call, json_t *params, struct rpc_error *error);

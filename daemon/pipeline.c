@@ -44,6 +44,7 @@ struct pipeline {
     struct cleanup *cleanup[PIPELINE_MAX_SENSORS];               /* NULL: no stage of it configured */
     struct grid *grid[PIPELINE_MAX_GRIDS];                       /* written by the owner while the loop waits */
     int n_grids;
+    struct witnesses witnesses;
     struct pipeline_map *map;                  /* NULL: not configured */
     struct marks *marks[PIPELINE_MAX_SENSORS]; /* NULL: not configured */
     struct image *image[PIPELINE_MAX_SENSORS]; /* NULL: nobody can ask for it */
@@ -57,7 +58,7 @@ struct pipeline {
     atomic_bool stop;
     pthread_t thread[PIPELINE_MAX_THREADS];
     int n_threads;
-    void *memory[9 + 4 * PIPELINE_MAX_SENSORS];
+    void *memory[10 + 4 * PIPELINE_MAX_SENSORS];
     int n_memory;
 };
 
@@ -91,6 +92,7 @@ static void run_maps(struct pipeline *p, struct echoes *e)
         grid_enter(p->grid[i], e, &p->conf.mount[e->sensor]);
     if (p->map)
         enter_map(p, e);
+    witness_take(&p->witnesses, e, &p->conf.mount[e->sensor]);
     const uint64_t ended_ns = now_of(p);
     measure(p, PIPELINE_MAPS, begun_ns, ended_ns);
     measure(p, PIPELINE_WHOLE, e->t_in_ns, ended_ns);
@@ -432,6 +434,12 @@ struct sphere *pipeline_sphere(struct pipeline *p, const struct grid *grid)
     return grid->sphere;
 }
 
+const struct witnesses *pipeline_witnesses(struct pipeline *p)
+{
+    pipeline_drain(p);
+    return &p->witnesses;
+}
+
 struct picture *pipeline_picture(struct pipeline *p)
 {
     return grid_picture(p->grid[0]);
@@ -535,6 +543,19 @@ static bool make_buffers(struct pipeline *p)
     return true;
 }
 
+/* So many pings are remembered of a wide multibeam, and so many beams of any sonar. */
+#define WITNESS_PINGS 64
+#define WITNESS_BEAMS 2048
+
+static bool make_witnesses(struct pipeline *p)
+{
+    const uint32_t wide = WITNESS_PINGS * p->conf.max_beams, n = wide > WITNESS_BEAMS ? wide : WITNESS_BEAMS;
+    void *memory = own(p, witness_bytes(n));
+    if (memory)
+        witness_init(&p->witnesses, memory, n);
+    return memory != NULL;
+}
+
 static bool make_cleanup(struct pipeline *p, int i, char *err, size_t err_size)
 {
     const struct cleanup_conf *c = &p->conf.cleanup[i];
@@ -612,7 +633,7 @@ struct pipeline *pipeline_new(const struct pipeline_conf *conf, char *err, size_
         ring_init(&belts[i]->idle, conf->queue + SPARE_BUFFERS, 0);
         sem_init(&belts[i]->news, 0, 0);
     }
-    if (!make_buffers(p) || !make_stages(p, err, err_size)) {
+    if (!make_buffers(p) || !make_witnesses(p) || !make_stages(p, err, err_size)) {
         pipeline_free(p);
         return NULL;
     }

@@ -14,6 +14,7 @@
 #include <stdint.h>
 
 #include "../grid/ping.h"
+#include "../grid/answer/witness.h"
 #include "../grid/range/background.h"
 #include "../grid/range/background_learn.h"
 #include "../grid/range/cleanup.h"
@@ -108,6 +109,9 @@ bool pipeline_set_extract(struct pipeline *p, int sensor, const struct extract_c
 
 /** pipeline_sphere - of a grid, at rest: drains first, holds until the next pipeline_submit. Loop thread. */
 struct sphere *pipeline_sphere(struct pipeline *p, const struct grid *grid);
+
+/** pipeline_witnesses - what the last beams said, at rest like pipeline_sphere. Loop thread. */
+const struct witnesses *pipeline_witnesses(struct pipeline *p);
 
 /**
  * pipeline_add_grid - all pings that come after go into this grid, too, which is the pipeline's then; false: there are

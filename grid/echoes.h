@@ -49,8 +49,9 @@ struct echoes {
     uint32_t seq;
     uint16_t sensor;
     uint16_t n_beams;
-    uint8_t flags;     /* of the ping: set of enum ping_flag */
-    float range_max_m; /* end of the last bin */
+    uint8_t flags;       /* of the ping: set of enum ping_flag */
+    float range_max_m;   /* end of the last bin */
+    float bin0_m, bin_m; /* near edge of bin 0, length of a bin; 0: the sonar told ranges only */
     float az_aperture_rad, el_aperture_rad;
     struct pose pose;
     uint32_t max_beams;

@@ -508,6 +508,8 @@ void extract_run(struct extract *extract, const struct ping *ping, const struct 
     out->sensor = ping->sensor;
     out->n_beams = 0;
     out->range_max_m = end_m > 0.0 && end_m < 1e6 ? (float)end_m : 0.0f;
+    out->bin0_m = ready ? 0 : ping->r0_m;
+    out->bin_m = ready ? 0 : ping->dr_m;
     out->az_aperture_rad = ping->az_aperture_rad;
     out->el_aperture_rad = ping->el_aperture_rad;
     out->pose = ping->pose;

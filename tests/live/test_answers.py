@@ -93,6 +93,42 @@ def drift(bench):
     refused(client, "time_to_collision", -32602, grid="none")
 
 
+def explain(bench):
+    """Ahead stands the wall at 9 m: the pings that say so are those that pointed there, and their bins are where it is."""
+    client = basin(bench)
+    wall = client.call("explain", azimuth_deg=0, distance_m=12, half_angle_deg=2)
+    same = client.call("blocked", azimuth_deg=0, distance_m=12, half_angle_deg=2)
+    check(wall["answer"]["state"] == same["state"] == "blocked", "not blocked: %s" % wall)
+    cells, pings = wall["cells"]["nearest"], wall["pings"]["newest"]
+    check(cells and pings and wall["pings"]["echo"] >= len(pings), "nothing behind it: %s" % wall)
+    check([c["near_m"] for c in cells] == sorted(c["near_m"] for c in cells), "the nearest first: %s" % cells)
+    check([p["age_s"] for p in pings] == sorted(p["age_s"] for p in pings), "the newest first: %s" % pings)
+    numbers = {p["number"] for p in client.call("explain", azimuth_deg=0, distance_m=12, half_angle_deg=2, count=64)
+               ["pings"]["newest"]}
+    for c in cells:
+        check(abs(c["range_m"] - 9) < 1 and c["echoes"] >= 1, "where the wall is not: %s" % c)
+        check(c["last_ping"] in numbers, "ping %d is behind a cell, and not told: %s" % (c["last_ping"], numbers))
+    for p in pings:
+        off = (p["bearing_deg"] + 180) % 360 - 180
+        check(p["says"] == "echo" and abs(off) <= 5 and abs(p["range_m"] - 9) < TOLERANCE_M, "it saw it: %s" % p)
+    lengths = [p["range_m"] / (p["bin"] + 0.5) for p in pings]
+    check(max(lengths) / min(lengths) < 1.01, "ranges and bins disagree: %s" % pings)
+    near = client.call("explain", azimuth_deg=90, distance_m=2, half_angle_deg=2)
+    check(near["answer"]["state"] == "clear" and near["cells"]["all"] == 0, "nothing within 2 m: %s" % near)
+    check(near["pings"]["echo"] == 0 and {p["says"] for p in near["pings"]["newest"]} == {"free"}, "%s" % near["pings"])
+    check(near["directions"]["never"] == 0 and near["directions"]["oldest"]["age_s"] >= near["answer"]["age_s"] - 1,
+          "%s" % near["directions"])
+    up = client.call("explain", azimuth_deg=0, elevation_deg=80, distance_m=2)
+    check(up["answer"]["state"] == "unknown" and up["directions"]["never"] == up["directions"]["all"] > 0, "%s" % up)
+    check(up["directions"]["oldest"] is None and not up["pings"]["newest"], "%s" % up)
+    refused(client, "explain", -32602, azimuth_deg=0, distance_m=2, radius_m=1)
+    for words, said in ((("explain", "0", "--distance", "12"), "in bin"), (("explain", "90", "--distance", "2"), "free"),
+                        (("nearest",), "azimuth"), (("limit", "--velocity", "1,0,0"), "limited by"),
+                        (("time_to_collision", "--velocity", "1,0,0"), "meets something"), (("sensors",), "mount")):
+        out = bench.sonarctl(*words)
+        check(out.returncode == 0 and said in out.stdout and "{" not in out.stdout, "sonarctl %s: %s" % (words, out))
+
+
 def unknown_ahead(bench):
     """Downwards the head has never looked."""
     for word, wanted in (("slow", 0.07), ("stop", 0), ("ignore", 0.5)):
@@ -165,5 +201,5 @@ def stats(bench):
     check("sonard_pings_total" in bench.sonarctl("stats").stdout, "sonarctl stats")
 
 
-cases = [("answers_" + f.__name__, f) for f in (nearest, limit, drift, unknown_ahead, collision, stats)]
+cases = [("answers_" + f.__name__, f) for f in (nearest, limit, drift, explain, unknown_ahead, collision, stats)]
 run(cases, parallel=4)

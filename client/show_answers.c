@@ -1,0 +1,180 @@
+/* SPDX-License-Identifier: MIT */
+#include "show_answers.h"
+
+#include <math.h>
+#include <string.h>
+
+static const char *because(char cell[PAGE_CELL], const json_t *result)
+{
+    return page_text(cell, result, "reason");
+}
+
+static double at(const json_t *object, const char *key, size_t i)
+{
+    const json_t *value = json_array_get(json_object_get(object, key), i);
+
+    return json_is_number(value) ? json_number_value(value) : NAN;
+}
+
+static void head_line(const struct page *page, const char *state)
+{
+    page_word(page, page_state_colour(state), 0, state);
+}
+
+void show_nearest(const struct page *page, const json_t *result)
+{
+    char a[PAGE_CELL], b[PAGE_CELL];
+
+    head_line(page, page_text(a, result, "state"));
+    if (!isnan(page_number(result, "range_m")))
+        fprintf(page->out, ": nearest obstacle at %s (sd %s), azimuth %.1f°, elevation %.1f°, confidence %.2f",
+                page_metres(a, page_number(result, "range_m")), page_metres(b, page_number(result, "range_sd_m")),
+                page_number(result, "azimuth_deg"), page_number(result, "elevation_deg"),
+                page_number(result, "confidence"));
+    fprintf(page->out, "\n  unknown  %.1f %% of the directions before it\n",
+            100 * page_number(result, "unknown_share"));
+    fprintf(page->out, "  age      %s\n", page_duration(a, page_number(result, "age_s")));
+    fprintf(page->out, "  because  %s\n", because(a, result));
+}
+
+void show_limit(const struct page *page, const json_t *result)
+{
+    char a[PAGE_CELL], b[PAGE_CELL];
+    const char *by = page_text(a, result, "limited_by");
+
+    fprintf(page->out, "%.2f m/s of %.2f asked for, limited by ", page_number(result, "speed_mps"),
+            page_number(result, "asked_mps"));
+    page_word(page, strcmp(by, "nothing") == 0 ? PAGE_GREEN : page_state_colour(by), 0, by);
+    fputc('\n', page->out);
+    fprintf(page->out, "  velocity %.3f, %.3f, %.3f m/s\n", at(result, "velocity_mps", 0),
+            at(result, "velocity_mps", 1), at(result, "velocity_mps", 2));
+    fprintf(page->out, "  stops in %s\n", page_metres(b, page_number(result, "stop_m")));
+    fprintf(page->out, "  obstacle %s\n", page_metres(b, page_number(result, "blocked_m")));
+    fprintf(page->out, "  free to  %s\n", page_metres(b, page_number(result, "free_m")));
+    fprintf(page->out, "  age      %s\n", page_duration(b, page_number(result, "age_s")));
+    fprintf(page->out, "  because  %s\n", because(b, result));
+}
+
+void show_collision(const struct page *page, const json_t *result)
+{
+    char a[PAGE_CELL], b[PAGE_CELL];
+
+    head_line(page, page_text(a, result, "state"));
+    if (!isnan(page_number(result, "time_s")))
+        fprintf(page->out, ": meets something in %s (sd %s), confidence %.2f",
+                page_duration(a, page_number(result, "time_s")),
+                page_duration(b, page_number(result, "time_sd_s")), page_number(result, "confidence"));
+    fputc('\n', page->out);
+    fprintf(page->out, "  distance %s\n", page_metres(a, page_number(result, "distance_m")));
+    fprintf(page->out, "  unknown  after %s\n", page_duration(a, page_number(result, "unknown_after_s")));
+    fprintf(page->out, "  looked   %s ahead at %.2f m/s\n", page_duration(a, page_number(result, "ahead_s")),
+            page_number(result, "speed_mps"));
+    fprintf(page->out, "  age      %s\n", page_duration(a, page_number(result, "age_s")));
+    fprintf(page->out, "  because  %s\n", because(a, result));
+}
+
+void show_sensors(const struct page *page, const json_t *result)
+{
+    const json_t *list = json_object_get(result, "sensors");
+    char a[PAGE_CELL], b[PAGE_CELL], c[PAGE_CELL];
+
+    for (size_t i = 0; i < json_array_size(list); i++) {
+        const json_t *s = json_array_get(list, i);
+        const bool heard = json_is_true(json_object_get(s, "heard"));
+
+        fprintf(page->out, "%s: ", page_text(a, s, "name"));
+        page_word(page, heard ? PAGE_GREEN : PAGE_RED, 0, heard ? "heard" : "not heard");
+        fprintf(page->out, ", %s\n", page_text(a, s, "state"));
+        fprintf(page->out, "  is       %s: %s\n", page_text(a, s, "device"), page_text(b, s, "what"));
+        fprintf(page->out, "  port     %s\n", page_text(a, s, "port"));
+        fprintf(page->out, "  range    %s; %lld pings, the last %s ago\n",
+                page_metres(a, page_number(s, "range_m")), page_count(s, "pings"),
+                page_duration(b, page_number(s, "last_ping_age_s")));
+        fprintf(page->out, "  mount    %.2f forward, %.2f right, %.2f down (m)\n", at(s, "mount_m", 0),
+                at(s, "mount_m", 1), at(s, "mount_m", 2));
+        if (json_is_string(json_object_get(s, "port_error")))
+            fprintf(page->out, "  fault    %s\n", page_text(c, s, "port_error"));
+    }
+}
+
+/* ---- explain ---- */
+
+static void show_cells(const struct page *page, const json_t *cells)
+{
+    const json_t *list = json_object_get(cells, "nearest");
+    char a[PAGE_CELL], b[PAGE_CELL], c[PAGE_CELL], d[PAGE_CELL];
+
+    if (json_array_size(list) == 0)
+        return;
+    fprintf(page->out, "\nthe grid holds %lld cells that block there, the nearest:\n", page_count(cells, "all"));
+    fprintf(page->out, "%9s %10s %9s %6s %7s %11s %10s  %s\n", "azimuth", "elevation", "near edge", "sure",
+            "echoes", "first heard", "last heard", "last ping");
+    for (size_t i = 0; i < json_array_size(list); i++) {
+        const json_t *k = json_array_get(list, i);
+
+        fprintf(page->out, "%8.1f° %9.1f° %9s %5.0f%% %7lld %11s %10s  %s %lld\n", page_number(k, "azimuth_deg"),
+                page_number(k, "elevation_deg"), page_metres(a, page_number(k, "near_m")),
+                100 * page_number(k, "confidence"), page_count(k, "echoes"),
+                page_duration(b, page_number(k, "first_echo_age_s")),
+                page_duration(c, page_number(k, "last_echo_age_s")), page_text(d, k, "sensor"),
+                page_count(k, "last_ping"));
+    }
+}
+
+static void show_claim(const struct page *page, const char *which, const json_t *claim)
+{
+    char a[PAGE_CELL], b[PAGE_CELL], c[PAGE_CELL];
+
+    if (!json_is_object(claim))
+        return;
+    fprintf(page->out, "  %-9s azimuth %.1f°, elevation %.1f°: free from %s to %s, %s ago\n", which,
+            page_number(claim, "azimuth_deg"), page_number(claim, "elevation_deg"),
+            page_metres(a, page_number(claim, "free_from_m")), page_metres(b, page_number(claim, "free_to_m")),
+            page_duration(c, page_number(claim, "age_s")));
+}
+
+static void show_pings(const struct page *page, const json_t *pings)
+{
+    const json_t *list = json_object_get(pings, "newest");
+    char a[PAGE_CELL], b[PAGE_CELL], c[PAGE_CELL], d[PAGE_CELL], e[PAGE_CELL];
+
+    fprintf(page->out,
+            "\nof the pings of the last %s, %lld heard an echo there, %lld heard free water, %lld nothing\n",
+            page_duration(a, page_number(pings, "back_to_s")), page_count(pings, "echo"),
+            page_count(pings, "free"), page_count(pings, "nothing"));
+    if (json_array_size(list) == 0)
+        return;
+    fprintf(page->out, "%-16s %8s %9s %9s %9s %8s %6s  %s\n", "sonar", "ping", "ago", "bearing", "echo at",
+            "in bin", "sure", "free water");
+    for (size_t i = 0; i < json_array_size(list); i++) {
+        const json_t *p = json_array_get(list, i);
+        const double bin = page_number(p, "bin"), sure = page_number(p, "confidence");
+        char bins[16] = "-", sures[16] = "-";
+
+        if (!isnan(bin))
+            snprintf(bins, sizeof bins, "%.0f", bin);
+        if (!isnan(sure))
+            snprintf(sures, sizeof sures, "%.0f%%", 100 * sure);
+        fprintf(page->out, "%-16s %8lld %9s %8.1f° %9s %8s %6s  %s to %s\n", page_text(a, p, "sensor"),
+                page_count(p, "number"), page_duration(b, page_number(p, "age_s")), page_number(p, "bearing_deg"),
+                page_metres(c, page_number(p, "range_m")), bins, sures,
+                page_metres(d, page_number(p, "blind_to_m")), page_metres(e, page_number(p, "free_to_m")));
+    }
+}
+
+void show_explain(const struct page *page, const json_t *result)
+{
+    const json_t *answer = json_object_get(result, "answer"), *claims = json_object_get(result, "directions");
+    char a[PAGE_CELL];
+
+    head_line(page, page_text(a, answer, "state"));
+    if (!isnan(page_number(answer, "range_m")))
+        fprintf(page->out, " at %s", page_metres(a, page_number(answer, "range_m")));
+    fprintf(page->out, ": %s\n", because(a, answer));
+    show_cells(page, json_object_get(result, "cells"));
+    fprintf(page->out, "\nof %lld directions in the cone, %lld were never looked at\n", page_count(claims, "all"),
+            page_count(claims, "never"));
+    show_claim(page, "oldest", json_object_get(claims, "oldest"));
+    show_claim(page, "shortest", json_object_get(claims, "shortest"));
+    show_pings(page, json_object_get(result, "pings"));
+}
