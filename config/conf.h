@@ -151,6 +151,7 @@ struct conf_map {
     int echoes;                    /* echoes = on | off */
     int echo_weight;               /* echo_weight = 2 [0 .. 255] */
     double tolerance_m;            /* tolerance = 0 m */
+    double opening;                /* opening = 0.5 [0.1 .. 1]: share of the height of a beam */
     double body_m;                 /* body = 0.4 m: radius; none: 0 */
     double submap_distance_m;      /* submap_distance = 10 m */
     double submap_time_s;          /* submap_time = 60 s; never: 0 */

@@ -304,6 +304,12 @@ const struct conf_key conf_keys[] = {
      .help =
          "Moves the side faces of every beam outwards; never the end of it. Closes gaps between beams, and calls\n"
          "water free that no beam has been in: 0 is safe."},
+    {"map", "opening", NUMBER(0.1, 1), .standard = "0.5", CONF(map.opening),
+     .help =
+         "Share of a beam's height (of a round beam: of its width) in which water is taken as free; what is\n"
+         "heard fills the whole beam. A floor that only the beam's edge grazes answers too weakly to be heard:\n"
+         "with 1 a few percent of what is free is solid ground, with 0.5 a few in a thousand, and a look frees half\n"
+         "as much. See docs/map.md."},
     {"map", "body", QUANTITY(1, "m", 0.01, 20), .standard = "none", .instead = "none", .instead_value = 0,
      CONF(map.body_m),
      .help =

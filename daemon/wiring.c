@@ -114,6 +114,7 @@ static void map_of(const struct conf *conf, double reach_m, struct pipeline_conf
         .keep_echoes = c->echoes == CONF_ON,
         .rule = {.threshold = (uint16_t)c->threshold, .echo_weight = (uint16_t)c->echo_weight},
         .tolerance_m = c->tolerance_m,
+        .opening = c->opening,
         .weight_levels = 1,
         .body_radius_m = c->body_m,
         .submap_path_m = c->submap_distance_m,

@@ -29,6 +29,8 @@ static const char *refused(const struct voxmap_setting *s)
         return "memory: want at least one tile of 16 x 16 columns";
     if (!(s->tolerance_m >= 0 && s->tolerance_m <= s->voxel_m))
         return "tolerance: want 0 to one voxel";
+    if (!(s->opening > 0 && s->opening <= 1))
+        return "opening: want more than 0, at most 1";
     if (s->weight_levels < 1 || s->weight_levels > VOXMAP_MAX_LEVELS)
         return "weight levels: want 1 to 8";
     if (s->rule.threshold * s->weight_levels > 254)
@@ -255,13 +257,14 @@ static float cut_elevation(const struct echoes *e)
 }
 
 /*
- * Openings for the levels of weight: level 0 is the whole beam, level k the part whose two-way pattern
+ * Openings for the levels of weight: level 0 is all of the beam that the setting takes as free, level k the part whose two-way pattern
  * exp(-2 ln 2 (u^2 + v^2)), with u and v in half apertures, is above k / levels. Each adds 1.
  */
 static bool open_beam(struct voxmap *m, enum cast_shape shape, float half_az_rad, float half_el_rad)
 {
     char err[160];
     const double voxel_m = m->set.voxel_m, diagonal = 0.8660254037844386;
+    const double free_el = m->set.opening, free_az = shape == CAST_CONE ? m->set.opening : 1;
 
     if (half_az_rad > 0 && m->opening_az_rad == half_az_rad && m->opening_el_rad == half_el_rad &&
         m->opening_shape == shape)
@@ -270,8 +273,8 @@ static bool open_beam(struct voxmap *m, enum cast_shape shape, float half_az_rad
     for (int level = 0; level < m->set.weight_levels; level++) {
         double narrow = level ? sqrt(log((double)m->set.weight_levels / level) / (2 * log(2))) : 1;
         narrow = narrow < 1 ? narrow : 1;
-        if (!cast_opening_init(&m->opening[level], shape, narrow * (double)half_az_rad,
-                               narrow * (double)half_el_rad, m->set.tolerance_m, err, sizeof err))
+        if (!cast_opening_init(&m->opening[level], shape, narrow * free_az * (double)half_az_rad,
+                               narrow * free_el * (double)half_el_rad, m->set.tolerance_m, err, sizeof err))
             return false;
     }
     if (!cast_opening_init(&m->heard, shape, (double)half_az_rad, (double)half_el_rad, diagonal * voxel_m, err,

@@ -30,6 +30,8 @@ struct voxmap_setting {
     bool keep_echoes;     /* echo evidence beside vacancy: twice the memory; tags, occupied voxels, thin things */
     struct voxel_rule rule;
     double tolerance_m; /* of the side faces (cast.h); 0 is safe */
+    double opening; /* (0, 1]: share of a beam's height, of a cone's width, whose water is free; echoes fill all
+                         * of it. Surfaces that the edge of a beam grazes answer too weakly to end it */
     uint8_t
         weight_levels; /* [1, 8] angle-weighted vacancy (the paper's future work): a look at a voxel on the beam's
                             * axis counts as much as this many at its edge; threshold and echo weight are scaled along.

@@ -29,6 +29,7 @@ static inline struct voxmap_setting rig_setting(void)
         .max_submaps = 8,
         .keep_echoes = true,
         .rule = {.threshold = 2, .echo_weight = 4},
+        .opening = 1,
         .weight_levels = 1,
         .submap_path_m = INFINITY,
         .submap_ns = VOXMAP_NEVER,

@@ -53,7 +53,7 @@ class Vehicle(threading.Thread):
 
 
 def conf(bench, threads=0, **keys):
-    section = {"voxel": "%g m" % VOXEL, "memory": "48 MiB", "directory": bench.folder}
+    section = {"voxel": "%g m" % VOXEL, "opening": 1, "memory": "48 MiB", "directory": bench.folder}
     section.update(keys)
     bench.conf(map=section, pipeline={"threads": threads})
 

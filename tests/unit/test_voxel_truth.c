@@ -4,7 +4,8 @@
 #include "../lib/test.h"
 #include "../report/lib/chart.h"
 
-#define TURNS 2
+#define TURNS       2
+#define HEARD_TURNS 8 /* with fewer, too little is free with a threshold of 2 */
 
 /* The first range of a beam against the nearest of many rays: never beyond, hardly short of it. */
 TEST(first_range_is_the_nearest_of_all_rays)
@@ -78,6 +79,50 @@ TEST(with_true_ranges_nothing_behind_a_surface_is_free)
     }
 }
 
+/* As a head hears them, through the whole chain: what is free and lies in a solid, of all that is free. */
+TEST(as_heard_little_behind_a_surface_is_free)
+{
+    static const struct {
+        const char *world;
+        double as_shipped, safe, full; /* at most; full, the paper's: at least, or the test sees nothing */
+    } row[] = {
+        {"box tank", 0.003, 0, 0.01}, {"round tank", 0.003, 0, 0.004}, {"harbour", 0.003, 0, 0.02},
+        {"pier", 0.003, 0, 0.01},     {"slope", 0.06, 0, 0.05},
+    };
+    const struct chart_setting set[] = {
+        {.voxel_m = 0.2, .rule = {1, 2}, .echoes = true, .opening = 0.5},
+        {.voxel_m = 0.2, .rule = {2, 2}, .echoes = true, .opening = 0.35},
+        {.voxel_m = 0.2, .rule = {1, 2}, .echoes = true, .opening = 1},
+    };
+    struct dive_ears *ears = dive_ears_make();
+    for (size_t k = 0; k < sizeof row / sizeof row[0]; k++) {
+        struct dive *dive = dive_make(world_named(row[k].world), HEARD_TURNS, false, 0, DIVE_TRUTH | DIVE_SOUND);
+        double share[3], behind_max_m, free_m3;
+        struct chart *c[3];
+        for (int s = 0; s < 3; s++)
+            c[s] = chart_make(dive->world, &set[s]);
+        dive_begin(ears);
+        for (size_t i = 0; i < dive->n; i++) {
+            struct beam_echoes heard;
+            dive_hear(ears, dive, i, 1, &heard);
+            for (int s = 0; s < 3; s++)
+                chart_enter(c[s], &dive->look[i], dive->look[i].at, &heard);
+        }
+        for (int s = 0; s < 3; s++) {
+            const double wrong_m3 = chart_false_free(c[s], 0, &behind_max_m, &free_m3);
+            share[s] = free_m3 > 0 ? wrong_m3 / free_m3 : 0;
+            chart_free(c[s]);
+        }
+        CHECK(share[0] <= row[k].as_shipped);
+        CHECK(share[1] <= row[k].safe);
+        CHECK(share[2] >= row[k].full);
+        if (test_case_failed)
+            printf("(%s: as shipped %g, safe %g, full %g)\n", row[k].world, share[0], share[1], share[2]);
+        dive_free(dive);
+    }
+    dive_ears_free(ears);
+}
+
 /* The measure sees what it is for. */
 TEST(a_range_too_long_or_a_wide_tolerance_is_seen)
 {
@@ -92,6 +137,7 @@ int main(void)
     RUN(first_range_is_the_nearest_of_all_rays);
     RUN(clearance_is_no_more_than_the_distance);
     RUN(with_true_ranges_nothing_behind_a_surface_is_free);
+    RUN(as_heard_little_behind_a_surface_is_free);
     RUN(a_range_too_long_or_a_wide_tolerance_is_seen);
     return test_end();
 }

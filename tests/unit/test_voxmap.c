@@ -29,6 +29,9 @@ TEST(settings_are_checked)
         {"voxel not a number", offsetof(struct voxmap_setting, voxel_m), NAN},
         {"tolerance below 0", offsetof(struct voxmap_setting, tolerance_m), -0.1},
         {"tolerance over a voxel", offsetof(struct voxmap_setting, tolerance_m), 0.2},
+        {"opening 0", offsetof(struct voxmap_setting, opening), 0},
+        {"opening over 1", offsetof(struct voxmap_setting, opening), 1.1},
+        {"opening not a number", offsetof(struct voxmap_setting, opening), NAN},
         {"body not a number", offsetof(struct voxmap_setting, body_radius_m), NAN},
         {"way 0", offsetof(struct voxmap_setting, submap_path_m), 0},
     };
@@ -489,6 +492,46 @@ TEST(angle_weighted_vacancy)
 }
 
 /* Silence all along: free only as far as silence is worth, whatever the sensor reaches. */
+/* Free water through the middle of a beam only, echoes through all of it: of a wedge's height, of a cone's both ways. */
+TEST(an_opening_narrows_free_water_and_no_echo)
+{
+    static const struct {
+        const char *name;
+        enum cast_shape shape;
+        double el_deg, az_deg; /* where, off the axis */
+        enum voxel_state full, half;
+    } row[] = {
+        {"wedge, axis", CAST_WEDGE, 0, 0, VOXEL_FREE, VOXEL_FREE},
+        {"wedge, within half the height", CAST_WEDGE, 8, 0, VOXEL_FREE, VOXEL_FREE},
+        {"wedge, above half the height", CAST_WEDGE, 9.5, 0, VOXEL_FREE, VOXEL_UNKNOWN},
+        {"wedge, near its side", CAST_WEDGE, 0, 14, VOXEL_FREE, VOXEL_FREE},
+        {"cone, within half", CAST_CONE, 5, 5, VOXEL_FREE, VOXEL_FREE},
+        {"cone, beyond half", CAST_CONE, 0, 9, VOXEL_FREE, VOXEL_UNKNOWN},
+    };
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++)
+        for (int half = 0; half < 2; half++) {
+            struct voxmap_setting s = rig_setting();
+            struct voxmap_sensor sensor = rig_sensor;
+            struct rig_ping p;
+            double d[3];
+            s.opening = half ? 0.5 : 1;
+            s.rule.threshold = 0;
+            sensor.shape = row[i].shape;
+            struct rig *r = rig_new(&s);
+            rig_aim(&p, (const double[3]){0.05, 0.05, 0.05}, 0, 3);
+            p.echoes.az_aperture_rad = (float)geo_rad(row[i].shape == CAST_CONE ? 35 : 30);
+            rig_hear(&p, 4);
+            voxmap_enter(&r->map, &p.echoes, &sensor);
+            geo_direction(geo_rad(row[i].az_deg), geo_rad(row[i].el_deg), d);
+            CHECK_INT(rig_state(r, 0.05 + 3 * d[0], 0.05 + 3 * d[1], 0.05 + 3 * d[2]),
+                      half ? row[i].half : row[i].full);
+            CHECK_INT(rig_state(r, 0.05 + 4 * d[0], 0.05 + 4 * d[1], 0.05 + 4 * d[2]), VOXEL_OCCUPIED);
+            if (test_case_failed)
+                printf("(%s, %s)\n", row[i].name, half ? "half" : "full");
+            rig_free(r);
+        }
+}
+
 TEST(V12_without_an_echo_free_only_to_the_minimum)
 {
     uint64_t seed = test_seed();
@@ -776,6 +819,7 @@ int main(void)
     RUN(V10_moved_by_whole_voxels_is_exact);
     RUN(the_body_is_stamped_along_its_way_but_not_over_jumps);
     RUN(angle_weighted_vacancy);
+    RUN(an_opening_narrows_free_water_and_no_echo);
     RUN(V12_without_an_echo_free_only_to_the_minimum);
     RUN(mount_and_attitude_place_the_beam);
     RUN(paged_out_is_unknown_and_back_is_the_same);
