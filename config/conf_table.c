@@ -308,8 +308,8 @@ const struct conf_key conf_keys[] = {
      .help =
          "Share of a beam's height (of a round beam: of its width) in which water is taken as free; what is\n"
          "heard fills the whole beam. A floor that only the beam's edge grazes answers too weakly to be heard:\n"
-         "with 1 a few percent of what is free is solid ground, with 0.5 a few in a thousand, and a look frees half\n"
-         "as much. See docs/map.md."},
+         "with 1 up to a twentieth of what is free is solid ground, with 0.5 less than a thousandth, and a look frees\n"
+         "half as much. See docs/map.md."},
     {"map", "body", QUANTITY(1, "m", 0.01, 20), .standard = "none", .instead = "none", .instead_value = 0,
      CONF(map.body_m),
      .help =
