@@ -218,12 +218,13 @@ LIBDIR   ?= $(PREFIX)/lib
 # Where Debian's python3 looks: below /usr one folder for all versions.
 PYTHONDIR ?= $(PREFIX)/lib/python$(if $(filter /usr,$(PREFIX)),3,$(shell python3 -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null))/dist-packages
 UNITS    := $(patsubst systemd/%.in,$(BUILD)/systemd/%,$(wildcard systemd/*.service.in))
-MAN      := docs/sonard.8 docs/sonard-mavlink.8 docs/sonarctl.1 $(BUILD)/sonard.conf.5 docs/sonard-protocol.7 docs/libsonard.3
+MAN      := docs/sonard.8 docs/sonard-mavlink.8 docs/sonarctl.1 $(BUILD)/sonard.conf.5 docs/sonard-protocol.7 docs/libsonard.3 \
+            docs/sonard-tune.1
 GUIDES   := NEWS README.md $(wildcard docs/*.md)
 EXAMPLES := $(wildcard examples/autopilot.*)
 SHARED   := config/sonard.conf systemd/network.conf docs/sonard-protocol.schema.json
 FILES     = $(BUILD)/sonard:$(PREFIX)/sbin/sonard:755 $(BUILD)/sonarctl:$(PREFIX)/bin/sonarctl:755 \
-            $(BUILD)/sonard-mavlink:$(PREFIX)/sbin/sonard-mavlink:755 \
+            $(BUILD)/sonard-mavlink:$(PREFIX)/sbin/sonard-mavlink:755 python/sonard-tune:$(PREFIX)/bin/sonard-tune:755 \
             $(foreach m,$(MAN),$(m):$(PREFIX)/share/man/man$(subst .,,$(suffix $(m)))/$(notdir $(m)):644) \
             $(foreach u,$(UNITS) systemd/sonard.socket,$(u):$(UNITDIR)/$(notdir $(u)):644) \
             $(LIBRARY):$(LIBDIR)/$(notdir $(LIBRARY)):644 client/sonard.h:$(PREFIX)/include/sonard.h:644 \

@@ -10,7 +10,7 @@
 #include "plan.h"
 
 /* What the measured machine took for an instruction (x86-64, gcc -O2; a Raspberry Pi 4 takes about three times as long). */
-#define PLAN_NS_PER_INSTRUCTION 0.3
+#define PLAN_NS_PER_INSTRUCTION 0.25
 
 /* Of a stage that is out: what it would cost. -1: nothing tells. */
 struct plan_cost {
