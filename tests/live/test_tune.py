@@ -87,7 +87,7 @@ def refuses(bench):
             sector.update({"state": "blocked", "range_m": 0.3} if free else {"state": "unknown"})
     solid = bench.write("solid", "".join(json.dumps(line) + "\n" for line in lines))
     for arguments, why in ((("--reference", truth), "do not hold the bound"),
-                           (("--reference", solid, "--share", "0", "--lost", "100", "--every", "0.05"), "do not hold the bound"),
+                           (("--reference", solid, "--share", "0", "--lost", "100", "--margin", "0", "--every", "0.05"), "do not hold the bound"),
                            (("--tune-on", "1"), "tells too little"),
                            (("--config", bench.write("bad.conf", "[sonar box]\n")), "bad.conf"),
                            (("--reference", CAPTURE), "no answer")):
