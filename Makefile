@@ -46,7 +46,7 @@ PEER     := $(if $(wildcard /usr/include/octomap/octomap.h),$(BUILD)/tests/bench
 HELPERS  := $(patsubst tests/tools/%.c,$(BUILD)/tests/%,$(wildcard tests/tools/*.c))
 TOOLS    := $(patsubst tests/lib/%.c,$(BUILD)/tests/%.so,$(wildcard tests/lib/*.c))
 
-.PHONY: all help deps deps-check clean programs unit tests suite demo check check-san check-vm check-arm64 check-deb deb layers fuzz bench report install uninstall
+.PHONY: all help deps deps-check clean programs unit tests suite demo check check-san check-vm check-arm64 check-deb deb layers coverage fuzz bench report install uninstall
 all: programs
 
 programs: $(PROGRAMS) $(LIBRARY)
@@ -135,6 +135,7 @@ help:
 	@echo 'make check-arm64 the unit tests and a replay for arm64, under qemu-user'
 	@echo 'make check-deb  the Debian package, for amd64 and arm64, twice the same, clean for lintian'
 	@echo 'make deb        the Debian package'
+	@echo 'make coverage   which lines of grid/ and of the parsers the unit tests reach'
 	@echo 'make fuzz       run every fuzz target for SECONDS (20) each'
 	@echo 'make bench      measure: range bins per second, ping to picture'
 	@echo 'make report     error against run time, measured: report/index.html, in minutes (QUICK=1: seconds)'
@@ -190,6 +191,11 @@ deb:
 
 layers: $(GRID)
 	@BUILD=$(BUILD) tests/layers.sh
+
+# Built anew by itself: what is counted are the lines of one compiler at one level.
+coverage: deps-check
+	@$(MAKE) --no-print-directory CC='gcc --coverage' CFLAGS='-O1 -g' BUILD=$(BUILD)/coverage unit $(BUILD)/coverage/tests/ping360_sim
+	@BUILD=$(BUILD)/coverage tests/coverage.sh $(patsubst $(BUILD)/%,$(BUILD)/coverage/%,$(UNIT))
 
 fuzz: deps-check
 	@BUILD=$(BUILD) SECONDS=$(or $(SECONDS),20) tests/fuzz/run.sh
