@@ -16,13 +16,16 @@
 #include "ring_down.h"
 #include "setting.h"
 
-/* A group this share (3 dB) below the contrast of an echo is none, but ends what is called free. */
-#define DOUBTFUL 0.5
+/* A group this share (1.5 dB) below the contrast of an echo is none, but ends what is called free. */
+#define DOUBTFUL 0.7
 
 #define MAX_FACTORS 64 /* more independent cells than this change the threshold by less than 0.1 dB */
 
 /* The floor of a ping is so many times (15 dB) the usual one: what is heard usually may drown in it. */
 #define RAISED 32
+
+/* A cell where it usually is quiet is this share (3 dB) of an echo's level: nearly one. */
+#define NEARLY 0.5
 
 /* The loudest cell of the ring-down is so many times (5 dB) the usual one: something near answers with the head. */
 #define RINGS 3
@@ -394,7 +397,7 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
     law_check_add(&e->law_check, &p);
     const double detectable = fmax(e->contrast, (double)d.cfar.alpha_q16 / 65536.0);
     const struct silence silence = silence_levels(&p, detectable);
-    const bool near_shadow = is_near_shadow(e, &p, late, DOUBTFUL * detectable * (double)silence.floor, of_ping);
+    const bool near_shadow = is_near_shadow(e, &p, late, NEARLY * detectable * (double)silence.floor, of_ping);
     of_ping->floor = silence.floor < of_ping->floor ? silence.floor : of_ping->floor;
     const bool on_clean = e->conf.order == EXTRACT_PAPER && p.clean && ping->sample_bytes == 1;
     if (on_clean)

@@ -81,7 +81,7 @@ struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_
  * Saturated bins beyond the ring-down are echoes. Beams without geometry, without samples, too short, saturated
  * or zero throughout are BEAM_BLIND.
  *
- * free_to_m ends at the first echo, or at a group that lacks up to 3 dB of the contrast of one: too little to block,
+ * free_to_m ends at the first echo, or at a group that lacks up to 1.5 dB of the contrast of one: too little to block,
  * too much to call the water beyond it free. Without either by the no_echo rule.
  *
  * Pings that are PING_UNHEARD are BEAM_BLIND. Pings with ready ranges: range > 0 becomes one echo with the device's own
