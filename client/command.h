@@ -71,6 +71,9 @@ int command_grid(struct context *context);
 int command_place(struct context *context); /* point, box and path */
 int command_map(struct context *context);
 
+/* command_top.c */
+int command_top(struct context *context);
+
 /* command_complete.c: for the shells */
 int command_complete(struct context *context);
 

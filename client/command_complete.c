@@ -34,6 +34,7 @@ static const struct {
     {"blocked", "azimuth_deg distance_m elevation_deg frame grid half_angle_deg radius_m"},
     {"box", "from_m to_m"},
     {"clusters", "count grid"},
+    {"explain", "azimuth_deg count distance_m elevation_deg frame grid half_angle_deg"},
     {"grid_create", "name settings"},
     {"grid_drop", "name"},
     {"grid_list", ""},

@@ -54,6 +54,17 @@ static const struct argument explain_options[] = {
     {0},
 };
 
+static const struct argument top_options[] = {
+    {"--once", "once", "", "print one frame and end", ARGUMENT_FLAG, 0, 0, 0},
+    {"--count", "count", "N", "number of sectors around (72)", ARGUMENT_INTEGER, 0, 0, 0},
+    {"--elevation", "elevation_deg", "LO,HI", "band of elevations in degrees", ARGUMENT_NUMBERS, 2, 0, 0},
+    {"--distance", "distance_m", "D", "metres to look ahead; else as far as the grid reaches", ARGUMENT_NUMBER, 0,
+     0, 0},
+    FRAME_OPTION,
+    GRID_OPTION,
+    {0},
+};
+
 static const struct argument nearest_options[] = {
     {"--elevation", "elevation_deg", "LO,HI", "band of elevations in degrees (-90,90)", ARGUMENT_NUMBERS, 2, 0, 0},
     {"--distance", "distance_m", "D", "what is farther away in metres does not count", ARGUMENT_NUMBER, 0, 0, 0},
@@ -185,6 +196,7 @@ const struct command command_table[] = {
     {"status", "", "what the daemon and its sonars do", NULL, 0, 0, command_method},
     {"sensors", "", "what every sonar is, where it sits and what it does", NULL, 0, 0, command_method},
     {"stats", "", "counters and latencies", stats_options, 0, 0, command_stats},
+    {"top", "", "sectors, sonars, rates and warnings on the whole terminal, live", top_options, 0, 0, command_top},
     {"watch", "METHOD [KEY=VALUE...]", "ask a method again and again", watch_options, 1, ARGUMENTS_WORDS_MAX,
      command_watch},
     {"pose", "", "tell the daemon where the vehicle is", pose_options, 0, 0, command_pose},
