@@ -189,10 +189,28 @@ static bool set_axes(struct sphere *s, const struct pose *pose)
     return !s->frame.ned;
 }
 
+#define WEEKS_MS (UINT32_C(1) << 31) /* 25 days */
+
+/* Milliseconds in 32 bits last for 50 days: after 25 they are counted from 12 days later on. What was before is as then. */
+static void keep_counting(struct sphere *s, uint64_t t_ns)
+{
+    if (t_ns < s->t_start_ns + WEEKS_MS * UINT64_C(1000000))
+        return;
+    const uint64_t later_ms = (t_ns - s->t_start_ns) / 1000000 - WEEKS_MS / 2;
+    s->t_start_ns += later_ms * 1000000;
+    for (uint32_t i = 0; i < s->cells.room; i++) {
+        uint32_t *first_ms = &s->cells.cell[i].t_first_ms;
+        *first_ms = *first_ms > later_ms ? (uint32_t)(*first_ms - later_ms) : 0;
+    }
+    for (int k = 0; k < SPHERE_SENSORS; k++)
+        s->turn_ms[k] = s->turn_ms[k] > later_ms ? (uint32_t)(s->turn_ms[k] - later_ms) : 0;
+}
+
 static void begin_turn(struct sphere *s, const struct echoes *e)
 {
     if (!s->t_start_ns)
         s->t_start_ns = e->t_ns;
+    keep_counting(s, e->t_ns);
     if (!(e->flags & PING_NEW_TURN))
         return;
     s->turn_ms[e->sensor % SPHERE_SENSORS] = state_ms(s, e->t_ns);

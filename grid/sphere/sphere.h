@@ -88,7 +88,7 @@ struct sphere_cell {
     double near_m;                  /* nearest edge of what reflects, from the grid's centre */
     double ball_m;                  /* standard deviation of that point, along each axis */
     double logodds;                 /* at the time asked about */
-    uint64_t t_first_ns, t_echo_ns; /* its first echo, to the millisecond; its last one */
+    uint64_t t_first_ns, t_echo_ns; /* its first echo (to 1 ms; after 12 days perhaps a later one); its last */
     uint32_t seq;                   /* of the last ping that hit or missed it ... */
     uint16_t sensor;                /* ... which this sensor sent */
     uint16_t echoes;                /* so many, or more when 65535 */

@@ -49,7 +49,7 @@ def number(text):
         value = float(text)
     except ValueError:
         return text
-    return f"{value:.3g}" if abs(value) < 1e4 else f"{value:.0f}"
+    return f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else f"{value:.3g}"
 
 
 def markdown_table(header, rows):

@@ -362,6 +362,29 @@ TEST(g10_noise_in_all_beams_takes_bounded_memory_and_is_counted)
 
 /* ---- what happened in the turn; evidence; locks ---- */
 
+TEST(after_a_year_times_of_first_echoes_and_turns_are_still_right)
+{
+    start(&usual);
+    ping_as(PING_NEW_TURN, 0, 0, 5, 0);
+    for (int day = 1; day <= 400; day++) {
+        now.now_ns += 86400 * SECOND;
+        ping_as(PING_NEW_TURN, 0, 90, 5, 0);
+        const uint64_t first_ns = now.now_ns;
+        CHECK_INT(first_cell(90.5).flags, day == 1 ? SPHERE_NEW : SPHERE_UPDATED);
+        now.now_ns += SECOND;
+        ping_as(PING_NEW_TURN, 0, 180 + 0.25 * day, 7, 0);
+        ping_as(0, 0, 180 + 0.25 * day, 7, 0);
+        struct sphere_cell c = first_cell(180 + 0.25 * day);
+        CHECK(c.t_echo_ns == now.now_ns && c.t_first_ns <= now.now_ns);
+        CHECK_INT(first_cell(90.5).flags, 0); /* not looked at in this turn */
+        CHECK(first_cell(90.5).t_first_ns <= first_ns);
+    }
+    ping_as(PING_NEW_TURN, 0, 330, 5, 0);
+    CHECK_INT(first_cell(330.5).t_first_ns, now.now_ns);
+    CHECK_INT(first_cell(330.5).flags, SPHERE_NEW);
+    CHECK(first_cell(90.5).t_first_ns + 26 * 86400 * SECOND > now.now_ns);
+}
+
 TEST(a_turn_tells_what_is_new_heard_again_missed_and_gone)
 {
     start(&usual);
@@ -546,6 +569,7 @@ int main(void)
     RUN(g16_turning_a_million_times_changes_nothing_in_the_world);
     RUN(g17_ten_million_metres_away_all_is_as_at_home);
     RUN(g10_noise_in_all_beams_takes_bounded_memory_and_is_counted);
+    RUN(after_a_year_times_of_first_echoes_and_turns_are_still_right);
     RUN(a_turn_tells_what_is_new_heard_again_missed_and_gone);
     RUN(a_locked_cell_neither_changes_nor_fades_but_keeps_its_place);
     RUN(of_two_reflectors_in_a_cell_the_nearer_is_kept_and_the_ball_reaches_the_other);
