@@ -200,7 +200,7 @@ coverage: deps-check
 fuzz: deps-check
 	@BUILD=$(BUILD) SECONDS=$(or $(SECONDS),20) tests/fuzz/run.sh
 
-bench: programs $(BENCH) $(PEER) $(SIM)
+bench: programs $(BENCH) $(PEER) $(SIM) $(HELPERS)
 	@BUILD=$(BUILD) tests/bench/run.sh
 
 report:

@@ -14,6 +14,8 @@ printf '\n== cfar_numpy\n'
 "$(PATH=/usr/bin:$PATH command -v python3)" tests/bench/cfar_numpy.py
 printf '\n== hogs\n'
 BUILD=$build tests/bench/hogs.py
+printf '\n== load\n'
+BUILD=$build SECONDS=10 tests/live/test_load.py
 printf '\n== service\n'
 BUILD=$build tests/bench/service.py
 
