@@ -41,22 +41,22 @@ static bool append_map(struct map_bytes *to, const struct map_bytes *from)
     return true;
 }
 
-/* Its page is as old as its paging out: it has aged since. */
-static bool append_away(struct places_job *job, struct map_bytes *to, uint64_t id, unsigned half_lives)
+/* Its page is as old as its paging out: it has aged since, and may have been moved, which its new head says. */
+static bool append_away(struct places_job *job, struct map_bytes *to, const struct places_submap *submap)
 {
     char path[CONF_TEXT_MAX + 40], why[300] = "out of memory";
     struct map_bytes file = {0};
     struct map_page page = {0};
     uint32_t n;
-    pager_path(job->folder, id, path, sizeof path);
+    pager_path(job->folder, submap->id, path, sizeof path);
     file.bytes = whole_file_read(path, MAP_FILE_MAX, &file.size);
     if (!file.bytes)
         snprintf(why, sizeof why, "%s", strerror(errno));
     bool good = file.bytes &&
                 map_file_check(file.bytes, file.size, &job->setting, &n, why, sizeof why) == MAP_GOOD &&
-                map_file_page(file.bytes, file.size, &page);
+                map_file_page(file.bytes, file.size, &page) && page.size >= sizeof submap->head;
     if (good) {
-        voxpage_fade(file.bytes + (page.bytes - file.bytes), page.size, half_lives);
+        memcpy(file.bytes + (page.bytes - file.bytes), submap->head, sizeof submap->head);
         good = append_page(to, &page);
     }
     if (!good)
@@ -74,7 +74,7 @@ static bool complete(struct places_job *job)
     bool good = map_file_begin(&all, &job->setting);
     snprintf(job->message, sizeof job->message, "no memory for a copy of the map");
     for (uint32_t i = 0; good && i < job->n_away; i++)
-        good = append_away(job, &all, job->away[i].id, job->away[i].half_lives);
+        good = append_away(job, &all, &job->away[i]);
     if (good && append_map(&all, &job->bytes) && map_file_end(&all)) {
         free(job->bytes.bytes);
         job->bytes = all;

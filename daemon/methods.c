@@ -9,6 +9,7 @@
 #include "cluster_methods.h"
 #include "daemon.h"
 #include "grid_methods.h"
+#include "submap_methods.h"
 
 const struct rpc_method daemon_methods[] = {
     {"blocked", direction_method_blocked, RPC_ASKS},
@@ -43,6 +44,9 @@ const struct rpc_method daemon_methods[] = {
     {"map_slice", places_method_slice, RPC_ASKS},
     {"map_new", places_method_new, RPC_CHANGES},
     {"map_forget", places_method_forget, RPC_CHANGES},
+    {"map_submaps", submap_method_list, RPC_ASKS},
+    {"map_move", submap_method_move, RPC_CHANGES},
+    {"surface", submap_method_surface, RPC_ASKS},
     {"map_save", places_method_save, RPC_CHANGES},
     {"map_load", places_method_load, RPC_CHANGES},
     {"map_export", places_method_export, RPC_CHANGES},

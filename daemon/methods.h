@@ -9,6 +9,7 @@
 #include "rpc.h"
 
 struct answer;
+struct pose;
 struct answer_query;
 
 /** direction_query - what `blocked` asks for, of its parameters; false with *error set. The grid is one of them. */
@@ -23,6 +24,9 @@ json_t *direction_method_sectors(const struct rpc_call *call, json_t *params, st
 json_t *direction_method_nearest(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *motion_method_limit(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *motion_method_collision(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+/** pose_attitude - attitude_deg or quaternion, if one of them is given, into the pose; false with *error set. */
+bool pose_attitude(json_t *params, struct pose *p, struct rpc_error *error);
+
 json_t *pose_method(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *status_method(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *status_method_sensors(const struct rpc_call *call, json_t *params, struct rpc_error *error);

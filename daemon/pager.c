@@ -12,6 +12,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "../grid/voxel/merge.h"
 #include "../grid/voxel/voxpage.h"
 #include "daemon.h"
 #include "whole_file.h"
@@ -73,7 +74,7 @@ struct visit_look {
 static bool reaches(const struct voxmap *map, const struct voxmap_part *part, const double place_m[3])
 {
     struct lattice_place place;
-    return lattice_place(place_m, map->set.voxel_m, &place) && lattice_holds(&part->map.box, place.cell);
+    return lattice_place(place_m, map->set.voxel_m, &place) && merge_reaches(part, place.cell);
 }
 
 /* Half a submap around the vehicle's place: there the beams of its pings lie. */
@@ -83,7 +84,7 @@ static bool is_near(const struct voxmap *map, const struct voxmap_part *part, co
     if (!lattice_place(place_m, map->set.voxel_m, &place))
         return false;
     for (int a = 0; a < 2; a++)
-        if (llabs(place.cell[a] - part->base.cell[a]) > part->map.box.size[a] / 4)
+        if (llabs(place.cell[a] - part->moved_to.cell[a]) > part->map.box.size[a] / 4)
             return false;
     return true;
 }

@@ -21,8 +21,9 @@
 
 struct visit_list {
     bool away;
-    struct places_submap submap[VOXMAP_MAX_SUBMAPS]; /* those that are away, or those that are not; oldest first */
+    uint64_t id[VOXMAP_MAX_SUBMAPS]; /* those that are away, or those that are not; oldest first */
     uint32_t n;
+    struct places_submap *heads; /* [VOXMAP_MAX_SUBMAPS], of the same; NULL: not wanted */
 };
 
 static void list_submaps(void *ctx, struct pipeline_map *m)
@@ -33,10 +34,14 @@ static void list_submaps(void *ctx, struct pipeline_map *m)
         uint32_t at = list->n;
         if (!part->id || part->away != list->away)
             continue;
-        for (; at > 0 && list->submap[at - 1].id > part->id; at--)
-            list->submap[at] = list->submap[at - 1];
-        list->submap[at] = (struct places_submap){part->id, voxmap_shift(&m->map, part)};
+        for (; at > 0 && list->id[at - 1] > part->id; at--)
+            list->id[at] = list->id[at - 1];
+        list->id[at] = part->id;
         list->n++;
+    }
+    for (uint32_t i = 0; list->heads && i < list->n; i++) {
+        list->heads[i].id = list->id[i];
+        voxpage_head(&m->map, list->id[i], list->heads[i].head);
     }
 }
 
@@ -82,15 +87,14 @@ static bool pack_all(struct places_task *task)
 {
     struct daemon *d = task->d;
     struct map_bytes *bytes = &task->job.bytes;
-    struct visit_list list = {.away = false}, away = {.away = true};
+    struct visit_list list = {.away = false}, away = {.away = true, .heads = task->job.away};
     if (!map_file_begin(bytes, &task->job.setting))
         return false;
     pipeline_visit_map(d->pipeline, list_submaps, &list);
     for (uint32_t i = 0; i < list.n; i++)
-        if (!pack_one(d, list.submap[i].id, bytes))
+        if (!pack_one(d, list.id[i], bytes))
             return false;
     pipeline_visit_map(d->pipeline, list_submaps, &away);
-    memcpy(task->job.away, away.submap, sizeof away.submap);
     task->job.n_away = away.n;
     return map_file_end(bytes);
 }
@@ -386,4 +390,5 @@ void places_end(struct daemon *d)
         loop_arm(d->loop, &p->save, LOOP_NEVER);
     }
     end_task(&p->kept);
+    free(p->frontier_memory);
 }

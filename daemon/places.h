@@ -13,7 +13,8 @@
 #include <stdint.h>
 
 #include "../config/conf.h"
-#include "../grid/voxel/voxmap.h"
+#include "../grid/voxel/frontier.h"
+#include "../grid/voxel/voxpage.h"
 #include "loop.h"
 #include "map_file.h"
 #include "rpc.h"
@@ -24,10 +25,10 @@ enum places_format { PLACES_PLY, PLACES_MCAP, PLACES_BT };
 enum places_what { PLACES_SAVE, PLACES_LOAD, PLACES_EXPORT };
 enum places_state { PLACES_IDLE, PLACES_RUNNING, PLACES_DONE, PLACES_FAILED };
 
-/* A submap, and by how many half-lives its counts are to be halved. */
+/* A submap, and the head of its bytes. */
 struct places_submap {
     uint64_t id;
-    unsigned half_lives;
+    uint8_t head[VOXPAGE_HEAD];
 };
 
 /* The newest job. While it runs, its thread alone has what stands below `state`. */
@@ -57,8 +58,10 @@ struct places_task {
 struct places {
     struct places_task asked, kept; /* by a client; by `save_every` and `load_last` in [map] */
     struct loop_timer save;
-    uint64_t saved_pings; /* in the map when it was kept last */
-    bool changed;         /* since then, by other than pings */
+    uint64_t saved_pings;     /* in the map when it was kept last */
+    bool changed;             /* since then, by other than pings */
+    struct frontier frontier; /* of `surface`; its memory is NULL until somebody asks */
+    void *frontier_memory;
 };
 
 /**

@@ -29,7 +29,7 @@ static bool pose_time(const struct daemon *d, json_t *params, uint64_t *t_ns, st
     return true;
 }
 
-static bool pose_attitude(json_t *params, struct pose *p, struct rpc_error *error)
+bool pose_attitude(json_t *params, struct pose *p, struct rpc_error *error)
 {
     double rpy[3], q[4];
     bool has_rpy, has_q;

@@ -66,6 +66,14 @@ static bool pull_back(const struct voxmap_part *p, const int64_t cell[3], int64_
     return true;
 }
 
+bool merge_reaches(const struct voxmap_part *p, const int64_t cell[3])
+{
+    int64_t least[3];
+    bool pair[3];
+    return p->moved ? pull_back(p, cell, least, pair) && lattice_holds(&p->map.box, least)
+                    : lattice_holds(&p->map.box, cell);
+}
+
 static struct merge_sum moved_sum(const struct voxmap *m, const struct voxmap_part *p, const int64_t cell[3])
 {
     struct merge_sum sum = {.vacancy = UINT32_MAX};

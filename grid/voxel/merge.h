@@ -22,6 +22,9 @@ struct merge_sum {
 /** merge_sum - what all submaps say of a cell. */
 struct merge_sum merge_sum(const struct voxmap *m, const int64_t cell[3]);
 
+/** merge_reaches - does a submap's box, wherever that lies by now, hold a cell of the world? */
+bool merge_reaches(const struct voxmap_part *p, const int64_t cell[3]);
+
 /** merge_at - the state of a cell. *away (or NULL): what is paged out might change it. */
 enum voxel_state merge_at(const struct voxmap *m, const int64_t cell[3], bool *away);
 

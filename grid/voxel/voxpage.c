@@ -26,6 +26,7 @@ enum field {
 };
 #define MAGIC UINT64_C(0x31504d5856) /* "VXMP1" */
 #define HEAD  (FIELDS * sizeof(uint64_t))
+_Static_assert(HEAD == VOXPAGE_HEAD, "the head has as many bytes as the header says");
 
 static void put(uint8_t *to, uint64_t x)
 {
@@ -121,6 +122,14 @@ static void pack_head(const struct voxmap *m, const struct voxmap_part *p, uint8
         put(head + (size_t)f * sizeof(uint64_t), field[f]);
 }
 
+bool voxpage_head(const struct voxmap *m, uint64_t id, uint8_t head[VOXPAGE_HEAD])
+{
+    const struct voxmap_part *part = voxmap_part(m, id);
+    if (part)
+        pack_head(m, part, head);
+    return part != NULL;
+}
+
 /* The part of a packed submap that a caller wants. */
 struct slice {
     uint8_t *out;
@@ -191,12 +200,6 @@ static void read_fields(const uint8_t *bytes, uint64_t field[FIELDS])
 {
     for (int f = 0; f < FIELDS; f++)
         field[f] = get(bytes + (size_t)f * sizeof(uint64_t));
-}
-
-void voxpage_fade(uint8_t *bytes, size_t size, unsigned half_lives)
-{
-    if (size >= HEAD)
-        put(bytes + F_SHIFT * sizeof(uint64_t), half_lives);
 }
 
 uint32_t voxpage_tiles(const uint8_t *bytes, size_t size)

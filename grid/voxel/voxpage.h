@@ -37,9 +37,13 @@ bool voxpage_attach(struct voxmap *m, uint64_t id, const uint8_t *bytes, size_t 
  */
 uint64_t voxpage_add(struct voxmap *m, const uint8_t *bytes, size_t size, char *err, size_t err_size);
 
-/** voxpage_fade - sets in packed bytes by how many half-lives their counts are still to be halved (voxmap_shift): what was
- * packed earlier has aged since. */
-void voxpage_fade(uint8_t *bytes, size_t size, unsigned half_lives);
+#define VOXPAGE_HEAD 232 /* bytes with which a packed submap begins: all but its tiles */
+
+/**
+ * voxpage_head - the head that a submap would get if it were packed now, also of one that is away: what was packed before
+ * has aged since, and may have been moved. False: no such.
+ */
+bool voxpage_head(const struct voxmap *m, uint64_t id, uint8_t head[VOXPAGE_HEAD]);
 
 /** voxpage_tiles - tiles that these bytes need; TILE_NONE: they are no packed submap. */
 uint32_t voxpage_tiles(const uint8_t *bytes, size_t size);

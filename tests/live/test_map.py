@@ -199,6 +199,72 @@ def files(bench):
     check_foreign(bench, client, path, before)
 
 
+def surface_of(client, **params):
+    """All pages of one reading: points by place, and whether the map changed meanwhile."""
+    points, cursor, changed, pages = {}, None, False, 0
+    while cursor is not None or not pages:
+        page = client.call("surface", cursor=cursor, **params)
+        for p in page["points"]:
+            place = tuple(p["position_m"])
+            check(place not in points, "told twice: %s" % p)
+            points[place] = p
+        cursor, changed, pages = page["cursor"], changed or page["changed"], pages + 1
+    return points, changed, pages
+
+
+def surface(bench):
+    """The same points in any pages as in the export, tagged alike; a cursor of nobody is refused."""
+    sim = bench.sim()
+    conf(bench)
+    daemon = bench.sonard()
+    client = dive(bench, daemon, sim)
+    sim.command("silent 1000")
+    time.sleep(0.5)
+    points, changed, pages = surface_of(client, count=50)
+    again, _, fewer = surface_of(client, count=1024)
+    check(points == again and pages > fewer, "%d pages and %d tell different points" % (pages, fewer))
+    check(not changed, "nothing has happened, and changed is said")
+    with open(done(client, "map_export", name="surface", format="ply"), "rb") as f:
+        head, data = f.read().split(b"end_header\n", 1)
+    check(len(points) == len(data) // 37 > 1000, "%d points, exported %d" % (len(points), len(data) // 37))
+    heard = sum(p["tag"] == "echo" for p in points.values())
+    check(heard == sum(data[36::37]) > 100, "%d of them heard" % heard)
+    for cursor in ("", "1", "1.2.3.4.5", "a.b.c.d", "1.-2.3.4", 7, "9" * 60):
+        expect_refusal(client, "surface", {"cursor": cursor}, "cursor", -32602)
+    far = client.call("surface", cursor="4294967295.999999999999999999.1.1")
+    check(far["points"] == [] and far["cursor"] is None and far["changed"], "behind the end: %s" % far)
+    page = client.call("surface", count=1)
+    client.call("map_move", id=1, position_m=[0, 0, 2])
+    check(client.call("surface", cursor=page["cursor"])["changed"], "a submap was moved, and nothing is said")
+    note("%d points, %d of them heard, in %d pages" % (len(points), heard, pages))
+
+
+def moves(bench):
+    """A submap that lies elsewhere than was thought: its water goes with it, into files and back."""
+    sim = bench.sim()
+    conf(bench)
+    daemon = bench.sonard()
+    client = dive(bench, daemon, sim)
+    sim.command("silent 1000")
+    time.sleep(0.5)
+    first, second = client.call("map_submaps")["submaps"]
+    check((first["current"], second["current"]) == (False, True), "the second is the current one: %s" % second)
+    client.call("map_new")
+    north, east, down = first["position_m"]
+    moved = client.call("map_move", id=first["id"], position_m=[north + 100, east, down], attitude_deg=[0, 0, 90])
+    check(moved["moved"] and abs(moved["quaternion"][3] - math.sin(math.pi / 4)) < 1e-6, "not turned: %s" % moved)
+    # what was 7 m ahead of its base is now 7 m to the east of the new one
+    def place(ahead):
+        return state_of(client, "point", position_m=[north + 100, east + ahead, down])
+    check(place(7) == "free" and place(12) != "free", "it did not go there")
+    done(client, "map_save", name="moved")
+    done(client, "map_load", name="moved")
+    check(place(7) == "free" and client.call("map_submaps")["submaps"][0]["moved"], "not saved as it lies")
+    expect_refusal(client, "map_move", {"id": 999, "position_m": [0, 0, 0]}, "no such submap", -32602)
+    expect_refusal(client, "map_move", {"id": 1}, "position_m", -32602)
+    expect_refusal(client, "map_move", {"id": 0, "position_m": [0, 0, 0]}, "id", -32602)
+
+
 def check_foreign(bench, client, path, before):
     """Files that are none, or none of ours, or damaged: refused, and the map stays as it is."""
     with open(path, "rb") as f:
@@ -503,6 +569,7 @@ def refusals(bench):
 
 
 cases = [("basin_threads%d" % n, lambda bench, n=n: basin(bench, n)) for n in (0, 1, 2)]
-cases += [("files", files), ("paging", paging), ("tunnel", tunnel), ("replay", replay), ("killed", killed), ("exports", exports), ("refusals", refusals)]
+cases += [("files", files), ("surface", surface), ("moves", moves), ("paging", paging), ("tunnel", tunnel), ("replay", replay),
+          ("killed", killed), ("exports", exports), ("refusals", refusals)]
 
 run(cases, parallel=3)

@@ -11,7 +11,8 @@ TOP = os.path.join(os.path.dirname(SCHEMA), "..")
 DEFS = SCHEMAS.document["$defs"]
 METHODS = sorted(name[:-len(".params")] for name in DEFS if name.endswith(".params"))
 STANDARD = {"azimuth_deg": 0, "distance_m": 1, "velocity_mps": [1, 0, 0], "position_m": [0, 0, 0], "from_m": [0, 0, 0],
-            "to_m": [1, 1, 1], "points_m": [[0, 0, 0]], "radius_m": 1, "name": "a", "method": "version", "watch": 1}
+            "to_m": [1, 1, 1], "points_m": [[0, 0, 0]], "radius_m": 1, "name": "a", "method": "version", "watch": 1,
+            "id": 1}
 
 
 def needed(method):

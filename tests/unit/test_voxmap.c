@@ -664,11 +664,46 @@ TEST(what_is_away_ages)
     CHECK_INT(voxpage_pack(&r->map, 1, 0, bytes, size), size);
     CHECK(voxpage_detach(&r->map, 1));
     rig_enter(r, &p, 32 * SECOND);
-    voxpage_fade(bytes, size, voxmap_shift(&r->map, voxmap_part(&r->map, 1)));
+    CHECK(voxpage_head(&r->map, 1, bytes));
     CHECK(voxpage_add(&other->map, bytes, size, err, sizeof err) > 0);
     CHECK_INT(merge_sum(&other->map, cell).vacancy, 1);
     CHECK(voxpage_attach(&r->map, 1, bytes, size, err, sizeof err));
     CHECK_INT(merge_sum(&r->map, cell).vacancy, 1);
+    free(bytes);
+    rig_free(other);
+    rig_free(r);
+}
+
+/* 10 m to the east while it is away: so it comes back, and so it is saved from its page. */
+TEST(what_is_away_may_be_moved)
+{
+    struct voxmap_setting s = rig_setting();
+    s.voxel_m = 0.125;
+    struct rig *r = rig_new(&s), *other = rig_new(&s);
+    const double at[3] = {0.0625, 0.0625, 0.0625}, to_m[3] = {0.0625, 10.0625, 0.0625}, turn[4] = {1, 0, 0, 0};
+    const int64_t old_cell[3] = {20, 0, 0}, cell[3] = {20, 80, 0};
+    struct rig_ping p;
+    char err[160];
+    rig_aim(&p, at, 0, 3);
+    for (int n = 0; n < 8; n++)
+        rig_enter(r, &p, SECOND);
+    voxmap_new(&r->map);
+    p.beam.state = BEAM_BLIND;
+    rig_enter(r, &p, SECOND);
+    size_t size = voxpage_bytes(&r->map, 1);
+    uint8_t *bytes = rig_memory(size);
+    CHECK_INT(voxpage_pack(&r->map, 1, 0, bytes, size), size);
+    CHECK(voxpage_detach(&r->map, 1));
+    CHECK(voxmap_move(&r->map, 1, to_m, turn));
+    CHECK(merge_reaches(voxmap_part(&r->map, 1), cell));
+    CHECK(voxpage_attach(&r->map, 1, bytes, size, err, sizeof err));
+    CHECK_INT(merge_sum(&r->map, cell).vacancy, 8);
+    CHECK_INT(merge_sum(&r->map, old_cell).vacancy, 0);
+    CHECK(voxpage_head(&r->map, 1, bytes));
+    CHECK(!voxpage_head(&r->map, 77, bytes));
+    CHECK(voxpage_add(&other->map, bytes, size, err, sizeof err) > 0);
+    CHECK_INT(merge_sum(&other->map, cell).vacancy, 8);
+    CHECK_INT(merge_sum(&other->map, old_cell).vacancy, 0);
     free(bytes);
     rig_free(other);
     rig_free(r);
@@ -824,6 +859,7 @@ int main(void)
     RUN(mount_and_attitude_place_the_beam);
     RUN(paged_out_is_unknown_and_back_is_the_same);
     RUN(what_is_away_ages);
+    RUN(what_is_away_may_be_moved);
     RUN(submaps_without_tiles_are_submaps_and_fill_no_memory);
     RUN(damaged_bytes_are_refused_or_harmless);
     RUN(without_room_the_oldest_is_forgotten_and_said);
