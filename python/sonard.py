@@ -29,6 +29,7 @@ __all__ = ["connect", "Client", "Watch", "Blocked", "Sector", "Limit", "Collisio
 DEFAULT_SOCKET = "/run/sonard/sonard.sock"
 _LINE_MAX = 8 << 20
 _KEPT_MAX = 64
+_RETRY_S = 0.02
 
 
 class Error(Exception):
@@ -133,17 +134,23 @@ class Client:
         self._socket = socket.socket(socket.AF_UNIX, socket.SOCK_STREAM)
         self._socket.settimeout(timeout_s)
         try:
-            self._socket.connect(self.path)
-        except OSError as fault:
+            self._connect(time.monotonic() + timeout_s)
+        except Error:
             self._socket.close()
-            raise self._refusal_to_connect(fault) from None
+            raise
 
-    def _refusal_to_connect(self, fault: OSError) -> Error:
-        if isinstance(fault, PermissionError):
-            return NoPermission("no permission to use %s: is this user in the socket's group?" % self.path)
-        if isinstance(fault, (TimeoutError, BlockingIOError)):
-            return Silent("the daemon on %s does not take new clients" % self.path)
-        return NoDaemon("no daemon answers on %s (%s): is sonard running, with this socket?" % (self.path, fault))
+    def _connect(self, deadline_s: float) -> None:
+        while True:
+            try:
+                return self._socket.connect(self.path)
+            except PermissionError:
+                raise NoPermission("no permission to use %s: is this user in the socket's group?" % self.path) from None
+            except (socket.timeout, BlockingIOError):  # its queue of new clients is full
+                if time.monotonic() >= deadline_s:
+                    raise Silent("the daemon on %s does not take new clients" % self.path) from None
+                time.sleep(_RETRY_S)
+            except OSError as fault:
+                raise NoDaemon("no daemon answers on %s (%s): is sonard running, with this socket?" % (self.path, fault)) from None
 
     def __enter__(self) -> Client:
         return self
@@ -219,7 +226,7 @@ class Client:
         try:
             self._socket.settimeout(self.timeout_s)
             self._socket.sendall(data)
-        except TimeoutError:
+        except socket.timeout:
             self.close()  # half a request is sent
             raise Lost("the daemon on %s does not read requests" % self.path) from None
         except (BrokenPipeError, ConnectionResetError):

@@ -6,6 +6,7 @@ import os
 import re
 import select
 import shutil
+import socket
 import subprocess
 import sys
 import time
@@ -193,6 +194,15 @@ def python_errors(bench):
     """Nobody there, no answer, nonsense, half a line: an exception of its own kind each, none waits longer than it may."""
     sonard = module()
     check("is sonard running" in str(refuses(sonard.NoDaemon, lambda: sonard.connect(bench.socket_path, 0.2))), "no daemon")
+    full = socket.socket(socket.AF_UNIX)  # takes one client into its queue and no more
+    full.bind(bench.socket_path)
+    full.listen(0)
+    first = sonard.connect(bench.socket_path, 0.2)
+    check("does not take new clients" in str(refuses(sonard.Silent, lambda: sonard.connect(bench.socket_path, 0.2))), "a full queue")
+    first.close()
+    full.close()
+    os.unlink(bench.socket_path)
+    refuses(sonard.NoDaemon, lambda: sonard.connect("/" + "x" * 200, 0.2))
     for said, kind in ((b"", sonard.Silent), (b"SSH-2.0\n", sonard.Lost), (b"[]\n", sonard.Lost), (b'{"id":1}\n', sonard.Lost),
                        (b'{"id":1,"result"', sonard.Silent), (b'{"id":null,"error":{"code":-32000,"message":"full"}}\n', sonard.Refused),
                        (b'{"id":7,"result":1}\n', sonard.Silent), (b'{"id":1,"result":{"state":"clear"}}\n', sonard.Lost)):
