@@ -104,7 +104,7 @@ static void look(void *ctx, struct pipeline_map *m)
     const struct voxmap_part *due = NULL, *idle = NULL;
     for (uint32_t i = 0; i < map->set.max_submaps; i++) {
         const struct voxmap_part *part = &map->part[i];
-        if (!part->id || part == map->current)
+        if (!part->id || part->lost || part == map->current)
             continue;
         if (part->away && is_due(v, map, part) && (!due || part->id > due->id))
             due = part;
@@ -187,7 +187,7 @@ static void settle(struct daemon *d)
         pipeline_visit_map(d->pipeline, attach, &v);
         p->in += v.done;
     } else if (p->state == PAGER_READING) {
-        pipeline_visit_map(d->pipeline, drop, &v); /* what it knew is unknown for good */
+        pipeline_visit_map(d->pipeline, drop, &v); /* what it knew is lost, what it heard stays in the way */
     }
     if (!p->good)
         fault(d, p->state == PAGER_WRITING ? "a submap cannot be put away" : "a submap cannot be brought back",

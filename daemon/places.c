@@ -32,7 +32,7 @@ static void list_submaps(void *ctx, struct pipeline_map *m)
     for (uint32_t i = 0; i < m->map.set.max_submaps; i++) {
         const struct voxmap_part *part = &m->map.part[i];
         uint32_t at = list->n;
-        if (!part->id || part->away != list->away)
+        if (!part->id || part->lost || part->away != list->away)
             continue;
         for (; at > 0 && list->id[at - 1] > part->id; at--)
             list->id[at] = list->id[at - 1];

@@ -84,6 +84,7 @@ static const char *reason_of(const struct free_answer *a, bool path, bool no_bod
     return a->state == VOXEL_FREE       ? "all of it was found free"
            : a->state == VOXEL_OCCUPIED ? "something was heard there"
            : a->away ? "a part of the map that may know is on disk; it comes back if there is room"
+           : a->lost ? "a part of the map that knew was forgotten; fresh looks can find it free"
            : path && no_body && a->clear_m <= 0
                ? "unknown where it begins: no beam reaches the water at the vehicle itself; set body in [map]"
                : "never looked at, or not found free often enough";
@@ -261,8 +262,9 @@ static void read_state(void *ctx, struct pipeline_map *m)
                               .tiles = m->map.tiles.n,
                               .tile_bytes = m->map.tiles.tile_bytes};
     for (uint32_t i = 0; i < m->map.set.max_submaps; i++) {
-        v->submaps += m->map.part[i].id != 0;
-        v->away += m->map.part[i].id != 0 && m->map.part[i].away;
+        const struct voxmap_part *part = &m->map.part[i];
+        v->submaps += part->id != 0 && !part->lost;
+        v->away += part->id != 0 && part->away && !part->lost;
     }
 }
 

@@ -40,6 +40,7 @@ static inline bool count_cell(struct reader *r, const int64_t cell[3], struct fr
     out->unknown += state == VOXEL_UNKNOWN;
     out->occupied += state == VOXEL_OCCUPIED;
     out->away |= r->bits->away;
+    out->lost |= r->bits->lost;
     out->state = state > out->state ? state : out->state;
     return true;
 }

@@ -16,6 +16,7 @@ struct free_answer {
     uint64_t voxels;        /* touched (by a corridor: per leg) */
     uint64_t unknown, occupied;
     bool away; /* some that are not free may become free when paged-out submaps are back */
+    bool lost; /* some that are not free may have been free in a submap that was forgotten */
     /* When not free, the first voxel that is not: of a box the first by north, east, down; of a corridor or ray the one met
      * first. */
     enum voxel_state first_state;

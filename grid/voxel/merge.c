@@ -35,10 +35,15 @@ static struct merge_sum own_sum(const struct voxmap *m, const struct voxmap_part
     if (!lattice_holds(&p->map.box, cell))
         return sum;
     if (p->away) {
-        uint32_t held =
+        const uint32_t marks =
             p->map.tile[entry_at(&p->map, cell[0] - p->map.box.first[0], cell[1] - p->map.box.first[1])];
-        sum.away = held != TILE_NONE;
-        sum.away_heard = held == PART_TILE_HEARD;
+        if (marks == TILE_NONE)
+            return sum;
+        const uint32_t heard = marks >> part_slice((uint32_t)(cell[2] - p->map.box.first[2]), m->set.height) & 1;
+        sum.away = !p->lost;
+        sum.lost = p->lost;
+        sum.away_heard = heard && !p->lost;
+        sum.veil = heard && p->lost;
         return sum;
     }
     sum.vacancy = faded_vacancy(submap_count(&p->map, SUBMAP_VACANCY, cell), shift);
@@ -90,8 +95,10 @@ static struct merge_sum moved_sum(const struct voxmap *m, const struct voxmap_pa
             own_sum(m, p, (const int64_t[3]){least[0] + step[0], least[1] + step[1], least[2] + step[2]});
         sum.vacancy = one.vacancy < sum.vacancy ? one.vacancy : sum.vacancy;
         sum.echoes = one.echoes > sum.echoes ? one.echoes : sum.echoes;
+        sum.veil = one.veil > sum.veil ? one.veil : sum.veil;
         sum.away |= one.away;
         sum.away_heard |= one.away_heard;
+        sum.lost |= one.lost;
     }
     return sum;
 }
@@ -106,10 +113,19 @@ struct merge_sum merge_sum(const struct voxmap *m, const int64_t cell[3])
         struct merge_sum one = p->moved ? moved_sum(m, p, cell) : own_sum(m, p, cell);
         sum.vacancy += one.vacancy;
         sum.echoes += one.echoes;
+        sum.veil += one.veil;
         sum.away |= one.away;
         sum.away_heard |= one.away_heard;
+        sum.lost |= one.lost;
     }
     return sum;
+}
+
+static enum voxel_state judge_sum(const struct voxmap *m, const struct merge_sum *sum)
+{
+    if (!sum->away_heard && voxel_judge(&m->rule, sum->vacancy, sum->echoes + sum->veil) == VOXEL_FREE)
+        return VOXEL_FREE;
+    return sum->echoes ? VOXEL_OCCUPIED : VOXEL_UNKNOWN;
 }
 
 enum voxel_state merge_at(const struct voxmap *m, const int64_t cell[3], bool *away)
@@ -117,7 +133,7 @@ enum voxel_state merge_at(const struct voxmap *m, const int64_t cell[3], bool *a
     struct merge_sum sum = merge_sum(m, cell);
     if (away)
         *away = sum.away;
-    return voxel_judge(&m->rule, sum.away_heard ? 0 : sum.vacancy, sum.echoes);
+    return judge_sum(m, &sum);
 }
 
 /* ---- blocks ---- */
@@ -167,6 +183,12 @@ struct sums {
     uint16_t vacancy[BLOCK_HEIGHT], echoes[BLOCK_HEIGHT];
 };
 
+/* What submaps without tiles here say of a block: the same for all its columns. */
+struct shade {
+    uint64_t hidden;             /* where one that is away may hold echoes */
+    uint16_t veil[BLOCK_HEIGHT]; /* how many forgotten ones heard something */
+};
+
 /* A column of a layer, 0 where it has none: loops of a fixed length over it become vectors. */
 static inline void read_column(const struct voxmap *m, const struct layer *l, uint32_t column,
                                enum submap_plane plane, uint8_t count[BLOCK_HEIGHT])
@@ -195,23 +217,27 @@ static inline void add_layer(const struct voxmap *m, const struct layer *l, uint
         s->echoes[k] = (uint16_t)(s->echoes[k] + ((count[k] + up) >> shift));
 }
 
-static inline void judge(const struct voxmap *m, const struct sums *s, uint64_t *free, uint64_t *heard)
+static inline void judge(const struct voxmap *m, const struct sums *s, const struct shade *shade, uint64_t *free,
+                         uint64_t *heard)
 {
     uint8_t is_free[BLOCK_HEIGHT], is_heard[BLOCK_HEIGHT];
     uint32_t threshold = m->rule.threshold, weight = m->rule.echo_weight;
     for (int k = 0; k < BLOCK_HEIGHT; k++)
-        is_free[k] = s->vacancy[k] > threshold + weight * s->echoes[k];
+        is_free[k] = s->vacancy[k] > threshold + weight * ((uint32_t)s->echoes[k] + shade->veil[k]);
     for (int k = 0; k < BLOCK_HEIGHT; k++)
         is_heard[k] = s->echoes[k] > 0;
-    *free = pack(is_free);
+    *free = pack(is_free) & ~shade->hidden;
     *heard = pack(is_heard);
 }
 
-/* Bits of the heights that a layer has. */
-static uint64_t heights(const struct layer *l)
+static void add_shade(const struct voxmap *m, const struct layer *l, struct shade *shade)
 {
-    uint64_t below_end = l->end < BLOCK_HEIGHT ? (UINT64_C(1) << l->end) - 1 : UINT64_MAX;
-    return below_end & ~((UINT64_C(1) << l->first) - 1);
+    for (int32_t k = l->first; k < l->end; k++) {
+        const uint32_t level = (uint32_t)(l->skip + k - l->first);
+        const uint32_t heard = l->tile >> part_slice(level, m->set.height) & 1;
+        shade->hidden |= (uint64_t)(heard && !l->part->lost) << k;
+        shade->veil[k] = (uint16_t)(shade->veil[k] + (heard && l->part->lost));
+    }
 }
 
 /* Is a corrected submap's box near enough to say anything of a block? Compares the balls around both. */
@@ -240,20 +266,20 @@ static void ask_cells(const struct voxmap *m, const struct block_key *key, struc
             int64_t cell[3] = {key->at[0] * BLOCK_SIDE + c / BLOCK_SIDE, key->at[1] * BLOCK_SIDE + c % BLOCK_SIDE,
                                key->at[2] * BLOCK_HEIGHT + k};
             struct merge_sum sum = merge_sum(m, cell);
-            bool is_free = !sum.away_heard && voxel_judge(&m->rule, sum.vacancy, sum.echoes) == VOXEL_FREE;
-            out->free[c] |= (uint64_t)is_free << k;
+            out->free[c] |= (uint64_t)(judge_sum(m, &sum) == VOXEL_FREE) << k;
             out->heard[c] |= (uint64_t)(sum.echoes > 0) << k;
             out->away |= sum.away;
+            out->lost |= sum.lost;
         }
 }
 
 void merge_block(const struct voxmap *m, const struct block_key *key, struct merge_block *out)
 {
     struct layer layer[VOXMAP_MAX_SUBMAPS];
-    uint64_t hidden = 0; /* where a submap that is away may hold echoes */
+    struct shade shade = {0};
     uint32_t n = 0, entry;
 
-    out->away = false;
+    out->away = out->lost = false;
     for (uint32_t p = 0; p < m->set.max_submaps; p++) {
         const struct voxmap_part *part = &m->part[p];
         if (!part->id)
@@ -265,8 +291,9 @@ void merge_block(const struct voxmap *m, const struct block_key *key, struct mer
         if (part->moved || !layer_in(m, part, key, &layer[n], &entry))
             continue;
         if (part->away) {
-            out->away = true;
-            hidden |= layer[n].tile == PART_TILE_HEARD ? heights(&layer[n]) : 0;
+            out->away |= !part->lost;
+            out->lost |= part->lost;
+            add_shade(m, &layer[n], &shade);
         } else {
             n++;
         }
@@ -275,8 +302,7 @@ void merge_block(const struct voxmap *m, const struct block_key *key, struct mer
         struct sums sums = {0};
         for (uint32_t l = 0; l < n; l++)
             add_layer(m, &layer[l], c, &sums);
-        judge(m, &sums, &out->free[c], &out->heard[c]);
-        out->free[c] &= ~hidden;
+        judge(m, &sums, &shade, &out->free[c], &out->heard[c]);
     }
 }
 

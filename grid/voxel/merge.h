@@ -6,7 +6,7 @@
  * Submaps lie on the world's lattice, so adding up is exact. One whose base pose was corrected is asked at the centre of
  * the world's voxel: the least vacancy and the most echoes of the eight voxels around it, so no holes and no water that was
  * not there. Of one that is away only where it has tiles is known: a voxel there is free only if the others suffice and
- * it can hold no echo, and else at best unknown.
+ * it can hold no echo, and else at best unknown. Of one that was forgotten it is the same, but its echo can be outweighed.
  */
 #ifndef SONARD_MERGE_H
 #define SONARD_MERGE_H
@@ -15,8 +15,10 @@
 
 struct merge_sum {
     uint32_t vacancy, echoes;
+    uint32_t veil;   /* forgotten submaps that heard something about here: each weighs one echo */
     bool away;       /* a submap that is away knows more */
     bool away_heard; /* ... echoes, perhaps */
+    bool lost;       /* a submap that was forgotten knew more */
 };
 
 /** merge_sum - what all submaps say of a cell. */
@@ -42,6 +44,7 @@ struct merge_block {
     uint64_t free[BLOCK_COLUMNS];
     uint64_t heard[BLOCK_COLUMNS]; /* echoes > 0; what is heard and not free is occupied */
     bool away;                     /* something of it is paged out */
+    bool lost;                     /* something of it was forgotten */
 };
 
 /** merge_block_of - the block of a cell. (Shifts of negative numbers round down with all our compilers.) */

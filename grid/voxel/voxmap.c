@@ -111,12 +111,53 @@ static void forget(struct voxmap *m, struct voxmap_part *part)
     change_all(m);
 }
 
+/* The slices of a tile's height in which something was heard. */
+static uint32_t marks_of(const struct tiles *t, uint32_t tile)
+{
+    uint32_t marks = 0;
+    for (uint32_t c = 0; t->planes > 1 && c < TILE_SIDE * TILE_SIDE; c++) {
+        const uint8_t *echoes = tiles_column(t, tile, c, SUBMAP_ECHOES);
+        for (uint32_t k = 0; k < t->height; k++) {
+            uint64_t eight = 1; /* mostly nothing was heard in all of them */
+            if (k + sizeof eight <= t->height)
+                memcpy(&eight, echoes + k, sizeof eight);
+            if (eight == 0)
+                k += sizeof eight - 1;
+            else if (echoes[k])
+                marks |= 1u << part_slice(k, t->height);
+        }
+    }
+    return marks;
+}
+
+void voxmap_put_away(struct voxmap *m, struct voxmap_part *part)
+{
+    for (size_t t = 0; t < (size_t)m->set.side * m->set.side; t++) {
+        const uint32_t tile = part->map.tile[t];
+        if (tile == TILE_NONE)
+            continue;
+        part->map.tile[t] = marks_of(&m->tiles, tile);
+        tiles_give(&m->tiles, tile);
+    }
+    part->away = true;
+    change_all(m);
+}
+
+static void lose(struct voxmap *m, struct voxmap_part *part)
+{
+    if (!part->away)
+        voxmap_put_away(m, part);
+    part->lost = true;
+    m->stats.lost++;
+    change_all(m);
+}
+
 bool voxmap_drop(struct voxmap *m, uint64_t id)
 {
     struct voxmap_part *part = voxmap_part(m, id);
-    if (!part || part == m->current)
+    if (!part || part == m->current || part->lost)
         return false;
-    forget(m, part);
+    lose(m, part);
     return true;
 }
 
@@ -147,7 +188,7 @@ struct voxmap_part *voxmap_place_for_part(struct voxmap *m)
             if (!m->part[p].id)
                 return &m->part[p];
         struct voxmap_part *part = oldest(m, true);
-        m->stats.lost++;
+        m->stats.lost += !part->lost;
         forget(m, part);
     }
 }
@@ -216,10 +257,8 @@ static void make_room(struct voxmap *m)
     struct voxmap_part *old = oldest(m, false);
     if (m->tiles.n_free < m->tiles.n / 8 && m->current && !old)
         m->close_asked = true;
-    if (m->tiles.n_free < m->tiles.n / 16 && old) {
-        m->stats.lost++;
-        forget(m, old);
-    }
+    if (m->tiles.n_free < m->tiles.n / 16 && old)
+        lose(m, old);
 }
 
 /* The ping was this submap's last when it has gone its way or time. */

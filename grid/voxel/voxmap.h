@@ -49,20 +49,26 @@ struct voxmap_sensor {
 };
 
 struct voxmap_part {
-    uint64_t id;               /* 0: this place is not taken */
-    struct submap map;         /* when away: its directory holds PART_TILE or PART_TILE_HEARD where tiles were */
-    struct lattice_place base; /* where it was begun */
-    bool moved;                /* its base pose has been corrected: */
+    uint64_t id;                   /* 0: this place is not taken */
+    struct submap map;             /* when away: its directory holds part_marks where tiles were */
+    struct lattice_place base;     /* where it was begun */
+    bool moved;                    /* its base pose has been corrected: */
     struct lattice_place moved_to; /* where the base is by now, ... */
     double turn[4];                /* ... and by which rotation it is turned */
     uint64_t begin_ns, last_ns; /* of the first and last ping in it; 0: of another run, whose clock is not ours */
     double begin_path_m;        /* struct pose's path_m at its first ping */
     uint64_t pings, half_lives; /* pings in it; half-lives since the first ping that its counts stand at */
-    bool away;                  /* paged out: answers unknown */
+    bool away;                  /* its tiles are not here: answers unknown */
+    bool lost;                  /* ... and never come back: what was heard in it stays as a veil (voxmap_drop) */
 };
 
-#define PART_TILE       0u
-#define PART_TILE_HEARD 1u /* with echoes in it */
+/* Where a tile was, bit s: something was heard in the s-th of so many equal slices of its height. Never TILE_NONE. */
+#define PART_SLICES 31u
+
+static inline unsigned part_slice(uint32_t level, uint32_t height)
+{
+    return (unsigned)((uint64_t)level * PART_SLICES / height);
+}
 
 struct voxmap_stats {
     uint64_t pings;   /* entered */
@@ -70,7 +76,7 @@ struct voxmap_stats {
     uint64_t beams;   /* with free water entered */
     uint64_t clipped; /* beams and bodies that reached beyond the current submap's box: unknown there */
     uint64_t starved; /* runs of voxels not entered because the memory was full: unknown there */
-    uint64_t lost;    /* submaps forgotten because there was no room: what only they knew is unknown */
+    uint64_t lost;    /* submaps forgotten (voxmap_drop): what only they knew is unknown */
     uint64_t unfit;   /* pings not entered because their apertures are none */
 };
 
@@ -136,7 +142,12 @@ uint64_t voxmap_oldest(const struct voxmap *m);
  * voxmap_enter, at an eighth, closes the current one when it is alone, and at a sixteenth forgets the oldest. */
 bool voxmap_low(const struct voxmap *m);
 
-/** voxmap_drop - forgets a submap that is not the current one: unknown. False: no such. */
+/** voxmap_put_away - gives a closed submap's tiles back; marks of what was heard stay in its directory. */
+void voxmap_put_away(struct voxmap *m, struct voxmap_part *part);
+
+/** voxmap_drop - forgets a submap that is not the current one, as if it had aged without end: its free looks are gone, and
+ * one echo stays in each slice of a tile in which something was heard, so that the looks of others free that water only
+ * when they outweigh it. That veil lasts until the submap's place is taken (voxmap_place_for_part). False: no such. */
 bool voxmap_drop(struct voxmap *m, uint64_t id);
 
 /** voxmap_place_for_part - a place for one more submap: with all taken, that of the oldest, which is forgotten. */

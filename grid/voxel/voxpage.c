@@ -168,31 +168,12 @@ size_t voxpage_pack(const struct voxmap *m, uint64_t id, size_t from, uint8_t *o
 
 /* ---- away and back ---- */
 
-static bool is_heard(const struct voxmap *m, uint32_t tile)
-{
-    if (m->tiles.planes < 2)
-        return false;
-    const uint8_t *echoes = tiles_column(&m->tiles, tile, 0, SUBMAP_ECHOES);
-    for (size_t c = 0; c < m->tiles.plane_bytes; c++)
-        if (echoes[c])
-            return true;
-    return false;
-}
-
 bool voxpage_detach(struct voxmap *m, uint64_t id)
 {
     struct voxmap_part *part = voxmap_part(m, id);
     if (!part || part == m->current || part->away)
         return false;
-    for (size_t t = 0; t < directory_size(m); t++) {
-        uint32_t tile = part->map.tile[t];
-        if (tile == TILE_NONE)
-            continue;
-        part->map.tile[t] = is_heard(m, tile) ? PART_TILE_HEARD : PART_TILE;
-        tiles_give(&m->tiles, tile);
-    }
-    part->away = true;
-    m->change_of_all = ++m->change;
+    voxmap_put_away(m, part);
     return true;
 }
 
@@ -256,7 +237,7 @@ bool voxpage_attach(struct voxmap *m, uint64_t id, const uint8_t *bytes, size_t 
 {
     struct voxmap_part *part = voxmap_part(m, id);
     uint64_t field[FIELDS];
-    const char *why = !part || !part->away ? "no such submap is away" : unfit(m, bytes, size, field);
+    const char *why = !part || !part->away || part->lost ? "no such submap is away" : unfit(m, bytes, size, field);
 
     if (!why && (field[F_ID] != id || field[F_TILES] != part->map.n_tiles))
         why = "another submap";

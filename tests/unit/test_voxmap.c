@@ -790,6 +790,87 @@ TEST(without_room_the_oldest_is_forgotten_and_said)
 }
 
 /* A block's bits are the answers for its cells, whatever submaps there are. */
+/* What a forgotten submap heard is in the way of the looks of others until they outweigh one echo; what it found free is
+ * unknown; what it neither heard nor found free is as if it had never been. */
+TEST(what_a_forgotten_submap_heard_stays_in_the_way)
+{
+    struct voxmap_setting s = rig_setting();
+    s.rule = (struct voxel_rule){.threshold = 1, .echo_weight = 2};
+    struct rig *r = rig_new(&s);
+    struct rig_ping p;
+    struct merge_sum sum;
+    const int64_t wall[3] = {20, 0, 0}, water[3] = {-20, 0, 0}, above[3] = {20, 0, -35};
+
+    for (int n = 0; n < 2; n++)
+        rig_turn(r, at_origin, 2.5, 0);
+    rig_aim(&p, at_origin, 0, 0);
+    rig_hear(&p, 2.05);
+    for (int n = 0; n < 20; n++)
+        rig_enter(r, &p, 0);
+    CHECK_INT(merge_at(&r->map, wall, NULL), VOXEL_OCCUPIED);
+    CHECK_INT(merge_at(&r->map, water, NULL), VOXEL_FREE);
+    voxmap_new(&r->map);
+    rig_aim(&p, at_origin, 0, 0);
+    rig_enter(r, &p, 0);
+    const uint32_t n_free = r->map.tiles.n_free;
+    CHECK(voxmap_drop(&r->map, 1));
+    CHECK(!voxmap_drop(&r->map, 1));
+    CHECK(r->map.tiles.n_free > n_free); /* its memory is there for others */
+    CHECK_INT(r->map.stats.lost, 1);
+    CHECK_INT(merge_at(&r->map, water, NULL), VOXEL_UNKNOWN);
+    CHECK_INT(merge_at(&r->map, wall, NULL), VOXEL_UNKNOWN);
+    sum = merge_sum(&r->map, wall);
+    CHECK(sum.lost && sum.veil == 1 && sum.echoes == 0 && !sum.away && !sum.away_heard);
+    CHECK_INT(merge_sum(&r->map, above).veil, 0); /* of the same tile, far above what was heard */
+    for (int n = 1; n <= 4; n++) {
+        rig_turn(r, at_origin, 2.5, 0);
+        CHECK_INT(merge_at(&r->map, water, NULL), n > 1 ? VOXEL_FREE : VOXEL_UNKNOWN);
+        CHECK_INT(merge_at(&r->map, wall, NULL), n > 3 ? VOXEL_FREE : VOXEL_UNKNOWN);
+        CHECK_INT(voxmask_at(&r->mask, wall), n > 3 ? VOXEL_FREE : VOXEL_UNKNOWN);
+    }
+    rig_free(r);
+}
+
+/* Random maps: after a submap is forgotten nothing is free that was not free with all its free looks gone and its echoes
+ * aged to one. */
+TEST(forgetting_a_submap_frees_no_more_than_endless_ageing)
+{
+    uint64_t seed = test_seed();
+    for (int round = 0; round < 5; round++) {
+        struct voxmap_setting s = rig_setting();
+        s.rule = (struct voxel_rule){.threshold = 1, .echo_weight = 2};
+        struct rig *r = rig_new(&s);
+        uint64_t wrong = 0, free = 0;
+        static uint8_t want[60 * 60 * 40];
+        for (int n = 0; n < 40; n++) {
+            struct rig_ping p;
+            const double at[3] = {2 * test_uniform(&seed), 2 * test_uniform(&seed), 2 * test_uniform(&seed)};
+            rig_aim(&p, at, 6 * test_uniform(&seed), 3 * test_uniform(&seed));
+            p.echoes.az_aperture_rad = 2;
+            if (n % 2)
+                rig_hear(&p, 1 + 2 * test_uniform(&seed));
+            if (n == 20)
+                voxmap_new(&r->map);
+            rig_enter(r, &p, 0);
+        }
+        struct voxmap_part *old = voxmap_part(&r->map, 1);
+        old->half_lives -= 8; /* without end: nothing is left of 255 */
+        for (int c = 0; c < 60 * 60 * 40; c++) {
+            const int64_t cell[3] = {c / 40 / 60 - 30, c / 40 % 60 - 30, c % 40 - 20};
+            want[c] = merge_at(&r->map, cell, NULL) == VOXEL_FREE;
+            free += want[c];
+        }
+        CHECK(voxmap_drop(&r->map, 1));
+        for (int c = 0; c < 60 * 60 * 40; c++) {
+            const int64_t cell[3] = {c / 40 / 60 - 30, c / 40 % 60 - 30, c % 40 - 20};
+            wrong += merge_at(&r->map, cell, NULL) == VOXEL_FREE && !want[c];
+        }
+        CHECK(free > 500);
+        CHECK_INT(wrong, 0);
+        rig_free(r);
+    }
+}
+
 TEST(blocks_equal_cells)
 {
     uint64_t seed = test_seed();
@@ -808,9 +889,11 @@ TEST(blocks_equal_cells)
         rig_enter(r, &p, (uint64_t)n * SECOND);
         if (n == 45)
             CHECK(voxpage_detach(&r->map, 1));
+        if (n == 50)
+            CHECK(voxmap_drop(&r->map, 1) && voxmap_drop(&r->map, 2) && !voxmap_drop(&r->map, 2));
         if (n == 55)
             voxmap_move(&r->map, 2, (const double[3]){0.33, 0.5, 1}, (const double[4]){1, 0, 0.1, 0});
-        if (n % 15 < 14)
+        if (n % 15 < 14 && n != 52)
             continue;
         struct merge_walk walk = {0};
         struct block_key key;
@@ -863,6 +946,8 @@ int main(void)
     RUN(submaps_without_tiles_are_submaps_and_fill_no_memory);
     RUN(damaged_bytes_are_refused_or_harmless);
     RUN(without_room_the_oldest_is_forgotten_and_said);
+    RUN(what_a_forgotten_submap_heard_stays_in_the_way);
+    RUN(forgetting_a_submap_frees_no_more_than_endless_ageing);
     RUN(blocks_equal_cells);
     return test_end();
 }
