@@ -169,17 +169,16 @@ static double first_m(const struct beam_echoes *b)
 }
 
 /*
- * Walls as fitted to the recording (normal, distance), where their ghosts were read from the picture, how many echoes
- * of these are suspected at least, and whether there is a region of constant depth: the echo of S jumps by 12 cm and back.
+ * Walls as fitted to the recording (normal, distance), where their ghosts were read from the picture, and how many
+ * echoes of these are suspected at least: W's in the first look lie at the edge of what the walls' distances allow.
  */
 static const struct {
     const char *name;
     double normal_deg[2], distance_m[2], ghost_m;
     int least_suspected[2];
-    bool constant[2];
-} known[] = {{"E", {81, 92}, {1.01, 0.94}, 3.99, {13, 14}, {true, true}},
-             {"W", {265, 264}, {2.21, 2.22}, 5.25, {8, 12}, {true, true}},
-             {"S", {176, 175}, {3.89, 3.99}, 8.05, {2, 6}, {true, false}}};
+} known[] = {{"E", {81, 92}, {1.01, 0.94}, 3.99, {13, 14}},
+             {"W", {265, 264}, {2.21, 2.22}, 5.25, {4, 12}},
+             {"S", {176, 175}, {3.89, 3.99}, 8.05, {2, 12}}};
 
 static const struct wall *wall_near(double normal_deg, double distance_m)
 {
@@ -263,7 +262,7 @@ TEST(walls_and_ghosts_of_a_tank)
             count_marks(w, known[k].ghost_m, &c);
             printf("# tank, look %d, %s: %d of %d echoes of its ghost suspected, %d of %d of the wall\n", look + 1,
                    known[k].name, c.ghosts_marked, c.ghosts, c.walls_marked, c.walls);
-            CHECK_INT(mirrors(w, range_m), known[k].constant[look]);
+            CHECK(mirrors(w, range_m));
             CHECK_INT(c.walls_marked, 0);
             CHECK(c.ghosts_marked >= known[k].least_suspected[look]);
         }
