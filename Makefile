@@ -205,7 +205,7 @@ bench: programs $(BENCH) $(PEER) $(SIM) $(HELPERS)
 
 report:
 	@tests/deps.sh report
-	@$(MAKE) --no-print-directory $(REPORT) $(PEER)
+	@$(MAKE) --no-print-directory programs $(REPORT) $(PEER)
 	@tests/report/report.py --build $(BUILD) $(if $(QUICK),--quick)
 
 # ---- manual pages, installation ----

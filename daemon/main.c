@@ -211,6 +211,7 @@ static bool make_pipeline(struct daemon *d, char *err, size_t err_size)
 {
     struct pipeline_conf p;
     wiring_pipeline(&d->conf, d->replay, &p);
+    p.measured = d->options->measure;
     memcpy(d->mount, p.mount, sizeof d->mount);
     d->pipeline = pipeline_new(&p, err, err_size);
     return d->pipeline && grid_start(d, err, err_size);
@@ -309,8 +310,10 @@ static void run_replay(struct daemon *d, struct replay *replay, const struct opt
         source_start(d->source[i]);
     bool running = replay_run(replay, d, o->speed);
     d->replay_ended = true;
-    if (d->answers)
+    if (d->answers) {
         daemon_write_answers(d, "end", "");
+        fflush(d->answers);
+    }
     while (running && o->stay)
         running = loop_turn(d->loop, LOOP_NEVER);
 }

@@ -24,6 +24,7 @@ static const char usage[] =
     "      --replay FILE    play a capture instead of opening ports\n"
     "      --speed X        pace the replay: 1 as recorded; without it as fast as it goes\n"
     "      --stay           after the replay go on answering, the clock standing at its end\n"
+    "      --measure        in a replay, too, measure how long the stages take (sonarctl stats)\n"
     "      --answers FILE   write the sectors after every turn and at the end, as JSON lines\n"
     "      --every S        and every S seconds, beside the turns\n"
     "      --socket PATH    socket for clients, instead of the configured one; 'none': no socket\n"
@@ -46,7 +47,7 @@ static int too_long(const char *what, const char *value, size_t room)
     return wrong(what, value, wanted);
 }
 
-enum { CHECK = 256, PRINT, EXPLAIN, EVERY, SAMPLE, MAN_TABLE, RECORD, REPLAY, SPEED, STAY, ANSWERS, SOCKET, THREADS, VERSION };
+enum { CHECK = 256, PRINT, EXPLAIN, EVERY, SAMPLE, MAN_TABLE, RECORD, REPLAY, SPEED, STAY, MEASURE, ANSWERS, SOCKET, THREADS, VERSION };
 
 static const struct option longs[] = {{"config", required_argument, NULL, 'c'},
                                       {"check", required_argument, NULL, CHECK},
@@ -59,6 +60,7 @@ static const struct option longs[] = {{"config", required_argument, NULL, 'c'},
                                       {"replay", required_argument, NULL, REPLAY},
                                       {"speed", required_argument, NULL, SPEED},
                                       {"stay", no_argument, NULL, STAY},
+                                      {"measure", no_argument, NULL, MEASURE},
                                       {"answers", required_argument, NULL, ANSWERS},
                                       {"socket", required_argument, NULL, SOCKET},
                                       {"threads", required_argument, NULL, THREADS},
@@ -103,6 +105,7 @@ static int take(struct options *o, int c, const char *value)
     o->check |= c == CHECK;
     o->print |= c == PRINT;
     o->stay |= c == STAY;
+    o->measure |= c == MEASURE;
     switch (c) {
     case EXPLAIN:
         if (value && strcmp(value, "json") != 0)

@@ -73,15 +73,20 @@ static void enter_map(struct pipeline *p, const struct echoes *e)
     voxmap_enter(&p->map->map, e, &sensor);
 }
 
-/* A replay reads no clock. */
+/* A replay reads no clock, but to be measured. */
+static bool has_clock(const struct pipeline *p)
+{
+    return !p->conf.patient || p->conf.measured;
+}
+
 static uint64_t now_of(const struct pipeline *p)
 {
-    return p->conf.patient ? 0 : loop_clock();
+    return has_clock(p) ? loop_clock() : 0;
 }
 
 static void measure(struct pipeline *p, enum pipeline_stage stage, uint64_t from_ns, uint64_t to_ns)
 {
-    if (!p->conf.patient)
+    if (has_clock(p))
         latency_add(&p->latency[stage], to_ns > from_ns ? to_ns - from_ns : 0);
 }
 
@@ -95,7 +100,8 @@ static void run_maps(struct pipeline *p, struct echoes *e)
     witness_take(&p->witnesses, e, &p->conf.mount[e->sensor]);
     const uint64_t ended_ns = now_of(p);
     measure(p, PIPELINE_MAPS, begun_ns, ended_ns);
-    measure(p, PIPELINE_WHOLE, e->t_in_ns, ended_ns);
+    if (!p->conf.patient)
+        measure(p, PIPELINE_WHOLE, e->t_in_ns, ended_ns);
     atomic_fetch_add_explicit(&p->finished, 1, memory_order_release);
 }
 

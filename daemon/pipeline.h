@@ -32,7 +32,8 @@
 struct pipeline_conf {
     int threads;          /* 0, 1 or 2 */
     uint32_t queue;       /* pings that may wait, [2, RING_MAX] */
-    bool patient;         /* wait for room instead of dropping; never read the clock */
+    bool patient;         /* wait for room instead of dropping; never read the clock, but where it is */
+    bool measured;        /* all the same: how long the stages take */
     uint32_t max_beams;   /* room of a ping buffer */
     uint32_t max_samples; /* bytes are twice that: samples may have 16 bits */
     uint32_t max_bins;
@@ -143,7 +144,8 @@ struct image *pipeline_image(struct pipeline *p, int sensor);
 /** pipeline_cleanup - how a sensor's clean-up is set. */
 const struct cleanup_conf *pipeline_cleanup(const struct pipeline *p, int sensor);
 
-/** pipeline_latency - of a stage, or from a ping's last byte to the published picture; empty when patient. */
+/** pipeline_latency - of a stage, or from a ping's last byte to the published picture; a patient one knows the stages
+ * when it is measured, and never the whole. */
 struct latency *pipeline_latency(struct pipeline *p, enum pipeline_stage stage);
 
 /** pipeline_threads - how many threads work beside the loop, at most PIPELINE_MAX_THREADS. */

@@ -77,6 +77,9 @@ def main():
             proofs = [row for row in csv.DictReader(f) if row["must_be"] == "same"]
         check("what_is_left_out_changes_nothing", [str(row) for row in proofs if row["changed"] != "0"] if proofs else
               ["no proofs"])
+        with open(os.path.join(out, "data", "plan_proof.csv"), newline="", encoding="utf-8") as f:
+            proofs = [row for row in csv.DictReader(f) if row["must_be"] == "same"]
+        check("the_plan_changes_nothing", [str(row) for row in proofs if row["changed"] != "0"] if proofs else ["no proofs"])
         with open(os.path.join(out, "data", "voxel_false.csv"), newline="", encoding="utf-8") as f:
             rows = list(csv.DictReader(f))
         true = [r for r in rows if r["ranges"] == "true" and r["tolerance_voxels"] == "0" and r["world"] != "diver"]

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: MIT
 """
 report.py - makes the report: runs the measuring programs, plots, and writes report/index.html, report/report.md and
@@ -15,11 +15,12 @@ the data as CSV. The text is index.md and one file per chapter; a line that begi
   @plot SCRIPT                     gnuplot SCRIPT.gp, with `data` and `out` set
   @figure FILE CAPTION             FILE.svg
   @table DATA COLUMN=VALUE... COLUMN[:TITLE]...   rows where COLUMN is VALUE, the named columns
+  @explain SCENE                   the plan of config/scenes/SCENE.conf, as sonard --explain has it
   @machine                         what it was measured on
 """
 import argparse
 import csv
-import html
+import json
 import os
 import platform
 import re
@@ -30,31 +31,8 @@ import sys
 import tempfile
 import time
 
-HERE = os.path.dirname(os.path.abspath(__file__))
-
-
-def read(path):
-    with open(path, encoding="utf-8") as f:
-        return f.read()
-
-
-def write(path, text):
-    with open(path, "w", encoding="utf-8") as f:
-        f.write(text)
-
-
-def number(text):
-    """A short form for tables; text that is no number stays."""
-    try:
-        value = float(text)
-    except ValueError:
-        return text
-    return f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else f"{value:.3g}"
-
-
-def markdown_table(header, rows):
-    lines = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)]
-    return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
+import page
+from page import HERE, markdown_table, number, read
 
 
 class Report:
@@ -175,8 +153,7 @@ class Report:
     # ---- text ----
 
     def plot(self, script):
-        subprocess.run(["gnuplot", "-e", f"data='{self.data}/'; out='{self.out}/'", os.path.join(HERE, "style.gp"),
-                        os.path.join(HERE, script + ".gp")], check=True)
+        page.gnuplot(script, self.data, self.out)
         return ""
 
     def figure(self, name, *caption):
@@ -189,6 +166,12 @@ class Report:
         rows = [r for r in self.rows(name) if all(r[k] == v.replace("~", " ") for k, v in where.items())]
         return markdown_table([title or key for key, _, title in columns],
                               [[number(r[key]) for key, _, _ in columns] for r in rows])
+
+    def explain(self, scene):
+        conf = os.path.join(HERE, "..", "..", "config", "scenes", scene + ".conf")
+        plan = json.loads(subprocess.run([os.path.join(self.build, "sonard"), "-c", conf, "--explain=json"],
+                                         capture_output=True, text=True, check=True).stdout)
+        return page.plan_table(plan)
 
     def machine(self):
         cpu = re.search(r"model name\s*: (.*)", read("/proc/cpuinfo"))
@@ -216,34 +199,11 @@ class Report:
         chapters = [read(os.path.join(HERE, name + ".md")) for name in re.findall(r"^@chapter (\w+)", index, re.M)]
         self.steps = sum(len(re.findall(rf"^@(?:{'|'.join(STEPS)}) ", text, re.M)) for text in [index, *chapters])
         text = re.sub(r"\n{3,}", "\n\n", self.expand(index))
-        write(os.path.join(self.out, "report.md"), text)
-        body = subprocess.run(["cmark-gfm", "--extension", "table"], input=text, capture_output=True, text=True,
-                              check=True).stdout
-        write(os.path.join(self.out, "index.html"), self.page(body))
+        page.make(self.out, text)
         print(f"report: {self.out}/index.html, {self.figures} figures, {time.monotonic() - self.begin:.0f} s")
 
-    def page(self, body):
-        contents = []
 
-        def heading(match):
-            anchor = re.sub(r"\W+", "-", html.unescape(match[2]).lower()).strip("-")
-            contents.append(f'<li class="h{match[1]}"><a href="#{anchor}">{match[2]}</a></li>')
-            return f'<h{match[1]} id="{anchor}">{match[2]}</h{match[1]}>'
-
-        body = re.sub(r"<h([23])>(.*?)</h\1>", heading, body)
-        body = re.sub(r'<p><img src="(\w+)\.svg" alt="[^"]*" /></p>\n<p><em>(.*?)</em></p>', self.inline, body, flags=re.S)
-        page = read(os.path.join(HERE, "page.html"))
-        return page.replace("@CONTENTS@", "\n".join(contents)).replace("@BODY@", body)
-
-    def inline(self, match):
-        """The figure's SVG itself; its ids get the file's name, since a page holds many."""
-        svg = read(os.path.join(self.out, match[1] + ".svg"))
-        svg = svg[svg.index("<svg"):]
-        svg = re.sub(r"(\bid=['\"]|href=['\"]#|url\(#)", rf"\g<1>{match[1]}-", svg)
-        return f"<figure>\n{svg}<figcaption>{match[2]}</figcaption>\n</figure>"
-
-
-DIRECTIVES = ("chapter", "run", "count", "peer", "points", "judge", "plot", "figure", "table", "machine")
+DIRECTIVES = ("chapter", "run", "count", "peer", "points", "judge", "plot", "figure", "table", "explain", "machine")
 STEPS = ("run", "count", "peer", "points", "judge", "plot")
 
 

@@ -1,0 +1,229 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * report_plan - the stages of the plan (sonard --explain), each against being left out: the same scans of the made-up sea
+ * through the daemon's own pipeline with it and without, and the sectors that come of it. The scans are a Ping360's,
+ * with the shipped configuration but no_echo = heard, so that there is clear water to lose.
+ *
+ *   report_plan proof [quick]   CSV: scene, stage, plan, must_be, sectors, changed, falsely_clear, bytes
+ *   report_plan count [quick]   CSV: stage, bins, for callgrind to count the instructions of pipeline_submit
+ *
+ * falsely_clear: clear without the stage, and not clear with it. bytes: what the stage holds.
+ */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "../../daemon/plan_cost.h"
+#include "../../daemon/settings.h"
+#include "../../daemon/wiring.h"
+#include "lib/cost.h"
+#include "lib/sea.h"
+
+#define SCANS       3
+#define ASK_EVERY   5 /* pings */
+#define SECTORS     72
+#define ANSWERS     (SCANS * SEA_BEAMS / ASK_EVERY)
+#define COUNT_BEAMS 10
+
+static const char basis[] = "[sonar a]\ndevice = ping360\nport = serial:/dev/null:115200\nrange = 12 m\n"
+                            "[extract]\nno_echo = heard\n";
+
+/* A configuration with the stage and one without it; the plan as shipped has one of the two. */
+static const struct stage {
+    const char *name;
+    enum plan_id id;
+    const char *with, *without;
+} stages[] = {
+    {"image", PLAN_IMAGE, "", "no socket"},
+    {"map", PLAN_MAP, "[map]\nvoxel = 0.2 m\nmemory = 32 MiB\n", ""},
+    {"threads", PLAN_THREADS, "[pipeline]\nthreads = 2\n", ""},
+    {"marks", PLAN_MARKS, "", "marks = off\n"},
+    {"elevation", PLAN_ELEVATION, "", "[grid]\nelevation = level\n"},
+    {"cleanup", PLAN_CLEANUP, "median = 3\notsu = on\nclahe = on\nclasses = on\n", ""},
+    {"all that may go", PLAN_IDS, "[map]\nvoxel = 0.2 m\nmemory = 32 MiB\n",
+     "marks = off\n[grid]\nelevation = level\n"},
+};
+#define STAGES (sizeof stages / sizeof stages[0])
+
+struct scans {
+    struct answer sector[ANSWERS][SECTORS];
+};
+
+static void fault(void *ctx, const char *message)
+{
+    (void)ctx;
+    fprintf(stderr, "report_plan: %s\n", message);
+    exit(1);
+}
+
+static void configure(const char *more, struct conf *conf)
+{
+    const bool alone = strcmp(more, "no socket") == 0;
+    struct conf_source *source;
+    char text[1024];
+    snprintf(text, sizeof text, "%s%s", basis, alone ? "" : more);
+    conf_load_text(conf, &source, "basis", text, strlen(text), &settings_checks, fault, NULL);
+    conf_source_free(source);
+    if (alone)
+        snprintf(conf->server.socket, sizeof conf->server.socket, "none");
+}
+
+static struct pipeline *start(const struct conf *conf)
+{
+    struct pipeline_conf p;
+    char err[256];
+    wiring_pipeline(conf, true, &p);
+    struct pipeline *pipeline = pipeline_new(&p, err, sizeof err);
+    if (!pipeline)
+        fault(NULL, err);
+    return pipeline;
+}
+
+static struct pose pose_at(uint64_t t_ns)
+{
+    struct pose pose = pose_identity;
+    pose.t_ns = t_ns;
+    pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
+    return pose;
+}
+
+static uint64_t listen(struct pipeline *pipeline, const struct sea_scene *scene, unsigned scan, unsigned beam)
+{
+    static struct sea_ping sea;
+    sea_listen(scene, SEA_PING360, scan, beam, &sea);
+    struct ping *ping = pipeline_begin(pipeline);
+    struct ping heard = sea.ping;
+    heard.max_beams = ping->max_beams;
+    heard.max_samples = ping->max_samples;
+    heard.beam = ping->beam;
+    heard.samples = ping->samples;
+    heard.pose = pose_at(sea.ping.t_ns);
+    memcpy(heard.samples, sea.samples, sea.ping.n_bins);
+    heard.beam[0] = sea.axis;
+    *ping = heard;
+    pipeline_submit(pipeline, ping);
+    return sea.ping.t_ns;
+}
+
+static void ask(struct pipeline *pipeline, const struct conf *conf, uint64_t t_ns, struct answer *sector)
+{
+    const struct answer_conf limits = {.clear_for_s = conf->grid.clear_for_s,
+                                       .move_limit_m = conf->grid.move_limit_m};
+    const struct answer_now now = {.now_ns = t_ns, .pose_fresh = true, .pose = pose_at(t_ns)};
+    pipeline_drain(pipeline);
+    answer_sectors(pipeline_picture(pipeline), &limits, &now, false, geo_rad(-5), geo_rad(5), 0, SECTORS, sector);
+}
+
+/* The clean-up's held pings are behind; the sectors are those of what came out. */
+static void play(const char *more, const struct sea_scene *scene, struct scans *out)
+{
+    struct conf conf;
+    configure(more, &conf);
+    struct pipeline *pipeline = start(&conf);
+    for (unsigned n = 0; n < SCANS * SEA_BEAMS; n++) {
+        const uint64_t t_ns = listen(pipeline, scene, n / SEA_BEAMS + 1, n % SEA_BEAMS);
+        if (n % ASK_EVERY == ASK_EVERY - 1)
+            ask(pipeline, &conf, t_ns, out->sector[n / ASK_EVERY]);
+    }
+    pipeline_free(pipeline);
+}
+
+static bool same(const struct answer *a, const struct answer *b)
+{
+    return a->state == b->state && a->range_m == b->range_m && a->free_to_m == b->free_to_m &&
+           a->blind_to_m == b->blind_to_m && a->confidence == b->confidence && a->age_s == b->age_s;
+}
+
+static struct plan_cost price(const char *more)
+{
+    struct conf conf;
+    struct plan plan;
+    struct plan_cost cost[PLAN_STAGES_MAX], all;
+    configure(more, &conf);
+    plan_make(&conf, &plan);
+    plan_price(&plan, &conf, cost, &all);
+    return all;
+}
+
+static bool shipped_has(const struct stage *s)
+{
+    struct conf conf;
+    struct plan plan;
+    configure("", &conf);
+    plan_make(&conf, &plan);
+    return s->id == PLAN_IDS || plan_has(&plan, s->id, 0);
+}
+
+static bool must_be_same(enum plan_id id)
+{
+    return id == PLAN_IMAGE || id == PLAN_MAP || id == PLAN_THREADS;
+}
+
+static void proof(unsigned scenes)
+{
+    static struct scans with, without;
+    printf("scene,stage,plan,must_be,sectors,changed,falsely_clear,bytes\n");
+    for (size_t k = 0; k < STAGES; k++) {
+        const struct stage *s = &stages[k];
+        const double bytes = price(s->with).bytes - price(s->without).bytes;
+        unsigned changed = 0, falsely = 0;
+        for (unsigned scene = 0; scene <= scenes; scene++) {
+            unsigned changed_here = 0, falsely_here = 0;
+            if (scene < scenes) {
+                play(s->with, &sea_scenes[scene], &with);
+                play(s->without, &sea_scenes[scene], &without);
+            }
+            for (unsigned n = 0; scene < scenes && n < ANSWERS * SECTORS; n++) {
+                const struct answer *a = &with.sector[n / SECTORS][n % SECTORS];
+                const struct answer *b = &without.sector[n / SECTORS][n % SECTORS];
+                changed_here += !same(a, b);
+                falsely_here += b->state == ANSWER_CLEAR && a->state != ANSWER_CLEAR;
+            }
+            changed += changed_here;
+            falsely += falsely_here;
+            const bool all = scene == scenes;
+            printf("%s,%s,%s,%s,%u,%u,%u,%.0f\n", all ? "all" : sea_scenes[scene].name, s->name,
+                   shipped_has(s) ? "in" : "out", must_be_same(s->id) ? "same" : "-",
+                   ANSWERS * SECTORS * (all ? scenes : 1), all ? changed : changed_here,
+                   all ? falsely : falsely_here, bytes);
+        }
+    }
+}
+
+/* Threads are not counted: callgrind follows the loop's. */
+static void count(unsigned scenes)
+{
+    printf("stage,bins\n");
+    for (size_t k = 0; k < STAGES; k++) {
+        const char *more[] = {stages[k].with, stages[k].without};
+        for (int without = 0; stages[k].id != PLAN_THREADS && without < 2; without++) {
+            struct conf conf;
+            unsigned bins = 0;
+            configure(more[without], &conf);
+            struct pipeline *pipeline = start(&conf);
+            for (unsigned n = 0; n < scenes * COUNT_BEAMS; n++, bins += SEA_MAX_BINS)
+                listen(pipeline, &sea_scenes[n / COUNT_BEAMS], n / COUNT_BEAMS + 1,
+                       n % COUNT_BEAMS * SEA_BEAMS / COUNT_BEAMS);
+            printf("%s %s,%u\n", without ? "without" : "with", stages[k].name, bins);
+            cost_mark();
+            pipeline_free(pipeline);
+        }
+    }
+}
+
+int main(int argc, char **argv)
+{
+    const char *what = argc > 1 ? argv[1] : "";
+    const bool quick = argc > 2 && strcmp(argv[2], "quick") == 0;
+    const unsigned scenes = quick ? 3 : sea_scenes_n;
+
+    if (strcmp(what, "proof") == 0)
+        proof(scenes);
+    else if (strcmp(what, "count") == 0)
+        count(scenes);
+    else {
+        fprintf(stderr, "usage: report_plan proof|count [quick]\n");
+        return 2;
+    }
+    return 0;
+}
