@@ -225,12 +225,15 @@ LIBDIR   ?= $(PREFIX)/lib
 PYTHONDIR ?= $(PREFIX)/lib/python$(if $(filter /usr,$(PREFIX)),3,$(shell python3 -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null))/dist-packages
 UNITS    := $(patsubst systemd/%.in,$(BUILD)/systemd/%,$(wildcard systemd/*.service.in))
 MAN      := docs/sonard.8 docs/sonard-mavlink.8 docs/sonarctl.1 $(BUILD)/sonard.conf.5 docs/sonard-protocol.7 docs/libsonard.3 \
-            docs/sonard-tune.1
+            docs/sonard-tune.1 docs/sonard-report.1
 GUIDES   := NEWS README.md $(wildcard docs/*.md)
 EXAMPLES := $(wildcard examples/autopilot.*)
+PAGE     := page.py page.html style.gp capture_answers.gp
 SHARED   := config/sonard.conf systemd/network.conf docs/sonard-protocol.schema.json
 FILES     = $(BUILD)/sonard:$(PREFIX)/sbin/sonard:755 $(BUILD)/sonarctl:$(PREFIX)/bin/sonarctl:755 \
             $(BUILD)/sonard-mavlink:$(PREFIX)/sbin/sonard-mavlink:755 python/sonard-tune:$(PREFIX)/bin/sonard-tune:755 \
+            python/sonard-report:$(PREFIX)/bin/sonard-report:755 \
+            $(foreach p,$(PAGE),tests/report/$(p):$(PREFIX)/share/sonard-report/$(p):644) \
             $(foreach m,$(MAN),$(m):$(PREFIX)/share/man/man$(subst .,,$(suffix $(m)))/$(notdir $(m)):644) \
             $(foreach u,$(UNITS) systemd/sonard.socket,$(u):$(UNITDIR)/$(notdir $(u)):644) \
             $(LIBRARY):$(LIBDIR)/$(notdir $(LIBRARY)):644 client/sonard.h:$(PREFIX)/include/sonard.h:644 \
@@ -266,7 +269,7 @@ install: programs $(BUILD)/sonard.conf.5
 # The configuration stays, and what sonard has written.
 uninstall:
 	rm -f $(foreach f,$(FILES),$(DESTDIR)$(call field,2,$(f))) $(DESTDIR)$(LIBDIR)/libsonard.so
-	-@rmdir $(DESTDIR)$(PREFIX)/share/doc/sonard/examples $(DESTDIR)$(PREFIX)/share/doc/sonard $(DESTDIR)$(PREFIX)/share/sonard
+	-@rmdir $(DESTDIR)$(PREFIX)/share/doc/sonard/examples $(DESTDIR)$(PREFIX)/share/doc/sonard $(DESTDIR)$(PREFIX)/share/sonard $(DESTDIR)$(PREFIX)/share/sonard-report
 
 clean:
 	rm -rf $(BUILD) demo report

@@ -1,0 +1,61 @@
+#!/usr/bin/env -S python3 -B
+# SPDX-License-Identifier: MIT
+"""sonard-report on a recording: one well-formed page that needs nothing else and says what the daemon says; what is no
+capture, and a folder that is there, are refused."""
+import csv
+import os
+import re
+import shutil
+import xml.etree.ElementTree as xml
+
+from lib import SONARD, SONARCTL, Skipped, check, run
+
+TOP = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
+CAPTURE = os.path.join(TOP, "tests", "replay", "box.mcap")
+
+
+def report(bench, capture=CAPTURE, *arguments):
+    if not shutil.which("gnuplot") or not shutil.which("cmark-gfm"):
+        raise Skipped("gnuplot or cmark-gfm is not installed")
+    return bench.run(os.path.join(TOP, "python", "sonard-report"), "--sonard", SONARD, "--sonarctl", SONARCTL, "--every",
+                     "0.25", "-o", bench.path("page"), *arguments, capture)
+
+
+def rows(bench, name):
+    with open(bench.path("page/data/%s.csv" % name), newline="", encoding="utf-8") as f:
+        return list(csv.DictReader(f))
+
+
+def page(bench):
+    """Every chapter, the figures inside, links to nowhere else; the numbers are those of the recording."""
+    done = report(bench)
+    check(done.returncode == 0 and not done.stderr, done.stderr)
+    root = list(xml.parse(bench.path("page/index.html")).iter())
+    tags = [e.tag.rpartition("}")[2] for e in root]
+    check(tags.count("figure") == 2 and tags.count("svg") >= 2, "figures: %d" % tags.count("figure"))
+    links = [v for e in root for k, v in e.attrib.items() if k.rpartition("}")[2] in ("href", "src")]
+    check(all(v.startswith("#") for v in links), "links: %s" % links)
+    with open(bench.path("page/report.md"), encoding="utf-8") as f:
+        chapters = re.findall("^## (.*)$", f.read(), re.M)
+    check(chapters == ["The capture", "The sonars", "What it answered", "What it detected", "How long it takes", "Left out"],
+          "chapters: %s" % chapters)
+    found = rows(bench, "detections")[0]
+    check(found["beams"] == found["with an echo"] == "99", found)
+    check([r["stage"] for r in rows(bench, "latency")] == ["extract", "maps"], rows(bench, "latency"))
+    check(all(r["pings"] == "101" and float(r["p50_us"]) > 0 for r in rows(bench, "latency")), rows(bench, "latency"))
+    answers = rows(bench, "answers")
+    check(len(answers) > 15 and int(answers[-1]["blocked"]) > 15, answers[-1])
+    check(all(r["changed"] == "0" and int(r["answers"]) == len(answers) for r in rows(bench, "left_out")), rows(bench, "left_out"))
+
+
+def refuses(bench):
+    """Nothing is made of what is no capture; what is there stays."""
+    done = report(bench, bench.write("no.mcap", "this is none"), "-c", bench.conf())
+    check(done.returncode == 1 and done.stderr.count("\n") == 1, done.stderr)
+    check(not os.path.exists(bench.path("page")), "left something behind")
+    os.mkdir(bench.path("page"))
+    done = report(bench, CAPTURE, "-c", bench.conf())
+    check(done.returncode == 1 and "there is such a folder" in done.stderr, done.stderr)
+
+
+run([("capture_report_" + f.__name__, f) for f in (page, refuses)])
