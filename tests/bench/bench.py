@@ -1,0 +1,159 @@
+#!/usr/bin/env python3
+# SPDX-License-Identifier: MIT
+"""
+bench.py - all measurements in one run: a table for people, and the same with everything else as JSON in BUILD/bench.json.
+First how cost grows with each size until one processor no longer keeps up, then ratios to what the same machine needs for
+memory, a plain loop, a bare socket echo and OctoMap, then what a Raspberry Pi 4 would need (an estimate), then every
+benchmark by itself (run.sh). Compare figures of one run only: machines and their neighbours differ.
+
+  bench.py [quick]      quick: few repetitions, and not every benchmark by itself
+"""
+import csv
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import tempfile
+
+BUILD = os.environ.get("BUILD", "build")
+HERE = os.path.dirname(os.path.abspath(__file__))
+
+# A Cortex-A72 at 1.5 GHz does about one instruction of such code per cycle (0.7 to 1.5 measured by others), and its memory
+# takes in changed bytes at about 2 GB/s. Together an estimate within a factor of 2.
+PI_HZ, PI_BYTES_PER_S = 1.5e9, 2e9
+
+# Stage; the function that is counted; repetitions; bytes of a map that one ping changes (what does not fit the Pi's cache);
+# where and how often a ping comes.
+STAGES = [
+    ("extract", "extract_run", 200, 0, "1000 bins, 25 a second", 25),
+    ("sphere", "sphere_enter", 400, 0, "directions of 2 degrees, 25 a second", 25),
+    ("voxel", "submap_cast", 400, 2267, "voxels of 0.1 m to 6 m, 25 a second", 25),
+]
+
+
+def program(name):
+    return os.path.join(BUILD, "tests", name)
+
+
+def machine():
+    with open("/proc/cpuinfo", encoding="utf-8") as f:
+        cpu = re.search(r"model name\s*: (.*)", f.read())
+    cc = subprocess.run(["cc", "--version"], capture_output=True, text=True, check=True).stdout.splitlines()[0]
+    return f"{os.uname().machine}, {cpu[1] if cpu else 'unknown CPU'}, {os.cpu_count()} CPUs, {cc}"
+
+
+def scaling(quick):
+    """Rows of numbers where they are numbers."""
+    out = subprocess.run([program("bench_scaling")] + (["quick"] if quick else []), capture_output=True, text=True,
+                         check=True).stdout
+    rows = list(csv.DictReader(out.splitlines()))
+    for row in rows:
+        for key in ("value", "ns_median", "ns_low", "ns_high", "asked_per_s", "share"):
+            row[key] = float(row[key])
+        row["keeps_up"] = row["keeps_up"] == "1"
+    return rows
+
+
+def print_scaling(rows):
+    print(f"\n{'what':26} {'size':>9} {'':12} {'ns':>11} {'quarters':>21}  {'per':9} {'per unit':>9}  of one processor")
+    last = None
+    for row in rows:
+        if last and row["what"] != last:
+            print()
+        last = row["what"]
+        each = row["ns_median"] / row["value"] if row["per"] == "ping" and row["what"] != "pings a second" else None
+        share = f"{100 * row['share']:.3g} % at {row['asked_per_s']:g}/s" if row["asked_per_s"] else ""
+        print(f"{row['what']:26} {row['value']:9.0f} {row['unit']:12} {row['ns_median']:11.0f} "
+              f"{row['ns_low']:10.0f}-{row['ns_high']:<10.0f}  {row['per']:9} "
+              f"{f'{each:.3g}' if each else '':>9}  {share}{'' if row['keeps_up'] else ': does not keep up'}")
+    print("\nhow far one processor keeps up, where a size was doubled:")
+    for what in dict.fromkeys(row["what"] for row in rows):
+        doubled = [row for row in rows if row["what"] == what]
+        if len(doubled) > 1:
+            text = "all of its range, up to" if doubled[-1]["keeps_up"] else "less than"
+            print(f"  {what:26} {text} {doubled[-1]['value']:.0f} {doubled[-1]['unit']}")
+
+
+def first(rows, what, value=None):
+    return next(r for r in rows if r["what"] == what and value in (None, r["value"]))
+
+
+def peer():
+    """How many times as fast as OctoMap, by scene; empty where its library is not installed."""
+    if not os.path.exists(program("bench_octomap_peer")):
+        return {}
+    out = subprocess.run([program("bench_octomap_peer")], capture_output=True, text=True, check=True).stdout
+    return {f"voxel map, scene {m[1]} {m[2]} m, to OctoMap": 1 / float(m[3])
+            for m in re.finditer(r"^([A-Z])\s+([\d.]+) m\s+([\d.]+)\s+\d+\s+\d+$", out, re.M)}
+
+
+def ratios(rows):
+    """Each the cost here over the cost of the other, in this run: below 1 is faster."""
+    memory = first(rows, "adding one to bytes in memory")["ns_median"] / 2**20
+    whole, plain = first(rows, "pings a second")["ns_median"], first(rows, "a plain detector loop")["ns_median"]
+    echo = first(rows, "a bare echo over a socket")["ns_median"]
+    voxels = [r for r in rows if r["what"] == "voxels"]
+    return {"a ping through all stages, to the plain detector loop over its bins": whole / plain,
+            "'blocked' over the socket, one client, to a bare echo": first(rows, "clients", 1.0)["ns_median"] / echo,
+            f"a voxel of {voxels[-1]['value']:.0f} a ping, to adding one to a byte in memory":
+                voxels[-1]["ns_median"] / voxels[-1]["value"] / memory} | peer()
+
+
+def instructions(stage, function, times):
+    with tempfile.NamedTemporaryFile("r") as log:
+        subprocess.run(["valgrind", "--tool=callgrind", "--callgrind-out-file=/dev/null", f"--log-file={log.name}",
+                        f"--toggle-collect={function}", program("bench_scaling"), stage, str(times)], check=True,
+                       stdout=subprocess.DEVNULL)
+        return int(re.search(r"Collected : (\d+)", log.read())[1]) / times
+
+
+def raspberry_pi():
+    """Instructions that were counted here (x86-64), taken as many there."""
+    if not shutil.which("valgrind"):
+        return []
+    rows = []
+    for stage, function, times, changed, what, rate in STAGES:
+        n = instructions(stage, function, times)
+        ns = 1e9 * max(n / PI_HZ, changed / PI_BYTES_PER_S)
+        rows.append({"stage": stage, "what": what, "instructions": n, "ns_estimated": ns, "share": ns * 1e-9 * rate})
+    return rows
+
+
+def by_itself():
+    """Every benchmark's own words, shown as they come: {program: [line]}."""
+    words, name = {}, "machine"
+    with subprocess.Popen([os.path.join(HERE, "run.sh")], stdout=subprocess.PIPE, text=True) as run:
+        for line in run.stdout:
+            print(line, end="", flush=True)
+            name = line[3:].strip() if line.startswith("== ") else name
+            words.setdefault(name, []).append(line.rstrip("\n"))
+    if run.returncode:
+        sys.exit(f"bench.py: run.sh: ended with status {run.returncode}")
+    return words
+
+
+def main():
+    quick = sys.argv[1:] == ["quick"]
+    result = {"machine": machine(), "scaling": scaling(quick)}
+    print(result["machine"])
+    print_scaling(result["scaling"])
+    result["ratios"] = ratios(result["scaling"])
+    print("\nratios in this run (below 1: faster than what it is held against)")
+    for what, ratio in result["ratios"].items():
+        print(f"  {ratio:10.3g}  {what}")
+    result["raspberry_pi_4_estimate"] = raspberry_pi()
+    print("\na Raspberry Pi 4, estimated within a factor of 2 from instructions counted here and its memory, not measured")
+    for row in result["raspberry_pi_4_estimate"]:
+        print(f"  {row['stage']:8} {row['instructions']:9.0f} instructions  {1e-3 * row['ns_estimated']:7.1f} us a ping  "
+              f"{100 * row['share']:.2g} % of a core: {row['what']}")
+    if not quick:
+        result["programs"] = by_itself()
+    path = os.path.join(BUILD, "bench.json")
+    with open(path, "w", encoding="utf-8") as f:
+        json.dump(result, f, indent=1)
+    print(f"\n{path}")
+
+
+main()
