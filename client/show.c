@@ -347,6 +347,7 @@ void show_result(FILE *out, const char *method, const json_t *result, bool colou
                  {"limit", show_limit},
                  {"time_to_collision", show_collision},
                  {"sensors", show_sensors},
+                 {"plan", show_plan},
                  {"explain", show_explain}};
     const struct page page = {.out = out, .colour = colour};
 

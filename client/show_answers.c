@@ -178,3 +178,35 @@ void show_explain(const struct page *page, const json_t *result)
     show_claim(page, "shortest", json_object_get(claims, "shortest"));
     show_pings(page, json_object_get(result, "pings"));
 }
+
+/* ---- plan ---- */
+
+static const char *scaled(char cell[PAGE_CELL], const json_t *object, const char *key, double per_unit)
+{
+    const double v = page_number(object, key);
+
+    if (isnan(v))
+        return "-";
+    snprintf(cell, PAGE_CELL, "%.1f", v * per_unit);
+    return cell;
+}
+
+void show_plan(const struct page *page, const json_t *result)
+{
+    const json_t *stages = json_object_get(result, "stages");
+    char name[PAGE_CELL], of[PAGE_CELL], proof[PAGE_CELL], why[PAGE_CELL], work[PAGE_CELL], bytes[PAGE_CELL];
+
+    fprintf(page->out, "%-11s %-12s %-4s %12s %9s  %-9s  %s\n", "stage", "of", "plan", "kinstr/ping", "KiB",
+            "proof", "why");
+    for (size_t i = 0; i < json_array_size(stages); i++) {
+        const json_t *s = json_array_get(stages, i);
+        const bool in = json_is_true(json_object_get(s, "in"));
+
+        fprintf(page->out, "%-11s %-12s ", page_text(name, s, "name"), page_text(of, s, "of"));
+        page_word(page, in ? PAGE_GREEN : PAGE_PLAIN, 4, in ? "in" : "out");
+        fprintf(page->out, " %12s %9s  %-9s  %s\n", scaled(work, s, "instructions", 1e-3),
+                scaled(bytes, s, "bytes", 1.0 / 1024), page_text(proof, s, "proof"), page_text(why, s, "why"));
+    }
+    fprintf(page->out, "%-29s %12s %9s\n", "all that is in", scaled(work, result, "instructions", 1e-3),
+            scaled(bytes, result, "bytes", 1.0 / 1024));
+}

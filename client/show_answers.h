@@ -12,6 +12,7 @@ void show_nearest(const struct page *page, const json_t *result);
 void show_limit(const struct page *page, const json_t *result);
 void show_collision(const struct page *page, const json_t *result); /* time_to_collision */
 void show_sensors(const struct page *page, const json_t *result);
+void show_plan(const struct page *page, const json_t *result);
 void show_explain(const struct page *page, const json_t *result);
 
 #endif

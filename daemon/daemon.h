@@ -20,6 +20,7 @@
 #include "pipeline.h"
 #include "pager.h"
 #include "places.h"
+#include "plan.h"
 #include "pose_input.h"
 #include "pose_log.h"
 #include "power.h"
@@ -33,6 +34,7 @@
 
 struct daemon {
     struct conf conf;
+    struct plan plan; /* of conf, as it was at the start */
     const struct options *options;
     const char *conf_name; /* file, or capture whose attachment it was */
     struct loop *loop;

@@ -11,12 +11,12 @@
 
 #include "attention.h"
 #include "daemon.h"
-#include "explain.h"
 #include "grid_methods.h"
 #include "instruments.h"
 #include "listen.h"
 #include "log.h"
 #include "options.h"
+#include "plan_show.h"
 #include "realtime.h"
 #include "reload.h"
 #include "replay.h"
@@ -49,10 +49,10 @@ static int check_file(const char *path)
 static int explain(const struct conf *conf, enum options_explain how)
 {
     if (how == EXPLAIN_TABLE) {
-        explain_print(conf, stdout);
+        plan_print(conf, stdout);
         return OK;
     }
-    json_t *plan = explain_json(conf);
+    json_t *plan = plan_json(conf);
     const int status = json_dumpf(plan, stdout, JSON_INDENT(2)) == 0 && putchar('\n') != EOF ? OK : FAILED;
     json_decref(plan);
     return status;
@@ -199,18 +199,10 @@ static void on_answers_tick(void *ctx, uint64_t now_ns)
     loop_arm(t->d->loop, &t->timer, now_ns + t->every_ns);
 }
 
-static bool any_steered(const struct daemon *d)
-{
-    for (int i = 0; i < d->conf.n_sonars; i++)
-        if (d->conf.sonar[i].scan == CONF_SCAN_ACTIVE)
-            return true;
-    return false;
-}
-
 static bool make_pipeline(struct daemon *d, char *err, size_t err_size)
 {
     struct pipeline_conf p;
-    wiring_pipeline(&d->conf, d->replay, &p);
+    wiring_pipeline(&d->conf, &d->plan, d->replay, &p);
     p.measured = d->options->measure;
     memcpy(d->mount, p.mount, sizeof d->mount);
     d->pipeline = pipeline_new(&p, err, err_size);
@@ -242,7 +234,7 @@ static bool make_record(struct daemon *d, const struct conf_source *source, char
 {
     size_t size;
     const char *text = conf_source_text(source, &size);
-    if (!d->conf.record.directory[0] || d->replay)
+    if (!plan_has(&d->plan, PLAN_RECORD, 0) || d->replay)
         return true;
     d->record = record_open(d->conf.record.directory, (uint64_t)d->conf.record.file_size_bytes,
                             d->conf.record.files, text, size, d->unix_offset_ns, loop_now(d->loop), err, err_size);
@@ -258,7 +250,7 @@ static bool make_server(struct daemon *d, char *err, size_t err_size)
                             .change = d->conf.server.change,
                             .max_clients = d->conf.server.max_clients,
                             .no_rate_limit = d->replay};
-    if (strcmp(c.path, "none") == 0)
+    if (!plan_has(&d->plan, PLAN_SERVER, 0))
         return true;
     if (!listen_inherited(&c.inherited_fd, err, err_size))
         return false;
@@ -289,7 +281,7 @@ static void run_live(struct daemon *d)
     loop_arm(d->loop, &law.timer, loop_now(d->loop) + LAW_TICK_NS);
     struct attention_timer attention = {.d = d};
     attention.timer = (struct loop_timer){.fire = on_attention_tick, .ctx = &attention};
-    if (any_steered(d))
+    if (plan_has(&d->plan, PLAN_ATTENTION, 0))
         loop_arm(d->loop, &attention.timer, loop_now(d->loop) + ATTENTION_TICK_NS);
     for (int i = 0; i < d->conf.n_sonars; i++)
         source_start(d->source[i]);
@@ -399,6 +391,7 @@ static int run(struct daemon *d, const struct options *o, struct replay *replay,
         return FAILED;
     }
     d->options = o;
+    plan_make(&d->conf, &d->plan);
     d->signals = (struct loop_fd){.fd = catch_signals(), .ready = on_signal, .ctx = d};
     loop_add(d->loop, &d->signals, EPOLLIN);
     if (replay)

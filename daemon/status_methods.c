@@ -1,11 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /* The methods about sonard itself: how it is, and what its sensors do; sonard-protocol(7) has every shape. */
 #include "counters.h"
-#include "explain.h"
 #include "grid_methods.h"
 #include "instruments.h"
 #include "methods.h"
 #include "moment.h"
+#include "plan_show.h"
 #include "say.h"
 
 static const char *state_word(const struct source_stats *s, bool replay)
@@ -228,7 +228,7 @@ json_t *plan_method(const struct rpc_call *call, json_t *params, struct rpc_erro
 {
     static const char *const keys[] = {NULL};
     const struct daemon *d = call->daemon;
-    return rpc_only(params, keys, error) ? explain_json(&d->conf) : NULL;
+    return rpc_only(params, keys, error) ? plan_json(&d->conf) : NULL;
 }
 
 json_t *status_method_version(const struct rpc_call *call, json_t *params, struct rpc_error *error)

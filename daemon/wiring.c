@@ -5,7 +5,6 @@
 #include <string.h>
 
 #include "../drivers/device.h"
-#include "plan.h"
 
 /* Half the height of the single row that a level scene keeps: within the fan of any sonar that scans the horizon. */
 #define LEVEL_HALF_DEG 7.5
@@ -131,15 +130,13 @@ static void map_of(const struct conf *conf, double reach_m, struct pipeline_conf
     s->n_tiles = (uint32_t)fmin(fmax(left / (TILE_SIDE * TILE_SIDE * s->height * planes), 0), 1e9);
 }
 
-void wiring_pipeline(const struct conf *conf, bool patient, struct pipeline_conf *out)
+void wiring_pipeline(const struct conf *conf, const struct plan *plan, bool patient, struct pipeline_conf *out)
 {
-    struct plan plan;
-    plan_make(conf, &plan);
     *out = (struct pipeline_conf){.threads = conf->pipeline.threads,
                                   .queue = (uint32_t)conf->pipeline.queue,
                                   .patient = patient,
-                                  .marks = plan_has(&plan, PLAN_MARKS, 0),
-                                  .image = plan_has(&plan, PLAN_IMAGE, 0),
+                                  .marks = plan_has(plan, PLAN_MARKS, 0),
+                                  .image = plan_has(plan, PLAN_IMAGE, 0),
                                   .n_sensors = conf->n_sonars};
     for (int i = 0; i < conf->n_sonars; i++) {
         const struct device_ops *ops = device_find(conf->sonar[i].device);
@@ -150,11 +147,11 @@ void wiring_pipeline(const struct conf *conf, bool patient, struct pipeline_conf
         mount_of(&conf->sonar[i], &out->mount[i]);
         out->shape[i] = is_round(conf->sonar[i].device) ? CAST_CONE : CAST_WEDGE;
         wiring_extract(conf, i, &out->extract[i]);
-        if (plan_has(&plan, PLAN_CLEANUP, i))
+        if (plan_has(plan, PLAN_CLEANUP, i))
             wiring_cleanup(&conf->extract, &out->cleanup[i]);
     }
     wiring_grid(conf, &conf->grid, &out->grid);
-    out->map = plan_has(&plan, PLAN_MAP, 0);
+    out->map = plan_has(plan, PLAN_MAP, 0);
     if (out->map)
         map_of(conf, out->grid.sphere.layers.r_max_m, out);
 }

@@ -96,7 +96,8 @@ static void start(const char *path)
     snprintf(d.conf.sonar[0].device, sizeof d.conf.sonar[0].device, "surveyor");
     d.conf.sonar[0].range_m = RANGE_M;
     d.conf.pipeline.threads = 2;
-    wiring_pipeline(&d.conf, false, &p);
+    plan_make(&d.conf, &d.plan);
+    wiring_pipeline(&d.conf, &d.plan, false, &p);
     p.max_beams = BEAMS;
     p.max_bins = BINS;
     p.max_samples = BEAMS * BINS;

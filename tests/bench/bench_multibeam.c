@@ -46,6 +46,7 @@ static struct pipeline *start(int threads)
 {
     static struct conf conf;
     struct pipeline_conf p;
+    struct plan plan;
     char err[200];
 
     conf_defaults(&conf);
@@ -54,7 +55,8 @@ static struct pipeline *start(int threads)
     conf.sonar[0].range_m = RANGE_M;
     conf.sonar[0].rotation_rad[1] = geo_rad(-90);
     conf.pipeline.threads = threads;
-    wiring_pipeline(&conf, false, &p);
+    plan_make(&conf, &plan);
+    wiring_pipeline(&conf, &plan, false, &p);
     p.max_beams = BEAMS;
     p.max_bins = BINS;
     p.max_samples = BEAMS * BINS;

@@ -99,6 +99,7 @@ static void start(int threads, bool patient, void *device)
 {
     struct conf conf;
     struct pipeline_conf p;
+    struct plan plan;
     char err[200];
     conf_defaults(&conf);
     conf.n_sonars = 1;
@@ -106,7 +107,8 @@ static void start(int threads, bool patient, void *device)
     conf.sonar[0].range_m = 20;
     conf.sonar[0].ring_down_m = -1;
     conf.pipeline.threads = threads;
-    wiring_pipeline(&conf, patient, &p);
+    plan_make(&conf, &plan);
+    wiring_pipeline(&conf, &plan, patient, &p);
     pipeline = pipeline_new(&p, err, sizeof err);
     struct device_conf d = {
         .range_m = 20, .sound_speed_mps = 1500, .gain = -1, .step_rad = geo_rad(0.9), .listen_only = true};

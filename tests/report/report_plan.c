@@ -71,8 +71,10 @@ static void configure(const char *more, struct conf *conf)
 static struct pipeline *start(const struct conf *conf)
 {
     struct pipeline_conf p;
+    struct plan plan;
     char err[256];
-    wiring_pipeline(conf, true, &p);
+    plan_make(conf, &plan);
+    wiring_pipeline(conf, &plan, true, &p);
     struct pipeline *pipeline = pipeline_new(&p, err, sizeof err);
     if (!pipeline)
         fault(NULL, err);

@@ -92,7 +92,7 @@ TEST(the_wiring_follows_the_plan)
         struct pipeline_conf p;
         load(cases[i].text, &conf);
         plan_make(&conf, &plan);
-        wiring_pipeline(&conf, true, &p);
+        wiring_pipeline(&conf, &plan, true, &p);
         CHECK_INT(p.image, plan_has(&plan, PLAN_IMAGE, 0));
         CHECK_INT(p.marks, plan_has(&plan, PLAN_MARKS, 0));
         CHECK_INT(p.map, plan_has(&plan, PLAN_MAP, 0));
@@ -167,7 +167,7 @@ TEST(bytes_are_exact)
     load(SONAR "[extract]\nclasses = on\nmedian = 5\n", &conf);
     plan_make(&conf, &plan);
     plan_price(&plan, &conf, cost, &all);
-    wiring_pipeline(&conf, true, &p);
+    wiring_pipeline(&conf, &plan, true, &p);
     double grid = 0;
     for (int k = 0; k < plan.n; k++) {
         if (plan.stage[k].id == PLAN_CLEANUP)

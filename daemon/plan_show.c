@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* explain - see explain.h. */
-#include "explain.h"
+/* plan_show - see plan_show.h. */
+#include "plan_show.h"
 
 #include <string.h>
 
@@ -53,7 +53,7 @@ static const char *kib(char *cell, size_t size, double bytes)
     return cell;
 }
 
-void explain_print(const struct conf *conf, FILE *out)
+void plan_print(const struct conf *conf, FILE *out)
 {
     struct priced p;
     char time[32], work[32], bytes[32];
@@ -92,7 +92,7 @@ static json_t *stage_json(const struct plan_stage *s, const struct plan_cost *c,
                      known(c->instructions), "bytes", known(c->bytes));
 }
 
-json_t *explain_json(const struct conf *conf)
+json_t *plan_json(const struct conf *conf)
 {
     struct priced p;
     json_t *stages = json_array();
