@@ -67,19 +67,32 @@ static void dig(const struct corridor_body *body, const struct picture_frame *fr
     t->most_m = q->most_m;
 }
 
-/*
- * Where the rays within `reach` of one that goes `share` (a sine) sideways leave a wall at half_m, at the latest. The wall
- * that the body drifts towards is farther away by drift_m (negative: the other wall).
- */
-static double leaves_wall(double half_m, double drift_m, double share, double reach)
+/* An angle from 0 to a right one: the sum and difference with another need no more than this, for directions by the
+ * thousand. */
+struct reach {
+    double sin, cos;
+};
+
+static struct reach reach_of(double rad)
 {
-    const double least = asin(fmin(1, fabs(share))) - reach;
+    const double most = fmin(rad, GEO_PI / 2); /* wider cells have rays in every direction, too */
+    return (struct reach){sin(most), cos(most)};
+}
+
+/*
+ * Where the rays within `reach` of one that goes `share` (a sine) sideways leave a wall at half_m, at the latest: by the
+ * sine of the difference. The wall that the body drifts towards is farther away by drift_m (negative: the other wall).
+ */
+static double leaves_wall(double half_m, double drift_m, double share, struct reach reach)
+{
+    const double aside = fmin(1, fabs(share));
+    const double least = aside * reach.cos - sqrt(1 - aside * aside) * reach.sin;
     const double wall_m = half_m + fmax(0, share < 0 ? -drift_m : drift_m);
-    return least > 0 ? wall_m / sin(least) : INFINITY;
+    return least > 0 ? wall_m / least : INFINITY;
 }
 
 /* Range at which the last ray of the cell around v leaves the tunnel by its sides. */
-static double leaves_side(const struct tunnel *t, const double v[3], double reach)
+static double leaves_side(const struct tunnel *t, const double v[3], struct reach reach)
 {
     return fmin(leaves_wall(t->half_width_m, t->drift_side_m, dot(v, t->side), reach),
                 leaves_wall(t->half_height_m, t->drift_up_m, dot(v, t->up), reach));
@@ -105,12 +118,12 @@ static void doubt(struct corridor *out, enum answer_reason why, double at_m)
 
 /* What one direction adds. A range along a ray is `foreshortened` along the line, at the least. */
 static void add(const struct tunnel *t, const struct sight *s, const struct answer_now *now, const double v[3],
-                double reach, struct corridor *out)
+                struct reach reach, struct corridor *out)
 {
-    const double off = acos(fmax(-1, fmin(1, dot(v, t->along))));
-    const double foreshortened = fmax(0, cos(off + reach));
+    const double ahead = fmax(-1, fmin(1, dot(v, t->along))), off = sqrt(1 - ahead * ahead);
+    const double foreshortened = fmax(0, ahead * reach.cos - off * reach.sin);
     const double side_m = leaves_side(t, v, reach);
-    if (off - reach >= GEO_PI / 2)
+    if (ahead * reach.cos + off * reach.sin < 0) /* no ray of the cell leads ahead */
         return;
     if (s->obstacle && s->near_m <= side_m && s->near_m * foreshortened <= t->most_m)
         meet(out, s, now, s->near_m * foreshortened);
@@ -134,7 +147,7 @@ static void heed_band(const struct rings *rings, const struct tunnel *t, double 
     if (sight_keeps(rings, -GEO_PI / 2, GEO_PI / 2))
         return;
     const double edge = fmax(0, fmin(rings->top_rad - el, el - bottom) - tilt);
-    if (leaves_wall(t->half_height_m, fabs(t->drift_up_m), sin(fmin(edge, GEO_PI / 2)), 0) > t->near_m)
+    if (leaves_wall(t->half_height_m, fabs(t->drift_up_m), sin(fmin(edge, GEO_PI / 2)), reach_of(0)) > t->near_m)
         doubt(out, ANSWER_OUTSIDE, t->near_m * cos(edge));
 }
 
@@ -156,12 +169,16 @@ static void look_once(struct picture *p, const struct answer_conf *conf, const s
     sight_locate(&frame, now, &place);
     geo_angles(t.along, &az, &el);
     struct rings_visit visit = rings_visit(p->rings, az, el, GEO_PI / 2 + p->rings->height_rad);
-    while (rings_next(&visit)) {
+    struct reach reach = reach_of(0);
+    for (uint32_t ring = RINGS_NONE; rings_next(&visit);) {
         struct picture_entry e;
         struct sight s;
+        if (visit.ring != ring)
+            reach = reach_of(sight_cell_reach(p->rings, visit.ring));
+        ring = visit.ring;
         picture_get(p, visit.direction, &e);
         sight_look(p, &e, conf, now, &place, &s);
-        add(&t, &s, now, p->axis[visit.direction], sight_cell_reach(p->rings, visit.ring), out);
+        add(&t, &s, now, p->axis[visit.direction], reach, out);
     }
     heed_band(p->rings, &t, frame.ned ? sight_tilt(now->pose.attitude) : 0, out);
 }

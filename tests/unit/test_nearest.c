@@ -1,0 +1,165 @@
+/* SPDX-License-Identifier: MIT */
+/* test_nearest - the nearest obstacle of a picture made by hand, against a plain search on random ones. */
+#include "../lib/test.h"
+
+#include "../../grid/answer/nearest.h"
+
+#define SECOND 1000000000ull
+#define NOW    (1000 * SECOND)
+
+static struct rings rings;
+static struct picture picture;
+static double axis[8192][3];
+static const struct answer_conf limits = {.clear_for_s = 30, .move_limit_m = 0.5};
+static struct answer_now now;
+
+static void start(bool ned)
+{
+    static void *word;
+    CHECK(rings_full(&rings, geo_rad(4)));
+    free(word);
+    word = aligned_alloc(64, (picture_bytes(rings.n) + 63) / 64 * 64);
+    for (uint32_t d = 0; d < rings.n; d++) {
+        double az, el;
+        rings_centre(&rings, d, &az, &el);
+        geo_direction(az, el, axis[d]);
+    }
+    picture_init(&picture, &rings, (const double(*)[3])axis, 60, 0.4, word);
+    const struct picture_frame frame = {
+        .pings = 1, .t_ping_ns = NOW, .range_max_m = 20, .recentre_m = 0.1, .ned = ned};
+    picture_begin(&picture);
+    picture_set_frame(&picture, &frame);
+    picture_end(&picture);
+    now = (struct answer_now){.now_ns = NOW, .pose_fresh = true, .pose = pose_identity};
+}
+
+static void set(uint32_t d, double free_m, double near_m, double age_s)
+{
+    struct picture_entry e = {0};
+    const uint64_t t_ns = NOW - (uint64_t)(age_s * 1e9);
+    e.claim[CLAIM_NOW] = (struct claim){.t_ping_ns = t_ns, .from_m = 0.3f, .to_m = (float)free_m};
+    if (near_m > 0)
+        e.obstacle[0] = (struct picture_obstacle){.t_ref_ns = t_ns,
+                                                  .t_echo_ns = t_ns,
+                                                  .logodds = 4,
+                                                  .near_m = (float)near_m,
+                                                  .range_m = (float)near_m + 0.1f,
+                                                  .sd_m = 0.05f};
+    picture_begin(&picture);
+    picture_set(&picture, d, &e);
+    picture_end(&picture);
+}
+
+static void all_free(double free_m)
+{
+    for (uint32_t d = 0; d < rings.n; d++)
+        set(d, free_m, 0, 1);
+}
+
+static uint32_t at(double az_deg, double el_deg)
+{
+    return rings_index(&rings, geo_rad(az_deg), geo_rad(el_deg));
+}
+
+static struct nearest look(bool ned, double lo_deg, double hi_deg, double reach_m)
+{
+    const struct nearest_query q = {
+        .ned = ned, .lo_rad = geo_rad(lo_deg), .hi_rad = geo_rad(hi_deg), .reach_m = reach_m};
+    struct nearest n;
+    nearest_look(&picture, &limits, &now, &q, &n);
+    return n;
+}
+
+TEST(open_water_is_clear_and_what_was_never_pinged_is_not)
+{
+    start(false);
+    CHECK_INT(look(false, -90, 90, 0).state, ANSWER_UNKNOWN);
+    CHECK_NEAR(look(false, -90, 90, 0).unknown_share, 1, 1e-12, 0);
+    all_free(20);
+    CHECK_INT(look(false, -90, 90, 0).state, ANSWER_CLEAR);
+    CHECK_NEAR(look(false, -90, 90, 0).unknown_share, 0, 1e-12, 0);
+    set(at(50, 10), 5, 0, 1);
+    CHECK_INT(look(false, -90, 90, 0).state, ANSWER_UNKNOWN);
+    CHECK_INT(look(false, -90, 90, 0).reason, ANSWER_BEYOND);
+    CHECK_NEAR(look(false, -90, 90, 0).unknown_share, 1.0 / rings.n, 1e-12, 0);
+    CHECK_INT(look(false, -90, 90, 4.9).state, ANSWER_CLEAR);
+    CHECK_INT(look(false, 20, 90, 0).state, ANSWER_CLEAR); /* it is not in that band */
+    set(at(50, 10), 20, 0, 31);
+    CHECK_INT(look(false, -90, 90, 0).reason, ANSWER_STALE);
+}
+
+TEST(the_nearest_one_with_its_place_and_age)
+{
+    start(false);
+    all_free(20);
+    set(at(30, 0), 3.9, 4, 2);
+    set(at(200, 40), 2.4, 2.5, 7);
+    struct nearest n = look(false, -90, 90, 0);
+    CHECK_INT(n.state, ANSWER_BLOCKED);
+    CHECK_NEAR(n.range_m, 2.6, 1e-6, 0);
+    CHECK_NEAR(n.age_s, 7, 1e-6, 0);
+    CHECK_NEAR(geo_deg(n.az_rad), 200, 4, 0);
+    CHECK_NEAR(geo_deg(n.el_rad), 40, 4, 0);
+    CHECK(n.confidence > 0.9 && n.confidence < 1);
+    CHECK_NEAR(n.range_sd_m, 0.05, 1e-6, 0);
+    n = look(false, -10, 10, 0);
+    CHECK_NEAR(n.range_m, 4.1, 1e-6, 0);
+    CHECK_INT(look(false, -10, 10, 3).state, ANSWER_CLEAR);
+    CHECK_INT(look(false, -10, 10, 4.5).state, ANSWER_BLOCKED);
+}
+
+TEST(angles_are_told_in_the_axes_asked_about)
+{
+    start(true);
+    all_free(20);
+    set(at(100, 0), 3.9, 4, 1);
+    quat_from_rpy(0, 0, geo_rad(60), now.pose.attitude);
+    CHECK_NEAR(geo_deg(look(true, -90, 90, 0).az_rad), 100, 4, 0);
+    CHECK_NEAR(geo_deg(look(false, -90, 90, 0).az_rad), 40, 4, 0);
+    now.pose_fresh = false;
+    CHECK_INT(look(true, -90, 90, 0).reason, ANSWER_POSE_LOST);
+    start(false);
+    all_free(20);
+    CHECK_INT(look(true, -90, 90, 0).reason, ANSWER_NO_FRAME);
+}
+
+static uint64_t state = 5;
+
+static double uniform(double lo, double hi)
+{
+    state = state * 6364136223846793005u + 1442695040888963407u;
+    return lo + (hi - lo) * (double)(state >> 11) * 0x1p-53;
+}
+
+TEST(a_plain_search_finds_the_same)
+{
+    printf("seed %llu\n", (unsigned long long)state);
+    uint32_t blocked = 0;
+    for (int round = 0; round < 200; round++) {
+        start(false);
+        const double lo = uniform(-90, 80), hi = uniform(lo + 5, 90), reach_m = round % 2 ? uniform(1, 15) : 0;
+        double best_m = INFINITY, sin_lo = sin(geo_rad(lo)), sin_hi = sin(geo_rad(hi));
+        for (uint32_t d = 0; d < rings.n; d++) {
+            const double near_m = uniform(0, 1) < 0.002 ? (double)(float)uniform(0.5, 19) : 0;
+            set(d, near_m > 0 ? near_m : 20, near_m, uniform(0, 20));
+            if (near_m > 0 && -axis[d][2] >= sin_lo && -axis[d][2] <= sin_hi &&
+                (reach_m <= 0 || near_m <= reach_m))
+                best_m = fmin(best_m, near_m);
+        }
+        const struct nearest n = look(false, lo, hi, reach_m);
+        CHECK((n.state == ANSWER_BLOCKED) == (best_m < INFINITY));
+        if (n.state == ANSWER_BLOCKED)
+            CHECK_NEAR(n.range_m, best_m + 0.1, 1e-5, 0);
+        blocked += n.state == ANSWER_BLOCKED;
+    }
+    CHECK(blocked > 50 && blocked < 200);
+}
+
+int main(void)
+{
+    RUN(open_water_is_clear_and_what_was_never_pinged_is_not);
+    RUN(the_nearest_one_with_its_place_and_age);
+    RUN(angles_are_told_in_the_axes_asked_about);
+    RUN(a_plain_search_finds_the_same);
+    return test_end();
+}
