@@ -2,13 +2,17 @@
 /* pager - see pager.h. */
 #include "pager.h"
 
+#include <dirent.h>
 #include <errno.h>
+#include <fcntl.h>
+#include <fnmatch.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/epoll.h>
 #include <sys/eventfd.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -252,6 +256,45 @@ static void on_ended(void *ctx, uint32_t events, uint64_t now_ns)
 
 /* ---- start and end ---- */
 
+static int is_page(const struct dirent *entry)
+{
+    return fnmatch(".page-*.map", entry->d_name, 0) == 0 || fnmatch(".page-*.map.new", entry->d_name, 0) == 0;
+}
+
+/* Pages that a run left behind which did not end as it should: they are of no use to any other. */
+static void remove_leftovers(struct pager *p, const char *folder)
+{
+    struct dirent **entry;
+    const int n = scandir(folder, &entry, is_page, NULL);
+    for (int i = 0; i < n; i++) {
+        snprintf(p->path, sizeof p->path, "%.*s/%.39s", CONF_TEXT_MAX, folder, entry[i]->d_name);
+        unlink(p->path);
+        free(entry[i]);
+    }
+    if (n > 0)
+        log_line(LOG_NOTICE, "map: %s: removed %d pages of an earlier run", folder, n);
+    if (n >= 0)
+        free(entry);
+}
+
+/* Pages of two daemons in one folder would overwrite each other. False: another daemon has it. A folder that cannot be
+ * written to holds no pages. */
+static bool lock_folder(struct pager *p, const char *folder, char *err, size_t err_size)
+{
+    snprintf(p->path, sizeof p->path, "%.*s/.lock", CONF_TEXT_MAX, folder);
+    p->lock = open(p->path, O_RDWR | O_CREAT | O_CLOEXEC, 0640);
+    if (p->lock < 0)
+        return true;
+    if (flock(p->lock, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+        snprintf(err, err_size,
+                 "map: another sonard uses the folder %.300s: want another directory in [map], or end it", folder);
+        close(p->lock);
+        return false;
+    }
+    remove_leftovers(p, folder);
+    return true;
+}
+
 bool pager_start(struct daemon *d, char *err, size_t err_size)
 {
     struct pager *p = &d->pager;
@@ -261,6 +304,8 @@ bool pager_start(struct daemon *d, char *err, size_t err_size)
     if (mkdir(d->conf.map.directory, 0750) != 0 && errno != EEXIST)
         log_line(LOG_WARNING, "map: nothing can be saved or put away: making the folder %s: %s",
                  d->conf.map.directory, strerror(errno));
+    if (!lock_folder(p, d->conf.map.directory, err, err_size))
+        return false;
     p->setting = pipeline_map_setting(d->pipeline);
     p->timer = (struct loop_timer){.fire = on_timer, .ctx = d};
     p->ended.fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
@@ -293,4 +338,6 @@ void pager_end(struct daemon *d)
     }
     loop_remove(d->loop, &p->ended);
     close(p->ended.fd);
+    if (p->lock >= 0)
+        close(p->lock);
 }

@@ -6,7 +6,8 @@
  * capture gives the same map.
  *
  * A submap is given up in memory only when its file is safe. Where the disk refuses or is too slow, the map itself
- * forgets the oldest (voxmap_low): counted, and unknown. Pages belong to one run; they are removed at its end.
+ * forgets the oldest (voxmap_low): counted, and unknown. Pages belong to one run; they are removed at its end, or at the
+ * start of the next. A folder belongs to one daemon: it holds a lock on the file .lock there.
  */
 #ifndef SONARD_PAGER_H
 #define SONARD_PAGER_H
@@ -32,6 +33,7 @@ struct pager {
     uint64_t out, in;       /* submaps written, brought back */
     uint64_t errors;        /* writes and reads that failed */
     uint64_t newest;        /* the largest id that ever had a file */
+    int lock;               /* descriptor of the folder's lock; below 0: none */
     struct log_limit limit; /* of messages about errors */
     struct loop_timer timer;
     struct loop_fd ended; /* an eventfd */
@@ -44,7 +46,8 @@ struct pager {
 };
 
 /** pager_start - from here on submaps go and come. Nothing without a map or a folder.
- * The folder is made if only its last component is missing. False with a sentence in err. */
+ * The folder is made if only its last component is missing. False with a sentence in err, also when another daemon uses
+ * the folder. */
 bool pager_start(struct daemon *d, char *err, size_t err_size);
 
 /** pager_want - a place that answers unknown because its submap is away. */

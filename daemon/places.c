@@ -20,6 +20,7 @@
 /* ---- the map, submap by submap ---- */
 
 struct visit_list {
+    uint64_t now_ns; /* the map is that of then */
     bool away;
     uint64_t id[VOXMAP_MAX_SUBMAPS]; /* those that are away, or those that are not; oldest first */
     uint32_t n;
@@ -29,6 +30,7 @@ struct visit_list {
 static void list_submaps(void *ctx, struct pipeline_map *m)
 {
     struct visit_list *list = ctx;
+    voxmap_pass(&m->map, list->now_ns);
     for (uint32_t i = 0; i < m->map.set.max_submaps; i++) {
         const struct voxmap_part *part = &m->map.part[i];
         uint32_t at = list->n;
@@ -87,7 +89,9 @@ static bool pack_all(struct places_task *task)
 {
     struct daemon *d = task->d;
     struct map_bytes *bytes = &task->job.bytes;
-    struct visit_list list = {.away = false}, away = {.away = true, .heads = task->job.away};
+    const uint64_t now_ns = loop_now(d->loop);
+    struct visit_list list = {.now_ns = now_ns};
+    struct visit_list away = {.now_ns = now_ns, .away = true, .heads = task->job.away};
     if (!map_file_begin(bytes, &task->job.setting))
         return false;
     pipeline_visit_map(d->pipeline, list_submaps, &list);

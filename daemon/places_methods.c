@@ -67,6 +67,7 @@ static const char *const state_words[] = {
     [VOXEL_FREE] = "free", [VOXEL_UNKNOWN] = "unknown", [VOXEL_OCCUPIED] = "occupied"};
 
 struct question {
+    uint64_t now_ns; /* the map is judged as of then */
     double at_m[3];
     double low_m[3], high_m[3];
     double way_m[PATH_POINTS_MAX][3];
@@ -146,6 +147,7 @@ static void since_when(const struct voxmap *map, struct question *q)
 static void ask_point(void *ctx, struct pipeline_map *m)
 {
     struct question *q = ctx;
+    voxmap_pass(&m->map, q->now_ns);
     q->good = free_query_point(&m->mask, q->at_m, &q->answer);
     since_when(&m->map, q);
 }
@@ -154,23 +156,24 @@ json_t *places_method_point(const struct rpc_call *call, json_t *params, struct 
 {
     static const char *const keys[] = {"position_m", "frame", NULL};
     struct daemon *d = call->daemon;
-    struct question q = {.n = 0};
+    struct question q = {.now_ns = loop_now(d->loop)};
     struct pose pose;
     if (!map_there(d, error) || !rpc_only(params, keys, error) || !frame_of(d, params, &pose, error) ||
         !place_of(params, "position_m", &pose, q.at_m, error))
         return NULL;
     pipeline_visit_map(d->pipeline, ask_point, &q);
     json_t *answer = answer_json(d, &q, error);
-    const uint64_t now = loop_now(d->loop);
     if (answer)
         json_object_set_new(answer, "age_s",
-                            q.since_ns ? json_real(round((double)(now - q.since_ns) * 1e-6) * 1e-3) : json_null());
+                            q.since_ns ? json_real(round((double)(q.now_ns - q.since_ns) * 1e-6) * 1e-3)
+                                       : json_null());
     return answer;
 }
 
 static void ask_box(void *ctx, struct pipeline_map *m)
 {
     struct question *q = ctx;
+    voxmap_pass(&m->map, q->now_ns);
     q->good = free_query_box(&m->mask, q->low_m, q->high_m, &q->answer);
 }
 
@@ -178,7 +181,7 @@ json_t *places_method_box(const struct rpc_call *call, json_t *params, struct rp
 {
     static const char *const keys[] = {"from_m", "to_m", NULL};
     struct daemon *d = call->daemon;
-    struct question q = {.n = 0};
+    struct question q = {.now_ns = loop_now(d->loop)};
     double a[3], b[3], extent[3];
     if (!map_there(d, error) || !rpc_only(params, keys, error) ||
         !place_of(params, "from_m", &pose_identity, a, error) ||
@@ -198,6 +201,7 @@ json_t *places_method_box(const struct rpc_call *call, json_t *params, struct rp
 static void ask_path(void *ctx, struct pipeline_map *m)
 {
     struct question *q = ctx;
+    voxmap_pass(&m->map, q->now_ns);
     q->good = free_query_corridor(&m->mask, (const double(*)[3])q->way_m, q->n, q->radius_m, &q->answer);
 }
 
@@ -234,7 +238,7 @@ json_t *places_method_path(const struct rpc_call *call, json_t *params, struct r
 {
     static const char *const keys[] = {"points_m", "radius_m", "frame", NULL};
     struct daemon *d = call->daemon;
-    struct question q = {.n = 0};
+    struct question q = {.now_ns = loop_now(d->loop)};
     struct pose pose;
     if (!map_there(d, error) || !rpc_only(params, keys, error) || !frame_of(d, params, &pose, error) ||
         !rpc_number(params, "radius_m", true, 0, 100, &q.radius_m, error) || !way_of(params, &pose, &q, error) ||
@@ -307,6 +311,7 @@ json_t *places_method_map(const struct rpc_call *call, json_t *params, struct rp
 /* ---- a slice ---- */
 
 struct visit_row {
+    uint64_t now_ns;
     int64_t first[3]; /* cell of the row's north-west corner */
     int32_t per_cell; /* voxels along a cell's side */
     int32_t n;
@@ -329,6 +334,7 @@ static char look_at(struct voxmask *mask, const int64_t corner[3], int32_t per_c
 static void look_at_row(void *ctx, struct pipeline_map *m)
 {
     struct visit_row *row = ctx;
+    voxmap_pass(&m->map, row->now_ns);
     for (int32_t c = 0; c < row->n; c++) {
         const int64_t corner[3] = {row->first[0], row->first[1] + (int64_t)c * row->per_cell, row->first[2]};
         row->text[c] = look_at(&m->mask, corner, row->per_cell);
@@ -375,7 +381,7 @@ json_t *places_method_slice(const struct rpc_call *call, json_t *params, struct 
     static const char *const keys[] = {"middle_m", "depth_m", "size_m", "cells", NULL};
     struct daemon *d = call->daemon;
     char text[SLICE_CELLS_MAX + 1];
-    struct visit_row row = {.text = text};
+    struct visit_row row = {.now_ns = loop_now(d->loop), .text = text};
     double middle[3], size_m, roll, pitch, yaw;
     int64_t cells;
     if (!map_there(d, error) || !rpc_only(params, keys, error) ||

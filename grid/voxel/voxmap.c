@@ -233,23 +233,27 @@ bool voxmap_move(struct voxmap *m, uint64_t id, const double position_m[3], cons
 
 /* ---- time ---- */
 
-/* A half-life has begun: the current submap, which is written to, is halved where it lies; without echoes, what nothing is
- * left of is given back. */
-static void age(struct voxmap *m, uint64_t t_ns)
+/* Without echoes, what nothing is left of is given back. */
+void voxmap_pass(struct voxmap *m, uint64_t t_ns)
 {
-    uint64_t half_lives = t_ns > m->t0_ns ? (t_ns - m->t0_ns) / m->set.half_life_ns : 0;
+    uint64_t half_lives = m->begun && t_ns > m->t0_ns ? (t_ns - m->t0_ns) / m->set.half_life_ns : 0;
     if (half_lives <= m->half_lives)
         return;
     m->half_lives = half_lives;
     change_all(m);
-    if (m->current) {
-        for (unsigned n = voxmap_shift(m, m->current); n > 0; n--)
-            submap_halve(&m->current->map);
-        m->current->half_lives = half_lives;
-    }
     for (uint32_t p = 0; p < m->set.max_submaps; p++)
         if (m->part[p].id && &m->part[p] != m->current && !m->set.keep_echoes && voxmap_shift(m, &m->part[p]) == 8)
             forget(m, &m->part[p]);
+}
+
+/* The current submap, which is about to be written to, is halved where it lies. */
+static void settle_age(struct voxmap *m)
+{
+    if (!m->current || m->current->half_lives == m->half_lives)
+        return;
+    for (unsigned n = voxmap_shift(m, m->current); n > 0; n--)
+        submap_halve(&m->current->map);
+    m->current->half_lives = m->half_lives;
 }
 
 static void make_room(struct voxmap *m)
@@ -391,8 +395,8 @@ bool voxmap_enter(struct voxmap *m, const struct echoes *e, const struct voxmap_
 
     if (m->begun && e->t_ns > m->last_ns)
         m->last_ns = e->t_ns;
-    if (m->begun)
-        age(m, m->last_ns);
+    voxmap_pass(m, m->last_ns);
+    settle_age(m);
     if (!locate(m, &e->pose, &sensor->mount, &body, &apex, attitude)) {
         m->stats.no_pose++;
         return false;

@@ -8,8 +8,8 @@
  *
  * Ageing: time is cut into half-lives from the first ping on. With every one that begins, vacancy is halved and rounded
  * down, echoes are halved and rounded up: water becomes unknown again, and what was heard stays, once, until looks carve
- * it away. No voxel becomes free by ageing. Only the current submap is halved in place; the others, which never change,
- * are read shifted.
+ * it away. No voxel becomes free by ageing. Only the current submap is halved in place, by the next ping; the others, which
+ * never change, are read shifted, and so is the current one while no ping comes (voxmap_pass).
  */
 #ifndef SONARD_VOXMAP_H
 #define SONARD_VOXMAP_H
@@ -50,7 +50,7 @@ struct voxmap_sensor {
 
 struct voxmap_part {
     uint64_t id;                   /* 0: this place is not taken */
-    struct submap map;             /* when away: its directory holds part_marks where tiles were */
+    struct submap map;             /* when away: its directory holds marks where tiles were: part_slice() */
     struct lattice_place base;     /* where it was begun */
     bool moved;                    /* its base pose has been corrected: */
     struct lattice_place moved_to; /* where the base is by now, ... */
@@ -123,6 +123,10 @@ void voxmap_clear(struct voxmap *m);
  * Cost: the voxels touched; when a half-life begins, once the current submap's memory.
  */
 bool voxmap_enter(struct voxmap *m, const struct echoes *e, const struct voxmap_sensor *sensor);
+
+/** voxmap_pass - time has come to t_ns, ping or none: answers are judged with it from here on. A time that has been is
+ * nothing. */
+void voxmap_pass(struct voxmap *m, uint64_t t_ns);
 
 /** voxmap_new - the next ping begins a new submap; the last beam belongs to the old one. */
 void voxmap_new(struct voxmap *m);

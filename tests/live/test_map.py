@@ -359,6 +359,26 @@ def paging(bench):
     replay_all(bench, captures, maps)
 
 
+def one_folder(bench):
+    """Pages of a run that was killed are removed; a second daemon in the same folder does not start."""
+    bench.sim()
+    maps = bench.path("maps")
+    os.mkdir(maps)
+    for name in (".page-7.map", ".page-8.map.new", "page-9.map"):
+        bench.write("maps/" + name, "left behind")
+    conf(bench, directory=maps)
+    daemon = bench.sonard()
+    daemon.client().close()
+    check(sorted(os.listdir(maps)) == [".lock", "page-9.map"], str(os.listdir(maps)))
+    other = bench.conf(name="second.conf", map={"voxel": "1 m", "directory": maps},
+                       server={"socket": bench.path("second.sock")})
+    second = bench.sonard(conf=other)
+    second.expected = 1
+    check(second.wait() == 1 and "another sonard uses the folder" in second.log(), second.log())
+    daemon.stop()
+    bench.sonard().stop()
+
+
 def tunnel(bench):
     """What was left behind is on disk; it comes back when somebody asks for it, and when the vehicle does."""
     sim = bench.sim(scene=bench.write("tunnel", "box -6 60 -5 4 -20 20\n"))
@@ -569,7 +589,8 @@ def refusals(bench):
 
 
 cases = [("basin_threads%d" % n, lambda bench, n=n: basin(bench, n)) for n in (0, 1, 2)]
-cases += [("files", files), ("surface", surface), ("moves", moves), ("paging", paging), ("tunnel", tunnel), ("replay", replay),
+cases += [("files", files), ("surface", surface), ("moves", moves), ("paging", paging), ("one_folder", one_folder),
+          ("tunnel", tunnel), ("replay", replay),
           ("killed", killed), ("exports", exports), ("refusals", refusals)]
 
 run(cases, parallel=3)

@@ -297,6 +297,40 @@ TEST(ageing_is_halving_and_frees_nothing)
     rig_free(r);
 }
 
+/* Asked while no ping comes the map is as old as it is; a ping that comes then finds what it would have found anyway. */
+TEST(a_silent_map_ages_too)
+{
+    struct voxmap_setting s = rig_setting();
+    s.half_life_ns = 10 * SECOND;
+    struct rig *asked = rig_new(&s), *not_asked = rig_new(&s);
+    struct rig_ping p;
+    const int64_t water[3] = {-10, 0, 0}, wall[3] = {20, 0, 0};
+    voxmap_pass(&asked->map, 100 * SECOND); /* before the first ping there is no time */
+    for (int n = 0; n < 4; n++) {
+        rig_turn(asked, at_origin, 1.5, SECOND);
+        rig_turn(not_asked, at_origin, 1.5, SECOND);
+    }
+    rig_aim(&p, at_origin, 0, 0);
+    rig_hear(&p, 2.05);
+    rig_enter(asked, &p, SECOND);
+    rig_enter(not_asked, &p, SECOND);
+    const uint32_t free_looks = merge_sum(&asked->map, water).vacancy;
+    CHECK_INT(voxmask_at(&asked->mask, water), VOXEL_FREE);
+    voxmap_pass(&asked->map, 12 * SECOND);
+    CHECK_INT(merge_sum(&asked->map, water).vacancy, free_looks / 2);
+    voxmap_pass(&asked->map, 5 * SECOND); /* no way back */
+    CHECK_INT(voxmask_at(&asked->mask, water), VOXEL_UNKNOWN);
+    voxmap_pass(&asked->map, 1000 * SECOND);
+    CHECK_INT(merge_sum(&asked->map, water).vacancy, 0);
+    CHECK_INT(voxmask_at(&asked->mask, wall), VOXEL_OCCUPIED);
+    rig_aim(&p, at_origin, 1, 1);
+    rig_enter(asked, &p, 1003 * SECOND);
+    rig_enter(not_asked, &p, 1003 * SECOND);
+    CHECK(rig_hash(asked, 25, nowhere) == rig_hash(not_asked, 25, nowhere));
+    rig_free(asked);
+    rig_free(not_asked);
+}
+
 TEST(submaps_begin_by_way_time_and_on_request_after_their_last_beam)
 {
     struct voxmap_setting s = rig_setting();
@@ -930,6 +964,7 @@ int main(void)
     RUN(a_diver_passes_and_does_not_stay);
     RUN(time_passes_without_a_pose);
     RUN(ageing_is_halving_and_frees_nothing);
+    RUN(a_silent_map_ages_too);
     RUN(submaps_begin_by_way_time_and_on_request_after_their_last_beam);
     RUN(V5_far_away_is_the_same_map);
     RUN(V9_merging_is_exact);
