@@ -376,7 +376,7 @@ def one_folder(bench):
     second.expected = 1
     check(second.wait() == 1 and "another sonard uses the folder" in second.log(), second.log())
     daemon.stop()
-    bench.sonard().stop()
+    bench.sonard().client().close()
 
 
 def tunnel(bench):
