@@ -3,12 +3,6 @@
 
 #include <time.h>
 
-struct answer_conf moment_limits(const struct daemon *d)
-{
-    return (struct answer_conf){.clear_for_s = d->conf.grid.clear_for_s,
-                                .move_limit_m = d->conf.grid.move_limit_m};
-}
-
 uint64_t moment_lost_sonars(const struct daemon *d)
 {
     uint64_t lost = 0;

@@ -11,9 +11,6 @@
 /** moment_now - time, newest pose and lost sonars, as answers take them. */
 struct answer_now moment_now(const struct daemon *d);
 
-/** moment_limits - how long and how far what was clear is so. */
-struct answer_conf moment_limits(const struct daemon *d);
-
 /** moment_lost_sonars - set of the sonars that are not heard at present. A capture's are heard while it plays. */
 uint64_t moment_lost_sonars(const struct daemon *d);
 
