@@ -324,6 +324,40 @@ TEST(obstacles_come_nearer_as_the_vehicle_drives_and_nothing_drifts)
     }
 }
 
+/* A wall 140 m north, in the range of a big sonar; 120 m towards it without hearing it again. */
+TEST(a_long_way_moves_obstacles_to_a_new_anchor)
+{
+    struct sphere_conf wide = usual;
+    wide.layers.r_max_m = 150;
+    wide.max_cells = 65536;
+    start(&wide);
+    now.pose.has = POSE_ATTITUDE | POSE_POSITION;
+    now.pose_fresh = true;
+    for (double az = -2; az <= 2; az += 0.5)
+        ping(az, 140, 0);
+    struct sphere_stats after;
+    for (int step = 1; step <= 600; step++) {
+        now.pose.position_m[0] = now.pose.path_m = 0.2 * step;
+        now.now_ns += SECOND / 100;
+        ping(180, 0, 2);
+    }
+    /* each direction's obstacle was the middle of 5 m of wall: seen from here it may be 10 degrees off */
+    struct answer_query q = {.distance_m = 30, .half_angle_rad = geo_rad(10)};
+    struct answer a;
+    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    CHECK_INT(a.state, ANSWER_BLOCKED);
+    CHECK_NEAR(a.range_m, 20, 0, 0.5);
+    sphere_stats(sphere, &after);
+    CHECK(after.cells_lost == 0 && after.recentred > 100 && after.cells > 0);
+    now.pose.position_m[0] = now.pose.path_m = 130; /* at once: what was clear says nothing of the new place */
+    ping(90, 0, 10);
+    CHECK_INT(ask(180, 1).state, ANSWER_UNKNOWN);
+    q.half_angle_rad = geo_rad(20);
+    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    CHECK_INT(a.state, ANSWER_BLOCKED);
+    CHECK_NEAR(a.range_m, 10, 0, 1);
+}
+
 TEST(cleared_water_is_unknown_once_the_vehicle_has_driven_on)
 {
     start(&usual);
@@ -737,6 +771,7 @@ int main(void)
     RUN(without_an_attitude_north_is_unknown);
     RUN(a_lost_pose_makes_all_unknown_and_pings_without_it_are_counted);
     RUN(obstacles_come_nearer_as_the_vehicle_drives_and_nothing_drifts);
+    RUN(a_long_way_moves_obstacles_to_a_new_anchor);
     RUN(cleared_water_is_unknown_once_the_vehicle_has_driven_on);
     RUN(a_full_pool_loses_certainty_not_obstacles);
     RUN(counts_and_logodds_saturate);
