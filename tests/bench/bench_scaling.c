@@ -64,6 +64,7 @@ static struct pipeline *chain(uint32_t beams, uint32_t bins)
 {
     static struct conf conf;
     struct pipeline_conf p;
+    struct plan plan;
     char err[256];
 
     conf_defaults(&conf);
@@ -71,7 +72,8 @@ static struct pipeline *chain(uint32_t beams, uint32_t bins)
     snprintf(conf.sonar[0].device, sizeof conf.sonar[0].device, "surveyor");
     conf.sonar[0].range_m = RANGE_M;
     conf.pipeline.threads = 0;
-    wiring_pipeline(&conf, false, &p);
+    plan_make(&conf, &plan);
+    wiring_pipeline(&conf, &plan, false, &p);
     p.max_beams = beams;
     p.max_bins = bins;
     p.max_samples = beams * bins;
@@ -365,7 +367,8 @@ static void clients(void)
     d.replay = true; /* there is no port whose state answers would go by */
     snprintf(d.conf.sonar[0].device, sizeof d.conf.sonar[0].device, "surveyor");
     d.conf.sonar[0].range_m = RANGE_M;
-    wiring_pipeline(&d.conf, false, &p);
+    plan_make(&d.conf, &d.plan);
+    wiring_pipeline(&d.conf, &d.plan, false, &p);
     pose_log_init(&d.poses, 1000000000u);
     d.loop = loop_new(false);
     d.pipeline = d.loop ? pipeline_new(&p, err, sizeof err) : NULL;
