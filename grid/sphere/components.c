@@ -4,6 +4,11 @@
 /* GONE: removed, but a link of the tree until its component is settled. */
 enum component_state { CELL_FREE, CELL_IN, CELL_GONE };
 
+/* What a component suffered since it was settled. SHRUNK: cells left whose neighbours hold together without them. */
+enum component_harm { HARM_NONE, HARM_SHRUNK, HARM_SPLIT };
+
+#define NEIGHBOURS_MAX 64 /* more are met at a pole only: taken for a split */
+
 #define LAYERS_PER_BUCKET 4 /* those above and below are mostly in the same one */
 
 static size_t rounded(size_t n)
@@ -105,7 +110,8 @@ static void join(struct components *c, uint32_t a, uint32_t b)
     cell[other].parent = root;
     cell[root].own.cells += cell[other].own.cells;
     cell[root].own.seeds += cell[other].own.seeds;
-    cell[root].dirty |= cell[other].dirty;
+    if (cell[other].harm > cell[root].harm)
+        cell[root].harm = cell[other].harm;
     const uint32_t after_root = cell[root].next, after_other = cell[other].next;
     cell[root].next = after_other;
     cell[after_other].prev = root;
@@ -190,7 +196,9 @@ uint32_t components_put(struct components *c, uint32_t direction, uint16_t layer
         c->cell[i].own = (struct component){.label = ++c->labels, .cells = 1, .t_label = now_ns};
         come_in(c, i);
     } else if (c->cell[i].state == CELL_GONE) {
-        c->cell[root_of(c, i)].own.cells++;
+        struct component_cell *root = &c->cell[root_of(c, i)];
+        root->own.cells++;
+        root->harm = HARM_SPLIT; /* it is in the tree, but what it touched there may have left */
         come_in(c, i);
     }
     set_seed(c, i, seed);
@@ -198,12 +206,53 @@ uint32_t components_put(struct components *c, uint32_t direction, uint16_t layer
     return i;
 }
 
+/* Takes those of near[from..n) that touch `cell` in front; returns where the others begin. */
+static uint32_t bring_touching(const struct components *c, const struct component_cell *cell, uint32_t *near,
+                               uint32_t from, uint32_t n)
+{
+    struct rings_run run[3];
+    const unsigned runs = rings_touching(c->rings, cell->direction, run);
+    for (uint32_t k = from; k < n; k++) {
+        const struct component_cell *other = &c->cell[near[k]];
+        bool touching = false;
+        for (unsigned r = 0; r < runs && !touching; r++)
+            touching = rings_holds(&run[r], other->direction);
+        if (touching && other->layer + 1u >= cell->layer && other->layer <= cell->layer + 1u) {
+            const uint32_t swap = near[from];
+            near[from++] = near[k];
+            near[k] = swap;
+        }
+    }
+    return from;
+}
+
+/*
+ * Do the neighbours of a cell hang together among themselves? Then every path through the cell has one around it, and
+ * its component stays whole without it. Otherwise it may fall apart, unless a path goes round farther away.
+ */
+static bool holds_without(const struct components *c, uint32_t i)
+{
+    uint32_t near[NEIGHBOURS_MAX], n = 0, reached = 1;
+    struct touch t = touch_begin(c, i);
+    for (uint32_t other; (other = touch_next(&t)) != COMPONENTS_NONE;) {
+        if (other == i)
+            continue;
+        if (n == NEIGHBOURS_MAX)
+            return false;
+        near[n++] = other;
+    }
+    for (uint32_t k = 0; k < reached && reached < n; k++)
+        reached = bring_touching(c, &c->cell[near[k]], near, reached, n);
+    return reached >= n;
+}
+
 static void take_out(struct components *c, uint32_t i)
 {
     struct component_cell *root = &c->cell[root_of(c, i)];
     set_seed(c, i, false);
     root->own.cells--;
-    root->dirty = true;
+    if (root->harm != HARM_SPLIT)
+        root->harm = holds_without(c, i) ? HARM_SHRUNK : HARM_SPLIT;
     c->cell[i].state = CELL_GONE;
     c->used--;
     if (!c->cell[i].leaving)
@@ -263,18 +312,44 @@ static uint32_t unravel(struct components *c, uint32_t start)
     return chain;
 }
 
-static void settle_one(struct components *c, uint32_t old_root, uint64_t now_ns)
+/* The component is whole: its cells that are in get a tree of depth one without those that left. */
+static void shrink(struct components *c, uint32_t old_root)
+{
+    struct component_cell *cell = c->cell;
+    const struct component old = cell[old_root].own;
+    const uint32_t last = cell[old_root].prev;
+    uint32_t root = COMPONENTS_NONE, i, next = old_root;
+    do {
+        i = next;
+        next = cell[i].next;
+        if (cell[i].state == CELL_IN) {
+            root = root == COMPONENTS_NONE ? i : root;
+            cell[i].parent = root;
+        } else {
+            cell[cell[i].prev].next = next;
+            cell[next].prev = cell[i].prev;
+            cell[i].parent = cell[i].next = cell[i].prev = i;
+        }
+    } while (i != last);
+    cell[old_root].harm = HARM_NONE;
+    if (root != COMPONENTS_NONE) {
+        cell[root].own = old;
+        cell[root].harm = HARM_NONE;
+    }
+}
+
+static void split(struct components *c, uint32_t old_root, uint64_t now_ns)
 {
     struct component_cell *cell = c->cell;
     const struct component old = cell[old_root].own;
     uint32_t best = COMPONENTS_NONE;
-    cell[old_root].dirty = false;
+    cell[old_root].harm = HARM_NONE;
     for (uint32_t i = unravel(c, old_root), next; i != COMPONENTS_NONE; i = next) {
         next = cell[i].own.label;
         if (cell[i].parent != COMPONENTS_NONE)
             continue;
         flood(c, i);
-        cell[i].dirty = false;
+        cell[i].harm = HARM_NONE;
         cell[i].own.label = ++c->labels;
         cell[i].own.t_label = now_ns;
         if (best == COMPONENTS_NONE || outranks(&cell[i].own, &cell[best].own))
@@ -290,8 +365,10 @@ void components_settle(struct components *c, uint64_t now_ns)
 {
     for (uint32_t k = 0; k < c->leaving; k++) {
         const uint32_t root = root_of(c, c->left[k]);
-        if (c->cell[root].dirty)
-            settle_one(c, root, now_ns);
+        if (c->cell[root].harm == HARM_SPLIT)
+            split(c, root, now_ns);
+        else if (c->cell[root].harm == HARM_SHRUNK)
+            shrink(c, root);
     }
     while (c->leaving) {
         const uint32_t i = c->left[--c->leaving];

@@ -2,7 +2,7 @@
 /*
  * components - which cells of a spherical grid hang together: cells are neighbours when they, closed, share a point
  * (26 neighbours; azimuth wraps, the cells around a pole all meet there). Kept up as cells come and go: a union-find
- * joins them; what lost a cell is flooded anew by components_settle, over its own cells only. Knows where cells are,
+ * joins them; what may have fallen apart is flooded anew by components_settle, over its own cells only. Knows where cells are,
  * not what they say. Pure; all memory comes from the caller.
  *
  * Every component has a label that lasts: of two that join, the larger's; of one that falls apart, the largest part
@@ -33,7 +33,7 @@ struct component_cell {
     uint16_t layer;
     uint8_t state;       /* enum component_state of components.c */
     bool seed;           /* member enough to make a component of its neighbours worth a report */
-    bool dirty;          /* of a root: it lost a cell */
+    uint8_t harm;        /* of a root: what the loss of cells did, enum component_harm */
     bool leaving;        /* in the list of cells that were removed since the last settling */
     uint32_t parent;     /* in the union-find's tree; a root is its own */
     uint32_t next, prev; /* circle of all cells of the component */
@@ -71,7 +71,10 @@ uint32_t components_put(struct components *c, uint32_t direction, uint16_t layer
 /** components_remove - the cell is out; false: it was not in. What hangs together is right again after settling. */
 bool components_remove(struct components *c, uint32_t direction, uint16_t layer);
 
-/** components_settle - flood what lost cells since the last time. Cost: the cells of these components. */
+/**
+ * components_settle - take what left since the last time out of its component, and flood this anew if the neighbours
+ * of what left did not hang together. Cost: the cells of these components; of those that are not flooded, a walk.
+ */
 void components_settle(struct components *c, uint64_t now_ns);
 
 /** components_begin, components_end - between them every cell that is in is put; the end removes the others, settles. */

@@ -81,6 +81,13 @@ static inline uint32_t rings_in(const struct rings_run *run, uint32_t k)
     return run->start + (i < run->cells ? i : i - run->cells);
 }
 
+/** rings_holds - is direction d in the run? */
+static inline bool rings_holds(const struct rings_run *run, uint32_t d)
+{
+    const uint32_t i = d - run->start; /* wraps below the ring */
+    return i < run->cells && (i >= run->at ? i - run->at : i + run->cells - run->at) < run->n;
+}
+
 /**
  * rings_touching - the directions whose closed cells share a point with that of direction d, itself included, each
  * once, in up to three runs; returns how many. The cells of a ring that ends in a pole share that pole.
