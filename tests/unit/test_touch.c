@@ -19,7 +19,7 @@ static struct shot random_shot(uint64_t *seed)
                         .el_rad = (test_uniform(seed) - 0.5) * geo_rad(170),
                         .az_ap_rad = geo_rad(1 + 39 * pow(test_uniform(seed), 2)),
                         .el_ap_rad = geo_rad(1 + 39 * pow(test_uniform(seed), 2)),
-                        .range_m = 2 + 6 * test_uniform(seed)};
+                        .range_m = 0.5 + 6 * test_uniform(seed)};
     double pitch = geo_rad(180) * (test_uniform(seed) - 0.5);
     if (test_random(seed) % 4 == 0) /* along the axis of the grid */
         pitch = geo_rad(90) * (test_random(seed) % 2 ? 1 : -1);
