@@ -398,6 +398,7 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
     const double detectable = fmax(e->contrast, (double)d.cfar.alpha_q16 / 65536.0);
     const struct silence silence = silence_levels(&p, detectable);
     const bool near_shadow = is_near_shadow(e, &p, late, NEARLY * detectable * (double)silence.floor, of_ping);
+    const struct calm calm = silence_calm(&p);
     of_ping->floor = silence.floor < of_ping->floor ? silence.floor : of_ping->floor;
     const bool on_clean = e->conf.order == EXTRACT_PAPER && p.clean && ping->sample_bytes == 1;
     if (on_clean)
@@ -419,6 +420,8 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
         out->free_to_m = 0.0f;
         return;
     }
+    if (calm.risen < p.axis->n && (out->n == 0 || calm.risen <= first.near))
+        out->free_to_m = fminf(out->free_to_m, (float)profile_m(&p, calm.until));
     if (out->n > 0)
         claim_before_echo(&p, &first, detectable, &silence, out);
     else

@@ -82,7 +82,8 @@ struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_
  * or zero throughout are BEAM_BLIND.
  *
  * free_to_m ends at the first echo, or at a group that lacks up to 1.5 dB of the contrast of one: too little to block,
- * too much to call the water beyond it free. Without either by the no_echo rule.
+ * too much to call the water beyond it free; without either by the no_echo rule; and where the level rises for good
+ * before any of these (silence_calm).
  *
  * Pings that are PING_UNHEARD are BEAM_BLIND. Pings with ready ranges: range > 0 becomes one echo with the device's own
  * deviation and confidence, 0 is silence, and anything else BEAM_BLIND; entries of the same direction in order of range

@@ -2,6 +2,13 @@
 #include "silence.h"
 
 #include <math.h>
+#include <string.h>
+
+/* A level is told from so many resolution cells: of their mean, chance alone makes 6 dB once in thousands of beams. */
+#define STRETCH_CELLS 16
+
+/* The level has risen when it is so many times (6 dB) the quietest nearer one; it is still calm at half of that, in dB. */
+#define RISEN 4.0
 
 bool silence_is_dumb(const struct profile *p)
 {
@@ -54,6 +61,27 @@ struct silence silence_levels(const struct profile *p, double ratio)
     if (s.floor == UINT64_MAX)
         s.floor = p->floor_power;
     return s;
+}
+
+struct calm silence_calm(const struct profile *p)
+{
+    const uint32_t n = p->axis->n, step = (uint32_t)ceil(STRETCH_CELLS / 4 * p->axis->resolution_bins);
+    const uint32_t stretch = 4 * step;
+    struct calm c = {.until = p->first};
+    double quiet = INFINITY;
+
+    for (uint32_t begin = p->first; begin + stretch <= n; begin += step) {
+        if (p->blind && memchr(p->blind + begin, 1, stretch))
+            continue;
+        const double level = fmax((double)profile_level(p, begin, stretch), (double)p->floor_power);
+        quiet = fmin(quiet, level);
+        c.risen = begin + stretch;
+        if (level > RISEN * quiet)
+            return c;
+        if (level * level <= RISEN * quiet * quiet)
+            c.until = begin + stretch - step; /* it may rise in the last quarter already */
+    }
+    return (struct calm){n, n};
 }
 
 uint32_t silence_hidden(const struct profile *p, uint32_t until, double power, double ratio)

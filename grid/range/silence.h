@@ -46,4 +46,18 @@ struct silence silence_levels(const struct profile *p, double ratio);
  */
 uint32_t silence_hidden(const struct profile *p, uint32_t until, double power, double ratio);
 
+/* Where the level behind the ring-down rises for good; both n where it does not. */
+struct calm {
+    uint32_t
+        until; /* cell up to which the water sends back hardly more than where it is quietest, nearer the head */
+    uint32_t risen; /* end of the stretch that shows it */
+};
+
+/**
+ * silence_calm - where the level rises 6 dB above the quietest nearer stretch. Something diffuse returns from there on: a soft
+ * bottom, a slope at grazing incidence. No detector finds it, for it is its own reference. (Or the receiver's gain raises its
+ * noise; a beam does not say which.) Stretches with a masked cell are left out. Before the detector has run.
+ */
+struct calm silence_calm(const struct profile *p);
+
 #endif

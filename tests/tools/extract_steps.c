@@ -91,7 +91,7 @@ struct chain {
     struct marks marks;
 };
 
-static struct chain *make_chain(const struct step *step)
+static struct chain *make_chain(const struct step *step, enum extract_no_echo no_echo)
 {
     const struct mount mount = {0};
     struct chain *c = memory_of(sizeof *c);
@@ -101,6 +101,7 @@ static struct chain *make_chain(const struct step *step)
     extract_defaults(&conf);
     conf.order = step->order;
     conf.learn_ring_down = step->learn_ring_down;
+    conf.no_echo = no_echo;
     c->extract = extract_init(memory_of(extract_size(MAX_BINS)), &conf, MAX_BINS, err, sizeof err);
     if (c->extract && cleanup_wanted(&step->cleanup))
         c->cleanup = cleanup_init(memory_of(cleanup_size(&step->cleanup, MAX_BINS)), &step->cleanup, &mount,
@@ -160,7 +161,7 @@ static bool read_ping(FILE *file, const struct recording *r, uint32_t number, st
 }
 
 /* Fill shots[n_shots]; false when the recording is not there. */
-static bool run(const struct recording *r, const struct step *step)
+static bool run(const struct recording *r, const struct step *step, enum extract_no_echo no_echo)
 {
     static uint8_t counts[MAX_BINS];
     struct ping_beam axis = {.az_rad = 0.0f};
@@ -181,7 +182,7 @@ static bool run(const struct recording *r, const struct step *step)
     n_shots = 0;
     if (!file)
         return false;
-    struct chain *c = make_chain(step);
+    struct chain *c = make_chain(step, no_echo);
     for (uint32_t k = 0; read_ping(file, r, k, &ping); k++) {
         struct extract_aid aid = {.lowest = -1};
         const bool taken = c->cleanup && cleanup_put(c->cleanup, &ping, NULL, NULL);
@@ -201,7 +202,7 @@ static void print_steps(const struct recording *r)
 {
     for (size_t k = 0; k < STEPS; k++) {
         int first = 0, all = 0, silent = 0, claiming = 0;
-        if (!run(r, &steps[k]))
+        if (!run(r, &steps[k], EXTRACT_MINIMUM))
             return;
         for (int i = 0; i < n_shots; i++) {
             const struct beam_echoes *b = &shots[i].found;
@@ -235,7 +236,7 @@ static void print_marks(const struct recording *r)
 {
     int looked[2] = {0}, again[2] = {0}, ghosts = 0;
 
-    if (!run(r, &steps[0]))
+    if (!run(r, &steps[0], EXTRACT_MINIMUM))
         return;
     for (int i = 0; i < n_shots; i++) {
         const struct beam_echoes *b = &shots[i].found;
@@ -250,6 +251,26 @@ static void print_marks(const struct recording *r)
     printf("| %s | %d of %d | %d of %d | %d |\n", r->name, again[0], looked[0], again[1], looked[1], ghosts);
 }
 
+/* Water that is called free under each rule for silence, metres per ping: of pings with an echo, of silent ones. */
+static void print_claims(const struct recording *r)
+{
+    printf("| %s |", r->name);
+    for (int rule = EXTRACT_MINIMUM; rule <= EXTRACT_RANGE; rule++) {
+        double free_m[BEAM_BLIND + 1] = {0.0};
+        int n[BEAM_BLIND + 1] = {0};
+        if (!run(r, &steps[0], (enum extract_no_echo)rule))
+            break;
+        for (int i = 0; i < n_shots; i++) {
+            const struct beam_echoes *b = &shots[i].found;
+            free_m[b->state] += fmax((double)b->free_to_m - (double)b->blind_m, 0.0);
+            n[b->state]++;
+        }
+        printf(" %.2f, %.2f |", free_m[BEAM_ECHO] / fmax(n[BEAM_ECHO], 1),
+               free_m[BEAM_SILENT] / fmax(n[BEAM_SILENT], 1));
+    }
+    printf("\n");
+}
+
 static int tables(void)
 {
     printf("| recording | steps | pings | first echoes / all kept | silent beams that claim free water "
@@ -261,6 +282,10 @@ static int tables(void)
            "echoes marked ghost |\n|---|---|---|---|\n");
     for (size_t k = 0; k < RECORDINGS; k++)
         print_marks(&recordings[k]);
+    printf("\nFree water in metres per ping: with an echo, silent\n\n| recording | minimum | heard | range |\n"
+           "|---|---|---|---|\n");
+    for (size_t k = 0; k < RECORDINGS; k++)
+        print_claims(&recordings[k]);
     return 0;
 }
 
@@ -326,7 +351,7 @@ static int draw(const char *path)
             r = recordings[k];
     r.path = path;
     for (int panel = 0; panel < ACROSS * DOWN; panel++) {
-        if (!run(&r, &steps[panels[panel]]))
+        if (!run(&r, &steps[panels[panel]], EXTRACT_MINIMUM))
             fail("no such file");
         paint(panel, panel >= 6);
     }

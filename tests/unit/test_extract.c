@@ -351,12 +351,13 @@ TEST(a_doubtful_group_ends_the_free_water)
     CHECK(found[0].free_to_m < 3.05f);
 }
 
-/* Water that sends back more and more and then less again, too slowly for any window: a wall would drown in it. */
+/* Water that sends back as much up to 5 m and then less and less, too slowly for any window: a wall would drown in it. */
 TEST(silence_is_no_free_water_where_walls_drown)
 {
     static const struct {
-        double rise_db, want_m; /* at 5 m, of a hill from 1 m to 9 m; min_contrast is too much */
-    } row[] = {{0.0, 10.0}, {12.0, 10.0}, {16.0, 4.0}, {20.0, 3.5}};
+        double rise_db; /* over the level beyond 9 m; min_contrast is too much */
+        bool free;
+    } row[] = {{0.0, true}, {12.0, true}, {16.0, false}, {20.0, false}};
 
     for (size_t k = 0; k < sizeof row / sizeof row[0]; k++) {
         begin();
@@ -364,17 +365,58 @@ TEST(silence_is_no_free_water_where_walls_drown)
         set_up();
         const struct scene quiet = {.floor = 60, .ring_down_m = 0.2};
         render(&quiet, NULL);
-        for (uint32_t i = 100; i < 900; i++) {
-            const double rise_db = row[k].rise_db * (1.0 - cos(2.0 * GEO_PI * (i - 100) / 800.0)) / 2.0;
-            bytes[i] = (uint8_t)(60.0 * pow(10.0, rise_db / 40.0) + 0.5);
+        for (uint32_t i = 20; i < 900; i++) {
+            const double phase = i < 500 ? GEO_PI : GEO_PI + GEO_PI * (i - 500) / 400.0;
+            const double rise_db = row[k].rise_db * (1.0 - cos(phase)) / 2.0;
+            bytes[i] = (uint8_t)fmax(bytes[i], 60.0 * pow(10.0, rise_db / 40.0) + 0.5);
         }
         CHECK_INT(run()->n, 0);
-        CHECK_NEAR(found[0].free_to_m, row[k].want_m, 0, 0.41); /* whole windows are looked at */
+        CHECK_NEAR(found[0].free_to_m, row[k].free ? 10.0 : (double)found[0].blind_m, 0, 0.41); /* whole windows */
     }
-    for (uint32_t i = 500; i < 1000; i++)
-        bytes[i] = bytes[499]; /* it does not fall again: no quieter water behind it to hide */
-    run();
-    CHECK_NEAR(found[0].free_to_m, 10.0, 0, 1e-5);
+}
+
+/* From 5 m on something sends back more, with no edge that a detector could find. A wall at 8 m changes nothing. */
+TEST(a_level_that_rises_for_good_ends_the_free_water)
+{
+    static const struct {
+        const char *name;
+        double rise_db, over_m, wall_counts, least_m, most_m; /* where the free water may end */
+    } row[] = {
+        {"nothing", 0, 1, 0, 10.0, 10.0},
+        {"rises 1 dB", 1, 1, 0, 10.0, 10.0},
+        {"rises 8 dB", 8, 1, 0, 4.0, 5.8},
+        {"rises 12 dB", 12, 2, 0, 4.0, 5.8},
+        {"rises 30 dB slowly", 30, 5, 0, 4.0, 6.0},
+        {"a wall alone", 0, 1, 200, 7.9, 8.05},
+        {"a wall behind 8 dB", 8, 1, 200, 4.0, 5.8},
+    };
+    uint64_t seed = test_seed();
+
+    for (size_t k = 0; k < sizeof row / sizeof row[0]; k++)
+        for (int rule = EXTRACT_MINIMUM; rule <= EXTRACT_RANGE; rule++) {
+            int wrong = 0;
+            begin();
+            conf.no_echo = (enum extract_no_echo)rule;
+            conf.minimum_range_m = 50.0;
+            conf.min_contrast_db = 20.0; /* noise alone is no echo */
+            set_up();
+            for (int beam = 0; beam < 200; beam++) {
+                const struct scene quiet = {30, 0.3, {8.0}, row[k].wall_counts, row[k].wall_counts > 0.0};
+                render(&quiet, &seed);
+                for (uint32_t i = 500; i < 800; i++) {
+                    const double rise_db = row[k].rise_db * fmin((i - 500) / (100.0 * row[k].over_m), 1.0);
+                    bytes[i] = (uint8_t)fmin(bytes[i] * pow(10.0, rise_db / 40.0), 254.0);
+                }
+                for (uint32_t i = 800; i < 1000 && row[k].wall_counts == 0.0; i++)
+                    bytes[i] = bytes[i - 200];
+                const struct beam_echoes *b = run();
+                wrong +=
+                    (double)b->free_to_m < row[k].least_m - 1e-5 || (double)b->free_to_m > row[k].most_m + 1e-5;
+            }
+            if (wrong > 4)
+                printf("%s, rule %d: %d of 200 beams\n", row[k].name, rule, wrong);
+            CHECK(wrong <= 4);
+        }
 }
 
 /* C1 and C2 of the catalogue among them: all zero, all saturated */
@@ -691,6 +733,7 @@ int main(void)
     RUN(silence_claims_what_the_rule_allows);
     RUN(a_doubtful_group_ends_the_free_water);
     RUN(silence_is_no_free_water_where_walls_drown);
+    RUN(a_level_that_rises_for_good_ends_the_free_water);
     RUN(what_is_not_heard_is_blind);
     RUN(header_and_beams_are_copied);
     RUN(ready_ranges_pass_through);
