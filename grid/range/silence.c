@@ -4,11 +4,11 @@
 #include <math.h>
 #include <string.h>
 
-/* A level is told from so many resolution cells: of their mean, chance alone makes 6 dB once in thousands of beams. */
+/* A level is told from so many resolution cells: of their mean, chance alone makes no 9 dB. */
 #define STRETCH_CELLS 16
 
-/* The level has risen when it is so many times (6 dB) the quietest nearer one; it is still calm at half of that, in dB. */
-#define RISEN 4.0
+/* The level has risen when it is so many times (9 dB) the quietest nearer one; it is still calm at half of that, in dB. */
+#define RISEN 8.0
 
 bool silence_is_dumb(const struct profile *p)
 {

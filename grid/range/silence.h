@@ -54,7 +54,7 @@ struct calm {
 };
 
 /**
- * silence_calm - where the level rises 6 dB above the quietest nearer stretch. Something diffuse returns from there on: a soft
+ * silence_calm - where the level rises 9 dB above the quietest nearer stretch. Something diffuse returns from there on: a soft
  * bottom, a slope at grazing incidence. No detector finds it, for it is its own reference. (Or the receiver's gain raises its
  * noise; a beam does not say which.) Stretches with a masked cell are left out. Before the detector has run.
  */

@@ -383,12 +383,12 @@ TEST(a_level_that_rises_for_good_ends_the_free_water)
         double rise_db, over_m, wall_counts, least_m, most_m; /* where the free water may end */
     } row[] = {
         {"nothing", 0, 1, 0, 10.0, 10.0},
-        {"rises 1 dB", 1, 1, 0, 10.0, 10.0},
-        {"rises 8 dB", 8, 1, 0, 4.0, 5.8},
-        {"rises 12 dB", 12, 2, 0, 4.0, 5.8},
+        {"rises 4 dB", 4, 1, 0, 10.0, 10.0},
+        {"rises 12 dB", 12, 1, 0, 4.0, 5.8},
+        {"rises 14 dB", 14, 2, 0, 4.0, 6.2},
         {"rises 30 dB slowly", 30, 5, 0, 4.0, 6.0},
         {"a wall alone", 0, 1, 200, 7.9, 8.05},
-        {"a wall behind 8 dB", 8, 1, 200, 4.0, 5.8},
+        {"a wall behind 12 dB", 12, 1, 200, 4.0, 5.8},
     };
     uint64_t seed = test_seed();
 
