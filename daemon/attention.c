@@ -15,15 +15,14 @@ bool attention_sector(struct picture *picture, uint64_t now_ns, double stale_s, 
     struct picture_frame frame;
     struct next_look_conf conf = {
         .stale_s = stale_s, .low_rad = -geo_rad(BAND_DEG), .high_rad = geo_rad(BAND_DEG)};
-    struct next_look best;
     double v[3], az, el;
     picture_get_frame(picture, &frame);
     if (!frame.ned || (pose->has & wanted) != wanted)
         return false;
     memcpy(conf.velocity_mps, pose->velocity_mps, sizeof conf.velocity_mps);
-    if (!next_look(picture, now_ns, &conf, NULL, 0, &best, 1))
+    if (!next_look_sector(picture, now_ns, &conf, 2 * geo_rad(HALF_DEG), &az))
         return false;
-    geo_direction(best.az_rad, best.el_rad, v);
+    geo_direction(az, 0, v);
     quat_rotate_inverse(pose->attitude, v, v);
     quat_rotate_inverse(mount->attitude, v, v);
     geo_angles(v, &az, &el);

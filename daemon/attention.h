@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * attention - where a sonar that can be steered shall look more often: about the direction that is most worth a look
+ * attention - where a sonar that can be steered shall look more often: in the sector that is most worth a look
  * (grid/answer/next_look) while the vehicle moves. Knows no device.
  */
 #ifndef SONARD_ATTENTION_H

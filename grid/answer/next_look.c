@@ -100,6 +100,41 @@ uint32_t next_look(struct picture *picture, uint64_t now_ns, const struct next_l
     return n;
 }
 
+#define SLICES 72 /* of the circle, by which a sector is moved */
+
+bool next_look_sector(struct picture *picture, uint64_t now_ns, const struct next_look_conf *conf,
+                      double width_rad, double *az_rad)
+{
+    double sum[SLICES] = {0}, best = 0;
+    int n[SLICES] = {0};
+    const int wide = (int)lround(width_rad / GEO_TURN * SLICES);
+    for (uint32_t d = 0; d < picture->n; d++) {
+        struct next_look l = {.score = 0};
+        struct picture_entry e;
+        rings_centre(picture->rings, d, &l.az_rad, &l.el_rad);
+        if (l.el_rad < conf->low_rad || l.el_rad > conf->high_rad)
+            continue;
+        picture_get(picture, d, &e);
+        judge_age(&e, now_ns, conf->stale_s, &l);
+        const int slice = (int)(geo_wrap(l.az_rad) / GEO_TURN * SLICES) % SLICES;
+        sum[slice] += l.score * (1 + AHEAD_GAIN * ahead(picture->axis[d], conf->velocity_mps));
+        n[slice]++;
+    }
+    for (int first = 0; first < SLICES; first++) {
+        double score = 0;
+        int count = 0;
+        for (int k = 0; k < wide; k++) {
+            score += sum[(first + k) % SLICES];
+            count += n[(first + k) % SLICES];
+        }
+        if (count && score / count > best) {
+            best = score / count;
+            *az_rad = geo_wrap((first + wide / 2.0) * GEO_TURN / SLICES);
+        }
+    }
+    return best > 0;
+}
+
 const char *next_look_word(enum next_look_why why)
 {
     static const char *const words[] = {[LOOK_NEVER] = "never looked at",

@@ -7,6 +7,7 @@
 #ifndef SONARD_NEXT_LOOK_H
 #define SONARD_NEXT_LOOK_H
 
+#include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
@@ -34,6 +35,14 @@ struct next_look {
 /** next_look - the best first; returns how many were found, at most room <= NEXT_LOOK_MAX. O(directions * room). */
 uint32_t next_look(struct picture *picture, uint64_t now_ns, const struct next_look_conf *conf,
                    const struct cluster *clusters, uint32_t n_clusters, struct next_look *out, uint32_t room);
+
+/**
+ * next_look_sector - the middle azimuth of the sector, width_rad wide in (0, 2 pi), whose directions are together most
+ * worth a look: by the mean of their scores without clusters. Not by the best of them: a direction in the gap between
+ * two beams is never looked at, and would have all the looks. False: nothing is worth one. O(directions).
+ */
+bool next_look_sector(struct picture *picture, uint64_t now_ns, const struct next_look_conf *conf,
+                      double width_rad, double *az_rad);
 
 const char *next_look_word(enum next_look_why why);
 

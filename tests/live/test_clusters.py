@@ -116,6 +116,8 @@ def case_steered_micron(bench):
     jumps = sum(apart(a, b) > 15 for a, b in zip(bearings, bearings[1:]))
     check(jumps >= 10, "the head was sent elsewhere %d times" % jumps)
     check(all(any(apart(b, way) < 10 for b in bearings) for way in range(0, 360, 10)), "a part was left out")
+    ahead, astern = (sum(apart(b, way) <= 30 for b in bearings) for way in (0, 180))
+    check(ahead > 1.5 * astern, "%d pings ahead, %d astern" % (ahead, astern))
 
 
 run([("clusters_" + name[5:], function) for name, function in list(globals().items()) if name.startswith("case_")],

@@ -57,6 +57,22 @@ TEST(what_was_never_looked_at_comes_first_and_ahead_of_all)
             CHECK(fabs(geo_wrap_pi(look[i].az_rad - look[k].az_rad)) >= geo_rad(10) * (1 - 1e-9));
 }
 
+TEST(a_sector_ahead_comes_first_and_a_direction_that_no_look_reaches_does_not_draw_all)
+{
+    double az = -1;
+    start(false);
+    conf.velocity_mps[0] = 0.5;
+    CHECK(next_look_sector(&picture, NOW, &conf, geo_rad(40), &az));
+    CHECK_NEAR(geo_wrap_pi(az), 0, 0, geo_rad(5.1));
+    looked(6, 180, 1000); /* 6 s of 30 s three times ahead, and astern one that counts in full */
+    CHECK(next_look_sector(&picture, NOW, &conf, geo_rad(40), &az));
+    CHECK_NEAR(geo_wrap_pi(az), 0, 0, geo_rad(5.1));
+    CHECK_INT(next_look(&picture, NOW, &conf, NULL, 0, look, 1), 1);
+    CHECK_NEAR(look[0].az_rad, geo_rad(180), 0, geo_rad(5)); /* as one direction it is the first */
+    looked(0, 180, 0);
+    CHECK(!next_look_sector(&picture, NOW, &conf, geo_rad(40), &az));
+}
+
 TEST(the_stalest_comes_first_when_nothing_moves)
 {
     start(true);
@@ -111,6 +127,7 @@ TEST(nothing_is_worth_a_look_right_after_one)
 int main(void)
 {
     RUN(what_was_never_looked_at_comes_first_and_ahead_of_all);
+    RUN(a_sector_ahead_comes_first_and_a_direction_that_no_look_reaches_does_not_draw_all);
     RUN(the_stalest_comes_first_when_nothing_moves);
     RUN(what_comes_nearer_or_grows_is_looked_at_wherever_it_is);
     RUN(only_the_wanted_elevations);
