@@ -272,9 +272,8 @@ const struct conf_key conf_keys[] = {
          "A direction that was clear is unknown again after the vehicle has moved this far without seeing it."},
 
     {"grids", "memory", QUANTITY(1, "MiB", 1, 65536), .standard = "1024 MiB", CONF(grids.memory_bytes),
-     .help = "All that grids may take, those that are made later among them. What clusters take when somebody "
-             "asks for\n"
-             "them is not in it: five times as much as the cells."},
+     .help = "All that grids may take, those that are made later among them, and their clusters, which are\n"
+             "made when somebody asks for them: five times as much as the cells."},
 
     {"map", "voxel", QUANTITY(1, "m", 0.02, 5), .standard = "none", .instead = "none", .instead_value = 0,
      CONF(map.voxel_m),

@@ -23,8 +23,13 @@ static json_t *age(const struct daemon *d, uint64_t t_ns)
 }
 
 /* The first time makes room for them. */
-static struct clusters *clusters_of(struct grid *grid, struct rpc_error *error)
+static struct clusters *clusters_of(struct daemon *d, struct grid *grid, struct rpc_error *error)
 {
+    char err[256];
+    if (!grid_has_room(d, grid->setting.name, grid_clusters_bytes(grid), err, sizeof err)) {
+        rpc_refuse(error, RPC_LIMIT, "clusters of %s", err);
+        return NULL;
+    }
     struct clusters *clusters = grid_clusters(grid);
     if (!clusters)
         rpc_refuse(error, RPC_INTERNAL_ERROR, "no memory for clusters of %u cells",
@@ -108,7 +113,7 @@ json_t *cluster_method_list(const struct rpc_call *call, json_t *params, struct 
     struct grid *grid;
     struct clusters *known;
     if (!rpc_only(params, keys, error) || !rpc_integer(params, "count", false, 1, CLUSTERS_MAX, &count, error) ||
-        !(grid = grid_asked(d, params, error)) || !(known = clusters_of(grid, error)))
+        !(grid = grid_asked(d, params, error)) || !(known = clusters_of(d, grid, error)))
         return NULL;
     const struct cluster *list;
     struct picture_frame frame;
@@ -162,7 +167,7 @@ json_t *cluster_method_next_look(const struct rpc_call *call, json_t *params, st
         !(grid = grid_asked(d, params, error)))
         return NULL;
     picture_get_frame(grid_picture(grid), &frame);
-    if (!look_conf(d, params, grid, frame.ned, &conf, error) || !(known = clusters_of(grid, error)))
+    if (!look_conf(d, params, grid, frame.ned, &conf, error) || !(known = clusters_of(d, grid, error)))
         return NULL;
     const struct cluster *list;
     struct next_look look[NEXT_LOOK_MAX];

@@ -67,14 +67,20 @@ void grid_stats(struct grid *g, struct sphere_stats *out)
     seqlock_load(&g->lock, out, g->stats, sizeof *out / 8);
 }
 
+size_t grid_clusters_bytes(struct grid *g)
+{
+    return g->clusters ? 0 : lines(clusters_bytes(grid_picture(g)->rings, g->setting.sphere.max_cells));
+}
+
 struct clusters *grid_clusters(struct grid *g)
 {
     const struct picture *picture = grid_picture(g);
-    const uint32_t max_cells = g->setting.sphere.max_cells;
-    if (g->clusters)
+    const size_t bytes = grid_clusters_bytes(g);
+    void *memory = bytes ? aligned_alloc(64, bytes) : NULL;
+    if (!memory)
         return g->clusters;
-    void *memory = aligned_alloc(64, lines(clusters_bytes(picture->rings, max_cells)));
-    if (memory)
-        g->clusters = clusters_init(memory, picture->rings, max_cells, (double)picture->blocked_logodds);
+    g->clusters =
+        clusters_init(memory, picture->rings, g->setting.sphere.max_cells, (double)picture->blocked_logodds);
+    g->bytes += bytes;
     return g->clusters;
 }

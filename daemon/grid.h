@@ -22,7 +22,7 @@ struct grid_setting {
 
 struct grid {
     struct grid_setting setting;
-    size_t bytes;          /* of its memory, without the clusters' */
+    size_t bytes;          /* of its memory, the clusters' among it once they are made */
     struct sphere *sphere; /* of the maps' owner; of the loop while the pipeline is at rest */
     struct seqlock lock;   /* of the counters */
     seqlock_word stats[sizeof(struct sphere_stats) / 8];
@@ -41,6 +41,9 @@ void grid_enter(struct grid *g, const struct echoes *e, const struct mount *moun
 /** grid_picture, grid_stats - for any thread. */
 struct picture *grid_picture(struct grid *g);
 void grid_stats(struct grid *g, struct sphere_stats *out);
+
+/** grid_clusters_bytes - what the clusters will take in addition; 0: they are made. Loop thread. */
+size_t grid_clusters_bytes(struct grid *g);
 
 /** grid_clusters - made at the first call; NULL without memory. Loop thread. */
 struct clusters *grid_clusters(struct grid *g);

@@ -17,9 +17,9 @@ static double bytes_of_all(struct daemon *d)
     return (double)bytes;
 }
 
-static bool fits(struct daemon *d, const char *name, double more_bytes, char *err, size_t err_size)
+bool grid_has_room(struct daemon *d, const char *name, size_t more_bytes, char *err, size_t err_size)
 {
-    const double all = bytes_of_all(d) + more_bytes;
+    const double all = bytes_of_all(d) + (double)more_bytes;
     if (all <= d->conf.grids.memory_bytes)
         return true;
     snprintf(err, err_size,
@@ -33,7 +33,7 @@ static bool make_grid(struct daemon *d, const struct conf_grid *conf, char *err,
     struct grid_setting setting;
     wiring_grid(&d->conf, conf, &setting);
     const size_t bytes = sphere_bytes(&setting.sphere, err, err_size);
-    if (!bytes || !fits(d, setting.name, (double)bytes, err, err_size))
+    if (!bytes || !grid_has_room(d, setting.name, bytes, err, err_size))
         return false;
     struct grid *g = grid_new(&setting, err, err_size);
     if (!g)
@@ -47,7 +47,7 @@ static bool make_grid(struct daemon *d, const struct conf_grid *conf, char *err,
 
 bool grid_start(struct daemon *d, char *err, size_t err_size)
 {
-    bool made = fits(d, CONF_MAIN_GRID, 0, err, err_size);
+    bool made = grid_has_room(d, CONF_MAIN_GRID, 0, err, err_size);
     for (int i = 0; made && i < d->conf.n_more_grids; i++)
         made = make_grid(d, &d->conf.more_grid[i], err, err_size);
     return made;

@@ -14,6 +14,9 @@ bool grid_start(struct daemon *d, char *err, size_t err_size);
 /** grid_asked - the grid that the parameter `grid` names, the main one without it; NULL with *error set. */
 struct grid *grid_asked(struct daemon *d, json_t *params, struct rpc_error *error);
 
+/** grid_has_room - may all grids take so many bytes more by [grids] memory? False with a sentence about `name` in err. */
+bool grid_has_room(struct daemon *d, const char *name, size_t more_bytes, char *err, size_t err_size);
+
 /** grid_list_json - all grids with their counters. */
 json_t *grid_list_json(struct daemon *d);
 

@@ -76,6 +76,16 @@ def case_refused(bench):
     check(list(grids(client)) == ["main"], str(grids(client)))
 
 
+def case_clusters_count(bench):
+    """What clusters take is in the sum, and refused beyond the limit."""
+    client = basin(bench, 1, grids={"memory": "20 MiB"}, grid={"max_cells": "100000"})
+    check("at most 20 MiB" in refused(client, "clusters"), "clusters beyond the memory of grids")
+    client.call("grid_create", name="small", settings={"max_cells": "1024", "elevation": "level"})
+    before = client.call("grid_list")["bytes"]
+    client.call("clusters", grid="small")
+    check(client.call("grid_list")["bytes"] > before + 1024 * 64, "clusters are not counted")
+
+
 def case_at_most_five(bench):
     client = basin(bench, 2)
     for i in range(4):
