@@ -1,6 +1,7 @@
 #!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: MIT
 """What obstacles form together and where to look next, asked of a running daemon; a Ping360 that is steered."""
+import math
 import threading
 
 from lib import Client, RpcError, check, pings_until, run, until
@@ -118,6 +119,35 @@ def case_steered_micron(bench):
     check(all(any(apart(b, way) < 10 for b in bearings) for way in range(0, 360, 10)), "a part was left out")
     ahead, astern = (sum(apart(b, way) <= 30 for b in bearings) for way in (0, 180))
     check(ahead > 1.5 * astern, "%d pings ahead, %d astern" % (ahead, astern))
+
+
+def case_steered_micron_within_its_circle(bench):
+    """The whole circle within the time that was set, or in that of a plain one on a slow machine; the rest ahead."""
+    circle_s, plain = 12, 100
+    micron(bench)
+    bearings = steered(bench, device="micron", mode="auto", circle="%g s" % circle_s)
+    ahead, astern = (sum(apart(b, way) <= 30 for b in bearings) for way in (0, 180))
+    check(ahead > astern > 0, "%d pings ahead, %d astern" % (ahead, astern))
+    pings = [(ping["t_ns"] * 1e-9, round(ping["azimuth_deg"] / 10) % 36) for ping in bench.truth()]
+    most_s = max(circle_s, 1.5 * plain * (pings[-1][0] - pings[0][0]) / len(pings))
+    last = {}
+    for t_s, way in pings:
+        wait_s = t_s - last.get(way, t_s)
+        check(wait_s < most_s, "%d degrees waited %.1f s of %.1f" % (10 * way, wait_s, most_s))
+        last[way] = t_s
+    check(len(last) == 36, "a part was left out")
+
+
+def case_gone(bench):
+    """A pile that crosses ahead leaves what it was as a cluster that is gone, with the reason."""
+    bench.sim("--ghost", "0", scene=bench.write("crossing", "pile 5 -2 0.4 0 0.5\n"))
+    bench.conf(sonar={"sector": "315 45 deg", "range": "10 m"}, grid={"clear_for": "4 s", "forget": "6 s"})
+    client = bench.sonard().client()
+    until(lambda: client.call("clusters")["clusters"], "the pile to be seen")
+    gone = until(lambda: client.call("clusters")["gone"], "the pile to be gone", 60)[0]
+    check(gone["why"] != "out of reach" and gone["cells"] > 0, "the vehicle stands still: %s" % gone)
+    north_m = gone["range_m"] * math.cos(math.radians(gone["azimuth_deg"]))
+    check(abs(north_m - 4.8) < 0.6, "not on the pile's way, 5 m ahead: %s" % gone)
 
 
 run([("clusters_" + name[5:], function) for name, function in list(globals().items()) if name.startswith("case_")],
