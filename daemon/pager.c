@@ -267,7 +267,7 @@ static void remove_leftovers(struct pager *p, const char *folder)
     struct dirent **entry;
     const int n = scandir(folder, &entry, is_page, NULL);
     for (int i = 0; i < n; i++) {
-        snprintf(p->path, sizeof p->path, "%.*s/%.39s", CONF_TEXT_MAX, folder, entry[i]->d_name);
+        snprintf(p->path, sizeof p->path, "%.*s/%.39s", CONF_TEXT_MAX - 1, folder, entry[i]->d_name);
         unlink(p->path);
         free(entry[i]);
     }
