@@ -23,13 +23,26 @@ struct answer_now moment_now(const struct daemon *d)
     return now;
 }
 
+static double age_s(const struct daemon *d, uint64_t t_ns)
+{
+    const uint64_t now_ns = loop_now(d->loop);
+    return now_ns > t_ns ? (double)(now_ns - t_ns) * 1e-9 : 0;
+}
+
 double moment_pose_age_s(const struct daemon *d)
 {
-    uint64_t now = loop_now(d->loop);
     struct pose p;
-    if (!pose_log_newest(&d->poses, &p))
-        return -1;
-    return now > p.t_ns ? (double)(now - p.t_ns) * 1e-9 : 0;
+    return pose_log_newest(&d->poses, &p) ? age_s(d, p.t_ns) : -1;
+}
+
+double moment_place_age_s(const struct daemon *d)
+{
+    return age_s(d, pose_log_last_ns(&d->poses, POSE_POSITION | POSE_DEPTH));
+}
+
+double moment_velocity_age_s(const struct daemon *d)
+{
+    return age_s(d, pose_log_last_ns(&d->poses, POSE_VELOCITY));
 }
 
 uint64_t moment_unix_offset_ns(const struct daemon *d)

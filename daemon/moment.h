@@ -14,8 +14,12 @@ struct answer_now moment_now(const struct daemon *d);
 /** moment_lost_sonars - set of the sonars that are not heard at present. A capture's are heard while it plays. */
 uint64_t moment_lost_sonars(const struct daemon *d);
 
-/** moment_pose_age_s - of the newest pose; negative: none was given. */
+/** moment_pose_age_s - of the newest pose, whatever it told; negative: none was given. */
 double moment_pose_age_s(const struct daemon *d);
+
+/** moment_place_age_s, moment_velocity_age_s - of what was told of these; without any, as old as the computer's clock. */
+double moment_place_age_s(const struct daemon *d);
+double moment_velocity_age_s(const struct daemon *d);
 
 /** moment_unix_offset_ns - Unix time less the loop's, as of now: the computer's clock may be set while sonard runs.
  * A replay's is Unix time. */

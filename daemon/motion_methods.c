@@ -25,7 +25,7 @@ struct movement {
     struct grid *grid;
     struct corridor_body body;
     struct corridor corridor;
-    bool follows;     /* the picture follows the vehicle, up to the newest pose */
+    bool follows;     /* the picture follows the vehicle, up to the newest position */
     bool told;        /* the pose tells a velocity: */
     double own_mps;   /* its speed along the line; 0: none, or backwards */
     double across[3]; /* what of it goes across the line, in the axes of the question */
@@ -48,11 +48,12 @@ static double dot(const double a[3], const double b[3])
 }
 
 /* What the vehicle does now, against what it is asked to do. */
-static void take_own_velocity(struct movement *m)
+static void take_own_velocity(const struct daemon *d, struct movement *m)
 {
     const struct pose *pose = &m->now.pose;
     const unsigned needed = POSE_VELOCITY | (m->ned ? 0 : POSE_ATTITUDE);
-    m->told = m->now.pose_fresh && (pose->has & needed) == needed;
+    m->told =
+        m->now.pose_fresh && (pose->has & needed) == needed && moment_velocity_age_s(d) <= d->conf.pose.max_age_s;
     if (!m->told || m->speed_mps < AT_REST_MPS)
         return;
     memcpy(m->across, pose->velocity_mps, sizeof m->across);
@@ -64,7 +65,7 @@ static void take_own_velocity(struct movement *m)
     m->own_mps = fmax(0, along_mps);
 }
 
-static void take_velocity(struct movement *m, const double velocity_mps[3], bool ned)
+static void take_velocity(const struct daemon *d, struct movement *m, const double velocity_mps[3], bool ned)
 {
     struct picture_frame frame;
     memcpy(m->velocity_mps, velocity_mps, sizeof m->velocity_mps);
@@ -72,17 +73,17 @@ static void take_velocity(struct movement *m, const double velocity_mps[3], bool
     m->ned = ned;
     picture_get_frame(grid_picture(m->grid), &frame);
     m->follows = frame.ned && m->now.pose_fresh && (m->now.pose.has & POSE_POSITION);
-    take_own_velocity(m);
+    take_own_velocity(d, m);
 }
 
 /* How long the vehicle may have moved without the picture's knowledge, before anything was looked at. */
 static double longest_stale_s(const struct daemon *d, const struct movement *m)
 {
-    return m->follows ? fmax(0, moment_pose_age_s(d)) : m->grid->setting.limits.clear_for_s;
+    return m->follows ? moment_place_age_s(d) : m->grid->setting.limits.clear_for_s;
 }
 
 /*
- * With a position the picture follows the vehicle, up to the newest pose; since then it may have gone on at the speed
+ * With a position the picture follows the vehicle, up to the newest of these; since then it may have gone on at the speed
  * that the pose told. Without one the picture is as old as its pings, and the vehicle is taken to have gone no faster
  * than it now may.
  */
@@ -172,7 +173,7 @@ json_t *motion_method_limit(const struct rpc_call *call, json_t *params, struct 
     }
     if (!begin(d, params, &m, error))
         return NULL;
-    take_velocity(&m, velocity, frame == 1);
+    take_velocity(d, &m, velocity, frame == 1);
     limit_conf(&d->conf.vehicle, &conf);
     if (m.speed_mps < AT_REST_MPS) {
         m.corridor = (struct corridor){.blocked_m = INFINITY, .age_s = -1};
@@ -181,7 +182,7 @@ json_t *motion_method_limit(const struct rpc_call *call, json_t *params, struct 
     /* as far as it would be for the oldest picture that may count: farther than needed changes nothing */
     look_ahead(d, &m,
                limit_reach_m(&conf, m.body.radius_m + m.body.half_height_m + m.body.margin_m, m.speed_mps,
-                             m.grid->setting.limits.clear_for_s, m.own_mps * d->conf.pose.max_age_s),
+                             m.grid->setting.limits.clear_for_s, m.own_mps * longest_stale_s(d, &m)),
                limit_drift_m(&conf, sqrt(dot(m.across, m.across)), longest_stale_s(d, &m)));
     limit_of(&conf, &m.corridor, m.speed_mps, m.stale_s, m.drifted_m, &l);
     return limit_json(&m, &l, answer_reason_text(m.corridor.reason));
@@ -190,7 +191,7 @@ json_t *motion_method_limit(const struct rpc_call *call, json_t *params, struct 
 /* ---- time to collision ---- */
 
 /* The velocity asked about, or that of the pose. */
-static bool velocity_of(json_t *params, struct movement *m, struct rpc_error *error)
+static bool velocity_of(const struct daemon *d, json_t *params, struct movement *m, struct rpc_error *error)
 {
     double velocity[3];
     bool given;
@@ -203,7 +204,7 @@ static bool velocity_of(json_t *params, struct movement *m, struct rpc_error *er
                           "no fresh pose tells attitude and velocity: give velocity_mps");
     if (!given && json_object_get(params, "frame"))
         return rpc_refuse(error, RPC_INVALID_PARAMS, "frame goes together with velocity_mps only");
-    take_velocity(m, given ? velocity : m->now.pose.velocity_mps, given ? frame == 1 : true);
+    take_velocity(d, m, given ? velocity : m->now.pose.velocity_mps, given ? frame == 1 : true);
     return true;
 }
 
@@ -240,7 +241,7 @@ json_t *motion_method_collision(const struct rpc_call *call, json_t *params, str
     struct movement m;
     if (!rpc_only(params, keys, error) || !begin(d, params, &m, error) ||
         !rpc_number(params, "ahead_s", false, 0.1, LONGEST_AHEAD_S, &ahead_s, error) ||
-        !velocity_of(params, &m, error))
+        !velocity_of(d, params, &m, error))
         return NULL;
     m.body.margin_m = 0; /* touching is meant */
     m.corridor = (struct corridor){.blocked_m = INFINITY, .blocked_age_s = -1, .age_s = -1};
@@ -248,7 +249,7 @@ json_t *motion_method_collision(const struct rpc_call *call, json_t *params, str
         look_ahead(d, &m,
                    m.body.radius_m + m.body.half_height_m +
                        m.speed_mps * (ahead_s + m.grid->setting.limits.clear_for_s) +
-                       m.own_mps * d->conf.pose.max_age_s,
+                       m.own_mps * longest_stale_s(d, &m),
                    sqrt(dot(m.across, m.across)) * longest_stale_s(d, &m));
     return collision_json(&m, ahead_s);
 }

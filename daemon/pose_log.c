@@ -235,6 +235,18 @@ bool pose_log_newest(const struct pose_log *log, struct pose *out)
     return log->taken > 0;
 }
 
+uint64_t pose_log_last_ns(const struct pose_log *log, unsigned of_parts)
+{
+    uint64_t oldest_ns = UINT64_MAX;
+    for (int part = 0; part < POSE_TRACKS; part++) {
+        const struct pose_sample *s = last(&log->track[part]);
+        const uint64_t t_ns = s ? s->t_ns : 0;
+        if ((of_parts & parts[part]) && t_ns < oldest_ns)
+            oldest_ns = t_ns;
+    }
+    return oldest_ns;
+}
+
 bool pose_log_fresh(const struct pose_log *log, uint64_t now_ns)
 {
     bool moves = log->track[POSE_TRACK_PLACE].t_given_ns || log->track[POSE_TRACK_VELOCITY].t_given_ns;

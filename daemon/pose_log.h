@@ -70,6 +70,12 @@ bool pose_log_at(const struct pose_log *log, uint64_t t_ns, struct pose *out);
 bool pose_log_newest(const struct pose_log *log, struct pose *out);
 
 /**
+ * pose_log_last_ns - when the last sample was, given or carried, of that one of these parts (POSE_*) whose last is the
+ * oldest; 0: of one there is none. An attitude of now makes no older place newer.
+ */
+uint64_t pose_log_last_ns(const struct pose_log *log, unsigned of_parts);
+
+/**
  * pose_log_fresh - is the pose at most max_age old at now_ns? That is the attitude, and, once a place or a velocity was
  * given, one of these too, and likewise depth or velocity: a vehicle whose place is lost must not be taken to stand still.
  */

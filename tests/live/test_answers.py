@@ -3,6 +3,7 @@
 """Answers about moving, and what answers rest on: a virtual basin from 6 m behind to 9 m ahead, 5 m left to 4 m right."""
 import math
 import re
+import time
 
 from lib import RpcError, check, pings_until, run, until
 
@@ -19,7 +20,7 @@ def basin(bench, pose=None, **vehicle):
     keys = {"near": "4 m", "latency": "%g s" % LATENCY}
     keys.update(vehicle)
     bench.sim()
-    bench.conf(vehicle=keys)
+    bench.conf(vehicle=keys, pose={"max_age": "60 s"})
     client = bench.sonard().client()
     if pose:
         until(lambda: client.call("pose", **pose) and client.sensor()["pings"] > TURN + 10, "a turn of pings", 60)
@@ -91,6 +92,26 @@ def drift(bench):
     check(speeds[4] < 0.2, "into the wall to the right: %s" % speeds)
     refused(client, "limit", -32602, velocity_mps=[1, 0, 0], grid="none")
     refused(client, "time_to_collision", -32602, grid="none")
+
+
+def old_place(bench):
+    """The attitude goes on to be told, place and velocity do not: the vehicle is nearer to the wall by what it has gone."""
+    level, moves = {"attitude_deg": [0, 0, 0]}, {"position_m": [0, 0, 5], "velocity_mps": [0.5, 0, 0]}
+    client = basin(bench, pose=dict(level, **moves), unknown="ignore", slow="0 m/s")
+
+    def asked():
+        client.call("pose", **level)
+        return (client.call("time_to_collision", velocity_mps=[0.5, 0, 0])["time_s"],
+                client.call("limit", velocity_mps=[3, 0, 0])["speed_mps"])
+
+    client.call("pose", **dict(level, **moves))
+    time_s, speed_mps = asked()
+    begun = time.monotonic()
+    time.sleep(3)
+    waited_s = time.monotonic() - begun
+    later_s, later_mps = asked()
+    check(later_s < time_s - waited_s + 0.2, "%g s to the wall, %g s later %g s" % (time_s, waited_s, later_s))
+    check(later_mps < speed_mps - 0.05, "limit: %g m/s, %g s later %g m/s" % (speed_mps, waited_s, later_mps))
 
 
 def explain(bench):
@@ -201,5 +222,5 @@ def stats(bench):
     check("sonard_pings_total" in bench.sonarctl("stats").stdout, "sonarctl stats")
 
 
-cases = [("answers_" + f.__name__, f) for f in (nearest, limit, drift, explain, unknown_ahead, collision, stats)]
+cases = [("answers_" + f.__name__, f) for f in (nearest, limit, drift, old_place, explain, unknown_ahead, collision, stats)]
 run(cases, parallel=4)

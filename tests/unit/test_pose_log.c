@@ -134,6 +134,20 @@ TEST(the_way_driven_counts_back_and_forth)
     CHECK_NEAR(p.path_m, 10, 1e-12, 0);
 }
 
+TEST(a_place_is_no_newer_for_an_attitude_that_is)
+{
+    pose_log_init(&poses, 1000 * MS);
+    struct pose placed = {.has = POSE_POSITION | POSE_DEPTH, .t_ns = 10 * MS};
+    struct pose turned = {.has = POSE_ATTITUDE, .t_ns = 30 * MS, .attitude = {1, 0, 0, 0}};
+    struct pose sunk = {.has = POSE_DEPTH, .t_ns = 20 * MS};
+    CHECK(pose_log_last_ns(&poses, POSE_POSITION | POSE_DEPTH) == 0);
+    CHECK(pose_log_put(&poses, &placed) && pose_log_put(&poses, &sunk) && pose_log_put(&poses, &turned));
+    CHECK(pose_log_last_ns(&poses, POSE_POSITION | POSE_DEPTH) == 10 * MS);
+    CHECK(pose_log_last_ns(&poses, POSE_DEPTH) == 20 * MS);
+    CHECK(pose_log_last_ns(&poses, POSE_ATTITUDE) == 30 * MS);
+    CHECK(pose_log_last_ns(&poses, POSE_ATTITUDE | POSE_VELOCITY) == 0);
+}
+
 TEST(the_log_keeps_the_newest)
 {
     struct pose p;
@@ -234,5 +248,6 @@ int main(void)
     RUN(a_depth_that_ends_is_missed);
     RUN(the_way_driven_counts_back_and_forth);
     RUN(the_log_keeps_the_newest);
+    RUN(a_place_is_no_newer_for_an_attitude_that_is);
     return test_end();
 }
