@@ -90,13 +90,18 @@ def beyond(schema):
 
 
 def same_limits(bench):
-    """What the schema refuses the daemon refuses, too: each parameter that is needed, unknown, or out of its range."""
+    """What the schema refuses the daemon refuses, too: each parameter that is needed, unknown, or out of its range; and
+    they know the same ones."""
     bench.conf(map={"voxel": "0.2 m", "memory": "8 MiB", "directory": bench.folder}, grid={"max_cells": 1024})
     client = bench.sonard().client()
     for method in METHODS:
         schema = DEFS[method + ".params"]
         given = needed(method)
-        check(refused(client, method, dict(given, nonsense=1)), "%s takes an unknown parameter" % method)
+        said = refused(client, method, dict(given, nonsense=1))
+        check(said, "%s takes an unknown parameter" % method)
+        known = set(said.split("allowed: ")[1].split(", ")) - {"no parameters"}
+        check(known == set(schema["properties"]), "%s: daemon and schema differ by %s" %
+              (method, sorted(known ^ set(schema["properties"]))))
         for key in schema.get("required", []):
             short = {k: v for k, v in given.items() if k != key}
             check(refused(client, method, short), "%s goes without %s" % (method, key))
