@@ -1,66 +1,18 @@
 /* SPDX-License-Identifier: MIT */
 #include "pipeline.h"
 
-#include <pthread.h>
-#include <semaphore.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <time.h>
 
 #include "loop.h"
-#include "ring.h"
+#include "pipeline_state.h"
 
 /* Beside the waiting ones: one that the loop fills, one that the worker works on. */
 #define SPARE_BUFFERS 2
 #define STACK_TOUCHED (128 * 1024)
 #define PATIENCE_NS   20000
-
-/* A pool of buffers on its way: `waiting` from producer to consumer, `idle` back. */
-struct belt {
-    struct ring waiting, idle;
-    sem_t news; /* posted for every entry put into waiting, for a visitor, to count a turn, and to stop */
-    _Atomic uint64_t turns; /* of the thread behind it */
-};
-
-/* Work of the loop that the maps' owner does for it between two pings. */
-typedef void visit_fn(void *ctx, struct pipeline *p);
-struct visitor {
-    visit_fn *fn;
-    void *ctx;
-    sem_t done;
-};
-
-struct pipeline {
-    struct pipeline_conf conf;
-    struct ping *ping;
-    struct echoes *echoes;
-    uint32_t n_buffers;
-    struct belt pings, found;
-    _Atomic(struct visitor *) visitor; /* waits for the owner; NULL: nobody */
-    uint32_t filling;                  /* ping buffer that pipeline_begin gave out, or NONE */
-    struct extract *extract[PIPELINE_MAX_SENSORS];
-    struct pipeline_background background[PIPELINE_MAX_SENSORS]; /* written while nothing is under way */
-    struct cleanup *cleanup[PIPELINE_MAX_SENSORS];               /* NULL: no stage of it configured */
-    struct grid *grid[PIPELINE_MAX_GRIDS];                       /* written by the owner while the loop waits */
-    int n_grids;
-    struct witnesses witnesses;
-    struct pipeline_map *map;                  /* NULL: not configured */
-    struct marks *marks[PIPELINE_MAX_SENSORS]; /* NULL: not configured */
-    struct image *image[PIPELINE_MAX_SENSORS]; /* NULL: nobody can ask for it */
-    struct latency latency[PIPELINE_STAGES];
-    _Atomic uint64_t submitted, finished;
-    _Atomic uint64_t held; /* by the clean-ups: submitted, and finished when later pings come */
-    _Atomic uint64_t dropped[PIPELINE_MAX_SENSORS];
-    _Atomic int law_doubt[PIPELINE_MAX_SENSORS];
-    struct seqlock cleanup_lock;
-    seqlock_word cleanup_state[PIPELINE_MAX_SENSORS][sizeof(struct cleanup_state) / 8];
-    atomic_bool stop;
-    pthread_t thread[PIPELINE_MAX_THREADS];
-    int n_threads;
-    void *memory[10 + 4 * PIPELINE_MAX_SENSORS];
-    int n_memory;
-};
 
 #define NONE UINT32_MAX
 _Static_assert(sizeof(struct cleanup_state) % 8 == 0, "statistics are whole words");
@@ -219,12 +171,6 @@ static void give_back(struct belt *belt, uint32_t index)
     ring_put(&belt->idle, index);
 }
 
-/* The way by which the echoes come to the thread that owns the maps. */
-static struct belt *owners_belt(struct pipeline *p)
-{
-    return p->conf.threads == 2 ? &p->found : &p->pings;
-}
-
 static void receive_visitor(struct pipeline *p)
 {
     struct visitor *v = atomic_exchange_explicit(&p->visitor, NULL, memory_order_acquire);
@@ -240,7 +186,7 @@ static uint32_t await(struct pipeline *p, struct belt *belt)
     uint32_t index;
     for (;;) {
         atomic_fetch_add_explicit(&belt->turns, 1, memory_order_relaxed);
-        if (belt == owners_belt(p))
+        if (belt == pipeline_owners_belt(p))
             receive_visitor(p);
         if (ring_take(&belt->waiting, &index))
             return index;
@@ -339,85 +285,6 @@ void pipeline_drain(struct pipeline *p)
     }
 }
 
-bool pipeline_has_map(const struct pipeline *p)
-{
-    return p->map != NULL;
-}
-
-struct voxmap_setting pipeline_map_setting(const struct pipeline *p)
-{
-    return p->conf.voxels;
-}
-
-static void visit(struct pipeline *p, visit_fn *fn, void *ctx)
-{
-    struct visitor v = {.fn = fn, .ctx = ctx};
-    if (p->conf.patient)
-        pipeline_drain(p);
-    if (p->conf.threads == 0) {
-        fn(ctx, p);
-        return;
-    }
-    sem_init(&v.done, 0, 0);
-    atomic_store_explicit(&p->visitor, &v, memory_order_release);
-    sem_post(&owners_belt(p)->news);
-    while (sem_wait(&v.done) != 0) {
-    }
-    sem_destroy(&v.done);
-}
-
-struct map_visit {
-    pipeline_visit_fn *fn;
-    void *ctx;
-};
-
-static void visit_map(void *ctx, struct pipeline *p)
-{
-    struct map_visit *v = ctx;
-    v->fn(v->ctx, p->map);
-}
-
-bool pipeline_visit_map(struct pipeline *p, pipeline_visit_fn *fn, void *ctx)
-{
-    struct map_visit v = {fn, ctx};
-    if (p->map)
-        visit(p, visit_map, &v);
-    return p->map != NULL;
-}
-
-static void add_grid(void *ctx, struct pipeline *p)
-{
-    p->grid[p->n_grids++] = ctx;
-}
-
-static void drop_grid(void *ctx, struct pipeline *p)
-{
-    int kept = 0;
-    for (int i = 0; i < p->n_grids; i++)
-        if (p->grid[i] != ctx)
-            p->grid[kept++] = p->grid[i];
-    p->n_grids = kept;
-}
-
-bool pipeline_add_grid(struct pipeline *p, struct grid *grid)
-{
-    if (p->n_grids == PIPELINE_MAX_GRIDS)
-        return false;
-    visit(p, add_grid, grid);
-    return true;
-}
-
-void pipeline_drop_grid(struct pipeline *p, struct grid *grid)
-{
-    visit(p, drop_grid, grid);
-    grid_free(grid);
-}
-
-struct grid *pipeline_grid(struct pipeline *p, int i)
-{
-    return i < p->n_grids ? p->grid[i] : NULL;
-}
-
 bool pipeline_set_extract(struct pipeline *p, int sensor, const struct extract_conf *conf, char *err,
                           size_t err_size)
 {
@@ -434,21 +301,10 @@ void pipeline_set_background(struct pipeline *p, int sensor, const struct pipeli
     p->background[sensor] = *background;
 }
 
-struct sphere *pipeline_sphere(struct pipeline *p, const struct grid *grid)
-{
-    pipeline_drain(p);
-    return grid->sphere;
-}
-
 const struct witnesses *pipeline_witnesses(struct pipeline *p)
 {
     pipeline_drain(p);
     return &p->witnesses;
-}
-
-struct picture *pipeline_picture(struct pipeline *p)
-{
-    return grid_picture(p->grid[0]);
 }
 
 struct image *pipeline_image(struct pipeline *p, int sensor)

@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * pipeline_state - what the pipeline's own modules share: pipeline (buffers, stages, threads) and pipeline_maps (what
+ * the loop does to the grids and the map). Nobody else includes it.
+ */
+#ifndef SONARD_PIPELINE_STATE_H
+#define SONARD_PIPELINE_STATE_H
+
+#include <pthread.h>
+#include <semaphore.h>
+#include <stdatomic.h>
+
+#include "pipeline.h"
+#include "ring.h"
+
+/* A pool of buffers on its way: `waiting` from producer to consumer, `idle` back. */
+struct belt {
+    struct ring waiting, idle;
+    sem_t news; /* posted for every entry put into waiting, for a visitor, to count a turn, and to stop */
+    _Atomic uint64_t turns; /* of the thread behind it */
+};
+
+/* Work of the loop that the maps' owner does for it between two pings. */
+typedef void visit_fn(void *ctx, struct pipeline *p);
+struct visitor {
+    visit_fn *fn;
+    void *ctx;
+    sem_t done;
+};
+
+struct pipeline {
+    struct pipeline_conf conf;
+    struct ping *ping;
+    struct echoes *echoes;
+    uint32_t n_buffers;
+    struct belt pings, found;
+    _Atomic(struct visitor *) visitor; /* waits for the owner; NULL: nobody */
+    uint32_t filling;                  /* ping buffer that pipeline_begin gave out, or NONE */
+    struct extract *extract[PIPELINE_MAX_SENSORS];
+    struct pipeline_background background[PIPELINE_MAX_SENSORS]; /* written while nothing is under way */
+    struct cleanup *cleanup[PIPELINE_MAX_SENSORS];               /* NULL: no stage of it configured */
+    struct grid *grid[PIPELINE_MAX_GRIDS];                       /* written by the owner while the loop waits */
+    int n_grids;
+    struct witnesses witnesses;
+    struct pipeline_map *map;                  /* NULL: not configured */
+    struct marks *marks[PIPELINE_MAX_SENSORS]; /* NULL: not configured */
+    struct image *image[PIPELINE_MAX_SENSORS]; /* NULL: nobody can ask for it */
+    struct latency latency[PIPELINE_STAGES];
+    _Atomic uint64_t submitted, finished;
+    _Atomic uint64_t held; /* by the clean-ups: submitted, and finished when later pings come */
+    _Atomic uint64_t dropped[PIPELINE_MAX_SENSORS];
+    _Atomic int law_doubt[PIPELINE_MAX_SENSORS];
+    struct seqlock cleanup_lock;
+    seqlock_word cleanup_state[PIPELINE_MAX_SENSORS][sizeof(struct cleanup_state) / 8];
+    atomic_bool stop;
+    pthread_t thread[PIPELINE_MAX_THREADS];
+    int n_threads;
+    void *memory[10 + 4 * PIPELINE_MAX_SENSORS];
+    int n_memory;
+};
+
+/* The way by which the echoes come to the thread that owns the maps. */
+static inline struct belt *pipeline_owners_belt(struct pipeline *p)
+{
+    return p->conf.threads == 2 ? &p->found : &p->pings;
+}
+
+#endif
