@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* plan_cost - see plan_cost.h. tests/report/plan.py counts the same stages anew; the report has both. */
+/* plan_cost - see plan_cost.h. tests/report/report_plan.c counts the same stages anew; the report has both. */
 #include "plan_cost.h"
 
 #include <math.h>

@@ -12,7 +12,7 @@
 #include "template_file.h"
 
 #define LOOK_EVERY 64 /* pings between two looks whether learning is done: each look waits for the pipeline */
-#define LEAST_USED 3  /* pings of a row that a template made early may rest on */
+#define LEAST_USED 3  /* pings of a row that a template may rest on */
 
 static void happened(struct daemon *d, int sensor, enum log_level level, const char *fmt, ...)
     __attribute__((format(printf, 4, 5)));
@@ -99,11 +99,17 @@ static struct background *make(const struct daemon *d, const struct template *t,
     return b;
 }
 
-static bool finish(struct daemon *d, int sensor, uint32_t least, char *err, size_t err_size)
+/* Rows with fewer pings than this tell too little. */
+static uint32_t least_used(const struct template *t)
+{
+    return t->learning.pings < LEAST_USED ? t->learning.pings : LEAST_USED;
+}
+
+static bool finish(struct daemon *d, int sensor, char *err, size_t err_size)
 {
     struct template *t = &d->template[sensor];
     struct background_kept kept;
-    struct background *b = make(d, t, least, &kept);
+    struct background *b = make(d, t, least_used(t), &kept);
     if (!b || !replace(d, sensor, b)) {
         free(b);
         snprintf(err, err_size, "out of memory");
@@ -138,7 +144,7 @@ void template_ping(struct daemon *d, int sensor, const struct ping *ping)
     background_learn_progress(t->learn, &p);
     if (!p.done)
         return;
-    if (!finish(d, sensor, 1, err, sizeof err))
+    if (!finish(d, sensor, err, sizeof err))
         happened(d, sensor, LOG_ERR, "learning: %s", err);
     drop_learner(d, sensor);
 }
@@ -177,15 +183,15 @@ bool template_stop(struct daemon *d, int sensor, bool use, char *err, size_t err
         snprintf(err, err_size, "nothing is being learnt");
         return false;
     }
-    const uint32_t least = t->learning.pings < LEAST_USED ? t->learning.pings : LEAST_USED;
     struct background_progress p;
     pipeline_drain(d->pipeline);
     background_learn_progress(t->learn, &p);
-    if (use && p.least < least) {
-        snprintf(err, err_size, "too early: some row has %u pings only, at least %u are needed", p.least, least);
+    if (use && p.least < least_used(t)) {
+        snprintf(err, err_size, "too early: some row has %u pings only, at least %u are needed", p.least,
+                 least_used(t));
         return false;
     }
-    if (use && !finish(d, sensor, least, err, err_size))
+    if (use && !finish(d, sensor, err, err_size))
         return false;
     drop_learner(d, sensor);
     if (!use)

@@ -107,7 +107,7 @@ static void take_row(struct background_learn *l, const struct ping *ping, uint16
     struct background_progress *p = &l->progress;
     const struct stand here = stand_of(l, ping, beam);
     if (l->n[row] == l->conf.pings) {
-        p->done |= p->rows_full == p->rows_seen;
+        p->done |= p->rows_seen - p->rows_full <= p->rows_seen / BACKGROUND_STRAY;
         return;
     }
     const bool known = l->n[row] == 0 || (here.has & l->stand[row].has);

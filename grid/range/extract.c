@@ -318,13 +318,13 @@ static struct late_ring end_ring_down(const struct extract *e, struct profile *p
     return (struct late_ring){(uint32_t)usual, found};
 }
 
-/* The loudest cell of the ring-down, but for what is known of the vehicle. */
+/* The loudest cell of the ring-down, masked or not: a template that was learnt beside a wall holds the wall. */
 static uint64_t ring_power(const struct profile *p)
 {
     uint64_t loudest = 0;
 
     for (uint32_t i = 0; i < p->first; i++)
-        if (p->cell[i] > loudest && !profile_blind(p, i))
+        if (p->cell[i] > loudest)
             loudest = p->cell[i];
     return loudest;
 }

@@ -34,8 +34,8 @@ struct silence {
 /**
  * silence_levels - the floor, and where the first window begins that is louder than `ratio` times the quietest one
  * behind it; whole windows side by side from p->first on. A level that falls with range is reverberation, and hides a
- * reflector that would stand out of the quiet water behind; one that rises is noise under a gain that grows with
- * range, which raises reflectors too.
+ * reflector that would stand out of the quiet water behind. One that rises hides nothing before it; what it says of the
+ * water from there on is silence_calm's business.
  */
 struct silence silence_levels(const struct profile *p, double ratio);
 

@@ -231,11 +231,12 @@ static void tally_add(struct tally *t, const struct sea_ping *sea, const struct 
     const bool surface = isfinite(sea->nearest_m);
     const double end_m = surface ? sea->nearest_m : (double)sea->ping.dr_m * sea->ping.n_bins;
     const double free_to_m = found->free_to_m > found->blind_m ? (double)found->free_to_m : 0.0;
+    const double free_from_m = fmin((double)found->blind_m, free_to_m);
     bool hit = false;
 
     t->beams++;
     t->water_m += end_m;
-    t->claimed_m += fmin(free_to_m, end_m);
+    t->claimed_m += fmin(free_to_m, end_m) - fmin(free_from_m, end_m);
     if (found->n > 0 && (double)found->echo[0].range_m < sea->skirt_m - HIT_M)
         t->false_first++;
     if (!surface)

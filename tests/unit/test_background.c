@@ -178,6 +178,29 @@ TEST(done_when_a_turn_has_come_round)
     free(b);
 }
 
+/* Angles that come once, in error, are not waited for, as long as they are few; what they heard is no template. */
+TEST(done_although_few_angles_came_once_only)
+{
+    for (uint32_t strays = 24; strays <= 26; strays++) {
+        struct ping p = ping_at(0, BINS);
+        struct background_learn *learn = learn_new(&p, 3, true);
+        for (uint32_t i = 0; i < strays; i++) {
+            p = ping_at(TURN - 1 - i, BINS);
+            background_learn_take(learn, &p);
+        }
+        for (uint32_t taken = 0; taken < 10 * (TURN - strays); taken++) {
+            p = ping_at(taken % (TURN - strays), BINS);
+            background_learn_take(learn, &p);
+        }
+        CHECK_INT(progress(learn).rows_seen, TURN);
+        CHECK_INT(progress(learn).done, strays <= TURN / BACKGROUND_STRAY);
+        struct background *b = finish(learn, 3, 64);
+        CHECK_INT(b->learnt[TURN - 1 - strays], 3);
+        CHECK_INT(b->learnt[TURN - strays / 2], 0);
+        free(b);
+    }
+}
+
 struct motion {
     const char *name;
     unsigned has;
@@ -553,6 +576,7 @@ int main(void)
     RUN(median_equals_sort);
     RUN(majority_decides);
     RUN(done_when_a_turn_has_come_round);
+    RUN(done_although_few_angles_came_once_only);
     RUN(takes_only_after_motion);
     RUN(other_bins_are_not_mixed_in);
     RUN(keeps_the_vehicle_only);
