@@ -1,12 +1,17 @@
 # SPDX-License-Identifier: MIT
 # extract.gp - chapter "Range extraction": errors against cost, and against each other.
 points = data.'extract_points.csv'
-knobs = "detector window guard false_alarm min_contrast floor ring_down no_echo amplitude background cleanup fixed_threshold"
+ordered = "window guard false_alarm min_contrast floor ring_down fixed_threshold"
+named = "detector no_echo amplitude background cleanup"
+knobs = ordered.' '.named
 of(knob) = "< sed -n '1p;/^".knob.",/p' ".points
 flag(f, c) = column(f) == 1 ? column(c) : NaN
 
+# names only where they do not lie on each other: away from the default
+told(x, y, x0, y0) = place(field("knob")) > 6 && (abs(log(x/x0)) > 0.2 || abs(log(y/y0)) > 0.3) ? field("value") : ""
+
 set logscale x
-set xrange [2:4000]
+set xrange [2:1000]
 set xlabel 'instructions per bin (nanoseconds where these cannot be counted)'
 
 # share of beams; what is 0 is drawn at the bottom
@@ -19,12 +24,16 @@ do for [m in "behind missed false"] {
     set ytics ("0.1 %%" 0.001, "1 %%" 0.01, "10 %%" 0.1, "100 %%" 1)
     set ytics add ("0" least)
     s = m.'_share'
+    stats points using (flag("default", "cost")):(column(s)) name 'D' nooutput
     set output out.'extract_'.m.'.svg'
     set ylabel m eq "behind" ? 'beams with free water claimed behind the surface' : \
                m eq "missed" ? 'surfaces missed' : 'false first echoes, of all beams'
     plot for [i = 1:words(knobs)] of(word(knobs, i)) using "cost":(show(column(s))):(show(column(s.'_low'))):(show(column(s.'_high'))) \
              with yerrorbars lc i pt 7 ps 0.6 notitle, \
-         for [i = 1:words(knobs)] of(word(knobs, i)) using "cost":(show(column(s))) with lines lc i title word(knobs, i), \
+         for [k in ordered] of(k) using "cost":(show(column(s))) with linespoints lc place(k) pt 7 title k, \
+         for [k in named] of(k) using "cost":(show(column(s))) with points lc place(k) pt 7 title k, \
+         points using "cost":(show(column(s))):(told(column("cost"), show(column(s)), D_mean_x, show(D_mean_y))) \
+             with labels left offset 0.6,0.3 font ',9' textcolor rgb '#555555' notitle, \
          points using (flag('front_'.s, "cost")):(show(column(s))) with points pt 6 ps 1.6 lw 1.5 lc rgb '#222222' title 'Pareto front', \
          points using (flag("default", "cost")):(show(column(s))) every ::0::9 with points pt 3 ps 1.8 lw 2 lc rgb 'black' title 'shipped default'
 }
@@ -32,21 +41,24 @@ do for [m in "behind missed false"] {
 set output out.'extract_range.svg'
 set ylabel 'range error, 95 % of the found surfaces, m'
 set yrange [0.01:1]
-set ytics autofreq
+set ytics (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1)
 set format y '%g'
 s = 'range_p95_m'
+stats points using (flag("default", "cost")):(column(s)) name 'D' nooutput
 plot for [i = 1:words(knobs)] of(word(knobs, i)) using "cost":(column(s)):(column(s.'_low')):(column(s.'_high')) \
          with yerrorbars lc i pt 7 ps 0.6 notitle, \
-     for [i = 1:words(knobs)] of(word(knobs, i)) using "cost":(column(s)) with lines lc i title word(knobs, i), \
+     for [k in ordered] of(k) using "cost":(column(s)) with linespoints lc place(k) pt 7 title k, \
+     for [k in named] of(k) using "cost":(column(s)) with points lc place(k) pt 7 title k, \
+     points using "cost":(column(s)):(told(column("cost"), column(s), D_mean_x, D_mean_y)) \
+         with labels left offset 0.6,0.3 font ',9' textcolor rgb '#555555' notitle, \
      points using (flag('front_'.s, "cost")):(column(s)) with points pt 6 ps 1.6 lw 1.5 lc rgb '#222222' title 'Pareto front', \
      points using (flag("default", "cost")):(column(s)) with points pt 3 ps 1.8 lw 2 lc rgb 'black' title 'shipped default'
 
 set xrange [*:*]
 set yrange [*:*]
-# labels only where they do not lie on each other: away from the default
 stats points using (flag("default", "missed_share")) name 'M' nooutput
 stats points using (flag("default", "false_share")) name 'F' nooutput
-far(x, y) = abs(log(x/M_mean)) > 0.25 || abs(log(y/F_mean)) > 0.25
+far(x, y) = abs(log(x/M_mean)) > 0.35 || abs(log(y/F_mean)) > 0.5
 set output out.'extract_trade.svg'
 set xlabel 'surfaces missed'
 set ylabel 'false first echoes, of all beams'
@@ -55,15 +67,16 @@ set xrange [0.05:1.1]
 set yrange [0.0018:1.1]
 set xtics ("5 %%" 0.05, "10 %%" 0.1, "20 %%" 0.2, "50 %%" 0.5, "100 %%" 1)
 set ytics ("0" least, "1 %%" 0.01, "2 %%" 0.02, "5 %%" 0.05, "10 %%" 0.1, "20 %%" 0.2, "50 %%" 0.5, "100 %%" 1)
-plot for [i = 1:words(knobs)] of(word(knobs, i)) using "missed_share":(show(column("false_share"))) with linespoints lc i title word(knobs, i), \
+plot for [k in ordered] of(k) using "missed_share":(show(column("false_share"))) with linespoints lc place(k) pt 7 title k, \
+     for [k in named] of(k) using "missed_share":(show(column("false_share"))) with points lc place(k) pt 7 title k, \
      points using "missed_share":(show(column("false_share"))):(far(column("missed_share"), show(column("false_share"))) ? field("value") : "") \
          with labels left offset 0.6,0.4 font ',10' textcolor rgb '#555555' notitle, \
      points using (flag("default", "missed_share")):(show(column("false_share"))) with points pt 3 ps 1.8 lw 2 lc rgb 'black' title 'shipped default'
 
 # every knob by itself
-set terminal svg size 1200,720 font 'sans-serif,12' background 'white' noenhanced dynamic rounded
+set terminal svg size 1200,760 font 'sans-serif,12' background 'white' noenhanced dynamic rounded
 set output out.'extract_knobs.svg'
-set multiplot layout 2,6 margins 0.06,0.99,0.16,0.93 spacing 0.02,0.16
+set multiplot layout 2,6 margins 0.06,0.99,0.21,0.93 spacing 0.02,0.15
 unset logscale x
 set xrange [*:*]
 set offsets 0.4,0.4,0,0
@@ -85,5 +98,6 @@ do for [i = 1:words(knobs)] {
          of(k) using "place":(show(column("false_share"))) with linespoints lc 5 notitle, \
          of(k) using "place":(show(column("unclaimed_share"))) with linespoints lc 3 notitle, \
          of(k) using (column("default") == 1 ? column("place") : NaN):(1) with impulses lc rgb '#999999' lw 1 dt 2 notitle
+    unset label # drawn once
 }
 unset multiplot

@@ -24,5 +24,6 @@ do for [i = 1:6] {
     plot for [d = 1:4] rates using (of(clutter, word(detectors, d), column("asked")*1.2**(d-2.5))):(least(column("measured")/column("asked"))):(least(column("low")/column("asked"))):(column("high")/column("asked")) \
              with yerrorbars lc d pt 7 ps 0.6 lw 1.3 notitle, \
          1 with lines lc rgb '#999999' lw 1 notitle
+    unset label # drawn once
 }
 unset multiplot

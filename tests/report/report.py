@@ -6,6 +6,7 @@ the data as CSV. The text is index.md and one file per chapter; a line that begi
 
   @chapter NAME                    the text of NAME.md
   @run DATA PROGRAM ARGS...        what the program prints becomes data/DATA.csv
+  @time DATA PROGRAM ARGS...       the same, with nothing beside it: it measures nanoseconds
   @count DATA FUNCTION PROGRAM ARGS...  the same under callgrind: a column of instructions in FUNCTION between two
                                    calls of cost_mark, per `bins` of the row; empty where there is no valgrind
   @peer DATA COLUMN[:TITLE]...     what the benchmark's peer says, as data and a table; a sentence where it is not built
@@ -17,8 +18,11 @@ the data as CSV. The text is index.md and one file per chapter; a line that begi
   @table DATA COLUMN=VALUE... COLUMN[:TITLE]...   rows where COLUMN is VALUE, the named columns
   @explain SCENE                   the plan of config/scenes/SCENE.conf, as sonard --explain has it
   @machine                         what it was measured on
+
+What runs programs is done first: on all processors at once, and then, one by one, what measures time.
 """
 import argparse
+import concurrent.futures
 import csv
 import json
 import os
@@ -40,7 +44,6 @@ class Report:
         self.build, self.out, self.quick = build, out, quick
         self.data = os.path.join(out, "data")
         self.figures = 0
-        self.steps = self.step = 0
         self.begin = time.monotonic()
         shutil.rmtree(out, ignore_errors=True)
         os.makedirs(self.data)
@@ -63,13 +66,12 @@ class Report:
     def run(self, name, *command):
         with open(os.path.join(self.data, name + ".csv"), "w", encoding="utf-8") as f:
             subprocess.run(self.program(*command), stdout=f, stderr=subprocess.DEVNULL, check=True)
-        return ""
 
     def count(self, name, function, *command):
         if not shutil.which("valgrind"):
             self.run(name, *command)
             self.save(name, [row | {"instructions": ""} for row in self.rows(name)])
-            return ""
+            return
         with tempfile.TemporaryDirectory() as folder:
             dump = os.path.join(folder, "dump")
             valgrind = ["valgrind", "-q", "--tool=callgrind", f"--toggle-collect={function}",
@@ -81,12 +83,35 @@ class Report:
                 total = int(re.search(r"^totals: (\d+)", read(f"{dump}.{i}"), re.M)[1])
                 row["instructions"] = f"{total / float(row['bins']):.2f}"
         self.save(name, rows)
-        return ""
+
+    def run_peer(self, name, *_):
+        if os.path.exists(self.program("bench_octomap_peer")[0]):
+            self.run(name, "bench_octomap_peer", "csv")
+
+    def measure(self, texts):
+        """Runs every program that the texts name; what measures time comes last, with nothing beside it."""
+        steps = [m for text in texts for m in re.findall(r"^@(run|count|peer|time) (.*)$", text, re.M)]
+        does = {"run": self.run, "count": self.count, "peer": self.run_peer, "time": self.run}
+        done = 0
+        for alone in (False, True):
+            with concurrent.futures.ThreadPoolExecutor(1 if alone else len(os.sched_getaffinity(0))) as pool:
+                jobs = {pool.submit(timed, does[kind], words.split()): words.split()[0] for kind, words in steps
+                        if (kind == "time") == alone}
+                try:
+                    for job in concurrent.futures.as_completed(jobs):
+                        done += 1
+                        took = job.result()
+                        self.progress(done, len(steps), f"{jobs[job]}, {took:.0f} s")
+                finally:
+                    pool.shutdown(cancel_futures=True)
+
+    def progress(self, done, steps, what):
+        bar = "#" * (20 * done // steps)
+        print(f"[{bar:20}] {done:2}/{steps} {time.monotonic() - self.begin:4.0f} s  {what}", flush=True)
 
     def peer(self, name, *columns):
-        if not os.path.exists(self.program("bench_octomap_peer")[0]):
+        if not os.path.exists(os.path.join(self.data, name + ".csv")):
             return "Not measured here: the peer's library, liboctomap-dev, is not installed."
-        self.run(name, "bench_octomap_peer", "csv")
         return self.table(name, *columns)
 
     # ---- error against cost ----
@@ -147,7 +172,7 @@ class Report:
             price = f"{worst} {number(default[worst])} to {number(best[worst])}" if loss[worst] > 0 else "none"
             rows.append([m, number(default[m]), f"{best['knob']} = {best['value']}", number(best[m]), price])
         header = ["measure", "default", "least at no more cost", "there", "its highest price"]
-        print(f"        {text}", flush=True)
+        print(f"{name}: {text}", flush=True)
         return text + "\n\n" + markdown_table(header, rows)
 
     # ---- text ----
@@ -187,24 +212,28 @@ class Report:
 
     def directive(self, match):
         name, words = match[1], match[2].split()
+        if name in MEASURED:
+            return ""
         if name not in DIRECTIVES:
             sys.exit(f"report.py: @{name} is no directive")
-        if name in STEPS:
-            self.step += 1
-            print(f"[{self.step:2}/{self.steps}] {time.monotonic() - self.begin:5.0f} s  {name} {match[2]}", flush=True)
         return getattr(self, name)(*words)
 
     def make(self):
         index = read(os.path.join(HERE, "index.md"))
-        chapters = [read(os.path.join(HERE, name + ".md")) for name in re.findall(r"^@chapter (\w+)", index, re.M)]
-        self.steps = sum(len(re.findall(rf"^@(?:{'|'.join(STEPS)}) ", text, re.M)) for text in [index, *chapters])
+        self.measure([read(os.path.join(HERE, name + ".md")) for name in re.findall(r"^@chapter (\w+)", index, re.M)])
         text = re.sub(r"\n{3,}", "\n\n", self.expand(index))
         page.make(self.out, text)
         print(f"report: {self.out}/index.html, {self.figures} figures, {time.monotonic() - self.begin:.0f} s")
 
 
-DIRECTIVES = ("chapter", "run", "count", "peer", "points", "judge", "plot", "figure", "table", "explain", "machine")
-STEPS = ("run", "count", "peer", "points", "judge", "plot")
+MEASURED = ("run", "count", "time")
+DIRECTIVES = ("chapter", "peer", "points", "judge", "plot", "figure", "table", "explain", "machine")
+
+
+def timed(do, words):
+    begin = time.monotonic()
+    do(*words)
+    return time.monotonic() - begin
 
 
 def better(q, p, keys):

@@ -49,8 +49,10 @@ $width << END
 -2.5,0
 END
 
+set ylabel 'depth, m' offset 1
+set xlabel 'along the chamber, m'
 set output out.'voxel_shaft_6.svg'
-set multiplot layout 1,2 margins 0.05,0.98,0.04,0.95 spacing 0.06
+set multiplot layout 1,2 margins 0.07,0.98,0.07,0.95 spacing 0.09
 set xrange [-1:10]
 do for [figure in "6a 6b"] {
     set title figure eq '6a' ? '10 images' : '20 images'
@@ -62,15 +64,18 @@ do for [figure in "6a 6b"] {
 unset multiplot
 
 set output out.'voxel_shaft_7.svg'
-set multiplot layout 1,4 margins 0.04,0.99,0.04,0.95 spacing 0.04
+set multiplot layout 1,4 margins 0.07,0.99,0.07,0.95 spacing 0.04
+set xlabel 'along, m'
 set title 'found free'
 plot of('7', 'length', '1|2|3') using 4:6:4:5:6:7 with boxxyerror lc rgb light, $length with lines ls 1
+unset ylabel
 set title 'filtered'
 plot of('7', 'length', '2|3') using 4:6:4:5:6:7 with boxxyerror lc rgb blue, $length with lines ls 1
 set title 'surface'
 plot of('7', 'length', '3') using 4:6:4:5:6:7 with boxxyerror lc rgb red, $length with lines ls 1
 set xrange [-5.5:5.5]
-set title 'across, filtered and surface'
+set xlabel 'across, m'
+set title 'filtered and surface'
 plot of('7', 'width', '2') using 4:6:4:5:6:7 with boxxyerror lc rgb blue, \
      of('7', 'width', '3') using 4:6:4:5:6:7 with boxxyerror lc rgb red, $width with lines ls 1
 unset multiplot

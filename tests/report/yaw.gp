@@ -3,9 +3,9 @@
 yaw = data.'yaw.csv'
 methods = "shipped between last"
 rates = "30 90 180"
-set terminal svg size 1000,460 font 'sans-serif,13' background 'white' noenhanced dynamic rounded
+set terminal svg size 1000,520 font 'sans-serif,13' background 'white' noenhanced dynamic rounded
 set output out.'yaw.svg'
-set multiplot layout 1,2 margins 0.07,0.99,0.22,0.95 spacing 0.08,0.1
+set multiplot layout 1,2 margins 0.08,0.99,0.27,0.97 spacing 0.1,0.1
 set logscale xy
 set xrange [4:125]
 set xtics (5, 10, 20, 50, 100)
@@ -16,7 +16,9 @@ of(m, r, v) = field("method") eq word(methods, m) && column("yaw_degps") == word
 least(v, low) = v > low ? v : low
 set ylabel 'heading, 95 %, degrees'
 set yrange [1e-3:50]
+set ytics ('0' 1e-3, 0.01, 0.1, 1, 10)
 plot for [m = 1:3] for [r = 1:3] yaw using (column("pose_hz")):(of(m, r, least(column("heading_p95_deg"), 1.1e-3))) with points pt 7 ps 0.8 lc rgb word("#0b66c3 #5b9de0 #a9cdf5 #2a9d5c #6cc794 #b0e3c6 #d6562b #e88b6b #f5c3b2", m*3-r+1)
+unset label # drawn once
 set ylabel 'free volume that is solid, m³'
 set yrange [1e-3:20]
 plot for [m = 1:3] for [r = 1:3] yaw using (column("pose_hz")*1.05**(m-2)):(of(m, r, least(column("false_free_m3"), 1.1e-3))):(least(column("false_free_low"), 1.1e-3)):(least(column("false_free_high"), 1.1e-3)) with yerrorbars pt 7 ps 0.8 lc rgb word("#0b66c3 #5b9de0 #a9cdf5 #2a9d5c #6cc794 #b0e3c6 #d6562b #e88b6b #f5c3b2", m*3-r+1)
