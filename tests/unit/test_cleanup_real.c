@@ -172,31 +172,45 @@ static bool read_ping(FILE *file, const struct scene *s, struct ping *ping, doub
     return true;
 }
 
-static struct score run(const struct scene *s, const struct chain *chain, FILE *file)
+static _Alignas(64) unsigned char room[2][1 << 19];
+static struct ping_beam axis;
+
+static struct extract *extract_in(unsigned char *memory, enum extract_order order)
 {
-    static _Alignas(64) unsigned char room[1 << 19];
-    static double bearing[MAX_PINGS + 3];
     struct extract_conf conf;
-    struct score score = {0};
     char err[200] = "";
 
     extract_defaults(&conf);
-    conf.order = chain->order;
-    struct extract *extract = extract_init(room, &conf, MAX_BINS, err, sizeof err);
+    conf.order = order;
+    struct extract *extract = extract_init(memory, &conf, MAX_BINS, err, sizeof err);
+    CHECK(extract && extract_size(MAX_BINS) <= sizeof room[0]);
+    return extract;
+}
+
+static struct ping ping_of(const struct scene *s)
+{
+    return (struct ping){.law = (uint8_t)s->law,
+                         .sample_bytes = 1,
+                         .n_beams = 1,
+                         .db_per_count = (float)s->db_per_count,
+                         .pulse_m = (float)s->pulse_m,
+                         .pose = pose_identity,
+                         .beam = &axis,
+                         .samples = sample};
+}
+
+static struct score run(const struct scene *s, const struct chain *chain, FILE *file)
+{
+    static double bearing[MAX_PINGS + 3];
+    struct score score = {0};
+    char err[200] = "";
+    struct extract *extract = extract_in(room[0], chain->order);
     void *memory = malloc(cleanup_size(&chain->conf, MAX_BINS));
     struct cleanup *c = cleanup_init(memory, &chain->conf, &mount_identity, MAX_BINS, err, sizeof err);
-    CHECK(extract && c && extract_size(MAX_BINS) <= sizeof room);
-
-    struct ping_beam axis = {0};
     struct beam_echoes found;
-    struct ping ping = {.law = (uint8_t)s->law,
-                        .sample_bytes = 1,
-                        .n_beams = 1,
-                        .db_per_count = (float)s->db_per_count,
-                        .pulse_m = (float)s->pulse_m,
-                        .pose = pose_identity,
-                        .beam = &axis,
-                        .samples = sample};
+    struct ping ping = ping_of(s);
+    CHECK(c != NULL);
+
     FILE *raw = NULL, *clean = NULL;
     uint32_t width = 0;
     while (ping.seq < MAX_PINGS && read_ping(file, s, &ping, &bearing[ping.seq])) {
@@ -251,8 +265,54 @@ TEST(safe_chains_call_no_water_behind_a_wall_free)
         run_scene(&scenes[i]);
 }
 
+/* The first ping of a head is an image of its own: every ping of a recording as such a one, all stages on. */
+static void run_alone(const struct scene *s)
+{
+    static const struct cleanup_conf all = {.median = 3, .otsu = true, .clahe = true, .classes = true, .clip = 2};
+    FILE *file = fopen(s->path, "r");
+    void *memory = malloc(cleanup_size(&all, MAX_BINS));
+    struct extract *plain = extract_in(room[0], EXTRACT_SAFE), *cleaned = extract_in(room[1], EXTRACT_SAFE);
+    struct ping ping = ping_of(s);
+    double bearing_deg;
+    char err[200] = "";
+    int with = 0, lost = 0, freed = 0;
+
+    while (file && ping.seq < MAX_PINGS && read_ping(file, s, &ping, &bearing_deg)) {
+        struct cleanup *c = cleanup_init(memory, &all, &mount_identity, MAX_BINS, err, sizeof err);
+        struct beam_echoes found[2];
+        struct echoes e[2] = {{.max_beams = 1, .beam = &found[0]}, {.max_beams = 1, .beam = &found[1]}};
+        struct ping unheard = ping;
+        struct extract_aid aid;
+        unheard.flags = PING_UNHEARD;
+        cleanup_put(c, &ping, NULL, NULL);
+        cleanup_put(c, &unheard, NULL, NULL); /* what waits comes out */
+        extract_run(plain, &ping, NULL, &e[0]);
+        extract_run(cleaned, cleanup_next(c, &aid), &aid, &e[1]);
+        with += found[0].n > 0;
+        lost += found[0].n > 0 && found[1].n == 0;
+        freed += found[1].free_to_m > found[0].free_to_m;
+    }
+    if (file)
+        printf(
+            "# %s, every ping as the first of a head: of %d pings with an echo %d lose all, %d free more water\n",
+            s->name, with, lost, freed);
+    else
+        printf("skip alone_%s: no %s\n", s->name, s->path);
+    CHECK_INT(freed, 0);
+    free(memory);
+    if (file)
+        fclose(file);
+}
+
+TEST(a_ping_cleaned_alone_frees_no_more_water)
+{
+    for (int i = 0; i < SCENES; i++)
+        run_alone(&scenes[i]);
+}
+
 int main(void)
 {
+    RUN(a_ping_cleaned_alone_frees_no_more_water);
     RUN(safe_chains_call_no_water_behind_a_wall_free);
     return test_end();
 }
