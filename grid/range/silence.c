@@ -87,7 +87,7 @@ struct calm silence_calm(const struct profile *p)
 uint32_t silence_hidden(const struct profile *p, uint32_t until, double power, double ratio)
 {
     const uint32_t window = p->axis->window;
-    uint32_t begin = until;
+    uint32_t begin = p->blind ? until : p->first;
 
     while (begin > p->first && !profile_blind(p, begin - 1))
         begin--;
