@@ -39,6 +39,7 @@ struct daemon {
     const char *conf_name; /* file, or capture whose attachment it was */
     struct loop *loop;
     struct pipeline *pipeline;
+    size_t grid_bytes_begun; /* of grids that are being made */
     struct source *source[CONF_MAX_SONARS];
     struct mount mount[CONF_MAX_SONARS];
     struct pose_log poses;

@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#define STEP_BYTES (256 * 1024)
+
 _Static_assert(sizeof(struct sphere_stats) % 8 == 0, "statistics are whole words");
 
 static size_t lines(size_t n)
@@ -21,7 +23,7 @@ static void publish_stats(struct grid *g)
     seqlock_end(&g->lock);
 }
 
-struct grid *grid_new(const struct grid_setting *setting, char *err, size_t err_size)
+struct grid *grid_begin(const struct grid_setting *setting, char *err, size_t err_size)
 {
     const size_t bytes = sphere_bytes(&setting->sphere, err, err_size);
     if (!bytes)
@@ -34,11 +36,29 @@ struct grid *grid_new(const struct grid_setting *setting, char *err, size_t err_
         free(memory);
         return NULL;
     }
-    memset(memory, 0, bytes);
     g->setting = *setting;
     g->bytes = bytes;
-    g->sphere = sphere_init(memory, &setting->sphere);
+    g->memory = memory;
+    return g;
+}
+
+bool grid_step(struct grid *g)
+{
+    const size_t left = g->bytes - g->touched, n = left < STEP_BYTES ? left : STEP_BYTES;
+    memset((char *)g->memory + g->touched, 0, n);
+    g->touched += n;
+    if (n < left)
+        return false;
+    g->sphere = sphere_init(g->memory, &g->setting.sphere);
     publish_stats(g);
+    return true;
+}
+
+struct grid *grid_new(const struct grid_setting *setting, char *err, size_t err_size)
+{
+    struct grid *g = grid_begin(setting, err, err_size);
+    while (g && !grid_step(g))
+        ;
     return g;
 }
 
@@ -47,7 +67,7 @@ void grid_free(struct grid *g)
     if (!g)
         return;
     free(g->clusters);
-    free(g->sphere);
+    free(g->memory);
     free(g);
 }
 

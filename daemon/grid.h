@@ -6,6 +6,7 @@
 #ifndef SONARD_GRID_H
 #define SONARD_GRID_H
 
+#include <stdbool.h>
 #include <stddef.h>
 
 #include "../grid/answer/answer.h"
@@ -23,13 +24,20 @@ struct grid_setting {
 struct grid {
     struct grid_setting setting;
     size_t bytes;          /* of its memory, the clusters' among it once they are made */
-    struct sphere *sphere; /* of the maps' owner; of the loop while the pipeline is at rest */
+    void *memory;          /* of the sphere */
+    size_t touched;        /* of that, while it is being made */
+    struct sphere *sphere; /* of the maps' owner; of the loop while the pipeline is at rest; NULL: not made yet */
     struct seqlock lock;   /* of the counters */
     seqlock_word stats[sizeof(struct sphere_stats) / 8];
     struct clusters *clusters; /* of the loop; NULL until somebody asks */
 };
 
-/** grid_new - with every page of its memory touched; NULL with a sentence in err. */
+/**
+ * grid_begin - a grid with its memory, but no sphere; NULL with a sentence in err. grid_step touches a part of the
+ * memory's pages, some tenths of a millisecond; true: that was the last, and the grid is made. grid_new does all at once.
+ */
+struct grid *grid_begin(const struct grid_setting *setting, char *err, size_t err_size);
+bool grid_step(struct grid *g);
 struct grid *grid_new(const struct grid_setting *setting, char *err, size_t err_size);
 
 /** grid_free - no thread may know it any more. NULL is allowed. */

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "grid_methods.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 #include "say.h"
@@ -8,9 +9,10 @@
 
 /* ---- making ---- */
 
+/* Those that are being made among them. */
 static double bytes_of_all(struct daemon *d)
 {
-    size_t bytes = 0;
+    size_t bytes = d->grid_bytes_begun;
     struct grid *g;
     for (int i = 0; (g = pipeline_grid(d->pipeline, i)); i++)
         bytes += g->bytes;
@@ -28,21 +30,30 @@ bool grid_has_room(struct daemon *d, const char *name, size_t more_bytes, char *
     return false;
 }
 
-static bool make_grid(struct daemon *d, const struct conf_grid *conf, char *err, size_t err_size)
+static bool has_place(struct daemon *d, char *err, size_t err_size)
+{
+    if (!pipeline_grid(d->pipeline, PIPELINE_MAX_GRIDS - 1))
+        return true;
+    snprintf(err, err_size, "there are %d grids, and room for no more", PIPELINE_MAX_GRIDS);
+    return false;
+}
+
+static struct grid *begin_grid(struct daemon *d, const struct conf_grid *conf, char *err, size_t err_size)
 {
     struct grid_setting setting;
     wiring_grid(&d->conf, conf, &setting);
     const size_t bytes = sphere_bytes(&setting.sphere, err, err_size);
-    if (!bytes || !grid_has_room(d, setting.name, bytes, err, err_size))
-        return false;
-    struct grid *g = grid_new(&setting, err, err_size);
-    if (!g)
-        return false;
-    if (pipeline_add_grid(d->pipeline, g))
-        return true;
-    grid_free(g);
-    snprintf(err, err_size, "there are %d grids, and room for no more", PIPELINE_MAX_GRIDS);
-    return false;
+    if (!bytes || !grid_has_room(d, setting.name, bytes, err, err_size) || !has_place(d, err, err_size))
+        return NULL;
+    return grid_begin(&setting, err, err_size);
+}
+
+static bool make_grid(struct daemon *d, const struct conf_grid *conf, char *err, size_t err_size)
+{
+    struct grid *g = begin_grid(d, conf, err, err_size);
+    while (g && !grid_step(g))
+        ;
+    return g && pipeline_add_grid(d->pipeline, g);
 }
 
 bool grid_start(struct daemon *d, char *err, size_t err_size)
@@ -145,29 +156,79 @@ static bool read_settings(json_t *settings, struct conf_grid *conf, struct rpc_e
     return true;
 }
 
+/* A grid on its way, of one request. */
+struct making {
+    struct daemon *d;
+    struct grid *grid;
+};
+
+static struct grid *take_out(struct making *m)
+{
+    struct grid *g = m->grid;
+    m->d->grid_bytes_begun -= g->bytes;
+    free(m);
+    return g;
+}
+
+static void give_up(void *making)
+{
+    grid_free(take_out(making));
+}
+
+static struct making *begin_making(struct daemon *d, const struct conf_grid *conf, char *err, size_t err_size)
+{
+    struct making *m = calloc(1, sizeof *m);
+    snprintf(err, err_size, "out of memory");
+    struct grid *g = m ? begin_grid(d, conf, err, err_size) : NULL;
+    if (!g) {
+        free(m);
+        return NULL;
+    }
+    *m = (struct making){d, g};
+    d->grid_bytes_begun += g->bytes;
+    return m;
+}
+
+static bool good_new_name(struct daemon *d, const char *name, struct rpc_error *error)
+{
+    if (conf_name_is_good(name) && !find(d, name))
+        return true;
+    return rpc_refuse(error, RPC_INVALID_PARAMS,
+                      "name = %.64s: %s; wanted another one of 1 to %d letters, digits, - and _", name,
+                      find(d, name) ? "there is one" : "no name for a grid", CONF_NAME_MAX - 1);
+}
+
+/* In parts: the pages of a large grid take a tenth of a second. */
 json_t *grid_method_create(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
     static const char *const keys[] = {"name", "settings", NULL};
     struct daemon *d = call->daemon;
     const char *name = rpc_only(params, keys, error) ? name_of(params, "name", error) : NULL;
+    struct making *m = call->work->state;
     struct conf_grid conf = d->conf.grid;
     char err[256];
-    if (!name)
+    if (!name || !good_new_name(d, name, error))
         return NULL;
-    if (!conf_name_is_good(name) || find(d, name)) {
-        rpc_refuse(error, RPC_INVALID_PARAMS,
-                   "name = %.64s: %s; wanted another one of 1 to %d letters, digits, - and _", name,
-                   find(d, name) ? "there is one" : "no name for a grid", CONF_NAME_MAX - 1);
-        return NULL;
-    }
     snprintf(conf.name, sizeof conf.name, "%s", name);
-    if (!read_settings(json_object_get(params, "settings"), &conf, error))
+    if (!m && !read_settings(json_object_get(params, "settings"), &conf, error))
         return NULL;
-    if (!make_grid(d, &conf, err, sizeof err)) {
+    if (!m && !(m = begin_making(d, &conf, err, sizeof err))) {
         rpc_refuse(error, RPC_LIMIT, "%s", err);
         return NULL;
     }
-    return grid_json(find(d, name));
+    *call->work = (struct rpc_work){m, give_up};
+    if (!grid_step(m->grid)) {
+        error->code = RPC_UNFINISHED;
+        return NULL;
+    }
+    if (!has_place(d, err, sizeof err)) { /* another client was faster */
+        rpc_refuse(error, RPC_LIMIT, "%s", err);
+        return NULL;
+    }
+    *call->work = (struct rpc_work){0};
+    struct grid *g = take_out(m);
+    pipeline_add_grid(d->pipeline, g);
+    return grid_json(g);
 }
 
 json_t *grid_method_drop(const struct rpc_call *call, json_t *params, struct rpc_error *error)

@@ -21,8 +21,10 @@ struct reply {
 };
 
 struct rpc_job {
-    json_t *value;    /* a request, or a batch of them; NULL: the line is refused as a whole */
-    size_t next, end; /* requests in it: to be handled next, and behind the last */
+    json_t *value;        /* a request, or a batch of them; NULL: the line is refused as a whole */
+    size_t next, end;     /* requests in it: to be handled next, and behind the last */
+    struct rpc_work work; /* of the next one, which is handled in parts */
+    bool unfinished;      /* it has begun */
     struct reply reply;
     char *text; /* of the reply, kept up to date by its stream */
     size_t size;
@@ -190,7 +192,8 @@ static bool check_request(json_t *request, struct rpc_error *error)
     return true;
 }
 
-static void handle_request(const struct rpc_method *methods, const struct rpc_call *call, json_t *request,
+/* False: it is to be handled once more. */
+static bool handle_request(const struct rpc_method *methods, const struct rpc_call *call, json_t *request,
                            struct reply *reply)
 {
     struct rpc_error error = {0};
@@ -198,11 +201,9 @@ static void handle_request(const struct rpc_method *methods, const struct rpc_ca
     json_t *params, *result = NULL;
     char *text = NULL;
 
-    if (call->counts)
-        call->counts->requests++;
     if (!check_request(request, &error)) {
         reply_error(reply, call, id && id_allowed(id) ? id : NULL, &error);
-        return;
+        return true;
     }
 
     params = json_object_get(request, "params");
@@ -211,6 +212,8 @@ static void handle_request(const struct rpc_method *methods, const struct rpc_ca
                    "parameters go by name: 'params' must be an object, found an array");
     else
         result = rpc_invoke(methods, call, json_string_value(json_object_get(request, "method")), params, &error);
+    if (!result && error.code == RPC_UNFINISHED)
+        return false;
     if (result && id) {
         text = json_dumps(result, RESULT_FLAGS);
         if (!text)
@@ -231,6 +234,7 @@ static void handle_request(const struct rpc_method *methods, const struct rpc_ca
         reply_error(reply, call, id, &error);
     }
     free(text);
+    return true;
 }
 
 /* What is in the line; false with *error set when it is refused as a whole. */
@@ -262,6 +266,13 @@ static bool parse_line(struct rpc_job *job, const char *line, size_t n, struct r
     return true;
 }
 
+static void drop_work(struct rpc_job *job)
+{
+    if (job->work.state)
+        job->work.drop(job->work.state);
+    job->work = (struct rpc_work){0};
+}
+
 struct rpc_job *rpc_begin(const struct rpc_call *call, const char *line, size_t n)
 {
     struct rpc_job *job = calloc(1, sizeof *job);
@@ -283,9 +294,16 @@ bool rpc_step(struct rpc_job *job, const struct rpc_method *methods, const struc
 {
     if (job->next < job->end) {
         json_t *request = job->reply.batch ? json_array_get(job->value, job->next) : job->value;
+        struct rpc_call part = *call;
 
-        handle_request(methods, call, request, &job->reply);
-        job->next++;
+        part.work = &job->work;
+        if (call->counts && !job->unfinished)
+            call->counts->requests++;
+        job->unfinished = !handle_request(methods, &part, request, &job->reply);
+        if (!job->unfinished) {
+            drop_work(job);
+            job->next++;
+        }
     }
     return job->next < job->end;
 }
@@ -295,6 +313,7 @@ bool rpc_end(struct rpc_job *job, char **reply)
     const bool answered = job->reply.n > 0;
     bool ok;
 
+    drop_work(job);
     if (answered && job->reply.batch)
         fputc(']', job->reply.out);
     ok = !ferror(job->reply.out);

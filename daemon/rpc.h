@@ -19,6 +19,7 @@ enum rpc_code {
     RPC_INTERNAL_ERROR = -32603,
     RPC_FORBIDDEN = -32001, /* this client may ask but not change */
     RPC_LIMIT = -32000,     /* a limit of the server was reached; the message says which */
+    RPC_UNFINISHED = 1,     /* in no reply: the method has done a part, and is called again for the next */
 };
 
 #define RPC_LINE_MAX  65536 /* longest request line, without the newline */
@@ -35,6 +36,12 @@ struct rpc_counts {
     uint64_t requests, errors; /* requests seen, each of a batch counted; error replies given */
 };
 
+/* What a method keeps from one part of a long work to the next. */
+struct rpc_work {
+    void *state;               /* NULL at the first part, and when the method has taken it back */
+    void (*drop)(void *state); /* the request ends with a state left: its client has gone, or it was refused */
+};
+
 /* Who asks, at what time. */
 struct rpc_call {
     void *daemon;              /* handed through to the methods */
@@ -42,6 +49,7 @@ struct rpc_call {
     uint64_t now_ns;           /* monotonic */
     const char *refusal;       /* why this client may not change anything; NULL: it may */
     struct rpc_counts *counts; /* counted up by rpc_begin and rpc_step; may be NULL */
+    struct rpc_work *work;     /* of this request, from rpc_step; NULL for what is watched */
 };
 
 /* Returns a new reference to the result, or NULL with *error set. params is an object (empty when absent) - requests
@@ -70,7 +78,7 @@ struct rpc_job;
 struct rpc_job *rpc_begin(const struct rpc_call *call, const char *line, size_t n);
 
 /**
- * rpc_step - handle the next request of the line, if there is one. True when more are left. A result beyond
+ * rpc_step - handle the next request of the line, or the next part of it. True when more is left. A result beyond
  * RPC_REPLY_MAX, the others of the line included, is replaced by the error RPC_LIMIT.
  */
 bool rpc_step(struct rpc_job *job, const struct rpc_method *methods, const struct rpc_call *call);

@@ -1,9 +1,10 @@
 #!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: MIT
 """Several grids of one running daemon: from the configuration, made and dropped at run time, each asked by name."""
+import json
 import threading
 
-from lib import Client, RpcError, check, pings_until, run
+from lib import Client, RpcError, check, pings_until, run, until
 from twin import Twin
 
 
@@ -123,6 +124,40 @@ def case_others_ask_meanwhile(bench):
         stop.set()
         thread.join()
     check(not odd, str(odd[:3]))
+
+
+def case_large_ones_are_made_in_parts(bench):
+    """Two clients make large grids at once, a third goes away in the middle: nothing is left of its grid."""
+    client = basin(bench, 2, grids={"memory": "512 MiB"})
+    settings = {"elevation": "level", "max_cells": "1000000"}
+    before = client.call("grid_list")["bytes"]
+    leaver = Client(bench.socket_path)
+    leaver.send(json.dumps({"jsonrpc": "2.0", "id": 1, "method": "grid_create",
+                            "params": {"name": "left", "settings": settings}}).encode() + b"\n")
+    leaver.close()
+    others = [Client(bench.socket_path) for _ in range(3)]
+    made = [[], [], []]
+
+    def make(i, name):
+        try:
+            made[i].append(others[i].call("grid_create", name=name, settings=settings)["name"])
+        except RpcError as e:
+            made[i].append(str(e))
+
+    threads = [threading.Thread(target=make, args=(i, name)) for i, name in enumerate(("a", "b", "b"))]
+    for thread in threads:
+        thread.start()
+    for thread in threads:
+        thread.join()
+    said = [m[0] for m in made]
+    check(said[0] == "a" and sorted(len(s) > 1 for s in said[1:]) == [False, True], str(said))
+    check(any("there is one" in s for s in said[1:]), str(said))
+
+    def nothing_left():
+        for name in list(grids(client))[1:]:
+            client.call("grid_drop", name=name)
+        return client.call("grid_list")["bytes"] == before
+    until(nothing_left, "the memory of grids that are no more to be free")
 
 
 def case_sonarctl(bench):

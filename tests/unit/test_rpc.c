@@ -46,9 +46,41 @@ static json_t *who(const struct rpc_call *call, json_t *params, struct rpc_error
     return json_integer((json_int_t)(call->now_ns + *(const uint64_t *)call->daemon));
 }
 
-static const struct rpc_method methods[] = {
-    {"subtract", subtract, RPC_ASKS}, {"update", update, RPC_CHANGES}, {"silent", silent_failure, RPC_ASKS},
-    {"numbers", numbers, RPC_ASKS},   {"who", who, RPC_ASKS},          {.name = NULL}};
+static int n_dropped;
+
+static void drop_parts(void *state)
+{
+    (void)state;
+    n_dropped++;
+}
+
+/* In three parts; at the last it gives its state back, or leaves it and refuses. */
+static json_t *parts(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    static int done;
+    const bool refuses = json_object_get(params, "refuse") != NULL;
+    if (!call->work->state)
+        done = 0;
+    *call->work = (struct rpc_work){&done, drop_parts};
+    if (++done < 3) {
+        error->code = RPC_UNFINISHED;
+        return NULL;
+    }
+    if (refuses) {
+        rpc_refuse(error, RPC_LIMIT, "no");
+        return NULL;
+    }
+    *call->work = (struct rpc_work){0};
+    return json_integer(done);
+}
+
+static const struct rpc_method methods[] = {{"parts", parts, RPC_CHANGES},
+                                            {"subtract", subtract, RPC_ASKS},
+                                            {"update", update, RPC_CHANGES},
+                                            {"silent", silent_failure, RPC_ASKS},
+                                            {"numbers", numbers, RPC_ASKS},
+                                            {"who", who, RPC_ASKS},
+                                            {.name = NULL}};
 
 static uint64_t daemon_value = 5;
 static struct rpc_counts counts;
@@ -98,6 +130,35 @@ static void check_rows(const struct row *row, size_t n)
 #define CHECK_ROWS(rows) check_rows(rows, sizeof(rows) / sizeof *(rows))
 #define REQUEST          "{\"jsonrpc\":\"2.0\",\"method\":\"subtract\",\"params\":{\"minuend\":42,\"subtrahend\":23}"
 #define ERROR(code)      "{\"jsonrpc\":\"2.0\",\"error\":{\"code\":" #code ",\"message\":\""
+
+TEST(a_method_in_parts_is_called_until_it_is_done)
+{
+    static const char one[] = "{\"jsonrpc\":\"2.0\",\"method\":\"parts\",\"id\":1}";
+    static const struct row rows[] = {
+        {"one", one, "{\"jsonrpc\":\"2.0\",\"result\":3,\"id\":1}"},
+        {"a batch",
+         "[{\"jsonrpc\":\"2.0\",\"method\":\"parts\",\"id\":1},{\"jsonrpc\":\"2.0\",\"method\":\"parts\",\"id\":2}"
+         "]",
+         "[{\"jsonrpc\":\"2.0\",\"result\":3,\"id\":1},{\"jsonrpc\":\"2.0\",\"result\":3,\"id\":2}]"},
+        {"a notification", "{\"jsonrpc\":\"2.0\",\"method\":\"parts\"}", "-"},
+    };
+    static const struct row refused[] = {
+        {"refused", "{\"jsonrpc\":\"2.0\",\"method\":\"parts\",\"params\":{\"refuse\":1},\"id\":1}",
+         "{\"jsonrpc\":\"2.0\",\"error\":{\"code\":-32000,..."},
+    };
+    const uint64_t before = counts.requests;
+    n_dropped = 0;
+    CHECK_ROWS(rows);
+    CHECK_INT(counts.requests - before, 4);
+    CHECK_INT(n_dropped, 0);
+    CHECK_ROWS(refused);
+    CHECK_INT(n_dropped, 1);
+    struct rpc_job *job = rpc_begin(&the_call, one, sizeof one - 1);
+    char *text = NULL;
+    CHECK(rpc_step(job, methods, &the_call)); /* and nobody waits for the rest */
+    CHECK(rpc_end(job, &text) && !text);
+    CHECK_INT(n_dropped, 2);
+}
 
 TEST(examples_of_the_specification)
 {
@@ -412,6 +473,7 @@ int main(void)
 {
     RUN(who_may_only_ask_changes_nothing);
     RUN(examples_of_the_specification);
+    RUN(a_method_in_parts_is_called_until_it_is_done);
     RUN(ids_come_back_as_they_were);
     RUN(requests_of_the_wrong_form_are_refused);
     RUN(bytes_that_are_no_json_are_a_parse_error);
