@@ -139,7 +139,14 @@ static void add(const struct tunnel *t, const struct sight *s, const struct answ
         doubt(out, ANSWER_BEYOND, fmax(s->clear_m, t->near_m) * foreshortened);
 }
 
-/* A grid of a level row knows nothing above and below: the tunnel leaves its band where the nearest edge does. */
+/* The tunnel's place along the line where its corner is farther than what is the vehicle's own place. */
+static double corner_m(const struct tunnel *t)
+{
+    const double side_m = t->half_width_m + fabs(t->drift_side_m), up_m = t->half_height_m + fabs(t->drift_up_m);
+    return sqrt(fmax(0, t->near_m * t->near_m - side_m * side_m - up_m * up_m));
+}
+
+/* A grid of a level row knows nothing above and below. Where the tunnel leaves its band at all it may do so at a corner. */
 static void heed_band(const struct rings *rings, const struct tunnel *t, double tilt, struct corridor *out)
 {
     const double bottom = rings->top_rad - rings->n_rings * rings->height_rad;
@@ -148,7 +155,7 @@ static void heed_band(const struct rings *rings, const struct tunnel *t, double 
         return;
     const double edge = fmax(0, fmin(rings->top_rad - el, el - bottom) - tilt);
     if (leaves_wall(t->half_height_m, fabs(t->drift_up_m), sin(fmin(edge, GEO_PI / 2)), reach_of(0)) > t->near_m)
-        doubt(out, ANSWER_OUTSIDE, t->near_m * cos(edge));
+        doubt(out, ANSWER_OUTSIDE, corner_m(t));
 }
 
 static void look_once(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,

@@ -15,10 +15,10 @@ static const struct answer_conf limits = {.clear_for_s = 30, .move_limit_m = 0.5
 static struct answer_now now;
 static const struct corridor_body small = {.radius_m = 0.3, .half_height_m = 0.2, .margin_m = 0.1, .near_m = 0.7};
 
-static void start(void)
+static void start_with(bool good, bool ned)
 {
     static void *word;
-    CHECK(rings_full(&rings, geo_rad(3)));
+    CHECK(good);
     free(word);
     word = aligned_alloc(64, (picture_bytes(rings.n) + 63) / 64 * 64);
     for (uint32_t d = 0; d < rings.n; d++) {
@@ -27,11 +27,17 @@ static void start(void)
         geo_direction(az, el, axis[d]);
     }
     picture_init(&picture, &rings, (const double(*)[3])axis, 60, 0.4, word);
-    const struct picture_frame frame = {.pings = 1, .t_ping_ns = NOW, .range_max_m = 20, .recentre_m = 0.1};
+    const struct picture_frame frame = {
+        .ned = ned, .pings = 1, .t_ping_ns = NOW, .range_max_m = 20, .recentre_m = 0.1};
     picture_begin(&picture);
     picture_set_frame(&picture, &frame);
     picture_end(&picture);
     now = (struct answer_now){.now_ns = NOW, .pose_fresh = true, .pose = pose_identity};
+}
+
+static void start(void)
+{
+    start_with(rings_full(&rings, geo_rad(3)), false);
 }
 
 static void set(uint32_t d, double blind_m, double free_m, double near_m, double age_s)
@@ -207,6 +213,94 @@ TEST(no_point_of_the_tunnel_is_worse_than_said)
     CHECK(seen_known > 5);
 }
 
+static void cross(const double a[3], const double b[3], double out[3])
+{
+    for (int i = 0; i < 3; i++)
+        out[i] = a[(i + 1) % 3] * b[(i + 2) % 3] - a[(i + 2) % 3] * b[(i + 1) % 3];
+}
+
+/* The tunnel's axes in the grid's, in other words than the corridor's own: along, to the side, upwards. */
+static void tunnel_of(const struct corridor_query *q, double axes[3][3], double drift_m[3])
+{
+    double body_up[3] = {0, 0, -1}, length = 0;
+    memcpy(axes[0], q->direction, sizeof axes[0]);
+    memcpy(drift_m, q->drift_m, sizeof q->drift_m);
+    quat_rotate(now.pose.attitude, body_up, body_up);
+    if (!q->ned) {
+        quat_rotate(now.pose.attitude, axes[0], axes[0]);
+        quat_rotate(now.pose.attitude, drift_m, drift_m);
+    }
+    cross(axes[0], body_up, axes[1]);
+    for (int i = 0; i < 3; i++)
+        length += axes[1][i] * axes[1][i];
+    for (int i = 0; i < 3; i++)
+        axes[1][i] /= sqrt(length);
+    cross(axes[1], axes[0], axes[2]);
+}
+
+/* A vehicle that rolls and pitches, in a grid of the world's axes; every other one keeps a level row only. */
+TEST(a_tilted_body_sweeps_no_water_that_is_worse_than_said)
+{
+    uint32_t seen_blocked = 0, seen_known = 0, seen_outside = 0;
+    state = 41;
+    printf("seed %llu\n", (unsigned long long)state);
+    for (int round = 0; round < 120; round++) {
+        const bool level = round % 2;
+        start_with(level ? rings_level(&rings, geo_rad(3), geo_rad(uniform(10, 40)))
+                         : rings_full(&rings, geo_rad(3)),
+                   true);
+        const double tilt = level ? 0.3 : 1;
+        quat_from_rpy(uniform(-tilt, tilt), uniform(-tilt, tilt), uniform(0, GEO_TURN), now.pose.attitude);
+        for (uint32_t d = 0; d < rings.n; d++) {
+            const double near_m = uniform(0, 1) < 0.01 ? uniform(0.3, 12) : 0;
+            set(d, 0.3, near_m > 0 ? near_m - 0.01 : 15, near_m, 1);
+        }
+        const struct corridor_body body = {uniform(0, 0.9), uniform(0, 0.9), uniform(0, 0.2), uniform(1, 4)};
+        struct corridor_query q = {.ned = round % 4 < 2, .most_m = 10};
+        geo_direction(uniform(0, GEO_TURN), uniform(-0.2, 0.2), q.direction);
+        for (int i = 0; i < 3; i++)
+            q.drift_m[i] = uniform(-0.7, 0.7);
+        struct corridor c;
+        corridor_look(&picture, &limits, &now, &body, &q, &c);
+
+        double axes[3][3], drift_m[3], off[3] = {0}, slope = 0, body_up[3] = {0, 0, -1};
+        tunnel_of(&q, axes, drift_m);
+        quat_rotate(now.pose.attitude, body_up, body_up);
+        for (int i = 0; i < 3; i++) {
+            slope += axes[0][i] * body_up[i];
+            for (int k = 1; k < 3; k++)
+                off[k] += drift_m[i] * axes[k][i];
+        }
+        const double wide = body.radius_m + body.margin_m;
+        const double high =
+            body.half_height_m * sqrt(1 - slope * slope) + body.radius_m * fabs(slope) + body.margin_m;
+        for (int k = 0; k < 20000 && !test_case_failed; k++) {
+            const double carried = uniform(0, 1), x = uniform(0, 10);
+            const double at_m[3] = {x, uniform(-wide, wide) + carried * off[1],
+                                    uniform(-high, high) + carried * off[2]};
+            double v[3], az, el;
+            for (int i = 0; i < 3; i++)
+                v[i] = at_m[0] * axes[0][i] + at_m[1] * axes[1][i] + at_m[2] * axes[2][i];
+            const double r = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+            geo_angles(v, &az, &el);
+            const uint32_t d = rings_index(&rings, az, el);
+            struct picture_entry e = {0};
+            if (d != RINGS_NONE)
+                picture_get(&picture, d, &e);
+            if (e.obstacle[0].logodds > 0 && r > (double)e.obstacle[0].near_m)
+                CHECK(c.blocked_m <= (double)e.obstacle[0].near_m / r * x + 1e-6);
+            if (x < c.known_m && r > body.near_m)
+                CHECK(d != RINGS_NONE && r <= (double)e.claim[0].to_m + 1e-6);
+        }
+        seen_blocked += c.blocked_m < INFINITY;
+        seen_known += c.known_m > 2;
+        seen_outside += c.reason == ANSWER_OUTSIDE;
+    }
+    CHECK(seen_blocked > 10);
+    CHECK(seen_known > 20);
+    CHECK(seen_outside > 10);
+}
+
 TEST(a_wall_blocks_who_drifts_towards_it_and_nobody_else)
 {
     start();
@@ -347,6 +441,7 @@ int main(void)
     RUN(what_stands_in_the_tunnel_blocks_and_what_stands_beside_it_does_not);
     RUN(water_that_nobody_heard_is_not_known);
     RUN(no_point_of_the_tunnel_is_worse_than_said);
+    RUN(a_tilted_body_sweeps_no_water_that_is_worse_than_said);
     RUN(a_wall_blocks_who_drifts_towards_it_and_nobody_else);
     RUN(more_drift_never_gives_more_water);
     RUN(speeds_by_hand);
