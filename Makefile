@@ -221,6 +221,8 @@ $(BUILD)/sonard.conf.5: docs/sonard.conf.5.in $(BUILD)/sonard
 UNITDIR  ?= $(PREFIX)/lib/systemd/system
 UDEVDIR  ?= $(PREFIX)/lib/udev/rules.d
 LIBDIR   ?= $(PREFIX)/lib
+# Where Debian's zsh looks: packages have a folder of their own.
+ZSHDIR   ?= $(PREFIX)/share/zsh/$(if $(filter /usr,$(PREFIX)),vendor-completions,site-functions)
 # Where Debian's python3 looks: below /usr one folder for all versions.
 PYTHONDIR ?= $(PREFIX)/lib/python$(if $(filter /usr,$(PREFIX)),3,$(shell python3 -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null))/dist-packages
 UNITS    := $(patsubst systemd/%.in,$(BUILD)/systemd/%,$(wildcard systemd/*.service.in))
@@ -239,7 +241,7 @@ FILES     = $(BUILD)/sonard:$(PREFIX)/sbin/sonard:755 $(BUILD)/sonarctl:$(PREFIX
             $(LIBRARY):$(LIBDIR)/$(notdir $(LIBRARY)):644 client/sonard.h:$(PREFIX)/include/sonard.h:644 \
             $(BUILD)/libsonard.pc:$(LIBDIR)/pkgconfig/libsonard.pc:644 python/sonard.py:$(PYTHONDIR)/sonard.py:644 \
             completion/sonarctl.bash:$(PREFIX)/share/bash-completion/completions/sonarctl:644 \
-            completion/_sonarctl:$(PREFIX)/share/zsh/vendor-completions/_sonarctl:644 \
+            completion/_sonarctl:$(ZSHDIR)/_sonarctl:644 \
             $(foreach e,$(EXAMPLES),$(e):$(PREFIX)/share/doc/sonard/examples/$(notdir $(e)):644) \
             systemd/sysusers.conf:$(PREFIX)/lib/sysusers.d/sonard.conf:644 \
             systemd/tmpfiles.conf:$(PREFIX)/lib/tmpfiles.d/sonard.conf:644 \

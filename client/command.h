@@ -58,6 +58,7 @@ int command_write_plot(const char *path, json_t *image, json_t *sectors);
 int command_method(struct context *context); /* the method of the command's name */
 int command_blocked(struct context *context);
 int command_explain(struct context *context);
+int command_limit(struct context *context);
 int command_version(struct context *context);
 int command_call_any(struct context *context);
 int command_watch(struct context *context);

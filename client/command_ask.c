@@ -56,6 +56,13 @@ int command_explain(struct context *context)
     return take_direction(context) ? command_method(context) : EXIT_USAGE;
 }
 
+int command_limit(struct context *context)
+{
+    if (!json_object_get(context->arguments.options, "velocity_mps"))
+        return command_usage("limit", "--velocity X,Y,Z is missing");
+    return command_method(context);
+}
+
 int command_version(struct context *context)
 {
     if (!context->json)

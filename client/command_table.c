@@ -45,8 +45,8 @@ static const struct argument sectors_options[] = {
 };
 
 static const struct argument explain_options[] = {
-    {"--distance", "distance_m", "D", "how far it must be free in metres (required)", ARGUMENT_NUMBER, 0, 0, 0},
-    {"--elevation", "elevation_deg", "E", "degrees above the horizon (0)", ARGUMENT_NUMBER, 0, 0, 0},
+    {"--distance", "distance_m", "D", "metres to look ahead; must be given", ARGUMENT_NUMBER, 0, 0, 0},
+    {"--elevation", "elevation_deg", "E", "degrees upward (0)", ARGUMENT_NUMBER, 0, 0, 0},
     {"--half-angle", "half_angle_deg", "A", "of the cone, in degrees (7.5)", ARGUMENT_NUMBER, 0, 0, 0},
     {"--count", "count", "N", "at most so many cells, and pings (8)", ARGUMENT_INTEGER, 0, 1, 64},
     FRAME_OPTION,
@@ -74,7 +74,7 @@ static const struct argument nearest_options[] = {
 };
 
 static const struct argument limit_options[] = {
-    {"--velocity", "velocity_mps", "X,Y,Z", "asked for, in m/s: forward, right, down, or north, east, down",
+    {"--velocity", "velocity_mps", "X,Y,Z", "m/s: forward, right, down, or north, east, down; must be given",
      ARGUMENT_NUMBERS, 3, 0, 0},
     FRAME_OPTION,
     GRID_OPTION,
@@ -186,7 +186,7 @@ const struct command command_table[] = {
     {"nearest", "", "the nearest obstacle, and how much nearer than it is unknown", nearest_options, 0, 0,
      command_method},
     {"limit", "", "how fast may the vehicle go, to stop in water known to be free?", limit_options, 0, 0,
-     command_method},
+     command_limit},
     {"time_to_collision", "", "when does the vehicle meet something?", collision_options, 0, 0, command_method},
     {"clusters", "", "what the obstacles form together", clusters_options, 0, 0, command_method},
     {"next_look", "", "which directions to look at next, and why", next_look_options, 0, 0, command_method},

@@ -174,9 +174,12 @@ static void show_sensor(const struct page *page, const json_t *sensor)
     fprintf(page->out, "  %-10s ", page_text(b, sensor, "name"));
     page_word(page, strcmp(state, "running") == 0 ? PAGE_GREEN : PAGE_RED, 0, state);
     fprintf(page->out, ", %s at %s\n", page_text(a, sensor, "device"), page_text(b, sensor, "port"));
-    if (page_number(sensor, "range_m") > 0)
-        fprintf(page->out, "             %s, range %s\n", page_text(a, sensor, "what"),
+    if (page_number(sensor, "range_m") > 0) {
+        const char *what = page_text(a, sensor, "what"); /* a replay may know none */
+        const bool known = strcmp(what, "-") != 0;
+        fprintf(page->out, "             %s%srange %s\n", known ? what : "", known ? ", " : "",
                 page_metres(b, page_number(sensor, "range_m")));
+    }
     if (page_count(sensor, "pings") == 0)
         fputs("             no ping yet\n", page->out);
     else
@@ -306,6 +309,15 @@ static void show_dropped(const struct page *page, const json_t *result)
     fprintf(page->out, "dropped\n");
 }
 
+static void show_locked(const struct page *page, const json_t *result)
+{
+    char a[PAGE_CELL];
+
+    fprintf(page->out, "%lld cells %s, frame %s\n", page_count(result, "cells"),
+            json_is_true(json_object_get(result, "locked")) ? "locked" : "unlocked",
+            page_text(a, result, "frame"));
+}
+
 static void show_grid_line(const struct page *page, const json_t *g)
 {
     char a[PAGE_CELL], b[PAGE_CELL], c[PAGE_CELL], d[PAGE_CELL];
@@ -343,6 +355,7 @@ void show_result(FILE *out, const char *method, const json_t *result, bool colou
                  {"grid_list", show_grids},
                  {"grid_create", show_grid_line},
                  {"grid_drop", show_dropped},
+                 {"grid_lock", show_locked},
                  {"nearest", show_nearest},
                  {"limit", show_limit},
                  {"time_to_collision", show_collision},

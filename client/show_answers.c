@@ -49,7 +49,8 @@ void show_limit(const struct page *page, const json_t *result)
     fprintf(page->out, "  velocity %.3f, %.3f, %.3f m/s\n", at(result, "velocity_mps", 0),
             at(result, "velocity_mps", 1), at(result, "velocity_mps", 2));
     fprintf(page->out, "  stops in %s\n", page_metres(b, page_number(result, "stop_m")));
-    fprintf(page->out, "  obstacle %s\n", page_metres(b, page_number(result, "blocked_m")));
+    fprintf(page->out, "  obstacle %s%s\n", page_metres(b, page_number(result, "blocked_m")),
+            page_number(result, "blocked_m") < 0 ? ", inside body and margin" : "");
     fprintf(page->out, "  free to  %s\n", page_metres(b, page_number(result, "free_m")));
     fprintf(page->out, "  age      %s\n", page_duration(b, page_number(result, "age_s")));
     fprintf(page->out, "  because  %s\n", because(b, result));

@@ -63,7 +63,8 @@ void show_background_state(FILE *out, const json_t *result)
         show_background_progress(out, result);
         fputc('\n', out);
     }
-    print_line(out, "happened", polar_text(result, "happened", "-"));
+    const char *happened = polar_text(result, "happened", "-");
+    print_line(out, "happened", *happened ? happened : "nothing yet");
 }
 
 /* ---- the drawing ---- */

@@ -207,8 +207,8 @@ static json_t *pings_json(const struct scene *s)
     json_int_t counts[SAYINGS] = {0};
     json_t *list = json_array();
     const struct witness *w;
-    uint64_t oldest_ns = 0;
-    for (uint64_t k = 0; (w = witness_look(witnesses, k)); k++) {
+    uint64_t oldest_ns = 0, k = 0;
+    for (; (w = witness_look(witnesses, k)); k++) {
         oldest_ns = w->t_ns;
         if (w->ned != (bool)s->frame.ned || !witness_sees(w, s->axis, half_rad))
             continue;
@@ -218,7 +218,8 @@ static json_t *pings_json(const struct scene *s)
             json_array_append_new(list, ping_json(s, w, says));
     }
     return json_pack("{s:I, s:I, s:I, s:o, s:o}", "echo", counts[SAYS_ECHO], "free", counts[SAYS_FREE], "nothing",
-                     counts[SAYS_NOTHING], "back_to_s", age(s, oldest_ns), "newest", list);
+                     counts[SAYS_NOTHING], "back_to_s",
+                     k > 0 ? say_real(sight_seconds(s->now.now_ns, oldest_ns), 1e3) : json_null(), "newest", list);
 }
 
 json_t *explain_method(const struct rpc_call *call, json_t *params, struct rpc_error *error)

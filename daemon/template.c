@@ -153,6 +153,10 @@ bool template_learn(struct daemon *d, int sensor, const struct background_learn_
                     size_t err_size)
 {
     struct template *t = &d->template[sensor];
+    if (d->replay_ended) {
+        snprintf(err, err_size, "the replay has ended, no more pings come: nothing to learn from");
+        return false;
+    }
     if (!t->has_shape) {
         snprintf(err, err_size, "no ping with intensities has come from this sonar yet: nothing to learn from");
         return false;

@@ -75,6 +75,8 @@ def limit(bench):
     refused(client, "limit", -32602, velocity_mps=[1, 0])
     out = bench.sonarctl("limit", "--velocity", "3,0,0", "--json")
     check(out.returncode == 0 and '"limited_by":"blocked"' in out.stdout, "sonarctl limit: %s" % out)
+    out = bench.sonarctl("limit")
+    check(out.returncode == 3 and "--velocity X,Y,Z is missing" in out.stderr, "sonarctl limit: %s" % out)
 
 
 def drift(bench):
@@ -145,7 +147,8 @@ def explain(bench):
     refused(client, "explain", -32602, azimuth_deg=0, distance_m=2, radius_m=1)
     for words, said in ((("explain", "0", "--distance", "12"), "in bin"), (("explain", "90", "--distance", "2"), "free"),
                         (("nearest",), "azimuth"), (("limit", "--velocity", "1,0,0"), "limited by"),
-                        (("time_to_collision", "--velocity", "1,0,0"), "meets something"), (("sensors",), "mount")):
+                        (("time_to_collision", "--velocity", "1,0,0"), "meets something"), (("sensors",), "mount"),
+                        (("grid", "lock", "0"), "cells locked"), (("grid", "unlock", "0"), "cells unlocked")):
         out = bench.sonarctl(*words)
         check(out.returncode == 0 and said in out.stdout and "{" not in out.stdout, "sonarctl %s: %s" % (words, out))
 

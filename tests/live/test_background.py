@@ -220,8 +220,21 @@ def replay(bench):
     check("of today" in again.call("background")["happened"], str(again.call("background")))
 
 
+def ended(bench):
+    """When a replay has ended no ping comes any more: learning is refused, instead of waited for without end."""
+    daemon = bench.sonard("--replay", "tests/replay/box.mcap", "--stay", "--socket", bench.socket_path, conf=False)
+    client = daemon.client()
+    until(lambda: client.call("status")["mode"] == "replay, ended", "the end of the replay")
+    out = bench.sonarctl("background", "learn")
+    check(out.returncode == 6 and "the replay has ended" in out.stderr, "learn: %s" % out)
+    out = bench.sonarctl("background", "show")
+    check("happened   nothing yet" in out.stdout, "show: %s" % out)
+    pings = client.call("explain", azimuth_deg=0, distance_m=2)["pings"]
+    check(pings["back_to_s"] and pings["back_to_s"] >= 4, "pings reach back to the first, at 0: %s" % pings)
+
+
 cases = [("frame_threads%d" % n, lambda bench, n=n: frame(bench, n)) for n in (0, 1, 2)]
 cases += [("another_range", another_range), ("wall_by_rule", wall_by_rule), ("wall_by_motion", wall_by_motion),
-          ("refusals", refusals), ("replay", replay)]
+          ("refusals", refusals), ("replay", replay), ("ended", ended)]
 
 run(cases, parallel=4)
