@@ -38,7 +38,7 @@ static const struct {
     {"grid_create", "name settings"},
     {"grid_drop", "name"},
     {"grid_list", ""},
-    {"grid_lock", "azimuth_deg elevation_deg from_m half_angle_deg locked to_m"},
+    {"grid_lock", "azimuth_deg elevation_deg from_m grid half_angle_deg locked to_m"},
     {"image", "sensor"},
     {"limit", "frame grid velocity_mps"},
     {"map", ""},

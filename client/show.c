@@ -318,6 +318,28 @@ static void show_locked(const struct page *page, const json_t *result)
             page_text(a, result, "frame"));
 }
 
+static void show_changes(const struct page *page, const char *what, const json_t *changes)
+{
+    char cell[PAGE_CELL];
+
+    for (size_t i = 0; i < json_array_size(changes); i++) {
+        json_t *named = json_pack("{s:O}", "change", json_array_get(changes, i));
+        fprintf(page->out, "%-14s %s\n", what, page_text(cell, named, "change"));
+        json_decref(named);
+    }
+}
+
+static void show_reload(const struct page *page, const json_t *result)
+{
+    const json_t *applied = json_object_get(result, "applied"),
+                 *restart = json_object_get(result, "needs_restart");
+
+    if (json_array_size(applied) + json_array_size(restart) == 0)
+        fprintf(page->out, "nothing has changed\n");
+    show_changes(page, "in force", applied);
+    show_changes(page, "needs restart", restart);
+}
+
 static void show_grid_line(const struct page *page, const json_t *g)
 {
     char a[PAGE_CELL], b[PAGE_CELL], c[PAGE_CELL], d[PAGE_CELL];
@@ -361,6 +383,7 @@ void show_result(FILE *out, const char *method, const json_t *result, bool colou
                  {"time_to_collision", show_collision},
                  {"sensors", show_sensors},
                  {"plan", show_plan},
+                 {"reload", show_reload},
                  {"explain", show_explain}};
     const struct page page = {.out = out, .colour = colour};
 
