@@ -22,6 +22,7 @@ do for [m in "behind missed false"] {
     least = m eq "behind" ? 3e-4 : m eq "missed" ? 0.03 : 0.003
     set yrange [least*0.8:1.5]
     set ytics ("0.1 %%" 0.001, "1 %%" 0.01, "10 %%" 0.1, "100 %%" 1)
+    if (m ne "behind") { set ytics add ("2 %%" 0.02, "5 %%" 0.05, "20 %%" 0.2, "50 %%" 0.5) }
     set ytics add ("0" least)
     s = m.'_share'
     stats points using (flag("default", "cost")):(column(s)) name 'D' nooutput

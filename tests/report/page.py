@@ -30,12 +30,18 @@ def number(text):
     return f"{value:.0f}" if 1e4 <= abs(value) < 1e7 else f"{value:.3g}"
 
 
+def number_or_empty(text):
+    return re.fullmatch(r"(-?[\d.]+(e[-+]?\d+)?)?", text) is not None
+
+
 def thousands(value, unit):
     return "" if value is None else f"{value / unit:.1f}"
 
 
 def markdown_table(header, rows):
-    lines = ["| " + " | ".join(header) + " |", "|" + "---|" * len(header)]
+    """Columns of numbers are set to the right."""
+    right = [rows and all(number_or_empty(row[c]) for row in rows) for c in range(len(header))]
+    lines = ["| " + " | ".join(header) + " |", "|" + "".join("---:|" if r else "---|" for r in right)]
     return "\n".join(lines + ["| " + " | ".join(row) + " |" for row in rows])
 
 

@@ -16,7 +16,7 @@
 #include "lib/cost.h"
 #include "lib/dice.h"
 
-#define SEEDS       20
+#define SEEDS       10
 #define QUICK_SEEDS 2
 #define TURNS       107 /* down, and as many up: 0.3 m a turn */
 #define QUICK_TURNS 4

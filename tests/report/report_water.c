@@ -20,7 +20,7 @@
 #define TURNS       8
 #define QUICK_TURNS 2
 #define RANGE_SD_M  0.05 /* where ranges are noisy */
-#define SEEDS       3
+#define SEEDS       5
 #define REPETITIONS 9
 #define COUNT_PINGS 40
 #define BODY_M      0.5

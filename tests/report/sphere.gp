@@ -26,7 +26,7 @@ do for [m = 1:4] {
     set yrange [low[m]*0.9:high[m]]
     set ylabel title_of[m]
     set ytics (0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1, 2, 5, 10)
-    if (m == 2) { set ytics add ("0" least) }
+    if (m == 2) { set ytics add ("≤ 0.001" least) }
     if (m == 2) { set key at screen 0.995,0.95 right top } else { unset key }
     plot for [i = 1:words(knobs)] of(word(knobs, i)) using "cost":(show(column(s))):(show(column(s.'_low'))):(show(column(s.'_high'))) \
              with yerrorbars lc i pt 7 ps 0.6 notitle, \
