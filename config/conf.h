@@ -157,6 +157,7 @@ struct conf_map {
     double submap_time_s;          /* submap_time = 60 s; never: 0 */
     double forget_s;               /* forget = 600 s; never: 0 */
     char directory[CONF_TEXT_MAX]; /* directory = /var/lib/sonard/maps; none: empty */
+    char origin[CONF_NAME_MAX];    /* origin = NAME of what positions count from; none: empty, nobody says */
     double save_every_s;           /* save_every = 60 s; never: 0 */
     int load_last;                 /* load_last = on | off */
 };

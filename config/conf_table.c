@@ -307,8 +307,8 @@ const struct conf_key conf_keys[] = {
      .help =
          "Share of a beam's height (of a round beam: of its width) in which water is taken as free; what is\n"
          "heard fills the whole beam. A floor that only the beam's edge grazes answers too weakly to be heard:\n"
-         "with 1 up to a twentieth of what is free is solid ground, with 0.5 less than a thousandth, and a look frees\n"
-         "half as much. See docs/map.md."},
+         "with 1 up to a twentieth of what is free is solid ground, with 0.5 up to a four-hundredth, and a look\n"
+         "frees half as much. See docs/map.md."},
     {"map", "body", QUANTITY(1, "m", 0.01, 20), .standard = "none", .instead = "none", .instead_value = 0,
      CONF(map.body_m),
      .help =
@@ -326,13 +326,18 @@ const struct conf_key conf_keys[] = {
      .form = "an absolute path",
      .help = "Where maps are saved, exported and loaded from, and where submaps go that memory has no room for.\n"
              "none: nothing of this."},
+    {"map", "origin", .kind = CONF_TEXT, .form = "a name, for instance basin-east or geo:41.1784,-8.6071",
+     .standard = "none", .instead = "none", CONF(map.origin),
+     .help = "What positions count from: any name, the same whenever they count from the same place. A saved map\n"
+             "holds it, and one of another origin is not loaded. none: maps that do not tell are loaded, with a\n"
+             "warning when another run made them."},
     {"map", "save_every", QUANTITY(1, "s", 1, 86400), .standard = "never", .instead = "never", .instead_value = 0,
      CONF(map.save_every_s),
      .help = "The map is saved as last.map in directory so often, if it has changed, and when sonard stops. What\n"
              "that name had before is before.map then, where it was not loaded."},
     {"map", "load_last", WORDS("on", "off"), .standard = "off", CONF(map.load_last),
      .help = "At the start last.map is loaded. Only for vehicles whose positions count from the same place in\n"
-             "every run: sonard cannot know."},
+             "every run: sonard cannot know but by origin."},
 
     {"pose", "max_age", LIVE, QUANTITY(1, "s", 0.01, 3600), .standard = "1 s", CONF(pose.max_age_s),
      .help = "An older pose is stale, and what needs it is unknown."},

@@ -8,11 +8,14 @@
 #include <zlib.h>
 
 #define MAGIC        "SONARDVM"
-#define VERSION      1
-#define HEADER_BYTES 32
+#define VERSION      2
+#define HEADER_BYTES 96
+#define HEADER_OF_1  32 /* as far as version 1 had it */
 #define SIZE_BYTES   8
 #define CHECK_BYTES  4
 #define AT_SUBMAPS   12
+#define AT_RUN       32
+#define AT_ORIGIN    40
 
 static void put(uint8_t *at, uint64_t v, int n)
 {
@@ -55,7 +58,7 @@ static bool reserve(struct map_bytes *b, size_t more)
     return true;
 }
 
-bool map_file_begin(struct map_bytes *b, const struct voxmap_setting *setting)
+bool map_file_begin(struct map_bytes *b, const struct voxmap_setting *setting, const struct map_origin *origin)
 {
     uint64_t voxel;
     *b = (struct map_bytes){0};
@@ -68,6 +71,8 @@ bool map_file_begin(struct map_bytes *b, const struct voxmap_setting *setting)
     put(b->bytes + 16, voxel, 8);
     put(b->bytes + 24, setting->height, 4);
     put(b->bytes + 28, setting->keep_echoes, 4);
+    put(b->bytes + AT_RUN, origin->run, 8);
+    memcpy(b->bytes + AT_ORIGIN, origin->name, MAP_ORIGIN_MAX);
     b->size = HEADER_BYTES;
     return true;
 }
@@ -97,9 +102,24 @@ bool map_file_end(struct map_bytes *b)
 
 /* ---- reading ---- */
 
+static size_t header_bytes(const uint8_t *bytes)
+{
+    return get(bytes + 8, 4) == 1 ? HEADER_OF_1 : HEADER_BYTES;
+}
+
+struct map_origin map_file_origin(const uint8_t *bytes)
+{
+    struct map_origin origin = {0};
+    if (header_bytes(bytes) == HEADER_BYTES) {
+        origin.run = get(bytes + AT_RUN, 8);
+        memcpy(origin.name, bytes + AT_ORIGIN, MAP_ORIGIN_MAX - 1);
+    }
+    return origin;
+}
+
 bool map_file_page(const uint8_t *bytes, size_t size, struct map_page *page)
 {
-    const size_t at = page->bytes ? (size_t)(page->bytes - bytes) + page->size : HEADER_BYTES;
+    const size_t at = page->bytes ? (size_t)(page->bytes - bytes) + page->size : header_bytes(bytes);
     const size_t left = size - CHECK_BYTES - at;
     if (left < SIZE_BYTES)
         return false;
@@ -115,7 +135,7 @@ static bool pages_good(const uint8_t *bytes, size_t size, uint32_t wanted)
 {
     struct map_page page = {0};
     uint32_t n = 0;
-    size_t end = HEADER_BYTES;
+    size_t end = header_bytes(bytes);
     for (; n < wanted && map_file_page(bytes, size, &page); n++)
         end = (size_t)(page.bytes - bytes) + page.size;
     return n == wanted && end == size - CHECK_BYTES;
@@ -128,12 +148,12 @@ enum map_fault map_file_check(const uint8_t *bytes, size_t size, const struct vo
         snprintf(err, err_size, "not a map of places");
         return MAP_FOREIGN;
     }
-    if (get(bytes + 8, 4) != VERSION) {
-        snprintf(err, err_size, "a map of version %u; this program knows version %d", (unsigned)get(bytes + 8, 4),
-                 VERSION);
+    if (get(bytes + 8, 4) < 1 || get(bytes + 8, 4) > VERSION) {
+        snprintf(err, err_size, "a map of version %u; this program knows versions 1 to %d",
+                 (unsigned)get(bytes + 8, 4), VERSION);
         return MAP_FOREIGN;
     }
-    if (size < HEADER_BYTES + CHECK_BYTES ||
+    if (size < header_bytes(bytes) + CHECK_BYTES ||
         checksum(bytes, size - CHECK_BYTES) != get(bytes + size - CHECK_BYTES, CHECK_BYTES) ||
         !pages_good(bytes, size, (uint32_t)get(bytes + AT_SUBMAPS, 4))) {
         snprintf(err, err_size, "the map is damaged");

@@ -5,12 +5,14 @@
  *
  *   offset  bytes   all numbers little-endian
  *   0       8       "SONARDVM"
- *   8       4       version, 1
+ *   8       4       version, 2; one of version 1 is read: it lacks what stands from 32 to 95
  *   12      4       submaps
  *   16      8       edge of a voxel in metres, as a 64-bit float
  *   24      4       voxels of a submap's height
  *   28      4       1: echoes are kept, 0: not
- *   32      ...     per submap, oldest first: 8 bytes size, then so many bytes
+ *   32      8       run that made it: nanoseconds since 1970 when it began
+ *   40      56      what its places count from, in UTF-8, 0 behind; all 0: nobody said
+ *   96      ...     per submap, oldest first: 8 bytes size, then so many bytes
  *   end - 4 4       CRC-32 (as in zlib) of all before
  */
 #ifndef SONARD_MAP_FILE_H
@@ -24,6 +26,13 @@
 
 #define MAP_FILE_MAGIC_BYTES 8
 #define MAP_FILE_MAX         ((size_t)64 << 30)
+#define MAP_ORIGIN_MAX       56 /* bytes of an origin's name, with its NUL */
+
+/* What the places of a map count from. */
+struct map_origin {
+    uint64_t run;              /* that made it; 0: of version 1, nobody knows */
+    char name[MAP_ORIGIN_MAX]; /* empty: nobody said; another run may have counted from anywhere else */
+};
 
 enum map_fault {
     MAP_GOOD,
@@ -40,7 +49,7 @@ struct map_bytes {
 };
 
 /** map_file_begin - the header. False without memory; so for all three. */
-bool map_file_begin(struct map_bytes *b, const struct voxmap_setting *setting);
+bool map_file_begin(struct map_bytes *b, const struct voxmap_setting *setting, const struct map_origin *origin);
 
 /** map_file_room - room for one more submap of at most `size` bytes, to be packed there; NULL without memory. */
 uint8_t *map_file_room(struct map_bytes *b, size_t size);
@@ -60,6 +69,9 @@ struct map_page {
 /** map_file_check - are these bytes a whole map of such voxels? *n_pages: its submaps. Else a sentence in err. */
 enum map_fault map_file_check(const uint8_t *bytes, size_t size, const struct voxmap_setting *setting,
                               uint32_t *n_pages, char *err, size_t err_size);
+
+/** map_file_origin - what the places of a map that was checked count from. */
+struct map_origin map_file_origin(const uint8_t *bytes);
 
 /** map_file_page - the next submap of a map that was checked; start with *page all zero. False: that was all. */
 bool map_file_page(const uint8_t *bytes, size_t size, struct map_page *page);

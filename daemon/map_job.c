@@ -71,7 +71,7 @@ static bool complete(struct places_job *job)
     struct map_bytes all;
     if (!job->n_away)
         return true;
-    bool good = map_file_begin(&all, &job->setting);
+    bool good = map_file_begin(&all, &job->setting, &job->origin);
     snprintf(job->message, sizeof job->message, "no memory for a copy of the map");
     for (uint32_t i = 0; good && i < job->n_away; i++)
         good = append_away(job, &all, &job->away[i]);
@@ -131,6 +131,22 @@ static void say_missing(struct places_job *job)
         free(entry);
 }
 
+/* Do its places count from where ours do? False with a sentence in why; true with one when nobody knows. */
+static bool same_origin(const struct map_origin *ours, const struct map_origin *its, char *why, size_t why_size)
+{
+    *why = '\0';
+    if (strcmp(ours->name, its->name) == 0) {
+        if (!ours->name[0] && ours->run != its->run)
+            snprintf(why, why_size,
+                     ", made by another run: right only if positions count from the same place (origin in [map])");
+        return true;
+    }
+    snprintf(why, why_size, "its places count from %s%.60s, ours from %s%.60s: origin in [map]",
+             its->name[0] ? "" : "nobody knows where", its->name, ours->name[0] ? "" : "nobody knows where",
+             ours->name);
+    return false;
+}
+
 static void load(struct places_job *job)
 {
     char why[300];
@@ -149,13 +165,14 @@ static void load(struct places_job *job)
         snprintf(why, sizeof why, "the map is damaged: what should be a submap is none");
         fault = MAP_DAMAGED;
     }
+    const struct map_origin its = fault == MAP_GOOD ? map_file_origin(job->bytes.bytes) : (struct map_origin){0};
     const uint32_t most = job->setting.n_tiles - job->setting.n_tiles / 4;
     if (fault == MAP_GOOD && (job->tiles > most || job->pages >= job->setting.max_submaps))
         snprintf(why, sizeof why, "%u submaps of %u tiles are more than memory in [map] allows: %u and %u",
                  job->pages, job->tiles, job->setting.max_submaps - 1, most);
-    else
-        job->good = fault == MAP_GOOD;
-    snprintf(job->message, sizeof job->message, job->good ? "loaded from %s" : "%s: %s", job->path, why);
+    else if (fault == MAP_GOOD)
+        job->good = same_origin(&job->origin, &its, why, sizeof why);
+    snprintf(job->message, sizeof job->message, job->good ? "loaded from %s%s" : "%s: %s", job->path, why);
     if (fault == MAP_DAMAGED)
         whole_file_set_aside(job->path, job->message, sizeof job->message);
 }

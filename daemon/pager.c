@@ -162,7 +162,7 @@ static void drop(void *ctx, struct pipeline_map *m)
 static bool pack_page(struct daemon *d, uint64_t id, size_t size)
 {
     struct pager *p = &d->pager;
-    if (!map_file_begin(&p->bytes, &p->setting))
+    if (!map_file_begin(&p->bytes, &p->setting, &d->places.origin))
         return false;
     struct visit_page v = {.id = id, .size = size, .room = map_file_room(&p->bytes, size)};
     if (!v.room)

@@ -92,7 +92,7 @@ static bool pack_all(struct places_task *task)
     const uint64_t now_ns = loop_now(d->loop);
     struct visit_list list = {.now_ns = now_ns};
     struct visit_list away = {.now_ns = now_ns, .away = true, .heads = task->job.away};
-    if (!map_file_begin(bytes, &task->job.setting))
+    if (!map_file_begin(bytes, &task->job.setting, &task->job.origin))
         return false;
     pipeline_visit_map(d->pipeline, list_submaps, &list);
     for (uint32_t i = 0; i < list.n; i++)
@@ -194,6 +194,7 @@ static bool prepare(struct places_task *task, enum places_what what, const char 
         *job = (struct places_job){.what = what,
                                    .state = PLACES_IDLE,
                                    .setting = pipeline_map_setting(d->pipeline),
+                                   .origin = d->places.origin,
                                    .t_unix_ns = loop_now(d->loop) + d->unix_offset_ns};
         snprintf(job->path, sizeof job->path, "%s/%s%s", folder, name, ending);
         snprintf(job->folder, sizeof job->folder, "%s", folder);
@@ -349,6 +350,8 @@ bool places_start(struct daemon *d, char *err, size_t err_size)
     struct places *p = &d->places;
     if (!pipeline_has_map(d->pipeline))
         return true;
+    p->origin.run = loop_now(d->loop) + d->unix_offset_ns;
+    snprintf(p->origin.name, sizeof p->origin.name, "%s", d->conf.map.origin);
     const struct voxmap_setting s = pipeline_map_setting(d->pipeline);
     log_line(LOG_INFO,
              "map: voxels of %g m, submaps of %g m and %g m high, memory for %u tiles of up to %u a submap",

@@ -37,6 +37,7 @@ struct places_job {
     enum places_state state;
     enum places_format format;
     struct voxmap_setting setting;
+    struct map_origin origin;
     char path[CONF_TEXT_MAX + 80];
     struct map_bytes bytes; /* the map as a file */
     char folder[CONF_TEXT_MAX];
@@ -56,6 +57,7 @@ struct places_task {
 };
 
 struct places {
+    struct map_origin origin;       /* what the places of this run count from */
     struct places_task asked, kept; /* by a client; by `save_every` and `load_last` in [map] */
     struct loop_timer save;
     uint64_t saved_pings;     /* in the map when it was kept last */

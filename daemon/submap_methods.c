@@ -135,7 +135,8 @@ json_t *submap_method_move(const struct rpc_call *call, json_t *params, struct r
 #define PAGE_POINTS      256
 #define PAGE_POINTS_MAX  1024
 #define PAGE_BLOCKS      256 /* looked at for one page */
-#define BLOCKS_PER_VISIT 4   /* so long pings wait */
+#define BLOCKS_PER_VISIT 4   /* so long pings wait, and for ... */
+#define SKIPPED_AT_MOST  256 /* empty ones before each */
 
 /* How far a walk over the blocks has come, and of which map: what all but pings have done to it is in the last two. */
 struct cursor {
@@ -176,9 +177,10 @@ static void walk_on(void *ctx, struct pipeline_map *m)
         v->begun = true;
     }
     for (int i = 0; i < BLOCKS_PER_VISIT && !v->ended; i++) {
-        v->ended = !merge_next(&m->map, &v->cursor.walk, &key);
+        const enum merge_sought sought = merge_seek(&m->map, &v->cursor.walk, SKIPPED_AT_MOST, &key);
+        v->ended = sought == MERGE_ALL;
         v->blocks++;
-        if (!v->ended)
+        if (sought == MERGE_FOUND)
             frontier_points(v->frontier, &key, take_point, v->points);
     }
     v->changed = v->cursor.change_of_all != m->map.change_of_all || v->cursor.next_id != m->map.next_id;

@@ -383,7 +383,7 @@ static bool said_before(const struct voxmap *m, uint32_t part, const struct bloc
     return false;
 }
 
-bool merge_next(const struct voxmap *m, struct merge_walk *walk, struct block_key *key)
+enum merge_sought merge_seek(const struct voxmap *m, struct merge_walk *walk, uint32_t most, struct block_key *key)
 {
     for (; walk->part < m->set.max_submaps; walk->part++, walk->at = 0) {
         const struct voxmap_part *p = &m->part[walk->part];
@@ -398,8 +398,19 @@ bool merge_next(const struct voxmap *m, struct merge_walk *walk, struct block_ke
             *key = (struct block_key){
                 {first[0] + at / levels / rows, first[1] + at / levels % rows, first[2] + at % levels}};
             if (speaks_of(m, p, key) && !said_before(m, walk->part, key))
-                return true;
+                return MERGE_FOUND;
+            if (most-- == 0)
+                return MERGE_NOT_YET;
         }
     }
-    return false;
+    return MERGE_ALL;
+}
+
+bool merge_next(const struct voxmap *m, struct merge_walk *walk, struct block_key *key)
+{
+    enum merge_sought sought;
+    do
+        sought = merge_seek(m, walk, UINT32_MAX, key);
+    while (sought == MERGE_NOT_YET);
+    return sought == MERGE_FOUND;
 }

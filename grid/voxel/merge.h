@@ -86,4 +86,9 @@ struct merge_walk {
 /** merge_next - the next block; false: that was all. */
 bool merge_next(const struct voxmap *m, struct merge_walk *walk, struct block_key *key);
 
+enum merge_sought { MERGE_FOUND, MERGE_NOT_YET, MERGE_ALL };
+
+/** merge_seek - the same, but skips no more than `most` blocks of which nothing is known: MERGE_NOT_YET, call again. */
+enum merge_sought merge_seek(const struct voxmap *m, struct merge_walk *walk, uint32_t most, struct block_key *key);
+
 #endif

@@ -194,7 +194,7 @@ def files(bench):
     daemon.stop()
     client = bench.sonard().client()
     loaded = bench.sonarctl("map", "load", "basin")
-    check(loaded.returncode == 0, loaded.stderr)
+    check(loaded.returncode == 0 and "another run" in loaded.stdout, loaded.stdout + loaded.stderr)
     check(slices(client) == before, "another daemon has another map")
     check_foreign(bench, client, path, before)
 
@@ -265,6 +265,26 @@ def moves(bench):
     expect_refusal(client, "map_move", {"id": 0, "position_m": [0, 0, 0]}, "id", -32602)
 
 
+def origins(bench):
+    """A map whose places count from elsewhere, or from nobody knows where, is not loaded."""
+    bench.sim()
+    saved = {}
+    for name in ("none", "basin-east", "geo:41.1784,-8.6071"):
+        conf(bench, origin=name)
+        daemon = bench.sonard()
+        client = daemon.client()
+        saved[name] = "m%d" % len(saved)
+        done(client, "map_save", name=saved[name])
+        for other, file in saved.items():
+            result = job(client, "map_load", name=file)
+            check((result["state"] == "done") == (other == name), "%s in %s: %s" % (other, name, result))
+            check(other == name or "count from" in result["message"] and "origin in [map]" in result["message"],
+                  str(result))
+            check("another run" not in result["message"], "of this very run: %s" % result)
+        client.close()
+        daemon.stop()
+
+
 def check_foreign(bench, client, path, before):
     """Files that are none, or none of ours, or damaged: refused, and the map stays as it is."""
     with open(path, "rb") as f:
@@ -283,7 +303,7 @@ def check_foreign(bench, client, path, before):
     refused("short", good[:-1000], "damaged", True)
     refused("empty", b"", "not a map", False)
     refused("other", b"ply\nformat ascii 1.0\n", "not a map", False)
-    refused("newer", good[:8] + struct.pack("<I", 2) + good[12:], "version 2", False)
+    refused("newer", good[:8] + struct.pack("<I", 3) + good[12:], "version 3", False)
     missing = bench.sonarctl("map", "load", "nowhere")
     check(missing.returncode == 6 and "no such map" in missing.stderr, missing.stderr)
     bench.write("mine.map", "my own notes")
@@ -589,8 +609,8 @@ def refusals(bench):
 
 
 cases = [("basin_threads%d" % n, lambda bench, n=n: basin(bench, n)) for n in (0, 1, 2)]
-cases += [("files", files), ("surface", surface), ("moves", moves), ("paging", paging), ("one_folder", one_folder),
-          ("tunnel", tunnel), ("replay", replay),
+cases += [("files", files), ("origins", origins), ("surface", surface), ("moves", moves), ("paging", paging),
+          ("one_folder", one_folder), ("tunnel", tunnel), ("replay", replay),
           ("killed", killed), ("exports", exports), ("refusals", refusals)]
 
 run(cases, parallel=3)

@@ -175,6 +175,38 @@ TEST(points_have_places_normals_and_tags)
     rig_free(r);
 }
 
+/* In steps of a few empty blocks: the same blocks in the same order, and no step skips more. */
+TEST(seeking_in_steps_finds_the_same_blocks)
+{
+    struct voxmap_setting s = rig_setting();
+    struct rig *r = rig_new(&s);
+    rig_open(r);
+    rig_set(r, (const int64_t[3]){0, 0, 0}, SUBMAP_VACANCY, 9);
+    rig_set(r, (const int64_t[3]){-40, 40, 10}, SUBMAP_VACANCY, 9);
+    for (uint32_t most = 0; most < 4; most++) {
+        struct merge_walk whole = {0}, steps = {0};
+        struct block_key want, got;
+        enum merge_sought sought = MERGE_NOT_YET;
+        unsigned found = 0, not_yet = 0;
+        while (merge_next(&r->map, &whole, &want)) {
+            int64_t before = steps.at;
+            while ((sought = merge_seek(&r->map, &steps, most, &got)) == MERGE_NOT_YET) {
+                CHECK_INT(steps.at, before + most + 1);
+                before = steps.at;
+                not_yet++;
+            }
+            CHECK_INT(sought, MERGE_FOUND);
+            CHECK(block_same(&want, &got));
+            found++;
+        }
+        while ((sought = merge_seek(&r->map, &steps, most, &got)) == MERGE_NOT_YET)
+            not_yet++;
+        CHECK_INT(sought, MERGE_ALL);
+        CHECK(found >= 2 && not_yet > 0);
+    }
+    rig_free(r);
+}
+
 /* Nothing new: nothing computed. One beam: the blocks around it. */
 TEST(only_what_changed_is_computed_anew)
 {
@@ -274,6 +306,7 @@ int main(void)
     RUN(V7_columns_across_words);
     RUN(V8_shapes);
     RUN(points_have_places_normals_and_tags);
+    RUN(seeking_in_steps_finds_the_same_blocks);
     RUN(only_what_changed_is_computed_anew);
     RUN(random_walk_equals_a_full_pass);
     return test_end();

@@ -9,11 +9,13 @@
 
 static const struct voxmap_setting setting = {.voxel_m = 0.2, .height = 80, .keep_echoes = true};
 
+static const struct map_origin nowhere = {.run = 7};
+
 /* A file with pages of these sizes, filled with their number. */
 static struct map_bytes file_of(const size_t *size, int n)
 {
     struct map_bytes b;
-    CHECK(map_file_begin(&b, &setting));
+    CHECK(map_file_begin(&b, &setting, &nowhere));
     for (int i = 0; i < n; i++) {
         uint8_t *room = map_file_room(&b, size[i] + 10);
         CHECK(room != NULL);
@@ -61,6 +63,40 @@ TEST(an_empty_map_is_a_map)
     free(b.bytes);
 }
 
+/* What places count from comes back; a map of version 1 has none, and its submaps are found all the same. */
+TEST(the_origin_is_in_the_file)
+{
+    const struct map_origin here = {.run = 1763703962123456789, .name = "geo:41.1784,-8.6071"};
+    static const size_t size[] = {5, 300};
+    struct map_bytes b = {0};
+    char err[300] = "";
+    uint32_t n = 9;
+    CHECK(map_file_begin(&b, &setting, &here) && map_file_end(&b));
+    CHECK_INT(map_file_check(b.bytes, b.size, &setting, &n, err, sizeof err), MAP_GOOD);
+    struct map_origin got = map_file_origin(b.bytes);
+    CHECK(got.run == here.run);
+    CHECK_STR(got.name, here.name);
+    memset(b.bytes + 40, 'x', MAP_ORIGIN_MAX); /* no NUL, from outside */
+    got = map_file_origin(b.bytes);
+    CHECK_INT(strlen(got.name), MAP_ORIGIN_MAX - 1);
+    free(b.bytes);
+
+    struct map_page page = {0};
+    b = file_of(size, 2);
+    memmove(b.bytes + 32, b.bytes + 96, b.size - 96);
+    b.size -= 64;
+    b.bytes[8] = 1;
+    seal(&b);
+    CHECK_INT(map_file_check(b.bytes, b.size, &setting, &n, err, sizeof err), MAP_GOOD);
+    CHECK_INT(n, 2);
+    CHECK(map_file_page(b.bytes, b.size, &page) && page.size == 5);
+    CHECK(map_file_page(b.bytes, b.size, &page) && page.size == 300 && page.bytes[299] == 1);
+    CHECK(!map_file_page(b.bytes, b.size, &page));
+    got = map_file_origin(b.bytes);
+    CHECK(got.run == 0 && !got.name[0]);
+    free(b.bytes);
+}
+
 TEST(every_damage_is_found)
 {
     static const size_t size[] = {40, 30};
@@ -90,14 +126,15 @@ TEST(what_is_sealed_and_wrong_is_refused)
         const char *says;
     } row[] = {
         {"another kind of file", 0, 'X', MAP_FOREIGN, "not a map"},
-        {"a newer version", 8, 2, MAP_FOREIGN, "version 2"},
+        {"a newer version", 8, 3, MAP_FOREIGN, "version 3"},
+        {"a version that never was", 8, 0, MAP_FOREIGN, "version 0"},
         {"more submaps than there are", 12, 3, MAP_DAMAGED, "damaged"},
         {"fewer submaps than there are", 12, 1, MAP_DAMAGED, "damaged"},
         {"other voxels", 22, 0xd8, MAP_FOREIGN, "0.384375 m"},
         {"another height", 24, 81, MAP_FOREIGN, "81 high"},
         {"no echoes", 28, 0, MAP_FOREIGN, "without echoes"},
-        {"a submap longer than the file", 32 + 3, 1, MAP_DAMAGED, "damaged"},
-        {"a submap of more bytes than any", 32 + 7, 0xff, MAP_DAMAGED, "damaged"},
+        {"a submap longer than the file", 96 + 3, 1, MAP_DAMAGED, "damaged"},
+        {"a submap of more bytes than any", 96 + 7, 0xff, MAP_DAMAGED, "damaged"},
     };
     for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         struct map_bytes b = file_of(size, 2);
@@ -256,6 +293,7 @@ int main(void)
 {
     RUN(pages_come_back);
     RUN(an_empty_map_is_a_map);
+    RUN(the_origin_is_in_the_file);
     RUN(every_damage_is_found);
     RUN(what_is_sealed_and_wrong_is_refused);
     RUN(the_surface_is_by_definition);

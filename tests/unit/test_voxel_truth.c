@@ -79,18 +79,17 @@ TEST(with_true_ranges_nothing_behind_a_surface_is_free)
     }
 }
 
-/* As a head hears them, through the whole chain: what is free and lies in a solid, of all that is free. */
+/* As a head hears them, through the whole chain: what is free and lies in a solid, of all that is free. The box tank's share
+ * hangs on the noise most: of eight seeds 7 is the worst, 0.0024, and 2 the best, 0.0005. */
 TEST(as_heard_little_behind_a_surface_is_free)
 {
     static const struct {
         const char *world;
+        uint64_t seed;                 /* of the noise */
         double as_shipped, safe, full; /* at most; full, the paper's: at least, or the test sees nothing */
     } row[] = {
-        {"box tank", 0.001, 0, 0.005},
-        {"round tank", 0.001, 0, 0.003},
-        {"harbour", 0.001, 0, 0.02},
-        {"pier", 0.001, 0, 0.01},
-        {"slope", 0.001, 0, 0.003},
+        {"box tank", 1, 0.003, 0, 0.005}, {"box tank", 7, 0.003, 0, 0.005}, {"round tank", 1, 0.001, 0, 0.003},
+        {"harbour", 1, 0.001, 0, 0.02},   {"pier", 1, 0.001, 0, 0.01},      {"slope", 1, 0.001, 0, 0.003},
     };
     const struct chart_setting set[] = {
         {.voxel_m = 0.2, .rule = {1, 2}, .echoes = true, .opening = 0.5},
@@ -107,7 +106,7 @@ TEST(as_heard_little_behind_a_surface_is_free)
         dive_begin(ears);
         for (size_t i = 0; i < dive->n; i++) {
             struct beam_echoes heard;
-            dive_hear(ears, dive, i, 1, &heard);
+            dive_hear(ears, dive, i, row[k].seed, &heard);
             for (int s = 0; s < 3; s++)
                 chart_enter(c[s], &dive->look[i], dive->look[i].at, &heard);
         }
@@ -120,7 +119,8 @@ TEST(as_heard_little_behind_a_surface_is_free)
         CHECK(share[1] <= row[k].safe);
         CHECK(share[2] >= row[k].full);
         if (test_case_failed)
-            printf("(%s: as shipped %g, safe %g, full %g)\n", row[k].world, share[0], share[1], share[2]);
+            printf("(%s, seed %u: as shipped %g, safe %g, full %g)\n", row[k].world, (unsigned)row[k].seed,
+                   share[0], share[1], share[2]);
         dive_free(dive);
     }
     dive_ears_free(ears);
