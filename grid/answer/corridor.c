@@ -11,6 +11,7 @@ struct tunnel {
     double along[3], side[3], up[3];
     double half_width_m, half_height_m, near_m, most_m;
     double drift_side_m, drift_up_m; /* the wall on that side is so much farther away */
+    double moved_m; /* rays begin so far from the vehicle; the walls are farther away by it, too */
 };
 
 static double dot(const double a[3], const double b[3])
@@ -116,6 +117,12 @@ static void doubt(struct corridor *out, enum answer_reason why, double at_m)
     out->reason = why;
 }
 
+/* Where along the line a ray is at a range that is shorter by what the vehicle has moved: that may have been all ahead. */
+static double along_m(const struct tunnel *t, double range_m, double foreshortened)
+{
+    return fmax(0, range_m * foreshortened - t->moved_m * (1 - foreshortened));
+}
+
 /* What one direction adds. A range along a ray is `foreshortened` along the line, at the least. */
 static void add(const struct tunnel *t, const struct sight *s, const struct answer_now *now, const double v[3],
                 struct reach reach, struct corridor *out)
@@ -126,24 +133,24 @@ static void add(const struct tunnel *t, const struct sight *s, const struct answ
     if (ahead * reach.cos + off * reach.sin < 0) /* no ray of the cell leads ahead */
         return;
     if (s->obstacle && s->near_m <= side_m && s->near_m * foreshortened <= t->most_m)
-        meet(out, s, now, s->near_m * foreshortened);
+        meet(out, s, now, along_m(t, s->near_m, foreshortened));
     const double exit_m = fmin(side_m, t->most_m / fmax(foreshortened, 1e-9));
     if (exit_m <= t->near_m)
         return;
     out->age_s = fmax(out->age_s, s->age_s);
     if (s->reason != ANSWER_HEARD)
-        doubt(out, s->reason, t->near_m * foreshortened);
+        doubt(out, s->reason, along_m(t, t->near_m, foreshortened));
     else if (s->blind_m > t->near_m)
-        doubt(out, ANSWER_BLIND, t->near_m * foreshortened);
+        doubt(out, ANSWER_BLIND, along_m(t, t->near_m, foreshortened));
     else if (s->clear_m < exit_m)
-        doubt(out, ANSWER_BEYOND, fmax(s->clear_m, t->near_m) * foreshortened);
+        doubt(out, ANSWER_BEYOND, along_m(t, fmax(s->clear_m, t->near_m), foreshortened));
 }
 
 /* The tunnel's place along the line where its corner is farther than what is the vehicle's own place. */
 static double corner_m(const struct tunnel *t)
 {
     const double side_m = t->half_width_m + fabs(t->drift_side_m), up_m = t->half_height_m + fabs(t->drift_up_m);
-    return sqrt(fmax(0, t->near_m * t->near_m - side_m * side_m - up_m * up_m));
+    return fmax(0, sqrt(fmax(0, t->near_m * t->near_m - side_m * side_m - up_m * up_m)) - t->moved_m);
 }
 
 /* A grid of a level row knows nothing above and below. Where the tunnel leaves its band at all it may do so at a corner. */
@@ -174,6 +181,9 @@ static void look_once(struct picture *p, const struct answer_conf *conf, const s
         return;
     }
     sight_locate(&frame, now, &place);
+    t.moved_m = place.moved_m;
+    t.half_width_m += place.moved_m;
+    t.half_height_m += place.moved_m;
     geo_angles(t.along, &az, &el);
     struct rings_visit visit = rings_visit(p->rings, az, el, GEO_PI / 2 + p->rings->height_rad);
     struct reach reach = reach_of(0);
