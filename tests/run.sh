@@ -5,7 +5,7 @@
 # A program that ends with a status other than 0 without a FAIL line counts as one failure, one that says nothing too.
 # Prints what failed and what was skipped, and as its last line "N passed, N failed, N skipped". LIMIT=seconds for each.
 set -u
-limit=${LIMIT:-300}
+limit=${LIMIT:-600}
 passed=0 failed=0 skipped=0
 out=$(mktemp)
 trap 'rm -f "$out"' EXIT
