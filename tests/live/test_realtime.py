@@ -35,6 +35,8 @@ def locked_kb(pid):
 
 
 def priorities(bench):
+    if SANITIZER == "thread":
+        raise Skipped("a sanitizer that runs a thread of its own")
     may(40)
     bench.sim()
     bench.conf(pipeline={"threads": 2}, realtime={"priority": 40})
@@ -47,6 +49,8 @@ def priorities(bench):
 
 
 def processors(bench):
+    if SANITIZER == "thread":
+        raise Skipped("a sanitizer that runs a thread of its own")
     last = max(os.sched_getaffinity(0))
     bench.sim()
     bench.conf(pipeline={"threads": 1}, realtime={"processor": last})
