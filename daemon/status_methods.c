@@ -105,7 +105,7 @@ const char *status_data_word(const struct daemon *d)
     /* Before silence: pings without a pose are not used, which looks like it. */
     if (frame.ned && !pose_log_fresh(&d->poses, now))
         return "the pose is too old";
-    if ((double)(now - frame.t_ping_ns) * 1e-9 > d->conf.grid.clear_for_s)
+    if (now > frame.t_ping_ns && (double)(now - frame.t_ping_ns) * 1e-9 > d->conf.grid.clear_for_s)
         return "the sonar has fallen silent";
     return "ok";
 }

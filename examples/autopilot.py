@@ -48,4 +48,6 @@ def main(path=None, turns=None):
 
 
 if __name__ == "__main__":
+    if len(sys.argv) > 3 or any(word.startswith("-") for word in sys.argv[1:]):
+        sys.exit("usage: autopilot.py [SOCKET [TURNS]]")
     main(sys.argv[1] if len(sys.argv) > 1 else None, int(sys.argv[2]) if len(sys.argv) > 2 else None)

@@ -10,13 +10,13 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
-#include <sys/un.h>
 #include <time.h>
 #include <unistd.h>
 
 #include "../../daemon/daemon.h"
 #include "../../daemon/wiring.h"
 #include "bench.h"
+#include "bench_socket.h"
 
 #define BEAMS    512
 #define BINS     1000
@@ -74,16 +74,6 @@ static void *serve(void *arg)
     return NULL;
 }
 
-static void *echo(void *arg)
-{
-    const int fd = *(int *)arg;
-    char line[4096];
-    for (ssize_t n; (n = recv(fd, line, sizeof line, 0)) > 0;)
-        if (send(fd, line, (size_t)n, MSG_NOSIGNAL) != n)
-            break;
-    return NULL;
-}
-
 static void start(const char *path)
 {
     struct pipeline_conf p;
@@ -109,18 +99,6 @@ static void start(const char *path)
         fprintf(stderr, "%s\n", d.loop ? err : "no loop");
         exit(1);
     }
-}
-
-static int connect_to(const char *path)
-{
-    struct sockaddr_un to = {.sun_family = AF_UNIX};
-    const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-    snprintf(to.sun_path, sizeof to.sun_path, "%s", path);
-    if (connect(fd, (struct sockaddr *)&to, sizeof to) != 0) {
-        perror(path);
-        exit(1);
-    }
-    return fd;
 }
 
 /* Microseconds from the question to the end of the answer's line. */

@@ -15,7 +15,6 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
-#include <sys/un.h>
 #include <unistd.h>
 
 #include "../../daemon/daemon.h"
@@ -24,6 +23,7 @@
 #include "../../grid/sphere/sphere.h"
 #include "../../grid/voxel/submap.h"
 #include "bench.h"
+#include "bench_socket.h"
 
 #define RANGE_M    20.0
 #define REPEATS    31
@@ -283,30 +283,6 @@ static void *serve(void *arg)
     while (!stop)
         loop_turn(d.loop, 100000000u);
     return NULL;
-}
-
-static void *echo(void *arg)
-{
-    const int fd = *(int *)arg;
-    char line[4096];
-
-    for (ssize_t n; (n = recv(fd, line, sizeof line, 0)) > 0;)
-        if (send(fd, line, (size_t)n, MSG_NOSIGNAL) != n)
-            break;
-    return NULL;
-}
-
-static int connect_to(const char *path)
-{
-    struct sockaddr_un to = {.sun_family = AF_UNIX};
-    const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0);
-
-    snprintf(to.sun_path, sizeof to.sun_path, "%s", path);
-    if (fd < 0 || connect(fd, (struct sockaddr *)&to, sizeof to) != 0) {
-        perror(path);
-        exit(1);
-    }
-    return fd;
 }
 
 static void ask(int fd)
