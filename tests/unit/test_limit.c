@@ -1,39 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /* test_limit - corridors and the speed they allow: on pictures made by hand, and by their properties on random ones. */
 #include "../lib/table.h"
-#include "../lib/test.h"
+#include "../lib/picture_rig.h"
 
 #include "../../grid/answer/limit.h"
 
-#define SECOND 1000000000ull
-#define NOW    (1000 * SECOND)
-
-static struct rings rings;
-static struct picture picture;
-static double axis[8192][3];
-static const struct answer_conf limits = {.clear_for_s = 30, .move_limit_m = 0.5};
-static struct answer_now now;
 static const struct corridor_body small = {.radius_m = 0.3, .half_height_m = 0.2, .margin_m = 0.1, .near_m = 0.7};
-
-static void start_with(bool good, bool ned)
-{
-    static void *word;
-    CHECK(good);
-    free(word);
-    word = aligned_alloc(64, (picture_bytes(rings.n) + 63) / 64 * 64);
-    for (uint32_t d = 0; d < rings.n; d++) {
-        double az, el;
-        rings_centre(&rings, d, &az, &el);
-        geo_direction(az, el, axis[d]);
-    }
-    picture_init(&picture, &rings, (const double(*)[3])axis, 60, 0.4, word);
-    const struct picture_frame frame = {
-        .ned = ned, .pings = 1, .t_ping_ns = NOW, .range_max_m = 20, .recentre_m = 0.1};
-    picture_begin(&picture);
-    picture_set_frame(&picture, &frame);
-    picture_end(&picture);
-    now = (struct answer_now){.now_ns = NOW, .pose_fresh = true, .pose = pose_identity};
-}
 
 static void start(void)
 {
