@@ -10,14 +10,11 @@
  * falsely_clear: clear without the stage, and not clear with it. bytes: what the stage holds.
  */
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 #include "../../daemon/plan_cost.h"
-#include "../../daemon/settings.h"
-#include "../../daemon/wiring.h"
 #include "lib/cost.h"
-#include "lib/sea.h"
+#include "lib/scans.h"
 
 #define SCANS       3
 #define ASK_EVERY   5 /* pings */
@@ -25,8 +22,7 @@
 #define ANSWERS     (SCANS * SEA_BEAMS / ASK_EVERY)
 #define COUNT_BEAMS 10
 
-static const char basis[] = "[sonar a]\ndevice = ping360\nport = serial:/dev/null:115200\nrange = 12 m\n"
-                            "[extract]\nno_echo = heard\n";
+static const char no_socket[] = "no socket"; /* no section: the daemon is told so as it starts */
 
 /* A configuration with the stage and one without it; the plan as shipped has one of the two. */
 static const struct stage {
@@ -34,7 +30,7 @@ static const struct stage {
     enum plan_id id;
     const char *with, *without;
 } stages[] = {
-    {"image", PLAN_IMAGE, "", "no socket"},
+    {"image", PLAN_IMAGE, "", no_socket},
     {"map", PLAN_MAP, "[map]\nvoxel = 0.2 m\nmemory = 32 MiB\n", ""},
     {"threads", PLAN_THREADS, "[pipeline]\nthreads = 2\n", ""},
     {"marks", PLAN_MARKS, "", "marks = off\n"},
@@ -49,69 +45,22 @@ struct scans {
     struct answer sector[ANSWERS][SECTORS];
 };
 
-static void fault(void *ctx, const char *message)
-{
-    (void)ctx;
-    fprintf(stderr, "report_plan: %s\n", message);
-    exit(1);
-}
-
+/* Silence heard beyond minimum_range is free water here, so that there is some to lose. */
 static void configure(const char *more, struct conf *conf)
 {
-    const bool alone = strcmp(more, "no socket") == 0;
-    struct conf_source *source;
-    char text[1024];
-    snprintf(text, sizeof text, "%s%s", basis, alone ? "" : more);
-    conf_load_text(conf, &source, "basis", text, strlen(text), &settings_checks, fault, NULL);
-    conf_source_free(source);
-    if (alone)
+    char text[512];
+
+    snprintf(text, sizeof text, "[extract]\nno_echo = heard\n%s", more == no_socket ? "" : more);
+    scans_configure(text, conf);
+    if (more == no_socket)
         snprintf(conf->server.socket, sizeof conf->server.socket, "none");
-}
-
-static struct pipeline *start(const struct conf *conf)
-{
-    struct pipeline_conf p;
-    struct plan plan;
-    char err[256];
-    plan_make(conf, &plan);
-    wiring_pipeline(conf, &plan, true, &p);
-    struct pipeline *pipeline = pipeline_new(&p, err, sizeof err);
-    if (!pipeline)
-        fault(NULL, err);
-    return pipeline;
-}
-
-static struct pose pose_at(uint64_t t_ns)
-{
-    struct pose pose = pose_identity;
-    pose.t_ns = t_ns;
-    pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
-    return pose;
-}
-
-static uint64_t listen(struct pipeline *pipeline, const struct sea_scene *scene, unsigned scan, unsigned beam)
-{
-    static struct sea_ping sea;
-    sea_listen(scene, SEA_PING360, scan, beam, &sea);
-    struct ping *ping = pipeline_begin(pipeline);
-    struct ping heard = sea.ping;
-    heard.max_beams = ping->max_beams;
-    heard.max_samples = ping->max_samples;
-    heard.beam = ping->beam;
-    heard.samples = ping->samples;
-    heard.pose = pose_at(sea.ping.t_ns);
-    memcpy(heard.samples, sea.samples, sea.ping.n_bins);
-    heard.beam[0] = sea.axis;
-    *ping = heard;
-    pipeline_submit(pipeline, ping);
-    return sea.ping.t_ns;
 }
 
 static void ask(struct pipeline *pipeline, const struct conf *conf, uint64_t t_ns, struct answer *sector)
 {
-    const struct answer_conf limits = {.clear_for_s = conf->grid.clear_for_s,
-                                       .move_limit_m = conf->grid.move_limit_m};
-    const struct answer_now now = {.now_ns = t_ns, .pose_fresh = true, .pose = pose_at(t_ns)};
+    const struct answer_conf limits = scans_limits(conf);
+    const struct answer_now now = scans_now(t_ns);
+
     pipeline_drain(pipeline);
     answer_sectors(pipeline_picture(pipeline), &limits, &now, false, geo_rad(-5), geo_rad(5), 0, SECTORS, sector);
 }
@@ -119,13 +68,16 @@ static void ask(struct pipeline *pipeline, const struct conf *conf, uint64_t t_n
 /* The clean-up's held pings are behind; the sectors are those of what came out. */
 static void play(const char *more, const struct sea_scene *scene, struct scans *out)
 {
+    static struct sea_ping sea;
     struct conf conf;
+
     configure(more, &conf);
-    struct pipeline *pipeline = start(&conf);
+    struct pipeline *pipeline = scans_start(&conf);
     for (unsigned n = 0; n < SCANS * SEA_BEAMS; n++) {
-        const uint64_t t_ns = listen(pipeline, scene, n / SEA_BEAMS + 1, n % SEA_BEAMS);
+        sea_listen(scene, SEA_PING360, n / SEA_BEAMS + 1, n % SEA_BEAMS, &sea);
+        scans_submit(pipeline, &sea);
         if (n % ASK_EVERY == ASK_EVERY - 1)
-            ask(pipeline, &conf, t_ns, out->sector[n / ASK_EVERY]);
+            ask(pipeline, &conf, sea.ping.t_ns, out->sector[n / ASK_EVERY]);
     }
     pipeline_free(pipeline);
 }
@@ -199,13 +151,16 @@ static void count(unsigned scenes)
     for (size_t k = 0; k < STAGES; k++) {
         const char *more[] = {stages[k].with, stages[k].without};
         for (int without = 0; stages[k].id != PLAN_THREADS && without < 2; without++) {
+            static struct sea_ping sea;
             struct conf conf;
             unsigned bins = 0;
             configure(more[without], &conf);
-            struct pipeline *pipeline = start(&conf);
-            for (unsigned n = 0; n < scenes * COUNT_BEAMS; n++, bins += SEA_MAX_BINS)
-                listen(pipeline, &sea_scenes[n / COUNT_BEAMS], n / COUNT_BEAMS + 1,
-                       n % COUNT_BEAMS * SEA_BEAMS / COUNT_BEAMS);
+            struct pipeline *pipeline = scans_start(&conf);
+            for (unsigned n = 0; n < scenes * COUNT_BEAMS; n++, bins += SEA_MAX_BINS) {
+                sea_listen(&sea_scenes[n / COUNT_BEAMS], SEA_PING360, n / COUNT_BEAMS + 1,
+                           n % COUNT_BEAMS * SEA_BEAMS / COUNT_BEAMS, &sea);
+                scans_submit(pipeline, &sea);
+            }
             printf("%s %s,%u\n", without ? "without" : "with", stages[k].name, bins);
             cost_mark();
             pipeline_free(pipeline);
