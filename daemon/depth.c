@@ -40,7 +40,6 @@ struct depth {
     struct depth_status status;
     int failures; /* in a row */
     bool linked;
-    struct log_limit doubts;
 
     /* the thread's */
     struct modbus_depth *modbus;
@@ -146,11 +145,11 @@ static void set_state(struct depth *d, enum depth_state state, const char *why)
     if (d->status.state == state)
         return;
     if (state == DEPTH_RUNNING)
-        log_line(LOG_NOTICE, "depth: %s, slave %d answers", d->conf.source, d->conf.slave);
+        log_line(LOG_NOTICE, "depth_answers", "depth: %s, slave %d answers", d->conf.source, d->conf.slave);
     else if (state == DEPTH_SILENT)
-        log_line(LOG_WARNING, "depth: %s; asking again", why);
+        log_line(LOG_WARNING, "depth_silent", "depth: %s; asking again", why);
     else
-        log_line(LOG_WARNING, "depth: %s; trying again until it opens", why);
+        log_line(LOG_WARNING, "depth_failed", "depth: %s; trying again until it opens", why);
     d->status.state = state;
 }
 
@@ -174,7 +173,7 @@ static void take_value(struct depth *d, const struct sample *s)
     set_state(d, DEPTH_RUNNING, "");
     if (!depth_plausible(&d->conf, depth_m, s->t_ns, d->status.depth_m, d->status.t_depth_ns)) {
         d->status.implausible++;
-        log_limited(&d->doubts, loop_now(d->input->loop), LOG_WARNING,
+        log_limited(loop_now(d->input->loop), LOG_WARNING, LOG_ABOUT(.event = "depth_doubted"),
                     "depth: %g m is not believed (last %g m; see plausible and speed_limit)", depth_m,
                     d->status.depth_m);
         return;

@@ -11,9 +11,9 @@ static void take(struct leak *leak, enum leak_state state, uint64_t now_ns)
     if (state == leak->state)
         return;
     if (state == LEAK_WET)
-        log_line(LOG_ERR, "LEAK: the probe on line '%s' is wet", leak->pin.want.line);
+        log_line(LOG_ERR, "leak", "LEAK: the probe on line '%s' is wet", leak->pin.want.line);
     else if (leak->state == LEAK_WET)
-        log_line(LOG_NOTICE, "leak probe: %s",
+        log_line(LOG_NOTICE, "leak_over", "leak probe: %s",
                  state == LEAK_DRY ? "dry again" : "its state is not known any more");
     leak->alarms += state == LEAK_WET;
     leak->state = state;
@@ -40,7 +40,7 @@ static void on_level(void *ctx, bool active, uint64_t now_ns)
 static void on_edge(void *ctx, const struct gpio_edge *edge, uint64_t now_ns)
 {
     struct leak *leak = ctx;
-    (void)edge; /* of a burst the newest may be lost: the level tells */
+    (void)edge;            /* of a burst the newest may be lost: the level tells */
     if (!leak->hold.armed) /* edge after edge must not put the look off for ever */
         hold(leak, now_ns);
 }

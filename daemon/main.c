@@ -119,7 +119,6 @@ struct recorder_timer {
     struct daemon *d;
     uint64_t errors; /* already logged */
     uint64_t overflows;
-    struct log_limit slow;
 };
 
 static void on_record_tick(void *ctx, uint64_t now_ns)
@@ -129,9 +128,10 @@ static void on_record_tick(void *ctx, uint64_t now_ns)
     record_tick(t->d->record);
     record_status(t->d->record, &s);
     if (s.parts.errors > t->errors)
-        log_line(LOG_ERR, "recording: %s", s.parts.error);
+        log_line(LOG_ERR, "record_failed", "recording: %s", s.parts.error);
     if (s.overflows > t->overflows)
-        log_limited(&t->slow, now_ns, LOG_WARNING, "recording: the disk is too slow: %llu messages lost",
+        log_limited(now_ns, LOG_WARNING, LOG_ABOUT(.event = "record_lost", .count = s.overflows - t->overflows),
+                    "recording: the disk is too slow: %llu messages lost",
                     (unsigned long long)(s.overflows - t->overflows));
     t->errors = s.parts.errors;
     t->overflows = s.overflows;
@@ -154,8 +154,8 @@ static void on_law_tick(void *ctx, uint64_t now_ns)
         if (s.law_doubt[i] == LAW_FITS || s.law_doubt[i] == t->told[i])
             continue;
         t->told[i] = s.law_doubt[i];
-        log_line(LOG_WARNING, "%s: %s (amplitude, docs/extract.md)", t->d->conf.sonar[i].name,
-                 law_doubt_text(s.law_doubt[i]));
+        log_sonar(LOG_WARNING, "amplitude_doubted", t->d->conf.sonar[i].name, "%s (amplitude, docs/extract.md)",
+                  law_doubt_text(s.law_doubt[i]));
     }
     loop_arm(t->d->loop, &t->timer, now_ns + LAW_TICK_NS);
 }
@@ -285,7 +285,7 @@ static void run_live(struct daemon *d)
         loop_arm(d->loop, &attention.timer, loop_now(d->loop) + ATTENTION_TICK_NS);
     for (int i = 0; i < d->conf.n_sonars; i++)
         source_start(d->source[i]);
-    log_line(LOG_NOTICE, "version %s, configuration %s, %d sonar%s, %d pipeline thread%s, socket %s",
+    log_line(LOG_NOTICE, "started", "version %s, configuration %s, %d sonar%s, %d pipeline thread%s, socket %s",
              SONARD_VERSION, d->conf_name, d->conf.n_sonars, d->conf.n_sonars == 1 ? "" : "s",
              d->conf.pipeline.threads, d->conf.pipeline.threads == 1 ? "" : "s",
              d->server ? server_path(d->server) : "none");
@@ -358,7 +358,7 @@ static bool make_parts(struct daemon *d, const struct options *o, const struct c
         if (service_start(d, err, sizeof err))
             return true;
     }
-    log_line(LOG_ERR, "%s", err);
+    log_line(LOG_ERR, "start_failed", "%s", err);
     return false;
 }
 
@@ -375,10 +375,11 @@ static int end(struct daemon *d)
     template_end(d);
     record_close(d->record);
     if (d->answers && (fflush(d->answers) != 0 || fclose(d->answers) != 0)) {
-        log_line(LOG_ERR, "answers: %s", strerror(errno));
+        log_line(LOG_ERR, "answers_failed", "answers: %s", strerror(errno));
         status = FAILED;
     }
     loop_free(d->loop);
+    log_flush(LOOP_NEVER);
     return status;
 }
 
@@ -387,7 +388,7 @@ static int run(struct daemon *d, const struct options *o, struct replay *replay,
     d->replay = replay != NULL;
     d->loop = loop_new(d->replay);
     if (!d->loop) {
-        log_line(LOG_ERR, "event loop: %s", strerror(errno));
+        log_line(LOG_ERR, "start_failed", "event loop: %s", strerror(errno));
         return FAILED;
     }
     d->options = o;
@@ -423,6 +424,7 @@ static int run(struct daemon *d, const struct options *o, struct replay *replay,
 int main(int argc, char **argv)
 {
     struct options o = {.threads = -1};
+    log_open();
     int status = options_parse(argc, argv, &o);
     if (status >= 0)
         return status;

@@ -54,7 +54,7 @@ static void take(struct nmea *nmea, const struct nmea_value *value)
 static void lost(struct nmea *nmea, const char *why)
 {
     if (!nmea->announced)
-        log_line(LOG_WARNING, "nmea: %s; trying again until it opens", why);
+        log_line(LOG_WARNING, "nmea_failed", "nmea: %s; trying again until it opens", why);
     nmea->announced = true;
     snprintf(nmea->status.port_error, sizeof nmea->status.port_error, "%s", why);
     loop_arm(nmea->input->loop, &nmea->retry, loop_now(nmea->input->loop) + nmea->retry_ns);
@@ -104,7 +104,7 @@ static void try_open(void *ctx, uint64_t now_ns)
         return;
     }
     nmea_parser_reset(&nmea->parser);
-    log_line(LOG_NOTICE, "nmea: %s %s", nmea->conf.port, nmea->was_open ? "is back" : "open");
+    log_line(LOG_NOTICE, "nmea_open", "nmea: %s %s", nmea->conf.port, nmea->was_open ? "is back" : "open");
     nmea->status.reconnects += nmea->was_open;
     nmea->status.port_error[0] = '\0';
     nmea->was_open = true;

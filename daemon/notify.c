@@ -3,35 +3,20 @@
 
 #include <errno.h>
 #include <stdarg.h>
-#include <stddef.h>
 #include <stdio.h>
 #include <stdlib.h>
-#include <string.h>
 #include <sys/socket.h>
-#include <sys/un.h>
 #include <unistd.h>
 
-#define STATE_MAX 1024
+#include "datagram.h"
 
-/* A path, or @NAME in the abstract namespace. */
-static socklen_t address_of(const char *name, struct sockaddr_un *address)
-{
-    const size_t n = strlen(name);
-    *address = (struct sockaddr_un){.sun_family = AF_UNIX};
-    if ((name[0] != '/' && name[0] != '@') || n < 2 || n >= sizeof address->sun_path)
-        return 0;
-    memcpy(address->sun_path, name, n);
-    if (name[0] == '@')
-        address->sun_path[0] = '\0';
-    return (socklen_t)(offsetof(struct sockaddr_un, sun_path) + n);
-}
+#define STATE_MAX 1024
 
 void notify_tell(const char *fmt, ...)
 {
     const char *name = getenv("NOTIFY_SOCKET");
-    struct sockaddr_un address;
-    const socklen_t length = name ? address_of(name, &address) : 0;
-    if (!length)
+    const int fd = name ? datagram_to(name) : -1;
+    if (fd < 0)
         return;
 
     char state[STATE_MAX];
@@ -39,11 +24,8 @@ void notify_tell(const char *fmt, ...)
     va_start(args, fmt);
     const int n = vsnprintf(state, sizeof state, fmt, args);
     va_end(args);
-    const int fd = socket(AF_UNIX, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
-    if (fd < 0 || n < 0)
-        return;
-    sendto(fd, state, (size_t)n < sizeof state ? (size_t)n : sizeof state - 1, MSG_NOSIGNAL,
-           (const struct sockaddr *)&address, length);
+    if (n >= 0)
+        send(fd, state, (size_t)n < sizeof state ? (size_t)n : sizeof state - 1, MSG_NOSIGNAL);
     close(fd);
 }
 

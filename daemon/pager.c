@@ -176,7 +176,7 @@ static bool pack_page(struct daemon *d, uint64_t id, size_t size)
 static void fault(struct daemon *d, const char *what, const char *why)
 {
     d->pager.errors++;
-    log_limited(&d->pager.limit, loop_now(d->loop), LOG_ERR, "map: %s: %s", what, why);
+    log_limited(loop_now(d->loop), LOG_ERR, LOG_ABOUT(.event = "map_page_failed"), "map: %s: %s", what, why);
 }
 
 static void settle(struct daemon *d)
@@ -272,7 +272,7 @@ static void remove_leftovers(struct pager *p, const char *folder)
         free(entry[i]);
     }
     if (n > 0)
-        log_line(LOG_NOTICE, "map: %s: removed %d pages of an earlier run", folder, n);
+        log_line(LOG_NOTICE, "map_pages_removed", "map: %s: removed %d pages of an earlier run", folder, n);
     if (n >= 0)
         free(entry);
 }
@@ -302,7 +302,7 @@ bool pager_start(struct daemon *d, char *err, size_t err_size)
     if (!pipeline_has_map(d->pipeline) || !d->conf.map.directory[0])
         return true;
     if (mkdir(d->conf.map.directory, 0750) != 0 && errno != EEXIST)
-        log_line(LOG_WARNING, "map: nothing can be saved or put away: making the folder %s: %s",
+        log_line(LOG_WARNING, "map_failed", "map: nothing can be saved or put away: making the folder %s: %s",
                  d->conf.map.directory, strerror(errno));
     if (!lock_folder(p, d->conf.map.directory, err, err_size))
         return false;

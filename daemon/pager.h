@@ -17,7 +17,6 @@
 #include <stdint.h>
 
 #include "../config/conf.h"
-#include "log.h"
 #include "loop.h"
 #include "map_file.h"
 
@@ -27,14 +26,13 @@ enum pager_state { PAGER_IDLE, PAGER_WRITING, PAGER_READING };
 
 struct pager {
     enum pager_state state;
-    uint64_t id;            /* of the submap under way */
-    bool wanted;            /* somebody asked for ... */
-    double wanted_m[3];     /* ... what is there */
-    uint64_t out, in;       /* submaps written, brought back */
-    uint64_t errors;        /* writes and reads that failed */
-    uint64_t newest;        /* the largest id that ever had a file */
-    int lock;               /* descriptor of the folder's lock; below 0: none */
-    struct log_limit limit; /* of messages about errors */
+    uint64_t id;        /* of the submap under way */
+    bool wanted;        /* somebody asked for ... */
+    double wanted_m[3]; /* ... what is there */
+    uint64_t out, in;   /* submaps written, brought back */
+    uint64_t errors;    /* writes and reads that failed */
+    uint64_t newest;    /* the largest id that ever had a file */
+    int lock;           /* descriptor of the folder's lock; below 0: none */
     struct loop_timer timer;
     struct loop_fd ended; /* an eventfd */
     pthread_t thread;

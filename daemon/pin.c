@@ -20,7 +20,7 @@ static void lost(struct pin *pin, uint64_t now_ns)
 {
     close_line(pin);
     snprintf(pin->error, sizeof pin->error, "line '%s' is gone", pin->want.line);
-    log_line(LOG_WARNING, "%s: %s; trying again until it is back", pin->purpose, pin->error);
+    log_line(LOG_WARNING, "gpio_lost", "%s: %s; trying again until it is back", pin->purpose, pin->error);
     pin->announced = true;
     pin->on.lost(pin->on.ctx, now_ns);
 }
@@ -49,7 +49,7 @@ static void try_open(struct pin *pin, uint64_t now_ns)
 {
     if (!pin->ops->open(&pin->line, &pin->want, pin->error, sizeof pin->error)) {
         if (!pin->announced)
-            log_line(LOG_WARNING, "%s: %s; trying again", pin->purpose, pin->error);
+            log_line(LOG_WARNING, "gpio_failed", "%s: %s; trying again", pin->purpose, pin->error);
         pin->announced = true;
         return;
     }
@@ -62,7 +62,7 @@ static void try_open(struct pin *pin, uint64_t now_ns)
         pin->open = false;
         return;
     }
-    log_line(LOG_NOTICE, "%s: line '%s' is ours", pin->purpose, pin->want.line);
+    log_line(LOG_NOTICE, "gpio_open", "%s: line '%s' is ours", pin->purpose, pin->want.line);
     ask(pin, now_ns);
 }
 

@@ -162,7 +162,10 @@ static void settle(struct places_task *task)
     drop_bytes(job);
     job->state = good ? PLACES_DONE : PLACES_FAILED;
     task->d->places.changed |= job->what == PLACES_LOAD;
-    log_line(!good ? LOG_ERR : quiet ? LOG_DEBUG : LOG_NOTICE, "map: %s", job->message);
+    log_line(!good   ? LOG_ERR
+             : quiet ? LOG_DEBUG
+                     : LOG_NOTICE,
+             good ? "map_job_done" : "map_job_failed", "map: %s", job->message);
 }
 
 static void on_ended(void *ctx, uint32_t events, uint64_t now_ns)
@@ -276,7 +279,7 @@ static bool pack_kept(struct daemon *d)
     if (pings == p->saved_pings && !p->changed)
         return false;
     if (!prepare(&p->kept, PLACES_SAVE, LAST, ".map", err, sizeof err) || !pack(&p->kept, err, sizeof err)) {
-        log_line(LOG_ERR, "map: not kept: %s", err);
+        log_line(LOG_ERR, "map_not_kept", "map: not kept: %s", err);
         return false;
     }
     p->saved_pings = pings;
@@ -290,7 +293,7 @@ static void on_save(void *ctx, uint64_t now_ns)
     char err[640];
     loop_arm(d->loop, &d->places.save, now_ns + (uint64_t)(d->conf.map.save_every_s * 1e9));
     if (pack_kept(d) && !begin(&d->places.kept, err, sizeof err))
-        log_line(LOG_ERR, "map: not kept: %s", err);
+        log_line(LOG_ERR, "map_not_kept", "map: not kept: %s", err);
 }
 
 /* Before the first ping: nobody waits for it. */
@@ -301,7 +304,7 @@ static bool load_last(struct daemon *d)
     if (!prepare(task, PLACES_LOAD, LAST, ".map", err, sizeof err))
         return false;
     if (access(task->job.path, F_OK) != 0) {
-        log_line(LOG_NOTICE, "map: begins empty: %s: %s", task->job.path, strerror(errno));
+        log_line(LOG_NOTICE, "map_empty", "map: begins empty: %s: %s", task->job.path, strerror(errno));
         return false;
     }
     map_job_run(&task->job);
@@ -318,9 +321,9 @@ static void move_last(struct daemon *d)
     snprintf(last, sizeof last, "%s/%s.map", folder, LAST);
     snprintf(before, sizeof before, "%s/%s.map", folder, BEFORE);
     if (rename(last, before) == 0)
-        log_line(LOG_NOTICE, "map: that of the run before is now %s", before);
+        log_line(LOG_NOTICE, "map_moved", "map: that of the run before is now %s", before);
     else if (errno != ENOENT)
-        log_line(LOG_ERR, "map: moving %s to %s: %s", last, before, strerror(errno));
+        log_line(LOG_ERR, "map_not_kept", "map: moving %s to %s: %s", last, before, strerror(errno));
 }
 
 static void start_keeping(struct daemon *d)
@@ -353,7 +356,7 @@ bool places_start(struct daemon *d, char *err, size_t err_size)
     p->origin.run = loop_now(d->loop) + d->unix_offset_ns;
     snprintf(p->origin.name, sizeof p->origin.name, "%s", d->conf.map.origin);
     const struct voxmap_setting s = pipeline_map_setting(d->pipeline);
-    log_line(LOG_INFO,
+    log_line(LOG_INFO, "map_made",
              "map: voxels of %g m, submaps of %g m and %g m high, memory for %u tiles of up to %u a submap",
              s.voxel_m, s.side * TILE_SIDE * s.voxel_m, s.height * s.voxel_m, s.n_tiles, s.side * s.side);
     if (!start_task(d, &p->asked) || !start_task(d, &p->kept)) {
@@ -372,7 +375,8 @@ static void end_task(struct places_task *task)
         return;
     if (task->job.state == PLACES_RUNNING) {
         pthread_join(task->thread, NULL);
-        log_line(task->job.good ? LOG_NOTICE : LOG_ERR, "map: %s", task->job.message);
+        log_line(task->job.good ? LOG_NOTICE : LOG_ERR, task->job.good ? "map_job_done" : "map_job_failed",
+                 "map: %s", task->job.message);
     }
     drop_bytes(&task->job);
     if (task->ended.fd >= 0) {

@@ -28,11 +28,11 @@ static void on_timer(void *ctx, uint64_t now_ns)
     if (life_ns < power->t_on_ns)
         life_ns = power->t_on_ns;
     if (power->off) {
-        log_line(LOG_NOTICE, "%s: on", power->purpose);
+        log_line(LOG_NOTICE, "power_on", "%s: on", power->purpose);
         switch_on(power, now_ns);
     } else if (power->pin.open && power->cycle_after_ns && now_ns > life_ns &&
                now_ns - life_ns > power->cycle_after_ns) {
-        log_line(LOG_WARNING, "%s: no ping for %g s: off and on again", power->purpose,
+        log_line(LOG_WARNING, "power_cycled", "%s: no ping for %g s: off and on again", power->purpose,
                  (double)(now_ns - life_ns) * 1e-9);
         switch_off(power, now_ns);
     } else {

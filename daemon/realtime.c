@@ -36,8 +36,7 @@ static bool keep_to_processors(const struct conf_realtime *conf, char *err, size
     if (sched_setaffinity(0, sizeof set, &set) == 0)
         return true;
     return fail(err, err_size, "processor", errno,
-                errno == EINVAL ? "this computer has none of that number"
-                                : "the service bars it, see sonard(8)");
+                errno == EINVAL ? "this computer has none of that number" : "the service bars it, see sonard(8)");
 }
 
 static bool prepare_memory(char *err, size_t err_size)
@@ -104,7 +103,7 @@ bool realtime_enter(const struct conf_realtime *conf, struct pipeline *p, char *
     if (conf->priority > 0 && !take_priority(conf->priority, p, err, err_size))
         return false;
     if (conf->lock_memory == CONF_ON || conf->priority > 0)
-        log_line(LOG_NOTICE, "real time: priority %d, memory %s", conf->priority,
+        log_line(LOG_NOTICE, "realtime", "real time: priority %d, memory %s", conf->priority,
                  conf->lock_memory == CONF_ON ? "locked" : "not locked");
     return true;
 }

@@ -246,7 +246,8 @@ void record_close(struct record *rec)
         const bool stalled = poll(&end, 1, END_PATIENCE_MS) == 0;
         const pthread_t thread = rec->thread;
         if (stalled && !atomic_exchange(&rec->left, true)) {
-            log_line(LOG_ERR, "recording: the disk does not answer; what it has not taken is lost");
+            log_line(LOG_ERR, "record_failed",
+                     "recording: the disk does not answer; what it has not taken is lost");
             pthread_detach(thread);
             return;
         }

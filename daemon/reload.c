@@ -23,7 +23,7 @@ struct outcome {
 static void on_fault(void *ctx, const char *message)
 {
     struct outcome *o = ctx;
-    log_line(LOG_ERR, "reload: %s", message);
+    log_line(LOG_ERR, "reload_fault", "reload: %s", message);
     if (o->faults++ == 0)
         snprintf(o->fault, sizeof o->fault, "%s", message);
 }
@@ -34,9 +34,9 @@ static void on_change(void *ctx, const char *section, const char *text, bool liv
     json_array_append_new(live ? o->applied : o->restart, json_string(text));
     o->extract |= live && (strcmp(section, "extract") == 0 || strcmp(section, "sonar") == 0);
     if (live)
-        log_line(LOG_NOTICE, "reload: %s", text);
+        log_line(LOG_NOTICE, "reload_key", "reload: %s", text);
     else
-        log_line(LOG_WARNING, "reload: %s: needs a restart", text);
+        log_line(LOG_WARNING, "reload_restart", "reload: %s: needs a restart", text);
 }
 
 /* Of the grids of the configuration; others were made by clients, who said what they wanted. */
@@ -66,7 +66,7 @@ static void put_in_force(struct daemon *d, const struct conf *conf, bool extract
         struct extract_conf e;
         wiring_extract(conf, i, &e);
         if (!pipeline_set_extract(d->pipeline, i, &e, err, sizeof err))
-            log_line(LOG_ERR, "reload: %s: %s", conf->sonar[i].name, err);
+            log_line(LOG_ERR, "reload_fault", "reload: %s: %s", conf->sonar[i].name, err);
     }
 }
 
@@ -125,11 +125,11 @@ void reload_by_signal(struct daemon *d)
     notify_tell("RELOADING=1\nMONOTONIC_USEC=%llu", (unsigned long long)(loop_clock() / 1000));
     json_t *result = reload_method(&call, params, &error);
     if (result)
-        log_line(LOG_NOTICE, "reload: %s: %zu changed, %zu need a restart", d->conf_name,
+        log_line(LOG_NOTICE, "reloaded", "reload: %s: %zu changed, %zu need a restart", d->conf_name,
                  json_array_size(json_object_get(result, "applied")),
                  json_array_size(json_object_get(result, "needs_restart")));
     else
-        log_line(LOG_ERR, "reload: %s", error.message);
+        log_line(LOG_ERR, "reload_failed", "reload: %s", error.message);
     notify_tell("READY=1");
     json_decref(result);
     json_decref(params);

@@ -40,13 +40,12 @@ struct replay {
     bool has_next;
     uint64_t skipped_ns; /* gaps, together */
     uint64_t unknown;    /* messages on channels that no configured sensor has */
-    struct log_limit damage, poses, gaps;
 };
 
 static void on_problem(void *ctx, const char *sentence)
 {
-    struct replay *r = ctx;
-    log_limited(&r->damage, loop_clock(), LOG_WARNING, "capture: %s", sentence);
+    (void)ctx;
+    log_limited(loop_clock(), LOG_WARNING, LOG_ABOUT(.event = "capture_damaged"), "capture: %s", sentence);
 }
 
 static bool next_of_capture(struct replay *r)
@@ -150,7 +149,8 @@ static void take_pose(struct replay *r, struct daemon *d)
     else
         daemon_take_pose(d, params, &error);
     if (error.message[0])
-        log_limited(&r->poses, loop_now(d->loop), LOG_WARNING, "capture: /pose: %s", error.message);
+        log_limited(loop_now(d->loop), LOG_WARNING, LOG_ABOUT(.event = "capture_pose"), "capture: /pose: %s",
+                    error.message);
     json_decref(params);
 }
 
@@ -181,8 +181,8 @@ static void skip_gap(struct replay *r, struct daemon *d)
     if (!r->has_next || r->next.log_ns <= now || r->next.log_ns - now <= GAP_NS)
         return;
     r->skipped_ns += r->next.log_ns - now;
-    log_limited(&r->gaps, loop_clock(), LOG_NOTICE, "capture: %.0f s without a message are skipped",
-                (double)(r->next.log_ns - now) * 1e-9);
+    log_limited(loop_clock(), LOG_NOTICE, LOG_ABOUT(.event = "capture_gap"),
+                "capture: %.0f s without a message are skipped", (double)(r->next.log_ns - now) * 1e-9);
     loop_skip(d->loop, r->next.log_ns);
 }
 
@@ -229,11 +229,13 @@ bool replay_run(struct replay *r, struct daemon *d, double speed)
     }
     pipeline_drain(d->pipeline);
     if (r->unknown)
-        log_line(LOG_WARNING, "capture: %llu messages on %s that no configured sonar has",
-                 (unsigned long long)r->unknown, r->log ? "CAN interfaces" : "channels");
+        log_counted(LOG_WARNING, "capture_unknown", r->unknown,
+                    "capture: %llu messages on %s that no configured sonar has", (unsigned long long)r->unknown,
+                    r->log ? "CAN interfaces" : "channels");
     if (r->log && candump_left_out(r->log))
-        log_line(LOG_WARNING, "capture: %llu lines are no frames and were left out",
-                 (unsigned long long)candump_left_out(r->log));
+        log_counted(LOG_WARNING, "capture_damaged", candump_left_out(r->log),
+                    "capture: %llu lines are no frames and were left out",
+                    (unsigned long long)candump_left_out(r->log));
     return running;
 }
 

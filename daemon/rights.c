@@ -75,7 +75,8 @@ void rights_set(struct rights *r, const char *change, gid_t socket_group)
     snprintf(names, sizeof names, "%s", change);
     for (char *name = strtok_r(names, SEPARATORS, &rest); name; name = strtok_r(NULL, SEPARATORS, &rest))
         if (!add_name(r, name))
-            log_line(LOG_WARNING, "[server] change: there is no %s '%s' here: it gives nobody a right",
+            log_line(LOG_WARNING, "right_unknown",
+                     "[server] change: there is no %s '%s' here: it gives nobody a right",
                      *name == '@' ? "group" : "user", name + (*name == '@'));
 }
 

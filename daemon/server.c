@@ -50,7 +50,7 @@ static void refuse_client(struct server *server, int fd, uint64_t now_ns)
     free(line);
     close(fd);
     server->host.stats.clients_refused++;
-    log_limited(&server->host.log, now_ns, LOG_NOTICE, "client refused: %s", message);
+    log_limited(now_ns, LOG_NOTICE, LOG_ABOUT(.event = "client_refused"), "client refused: %s", message);
 }
 
 static void resume_accepting(void *ctx, uint64_t now_ns)
@@ -75,7 +75,8 @@ static void on_connection(void *ctx, uint32_t epoll_events, uint64_t now_ns)
         if (fd < 0 && errno == EAGAIN)
             return;
         if (fd < 0) {
-            log_limited(&server->host.log, now_ns, LOG_WARNING, "cannot accept a client: %s", strerror(errno));
+            log_limited(now_ns, LOG_WARNING, LOG_ABOUT(.event = "client_failed"), "cannot accept a client: %s",
+                        strerror(errno));
             loop_change(server->host.loop, &server->listener, 0);
             loop_arm(server->host.loop, &server->resume, now_ns + ACCEPT_PAUSE_NS);
             return;
@@ -84,7 +85,8 @@ static void on_connection(void *ctx, uint32_t epoll_events, uint64_t now_ns)
         if (!slot)
             refuse_client(server, fd, now_ns);
         else if (!session_open(&server->host, fd, slot))
-            log_limited(&server->host.log, now_ns, LOG_WARNING, "cannot serve a client: out of memory");
+            log_limited(now_ns, LOG_WARNING, LOG_ABOUT(.event = "client_failed"),
+                        "cannot serve a client: out of memory");
     }
 }
 

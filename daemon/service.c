@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "daemon.h"
+#include "log.h"
 #include "methods.h"
 #include "notify.h"
 
@@ -17,6 +18,7 @@ static void on_tick(void *ctx, uint64_t now_ns)
     if (!d->service.told || strcmp(word, d->service.told) != 0)
         notify_tell("STATUS=%d sonar%s, data: %s", d->conf.n_sonars, d->conf.n_sonars == 1 ? "" : "s", word);
     d->service.told = word;
+    log_flush(now_ns);
     loop_arm(d->loop, &d->service.timer, now_ns + TICK_NS);
 }
 

@@ -57,7 +57,7 @@ static void cut(struct session *session, uint64_t now_ns, const char *why)
 {
     session->dead = true;
     session->host->stats.clients_cut++;
-    log_limited(&session->host->log, now_ns, LOG_NOTICE, "client cut off: %s", why);
+    log_limited(now_ns, LOG_NOTICE, LOG_ABOUT(.event = "client_cut"), "client cut off: %s", why);
 }
 
 /* Room for n more bytes behind the waiting ones. */
@@ -222,7 +222,8 @@ static void handle_lines(struct session *session, uint64_t now_ns)
         queue(session, rpc_refusal("the line is longer than 65536 bytes"), now_ns);
         host->counts.errors++;
         host->stats.clients_cut++;
-        log_limited(&host->log, now_ns, LOG_NOTICE, "client cut off: a line longer than 65536 bytes");
+        log_limited(now_ns, LOG_NOTICE, LOG_ABOUT(.event = "client_cut"),
+                    "client cut off: a line longer than 65536 bytes");
         session->closing = true;
     }
 }

@@ -28,7 +28,6 @@ struct session_host {
     uint64_t (*clock)(void); /* measures the work done for clients, in nanoseconds */
     struct server_stats stats;
     struct rpc_counts counts;
-    struct log_limit log;
     struct latency spent; /* on each request and notification */
 };
 

@@ -40,7 +40,6 @@ struct source {
     struct device_io io;
     int rx_channel, tx_channel;
     uint64_t arrived_ns; /* what was read last */
-    struct log_limit notes;
     struct source_stats stats;
     uint8_t in[READ_BYTES];
 };
@@ -129,7 +128,7 @@ static void io_note(void *ctx, enum device_note level, const char *fmt, ...)
     va_start(ap, fmt);
     vsnprintf(text, sizeof text, fmt, ap);
     va_end(ap);
-    log_limited(&s->notes, loop_now(s->env.loop), levels[level], "%s: %s", s->name, text);
+    log_limited(loop_now(s->env.loop), levels[level], LOG_ABOUT(.event = "device", .sonar = s->name), "%s", text);
 }
 
 /* ---- the port comes and goes ---- */
@@ -146,7 +145,7 @@ static void try_open(struct source *s)
     if (!s->port.ops->open(&s->port, s->rest, err, sizeof err)) {
         snprintf(s->stats.port_error, sizeof s->stats.port_error, "%s", err);
         if (!s->announced)
-            log_line(LOG_WARNING, "%s: %s; trying again until it opens", s->name, err);
+            log_sonar(LOG_WARNING, "port_failed", s->name, "%s; trying again until it opens", err);
         s->announced = true;
         retry_later(s);
         return;
@@ -157,14 +156,14 @@ static void try_open(struct source *s)
     if (!loop_add(s->env.loop, &s->fd, EPOLLIN)) {
         snprintf(s->stats.port_error, sizeof s->stats.port_error, "%s: cannot wait for input: %s", s->address,
                  strerror(errno));
-        log_line(LOG_ERR, "%s: %s", s->name, s->stats.port_error);
+        log_sonar(LOG_ERR, "port_failed", s->name, "%s", s->stats.port_error);
         s->port.ops->close(&s->port);
         retry_later(s);
         return;
     }
     if (s->was_open)
         s->stats.reconnects++;
-    log_line(LOG_NOTICE, "%s: %s %s", s->name, s->address, s->was_open ? "is back" : "open");
+    log_sonar(LOG_NOTICE, "port_open", s->name, "%s %s", s->address, s->was_open ? "is back" : "open");
     s->was_open = true;
     s->announced = false;
     s->stats.port_error[0] = '\0';
@@ -178,7 +177,7 @@ static void port_lost(struct source *s)
              s->port.bus.state == BUS_OFF ? "the CAN bus is off"
              : s->port.error              ? strerror(s->port.error)
                                           : "hung up");
-    log_line(LOG_WARNING, "%s: %s; trying again until it opens", s->name, s->stats.port_error);
+    log_sonar(LOG_WARNING, "port_lost", s->name, "%s; trying again until it opens", s->stats.port_error);
     s->announced = true;
     loop_remove(s->env.loop, &s->fd);
     s->port.ops->close(&s->port);
@@ -402,7 +401,7 @@ static void open_tap(struct source *s)
         return;
     s->tap = tap_open(s->tap_path, err, sizeof err);
     if (!s->tap)
-        log_line(LOG_WARNING, "%s: %s; going on without", s->name, err);
+        log_sonar(LOG_WARNING, "tap_failed", s->name, "%s; going on without", err);
 }
 
 void source_start(struct source *s)

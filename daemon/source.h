@@ -55,7 +55,7 @@ struct source *source_new(const struct source_env *env, const struct conf_sonar 
 /** source_check - would source_new make one of it? Else false with a sentence in err that begins with a key. */
 bool source_check(const struct conf_sonar *conf, const struct conf_water *water, char *err, size_t err_size);
 
-void source_start(struct source *s);                                /* first try to open */
+void source_start(struct source *s); /* first try to open */
 /** source_attend - look there more often (azimuths as in device_ops.attend); for sonars set to scan = active. */
 void source_attend(struct source *s, double from_rad, double to_rad);
 

@@ -14,17 +14,17 @@
 #define LOOK_EVERY 64 /* pings between two looks whether learning is done: each look waits for the pipeline */
 #define LEAST_USED 3  /* pings of a row that a template may rest on */
 
-static void happened(struct daemon *d, int sensor, enum log_level level, const char *fmt, ...)
-    __attribute__((format(printf, 4, 5)));
+static void happened(struct daemon *d, int sensor, enum log_level level, const char *event, const char *fmt, ...)
+    __attribute__((format(printf, 5, 6)));
 
-static void happened(struct daemon *d, int sensor, enum log_level level, const char *fmt, ...)
+static void happened(struct daemon *d, int sensor, enum log_level level, const char *event, const char *fmt, ...)
 {
     struct template *t = &d->template[sensor];
     va_list args;
     va_start(args, fmt);
     vsnprintf(t->happened, sizeof t->happened, fmt, args);
     va_end(args);
-    log_line(level, "%s: background: %s", d->conf.sonar[sensor].name, t->happened);
+    log_sonar(level, event, d->conf.sonar[sensor].name, "background: %s", t->happened);
 }
 
 /* Cells that a ping of this sonar may have. */
@@ -117,8 +117,9 @@ static bool finish(struct daemon *d, int sensor, char *err, size_t err_size)
     }
     t->kept = kept;
     t->saved = false;
-    happened(d, sensor, LOG_NOTICE, "learnt: %u of %u clusters are the vehicle, %u cells are blind", kept.kept,
-             kept.clusters, kept.blind);
+    happened(d, sensor, LOG_NOTICE, "background_learnt",
+             "learnt: %u of %u clusters are the vehicle, %u cells are blind", kept.kept, kept.clusters,
+             kept.blind);
     return true;
 }
 
@@ -135,7 +136,8 @@ void template_ping(struct daemon *d, int sensor, const struct ping *ping)
     if (t->background) {
         const int fit = (int)background_fit(&t->background->shape, ping);
         if (fit != t->fit && fit == BACKGROUND_FOREIGN)
-            happened(d, sensor, LOG_WARNING, "the template is of another head or other counts: not used");
+            happened(d, sensor, LOG_WARNING, "background_unfit",
+                     "the template is of another head or other counts: not used");
         t->fit = fit;
     }
     if (!t->learn || ++t->pings % LOOK_EVERY != 0)
@@ -145,7 +147,7 @@ void template_ping(struct daemon *d, int sensor, const struct ping *ping)
     if (!p.done)
         return;
     if (!finish(d, sensor, err, sizeof err))
-        happened(d, sensor, LOG_ERR, "learning: %s", err);
+        happened(d, sensor, LOG_ERR, "background_failed", "learning: %s", err);
     drop_learner(d, sensor);
 }
 
@@ -175,7 +177,7 @@ bool template_learn(struct daemon *d, int sensor, const struct background_learn_
     t->learning = *conf;
     t->pings = 0;
     hand_over(d, sensor);
-    happened(d, sensor, LOG_NOTICE, "learning from %u pings of each row%s", conf->pings,
+    happened(d, sensor, LOG_NOTICE, "background_learning", "learning from %u pings of each row%s", conf->pings,
              conf->standing ? ", moving or not" : "");
     return true;
 }
@@ -199,7 +201,7 @@ bool template_stop(struct daemon *d, int sensor, bool use, char *err, size_t err
         return false;
     drop_learner(d, sensor);
     if (!use)
-        happened(d, sensor, LOG_NOTICE, "learning was given up");
+        happened(d, sensor, LOG_NOTICE, "background_given_up", "learning was given up");
     return true;
 }
 
@@ -227,7 +229,7 @@ bool template_save_one(struct daemon *d, int sensor, char *err, size_t err_size)
     if (!template_save(t->background, path, err, err_size))
         return false;
     t->saved = true;
-    happened(d, sensor, LOG_NOTICE, "saved as %s", path);
+    happened(d, sensor, LOG_NOTICE, "background_saved", "saved as %s", path);
     return true;
 }
 
@@ -247,7 +249,7 @@ static bool load(struct daemon *d, int sensor, enum template_fault *fault, char 
         return false;
     }
     t->saved = true;
-    happened(d, sensor, LOG_NOTICE, "loaded from %s", path);
+    happened(d, sensor, LOG_NOTICE, "background_loaded", "loaded from %s", path);
     return true;
 }
 
@@ -265,7 +267,7 @@ bool template_clear(struct daemon *d, int sensor, char *err, size_t err_size)
     }
     replace(d, sensor, NULL);
     d->template[sensor].saved = false;
-    happened(d, sensor, LOG_NOTICE, "cleared");
+    happened(d, sensor, LOG_NOTICE, "background_cleared", "cleared");
     return true;
 }
 
@@ -280,9 +282,10 @@ void template_start(struct daemon *d)
         if (!d->conf.sonar[i].background[0])
             continue;
         if (!load(d, i, &fault, err, sizeof err))
-            happened(d, i, fault == TEMPLATE_MISSING ? LOG_NOTICE : LOG_ERR, "runs without a template: %s", err);
+            happened(d, i, fault == TEMPLATE_MISSING ? LOG_NOTICE : LOG_ERR, "background_missing",
+                     "runs without a template: %s", err);
         else if (d->replay)
-            happened(d, i, LOG_WARNING,
+            happened(d, i, LOG_WARNING, "background_of_today",
                      "the template of today is in force; that of the recording may have been another: %s",
                      d->conf.sonar[i].background);
     }

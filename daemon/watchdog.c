@@ -37,7 +37,7 @@ static void on_timer(void *ctx, uint32_t events, uint64_t now_ns)
     if (stuck < 0)
         notify_tell("WATCHDOG=1");
     else if (w->stuck < 0)
-        log_line(LOG_ERR, "watchdog: the %s thread did not take a turn for %.1f s",
+        log_line(LOG_ERR, "watchdog_stuck", "watchdog: the %s thread did not take a turn for %.1f s",
                  pipeline_thread_name(w->pipeline, stuck), (double)w->period_ns * 1e-9);
     w->stuck = stuck;
     pipeline_poke(w->pipeline);

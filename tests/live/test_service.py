@@ -166,7 +166,7 @@ def priorities(bench):
     """<N> before every line for the journal, and for nobody else who has inherited its variable."""
     bench.conf()
     log = os.stat(bench.write("sonard0.log", ""))  # where standard error of the first goes
-    ours = bench.sonard(env={"JOURNAL_STREAM": "%d:%d" % (log.st_dev, log.st_ino)})
+    ours = bench.sonard(env={"JOURNAL_STREAM": "%d:%d" % (log.st_dev, log.st_ino), "SONARD_JOURNAL": bench.path("nobody")})
     ours.client()
     until(lambda: "version" in ours.log(), "a line of the log")
     check(all(line.startswith(("<3>", "<4>", "<5>", "<6>", "<7>")) for line in ours.log().splitlines()), ours.log())
@@ -175,6 +175,39 @@ def priorities(bench):
     other = bench.sonard(env={"JOURNAL_STREAM": "1:1"})
     other.client()
     until(lambda: "sonard: notice: version" in other.log(), "a line in words")
+
+
+def journal(bench):
+    """Entries with fields at the journal's socket; what many clients trigger is held back, and its number told."""
+    listener = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+    listener.bind(bench.path("journal"))
+    entries = []
+
+    def said(**fields):
+        while select.select([listener], [], [], 0)[0]:
+            lines = listener.recv(65536).decode().splitlines()
+            entries.append(dict(line.split("=", 1) for line in lines))
+        return [e for e in entries if all(e.get(k) == v for k, v in fields.items())]
+
+    bench.sim()
+    bench.conf()
+    log = os.stat(bench.write("sonard1.log", ""))
+    daemon = bench.sonard(env={"JOURNAL_STREAM": "%d:%d" % (log.st_dev, log.st_ino), "SONARD_JOURNAL": bench.path("journal")})
+    until(lambda: said(SONARD_EVENT="started", PRIORITY="5", SYSLOG_IDENTIFIER="sonard"), "the start in the journal")
+    opened = until(lambda: said(SONARD_EVENT="port_open"), "the port in the journal")[0]
+    check(opened["MESSAGE"].startswith(opened["SONARD_SONAR"] + ": "), "no sonar in %s" % opened)
+    check(opened["CODE_FILE"] == "daemon/source.c" and int(opened["CODE_LINE"]) > 0 and opened["CODE_FUNC"], opened)
+    for _ in range(30):
+        client = Client(bench.socket_path)
+        try:
+            client.send(b"x" * 70000)  # a line that is too long
+            client.line()
+        except OSError:
+            pass
+        client.close()
+    until(lambda: said(SONARD_EVENT="client_cut", SONARD_COUNT="25"), "the number of lines held back", 30)
+    check(len(said(SONARD_EVENT="client_cut")) == 6, "%d lines of one kind" % len(said(SONARD_EVENT="client_cut")))
+    check(daemon.stop() == 0 and not daemon.log(), "lines beside the journal: " + daemon.log())
 
 
 def stop(bench):
@@ -211,5 +244,6 @@ run([
     ("service_socket_nonsense", handed_nonsense),
     ("service_second_instance", second),
     ("service_priorities", priorities),
+    ("service_journal", journal),
     ("service_stop", stop),
 ], parallel=2)

@@ -74,6 +74,10 @@ judge "a CAN bus"
 logged "network is barred"
 judge "a sonar on the network is barred, and the log says what opens it"
 
+journalctl -u sonard -o json --no-pager SONARD_EVENT=port_open SONARD_SONAR=altimeter |
+    grep '"PRIORITY":"5"' | grep '"SYSLOG_IDENTIFIER":"sonard"' | grep '"CODE_FILE":"daemon/source.c"' | grep -q '"CODE_FUNC":'
+judge "its entries in the journal have fields"
+
 touch /run/out/plug
 soon test -e /dev/sonar-ping360
 judge "an adapter plugged in after the start has its name"
