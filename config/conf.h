@@ -108,14 +108,15 @@ struct conf_extract {
 
 /* [background]: what of a template is the vehicle; see grid/range/background_keep.h */
 struct conf_background {
-    int mask;           /* mask = 64 counts [1 .. 254]: louder cells are blind */
-    double neighbour_m; /* neighbour = 0.15 m [0.01 .. 1] */
-    int min_points;     /* min_points = 6 [1 .. 1000] */
-    double min_level;   /* min_level = 80 counts [0 .. 255] */
-    double extent_m;    /* extent = 1 m */
-    double reach_m;     /* reach = 3 m */
-    double share;       /* share = 0.25 of all bearings */
-    double ring_m;      /* ring = 0.5 m */
+    int mask;            /* mask = 64 counts [1 .. 254]: louder cells are blind */
+    double neighbour_m;  /* neighbour = 0.15 m [0.01 .. 1] */
+    int min_points;      /* min_points = 6 [1 .. 1000] */
+    double min_level;    /* min_level = 80 counts [0 .. 255] */
+    double extent_m;     /* extent = 1 m */
+    double reach_m;      /* reach = 3 m */
+    double share;        /* share = 0.25 of all bearings */
+    double ring_m;       /* ring = 0.5 m */
+    double save_every_s; /* save_every = 60 s; never: 0 */
 };
 
 /* [grid], which is "main" where a name is wanted, and [grid NAME]: what is not said there is as in [grid] */

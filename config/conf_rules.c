@@ -167,6 +167,11 @@ void conf_rules_check(const struct conf *conf, const struct conf_source *source,
     check_lines(&r);
     rule(&r, (struct place){"extract", "guard", 0}, (struct place){"extract", "window", 0},
          conf->extract.guard_m < conf->extract.window_m, "guard smaller than window");
+    bool has_file = false;
+    for (int i = 0; i < conf->n_sonars; i++)
+        has_file |= conf->sonar[i].background[0] != '\0';
+    rule(&r, (struct place){"background", "save_every", 0}, (struct place){"sonar", "background", 0},
+         !(conf->background.save_every_s > 0) || has_file, "a file to save a sonar's template in");
     const struct conf_extract *e = &conf->extract;
     const bool judged = e->otsu == CONF_ON || e->classes == CONF_ON || e->order == CONF_ORDER_PAPER;
     rule(&r, (struct place){"extract", "median", 0}, (struct place){"extract", "order", 0},

@@ -232,6 +232,10 @@ const struct conf_key conf_keys[] = {
      .help = "No part of the vehicle takes more of all bearings than this."},
     {"background", "ring", QUANTITY(1, "m", 0, 20), .standard = "0.5 m", CONF(background.ring_m),
      .help = "Nearer than this everything that stays is the transducer's own ring, at all bearings."},
+    {"background", "save_every", QUANTITY(1, "s", 1, 86400), .standard = "never", .instead = "never", .instead_value = 0,
+     CONF(background.save_every_s),
+     .help = "A template that was learnt goes to the file of its sonar so often, where it has changed, and when\n"
+             "sonard stops. never: only `sonarctl background save` writes it."},
 
     {"grid", "range", QUANTITY(1, "m", 0.75, 200), .standard = "auto", .instead = "auto", .instead_value = 0,
      CONF(grid.range_max_m),

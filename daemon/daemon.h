@@ -30,6 +30,7 @@
 #include "service.h"
 #include "source.h"
 #include "template.h"
+#include "template_keep.h"
 #include "trigger.h"
 
 struct daemon {
@@ -47,7 +48,7 @@ struct daemon {
     struct depth *depth; /* NULL: none */
     struct nmea *nmea;   /* NULL: none */
     struct template template[CONF_MAX_SONARS];
-
+    struct template_keep keep;
     struct places places;
     struct pager pager;
     struct leak leak;

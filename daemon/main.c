@@ -355,7 +355,7 @@ static bool make_parts(struct daemon *d, const struct options *o, const struct c
         places_start(d, err, sizeof err) && pager_start(d, err, sizeof err) &&
         (d->replay || realtime_enter(&d->conf.realtime, d->pipeline, err, sizeof err))) {
         template_start(d);
-        if (service_start(d, err, sizeof err))
+        if (template_keep_start(d, err, sizeof err) && service_start(d, err, sizeof err))
             return true;
     }
     log_line(LOG_ERR, "start_failed", "%s", err);
@@ -372,6 +372,7 @@ static int end(struct daemon *d)
     places_end(d);
     pager_end(d);
     pipeline_free(d->pipeline);
+    template_keep_end(d);
     template_end(d);
     record_close(d->record);
     if (d->answers && (fflush(d->answers) != 0 || fclose(d->answers) != 0)) {

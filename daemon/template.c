@@ -55,6 +55,7 @@ static bool replace(struct daemon *d, int sensor, struct background *next)
         return false;
     }
     t->background = next;
+    t->made++;
     t->fit = -1;
     t->kept = (struct background_kept){0};
     hand_over(d, sensor);
@@ -116,7 +117,6 @@ static bool finish(struct daemon *d, int sensor, char *err, size_t err_size)
         return false;
     }
     t->kept = kept;
-    t->saved = false;
     happened(d, sensor, LOG_NOTICE, "background_learnt",
              "learnt: %u of %u clusters are the vehicle, %u cells are blind", kept.kept, kept.clusters,
              kept.blind);
@@ -226,11 +226,18 @@ bool template_save_one(struct daemon *d, int sensor, char *err, size_t err_size)
         snprintf(err, err_size, "there is no template to save");
         return false;
     }
+    template_keep_wait(d);
     if (!template_save(t->background, path, err, err_size))
         return false;
-    t->saved = true;
+    t->in_file = t->made;
     happened(d, sensor, LOG_NOTICE, "background_saved", "saved as %s", path);
     return true;
+}
+
+void template_kept(struct daemon *d, int sensor, unsigned made)
+{
+    d->template[sensor].in_file = made;
+    happened(d, sensor, LOG_NOTICE, "background_saved", "kept as %s", d->conf.sonar[sensor].background);
 }
 
 static bool load(struct daemon *d, int sensor, enum template_fault *fault, char *err, size_t err_size)
@@ -248,7 +255,7 @@ static bool load(struct daemon *d, int sensor, enum template_fault *fault, char 
         snprintf(err, err_size, "out of memory");
         return false;
     }
-    t->saved = true;
+    t->in_file = t->made;
     happened(d, sensor, LOG_NOTICE, "background_loaded", "loaded from %s", path);
     return true;
 }
@@ -266,7 +273,6 @@ bool template_clear(struct daemon *d, int sensor, char *err, size_t err_size)
         return false;
     }
     replace(d, sensor, NULL);
-    d->template[sensor].saved = false;
     happened(d, sensor, LOG_NOTICE, "background_cleared", "cleared");
     return true;
 }

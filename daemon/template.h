@@ -25,10 +25,10 @@ struct daemon;
 /* Of one sonar. */
 struct template
 {
-    struct background *background;  /* in force; NULL: none */
-    struct background_kept kept;    /* when it was learnt here */
-    bool saved;                     /* the file holds it */
-    uint8_t *view;                  /* room for a ping's cells, with `background` */
+    struct background *background; /* in force; NULL: none */
+    struct background_kept kept;   /* when it was learnt here */
+    unsigned made, in_file; /* counts templates: that in force, that which the file holds (0: none of ours) */
+    uint8_t *view;          /* room for a ping's cells, with `background` */
     struct background_learn *learn; /* NULL: nothing is being learnt */
     struct background_learn_conf learning;
     struct background_shape shape; /* of the newest ping that can have a template */
@@ -43,6 +43,9 @@ void template_start(struct daemon *d);
 
 /** template_ping - a ping of that sonar is about to be submitted. Ends learning when it is done. */
 void template_ping(struct daemon *d, int sensor, const struct ping *ping);
+
+/** template_kept - the file holds that template of the sonar now (template_keep). */
+void template_kept(struct daemon *d, int sensor, unsigned made);
 
 /** template_end - frees all; the pipeline has ended. */
 void template_end(struct daemon *d);

@@ -136,6 +136,11 @@ struct background *template_decode(const uint8_t *bytes, size_t size, uint8_t ma
 
 /* ---- files ---- */
 
+bool template_write(const uint8_t *bytes, size_t size, const char *path, char *err, size_t err_size)
+{
+    return whole_file_replace(path, bytes, size, MAGIC_BYTES, err, err_size);
+}
+
 bool template_save(const struct background *background, const char *path, char *err, size_t err_size)
 {
     size_t size;
@@ -144,7 +149,7 @@ bool template_save(const struct background *background, const char *path, char *
         snprintf(err, err_size, "out of memory");
         return false;
     }
-    bool ok = whole_file_replace(path, bytes, size, MAGIC_BYTES, err, err_size);
+    bool ok = template_write(bytes, size, path, err, err_size);
     free(bytes);
     return ok;
 }

@@ -58,7 +58,7 @@ static json_t *template_json(const struct template *t)
                      "rows_learnt", learnt, "bins", (int)s->bins, "r0_m", metres((double)s->r0_m), "r1_m",
                      metres((double)s->r0_m + (double)s->bins * (double)s->dr_m), "mask", (int)b->mask_above,
                      "blind_cells", blind, "clusters", (int)t->kept.clusters, "clusters_kept", (int)t->kept.kept,
-                     "fits", fit_word(t->fit), "saved", (int)t->saved);
+                     "fits", fit_word(t->fit), "saved", t->made == t->in_file);
 }
 
 /* What a person has to do for learning to go on. */

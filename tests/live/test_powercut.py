@@ -1,6 +1,6 @@
 #!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: MIT
-"""The power fails 200 times while maps and backgrounds are saved: the newest whole one comes back, never a torn one.
+"""The power fails 215 times while maps and backgrounds are saved: the newest whole one comes back, never a torn one.
 
 tests/lib/powercut.c kills the daemon at a random step of a save; what no sync had confirmed by then the test tears,
 empties or undoes, as a disk may. Then the daemon starts again and must have what was confirmed, or what came after.
@@ -162,6 +162,59 @@ def backgrounds(bench, count, number):
     rounds(bench, count, "head.bg", lambda client: client.call("background")["template"], begin, save, number)
 
 
+def kept_backgrounds(bench, count, number):
+    """As backgrounds(), saved by save_every alone: the thread that writes them is killed at any step."""
+    preloadable()
+    bench.sim("--frame", "200,20,0.8", "--ms-per-gradian", "0.2", "--processing-ms", "0.5", quick=False)
+    bench.conf(sonar={"background": os.path.join(bench.path("disk"), "head.bg"), "step": "18 deg"},
+               background={"save_every": "1 s"})
+
+    def save(client):
+        until(lambda: client.call("background_learn", pings=2, motion="any"), "a ping to learn from")
+        until(lambda: client.call("background")["learning"] is None, "the template to be learnt", 60, 0.05)
+        until(lambda: client.call("background")["template"]["saved"], "the template to be kept", 60, 0.05)
+    rounds(bench, count, "head.bg", lambda client: client.call("background")["template"],
+           lambda client: pings_until(client, 3), save, number)
+
+
+def background_by_itself(bench):
+    """save_every in [background]: kept while it runs, and at the stop; not written again unless another was learnt."""
+    file = os.path.join(bench.path("kept"), "head.bg")
+    bench.sim("--frame", "200,20,0.8", "--ms-per-gradian", "0.2", "--processing-ms", "0.5", quick=False)
+
+    def start(save_every):
+        bench.conf(sonar={"background": file, "step": "18 deg"}, background={"save_every": save_every})
+        daemon = bench.sonard()
+        client = daemon.client()
+        pings_until(client, 3)
+        return daemon, client
+
+    def learn(client):
+        client.call("background_learn", pings=2, motion="any")
+        until(lambda: client.call("background")["learning"] is None, "the template to be learnt", 60, 0.05)
+    daemon, client = start("1 s")
+    learn(client)
+    until(lambda: "background: not kept: " + file in daemon.log(), "a folder that is missing to be told")
+    check(not client.call("background")["template"]["saved"], "it is nowhere")
+    os.mkdir(bench.path("kept"))
+    until(lambda: client.call("background")["template"]["saved"], "the file, now that its folder is there")
+    first = os.stat(file)
+    time.sleep(2.5)
+    check(os.stat(file).st_mtime_ns == first.st_mtime_ns, "saved although nothing has changed")
+    client.call("background_forget")
+    time.sleep(1.2)
+    check(os.stat(file).st_mtime_ns == first.st_mtime_ns, "what was cleared is no new template")
+    daemon.expected = -signal.SIGKILL
+    daemon.process.kill()
+    daemon.wait()
+    daemon, client = start("24 h")
+    check(client.call("background")["template"]["saved"], "it is not back after a kill")
+    learn(client)
+    check(not client.call("background")["template"]["saved"], "kept at once")
+    daemon.stop()
+    check(os.stat(file).st_mtime_ns > first.st_mtime_ns, "not kept at the stop")
+
+
 def by_itself(bench):
     """save_every and load_last: kept while it runs, through a kill, at the stop; never over a map of another run."""
     folder = bench.path("maps")
@@ -212,4 +265,6 @@ def by_itself(bench):
 
 cases = [("powercut_maps%d" % n, lambda bench, n=n: maps(bench, 50, n)) for n in range(3)]
 cases += [("powercut_backgrounds", lambda bench: backgrounds(bench, 50, 3)), ("powercut_by_itself", by_itself)]
+cases += [("powercut_kept_backgrounds", lambda bench: kept_backgrounds(bench, 15, 4)),
+          ("powercut_background_by_itself", background_by_itself)]
 run(cases, parallel=5)

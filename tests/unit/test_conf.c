@@ -313,6 +313,9 @@ TEST(broken_together)
         {"a map kept nowhere", BASE "[map]\nsave_every = 60 s\n",
          "t.conf:5: [map] save_every = 60 s: does not go with [map] directory = none; want a directory to save the "
          "map in"},
+        {"backgrounds kept nowhere", BASE "[background]\nsave_every = 60 s\n",
+         "t.conf:5: [background] save_every = 60 s: does not go with [sonar a] background = none; want a file to save "
+         "a sonar's template in"},
         {"a map from nowhere", BASE "[map]\nload_last = on\n",
          "t.conf:5: [map] load_last = on: does not go with [map] directory = none; want a directory to load the map "
          "from"},
@@ -710,6 +713,7 @@ static void random_conf(struct conf *conf, uint64_t *seed)
         conf->map.save_every_s = 0;
         conf->map.load_last = CONF_OFF;
     }
+    conf->background.save_every_s = 0;
     conf->depth.turnaround_s = fmax(conf->depth.turnaround_s, conf->depth.timeout_s);
     for (int i = 0; i < conf->n_sonars; i++) {
         struct conf_sonar *s = &conf->sonar[i];
