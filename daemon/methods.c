@@ -10,6 +10,7 @@
 #include "daemon.h"
 #include "grid_methods.h"
 #include "submap_methods.h"
+#include "where_methods.h"
 
 const struct rpc_method daemon_methods[] = {
     {"blocked", direction_method_blocked, RPC_ASKS},
@@ -37,9 +38,9 @@ const struct rpc_method daemon_methods[] = {
     {"background_save", template_method_save, RPC_CHANGES},
     {"background_load", template_method_load, RPC_CHANGES},
     {"background_forget", template_method_forget, RPC_CHANGES},
-    {"point", places_method_point, RPC_ASKS},
-    {"box", places_method_box, RPC_ASKS},
-    {"path", places_method_path, RPC_ASKS},
+    {"point", where_method_point, RPC_ASKS},
+    {"box", where_method_box, RPC_ASKS},
+    {"path", where_method_path, RPC_ASKS},
     {"map", places_method_map, RPC_ASKS},
     {"map_slice", places_method_slice, RPC_ASKS},
     {"map_new", places_method_new, RPC_CHANGES},

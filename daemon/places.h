@@ -89,10 +89,15 @@ bool places_save(struct daemon *d, const char *name, char *err, size_t err_size)
 bool places_load(struct daemon *d, const char *name, char *err, size_t err_size);
 bool places_export(struct daemon *d, const char *name, enum places_format format, char *err, size_t err_size);
 
-/* The methods of sonard-protocol(7) about it (places_methods.c). */
-json_t *places_method_point(const struct rpc_call *call, json_t *params, struct rpc_error *error);
-json_t *places_method_box(const struct rpc_call *call, json_t *params, struct rpc_error *error);
-json_t *places_method_path(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+#define PLACES_MAX_M 1e8 /* that a client may name, from the origin */
+
+/** places_there - is a map kept? False with a refusal in *error. */
+bool places_there(const struct daemon *d, struct rpc_error *error);
+
+/** places_whole_pose - the newest pose, if it is fresh and can tell where the body's places are. */
+bool places_whole_pose(const struct daemon *d, struct pose *pose);
+
+/* The methods of sonard-protocol(7) about it as a whole (places_methods.c); where_methods has those about a place. */
 json_t *places_method_map(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *places_method_slice(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *places_method_new(const struct rpc_call *call, json_t *params, struct rpc_error *error);

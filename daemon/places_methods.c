@@ -1,251 +1,29 @@
 /* SPDX-License-Identifier: MIT */
-/* The methods about places: what a client may ask of the map and change in it; sonard-protocol(7) has every shape. */
+/* The methods about the map: what a client may ask of it as a whole and change in it; sonard-protocol(7) has every shape. */
 #include <math.h>
 #include <stdio.h>
 #include <string.h>
 
-#include "../grid/voxel/free_query.h"
 #include "daemon.h"
 #include "places.h"
 #include "say.h"
 
-#define PLACE_MAX_M      1e8
-#define QUESTION_VOXELS  2e6 /* in one question: pings wait while it is answered */
-#define PATH_POINTS_MAX  256
 #define SLICE_CELLS      160
 #define SLICE_CELLS_MAX  400
 #define SLICE_SIZE_M     40.0
 #define SLICE_ROW_VOXELS 100000 /* looked at in one visit */
 
-static bool map_there(const struct daemon *d, struct rpc_error *error)
+bool places_there(const struct daemon *d, struct rpc_error *error)
 {
     return pipeline_has_map(d->pipeline) ||
            rpc_refuse(error, RPC_INVALID_REQUEST, "no map is kept: set voxel in [map]");
 }
 
-/* ---- where ---- */
-
-/* A pose that can tell where the body's places are. */
-static bool whole_pose(const struct daemon *d, struct pose *pose)
+bool places_whole_pose(const struct daemon *d, struct pose *pose)
 {
     const unsigned all = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
     return pose_log_newest(&d->poses, pose) && (pose->has & all) == all &&
            pose_log_fresh(&d->poses, loop_now(d->loop));
-}
-
-/* The pose by which places of this question become NED; the identity for those that are. */
-static bool frame_of(const struct daemon *d, json_t *params, struct pose *pose, struct rpc_error *error)
-{
-    static const char *const words[] = {"ned", "body", NULL};
-    int frame = 0;
-    *pose = pose_identity;
-    if (!rpc_word(params, "frame", words, &frame, error))
-        return false;
-    return frame == 0 || whole_pose(d, pose) ||
-           rpc_refuse(error, RPC_INVALID_REQUEST,
-                      "frame body needs a fresh pose with attitude, position and depth");
-}
-
-static bool place_of(json_t *params, const char *key, const struct pose *pose, double out[3],
-                     struct rpc_error *error)
-{
-    bool given;
-    double v[3];
-    if (!rpc_numbers(params, key, -PLACE_MAX_M, PLACE_MAX_M, 3, v, &given, error))
-        return false;
-    if (!given)
-        return rpc_refuse(error, RPC_INVALID_PARAMS, "parameter '%s' is missing", key);
-    quat_rotate(pose->attitude, v, out);
-    for (int a = 0; a < 3; a++)
-        out[a] += pose->position_m[a];
-    return true;
-}
-
-/* ---- answers ---- */
-
-static const char *const state_words[] = {
-    [VOXEL_FREE] = "free", [VOXEL_UNKNOWN] = "unknown", [VOXEL_OCCUPIED] = "occupied"};
-
-struct question {
-    uint64_t now_ns; /* the map is judged as of then */
-    double at_m[3];
-    double low_m[3], high_m[3];
-    double way_m[PATH_POINTS_MAX][3];
-    uint32_t n;
-    double radius_m;
-    bool good;
-    struct free_answer answer;
-    uint64_t
-        since_ns; /* begin of the oldest submap that says anything of the point; 0: none does, or of another run */
-};
-
-/* no_body: nobody said that the vehicle's own place is free. */
-static const char *reason_of(const struct free_answer *a, bool path, bool no_body)
-{
-    return a->state == VOXEL_FREE       ? "all of it was found free"
-           : a->state == VOXEL_OCCUPIED ? "something was heard there"
-           : a->away ? "a part of the map that may know is on disk; it comes back if there is room"
-           : a->lost ? "a part of the map that knew was forgotten; fresh looks can find it free"
-           : path && no_body && a->clear_m <= 0
-               ? "unknown where it begins: no beam reaches the water at the vehicle itself; set body in [map]"
-               : "never looked at, or not found free often enough";
-}
-
-static json_t *answer_json(struct daemon *d, const struct question *q, struct rpc_error *error)
-{
-    const struct free_answer *a = &q->answer;
-    if (!q->good) {
-        rpc_refuse(error, RPC_INVALID_PARAMS, "places too far away, or a question about too many voxels");
-        return NULL;
-    }
-    const bool is_free = a->state == VOXEL_FREE;
-    if (a->away)
-        pager_want(d, a->first_m);
-    json_t *first = is_free ? json_null()
-                            : json_pack("{s:s, s:o}", "state", state_words[a->first_state], "position_m",
-                                        say_metres3(a->first_m));
-    if (!is_free && q->n)
-        json_object_set_new(first, "along_m", say_metres(a->clear_m));
-    const double unknown = a->voxels ? (double)a->unknown / (double)a->voxels : 1;
-    return json_pack("{s:s, s:o, s:o, s:s}", "state", state_words[a->state], "first", first, "unknown_share",
-                     json_real(round(unknown * 1e4) / 1e4), "reason",
-                     reason_of(a, q->n > 0, d->conf.map.body_m <= 0));
-}
-
-static bool small_enough(const struct daemon *d, const double extent_m[3], struct rpc_error *error)
-{
-    double voxels = 1;
-    for (int a = 0; a < 3; a++)
-        voxels *= extent_m[a] / d->conf.map.voxel_m + 2;
-    return voxels <= QUESTION_VOXELS ||
-           rpc_refuse(error, RPC_LIMIT,
-                      "a question about %.3g voxels, at most %g are allowed: ask for less at a time", voxels,
-                      QUESTION_VOXELS);
-}
-
-static void since_when(const struct voxmap *map, struct question *q)
-{
-    struct lattice_place place;
-    q->since_ns = 0;
-    if (!lattice_place(q->at_m, map->set.voxel_m, &place))
-        return;
-    for (uint32_t i = 0; i < map->set.max_submaps; i++) {
-        const struct voxmap_part *part = &map->part[i];
-        if (!part->id || part->away ||
-            (!submap_count(&part->map, SUBMAP_VACANCY, place.cell) &&
-             !submap_count(&part->map, SUBMAP_ECHOES, place.cell)))
-            continue;
-        if (part->begin_ns == 0) { /* loaded: nobody knows how old */
-            q->since_ns = 0;
-            return;
-        }
-        if (q->since_ns == 0 || part->begin_ns < q->since_ns)
-            q->since_ns = part->begin_ns;
-    }
-}
-
-static void ask_point(void *ctx, struct pipeline_map *m)
-{
-    struct question *q = ctx;
-    voxmap_pass(&m->map, q->now_ns);
-    q->good = free_query_point(&m->mask, q->at_m, &q->answer);
-    since_when(&m->map, q);
-}
-
-json_t *places_method_point(const struct rpc_call *call, json_t *params, struct rpc_error *error)
-{
-    static const char *const keys[] = {"position_m", "frame", NULL};
-    struct daemon *d = call->daemon;
-    struct question q = {.now_ns = loop_now(d->loop)};
-    struct pose pose;
-    if (!map_there(d, error) || !rpc_only(params, keys, error) || !frame_of(d, params, &pose, error) ||
-        !place_of(params, "position_m", &pose, q.at_m, error))
-        return NULL;
-    pipeline_visit_map(d->pipeline, ask_point, &q);
-    json_t *answer = answer_json(d, &q, error);
-    if (answer)
-        json_object_set_new(answer, "age_s",
-                            q.since_ns ? json_real(round((double)(q.now_ns - q.since_ns) * 1e-6) * 1e-3)
-                                       : json_null());
-    return answer;
-}
-
-static void ask_box(void *ctx, struct pipeline_map *m)
-{
-    struct question *q = ctx;
-    voxmap_pass(&m->map, q->now_ns);
-    q->good = free_query_box(&m->mask, q->low_m, q->high_m, &q->answer);
-}
-
-json_t *places_method_box(const struct rpc_call *call, json_t *params, struct rpc_error *error)
-{
-    static const char *const keys[] = {"from_m", "to_m", NULL};
-    struct daemon *d = call->daemon;
-    struct question q = {.now_ns = loop_now(d->loop)};
-    double a[3], b[3], extent[3];
-    if (!map_there(d, error) || !rpc_only(params, keys, error) ||
-        !place_of(params, "from_m", &pose_identity, a, error) ||
-        !place_of(params, "to_m", &pose_identity, b, error))
-        return NULL;
-    for (int i = 0; i < 3; i++) {
-        q.low_m[i] = fmin(a[i], b[i]);
-        q.high_m[i] = fmax(a[i], b[i]);
-        extent[i] = q.high_m[i] - q.low_m[i];
-    }
-    if (!small_enough(d, extent, error))
-        return NULL;
-    pipeline_visit_map(d->pipeline, ask_box, &q);
-    return answer_json(d, &q, error);
-}
-
-static void ask_path(void *ctx, struct pipeline_map *m)
-{
-    struct question *q = ctx;
-    voxmap_pass(&m->map, q->now_ns);
-    q->good = free_query_corridor(&m->mask, (const double(*)[3])q->way_m, q->n, q->radius_m, &q->answer);
-}
-
-static bool way_of(json_t *params, const struct pose *pose, struct question *q, struct rpc_error *error)
-{
-    json_t *points = json_object_get(params, "points_m");
-    const size_t n = json_array_size(points);
-    if (n < 1 || n > PATH_POINTS_MAX)
-        return rpc_refuse(error, RPC_INVALID_PARAMS, "points_m must be an array of 1 to %d places",
-                          PATH_POINTS_MAX);
-    for (size_t i = 0; i < n; i++) {
-        json_t *one = json_pack("{s:O}", "points_m", json_array_get(points, i));
-        const bool good = place_of(one, "points_m", pose, q->way_m[i], error);
-        json_decref(one);
-        if (!good)
-            return false;
-    }
-    q->n = (uint32_t)n;
-    return true;
-}
-
-/* Voxels of a corridor, as a bundle of boxes around its legs. */
-static bool way_short_enough(const struct daemon *d, const struct question *q, struct rpc_error *error)
-{
-    const double across = 2 * q->radius_m;
-    double length = across;
-    for (uint32_t i = 1; i < q->n; i++)
-        length += hypot(hypot(q->way_m[i][0] - q->way_m[i - 1][0], q->way_m[i][1] - q->way_m[i - 1][1]),
-                        q->way_m[i][2] - q->way_m[i - 1][2]);
-    return small_enough(d, (const double[3]){length, across, across}, error);
-}
-
-json_t *places_method_path(const struct rpc_call *call, json_t *params, struct rpc_error *error)
-{
-    static const char *const keys[] = {"points_m", "radius_m", "frame", NULL};
-    struct daemon *d = call->daemon;
-    struct question q = {.now_ns = loop_now(d->loop)};
-    struct pose pose;
-    if (!map_there(d, error) || !rpc_only(params, keys, error) || !frame_of(d, params, &pose, error) ||
-        !rpc_number(params, "radius_m", true, 0, 100, &q.radius_m, error) || !way_of(params, &pose, &q, error) ||
-        !way_short_enough(d, &q, error))
-        return NULL;
-    pipeline_visit_map(d->pipeline, ask_path, &q);
-    return answer_json(d, &q, error);
 }
 
 /* ---- the map's state ---- */
@@ -351,7 +129,7 @@ static bool slice_of(const struct daemon *d, json_t *params, double middle[3], d
     memcpy(middle, pose.position_m, sizeof pose.position_m);
     *size_m = SLICE_SIZE_M;
     *cells = SLICE_CELLS;
-    return rpc_numbers(params, "middle_m", -PLACE_MAX_M, PLACE_MAX_M, 2, middle, &given, error) &&
+    return rpc_numbers(params, "middle_m", -PLACES_MAX_M, PLACES_MAX_M, 2, middle, &given, error) &&
            rpc_number(params, "depth_m", false, -100, 12000, &middle[2], error) &&
            rpc_number(params, "size_m", false, 0.1, 10000, size_m, error) &&
            rpc_integer(params, "cells", false, 1, SLICE_CELLS_MAX, cells, error);
@@ -384,7 +162,7 @@ json_t *places_method_slice(const struct rpc_call *call, json_t *params, struct 
     struct visit_row row = {.now_ns = loop_now(d->loop), .text = text};
     double middle[3], size_m, roll, pitch, yaw;
     int64_t cells;
-    if (!map_there(d, error) || !rpc_only(params, keys, error) ||
+    if (!places_there(d, error) || !rpc_only(params, keys, error) ||
         !slice_of(d, params, middle, &size_m, &cells, error) || !row_of(d, middle, size_m, cells, &row, error))
         return NULL;
     const double voxel = d->conf.map.voxel_m, step = voxel * row.per_cell;
@@ -396,7 +174,7 @@ json_t *places_method_slice(const struct rpc_call *call, json_t *params, struct 
         json_array_append_new(rows, json_string(text));
     }
     struct pose pose;
-    const bool placed = whole_pose(d, &pose) || (d->replay && pose_log_newest(&d->poses, &pose));
+    const bool placed = places_whole_pose(d, &pose) || (d->replay && pose_log_newest(&d->poses, &pose));
     quat_to_rpy(pose.attitude, &roll, &pitch, &yaw);
     return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "depth_m",
                      say_metres(((double)row.first[2] + 0.5) * voxel), "north_m", say_metres(north_m), "east_m",
@@ -410,7 +188,7 @@ json_t *places_method_slice(const struct rpc_call *call, json_t *params, struct 
 /* The one place through which every change goes: who may make them is decided here. All who may connect may. */
 static bool change_of(const struct daemon *d, json_t *params, const char *const *keys, struct rpc_error *error)
 {
-    return rpc_only(params, keys, error) && map_there(d, error);
+    return rpc_only(params, keys, error) && places_there(d, error);
 }
 
 static void begin_submap(void *ctx, struct pipeline_map *m)

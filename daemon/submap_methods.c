@@ -11,14 +11,6 @@
 #include "methods.h"
 #include "say.h"
 
-#define PLACE_MAX_M 1e8
-
-static bool map_there(const struct daemon *d, struct rpc_error *error)
-{
-    return pipeline_has_map(d->pipeline) ||
-           rpc_refuse(error, RPC_INVALID_REQUEST, "no map is kept: set voxel in [map]");
-}
-
 /* ---- submaps ---- */
 
 /* What is told of one. */
@@ -77,7 +69,7 @@ json_t *submap_method_list(const struct rpc_call *call, json_t *params, struct r
     static const char *const keys[] = {NULL};
     struct daemon *d = call->daemon;
     struct visit_submaps v;
-    if (!rpc_only(params, keys, error) || !map_there(d, error))
+    if (!rpc_only(params, keys, error) || !places_there(d, error))
         return NULL;
     pipeline_visit_map(d->pipeline, look_at_all, &v);
     json_t *list = json_array();
@@ -110,8 +102,8 @@ json_t *submap_method_move(const struct rpc_call *call, json_t *params, struct r
     int64_t id = 0;
     bool placed;
     if (!rpc_only(params, keys, error) || !rpc_integer(params, "id", true, 1, INT64_MAX, &id, error) ||
-        !rpc_numbers(params, "position_m", -PLACE_MAX_M, PLACE_MAX_M, 3, v.pose.position_m, &placed, error) ||
-        !pose_attitude(params, &v.pose, error) || !map_there(d, error))
+        !rpc_numbers(params, "position_m", -PLACES_MAX_M, PLACES_MAX_M, 3, v.pose.position_m, &placed, error) ||
+        !pose_attitude(params, &v.pose, error) || !places_there(d, error))
         return NULL;
     if (!placed) {
         rpc_refuse(error, RPC_INVALID_PARAMS, "parameter 'position_m' is missing");
@@ -227,7 +219,7 @@ json_t *submap_method_surface(const struct rpc_call *call, json_t *params, struc
     char next[96];
     if (!rpc_only(params, keys, error) ||
         !rpc_integer(params, "count", false, 1, PAGE_POINTS_MAX, &count, error) || !cursor_of(params, &v, error) ||
-        !map_there(d, error) || !(v.frontier = frontier_of(d, error)))
+        !places_there(d, error) || !(v.frontier = frontier_of(d, error)))
         return NULL;
     v.points = json_array();
     while (!v.ended && v.blocks < PAGE_BLOCKS && json_array_size(v.points) < (size_t)count)

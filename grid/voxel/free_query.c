@@ -6,28 +6,24 @@
 #define HALF_DIAGONAL 0.8660254037844387 /* of a voxel */
 #define FARTHEST      1e9                /* voxels that one question may span, per axis */
 
-/* Reading the map along neighbouring cells: the block last looked at, at hand. */
+/* Reading the map along neighbouring cells for one step: the block last looked at, at hand. */
 struct reader {
     struct voxmask *mask;
     const struct merge_block *bits;
     struct block_key key;
-    bool away;
+    int64_t left; /* voxels that may still be looked at */
 };
 
 static inline enum voxel_state read_at(struct reader *r, const int64_t cell[3])
 {
     struct block_key key = merge_block_of(cell);
     if (!r->bits || !block_same(&key, &r->key)) {
+        const uint64_t computed = r->mask->computed;
         r->key = key;
         r->bits = &voxmask_block(r->mask, &key)->bits;
+        r->left -= (int64_t)(r->mask->computed - computed) * FREE_QUERY_BLOCK;
     }
     return merge_block_at(r->bits, cell);
-}
-
-static void centre_of(const struct voxmask *v, const int64_t cell[3], double out_m[3])
-{
-    for (int a = 0; a < 3; a++)
-        out_m[a] = ((double)cell[a] + 0.5) * v->map->set.voxel_m;
 }
 
 /* Counts a cell. True when it is not free. */
@@ -46,41 +42,44 @@ static inline bool count_cell(struct reader *r, const int64_t cell[3], struct fr
 }
 
 /* The cell becomes the answer's first that is not free. */
-static void note_first(const struct voxmask *v, const int64_t cell[3], enum voxel_state state,
-                       struct free_answer *out)
+static void note_first(struct free_query *q, const int64_t cell[3], enum voxel_state state)
 {
-    out->first_state = state;
-    centre_of(v, cell, out->first_m);
+    q->found = true;
+    q->answer.first_state = state;
+    for (int a = 0; a < 3; a++)
+        q->answer.first_m[a] = ((double)cell[a] + 0.5) * q->voxel_m;
 }
 
-bool free_query_point(struct voxmask *v, const double at_m[3], struct free_answer *out)
-{
-    return free_query_box(v, at_m, at_m, out);
-}
+/* ---- boxes ---- */
 
-bool free_query_box(struct voxmask *v, const double low_m[3], const double high_m[3], struct free_answer *out)
+bool free_query_begin_box(struct free_query *q, double voxel_m, const double low_m[3], const double high_m[3])
 {
     struct lattice_place low, high;
-    struct reader r = {.mask = v};
     double voxels = 1;
-    bool found = false;
 
-    *out = (struct free_answer){0};
-    if (!lattice_place(low_m, v->map->set.voxel_m, &low) || !lattice_place(high_m, v->map->set.voxel_m, &high))
+    *q = (struct free_query){.voxel_m = voxel_m};
+    if (!lattice_place(low_m, voxel_m, &low) || !lattice_place(high_m, voxel_m, &high))
         return false;
-    for (int a = 0; a < 3; a++)
+    for (int a = 0; a < 3; a++) {
+        q->low[a] = q->cell[a] = low.cell[a];
+        q->high[a] = high.cell[a];
         voxels *= (double)(high.cell[a] - low.cell[a] + 1);
-    if (!(low_m[0] <= high_m[0] && low_m[1] <= high_m[1] && low_m[2] <= high_m[2]) ||
-        !(voxels <= FREE_QUERY_MOST_VOXELS))
-        return false;
-    int64_t cell[3];
-    for (cell[0] = low.cell[0]; cell[0] <= high.cell[0]; cell[0]++)
-        for (cell[1] = low.cell[1]; cell[1] <= high.cell[1]; cell[1]++)
-            for (cell[2] = low.cell[2]; cell[2] <= high.cell[2]; cell[2]++)
-                if (count_cell(&r, cell, out) && !found) {
-                    found = true;
-                    note_first(v, cell, read_at(&r, cell), out);
-                }
+    }
+    return low_m[0] <= high_m[0] && low_m[1] <= high_m[1] && low_m[2] <= high_m[2] &&
+           voxels <= FREE_QUERY_MOST_VOXELS;
+}
+
+static bool step_box(struct free_query *q, struct reader *r)
+{
+    int64_t *cell = q->cell;
+    for (; cell[0] <= q->high[0]; cell[0]++, cell[1] = q->low[1])
+        for (; cell[1] <= q->high[1]; cell[1]++, cell[2] = q->low[2])
+            for (; cell[2] <= q->high[2]; cell[2]++) {
+                if (r->left-- <= 0)
+                    return false;
+                if (count_cell(r, cell, &q->answer) && !q->found)
+                    note_first(q, cell, read_at(r, cell));
+            }
     return true;
 }
 
@@ -92,13 +91,6 @@ struct leg {
     double a[3], d[3], length; /* start, way to the end */
     double radius;
     double before_m; /* way before this leg */
-};
-
-struct corridor {
-    struct reader reader;
-    struct free_answer *out;
-    double voxel_m;
-    bool found;
 };
 
 /* Squared distance of a + t d from the unit cube whose lower corner is c. */
@@ -188,7 +180,7 @@ static double first_touch_around(const struct leg *l, double distance, double ne
     return l->length > 0 ? fmax(nearest - back / l->length, 0) : 0;
 }
 
-static void visit_cell(struct corridor *q, const struct leg *l, const double c[3])
+static void visit_cell(struct free_query *q, struct reader *r, const struct leg *l, const double c[3])
 {
     double nearest, distance = middle_distance(l, c, &nearest), touching = nearest;
     int64_t cell[3];
@@ -197,16 +189,15 @@ static void visit_cell(struct corridor *q, const struct leg *l, const double c[3
         return;
     for (int x = 0; x < 3; x++)
         cell[x] = l->origin[x] + (int64_t)c[x];
-    if (!count_cell(&q->reader, cell, q->out))
+    if (!count_cell(r, cell, &q->answer))
         return;
     double leg_m = l->length * q->voxel_m;
-    if (q->found && l->before_m + first_touch_around(l, distance, nearest) * leg_m >= q->out->clear_m)
+    if (q->found && l->before_m + first_touch_around(l, distance, nearest) * leg_m >= q->answer.clear_m)
         return;
     double clear_m = l->before_m + first_touch(l, c, touching) * leg_m;
-    if (!q->found || clear_m < q->out->clear_m) {
-        q->found = true;
-        q->out->clear_m = clear_m;
-        note_first(q->reader.mask, cell, read_at(&q->reader, cell), q->out);
+    if (!q->found || clear_m < q->answer.clear_m) {
+        q->answer.clear_m = clear_m;
+        note_first(q, cell, read_at(r, cell));
     }
 }
 
@@ -230,25 +221,41 @@ static void cells_near(const struct leg *l, int axis, double from, double to, do
     *last = floor(fmax(p, q) + l->radius + 1e-6);
 }
 
-static void visit_leg(struct corridor *q, const struct leg *l)
+/* The cells of a row within reach of the part from..to of the leg. False: not all of them yet. */
+static bool step_row(struct free_query *q, struct reader *r, const struct leg *l, const double part[2],
+                     double c[3])
 {
-    double reach = l->radius + 1e-6, first[3], last[3], c[3];
+    double first, last;
+    cells_near(l, 2, part[0], part[1], &first, &last);
+    for (c[2] = fmax(first, q->at[2]); c[2] <= last; c[2]++) {
+        if (r->left-- <= 0) {
+            memcpy(q->at, c, sizeof q->at);
+            return false;
+        }
+        visit_cell(q, r, l, c);
+    }
+    q->at[2] = -INFINITY;
+    return true;
+}
+
+/* All cells within reach, row by row, from q->at on; so for what follows. */
+static bool step_leg(struct free_query *q, struct reader *r, const struct leg *l)
+{
+    double reach = l->radius + 1e-6, first[2], last[2], c[3];
 
     cells_near(l, 0, 0, 1, &first[0], &last[0]);
-    for (c[0] = first[0]; c[0] <= last[0]; c[0]++) {
-        double from0 = 0, to0 = 1;
-        if (!clip(l, 0, c[0] - reach, c[0] + 1 + reach, &from0, &to0))
+    for (c[0] = fmax(first[0], q->at[0]); c[0] <= last[0]; c[0]++, q->at[1] = -INFINITY) {
+        double from = 0, to = 1;
+        if (!clip(l, 0, c[0] - reach, c[0] + 1 + reach, &from, &to))
             continue;
-        cells_near(l, 1, from0, to0, &first[1], &last[1]);
-        for (c[1] = first[1]; c[1] <= last[1]; c[1]++) {
-            double from1 = from0, to1 = to0;
-            if (!clip(l, 1, c[1] - reach, c[1] + 1 + reach, &from1, &to1))
-                continue;
-            cells_near(l, 2, from1, to1, &first[2], &last[2]);
-            for (c[2] = first[2]; c[2] <= last[2]; c[2]++)
-                visit_cell(q, l, c);
+        cells_near(l, 1, from, to, &first[1], &last[1]);
+        for (c[1] = fmax(first[1], q->at[1]); c[1] <= last[1]; c[1]++) {
+            double part[2] = {from, to};
+            if (clip(l, 1, c[1] - reach, c[1] + 1 + reach, &part[0], &part[1]) && !step_row(q, r, l, part, c))
+                return false;
         }
     }
+    return true;
 }
 
 /* False when an end is no place, or the leg would touch too many voxels. */
@@ -275,28 +282,55 @@ static bool leg_of(struct leg *l, const double a_m[3], const double b_m[3], doub
     return *voxels <= FREE_QUERY_MOST_VOXELS;
 }
 
-bool free_query_corridor(struct voxmask *v, const double (*way_m)[3], uint32_t n, double radius_m,
-                         struct free_answer *out)
+/* The leg to way point w; the only point is a leg to itself. */
+static bool leg_to(struct leg *l, const struct free_query *q, uint32_t w, double *voxels)
 {
-    struct corridor q = {.reader = {.mask = v}, .out = out, .voxel_m = v->map->set.voxel_m};
-    struct leg leg;
-    double voxels = 0, way = 0;
+    return leg_of(l, q->way_m[w > 0 ? w - 1 : 0], q->way_m[w], q->radius_m, q->voxel_m, voxels);
+}
 
-    *out = (struct free_answer){0};
-    if (n == 0 || !(radius_m >= 0 && radius_m <= FARTHEST * q.voxel_m))
+static void begin_leg(struct free_query *q, uint32_t w)
+{
+    q->leg = w;
+    for (int a = 0; a < 3; a++)
+        q->at[a] = -INFINITY;
+}
+
+bool free_query_begin_corridor(struct free_query *q, double voxel_m, const double (*way_m)[3], uint32_t n,
+                               double radius_m)
+{
+    struct leg leg;
+    double voxels = 0;
+
+    *q = (struct free_query){.voxel_m = voxel_m, .way_m = way_m, .n = n, .radius_m = radius_m};
+    if (n == 0 || !(radius_m >= 0 && radius_m <= FARTHEST * voxel_m))
         return false;
-    for (uint32_t w = 0; w < n; w++)
-        if ((w > 0 || n == 1) && !leg_of(&leg, way_m[w > 0 ? w - 1 : 0], way_m[w], radius_m, q.voxel_m, &voxels))
+    begin_leg(q, n > 1);
+    for (uint32_t w = q->leg; w < n; w++)
+        if (!leg_to(&leg, q, w, &voxels))
             return false;
-    for (uint32_t w = 0; w < n; w++) {
-        if (w == 0 && n > 1)
-            continue;
-        leg_of(&leg, way_m[w > 0 ? w - 1 : 0], way_m[w], radius_m, q.voxel_m, &voxels);
-        leg.before_m = way;
-        visit_leg(&q, &leg);
-        way += leg.length * q.voxel_m;
-    }
-    if (!q.found)
-        out->clear_m = way;
     return true;
+}
+
+static bool step_corridor(struct free_query *q, struct reader *r)
+{
+    for (; q->leg < q->n; begin_leg(q, q->leg + 1)) {
+        struct leg leg;
+        double voxels = 0;
+        leg_to(&leg, q, q->leg, &voxels);
+        leg.before_m = q->before_m;
+        if (!step_leg(q, r, &leg))
+            return false;
+        q->before_m += leg.length * q->voxel_m;
+    }
+    if (!q->found)
+        q->answer.clear_m = q->before_m;
+    return true;
+}
+
+/* ---- both ---- */
+
+bool free_query_step(struct free_query *q, struct voxmask *v)
+{
+    struct reader r = {.mask = v, .left = FREE_QUERY_SLICE};
+    return q->way_m ? step_corridor(q, &r) : step_box(q, &r);
 }

@@ -9,8 +9,8 @@
 #include <string.h>
 #include <time.h>
 
-#include "../../grid/voxel/free_query.h"
 #include "../../grid/voxel/frontier.h"
+#include "../lib/ask_map.h"
 #include "voxel_scene.h"
 #include "bench.h"
 
@@ -42,6 +42,7 @@ static void map_new(uint8_t levels, bool keep_echoes, double submap_path_m)
         .max_submaps = 16,
         .keep_echoes = keep_echoes,
         .rule = {.threshold = 2, .echo_weight = 4},
+        .opening = 1,
         .weight_levels = levels,
         .submap_path_m = submap_path_m,
         .submap_ns = VOXMAP_NEVER,
@@ -162,6 +163,33 @@ static void asking(void)
            ASKED / 8);
 }
 
+/* The largest question that a client may ask, and how long pings wait for a step of it. */
+static void large_question(const char *name, struct free_query *q)
+{
+    double whole = 0, longest = 0;
+    int steps = 0;
+    for (bool done = false; !done; steps++) {
+        const double start = cpu_ns();
+        done = free_query_step(q, &mask);
+        const double step = cpu_ns() - start;
+        whole += step;
+        longest = step > longest ? step : longest;
+    }
+    printf("%s of %.1e voxels: %4.0f us in %3d steps, the longest %8.1f us\n", name, (double)q->answer.voxels,
+           whole / 1e3, steps, longest / 1e3);
+}
+
+static void asking_for_much(void)
+{
+    static const double low[3] = {-6.2, -6.2, -6.2}, high[3] = {6.2, 6.2, 6.2},
+                        way[2][3] = {{-12, 0, 0}, {12, 0, 0}};
+    struct free_query q;
+    free_query_begin_box(&q, map.set.voxel_m, low, high);
+    large_question("box", &q);
+    free_query_begin_corridor(&q, map.set.voxel_m, way, 2, 4.4);
+    large_question("corridor", &q);
+}
+
 int main(void)
 {
     for (int turn = 0; turn < TURNS; turn++)
@@ -170,6 +198,7 @@ int main(void)
     entering();
     judging("one submap");
     asking();
+    asking_for_much();
     map_new(1, true, 5);
     enter_all();
     judging("twelve submaps");

@@ -8,8 +8,8 @@
 #include <zlib.h>
 
 #include "../../daemon/map_file.h"
-#include "../../grid/voxel/free_query.h"
 #include "../../grid/voxel/voxpage.h"
+#include "../lib/ask_map.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 

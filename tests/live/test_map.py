@@ -142,6 +142,7 @@ def basin(bench, threads):
     check(state_of(client, "box", from_m=[3, 0, 1.8], to_m=[5, 1, 2.2]) == "free", "a box in the water")
     check(state_of(client, "box", from_m=[3, 0, 1.8], to_m=[12, 1, 2.2]) == "occupied", "a box through a wall")
 
+    check_large(client)
     check_examples(client)
     drawn = bench.sonarctl("map", "draw", "--depth", "2", "--middle", "1.5,-0.5", "--size", "20")
     check(drawn.returncode == 0 and drawn.stdout.count(".") > 500 and "#" in drawn.stdout, drawn.stdout + drawn.stderr)
@@ -153,6 +154,24 @@ def basin(bench, threads):
                           (("box", "3,0,2", "4,1,2"), 0), (("point", "1,2"), 3)):
         result = bench.sonarctl(*words)
         check(result.returncode == wanted, "%s: %d, %s" % (words, result.returncode, result.stdout + result.stderr))
+
+
+def requests_and_parts(client):
+    stage = {"stage": "request"}
+    return next(s["count"] for m in client.call("stats")["metrics"] for s in m["samples"] if s.get("labels") == stage)
+
+
+def check_large(client):
+    """A question about two million voxels is answered in parts, between which pings and others have their turn."""
+    before = requests_and_parts(client)
+    box = dict(from_m=[-12, -12, -10], to_m=[12.4, 12.4, 14.4])
+    check(state_of(client, "box", **box) == "occupied", "a large box with walls in it")
+    parts = requests_and_parts(client) - before
+    check(parts > 100, "a question about 1.8 million voxels was answered in %d parts" % parts)
+    watch = client.call("watch", method="box", params=box, rate_hz=20)["watch"]
+    until(lambda: client.call("version") and client.notifications, "a large box that is watched")
+    check("cannot be watched" in client.notifications[0]["error"]["message"], str(client.notifications[0]))
+    client.call("unwatch", watch=watch)
 
 
 def check_examples(client):

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* test_free_query - free_query.h: places, boxes, corridors and rays against the definition; larger is never more free. */
-#include "../../grid/voxel/free_query.h"
+#include "../lib/ask_map.h"
 #include "../lib/table.h"
 #include "../lib/voxmap_rig.h"
 
@@ -273,8 +273,65 @@ TEST(far_from_the_origin_too)
     rig_free(r);
 }
 
+/* Answers a question that was begun in steps, each of them no longer than allowed. Returns how many. */
+static int answer_in_steps(struct rig *r, struct free_query *q)
+{
+    int steps = 0;
+    bool done = false;
+    while (!done) {
+        const uint64_t voxels = q->answer.voxels, computed = r->mask.computed;
+        done = free_query_step(q, &r->mask);
+        const uint64_t blocks = r->mask.computed - computed;
+        CHECK(q->answer.voxels - voxels <= FREE_QUERY_SLICE);
+        CHECK(blocks <= FREE_QUERY_SLICE / FREE_QUERY_BLOCK + 1);
+        steps++;
+    }
+    return steps;
+}
+
+static bool same_answer(const struct free_answer *a, const struct free_answer *b)
+{
+    return a->state == b->state && a->voxels == b->voxels && a->unknown == b->unknown &&
+           a->occupied == b->occupied && a->first_state == b->first_state && a->clear_m == b->clear_m &&
+           memcmp(a->first_m, b->first_m, sizeof a->first_m) == 0;
+}
+
+/* However large a question is, pings wait for one step of it, and the answer is that of one visit. */
+TEST(in_steps_as_at_once)
+{
+    uint64_t seed = test_seed();
+    struct rig *r = room_new(&seed, 60);
+    struct free_answer a;
+    struct free_query q;
+    int steps = 0;
+    for (int n = 0; n < 12; n++) {
+        double low[3], high[3], way[4][3];
+        random_place(&seed, 4, low);
+        for (int x = 0; x < 3; x++)
+            high[x] = low[x] + (n % 3 == x ? 60 : 4) * test_uniform(&seed);
+        CHECK(free_query_begin_box(&q, 0.1, low, high));
+        steps += answer_in_steps(r, &q);
+        CHECK(free_query_box(&r->mask, low, high, &a) && same_answer(&a, &q.answer));
+        for (int w = 0; w < 4; w++)
+            random_place(&seed, n % 2 ? 1 : 8, way[w]);
+        if (n % 4 == 0) /* one row of cells, upright */
+            for (int x = 0; x < 2; x++)
+                way[1][x] = way[0][x];
+        const double radius = n % 4 ? 1.5 * test_uniform(&seed) : 0;
+        const uint32_t points = n % 4 ? 1 + (uint32_t)n % 4 : 2;
+        way[1][2] += n % 4 ? 0 : 9000;
+        CHECK(free_query_begin_corridor(&q, 0.1, (const double(*)[3])way, points, radius));
+        steps += answer_in_steps(r, &q);
+        CHECK(free_query_corridor(&r->mask, (const double(*)[3])way, points, radius, &a));
+        CHECK(same_answer(&a, &q.answer));
+    }
+    CHECK(steps > 100);
+    rig_free(r);
+}
+
 int main(void)
 {
+    RUN(in_steps_as_at_once);
     RUN(Q1_nothing_pinged_is_unknown);
     RUN(what_is_no_question_is_refused);
     RUN(boxes_are_all_their_voxels);

@@ -6,7 +6,7 @@
 
 #include "../../../grid/answer/answer.h"
 #include "../../../grid/answer/limit.h"
-#include "../../../grid/voxel/free_query.h"
+#include "../../lib/ask_map.h"
 #include "dice.h"
 #include "stable.h"
 #include "stable_sphere.h"
