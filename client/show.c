@@ -81,6 +81,8 @@ static void show_clusters(const struct page *page, const json_t *result)
                 100 * page_number(k, "confidence"), page_duration(c, page_number(k, "last_echo_age_s")),
                 page_duration(d, page_number(k, "label_age_s")),
                 json_is_integer(json_object_get(k, "ghost_of")) ? "  a ghost?" : "");
+        if (page_number(k, "locked") > 0)
+            fprintf(page->out, "%7s %.0f cells locked\n", "", page_number(k, "locked"));
     }
     fprintf(page->out, "%zu of %.0f, nearest first\n", n, page_number(result, "all"));
     list = json_object_get(result, "gone");

@@ -103,22 +103,41 @@ void show_sensors(const struct page *page, const json_t *result)
 static void show_cells(const struct page *page, const json_t *cells)
 {
     const json_t *list = json_object_get(cells, "nearest");
-    char a[PAGE_CELL], b[PAGE_CELL], c[PAGE_CELL], d[PAGE_CELL];
+    char a[PAGE_CELL], b[PAGE_CELL], c[PAGE_CELL], d[PAGE_CELL], e[PAGE_CELL];
 
     if (json_array_size(list) == 0)
         return;
     fprintf(page->out, "\nthe grid holds %lld cells that block there, the nearest:\n", page_count(cells, "all"));
-    fprintf(page->out, "%9s %10s %9s %6s %7s %11s %10s  %s\n", "azimuth", "elevation", "near edge", "sure",
-            "echoes", "first heard", "last heard", "last ping");
+    fprintf(page->out, "%9s %10s %9s %6s %7s %11s %10s %6s  %-13s  %s\n", "azimuth", "elevation", "near edge",
+            "sure", "echoes", "first heard", "last heard", "misses", "this turn", "last ping");
     for (size_t i = 0; i < json_array_size(list); i++) {
         const json_t *k = json_array_get(list, i);
 
-        fprintf(page->out, "%8.1f° %9.1f° %9s %5.0f%% %7lld %11s %10s  %s %lld\n", page_number(k, "azimuth_deg"),
-                page_number(k, "elevation_deg"), page_metres(a, page_number(k, "near_m")),
-                100 * page_number(k, "confidence"), page_count(k, "echoes"),
-                page_duration(b, page_number(k, "first_echo_age_s")),
-                page_duration(c, page_number(k, "last_echo_age_s")), page_text(d, k, "sensor"),
-                page_count(k, "last_ping"));
+        fprintf(page->out, "%8.1f° %9.1f° %9s %5.0f%% %7lld %11s %10s %6lld  %-13s  %s %lld%s\n",
+                page_number(k, "azimuth_deg"), page_number(k, "elevation_deg"),
+                page_metres(a, page_number(k, "near_m")), 100 * page_number(k, "confidence"),
+                page_count(k, "echoes"), page_duration(b, page_number(k, "first_echo_age_s")),
+                page_duration(c, page_number(k, "last_echo_age_s")), page_count(k, "misses"),
+                page_text(d, k, "turn"), page_text(e, k, "sensor"), page_count(k, "last_ping"),
+                json_is_true(json_object_get(k, "locked")) ? ", locked" : "");
+    }
+}
+
+static void show_gone(const struct page *page, const json_t *gone)
+{
+    const json_t *list = json_object_get(gone, "newest");
+    char a[PAGE_CELL], b[PAGE_CELL], c[PAGE_CELL];
+
+    if (json_array_size(list) == 0)
+        return;
+    fprintf(page->out, "\n%lld cells are gone in this turn, the newest:\n", page_count(gone, "all"));
+    for (size_t i = 0; i < json_array_size(list); i++) {
+        const json_t *k = json_array_get(list, i);
+
+        fprintf(page->out, "%8.1f° %9.1f° %9s, last heard %s ago, missed by %lld beams, the last %s %lld\n",
+                page_number(k, "azimuth_deg"), page_number(k, "elevation_deg"),
+                page_metres(a, page_number(k, "range_m")), page_duration(b, page_number(k, "last_echo_age_s")),
+                page_count(k, "misses"), page_text(c, k, "sensor"), page_count(k, "last_ping"));
     }
 }
 
@@ -173,6 +192,7 @@ void show_explain(const struct page *page, const json_t *result)
         fprintf(page->out, " at %s", page_metres(a, page_number(answer, "range_m")));
     fprintf(page->out, ": %s\n", because(a, answer));
     show_cells(page, json_object_get(result, "cells"));
+    show_gone(page, json_object_get(result, "gone"));
     fprintf(page->out, "\nof %lld directions in the cone, %lld were never looked at\n", page_count(claims, "all"),
             page_count(claims, "never"));
     show_claim(page, "oldest", json_object_get(claims, "oldest"));

@@ -43,10 +43,11 @@ static json_t *cluster_json(const struct daemon *d, const struct shapes *shapes,
     double az, el;
     geo_angles(k->nearest_m, &az, &el);
     return json_pack(
-        "{s:I, s:i, s:i, s:I, s:o, s:o, s:[o, o], s:o, s:o, s:{s:o, s:o}, s:[o, o, o], s:o, s:o, s:o, "
+        "{s:I, s:i, s:i, s:I, s:{s:i, s:i, s:i}, s:i, s:o, s:o, s:[o, o], s:o, s:o, s:{s:o, s:o}, s:[o, o, o], s:o, s:o, s:o, "
         "s:o, s:o, s:o, s:o}",
         "label", (json_int_t)k->label, "cells", (int)k->cells, "seeds", (int)k->seeds, "echoes",
-        (json_int_t)k->echoes, "from_deg", say_degrees(k->from_rad), "width_deg", say_degrees(k->width_rad),
+        (json_int_t)k->echoes, "turn", "appeared", (int)k->appeared, "updated", (int)k->updated, "missed",
+        (int)k->missed, "locked", (int)k->locked, "from_deg", say_degrees(k->from_rad), "width_deg", say_degrees(k->width_rad),
         "elevation_deg", say_degrees(k->low_rad), say_degrees(k->high_rad), "near_m", say_metres(k->near_m),
         "far_m", say_metres(k->far_m), "nearest", "azimuth_deg", say_degrees(az), "elevation_deg", say_degrees(el),
         "centre_m", say_metres(k->centre_m[0]), say_metres(k->centre_m[1]), say_metres(k->centre_m[2]),

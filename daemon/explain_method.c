@@ -99,17 +99,38 @@ static uint32_t find_cells(const struct scene *s, struct blocking *found, uint32
     return all;
 }
 
+/* What happened to it in the present turn of the sensor that touched it last. */
+static const char *turn_word(unsigned flags)
+{
+    return flags & SPHERE_NEW       ? "appeared"
+           : flags & SPHERE_UPDATED ? "updated"
+           : flags & SPHERE_MISSED  ? "missed"
+                                    : "not looked at";
+}
+
+/* What is told of a cell, whether it is there or gone; seen in the direction of `axis`. */
+static json_t *history_json(const struct scene *s, const struct sphere_cell *c, const double axis[3],
+                            double range_m)
+{
+    double az, el;
+    angles_of(s, axis, &az, &el);
+    return json_pack("{s:o, s:o, s:o, s:i, s:o, s:o, s:i, s:s, s:I}", "azimuth_deg", say_degrees(az),
+                     "elevation_deg", say_degrees(el), "range_m", say_metres(range_m), "echoes", (int)c->echoes,
+                     "first_echo_age_s", age(s, c->t_first_ns), "last_echo_age_s", age(s, c->t_echo_ns),
+                     "misses", (int)c->misses, "sensor", sensor_name(s->d, c->sensor), "last_ping",
+                     (json_int_t)c->seq);
+}
+
 static json_t *cell_json(const struct scene *s, const struct blocking *b)
 {
     const struct sphere_cell *c = &b->cell;
-    double az, el;
-    angles_of(s, grid_picture(s->grid)->axis[b->direction], &az, &el);
-    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:i, s:o, s:o, s:s, s:I}", "azimuth_deg", say_degrees(az),
-                     "elevation_deg", say_degrees(el), "near_m", say_metres(c->near_m), "range_m",
-                     say_metres((c->from_m + c->to_m) / 2), "confidence",
-                     say_real(1 / (1 + exp(-c->logodds)), 1e3), "echoes", (int)c->echoes, "first_echo_age_s",
-                     age(s, c->t_first_ns), "last_echo_age_s", age(s, c->t_echo_ns), "sensor",
-                     sensor_name(s->d, c->sensor), "last_ping", (json_int_t)c->seq);
+    json_t *told = history_json(s, c, grid_picture(s->grid)->axis[b->direction], (c->from_m + c->to_m) / 2);
+    json_t *more = json_pack("{s:o, s:o, s:s, s:b}", "near_m", say_metres(c->near_m), "confidence",
+                             say_real(1 / (1 + exp(-c->logodds)), 1e3), "turn", turn_word(c->flags), "locked",
+                             (c->flags & SPHERE_LOCKED) != 0);
+    json_object_update(told, more);
+    json_decref(more);
+    return told;
 }
 
 static json_t *cells_json(const struct scene *s)
@@ -120,6 +141,24 @@ static json_t *cells_json(const struct scene *s)
     for (uint32_t i = 0; i < n; i++)
         json_array_append_new(list, cell_json(s, &found[i]));
     return json_pack("{s:I, s:o}", "all", (json_int_t)all, "nearest", list);
+}
+
+/* What stood within the cone and the distance until beams of the present turn took it away, the newest first. */
+static json_t *gone_json(const struct scene *s)
+{
+    const double cos_opening = cos(fmin(opening_of(s), GEO_PI));
+    json_t *list = json_array();
+    struct sphere_cell c;
+    json_int_t all = 0;
+    for (uint32_t at = 0; sphere_gone(s->sphere, &at, s->now.now_ns, &c);) {
+        const double *p = c.point_m, range_m = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
+        const double along_m = p[0] * s->axis[0] + p[1] * s->axis[1] + p[2] * s->axis[2];
+        if (along_m < range_m * cos_opening || c.near_m > s->query.distance_m)
+            continue;
+        if (all++ < s->count)
+            json_array_append_new(list, history_json(s, &c, p, range_m));
+    }
+    return json_pack("{s:I, s:o}", "all", all, "newest", list);
 }
 
 /* ---- claims ---- */
@@ -240,7 +279,7 @@ json_t *explain_method(const struct rpc_call *call, json_t *params, struct rpc_e
     answer_direction(grid_picture(s.grid), &s.grid->setting.limits, &s.now, &s.query, &s.answer);
     geo_direction(s.query.az_rad, s.query.el_rad, s.axis);
     sight_to_grid(&s.frame, &s.now, s.query.ned, s.axis);
-    return json_pack("{s:s, s:o, s:o, s:o, s:o}", "frame", frames[s.query.ned], "answer",
-                     direction_answer(&s.answer), "cells", cells_json(&s), "directions", claims_json(&s), "pings",
-                     pings_json(&s));
+    return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o}", "frame", frames[s.query.ned], "answer",
+                     direction_answer(&s.answer), "cells", cells_json(&s), "gone", gone_json(&s), "directions",
+                     claims_json(&s), "pings", pings_json(&s));
 }

@@ -22,7 +22,6 @@ clahe_grid_ok what clahe_image wants of its caller
 merge_at the definition by which tests judge merge_block
 components_remove a single change, as the random walk of the tests makes them
 extract_defaults what measurements and tests begin with
-sphere_gone what tests know of a turn
 '
 
 make --no-print-directory BUILD="$build" SAN= CFLAGS='-O0 -ffunction-sections' LDFLAGS=-Wl,--gc-sections \

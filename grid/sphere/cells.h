@@ -15,7 +15,8 @@
 #include "rings.h"
 
 #define CELLS_NONE      UINT32_MAX
-#define CELLS_DIRECTION 0x3fffffu /* the directions that a cell can tell apart */
+#define CELLS_DIRECTION 0xfffffu /* the directions that a cell can tell apart: more than rings of 0.25 degrees have */
+#define CELLS_MISSES    15u       /* that a cell can count: the surest one is gone after ten that covered it all */
 
 enum cell_state {
     CELL_FREE,
@@ -36,7 +37,8 @@ struct cell {
     uint64_t t_echo_ns;  /* last echo */
     uint32_t next;       /* in the same direction, farther; in the other lists: just the next */
     uint32_t seq;        /* of the last ping that hit or missed it, of `sensor` */
-    uint32_t direction : 22, state : 2, sensor : 8;
+    uint32_t direction : 20, state : 2, sensor : 6;
+    uint32_t misses : 4; /* beams since the last echo that passed it and heard nothing; saturates */
     uint16_t layer;
     uint16_t echoes; /* saturates */
 };

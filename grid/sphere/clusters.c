@@ -26,6 +26,8 @@ struct clusters {
     uint8_t *today;                      /* ... and at this one */
     uint64_t t_before_ns;
     double centre_before_m[3];
+    struct cluster fading[CLUSTERS_GONE_MAX]; /* of earlier looks: no cell blocks any more, yet some are still there */
+    uint32_t n_fading;
     struct cluster_gone gone[CLUSTERS_GONE_MAX]; /* a ring */
     uint32_t n_gone;                             /* ever */
     uint32_t grown;                       /* of the cluster measured: directions that are new to all clusters */
@@ -138,6 +140,10 @@ static void measure_cell(struct clusters *c, uint32_t i, struct cluster *k)
         c->known_near_m = fmin(c->known_near_m, cell->near_m);
     c->today[direction] |= COUNTED;
     k->echoes += cell->echoes;
+    k->appeared += (cell->flags & SPHERE_NEW) != 0;
+    k->updated += (cell->flags & SPHERE_UPDATED) != 0;
+    k->missed += (cell->flags & SPHERE_MISSED) != 0;
+    k->locked += (cell->flags & SPHERE_LOCKED) != 0;
     k->high_rad = fmax(k->high_rad, top);
     k->low_rad = fmin(k->low_rad, top - rings->height_rad);
     k->far_m = fmax(k->far_m, length(cell->point_m));
@@ -222,23 +228,50 @@ static bool is_listed(const struct clusters *c, uint32_t label)
     return false;
 }
 
+/* Is its label that of a component in which no cell blocks any more? */
+static bool is_fading(struct clusters *c, uint32_t label)
+{
+    COMPONENTS_EACH(&c->components, root)
+    {
+        const struct component *own = components_of(&c->components, root);
+        if (own->label == label)
+            return !own->seeds;
+    }
+    return false;
+}
+
+/* `old` is in the list no more: it still fades, or is gone, or has joined something. */
+static void judge(struct clusters *c, const struct sphere *s, uint64_t now_ns, const struct cluster *old)
+{
+    if (is_fading(c, old->label) && c->n_fading < CLUSTERS_GONE_MAX) {
+        c->fading[c->n_fading++] = *old;
+        return;
+    }
+    struct cluster_gone g = {
+        .label = old->label, .cells = old->cells, .t_gone_ns = now_ns, .t_echo_ns = old->t_echo_ns};
+    memcpy(g.place_m, old->nearest_m, sizeof g.place_m);
+    g.why = vanish_why(s, c->components.rings, g.place_m, g.t_echo_ns, now_ns, MEMBER_ODDS * c->blocked_logodds,
+                       c->blocked_logodds);
+    if (g.why != VANISH_NOT)
+        c->gone[c->n_gone++ % CLUSTERS_GONE_MAX] = g;
+}
+
 /* Which of the clusters before are in the list no more, and why. */
 static void find_gone(struct clusters *c, const struct sphere *s, uint64_t now_ns)
 {
+    struct cluster faded[CLUSTERS_GONE_MAX];
+    const uint32_t n_faded = c->n_fading;
     double centre_m[3];
     sphere_centre(s, centre_m);
-    for (uint32_t i = 0; i < c->n_before; i++) {
-        const struct cluster *old = &c->before[i];
-        if (is_listed(c, old->label))
+    memcpy(faded, c->fading, n_faded * sizeof *faded);
+    c->n_fading = 0;
+    for (uint32_t i = 0; i < n_faded + c->n_before; i++) {
+        struct cluster old = i < n_faded ? faded[i] : c->before[i - n_faded];
+        if (is_listed(c, old.label))
             continue;
-        struct cluster_gone g = {
-            .label = old->label, .cells = old->cells, .t_gone_ns = now_ns, .t_echo_ns = old->t_echo_ns};
         for (int a = 0; a < 3; a++)
-            g.place_m[a] = old->nearest_m[a] + c->centre_before_m[a] - centre_m[a];
-        g.why = vanish_why(s, c->components.rings, g.place_m, g.t_echo_ns, now_ns,
-                           MEMBER_ODDS * c->blocked_logodds, c->blocked_logodds);
-        if (g.why != VANISH_NOT)
-            c->gone[c->n_gone++ % CLUSTERS_GONE_MAX] = g;
+            old.nearest_m[a] += c->centre_before_m[a] - centre_m[a];
+        judge(c, s, now_ns, &old);
     }
 }
 

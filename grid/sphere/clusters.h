@@ -26,6 +26,10 @@ struct cluster {
     uint32_t cells;           /* with some evidence */
     uint32_t seeds;           /* of these with enough to be an obstacle */
     uint32_t echoes;          /* that were entered into its cells, an echo over a beam's width into several */
+    uint32_t appeared;        /* cells of its that had their first echo in the present turn, ... */
+    uint32_t updated;         /* ... that had another one, ... */
+    uint32_t missed;          /* ... and that beams passed with nothing heard */
+    uint32_t locked;          /* cells that are */
     uint64_t t_label_ns;      /* since when it has its label: what it is has not changed since */
     uint64_t t_first_ns;      /* of its first echo */
     uint64_t t_echo_ns;       /* of its last */

@@ -32,6 +32,8 @@ static void merge(const struct sphere *s, struct cell *c, const struct cell *oth
         c->sensor = other->sensor;
         c->seq = other->seq;
     }
+    if (other->t_echo_ns > c->t_echo_ns || (other->t_echo_ns == c->t_echo_ns && other->misses < c->misses))
+        c->misses = other->misses;
     c->logodds = fmaxf(c->logodds, other->logodds);
     c->t_echo_ns = c->t_echo_ns > other->t_echo_ns ? c->t_echo_ns : other->t_echo_ns;
     c->t_first_ms = c->t_first_ms < other->t_first_ms ? c->t_first_ms : other->t_first_ms;
@@ -126,7 +128,7 @@ static void reanchor(struct sphere *s)
         shift[i] = s->frame.centre_m[i] - s->anchor_m[i];
         s->anchor_m[i] = s->frame.centre_m[i];
     }
-    CELLS_EACH (&s->cells, i)
+    for (uint32_t i = 0; i < s->cells.room; i++) /* those that are gone, too: they are asked about */
         for (int k = 0; k < 3; k++)
             s->cells.cell[i].point_m[k] = (float)(s->cells.cell[i].point_m[k] - shift[k]);
 }

@@ -27,7 +27,7 @@ static void weigh(const struct sphere *s, struct cell *c, const struct echoes *p
     c->logodds = fabs(l) < FLUSH_BELOW ? 0 : (float)l;
     if (ping->t_ns > c->t_ref_ns)
         c->t_ref_ns = ping->t_ns;
-    c->sensor = ping->sensor % SPHERE_SENSORS;
+    c->sensor = ping->sensor & (SPHERE_SENSORS - 1u);
     c->seq = ping->seq;
 }
 
@@ -103,6 +103,7 @@ static void raise(struct sphere *s, const struct look *l, uint16_t layer, double
         c->t_first_ms = state_ms(s, ping->t_ns);
     if (ping->t_ns > c->t_echo_ns)
         c->t_echo_ns = ping->t_ns;
+    c->misses = 0;
     if (c->echoes < UINT16_MAX)
         c->echoes++;
     if (s->conf.update == SPHERE_MAX)
@@ -220,6 +221,7 @@ static void carve_direction(struct sphere *s, const struct look *l)
         if (share < MIN_CARVE_SHARE || c->state == CELL_LOCKED)
             continue;
         weigh(s, c, b->ping, log((1 - ECHO_IF_OCCUPIED * share) / (1 - ECHO_IF_EMPTY * share)));
+        c->misses = (c->misses < CELLS_MISSES ? c->misses + 1u : CELLS_MISSES) & CELLS_MISSES;
         state_mark(s, l->direction);
         if (c->logodds <= 0)
             cells_lose(&s->cells, i);

@@ -38,7 +38,7 @@ enum sphere_update {
     SPHERE_MAX,   /* the strongest echo counts (Auran and Silven's first version) */
 };
 
-#define SPHERE_SENSORS 64 /* told apart */
+#define SPHERE_SENSORS 64 /* told apart; a power of two */
 
 struct sphere_conf {
     double angular_step_rad;
@@ -93,6 +93,7 @@ struct sphere_cell {
     uint16_t sensor;                /* ... which this sensor sent */
     uint16_t echoes;                /* so many, or more when 65535 */
     uint16_t layer;                 /* its number */
+    uint8_t misses;                 /* beams since its last echo that passed it with nothing heard; or more when 15 */
     unsigned flags;                 /* set of enum sphere_cell_flag */
 };
 
@@ -118,8 +119,11 @@ uint64_t sphere_passed(const struct sphere *s, uint32_t direction, double range_
 void sphere_centre(const struct sphere *s, double centre_m[3]);
 double sphere_reach(const struct sphere *s);
 
-/** sphere_gone - the k-th of the cells that went in the present turns, the newest first; false: there are fewer. */
-bool sphere_gone(const struct sphere *s, uint32_t k, uint64_t t_ns, struct sphere_cell *out);
+/**
+ * sphere_gone - walks the cells that went in the present turns, the newest first: *at is 0 before the first. False: no
+ * more. Its limits in range are as of then; its point is where it stood, seen from where the grid is now.
+ */
+bool sphere_gone(const struct sphere *s, uint32_t *at, uint64_t t_ns, struct sphere_cell *out);
 
 /**
  * sphere_lock - freezes the cell of a direction at range_m, or lets it go: while locked it neither changes nor fades

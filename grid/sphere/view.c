@@ -35,6 +35,7 @@ static void describe(const struct sphere *s, const struct cell *c, uint64_t t_ns
                                 .sensor = c->sensor,
                                 .echoes = c->echoes,
                                 .layer = c->layer,
+                                .misses = c->misses & CELLS_MISSES,
                                 .flags = flags_of(s, c)};
     double range_m = state_vector(s, c, out->point_m), ball_m = sqrt(c->ball_m2);
     out->near_m = fmax(0, range_m - (double)c->near_m);
@@ -42,19 +43,15 @@ static void describe(const struct sphere *s, const struct cell *c, uint64_t t_ns
     out->ball_m = ball_m + fmin(HEADING_DRIFT_RADPS * since_s, 1) * range_m;
 }
 
-static bool describe_nth(const struct sphere *s, uint32_t i, uint32_t k, uint64_t t_ns, struct sphere_cell *out)
+bool sphere_cell(const struct sphere *s, uint32_t direction, uint32_t k, uint64_t t_ns, struct sphere_cell *out)
 {
+    uint32_t i = direction < s->rings.n ? s->cells.first[direction] : CELLS_NONE;
     while (i != CELLS_NONE && k--)
         i = s->cells.cell[i].next;
     if (i == CELLS_NONE)
         return false;
     describe(s, &s->cells.cell[i], t_ns, out);
     return true;
-}
-
-bool sphere_cell(const struct sphere *s, uint32_t direction, uint32_t k, uint64_t t_ns, struct sphere_cell *out)
-{
-    return direction < s->rings.n && describe_nth(s, s->cells.first[direction], k, t_ns, out);
 }
 
 uint64_t sphere_pinged(const struct sphere *s, uint32_t direction)
@@ -83,9 +80,14 @@ double sphere_reach(const struct sphere *s)
     return s->layers.edge[s->layers.n];
 }
 
-bool sphere_gone(const struct sphere *s, uint32_t k, uint64_t t_ns, struct sphere_cell *out)
+bool sphere_gone(const struct sphere *s, uint32_t *at, uint64_t t_ns, struct sphere_cell *out)
 {
-    return describe_nth(s, s->cells.gone, k, t_ns, out);
+    const uint32_t i = *at ? s->cells.cell[*at - 1].next : s->cells.gone;
+    if (i == CELLS_NONE)
+        return false;
+    *at = i + 1;
+    describe(s, &s->cells.cell[i], t_ns, out);
+    return true;
 }
 
 bool sphere_lock(struct sphere *s, uint32_t direction, double range_m, bool locked)

@@ -150,5 +150,62 @@ def case_gone(bench):
     check(abs(north_m - 4.8) < 0.6, "not on the pile's way, 5 m ahead: %s" % gone)
 
 
+def place(g):
+    """North and east of something that is gone, from the grid's centre."""
+    return [g["range_m"] * f(math.radians(g["azimuth_deg"])) for f in (math.cos, math.sin)]
+
+
+def case_what_a_cell_went_through(bench):
+    """A pile crosses ahead: explain tells which cells appeared and were missed, and which are gone, while the turn lasts."""
+    bench.sim("--ghost", "0", scene=bench.write("crossing", "pile 5 -2 0.4 0 0.3\n"))
+    bench.conf(sonar={"sector": "315 45 deg", "range": "10 m"}, grid={"clear_for": "4 s", "forget": "60 s"})
+    client = bench.sonard().client()
+    turns, misses = set(), set()
+
+    def gone():
+        told = client.call("explain", azimuth_deg=0, distance_m=8, half_angle_deg=40, count=64)
+        turns.update(cell["turn"] for cell in told["cells"]["nearest"])
+        misses.update(cell["misses"] for cell in told["cells"]["nearest"])
+        check(not any(cell["locked"] for cell in told["cells"]["nearest"]), "nobody locked any: %s" % told)
+        return told["gone"]["newest"]
+
+    until(lambda: gone() and len(misses) > 1 and {"appeared", "missed"} <= turns, "cells to appear and to be missed", 60)
+    found = until(gone, "cells to be gone", 60)
+    for g in found:
+        north_m = place(g)[0]
+        check(g["misses"] > 0 and g["echoes"] > 0 and abs(north_m - 4.8) < 1, "not on the pile's way: %s" % g)
+    until(lambda: "gone in this turn" in bench.sonarctl("explain", "0", "--distance", "8", "--half-angle", "40").stdout,
+          "sonarctl to tell of cells that are gone", 60)
+    client.call("grid_lock", azimuth_deg=0, half_angle_deg=40)
+    told = client.call("explain", azimuth_deg=0, distance_m=8, half_angle_deg=20)
+    check(all(cell["locked"] for cell in told["cells"]["nearest"]), "all were locked: %s" % told)
+    check(sum(cluster["locked"] for cluster in client.call("clusters")["clusters"]) > 0, "clusters of locked cells")
+
+
+def case_rounds_a_corner(bench):
+    """The vehicle passes behind a block: the pile that it heard is told as hidden, at the place where it stands."""
+    sim = bench.sim("--ghost", "0", scene=bench.write("corner", "pile 7 0 0.3 0 0\nbox 3 3.4 0.4 9 -9 9\n"))
+    bench.conf(sonar={"sector": "300 60 deg", "range": "10 m"}, grid={"clear_for": "4 s", "forget": "6 s"})
+    client = bench.sonard().client()
+
+    def heard_at(east_m, what):
+        sim.command("pose 0 %g 0 0" % east_m)
+        client.call("pose", attitude_deg=[0, 0, 0], position_m=[0, east_m, 0])
+        return client.call("clusters")[what]
+
+    until(lambda: any(apart(c["nearest"]["azimuth_deg"], 0) < 6 and c["near_m"] > 6 for c in heard_at(0, "clusters")),
+          "the pile to be heard")
+    for step in range(1, 25):
+        heard_at(0.05 * step, "clusters")
+        pings_until(client, 4)
+
+    def hidden():
+        return [g for g in heard_at(1.2, "gone") if math.dist(place(g), (6.7, -1.2)) < 1]
+
+    why = until(hidden, "the pile to be gone", 60)[0]["why"]
+    check(why == "behind something nearer", "the block stands before it: %s" % why)
+    check("behind something nearer" in bench.sonarctl("clusters").stdout, "sonarctl clusters")
+
+
 run([("clusters_" + name[5:], function) for name, function in list(globals().items()) if name.startswith("case_")],
     parallel=2)

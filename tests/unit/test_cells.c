@@ -67,7 +67,7 @@ TEST(any_sequence_leaves_every_cell_in_one_list)
                 break;
             case 1:
                 if (at != CELLS_NONE) {
-                    cells.cell[at].sensor = (uint8_t)(test_random(&seed) % 3);
+                    cells.cell[at].sensor = test_random(&seed) % 3 & 3u;
                     cells_lose(&cells, at);
                 }
                 break;

@@ -218,6 +218,27 @@ TEST(what_is_gone_is_told_with_why)
         CHECK(k < 3 || clusters_gone(clusters, k)->t_echo_ns > first->t_echo_ns);
 }
 
+TEST(what_fades_under_often_looks_is_told_when_it_is_gone)
+{
+    start();
+    wide_deg = 4;
+    arc(90, 96, 5.03);
+    look();
+    CHECK_INT(n, 1);
+    int faded = 0;
+    for (int i = 0; i < 200 && !clusters_gone(clusters, 0); i++) {
+        now_ns += 2 * SECOND;
+        for (double az = 84; az < 102; az += 3)
+            hear(az + 1.5, 3, 0.9);
+        look();
+        faded += n == 1; /* what hides it is there alone */
+    }
+    CHECK(faded > 1);
+    CHECK(clusters_gone(clusters, 0) && clusters_gone(clusters, 0)->why == VANISH_HIDDEN);
+    CHECK(!clusters_gone(clusters, 1));
+    CHECK_NEAR(clusters_gone(clusters, 0)->place_m[1], 5, 0, 0.2);
+}
+
 TEST(of_too_many_the_nearest_are_listed)
 {
     start();
@@ -241,6 +262,7 @@ int main(void)
     RUN(what_comes_up_in_water_known_to_be_free_grows);
     RUN(what_fades_is_no_cluster_any_more);
     RUN(what_is_gone_is_told_with_why);
+    RUN(what_fades_under_often_looks_is_told_when_it_is_gone);
     RUN(of_too_many_the_nearest_are_listed);
     printf("# %.0f bytes for each cell of the grid\n",
            (double)clusters_bytes(sphere_picture(sphere)->rings, 1 << 16) / (1 << 16));

@@ -385,6 +385,12 @@ TEST(after_a_year_times_of_first_echoes_and_turns_are_still_right)
     CHECK(first_cell(90.5).t_first_ns + 26 * 86400 * SECOND > now.now_ns);
 }
 
+static bool newest_gone(struct sphere_cell *gone)
+{
+    uint32_t at = 0;
+    return sphere_gone(sphere, &at, now.now_ns, gone);
+}
+
 TEST(a_turn_tells_what_is_new_heard_again_missed_and_gone)
 {
     start(&usual);
@@ -403,18 +409,52 @@ TEST(a_turn_tells_what_is_new_heard_again_missed_and_gone)
     c = first_cell(0.5);
     CHECK_INT(c.flags, SPHERE_MISSED);
     CHECK(c.sensor == 3 && c.seq == 4);
+    CHECK_INT(c.misses, 1);
+    ping(0, 5, 0);
+    CHECK_INT(first_cell(0.5).misses, 0);
     struct sphere_cell gone;
-    CHECK(!sphere_gone(sphere, 0, now.now_ns, &gone));
+    CHECK(!newest_gone(&gone));
     for (int i = 0; i < 30; i++)
         ping_as(0, 3, 0, 8, 0);
-    CHECK(sphere_gone(sphere, 0, now.now_ns, &gone));
+    CHECK(newest_gone(&gone));
     CHECK(gone.flags & SPHERE_GONE && gone.sensor == 3);
+    CHECK(gone.misses > 1);
     CHECK_NEAR(gone.from_m, 5, 0, 0.2);
     CHECK_NEAR(first_cell(0.5).from_m, 8, 0, 0.4);
     ping_as(PING_NEW_TURN, 0, 90, 5, 0);
-    CHECK(sphere_gone(sphere, 0, now.now_ns, &gone));
+    CHECK(newest_gone(&gone));
     ping_as(PING_NEW_TURN, 3, 90, 5, 0); /* the turn of the sensor that took it away ends */
-    CHECK(!sphere_gone(sphere, 0, now.now_ns, &gone));
+    CHECK(!newest_gone(&gone));
+}
+
+TEST(misses_are_counted_to_fifteen)
+{
+    start(&usual);
+    for (int i = 0; i < 100; i++)
+        ping(0, 5, 0);
+    /* half a degree of the cell's two is passed: a little evidence goes with each beam */
+    int misses = 0;
+    for (; misses < 40 && first_cell(0.5).from_m < 5.2; misses++) {
+        CHECK_INT(first_cell(0.5).misses, misses < 15 ? misses : 15);
+        ping(2.5, 8, 0);
+    }
+    CHECK(misses > 16);
+}
+
+TEST(what_is_gone_keeps_its_place_when_the_vehicle_goes_far)
+{
+    start(&usual);
+    in_the_world(0);
+    ping_as(PING_NEW_TURN, 0, 0, 5, 0);
+    for (int i = 0; i < 30; i++)
+        ping(0, 8, 0);
+    struct sphere_cell gone;
+    CHECK(newest_gone(&gone));
+    CHECK_NEAR(gone.point_m[0], 5, 0, 0.1);
+    in_the_world(150); /* farther than points are kept from one anchor */
+    ping(0, 8, 0);
+    CHECK(newest_gone(&gone));
+    CHECK_NEAR(gone.point_m[0], 5 - 150, 0, 0.1);
 }
 
 TEST(a_locked_cell_neither_changes_nor_fades_but_keeps_its_place)
@@ -571,6 +611,8 @@ int main(void)
     RUN(g10_noise_in_all_beams_takes_bounded_memory_and_is_counted);
     RUN(after_a_year_times_of_first_echoes_and_turns_are_still_right);
     RUN(a_turn_tells_what_is_new_heard_again_missed_and_gone);
+    RUN(misses_are_counted_to_fifteen);
+    RUN(what_is_gone_keeps_its_place_when_the_vehicle_goes_far);
     RUN(a_locked_cell_neither_changes_nor_fades_but_keeps_its_place);
     RUN(of_two_reflectors_in_a_cell_the_nearer_is_kept_and_the_ball_reaches_the_other);
     RUN(of_two_reflectors_in_a_cell_neither_takes_the_nearest_edge_away);
