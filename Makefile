@@ -75,7 +75,7 @@ $(BUILD)/sonard: $(BUILD)/daemon/main.o $(DAEMON) $(CONFIG) $(DRIVERS) $(GRID)
 	@mkdir -p $(@D)
 	@echo '  LD    $@'
 	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
-$(BUILD)/sonarctl: $(BUILD)/client/sonarctl.o $(CLIENT) $(DRIVERS)
+$(BUILD)/sonarctl: $(BUILD)/client/sonarctl.o $(CLIENT) $(CONFIG) $(DRIVERS)
 	@mkdir -p $(@D)
 	@echo '  LD    $@'
 	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
@@ -229,6 +229,9 @@ UNITS    := $(patsubst systemd/%.in,$(BUILD)/systemd/%,$(wildcard systemd/*.serv
 MAN      := docs/sonard.8 docs/sonard-mavlink.8 docs/sonarctl.1 $(BUILD)/sonard.conf.5 docs/sonard-protocol.7 docs/libsonard.3 \
             docs/sonard-tune.1 docs/sonard-report.1
 GUIDES   := NEWS README.md $(wildcard docs/*.md)
+# Guides name these by their places below docs/.
+PAPERS   := $(wildcard docs/devices/*.md docs/pictures/*)
+SCENES   := $(wildcard config/scenes/*.conf)
 EXAMPLES := $(wildcard examples/autopilot.*)
 PAGE     := page.py page.html style.gp capture_answers.gp
 SHARED   := config/sonard.conf systemd/network.conf docs/sonard-protocol.schema.json
@@ -248,7 +251,9 @@ FILES     = $(BUILD)/sonard:$(PREFIX)/sbin/sonard:755 $(BUILD)/sonarctl:$(PREFIX
             systemd/modules-load.conf:$(PREFIX)/lib/modules-load.d/sonard.conf:644 \
             systemd/udev.rules:$(UDEVDIR)/70-sonard.rules:644 \
             $(foreach s,$(SHARED),$(s):$(PREFIX)/share/sonard/$(notdir $(s)):644) \
-            $(foreach g,$(GUIDES),$(g):$(PREFIX)/share/doc/sonard/$(notdir $(g)):644)
+            $(foreach g,$(GUIDES),$(g):$(PREFIX)/share/doc/sonard/$(notdir $(g)):644) \
+            $(foreach p,$(PAPERS),$(p):$(PREFIX)/share/doc/sonard/$(p:docs/%=%):644) \
+            $(foreach s,$(SCENES),$(s):$(PREFIX)/share/sonard/scenes/$(notdir $(s)):644)
 field     = $(word $(1),$(subst :, ,$(2)))
 
 $(BUILD)/systemd/%: systemd/%.in Makefile
@@ -271,7 +276,7 @@ install: programs $(BUILD)/sonard.conf.5
 # The configuration stays, and what sonard has written.
 uninstall:
 	rm -f $(foreach f,$(FILES),$(DESTDIR)$(call field,2,$(f))) $(DESTDIR)$(LIBDIR)/libsonard.so
-	-@rmdir $(DESTDIR)$(PREFIX)/share/doc/sonard/examples $(DESTDIR)$(PREFIX)/share/doc/sonard $(DESTDIR)$(PREFIX)/share/sonard $(DESTDIR)$(PREFIX)/share/sonard-report
+	-@rmdir $(addprefix $(DESTDIR)$(PREFIX)/share/doc/sonard/,examples devices pictures) $(DESTDIR)$(PREFIX)/share/sonard/scenes $(DESTDIR)$(PREFIX)/share/doc/sonard $(DESTDIR)$(PREFIX)/share/sonard $(DESTDIR)$(PREFIX)/share/sonard-report
 
 clean:
 	rm -rf $(BUILD) demo report

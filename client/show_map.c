@@ -57,12 +57,13 @@ void show_map_place(FILE *out, const json_t *result, bool colour)
     fputc('\n', out);
 }
 
-static void show_whole(FILE *out, const json_t *result, const char *key, const char *name)
+/* A count with what it is of; one that is 0 and tells of losses is left out. */
+static void show_count(FILE *out, const json_t *result, const char *key, const char *what, bool loss)
 {
-    const json_t *value = json_object_get(result, key);
+    const json_int_t n = json_integer_value(json_object_get(result, key));
 
-    if (json_is_integer(value))
-        fprintf(out, "%-12s %lld\n", name, (long long)json_integer_value(value));
+    if (json_is_integer(json_object_get(result, key)) && (n > 0 || !loss))
+        fprintf(out, "%-12s %lld %s\n", loss ? "unknown" : "", (long long)n, what);
 }
 
 static void show_job(FILE *out, const json_t *result, const char *key)
@@ -83,9 +84,17 @@ static void show_job(FILE *out, const json_t *result, const char *key)
 void show_map_state(FILE *out, const json_t *result)
 {
     static const struct {
-        const char *key, *name;
-    } counts[] = {{"submaps", "submaps"}, {"pings", "pings"},  {"not_entered", "no pose"}, {"begun", "begun"},
-                  {"dropped", "dropped"}, {"away", "on disk"}, {"clipped", "clipped"},     {"starved", "starved"}};
+        const char *key, *what;
+        bool loss;
+    } counts[] = {{"pings", "pings entered", false},
+                  {"submaps", "submaps in memory", false},
+                  {"away", "submaps on disk", false},
+                  {"begun", "submaps begun in all", false},
+                  {"not_entered", "pings not entered: no pose that places them", true},
+                  {"clipped", "beams cut where they left their submap", true},
+                  {"starved", "stretches of voxels that memory had no room for", true},
+                  {"dropped", "submaps forgotten for want of memory", true},
+                  {"page_errors", "times that the disk refused a submap", true}};
 
     fputs("map          ", out);
     print_text(out, result, "state");
@@ -96,7 +105,7 @@ void show_map_state(FILE *out, const json_t *result)
         fprintf(out, "memory       %.1f of %.1f MiB\n", number(result, "used_bytes") / 1048576,
                 number(result, "memory_bytes") / 1048576);
     for (size_t i = 0; i < sizeof counts / sizeof *counts; i++)
-        show_whole(out, result, counts[i].key, counts[i].name);
+        show_count(out, result, counts[i].key, counts[i].what, counts[i].loss);
     show_job(out, result, "job");
     show_job(out, result, "kept");
 }

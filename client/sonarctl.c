@@ -8,6 +8,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "../config/word.h"
 #include "capture.h"
 #include "command_table.h"
 
@@ -87,6 +88,18 @@ static int run_command(const struct command *command, int argc, char **argv, int
     return EXIT_OUTPUT;
 }
 
+/* The message for a word that is no command. */
+static void unknown_command(const char *name, char *message, size_t size)
+{
+    size_t best = WORD_FAR;
+    const char *meant = word_is_nearest(name, "capture", &best) ? "capture" : NULL;
+
+    for (const struct command *c = command_table; c->name; c++)
+        if (c->help && word_is_nearest(name, c->name, &best))
+            meant = c->name;
+    snprintf(message, size, meant ? "no command '%.64s'; did you mean %s?" : "no command '%.64s'", name, meant);
+}
+
 int main(int argc, char **argv)
 {
     const int at = arguments_command(argc, argv);
@@ -110,6 +123,7 @@ int main(int argc, char **argv)
         printf("sonarctl %s\n", SONARD_VERSION);
         return EXIT_CLEAR;
     }
-    snprintf(message, sizeof message, name ? "no command '%.64s'" : "a command is missing", name);
-    return command_usage(NULL, message);
+    if (name)
+        unknown_command(name, message, sizeof message);
+    return command_usage(NULL, name ? message : "a command is missing");
 }

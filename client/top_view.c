@@ -191,16 +191,21 @@ static void draw_sensor(struct panel *panel, const json_t *sensor, double pings_
 static void draw_pose(struct panel *panel, const json_t *pose)
 {
     const json_t *has = json_object_get(pose, "has");
-    char a[16], parts[64] = "";
+    const int width = panel->canvas->columns - panel->column;
+    char a[16], line[64];
+    int n = snprintf(line, sizeof line, "pose     %s",
+                     json_array_size(has) ? short_number(a, number(pose, "age_s"), "s") : "none given");
 
     for (size_t i = 0; i < json_array_size(has); i++) {
         const char *part = json_string_value(json_array_get(has, i));
-        const size_t n = strlen(parts);
 
-        snprintf(parts + n, sizeof parts - n, " %.12s", part ? part : "?");
+        if (n + 1 + (int)strnlen(part ? part : "?", 12) > width || n > 50) {
+            put(panel, CANVAS_PLAIN, "%s", line);
+            n = snprintf(line, sizeof line, "        ");
+        }
+        n += snprintf(line + n, sizeof line - (size_t)n, " %.12s", part ? part : "?");
     }
-    put(panel, CANVAS_PLAIN, "pose     %s%s",
-        json_array_size(has) ? short_number(a, number(pose, "age_s"), "s") : "none given", parts);
+    put(panel, CANVAS_PLAIN, "%s", line);
 }
 
 /* Of the stages that took part: median, 99th percentile, longest. */

@@ -4,47 +4,11 @@
  */
 #include "conf_suggest.h"
 
-#include <stdbool.h>
 #include <stdio.h>
 #include <string.h>
 
 #include "conf_table.h"
-
-#define WORD_MAX 64 /* longer words are near to nothing */
-
-/* Letters that must be put in, taken out or changed to make b of a (Levenshtein), in one row of the table. */
-static size_t distance(const char *a, const char *b)
-{
-    size_t row[WORD_MAX], n = strlen(b);
-    if (n >= WORD_MAX || strlen(a) >= WORD_MAX)
-        return WORD_MAX;
-    for (size_t j = 0; j <= n; j++)
-        row[j] = j;
-    for (size_t i = 1; a[i - 1]; i++) {
-        size_t diagonal = row[0];
-        row[0] = i;
-        for (size_t j = 1; j <= n; j++) {
-            size_t best = diagonal + (a[i - 1] != b[j - 1]);
-            diagonal = row[j];
-            if (row[j] + 1 < best)
-                best = row[j] + 1;
-            if (row[j - 1] + 1 < best)
-                best = row[j - 1] + 1;
-            row[j] = best;
-        }
-    }
-    return row[n];
-}
-
-/* Is b nearer to a than anything before, and near enough to be meant: one letter, and one more for every four? */
-static bool is_nearest(const char *a, const char *b, size_t *best)
-{
-    size_t d = distance(a, b);
-    if (d >= *best || d > 1 + strlen(b) / 4)
-        return false;
-    *best = d;
-    return true;
-}
+#include "word.h"
 
 /* [sonar] is written with a name. */
 static const char *name_part(const char *section)
@@ -55,7 +19,7 @@ static const char *name_part(const char *section)
 void conf_suggest_key(const char *section, const char *name, char *text, size_t size)
 {
     const char *nearest = NULL, *elsewhere = NULL;
-    size_t best = WORD_MAX;
+    size_t best = WORD_FAR;
     size_t used = (size_t)snprintf(text, size, "want one of ");
     const char *separator = "";
     for (const struct conf_key *key = conf_keys; key->name; key++) {
@@ -63,7 +27,7 @@ void conf_suggest_key(const char *section, const char *name, char *text, size_t 
             if (used < size)
                 used += (size_t)snprintf(text + used, size - used, "%s%s", separator, key->name);
             separator = ", ";
-            if (is_nearest(name, key->name, &best))
+            if (word_is_nearest(name, key->name, &best))
                 nearest = key->name;
         } else if (strcmp(key->name, name) == 0) {
             elsewhere = key->section;
@@ -78,7 +42,7 @@ void conf_suggest_key(const char *section, const char *name, char *text, size_t 
 void conf_suggest_section(const char *name, char *text, size_t size)
 {
     const char *nearest = NULL;
-    size_t best = WORD_MAX;
+    size_t best = WORD_FAR;
     size_t used = (size_t)snprintf(text, size, "want one of ");
     const char *separator = "";
     for (const struct conf_section *section = conf_sections; section->name; section++) {
@@ -86,7 +50,7 @@ void conf_suggest_section(const char *name, char *text, size_t size)
             used += (size_t)snprintf(text + used, size - used, "%s[%s%s]", separator, section->name,
                                      name_part(section->name));
         separator = ", ";
-        if (is_nearest(name, section->name, &best))
+        if (word_is_nearest(name, section->name, &best))
             nearest = section->name;
     }
     if (nearest)

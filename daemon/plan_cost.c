@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "../drivers/device.h"
+#include "../grid/sphere/clusters.h"
 #include "wiring.h"
 
 /* Instructions for one bin, counted on 101 Ping360 pings of 1200 bins between walls. */
@@ -183,6 +184,17 @@ static void grid_cost(const struct plan_stage *s, const struct conf *conf, struc
         *out = (struct plan_cost){most_full - most_level, grid_bytes(conf, &full) - out->bytes};
 }
 
+/* Of the main grid, once somebody asks. What they cost goes with what was heard. */
+static void clusters_cost(const struct conf *conf, struct plan_cost *out)
+{
+    struct grid_setting setting;
+    struct rings rings;
+    wiring_grid(conf, &conf->grid, &setting);
+    *out = (struct plan_cost){-1, -1};
+    if (sphere_rings(&setting.sphere, &rings))
+        out->bytes = (double)clusters_bytes(&rings, setting.sphere.max_cells);
+}
+
 static void map_cost(const struct conf *conf, struct plan_cost *out)
 {
     *out = (struct plan_cost){-1, -1};
@@ -203,6 +215,8 @@ static void price(const struct plan_stage *s, const struct conf *conf, struct pl
         *out = (struct plan_cost){sonar_instructions(s->id, conf, &size), sonar_bytes(s->id, conf, s->which)};
     } else if (s->id == PLAN_GRID || s->id == PLAN_ELEVATION) {
         grid_cost(s, conf, out);
+    } else if (s->id == PLAN_CLUSTERS) {
+        clusters_cost(conf, out);
     } else if (s->id == PLAN_MAP) {
         map_cost(conf, out);
     }

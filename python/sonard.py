@@ -4,24 +4,25 @@
     with sonard.connect() as s:
         if s.blocked(0, distance_m=5).state == "clear":
             ...
-        for ring in s.watch("sectors", rate_hz=5, count=36):
-            steer(ring["sectors"])
+        for sectors in s.watch("sectors", rate_hz=5, count=36):
+            steer(sectors)
 
 Methods, parameters and results are those of sonard-protocol(7): SI units, angles in degrees. Every method of the daemon can be
 called by its name, s.nearest(distance_m=10), and gives the result as it is, a dict; those with a method of their own here
-give a typed answer. A number that the daemon does not know is None. Nothing here has a thread; a Client belongs to one
+give a typed answer, asked or watched. A number that the daemon does not know is None. Nothing here has a thread; a Client belongs to one
 thread at a time.
 """
 from __future__ import annotations
 
 import collections
 import dataclasses
+import functools
 import json
 import os
 import select
 import socket
 import time
-from typing import Any, Deque, Dict, Iterator, List, Optional, Sequence
+from typing import Any, Callable, Deque, Dict, Iterator, List, Optional, Sequence
 
 __all__ = ["connect", "Client", "Watch", "Blocked", "Sector", "Limit", "Collision", "Error", "NoDaemon", "NoPermission",
            "Silent", "Lost", "Refused", "DEFAULT_SOCKET"]
@@ -117,6 +118,21 @@ def _typed(kind: Any, result: Any) -> Any:
         raise Lost("the answer is not one that this module knows: %s" % fault) from None
 
 
+def _sectors(result: Any) -> List[Sector]:
+    if not isinstance(result, dict) or not isinstance(result.get("sectors"), list):
+        raise Lost("the answer is not one that this module knows: no sectors")
+    return [_typed(Sector, sector) for sector in result["sectors"]]
+
+
+# What the result of these methods becomes.
+_TYPES: Dict[str, Callable[[Any], Any]] = {
+    "blocked": functools.partial(_typed, Blocked),
+    "sectors": _sectors,
+    "limit": functools.partial(_typed, Limit),
+    "time_to_collision": functools.partial(_typed, Collision),
+}
+
+
 def connect(path: Optional[str] = None, timeout_s: float = 5.0) -> Client:
     """To the socket at path, else $SONARD_SOCKET, else DEFAULT_SOCKET; timeout_s holds for every call."""
     return Client(path, timeout_s)
@@ -192,29 +208,32 @@ class Client:
         return lambda **params: self.call(name, **params)
 
     def watch(self, method: str, rate_hz: float = 1.0, **params: Any) -> Watch:
-        """Has the daemon ask a method by itself rate_hz times a second; iterate over what it gives for the results."""
+        """Has the daemon ask a method by itself rate_hz times a second; iterate over what it gives for the results, of the
+        type that the method of that name has here."""
         number = self.call("watch", method=method, params=params, rate_hz=rate_hz)["watch"]
         self._kept[number] = collections.deque(maxlen=_KEPT_MAX)
         return Watch(self, method, number, 1.0 / rate_hz)
 
     # ---- what an autopilot asks ----
 
+    def _ask(self, method: str, **params: Any) -> Any:
+        return _TYPES[method](self.call(method, **params))
+
     def blocked(self, azimuth_deg: float, distance_m: float, **params: Any) -> Blocked:
         """Is the water free so far in this direction? More parameters: elevation_deg, half_angle_deg or radius_m, frame, grid."""
-        return _typed(Blocked, self.call("blocked", azimuth_deg=azimuth_deg, distance_m=distance_m, **params))
+        return self._ask("blocked", azimuth_deg=azimuth_deg, distance_m=distance_m, **params)
 
     def sectors(self, **params: Any) -> List[Sector]:
         """The state all around: count, elevation_deg, distance_m, frame, grid."""
-        result = self.call("sectors", **params)
-        return [_typed(Sector, sector) for sector in result["sectors"]]
+        return self._ask("sectors", **params)
 
     def limit(self, velocity_mps: Sequence[float], **params: Any) -> Limit:
         """The velocity made so short that the vehicle can still stop in water known to be free: frame."""
-        return _typed(Limit, self.call("limit", velocity_mps=list(velocity_mps), **params))
+        return self._ask("limit", velocity_mps=list(velocity_mps), **params)
 
     def time_to_collision(self, **params: Any) -> Collision:
         """When the vehicle meets something: velocity_mps (that of the pose), frame, ahead_s."""
-        return _typed(Collision, self.call("time_to_collision", **params))
+        return self._ask("time_to_collision", **params)
 
     def pose(self, **parts: Any) -> None:
         """Tells where the vehicle is: attitude_deg or quaternion, position_m, depth_m, velocity_mps, t_unix."""
@@ -298,13 +317,14 @@ class Watch:
 
     def next(self, timeout_s: Optional[float] = None) -> Any:
         """The next result. Raises Silent when none came within timeout_s (that of the client beyond a period; 0: only what
-        is there), Refused when the method fails; the watch goes on."""
+        is there), Refused when the method fails; the watch goes on. The type is that of the
+        method asked once."""
         if timeout_s is None:
             timeout_s = self.client.timeout_s + self.period_s
         said = self.client._next(self.number, time.monotonic() + timeout_s)
         self.skipped += said.get("skipped", 0)
         if "result" in said:
-            return said["result"]
+            return _TYPES.get(self.method, lambda result: result)(said["result"])
         error = said.get("error", {})
         raise Refused(self.method, error.get("code", 0), error.get("message", "no result"))
 

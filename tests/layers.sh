@@ -21,7 +21,7 @@ own='[a-z0-9_]+\.h'
 rule grid "$own|(\.\./)+([a-z]+/)?$own|(range|sphere|answer|voxel)/$own"
 rule drivers "$own|\.\./grid/(ping|geometry)\.h"
 rule config "$own"
-rule client "$own|\.\./drivers/(mcap|ping_frame|seanet_frame)\.h"
+rule client "$own|\.\./drivers/(mcap|ping_frame|seanet_frame)\.h|\.\./config/word\.h"
 rule daemon "$own|\.\./(grid|drivers|config)/([a-z]+/)?$own"
 
 # out of grid/ even by ../: only grid/ itself

@@ -15,7 +15,7 @@ static size_t rounded(size_t n)
     return (n + 63) / 64 * 64;
 }
 
-static bool make_rings(const struct sphere_conf *c, struct rings *rings)
+bool sphere_rings(const struct sphere_conf *c, struct rings *rings)
 {
     return c->level ? rings_level(rings, c->angular_step_rad, c->level_half_rad)
                     : rings_full(rings, c->angular_step_rad);
@@ -25,7 +25,7 @@ size_t sphere_bytes(const struct sphere_conf *conf, char *err, size_t err_size)
 {
     struct rings rings;
     uint32_t layers = layers_count(&conf->layers);
-    if (!make_rings(conf, &rings))
+    if (!sphere_rings(conf, &rings))
         snprintf(err, err_size, "angular step of %g deg: wanted 0.25 to 90 deg", geo_deg(conf->angular_step_rad));
     else if (!layers || layers > UINT16_MAX)
         snprintf(err, err_size, "layers from %g to %g m, %g m thick, growth %g: wanted at most %d of them",
@@ -91,7 +91,7 @@ struct sphere *sphere_init(void *memory, const struct sphere_conf *conf)
     struct sphere *s = place(&at, sizeof *s);
     memset(s, 0, sizeof *s);
     s->conf = *conf;
-    make_rings(conf, &s->rings);
+    sphere_rings(conf, &s->rings);
     s->frame.recentre_m = conf->recentre_m;
     layers_init(&s->layers, &conf->layers, place(&at, (layers_count(&conf->layers) + 1) * sizeof(double)));
     cells_init(&s->cells, place(&at, cells_bytes(conf->max_cells, s->rings.n)), conf->max_cells, s->rings.n);

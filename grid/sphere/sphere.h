@@ -66,6 +66,9 @@ struct sphere_stats {
 
 struct sphere;
 
+/** sphere_rings - the directions that it has; false: no such angular step. */
+bool sphere_rings(const struct sphere_conf *conf, struct rings *rings);
+
 /** sphere_bytes - memory that sphere_init needs, or 0 with a sentence in err when conf is out of range. */
 size_t sphere_bytes(const struct sphere_conf *conf, char *err, size_t err_size);
 

@@ -131,4 +131,13 @@ def shells(bench):
     typed(["zsh", "-f"], zsh, "sonarctl watch sectors elev", rb"elevation_deg=")
 
 
-run([("completion_" + f.__name__, f) for f in (commands, protocol, words, names, bash, shells)])
+def meant(bench):
+    """A command that is nearly one: which one; one that is near to none: nothing of the kind."""
+    for typed_word, command in (("bloked", "blocked"), ("sttaus", "status"), ("captur", "capture")):
+        said = bench.run(SONARCTL, typed_word)
+        check(said.returncode == 3 and "did you mean %s?" % command in said.stderr, said.stderr)
+    said = bench.run(SONARCTL, "zzzzzz")
+    check(said.returncode == 3 and "no command 'zzzzzz'; see" in said.stderr, said.stderr)
+
+
+run([("completion_" + f.__name__, f) for f in (commands, meant, protocol, words, names, bash, shells)])

@@ -87,6 +87,19 @@ def case_clusters_count(bench):
     check(client.call("grid_list")["bytes"] > before + 1024 * 64, "clusters are not counted")
 
 
+def case_as_planned(bench):
+    """The plan and the list of grids tell the same memory, before and after somebody asks for clusters."""
+    client = basin(bench, 0)
+    planned = {stage["name"]: stage["bytes"] for stage in client.call("plan")["stages"]}
+
+    def agree(*stages):
+        took, told = client.call("grid_list")["bytes"], sum(planned[stage] for stage in stages)
+        check(abs(took - told) <= 64 * len(stages), "%d bytes are taken, %d were planned" % (took, told))
+    agree("grid", "elevation")
+    client.call("clusters")
+    agree("grid", "elevation", "clusters")
+
+
 def case_at_most_five(bench):
     client = basin(bench, 2)
     for i in range(4):

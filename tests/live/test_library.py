@@ -169,15 +169,21 @@ def python_watches(bench):
     s = sonard.connect(bench.socket_path, timeout_s=20 * PATIENCE)
     with s.watch("sectors", rate_hz=20, count=4) as four, s.watch("sectors", rate_hz=20, count=8) as eight:
         for _ in range(5):
-            check(len(next(four)["sectors"]) == 4 and len(next(eight)["sectors"]) == 8, "mixed up")
+            check(len(next(four)) == 4 and len(next(eight)) == 8, "mixed up")
             check(len(s.sectors(count=12)) == 12, "a question between")
         for i, ring in enumerate(four):
-            check(len(ring["sectors"]) == 4, "as an iterator")
+            check(len(ring) == 4 and isinstance(ring[0], sonard.Sector), "as an iterator")
             if i == 3:
                 break
         check(select.select([s], [], [], 5 * PATIENCE)[0], "its descriptor can be waited for")
     check(s.status()["server"]["clients_now"] == 1, "the client is still there")
     refuses(StopIteration, lambda: next(four))
+    for kind, method, params in ((sonard.Blocked, "blocked", {"azimuth_deg": 0, "distance_m": 1}),
+                                 (sonard.Limit, "limit", {"velocity_mps": [1, 0, 0]}),
+                                 (sonard.Collision, "time_to_collision", {"velocity_mps": [1, 0, 0]}),
+                                 (dict, "nearest", {})):
+        with s.watch(method, rate_hz=20, **params) as watch:
+            check(type(next(watch)) is kind, "%s is watched as another type than it is asked" % method)
     slow = s.watch("sectors", rate_hz=0.1)
     slow.next()
     began = time.monotonic()

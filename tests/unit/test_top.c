@@ -168,6 +168,21 @@ TEST(a_frame_says_what_is_wrong)
     json_decref(bad);
 }
 
+TEST(a_pose_is_whole_at_80_columns)
+{
+    struct top_rates rates = {0};
+    json_t *status =
+        json_loads("{\"data\":\"ok\",\"pose\":{\"age_s\":0.1,\"has\":[\"attitude\",\"position\",\"depth\","
+                   "\"velocity\"]}}",
+                   0, NULL);
+    struct top_frame frame = {.status = status, .rates = &rates};
+
+    canvas_clear(&canvas, 80, 24);
+    top_view_draw(&canvas, &frame);
+    CHECK(shows("pose     0.1 s attitude") && shows(" position") && shows(" depth") && shows(" velocity"));
+    json_decref(status);
+}
+
 /* Text that is no number, members that are missing, any size: nothing is written beyond an edge (the sanitizers look). */
 TEST(any_size_and_any_answer)
 {
@@ -204,6 +219,7 @@ int main(void)
     RUN(nothing_known_is_unknown_all_around);
     RUN(rates_need_two_statuses);
     RUN(a_frame_says_what_is_wrong);
+    RUN(a_pose_is_whole_at_80_columns);
     RUN(any_size_and_any_answer);
     return test_end();
 }
