@@ -75,7 +75,20 @@ static bool band_of(json_t *params, double band_deg[2], struct rpc_error *error)
                       band_deg[0], band_deg[1]);
 }
 
-json_t *direction_method_sectors(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+static void write_sector(struct text *out, const struct answer *a, double azimuth_deg, double width_deg)
+{
+    text_open(out, '{');
+    write_real(out, "azimuth_deg", azimuth_deg, SAY_DEGREES);
+    write_real(out, "width_deg", width_deg, SAY_DEGREES);
+    write_word(out, "state", answer_state_name(a->state));
+    write_known(out, "range_m", a->state == ANSWER_BLOCKED, a->range_m, SAY_METRES);
+    write_metres(out, "free_to_m", a->free_to_m);
+    write_age(out, "age_s", a->age_s);
+    text_close(out, '}');
+}
+
+bool direction_method_sectors(const struct rpc_call *call, json_t *params, struct text *out,
+                              struct rpc_error *error)
 {
     static const char *const keys[] = {"count", "frame", "elevation_deg", "distance_m", "grid", NULL};
     struct daemon *d = call->daemon;
@@ -86,27 +99,25 @@ json_t *direction_method_sectors(const struct rpc_call *call, json_t *params, st
         !rpc_integer(params, "count", false, 1, ANSWER_SECTORS_MAX, &count, error) ||
         !rpc_word(params, "frame", frame_words, &frame, error) || !band_of(params, band, error) ||
         !rpc_number(params, "distance_m", false, 0, 1e4, &distance, error))
-        return NULL;
+        return false;
     struct grid *grid = grid_asked(d, params, error);
     if (!grid)
-        return NULL;
+        return false;
     struct answer sector[ANSWER_SECTORS_MAX];
     struct answer_now now = moment_now(d);
     answer_sectors(grid_picture(grid), &grid->setting.limits, &now, frame == 1, geo_rad(band[0]), geo_rad(band[1]),
                    distance, (size_t)count, sector);
-    double width_deg = 360.0 / (double)count;
-    json_t *list = json_array();
-    for (int64_t k = 0; k < count; k++) {
-        const struct answer *a = &sector[k];
-        json_array_append_new(
-            list, json_pack("{s:o, s:o, s:s, s:o, s:o, s:o}", "azimuth_deg", say_real((double)k * width_deg, 1e4),
-                            "width_deg", say_real(width_deg, 1e4), "state", answer_state_name(a->state), "range_m",
-                            a->state == ANSWER_BLOCKED ? say_metres(a->range_m) : json_null(), "free_to_m",
-                            say_metres(a->free_to_m), "age_s", say_age(a->age_s)));
-    }
-    return json_pack("{s:s, s:o, s:o, s:o}", "frame", frame_words[frame], "t_unix",
-                     say_real(moment_unix_s(d), 1e6), "pose_age_s", say_age(moment_pose_age_s(d)), "sectors",
-                     list);
+    const double width_deg = 360.0 / (double)count;
+    text_open(out, '{');
+    write_word(out, "frame", frame_words[frame]);
+    write_real(out, "t_unix", moment_unix_s(d), 1e6);
+    write_age(out, "pose_age_s", moment_pose_age_s(d));
+    text_name(out, "sectors");
+    text_open(out, '[');
+    for (int64_t k = 0; k < count; k++)
+        write_sector(out, &sector[k], (double)k * width_deg, width_deg);
+    text_put(out, "]}");
+    return true;
 }
 
 json_t *direction_method_nearest(const struct rpc_call *call, json_t *params, struct rpc_error *error)

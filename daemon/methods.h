@@ -20,7 +20,8 @@ json_t *direction_answer(const struct answer *a);
 
 json_t *explain_method(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *direction_method_blocked(const struct rpc_call *call, json_t *params, struct rpc_error *error);
-json_t *direction_method_sectors(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+bool direction_method_sectors(const struct rpc_call *call, json_t *params, struct text *out,
+                              struct rpc_error *error);
 json_t *direction_method_nearest(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *motion_method_limit(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *motion_method_collision(const struct rpc_call *call, json_t *params, struct rpc_error *error);
@@ -34,7 +35,7 @@ json_t *stats_method(const struct rpc_call *call, json_t *params, struct rpc_err
 json_t *plan_method(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *status_method_version(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *reload_method(const struct rpc_call *call, json_t *params, struct rpc_error *error);
-json_t *image_method(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+bool image_method(const struct rpc_call *call, json_t *params, struct text *out, struct rpc_error *error);
 
 struct daemon;
 

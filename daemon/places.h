@@ -99,7 +99,7 @@ bool places_whole_pose(const struct daemon *d, struct pose *pose);
 
 /* The methods of sonard-protocol(7) about it as a whole (places_methods.c); where_methods has those about a place. */
 json_t *places_method_map(const struct rpc_call *call, json_t *params, struct rpc_error *error);
-json_t *places_method_slice(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+bool places_method_slice(const struct rpc_call *call, json_t *params, struct text *out, struct rpc_error *error);
 json_t *places_method_new(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *places_method_forget(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *places_method_save(const struct rpc_call *call, json_t *params, struct rpc_error *error);

@@ -2,6 +2,7 @@
 /* The methods about the map: what a client may ask of it as a whole and change in it; sonard-protocol(7) has every shape. */
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "daemon.h"
@@ -88,12 +89,13 @@ json_t *places_method_map(const struct rpc_call *call, json_t *params, struct rp
 
 /* ---- a slice ---- */
 
-struct visit_row {
+/* A slice on its way, of one request: the next of its rows. */
+struct slice {
     uint64_t now_ns;
     int64_t first[3]; /* cell of the row's north-west corner */
     int32_t per_cell; /* voxels along a cell's side */
-    int32_t n;
-    char *text;
+    int32_t n, done;  /* cells of a row, which is how many rows there are, and rows written */
+    char text[SLICE_CELLS_MAX + 1];
 };
 
 /* The severest of a cell's voxels: what is drawn free is all free. */
@@ -111,7 +113,7 @@ static char look_at(struct voxmask *mask, const int64_t corner[3], int32_t per_c
 
 static void look_at_row(void *ctx, struct pipeline_map *m)
 {
-    struct visit_row *row = ctx;
+    struct slice *row = ctx;
     voxmap_pass(&m->map, row->now_ns);
     for (int32_t c = 0; c < row->n; c++) {
         const int64_t corner[3] = {row->first[0], row->first[1] + (int64_t)c * row->per_cell, row->first[2]};
@@ -136,8 +138,8 @@ static bool slice_of(const struct daemon *d, json_t *params, double middle[3], d
 }
 
 /* Whole voxels make a cell. */
-static bool row_of(const struct daemon *d, const double middle[3], double size_m, int64_t cells,
-                   struct visit_row *row, struct rpc_error *error)
+static bool row_of(const struct daemon *d, const double middle[3], double size_m, int64_t cells, struct slice *row,
+                   struct rpc_error *error)
 {
     struct lattice_place place;
     const double voxel = d->conf.map.voxel_m, per_cell = fmax(1, ceil(size_m / voxel / (double)cells));
@@ -154,33 +156,66 @@ static bool row_of(const struct daemon *d, const double middle[3], double size_m
     return true;
 }
 
-json_t *places_method_slice(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+static struct slice *begin_slice(struct daemon *d, json_t *params, struct text *out, struct rpc_error *error)
 {
     static const char *const keys[] = {"middle_m", "depth_m", "size_m", "cells", NULL};
-    struct daemon *d = call->daemon;
-    char text[SLICE_CELLS_MAX + 1];
-    struct visit_row row = {.now_ns = loop_now(d->loop), .text = text};
-    double middle[3], size_m, roll, pitch, yaw;
+    struct slice s = {.now_ns = loop_now(d->loop)};
+    double middle[3], size_m;
     int64_t cells;
     if (!places_there(d, error) || !rpc_only(params, keys, error) ||
-        !slice_of(d, params, middle, &size_m, &cells, error) || !row_of(d, middle, size_m, cells, &row, error))
+        !slice_of(d, params, middle, &size_m, &cells, error) || !row_of(d, middle, size_m, cells, &s, error))
         return NULL;
-    const double voxel = d->conf.map.voxel_m, step = voxel * row.per_cell;
-    json_t *rows = json_array();
-    const double north_m = ((double)row.first[0] + 1) * voxel - step / 2;
-    const double east_m = (double)row.first[1] * voxel + step / 2;
-    for (int32_t i = 0; i < row.n; i++, row.first[0] -= row.per_cell) {
-        pipeline_visit_map(d->pipeline, look_at_row, &row);
-        json_array_append_new(rows, json_string(text));
+    struct slice *kept = malloc(sizeof *kept);
+    if (!kept) {
+        rpc_refuse(error, RPC_INTERNAL_ERROR, "no memory for a slice");
+        return NULL;
     }
+    *kept = s;
+    const double voxel = d->conf.map.voxel_m, step = voxel * s.per_cell;
+    text_open(out, '{');
+    write_metres(out, "depth_m", ((double)s.first[2] + 0.5) * voxel);
+    write_metres(out, "north_m", ((double)s.first[0] + 1) * voxel - step / 2);
+    write_metres(out, "east_m", (double)s.first[1] * voxel + step / 2);
+    write_metres(out, "step_m", step);
+    text_name(out, "rows");
+    text_open(out, '[');
+    return kept;
+}
+
+static void end_slice(const struct daemon *d, struct text *out)
+{
+    double roll, pitch, yaw;
     struct pose pose;
     const bool placed = places_whole_pose(d, &pose) || (d->replay && pose_log_newest(&d->poses, &pose));
-    quat_to_rpy(pose.attitude, &roll, &pitch, &yaw);
-    return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o, s:o}", "depth_m",
-                     say_metres(((double)row.first[2] + 0.5) * voxel), "north_m", say_metres(north_m), "east_m",
-                     say_metres(east_m), "step_m", say_metres(step), "vehicle_m",
-                     placed ? say_metres3(pose.position_m) : json_null(), "heading_deg",
-                     placed ? say_metres(geo_deg(yaw)) : json_null(), "rows", rows);
+    text_close(out, ']');
+    if (placed) {
+        quat_to_rpy(pose.attitude, &roll, &pitch, &yaw);
+        write_metres3(out, "vehicle_m", pose.position_m);
+        write_degrees(out, "heading_deg", yaw);
+    } else {
+        write_null(out, "vehicle_m");
+        write_null(out, "heading_deg");
+    }
+    text_close(out, '}');
+}
+
+/* In parts, a row in each. */
+bool places_method_slice(const struct rpc_call *call, json_t *params, struct text *out, struct rpc_error *error)
+{
+    struct daemon *d = call->daemon;
+    struct slice *s = call->work->state;
+    if (!s && !(s = begin_slice(d, params, out, error)))
+        return false;
+    *call->work = (struct rpc_work){s, free};
+    pipeline_visit_map(d->pipeline, look_at_row, s);
+    text_word(out, s->text);
+    s->first[0] -= s->per_cell;
+    if (++s->done < s->n) {
+        error->code = RPC_UNFINISHED;
+        return false;
+    }
+    end_slice(d, out);
+    return true; /* the work is dropped with the request */
 }
 
 /* ---- changes ---- */

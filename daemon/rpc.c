@@ -5,18 +5,19 @@
  */
 #include "rpc.h"
 
+#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-/* 15 digits: a Unix time keeps its microseconds, and 0.1 is printed as 0.1 */
-#define RESULT_FLAGS (JSON_COMPACT | JSON_ENCODE_ANY | JSON_REAL_PRECISION(15))
-#define ID_FLAGS     (JSON_COMPACT | JSON_ENCODE_ANY)
+#define ID_FLAGS (JSON_COMPACT | JSON_ENCODE_ANY)
 
 /* Where the replies to one line are collected. */
 struct reply {
-    FILE *out;
+    struct text out;
+    size_t whole; /* bytes of the replies so far; behind them the result of the one that is under way */
     bool batch;
+    bool lost;  /* there was no memory for one of them */
     unsigned n; /* replies so far */
 };
 
@@ -26,8 +27,6 @@ struct rpc_job {
     struct rpc_work work; /* of the next one, which is handled in parts */
     bool unfinished;      /* it has begun */
     struct reply reply;
-    char *text; /* of the reply, kept up to date by its stream */
-    size_t size;
 };
 
 static const char *kind_name(const json_t *value)
@@ -99,19 +98,44 @@ static bool too_deep(const char *line, size_t n)
 
 static void reply_begin(struct reply *reply)
 {
-    if (reply->n++ > 0)
-        fputc(',', reply->out);
+    text_cut(&reply->out, reply->whole);
+    if (reply->n > 0)
+        text_put(&reply->out, ",");
     else if (reply->batch)
-        fputc('[', reply->out);
-    fputs("{\"jsonrpc\":\"2.0\",", reply->out);
+        text_put(&reply->out, "[");
+    text_put(&reply->out, "{\"jsonrpc\":\"2.0\",");
+}
+
+static void reply_id(struct text *out, const json_t *id)
+{
+    char *text = id && json_is_real(id) ? json_dumps(id, ID_FLAGS) : NULL;
+
+    text_put(out, ",\"id\":");
+    if (text)
+        text_put(out, text);
+    else if (id)
+        text_json(out, id);
+    else
+        text_null(out);
+    free(text);
 }
 
 static void reply_end(struct reply *reply, const json_t *id)
 {
-    char *text = id ? json_dumps(id, ID_FLAGS) : NULL;
+    reply_id(&reply->out, id);
+    text_put(&reply->out, "}");
+    reply->lost |= reply->out.failed;
+    reply->whole = reply->out.n;
+    reply->n++;
+}
 
-    fprintf(reply->out, ",\"id\":%s}", text ? text : "null");
-    free(text);
+static void put_error(struct text *out, const struct rpc_error *error)
+{
+    text_put(out, "\"error\":{\"code\":");
+    text_integer(out, error->code);
+    text_put(out, ",\"message\":");
+    text_word(out, error->message);
+    text_put(out, "}");
 }
 
 static void reply_error(struct reply *reply, const struct rpc_call *call, const json_t *id,
@@ -120,7 +144,7 @@ static void reply_error(struct reply *reply, const struct rpc_call *call, const 
     if (call->counts)
         call->counts->errors++;
     reply_begin(reply);
-    fprintf(reply->out, "\"error\":{\"code\":%d,\"message\":\"%s\"}", error->code, error->message);
+    put_error(&reply->out, error);
     reply_end(reply, id);
 }
 
@@ -132,30 +156,45 @@ const struct rpc_method *rpc_find(const struct rpc_method *methods, const char *
     return NULL;
 }
 
-json_t *rpc_invoke(const struct rpc_method *methods, const struct rpc_call *call, const char *method,
-                   json_t *params, struct rpc_error *error)
+static bool write_result(const struct rpc_method *m, const struct rpc_call *call, json_t *params, struct text *out,
+                         struct rpc_error *error)
+{
+    if (m->write)
+        return m->write(call, params, out, error);
+
+    json_t *result = m->fn(call, params, error);
+
+    if (result)
+        text_json(out, result);
+    json_decref(result);
+    return result != NULL;
+}
+
+bool rpc_answer(const struct rpc_method *methods, const struct rpc_call *call, const char *method, json_t *params,
+                struct text *out, struct rpc_error *error)
 {
     const struct rpc_method *m = rpc_find(methods, method);
+    const size_t before = out->n;
 
     error->code = 0;
     error->message[0] = '\0';
-    if (!m) {
-        rpc_refuse(error, RPC_METHOD_NOT_FOUND, "no method '%.64s'", method);
-        return NULL;
-    }
-    if (m->right == RPC_CHANGES && call->refusal) {
-        rpc_refuse(error, RPC_FORBIDDEN, "'%s': %s", m->name, call->refusal);
-        return NULL;
-    }
+    if (!m)
+        return rpc_refuse(error, RPC_METHOD_NOT_FOUND, "no method '%.64s'", method);
+    if (m->right == RPC_CHANGES && call->refusal)
+        return rpc_refuse(error, RPC_FORBIDDEN, "'%s': %s", m->name, call->refusal);
 
     json_t *named = params ? json_incref(params) : json_object();
-    json_t *result = m->fn(call, named, error);
+    bool good = write_result(m, call, named, out, error);
 
     json_decref(named);
-    if (!result && error->code == 0)
+    if (!good && error->code == 0)
         rpc_refuse(error, RPC_INTERNAL_ERROR, "method '%.64s' gave no result", method);
+    if (good && out->failed)
+        good = rpc_refuse(error, RPC_INTERNAL_ERROR, "the result cannot be written as JSON");
+    if (!good && error->code != RPC_UNFINISHED)
+        text_cut(out, before);
     make_harmless(error);
-    return result;
+    return good;
 }
 
 static bool id_allowed(const json_t *id)
@@ -193,47 +232,41 @@ static bool check_request(json_t *request, struct rpc_error *error)
 }
 
 /* False: it is to be handled once more. */
-static bool handle_request(const struct rpc_method *methods, const struct rpc_call *call, json_t *request,
-                           struct reply *reply)
+static bool handle_request(struct rpc_job *job, const struct rpc_method *methods, const struct rpc_call *call,
+                           json_t *request)
 {
+    struct reply *reply = &job->reply;
     struct rpc_error error = {0};
     const json_t *id = json_object_get(request, "id");
-    json_t *params, *result = NULL;
-    char *text = NULL;
+    json_t *params;
+    bool good = false;
 
     if (!check_request(request, &error)) {
         reply_error(reply, call, id && id_allowed(id) ? id : NULL, &error);
         return true;
     }
-
+    if (!job->unfinished) {
+        reply_begin(reply);
+        text_put(&reply->out, "\"result\":");
+    }
     params = json_object_get(request, "params");
     if (json_is_array(params))
         rpc_refuse(&error, RPC_INVALID_PARAMS,
                    "parameters go by name: 'params' must be an object, found an array");
     else
-        result = rpc_invoke(methods, call, json_string_value(json_object_get(request, "method")), params, &error);
-    if (!result && error.code == RPC_UNFINISHED)
+        good = rpc_answer(methods, call, json_string_value(json_object_get(request, "method")), params,
+                          &reply->out, &error);
+    if (error.code == RPC_UNFINISHED)
         return false;
-    if (result && id) {
-        text = json_dumps(result, RESULT_FLAGS);
-        if (!text)
-            rpc_refuse(&error, RPC_INTERNAL_ERROR, "the result cannot be written as JSON");
-    }
-    json_decref(result);
-    if (text && (size_t)ftell(reply->out) + strlen(text) > RPC_REPLY_MAX) {
-        free(text);
-        text = NULL;
-        rpc_refuse(&error, RPC_LIMIT, "with this result the reply would be longer than %d bytes", RPC_REPLY_MAX);
-    }
-
-    if (id && text) {
-        reply_begin(reply);
-        fprintf(reply->out, "\"result\":%s", text);
+    if (good && id && reply->out.n > RPC_REPLY_MAX)
+        good = rpc_refuse(&error, RPC_LIMIT, "with this result the reply would be longer than %d bytes",
+                          RPC_REPLY_MAX);
+    if (id && good)
         reply_end(reply, id);
-    } else if (id) {
+    else if (id)
         reply_error(reply, call, id, &error);
-    }
-    free(text);
+    else
+        text_cut(&reply->out, reply->whole);
     return true;
 }
 
@@ -280,11 +313,6 @@ struct rpc_job *rpc_begin(const struct rpc_call *call, const char *line, size_t 
 
     if (!job)
         return NULL;
-    job->reply.out = open_memstream(&job->text, &job->size);
-    if (!job->reply.out) {
-        free(job);
-        return NULL;
-    }
     if (!parse_line(job, line, n, &error))
         reply_error(&job->reply, call, NULL, &error);
     return job;
@@ -299,7 +327,7 @@ bool rpc_step(struct rpc_job *job, const struct rpc_method *methods, const struc
         part.work = &job->work;
         if (call->counts && !job->unfinished)
             call->counts->requests++;
-        job->unfinished = !handle_request(methods, &part, request, &job->reply);
+        job->unfinished = !handle_request(job, methods, &part, request);
         if (!job->unfinished) {
             drop_work(job);
             job->next++;
@@ -310,43 +338,39 @@ bool rpc_step(struct rpc_job *job, const struct rpc_method *methods, const struc
 
 bool rpc_end(struct rpc_job *job, char **reply)
 {
-    const bool answered = job->reply.n > 0;
-    bool ok;
+    struct text *out = &job->reply.out;
 
     drop_work(job);
-    if (answered && job->reply.batch)
-        fputc(']', job->reply.out);
-    ok = !ferror(job->reply.out);
-    ok = fclose(job->reply.out) == 0 && ok;
+    text_cut(out, job->reply.whole);
+    if (job->reply.n > 0) {
+        text_put(out, job->reply.batch ? "]" : "");
+        text_bytes(out, "", 1);
+    }
+    const bool good = !out->failed && !job->reply.lost;
+
     *reply = NULL;
-    if (ok && answered)
-        *reply = job->text;
+    if (good && job->reply.n > 0)
+        *reply = out->bytes;
     else
-        free(job->text);
+        free(out->bytes);
     json_decref(job->value);
     free(job);
-    return ok;
+    return good;
 }
 
 char *rpc_refusal(const char *message)
 {
     struct rpc_error error;
-    char *text = NULL;
+    struct text out = {0};
 
     rpc_refuse(&error, RPC_LIMIT, "%s", message);
-    if (asprintf(&text, "{\"jsonrpc\":\"2.0\",\"error\":{\"code\":%d,\"message\":\"%s\"},\"id\":null}", error.code,
-                 error.message) < 0)
-        return NULL;
-    return text;
-}
-
-char *rpc_notification(const char *method, json_t *params)
-{
-    json_t *message = json_pack("{s:s, s:s, s:O}", "jsonrpc", "2.0", "method", method, "params", params);
-    char *text = message ? json_dumps(message, RESULT_FLAGS) : NULL;
-
-    json_decref(message);
-    return text;
+    text_put(&out, "{\"jsonrpc\":\"2.0\",");
+    put_error(&out, &error);
+    text_bytes(&out, ",\"id\":null}", sizeof ",\"id\":null}");
+    if (!out.failed)
+        return out.bytes;
+    free(out.bytes);
+    return NULL;
 }
 
 /* Sets *value to the parameter, NULL when it is absent and need not be there. */

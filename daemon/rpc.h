@@ -11,6 +11,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "text.h"
+
 enum rpc_code {
     RPC_PARSE_ERROR = -32700,
     RPC_INVALID_REQUEST = -32600,
@@ -49,12 +51,17 @@ struct rpc_call {
     uint64_t now_ns;           /* monotonic */
     const char *refusal;       /* why this client may not change anything; NULL: it may */
     struct rpc_counts *counts; /* counted up by rpc_begin and rpc_step; may be NULL */
-    struct rpc_work *work;     /* of this request, from rpc_step; NULL for what is watched */
+    struct rpc_work *work;     /* of this request, or of what is watched */
 };
 
 /* Returns a new reference to the result, or NULL with *error set. params is an object (empty when absent) - requests
  * with params by position are refused before. */
 typedef json_t *(*rpc_method_fn)(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+
+/* The same, with the result written behind what is in *out: for those that are asked often, or answer at length. False
+ * with *error set: what was written is cut away, but between the parts of a long work (RPC_UNFINISHED). */
+typedef bool (*rpc_write_fn)(const struct rpc_call *call, json_t *params, struct text *out,
+                             struct rpc_error *error);
 
 /* What calling a method takes. */
 enum rpc_right {
@@ -64,8 +71,9 @@ enum rpc_right {
 
 struct rpc_method {
     const char *name; /* NULL ends the table */
-    rpc_method_fn fn;
+    rpc_method_fn fn; /* NULL: it has ... */
     enum rpc_right right;
+    rpc_write_fn write;
 };
 
 /*
@@ -92,15 +100,15 @@ bool rpc_end(struct rpc_job *job, char **reply);
 /** rpc_refusal - the line that tells a client which limit (RPC_LIMIT) it met outside any request; for free(). */
 char *rpc_refusal(const char *message);
 
-/** rpc_notification - the line for a notification to a client; params is borrowed. For free(); NULL without memory. */
-char *rpc_notification(const char *method, json_t *params);
-
 /** rpc_find - the row of a method, or NULL. */
 const struct rpc_method *rpc_find(const struct rpc_method *methods, const char *name);
 
-/** rpc_invoke - call one method by name (for watches); NULL with *error set when it fails, is unknown or not allowed. */
-json_t *rpc_invoke(const struct rpc_method *methods, const struct rpc_call *call, const char *method,
-                   json_t *params, struct rpc_error *error);
+/**
+ * rpc_answer - call one method by name, its result behind what is in *out. False with *error set when it fails, is unknown
+ * or not allowed: *out is as before. RPC_UNFINISHED: to be called once more, with *out as it is.
+ */
+bool rpc_answer(const struct rpc_method *methods, const struct rpc_call *call, const char *method, json_t *params,
+                struct text *out, struct rpc_error *error);
 
 /** rpc_refuse - fill *error with a sentence (bytes that JSON or a terminal would mind are replaced); returns false. */
 bool rpc_refuse(struct rpc_error *error, int code, const char *fmt, ...) __attribute__((format(printf, 3, 4)));

@@ -94,7 +94,7 @@ static void on_connection(void *ctx, uint32_t epoll_events, uint64_t now_ns)
 static struct rpc_method *add_own_methods(const struct rpc_method *methods)
 {
     static const struct rpc_method own[] = {
-        {"watch", session_watch, RPC_ASKS}, {"unwatch", session_unwatch, RPC_ASKS}, {.name = NULL}};
+        {"watch", session_watch, RPC_ASKS, NULL}, {"unwatch", session_unwatch, RPC_ASKS, NULL}, {.name = NULL}};
     struct rpc_method *all;
     size_t n = 0;
 

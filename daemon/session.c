@@ -19,7 +19,7 @@
 #define OUT_PAUSE_BYTES 65536 /* waiting output from which no further request is handled ... */
 #define OUT_MAX_BYTES   (OUT_PAUSE_BYTES + RPC_REPLY_MAX + 2 * RPC_LINE_MAX) /* ... plus the longest reply */
 #define STALL_NS        10000000000u /* so long may a client with unanswered requests read nothing */
-#define TURN_NS         5000000u     /* work for all clients together in one turn of the loop */
+#define TURN_NS         1000000u     /* work for all clients together in one turn of the loop */
 #define REQUESTS_PER_S  2000.0
 #define REQUESTS_BURST  2000.0
 #define REQUEST_NS      250000.0  /* work that one request pays for: at 2000 a second, half of the loop's time */
@@ -153,8 +153,8 @@ static bool turn_over(const struct session *session)
     return session->spent_ns >= TURN_NS / session->host->stats.clients_now;
 }
 
-/* Takes the time since begun_ns as work done for the client. */
-static void charge(struct session *session, uint64_t begun_ns)
+/* Takes the time since begun_ns as work done for the client, which at least pays for what it begins. */
+static void charge(struct session *session, uint64_t begun_ns, bool begins)
 {
     const uint64_t spent_ns = session->host->clock() - begun_ns;
     const double requests = (double)spent_ns / REQUEST_NS;
@@ -162,7 +162,7 @@ static void charge(struct session *session, uint64_t begun_ns)
     session->spent_ns += spent_ns;
     latency_add(&session->host->spent, spent_ns);
     if (!session->host->no_rate_limit)
-        session->tokens -= requests > 1.0 ? requests : 1.0;
+        session->tokens -= begins && requests < 1.0 ? 1.0 : requests;
 }
 
 static void reply(struct session *session, uint64_t now_ns)
@@ -207,13 +207,14 @@ static void handle_lines(struct session *session, uint64_t now_ns)
     size_t at = 0;
 
     while (may_handle(session) && !turn_over(session)) {
-        const uint64_t begun_ns = host->clock();
+        const uint64_t begun_ns = host->clock(), requests = host->counts.requests;
+        const bool line_begins = !session->job;
 
-        if (!session->job && !begin_line(session, &call, &at))
+        if (line_begins && !begin_line(session, &call, &at))
             break;
         if (!rpc_step(session->job, host->methods, &call))
             reply(session, now_ns);
-        charge(session, begun_ns);
+        charge(session, begun_ns, line_begins || host->counts.requests > requests);
     }
     memmove(session->in, session->in + at, session->in_len - at);
     session->in_len -= at;
@@ -231,17 +232,24 @@ static void handle_lines(struct session *session, uint64_t now_ns)
 /* Notifications only when nothing else waits for the client to read: what it gets is the newest. */
 static void tell_watches(struct session *session, uint64_t now_ns)
 {
-    for (int n = 0; n < WATCH_MAX && may_handle(session) && waiting(session) == 0 && !turn_over(session); n++) {
+    for (int n = 0; n < WATCH_MAX && may_handle(session) && waiting(session) == 0 && !turn_over(session);) {
         struct watch *watch = &session->watches.watch[session->next_watch];
         const uint64_t begun_ns = session->host->clock();
 
+        if (watch->id != 0 && watch->late) {
+            const bool begins = !watch->begun, unfinished = watch_write(watch, now_ns);
+
+            if (!unfinished) {
+                queue(session, watch_take(watch), now_ns);
+                session->host->stats.notifications_sent++;
+                flush(session, now_ns);
+            }
+            charge(session, begun_ns, begins);
+            if (unfinished)
+                continue;
+        }
         session->next_watch = (session->next_watch + 1) % WATCH_MAX;
-        if (watch->id == 0 || !watch->late)
-            continue;
-        queue(session, watch_text(watch, now_ns), now_ns);
-        session->host->stats.notifications_sent++;
-        flush(session, now_ns);
-        charge(session, begun_ns);
+        n++;
     }
 }
 

@@ -123,12 +123,11 @@ json_t *submap_method_move(const struct rpc_call *call, json_t *params, struct r
 
 /* ---- the surface ---- */
 
-#define FRONTIER_BLOCKS  1024
-#define PAGE_POINTS      256
-#define PAGE_POINTS_MAX  1024
-#define PAGE_BLOCKS      256 /* looked at for one page */
-#define BLOCKS_PER_VISIT 4   /* so long pings wait, and for ... */
-#define SKIPPED_AT_MOST  256 /* empty ones before each */
+#define FRONTIER_BLOCKS 1024
+#define PAGE_POINTS     256
+#define PAGE_POINTS_MAX 1024
+#define PAGE_BLOCKS     256 /* looked at for one page, */
+#define SKIPPED_AT_MOST 256 /* and empty ones before each of them: so long pings wait, and other clients */
 
 /* How far a walk over the blocks has come, and of which map: what all but pings have done to it is in the last two. */
 struct cursor {
@@ -136,20 +135,26 @@ struct cursor {
     uint64_t change_of_all, next_id;
 };
 
-struct visit_surface {
+/* A page on its way, of one request. */
+struct page {
     struct frontier *frontier;
     struct cursor cursor;
     bool begun, changed, ended;
     uint32_t blocks;
-    json_t *points;
+    int64_t points, count; /* written, and wanted */
+    struct text *out;
 };
 
-static void take_point(void *context, const struct frontier_point *p)
+static void write_point(void *context, const struct frontier_point *p)
 {
     const double normal[3] = {(double)p->normal[0], (double)p->normal[1], (double)p->normal[2]};
-    json_array_append_new(context,
-                          json_pack("{s:o, s:o, s:s}", "position_m", say_metres3(p->position_m), "normal",
-                                    say_metres3(normal), "tag", p->tag == FRONTIER_ECHO ? "echo" : "limit"));
+    struct page *page = context;
+    text_open(page->out, '{');
+    write_metres3(page->out, "position_m", p->position_m);
+    write_metres3(page->out, "normal", normal);
+    write_word(page->out, "tag", p->tag == FRONTIER_ECHO ? "echo" : "limit");
+    text_close(page->out, '}');
+    page->points++;
 }
 
 static void find_mask(void *ctx, struct pipeline_map *m)
@@ -158,24 +163,22 @@ static void find_mask(void *ctx, struct pipeline_map *m)
     *mask = &m->mask;
 }
 
-/* The next few blocks. */
+/* The next block. */
 static void walk_on(void *ctx, struct pipeline_map *m)
 {
-    struct visit_surface *v = ctx;
+    struct page *page = ctx;
     struct block_key key;
-    if (!v->begun) {
-        v->cursor.change_of_all = m->map.change_of_all;
-        v->cursor.next_id = m->map.next_id;
-        v->begun = true;
+    if (!page->begun) {
+        page->cursor.change_of_all = m->map.change_of_all;
+        page->cursor.next_id = m->map.next_id;
+        page->begun = true;
     }
-    for (int i = 0; i < BLOCKS_PER_VISIT && !v->ended; i++) {
-        const enum merge_sought sought = merge_seek(&m->map, &v->cursor.walk, SKIPPED_AT_MOST, &key);
-        v->ended = sought == MERGE_ALL;
-        v->blocks++;
-        if (sought == MERGE_FOUND)
-            frontier_points(v->frontier, &key, take_point, v->points);
-    }
-    v->changed = v->cursor.change_of_all != m->map.change_of_all || v->cursor.next_id != m->map.next_id;
+    const enum merge_sought sought = merge_seek(&m->map, &page->cursor.walk, SKIPPED_AT_MOST, &key);
+    page->ended = sought == MERGE_ALL;
+    page->blocks++;
+    if (sought == MERGE_FOUND)
+        frontier_points(page->frontier, &key, write_point, page);
+    page->changed = page->cursor.change_of_all != m->map.change_of_all || page->cursor.next_id != m->map.next_id;
 }
 
 /* The frontier is kept, so that pages of a map that has not changed cost little; made when somebody first asks. */
@@ -195,37 +198,67 @@ static struct frontier *frontier_of(struct daemon *d, struct rpc_error *error)
     return &p->frontier;
 }
 
-static bool cursor_of(json_t *params, struct visit_surface *v, struct rpc_error *error)
+static bool cursor_of(json_t *params, struct page *page, struct rpc_error *error)
 {
     const json_t *given = json_object_get(params, "cursor");
     const char *text = json_string_value(given);
-    struct cursor *c = &v->cursor;
+    struct cursor *c = &page->cursor;
     int end = -1;
     if (!given || json_is_null(given))
         return true;
     if (text && strlen(text) < 80 && strspn(text, "0123456789.") == strlen(text))
         sscanf(text, "%10" SCNu32 ".%18" SCNd64 ".%19" SCNu64 ".%19" SCNu64 "%n", &c->walk.part, &c->walk.at,
                &c->change_of_all, &c->next_id, &end);
-    v->begun = end >= 0 && text[end] == '\0';
-    return v->begun || rpc_refuse(error, RPC_INVALID_PARAMS, "cursor: wanted the one of the page before");
+    page->begun = end >= 0 && text[end] == '\0';
+    return page->begun || rpc_refuse(error, RPC_INVALID_PARAMS, "cursor: wanted the one of the page before");
 }
 
-json_t *submap_method_surface(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+static struct page *begin_page(struct daemon *d, json_t *params, struct text *out, struct rpc_error *error)
 {
     static const char *const keys[] = {"cursor", "count", NULL};
-    struct daemon *d = call->daemon;
-    struct visit_surface v = {.blocks = 0};
-    int64_t count = PAGE_POINTS;
-    char next[96];
+    struct page page = {.count = PAGE_POINTS};
     if (!rpc_only(params, keys, error) ||
-        !rpc_integer(params, "count", false, 1, PAGE_POINTS_MAX, &count, error) || !cursor_of(params, &v, error) ||
-        !places_there(d, error) || !(v.frontier = frontier_of(d, error)))
+        !rpc_integer(params, "count", false, 1, PAGE_POINTS_MAX, &page.count, error) ||
+        !cursor_of(params, &page, error) || !places_there(d, error) || !(page.frontier = frontier_of(d, error)))
         return NULL;
-    v.points = json_array();
-    while (!v.ended && v.blocks < PAGE_BLOCKS && json_array_size(v.points) < (size_t)count)
-        pipeline_visit_map(d->pipeline, walk_on, &v);
-    snprintf(next, sizeof next, "%" PRIu32 ".%" PRId64 ".%" PRIu64 ".%" PRIu64, v.cursor.walk.part,
-             v.cursor.walk.at, v.cursor.change_of_all, v.cursor.next_id);
-    return json_pack("{s:o, s:o, s:o, s:b}", "voxel_m", json_real(d->conf.map.voxel_m), "points", v.points,
-                     "cursor", v.ended ? json_null() : json_string(next), "changed", v.changed);
+    struct page *kept = malloc(sizeof *kept);
+    if (!kept) {
+        rpc_refuse(error, RPC_INTERNAL_ERROR, "no memory for a page of the surface");
+        return NULL;
+    }
+    *kept = page;
+    text_open(out, '{');
+    write_real(out, "voxel_m", d->conf.map.voxel_m, 1e6);
+    text_name(out, "points");
+    text_open(out, '[');
+    return kept;
+}
+
+/* In parts, a block in each. */
+bool submap_method_surface(const struct rpc_call *call, json_t *params, struct text *out, struct rpc_error *error)
+{
+    struct daemon *d = call->daemon;
+    struct page *page = call->work->state;
+    char next[96];
+    if (!page && !(page = begin_page(d, params, out, error)))
+        return false;
+    *call->work = (struct rpc_work){page, free};
+    page->out = out;
+    pipeline_visit_map(d->pipeline, walk_on, page);
+    if (!page->ended && page->blocks < PAGE_BLOCKS && page->points < page->count) {
+        error->code = RPC_UNFINISHED;
+        return false;
+    }
+    snprintf(next, sizeof next, "%" PRIu32 ".%" PRId64 ".%" PRIu64 ".%" PRIu64, page->cursor.walk.part,
+             page->cursor.walk.at, page->cursor.change_of_all, page->cursor.next_id);
+    text_close(out, ']');
+    text_name(out, "cursor");
+    if (page->ended)
+        text_null(out);
+    else
+        text_word(out, next);
+    text_name(out, "changed");
+    text_flag(out, page->changed);
+    text_close(out, '}');
+    return true; /* the work is dropped with the request */
 }

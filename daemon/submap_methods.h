@@ -10,6 +10,6 @@
 
 json_t *submap_method_list(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *submap_method_move(const struct rpc_call *call, json_t *params, struct rpc_error *error);
-json_t *submap_method_surface(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+bool submap_method_surface(const struct rpc_call *call, json_t *params, struct text *out, struct rpc_error *error);
 
 #endif

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "watch.h"
 
+#include <stdlib.h>
 #include <string.h>
 
 /* The watches themselves; what changes something cannot be watched either, it would do so at every turn. */
@@ -86,11 +87,20 @@ json_t *watch_add(struct watch_set *set, json_t *params, uint64_t now_ns, struct
     return json_pack("{s:I}", "watch", (json_int_t)watch->id);
 }
 
+static void drop_work(struct watch *watch)
+{
+    if (watch->work.state)
+        watch->work.drop(watch->work.state);
+    watch->work = (struct rpc_work){0};
+}
+
 static void end(struct watch *watch)
 {
     loop_arm(watch->set->loop, &watch->timer, LOOP_NEVER);
+    drop_work(watch);
+    free(watch->text.bytes);
     json_decref(watch->params);
-    watch->id = 0;
+    *watch = (struct watch){0};
 }
 
 json_t *watch_remove(struct watch_set *set, json_t *params, struct rpc_error *error)
@@ -139,24 +149,61 @@ void watch_postpone(struct watch *watch)
     watch->late = true;
 }
 
-char *watch_text(struct watch *watch, uint64_t now_ns)
+static void write_head(struct watch *watch)
 {
-    const struct rpc_call call = {.daemon = watch->set->daemon, .now_ns = now_ns};
-    struct rpc_error error;
-    json_t *params = json_pack("{s:I, s:s}", "watch", (json_int_t)watch->id, "method", watch->method);
-    json_t *result = rpc_invoke(watch->set->methods, &call, watch->method, watch->params, &error);
-    char *text;
+    struct text *out = &watch->text;
+    text_put(out, "{\"jsonrpc\":\"2.0\",\"method\":\"watch\",\"params\":{\"watch\":");
+    text_integer(out, watch->id);
+    text_name(out, "method");
+    text_word(out, watch->method);
+}
 
-    if (result)
-        json_object_set_new(params, "result", result);
-    else
-        json_object_set_new(params, "error",
-                            json_pack("{s:i, s:s}", "code", error.code, "message", error.message));
-    if (watch->skipped > 0)
-        json_object_set_new(params, "skipped", json_integer((json_int_t)watch->skipped));
-    watch->late = false;
+static void write_error(struct text *out, const struct rpc_error *error)
+{
+    text_name(out, "error");
+    text_open(out, '{');
+    text_name(out, "code");
+    text_integer(out, error->code);
+    text_name(out, "message");
+    text_word(out, error->message);
+    text_close(out, '}');
+}
+
+bool watch_write(struct watch *watch, uint64_t now_ns)
+{
+    const struct rpc_call call = {.daemon = watch->set->daemon, .now_ns = now_ns, .work = &watch->work};
+    struct text *out = &watch->text;
+    struct rpc_error error;
+    if (!watch->begun) {
+        write_head(watch);
+        watch->head = out->n;
+        text_name(out, "result");
+        watch->begun = true;
+    }
+    const bool good = rpc_answer(watch->set->methods, &call, watch->method, watch->params, out, &error);
+    if (!good && error.code == RPC_UNFINISHED)
+        return true;
+    drop_work(watch);
+    if (!good) {
+        text_cut(out, watch->head);
+        write_error(out, &error);
+    }
+    return false;
+}
+
+char *watch_take(struct watch *watch)
+{
+    struct text *out = &watch->text;
+    if (watch->skipped > 0) {
+        text_name(out, "skipped");
+        text_integer(out, (int64_t)watch->skipped);
+    }
+    text_bytes(out, "}}", sizeof "}}");
+    if (out->failed)
+        free(out->bytes);
+    char *line = out->failed ? NULL : out->bytes;
+    *out = (struct text){0};
+    watch->begun = watch->late = false;
     watch->skipped = 0;
-    text = rpc_notification("watch", params);
-    json_decref(params);
-    return text;
+    return line;
 }

@@ -25,8 +25,12 @@ struct watch {
     const char *method; /* in the table of methods */
     json_t *params;
     uint64_t period_ns;
-    bool late;        /* a notification is due that the client could not take */
-    uint64_t skipped; /* notifications replaced by a newer one since the last that was sent */
+    bool late;            /* a notification is due that the client could not take */
+    uint64_t skipped;     /* notifications replaced by a newer one since the last that was sent */
+    struct rpc_work work; /* of the notification that is being written ... */
+    struct text text;     /* ... here, in parts */
+    bool begun;           /* its first `head` bytes come before the result */
+    size_t head;
     struct loop_timer timer;
 };
 
@@ -61,7 +65,10 @@ void watch_clear(struct watch_set *set);
 /** watch_postpone - the client cannot take the due notification: the newest is sent later, others count as skipped. */
 void watch_postpone(struct watch *watch);
 
-/** watch_text - ask the method now; the notification's line for free() (NULL without memory). Clears late, skipped. */
-char *watch_text(struct watch *watch, uint64_t now_ns);
+/** watch_write - ask the method now for the notification that is due. True when more is left: call again. */
+bool watch_write(struct watch *watch, uint64_t now_ns);
+
+/** watch_take - the notification's line when it is all written, for free() (NULL without memory). Clears late, skipped. */
+char *watch_take(struct watch *watch);
 
 #endif

@@ -13,7 +13,6 @@
 
 #define QUESTION_VOXELS 2e6 /* in one question */
 #define PATH_POINTS_MAX 256
-#define WATCHED_STEPS   8 /* what is watched is answered at once */
 #define BEGUN_MOST      8
 
 /* ---- where ---- */
@@ -139,15 +138,12 @@ static void look(void *ctx, struct pipeline_map *m)
         since_when(&m->map, q);
 }
 
-/* One step, or all of what is watched: that has no next one. False with *error set when it has no answer yet, or never. */
-static bool ask(struct question *q, bool watched, struct rpc_error *error)
+/* One step. False with *error set when it has no answer yet, or never. */
+static bool ask(struct question *q, struct rpc_error *error)
 {
-    for (int step = 0; !q->done && step < (watched ? WATCHED_STEPS : 1); step++)
-        pipeline_visit_map(q->d->pipeline, look, q);
+    pipeline_visit_map(q->d->pipeline, look, q);
     if (q->done)
         return true;
-    if (watched)
-        return rpc_refuse(error, RPC_LIMIT, "a question about so many voxels cannot be watched: ask for less");
     if (q->begun > BEGUN_MOST)
         return rpc_refuse(error, RPC_LIMIT,
                           "the map changes faster than so large a question is answered: ask for less");
@@ -158,10 +154,9 @@ static bool ask(struct question *q, bool watched, struct rpc_error *error)
 /* Its answer, or NULL with *error set: while it has none it is kept as the request's work. */
 static json_t *answer(const struct rpc_call *call, struct question *q, struct rpc_error *error)
 {
-    json_t *result = ask(q, !call->work, error) ? answer_json(q) : NULL;
+    json_t *result = ask(q, error) ? answer_json(q) : NULL;
     const bool unfinished = !result && error->code == RPC_UNFINISHED;
-    if (call->work)
-        *call->work = unfinished ? (struct rpc_work){q, free} : (struct rpc_work){0};
+    *call->work = unfinished ? (struct rpc_work){q, free} : (struct rpc_work){0};
     if (!unfinished)
         free(q);
     return result;
@@ -173,7 +168,7 @@ typedef bool read_fn(json_t *params, struct question *q, struct rpc_error *error
 static json_t *go_on(const struct rpc_call *call, json_t *params, read_fn *read, struct rpc_error *error)
 {
     struct daemon *d = call->daemon;
-    struct question *q = call->work ? call->work->state : NULL;
+    struct question *q = call->work->state;
     if (q)
         return answer(call, q, error);
     if (!places_there(d, error))

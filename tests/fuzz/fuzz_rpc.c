@@ -33,7 +33,7 @@ static json_t *every_helper(const struct rpc_call *call, json_t *params, struct 
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    static const struct rpc_method methods[] = {{"m", every_helper, RPC_ASKS}, {.name = NULL}};
+    static const struct rpc_method methods[] = {{"m", every_helper, RPC_ASKS, NULL}, {.name = NULL}};
     const struct rpc_call call = {.now_ns = 1};
     struct rpc_job *job = rpc_begin(&call, (const char *)data, size);
     char *reply;

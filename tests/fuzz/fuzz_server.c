@@ -60,7 +60,7 @@ static json_t *large(const struct rpc_call *call, json_t *params, struct rpc_err
 }
 
 static const struct rpc_method methods[] = {
-    {"e", echo, RPC_ASKS}, {"c", change, RPC_CHANGES}, {"l", large, RPC_ASKS}, {.name = NULL}};
+    {"e", echo, RPC_ASKS, NULL}, {"c", change, RPC_CHANGES, NULL}, {"l", large, RPC_ASKS, NULL}, {.name = NULL}};
 
 static void come(struct client *c)
 {

@@ -74,12 +74,12 @@ static json_t *parts(const struct rpc_call *call, json_t *params, struct rpc_err
     return json_integer(done);
 }
 
-static const struct rpc_method methods[] = {{"parts", parts, RPC_CHANGES},
-                                            {"subtract", subtract, RPC_ASKS},
-                                            {"update", update, RPC_CHANGES},
-                                            {"silent", silent_failure, RPC_ASKS},
-                                            {"numbers", numbers, RPC_ASKS},
-                                            {"who", who, RPC_ASKS},
+static const struct rpc_method methods[] = {{"parts", parts, RPC_CHANGES, NULL},
+                                            {"subtract", subtract, RPC_ASKS, NULL},
+                                            {"update", update, RPC_CHANGES, NULL},
+                                            {"silent", silent_failure, RPC_ASKS, NULL},
+                                            {"numbers", numbers, RPC_ASKS, NULL},
+                                            {"who", who, RPC_ASKS, NULL},
                                             {.name = NULL}};
 
 static uint64_t daemon_value = 5;

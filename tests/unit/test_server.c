@@ -63,10 +63,10 @@ static json_t *busy(const struct rpc_call *call, json_t *params, struct rpc_erro
     return json_true();
 }
 
-static const struct rpc_method methods[] = {{"state", get_state, RPC_ASKS},
-                                            {"large", large, RPC_ASKS},
-                                            {"busy", busy, RPC_ASKS},
-                                            {"pose", get_state, RPC_CHANGES},
+static const struct rpc_method methods[] = {{"state", get_state, RPC_ASKS, NULL},
+                                            {"large", large, RPC_ASKS, NULL},
+                                            {"busy", busy, RPC_ASKS, NULL},
+                                            {"pose", get_state, RPC_CHANGES, NULL},
                                             {.name = NULL}};
 
 static uint64_t work_clock(void)
@@ -386,9 +386,9 @@ TEST(clients_share_a_turn)
         say(&second, BUSY(1) ",\"id\":1}\n");
     }
     turn(1);
-    CHECK_INT(lines_of(&first), 3); /* of 5 ms for both */
-    CHECK_INT(lines_of(&second), 3);
-    turn(20);
+    CHECK_INT(lines_of(&first), 1); /* of 1 ms for both, which is over with the first request of 1 ms */
+    CHECK_INT(lines_of(&second), 1);
+    turn(39);
     CHECK_INT(lines_of(&first), 40);
     CHECK_INT(lines_of(&second), 40);
     leave(&first);
