@@ -165,6 +165,51 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
     finish(&tally, conf, out);
 }
 
+#define ROUNDING_RAD 1e-6 /* of elevations that were turned */
+
+/* A question about all sectors of a band, while directions are added to them. */
+struct sectors {
+    struct picture *picture;
+    const struct answer_conf *conf;
+    const struct answer_now *now;
+    struct sight_place place;
+    double lo_rad, hi_rad; /* the band, of the body when `turned` */
+    double need_m, width_rad;
+    bool turned; /* the grid's directions are NED and must be turned into the body's axes */
+    size_t count;
+    struct tally *tally; /* [count] */
+};
+
+/* Adds direction d to every sector that its cell touches; an exact common edge is no touch. */
+static void add_to_sectors(struct sectors *s, uint32_t d, double az, double half)
+{
+    struct picture_entry e;
+    struct sight view;
+    picture_get(s->picture, d, &e);
+    sight_look(s->picture, &e, s->conf, s->now, &s->place, &view);
+    const double from = floor((az - half) / s->width_rad + 0.5 + 1e-9);
+    const double to = ceil((az + half) / s->width_rad - 0.5 - 1e-9), count = (double)s->count;
+    for (double k = from; k <= to && k < from + count; k++)
+        add(&s->tally[(size_t)(k < 0 ? k + count : k) % s->count], &view, s->now, s->place.moved_m,
+            view.obstacle ? fmax(s->need_m, view.near_m) : s->need_m, false);
+}
+
+static void add_ring(struct sectors *s, uint32_t ring)
+{
+    const struct rings *rings = s->picture->rings;
+    const double width = rings_width(rings, ring), half_el = rings->height_rad / 2;
+    for (uint32_t d = rings->start[ring]; d < rings->start[ring + 1]; d++) {
+        double az = (d - rings->start[ring] + 0.5) * width, el = rings->top_rad - (ring + 0.5) * rings->height_rad;
+        if (s->turned) {
+            double v[3];
+            quat_rotate_inverse(s->now->pose.attitude, s->picture->axis[d], v);
+            geo_angles(v, &az, &el);
+        }
+        if (el + half_el > s->lo_rad && el - half_el < s->hi_rad)
+            add_to_sectors(s, d, az, width / 2);
+    }
+}
+
 static void sectors_once(struct picture *p, const struct answer_conf *conf, const struct answer_now *now, bool ned,
                          double lo_rad, double hi_rad, double reach_m, size_t count, struct answer *sectors)
 {
@@ -177,41 +222,27 @@ static void sectors_once(struct picture *p, const struct answer_conf *conf, cons
             cannot(reason, &sectors[k]);
         return;
     }
+    struct sectors s = {.picture = p,
+                        .conf = conf,
+                        .now = now,
+                        .lo_rad = lo_rad,
+                        .hi_rad = hi_rad,
+                        .need_m = reach_m > 0 ? reach_m : frame.range_max_m,
+                        .width_rad = GEO_TURN / (double)count,
+                        .turned = frame.ned && !ned,
+                        .count = count,
+                        .tally = tally};
     for (size_t k = 0; k < count; k++)
         begin(&tally[k]);
-    struct sight_place place;
-    sight_locate(&frame, now, &place);
-    double width = GEO_TURN / (double)count;
-    double need = reach_m > 0 ? reach_m : frame.range_max_m;
-    bool turned = frame.ned && !ned;
-    double half_el = p->rings->height_rad / 2;
-    double sin_below = sin(fmax(lo_rad - half_el, -GEO_PI / 2)) - 1e-12; /* a first, cheap sieve */
-    double sin_above = sin(fmin(hi_rad + half_el, GEO_PI / 2)) + 1e-12;
-    for (uint32_t d = 0; d < p->n; d++) {
-        double az, el, v[3] = {p->axis[d][0], p->axis[d][1], p->axis[d][2]};
-        if (turned)
-            quat_rotate_inverse(now->pose.attitude, v, v);
-        if (-v[2] < sin_below || -v[2] > sin_above)
-            continue;
-        if (turned)
-            geo_angles(v, &az, &el);
-        else
-            rings_centre(p->rings, d, &az, &el);
-        if (el + half_el <= lo_rad || el - half_el >= hi_rad)
-            continue;
-        double half = rings_width(p->rings, rings_ring(p->rings, d)) / 2;
-        struct picture_entry e;
-        struct sight view;
-        picture_get(p, d, &e);
-        sight_look(p, &e, conf, now, &place, &view);
-        /* every sector that the cell touches; an exact common edge is no touch */
-        double from = floor((az - half) / width + 0.5 + 1e-9), to = ceil((az + half) / width - 0.5 - 1e-9);
-        for (double k = from; k <= to && k < from + (double)count; k++)
-            add(&tally[(size_t)(k < 0 ? k + (double)count : k) % count], &view, now, place.moved_m,
-                view.obstacle ? fmax(need, view.near_m) : need, false);
+    sight_locate(&frame, now, &s.place);
+    /* the rings that reach into the band, however the body is tilted */
+    const double tilt = s.turned ? sight_tilt(now->pose.attitude) : 0, beyond = p->rings->height_rad / 2 + tilt;
+    for (uint32_t ring = 0; ring < p->rings->n_rings; ring++) {
+        const double el = p->rings->top_rad - (ring + 0.5) * p->rings->height_rad;
+        if (el + beyond > lo_rad - ROUNDING_RAD && el - beyond < hi_rad + ROUNDING_RAD)
+            add_ring(&s, ring);
     }
-    double tilt = turned ? sight_tilt(now->pose.attitude) : 0;
-    bool kept = sight_keeps(p->rings, lo_rad - tilt, hi_rad + tilt);
+    const bool kept = sight_keeps(p->rings, lo_rad - tilt, hi_rad + tilt);
     for (size_t k = 0; k < count; k++) {
         if (!kept)
             doubt(&tally[k], ANSWER_OUTSIDE);
