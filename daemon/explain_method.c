@@ -2,6 +2,7 @@
 /* The method that tells what an answer about a direction rests on: the grid's cells and claims, and the last pings that
  * looked there; sonard-protocol(7) has its shape. */
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "../grid/answer/sight.h"
@@ -13,17 +14,52 @@
 #define DEFAULT_COUNT 8
 #define COUNT_MAX     64
 
-/* What is explained, and from where it is seen. */
+/* Looked at in one part: so long pings wait, and other clients. */
+#define DIRECTIONS_PER_PART 512
+#define BEAMS_PER_PART      2048
+
+struct blocking {
+    uint32_t direction;
+    struct sphere_cell cell;
+};
+
+/* What a beam says of the water asked about. */
+enum says { SAYS_ECHO, SAYS_FREE, SAYS_NOTHING, SAYINGS };
+
+struct saying {
+    struct witness beam;
+    enum says says;
+};
+
+/* What is explained, from where it is seen, and what was found so far. */
 struct scene {
     struct daemon *d;
     struct grid *grid;
-    struct sphere *sphere;
+    uint64_t grid_number;
     struct picture_frame frame;
     struct answer_now now;
     struct answer_query query;
     struct answer answer;
     double axis[3]; /* of the cone, in the grid's axes */
+    double
+        opening_rad; /* half of it, and the cells of the grid that it touches: that is what the answer looked at */
     uint32_t count;
+    /* directions */
+    struct rings_visit visit;
+    bool all_visited;
+    uint32_t directions, never, cells, n_found;
+    struct blocking found[COUNT_MAX]; /* the nearest cells, in order */
+    uint32_t all_gone;
+    struct sphere_cell gone[COUNT_MAX];
+    struct claim oldest, shortest;
+    uint32_t oldest_at, shortest_at;
+    /* beams: those taken before the question, from the newest on */
+    uint64_t beams_taken, beams;
+    uint64_t back_to_ns;
+    bool all_heard;
+    json_int_t says[SAYINGS];
+    uint32_t n_sayings;
+    struct saying saying[COUNT_MAX];
 };
 
 static json_t *age(const struct scene *s, uint64_t t_ns)
@@ -55,48 +91,24 @@ static json_t *sensor_names(const struct daemon *d, uint64_t set)
     return names;
 }
 
-/* The cone, and the cells of the grid that it touches: that is what the answer looked at. */
-static double opening_of(const struct scene *s)
-{
-    return s->query.half_angle_rad + rings_reach(grid_picture(s->grid)->rings);
-}
-
-static struct rings_visit visit_of(const struct scene *s)
-{
-    double az, el;
-    geo_angles(s->axis, &az, &el);
-    return rings_visit(grid_picture(s->grid)->rings, az, el, opening_of(s));
-}
-
 /* ---- cells ---- */
 
-struct blocking {
-    uint32_t direction;
-    struct sphere_cell cell;
-};
-
-/* The nearest ones, in order; returns how many there are in all. */
-static uint32_t find_cells(const struct scene *s, struct blocking *found, uint32_t *n)
+/* The nearest ones, in order. */
+static void take_cells(struct scene *s, uint32_t direction)
 {
     const double blocked_logodds = (double)grid_picture(s->grid)->blocked_logodds;
-    struct rings_visit visit = visit_of(s);
-    uint32_t all = 0;
-    *n = 0;
-    while (rings_next(&visit)) {
-        struct blocking b = {.direction = visit.direction};
-        for (uint32_t k = 0; sphere_cell(s->sphere, visit.direction, k, s->now.now_ns, &b.cell); k++) {
-            if (b.cell.logodds <= blocked_logodds || b.cell.near_m > s->query.distance_m)
-                continue;
-            all++;
-            uint32_t at = *n < s->count ? (*n)++ : s->count;
-            for (; at > 0 && found[at - 1].cell.near_m > b.cell.near_m; at--)
-                if (at < s->count)
-                    found[at] = found[at - 1];
+    struct blocking b = {.direction = direction};
+    for (uint32_t k = 0; sphere_cell(s->grid->sphere, direction, k, s->now.now_ns, &b.cell); k++) {
+        if (b.cell.logodds <= blocked_logodds || b.cell.near_m > s->query.distance_m)
+            continue;
+        s->cells++;
+        uint32_t at = s->n_found < s->count ? s->n_found++ : s->count;
+        for (; at > 0 && s->found[at - 1].cell.near_m > b.cell.near_m; at--)
             if (at < s->count)
-                found[at] = b;
-        }
+                s->found[at] = s->found[at - 1];
+        if (at < s->count)
+            s->found[at] = b;
     }
-    return all;
 }
 
 /* What happened to it in the present turn of the sensor that touched it last. */
@@ -116,9 +128,8 @@ static json_t *history_json(const struct scene *s, const struct sphere_cell *c, 
     angles_of(s, axis, &az, &el);
     return json_pack("{s:o, s:o, s:o, s:i, s:o, s:o, s:i, s:s, s:I}", "azimuth_deg", say_degrees(az),
                      "elevation_deg", say_degrees(el), "range_m", say_metres(range_m), "echoes", (int)c->echoes,
-                     "first_echo_age_s", age(s, c->t_first_ns), "last_echo_age_s", age(s, c->t_echo_ns),
-                     "misses", (int)c->misses, "sensor", sensor_name(s->d, c->sensor), "last_ping",
-                     (json_int_t)c->seq);
+                     "first_echo_age_s", age(s, c->t_first_ns), "last_echo_age_s", age(s, c->t_echo_ns), "misses",
+                     (int)c->misses, "sensor", sensor_name(s->d, c->sensor), "last_ping", (json_int_t)c->seq);
 }
 
 static json_t *cell_json(const struct scene *s, const struct blocking *b)
@@ -135,30 +146,37 @@ static json_t *cell_json(const struct scene *s, const struct blocking *b)
 
 static json_t *cells_json(const struct scene *s)
 {
-    struct blocking found[COUNT_MAX];
-    uint32_t n, all = find_cells(s, found, &n);
     json_t *list = json_array();
-    for (uint32_t i = 0; i < n; i++)
-        json_array_append_new(list, cell_json(s, &found[i]));
-    return json_pack("{s:I, s:o}", "all", (json_int_t)all, "nearest", list);
+    for (uint32_t i = 0; i < s->n_found; i++)
+        json_array_append_new(list, cell_json(s, &s->found[i]));
+    return json_pack("{s:I, s:o}", "all", (json_int_t)s->cells, "nearest", list);
+}
+
+static double range_of(const struct sphere_cell *c)
+{
+    return sqrt(c->point_m[0] * c->point_m[0] + c->point_m[1] * c->point_m[1] + c->point_m[2] * c->point_m[2]);
 }
 
 /* What stood within the cone and the distance until beams of the present turn took it away, the newest first. */
+static void take_gone(struct scene *s)
+{
+    const double cos_opening = cos(fmin(s->opening_rad, GEO_PI));
+    struct sphere_cell c;
+    for (uint32_t at = 0; sphere_gone(s->grid->sphere, &at, s->now.now_ns, &c);) {
+        const double along_m = c.point_m[0] * s->axis[0] + c.point_m[1] * s->axis[1] + c.point_m[2] * s->axis[2];
+        if (along_m < range_of(&c) * cos_opening || c.near_m > s->query.distance_m)
+            continue;
+        if (s->all_gone++ < s->count)
+            s->gone[s->all_gone - 1] = c;
+    }
+}
+
 static json_t *gone_json(const struct scene *s)
 {
-    const double cos_opening = cos(fmin(opening_of(s), GEO_PI));
     json_t *list = json_array();
-    struct sphere_cell c;
-    json_int_t all = 0;
-    for (uint32_t at = 0; sphere_gone(s->sphere, &at, s->now.now_ns, &c);) {
-        const double *p = c.point_m, range_m = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
-        const double along_m = p[0] * s->axis[0] + p[1] * s->axis[1] + p[2] * s->axis[2];
-        if (along_m < range_m * cos_opening || c.near_m > s->query.distance_m)
-            continue;
-        if (all++ < s->count)
-            json_array_append_new(list, history_json(s, &c, p, range_m));
-    }
-    return json_pack("{s:I, s:o}", "all", all, "newest", list);
+    for (uint32_t i = 0; i < s->all_gone && i < s->count; i++)
+        json_array_append_new(list, history_json(s, &s->gone[i], s->gone[i].point_m, range_of(&s->gone[i])));
+    return json_pack("{s:I, s:o}", "all", (json_int_t)s->all_gone, "newest", list);
 }
 
 /* ---- claims ---- */
@@ -175,37 +193,34 @@ static json_t *claim_json(const struct scene *s, uint32_t direction, const struc
                      "sensors", sensor_names(s->d, c->sensors));
 }
 
-/* Of the directions asked about: how many were ever looked at, and the claims that clear stands or falls with. */
+/* How many directions were ever looked at, and the claims that clear stands or falls with. */
+static void take_claim(struct scene *s, uint32_t direction)
+{
+    struct picture_entry e;
+    picture_get(grid_picture(s->grid), direction, &e);
+    const struct claim c = e.claim[CLAIM_NOW];
+    s->directions++;
+    s->never += c.t_ping_ns == 0;
+    if (!c.t_ping_ns)
+        return;
+    if (!s->oldest.t_ping_ns || c.t_ping_ns < s->oldest.t_ping_ns) {
+        s->oldest = c;
+        s->oldest_at = direction;
+    }
+    if (!s->shortest.t_ping_ns || c.to_m < s->shortest.to_m) {
+        s->shortest = c;
+        s->shortest_at = direction;
+    }
+}
+
 static json_t *claims_json(const struct scene *s)
 {
-    struct claim oldest = {0}, shortest = {0};
-    uint32_t all = 0, never = 0, oldest_at = 0, shortest_at = 0;
-    struct rings_visit visit = visit_of(s);
-    while (rings_next(&visit)) {
-        struct picture_entry e;
-        picture_get(grid_picture(s->grid), visit.direction, &e);
-        const struct claim c = e.claim[CLAIM_NOW];
-        all++;
-        never += c.t_ping_ns == 0;
-        if (!c.t_ping_ns)
-            continue;
-        if (!oldest.t_ping_ns || c.t_ping_ns < oldest.t_ping_ns) {
-            oldest = c;
-            oldest_at = visit.direction;
-        }
-        if (!shortest.t_ping_ns || c.to_m < shortest.to_m) {
-            shortest = c;
-            shortest_at = visit.direction;
-        }
-    }
-    return json_pack("{s:I, s:I, s:o, s:o}", "all", (json_int_t)all, "never", (json_int_t)never, "oldest",
-                     claim_json(s, oldest_at, &oldest), "shortest", claim_json(s, shortest_at, &shortest));
+    return json_pack("{s:I, s:I, s:o, s:o}", "all", (json_int_t)s->directions, "never", (json_int_t)s->never,
+                     "oldest", claim_json(s, s->oldest_at, &s->oldest), "shortest",
+                     claim_json(s, s->shortest_at, &s->shortest));
 }
 
 /* ---- pings ---- */
-
-/* What a beam says of the water asked about. */
-enum says { SAYS_ECHO, SAYS_FREE, SAYS_NOTHING, SAYINGS };
 
 static enum says says_of(const struct scene *s, const struct witness *w)
 {
@@ -239,47 +254,113 @@ static json_t *ping_json(const struct scene *s, const struct witness *w, enum sa
 }
 
 /* Newest first. */
+static void take_beam(struct scene *s, const struct witness *w)
+{
+    s->back_to_ns = w->t_ns;
+    if (w->ned != (bool)s->frame.ned || !witness_sees(w, s->axis, s->opening_rad))
+        return;
+    const enum says says = says_of(s, w);
+    s->says[says]++;
+    if (supports(s->answer.state, says) && s->n_sayings < s->count)
+        s->saying[s->n_sayings++] = (struct saying){*w, says};
+}
+
 static json_t *pings_json(const struct scene *s)
 {
-    const struct witnesses *witnesses = pipeline_witnesses(s->d->pipeline);
-    const double half_rad = opening_of(s);
-    json_int_t counts[SAYINGS] = {0};
     json_t *list = json_array();
-    const struct witness *w;
-    uint64_t oldest_ns = 0, k = 0;
-    for (; (w = witness_look(witnesses, k)); k++) {
-        oldest_ns = w->t_ns;
-        if (w->ned != (bool)s->frame.ned || !witness_sees(w, s->axis, half_rad))
-            continue;
-        const enum says says = says_of(s, w);
-        counts[says]++;
-        if (supports(s->answer.state, says) && json_array_size(list) < s->count)
-            json_array_append_new(list, ping_json(s, w, says));
+    for (uint32_t i = 0; i < s->n_sayings; i++)
+        json_array_append_new(list, ping_json(s, &s->saying[i].beam, s->saying[i].says));
+    return json_pack("{s:I, s:I, s:I, s:o, s:o}", "echo", s->says[SAYS_ECHO], "free", s->says[SAYS_FREE],
+                     "nothing", s->says[SAYS_NOTHING], "back_to_s",
+                     s->beams > 0 ? say_real(sight_seconds(s->now.now_ns, s->back_to_ns), 1e3) : json_null(),
+                     "newest", list);
+}
+
+/* ---- in parts ---- */
+
+/* The next directions; when there are none left, the next beams. Older beams are forgotten while it goes on. */
+static void look_on(void *ctx, const struct witnesses *witnesses)
+{
+    struct scene *s = ctx;
+    for (int i = 0; i < DIRECTIONS_PER_PART && !s->all_visited; i++) {
+        s->all_visited = !rings_next(&s->visit);
+        if (s->all_visited)
+            return;
+        take_cells(s, s->visit.direction);
+        take_claim(s, s->visit.direction);
     }
-    return json_pack("{s:I, s:I, s:I, s:o, s:o}", "echo", counts[SAYS_ECHO], "free", counts[SAYS_FREE], "nothing",
-                     counts[SAYS_NOTHING], "back_to_s",
-                     k > 0 ? say_real(sight_seconds(s->now.now_ns, oldest_ns), 1e3) : json_null(), "newest", list);
+    if (!s->all_visited)
+        return;
+    for (int i = 0; i < BEAMS_PER_PART && !s->all_heard; i++) {
+        const struct witness *w = witness_look(witnesses, witnesses->taken - s->beams_taken + s->beams);
+        s->all_heard = !w;
+        if (w) {
+            take_beam(s, w);
+            s->beams++;
+        }
+    }
+}
+
+/* All that the answer is made of, as of one moment. */
+static void look_first(void *ctx, const struct witnesses *witnesses)
+{
+    struct scene *s = ctx;
+    double az, el;
+    s->beams_taken = witnesses->taken;
+    picture_get_frame(grid_picture(s->grid), &s->frame);
+    answer_direction(grid_picture(s->grid), &s->grid->setting.limits, &s->now, &s->query, &s->answer);
+    geo_direction(s->query.az_rad, s->query.el_rad, s->axis);
+    sight_to_grid(&s->frame, &s->now, s->query.ned, s->axis);
+    geo_angles(s->axis, &az, &el);
+    s->visit = rings_visit(grid_picture(s->grid)->rings, az, el, s->opening_rad);
+    take_gone(s);
+}
+
+static struct scene *begin_scene(struct daemon *d, json_t *params, struct rpc_error *error)
+{
+    static const char *const keys[] = {"azimuth_deg", "elevation_deg", "distance_m", "half_angle_deg",
+                                       "frame",       "grid",          "count",      NULL};
+    struct answer_query query;
+    struct grid *grid;
+    int64_t count = DEFAULT_COUNT;
+    if (!rpc_only(params, keys, error) || !direction_query(params, &query, error) ||
+        !rpc_integer(params, "count", false, 1, COUNT_MAX, &count, error) ||
+        !(grid = grid_asked(d, params, error)))
+        return NULL;
+    struct scene *s = calloc(1, sizeof *s);
+    if (!s) {
+        rpc_refuse(error, RPC_INTERNAL_ERROR, "no memory to explain anything");
+        return NULL;
+    }
+    s->d = d;
+    s->grid = grid;
+    s->grid_number = grid->number;
+    s->query = query;
+    s->count = (uint32_t)count;
+    s->now = moment_now(d);
+    s->opening_rad = query.half_angle_rad + rings_reach(grid_picture(grid)->rings);
+    pipeline_visit(d->pipeline, look_first, s);
+    return s;
 }
 
 json_t *explain_method(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
-    static const char *const keys[] = {"azimuth_deg", "elevation_deg", "distance_m", "half_angle_deg",
-                                       "frame",       "grid",          "count",      NULL};
     static const char *const frames[] = {"body", "ned"};
-    struct scene s = {.d = call->daemon};
-    int64_t count = DEFAULT_COUNT;
-    if (!rpc_only(params, keys, error) || !direction_query(params, &s.query, error) ||
-        !rpc_integer(params, "count", false, 1, COUNT_MAX, &count, error) ||
-        !(s.grid = grid_asked(s.d, params, error)))
+    struct daemon *d = call->daemon;
+    struct scene *s = call->work->state;
+    if (!s && !(s = begin_scene(d, params, error)))
         return NULL;
-    s.count = (uint32_t)count;
-    s.sphere = pipeline_sphere(s.d->pipeline, s.grid);
-    s.now = moment_now(s.d);
-    picture_get_frame(grid_picture(s.grid), &s.frame);
-    answer_direction(grid_picture(s.grid), &s.grid->setting.limits, &s.now, &s.query, &s.answer);
-    geo_direction(s.query.az_rad, s.query.el_rad, s.axis);
-    sight_to_grid(&s.frame, &s.now, s.query.ned, s.axis);
-    return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o}", "frame", frames[s.query.ned], "answer",
-                     direction_answer(&s.answer), "cells", cells_json(&s), "gone", gone_json(&s), "directions",
-                     claims_json(&s), "pings", pings_json(&s));
+    *call->work = (struct rpc_work){s, free};
+    if (!pipeline_has_grid(d->pipeline, s->grid_number)) {
+        rpc_refuse(error, RPC_INVALID_PARAMS, "grid: it was dropped meanwhile");
+        return NULL;
+    }
+    pipeline_visit(d->pipeline, look_on, s);
+    if (!s->all_heard) {
+        error->code = RPC_UNFINISHED;
+        return NULL;
+    }
+    return json_pack("{s:s, s:o, s:o, s:o, s:o, s:o}", "frame", frames[s->query.ned], "answer",
+                     direction_answer(&s->answer), "cells", cells_json(s), "gone", gone_json(s), "directions",
+                     claims_json(s), "pings", pings_json(s));
 }

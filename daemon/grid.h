@@ -23,6 +23,7 @@ struct grid_setting {
 
 struct grid {
     struct grid_setting setting;
+    uint64_t number;       /* no other of the pipeline's ever has it: it tells whether this one is still there */
     size_t bytes;          /* of its memory, the clusters' among it once they are made */
     void *memory;          /* of the sphere */
     size_t touched;        /* of that, while it is being made */

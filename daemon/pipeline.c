@@ -301,12 +301,6 @@ void pipeline_set_background(struct pipeline *p, int sensor, const struct pipeli
     p->background[sensor] = *background;
 }
 
-const struct witnesses *pipeline_witnesses(struct pipeline *p)
-{
-    pipeline_drain(p);
-    return &p->witnesses;
-}
-
 struct image *pipeline_image(struct pipeline *p, int sensor)
 {
     return p->image[sensor];

@@ -111,15 +111,22 @@ bool pipeline_set_extract(struct pipeline *p, int sensor, const struct extract_c
 /** pipeline_sphere - of a grid, at rest: drains first, holds until the next pipeline_submit. Loop thread. */
 struct sphere *pipeline_sphere(struct pipeline *p, const struct grid *grid);
 
-/** pipeline_witnesses - what the last beams said, at rest like pipeline_sphere. Loop thread. */
-const struct witnesses *pipeline_witnesses(struct pipeline *p);
-
 /**
  * pipeline_add_grid - all pings that come after go into this grid, too, which is the pipeline's then; false: there are
  * PIPELINE_MAX_GRIDS. pipeline_drop_grid - and no longer; it is freed. Between two pings, like pipeline_visit_map.
  */
 bool pipeline_add_grid(struct pipeline *p, struct grid *grid);
 void pipeline_drop_grid(struct pipeline *p, struct grid *grid);
+
+/**
+ * pipeline_visit - have fn called between two pings by the thread that owns the grids and what the last beams said, and
+ * wait until it is done: as pipeline_visit_map. Loop thread.
+ */
+typedef void pipeline_look_fn(void *ctx, const struct witnesses *witnesses);
+void pipeline_visit(struct pipeline *p, pipeline_look_fn *fn, void *ctx);
+
+/** pipeline_has_grid - is the grid of that number (struct grid) still one of the pipeline's? Loop thread. */
+bool pipeline_has_grid(const struct pipeline *p, uint64_t number);
 
 /** pipeline_has_map - is there a map of places? */
 bool pipeline_has_map(const struct pipeline *p);

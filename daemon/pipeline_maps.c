@@ -24,6 +24,23 @@ static void visit(struct pipeline *p, visit_fn *fn, void *ctx)
     sem_destroy(&v.done);
 }
 
+struct look_visit {
+    pipeline_look_fn *fn;
+    void *ctx;
+};
+
+static void look(void *ctx, struct pipeline *p)
+{
+    struct look_visit *v = ctx;
+    v->fn(v->ctx, &p->witnesses);
+}
+
+void pipeline_visit(struct pipeline *p, pipeline_look_fn *fn, void *ctx)
+{
+    struct look_visit v = {fn, ctx};
+    visit(p, look, &v);
+}
+
 /* ---- the map of places ---- */
 
 bool pipeline_has_map(const struct pipeline *p)
@@ -75,8 +92,17 @@ bool pipeline_add_grid(struct pipeline *p, struct grid *grid)
 {
     if (p->n_grids == PIPELINE_MAX_GRIDS)
         return false;
+    grid->number = ++p->grids_ever;
     visit(p, add_grid, grid);
     return true;
+}
+
+bool pipeline_has_grid(const struct pipeline *p, uint64_t number)
+{
+    for (int i = 0; i < p->n_grids; i++)
+        if (p->grid[i]->number == number)
+            return true;
+    return false;
 }
 
 void pipeline_drop_grid(struct pipeline *p, struct grid *grid)

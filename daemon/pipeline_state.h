@@ -41,6 +41,7 @@ struct pipeline {
     struct cleanup *cleanup[PIPELINE_MAX_SENSORS];               /* NULL: no stage of it configured */
     struct grid *grid[PIPELINE_MAX_GRIDS];                       /* written by the owner while the loop waits */
     int n_grids;
+    uint64_t grids_ever;
     struct witnesses witnesses;
     struct pipeline_map *map;                  /* NULL: not configured */
     struct marks *marks[PIPELINE_MAX_SENSORS]; /* NULL: not configured */
