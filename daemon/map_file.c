@@ -8,7 +8,7 @@
 #include <zlib.h>
 
 #define MAGIC        "SONARDVM"
-#define VERSION      2
+#define VERSION      3
 #define HEADER_BYTES 96
 #define HEADER_OF_1  32 /* as far as version 1 had it */
 #define SIZE_BYTES   8
@@ -91,10 +91,14 @@ void map_file_take(struct map_bytes *b, size_t size)
     b->size += SIZE_BYTES + size;
 }
 
-bool map_file_end(struct map_bytes *b)
+bool map_file_end(struct map_bytes *b, const uint8_t *veil, size_t n)
 {
-    if (!reserve(b, CHECK_BYTES))
+    if (!reserve(b, SIZE_BYTES + n + CHECK_BYTES))
         return false;
+    put(b->bytes + b->size, n, SIZE_BYTES);
+    if (n)
+        memcpy(b->bytes + b->size + SIZE_BYTES, veil, n);
+    b->size += SIZE_BYTES + n;
     put(b->bytes + b->size, checksum(b->bytes, b->size), CHECK_BYTES);
     b->size += CHECK_BYTES;
     return true;
@@ -117,7 +121,8 @@ struct map_origin map_file_origin(const uint8_t *bytes)
     return origin;
 }
 
-bool map_file_page(const uint8_t *bytes, size_t size, struct map_page *page)
+/* What stands behind a page: bytes with their size before them. */
+static bool next_section(const uint8_t *bytes, size_t size, struct map_page *page)
 {
     const size_t at = page->bytes ? (size_t)(page->bytes - bytes) + page->size : header_bytes(bytes);
     const size_t left = size - CHECK_BYTES - at;
@@ -126,19 +131,39 @@ bool map_file_page(const uint8_t *bytes, size_t size, struct map_page *page)
     const uint64_t n = get(bytes + at, SIZE_BYTES);
     if (n > left - SIZE_BYTES)
         return false;
-    *page = (struct map_page){bytes + at + SIZE_BYTES, (size_t)n};
+    *page = (struct map_page){bytes + at + SIZE_BYTES, (size_t)n, page->number + 1};
     return true;
 }
 
-/* As many pages as the header says, and nothing behind them. */
-static bool pages_good(const uint8_t *bytes, size_t size, uint32_t wanted)
+bool map_file_page(const uint8_t *bytes, size_t size, struct map_page *page)
+{
+    return page->number < get(bytes + AT_SUBMAPS, 4) && next_section(bytes, size, page);
+}
+
+/* The section behind all submaps. False: of an older version, or cut off. */
+static bool find_veil(const uint8_t *bytes, size_t size, struct map_page *page)
+{
+    while (map_file_page(bytes, size, page)) {
+    }
+    return get(bytes + 8, 4) >= 3 && page->number == get(bytes + AT_SUBMAPS, 4) && next_section(bytes, size, page);
+}
+
+const uint8_t *map_file_veil(const uint8_t *bytes, size_t size, uint32_t *n)
 {
     struct map_page page = {0};
-    uint32_t n = 0;
-    size_t end = header_bytes(bytes);
-    for (; n < wanted && map_file_page(bytes, size, &page); n++)
-        end = (size_t)(page.bytes - bytes) + page.size;
-    return n == wanted && end == size - CHECK_BYTES;
+    *n = find_veil(bytes, size, &page) ? (uint32_t)page.size : 0;
+    return *n ? page.bytes : NULL;
+}
+
+/* As many submaps as the header says, a veil that is one, and nothing behind. */
+static bool sections_good(const uint8_t *bytes, size_t size)
+{
+    const bool has_veil = get(bytes + 8, 4) >= 3;
+    struct map_page page = {0};
+    if (find_veil(bytes, size, &page) != has_veil || page.number != get(bytes + AT_SUBMAPS, 4) + has_veil)
+        return false;
+    const size_t end = page.bytes ? (size_t)(page.bytes - bytes) + page.size : header_bytes(bytes);
+    return end == size - CHECK_BYTES && (!has_veil || page.size == 0 || veil_good(page.size));
 }
 
 enum map_fault map_file_check(const uint8_t *bytes, size_t size, const struct voxmap_setting *setting,
@@ -155,7 +180,7 @@ enum map_fault map_file_check(const uint8_t *bytes, size_t size, const struct vo
     }
     if (size < header_bytes(bytes) + CHECK_BYTES ||
         checksum(bytes, size - CHECK_BYTES) != get(bytes + size - CHECK_BYTES, CHECK_BYTES) ||
-        !pages_good(bytes, size, (uint32_t)get(bytes + AT_SUBMAPS, 4))) {
+        !sections_good(bytes, size)) {
         snprintf(err, err_size, "the map is damaged");
         return MAP_DAMAGED;
     }

@@ -5,7 +5,7 @@
  *
  *   offset  bytes   all numbers little-endian
  *   0       8       "SONARDVM"
- *   8       4       version, 2; one of version 1 is read: it lacks what stands from 32 to 95
+ *   8       4       version, 3; 2 is read, which lacks the veil, and 1, which also lacks what stands from 32 to 95
  *   12      4       submaps
  *   16      8       edge of a voxel in metres, as a 64-bit float
  *   24      4       voxels of a submap's height
@@ -13,6 +13,7 @@
  *   32      8       run that made it: nanoseconds since 1970 when it began
  *   40      56      what its places count from, in UTF-8, 0 behind; all 0: nobody said
  *   96      ...     per submap, oldest first: 8 bytes size, then so many bytes
+ *   then    ...     the veil (grid/voxel/veil.h): 8 bytes size, 0 or a power of 2 in [2^12, 2^22], then so many counts
  *   end - 4 4       CRC-32 (as in zlib) of all before
  */
 #ifndef SONARD_MAP_FILE_H
@@ -57,13 +58,14 @@ uint8_t *map_file_room(struct map_bytes *b, size_t size);
 /** map_file_take - `size` bytes of that room are a submap. */
 void map_file_take(struct map_bytes *b, size_t size);
 
-/** map_file_end - puts the checksum behind. */
-bool map_file_end(struct map_bytes *b);
+/** map_file_end - puts the veil of n counts (0: none) and the checksum behind. */
+bool map_file_end(struct map_bytes *b, const uint8_t *veil, size_t n);
 
 /* A submap within the bytes of a file. */
 struct map_page {
     const uint8_t *bytes;
     size_t size;
+    uint32_t number; /* 1, 2 ... */
 };
 
 /** map_file_check - are these bytes a whole map of such voxels? *n_pages: its submaps. Else a sentence in err. */
@@ -75,5 +77,8 @@ struct map_origin map_file_origin(const uint8_t *bytes);
 
 /** map_file_page - the next submap of a map that was checked; start with *page all zero. False: that was all. */
 bool map_file_page(const uint8_t *bytes, size_t size, struct map_page *page);
+
+/** map_file_veil - the veil of a map that was checked: n counts; NULL: none. */
+const uint8_t *map_file_veil(const uint8_t *bytes, size_t size, uint32_t *n);
 
 #endif

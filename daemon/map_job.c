@@ -75,7 +75,9 @@ static bool complete(struct places_job *job)
     snprintf(job->message, sizeof job->message, "no memory for a copy of the map");
     for (uint32_t i = 0; good && i < job->n_away; i++)
         good = append_away(job, &all, &job->away[i]);
-    if (good && append_map(&all, &job->bytes) && map_file_end(&all)) {
+    uint32_t n;
+    const uint8_t *veil = map_file_veil(job->bytes.bytes, job->bytes.size, &n);
+    if (good && append_map(&all, &job->bytes) && map_file_end(&all, veil, n)) {
         free(job->bytes.bytes);
         job->bytes = all;
         return true;
@@ -191,7 +193,7 @@ static bool make_copy(struct places_job *job, struct copy *c, char *err, size_t 
 {
     struct map_page page = {0};
     struct voxmap_setting s = job->setting;
-    uint32_t pages = 0;
+    uint32_t pages = 0, n;
     *c = (struct copy){0};
     snprintf(err, err_size, "the copy of the map is no map");
     if (map_file_check(job->bytes.bytes, job->bytes.size, &s, &pages, err, err_size) != MAP_GOOD ||
@@ -218,6 +220,9 @@ static bool make_copy(struct places_job *job, struct copy *c, char *err, size_t 
     while (map_file_page(job->bytes.bytes, job->bytes.size, &page))
         if (!voxpage_add(&c->map, page.bytes, page.size, err, err_size))
             return false;
+    const uint8_t *veil = map_file_veil(job->bytes.bytes, job->bytes.size, &n);
+    if (veil)
+        voxmap_join_veil(&c->map, veil, n);
     return true;
 }
 

@@ -108,7 +108,7 @@ static void look(void *ctx, struct pipeline_map *m)
     const struct voxmap_part *due = NULL, *idle = NULL;
     for (uint32_t i = 0; i < map->set.max_submaps; i++) {
         const struct voxmap_part *part = &map->part[i];
-        if (!part->id || part->lost || part == map->current)
+        if (!part->id || part == map->current)
             continue;
         if (part->away && is_due(v, map, part) && (!due || part->id > due->id))
             due = part;
@@ -170,7 +170,7 @@ static bool pack_page(struct daemon *d, uint64_t id, size_t size)
     memset(v.room, 0, size); /* its pages are faulted in here, not in the owner's thread */
     pipeline_visit_map(d->pipeline, pack, &v);
     map_file_take(&p->bytes, v.size);
-    return v.size == size && map_file_end(&p->bytes);
+    return v.size == size && map_file_end(&p->bytes, NULL, 0);
 }
 
 static void fault(struct daemon *d, const char *what, const char *why)

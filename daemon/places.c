@@ -34,7 +34,7 @@ static void list_submaps(void *ctx, struct pipeline_map *m)
     for (uint32_t i = 0; i < m->map.set.max_submaps; i++) {
         const struct voxmap_part *part = &m->map.part[i];
         uint32_t at = list->n;
-        if (!part->id || part->lost || part->away != list->away)
+        if (!part->id || part->away != list->away)
             continue;
         for (; at > 0 && list->id[at - 1] > part->id; at--)
             list->id[at] = list->id[at - 1];
@@ -84,6 +84,35 @@ static bool pack_one(struct daemon *d, uint64_t id, struct map_bytes *bytes)
     return true;
 }
 
+/* Counts of the veil, as far as there is one. */
+struct visit_veil {
+    uint8_t *count;
+    uint32_t n;
+};
+
+static void copy_veil(void *ctx, struct pipeline_map *m)
+{
+    struct visit_veil *v = ctx;
+    const struct veil *veil = &m->map.veil;
+    if (v->count && veil->any)
+        memcpy(v->count, veil->count, veil->n);
+    v->n = v->count && !veil->any ? 0 : veil->n;
+}
+
+/* Last, so that nothing is missing which a submap has lost meanwhile. */
+static bool pack_veil(struct daemon *d, struct map_bytes *bytes)
+{
+    struct visit_veil v = {.count = NULL};
+    pipeline_visit_map(d->pipeline, copy_veil, &v);
+    v.count = calloc(v.n, 1);
+    if (!v.count)
+        return false;
+    pipeline_visit_map(d->pipeline, copy_veil, &v);
+    const bool good = map_file_end(bytes, v.count, v.n);
+    free(v.count);
+    return good;
+}
+
 /* The whole map as a file's bytes. Each submap is of one moment; pings that come meanwhile are in the later ones. */
 static bool pack_all(struct places_task *task)
 {
@@ -100,7 +129,7 @@ static bool pack_all(struct places_task *task)
             return false;
     pipeline_visit_map(d->pipeline, list_submaps, &away);
     task->job.n_away = away.n;
-    return map_file_end(bytes);
+    return pack_veil(d, bytes);
 }
 
 static void clear_map(void *ctx, struct pipeline_map *m)
@@ -121,13 +150,25 @@ static void add_submap(void *ctx, struct pipeline_map *m)
     v->added = voxpage_add(&m->map, v->page.bytes, v->page.size, v->err, sizeof v->err) != 0;
 }
 
+static void add_veil(void *ctx, struct pipeline_map *m)
+{
+    const struct map_page *veil = ctx;
+    voxmap_join_veil(&m->map, veil->bytes, (uint32_t)veil->size);
+}
+
 /* What was read replaces the map. */
 static bool put_in(struct daemon *d, struct places_job *job)
 {
     struct visit_add v = {.added = true};
+    struct map_page veil;
+    uint32_t n;
     pipeline_visit_map(d->pipeline, clear_map, NULL);
     while (v.added && map_file_page(job->bytes.bytes, job->bytes.size, &v.page))
         pipeline_visit_map(d->pipeline, add_submap, &v);
+    veil.bytes = map_file_veil(job->bytes.bytes, job->bytes.size, &n);
+    veil.size = n;
+    if (veil.bytes)
+        pipeline_visit_map(d->pipeline, add_veil, &veil);
     if (!v.added) {
         pipeline_visit_map(d->pipeline, clear_map, NULL);
         snprintf(job->message, sizeof job->message, "%.300s: %.250s; the map is empty now", job->path, v.err);

@@ -46,8 +46,8 @@ static void read_state(void *ctx, struct pipeline_map *m)
                               .tile_bytes = m->map.tiles.tile_bytes};
     for (uint32_t i = 0; i < m->map.set.max_submaps; i++) {
         const struct voxmap_part *part = &m->map.part[i];
-        v->submaps += part->id != 0 && !part->lost;
-        v->away += part->id != 0 && part->away && !part->lost;
+        v->submaps += part->id != 0;
+        v->away += part->id != 0 && part->away;
     }
 }
 

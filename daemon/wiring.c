@@ -127,7 +127,8 @@ static void map_of(const struct conf *conf, double reach_m, struct pipeline_conf
     while (out->mask_blocks < MASK_BLOCKS_MAX && (double)voxmask_bytes(2 * out->mask_blocks) <= share)
         out->mask_blocks *= 2;
     const double left = c->memory_bytes - s->max_submaps * directory - (double)voxmask_bytes(out->mask_blocks);
-    s->n_tiles = (uint32_t)fmin(fmax(left / (TILE_SIDE * TILE_SIDE * s->height * planes), 0), 1e9);
+    const double tiles = left - (double)veil_bytes(veil_cells((size_t)fmax(left, 0)));
+    s->n_tiles = (uint32_t)fmin(fmax(tiles / (TILE_SIDE * TILE_SIDE * s->height * planes), 0), 1e9);
 }
 
 void wiring_pipeline(const struct conf *conf, const struct plan *plan, bool patient, struct pipeline_conf *out)

@@ -10,6 +10,12 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+/* Whole numbers divided, rounded down. */
+static inline int64_t floor_div(int64_t a, int64_t b)
+{
+    return a / b - (a % b < 0);
+}
+
 /* A place: the cell that holds it, and where in the cell it lies (in voxels from its lower corner). */
 struct lattice_place {
     int64_t cell[3];

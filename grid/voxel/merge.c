@@ -5,19 +5,9 @@
 
 #define ALIGNED 1e-9 /* voxels: nearer to a voxel's centre, its neighbours have no say */
 
-static int64_t floor_div(int64_t a, int64_t b)
-{
-    return a / b - (a % b < 0);
-}
-
 static inline uint32_t faded_vacancy(uint32_t count, unsigned shift)
 {
     return count >> shift;
-}
-
-static inline uint32_t faded_echoes(uint32_t count, unsigned shift)
-{
-    return (count + (1u << shift) - 1) >> shift;
 }
 
 /* The directory's entry of the tile over a column, by plan position from the box's first; the column is in the box. */
@@ -40,14 +30,12 @@ static struct merge_sum own_sum(const struct voxmap *m, const struct voxmap_part
         if (marks == TILE_NONE)
             return sum;
         const uint32_t heard = marks >> part_slice((uint32_t)(cell[2] - p->map.box.first[2]), m->set.height) & 1;
-        sum.away = !p->lost;
-        sum.lost = p->lost;
-        sum.away_heard = heard && !p->lost;
-        sum.veil = heard && p->lost;
+        sum.away = true;
+        sum.away_heard = heard;
         return sum;
     }
     sum.vacancy = faded_vacancy(submap_count(&p->map, SUBMAP_VACANCY, cell), shift);
-    sum.echoes = faded_echoes(submap_count(&p->map, SUBMAP_ECHOES, cell), shift);
+    sum.echoes = voxmap_faded_echoes(submap_count(&p->map, SUBMAP_ECHOES, cell), shift);
     return sum;
 }
 
@@ -95,10 +83,8 @@ static struct merge_sum moved_sum(const struct voxmap *m, const struct voxmap_pa
             own_sum(m, p, (const int64_t[3]){least[0] + step[0], least[1] + step[1], least[2] + step[2]});
         sum.vacancy = one.vacancy < sum.vacancy ? one.vacancy : sum.vacancy;
         sum.echoes = one.echoes > sum.echoes ? one.echoes : sum.echoes;
-        sum.veil = one.veil > sum.veil ? one.veil : sum.veil;
         sum.away |= one.away;
         sum.away_heard |= one.away_heard;
-        sum.lost |= one.lost;
     }
     return sum;
 }
@@ -113,11 +99,10 @@ struct merge_sum merge_sum(const struct voxmap *m, const int64_t cell[3])
         struct merge_sum one = p->moved ? moved_sum(m, p, cell) : own_sum(m, p, cell);
         sum.vacancy += one.vacancy;
         sum.echoes += one.echoes;
-        sum.veil += one.veil;
         sum.away |= one.away;
         sum.away_heard |= one.away_heard;
-        sum.lost |= one.lost;
     }
+    sum.veil = veil_echoes(&m->veil, cell, &sum.lost);
     return sum;
 }
 
@@ -183,10 +168,12 @@ struct sums {
     uint16_t vacancy[BLOCK_HEIGHT], echoes[BLOCK_HEIGHT];
 };
 
-/* What submaps without tiles here say of a block: the same for all its columns. */
+#define CUBES_ACROSS (BLOCK_SIDE / VEIL_CUBE)
+
+/* What is said of a block by other than tiles. */
 struct shade {
-    uint64_t hidden;             /* where one that is away may hold echoes */
-    uint16_t veil[BLOCK_HEIGHT]; /* how many forgotten ones heard something */
+    uint64_t hidden;                                          /* where a submap that is away may hold echoes */
+    uint16_t veil[CUBES_ACROSS * CUBES_ACROSS][BLOCK_HEIGHT]; /* echoes, by cube in plan */
 };
 
 /* A column of a layer, 0 where it has none: loops of a fixed length over it become vectors. */
@@ -217,13 +204,15 @@ static inline void add_layer(const struct voxmap *m, const struct layer *l, uint
         s->echoes[k] = (uint16_t)(s->echoes[k] + ((count[k] + up) >> shift));
 }
 
-static inline void judge(const struct voxmap *m, const struct sums *s, const struct shade *shade, uint64_t *free,
-                         uint64_t *heard)
+static inline void judge(const struct voxmap *m, const struct sums *s, const struct shade *shade, uint32_t column,
+                         uint64_t *free, uint64_t *heard)
 {
+    const uint16_t *veil =
+        shade->veil[column / BLOCK_SIDE / VEIL_CUBE * CUBES_ACROSS + column % BLOCK_SIDE / VEIL_CUBE];
     uint8_t is_free[BLOCK_HEIGHT], is_heard[BLOCK_HEIGHT];
     uint32_t threshold = m->rule.threshold, weight = m->rule.echo_weight;
     for (int k = 0; k < BLOCK_HEIGHT; k++)
-        is_free[k] = s->vacancy[k] > threshold + weight * ((uint32_t)s->echoes[k] + shade->veil[k]);
+        is_free[k] = s->vacancy[k] > threshold + weight * ((uint32_t)s->echoes[k] + veil[k]);
     for (int k = 0; k < BLOCK_HEIGHT; k++)
         is_heard[k] = s->echoes[k] > 0;
     *free = pack(is_free) & ~shade->hidden;
@@ -235,9 +224,25 @@ static void add_shade(const struct voxmap *m, const struct layer *l, struct shad
     for (int32_t k = l->first; k < l->end; k++) {
         const uint32_t level = (uint32_t)(l->skip + k - l->first);
         const uint32_t heard = l->tile >> part_slice(level, m->set.height) & 1;
-        shade->hidden |= (uint64_t)(heard && !l->part->lost) << k;
-        shade->veil[k] = (uint16_t)(shade->veil[k] + (heard && l->part->lost));
+        shade->hidden |= (uint64_t)heard << k;
     }
+}
+
+/* True: something was forgotten in the block. */
+static bool add_veil(const struct voxmap *m, const struct block_key *key, struct shade *shade)
+{
+    bool lost = false;
+    for (int q = 0; m->veil.any && q < CUBES_ACROSS * CUBES_ACROSS; q++)
+        for (int k = 0; k < BLOCK_HEIGHT; k++) {
+            const int64_t cell[3] = {key->at[0] * BLOCK_SIDE + q / CUBES_ACROSS * VEIL_CUBE,
+                                     key->at[1] * BLOCK_SIDE + q % CUBES_ACROSS * VEIL_CUBE,
+                                     key->at[2] * BLOCK_HEIGHT + k};
+            bool known = lost;
+            shade->veil[q][k] =
+                k % VEIL_CUBE ? shade->veil[q][k - 1] : (uint16_t)veil_echoes(&m->veil, cell, &known);
+            lost |= known;
+        }
+    return lost;
 }
 
 /* Is a corrected submap's box near enough to say anything of a block? Compares the balls around both. */
@@ -279,7 +284,8 @@ void merge_block(const struct voxmap *m, const struct block_key *key, struct mer
     struct shade shade = {0};
     uint32_t n = 0, entry;
 
-    out->away = out->lost = false;
+    out->away = false;
+    out->lost = add_veil(m, key, &shade);
     for (uint32_t p = 0; p < m->set.max_submaps; p++) {
         const struct voxmap_part *part = &m->part[p];
         if (!part->id)
@@ -291,8 +297,7 @@ void merge_block(const struct voxmap *m, const struct block_key *key, struct mer
         if (part->moved || !layer_in(m, part, key, &layer[n], &entry))
             continue;
         if (part->away) {
-            out->away |= !part->lost;
-            out->lost |= part->lost;
+            out->away = true;
             add_shade(m, &layer[n], &shade);
         } else {
             n++;
@@ -302,7 +307,7 @@ void merge_block(const struct voxmap *m, const struct block_key *key, struct mer
         struct sums sums = {0};
         for (uint32_t l = 0; l < n; l++)
             add_layer(m, &layer[l], c, &sums);
-        judge(m, &sums, &shade, &out->free[c], &out->heard[c]);
+        judge(m, &sums, &shade, c, &out->free[c], &out->heard[c]);
     }
 }
 
@@ -311,7 +316,7 @@ bool merge_block_changed(const struct voxmap *m, const struct block_key *key, ui
     struct layer layer;
     uint32_t entry;
 
-    if (m->change_of_all > since)
+    if (m->change_of_all > since || veil_stamp(&m->veil, key->at[0] * BLOCK_SIDE, key->at[1] * BLOCK_SIDE) > since)
         return true;
     for (uint32_t p = 0; p < m->set.max_submaps; p++) {
         const struct voxmap_part *part = &m->part[p];
@@ -322,9 +327,18 @@ bool merge_block_changed(const struct voxmap *m, const struct block_key *key, ui
     return false;
 }
 
+static bool veil_around_changed(const struct voxmap *m, const struct block_key *key, uint64_t since)
+{
+    for (int n = 0; n < 9; n++)
+        if (veil_stamp(&m->veil, (key->at[0] + n / 3 - 1) * BLOCK_SIDE, (key->at[1] + n % 3 - 1) * BLOCK_SIDE) >
+            since)
+            return true;
+    return false;
+}
+
 bool merge_around_changed(const struct voxmap *m, const struct block_key *key, uint64_t since)
 {
-    if (m->change_of_all > since)
+    if (m->change_of_all > since || veil_around_changed(m, key, since))
         return true;
     for (uint32_t p = 0; p < m->set.max_submaps; p++) {
         const struct submap *map = &m->part[p].map;

@@ -6,7 +6,7 @@
  * Submaps lie on the world's lattice, so adding up is exact. One whose base pose was corrected is asked at the centre of
  * the world's voxel: the least vacancy and the most echoes of the eight voxels around it, so no holes and no water that was
  * not there. Of one that is away only where it has tiles is known: a voxel there is free only if the others suffice and
- * it can hold no echo, and else at best unknown. Of one that was forgotten it is the same, but its echo can be outweighed.
+ * it can hold no echo, and else at best unknown. Echoes that no submap keeps (veil.h) count as echoes.
  */
 #ifndef SONARD_MERGE_H
 #define SONARD_MERGE_H
@@ -15,10 +15,10 @@
 
 struct merge_sum {
     uint32_t vacancy, echoes;
-    uint32_t veil;   /* forgotten submaps that heard something about here: each weighs one echo */
+    uint32_t veil;   /* echoes that no submap keeps */
     bool away;       /* a submap that is away knows more */
     bool away_heard; /* ... echoes, perhaps */
-    bool lost;       /* a submap that was forgotten knew more */
+    bool lost;       /* something about here was forgotten */
 };
 
 /** merge_sum - what all submaps say of a cell. */
@@ -89,6 +89,7 @@ bool merge_next(const struct voxmap *m, struct merge_walk *walk, struct block_ke
 enum merge_sought { MERGE_FOUND, MERGE_NOT_YET, MERGE_ALL };
 
 /** merge_seek - the same, but skips no more than `most` blocks of which nothing is known: MERGE_NOT_YET, call again. */
-enum merge_sought merge_seek(const struct voxmap *m, struct merge_walk *walk, uint32_t most, struct block_key *key);
+enum merge_sought merge_seek(const struct voxmap *m, struct merge_walk *walk, uint32_t most,
+                             struct block_key *key);
 
 #endif

@@ -4,6 +4,8 @@
 #include <stdio.h>
 #include <string.h>
 
+#include "voxveil.h"
+
 #define BODY_GAP_NS UINT64_C(2000000000) /* longest time over which the body is taken to have gone straight */
 
 static size_t aligned(size_t bytes)
@@ -42,6 +44,11 @@ static const char *refused(const struct voxmap_setting *s)
     return NULL;
 }
 
+static uint32_t veil_cells_of(const struct voxmap_setting *s)
+{
+    return veil_cells(tiles_bytes(s->n_tiles, s->height, s->keep_echoes ? 2 : 1));
+}
+
 size_t voxmap_bytes(const struct voxmap_setting *s, char *err, size_t err_size)
 {
     const char *why = refused(s);
@@ -50,7 +57,7 @@ size_t voxmap_bytes(const struct voxmap_setting *s, char *err, size_t err_size)
         return 0;
     }
     return aligned(s->max_submaps * sizeof(struct voxmap_part)) + s->max_submaps * aligned(submap_bytes(s->side)) +
-           tiles_bytes(s->n_tiles, s->height, s->keep_echoes ? 2 : 1);
+           aligned(veil_bytes(veil_cells_of(s))) + tiles_bytes(s->n_tiles, s->height, s->keep_echoes ? 2 : 1);
 }
 
 void voxmap_init(struct voxmap *m, const struct voxmap_setting *s, void *memory)
@@ -67,6 +74,8 @@ void voxmap_init(struct voxmap *m, const struct voxmap_setting *s, void *memory)
         memset(at, 0, submap_bytes(s->side));
         at += aligned(submap_bytes(s->side));
     }
+    veil_init(&m->veil, at, veil_cells_of(s));
+    at += aligned(veil_bytes(m->veil.n));
     tiles_init(&m->tiles, at, s->n_tiles, s->height, s->keep_echoes ? 2 : 1);
 }
 
@@ -111,32 +120,18 @@ static void forget(struct voxmap *m, struct voxmap_part *part)
     change_all(m);
 }
 
-/* The slices of a tile's height in which something was heard. */
-static uint32_t marks_of(const struct tiles *t, uint32_t tile)
-{
-    uint32_t marks = 0;
-    for (uint32_t c = 0; t->planes > 1 && c < TILE_SIDE * TILE_SIDE; c++) {
-        const uint8_t *echoes = tiles_column(t, tile, c, SUBMAP_ECHOES);
-        for (uint32_t k = 0; k < t->height; k++) {
-            uint64_t eight = 1; /* mostly nothing was heard in all of them */
-            if (k + sizeof eight <= t->height)
-                memcpy(&eight, echoes + k, sizeof eight);
-            if (eight == 0)
-                k += sizeof eight - 1;
-            else if (echoes[k])
-                marks |= 1u << part_slice(k, t->height);
-        }
-    }
-    return marks;
-}
-
 void voxmap_put_away(struct voxmap *m, struct voxmap_part *part)
 {
     for (size_t t = 0; t < (size_t)m->set.side * m->set.side; t++) {
         const uint32_t tile = part->map.tile[t];
+        uint32_t marks = 0, most = 0;
         if (tile == TILE_NONE)
             continue;
-        part->map.tile[t] = marks_of(&m->tiles, tile);
+        for (uint32_t c = 0; m->tiles.planes > 1 && c < TILE_SIDE * TILE_SIDE; c++)
+            most = voxveil_most(&m->tiles, tiles_column(&m->tiles, tile, c, SUBMAP_ECHOES), 0, m->tiles.height,
+                                most, &marks);
+        part->map.tile[t] = marks;
+        part->map.written[t] = most;
         tiles_give(&m->tiles, tile);
     }
     part->away = true;
@@ -145,20 +140,25 @@ void voxmap_put_away(struct voxmap *m, struct voxmap_part *part)
 
 static void lose(struct voxmap *m, struct voxmap_part *part)
 {
-    if (!part->away)
-        voxmap_put_away(m, part);
-    part->lost = true;
+    m->change++;
+    voxveil_keep(m, part);
+    forget(m, part);
     m->stats.lost++;
-    change_all(m);
 }
 
 bool voxmap_drop(struct voxmap *m, uint64_t id)
 {
     struct voxmap_part *part = voxmap_part(m, id);
-    if (!part || part == m->current || part->lost)
+    if (!part || part == m->current)
         return false;
     lose(m, part);
     return true;
+}
+
+void voxmap_join_veil(struct voxmap *m, const uint8_t *count, uint32_t n)
+{
+    veil_join(&m->veil, count, n);
+    change_all(m);
 }
 
 void voxmap_clear(struct voxmap *m)
@@ -166,6 +166,7 @@ void voxmap_clear(struct voxmap *m)
     for (uint32_t p = 0; p < m->set.max_submaps; p++)
         if (m->part[p].id)
             forget(m, &m->part[p]);
+    veil_clear(&m->veil);
     m->current = NULL;
     m->close_asked = false;
     m->body_ns = 0;
@@ -187,9 +188,7 @@ struct voxmap_part *voxmap_place_for_part(struct voxmap *m)
         for (uint32_t p = 0; p < m->set.max_submaps; p++)
             if (!m->part[p].id)
                 return &m->part[p];
-        struct voxmap_part *part = oldest(m, true);
-        m->stats.lost += !part->lost;
-        forget(m, part);
+        lose(m, oldest(m, true));
     }
 }
 
@@ -239,6 +238,8 @@ void voxmap_pass(struct voxmap *m, uint64_t t_ns)
     uint64_t half_lives = m->begun && t_ns > m->t0_ns ? (t_ns - m->t0_ns) / m->set.half_life_ns : 0;
     if (half_lives <= m->half_lives)
         return;
+    for (uint64_t n = m->half_lives; n < half_lives && n < m->half_lives + 8; n++)
+        veil_halve(&m->veil);
     m->half_lives = half_lives;
     change_all(m);
     for (uint32_t p = 0; p < m->set.max_submaps; p++)
@@ -306,7 +307,7 @@ static float cut_elevation(const struct echoes *e)
 static bool open_beam(struct voxmap *m, enum cast_shape shape, float half_az_rad, float half_el_rad)
 {
     char err[160];
-    const double voxel_m = m->set.voxel_m, diagonal = 0.8660254037844386;
+    const double voxel_m = m->set.voxel_m;
     const double free_el = m->set.opening, free_az = shape == CAST_CONE ? m->set.opening : 1;
 
     if (half_az_rad > 0 && m->opening_az_rad == half_az_rad && m->opening_el_rad == half_el_rad &&
@@ -320,13 +321,31 @@ static bool open_beam(struct voxmap *m, enum cast_shape shape, float half_az_rad
                                narrow * free_el * (double)half_el_rad, m->set.tolerance_m, err, sizeof err))
             return false;
     }
-    if (!cast_opening_init(&m->heard, shape, (double)half_az_rad, (double)half_el_rad, diagonal * voxel_m, err,
-                           sizeof err))
+    const double wider = VOXVEIL_HALF_DIAGONAL * voxel_m;
+    if (!cast_opening_init(&m->heard, shape, (double)half_az_rad, (double)half_el_rad, wider, err, sizeof err) ||
+        !cast_opening_init(&m->veiled, shape, (double)half_az_rad, (double)half_el_rad, (1 + VEIL_CUBE) * wider,
+                           err, sizeof err))
         return false;
     m->opening_az_rad = half_az_rad;
     m->opening_el_rad = half_el_rad;
     m->opening_shape = shape;
     return true;
+}
+
+static void enter_echo(struct voxmap *m, const struct beam_echoes *heard, const struct echo *echo,
+                       const struct lattice_place *apex, const double attitude[4])
+{
+    struct submap *map = &m->current->map;
+    const double voxel_m = m->set.voxel_m, near_m = fmax((double)echo->near_m - voxel_m / 2, 0);
+    const double far_m = (double)echo->range_m + (double)echo->sd_m + voxel_m / 2;
+    const struct submap_stats before = map->stats;
+    struct cast_beam beam;
+    if (!cast_aim(&beam, &m->heard, apex, attitude, (double)heard->az_rad, (double)heard->el_rad, near_m, far_m,
+                  voxel_m))
+        return;
+    submap_cast(map, &beam, SUBMAP_ECHOES);
+    if (map->stats.clipped != before.clipped || map->stats.starved != before.starved)
+        voxveil_echo(m, apex, attitude, heard, near_m, far_m);
 }
 
 static void enter_beam(struct voxmap *m, const struct beam_echoes *heard, const struct lattice_place *apex,
@@ -346,13 +365,8 @@ static void enter_beam(struct voxmap *m, const struct beam_echoes *heard, const 
             submap_cast(map, &beam, SUBMAP_VACANCY);
         }
     }
-    for (int n = 0; m->set.keep_echoes && n < heard->n; n++) {
-        const struct echo *echo = &heard->echo[n];
-        double near_m = fmax((double)echo->near_m - voxel_m / 2, 0);
-        double far_m = (double)echo->range_m + (double)echo->sd_m + voxel_m / 2;
-        if (cast_aim(&beam, &m->heard, apex, attitude, az, el, near_m, far_m, voxel_m))
-            submap_cast(map, &beam, SUBMAP_ECHOES);
-    }
+    for (int n = 0; m->set.keep_echoes && n < heard->n; n++)
+        enter_echo(m, heard, &heard->echo[n], apex, attitude);
 }
 
 static void enter_body(struct voxmap *m, const struct lattice_place *at, uint64_t t_ns)

@@ -16,6 +16,7 @@
 
 #include "../echoes.h"
 #include "submap.h"
+#include "veil.h"
 
 #define VOXMAP_MAX_SUBMAPS 256 /* so that sums of their counts fit 16 bits */
 #define VOXMAP_MAX_LEVELS  8
@@ -59,10 +60,10 @@ struct voxmap_part {
     double begin_path_m;        /* struct pose's path_m at its first ping */
     uint64_t pings, half_lives; /* pings in it; half-lives since the first ping that its counts stand at */
     bool away;                  /* its tiles are not here: answers unknown */
-    bool lost;                  /* ... and never come back: what was heard in it stays as a veil (voxmap_drop) */
 };
 
-/* Where a tile was, bit s: something was heard in the s-th of so many equal slices of its height. Never TILE_NONE. */
+/* Where a tile was, bit s: something was heard in the s-th of so many equal slices of its height. Never TILE_NONE. In place
+ * of the stamp beside it stands the most echoes that a voxel of it held. */
 #define PART_SLICES 31u
 
 static inline unsigned part_slice(uint32_t level, uint32_t height)
@@ -84,6 +85,7 @@ struct voxmap {
     struct voxmap_setting set;
     struct voxel_rule rule; /* the setting's, scaled by weight_levels */
     struct tiles tiles;
+    struct veil veil;         /* what was heard and no submap keeps */
     struct voxmap_part *part; /* [max_submaps] */
     struct voxmap_part *current;
     uint64_t next_id;
@@ -93,7 +95,7 @@ struct voxmap {
     uint64_t half_lives;     /* that have begun since */
     uint64_t change;         /* counts everything that may change an answer; stamps of tiles are its values */
     uint64_t change_of_all;  /* the last change that is not a ping's: ageing, correction, paging */
-    struct cast_opening opening[VOXMAP_MAX_LEVELS], heard; /* of the last ping: */
+    struct cast_opening opening[VOXMAP_MAX_LEVELS], heard, veiled; /* of the last ping: */
     float opening_az_rad, opening_el_rad;
     enum cast_shape opening_shape;
     struct lattice_place body; /* at the last stamp */
@@ -117,7 +119,7 @@ void voxmap_clear(struct voxmap *m);
 /**
  * voxmap_enter - one ping, in order of time. Per beam the water from blind_m to free_to_m gets a vacancy more; per echo the
  * shell from near_m to range_m + sd_m, half a voxel thicker either way and wider by half a voxel's diagonal so that at
- * least one voxel holds it, an echo more. Beams of a fan are cut to half their least spacing, so that each voxel is raised
+ * least one voxel holds it, an echo more; what of it lies beyond the box, or finds no memory, goes into the veil. Beams of a fan are cut to half their least spacing, so that each voxel is raised
  * once per ping. The body's capsule from the last ping's position (when at most 2 s and two radii back) is stamped free.
  * False: nothing was entered, since the pose lacks attitude, position or depth; counted. The map ages all the same.
  * Cost: the voxels touched; when a half-life begins, once the current submap's memory.
@@ -149,19 +151,29 @@ bool voxmap_low(const struct voxmap *m);
 /** voxmap_put_away - gives a closed submap's tiles back; marks of what was heard stay in its directory. */
 void voxmap_put_away(struct voxmap *m, struct voxmap_part *part);
 
-/** voxmap_drop - forgets a submap that is not the current one, as if it had aged without end: its free looks are gone, and
- * one echo stays in each slice of a tile in which something was heard, so that the looks of others free that water only
- * when they outweigh it. That veil lasts until the submap's place is taken (voxmap_place_for_part). False: no such. */
+/** voxmap_drop - forgets a submap that is not the current one: its free looks are gone, and what it heard goes into the veil:
+ * nowhere fewer echoes than it held (of one that is away: the most of a tile, in each slice that heard something), so no
+ * water becomes free that was not. False: no such. */
 bool voxmap_drop(struct voxmap *m, uint64_t id);
 
-/** voxmap_place_for_part - a place for one more submap: with all taken, that of the oldest, which is forgotten. */
+/** voxmap_place_for_part - a place for one more submap: with all taken, that of the oldest, which is forgotten as by
+ * voxmap_drop(). */
 struct voxmap_part *voxmap_place_for_part(struct voxmap *m);
+
+/** voxmap_join_veil - adds the veil of another map on the same lattice: n counts, veil_good(n). */
+void voxmap_join_veil(struct voxmap *m, const uint8_t *count, uint32_t n);
 
 /** voxmap_shift - by how many half-lives the counts of a submap are to be halved where they are read, at most 8. */
 static inline unsigned voxmap_shift(const struct voxmap *m, const struct voxmap_part *p)
 {
     uint64_t past = m->half_lives - p->half_lives;
     return past < 8 ? (unsigned)past : 8;
+}
+
+/** voxmap_faded_echoes - a count of echoes as it is after so many half-lives: halved and rounded up. */
+static inline uint32_t voxmap_faded_echoes(uint32_t count, unsigned shift)
+{
+    return (count + (1u << shift) - 1) >> shift;
 }
 
 /** voxmap_changed - everything that may change an answer makes this number larger. */

@@ -237,7 +237,7 @@ bool voxpage_attach(struct voxmap *m, uint64_t id, const uint8_t *bytes, size_t 
 {
     struct voxmap_part *part = voxmap_part(m, id);
     uint64_t field[FIELDS];
-    const char *why = !part || !part->away || part->lost ? "no such submap is away" : unfit(m, bytes, size, field);
+    const char *why = !part || !part->away ? "no such submap is away" : unfit(m, bytes, size, field);
 
     if (!why && (field[F_ID] != id || field[F_TILES] != part->map.n_tiles))
         why = "another submap";

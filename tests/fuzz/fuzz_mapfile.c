@@ -67,6 +67,9 @@ static void put_in(const uint8_t *data, size_t size, uint32_t wanted)
         free(again);
     }
     must(n == wanted);
+    const uint8_t *veil = map_file_veil(data, size, &n);
+    if (veil)
+        voxmap_join_veil(&map, veil, n);
     struct free_answer answer;
     must(free_query_box(&mask, (double[3]){-8, -8, -2}, (double[3]){8, 8, 2}, &answer));
 }

@@ -322,7 +322,7 @@ def check_foreign(bench, client, path, before):
     refused("short", good[:-1000], "damaged", True)
     refused("empty", b"", "not a map", False)
     refused("other", b"ply\nformat ascii 1.0\n", "not a map", False)
-    refused("newer", good[:8] + struct.pack("<I", 3) + good[12:], "version 3", False)
+    refused("newer", good[:8] + struct.pack("<I", 4) + good[12:], "version 4", False)
     missing = bench.sonarctl("map", "load", "nowhere")
     check(missing.returncode == 6 and "no such map" in missing.stderr, missing.stderr)
     bench.write("mine.map", "my own notes")

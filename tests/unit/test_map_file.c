@@ -22,7 +22,7 @@ static struct map_bytes file_of(const size_t *size, int n)
         memset(room, i, size[i]);
         map_file_take(&b, size[i]);
     }
-    CHECK(map_file_end(&b));
+    CHECK(map_file_end(&b, NULL, 0));
     return b;
 }
 
@@ -63,7 +63,8 @@ TEST(an_empty_map_is_a_map)
     free(b.bytes);
 }
 
-/* What places count from comes back; a map of version 1 has none, and its submaps are found all the same. */
+/* What places count from comes back; a map of version 1 has none, one of version 2 no veil, and their submaps are found all
+ * the same. */
 TEST(the_origin_is_in_the_file)
 {
     const struct map_origin here = {.run = 1763703962123456789, .name = "geo:41.1784,-8.6071"};
@@ -71,7 +72,7 @@ TEST(the_origin_is_in_the_file)
     struct map_bytes b = {0};
     char err[300] = "";
     uint32_t n = 9;
-    CHECK(map_file_begin(&b, &setting, &here) && map_file_end(&b));
+    CHECK(map_file_begin(&b, &setting, &here) && map_file_end(&b, NULL, 0));
     CHECK_INT(map_file_check(b.bytes, b.size, &setting, &n, err, sizeof err), MAP_GOOD);
     struct map_origin got = map_file_origin(b.bytes);
     CHECK(got.run == here.run);
@@ -83,6 +84,11 @@ TEST(the_origin_is_in_the_file)
 
     struct map_page page = {0};
     b = file_of(size, 2);
+    b.size -= 8; /* the veil's */
+    b.bytes[8] = 2;
+    seal(&b);
+    CHECK_INT(map_file_check(b.bytes, b.size, &setting, &n, err, sizeof err), MAP_GOOD);
+    CHECK(map_file_origin(b.bytes).run == nowhere.run && map_file_veil(b.bytes, b.size, &n) == NULL);
     memmove(b.bytes + 32, b.bytes + 96, b.size - 96);
     b.size -= 64;
     b.bytes[8] = 1;
@@ -94,6 +100,31 @@ TEST(the_origin_is_in_the_file)
     CHECK(!map_file_page(b.bytes, b.size, &page));
     got = map_file_origin(b.bytes);
     CHECK(got.run == 0 && !got.name[0]);
+    free(b.bytes);
+}
+
+TEST(the_veil_comes_back)
+{
+    static uint8_t veil[4096];
+    static const size_t size[] = {5, 300};
+    char err[300] = "";
+    uint32_t n = 9;
+    for (size_t i = 0; i < sizeof veil; i++)
+        veil[i] = (uint8_t)(7 * i);
+    struct map_bytes b = file_of(size, 2);
+    CHECK(map_file_veil(b.bytes, b.size, &n) == NULL && n == 0);
+    b.size -= 12;
+    CHECK(map_file_end(&b, veil, sizeof veil));
+    CHECK_INT(map_file_check(b.bytes, b.size, &setting, &n, err, sizeof err), MAP_GOOD);
+    CHECK_INT(n, 2);
+    const uint8_t *got = map_file_veil(b.bytes, b.size, &n);
+    CHECK(n == sizeof veil && memcmp(got, veil, n) == 0);
+    b.size -= 4 + 1; /* one count fewer is no table */
+    b.bytes[b.size - 4095 - 8 + 1] = 0x0f;
+    b.bytes[b.size - 4095 - 8] = 0xff;
+    b.size += 4;
+    seal(&b);
+    CHECK_INT(map_file_check(b.bytes, b.size, &setting, &n, err, sizeof err), MAP_DAMAGED);
     free(b.bytes);
 }
 
@@ -126,7 +157,7 @@ TEST(what_is_sealed_and_wrong_is_refused)
         const char *says;
     } row[] = {
         {"another kind of file", 0, 'X', MAP_FOREIGN, "not a map"},
-        {"a newer version", 8, 3, MAP_FOREIGN, "version 3"},
+        {"a newer version", 8, 4, MAP_FOREIGN, "version 4"},
         {"a version that never was", 8, 0, MAP_FOREIGN, "version 0"},
         {"more submaps than there are", 12, 3, MAP_DAMAGED, "damaged"},
         {"fewer submaps than there are", 12, 1, MAP_DAMAGED, "damaged"},
@@ -134,6 +165,7 @@ TEST(what_is_sealed_and_wrong_is_refused)
         {"another height", 24, 81, MAP_FOREIGN, "81 high"},
         {"no echoes", 28, 0, MAP_FOREIGN, "without echoes"},
         {"a submap longer than the file", 96 + 3, 1, MAP_DAMAGED, "damaged"},
+        {"a veil of no size", 96 + 8 + 40 + 8 + 30, 1, MAP_DAMAGED, "damaged"},
         {"a submap of more bytes than any", 96 + 7, 0xff, MAP_DAMAGED, "damaged"},
     };
     for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
@@ -294,6 +326,7 @@ int main(void)
     RUN(pages_come_back);
     RUN(an_empty_map_is_a_map);
     RUN(the_origin_is_in_the_file);
+    RUN(the_veil_comes_back);
     RUN(every_damage_is_found);
     RUN(what_is_sealed_and_wrong_is_refused);
     RUN(the_surface_is_by_definition);
