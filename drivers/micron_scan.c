@@ -26,6 +26,7 @@ static void begin(struct micron_scan *scan, bool pass)
     scan->left = pass ? scan->attend_first : scan->at;
     scan->n = scan->attend_n;
     scan->pings = 0;
+    scan->plain = pass ? 0 : scan->plain;
     scan->saw_left = scan->saw_right = false;
 }
 
@@ -36,6 +37,7 @@ static void go_on(struct micron_scan *scan, uint64_t now_ns)
     scan->at = (scan->at + units) % MICRON_TURN;
     scan->at -= scan->at % scan->step;
     scan->done += units;
+    scan->plain += scan->n;
     if (scan->done >= MICRON_TURN) {
         scan->done -= MICRON_TURN;
         steer_begin(&scan->steer, now_ns);
@@ -70,7 +72,7 @@ bool micron_scan_ping(struct micron_scan *scan, unsigned bearing, uint64_t now_n
         go_on(scan, now_ns);
     /* a stretch that begins within the limits is run through twice */
     const bool turn = !scan->pass && scan->attend_n &&
-                      steer_has_time(&scan->steer, (double)scan->done / MICRON_TURN, 2 * scan->attend_n, now_ns);
+                      steer_has_time(&scan->steer, scan->plain, 2 * scan->attend_n, MICRON_TURN / scan->step, now_ns);
     begin(scan, turn);
     return true;
 }

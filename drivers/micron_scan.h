@@ -16,6 +16,7 @@ struct micron_scan {
     unsigned left, n;                /* present stretch; n = 0: round and round */
     bool pass, saw_left, saw_right;
     unsigned pings; /* of the stretch */
+    unsigned plain; /* bearings of the plain scan since the last pass */
 };
 
 /** micron_scan_init - step in [1, 255] units; circle_ns as in steer.h. */

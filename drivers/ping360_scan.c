@@ -94,8 +94,8 @@ void ping360_scan_advance(struct ping360_scan *scan, uint64_t now_ns)
     scan->plain++;
     if (!scan->positions && scan->at < was_at)
         steer_begin(&scan->steer, now_ns);
-    if (scan->attend_n && scan->plain >= scan->attend_n &&
-        steer_has_time(&scan->steer, (double)scan->at / PING360_TURN, scan->attend_n, now_ns))
+    if (scan->attend_n &&
+        steer_has_time(&scan->steer, scan->plain, scan->attend_n, PING360_TURN / scan->step, now_ns))
         begin_pass(scan, from);
 }
 

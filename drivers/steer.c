@@ -3,6 +3,8 @@
 
 void steer_begin(struct steer *s, uint64_t now_ns)
 {
+    if (s->pings)
+        s->pace_ns = (double)(now_ns - s->begun_ns) / s->pings;
     s->begun_ns = now_ns;
     s->pings = 0;
 }
@@ -12,14 +14,16 @@ void steer_ping(struct steer *s)
     s->pings++;
 }
 
-bool steer_has_time(const struct steer *s, double done, unsigned pass, uint64_t now_ns)
+bool steer_has_time(const struct steer *s, unsigned plain, unsigned pass, unsigned turn, uint64_t now_ns)
 {
     if (!s->circle_ns)
-        return true;
-    if (!s->pings)
+        return plain >= pass;
+    if (!(s->pace_ns > 0) && !s->pings)
         return false;
-    const double elapsed_ns = (double)(now_ns - s->begun_ns), pass_ns = elapsed_ns / s->pings * pass;
-    return elapsed_ns + pass_ns <= done * ((double)s->circle_ns - pass_ns);
+    const double pace_ns = s->pace_ns > 0 ? s->pace_ns : (double)(now_ns - s->begun_ns) / s->pings;
+    /* a turn that begins with a pass has one more in it than fit in between */
+    const double room = (double)s->circle_ns / pace_ns - turn - pass;
+    return plain >= pass && plain * room >= (double)turn * pass;
 }
 
 bool steer_seen_add(struct steer_seen *seen, unsigned angle, unsigned step, unsigned turn)

@@ -16,6 +16,7 @@ struct steer {
     uint64_t circle_ns; /* within which it shall be done; 0: no such time */
     uint64_t begun_ns;
     unsigned pings; /* since then, those of passes among them */
+    double pace_ns; /* of a ping in the circle before, the head's way to passes and back in it; 0: there was none */
 };
 
 /** steer_begin - a circle begins. steer_ping - a ping of it came. */
@@ -23,10 +24,11 @@ void steer_begin(struct steer *s, uint64_t now_ns);
 void steer_ping(struct steer *s);
 
 /**
- * steer_has_time - may a pass of so many pings begin, `done` of the circle [0, 1] being scanned? Yes when it leaves the
- * circle on a steady way to its end, with room for one more pass, at the pace so far.
+ * steer_has_time - may a pass of `pass` pings begin, `plain` pings of the plain scan after the one before? Passes keep
+ * an even distance: so far from each other that a plain turn of `turn` pings and all passes in it take no longer than
+ * the circle shall, at the pace so far, and never more than half of the pings.
  */
-bool steer_has_time(const struct steer *s, double done, unsigned pass, uint64_t now_ns);
+bool steer_has_time(const struct steer *s, unsigned plain, unsigned pass, unsigned turn, uint64_t now_ns);
 
 /* The arcs, a step long, that pings came from since a turn began, whatever their order. Arcs, not angles: those of a
  * pass need not be the plain scan's. */

@@ -208,7 +208,9 @@ static bool noticed(long bearing)
     return rig.seen_ns[bearing] > appeared_ns;
 }
 
-#define SEEDS 60
+#define RUNS   8  /* each with a seed of its own */
+#define THINGS 60 /* that appear in each */
+#define ALL    (RUNS * THINGS)
 
 static int by_size(const void *a, const void *b)
 {
@@ -217,16 +219,13 @@ static int by_size(const void *a, const void *b)
 }
 
 /* Seconds from when something appears on a bearing within 20 degrees of the way until a ping goes there, sorted. */
-static void measure(enum way way, double delay_s[SEEDS])
+static void measure_run(enum way way, uint64_t seed, double delay_s[THINGS])
 {
-    static const char *const names[] = {"plain, by itself", "plain, asked for every ping", "active",
-                                        "active, circle = 90 s"};
     const bool steered = way >= ACTIVE;
-    uint64_t seed = test_seed();
     start(way);
     run_until(rig.now_ns + 150 * SECOND, steered, NULL, 0);
     rig.longest_wait_s = 0;
-    for (int i = 0; i < SEEDS; i++) {
+    for (int i = 0; i < THINGS; i++) {
         run_until(rig.now_ns + (uint64_t)(test_uniform(&seed) * 80e9), steered, NULL, 0);
         appeared_ns = rig.now_ns;
         const long bearing = (lround((test_uniform(&seed) - 0.5) * 44) + PING360_TURN) % PING360_TURN;
@@ -234,30 +233,42 @@ static void measure(enum way way, double delay_s[SEEDS])
         CHECK(noticed(bearing));
         delay_s[i] = (double)(rig.now_ns - appeared_ns) * 1e-9;
     }
-    qsort(delay_s, SEEDS, sizeof *delay_s, by_size);
-    printf("# %s: new thing ahead pinged after median %.1f s, 90 %% %.1f s, at most %.1f s; %.0f ms a ping, a "
-           "turn in "
-           "%.0f s, longest wait of any bearing %.1f s\n",
-           names[way], delay_s[SEEDS / 2], delay_s[SEEDS * 9 / 10], delay_s[SEEDS - 1],
+}
+
+/* The same over all runs; returns the longest wait of any bearing. */
+static double measure(enum way way, double delay_s[ALL])
+{
+    static const char *const names[] = {"plain, by itself", "plain, asked for every ping", "active",
+                                        "active, circle = 90 s"};
+    const uint64_t seed = test_seed();
+    double wait_s = 0;
+    for (uint64_t run = 0; run < RUNS; run++) {
+        measure_run(way, seed + 1000003 * run, delay_s + run * THINGS);
+        wait_s = fmax(wait_s, rig.longest_wait_s);
+    }
+    qsort(delay_s, ALL, sizeof *delay_s, by_size);
+    printf("# %s: %d new things ahead pinged after median %.1f s, 90 %% %.1f s, at most %.1f s; %.0f ms a ping, a "
+           "turn in %.0f s, longest wait of any bearing %.1f s\n",
+           names[way], ALL, delay_s[ALL / 2], delay_s[ALL * 9 / 10], delay_s[ALL - 1],
            (double)(rig.now_ns - 1000 * SECOND) * 1e-6 / rig.pings,
-           (double)(rig.now_ns - 1000 * SECOND) * 1e-9 / rig.turns, rig.longest_wait_s);
+           (double)(rig.now_ns - 1000 * SECOND) * 1e-9 / rig.turns, wait_s);
+    return wait_s;
 }
 
 TEST(something_new_ahead_is_noticed_sooner_and_the_circle_is_kept)
 {
-    double auto_s[SEEDS], plain_s[SEEDS], active_s[SEEDS], circle_s[SEEDS];
+    static double auto_s[ALL], plain_s[ALL], active_s[ALL], circle_s[ALL];
     measure(PLAIN_AUTO, auto_s);
-    measure(PLAIN_ASKED, plain_s);
-    const double plain_wait_s = rig.longest_wait_s;
-    measure(ACTIVE, active_s);
-    CHECK(active_s[SEEDS / 2] < 0.7 * auto_s[SEEDS / 2]);
-    CHECK(active_s[SEEDS / 2] < 0.7 * plain_s[SEEDS / 2]);
-    CHECK(active_s[SEEDS * 9 / 10] < 0.7 * plain_s[SEEDS * 9 / 10]);
-    CHECK(rig.longest_wait_s < 2.8 * plain_wait_s);
-    measure(ACTIVE_CIRCLE, circle_s);
-    CHECK(rig.longest_wait_s < CIRCLE_S);
-    CHECK(rig.longest_wait_s > 1.1 * plain_wait_s); /* what time there was is used */
-    CHECK(circle_s[SEEDS / 2] < 0.8 * plain_s[SEEDS / 2]);
+    const double plain_wait_s = measure(PLAIN_ASKED, plain_s), active_wait_s = measure(ACTIVE, active_s);
+    CHECK(active_s[ALL / 2] < 0.7 * auto_s[ALL / 2]);
+    CHECK(active_s[ALL / 2] < 0.7 * plain_s[ALL / 2]);
+    CHECK(active_s[ALL * 9 / 10] < 0.7 * plain_s[ALL * 9 / 10]);
+    CHECK(active_wait_s < 2.8 * plain_wait_s);
+    const double circle_wait_s = measure(ACTIVE_CIRCLE, circle_s);
+    CHECK(circle_wait_s < CIRCLE_S);
+    CHECK(circle_wait_s > 1.1 * plain_wait_s); /* what time there was is used */
+    CHECK(circle_s[ALL / 2] < 0.7 * plain_s[ALL / 2]);
+    CHECK(circle_s[ALL * 9 / 10] < 0.85 * plain_s[ALL * 9 / 10]);
 }
 
 TEST(without_a_velocity_it_scans_plainly)
