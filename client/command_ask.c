@@ -107,10 +107,10 @@ static json_t *parse_pairs(const struct arguments *arguments, int first)
     return params;
 }
 
+/* The result is used up. */
 static int print_notification(const struct context *context, const char *method,
-                              const struct sonard_message *notification)
+                              const struct sonard_message *notification, json_t *result)
 {
-    json_t *result = sonard_json_of(notification);
     struct sonard_error error = notification->refusal;
 
     if (notification->skipped > 0)
@@ -144,9 +144,10 @@ int command_watch(struct context *context)
         const double patience_s = context->timeout_s + 1.0 / rate_hz;
         struct sonard_message notification;
         struct sonard_error error;
+        json_t *result;
 
-        status = sonard_next(context->client, patience_s, &notification, &error)
-                     ? print_notification(context, method, &notification)
+        status = sonard_json_next(context->client, patience_s, &notification, &result, &error)
+                     ? print_notification(context, method, &notification, result)
                      : command_fail(&error);
     }
     return status;

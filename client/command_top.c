@@ -88,10 +88,9 @@ static void connect_again(struct top *top)
         lose(top);
 }
 
-/* False: the daemon refuses a watch, as top->error says. */
-static bool take(struct top *top, const struct sonard_message *message)
+/* What was said is used up. False: the daemon refuses a watch, as top->error says. */
+static bool take(struct top *top, const struct sonard_message *message, json_t *said)
 {
-    json_t *said = sonard_json_of(message);
     bool good = true;
 
     for (int i = 0; i < N_WATCHED; i++) {
@@ -102,8 +101,8 @@ static bool take(struct top *top, const struct sonard_message *message)
                 top_rates_take(&top->rates, said);
         } else if (message->watch == 0 && (message->id == top->request[i] || message->id == 0)) {
             top->watch[i] = json_integer_value(json_object_get(said, "watch"));
-            good = good && message->json;
-            if (!message->json)
+            good = good && said;
+            if (!said)
                 top->error = message->refusal;
         }
     }
@@ -121,10 +120,11 @@ static bool replay_is_over(const struct top *top)
 static void hear(struct top *top)
 {
     struct sonard_message message;
+    json_t *result;
 
-    while (top->context->client && sonard_take(top->context->client, 0, &message, &top->error)) {
+    while (top->context->client && sonard_json_take(top->context->client, 0, &message, &result, &top->error)) {
         top->heard_s = now_s();
-        if (!take(top, &message))
+        if (!take(top, &message, result))
             lose(top);
     }
     if (!top->context->client)

@@ -228,16 +228,14 @@ static bool take_reply(struct mavlink_feed *feed, const struct sonard_message *r
 void mavlink_feed_read(struct mavlink_feed *feed, uint64_t now_ns)
 {
     struct sonard_message message;
+    json_t *result;
     bool good = true;
 
     while (feed->client && good) {
-        if (!sonard_take(feed->client, 0, &message, &feed->error))
+        if (!sonard_json_take(feed->client, 0, &message, &result, &feed->error))
             break;
         feed->heard_ns = now_ns;
         feed->said_something = true;
-
-        json_t *result = sonard_json_of(&message);
-
         if (message.watch > 0)
             take_notification(feed, message.watch, result, now_ns);
         else

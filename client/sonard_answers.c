@@ -3,12 +3,10 @@
  * sonard_answers - libsonard's typed questions: what an autopilot asks, as structs instead of JSON. Knows methods, no
  * socket. An answer that lacks a state, or has one that is not known here, is no answer.
  */
-#include "sonard.h"
+#include "sonard_json.h"
 
-#include <jansson.h>
 #include <math.h>
 #include <stdio.h>
-#include <stdlib.h>
 #include <string.h>
 
 /* ---- reading ---- */
@@ -53,9 +51,8 @@ static bool read_frame(const json_t *object, enum sonard_frame *frame)
     return text && (*frame == SONARD_NED || strcmp(text, "body") == 0);
 }
 
-bool sonard_read_blocked(const char *json, struct sonard_blocked *out)
+static bool read_blocked(const json_t *result, struct sonard_blocked *out)
 {
-    json_t *result = parse(json);
     struct sonard_blocked read = {.range_m = number(result, "range_m"),
                                   .range_sd_m = number(result, "range_sd_m"),
                                   .confidence = number(result, "confidence"),
@@ -65,8 +62,16 @@ bool sonard_read_blocked(const char *json, struct sonard_blocked *out)
     const bool good = read_state(result, "state", "clear", &read.state);
 
     copy_reason(read.reason, result);
-    json_decref(result);
     *out = good ? read : (struct sonard_blocked){0};
+    return good;
+}
+
+bool sonard_read_blocked(const char *json, struct sonard_blocked *out)
+{
+    json_t *result = parse(json);
+    const bool good = read_blocked(result, out);
+
+    json_decref(result);
     return good;
 }
 
@@ -80,9 +85,8 @@ static bool read_sector(const json_t *object, struct sonard_sector *sector)
     return read_state(object, "state", "clear", &sector->state) && !isnan(sector->azimuth_deg);
 }
 
-bool sonard_read_sectors(const char *json, struct sonard_sectors *out)
+static bool read_sectors(const json_t *result, struct sonard_sectors *out)
 {
-    json_t *result = parse(json);
     const json_t *list = json_object_get(result, "sectors");
     const size_t n = json_array_size(list);
     bool good = n > 0 && n <= SONARD_SECTORS_MAX && read_frame(result, &out->frame);
@@ -95,13 +99,20 @@ bool sonard_read_sectors(const char *json, struct sonard_sectors *out)
         *out = (struct sonard_sectors){0};
     else
         out->count = (int)n;
+    return good;
+}
+
+bool sonard_read_sectors(const char *json, struct sonard_sectors *out)
+{
+    json_t *result = parse(json);
+    const bool good = read_sectors(result, out);
+
     json_decref(result);
     return good;
 }
 
-bool sonard_read_limit(const char *json, struct sonard_limit *out)
+static bool read_limit(const json_t *result, struct sonard_limit *out)
 {
-    json_t *result = parse(json);
     const json_t *velocity = json_object_get(result, "velocity_mps");
     struct sonard_limit read = {.speed_mps = number(result, "speed_mps"),
                                 .stop_m = number(result, "stop_m"),
@@ -118,14 +129,21 @@ bool sonard_read_limit(const char *json, struct sonard_limit *out)
         read.velocity_mps[i] = json_number_value(part);
     }
     copy_reason(read.reason, result);
-    json_decref(result);
     *out = good ? read : (struct sonard_limit){0};
     return good;
 }
 
-bool sonard_read_collision(const char *json, struct sonard_collision *out)
+bool sonard_read_limit(const char *json, struct sonard_limit *out)
 {
     json_t *result = parse(json);
+    const bool good = read_limit(result, out);
+
+    json_decref(result);
+    return good;
+}
+
+static bool read_collision(const json_t *result, struct sonard_collision *out)
+{
     struct sonard_collision read = {.time_s = number(result, "time_s"),
                                     .time_sd_s = number(result, "time_sd_s"),
                                     .distance_m = number(result, "distance_m"),
@@ -135,8 +153,16 @@ bool sonard_read_collision(const char *json, struct sonard_collision *out)
     const bool good = read_state(result, "state", "clear", &read.state);
 
     copy_reason(read.reason, result);
-    json_decref(result);
     *out = good ? read : (struct sonard_collision){0};
+    return good;
+}
+
+bool sonard_read_collision(const char *json, struct sonard_collision *out)
+{
+    json_t *result = parse(json);
+    const bool good = read_collision(result, out);
+
+    json_decref(result);
     return good;
 }
 
@@ -149,25 +175,17 @@ static bool fail(struct sonard_error *error, enum sonard_status status, const ch
     return false;
 }
 
-/* The parameters as text, which the caller frees; they are used up. NULL with *error set: a number is none. */
-static char *write_params(const char *method, json_t *params, struct sonard_error *error)
+/* The parameters are used up; the result is a new reference. NULL with *error set: also when a number is none. */
+static json_t *ask(struct sonard_client *client, const char *method, json_t *params, struct sonard_error *error)
 {
-    char *text = params ? json_dumps(params, JSON_COMPACT) : NULL;
+    json_t *result = NULL;
 
-    json_decref(params);
-    if (!text)
+    if (params)
+        result = sonard_json_call(client, method, params, error);
+    else
         fail(error, SONARD_INVALID, method, "every number must be finite");
-    return text;
-}
-
-static const char *ask(struct sonard_client *client, const char *method, json_t *params,
-                       struct sonard_error *error)
-{
-    char *text = write_params(method, params, error);
-    const char *json = text ? sonard_call(client, method, text, error) : NULL;
-
-    free(text);
-    return json;
+    json_decref(params);
+    return result;
 }
 
 static bool not_understood(const char *method, struct sonard_error *error)
@@ -192,10 +210,14 @@ bool sonard_blocked(struct sonard_client *client, enum sonard_frame frame, doubl
     json_t *params =
         json_pack("{s:s, s:f, s:f, s:f, s:f}", "frame", name_of(frame), "azimuth_deg", azimuth_deg,
                   "elevation_deg", elevation_deg, "half_angle_deg", half_angle_deg, "distance_m", distance_m);
-    const char *json = ask(client, "blocked", params, error);
+    json_t *result = ask(client, "blocked", params, error);
 
     *out = (struct sonard_blocked){0};
-    return json && (sonard_read_blocked(json, out) || not_understood("blocked", error));
+
+    const bool good = result && (read_blocked(result, out) || not_understood("blocked", error));
+
+    json_decref(result);
+    return good;
 }
 
 bool sonard_sectors(struct sonard_client *client, enum sonard_frame frame, int count, double distance_m,
@@ -204,20 +226,28 @@ bool sonard_sectors(struct sonard_client *client, enum sonard_frame frame, int c
     json_t *params = distance_m != 0 ? json_pack("{s:s, s:i, s:f}", "frame", name_of(frame), "count", count,
                                                  "distance_m", distance_m)
                                      : json_pack("{s:s, s:i}", "frame", name_of(frame), "count", count);
-    const char *json = ask(client, "sectors", params, error);
+    json_t *result = ask(client, "sectors", params, error);
 
     *out = (struct sonard_sectors){0};
-    return json && (sonard_read_sectors(json, out) || not_understood("sectors", error));
+
+    const bool good = result && (read_sectors(result, out) || not_understood("sectors", error));
+
+    json_decref(result);
+    return good;
 }
 
 bool sonard_limit(struct sonard_client *client, enum sonard_frame frame, const double velocity_mps[3],
                   struct sonard_limit *out, struct sonard_error *error)
 {
     json_t *params = json_pack("{s:s, s:o}", "frame", name_of(frame), "velocity_mps", triple(velocity_mps));
-    const char *json = ask(client, "limit", params, error);
+    json_t *result = ask(client, "limit", params, error);
 
     *out = (struct sonard_limit){0};
-    return json && (sonard_read_limit(json, out) || not_understood("limit", error));
+
+    const bool good = result && (read_limit(result, out) || not_understood("limit", error));
+
+    json_decref(result);
+    return good;
 }
 
 bool sonard_time_to_collision(struct sonard_client *client, enum sonard_frame frame, const double *velocity_mps,
@@ -226,10 +256,14 @@ bool sonard_time_to_collision(struct sonard_client *client, enum sonard_frame fr
     json_t *params = velocity_mps ? json_pack("{s:f, s:s, s:o}", "ahead_s", ahead_s, "frame", name_of(frame),
                                               "velocity_mps", triple(velocity_mps))
                                   : json_pack("{s:f}", "ahead_s", ahead_s);
-    const char *json = ask(client, "time_to_collision", params, error);
+    json_t *result = ask(client, "time_to_collision", params, error);
 
     *out = (struct sonard_collision){0};
-    return json && (sonard_read_collision(json, out) || not_understood("time_to_collision", error));
+
+    const bool good = result && (read_collision(result, out) || not_understood("time_to_collision", error));
+
+    json_decref(result);
+    return good;
 }
 
 static json_t *pose_params(const struct sonard_pose *pose)
@@ -257,14 +291,20 @@ static json_t *pose_params(const struct sonard_pose *pose)
 
 bool sonard_pose(struct sonard_client *client, const struct sonard_pose *pose, struct sonard_error *error)
 {
-    return ask(client, "pose", pose_params(pose), error) != NULL;
+    json_t *result = ask(client, "pose", pose_params(pose), error);
+    const bool taken = result != NULL;
+
+    json_decref(result);
+    return taken;
 }
 
 int64_t sonard_send_pose(struct sonard_client *client, const struct sonard_pose *pose, struct sonard_error *error)
 {
-    char *text = write_params("pose", pose_params(pose), error);
-    const int64_t id = text ? sonard_send(client, "pose", text, error) : 0;
+    json_t *params = pose_params(pose);
+    const int64_t id = params ? sonard_json_send(client, "pose", params, error) : 0;
 
-    free(text);
+    if (!params)
+        fail(error, SONARD_INVALID, "pose", "every number must be finite");
+    json_decref(params);
     return id;
 }

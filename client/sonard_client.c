@@ -3,10 +3,9 @@
  * sonard_client - libsonard's connection: bytes to messages and back. Knows no method by name but watch; sonard_answers
  * does.
  */
-#include "sonard.h"
+#include "sonard_json.h"
 
 #include <errno.h>
-#include <jansson.h>
 #include <poll.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -263,57 +262,61 @@ static int64_t integer(const json_t *object, const char *key)
     return json_integer_value(json_object_get(object, key));
 }
 
-/* result or error of a reply, or of what a watch says, into *out. */
-static void hand_out(struct sonard_client *client, const json_t *said, struct sonard_message *out)
+/* What a reply or a watch says: the result, a new reference; NULL: refused, as out says. */
+static json_t *hand_out(const json_t *said, struct sonard_message *out)
 {
-    const json_t *refusal = json_object_get(said, "error"), *result = json_object_get(said, "result");
+    const json_t *refusal = json_object_get(said, "error");
     const char *why = json_string_value(json_object_get(refusal, "message"));
+    json_t *result = json_object_get(said, "result");
 
-    free(client->text);
-    client->text =
-        result ? json_dumps(result, JSON_COMPACT | JSON_ENCODE_ANY | JSON_REAL_PRECISION(DIGITS)) : NULL;
-    out->json = client->text;
-    if (!out->json) {
-        fail(&out->refusal, SONARD_REFUSED, "%s", why ? why : "an error without a message");
-        out->refusal.rpc_code = (int)integer(refusal, "code");
-    }
+    if (result)
+        return json_incref(result);
+    fail(&out->refusal, SONARD_REFUSED, "%s", why ? why : "an error without a message");
+    out->refusal.rpc_code = (int)integer(refusal, "code");
+    return NULL;
 }
 
-static bool hand_out_notification(struct sonard_client *client, const json_t *params, struct sonard_message *out)
+static bool hand_out_notification(const json_t *params, struct sonard_message *out, json_t **result)
 {
     *out = (struct sonard_message){.watch = integer(params, "watch"), .skipped = integer(params, "skipped")};
-    if (out->watch > 0)
-        hand_out(client, params, out);
+    *result = out->watch > 0 ? hand_out(params, out) : NULL;
     return out->watch > 0;
 }
 
-/* Adds the parameters to the request where there are any. */
-static bool add_params(json_t *request, const char *text, struct sonard_error *error)
+/* The result as text, which the client keeps until the next one; the result is used up. */
+static const char *text_of(struct sonard_client *client, json_t *result)
 {
-    json_error_t where;
-    json_t *params = text ? json_loads(text, JSON_REJECT_DUPLICATES, &where) : NULL;
-
-    if (text && !json_is_object(params)) {
-        json_decref(params);
-        return fail(error, SONARD_INVALID, "parameters are the text of a JSON object, not '%.80s'", text);
-    }
-    return !text || json_object_set_new(request, "params", params) == 0;
+    free(client->text);
+    client->text =
+        result ? json_dumps(result, JSON_COMPACT | JSON_ENCODE_ANY | JSON_REAL_PRECISION(DIGITS)) : NULL;
+    json_decref(result);
+    return client->text;
 }
 
-int64_t sonard_send(struct sonard_client *client, const char *method, const char *params,
-                    struct sonard_error *error)
+/* The parameters that a text has, a new reference; NULL without a text. */
+static bool read_params(const char *text, json_t **params, struct sonard_error *error)
+{
+    *params = text ? json_loads(text, JSON_REJECT_DUPLICATES, NULL) : NULL;
+    if (!text || json_is_object(*params))
+        return true;
+    json_decref(*params);
+    *params = NULL;
+    return fail(error, SONARD_INVALID, "parameters are the text of a JSON object, not '%.80s'", text);
+}
+
+int64_t sonard_json_send(struct sonard_client *client, const char *method, json_t *params,
+                         struct sonard_error *error)
 {
     const int64_t id = client->last_id + 1;
-    json_t *request = json_pack("{s:s, s:s}", "jsonrpc", "2.0", "method", method);
-    char *line = NULL;
+    json_t *request = json_pack("{s:s, s:s, s:O*, s:I}", "jsonrpc", "2.0", "method", method, "params", params,
+                                "id", (json_int_t)id);
+    char *line = request ? json_dumps(request, JSON_COMPACT) : NULL;
     bool sent = false;
 
-    if (!request)
-        fail(error, SONARD_INVALID, "the method's name is not valid UTF-8");
-    else if (add_params(request, params, error) && json_object_set_new(request, "id", json_integer(id)) == 0)
-        line = json_dumps(request, JSON_COMPACT);
     if (line)
         sent = enqueue(client, line, error);
+    else
+        fail(error, SONARD_INVALID, "the method's name is not valid UTF-8");
     free(line);
     json_decref(request);
     if (!sent)
@@ -322,9 +325,19 @@ int64_t sonard_send(struct sonard_client *client, const char *method, const char
     return flush(client, 0, error) || error->status == SONARD_SILENT ? id : 0;
 }
 
+int64_t sonard_send(struct sonard_client *client, const char *method, const char *params,
+                    struct sonard_error *error)
+{
+    json_t *read;
+    const int64_t id = read_params(params, &read, error) ? sonard_json_send(client, method, read, error) : 0;
+
+    json_decref(read);
+    return id;
+}
+
 /* The next message that is one; notifications go into client->kept when they are not wanted now. */
 static bool take(struct sonard_client *client, double deadline_s, bool calling, struct sonard_message *out,
-                 struct sonard_error *error)
+                 json_t **result, struct sonard_error *error)
 {
     for (;;) {
         json_t *message = read_message(client, deadline_s, error);
@@ -335,11 +348,11 @@ static bool take(struct sonard_client *client, double deadline_s, bool calling, 
             return false;
         if (id) {
             *out = (struct sonard_message){.id = json_integer_value(id)};
-            hand_out(client, message, out);
+            *result = hand_out(message, out);
         } else if (calling) {
             keep(client, params);
         } else {
-            taken = hand_out_notification(client, params, out);
+            taken = hand_out_notification(params, out, result);
         }
         json_decref(message);
         if (taken)
@@ -347,13 +360,14 @@ static bool take(struct sonard_client *client, double deadline_s, bool calling, 
     }
 }
 
-bool sonard_take(struct sonard_client *client, double timeout_s, struct sonard_message *out,
-                 struct sonard_error *error)
+bool sonard_json_take(struct sonard_client *client, double timeout_s, struct sonard_message *out, json_t **result,
+                      struct sonard_error *error)
 {
     const double deadline_s = now_s() + timeout_s;
 
+    *result = NULL;
     while (json_array_size(client->kept) > 0) {
-        const bool taken = hand_out_notification(client, json_array_get(client->kept, 0), out);
+        const bool taken = hand_out_notification(json_array_get(client->kept, 0), out, result);
 
         json_array_remove(client->kept, 0);
         if (taken)
@@ -361,64 +375,98 @@ bool sonard_take(struct sonard_client *client, double timeout_s, struct sonard_m
     }
     if (!flush(client, 0, error) && error->status != SONARD_SILENT)
         return false;
-    return take(client, deadline_s, false, out, error);
+    return take(client, deadline_s, false, out, result, error);
+}
+
+bool sonard_take(struct sonard_client *client, double timeout_s, struct sonard_message *out,
+                 struct sonard_error *error)
+{
+    json_t *result;
+
+    if (!sonard_json_take(client, timeout_s, out, &result, error))
+        return false;
+    out->json = text_of(client, result);
+    return true;
+}
+
+json_t *sonard_json_call(struct sonard_client *client, const char *method, json_t *params,
+                         struct sonard_error *error)
+{
+    const double deadline_s = now_s() + client->timeout_s;
+    const int64_t id = sonard_json_send(client, method, params, error);
+    struct sonard_message got;
+    json_t *result;
+
+    if (!id || !flush(client, deadline_s, error))
+        return NULL;
+    while (take(client, deadline_s, true, &got, &result, error)) {
+        if (result && got.id == id)
+            return result;
+        if (!result && (got.id == id || got.id == 0)) {
+            *error = got.refusal;
+            snprintf(error->message, sizeof error->message, "%s: %.400s", method, got.refusal.message);
+            return NULL;
+        }
+        json_decref(result);
+    }
+    return NULL;
 }
 
 const char *sonard_call(struct sonard_client *client, const char *method, const char *params,
                         struct sonard_error *error)
 {
-    const double deadline_s = now_s() + client->timeout_s;
-    const int64_t id = sonard_send(client, method, params, error);
-    struct sonard_message got;
+    json_t *read, *result;
 
-    if (!id || !flush(client, deadline_s, error))
+    if (!read_params(params, &read, error))
         return NULL;
-    while (take(client, deadline_s, true, &got, error)) {
-        if (got.json && got.id == id)
-            return got.json;
-        if (!got.json && (got.id == id || got.id == 0)) {
-            *error = got.refusal;
-            snprintf(error->message, sizeof error->message, "%s: %.400s", method, got.refusal.message);
-            return NULL;
-        }
-    }
-    return NULL;
+    result = sonard_json_call(client, method, read, error);
+    json_decref(read);
+    return text_of(client, result);
 }
 
 int64_t sonard_watch(struct sonard_client *client, const char *method, const char *params, double rate_hz,
                      struct sonard_error *error)
 {
-    json_t *request = json_pack("{s:s, s:f}", "method", method, "rate_hz", rate_hz);
-    char *text = NULL;
-    const char *result = NULL;
+    json_t *read, *request, *watch = NULL;
     int64_t number = 0;
 
-    if (!request)
+    if (!read_params(params, &read, error))
+        return 0;
+    request = json_pack("{s:s, s:f, s:o*}", "method", method, "rate_hz", rate_hz, "params", read);
+    if (request)
+        watch = sonard_json_call(client, "watch", request, error);
+    else
         fail(error, SONARD_INVALID, "the method's name is not valid UTF-8, or the rate is no number");
-    else if (add_params(request, params, error))
-        text = json_dumps(request, JSON_COMPACT);
-    if (text)
-        result = sonard_call(client, "watch", text, error);
-    if (result) {
-        json_t *watch = json_loads(result, 0, NULL);
-
+    if (watch) {
         number = integer(watch, "watch");
-        json_decref(watch);
         if (number <= 0)
             fail(error, SONARD_LOST, "watch: the daemon on %s gave no number", client->path);
     }
-    free(text);
+    json_decref(watch);
     json_decref(request);
     return number > 0 ? number : 0;
+}
+
+bool sonard_json_next(struct sonard_client *client, double timeout_s, struct sonard_message *out, json_t **result,
+                      struct sonard_error *error)
+{
+    const double deadline_s = now_s() + timeout_s;
+
+    while (sonard_json_take(client, deadline_s - now_s(), out, result, error)) {
+        if (out->watch > 0)
+            return true;
+        json_decref(*result);
+    }
+    return false;
 }
 
 bool sonard_next(struct sonard_client *client, double timeout_s, struct sonard_message *out,
                  struct sonard_error *error)
 {
-    const double deadline_s = now_s() + timeout_s;
+    json_t *result;
 
-    while (sonard_take(client, deadline_s - now_s(), out, error))
-        if (out->watch > 0)
-            return true;
-    return false;
+    if (!sonard_json_next(client, timeout_s, out, &result, error))
+        return false;
+    out->json = text_of(client, result);
+    return true;
 }
