@@ -23,10 +23,11 @@ struct grid_setting {
 
 struct grid {
     struct grid_setting setting;
-    uint64_t number;       /* no other of the pipeline's ever has it: it tells whether this one is still there */
-    size_t bytes;          /* of its memory, the clusters' among it once they are made */
-    void *memory;          /* of the sphere */
-    size_t touched;        /* of that, while it is being made */
+    uint64_t number; /* no other of the pipeline's ever has it: it tells whether this one is still there */
+    bool of_client;  /* made while the daemon runs, by a client who said its limits: no reload changes them */
+    size_t bytes;    /* of its memory, the clusters' among it once they are made */
+    void *memory;    /* of the sphere */
+    size_t touched;  /* of that, while it is being made */
     struct sphere *sphere; /* of the maps' owner; of the loop while the pipeline is at rest; NULL: not made yet */
     struct seqlock lock;   /* of the counters */
     seqlock_word stats[sizeof(struct sphere_stats) / 8];

@@ -227,6 +227,7 @@ json_t *grid_method_create(const struct rpc_call *call, json_t *params, struct r
     }
     *call->work = (struct rpc_work){0};
     struct grid *g = take_out(m);
+    g->of_client = true;
     pipeline_add_grid(d->pipeline, g);
     return grid_json(g);
 }

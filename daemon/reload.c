@@ -14,9 +14,10 @@
 
 /* What came of one reload. */
 struct outcome {
-    json_t *applied, *restart; /* lines of changed keys */
-    bool extract;              /* one of them is the extraction's */
-    char fault[200];           /* the first; empty: none */
+    const struct conf *conf;       /* in force before */
+    json_t *applied, *restart;     /* lines of changed keys */
+    bool extract[CONF_MAX_SONARS]; /* one of them is this sonar's extraction's */
+    char fault[200];               /* the first; empty: none */
     int faults;
 };
 
@@ -28,11 +29,22 @@ static void on_fault(void *ctx, const char *message)
         snprintf(o->fault, sizeof o->fault, "%s", message);
 }
 
+/* Which sonars' extraction a live key is about; text: "[section] key = value" of the section as it is titled. */
+static void mark_extracts(struct outcome *o, const char *section, const char *text)
+{
+    for (int i = 0; i < o->conf->n_sonars; i++) {
+        char title[CONF_NAME_MAX + 16];
+        snprintf(title, sizeof title, "[sonar %s] ", o->conf->sonar[i].name);
+        o->extract[i] |= strcmp(section, "extract") == 0 || strncmp(text, title, strlen(title)) == 0;
+    }
+}
+
 static void on_change(void *ctx, const char *section, const char *text, bool live)
 {
     struct outcome *o = ctx;
     json_array_append_new(live ? o->applied : o->restart, json_string(text));
-    o->extract |= live && (strcmp(section, "extract") == 0 || strcmp(section, "sonar") == 0);
+    if (live)
+        mark_extracts(o, section, text);
     if (live)
         log_line(LOG_NOTICE, "reload_key", "reload: %s", text);
     else
@@ -47,13 +59,14 @@ static void set_limits(struct daemon *d)
         wiring_grid(&d->conf, i == 0 ? &d->conf.grid : &d->conf.more_grid[i - 1], &setting);
         for (int k = 0; pipeline_grid(d->pipeline, k); k++) {
             struct grid *grid = pipeline_grid(d->pipeline, k);
-            if (strcmp(grid->setting.name, setting.name) == 0)
+            if (!grid->of_client && strcmp(grid->setting.name, setting.name) == 0)
                 grid->setting.limits = setting.limits;
         }
     }
 }
 
-static void put_in_force(struct daemon *d, const struct conf *conf, bool extract)
+/* extract: [conf->n_sonars], whose extraction begins anew. */
+static void put_in_force(struct daemon *d, const struct conf *conf, const bool *extract)
 {
     char err[256];
     d->conf = *conf;
@@ -62,10 +75,15 @@ static void put_in_force(struct daemon *d, const struct conf *conf, bool extract
     pose_log_set_max_age(&d->poses, (uint64_t)(conf->pose.max_age_s * 1e9));
     if (d->server)
         server_set_change(d->server, conf->server.change);
-    for (int i = 0; extract && i < conf->n_sonars; i++) {
+    for (int i = 0; i < conf->n_sonars; i++) {
         struct extract_conf e;
+        if (!extract[i])
+            continue;
         wiring_extract(conf, i, &e);
-        if (!pipeline_set_extract(d->pipeline, i, &e, err, sizeof err))
+        if (pipeline_set_extract(d->pipeline, i, &e, err, sizeof err))
+            log_line(LOG_INFO, "reload_extract", "reload: %s: ring-down and noise are learnt anew",
+                     conf->sonar[i].name);
+        else
             log_line(LOG_ERR, "reload_fault", "reload: %s: %s", conf->sonar[i].name, err);
     }
 }
@@ -104,7 +122,7 @@ json_t *reload_method(const struct rpc_call *call, json_t *params, struct rpc_er
         rpc_refuse(error, RPC_INVALID_REQUEST, "a replay keeps its configuration");
         return NULL;
     }
-    struct outcome o = {.applied = json_array(), .restart = json_array()};
+    struct outcome o = {.conf = &d->conf, .applied = json_array(), .restart = json_array()};
     if (reload(d, &o))
         return json_pack("{s:o, s:o}", "applied", o.applied, "needs_restart", o.restart);
     json_decref(o.applied);

@@ -54,6 +54,40 @@ def live(bench, threads):
     check(server["clients_total"] == 1, "the client had to come again")
 
 
+def one_sonar(bench):
+    """What is changed of one sonar begins its extraction anew, and no other's; [extract] begins all."""
+    side = {"device": "ping360", "port": "serial:%s" % bench.path("nothing"), "range": "10 m"}
+    bench.conf(**{"sonar side": side})
+    daemon = bench.sonard()
+    client = daemon.client()
+
+    def begun_anew(name):
+        return daemon.log().count("%s: ring-down and noise are learnt anew" % name)
+    bench.conf(**{"sonar side": dict(side, ring_down="1.5 m")})
+    check(client.call("reload")["applied"] == ["[sonar side] ring_down = 1.5 m"], "one key of one sonar")
+    check((begun_anew("head"), begun_anew("side")) == (0, 1), daemon.log())
+    bench.conf(extract={"floor": "9"}, **{"sonar side": dict(side, ring_down="1.5 m")})
+    check(client.call("reload")["applied"] == ["[extract] floor = 9"], "one key of all sonars")
+    check((begun_anew("head"), begun_anew("side")) == (1, 2), daemon.log())
+
+
+def grid_of_a_client(bench):
+    """A client's grid keeps its limits, also one with the name of a grid of the configuration."""
+    bench.conf(**{"grid near": {"range": "5 m"}})
+    client = bench.sonard().client()
+
+    def clear_for():
+        return {grid["name"]: grid["clear_for_s"] for grid in client.call("grid_list")["grids"]}
+    bench.conf(**{"grid near": {"range": "5 m", "clear_for": "7 s"}})
+    client.call("reload")
+    check(clear_for()["near"] == 7, clear_for())
+    client.call("grid_drop", name="near")
+    client.call("grid_create", name="near", settings={"range": "5 m", "clear_for": "4 s"})
+    bench.conf(grid={"clear_for": "8 s"}, **{"grid near": {"range": "5 m", "clear_for": "9 s"}})
+    client.call("reload")
+    check(clear_for() == {"main": 8, "near": 4}, clear_for())
+
+
 def broken(bench):
     """A fault leaves all as it was, and says where; so do live keys that do not go with what needs a restart."""
     bench.conf(pose={"max_age": "60 s"})
@@ -124,6 +158,8 @@ def replay(bench):
 run([
     ("reload_live_0", lambda bench: live(bench, 0)),
     ("reload_live_2", lambda bench: live(bench, 2)),
+    ("reload_one_sonar", one_sonar),
+    ("reload_grid_of_a_client", grid_of_a_client),
     ("reload_broken", broken),
     ("reload_drop_in", drop_in),
     ("reload_hangup", hangup),

@@ -1,0 +1,172 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * bench_daemon.h - a daemon to be asked while a multibeam of 512 beams x 1000 bins pings 40 times a second: the loop and
+ * the pipeline's threads are threads of this process; no port, no configuration file.
+ */
+#ifndef SONARD_BENCH_DAEMON_H
+#define SONARD_BENCH_DAEMON_H
+
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "../../daemon/daemon.h"
+#include "../../daemon/wiring.h"
+#include "bench.h"
+#include "bench_socket.h"
+
+#define BEAMS   512
+#define BINS    1000
+#define RATE_HZ 40
+#define RANGE_M 20.0
+
+static uint8_t samples[BEAMS][BINS];
+static struct daemon d;
+static atomic_bool stop;
+static pthread_t server_thread;
+static char server_folder[] = "/tmp/sonard-bench.XXXXXX", server_path_name[64];
+
+static void make_ping(void)
+{
+    for (int b = 0; b < BEAMS; b++)
+        for (int i = 0; i < BINS; i++)
+            samples[b][i] = (uint8_t)(i < 15 ? 255 : rand() % 20 + (i >= 400 && i < 408 ? 150 : 0));
+}
+
+/* With a map the vehicle goes north at half a metre a second, and turns. */
+static void take_pose(struct ping *p)
+{
+    static double north_m, yaw_rad;
+    struct pose pose = {.t_ns = p->t_ns,
+                        .position_m = {north_m += 0.5 / RATE_HZ, 0, 5},
+                        .has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH};
+    quat_from_rpy(0, 0, yaw_rad += 0.2 / RATE_HZ, pose.attitude);
+    pose_log_put(&d.poses, &pose);
+    pose_log_newest(&d.poses, &p->pose);
+}
+
+static void ping(void)
+{
+    static uint32_t number;
+    struct ping *p = pipeline_begin(d.pipeline);
+    p->t_ns = p->t_in_ns = loop_clock();
+    p->seq = ++number;
+    p->kind = PING_PROFILE;
+    p->law = AMPLITUDE_LINEAR;
+    p->sample_bytes = 1;
+    p->n_beams = BEAMS;
+    p->n_bins = BINS;
+    p->dr_m = (float)(RANGE_M / BINS);
+    p->pulse_m = 0.05f;
+    p->az_aperture_rad = p->el_aperture_rad = (float)geo_rad(1.0);
+    for (int b = 0; b < BEAMS; b++)
+        p->beam[b] = (struct ping_beam){.az_rad = (float)geo_wrap(geo_rad(120.0 * (b + 0.5) / BEAMS - 60))};
+    memcpy(p->samples, samples, sizeof samples);
+    if (d.conf.map.voxel_m > 0)
+        take_pose(p);
+    pipeline_submit(d.pipeline, p);
+}
+
+static void on_tick(void *ctx, uint64_t now_ns)
+{
+    (void)now_ns;
+    struct loop_timer *timer = ctx;
+    ping();
+    loop_arm(d.loop, timer, timer->due_ns + 1000000000u / RATE_HZ);
+}
+
+static void *serve(void *arg)
+{
+    static struct loop_timer tick = {.fire = on_tick, .ctx = &tick};
+    (void)arg;
+    loop_arm(d.loop, &tick, loop_clock() + 1);
+    while (!stop)
+        loop_turn(d.loop, 100000000u);
+    return NULL;
+}
+
+/* threads of the pipeline; voxel_m: of a map of 64 MiB, 0: none is kept. Ends the program when it cannot. */
+static void daemon_start(int threads, double voxel_m, int max_clients)
+{
+    struct pipeline_conf p;
+    char err[256] = "no loop, or no folder";
+    conf_defaults(&d.conf);
+    d.conf.n_sonars = 1;
+    d.replay = true; /* there is no port whose state answers would go by */
+    snprintf(d.conf.sonar[0].device, sizeof d.conf.sonar[0].device, "surveyor");
+    snprintf(d.conf.sonar[0].name, sizeof d.conf.sonar[0].name, "fan");
+    d.conf.sonar[0].range_m = RANGE_M;
+    d.conf.pipeline.threads = threads;
+    d.conf.map.voxel_m = voxel_m;
+    d.conf.map.memory_bytes = 64 << 20;
+    plan_make(&d.conf, &d.plan);
+    wiring_pipeline(&d.conf, &d.plan, false, &p);
+    p.max_beams = BEAMS;
+    p.max_bins = BINS;
+    p.max_samples = BEAMS * BINS;
+    p.image = voxel_m > 0;
+    d.mount[0] = mount_identity;
+    pose_log_init(&d.poses, 1000000000u);
+    make_ping();
+    d.loop = mkdtemp(server_folder) ? loop_new(false) : NULL;
+    snprintf(server_path_name, sizeof server_path_name, "%s/socket", server_folder);
+    const struct server_conf server = {.path = server_path_name,
+                                       .mode = 0600,
+                                       .change = "all",
+                                       .max_clients = max_clients,
+                                       .no_rate_limit = true};
+    d.pipeline = d.loop ? pipeline_new(&p, err, sizeof err) : NULL;
+    d.server = d.pipeline ? server_start(d.loop, &server, daemon_methods, &d, err, sizeof err) : NULL;
+    if (!d.server) {
+        fprintf(stderr, "%s\n", err);
+        exit(1);
+    }
+    stop = false;
+    pthread_create(&server_thread, NULL, serve, NULL);
+}
+
+static void daemon_stop(void)
+{
+    stop = true;
+    pthread_join(server_thread, NULL);
+    server_stop(d.server);
+    pipeline_free(d.pipeline);
+    loop_free(d.loop);
+    rmdir(server_folder);
+}
+
+/* Reads an answer's line to its end; the program ends when there is none, or an error. */
+static inline void take_answer(int fd)
+{
+    static _Thread_local char answer[1 << 17];
+    char before = ' ';
+    for (bool first = true; before != '\n'; first = false) {
+        const ssize_t n = recv(fd, answer, sizeof answer, 0);
+        if (n <= 0 || (first && n > 25 && strncmp(answer, "{\"jsonrpc\":\"2.0\",\"error\"", 24) == 0)) {
+            fprintf(stderr, "%.200s\n", n > 0 ? answer : "no answer");
+            exit(1);
+        }
+        before = answer[n - 1];
+    }
+}
+
+static inline void put_question(int fd, const char *line)
+{
+    if (send(fd, line, strlen(line), MSG_NOSIGNAL) < 0)
+        exit(1);
+}
+
+/* Microseconds from the question to the end of the answer's line. */
+static inline double ask(int fd, const char *line)
+{
+    const uint64_t begun_ns = loop_clock();
+    put_question(fd, line);
+    take_answer(fd);
+    return (double)(loop_clock() - begun_ns) * 1e-3;
+}
+
+#endif
