@@ -16,10 +16,13 @@ the data as CSV. The text is index.md and one file per chapter; a line that begi
   @plot SCRIPT                     gnuplot SCRIPT.gp, with `data` and `out` set
   @figure FILE CAPTION             FILE.svg
   @table DATA COLUMN=VALUE... COLUMN[:TITLE]...   rows where COLUMN is VALUE, the named columns
+  @pivot DATA ROW COLUMN COLUMN=VALUE... CELL...  a row for each value of ROW, a column for each of COLUMN, cells joined by /
+  @beside DATA LEFT RIGHT          the columns of LEFT and of RIGHT, whose rows are about the same, as data
   @explain SCENE                   the plan of config/scenes/SCENE.conf, as sonard --explain has it
   @machine                         what it was measured on
 
-What runs programs is done first: on all processors at once, and then, one by one, what measures time.
+What runs programs is done first: on all processors at once, the longest before the others, and then, one by one, what
+measures time.
 """
 import argparse
 import concurrent.futures
@@ -37,6 +40,11 @@ import time
 
 import page
 from page import HERE, markdown_table, number, read
+
+
+# What takes longest, begun first so that no processor waits for it at the end. Only the order depends on it.
+LONGEST = ("extract_count", "voxel_shaft", "voxel_errors", "drift", "stability", "sphere_count", "left_out_count", "plan_count",
+           "chain_count", "voxel_slices", "voxel_false", "sphere_errors", "chain_errors")
 
 
 class Report:
@@ -91,6 +99,7 @@ class Report:
     def measure(self, texts):
         """Runs every program that the texts name; what measures time comes last, with nothing beside it."""
         steps = [m for text in texts for m in re.findall(r"^@(run|count|peer|time) (.*)$", text, re.M)]
+        steps.sort(key=lambda step: (LONGEST + (step[1].split()[0],)).index(step[1].split()[0]))
         does = {"run": self.run, "count": self.count, "peer": self.run_peer, "time": self.run}
         done = 0
         for alone in (False, True):
@@ -192,6 +201,20 @@ class Report:
         return markdown_table([title or key for key, _, title in columns],
                               [[number(r[key]) for key, _, _ in columns] for r in rows])
 
+    def pivot(self, name, row, column, *words):
+        where = dict(w.split("=", 1) for w in words if "=" in w)
+        cells = [w for w in words if "=" not in w]
+        data = [r for r in self.rows(name) if all(r[k] == v for k, v in where.items())]
+        columns = list(dict.fromkeys(r[column] for r in data))
+        table = {}
+        for r in data:
+            table.setdefault(r[row], {})[r[column]] = " / ".join(number(r[c]) for c in cells)
+        return markdown_table([row, *columns], [[key, *(of.get(c, "") for c in columns)] for key, of in table.items()])
+
+    def beside(self, name, left, right):
+        self.save(name, [a | b for a, b in zip(self.rows(left), self.rows(right), strict=True)])
+        return ""
+
     def explain(self, scene):
         conf = os.path.join(HERE, "..", "..", "config", "scenes", scene + ".conf")
         plan = json.loads(subprocess.run([os.path.join(self.build, "sonard"), "-c", conf, "--explain=json"],
@@ -227,7 +250,7 @@ class Report:
 
 
 MEASURED = ("run", "count", "time")
-DIRECTIVES = ("chapter", "peer", "points", "judge", "plot", "figure", "table", "explain", "machine")
+DIRECTIVES = ("chapter", "peer", "points", "judge", "plot", "figure", "table", "pivot", "beside", "explain", "machine")
 
 
 def timed(do, words):

@@ -4,6 +4,7 @@
  * them out changes an answer: every beam of the made-up sea with the stage and without.
  *
  *   report_left_out proof [quick]   CSV: stage, must_be, beams, changed, bytes
+ *   report_left_out cost [quick]    CSV: stage, nanoseconds per bin
  *   report_left_out count           CSV: stage, bins, for callgrind to count the instructions of chain_run
  */
 #include <stdio.h>
@@ -16,6 +17,7 @@
 #define SEEDS        3
 #define QUICK_SCENES 2
 #define COUNT_BEAMS  4
+#define REPETITIONS  5
 
 static void as_shipped(struct chain_conf *conf)
 {
@@ -104,61 +106,107 @@ static bool same_answer(const struct beam_echoes *a, const struct beam_echoes *b
     return same;
 }
 
-static void answers(struct chain *chain, const struct sea_scene *scene, enum sea_head head, unsigned seed,
-                    struct beam_echoes *out)
-{
-    static struct sea_ping sea;
+static struct sea_ping scan[SEA_BEAMS];
 
+static void answers(struct chain *chain, const struct sea_scene *scene, enum sea_head head, struct beam_echoes *out)
+{
     chain_begin(chain, scene, head);
-    for (unsigned b = 0; b < SEA_BEAMS; b++) {
-        sea_listen(scene, head, seed, b, &sea);
-        chain_run(chain, &sea.ping, out);
-    }
+    for (unsigned b = 0; b < SEA_BEAMS; b++)
+        chain_run(chain, &scan[b].ping, out);
     chain_end(chain, out);
+}
+
+/* One scan through all variants; changed[v] counts the beams of which variant v says anything else than the first. */
+static void proof_of(struct chain *chain[VARIANTS], const struct sea_scene *scene, enum sea_head head, unsigned seed,
+                     unsigned changed[VARIANTS])
+{
+    struct beam_echoes want[SEA_BEAMS], got[SEA_BEAMS];
+
+    for (unsigned b = 0; b < SEA_BEAMS; b++)
+        sea_listen(scene, head, seed, b, &scan[b]);
+    answers(chain[0], scene, head, want);
+    for (size_t v = 0; v < VARIANTS; v++) {
+        answers(chain[v], scene, head, got);
+        for (unsigned b = 0; b < SEA_BEAMS; b++)
+            changed[v] += !same_answer(&want[b], &got[b]);
+    }
 }
 
 static void proof(unsigned seeds)
 {
-    struct beam_echoes want[SEA_BEAMS], got[SEA_BEAMS];
-    struct chain *shipped = chain_of(&variants[0]);
+    struct chain *chain[VARIANTS];
+    unsigned changed[VARIANTS] = {0};
 
+    for (size_t v = 0; v < VARIANTS; v++)
+        chain[v] = chain_of(&variants[v]);
+    for (unsigned seed = 1; seed <= seeds; seed++)
+        for (unsigned s = 0; s < sea_scenes_n; s++)
+            for (int h = 0; h < SEA_HEADS; h++)
+                proof_of(chain, &sea_scenes[s], (enum sea_head)h, seed, changed);
     printf("stage,must_be,beams,changed,bytes\n");
     for (size_t v = 0; v < VARIANTS; v++) {
+        printf("%s,%s,%u,%u,%zu\n", variants[v].name, variants[v].must, seeds * sea_scenes_n * SEA_HEADS * SEA_BEAMS,
+               changed[v], chain_bytes(chain[v]));
+        chain_free(chain[v]);
+    }
+}
+
+static struct sea_ping some[SEA_MAX_SCENES][SEA_HEADS][COUNT_BEAMS];
+
+static void listen_some(unsigned scenes)
+{
+    for (unsigned s = 0; s < scenes; s++)
+        for (int h = 0; h < SEA_HEADS; h++)
+            for (unsigned b = 0; b < COUNT_BEAMS; b++)
+                sea_listen(&sea_scenes[s], (enum sea_head)h, 1, b * SEA_BEAMS / COUNT_BEAMS, &some[s][h][b]);
+}
+
+/* Those beams of so many scenes; *ns is what chain_run takes of them. Returns their bins. */
+static unsigned run_some(struct chain *chain, unsigned scenes, double *ns)
+{
+    struct beam_echoes found[SEA_BEAMS];
+    unsigned bins = 0;
+
+    *ns = 0;
+    for (unsigned s = 0; s < scenes; s++)
+        for (int h = 0; h < SEA_HEADS; h++) {
+            chain_begin(chain, &sea_scenes[s], (enum sea_head)h);
+            for (unsigned b = 0; b < COUNT_BEAMS; b++) {
+                const double begin_ns = cost_now_ns();
+                chain_run(chain, &some[s][h][b].ping, found);
+                bins += some[s][h][b].ping.n_bins;
+                *ns += cost_now_ns() - begin_ns;
+            }
+        }
+    return bins;
+}
+
+static void cost(unsigned repetitions)
+{
+    listen_some(sea_scenes_n);
+    printf("stage,ns,ns_low,ns_high\n");
+    for (size_t v = 0; v < VARIANTS; v++) {
         struct chain *chain = chain_of(&variants[v]);
-        unsigned beams = 0, changed = 0;
-        for (unsigned seed = 1; seed <= seeds; seed++)
-            for (unsigned s = 0; s < sea_scenes_n; s++)
-                for (int h = 0; h < SEA_HEADS; h++) {
-                    answers(shipped, &sea_scenes[s], (enum sea_head)h, seed, want);
-                    answers(chain, &sea_scenes[s], (enum sea_head)h, seed, got);
-                    for (unsigned b = 0; b < SEA_BEAMS; b++, beams++)
-                        changed += !same_answer(&want[b], &got[b]);
-                }
-        printf("%s,%s,%u,%u,%zu\n", variants[v].name, variants[v].must, beams, changed, chain_bytes(chain));
+        double ns[REPETITIONS];
+        for (unsigned r = 0; r < repetitions; r++) {
+            const unsigned bins = run_some(chain, sea_scenes_n, &ns[r]);
+            ns[r] /= bins;
+        }
+        const struct cost_spread spread = cost_spread_of(ns, repetitions);
+        printf("%s,%.4g,%.4g,%.4g\n", variants[v].name, spread.median, spread.low, spread.high);
         chain_free(chain);
     }
-    chain_free(shipped);
 }
 
 static void count(unsigned scenes)
 {
-    static struct sea_ping sea;
+    double ns;
 
+    listen_some(scenes);
     printf("stage,bins\n");
     for (size_t v = 0; v < VARIANTS; v++) {
         struct chain *chain = chain_of(&variants[v]);
-        unsigned bins = 0;
-        for (unsigned s = 0; s < scenes; s++)
-            for (int h = 0; h < SEA_HEADS; h++) {
-                chain_begin(chain, &sea_scenes[s], (enum sea_head)h);
-                for (unsigned b = 0; b < COUNT_BEAMS; b++) {
-                    struct beam_echoes found[SEA_BEAMS];
-                    sea_listen(&sea_scenes[s], (enum sea_head)h, 1, b * SEA_BEAMS / COUNT_BEAMS, &sea);
-                    chain_run(chain, &sea.ping, found);
-                    bins += sea.ping.n_bins;
-                }
-            }
-        printf("%s,%u\n", variants[v].name, bins);
+        printf("%s,%u\n", variants[v].name, run_some(chain, scenes, &ns));
         cost_mark();
         chain_free(chain);
     }
@@ -171,10 +219,12 @@ int main(int argc, char **argv)
 
     if (strcmp(what, "proof") == 0)
         proof(quick ? 1 : SEEDS);
+    else if (strcmp(what, "cost") == 0)
+        cost(quick ? 1 : REPETITIONS);
     else if (strcmp(what, "count") == 0)
         count(quick ? QUICK_SCENES : sea_scenes_n);
     else {
-        fprintf(stderr, "usage: report_left_out proof|count [quick]\n");
+        fprintf(stderr, "usage: report_left_out proof|cost|count [quick]\n");
         return 2;
     }
     return 0;

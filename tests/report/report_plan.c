@@ -5,6 +5,7 @@
  * with the shipped configuration but no_echo = heard, so that there is clear water to lose.
  *
  *   report_plan proof [quick]   CSV: scene, stage, plan, must_be, sectors, changed, falsely_clear, bytes
+ *   report_plan cost [quick]    CSV: stage, nanoseconds per bin from a ping's submission until it is in the picture
  *   report_plan count [quick]   CSV: stage, bins, for callgrind to count the instructions of pipeline_submit
  *
  * falsely_clear: clear without the stage, and not clear with it. bytes: what the stage holds.
@@ -21,6 +22,7 @@
 #define SECTORS     72
 #define ANSWERS     (SCANS * SEA_BEAMS / ASK_EVERY)
 #define COUNT_BEAMS 10
+#define REPETITIONS 5
 
 static const char no_socket[] = "no socket"; /* no section: the daemon is told so as it starts */
 
@@ -144,28 +146,64 @@ static void proof(unsigned scenes)
     }
 }
 
-/* Threads are not counted: callgrind follows the loop's. */
+static struct sea_ping some[SEA_MAX_SCENES * COUNT_BEAMS];
+
+static void listen_some(unsigned scenes)
+{
+    for (unsigned n = 0; n < scenes * COUNT_BEAMS; n++)
+        sea_listen(&sea_scenes[n / COUNT_BEAMS], SEA_PING360, n / COUNT_BEAMS + 1,
+                   n % COUNT_BEAMS * SEA_BEAMS / COUNT_BEAMS, &some[n]);
+}
+
+/* Those beams of so many scenes through a pipeline of its own. Returns their bins; *ns: until all are done. */
+static unsigned run_some(const char *more, unsigned scenes, double *ns)
+{
+    struct conf conf;
+    unsigned bins = 0;
+
+    configure(more, &conf);
+    struct pipeline *pipeline = scans_start(&conf);
+    *ns = 0;
+    for (unsigned n = 0; n < scenes * COUNT_BEAMS; n++, bins += SEA_MAX_BINS) {
+        const double begin_ns = cost_now_ns();
+        scans_submit(pipeline, &some[n]);
+        pipeline_drain(pipeline);
+        *ns += cost_now_ns() - begin_ns;
+    }
+    pipeline_free(pipeline);
+    return bins;
+}
+
+static void cost(unsigned repetitions)
+{
+    listen_some(sea_scenes_n);
+    printf("stage,ns,ns_low,ns_high\n");
+    for (size_t k = 0; k < STAGES; k++)
+        for (int without = 0; without < 2; without++) {
+            double ns[REPETITIONS];
+            for (unsigned r = 0; r < repetitions; r++) {
+                const unsigned bins = run_some(without ? stages[k].without : stages[k].with, sea_scenes_n, &ns[r]);
+                ns[r] /= bins;
+            }
+            const struct cost_spread spread = cost_spread_of(ns, repetitions);
+            printf("%s %s,%.4g,%.4g,%.4g\n", without ? "without" : "with", stages[k].name, spread.median, spread.low,
+                   spread.high);
+        }
+}
+
+/* Threads do the same work elsewhere, where callgrind does not follow: they have the count of none. */
 static void count(unsigned scenes)
 {
+    double ns;
+
+    listen_some(scenes);
     printf("stage,bins\n");
-    for (size_t k = 0; k < STAGES; k++) {
-        const char *more[] = {stages[k].with, stages[k].without};
-        for (int without = 0; stages[k].id != PLAN_THREADS && without < 2; without++) {
-            static struct sea_ping sea;
-            struct conf conf;
-            unsigned bins = 0;
-            configure(more[without], &conf);
-            struct pipeline *pipeline = scans_start(&conf);
-            for (unsigned n = 0; n < scenes * COUNT_BEAMS; n++, bins += SEA_MAX_BINS) {
-                sea_listen(&sea_scenes[n / COUNT_BEAMS], SEA_PING360, n / COUNT_BEAMS + 1,
-                           n % COUNT_BEAMS * SEA_BEAMS / COUNT_BEAMS, &sea);
-                scans_submit(pipeline, &sea);
-            }
-            printf("%s %s,%u\n", without ? "without" : "with", stages[k].name, bins);
+    for (size_t k = 0; k < STAGES; k++)
+        for (int without = 0; without < 2; without++) {
+            const char *more = stages[k].id == PLAN_THREADS || without ? stages[k].without : stages[k].with;
+            printf("%s %s,%u\n", without ? "without" : "with", stages[k].name, run_some(more, scenes, &ns));
             cost_mark();
-            pipeline_free(pipeline);
         }
-    }
 }
 
 int main(int argc, char **argv)
@@ -176,10 +214,12 @@ int main(int argc, char **argv)
 
     if (strcmp(what, "proof") == 0)
         proof(scenes);
+    else if (strcmp(what, "cost") == 0)
+        cost(quick ? 1 : REPETITIONS);
     else if (strcmp(what, "count") == 0)
         count(scenes);
     else {
-        fprintf(stderr, "usage: report_plan proof|count [quick]\n");
+        fprintf(stderr, "usage: report_plan proof|cost|count [quick]\n");
         return 2;
     }
     return 0;

@@ -24,7 +24,7 @@
 #define QUESTIONS   400  /* after each turn */
 #define CONE_DEG    2.0  /* half a question's */
 #define EDGE_M      0.15 /* a surface this near to the distance asked about is neither in the way nor out of it */
-#define COUNT_TURNS 2
+#define COST_TURNS  2
 #define NEAR_POST_M 0.25
 
 static const struct sphere_conf shipped = {.angular_step_rad = 2 * GEO_PI / 180,
@@ -228,12 +228,12 @@ static void errors(unsigned seeds)
 
 static void cost(unsigned repetitions)
 {
-    static struct beam_echoes heard[BASIN_TURNS * BASIN_BEAMS];
-    static struct echoes ping[BASIN_TURNS * BASIN_BEAMS];
+    static struct beam_echoes heard[COST_TURNS * BASIN_BEAMS];
+    static struct echoes ping[COST_TURNS * BASIN_BEAMS];
     struct basin basin;
 
     basin_make(&basin, 1);
-    for (unsigned i = 0; i < BASIN_TURNS * BASIN_BEAMS; i++) {
+    for (unsigned i = 0; i < COST_TURNS * BASIN_BEAMS; i++) {
         ping[i].beam = &heard[i];
         basin_listen(&basin, i / BASIN_BEAMS, i % BASIN_BEAMS, false, &ping[i]);
     }
@@ -243,9 +243,9 @@ static void cost(unsigned repetitions)
         for (unsigned r = 0; r < repetitions; r++) {
             struct sphere *grid = grid_of(&settings[k]);
             const double begin_ns = cost_now_ns();
-            for (unsigned i = 0; i < BASIN_TURNS * BASIN_BEAMS; i++)
+            for (unsigned i = 0; i < COST_TURNS * BASIN_BEAMS; i++)
                 sphere_enter(grid, &ping[i], &mount_identity);
-            ns[r] = (cost_now_ns() - begin_ns) / (BASIN_TURNS * BASIN_BEAMS);
+            ns[r] = (cost_now_ns() - begin_ns) / (COST_TURNS * BASIN_BEAMS);
         }
         const struct cost_spread spread = cost_spread_of(ns, repetitions);
         printf("%s,%s,%.4g,%.4g,%.4g\n", knob_name[settings[k].knob], settings[k].label, spread.median, spread.low,
@@ -279,7 +279,7 @@ int main(int argc, char **argv)
     else if (strcmp(what, "cost") == 0)
         cost(quick ? 3 : REPETITIONS);
     else if (strcmp(what, "count") == 0)
-        count(quick ? 1 : COUNT_TURNS);
+        count(quick ? 1 : COST_TURNS);
     else {
         fprintf(stderr, "usage: report_sphere errors|cost|count [quick]\n");
         return 2;
