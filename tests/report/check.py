@@ -73,6 +73,8 @@ def main():
         check("page_names_nothing_twice", [i for i in set(ids) if ids.count(i) > 1])
         links = [v for e in page for k, v in e.attrib.items() if local(k) in ("href", "src")]
         check("page_needs_nothing_else", [v for v in links if not v.startswith("#") or v[1:] not in ids])
+        with open(os.path.join(out, "data", "stability.csv"), newline="", encoding="utf-8") as f:
+            check("shows_every_case_of_the_catalogue", [row["case"] for row in csv.DictReader(f) if "| %s | %s |" % (row["case"], row["input"]) not in text])
         proofs = []
         for name in ("left_out_proof.csv", "spared_proof.csv"):
             with open(os.path.join(out, "data", name), newline="", encoding="utf-8") as f:

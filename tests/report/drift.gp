@@ -8,13 +8,13 @@ length_m(i) = stringcolumn("submap_m") eq 'never' ? 33 : column("submap_m")
 
 set terminal svg size 1100,420 font 'sans-serif,13' background 'white' noenhanced dynamic rounded
 set output out.'drift.svg'
-set multiplot layout 1,2 margins 0.08,0.93,0.14,0.9 spacing 0.12,0
+set multiplot layout 1,2 margins 0.1,0.91,0.14,0.92 spacing 0.12,0
 set logscale xy
 set xlabel 'submap_distance, m'
 set xrange [1.5:45]
 set xtics ('2' 2, '5' 5, '10' 10, '20' 20, 'never' 33)
 unset key
-set ylabel 'volume free that is solid, m³'
+set ylabel "volume free that is solid, m³" offset 1,0
 set yrange [least*0.8:30]
 set ytics ('≤ 0.01' least, 0.1, 1, 10)
 plot drift using (length_m(0)):(show(column("false_free_m3"))):(show(column("false_free_low"))):(show(column("false_free_high"))) with yerrorlines lc 1 pt 7, \
@@ -22,10 +22,10 @@ plot drift using (length_m(0)):(show(column("false_free_m3"))):(show(column("fal
 set key inside top right vertical
 set ylabel 'share of the free volume not in common'
 unset logscale y
-set yrange [0:0.6]
+set yrange [0:0.8]
 set ytics 0.1
 set logscale y2
-set y2label 'nanoseconds a voxel'
+set y2label "nanoseconds a voxel" offset -1,0
 set y2range [10:10000]
 set y2tics (10, 100, 1000, 10000)
 set border 11

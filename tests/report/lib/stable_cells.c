@@ -280,7 +280,7 @@ const struct stable_case stable_cells[] = {
     {"G5", "azimuths 2 pi, -0, -1e-17, 1e9 turns; the poles", "invalid or wrong directions", "fmod and floor", 0,
      angles},
     {"G6", "all cells of the sphere, steps of 90 to 0.5 degrees", "solid angle off 4 pi", "equal steps of azimuth",
-     4e-15, all_the_sphere},
+     1e-15, all_the_sphere},
     {"G7", "neighbours of all directions, rings of 1, 2, 3 cells", "pairs one-sided or double",
      "index times n / m", 0, neighbours},
     {"G8", "an echo shared out, sd 1e-6 to wider than the circle, 30 sd out", "mass missing, relative error",
