@@ -17,17 +17,17 @@
 #include "lib/dice.h"
 #include "lib/scans.h"
 
-#define SEEDS        5
-#define SCANS        2
-#define PINGS        (SCANS * SEA_BEAMS)
-#define QUESTIONS    100
-#define CONE_DEG     2.0  /* half a question's */
-#define WITHIN_DEG   14.0 /* of straight ahead: beams reach beyond the cone */
-#define EDGE_M       0.15 /* a surface this near to the distance asked about is neither in the way nor out of it */
-#define RAYS         5    /* across a question's cone */
-#define COST_SCENES  4
-#define REPETITIONS  9
-#define PING_NS      UINT64_C(50000000)
+#define SEEDS       5
+#define SCANS       2
+#define PINGS       (SCANS * SEA_BEAMS)
+#define QUESTIONS   100
+#define CONE_DEG    2.0  /* half a question's */
+#define WITHIN_DEG  14.0 /* of straight ahead: beams reach beyond the cone */
+#define EDGE_M      0.15 /* a surface this near to the distance asked about is neither in the way nor out of it */
+#define RAYS        5    /* across a question's cone */
+#define COST_SCENES 4
+#define REPETITIONS 9
+#define PING_NS     UINT64_C(50000000)
 
 static const struct setting {
     const char *knob, *label;
@@ -66,8 +66,9 @@ static const struct setting {
 /* ---- errors ---- */
 
 struct tally {
-    unsigned in_way, false_clear;        /* questions with a surface in the way; called clear all the same */
-    unsigned surfaces, behind;           /* with a surface in the cone; free water claimed behind it, whatever the distance */
+    unsigned in_way, false_clear; /* questions with a surface in the way; called clear all the same */
+    unsigned surfaces,
+        behind; /* with a surface in the cone; free water claimed behind it, whatever the distance */
     unsigned open, false_block, unknown; /* with none; called blocked; not known */
     unsigned n;
     double range_m[SEA_MAX_SCENES * QUESTIONS]; /* |error| where rightly blocked */
@@ -100,8 +101,9 @@ static void ask(struct pipeline *pipeline, const struct conf *conf, const struct
 
     for (int i = 0; i < QUESTIONS; i++) {
         const double az_rad = geo_rad(WITHIN_DEG) * (2 * dice_uniform(dice) - 1);
-        const struct answer_query q = {
-            .az_rad = geo_wrap(az_rad), .distance_m = 0.8 + 8 * dice_uniform(dice), .half_angle_rad = geo_rad(CONE_DEG)};
+        const struct answer_query q = {.az_rad = geo_wrap(az_rad),
+                                       .distance_m = 0.8 + 8 * dice_uniform(dice),
+                                       .half_angle_rad = geo_rad(CONE_DEG)};
         const double nearest_m = nearest_of(scene, az_rad);
         struct answer a;
         answer_direction(pipeline_picture(pipeline), &limits, &now, &q, &a);
@@ -138,9 +140,9 @@ static void print_tally(const struct setting *s, const char *scene, unsigned see
 {
     cost_sort(t->range_m, t->n);
     printf("%s,%s,%d,%s,%u,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g\n", s->knob, s->label, s->shipped, scene, seed,
-           t->false_clear / fmax(t->in_way, 1), t->behind / fmax(t->surfaces, 1), t->false_block / fmax(t->open, 1), t->unknown / fmax(t->open, 1),
-           cost_quantile(t->range_m, t->n, 0.5), cost_quantile(t->range_m, t->n, 0.95),
-           cost_quantile(t->range_m, t->n, 1));
+           t->false_clear / fmax(t->in_way, 1), t->behind / fmax(t->surfaces, 1),
+           t->false_block / fmax(t->open, 1), t->unknown / fmax(t->open, 1), cost_quantile(t->range_m, t->n, 0.5),
+           cost_quantile(t->range_m, t->n, 0.95), cost_quantile(t->range_m, t->n, 1));
 }
 
 static void add(struct tally *all, const struct tally *one)
@@ -168,7 +170,8 @@ static void errors(unsigned seeds, unsigned scenes)
     static struct scene shapes;
     char err[200];
 
-    printf("knob,value,default,scene,seed,false_clear_share,behind_share,false_block_share,unknown_share,range_median_m,range_p95_m,"
+    printf("knob,value,default,scene,seed,false_clear_share,behind_share,false_block_share,unknown_share,range_"
+           "median_m,range_p95_m,"
            "range_max_m\n");
     for (unsigned seed = 1; seed <= seeds; seed++) {
         memset(all, 0, sizeof all);
@@ -233,7 +236,8 @@ static void cost(unsigned repetitions)
         }
         pipeline_free(pipeline);
         const struct cost_spread spread = cost_spread_of(ns, repetitions);
-        printf("%s,%s,%.4g,%.4g,%.4g\n", settings[i].knob, settings[i].label, spread.median, spread.low, spread.high);
+        printf("%s,%s,%.4g,%.4g,%.4g\n", settings[i].knob, settings[i].label, spread.median, spread.low,
+               spread.high);
     }
 }
 

@@ -86,8 +86,7 @@ static void start(struct rig *rig)
     rig->grid = sphere_init(rig->memory[1], &conf);
     const struct picture *picture = sphere_picture(rig->grid);
     rig->memory[2] = room(clusters_bytes(picture->rings, MAX_CELLS));
-    rig->clusters =
-        clusters_init(rig->memory[2], picture->rings, MAX_CELLS, (double)picture->blocked_logodds);
+    rig->clusters = clusters_init(rig->memory[2], picture->rings, MAX_CELLS, (double)picture->blocked_logodds);
     if (!rig->extract || !scene_parse(&rig->scene, "tank", tank, err, sizeof err)) {
         fprintf(stderr, "report_ghost: %s\n", err);
         exit(1);
@@ -146,7 +145,8 @@ static bool is_surface(const struct scene *scene, double az_rad, double range_m)
         for (int side = -1; side <= 1; side++) {
             struct scene_hit hit;
             double d[3];
-            geo_direction(az_rad + side * geo_rad(2), k / 10.0 * (double)sea_ping_of(SEA_PING360).el_aperture_rad, d);
+            geo_direction(az_rad + side * geo_rad(2), k / 10.0 * (double)sea_ping_of(SEA_PING360).el_aperture_rad,
+                          d);
             if (scene_cast(scene, origin, d, 0, &hit) && fabs(hit.range_m - range_m) <= NEAR_M)
                 return true;
         }

@@ -108,7 +108,8 @@ static bool same_answer(const struct beam_echoes *a, const struct beam_echoes *b
 
 static struct sea_ping scan[SEA_BEAMS];
 
-static void answers(struct chain *chain, const struct sea_scene *scene, enum sea_head head, struct beam_echoes *out)
+static void answers(struct chain *chain, const struct sea_scene *scene, enum sea_head head,
+                    struct beam_echoes *out)
 {
     chain_begin(chain, scene, head);
     for (unsigned b = 0; b < SEA_BEAMS; b++)
@@ -117,8 +118,8 @@ static void answers(struct chain *chain, const struct sea_scene *scene, enum sea
 }
 
 /* One scan through all variants; changed[v] counts the beams of which variant v says anything else than the first. */
-static void proof_of(struct chain *chain[VARIANTS], const struct sea_scene *scene, enum sea_head head, unsigned seed,
-                     unsigned changed[VARIANTS])
+static void proof_of(struct chain *chain[VARIANTS], const struct sea_scene *scene, enum sea_head head,
+                     unsigned seed, unsigned changed[VARIANTS])
 {
     struct beam_echoes want[SEA_BEAMS], got[SEA_BEAMS];
 
@@ -145,8 +146,8 @@ static void proof(unsigned seeds)
                 proof_of(chain, &sea_scenes[s], (enum sea_head)h, seed, changed);
     printf("stage,must_be,beams,changed,bytes\n");
     for (size_t v = 0; v < VARIANTS; v++) {
-        printf("%s,%s,%u,%u,%zu\n", variants[v].name, variants[v].must, seeds * sea_scenes_n * SEA_HEADS * SEA_BEAMS,
-               changed[v], chain_bytes(chain[v]));
+        printf("%s,%s,%u,%u,%zu\n", variants[v].name, variants[v].must,
+               seeds * sea_scenes_n * SEA_HEADS * SEA_BEAMS, changed[v], chain_bytes(chain[v]));
         chain_free(chain[v]);
     }
 }

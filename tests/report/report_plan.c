@@ -186,8 +186,8 @@ static void cost(unsigned repetitions)
                 ns[r] /= bins;
             }
             const struct cost_spread spread = cost_spread_of(ns, repetitions);
-            printf("%s %s,%.4g,%.4g,%.4g\n", without ? "without" : "with", stages[k].name, spread.median, spread.low,
-                   spread.high);
+            printf("%s %s,%.4g,%.4g,%.4g\n", without ? "without" : "with", stages[k].name, spread.median,
+                   spread.low, spread.high);
         }
 }
 

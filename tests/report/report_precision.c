@@ -6,8 +6,8 @@
  *   report_precision evidence [quick]   CSV: format, bytes, updates, error, error_max, wrong, ns
  *   report_precision voxels [quick]     CSV: format, distance_m, wrong_share, wrong_share_max, voxels, ns
  *
- * error: of the log-odds, the worst of all updates so far: median and worst of the seeds. wrong: updates after which the cell blocks
- * and should not, or does not and should, of all seeds. wrong_share: of the voxels that belong to the beam.
+ * error: of the log-odds, the worst of all updates so far: median and worst of the seeds. wrong: updates after which the cell
+ * blocks and should not, or does not and should, of all seeds. wrong_share: of the voxels that belong to the beam.
  */
 #include <math.h>
 #include <stdio.h>
@@ -161,11 +161,11 @@ static void evidence(unsigned most, unsigned seeds)
 
 /* ---- the voxel predicate ---- */
 
-#define VOXEL_M  0.1
-#define FAR_M    6.0
-#define WIDE     62 /* cells from the apex that a beam reaches, level; and up and down */
-#define HIGH     24
-#define CELLS    ((2 * WIDE + 1) * (2 * WIDE + 1) * (2 * HIGH + 1))
+#define VOXEL_M 0.1
+#define FAR_M   6.0
+#define WIDE    62 /* cells from the apex that a beam reaches, level; and up and down */
+#define HIGH    24
+#define CELLS   ((2 * WIDE + 1) * (2 * WIDE + 1) * (2 * HIGH + 1))
 
 static bool inside[CELLS];
 
@@ -251,7 +251,9 @@ static void voxels(unsigned seeds, double step)
     static const struct {
         const char *name;
         predicate *asked;
-    } ways[] = {{"metres of the world in float", by_float}, {"metres of the world in double", by_double}, {"sonard", by_product}};
+    } ways[] = {{"metres of the world in float", by_float},
+                {"metres of the world in double", by_double},
+                {"sonard", by_product}};
     struct cast_opening opening;
     char err[200];
 

@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * report_relax - relaxation (Auran and Silven 1996, section 3), which sonard does not have: what one step of it would do to the
- * spherical grid's evidence in the made-up basins. Every cell of a direction that was looked at is raised towards its 26 neighbours, on
- * a copy, so that no order matters: L += mu * sum over neighbours of max(0, max(0, Lj) - L) / 26.
+ * report_relax - relaxation (Auran and Silven 1996, section 3), which sonard does not have: what one step of it would do to
+ * the spherical grid's evidence in the made-up basins. Every cell of a direction that was looked at is raised towards its 26
+ * neighbours, on a copy, so that no order matters: L += mu * sum over neighbours of max(0, max(0, Lj) - L) / 26.
  *
  *   report_relax [quick]   CSV: mu, seeds, blocked, blocked_false, anew, anew_false, anew_false_low, anew_false_high
  *
- * blocked: cells that are obstacles, of all seeds, before the step; anew: those that become obstacles by it. *_false: the share with no
- * surface in them, anywhere across their width, or within 15 cm.
+ * blocked: cells that are obstacles, of all seeds, before the step; anew: those that become obstacles by it. *_false: the share
+ * with no surface in them, anywhere across their width, or within 15 cm.
  */
 #include <math.h>
 #include <stdio.h>
@@ -75,7 +75,8 @@ static double *evidence_of(const struct sphere *grid, uint32_t directions, uint3
     return of;
 }
 
-static double relaxed(const struct rings *rings, const double *of, uint32_t layers, uint32_t d, uint32_t layer, double mu)
+static double relaxed(const struct rings *rings, const double *of, uint32_t layers, uint32_t d, uint32_t layer,
+                      double mu)
 {
     const double own = of[(size_t)d * layers + layer];
     struct rings_run run[3];

@@ -307,8 +307,8 @@ static void a_clock_for_a_year(bool quick, struct stable_found *f)
     }
 }
 
-/* A year at anchor, a pose a second, then a dive of 5 m: steps of a depth sensor's noise are no way driven, the dive is. Metres that
- * the path is off. */
+/* A year at anchor, a pose a second, then a dive of 5 m: steps of a depth sensor's noise are no way driven, the dive is.
+ * Metres that the path is off. */
 static void a_year_at_anchor(bool quick, struct stable_found *f)
 {
     static struct pose_log log;
@@ -349,7 +349,7 @@ const struct stable_case stable_whole[] = {
      "milliseconds in 32 bits", 1e-3, a_year},
     {"L3", "a device clock 25 ppm off for a year", "ms that stamps are off", "the first offset", 2,
      a_clock_for_a_year},
-    {"L4", "a year at anchor, a noisy depth every second, then a dive of 5 m", "m of way off", "steps added up", 0.1,
-     a_year_at_anchor},
+    {"L4", "a year at anchor, a noisy depth every second, then a dive of 5 m", "m of way off", "steps added up",
+     0.1, a_year_at_anchor},
     {0},
 };
