@@ -107,7 +107,7 @@ static void ask(struct pipeline *pipeline, const struct conf *conf, const struct
         const double nearest_m = nearest_of(scene, az_rad);
         struct answer a;
         answer_direction(pipeline_picture(pipeline), &limits, &now, &q, &a);
-        t->surfaces += isfinite(nearest_m);
+        t->surfaces += isfinite(nearest_m) != 0;
         t->behind += a.free_to_m > nearest_m + EDGE_M;
         if (nearest_m < q.distance_m - EDGE_M) {
             t->in_way++;
