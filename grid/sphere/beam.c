@@ -217,23 +217,69 @@ bool beam_stretch(const struct beam *b, const struct beam_cell *cell, const doub
     return st->to_m > st->from_m;
 }
 
+/* The least of q . origin / lever over the opening: -1, the beam looks back at the grid's centre; 1, away from it. */
+static double least_outward(const struct beam *b, const struct beam_opening *o, double off2)
+{
+    const double *at = b->offset_m;
+    if (off2 >= 1)
+        return -1;
+    return ((at[0] > 0 ? sqrt(1 - off2) : 1) * at[0] - o->aside * fabs(at[1]) - o->upward * fabs(at[2])) /
+           b->lever_m;
+}
+
+/* The most of (offset + r most) / sqrt(lever^2 + r^2) for r >= range_m; it has one maximum. */
+static double most_of(double offset_m, double most, double lever_m, double range_m)
+{
+    const double at_m = offset_m * range_m < most * lever_m * lever_m ? most * lever_m * lever_m / offset_m : range_m;
+    return at_m < INFINITY ? (offset_m + at_m * most) / hypot(lever_m, at_m) : most;
+}
+
 /*
  * A place in the beam at range r is at origin + r q, with |q| = 1 and q's components to the side and upward within
- * `most`; its distance from the centre is at least r - lever. What that bounds only shrinks with growing range.
+ * those of the opening. Its distance from the centre is at least r - lever, which bounds the components the better the
+ * farther range_m is; what that bounds only shrinks with growing range. Its square is r^2 + 2 r lever k + lever^2 as
+ * well, where k is the cosine between q and the origin, and at least (1 + k) (r^2 + lever^2) where k is negative: that
+ * bounds them however long the lever is, unless the beam looks back at the centre.
  */
 struct beam_sieve beam_sieve(const struct beam *b, const struct beam_opening *opening, double range_m)
 {
-    struct beam_sieve s = {{-1, -1}, {1, 1}};
-    const double far = range_m - b->lever_m, most[2] = {opening->aside * range_m, opening->upward * range_m};
-    if (!(far > 0))
-        return s;
+    const double most[2] = {opening->aside, opening->upward}, far = range_m - b->lever_m;
+    struct beam_sieve s = {{-1, -1}, {1, 1}, most[0] * most[0] + most[1] * most[1]};
+    double shrink = 0;
+    if (!(far > 0.5 * range_m)) {
+        const double outward = least_outward(b, opening, s.off2);
+        shrink = outward < 0 ? sqrt(fmax(1 + outward, 0)) : 1;
+    }
     for (int k = 0; k < 2; k++) {
-        double o = b->offset_m[k + 1], from = ((o < 0 ? o : 0) - most[k]) / far,
-               to = ((o > 0 ? o : 0) + most[k]) / far;
-        s.from[k] = from > -1 ? from : -1;
-        s.to[k] = to < 1 ? to : 1;
+        const double o = b->offset_m[k + 1], low = o < 0 ? -o : 0, high = o > 0 ? o : 0;
+        if (far > 0) {
+            s.from[k] = fmax(s.from[k], -(low + most[k] * range_m) / far);
+            s.to[k] = fmin(s.to[k], (high + most[k] * range_m) / far);
+        }
+        if (shrink > 0) {
+            s.from[k] = fmax(s.from[k], -most_of(low, most[k], b->lever_m, range_m) / shrink);
+            s.to[k] = fmin(s.to[k], most_of(high, most[k], b->lever_m, range_m) / shrink);
+        }
     }
     return s;
+}
+
+/*
+ * Directions of places are positive sums of the origin and of what the opening holds: they lie in any convex cap that
+ * holds these. False: there is none.
+ */
+static bool hull_cap(const struct beam *b, const struct beam_sieve *s, double slack_rad, double middle[3],
+                     double *radius)
+{
+    if (s->off2 >= 1 || !(b->lever_m > 0))
+        return false;
+    const double apart = acos(fmax(-1, fmin(b->offset_m[0] / b->lever_m, 1)));
+    *radius = apart / 2 + asin(sqrt(s->off2)) + slack_rad;
+    if (*radius >= GEO_PI / 2)
+        return false;
+    for (int i = 0; i < 3; i++)
+        middle[i] = (b->axis[i] + b->origin_m[i] / b->lever_m) / (2 * cos(apart / 2));
+    return true;
 }
 
 /* The components are the orthographic view of the half sphere around the axis: arcs are longest at the outermost. */
@@ -249,6 +295,8 @@ double beam_sieve_cap(const struct beam *b, const struct beam_sieve *s, double s
     }
     double radius = outermost2 < 1 ? sqrt(radius2 / (1 - outermost2)) : GEO_PI;
     if (radius >= GEO_PI / 2) {
+        if (hull_cap(b, s, slack_rad, middle, &radius))
+            return radius;
         memcpy(middle, b->axis, sizeof b->axis);
         return GEO_PI;
     }

@@ -105,6 +105,7 @@ bool beam_stretch(const struct beam *b, const struct beam_cell *cell, const doub
  */
 struct beam_sieve {
     double from[2], to[2];
+    double off2; /* squared sine of the angle between the axis and the opening's corners, at most; 1 and more: any */
 };
 
 /** beam_sieve - of this opening (the beam's own or a wider one) and the parallax of a sensor that is off the centre. */

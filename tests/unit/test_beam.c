@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * test_beam - how a beam sees places: offsets against the angles of the sensor frame itself, and that the cheap test never
- * turns away a place within the bounds.
+ * turns away a place within the bounds; which directions a beam is held against.
  */
 #include "../lib/test.h"
 
@@ -58,10 +58,10 @@ TEST(whatever_the_beam_holds_passes_its_sieve)
 {
     static struct rings rings;
     uint64_t seed = test_seed();
-    int small = 0;
+    int small = 0, long_lever = 0, bounded = 0;
     CHECK(rings_full(&rings, geo_rad(4)));
     const double reach = rings_reach(&rings);
-    for (int i = 0; i < 2000; i++) {
+    for (int i = 0; i < 2500; i++) {
         struct beam_echoes heard = {.az_rad = (float)(GEO_TURN * test_uniform(&seed)),
                                     .el_rad = (float)(2 * (test_uniform(&seed) - 0.5))};
         struct echoes ping = {.beam = &heard};
@@ -69,7 +69,7 @@ TEST(whatever_the_beam_holds_passes_its_sieve)
                el_ap = geo_rad(1 + 60 * test_uniform(&seed));
         struct beam_opening opening = beam_opening(az_ap, el_ap, rings.height_rad, false);
         double turn[4], origin[3], middle[3], az, el, near_m = 0.1 + test_uniform(&seed);
-        double lever_m = (i % 4) * 0.3 * test_uniform(&seed);
+        double lever_m = (i % 5) * 0.3 * test_uniform(&seed) * (i % 5 == 4 ? 10 : 1);
         quat_from_rpy(6 * test_uniform(&seed), 3 * test_uniform(&seed) - 1.5, 6 * test_uniform(&seed), turn);
         geo_direction(6 * test_uniform(&seed), 3 * test_uniform(&seed) - 1.5, origin);
         for (int k = 0; k < 3; k++)
@@ -79,6 +79,8 @@ TEST(whatever_the_beam_holds_passes_its_sieve)
         struct beam_sieve sieve = beam_sieve(&b, &opening, near_m);
         double radius = beam_sieve_cap(&b, &sieve, reach, middle);
         small += radius < 0.5;
+        long_lever += lever_m > near_m;
+        bounded += lever_m > near_m && radius < GEO_PI / 2;
         for (int k = 0; k < 50; k++) {
             double v[3], w[3], range = near_m * pow(10, 2 * test_uniform(&seed) * test_uniform(&seed)), c[3];
             geo_direction(heard.az_rad + (test_uniform(&seed) - 0.5) * az_ap,
@@ -100,11 +102,49 @@ TEST(whatever_the_beam_holds_passes_its_sieve)
         }
     }
     CHECK(small > 500);
+    CHECK(4 * bounded > long_lever);
+}
+
+/* A head below the grid's centre by more than its blind range: the directions that each beam is held against. */
+TEST(a_lever_longer_than_the_blind_range_does_not_open_the_sphere)
+{
+    static struct rings rings;
+    CHECK(rings_full(&rings, geo_rad(2)));
+    const double reach = rings_reach(&rings), origin[3] = {0, 0, 0.5};
+    for (int az = 0; az < 360; az += 10) {
+        struct beam_echoes heard = {.az_rad = (float)geo_rad(az)};
+        struct echoes ping = {.beam = &heard};
+        struct beam_opening opening = beam_opening(geo_rad(2), geo_rad(25), rings.height_rad, false);
+        struct beam b;
+        double middle[3], middle_az, middle_el;
+        beam_of(&b, &ping, 0, &opening, pose_identity.attitude, origin);
+        struct beam_sieve sieve = beam_sieve(&b, &opening, 0.3);
+        double radius = beam_sieve_cap(&b, &sieve, 2 * reach, middle);
+        geo_angles(middle, &middle_az, &middle_el);
+        struct rings_visit visit = rings_visit(&rings, middle_az, middle_el, radius);
+        uint32_t visited = 0, passed = 0;
+        while (rings_next(&visit)) {
+            double c[3], cell_az, cell_el, aside = 0, upward = 0;
+            rings_centre(&rings, visit.direction, &cell_az, &cell_el);
+            geo_direction(cell_az, cell_el, c);
+            for (int j = 0; j < 3; j++) {
+                aside += c[j] * b.side[j];
+                upward += c[j] * b.up[j];
+            }
+            visited++;
+            passed += beam_sieve_passes(&sieve, aside, upward, reach);
+        }
+        CHECK(visited < rings.n / 3);
+        CHECK(passed < rings.n / 20);
+        if (az == 0)
+            printf("# of %u directions %u visited, %u looked at\n", rings.n, visited, passed);
+    }
 }
 
 int main(void)
 {
     RUN(whatever_the_beam_holds_passes_its_sieve);
+    RUN(a_lever_longer_than_the_blind_range_does_not_open_the_sphere);
     RUN(places_are_seen_as_in_the_sensor_frame_and_none_in_reach_is_turned_away);
     return test_end();
 }
