@@ -12,8 +12,6 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "log.h"
-
 #define SEPARATORS      " \t,"
 #define PEER_GROUPS_MAX 1024 /* whoever is in more is judged by his user and first group alone */
 
@@ -41,27 +39,26 @@ static void add_group(struct rights *r, gid_t group)
         r->group[r->n_groups++] = group;
 }
 
-/* False: the system does not know the name. */
-static bool add_name(struct rights *r, const char *name)
+/* The id of a name without its @; false: the system does not know it. */
+static bool look_up(const char *name, bool is_group, id_t *id)
 {
-    const bool is_group = *name == '@';
-    id_t id;
-    name += is_group;
-    if (!id_in(name, &id)) {
-        const struct group *group = is_group ? getgrnam(name) : NULL;
-        const struct passwd *user = is_group ? NULL : getpwnam(name);
-        if (!group && !user)
-            return false;
-        id = group ? group->gr_gid : user->pw_uid;
-    }
-    if (is_group)
-        add_group(r, id);
-    else
-        add_user(r, id);
-    return true;
+    const struct group *group = is_group ? getgrnam(name) : NULL;
+    const struct passwd *user = is_group ? NULL : getpwnam(name);
+    if (group)
+        *id = group->gr_gid;
+    if (user)
+        *id = user->pw_uid;
+    return group || user;
 }
 
-void rights_set(struct rights *r, const char *change, gid_t socket_group)
+static void note_unknown(struct rights *r, const char *name, bool is_group)
+{
+    const size_t n = strlen(r->unknown);
+    snprintf(r->unknown + n, sizeof r->unknown - n, "%sno %s '%s'", n > 0 ? ", " : "", is_group ? "group" : "user",
+             name);
+}
+
+static void set(struct rights *r, const char *change, gid_t socket_group, bool with_names)
 {
     char names[512], *rest = NULL;
     change = change ? change : "";
@@ -73,11 +70,27 @@ void rights_set(struct rights *r, const char *change, gid_t socket_group)
     if (r->all)
         return;
     snprintf(names, sizeof names, "%s", change);
-    for (char *name = strtok_r(names, SEPARATORS, &rest); name; name = strtok_r(NULL, SEPARATORS, &rest))
-        if (!add_name(r, name))
-            log_line(LOG_WARNING, "right_unknown",
-                     "[server] change: there is no %s '%s' here: it gives nobody a right",
-                     *name == '@' ? "group" : "user", name + (*name == '@'));
+    for (char *name = strtok_r(names, SEPARATORS, &rest); name; name = strtok_r(NULL, SEPARATORS, &rest)) {
+        const bool is_group = *name == '@';
+        id_t id;
+        if (!id_in(name + is_group, &id) && !(with_names && look_up(name + is_group, is_group, &id)))
+            note_unknown(r, name + is_group, is_group);
+        else if (is_group)
+            add_group(r, id);
+        else
+            add_user(r, id);
+    }
+}
+
+void rights_set(struct rights *r, const char *change, gid_t socket_group)
+{
+    set(r, change, socket_group, true);
+}
+
+bool rights_set_numbers(struct rights *r, const char *change, gid_t socket_group)
+{
+    set(r, change, socket_group, false);
+    return r->unknown[0] == '\0';
 }
 
 static bool has_group(const struct rights *r, gid_t group)

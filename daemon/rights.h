@@ -14,6 +14,8 @@
 
 struct rights {
     bool all;
+    char unknown
+        [256]; /* the names that the system does not know, for people; cut where there is no more room; empty: none */
     int n_users, n_groups;
     uid_t user[RIGHTS_MAX];
     gid_t group[RIGHTS_MAX];
@@ -21,10 +23,13 @@ struct rights {
 
 /**
  * rights_set - from [server] change: "" or NULL (group: the socket's, `socket_group`), "all", or names of users, @groups and
- * their numbers. Root and the user of this process always may. Names that the system does not know give nobody a right and
- * are logged as warnings. Looks into the user database: not while pings are under way.
+ * their numbers. Root and the user of this process always may. Names that the system does not know give nobody a right.
+ * Looks into the user database, which may be far away: for the start, and for a thread of its own (rights_lookup).
  */
 void rights_set(struct rights *r, const char *change, gid_t socket_group);
+
+/** rights_set_numbers - the same without a look: names give nobody a right. False: there are some. */
+bool rights_set_numbers(struct rights *r, const char *change, gid_t socket_group);
 
 /**
  * rights_judge - may the peer of the connected UNIX socket change something? False with a sentence in why that names

@@ -13,6 +13,7 @@
 
 #include "listen.h"
 #include "log.h"
+#include "rights_lookup.h"
 #include "session.h"
 
 #define ACCEPTS_PER_TURN 16
@@ -26,6 +27,8 @@ struct server {
     char *path;
     struct stat file; /* of the socket, to remove no other */
     bool inherited;
+    struct rights_lookup lookup;
+    char change[RIGHTS_TEXT_MAX]; /* who may change something, as it is set */
     int max_clients;
     struct session **sessions; /* [max_clients], NULL: free */
 };
@@ -162,6 +165,19 @@ static struct server *new_server(struct loop *loop, const struct server_conf *co
     return server;
 }
 
+static void take_rights(void *ctx, const struct rights *rights)
+{
+    struct server *server = ctx;
+
+    server->host.rights = *rights;
+    if (rights->unknown[0])
+        log_line(LOG_WARNING, "right_unknown", "[server] change: there is %s here: that gives nobody a right",
+                 rights->unknown);
+    for (int i = 0; i < server->max_clients; i++)
+        if (server->sessions[i])
+            session_judge(server->sessions[i]);
+}
+
 struct server *server_start(struct loop *loop, const struct server_conf *conf, const struct rpc_method *methods,
                             void *daemon, char *err, size_t err_size)
 {
@@ -184,16 +200,28 @@ struct server *server_start(struct loop *loop, const struct server_conf *conf, c
         free_server(server);
         return NULL;
     }
-    server_set_change(server, conf->change);
+    snprintf(server->change, sizeof server->change, "%s", conf->change ? conf->change : "");
+    server->lookup = (struct rights_lookup){
+        .loop = loop, .socket_group = server->file.st_gid, .done = take_rights, .ctx = server};
+    struct rights rights;
+    rights_set(&rights, server->change, server->file.st_gid); /* nobody is served yet, and may wait for it */
+    take_rights(server, &rights);
     return server;
 }
 
+/* Until names are looked up they give nobody a right, unless nothing has changed. */
 void server_set_change(struct server *server, const char *change)
 {
-    rights_set(&server->host.rights, change, server->file.st_gid);
-    for (int i = 0; i < server->max_clients; i++)
-        if (server->sessions[i])
-            session_judge(server->sessions[i]);
+    struct rights known;
+    const bool complete = rights_set_numbers(&known, change, server->file.st_gid);
+    const bool same = strcmp(change, server->change) == 0;
+
+    known.unknown[0] = '\0'; /* that is to be found out */
+    if (complete || !same)
+        take_rights(server, &known);
+    snprintf(server->change, sizeof server->change, "%s", change);
+    if ((!complete || server->lookup.running) && !rights_lookup_begin(&server->lookup, change))
+        log_line(LOG_ERR, "right_lookup", "[server] change: names cannot be looked up: %s", strerror(errno));
 }
 
 const char *server_path(const struct server *server)
@@ -207,6 +235,7 @@ void server_stop(struct server *server)
         return;
     for (int i = 0; i < server->max_clients; i++)
         session_close(server->sessions[i]);
+    rights_lookup_end(&server->lookup);
     loop_arm(server->host.loop, &server->resume, LOOP_NEVER);
     loop_remove(server->host.loop, &server->listener);
     remove_file(server);

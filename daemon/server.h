@@ -41,7 +41,10 @@ struct server_stats {
 struct server *server_start(struct loop *loop, const struct server_conf *conf, const struct rpc_method *methods,
                             void *daemon, char *err, size_t err_size);
 
-/** server_set_change - from now on these may change something, see rights_set; also of the clients that are there. */
+/**
+ * server_set_change - from now on these may change something, see rights_set; also of the clients that are there. Names
+ * are looked up by a thread; until it has them, new ones give nobody a right.
+ */
 void server_set_change(struct server *server, const char *change);
 
 /** server_path - where it listens; lives as long as the server. */

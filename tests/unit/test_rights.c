@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "../../daemon/rights.h"
+#include "../../daemon/rights_lookup.h"
 
 #define SOCKET_GROUP 4242
 
@@ -29,6 +30,52 @@ TEST(names_and_numbers)
     CHECK_INT(r.user[2], 123);
     CHECK_INT(r.n_groups, 1); /* not the socket's */
     CHECK_INT(r.group[0], 456);
+    CHECK_STR(r.unknown, "no user 'nobody-of-this-name'");
+}
+
+TEST(without_a_look_names_give_nobody_a_right)
+{
+    struct rights r;
+    CHECK(rights_set_numbers(&r, "all", SOCKET_GROUP) && r.all);
+    CHECK(rights_set_numbers(&r, "123, @456", SOCKET_GROUP));
+    CHECK_INT(r.n_users, 3);
+    CHECK_INT(r.n_groups, 1);
+    CHECK(!rights_set_numbers(&r, "123 daemon @daemon", SOCKET_GROUP));
+    CHECK_INT(r.n_users, 3);
+    CHECK_INT(r.n_groups, 0);
+    rights_set(&r, "123 daemon @daemon", SOCKET_GROUP);
+    CHECK_STR(r.unknown, "");
+    CHECK_INT(r.n_users, 4);
+    CHECK_INT(r.n_groups, 1);
+}
+
+static int n_told;
+static struct rights told;
+
+static void tell(void *ctx, const struct rights *r)
+{
+    (void)ctx;
+    told = *r;
+    n_told++;
+}
+
+/* What is asked for while a look is under way comes after it, and only the last of it is told. */
+TEST(names_are_looked_up_beside_the_loop)
+{
+    struct loop *loop = loop_new(false);
+    struct rights_lookup lookup = {.loop = loop, .socket_group = SOCKET_GROUP, .done = tell};
+    CHECK(rights_lookup_begin(&lookup, "daemon, nobody-of-this-name"));
+    CHECK(rights_lookup_begin(&lookup, "@nobody-of-this-name"));
+    CHECK(rights_lookup_begin(&lookup, "123 daemon"));
+    for (int i = 0; i < 1000 && n_told == 0; i++)
+        loop_turn(loop, 10000000);
+    CHECK_INT(n_told, 1);
+    CHECK_INT(told.n_users, 4);
+    CHECK_STR(told.unknown, "");
+    CHECK(rights_lookup_begin(&lookup, "@nobody-of-this-name"));
+    rights_lookup_end(&lookup);
+    CHECK_INT(n_told, 1);
+    loop_free(loop);
 }
 
 TEST(the_user_of_the_process_may_and_who_is_not_known_may_not)
@@ -51,6 +98,8 @@ int main(void)
 {
     RUN(nothing_said_means_the_sockets_group);
     RUN(names_and_numbers);
+    RUN(without_a_look_names_give_nobody_a_right);
+    RUN(names_are_looked_up_beside_the_loop);
     RUN(the_user_of_the_process_may_and_who_is_not_known_may_not);
     return test_end();
 }
