@@ -3,6 +3,7 @@
 #include "places.h"
 
 #include <errno.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -200,6 +201,8 @@ static void settle(struct places_task *task)
     struct places_job *job = &task->job;
     const bool quiet = task == &task->d->places.kept && job->what == PLACES_SAVE;
     const bool good = job->good && (job->what != PLACES_LOAD || put_in(task->d, job));
+    if (good && job->what == PLACES_LOAD)
+        places_trust(task->d);
     drop_bytes(job);
     job->state = good ? PLACES_DONE : PLACES_FAILED;
     task->d->places.changed |= job->what == PLACES_LOAD;
@@ -297,6 +300,74 @@ bool places_load(struct daemon *d, const char *name, char *err, size_t err_size)
 {
     struct places_task *task = &d->places.asked;
     return prepare(task, PLACES_LOAD, name, ".map", err, err_size) && begin(task, err, err_size);
+}
+
+/* ---- where positions count from ---- */
+
+#define JUMP_M   5.0
+#define JUMP_MPS 10.0
+
+static void hold(void *ctx, struct pipeline_map *m)
+{
+    const struct places_track *track = ctx;
+    voxmap_hold(&m->map, track->astray);
+}
+
+static void look_for_submaps(void *ctx, struct pipeline_map *m)
+{
+    bool *any = ctx;
+    for (uint32_t p = 0; p < m->map.set.max_submaps; p++)
+        *any |= m->map.part[p].id != 0;
+}
+
+static void go_astray(struct daemon *d, double far_m, double reach_m)
+{
+    struct places_track *t = &d->places.track;
+    bool any = false;
+    pipeline_visit_map(d->pipeline, look_for_submaps, &any);
+    if (!any) /* nothing counts from the old place */
+        return;
+    t->astray = true;
+    t->reach_m = reach_m;
+    pipeline_visit_map(d->pipeline, hold, t);
+    log_line(LOG_ERR, "map_held",
+             "map: the position jumped by %.1f m: it counts from another place, or is wrong. Nothing is free in "
+             "the map "
+             "until it comes back, or map new, map forget or map load say what is true",
+             far_m);
+}
+
+/* While astray its reach does not grow, or time alone would make every place one that it can have come to. */
+void places_position(struct daemon *d, const struct pose *pose)
+{
+    struct places_track *t = &d->places.track;
+    double way[3] = {0};
+    if (!pipeline_has_map(d->pipeline) || (t->known && pose->t_ns < t->t_ns))
+        return;
+    for (int a = 0; t->known && a < 3; a++)
+        way[a] = pose->position_m[a] - t->position_m[a];
+    const double far_m = sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2]);
+    const double reach_m = t->astray ? t->reach_m : JUMP_M + JUMP_MPS * (double)(pose->t_ns - t->t_ns) * 1e-9;
+    if (far_m <= reach_m && t->astray) {
+        places_trust(d);
+        log_line(LOG_NOTICE, "map_let_go", "map: the position is again where it can be: the map holds");
+    } else if (far_m > reach_m && !t->astray) {
+        go_astray(d, far_m, reach_m);
+    }
+    if (t->astray)
+        return;
+    t->known = true;
+    t->t_ns = pose->t_ns;
+    memcpy(t->position_m, pose->position_m, sizeof t->position_m);
+}
+
+void places_trust(struct daemon *d)
+{
+    struct places_track *t = &d->places.track;
+    const bool was = t->astray;
+    *t = (struct places_track){0};
+    if (was)
+        pipeline_visit_map(d->pipeline, hold, t);
 }
 
 /* ---- kept from one run to the next ---- */

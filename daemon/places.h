@@ -56,7 +56,16 @@ struct places_task {
     struct loop_fd ended; /* an eventfd */
 };
 
+/* The last position that the map's places count from, and whether what came since cannot be the vehicle's way. */
+struct places_track {
+    bool known, astray;
+    double position_m[3];
+    uint64_t t_ns;
+    double reach_m; /* when astray: so far from there the vehicle can be */
+};
+
 struct places {
+    struct places_track track;
     struct map_origin origin;       /* what the places of this run count from */
     struct places_task asked, kept; /* by a client; by `save_every` and `load_last` in [map] */
     struct loop_timer save;
@@ -72,6 +81,16 @@ struct places {
  * is logged and no reason not to run. False with a sentence in err.
  */
 bool places_start(struct daemon *d, char *err, size_t err_size);
+
+/**
+ * places_position - the vehicle's position was given. One that it cannot have come to (5 m, and 10 m for each second, from the
+ * one before) means that positions count from another place: the map is held (voxmap_hold) until they come back, or a
+ * client says what to do: map_new (it is the same place), map_forget or map_load.
+ */
+void places_position(struct daemon *d, const struct pose *pose);
+
+/** places_trust - positions count from where the map does, from now on. */
+void places_trust(struct daemon *d);
 
 #define PLACES_NAME_MAX 64
 

@@ -68,7 +68,10 @@ static json_t *state_json(struct daemon *d)
     struct visit_state v;
     if (!pipeline_visit_map(d->pipeline, read_state, &v))
         return json_pack("{s:s}", "state", "none: no voxel is configured, nothing is allocated");
-    const char *state = v.stats.pings ? "kept" : v.stats.no_pose ? "no pose that places the pings" : "no ping yet";
+    const char *state = d->places.track.astray ? "held: the position jumped"
+                        : v.stats.pings        ? "kept"
+                        : v.stats.no_pose      ? "no pose that places the pings"
+                                               : "no ping yet";
     return json_pack(
         "{s:s, s:o, s:i, s:i, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:s?, s:o, s:o}",
         "state", state, "voxel_m", json_real(d->conf.map.voxel_m), "submaps", (int)v.submaps, "away", (int)v.away,
@@ -238,6 +241,7 @@ static void forget_map(void *ctx, struct pipeline_map *m)
     voxmap_clear(&m->map);
 }
 
+/* What the client does with the map tells that its places count from where positions do from now on. */
 static json_t *change(const struct rpc_call *call, json_t *params, pipeline_visit_fn *fn, struct rpc_error *error)
 {
     static const char *const keys[] = {NULL};
@@ -245,6 +249,7 @@ static json_t *change(const struct rpc_call *call, json_t *params, pipeline_visi
     if (!change_of(d, params, keys, error))
         return NULL;
     pipeline_visit_map(d->pipeline, fn, NULL);
+    places_trust(d);
     return state_json(d);
 }
 

@@ -60,12 +60,17 @@ size_t voxmap_bytes(const struct voxmap_setting *s, char *err, size_t err_size)
            aligned(veil_bytes(veil_cells_of(s))) + tiles_bytes(s->n_tiles, s->height, s->keep_echoes ? 2 : 1);
 }
 
+static uint16_t threshold_of(const struct voxmap_setting *s)
+{
+    return (uint16_t)(s->rule.threshold * s->weight_levels);
+}
+
 void voxmap_init(struct voxmap *m, const struct voxmap_setting *s, void *memory)
 {
     uint8_t *at = memory;
 
     *m = (struct voxmap){.set = *s, .part = memory, .next_id = 1, .change = 1, .change_of_all = 1};
-    m->rule.threshold = (uint16_t)(s->rule.threshold * s->weight_levels);
+    m->rule.threshold = threshold_of(s);
     uint32_t weight = (uint32_t)s->rule.echo_weight * s->weight_levels;
     m->rule.echo_weight = (uint16_t)(weight < UINT16_MAX ? weight : UINT16_MAX);
     at += aligned(s->max_submaps * sizeof *m->part);
@@ -85,6 +90,16 @@ void voxmap_init(struct voxmap *m, const struct voxmap_setting *s, void *memory)
 static void change_all(struct voxmap *m)
 {
     m->change_of_all = ++m->change;
+}
+
+/* No sum of vacancies is above the largest threshold. */
+_Static_assert(VOXMAP_MAX_SUBMAPS *UINT8_MAX <= UINT16_MAX, "a map that is held has nothing free");
+
+void voxmap_hold(struct voxmap *m, bool held)
+{
+    m->held = held;
+    m->rule.threshold = held ? UINT16_MAX : threshold_of(&m->set);
+    change_all(m);
 }
 
 struct voxmap_part *voxmap_part(const struct voxmap *m, uint64_t id)
@@ -411,7 +426,7 @@ bool voxmap_enter(struct voxmap *m, const struct echoes *e, const struct voxmap_
         m->last_ns = e->t_ns;
     voxmap_pass(m, m->last_ns);
     settle_age(m);
-    if (!locate(m, &e->pose, &sensor->mount, &body, &apex, attitude)) {
+    if (m->held || !locate(m, &e->pose, &sensor->mount, &body, &apex, attitude)) {
         m->stats.no_pose++;
         return false;
     }

@@ -73,7 +73,7 @@ static inline unsigned part_slice(uint32_t level, uint32_t height)
 
 struct voxmap_stats {
     uint64_t pings;   /* entered */
-    uint64_t no_pose; /* not entered: position, depth or attitude not known, or beyond the lattice */
+    uint64_t no_pose; /* not entered: position, depth or attitude not known, or beyond the lattice, or held */
     uint64_t beams;   /* with free water entered */
     uint64_t clipped; /* beams and bodies that reached beyond the current submap's box: unknown there */
     uint64_t starved; /* runs of voxels not entered because the memory was full: unknown there */
@@ -89,7 +89,7 @@ struct voxmap {
     struct voxmap_part *part; /* [max_submaps] */
     struct voxmap_part *current;
     uint64_t next_id;
-    bool close_asked;
+    bool close_asked, held;
     bool begun;              /* a ping was entered: */
     uint64_t t0_ns, last_ns; /* first and last ping */
     uint64_t half_lives;     /* that have begun since */
@@ -137,6 +137,10 @@ void voxmap_new(struct voxmap *m);
  * world, unit). Its voxels are not touched: answers are pulled from it (merge.h). False: no such submap, or a place that
  * cannot be. The current one is closed first. */
 bool voxmap_move(struct voxmap *m, uint64_t id, const double position_m[3], const double attitude[4]);
+
+/** voxmap_hold - it is in doubt whether poses still count from where the map does: no ping is entered and nothing is free
+ * until it is let go, when all is as it was. */
+void voxmap_hold(struct voxmap *m, bool held);
 
 /** voxmap_part - by id; NULL: none. */
 struct voxmap_part *voxmap_part(const struct voxmap *m, uint64_t id);

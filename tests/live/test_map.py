@@ -156,6 +156,44 @@ def basin(bench, threads):
         check(result.returncode == wanted, "%s: %d, %s" % (words, result.returncode, result.stdout + result.stderr))
 
 
+def jumps(bench):
+    """A position that the vehicle cannot have come to holds the map, until it comes back or somebody says what is true."""
+    sim = bench.sim()
+    conf(bench)
+    daemon = bench.sonard()
+    client = dive(bench, daemon, sim)
+    water = {"from_m": [3, 0, 1.8], "to_m": [4, 1, 2.2]}
+
+    def give(north_m):
+        client.call("pose", position_m=[north_m, 0, 2], attitude_deg=[0, 0, 0])
+
+    def held():
+        answer = client.call("box", **water)
+        status = client.call("map")["state"]
+        check((answer["state"] != "free") == status.startswith("held"), "%s, %s" % (answer, status))
+        check(answer["state"] == "free" or "jumped" in answer["reason"], str(answer))
+        return answer["state"] != "free"
+
+    give(2)
+    check(not held(), "held where the vehicle is")
+    give(90)
+    check(held(), "not held after a jump")
+    give(91)
+    check(held(), "two positions of another origin are taken for a way")
+    give(2.5)
+    check(not held(), "held, and the position is back")
+    give(-400)
+    check(held() and client.call("map_new") and not held(), "held, and the client says that it is the same place")
+    give(-401)
+    give(50)
+    check(held() and client.call("map_forget")["state"] != "held", "a second jump")
+    give(51)
+    check("held" not in client.call("map")["state"], "held, and nothing is in it")
+    client.close()
+    daemon.stop()
+    check("the position jumped by" in daemon.log(), daemon.log())
+
+
 def requests_and_parts(client):
     stage = {"stage": "request"}
     return next(s["count"] for m in client.call("stats")["metrics"] for s in m["samples"] if s.get("labels") == stage)
@@ -628,7 +666,7 @@ def refusals(bench):
 
 
 cases = [("basin_threads%d" % n, lambda bench, n=n: basin(bench, n)) for n in (0, 1, 2)]
-cases += [("files", files), ("origins", origins), ("surface", surface), ("moves", moves), ("paging", paging),
+cases += [("files", files), ("origins", origins), ("jumps", jumps), ("surface", surface), ("moves", moves), ("paging", paging),
           ("one_folder", one_folder), ("tunnel", tunnel), ("replay", replay),
           ("killed", killed), ("exports", exports), ("refusals", refusals)]
 

@@ -864,6 +864,25 @@ TEST(what_a_forgotten_submap_heard_stays_in_the_way)
     rig_free(r);
 }
 
+TEST(a_map_that_is_held_frees_nothing_and_takes_nothing)
+{
+    struct voxmap_setting s = rig_setting();
+    s.rule.threshold = 0;
+    struct rig *r = rig_new(&s);
+    for (int n = 0; n < 3; n++)
+        rig_turn(r, at_origin, 2, 0);
+    const uint64_t before = rig_hash(r, 25, nowhere), pings = r->map.stats.pings;
+    CHECK_INT(voxmask_at(&r->mask, (const int64_t[3]){10, 0, 0}), VOXEL_FREE);
+    voxmap_hold(&r->map, true);
+    CHECK_INT(voxmask_at(&r->mask, (const int64_t[3]){10, 0, 0}), VOXEL_UNKNOWN);
+    rig_turn(r, at_origin, 2, 0);
+    CHECK_INT(r->map.stats.pings, pings);
+    CHECK(rig_hash(r, 25, nowhere) == before);
+    voxmap_hold(&r->map, false);
+    CHECK_INT(voxmask_at(&r->mask, (const int64_t[3]){10, 0, 0}), VOXEL_FREE);
+    rig_free(r);
+}
+
 /* A ping of a random walk. */
 static void random_ping(struct rig_ping *p, uint64_t *seed, int n)
 {
@@ -1032,6 +1051,7 @@ int main(void)
     RUN(damaged_bytes_are_refused_or_harmless);
     RUN(without_room_the_oldest_is_forgotten_and_said);
     RUN(what_a_forgotten_submap_heard_stays_in_the_way);
+    RUN(a_map_that_is_held_frees_nothing_and_takes_nothing);
     RUN(too_little_memory_frees_nothing);
     RUN(a_moved_submap_is_forgotten_where_it_lies);
     RUN(blocks_equal_cells);
