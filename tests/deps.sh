@@ -7,7 +7,7 @@ set -eu
 build="gcc libc6-dev make pkg-config libinih-dev libjansson-dev liblz4-dev libzstd-dev zlib1g-dev libmodbus-dev libgpiod-dev"
 check="$build clang libclang-rt-14-dev valgrind spin librsvg2-bin python3 python3-jsonschema nodejs zsh gnuplot-nox cmark-gfm"
 report="$build gnuplot-nox cmark-gfm valgrind python3"
-vm="$build qemu-system-x86 busybox-static cpio kmod xz-utils iproute2 can-utils gpiod mmdebstrap python3"
+vm="$build e2fsprogs qemu-system-x86 busybox-static cpio kmod xz-utils iproute2 can-utils gpiod mmdebstrap python3"
 arm64="$build gcc-aarch64-linux-gnu qemu-user-static mmdebstrap"
 deb="make git mmdebstrap"
 

@@ -6,7 +6,9 @@
 #
 # With --systemd the root is a Debian of its own with systemd as process 1, sonard installed in it as `make install` does,
 # and a virtual Ping360 behind a USB adapter that is pulled out and plugged in by the files /run/out/plug (every
-# tests/vm/service_*).
+# tests/vm/service_*). Without arguments the power fails afterwards as well: tests/vm/powercut_sonard.sh saves to a disk
+# of the machine's own, the emulator is killed at a random moment, and the next boot must find what was confirmed; CUTS
+# times (5), and POWERCUT_SEED repeats the moments.
 #
 # A guest script runs as root with the source tree as working directory, BUILD set, and the host's programs at hand.
 set -euo pipefail
@@ -16,7 +18,8 @@ build=$(cd "${BUILD:-$repo/build}" && pwd)
 begun=$SECONDS
 kind=guest limit=${LIMIT:-180}
 [ "${1:-}" = --systemd ] && { kind=service limit=${LIMIT:-420}; shift; }
-[ $# -gt 0 ] || { cd "$repo"; set -- tests/vm/${kind}_*; }
+cuts=0
+[ $# -gt 0 ] || { cd "$repo"; set -- tests/vm/${kind}_*; [ $kind = guest ] || cuts=${CUTS:-5}; }
 
 kernel=$("$here/setup.sh" "$build/vm" | tail -n 1)
 echo "kernel ${kernel##*/}, ready after $((SECONDS - begun)) s"
@@ -35,7 +38,7 @@ share() { # TAG FOLDER [,readonly=on]
 }
 # can0 and can1, two controllers on one wire
 can="-object can-bus,id=wire -device kvaser_pci,canbus=wire -device kvaser_pci,canbus=wire"
-root=/ boots= usb=
+root=/ boots= usb= disk=
 if [ $kind = service ]; then
     root=$("$here/systemd_root.sh" "$build/vm" | tail -n 1)
     boots="systemd systemd.unit=test.service systemd.show_status=0 systemd.firstboot=off"
@@ -53,7 +56,34 @@ boot() { # ACCELERATOR
         -nodefaults -no-user-config -display none -no-reboot -serial stdio -device virtio-rng-pci \
         -kernel "$kernel/vmlinuz" -initrd "$out/initrd" -append "console=ttyS0 quiet panic=-1 $boots" \
         $(share root "$root" ,readonly=on) $(share repo "$repo" ,readonly=on) $(share build "$build" ,readonly=on) \
-        $(share out "$out/shared") $can $usb < /dev/null > "$out/console" 2>&1 || status=$?
+        $(share out "$out/shared") $can $usb $disk -pidfile "$out/pid" < /dev/null > "$out/console" 2>&1 || status=$?
+}
+
+# One life of the vehicle's computer: END=yes to its end, else until the emulator is killed SECONDS after it began to save.
+life() { # END, SECONDS
+    rm -f "$out/shared/saving" "$out/shared/life"
+    echo "END=$1 bash tests/vm/powercut_sonard.sh > /run/out/life 2>&1" > "$out/shared/cmd"
+    boot tcg &
+    until [ -e "$out/shared/saving" ] || ! kill -0 $! 2> /dev/null; do sleep 0.2; done
+    sleep "$2"
+    [ "$1" = yes ] || kill -9 "$(cat "$out/pid")" || echo "FAIL the virtual machine ended by itself"
+    wait $! 2> /dev/null || true
+    cat "$out/shared/life"
+}
+
+power_cuts() {
+    truncate -s 64M "$out/disk"
+    mkfs.ext4 -q "$out/disk"
+    disk="-drive file=$out/disk,format=raw,if=none,id=disk -device virtio-blk-pci,drive=disk"
+    rm -f "$out"/shared/confirmed.*
+    touch "$out/shared/plug"
+    RANDOM=${POWERCUT_SEED:=$RANDOM}
+    for cut in $(seq "$cuts"); do
+        after=$((RANDOM % 20)).$((RANDOM % 10))
+        echo "# power cut $cut of $cuts, $after s after the first save; POWERCUT_SEED=$POWERCUT_SEED"
+        life no "$after"
+    done
+    life yes 0
 }
 
 boot tcg
@@ -72,6 +102,14 @@ else
         echo "FAIL the virtual machine died (status $status)"
     tail -n 30 "$out/console"
     status=1
+fi
+if [ "$cuts" -gt 0 ]; then
+    power_cuts > "$out/cuts" 2>&1 || status=1
+    cat "$out/cuts"
+    if grep -q '^FAIL' "$out/cuts" || [ "$(grep -c '^ok something had been saved' "$out/cuts")" -ne 1 ]; then
+        status=1
+        tail -n 30 "$out/console"
+    fi
 fi
 echo "virtual machine: $((SECONDS - begun)) s in all"
 exit "$status"

@@ -36,6 +36,11 @@ directory = /var/lib/sonard/captures
 [realtime]
 priority = 40
 lock_memory = on
+[map]
+voxel = 0.2 m
+directory = /var/lib/sonard/maps
+[pose]
+max_age = 30 min
 CONF
 mkdir -p /etc/systemd/system/sonard.service.d
 printf '[Service]\nWatchdogSec=3s\nTimeoutAbortSec=1s\n' > /etc/systemd/system/sonard.service.d/quick.conf # a test cannot wait
@@ -89,6 +94,23 @@ judge "pulled out, the service lives"
 touch /run/out/plug
 soon pings_again
 judge "plugged in again, it pings again"
+
+map_pings() { ask map status --json | sed -n 's/.*"pings":\([0-9]*\).*/\1/p'; }
+map_has() { [ "$(map_pings)" -ge "$1" ]; }
+ask pose --attitude 0,0,0 --position 0,0,2 > /dev/null && soon map_has 3
+judge "the map takes pings"
+before=$(pid) entered=$(map_pings)
+sed -i 's/^max_age = 30 min/max_age = 50 min/; s/^voxel = 0.2 m/voxel = 0.3 m/' /etc/sonard/sonard.conf
+systemctl reload sonard
+soon logged "1 changed, 1 need a restart"
+judge "systemctl reload takes the live key, and names the one that is not"
+[ "$(pid)" = "$before" ] && map_has "$entered" && ask map status --json | grep -q '"voxel_m":0.2'
+judge "without another process or another map"
+sed -i 's/^max_age = .*/max_age = 50 parsecs/' /etc/sonard/sonard.conf
+systemctl reload sonard
+journalctl -u sonard -o cat SONARD_EVENT=reload_fault | grep -q parsecs && answers && map_has "$entered"
+judge "a configuration with a fault changes nothing, and the journal says which"
+sed -i 's/^max_age = .*/max_age = 30 min/; s/^voxel = .*/voxel = 0.2 m/' /etc/sonard/sonard.conf
 
 before=$(pid)
 kill -SEGV "$before"
