@@ -89,8 +89,7 @@ static void long_questions(void)
         {"image", QUESTION("image", "")},
         {"clusters", QUESTION("clusters", "")},
         {"next_look", QUESTION("next_look", "")},
-        {"nearest", QUESTION("nearest", "")},
-        {"status", QUESTION("status", "")}};
+        {"nearest", QUESTION("nearest", "")}};
     int pair[2];
     pthread_t echoer;
     if (socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair) != 0)
