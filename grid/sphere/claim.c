@@ -71,15 +71,27 @@ struct claim claim_join(const struct claim *a, const struct claim *b)
 /* Does the old claim of the direction in which the place lies free it? Joined to *c when it does. */
 static bool frees(const struct rings *rings, const struct claim *old, const double place_m[3], struct claim *c)
 {
-    double az, el, range = sqrt(place_m[0] * place_m[0] + place_m[1] * place_m[1] + place_m[2] * place_m[2]);
-    geo_angles(place_m, &az, &el);
-    uint32_t d = rings_index(rings, az, el);
+    const double range = sqrt(place_m[0] * place_m[0] + place_m[1] * place_m[1] + place_m[2] * place_m[2]);
+    const uint32_t d = rings_holding(rings, place_m);
     if (d == RINGS_NONE || !holds(&old[d]) || range < old[d].from_m || range > old[d].to_m)
         return false;
     c->t_ping_ns = old[d].t_ping_ns < c->t_ping_ns ? old[d].t_ping_ns : c->t_ping_ns;
-    c->path_m = fmin(c->path_m, old[d].path_m);
+    c->path_m = old[d].path_m < c->path_m ? old[d].path_m : c->path_m;
     c->sensors |= old[d].sensors;
     return true;
+}
+
+/*
+ * The ray at range `near` past the old centre, which lies `across` beside it and `along` behind its beginning, is seen from
+ * there so far off its own direction that the tangent is across / (near + along). Turned on by half a cell, it is at this range:
+ */
+static double inward(const struct rings *rings, double near, double along, double across)
+{
+    const double ahead = fmax(near + along, 1e-9), t = rings->tan_half;
+    if (!(across > 0 && across < (GEO_PI / 2 - rings->height_rad / 2) * ahead))
+        return 0;
+    const double turned = across * (ahead - across * t) / (across + ahead * t) - along;
+    return turned < near * 0.9 ? turned : near * 0.9; /* along a ray that stays in its direction the step is in range alone */
 }
 
 #define INWARD_MOST 200 /* steps: bounds the work near the centre */
@@ -93,20 +105,17 @@ struct claim claim_moved(const struct rings *rings, const double (*axis)[3], con
         return c;
     double along = step_m[0] * u[0] + step_m[1] * u[1] + step_m[2] * u[2];
     double step2 = step_m[0] * step_m[0] + step_m[1] * step_m[1] + step_m[2] * step_m[2];
-    double across = sqrt(fmax(0, step2 - along * along)), half = rings->height_rad / 2;
+    double across = sqrt(fmax(0, step2 - along * along));
     double to = c.to_m - fabs(along) - across, near = to;
-    /* Each step inward turns the old direction by half a cell; the last one that is free ends the claim. */
+    /* each step inward turns the old direction by half a cell; the last one that is free ends the claim */
     for (int k = 0; k < INWARD_MOST && near > 0; k++) {
-        double off = across / fmax(near + along, 1e-9);
-        double r = across > 0 && off + half < GEO_PI / 2 ? across / tan(atan(off) + half) - along : 0;
-        r = fmin(r, near * 0.9); /* along a ray that stays in its direction the step is in range alone */
         double place[3];
         for (int i = 0; i < 3; i++)
             place[i] = step_m[i] + near * u[i];
         if (!frees(rings, old, place, &c))
             break;
         c.from_m = (float)near;
-        near = r;
+        near = inward(rings, near, along, across);
     }
     if (near >= to)
         c.from_m = c.to_m = 0;

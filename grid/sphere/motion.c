@@ -54,13 +54,12 @@ static bool surely_stays(const struct sphere *s, const struct cell *c, const dou
 static void place_cell(struct sphere *s, uint32_t index, double way_m)
 {
     struct cell *cell = &s->cells.cell[index];
-    double v[3], az, el, range = state_vector(s, cell, v);
+    double v[3], range = state_vector(s, cell, v);
     loosen(cell, way_m);
     if (surely_stays(s, cell, v, range))
         return;
     int32_t layer = layers_index(&s->layers, range);
-    geo_angles(v, &az, &el);
-    uint32_t d = rings_index(&s->rings, az, el);
+    uint32_t d = rings_holding(&s->rings, v);
     if (d == cell->direction && layer == cell->layer)
         return;
     const struct cell old = *cell;

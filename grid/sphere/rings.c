@@ -18,6 +18,7 @@ uint32_t rings_cells(uint32_t ring, uint32_t n_polar, double step_rad)
 static void finish(struct rings *rings)
 {
     rings->n = rings->start[rings->n_rings];
+    rings->tan_half = tan(rings->height_rad / 2);
     for (uint32_t j = 0; j < rings->n_rings; j++) {
         double el = rings->top_rad - (j + 0.5) * rings->height_rad;
         rings->sin_el[j] = sin(el);
@@ -81,6 +82,42 @@ uint32_t rings_index(const struct rings *rings, double az_rad, double el_rad)
         return RINGS_NONE;
     uint32_t ring = ring_at(rings, el_rad);
     return rings->start[ring] + cell_at(rings, ring, az_rad);
+}
+
+#define ROUGH_RAD 1e-6 /* more than rough_angle is ever wrong: 4.3e-7 */
+
+/* atan2(y, x), nearly: atan(a) / a for a in [0, 1] is interpolated in a^2 at seven Chebyshev nodes. NaN for 0, 0. */
+static double rough_angle(double y, double x)
+{
+    const double along = fabs(x), aside = fabs(y);
+    const double a = aside > along ? along / aside : aside / along, s = a * a;
+    const double low = 0.9999992256 + s * (-0.3332567804 + s * 0.1987204027);
+    const double high = -0.1344786406 + s * (0.083126453 + s * (-0.0363604309 + s * 0.0076483539));
+    double angle = a * (low + s * s * s * high);
+    angle = aside > along ? GEO_PI / 2 - angle : angle;
+    angle = x < 0 ? GEO_PI - angle : angle;
+    return y < 0 ? -angle : angle;
+}
+
+/* Is x, in cells, this far inside the cell that it is in? */
+static bool well_inside(double x, double cells, double margin)
+{
+    return x > margin && x < cells - margin && x - (uint32_t)x > margin && x - (uint32_t)x < 1 - margin;
+}
+
+uint32_t rings_holding(const struct rings *rings, const double v[3])
+{
+    const double per_height = 1 / rings->height_rad, el = rough_angle(-v[2], sqrt(v[0] * v[0] + v[1] * v[1]));
+    const double ring = (rings->top_rad - el) * per_height;
+    if (well_inside(ring, rings->n_rings, ROUGH_RAD * per_height)) {
+        const double az = rough_angle(v[1], v[0]), cells = cells_of(rings, (uint32_t)ring);
+        const double cell = (az < 0 ? az + GEO_TURN : az) * (cells / GEO_TURN);
+        if (well_inside(cell, cells, ROUGH_RAD * (cells / GEO_TURN)))
+            return rings->start[(uint32_t)ring] + (uint32_t)cell;
+    }
+    double az, el_rad;
+    geo_angles(v, &az, &el_rad);
+    return rings_index(rings, az, el_rad);
 }
 
 uint32_t rings_ring(const struct rings *rings, uint32_t direction)

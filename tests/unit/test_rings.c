@@ -71,6 +71,38 @@ TEST(a_level_ring_holds_its_band_only)
     CHECK_INT(rings_index(&rings, 1, geo_rad(-10.1)), RINGS_NONE);
 }
 
+static bool found_alike(const double v[3])
+{
+    double az, el;
+    geo_angles(v, &az, &el);
+    return rings_holding(&rings, v) == rings_index(&rings, az, el);
+}
+
+TEST(a_vector_is_in_the_direction_of_its_angles_at_every_edge_too)
+{
+    uint64_t seed = test_seed();
+    static const double off[] = {0, 1e-16, -1e-16, 3e-7, -3e-7, 9e-7, -9e-7, 1.1e-6, -1.1e-6};
+    for (int i = 0; i < 200; i++) {
+        const double step = geo_rad(0.25 + 60 * test_uniform(&seed) * test_uniform(&seed));
+        CHECK(i % 4 ? rings_full(&rings, step) : rings_level(&rings, step, test_uniform(&seed) * GEO_PI / 2));
+        for (int k = 0; k < 2000; k++) {
+            const uint32_t ring = (uint32_t)(test_uniform(&seed) * rings.n_rings);
+            const double edge = (uint32_t)(k % 50) * rings_width(&rings, ring);
+            const double az = k % 2 ? edge : test_uniform(&seed) * GEO_TURN, far_m = 0.01 + 100 * test_uniform(&seed);
+            const double el = rings.top_rad - (ring + (k % 3 ? test_uniform(&seed) : 0)) * rings.height_rad;
+            double v[3];
+            geo_direction(az + off[k % 9], el + off[k / 9 % 9], v);
+            for (int a = 0; a < 3; a++)
+                v[a] *= far_m;
+            CHECK(found_alike(v));
+        }
+        static const double axes[][3] = {{1, 0, 0}, {-1, 0, 0}, {-1, -0.0, 0}, {0, 1, 0},  {0, -1, 0},
+                                         {0, 0, 1}, {0, 0, -1}, {1, 1, 0},     {-1, 1, 1}, {1e-200, 0, -1}};
+        for (size_t k = 0; k < sizeof axes / sizeof axes[0]; k++)
+            CHECK(found_alike(axes[k]));
+    }
+}
+
 TEST(the_visitor_meets_every_centre_in_the_cap_once)
 {
     uint64_t seed = test_seed();
@@ -112,6 +144,7 @@ int main(void)
     RUN(centres_map_to_their_own_cell);
     RUN(poles_and_seam_are_no_special_case);
     RUN(a_level_ring_holds_its_band_only);
+    RUN(a_vector_is_in_the_direction_of_its_angles_at_every_edge_too);
     RUN(the_visitor_meets_every_centre_in_the_cap_once);
     RUN(senseless_steps_are_refused);
     return test_end();
