@@ -90,16 +90,17 @@ static void put_cells(struct clusters *c, const struct sphere *s, uint64_t now_n
 
 /* ---- measuring one ---- */
 
-static void mark_azimuths(struct clusters *c, uint32_t direction)
+static void mark_azimuths(struct clusters *c, uint32_t ring, uint32_t direction)
 {
     const struct rings *rings = c->components.rings;
-    const uint32_t ring = rings_ring(rings, direction);
     const double bins = TURN_BINS * (rings_width(rings, ring) / GEO_TURN);
     const double from = (direction - rings->start[ring]) * bins;
     /* edges that meet a bin's edge but for rounding do not reach into the next */
     const uint32_t last = (uint32_t)ceil(from + bins - 1e-6);
-    for (uint32_t b = (uint32_t)floor(from + 1e-6); b < last; b++)
-        c->turn[b % TURN_BINS / 64] |= 1ull << (b % TURN_BINS % 64);
+    for (uint32_t b = (uint32_t)(from + 1e-6), n; b < last; b += n) { /* the part of it in one word */
+        n = 64 - b % 64 < last - b ? 64 - b % 64 : last - b;
+        c->turn[b / 64] |= ~0ull >> (64 - n) << b % 64;
+    }
 }
 
 static bool marked(const struct clusters *c, uint32_t bin)
@@ -132,8 +133,9 @@ static void measure_cell(struct clusters *c, uint32_t i, struct cluster *k)
     const struct sphere_cell *cell = &c->cell[i];
     const struct rings *rings = c->components.rings;
     const uint32_t direction = c->components.cell[i].direction;
-    const double top = rings->top_rad - rings_ring(rings, direction) * rings->height_rad;
-    mark_azimuths(c, direction);
+    const uint32_t ring = rings_ring(rings, direction);
+    const double top = rings->top_rad - ring * rings->height_rad;
+    mark_azimuths(c, ring, direction);
     if (c->then[direction] == LOOKED_AT && !(c->today[direction] & COUNTED))
         c->grown++;
     if (c->then[direction])

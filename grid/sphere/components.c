@@ -149,10 +149,10 @@ static bool touches(const struct touch *t, const struct component_cell *cell, ui
 /* The next neighbour (the cell itself among them), or COMPONENTS_NONE. */
 static uint32_t touch_next(struct touch *t)
 {
-    const uint32_t low = t->lowest / LAYERS_PER_BUCKET, groups = t->highest / LAYERS_PER_BUCKET - low + 1;
+    const uint32_t low = t->lowest / LAYERS_PER_BUCKET, two = t->highest / LAYERS_PER_BUCKET - low; /* 0 or 1 */
     for (; t->r < t->runs; t->r++, t->k = 0) {
-        for (const struct rings_run *run = &t->run[t->r]; t->k < groups * run->n; t->k++) {
-            const uint32_t direction = rings_in(run, t->k / groups), group = low + t->k % groups;
+        for (const struct rings_run *run = &t->run[t->r]; t->k < run->n << two; t->k++) {
+            const uint32_t direction = rings_in(run, t->k >> two), group = low + (t->k & two);
             uint32_t i = t->at == COMPONENTS_NONE ? *bucket_of(t->c, direction, group * LAYERS_PER_BUCKET)
                                                   : t->c->cell[t->at].chain;
             while (i != COMPONENTS_NONE && !touches(t, &t->c->cell[i], direction, group))

@@ -99,21 +99,25 @@ static double rough_angle(double y, double x)
     return y < 0 ? -angle : angle;
 }
 
-/* Is x, in cells, this far inside the cell that it is in? */
-static bool well_inside(double x, double cells, double margin)
+/* The cell that x, in cells, is in; RINGS_NONE when it is not inside one of them by the margin. */
+static uint32_t sure_cell(double x, uint32_t cells, double margin)
 {
-    return x > margin && x < cells - margin && x - (uint32_t)x > margin && x - (uint32_t)x < 1 - margin;
+    if (!(x > 0 && x < cells)) /* NaN neither */
+        return RINGS_NONE;
+    const uint32_t i = (uint32_t)x;
+    return x - i > margin && x - i < 1 - margin ? i : RINGS_NONE;
 }
 
 uint32_t rings_holding(const struct rings *rings, const double v[3])
 {
     const double per_height = 1 / rings->height_rad, el = rough_angle(-v[2], sqrt(v[0] * v[0] + v[1] * v[1]));
-    const double ring = (rings->top_rad - el) * per_height;
-    if (well_inside(ring, rings->n_rings, ROUGH_RAD * per_height)) {
-        const double az = rough_angle(v[1], v[0]), cells = cells_of(rings, (uint32_t)ring);
-        const double cell = (az < 0 ? az + GEO_TURN : az) * (cells / GEO_TURN);
-        if (well_inside(cell, cells, ROUGH_RAD * (cells / GEO_TURN)))
-            return rings->start[(uint32_t)ring] + (uint32_t)cell;
+    const uint32_t ring = sure_cell((rings->top_rad - el) * per_height, rings->n_rings, ROUGH_RAD * per_height);
+    if (ring != RINGS_NONE) {
+        const uint32_t cells = cells_of(rings, ring);
+        const double az = rough_angle(v[1], v[0]), per_rad = cells / GEO_TURN;
+        const uint32_t cell = sure_cell((az < 0 ? az + GEO_TURN : az) * per_rad, cells, ROUGH_RAD * per_rad);
+        if (cell != RINGS_NONE)
+            return rings->start[ring] + cell;
     }
     double az, el_rad;
     geo_angles(v, &az, &el_rad);
