@@ -91,7 +91,9 @@ static double inward(const struct rings *rings, double near, double along, doubl
     if (!(across > 0 && across < (GEO_PI / 2 - rings->height_rad / 2) * ahead))
         return 0;
     const double turned = across * (ahead - across * t) / (across + ahead * t) - along;
-    return turned < near * 0.9 ? turned : near * 0.9; /* along a ray that stays in its direction the step is in range alone */
+    return turned < near * 0.9
+               ? turned
+               : near * 0.9; /* along a ray that stays in its direction the step is in range alone */
 }
 
 #define INWARD_MOST 200 /* steps: bounds the work near the centre */
