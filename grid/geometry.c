@@ -67,6 +67,22 @@ void quat_rotate_inverse(const double q[4], const double v[3], double out[3])
     quat_rotate(conjugate, v, out);
 }
 
+void quat_axes(const double q[4], double axis[3][3])
+{
+    double x2 = 2 * q[1], y2 = 2 * q[2], z2 = 2 * q[3];
+    double xx = x2 * q[1], xy = x2 * q[2], xz = x2 * q[3], yy = y2 * q[2], yz = y2 * q[3], zz = z2 * q[3];
+    double wx = x2 * q[0], wy = y2 * q[0], wz = z2 * q[0];
+    axis[0][0] = 1 - (yy + zz);
+    axis[0][1] = xy + wz;
+    axis[0][2] = xz - wy;
+    axis[1][0] = xy - wz;
+    axis[1][1] = 1 - (xx + zz);
+    axis[1][2] = yz + wx;
+    axis[2][0] = xz + wy;
+    axis[2][1] = yz - wx;
+    axis[2][2] = 1 - (xx + yy);
+}
+
 void quat_from_rpy(double roll, double pitch, double yaw, double q[4])
 {
     double cr = cos(roll / 2), sr = sin(roll / 2);

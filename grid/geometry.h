@@ -69,6 +69,9 @@ void quat_rotate(const double q[4], const double v[3], double out[3]);         /
 void quat_rotate_inverse(const double q[4], const double v[3], double out[3]); /* out = q* v q */
 void quat_multiply(const double a[4], const double b[4], double out[4]);       /* out = a b; out may be a or b */
 
+/** quat_axes - where q turns the x, y and z axes: axis[a] is q e_a q*. */
+void quat_axes(const double q[4], double axis[3][3]);
+
 /** quat_from_rpy - attitude of roll, pitch, yaw in radians (yaw first, then pitch, then roll: aerospace ZYX). */
 void quat_from_rpy(double roll, double pitch, double yaw, double q[4]);
 

@@ -14,7 +14,7 @@
 #define MOST_LEAN       2e-3 /* voxels that an upright face may lean over all of the beam */
 #define STEEPEST        0.17 /* cosine of the widest half aperture that the plan is bounded by */
 #define SHARP           0.02f /* voxels: with a larger error doubts are too many for one interval to be worth a try */
-#define LEAST_SHARP     0.0008f /* nothing is gained by less; the sphere is steep at its rim */
+#define LEAST_SHARP     0.002f  /* with a smaller one more columns lie at the rim, which costs more than a doubt */
 
 INLINE float larger(float a, float b)
 {
@@ -238,8 +238,9 @@ static void set_lines(struct bounds *s, const struct cast_beam *b, double tan_az
 }
 
 /*
- * The plan of the beam. All of it lies in a pyramid whose apex is moved back so far that the faces are moved outward by
- * the tolerance, in a slice of that pyramid, and in the sphere.
+ * The plan of the beam. At x along its axis it is no wider than tan x and a pad for what the tolerance adds, to each side; x is
+ * from where the ball around the apex may be left (or the pad behind the apex) to `far`. The pyramid whose apex is moved back until
+ * it has the pads, too, bounds the plan by its edges.
  */
 static void set_plan(struct bounds *s, const struct cast_beam *b)
 {
@@ -256,13 +257,20 @@ static void set_plan(struct bounds *s, const struct cast_beam *b)
     }
     double shrink = o->shape == CAST_WEDGE ? o->cos_az : 1; /* a wedge's ends bow outward by 1/cos a */
     double tan_az = o->sin_az / o->cos_az, tan_el = sin_el / (cos_el * shrink);
-    double pad = 3 * b->tolerance / (cos_el * shrink * o->cos_az) + 1e-3;
-    double back = b->tolerance > 0 ? pad / lesser(tan_az, tan_el) : 0, length = back + b->far, from[3];
+    double pad_az = b->tolerance / o->cos_az + 1e-3, pad_el = 2 * b->tolerance / (cos_el * shrink) + 1e-3;
+    double back = b->tolerance > 0 ? greater(pad_az / tan_az, pad_el / tan_el) : 0, from[3];
+    double first = (b->near - pad_az - pad_el) / sqrt(1 + tan_az * tan_az + tan_el * tan_el) - 1e-3;
+    const double x[2] = {greater(first, -pad_az), b->far + 1e-3};
     for (int a = 0; a < 3; a++) {
-        double side = tan_az * fabs(b->axis[1][a]) + tan_el * fabs(b->axis[2][a]);
+        double end[2], side[2];
+        for (int e = 0; e < 2; e++) {
+            double wide = greater(x[e], 0);
+            end[e] = x[e] * b->axis[0][a];
+            side[e] = (tan_az * wide + pad_az) * fabs(b->axis[1][a]) + (tan_el * wide + pad_el) * fabs(b->axis[2][a]);
+        }
         from[a] = -back * b->axis[0][a];
-        s->high[a] = lesser(greater(from[a] + length * (b->axis[0][a] + side) + 1e-3, pad), most);
-        s->low[a] = greater(lesser(from[a] + length * (b->axis[0][a] - side) - 1e-3, -pad), -most);
+        s->high[a] = lesser(greater(end[0] + side[0], end[1] + side[1]), most);
+        s->low[a] = greater(lesser(end[0] - side[0], end[1] - side[1]), -most);
     }
     if (s->n_lines == 0 && !holds_vertical(b, tan_az, tan_el))
         set_lines(s, b, tan_az, tan_el, from);
@@ -284,6 +292,7 @@ void bounds_of(struct bounds *s, const struct cast_beam *b, const int32_t apex[3
     s->bow = (struct bounds_bow){.open = 2 * NOWHERE};
     s->far2 = (float)(b->far * b->far);
     s->far2_error = (float)(8 * EPS * reach * reach);
+    s->near2 = b->near > 0 ? (float)((b->near + 1e-2) * (b->near + 1e-2)) : -1;
     s->t_error = (float)(8 * EPS * reach);
     s->error = larger(s->t_error, LEAST_SHARP);
     s->walk = o->half_az_rad > 1.5708;
@@ -303,7 +312,7 @@ void bounds_of(struct bounds *s, const struct cast_beam *b, const int32_t apex[3
     s->quick = s->error < SHARP;
     float least_root = s->far2_error / s->error;
     s->error += s->t_error;
-    s->far2_least = least_root * least_root;
+    s->far2_least = larger(least_root * least_root, s->far2_error);
     set_plan(s, b);
 }
 
@@ -413,16 +422,16 @@ void bounds_block(const struct bounds *s, const int32_t *inner, const int32_t *o
     }
 }
 
-/* The ends, upper ones times -1, all with the same error; doubt: not in this column. */
+/* The ends, upper ones times -1, all with the same error but at the sphere's rim; beyond that the upper lies below the lower. */
 INLINE void find_ends(const struct bounds *s, const float *u, const float *v, float *lo, float *hi, int32_t *doubt)
 {
     for (int c = 0; c < BOUNDS_BLOCK; c++) {
-        float level2 = u[c] * u[c] + v[c] * v[c], d = s->far2 - level2, half = sqrtf(fabsf(d));
+        float level2 = u[c] * u[c] + v[c] * v[c], d = s->far2 - level2, half = copysignf(sqrtf(fabsf(d)), d);
         float w = s->bow.wu * u[c] + s->bow.wv * v[c], middle = s->bow.l * w;
         float root = s->bow.k * sqrtf(w * w + s->bow.a * level2) + s->bow.open;
         lo[c] = larger(middle - root, -half);
         hi[c] = larger(-(middle + root), -half);
-        doubt[c] = -(d < s->far2_least);
+        doubt[c] = ((fabsf(d) < s->far2_least) | (level2 < s->near2)) * BOUNDS_RIM;
     }
     for (int p = 0; p < s->n_lo; p++)
         for (int c = 0; c < BOUNDS_BLOCK; c++)
@@ -433,33 +442,36 @@ INLINE void find_ends(const struct bounds *s, const float *u, const float *v, fl
 }
 
 /* Does a whole number lie between round_up's and the other end of the error? */
-INLINE void add_doubt(const float *end, float add, float most, const int32_t *whole, int32_t *doubt)
+INLINE void add_doubt(const float *end, float add, float most, const int32_t *whole, int32_t which, int32_t *doubt)
 {
     for (int c = 0; c < BOUNDS_BLOCK; c++)
-        doubt[c] |= -((float)whole[c] < smaller(end[c] + add, most));
+        doubt[c] |= ((float)whole[c] < smaller(end[c] + add, most)) * which;
 }
 
 INLINE bool bounds_quick_body(const struct bounds *restrict s, const int32_t *restrict inner,
-                              const int32_t *restrict outer, int n, int32_t *restrict k, int32_t *restrict cells)
+                              const int32_t *restrict outer, int n, int32_t *restrict k, int32_t *restrict cells,
+                              int32_t *restrict doubt)
 {
     const float t0 = s->offset[2], first = (float)-s->apex[2], last = (float)(s->last - s->apex[2]);
     int32_t any[BOUNDS_BLOCK] = {0}, all = 0;
 
     for (int at = 0; at < n; at += BOUNDS_BLOCK) {
         float u[BOUNDS_BLOCK], v[BOUNDS_BLOCK], lo[BOUNDS_BLOCK], hi[BOUNDS_BLOCK];
-        int32_t from[BOUNDS_BLOCK], to[BOUNDS_BLOCK], doubt[BOUNDS_BLOCK];
+        int32_t from[BOUNDS_BLOCK], to[BOUNDS_BLOCK], open[BOUNDS_BLOCK];
         place(s, inner + at, outer + at, u, v);
-        find_ends(s, u, v, lo, hi, doubt);
+        find_ends(s, u, v, lo, hi, open);
         round_up(lo, t0 - s->error, first, last + 1, from);
         round_up(hi, -t0 - s->error, -last, 1 - first, to);
-        add_doubt(lo, t0 + s->error, last + 1, from, doubt);
-        add_doubt(hi, -t0 + s->error, 1 - first, to, doubt);
+        add_doubt(lo, t0 + s->error, last + 1, from, BOUNDS_FIRST, open);
+        add_doubt(hi, -t0 + s->error, 1 - first, to, BOUNDS_LAST, open);
         for (int c = 0; c < BOUNDS_BLOCK; c++) /* one loop for each array: compilers make vectors of these only */
             k[at + c] = from[c] + s->apex[2];
         for (int c = 0; c < BOUNDS_BLOCK; c++)
-            cells[at + c] = (1 - from[c] - to[c]) | (doubt[c] & INT32_MIN);
+            cells[at + c] = 1 - from[c] - to[c];
         for (int c = 0; c < BOUNDS_BLOCK; c++)
-            any[c] |= doubt[c];
+            doubt[at + c] = open[c];
+        for (int c = 0; c < BOUNDS_BLOCK; c++)
+            any[c] |= open[c];
     }
     for (int c = 0; c < BOUNDS_BLOCK; c++)
         all |= any[c];
@@ -468,5 +480,5 @@ INLINE bool bounds_quick_body(const struct bounds *restrict s, const int32_t *re
 
 WIDE(bool, bounds_quick,
      (const struct bounds *restrict s, const int32_t *restrict inner, const int32_t *restrict outer, int n,
-      int32_t *restrict k, int32_t *restrict cells),
-     (s, inner, outer, n, k, cells))
+      int32_t *restrict k, int32_t *restrict cells, int32_t *restrict doubt),
+     (s, inner, outer, n, k, cells, doubt))

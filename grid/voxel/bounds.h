@@ -19,7 +19,10 @@
 #include "cast.h"
 
 #define BOUNDS_BLOCK CAST_LANES /* columns at a time */
-#define BOUNDS_DOUBT (-(1 << 30))
+
+/* What rounding leaves open of a column: whether its first or its last cell is within, or, at the sphere's rim or over the ball
+ * around the apex, all. */
+enum bounds_doubt { BOUNDS_FIRST = 1, BOUNDS_LAST = 2, BOUNDS_RIM = 4 };
 
 /* t = c0 + cu u + cv v bounds the line from one side; surely in beyond t by `in`, surely out before t by `out`. */
 struct bounds_plane {
@@ -56,7 +59,8 @@ struct bounds {
     float far2, far2_error, t_error; /* of the sphere */
     bool quick;                      /* bounds_quick may be asked */
     float error;                     /* of every face ... */
-    float far2_least;                /* ... and of the sphere where far^2 - u^2 - v^2 is at least this */
+    float far2_least;                /* ... and of the sphere where far^2 - u^2 - v^2 is at least this, or as far below 0 */
+    float near2;                     /* nearer in the plan, the ball around the apex has to do with a column */
     double low[3], high[3];          /* all of the beam lies in this box, by the world's axes */
     struct bounds_line line[2];
     int n_lines;
@@ -69,17 +73,17 @@ struct bounds_block {
 
 /**
  * bounds_of - sets up for a beam as cast_aim accepts it, in a box in which its apex lies in the cell `apex` (or would), and
- * columns are cells 0..last. Nearness is left out: all from the apex to `far`.
+ * columns are cells 0..last. The ball that is `near` is left out of the plan only: columns go on from the apex to `far`.
  */
 void bounds_of(struct bounds *s, const struct cast_beam *b, const int32_t apex[3], int32_t last);
 
 /**
  * bounds_quick - for n columns, and up to the next whole block, at these cells of the box along `inner` and `outer`: the
- * first cell and how many: <= 0, none; below BOUNDS_DOUBT, rounding leaves a doubt: ask bounds_block. False: some are in doubt.
- * Only where `quick`.
+ * first cell and how many, <= 0 for none, and what is in doubt (enum bounds_doubt; where it is the rim, cells say nothing: ask
+ * bounds_block). False: some are in doubt. Only where `quick`.
  */
 bool bounds_quick(const struct bounds *restrict s, const int32_t *restrict inner, const int32_t *restrict outer,
-                  int n, int32_t *restrict k, int32_t *restrict cells);
+                  int n, int32_t *restrict k, int32_t *restrict cells, int32_t *restrict doubt);
 
 /** bounds_block - for eight columns at these cells: both intervals, kept within 0..last. */
 void bounds_block(const struct bounds *s, const int32_t *inner, const int32_t *outer, struct bounds_block *out);

@@ -70,12 +70,15 @@ bool cast_aim(struct cast_beam *b, const struct cast_opening *o, const struct la
     if (!(far > 0 && far <= CAST_MAX_VOXELS && near_m <= far_m))
         return false;
     double ca = cos(az_rad), sa = sin(az_rad), ce = cos(el_rad), se = sin(el_rad);
-    const double sensor[3][3] = {{ca * ce, sa * ce, -se}, {-sa, ca, 0}, {ca * se, sa * se, ce}};
-    double finite = 0;
+    double sensor[3][3], finite = 0;
 
-    for (int a = 0; a < 3; a++) {
-        quat_rotate(attitude, sensor[a], b->axis[a]);
-        finite += b->axis[a][0] + b->axis[a][1] + b->axis[a][2];
+    quat_axes(attitude, sensor);
+    for (int i = 0; i < 3; i++) {
+        double level = ca * sensor[0][i] + sa * sensor[1][i];
+        b->axis[0][i] = ce * level - se * sensor[2][i];
+        b->axis[1][i] = ca * sensor[1][i] - sa * sensor[0][i];
+        b->axis[2][i] = se * level + ce * sensor[2][i];
+        finite += b->axis[0][i] + b->axis[1][i] + b->axis[2][i];
     }
     b->opening = o;
     b->apex = *apex;
@@ -144,7 +147,7 @@ double cast_slack(const struct cast_beam *b, const int64_t cell[3])
 #define ROOM    (COLUMNS + 2 * BOUNDS_BLOCK)
 struct columns {
     int n;
-    int32_t i[ROOM], j[ROOM];
+    int32_t inner[ROOM], outer[ROOM];
 };
 
 /* Runs that were found one by one. */
@@ -262,11 +265,12 @@ static void settle_beyond_near(struct run *r, int32_t i, int32_t j, int32_t lo_o
 /* Of a block's first n columns those in doubt, one by one; k and cells of the others. */
 static void settle_block(struct run *r, int first, int n, int32_t *k, int32_t *cells)
 {
-    const int32_t *i = r->columns.i + first, *j = r->columns.j + first;
+    const int32_t *inner = r->columns.inner + first, *outer = r->columns.outer + first;
+    const int32_t *i = r->bounds.inner == 0 ? inner : outer, *j = r->bounds.inner == 0 ? outer : inner;
     bool plain = r->beam->near == 0 && !r->bounds.walk;
     struct bounds_block b;
 
-    bounds_block(&r->bounds, r->bounds.inner == 0 ? i : j, r->bounds.inner == 0 ? j : i, &b);
+    bounds_block(&r->bounds, inner, outer, &b);
     for (int l = 0; l < n; l++) {
         bool sure = plain && b.lo_out[l] == b.lo_in[l] && b.hi_in[l] == b.hi_out[l];
         k[l] = b.lo_in[l];
@@ -276,32 +280,58 @@ static void settle_block(struct run *r, int first, int n, int32_t *k, int32_t *c
     }
 }
 
-static inline bool in_doubt(const int32_t *cells)
+/* What rounding left open of a column, exactly. */
+static void ask_ends(const struct run *r, int32_t inner, int32_t outer, int32_t doubt, int32_t *k, int32_t *cells)
 {
-    int32_t doubt = 0;
+    int32_t i = r->bounds.inner == 0 ? inner : outer, j = r->bounds.inner == 0 ? outer : inner;
+    if (*cells > 0 && (doubt & BOUNDS_LAST) && margin_of(r, i, j, *k + *cells - 1).slack < 0)
+        --*cells;
+    if (*cells > 0 && (doubt & BOUNDS_FIRST) && margin_of(r, i, j, *k).slack < 0) {
+        ++*k;
+        --*cells;
+    }
+}
+
+/* The columns of n from c on that are in doubt. */
+static void settle_doubts(struct run *r, int c, int n, const int32_t *doubt, int32_t *k, int32_t *cells)
+{
+    const int32_t *inner = r->columns.inner + c, *outer = r->columns.outer + c;
+    for (int l = 0; l < n; l++)
+        if (doubt[l] & BOUNDS_RIM)
+            settle_block(r, c + l, 1, k + l, cells + l);
+        else if (doubt[l])
+            ask_ends(r, inner[l], outer[l], doubt[l], k + l, cells + l);
+}
+
+static inline bool any_doubt(const int32_t *doubt)
+{
+    int32_t any = 0;
     for (int l = 0; l < BOUNDS_BLOCK; l++)
-        doubt |= cells[l] < BOUNDS_DOUBT;
-    return doubt;
+        any |= doubt[l];
+    return any;
 }
 
 static void settle_columns(struct run *r)
 {
-    int32_t *i = r->columns.i, *j = r->columns.j, *inner = r->bounds.inner == 0 ? i : j;
-    int32_t *outer = r->bounds.inner == 0 ? j : i, k[ROOM], cells[ROOM];
+    int32_t *inner = r->columns.inner, *outer = r->columns.outer, k[ROOM], cells[ROOM], doubt[ROOM];
     int n = r->columns.n;
 
     for (int l = 0; l < BOUNDS_BLOCK; l++) {
-        i[n + l] = i[n - 1];
-        j[n + l] = j[n - 1];
+        inner[n + l] = inner[n - 1];
+        outer[n + l] = outer[n - 1];
     }
-    bool quick = r->bounds.quick && r->beam->near == 0;
-    if (!quick || !bounds_quick(&r->bounds, inner, outer, n, k, cells))
+    if (!r->bounds.quick) {
         for (int c = 0; c < n; c += BOUNDS_BLOCK)
-            if (!quick || in_doubt(cells + c))
-                settle_block(r, c, smaller(n - c, BOUNDS_BLOCK), k + c, cells + c);
+            settle_block(r, c, smaller(n - c, BOUNDS_BLOCK), k + c, cells + c);
+    } else if (!bounds_quick(&r->bounds, inner, outer, n, k, cells, doubt)) {
+        for (int c = 0; c < n; c += BOUNDS_BLOCK)
+            if (any_doubt(doubt + c))
+                settle_doubts(r, c, smaller(n - c, BOUNDS_BLOCK), doubt + c, k + c, cells + c);
+    }
     for (int l = 0; l < CAST_LANES; l++)
         cells[n + l] = 0;
-    r->take(r->context, &(struct cast_spans){n, i, j, k, cells});
+    bool swap = r->bounds.inner != 0;
+    r->take(r->context, &(struct cast_spans){n, swap ? outer : inner, swap ? inner : outer, k, cells});
     r->columns.n = 0;
 }
 
@@ -309,14 +339,13 @@ static void settle_columns(struct run *r)
 static inline void add_row(struct run *r, int32_t row, int32_t first, int32_t last)
 {
     struct columns *c = &r->columns;
-    int32_t *inner = r->bounds.inner == 0 ? c->i : c->j, *outer = r->bounds.inner == 0 ? c->j : c->i;
 
     for (; first <= last; first += BOUNDS_BLOCK) {
         int n = c->n;
         for (int l = 0; l < BOUNDS_BLOCK; l++)
-            inner[n + l] = first + l;
+            c->inner[n + l] = first + l;
         for (int l = 0; l < BOUNDS_BLOCK; l++)
-            outer[n + l] = row;
+            c->outer[n + l] = row;
         c->n = n + smaller(last - first + 1, BOUNDS_BLOCK);
         if (c->n >= COLUMNS)
             settle_columns(r);
@@ -384,16 +413,16 @@ WIDE(static bool, bound_rows, (const struct edges *e, int32_t row, struct rows *
 static void set_edges(struct edges *e, const struct bounds *s, double u0, double v0, int32_t last)
 {
     e->least = greater(s->low[s->inner] + u0, 0) - 1e-6;
-    e->most = lesser(s->high[s->inner] + u0, last) + 1e-6;
+    e->most = greater(lesser(s->high[s->inner] + u0, last), -1) + 1e-6;
     for (int l = 0; l < 2; l++) {
         e->lo[l] = (struct edge){e->least, 0, 0};
         e->hi[l] = (struct edge){e->most, 0, 0};
     }
     for (int l = 0; l < s->n_lines; l++) {
         const struct bounds_line *line = &s->line[l];
-        double m = fabs(line->m) < 1e-9 ? 1e-9 : line->m, slope = -line->n / m;
-        *(m > 0 ? &e->lo[l] : &e->hi[l]) =
-            (struct edge){-line->c / m + u0 - slope * v0, slope, line->fringe / fabs(m)};
+        double steep = 1 / (fabs(line->m) < 1e-9 ? 1e-9 : line->m), slope = -line->n * steep;
+        *(steep > 0 ? &e->lo[l] : &e->hi[l]) =
+            (struct edge){u0 - line->c * steep - slope * v0, slope, line->fringe * fabs(steep)};
     }
 }
 

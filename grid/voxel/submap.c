@@ -15,20 +15,19 @@ static const uint8_t most_of[2 * CHUNK] = {
     254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255,
     255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255};
 
-/* Adds 1, up to 255, to n > 0 counts: to what is more than whole chunks first. What follows that within a chunk is written
- * back as it was. */
-INLINE void raise_counts(uint8_t *count, uint32_t n)
+/* Adds 1, up to 255, to n > 0 counts. What follows them within the last chunk is written back as it was: last, so that no
+ * chunk is read that overlaps one just written, for which a CPU waits. */
+INLINE void raise_counts(uint8_t *count, int32_t n)
 {
-    const uint8_t *end = count + n;
-    uint32_t skip = -n % CHUNK;
-    const uint8_t *most = most_of + skip;
+    const uint8_t *last = count + n - CHUNK; /* may lie before `count`, where the pool's links are */
+    for (; count < last; count += CHUNK)
+        for (int l = 0; l < CHUNK; l++)
+            count[l] = (uint8_t)((count[l] < 254 ? count[l] : 254) + 1);
+    const uint8_t *most = most_of + (count - last);
     for (int l = 0; l < CHUNK; l++) {
         uint8_t kept = count[l] < most[l] ? count[l] : most[l], one = (uint8_t)~most[l];
         count[l] = (uint8_t)(kept + one);
     }
-    for (count += CHUNK - skip; count < end; count += CHUNK)
-        for (int l = 0; l < CHUNK; l++)
-            count[l] = (uint8_t)((count[l] < 254 ? count[l] : 254) + 1);
 }
 
 /* Where in the memory the stamps begin, behind the directory. */
@@ -86,7 +85,7 @@ void submap_clear(struct submap *m)
 }
 
 /* The tile of a directory's entry, taken from the pool when there is none yet; TILE_NONE when that is exhausted. */
-static __attribute__((noinline)) uint32_t tile_to_write(struct submap *m, size_t entry)
+static uint32_t tile_to_write(struct submap *m, size_t entry)
 {
     if (m->tile[entry] == TILE_NONE) {
         m->tile[entry] = tiles_take(m->tiles);
@@ -96,21 +95,25 @@ static __attribute__((noinline)) uint32_t tile_to_write(struct submap *m, size_t
     return m->tile[entry];
 }
 
+/* The first count of a plane of an entry's tile, which is about to be written to; NULL where no tile is left. */
+static __attribute__((noinline)) uint8_t *plane_to_write(struct submap *m, size_t entry, enum submap_plane plane)
+{
+    uint32_t tile = tile_to_write(m, entry);
+    return tile == TILE_NONE ? NULL : tiles_column(m->tiles, tile, 0, plane);
+}
+
 struct entry {
     struct submap *map;
     enum submap_plane plane;
 };
 
+/* Columns come in rows: mostly the next lies in the same tile. */
 INLINE bool enter_spans_body(struct submap *m, enum submap_plane plane, const struct cast_spans *spans)
 {
-    /* Copies: for the compiler, a byte written may be part of any struct it can see. */
-    size_t tile_bytes = m->tiles->tile_bytes;
-    uint8_t *bytes = m->tiles->bytes + plane * m->tiles->plane_bytes;
-    const uint32_t *directory = m->tile;
-    uint64_t *written = m->written, now = m->now;
-    uint32_t height = m->tiles->height, row = (uint32_t)m->box.size[1] / TILE_SIDE;
-    uint32_t entry[CAST_LANES], offset[CAST_LANES];
-    const struct cast_spans s = *spans;
+    const struct cast_spans s = *spans; /* a copy: for the compiler, a byte written may be part of any struct it can see */
+    const uint32_t height = m->tiles->height, row = (uint32_t)m->box.size[1] / TILE_SIDE;
+    uint32_t entry[CAST_LANES], offset[CAST_LANES], current = UINT32_MAX;
+    uint8_t *counts = NULL;
 
     for (int first = 0; first < s.runs; first += CAST_LANES) {
         for (int l = 0; l < CAST_LANES; l++) {
@@ -122,12 +125,12 @@ INLINE bool enter_spans_body(struct submap *m, enum submap_plane plane, const st
             int32_t n = s.n[first + l];
             if (n <= 0)
                 continue;
-            uint32_t tile = directory[entry[l]];
-            if (tile == TILE_NONE)
-                tile = tile_to_write(m, entry[l]);
-            written[entry[l]] = now;
-            if (tile != TILE_NONE)
-                raise_counts(bytes + tile * tile_bytes + offset[l], (uint32_t)n);
+            if (entry[l] != current) {
+                current = entry[l];
+                counts = plane_to_write(m, current, plane);
+            }
+            if (counts)
+                raise_counts(counts + offset[l], n);
             else
                 m->stats.starved++;
         }

@@ -311,6 +311,24 @@ TEST(shells)
     }
 }
 
+/* Columns of which only the sphere's rim is left, to within rounding: it is no nearer than the column, or a touch farther. */
+TEST(rims)
+{
+    uint64_t seed = test_seed();
+    size_t cells = 0;
+    for (int n = 0; n < 300; n++) {
+        struct lattice_place apex = {{18, 18, 18}, {0.5, 0.5, 0.5}};
+        struct cast_opening o = opening((enum cast_shape)(n % 2), 10 + 20 * test_uniform(&seed), 35, 0);
+        double i = floor(18 * test_uniform(&seed)), j = floor(18 * test_uniform(&seed)), k = n % 3, q[4];
+        double far = sqrt(i * i + j * j + k * k) * (1 + 1e-7 * (2 * test_uniform(&seed) - 1));
+        struct cast_beam b;
+        quat_from_rpy(0, n % 4 ? 0 : 0.1, atan2(j, i), q);
+        if (far > 0 && cast_aim(&b, &o, &apex, q, 0, 0, n % 5 ? 0 : far - 2, far, 1))
+            CHECK(equals_definition(&b, &box, &cells));
+    }
+    CHECK(cells > 20000);
+}
+
 static void beam_of_row(const struct table *t, int first, enum cast_shape shape, double near_m, double far_m,
                         double voxel_m, double tolerance_m, struct cast_opening *o, struct cast_beam *b)
 {
@@ -433,6 +451,7 @@ int main(void)
     RUN(V6_clipped_at_the_box);
     RUN(equals_the_definition);
     RUN(shells);
+    RUN(rims);
     RUN(oracle_membership);
     RUN(oracle_spans);
     return test_end();

@@ -62,7 +62,11 @@ TEST(rotations_keep_length_and_undo_each_other)
     for (int i = 0; i < 1000; i++) {
         double q[4], v[3] = {test_uniform(&seed), test_uniform(&seed), test_uniform(&seed)}, w[3], r, p, y, q2[4];
         quat_from_rpy(6 * test_uniform(&seed) - 3, 3 * test_uniform(&seed) - 1.5, 6 * test_uniform(&seed) - 3, q);
+        double axis[3][3];
+        quat_axes(q, axis);
         quat_rotate(q, v, w);
+        for (int k = 0; k < 3; k++)
+            CHECK_NEAR(v[0] * axis[0][k] + v[1] * axis[1][k] + v[2] * axis[2][k], w[k], 0, 1e-14);
         quat_rotate_inverse(q, w, w);
         for (int k = 0; k < 3; k++)
             CHECK_NEAR(w[k], v[k], 0, 1e-14);

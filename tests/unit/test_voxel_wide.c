@@ -39,14 +39,15 @@ TEST(bounds_are_the_same)
         bounds_of(&s, &b, (const int32_t[3]){200, 200, 100}, 199);
         if (!s.quick)
             continue;
-        int32_t inner[64], outer[64], k[2][64], cells[2][64];
+        int32_t inner[64], outer[64], k[2][64], cells[2][64], doubt[2][64];
         for (int c = 0; c < 64; c++) {
             inner[c] = 200 + (int32_t)(2 * b.far * (test_uniform(&seed) - 0.5));
             outer[c] = 200 + (int32_t)(2 * b.far * (test_uniform(&seed) - 0.5));
         }
-        bool sure = bounds_quick_body(&s, inner, outer, 64, k[0], cells[0]);
-        CHECK_INT(bounds_quick_avx2(&s, inner, outer, 64, k[1], cells[1]), sure);
-        CHECK(memcmp(k[0], k[1], sizeof k[0]) == 0 && memcmp(cells[0], cells[1], sizeof cells[0]) == 0);
+        bool sure = bounds_quick_body(&s, inner, outer, 64, k[0], cells[0], doubt[0]);
+        CHECK_INT(bounds_quick_avx2(&s, inner, outer, 64, k[1], cells[1], doubt[1]), sure);
+        CHECK(memcmp(k[0], k[1], sizeof k[0]) == 0 && memcmp(cells[0], cells[1], sizeof cells[0]) == 0 &&
+              memcmp(doubt[0], doubt[1], sizeof doubt[0]) == 0);
         blocks++;
         for (int c = 0; c < 64; c++)
             full += cells[0][c] > 0;
