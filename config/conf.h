@@ -169,14 +169,16 @@ struct conf_pose {
 
 /* [vehicle]: what `limit` and `time_to_collision` need to know; see grid/answer/corridor.h and limit.h */
 struct conf_vehicle {
-    double radius_m;     /* radius = 0.4 m: of the upright cylinder that holds it */
-    double height_m;     /* height = 0.5 m: of the same */
-    double margin_m;     /* margin = 0.3 m: of water on every side */
-    double near_m;       /* near = 1.5 m: nearer water is not asked for; auto: 0 */
-    double braking_mps2; /* braking = 0.2 m/s2 */
-    double latency_s;    /* latency = 0.5 s */
-    int unknown;         /* unknown = slow | stop | ignore */
-    double slow_mps;     /* slow = 0.1 m/s */
+    double radius_m;       /* radius = 0.4 m: of the upright cylinder that holds it */
+    double height_m;       /* height = 0.5 m: of the same */
+    double margin_m;       /* margin = 0.3 m: of water on every side */
+    double near_m;         /* near = 1.5 m: nearer water is not asked for; auto: 0 */
+    double max_speed_mps;  /* max_speed = 1.5 m/s; told: 0 */
+    double max_turn_radps; /* max_turn = 90 deg, a second; told: 0 */
+    double braking_mps2;   /* braking = 0.2 m/s2 */
+    double latency_s;      /* latency = 0.5 s */
+    int unknown;           /* unknown = slow | stop | ignore */
+    double slow_mps;       /* slow = 0.1 m/s */
 };
 
 /* [depth]: one Modbus slave */

@@ -347,6 +347,7 @@ static bool make_parts(struct daemon *d, const struct options *o, const struct c
 {
     char err[512] = "";
     pose_log_init(&d->poses, (uint64_t)(d->conf.pose.max_age_s * 1e9));
+    pose_log_set_most(&d->poses, d->conf.vehicle.max_speed_mps, d->conf.vehicle.max_turn_radps);
     if (open_answers(d, o->answers, err, sizeof err) &&
         (d->replay || realtime_prepare(&d->conf.realtime, err, sizeof err)) && make_pipeline(d, err, sizeof err) &&
         make_record(d, source, err, sizeof err) && make_server(d, err, sizeof err) &&

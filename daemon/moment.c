@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "moment.h"
 
+#include <math.h>
 #include <time.h>
 
 uint64_t moment_lost_sonars(const struct daemon *d)
@@ -18,7 +19,8 @@ uint64_t moment_lost_sonars(const struct daemon *d)
 struct answer_now moment_now(const struct daemon *d)
 {
     struct answer_now now = {.now_ns = loop_now(d->loop), .pose = pose_identity, .lost = moment_lost_sonars(d)};
-    pose_log_newest(&d->poses, &now.pose);
+    pose_log_at(&d->poses, now.now_ns, &now.pose);
+    now.pose.path_m = d->poses.path_m;
     now.pose_fresh = pose_log_fresh(&d->poses, now.now_ns);
     return now;
 }
@@ -31,8 +33,14 @@ static double age_s(const struct daemon *d, uint64_t t_ns)
 
 double moment_pose_age_s(const struct daemon *d)
 {
-    struct pose p;
-    return pose_log_newest(&d->poses, &p) ? age_s(d, p.t_ns) : -1;
+    static const unsigned parts[] = {POSE_ATTITUDE, POSE_POSITION, POSE_DEPTH};
+    double oldest_s = -1;
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
+        const uint64_t t_ns = pose_log_last_ns(&d->poses, parts[i]);
+        if (t_ns)
+            oldest_s = fmax(oldest_s, age_s(d, t_ns));
+    }
+    return oldest_s;
 }
 
 double moment_place_age_s(const struct daemon *d)

@@ -8,13 +8,13 @@
 
 #include "daemon.h"
 
-/** moment_now - time, newest pose and lost sonars, as answers take them. */
+/** moment_now - time, the pose as of now with how far off it may be, and lost sonars, as answers take them. */
 struct answer_now moment_now(const struct daemon *d);
 
 /** moment_lost_sonars - set of the sonars that are not heard at present. A capture's are heard while it plays. */
 uint64_t moment_lost_sonars(const struct daemon *d);
 
-/** moment_pose_age_s - of the newest pose, whatever it told; negative: none was given. */
+/** moment_pose_age_s - of the oldest of attitude, position and depth, of those that were ever told; negative: none was. */
 double moment_pose_age_s(const struct daemon *d);
 
 /** moment_place_age_s, moment_velocity_age_s - of what was told of these; without any, as old as the computer's clock. */

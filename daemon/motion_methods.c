@@ -27,10 +27,8 @@ struct movement {
     struct corridor corridor;
     bool follows;     /* the picture follows the vehicle, up to the newest position */
     bool told;        /* the pose tells a velocity: */
-    double own_mps;   /* its speed along the line; 0: none, or backwards */
     double across[3]; /* what of it goes across the line, in the axes of the question */
-    double stale_s;   /* the vehicle may have moved for so long without the picture's knowledge ... */
-    double drifted_m; /* ... or has by so much */
+    double stale_s;   /* the vehicle may have moved for so long without the picture's and the pose's knowledge */
 };
 
 static void take_body(const struct conf_vehicle *c, struct corridor_body *body)
@@ -62,7 +60,6 @@ static void take_own_velocity(const struct daemon *d, struct movement *m)
     const double along_mps = dot(m->across, m->velocity_mps) / m->speed_mps;
     for (int i = 0; i < 3; i++)
         m->across[i] -= along_mps * m->velocity_mps[i] / m->speed_mps;
-    m->own_mps = fmax(0, along_mps);
 }
 
 static void take_velocity(const struct daemon *d, struct movement *m, const double velocity_mps[3], bool ned)
@@ -79,25 +76,20 @@ static void take_velocity(const struct daemon *d, struct movement *m, const doub
 /* How long the vehicle may have moved without the picture's knowledge, before anything was looked at. */
 static double longest_stale_s(const struct daemon *d, const struct movement *m)
 {
-    return m->follows ? moment_place_age_s(d) : m->grid->setting.limits.clear_for_s;
+    if (!m->follows)
+        return m->grid->setting.limits.clear_for_s;
+    return m->told ? 0 : moment_place_age_s(d);
 }
 
 /*
- * With a position the picture follows the vehicle, up to the newest of these; since then it may have gone on at the speed
- * that the pose told. Without one the picture is as old as its pings, and the vehicle is taken to have gone no faster
- * than it now may.
+ * With a position the picture follows the vehicle, and with a velocity the slack of its pose holds how far it may have gone
+ * on since. Without one the picture is as old as its pings, or as its place, and the vehicle is taken to have gone no
+ * faster than it now may.
  */
 static void judge_age(const struct daemon *d, struct movement *m)
 {
-    m->stale_s = fmax(0, fmax(m->corridor.age_s, m->corridor.blocked_age_s));
-    m->drifted_m = 0;
-    if (!m->follows)
-        return;
-    m->stale_s = longest_stale_s(d, m);
-    if (!m->told)
-        return;
-    m->drifted_m = m->own_mps * m->stale_s;
-    m->stale_s = 0;
+    const double oldest_s = fmax(0, fmax(m->corridor.age_s, m->corridor.blocked_age_s));
+    m->stale_s = m->follows ? longest_stale_s(d, m) : oldest_s;
 }
 
 /* drift_m: what the vehicle's own velocity across the line carries it off by. */
@@ -182,9 +174,9 @@ json_t *motion_method_limit(const struct rpc_call *call, json_t *params, struct 
     /* as far as it would be for the oldest picture that may count: farther than needed changes nothing */
     look_ahead(d, &m,
                limit_reach_m(&conf, m.body.radius_m + m.body.half_height_m + m.body.margin_m, m.speed_mps,
-                             m.grid->setting.limits.clear_for_s, m.own_mps * longest_stale_s(d, &m)),
+                             m.grid->setting.limits.clear_for_s),
                limit_drift_m(&conf, sqrt(dot(m.across, m.across)), longest_stale_s(d, &m)));
-    limit_of(&conf, &m.corridor, m.speed_mps, m.stale_s, m.drifted_m, &l);
+    limit_of(&conf, &m.corridor, m.speed_mps, m.stale_s, &l);
     return limit_json(&m, &l, answer_reason_text(m.corridor.reason));
 }
 
@@ -211,7 +203,7 @@ static bool velocity_of(const struct daemon *d, json_t *params, struct movement 
 /* Seconds until the body gets there; the vehicle may be there earlier by what it moved since the picture. */
 static double seconds_to(const struct movement *m, double at_m)
 {
-    return fmax(0, (at_m - m->corridor.front_m - m->drifted_m) / m->speed_mps - m->stale_s);
+    return fmax(0, (at_m - m->corridor.front_m) / m->speed_mps - m->stale_s);
 }
 
 static json_t *collision_json(const struct movement *m, double ahead_s)
@@ -248,8 +240,7 @@ json_t *motion_method_collision(const struct rpc_call *call, json_t *params, str
     if (m.speed_mps >= AT_REST_MPS)
         look_ahead(d, &m,
                    m.body.radius_m + m.body.half_height_m +
-                       m.speed_mps * (ahead_s + m.grid->setting.limits.clear_for_s) +
-                       m.own_mps * longest_stale_s(d, &m),
+                       m.speed_mps * (ahead_s + m.grid->setting.limits.clear_for_s),
                    sqrt(dot(m.across, m.across)) * longest_stale_s(d, &m));
     return collision_json(&m, ahead_s);
 }

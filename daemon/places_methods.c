@@ -23,7 +23,7 @@ bool places_there(const struct daemon *d, struct rpc_error *error)
 bool places_whole_pose(const struct daemon *d, struct pose *pose)
 {
     const unsigned all = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
-    return pose_log_newest(&d->poses, pose) && (pose->has & all) == all &&
+    return pose_log_at(&d->poses, loop_now(d->loop), pose) && (pose->has & all) == all &&
            pose_log_fresh(&d->poses, loop_now(d->loop));
 }
 

@@ -17,6 +17,12 @@ void pose_log_set_max_age(struct pose_log *log, uint64_t max_age_ns)
     log->max_age_ns = max_age_ns;
 }
 
+void pose_log_set_most(struct pose_log *log, double most_mps, double most_radps)
+{
+    log->most_mps = most_mps;
+    log->most_radps = most_radps;
+}
+
 /* ---- one track ---- */
 
 static const struct pose_sample *at(const struct pose_track *track, uint32_t i)
@@ -55,23 +61,37 @@ static void mix(int part, const struct pose_sample *a, const struct pose_sample 
         v[i] = a->v[i] + (b->v[i] - a->v[i]) * u;
 }
 
-/* Behind the last sample: as between the last two, where these belong together, but not far. */
-static void go_on(const struct pose_log *log, int part, uint64_t t_ns, double v[4])
+/*
+ * Behind the last sample: as between the last two, where these belong together, but not far; a velocity stays as it was
+ * told. Returns what is left of the time.
+ */
+static uint64_t go_on(const struct pose_log *log, int part, uint64_t t_ns, double v[4])
 {
     const struct pose_track *track = &log->track[part];
     const struct pose_sample *b = last(track), *a = track->n > 1 ? at(track, track->n - 2) : b;
     uint64_t gap_ns = b->t_ns - a->t_ns, ahead_ns = t_ns - b->t_ns;
-    uint64_t most_ns = gap_ns < POSE_LOG_AHEAD_NS ? gap_ns : POSE_LOG_AHEAD_NS;
-    if (ahead_ns > most_ns)
+    uint64_t most_ns = gap_ns < POSE_LOG_AHEAD_NS ? gap_ns : POSE_LOG_AHEAD_NS, left_ns = 0;
+    if (ahead_ns > most_ns) {
+        left_ns = ahead_ns - most_ns;
         ahead_ns = most_ns;
-    if (gap_ns == 0 || gap_ns > log->max_age_ns)
+    }
+    if (gap_ns == 0 || gap_ns > log->max_age_ns || part == POSE_TRACK_VELOCITY) {
         memcpy(v, b->v, sizeof b->v);
-    else
-        mix(part, a, b, 1.0 + (double)ahead_ns / (double)gap_ns, v);
+        return t_ns - b->t_ns;
+    }
+    mix(part, a, b, 1.0 + (double)ahead_ns / (double)gap_ns, v);
+    return left_ns;
 }
 
-/* The part at t_ns into v. False: it was never known until then. *good: somebody gave it, and it is fresh. */
-static bool look_up(const struct pose_log *log, int part, uint64_t t_ns, double v[4], bool *good)
+/* What the log knows of one part at a time. */
+struct part_then {
+    double v[4];
+    bool good;      /* somebody gave it, and it is fresh */
+    double since_s; /* for so long nobody knows how it went on */
+};
+
+/* False: the part was never known until then. */
+static bool look_up(const struct pose_log *log, int part, uint64_t t_ns, struct part_then *out)
 {
     const struct pose_track *track = &log->track[part];
     uint32_t lo = 0, hi = track->n; /* samples before lo are at or before t_ns */
@@ -86,13 +106,16 @@ static bool look_up(const struct pose_log *log, int part, uint64_t t_ns, double 
         return false;
     const struct pose_sample *a = at(track, lo - 1), *b = lo < track->n ? at(track, lo) : NULL;
     bool between = b && b->t_ns - a->t_ns <= log->max_age_ns;
-    *good = a->given && (between || t_ns - a->t_ns <= log->max_age_ns);
+    uint64_t since_ns = 0;
+    out->good = a->given && (between || t_ns - a->t_ns <= log->max_age_ns);
     if (between)
-        mix(part, a, b, (double)(t_ns - a->t_ns) / (double)(b->t_ns - a->t_ns), v);
-    else if (b)
-        memcpy(v, a->v, sizeof a->v);
-    else
-        go_on(log, part, t_ns, v);
+        mix(part, a, b, (double)(t_ns - a->t_ns) / (double)(b->t_ns - a->t_ns), out->v);
+    else if (b) {
+        memcpy(out->v, a->v, sizeof a->v);
+        since_ns = t_ns - a->t_ns;
+    } else
+        since_ns = go_on(log, part, t_ns, out->v);
+    out->since_s = (double)since_ns * 1e-9;
     return true;
 }
 
@@ -199,21 +222,66 @@ static void put_part(int part, const double v[4], struct pose *out)
     }
 }
 
+static double length(const double v[3])
+{
+    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+/* How far apart two samples of a part are; radians of an attitude. */
+static double apart(int part, const struct pose_sample *a, const struct pose_sample *b)
+{
+    if (part == POSE_TRACK_ATTITUDE) {
+        double half = 0;
+        for (int i = 0; i < 4; i++)
+            half += a->v[i] * b->v[i];
+        return 2 * acos(fmin(1, fabs(half)));
+    }
+    return length((const double[3]){a->v[0] - b->v[0], a->v[1] - b->v[1], a->v[2] - b->v[2]});
+}
+
+/* How fast a part changed lately; 0 from a single sample. Not from samples close together: noise is no speed. */
+static double rate(const struct pose_log *log, int part)
+{
+    const struct pose_track *track = &log->track[part];
+    const struct pose_sample *b = last(track), *a = b;
+    for (uint32_t i = track->n; i > 0 && b->t_ns - a->t_ns < POSE_LOG_AHEAD_NS; i--)
+        a = at(track, i - 1);
+    return b->t_ns > a->t_ns ? apart(part, a, b) / ((double)(b->t_ns - a->t_ns) * 1e-9) : 0;
+}
+
+/* How far the vehicle may be from what the parts say. */
+static void loosen(const struct pose_log *log, const bool known[], const struct part_then then[], struct pose *p)
+{
+    const double *v = p->velocity_mps;
+    const bool told = p->has & POSE_VELOCITY;
+    double way_m[2] = {0};
+    for (int part = POSE_TRACK_PLACE; part <= POSE_TRACK_DEPTH; part++) {
+        if (!known[part] || then[part].since_s <= 0)
+            continue;
+        const double mps = !told ? rate(log, part) : part == POSE_TRACK_DEPTH ? fabs(v[2]) : hypot(v[0], v[1]);
+        way_m[part - POSE_TRACK_PLACE] = fmax(log->most_mps, mps) * then[part].since_s;
+    }
+    p->slack_m = hypot(way_m[0], way_m[1]);
+    if (known[POSE_TRACK_ATTITUDE] && then[POSE_TRACK_ATTITUDE].since_s > 0)
+        p->slack_rad = fmax(log->most_radps, rate(log, POSE_TRACK_ATTITUDE)) * then[POSE_TRACK_ATTITUDE].since_s;
+}
+
 bool pose_log_at(const struct pose_log *log, uint64_t t_ns, struct pose *out)
 {
-    bool any = false;
+    bool any = false, known[POSE_TRACKS];
+    struct part_then then[POSE_TRACKS];
     struct pose p = pose_identity;
     for (int part = 0; part < POSE_TRACKS; part++) {
-        double v[4];
-        bool good;
-        if (!look_up(log, part, t_ns, v, &good))
+        known[part] = look_up(log, part, t_ns, &then[part]);
+        if (!known[part])
             continue;
-        if (good)
+        if (then[part].good)
             p.has |= parts[part];
-        if (good || part == POSE_TRACK_PLACE || part == POSE_TRACK_DEPTH)
-            put_part(part, v, &p);
-        any |= good;
+        if (then[part].good || part == POSE_TRACK_PLACE || part == POSE_TRACK_DEPTH)
+            put_part(part, then[part].v, &p);
+        any |= then[part].good;
     }
+    loosen(log, known, then, &p);
     p.path_m = log->path_m;
     *out = any ? p : pose_identity;
     out->t_ns = t_ns;

@@ -40,6 +40,7 @@ struct pose_track {
 
 struct pose_log {
     uint64_t max_age_ns;
+    double most_mps, most_radps; /* the vehicle may be so fast at any time; 0: as fast as it was last told */
     struct pose_track track[POSE_TRACKS]; /* in the order of the bits of enum pose_part */
     double path_m;                        /* way driven so far ... */
     double corner_m[3];                   /* ... up to here */
@@ -52,6 +53,9 @@ void pose_log_init(struct pose_log *log, uint64_t max_age_ns);
 /** pose_log_set_max_age - from now on older samples are stale; the samples stay. */
 void pose_log_set_max_age(struct pose_log *log, uint64_t max_age_ns);
 
+/** pose_log_set_most - the fastest that the vehicle goes and turns, [0, inf); 0: nobody says. */
+void pose_log_set_most(struct pose_log *log, double most_mps, double most_radps);
+
 /**
  * pose_log_put - a sample; `given` holds the parts in given->has (attitude normalised by the caller).
  * False, counted: not one of its parts is newer than what there is of that part. Parts that are not are left out.
@@ -63,6 +67,10 @@ bool pose_log_put(struct pose_log *log, const struct pose *given);
  * apart, or goes on from the last one before it while that is fresh; `has` tells which parts there are. A place that is
  * not fresh stays what it was, without being in `has`. path_m is the way driven until now. False with *out the
  * identity (has = 0) when no part is known.
+ *
+ * slack_m, slack_rad: where a part went on from the last sample for longer than it could be continued, the vehicle may
+ * have moved on all that time as fast as the velocity says (without one: as between samples at least 0.1 s apart), or
+ * as fast as it ever does, whichever is more.
  */
 bool pose_log_at(const struct pose_log *log, uint64_t t_ns, struct pose *out);
 

@@ -73,6 +73,7 @@ static void put_in_force(struct daemon *d, const struct conf *conf, const bool *
     set_limits(d);
     log_set_level(settings_log_level(conf));
     pose_log_set_max_age(&d->poses, (uint64_t)(conf->pose.max_age_s * 1e9));
+    pose_log_set_most(&d->poses, conf->vehicle.max_speed_mps, conf->vehicle.max_turn_radps);
     if (d->server)
         server_set_change(d->server, conf->server.change);
     for (int i = 0; i < conf->n_sonars; i++) {

@@ -45,6 +45,15 @@ static bool place_of(json_t *params, const char *key, const struct pose *pose, d
     return true;
 }
 
+/* How far a place of the body's may be from where the pose puts it: the vehicle may have moved, and turned about itself. */
+static double slack_m(const struct pose *pose, const double at_m[3])
+{
+    double way2 = 0;
+    for (int a = 0; a < 3; a++)
+        way2 += (at_m[a] - pose->position_m[a]) * (at_m[a] - pose->position_m[a]);
+    return pose->slack_m + pose->slack_rad * sqrt(way2);
+}
+
 /* ---- answers ---- */
 
 static const char *const state_words[] = {
@@ -195,21 +204,6 @@ static bool asked(bool good, struct rpc_error *error)
            rpc_refuse(error, RPC_INVALID_PARAMS, "places too far away, or a question about too many voxels");
 }
 
-static bool read_point(json_t *params, struct question *q, struct rpc_error *error)
-{
-    static const char *const keys[] = {"position_m", "frame", NULL};
-    struct pose pose;
-    q->point = true;
-    return rpc_only(params, keys, error) && frame_of(q->d, params, &pose, error) &&
-           place_of(params, "position_m", &pose, q->at_m, error) &&
-           asked(free_query_begin_box(&q->asked, q->d->conf.map.voxel_m, q->at_m, q->at_m), error);
-}
-
-json_t *where_method_point(const struct rpc_call *call, json_t *params, struct rpc_error *error)
-{
-    return go_on(call, params, read_point, error);
-}
-
 static bool small_enough(const struct daemon *d, const double extent_m[3], struct rpc_error *error)
 {
     double voxels = 1;
@@ -219,6 +213,33 @@ static bool small_enough(const struct daemon *d, const double extent_m[3], struc
            rpc_refuse(error, RPC_LIMIT,
                       "a question about %.3g voxels, at most %g are allowed: ask for less at a time", voxels,
                       QUESTION_VOXELS);
+}
+
+/* The box around all places where a point of the body's may be. */
+static bool ask_around(const struct pose *pose, struct question *q, struct rpc_error *error)
+{
+    const double most_m = slack_m(pose, q->at_m), extent[3] = {2 * most_m, 2 * most_m, 2 * most_m};
+    double low[3], high[3];
+    for (int a = 0; a < 3; a++) {
+        low[a] = q->at_m[a] - most_m;
+        high[a] = q->at_m[a] + most_m;
+    }
+    return small_enough(q->d, extent, error) &&
+           asked(free_query_begin_box(&q->asked, q->d->conf.map.voxel_m, low, high), error);
+}
+
+static bool read_point(json_t *params, struct question *q, struct rpc_error *error)
+{
+    static const char *const keys[] = {"position_m", "frame", NULL};
+    struct pose pose;
+    q->point = true;
+    return rpc_only(params, keys, error) && frame_of(q->d, params, &pose, error) &&
+           place_of(params, "position_m", &pose, q->at_m, error) && ask_around(&pose, q, error);
+}
+
+json_t *where_method_point(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    return go_on(call, params, read_point, error);
 }
 
 static bool read_box(json_t *params, struct question *q, struct rpc_error *error)
@@ -257,6 +278,10 @@ static bool way_of(json_t *params, const struct pose *pose, struct question *q, 
             return false;
     }
     q->n = (uint32_t)n;
+    double most_m = 0;
+    for (uint32_t i = 0; i < q->n; i++)
+        most_m = fmax(most_m, slack_m(pose, q->way_m[i]));
+    q->radius_m += most_m;
     return true;
 }
 

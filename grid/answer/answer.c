@@ -70,11 +70,8 @@ static void doubt(struct tally *t, enum answer_reason why)
  * Adds what a direction says about the stretch up to need_m. When the stretch ends inside the blind zone because a
  * corridor leaves this direction there (side), the direction is not asked: that is the vehicle's own place.
  */
-static void add(struct tally *t, const struct sight *v, const struct answer_now *now, double moved_m,
-                double need_m, bool side)
+static void add_water(struct tally *t, const struct sight *v, double need_m, bool side)
 {
-    if (v->obstacle && v->near_m <= need_m)
-        add_obstacle(t, v, now, moved_m);
     enum answer_reason why = v->reason;
     if (why == ANSWER_HEARD && need_m <= v->blind_m) {
         if (side) {
@@ -113,14 +110,78 @@ static void cannot(enum answer_reason reason, struct answer *out)
     *out = (struct answer){.state = ANSWER_UNKNOWN, .reason = reason, .age_s = -1};
 }
 
-/* How far along a ray at angle gamma from the axis the question reaches; 0: not at all. */
-static double reach(const struct answer_query *q, double gamma)
+static void add(struct tally *t, const struct sight *v, const struct answer_now *now, double moved_m,
+                double need_m, bool side)
 {
-    if (!q->corridor)
-        return gamma <= q->half_angle_rad ? q->distance_m : 0;
-    double end = gamma < GEO_PI / 2 ? q->distance_m / cos(gamma) : INFINITY;
-    double side = gamma > 0 ? q->radius_m / sin(fmin(gamma, GEO_PI / 2)) : INFINITY;
-    return gamma <= GEO_PI / 2 ? fmin(end, side) : 0;
+    if (v->obstacle && v->near_m <= need_m)
+        add_obstacle(t, v, now, moved_m);
+    add_water(t, v, need_m, side);
+}
+
+/*
+ * A direction beside a cone, into which the cone reaches up to need_m only because the vehicle is not at the grid's
+ * centre. Where its water is not known, nothing is known of the cone so far; beyond, the cone is in its own directions.
+ */
+static void add_beside(struct tally *t, const struct sight *v, const struct answer_now *now, double moved_m,
+                       double need_m)
+{
+    const bool heard = v->reason == ANSWER_HEARD && v->clear_m >= need_m;
+    if (v->obstacle && v->near_m <= need_m)
+        add_obstacle(t, v, now, moved_m);
+    t->a.blind_to_m = fmax(t->a.blind_to_m, heard ? fmin(need_m, v->blind_m) : need_m);
+}
+
+/* A question, turned into the grid's axes. */
+struct aim {
+    const struct answer_query *query;
+    const struct sight_place *place;
+    double axis[3];
+};
+
+/* One direction against the question: how far along its rays that reaches, 0: not at all. */
+struct share {
+    double need_m;
+    bool side;   /* it leaves a corridor through its side */
+    bool beside; /* it is no direction of the cone */
+};
+
+/* How far the vehicle may be off the centre, across a wall of the question (axis turned by half_rad) towards v. */
+static double off_m(const struct aim *a, const double v[3], double half_rad)
+{
+    double out[3], dot = 0, length = 0;
+    for (int i = 0; i < 3; i++)
+        dot += v[i] * a->axis[i];
+    for (int i = 0; i < 3; i++) {
+        out[i] = v[i] - dot * a->axis[i];
+        length += out[i] * out[i];
+    }
+    length = sqrt(length);
+    if (length < 1e-9)
+        return a->place->moved_m;
+    for (int i = 0; i < 3; i++)
+        out[i] = cos(half_rad) * out[i] / length - sin(half_rad) * a->axis[i];
+    return sight_towards(a->place, out);
+}
+
+/* gamma: of the direction's rays the one nearest to the axis. */
+static struct share share_of(const struct aim *a, const double v[3], double gamma)
+{
+    const struct answer_query *q = a->query;
+    const double moved_m = a->place->moved_m;
+    if (!q->corridor) {
+        const double beyond = gamma - q->half_angle_rad;
+        if (beyond <= 0)
+            return (struct share){.need_m = q->distance_m};
+        const double off = moved_m > 0 ? off_m(a, v, fmin(q->half_angle_rad, GEO_PI)) : 0;
+        return (struct share){.need_m = fmin(q->distance_m, off / sin(fmin(beyond, GEO_PI / 2))), .beside = true};
+    }
+    if (gamma > GEO_PI / 2)
+        return (struct share){0};
+    const double ahead = cos(gamma), wide_m = q->radius_m + (moved_m > 0 ? off_m(a, v, 0) : 0);
+    /* ranges are already shorter by moved_m, along the ray; along the line that may be more */
+    const double end = ahead > 1e-12 ? (q->distance_m + moved_m * (1 - ahead)) / ahead : INFINITY;
+    const double side = gamma > 0 ? wide_m / sin(gamma) : INFINITY;
+    return (struct share){.need_m = fmin(end, side), .side = side < end && side < q->distance_m};
 }
 
 static void direction_once(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
@@ -133,35 +194,46 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
         cannot(reason, out);
         return;
     }
-    double axis[3], az, el;
+    double az, el;
     struct sight_place place;
     sight_locate(&frame, now, &place);
-    geo_direction(q->az_rad, q->el_rad, axis);
-    sight_to_grid(&frame, now, q->ned, axis);
-    geo_angles(axis, &az, &el);
+    struct aim aim = {.query = q, .place = &place};
+    geo_direction(q->az_rad, q->el_rad, aim.axis);
+    sight_to_grid(&frame, now, q->ned, aim.axis);
+    geo_angles(aim.axis, &az, &el);
     if (rings_index(p->rings, az, el) == RINGS_NONE) {
         cannot(ANSWER_OUTSIDE, out);
         return;
     }
     struct tally tally;
     begin(&tally);
-    double opening = q->corridor ? GEO_PI / 2 : fmin(q->half_angle_rad, GEO_PI);
-    struct rings_visit visit = rings_visit(p->rings, az, el, opening + p->rings->height_rad);
+    const double turned = q->ned ? 0 : place.turned_rad;
+    const double opening = q->corridor ? GEO_PI / 2 : fmin(q->half_angle_rad, GEO_PI);
+    const double beside = q->corridor ? 0 : sight_aside_rad(&place, 0);
+    const double around = fmin(opening + beside + turned + p->rings->height_rad, GEO_PI);
+    struct rings_visit visit = rings_visit(p->rings, az, el, around);
     while (rings_next(&visit)) {
         const double *v = p->axis[visit.direction];
-        double dot = v[0] * axis[0] + v[1] * axis[1] + v[2] * axis[2];
-        double gamma = acos(dot > 1 ? 1 : dot < -1 ? -1 : dot) - sight_cell_reach(p->rings, visit.ring);
-        double need = reach(q, gamma > 0 ? gamma : 0);
-        if (need <= 0)
+        double dot = v[0] * aim.axis[0] + v[1] * aim.axis[1] + v[2] * aim.axis[2];
+        double gamma = acos(dot > 1 ? 1 : dot < -1 ? -1 : dot) - sight_cell_reach(p->rings, visit.ring) - turned;
+        const struct share share = share_of(&aim, v, fmax(gamma, 0));
+        if (share.need_m <= 0)
             continue;
         struct picture_entry e;
         struct sight view;
         picture_get(p, visit.direction, &e);
         sight_look(p, &e, conf, now, &place, &view);
-        add(&tally, &view, now, place.moved_m, need, q->corridor && need < q->distance_m);
+        if (share.beside)
+            add_beside(&tally, &view, now, place.moved_m, share.need_m);
+        else
+            add(&tally, &view, now, place.moved_m, share.need_m, share.side);
     }
-    if (!sight_keeps(p->rings, el - opening, el + opening))
+    if (!sight_keeps(p->rings, el - opening - turned, el + opening + turned))
         doubt(&tally, ANSWER_OUTSIDE);
+    if (beside > 0)
+        tally.a.blind_to_m = fmax(tally.a.blind_to_m, SIGHT_BESIDE * place.moved_m);
+    if (tally.a.blind_to_m >= q->distance_m)
+        doubt(&tally, place.moved_m > 0 ? ANSWER_MOVED : ANSWER_BLIND);
     finish(&tally, conf, out);
 }
 
@@ -175,29 +247,63 @@ struct sectors {
     struct sight_place place;
     double lo_rad, hi_rad; /* the band, of the body when `turned` */
     double need_m, width_rad;
-    bool turned; /* the grid's directions are NED and must be turned into the body's axes */
+    double slack_rad; /* the body's axes may be turned so far from what its attitude says */
+    bool turned;      /* the grid's directions are NED and must be turned into the body's axes */
     size_t count;
     struct tally *tally; /* [count] */
 };
 
-/* Adds direction d to every sector that its cell touches; an exact common edge is no touch. */
-static void add_to_sectors(struct sectors *s, uint32_t d, double az, double half)
+/* Where a cell lies, and how far it reaches to its sides. */
+struct patch {
+    double az, el, half_az, half_el;
+};
+
+/* The sectors that a patch touches when seen from up to `aside` beside: [from, to], none when to < from. */
+struct run {
+    double from, to;
+};
+
+/* An exact common edge is no touch. */
+static struct run touched(const struct sectors *s, const struct patch *p, double aside)
+{
+    const double half_el = p->half_el + aside, level = cos(p->el);
+    const double more = aside <= 0 ? 0 : sin(aside) < level ? asin(sin(aside) / level) : GEO_PI;
+    if (p->el + half_el <= s->lo_rad || p->el - half_el >= s->hi_rad)
+        return (struct run){0, -1};
+    const double half = fmin(p->half_az + more, GEO_PI);
+    const double from = floor((p->az - half) / s->width_rad + 0.5 + 1e-9);
+    const double to = ceil((p->az + half) / s->width_rad - 0.5 - 1e-9);
+    return (struct run){from, fmin(to, from + (double)s->count - 1)};
+}
+
+static struct tally *tally_of(const struct sectors *s, double k)
+{
+    return &s->tally[(size_t)(k < 0 ? k + (double)s->count : k) % s->count];
+}
+
+/* Adds direction d to every sector that it may lie in, as seen from where the vehicle may be. */
+static void add_to_sectors(struct sectors *s, uint32_t d, const struct patch *patch)
 {
     struct picture_entry e;
     struct sight view;
     picture_get(s->picture, d, &e);
     sight_look(s->picture, &e, s->conf, s->now, &s->place, &view);
-    const double from = floor((az - half) / s->width_rad + 0.5 + 1e-9);
-    const double to = ceil((az + half) / s->width_rad - 0.5 - 1e-9), count = (double)s->count;
-    for (double k = from; k <= to && k < from + count; k++)
-        add(&s->tally[(size_t)(k < 0 ? k + count : k) % s->count], &view, s->now, s->place.moved_m,
-            view.obstacle ? fmax(s->need_m, view.near_m) : s->need_m, false);
+    const struct run water = touched(s, patch, s->slack_rad + sight_aside_rad(&s->place, s->need_m));
+    for (double k = water.from; k <= water.to; k++)
+        add_water(tally_of(s, k), &view, s->need_m, false);
+    if (!view.obstacle)
+        return;
+    const double aside = sight_aside_rad(&s->place, view.near_m + s->place.moved_m);
+    const struct run blocked = touched(s, patch, s->slack_rad + aside);
+    for (double k = blocked.from; k <= blocked.to; k++)
+        add_obstacle(tally_of(s, k), &view, s->now, s->place.moved_m);
 }
 
 static void add_ring(struct sectors *s, uint32_t ring)
 {
     const struct rings *rings = s->picture->rings;
     const double width = rings_width(rings, ring), half_el = rings->height_rad / 2;
+    const double more = s->slack_rad + sight_aside_rad(&s->place, 0);
     for (uint32_t d = rings->start[ring]; d < rings->start[ring + 1]; d++) {
         double az = (d - rings->start[ring] + 0.5) * width, el = rings->top_rad - (ring + 0.5) * rings->height_rad;
         if (s->turned) {
@@ -205,8 +311,9 @@ static void add_ring(struct sectors *s, uint32_t ring)
             quat_rotate_inverse(s->now->pose.attitude, s->picture->axis[d], v);
             geo_angles(v, &az, &el);
         }
-        if (el + half_el > s->lo_rad && el - half_el < s->hi_rad)
-            add_to_sectors(s, d, az, width / 2);
+        const struct patch patch = {.az = az, .el = el, .half_az = width / 2, .half_el = half_el};
+        if (el + half_el > s->lo_rad - more && el - half_el < s->hi_rad + more)
+            add_to_sectors(s, d, &patch);
     }
 }
 
@@ -236,7 +343,9 @@ static void sectors_once(struct picture *p, const struct answer_conf *conf, cons
         begin(&tally[k]);
     sight_locate(&frame, now, &s.place);
     /* the rings that reach into the band, however the body is tilted */
-    const double tilt = s.turned ? sight_tilt(now->pose.attitude) : 0, beyond = p->rings->height_rad / 2 + tilt;
+    s.slack_rad = s.turned ? s.place.turned_rad : 0;
+    const double tilt = s.turned ? sight_tilt(now->pose.attitude) + s.slack_rad : 0;
+    const double beyond = p->rings->height_rad / 2 + tilt + sight_aside_rad(&s.place, 0);
     for (uint32_t ring = 0; ring < p->rings->n_rings; ring++) {
         const double el = p->rings->top_rad - (ring + 0.5) * p->rings->height_rad;
         if (el + beyond > lo_rad - ROUNDING_RAD && el - beyond < hi_rad + ROUNDING_RAD)

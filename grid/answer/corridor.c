@@ -9,7 +9,8 @@
 /* The tunnel in the grid's axes. `up` is across the line, as nearly up in the body as may be. */
 struct tunnel {
     double along[3], side[3], up[3];
-    double half_width_m, half_height_m, near_m, most_m;
+    double half_width_m, half_height_m, most_m;
+    double near_m;                   /* water nearer than this to the grid's centre is not asked for */
     double drift_side_m, drift_up_m; /* the wall on that side is so much farther away */
     double moved_m; /* rays begin so far from the vehicle; the walls are farther away by it, too */
 };
@@ -140,7 +141,7 @@ static void add(const struct tunnel *t, const struct sight *s, const struct answ
     out->age_s = fmax(out->age_s, s->age_s);
     if (s->reason != ANSWER_HEARD)
         doubt(out, s->reason, along_m(t, t->near_m, foreshortened));
-    else if (s->blind_m > t->near_m)
+    else if (s->blind_m - t->moved_m > t->near_m)
         doubt(out, ANSWER_BLIND, along_m(t, t->near_m, foreshortened));
     else if (s->clear_m < exit_m)
         doubt(out, ANSWER_BEYOND, along_m(t, fmax(s->clear_m, t->near_m), foreshortened));
@@ -182,22 +183,25 @@ static void look_once(struct picture *p, const struct answer_conf *conf, const s
     }
     sight_locate(&frame, now, &place);
     t.moved_m = place.moved_m;
+    t.near_m = fmax(0, t.near_m - place.moved_m);
     t.half_width_m += place.moved_m;
     t.half_height_m += place.moved_m;
     geo_angles(t.along, &az, &el);
-    struct rings_visit visit = rings_visit(p->rings, az, el, GEO_PI / 2 + p->rings->height_rad);
+    struct rings_visit visit =
+        rings_visit(p->rings, az, el, fmin(GEO_PI / 2 + p->rings->height_rad + place.turned_rad, GEO_PI));
+    const double turned = q->ned ? 0 : place.turned_rad;
     struct reach reach = reach_of(0);
     for (uint32_t ring = RINGS_NONE; rings_next(&visit);) {
         struct picture_entry e;
         struct sight s;
         if (visit.ring != ring)
-            reach = reach_of(sight_cell_reach(p->rings, visit.ring));
+            reach = reach_of(sight_cell_reach(p->rings, visit.ring) + turned);
         ring = visit.ring;
         picture_get(p, visit.direction, &e);
         sight_look(p, &e, conf, now, &place, &s);
         add(&t, &s, now, p->axis[visit.direction], reach, out);
     }
-    heed_band(p->rings, &t, frame.ned ? sight_tilt(now->pose.attitude) : 0, out);
+    heed_band(p->rings, &t, turned + (frame.ned ? sight_tilt(now->pose.attitude) : 0), out);
 }
 
 /* As in answer.c: an obstacle must not hop out of sight while the picture changes. */

@@ -18,15 +18,15 @@ static double way_to_stand(const struct limit_conf *conf, double speed_mps, doub
 }
 
 void limit_of(const struct limit_conf *conf, const struct corridor *corridor, double asked_mps, double stale_s,
-              double drifted_m, struct limit *out)
+              struct limit *out)
 {
-    const double t_s = conf->latency_s + stale_s, gone_m = corridor->front_m + drifted_m;
+    const double t_s = conf->latency_s + stale_s, front_m = corridor->front_m;
     const bool open = !isfinite(corridor->blocked_m);
     const double blocked =
-        open ? asked_mps : fmin(asked_mps, limit_speed(conf->braking_mps2, t_s, corridor->blocked_m - gone_m));
+        open ? asked_mps : fmin(asked_mps, limit_speed(conf->braking_mps2, t_s, corridor->blocked_m - front_m));
     double known = blocked;
     if (corridor->reason != ANSWER_HEARD && conf->unknown != LIMIT_IGNORE)
-        known = fmin(blocked, limit_speed(conf->braking_mps2, t_s, corridor->known_m - gone_m));
+        known = fmin(blocked, limit_speed(conf->braking_mps2, t_s, corridor->known_m - front_m));
     if (conf->unknown == LIMIT_SLOW)
         known = fmax(known, fmin(blocked, conf->slow_mps));
     *out = (struct limit){.speed_mps = known,
@@ -41,10 +41,9 @@ double limit_drift_m(const struct limit_conf *conf, double across_mps, double st
     return way_to_stand(conf, across_mps, stale_s);
 }
 
-double limit_reach_m(const struct limit_conf *conf, double front_m, double asked_mps, double stale_s,
-                     double drifted_m)
+double limit_reach_m(const struct limit_conf *conf, double front_m, double asked_mps, double stale_s)
 {
-    return front_m + drifted_m + way_to_stand(conf, asked_mps, stale_s);
+    return front_m + way_to_stand(conf, asked_mps, stale_s);
 }
 
 const char *limit_word(enum limit_by by)

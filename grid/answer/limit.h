@@ -11,8 +11,9 @@
  *
  * What the vehicle does across that line meanwhile carries it off by limit_drift_m(), by which the corridor must be wider
  * (corridor.h): u * t until the braking of what goes across begins, and u^2 / (2 a) until it has ended. More of it makes the
- * corridor wider, never narrower, hence never more speed. What it does along the line now is drifted_m's and the claim's:
- * nobody who goes faster than v now can be made to stand by a command within the way that v takes.
+ * corridor wider, never narrower, hence never more speed. What it does along the line now is the slack's of its pose
+ * (geometry.h) and the claim's: nobody who goes faster than v now can be made to stand by a command within the way that
+ * v takes.
  */
 #ifndef SONARD_LIMIT_H
 #define SONARD_LIMIT_H
@@ -45,18 +46,17 @@ double limit_speed(double braking_mps2, double t_s, double way_m);
 
 /**
  * limit_of - of the speed asked for (>= 0), along a corridor that was looked at for that direction. stale_s: for so long
- * the vehicle may have moved at up to that speed without the picture knowing; drifted_m: and so far it has for certain.
+ * the vehicle may have moved at up to that speed without the picture knowing.
  * Monotone: more free water, less latency and harder braking never give less.
  */
 void limit_of(const struct limit_conf *conf, const struct corridor *corridor, double asked_mps, double stale_s,
-              double drifted_m, struct limit *out);
+              struct limit *out);
 
 /** limit_drift_m - how far a speed across the line carries the vehicle off, until braking has ended it. */
 double limit_drift_m(const struct limit_conf *conf, double across_mps, double stale_s);
 
 /** limit_reach_m - how far a corridor must be looked at for a speed: beyond, nothing can limit it. */
-double limit_reach_m(const struct limit_conf *conf, double front_m, double asked_mps, double stale_s,
-                     double drifted_m);
+double limit_reach_m(const struct limit_conf *conf, double front_m, double asked_mps, double stale_s);
 
 const char *limit_word(enum limit_by by);
 

@@ -14,16 +14,22 @@ struct scene {
     const struct nearest_query *query;
     struct picture_frame frame;
     struct sight_place place;
-    double sin_lo, sin_hi; /* of the band; an angle on its edge is in it */
 };
 
-/* A direction in the axes asked about; false: outside the band. */
-static bool axis_of(const struct scene *s, uint32_t d, double v[3])
+/* A direction in the axes asked about. */
+static void axis_of(const struct scene *s, uint32_t d, double v[3])
 {
     memcpy(v, s->picture->axis[d], sizeof s->picture->axis[d]);
     if (s->frame.ned && !s->query->ned)
         quat_rotate_inverse(s->now->pose.attitude, v, v);
-    return -v[2] >= s->sin_lo && -v[2] <= s->sin_hi;
+}
+
+/* Is it in the band, or may be from where the vehicle may be, for things so far away? An angle on the edge is in it. */
+static bool in_band(const struct scene *s, const double v[3], double range_m)
+{
+    const double aside = sight_aside_rad(&s->place, range_m) + (s->query->ned ? 0 : s->place.turned_rad);
+    const double lo = fmax(s->query->lo_rad - aside, -GEO_PI / 2), hi = fmin(s->query->hi_rad + aside, GEO_PI / 2);
+    return -v[2] >= sin(lo) - 1e-12 && -v[2] <= sin(hi) + 1e-12;
 }
 
 static void see(const struct scene *s, uint32_t d, struct picture_entry *e, struct sight *sight)
@@ -44,10 +50,11 @@ static double find(const struct scene *s, struct nearest *out)
     for (uint32_t d = 0; d < s->picture->n; d++) {
         struct picture_entry e;
         struct sight sight;
-        if (!axis_of(s, d, v))
-            continue;
         see(s, d, &e, &sight);
         if (!sight.obstacle || sight.near_m >= best_m || sight.near_m > reach_of(s))
+            continue;
+        axis_of(s, d, v);
+        if (!in_band(s, v, sight.near_m + s->place.moved_m))
             continue;
         best_m = sight.near_m;
         out->state = ANSWER_BLOCKED;
@@ -68,7 +75,8 @@ static void weigh(const struct scene *s, double to_m, struct nearest *out)
     for (uint32_t d = 0; d < s->picture->n; d++) {
         struct picture_entry e;
         struct sight sight;
-        if (!axis_of(s, d, v))
+        axis_of(s, d, v);
+        if (!in_band(s, v, to_m))
             continue;
         see(s, d, &e, &sight);
         const enum answer_reason why = sight.reason != ANSWER_HEARD  ? sight.reason
@@ -95,7 +103,8 @@ static void look_once(struct scene *s, struct nearest *out)
         return;
     sight_locate(&s->frame, s->now, &s->place);
     const double near_m = find(s, out);
-    const double tilt = s->frame.ned && !s->query->ned ? sight_tilt(s->now->pose.attitude) : 0;
+    const double tilt =
+        s->frame.ned && !s->query->ned ? sight_tilt(s->now->pose.attitude) + s->place.turned_rad : 0;
     weigh(s, isfinite(near_m) ? near_m : s->query->reach_m > 0 ? s->query->reach_m : s->frame.range_max_m, out);
     if (!sight_keeps(s->picture->rings, s->query->lo_rad - tilt, s->query->hi_rad + tilt) &&
         out->reason < ANSWER_OUTSIDE)
@@ -110,12 +119,7 @@ static void look_once(struct scene *s, struct nearest *out)
 void nearest_look(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
                   const struct nearest_query *query, struct nearest *out)
 {
-    struct scene s = {.picture = p,
-                      .conf = conf,
-                      .now = now,
-                      .query = query,
-                      .sin_lo = sin(query->lo_rad) - 1e-12,
-                      .sin_hi = sin(query->hi_rad) + 1e-12};
+    struct scene s = {.picture = p, .conf = conf, .now = now, .query = query};
     uint64_t number;
     int tries = 0;
     do {

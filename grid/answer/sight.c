@@ -18,7 +18,7 @@ static enum answer_reason against(const struct claim *c, const struct answer_con
         return ANSWER_SILENT;
     if (sight_seconds(now->now_ns, c->t_ping_ns) > conf->clear_for_s)
         return ANSWER_STALE;
-    if (place->too_far || now->pose.path_m - c->path_m > conf->move_limit_m)
+    if (place->too_far || now->pose.path_m + place->slack_m - c->path_m > conf->move_limit_m)
         return ANSWER_MOVED;
     return ANSWER_HEARD;
 }
@@ -72,13 +72,29 @@ bool sight_possible(const struct picture_frame *frame, const struct answer_now *
 
 void sight_locate(const struct picture_frame *frame, const struct answer_now *now, struct sight_place *place)
 {
+    double way2 = 0;
     *place = (struct sight_place){0};
-    for (int i = 0; frame->ned && i < 3; i++) {
-        double d = now->pose.position_m[i] - frame->centre_m[i];
-        place->moved_m += d * d;
+    if (!frame->ned)
+        return;
+    for (int i = 0; i < 3; i++) {
+        place->offset_m[i] = now->pose.position_m[i] - frame->centre_m[i];
+        way2 += place->offset_m[i] * place->offset_m[i];
     }
-    place->moved_m = sqrt(place->moved_m);
-    place->too_far = place->moved_m > 2 * frame->recentre_m;
+    place->slack_m = now->pose.slack_m;
+    place->moved_m = sqrt(way2) + place->slack_m;
+    place->turned_rad = now->pose.slack_rad;
+    place->too_far = sqrt(way2) > 2 * frame->recentre_m;
+}
+
+double sight_towards(const struct sight_place *place, const double v[3])
+{
+    const double *o = place->offset_m;
+    return fmax(0, o[0] * v[0] + o[1] * v[1] + o[2] * v[2]) + place->slack_m;
+}
+
+double sight_aside_rad(const struct sight_place *place, double range_m)
+{
+    return place->moved_m > 0 ? asin(place->moved_m / fmax(range_m, SIGHT_BESIDE * place->moved_m)) : 0;
 }
 
 double sight_cell_reach(const struct rings *rings, uint32_t ring)

@@ -10,8 +10,11 @@
 
 /* Where the vehicle is now, as far as the picture is concerned. */
 struct sight_place {
-    double moved_m; /* from the grid's centre */
-    bool too_far;   /* no ping since it moved out of the centre's reach: nothing that was clear is so from here */
+    double offset_m[3]; /* from the grid's centre, in its axes */
+    double slack_m;     /* it may be so far from there */
+    double moved_m;     /* from the grid's centre, at most */
+    double turned_rad;  /* the body's axes may be turned so far from what its attitude says */
+    bool too_far; /* no ping since it moved out of the centre's reach: nothing that was clear is so from here */
 };
 
 /* What one direction says, as seen from there. */
@@ -38,6 +41,18 @@ void sight_locate(const struct picture_frame *frame, const struct answer_now *no
  */
 void sight_look(const struct picture *p, const struct picture_entry *e, const struct answer_conf *conf,
                 const struct answer_now *now, const struct sight_place *place, struct sight *v);
+
+/** sight_towards - how far the vehicle may be off the grid's centre along the unit vector v, never negative. */
+double sight_towards(const struct sight_place *place, const double v[3]);
+
+/* Nearer than so many times what the vehicle has moved, nothing is told of cones and sectors: that bounds what lies beside. */
+#define SIGHT_BESIDE 3.0
+
+/**
+ * sight_aside_rad - by what angle a thing that is range_m away, from the centre or from the vehicle, may lie beside where
+ * the other sees it. At most that of SIGHT_BESIDE.
+ */
+double sight_aside_rad(const struct sight_place *place, double range_m);
 
 /** sight_cell_reach - half the diagonal of a ring's cells: how far their edge may lie from their centre. */
 double sight_cell_reach(const struct rings *rings, uint32_t ring);

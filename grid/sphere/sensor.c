@@ -85,6 +85,7 @@ struct look {
     double weight[ECHOES_PER_BEAM]; /* of each echo in full */
     double beyond_m;                /* no layer from here on can hold a point in free water */
     uint32_t direction, ring;       /* that is looked at */
+    bool loose;                     /* the ping's pose is too far off for what it heard to make any water free */
 };
 
 /* An echo `at` range_m along the direction raises the cell of a layer by `weight`. */
@@ -99,6 +100,7 @@ static void raise(struct sphere *s, const struct look *l, uint16_t layer, double
     for (int i = 0; i < 3; i++)
         z[i] = range_m * s->axis[l->direction][i] + s->frame.centre_m[i] - s->anchor_m[i];
     interpolate(s, c, z, range_m, echo, echo_variance(s, l->ring, range_m, echo));
+    c->near_m += (float)ping->pose.slack_m;
     if (!c->echoes)
         c->t_first_ms = state_ms(s, ping->t_ns);
     if (ping->t_ns > c->t_echo_ns)
@@ -130,8 +132,9 @@ static void clear_direction(struct sphere *s, const struct look *l)
     const struct echoes *e = l->beam->ping;
     const struct beam_echoes *h = l->beam->heard;
     struct stretch st;
-    bool claims = h->free_to_m > h->blind_m, first = !dir->claim[CLAIM_NOW].t_ping_ns;
-    if (claims && stretch_of(s, l, h->blind_m, h->free_to_m, &st))
+    const double from_m = h->blind_m + e->pose.slack_m, to_m = h->free_to_m - e->pose.slack_m;
+    bool claims = to_m > from_m && !l->loose, first = !dir->claim[CLAIM_NOW].t_ping_ns;
+    if (claims && stretch_of(s, l, from_m, to_m, &st))
         claim_add(dir->claim, &st, e->t_ns, e->pose.path_m, e->sensor);
     else if (!claims && stretch_of(s, l, 0, e->range_max_m, &st))
         claim_withdraw(dir->claim, e->t_ns, e->pose.path_m, e->sensor);
@@ -230,6 +233,12 @@ static void carve_direction(struct sphere *s, const struct look *l)
 
 #define NEAREST_M 0.1 /* nothing is heard nearer: bounds the parallax */
 
+/* A ping whose place is known worse than the centre's, or whose bearing worse than to half a cell. */
+static bool is_loose(const struct sphere *s, const struct pose *pose)
+{
+    return pose->slack_m > s->conf.recentre_m || pose->slack_rad > s->rings.height_rad / 2;
+}
+
 /* Beams' openings as far as echoes are entered: eq. (1) reaches beyond them. */
 static struct beam_opening hit_opening(const struct sphere *s, const struct echoes *e)
 {
@@ -242,7 +251,8 @@ static void enter_beam(struct sphere *s, const struct beam *b, const struct beam
 {
     const struct beam_echoes *h = b->heard;
     struct look l = {.beam = b, .beyond_m = (h->free_to_m + b->lever_m) / s->nearer_share};
-    const bool carves = h->free_to_m > h->blind_m;
+    l.loose = is_loose(s, &b->ping->pose);
+    const bool carves = h->free_to_m > h->blind_m && !l.loose;
     const double hit_m = h->n ? h->echo[0].range_m : INFINITY, reach = s->reach_rad;
     const double near_m = fmin(fmax(h->blind_m, NEAREST_M), hit_m);
     const struct beam_sieve near = beam_sieve(b, widest, near_m);

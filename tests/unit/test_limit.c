@@ -337,30 +337,29 @@ TEST(speeds_by_hand)
         double blocked_m, known_m;
         bool known;
         enum limit_unknown unknown;
-        double asked, stale_s, drifted_m, want;
+        double asked, stale_s, want;
         enum limit_by by;
     } cases[] = {
-        {"open water", INFINITY, 10, true, LIMIT_STOP, 1, 0, 0, 1, LIMIT_BY_NOTHING},
-        {"a wall far away", 9.4, 10, true, LIMIT_STOP, 1, 0, 0, 1, LIMIT_BY_NOTHING},
-        {"a wall: v/2 + v^2/0.6 = 1", 1.4, 10, true, LIMIT_STOP, 1, 0, 0, 0.63899, LIMIT_BY_BLOCKED},
-        {"the same, a second old: 1.5 v + v^2/0.6 = 1", 1.4, 10, true, LIMIT_STOP, 1, 1, 0, 0.44582,
+        {"open water", INFINITY, 10, true, LIMIT_STOP, 1, 0, 1, LIMIT_BY_NOTHING},
+        {"a wall far away", 9.4, 10, true, LIMIT_STOP, 1, 0, 1, LIMIT_BY_NOTHING},
+        {"a wall: v/2 + v^2/0.6 = 1", 1.4, 10, true, LIMIT_STOP, 1, 0, 0.63899, LIMIT_BY_BLOCKED},
+        {"the same, a second old: 1.5 v + v^2/0.6 = 1", 1.4, 10, true, LIMIT_STOP, 1, 1, 0.44582,
          LIMIT_BY_BLOCKED},
-        {"at the wall", 0.4, 10, true, LIMIT_SLOW, 1, 0, 0, 0, LIMIT_BY_BLOCKED},
-        {"drifted to the wall", 1.4, 10, true, LIMIT_SLOW, 1, 0, 1, 0, LIMIT_BY_BLOCKED},
-        {"unknown: stop", INFINITY, 0, false, LIMIT_STOP, 1, 0, 0, 0, LIMIT_BY_UNKNOWN},
-        {"unknown: slow", INFINITY, 0, false, LIMIT_SLOW, 1, 0, 0, 0.1, LIMIT_BY_UNKNOWN},
-        {"unknown: slow, less asked", INFINITY, 0, false, LIMIT_SLOW, 0.05, 0, 0, 0.05, LIMIT_BY_NOTHING},
-        {"unknown: ignore", INFINITY, 0, false, LIMIT_IGNORE, 1, 0, 0, 1, LIMIT_BY_NOTHING},
-        {"unknown before a wall: ignore", 1.4, 0, false, LIMIT_IGNORE, 1, 0, 0, 0.63899, LIMIT_BY_BLOCKED},
-        {"unknown, and a wall too near for slow", 0.41, 0, false, LIMIT_SLOW, 1, 0, 0, 0.01882, LIMIT_BY_BLOCKED},
-        {"nothing asked", 0, 0, false, LIMIT_STOP, 0, 0, 0, 0, LIMIT_BY_NOTHING},
+        {"at the wall", 0.4, 10, true, LIMIT_SLOW, 1, 0, 0, LIMIT_BY_BLOCKED},
+        {"unknown: stop", INFINITY, 0, false, LIMIT_STOP, 1, 0, 0, LIMIT_BY_UNKNOWN},
+        {"unknown: slow", INFINITY, 0, false, LIMIT_SLOW, 1, 0, 0.1, LIMIT_BY_UNKNOWN},
+        {"unknown: slow, less asked", INFINITY, 0, false, LIMIT_SLOW, 0.05, 0, 0.05, LIMIT_BY_NOTHING},
+        {"unknown: ignore", INFINITY, 0, false, LIMIT_IGNORE, 1, 0, 1, LIMIT_BY_NOTHING},
+        {"unknown before a wall: ignore", 1.4, 0, false, LIMIT_IGNORE, 1, 0, 0.63899, LIMIT_BY_BLOCKED},
+        {"unknown, and a wall too near for slow", 0.41, 0, false, LIMIT_SLOW, 1, 0, 0.01882, LIMIT_BY_BLOCKED},
+        {"nothing asked", 0, 0, false, LIMIT_STOP, 0, 0, 0, LIMIT_BY_NOTHING},
     };
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         const struct corridor c = water(cases[i].blocked_m, cases[i].known_m, cases[i].known);
         struct limit_conf conf = usual;
         struct limit out;
         conf.unknown = cases[i].unknown;
-        limit_of(&conf, &c, cases[i].asked, cases[i].stale_s, cases[i].drifted_m, &out);
+        limit_of(&conf, &c, cases[i].asked, cases[i].stale_s, &out);
         if (fabs(out.speed_mps - cases[i].want) > 1e-4 || out.by != cases[i].by) {
             printf("%s: %.5f m/s by %s\n", cases[i].name, out.speed_mps, limit_word(out.by));
             test_case_failed = true;
@@ -375,38 +374,53 @@ TEST(it_stands_in_known_water_never_gives_more_and_is_monotone)
     for (int k = 0; k < 200000; k++) {
         const struct limit_conf conf = {uniform(0.01, 3), uniform(0, 2), (enum limit_unknown)(k % 3),
                                         uniform(0, 0.5)};
-        const double stale_s = uniform(0, 3), asked = uniform(0, 3), drifted_m = uniform(0, 1);
+        const double stale_s = uniform(0, 3), asked = uniform(0, 3);
         struct corridor c =
             water(uniform(0, 1) < 0.2 ? INFINITY : uniform(0, 9), uniform(0, 9), uniform(0, 1) < 0.3);
         struct limit a, b;
-        limit_of(&conf, &c, asked, stale_s, drifted_m, &a);
+        limit_of(&conf, &c, asked, stale_s, &a);
         CHECK(a.speed_mps >= 0 && a.speed_mps <= asked);
         CHECK((a.by == LIMIT_BY_NOTHING) == (a.speed_mps >= asked));
         const double way =
             a.speed_mps * (conf.latency_s + stale_s) + a.speed_mps * a.speed_mps / (2 * conf.braking_mps2);
-        CHECK(a.speed_mps == 0 || way <= c.blocked_m - c.front_m - drifted_m + 1e-9);
+        CHECK(a.speed_mps == 0 || way <= c.blocked_m - c.front_m + 1e-9);
         if (conf.unknown == LIMIT_STOP && c.reason != ANSWER_HEARD)
-            CHECK(a.speed_mps == 0 || way <= c.known_m - c.front_m - drifted_m + 1e-9);
+            CHECK(a.speed_mps == 0 || way <= c.known_m - c.front_m + 1e-9);
         if (conf.unknown == LIMIT_SLOW && c.reason != ANSWER_HEARD)
-            CHECK(a.speed_mps <= conf.slow_mps || way <= c.known_m - c.front_m - drifted_m + 1e-9);
+            CHECK(a.speed_mps <= conf.slow_mps || way <= c.known_m - c.front_m + 1e-9);
         c.blocked_m += uniform(0, 1);
         c.known_m += uniform(0, 1);
-        limit_of(&conf, &c, asked, stale_s, drifted_m, &b);
+        limit_of(&conf, &c, asked, stale_s, &b);
         CHECK(b.speed_mps >= a.speed_mps);
-        limit_of(&conf, &c, asked, stale_s * 0.5, drifted_m * 0.5, &a);
+        limit_of(&conf, &c, asked, stale_s * 0.5, &a);
         CHECK(a.speed_mps >= b.speed_mps);
         /* looking no farther than the reach changes nothing */
-        const double reach = limit_reach_m(&conf, c.front_m, asked, stale_s, drifted_m);
+        const double reach = limit_reach_m(&conf, c.front_m, asked, stale_s);
         struct corridor cut = c;
         if (cut.blocked_m > reach)
             cut.blocked_m = INFINITY;
         if (cut.known_m >= reach)
             cut.reason = ANSWER_HEARD;
-        limit_of(&conf, &cut, asked, stale_s, drifted_m, &a);
+        limit_of(&conf, &cut, asked, stale_s, &a);
         CHECK(fabs(a.speed_mps - b.speed_mps) < 1e-9);
         if (test_case_failed)
             return;
     }
+}
+
+/* Nobody has told for a while where the vehicle is: it is taken to be as near to the wall as it can be. */
+TEST(what_it_may_have_moved_is_taken_off)
+{
+    const struct corridor_body body = {0.3, 0.3, 0, 0.5};
+    start_with(rings_full(&rings, geo_rad(3)), true);
+    for (uint32_t d = 0; d < rings.n; d++)
+        set(d, 0.3, 4.9, 5, 1);
+    const struct corridor before = look(&body, 1, 0, 0, 10);
+    now.pose.slack_m = 1;
+    const struct corridor after = look(&body, 1, 0, 0, 10);
+    now.pose.slack_m = 0;
+    CHECK(before.blocked_m < 5 && after.blocked_m <= before.blocked_m - 1);
+    CHECK(after.known_m <= before.known_m - 1);
 }
 
 int main(void)
@@ -421,5 +435,6 @@ int main(void)
     RUN(more_drift_never_gives_more_water);
     RUN(speeds_by_hand);
     RUN(it_stands_in_known_water_never_gives_more_and_is_monotone);
+    RUN(what_it_may_have_moved_is_taken_off);
     return test_end();
 }

@@ -231,6 +231,41 @@ TEST(a_place_that_is_told_no_more_stays_where_it_was)
     CHECK_NEAR(p.position_m[0], 7, 0, 0);
 }
 
+TEST(behind_the_last_sample_the_vehicle_may_be_as_far_as_it_goes)
+{
+    const unsigned all = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH | POSE_VELOCITY;
+    struct pose p;
+    pose_log_init(&poses, 2000 * MS);
+    put(1000 * MS, all, 0, 0, 0.5);
+    pose_log_at(&poses, 1600 * MS, &p); /* one sample: nothing to go on from, and no turn known */
+    CHECK_NEAR(p.slack_m, 0.3, 1e-12, 0);
+    CHECK_NEAR(p.slack_rad, 0, 0, 0);
+    put(1200 * MS, all, 0.1, 0.04, 0.5);
+    pose_log_at(&poses, 1100 * MS, &p);
+    CHECK_NEAR(p.slack_m, 0, 0, 0);
+    pose_log_at(&poses, 1300 * MS, &p); /* so far it goes on as before */
+    CHECK_NEAR(p.slack_m, 0, 0, 0);
+    pose_log_at(&poses, 1800 * MS, &p);
+    CHECK_NEAR(p.slack_m, 0.25, 1e-12, 0);
+    CHECK_NEAR(p.slack_rad, 0.1, 1e-12, 0);
+    pose_log_set_most(&poses, 2, 1);
+    pose_log_at(&poses, 1800 * MS, &p);
+    CHECK(p.slack_m >= 1 && p.slack_m <= 1.5);
+    CHECK_NEAR(p.slack_rad, 0.5, 1e-12, 0);
+}
+
+TEST(without_a_velocity_the_way_between_places_is_the_speed)
+{
+    struct pose p;
+    pose_log_init(&poses, 2000 * MS);
+    put(1000 * MS, POSE_ATTITUDE | POSE_POSITION, 0, 0, 0);
+    put(1500 * MS, POSE_ATTITUDE | POSE_POSITION, 0.5, 0, 0);
+    put(1501 * MS, POSE_ATTITUDE | POSE_POSITION, 0.52, 0,
+        0); /* noise of two samples close together is no speed */
+    pose_log_at(&poses, 2002 * MS, &p);
+    CHECK_NEAR(p.slack_m, 0.52 / 0.501 * 0.5, 1e-9, 0);
+}
+
 int main(void)
 {
     RUN(a_part_that_comes_late_is_put_at_its_own_time);
@@ -249,5 +284,7 @@ int main(void)
     RUN(the_way_driven_counts_back_and_forth);
     RUN(the_log_keeps_the_newest);
     RUN(a_place_is_no_newer_for_an_attitude_that_is);
+    RUN(behind_the_last_sample_the_vehicle_may_be_as_far_as_it_goes);
+    RUN(without_a_velocity_the_way_between_places_is_the_speed);
     return test_end();
 }

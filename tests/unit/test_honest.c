@@ -1,0 +1,619 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * test_honest - no clear is false: a vehicle moves and turns in a world of points while its sonars ping and its pose comes
+ * late, seldom or not; at random moments everything is asked that a client may ask, through the daemon's own methods, and
+ * held against where the points are at that moment; and asking for more never makes clear what was blocked.
+ *
+ * Assumed: a sonar hears the nearest point in its opening up to its range; a ping's range is off by at most its bin; poses
+ * are exact as of their own time; the vehicle goes and turns no faster than the configuration says.
+ */
+#include "../lib/test.h"
+
+#include "../../config/conf.h"
+#include "../../daemon/daemon.h"
+#include "../../daemon/wiring.h"
+
+#include <stdarg.h>
+
+#define SECOND     1000000000ull
+#define RANGE_M    10.0
+#define RANGE_SD_M 0.01
+#define POINTS     60000
+#define WORLD_S    25.0
+
+static const char conf_text[] =
+    "[sonar head]\ndevice = echolist\nport = can:can0\nrange = 10 m\nmount = 0.3 0.1 -0.2 m\n"
+    "[sonar fan]\ndevice = echolist\nport = can:can0\nrange = 10 m\nmount = 0.4 0 0.1 m\n"
+    "[sonar low]\ndevice = echolist\nport = can:can0\nrange = 10 m\nmount = -0.2 -0.2 0.2 m\n"
+    "rotation = 0 -20 150 deg\n"
+    "[extract]\nminimum_range = 10 m\nno_echo = range\n"
+    "[grid]\nclear_for = 20 s\nforget = 60 s\nmove_limit = 10 m\n"
+    "[pose]\nmax_age = 2 s\n"
+    "[vehicle]\nnear = 1.8 m\nunknown = stop\n";
+static const char bounded_text[] = "max_speed = 0.6 m/s\nmax_turn = 30 deg\n";
+
+/* What of the beams: how many, between which azimuths, and how wide and high each. */
+struct head {
+    int beams;
+    double from_deg, to_deg, wide_deg, high_deg;
+    uint64_t period_ns;
+    bool turns; /* one beam, another one each time */
+};
+
+#define HEADS 3
+static struct head heads[HEADS] = {{1, 0, 360, 3, 25, SECOND / 25, true},
+                                   {24, -48, 48, 4, 20, SECOND / 8, false},
+                                   {1, 0, 0, 25, 25, SECOND / 10, false}};
+
+static uint64_t seed;
+static double point[POINTS][3], seen[POINTS][3];
+static int n_points;
+static struct daemon d;
+
+static double uniform(double lo, double hi)
+{
+    return lo + (hi - lo) * test_uniform(&seed);
+}
+
+/* ---- the world ---- */
+
+static void add_point(double north, double east, double down)
+{
+    /* the vehicle's own water, by far */
+    if (n_points < POINTS && hypot(north, east) > 3.0) {
+        point[n_points][0] = north;
+        point[n_points][1] = east;
+        point[n_points++][2] = down;
+    }
+}
+
+static void add_wall(double normal_rad, double far_m, double half_m)
+{
+    for (double along = -half_m; along < half_m; along += 0.2)
+        for (double down = -4; down < 4; down += 0.2)
+            add_point(far_m * cos(normal_rad) - along * sin(normal_rad),
+                      far_m * sin(normal_rad) + along * cos(normal_rad), down + uniform(-0.05, 0.05));
+}
+
+static void add_ball(double north, double east, double down, double radius_m)
+{
+    for (int i = 0; i < 300; i++) {
+        double v[3];
+        geo_direction(uniform(0, GEO_TURN), asin(uniform(-1, 1)), v);
+        add_point(north + radius_m * v[0], east + radius_m * v[1], down + radius_m * v[2]);
+    }
+}
+
+static void add_pole(double north, double east)
+{
+    for (double down = -4; down < 4; down += 0.1)
+        add_point(north, east, down);
+}
+
+static void make_world(void)
+{
+    n_points = 0;
+    for (int i = 1 + (int)uniform(0, 4); i > 0; i--)
+        add_wall(uniform(0, GEO_TURN), uniform(4, 9), uniform(1, 6));
+    for (int i = 3 + (int)uniform(0, 6); i > 0; i--)
+        add_ball(uniform(-8, 8), uniform(-8, 8), uniform(-1.5, 1.5), uniform(0.1, 0.8));
+    for (int i = 3 + (int)uniform(0, 6); i > 0; i--)
+        add_pole(uniform(-8, 8), uniform(-8, 8));
+}
+
+/* ---- the vehicle ---- */
+
+static double way_phase, way_hz[4];
+
+/* On a smooth way near the middle, never faster than 0.6 m/s and 30 degrees a second. */
+static void truth(double t_s, struct pose *p)
+{
+    const double s = t_s + 0.5 * sin(0.7 * t_s + way_phase), ds = 1 + 0.35 * cos(0.7 * t_s + way_phase);
+    const double w[4] = {GEO_TURN * way_hz[0], GEO_TURN * way_hz[1], GEO_TURN * way_hz[2], GEO_TURN * way_hz[3]};
+    *p = pose_identity;
+    p->has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH | POSE_VELOCITY;
+    p->position_m[0] = 1.2 * sin(w[0] * s);
+    p->position_m[1] = 1.2 * sin(w[1] * s + way_phase);
+    p->position_m[2] = 0.3 * sin(w[2] * s);
+    p->velocity_mps[0] = 1.2 * w[0] * cos(w[0] * s) * ds;
+    p->velocity_mps[1] = 1.2 * w[1] * cos(w[1] * s + way_phase) * ds;
+    p->velocity_mps[2] = 0.3 * w[2] * cos(w[2] * s) * ds;
+    quat_from_rpy(geo_rad(4) * sin(w[2] * s), geo_rad(4) * sin(w[1] * s), 0.8 * sin(w[3] * s) + 0.1 * t_s,
+                  p->attitude);
+}
+
+/* All points as seen by something at `mount` of the body. */
+static void look_from(const struct pose *p, const struct mount *mount)
+{
+    for (int i = 0; i < n_points; i++) {
+        double v[3];
+        for (int k = 0; k < 3; k++)
+            v[k] = point[i][k] - p->position_m[k];
+        quat_rotate_inverse(p->attitude, v, v);
+        for (int k = 0; k < 3; k++)
+            v[k] -= mount->position_m[k];
+        quat_rotate_inverse(mount->attitude, v, seen[i]);
+    }
+}
+
+/* ---- what happens ---- */
+
+static void hear(int which, struct ping *ping)
+{
+    const struct head *h = &heads[which];
+    for (int i = 0; i < n_points; i++) {
+        const double *v = seen[i], level = hypot(v[0], v[1]), range = hypot(level, v[2]);
+        if (range > RANGE_M || fabs(v[2]) > level * tan(geo_rad(h->high_deg / 2)))
+            continue;
+        const double az = atan2(v[1], v[0]);
+        for (uint16_t b = 0; b < ping->n_beams; b++)
+            if (fabs(geo_wrap_pi(az - (double)ping->beam[b].az_rad)) <= geo_rad(h->wide_deg / 2) &&
+                (ping->beam[b].range_m <= 0 || range < (double)ping->beam[b].range_m))
+                ping->beam[b].range_m = (float)range;
+    }
+    for (uint16_t b = 0; b < ping->n_beams; b++)
+        if (ping->beam[b].range_m > 0)
+            ping->beam[b].range_m += (float)uniform(-RANGE_SD_M, RANGE_SD_M);
+}
+
+static void send_ping(int which, uint64_t t_ns, uint32_t number)
+{
+    const struct head *h = &heads[which];
+    struct ping *ping = pipeline_begin(d.pipeline);
+    struct pose p;
+    truth((double)t_ns * 1e-9, &p);
+    look_from(&p, &d.mount[which]);
+    ping->t_ns = ping->t_in_ns = t_ns;
+    ping->kind = PING_RANGES;
+    ping->seq = number;
+    ping->sensor = (uint16_t)which;
+    ping->n_beams = (uint16_t)h->beams;
+    ping->n_bins = 1000;
+    ping->dr_m = (float)(RANGE_M / 1000);
+    ping->az_aperture_rad = (float)geo_rad(h->wide_deg);
+    ping->el_aperture_rad = (float)geo_rad(h->high_deg);
+    for (int b = 0; b < h->beams; b++) {
+        const double az = h->turns       ? number % 144 * 2.5
+                          : h->beams > 1 ? h->from_deg + (b + 0.5) * (h->to_deg - h->from_deg) / h->beams
+                                         : 0;
+        ping->beam[b] = (struct ping_beam){
+            .az_rad = (float)geo_wrap(geo_rad(az)), .range_sd_m = (float)RANGE_SD_M, .confidence = 0.95f};
+    }
+    hear(which, ping);
+    pose_log_at(&d.poses, t_ns, &ping->pose);
+    pipeline_submit(d.pipeline, ping);
+}
+
+/* ---- asking ---- */
+
+/* As a client's line; the result, or null when it was refused. */
+static json_t *ask(const char *method, json_t *params)
+{
+    const struct rpc_call call = {.daemon = &d, .now_ns = loop_now(d.loop)};
+    json_t *request =
+        json_pack("{s:s, s:i, s:s, s:o}", "jsonrpc", "2.0", "id", 1, "method", method, "params", params);
+    char *line = json_dumps(request, JSON_COMPACT), *text = NULL;
+    struct rpc_job *job = rpc_begin(&call, line, strlen(line));
+    while (rpc_step(job, daemon_methods, &call))
+        ;
+    rpc_end(job, &text);
+    json_t *reply = json_loads(text, 0, NULL), *answer = json_incref(json_object_get(reply, "result"));
+    if (!answer) {
+        printf("%s\n%s\n", line, text);
+        test_case_failed = true;
+    }
+    json_decref(reply);
+    json_decref(request);
+    free(line);
+    free(text);
+    return answer;
+}
+
+static double number(const json_t *answer, const char *key)
+{
+    return json_number_value(json_object_get(answer, key));
+}
+
+static bool says(const json_t *answer, const char *state)
+{
+    const char *s = json_string_value(json_object_get(answer, "state"));
+    return s && strcmp(s, state) == 0;
+}
+
+enum question { CONE, CORRIDOR, SECTORS, NEAREST, COLLISION, LIMIT, FREE_TO, QUESTIONS };
+static const char *const names[] = {"cone",  "corridor", "sectors", "nearest", "time_to_collision",
+                                    "limit", "free_to_m"};
+static struct {
+    long asked, clear, false_clear, truly_clear, held_back;
+} count[QUESTIONS];
+
+/* truly: is it, as of now? */
+static void judge(enum question q, bool clear, bool truly, const char *what)
+{
+    count[q].asked++;
+    count[q].clear += clear;
+    count[q].truly_clear += truly;
+    count[q].held_back += truly && !clear;
+    if (!clear || truly)
+        return;
+    if (count[q].false_clear++ < 5)
+        printf("at %.3f s %s is said to be clear: %s\n", (double)loop_now(d.loop) * 1e-9, names[q], what);
+}
+
+/* How far the cone is free of points from from_m on; INFINITY: all the way. */
+static double free_cone(const double axis[3], double half_rad, double from_m)
+{
+    double first_m = INFINITY;
+    for (int i = 0; i < n_points; i++) {
+        const double *v = seen[i], r = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+        const double along = v[0] * axis[0] + v[1] * axis[1] + v[2] * axis[2];
+        if (r >= from_m && r < first_m && along >= r * cos(half_rad))
+            first_m = r;
+    }
+    return first_m;
+}
+
+/* How far a corridor is free along its line; points nearer than from_m to the vehicle do not count. */
+static double free_corridor(const double axis[3], double radius_m, double from_m)
+{
+    double first_m = INFINITY;
+    for (int i = 0; i < n_points; i++) {
+        const double *v = seen[i], r2 = v[0] * v[0] + v[1] * v[1] + v[2] * v[2];
+        const double along = v[0] * axis[0] + v[1] * axis[1] + v[2] * axis[2];
+        if (r2 >= from_m * from_m && along >= 0 && along < first_m && r2 - along * along <= radius_m * radius_m)
+            first_m = along;
+    }
+    return first_m;
+}
+
+/* How far an upright cylinder around the vehicle may move along a level line. */
+static double free_sweep(const double axis[3], double radius_m, double half_height_m)
+{
+    double first_m = INFINITY;
+    for (int i = 0; i < n_points; i++) {
+        const double *v = seen[i], along = v[0] * axis[0] + v[1] * axis[1];
+        const double aside2 = v[0] * v[0] + v[1] * v[1] - along * along;
+        if (fabs(v[2]) <= half_height_m && along >= 0 && aside2 <= radius_m * radius_m)
+            first_m = fmin(first_m, along - sqrt(radius_m * radius_m - aside2));
+    }
+    return fmax(0, first_m);
+}
+
+/* How far a question goes whose water is free to free_m: mostly a little more or less than that. */
+static double as_far_as(double free_m)
+{
+    const double any_m = uniform(1.2, 9);
+    return uniform(0, 1) < 0.3 || free_m > 9
+               ? any_m
+               : fmax(1.2, free_m + (uniform(0, 1) < 0.5 ? uniform(0, 0.1) : -uniform(0, 2)));
+}
+
+static const char *words(const char *form, ...)
+{
+    static char text[200];
+    va_list ap;
+    va_start(ap, form);
+    vsnprintf(text, sizeof text, form, ap);
+    va_end(ap);
+    return text;
+}
+
+/* Nearer than this nothing stands, and nothing is asked. */
+#define FROM_M 1.0
+
+static void ask_cone(void)
+{
+    const double az = uniform(0, GEO_TURN), el = uniform(-0.03, 0.03), half = geo_rad(uniform(0, 7.5));
+    double axis[3];
+    geo_direction(az, el, axis);
+    const double free_m = free_cone(axis, half, FROM_M), to_m = as_far_as(free_m);
+    json_t *a = ask("blocked", json_pack("{s:f, s:f, s:f, s:f}", "azimuth_deg", geo_deg(az), "elevation_deg",
+                                         geo_deg(el), "distance_m", to_m, "half_angle_deg", geo_deg(half)));
+    const double from_m = fmax(FROM_M, number(a, "blind_to_m")), known_m = fmin(to_m, number(a, "free_to_m"));
+    const char *what = words("azimuth %.1f, half %.1f, to %.2f m: from %.2f, free to %.2f, truly to %.2f",
+                             geo_deg(az), geo_deg(half), to_m, from_m, known_m, free_m);
+    judge(CONE, says(a, "clear"), free_cone(axis, half, says(a, "clear") ? from_m : FROM_M) > to_m, what);
+    judge(FREE_TO, !says(a, "blocked") && known_m > from_m, free_cone(axis, half, from_m) > known_m, what);
+    json_decref(a);
+}
+
+static void ask_corridor(void)
+{
+    const double az = uniform(0, GEO_TURN), radius_m = uniform(0, 0.4);
+    double axis[3];
+    geo_direction(az, 0, axis);
+    const double free_m = free_corridor(axis, radius_m, FROM_M), to_m = as_far_as(free_m);
+    json_t *a = ask("blocked", json_pack("{s:f, s:f, s:f}", "azimuth_deg", geo_deg(az), "distance_m", to_m,
+                                         "radius_m", radius_m));
+    const double from_m = says(a, "clear") ? fmax(FROM_M, number(a, "blind_to_m")) : FROM_M;
+    judge(CORRIDOR, says(a, "clear"), free_corridor(axis, radius_m, from_m) > to_m,
+          words("azimuth %.1f, radius %.2f, to %.2f m, truly to %.2f", geo_deg(az), radius_m, to_m, free_m));
+    json_decref(a);
+}
+
+static void ask_sectors(void)
+{
+    const int n = (int)uniform(4, 73);
+    const double half_el = geo_rad(uniform(1, 6));
+    double free_m[72];
+    for (int k = 0; k < n; k++)
+        free_m[k] = INFINITY;
+    for (int i = 0; i < n_points; i++) {
+        const double *v = seen[i], level = hypot(v[0], v[1]);
+        double *m = &free_m[(int)(geo_wrap(atan2(v[1], v[0])) / GEO_TURN * n + 0.5) % n];
+        if (fabs(v[2]) <= level * tan(half_el))
+            *m = fmin(*m, hypot(level, v[2]));
+    }
+    const double to_m = as_far_as(free_m[(int)uniform(0, n)]);
+    json_t *a = ask("sectors", json_pack("{s:i, s:f, s:[f, f]}", "count", n, "distance_m", to_m, "elevation_deg",
+                                         -geo_deg(half_el), geo_deg(half_el)));
+    for (int k = 0; k < n; k++) {
+        const json_t *sector = json_array_get(json_object_get(a, "sectors"), (size_t)k);
+        const double known_m = fmin(to_m, number(sector, "free_to_m"));
+        const char *what = words("%d of %d to %.2f m, %.1f high: free to %.2f, truly to %.2f", k, n, to_m,
+                                 geo_deg(half_el), known_m, free_m[k]);
+        judge(SECTORS, says(sector, "clear"), free_m[k] > to_m, what);
+        judge(FREE_TO, !says(sector, "blocked") && known_m > FROM_M, free_m[k] > known_m, what);
+    }
+    json_decref(a);
+}
+
+static void ask_nearest(void)
+{
+    const double half_el = geo_rad(uniform(1, 6));
+    double free_m = INFINITY;
+    for (int i = 0; i < n_points; i++) {
+        const double *v = seen[i], level = hypot(v[0], v[1]);
+        if (fabs(v[2]) <= level * tan(half_el))
+            free_m = fmin(free_m, hypot(level, v[2]));
+    }
+    const double to_m = as_far_as(free_m);
+    json_t *a = ask("nearest", json_pack("{s:f, s:[f, f]}", "distance_m", to_m, "elevation_deg", -geo_deg(half_el),
+                                         geo_deg(half_el)));
+    judge(NEAREST, says(a, "clear"), free_m > to_m,
+          words("to %.2f m, %.1f high, truly to %.2f", to_m, geo_deg(half_el), free_m));
+    json_decref(a);
+}
+
+static void ask_motion(void)
+{
+    const double az = uniform(0, GEO_TURN), speed = uniform(0.2, 1);
+    const struct conf_vehicle *c = &d.conf.vehicle;
+    double axis[3];
+    geo_direction(az, 0, axis);
+    const double touch_m = free_sweep(axis, c->radius_m, c->height_m / 2),
+                 ahead_s = fmax(0.2, (as_far_as(touch_m + c->radius_m) - c->radius_m) / speed);
+    json_t *a = ask("time_to_collision", json_pack("{s:[f, f, f], s:f}", "velocity_mps", speed * axis[0],
+                                                   speed * axis[1], 0.0, "ahead_s", ahead_s));
+    judge(
+        COLLISION, says(a, "clear"), touch_m > speed * ahead_s,
+        words("azimuth %.1f, %.2f m/s for %.1f s, truly for %.2f", geo_deg(az), speed, ahead_s, touch_m / speed));
+    json_decref(a);
+    a = ask("limit", json_pack("{s:[f, f, f]}", "velocity_mps", speed * axis[0], speed * axis[1], 0.0));
+    const double free_m = free_sweep(axis, c->radius_m + c->margin_m, c->height_m / 2 + c->margin_m),
+                 known_m = fmin(number(a, "free_m"), number(a, "stop_m"));
+    judge(LIMIT, known_m > 0, free_m > known_m,
+          words("azimuth %.1f, %.2f m/s: %.2f m, truly %.2f", geo_deg(az), speed, known_m, free_m));
+    json_decref(a);
+}
+
+/* What asking for more of the same must not do. */
+static void never_clear(const char *more, const json_t *before, json_t *after)
+{
+    if (says(before, "blocked") && says(after, "clear")) {
+        printf("at %.3f s blocked, and clear with more %s\n", (double)loop_now(d.loop) * 1e-9, more);
+        test_case_failed = true;
+    }
+    json_decref(after);
+}
+
+static json_t *cone(double az_deg, double to_m, const char *wide, double how_wide)
+{
+    return ask("blocked", json_pack("{s:f, s:f, s:f}", "azimuth_deg", az_deg, "distance_m", to_m, wide, how_wide));
+}
+
+static json_t *collision(double az_deg, double ahead_s)
+{
+    const double az = geo_rad(az_deg);
+    return ask("time_to_collision", json_pack("{s:[f, f, f], s:f}", "velocity_mps", 0.5 * cos(az), 0.5 * sin(az),
+                                              0.0, "ahead_s", ahead_s));
+}
+
+static json_t *limit(double az_deg)
+{
+    const double az = geo_rad(az_deg);
+    return ask("limit", json_pack("{s:[f, f, f]}", "velocity_mps", cos(az), sin(az), 0.0));
+}
+
+static void ask_for_more(void)
+{
+    const double az = uniform(0, 360), to_m = uniform(1, 9), half = uniform(0, 10), radius_m = uniform(0, 0.6);
+    struct conf_vehicle *c = &d.conf.vehicle;
+    const struct conf_vehicle was = *c;
+    json_t *a = cone(az, to_m, "half_angle_deg", half);
+    never_clear("angle", a, cone(az, to_m, "half_angle_deg", half + uniform(0, 30)));
+    never_clear("distance", a, cone(az, to_m + uniform(0, 3), "half_angle_deg", half));
+    json_decref(a);
+    a = cone(az, to_m, "radius_m", radius_m);
+    never_clear("radius", a, cone(az, to_m, "radius_m", radius_m + uniform(0, 1)));
+    json_decref(a);
+    a = collision(az, to_m);
+    never_clear("time", a, collision(az, to_m + uniform(0, 3)));
+    json_t *slow = limit(az);
+    c->radius_m += uniform(0, 0.3);
+    c->margin_m += uniform(0, 0.3);
+    never_clear("body", a, collision(az, to_m));
+    json_t *slower = limit(az);
+    CHECK(number(slower, "speed_mps") <= number(slow, "speed_mps") + 1e-6);
+    *c = was;
+    json_decref(slower);
+    json_decref(slow);
+    json_decref(a);
+}
+
+/* Nobody pings and nobody tells a pose any more. */
+static void grow_old(void)
+{
+    const double az = uniform(0, 360), to_m = uniform(1, 9);
+    const uint64_t now_ns = loop_now(d.loop);
+    json_t *narrow = cone(az, to_m, "half_angle_deg", 3), *wide = cone(az, to_m, "radius_m", 0.3),
+           *ahead = collision(az, to_m);
+    for (int i = 1; i < 30; i++) {
+        loop_advance(d.loop, now_ns + (unsigned)i * (SECOND / 10));
+        never_clear("age", narrow, cone(az, to_m, "half_angle_deg", 3));
+        never_clear("age", wide, cone(az, to_m, "radius_m", 0.3));
+        never_clear("age", ahead, collision(az, to_m));
+    }
+    json_decref(narrow);
+    json_decref(wide);
+    json_decref(ahead);
+}
+
+static void ask_everything(uint64_t now_ns)
+{
+    struct pose p;
+    truth((double)now_ns * 1e-9, &p);
+    look_from(&p, &mount_identity);
+    for (int i = 0; i < 8; i++) {
+        ask_cone();
+        ask_corridor();
+        ask_motion();
+    }
+    ask_sectors();
+    ask_sectors();
+    ask_nearest();
+    ask_nearest();
+    ask_for_more();
+}
+
+/* ---- a run ---- */
+
+static bool start(bool bounded)
+{
+    char text[2000];
+    struct pipeline_conf c;
+    struct conf_source *source;
+    char err[300] = "";
+    memset(&d, 0, sizeof d);
+    snprintf(text, sizeof text, "%s%s", conf_text, bounded ? bounded_text : "");
+    if (conf_load_text(&d.conf, &source, "test", text, strlen(text), NULL, NULL, NULL) != 0)
+        return false;
+    conf_source_free(source);
+    d.replay = true;
+    d.loop = loop_new(true);
+    plan_make(&d.conf, &d.plan);
+    wiring_pipeline(&d.conf, &d.plan, true, &c);
+    c.threads = 0;
+    d.pipeline = pipeline_new(&c, err, sizeof err);
+    if (!d.pipeline)
+        printf("%s\n", err);
+    memcpy(d.mount, c.mount, sizeof c.mount);
+    pose_log_init(&d.poses, (uint64_t)(d.conf.pose.max_age_s * 1e9));
+    pose_log_set_most(&d.poses, d.conf.vehicle.max_speed_mps, d.conf.vehicle.max_turn_radps);
+    return d.loop && d.pipeline;
+}
+
+static void end(void)
+{
+    pipeline_free(d.pipeline);
+    loop_free(d.loop);
+}
+
+/* Poses are sent so often, come so late, and so many of them do not come. */
+struct sender {
+    uint64_t period_ns, late_ns;
+    double lost;
+    bool bounded; /* the configuration says how fast the vehicle is at most; else only its poses do */
+};
+
+static void run_world(const struct sender *sender)
+{
+    const uint64_t begun_ns = 100 * SECOND, end_ns = begun_ns + (uint64_t)(WORLD_S * 1e9);
+    uint64_t next_pose = begun_ns, next_ask = begun_ns + 8 * SECOND, next_ping[HEADS];
+    uint32_t pings[HEADS] = {0};
+    make_world();
+    way_phase = uniform(0, GEO_TURN);
+    for (int i = 0; i < 4; i++)
+        way_hz[i] = uniform(0.01, 0.055);
+    for (int i = 0; i < HEADS; i++)
+        next_ping[i] = begun_ns + SECOND + (uint64_t)(uniform(0, 1) * 1e8);
+    for (uint64_t t = begun_ns; t < end_ns; t += SECOND / 200) {
+        loop_advance(d.loop, t);
+        for (; next_pose + sender->late_ns <= t; next_pose += sender->period_ns) {
+            struct pose p;
+            truth((double)next_pose * 1e-9, &p);
+            p.t_ns = next_pose;
+            if (uniform(0, 1) >= sender->lost)
+                pose_log_put(&d.poses, &p);
+        }
+        for (int i = 0; i < HEADS; i++)
+            for (; next_ping[i] + SECOND / 50 <= t; next_ping[i] += heads[i].period_ns) {
+                pings[i]++;
+                if (uniform(0, 1) >= 0.05)
+                    send_ping(i, next_ping[i], pings[i]);
+            }
+        if (t >= next_ask) {
+            ask_everything(t);
+            next_ask = t + (uint64_t)(uniform(0.2, 1.2) * 1e9);
+        }
+    }
+}
+
+static void tell(void)
+{
+    printf("# %-18s %8s %8s %8s %8s  %s\n", "question", "asked", "clear", "false", "truly",
+           "not said though truly");
+    for (int q = 0; q < QUESTIONS; q++)
+        printf("# %-18s %8ld %8ld %8ld %8ld  %.0f %%\n", names[q], count[q].asked, count[q].clear,
+               count[q].false_clear, count[q].truly_clear,
+               100.0 * (double)count[q].held_back / fmax(1, (double)count[q].truly_clear));
+}
+
+static void run_with(const struct sender *sender, int worlds)
+{
+    memset(count, 0, sizeof count);
+    for (int i = 0; i < worlds; i++) {
+        heads[0].high_deg = i % 2 ? 25 : 165;
+        heads[1].high_deg = i % 2 ? 20 : 60;
+        if (!start(sender->bounded)) {
+            printf("cannot start\n");
+            test_case_failed = true;
+            return;
+        }
+        run_world(sender);
+        grow_old();
+        end();
+    }
+    tell();
+    for (int q = 0; q < QUESTIONS; q++) {
+        CHECK_INT(count[q].false_clear, 0);
+        CHECK(count[q].asked > 0);
+    }
+}
+
+TEST(with_poses_often)
+{
+    run_with(&(struct sender){.period_ns = SECOND / 20, .late_ns = SECOND / 100, .bounded = true}, 2);
+    CHECK(count[SECTORS].clear > 100 && count[CONE].clear > 10 && count[FREE_TO].clear > 100);
+    CHECK(count[COLLISION].clear > 10 && count[LIMIT].clear > 10);
+}
+
+TEST(with_poses_late_and_lost)
+{
+    run_with(&(struct sender){.period_ns = SECOND / 10, .late_ns = SECOND / 20, .lost = 0.3, .bounded = true}, 2);
+    run_with(&(struct sender){.period_ns = SECOND / 10, .late_ns = SECOND / 10, .lost = 0.3}, 2);
+}
+
+TEST(with_poses_seldom)
+{
+    run_with(&(struct sender){.period_ns = SECOND / 2, .late_ns = SECOND / 10, .lost = 0.1}, 2);
+}
+
+int main(void)
+{
+    seed = test_seed();
+    RUN(with_poses_often);
+    RUN(with_poses_late_and_lost);
+    RUN(with_poses_seldom);
+    return test_end();
+}
