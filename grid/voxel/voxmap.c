@@ -316,8 +316,8 @@ static float cut_elevation(const struct echoes *e)
 }
 
 /*
- * Openings for the levels of weight: level 0 is all of the beam that the setting takes as free, level k the part whose two-way pattern
- * exp(-2 ln 2 (u^2 + v^2)), with u and v in half apertures, is above k / levels. Each adds 1.
+ * Openings for the levels of weight: level 0 is all of the beam that the setting takes as free, level k the part whose
+ * two-way pattern exp(-2 ln 2 (u^2 + v^2)), with u and v in half apertures, is above k / levels. Each adds 1.
  */
 static bool open_beam(struct voxmap *m, enum cast_shape shape, float half_az_rad, float half_el_rad)
 {
@@ -359,8 +359,9 @@ static void enter_echo(struct voxmap *m, const struct beam_echoes *heard, const 
                   voxel_m))
         return;
     submap_cast(map, &beam, SUBMAP_ECHOES);
-    if (map->stats.clipped != before.clipped || map->stats.starved != before.starved)
-        voxveil_echo(m, apex, attitude, heard, near_m, far_m);
+    const bool starved = map->stats.starved != before.starved;
+    if (starved || map->stats.clipped != before.clipped)
+        voxveil_echo(m, apex, attitude, heard, near_m, far_m, starved);
 }
 
 static void enter_beam(struct voxmap *m, const struct beam_echoes *heard, const struct lattice_place *apex,

@@ -119,8 +119,9 @@ void voxmap_clear(struct voxmap *m);
 /**
  * voxmap_enter - one ping, in order of time. Per beam the water from blind_m to free_to_m gets a vacancy more; per echo the
  * shell from near_m to range_m + sd_m, half a voxel thicker either way and wider by half a voxel's diagonal so that at
- * least one voxel holds it, an echo more; what of it lies beyond the box, or finds no memory, goes into the veil. Beams of a fan are cut to half their least spacing, so that each voxel is raised
- * once per ping. The body's capsule from the last ping's position (when at most 2 s and two radii back) is stamped free.
+ * least one voxel holds it, an echo more; what of it lies beyond the box, or finds no memory, goes into the veil. Beams of
+ * a fan are cut to half their least spacing, so that each voxel is raised once per ping. The body's capsule from the last
+ * ping's position (when at most 2 s and two radii back) is stamped free.
  * False: nothing was entered, since the pose lacks attitude, position or depth; counted. The map ages all the same.
  * Cost: the voxels touched; when a half-life begins, once the current submap's memory.
  */

@@ -103,9 +103,18 @@ void voxveil_keep(struct voxmap *m, const struct voxmap_part *part)
 
 /* ---- echoes of a ping ---- */
 
-/* Does the current submap keep all of a cube? */
-static bool is_kept(const struct voxmap *m, const int64_t cube[3])
+/* The cubes that an echo may lie in. */
+struct cubes {
+    struct voxmap *map;
+    bool starved;
+    struct lattice_box box;
+};
+
+/* Does the current submap keep all of the echo that lies in a cube? Where it has no tile it does unless memory was full: the
+ * cubes reach further than the echo. */
+static bool is_kept(const struct cubes *c, const int64_t cube[3])
 {
+    const struct voxmap *m = c->map;
     const struct submap *map = &m->current->map;
     int64_t low[3], high[3];
     for (int a = 0; a < 3; a++) {
@@ -113,15 +122,9 @@ static bool is_kept(const struct voxmap *m, const int64_t cube[3])
         high[a] = low[a] + VEIL_CUBE - 1;
     }
     return lattice_holds(&map->box, low) && lattice_holds(&map->box, high) &&
-           map->tile[(low[0] - map->box.first[0]) / TILE_SIDE * m->set.side +
-                     (low[1] - map->box.first[1]) / TILE_SIDE] != TILE_NONE;
+           (!c->starved || map->tile[(low[0] - map->box.first[0]) / TILE_SIDE * m->set.side +
+                                     (low[1] - map->box.first[1]) / TILE_SIDE] != TILE_NONE);
 }
-
-/* The cubes that an echo may lie in. */
-struct cubes {
-    struct voxmap *map;
-    struct lattice_box box;
-};
 
 static void take_cubes(void *context, const struct cast_spans *spans)
 {
@@ -130,17 +133,17 @@ static void take_cubes(void *context, const struct cast_spans *spans)
         for (int32_t k = 0; k < spans->n[s]; k++) {
             const int64_t cube[3] = {c->box.first[0] + spans->i[s], c->box.first[1] + spans->j[s],
                                      c->box.first[2] + spans->k[s] + k};
-            if (!is_kept(c->map, cube))
+            if (!is_kept(c, cube))
                 veil_add(&c->map->veil, cube, 1, c->map->change);
         }
 }
 
 void voxveil_echo(struct voxmap *m, const struct lattice_place *apex, const double attitude[4],
-                  const struct beam_echoes *heard, double near_m, double far_m)
+                  const struct beam_echoes *heard, double near_m, double far_m, bool starved)
 {
     const double cube_m = VEIL_CUBE * m->set.voxel_m, wider = VOXVEIL_HALF_DIAGONAL * cube_m;
     const int64_t reach = (int64_t)fmin((far_m + 2 * wider) / cube_m, CAST_MAX_VOXELS) + 2;
-    struct cubes cubes = {.map = m};
+    struct cubes cubes = {.map = m, .starved = starved};
     struct lattice_place at;
     struct cast_beam beam;
 

@@ -20,9 +20,11 @@ void voxveil_keep(struct voxmap *m, const struct voxmap_part *part);
 
 /**
  * voxveil_echo - what the current submap could not keep of an echo from near_m to far_m of a beam: the shell is cast again
- * in cubes, wider by half of a cube's diagonal so that every cube which it touches has its centre in it.
+ * in cubes, wider by half of a cube's diagonal so that every cube which it touches has its centre in it. starved: memory
+ * was full for some of it.
  */
 void voxveil_echo(struct voxmap *m, const struct lattice_place *apex, const double attitude[4],
-                  const struct beam_echoes *heard, double near_m, double far_m);
+                  const struct beam_echoes *heard, double near_m, double far_m,
+                  bool starved);
 
 #endif
