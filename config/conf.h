@@ -11,11 +11,12 @@
 #include <stdint.h>
 #include <stdio.h>
 
-#define CONF_MAX_SONARS 8
-#define CONF_MAX_GRIDS  4 /* beside the plain [grid] */
-#define CONF_NAME_MAX   32
-#define CONF_MAIN_GRID  "main"
-#define CONF_TEXT_MAX   256
+#define CONF_MAX_SONARS   8
+#define CONF_MAX_GRIDS    4 /* beside the plain [grid] */
+#define CONF_NAME_MAX     32
+#define CONF_MAIN_GRID    "main"
+#define CONF_TEXT_MAX     256
+#define CONF_MAP_NAME_MAX 65
 
 enum conf_amplitude {
     CONF_AMPLITUDE_AUTO,
@@ -160,7 +161,7 @@ struct conf_map {
     char directory[CONF_TEXT_MAX]; /* directory = /var/lib/sonard/maps; none: empty */
     char origin[CONF_NAME_MAX];    /* origin = NAME of what positions count from; none: empty, nobody says */
     double save_every_s;           /* save_every = 60 s; never: 0 */
-    int load_last;                 /* load_last = on | off */
+    char load[CONF_MAP_NAME_MAX];  /* load = NAME of a map, at the start; none: empty */
 };
 
 struct conf_pose {

@@ -190,8 +190,8 @@ void conf_rules_check(const struct conf *conf, const struct conf_source *source,
     const struct place directory = {"map", "directory", 0};
     rule(&r, (struct place){"map", "save_every", 0}, directory,
          !(conf->map.save_every_s > 0) || conf->map.directory[0], "a directory to save the map in");
-    rule(&r, (struct place){"map", "load_last", 0}, directory,
-         conf->map.load_last == CONF_OFF || conf->map.directory[0], "a directory to load the map from");
+    rule(&r, (struct place){"map", "load", 0}, directory, !conf->map.load[0] || conf->map.directory[0],
+         "a directory to load the map from");
     rule(&r, (struct place){"depth", "turnaround", 0}, (struct place){"depth", "timeout", 0},
          conf->depth.turnaround_s >= conf->depth.timeout_s, "turnaround not shorter than timeout");
     rule(&r, (struct place){"nmea", "use", 0}, (struct place){"depth", "source", 0},

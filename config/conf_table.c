@@ -339,9 +339,11 @@ const struct conf_key conf_keys[] = {
      CONF(map.save_every_s),
      .help = "The map is saved as last.map in directory so often, if it has changed, and when sonard stops. What\n"
              "that name had before is before.map then, where it was not loaded."},
-    {"map", "load_last", WORDS("on", "off"), .standard = "off", CONF(map.load_last),
-     .help = "At the start last.map is loaded. Only for vehicles whose positions count from the same place in\n"
-             "every run: sonard cannot know but by origin."},
+    {"map", "load", .kind = CONF_NAME, .form = "last, the name of another map", .standard = "none",
+     .instead = "none", CONF(map.load),
+     .help = "At the start this map in directory is loaded; last is the one that save_every has kept. Only for\n"
+             "vehicles whose positions count from the same place as when it was saved: sonard cannot know but by\n"
+             "origin. A map that cannot be loaded is told, and sonard begins with an empty one."},
 
     {"pose", "max_age", LIVE, QUANTITY(1, "s", 0.01, 3600), .standard = "1 s", CONF(pose.max_age_s),
      .help = "An older pose is stale, and what needs it is unknown."},

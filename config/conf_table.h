@@ -18,6 +18,7 @@ enum conf_kind {
     CONF_OCTAL,    /* int: permission bits */
     CONF_TEXT,     /* char[size], begins with a letter */
     CONF_PATH,     /* char[size], absolute */
+    CONF_NAME,     /* char[size], letters, digits, - and _ */
     CONF_NAMES,    /* char[size], names with blanks or commas between */
 };
 
@@ -35,7 +36,7 @@ struct conf_key {
     const char *standard;     /* the default as it would stand in a file; NULL: the key is required ... */
     const char *example;      /* ... and the sample has this */
     const char *const *words; /* CONF_WORD: NULL-terminated */
-    const char *form;         /* CONF_TEXT, CONF_PATH and CONF_NAMES: what is allowed, in words */
+    const char *form;         /* CONF_TEXT, CONF_PATH, CONF_NAME and CONF_NAMES: what is allowed, in words */
     const char *instead;      /* a word that may stand instead of the value, or NULL ... */
     double instead_value;     /* ... and what the field holds then; a text is empty then */
     bool live;                /* can be changed while the daemon runs */

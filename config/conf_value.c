@@ -148,6 +148,8 @@ static bool word_read(const struct conf_key *key, const char *text, int *out, ch
     return refuse(err, err_size, "'%s' is not one of the words", text);
 }
 
+#define NAME_LETTERS "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_"
+
 static bool text_read(const struct conf_key *key, const char *text, char *out, char *err, size_t err_size)
 {
     bool letter = (*text >= 'a' && *text <= 'z') || (*text >= 'A' && *text <= 'Z');
@@ -155,7 +157,9 @@ static bool text_read(const struct conf_key *key, const char *text, char *out, c
         return refuse(err, err_size, "does not begin with a letter");
     if (key->kind == CONF_PATH && *text != '/')
         return refuse(err, err_size, "does not begin with a slash");
-    size_t names = strspn(text, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_.$@, \t");
+    size_t name = strspn(text, NAME_LETTERS), names = strspn(text, NAME_LETTERS ".$@, \t");
+    if (key->kind == CONF_NAME && text[name] != '\0')
+        return refuse(err, err_size, "'%s' cannot be in a name", text + name);
     if (key->kind == CONF_NAMES && text[names] != '\0')
         return refuse(err, err_size, "'%s' cannot be in a name", text + names);
     if (strlen(text) >= key->size)
@@ -196,6 +200,7 @@ bool conf_value_read(const struct conf_key *key, const char *text, void *base, c
         return word_read(key, text, field, err, err_size);
     case CONF_TEXT:
     case CONF_PATH:
+    case CONF_NAME:
     case CONF_NAMES:
         break;
     }
@@ -264,6 +269,7 @@ void conf_value_write(const struct conf_key *key, const void *base, char *text, 
         return;
     case CONF_TEXT:
     case CONF_PATH:
+    case CONF_NAME:
     case CONF_NAMES:
         snprintf(text, size, "%s", (const char *)field);
         return;
@@ -320,6 +326,7 @@ void conf_value_allowed(const struct conf_key *key, char *text, size_t size)
         break;
     case CONF_TEXT:
     case CONF_PATH:
+    case CONF_NAME:
     case CONF_NAMES:
         used = append(text, size, used, "%s", key->form);
         break;

@@ -408,20 +408,20 @@ static void on_save(void *ctx, uint64_t now_ns)
         log_line(LOG_ERR, "map_not_kept", "map: not kept: %s", err);
 }
 
-/* Before the first ping: nobody waits for it. */
-static bool load_last(struct daemon *d)
+/* Before the first ping: nobody waits for it. What was kept last is missing in a first run; a map of another name is not. */
+static bool load(struct daemon *d, bool last)
 {
     struct places_task *task = &d->places.kept;
     char err[640];
-    if (!prepare(task, PLACES_LOAD, LAST, ".map", err, sizeof err))
+    if (!prepare(task, PLACES_LOAD, d->conf.map.load, ".map", err, sizeof err))
         return false;
-    if (access(task->job.path, F_OK) != 0) {
+    if (last && access(task->job.path, F_OK) != 0) {
         log_line(LOG_NOTICE, "map_empty", "map: begins empty: %s: %s", task->job.path, strerror(errno));
         return false;
     }
     map_job_run(&task->job);
     settle(task);
-    d->places.changed = false;
+    d->places.changed &= !last;
     return task->job.state == PLACES_DONE;
 }
 
@@ -442,10 +442,10 @@ static void start_keeping(struct daemon *d)
 {
     struct places *p = &d->places;
     const struct conf_map *c = &d->conf.map;
-    const bool loaded = c->load_last == CONF_ON && load_last(d);
+    const bool last = strcmp(c->load, LAST) == 0, loaded = c->load[0] && load(d, last);
     if (!(c->save_every_s > 0))
         return;
-    if (!loaded)
+    if (!loaded || !last)
         move_last(d);
     p->save = (struct loop_timer){.fire = on_save, .ctx = d};
     loop_arm(d->loop, &p->save, loop_now(d->loop) + (uint64_t)(c->save_every_s * 1e9));

@@ -67,7 +67,7 @@ struct places_track {
 struct places {
     struct places_track track;
     struct map_origin origin;       /* what the places of this run count from */
-    struct places_task asked, kept; /* by a client; by `save_every` and `load_last` in [map] */
+    struct places_task asked, kept; /* by a client; by `save_every` and `load` in [map] */
     struct loop_timer save;
     uint64_t saved_pings;     /* in the map when it was kept last */
     bool changed;             /* since then, by other than pings */
@@ -76,9 +76,9 @@ struct places {
 };
 
 /**
- * places_start - what jobs need; nothing without a map. With `load_last` the map that was kept last is in force when it
- * returns; one that is not is moved to before.map, so that the new run does not replace it. A map that cannot be loaded
- * is logged and no reason not to run. False with a sentence in err.
+ * places_start - what jobs need; nothing without a map. The map that `load` names is in force when it returns. That which
+ * was kept last, if it is not the one, is moved to before.map, so that the new run does not replace it. A map that cannot
+ * be loaded is logged and no reason not to run. False with a sentence in err.
  */
 bool places_start(struct daemon *d, char *err, size_t err_size);
 
@@ -92,7 +92,7 @@ void places_position(struct daemon *d, const struct pose *pose);
 /** places_trust - positions count from where the map does, from now on. */
 void places_trust(struct daemon *d);
 
-#define PLACES_NAME_MAX 64
+#define PLACES_NAME_MAX (CONF_MAP_NAME_MAX - 1)
 
 /** places_name_good - 1 to PLACES_NAME_MAX letters, digits, - and _: nothing that leaves the folder. */
 bool places_name_good(const char *name);

@@ -253,7 +253,50 @@ def files(bench):
     loaded = bench.sonarctl("map", "load", "basin")
     check(loaded.returncode == 0 and "another run" in loaded.stdout, loaded.stdout + loaded.stderr)
     check(slices(client) == before, "another daemon has another map")
+    check_load_at_start(bench, before)
+    client = bench.sonard().client()
+    done(client, "map_load", name="basin")
     check_foreign(bench, client, path, before)
+
+
+def check_load_at_start(bench, before):
+    """load in [map]: a named map is there from the start; one that is not is told, and the run begins empty."""
+    for name, loaded in (("basin", True), ("nowhere", False)):
+        bench.processes[-1].stop()
+        conf(bench, load=name)
+        daemon = bench.sonard()
+        client = daemon.client()
+        kept = client.call("map")["kept"]
+        check((slices(client) == before) == loaded, "load = %s: %s" % (name, kept))
+        check((kept["what"], kept["state"]) == ("load", "done" if loaded else "failed"), str(kept))
+        check(loaded or "no such map; there are: basin" in daemon.log(), daemon.log())
+        client.close()
+    bench.processes[-1].stop()
+    conf(bench)
+
+
+def veil(bench):
+    """What was heard beyond a submap's box is known of in a saved map, too."""
+    sim = bench.sim()
+    conf(bench, height="2 m")
+    client = bench.sonard().client()
+    vehicle = Vehicle(bench.processes[-1], sim)
+    vehicle.start()
+    try:
+        pings_until(client, 2 * TURN)
+    finally:
+        vehicle.stop()
+    sim.command("silent 1000")
+    time.sleep(0.5)
+
+    def heard():
+        return "was forgotten" in client.call("point", position_m=[-6, 0, 3.6])["reason"]
+    check(heard(), "the wall below the box: %s" % client.call("point", position_m=[-6, 0, 3.6]))
+    done(client, "map_save", name="veiled")
+    client.call("map_forget")
+    check(not heard(), "it is not forgotten")
+    done(client, "map_load", name="veiled")
+    check(heard(), "not saved")
 
 
 def surface_of(client, **params):
@@ -666,7 +709,7 @@ def refusals(bench):
 
 
 cases = [("basin_threads%d" % n, lambda bench, n=n: basin(bench, n)) for n in (0, 1, 2)]
-cases += [("files", files), ("origins", origins), ("jumps", jumps), ("surface", surface), ("moves", moves), ("paging", paging),
+cases += [("files", files), ("veil", veil), ("origins", origins), ("jumps", jumps), ("surface", surface), ("moves", moves), ("paging", paging),
           ("one_folder", one_folder), ("tunnel", tunnel), ("replay", replay),
           ("killed", killed), ("exports", exports), ("refusals", refusals)]
 

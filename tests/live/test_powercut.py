@@ -134,7 +134,7 @@ def said(client):
 def maps(bench, count, number):
     preloadable()
     bench.sim()
-    bench.conf(pose={"max_age": "60 s"}, map={"voxel": "0.5 m", "directory": bench.path("disk"), "load_last": "on"})
+    bench.conf(pose={"max_age": "60 s"}, map={"voxel": "0.5 m", "directory": bench.path("disk"), "load": "last"})
 
     def begin(client):
         until(lambda: said(client)["pings"] > 3, "pings in the map")
@@ -216,10 +216,10 @@ def background_by_itself(bench):
 
 
 def by_itself(bench):
-    """save_every and load_last: kept while it runs, through a kill, at the stop; never over a map of another run."""
+    """save_every and load: kept while it runs, through a kill, at the stop; never over a map of another run."""
     folder = bench.path("maps")
     sim = bench.sim()
-    section = {"voxel": "0.5 m", "directory": folder, "save_every": "1 s", "load_last": "on"}
+    section = {"voxel": "0.5 m", "directory": folder, "save_every": "1 s", "load": "last"}
     bench.conf(pose={"max_age": "60 s"}, map=section)
     daemon = bench.sonard()
     client = daemon.client()
@@ -254,7 +254,7 @@ def by_itself(bench):
     time.sleep(0.3)
     rows = client.call("map_slice", middle_m=[0, 0], depth_m=2)["rows"]
     daemon.stop()
-    daemon, client, back = starts_with(load_last="off")
+    daemon, client, back = starts_with(load="none")
     check(not any("." in row for row in back), "loaded, and nobody asked for it")
     client.call("map_load", name="before")
     until(lambda: client.call("map")["job"]["state"] == "done", "the load")

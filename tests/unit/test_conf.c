@@ -311,13 +311,16 @@ TEST(broken_together)
          "one "
          "of them"},
         {"a map kept nowhere", BASE "[map]\nsave_every = 60 s\n",
-         "t.conf:5: [map] save_every = 60 s: does not go with [map] directory = none; want a directory to save the "
+         "t.conf:5: [map] save_every = 60 s: does not go with [map] directory = none; want a directory to save "
+         "the "
          "map in"},
         {"backgrounds kept nowhere", BASE "[background]\nsave_every = 60 s\n",
          "t.conf:5: [background] save_every = 60 s: does not go with [sonar a] background = none; want a file to save "
          "a sonar's template in"},
-        {"a map from nowhere", BASE "[map]\nload_last = on\n",
-         "t.conf:5: [map] load_last = on: does not go with [map] directory = none; want a directory to load the map "
+        {"a map that is a path", BASE "[map]\nload = ../a\n",
+         "t.conf:5: [map] load = ../a: '../a' cannot be in a name; want last, the name of another map, or none"},
+        {"a map from nowhere", BASE "[map]\nload = last\n",
+         "t.conf:5: [map] load = last: does not go with [map] directory = none; want a directory to load the map "
          "from"},
         {"one line for two sonars", BASE "[sonar b]\ndevice = ping360\nport = serial:/dev/x:9600\n",
          "t.conf:6: [sonar b] port = serial:/dev/x:9600: does not go with [sonar a] port = "
@@ -673,10 +676,12 @@ static void random_value(const struct conf_key *key, uint64_t *seed, void *base)
         return;
     case CONF_TEXT:
     case CONF_PATH:
+    case CONF_NAME:
     case CONF_NAMES:
         for (size_t i = 0; i < length; i++)
-            path[i] = key->kind == CONF_NAMES ? "abcXYZ019@-_.$"[test_random(seed) % 14]
-                                              : "abcdefghijklmnopqrstuvwxyz/:;#=[].-_"[test_random(seed) % 36];
+            path[i] = key->kind == CONF_NAME    ? "abcXYZ019-_"[test_random(seed) % 11]
+                      : key->kind == CONF_NAMES ? "abcXYZ019@-_.$"[test_random(seed) % 14]
+                                                : "abcdefghijklmnopqrstuvwxyz/:;#=[].-_"[test_random(seed) % 36];
         path[0] = key->kind == CONF_PATH ? '/' : 'p';
         path[length] = '\0';
         memset(field, 0, key->size);
@@ -711,7 +716,7 @@ static void random_conf(struct conf *conf, uint64_t *seed)
     conf->nmea.use = CONF_NMEA_HEADING;
     if (!conf->map.directory[0]) {
         conf->map.save_every_s = 0;
-        conf->map.load_last = CONF_OFF;
+        memset(conf->map.load, 0, sizeof conf->map.load);
     }
     conf->background.save_every_s = 0;
     conf->depth.turnaround_s = fmax(conf->depth.turnaround_s, conf->depth.timeout_s);

@@ -942,6 +942,104 @@ TEST(too_little_memory_frees_nothing)
     CHECK(free > 500);
 }
 
+/* Cells free in r whose looks, of all that `kept` still has by submap, do not outweigh their echoes as one submap counts them;
+ * *free: those in r, *apart: those of them that are not free in `kept`. */
+static uint64_t too_early(struct rig *r, struct rig *kept, struct rig *one, uint64_t *free, uint64_t *apart)
+{
+    uint64_t wrong = 0;
+    for (int c = 0; c < 90 * 90 * 80; c++) {
+        const int64_t cell[3] = {c / 80 / 90 - 30, c / 80 % 90 - 30, c % 80 - 40};
+        if (voxmask_at(&r->mask, cell) != VOXEL_FREE)
+            continue;
+        ++*free;
+        *apart += merge_at(&kept->map, cell, NULL) != VOXEL_FREE;
+        wrong += voxel_judge(&r->map.rule, merge_sum(&kept->map, cell).vacancy,
+                             merge_sum(&one->map, cell).echoes) != VOXEL_FREE;
+    }
+    return wrong;
+}
+
+/* As too_little_memory_frees_nothing while the map forgets and the body is stamped. Several submaps that heard the same round
+ * their halves up each, the veil rounds up their sum: it keeps to what one submap that heard all of it would hold. */
+TEST(too_little_memory_frees_nothing_while_it_forgets)
+{
+    uint64_t seed = test_seed(), free = 0, apart = 0, half_lives = 0;
+    for (int round = 0; round < 6; round++) {
+        struct voxmap_setting all = rig_setting(), little, whole;
+        all.rule = (struct voxel_rule){.threshold = 1, .echo_weight = 2};
+        all.half_life_ns = (round % 2 ? 30 : 80) * SECOND;
+        all.body_radius_m = round % 3 ? 0.4 : 0;
+        all.side = 16;
+        all.n_tiles = 1500;
+        all.max_submaps = 100;
+        whole = little = all;
+        little.side = round % 3 ? 8 : 3;
+        little.height = round % 2 ? 80 : 24;
+        little.n_tiles = round % 4 ? 120 : 9;
+        little.max_submaps = round % 5 ? 8 : 3;
+        little.submap_path_m = 1.5;
+        struct rig *kept = rig_new(&all), *one = rig_new(&whole), *r = rig_new(&little);
+        for (int n = 0; n < 400; n++) {
+            const uint64_t t_ns = (uint64_t)n * SECOND / 2, next = r->map.next_id;
+            struct rig_ping p;
+            random_ping(&p, &seed, n);
+            CHECK(rig_enter(r, &p, t_ns));
+            if (r->map.next_id != next)
+                voxmap_new(&kept->map);
+            CHECK(rig_enter(kept, &p, t_ns) && rig_enter(one, &p, t_ns));
+            if (n % 30 == 17 && voxmap_oldest(&r->map))
+                voxpage_detach(&r->map, voxmap_oldest(&r->map));
+            if (n % 40 == 35 && voxmap_oldest(&r->map))
+                voxmap_drop(&r->map, voxmap_oldest(&r->map));
+            if (n % 80 == 79)
+                CHECK_INT(too_early(r, kept, one, &free, &apart), 0);
+        }
+        CHECK(kept->map.stats.clipped + kept->map.stats.starved + kept->map.stats.lost == 0);
+        CHECK(one->map.stats.clipped + one->map.stats.starved + one->map.stats.lost == 0);
+        CHECK(r->map.stats.lost > 0 && r->map.veil.any);
+        half_lives += r->map.half_lives;
+        rig_free(kept);
+        rig_free(one);
+        rig_free(r);
+    }
+    printf("# %llu free cells after %llu half-lives, %llu not where all submaps were kept\n",
+           (unsigned long long)free, (unsigned long long)half_lives, (unsigned long long)apart);
+    CHECK(free > 500);
+}
+
+/* Echoes that reach beyond the box above and below leave nothing in the veil for what lies in the box: that is kept. */
+TEST(what_a_submap_keeps_is_in_no_veil)
+{
+    struct voxmap_setting s = rig_setting();
+    s.side = 16;
+    s.height = 32;
+    s.n_tiles = 3000; /* and a table so large that cubes hardly meet in it */
+    struct rig *r = rig_new(&s);
+    struct rig_ping p;
+    uint64_t seed = test_seed(), inside = 0, beyond = 0;
+    for (int n = 0; n < 300; n++) {
+        rig_aim(&p, at_origin, 6 * test_uniform(&seed), 0);
+        rig_hear(&p, 4 + 4 * test_uniform(&seed));
+        rig_enter(r, &p, 0);
+    }
+    const struct lattice_box *box = &r->map.current->map.box;
+    for (int c = 0; c < 26 * 26 * 10; c++) {
+        const int64_t cell[3] = {(c / 10 / 26 - 13) * VEIL_CUBE, (c / 10 % 26 - 13) * VEIL_CUBE,
+                                 (c % 10 - 5) * VEIL_CUBE};
+        const int64_t far[3] = {cell[0] + VEIL_CUBE - 1, cell[1] + VEIL_CUBE - 1, cell[2] + VEIL_CUBE - 1};
+        bool known;
+        veil_echoes(&r->map.veil, cell, &known);
+        if (lattice_holds(box, cell) && lattice_holds(box, far))
+            inside += known;
+        else
+            beyond += known;
+    }
+    CHECK_INT(r->map.stats.starved, 0);
+    CHECK_INT(inside, 0);
+    CHECK(beyond > 100);
+    rig_free(r);
+}
+
 /* A submap that was corrected leaves its veil where it lay at last. */
 TEST(a_moved_submap_is_forgotten_where_it_lies)
 {
@@ -1053,6 +1151,8 @@ int main(void)
     RUN(what_a_forgotten_submap_heard_stays_in_the_way);
     RUN(a_map_that_is_held_frees_nothing_and_takes_nothing);
     RUN(too_little_memory_frees_nothing);
+    RUN(too_little_memory_frees_nothing_while_it_forgets);
+    RUN(what_a_submap_keeps_is_in_no_veil);
     RUN(a_moved_submap_is_forgotten_where_it_lies);
     RUN(blocks_equal_cells);
     return test_end();

@@ -29,7 +29,7 @@ save_every = 1 s
 voxel = 0.2 m
 directory = /var/lib/sonard/maps
 save_every = 1 s
-load_last = on
+load = last
 [pose]
 max_age = 1 h
 CONF
