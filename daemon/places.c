@@ -305,7 +305,7 @@ bool places_load(struct daemon *d, const char *name, char *err, size_t err_size)
 /* ---- where positions count from ---- */
 
 #define JUMP_M   5.0
-#define JUMP_MPS 10.0
+#define JUMP_MPS 10.0 /* where [vehicle] does not say how fast it can be */
 
 static void hold(void *ctx, struct pipeline_map *m)
 {
@@ -347,7 +347,8 @@ void places_position(struct daemon *d, const struct pose *pose)
     for (int a = 0; t->known && a < 3; a++)
         way[a] = pose->position_m[a] - t->position_m[a];
     const double far_m = sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2]);
-    const double reach_m = t->astray ? t->reach_m : JUMP_M + JUMP_MPS * (double)(pose->t_ns - t->t_ns) * 1e-9;
+    const double most_mps = d->conf.vehicle.max_speed_mps > 0 ? d->conf.vehicle.max_speed_mps : JUMP_MPS;
+    const double reach_m = t->astray ? t->reach_m : JUMP_M + most_mps * (double)(pose->t_ns - t->t_ns) * 1e-9;
     if (far_m <= reach_m && t->astray) {
         places_trust(d);
         log_line(LOG_NOTICE, "map_let_go", "map: the position is again where it can be: the map holds");

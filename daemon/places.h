@@ -83,9 +83,9 @@ struct places {
 bool places_start(struct daemon *d, char *err, size_t err_size);
 
 /**
- * places_position - the vehicle's position was given. One that it cannot have come to (5 m, and 10 m for each second, from the
- * one before) means that positions count from another place: the map is held (voxmap_hold) until they come back, or a
- * client says what to do: map_new (it is the same place), map_forget or map_load.
+ * places_position - the vehicle's position was given. One that it cannot have come to (5 m, and `max_speed` in [vehicle] or
+ * 10 m for each second, from the one before) means that positions count from another place: the map is held (voxmap_hold)
+ * until they come back, or a client says what to do: map_new (it is the same place), map_forget or map_load.
  */
 void places_position(struct daemon *d, const struct pose *pose);
 

@@ -52,10 +52,10 @@ class Vehicle(threading.Thread):
         self.client.close()
 
 
-def conf(bench, threads=0, **keys):
+def conf(bench, threads=0, vehicle=None, **keys):
     section = {"voxel": "%g m" % VOXEL, "opening": 1, "memory": "48 MiB", "directory": bench.folder}
     section.update(keys)
-    bench.conf(map=section, pipeline={"threads": threads})
+    bench.conf(map=section, pipeline={"threads": threads}, vehicle=vehicle or {})
 
 
 def dive(bench, daemon, sim):
@@ -174,6 +174,9 @@ def jumps(bench):
         check(answer["state"] == "free" or "jumped" in answer["reason"], str(answer))
         return answer["state"] != "free"
 
+    def held_now():
+        return client.call("map")["state"].startswith("held")
+
     give(2)
     check(not held(), "held where the vehicle is")
     give(90)
@@ -189,9 +192,18 @@ def jumps(bench):
     check(held() and client.call("map_forget")["state"] != "held", "a second jump")
     give(51)
     check("held" not in client.call("map")["state"], "held, and nothing is in it")
-    client.close()
-    daemon.stop()
     check("the position jumped by" in daemon.log(), daemon.log())
+    for vehicle, found in (({}, False), ({"max_speed": "1 m/s"}, True)):
+        client.close()
+        daemon.stop()
+        conf(bench, vehicle=vehicle)
+        daemon = bench.sonard()
+        client = daemon.client()
+        give(2)
+        until(lambda: give(2) or client.call("map")["pings"] > 0, "a ping in the map")
+        time.sleep(1.2)
+        give(16)
+        check(held_now() == found, "14 m in 1.2 s by a vehicle of %s" % (vehicle or "any speed"))
 
 
 def requests_and_parts(client):
@@ -604,9 +616,13 @@ def exports(bench):
     done(client, "map_save", name="one")
     slip = bench.sonarctl("map", "load", "on")
     check(slip.returncode != 0 and "no such map; there are: one" in slip.stderr, slip.stderr)
-    mcap = done(client, "map_export", name="cloud", format="mcap")
+    mcap = done(client, "map_export", name="surface", format="mcap")
     told = bench.sonarctl("capture", "info", mcap)
     check(told.returncode == 0 and "/map/surface" in told.stdout, told.stdout + told.stderr)
+    read = subprocess.run(["tests/mcap/check.sh", mcap], text=True, capture_output=True, check=False, timeout=300)
+    check(read.returncode == 0 and ("%d points" % count in read.stdout or read.stdout.startswith("skip")),
+          read.stdout + read.stderr)
+    note(read.stdout.strip())
     tree = done(client, "map_export", name="tree", format="bt")
     note("%d points, %d of them heard; %d bytes of tree" % (count, heard, os.path.getsize(tree)))
     check_octomap(bench, client, tree)
@@ -709,8 +725,8 @@ def refusals(bench):
 
 
 cases = [("basin_threads%d" % n, lambda bench, n=n: basin(bench, n)) for n in (0, 1, 2)]
-cases += [("files", files), ("veil", veil), ("origins", origins), ("jumps", jumps), ("surface", surface), ("moves", moves), ("paging", paging),
-          ("one_folder", one_folder), ("tunnel", tunnel), ("replay", replay),
+cases += [("files", files), ("veil", veil), ("origins", origins), ("jumps", jumps), ("surface", surface), ("moves", moves),
+          ("paging", paging), ("one_folder", one_folder), ("tunnel", tunnel), ("replay", replay),
           ("killed", killed), ("exports", exports), ("refusals", refusals)]
 
 run(cases, parallel=3)

@@ -2,7 +2,8 @@
 # SPDX-License-Identifier: MIT
 # Holds our captures against @mcap/core, an independent reader from npm. Skips where there is no node or npm.
 #
-#   tests/mcap/check.sh [FILE...]      default: the captures in tests/replay, and one made by capture repair
+#   tests/mcap/check.sh [FILE...]      default: the captures in tests/replay, and one made by capture repair; the exported map
+#                                      comes from tests/live/test_map.py
 set -u
 cd "$(dirname "$0")/../.." || exit 2
 BUILD=${BUILD:-build}
