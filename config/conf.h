@@ -131,6 +131,7 @@ struct conf_grid {
     int sensor_model;     /* sensor_model = opening | gauss | midpoint: how an echo is shared out among cells */
     int update;           /* update = bayes | max */
     double range_error;   /* range_error = 0.003: standard deviation of a range as a share of it */
+    double relaxation;    /* relaxation = 0 [0 .. 1]: cells share in their neighbours' evidence; 0: they do not */
     int max_cells;        /* max_cells = 65536 */
     double blocked_above; /* blocked_above = 0.6: probability from which a cell is an obstacle [0.51 .. 0.99] */
     double clear_for_s;   /* clear_for = 30 s: a direction counts as clear so long after its last ping */

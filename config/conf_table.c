@@ -260,6 +260,10 @@ const struct conf_key conf_keys[] = {
      .help = "bayes: echoes of one place add up; max: the strongest counts."},
     {"grid", "range_error", NUMBER(0, 0.1), .standard = "0.003", CONF(grid.range_error),
      .help = "Standard deviation of a range as a share of it, for sensor_model gauss and midpoint."},
+    {"grid", "relaxation", NUMBER(0, 1), .standard = "0", CONF(grid.relaxation),
+     .help =
+         "How far directions are raised towards what stands around them: fills gaps in a wall that is heard only\n"
+         "now and then, and makes obstacles wider. 0: not at all; 0.5 suits a sonar that often hears nothing."},
     {"grid", "max_cells", INTEGER(1024, 16777216), .standard = "65536", CONF(grid.max_cells),
      .help = "Cells there is room for; all memory is taken at the start."},
     {"grid", "blocked_above", NUMBER(0.51, 0.99), .standard = "0.6", CONF(grid.blocked_above),

@@ -41,8 +41,8 @@ struct scene {
     struct answer_query query;
     struct answer answer;
     double axis[3]; /* of the cone, in the grid's axes */
-    double
-        opening_rad; /* half of it, and the cells of the grid that it touches: that is what the answer looked at */
+    double opening_rad; /* half of it, and the cells of the grid that it touches, with relaxation their neighbours,
+                           too: that is what the answer looked at */
     uint32_t count;
     /* directions */
     struct rings_visit visit;
@@ -338,7 +338,8 @@ static struct scene *begin_scene(struct daemon *d, json_t *params, struct rpc_er
     s->query = query;
     s->count = (uint32_t)count;
     s->now = moment_now(d);
-    s->opening_rad = query.half_angle_rad + rings_reach(grid_picture(grid)->rings);
+    const double reach_rad = rings_reach(grid_picture(grid)->rings);
+    s->opening_rad = query.half_angle_rad + reach_rad * (grid->setting.sphere.relaxation > 0 ? 3 : 1);
     pipeline_visit(d->pipeline, look_first, s);
     return s;
 }

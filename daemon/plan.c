@@ -75,6 +75,11 @@ static void put_grid(struct plan *plan, const struct conf_grid *grid, int which)
     else
         put(plan, PLAN_ELEVATION, which, PLAN_BOUNDED, "[grid%s%s] elevation = level: above and below are unknown",
             blank, grid->name);
+    if (grid->relaxation > 0)
+        put(plan, PLAN_RELAXATION, which, PLAN_NONE, "[grid%s%s] relaxation = %g", blank, grid->name,
+            grid->relaxation);
+    else
+        put(plan, PLAN_RELAXATION, which, PLAN_BOUNDED, "[grid%s%s] relaxation = 0", blank, grid->name);
 }
 
 static void put_map(struct plan *plan, const struct conf_map *map)
@@ -142,12 +147,22 @@ bool plan_has(const struct plan *plan, enum plan_id id, int which)
 
 const char *plan_name(enum plan_id id)
 {
-    static const char *const names[PLAN_IDS] = {
-        [PLAN_DEVICE] = "device",   [PLAN_EXTRACT] = "extract",     [PLAN_BACKGROUND] = "background",
-        [PLAN_CLEANUP] = "cleanup", [PLAN_MARKS] = "marks",         [PLAN_IMAGE] = "image",
-        [PLAN_GRID] = "grid",       [PLAN_ELEVATION] = "elevation", [PLAN_CLUSTERS] = "clusters",
-        [PLAN_MAP] = "map",         [PLAN_PAGER] = "pager",         [PLAN_ATTENTION] = "attention",
-        [PLAN_THREADS] = "threads", [PLAN_RECORD] = "record",       [PLAN_SERVER] = "server"};
+    static const char *const names[PLAN_IDS] = {[PLAN_DEVICE] = "device",
+                                                [PLAN_EXTRACT] = "extract",
+                                                [PLAN_BACKGROUND] = "background",
+                                                [PLAN_CLEANUP] = "cleanup",
+                                                [PLAN_MARKS] = "marks",
+                                                [PLAN_IMAGE] = "image",
+                                                [PLAN_GRID] = "grid",
+                                                [PLAN_ELEVATION] = "elevation",
+                                                [PLAN_RELAXATION] = "relaxation",
+                                                [PLAN_CLUSTERS] = "clusters",
+                                                [PLAN_MAP] = "map",
+                                                [PLAN_PAGER] = "pager",
+                                                [PLAN_ATTENTION] = "attention",
+                                                [PLAN_THREADS] = "threads",
+                                                [PLAN_RECORD] = "record",
+                                                [PLAN_SERVER] = "server"};
     return names[id];
 }
 

@@ -31,6 +31,7 @@
 #define OPENING_DIRECTION  2000.0
 #define MIDPOINT_DIRECTION 9700.0
 #define GAUSS_DIRECTION    11900.0
+#define RELAXED_DIRECTION  2800.0 /* counted in the basins of tests/report/report_relax.c */
 
 /* The map's cost goes with the voxels across a beam: timed in a shaft where echoes were MAP_RANGE_VOXELS away. */
 #define MAP_BEAM         1500.0
@@ -168,11 +169,30 @@ static double grid_bytes(const struct conf *conf, const struct conf_grid *grid)
     return (double)sphere_bytes(&setting.sphere, err, sizeof err);
 }
 
+static double grid_bytes_relaxed(const struct conf *conf, struct conf_grid grid, double relaxation)
+{
+    grid.relaxation = relaxation;
+    return grid_bytes(conf, &grid);
+}
+
+/* What the step towards neighbours adds. */
+static void relaxation_cost(const struct plan_stage *s, const struct conf *conf, struct plan_cost *out)
+{
+    const struct conf_grid *g = grid_of(conf, s->which);
+    const bool level = g->elevation == CONF_ELEVATION_LEVEL;
+    double most = 0;
+    for (int i = 0; i < conf->n_sonars; i++)
+        most = fmax(most, size_of(&conf->sonar[i]).beams * RELAXED_DIRECTION *
+                              directions(&conf->sonar[i], g->angular_step_rad, level));
+    *out = (struct plan_cost){most, grid_bytes_relaxed(conf, *g, 1) - grid_bytes_relaxed(conf, *g, 0)};
+}
+
 /* The elevations' share is what they add to a level grid. */
 static void grid_cost(const struct plan_stage *s, const struct conf *conf, struct plan_cost *out)
 {
     struct conf_grid level = *grid_of(conf, s->which), full = level;
     double most_level = 0, most_full = 0;
+    level.relaxation = full.relaxation = 0; /* a stage of its own */
     level.elevation = CONF_ELEVATION_LEVEL;
     full.elevation = CONF_ELEVATION_FULL;
     for (int i = 0; i < conf->n_sonars; i++) {
@@ -215,6 +235,8 @@ static void price(const struct plan_stage *s, const struct conf *conf, struct pl
         *out = (struct plan_cost){sonar_instructions(s->id, conf, &size), sonar_bytes(s->id, conf, s->which)};
     } else if (s->id == PLAN_GRID || s->id == PLAN_ELEVATION) {
         grid_cost(s, conf, out);
+    } else if (s->id == PLAN_RELAXATION) {
+        relaxation_cost(s, conf, out);
     } else if (s->id == PLAN_CLUSTERS) {
         clusters_cost(conf, out);
     } else if (s->id == PLAN_MAP) {

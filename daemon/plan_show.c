@@ -22,7 +22,7 @@ static const char *whose(const struct plan_stage *s, const struct conf *conf)
 {
     if (s->id <= PLAN_IMAGE)
         return conf->sonar[s->which].name;
-    if (s->id == PLAN_GRID || s->id == PLAN_ELEVATION)
+    if (s->id >= PLAN_GRID && s->id <= PLAN_RELAXATION)
         return s->which == 0 ? CONF_MAIN_GRID : conf->more_grid[s->which - 1].name;
     return NULL;
 }

@@ -81,7 +81,8 @@ static void sphere_of(const struct conf *conf, const struct conf_grid *g, struct
                               .recentre_m = fmax(0.05, 2 * g->layer_m),
                               .model = (enum sphere_model)g->sensor_model, /* the same order */
                               .update = (enum sphere_update)g->update,
-                              .range_error = g->range_error};
+                              .range_error = g->range_error,
+                              .relaxation = g->relaxation};
 }
 
 void wiring_grid(const struct conf *conf, const struct conf_grid *grid, struct grid_setting *out)

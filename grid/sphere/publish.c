@@ -3,6 +3,8 @@
 
 #include <math.h>
 
+#include "relax.h"
+
 static void publish_direction(struct sphere *s, uint32_t d, uint64_t t_ns)
 {
     const struct direction *dir = &s->direction[d];
@@ -24,11 +26,15 @@ static void publish_direction(struct sphere *s, uint32_t d, uint64_t t_ns)
                                                     .range_m = range_m,
                                                     .sd_m = c->sd_m};
     }
+    if (s->relax)
+        relax_direction(s, d, t_ns, e.obstacle, n);
     picture_set(&s->picture, d, &e);
 }
 
 void publish_changes(struct sphere *s, uint64_t t_ns)
 {
+    if (s->relax)
+        relax_reach(s);
     picture_begin(&s->picture);
     for (uint32_t i = 0; i < s->n_dirty; i++) {
         publish_direction(s, s->dirty[i], t_ns);

@@ -8,6 +8,7 @@
 #include "../ping.h"
 #include "motion.h"
 #include "publish.h"
+#include "relax.h"
 #include "sensor.h"
 
 static size_t rounded(size_t n)
@@ -37,11 +38,14 @@ size_t sphere_bytes(const struct sphere_conf *conf, char *err, size_t err_size)
         snprintf(err, err_size, "fading, threshold or recentring out of range");
     else if (!(conf->range_error >= 0 && conf->range_error <= 0.1))
         snprintf(err, err_size, "range error of %g: wanted 0 to 0.1", conf->range_error);
+    else if (!(conf->relaxation >= 0 && conf->relaxation <= 1))
+        snprintf(err, err_size, "relaxation of %g: wanted 0 to 1", conf->relaxation);
     else
         return rounded(sizeof(struct sphere)) + rounded((layers + 1) * sizeof(double)) +
                rounded(cells_bytes(conf->max_cells, rings.n)) + rounded(rings.n * sizeof(struct direction)) +
                rounded(rings.n * sizeof(uint32_t)) + rounded(rings.n * sizeof(double[3])) +
                rounded(rings.n * sizeof(struct claim)) + rounded(rings.n_rings * sizeof(struct beam_cell)) +
+               rounded(conf->relaxation > 0 ? layers * sizeof(struct relaxed) : 0) +
                rounded(picture_bytes(rings.n));
     return 0;
 }
@@ -100,6 +104,8 @@ struct sphere *sphere_init(void *memory, const struct sphere_conf *conf)
     s->axis = place(&at, s->rings.n * sizeof(double[3]));
     s->joined = place(&at, s->rings.n * sizeof(struct claim));
     s->ring = place(&at, s->rings.n_rings * sizeof *s->ring);
+    if (conf->relaxation > 0)
+        relax_init(s, place(&at, s->layers.n * sizeof(struct relaxed)));
     place_directions(s);
     s->blocked_logodds = log(conf->blocked_above / (1 - conf->blocked_above));
     s->fade_s = conf->forget_s / log(LOGODDS_MAX / s->blocked_logodds);

@@ -52,6 +52,7 @@ struct sphere_conf {
     enum sphere_model model;
     enum sphere_update update;
     double range_error; /* standard deviation of a range as a share of it, [0, 0.1]; Gaussian models only */
+    double relaxation;  /* how far cells are raised towards their neighbours (relax.h), [0, 1]; 0: they are not */
 };
 
 struct sphere_stats {

@@ -11,6 +11,8 @@
 #include "claim.h"
 #include "sphere.h"
 
+struct relaxed;
+
 struct direction {
     struct claim claim[CLAIMS];
     uint32_t dirty; /* on the list of directions to publish */
@@ -35,6 +37,7 @@ struct sphere {
     double nearer_share;    /* a mean of points of a cell is no nearer than its layer times this */
     double (*axis)[3];      /* unit vector of each direction's centre */
     struct claim *joined;   /* of all directions, while the centre moves */
+    struct relaxed *relax;  /* [layers], of the direction in work, all zero between; NULL: there is no relaxation */
     uint32_t *dirty;
     uint32_t n_dirty;
     double blocked_logodds; /* conf.blocked_above as log-odds */

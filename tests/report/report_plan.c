@@ -37,6 +37,7 @@ static const struct stage {
     {"threads", PLAN_THREADS, "[pipeline]\nthreads = 2\n", ""},
     {"marks", PLAN_MARKS, "", "marks = off\n"},
     {"elevation", PLAN_ELEVATION, "", "[grid]\nelevation = level\n"},
+    {"relaxation", PLAN_RELAXATION, "[grid]\nrelaxation = 0.5\n", ""},
     {"cleanup", PLAN_CLEANUP, "median = 3\notsu = on\nclahe = on\nclasses = on\n", ""},
     {"all that may go", PLAN_IDS, "[map]\nvoxel = 0.2 m\nmemory = 32 MiB\n",
      "marks = off\n[grid]\nelevation = level\n"},

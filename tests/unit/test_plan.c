@@ -59,6 +59,8 @@ static const struct {
     {"an image for clients", SONAR, PLAN_IMAGE, PLAN_NONE, "clients"},
     {"nobody asks for the image", NO_SOCKET, PLAN_IMAGE, PLAN_IDENTICAL, "socket"},
     {"level", SONAR "[grid]\nelevation = level\n", PLAN_ELEVATION, PLAN_BOUNDED, "level"},
+    {"no relaxation", SONAR, PLAN_RELAXATION, PLAN_BOUNDED, "relaxation = 0"},
+    {"relaxation", SONAR "[grid]\nrelaxation = 0.5\n", PLAN_RELAXATION, PLAN_NONE, "relaxation = 0.5"},
     {"no map", SONAR, PLAN_MAP, PLAN_BOUNDED, "voxel = none"},
     {"a map", SONAR "[map]\nvoxel = 0.2 m\n", PLAN_MAP, PLAN_NONE, "voxel"},
     {"no map, no pager", SONAR, PLAN_PAGER, PLAN_IDENTICAL, "no map"},
@@ -98,6 +100,7 @@ TEST(the_wiring_follows_the_plan)
         CHECK_INT(p.map, plan_has(&plan, PLAN_MAP, 0));
         CHECK_INT(cleanup_wanted(&p.cleanup[0]), plan_has(&plan, PLAN_CLEANUP, 0));
         CHECK_INT(!p.grid.sphere.level, plan_has(&plan, PLAN_ELEVATION, 0));
+        CHECK_INT(p.grid.sphere.relaxation > 0, plan_has(&plan, PLAN_RELAXATION, 0));
         CHECK_INT(p.threads > 0, plan_has(&plan, PLAN_THREADS, 0));
     }
 }
@@ -114,7 +117,7 @@ TEST(the_largest_plan_fits)
     conf.n_more_grids = CONF_MAX_GRIDS;
     plan_make(&conf, &plan);
     CHECK(plan.n <= PLAN_STAGES_MAX);
-    CHECK_INT(plan.n, CONF_MAX_SONARS * 6 + (CONF_MAX_GRIDS + 1) * 2 + 7);
+    CHECK_INT(plan.n, CONF_MAX_SONARS * 6 + (CONF_MAX_GRIDS + 1) * 3 + 7);
 }
 
 static struct plan_cost price(const char *text)
@@ -137,6 +140,7 @@ TEST(more_costs_more)
         bool bytes; /* too */
     } pairs[] = {{SONAR "[grid]\nangular_step = 4 deg\n", SONAR "[grid]\nangular_step = 1 deg\n", true},
                  {SONAR "[grid]\nelevation = level\n", SONAR, true},
+                 {SONAR, SONAR "[grid]\nrelaxation = 0.5\n", true},
                  {NO_SOCKET, SONAR, true},
                  {SONAR, SONAR "[extract]\ndetector = os\n", false},
                  {SONAR, SONAR "[extract]\nclasses = on\n", true},
@@ -164,7 +168,7 @@ TEST(bytes_are_exact)
     struct pipeline_conf p;
     struct plan_cost cost[PLAN_STAGES_MAX], all;
     char err[160];
-    load(SONAR "[extract]\nclasses = on\nmedian = 5\n", &conf);
+    load(SONAR "[extract]\nclasses = on\nmedian = 5\n[grid]\nrelaxation = 1\n", &conf);
     plan_make(&conf, &plan);
     plan_price(&plan, &conf, cost, &all);
     wiring_pipeline(&conf, &plan, true, &p);
@@ -172,7 +176,7 @@ TEST(bytes_are_exact)
     for (int k = 0; k < plan.n; k++) {
         if (plan.stage[k].id == PLAN_CLEANUP)
             CHECK_NEAR(cost[k].bytes, cleanup_size(&p.cleanup[0], p.max_bins), 0, 0);
-        if (plan.stage[k].id == PLAN_GRID || plan.stage[k].id == PLAN_ELEVATION)
+        if (plan.stage[k].in && plan.stage[k].id >= PLAN_GRID && plan.stage[k].id <= PLAN_RELAXATION)
             grid += cost[k].bytes;
     }
     CHECK_NEAR(grid, sphere_bytes(&p.grid.sphere, err, sizeof err), 0, 0);
