@@ -73,7 +73,8 @@ extern const struct rpc_method daemon_methods[];
 /** daemon_take_pose - what the `pose` method and a capture's /pose messages do; false with *error set. */
 bool daemon_take_pose(struct daemon *d, json_t *params, struct rpc_error *error);
 
-/** daemon_write_answers - append the sectors as of now to d->answers, as one JSON line; `event` says why. */
+/** daemon_write_answers - append the sectors as of now to d->answers, as one JSON line, with --bands as one for
+ * each grid and band of elevations; `event` says why. */
 void daemon_write_answers(struct daemon *d, const char *event, const char *sensor);
 
 #endif

@@ -2,6 +2,7 @@
 /* The table of JSON-RPC methods; each is in the module that its name begins with. sonard-protocol(7) documents them. */
 #include "methods.h"
 
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -55,7 +56,8 @@ const struct rpc_method daemon_methods[] = {
     {.name = NULL},
 };
 
-void daemon_write_answers(struct daemon *d, const char *event, const char *sensor)
+/* The sectors that these parameters ask for (taken over; NULL: those about the horizon), in a line of their own. */
+static void write_line(struct daemon *d, const char *event, const char *sensor, json_t *params)
 {
     struct rpc_work work = {0};
     const struct rpc_call call = {.daemon = d, .now_ns = loop_now(d->loop), .work = &work};
@@ -67,10 +69,33 @@ void daemon_write_answers(struct daemon *d, const char *event, const char *senso
     text_word(&out, sensor);
     text_name(&out, "turn");
     text_integer(&out, (int64_t)d->turns);
+    if (params) {
+        text_name(&out, "asked");
+        text_json(&out, params);
+    }
     text_name(&out, "sectors");
-    if (rpc_answer(daemon_methods, &call, "sectors", NULL, &out, &error)) {
+    if (rpc_answer(daemon_methods, &call, "sectors", params, &out, &error)) {
         text_bytes(&out, "}\n", 2);
         fwrite(out.bytes, 1, out.n, d->answers);
     }
     free(out.bytes);
+    json_decref(params);
+}
+
+#define BAND_DEG 10.0 /* one of them about the horizon; those at the poles have half of it */
+
+static void write_bands(struct daemon *d, const char *event, const char *sensor, const char *grid)
+{
+    for (double lo = -90 - BAND_DEG / 2; lo < 90; lo += BAND_DEG)
+        write_line(d, event, sensor,
+                   json_pack("{s:s, s:[f, f]}", "grid", grid, "elevation_deg", fmax(lo, -90), fmin(lo + BAND_DEG, 90)));
+}
+
+void daemon_write_answers(struct daemon *d, const char *event, const char *sensor)
+{
+    struct grid *grid;
+    if (!d->options->bands)
+        write_line(d, event, sensor, NULL);
+    for (int i = 0; d->options->bands && (grid = pipeline_grid(d->pipeline, i)); i++)
+        write_bands(d, event, sensor, grid->setting.name);
 }

@@ -27,6 +27,7 @@ static const char usage[] =
     "      --measure        in a replay, too, measure how long the stages take (sonarctl stats)\n"
     "      --answers FILE   write the sectors after every turn and at the end, as JSON lines\n"
     "      --every S        and every S seconds, beside the turns\n"
+    "      --bands          of every grid, in bands of 10 degrees of elevation, not only about the horizon\n"
     "      --socket PATH    socket for clients, instead of the configured one; 'none': no socket\n"
     "      --threads N      0, 1 or 2 pipeline threads, instead of the configured number\n"
     "      --version        print the version and exit\n"
@@ -47,7 +48,8 @@ static int too_long(const char *what, const char *value, size_t room)
     return wrong(what, value, wanted);
 }
 
-enum { CHECK = 256, PRINT, EXPLAIN, EVERY, SAMPLE, MAN_TABLE, RECORD, REPLAY, SPEED, STAY, MEASURE, ANSWERS, SOCKET, THREADS, VERSION };
+enum { CHECK = 256, PRINT, EXPLAIN, EVERY, SAMPLE, MAN_TABLE, RECORD, REPLAY, SPEED, STAY, MEASURE, ANSWERS, BANDS, SOCKET,
+       THREADS, VERSION };
 
 static const struct option longs[] = {{"config", required_argument, NULL, 'c'},
                                       {"check", required_argument, NULL, CHECK},
@@ -62,6 +64,7 @@ static const struct option longs[] = {{"config", required_argument, NULL, 'c'},
                                       {"stay", no_argument, NULL, STAY},
                                       {"measure", no_argument, NULL, MEASURE},
                                       {"answers", required_argument, NULL, ANSWERS},
+                                      {"bands", no_argument, NULL, BANDS},
                                       {"socket", required_argument, NULL, SOCKET},
                                       {"threads", required_argument, NULL, THREADS},
                                       {"version", no_argument, NULL, VERSION},
@@ -106,6 +109,7 @@ static int take(struct options *o, int c, const char *value)
     o->print |= c == PRINT;
     o->stay |= c == STAY;
     o->measure |= c == MEASURE;
+    o->bands |= c == BANDS;
     switch (c) {
     case EXPLAIN:
         if (value && strcmp(value, "json") != 0)
@@ -144,8 +148,8 @@ static int check_options(const struct options *o)
         fprintf(stderr, "sonard: %s: goes together with --replay only\n", o->stay ? "--stay" : "--speed");
         return USAGE;
     }
-    if (o->every_s > 0 && !o->answers) {
-        fprintf(stderr, "sonard: --every: goes together with --answers only\n");
+    if ((o->every_s > 0 || o->bands) && !o->answers) {
+        fprintf(stderr, "sonard: %s: goes together with --answers only\n", o->bands ? "--bands" : "--every");
         return USAGE;
     }
     if (o->replay && o->record)

@@ -17,6 +17,7 @@ enum options_explain { EXPLAIN_NOT, EXPLAIN_TABLE, EXPLAIN_JSON };
 struct options {
     const char *conf, *replay, *record, *answers, *socket;
     bool check, print, stay, measure;
+    bool bands; /* of --answers: every grid and elevation, not only about the horizon */
     enum options_explain explain;
     double every_s; /* of --answers; 0: after turns and at the end only */
     double speed; /* 0: as fast as it goes */

@@ -315,10 +315,10 @@ class Bench:
             full += ["-c", conf or self.path("sonard.conf")]
         return self._keep(Daemon(self, "sonard%d" % len(self.processes), full, env))
 
-    def run(self, program, *arguments):
+    def run(self, program, *arguments, limit_s=60):
         """Runs a program to its end; the result has returncode, stdout and stderr."""
         return subprocess.run([program] + list(arguments), capture_output=True, text=True, errors="replace",
-                              timeout=60 * PATIENCE, stdin=subprocess.DEVNULL, check=False)
+                              timeout=limit_s * PATIENCE, stdin=subprocess.DEVNULL, check=False)
 
     def sonarctl(self, *arguments):
         return self.run(SONARCTL, "--socket", self.socket_path, *arguments)

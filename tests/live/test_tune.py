@@ -1,15 +1,24 @@
 #!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: MIT
-"""sonard-tune on a recording: what it writes holds the bound, repeats to the byte, and is never more certain than the
-reference; a bound that cannot be held leaves no file."""
+"""sonard-tune on a recording and on basins made up from a seed (SEED=): what it writes holds the bound in every band of
+elevations and every grid, with a truth and without, repeats to the byte, and is never more certain than the reference; a
+bound that cannot be held leaves no file; the search ends where no small change is cheaper."""
+import importlib.util
+import itertools
 import json
+import math
 import os
+import random
+import sys
+import types
+from importlib.machinery import SourceFileLoader
 
-from lib import BUILD, SONARD, check, run
+from lib import BUILD, SONARD, SONARCTL, check, note, run
 
 TOP = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 TUNE = os.path.join(TOP, "python", "sonard-tune")
 CAPTURE = os.path.join(TOP, "tests", "replay", "box.mcap")
+SEED = int(os.environ.get("SEED") or random.randrange(1 << 20))
 FINE = {"sensor_model": "gauss", "angular_step": "1 deg", "range": "3 m"}
 
 
@@ -109,5 +118,167 @@ def truth_holds(bench):
     check("Reference: truth." in read(bench, "tuned.conf"), read(bench, "tuned.conf"))
 
 
+# ---- basins ----
+
+RANGE_M, BINS, PINGS, TURN = 6.0, 200, 300, 200
+EVERY_S, WITHIN_M, SHARE, LOST = "2", 0.3, 85.0, 10.0
+
+
+def wall_m(basin, azimuth_deg):
+    """To the nearest wall of (ahead, right, astern, left), or to a post of 4 degrees before one."""
+    walls, posts_deg = basin
+    x, y = math.cos(math.radians(azimuth_deg)), math.sin(math.radians(azimuth_deg))
+    post = any(abs((azimuth_deg - p + 180) % 360 - 180) <= 2 for p in posts_deg)
+    return min(d / c for d, c in zip(walls, (x, y, -x, -y)) if c > 1e-6) * (0.6 if post else 1)
+
+
+def dump(dice, basin):
+    """What a Ping360 sends in such a basin, as the text that sonarctl imports."""
+    text = []
+    for n in range(PINGS):
+        grad = 2 * n % 400
+        wall = wall_m(basin, 0.9 * grad - 180) / RANGE_M * BINS
+        data = [255 if i < 12 else int(dice.uniform(0, 25) + max(0, 170 - 40 * abs(i - wall))) for i in range(BINS)]
+        fields = {"mode": 0, "gain_setting": 0, "angle": grad, "transmit_duration": 40,
+                  "sample_period": round(RANGE_M / BINS / 750 / 25e-9), "transmit_frequency": 750, "number_of_samples": BINS,
+                  "data_length": BINS, "data": ["0x%02x" % v for v in data]}
+        text.append("ID: 2300 - device_data\nPayload:\n" + "".join("  - %s: %s\n" % f for f in fields.items()) + "Checksum: -\n")
+    return "".join(text)
+
+
+def truth_of(basin, t_s):
+    """One line that holds from then on; what lies at the end of what was listened to, or beyond, is not told."""
+    sectors = []
+    for k in range(72):
+        near = min(wall_m(basin, 5 * k + off) for off in (-2.5, -1.25, 0, 1.25, 2.5))
+        known = near < RANGE_M - 0.5
+        sectors.append({"state": "blocked", "range_m": near} if known else {"state": "unknown"})
+    return json.dumps({"sectors": {"t_unix": t_s, "sectors": sectors}}) + "\n"
+
+
+def lines_of(path):
+    with open(path, encoding="ascii") as f:
+        return [json.loads(line) for line in f]
+
+
+def played(bench, capture, path, name):
+    out = bench.path(name)
+    done = bench.run(SONARD, "--replay", capture, "-c", path, "--socket", "none", "--answers", out, "--every", EVERY_S, "--bands")
+    check(done.returncode == 0, done.stderr)
+    return [(tuple(line["asked"]["elevation_deg"]), line["asked"]["grid"], line["sectors"]) for line in lines_of(out)]
+
+
+def breaks(pairs, told):
+    """Why the bound does not hold of pairs of sectors; told: by a truth, so that unknown says nothing."""
+    known = lost = ranges = near = 0
+    for a, b in pairs:
+        if b["state"] == "clear" and (a["state"] == "blocked" or a["state"] == "unknown" and not told):
+            return "falsely clear: %s, %s" % (a, b)
+        if a["state"] == "blocked" and b["free_to_m"] > a["range_m"] + WITHIN_M:
+            return "free beyond an obstacle: %s, %s" % (a, b)
+        known += a["state"] != "unknown"
+        lost += a["state"] != "unknown" and b["state"] == "unknown" or a["state"] == "clear" and b["state"] == "blocked"
+        if a["state"] == b["state"] == "blocked":
+            ranges += 1
+            near += abs(a["range_m"] - b["range_m"]) <= WITHIN_M
+    if known < 100 or near < SHARE / 100 * ranges or lost > LOST / 100 * known:
+        return "%d known, %d lost, %d of %d ranges near" % (known, lost, near, ranges)
+    return None
+
+
+def settings(dice):
+    """A careful configuration: sonard-tune has it as its own reference."""
+    extract = dice.choice(["detector = os\n", "otsu = on\n", "median = 3\nclasses = on\n", ""])
+    return ("[sonar box]\ndevice = ping360\nport = serial:/dev/x:115200\nrange = %g m\n[extract]\nno_echo = %s\n%s"
+            "[grid]\nangular_step = 1 deg\nsensor_model = %s\n[grid other]\nforget = 60 s\n" %
+            (RANGE_M, dice.choice(["minimum", "heard"]), extract, dice.choice(["gauss", "midpoint", "opening"])))
+
+
+def basin(bench, with_truth):
+    """A basin, configuration and way of judging by the seed; what is written is judged anew, as a user would have it."""
+    dice = random.Random("%d %s" % (SEED, with_truth))
+    where = [dice.uniform(1.2, 4.5) for _ in range(3)] + [dice.choice([2.0, 9.0])], [dice.uniform(0, 360) for _ in range(4)]
+    dumped, capture = bench.write("dump.txt", dump(dice, where)), bench.path("basin.mcap")
+    path = bench.write("basin.conf", settings(dice))
+    done = bench.run(SONARCTL, "capture", "import", "--sensor", "box", dumped, capture)
+    check(done.returncode == 0, done.stderr)
+    fine, turn_s = played(bench, capture, path, "fine"), TURN * (0.042 + RANGE_M / 750)
+    truth = truth_of(where, turn_s)
+    more = ["--reference", bench.write("truth", truth)] if with_truth else []
+    done = bench.run(TUNE, "--sonard", SONARD, "-c", path, "-o", bench.path("tuned.conf"), "--within", str(WITHIN_M), "--share",
+                     str(SHARE), "--lost", str(LOST), "--every", EVERY_S, "--tune-on", "80" if with_truth else "60", *more, capture,
+                     limit_s=240)
+    check(done.returncode == 0, "SEED=%d: %s" % (SEED, done.stderr))
+    os.mkdir(path + ".d")
+    os.rename(bench.path("tuned.conf"), os.path.join(path + ".d", "60-tuned.conf"))
+    tuned = played(bench, capture, path, "coarse")
+    check(len(fine) == len(tuned) and {line[1] for line in tuned} == {"main", "other"},
+          "lines: %d and %d" % (len(fine), len(tuned)))
+    horizon = [((-5.0, 5.0), "main")] if with_truth else []
+    rest = [(a, b) for x, y in zip(fine, tuned) if x[:2] not in horizon for a, b in zip(x[2]["sectors"], y[2]["sectors"])]
+    told = [(a, b) for x in tuned if x[:2] in horizon and x[2]["t_unix"] >= turn_s
+            for a, b in zip(json.loads(truth)["sectors"]["sectors"], x[2]["sectors"])]
+    check(not breaks(rest, False) and (not told or not breaks(told, True)),
+          "SEED=%d: %s; %s" % (SEED, breaks(rest, False), told and breaks(told, True)))
+    check(bool(told) == with_truth, "nothing is judged by the truth")
+    note("SEED=%d: %s" % (SEED, done.stdout.split("cost by")[1].splitlines()[1].strip()))
+
+
+def basin_alone(bench):
+    basin(bench, False)
+
+
+def basin_with_truth(bench):
+    basin(bench, True)
+
+
+def places_are_left(bench):
+    """With a map whose places are asked nothing changes what is heard; when only directions are asked the map goes."""
+    path = bench.write("map.conf", "[sonar box]\ndevice = ping360\nport = serial:/dev/x:115200\nrange = 2 m\n"
+                       "[map]\nvoxel = 0.2 m\nmemory = 16 MiB\n")
+    for more, gone in (((), False), (("--directions",), True)):
+        done = tune(bench, "-c", path, *more, out="map%d" % gone)
+        check(done.returncode == 0, done.stderr)
+        text = read(bench, "map%d" % gone)
+        check(("voxel = none" in text) == gone and ("marks = off" in text) == gone, text)
+
+
+# ---- the search by itself ----
+
+def made_up(module, dice):
+    """A tuner whose costs and whose bound are made up: cheaper keys interact, and dearer ones may allow cheaper others."""
+    ladder = {("a", str(k)): [str(v) for v in range(dice.choice([2, 3, 5]))] for k in range(4)}
+    combos = [dict(zip(ladder, v)) for v in itertools.product(*ladder.values())]
+    careful = combos[0]
+    good = {module.name(c): c == careful or dice.random() < 0.3 for c in combos}
+    cost = {module.name(c): (sum(dice.uniform(0, 1) for _ in c) if c != careful else 9, 0) for c in combos}
+    tuner = module.Tuner.__new__(module.Tuner)
+    tuner.ladder, tuner.careful, tuner.measured = ladder, careful, {}
+    tuner.args = types.SimpleNamespace(jobs=dice.choice([1, 3]))
+    tuner.cost = lambda keys: cost[module.name(keys)]
+    tuner.measure = lambda keys: [types.SimpleNamespace(known=99, good=good[module.name(keys)])]
+    tuner.holds_tuned = lambda parts: parts[0].good
+    return tuner, combos, good, cost
+
+
+def search(_bench):
+    """Every step holds and costs less; nothing one key from the end, or two by a step each, is cheaper and holds."""
+    loader = SourceFileLoader("sonard_tune", TUNE)
+    module = importlib.util.module_from_spec(importlib.util.spec_from_loader("sonard_tune", loader))
+    sys.modules["sonard_tune"] = module
+    loader.exec_module(module)
+    module.scarce = lambda keys: keys
+    for n in range(20):
+        tuner, combos, good, cost = made_up(module, random.Random("%d %d" % (SEED, n)))
+        way = [module.name(keys) for keys, _ in tuner.descend()]
+        check(all(good[w] for w in way) and sorted(way, key=lambda w: cost[w], reverse=True) == way,
+              "SEED=%d %d: %s" % (SEED, n, way))
+        last = dict(way[-1])
+        better = [c for c in combos if good[module.name(c)] and cost[module.name(c)] < cost[way[-1]]
+                  and (sum(c[k] != last[k] for k in c) <= 1 or sorted(abs(int(c[k]) - int(last[k])) for k in c) == [0, 0, 1, 1])]
+        check(not better, "SEED=%d %d: %s ends dearer than %s" % (SEED, n, way, better))
+
+
 check(os.path.isdir(BUILD), "no build")
-run([("tune_" + f.__name__, f) for f in (holds, repeats, refuses, truth_holds)])
+run([("tune_" + f.__name__, f) for f in (holds, repeats, refuses, truth_holds, basin_alone, basin_with_truth, places_are_left,
+                                         search)])
