@@ -206,8 +206,8 @@ def basin(bench, with_truth):
     truth = truth_of(where, turn_s)
     more = ["--reference", bench.write("truth", truth)] if with_truth else []
     done = bench.run(TUNE, "--sonard", SONARD, "-c", path, "-o", bench.path("tuned.conf"), "--within", str(WITHIN_M), "--share",
-                     str(SHARE), "--lost", str(LOST), "--every", EVERY_S, "--tune-on", "80" if with_truth else "60", *more, capture,
-                     limit_s=240)
+                     str(SHARE), "--lost", str(LOST), "--every", EVERY_S, "--tune-on", "80" if with_truth else "60",
+                     *more, capture, limit_s=240)
     check(done.returncode == 0, "SEED=%d: %s" % (SEED, done.stderr))
     os.mkdir(path + ".d")
     os.rename(bench.path("tuned.conf"), os.path.join(path + ".d", "60-tuned.conf"))
