@@ -16,6 +16,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+import time
 
 BUILD = os.environ.get("BUILD", "build")
 HERE = os.path.dirname(os.path.abspath(__file__))
@@ -81,12 +82,14 @@ def first(rows, what, value=None):
 
 
 def peer():
-    """How many times as fast as OctoMap, by scene; empty where its library is not installed."""
-    if not os.path.exists(program("bench_octomap_peer")):
+    """Cost over OctoMap's, by scene; empty, with a sentence, where its library is not installed or it does not run."""
+    path = program("bench_octomap_peer")
+    done = subprocess.run([path], capture_output=True, text=True, check=False) if os.path.exists(path) else None
+    if not done or done.returncode:
+        print(f"\nno ratios to OctoMap: {path} {f'ended with status {done.returncode}' if done else 'is not built'}")
         return {}
-    out = subprocess.run([program("bench_octomap_peer")], capture_output=True, text=True, check=True).stdout
     return {f"voxel map, scene {m[1]} {m[2]} m, to OctoMap": 1 / float(m[3])
-            for m in re.finditer(r"^([A-Z])\s+([\d.]+) m\s+([\d.]+)\s+\d+\s+\d+$", out, re.M)}
+            for m in re.finditer(r"^([A-Z])\s+([\d.]+) m\s+([\d.]+)\s+\d+\s+\d+$", done.stdout, re.M)}
 
 
 def ratios(rows):
@@ -112,6 +115,7 @@ def instructions(stage, function, times):
 def raspberry_pi():
     """Instructions that were counted here (x86-64), taken as many there."""
     if not shutil.which("valgrind"):
+        print("\nno estimate for a Raspberry Pi: valgrind is not installed")
         return []
     rows = []
     for stage, function, times, changed, what, rate in STAGES:
@@ -135,7 +139,7 @@ def by_itself():
 
 
 def main():
-    quick = sys.argv[1:] == ["quick"]
+    quick, begin = sys.argv[1:] == ["quick"], time.monotonic()
     result = {"machine": machine(), "scaling": scaling(quick)}
     print(result["machine"])
     print_scaling(result["scaling"])
@@ -144,16 +148,18 @@ def main():
     for what, ratio in result["ratios"].items():
         print(f"  {ratio:10.3g}  {what}")
     result["raspberry_pi_4_estimate"] = raspberry_pi()
-    print("\na Raspberry Pi 4, estimated within a factor of 2 from instructions counted here and its memory, not measured")
+    if result["raspberry_pi_4_estimate"]:
+        print("\na Raspberry Pi 4, estimated within a factor of 2 from instructions counted here and its memory, not measured")
     for row in result["raspberry_pi_4_estimate"]:
         print(f"  {row['stage']:8} {row['instructions']:9.0f} instructions  {1e-3 * row['ns_estimated']:7.1f} us a ping  "
               f"{100 * row['share']:.2g} % of a core: {row['what']}")
     if not quick:
         result["programs"] = by_itself()
+    result["seconds"] = time.monotonic() - begin
     path = os.path.join(BUILD, "bench.json")
     with open(path, "w", encoding="utf-8") as f:
         json.dump(result, f, indent=1)
-    print(f"\n{path}")
+    print(f"\n{path}, after {result['seconds']:.0f} s")
 
 
 main()
