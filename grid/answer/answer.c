@@ -369,9 +369,9 @@ void answer_direction(struct picture *p, const struct answer_conf *conf, const s
     uint64_t number;
     int tries = 0;
     do {
-        number = seqlock_now(&p->lock);
+        number = picture_now(p);
         direction_once(p, conf, now, query, out);
-    } while (!seqlock_still(&p->lock, number) && ++tries < TRIES);
+    } while (!picture_still(p, number) && ++tries < TRIES);
 }
 
 void answer_sectors(struct picture *p, const struct answer_conf *conf, const struct answer_now *now, bool ned,
@@ -380,7 +380,7 @@ void answer_sectors(struct picture *p, const struct answer_conf *conf, const str
     uint64_t number;
     int tries = 0;
     do {
-        number = seqlock_now(&p->lock);
+        number = picture_now(p);
         sectors_once(p, conf, now, ned, lo_rad, hi_rad, reach_m, count, sectors);
-    } while (!seqlock_still(&p->lock, number) && ++tries < TRIES);
+    } while (!picture_still(p, number) && ++tries < TRIES);
 }

@@ -213,7 +213,7 @@ void corridor_look(struct picture *p, const struct answer_conf *conf, const stru
     uint64_t number;
     int tries = 0;
     do {
-        number = seqlock_now(&p->lock);
+        number = picture_now(p);
         look_once(p, conf, now, body, query, out);
-    } while (!seqlock_still(&p->lock, number) && ++tries < TRIES);
+    } while (!picture_still(p, number) && ++tries < TRIES);
 }

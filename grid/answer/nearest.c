@@ -123,7 +123,7 @@ void nearest_look(struct picture *p, const struct answer_conf *conf, const struc
     uint64_t number;
     int tries = 0;
     do {
-        number = seqlock_now(&p->lock);
+        number = picture_now(p);
         look_once(&s, out);
-    } while (!seqlock_still(&p->lock, number) && ++tries < TRIES);
+    } while (!picture_still(p, number) && ++tries < TRIES);
 }

@@ -1,7 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * picture - the grid's answer to the commonest questions, direction by direction, readable from any thread while the
- * maps' owner goes on writing. One writer; any number of readers; nobody ever waits for the other.
+ * maps' owner goes on writing. One writer; any number of readers; nobody ever waits for the other: there are two sides.
+ * Readers have the one in front; the writer works on the other, turns them round, and brings the one that is now behind
+ * up to date. A reader who was in the midst of it reads again, from the side that has just become whole.
  */
 #ifndef SONARD_PICTURE_H
 #define SONARD_PICTURE_H
@@ -47,29 +49,38 @@ struct picture_frame {
 
 #define PICTURE_FRAME_WORDS (sizeof(struct picture_frame) / 8)
 
-struct picture {
-    struct seqlock lock;
-    uint32_t n; /* directions; constant */
-    const struct rings *rings;
-    const double (*axis)[3]; /* [n] unit vectors of the directions' centres */
-    double fade_s;           /* time constant of the obstacles' log-odds */
-    float blocked_logodds;   /* above: an obstacle */
+struct picture_side {
     seqlock_word frame[PICTURE_FRAME_WORDS];
     seqlock_word *word; /* [n][PICTURE_WORDS] */
 };
 
-/** picture_bytes - memory for picture_init's `word`. */
+struct picture {
+    _Atomic uint64_t number; /* of times it was published; the side of its parity is in front */
+    uint32_t n;              /* directions; constant */
+    const struct rings *rings;
+    const double (*axis)[3]; /* [n] unit vectors of the directions' centres */
+    double fade_s;           /* time constant of the obstacles' log-odds */
+    float blocked_logodds;   /* above: an obstacle */
+    struct picture_side side[2];
+    uint32_t *changed, n_changed; /* the writer's: directions set since picture_begin; n of them: maybe all */
+};
+
+/** picture_bytes - memory for picture_init. */
 size_t picture_bytes(uint32_t n);
 
-/** picture_init - all directions never pinged. axis: [rings->n]; word: picture_bytes(rings->n), 8-aligned. */
+/** picture_init - all directions never pinged. axis: [rings->n]; memory: picture_bytes(rings->n), 8-aligned. */
 void picture_init(struct picture *p, const struct rings *rings, const double (*axis)[3], double fade_s,
-                  double blocked_logodds, void *word);
+                  double blocked_logodds, void *memory);
 
-/* Writer. Entries and frame may be set only between begin and end. */
+/* Writer. Entries and frame may be set only between begin and end, at which they are all published at once. */
 void picture_begin(struct picture *p);
 void picture_set(struct picture *p, uint32_t direction, const struct picture_entry *entry);
 void picture_set_frame(struct picture *p, const struct picture_frame *frame);
 void picture_end(struct picture *p);
+
+/* Readers. picture_still: what was read since picture_now gave this number is of one picture. */
+uint64_t picture_now(struct picture *p);
+bool picture_still(struct picture *p, uint64_t number);
 
 /* Readers: a consistent copy of one entry, or of the frame. */
 void picture_get(struct picture *p, uint32_t direction, struct picture_entry *entry);
