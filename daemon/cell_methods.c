@@ -9,11 +9,14 @@
 #define DEFAULT_HALF_ANGLE_DEG 5.0
 #define RANGE_MAX_M            1e4
 
-/* A cone in the grid's axes, and the ranges in it. */
+/* A cone in the grid's axes, and the ranges in it; and how many cells were found there. */
 struct part {
+    struct grid *grid;
+    uint64_t now_ns;
     double axis[3], cos_half;
     double from_m, to_m;
     bool locked;
+    json_int_t cells;
 };
 
 static bool part_of(json_t *params, struct part *part, struct rpc_error *error)
@@ -45,25 +48,33 @@ static bool holds(const struct part *part, const struct sphere_cell *cell)
     return along_m >= part->cos_half * range_m && range_m >= part->from_m && range_m <= part->to_m;
 }
 
+static void lock(void *ctx, const struct pipeline_owned *owned)
+{
+    struct part *part = ctx;
+    struct sphere *sphere = part->grid->sphere;
+    struct sphere_stats stats;
+    struct sphere_cell cell;
+    (void)owned;
+    sphere_stats(sphere, &stats);
+    for (uint32_t direction = 0; direction < stats.directions; direction++)
+        for (uint32_t k = 0; sphere_cell(sphere, direction, k, part->now_ns, &cell); k++)
+            if (holds(part, &cell))
+                part->cells += sphere_lock(sphere, direction, (cell.from_m + cell.to_m) / 2, part->locked);
+}
+
 json_t *cell_method_lock(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
     static const char *const keys[] = {"azimuth_deg", "elevation_deg", "half_angle_deg", "from_m",
                                        "to_m",        "locked",        "grid",           NULL};
     struct daemon *d = call->daemon;
     struct part part;
-    struct grid *grid;
-    if (!rpc_only(params, keys, error) || !part_of(params, &part, error) || !(grid = grid_asked(d, params, error)))
-        return NULL;
-    struct sphere *sphere = pipeline_sphere(d->pipeline, grid);
-    struct sphere_stats stats;
-    struct sphere_cell cell;
     struct picture_frame frame;
-    json_int_t n = 0;
-    sphere_stats(sphere, &stats);
-    for (uint32_t direction = 0; direction < stats.directions; direction++)
-        for (uint32_t k = 0; sphere_cell(sphere, direction, k, loop_now(d->loop), &cell); k++)
-            if (holds(&part, &cell))
-                n += sphere_lock(sphere, direction, (cell.from_m + cell.to_m) / 2, part.locked);
-    picture_get_frame(grid_picture(grid), &frame);
-    return json_pack("{s:s, s:I, s:b}", "frame", frame.ned ? "ned" : "body", "cells", n, "locked", part.locked);
+    if (!rpc_only(params, keys, error) || !part_of(params, &part, error) ||
+        !(part.grid = grid_asked(d, params, error)))
+        return NULL;
+    part.now_ns = loop_now(d->loop);
+    pipeline_visit(d->pipeline, lock, &part);
+    picture_get_frame(grid_picture(part.grid), &frame);
+    return json_pack("{s:s, s:I, s:b}", "frame", frame.ned ? "ned" : "body", "cells", part.cells, "locked",
+                     part.locked);
 }

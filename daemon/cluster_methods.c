@@ -2,24 +2,44 @@
 #include "cluster_methods.h"
 
 #include <math.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "../grid/answer/next_look.h"
 #include "../grid/sphere/shapes.h"
-#include "daemon.h"
+#include "errand.h"
 #include "grid_methods.h"
 #include "say.h"
 
-#define DEFAULT_COUNT 64
+#define DEFAULT_COUNT     64
+#define CLUSTERS_PER_PART 32
 
 #define DEFAULT_LOOKS     8
 #define DEFAULT_BAND_DEG  5.0
 #define DEFAULT_APART_DEG 10.0
 
-static json_t *age(const struct daemon *d, uint64_t t_ns)
+/* The clusters of a grid at one moment, of one request. */
+struct look {
+    struct errand errand;
+    struct daemon *d;
+    struct clusters *known; /* of the grid: as long as that is there, and the owner's to look into */
+    uint64_t grid_number, now_ns;
+    bool there;
+    struct picture_frame frame;
+    uint32_t n, all, n_gone;
+    struct cluster list[CLUSTERS_MAX];
+    struct cluster_gone gone[CLUSTERS_GONE_MAX];
+    struct shapes shapes;       /* of clusters */
+    uint32_t wanted, written;   /* clusters */
+    bool begun;                 /* to write */
+    struct next_look_conf conf; /* of next_look ... */
+    struct next_look way[NEXT_LOOK_MAX];
+    uint32_t ways;
+};
+
+static void write_since(struct text *out, const char *name, const struct look *l, uint64_t t_ns)
 {
-    const uint64_t now = loop_now(d->loop);
-    return say_real(now > t_ns ? (double)(now - t_ns) * 1e-9 : 0, 1e3);
+    write_age(out, name, l->now_ns > t_ns ? (double)(l->now_ns - t_ns) * 1e-9 : 0);
 }
 
 /* The first time makes room for them. */
@@ -37,24 +57,128 @@ static struct clusters *clusters_of(struct daemon *d, struct grid *grid, struct 
     return clusters;
 }
 
-static json_t *cluster_json(const struct daemon *d, const struct shapes *shapes, const struct cluster *k)
+/* The part of the grid's owner: all that is told, as of one moment. */
+static struct grid *look_at(struct look *l, const struct pipeline_owned *owned)
 {
-    const uint32_t ghost_of = shapes_ghost_of(shapes, k);
+    struct grid *grid = pipeline_owned_grid(owned, l->grid_number);
+    const struct cluster_gone *g;
+    const struct cluster *list;
+    l->there = grid != NULL;
+    if (!grid)
+        return NULL;
+    l->n = clusters_look(l->known, grid->sphere, l->now_ns, &list, &l->all);
+    memcpy(l->list, list, l->n * sizeof *list);
+    for (l->n_gone = 0; (g = clusters_gone(l->known, l->n_gone)); l->n_gone++)
+        l->gone[l->n_gone] = *g;
+    return grid;
+}
+
+static void look_at_shapes(void *ctx, const struct pipeline_owned *owned)
+{
+    struct look *l = ctx;
+    struct grid *grid = look_at(l, owned);
+    if (!grid)
+        return;
+    picture_get_frame(grid_picture(grid), &l->frame);
+    shapes_look(&l->shapes, grid_picture(grid), l->now_ns);
+}
+
+static void look_at_ways(void *ctx, const struct pipeline_owned *owned)
+{
+    struct look *l = ctx;
+    struct grid *grid = look_at(l, owned);
+    if (grid)
+        l->ways = next_look(grid_picture(grid), l->now_ns, &l->conf, l->list, l->n, l->way, l->wanted);
+}
+
+/* NULL with *error set. */
+static struct look *begin_look(const struct rpc_call *call, struct grid *grid, uint32_t wanted,
+                               struct rpc_error *error)
+{
+    struct daemon *d = call->daemon;
+    struct clusters *known = clusters_of(d, grid, error);
+    struct look *l = known ? calloc(1, sizeof *l) : NULL;
+    if (!l) {
+        if (known)
+            rpc_refuse(error, RPC_INTERNAL_ERROR, "no memory for a look at clusters");
+        return NULL;
+    }
+    l->d = d;
+    l->known = known;
+    l->grid_number = grid->number;
+    l->now_ns = loop_now(d->loop);
+    l->wanted = wanted;
+    *call->work = (struct rpc_work){.state = l, .drop = errand_free};
+    return l;
+}
+
+/* False with *error set: not done yet, or never. */
+static bool looked(const struct rpc_call *call, pipeline_owner_fn *fn, struct rpc_error *error)
+{
+    const struct look *l = call->work->state;
+    return errand_done(call, fn, error) &&
+           (l->there || rpc_refuse(error, RPC_INVALID_PARAMS, "grid: it was dropped meanwhile"));
+}
+
+static void write_count(struct text *out, const char *name, uint32_t n)
+{
+    text_name(out, name);
+    text_integer(out, n);
+}
+
+static void write_turn(struct text *out, const struct cluster *k)
+{
+    text_name(out, "turn");
+    text_open(out, '{');
+    write_count(out, "appeared", k->appeared);
+    write_count(out, "updated", k->updated);
+    write_count(out, "missed", k->missed);
+    text_close(out, '}');
+}
+
+static void write_where(struct text *out, const struct cluster *k)
+{
     double az, el;
     geo_angles(k->nearest_m, &az, &el);
-    return json_pack(
-        "{s:I, s:i, s:i, s:I, s:{s:i, s:i, s:i}, s:i, s:o, s:o, s:[o, o], s:o, s:o, s:{s:o, s:o}, s:[o, o, o], s:o, s:o, s:o, "
-        "s:o, s:o, s:o, s:o}",
-        "label", (json_int_t)k->label, "cells", (int)k->cells, "seeds", (int)k->seeds, "echoes",
-        (json_int_t)k->echoes, "turn", "appeared", (int)k->appeared, "updated", (int)k->updated, "missed",
-        (int)k->missed, "locked", (int)k->locked, "from_deg", say_degrees(k->from_rad), "width_deg", say_degrees(k->width_rad),
-        "elevation_deg", say_degrees(k->low_rad), say_degrees(k->high_rad), "near_m", say_metres(k->near_m),
-        "far_m", say_metres(k->far_m), "nearest", "azimuth_deg", say_degrees(az), "elevation_deg", say_degrees(el),
-        "centre_m", say_metres(k->centre_m[0]), say_metres(k->centre_m[1]), say_metres(k->centre_m[2]),
-        "confidence", say_real(1 / (1 + exp(-k->logodds)), 1e3), "first_echo_age_s", age(d, k->t_first_ns),
-        "last_echo_age_s", age(d, k->t_echo_ns), "label_age_s", age(d, k->t_label_ns), "approach_mps",
-        say_real(k->approach_mps, 1e4), "growth_directions_ps", say_real(k->growth_directions_ps, 1e2), "ghost_of",
-        ghost_of == TANGENTS_NONE ? json_null() : json_integer(ghost_of));
+    write_degrees(out, "from_deg", k->from_rad);
+    write_degrees(out, "width_deg", k->width_rad);
+    text_name(out, "elevation_deg");
+    text_open(out, '[');
+    text_real(out, say_rounded(geo_deg(k->low_rad), SAY_DEGREES));
+    text_real(out, say_rounded(geo_deg(k->high_rad), SAY_DEGREES));
+    text_close(out, ']');
+    write_metres(out, "near_m", k->near_m);
+    write_metres(out, "far_m", k->far_m);
+    text_name(out, "nearest");
+    text_open(out, '{');
+    write_degrees(out, "azimuth_deg", az);
+    write_degrees(out, "elevation_deg", el);
+    text_close(out, '}');
+    write_metres3(out, "centre_m", k->centre_m);
+}
+
+static void write_cluster(struct text *out, const struct look *l, const struct cluster *k)
+{
+    const uint32_t ghost_of = shapes_ghost_of(&l->shapes, k);
+    text_open(out, '{');
+    write_count(out, "label", k->label);
+    write_count(out, "cells", k->cells);
+    write_count(out, "seeds", k->seeds);
+    write_count(out, "echoes", k->echoes);
+    write_turn(out, k);
+    write_count(out, "locked", k->locked);
+    write_where(out, k);
+    write_real(out, "confidence", 1 / (1 + exp(-k->logodds)), 1e3);
+    write_since(out, "first_echo_age_s", l, k->t_first_ns);
+    write_since(out, "last_echo_age_s", l, k->t_echo_ns);
+    write_since(out, "label_age_s", l, k->t_label_ns);
+    write_real(out, "approach_mps", k->approach_mps, 1e4);
+    write_real(out, "growth_directions_ps", k->growth_directions_ps, 1e2);
+    if (ghost_of == TANGENTS_NONE)
+        write_null(out, "ghost_of");
+    else
+        write_count(out, "ghost_of", ghost_of);
+    text_close(out, '}');
 }
 
 /* May places in the grid's axes be trusted? In the body's axes no pose is needed. */
@@ -88,46 +212,84 @@ static json_t *corners_json(const struct shapes *shapes)
     return corners;
 }
 
-static json_t *gone_json(const struct daemon *d, const struct clusters *clusters)
+static void write_gone(struct text *out, const struct look *l, const struct cluster_gone *g)
 {
-    json_t *list = json_array();
-    const struct cluster_gone *g;
-    for (uint32_t k = 0; (g = clusters_gone(clusters, k)); k++) {
-        double az, el;
-        geo_angles(g->place_m, &az, &el);
-        json_array_append_new(
-            list, json_pack("{s:I, s:s, s:o, s:o, s:o, s:o, s:i, s:o}", "label", (json_int_t)g->label, "why",
-                            vanish_word(g->why), "age_s", age(d, g->t_gone_ns), "azimuth_deg", say_degrees(az),
-                            "elevation_deg", say_degrees(el), "range_m",
-                            say_metres(sqrt(g->place_m[0] * g->place_m[0] + g->place_m[1] * g->place_m[1] +
-                                            g->place_m[2] * g->place_m[2])),
-                            "cells", (int)g->cells, "last_echo_age_s", age(d, g->t_echo_ns)));
-    }
-    return list;
+    double az, el;
+    geo_angles(g->place_m, &az, &el);
+    text_open(out, '{');
+    write_count(out, "label", g->label);
+    write_word(out, "why", vanish_word(g->why));
+    write_since(out, "age_s", l, g->t_gone_ns);
+    write_degrees(out, "azimuth_deg", az);
+    write_degrees(out, "elevation_deg", el);
+    write_metres(
+        out, "range_m",
+        sqrt(g->place_m[0] * g->place_m[0] + g->place_m[1] * g->place_m[1] + g->place_m[2] * g->place_m[2]));
+    write_count(out, "cells", g->cells);
+    write_since(out, "last_echo_age_s", l, g->t_echo_ns);
+    text_close(out, '}');
 }
 
-json_t *cluster_method_list(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+static void write_list_head(struct text *out, const struct look *l)
+{
+    text_open(out, '{');
+    write_word(out, "frame", l->frame.ned ? "ned" : "body");
+    write_word(out, "pose", pose_word(l->d, l->frame.ned));
+    write_count(out, "all", l->all);
+    text_name(out, "clusters");
+    text_open(out, '[');
+}
+
+/* What follows the clusters. */
+static void write_list_rest(struct text *out, const struct look *l)
+{
+    json_t *walls = walls_json(&l->shapes), *corners = corners_json(&l->shapes);
+    text_close(out, ']');
+    text_name(out, "walls");
+    text_json(out, walls);
+    text_name(out, "corners");
+    text_json(out, corners);
+    text_name(out, "gone");
+    text_open(out, '[');
+    for (uint32_t i = 0; i < l->n_gone; i++)
+        write_gone(out, l, &l->gone[i]);
+    text_put(out, "]}");
+    json_decref(walls);
+    json_decref(corners);
+}
+
+static struct look *begin_list(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
     static const char *const keys[] = {"count", "grid", NULL};
-    struct daemon *d = call->daemon;
     int64_t count = DEFAULT_COUNT;
     struct grid *grid;
-    struct clusters *known;
     if (!rpc_only(params, keys, error) || !rpc_integer(params, "count", false, 1, CLUSTERS_MAX, &count, error) ||
-        !(grid = grid_asked(d, params, error)) || !(known = clusters_of(d, grid, error)))
+        !(grid = grid_asked(call->daemon, params, error)))
         return NULL;
-    const struct cluster *list;
-    struct picture_frame frame;
-    struct shapes shapes;
-    uint32_t all, n = clusters_look(known, pipeline_sphere(d->pipeline, grid), loop_now(d->loop), &list, &all);
-    picture_get_frame(grid_picture(grid), &frame);
-    shapes_look(&shapes, grid_picture(grid), loop_now(d->loop));
-    json_t *clusters = json_array();
-    for (uint32_t i = 0; i < n && i < count; i++)
-        json_array_append_new(clusters, cluster_json(d, &shapes, &list[i]));
-    return json_pack("{s:s, s:s, s:I, s:o, s:o, s:o, s:o}", "frame", frame.ned ? "ned" : "body", "pose",
-                     pose_word(d, frame.ned), "all", (json_int_t)all, "clusters", clusters, "walls",
-                     walls_json(&shapes), "corners", corners_json(&shapes), "gone", gone_json(d, known));
+    return begin_look(call, grid, (uint32_t)count, error);
+}
+
+/* In parts: the look, and then some clusters in each. */
+bool cluster_method_list(const struct rpc_call *call, json_t *params, struct text *out, struct rpc_error *error)
+{
+    struct look *l = call->work->state;
+    if (!l && !(l = begin_list(call, params, error)))
+        return false;
+    if (!l->begun) {
+        if (!looked(call, look_at_shapes, error))
+            return false;
+        write_list_head(out, l);
+        l->begun = true;
+    }
+    const uint32_t end = l->n < l->wanted ? l->n : l->wanted;
+    for (int i = 0; i < CLUSTERS_PER_PART && l->written < end; i++)
+        write_cluster(out, l, &l->list[l->written++]);
+    if (l->written < end) {
+        error->code = RPC_UNFINISHED;
+        return false;
+    }
+    write_list_rest(out, l);
+    return true; /* the work is dropped with the request */
 }
 
 /* ---- where to look next ---- */
@@ -155,33 +317,40 @@ static bool look_conf(const struct daemon *d, json_t *params, const struct grid 
     return true;
 }
 
-json_t *cluster_method_next_look(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+static struct look *begin_ways(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
     static const char *const keys[] = {"count", "elevation_deg", "apart_deg", "grid", NULL};
     struct daemon *d = call->daemon;
     int64_t count = DEFAULT_LOOKS;
     struct grid *grid;
-    struct clusters *known;
     struct picture_frame frame;
     struct next_look_conf conf;
     if (!rpc_only(params, keys, error) || !rpc_integer(params, "count", false, 1, NEXT_LOOK_MAX, &count, error) ||
         !(grid = grid_asked(d, params, error)))
         return NULL;
     picture_get_frame(grid_picture(grid), &frame);
-    if (!look_conf(d, params, grid, frame.ned, &conf, error) || !(known = clusters_of(d, grid, error)))
+    if (!look_conf(d, params, grid, frame.ned, &conf, error))
         return NULL;
-    const struct cluster *list;
-    struct next_look look[NEXT_LOOK_MAX];
-    const uint64_t now_ns = loop_now(d->loop);
-    uint32_t all, n = clusters_look(known, pipeline_sphere(d->pipeline, grid), now_ns, &list, &all);
-    n = next_look(grid_picture(grid), now_ns, &conf, list, n, look, (uint32_t)count);
-    json_t *looks = json_array();
-    for (uint32_t i = 0; i < n; i++) {
-        const struct next_look *l = &look[i];
-        json_array_append_new(looks, json_pack("{s:o, s:o, s:o, s:s, s:o}", "azimuth_deg", say_degrees(l->az_rad),
-                                               "elevation_deg", say_degrees(l->el_rad), "score",
-                                               say_real(l->score, 1e3), "why", next_look_word(l->why), "age_s",
-                                               l->age_s < 0 ? json_null() : say_real(l->age_s, 1e3)));
+    struct look *l = begin_look(call, grid, (uint32_t)count, error);
+    if (l) {
+        l->conf = conf;
+        l->frame = frame;
     }
-    return json_pack("{s:s, s:o}", "frame", frame.ned ? "ned" : "body", "directions", looks);
+    return l;
+}
+
+json_t *cluster_method_next_look(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    struct look *l = call->work->state;
+    if ((!l && !(l = begin_ways(call, params, error))) || !looked(call, look_at_ways, error))
+        return NULL;
+    json_t *looks = json_array();
+    for (uint32_t i = 0; i < l->ways; i++) {
+        const struct next_look *w = &l->way[i];
+        json_array_append_new(looks,
+                              json_pack("{s:o, s:o, s:o, s:s, s:o}", "azimuth_deg", say_degrees(w->az_rad),
+                                        "elevation_deg", say_degrees(w->el_rad), "score", say_real(w->score, 1e3),
+                                        "why", next_look_word(w->why), "age_s", say_age(w->age_s)));
+    }
+    return json_pack("{s:s, s:o}", "frame", l->frame.ned ? "ned" : "body", "directions", looks);
 }

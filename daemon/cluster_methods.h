@@ -8,8 +8,8 @@
 
 #include "rpc.h"
 
-/** cluster_method_list - `clusters`: made when asked for, from the grid at rest; costs nothing before. */
-json_t *cluster_method_list(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+/** cluster_method_list - `clusters`: made when asked for, by the grid's owner; costs nothing before. */
+bool cluster_method_list(const struct rpc_call *call, json_t *params, struct text *out, struct rpc_error *error);
 
 /** cluster_method_next_look - `next_look`: which directions to look at next; made when asked for. */
 json_t *cluster_method_next_look(const struct rpc_call *call, json_t *params, struct rpc_error *error);

@@ -60,6 +60,7 @@ struct daemon {
     struct server *server; /* NULL: nobody may ask */
     struct service service;
     struct loop_fd signals;
+    struct loop_fd errands;
     bool replay, replay_ended;
     uint64_t start_ns;
     uint64_t unix_offset_ns; /* Unix time = monotonic + this; 0 in a replay, whose clock is Unix time already */

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "../grid/answer/sight.h"
+#include "errand.h"
 #include "grid_methods.h"
 #include "methods.h"
 #include "moment.h"
@@ -33,9 +34,11 @@ struct saying {
 
 /* What is explained, from where it is seen, and what was found so far. */
 struct scene {
+    struct errand errand;
     struct daemon *d;
     struct grid *grid;
     uint64_t grid_number;
+    bool begun;
     struct picture_frame frame;
     struct answer_now now;
     struct answer_query query;
@@ -279,9 +282,8 @@ static json_t *pings_json(const struct scene *s)
 /* ---- in parts ---- */
 
 /* The next directions; when there are none left, the next beams. Older beams are forgotten while it goes on. */
-static void look_on(void *ctx, const struct witnesses *witnesses)
+static void look_on(struct scene *s, const struct witnesses *witnesses)
 {
-    struct scene *s = ctx;
     for (int i = 0; i < DIRECTIONS_PER_PART && !s->all_visited; i++) {
         s->all_visited = !rings_next(&s->visit);
         if (s->all_visited)
@@ -302,10 +304,10 @@ static void look_on(void *ctx, const struct witnesses *witnesses)
 }
 
 /* All that the answer is made of, as of one moment. */
-static void look_first(void *ctx, const struct witnesses *witnesses)
+static void look_first(struct scene *s, const struct witnesses *witnesses)
 {
-    struct scene *s = ctx;
     double az, el;
+    s->begun = true;
     s->beams_taken = witnesses->taken;
     picture_get_frame(grid_picture(s->grid), &s->frame);
     answer_direction(grid_picture(s->grid), &s->grid->setting.limits, &s->now, &s->query, &s->answer);
@@ -314,6 +316,17 @@ static void look_first(void *ctx, const struct witnesses *witnesses)
     geo_angles(s->axis, &az, &el);
     s->visit = rings_visit(grid_picture(s->grid)->rings, az, el, s->opening_rad);
     take_gone(s);
+}
+
+/* A part of it, by the grid's owner. */
+static void look(void *ctx, const struct pipeline_owned *owned)
+{
+    struct scene *s = ctx;
+    if (!pipeline_owned_grid(owned, s->grid_number))
+        return;
+    if (!s->begun)
+        look_first(s, owned->witnesses);
+    look_on(s, owned->witnesses);
 }
 
 static struct scene *begin_scene(struct daemon *d, json_t *params, struct rpc_error *error)
@@ -340,7 +353,6 @@ static struct scene *begin_scene(struct daemon *d, json_t *params, struct rpc_er
     s->now = moment_now(d);
     const double reach_rad = rings_reach(grid_picture(grid)->rings);
     s->opening_rad = query.half_angle_rad + reach_rad * (grid->setting.sphere.relaxation > 0 ? 3 : 1);
-    pipeline_visit(d->pipeline, look_first, s);
     return s;
 }
 
@@ -351,12 +363,13 @@ json_t *explain_method(const struct rpc_call *call, json_t *params, struct rpc_e
     struct scene *s = call->work->state;
     if (!s && !(s = begin_scene(d, params, error)))
         return NULL;
-    *call->work = (struct rpc_work){s, free};
+    *call->work = (struct rpc_work){.state = s, .drop = errand_free};
+    if (!errand_done(call, look, error))
+        return NULL;
     if (!pipeline_has_grid(d->pipeline, s->grid_number)) {
         rpc_refuse(error, RPC_INVALID_PARAMS, "grid: it was dropped meanwhile");
         return NULL;
     }
-    pipeline_visit(d->pipeline, look_on, s);
     if (!s->all_heard) {
         error->code = RPC_UNFINISHED;
         return NULL;

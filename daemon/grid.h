@@ -31,7 +31,7 @@ struct grid {
     struct sphere *sphere; /* of the maps' owner; of the loop while the pipeline is at rest; NULL: not made yet */
     struct seqlock lock;   /* of the counters */
     seqlock_word stats[sizeof(struct sphere_stats) / 8];
-    struct clusters *clusters; /* of the loop; NULL until somebody asks */
+    struct clusters *clusters; /* made by the loop, and the owner's from then on; NULL until somebody asks */
 };
 
 /**

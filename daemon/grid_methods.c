@@ -216,7 +216,7 @@ json_t *grid_method_create(const struct rpc_call *call, json_t *params, struct r
         rpc_refuse(error, RPC_LIMIT, "%s", err);
         return NULL;
     }
-    *call->work = (struct rpc_work){m, give_up};
+    *call->work = (struct rpc_work){.state = m, .drop = give_up};
     if (!grid_step(m->grid)) {
         error->code = RPC_UNFINISHED;
         return NULL;

@@ -99,7 +99,7 @@ bool image_method(const struct rpc_call *call, json_t *params, struct text *out,
     struct turn *turn = call->work->state;
     if (!turn && !(turn = begin_image(d, params, out, error)))
         return false;
-    *call->work = (struct rpc_work){turn, free};
+    *call->work = (struct rpc_work){.state = turn, .drop = free};
     for (const uint32_t end = turn->next + ROWS_PER_PART; turn->next < end; turn->next++) {
         struct image_row row;
         image_row(pipeline_image(d->pipeline, turn->sensor), turn->next, &row);

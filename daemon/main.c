@@ -12,6 +12,7 @@
 #include "attention.h"
 #include "daemon.h"
 #include "grid_methods.h"
+#include "errand.h"
 #include "instruments.h"
 #include "listen.h"
 #include "log.h"
@@ -206,7 +207,7 @@ static bool make_pipeline(struct daemon *d, char *err, size_t err_size)
     p.measured = d->options->measure;
     memcpy(d->mount, p.mount, sizeof d->mount);
     d->pipeline = pipeline_new(&p, err, err_size);
-    return d->pipeline && grid_start(d, err, err_size);
+    return d->pipeline && errand_start(d, err, err_size) && grid_start(d, err, err_size);
 }
 
 static bool make_sources(struct daemon *d, char *err, size_t err_size)
@@ -372,6 +373,7 @@ static int end(struct daemon *d)
         source_free(d->source[i]);
     places_end(d);
     pager_end(d);
+    errand_end(d);
     pipeline_free(d->pipeline);
     template_keep_end(d);
     template_end(d);

@@ -27,7 +27,7 @@ const struct rpc_method daemon_methods[] = {
     {"plan", plan_method, RPC_ASKS, NULL},
     {"version", status_method_version, RPC_ASKS, NULL},
     {"image", NULL, RPC_ASKS, image_method},
-    {"clusters", cluster_method_list, RPC_ASKS, NULL},
+    {"clusters", NULL, RPC_ASKS, cluster_method_list},
     {"next_look", cluster_method_next_look, RPC_ASKS, NULL},
     {"grid_lock", cell_method_lock, RPC_CHANGES, NULL},
     {"grid_list", grid_method_list, RPC_ASKS, NULL},

@@ -176,7 +176,8 @@ static void receive_visitor(struct pipeline *p)
     struct visitor *v = atomic_exchange_explicit(&p->visitor, NULL, memory_order_acquire);
     if (!v)
         return;
-    v->fn(v->ctx, p);
+    const struct pipeline_owned owned = pipeline_owned(p);
+    v->fn(v->ctx, &owned);
     sem_post(&v->done);
 }
 
@@ -186,8 +187,10 @@ static uint32_t await(struct pipeline *p, struct belt *belt)
     uint32_t index;
     for (;;) {
         atomic_fetch_add_explicit(&belt->turns, 1, memory_order_relaxed);
-        if (belt == pipeline_owners_belt(p))
+        if (belt == pipeline_owners_belt(p)) {
             receive_visitor(p);
+            errands_do(p);
+        }
         if (ring_take(&belt->waiting, &index))
             return index;
         if (atomic_load_explicit(&p->stop, memory_order_acquire))
@@ -489,7 +492,7 @@ struct pipeline *pipeline_new(const struct pipeline_conf *conf, char *err, size_
         ring_init(&belts[i]->idle, conf->queue + SPARE_BUFFERS, 0);
         sem_init(&belts[i]->news, 0, 0);
     }
-    if (!make_buffers(p) || !make_witnesses(p) || !make_stages(p, err, err_size)) {
+    if (!errands_begin(&p->errands) || !make_buffers(p) || !make_witnesses(p) || !make_stages(p, err, err_size)) {
         pipeline_free(p);
         return NULL;
     }
@@ -515,6 +518,7 @@ void pipeline_free(struct pipeline *p)
         pthread_join(p->thread[i], NULL);
     for (int i = 0; i < 2; i++)
         sem_destroy(&belts[i]->news);
+    errands_end(&p->errands);
     for (int i = 0; i < p->n_grids; i++)
         grid_free(p->grid[i]);
     for (int i = 0; i < p->n_memory; i++)

@@ -108,9 +108,6 @@ struct grid *pipeline_grid(struct pipeline *p, int i);
 bool pipeline_set_extract(struct pipeline *p, int sensor, const struct extract_conf *conf, char *err,
                           size_t err_size);
 
-/** pipeline_sphere - of a grid, at rest: drains first, holds until the next pipeline_submit. Loop thread. */
-struct sphere *pipeline_sphere(struct pipeline *p, const struct grid *grid);
-
 /**
  * pipeline_add_grid - all pings that come after go into this grid, too, which is the pipeline's then; false: there are
  * PIPELINE_MAX_GRIDS. pipeline_drop_grid - and no longer; it is freed. Between two pings, like pipeline_visit_map.
@@ -118,15 +115,55 @@ struct sphere *pipeline_sphere(struct pipeline *p, const struct grid *grid);
 bool pipeline_add_grid(struct pipeline *p, struct grid *grid);
 void pipeline_drop_grid(struct pipeline *p, struct grid *grid);
 
+/* What belongs to the thread that enters pings into it. */
+struct pipeline_owned {
+    struct pipeline_map *map; /* NULL: none is kept */
+    const struct witnesses *witnesses;
+    struct grid *const *grid;
+    int n_grids;
+};
+
+/** pipeline_owned_grid - the one of that number (struct grid), NULL: it is there no longer. */
+struct grid *pipeline_owned_grid(const struct pipeline_owned *owned, uint64_t number);
+
+/* What is done to it by that thread, between two pings. Pings wait meanwhile: some milliseconds at most. */
+typedef void pipeline_owner_fn(void *ctx, const struct pipeline_owned *owned);
+
 /**
- * pipeline_visit - have fn called between two pings by the thread that owns the grids and what the last beams said, and
- * wait until it is done: as pipeline_visit_map. Loop thread.
+ * pipeline_visit - have fn called by the owner, and wait until it is done: at most for the ping that is being entered,
+ * for the errand that is being done, and for fn itself. When patient, all that was submitted before is entered. Loop
+ * thread.
  */
-typedef void pipeline_look_fn(void *ctx, const struct witnesses *witnesses);
-void pipeline_visit(struct pipeline *p, pipeline_look_fn *fn, void *ctx);
+void pipeline_visit(struct pipeline *p, pipeline_owner_fn *fn, void *ctx);
+
+/*
+ * What the owner does while the loop goes on; one at a time, in the order of sending, at most one between two pings.
+ * Zeroed at first. It lies in what fn works on, at its begin: that is fn's ctx, and is neither read nor changed by the
+ * loop while the errand is out.
+ */
+struct errand {
+    struct pipeline *pipeline; /* NULL: never sent */
+    pipeline_owner_fn *fn;
+    enum errand_state { ERRAND_NONE, ERRAND_WAITS, ERRAND_OUT, ERRAND_DONE } state;
+    void (*release)(void *ctx); /* nobody wants it any more; NULL: somebody does */
+    struct errand *next;        /* that waits */
+};
+
+/**
+ * pipeline_errand - send the errand, or ask for it. True: it is done, and may be sent anew; with no threads, and when
+ * patient, it is at once. False: when it is done pipeline_errands_fd becomes readable. Loop thread.
+ */
+bool pipeline_errand(struct pipeline *p, struct errand *errand, pipeline_owner_fn *fn);
+
+/** pipeline_errand_drop - nobody waits for it any more: release is called with it, now or when the owner has done it. */
+void pipeline_errand_drop(struct errand *errand, void (*release)(void *ctx));
+
+/** pipeline_errands_fd - readable: call pipeline_errands_take, and ask for all errands that are out. Loop thread. */
+int pipeline_errands_fd(const struct pipeline *p);
+void pipeline_errands_take(struct pipeline *p);
 
 /** pipeline_has_grid - is the grid of that number (struct grid) still one of the pipeline's? Loop thread. */
-bool pipeline_has_grid(const struct pipeline *p, uint64_t number);
+bool pipeline_has_grid(struct pipeline *p, uint64_t number);
 
 /** pipeline_has_map - is there a map of places? */
 bool pipeline_has_map(const struct pipeline *p);
@@ -134,14 +171,9 @@ bool pipeline_has_map(const struct pipeline *p);
 /** pipeline_map_setting - how it is set; any thread. */
 struct voxmap_setting pipeline_map_setting(const struct pipeline *p);
 
-/* What is done to the map of places in the thread that owns it. Pings wait meanwhile: some milliseconds at most. */
 typedef void pipeline_visit_fn(void *ctx, struct pipeline_map *map);
 
-/**
- * pipeline_visit_map - have fn called between two pings by the thread that owns the map, and wait until it is done: at
- * most for the ping that is being entered, and fn itself. When patient, all that was submitted before is in the map.
- * False: there is no map. Loop thread.
- */
+/** pipeline_visit_map - pipeline_visit of the map alone. False: there is none. */
 bool pipeline_visit_map(struct pipeline *p, pipeline_visit_fn *fn, void *ctx);
 
 /** pipeline_picture - of the main grid. */

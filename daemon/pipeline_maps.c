@@ -7,13 +7,14 @@
 
 /* ---- between two pings ---- */
 
-static void visit(struct pipeline *p, visit_fn *fn, void *ctx)
+void pipeline_visit(struct pipeline *p, pipeline_owner_fn *fn, void *ctx)
 {
     struct visitor v = {.fn = fn, .ctx = ctx};
     if (p->conf.patient)
         pipeline_drain(p);
     if (p->conf.threads == 0) {
-        fn(ctx, p);
+        const struct pipeline_owned owned = pipeline_owned(p);
+        fn(ctx, &owned);
         return;
     }
     sem_init(&v.done, 0, 0);
@@ -22,23 +23,6 @@ static void visit(struct pipeline *p, visit_fn *fn, void *ctx)
     while (sem_wait(&v.done) != 0) {
     }
     sem_destroy(&v.done);
-}
-
-struct look_visit {
-    pipeline_look_fn *fn;
-    void *ctx;
-};
-
-static void look(void *ctx, struct pipeline *p)
-{
-    struct look_visit *v = ctx;
-    v->fn(v->ctx, &p->witnesses);
-}
-
-void pipeline_visit(struct pipeline *p, pipeline_look_fn *fn, void *ctx)
-{
-    struct look_visit v = {fn, ctx};
-    visit(p, look, &v);
 }
 
 /* ---- the map of places ---- */
@@ -58,68 +42,80 @@ struct map_visit {
     void *ctx;
 };
 
-static void visit_map(void *ctx, struct pipeline *p)
+static void visit_map(void *ctx, const struct pipeline_owned *owned)
 {
     struct map_visit *v = ctx;
-    v->fn(v->ctx, p->map);
+    v->fn(v->ctx, owned->map);
 }
 
 bool pipeline_visit_map(struct pipeline *p, pipeline_visit_fn *fn, void *ctx)
 {
     struct map_visit v = {fn, ctx};
     if (p->map)
-        visit(p, visit_map, &v);
+        pipeline_visit(p, visit_map, &v);
     return p->map != NULL;
 }
 
 /* ---- grids ---- */
 
-static void add_grid(void *ctx, struct pipeline *p)
+/* A grid that comes or goes. */
+struct grid_visit {
+    struct pipeline *p;
+    struct grid *grid;
+};
+
+static void add_grid(void *ctx, const struct pipeline_owned *owned)
 {
-    p->grid[p->n_grids++] = ctx;
+    struct grid_visit *v = ctx;
+    v->p->grid[owned->n_grids] = v->grid;
+    v->p->n_grids++;
 }
 
-static void drop_grid(void *ctx, struct pipeline *p)
+static void drop_grid(void *ctx, const struct pipeline_owned *owned)
 {
+    struct grid_visit *v = ctx;
     int kept = 0;
-    for (int i = 0; i < p->n_grids; i++)
-        if (p->grid[i] != ctx)
-            p->grid[kept++] = p->grid[i];
-    p->n_grids = kept;
+    for (int i = 0; i < owned->n_grids; i++)
+        if (owned->grid[i] != v->grid)
+            v->p->grid[kept++] = owned->grid[i];
+    v->p->n_grids = kept;
 }
 
 bool pipeline_add_grid(struct pipeline *p, struct grid *grid)
 {
     if (p->n_grids == PIPELINE_MAX_GRIDS)
         return false;
+    struct grid_visit v = {p, grid};
     grid->number = ++p->grids_ever;
-    visit(p, add_grid, grid);
+    pipeline_visit(p, add_grid, &v);
     return true;
 }
 
-bool pipeline_has_grid(const struct pipeline *p, uint64_t number)
+struct grid *pipeline_owned_grid(const struct pipeline_owned *owned, uint64_t number)
 {
-    for (int i = 0; i < p->n_grids; i++)
-        if (p->grid[i]->number == number)
-            return true;
-    return false;
+    for (int i = 0; i < owned->n_grids; i++)
+        if (owned->grid[i]->number == number)
+            return owned->grid[i];
+    return NULL;
+}
+
+/* The owner changes the list only while the loop waits. */
+bool pipeline_has_grid(struct pipeline *p, uint64_t number)
+{
+    const struct pipeline_owned owned = pipeline_owned(p);
+    return pipeline_owned_grid(&owned, number) != NULL;
 }
 
 void pipeline_drop_grid(struct pipeline *p, struct grid *grid)
 {
-    visit(p, drop_grid, grid);
+    struct grid_visit v = {p, grid};
+    pipeline_visit(p, drop_grid, &v);
     grid_free(grid);
 }
 
 struct grid *pipeline_grid(struct pipeline *p, int i)
 {
     return i < p->n_grids ? p->grid[i] : NULL;
-}
-
-struct sphere *pipeline_sphere(struct pipeline *p, const struct grid *grid)
-{
-    pipeline_drain(p);
-    return grid->sphere;
 }
 
 struct picture *pipeline_picture(struct pipeline *p)

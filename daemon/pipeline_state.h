@@ -20,12 +20,19 @@ struct belt {
     _Atomic uint64_t turns; /* of the thread behind it */
 };
 
-/* Work of the loop that the maps' owner does for it between two pings. */
-typedef void visit_fn(void *ctx, struct pipeline *p);
+/* Work of the loop that the maps' owner does for it between two pings, while it waits. */
 struct visitor {
-    visit_fn *fn;
+    pipeline_owner_fn *fn;
     void *ctx;
     sem_t done;
+};
+
+/* The same while it goes on. */
+struct errands {
+    struct errand *first, *last;             /* that wait */
+    struct errand *out;                      /* at the owner; NULL: none */
+    _Atomic(struct errand *) to_owner, done; /* the one that is out, not begun yet, and come back */
+    int fd;                                  /* an eventfd: something is done */
 };
 
 struct pipeline {
@@ -35,7 +42,8 @@ struct pipeline {
     uint32_t n_buffers;
     struct belt pings, found;
     _Atomic(struct visitor *) visitor; /* waits for the owner; NULL: nobody */
-    uint32_t filling;                  /* ping buffer that pipeline_begin gave out, or NONE */
+    struct errands errands;
+    uint32_t filling; /* ping buffer that pipeline_begin gave out, or NONE */
     struct extract *extract[PIPELINE_MAX_SENSORS];
     struct pipeline_background background[PIPELINE_MAX_SENSORS]; /* written while nothing is under way */
     struct cleanup *cleanup[PIPELINE_MAX_SENSORS];               /* NULL: no stage of it configured */
@@ -59,6 +67,19 @@ struct pipeline {
     void *memory[10 + 4 * PIPELINE_MAX_SENSORS];
     int n_memory;
 };
+
+/* What the owner owns; of the owner, and of the loop where there is no thread. */
+static inline struct pipeline_owned pipeline_owned(struct pipeline *p)
+{
+    return (struct pipeline_owned){p->map, &p->witnesses, p->grid, p->n_grids};
+}
+
+/** errands_begin - none yet; false: there is no descriptor. errands_end - no thread is left. */
+bool errands_begin(struct errands *errands);
+void errands_end(struct errands *errands);
+
+/** errands_do - the one that is to be done next, if there is one. By the owner. */
+void errands_do(struct pipeline *p);
 
 /* The way by which the echoes come to the thread that owns the maps. */
 static inline struct belt *pipeline_owners_belt(struct pipeline *p)

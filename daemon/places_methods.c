@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "daemon.h"
+#include "errand.h"
 #include "places.h"
 #include "say.h"
 
@@ -94,6 +94,7 @@ json_t *places_method_map(const struct rpc_call *call, json_t *params, struct rp
 
 /* A slice on its way, of one request: the next of its rows. */
 struct slice {
+    struct errand errand;
     uint64_t now_ns;
     int64_t first[3]; /* cell of the row's north-west corner */
     int32_t per_cell; /* voxels along a cell's side */
@@ -114,8 +115,9 @@ static char look_at(struct voxmask *mask, const int64_t corner[3], int32_t per_c
     return worst == VOXEL_FREE ? '.' : worst == VOXEL_OCCUPIED ? '#' : ' ';
 }
 
-static void look_at_row(void *ctx, struct pipeline_map *m)
+static void look_at_row(void *ctx, const struct pipeline_owned *owned)
 {
+    struct pipeline_map *m = owned->map;
     struct slice *row = ctx;
     voxmap_pass(&m->map, row->now_ns);
     for (int32_t c = 0; c < row->n; c++) {
@@ -209,8 +211,9 @@ bool places_method_slice(const struct rpc_call *call, json_t *params, struct tex
     struct slice *s = call->work->state;
     if (!s && !(s = begin_slice(d, params, out, error)))
         return false;
-    *call->work = (struct rpc_work){s, free};
-    pipeline_visit_map(d->pipeline, look_at_row, s);
+    *call->work = (struct rpc_work){.state = s, .drop = errand_free};
+    if (!errand_done(call, look_at_row, error))
+        return false;
     text_word(out, s->text);
     s->first[0] -= s->per_cell;
     if (++s->done < s->n) {

@@ -336,6 +336,16 @@ bool rpc_step(struct rpc_job *job, const struct rpc_method *methods, const struc
     return job->next < job->end;
 }
 
+bool rpc_waits(const struct rpc_job *job)
+{
+    return job->work.waits;
+}
+
+void rpc_go_on(struct rpc_job *job)
+{
+    job->work.waits = false;
+}
+
 bool rpc_end(struct rpc_job *job, char **reply)
 {
     struct text *out = &job->reply.out;

@@ -42,6 +42,7 @@ struct rpc_counts {
 struct rpc_work {
     void *state;               /* NULL at the first part, and when the method has taken it back */
     void (*drop)(void *state); /* the request ends with a state left: its client has gone, or it was refused */
+    bool waits;                /* for others, who do a part: it need not be called before they may have done it */
 };
 
 /* Who asks, at what time. */
@@ -90,6 +91,10 @@ struct rpc_job *rpc_begin(const struct rpc_call *call, const char *line, size_t 
  * RPC_REPLY_MAX, the others of the line included, is replaced by the error RPC_LIMIT.
  */
 bool rpc_step(struct rpc_job *job, const struct rpc_method *methods, const struct rpc_call *call);
+
+/** rpc_waits - rpc_step is of no use before others have done something; rpc_go_on - they may have. */
+bool rpc_waits(const struct rpc_job *job);
+void rpc_go_on(struct rpc_job *job);
 
 /**
  * rpc_end - free the job, also an unfinished one. *reply is malloced text without newline for free(), or NULL when

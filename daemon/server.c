@@ -243,6 +243,13 @@ void server_stop(struct server *server)
     free_server(server);
 }
 
+void server_go_on(struct server *server)
+{
+    for (int i = 0; i < server->max_clients; i++)
+        if (server->sessions[i])
+            session_go_on(server->sessions[i]);
+}
+
 void server_tell(struct server *server, const char *method)
 {
     for (int i = 0; i < server->max_clients; i++)

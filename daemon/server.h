@@ -53,6 +53,9 @@ const char *server_path(const struct server *server);
 /** server_stop - answer nothing more, close all, remove the socket file when it made it. */
 void server_stop(struct server *server);
 
+/** server_go_on - something is done that requests may have waited for. */
+void server_go_on(struct server *server);
+
 /** server_tell - what this method answers has changed in a way that its watchers should know at once. */
 void server_tell(struct server *server, const char *method);
 

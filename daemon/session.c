@@ -18,6 +18,7 @@
 #define IN_MAX_BYTES    (RPC_LINE_MAX + 1)
 #define OUT_PAUSE_BYTES 65536 /* waiting output from which no further request is handled ... */
 #define OUT_MAX_BYTES   (OUT_PAUSE_BYTES + RPC_REPLY_MAX + 2 * RPC_LINE_MAX) /* ... plus the longest reply */
+#define FLUSH_BYTES     (2 * OUT_PAUSE_BYTES)                                /* sent at a time, at least */
 #define STALL_NS        10000000000u /* so long may a client with unanswered requests read nothing */
 #define TURN_NS         1000000u     /* work for all clients together in one turn of the loop */
 #define REQUESTS_PER_S  2000.0
@@ -83,11 +84,20 @@ static bool reserve_out(struct session *session, size_t n)
     return true;
 }
 
-/* Takes over text; NULL (no memory for it) ends the client, which would otherwise wait for an answer for ever. */
+/* Takes over text; NULL (no memory for it) ends the client, which would otherwise wait for an answer for ever. A long
+ * one, with nothing waiting before it, is not copied. */
 static void queue(struct session *session, char *text, uint64_t now_ns)
 {
     const size_t n = text ? strlen(text) + 1 : 0;
 
+    if (n > OUT_PAUSE_BYTES && n <= OUT_MAX_BYTES && waiting(session) == 0) {
+        free(session->out);
+        session->out = text;
+        session->out[n - 1] = '\n';
+        session->out_start = 0;
+        session->out_len = session->out_size = n;
+        return;
+    }
     if (!text)
         cut(session, now_ns, "out of memory");
     else if (waiting(session) + n > OUT_MAX_BYTES)
@@ -102,8 +112,11 @@ static void queue(struct session *session, char *text, uint64_t now_ns)
     free(text);
 }
 
+/* A client that reads as fast as it is written to must not hold the others up: what is left is for the next turn. */
 static void flush(struct session *session, uint64_t now_ns)
 {
+    const size_t end = session->out_start + FLUSH_BYTES;
+
     while (!session->dead && waiting(session) > 0) {
         const ssize_t n =
             send(session->io.fd, session->out + session->out_start, waiting(session), MSG_NOSIGNAL | MSG_DONTWAIT);
@@ -118,6 +131,8 @@ static void flush(struct session *session, uint64_t now_ns)
         }
         session->out_start += (size_t)n;
         session->progress_ns = now_ns;
+        if (session->out_start >= end && waiting(session) > 0)
+            return;
     }
     session->progress_ns = now_ns;
     session->out_start = session->out_len = 0;
@@ -134,12 +149,21 @@ static bool line_waiting(const struct session *session)
     return session->job || (session->in_len > 0 && (session->eof || memchr(session->in, '\n', session->in_len)));
 }
 
+/* A notification is due, and can be worked on. */
 static bool watch_waiting(const struct session *session)
 {
-    for (int i = 0; i < WATCH_MAX; i++)
-        if (session->watches.watch[i].id != 0 && session->watches.watch[i].late)
+    for (int i = 0; i < WATCH_MAX; i++) {
+        const struct watch *watch = &session->watches.watch[i];
+        if (watch->id != 0 && watch->late && !watch->work.waits)
             return true;
+    }
     return false;
+}
+
+/* The line that is handled waits for others. */
+static bool line_held(const struct session *session)
+{
+    return session->job && rpc_waits(session->job);
 }
 
 static bool may_handle(const struct session *session)
@@ -215,6 +239,8 @@ static void handle_lines(struct session *session, uint64_t now_ns)
         if (!rpc_step(session->job, host->methods, &call))
             reply(session, now_ns);
         charge(session, begun_ns, line_begins || host->counts.requests > requests);
+        if (line_held(session))
+            break;
     }
     memmove(session->in, session->in + at, session->in_len - at);
     session->in_len -= at;
@@ -245,7 +271,7 @@ static void tell_watches(struct session *session, uint64_t now_ns)
                 flush(session, now_ns);
             }
             charge(session, begun_ns, begins);
-            if (unfinished)
+            if (unfinished && !watch->work.waits)
                 continue;
         }
         session->next_watch = (session->next_watch + 1) % WATCH_MAX;
@@ -301,7 +327,7 @@ static bool is_over(const struct session *session)
     if (session->dead)
         return true;
     if (session->gone) /* what it sent before is still handled, unless that would have to wait */
-        return line_waiting(session) ? !may_handle(session) : session->eof;
+        return line_waiting(session) ? !may_handle(session) || line_held(session) : session->eof;
     if (waiting(session) > 0)
         return false;
     return session->closing || (session->eof && !line_waiting(session) && !watch_any(&session->watches));
@@ -323,7 +349,7 @@ static void settle(struct session *session, uint64_t now_ns)
         events |= EPOLLOUT;
         if (lines || session->closing)
             wake_ns = session->progress_ns + STALL_NS;
-    } else if (lines || watch_waiting(session)) {
+    } else if ((lines && !line_held(session)) || watch_waiting(session)) {
         if (session->tokens >= 1.0)
             events |= EPOLLOUT; /* can be written: that is the next turn */
         else
@@ -438,6 +464,21 @@ void session_judge(struct session *session)
 {
     if (rights_judge(&session->host->rights, session->io.fd, session->refusal, sizeof session->refusal))
         session->refusal[0] = '\0';
+}
+
+void session_go_on(struct session *session)
+{
+    bool waited = line_held(session);
+
+    if (waited)
+        rpc_go_on(session->job);
+    for (int i = 0; i < WATCH_MAX; i++) {
+        struct rpc_work *of_watch = &session->watches.watch[i].work;
+        waited |= of_watch->waits;
+        of_watch->waits = false;
+    }
+    if (waited)
+        work(session, loop_now(session->host->loop));
 }
 
 void session_tell(struct session *session, const char *method)

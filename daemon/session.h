@@ -43,6 +43,9 @@ void session_close(struct session *session);
 /** session_judge - the rights of all have changed: find out anew what this client may. */
 void session_judge(struct session *session);
 
+/** session_go_on - if it waits for others (struct rpc_work), they may have done their part. It may end by itself. */
+void session_go_on(struct session *session);
+
 /** session_tell - its watches of the method are due at once. */
 void session_tell(struct session *session, const char *method);
 

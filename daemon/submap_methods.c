@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "../grid/voxel/frontier.h"
-#include "daemon.h"
+#include "errand.h"
 #include "methods.h"
 #include "say.h"
 
@@ -137,37 +137,36 @@ struct cursor {
 
 /* A page on its way, of one request. */
 struct page {
-    struct frontier *frontier;
+    struct errand errand;
+    struct frontier *frontier; /* not made yet: from this memory */
+    void *memory;
     struct cursor cursor;
     bool begun, changed, ended;
     uint32_t blocks;
     int64_t points, count; /* written, and wanted */
-    struct text *out;
+    struct text text;      /* of the points of the last part: the reply's own may be gone when the owner writes */
 };
 
 static void write_point(void *context, const struct frontier_point *p)
 {
     const double normal[3] = {(double)p->normal[0], (double)p->normal[1], (double)p->normal[2]};
     struct page *page = context;
-    text_open(page->out, '{');
-    write_metres3(page->out, "position_m", p->position_m);
-    write_metres3(page->out, "normal", normal);
-    write_word(page->out, "tag", p->tag == FRONTIER_ECHO ? "echo" : "limit");
-    text_close(page->out, '}');
+    text_open(&page->text, '{');
+    write_metres3(&page->text, "position_m", p->position_m);
+    write_metres3(&page->text, "normal", normal);
+    write_word(&page->text, "tag", p->tag == FRONTIER_ECHO ? "echo" : "limit");
+    text_close(&page->text, '}');
     page->points++;
 }
 
-static void find_mask(void *ctx, struct pipeline_map *m)
-{
-    struct voxmask **mask = ctx;
-    *mask = &m->mask;
-}
-
 /* The next block. */
-static void walk_on(void *ctx, struct pipeline_map *m)
+static void walk_on(void *ctx, const struct pipeline_owned *owned)
 {
+    struct pipeline_map *m = owned->map;
     struct page *page = ctx;
     struct block_key key;
+    if (!page->frontier->block)
+        frontier_init(page->frontier, &m->mask, page->memory, FRONTIER_BLOCKS);
     if (!page->begun) {
         page->cursor.change_of_all = m->map.change_of_all;
         page->cursor.next_id = m->map.next_id;
@@ -181,21 +180,16 @@ static void walk_on(void *ctx, struct pipeline_map *m)
     page->changed = page->cursor.change_of_all != m->map.change_of_all || page->cursor.next_id != m->map.next_id;
 }
 
-/* The frontier is kept, so that pages of a map that has not changed cost little; made when somebody first asks. */
+/* The frontier is kept, so that pages of a map that has not changed cost little; its memory is there when somebody first
+ * asks, and the map's owner makes it. */
 static struct frontier *frontier_of(struct daemon *d, struct rpc_error *error)
 {
     struct places *p = &d->places;
-    struct voxmask *mask = NULL;
-    if (p->frontier_memory)
-        return &p->frontier;
-    p->frontier_memory = malloc(frontier_bytes(FRONTIER_BLOCKS));
-    if (!p->frontier_memory) {
+    if (!p->frontier_memory)
+        p->frontier_memory = malloc(frontier_bytes(FRONTIER_BLOCKS));
+    if (!p->frontier_memory)
         rpc_refuse(error, RPC_INTERNAL_ERROR, "no memory for the surface");
-        return NULL;
-    }
-    pipeline_visit_map(d->pipeline, find_mask, &mask);
-    frontier_init(&p->frontier, mask, p->frontier_memory, FRONTIER_BLOCKS);
-    return &p->frontier;
+    return p->frontier_memory ? &p->frontier : NULL;
 }
 
 static bool cursor_of(json_t *params, struct page *page, struct rpc_error *error)
@@ -227,11 +221,24 @@ static struct page *begin_page(struct daemon *d, json_t *params, struct text *ou
         return NULL;
     }
     *kept = page;
+    kept->memory = d->places.frontier_memory;
     text_open(out, '{');
     write_real(out, "voxel_m", d->conf.map.voxel_m, 1e6);
     text_name(out, "points");
     text_open(out, '[');
     return kept;
+}
+
+static void free_page(void *state)
+{
+    struct page *page = state;
+    free(page->text.bytes);
+    free(page);
+}
+
+static void drop_page(void *state)
+{
+    pipeline_errand_drop(state, free_page);
 }
 
 /* In parts, a block in each. */
@@ -242,9 +249,11 @@ bool submap_method_surface(const struct rpc_call *call, json_t *params, struct t
     char next[96];
     if (!page && !(page = begin_page(d, params, out, error)))
         return false;
-    *call->work = (struct rpc_work){page, free};
-    page->out = out;
-    pipeline_visit_map(d->pipeline, walk_on, page);
+    *call->work = (struct rpc_work){.state = page, .drop = drop_page};
+    if (!errand_done(call, walk_on, error))
+        return false;
+    text_part(out, &page->text);
+    text_cut(&page->text, 0);
     if (!page->ended && page->blocks < PAGE_BLOCKS && page->points < page->count) {
         error->code = RPC_UNFINISHED;
         return false;

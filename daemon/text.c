@@ -58,6 +58,15 @@ static void separate(struct text *t)
         text_bytes(t, ",", 1);
 }
 
+void text_part(struct text *t, const struct text *values)
+{
+    t->failed |= values->failed;
+    if (values->n == 0)
+        return;
+    separate(t);
+    text_bytes(t, values->bytes, values->n);
+}
+
 void text_open(struct text *t, char bracket)
 {
     separate(t);

@@ -26,6 +26,9 @@ void text_bytes(struct text *t, const char *bytes, size_t n);
 /** text_cut - back to the first n bytes, and whole again as it was then. */
 void text_cut(struct text *t, size_t n);
 
+/** text_part - values that another text holds, maybe none, with a comma before them where one is wanted. It failed: so has this. */
+void text_part(struct text *t, const struct text *values);
+
 /**
  * The parts of a value, each with a comma before it where one is wanted. text_open, text_close: one of { [ and } ].
  * text_name: of an object's member, whose value is next; names and words have nothing to be escaped. text_real refuses

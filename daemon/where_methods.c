@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "../grid/voxel/free_query.h"
-#include "daemon.h"
+#include "errand.h"
 #include "places.h"
 #include "say.h"
 
@@ -61,6 +61,7 @@ static const char *const state_words[] = {
 
 /* Of one request. */
 struct question {
+    struct errand errand;
     struct daemon *d;
     uint64_t now_ns; /* the map is judged as of then */
     bool point;
@@ -134,9 +135,10 @@ static void since_when(const struct voxmap *map, struct question *q)
 /* ---- in steps ---- */
 
 /* One step. Begins anew when anything but pings has changed the map since it was begun. */
-static void look(void *ctx, struct pipeline_map *m)
+static void look(void *ctx, const struct pipeline_owned *owned)
 {
     struct question *q = ctx;
+    struct pipeline_map *m = owned->map;
     voxmap_pass(&m->map, q->now_ns);
     if (q->begun == 0 || q->change_of_all != m->map.change_of_all) {
         q->begun++;
@@ -148,28 +150,19 @@ static void look(void *ctx, struct pipeline_map *m)
         since_when(&m->map, q);
 }
 
-/* One step. False with *error set when it has no answer yet, or never. */
-static bool ask(struct question *q, struct rpc_error *error)
-{
-    pipeline_visit_map(q->d->pipeline, look, q);
-    if (q->done)
-        return true;
-    if (q->begun > BEGUN_MOST)
-        return rpc_refuse(error, RPC_LIMIT,
-                          "the map changes faster than so large a question is answered: ask for less");
-    error->code = RPC_UNFINISHED;
-    return false;
-}
-
-/* Its answer, or NULL with *error set: while it has none it is kept as the request's work. */
+/* Its answer, or NULL with *error set when it has none yet, or never. */
 static json_t *answer(const struct rpc_call *call, struct question *q, struct rpc_error *error)
 {
-    json_t *result = ask(q, error) ? answer_json(q) : NULL;
-    const bool unfinished = !result && error->code == RPC_UNFINISHED;
-    *call->work = unfinished ? (struct rpc_work){q, free} : (struct rpc_work){0};
-    if (!unfinished)
-        free(q);
-    return result;
+    *call->work = (struct rpc_work){.state = q, .drop = errand_free};
+    if (!errand_done(call, look, error))
+        return NULL;
+    if (q->done)
+        return answer_json(q);
+    if (q->begun > BEGUN_MOST)
+        rpc_refuse(error, RPC_LIMIT, "the map changes faster than so large a question is answered: ask for less");
+    else
+        error->code = RPC_UNFINISHED;
+    return NULL;
 }
 
 typedef bool read_fn(json_t *params, struct question *q, struct rpc_error *error);

@@ -9,7 +9,7 @@
 
 #include "bench_daemon.h"
 
-#define ASKED    400 /* times each */
+#define ASKED    400 /* times each, unless it is given */
 #define PAUSE_NS 2000000
 #define VOXEL_M  0.2
 #define WARM_NS  5000000000u
@@ -23,6 +23,7 @@
 
 static const char blocked[] = QUESTION("blocked", "\"azimuth_deg\":10,\"distance_m\":5");
 static atomic_bool enough;
+static int asked = ASKED;
 
 static void pause_ns(long ns)
 {
@@ -57,9 +58,10 @@ static void beside(const char *name, const char *line, int fd, int echo_fd)
     struct asker asker = {.line = line};
     pthread_t thread;
     enough = false;
+    longest_turn_ns = 0;
     if (line)
         pthread_create(&thread, NULL, ask_always, &asker);
-    for (int i = 0; i < ASKED; i++) {
+    for (int i = 0; i < asked; i++) {
         pause_ns(PAUSE_NS);
         echo_us[i] = ask(echo_fd, blocked);
         pause_ns(PAUSE_NS);
@@ -68,11 +70,11 @@ static void beside(const char *name, const char *line, int fd, int echo_fd)
     enough = true;
     if (line)
         pthread_join(thread, NULL);
-    qsort(echo_us, ASKED, sizeof(double), bench_by_size);
-    qsort(blocked_us, ASKED, sizeof(double), bench_by_size);
-    printf("%-22s  %9.0f  %9.0f  %9.0f  %9.0f  %9.0f  %6u  %9.0f\n", name, echo_us[ASKED / 2],
-           echo_us[ASKED * 99 / 100], blocked_us[ASKED / 2], blocked_us[ASKED * 99 / 100], blocked_us[ASKED - 1],
-           asker.asked, asker.longest_us);
+    qsort(echo_us, (size_t)asked, sizeof(double), bench_by_size);
+    qsort(blocked_us, (size_t)asked, sizeof(double), bench_by_size);
+    printf("%-22s  %9.0f  %9.0f  %9.0f  %9.0f  %9.0f  %9.0f  %6u  %9.0f\n", name, echo_us[asked / 2],
+           echo_us[asked * 99 / 100], blocked_us[asked / 2], blocked_us[asked * 99 / 100], blocked_us[asked - 1],
+           (double)longest_turn_ns * 1e-3, asker.asked, asker.longest_us);
     fflush(stdout);
 }
 
@@ -99,9 +101,9 @@ static void long_questions(void)
     pause_ns(WARM_NS);
     printf("microseconds from question to answer, %d times each, beside a client that asks a long question all "
            "the time\n\n",
-           ASKED);
-    printf("%-22s  %9s  %9s  %9s  %9s  %9s  %6s  %9s\n", "the other one asks", "echo", "echo 99 %", "blocked",
-           "99 %", "most", "asked", "it waits");
+           asked);
+    printf("%-22s  %9s  %9s  %9s  %9s  %9s  %9s  %6s  %9s\n", "the other one asks", "echo", "echo 99 %", "blocked",
+           "99 %", "most", "turn, CPU", "asked", "it waits");
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++)
         beside(rows[i].name, rows[i].line, fd, pair[0]);
     close(fd);
@@ -164,9 +166,11 @@ static void many_clients(void)
         close(fd[i]);
 }
 
-/* The pipeline's threads may be given: 1 or 2. */
+/* The pipeline's threads may be given, and how often each is asked beside a long question: 1 to 400. */
 int main(int argc, char **argv)
 {
+    if (argc > 2 && atoi(argv[2]) > 0 && atoi(argv[2]) < ASKED)
+        asked = atoi(argv[2]);
     daemon_start(argc > 1 ? atoi(argv[1]) : 2, VOXEL_M, CLIENTS + 4);
     long_questions();
     many_clients();

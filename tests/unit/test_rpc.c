@@ -61,7 +61,7 @@ static json_t *parts(const struct rpc_call *call, json_t *params, struct rpc_err
     const bool refuses = json_object_get(params, "refuse") != NULL;
     if (!call->work->state)
         done = 0;
-    *call->work = (struct rpc_work){&done, drop_parts};
+    *call->work = (struct rpc_work){.state = &done, .drop = drop_parts};
     if (++done < 3) {
         error->code = RPC_UNFINISHED;
         return NULL;
