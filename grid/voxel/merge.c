@@ -3,17 +3,12 @@
 
 #include <string.h>
 
-#define ALIGNED 1e-9 /* voxels: nearer to a voxel's centre, its neighbours have no say */
+#include "pull.h"
+#include "wide.h"
 
 static inline uint32_t faded_vacancy(uint32_t count, unsigned shift)
 {
     return count >> shift;
-}
-
-/* The directory's entry of the tile over a column, by plan position from the box's first; the column is in the box. */
-static uint32_t entry_at(const struct submap *map, int64_t i, int64_t j)
-{
-    return (uint32_t)(i / TILE_SIDE) * ((uint32_t)map->box.size[1] / TILE_SIDE) + (uint32_t)(j / TILE_SIDE);
 }
 
 /* What one submap says of a cell of its own lattice. */
@@ -25,8 +20,8 @@ static struct merge_sum own_sum(const struct voxmap *m, const struct voxmap_part
     if (!lattice_holds(&p->map.box, cell))
         return sum;
     if (p->away) {
-        const uint32_t marks =
-            p->map.tile[entry_at(&p->map, cell[0] - p->map.box.first[0], cell[1] - p->map.box.first[1])];
+        const int32_t i = (int32_t)(cell[0] - p->map.box.first[0]), j = (int32_t)(cell[1] - p->map.box.first[1]);
+        const uint32_t marks = p->map.tile[submap_entry(&p->map, i, j)];
         if (marks == TILE_NONE)
             return sum;
         const uint32_t heard = marks >> part_slice((uint32_t)(cell[2] - p->map.box.first[2]), m->set.height) & 1;
@@ -39,54 +34,47 @@ static struct merge_sum own_sum(const struct voxmap *m, const struct voxmap_part
     return sum;
 }
 
-/* A world's cell's centre in the lattice of a corrected submap: the least of the eight cells whose centres surround it, and
- * per axis whether the next one does too. False: too far to be in it. */
-static bool pull_back(const struct voxmap_part *p, const int64_t cell[3], int64_t least[3], bool pair[3])
-{
-    double v[3];
-    for (int a = 0; a < 3; a++) {
-        double d = (double)(cell[a] - p->moved_to.cell[a]);
-        if (fabs(d) > 1e6 * TILE_SIDE)
-            return false;
-        v[a] = d + 0.5 - p->moved_to.offset[a];
-    }
-    quat_rotate_inverse(p->turn, v, v);
-    for (int a = 0; a < 3; a++) {
-        double at = v[a] + p->base.offset[a] - 0.5, below = floor(at + ALIGNED);
-        least[a] = p->base.cell[a] + (int64_t)below;
-        pair[a] = at - below > ALIGNED;
-    }
-    return true;
-}
-
 bool merge_reaches(const struct voxmap_part *p, const int64_t cell[3])
 {
-    int64_t least[3];
-    bool pair[3];
-    return p->moved ? pull_back(p, cell, least, pair) && lattice_holds(&p->map.box, least)
-                    : lattice_holds(&p->map.box, cell);
+    struct pull pull;
+    struct pull_cell at;
+    if (!p->moved)
+        return lattice_holds(&p->map.box, cell);
+    pull_of(&pull, p);
+    return pull_cell(&pull, cell, &at) && at.least[0] >= 0 && at.least[1] >= 0 && at.least[2] >= 0;
 }
 
-static struct merge_sum moved_sum(const struct voxmap *m, const struct voxmap_part *p, const int64_t cell[3])
+/* What a corrected submap says of a cell of the world. */
+static struct merge_sum pulled_sum(const struct voxmap *m, const struct voxmap_part *p, const struct pull *pull,
+                                   const int64_t cell[3])
 {
     struct merge_sum sum = {.vacancy = UINT32_MAX};
-    int64_t least[3];
-    bool pair[3];
+    const int64_t *first = p->map.box.first;
+    struct pull_cell at;
 
-    if (!pull_back(p, cell, least, pair))
+    if (!pull_cell(pull, cell, &at))
         return (struct merge_sum){0};
     for (int n = 0; n < 8; n++) {
         const int step[3] = {n & 1, n >> 1 & 1, n >> 2};
-        if ((step[0] && !pair[0]) || (step[1] && !pair[1]) || (step[2] && !pair[2]))
+        if ((step[0] && !at.pair[0]) || (step[1] && !at.pair[1]) || (step[2] && !at.pair[2]))
             continue;
-        struct merge_sum one =
-            own_sum(m, p, (const int64_t[3]){least[0] + step[0], least[1] + step[1], least[2] + step[2]});
+        int64_t own[3];
+        for (int a = 0; a < 3; a++)
+            own[a] = first[a] + at.least[a] + step[a];
+        struct merge_sum one = own_sum(m, p, own);
         sum.vacancy = one.vacancy < sum.vacancy ? one.vacancy : sum.vacancy;
         sum.echoes = one.echoes > sum.echoes ? one.echoes : sum.echoes;
         sum.away |= one.away;
         sum.away_heard |= one.away_heard;
     }
     return sum;
+}
+
+static struct merge_sum moved_sum(const struct voxmap *m, const struct voxmap_part *p, const int64_t cell[3])
+{
+    struct pull pull;
+    pull_of(&pull, p);
+    return pulled_sum(m, p, &pull, cell);
 }
 
 struct merge_sum merge_sum(const struct voxmap *m, const int64_t cell[3])
@@ -123,9 +111,8 @@ enum voxel_state merge_at(const struct voxmap *m, const int64_t cell[3], bool *a
 
 /* ---- blocks ---- */
 
-/* A submap's part in a block: the tile over it, and which of its heights. */
+/* An uncorrected submap's part in a block: the tile over it, and which of its heights. */
 struct layer {
-    const struct voxmap_part *part; /* corrected: asked cell by cell */
     uint32_t tile;
     unsigned shift;
     int32_t first, end, skip; /* cells of the block; the first of the column */
@@ -141,8 +128,7 @@ static bool layer_in(const struct voxmap *m, const struct voxmap_part *p, const 
 
     if (i < 0 || i >= box->size[0] || j < 0 || j >= box->size[1] || k <= -BLOCK_HEIGHT || k >= box->size[2])
         return false;
-    *entry = entry_at(&p->map, i, j);
-    out->part = p;
+    *entry = (uint32_t)submap_entry(&p->map, (int32_t)i, (int32_t)j);
     out->tile = p->map.tile[*entry];
     out->shift = voxmap_shift(m, p);
     out->first = k < 0 ? (int32_t)-k : 0;
@@ -189,33 +175,35 @@ static inline void read_column(const struct voxmap *m, const struct layer *l, ui
     memcpy(count + l->first, from, (size_t)(l->end - l->first));
 }
 
-static inline void add_layer(const struct voxmap *m, const struct layer *l, uint32_t column, struct sums *s)
+/* A column's counts, halved so often: vacancy is rounded down, echoes up, as submap_halve does. */
+INLINE void add_vacancy(uint8_t count[BLOCK_HEIGHT], unsigned shift, struct sums *s)
 {
-    uint8_t count[BLOCK_HEIGHT];
-    uint16_t shift = (uint16_t)l->shift, up = (uint16_t)((1u << l->shift) - 1);
-
-    read_column(m, l, column, SUBMAP_VACANCY, count);
+    for (; shift > 0; shift--)
+        for (int k = 0; k < BLOCK_HEIGHT; k++)
+            count[k] >>= 1;
     for (int k = 0; k < BLOCK_HEIGHT; k++)
-        s->vacancy[k] = (uint16_t)(s->vacancy[k] + (count[k] >> shift));
-    if (m->tiles.planes < 2)
-        return;
-    read_column(m, l, column, SUBMAP_ECHOES, count);
-    for (int k = 0; k < BLOCK_HEIGHT; k++)
-        s->echoes[k] = (uint16_t)(s->echoes[k] + ((count[k] + up) >> shift));
+        s->vacancy[k] = (uint16_t)(s->vacancy[k] + count[k]);
 }
 
-static inline void judge(const struct voxmap *m, const struct sums *s, const struct shade *shade, uint32_t column,
-                         uint64_t *free, uint64_t *heard)
+INLINE void add_echoes(uint8_t count[BLOCK_HEIGHT], unsigned shift, struct sums *s)
 {
-    const uint16_t *veil =
-        shade->veil[column / BLOCK_SIDE / VEIL_CUBE * CUBES_ACROSS + column % BLOCK_SIDE / VEIL_CUBE];
+    for (; shift > 0; shift--)
+        for (int k = 0; k < BLOCK_HEIGHT; k++)
+            count[k] = (uint8_t)(count[k] - (count[k] >> 1));
+    for (int k = 0; k < BLOCK_HEIGHT; k++)
+        s->echoes[k] = (uint16_t)(s->echoes[k] + count[k]);
+}
+
+INLINE void judge(const struct voxmap *m, const struct sums *s, const uint16_t veil[BLOCK_HEIGHT], uint64_t *free,
+                  uint64_t *heard)
+{
     uint8_t is_free[BLOCK_HEIGHT], is_heard[BLOCK_HEIGHT];
     uint32_t threshold = m->rule.threshold, weight = m->rule.echo_weight;
     for (int k = 0; k < BLOCK_HEIGHT; k++)
         is_free[k] = s->vacancy[k] > threshold + weight * ((uint32_t)s->echoes[k] + veil[k]);
     for (int k = 0; k < BLOCK_HEIGHT; k++)
         is_heard[k] = s->echoes[k] > 0;
-    *free = pack(is_free) & ~shade->hidden;
+    *free = pack(is_free);
     *heard = pack(is_heard);
 }
 
@@ -245,69 +233,105 @@ static bool add_veil(const struct voxmap *m, const struct block_key *key, struct
     return lost;
 }
 
-/* Is a corrected submap's box near enough to say anything of a block? Compares the balls around both. */
-static bool near_block(const struct voxmap_part *p, const struct block_key *key)
+static bool moved_in(const struct voxmap_part *p, const struct block_key *key, struct pull *pull)
 {
-    double middle[3], v[3], distance2 = 0, radius = sqrt(8 * 8 + 8 * 8 + 32 * 32) + 2, box2 = 0;
-    for (int a = 0; a < 3; a++) {
-        middle[a] = (double)(p->map.box.first[a] - p->base.cell[a]) + p->map.box.size[a] / 2.0 - p->base.offset[a];
-        box2 += p->map.box.size[a] / 2.0 * (p->map.box.size[a] / 2.0);
-    }
-    quat_rotate(p->turn, middle, v);
-    for (int a = 0; a < 3; a++) {
-        int side = a < 2 ? BLOCK_SIDE : BLOCK_HEIGHT;
-        double d = (double)(key->at[a] * side - p->moved_to.cell[a]) + side / 2.0 - p->moved_to.offset[a] - v[a];
-        distance2 += d * d;
-    }
-    return sqrt(distance2) <= sqrt(box2) + radius;
+    static const int32_t size[3] = {BLOCK_SIDE, BLOCK_SIDE, BLOCK_HEIGHT};
+    pull_of(pull, p);
+    return pull_meets(
+        pull, (const int64_t[3]){key->at[0] * BLOCK_SIDE, key->at[1] * BLOCK_SIDE, key->at[2] * BLOCK_HEIGHT},
+        size);
 }
 
-/* With a corrected submap in it, a block is asked cell by cell. */
-static void ask_cells(const struct voxmap *m, const struct block_key *key, struct merge_block *out)
+/* All that speaks of a block. */
+struct voices {
+    struct layer layer[VOXMAP_MAX_SUBMAPS];
+    struct voice {
+        const struct voxmap_part *part;
+        struct pull pull;
+    } moved[VOXMAP_MAX_SUBMAPS];
+    uint32_t n, n_moved;
+    struct shade shade;
+};
+
+static void add_moved(const struct voxmap *m, const struct voice *v, const int64_t cell[3], struct sums *s,
+                      uint64_t *hidden, bool *away)
 {
-    memset(out, 0, sizeof *out);
-    for (uint32_t c = 0; c < BLOCK_COLUMNS; c++)
-        for (int k = 0; k < BLOCK_HEIGHT; k++) {
-            int64_t cell[3] = {key->at[0] * BLOCK_SIDE + c / BLOCK_SIDE, key->at[1] * BLOCK_SIDE + c % BLOCK_SIDE,
-                               key->at[2] * BLOCK_HEIGHT + k};
-            struct merge_sum sum = merge_sum(m, cell);
-            out->free[c] |= (uint64_t)(judge_sum(m, &sum) == VOXEL_FREE) << k;
-            out->heard[c] |= (uint64_t)(sum.echoes > 0) << k;
-            out->away |= sum.away;
-            out->lost |= sum.lost;
-        }
+    uint8_t vacancy[BLOCK_HEIGHT], echoes[BLOCK_HEIGHT];
+    if (!v->part->away) {
+        const unsigned shift = voxmap_shift(m, v->part);
+        pull_column(&v->pull, cell, BLOCK_HEIGHT, vacancy, echoes);
+        add_vacancy(vacancy, shift, s);
+        add_echoes(echoes, shift, s);
+        return;
+    }
+    for (int k = 0; k < BLOCK_HEIGHT; k++) {
+        const int64_t at[3] = {cell[0], cell[1], cell[2] + k};
+        const struct merge_sum sum = pulled_sum(m, v->part, &v->pull, at);
+        *hidden |= (uint64_t)sum.away_heard << k;
+        *away |= sum.away;
+    }
 }
+
+INLINE bool judge_columns_body(const struct voxmap *m, const struct block_key *key, const struct voices *v,
+                               struct merge_block *out)
+{
+    for (uint32_t c = 0; c < BLOCK_COLUMNS; c++) {
+        const uint32_t i = c / BLOCK_SIDE, j = c % BLOCK_SIDE;
+        const int64_t cell[3] = {key->at[0] * BLOCK_SIDE + i, key->at[1] * BLOCK_SIDE + j,
+                                 key->at[2] * BLOCK_HEIGHT};
+        uint64_t hidden = v->shade.hidden;
+        uint8_t count[BLOCK_HEIGHT];
+        struct sums sums = {0};
+        for (uint32_t l = 0; l < v->n; l++) {
+            read_column(m, &v->layer[l], c, SUBMAP_VACANCY, count);
+            add_vacancy(count, v->layer[l].shift, &sums);
+            if (m->tiles.planes < 2)
+                continue;
+            read_column(m, &v->layer[l], c, SUBMAP_ECHOES, count);
+            add_echoes(count, v->layer[l].shift, &sums);
+        }
+        for (uint32_t l = 0; l < v->n_moved; l++)
+            add_moved(m, &v->moved[l], cell, &sums, &hidden, &out->away);
+        judge(m, &sums, v->shade.veil[i / VEIL_CUBE * CUBES_ACROSS + j / VEIL_CUBE], &out->free[c],
+              &out->heard[c]);
+        out->free[c] &= ~hidden;
+    }
+    return true;
+}
+
+WIDE(static bool, judge_columns,
+     (const struct voxmap *m, const struct block_key *key, const struct voices *v, struct merge_block *out),
+     (m, key, v, out))
 
 void merge_block(const struct voxmap *m, const struct block_key *key, struct merge_block *out)
 {
-    struct layer layer[VOXMAP_MAX_SUBMAPS];
-    struct shade shade = {0};
-    uint32_t n = 0, entry;
+    struct voices v;
+    uint32_t entry;
 
+    v.n = v.n_moved = 0;
+    v.shade = (struct shade){0};
     out->away = false;
-    out->lost = add_veil(m, key, &shade);
+    out->lost = add_veil(m, key, &v.shade);
     for (uint32_t p = 0; p < m->set.max_submaps; p++) {
         const struct voxmap_part *part = &m->part[p];
         if (!part->id)
             continue;
-        if (part->moved && near_block(part, key)) {
-            ask_cells(m, key, out);
-            return;
-        }
-        if (part->moved || !layer_in(m, part, key, &layer[n], &entry))
-            continue;
-        if (part->away) {
-            out->away = true;
-            add_shade(m, &layer[n], &shade);
-        } else {
-            n++;
+        if (part->moved) {
+            v.moved[v.n_moved].part = part;
+            v.n_moved += moved_in(part, key, &v.moved[v.n_moved].pull);
+        } else if (layer_in(m, part, key, &v.layer[v.n], &entry)) {
+            out->away |= part->away;
+            if (part->away)
+                add_shade(m, &v.layer[v.n], &v.shade);
+            else
+                v.n++;
         }
     }
-    for (uint32_t c = 0; c < BLOCK_COLUMNS; c++) {
-        struct sums sums = {0};
-        for (uint32_t l = 0; l < n; l++)
-            add_layer(m, &layer[l], c, &sums);
-        judge(m, &sums, &shade, c, &out->free[c], &out->heard[c]);
+    if (v.n + v.n_moved > 0) {
+        judge_columns(m, key, &v, out);
+    } else {
+        memset(out->free, 0, sizeof out->free);
+        memset(out->heard, 0, sizeof out->heard);
     }
 }
 
@@ -385,8 +409,9 @@ static void range_of(const struct voxmap_part *p, int64_t first[3], int64_t last
 static bool speaks_of(const struct voxmap *m, const struct voxmap_part *p, const struct block_key *key)
 {
     struct layer layer;
+    struct pull pull;
     uint32_t entry;
-    return p->id && (p->moved ? near_block(p, key) : layer_in(m, p, key, &layer, &entry));
+    return p->id && (p->moved ? moved_in(p, key, &pull) : layer_in(m, p, key, &layer, &entry));
 }
 
 static bool said_before(const struct voxmap *m, uint32_t part, const struct block_key *key)

@@ -59,16 +59,6 @@ void submap_init(struct submap *m, void *memory, uint32_t side, struct tiles *ti
     memset(m->written, 0, (size_t)side * side * sizeof *m->written);
 }
 
-static inline size_t directory_index(const struct submap *m, int32_t i, int32_t j)
-{
-    return (uint32_t)i / TILE_SIDE * ((uint32_t)m->box.size[1] / TILE_SIDE) + (uint32_t)j / TILE_SIDE;
-}
-
-static inline uint32_t column_index(int32_t i, int32_t j)
-{
-    return (uint32_t)i % TILE_SIDE * TILE_SIDE + (uint32_t)j % TILE_SIDE;
-}
-
 static size_t directory_size(const struct submap *m)
 {
     return (size_t)(m->box.size[0] / TILE_SIDE) * (size_t)(m->box.size[1] / TILE_SIDE);
@@ -202,12 +192,12 @@ void submap_body(struct submap *m, const struct lattice_place *a, const struct l
                 const double p[3] = {i + 0.5, j + 0.5, k + 0.5};
                 if (distance2(p, from, d) > radius * radius)
                     continue;
-                uint32_t tile = tile_to_write(m, directory_index(m, i, j));
+                uint32_t tile = tile_to_write(m, submap_entry(m, i, j));
                 if (tile == TILE_NONE) {
                     m->stats.starved++;
                     continue;
                 }
-                uint8_t *count = tiles_column(m->tiles, tile, column_index(i, j), SUBMAP_VACANCY) + k;
+                uint8_t *count = tiles_column(m->tiles, tile, submap_column(i, j), SUBMAP_VACANCY) + k;
                 *count = *count > score ? *count : score;
             }
 }
@@ -230,8 +220,8 @@ uint8_t submap_count(const struct submap *m, enum submap_plane plane, const int6
     if (plane >= m->tiles->planes || !lattice_holds(&m->box, cell))
         return 0;
     int32_t i = (int32_t)(cell[0] - m->box.first[0]), j = (int32_t)(cell[1] - m->box.first[1]);
-    uint32_t tile = m->tile[directory_index(m, i, j)];
+    uint32_t tile = m->tile[submap_entry(m, i, j)];
     if (tile == TILE_NONE)
         return 0;
-    return tiles_column(m->tiles, tile, column_index(i, j), plane)[cell[2] - m->box.first[2]];
+    return tiles_column(m->tiles, tile, submap_column(i, j), plane)[cell[2] - m->box.first[2]];
 }

@@ -70,6 +70,18 @@ void submap_halve(struct submap *m);
 /** submap_count - one plane's count at a cell: 0 outside the box, where never written to, or without that plane. */
 uint8_t submap_count(const struct submap *m, enum submap_plane plane, const int64_t cell[3]);
 
+/** submap_entry - the directory's entry of the tile over a column of the box, counted from the box's first. */
+static inline size_t submap_entry(const struct submap *m, int32_t i, int32_t j)
+{
+    return (uint32_t)i / TILE_SIDE * ((uint32_t)m->box.size[1] / TILE_SIDE) + (uint32_t)j / TILE_SIDE;
+}
+
+/** submap_column - and which column of that tile it is. */
+static inline uint32_t submap_column(int32_t i, int32_t j)
+{
+    return (uint32_t)i % TILE_SIDE * TILE_SIDE + (uint32_t)j % TILE_SIDE;
+}
+
 /** voxel_judge - the rule above for (merged) counts. */
 static inline enum voxel_state voxel_judge(const struct voxel_rule *rule, uint32_t vacancy, uint32_t echoes)
 {

@@ -134,6 +134,16 @@ static void judging(const char *name)
            (double)(frontier.computed - made) / SCENE_PINGS);
 }
 
+/* Every submap lies elsewhere, and is turned: mostly about the vertical, and a little tilted. */
+static void correct_all(void)
+{
+    const double to_m[3] = {0.234, -0.111, 0.05};
+    double turn[4];
+    quat_from_rpy(0.01, -0.02, 0.1, turn);
+    for (uint64_t id = 1; id < map.next_id; id++)
+        voxmap_move(&map, id, to_m, turn);
+}
+
 static void asking(void)
 {
     static double from[ASKED][3], way[ASKED][2][3];
@@ -199,8 +209,12 @@ int main(void)
     judging("one submap");
     asking();
     asking_for_much();
+    correct_all();
+    judging("the same, corrected");
     map_new(1, true, 5);
     enter_all();
     judging("twelve submaps");
+    correct_all();
+    judging("the same, corrected");
     return 0;
 }
