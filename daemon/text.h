@@ -26,7 +26,7 @@ void text_bytes(struct text *t, const char *bytes, size_t n);
 /** text_cut - back to the first n bytes, and whole again as it was then. */
 void text_cut(struct text *t, size_t n);
 
-/** text_part - values that another text holds, maybe none, with a comma before them where one is wanted. It failed: so has this. */
+/** text_part - values that another text holds, maybe none, with a comma before them where needed. It failed: so has this. */
 void text_part(struct text *t, const struct text *values);
 
 /**
