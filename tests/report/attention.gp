@@ -1,0 +1,12 @@
+# SPDX-License-Identifier: MIT
+# attention.gp - chapter "Active scanning": share of new things noticed against time.
+attention = data.'attention.csv'
+ways = '"plain by itself" "plain asked for every ping" active "active with a circle of 90 s"'
+set terminal svg size 800,420 font 'sans-serif,13' background 'white' noenhanced dynamic rounded
+set output out.'attention.svg'
+set key right bottom
+set xlabel 'seconds until a ping goes there'
+set ylabel 'share of the new things'
+set xrange [0:*]
+set yrange [0:1]
+plot for [w = 1:4] attention using (stringcolumn("way") eq word(ways, w) ? column("noticed_s") : NaN):(column("share")) with linespoints pt 7 ps 0.5 title word(ways, w)
