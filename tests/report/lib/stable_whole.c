@@ -340,7 +340,7 @@ const struct stable_case stable_whole[] = {
     {"E1", "1e7 random bytes to parsers, random pings through all stages", "senseless results",
      "two bytes of head are believed", 0, everything},
     {"E2", "a day, beams 1 ms to 60 s apart, rates 1e-9 to 1e9 per second", "log-odds off the closed form",
-     "explicit Euler", 3e-6, stiff_day},
+     "explicit Euler", 1e-6, stiff_day},
     {"E3", "the worst beam: 1000 loud bins, 360 degrees", "ms of processor time, median", "asking every voxel", 40,
      worst_beam},
     {"L1", "a billion equal pings of one cell", "pings until nothing changes any more", "counts in float", 65536,
