@@ -363,13 +363,17 @@ const struct conf_key conf_keys[] = {
      .help = "Water nearer than this to the reference point counts as known, because the vehicle is in it or has seen it\n"
              "on its way; what was heard there still blocks. auto: the ball that holds the cylinder with its margin. A\n"
              "level scanning head never sees what is close above and below: with auto all is unknown ahead of it;\n"
-             "(height / 2 + margin) / sin(half the height of its fan) is where its fan has opened far enough."},
-    {"vehicle", "max_speed", LIVE, QUANTITY(1, "m/s", 0, 50), .standard = "told", .instead = "told", .instead_value = 0,
+             "(height / 2 + margin) / sin(half the height of its fan) is where its fan has opened far enough, and a\n"
+             "grid's directions are known only when they lie in it whole: take 1.5 angular_step off that half. It\n"
+             "counts for corridors that `blocked` is asked for, too."},
+    {"vehicle", "max_speed", LIVE, QUANTITY(1, "m/s", 0.01, 50), .standard = "told", .instead = "told", .instead_value = 0,
      CONF(vehicle.max_speed_mps),
      .help = "It never goes faster. For so long as nobody has told where it is, answers take it to be anywhere that it can\n"
              "have gone to meanwhile, all obstacles nearer and all free water shorter by that. told: as fast as its pose\n"
-             "last said, so that a vehicle that has just set out is taken to stand still until its next pose."},
-    {"vehicle", "max_turn", LIVE, QUANTITY(1, "deg", 0, 1000), .standard = "told", .instead = "told", .instead_value = 0,
+             "last said, so that a vehicle that has just set out is taken to stand still until its next pose: half\n"
+             "its acceleration times the square of that time is missing. Set it when poses come less than 5 times a\n"
+             "second."},
+    {"vehicle", "max_turn", LIVE, QUANTITY(1, "deg", 0.1, 1000), .standard = "told", .instead = "told", .instead_value = 0,
      CONF(vehicle.max_turn_radps),
      .help = "It never turns by more in a second; as max_speed, for directions that are asked for in the body's frame."},
     {"vehicle", "braking", LIVE, QUANTITY(1, "m/s2", 0.01, 20), .standard = "0.2 m/s2", CONF(vehicle.braking_mps2),

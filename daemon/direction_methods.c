@@ -59,6 +59,7 @@ json_t *direction_method_blocked(const struct rpc_call *call, json_t *params, st
         !(grid = grid_asked(d, params, error)))
         return NULL;
     const struct answer_now now = moment_now(d);
+    q.near_m = moment_near_m(d);
     answer_direction(grid_picture(grid), &grid->setting.limits, &now, &q, &a);
     return direction_answer(&a);
 }

@@ -53,6 +53,13 @@ double moment_velocity_age_s(const struct daemon *d)
     return age_s(d, pose_log_last_ns(&d->poses, POSE_VELOCITY));
 }
 
+double moment_near_m(const struct daemon *d)
+{
+    const struct conf_vehicle *c = &d->conf.vehicle;
+    const double wide = c->radius_m + c->margin_m, high = c->height_m / 2 + c->margin_m;
+    return c->near_m > 0 ? c->near_m : hypot(hypot(wide, wide), high);
+}
+
 uint64_t moment_unix_offset_ns(const struct daemon *d)
 {
     struct timespec t;

@@ -21,6 +21,9 @@ double moment_pose_age_s(const struct daemon *d);
 double moment_place_age_s(const struct daemon *d);
 double moment_velocity_age_s(const struct daemon *d);
 
+/** moment_near_m - water nearer than this to the vehicle is its own: near in [vehicle], auto worked out. */
+double moment_near_m(const struct daemon *d);
+
 /** moment_unix_offset_ns - Unix time less the loop's, as of now: the computer's clock may be set while sonard runs.
  * A replay's is Unix time. */
 uint64_t moment_unix_offset_ns(const struct daemon *d);

@@ -31,13 +31,13 @@ struct movement {
     double stale_s;   /* the vehicle may have moved for so long without the picture's and the pose's knowledge */
 };
 
-static void take_body(const struct conf_vehicle *c, struct corridor_body *body)
+static void take_body(const struct daemon *d, struct corridor_body *body)
 {
-    const double wide = c->radius_m + c->margin_m, high = c->height_m / 2 + c->margin_m;
+    const struct conf_vehicle *c = &d->conf.vehicle;
     *body = (struct corridor_body){.radius_m = c->radius_m,
                                    .half_height_m = c->height_m / 2,
                                    .margin_m = c->margin_m,
-                                   .near_m = c->near_m > 0 ? c->near_m : hypot(hypot(wide, wide), high)};
+                                   .near_m = moment_near_m(d)};
 }
 
 static double dot(const double a[3], const double b[3])
@@ -108,7 +108,7 @@ static void look_ahead(const struct daemon *d, struct movement *m, double most_m
 static bool begin(struct daemon *d, json_t *params, struct movement *m, struct rpc_error *error)
 {
     *m = (struct movement){.now = moment_now(d), .grid = grid_asked(d, params, error)};
-    take_body(&d->conf.vehicle, &m->body);
+    take_body(d, &m->body);
     return m->grid != NULL;
 }
 

@@ -12,12 +12,12 @@
 
 void ping360_set_range(struct ping360_settings *set, double range_m, double sound_speed_mps)
 {
-    const double hair = 1e-9; /* 80 ticks are 80, not 79.999.. */
+    const double hair = 1e-9; /* 80 ticks are 80, not 80.000..1 and hence 81 */
     double ticks = 2.0 * range_m / (sound_speed_mps * PING360_TICK_S);
     unsigned n = PING360_SAMPLES_MAX;
     if (ticks / n + hair < PING360_PERIOD_MIN)
-        n = (unsigned)(ticks / PING360_PERIOD_MIN + hair);
-    unsigned period = (unsigned)(ticks / n + hair);
+        n = (unsigned)ceil(ticks / PING360_PERIOD_MIN - hair);
+    unsigned period = (unsigned)fmax(ceil(ticks / n - hair), PING360_PERIOD_MIN);
 
     set->n_samples = (uint16_t)n;
     set->sample_period = (uint16_t)period;

@@ -27,7 +27,7 @@
 /**
  * ping360_set_range - sample count, sample period and transmit duration for a range [0.75 .. 200 m] at a sound speed
  * [1350 .. 1650 m/s]; the other settings are left. As many samples as the head has, fewer where its shortest period
- * forbids. The range comes out at most 25 mm short of what was asked, never longer.
+ * forbids. What is asked for is heard, and at most 25 mm more.
  */
 void ping360_set_range(struct ping360_settings *set, double range_m, double sound_speed_mps);
 

@@ -66,21 +66,26 @@ static void doubt(struct tally *t, enum answer_reason why)
     t->a.reason = why > t->a.reason ? why : t->a.reason;
 }
 
-/*
- * Adds what a direction says about the stretch up to need_m. When the stretch ends inside the blind zone because a
- * corridor leaves this direction there (side), the direction is not asked: that is the vehicle's own place.
- */
-static void add_water(struct tally *t, const struct sight *v, double need_m, bool side)
+/* What stands against a direction's water up to need_m. */
+static enum answer_reason against(const struct sight *v, double need_m)
 {
-    enum answer_reason why = v->reason;
-    if (why == ANSWER_HEARD && need_m <= v->blind_m) {
-        if (side) {
-            t->a.blind_to_m = fmax(t->a.blind_to_m, need_m);
-            return;
-        }
-        why = ANSWER_BLIND;
-    } else if (why == ANSWER_HEARD && v->clear_m < need_m) {
-        why = ANSWER_BEYOND;
+    return v->reason != ANSWER_HEARD ? v->reason
+           : need_m <= v->blind_m    ? ANSWER_BLIND
+           : v->clear_m < need_m     ? ANSWER_BEYOND
+                                     : ANSWER_HEARD;
+}
+
+/*
+ * Adds what a direction says about the stretch up to need_m. When a corridor leaves this direction through its side
+ * inside the blind zone, or up to side_m where no echo was ever heard, the direction is not asked: that is the vehicle's
+ * own place, and blind_to_m tells of it.
+ */
+static void add_water(struct tally *t, const struct sight *v, double need_m, bool side, double side_m)
+{
+    const enum answer_reason why = against(v, need_m);
+    if (side && (why == ANSWER_BLIND || (why != ANSWER_HEARD && need_m <= side_m && need_m < v->hint_m))) {
+        t->a.blind_to_m = fmax(t->a.blind_to_m, need_m);
+        return;
     }
     t->looked = true;
     t->a.blind_to_m = fmax(t->a.blind_to_m, v->blind_m);
@@ -110,24 +115,13 @@ static void cannot(enum answer_reason reason, struct answer *out)
     *out = (struct answer){.state = ANSWER_UNKNOWN, .reason = reason, .age_s = -1};
 }
 
-static void add(struct tally *t, const struct sight *v, const struct answer_now *now, double moved_m,
-                double need_m, bool side)
-{
-    if (v->obstacle && v->near_m <= need_m)
-        add_obstacle(t, v, now, moved_m);
-    add_water(t, v, need_m, side);
-}
-
 /*
  * A direction beside a cone, into which the cone reaches up to need_m only because the vehicle is not at the grid's
  * centre. Where its water is not known, nothing is known of the cone so far; beyond, the cone is in its own directions.
  */
-static void add_beside(struct tally *t, const struct sight *v, const struct answer_now *now, double moved_m,
-                       double need_m)
+static void add_beside(struct tally *t, const struct sight *v, double need_m)
 {
     const bool heard = v->reason == ANSWER_HEARD && v->clear_m >= need_m;
-    if (v->obstacle && v->near_m <= need_m)
-        add_obstacle(t, v, now, moved_m);
     t->a.blind_to_m = fmax(t->a.blind_to_m, heard ? fmin(need_m, v->blind_m) : need_m);
 }
 
@@ -223,17 +217,19 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
         struct sight view;
         picture_get(p, visit.direction, &e);
         sight_look(p, &e, conf, now, &place, &view);
+        if (view.obstacle && view.near_m <= share.need_m)
+            add_obstacle(&tally, &view, now, place.moved_m);
         if (share.beside)
-            add_beside(&tally, &view, now, place.moved_m, share.need_m);
+            add_beside(&tally, &view, share.need_m);
         else
-            add(&tally, &view, now, place.moved_m, share.need_m, share.side);
+            add_water(&tally, &view, share.need_m, share.side, q->near_m - place.moved_m);
     }
     if (!sight_keeps(p->rings, el - opening - turned, el + opening + turned))
         doubt(&tally, ANSWER_OUTSIDE);
     if (beside > 0)
         tally.a.blind_to_m = fmax(tally.a.blind_to_m, SIGHT_BESIDE * place.moved_m);
     if (tally.a.blind_to_m >= q->distance_m)
-        doubt(&tally, place.moved_m > 0 ? ANSWER_MOVED : ANSWER_BLIND);
+        doubt(&tally, ANSWER_BLIND);
     finish(&tally, conf, out);
 }
 
@@ -290,7 +286,7 @@ static void add_to_sectors(struct sectors *s, uint32_t d, const struct patch *pa
     sight_look(s->picture, &e, s->conf, s->now, &s->place, &view);
     const struct run water = touched(s, patch, s->slack_rad + sight_aside_rad(&s->place, s->need_m));
     for (double k = water.from; k <= water.to; k++)
-        add_water(tally_of(s, k), &view, s->need_m, false);
+        add_water(tally_of(s, k), &view, s->need_m, false, 0);
     if (!view.obstacle)
         return;
     const double aside = sight_aside_rad(&s->place, view.near_m + s->place.moved_m);

@@ -56,6 +56,7 @@ struct answer_query {
     bool corridor;     /* a corridor of radius_m around the line; otherwise a cone of half_angle_rad */
     double half_angle_rad;
     double radius_m;
+    double near_m; /* beside a corridor, water nearer than this is asked for only where something was heard; [0, inf) */
 };
 
 struct answer {

@@ -28,7 +28,7 @@ void sight_look(const struct picture *p, const struct picture_entry *e, const st
 {
     struct claim good = {0};
     double clear_m = INFINITY;
-    *v = (struct sight){.age_s = -1};
+    *v = (struct sight){.age_s = -1, .hint_m = INFINITY};
     for (unsigned i = 0; i < PICTURE_OBSTACLES && !v->obstacle; i++) {
         const struct picture_obstacle *o = &e->obstacle[i];
         if (o->logodds <= 0)
@@ -40,6 +40,7 @@ void sight_look(const struct picture *p, const struct picture_entry *e, const st
         }
         clear_m = fmin(clear_m, o->near_m);
     }
+    v->hint_m = fmax(0, clear_m - place->moved_m);
     for (int k = 0; k < CLAIMS; k++) {
         enum answer_reason why = against(&e->claim[k], conf, now, place);
         if (why == ANSWER_HEARD)

@@ -23,6 +23,7 @@ struct sight {
     double clear_m, blind_m, age_s;
     const struct picture_obstacle *obstacle; /* nearest that still counts, in the entry; NULL: none */
     double near_m, logodds;
+    double hint_m; /* near edge of the nearest evidence that is left, however weak; INFINITY: none */
 };
 
 /** sight_seconds - from t_ns to now_ns; 0 when that is not later. */

@@ -449,6 +449,9 @@ static uint16_t echoes_of_beam(const struct ping *ping, uint16_t b)
 /* A sonar that picks its ranges does not say how near it hears, unless the device or ring_down knows. */
 #define RANGES_BLIND_M 0.3
 
+/* A reflector somewhere within a pulse, each place as likely, lies at most so many standard deviations before its middle. */
+#define RANGES_NEARER_SDS 1.7320508f
+
 /* The device has picked the ranges itself, listening from begin_m on: n of them in one beam. */
 static void extract_ranges(const struct extract *e, double begin_m, float range_max_m,
                            const struct ping_beam *beam, uint16_t n, struct beam_echoes *out)
@@ -470,7 +473,7 @@ static void extract_ranges(const struct extract *e, double begin_m, float range_
         const float confidence = beam->confidence >= 0.0f ? fminf(beam->confidence, 1.0f) : 0.0f;
         out->echo[out->n] = (struct echo){
             .range_m = beam->range_m,
-            .near_m = fmaxf(beam->range_m - sd, 0.0f),
+            .near_m = fmaxf(beam->range_m - RANGES_NEARER_SDS * sd, 0.0f),
             .sd_m = sd,
             .strength = 1.0f,
             .confidence = confidence,

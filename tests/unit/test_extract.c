@@ -531,7 +531,7 @@ TEST(ready_ranges_pass_through)
     CHECK_INT(found[0].state, BEAM_ECHO);
     CHECK(found[0].echo[0].range_m == 3.0f && found[0].echo[0].sd_m == 0.1f &&
           found[0].echo[0].confidence == 0.8f);
-    CHECK_NEAR(found[0].free_to_m, 2.9, 1e-6, 0);
+    CHECK_NEAR(found[0].free_to_m, 3 - 0.1 * sqrt(3), 1e-6, 0);
     CHECK_INT(found[1].state, BEAM_SILENT);
     CHECK_INT(found[2].state, BEAM_BLIND); /* no range at all is not the same as nothing heard */
     CHECK(found[2].free_to_m == 0.0f);
@@ -576,7 +576,7 @@ TEST(ready_ranges_of_one_direction_are_one_beam)
     CHECK(found[0].echo[0].range_m == 2.0f && found[0].echo[1].range_m == 3.0f &&
           found[0].echo[2].range_m == 9.0f);
     CHECK(found[0].echo[2].confidence == 0.7f);
-    CHECK_NEAR(found[0].free_to_m, 1.9, 1e-6, 0);
+    CHECK_NEAR(found[0].free_to_m, 2 - 0.1 * sqrt(3), 1e-6, 0);
     CHECK(found[1].n == 1 && found[1].el_rad == 0.1f && found[2].n == 1 && found[3].n == 1);
     CHECK(found[4].n == 0 && found[4].state == BEAM_SILENT);
     CHECK(found[5].n == 1 && found[5].echo[0].range_m == 5.0f);

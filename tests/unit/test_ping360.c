@@ -370,9 +370,9 @@ TEST(settings_for_a_range)
         unsigned n, period, transmit_us;
         double back_m;
     } row[] = {
-        {1, 666, 80, 5, 0.999},        {2, 1200, 88, 11, 1.980},       {10, 1200, 444, 53, 9.990},
-        {20, 1200, 888, 107, 19.980},  {50, 1200, 2222, 267, 49.995},  {0.75, 500, 80, 5, 0.75},
-        {60, 1200, 2666, 320, 59.985}, {200, 1200, 8888, 500, 199.98}, {1.8, 1200, 80, 10, 1.8},
+        {1, 667, 80, 5, 1.0005},        {2, 1200, 89, 11, 2.0025},        {10, 1200, 445, 53, 10.0125},
+        {20, 1200, 889, 107, 20.0025},  {50, 1200, 2223, 267, 50.0175},   {0.75, 500, 80, 5, 0.75},
+        {60, 1200, 2667, 320, 60.0075}, {200, 1200, 8889, 500, 200.0025}, {1.8, 1200, 80, 10, 1.8},
     };
     for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
         struct ping360_settings set = {0};
@@ -396,7 +396,7 @@ TEST(settings_are_legal_everywhere)
         if (s.n_samples < 200 || s.n_samples > 1200 || s.sample_period < 80 || s.sample_period > 40000 ||
             s.transmit_us < 5 || s.transmit_us > 500 ||
             s.transmit_us < fmin(500.0, 2.5 * 0.025 * s.sample_period) ||
-            s.transmit_us > 64 * 0.025 * s.sample_period || back_m > range_m + 1e-6 || back_m < range_m - 0.025) {
+            s.transmit_us > 64 * 0.025 * s.sample_period || back_m > range_m + 0.025 || back_m < range_m - 1e-6) {
             printf("range %.17g m, c %.17g: n %u period %u transmit %u back %g\n", range_m, c, s.n_samples,
                    s.sample_period, s.transmit_us, back_m);
             CHECK(false);
@@ -595,7 +595,7 @@ TEST(handshake_then_the_heads_own_scan)
     CHECK_INT(status().timeouts, 0);
     CHECK_INT(rig.set.gain, 1);
     CHECK_INT(rig.set.frequency_khz, 750);
-    CHECK_NEAR(status().range_m, 19.98, 1e-9, 0);
+    CHECK_NEAR(status().range_m, 20.0025, 1e-9, 0);
 }
 
 TEST(request_and_response)
@@ -640,7 +640,7 @@ TEST(ping_content)
     CHECK_INT(p->head_turn, 400);
     CHECK_INT(p->flags, 0);
     CHECK_NEAR(p->r0_m, 0, 0, 0);
-    CHECK_NEAR(p->dr_m, 888 * 25e-9 * 750.0, 1e-6, 0);
+    CHECK_NEAR(p->dr_m, 889 * 25e-9 * 750.0, 1e-6, 0);
     CHECK_NEAR(p->pulse_m, 107e-6 * 750.0, 1e-6, 0);
     CHECK_NEAR(p->az_aperture_rad, geo_rad(2), 1e-6, 0);
     CHECK_NEAR(p->el_aperture_rad, geo_rad(25), 1e-6, 0);
@@ -649,7 +649,7 @@ TEST(ping_content)
     CHECK_INT(rig.samples[0], 300 & 0xff);
     CHECK_INT(rig.samples[1199], 300 & 0xff);
     /* the whole frame came in one read: its line time and the listening before that are reckoned back */
-    CHECK_INT(p->t_ns, p->t_in_ns - line(1224) - 1200 * 888 * 25);
+    CHECK_INT(p->t_ns, p->t_in_ns - line(1224) - 1200 * 889 * 25);
 }
 
 static void feed_data(unsigned angle, unsigned n_samples, unsigned period, uint64_t first_ns, uint64_t last_ns)
@@ -1008,7 +1008,7 @@ TEST(geometry_comes_from_the_frame)
     rig_new(&conf);
     rig_open();
     run_to_ping(5, 60 * SEC);
-    CHECK_NEAR(rig.last.dr_m * (float)rig.last.n_bins, 19.98, 1e-6, 0);
+    CHECK_NEAR(rig.last.dr_m * (float)rig.last.n_bins, 20.0025, 1e-6, 0);
     rig.n_samples = 666;
     rig.period = 80;
     run_to_ping(8, 60 * SEC);
