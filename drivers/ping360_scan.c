@@ -95,7 +95,7 @@ void ping360_scan_advance(struct ping360_scan *scan, uint64_t now_ns)
     if (!scan->positions && scan->at < was_at)
         steer_begin(&scan->steer, now_ns);
     if (scan->attend_n &&
-        steer_has_time(&scan->steer, scan->plain, scan->attend_n, PING360_TURN / scan->step, now_ns))
+        steer_has_time(&scan->steer, scan->plain, scan->attend_n, (unsigned)PING360_TURN / scan->step, now_ns))
         begin_pass(scan, from);
 }
 
