@@ -11,9 +11,9 @@
 
 /* Instructions for one bin, counted on 101 Ping360 pings of 1200 bins between walls. */
 #define DEVICE_BIN     10.6
-#define SOCA_BIN       79.0
-#define CA_BIN         67.0
-#define OS_BIN         1120.0
+#define SOCA_BIN       84.0
+#define CA_BIN         72.0
+#define OS_BIN         1290.0
 #define IMAGE_BIN      20.5
 #define CLEANUP_BIN    42.5
 #define OTSU_BIN       2.0
@@ -23,14 +23,20 @@
 #define MEDIAN5_BIN    23.5
 #define BACKGROUND_BIN 110.0 /* quiet beams are no longer done at once */
 
-/* For one beam, and for one direction that a beam covers. */
+/* For one beam, and for one direction that a beam covers: what tests/bench/plan_error.py counts. */
 #define DEVICE_BEAM        500.0
 #define EXTRACT_BEAM       300.0
 #define MARKS_BEAM         680.0
-#define GRID_BEAM          10000.0
-#define OPENING_DIRECTION  2000.0
-#define MIDPOINT_DIRECTION 9700.0
-#define GAUSS_DIRECTION    11900.0
+#define GRID_BEAM          12000.0
+#define OPENING_DIRECTION  2400.0
+#define MIDPOINT_DIRECTION 11500.0
+#define GAUSS_DIRECTION    13000.0
+
+/* For one beam of a level grid, and for one direction of its single row. */
+#define LEVEL_BEAM     8000.0
+#define LEVEL_OPENING  6500.0
+#define LEVEL_MIDPOINT 17500.0
+#define LEVEL_GAUSS    18500.0
 #define RELAXED_DIRECTION  2800.0 /* counted in the basins of tests/report/report_relax.c */
 
 /* The map's cost goes with the voxels across a beam: timed in a shaft where echoes were MAP_RANGE_VOXELS away. */
@@ -142,12 +148,19 @@ static double directions(const struct conf_sonar *sonar, double step_rad, bool l
     return (az_rad / step_rad + 1) * (level ? 1 : el_rad / step_rad + 1);
 }
 
+static double by_model(const struct conf_grid *g, double opening, double midpoint, double gauss)
+{
+    return g->sensor_model == CONF_OPENING ? opening : g->sensor_model == CONF_MIDPOINT ? midpoint : gauss;
+}
+
+/* A level grid never costs more than a full one. */
 static double grid_ping(const struct conf_sonar *sonar, const struct conf_grid *g, bool level)
 {
-    const double direction = g->sensor_model == CONF_OPENING    ? OPENING_DIRECTION
-                             : g->sensor_model == CONF_MIDPOINT ? MIDPOINT_DIRECTION
-                                                                : GAUSS_DIRECTION;
-    return size_of(sonar).beams * (GRID_BEAM + direction * directions(sonar, g->angular_step_rad, level));
+    const double step_rad = g->angular_step_rad, columns = directions(sonar, step_rad, true) - 1;
+    const double full = GRID_BEAM + by_model(g, OPENING_DIRECTION, MIDPOINT_DIRECTION, GAUSS_DIRECTION) *
+                                        directions(sonar, step_rad, false);
+    const double row = LEVEL_BEAM + by_model(g, LEVEL_OPENING, LEVEL_MIDPOINT, LEVEL_GAUSS) * columns;
+    return size_of(sonar).beams * (level ? fmin(row, full) : full);
 }
 
 static double map_ping(const struct conf_sonar *sonar, const struct conf_map *c)
