@@ -34,6 +34,7 @@ enum conf_no_echo { CONF_NO_ECHO_MINIMUM, CONF_NO_ECHO_HEARD, CONF_NO_ECHO_RANGE
 enum conf_sensor_model { CONF_OPENING, CONF_GAUSS, CONF_MIDPOINT };
 enum conf_update { CONF_BAYES, CONF_MAX };
 enum conf_elevation { CONF_ELEVATION_FULL, CONF_ELEVATION_LEVEL };
+enum conf_axes { CONF_AXES_NED, CONF_AXES_COURSE };
 enum conf_function { CONF_HOLDING, CONF_INPUT };
 enum conf_type { CONF_INT16, CONF_UINT16, CONF_INT32, CONF_FLOAT32 };
 enum conf_word_order { CONF_BIG, CONF_LITTLE };
@@ -128,6 +129,7 @@ struct conf_grid {
     double layer_m;           /* layer = 0.05 m: thickness of the nearest layers */
     double growth;            /* growth = 1.035: of the layers beyond */
     int elevation;            /* elevation = full | level */
+    int axes;                 /* axes = ned | course */
     int sensor_model;     /* sensor_model = opening | gauss | midpoint: how an echo is shared out among cells */
     int update;           /* update = bayes | max */
     double range_error;   /* range_error = 0.003: standard deviation of a range as a share of it */

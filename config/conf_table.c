@@ -251,6 +251,11 @@ const struct conf_key conf_keys[] = {
     {"grid", "elevation", WORDS("full", "level"), .standard = "full", CONF(grid.elevation),
      .help = "full: directions over the whole sphere; level: one row of directions, for a level sonar on a\n"
              "vehicle that stays level. level is cheaper and knows nothing of above and below."},
+    {"grid", "axes", WORDS("ned", "course"), .standard = "ned", CONF(grid.axes),
+     .help =
+         "Where the division into directions begins once a pose tells an attitude. ned: at north, which costs\n"
+         "nothing. course: where the vehicle goes, so that a corridor ahead stays in the same cells; each turn of\n"
+         "more than 10 degrees and two steps costs time, and water beside what is not known becomes unknown."},
     {"grid", "sensor_model", WORDS("opening", "gauss", "midpoint"), .standard = "opening", CONF(grid.sensor_model),
      .help =
          "Where in a beam an echo counts. opening: everywhere alike, for nobody knows where the reflector is;\n"

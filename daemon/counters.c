@@ -35,7 +35,8 @@ unsigned counters_pipeline(const struct pipeline_stats *s, struct counter *out)
          {"grid_cells_lost", "cells of the grid given up for want of room", s->grid.cells_lost},
          {"grid_out_of_range", "echoes beyond the grid", s->grid.out_of_range},
          {"grid_no_attitude", "pings not entered for want of an attitude", s->grid.no_attitude},
-         {"grid_recentred", "times the grid followed the vehicle", s->grid.recentred});
+         {"grid_recentred", "times the grid followed the vehicle", s->grid.recentred},
+         {"grid_turned", "times the grid's axes followed the course", s->grid.turned});
 }
 
 unsigned counters_server(const struct server_stats *s, struct counter *out)

@@ -43,7 +43,7 @@ struct scene {
     struct answer_now now;
     struct answer_query query;
     struct answer answer;
-    double axis[3]; /* of the cone, in the grid's axes */
+    double axis[3]; /* of the cone, in NED or the body's axes, as are the places of cells */
     double opening_rad; /* half of it, and the cells of the grid that it touches, with relaxation their neighbours,
                            too: that is what the answer looked at */
     uint32_t count;
@@ -70,11 +70,18 @@ static json_t *age(const struct scene *s, uint64_t t_ns)
     return t_ns ? say_real(sight_seconds(s->now.now_ns, t_ns), 1e3) : json_null();
 }
 
+/* The middle of a direction, as axis of the scene. */
+static void middle_of(const struct scene *s, uint32_t direction, double v[3])
+{
+    memcpy(v, grid_picture(s->grid)->axis[direction], 3 * sizeof *v);
+    sight_from_grid(&s->frame, &s->now, true, v);
+}
+
 /* Angles as asked: of the body, or NED. */
-static void angles_of(const struct scene *s, const double in_grid[3], double *az_rad, double *el_rad)
+static void angles_of(const struct scene *s, const double axis[3], double *az_rad, double *el_rad)
 {
     double v[3];
-    memcpy(v, in_grid, sizeof v);
+    memcpy(v, axis, sizeof v);
     if (s->frame.ned && !s->query.ned)
         quat_rotate_inverse(s->now.pose.attitude, v, v);
     geo_angles(v, az_rad, el_rad);
@@ -138,7 +145,9 @@ static json_t *history_json(const struct scene *s, const struct sphere_cell *c, 
 static json_t *cell_json(const struct scene *s, const struct blocking *b)
 {
     const struct sphere_cell *c = &b->cell;
-    json_t *told = history_json(s, c, grid_picture(s->grid)->axis[b->direction], (c->from_m + c->to_m) / 2);
+    double axis[3];
+    middle_of(s, b->direction, axis);
+    json_t *told = history_json(s, c, axis, (c->from_m + c->to_m) / 2);
     json_t *more = json_pack("{s:o, s:o, s:s, s:b}", "near_m", say_metres(c->near_m), "confidence",
                              say_real(1 / (1 + exp(-c->logodds)), 1e3), "turn", turn_word(c->flags), "locked",
                              (c->flags & SPHERE_LOCKED) != 0);
@@ -186,10 +195,11 @@ static json_t *gone_json(const struct scene *s)
 
 static json_t *claim_json(const struct scene *s, uint32_t direction, const struct claim *c)
 {
-    double az, el;
+    double axis[3], az, el;
     if (!c->t_ping_ns)
         return json_null();
-    angles_of(s, grid_picture(s->grid)->axis[direction], &az, &el);
+    middle_of(s, direction, axis);
+    angles_of(s, axis, &az, &el);
     return json_pack("{s:o, s:o, s:o, s:o, s:o, s:o}", "azimuth_deg", say_degrees(az), "elevation_deg",
                      say_degrees(el), "free_from_m", say_metres((double)c->from_m), "free_to_m",
                      say_metres(fmax((double)c->from_m, (double)c->to_m)), "age_s", age(s, c->t_ping_ns),
@@ -281,9 +291,36 @@ static json_t *pings_json(const struct scene *s)
 
 /* ---- in parts ---- */
 
+/* The answer, and none of its directions yet. */
+static void begin_directions(struct scene *s)
+{
+    struct picture *picture = grid_picture(s->grid);
+    double az, el;
+    picture_get_frame(picture, &s->frame);
+    answer_direction(picture, &s->grid->setting.limits, &s->now, &s->query, &s->answer);
+    geo_direction(s->query.az_rad, s->query.el_rad, s->axis);
+    sight_to_grid(&s->frame, &s->now, s->query.ned, s->axis);
+    geo_angles(s->axis, &az, &el);
+    s->visit = rings_visit(picture->rings, az, el, s->opening_rad);
+    sight_from_grid(&s->frame, &s->now, true, s->axis);
+    s->directions = s->never = s->cells = s->n_found = s->all_gone = 0;
+    s->oldest = s->shortest = (struct claim){0};
+    take_gone(s);
+}
+
+/* A direction is another one once the axes have turned. */
+static bool axes_turned(const struct scene *s)
+{
+    struct picture_frame frame;
+    picture_get_frame(grid_picture(s->grid), &frame);
+    return frame.axes_rad != s->frame.axes_rad;
+}
+
 /* The next directions; when there are none left, the next beams. Older beams are forgotten while it goes on. */
 static void look_on(struct scene *s, const struct witnesses *witnesses)
 {
+    if (!s->all_visited && axes_turned(s))
+        begin_directions(s);
     for (int i = 0; i < DIRECTIONS_PER_PART && !s->all_visited; i++) {
         s->all_visited = !rings_next(&s->visit);
         if (s->all_visited)
@@ -306,16 +343,9 @@ static void look_on(struct scene *s, const struct witnesses *witnesses)
 /* All that the answer is made of, as of one moment. */
 static void look_first(struct scene *s, const struct witnesses *witnesses)
 {
-    double az, el;
     s->begun = true;
     s->beams_taken = witnesses->taken;
-    picture_get_frame(grid_picture(s->grid), &s->frame);
-    answer_direction(grid_picture(s->grid), &s->grid->setting.limits, &s->now, &s->query, &s->answer);
-    geo_direction(s->query.az_rad, s->query.el_rad, s->axis);
-    sight_to_grid(&s->frame, &s->now, s->query.ned, s->axis);
-    geo_angles(s->axis, &az, &el);
-    s->visit = rings_visit(grid_picture(s->grid)->rings, az, el, s->opening_rad);
-    take_gone(s);
+    begin_directions(s);
 }
 
 /* A part of it, by the grid's owner. */

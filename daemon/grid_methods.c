@@ -103,10 +103,11 @@ static json_t *grid_json(struct grid *g)
     const struct sphere_conf *c = &g->setting.sphere;
     struct sphere_stats s;
     grid_stats(g, &s);
-    return json_pack("{s:s, s:o, s:o, s:o, s:s, s:b, s:o, s:I, s:i, s:i, s:i, s:I, s:I}", "name", g->setting.name,
+    return json_pack("{s:s, s:o, s:o, s:o, s:s, s:b, s:s, s:o, s:I, s:i, s:i, s:i, s:I, s:I}", "name", g->setting.name,
                      "range_m", say_metres(c->layers.r_max_m), "angular_step_deg",
                      say_degrees(c->angular_step_rad), "layer_m", say_metres(c->layers.dr_m), "sensor_model",
-                     models[c->model], "level", (int)c->level, "clear_for_s",
+                     models[c->model], "level", (int)c->level, "axes",
+                     c->axes == SPHERE_COURSE ? "course" : "ned", "clear_for_s",
                      say_age(g->setting.limits.clear_for_s), "bytes", (json_int_t)g->bytes, "cells", (int)s.cells,
                      "directions", (int)s.directions, "pinged", (int)s.pinged, "cells_lost",
                      (json_int_t)s.cells_lost, "out_of_range", (json_int_t)s.out_of_range);

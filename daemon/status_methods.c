@@ -140,10 +140,10 @@ static json_t *pipeline_json(const struct daemon *d, const struct pipeline_stats
 
 static json_t *grid_json(const struct sphere_stats *g)
 {
-    return json_pack("{s:i, s:i, s:i, s:I, s:I, s:I, s:I}", "cells", (int)g->cells, "directions",
+    return json_pack("{s:i, s:i, s:i, s:I, s:I, s:I, s:I, s:I}", "cells", (int)g->cells, "directions",
                      (int)g->directions, "pinged", (int)g->pinged, "cells_lost", (json_int_t)g->cells_lost,
                      "out_of_range", (json_int_t)g->out_of_range, "no_attitude", (json_int_t)g->no_attitude,
-                     "recentred", (json_int_t)g->recentred);
+                     "recentred", (json_int_t)g->recentred, "turned", (json_int_t)g->turned);
 }
 
 static json_t *server_json(const struct daemon *d)

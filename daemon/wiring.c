@@ -81,6 +81,7 @@ static void sphere_of(const struct conf *conf, const struct conf_grid *g, struct
                               .recentre_m = fmax(0.05, 2 * g->layer_m),
                               .model = (enum sphere_model)g->sensor_model, /* the same order */
                               .update = (enum sphere_update)g->update,
+                              .axes = (enum sphere_axes)g->axes, /* the same order */
                               .range_error = g->range_error,
                               .relaxation = g->relaxation};
 }

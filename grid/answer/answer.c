@@ -244,7 +244,9 @@ struct sectors {
     double lo_rad, hi_rad; /* the band, of the body when `turned` */
     double need_m, width_rad;
     double slack_rad; /* the body's axes may be turned so far from what its attitude says */
-    bool turned;      /* the grid's directions are NED and must be turned into the body's axes */
+    bool turned;      /* asked in the body's axes, which are not the grid's ... */
+    double attitude[4]; /* ... but this, in them */
+    double axes_rad;    /* asked in NED: azimuth of the grid's azimuth 0 */
     size_t count;
     struct tally *tally; /* [count] */
 };
@@ -301,10 +303,11 @@ static void add_ring(struct sectors *s, uint32_t ring)
     const double width = rings_width(rings, ring), half_el = rings->height_rad / 2;
     const double more = s->slack_rad + sight_aside_rad(&s->place, 0);
     for (uint32_t d = rings->start[ring]; d < rings->start[ring + 1]; d++) {
-        double az = (d - rings->start[ring] + 0.5) * width, el = rings->top_rad - (ring + 0.5) * rings->height_rad;
+        double az = (d - rings->start[ring] + 0.5) * width + s->axes_rad;
+        double el = rings->top_rad - (ring + 0.5) * rings->height_rad;
         if (s->turned) {
             double v[3];
-            quat_rotate_inverse(s->now->pose.attitude, s->picture->axis[d], v);
+            quat_rotate_inverse(s->attitude, s->picture->axis[d], v);
             geo_angles(v, &az, &el);
         }
         const struct patch patch = {.az = az, .el = el, .half_az = width / 2, .half_el = half_el};
@@ -332,12 +335,13 @@ static void sectors_once(struct picture *p, const struct answer_conf *conf, cons
                         .hi_rad = hi_rad,
                         .need_m = reach_m > 0 ? reach_m : frame.range_max_m,
                         .width_rad = GEO_TURN / (double)count,
-                        .turned = frame.ned && !ned,
+                        .axes_rad = ned ? frame.axes_rad : 0,
                         .count = count,
                         .tally = tally};
     for (size_t k = 0; k < count; k++)
         begin(&tally[k]);
     sight_locate(&frame, now, &s.place);
+    s.turned = !ned && sight_attitude(&frame, now, ned, s.attitude);
     /* the rings that reach into the band, however the body is tilted */
     s.slack_rad = s.turned ? s.place.turned_rad : 0;
     const double tilt = s.turned ? sight_tilt(now->pose.attitude) + s.slack_rad : 0;
@@ -355,28 +359,18 @@ static void sectors_once(struct picture *p, const struct answer_conf *conf, cons
     }
 }
 
-/* While the picture changes under a query, an obstacle could hop from a direction not yet read to one already read:
- * then ask again. Each direction is whole in any case. */
-#define TRIES 8
-
 void answer_direction(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
                       const struct answer_query *query, struct answer *out)
 {
-    uint64_t number;
-    int tries = 0;
-    do {
-        number = picture_now(p);
+    struct sight_reading r = {.picture = p};
+    while (sight_reads(&r))
         direction_once(p, conf, now, query, out);
-    } while (!picture_still(p, number) && ++tries < TRIES);
 }
 
 void answer_sectors(struct picture *p, const struct answer_conf *conf, const struct answer_now *now, bool ned,
                     double lo_rad, double hi_rad, double reach_m, size_t count, struct answer *sectors)
 {
-    uint64_t number;
-    int tries = 0;
-    do {
-        number = picture_now(p);
+    struct sight_reading r = {.picture = p};
+    while (sight_reads(&r))
         sectors_once(p, conf, now, ned, lo_rad, hi_rad, reach_m, count, sectors);
-    } while (!picture_still(p, number) && ++tries < TRIES);
 }

@@ -204,16 +204,10 @@ static void look_once(struct picture *p, const struct answer_conf *conf, const s
     heed_band(p->rings, &t, turned + (frame.ned ? sight_tilt(now->pose.attitude) : 0), out);
 }
 
-/* As in answer.c: an obstacle must not hop out of sight while the picture changes. */
-#define TRIES 8
-
 void corridor_look(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
                    const struct corridor_body *body, const struct corridor_query *query, struct corridor *out)
 {
-    uint64_t number;
-    int tries = 0;
-    do {
-        number = picture_now(p);
+    struct sight_reading r = {.picture = p};
+    while (sight_reads(&r))
         look_once(p, conf, now, body, query, out);
-    } while (!picture_still(p, number) && ++tries < TRIES);
 }

@@ -14,14 +14,16 @@ struct scene {
     const struct nearest_query *query;
     struct picture_frame frame;
     struct sight_place place;
+    bool turned;        /* the axes asked about are not the grid's ... */
+    double attitude[4]; /* ... but this, in them */
 };
 
 /* A direction in the axes asked about. */
 static void axis_of(const struct scene *s, uint32_t d, double v[3])
 {
     memcpy(v, s->picture->axis[d], sizeof s->picture->axis[d]);
-    if (s->frame.ned && !s->query->ned)
-        quat_rotate_inverse(s->now->pose.attitude, v, v);
+    if (s->turned)
+        quat_rotate_inverse(s->attitude, v, v);
 }
 
 /* Is it in the band, or may be from where the vehicle may be, for things so far away? An angle on the edge is in it. */
@@ -102,6 +104,7 @@ static void look_once(struct scene *s, struct nearest *out)
     if (!sight_possible(&s->frame, s->now, s->query->ned, &out->reason))
         return;
     sight_locate(&s->frame, s->now, &s->place);
+    s->turned = sight_attitude(&s->frame, s->now, s->query->ned, s->attitude);
     const double near_m = find(s, out);
     const double tilt =
         s->frame.ned && !s->query->ned ? sight_tilt(s->now->pose.attitude) + s->place.turned_rad : 0;
@@ -113,17 +116,11 @@ static void look_once(struct scene *s, struct nearest *out)
         out->state = ANSWER_CLEAR;
 }
 
-/* As in answer.c: an obstacle must not hop out of sight while the picture changes. */
-#define TRIES 8
-
 void nearest_look(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
                   const struct nearest_query *query, struct nearest *out)
 {
     struct scene s = {.picture = p, .conf = conf, .now = now, .query = query};
-    uint64_t number;
-    int tries = 0;
-    do {
-        number = picture_now(p);
+    struct sight_reading r = {.picture = p};
+    while (sight_reads(&r))
         look_once(&s, out);
-    } while (!picture_still(p, number) && ++tries < TRIES);
 }

@@ -62,18 +62,44 @@ static bool is_apart(const struct next_look *a, const struct next_look *b, doubl
     return dot(u, v) < cos(apart_rad);
 }
 
+/* Azimuth, in NED or the body's axes, of the grid's azimuth 0. */
+static double axes_of(struct picture *picture)
+{
+    struct picture_frame frame;
+    picture_get_frame(picture, &frame);
+    return frame.axes_rad;
+}
+
+static void velocity_in_grid(const struct next_look_conf *conf, double axes_rad, double v[3])
+{
+    const double north = conf->velocity_mps[0], east = conf->velocity_mps[1];
+    v[0] = cos(axes_rad) * north + sin(axes_rad) * east;
+    v[1] = cos(axes_rad) * east - sin(axes_rad) * north;
+    v[2] = conf->velocity_mps[2];
+}
+
+/* The middle of direction d, in NED or the body's axes. */
+static void place_look(const struct picture *picture, double axes_rad, uint32_t d, struct next_look *l)
+{
+    rings_centre(picture->rings, d, &l->az_rad, &l->el_rad);
+    if (axes_rad != 0)
+        l->az_rad = geo_wrap(l->az_rad + axes_rad);
+}
+
 /* The best direction that is apart from those found; of equals the one in the middle of the band. */
 static bool best_of(struct picture *picture, uint64_t now_ns, const struct next_look_conf *conf,
                     const struct cluster *clusters, uint32_t n_clusters, const struct next_look *found, uint32_t n,
                     struct next_look *best)
 {
-    const double middle = (conf->low_rad + conf->high_rad) / 2;
+    const double middle = (conf->low_rad + conf->high_rad) / 2, axes_rad = axes_of(picture);
+    double velocity_mps[3];
+    velocity_in_grid(conf, axes_rad, velocity_mps);
     best->score = 0;
     for (uint32_t d = 0; d < picture->n; d++) {
         struct next_look l = {.score = 0};
         struct picture_entry e;
         bool apart = true;
-        rings_centre(picture->rings, d, &l.az_rad, &l.el_rad);
+        place_look(picture, axes_rad, d, &l);
         if (l.el_rad < conf->low_rad || l.el_rad > conf->high_rad)
             continue;
         for (uint32_t i = 0; i < n && apart; i++)
@@ -83,7 +109,7 @@ static bool best_of(struct picture *picture, uint64_t now_ns, const struct next_
         picture_get(picture, d, &e);
         judge_age(&e, now_ns, conf->stale_s, &l);
         judge_clusters(clusters, n_clusters, &l);
-        l.score *= 1 + AHEAD_GAIN * ahead(picture->axis[d], conf->velocity_mps);
+        l.score *= 1 + AHEAD_GAIN * ahead(picture->axis[d], velocity_mps);
         const double off = fabs(l.el_rad - middle), best_off = fabs(best->el_rad - middle);
         if (l.score > best->score || (l.score > 0 && l.score == best->score && off < best_off))
             *best = l;
@@ -108,16 +134,19 @@ bool next_look_sector(struct picture *picture, uint64_t now_ns, const struct nex
     double sum[SLICES] = {0}, best = 0;
     int n[SLICES] = {0};
     const int wide = (int)lround(width_rad / GEO_TURN * SLICES);
+    const double axes_rad = axes_of(picture);
+    double velocity_mps[3];
+    velocity_in_grid(conf, axes_rad, velocity_mps);
     for (uint32_t d = 0; d < picture->n; d++) {
         struct next_look l = {.score = 0};
         struct picture_entry e;
-        rings_centre(picture->rings, d, &l.az_rad, &l.el_rad);
+        place_look(picture, axes_rad, d, &l);
         if (l.el_rad < conf->low_rad || l.el_rad > conf->high_rad)
             continue;
         picture_get(picture, d, &e);
         judge_age(&e, now_ns, conf->stale_s, &l);
         const int slice = (int)(geo_wrap(l.az_rad) / GEO_TURN * SLICES) % SLICES;
-        sum[slice] += l.score * (1 + AHEAD_GAIN * ahead(picture->axis[d], conf->velocity_mps));
+        sum[slice] += l.score * (1 + AHEAD_GAIN * ahead(picture->axis[d], velocity_mps));
         n[slice]++;
     }
     for (int first = 0; first < SLICES; first++) {

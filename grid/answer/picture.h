@@ -44,7 +44,8 @@ struct picture_frame {
     uint64_t pings;     /* entered so far */
     uint64_t t_ping_ns; /* of the newest */
     double recentre_m;  /* the centre lies at most so far from the vehicle at its last ping */
-    uint64_t ned;       /* 1: directions are NED; 0: they are the body's */
+    uint64_t ned;       /* 1: the axes are fixed in the world; 0: they are the body's */
+    double axes_rad;    /* azimuth, in NED, of the grid's azimuth 0: not 0 only where the axes follow the course */
 };
 
 #define PICTURE_FRAME_WORDS (sizeof(struct picture_frame) / 8)
@@ -58,7 +59,7 @@ struct picture {
     _Atomic uint64_t number; /* of times it was published; the side of its parity is in front */
     uint32_t n;              /* directions; constant */
     const struct rings *rings;
-    const double (*axis)[3]; /* [n] unit vectors of the directions' centres */
+    const double (*axis)[3]; /* [n] unit vectors of the directions' centres, in the grid's axes */
     double fade_s;           /* time constant of the obstacles' log-odds */
     float blocked_logodds;   /* above: an obstacle */
     struct picture_side side[2];

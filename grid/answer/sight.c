@@ -2,6 +2,24 @@
 #include "sight.h"
 
 #include <math.h>
+#include <string.h>
+
+#define TRIES 8
+
+bool sight_reads(struct sight_reading *r)
+{
+    struct picture_frame frame;
+    if (r->tries && picture_still(r->picture, r->number))
+        return false;
+    const uint64_t number = picture_now(r->picture);
+    picture_get_frame(r->picture, &frame);
+    if (r->tries >= TRIES && frame.axes_rad == r->axes_rad)
+        return false;
+    r->number = number;
+    r->axes_rad = frame.axes_rad;
+    r->tries++;
+    return true;
+}
 
 double sight_seconds(uint64_t now_ns, uint64_t t_ns)
 {
@@ -81,6 +99,7 @@ void sight_locate(const struct picture_frame *frame, const struct answer_now *no
         place->offset_m[i] = now->pose.position_m[i] - frame->centre_m[i];
         way2 += place->offset_m[i] * place->offset_m[i];
     }
+    sight_to_grid(frame, now, true, place->offset_m);
     place->slack_m = now->pose.slack_m;
     place->moved_m = sqrt(way2) + place->slack_m;
     place->turned_rad = now->pose.slack_rad;
@@ -111,10 +130,31 @@ double sight_tilt(const double attitude[4])
     return acos(fmax(-1, fmin(1, down[2])));
 }
 
+bool sight_attitude(const struct picture_frame *frame, const struct answer_now *now, bool ned, double q[4])
+{
+    static const double none[4] = {1, 0, 0, 0};
+    if (!frame->ned || (ned && frame->axes_rad == 0))
+        return false;
+    memcpy(q, ned ? none : now->pose.attitude, sizeof none);
+    if (frame->axes_rad != 0) {
+        const double back[4] = {cos(frame->axes_rad / 2), 0, 0, -sin(frame->axes_rad / 2)};
+        quat_multiply(back, q, q);
+    }
+    return true;
+}
+
 void sight_to_grid(const struct picture_frame *frame, const struct answer_now *now, bool ned, double v[3])
 {
-    if (frame->ned && !ned)
-        quat_rotate(now->pose.attitude, v, v);
+    double q[4];
+    if (sight_attitude(frame, now, ned, q))
+        quat_rotate(q, v, v);
+}
+
+void sight_from_grid(const struct picture_frame *frame, const struct answer_now *now, bool ned, double v[3])
+{
+    double q[4];
+    if (sight_attitude(frame, now, ned, q))
+        quat_rotate_inverse(q, v, v);
 }
 
 bool sight_keeps(const struct rings *rings, double lo_rad, double hi_rad)

@@ -10,7 +10,7 @@
 
 /* Where the vehicle is now, as far as the picture is concerned. */
 struct sight_place {
-    double offset_m[3]; /* from the grid's centre, in its axes */
+    double offset_m[3]; /* from the grid's centre, in the grid's axes */
     double slack_m;     /* it may be so far from there */
     double moved_m;     /* from the grid's centre, at most */
     double turned_rad;  /* the body's axes may be turned so far from what its attitude says */
@@ -25,6 +25,22 @@ struct sight {
     double near_m, logodds;
     double hint_m; /* near edge of the nearest evidence that is left, however weak; INFINITY: none */
 };
+
+/*
+ * An answer reads many directions. While the picture changes under it, an obstacle could hop from one not yet read to one
+ * already read: then it is read again, some times at most, for each direction is whole in any case. What was read while the
+ * axes turned is never used: the same direction is another one then. Use:
+ *   struct sight_reading r = {.picture = p};
+ *   while (sight_reads(&r)) read_all();
+ */
+struct sight_reading {
+    struct picture *picture;
+    uint64_t number;
+    double axes_rad;
+    int tries;
+};
+
+bool sight_reads(struct sight_reading *r);
 
 /** sight_seconds - from t_ns to now_ns; 0 when that is not later. */
 double sight_seconds(uint64_t now_ns, uint64_t t_ns);
@@ -61,8 +77,12 @@ double sight_cell_reach(const struct rings *rings, uint32_t ring);
 /** sight_tilt - angle between the vehicle's and the world's vertical. */
 double sight_tilt(const double attitude[4]);
 
-/** sight_to_grid - turns a vector of the body (or of NED) into the grid's axes. */
+/** sight_attitude - of the body (or of NED) in the grid's axes; false, q untouched: they are the same. */
+bool sight_attitude(const struct picture_frame *frame, const struct answer_now *now, bool ned, double q[4]);
+
+/** sight_to_grid - turns a vector of the body (or of NED) into the grid's axes; sight_from_grid - the way back. */
 void sight_to_grid(const struct picture_frame *frame, const struct answer_now *now, bool ned, double v[3]);
+void sight_from_grid(const struct picture_frame *frame, const struct answer_now *now, bool ned, double v[3]);
 
 /** sight_keeps - does the grid hold the whole band of elevations? One that keeps a level row only does not know of
  * above and below. */

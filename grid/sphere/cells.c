@@ -125,3 +125,26 @@ uint32_t cells_take(struct cells *c, uint32_t direction, uint16_t layer, uint32_
     c->used++;
     return i;
 }
+
+void cells_unhang_all(struct cells *c)
+{
+    for (uint32_t d = 0; d < c->directions; d++)
+        c->first[d] = CELLS_NONE;
+    c->used = 0;
+}
+
+uint32_t cells_hang(struct cells *c, uint32_t i, uint32_t direction)
+{
+    struct cell *cell = &c->cell[i];
+    uint32_t *at = direction == RINGS_NONE ? NULL : link_of(c, direction, cell->layer);
+    const uint32_t there = at ? *at : CELLS_NONE;
+    if (!at || (there != CELLS_NONE && c->cell[there].layer == cell->layer)) {
+        set_free(c, i);
+        return there;
+    }
+    cell->direction = direction & CELLS_DIRECTION;
+    cell->next = there;
+    *at = i;
+    c->used++;
+    return i;
+}

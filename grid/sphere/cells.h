@@ -78,6 +78,13 @@ void cells_lose(struct cells *c, uint32_t i);
 /** cells_forget_gone - the cells that a ping of this sensor made go become free. */
 void cells_forget_gone(struct cells *c, uint32_t sensor);
 
+/**
+ * cells_unhang_all, cells_hang - all live cells leave their directions; then each is hung into one, RINGS_NONE: it becomes
+ * free. Returns where it is: not i when its layer's cell was hung there before; then i becomes free, too. CELLS_NONE: nowhere.
+ */
+void cells_unhang_all(struct cells *c);
+uint32_t cells_hang(struct cells *c, uint32_t i, uint32_t direction);
+
 /* Visits all live cells, in the pool's order; the one visited may be released or replaced meanwhile. */
 #define CELLS_EACH(c, i)                                                                                          \
     for (uint32_t i = 0; i < (c)->room; i++)                                                                      \

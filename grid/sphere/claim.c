@@ -68,6 +68,18 @@ struct claim claim_join(const struct claim *a, const struct claim *b)
                           .sensors = a->sensors | b->sensors};
 }
 
+struct claim claim_meet(const struct claim *a, const struct claim *b)
+{
+    if (!a->t_ping_ns || !b->t_ping_ns)
+        return (struct claim){0};
+    const float from_m = fmaxf(a->from_m, b->from_m), to_m = fminf(a->to_m, b->to_m);
+    return (struct claim){.t_ping_ns = a->t_ping_ns < b->t_ping_ns ? a->t_ping_ns : b->t_ping_ns,
+                          .path_m = fmin(a->path_m, b->path_m),
+                          .from_m = to_m > from_m ? from_m : 0,
+                          .to_m = to_m > from_m ? to_m : 0,
+                          .sensors = a->sensors | b->sensors};
+}
+
 /* Does the old claim of the direction in which the place lies free it? Joined to *c when it does. */
 static bool frees(const struct rings *rings, const struct claim *old, const double place_m[3], struct claim *c)
 {

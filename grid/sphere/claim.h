@@ -44,6 +44,9 @@ void claim_withdraw(struct claim *claims, uint64_t t_ns, double path_m, uint32_t
  */
 struct claim claim_join(const struct claim *a, const struct claim *b);
 
+/** claim_meet - what both claims say: free where both are, as of the older ping; none where one is none. */
+struct claim claim_meet(const struct claim *a, const struct claim *b);
+
 /**
  * claim_moved - the claim of direction d after the grid's centre has moved by step_m (in the grid's axes), from the
  * joined claims `old` of all directions before. The new ray crosses old directions, the more the nearer: it is free

@@ -26,6 +26,7 @@ struct clusters {
     uint8_t *today;                      /* ... and at this one */
     uint64_t t_before_ns;
     double centre_before_m[3];
+    double axes_rad; /* of the grid at the last look */
     struct cluster fading[CLUSTERS_GONE_MAX]; /* of earlier looks: no cell blocks any more, yet some are still there */
     uint32_t n_fading;
     struct cluster_gone gone[CLUSTERS_GONE_MAX]; /* a ring */
@@ -71,9 +72,24 @@ struct clusters *clusters_init(void *memory, const struct rings *rings, uint32_t
     return c;
 }
 
+/* The grid's axes may have followed the course since the last look: what is remembered by direction goes along. */
+static void follow_axes(struct clusters *c, double axes_rad)
+{
+    const struct rings *rings = c->components.rings;
+    const double turn_rad = axes_rad - c->axes_rad;
+    if (turn_rad == 0)
+        return;
+    components_turn(&c->components, turn_rad);
+    for (uint32_t d = 0; d < rings->n; d++)
+        c->today[rings_turned(rings, d, turn_rad)] = c->then[d];
+    memcpy(c->then, c->today, rings->n);
+    c->axes_rad = axes_rad;
+}
+
 static void put_cells(struct clusters *c, const struct sphere *s, uint64_t now_ns)
 {
     struct sphere_cell cell;
+    follow_axes(c, sphere_axes(s));
     components_begin(&c->components);
     for (uint32_t d = 0; d < c->components.rings->n; d++) {
         c->today[d] = sphere_pinged(s, d) ? LOOKED_AT : 0;
@@ -119,7 +135,7 @@ static void measure_width(const struct clusters *c, struct cluster *k)
             end = b + 1;
         }
     }
-    k->from_rad = end % TURN_BINS * (GEO_TURN / TURN_BINS);
+    k->from_rad = geo_wrap(end % TURN_BINS * (GEO_TURN / TURN_BINS) + c->axes_rad);
     k->width_rad = (TURN_BINS - longest) * (GEO_TURN / TURN_BINS);
 }
 
@@ -252,8 +268,7 @@ static void judge(struct clusters *c, const struct sphere *s, uint64_t now_ns, c
     struct cluster_gone g = {
         .label = old->label, .cells = old->cells, .t_gone_ns = now_ns, .t_echo_ns = old->t_echo_ns};
     memcpy(g.place_m, old->nearest_m, sizeof g.place_m);
-    g.why = vanish_why(s, c->components.rings, g.place_m, g.t_echo_ns, now_ns, MEMBER_ODDS * c->blocked_logodds,
-                       c->blocked_logodds);
+    g.why = vanish_why(s, g.place_m, g.t_echo_ns, now_ns, MEMBER_ODDS * c->blocked_logodds, c->blocked_logodds);
     if (g.why != VANISH_NOT)
         c->gone[c->n_gone++ % CLUSTERS_GONE_MAX] = g;
 }

@@ -20,7 +20,7 @@
 
 #define CLUSTERS_MAX 256 /* that are listed: the nearest */
 
-/* Angles and places are in the grid's axes, from its centre. */
+/* Angles and places are NED (or the body's), from the grid's centre. */
 struct cluster {
     uint32_t label;           /* the same as long as the cluster lives */
     uint32_t cells;           /* with some evidence */

@@ -177,13 +177,18 @@ static void set_seed(struct components *c, uint32_t i, bool seed)
     c->cell[i].seed = seed;
 }
 
+static void join_touching(struct components *c, uint32_t i)
+{
+    struct touch t = touch_begin(c, i);
+    for (uint32_t other; (other = touch_next(&t)) != COMPONENTS_NONE;)
+        join(c, i, other);
+}
+
 static void come_in(struct components *c, uint32_t i)
 {
     c->cell[i].state = CELL_IN;
     c->used++;
-    struct touch t = touch_begin(c, i);
-    for (uint32_t other; (other = touch_next(&t)) != COMPONENTS_NONE;)
-        join(c, i, other);
+    join_touching(c, i);
 }
 
 uint32_t components_put(struct components *c, uint32_t direction, uint16_t layer, bool seed, uint64_t now_ns)
@@ -378,6 +383,40 @@ void components_settle(struct components *c, uint64_t now_ns)
     }
 }
 
+void components_turn(struct components *c, double turn_rad)
+{
+    for (uint32_t i = 0; i < c->buckets; i++)
+        c->bucket[i] = COMPONENTS_NONE;
+    for (uint32_t i = 0; i < c->high; i++) {
+        struct component_cell *cell = &c->cell[i];
+        if (cell->state != CELL_IN)
+            continue;
+        cell->direction = rings_turned(c->rings, cell->direction, turn_rad);
+        uint32_t *bucket = bucket_of(c, cell->direction, cell->layer);
+        cell->chain = *bucket;
+        *bucket = i;
+    }
+    c->turned = true;
+}
+
+/* The rings did not turn by whole cells alike: all that touch now are joined, and every component is flooded anew. */
+static void touch_anew(struct components *c)
+{
+    for (uint32_t i = 0; i < c->high; i++)
+        if (c->cell[i].state == CELL_IN)
+            join_touching(c, i);
+    for (uint32_t i = 0; i < c->high; i++) {
+        if (c->cell[i].state != CELL_IN)
+            continue;
+        const uint32_t root = root_of(c, i);
+        c->cell[root].harm = HARM_SPLIT;
+        if (!c->cell[root].leaving)
+            c->left[c->leaving++] = root;
+        c->cell[root].leaving = true;
+    }
+    c->turned = false;
+}
+
 void components_begin(struct components *c)
 {
     c->round++;
@@ -388,6 +427,8 @@ void components_end(struct components *c, uint64_t now_ns)
     for (uint32_t i = 0; i < c->high; i++)
         if (c->cell[i].state == CELL_IN && c->cell[i].round != c->round)
             take_out(c, i);
+    if (c->turned)
+        touch_anew(c);
     components_settle(c, now_ns);
 }
 

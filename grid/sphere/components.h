@@ -52,6 +52,7 @@ struct components {
     uint32_t leaving;    /* how many */
     uint32_t round;
     uint32_t labels; /* given out so far */
+    bool turned;     /* directions were numbered anew: who touches whom is not as it was */
 };
 
 /** components_bytes - memory for components_init; room in [1, 2^24]. */
@@ -80,6 +81,12 @@ void components_settle(struct components *c, uint64_t now_ns);
 /** components_begin, components_end - between them every cell that is in is put; the end removes the others, settles. */
 void components_begin(struct components *c);
 void components_end(struct components *c, uint64_t now_ns);
+
+/**
+ * components_turn - the axes of the rings have turned clockwise by turn_rad since the last end: each cell is in the direction
+ * that holds its middle now (rings_turned), so that those put next keep their labels. Before components_begin.
+ */
+void components_turn(struct components *c, double turn_rad);
 
 /** components_of - the component of cell `index` (as returned by components_put), as of the last settling. */
 const struct component *components_of(struct components *c, uint32_t index);

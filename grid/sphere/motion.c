@@ -59,7 +59,7 @@ static void place_cell(struct sphere *s, uint32_t index, double way_m)
     if (surely_stays(s, cell, v, range))
         return;
     int32_t layer = layers_index(&s->layers, range);
-    uint32_t d = rings_holding(&s->rings, v);
+    uint32_t d = sphere_holding(s, v);
     if (d == cell->direction && layer == cell->layer)
         return;
     const struct cell old = *cell;
@@ -79,6 +79,19 @@ static void place_cell(struct sphere *s, uint32_t index, double way_m)
     state_mark(s, d);
 }
 
+void motion_hang_anew(struct sphere *s)
+{
+    cells_unhang_all(&s->cells);
+    CELLS_EACH (&s->cells, i) {
+        const struct cell old = s->cells.cell[i];
+        double v[3];
+        state_place(s, &old, v);
+        const uint32_t there = cells_hang(&s->cells, i, sphere_holding(s, v));
+        if (there != CELLS_NONE && there != i)
+            merge(s, &s->cells.cell[there], &old);
+    }
+}
+
 /* Farther in one step than this the old claims say nothing of the new place. */
 #define CLAIM_STEP_MOST_M 1.0
 
@@ -92,12 +105,14 @@ static void move_claims(struct sphere *s, const double step_m[3])
     for (uint32_t d = 0; d < s->rings.n; d++)
         s->joined[d] = claim_join(&s->direction[d].claim[CLAIM_NOW], &s->direction[d].claim[CLAIM_BEFORE]);
     bool far = length(step_m) > CLAIM_STEP_MOST_M;
+    double step_in_grid_m[3];
+    state_to_grid(s, step_m, step_in_grid_m);
     for (uint32_t d = 0; d < s->rings.n; d++) {
         struct direction *dir = &s->direction[d];
         if (!dir->claim[CLAIM_NOW].t_ping_ns && s->cells.first[d] == CELLS_NONE)
             continue;
         dir->claim[CLAIM_NOW] =
-            far ? (struct claim){0} : claim_moved(&s->rings, (const double(*)[3])s->axis, s->joined, d, step_m);
+            far ? (struct claim){0} : claim_moved(&s->rings, s->picture.axis, s->joined, d, step_in_grid_m);
         dir->claim[CLAIM_BEFORE] = (struct claim){0};
         state_mark(s, d);
     }

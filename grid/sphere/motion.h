@@ -11,4 +11,7 @@
 /** motion_follow - the vehicle is at pose->position_m; the centre moves when that is farther than conf.recentre_m. */
 void motion_follow(struct sphere *s, const struct pose *pose);
 
+/** motion_hang_anew - the axes have turned: every live cell goes to the direction that holds its point, in the same layer. */
+void motion_hang_anew(struct sphere *s);
+
 #endif

@@ -149,6 +149,14 @@ void rings_centre(const struct rings *rings, uint32_t direction, double *az_rad,
     *el_rad = rings->top_rad - (ring + 0.5) * rings->height_rad;
 }
 
+/* All cells of a ring move by the same whole number, so no two of them come to one. */
+uint32_t rings_turned(const struct rings *rings, uint32_t direction, double turn_rad)
+{
+    const uint32_t ring = rings_ring(rings, direction), n = cells_of(rings, ring);
+    const double steps = floor(0.5 - geo_wrap(turn_rad) / rings_width(rings, ring)); /* [-n, 0] */
+    return rings->start[ring] + (direction - rings->start[ring] + n - (uint32_t)-steps) % n;
+}
+
 double rings_within(const struct rings *rings)
 {
     double least = rings->height_rad / 2;

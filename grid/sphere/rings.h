@@ -59,6 +59,9 @@ double rings_within(const struct rings *rings);
 /** rings_reach - the greatest angle between the middle of a cell and a corner of it, of all cells. */
 double rings_reach(const struct rings *rings);
 
+/** rings_turned - the direction that holds the middle of direction d after the axes have turned clockwise by turn_rad. */
+uint32_t rings_turned(const struct rings *rings, uint32_t direction, double turn_rad);
+
 /*
  * Visits the directions whose centre lies within `radius` of an axis, each once; at the very edge perhaps one more. Use:
  *   struct rings_visit v = rings_visit(rings, az, el, radius);

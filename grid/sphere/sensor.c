@@ -261,7 +261,7 @@ static void enter_beam(struct sphere *s, const struct beam *b, const struct beam
     for (uint8_t i = 0; i < h->n; i++)
         l.weight[i] = weight_of(s, &h->echo[i], 1);
     geo_angles(middle, &az, &el);
-    struct rings_visit v = rings_visit(&s->rings, az, el, radius);
+    struct rings_visit v = rings_visit(&s->rings, az - s->frame.axes_rad, el, radius);
     while (rings_next(&v)) {
         const double aside = dot(s->axis[v.direction], b->side), upward = dot(s->axis[v.direction], b->up);
         l.direction = v.direction;

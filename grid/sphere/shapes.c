@@ -15,7 +15,8 @@
 #define SPAN_RAD       0.22 /* that a point's neighbours cover: 12 degrees */
 
 /* The nearest obstacle of each direction in the ring at the horizon. */
-static uint32_t profile(struct picture *picture, uint64_t now_ns, double *range_m, struct tangent_point *point)
+static uint32_t profile(struct picture *picture, double axes_rad, uint64_t now_ns, double *range_m,
+                        struct tangent_point *point)
 {
     const struct rings *rings = picture->rings;
     const uint32_t ring = rings_ring(rings, rings_index(rings, 0, 0));
@@ -25,6 +26,7 @@ static uint32_t profile(struct picture *picture, uint64_t now_ns, double *range_
         double az, el;
         picture_get(picture, start + i, &e);
         rings_centre(rings, start + i, &az, &el);
+        az += axes_rad;
         range_m[i] = NAN;
         for (int k = PICTURE_OBSTACLES - 1; k >= 0; k--)
             if (picture_logodds(picture, &e.obstacle[k], now_ns) > (double)picture->blocked_logodds)
@@ -34,14 +36,14 @@ static uint32_t profile(struct picture *picture, uint64_t now_ns, double *range_
     return n;
 }
 
-static bool constant_about(const struct wall *w, const double *range_m, uint32_t n)
+static bool constant_about(const struct wall *w, double axes_rad, const double *range_m, uint32_t n)
 {
     struct depth_region region[DEPTH_REGIONS_MAX / 4];
     const double window_m = CONSTANT_M + CONSTANT_SHARE * w->distance_m;
     const uint32_t room = DEPTH_REGIONS_MAX / 4;
     const uint32_t found = depth_regions(range_m, n, window_m, 3, region, room);
     for (uint32_t k = 0; k < found && k < room; k++) {
-        const double middle = (region[k].first + region[k].n / 2.0) * GEO_TURN / n;
+        const double middle = (region[k].first + region[k].n / 2.0) * GEO_TURN / n + axes_rad;
         if (fabs(geo_wrap_pi(middle - w->normal_rad)) < ABOUT_NORMAL &&
             region[k].least_m < w->distance_m + window_m && region[k].most_m > w->distance_m - window_m)
             return true;
@@ -54,7 +56,9 @@ void shapes_look(struct shapes *s, struct picture *picture, uint64_t now_ns)
     double range_m[DEPTH_REGIONS_MAX];
     struct tangent_point point[TANGENTS_MAX];
     uint32_t of[TANGENTS_MAX];
-    const uint32_t n = profile(picture, now_ns, range_m, point);
+    struct picture_frame frame;
+    picture_get_frame(picture, &frame);
+    const uint32_t n = profile(picture, frame.axes_rad, now_ns, range_m, point);
     const uint32_t around = (uint32_t)fmax(3, 2 * floor(SPAN_RAD * n / GEO_TURN / 2) + 1);
     const struct tangents_conf conf = {.neighbours = around,
                                        .angle_rad = geo_rad(8),
@@ -66,7 +70,7 @@ void shapes_look(struct shapes *s, struct picture *picture, uint64_t now_ns)
     s->n = found < SHAPES_WALLS ? found : SHAPES_WALLS;
     s->corners = 0;
     for (uint32_t a = 0; a < s->n; a++) {
-        s->constant_depth[a] = constant_about(&s->wall[a], range_m, n);
+        s->constant_depth[a] = constant_about(&s->wall[a], frame.axes_rad, range_m, n);
         for (uint32_t b = 0; b < a && s->corners < SHAPES_WALLS; b++) {
             struct shapes_corner *c = &s->corner[s->corners];
             *c = (struct shapes_corner){.a = b, .b = a};

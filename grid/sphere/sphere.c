@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "../ping.h"
+#include "course.h"
 #include "motion.h"
 #include "publish.h"
 #include "relax.h"
@@ -43,7 +44,8 @@ size_t sphere_bytes(const struct sphere_conf *conf, char *err, size_t err_size)
     else
         return rounded(sizeof(struct sphere)) + rounded((layers + 1) * sizeof(double)) +
                rounded(cells_bytes(conf->max_cells, rings.n)) + rounded(rings.n * sizeof(struct direction)) +
-               rounded(rings.n * sizeof(uint32_t)) + rounded(rings.n * sizeof(double[3])) +
+               rounded(rings.n * sizeof(uint32_t)) +
+               (conf->axes == SPHERE_COURSE ? 2 : 1) * rounded(rings.n * sizeof(double[3])) +
                rounded(rings.n * sizeof(struct claim)) + rounded(rings.n_rings * sizeof(struct beam_cell)) +
                rounded(conf->relaxation > 0 ? layers * sizeof(struct relaxed) : 0) +
                rounded(picture_bytes(rings.n));
@@ -73,12 +75,12 @@ static void forget_everything(struct sphere *s)
     s->placed = false;
 }
 
-static void place_directions(struct sphere *s)
+static void place_directions(struct sphere *s, double (*axis)[3])
 {
     double az, el;
     for (uint32_t d = 0; d < s->rings.n; d++) {
         rings_centre(&s->rings, d, &az, &el);
-        geo_direction(az, el, s->axis[d]);
+        geo_direction(az, el, axis[d]);
     }
     for (uint32_t j = 0; j < s->rings.n_rings; j++) {
         rings_centre(&s->rings, s->rings.start[j], &az, &el);
@@ -101,15 +103,18 @@ struct sphere *sphere_init(void *memory, const struct sphere_conf *conf)
     cells_init(&s->cells, place(&at, cells_bytes(conf->max_cells, s->rings.n)), conf->max_cells, s->rings.n);
     s->direction = place(&at, s->rings.n * sizeof(struct direction));
     s->dirty = place(&at, s->rings.n * sizeof(uint32_t));
-    s->axis = place(&at, s->rings.n * sizeof(double[3]));
+    double(*axis)[3] = place(&at, s->rings.n * sizeof *axis);
+    s->axis = conf->axes == SPHERE_COURSE ? place(&at, s->rings.n * sizeof *axis) : axis;
     s->joined = place(&at, s->rings.n * sizeof(struct claim));
     s->ring = place(&at, s->rings.n_rings * sizeof *s->ring);
     if (conf->relaxation > 0)
         relax_init(s, place(&at, s->layers.n * sizeof(struct relaxed)));
-    place_directions(s);
+    place_directions(s, axis);
+    if (conf->axes == SPHERE_COURSE)
+        memcpy(s->axis, axis, s->rings.n * sizeof *axis);
     s->blocked_logodds = log(conf->blocked_above / (1 - conf->blocked_above));
     s->fade_s = conf->forget_s / log(LOGODDS_MAX / s->blocked_logodds);
-    picture_init(&s->picture, &s->rings, (const double(*)[3])s->axis, s->fade_s, s->blocked_logodds,
+    picture_init(&s->picture, &s->rings, (const double(*)[3])axis, s->fade_s, s->blocked_logodds,
                  place(&at, picture_bytes(s->rings.n)));
     forget_everything(s);
     s->n_dirty = 0; /* the picture starts out the same */
@@ -151,6 +156,18 @@ double state_vector(const struct sphere *s, const struct cell *c, double v[3])
     return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
 }
 
+void state_to_grid(const struct sphere *s, const double v[3], double out[3])
+{
+    const double north = v[0], east = v[1];
+    out[0] = north;
+    out[1] = east;
+    out[2] = v[2];
+    if (s->frame.axes_rad == 0)
+        return;
+    out[0] = s->axes_cos * north + s->axes_sin * east;
+    out[1] = s->axes_cos * east - s->axes_sin * north;
+}
+
 uint32_t state_ms(const struct sphere *s, uint64_t t_ns)
 {
     uint64_t ms = t_ns > s->t_start_ns ? (t_ns - s->t_start_ns) / 1000000 : 0;
@@ -188,6 +205,8 @@ static bool set_axes(struct sphere *s, const struct pose *pose)
             s->frame.ned = 1;
         }
         motion_follow(s, pose);
+        if (s->conf.axes == SPHERE_COURSE)
+            course_follow(s, pose);
         return true;
     }
     if (s->frame.ned)

@@ -5,7 +5,9 @@
  * free. Pure; all memory comes from the caller; one thread owns it and publishes to a picture.
  *
  * Axes: the body's until a ping carries an attitude, NED from then on (what was stored before is dropped, since
- * nobody knows where the vehicle pointed). Rotation of the vehicle then costs nothing and drifts nowhere. The grid's
+ * nobody knows where the vehicle pointed). Rotation of the vehicle then costs nothing and drifts nowhere. With
+ * SPHERE_COURSE the division into directions turns about the vertical, to the vehicle's course; places are told and kept in
+ * NED all the same. The grid's
  * centre follows the vehicle's position in steps of `recentre_m`; cells are sorted anew from their stored points,
  * never from cell centres, so no number of steps adds up to a drift. Between the steps the sensor's offset from the
  * centre is part of each beam's origin.
@@ -38,6 +40,12 @@ enum sphere_update {
     SPHERE_MAX,   /* the strongest echo counts (Auran and Silven's first version) */
 };
 
+/* Where azimuth 0 of the directions points once there is an attitude. */
+enum sphere_axes {
+    SPHERE_NED,    /* north */
+    SPHERE_COURSE, /* along the vehicle's course (course.h) */
+};
+
 #define SPHERE_SENSORS 64 /* told apart; a power of two */
 
 struct sphere_conf {
@@ -51,6 +59,7 @@ struct sphere_conf {
     double recentre_m;    /* > 0 */
     enum sphere_model model;
     enum sphere_update update;
+    enum sphere_axes axes;
     double range_error; /* standard deviation of a range as a share of it, [0, 0.1]; Gaussian models only */
     double relaxation;  /* how far cells are raised towards their neighbours (relax.h), [0, 1]; 0: they are not */
 };
@@ -63,6 +72,7 @@ struct sphere_stats {
     uint64_t out_of_range; /* echoes beyond the last layer */
     uint64_t no_attitude;  /* pings not entered because they had no attitude while the grid's axes are NED */
     uint64_t recentred;
+    uint64_t turned; /* times the axes followed the course */
 };
 
 struct sphere;
@@ -88,7 +98,7 @@ void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *
 /* A cell as seen from outside. */
 struct sphere_cell {
     double from_m, to_m;            /* its layer */
-    double point_m[3];              /* of its echo, from the grid's centre, in the grid's axes */
+    double point_m[3];              /* of its echo, from the grid's centre, in NED or the body's axes */
     double near_m;                  /* nearest edge of what reflects, from the grid's centre */
     double ball_m;                  /* standard deviation of that point, along each axis */
     double logodds;                 /* at the time asked about */
@@ -122,6 +132,10 @@ uint64_t sphere_passed(const struct sphere *s, uint32_t direction, double range_
 /** sphere_centre - place of the grid's centre, NED. sphere_reach - range of the last layer's end. */
 void sphere_centre(const struct sphere *s, double centre_m[3]);
 double sphere_reach(const struct sphere *s);
+
+/** sphere_axes - azimuth, in NED, of the directions' azimuth 0. sphere_holding - the direction that holds v (NED) != 0. */
+double sphere_axes(const struct sphere *s);
+uint32_t sphere_holding(const struct sphere *s, const double v[3]);
 
 /**
  * sphere_gone - walks the cells that went in the present turns, the newest first: *at is 0 before the first. False: no

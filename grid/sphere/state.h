@@ -35,8 +35,10 @@ struct sphere {
     double reach_rad;       /* from the middle of any cell to its farthest corner, at most */
     double within_cos;      /* cosine of the angle that is surely within a cell, from its middle */
     double nearer_share;    /* a mean of points of a cell is no nearer than its layer times this */
-    double (*axis)[3];      /* unit vector of each direction's centre */
-    struct claim *joined;   /* of all directions, while the centre moves */
+    double (*axis)[3];      /* unit vector of each direction's centre, in NED or the body's axes */
+    double axes_cos, axes_sin; /* of frame.axes_rad */
+    bool under_way;            /* fast enough to have a course over ground */
+    struct claim *joined;   /* of all directions, while the centre moves or the axes turn */
     struct relaxed *relax;  /* [layers], of the direction in work, all zero between; NULL: there is no relaxation */
     uint32_t *dirty;
     uint32_t n_dirty;
@@ -62,6 +64,9 @@ static inline void state_place(const struct sphere *s, const struct cell *c, dou
 
 /** state_vector - the same; its length. */
 double state_vector(const struct sphere *s, const struct cell *c, double v[3]);
+
+/** state_to_grid - v (NED or the body's) in the grid's axes, in which rings and the picture's axis[] are. */
+void state_to_grid(const struct sphere *s, const double v[3], double out[3]);
 
 /** state_ms - milliseconds from the grid's first ping to t_ns, within uint32_t. */
 uint32_t state_ms(const struct sphere *s, uint64_t t_ns);

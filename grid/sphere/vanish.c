@@ -5,14 +5,12 @@
 
 #include "../geometry.h"
 
-enum vanish_why vanish_why(const struct sphere *s, const struct rings *rings, const double place_m[3],
-                           uint64_t t_echo_ns, uint64_t now_ns, double member_logodds, double blocked_logodds)
+enum vanish_why vanish_why(const struct sphere *s, const double place_m[3], uint64_t t_echo_ns, uint64_t now_ns,
+                           double member_logodds, double blocked_logodds)
 {
     const double range_m = sqrt(place_m[0] * place_m[0] + place_m[1] * place_m[1] + place_m[2] * place_m[2]);
     struct sphere_cell cell;
-    double az, el;
-    geo_angles(place_m, &az, &el);
-    const uint32_t d = rings_index(rings, az, el);
+    const uint32_t d = sphere_holding(s, place_m);
     if (d == RINGS_NONE || range_m > sphere_reach(s))
         return VANISH_FAR;
     bool hidden = false;

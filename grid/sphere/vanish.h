@@ -17,11 +17,11 @@ enum vanish_why {
 };
 
 /**
- * vanish_why - of something at place_m (from the grid's centre, in its axes) whose last echo was at t_echo_ns.
+ * vanish_why - of something at place_m (from the grid's centre, NED or the body's) whose last echo was at t_echo_ns.
  * member_logodds: from where on a cell counts; blocked_logodds: from where on it hides what is behind.
  */
-enum vanish_why vanish_why(const struct sphere *s, const struct rings *rings, const double place_m[3],
-                           uint64_t t_echo_ns, uint64_t now_ns, double member_logodds, double blocked_logodds);
+enum vanish_why vanish_why(const struct sphere *s, const double place_m[3], uint64_t t_echo_ns, uint64_t now_ns,
+                           double member_logodds, double blocked_logodds);
 
 const char *vanish_word(enum vanish_why why);
 

@@ -80,6 +80,18 @@ double sphere_reach(const struct sphere *s)
     return s->layers.edge[s->layers.n];
 }
 
+double sphere_axes(const struct sphere *s)
+{
+    return s->frame.axes_rad;
+}
+
+uint32_t sphere_holding(const struct sphere *s, const double v[3])
+{
+    double in_grid[3];
+    state_to_grid(s, v, in_grid);
+    return rings_holding(&s->rings, in_grid);
+}
+
 bool sphere_gone(const struct sphere *s, uint32_t *at, uint64_t t_ns, struct sphere_cell *out)
 {
     const uint32_t i = *at ? s->cells.cell[*at - 1].next : s->cells.gone;

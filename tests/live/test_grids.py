@@ -183,5 +183,37 @@ def case_sonarctl(bench):
     check(list(grids(client)) == ["main"], "dropped")
 
 
+def case_axes_follow_the_course(bench):
+    """Beside a main grid in NED one that follows the heading: asked the same, they answer the same."""
+    client = basin(bench, 2, pose={"max_age": "60 s"},
+                   **{"grid ahead": {"axes": "course"}, "grid": {"angular_step": "3 deg", "max_cells": "16384"}})
+    check({name: g["axes"] for name, g in grids(client).items()} == {"main": "ned", "ahead": "course"}, str(grids(client)))
+    made = client.call("grid_create", name="made", settings={"axes": "course"})
+    check(made["axes"] == "course", str(made))
+    check("want ned or course" in refused(client, "grid_create", name="x", settings={"axes": "north"}), "axes = north")
+    yaw_deg, done = 0, threading.Event()
+
+    def tell():
+        teller = Client(bench.socket_path)
+        while not done.wait(0.05):
+            teller.call("pose", attitude_deg=[0, 0, yaw_deg], position_m=[0, 0, 5])
+        teller.close()
+    thread = threading.Thread(target=tell)
+    thread.start()
+    try:
+        for yaw_deg in (0, 30, 77):
+            pings_until(client, 200)
+            for frame, azimuth_deg in (("body", 0), ("ned", yaw_deg)):
+                main, course = (client.call("blocked", azimuth_deg=azimuth_deg, distance_m=12, frame=frame, grid=name)
+                                for name in ("main", "ahead"))
+                check(main["state"] == course["state"] == "blocked", "at %g: %s, %s" % (yaw_deg, main, course))
+                check(abs(main["range_m"] - course["range_m"]) < 0.5, "at %g: %s, %s" % (yaw_deg, main, course))
+            told = client.call("explain", azimuth_deg=yaw_deg, distance_m=12, frame="ned", grid="ahead")["cells"]["nearest"]
+            check(told and all(abs((c["azimuth_deg"] - yaw_deg + 180) % 360 - 180) < 15 for c in told), str(told))
+    finally:
+        done.set()
+        thread.join()
+
+
 run([("grids_" + name[5:], function) for name, function in list(globals().items()) if name.startswith("case_")],
     parallel=2)

@@ -314,6 +314,47 @@ TEST(a_hundred_thousand_random_changes_equal_a_recomputation)
     printf("# 100000 changes, compared %d times\n", compared);
 }
 
+/* The axes turn by any angle, some cells have moved, come or gone by the next look. */
+TEST(after_turns_of_the_axes_all_equals_a_recomputation_and_most_labels_last)
+{
+    uint64_t random = test_seed();
+    static bool before[MOST_DIRECTIONS][LAYERS];
+    int kept = 0, parts = 0;
+    for (int grid = 0; grid < 10; grid++) {
+        CHECK(grid % 3 ? rings_full(&rings, geo_rad(16 + 3 * grid))
+                       : rings_level(&rings, geo_rad(4 + grid), geo_rad(9)));
+        begin();
+        memset(in, 0, sizeof in);
+        for (int look = 0; look < 60; look++) {
+            const double turn = look ? 8 * test_uniform(&random) - 4 : 0;
+            const uint32_t labels = components.labels;
+            memcpy(before, in, sizeof in);
+            memset(in, 0, sizeof in);
+            components_turn(&components, turn);
+            components_begin(&components);
+            for (uint32_t d = 0; d < rings.n; d++)
+                for (uint32_t l = 0; l < LAYERS; l++) {
+                    const uint32_t at = rings_turned(&rings, d, turn);
+                    if (before[d][l] ? test_uniform(&random) > 0.02 : test_uniform(&random) < 0.001)
+                        in[at][l] = true;
+                }
+            for (uint32_t d = 0; d < rings.n; d++)
+                for (uint32_t l = 0; l < LAYERS; l++)
+                    if (in[d][l])
+                        index_of[d][l] = components_put(&components, d, (uint16_t)l, seed_of[d][l], (uint64_t)look);
+            components_end(&components, (uint64_t)look);
+            CHECK(equals_recomputation());
+            COMPONENTS_EACH(&components, root)
+            {
+                parts += look > 10;
+                kept += look > 10 && components_of(&components, root)->label <= labels;
+            }
+        }
+    }
+    printf("# of %d components at looks after a turn, %d had their label before\n", parts, kept);
+    CHECK(kept > parts / 2);
+}
+
 int main(void)
 {
     RUN(components_equal_the_table);
@@ -325,5 +366,6 @@ int main(void)
     RUN(what_is_not_put_again_is_gone);
     RUN(a_full_pool_refuses_and_keeps_what_it_has);
     RUN(a_hundred_thousand_random_changes_equal_a_recomputation);
+    RUN(after_turns_of_the_axes_all_equals_a_recomputation_and_most_labels_last);
     return test_end();
 }

@@ -137,6 +137,26 @@ TEST(senseless_steps_are_refused)
     CHECK(!rings_level(&rings, geo_rad(2), 0));
 }
 
+TEST(turned_rings_hold_the_middles_each_in_its_own_direction)
+{
+    uint64_t seed = test_seed();
+    static uint32_t holds[20000];
+    for (int grid = 0; grid < 20; grid++) {
+        CHECK(grid % 2 ? rings_full(&rings, geo_rad(3 + grid)) : rings_level(&rings, geo_rad(1 + grid), 0.2));
+        const double turn = grid < 4 ? rings_width(&rings, rings.n_rings / 2) * (grid - 2) : 20 * test_uniform(&seed) - 10;
+        memset(holds, 0, sizeof holds);
+        for (uint32_t d = 0; d < rings.n; d++) {
+            const uint32_t at = rings_turned(&rings, d, turn);
+            double az, el, middle_az, middle_el;
+            rings_centre(&rings, d, &az, &el);
+            rings_centre(&rings, at, &middle_az, &middle_el);
+            const double half = rings_width(&rings, rings_ring(&rings, d)) / 2;
+            CHECK(middle_el == el && fabs(geo_wrap_pi(az - turn - middle_az)) <= half + 1e-9);
+            CHECK(holds[at]++ == 0);
+        }
+    }
+}
+
 int main(void)
 {
     RUN(cells_per_ring_equal_table);
@@ -147,5 +167,6 @@ int main(void)
     RUN(a_vector_is_in_the_direction_of_its_angles_at_every_edge_too);
     RUN(the_visitor_meets_every_centre_in_the_cap_once);
     RUN(senseless_steps_are_refused);
+    RUN(turned_rings_hold_the_middles_each_in_its_own_direction);
     return test_end();
 }
