@@ -19,6 +19,7 @@ cast_slack the definition by which tests judge cast_run
 cfar_ln_pfa the definition by which tests judge the factor
 clahe_image the exact filter by which tests judge the causal one
 clahe_grid_ok what clahe_image wants of its caller
+merge_sum what merge_at judges
 merge_at the definition by which tests judge merge_block
 components_remove a single change, as the random walk of the tests makes them
 extract_defaults what measurements and tests begin with
