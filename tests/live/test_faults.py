@@ -2,11 +2,15 @@
 # SPDX-License-Identifier: MIT
 """Faults of the line, the head and the port: pings go on afterwards, the right counter says what happened, and a
 client that watches all the while is not dropped."""
+import contextlib
 import os
+import pty
+import signal
 import statistics
+import subprocess
 import time
 
-from lib import PATIENCE, check, note, pings_until, run, until
+from lib import PATIENCE, SIM, check, note, pings_until, run, until
 
 COUNTERS = ("garbage_bytes", "bad_checksum", "bad_frame", "lost_frames", "nacks", "timeouts", "restarts",
             "reconnects", "dropped")
@@ -236,6 +240,28 @@ def stop(bench, silent):
     check(min(took) <= 1 * PATIENCE, "it took %s s" % took)
 
 
+def in_background(bench):
+    """A head in the background of a shell goes on when somebody types the next command: that line is the shell's."""
+    shell, terminal = pty.fork()
+    if shell == 0:
+        head = subprocess.Popen([SIM, "--link", bench.port_path], stdout=subprocess.DEVNULL, process_group=0)
+        print(head.pid, flush=True)
+        _, how = os.waitpid(head.pid, os.WUNTRACED)
+        os._exit(1 if os.WIFSTOPPED(how) else 0)
+    head = int(os.read(terminal, 100))
+    try:
+        bench.conf()
+        client = bench.sonard().client()
+        wait_running(client)
+        os.write(terminal, b"status\n")
+        pings_until(client, 20)
+        check(os.waitpid(shell, os.WNOHANG)[0] == 0, "the head was stopped, or ended")
+    finally:
+        with contextlib.suppress(ProcessLookupError):
+            os.kill(head, signal.SIGKILL)
+        os.close(terminal)
+
+
 cases = [
     ("faults_transmit", lambda bench: faults(bench, "transmit")),
     ("faults_request", lambda bench: faults(bench, "request")),
@@ -247,6 +273,7 @@ cases = [
     ("second_daemon", second),
     ("stop", lambda bench: stop(bench, False)),
     ("stop_silent_head", lambda bench: stop(bench, True)),
+    ("in_background", in_background),
 ]
 
 run(cases, parallel=4)

@@ -490,6 +490,7 @@ int main(int argc, char **argv)
     signal(SIGTERM, on_stop);
     signal(SIGINT, on_stop);
     signal(SIGPIPE, SIG_IGN);
+    signal(SIGTTIN, SIG_IGN); /* in the background of a shell reading fails, and all goes on without commands */
     s.start_ns = s.log ? (uint64_t)1e9 * SECOND : clock_ns();
     s.dronecan.next_ns = s.nmea2000.next_ns = s.load.next_ns = s.start_ns;
     if (s.log)

@@ -485,6 +485,7 @@ static void signals_prepare(sigset_t *waiting)
     sigaction(SIGINT, &action, NULL);
     sigaction(SIGHUP, &action, NULL);
     signal(SIGPIPE, SIG_IGN);
+    signal(SIGTTIN, SIG_IGN); /* in the background of a shell reading fails, and all goes on without commands */
 }
 
 int main(int argc, char **argv)

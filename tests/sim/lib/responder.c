@@ -315,6 +315,7 @@ static void signals_prepare(sigset_t *waiting)
     }
     sigprocmask(SIG_BLOCK, &blocked, waiting);
     signal(SIGPIPE, SIG_IGN);
+    signal(SIGTTIN, SIG_IGN); /* in the background of a shell reading fails, and all goes on without commands */
 }
 
 int responder_main(int argc, char **argv, const struct responder_ops *ops)

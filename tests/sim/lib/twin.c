@@ -242,6 +242,7 @@ int twin_main(int argc, char **argv, const struct twin_ops *ops)
     sigprocmask(SIG_BLOCK, &blocked, &waiting); /* let in only while waiting, so none is missed */
     sigaction(SIGTERM, &action, NULL);
     sigaction(SIGINT, &action, NULL);
+    signal(SIGTTIN, SIG_IGN); /* in the background of a shell reading fails, and all goes on without commands */
     twin.start_ns = clock_ns();
     const int failed = begin(argc, argv);
     if (failed)
