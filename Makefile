@@ -152,7 +152,7 @@ demo: deps
 	@BUILD=$(BUILD) tests/demo.sh
 
 SCRIPTS := $(wildcard tests/replay/*.sh tests/live/test_*.py)
-CHECKS  := tests/layers.sh tests/unused.sh tests/service.sh tests/valgrind.sh tests/model/run.sh tests/mcap/check.sh tests/mavlink/check.sh tests/gpiod2.sh tests/report/check.py
+CHECKS  := tests/layers.sh tests/unused.sh tests/service.sh tests/valgrind.sh tests/model/run.sh tests/mcap/check.sh tests/mavlink/check.sh tests/gpiod2.sh tests/report/check.py tests/bench/plan_error.py
 
 # Everything that one build can be tested with.
 suite: programs tests
