@@ -25,10 +25,18 @@ bool errand_start(struct daemon *d, char *err, size_t err_size)
     return false;
 }
 
+static void nothing(void *ctx, const struct pipeline_owned *owned)
+{
+    (void)ctx, (void)owned;
+}
+
+/* Its client has gone, but an errand may still be under way: who visits the owner comes after it. */
 void errand_end(struct daemon *d)
 {
-    if (d->errands.ready)
-        loop_remove(d->loop, &d->errands);
+    if (!d->errands.ready)
+        return;
+    pipeline_visit(d->pipeline, nothing, NULL);
+    loop_remove(d->loop, &d->errands);
 }
 
 bool errand_done(const struct rpc_call *call, pipeline_owner_fn *fn, struct rpc_error *error)

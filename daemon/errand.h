@@ -9,7 +9,8 @@
 #include "daemon.h"
 
 /**
- * errand_start - from now on clients go on whose errands are done; false with a sentence in err. errand_end - no longer.
+ * errand_start - from now on clients go on whose errands are done; false with a sentence in err. errand_end - no longer: all
+ * are dropped, and none is being done when it returns. Before what errands work on ends.
  */
 bool errand_start(struct daemon *d, char *err, size_t err_size);
 void errand_end(struct daemon *d);

@@ -38,6 +38,7 @@ struct scene {
     struct daemon *d;
     struct grid *grid;
     uint64_t grid_number;
+    struct answer_conf limits; /* of the grid at the question: the loop may change them meanwhile */
     bool begun;
     struct picture_frame frame;
     struct answer_now now;
@@ -296,7 +297,7 @@ static void begin_directions(struct scene *s)
 {
     struct picture *picture = grid_picture(s->grid);
     picture_get_frame(picture, &s->frame);
-    answer_direction(picture, &s->grid->setting.limits, &s->now, &s->query, &s->answer);
+    answer_direction(picture, &s->limits, &s->now, &s->query, &s->answer);
     geo_direction(s->query.az_rad, s->query.el_rad, s->axis);
     sight_to_grid(&s->frame, &s->now, s->query.ned, s->axis);
     s->visit = rings_visit(picture->rings, s->axis, s->opening_rad);
@@ -376,6 +377,7 @@ static struct scene *begin_scene(struct daemon *d, json_t *params, struct rpc_er
     s->d = d;
     s->grid = grid;
     s->grid_number = grid->number;
+    s->limits = grid->setting.limits;
     s->query = query;
     s->count = (uint32_t)count;
     s->now = moment_now(d);

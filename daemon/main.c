@@ -368,12 +368,12 @@ static int end(struct daemon *d)
 {
     int status = OK;
     server_stop(d->server);
+    errand_end(d);
     instruments_end(d);
     for (int i = 0; i < d->conf.n_sonars; i++)
         source_free(d->source[i]);
     places_end(d);
     pager_end(d);
-    errand_end(d);
     pipeline_free(d->pipeline);
     template_keep_end(d);
     template_end(d);

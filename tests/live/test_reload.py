@@ -88,6 +88,22 @@ def grid_of_a_client(bench):
     check(clear_for() == {"main": 8, "near": 4}, clear_for())
 
 
+def explained(bench):
+    """Limits change while the grid's owner explains answers by them: a race, which the thread sanitizer sees."""
+    bench.sim()
+    bench.conf(pipeline={"threads": 1})
+    daemon = bench.sonard()
+    client, other = daemon.client(), daemon.client()
+    pings_until(client, TURN + 10)
+    question = b'{"jsonrpc":"2.0","id":1,"method":"explain","params":{"azimuth_deg":0,"distance_m":9,"half_angle_deg":2}}\n'
+    for i in range(30):
+        bench.conf(pipeline={"threads": 1}, grid={"clear_for": "%d s" % (10 + i)})
+        other.send(40 * question)
+        check(client.call("reload")["applied"] == ["[grid] clear_for = %d s" % (10 + i)], "clear_for is not in force")
+        for _ in range(40):
+            check('"result"' in str(other.line()), "no explanation")
+
+
 def broken(bench):
     """A fault leaves all as it was, and says where; so do live keys that do not go with what needs a restart."""
     bench.conf(pose={"max_age": "60 s"})
@@ -160,6 +176,7 @@ run([
     ("reload_live_2", lambda bench: live(bench, 2)),
     ("reload_one_sonar", one_sonar),
     ("reload_grid_of_a_client", grid_of_a_client),
+    ("reload_explained", explained),
     ("reload_broken", broken),
     ("reload_drop_in", drop_in),
     ("reload_hangup", hangup),
