@@ -348,11 +348,12 @@ static bool open_beam(struct voxmap *m, enum cast_shape shape, float half_az_rad
 }
 
 static void enter_echo(struct voxmap *m, const struct beam_echoes *heard, const struct echo *echo,
-                       const struct lattice_place *apex, const double attitude[4])
+                       const struct pose *pose, const struct lattice_place *apex, const double attitude[4])
 {
     struct submap *map = &m->current->map;
-    const double voxel_m = m->set.voxel_m, near_m = fmax((double)echo->near_m - voxel_m / 2, 0);
-    const double far_m = (double)echo->range_m + (double)echo->sd_m + voxel_m / 2;
+    const double voxel_m = m->set.voxel_m, more_m = voxel_m / 2 + pose->slack_m;
+    const double near_m = fmax((double)echo->near_m - more_m, 0);
+    const double far_m = (double)echo->range_m + (double)echo->sd_m + more_m;
     const struct submap_stats before = map->stats;
     struct cast_beam beam;
     if (!cast_aim(&beam, &m->heard, apex, attitude, (double)heard->az_rad, (double)heard->el_rad, near_m, far_m,
@@ -364,17 +365,25 @@ static void enter_echo(struct voxmap *m, const struct beam_echoes *heard, const 
         voxveil_echo(m, apex, attitude, heard, near_m, far_m, starved);
 }
 
-static void enter_beam(struct voxmap *m, const struct beam_echoes *heard, const struct lattice_place *apex,
-                       const double attitude[4])
+/* From here on a beam may lie more than a voxel beside its place, by what the vehicle may have done since it told its pose. */
+static double placed_to_m(const struct voxmap *m, const struct pose *pose)
+{
+    const double left_m = m->set.voxel_m - pose->slack_m;
+    return left_m < 0 ? 0 : pose->slack_rad > 0 ? left_m / pose->slack_rad : (double)INFINITY;
+}
+
+static void enter_beam(struct voxmap *m, const struct beam_echoes *heard, const struct pose *pose,
+                       const struct lattice_place *apex, const double attitude[4])
 {
     struct submap *map = &m->current->map;
     const double voxel_m = m->set.voxel_m, az = (double)heard->az_rad, el = (double)heard->el_rad;
+    const double placed_m = placed_to_m(m, pose), free_m = (double)heard->free_to_m - pose->slack_m;
+    const double from_m = (double)heard->blind_m + pose->slack_m, to_m = placed_m < free_m ? placed_m : free_m;
     struct cast_beam beam;
 
     if (heard->state == BEAM_BLIND)
         return;
-    if (heard->free_to_m > heard->blind_m && cast_aim(&beam, &m->opening[0], apex, attitude, az, el,
-                                                      (double)heard->blind_m, (double)heard->free_to_m, voxel_m)) {
+    if (to_m > from_m && cast_aim(&beam, &m->opening[0], apex, attitude, az, el, from_m, to_m, voxel_m)) {
         m->stats.beams++;
         for (int level = 0; level < m->set.weight_levels; level++) {
             beam.opening = &m->opening[level];
@@ -382,14 +391,19 @@ static void enter_beam(struct voxmap *m, const struct beam_echoes *heard, const 
         }
     }
     for (int n = 0; m->set.keep_echoes && n < heard->n; n++)
-        enter_echo(m, heard, &heard->echo[n], apex, attitude);
+        enter_echo(m, heard, &heard->echo[n], pose, apex, attitude);
 }
 
-static void enter_body(struct voxmap *m, const struct lattice_place *at, uint64_t t_ns)
+/* Where it went, as far as that is known to a voxel. */
+static void enter_body(struct voxmap *m, const struct pose *pose, const struct lattice_place *at, uint64_t t_ns)
 {
     double radius = m->set.body_radius_m / m->set.voxel_m, apart2 = 0;
     const struct lattice_place *from = &m->body;
 
+    if (pose->slack_m > m->set.voxel_m) {
+        m->body_ns = 0;
+        return;
+    }
     for (int a = 0; a < 3; a++) {
         double d = (double)(at->cell[a] - from->cell[a]) + at->offset[a] - from->offset[a];
         apart2 += d * d;
@@ -445,9 +459,9 @@ bool voxmap_enter(struct voxmap *m, const struct echoes *e, const struct voxmap_
     struct voxmap_part *part = m->current;
     part->map.now = ++m->change;
     for (int b = 0; b < e->n_beams; b++)
-        enter_beam(m, &e->beam[b], &apex, attitude);
+        enter_beam(m, &e->beam[b], &e->pose, &apex, attitude);
     if (m->set.body_radius_m > 0)
-        enter_body(m, &body, m->last_ns);
+        enter_body(m, &e->pose, &body, m->last_ns);
     part->last_ns = m->last_ns;
     part->pings++;
     m->stats.pings++;

@@ -489,6 +489,52 @@ TEST(the_body_is_stamped_along_its_way_but_not_over_jumps)
     rig_free(r);
 }
 
+/* Since the pose was told the vehicle may have gone and turned: a voxel is 0.1 m. */
+TEST(water_is_free_where_its_place_is_known_to_a_voxel)
+{
+    static const struct {
+        double slack_m, slack_rad, free_m;
+        double within, beyond; /* free along the beam, and not; 0: nowhere */
+        bool body;
+    } row[] = {
+        {0, 0, 3, 2.95, 3.25, true},           {0.09, 0, 3, 2.85, 3.25, true},    {0.11, 0, 3, 0, 0.65, false},
+        {0, 0.05, 3, 1.95, 2.25, true},        {0.05, 0.05, 3, 0.95, 1.25, true}, {0.11, 0.05, 3, 0, 0.65, false},
+        {0, 0.05, (double)NAN, 0, 0.65, true},
+    };
+    struct voxmap_setting s = rig_setting();
+    s.body_radius_m = 0.4;
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct rig *r = rig_new(&s);
+        struct rig_ping p;
+        rig_aim(&p, at_origin, 0, row[i].free_m);
+        p.echoes.pose.slack_m = row[i].slack_m;
+        p.echoes.pose.slack_rad = row[i].slack_rad;
+        for (int n = 0; n < 5; n++)
+            CHECK(rig_enter(r, &p, 1000000000));
+        CHECK(row[i].within == 0 || rig_state(r, row[i].within, 0.05, 0.05) == VOXEL_FREE);
+        CHECK_INT(rig_state(r, row[i].beyond, 0.05, 0.05), VOXEL_UNKNOWN);
+        CHECK_INT(rig_state(r, 0.05, 0.35, 0.05) == VOXEL_FREE, row[i].body);
+        if (test_case_failed)
+            printf("(row %zu)\n", i);
+        rig_free(r);
+    }
+}
+
+TEST(an_echo_reaches_farther_by_the_slack)
+{
+    struct voxmap_setting s = rig_setting();
+    struct rig *r = rig_new(&s);
+    struct rig_ping p;
+    rig_aim(&p, at_origin, 0, 3);
+    rig_hear(&p, 3);
+    p.echoes.pose.slack_m = 0.5;
+    rig_enter(r, &p, 0);
+    CHECK_INT(rig_state(r, 2.65, 0.05, 0.05), VOXEL_OCCUPIED);
+    CHECK_INT(rig_state(r, 3.45, 0.05, 0.05), VOXEL_OCCUPIED);
+    CHECK_INT(rig_state(r, 2.35, 0.05, 0.05), VOXEL_UNKNOWN);
+    rig_free(r);
+}
+
 /* With levels, a look along the axis weighs m, one at the edge at least 1; one level is the plain map. */
 TEST(angle_weighted_vacancy)
 {
@@ -1138,7 +1184,8 @@ TEST(blocks_of_corrected_submaps_equal_cells)
                 voxmap_new(&r->map);
             rig_enter(r, &p, (uint64_t)b * SECOND / 4);
         }
-        for (uint64_t id = 1; id < 3; id++) { /* the first by any turn, the second level and by whole voxels along two axes */
+        for (uint64_t id = 1; id < 3;
+             id++) { /* the first by any turn, the second level and by whole voxels along two axes */
             double turn[4];
             const double to[3] = {id > 1 ? 0.3 : test_uniform(&seed), id > 1 ? -0.2 : test_uniform(&seed), 0.3};
             quat_from_rpy(id > 1 ? 0 : 2 * test_uniform(&seed) - 1, id > 1 ? 0 : test_uniform(&seed),
@@ -1197,6 +1244,8 @@ int main(void)
     RUN(V10_a_corrected_submap_has_no_holes);
     RUN(V10_moved_by_whole_voxels_is_exact);
     RUN(the_body_is_stamped_along_its_way_but_not_over_jumps);
+    RUN(water_is_free_where_its_place_is_known_to_a_voxel);
+    RUN(an_echo_reaches_farther_by_the_slack);
     RUN(angle_weighted_vacancy);
     RUN(an_opening_narrows_free_water_and_no_echo);
     RUN(V12_without_an_echo_free_only_to_the_minimum);
