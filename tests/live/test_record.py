@@ -20,12 +20,12 @@ class Voyage(threading.Thread):
         super().__init__(daemon=True)
         self.sim = sim
         self.client = daemon.client()
-        self.steps = 0
+        self.steps = self.rests = 0
         self.ended = threading.Event()
 
     def step(self):
         self.steps += 1
-        north, yaw = 0.01 * self.steps, 0.5 * self.steps
+        north, yaw = (k * (self.steps - self.rests) for k in (0.01, 0.5))
         self.sim.command("pose %g 0 0 %g" % (north, yaw))
         self.client.call("pose", attitude_deg=[0, 0, yaw], position_m=[north, 0, 0], t_unix=time.time())
 
@@ -34,8 +34,12 @@ class Voyage(threading.Thread):
             self.step()
 
     def end(self):
+        """Comes to rest, so that the answers are the same for as long as the last pose counts."""
         self.ended.set()
         self.join()
+        for self.rests in (1, 2, 3):
+            time.sleep(0.1)
+            self.step()
 
 
 def start(bench, directory, voyage=True, step="1.8 deg"):
