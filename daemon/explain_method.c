@@ -296,13 +296,11 @@ static json_t *pings_json(const struct scene *s)
 static void begin_directions(struct scene *s)
 {
     struct picture *picture = grid_picture(s->grid);
-    double az, el;
     picture_get_frame(picture, &s->frame);
     answer_direction(picture, &s->limits, &s->now, &s->query, &s->answer);
     geo_direction(s->query.az_rad, s->query.el_rad, s->axis);
     sight_to_grid(&s->frame, &s->now, s->query.ned, s->axis);
-    geo_angles(s->axis, &az, &el);
-    s->visit = rings_visit(picture->rings, az, el, s->opening_rad);
+    s->visit = rings_visit(picture->rings, s->axis, s->opening_rad);
     sight_from_grid(&s->frame, &s->now, true, s->axis);
     s->directions = s->never = s->cells = s->n_found = s->all_gone = 0;
     s->oldest = s->shortest = (struct claim){0};

@@ -205,7 +205,7 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
     const double opening = q->corridor ? GEO_PI / 2 : fmin(q->half_angle_rad, GEO_PI);
     const double beside = q->corridor ? 0 : sight_aside_rad(&place, 0);
     const double around = fmin(opening + beside + turned + p->rings->height_rad, GEO_PI);
-    struct rings_visit visit = rings_visit(p->rings, az, el, around);
+    struct rings_visit visit = rings_visit(p->rings, aim.axis, around);
     while (rings_next(&visit)) {
         const double *v = p->axis[visit.direction];
         double dot = v[0] * aim.axis[0] + v[1] * aim.axis[1] + v[2] * aim.axis[2];

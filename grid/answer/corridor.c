@@ -172,7 +172,6 @@ static void look_once(struct picture *p, const struct answer_conf *conf, const s
     struct picture_frame frame;
     struct sight_place place;
     struct tunnel t;
-    double az, el;
     picture_get_frame(p, &frame);
     *out = (struct corridor){
         .blocked_m = INFINITY, .blocked_age_s = -1, .known_m = q->most_m, .reason = ANSWER_HEARD, .age_s = -1};
@@ -186,9 +185,8 @@ static void look_once(struct picture *p, const struct answer_conf *conf, const s
     t.near_m = fmax(0, t.near_m - place.moved_m);
     t.half_width_m += place.moved_m;
     t.half_height_m += place.moved_m;
-    geo_angles(t.along, &az, &el);
     struct rings_visit visit =
-        rings_visit(p->rings, az, el, fmin(GEO_PI / 2 + p->rings->height_rad + place.turned_rad, GEO_PI));
+        rings_visit(p->rings, t.along, fmin(GEO_PI / 2 + p->rings->height_rad + place.turned_rad, GEO_PI));
     const double turned = q->ned ? 0 : place.turned_rad;
     struct reach reach = reach_of(0);
     for (uint32_t ring = RINGS_NONE; rings_next(&visit);) {

@@ -4,6 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+#define ROUNDING 1e-12
+
 static double dot(const double a[3], const double b[3])
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
@@ -11,22 +13,38 @@ static double dot(const double a[3], const double b[3])
 
 #define WIDEST_HALF_RAD 1.45 /* of a beam with flat sides */
 
+/* From the axis to a direction with these components to the side and upward, at most; pi where they bound nothing. */
+static double off_axis(double aside, double upward)
+{
+    const double sine = sqrt(aside * aside + upward * upward);
+    return sine < 1 ? asin(sine) : GEO_PI;
+}
+
 struct beam_opening beam_opening(double az_rad, double el_rad, double height_rad, bool level)
 {
     const double half_az = fmin(az_rad / 2, GEO_PI), half_el = el_rad / 2, within = half_el - height_rad / 2;
     const double bend = 1 - cos(fmin(half_az, GEO_PI / 2)); /* of an arc of equal elevation */
     const bool too_high = !level && height_rad > 4 * half_el;
+    const double aside = sin(fmin(half_az, GEO_PI / 2)), upward = sin(fmin(half_el, GEO_PI / 2)) + bend;
     return (struct beam_opening){
         .half_az = half_az,
         .half_el = half_el,
         .sin_az = sin(half_az),
         .cos_az = cos(half_az),
-        .aside = sin(fmin(half_az, GEO_PI / 2)),
-        .upward = sin(fmin(half_el, GEO_PI / 2)) + bend,
+        .aside = aside,
+        .upward = upward,
+        .off_rad = off_axis(aside, upward),
         .tan_az = tan(fmin(half_az, WIDEST_HALF_RAD)),
         .tan_el = tan(fmin(within > 0 || level ? within : height_rad / 2, WIDEST_HALF_RAD)),
         .widest_rad = too_high ? 0 : 4 * half_az,
     };
+}
+
+struct beam_opening beam_opening_freed(const struct beam_opening *own, double cell_width_rad)
+{
+    const double half_az = fmax(own->half_az, cell_width_rad / 2), tan_el = fmax(own->tan_el, 0);
+    const double aside = sin(fmin(half_az, WIDEST_HALF_RAD)), upward = tan_el / sqrt(1 + tan_el * tan_el);
+    return (struct beam_opening){.aside = aside, .upward = upward, .off_rad = off_axis(aside, upward)};
 }
 
 void beam_of(struct beam *b, const struct echoes *ping, uint16_t index, const struct beam_opening *opening,
@@ -74,7 +92,7 @@ struct beam_cell beam_cell_of(double width_rad, double height_rad, double el_rad
             cell.inward = fmax(cell.inward, 1 - sin(el) * sin(el_rad) - level * cos(el_rad));
         }
     }
-    cell.corner = sqrt(2 * cell.inward); /* the chord */
+    cell.across = sqrt(cell.aside * cell.aside + cell.upward * cell.upward);
     return cell;
 }
 
@@ -110,19 +128,19 @@ static double reach(const struct sides *s, const double n[3])
 }
 
 bool beam_sees(const struct beam *b, const struct beam_cell *cell, const double u[3], const double place_m[3],
-               double most_az, double most_el, struct beam_view *view)
+               double range, double most_az, double most_el, struct beam_view *view)
 {
-    double v[3];
-    for (int i = 0; i < 3; i++)
-        v[i] = place_m[i] - b->origin_m[i];
-    const double at = sqrt(dot(place_m, place_m)), x = dot(v, b->ahead), y = dot(v, b->side);
-    const double level = sqrt(x * x + y * y), upward = -dot(v, b->down),
-                 range = sqrt(level * level + upward * upward);
-    /* an angle is at least its sine, and two angles differ at least as much as their sines */
-    const double slack_m = 2 * at * cell->corner + 1e-9 * range;
-    if (fabs(y) > most_az * level + slack_m || fabs(upward - b->sin_el * range) > most_el * range + slack_m)
+    const double v[3] = {place_m[0] - b->origin_m[0], place_m[1] - b->origin_m[1], place_m[2] - b->origin_m[2]};
+    const double upward = -dot(v, b->down), y = dot(v, b->side), lever_m = b->lever_m;
+    /* An angle is at least its sine, and two angles differ at least as much as their sines. The sides reach no farther. */
+    const double skewed = 1 + lever_m / fmax(range - 2 * lever_m, 1e-9 * range);
+    const double slack_m = (range + lever_m) * cell->across * skewed + 1e-9 * range;
+    if (fabs(upward - b->sin_el * range) > most_el * range + slack_m || fabs(y) > most_az * range + slack_m)
         return false;
-    const struct sides sides = sides_of(b, cell, u, at);
+    const double x = dot(v, b->ahead), level = sqrt(x * x + y * y);
+    if (fabs(y) > most_az * level + slack_m)
+        return false;
+    const struct sides sides = sides_of(b, cell, u, sqrt(dot(place_m, place_m)));
     double aside[3], up[3];
     for (int i = 0; i < 3; i++) {
         aside[i] = (x * b->side[i] - y * b->ahead[i]) / fmax(level, 1e-12);
@@ -192,20 +210,20 @@ bool beam_holds(const struct beam *b, const struct beam_cell *cell, const double
     return b->opening->half_az > GEO_PI / 2 ? left || right : left && right && inside(&sides, b->ahead, v);
 }
 
-bool beam_stretch(const struct beam *b, const struct beam_cell *cell, const double u[3], double near_m,
+bool beam_stretch(const struct beam *b, const struct beam_cell *cell, const struct beam_ray *ray, double near_m,
                   double far_m, struct stretch *st)
 {
     const double tan_el = b->opening->tan_el;
     if (cell->across_rad > b->opening->widest_rad || !(tan_el > 0))
         return false;
     double tan_az = cell->tan_across > b->opening->tan_az ? cell->tan_across : b->opening->tan_az;
-    double x = dot(u, b->axis), y = dot(u, b->side), z = dot(u, b->up);
+    double x = ray->along, y = ray->aside, z = ray->upward;
     double ox = b->offset_m[0], oy = b->offset_m[1], oz = b->offset_m[2];
     *st = (struct stretch){.to_m = INFINITY};
     if (!(cut_side(st, tan_az * x - y, tan_az * ox - oy) && cut_side(st, tan_az * x + y, tan_az * ox + oy) &&
           cut_side(st, tan_el * x - z, tan_el * ox - oz) && cut_side(st, tan_el * x + z, tan_el * ox + oz)))
         return false;
-    double from = beam_meet(b, u, near_m), to = beam_meet(b, u, far_m);
+    double from = beam_meet(b, ray->u, near_m), to = beam_meet(b, ray->u, far_m);
     if (from >= st->from_m) {
         st->from_m = from;
         st->enters_aside = false;
@@ -218,20 +236,35 @@ bool beam_stretch(const struct beam *b, const struct beam_cell *cell, const doub
 }
 
 /* The least of q . origin / lever over the opening: -1, the beam looks back at the grid's centre; 1, away from it. */
-static double least_outward(const struct beam *b, const struct beam_opening *o, double off2)
+static double least_outward(const struct beam *b, const struct beam_opening *o)
 {
     const double *at = b->offset_m;
-    if (off2 >= 1)
+    if (o->off_rad >= GEO_PI / 2)
         return -1;
-    return ((at[0] > 0 ? sqrt(1 - off2) : 1) * at[0] - o->aside * fabs(at[1]) - o->upward * fabs(at[2])) /
+    return ((at[0] > 0 ? cos(o->off_rad) : 1) * at[0] - o->aside * fabs(at[1]) - o->upward * fabs(at[2])) /
            b->lever_m;
 }
 
 /* The most of (offset + r most) / sqrt(lever^2 + r^2) for r >= range_m; it has one maximum. */
 static double most_of(double offset_m, double most, double lever_m, double range_m)
 {
-    const double at_m = offset_m * range_m < most * lever_m * lever_m ? most * lever_m * lever_m / offset_m : range_m;
+    const double at_m =
+        offset_m * range_m < most * lever_m * lever_m ? most * lever_m * lever_m / offset_m : range_m;
     return at_m < INFINITY ? (offset_m + at_m * most) / hypot(lever_m, at_m) : most;
+}
+
+/*
+ * Square to the axis and the offset a place's component is r q's alone: it is bounded by the opening's over what the
+ * distance from the centre is of r, at least.
+ */
+static void bound_square(const struct beam *b, const double most[2], double distance_share, struct beam_sieve *s)
+{
+    const double aside = b->offset_m[1], upward = b->offset_m[2], across = sqrt(aside * aside + upward * upward);
+    if (!(across > 0 && distance_share > 0))
+        return;
+    s->square[0] = -upward / across;
+    s->square[1] = aside / across;
+    s->most = (fabs(s->square[0]) * most[0] + fabs(s->square[1]) * most[1]) / distance_share + ROUNDING;
 }
 
 /*
@@ -244,10 +277,10 @@ static double most_of(double offset_m, double most, double lever_m, double range
 struct beam_sieve beam_sieve(const struct beam *b, const struct beam_opening *opening, double range_m)
 {
     const double most[2] = {opening->aside, opening->upward}, far = range_m - b->lever_m;
-    struct beam_sieve s = {{-1, -1}, {1, 1}, most[0] * most[0] + most[1] * most[1]};
+    struct beam_sieve s = {.from = {-1, -1}, .to = {1, 1}, .most = 1, .off_rad = opening->off_rad};
     double shrink = 0;
     if (!(far > 0.5 * range_m)) {
-        const double outward = least_outward(b, opening, s.off2);
+        const double outward = least_outward(b, opening);
         shrink = outward < 0 ? sqrt(fmax(1 + outward, 0)) : 1;
     }
     for (int k = 0; k < 2; k++) {
@@ -261,20 +294,44 @@ struct beam_sieve beam_sieve(const struct beam *b, const struct beam_opening *op
             s.to[k] = fmin(s.to[k], most_of(high, most[k], b->lever_m, range_m) / shrink);
         }
     }
+    bound_square(b, most, fmax(far / range_m, shrink), &s);
     return s;
+}
+
+struct beam_sieve beam_sieve_wider(const struct beam_sieve *s, double slack_rad)
+{
+    struct beam_sieve wider = *s;
+    for (int k = 0; k < 2; k++) {
+        wider.from[k] -= slack_rad;
+        wider.to[k] += slack_rad;
+    }
+    wider.most += slack_rad;
+    wider.off_rad += slack_rad;
+    return wider;
+}
+
+struct beam_sieve beam_sieve_either(const struct beam_sieve *a, const struct beam_sieve *b)
+{
+    struct beam_sieve either = *a; /* the vector is the beam's, or none where nothing is bounded along it */
+    for (int k = 0; k < 2; k++) {
+        either.from[k] = a->from[k] < b->from[k] ? a->from[k] : b->from[k];
+        either.to[k] = a->to[k] > b->to[k] ? a->to[k] : b->to[k];
+    }
+    either.off_rad = fmax(a->off_rad, b->off_rad);
+    either.most = a->most > b->most ? a->most : b->most;
+    return either;
 }
 
 /*
  * Directions of places are positive sums of the origin and of what the opening holds: they lie in any convex cap that
  * holds these. False: there is none.
  */
-static bool hull_cap(const struct beam *b, const struct beam_sieve *s, double slack_rad, double middle[3],
-                     double *radius)
+static bool hull_cap(const struct beam *b, const struct beam_sieve *s, double middle[3], double *radius)
 {
-    if (s->off2 >= 1 || !(b->lever_m > 0))
+    if (!(b->lever_m > 0))
         return false;
     const double apart = acos(fmax(-1, fmin(b->offset_m[0] / b->lever_m, 1)));
-    *radius = apart / 2 + asin(sqrt(s->off2)) + slack_rad;
+    *radius = apart / 2 + s->off_rad;
     if (*radius >= GEO_PI / 2)
         return false;
     for (int i = 0; i < 3; i++)
@@ -283,19 +340,18 @@ static bool hull_cap(const struct beam *b, const struct beam_sieve *s, double sl
 }
 
 /* The components are the orthographic view of the half sphere around the axis: arcs are longest at the outermost. */
-double beam_sieve_cap(const struct beam *b, const struct beam_sieve *s, double slack_rad, double middle[3])
+double beam_sieve_cap(const struct beam *b, const struct beam_sieve *s, double middle[3])
 {
     double c[3], outermost2 = 0, radius2 = 0;
     for (int k = 0; k < 2; k++) {
-        double half = (s->to[k] - s->from[k]) / 2 + slack_rad, low = -s->from[k];
-        double most = (low > s->to[k] ? low : s->to[k]) + slack_rad;
+        double half = (s->to[k] - s->from[k]) / 2, most = -s->from[k] > s->to[k] ? -s->from[k] : s->to[k];
         c[k + 1] = (s->from[k] + s->to[k]) / 2;
         radius2 += half * half;
         outermost2 += most * most;
     }
     double radius = outermost2 < 1 ? sqrt(radius2 / (1 - outermost2)) : GEO_PI;
     if (radius >= GEO_PI / 2) {
-        if (hull_cap(b, s, slack_rad, middle, &radius))
+        if (hull_cap(b, s, middle, &radius))
             return radius;
         memcpy(middle, b->axis, sizeof b->axis);
         return GEO_PI;

@@ -17,9 +17,13 @@ struct beam_opening {
     double half_az, half_el;
     double sin_az, cos_az; /* of half_az */
     double aside, upward;  /* components that a unit vector in the beam has to its side and up, at most */
+    double off_rad;        /* and an angle to the axis; pi: no bound */
     double tan_az, tan_el; /* a ray of the grid is in the beam where |y| <= tan_az x, |z| <= tan_el x */
     double widest_rad;     /* a cell that is wider is never in the beam */
 };
+
+/** beam_opening_freed - the bounds alone of an opening in which lie all rays with a beam_stretch, in cells up to so wide. */
+struct beam_opening beam_opening_freed(const struct beam_opening *own, double cell_width_rad);
 
 /**
  * beam_opening - of beams that are so wide and high, in a grid with cells so high; level: it has a single row. A
@@ -47,6 +51,20 @@ struct beam {
 void beam_of(struct beam *b, const struct echoes *ping, uint16_t index, const struct beam_opening *opening,
              const double turn[4], const double origin_m[3]);
 
+/* A ray from the grid's centre: the direction of a cell's middle; its components along the beam's axis, side and up. */
+struct beam_ray {
+    const double *u;
+    double along, aside, upward;
+};
+
+static inline struct beam_ray beam_ray(const struct beam *b, const double u[3])
+{
+    return (struct beam_ray){.u = u,
+                             .along = u[0] * b->axis[0] + u[1] * b->axis[1] + u[2] * b->axis[2],
+                             .aside = u[0] * b->side[0] + u[1] * b->side[1] + u[2] * b->side[2],
+                             .upward = u[0] * b->up[0] + u[1] * b->up[1] + u[2] * b->up[2]};
+}
+
 /** beam_meet - where the ray from the centre along unit vector u is range_m away from the sensor; negative: nowhere. */
 double beam_meet(const struct beam *b, const double u[3], double range_m);
 
@@ -57,7 +75,7 @@ struct beam_cell {
     double per_level;  /* 1 / cosine of the middle's elevation */
     /* a unit vector in a cell is at most so far from its middle: along the ring, up and down, back along the middle */
     double aside, upward, inward;
-    double corner; /* in all */
+    double across; /* the first two together */
 };
 
 /** beam_cell_of - the cells of a ring, so wide in azimuth, so high, and with their middle at this elevation. */
@@ -77,11 +95,12 @@ struct beam_view {
 };
 
 /**
- * beam_sees - how a cell of the ring in direction u is seen that holds this place (given from the centre). False, at
- * little cost, for most cells that lie wholly farther off the axis than most_az or most_el; never for others.
+ * beam_sees - how a cell of the ring in direction u is seen that holds this place (given from the centre; its
+ * beam_range). False, at little cost, for most cells that lie wholly farther off the axis than most_az or most_el; never
+ * for others.
  */
 bool beam_sees(const struct beam *b, const struct beam_cell *cell, const double u[3], const double place_m[3],
-               double most_az, double most_el, struct beam_view *view);
+               double range_m, double most_az, double most_el, struct beam_view *view);
 
 /** beam_share - share [0, 1] of a cell of the given width, centred `off` from the axis, that half width `half` covers. */
 double beam_share(double off, double half, double width);
@@ -93,32 +112,40 @@ double beam_share(double off, double half, double width);
 bool beam_holds(const struct beam *b, const struct beam_cell *cell, const double u[3], double at_m);
 
 /**
- * beam_stretch - the stretch of the ray along u, the middle of a cell of the ring, that lies between near_m and far_m
+ * beam_stretch - the stretch of the ray through the middle of a cell of the ring that lies between near_m and far_m
  * from the sensor and in the beam. False when there is none.
  */
-bool beam_stretch(const struct beam *b, const struct beam_cell *cell, const double u[3], double near_m,
+bool beam_stretch(const struct beam *b, const struct beam_cell *cell, const struct beam_ray *ray, double near_m,
                   double far_m, struct stretch *out);
 
 /*
- * A sieve for directions: bounds of their components along the beam's side and up. All that the beam holds at some
- * range and beyond, as seen from the grid's centre, passes it.
+ * A sieve for directions: bounds of their components along the beam's side and up, and along what is square to both the
+ * axis and the sensor's offset, where there is no parallax. All that the beam holds at some range and beyond, as seen
+ * from the grid's centre, passes it.
  */
 struct beam_sieve {
     double from[2], to[2];
-    double off2; /* squared sine of the angle between the axis and the opening's corners, at most; 1 and more: any */
+    double square[2]; /* that vector's components along side and up */
+    double most;      /* along it, to either side */
+    double off_rad;   /* from the axis to the corners of the opening, at most; pi and more: no bound */
 };
 
 /** beam_sieve - of this opening (the beam's own or a wider one) and the parallax of a sensor that is off the centre. */
 struct beam_sieve beam_sieve(const struct beam *b, const struct beam_opening *opening, double range_m);
 
-/** beam_sieve_cap - a cap that holds what passes with this slack: its middle; its radius, pi for all. */
-double beam_sieve_cap(const struct beam *b, const struct beam_sieve *sieve, double slack_rad, double middle[3]);
+/** beam_sieve_wider - directions up to slack_rad away from one that passes `s` pass for certain. */
+struct beam_sieve beam_sieve_wider(const struct beam_sieve *s, double slack_rad);
 
-/** beam_sieve_passes - directions up to slack_rad away from one that is in the beam pass for certain. */
-static inline bool beam_sieve_passes(const struct beam_sieve *s, double aside, double upward, double slack_rad)
+/** beam_sieve_either - what passes one of two sieves of a beam passes. */
+struct beam_sieve beam_sieve_either(const struct beam_sieve *a, const struct beam_sieve *b);
+
+/** beam_sieve_cap - a cap that holds what passes: its middle; its radius, pi for all. */
+double beam_sieve_cap(const struct beam *b, const struct beam_sieve *sieve, double middle[3]);
+
+static inline bool beam_sieve_passes(const struct beam_sieve *s, const struct beam_ray *ray)
 {
-    return aside >= s->from[0] - slack_rad && aside <= s->to[0] + slack_rad && upward >= s->from[1] - slack_rad &&
-           upward <= s->to[1] + slack_rad;
+    return ray->aside >= s->from[0] && ray->aside <= s->to[0] && ray->upward >= s->from[1] &&
+           ray->upward <= s->to[1] && fabs(s->square[0] * ray->aside + s->square[1] * ray->upward) <= s->most;
 }
 
 #endif

@@ -56,12 +56,13 @@ static void place_cell(struct sphere *s, uint32_t index, double way_m)
     struct cell *cell = &s->cells.cell[index];
     double v[3], range = state_vector(s, cell, v);
     loosen(cell, way_m);
-    if (surely_stays(s, cell, v, range))
+    const bool sure = surely_stays(s, cell, v, range);
+    const int32_t layer = sure ? cell->layer : layers_index(&s->layers, range);
+    const uint32_t d = sure ? cell->direction : sphere_holding(s, v);
+    if (d == cell->direction && layer == cell->layer) {
+        s->nearest_m = fmin(s->nearest_m, s->layers.edge[layer]);
         return;
-    int32_t layer = layers_index(&s->layers, range);
-    uint32_t d = sphere_holding(s, v);
-    if (d == cell->direction && layer == cell->layer)
-        return;
+    }
     const struct cell old = *cell;
     state_release(s, index);
     if (layer < 0 || d == RINGS_NONE)
@@ -126,6 +127,7 @@ static void recentre(struct sphere *s, const double position_m[3])
         s->frame.centre_m[i] = position_m[i];
     }
     double way_m = length(step_m);
+    s->nearest_m = INFINITY;
     CELLS_EACH (&s->cells, i)
         place_cell(s, i, way_m);
     move_claims(s, step_m);

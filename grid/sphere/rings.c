@@ -180,51 +180,53 @@ double rings_reach(const struct rings *rings)
     return most;
 }
 
+#define ROUNDING_RAD (2 * ROUGH_RAD) /* a cap is taken to be so much larger: two rough angles meet at its edge */
+
 /* Centres at the ring's elevation e' are within r of (az, e) where cos r <= sin e sin e' + cos e cos e' cos(d az). */
-static void enter_ring(struct rings_visit *v)
+static struct rings_run run_in(const struct rings_visit *v)
 {
     const struct rings *rings = v->rings;
-    double all = v->cos_el * rings->cos_el[v->ring], rest = v->cos_radius - v->sin_el * rings->sin_el[v->ring];
-    v->cells = cells_of(rings, v->ring);
-    v->cell = 0;
-    v->cells_left = rest <= all ? v->cells : 0;
-    if (rest <= -all || rest > all)
-        return;
-    double half = acos(rest / all), per_rad = v->cells / GEO_TURN;
-    double from = ceil((v->az_rad - half) * per_rad - 0.5), to = floor((v->az_rad + half) * per_rad - 0.5);
-    if (to - from + 1 >= v->cells)
-        return;
-    v->cell = (uint32_t)(from < 0 ? from + v->cells : from >= v->cells ? from - v->cells : from);
-    v->cells_left = (uint32_t)(to - from + 1);
+    const double all = v->cos_el * rings->cos_el[v->ring],
+                 rest = v->cos_radius - v->sin_el * rings->sin_el[v->ring];
+    const uint32_t cells = cells_of(rings, v->ring);
+    struct rings_run run = {.start = rings->start[v->ring], .cells = cells, .n = rest <= all ? cells : 0};
+    if (!(rest > -all && rest <= all))
+        return run;
+    const double half = rough_angle(sqrt((all - rest) * (all + rest)), rest) + ROUNDING_RAD,
+                 per_rad = cells / GEO_TURN;
+    /* a turn added: to truncate is to round down */
+    const uint64_t from = (uint64_t)((v->az_rad - half) * per_rad + 0.5 + cells);
+    const uint64_t to = (uint64_t)((v->az_rad + half) * per_rad - 0.5 + cells);
+    if (to - from + 1 >= cells)
+        return run;
+    run.at = (uint32_t)(from % cells);
+    run.n = (uint32_t)(to - from + 1);
+    return run;
 }
 
-#define ROUNDING_RAD 1e-9 /* a cap is taken to be so much larger */
-
-struct rings_visit rings_visit(const struct rings *rings, double az_rad, double el_rad, double radius_rad)
+struct rings_visit rings_visit(const struct rings *rings, const double axis[3], double radius_rad)
 {
-    double radius = fmin(radius_rad + ROUNDING_RAD, GEO_PI);
+    const double radius = fmin(radius_rad + ROUNDING_RAD, GEO_PI);
+    const double level = sqrt(axis[0] * axis[0] + axis[1] * axis[1]);
+    const double el = rough_angle(-axis[2], level), az = level > 0 ? rough_angle(axis[1], axis[0]) : 0;
     struct rings_visit v = {.rings = rings,
-                            .az_rad = geo_wrap(az_rad),
-                            .sin_el = sin(el_rad),
-                            .cos_el = cos(el_rad),
+                            .az_rad = az < 0 ? az + GEO_TURN : az,
+                            .sin_el = -axis[2],
+                            .cos_el = level,
                             .cos_radius = cos(radius)};
-    v.ring = ring_at(rings, el_rad + radius);
-    v.last_ring = ring_at(rings, el_rad - radius);
-    enter_ring(&v);
+    v.ring = ring_at(rings, el + radius);
+    v.last_ring = ring_at(rings, el - radius);
+    v.run = run_in(&v);
     return v;
 }
 
-bool rings_next(struct rings_visit *v)
+bool rings_next_ring(struct rings_visit *v)
 {
-    while (v->cells_left == 0) {
-        if (v->ring >= v->last_ring)
-            return false;
-        v->ring++;
-        enter_ring(v);
-    }
-    v->direction = v->rings->start[v->ring] + v->cell;
-    v->cell = v->cell + 1 == v->cells ? 0 : v->cell + 1;
-    v->cells_left--;
+    if (v->ring >= v->last_ring)
+        return false;
+    v->ring++;
+    v->k = 0;
+    v->run = run_in(v);
     return true;
 }
 

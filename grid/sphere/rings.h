@@ -62,22 +62,6 @@ double rings_reach(const struct rings *rings);
 /** rings_turned - the direction that holds the middle of direction d after the axes have turned clockwise by turn_rad. */
 uint32_t rings_turned(const struct rings *rings, uint32_t direction, double turn_rad);
 
-/*
- * Visits the directions whose centre lies within `radius` of an axis, each once; at the very edge perhaps one more. Use:
- *   struct rings_visit v = rings_visit(rings, az, el, radius);
- *   while (rings_next(&v)) use(v.direction);
- */
-struct rings_visit {
-    const struct rings *rings;
-    double az_rad, sin_el, cos_el, cos_radius;
-    uint32_t ring, last_ring;
-    uint32_t cell, cells, cells_left; /* next, of the ring, to come */
-    uint32_t direction;               /* that is visited, in `ring` */
-};
-
-struct rings_visit rings_visit(const struct rings *rings, double az_rad, double el_rad, double radius_rad);
-bool rings_next(struct rings_visit *v);
-
 /* Neighbouring directions of one ring: cell `at` and the n - 1 after it, past azimuth 0 too. */
 struct rings_run {
     uint32_t start, cells; /* of the ring */
@@ -96,6 +80,35 @@ static inline bool rings_holds(const struct rings_run *run, uint32_t d)
 {
     const uint32_t i = d - run->start; /* wraps below the ring */
     return i < run->cells && (i >= run->at ? i - run->at : i + run->cells - run->at) < run->n;
+}
+
+/*
+ * Visits the directions whose centre lies within `radius` of an axis, each once; at the very edge perhaps one more. Use:
+ *   struct rings_visit v = rings_visit(rings, axis, radius);
+ *   while (rings_next(&v)) use(v.direction);
+ */
+struct rings_visit {
+    const struct rings *rings;
+    double az_rad, sin_el, cos_el, cos_radius;
+    uint32_t ring, last_ring;
+    struct rings_run run;
+    uint32_t k;         /* of the run, the next */
+    uint32_t direction; /* that is visited, in `ring` */
+};
+
+/** rings_visit - axis: a unit vector. */
+struct rings_visit rings_visit(const struct rings *rings, const double axis[3], double radius_rad);
+
+/** rings_next_ring - on to the next ring and the run of directions to be visited there, perhaps none; false: it was the last. */
+bool rings_next_ring(struct rings_visit *v);
+
+static inline bool rings_next(struct rings_visit *v)
+{
+    while (v->k == v->run.n)
+        if (!rings_next_ring(v))
+            return false;
+    v->direction = rings_in(&v->run, v->k++);
+    return true;
 }
 
 /**

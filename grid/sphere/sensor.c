@@ -79,13 +79,20 @@ static double weight_of(const struct sphere *s, const struct echo *echo, double 
     return echo->flags ? fmin(weight, MARKED_BLOCKS * s->blocked_logodds) : weight;
 }
 
+/* The water that a beam speaks of, by range from the sensor: it is free, or nothing is known of it any more. */
+struct water {
+    double from_m, to_m;
+    bool is_free;
+};
+
 /* The beam that is being entered, and what is the same for all directions that it may concern. */
 struct look {
     const struct beam *beam;
     double weight[ECHOES_PER_BEAM]; /* of each echo in full */
     double beyond_m;                /* no layer from here on can hold a point in free water */
-    uint32_t direction, ring;       /* that is looked at */
-    bool loose;                     /* the ping's pose is too far off for what it heard to make any water free */
+    uint32_t direction, ring;       /* that is looked at ... */
+    struct beam_ray ray;            /* ... through its middle */
+    struct water water;
 };
 
 /* An echo `at` range_m along the direction raises the cell of a layer by `weight`. */
@@ -114,32 +121,19 @@ static void raise(struct sphere *s, const struct look *l, uint16_t layer, double
     state_mark(s, l->direction);
 }
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static bool stretch_of(const struct sphere *s, const struct look *l, double near_m, double far_m,
-                       struct stretch *out)
-{
-    return beam_stretch(l->beam, &s->ring[l->ring], s->axis[l->direction], near_m, far_m, out);
-}
-
 /* What the beam heard of the water in direction d; a beam that says nothing takes back what older ones said. */
 static void clear_direction(struct sphere *s, const struct look *l)
 {
     struct direction *dir = &s->direction[l->direction];
     const struct echoes *e = l->beam->ping;
-    const struct beam_echoes *h = l->beam->heard;
+    const bool first = !dir->claim[CLAIM_NOW].t_ping_ns;
     struct stretch st;
-    const double from_m = h->blind_m + e->pose.slack_m, to_m = h->free_to_m - e->pose.slack_m;
-    bool claims = to_m > from_m && !l->loose, first = !dir->claim[CLAIM_NOW].t_ping_ns;
-    if (claims && stretch_of(s, l, from_m, to_m, &st))
-        claim_add(dir->claim, &st, e->t_ns, e->pose.path_m, e->sensor);
-    else if (!claims && stretch_of(s, l, 0, e->range_max_m, &st))
-        claim_withdraw(dir->claim, e->t_ns, e->pose.path_m, e->sensor);
-    else
+    if (!beam_stretch(l->beam, &s->ring[l->ring], &l->ray, l->water.from_m, l->water.to_m, &st))
         return;
+    if (l->water.is_free)
+        claim_add(dir->claim, &st, e->t_ns, e->pose.path_m, e->sensor);
+    else
+        claim_withdraw(dir->claim, e->t_ns, e->pose.path_m, e->sensor);
     s->stats.pinged += first;
     state_mark(s, l->direction);
 }
@@ -174,7 +168,7 @@ static void spread_echo(struct sphere *s, const struct look *l, const double pla
     const double most_az = held ? GEO_TURN : SPREAD_WIDEST * half_az,
                  most_el = held ? GEO_PI : SPREAD_WIDEST * half_el;
     struct beam_view view;
-    if (!beam_sees(b, cell, u, place, most_az, most_el, &view))
+    if (!beam_sees(b, cell, u, place, beam_range(b, place), most_az, most_el, &view))
         return;
     double deep_m = s->layers.edge[layer + 1] - s->layers.edge[layer];
     struct spread spread = spread_of(fmax(echo->sd_m, s->conf.range_error * echo->range_m), half_az, half_el,
@@ -217,7 +211,7 @@ static void carve_direction(struct sphere *s, const struct look *l)
         state_place(s, c, place);
         double thick = s->layers.edge[c->layer + 1] - s->layers.edge[c->layer], range = beam_range(b, place);
         if (range - 2.0 * c->sd_m < b->heard->blind_m || range + 2.0 * c->sd_m + thick / 2 > b->heard->free_to_m ||
-            !beam_sees(b, cell, s->axis[l->direction], place, half_az, half_el, &view))
+            !beam_sees(b, cell, l->ray.u, place, range, half_az, half_el, &view))
             continue;
         double share =
             beam_share(view.off_az, half_az, view.wide_rad) * beam_share(view.off_el, half_el, view.high_rad);
@@ -247,33 +241,72 @@ static struct beam_opening hit_opening(const struct sphere *s, const struct echo
                         s->conf.level);
 }
 
-static void enter_beam(struct sphere *s, const struct beam *b, const struct beam_opening *widest)
+/* Where a beam looks for what, and where for anything. */
+struct sieves {
+    struct beam_sieve any, carves, clears, hits;
+};
+
+/* loose: the ping's pose is too far off for what it heard to make any water free. */
+static struct water water_of(const struct beam *b, bool loose)
+{
+    const double slack_m = b->ping->pose.slack_m;
+    const double from_m = b->heard->blind_m + slack_m, to_m = b->heard->free_to_m - slack_m;
+    if (to_m > from_m && !loose)
+        return (struct water){.from_m = from_m, .to_m = to_m, .is_free = true};
+    return (struct water){.to_m = b->ping->range_max_m};
+}
+
+/*
+ * The beam may miss the middle of a cell that it touches, and a point in a cell may be off its middle; of water it speaks
+ * along middles alone, however near the end of it that the beam itself has. No cell to be carved has its point nearer to
+ * the sensor than cells_m; infinite: there is none.
+ */
+static struct sieves sieves_of(const struct sphere *s, const struct beam *b, const struct beam_opening *widest,
+                               const struct beam_opening *freed, const struct water *water, double cells_m)
+{
+    const struct beam_echoes *h = b->heard;
+    struct sieves out = {.clears = beam_sieve(b, freed, fmin(fmax(water->from_m, NEAREST_M), water->to_m))};
+    out.hits = out.carves = out.any = out.clears;
+    if (h->n) {
+        const struct beam_sieve hits = beam_sieve(b, widest, h->echo[0].range_m);
+        out.hits = beam_sieve_wider(&hits, s->reach_rad);
+        out.any = beam_sieve_either(&out.any, &out.hits);
+    }
+    if (cells_m < INFINITY) {
+        const struct beam_sieve carves = beam_sieve(b, widest, fmax(fmax(h->blind_m, NEAREST_M), cells_m));
+        out.carves = beam_sieve_wider(&carves, 2 * s->reach_rad);
+        out.any = beam_sieve_either(&out.any, &out.carves);
+    }
+    return out;
+}
+
+static void enter_beam(struct sphere *s, const struct beam *b, const struct beam_opening *widest,
+                       const struct beam_opening *freed)
 {
     const struct beam_echoes *h = b->heard;
     struct look l = {.beam = b, .beyond_m = (h->free_to_m + b->lever_m) / s->nearer_share};
-    l.loose = is_loose(s, &b->ping->pose);
-    const bool carves = h->free_to_m > h->blind_m && !l.loose;
-    const double hit_m = h->n ? h->echo[0].range_m : INFINITY, reach = s->reach_rad;
-    const double near_m = fmin(fmax(h->blind_m, NEAREST_M), hit_m);
-    const struct beam_sieve near = beam_sieve(b, widest, near_m);
-    const struct beam_sieve hit = h->n ? beam_sieve(b, widest, hit_m) : near;
-    double middle[3], az, el, radius = beam_sieve_cap(b, &near, 2 * reach, middle);
+    const bool loose = is_loose(s, &b->ping->pose);
+    const double cells_m = s->nearest_m * s->nearer_share - b->lever_m;
+    const bool carves = h->free_to_m > h->blind_m && !loose && cells_m < h->free_to_m;
+    l.water = water_of(b, loose);
+    const struct sieves sieves = sieves_of(s, b, widest, freed, &l.water, carves ? cells_m : INFINITY);
+    double middle[3], about[3], radius = beam_sieve_cap(b, &sieves.any, middle);
     for (uint8_t i = 0; i < h->n; i++)
         l.weight[i] = weight_of(s, &h->echo[i], 1);
-    geo_angles(middle, &az, &el);
-    struct rings_visit v = rings_visit(&s->rings, az - s->frame.axes_rad, el, radius);
+    state_to_grid(s, middle, about);
+    struct rings_visit v = rings_visit(&s->rings, about, radius);
     while (rings_next(&v)) {
-        const double aside = dot(s->axis[v.direction], b->side), upward = dot(s->axis[v.direction], b->up);
+        const struct beam_ray ray = beam_ray(b, s->axis[v.direction]);
+        if (!beam_sieve_passes(&sieves.any, &ray))
+            continue;
+        l.ray = ray;
         l.direction = v.direction;
         l.ring = v.ring;
-        /* the beam may miss the middle of a cell that it touches, and a point in a cell may be off its middle */
-        if (carves && s->cells.first[v.direction] != CELLS_NONE &&
-            beam_sieve_passes(&near, aside, upward, 2 * reach))
+        if (carves && s->cells.first[v.direction] != CELLS_NONE && beam_sieve_passes(&sieves.carves, &ray))
             carve_direction(s, &l);
-        if (!beam_sieve_passes(&near, aside, upward, reach))
-            continue;
-        clear_direction(s, &l);
-        if (beam_sieve_passes(&hit, aside, upward, reach))
+        if (beam_sieve_passes(&sieves.clears, &ray))
+            clear_direction(s, &l);
+        if (beam_sieve_passes(&sieves.hits, &ray))
             for (uint8_t i = 0; i < h->n; i++)
                 hit_direction(s, &l, i);
     }
@@ -284,9 +317,10 @@ void sensor_enter(struct sphere *s, const struct echoes *e, const double turn[4]
     const struct beam_opening widest = hit_opening(s, e);
     const struct beam_opening own =
         beam_opening(e->az_aperture_rad, e->el_aperture_rad, s->rings.height_rad, s->conf.level);
+    const struct beam_opening freed = beam_opening_freed(&own, s->widest_rad);
     for (uint16_t i = 0; i < e->n_beams; i++) {
         struct beam b;
         beam_of(&b, e, i, &own, turn, origin_m);
-        enter_beam(s, &b, &widest);
+        enter_beam(s, &b, &widest, &freed);
     }
 }

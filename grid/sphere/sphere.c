@@ -62,6 +62,7 @@ static void *place(char **at, size_t n)
 static void forget_everything(struct sphere *s)
 {
     cells_clear(&s->cells);
+    s->nearest_m = INFINITY;
     s->n_dirty = s->rings.n;
     for (uint32_t d = 0; d < s->rings.n; d++) {
         struct direction *dir = &s->direction[d];
@@ -85,6 +86,7 @@ static void place_directions(struct sphere *s, double (*axis)[3])
     for (uint32_t j = 0; j < s->rings.n_rings; j++) {
         rings_centre(&s->rings, s->rings.start[j], &az, &el);
         s->ring[j] = beam_cell_of(rings_width(&s->rings, j), s->rings.height_rad, el);
+        s->widest_rad = fmax(s->widest_rad, s->ring[j].across_rad);
     }
     s->reach_rad = rings_reach(&s->rings);
     s->within_cos = cos(rings_within(&s->rings) * (1 - 1e-9));
@@ -188,8 +190,10 @@ struct cell *state_take(struct sphere *s, uint32_t direction, uint16_t layer)
         state_mark(s, evicted);
         s->stats.cells_lost++;
     }
-    if (i != CELLS_NONE)
+    if (i != CELLS_NONE) {
+        s->nearest_m = fmin(s->nearest_m, s->layers.edge[layer]);
         return &s->cells.cell[i];
+    }
     memset(s->direction[direction].claim, 0, sizeof s->direction->claim);
     state_mark(s, direction);
     s->stats.cells_lost++;

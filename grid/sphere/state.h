@@ -30,8 +30,10 @@ struct sphere {
     double anchor_m[3];
     bool placed; /* a position was given: centre and anchor hold */
     struct cells cells;
+    double nearest_m; /* no layer that begins nearer holds a cell */
     struct direction *direction;
     struct beam_cell *ring; /* what the cells of each ring are like */
+    double widest_rad;      /* across any cell */
     double reach_rad;       /* from the middle of any cell to its farthest corner, at most */
     double within_cos;      /* cosine of the angle that is surely within a cell, from its middle */
     double nearer_share;    /* a mean of points of a cell is no nearer than its layer times this */

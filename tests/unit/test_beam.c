@@ -40,7 +40,7 @@ TEST(places_are_seen_as_in_the_sensor_frame_and_none_in_reach_is_turned_away)
         geo_direction(az, el, u);
         struct beam_cell cell = beam_cell_of(rings_width(&rings, ring), rings.height_rad, el);
         CHECK_NEAR(beam_range(&b, place), range, 1e-12, 1e-12);
-        if (beam_sees(&b, &cell, u, place, most_az, most_el, &view)) {
+        if (beam_sees(&b, &cell, u, place, beam_range(&b, place), most_az, most_el, &view)) {
             seen++;
             CHECK_NEAR(sin(view.off_az), sin(want_az), 0, 1e-9);
             CHECK_NEAR(view.off_el, want_el, 0, 1e-9);
@@ -76,8 +76,8 @@ TEST(whatever_the_beam_holds_passes_its_sieve)
             origin[k] *= lever_m;
         struct beam b;
         beam_of(&b, &ping, 0, &opening, turn, origin);
-        struct beam_sieve sieve = beam_sieve(&b, &opening, near_m);
-        double radius = beam_sieve_cap(&b, &sieve, reach, middle);
+        const struct beam_sieve tight = beam_sieve(&b, &opening, near_m), sieve = beam_sieve_wider(&tight, reach);
+        double radius = beam_sieve_cap(&b, &sieve, middle);
         small += radius < 0.5;
         long_lever += lever_m > near_m;
         bounded += lever_m > near_m && radius < GEO_PI / 2;
@@ -91,18 +91,57 @@ TEST(whatever_the_beam_holds_passes_its_sieve)
             geo_angles(w, &az, &el);
             rings_centre(&rings, rings_index(&rings, az, el), &az, &el);
             geo_direction(az, el, c);
-            double aside = 0, upward = 0, along = 0;
-            for (int j = 0; j < 3; j++) {
-                aside += c[j] * b.side[j];
-                upward += c[j] * b.up[j];
-                along += c[j] * middle[j];
-            }
-            CHECK(beam_sieve_passes(&sieve, aside, upward, reach));
+            const double along = c[0] * middle[0] + c[1] * middle[1] + c[2] * middle[2];
+            const struct beam_ray ray = beam_ray(&b, c);
+            CHECK(beam_sieve_passes(&sieve, &ray));
             CHECK(along >= cos(radius) - 1e-12);
         }
     }
     CHECK(small > 500);
     CHECK(4 * bounded > long_lever);
+}
+
+/* Nor does any direction with a stretch of its middle ray in the beam fail the sieve for those, which has no slack. */
+TEST(whatever_a_beam_frees_passes_the_sieve_of_what_it_frees)
+{
+    static struct rings rings;
+    uint64_t seed = test_seed();
+    int freed = 0, spared = 0;
+    for (int i = 0; i < 3000; i++) {
+        CHECK(rings_full(&rings, geo_rad(2 + 6 * test_uniform(&seed))));
+        struct beam_echoes heard = {.az_rad = (float)(GEO_TURN * test_uniform(&seed)),
+                                    .el_rad = (float)(2 * (test_uniform(&seed) - 0.5))};
+        struct echoes ping = {.beam = &heard};
+        const double wide = i % 7 ? geo_rad(1 + 60 * pow(test_uniform(&seed), 3)) : 4 * test_uniform(&seed);
+        const struct beam_opening own =
+            beam_opening(wide, geo_rad(1 + 60 * test_uniform(&seed)), rings.height_rad, false);
+        double turn[4], origin[3], widest = 0, near_m = 0.1 + test_uniform(&seed);
+        const double lever_m = i % 4 * 0.3 * test_uniform(&seed);
+        quat_from_rpy(6 * test_uniform(&seed), 3 * test_uniform(&seed) - 1.5, 6 * test_uniform(&seed), turn);
+        geo_direction(6 * test_uniform(&seed), 3 * test_uniform(&seed) - 1.5, origin);
+        for (int k = 0; k < 3; k++)
+            origin[k] *= lever_m;
+        for (uint32_t j = 0; j < rings.n_rings; j++)
+            widest = fmax(widest, rings_width(&rings, j) * rings.cos_el[j]);
+        struct beam b;
+        beam_of(&b, &ping, 0, &own, turn, origin);
+        const struct beam_opening opening = beam_opening_freed(&own, widest);
+        const struct beam_sieve sieve = beam_sieve(&b, &opening, near_m);
+        for (uint32_t d = 0; d < rings.n; d++) {
+            const uint32_t ring = rings_ring(&rings, d);
+            double az, el, u[3];
+            rings_centre(&rings, d, &az, &el);
+            geo_direction(az, el, u);
+            const struct beam_cell cell = beam_cell_of(rings_width(&rings, ring), rings.height_rad, el);
+            const struct beam_ray ray = beam_ray(&b, u);
+            struct stretch st;
+            const bool frees = beam_stretch(&b, &cell, &ray, near_m, near_m * 20, &st);
+            freed += frees;
+            spared += !beam_sieve_passes(&sieve, &ray);
+            CHECK(!frees || beam_sieve_passes(&sieve, &ray));
+        }
+    }
+    CHECK(freed > 10000 && spared > 1000000);
 }
 
 /* A head below the grid's centre by more than its blind range: the directions that each beam is held against. */
@@ -116,23 +155,20 @@ TEST(a_lever_longer_than_the_blind_range_does_not_open_the_sphere)
         struct echoes ping = {.beam = &heard};
         struct beam_opening opening = beam_opening(geo_rad(2), geo_rad(25), rings.height_rad, false);
         struct beam b;
-        double middle[3], middle_az, middle_el;
+        double middle[3];
         beam_of(&b, &ping, 0, &opening, pose_identity.attitude, origin);
-        struct beam_sieve sieve = beam_sieve(&b, &opening, 0.3);
-        double radius = beam_sieve_cap(&b, &sieve, 2 * reach, middle);
-        geo_angles(middle, &middle_az, &middle_el);
-        struct rings_visit visit = rings_visit(&rings, middle_az, middle_el, radius);
+        const struct beam_sieve tight = beam_sieve(&b, &opening, 0.3), sieve = beam_sieve_wider(&tight, reach),
+                                wider = beam_sieve_wider(&tight, 2 * reach);
+        double radius = beam_sieve_cap(&b, &wider, middle);
+        struct rings_visit visit = rings_visit(&rings, middle, radius);
         uint32_t visited = 0, passed = 0;
         while (rings_next(&visit)) {
-            double c[3], cell_az, cell_el, aside = 0, upward = 0;
+            double c[3], cell_az, cell_el;
             rings_centre(&rings, visit.direction, &cell_az, &cell_el);
             geo_direction(cell_az, cell_el, c);
-            for (int j = 0; j < 3; j++) {
-                aside += c[j] * b.side[j];
-                upward += c[j] * b.up[j];
-            }
+            const struct beam_ray ray = beam_ray(&b, c);
             visited++;
-            passed += beam_sieve_passes(&sieve, aside, upward, reach);
+            passed += beam_sieve_passes(&sieve, &ray);
         }
         CHECK(visited < rings.n / 3);
         CHECK(passed < rings.n / 20);
@@ -144,6 +180,7 @@ TEST(a_lever_longer_than_the_blind_range_does_not_open_the_sphere)
 int main(void)
 {
     RUN(whatever_the_beam_holds_passes_its_sieve);
+    RUN(whatever_a_beam_frees_passes_the_sieve_of_what_it_frees);
     RUN(a_lever_longer_than_the_blind_range_does_not_open_the_sphere);
     RUN(places_are_seen_as_in_the_sensor_frame_and_none_in_reach_is_turned_away);
     return test_end();

@@ -88,7 +88,8 @@ TEST(a_vector_is_in_the_direction_of_its_angles_at_every_edge_too)
         for (int k = 0; k < 2000; k++) {
             const uint32_t ring = (uint32_t)(test_uniform(&seed) * rings.n_rings);
             const double edge = (uint32_t)(k % 50) * rings_width(&rings, ring);
-            const double az = k % 2 ? edge : test_uniform(&seed) * GEO_TURN, far_m = 0.01 + 100 * test_uniform(&seed);
+            const double az = k % 2 ? edge : test_uniform(&seed) * GEO_TURN,
+                         far_m = 0.01 + 100 * test_uniform(&seed);
             const double el = rings.top_rad - (ring + (k % 3 ? test_uniform(&seed) : 0)) * rings.height_rad;
             double v[3];
             geo_direction(az + off[k % 9], el + off[k / 9 % 9], v);
@@ -114,10 +115,10 @@ TEST(the_visitor_meets_every_centre_in_the_cap_once)
         if (i % 10 == 0)
             el = i % 20 ? GEO_PI / 2 : -GEO_PI / 2;
         memset(seen, 0, rings.n);
-        struct rings_visit v = rings_visit(&rings, az, el, radius);
+        geo_direction(az, el, a);
+        struct rings_visit v = rings_visit(&rings, a, radius);
         while (rings_next(&v))
             CHECK_INT(seen[v.direction]++, 0);
-        geo_direction(az, el, a);
         for (uint32_t d = 0; d < rings.n; d++) {
             double caz, cel, c[3];
             rings_centre(&rings, d, &caz, &cel);
