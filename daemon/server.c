@@ -220,7 +220,7 @@ void server_set_change(struct server *server, const char *change)
     if (complete || !same)
         take_rights(server, &known);
     snprintf(server->change, sizeof server->change, "%s", change);
-    if ((!complete || server->lookup.running) && !rights_lookup_begin(&server->lookup, change))
+    if ((!complete || server->lookup.look) && !rights_lookup_begin(&server->lookup, change))
         log_line(LOG_ERR, "right_lookup", "[server] change: names cannot be looked up: %s", strerror(errno));
 }
 

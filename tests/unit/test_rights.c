@@ -2,6 +2,8 @@
 /* test_rights - who may change something: from the setting to the credentials of a connection's peer. */
 #include "../lib/test.h"
 
+#include <pwd.h>
+#include <semaphore.h>
 #include <string.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -78,6 +80,36 @@ TEST(names_are_looked_up_beside_the_loop)
     loop_free(loop);
 }
 
+/* In the place of the C library's: one name is never answered for, as where the user database is not reached. */
+static sem_t never;
+
+struct passwd *getpwnam(const char *name)
+{
+    static struct passwd user;
+    static char text[4096];
+    struct passwd *found = NULL;
+    if (strcmp(name, "far-away") == 0)
+        while (sem_wait(&never) != 0)
+            ;
+    getpwnam_r(name, &user, text, sizeof text, &found);
+    return found;
+}
+
+/* The look that is left goes on for itself, and frees what it has. */
+TEST(who_ends_does_not_wait_for_a_look)
+{
+    struct loop *loop = loop_new(false);
+    struct rights_lookup lookup = {.loop = loop, .socket_group = SOCKET_GROUP, .done = tell};
+    n_told = 0;
+    CHECK(rights_lookup_begin(&lookup, "far-away"));
+    loop_turn(loop, 0);
+    rights_lookup_end(&lookup);
+    CHECK_INT(sem_post(&never), 0);
+    loop_turn(loop, 10000000);
+    CHECK_INT(n_told, 0);
+    loop_free(loop);
+}
+
 TEST(the_user_of_the_process_may_and_who_is_not_known_may_not)
 {
     struct rights r;
@@ -100,6 +132,7 @@ int main(void)
     RUN(names_and_numbers);
     RUN(without_a_look_names_give_nobody_a_right);
     RUN(names_are_looked_up_beside_the_loop);
+    RUN(who_ends_does_not_wait_for_a_look);
     RUN(the_user_of_the_process_may_and_who_is_not_known_may_not);
     return test_end();
 }
