@@ -50,7 +50,8 @@ static int copy_changed(struct daemon *d)
         struct template_copy *c = &d->keep.copy[i];
         if (!t->background || t->made == t->in_file || !d->conf.sonar[i].background[0])
             continue;
-        *c = (struct template_copy){.made = t->made, .path = d->conf.sonar[i].background};
+        *c = (struct template_copy){.made = t->made};
+        snprintf(c->path, sizeof c->path, "%s", d->conf.sonar[i].background);
         c->bytes = template_encode(t->background, &c->size);
         if (!c->bytes)
             not_kept(d, i, "out of memory");

@@ -22,7 +22,7 @@ struct template_copy {
     uint8_t *bytes; /* NULL: none of this sonar */
     size_t size;
     unsigned made; /* which of the sonar's templates */
-    const char *path;
+    char path[CONF_TEXT_MAX]; /* of its own: a reload may change the configuration meanwhile */
     bool good;
     char message[640]; /* why not */
 };
