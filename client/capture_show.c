@@ -61,6 +61,23 @@ static void print_attachments(const struct mcap_reader *r)
     }
 }
 
+/* True: it is complete, and nothing is damaged. */
+static bool print_condition(const struct mcap_info *info)
+{
+    static const char repair[] = "`sonarctl capture repair` makes it whole";
+    const uint64_t faults = info->problems - info->unclosed;
+    const bool good = info->problems == 0 && info->complete;
+    if (good)
+        printf("complete, no damage\n");
+    else if (faults == 0 && info->unclosed)
+        printf("not closed: still being written, or cut off; its last %" PRIu64 " bytes are no whole record; %s\n",
+               info->left_out_bytes, repair);
+    else
+        printf("damaged: %" PRIu64 " faults, %" PRIu64 " bytes left out%s; %s\n", faults, info->left_out_bytes,
+               info->complete ? "" : ", no good summary", repair);
+    return good;
+}
+
 int capture_info(const char *path)
 {
     struct mcap_message m;
@@ -85,15 +102,9 @@ int capture_info(const char *path)
     print_channels(r);
     print_attachments(r);
     printf("%" PRIu64 " messages in %" PRIu64 " chunks\n", info->messages, info->chunks);
-    bool damaged = info->problems > 0 || !info->complete;
-    if (damaged)
-        printf("damaged: %" PRIu64 " faults, %" PRIu64
-               " bytes left out%s; `sonarctl capture repair` makes it whole\n",
-               info->problems, info->left_out_bytes, info->complete ? "" : ", no good summary");
-    else
-        printf("complete, no damage\n");
+    const bool good = print_condition(info);
     mcap_close(r);
-    return damaged;
+    return !good;
 }
 
 /* ---- export ---- */

@@ -140,6 +140,7 @@ struct mcap_info {
     uint64_t problems;         /* calls of the problem function */
     uint64_t left_out_bytes;   /* of the file, or of an uncompressed chunk, that could not be used */
     bool complete;             /* the file was closed: it has its summary and footer, undamaged */
+    bool unclosed;             /* it ends before that, which is one of the problems: still being written, or cut off */
 };
 
 /* Is told every damage: one sentence, naming the offset in the file. */

@@ -228,22 +228,30 @@ static bool next_in_chunk(struct mcap_reader *r, struct mcap_message *out)
 
 /* ---- the data section ---- */
 
+/* Every file that was closed ends so. */
+static bool ends_with_magic(const struct mcap_reader *r)
+{
+    return r->size >= sizeof mcap_magic &&
+           memcmp(r->data + r->size - sizeof mcap_magic, mcap_magic, sizeof mcap_magic) == 0;
+}
+
 /* No whole record at r->at. */
 static void skip_damage(struct mcap_reader *r)
 {
-    size_t from = r->at;
-    if (from == r->size) {
-        problem(r, "the file ends at offset %zu without a summary: the recording was cut off", from);
-    } else if ((r->at = mcap_find_chunk(r->data, r->size, from + 1)) < r->size) {
+    const size_t from = r->at;
+    r->at = from < r->size ? mcap_find_chunk(r->data, r->size, from + 1) : from;
+    r->done = r->at == r->size;
+    r->info.left_out_bytes += r->at - from;
+    r->info.unclosed = r->done && !ends_with_magic(r);
+    if (!r->done)
         problem(r, "offset %zu: no whole record; %zu bytes up to the next chunk are left out", from, r->at - from);
-        r->info.left_out_bytes += r->at - from;
-        return;
-    } else {
-        problem(r, "offset %zu: no whole record, the file is cut off or damaged; its last %zu bytes are left out",
-                from, r->size - from);
-        r->info.left_out_bytes += r->size - from;
-    }
-    r->done = true;
+    else if (!r->info.unclosed)
+        problem(r, "offset %zu: no whole record; the last %zu bytes are left out", from, r->size - from);
+    else if (from < r->size)
+        problem(r, "offset %zu: the file ends within a record, still being written or cut off; its last %zu bytes are "
+                   "left out", from, r->size - from);
+    else
+        problem(r, "the file ends at offset %zu without a summary: it is still being written, or was cut off", from);
 }
 
 static void check_data_crc(struct mcap_reader *r, struct mcap_cursor data_end, size_t offset)
@@ -260,11 +268,11 @@ static void check_summary(struct mcap_reader *r)
 {
     const size_t tail = MCAP_FOOTER_BYTES + sizeof mcap_magic;
     struct mcap_record footer;
-    if (r->size - r->at < tail ||
-        memcmp(r->data + r->size - sizeof mcap_magic, mcap_magic, sizeof mcap_magic) != 0 ||
+    if (r->size - r->at < tail || !ends_with_magic(r) ||
         !mcap_record_at(r->data + r->size - tail, MCAP_FOOTER_BYTES, &footer) || footer.opcode != MCAP_OP_FOOTER ||
         footer.size != MCAP_FOOTER_BYTES) {
         problem(r, "the file does not end with a footer: it was cut off or damaged behind offset %zu", r->at);
+        r->info.unclosed = !ends_with_magic(r);
         return;
     }
     size_t footer_at = r->size - tail;

@@ -136,7 +136,7 @@ def captures(bench):
         ("cut_head", whole[:30], 1, 1, ["there is no attachment sonard.conf"]),
         ("no_configuration", whole.replace(b"sonard.conf", b"sonarx.conf"), 1, 1, ["attachment", "-c"]),
         ("changed_configuration", broken_conf, 1, 1, ["attachment sonard.conf: its checksum is wrong", "-c"]),
-        ("cut_in_the_middle", whole[:60000], 0, 1, ["the file is cut off or damaged", "offset"]),
+        ("cut_in_the_middle", whole[:60000], 0, 1, ["the file ends within a record", "offset"]),
         ("cut_end", whole[:-100], 0, 1, ["the file does not end with a footer"]),
         ("flipped_bit", bytes(flipped), 0, 1, ["chunk at offset", "is left out"]),
         ("wrong_channel", other, 0, 1, []),
