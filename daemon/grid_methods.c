@@ -91,7 +91,7 @@ struct grid *grid_asked(struct daemon *d, json_t *params, struct rpc_error *erro
     const char *name = name_of(params, "grid", error);
     struct grid *g = name ? find(d, name) : NULL;
     if (name && !g)
-        rpc_refuse(error, RPC_INVALID_PARAMS, "grid = %.64s: there is none of that name; grid_list has them",
+        rpc_refuse(error, RPC_INVALID_PARAMS, "grid = %.64s: there is none of that name; `sonarctl grid list` has them",
                    name);
     return g;
 }
@@ -243,7 +243,7 @@ json_t *grid_method_drop(const struct rpc_call *call, json_t *params, struct rpc
         return NULL;
     if (!g || g == pipeline_grid(d->pipeline, 0)) {
         rpc_refuse(error, RPC_INVALID_PARAMS, "name = %.64s: %s", name,
-                   g ? "the main grid stays" : "there is no grid of that name; grid_list has them");
+                   g ? "the main grid stays" : "there is no grid of that name; `sonarctl grid list` has them");
         return NULL;
     }
     pipeline_drop_grid(d->pipeline, g);

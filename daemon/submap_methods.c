@@ -116,7 +116,7 @@ json_t *submap_method_move(const struct rpc_call *call, json_t *params, struct r
         return submap_json(d, &v.state);
     rpc_refuse(error, RPC_INVALID_PARAMS,
                v.there ? "position_m: no place of this map"
-                       : "id = %" PRId64 ": there is no such submap; map_submaps has them",
+                       : "id = %" PRId64 ": there is no such submap; `sonarctl call map_submaps` has them",
                id);
     return NULL;
 }
