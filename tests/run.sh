@@ -2,18 +2,19 @@
 # SPDX-License-Identifier: MIT
 # run.sh PROGRAM... - runs test programs and scripts, each from the top of the tree, and adds up their lines:
 #   ok NAME / FAIL NAME / skip NAME: why
+# Programs below BUILD run beside each other, one per processor; then the scripts, one after the other.
 # A program that ends with a status other than 0 without a FAIL line counts as one failure, one that says nothing too.
-# Prints what failed, what was skipped and what took 5 s or more, and as its last line "N passed, N failed, N skipped". LIMIT=seconds for each.
+# Prints what failed, what was skipped and what took 5 s or more, and as its last line "N passed, N failed, N skipped".
+# LIMIT=seconds for each.
 set -u
-limit=${LIMIT:-600}
-passed=0 failed=0 skipped=0
-out=$(mktemp)
-trap 'rm -f "$out"' EXIT
+BUILD=${BUILD:-build} LIMIT=${LIMIT:-600}
 
-for program in "$@"; do
-    printf '  %-40s' "${program#"${BUILD:-build}"/}"
+# run.sh --one FOLDER PROGRAM: its lines, and its counts as a file in the folder
+if [ "${1:-}" = --one ]; then
+    folder=$2 program=$3
+    out=$(mktemp -p "$folder" out.XXXXXX)
     began=$(date +%s)
-    timeout -k 10 "$limit" "$program" >"$out" 2>&1 </dev/null
+    timeout -k 10 "$LIMIT" "$program" >"$out" 2>&1 </dev/null
     status=$?
     took=$(($(date +%s) - began))
     p=$(grep -c '^ok ' "$out")
@@ -21,14 +22,32 @@ for program in "$@"; do
     s=$(grep -c '^skip ' "$out")
     [ "$status" -ne 0 ] && [ "$f" -eq 0 ] && f=1
     [ "$p" -eq 0 ] && [ "$f" -eq 0 ] && [ "$s" -eq 0 ] && f=1
-    passed=$((passed + p)) failed=$((failed + f)) skipped=$((skipped + s))
-    printf '%4d ok' "$p"
-    [ "$s" -gt 0 ] && printf ', %d skipped' "$s"
-    [ "$f" -gt 0 ] && printf ', %d FAILED (status %d)' "$f" "$status"
-    [ "$took" -ge 5 ] && printf ', %d s' "$took"
-    printf '\n'
-    grep '^skip ' "$out" | sed 's/^/      /'
-    [ "$f" -gt 0 ] && grep -v '^ok ' "$out" | tail -n 40 | sed 's/^/      /'
-done
-printf '%d passed, %d failed, %d skipped\n' "$passed" "$failed" "$skipped"
-[ "$failed" -eq 0 ]
+    echo "$p $f $s" >"$out.counts"
+    {
+        printf '  %-40s%4d ok' "${program#"$BUILD"/}" "$p"
+        [ "$s" -gt 0 ] && printf ', %d skipped' "$s"
+        [ "$f" -gt 0 ] && printf ', %d FAILED (status %d)' "$f" "$status"
+        [ "$took" -ge 5 ] && printf ', %d s' "$took"
+        printf '\n'
+        grep '^skip ' "$out" | sed 's/^/      /'
+        [ "$f" -gt 0 ] && grep -v '^ok ' "$out" | tail -n 40 | sed 's/^/      /'
+    } >"$out.said"
+    cat "$out.said" # at once: others print as well
+    exit 0
+fi
+
+folder=$(mktemp -d)
+trap 'rm -rf "$folder"' EXIT
+export BUILD LIMIT
+each() { # JOBS: the programs on stdin
+    tr '\n' '\0' | xargs -0 -r -P "$1" -n 1 "$0" --one "$folder"
+}
+printf '%s\n' "$@" | grep "^$BUILD/" | each "$(nproc)"
+printf '%s\n' "$@" | grep -v "^$BUILD/" | each 1
+cat "$folder"/*.counts | awk -v asked=$# '
+    { passed += $1; failed += $2; skipped += $3 }
+    END {
+        failed += asked - NR # those that could not even be started
+        printf "%d passed, %d failed, %d skipped\n", passed, failed, skipped
+        exit failed > 0
+    }'
