@@ -15,21 +15,20 @@
 #include <unistd.h>
 
 #include "../../daemon/errand.h"
-#include "../../daemon/wiring.h"
 #include "bench.h"
 #include "bench_socket.h"
+#include "bench_swath.h"
 
-#define BEAMS   512
-#define BINS    1000
-#define RATE_HZ 40
-#define RANGE_M 20.0
+/* A request's line: method and params as they are in it. */
+#define QUESTION(method, params)                                                                                  \
+    "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"" method "\",\"params\":{" params "}}\n"
 
 static uint8_t samples[BEAMS][BINS];
 static struct daemon d;
 static atomic_bool stop;
 static pthread_t server_thread;
 static _Atomic uint64_t longest_turn_ns; /* the loop's work between two polls, since it was set to 0 */
-static char server_folder[] = "/tmp/sonard-bench.XXXXXX", server_path_name[64];
+static char server_folder[32], server_path_name[64];
 
 static void make_ping(void)
 {
@@ -38,7 +37,7 @@ static void make_ping(void)
             samples[b][i] = (uint8_t)(i < 15 ? 255 : rand() % 20 + (i >= 400 && i < 408 ? 150 : 0));
 }
 
-/* With a map the vehicle goes north at half a metre a second, and turns. */
+/* The vehicle goes north at half a metre a second, and turns. */
 static void take_pose(struct ping *p)
 {
     static double north_m, yaw_rad;
@@ -54,21 +53,8 @@ static void ping(void)
 {
     static uint32_t number;
     struct ping *p = pipeline_begin(d.pipeline);
-    p->t_ns = p->t_in_ns = loop_clock();
-    p->seq = ++number;
-    p->kind = PING_PROFILE;
-    p->law = AMPLITUDE_LINEAR;
-    p->sample_bytes = 1;
-    p->n_beams = BEAMS;
-    p->n_bins = BINS;
-    p->dr_m = (float)(RANGE_M / BINS);
-    p->pulse_m = 0.05f;
-    p->az_aperture_rad = p->el_aperture_rad = (float)geo_rad(1.0);
-    for (int b = 0; b < BEAMS; b++)
-        p->beam[b] = (struct ping_beam){.az_rad = (float)geo_wrap(geo_rad(120.0 * (b + 0.5) / BEAMS - 60))};
-    memcpy(p->samples, samples, sizeof samples);
-    if (d.conf.map.voxel_m > 0)
-        take_pose(p);
+    swath_ping(p, ++number, samples);
+    take_pose(p);
     pipeline_submit(d.pipeline, p);
 }
 
@@ -90,7 +76,7 @@ static uint64_t worked_ns(void)
 
 static void *serve(void *arg)
 {
-    static struct loop_timer tick = {.fire = on_tick, .ctx = &tick};
+    struct loop_timer tick = {.fire = on_tick, .ctx = &tick};
     (void)arg;
     loop_arm(d.loop, &tick, loop_clock() + 1);
     while (!stop) {
@@ -103,29 +89,23 @@ static void *serve(void *arg)
     return NULL;
 }
 
-/* threads of the pipeline; voxel_m: of a map of 64 MiB, 0: none is kept. Ends the program when it cannot. */
+/* threads of the pipeline; voxel_m: of a map of 64 MiB, 0: none is kept. Ends the program when it cannot. It may be started
+ * anew when it was stopped. */
 static void daemon_start(int threads, double voxel_m, int max_clients)
 {
     struct pipeline_conf p;
     char err[256] = "no loop, or no folder";
-    conf_defaults(&d.conf);
-    d.conf.n_sonars = 1;
+    memset(&d, 0, sizeof d);
+    swath_conf(&d.conf, threads);
     d.replay = true; /* there is no port whose state answers would go by */
-    snprintf(d.conf.sonar[0].device, sizeof d.conf.sonar[0].device, "surveyor");
-    snprintf(d.conf.sonar[0].name, sizeof d.conf.sonar[0].name, "fan");
-    d.conf.sonar[0].range_m = RANGE_M;
-    d.conf.pipeline.threads = threads;
     d.conf.map.voxel_m = voxel_m;
     d.conf.map.memory_bytes = 64 << 20;
-    plan_make(&d.conf, &d.plan);
-    wiring_pipeline(&d.conf, &d.plan, false, &p);
-    p.max_beams = BEAMS;
-    p.max_bins = BINS;
-    p.max_samples = BEAMS * BINS;
+    swath_pipeline(&d.conf, &d.plan, &p);
     p.image = voxel_m > 0;
     d.mount[0] = mount_identity;
     pose_log_init(&d.poses, 1000000000u);
     make_ping();
+    snprintf(server_folder, sizeof server_folder, "/tmp/sonard-bench.XXXXXX");
     d.loop = mkdtemp(server_folder) ? loop_new(false) : NULL;
     snprintf(server_path_name, sizeof server_path_name, "%s/socket", server_folder);
     const struct server_conf server = {.path = server_path_name,

@@ -18,9 +18,6 @@
 #define HOGS_MAX 8
 #define HOG_SIZE (32 << 20)
 
-#define QUESTION(method, params)                                                                                  \
-    "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"" method "\",\"params\":{" params "}}\n"
-
 static const char blocked[] = QUESTION("blocked", "\"azimuth_deg\":10,\"distance_m\":5");
 static atomic_bool enough;
 static int asked = ASKED;

@@ -10,32 +10,20 @@
 #include <string.h>
 #include <time.h>
 
-#include "../../config/conf.h"
-#include "../../daemon/loop.h"
-#include "../../daemon/wiring.h"
 #include "bench.h"
+#include "bench_swath.h"
 
-#define BEAMS     512
-#define BINS      1000
-#define RATE_HZ   40
-#define PINGS     200
-#define PATTERNS  8 /* different pings, so that branches are not learnt by heart */
-#define SWATH_DEG 120.0
-#define RANGE_M   20.0
+#define PINGS    200
+#define PATTERNS 8 /* different pings, so that branches are not learnt by heart */
 
 static uint8_t samples[PATTERNS][BEAMS][BINS];
-
-static double beam_deg(int beam)
-{
-    return SWATH_DEG * (beam + 0.5) / BEAMS - SWATH_DEG / 2;
-}
 
 static void make_pings(void)
 {
     for (int k = 0; k < PATTERNS; k++)
         for (int b = 0; b < BEAMS; b++) {
-            double bottom_m = 8.0 / cos(geo_rad(beam_deg(b)));
-            double wall_m = beam_deg(b) > 0 ? 9.0 / sin(geo_rad(beam_deg(b))) : 1e9;
+            double bottom_m = 8.0 / cos(geo_rad(swath_deg(b)));
+            double wall_m = swath_deg(b) > 0 ? 9.0 / sin(geo_rad(swath_deg(b))) : 1e9;
             int echo = (int)(fmin(bottom_m, wall_m) / RANGE_M * BINS);
             for (int i = 0; i < BINS; i++)
                 samples[k][b][i] = (uint8_t)(i < 15 ? 255 : rand() % 20 + (i >= echo && i < echo + 8 ? 150 : 0));
@@ -49,17 +37,9 @@ static struct pipeline *start(int threads)
     struct plan plan;
     char err[200];
 
-    conf_defaults(&conf);
-    conf.n_sonars = 1;
-    snprintf(conf.sonar[0].device, sizeof conf.sonar[0].device, "surveyor");
-    conf.sonar[0].range_m = RANGE_M;
+    swath_conf(&conf, threads);
     conf.sonar[0].rotation_rad[1] = geo_rad(-90);
-    conf.pipeline.threads = threads;
-    plan_make(&conf, &plan);
-    wiring_pipeline(&conf, &plan, false, &p);
-    p.max_beams = BEAMS;
-    p.max_bins = BINS;
-    p.max_samples = BEAMS * BINS;
+    swath_pipeline(&conf, &plan, &p);
     struct pipeline *pipeline = pipeline_new(&p, err, sizeof err);
     if (!pipeline) {
         fprintf(stderr, "%s\n", err);
@@ -71,22 +51,9 @@ static struct pipeline *start(int threads)
 static void submit(struct pipeline *pipeline, uint32_t number)
 {
     struct ping *ping = pipeline_begin(pipeline);
-    ping->t_ns = ping->t_in_ns = loop_clock();
-    ping->seq = number + 1;
-    ping->kind = PING_PROFILE;
-    ping->law = AMPLITUDE_LINEAR;
-    ping->sample_bytes = 1;
-    ping->n_beams = BEAMS;
-    ping->n_bins = BINS;
-    ping->dr_m = (float)(RANGE_M / BINS);
-    ping->pulse_m = 0.05f;
-    ping->az_aperture_rad = (float)geo_rad(1.0);
-    ping->el_aperture_rad = (float)geo_rad(1.0);
+    swath_ping(ping, number + 1, samples[number % PATTERNS]);
     ping->pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
     ping->pose.position_m[0] = 0.01 * number; /* 0.4 m/s */
-    for (int b = 0; b < BEAMS; b++)
-        ping->beam[b] = (struct ping_beam){.az_rad = (float)geo_wrap(geo_rad(beam_deg(b)))};
-    memcpy(ping->samples, samples[number % PATTERNS], sizeof samples[0]);
     pipeline_submit(pipeline, ping);
 }
 
