@@ -49,8 +49,11 @@ static void take_leave(struct rights_lookup *l)
 static void on_ended(void *ctx, uint32_t events, uint64_t now_ns)
 {
     struct rights_lookup *l = ctx;
-    const struct rights found = l->look->found;
+    uint64_t n;
     (void)events, (void)now_ns;
+    if (read(l->ended.fd, &n, sizeof n) != sizeof n)
+        return;
+    const struct rights found = l->look->found;
     take_leave(l);
     if (l->again)
         rights_lookup_begin(l, l->wanted);
