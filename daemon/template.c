@@ -216,28 +216,18 @@ static const char *path_of(const struct daemon *d, int sensor, char *err, size_t
     return NULL;
 }
 
-bool template_save_one(struct daemon *d, int sensor, char *err, size_t err_size)
+bool template_save_one(struct daemon *d, int sensor, struct template_saving *saving, char *err, size_t err_size)
 {
-    struct template *t = &d->template[sensor];
-    const char *path = path_of(d, sensor, err, err_size);
-    if (!path)
+    if (!path_of(d, sensor, err, err_size))
         return false;
-    if (!t->background) {
-        snprintf(err, err_size, "there is no template to save");
-        return false;
-    }
-    template_keep_wait(d);
-    if (!template_save(t->background, path, err, err_size))
-        return false;
-    t->in_file = t->made;
-    happened(d, sensor, LOG_NOTICE, "background_saved", "saved as %s", path);
+    template_keep_save(d, sensor, saving);
     return true;
 }
 
-void template_kept(struct daemon *d, int sensor, unsigned made)
+void template_kept(struct daemon *d, int sensor, unsigned made, const char *path)
 {
     d->template[sensor].in_file = made;
-    happened(d, sensor, LOG_NOTICE, "background_saved", "kept as %s", d->conf.sonar[sensor].background);
+    happened(d, sensor, LOG_NOTICE, "background_saved", "saved as %s", path);
 }
 
 static bool load(struct daemon *d, int sensor, enum template_fault *fault, char *err, size_t err_size)

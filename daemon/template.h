@@ -19,6 +19,7 @@
 #include "rpc.h"
 
 struct daemon;
+struct template_saving;
 
 #define TEMPLATE_LEARN_MAX ((size_t)128 << 20) /* bytes that a learner may take */
 
@@ -44,8 +45,8 @@ void template_start(struct daemon *d);
 /** template_ping - a ping of that sonar is about to be submitted. Ends learning when it is done. */
 void template_ping(struct daemon *d, int sensor, const struct ping *ping);
 
-/** template_kept - the file holds that template of the sonar now (template_keep). */
-void template_kept(struct daemon *d, int sensor, unsigned made);
+/** template_kept - the file `path` holds that template of the sonar now (template_keep). */
+void template_kept(struct daemon *d, int sensor, unsigned made, const char *path);
 
 /** template_end - frees all; the pipeline has ended. */
 void template_end(struct daemon *d);
@@ -62,7 +63,9 @@ bool template_learn(struct daemon *d, int sensor, const struct background_learn_
  */
 bool template_stop(struct daemon *d, int sensor, bool use, char *err, size_t err_size);
 
-bool template_save_one(struct daemon *d, int sensor, char *err, size_t err_size);
+/** template_save_one - begin; *saving tells when it is on the disk, see template_keep_save. */
+bool template_save_one(struct daemon *d, int sensor, struct template_saving *saving, char *err, size_t err_size);
+
 bool template_load_one(struct daemon *d, int sensor, char *err, size_t err_size);
 
 /** template_clear - nothing is in force any more; the file stays. */

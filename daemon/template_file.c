@@ -141,19 +141,6 @@ bool template_write(const uint8_t *bytes, size_t size, const char *path, char *e
     return whole_file_replace(path, bytes, size, MAGIC_BYTES, err, err_size);
 }
 
-bool template_save(const struct background *background, const char *path, char *err, size_t err_size)
-{
-    size_t size;
-    uint8_t *bytes = template_encode(background, &size);
-    if (!bytes) {
-        snprintf(err, err_size, "out of memory");
-        return false;
-    }
-    bool ok = template_write(bytes, size, path, err, err_size);
-    free(bytes);
-    return ok;
-}
-
 struct background *template_load(const char *path, uint8_t mask_above, enum template_fault *fault, char *err,
                                  size_t err_size)
 {

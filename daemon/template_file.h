@@ -41,14 +41,11 @@ uint8_t *template_encode(const struct background *background, size_t *size);
 struct background *template_decode(const uint8_t *bytes, size_t size, uint8_t mask_above,
                                    enum template_fault *fault, char *err, size_t err_size);
 
-/** template_write - as template_save, of encoded bytes; for a thread that may wait. */
-bool template_write(const uint8_t *bytes, size_t size, const char *path, char *err, size_t err_size);
-
 /**
- * template_save - replace `path`. Does not replace what is there and is not a template. Takes as long as the disk
- * needs to confirm. False with a sentence in err; the old file is untouched then.
+ * template_write - replace `path` by encoded bytes. Does not replace what is there and is not a template. Takes as long
+ * as the disk needs to confirm. False with a sentence in err; the old file is untouched then.
  */
-bool template_save(const struct background *background, const char *path, char *err, size_t err_size);
+bool template_write(const uint8_t *bytes, size_t size, const char *path, char *err, size_t err_size);
 
 /**
  * template_load - as template_decode. A damaged file is renamed to PATH.damaged, which the sentence says, so that it is

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * template_keep - background templates that survive the run by themselves (`save_every` in [background]): each that has
- * changed is written to its sonar's file every so often and when sonard stops. One thread at a time waits for the disk; the
- * loop copies a template for it and goes on. What it finds at a start, template_start has loaded.
+ * template_keep - writes background templates to their sonars' files: those that clients ask for, and with `save_every` in
+ * [background], so that they survive the run by themselves, each that has changed, every so often and when sonard stops.
+ * One thread at a time waits for the disk; the loop copies a template for it and goes on. What it finds at a start,
+ * template_start has loaded.
  */
 #ifndef SONARD_TEMPLATE_KEEP_H
 #define SONARD_TEMPLATE_KEEP_H
@@ -27,21 +28,35 @@ struct template_copy {
     char message[640]; /* why not */
 };
 
+/* Somebody who waits until a sonar's template is in its file. */
+struct template_saving {
+    struct daemon *d;
+    int sensor;
+    bool under_way, done, good;
+    char message[640]; /* why it is done and not good */
+    struct template_saving *next;
+};
+
 struct template_keep {
-    struct loop_timer timer; /* its fire is NULL: nothing is kept */
+    struct loop_timer timer; /* its fire is NULL: what nobody asks for is not kept */
     struct loop_fd ended;    /* an eventfd */
     pthread_t thread;
     bool running; /* while it does, the thread alone has the copies */
     struct template_copy copy[CONF_MAX_SONARS];
+    struct template_saving *asked; /* not done yet */
 };
 
-/** template_keep_start - from here on; nothing without save_every or in a replay. False with a sentence in err. */
+/** template_keep_start - from here on. False with a sentence in err. */
 bool template_keep_start(struct daemon *d, char *err, size_t err_size);
 
-/** template_keep_wait - until no file is being written. */
-void template_keep_wait(struct daemon *d);
+/**
+ * template_keep_save - have the template of that sonar written, which has a file; what is under way comes before. When
+ * it is done server_go_on is called. template_keep_forget - nobody waits for it any more; what is under way goes on.
+ */
+void template_keep_save(struct daemon *d, int sensor, struct template_saving *saving);
+void template_keep_forget(struct template_saving *saving);
 
-/** template_keep_end - writes what has changed and ends. Before template_end. */
+/** template_keep_end - waits, writes what is to be kept and ends. Nobody waits any more. Before template_end. */
 void template_keep_end(struct daemon *d);
 
 #endif

@@ -209,9 +209,38 @@ static json_t *change(const struct rpc_call *call, json_t *params, change_fn fn,
     return result(call->daemon, sensor, done, err, error);
 }
 
+static void drop_saving(void *saving)
+{
+    template_keep_forget(saving);
+    free(saving);
+}
+
+static struct template_saving *begin_saving(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    static const char *const keys[] = {"sensor", NULL};
+    int sensor;
+    char err[640] = "out of memory";
+    if (!change_of(call, params, keys, &sensor, error))
+        return NULL;
+    struct template_saving *s = malloc(sizeof *s);
+    if (s && template_save_one(call->daemon, sensor, s, err, sizeof err))
+        return s;
+    free(s);
+    rpc_refuse(error, RPC_INVALID_REQUEST, "%s", err);
+    return NULL;
+}
+
+/* The answer waits for the disk, the loop does not. */
 json_t *template_method_save(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
-    return change(call, params, template_save_one, error);
+    struct template_saving *s = call->work->state;
+    if (!s && !(s = begin_saving(call, params, error)))
+        return NULL;
+    *call->work = (struct rpc_work){.state = s, .drop = drop_saving, .waits = !s->done};
+    if (s->done)
+        return result(call->daemon, s->sensor, s->good, s->message, error);
+    error->code = RPC_UNFINISHED;
+    return NULL;
 }
 
 json_t *template_method_load(const struct rpc_call *call, json_t *params, struct rpc_error *error)

@@ -541,6 +541,15 @@ static void put(const char *path, const char *text)
     fclose(f);
 }
 
+static bool save(const struct background *b, const char *path, char *err, size_t err_size)
+{
+    size_t size;
+    uint8_t *bytes = template_encode(b, &size);
+    const bool good = template_write(bytes, size, path, err, err_size);
+    free(bytes);
+    return good;
+}
+
 TEST(files_are_replaced_whole_or_set_aside)
 {
     char folder[] = "/tmp/sonard-template-XXXXXX", path[64], aside[80], err[640];
@@ -550,8 +559,8 @@ TEST(files_are_replaced_whole_or_set_aside)
     snprintf(aside, sizeof aside, "%s.damaged", path);
     struct background *b = drawn(5);
     CHECK(!template_load(path, 64, &fault, err, sizeof err) && fault == TEMPLATE_MISSING);
-    CHECK(template_save(b, path, err, sizeof err));
-    CHECK(template_save(b, path, err, sizeof err));
+    CHECK(save(b, path, err, sizeof err));
+    CHECK(save(b, path, err, sizeof err));
     struct background *again = template_load(path, 64, &fault, err, sizeof err);
     CHECK(again && same(b, again));
     free(again);
@@ -561,11 +570,11 @@ TEST(files_are_replaced_whole_or_set_aside)
     put(path, "[sonar head]\n");
     CHECK(!template_load(path, 64, &fault, err, sizeof err) && fault == TEMPLATE_FOREIGN);
     CHECK(access(path, F_OK) == 0);
-    CHECK(!template_save(b, path, err, sizeof err));
+    CHECK(!save(b, path, err, sizeof err));
     unlink(path);
     unlink(aside);
     CHECK_INT(rmdir(folder), 0); /* nothing is left beside */
-    CHECK(!template_save(b, path, err, sizeof err));
+    CHECK(!save(b, path, err, sizeof err));
     CHECK(!template_load("/dev/zero", 64, &fault, err, sizeof err) && fault == TEMPLATE_UNREAD);
     free(b);
 }

@@ -1,0 +1,164 @@
+/* SPDX-License-Identifier: MIT */
+/* test_template_keep - templates on their way to the disk: who waits for it, who gives up, and what a reload changes. */
+#include "../lib/test.h"
+
+#include <semaphore.h>
+#include <stdlib.h>
+#include <string.h>
+#include <unistd.h>
+
+#include "../../daemon/daemon.h"
+#include "../../daemon/template_file.h"
+
+/* In the place of the C library's: a disk that confirms when it is told to. */
+static sem_t asked, confirmed;
+static bool slow;
+
+int fsync(int fd)
+{
+    (void)fd;
+    if (slow)
+        sem_post(&asked);
+    while (slow && sem_wait(&confirmed) != 0) {
+    }
+    return 0;
+}
+
+static struct daemon d;
+static char folder[] = "/tmp/sonard-keep-XXXXXX", path[2][80];
+
+/* One sonar with a template of a few cells. */
+static void begin(void)
+{
+    const struct background_shape shape = {
+        .rows = 1, .bins = 4, .dr_m = 0.1f, .row_rad = 1, .law = AMPLITUDE_LINEAR};
+    char err[200];
+    d = (struct daemon){.loop = loop_new(false)};
+    d.conf.n_sonars = 1;
+    snprintf(d.conf.sonar[0].name, sizeof d.conf.sonar[0].name, "head");
+    snprintf(d.conf.sonar[0].background, sizeof d.conf.sonar[0].background, "%s", path[0]);
+    d.template[0].background = background_init(malloc(background_size(&shape)), &shape, 64);
+    d.template[0].made = 1;
+    slow = true;
+    CHECK(template_keep_start(&d, err, sizeof err));
+}
+
+static void end(void)
+{
+    slow = false;
+    template_keep_end(&d);
+    free(d.template[0].background);
+    loop_free(d.loop);
+    for (int i = 0; i < 2; i++)
+        unlink(path[i]);
+}
+
+/* The file, then its folder. */
+static void confirm_file(void)
+{
+    for (int i = 0; i < 2; i++) {
+        while (sem_wait(&asked) != 0) {
+        }
+        sem_post(&confirmed);
+    }
+}
+
+static void turn_until(const bool *done)
+{
+    for (int i = 0; i < 1000 && !*done; i++)
+        loop_turn(d.loop, 10000000);
+}
+
+TEST(the_loop_goes_on_until_the_disk_has_confirmed)
+{
+    struct template_saving saving;
+    begin();
+    template_keep_save(&d, 0, &saving);
+    loop_turn(d.loop, 0);
+    CHECK(!saving.done && d.template[0].in_file == 0);
+    confirm_file();
+    turn_until(&saving.done);
+    CHECK(saving.done && saving.good && d.template[0].in_file == 1);
+    CHECK(access(path[0], F_OK) == 0);
+    end();
+}
+
+/* What is learnt while a file is written is not in it: who asks then waits for the next. */
+TEST(who_asks_meanwhile_gets_the_template_of_then)
+{
+    struct template_saving first, second;
+    begin();
+    template_keep_save(&d, 0, &first);
+    d.template[0].made = 2;
+    template_keep_save(&d, 0, &second);
+    confirm_file();
+    turn_until(&first.done);
+    CHECK(first.done && first.good && !second.done && d.template[0].in_file == 1);
+    confirm_file();
+    turn_until(&second.done);
+    CHECK(second.done && second.good && d.template[0].in_file == 2);
+    end();
+}
+
+TEST(who_gives_up_is_forgotten_and_the_file_is_written)
+{
+    struct template_saving gone, waits;
+    begin();
+    template_keep_save(&d, 0, &gone);
+    template_keep_save(&d, 0, &waits);
+    template_keep_forget(&gone);
+    template_keep_forget(&waits);
+    memset(&gone, 0xff, sizeof gone);
+    memset(&waits, 0xff, sizeof waits);
+    confirm_file();
+    for (int i = 0; i < 1000 && d.keep.running; i++)
+        loop_turn(d.loop, 10000000);
+    CHECK(!d.keep.running && d.template[0].in_file == 1);
+    end();
+}
+
+TEST(without_a_template_nothing_is_saved)
+{
+    struct template_saving first, second;
+    begin();
+    template_keep_save(&d, 0, &first);
+    template_keep_save(&d, 0, &second);
+    struct background *taken = d.template[0].background;
+    d.template[0].background = NULL; /* another client's doing */
+    confirm_file();
+    turn_until(&second.done);
+    CHECK(first.done && first.good && second.done && !second.good);
+    CHECK_STR(second.message, "there is no template to save");
+    d.template[0].background = taken;
+    end();
+}
+
+/* A reload copies the whole configuration, whether the key has changed or not. */
+TEST(a_file_under_way_keeps_its_name)
+{
+    struct template_saving saving;
+    begin();
+    template_keep_save(&d, 0, &saving);
+    while (sem_wait(&asked) != 0) {
+    }
+    snprintf(d.conf.sonar[0].background, sizeof d.conf.sonar[0].background, "%s", path[1]);
+    sem_post(&asked);
+    confirm_file();
+    turn_until(&saving.done);
+    CHECK(saving.done && saving.good && access(path[0], F_OK) == 0 && access(path[1], F_OK) != 0);
+    end();
+}
+
+int main(void)
+{
+    CHECK(mkdtemp(folder) != NULL);
+    for (int i = 0; i < 2; i++)
+        snprintf(path[i], sizeof path[i], "%s/%d.bg", folder, i);
+    RUN(the_loop_goes_on_until_the_disk_has_confirmed);
+    RUN(who_asks_meanwhile_gets_the_template_of_then);
+    RUN(who_gives_up_is_forgotten_and_the_file_is_written);
+    RUN(without_a_template_nothing_is_saved);
+    RUN(a_file_under_way_keeps_its_name);
+    CHECK_INT(rmdir(folder), 0);
+    return test_end();
+}
