@@ -2,8 +2,10 @@
 #include "cell_methods.h"
 
 #include <math.h>
+#include <stdlib.h>
 
 #include "daemon.h"
+#include "errand.h"
 #include "grid_methods.h"
 
 #define DEFAULT_HALF_ANGLE_DEG 5.0
@@ -11,11 +13,12 @@
 
 /* A cone in the grid's axes, and the ranges in it; and how many cells were found there. */
 struct part {
-    struct grid *grid;
-    uint64_t now_ns;
+    struct errand errand;
+    uint64_t grid_number, now_ns;
     double axis[3], cos_half;
     double from_m, to_m;
     bool locked;
+    bool there, ned; /* the grid; its axes */
     json_int_t cells;
 };
 
@@ -51,10 +54,13 @@ static bool holds(const struct part *part, const struct sphere_cell *cell)
 static void lock(void *ctx, const struct pipeline_owned *owned)
 {
     struct part *part = ctx;
-    struct sphere *sphere = part->grid->sphere;
+    const struct grid *grid = pipeline_owned_grid(owned, part->grid_number);
+    struct sphere *sphere = grid ? grid->sphere : NULL;
     struct sphere_stats stats;
     struct sphere_cell cell;
-    (void)owned;
+    part->there = grid != NULL;
+    if (!grid)
+        return;
     sphere_stats(sphere, &stats);
     for (uint32_t direction = 0; direction < stats.directions; direction++)
         for (uint32_t k = 0; sphere_cell(sphere, direction, k, part->now_ns, &cell); k++)
@@ -62,19 +68,38 @@ static void lock(void *ctx, const struct pipeline_owned *owned)
                 part->cells += sphere_lock(sphere, direction, (cell.from_m + cell.to_m) / 2, part->locked);
 }
 
-json_t *cell_method_lock(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+static struct part *begin_part(struct daemon *d, json_t *params, struct rpc_error *error)
 {
     static const char *const keys[] = {"azimuth_deg", "elevation_deg", "half_angle_deg", "from_m",
                                        "to_m",        "locked",        "grid",           NULL};
-    struct daemon *d = call->daemon;
     struct part part;
     struct picture_frame frame;
-    if (!rpc_only(params, keys, error) || !part_of(params, &part, error) ||
-        !(part.grid = grid_asked(d, params, error)))
+    struct grid *grid;
+    if (!rpc_only(params, keys, error) || !part_of(params, &part, error) || !(grid = grid_asked(d, params, error)))
         return NULL;
+    picture_get_frame(grid_picture(grid), &frame);
+    part.grid_number = grid->number;
     part.now_ns = loop_now(d->loop);
-    pipeline_visit(d->pipeline, lock, &part);
-    picture_get_frame(grid_picture(part.grid), &frame);
-    return json_pack("{s:s, s:I, s:b}", "frame", frame.ned ? "ned" : "body", "cells", part.cells, "locked",
-                     part.locked);
+    part.ned = frame.ned;
+    struct part *kept = malloc(sizeof *kept);
+    if (kept)
+        *kept = part;
+    else
+        rpc_refuse(error, RPC_INTERNAL_ERROR, "out of memory");
+    return kept;
+}
+
+json_t *cell_method_lock(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    struct part *part = call->work->state;
+    if (!part && !(part = begin_part(call->daemon, params, error)))
+        return NULL;
+    *call->work = (struct rpc_work){.state = part, .drop = errand_leave};
+    if (!errand_done(call, lock, error))
+        return NULL;
+    if (part->there)
+        return json_pack("{s:s, s:I, s:b}", "frame", part->ned ? "ned" : "body", "cells", part->cells, "locked",
+                         part->locked);
+    rpc_refuse(error, RPC_INVALID_PARAMS, "grid: it was dropped meanwhile");
+    return NULL;
 }

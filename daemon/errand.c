@@ -25,17 +25,11 @@ bool errand_start(struct daemon *d, char *err, size_t err_size)
     return false;
 }
 
-static void nothing(void *ctx, const struct pipeline_owned *owned)
-{
-    (void)ctx, (void)owned;
-}
-
-/* Its client has gone, but an errand may still be under way: who visits the owner comes after it. */
 void errand_end(struct daemon *d)
 {
     if (!d->errands.ready)
         return;
-    pipeline_visit(d->pipeline, nothing, NULL);
+    pipeline_errands_end(d->pipeline);
     loop_remove(d->loop, &d->errands);
 }
 
@@ -46,6 +40,11 @@ bool errand_done(const struct rpc_call *call, pipeline_owner_fn *fn, struct rpc_
     if (call->work->waits)
         error->code = RPC_UNFINISHED;
     return !call->work->waits;
+}
+
+void errand_leave(void *state)
+{
+    pipeline_errand_leave(state, free);
 }
 
 void errand_free(void *state)

@@ -21,7 +21,11 @@ void errand_end(struct daemon *d);
  */
 bool errand_done(const struct rpc_call *call, pipeline_owner_fn *fn, struct rpc_error *error);
 
-/** errand_free - for struct rpc_work: frees a malloced state that begins with a struct errand, as soon as nobody uses it. */
+/**
+ * errand_free - for struct rpc_work: frees a malloced state that begins with a struct errand, as soon as nobody uses it.
+ * errand_leave - the same of what changes something: when it was sent it is done, and its client may have gone.
+ */
 void errand_free(void *state);
+void errand_leave(void *state);
 
 #endif

@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "errand.h"
 #include "say.h"
 #include "wiring.h"
 
@@ -53,7 +54,11 @@ static bool make_grid(struct daemon *d, const struct conf_grid *conf, char *err,
     struct grid *g = begin_grid(d, conf, err, err_size);
     while (g && !grid_step(g))
         ;
-    return g && pipeline_add_grid(d->pipeline, g);
+    if (!g || !pipeline_add_grid(d->pipeline, g))
+        return false;
+    struct grid_errand come = {.errand.pipeline = d->pipeline, .grid = g};
+    pipeline_visit(d->pipeline, pipeline_feed_grid, &come);
+    return true;
 }
 
 bool grid_start(struct daemon *d, char *err, size_t err_size)
@@ -159,21 +164,22 @@ static bool read_settings(json_t *settings, struct conf_grid *conf, struct rpc_e
 
 /* A grid on its way, of one request. */
 struct making {
+    struct grid_errand come;
     struct daemon *d;
-    struct grid *grid;
+    bool added;      /* it is the pipeline's, ... */
+    uint64_t number; /* ... of which another client may drop it */
 };
-
-static struct grid *take_out(struct making *m)
-{
-    struct grid *g = m->grid;
-    m->d->grid_bytes_begun -= g->bytes;
-    free(m);
-    return g;
-}
 
 static void give_up(void *making)
 {
-    grid_free(take_out(making));
+    struct making *m = making;
+    if (m->added) {
+        errand_leave(m);
+        return;
+    }
+    m->d->grid_bytes_begun -= m->come.grid->bytes;
+    grid_free(m->come.grid);
+    free(m);
 }
 
 static struct making *begin_making(struct daemon *d, const struct conf_grid *conf, char *err, size_t err_size)
@@ -185,9 +191,23 @@ static struct making *begin_making(struct daemon *d, const struct conf_grid *con
         free(m);
         return NULL;
     }
-    *m = (struct making){d, g};
+    *m = (struct making){.come.grid = g, .d = d};
     d->grid_bytes_begun += g->bytes;
     return m;
+}
+
+/* Another client may have been faster. */
+static bool add(struct making *m, struct rpc_error *error)
+{
+    struct daemon *d = m->d;
+    struct grid *g = m->come.grid;
+    m->added = pipeline_add_grid(d->pipeline, g);
+    if (!m->added)
+        return rpc_refuse(error, RPC_LIMIT, "there are %d grids, and room for no more", PIPELINE_MAX_GRIDS);
+    g->of_client = true;
+    d->grid_bytes_begun -= g->bytes;
+    m->number = g->number;
+    return true;
 }
 
 static bool good_new_name(struct daemon *d, const char *name, struct rpc_error *error)
@@ -199,6 +219,19 @@ static bool good_new_name(struct daemon *d, const char *name, struct rpc_error *
                       find(d, name) ? "there is one" : "no name for a grid", CONF_NAME_MAX - 1);
 }
 
+/* The next part; false with *error set: it is not the last. */
+static bool make_on(struct making *m, const char *name, struct rpc_error *error)
+{
+    if (m->added)
+        return true;
+    if (!good_new_name(m->d, name, error))
+        return false;
+    if (grid_step(m->come.grid))
+        return add(m, error);
+    error->code = RPC_UNFINISHED;
+    return false;
+}
+
 /* In parts: the pages of a large grid take a tenth of a second. */
 json_t *grid_method_create(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
@@ -208,35 +241,42 @@ json_t *grid_method_create(const struct rpc_call *call, json_t *params, struct r
     struct making *m = call->work->state;
     struct conf_grid conf = d->conf.grid;
     char err[256];
-    if (!name || !good_new_name(d, name, error))
+    if (!name)
         return NULL;
     snprintf(conf.name, sizeof conf.name, "%s", name);
-    if (!m && !read_settings(json_object_get(params, "settings"), &conf, error))
+    if (!m && (!good_new_name(d, name, error) ||
+               !read_settings(json_object_get(params, "settings"), &conf, error)))
         return NULL;
     if (!m && !(m = begin_making(d, &conf, err, sizeof err))) {
         rpc_refuse(error, RPC_LIMIT, "%s", err);
         return NULL;
     }
     *call->work = (struct rpc_work){.state = m, .drop = give_up};
-    if (!grid_step(m->grid)) {
-        error->code = RPC_UNFINISHED;
+    if (!make_on(m, name, error) || !errand_done(call, pipeline_feed_grid, error))
         return NULL;
-    }
-    if (!has_place(d, err, sizeof err)) { /* another client was faster */
-        rpc_refuse(error, RPC_LIMIT, "%s", err);
-        return NULL;
-    }
-    *call->work = (struct rpc_work){0};
-    struct grid *g = take_out(m);
-    g->of_client = true;
-    pipeline_add_grid(d->pipeline, g);
-    return grid_json(g);
+    if (pipeline_has_grid(d->pipeline, m->number))
+        return grid_json(m->come.grid);
+    rpc_refuse(error, RPC_INVALID_PARAMS, "name = %.64s: it was dropped meanwhile", name);
+    return NULL;
 }
 
-json_t *grid_method_drop(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+/* The owner knows it no longer, or at the end the pipeline frees it. */
+static void free_dropped(void *grid_errand)
+{
+    struct grid_errand *go = grid_errand;
+    if (go->done)
+        grid_free(go->grid);
+    free(go);
+}
+
+static void leave_dropped(void *grid_errand)
+{
+    pipeline_errand_leave(grid_errand, free_dropped);
+}
+
+static struct grid_errand *begin_dropping(struct daemon *d, json_t *params, struct rpc_error *error)
 {
     static const char *const keys[] = {"name", NULL};
-    struct daemon *d = call->daemon;
     const char *name = rpc_only(params, keys, error) ? name_of(params, "name", error) : NULL;
     struct grid *g = name ? find(d, name) : NULL;
     if (!name)
@@ -246,6 +286,21 @@ json_t *grid_method_drop(const struct rpc_call *call, json_t *params, struct rpc
                    g ? "the main grid stays" : "there is no grid of that name; `sonarctl grid list` has them");
         return NULL;
     }
+    struct grid_errand *go = calloc(1, sizeof *go);
+    if (!go) {
+        rpc_refuse(error, RPC_INTERNAL_ERROR, "out of memory");
+        return NULL;
+    }
+    go->grid = g;
     pipeline_drop_grid(d->pipeline, g);
-    return json_pack("{s:b}", "dropped", 1);
+    return go;
+}
+
+json_t *grid_method_drop(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    struct grid_errand *go = call->work->state;
+    if (!go && !(go = begin_dropping(call->daemon, params, error)))
+        return NULL;
+    *call->work = (struct rpc_work){.state = go, .drop = leave_dropped};
+    return errand_done(call, pipeline_starve_grid, error) ? json_pack("{s:b}", "dropped", 1) : NULL;
 }

@@ -45,8 +45,8 @@ static void measure(struct pipeline *p, enum pipeline_stage stage, uint64_t from
 static void run_maps(struct pipeline *p, struct echoes *e)
 {
     const uint64_t begun_ns = now_of(p);
-    for (int i = 0; i < p->n_grids; i++)
-        grid_enter(p->grid[i], e, &p->conf.mount[e->sensor]);
+    for (int i = 0; i < p->n_fed; i++)
+        grid_enter(p->fed[i], e, &p->conf.mount[e->sensor]);
     if (p->map)
         enter_map(p, e);
     witness_take(&p->witnesses, e, &p->conf.mount[e->sensor]);
@@ -460,8 +460,8 @@ static bool make_stages(struct pipeline *p, char *err, size_t err_size)
             !make_cleanup(p, i, err, err_size))
             return false;
     }
-    p->grid[0] = grid_new(&p->conf.grid, err, err_size);
-    p->n_grids = p->grid[0] != NULL;
+    p->grid[0] = p->fed[0] = grid_new(&p->conf.grid, err, err_size);
+    p->n_grids = p->n_fed = p->grid[0] != NULL;
     return p->grid[0] && make_map(p, err, err_size);
 }
 
@@ -518,7 +518,10 @@ void pipeline_free(struct pipeline *p)
         pthread_join(p->thread[i], NULL);
     for (int i = 0; i < 2; i++)
         sem_destroy(&belts[i]->news);
-    errands_end(&p->errands);
+    errands_close(&p->errands);
+    for (int i = 0; i < p->n_fed; i++) /* those that are about to go, too */
+        if (!pipeline_has_grid(p, p->fed[i]->number))
+            grid_free(p->fed[i]);
     for (int i = 0; i < p->n_grids; i++)
         grid_free(p->grid[i]);
     for (int i = 0; i < p->n_memory; i++)

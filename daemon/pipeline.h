@@ -109,8 +109,9 @@ bool pipeline_set_extract(struct pipeline *p, int sensor, const struct extract_c
                           size_t err_size);
 
 /**
- * pipeline_add_grid - all pings that come after go into this grid, too, which is the pipeline's then; false: there are
- * PIPELINE_MAX_GRIDS. pipeline_drop_grid - and no longer; it is freed. Between two pings, like pipeline_visit_map.
+ * pipeline_add_grid - the grid is one of the pipeline's, which frees it in the end, and has a number; false: there are
+ * PIPELINE_MAX_GRIDS. pipeline_drop_grid - no longer. Pings learn of both by an errand or a visit: pipeline_feed_grid,
+ * pipeline_starve_grid; only then may a dropped one be freed. Loop thread.
  */
 bool pipeline_add_grid(struct pipeline *p, struct grid *grid);
 void pipeline_drop_grid(struct pipeline *p, struct grid *grid);
@@ -142,7 +143,7 @@ void pipeline_visit(struct pipeline *p, pipeline_owner_fn *fn, void *ctx);
  * loop while the errand is out.
  */
 struct errand {
-    struct pipeline *pipeline; /* NULL: never sent */
+    struct pipeline *pipeline; /* it was sent there last */
     pipeline_owner_fn *fn;
     enum errand_state { ERRAND_NONE, ERRAND_WAITS, ERRAND_OUT, ERRAND_DONE } state;
     void (*release)(void *ctx); /* nobody wants it any more; NULL: somebody does */
@@ -155,12 +156,30 @@ struct errand {
  */
 bool pipeline_errand(struct pipeline *p, struct errand *errand, pipeline_owner_fn *fn);
 
-/** pipeline_errand_drop - nobody waits for it any more: release is called with it, now or when the owner has done it. */
+/**
+ * pipeline_errand_drop - nobody waits for it any more: release is called with it, now or when the owner has done it.
+ * pipeline_errand_leave - the same of an errand that is done all the same when it was sent.
+ */
 void pipeline_errand_drop(struct errand *errand, void (*release)(void *ctx));
+void pipeline_errand_leave(struct errand *errand, void (*release)(void *ctx));
+
+/** pipeline_errands_end - all are dropped, and none is being done when it returns. Loop thread. */
+void pipeline_errands_end(struct pipeline *p);
 
 /** pipeline_errands_fd - readable: call pipeline_errands_take, and ask for all errands that are out. Loop thread. */
 int pipeline_errands_fd(const struct pipeline *p);
 void pipeline_errands_take(struct pipeline *p);
+
+/* A grid that comes or goes. */
+struct grid_errand {
+    struct errand errand;
+    struct grid *grid;
+    bool done;
+};
+
+/** pipeline_feed_grid - pings that come after go into the grid of this struct grid_errand, too; _starve_ - no longer. */
+void pipeline_feed_grid(void *grid_errand, const struct pipeline_owned *owned);
+void pipeline_starve_grid(void *grid_errand, const struct pipeline_owned *owned);
 
 /** pipeline_has_grid - is the grid of that number (struct grid) still one of the pipeline's? Loop thread. */
 bool pipeline_has_grid(struct pipeline *p, uint64_t number);

@@ -22,11 +22,8 @@ static void come_back(struct errand *e)
         e->release(e);
 }
 
-void errands_end(struct errands *errands)
+void errands_close(struct errands *errands)
 {
-    struct errand *done = atomic_load_explicit(&errands->done, memory_order_acquire);
-    if (done)
-        come_back(done);
     if (errands->fd >= 0)
         close(errands->fd);
 }
@@ -82,6 +79,7 @@ static void take_out(struct errands *errands, const struct errand *e)
 
 bool pipeline_errand(struct pipeline *p, struct errand *errand, pipeline_owner_fn *fn)
 {
+    errand->pipeline = p;
     if (p->conf.threads == 0 || p->conf.patient) {
         pipeline_visit(p, fn, errand);
         return true;
@@ -91,7 +89,6 @@ bool pipeline_errand(struct pipeline *p, struct errand *errand, pipeline_owner_f
         return true;
     }
     if (errand->state == ERRAND_NONE) {
-        errand->pipeline = p;
         errand->fn = fn;
         append(&p->errands, errand);
         send_next(p);
@@ -113,6 +110,43 @@ void pipeline_errand_drop(struct errand *errand, void (*release)(void *ctx))
         send_next(p);
     }
     release(errand);
+}
+
+void pipeline_errand_leave(struct errand *errand, void (*release)(void *ctx))
+{
+    errand->release = release;
+    if (errand->state != ERRAND_WAITS && errand->state != ERRAND_OUT)
+        release(errand);
+}
+
+static void nothing(void *ctx, const struct pipeline_owned *owned)
+{
+    (void)ctx, (void)owned;
+}
+
+static void give_back(struct errand *e)
+{
+    e->state = ERRAND_NONE;
+    if (e->release)
+        e->release(e);
+}
+
+/* One that is being done is done when a visit is over. */
+void pipeline_errands_end(struct pipeline *p)
+{
+    struct errands *errands = &p->errands;
+    struct errand *unbegun = atomic_exchange_explicit(&errands->to_owner, NULL, memory_order_acquire);
+    pipeline_visit(p, nothing, NULL);
+    struct errand *done = atomic_exchange_explicit(&errands->done, NULL, memory_order_acquire);
+    errands->out = NULL;
+    if (unbegun)
+        give_back(unbegun);
+    if (done)
+        come_back(done);
+    for (struct errand *e; (e = errands->first) != NULL;) {
+        errands->first = e->next;
+        give_back(e);
+    }
 }
 
 int pipeline_errands_fd(const struct pipeline *p)

@@ -58,37 +58,45 @@ bool pipeline_visit_map(struct pipeline *p, pipeline_visit_fn *fn, void *ctx)
 
 /* ---- grids ---- */
 
-/* A grid that comes or goes. */
-struct grid_visit {
-    struct pipeline *p;
-    struct grid *grid;
-};
-
-static void add_grid(void *ctx, const struct pipeline_owned *owned)
-{
-    struct grid_visit *v = ctx;
-    v->p->grid[owned->n_grids] = v->grid;
-    v->p->n_grids++;
-}
-
-static void drop_grid(void *ctx, const struct pipeline_owned *owned)
-{
-    struct grid_visit *v = ctx;
-    int kept = 0;
-    for (int i = 0; i < owned->n_grids; i++)
-        if (owned->grid[i] != v->grid)
-            v->p->grid[kept++] = owned->grid[i];
-    v->p->n_grids = kept;
-}
-
 bool pipeline_add_grid(struct pipeline *p, struct grid *grid)
 {
     if (p->n_grids == PIPELINE_MAX_GRIDS)
         return false;
-    struct grid_visit v = {p, grid};
     grid->number = ++p->grids_ever;
-    pipeline_visit(p, add_grid, &v);
+    p->grid[p->n_grids++] = grid;
     return true;
+}
+
+static int without(struct grid **list, int n, const struct grid *grid)
+{
+    int kept = 0;
+    for (int i = 0; i < n; i++)
+        if (list[i] != grid)
+            list[kept++] = list[i];
+    return kept;
+}
+
+void pipeline_drop_grid(struct pipeline *p, struct grid *grid)
+{
+    p->n_grids = without(p->grid, p->n_grids, grid);
+}
+
+/* The owner's list follows the loop's, in the same order: there is room. */
+void pipeline_feed_grid(void *grid_errand, const struct pipeline_owned *owned)
+{
+    struct grid_errand *e = grid_errand;
+    struct pipeline *p = e->errand.pipeline;
+    p->fed[owned->n_grids] = e->grid;
+    p->n_fed++;
+    e->done = true;
+}
+
+void pipeline_starve_grid(void *grid_errand, const struct pipeline_owned *owned)
+{
+    struct grid_errand *e = grid_errand;
+    struct pipeline *p = e->errand.pipeline;
+    p->n_fed = without(p->fed, owned->n_grids, e->grid);
+    e->done = true;
 }
 
 struct grid *pipeline_owned_grid(const struct pipeline_owned *owned, uint64_t number)
@@ -99,18 +107,10 @@ struct grid *pipeline_owned_grid(const struct pipeline_owned *owned, uint64_t nu
     return NULL;
 }
 
-/* The owner changes the list only while the loop waits. */
 bool pipeline_has_grid(struct pipeline *p, uint64_t number)
 {
-    const struct pipeline_owned owned = pipeline_owned(p);
-    return pipeline_owned_grid(&owned, number) != NULL;
-}
-
-void pipeline_drop_grid(struct pipeline *p, struct grid *grid)
-{
-    struct grid_visit v = {p, grid};
-    pipeline_visit(p, drop_grid, &v);
-    grid_free(grid);
+    const struct pipeline_owned known = {.grid = p->grid, .n_grids = p->n_grids};
+    return pipeline_owned_grid(&known, number) != NULL;
 }
 
 struct grid *pipeline_grid(struct pipeline *p, int i)

@@ -47,8 +47,9 @@ struct pipeline {
     struct extract *extract[PIPELINE_MAX_SENSORS];
     struct pipeline_background background[PIPELINE_MAX_SENSORS]; /* written while nothing is under way */
     struct cleanup *cleanup[PIPELINE_MAX_SENSORS];               /* NULL: no stage of it configured */
-    struct grid *grid[PIPELINE_MAX_GRIDS];                       /* written by the owner while the loop waits */
-    int n_grids;
+    struct grid *grid[PIPELINE_MAX_GRIDS];                       /* as the loop knows them, ... */
+    struct grid *fed[PIPELINE_MAX_GRIDS];                        /* ... and the owner, who enters pings into them */
+    int n_grids, n_fed;
     uint64_t grids_ever;
     struct witnesses witnesses;
     struct pipeline_map *map;                  /* NULL: not configured */
@@ -71,12 +72,12 @@ struct pipeline {
 /* What the owner owns; of the owner, and of the loop where there is no thread. */
 static inline struct pipeline_owned pipeline_owned(struct pipeline *p)
 {
-    return (struct pipeline_owned){p->map, &p->witnesses, p->grid, p->n_grids};
+    return (struct pipeline_owned){p->map, &p->witnesses, p->fed, p->n_fed};
 }
 
-/** errands_begin - none yet; false: there is no descriptor. errands_end - no thread is left. */
+/** errands_begin - none yet; false: there is no descriptor. errands_close - all have ended. */
 bool errands_begin(struct errands *errands);
-void errands_end(struct errands *errands);
+void errands_close(struct errands *errands);
 
 /** errands_do - the one that is to be done next, if there is one. By the owner. */
 void errands_do(struct pipeline *p);

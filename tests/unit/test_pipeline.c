@@ -6,12 +6,10 @@
 #include "../lib/test.h"
 
 #include <pthread.h>
-#include <semaphore.h>
 #include <stdatomic.h>
 #include <time.h>
 
-#include "../../daemon/daemon.h"
-#include "../../daemon/errand.h"
+#include "../../daemon/pipeline.h"
 
 static struct pipeline *make(int threads, bool patient, uint32_t queue)
 {
@@ -199,56 +197,6 @@ TEST(it_ends_while_pings_wait)
     CHECK(true);
 }
 
-/* An errand that takes its time, and what came of it. */
-struct slow {
-    struct errand errand;
-    sem_t begun;
-    atomic_bool done;
-    int released;
-};
-
-static void take_time(void *ctx, const struct pipeline_owned *owned)
-{
-    struct slow *slow = ctx;
-    (void)owned;
-    sem_post(&slow->begun);
-    nanosleep(&(struct timespec){.tv_nsec = 100000000}, NULL);
-    atomic_store(&slow->done, true);
-}
-
-static void release(void *ctx)
-{
-    struct slow *slow = ctx;
-    slow->released++;
-}
-
-/* The first is being done, the second is not begun: both are dropped, and both are released once. */
-TEST(at_the_end_no_errand_is_being_done)
-{
-    static struct daemon d;
-    struct slow slow[2] = {0};
-    char err[200];
-    d.loop = loop_new(false);
-    d.pipeline = make(1, false, 4);
-    CHECK(errand_start(&d, err, sizeof err));
-    for (int i = 0; i < 2; i++) {
-        struct rpc_work work = {.state = &slow[i]};
-        const struct rpc_call call = {.daemon = &d, .work = &work};
-        struct rpc_error error = {0};
-        sem_init(&slow[i].begun, 0, 0);
-        CHECK(!errand_done(&call, take_time, &error) && error.code == RPC_UNFINISHED);
-    }
-    sem_wait(&slow[0].begun);
-    for (int i = 0; i < 2; i++)
-        pipeline_errand_drop(&slow[i].errand, release);
-    CHECK(slow[0].released == 0 && slow[1].released == 1);
-    errand_end(&d);
-    CHECK(atomic_load(&slow[0].done) && !atomic_load(&slow[1].done));
-    pipeline_free(d.pipeline);
-    CHECK(slow[0].released == 1 && slow[1].released == 1);
-    loop_free(d.loop);
-}
-
 int main(void)
 {
     RUN(any_number_of_threads_gives_the_same_picture);
@@ -256,6 +204,5 @@ int main(void)
     RUN(readers_see_whole_entries_while_the_maps_write);
     RUN(a_seqlock_gives_no_torn_record);
     RUN(it_ends_while_pings_wait);
-    RUN(at_the_end_no_errand_is_being_done);
     return test_end();
 }

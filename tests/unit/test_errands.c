@@ -1,0 +1,498 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * test_errands - what the maps' owner does for the loop while that goes on: each errand once and in its turn, however many
+ * there are, whoever has gone meanwhile, and none after the end.
+ */
+#include "../lib/test.h"
+
+#include <errno.h>
+#include <fcntl.h>
+#include <semaphore.h>
+#include <stdatomic.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "../../daemon/daemon.h"
+#include "../../daemon/errand.h"
+
+#define MANY    500
+#define CLIENTS 100
+
+static struct daemon d;
+
+static struct grid_setting grid_setting(void)
+{
+    return (struct grid_setting){
+        .sphere = {.angular_step_rad = geo_rad(10),
+                   .layers = {.r_max_m = 30, .dr_m = 0.5, .n_const = 29, .growth = 1.035},
+                   .max_cells = 1000,
+                   .forget_s = 160,
+                   .blocked_above = 0.6,
+                   .recentre_m = 0.1}};
+}
+
+static void begin(int threads)
+{
+    struct pipeline_conf c = {.threads = threads,
+                              .queue = 4,
+                              .max_beams = 1,
+                              .max_samples = 100,
+                              .max_bins = 100,
+                              .n_sensors = 1,
+                              .mount = {mount_identity},
+                              .grid = grid_setting()};
+    char err[200] = "";
+    extract_defaults(&c.extract[0]);
+    d = (struct daemon){.loop = loop_new(false), .pipeline = pipeline_new(&c, err, sizeof err)};
+    if (!d.pipeline || !errand_start(&d, err, sizeof err)) {
+        printf("%s\n", err);
+        exit(1);
+    }
+}
+
+static void end(void)
+{
+    errand_end(&d);
+    pipeline_free(d.pipeline);
+    loop_free(d.loop);
+}
+
+static void feed(void)
+{
+    static uint32_t seq;
+    struct ping *ping = pipeline_begin(d.pipeline);
+    memset(ping->samples, 9, 100);
+    ping->seq = ++seq;
+    ping->t_ns = ping->t_in_ns = seq * 20000000ull;
+    ping->sample_bytes = 1;
+    ping->n_beams = 1;
+    ping->n_bins = 100;
+    ping->dr_m = 0.1f;
+    ping->pulse_m = 0.03f;
+    ping->az_aperture_rad = ping->el_aperture_rad = 0.1f;
+    ping->beam[0] = (struct ping_beam){.az_rad = 0};
+    pipeline_submit(d.pipeline, ping);
+}
+
+/* ---- errands ---- */
+
+/* What became of one. */
+struct deed {
+    struct errand errand;
+    atomic_int done; /* so often, ... */
+    int turn;        /* ... the last time as the so manyeth of all */
+    int released;
+    enum { WANTED, DROPPED, LEFT } fate;
+};
+
+static atomic_int turns;
+
+static void act(void *ctx, const struct pipeline_owned *owned)
+{
+    struct deed *deed = ctx;
+    (void)owned;
+    deed->turn = atomic_fetch_add(&turns, 1);
+    atomic_fetch_add(&deed->done, 1);
+}
+
+static void release(void *ctx)
+{
+    struct deed *deed = ctx;
+    deed->released++;
+}
+
+/* Keeps the owner busy until it is let go. */
+struct hold {
+    struct errand errand;
+    sem_t begun, go;
+};
+
+static void wait_to_go(void *ctx, const struct pipeline_owned *owned)
+{
+    struct hold *hold = ctx;
+    (void)owned;
+    sem_post(&hold->begun);
+    while (sem_wait(&hold->go) != 0) {
+    }
+}
+
+static void hold_owner(struct hold *hold)
+{
+    *hold = (struct hold){0};
+    sem_init(&hold->begun, 0, 0);
+    sem_init(&hold->go, 0, 0);
+    CHECK(!pipeline_errand(d.pipeline, &hold->errand, wait_to_go));
+    while (sem_wait(&hold->begun) != 0) {
+    }
+}
+
+static void turn_until_done(struct errand *last, pipeline_owner_fn *fn)
+{
+    bool done = false;
+    for (int i = 0; i < 100000 && !done; i++) {
+        loop_turn(d.loop, 10000000);
+        done = pipeline_errand(d.pipeline, last, fn);
+    }
+    CHECK(done);
+}
+
+TEST(as_many_as_are_sent_are_done_in_their_order)
+{
+    static struct deed deed[MANY];
+    begin(1);
+    struct hold hold;
+    hold_owner(&hold);
+    memset(deed, 0, sizeof deed);
+    atomic_store(&turns, 0);
+    for (int i = 0; i < MANY; i++)
+        CHECK(!pipeline_errand(d.pipeline, &deed[i].errand, act));
+    for (int i = 0; i < MANY; i += 5)
+        CHECK(!pipeline_errand(d.pipeline, &deed[i].errand, act)); /* asked for, not sent anew */
+    sem_post(&hold.go);
+    turn_until_done(&deed[MANY - 1].errand, act);
+    for (int i = 0; i < MANY; i++) {
+        CHECK_INT(deed[i].done, 1);
+        CHECK_INT(deed[i].turn, i);
+        CHECK(i == MANY - 1 || pipeline_errand(d.pipeline, &deed[i].errand, act));
+    }
+    end();
+}
+
+/* Those that are dropped are not done unless they were begun; those that are left are, and each is released once. */
+TEST(who_goes_is_released_once)
+{
+    static struct deed deed[MANY], last;
+    struct hold hold;
+    uint64_t seed = 5;
+    for (int threads = 1; threads <= 2; threads++) {
+        begin(threads);
+        hold_owner(&hold);
+        memset(deed, 0, sizeof deed);
+        memset(&last, 0, sizeof last);
+        for (int i = 0; i < MANY; i++)
+            pipeline_errand(d.pipeline, &deed[i].errand, act);
+        for (int i = 0; i < MANY; i++) {
+            const int at = (int)(test_random(&seed) % MANY);
+            if (deed[at].fate != WANTED)
+                continue;
+            deed[at].fate = at % 2 ? DROPPED : LEFT;
+            (at % 2 ? pipeline_errand_drop : pipeline_errand_leave)(&deed[at].errand, release);
+            CHECK_INT(deed[at].released, at % 2);
+        }
+        pipeline_errand(d.pipeline, &last.errand, act);
+        sem_post(&hold.go);
+        for (int i = 0; i < 50; i++)
+            feed();
+        turn_until_done(&last.errand, act);
+        for (int i = 0; i < MANY; i++) {
+            CHECK_INT(deed[i].done, deed[i].fate != DROPPED);
+            CHECK_INT(deed[i].released, deed[i].fate != WANTED);
+        }
+        end();
+    }
+}
+
+/* Sent, dropped and left while the owner works on them, again and again. */
+TEST(any_mix_while_pings_come)
+{
+    static struct deed deed[20];
+    uint64_t seed = 9;
+    begin(2);
+    memset(deed, 0, sizeof deed);
+    for (int i = 0; i < 20000; i++) {
+        struct deed *one = &deed[test_random(&seed) % 20];
+        const uint64_t what = test_random(&seed) % 8;
+        const bool out = one->fate != WANTED && !one->released;
+        if (!out && one->fate != WANTED)
+            *one = (struct deed){0};
+        if (out || (what > 1 && pipeline_errand(d.pipeline, &one->errand, act))) {
+            CHECK(out || one->done > 0);
+        } else if (what < 2) {
+            one->fate = what ? DROPPED : LEFT;
+            (what ? pipeline_errand_drop : pipeline_errand_leave)(&one->errand, release);
+        }
+        if (i % 100 == 0)
+            feed();
+        if (i % 7 == 0)
+            loop_turn(d.loop, 0);
+    }
+    for (int i = 0; i < 20; i++)
+        if (deed[i].fate == WANTED)
+            pipeline_errand_leave(&deed[i].errand, release);
+    errand_end(&d);
+    for (int i = 0; i < 20; i++)
+        CHECK_INT(deed[i].released, 1);
+    pipeline_free(d.pipeline);
+    loop_free(d.loop);
+}
+
+static void take_time(void *ctx, const struct pipeline_owned *owned)
+{
+    struct hold *hold = ctx;
+    (void)owned;
+    sem_post(&hold->begun);
+    nanosleep(&(struct timespec){.tv_nsec = 100000000}, NULL);
+    sem_post(&hold->go);
+}
+
+/* One is being done, one is the next, the others wait. */
+TEST(at_the_end_none_is_being_done_and_none_begins)
+{
+    struct hold slow = {0};
+    static struct deed deed[6];
+    int gone = 0;
+    begin(1);
+    sem_init(&slow.begun, 0, 0);
+    sem_init(&slow.go, 0, 0);
+    memset(deed, 0, sizeof deed);
+    CHECK(!pipeline_errand(d.pipeline, &slow.errand, take_time));
+    while (sem_wait(&slow.begun) != 0) {
+    }
+    for (int i = 0; i < 6; i++)
+        CHECK(!pipeline_errand(d.pipeline, &deed[i].errand, act));
+    for (int i = 0; i < 6; i += 2)
+        pipeline_errand_leave(&deed[i].errand, release);
+    errand_end(&d);
+    CHECK_INT(sem_trywait(&slow.go), 0);
+    feed();
+    pipeline_drain(d.pipeline);
+    for (int i = 0; i < 6; i++) {
+        CHECK_INT(deed[i].done, 0);
+        gone += deed[i].released;
+    }
+    CHECK_INT(gone, 3);
+    pipeline_free(d.pipeline);
+    loop_free(d.loop);
+}
+
+/* ---- grids ---- */
+
+static void free_dropped(void *ctx)
+{
+    struct grid_errand *go = ctx;
+    if (go->done)
+        grid_free(go->grid);
+}
+
+/* A grid that is dropped is no answer's any more at once, but the owner's until it has heard of it; also at the end. */
+TEST(grids_come_and_go_while_pings_come)
+{
+    const struct grid_setting setting = grid_setting();
+    char err[200];
+    for (int heard = 0; heard < 2; heard++) {
+        struct hold hold;
+        begin(1);
+        struct grid_errand come = {.grid = grid_new(&setting, err, sizeof err)}, go = {.grid = come.grid};
+        CHECK(pipeline_add_grid(d.pipeline, come.grid));
+        const uint64_t number = come.grid->number;
+        CHECK(pipeline_has_grid(d.pipeline, number));
+        CHECK(!pipeline_errand(d.pipeline, &come.errand, pipeline_feed_grid));
+        turn_until_done(&come.errand, pipeline_feed_grid);
+        hold_owner(&hold);
+        pipeline_drop_grid(d.pipeline, come.grid);
+        CHECK(!pipeline_has_grid(d.pipeline, number) && !pipeline_grid(d.pipeline, 1));
+        CHECK(!pipeline_errand(d.pipeline, &go.errand, pipeline_starve_grid));
+        feed();
+        pipeline_errand_leave(&go.errand, free_dropped);
+        sem_post(&hold.go);
+        while (heard && !go.done)
+            loop_turn(d.loop, 10000000);
+        end();
+    }
+}
+
+/* ---- clients ---- */
+
+static int questions, changes;
+
+static void count(void *ctx, const struct pipeline_owned *owned)
+{
+    struct deed *deed = ctx;
+    (void)owned;
+    (*(deed->turn ? &changes : &questions))++; /* the owner's, while the loop does not look */
+}
+
+static json_t *by_errand(const struct rpc_call *call, bool change, struct rpc_error *error)
+{
+    struct deed *deed = call->work->state ? call->work->state : calloc(1, sizeof *deed);
+    if (!call->work->state)
+        deed->turn = change;
+    *call->work = (struct rpc_work){.state = deed, .drop = change ? errand_leave : errand_free};
+    return errand_done(call, count, error) ? json_true() : NULL;
+}
+
+static json_t *question(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    (void)params;
+    return by_errand(call, false, error);
+}
+
+static json_t *change(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    (void)params;
+    return by_errand(call, true, error);
+}
+
+static json_t *quick(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    (void)call, (void)params, (void)error;
+    return json_true();
+}
+
+static const struct rpc_method methods[] = {{"question", question, RPC_ASKS, NULL},
+                                            {"change", change, RPC_CHANGES, NULL},
+                                            {"quick", quick, RPC_ASKS, NULL},
+                                            {.name = NULL}};
+static char folder[] = "/tmp/sonard-errands-XXXXXX", path[64];
+
+static void serve(void)
+{
+    const struct server_conf conf = {
+        .path = path, .mode = 0600, .change = "all", .max_clients = CLIENTS, .no_rate_limit = true};
+    char err[200];
+    begin(2);
+    d.server = server_start(d.loop, &conf, methods, &d, err, sizeof err);
+    CHECK(d.server != NULL);
+    questions = changes = 0;
+}
+
+static void stop_serving(void)
+{
+    server_stop(d.server);
+    end();
+}
+
+static void take_turns(int n)
+{
+    for (int i = 0; i < n; i++)
+        loop_turn(d.loop, 0);
+}
+
+static int client(void)
+{
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    const int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+    snprintf(address.sun_path, sizeof address.sun_path, "%s", path);
+    CHECK(connect(fd, (struct sockaddr *)&address, sizeof address) == 0);
+    take_turns(1); /* only so many may wait to be taken in */
+    return fd;
+}
+
+static void ask(int fd, const char *method, int id)
+{
+    char line[128];
+    const int n =
+        snprintf(line, sizeof line, "{\"jsonrpc\":\"2.0\",\"method\":\"%s\",\"id\":%d}\n", method, id);
+    CHECK(write(fd, line, (size_t)n) == n);
+}
+
+/* What has come for it when the loop has answered so many lines. */
+static void hear(int fd, int lines, char *text, size_t size)
+{
+    size_t used = 0;
+    int heard = 0;
+    for (int i = 0; i < 10000 && heard < lines; i++) {
+        const ssize_t n = read(fd, text + used, size - used - 1);
+        for (ssize_t k = 0; k < n; k++)
+            heard += text[used + (size_t)k] == '\n';
+        used += n > 0 ? (size_t)n : 0;
+        if (n <= 0)
+            loop_turn(d.loop, 10000000);
+    }
+    text[used] = '\0';
+}
+
+TEST(many_clients_are_answered_each_in_its_order)
+{
+    static const char want[] = "{\"jsonrpc\":\"2.0\",\"result\":true,\"id\":1}\n"
+                               "{\"jsonrpc\":\"2.0\",\"result\":true,\"id\":2}\n"
+                               "{\"jsonrpc\":\"2.0\",\"result\":true,\"id\":3}\n"
+                               "{\"jsonrpc\":\"2.0\",\"result\":true,\"id\":4}\n";
+    struct hold hold;
+    char text[512];
+    int fd[CLIENTS];
+    serve();
+    hold_owner(&hold);
+    for (int i = 0; i < CLIENTS; i++) {
+        fd[i] = client();
+        ask(fd[i], i % 2 ? "change" : "question", 1);
+        ask(fd[i], "quick", 2);
+        ask(fd[i], i % 2 ? "question" : "change", 3);
+        ask(fd[i], "quick", 4);
+    }
+    take_turns(50);
+    for (int i = 0; i < CLIENTS; i++)
+        CHECK(read(fd[i], text, sizeof text) < 0 && errno == EAGAIN); /* no quick one overtakes */
+    sem_post(&hold.go);
+    for (int i = 0; i < CLIENTS; i++) {
+        hear(fd[i], 4, text, sizeof text);
+        CHECK_STR(text, want);
+        close(fd[i]);
+    }
+    CHECK(questions == CLIENTS && changes == CLIENTS);
+    stop_serving();
+}
+
+/* What it wanted to know nobody wants to know any more; what it wanted to be done is done. */
+TEST(a_client_that_has_gone_harms_nobody)
+{
+    struct hold hold;
+    char text[512];
+    serve();
+    hold_owner(&hold);
+    const int asks = client(), changer = client(), stays = client();
+    ask(asks, "question", 1);
+    ask(changer, "change", 1);
+    take_turns(20);
+    close(asks);
+    close(changer);
+    take_turns(20);
+    ask(stays, "question", 1);
+    take_turns(20);
+    sem_post(&hold.go);
+    hear(stays, 1, text, sizeof text);
+    CHECK_STR(text, "{\"jsonrpc\":\"2.0\",\"result\":true,\"id\":1}\n");
+    CHECK(questions == 1 && changes == 1);
+    close(stays);
+    stop_serving();
+}
+
+/* They are not answered, and what they have sent is freed. */
+TEST(clients_wait_when_all_ends)
+{
+    struct hold slow = {0};
+    int fd[3];
+    serve();
+    sem_init(&slow.begun, 0, 0);
+    sem_init(&slow.go, 0, 0);
+    CHECK(!pipeline_errand(d.pipeline, &slow.errand, take_time));
+    while (sem_wait(&slow.begun) != 0) {
+    }
+    for (int i = 0; i < 3; i++) {
+        fd[i] = client();
+        ask(fd[i], i ? "change" : "question", 1);
+    }
+    take_turns(20);
+    stop_serving();
+    CHECK(questions == 0 && changes == 0);
+    for (int i = 0; i < 3; i++)
+        close(fd[i]);
+}
+
+int main(void)
+{
+    CHECK(mkdtemp(folder) != NULL);
+    snprintf(path, sizeof path, "%s/socket", folder);
+    RUN(as_many_as_are_sent_are_done_in_their_order);
+    RUN(who_goes_is_released_once);
+    RUN(any_mix_while_pings_come);
+    RUN(at_the_end_none_is_being_done_and_none_begins);
+    RUN(grids_come_and_go_while_pings_come);
+    RUN(many_clients_are_answered_each_in_its_order);
+    RUN(a_client_that_has_gone_harms_nobody);
+    RUN(clients_wait_when_all_ends);
+    CHECK_INT(rmdir(folder), 0);
+    return test_end();
+}
