@@ -171,11 +171,13 @@ static void give_back(struct belt *belt, uint32_t index)
     ring_put(&belt->idle, index);
 }
 
+/* What was sent before it comes before it. */
 static void receive_visitor(struct pipeline *p)
 {
     struct visitor *v = atomic_exchange_explicit(&p->visitor, NULL, memory_order_acquire);
     if (!v)
         return;
+    errands_do(p);
     const struct pipeline_owned owned = pipeline_owned(p);
     v->fn(v->ctx, &owned);
     sem_post(&v->done);

@@ -132,8 +132,8 @@ typedef void pipeline_owner_fn(void *ctx, const struct pipeline_owned *owned);
 
 /**
  * pipeline_visit - have fn called by the owner, and wait until it is done: at most for the ping that is being entered,
- * for the errand that is being done, and for fn itself. When patient, all that was submitted before is entered. Loop
- * thread.
+ * for the errand that is out, and for fn itself. When patient, all that was submitted before is entered. No errand comes
+ * between visits in one turn of the loop. Loop thread.
  */
 void pipeline_visit(struct pipeline *p, pipeline_owner_fn *fn, void *ctx);
 

@@ -63,31 +63,93 @@ static json_t *job_json(const struct places_job *job)
                      job->path, "message", job->state == PLACES_RUNNING ? "" : job->message);
 }
 
-static json_t *state_json(struct daemon *d)
+static json_t *state_json(struct daemon *d, const struct visit_state *v)
 {
-    struct visit_state v;
-    if (!pipeline_visit_map(d->pipeline, read_state, &v))
-        return json_pack("{s:s}", "state", "none: no voxel is configured, nothing is allocated");
     const char *state = d->places.track.astray ? "held: the position jumped"
-                        : v.stats.pings        ? "kept"
-                        : v.stats.no_pose      ? "no pose that places the pings"
+                        : v->stats.pings        ? "kept"
+                        : v->stats.no_pose      ? "no pose that places the pings"
                                                : "no ping yet";
     return json_pack(
         "{s:s, s:o, s:i, s:i, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:I, s:s?, s:o, s:o}",
-        "state", state, "voxel_m", json_real(d->conf.map.voxel_m), "submaps", (int)v.submaps, "away", (int)v.away,
-        "begun", (json_int_t)v.begun, "used_bytes", (json_int_t)((v.tiles - v.tiles_free) * v.tile_bytes),
-        "memory_bytes", (json_int_t)d->conf.map.memory_bytes, "pings", (json_int_t)v.stats.pings, "beams",
-        (json_int_t)v.stats.beams, "not_entered", (json_int_t)(v.stats.no_pose + v.stats.unfit), "clipped",
-        (json_int_t)v.stats.clipped, "starved", (json_int_t)v.stats.starved, "dropped", (json_int_t)v.stats.lost,
+        "state", state, "voxel_m", json_real(d->conf.map.voxel_m), "submaps", (int)v->submaps, "away", (int)v->away,
+        "begun", (json_int_t)v->begun, "used_bytes", (json_int_t)((v->tiles - v->tiles_free) * v->tile_bytes),
+        "memory_bytes", (json_int_t)d->conf.map.memory_bytes, "pings", (json_int_t)v->stats.pings, "beams",
+        (json_int_t)v->stats.beams, "not_entered", (json_int_t)(v->stats.no_pose + v->stats.unfit), "clipped",
+        (json_int_t)v->stats.clipped, "starved", (json_int_t)v->stats.starved, "dropped", (json_int_t)v->stats.lost,
         "paged_out", (json_int_t)d->pager.out, "paged_in", (json_int_t)d->pager.in, "page_errors",
         (json_int_t)d->pager.errors, "directory", d->conf.map.directory[0] ? d->conf.map.directory : NULL, "job",
         job_json(&d->places.asked.job), "kept", job_json(&d->places.kept.job));
 }
 
+/* What is done to the map, and how it stands then: of one request. */
+struct deed {
+    struct errand errand;
+    struct daemon *d;
+    pipeline_visit_fn *fn; /* NULL: nothing is done to it */
+    bool was_astray, done;
+    struct visit_state state;
+};
+
+static void act(void *ctx, const struct pipeline_owned *owned)
+{
+    struct deed *deed = ctx;
+    if (deed->fn)
+        deed->fn(NULL, owned->map);
+    read_state(&deed->state, owned->map);
+    deed->done = true;
+}
+
+/* What the client does with the map tells that its places count from where positions do from now on; of a jump that came
+ * later it tells nothing. */
+static void settle(struct deed *deed)
+{
+    struct daemon *d = deed->d;
+    if (!deed->fn || !deed->done)
+        return;
+    d->places.changed = true;
+    if (deed->was_astray || !d->places.track.astray)
+        places_trust(d);
+    deed->fn = NULL;
+}
+
+static void free_deed(void *ctx)
+{
+    settle(ctx);
+    free(ctx);
+}
+
+static void leave_deed(void *ctx)
+{
+    pipeline_errand_leave(ctx, free_deed);
+}
+
+/* NULL with *error set: its state is not known yet, or never. */
+static json_t *state_after(const struct rpc_call *call, pipeline_visit_fn *fn, struct rpc_error *error)
+{
+    struct daemon *d = call->daemon;
+    struct deed *deed = call->work->state ? call->work->state : calloc(1, sizeof *deed);
+    if (!deed) {
+        rpc_refuse(error, RPC_INTERNAL_ERROR, "out of memory");
+        return NULL;
+    }
+    if (!call->work->state)
+        *deed = (struct deed){.d = d, .fn = fn, .was_astray = d->places.track.astray};
+    *call->work = (struct rpc_work){.state = deed, .drop = leave_deed};
+    if (!errand_done(call, act, error))
+        return NULL;
+    settle(deed);
+    return state_json(d, &deed->state);
+}
+
 json_t *places_method_map(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
     static const char *const keys[] = {NULL};
-    return rpc_only(params, keys, error) ? state_json(call->daemon) : NULL;
+    const struct daemon *d = call->daemon;
+    if (!rpc_only(params, keys, error))
+        return NULL;
+    if (!pipeline_has_map(d->pipeline))
+        return json_pack("{s:s}", "state", "none: no voxel is configured, nothing is allocated");
+    return state_after(call, NULL, error);
 }
 
 /* ---- a slice ---- */
@@ -244,16 +306,10 @@ static void forget_map(void *ctx, struct pipeline_map *m)
     voxmap_clear(&m->map);
 }
 
-/* What the client does with the map tells that its places count from where positions do from now on. */
 static json_t *change(const struct rpc_call *call, json_t *params, pipeline_visit_fn *fn, struct rpc_error *error)
 {
     static const char *const keys[] = {NULL};
-    struct daemon *d = call->daemon;
-    if (!change_of(d, params, keys, error))
-        return NULL;
-    pipeline_visit_map(d->pipeline, fn, NULL);
-    places_trust(d);
-    return state_json(d);
+    return change_of(call->daemon, params, keys, error) ? state_after(call, fn, error) : NULL;
 }
 
 json_t *places_method_new(const struct rpc_call *call, json_t *params, struct rpc_error *error)
@@ -263,8 +319,6 @@ json_t *places_method_new(const struct rpc_call *call, json_t *params, struct rp
 
 json_t *places_method_forget(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
-    struct daemon *d = call->daemon;
-    d->places.changed = true;
     return change(call, params, forget_map, error);
 }
 
@@ -279,10 +333,11 @@ static const char *name_of(json_t *params, struct rpc_error *error)
     return NULL;
 }
 
-static json_t *begun(struct daemon *d, bool done, const char *why, struct rpc_error *error)
+/* The next part of a request whose job has begun, or its refusal. */
+static json_t *begun(const struct rpc_call *call, bool done, const char *why, struct rpc_error *error)
 {
     if (done)
-        return state_json(d);
+        return state_after(call, NULL, error);
     rpc_refuse(error, RPC_INVALID_REQUEST, "%s", why);
     return NULL;
 }
@@ -294,7 +349,7 @@ json_t *places_method_save(const struct rpc_call *call, json_t *params, struct r
     const char *name;
     if (!change_of(call->daemon, params, keys, error) || !(name = name_of(params, error)))
         return NULL;
-    return begun(call->daemon, places_save(call->daemon, name, why, sizeof why), why, error);
+    return begun(call, call->work->state || places_save(call->daemon, name, why, sizeof why), why, error);
 }
 
 json_t *places_method_load(const struct rpc_call *call, json_t *params, struct rpc_error *error)
@@ -304,7 +359,7 @@ json_t *places_method_load(const struct rpc_call *call, json_t *params, struct r
     const char *name;
     if (!change_of(call->daemon, params, keys, error) || !(name = name_of(params, error)))
         return NULL;
-    return begun(call->daemon, places_load(call->daemon, name, why, sizeof why), why, error);
+    return begun(call, call->work->state || places_load(call->daemon, name, why, sizeof why), why, error);
 }
 
 json_t *places_method_export(const struct rpc_call *call, json_t *params, struct rpc_error *error)
@@ -317,6 +372,7 @@ json_t *places_method_export(const struct rpc_call *call, json_t *params, struct
     if (!change_of(call->daemon, params, keys, error) || !rpc_word(params, "format", formats, &format, error) ||
         !(name = name_of(params, error)))
         return NULL;
-    bool done = places_export(call->daemon, name, (enum places_format)format, why, sizeof why);
-    return begun(call->daemon, done, why, error);
+    const bool done = call->work->state ||
+                      places_export(call->daemon, name, (enum places_format)format, why, sizeof why);
+    return begun(call, done, why, error);
 }

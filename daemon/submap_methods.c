@@ -20,7 +20,8 @@ struct submap_state {
     bool current, away, moved;
 };
 
-struct visit_submaps {
+struct submaps {
+    struct errand errand;
     struct submap_state submap[VOXMAP_MAX_SUBMAPS]; /* oldest first */
     uint32_t n;
 };
@@ -38,9 +39,10 @@ static void look_at(const struct voxmap *map, const struct voxmap_part *part, st
     memcpy(out->turn, part->turn, sizeof out->turn);
 }
 
-static void look_at_all(void *ctx, struct pipeline_map *m)
+static void look_at_all(void *ctx, const struct pipeline_owned *owned)
 {
-    struct visit_submaps *v = ctx;
+    struct pipeline_map *m = owned->map;
+    struct submaps *v = ctx;
     v->n = 0;
     for (uint32_t i = 0; i < m->map.set.max_submaps; i++) {
         uint32_t at = v->n;
@@ -68,56 +70,90 @@ json_t *submap_method_list(const struct rpc_call *call, json_t *params, struct r
 {
     static const char *const keys[] = {NULL};
     struct daemon *d = call->daemon;
-    struct visit_submaps v;
+    struct submaps *v = call->work->state;
     if (!rpc_only(params, keys, error) || !places_there(d, error))
         return NULL;
-    pipeline_visit_map(d->pipeline, look_at_all, &v);
+    if (!v && !(v = calloc(1, sizeof *v))) {
+        rpc_refuse(error, RPC_INTERNAL_ERROR, "out of memory");
+        return NULL;
+    }
+    *call->work = (struct rpc_work){.state = v, .drop = errand_free};
+    if (!errand_done(call, look_at_all, error))
+        return NULL;
     json_t *list = json_array();
-    for (uint32_t i = 0; i < v.n; i++)
-        json_array_append_new(list, submap_json(d, &v.submap[i]));
+    for (uint32_t i = 0; i < v->n; i++)
+        json_array_append_new(list, submap_json(d, &v->submap[i]));
     return json_pack("{s:o}", "submaps", list);
 }
 
-struct visit_move {
+/* A submap that is put elsewhere, of one request. */
+struct move {
+    struct errand errand;
+    struct daemon *d;
     uint64_t id;
     struct pose pose;
     bool there, moved;
     struct submap_state state;
 };
 
-static void move(void *ctx, struct pipeline_map *m)
+static void move(void *ctx, const struct pipeline_owned *owned)
 {
-    struct visit_move *v = ctx;
+    struct pipeline_map *m = owned->map;
+    struct move *v = ctx;
     v->there = voxmap_part(&m->map, v->id) != NULL;
     v->moved = v->there && voxmap_move(&m->map, v->id, v->pose.position_m, v->pose.attitude);
     if (v->moved)
         look_at(&m->map, voxmap_part(&m->map, v->id), &v->state);
 }
 
-json_t *submap_method_move(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+static void free_move(void *ctx)
+{
+    struct move *v = ctx;
+    v->d->places.changed |= v->moved;
+    free(v);
+}
+
+static void leave_move(void *ctx)
+{
+    pipeline_errand_leave(ctx, free_move);
+}
+
+static struct move *begin_move(struct daemon *d, json_t *params, struct rpc_error *error)
 {
     static const char *const keys[] = {"id", "position_m", "attitude_deg", "quaternion", NULL};
-    struct daemon *d = call->daemon;
-    struct visit_move v = {.pose = pose_identity};
+    struct move v = {.d = d, .pose = pose_identity};
     int64_t id = 0;
     bool placed;
     if (!rpc_only(params, keys, error) || !rpc_integer(params, "id", true, 1, INT64_MAX, &id, error) ||
         !rpc_numbers(params, "position_m", -PLACES_MAX_M, PLACES_MAX_M, 3, v.pose.position_m, &placed, error) ||
         !pose_attitude(params, &v.pose, error) || !places_there(d, error))
         return NULL;
-    if (!placed) {
-        rpc_refuse(error, RPC_INVALID_PARAMS, "parameter 'position_m' is missing");
-        return NULL;
-    }
+    struct move *kept = placed ? malloc(sizeof *kept) : NULL;
     v.id = (uint64_t)id;
-    pipeline_visit_map(d->pipeline, move, &v);
-    d->places.changed |= v.moved;
-    if (v.moved)
-        return submap_json(d, &v.state);
+    if (kept)
+        *kept = v;
+    else if (placed)
+        rpc_refuse(error, RPC_INTERNAL_ERROR, "out of memory");
+    else
+        rpc_refuse(error, RPC_INVALID_PARAMS, "parameter 'position_m' is missing");
+    return kept;
+}
+
+json_t *submap_method_move(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    struct daemon *d = call->daemon;
+    struct move *v = call->work->state;
+    if (!v && !(v = begin_move(d, params, error)))
+        return NULL;
+    *call->work = (struct rpc_work){.state = v, .drop = leave_move};
+    if (!errand_done(call, move, error))
+        return NULL;
+    if (v->moved)
+        return submap_json(d, &v->state);
     rpc_refuse(error, RPC_INVALID_PARAMS,
-               v.there ? "position_m: no place of this map"
-                       : "id = %" PRId64 ": there is no such submap; `sonarctl call map_submaps` has them",
-               id);
+               v->there ? "position_m: no place of this map"
+                        : "id = %" PRIu64 ": there is no such submap; `sonarctl call map_submaps` has them",
+               v->id);
     return NULL;
 }
 

@@ -267,6 +267,28 @@ TEST(at_the_end_none_is_being_done_and_none_begins)
     loop_free(d.loop);
 }
 
+static void visit(void *ctx, const struct pipeline_owned *owned)
+{
+    int *turn = ctx;
+    (void)owned;
+    *turn = atomic_fetch_add(&turns, 1);
+}
+
+/* Or a change could come between two visits that belong together. */
+TEST(a_visit_comes_after_what_was_sent_before)
+{
+    begin(1);
+    for (int i = 0; i < 200; i++) {
+        struct deed deed = {0};
+        int turn = -1;
+        pipeline_errand(d.pipeline, &deed.errand, act);
+        pipeline_visit(d.pipeline, visit, &turn);
+        CHECK(deed.done == 1 && deed.turn == turn - 1);
+        turn_until_done(&deed.errand, act);
+    }
+    end();
+}
+
 /* ---- grids ---- */
 
 static void free_dropped(void *ctx)
@@ -489,6 +511,7 @@ int main(void)
     RUN(who_goes_is_released_once);
     RUN(any_mix_while_pings_come);
     RUN(at_the_end_none_is_being_done_and_none_begins);
+    RUN(a_visit_comes_after_what_was_sent_before);
     RUN(grids_come_and_go_while_pings_come);
     RUN(many_clients_are_answered_each_in_its_order);
     RUN(a_client_that_has_gone_harms_nobody);
