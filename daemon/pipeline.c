@@ -131,7 +131,7 @@ static void run_both(struct pipeline *p, const struct ping *came)
 
 /* ---- between threads ---- */
 
-static void rest(void)
+void pipeline_rest(void)
 {
     struct timespec t = {.tv_nsec = PATIENCE_NS};
     nanosleep(&t, NULL);
@@ -156,7 +156,7 @@ static uint32_t obtain(struct pipeline *p, struct belt *belt, bool *dropped)
             return index;
         }
         if (p->conf.patient)
-            rest();
+            pipeline_rest();
     }
 }
 
@@ -177,7 +177,7 @@ static void receive_visitor(struct pipeline *p)
     struct visitor *v = atomic_exchange_explicit(&p->visitor, NULL, memory_order_acquire);
     if (!v)
         return;
-    errands_do(p);
+    errands_do(p, &p->errands);
     const struct pipeline_owned owned = pipeline_owned(p);
     v->fn(v->ctx, &owned);
     sem_post(&v->done);
@@ -191,8 +191,10 @@ static uint32_t await(struct pipeline *p, struct belt *belt)
         atomic_fetch_add_explicit(&belt->turns, 1, memory_order_relaxed);
         if (belt == pipeline_owners_belt(p)) {
             receive_visitor(p);
-            errands_do(p);
+            errands_do(p, &p->errands);
         }
+        if (belt == &p->pings)
+            errands_do(p, &p->early);
         if (ring_take(&belt->waiting, &index))
             return index;
         if (atomic_load_explicit(&p->stop, memory_order_acquire))
@@ -286,24 +288,24 @@ void pipeline_drain(struct pipeline *p)
         const uint64_t held = atomic_load_explicit(&p->held, memory_order_acquire);
         if (finished + held == atomic_load_explicit(&p->submitted, memory_order_relaxed))
             return;
-        rest();
+        pipeline_rest();
     }
 }
 
-bool pipeline_set_extract(struct pipeline *p, int sensor, const struct extract_conf *conf, char *err,
-                          size_t err_size)
+void pipeline_take_extract(void *extract_errand, const struct pipeline_owned *owned)
 {
-    pipeline_drain(p);
-    if (!extract_init(p->extract[sensor], conf, p->conf.max_bins, err, err_size))
-        return false;
-    p->conf.extract[sensor] = *conf;
-    return true;
+    struct extract_errand *e = extract_errand;
+    struct pipeline *p = e->errand.pipeline;
+    (void)owned;
+    e->good = extract_init(p->extract[e->sensor], &e->conf, p->conf.max_bins, e->err, sizeof e->err);
 }
 
-void pipeline_set_background(struct pipeline *p, int sensor, const struct pipeline_background *background)
+void pipeline_take_background(void *background_errand, const struct pipeline_owned *owned)
 {
-    pipeline_drain(p);
-    p->background[sensor] = *background;
+    struct background_errand *e = background_errand;
+    (void)owned;
+    e->errand.pipeline->background[e->sensor] = e->background;
+    e->done = true;
 }
 
 struct image *pipeline_image(struct pipeline *p, int sensor)
@@ -494,7 +496,7 @@ struct pipeline *pipeline_new(const struct pipeline_conf *conf, char *err, size_
         ring_init(&belts[i]->idle, conf->queue + SPARE_BUFFERS, 0);
         sem_init(&belts[i]->news, 0, 0);
     }
-    if (!errands_begin(&p->errands) || !make_buffers(p) || !make_witnesses(p) || !make_stages(p, err, err_size)) {
+    if (!errands_begin(p) || !make_buffers(p) || !make_witnesses(p) || !make_stages(p, err, err_size)) {
         pipeline_free(p);
         return NULL;
     }
@@ -520,7 +522,7 @@ void pipeline_free(struct pipeline *p)
         pthread_join(p->thread[i], NULL);
     for (int i = 0; i < 2; i++)
         sem_destroy(&belts[i]->news);
-    errands_close(&p->errands);
+    errands_close(p);
     for (int i = 0; i < p->n_fed; i++) /* those that are about to go, too */
         if (!pipeline_has_grid(p, p->fed[i]->number))
             grid_free(p->fed[i]);

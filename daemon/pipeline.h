@@ -92,21 +92,8 @@ void pipeline_submit(struct pipeline *p, struct ping *ping);
 /** pipeline_drain - wait until all that was submitted is in the picture, or held back by the clean-up. */
 void pipeline_drain(struct pipeline *p);
 
-/**
- * pipeline_set_background - for the pings from now on; *background is copied. Drains first: afterwards nobody works
- * with what was set before, and what a learner has counted may be read. Loop thread.
- */
-void pipeline_set_background(struct pipeline *p, int sensor, const struct pipeline_background *background);
-
 /** pipeline_grid - the i-th grid, the main one first; NULL: there are fewer. Loop thread. */
 struct grid *pipeline_grid(struct pipeline *p, int i);
-
-/**
- * pipeline_set_extract - for the pings from now on, whose ring-down and noise are learnt anew. Drains first, and takes some
- * milliseconds. False with a sentence in err, and nothing has changed, when *conf is out of range. Loop thread.
- */
-bool pipeline_set_extract(struct pipeline *p, int sensor, const struct extract_conf *conf, char *err,
-                          size_t err_size);
 
 /**
  * pipeline_add_grid - the grid is one of the pipeline's, which frees it in the end, and has a number; false: there are
@@ -143,6 +130,7 @@ void pipeline_visit(struct pipeline *p, pipeline_owner_fn *fn, void *ctx);
  * loop while the errand is out.
  */
 struct errand {
+    bool early;                /* it is for the thread that extracts, and knows nothing of what the owner has */
     struct pipeline *pipeline; /* it was sent there last */
     pipeline_owner_fn *fn;
     enum errand_state { ERRAND_NONE, ERRAND_WAITS, ERRAND_OUT, ERRAND_DONE } state;
@@ -169,6 +157,27 @@ void pipeline_errands_end(struct pipeline *p);
 /** pipeline_errands_fd - readable: call pipeline_errands_take, and ask for all errands that are out. Loop thread. */
 int pipeline_errands_fd(const struct pipeline *p);
 void pipeline_errands_take(struct pipeline *p);
+
+/* How a sensor's pings are extracted from now on; an early errand. Ring-down and noise are learnt anew. */
+struct extract_errand {
+    struct errand errand;
+    int sensor;
+    struct extract_conf conf;
+    bool good; /* otherwise nothing has changed: a sentence is in err */
+    char err[256];
+};
+
+/* What is done about a sensor's own vehicle from now on; an early errand. When it is done nobody works with what was before. */
+struct background_errand {
+    struct errand errand;
+    int sensor;
+    struct pipeline_background background;
+    bool done;
+};
+
+/** pipeline_take_extract, pipeline_take_background - what these errands do. The former takes some milliseconds. */
+void pipeline_take_extract(void *extract_errand, const struct pipeline_owned *owned);
+void pipeline_take_background(void *background_errand, const struct pipeline_owned *owned);
 
 /* A grid that comes or goes. */
 struct grid_errand {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * pipeline_errands - what the grids' and the map's owner does for the loop while the loop goes on. The queue is the
- * loop's; between the threads there are two places for one errand each, so neither waits for the other.
+ * pipeline_errands - what the pipeline's threads do for the loop while the loop goes on. The queue of each is the loop's;
+ * between the threads there are two places for one errand each, so neither waits for the other.
  */
 #include <errno.h>
 #include <sys/eventfd.h>
@@ -9,10 +9,10 @@
 
 #include "pipeline_state.h"
 
-bool errands_begin(struct errands *errands)
+bool errands_begin(struct pipeline *p)
 {
-    errands->fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
-    return errands->fd >= 0;
+    p->errands_fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC);
+    return p->errands_fd >= 0;
 }
 
 static void come_back(struct errand *e)
@@ -22,30 +22,34 @@ static void come_back(struct errand *e)
         e->release(e);
 }
 
-void errands_close(struct errands *errands)
+void errands_close(struct pipeline *p)
 {
-    if (errands->fd >= 0)
-        close(errands->fd);
+    if (p->errands_fd >= 0)
+        close(p->errands_fd);
 }
 
-void errands_do(struct pipeline *p)
+void errands_do(struct pipeline *p, struct errands *errands)
 {
-    struct errand *e = atomic_exchange_explicit(&p->errands.to_owner, NULL, memory_order_acquire);
+    struct errand *e = atomic_exchange_explicit(&errands->to_owner, NULL, memory_order_acquire);
     const uint64_t one = 1;
     if (!e)
         return;
     const struct pipeline_owned owned = pipeline_owned(p);
     e->fn(e, &owned);
-    atomic_store_explicit(&p->errands.done, e, memory_order_release);
-    while (write(p->errands.fd, &one, sizeof one) < 0 && errno == EINTR) {
+    atomic_store_explicit(&errands->done, e, memory_order_release);
+    while (write(p->errands_fd, &one, sizeof one) < 0 && errno == EINTR) {
     }
 }
 
 /* ---- the loop's side ---- */
 
-static void send_next(struct pipeline *p)
+static struct errands *errands_of(struct pipeline *p, const struct errand *errand)
 {
-    struct errands *errands = &p->errands;
+    return errand->early ? &p->early : &p->errands;
+}
+
+static void send_next(struct pipeline *p, struct errands *errands)
+{
     struct errand *e = errands->first;
     if (!e || errands->out)
         return;
@@ -53,7 +57,7 @@ static void send_next(struct pipeline *p)
     errands->out = e;
     e->state = ERRAND_OUT;
     atomic_store_explicit(&errands->to_owner, e, memory_order_release);
-    sem_post(&pipeline_owners_belt(p)->news);
+    sem_post(errands == &p->early ? &p->pings.news : &pipeline_owners_belt(p)->news);
 }
 
 static void append(struct errands *errands, struct errand *e)
@@ -90,8 +94,8 @@ bool pipeline_errand(struct pipeline *p, struct errand *errand, pipeline_owner_f
     }
     if (errand->state == ERRAND_NONE) {
         errand->fn = fn;
-        append(&p->errands, errand);
-        send_next(p);
+        append(errands_of(p, errand), errand);
+        send_next(p, errands_of(p, errand));
     }
     return false;
 }
@@ -99,15 +103,16 @@ bool pipeline_errand(struct pipeline *p, struct errand *errand, pipeline_owner_f
 void pipeline_errand_drop(struct errand *errand, void (*release)(void *ctx))
 {
     struct pipeline *p = errand->pipeline;
+    struct errands *errands = p ? errands_of(p, errand) : NULL;
     struct errand *unbegun = errand;
     errand->release = release;
     if (errand->state == ERRAND_WAITS) {
-        take_out(&p->errands, errand);
+        take_out(errands, errand);
     } else if (errand->state == ERRAND_OUT) {
-        if (!atomic_compare_exchange_strong(&p->errands.to_owner, &unbegun, NULL))
+        if (!atomic_compare_exchange_strong(&errands->to_owner, &unbegun, NULL))
             return; /* it is being done, or is done: it comes back */
-        p->errands.out = NULL;
-        send_next(p);
+        errands->out = NULL;
+        send_next(p, errands);
     }
     release(errand);
 }
@@ -119,11 +124,6 @@ void pipeline_errand_leave(struct errand *errand, void (*release)(void *ctx))
         release(errand);
 }
 
-static void nothing(void *ctx, const struct pipeline_owned *owned)
-{
-    (void)ctx, (void)owned;
-}
-
 static void give_back(struct errand *e)
 {
     e->state = ERRAND_NONE;
@@ -131,38 +131,49 @@ static void give_back(struct errand *e)
         e->release(e);
 }
 
-/* One that is being done is done when a visit is over. */
-void pipeline_errands_end(struct pipeline *p)
+static void end_all(struct errands *errands)
 {
-    struct errands *errands = &p->errands;
-    struct errand *unbegun = atomic_exchange_explicit(&errands->to_owner, NULL, memory_order_acquire);
-    pipeline_visit(p, nothing, NULL);
-    struct errand *done = atomic_exchange_explicit(&errands->done, NULL, memory_order_acquire);
+    struct errand *out = atomic_exchange_explicit(&errands->to_owner, NULL, memory_order_acquire);
+    if (out)
+        give_back(out);
+    else if ((out = errands->out) != NULL) {
+        while (!atomic_exchange_explicit(&errands->done, NULL, memory_order_acquire))
+            pipeline_rest();
+        come_back(out);
+    }
     errands->out = NULL;
-    if (unbegun)
-        give_back(unbegun);
-    if (done)
-        come_back(done);
     for (struct errand *e; (e = errands->first) != NULL;) {
         errands->first = e->next;
         give_back(e);
     }
 }
 
+void pipeline_errands_end(struct pipeline *p)
+{
+    end_all(&p->early);
+    end_all(&p->errands);
+}
+
 int pipeline_errands_fd(const struct pipeline *p)
 {
-    return p->errands.fd;
+    return p->errands_fd;
+}
+
+static void take(struct pipeline *p, struct errands *errands)
+{
+    struct errand *done = atomic_exchange_explicit(&errands->done, NULL, memory_order_acquire);
+    if (!done)
+        return;
+    errands->out = NULL;
+    come_back(done);
+    send_next(p, errands);
 }
 
 void pipeline_errands_take(struct pipeline *p)
 {
     uint64_t times;
-    while (read(p->errands.fd, &times, sizeof times) < 0 && errno == EINTR) {
+    while (read(p->errands_fd, &times, sizeof times) < 0 && errno == EINTR) {
     }
-    struct errand *done = atomic_exchange_explicit(&p->errands.done, NULL, memory_order_acquire);
-    if (!done)
-        return;
-    p->errands.out = NULL;
-    come_back(done);
-    send_next(p);
+    take(p, &p->early);
+    take(p, &p->errands);
 }

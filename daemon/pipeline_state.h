@@ -27,12 +27,11 @@ struct visitor {
     sem_t done;
 };
 
-/* The same while it goes on. */
+/* The same while it goes on, by one of the threads: the owner of what it is about. */
 struct errands {
     struct errand *first, *last;             /* that wait */
     struct errand *out;                      /* at the owner; NULL: none */
     _Atomic(struct errand *) to_owner, done; /* the one that is out, not begun yet, and come back */
-    int fd;                                  /* an eventfd: something is done */
 };
 
 struct pipeline {
@@ -42,10 +41,11 @@ struct pipeline {
     uint32_t n_buffers;
     struct belt pings, found;
     _Atomic(struct visitor *) visitor; /* waits for the owner; NULL: nobody */
-    struct errands errands;
+    struct errands errands, early; /* of the maps' owner, of the thread that extracts */
+    int errands_fd;                /* an eventfd: one is done */
     uint32_t filling; /* ping buffer that pipeline_begin gave out, or NONE */
     struct extract *extract[PIPELINE_MAX_SENSORS];
-    struct pipeline_background background[PIPELINE_MAX_SENSORS]; /* written while nothing is under way */
+    struct pipeline_background background[PIPELINE_MAX_SENSORS];
     struct cleanup *cleanup[PIPELINE_MAX_SENSORS];               /* NULL: no stage of it configured */
     struct grid *grid[PIPELINE_MAX_GRIDS];                       /* as the loop knows them, ... */
     struct grid *fed[PIPELINE_MAX_GRIDS];                        /* ... and the owner, who enters pings into them */
@@ -76,11 +76,14 @@ static inline struct pipeline_owned pipeline_owned(struct pipeline *p)
 }
 
 /** errands_begin - none yet; false: there is no descriptor. errands_close - all have ended. */
-bool errands_begin(struct errands *errands);
-void errands_close(struct errands *errands);
+bool errands_begin(struct pipeline *p);
+void errands_close(struct pipeline *p);
 
-/** errands_do - the one that is to be done next, if there is one. By the owner. */
-void errands_do(struct pipeline *p);
+/** errands_do - the one that is to be done next, if there is one. By the thread that they are for. */
+void errands_do(struct pipeline *p, struct errands *errands);
+
+/** pipeline_rest - between two looks at what another thread does. */
+void pipeline_rest(void);
 
 /* The way by which the echoes come to the thread that owns the maps. */
 static inline struct belt *pipeline_owners_belt(struct pipeline *p)

@@ -3,6 +3,7 @@
 
 #include <jansson.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 
 #include "daemon.h"
@@ -65,10 +66,39 @@ static void set_limits(struct daemon *d)
     }
 }
 
+/* A sonar whose extraction begins anew. */
+struct renewal {
+    struct extract_errand way;
+    char sonar[CONF_NAME_MAX];
+};
+
+static void tell_renewal(void *renewal)
+{
+    struct renewal *r = renewal;
+    if (r->way.good)
+        log_line(LOG_INFO, "reload_extract", "reload: %s: ring-down and noise are learnt anew", r->sonar);
+    else if (r->way.err[0])
+        log_line(LOG_ERR, "reload_fault", "reload: %s: %s", r->sonar, r->way.err);
+    free(r);
+}
+
+static void renew_extract(struct daemon *d, int sensor)
+{
+    struct renewal *r = calloc(1, sizeof *r);
+    if (!r) {
+        log_line(LOG_ERR, "reload_fault", "reload: %s: out of memory", d->conf.sonar[sensor].name);
+        return;
+    }
+    r->way = (struct extract_errand){.errand.early = true, .sensor = sensor};
+    wiring_extract(&d->conf, sensor, &r->way.conf);
+    snprintf(r->sonar, sizeof r->sonar, "%s", d->conf.sonar[sensor].name);
+    pipeline_errand(d->pipeline, &r->way.errand, pipeline_take_extract);
+    pipeline_errand_leave(&r->way.errand, tell_renewal);
+}
+
 /* extract: [conf->n_sonars], whose extraction begins anew. */
 static void put_in_force(struct daemon *d, const struct conf *conf, const bool *extract)
 {
-    char err[256];
     d->conf = *conf;
     set_limits(d);
     log_set_level(settings_log_level(conf));
@@ -76,17 +106,9 @@ static void put_in_force(struct daemon *d, const struct conf *conf, const bool *
     pose_log_set_most(&d->poses, conf->vehicle.max_speed_mps, conf->vehicle.max_turn_radps);
     if (d->server)
         server_set_change(d->server, conf->server.change);
-    for (int i = 0; i < conf->n_sonars; i++) {
-        struct extract_conf e;
-        if (!extract[i])
-            continue;
-        wiring_extract(conf, i, &e);
-        if (pipeline_set_extract(d->pipeline, i, &e, err, sizeof err))
-            log_line(LOG_INFO, "reload_extract", "reload: %s: ring-down and noise are learnt anew",
-                     conf->sonar[i].name);
-        else
-            log_line(LOG_ERR, "reload_fault", "reload: %s: %s", conf->sonar[i].name, err);
-    }
+    for (int i = 0; i < conf->n_sonars; i++)
+        if (extract[i])
+            renew_extract(d, i);
 }
 
 static void ignore_change(void *ctx, const char *section, const char *text, bool live)

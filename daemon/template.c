@@ -34,13 +34,47 @@ static size_t room(const struct daemon *d, int sensor)
     return (size_t)ops->max_beams * ops->max_bins;
 }
 
-static void hand_over(struct daemon *d, int sensor)
+/* A change of what the extract stage works with, and what nobody works with after it. */
+struct handing {
+    struct background_errand way;
+    void *old[2];
+};
+
+static void free_old(void *handing)
+{
+    struct handing *h = handing;
+    if (!h->way.done) { /* at the end, or without memory */
+        pipeline_drain(h->way.errand.pipeline);
+        pipeline_take_background(&h->way, NULL);
+    }
+    free(h->old[0]);
+    free(h->old[1]);
+}
+
+static void release(void *handing)
+{
+    free_old(handing);
+    free(handing);
+}
+
+/* The loop does not wait for it: a, b are freed when the extract stage has heard of it. */
+static void hand_over(struct daemon *d, int sensor, void *a, void *b)
 {
     const struct template *t = &d->template[sensor];
-    struct pipeline_background b = {.use = t->background, .learn = t->learn};
+    struct handing now = {.way = {.errand = {.early = true, .pipeline = d->pipeline},
+                                  .sensor = sensor,
+                                  .background = {.use = t->background, .learn = t->learn}},
+                          .old = {a, b}};
     if (t->view)
-        b.view = (struct background_view){.level = t->view, .blind = t->view + room(d, sensor)};
-    pipeline_set_background(d->pipeline, sensor, &b);
+        now.way.background.view = (struct background_view){.level = t->view, .blind = t->view + room(d, sensor)};
+    struct handing *h = malloc(sizeof *h);
+    if (!h) {
+        free_old(&now);
+        return;
+    }
+    *h = now;
+    pipeline_errand(d->pipeline, &h->way.errand, pipeline_take_background);
+    pipeline_errand_leave(&h->way.errand, release);
 }
 
 /* Puts `next` (NULL: nothing) in force and frees what was. False without memory: nothing has changed. */
@@ -58,9 +92,7 @@ static bool replace(struct daemon *d, int sensor, struct background *next)
     t->made++;
     t->fit = -1;
     t->kept = (struct background_kept){0};
-    hand_over(d, sensor);
-    free(old);
-    free(old_view);
+    hand_over(d, sensor, old, old_view);
     return true;
 }
 
@@ -69,8 +101,7 @@ static void drop_learner(struct daemon *d, int sensor)
     struct template *t = &d->template[sensor];
     struct background_learn *learn = t->learn;
     t->learn = NULL;
-    hand_over(d, sensor);
-    free(learn);
+    hand_over(d, sensor, learn, NULL);
 }
 
 /* ---- learning ---- */
@@ -176,7 +207,7 @@ bool template_learn(struct daemon *d, int sensor, const struct background_learn_
     t->learn = background_learn_init(learn, &t->shape, conf, &d->mount[sensor]);
     t->learning = *conf;
     t->pings = 0;
-    hand_over(d, sensor);
+    hand_over(d, sensor, NULL, NULL);
     happened(d, sensor, LOG_NOTICE, "background_learning", "learning from %u pings of each row%s", conf->pings,
              conf->standing ? ", moving or not" : "");
     return true;

@@ -2,7 +2,7 @@
 /*
  * template - the background template of each sonar while the daemon runs: loads it at the start, has one learnt on
  * request, puts it in force and takes it out again. All in the loop's thread; the extract stage is handed ready
- * templates (pipeline_set_background) and never waits.
+ * templates (struct background_errand) and never waits.
  *
  * Making a template (median, clusters) is done in the loop when the last ping is in: some ten milliseconds, once.
  */

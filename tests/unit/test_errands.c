@@ -201,12 +201,14 @@ TEST(any_mix_while_pings_come)
     uint64_t seed = 9;
     begin(2);
     memset(deed, 0, sizeof deed);
+    for (int i = 0; i < 10; i++)
+        deed[i].errand.early = true;
     for (int i = 0; i < 20000; i++) {
         struct deed *one = &deed[test_random(&seed) % 20];
         const uint64_t what = test_random(&seed) % 8;
         const bool out = one->fate != WANTED && !one->released;
         if (!out && one->fate != WANTED)
-            *one = (struct deed){0};
+            *one = (struct deed){.errand.early = one - deed < 10};
         if (out || (what > 1 && pipeline_errand(d.pipeline, &one->errand, act))) {
             CHECK(out || one->done > 0);
         } else if (what < 2) {
@@ -240,31 +242,49 @@ static void take_time(void *ctx, const struct pipeline_owned *owned)
 /* One is being done, one is the next, the others wait. */
 TEST(at_the_end_none_is_being_done_and_none_begins)
 {
-    struct hold slow = {0};
     static struct deed deed[6];
-    int gone = 0;
-    begin(1);
-    sem_init(&slow.begun, 0, 0);
-    sem_init(&slow.go, 0, 0);
-    memset(deed, 0, sizeof deed);
-    CHECK(!pipeline_errand(d.pipeline, &slow.errand, take_time));
-    while (sem_wait(&slow.begun) != 0) {
+    for (int early = 0; early < 2; early++) {
+        struct hold slow = {.errand.early = early};
+        int gone = 0;
+        begin(2);
+        sem_init(&slow.begun, 0, 0);
+        sem_init(&slow.go, 0, 0);
+        memset(deed, 0, sizeof deed);
+        CHECK(!pipeline_errand(d.pipeline, &slow.errand, take_time));
+        while (sem_wait(&slow.begun) != 0) {
+        }
+        for (int i = 0; i < 6; i++) {
+            deed[i].errand.early = early;
+            CHECK(!pipeline_errand(d.pipeline, &deed[i].errand, act));
+        }
+        for (int i = 0; i < 6; i += 2)
+            pipeline_errand_leave(&deed[i].errand, release);
+        errand_end(&d);
+        CHECK_INT(sem_trywait(&slow.go), 0);
+        feed();
+        pipeline_drain(d.pipeline);
+        for (int i = 0; i < 6; i++) {
+            CHECK_INT(deed[i].done, 0);
+            gone += deed[i].released;
+        }
+        CHECK_INT(gone, 3);
+        pipeline_free(d.pipeline);
+        loop_free(d.loop);
     }
-    for (int i = 0; i < 6; i++)
-        CHECK(!pipeline_errand(d.pipeline, &deed[i].errand, act));
-    for (int i = 0; i < 6; i += 2)
-        pipeline_errand_leave(&deed[i].errand, release);
-    errand_end(&d);
-    CHECK_INT(sem_trywait(&slow.go), 0);
-    feed();
-    pipeline_drain(d.pipeline);
-    for (int i = 0; i < 6; i++) {
-        CHECK_INT(deed[i].done, 0);
-        gone += deed[i].released;
-    }
-    CHECK_INT(gone, 3);
-    pipeline_free(d.pipeline);
-    loop_free(d.loop);
+}
+
+/* The thread that extracts does its own while the maps' owner is held. */
+TEST(each_thread_has_its_own)
+{
+    struct deed deed = {.errand.early = true};
+    struct hold hold;
+    begin(2);
+    hold_owner(&hold);
+    CHECK(!pipeline_errand(d.pipeline, &deed.errand, act));
+    turn_until_done(&deed.errand, act);
+    CHECK_INT(deed.done, 1);
+    sem_post(&hold.go);
+    end();
 }
 
 static void visit(void *ctx, const struct pipeline_owned *owned)
@@ -511,6 +531,7 @@ int main(void)
     RUN(who_goes_is_released_once);
     RUN(any_mix_while_pings_come);
     RUN(at_the_end_none_is_being_done_and_none_begins);
+    RUN(each_thread_has_its_own);
     RUN(a_visit_comes_after_what_was_sent_before);
     RUN(grids_come_and_go_while_pings_come);
     RUN(many_clients_are_answered_each_in_its_order);
