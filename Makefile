@@ -161,11 +161,14 @@ suite: programs tests
 check: deps-check
 	@$(MAKE) --no-print-directory CC=gcc programs tests
 	@$(MAKE) --no-print-directory CC=clang BUILD=$(BUILD)/clang programs tests
-	@BUILD=$(BUILD) tests/run.sh $(UNIT) $(SCRIPTS) $(CHECKS)
+	@BUILD=$(BUILD) tests/run.sh $(UNIT) $(UNIT:$(BUILD)/%=$(BUILD)/clang/%) $(SCRIPTS) $(CHECKS)
+
+# What has one thread has nothing for the thread sanitizer.
+THREADED := $(patsubst tests/unit/%.c,%,$(shell grep -lE 'daemon/|pthread' tests/unit/*.c))
 
 check-san: deps-check
 	@$(MAKE) --no-print-directory CC=gcc SAN=address,undefined BUILD=$(BUILD)/asan suite
-	@$(MAKE) --no-print-directory CC=clang SAN=thread BUILD=$(BUILD)/tsan suite
+	@$(MAKE) --no-print-directory CC=clang SAN=thread BUILD=$(BUILD)/tsan UNIT='$(THREADED:%=$(BUILD)/tsan/tests/%)' suite
 
 check-vm:
 	@tests/deps.sh vm
