@@ -72,8 +72,9 @@ static void add_inner_plane(struct bounds *s, const struct cast_beam *b, const d
 }
 
 /*
- * The face where W + f t, with W = w p + shift affine in the plan, meets a cone around `w` (a unit vector with vertical part f)
- * whose half angle has the cosine or sine q: t = -(f/a) W +- (q/|a|) sqrt(W^2 + a (u^2 + v^2 - tau^2)), a = f^2 - q^2.
+ * The face where W + f t, with W = w p + shift affine in the plan, meets a cone around `w` (a unit vector with vertical
+ * part f) whose half angle has the cosine or sine q:
+ *   t = -(f/a) W +- (q/|a|) sqrt(W^2 + a (u^2 + v^2 - tau^2)), a = f^2 - q^2
  */
 static void add_root(struct bounds *s, const struct cast_beam *b, const double w[3], double shift, double q,
                      double tau, bool upper_root, bool bounds_above, bool misses)
@@ -138,9 +139,9 @@ static void add_flat_ends(struct bounds *s, const struct cast_beam *b, double le
 }
 
 /*
- * A wedge's ends without tolerance: z^2 <= q^2 (u^2 + v^2 + t^2), q = sin b. With z = W + f t this is a quadratic in t, both of
- * whose roots bound. The root changes by at most 2 per step in the plan, and what rounding does under it is in proportion to it, so
- * that no error grows towards the apex: in W, 6 roundings of `reach`, and 11 in the root.
+ * A wedge's ends without tolerance: z^2 <= q^2 (u^2 + v^2 + t^2), q = sin b. With z = W + f t this is a quadratic in t,
+ * both of whose roots bound. The root changes by at most 2 per step in the plan, and what rounding does under it is in
+ * proportion to it, so that no error grows towards the apex: in W, 6 roundings of `reach`, and 11 in the root.
  */
 static void add_bow(struct bounds *s, const struct cast_beam *b, double a)
 {
@@ -238,9 +239,9 @@ static void set_lines(struct bounds *s, const struct cast_beam *b, double tan_az
 }
 
 /*
- * The plan of the beam. At x along its axis it is no wider than tan x and a pad for what the tolerance adds, to each side; x is
- * from where the ball around the apex may be left (or the pad behind the apex) to `far`. The pyramid whose apex is moved back until
- * it has the pads, too, bounds the plan by its edges.
+ * The plan of the beam. At x along its axis it is no wider than tan x and a pad for what the tolerance adds, to each
+ * side; x is from where the ball around the apex may be left (or the pad behind the apex) to `far`. The pyramid whose
+ * apex is moved back until it has the pads, too, bounds the plan by its edges.
  */
 static void set_plan(struct bounds *s, const struct cast_beam *b)
 {
@@ -318,7 +319,8 @@ void bounds_of(struct bounds *s, const struct cast_beam *b, const int32_t apex[3
 
 /*
  * way: 1 bounds from below, -1 from above; ends are kept times `way`, so that the larger always wins. Where there is no
- * root, no choice is made (it would keep the compiler from vectors): what is under the root pushes the end away, steeply.
+ * root, no choice is made (it would keep the compiler from vectors): what is under the root pushes the end away,
+ * steeply.
  */
 static inline void bound_by_root(const struct bounds_root *r, float way, const float *u, const float *v, float *in,
                                  float *out)
@@ -422,7 +424,8 @@ void bounds_block(const struct bounds *s, const int32_t *inner, const int32_t *o
     }
 }
 
-/* The ends, upper ones times -1, all with the same error but at the sphere's rim; beyond that the upper lies below the lower. */
+/* The ends, upper ones times -1, all with the same error but at the sphere's rim; beyond that the upper lies below the
+ * lower. */
 INLINE void find_ends(const struct bounds *s, const float *u, const float *v, float *lo, float *hi, int32_t *doubt)
 {
     for (int c = 0; c < BOUNDS_BLOCK; c++) {

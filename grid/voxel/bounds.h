@@ -6,9 +6,9 @@
  *
  * Every face of a beam bounds a vertical line at plan position (u, v) from the apex: a plane at an affine function of u
  * and v, a cone and the sphere at that plus a square root. The lower ends' maximum and the upper ends' minimum are the
- * interval; its error is the sum of what rounding can do. A wedge's upper and lower face, cones of latitude, lie so close to planes
- * in a narrow beam that the planes between are taken, and what the cones are off counts as rounding; without tolerance
- * both cones share one root, which is exact and costs less than the planes.
+ * interval; its error is the sum of what rounding can do. A wedge's upper and lower face, cones of latitude, lie so
+ * close to planes in a narrow beam that the planes between are taken, and what the cones are off counts as rounding;
+ * without tolerance both cones share one root, which is exact and costs less than the planes.
  *
  * An upright face (of a level beam) bounds no vertical line, but the plan: it is a line there, with a fringe of columns
  * next to it of which nothing is known.
@@ -20,8 +20,8 @@
 
 #define BOUNDS_BLOCK CAST_LANES /* columns at a time */
 
-/* What rounding leaves open of a column: whether its first or its last cell is within, or, at the sphere's rim or over the ball
- * around the apex, all. */
+/* What rounding leaves open of a column: whether its first or its last cell is within, or, at the sphere's rim or over
+ * the ball around the apex, all. */
 enum bounds_doubt { BOUNDS_FIRST = 1, BOUNDS_LAST = 2, BOUNDS_RIM = 4 };
 
 /* t = c0 + cu u + cv v bounds the line from one side; surely in beyond t by `in`, surely out before t by `out`. */
@@ -36,8 +36,8 @@ struct bounds_root {
     bool misses;               /* without a root the line misses the beam; else it is only not bounded */
 };
 
-/* Both faces of a wedge: t = l W +- (k sqrt(W^2 + a (u^2 + v^2)) + open), W = wu u + wv v; `open` is 0, or large where there
- * is no such pair. */
+/* Both faces of a wedge: t = l W +- (k sqrt(W^2 + a (u^2 + v^2)) + open), W = wu u + wv v; `open` is 0, or large where
+ * there is no such pair. */
 struct bounds_bow {
     float wu, wv, a, l, k, open, error;
 };
@@ -59,7 +59,7 @@ struct bounds {
     float far2, far2_error, t_error; /* of the sphere */
     bool quick;                      /* bounds_quick may be asked */
     float error;                     /* of every face ... */
-    float far2_least;                /* ... and of the sphere where far^2 - u^2 - v^2 is at least this, or as far below 0 */
+    float far2_least;                /* ... and of the sphere where |far^2 - u^2 - v^2| is at least this */
     float near2;                     /* nearer in the plan, the ball around the apex has to do with a column */
     double low[3], high[3];          /* all of the beam lies in this box, by the world's axes */
     struct bounds_line line[2];
@@ -72,15 +72,16 @@ struct bounds_block {
 };
 
 /**
- * bounds_of - sets up for a beam as cast_aim accepts it, in a box in which its apex lies in the cell `apex` (or would), and
- * columns are cells 0..last. The ball that is `near` is left out of the plan only: columns go on from the apex to `far`.
+ * bounds_of - sets up for a beam as cast_aim accepts it, in a box in which its apex lies in the cell `apex` (or would),
+ * and columns are cells 0..last. The ball that is `near` is left out of the plan only: columns go on from the apex to
+ * `far`.
  */
 void bounds_of(struct bounds *s, const struct cast_beam *b, const int32_t apex[3], int32_t last);
 
 /**
- * bounds_quick - for n columns, and up to the next whole block, at these cells of the box along `inner` and `outer`: the
- * first cell and how many, <= 0 for none, and what is in doubt (enum bounds_doubt; where it is the rim, cells say nothing: ask
- * bounds_block). False: some are in doubt. Only where `quick`.
+ * bounds_quick - for n columns, and up to the next whole block, at these cells of the box along `inner` and `outer`:
+ * the first cell and how many, <= 0 for none, and what is in doubt (enum bounds_doubt; where it is the rim, cells say
+ * nothing: ask bounds_block). False: some are in doubt. Only where `quick`.
  */
 bool bounds_quick(const struct bounds *restrict s, const int32_t *restrict inner, const int32_t *restrict outer,
                   int n, int32_t *restrict k, int32_t *restrict cells, int32_t *restrict doubt);

@@ -143,8 +143,8 @@ double cast_slack(const struct cast_beam *b, const int64_t cell[3])
 }
 
 /* Columns that wait for their bounds, with room for a row's last block and for what fills up the last block. */
-#define COLUMNS 64
-#define ROOM    (COLUMNS + 2 * BOUNDS_BLOCK)
+#define ROOM    CAST_SPANS
+#define COLUMNS (ROOM - 2 * BOUNDS_BLOCK)
 struct columns {
     int n;
     int32_t inner[ROOM], outer[ROOM];
@@ -367,7 +367,8 @@ static void ask_columns(struct run *r, int32_t row, int32_t first, int32_t last)
     }
 }
 
-/* Rows in the plan, side by side: columns surely not beyond first_out..last_out, and no fringe within first_in..last_in. */
+/* Rows in the plan, side by side: columns surely not beyond first_out..last_out, and no fringe within
+ * first_in..last_in. */
 #define ROWS 8
 struct rows {
     int32_t first_out[ROWS], first_in[ROWS], last_in[ROWS], last_out[ROWS];
@@ -383,7 +384,8 @@ struct edges {
     double least, most; /* the box */
 };
 
-/* False: no column. Numbers are kept >= 0 where they are cut to whole ones. Nothing begins or ends where a whole number is met exactly. */
+/* False: no column. Numbers are kept >= 0 where they are cut to whole ones. Nothing begins or ends where a whole number
+ * is met exactly. */
 INLINE bool bound_rows_body(const struct edges *e, int32_t row, struct rows *out)
 {
     double a[ROWS], b[ROWS], y[ROWS], z[ROWS];

@@ -8,8 +8,8 @@
  * within the beam and one that the beam is surely within, with bounds on the rounding of both; only voxels between the
  * two are asked. So the same voxels come out on any CPU, at any vector width.
  *
- * The beam's frame: x along its axis, y to the right, z down, the apex at 0. With half apertures a and b (section 5.1 of
- * many texts on sonar has them the other way round: here a is azimuth, b elevation):
+ * The beam's frame: x along its axis, y to the right, z down, the apex at 0. With half apertures a and b (section 5.1
+ * of many texts on sonar has them the other way round: here a is azimuth, b elevation):
  *   wedge    |azimuth| <= a and |latitude| <= b: what a turning head or one beam of a fan hears
  *   pyramid  |azimuth| <= a and |z| <= x tan b
  *   cone     at most a off the axis
@@ -46,9 +46,11 @@ struct cast_beam {
     double tolerance;
 };
 
-/* Runs of cells side by side, as they are computed and entered: n[s] cells from (i[s], j[s], k[s]) downward, counted from
- * the box's first cell, for s < runs; where n[s] <= 0, none. Up to the next whole number of lanes n is 0, the rest anything. */
+/* Runs of cells side by side, as they are computed and entered: n[s] cells from (i[s], j[s], k[s]) downward, counted
+ * from the box's first cell, for s < runs; where n[s] <= 0, none. Up to the next whole number of lanes, which is at
+ * most CAST_SPANS, n is 0, the rest anything. */
 #define CAST_LANES 8
+#define CAST_SPANS 272
 struct cast_spans {
     int runs;
     const int32_t *i, *j, *k, *n;
@@ -59,16 +61,16 @@ typedef void cast_take(void *context, const struct cast_spans *spans);
 #define CAST_MAX_VOXELS 30000.0 /* longest beam that is cast, in voxels */
 
 /**
- * cast_opening_init - half apertures in radians: wedge az (0, pi], el (0, pi/2]; pyramid both (0, pi/2); cone az (0, pi],
- * el ignored. tolerance_m >= 0. False, with a sentence in err, when out of range.
+ * cast_opening_init - half apertures in radians: wedge az (0, pi], el (0, pi/2]; pyramid both (0, pi/2); cone
+ * az (0, pi], el ignored. tolerance_m >= 0. False, with a sentence in err, when out of range.
  */
 bool cast_opening_init(struct cast_opening *o, enum cast_shape shape, double half_az_rad, double half_el_rad,
                        double tolerance_m, char *err, size_t err_size);
 
 /**
- * cast_aim - a beam of a sensor that is turned by attitude (unit quaternion, sensor to world) and sits at apex; az and el
- * as in struct ping_beam. near_m, far_m: what of its water is free. False: nothing is free (far_m <= 0 or < near_m, a
- * number that is not finite), or farther than CAST_MAX_VOXELS.
+ * cast_aim - a beam of a sensor that is turned by attitude (unit quaternion, sensor to world) and sits at apex; az and
+ * el as in struct ping_beam. near_m, far_m: what of its water is free. False: nothing is free (far_m <= 0 or < near_m,
+ * a number that is not finite), or farther than CAST_MAX_VOXELS.
  */
 bool cast_aim(struct cast_beam *b, const struct cast_opening *o, const struct lattice_place *apex,
               const double attitude[4], double az_rad, double el_rad, double near_m, double far_m, double voxel_m);

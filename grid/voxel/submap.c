@@ -9,25 +9,33 @@
 #define CHUNK 32 /* counts that are raised together */
 _Static_assert(CHUNK <= TILE_SLACK, "a chunk may pass the end of the last column");
 
-/* From `skip` on, what all but the last `skip` counts of a chunk are raised to at most but 1, and 255 for those: not raised. */
+/* From `skip` on: what all but the last `skip` counts of a chunk are raised to at most but 1, and 255 for those, which
+ * are not raised. */
 static const uint8_t most_of[2 * CHUNK] = {
     254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 254,
     254, 254, 254, 254, 254, 254, 254, 254, 254, 254, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255,
     255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255, 255};
 
-/* Adds 1, up to 255, to n > 0 counts. What follows them within the last chunk is written back as it was: last, so that no
- * chunk is read that overlaps one just written, for which a CPU waits. */
-INLINE void raise_counts(uint8_t *count, int32_t n)
+INLINE void raise_chunk(uint8_t *count, const uint8_t *most)
 {
-    const uint8_t *last = count + n - CHUNK; /* may lie before `count`, where the pool's links are */
-    for (; count < last; count += CHUNK)
-        for (int l = 0; l < CHUNK; l++)
-            count[l] = (uint8_t)((count[l] < 254 ? count[l] : 254) + 1);
-    const uint8_t *most = most_of + (count - last);
     for (int l = 0; l < CHUNK; l++) {
         uint8_t kept = count[l] < most[l] ? count[l] : most[l], one = (uint8_t)~most[l];
         count[l] = (uint8_t)(kept + one);
     }
+}
+
+/* Adds 1, up to 255, to n > 0 counts. False: all were 255, and nothing was written; most runs are told by their first
+ * count not to be so. What follows the counts within the last chunk is written back as it was: last, so that no chunk is
+ * read that overlaps one just written, for which a CPU waits. */
+INLINE bool raise_counts(uint8_t *count, size_t n)
+{
+    const uint8_t *last = count + (n - 1) / CHUNK * CHUNK;
+    if (*count == UINT8_MAX && memcmp(count, count + 1, n - 1) == 0)
+        return false;
+    for (; count != last; count += CHUNK)
+        raise_chunk(count, most_of);
+    raise_chunk(count, most_of + -n % CHUNK);
+    return true;
 }
 
 /* Where in the memory the stamps begin, behind the directory. */
@@ -74,22 +82,17 @@ void submap_clear(struct submap *m)
     m->n_tiles = 0;
 }
 
-/* The tile of a directory's entry, taken from the pool when there is none yet; TILE_NONE when that is exhausted. */
-static uint32_t tile_to_write(struct submap *m, size_t entry)
+/* The first count of a plane of an entry's tile, which is about to be written to. The tile is taken from the pool when
+ * there is none yet; NULL when that is exhausted. */
+INLINE uint8_t *plane_to_write(struct submap *m, size_t entry, enum submap_plane plane)
 {
     if (m->tile[entry] == TILE_NONE) {
         m->tile[entry] = tiles_take(m->tiles);
-        m->n_tiles += m->tile[entry] != TILE_NONE;
+        if (m->tile[entry] == TILE_NONE)
+            return NULL;
+        m->n_tiles++;
     }
-    m->written[entry] = m->now;
-    return m->tile[entry];
-}
-
-/* The first count of a plane of an entry's tile, which is about to be written to; NULL where no tile is left. */
-static __attribute__((noinline)) uint8_t *plane_to_write(struct submap *m, size_t entry, enum submap_plane plane)
-{
-    uint32_t tile = tile_to_write(m, entry);
-    return tile == TILE_NONE ? NULL : tiles_column(m->tiles, tile, 0, plane);
+    return tiles_column(m->tiles, m->tile[entry], 0, plane);
 }
 
 struct entry {
@@ -100,30 +103,30 @@ struct entry {
 /* Columns come in rows: mostly the next lies in the same tile. */
 INLINE bool enter_spans_body(struct submap *m, enum submap_plane plane, const struct cast_spans *spans)
 {
-    const struct cast_spans s = *spans; /* a copy: for the compiler, a byte written may be part of any struct it can see */
+    const struct cast_spans s = *spans; /* a copy: for the compiler, a byte written may be part of any struct it sees */
     const uint32_t height = m->tiles->height, row = (uint32_t)m->box.size[1] / TILE_SIDE;
-    uint32_t entry[CAST_LANES], offset[CAST_LANES], current = UINT32_MAX;
-    uint8_t *counts = NULL;
+    uint32_t entry[CAST_SPANS], offset[CAST_SPANS];
 
-    for (int first = 0; first < s.runs; first += CAST_LANES) {
-        for (int l = 0; l < CAST_LANES; l++) {
-            uint32_t i = (uint32_t)s.i[first + l], j = (uint32_t)s.j[first + l];
+    for (int first = 0; first < s.runs; first += CAST_LANES)
+        for (int l = first; l < first + CAST_LANES; l++) {
+            uint32_t i = (uint32_t)s.i[l], j = (uint32_t)s.j[l];
             entry[l] = i / TILE_SIDE * row + j / TILE_SIDE;
-            offset[l] = (i % TILE_SIDE * TILE_SIDE + j % TILE_SIDE) * height + (uint32_t)s.k[first + l];
+            offset[l] = (i % TILE_SIDE * TILE_SIDE + j % TILE_SIDE) * height + (uint32_t)s.k[l];
         }
-        for (int l = 0; l < CAST_LANES; l++) {
-            int32_t n = s.n[first + l];
-            if (n <= 0)
-                continue;
-            if (entry[l] != current) {
-                current = entry[l];
-                counts = plane_to_write(m, current, plane);
-            }
-            if (counts)
-                raise_counts(counts + offset[l], n);
-            else
-                m->stats.starved++;
+    for (int l = 0; l < s.runs;) {
+        const uint32_t here = entry[l];
+        uint8_t *counts = s.n[l] > 0 ? plane_to_write(m, here, plane) : NULL;
+        bool raised = false;
+        if (!counts) {
+            m->stats.starved += s.n[l] > 0;
+            l++;
+            continue;
         }
+        for (; l < s.runs && entry[l] == here; l++)
+            if (s.n[l] > 0)
+                raised |= raise_counts(counts + offset[l], (uint32_t)s.n[l]);
+        if (raised)
+            m->written[here] = m->now;
     }
     return true;
 }
@@ -192,13 +195,17 @@ void submap_body(struct submap *m, const struct lattice_place *a, const struct l
                 const double p[3] = {i + 0.5, j + 0.5, k + 0.5};
                 if (distance2(p, from, d) > radius * radius)
                     continue;
-                uint32_t tile = tile_to_write(m, submap_entry(m, i, j));
-                if (tile == TILE_NONE) {
+                const size_t entry = submap_entry(m, i, j);
+                uint8_t *counts = plane_to_write(m, entry, SUBMAP_VACANCY);
+                if (!counts) {
                     m->stats.starved++;
                     continue;
                 }
-                uint8_t *count = tiles_column(m->tiles, tile, submap_column(i, j), SUBMAP_VACANCY) + k;
-                *count = *count > score ? *count : score;
+                uint8_t *count = counts + (size_t)submap_column(i, j) * m->tiles->height + k;
+                if (*count < score) {
+                    *count = score;
+                    m->written[entry] = m->now;
+                }
             }
 }
 

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * submap - one local map m_i of the free water (Oliveira, Ferreira and Cruz 2023, sections III-C and III-D): a box of
- * the world's lattice around a base place, a byte of vacancy per voxel, and beside it, where asked for, a byte of echoes.
- * Tiles come from a pool when something is first written to them. Pure; one thread owns it.
+ * the world's lattice around a base place, a byte of vacancy per voxel, and beside it, where asked for, a byte of
+ * echoes. Tiles come from a pool when something is first written to them. Pure; one thread owns it.
  *
  * Vacancy counts the range measurements that found a voxel free; echoes count those that heard something which may lie
  * in it. Both stop at 255, and neither is ever taken from the other. A voxel is
@@ -34,13 +34,13 @@ struct submap {
     struct tiles *tiles;
     struct lattice_box box; /* plan size in whole tiles; size[2] = tiles->height */
     uint32_t *tile;         /* [size[0]/16][size[1]/16], TILE_NONE: never written to */
-    uint64_t *written;      /* beside tile: the value of `now` when it was last written to */
+    uint64_t *written;      /* beside tile: the value of `now` when a count of it last changed */
     uint64_t now;           /* set by the owner before it writes: a count of its changes */
     uint32_t n_tiles;       /* taken */
     struct submap_stats stats;
 };
 
-/** submap_bytes - memory (8-byte aligned) of the directory for a box of side x side tiles, side in [1, 4096]; else 0. */
+/** submap_bytes - memory (8-byte aligned) of the directory of side x side tiles, side in [1, 4096]; else 0. */
 size_t submap_bytes(uint32_t side);
 
 /**
@@ -53,7 +53,8 @@ void submap_init(struct submap *m, void *memory, uint32_t side, struct tiles *ti
 /** submap_clear - gives all tiles back; the box stays. */
 void submap_clear(struct submap *m);
 
-/** submap_cast - raises one plane's count by 1 in every voxel that the beam covers. */
+/** submap_cast - raises one plane's count by 1, up to 255, in every voxel that the beam covers. A run of voxels that
+ * all stand at 255 costs no write, and what is made from a tile's counts stays valid. */
 void submap_cast(struct submap *m, const struct cast_beam *b, enum submap_plane plane);
 
 /**
@@ -63,8 +64,8 @@ void submap_cast(struct submap *m, const struct cast_beam *b, enum submap_plane 
 void submap_body(struct submap *m, const struct lattice_place *a, const struct lattice_place *b, double radius,
                  uint8_t score);
 
-/** submap_halve - ageing: halves all counts, so that what is not confirmed is forgotten: vacancy rounded down, echoes up,
- * so that no voxel becomes free by it. Age before merging. */
+/** submap_halve - ageing: halves all counts, so that what is not confirmed is forgotten: vacancy rounded down, echoes
+ * up, so that no voxel becomes free by it. Age before merging. */
 void submap_halve(struct submap *m);
 
 /** submap_count - one plane's count at a cell: 0 outside the box, where never written to, or without that plane. */

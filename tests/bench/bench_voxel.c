@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * bench_voxel - beams into a voxel submap: time per ping and per voxel raised, beside the time that adding 1 to one byte
- * of the very same cache lines takes, the map's bytes, and what is wrong. Scenes of voxel_scene.h, and a fan of
+ * bench_voxel - beams into a voxel submap: time per ping and per voxel raised, beside the time that adding 1 to one
+ * byte of the very same cache lines takes, the map's bytes, and what is wrong. Scenes of voxel_scene.h, and a fan of
  * 512 beams. "bench_voxel SCENE VOXEL TURNS" runs one scene (F: the fan) only, for counting instructions.
  */
 #include <stdio.h>

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * bench_voxmap - what is built on submaps: entering pings into the map, judging and surfacing what they changed, and questions,
- * at 0.1 m in scene A of voxel_scene.h (a shaft of 9 x 5 x 27 m). Beside the time of entering a ping: the same beams cast
- * into the bare submap, and what a test for saturated voxels would save.
+ * bench_voxmap - what is built on submaps: entering pings into the map, judging and surfacing what they changed, and
+ * questions, at 0.1 m in scene A of voxel_scene.h (a shaft of 9 x 5 x 27 m). Beside the time of entering a ping: the
+ * same beams cast into the bare submap.
  */
 #include <stdio.h>
 #include <stdlib.h>

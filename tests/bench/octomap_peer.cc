@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * octomap_peer - the pings of voxel_scene.h into OctoMap and into a voxel submap: time (of this process) per ping, memory,
- * the share of the voxels in a beam that OctoMap has as free, free voxels outside the shaft, and in how many
+ * octomap_peer - the pings of voxel_scene.h into OctoMap and into a voxel submap: time (of this process) per ping,
+ * memory, the share of the voxels in a beam that OctoMap has as free, free voxels outside the shaft, and in how many
  * directions a ray from the vehicle is stopped at the wall after all turns. OctoMap gets rays at most one voxel apart
  * where the beam ends, and every end that is an echo as an occupied place: its own way to enter a wide beam.
  * "octomap_peer csv [quick]" prints what the report shows.
@@ -68,7 +68,8 @@ static void walls_left(const octomap::OcTree &tree, const submap &map, const sce
         for (double r = 0.5; r < scene_wall(last.position_m, ray) + 1; r += voxel_m / 2) {
             double at[3] = {last.position_m[0] + r * ray[0], last.position_m[1] + r * ray[1], last.position_m[2]};
             struct lattice_place place;
-            if (lattice_place(at, voxel_m, &place) && voxel_judge(&rule, submap_count(&map, SUBMAP_VACANCY, place.cell), 0) != VOXEL_FREE) {
+            if (lattice_place(at, voxel_m, &place) &&
+                voxel_judge(&rule, submap_count(&map, SUBMAP_VACANCY, place.cell), 0) != VOXEL_FREE) {
                 ++*by_submap;
                 break;
             }

@@ -143,10 +143,11 @@ static inline void rig_set(struct rig *r, const int64_t cell[3], enum submap_pla
     struct submap *m = &r->map.current->map;
     const struct lattice_place at = {{cell[0], cell[1], cell[2]}, {0.5, 0.5, 0.5}};
     m->now = ++r->map.change;
-    submap_body(m, &at, &at, 0.1, 0); /* takes a tile, and marks it written */
-    uint64_t i = (uint64_t)(cell[0] - m->box.first[0]), j = (uint64_t)(cell[1] - m->box.first[1]);
-    uint32_t tile = m->tile[i / 16 * ((uint64_t)m->box.size[1] / 16) + j / 16];
-    tiles_column(m->tiles, tile, (uint32_t)(i % 16 * 16 + j % 16), plane)[cell[2] - m->box.first[2]] = count;
+    submap_body(m, &at, &at, 0.1, 0); /* takes a tile */
+    const int32_t i = (int32_t)(cell[0] - m->box.first[0]), j = (int32_t)(cell[1] - m->box.first[1]);
+    const size_t entry = submap_entry(m, i, j);
+    tiles_column(m->tiles, m->tile[entry], submap_column(i, j), plane)[cell[2] - m->box.first[2]] = count;
+    m->written[entry] = m->now;
 }
 
 /* A number that stands for all states in a box of cells around the origin. */

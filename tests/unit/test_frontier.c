@@ -239,6 +239,40 @@ TEST(only_what_changed_is_computed_anew)
     rig_free(r);
 }
 
+/* Where all counts stand at 255 a ping leaves what was computed valid, until age or another beam changes one. */
+TEST(what_is_saturated_is_not_computed_anew)
+{
+    struct voxmap_setting s = rig_setting();
+    s.half_life_ns = 1000 * SECOND;
+    s.body_radius_m = 0.3;
+    struct rig *r = rig_new(&s);
+    struct rig_ping p;
+    const double at[3] = {0.05, 0.05, 0.05};
+    const int64_t first[3] = {-6, -8, -14}, end[3] = {24, 22, 14};
+    int64_t surface = 0;
+    for (int n = 0; n < 300; n++) {
+        rig_aim(&p, at, geo_rad(40), 2);
+        rig_hear(&p, 2);
+        rig_enter(r, &p, 0);
+    }
+    CHECK_INT(wrong_in(r, first, end, &surface), 0);
+    CHECK(surface > 100);
+    static const struct {
+        uint64_t t_s;
+        double az_deg;
+        bool anew;
+    } row[] = {{1, 40, false}, {2, 40, false}, {3, 43, true}, {4, 40, false}, {1005, 40, true}, {1006, 40, true}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        const uint64_t judged = r->mask.computed;
+        rig_aim(&p, at, geo_rad(row[i].az_deg), 2);
+        rig_hear(&p, 2);
+        rig_enter(r, &p, row[i].t_s * SECOND);
+        CHECK_INT(wrong_in(r, first, end, &surface), 0);
+        CHECK((r->mask.computed > judged) == row[i].anew);
+    }
+    rig_free(r);
+}
+
 /* Pings, half-lives, new, corrected, paged-out and dropped submaps in any order: kept equals made anew, cell by cell. */
 TEST(random_walk_equals_a_full_pass)
 {
@@ -308,6 +342,7 @@ int main(void)
     RUN(points_have_places_normals_and_tags);
     RUN(seeking_in_steps_finds_the_same_blocks);
     RUN(only_what_changed_is_computed_anew);
+    RUN(what_is_saturated_is_not_computed_anew);
     RUN(random_walk_equals_a_full_pass);
     return test_end();
 }

@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* test_submap - tiles.h and submap.h: counting, clipping, memory, ageing, the body, and false-free water in rooms. */
+/* test_submap - tiles.h and submap.h: counting, what is saturated, clipping, memory, ageing, the body, and false-free
+ * water in rooms. */
+#include <sys/mman.h>
+
 #include "../../grid/voxel/submap.h"
 
 #include "../../grid/geometry.h"
@@ -142,6 +145,107 @@ TEST(counts_exactly_what_the_definition_says)
     rig_free(r);
 }
 
+/* Every tile is taken; its columns are near 255, some all at it. */
+static void nearly_saturate(struct rig *r, uint64_t *seed)
+{
+    const size_t entries = (size_t)(r->map.box.size[0] / TILE_SIDE * r->map.box.size[1] / TILE_SIDE);
+    for (size_t e = 0; e < entries; e++) {
+        if (r->map.tile[e] == TILE_NONE)
+            r->map.tile[e] = tiles_take(&r->tiles);
+        uint8_t *count = tiles_column(&r->tiles, r->map.tile[e], 0, 0);
+        const bool full = test_uniform(seed) < 0.3;
+        for (size_t c = 0; c < r->tiles.tile_bytes; c += r->tiles.height) {
+            const double mixed = full ? 0 : floor(3 * test_uniform(seed)) / 2;
+            for (size_t k = 0; k < r->tiles.height; k++)
+                count[c + k] = (uint8_t)(test_uniform(seed) < mixed ? 253 + 3 * test_uniform(seed) : 255);
+        }
+    }
+}
+
+/* Cells where a beam does not leave what a slow one would: those that it covers a count higher, up to 255. Sets which
+ * tiles it changed. */
+static int64_t off_reference(const struct rig *r, const struct cast_beam *b, enum submap_plane plane,
+                             const uint8_t *before, bool *changed)
+{
+    const struct submap *m = &r->map;
+    int64_t wrong = 0;
+    for (int32_t i = 0; i < m->box.size[0]; i++)
+        for (int32_t j = 0; j < m->box.size[1]; j++)
+            for (int32_t k = 0; k < m->box.size[2]; k++) {
+                const size_t entry = submap_entry(m, i, j);
+                const uint8_t *now = tiles_column(&r->tiles, m->tile[entry], submap_column(i, j), plane) + k;
+                const uint8_t was = before[now - r->tiles.bytes];
+                const int64_t cell[3] = {m->box.first[0] + i, m->box.first[1] + j, m->box.first[2] + k};
+                const bool rises = was < 255 && cast_slack(b, cell) >= 0;
+                wrong += *now != was + rises;
+                changed[entry] |= rises;
+            }
+    return wrong;
+}
+
+/* Whatever is saturated, counts are those of a slow map, and a tile is marked exactly when one of its counts changed. */
+TEST(what_is_saturated_neither_changes_nor_marks)
+{
+    enum { SIDE = 4, TILES = SIDE * SIDE, HEIGHT = 70 };
+    uint64_t seed = test_seed();
+    struct rig *r = rig_new(SIDE, TILES, HEIGHT, 2);
+    const size_t bytes = TILES * r->tiles.tile_bytes;
+    uint8_t *before = malloc(bytes);
+    int marked = 0, spared = 0;
+    for (uint64_t n = 1; n <= 30; n++) {
+        const enum submap_plane plane = n % 3 ? SUBMAP_VACANCY : SUBMAP_ECHOES;
+        struct cast_opening o = opening((enum cast_shape)(n % 2 * 2), 5 + 60 * test_uniform(&seed), 60, 0);
+        struct cast_beam b = beam(&o, 360 * test_uniform(&seed), n % 5 ? 0 : 1, 1 + 3 * test_uniform(&seed));
+        bool changed[TILES] = {false};
+        uint64_t stamps[TILES];
+        nearly_saturate(r, &seed);
+        memcpy(before, r->tiles.bytes, bytes);
+        memcpy(stamps, r->map.written, sizeof stamps);
+        r->map.now = n;
+        submap_cast(&r->map, &b, plane);
+        CHECK_INT(off_reference(r, &b, plane, before, changed), 0);
+        for (int t = 0; t < TILES; t++) {
+            CHECK_INT(r->map.written[t], changed[t] ? n : stamps[t]);
+            marked += changed[t];
+            spared += !changed[t];
+        }
+        for (size_t at = 0; at < bytes; at++) /* the other plane */
+            if (at / r->tiles.plane_bytes % 2 != plane && before[at] != r->tiles.bytes[at])
+                CHECK_INT(at, -1);
+    }
+    CHECK(marked > 50 && spared > 50);
+    free(before);
+    rig_free(r);
+}
+
+/* A store would end the test: the memory may only be read. */
+TEST(what_is_saturated_is_not_written_to)
+{
+    const uint32_t heights[] = {20, 32, 33, 64, 100};
+    for (size_t h = 0; h < sizeof heights / sizeof heights[0]; h++) {
+        struct rig *r = rig_new(4, 16, heights[h], 2);
+        const size_t bytes = tiles_bytes(16, heights[h], 2);
+        void *pool = mmap(NULL, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
+        CHECK(pool != MAP_FAILED);
+        tiles_init(&r->tiles, pool, 16, heights[h], 2);
+        for (int e = 0; e < 16; e++)
+            r->map.tile[e] = tiles_take(&r->tiles);
+        memset(r->tiles.bytes, 255, 16 * r->tiles.tile_bytes);
+        CHECK(mprotect(pool, bytes, PROT_READ) == 0);
+        r->map.now = 1;
+        for (int n = 0; n < 30; n++) {
+            struct cast_opening o = opening((enum cast_shape)(n % 3), 3 + n, 35 + n, 0);
+            struct cast_beam b = beam(&o, 12 * n, 0, 3);
+            submap_cast(&r->map, &b, n % 2 ? SUBMAP_VACANCY : SUBMAP_ECHOES);
+        }
+        submap_body(&r->map, &origin, &origin, 5, 200);
+        for (int e = 0; e < 16; e++)
+            CHECK_INT(r->map.written[e], 0);
+        munmap(pool, bytes);
+        rig_free(r);
+    }
+}
+
 TEST(V6_clipped_and_counted)
 {
     struct rig *r = rig_new(2, 4, 16, 1); /* 3.2 x 3.2 x 1.6 m */
@@ -249,6 +353,7 @@ TEST(the_body_is_free)
         from[a] = (double)stern.cell[a] + stern.offset[a];
         d[a] = (double)bow.cell[a] + bow.offset[a] - from[a];
     }
+    r->map.now = 7;
     submap_body(&r->map, &stern, &bow, 3, 200);
     int64_t cell[3];
     int inside = 0, wrong = 0;
@@ -272,8 +377,11 @@ TEST(the_body_is_free)
     CHECK_INT(wrong, 0);
     CHECK(inside > 300);
     CHECK_INT(r->map.stats.clipped, 0);
+    r->map.now = 8;
     submap_body(&r->map, &stern, &bow, 2, 100); /* never lowers */
     CHECK_INT(submap_count(&r->map, SUBMAP_VACANCY, (const int64_t[3]){0, 0, 0}), 200);
+    for (int e = 0; e < 16; e++)
+        CHECK_INT(r->map.written[e], r->map.tile[e] == TILE_NONE ? 0 : 7);
     submap_body(&r->map, &stern, &bow, 1000, 1);
     CHECK_INT(r->map.stats.clipped, 1);
     submap_body(&r->map, &stern, &bow, NAN, 1);
@@ -430,6 +538,8 @@ int main(void)
     RUN(boxes_lie_on_whole_tiles_around_their_base);
     RUN(V4_counts_once_per_beam_and_stops_at_255);
     RUN(counts_exactly_what_the_definition_says);
+    RUN(what_is_saturated_neither_changes_nor_marks);
+    RUN(what_is_saturated_is_not_written_to);
     RUN(V6_clipped_and_counted);
     RUN(an_exhausted_pool_is_counted_and_shared);
     RUN(sizes_are_checked);
