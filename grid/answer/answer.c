@@ -37,6 +37,7 @@ struct tally {
     double near_m;   /* of the obstacle reported in a */
     double oldest_s; /* ping of the directions looked at */
     bool looked;
+    bool never; /* one of them was never pinged */
 };
 
 static void begin(struct tally *t)
@@ -130,6 +131,7 @@ struct aim {
     const struct answer_query *query;
     const struct sight_place *place;
     double axis[3];
+    double cos_wall, sin_wall; /* of the angle between the axis and the question's wall */
 };
 
 /* One direction against the question: how far along its rays that reaches, 0: not at all. */
@@ -139,8 +141,8 @@ struct share {
     bool beside; /* it is no direction of the cone */
 };
 
-/* How far the vehicle may be off the centre, across a wall of the question (axis turned by half_rad) towards v. */
-static double off_m(const struct aim *a, const double v[3], double half_rad)
+/* How far the vehicle may be off the centre, across the wall of the question towards v. */
+static double off_m(const struct aim *a, const double v[3])
 {
     double out[3], dot = 0, length = 0;
     for (int i = 0; i < 3; i++)
@@ -153,7 +155,7 @@ static double off_m(const struct aim *a, const double v[3], double half_rad)
     if (length < 1e-9)
         return a->place->moved_m;
     for (int i = 0; i < 3; i++)
-        out[i] = cos(half_rad) * out[i] / length - sin(half_rad) * a->axis[i];
+        out[i] = a->cos_wall * out[i] / length - a->sin_wall * a->axis[i];
     return sight_towards(a->place, out);
 }
 
@@ -166,12 +168,12 @@ static struct share share_of(const struct aim *a, const double v[3], double gamm
         const double beyond = gamma - q->half_angle_rad;
         if (beyond <= 0)
             return (struct share){.need_m = q->distance_m};
-        const double off = moved_m > 0 ? off_m(a, v, fmin(q->half_angle_rad, GEO_PI)) : 0;
+        const double off = moved_m > 0 ? off_m(a, v) : 0;
         return (struct share){.need_m = fmin(q->distance_m, off / sin(fmin(beyond, GEO_PI / 2))), .beside = true};
     }
     if (gamma > GEO_PI / 2)
         return (struct share){0};
-    const double ahead = cos(gamma), wide_m = q->radius_m + (moved_m > 0 ? off_m(a, v, 0) : 0);
+    const double ahead = cos(gamma), wide_m = q->radius_m + (moved_m > 0 ? off_m(a, v) : 0);
     /* ranges are already shorter by moved_m, along the ray; along the line that may be more */
     const double end = ahead > 1e-12 ? (q->distance_m + moved_m * (1 - ahead)) / ahead : INFINITY;
     const double side = gamma > 0 ? wide_m / sin(gamma) : INFINITY;
@@ -191,7 +193,8 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
     double az, el;
     struct sight_place place;
     sight_locate(&frame, now, &place);
-    struct aim aim = {.query = q, .place = &place};
+    const double wall_rad = q->corridor ? 0 : fmin(q->half_angle_rad, GEO_PI);
+    struct aim aim = {.query = q, .place = &place, .cos_wall = cos(wall_rad), .sin_wall = sin(wall_rad)};
     geo_direction(q->az_rad, q->el_rad, aim.axis);
     sight_to_grid(&frame, now, q->ned, aim.axis);
     geo_angles(aim.axis, &az, &el);
@@ -202,21 +205,23 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
     struct tally tally;
     begin(&tally);
     const double turned = q->ned ? 0 : place.turned_rad;
-    const double opening = q->corridor ? GEO_PI / 2 : fmin(q->half_angle_rad, GEO_PI);
+    const double opening = q->corridor ? GEO_PI / 2 : wall_rad;
     const double beside = q->corridor ? 0 : sight_aside_rad(&place, 0);
     const double around = fmin(opening + beside + turned + p->rings->height_rad, GEO_PI);
     struct rings_visit visit = rings_visit(p->rings, aim.axis, around);
-    while (rings_next(&visit)) {
+    double reach_rad = 0;
+    for (uint32_t ring = RINGS_NONE; rings_next(&visit); ring = visit.ring) {
+        if (visit.ring != ring)
+            reach_rad = sight_cell_reach(p->rings, visit.ring);
         const double *v = p->axis[visit.direction];
         double dot = v[0] * aim.axis[0] + v[1] * aim.axis[1] + v[2] * aim.axis[2];
-        double gamma = acos(dot > 1 ? 1 : dot < -1 ? -1 : dot) - sight_cell_reach(p->rings, visit.ring) - turned;
+        double gamma = acos(dot > 1 ? 1 : dot < -1 ? -1 : dot) - reach_rad - turned;
         const struct share share = share_of(&aim, v, fmax(gamma, 0));
         if (share.need_m <= 0)
             continue;
         struct picture_entry e;
         struct sight view;
-        picture_get(p, visit.direction, &e);
-        sight_look(p, &e, conf, now, &place, &view);
+        sight_look(p, visit.direction, conf, now, &place, &e, &view);
         if (view.obstacle && view.near_m <= share.need_m)
             add_obstacle(&tally, &view, now, place.moved_m);
         if (share.beside)
@@ -235,6 +240,19 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
 
 #define ROUNDING_RAD 1e-6 /* of elevations that were turned */
 
+/* Elevations as sines, and wider by ROUNDING: a direction's height against them needs no angle. */
+struct heights {
+    double lo, hi;
+};
+
+#define ROUNDING 1e-9
+
+static struct heights heights_of(double lo_rad, double hi_rad)
+{
+    return (struct heights){.lo = sin(fmax(lo_rad, -GEO_PI / 2)) - ROUNDING,
+                            .hi = sin(fmin(hi_rad, GEO_PI / 2)) + ROUNDING};
+}
+
 /* A question about all sectors of a band, while directions are added to them. */
 struct sectors {
     struct picture *picture;
@@ -244,11 +262,15 @@ struct sectors {
     double lo_rad, hi_rad; /* the band, of the body when `turned` */
     double need_m, width_rad;
     double slack_rad; /* the body's axes may be turned so far from what its attitude says */
-    bool turned;      /* asked in the body's axes, which are not the grid's ... */
-    double attitude[4]; /* ... but this, in them */
-    double axes_rad;    /* asked in NED: azimuth of the grid's azimuth 0 */
+    double water_rad; /* what is heard of a direction's water may be so far beside it; of an obstacle it may be more: */
+    struct heights any, water; /* of the middles of cells that reach into the band with anything, and with water */
+    double up[3];              /* of the axes asked about, in the grid's */
+    bool turned;               /* asked in the body's axes, which are not the grid's ... */
+    double attitude[4];        /* ... but this, in them */
+    double axes_rad;           /* asked in NED: azimuth of the grid's azimuth 0 */
     size_t count;
     struct tally *tally; /* [count] */
+    size_t hopeful;      /* of them no direction that was never pinged was added to */
 };
 
 /* Where a cell lies, and how far it reaches to its sides. */
@@ -284,9 +306,8 @@ static void add_to_sectors(struct sectors *s, uint32_t d, const struct patch *pa
 {
     struct picture_entry e;
     struct sight view;
-    picture_get(s->picture, d, &e);
-    sight_look(s->picture, &e, s->conf, s->now, &s->place, &view);
-    const struct run water = touched(s, patch, s->slack_rad + sight_aside_rad(&s->place, s->need_m));
+    sight_look(s->picture, d, s->conf, s->now, &s->place, &e, &view);
+    const struct run water = touched(s, patch, s->water_rad);
     for (double k = water.from; k <= water.to; k++)
         add_water(tally_of(s, k), &view, s->need_m, false, 0);
     if (!view.obstacle)
@@ -297,22 +318,56 @@ static void add_to_sectors(struct sectors *s, uint32_t d, const struct patch *pa
         add_obstacle(tally_of(s, k), &view, s->now, s->place.moved_m);
 }
 
+/* The same of a direction that was never pinged. One such tells a sector all that others could. */
+static void add_blank(struct sectors *s, const struct patch *patch)
+{
+    const struct run water = touched(s, patch, s->water_rad);
+    for (double k = water.from; k <= water.to; k++) {
+        struct tally *t = tally_of(s, k);
+        if (t->never)
+            continue;
+        add_water(t, &sight_never, s->need_m, false, 0);
+        t->never = true;
+        s->hopeful--;
+    }
+}
+
+static bool is_between(const struct heights *h, double height)
+{
+    return height >= h->lo && height <= h->hi;
+}
+
+/* patch: of the direction, in the grid's axes but for axes_rad. */
+static void add_direction(struct sectors *s, uint32_t d, struct patch patch)
+{
+    const double *axis = s->picture->axis[d];
+    const double height = axis[0] * s->up[0] + axis[1] * s->up[1] + axis[2] * s->up[2];
+    if (!is_between(&s->any, height))
+        return;
+    const bool blank = picture_blank(s->picture, d);
+    if (blank && (!s->hopeful || !is_between(&s->water, height)))
+        return;
+    if (s->turned) {
+        double v[3];
+        quat_rotate_inverse(s->attitude, axis, v);
+        geo_angles(v, &patch.az, &patch.el);
+    }
+    if (blank)
+        add_blank(s, &patch);
+    else
+        add_to_sectors(s, d, &patch);
+}
+
 static void add_ring(struct sectors *s, uint32_t ring)
 {
     const struct rings *rings = s->picture->rings;
-    const double width = rings_width(rings, ring), half_el = rings->height_rad / 2;
-    const double more = s->slack_rad + sight_aside_rad(&s->place, 0);
+    const double width = rings_width(rings, ring);
+    struct patch patch = {.el = rings->top_rad - (ring + 0.5) * rings->height_rad,
+                          .half_az = width / 2,
+                          .half_el = rings->height_rad / 2};
     for (uint32_t d = rings->start[ring]; d < rings->start[ring + 1]; d++) {
-        double az = (d - rings->start[ring] + 0.5) * width + s->axes_rad;
-        double el = rings->top_rad - (ring + 0.5) * rings->height_rad;
-        if (s->turned) {
-            double v[3];
-            quat_rotate_inverse(s->attitude, s->picture->axis[d], v);
-            geo_angles(v, &az, &el);
-        }
-        const struct patch patch = {.az = az, .el = el, .half_az = width / 2, .half_el = half_el};
-        if (el + half_el > s->lo_rad - more && el - half_el < s->hi_rad + more)
-            add_to_sectors(s, d, &patch);
+        patch.az = (d - rings->start[ring] + 0.5) * width + s->axes_rad;
+        add_direction(s, d, patch);
     }
 }
 
@@ -337,21 +392,28 @@ static void sectors_once(struct picture *p, const struct answer_conf *conf, cons
                         .width_rad = GEO_TURN / (double)count,
                         .axes_rad = ned ? frame.axes_rad : 0,
                         .count = count,
-                        .tally = tally};
+                        .tally = tally,
+                        .hopeful = count,
+                        .up = {0, 0, -1}};
     for (size_t k = 0; k < count; k++)
         begin(&tally[k]);
     sight_locate(&frame, now, &s.place);
     s.turned = !ned && sight_attitude(&frame, now, ned, s.attitude);
-    /* the rings that reach into the band, however the body is tilted */
+    if (s.turned)
+        quat_rotate(s.attitude, s.up, s.up);
     s.slack_rad = s.turned ? s.place.turned_rad : 0;
-    const double tilt = s.turned ? sight_tilt(now->pose.attitude) + s.slack_rad : 0;
-    const double beyond = p->rings->height_rad / 2 + tilt + sight_aside_rad(&s.place, 0);
+    s.water_rad = s.slack_rad + sight_aside_rad(&s.place, s.need_m);
+    /* the rings that reach into the band, however the body is tilted */
+    const double half = p->rings->height_rad / 2, most = half + s.slack_rad + sight_aside_rad(&s.place, 0);
+    const double tilt = s.turned ? sight_tilt(now->pose.attitude) : 0;
+    s.any = heights_of(lo_rad - most, hi_rad + most);
+    s.water = heights_of(lo_rad - half - s.water_rad, hi_rad + half + s.water_rad);
     for (uint32_t ring = 0; ring < p->rings->n_rings; ring++) {
         const double el = p->rings->top_rad - (ring + 0.5) * p->rings->height_rad;
-        if (el + beyond > lo_rad - ROUNDING_RAD && el - beyond < hi_rad + ROUNDING_RAD)
+        if (el + most + tilt > lo_rad - ROUNDING_RAD && el - most - tilt < hi_rad + ROUNDING_RAD)
             add_ring(&s, ring);
     }
-    const bool kept = sight_keeps(p->rings, lo_rad - tilt, hi_rad + tilt);
+    const bool kept = sight_keeps(p->rings, lo_rad - tilt - s.slack_rad, hi_rad + tilt + s.slack_rad);
     for (size_t k = 0; k < count; k++) {
         if (!kept)
             doubt(&tally[k], ANSWER_OUTSIDE);

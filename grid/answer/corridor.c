@@ -69,8 +69,13 @@ static void dig(const struct corridor_body *body, const struct picture_frame *fr
     t->most_m = q->most_m;
 }
 
-/* An angle from 0 to a right one: the sum and difference with another need no more than this, for directions by the
- * thousand. */
+/* Without a call, for directions by the thousand. */
+static double clamped(double x, double lo, double hi)
+{
+    return x < lo ? lo : x > hi ? hi : x;
+}
+
+/* An angle from 0 to a right one: the sum and difference with another need no more than this. */
 struct reach {
     double sin, cos;
 };
@@ -87,17 +92,17 @@ static struct reach reach_of(double rad)
  */
 static double leaves_wall(double half_m, double drift_m, double share, struct reach reach)
 {
-    const double aside = fmin(1, fabs(share));
+    const double aside = clamped(fabs(share), 0, 1);
     const double least = aside * reach.cos - sqrt(1 - aside * aside) * reach.sin;
-    const double wall_m = half_m + fmax(0, share < 0 ? -drift_m : drift_m);
+    const double wall_m = half_m + clamped(share < 0 ? -drift_m : drift_m, 0, INFINITY);
     return least > 0 ? wall_m / least : INFINITY;
 }
 
 /* Range at which the last ray of the cell around v leaves the tunnel by its sides. */
 static double leaves_side(const struct tunnel *t, const double v[3], struct reach reach)
 {
-    return fmin(leaves_wall(t->half_width_m, t->drift_side_m, dot(v, t->side), reach),
-                leaves_wall(t->half_height_m, t->drift_up_m, dot(v, t->up), reach));
+    const double aside_m = leaves_wall(t->half_width_m, t->drift_side_m, dot(v, t->side), reach);
+    return clamped(leaves_wall(t->half_height_m, t->drift_up_m, dot(v, t->up), reach), 0, aside_m);
 }
 
 static void meet(struct corridor *out, const struct sight *s, const struct answer_now *now, double at_m)
@@ -121,30 +126,51 @@ static void doubt(struct corridor *out, enum answer_reason why, double at_m)
 /* Where along the line a ray is at a range that is shorter by what the vehicle has moved: that may have been all ahead. */
 static double along_m(const struct tunnel *t, double range_m, double foreshortened)
 {
-    return fmax(0, range_m * foreshortened - t->moved_m * (1 - foreshortened));
+    return clamped(range_m * foreshortened - t->moved_m * (1 - foreshortened), 0, INFINITY);
 }
 
+/* A question about a tunnel, while directions are added to the answer. */
+struct look {
+    struct picture *picture;
+    const struct answer_conf *conf;
+    const struct answer_now *now;
+    struct sight_place place;
+    struct tunnel tunnel;
+    struct corridor *out;
+};
+
 /* What one direction adds. A range along a ray is `foreshortened` along the line, at the least. */
-static void add(const struct tunnel *t, const struct sight *s, const struct answer_now *now, const double v[3],
-                struct reach reach, struct corridor *out)
+static void add(const struct look *l, uint32_t direction, struct reach reach)
 {
-    const double ahead = fmax(-1, fmin(1, dot(v, t->along))), off = sqrt(1 - ahead * ahead);
-    const double foreshortened = fmax(0, ahead * reach.cos - off * reach.sin);
-    const double side_m = leaves_side(t, v, reach);
+    const struct tunnel *t = &l->tunnel;
+    struct corridor *out = l->out;
+    const double *v = l->picture->axis[direction];
+    const double ahead = clamped(dot(v, t->along), -1, 1), off = sqrt(1 - ahead * ahead);
+    const double foreshortened = clamped(ahead * reach.cos - off * reach.sin, 0, 1);
+    const double near_m = along_m(t, t->near_m, foreshortened);
     if (ahead * reach.cos + off * reach.sin < 0) /* no ray of the cell leads ahead */
         return;
-    if (s->obstacle && s->near_m <= side_m && s->near_m * foreshortened <= t->most_m)
-        meet(out, s, now, along_m(t, s->near_m, foreshortened));
+    const bool blank = picture_blank(l->picture, direction);
+    if (blank && near_m >= out->known_m) /* a doubt from there on is no news */
+        return;
+    const double side_m = leaves_side(t, v, reach);
     const double exit_m = fmin(side_m, t->most_m / fmax(foreshortened, 1e-9));
+    if (blank && exit_m <= t->near_m)
+        return;
+    struct picture_entry e;
+    struct sight s;
+    sight_look(l->picture, direction, l->conf, l->now, &l->place, &e, &s);
+    if (s.obstacle && s.near_m <= side_m && s.near_m * foreshortened <= t->most_m)
+        meet(out, &s, l->now, along_m(t, s.near_m, foreshortened));
     if (exit_m <= t->near_m)
         return;
-    out->age_s = fmax(out->age_s, s->age_s);
-    if (s->reason != ANSWER_HEARD)
-        doubt(out, s->reason, along_m(t, t->near_m, foreshortened));
-    else if (s->blind_m - t->moved_m > t->near_m)
-        doubt(out, ANSWER_BLIND, along_m(t, t->near_m, foreshortened));
-    else if (s->clear_m < exit_m)
-        doubt(out, ANSWER_BEYOND, along_m(t, fmax(s->clear_m, t->near_m), foreshortened));
+    out->age_s = fmax(out->age_s, s.age_s);
+    if (s.reason != ANSWER_HEARD)
+        doubt(out, s.reason, near_m);
+    else if (s.blind_m - t->moved_m > t->near_m)
+        doubt(out, ANSWER_BLIND, near_m);
+    else if (s.clear_m < exit_m)
+        doubt(out, ANSWER_BEYOND, along_m(t, fmax(s.clear_m, t->near_m), foreshortened));
 }
 
 /* The tunnel's place along the line where its corner is farther than what is the vehicle's own place. */
@@ -170,36 +196,31 @@ static void look_once(struct picture *p, const struct answer_conf *conf, const s
                       const struct corridor_body *body, const struct corridor_query *q, struct corridor *out)
 {
     struct picture_frame frame;
-    struct sight_place place;
-    struct tunnel t;
+    struct look l = {.picture = p, .conf = conf, .now = now, .out = out};
+    struct tunnel *t = &l.tunnel;
     picture_get_frame(p, &frame);
     *out = (struct corridor){
         .blocked_m = INFINITY, .blocked_age_s = -1, .known_m = q->most_m, .reason = ANSWER_HEARD, .age_s = -1};
-    dig(body, &frame, now, q, &t, &out->front_m);
+    dig(body, &frame, now, q, t, &out->front_m);
     if (!sight_possible(&frame, now, q->ned, &out->reason)) {
         out->known_m = 0;
         return;
     }
-    sight_locate(&frame, now, &place);
-    t.moved_m = place.moved_m;
-    t.near_m = fmax(0, t.near_m - place.moved_m);
-    t.half_width_m += place.moved_m;
-    t.half_height_m += place.moved_m;
+    sight_locate(&frame, now, &l.place);
+    t->moved_m = l.place.moved_m;
+    t->near_m = fmax(0, t->near_m - t->moved_m);
+    t->half_width_m += t->moved_m;
+    t->half_height_m += t->moved_m;
     struct rings_visit visit =
-        rings_visit(p->rings, t.along, fmin(GEO_PI / 2 + p->rings->height_rad + place.turned_rad, GEO_PI));
-    const double turned = q->ned ? 0 : place.turned_rad;
+        rings_visit(p->rings, t->along, fmin(GEO_PI / 2 + p->rings->height_rad + l.place.turned_rad, GEO_PI));
+    const double turned = q->ned ? 0 : l.place.turned_rad;
     struct reach reach = reach_of(0);
-    for (uint32_t ring = RINGS_NONE; rings_next(&visit);) {
-        struct picture_entry e;
-        struct sight s;
+    for (uint32_t ring = RINGS_NONE; rings_next(&visit); ring = visit.ring) {
         if (visit.ring != ring)
             reach = reach_of(sight_cell_reach(p->rings, visit.ring) + turned);
-        ring = visit.ring;
-        picture_get(p, visit.direction, &e);
-        sight_look(p, &e, conf, now, &place, &s);
-        add(&t, &s, now, p->axis[visit.direction], reach, out);
+        add(&l, visit.direction, reach);
     }
-    heed_band(p->rings, &t, turned + (frame.ned ? sight_tilt(now->pose.attitude) : 0), out);
+    heed_band(p->rings, t, turned + (frame.ned ? sight_tilt(now->pose.attitude) : 0), out);
 }
 
 void corridor_look(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,

@@ -26,18 +26,31 @@ static void axis_of(const struct scene *s, uint32_t d, double v[3])
         quat_rotate_inverse(s->attitude, v, v);
 }
 
-/* Is it in the band, or may be from where the vehicle may be, for things so far away? An angle on the edge is in it. */
-static bool in_band(const struct scene *s, const double v[3], double range_m)
+/* The band of elevations asked about, in sines. */
+struct band {
+    double lo, hi;
+};
+
+/* Where things so far away are in the band, or may be from where the vehicle may be. An angle on the edge is in it. */
+static struct band band_at(const struct scene *s, double range_m)
 {
     const double aside = sight_aside_rad(&s->place, range_m) + (s->query->ned ? 0 : s->place.turned_rad);
     const double lo = fmax(s->query->lo_rad - aside, -GEO_PI / 2), hi = fmin(s->query->hi_rad + aside, GEO_PI / 2);
-    return -v[2] >= sin(lo) - 1e-12 && -v[2] <= sin(hi) + 1e-12;
+    return (struct band){sin(lo) - 1e-12, sin(hi) + 1e-12};
+}
+
+static bool in_band(const struct scene *s, const struct band *band, uint32_t d)
+{
+    double v[3];
+    if (band->lo <= -1 && band->hi >= 1)
+        return true;
+    axis_of(s, d, v);
+    return -v[2] >= band->lo && -v[2] <= band->hi;
 }
 
 static void see(const struct scene *s, uint32_t d, struct picture_entry *e, struct sight *sight)
 {
-    picture_get(s->picture, d, e);
-    sight_look(s->picture, e, s->conf, s->now, &s->place, sight);
+    sight_look(s->picture, d, s->conf, s->now, &s->place, e, sight);
 }
 
 static double reach_of(const struct scene *s)
@@ -52,14 +65,17 @@ static double find(const struct scene *s, struct nearest *out)
     for (uint32_t d = 0; d < s->picture->n; d++) {
         struct picture_entry e;
         struct sight sight;
+        if (picture_edge_m(s->picture, d) - s->place.moved_m >= best_m) /* nothing there is nearer */
+            continue;
         see(s, d, &e, &sight);
         if (!sight.obstacle || sight.near_m >= best_m || sight.near_m > reach_of(s))
             continue;
-        axis_of(s, d, v);
-        if (!in_band(s, v, sight.near_m + s->place.moved_m))
+        const struct band band = band_at(s, sight.near_m + s->place.moved_m);
+        if (!in_band(s, &band, d))
             continue;
         best_m = sight.near_m;
         out->state = ANSWER_BLOCKED;
+        axis_of(s, d, v);
         geo_angles(v, &out->az_rad, &out->el_rad);
         out->range_m = fmax(sight.near_m, sight.obstacle->range_m - s->place.moved_m);
         out->range_sd_m = sight.obstacle->sd_m;
@@ -72,25 +88,31 @@ static double find(const struct scene *s, struct nearest *out)
 /* How much of the water nearer than that is not known; the gravest reason is told. */
 static void weigh(const struct scene *s, double to_m, struct nearest *out)
 {
-    uint32_t asked = 0, unknown = 0;
-    double v[3], oldest_s = -1;
+    uint32_t asked = 0, unknown = 0, blank = 0;
+    const struct band band = band_at(s, to_m);
+    double oldest_s = -1;
     for (uint32_t d = 0; d < s->picture->n; d++) {
         struct picture_entry e;
         struct sight sight;
-        axis_of(s, d, v);
-        if (!in_band(s, v, to_m))
+        if (!in_band(s, &band, d))
             continue;
+        asked++;
+        if (picture_blank(s->picture, d)) {
+            blank++;
+            continue;
+        }
         see(s, d, &e, &sight);
         const enum answer_reason why = sight.reason != ANSWER_HEARD  ? sight.reason
                                        : to_m <= sight.blind_m       ? ANSWER_BLIND
                                        : sight.clear_m < to_m - 1e-9 ? ANSWER_BEYOND
                                                                      : ANSWER_HEARD;
-        asked++;
         unknown += why != ANSWER_HEARD;
         out->reason = why > out->reason ? why : out->reason;
         oldest_s = fmax(oldest_s, sight.age_s);
     }
-    out->unknown_share = asked ? (double)unknown / asked : 1;
+    if (blank && out->reason < ANSWER_NEVER)
+        out->reason = ANSWER_NEVER;
+    out->unknown_share = asked ? (double)(unknown + blank) / asked : 1;
     if (!asked)
         out->reason = ANSWER_OUTSIDE;
     if (out->state != ANSWER_BLOCKED)

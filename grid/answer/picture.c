@@ -81,16 +81,6 @@ void picture_end(struct picture *p)
 
 /* ---- readers ---- */
 
-uint64_t picture_now(struct picture *p)
-{
-    return atomic_load_explicit(&p->number, memory_order_acquire);
-}
-
-bool picture_still(struct picture *p, uint64_t number)
-{
-    return atomic_load_explicit(&p->number, memory_order_relaxed) == number;
-}
-
 static void load(void *to, seqlock_word *from, size_t n)
 {
     for (size_t i = 0; i < n; i++) {
@@ -115,6 +105,25 @@ void picture_get_frame(struct picture *p, struct picture_frame *frame)
         number = picture_now(p);
         load(frame, p->side[number & 1].frame, PICTURE_FRAME_WORDS);
     } while (!picture_still(p, number));
+}
+
+double picture_edge_m(struct picture *p, uint32_t direction)
+{
+    uint64_t number;
+    double edge_m;
+    do {
+        number = picture_now(p);
+        edge_m = INFINITY;
+        for (size_t k = 0; k < PICTURE_OBSTACLES; k++) {
+            float at[2]; /* log-odds, near edge */
+            const uint64_t w = picture_word(&p->side[number & 1], direction, PICTURE_ODDS(k));
+            memcpy(at, &w, sizeof at);
+            if (at[0] <= 0)
+                break;
+            edge_m = (double)at[1] < edge_m ? (double)at[1] : edge_m;
+        }
+    } while (!picture_still(p, number));
+    return edge_m;
 }
 
 double picture_logodds(const struct picture *p, const struct picture_obstacle *o, uint64_t now_ns)

@@ -80,12 +80,54 @@ void picture_set_frame(struct picture *p, const struct picture_frame *frame);
 void picture_end(struct picture *p);
 
 /* Readers. picture_still: what was read since picture_now gave this number is of one picture. */
-uint64_t picture_now(struct picture *p);
-bool picture_still(struct picture *p, uint64_t number);
+static inline uint64_t picture_now(struct picture *p)
+{
+    return atomic_load_explicit(&p->number, memory_order_acquire);
+}
+
+static inline bool picture_still(struct picture *p, uint64_t number)
+{
+    return atomic_load_explicit(&p->number, memory_order_relaxed) == number;
+}
 
 /* Readers: a consistent copy of one entry, or of the frame. */
 void picture_get(struct picture *p, uint32_t direction, struct picture_entry *entry);
 void picture_get_frame(struct picture *p, struct picture_frame *frame);
+
+/* Where in an entry the time of a claim is, and the log-odds of an obstacle with its near edge behind. */
+#define PICTURE_TIME(k) (offsetof(struct picture_entry, claim) + (k) * sizeof(struct claim))
+#define PICTURE_ODDS(k)                                                                                           \
+    (offsetof(struct picture_entry, obstacle) + (k) * sizeof(struct picture_obstacle) +                           \
+     offsetof(struct picture_obstacle, logodds))
+_Static_assert(offsetof(struct claim, t_ping_ns) == 0 && PICTURE_ODDS(0) % 8 == 0 &&
+                   offsetof(struct picture_obstacle, near_m) == offsetof(struct picture_obstacle, logodds) + 4,
+               "a claim's time is a word, an obstacle's log-odds and near edge are one");
+
+/* The word of a direction's entry that begins at that byte. */
+static inline uint64_t picture_word(const struct picture_side *side, uint32_t direction, size_t byte)
+{
+    return atomic_load_explicit(&side->word[(size_t)direction * PICTURE_WORDS + byte / 8], memory_order_acquire);
+}
+
+/**
+ * picture_blank - readers: no ping has looked there yet and nothing is heard there, so its entry says nothing. Much cheaper
+ * than to get it: most directions of most grids are so.
+ */
+static inline bool picture_blank(struct picture *p, uint32_t direction)
+{
+    uint64_t number, any;
+    do {
+        number = picture_now(p);
+        const struct picture_side *side = &p->side[number & 1];
+        any = picture_word(side, direction, PICTURE_TIME(CLAIM_NOW)) |
+              picture_word(side, direction, PICTURE_TIME(CLAIM_BEFORE)) |
+              picture_word(side, direction, PICTURE_ODDS(0));
+    } while (!picture_still(p, number));
+    return any == 0;
+}
+
+/** picture_edge_m - readers: no obstacle of that direction begins nearer to the grid's centre; INFINITY: there is none. */
+double picture_edge_m(struct picture *p, uint32_t direction);
 
 /** picture_logodds - of an obstacle at now_ns: exact exponential fading, none before t_ref. */
 double picture_logodds(const struct picture *p, const struct picture_obstacle *o, uint64_t now_ns);

@@ -41,12 +41,14 @@ static enum answer_reason against(const struct claim *c, const struct answer_con
     return ANSWER_HEARD;
 }
 
-void sight_look(const struct picture *p, const struct picture_entry *e, const struct answer_conf *conf,
-                const struct answer_now *now, const struct sight_place *place, struct sight *v)
+const struct sight sight_never = {.reason = ANSWER_NEVER, .age_s = -1, .hint_m = INFINITY};
+
+static void look(const struct picture *p, const struct picture_entry *e, const struct answer_conf *conf,
+                 const struct answer_now *now, const struct sight_place *place, struct sight *v)
 {
     struct claim good = {0};
     double clear_m = INFINITY;
-    *v = (struct sight){.age_s = -1, .hint_m = INFINITY};
+    *v = sight_never;
     for (unsigned i = 0; i < PICTURE_OBSTACLES && !v->obstacle; i++) {
         const struct picture_obstacle *o = &e->obstacle[i];
         if (o->logodds <= 0)
@@ -74,6 +76,17 @@ void sight_look(const struct picture *p, const struct picture_entry *e, const st
     v->reason = ANSWER_HEARD;
     v->blind_m = c->from_m + place->moved_m;
     v->clear_m = fmax(0, fmin(clear_m, c->to_m) - place->moved_m);
+}
+
+void sight_look(struct picture *p, uint32_t direction, const struct answer_conf *conf, const struct answer_now *now,
+                const struct sight_place *place, struct picture_entry *e, struct sight *v)
+{
+    if (picture_blank(p, direction)) {
+        *v = sight_never;
+        return;
+    }
+    picture_get(p, direction, e);
+    look(p, e, conf, now, place, v);
 }
 
 bool sight_possible(const struct picture_frame *frame, const struct answer_now *now, bool ned,

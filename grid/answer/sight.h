@@ -26,6 +26,9 @@ struct sight {
     double hint_m; /* near edge of the nearest evidence that is left, however weak; INFINITY: none */
 };
 
+/* Of a direction that was never pinged. */
+extern const struct sight sight_never;
+
 /*
  * An answer reads many directions. While the picture changes under it, an obstacle could hop from one not yet read to one
  * already read: then it is read again, some times at most, for each direction is whole in any case. What was read while the
@@ -53,11 +56,12 @@ bool sight_possible(const struct picture_frame *frame, const struct answer_now *
 void sight_locate(const struct picture_frame *frame, const struct answer_now *now, struct sight_place *place);
 
 /**
- * sight_look - what an entry says. Everything may be nearer by as much as the vehicle has moved. An obstacle that has
+ * sight_look - what a direction says. Everything may be nearer by as much as the vehicle has moved. An obstacle that has
  * faded blocks no more, but the water from it on is not clear either: only beams that pass it make it so.
+ * e: room for what v->obstacle is in.
  */
-void sight_look(const struct picture *p, const struct picture_entry *e, const struct answer_conf *conf,
-                const struct answer_now *now, const struct sight_place *place, struct sight *v);
+void sight_look(struct picture *p, uint32_t direction, const struct answer_conf *conf, const struct answer_now *now,
+                const struct sight_place *place, struct picture_entry *e, struct sight *v);
 
 /** sight_towards - how far the vehicle may be off the grid's centre along the unit vector v, never negative. */
 double sight_towards(const struct sight_place *place, const double v[3]);

@@ -1,0 +1,259 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * test_answer_plain - what answers pass over without a look changes none of them: sectors against a plain walk through all
+ * directions, and every answer against itself on a picture in which no direction is blank, on random pictures.
+ */
+#include "../lib/picture_rig.h"
+
+#include "../../grid/answer/corridor.h"
+#include "../../grid/answer/nearest.h"
+#include "../../grid/answer/sight.h"
+
+#define PICTURES  100
+#define QUESTIONS 8
+
+static uint64_t seed;
+
+static double uniform(double lo, double hi)
+{
+    return lo + (hi - lo) * test_uniform(&seed);
+}
+
+static bool one_in(double n)
+{
+    return test_uniform(&seed) * n < 1;
+}
+
+/* What was heard of one direction: well and lately, or anyhow. */
+static struct picture_entry heard(bool well, double echoes)
+{
+    struct picture_entry e = {0};
+    for (int k = 0; k < CLAIMS; k++)
+        if (k == CLAIM_NOW || one_in(3))
+            e.claim[k] = (struct claim){.t_ping_ns = NOW - (uint64_t)(uniform(0, well ? 20 : 32) * 1e9),
+                                        .path_m = well ? 0 : uniform(-0.2, 0),
+                                        .from_m = (float)uniform(0, 0.8),
+                                        .to_m = (float)uniform(well ? 22 : 0.5, 25)};
+    for (int n = 0; n < PICTURE_OBSTACLES && test_uniform(&seed) < echoes; n++)
+        e.obstacle[n] = (struct picture_obstacle){.t_ref_ns = NOW - (uint64_t)(uniform(0, 60) * 1e9),
+                                                  .t_echo_ns = NOW - (uint64_t)(uniform(0, 20) * 1e9),
+                                                  .logodds = (float)uniform(-0.2, 4),
+                                                  .near_m = (float)uniform(0.2, 20),
+                                                  .range_m = 20,
+                                                  .sd_m = 0.1f};
+    return e;
+}
+
+/* Part of the sphere was looked at, in one piece or here and there; the vehicle is anywhere near and anyhow turned. */
+static void start(void)
+{
+    const double share = uniform(0, 1.2), echoes = pow(10, uniform(-3, -0.5)), from = uniform(0, GEO_TURN);
+    const bool level = one_in(5), scattered = one_in(2), well = one_in(2);
+    start_with(level ? rings_level(&rings, geo_rad(4), geo_rad(15)) : rings_full(&rings, geo_rad(uniform(3, 8))),
+               !one_in(4));
+    picture_begin(&picture);
+    for (uint32_t d = 0; d < rings.n; d++) {
+        const double az = geo_wrap(atan2(axis[d][1], axis[d][0]) - from);
+        const struct picture_entry e = heard(well, echoes);
+        if (scattered ? test_uniform(&seed) < share : az < share * GEO_TURN)
+            picture_set(&picture, d, &e);
+    }
+    picture_end(&picture);
+}
+
+static void move(void)
+{
+    now.pose = pose_identity;
+    quat_from_rpy(uniform(-0.3, 0.3), uniform(-0.3, 0.3), uniform(0, GEO_TURN), now.pose.attitude);
+    now.pose.position_m[0] = one_in(3) ? 0 : uniform(-0.15, 0.15);
+    now.pose.slack_m = one_in(2) ? 0 : uniform(0, 0.2);
+    now.pose.slack_rad = one_in(2) ? 0 : uniform(0, 0.1);
+}
+
+/* Evidence against an obstacle says nothing, but the direction is not blank any more. */
+static void leave_nothing_blank(void)
+{
+    picture_begin(&picture);
+    for (uint32_t d = 0; d < rings.n; d++) {
+        struct picture_entry e;
+        picture_get(&picture, d, &e);
+        if (!picture_blank(&picture, d))
+            continue;
+        e.obstacle[0].logodds = -1;
+        picture_set(&picture, d, &e);
+    }
+    picture_end(&picture);
+}
+
+struct ring_query {
+    bool ned;
+    double lo_rad, hi_rad, reach_m;
+    size_t count;
+};
+
+static struct ring_query any_ring(void)
+{
+    const double lo = one_in(3) ? -5 : uniform(-90, 80), hi = one_in(8) ? 90 : uniform(fmax(lo + 1, 5), 90);
+    return (struct ring_query){.ned = one_in(2),
+                               .lo_rad = geo_rad(lo),
+                               .hi_rad = geo_rad(hi),
+                               .reach_m = one_in(2) ? 0 : uniform(1, 22),
+                               .count = one_in(2) ? 72 : 1 + test_random(&seed) % 200};
+}
+
+static void ask_ring(const struct ring_query *q, struct answer *out)
+{
+    answer_sectors(&picture, &limits, &now, q->ned, q->lo_rad, q->hi_rad, q->reach_m, q->count, out);
+}
+
+/* Does a cell, seen from up to aside_rad beside, share more than an edge with sector k of the band? */
+static bool touches(const struct ring_query *q, size_t k, const double v[3], double half_az, double aside_rad)
+{
+    double az, el, width = GEO_TURN / (double)q->count, half_el = rings.height_rad / 2 + aside_rad;
+    geo_angles(v, &az, &el);
+    const double share = sin(aside_rad) / cos(el), more = aside_rad <= 0 ? 0 : share < 1 ? asin(share) : GEO_PI;
+    const double apart = fabs(geo_wrap_pi(az - (double)k * width));
+    return el + half_el > q->lo_rad && el - half_el < q->hi_rad && apart < half_az + more + width / 2 - 1e-9;
+}
+
+/* State, range and free water of a sector as they are after a look at each direction. */
+static struct answer plain(const struct ring_query *q, size_t k)
+{
+    struct answer a = {.state = ANSWER_CLEAR, .free_to_m = INFINITY, .range_m = INFINITY};
+    struct picture_frame frame;
+    struct sight_place place;
+    double attitude[4];
+    picture_get_frame(&picture, &frame);
+    sight_locate(&frame, &now, &place);
+    const bool turned = !q->ned && sight_attitude(&frame, &now, false, attitude);
+    const double slack = turned ? place.turned_rad : 0, need_m = q->reach_m > 0 ? q->reach_m : frame.range_max_m;
+    for (uint32_t d = 0; d < rings.n; d++) {
+        const double half_az = rings_width(&rings, rings_ring(&rings, d)) / 2;
+        double v[3] = {axis[d][0], axis[d][1], axis[d][2]};
+        struct picture_entry e;
+        struct sight s;
+        if (turned)
+            quat_rotate_inverse(attitude, v, v);
+        sight_look(&picture, d, &limits, &now, &place, &e, &s);
+        if (touches(q, k, v, half_az, slack + sight_aside_rad(&place, need_m))) {
+            a.free_to_m = fmin(a.free_to_m, s.clear_m);
+            a.blind_to_m = fmax(a.blind_to_m, s.blind_m);
+            if (s.reason != ANSWER_HEARD || s.blind_m >= need_m || s.clear_m < need_m)
+                a.state = a.state == ANSWER_BLOCKED ? ANSWER_BLOCKED : ANSWER_UNKNOWN;
+        }
+        if (s.obstacle &&
+            touches(q, k, v, half_az, slack + sight_aside_rad(&place, s.near_m + place.moved_m))) {
+            a.state = ANSWER_BLOCKED;
+            a.range_m = fmin(a.range_m, s.near_m);
+        }
+    }
+    if (!isfinite(a.free_to_m) || a.free_to_m <= a.blind_to_m)
+        a.free_to_m = 0;
+    return a;
+}
+
+TEST(a_plain_walk_finds_the_same_sectors)
+{
+    static struct answer fast[ANSWER_SECTORS_MAX];
+    unsigned states[3] = {0}, differ = 0;
+    seed = test_seed();
+    for (int i = 0; i < PICTURES; i++) {
+        start();
+        move();
+        const struct ring_query q = any_ring();
+        ask_ring(&q, fast);
+        if (fast[0].reason == ANSWER_NO_FRAME)
+            continue;
+        for (int j = 0; j < QUESTIONS; j++) {
+            const size_t k = test_random(&seed) % q.count;
+            const struct answer slow = plain(&q, k), *a = &fast[k];
+            const bool outside = a->reason == ANSWER_OUTSIDE; /* that is not the directions' to tell */
+            states[a->state]++;
+            differ += (!outside && a->state != slow.state) ||
+                      (a->state == ANSWER_BLOCKED) != (slow.state == ANSWER_BLOCKED) ||
+                      a->free_to_m != slow.free_to_m;
+        }
+    }
+    printf("# clear %u, blocked %u, unknown %u; %u differ\n", states[0], states[1], states[2], differ);
+    CHECK(states[ANSWER_CLEAR] > 20 && states[ANSWER_BLOCKED] > 50 && states[ANSWER_UNKNOWN] > 50);
+    CHECK_INT(differ, 0);
+}
+
+/* Answers to all kinds of questions, one behind the other. */
+struct answers {
+    struct answer sector[ANSWER_SECTORS_MAX], cone, line;
+    struct nearest nearest;
+    struct corridor corridor;
+};
+
+static void ask_all(const struct ring_query *q, const double v[3], double reach_m, struct answers *out)
+{
+    const struct nearest_query nearest = {
+        .ned = q->ned, .lo_rad = q->lo_rad, .hi_rad = q->hi_rad, .reach_m = q->reach_m};
+    const struct corridor_body body = {.radius_m = 0.4, .half_height_m = 0.3, .margin_m = 0.2, .near_m = 0.9};
+    const struct corridor_query corridor = {
+        .direction = {v[0], v[1], v[2]}, .drift_m = {0.1, 0.1, 0}, .ned = q->ned, .most_m = reach_m};
+    struct answer_query query = {
+        .ned = q->ned, .distance_m = reach_m, .half_angle_rad = 0.15, .radius_m = 0.5, .near_m = 0.7};
+    geo_angles(v, &query.az_rad, &query.el_rad);
+    memset(out, 0, sizeof *out);
+    ask_ring(q, out->sector);
+    answer_direction(&picture, &limits, &now, &query, &out->cone);
+    query.corridor = true;
+    answer_direction(&picture, &limits, &now, &query, &out->line);
+    nearest_look(&picture, &limits, &now, &nearest, &out->nearest);
+    corridor_look(&picture, &limits, &now, &body, &corridor, &out->corridor);
+}
+
+TEST(a_blank_direction_is_one_that_says_nothing)
+{
+    static struct answers blank[QUESTIONS], looked;
+    static struct ring_query q[QUESTIONS];
+    static struct answer_now then[QUESTIONS];
+    static double v[QUESTIONS][3], reach_m[QUESTIONS];
+    unsigned differ = 0;
+    seed = test_seed();
+    for (int i = 0; i < PICTURES; i++) {
+        start();
+        for (int j = 0; j < QUESTIONS; j++) {
+            move();
+            then[j] = now;
+            q[j] = any_ring();
+            reach_m[j] = uniform(0.5, 20);
+            geo_direction(uniform(0, GEO_TURN), uniform(-1.5, 1.5), v[j]);
+            ask_all(&q[j], v[j], reach_m[j], &blank[j]);
+        }
+        leave_nothing_blank();
+        for (int j = 0; j < QUESTIONS; j++) {
+            now = then[j];
+            ask_all(&q[j], v[j], reach_m[j], &looked);
+            differ += memcmp(&blank[j], &looked, sizeof looked) != 0;
+        }
+    }
+    CHECK_INT(differ, 0);
+}
+
+TEST(the_nearest_edge_is_told_of_each_direction)
+{
+    seed = test_seed();
+    start();
+    for (uint32_t d = 0; d < rings.n; d++) {
+        const struct picture_entry e = heard(true, 0.7);
+        double edge_m = INFINITY;
+        picture_begin(&picture);
+        picture_set(&picture, d, &e);
+        picture_end(&picture);
+        for (int k = 0; k < PICTURE_OBSTACLES && e.obstacle[k].logodds > 0; k++)
+            edge_m = fmin(edge_m, (double)e.obstacle[k].near_m);
+        CHECK(picture_edge_m(&picture, d) == edge_m);
+        CHECK(!picture_blank(&picture, d));
+    }
+}
+
+int main(void)
+{
+    RUN(a_plain_walk_finds_the_same_sectors);
+    RUN(a_blank_direction_is_one_that_says_nothing);
+    RUN(the_nearest_edge_is_told_of_each_direction);
+    return test_end();
+}
