@@ -23,7 +23,7 @@ FINE = {"sensor_model": "gauss", "angular_step": "1 deg", "range": "3 m"}
 
 
 def tune(bench, *arguments, out="tuned.conf"):
-    return bench.run(TUNE, "--sonard", SONARD, "--every", "0.25", "-o", bench.path(out), *arguments, CAPTURE)
+    return bench.run(TUNE, "--sonard", SONARD, "--every", "0.25", "-o", bench.path(out), *arguments, CAPTURE, limit_s=240)
 
 
 def conf(bench, **grid):
@@ -116,6 +116,18 @@ def truth_holds(bench):
     done = tune(bench, "--reference", bench.write("truth", json.dumps(truth)), "--lost", "100", "--tune-on", "80")
     check(done.returncode == 0 and len(known) > 10, done.stderr)
     check("Reference: truth." in read(bench, "tuned.conf"), read(bench, "tuned.conf"))
+
+
+def needs_no_folder(bench):
+    """The folder of maps that the configuration names stays with the daemon that has it, and is not read: replays side by side
+    do without."""
+    path = conf(bench, **FINE)
+    with open(path, "a", encoding="ascii") as f:
+        f.write("[map]\nvoxel = 0.2 m\nmemory = 32 MiB\ndirectory = %s\nload = last\nsave_every = 60 s\n" % bench.path("maps"))
+    done = tune(bench, "-c", path, "--directions", "--jobs", "2")
+    check(done.returncode == 0 and "changed: [map] voxel = none" in done.stdout, done.stdout + done.stderr)
+    check(not os.path.exists(bench.path("maps")), "a replay has made the folder")
+    check("directory" not in read(bench, "tuned.conf"), read(bench, "tuned.conf"))
 
 
 # ---- basins ----
@@ -327,5 +339,5 @@ def search(_bench):
 
 
 check(os.path.isdir(BUILD), "no build")
-run([("tune_" + f.__name__, f) for f in (holds, repeats, refuses, truth_holds, basin_alone, basin_with_truth, places_are_left,
-                                         judges, search)])
+run([("tune_" + f.__name__, f) for f in (holds, repeats, refuses, truth_holds, needs_no_folder, basin_alone, basin_with_truth,
+                                         places_are_left, judges, search)])
