@@ -2,9 +2,9 @@
 # attention.gp - chapter "Active scanning": share of new things noticed against time.
 attention = data.'attention.csv'
 ways = '"plain by itself" "plain asked for every ping" active "active with a circle of 90 s"'
-set terminal svg size 800,420 font 'sans-serif,13' background 'white' noenhanced dynamic rounded
+set terminal svg size 900,460 font 'sans-serif,13' background 'white' noenhanced dynamic rounded
 set output out.'attention.svg'
-set key right bottom
+set key inside right bottom
 set xlabel 'seconds until a ping goes there'
 set ylabel 'share of the new things'
 set xrange [0:*]

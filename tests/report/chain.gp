@@ -31,7 +31,7 @@ do for [m = 1:4] {
              with yerrorbars lc i pt 7 ps 0.6 notitle, \
          for [k in ordered] of(k) using axis:(column(s)) with linespoints lc place(k) pt 7 title k, \
          for [k in named] of(k) using axis:(column(s)) with points lc place(k) pt 7 title k, \
-         points using axis:(column(s)):(column("default") == 1 || !labelled(stringcolumn("knob")) ? "" : field("value")) with labels left offset 0.5,0.4 font ',9' textcolor rgb '#555555' notitle, \
+         points using axis:(column(s)):(column("default") == 1 || !labelled(field("knob")) || (m < 4 && column('told_'.s) != 1) ? "" : field("value")) with labels left offset 0.5,0.4 font ',9' textcolor rgb '#555555' notitle, \
          points using (m == 4 ? NaN : flag('front_'.s, axis)):(column(s)) with points pt 6 ps 1.6 lw 1.5 lc rgb '#222222' title 'Pareto front', \
          of('threads') using (flag("default", axis)):(column(s)) with points pt 3 ps 1.8 lw 2 lc rgb 'black' title 'shipped'
 }

@@ -7,8 +7,8 @@ knobs = ordered.' '.named
 of(knob) = "< sed -n '1p;/^".knob.",/p' ".points
 flag(f, c) = column(f) == 1 ? column(c) : NaN
 
-# names only where they do not lie on each other: away from the default
-told(x, y, x0, y0) = place(field("knob")) > 6 && (abs(log(x/x0)) > 0.2 || abs(log(y/y0)) > 0.3) ? field("value") : ""
+# names where there is room for them, of knobs whose values have no order
+told(s) = place(field("knob")) > 6 && column('told_'.s) == 1 ? field("value") : ""
 
 set logscale x
 set xrange [2:1000]
@@ -25,7 +25,6 @@ do for [m in "behind missed false"] {
     if (m ne "behind") { set ytics add ("2 %%" 0.02, "5 %%" 0.05, "20 %%" 0.2, "50 %%" 0.5) }
     set ytics add ("0" least)
     s = m.'_share'
-    stats points using (flag("default", "cost")):(column(s)) name 'D' nooutput
     set output out.'extract_'.m.'.svg'
     set ylabel m eq "behind" ? 'beams with free water claimed behind the surface' : \
                m eq "missed" ? 'surfaces missed' : 'false first echoes, of all beams'
@@ -33,7 +32,7 @@ do for [m in "behind missed false"] {
              with yerrorbars lc i pt 7 ps 0.6 notitle, \
          for [k in ordered] of(k) using "cost":(show(column(s))) with linespoints lc place(k) pt 7 title k, \
          for [k in named] of(k) using "cost":(show(column(s))) with points lc place(k) pt 7 title k, \
-         points using "cost":(show(column(s))):(told(column("cost"), show(column(s)), D_mean_x, show(D_mean_y))) \
+         points using "cost":(show(column(s))):(told(s)) \
              with labels left offset 0.6,0.3 font ',9' textcolor rgb '#555555' notitle, \
          points using (flag('front_'.s, "cost")):(show(column(s))) with points pt 6 ps 1.6 lw 1.5 lc rgb '#222222' title 'Pareto front', \
          points using (flag("default", "cost")):(show(column(s))) every ::0::9 with points pt 3 ps 1.8 lw 2 lc rgb 'black' title 'shipped default'
@@ -45,12 +44,11 @@ set yrange [0.01:1]
 set ytics (0.01, 0.02, 0.05, 0.1, 0.2, 0.5, 1)
 set format y '%g'
 s = 'range_p95_m'
-stats points using (flag("default", "cost")):(column(s)) name 'D' nooutput
 plot for [i = 1:words(knobs)] of(word(knobs, i)) using "cost":(column(s)):(column(s.'_low')):(column(s.'_high')) \
          with yerrorbars lc i pt 7 ps 0.6 notitle, \
      for [k in ordered] of(k) using "cost":(column(s)) with linespoints lc place(k) pt 7 title k, \
      for [k in named] of(k) using "cost":(column(s)) with points lc place(k) pt 7 title k, \
-     points using "cost":(column(s)):(told(column("cost"), column(s), D_mean_x, D_mean_y)) \
+     points using "cost":(column(s)):(told(s)) \
          with labels left offset 0.6,0.3 font ',9' textcolor rgb '#555555' notitle, \
      points using (flag('front_'.s, "cost")):(column(s)) with points pt 6 ps 1.6 lw 1.5 lc rgb '#222222' title 'Pareto front', \
      points using (flag("default", "cost")):(column(s)) with points pt 3 ps 1.8 lw 2 lc rgb 'black' title 'shipped default'

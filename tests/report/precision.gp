@@ -23,7 +23,7 @@ set xlabel 'distance from the origin, m'
 set ylabel 'voxels wrong, of those in the beam'
 set yrange [5e-5:10]
 set ytics ('none' 5e-5, 0.0001, 0.001, 0.01, 0.1, 1, 10)
-set xtics ('1' 1, '100' 100, '10 km' 1e4, '1000 km' 1e6, '1e8' 1e8)
+set xtics ('1' 1, '100' 100, '1e4' 1e4, '1e6' 1e6, '1e8' 1e8)
 plot for [f in '"metres of the world in float" "metres of the world in double" sonard'] \
          of(voxels, f) using "distance_m":(show(column("wrong_share"), 5e-5)):(show(column("wrong_share"), 5e-5)):(show(column("wrong_share_max"), 5e-5)) \
          with yerrorlines pt (f eq 'sonard' ? 6 : 7) ps (f eq 'sonard' ? 1.6 : 0.7) title f

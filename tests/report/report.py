@@ -28,6 +28,7 @@ import argparse
 import concurrent.futures
 import csv
 import json
+import math
 import os
 import platform
 import re
@@ -149,6 +150,8 @@ class Report:
             p["useful"] = int(p in useful)
             for m in measures:
                 p["front_" + m] = int(p in useful and not any(better(q, p, ["cost", m]) for q in useful))
+        for m in measures:
+            tell(points, m)
         self.save(name, points)
         return ""
 
@@ -264,6 +267,23 @@ def better(q, p, keys):
     slack = {"cost": 1.01}
     return (all(float(q[k]) <= float(p[k]) * slack.get(k, 1.0) for k in keys) and
             any(float(q[k]) * slack.get(k, 1.0) < float(p[k]) for k in keys))
+
+
+def tell(points, measure):
+    """Which points have room for a name on logarithmic axes of cost and measure, beside the default: words before numbers, and
+    those on the front before others."""
+    def place(p):
+        return math.log10(float(p["cost"])), math.log10(max(float(p[measure]), least))
+
+    least = min((float(p[measure]) for p in points if float(p[measure]) > 0), default=1) / 2
+    x, y = zip(*map(place, points))
+    width, height = 0.12 * (max(x) - min(x)), 0.035 * (max(y) - min(y))
+    taken = [place(p) for p in points if p["default"] == "1"][:1]
+    for p in sorted(points, key=lambda p: (p["value"][0].isdigit(), -p["front_" + measure])):
+        at = place(p)
+        room = all(abs(at[0] - q[0]) > width or abs(at[1] - q[1]) > height for q in taken)
+        p["told_" + measure] = int(room)
+        taken += [at] if room else []
 
 
 def main():

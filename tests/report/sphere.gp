@@ -32,7 +32,7 @@ do for [m = 1:4] {
              with yerrorbars lc i pt 7 ps 0.6 notitle, \
          for [k in ordered] of(k) using "cost":(show(column(s))) with linespoints lc place(k) pt 7 title k, \
          for [k in named] of(k) using "cost":(show(column(s))) with points lc place(k) pt 7 title k, \
-         points using "cost":(show(column(s))):(column("default") == 1 || !labelled(stringcolumn("knob")) ? "" : field("value")) with labels left offset 0.5,0.4 font ',9' textcolor rgb '#555555' notitle, \
+         points using "cost":(show(column(s))):(labelled(field("knob")) && column('told_'.s) == 1 ? field("value") : "") with labels left offset 0.5,0.4 font ',9' textcolor rgb '#555555' notitle, \
          points using (flag('front_'.s, "cost")):(show(column(s))) with points pt 6 ps 1.6 lw 1.5 lc rgb '#222222' title 'Pareto front', \
          points using (flag("default", "cost")):(show(column(s))) with points pt 3 ps 1.8 lw 2 lc rgb 'black' title 'shipped'
 }

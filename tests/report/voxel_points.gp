@@ -24,7 +24,7 @@ do for [m in "false_free overlap surface"] {
              with yerrorbars lc i pt 7 ps 0.6 notitle, \
          for [k in ordered] of(k) using "cost":(show(column(s))) with linespoints lc place(k) pt 7 title k, \
          for [k in named] of(k) using "cost":(show(column(s))) with points lc place(k) pt 7 title k, \
-         points using "cost":(show(column(s))):(column("default") == 1 ? "" : field("value")) with labels left offset 0.6,0.3 font ',9' textcolor rgb '#555555' notitle, \
+         points using "cost":(show(column(s))):(column('told_'.s) == 1 ? field("value") : "") with labels left offset 0.6,0.3 font ',9' textcolor rgb '#555555' notitle, \
          points using (flag('front_'.s, "cost")):(show(column(s))) with points pt 6 ps 1.6 lw 1.5 lc rgb '#222222' title 'Pareto front', \
          points using (flag("default", "cost")):(show(column(s))) every ::0::9 with points pt 3 ps 1.8 lw 2 lc rgb 'black' title 'shipped default'
 }
