@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 """
 bench.py - all measurements in one run: a table for people, and the same with everything else as JSON in BUILD/bench.json.
-First how cost grows with each size until one processor no longer keeps up, then ratios to what the same machine needs for
+First how cost grows with each size until one processor no longer keeps up, in time and, with valgrind, in instructions; then ratios to what the same machine needs for
 memory, a plain loop, a bare socket echo and OctoMap, then what a Raspberry Pi 4 would need (an estimate), then every
 benchmark by itself (run.sh). Compare figures of one run only: machines and their neighbours differ.
 
@@ -51,24 +51,44 @@ def scaling(quick):
                          check=True).stdout
     rows = list(csv.DictReader(out.splitlines()))
     for row in rows:
-        for key in ("value", "ns_median", "ns_low", "ns_high", "asked_per_s", "share"):
+        for key in ("value", "ns_median", "ns_low", "ns_high", "asked_per_s", "share", "times"):
             row[key] = float(row[key])
         row["keeps_up"] = row["keeps_up"] == "1"
-    return rows
+    counts = count_scaling() if shutil.which("valgrind") else {}
+    return [row | {"instructions": counts.get((row["what"], row["value"]))} for row in rows]
+
+
+def count_scaling():
+    """Instructions of each row that is counted, by what and how large it is."""
+    with tempfile.TemporaryDirectory() as folder:
+        dump = os.path.join(folder, "dump")
+        out = subprocess.run(["valgrind", "-q", "--tool=callgrind", "--toggle-collect=measured", "--dump-after=measured",
+                              f"--callgrind-out-file={dump}", program("bench_scaling"), "counted"], stdout=subprocess.PIPE,
+                             stderr=subprocess.DEVNULL, text=True, check=True).stdout
+        counts = {}
+        for i, row in enumerate(csv.DictReader(out.splitlines()), 1):
+            with open(f"{dump}.{i}", encoding="utf-8") as f:
+                total = int(re.search(r"^totals: (\d+)", f.read(), re.M)[1])
+            counts[row["what"], float(row["value"])] = total / float(row["times"])
+    return counts
 
 
 def print_scaling(rows):
-    print(f"\n{'what':26} {'size':>9} {'':12} {'ns':>11} {'quarters':>21}  {'per':9} {'per unit':>9}  of one processor")
+    print(f"\n{'what':26} {'size':>9} {'':12} {'ns':>11} {'quarters':>21}  {'per':9} {'ns/unit':>9} {'instr.':>10} "
+          f"{'per unit':>9}  of one processor")
     last = None
     for row in rows:
         if last and row["what"] != last:
             print()
         last = row["what"]
-        each = row["ns_median"] / row["value"] if row["per"] == "ping" and row["what"] != "pings a second" else None
+        units = row["value"] if row["what"] != "pings a second" and row["per"] in ("ping", "beam") else 1
+        instructions = row["instructions"]
         share = f"{100 * row['share']:.3g} % at {row['asked_per_s']:g}/s" if row["asked_per_s"] else ""
         print(f"{row['what']:26} {row['value']:9.0f} {row['unit']:12} {row['ns_median']:11.0f} "
               f"{row['ns_low']:10.0f}-{row['ns_high']:<10.0f}  {row['per']:9} "
-              f"{f'{each:.3g}' if each else '':>9}  {share}{'' if row['keeps_up'] else ': does not keep up'}")
+              f"{row['ns_median'] / units:9.3g} {f'{instructions:.0f}' if instructions else '':>10} "
+              f"{f'{instructions / units:.3g}' if instructions else '':>9}  "
+              f"{share}{'' if row['keeps_up'] else ': does not keep up'}")
     print("\nhow far one processor keeps up, where a size was doubled:")
     for what in dict.fromkeys(row["what"] for row in rows):
         doubled = [row for row in rows if row["what"] == what]

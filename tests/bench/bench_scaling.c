@@ -3,10 +3,12 @@
  * bench_scaling - what one processor takes for a ping, a question: each size doubled by itself until one processor no
  * longer keeps up or the size has reached its limit, and beside it the same machine's memory and a bare socket echo.
  *
- *   bench_scaling [quick]   CSV: what, value, unit, per, ns_median, ns_low, ns_high, asked_per_s, share, keeps_up
+ *   bench_scaling [quick]   CSV: what, value, unit, per, ns_median, ns_low, ns_high, asked_per_s, share, keeps_up, times
+ *   bench_scaling counted   each size once, whether one processor keeps up or not, without threads, for callgrind to count `measured`
  *   bench_scaling extract|sphere|voxel N   N times one usual ping through that stage alone, for callgrind
  *
- * share: of one processor, when asked so often a second. low, high: the quarters of all repetitions.
+ * share: of one processor, when asked so often a second. low, high: the quarters of all repetitions. times: how often the row's
+ * work was done in one `measured`; 0: it was not done there.
  */
 #include <math.h>
 #include <pthread.h>
@@ -34,6 +36,8 @@
 #define MEMORY_MIB 64
 
 static unsigned repeats = REPEATS;
+static bool counting;
+static uint32_t row_times; /* of the row to be printed next */
 
 struct figure {
     double median, low, high;
@@ -46,16 +50,41 @@ static struct figure figure_of(double *ns, unsigned n)
     return (struct figure){m, ns[n / 4], ns[3 * n / 4]};
 }
 
-/* Prints a row; true while one processor keeps up. */
+typedef void work_fn(void *ctx, uint32_t times);
+
+/* A function that callgrind sees by its name. */
+__attribute__((noinline)) static void measured(work_fn *work, void *ctx, uint32_t times)
+{
+    work(ctx, times);
+    __asm__ volatile(""); /* no tail call */
+}
+
+/* Processor's time for one of so many, after as many to warm up. */
+static struct figure timed(work_fn *work, void *ctx, uint32_t times)
+{
+    double ns[REPEATS];
+
+    work(ctx, times);
+    for (unsigned r = 0; r < repeats; r++) {
+        const double begun = cpu_ns();
+        measured(work, ctx, times);
+        ns[r] = (cpu_ns() - begun) / times;
+    }
+    row_times = times;
+    return figure_of(ns, repeats);
+}
+
+/* Prints a row; true while one processor keeps up, or nobody looks at the time. */
 static bool row(const char *what, double value, const char *unit, const char *per, struct figure f,
                 double asked_per_s)
 {
     const double share = f.median * 1e-9 * asked_per_s;
 
-    printf("%s,%.10g,%s,%s,%.1f,%.1f,%.1f,%g,%.3g,%d\n", what, value, unit, per, f.median, f.low, f.high,
-           asked_per_s, share, share < 1);
+    printf("%s,%.10g,%s,%s,%.1f,%.1f,%.1f,%g,%.3g,%d,%u\n", what, value, unit, per, f.median, f.low, f.high,
+           asked_per_s, share, share < 1, row_times);
+    row_times = 0;
     fflush(stdout);
-    return share < 1;
+    return counting || share < 1;
 }
 
 /* ---- the whole chain ---- */
@@ -118,30 +147,38 @@ static void submit(struct pipeline *pipeline, const uint8_t *samples, uint32_t b
     pipeline_submit(pipeline, p);
 }
 
+struct scan {
+    struct pipeline *pipeline;
+    uint32_t beams, bins, number;
+    uint8_t samples[PING_MAX_BEAMS * 8192];
+};
+
+static void submit_some(void *ctx, uint32_t times)
+{
+    struct scan *scan = ctx;
+
+    while (times-- > 0)
+        submit(scan->pipeline, scan->samples, scan->beams, scan->bins, ++scan->number);
+}
+
+/* A head makes whole turns, which is what its grid is used to; a fan is the same from ping to ping. */
 static struct figure whole(uint32_t beams, uint32_t bins)
 {
-    static uint8_t samples[PING_MAX_BEAMS * 8192];
-    double ns[REPEATS];
-    struct pipeline *pipeline = chain(beams, bins);
-    const uint32_t each = beams * bins < 20000 ? 200 : 4;
-    uint32_t number = 0;
+    static struct scan scan;
 
-    fill(samples, beams, bins);
-    for (uint32_t i = 0; i < each; i++) /* warm-up: a whole turn */
-        submit(pipeline, samples, beams, bins, ++number);
-    for (unsigned r = 0; r < repeats; r++) {
-        const double begun = cpu_ns();
-        for (uint32_t i = 0; i < each; i++)
-            submit(pipeline, samples, beams, bins, ++number);
-        ns[r] = (cpu_ns() - begun) / each;
-    }
-    pipeline_free(pipeline);
-    return figure_of(ns, repeats);
+    scan.pipeline = chain(beams, bins);
+    scan.beams = beams;
+    scan.bins = bins;
+    scan.number = 0;
+    fill(scan.samples, beams, bins);
+    const struct figure f = timed(submit_some, &scan, beams == 1 ? 200 : 4);
+    pipeline_free(scan.pipeline);
+    return f;
 }
 
 static void pings_a_second(void)
 {
-    for (double rate = HEAD_HZ; row("pings a second", rate, "pings/s", "ping", whole(1, 1000), rate);)
+    for (double rate = HEAD_HZ; row("pings a second", rate, "pings/s", "ping", whole(1, 1000), rate) && !counting;)
         rate *= 2;
 }
 
@@ -190,32 +227,31 @@ static struct sphere *grid_of(double step_deg)
     return sphere_init(need(sphere_bytes(&conf, err, sizeof err)), &conf);
 }
 
-static void enter(struct sphere *s, uint32_t *number, uint32_t n)
+struct turning {
+    struct sphere *sphere;
+    uint32_t number;
+};
+
+static void enter(void *ctx, uint32_t times)
 {
+    struct turning *t = ctx;
     struct echoes e;
     struct beam_echoes beam;
 
-    for (uint32_t i = 0; i < n; i++) {
-        heard(&e, &beam, ++*number);
-        sphere_enter(s, &e, &mount_identity);
+    while (times-- > 0) {
+        heard(&e, &beam, ++t->number);
+        sphere_enter(t->sphere, &e, &mount_identity);
     }
 }
 
 static void cells(void)
 {
     for (double step_deg = 8; step_deg >= 0.25; step_deg /= 2) {
-        struct sphere *s = grid_of(step_deg);
-        double ns[REPEATS];
-        uint32_t number = 0;
-        enter(s, &number, 200);
-        for (unsigned r = 0; r < repeats; r++) {
-            const double begun = cpu_ns();
-            enter(s, &number, 200);
-            ns[r] = (cpu_ns() - begun) / 200;
-        }
-        const uint32_t n = sphere_picture(s)->n;
-        free(s);
-        if (!row("cells", n, "directions", "ping", figure_of(ns, repeats), HEAD_HZ))
+        struct turning t = {.sphere = grid_of(step_deg)};
+        const struct figure f = timed(enter, &t, 200);
+        const uint32_t n = sphere_picture(t.sphere)->n;
+        free(t.sphere);
+        if (!row("cells", n, "directions", "ping", f, HEAD_HZ))
             break;
     }
 }
@@ -242,12 +278,13 @@ static void water_of(struct water *w, double voxel_m)
     cast_opening_init(&w->opening, CAST_WEDGE, geo_rad(1.5), geo_rad(17.5), 0, err, sizeof err);
 }
 
-static void cast_turn(struct water *w, uint32_t n)
+static void cast_turn(void *ctx, uint32_t times)
 {
+    struct water *w = ctx;
     const struct lattice_place origin = {{0, 0, 0}, {0.5, 0.5, 0.5}};
     struct cast_beam beam;
 
-    for (uint32_t i = 0; i < n; i++)
+    for (uint32_t i = 0; i < times; i++)
         if (cast_aim(&beam, &w->opening, &origin, pose_identity.attitude, geo_rad(1.8 * i), 0, 0, 6, w->voxel_m))
             submap_cast(&w->map, &beam, SUBMAP_VACANCY);
 }
@@ -256,18 +293,12 @@ static void voxels(void)
 {
     for (double voxel_m = 0.4; voxel_m >= 0.025; voxel_m /= 2) {
         struct water w;
-        double ns[REPEATS];
         water_of(&w, voxel_m);
-        cast_turn(&w, 200);
-        for (unsigned r = 0; r < repeats; r++) {
-            const double begun = cpu_ns();
-            cast_turn(&w, 200);
-            ns[r] = (cpu_ns() - begun) / 200;
-        }
+        const struct figure f = timed(cast_turn, &w, 200);
         const double n = 4.0 / 3 * geo_rad(1.5) * sin(geo_rad(17.5)) * pow(6 / voxel_m, 3);
         free(w.memory[0]);
         free(w.memory[1]);
-        if (!row("voxels", round(n), "voxels/ping", "ping", figure_of(ns, repeats), HEAD_HZ))
+        if (!row("voxels", round(n), "voxels/ping", "ping", f, HEAD_HZ))
             break;
     }
 }
@@ -374,58 +405,56 @@ static void clients(void)
 
 /* ---- the machine ---- */
 
+static void add_one(void *ctx, uint32_t mib)
+{
+    uint8_t *bytes = ctx;
+
+    for (size_t i = 0; i < (size_t)mib << 20; i++)
+        bytes[i]++;
+    __asm__ volatile("" : : "r"(bytes) : "memory");
+}
+
 /* Adding one to bytes that do not fit the caches: what a map as large must pay at least. */
 static void memory(void)
 {
-    const size_t n = (size_t)MEMORY_MIB << 20;
-    uint8_t *bytes = need(n);
-    double ns[REPEATS];
+    uint8_t *bytes = need((size_t)MEMORY_MIB << 20);
 
-    for (unsigned r = 0; r <= repeats; r++) {
-        const double begun = cpu_ns();
-        for (size_t i = 0; i < n; i++)
-            bytes[i]++;
-        __asm__ volatile("" : : "r"(bytes) : "memory");
-        if (r > 0)
-            ns[r - 1] = (cpu_ns() - begun) / MEMORY_MIB;
-    }
-    row("adding one to bytes in memory", MEMORY_MIB, "MiB", "MiB", figure_of(ns, repeats), 0);
+    row("adding one to bytes in memory", MEMORY_MIB, "MiB", "MiB", timed(add_one, bytes, MEMORY_MIB), 0);
     free(bytes);
 }
 
-/* The plain loop over the same bins: the mean of 16 cells on either side, anew for each bin. */
+#define PLAIN_BINS 1000
+
+/* The mean of 16 cells on either side, anew for each bin. */
+static void detect_plainly(void *ctx, uint32_t times)
+{
+    const uint8_t *samples = ctx;
+    volatile unsigned found = 0;
+
+    while (times-- > 0) {
+        unsigned n = 0;
+        for (int i = 20; i < PLAIN_BINS - 20; i++) {
+            unsigned sum = 0;
+            for (int k = 5; k <= 20; k++)
+                sum += (unsigned)samples[i - k] * samples[i - k] + (unsigned)samples[i + k] * samples[i + k];
+            n += (unsigned)samples[i] * samples[i] * 32 > 8 * sum;
+        }
+        found = found + n;
+    }
+}
+
 static void plain_loop(void)
 {
-    enum { BINS = 1000 };
-    static uint8_t samples[BINS];
-    double ns[REPEATS];
+    static uint8_t samples[PLAIN_BINS];
 
-    fill(samples, 1, BINS);
-    for (unsigned r = 0; r <= repeats; r++) {
-        volatile unsigned found = 0;
-        const double begun = cpu_ns();
-        for (int round = 0; round < 20; round++) {
-            unsigned n = 0;
-            for (int i = 20; i < BINS - 20; i++) {
-                unsigned sum = 0;
-                for (int k = 5; k <= 20; k++)
-                    sum += (unsigned)samples[i - k] * samples[i - k] + (unsigned)samples[i + k] * samples[i + k];
-                n += (unsigned)samples[i] * samples[i] * 32 > 8 * sum;
-            }
-            found = found + n;
-        }
-        if (r > 0)
-            ns[r - 1] = (cpu_ns() - begun) / 20;
-    }
-    row("a plain detector loop", BINS, "bins", "beam", figure_of(ns, repeats), HEAD_HZ);
+    fill(samples, 1, PLAIN_BINS);
+    row("a plain detector loop", PLAIN_BINS, "bins", "beam", timed(detect_plainly, samples, 20), HEAD_HZ);
 }
 
 /* ---- for counting instructions ---- */
 
 static void count(const char *stage, uint32_t n)
 {
-    uint32_t number = 0;
-
     if (strcmp(stage, "extract") == 0) {
         enum { BINS = 1000 };
         static uint8_t samples[BINS];
@@ -448,9 +477,9 @@ static void count(const char *stage, uint32_t n)
             extract_run(x, &p, NULL, &out);
         free(x);
     } else if (strcmp(stage, "sphere") == 0) {
-        struct sphere *s = grid_of(2);
-        enter(s, &number, n);
-        free(s);
+        struct turning t = {.sphere = grid_of(2)};
+        enter(&t, n);
+        free(t.sphere);
     } else {
         struct water w;
         water_of(&w, 0.1);
@@ -466,9 +495,10 @@ int main(int argc, char **argv)
         count(argv[1], (uint32_t)strtoul(argv[2], NULL, 10));
         return 0;
     }
-    if (argc == 2 && strcmp(argv[1], "quick") == 0)
-        repeats = QUICK;
-    printf("what,value,unit,per,ns_median,ns_low,ns_high,asked_per_s,share,keeps_up\n");
+    counting = argc == 2 && strcmp(argv[1], "counted") == 0;
+    if (argc == 2)
+        repeats = counting ? 1 : QUICK;
+    printf("what,value,unit,per,ns_median,ns_low,ns_high,asked_per_s,share,keeps_up,times\n");
     memory();
     plain_loop();
     pings_a_second();
@@ -476,6 +506,7 @@ int main(int argc, char **argv)
     bins();
     cells();
     voxels();
-    clients();
+    if (!counting)
+        clients();
     return 0;
 }
