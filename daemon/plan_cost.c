@@ -26,23 +26,32 @@
 /* For one beam, and for one direction that a beam covers: what tests/bench/plan_error.py counts. */
 #define DEVICE_BEAM        500.0
 #define EXTRACT_BEAM       300.0
-#define MARKS_BEAM         680.0
+#define IMAGE_BEAM         600.0
+#define MARKS_BEAM         600.0
+#define MARKS_WIDTH        1700.0 /* for a radian of the beam's width */
 #define GRID_BEAM          12000.0
 #define OPENING_DIRECTION  2400.0
-#define MIDPOINT_DIRECTION 11500.0
-#define GAUSS_DIRECTION    13000.0
+#define MIDPOINT_DIRECTION 10500.0
+#define GAUSS_DIRECTION    12500.0
+#define RELAXED_DIRECTION  2000.0
+
+/* The models with weak skirts find more echoes in a direction, the wider the beam: by this share for a radian of it. */
+#define SKIRTS_WIDER 1.1
 
 /* For one beam of a level grid, and for one direction of its single row. */
 #define LEVEL_BEAM     8000.0
-#define LEVEL_OPENING  6500.0
-#define LEVEL_MIDPOINT 17500.0
-#define LEVEL_GAUSS    18500.0
-#define RELAXED_DIRECTION  2800.0 /* counted in the basins of tests/report/report_relax.c */
+#define LEVEL_OPENING  4500.0
+#define LEVEL_MIDPOINT 11500.0
+#define LEVEL_GAUSS    15500.0
+#define LEVEL_RELAXED  700.0
 
-/* The map's cost goes with the voxels across a beam: timed in a shaft where echoes were MAP_RANGE_VOXELS away. */
-#define MAP_BEAM         1500.0
-#define MAP_ECHO_BEAM    22000.0
-#define MAP_RANGE_VOXELS 40.0
+/* The map: for one beam, for the columns of voxels that it stands over; for one echo, for the voxels across it and
+ * for the columns before it. */
+#define MAP_BEAM        3600.0
+#define MAP_COLUMN      50.0
+#define MAP_ECHO        5000.0
+#define MAP_ECHO_ACROSS 1500.0
+#define MAP_ECHO_COLUMN 32.0
 
 /* Opening of a beam at half power, where the configuration does not say. */
 static const struct opening {
@@ -52,25 +61,17 @@ static const struct opening {
                 {"ping1d", 30, 30},     {"dronecan", 10, 10}, {"nmea2000", 20, 20},    {"echolist", 6.5, 6.5},
                 {"surveyor", 1.0, 5.0}, {NULL, 10, 10}};
 
-static void opening_of(const struct conf_sonar *sonar, double *az_rad, double *el_rad)
+/* An echo list is of one beam, whatever it heard. */
+struct plan_ping plan_ping(const struct conf_sonar *sonar)
 {
+    const struct device_ops *ops = device_find(sonar->device);
     const struct opening *o = openings;
     while (o->device && strcmp(o->device, sonar->device) != 0)
         o++;
-    *az_rad = sonar->aperture_rad[0] > 0 ? sonar->aperture_rad[0] : geo_rad(o->az_deg);
-    *el_rad = sonar->aperture_rad[1] > 0 ? sonar->aperture_rad[1] : geo_rad(o->el_deg);
-}
-
-/* Beams and bins of the largest ping that a sonar sends; ready ranges have no bins. */
-struct ping_size {
-    double beams, bins;
-};
-
-static struct ping_size size_of(const struct conf_sonar *sonar)
-{
-    const struct device_ops *ops = device_find(sonar->device);
-    return (struct ping_size){.beams = ops->max_beams,
-                              .bins = ops->max_bins > 1 ? (double)ops->max_beams * ops->max_bins : 0};
+    return (struct plan_ping){.beams = strcmp(sonar->device, "echolist") == 0 ? 1 : ops->max_beams,
+                              .bins = ops->max_bins,
+                              .az_rad = sonar->aperture_rad[0] > 0 ? sonar->aperture_rad[0] : geo_rad(o->az_deg),
+                              .el_rad = sonar->aperture_rad[1] > 0 ? sonar->aperture_rad[1] : geo_rad(o->el_deg)};
 }
 
 static double extract_bin(const struct conf_extract *c)
@@ -99,21 +100,22 @@ static double cleanup_bin(const struct conf_extract *c)
 
 /* ---- a sonar's stages ---- */
 
-static double sonar_instructions(enum plan_id id, const struct conf *conf, const struct ping_size *size)
+static double sonar_instructions(enum plan_id id, const struct conf *conf, const struct plan_ping *ping)
 {
+    const double samples = ping->bins > 1 ? ping->beams * ping->bins : 0;
     switch (id) {
     case PLAN_DEVICE:
-        return size->bins * DEVICE_BIN + size->beams * DEVICE_BEAM;
+        return samples * DEVICE_BIN + ping->beams * DEVICE_BEAM;
     case PLAN_EXTRACT:
-        return size->bins * extract_bin(&conf->extract) + size->beams * EXTRACT_BEAM;
+        return samples * extract_bin(&conf->extract) + ping->beams * EXTRACT_BEAM;
     case PLAN_BACKGROUND:
-        return size->bins * BACKGROUND_BIN;
+        return samples * BACKGROUND_BIN;
     case PLAN_CLEANUP:
-        return size->bins * cleanup_bin(&conf->extract);
+        return samples * cleanup_bin(&conf->extract);
     case PLAN_MARKS:
-        return size->beams * MARKS_BEAM;
+        return ping->beams * (MARKS_BEAM + MARKS_WIDTH * ping->az_rad);
     default:
-        return size->bins * IMAGE_BIN;
+        return samples * IMAGE_BIN + ping->beams * IMAGE_BEAM;
     }
 }
 
@@ -140,12 +142,10 @@ static double sonar_bytes(enum plan_id id, const struct conf *conf, int i)
 
 /* ---- what all share ---- */
 
-/* Directions that a beam covers: `rows` of them, or as many as its height takes. */
-static double directions(const struct conf_sonar *sonar, double step_rad, bool level)
+/* Directions that a beam covers: a single row of them, or as many as its height takes. */
+static double directions(const struct plan_ping *ping, double step_rad, bool level)
 {
-    double az_rad, el_rad;
-    opening_of(sonar, &az_rad, &el_rad);
-    return (az_rad / step_rad + 1) * (level ? 1 : el_rad / step_rad + 1);
+    return (ping->az_rad / step_rad + 1) * (level ? 1 : ping->el_rad / step_rad + 1);
 }
 
 static double by_model(const struct conf_grid *g, double opening, double midpoint, double gauss)
@@ -154,19 +154,27 @@ static double by_model(const struct conf_grid *g, double opening, double midpoin
 }
 
 /* A level grid never costs more than a full one. */
-static double grid_ping(const struct conf_sonar *sonar, const struct conf_grid *g, bool level)
+static double grid_ping(const struct plan_ping *ping, const struct conf_grid *g, bool level)
 {
-    const double step_rad = g->angular_step_rad, columns = directions(sonar, step_rad, true) - 1;
-    const double full = GRID_BEAM + by_model(g, OPENING_DIRECTION, MIDPOINT_DIRECTION, GAUSS_DIRECTION) *
-                                        directions(sonar, step_rad, false);
+    const double step_rad = g->angular_step_rad, wider = 1 + SKIRTS_WIDER * ping->az_rad;
+    const double columns = directions(ping, step_rad, true) - 1;
+    const double full =
+        GRID_BEAM + by_model(g, OPENING_DIRECTION, MIDPOINT_DIRECTION * wider, GAUSS_DIRECTION * wider) *
+                        directions(ping, step_rad, false);
     const double row = LEVEL_BEAM + by_model(g, LEVEL_OPENING, LEVEL_MIDPOINT, LEVEL_GAUSS) * columns;
-    return size_of(sonar).beams * (level ? fmin(row, full) : full);
+    return ping->beams * (level ? fmin(row, full) : full);
 }
 
+/* Seen from above a beam is a sector. A head that lies on its side has its height for its width. */
 static double map_ping(const struct conf_sonar *sonar, const struct conf_map *c)
 {
-    const double voxels = sonar->range_m / c->voxel_m / MAP_RANGE_VOXELS;
-    return size_of(sonar).beams * (c->echoes == CONF_ON ? MAP_ECHO_BEAM : MAP_BEAM) * voxels * voxels;
+    const struct plan_ping ping = plan_ping(sonar);
+    const double roll_rad = sonar->rotation_rad[0], range = sonar->range_m / c->voxel_m;
+    const double width_rad =
+        fabs(cos(roll_rad)) * ping.az_rad + fabs(sin(roll_rad)) * ping.el_rad * c->opening;
+    const double columns = width_rad * range * range / 2;
+    const double echo = MAP_ECHO + MAP_ECHO_ACROSS * width_rad * range + MAP_ECHO_COLUMN * columns;
+    return ping.beams * (MAP_BEAM + MAP_COLUMN * columns + (c->echoes == CONF_ON ? echo : 0));
 }
 
 static const struct conf_grid *grid_of(const struct conf *conf, int which)
@@ -188,15 +196,19 @@ static double grid_bytes_relaxed(const struct conf *conf, struct conf_grid grid,
     return grid_bytes(conf, &grid);
 }
 
-/* What the step towards neighbours adds. */
+/* What the step towards neighbours adds: a direction is raised once, however many beams of a fan cover it. */
 static void relaxation_cost(const struct plan_stage *s, const struct conf *conf, struct plan_cost *out)
 {
     const struct conf_grid *g = grid_of(conf, s->which);
     const bool level = g->elevation == CONF_ELEVATION_LEVEL;
     double most = 0;
-    for (int i = 0; i < conf->n_sonars; i++)
-        most = fmax(most, size_of(&conf->sonar[i]).beams * RELAXED_DIRECTION *
-                              directions(&conf->sonar[i], g->angular_step_rad, level));
+    for (int i = 0; i < conf->n_sonars; i++) {
+        const struct plan_ping ping = plan_ping(&conf->sonar[i]);
+        const double columns = directions(&ping, g->angular_step_rad, true);
+        const double beams = fmin(ping.beams, GEO_TURN / g->angular_step_rad / columns);
+        most = fmax(most, beams * (level ? LEVEL_RELAXED : RELAXED_DIRECTION) *
+                              directions(&ping, g->angular_step_rad, level));
+    }
     *out = (struct plan_cost){most, grid_bytes_relaxed(conf, *g, 1) - grid_bytes_relaxed(conf, *g, 0)};
 }
 
@@ -209,8 +221,9 @@ static void grid_cost(const struct plan_stage *s, const struct conf *conf, struc
     level.elevation = CONF_ELEVATION_LEVEL;
     full.elevation = CONF_ELEVATION_FULL;
     for (int i = 0; i < conf->n_sonars; i++) {
-        most_level = fmax(most_level, grid_ping(&conf->sonar[i], &level, true));
-        most_full = fmax(most_full, grid_ping(&conf->sonar[i], &full, false));
+        const struct plan_ping ping = plan_ping(&conf->sonar[i]);
+        most_level = fmax(most_level, grid_ping(&ping, &level, true));
+        most_full = fmax(most_full, grid_ping(&ping, &full, false));
     }
     *out = (struct plan_cost){most_level, grid_bytes(conf, &level)};
     if (s->id == PLAN_ELEVATION)
@@ -244,8 +257,8 @@ static void price(const struct plan_stage *s, const struct conf *conf, struct pl
 {
     *out = (struct plan_cost){-1, -1};
     if (s->id <= PLAN_IMAGE) {
-        const struct ping_size size = size_of(&conf->sonar[s->which]);
-        *out = (struct plan_cost){sonar_instructions(s->id, conf, &size), sonar_bytes(s->id, conf, s->which)};
+        const struct plan_ping ping = plan_ping(&conf->sonar[s->which]);
+        *out = (struct plan_cost){sonar_instructions(s->id, conf, &ping), sonar_bytes(s->id, conf, s->which)};
     } else if (s->id == PLAN_GRID || s->id == PLAN_ELEVATION) {
         grid_cost(s, conf, out);
     } else if (s->id == PLAN_RELAXATION) {

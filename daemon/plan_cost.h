@@ -12,6 +12,19 @@
 /* What the measured machine took for an instruction (x86-64, gcc -O2; a Raspberry Pi 4 takes about three times as long). */
 #define PLAN_NS_PER_INSTRUCTION 0.25
 
+/* What is priced: the largest ping that a sonar can send, over all of its range, with one echo in every beam, heard
+ * where the vehicle stands still. */
+struct plan_ping {
+    double beams, bins;    /* bins: 1 where the sonar sends ready ranges */
+    double az_rad, el_rad; /* opening of a beam at half power */
+};
+
+/* Where that echo is, as a share of the range. */
+#define PLAN_ECHO_AT 0.9
+
+/** plan_ping - that of a sonar. */
+struct plan_ping plan_ping(const struct conf_sonar *sonar);
+
 /* Of a stage that is out: what it would cost. -1: nothing tells. */
 struct plan_cost {
     double instructions; /* for the largest ping that comes by: of its sonar, or of all of them */
