@@ -166,15 +166,21 @@ static bool read_settings(json_t *settings, struct conf_grid *conf, struct rpc_e
 struct making {
     struct grid_errand come;
     struct daemon *d;
-    bool added;      /* it is the pipeline's, ... */
-    uint64_t number; /* ... of which another client may drop it */
+    json_t *told; /* of the new grid, which is the pipeline's by then, and another client may drop it; NULL: not yet */
 };
+
+static void free_making(void *making)
+{
+    struct making *m = making;
+    json_decref(m->told);
+    free(m);
+}
 
 static void give_up(void *making)
 {
     struct making *m = making;
-    if (m->added) {
-        errand_leave(m);
+    if (m->told) {
+        pipeline_errand_leave(&m->come.errand, free_making);
         return;
     }
     m->d->grid_bytes_begun -= m->come.grid->bytes;
@@ -201,12 +207,16 @@ static bool add(struct making *m, struct rpc_error *error)
 {
     struct daemon *d = m->d;
     struct grid *g = m->come.grid;
-    m->added = pipeline_add_grid(d->pipeline, g);
-    if (!m->added)
+    json_t *told = grid_json(g);
+    if (!told)
+        return rpc_refuse(error, RPC_INTERNAL_ERROR, "out of memory");
+    if (!pipeline_add_grid(d->pipeline, g)) {
+        json_decref(told);
         return rpc_refuse(error, RPC_LIMIT, "there are %d grids, and room for no more", PIPELINE_MAX_GRIDS);
+    }
     g->of_client = true;
     d->grid_bytes_begun -= g->bytes;
-    m->number = g->number;
+    m->told = told;
     return true;
 }
 
@@ -222,7 +232,7 @@ static bool good_new_name(struct daemon *d, const char *name, struct rpc_error *
 /* The next part; false with *error set: it is not the last. */
 static bool make_on(struct making *m, const char *name, struct rpc_error *error)
 {
-    if (m->added)
+    if (m->told)
         return true;
     if (!good_new_name(m->d, name, error))
         return false;
@@ -252,12 +262,7 @@ json_t *grid_method_create(const struct rpc_call *call, json_t *params, struct r
         return NULL;
     }
     *call->work = (struct rpc_work){.state = m, .drop = give_up};
-    if (!make_on(m, name, error) || !errand_done(call, pipeline_feed_grid, error))
-        return NULL;
-    if (pipeline_has_grid(d->pipeline, m->number))
-        return grid_json(m->come.grid);
-    rpc_refuse(error, RPC_INVALID_PARAMS, "name = %.64s: it was dropped meanwhile", name);
-    return NULL;
+    return make_on(m, name, error) && errand_done(call, pipeline_feed_grid, error) ? json_incref(m->told) : NULL;
 }
 
 /* The owner knows it no longer, or at the end the pipeline frees it. */

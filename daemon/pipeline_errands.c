@@ -83,7 +83,8 @@ static void take_out(struct errands *errands, const struct errand *e)
 
 bool pipeline_errand(struct pipeline *p, struct errand *errand, pipeline_owner_fn *fn)
 {
-    errand->pipeline = p;
+    if (errand->state == ERRAND_NONE)
+        errand->pipeline = p;
     if (p->conf.threads == 0 || p->conf.patient) {
         pipeline_visit(p, fn, errand);
         return true;

@@ -93,7 +93,8 @@ static void act(void *ctx, const struct pipeline_owned *owned)
 {
     struct deed *deed = ctx;
     (void)owned;
-    deed->turn = atomic_fetch_add(&turns, 1);
+    if (deed->errand.pipeline == d.pipeline) /* of the owner meanwhile, as all that it lies in */
+        deed->turn = atomic_fetch_add(&turns, 1);
     atomic_fetch_add(&deed->done, 1);
 }
 
