@@ -9,8 +9,9 @@
 
 #include "bench_daemon.h"
 
-#define ASKED    4000 /* times each, unless it is given */
-#define PAUSE_NS 1000000
+#define ASKED      4000 /* times each, unless it is given */
+#define PAUSE_NS   1000000
+#define WARM_PINGS 20
 
 static const struct {
     const char *name, *line;
@@ -43,6 +44,16 @@ static void print_against_echo(int threads, int asked)
     fflush(stdout);
 }
 
+/* Before the first pings there is nothing to be looked through. */
+static void await_pings(void)
+{
+    struct picture_frame frame = {0};
+    while (frame.pings < WARM_PINGS) {
+        clock_nanosleep(CLOCK_MONOTONIC, 0, &(struct timespec){.tv_nsec = PAUSE_NS}, NULL);
+        picture_get_frame(grid_picture(pipeline_grid(d.pipeline, 0)), &frame);
+    }
+}
+
 static void with_threads(int threads, int asked)
 {
     int pair[2];
@@ -52,6 +63,7 @@ static void with_threads(int threads, int asked)
     daemon_start(threads, 0, 4);
     pthread_create(&echoer, NULL, echo, &pair[1]);
     const int fd = connect_to(server_path_name);
+    await_pings();
     for (int i = 0; i < asked; i++)
         for (int k = 0; k < KINDS; k++) {
             clock_nanosleep(CLOCK_MONOTONIC, 0, &(struct timespec){.tv_nsec = PAUSE_NS}, NULL);

@@ -2,8 +2,8 @@
 /*
  * bench_load - what clients do to one another while a multibeam of 512 beams x 1000 bins pings 40 times a second: how long
  * one waits for `blocked` while another asks a long question all the time, beside a bare echo over a UNIX socket; and how
- * many requests a second are held for 1 to 200 clients that ask as fast as they are answered, alone and with hogs (as many
- * threads as CPUs that write memory without end).
+ * many requests a second are held for 1 to 200 clients that ask as fast as they are answered, all the same or each another
+ * question, and beside hogs (as many threads as CPUs that write memory without end).
  */
 #include <sys/socket.h>
 
@@ -122,14 +122,18 @@ static void *hog(void *arg)
     return NULL;
 }
 
-/* Requests a second that n clients get answered, each with one question under way. */
-static double held(const int *fd, int n)
+static const char *const mixed[] = {blocked, QUESTION("sectors", ""), QUESTION("nearest", ""),
+                                    QUESTION("limit", "\"velocity_mps\":[1,0,0]")};
+enum { MIXED = sizeof mixed / sizeof mixed[0] };
+
+/* Requests a second that n clients get answered, each with one question under way: of the first `kinds` in turn. */
+static double held(const int *fd, int n, unsigned kinds)
 {
     const uint64_t begun_ns = loop_clock();
-    unsigned answered = 0;
+    unsigned answered = 0, asks = 0;
     while (loop_clock() < begun_ns + HELD_NS) {
         for (int i = 0; i < n; i++)
-            put_question(fd[i], blocked);
+            put_question(fd[i], mixed[asks++ % kinds]);
         for (int i = 0; i < n; i++)
             take_answer(fd[i]);
         answered += (unsigned)n;
@@ -144,18 +148,21 @@ static void many_clients(void)
     pthread_t hogs[HOGS_MAX];
     const long cpus = sysconf(_SC_NPROCESSORS_ONLN), n_hogs = cpus < HOGS_MAX ? cpus : HOGS_MAX;
     enum { COUNTS = sizeof counts / sizeof counts[0] };
-    double alone[COUNTS];
+    double alone[COUNTS], each_another[COUNTS];
     for (int i = 0; i < CLIENTS; i++)
         fd[i] = connect_to(server_path_name);
-    for (int i = 0; i < COUNTS; i++)
-        alone[i] = held(fd, counts[i]);
+    for (int i = 0; i < COUNTS; i++) {
+        alone[i] = held(fd, counts[i], 1);
+        each_another[i] = held(fd, counts[i], MIXED);
+    }
     enough = false;
     for (long i = 0; i < n_hogs; i++)
         pthread_create(&hogs[i], NULL, hog, NULL);
-    printf("\n`blocked` a second, %d pings a second meanwhile\n\n%7s  %8s  %s\n", RATE_HZ, "clients", "alone",
-           "with hogs");
+    printf("\nanswers a second, %d pings a second meanwhile; mixed: blocked, sectors, nearest and limit in turn\n\n"
+           "%7s  %8s  %8s  %s\n",
+           RATE_HZ, "clients", "blocked", "mixed", "blocked, with hogs");
     for (int i = 0; i < COUNTS; i++)
-        printf("%7d  %8.0f  %8.0f\n", counts[i], alone[i], held(fd, counts[i]));
+        printf("%7d  %8.0f  %8.0f  %8.0f\n", counts[i], alone[i], each_another[i], held(fd, counts[i], 1));
     enough = true;
     for (long i = 0; i < n_hogs; i++)
         pthread_join(hogs[i], NULL);
