@@ -137,7 +137,7 @@ help:
 	@echo 'make deb        the Debian package'
 	@echo 'make coverage   which lines of grid/ and of the parsers the unit tests reach'
 	@echo 'make fuzz       run every fuzz target for SECONDS (20) each'
-	@echo 'make bench      measure: scaling, ratios, every part by itself; $(BUILD)/bench.json (QUICK=1: a minute)'
+	@echo 'make bench      measure: scaling, ratios, every part by itself; $(BUILD)/bench.json (QUICK=1: minutes)'
 	@echo 'make report     error against run time, measured: report/index.html, in minutes (QUICK=1: seconds)'
 	@echo 'make layers     who may include whom'
 	@echo 'make install    programs, manual pages, configuration and services below DESTDIR$(PREFIX); make uninstall'
