@@ -6,9 +6,9 @@ show(v) = v > least ? v : least
 shipped(c) = column("default") == 1 ? c : NaN
 length_m(i) = stringcolumn("submap_m") eq 'never' ? 33 : column("submap_m")
 
-set terminal svg size 1100,420 font 'sans-serif,13' background 'white' noenhanced dynamic rounded
+set terminal svg size 1500,420 font 'sans-serif,13' background 'white' noenhanced dynamic rounded
 set output out.'drift.svg'
-set multiplot layout 1,2 margins 0.1,0.91,0.14,0.88 spacing 0.12,0
+set multiplot layout 1,3 margins 0.07,0.94,0.14,0.88 spacing 0.09,0
 set logscale xy
 set xlabel 'submap_distance, m'
 set xrange [1.5:45]
@@ -19,6 +19,13 @@ set yrange [least*0.8:30]
 set ytics ('≤ 0.01' least, 0.1, 1, 10)
 plot drift using (length_m(0)):(show(column("false_free_m3"))):(show(column("false_free_low"))):(show(column("false_free_high"))) with yerrorlines lc 1 pt 7, \
      drift using (length_m(0)):(shipped(show(column("false_free_m3")))) with points pt 6 ps 1.8 lw 2 lc rgb 'black'
+set key inside top right vertical
+set ylabel 'distance between surfaces, m'
+unset logscale y
+set yrange [0:4]
+set ytics 0.5
+plot for [i=1:3] drift using (length_m(0)):(column(word("to_truth_mean_m to_truth_p95_m to_truth_max_m", i))) with linespoints lc 1 dt i pt 7 title word("'map to truth: mean' '95 %' largest", i), \
+     for [i=1:3] drift using (length_m(0)):(column(word("to_map_mean_m to_map_p95_m to_map_max_m", i))) with linespoints lc 2 dt i pt 7 title word("'truth to map: mean' '95 %' largest", i)
 set key outside top center horizontal
 set ylabel 'share of the free volume not in common'
 unset logscale y

@@ -5,10 +5,13 @@
  * each, and more of them overlap, are resampled and merged.
  *
  *   report_drift [quick]   CSV: submap_m, default, corrected, submaps, false_free_m3, false_free_low, false_free_high,
- *                          behind_max_m, not_common_share, not_common_low, not_common_high, mbytes, ns_enter, ns_merge
+ *                          behind_max_m, to_truth_mean_m, to_truth_p95_m, to_truth_max_m, to_map_mean_m, to_map_p95_m,
+ *                          to_map_max_m, not_common_share, not_common_low, not_common_high, mbytes, ns_enter, ns_merge
  *
- * Volumes: medians, least and most of the seeds. not_common: of what this map or the one without drift has free, the share that
- * only one has. mbytes: of the tiles in use. ns_enter: per ping; ns_merge: per voxel asked.
+ * Medians of the seeds, volumes also the least and the most, what ends in max the most. to_truth: from the map's frontier,
+ * where something was heard, to the nearest true surface; to_map: from where the map without drift has free water beside
+ * a true surface to this map's frontier. not_common: of what this map or the one without drift has free, the share that only one
+ * has. mbytes: of the tiles in use. ns_enter: per ping; ns_merge: per voxel asked.
  */
 #include <math.h>
 #include <stdio.h>
@@ -19,6 +22,7 @@
 #include "lib/cost.h"
 #include "lib/dice.h"
 #include "lib/dive.h"
+#include "lib/surface.h"
 
 #define SEEDS       5
 #define TURNS       107 /* 0.3 m a turn */
@@ -27,7 +31,7 @@
 #define DRIFT_M     0.5  /* standard deviation north and east at the end of the way */
 #define ERROR_M     0.05 /* of ranges */
 #define BODY_M      0.5
-#define TILES_BYTES 3e8
+#define TILES_BYTES 1e8 /* every map touches all of its memory */
 
 static const struct setting {
     double submap_m; /* INFINITY: one for all the way */
@@ -38,12 +42,16 @@ static const struct setting {
 
 struct outcome {
     double false_m3, behind_m, not_common, mbytes, ns_enter, ns_merge;
+    struct surface_spread to_truth, to_map;
     unsigned submaps;
 };
 
-/* Free voxels of the world's part that is looked at, by number; 0 or 1. */
-static uint8_t *free_cells;
-static int64_t first[3], size[3];
+/* Of the world's part that is looked at, in order of its cells: what the map says, and of the one without drift the free
+ * ones and those of its frontier that lie at a true surface. */
+enum { FREE = 1, HEARD = 2 };
+static struct lattice_box frame;
+static uint8_t *cells, *free_cells, *at_surface, *frontier;
+static double *apart_m;
 
 static void *room(size_t n)
 {
@@ -151,48 +159,44 @@ static double dive_through(struct voxmap *m, const struct dive *dive, unsigned s
     return ns;
 }
 
-/* Of one block's voxels: what is free, here and without drift; keep: this is the map without. */
-struct counts {
-    double wrong, both, either;
-};
+#define EACH_CELL(cell)                                                                                           \
+    for (int64_t cell[3] = {frame.first[0]}; cell[0] < frame.first[0] + frame.size[0]; cell[0]++)                 \
+        for (cell[1] = frame.first[1]; cell[1] < frame.first[1] + frame.size[1]; cell[1]++)                       \
+            for (cell[2] = frame.first[2]; cell[2] < frame.first[2] + frame.size[2]; cell[2]++)
 
-static void grade_block(const struct merge_block *block, const struct block_key *key, const struct world *world,
-                        bool keep, struct counts *n, double *behind_m)
+static size_t cells_n(void)
 {
-    int64_t low[3], high[3], cell[3];
-
-    for (int a = 0; a < 3; a++) {
-        const int64_t side = a < 2 ? BLOCK_SIDE : BLOCK_HEIGHT;
-        low[a] = key->at[a] * side > first[a] ? key->at[a] * side : first[a];
-        high[a] = (key->at[a] + 1) * side < first[a] + size[a] ? (key->at[a] + 1) * side : first[a] + size[a];
-    }
-    for (cell[0] = low[0]; cell[0] < high[0]; cell[0]++)
-        for (cell[1] = low[1]; cell[1] < high[1]; cell[1]++)
-            for (cell[2] = low[2]; cell[2] < high[2]; cell[2]++) {
-                uint8_t *known = &free_cells[((cell[0] - first[0]) * size[1] + cell[1] - first[1]) * size[2] +
-                                             cell[2] - first[2]];
-                const bool is_free = merge_block_at(block, cell) == VOXEL_FREE;
-                const double at[3] = {((double)cell[0] + 0.5) * VOXEL_M, ((double)cell[1] + 0.5) * VOXEL_M,
-                                      ((double)cell[2] + 0.5) * VOXEL_M};
-                if (keep)
-                    *known = is_free;
-                n->both += is_free && *known;
-                n->either += is_free || *known;
-                const double clear_m = is_free ? world_clearance(world, at, 0) : 1;
-                n->wrong += clear_m <= 0;
-                *behind_m = fmax(*behind_m, -clear_m);
-            }
+    return (size_t)frame.size[0] * (size_t)frame.size[1] * (size_t)frame.size[2];
 }
 
-static void grade(const struct voxmap *m, const struct world *world, bool keep, struct outcome *out)
+static double clearance(const struct world *world, const int64_t cell[3])
 {
-    struct counts n = {0};
-    struct block_key key, from, to;
-    const int64_t last[3] = {first[0] + size[0] - 1, first[1] + size[1] - 1, first[2] + size[2] - 1};
+    const double at[3] = {((double)cell[0] + 0.5) * VOXEL_M, ((double)cell[1] + 0.5) * VOXEL_M,
+                          ((double)cell[2] + 0.5) * VOXEL_M};
+    return world_clearance(world, at, 0);
+}
+
+static void keep_block(const struct merge_block *block, const struct block_key *key)
+{
+    for (int n = 0; n < BLOCK_COLUMNS * BLOCK_HEIGHT; n++) {
+        const int column = n / BLOCK_HEIGHT, k = n % BLOCK_HEIGHT;
+        const int64_t cell[3] = {key->at[0] * BLOCK_SIDE + column / BLOCK_SIDE,
+                                 key->at[1] * BLOCK_SIDE + column % BLOCK_SIDE, key->at[2] * BLOCK_HEIGHT + k};
+        if (lattice_holds(&frame, cell))
+            cells[surface_index(&frame, cell)] =
+                (uint8_t)((block->free[column] >> k & 1 ? FREE : 0) | (block->heard[column] >> k & 1 ? HEARD : 0));
+    }
+}
+
+/* All that the map says, and what saying it took. */
+static double read_map(const struct voxmap *m)
+{
+    const int64_t last[3] = {frame.first[0] + frame.size[0] - 1, frame.first[1] + frame.size[1] - 1,
+                             frame.first[2] + frame.size[2] - 1};
+    const struct block_key from = merge_block_of(frame.first), to = merge_block_of(last);
+    struct block_key key;
     double blocks = 0, ns = 0;
 
-    from = merge_block_of(first);
-    to = merge_block_of(last);
     for (key.at[0] = from.at[0]; key.at[0] <= to.at[0]; key.at[0]++)
         for (key.at[1] = from.at[1]; key.at[1] <= to.at[1]; key.at[1]++)
             for (key.at[2] = from.at[2]; key.at[2] <= to.at[2]; key.at[2]++, blocks++) {
@@ -200,11 +204,82 @@ static void grade(const struct voxmap *m, const struct world *world, bool keep, 
                 const double begin_ns = cost_now_ns();
                 merge_block(m, &key, &block);
                 ns += cost_now_ns() - begin_ns;
-                grade_block(&block, &key, world, keep, &n, &out->behind_m);
+                keep_block(&block, &key);
             }
-    out->ns_merge = ns / (blocks * BLOCK_COLUMNS * BLOCK_HEIGHT);
-    out->false_m3 = n.wrong * VOXEL_M * VOXEL_M * VOXEL_M;
-    out->not_common = n.either > 0 ? 1 - n.both / n.either : 0;
+    return ns / (blocks * BLOCK_COLUMNS * BLOCK_HEIGHT);
+}
+
+/* What the 27 cells around one say, all together and in common; beyond the frame nothing is known, and nothing said. */
+static void said_around(const int64_t cell[3], uint8_t *any, uint8_t *all)
+{
+    *any = 0;
+    *all = FREE | HEARD;
+    for (int n = 0; n < 27; n++) {
+        const int64_t next[3] = {cell[0] + n / 9 - 1, cell[1] + n / 3 % 3 - 1, cell[2] + n % 3 - 1};
+        if (!lattice_holds(&frame, next))
+            continue;
+        *any |= cells[surface_index(&frame, next)];
+        *all &= cells[surface_index(&frame, next)];
+    }
+}
+
+static void grade_volume(const struct world *world, struct outcome *out)
+{
+    double wrong = 0, both = 0, either = 0;
+
+    EACH_CELL(cell)
+    {
+        const size_t i = surface_index(&frame, cell);
+        const bool is_free = cells[i] & FREE;
+        const double clear_m = is_free ? clearance(world, cell) : 1;
+        both += is_free && free_cells[i];
+        either += is_free || free_cells[i];
+        wrong += clear_m <= 0;
+        out->behind_m = fmax(out->behind_m, -clear_m);
+    }
+    out->false_m3 = wrong * VOXEL_M * VOXEL_M * VOXEL_M;
+    out->not_common = either > 0 ? 1 - both / either : 0;
+}
+
+static void grade_surface(const struct world *world, struct outcome *out)
+{
+    size_t n = 0;
+    uint8_t any, all;
+
+    EACH_CELL(cell)
+    {
+        const size_t i = surface_index(&frame, cell);
+        frontier[i] = 0;
+        if (!(cells[i] & FREE))
+            continue;
+        said_around(cell, &any, &all);
+        frontier[i] = !(all & FREE);
+        if (frontier[i] && (any & HEARD))
+            apart_m[n++] = fabs(clearance(world, cell));
+    }
+    out->to_truth = surface_spread_of(apart_m, n);
+    n = 0;
+    EACH_CELL(cell)
+    {
+        const struct lattice_place centre = {{cell[0], cell[1], cell[2]}, {0.5, 0.5, 0.5}};
+        if (at_surface[surface_index(&frame, cell)])
+            apart_m[n++] = surface_to_marked(&frame, frontier, VOXEL_M, &centre);
+    }
+    out->to_map = surface_spread_of(apart_m, n);
+}
+
+/* The map that was read last is the one without drift. */
+static void keep_reference(const struct world *world)
+{
+    uint8_t any, all;
+
+    EACH_CELL(cell)
+    {
+        const size_t i = surface_index(&frame, cell);
+        said_around(cell, &any, &all);
+        free_cells[i] = cells[i] & FREE;
+        at_surface[i] = free_cells[i] && !(all & FREE) && clearance(world, cell) < VOXEL_M;
+    }
 }
 
 static void run(const struct dive *dive, unsigned seed, const struct setting *s, bool drifts, struct outcome *out)
@@ -213,7 +288,15 @@ static void run(const struct dive *dive, unsigned seed, const struct setting *s,
 
     *out = (struct outcome){0};
     out->ns_enter = dive_through(m, dive, seed, drifts, drifts && s->corrected);
-    grade(m, dive->world, !drifts, out);
+    if (m->stats.lost > 0 || m->stats.starved > 0) {
+        fprintf(stderr, "report_drift: too little memory for the map\n");
+        exit(1);
+    }
+    out->ns_merge = read_map(m);
+    if (!drifts)
+        keep_reference(dive->world);
+    grade_volume(dive->world, out);
+    grade_surface(dive->world, out);
     out->submaps = (unsigned)(m->next_id - 1);
     for (uint64_t id = 1; id < m->next_id; id++)
         out->mbytes += voxmap_part(m, id)->map.n_tiles * (double)m->tiles.tile_bytes * 1e-6;
@@ -221,13 +304,17 @@ static void run(const struct dive *dive, unsigned seed, const struct setting *s,
     free(m);
 }
 
-static void frame(const struct world *world)
+static void frame_world(const struct world *world)
 {
     for (int a = 0; a < 3; a++) {
-        first[a] = (int64_t)floor(world->low[a] / VOXEL_M);
-        size[a] = (int64_t)ceil(world->high[a] / VOXEL_M) - first[a];
+        frame.first[a] = (int64_t)floor(world->low[a] / VOXEL_M);
+        frame.size[a] = (int32_t)((int64_t)ceil(world->high[a] / VOXEL_M) - frame.first[a]);
     }
-    free_cells = room((size_t)(size[0] * size[1] * size[2]));
+    cells = room(cells_n());
+    free_cells = room(cells_n());
+    at_surface = room(cells_n());
+    frontier = room(cells_n());
+    apart_m = room(cells_n() * sizeof *apart_m);
 }
 
 /* Sorts one measure of all seeds' outcomes; which: its place in the struct. */
@@ -251,13 +338,14 @@ int main(int argc, char **argv)
     struct dive *dive = dive_make(world_named("shaft"), quick ? QUICK_TURNS : TURNS, false, 0, DIVE_TRUTH);
     struct outcome reference;
 
-    frame(dive->world);
+    frame_world(dive->world);
     for (unsigned seed = 0; seed < seeds; seed++) {
         run(dive, seed + 1, &whole, false, &reference);
         for (size_t s = 0; s < SETTINGS; s++)
             run(dive, seed + 1, &settings[s], true, &out[s][seed]);
     }
     printf("submap_m,default,corrected,submaps,false_free_m3,false_free_low,false_free_high,behind_max_m,"
+           "to_truth_mean_m,to_truth_p95_m,to_truth_max_m,to_map_mean_m,to_map_p95_m,to_map_max_m,"
            "not_common_share,not_common_low,not_common_high,mbytes,ns_enter,ns_merge\n");
     for (size_t s = 0; s < SETTINGS; s++) {
         const struct cost_spread wrong = SPREAD(false_m3), behind = SPREAD(behind_m), other = SPREAD(not_common);
@@ -265,10 +353,12 @@ int main(int argc, char **argv)
             printf("never");
         else
             printf("%g", settings[s].submap_m);
-        printf(",%d,%s,%u,%.4g,%.4g,%.4g,%.3g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g\n", settings[s].shipped,
-               settings[s].corrected ? "yes" : "no", out[s][0].submaps, wrong.median, wrong.low, wrong.high,
-               behind.high, other.median, other.low, other.high, SPREAD(mbytes).median, SPREAD(ns_enter).median,
-               SPREAD(ns_merge).median);
+        printf(",%d,%s,%u,%.4g,%.4g,%.4g,%.3g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g,%.4g\n",
+               settings[s].shipped, settings[s].corrected ? "yes" : "no", out[s][0].submaps, wrong.median,
+               wrong.low, wrong.high, behind.high, SPREAD(to_truth.mean_m).median, SPREAD(to_truth.p95_m).median,
+               SPREAD(to_truth.max_m).high, SPREAD(to_map.mean_m).median, SPREAD(to_map.p95_m).median,
+               SPREAD(to_map.max_m).high, other.median, other.low, other.high, SPREAD(mbytes).median,
+               SPREAD(ns_enter).median, SPREAD(ns_merge).median);
     }
     dive_free(dive);
     return 0;

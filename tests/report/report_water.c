@@ -312,8 +312,15 @@ static void print_errors(const struct setting *s, const char *scene, unsigned se
 {
     printf("%s,%s,%d,%s,%u,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g\n", knob_name[s->knob], s->label,
            is_default(s), scene, seed, e->false_free_m3, e->behind_max_m, 1 - e->found_share, 1 - e->overlap,
-           e->to_truth_mean_m, e->to_truth_p95_m, e->to_truth_max_m, e->to_map_mean_m, e->to_map_p95_m,
-           e->to_map_max_m);
+           e->to_truth.mean_m, e->to_truth.p95_m, e->to_truth.max_m, e->to_map.mean_m, e->to_map.p95_m,
+           e->to_map.max_m);
+}
+
+static void pool_spread(struct surface_spread *all, const struct surface_spread *one)
+{
+    all->mean_m += one->mean_m / CLOSED;
+    all->p95_m += one->p95_m / CLOSED;
+    all->max_m = fmax(all->max_m, one->max_m);
 }
 
 /* Volumes add up, the worst stays the worst, the rest is the mean. */
@@ -323,12 +330,8 @@ static void pool(struct chart_errors *all, const struct chart_errors *e)
     all->behind_max_m = fmax(all->behind_max_m, e->behind_max_m);
     all->found_share += e->found_share / CLOSED;
     all->overlap += e->overlap / CLOSED;
-    all->to_truth_mean_m += e->to_truth_mean_m / CLOSED;
-    all->to_truth_p95_m += e->to_truth_p95_m / CLOSED;
-    all->to_truth_max_m = fmax(all->to_truth_max_m, e->to_truth_max_m);
-    all->to_map_mean_m += e->to_map_mean_m / CLOSED;
-    all->to_map_p95_m += e->to_map_p95_m / CLOSED;
-    all->to_map_max_m = fmax(all->to_map_max_m, e->to_map_max_m);
+    pool_spread(&all->to_truth, &e->to_truth);
+    pool_spread(&all->to_map, &e->to_map);
 }
 
 static struct chart *reference_of(const struct dive *dive)

@@ -7,10 +7,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "cost.h"
-
-#define SEARCH_M 1.0 /* a frontier farther from a surface counts as so far */
-
 static void *room(size_t bytes)
 {
     void *p = bytes > 0 ? calloc(1, bytes) : NULL;
@@ -233,44 +229,6 @@ static uint8_t *frontier_of(const struct chart *c, size_t *n)
     return mark;
 }
 
-static void spread_of(double *d, size_t n, double *mean, double *p95, double *max)
-{
-    double sum = 0;
-
-    for (size_t i = 0; i < n; i++)
-        sum += d[i];
-    cost_sort(d, (unsigned)n);
-    *mean = n > 0 ? sum / (double)n : 0;
-    *p95 = cost_quantile(d, (unsigned)n, 0.95);
-    *max = cost_quantile(d, (unsigned)n, 1);
-}
-
-/* From a place to the nearest marked cell's centre, looked for in growing cubes. */
-static double to_marked(const struct chart *c, const uint8_t *mark, const double at[3])
-{
-    const int32_t *size = c->box.size, most = (int32_t)(SEARCH_M / c->set.voxel_m);
-    const struct lattice_place p = chart_place(c, at);
-    double best = SEARCH_M;
-
-    for (int32_t shell = 0; shell <= most && (shell - 1) * c->set.voxel_m < best; shell++)
-        for (int32_t i = -shell; i <= shell; i++)
-            for (int32_t j = -shell; j <= shell; j++)
-                for (int32_t k = -shell; k <= shell;
-                     k += abs(i) == shell || abs(j) == shell || shell == 0 ? 1 : 2 * shell) {
-                    const int64_t cell[3] = {p.cell[0] + i, p.cell[1] + j, p.cell[2] + k};
-                    double center[3], d2 = 0;
-                    if (!lattice_holds(&c->box, cell) ||
-                        !mark[((cell[0] - c->box.first[0]) * size[1] + cell[1] - c->box.first[1]) * size[2] +
-                              cell[2] - c->box.first[2]])
-                        continue;
-                    chart_center(c, cell, center);
-                    for (int a = 0; a < 3; a++)
-                        d2 += (center[a] - at[a]) * (center[a] - at[a]);
-                    best = fmin(best, sqrt(d2));
-                }
-    return best;
-}
-
 static void surfaces(const struct chart *c, const struct chart *reference, double t_s, struct chart_errors *out)
 {
     size_t n_frontier, n_truth, n = 0, i = 0;
@@ -284,16 +242,18 @@ static void surfaces(const struct chart *c, const struct chart *reference, doubl
         chart_center(c, cell, at);
         d[n++] = fabs(world_clearance(c->world, at, t_s));
     }
-    spread_of(d, n, &out->to_truth_mean_m, &out->to_truth_p95_m, &out->to_truth_max_m);
+    out->to_truth = surface_spread_of(d, n);
     n = i = 0;
     EACH_CELL(reference, cell)
     {
         chart_center(reference, cell, at);
         /* Of the reference's frontier only what lies at a surface, and a part of it is enough. */
-        if (truth[i++] && i % 7 == 0 && world_clearance(c->world, at, t_s) < reference->set.voxel_m)
-            d[n++] = to_marked(c, mark, at);
+        if (truth[i++] && i % 7 == 0 && world_clearance(c->world, at, t_s) < reference->set.voxel_m) {
+            const struct lattice_place place = chart_place(c, at);
+            d[n++] = surface_to_marked(&c->box, mark, c->set.voxel_m, &place);
+        }
     }
-    spread_of(d, n, &out->to_map_mean_m, &out->to_map_p95_m, &out->to_map_max_m);
+    out->to_map = surface_spread_of(d, n);
     free(mark);
     free(truth);
     free(d);

@@ -8,6 +8,7 @@
 
 #include "../../../grid/voxel/submap.h"
 #include "dive.h"
+#include "surface.h"
 
 struct chart_setting {
     double voxel_m, tolerance_m;
@@ -62,9 +63,8 @@ struct chart_errors {
     double behind_max_m;  /* how deep in it, at most */
     double found_share;   /* of the volume that the reference has free */
     double overlap;       /* what both have free, of what either has */
-    double to_truth_mean_m, to_truth_p95_m,
-        to_truth_max_m; /* from the frontier, where something was heard, to the nearest surface */
-    double to_map_mean_m, to_map_p95_m, to_map_max_m; /* from surfaces beside free water to the frontier */
+    struct surface_spread to_truth; /* from the frontier, where something was heard, to the nearest surface */
+    struct surface_spread to_map;   /* from surfaces beside free water to the frontier */
 };
 
 /** chart_grade - against a finer reference (of true first ranges); at the time t_s of the world. */
