@@ -75,51 +75,64 @@ struct visit_look {
     bool due;     /* one that is away should be here */
 };
 
-static bool reaches(const struct voxmap *map, const struct voxmap_part *part, const double place_m[3])
+/* How much a submap is needed here. */
+enum need { NEED_NONE, NEED_NEAR, NEED_ASKED };
+
+static bool speaks_of(const struct voxmap *map, const struct voxmap_part *part, const struct lattice_place *place)
 {
-    struct lattice_place place;
-    return lattice_place(place_m, map->set.voxel_m, &place) && merge_reaches(part, place.cell);
+    const struct block_key key = merge_block_of(place->cell);
+    return merge_speaks_of(map, part, &key);
 }
 
-/* Half a submap around the vehicle's place: there the beams of its pings lie. */
-static bool is_near(const struct voxmap *map, const struct voxmap_part *part, const double place_m[3])
+/* Within half a submap of the vehicle: there the beams of its pings lie. */
+static bool is_near(const struct voxmap_part *part, const struct lattice_place *vehicle)
 {
-    struct lattice_place place;
-    if (!lattice_place(place_m, map->set.voxel_m, &place))
-        return false;
     for (int a = 0; a < 2; a++)
-        if (llabs(place.cell[a] - part->moved_to.cell[a]) > part->map.box.size[a] / 4)
+        if (llabs(vehicle->cell[a] - part->moved_to.cell[a]) > part->map.box.size[a] / 4)
             return false;
     return true;
 }
 
-static bool is_due(const struct visit_look *v, const struct voxmap *map, const struct voxmap_part *part)
+/* What has no tile where the question or the vehicle is could answer nothing there. */
+static enum need need_of(const struct visit_look *v, const struct voxmap *map, const struct voxmap_part *part)
 {
-    return (v->wanted && reaches(map, part, v->wanted_m)) || (v->placed && is_near(map, part, v->vehicle_m));
+    const double voxel_m = map->set.voxel_m;
+    struct lattice_place place;
+    if (v->wanted && lattice_place(v->wanted_m, voxel_m, &place) && speaks_of(map, part, &place))
+        return NEED_ASKED;
+    return v->placed && lattice_place(v->vehicle_m, voxel_m, &place) && is_near(part, &place) &&
+                   speaks_of(map, part, &place)
+               ? NEED_NEAR
+               : NEED_NONE;
 }
 
-/* Low: the oldest goes, rather one that nobody needs now. One that is due comes back if memory is not low with it; else
- * one that nobody needs makes room. */
+/* Low: the oldest goes of those that are needed least. The newest that is needed most comes back if memory is not low with it;
+ * else one that is needed less makes room. */
 static void look(void *ctx, struct pipeline_map *m)
 {
     struct visit_look *v = ctx;
     const struct voxmap *map = &m->map;
     const bool low = voxmap_low(map);
     const struct voxmap_part *due = NULL, *idle = NULL;
+    enum need most = NEED_NONE, least = NEED_NONE;
     for (uint32_t i = 0; i < map->set.max_submaps; i++) {
         const struct voxmap_part *part = &map->part[i];
         if (!part->id || part == map->current)
             continue;
-        if (part->away && is_due(v, map, part) && (!due || part->id > due->id))
+        const enum need need = need_of(v, map, part);
+        if (part->away && need > NEED_NONE && (need > most || (need == most && part->id > due->id))) {
             due = part;
-        else if (!part->away && !is_due(v, map, part) && (!idle || part->id < idle->id))
+            most = need;
+        } else if (!part->away && (!idle || need < least || (need == least && part->id < idle->id))) {
             idle = part;
+            least = need;
+        }
     }
     v->due = due != NULL;
     if (!low && due && (uint64_t)due->map.n_tiles + map->tiles.n / 4 < map->tiles.n_free)
         v->in = due->id;
-    else if (low || due)
-        v->out = idle ? idle->id : low ? voxmap_oldest(map) : 0;
+    else if (idle && (low || least < most))
+        v->out = idle->id;
     v->size = v->out ? voxpage_bytes(map, v->out) : 0;
 }
 

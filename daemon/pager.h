@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * pager - keeps the map of places within its memory: the oldest submaps go to files in the map's folder and come back when
- * the vehicle is near or somebody asks for a place in them. One at a time, by a thread of its own that may wait for the
- * disk; pings wait for nothing but the copying of a submap. In a replay the loop waits for that thread, so that the same
- * capture gives the same map.
+ * pager - keeps the map of places within its memory: the oldest submaps go to files in the map's folder. One comes back
+ * when somebody asks for a place where it has a tile, or the vehicle is at such a place near its base. One at a time, by
+ * a thread of its own that may wait for the disk; pings wait for nothing but the copying of a submap. In a replay the
+ * loop waits for that thread, so that the same capture gives the same map.
  *
  * A submap is given up in memory only when its file is safe. Where the disk refuses or is too slow, the map itself
  * forgets the oldest (voxmap_low): counted, and unknown. Pages belong to one run; they are removed at its end, or at the

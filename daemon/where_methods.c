@@ -95,7 +95,7 @@ static json_t *answer_json(const struct question *q)
     const struct free_answer *a = &q->query.answer;
     const bool is_free = a->state == VOXEL_FREE;
     if (a->away)
-        pager_want(q->d, a->first_m);
+        pager_want(q->d, a->away_m);
     json_t *first = is_free ? json_null()
                             : json_pack("{s:s, s:o}", "state", state_words[a->first_state], "position_m",
                                         say_metres3(a->first_m));

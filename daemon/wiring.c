@@ -123,7 +123,7 @@ static void map_of(const struct conf *conf, double reach_m, struct pipeline_conf
         .half_life_ns = c->forget_s > 0 ? (uint64_t)(c->forget_s * 1e9) : VOXMAP_NEVER};
     s->side = c->extent_m > 0 ? (uint32_t)ceil(c->extent_m / c->voxel_m / TILE_SIDE)
                               : voxmap_side(reach_m, c->submap_distance_m, c->voxel_m);
-    const double directory = (double)submap_bytes(s->side) + sizeof(struct voxmap_part);
+    const double directory = (double)submap_bytes(s->side, s->height) + sizeof(struct voxmap_part);
     s->max_submaps = (uint32_t)fmin(fmax(share / directory, 2), VOXMAP_MAX_SUBMAPS);
     out->mask_blocks = 1024;
     while (out->mask_blocks < MASK_BLOCKS_MAX && (double)voxmask_bytes(2 * out->mask_blocks) <= share)

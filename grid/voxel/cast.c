@@ -161,6 +161,7 @@ struct run {
     const struct cast_beam *beam;
     struct bounds bounds;
     int32_t last[3]; /* cells of the box, as all below */
+    int32_t first_k, last_k;
     cast_take *take;
     void *context;
     struct columns columns;
@@ -174,7 +175,7 @@ static void take_singles(struct run *r)
         return;
     for (int l = s->n; l < CAST_LANES; l++)
         s->i[l] = s->j[l] = s->k[l] = s->cells[l] = 0;
-    r->take(r->context, &(struct cast_spans){s->n, s->i, s->j, s->k, s->cells});
+    r->take(r->context, &(struct cast_spans){s->n, s->i, s->j, s->k, s->cells, r->first_k, r->last_k});
     s->n = 0;
 }
 
@@ -331,7 +332,8 @@ static void settle_columns(struct run *r)
     for (int l = 0; l < CAST_LANES; l++)
         cells[n + l] = 0;
     bool swap = r->bounds.inner != 0;
-    r->take(r->context, &(struct cast_spans){n, swap ? outer : inner, swap ? inner : outer, k, cells});
+    r->take(r->context,
+            &(struct cast_spans){n, swap ? outer : inner, swap ? inner : outer, k, cells, r->first_k, r->last_k});
     r->columns.n = 0;
 }
 
@@ -480,6 +482,10 @@ bool cast_run(const struct cast_beam *b, const struct lattice_box *box, cast_tak
     for (int a = 0; a < 3; a++) {
         double at = cell[a] + b->apex.offset[a] - 0.5;
         within &= r.bounds.low[a] + at >= 0 && r.bounds.high[a] + at <= r.last[a];
+        if (a < 2)
+            continue;
+        r.first_k = (int32_t)greater(lesser(r.bounds.low[a] + at, r.last[a]), 0);
+        r.last_k = (int32_t)greater(lesser(r.bounds.high[a] + at + 1, r.last[a]), 0);
     }
     run_rows(&r);
     take_singles(&r);

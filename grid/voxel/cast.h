@@ -54,6 +54,7 @@ struct cast_beam {
 struct cast_spans {
     int runs;
     const int32_t *i, *j, *k, *n;
+    int32_t first_k, last_k; /* no cell of the whole beam lies above or below these levels */
 };
 
 typedef void cast_take(void *context, const struct cast_spans *spans);

@@ -26,15 +26,24 @@ static inline enum voxel_state read_at(struct reader *r, const int64_t cell[3])
     return merge_block_at(r->bits, cell);
 }
 
-/* Counts a cell. True when it is not free. */
-static inline bool count_cell(struct reader *r, const int64_t cell[3], struct free_answer *out)
+static void centre_of(const int64_t cell[3], double voxel_m, double at_m[3])
 {
+    for (int a = 0; a < 3; a++)
+        at_m[a] = ((double)cell[a] + 0.5) * voxel_m;
+}
+
+/* Counts a cell. True when it is not free. */
+static inline bool count_cell(struct free_query *q, struct reader *r, const int64_t cell[3])
+{
+    struct free_answer *out = &q->answer;
     enum voxel_state state = read_at(r, cell);
     out->voxels++;
     if (state == VOXEL_FREE)
         return false;
     out->unknown += state == VOXEL_UNKNOWN;
     out->occupied += state == VOXEL_OCCUPIED;
+    if (r->bits->away && !out->away)
+        centre_of(cell, q->voxel_m, out->away_m);
     out->away |= r->bits->away;
     out->lost |= r->bits->lost;
     out->state = state > out->state ? state : out->state;
@@ -46,8 +55,7 @@ static void note_first(struct free_query *q, const int64_t cell[3], enum voxel_s
 {
     q->found = true;
     q->answer.first_state = state;
-    for (int a = 0; a < 3; a++)
-        q->answer.first_m[a] = ((double)cell[a] + 0.5) * q->voxel_m;
+    centre_of(cell, q->voxel_m, q->answer.first_m);
 }
 
 /* ---- boxes ---- */
@@ -77,7 +85,7 @@ static bool step_box(struct free_query *q, struct reader *r)
             for (; cell[2] <= q->high[2]; cell[2]++) {
                 if (r->left-- <= 0)
                     return false;
-                if (count_cell(r, cell, &q->answer) && !q->found)
+                if (count_cell(q, r, cell) && !q->found)
                     note_first(q, cell, read_at(r, cell));
             }
     return true;
@@ -189,7 +197,7 @@ static void visit_cell(struct free_query *q, struct reader *r, const struct leg 
         return;
     for (int x = 0; x < 3; x++)
         cell[x] = l->origin[x] + (int64_t)c[x];
-    if (!count_cell(r, cell, &q->answer))
+    if (!count_cell(q, r, cell))
         return;
     double leg_m = l->length * q->voxel_m;
     if (q->found && l->before_m + first_touch_around(l, distance, nearest) * leg_m >= q->answer.clear_m)

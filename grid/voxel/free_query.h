@@ -17,7 +17,8 @@ struct free_answer {
     enum voxel_state state; /* the severest of all voxels touched */
     uint64_t voxels;        /* touched (by a corridor: per leg) */
     uint64_t unknown, occupied;
-    bool away; /* some that are not free may become free when paged-out submaps are back */
+    bool away;        /* some that are not free may become free when paged-out submaps are back, */
+    double away_m[3]; /* ... as here: the centre of one of these */
     bool lost; /* some that are not free may have been free in a submap that was forgotten */
     /* When not free, the first voxel that is not: of a box the first by north, east, down; of a corridor or ray the one met
      * first. */

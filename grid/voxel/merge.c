@@ -34,16 +34,6 @@ static struct merge_sum own_sum(const struct voxmap *m, const struct voxmap_part
     return sum;
 }
 
-bool merge_reaches(const struct voxmap_part *p, const int64_t cell[3])
-{
-    struct pull pull;
-    struct pull_cell at;
-    if (!p->moved)
-        return lattice_holds(&p->map.box, cell);
-    pull_of(&pull, p);
-    return pull_cell(&pull, cell, &at) && at.least[0] >= 0 && at.least[1] >= 0 && at.least[2] >= 0;
-}
-
 /* What a corrected submap says of a cell of the world. */
 static struct merge_sum pulled_sum(const struct voxmap *m, const struct voxmap_part *p, const struct pull *pull,
                                    const int64_t cell[3])
@@ -335,6 +325,13 @@ void merge_block(const struct voxmap *m, const struct block_key *key, struct mer
     }
 }
 
+/* The submap's slice that is a block's height, or beyond its own: blocks are cut as slices are. */
+static int64_t slice_of(const struct submap *m, const struct block_key *key)
+{
+    return key->at[2] - floor_div(m->box.first[2], SUBMAP_SLICE);
+}
+_Static_assert(BLOCK_HEIGHT == SUBMAP_SLICE, "a block is one slice");
+
 bool merge_block_changed(const struct voxmap *m, const struct block_key *key, uint64_t since)
 {
     struct layer layer;
@@ -345,7 +342,7 @@ bool merge_block_changed(const struct voxmap *m, const struct block_key *key, ui
     for (uint32_t p = 0; p < m->set.max_submaps; p++) {
         const struct voxmap_part *part = &m->part[p];
         if (part->id && part->map.now > since && layer_in(m, part, key, &layer, &entry) &&
-            part->map.written[entry] > since)
+            part->map.written[entry * part->map.slices + (uint32_t)slice_of(&part->map, key)] > since)
             return true;
     }
     return false;
@@ -370,10 +367,12 @@ bool merge_around_changed(const struct voxmap *m, const struct block_key *key, u
             continue;
         int64_t i0 = key->at[0] - map->box.first[0] / TILE_SIDE, j0 = key->at[1] - map->box.first[1] / TILE_SIDE;
         int64_t n_i = map->box.size[0] / TILE_SIDE, n_j = map->box.size[1] / TILE_SIDE;
+        int64_t s0 = slice_of(map, key), n_s = map->slices;
         for (int64_t i = i0 > 1 ? i0 - 1 : 0; i <= i0 + 1 && i < n_i; i++)
             for (int64_t j = j0 > 1 ? j0 - 1 : 0; j <= j0 + 1 && j < n_j; j++)
-                if (map->written[i * n_j + j] > since)
-                    return true;
+                for (int64_t s = s0 > 1 ? s0 - 1 : 0; s <= s0 + 1 && s < n_s; s++)
+                    if (map->written[(i * n_j + j) * n_s + s] > since)
+                        return true;
     }
     return false;
 }
@@ -406,7 +405,7 @@ static void range_of(const struct voxmap_part *p, int64_t first[3], int64_t last
     }
 }
 
-static bool speaks_of(const struct voxmap *m, const struct voxmap_part *p, const struct block_key *key)
+bool merge_speaks_of(const struct voxmap *m, const struct voxmap_part *p, const struct block_key *key)
 {
     struct layer layer;
     struct pull pull;
@@ -417,7 +416,7 @@ static bool speaks_of(const struct voxmap *m, const struct voxmap_part *p, const
 static bool said_before(const struct voxmap *m, uint32_t part, const struct block_key *key)
 {
     for (uint32_t p = 0; p < part; p++)
-        if (speaks_of(m, &m->part[p], key))
+        if (merge_speaks_of(m, &m->part[p], key))
             return true;
     return false;
 }
@@ -436,7 +435,7 @@ enum merge_sought merge_seek(const struct voxmap *m, struct merge_walk *walk, ui
             int64_t at = walk->at++;
             *key = (struct block_key){
                 {first[0] + at / levels / rows, first[1] + at / levels % rows, first[2] + at % levels}};
-            if (speaks_of(m, p, key) && !said_before(m, walk->part, key))
+            if (merge_speaks_of(m, p, key) && !said_before(m, walk->part, key))
                 return MERGE_FOUND;
             if (most-- == 0)
                 return MERGE_NOT_YET;

@@ -24,9 +24,6 @@ struct merge_sum {
 /** merge_sum - what all submaps say of a cell. */
 struct merge_sum merge_sum(const struct voxmap *m, const int64_t cell[3]);
 
-/** merge_reaches - does a submap's box, wherever that lies by now, hold a cell of the world? */
-bool merge_reaches(const struct voxmap_part *p, const int64_t cell[3]);
-
 /** merge_at - the state of a cell. *away (or NULL): what is paged out might change it. */
 enum voxel_state merge_at(const struct voxmap *m, const int64_t cell[3], bool *away);
 
@@ -67,6 +64,9 @@ static inline enum voxel_state merge_block_at(const struct merge_block *b, const
         return VOXEL_FREE;
     return b->heard[column] >> k & 1 ? VOXEL_OCCUPIED : VOXEL_UNKNOWN;
 }
+
+/** merge_speaks_of - has a submap, also one that is away, a tile in a block, wherever it lies by now? Never a false no. */
+bool merge_speaks_of(const struct voxmap *m, const struct voxmap_part *p, const struct block_key *key);
 
 /** merge_block - the states of all cells of a block: equal to merge_at for each. */
 void merge_block(const struct voxmap *m, const struct block_key *key, struct merge_block *out);

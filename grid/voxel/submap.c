@@ -44,15 +44,27 @@ static size_t stamps_at(uint32_t side)
     return ((size_t)side * side + 1) / 2 * 2 * sizeof(uint32_t);
 }
 
-size_t submap_bytes(uint32_t side)
+/* Wherever the box begins within one. */
+static uint32_t slices_of(uint32_t height)
 {
-    return side >= 1 && side <= 4096 ? stamps_at(side) + (size_t)side * side * sizeof(uint64_t) : 0;
+    return (height + SUBMAP_SLICE - 2) / SUBMAP_SLICE + 1;
+}
+
+static size_t stamps_bytes(uint32_t side, uint32_t height)
+{
+    return (size_t)side * side * slices_of(height) * sizeof(uint64_t);
+}
+
+size_t submap_bytes(uint32_t side, uint32_t height)
+{
+    const bool fits = side >= 1 && side <= 4096 && height >= 1 && height <= 1u << 20;
+    return fits ? stamps_at(side) + stamps_bytes(side, height) : 0;
 }
 
 void submap_init(struct submap *m, void *memory, uint32_t side, struct tiles *tiles,
                  const struct lattice_place *base)
 {
-    *m = (struct submap){.tiles = tiles, .tile = memory};
+    *m = (struct submap){.tiles = tiles, .tile = memory, .slices = slices_of(tiles->height)};
     m->written = (uint64_t *)((uint8_t *)memory + stamps_at(side));
     for (int a = 0; a < 2; a++) {
         int64_t first = base->cell[a] - (int64_t)side * TILE_SIDE / 2 + TILE_SIDE / 2;
@@ -64,7 +76,7 @@ void submap_init(struct submap *m, void *memory, uint32_t side, struct tiles *ti
     m->box.size[2] = (int32_t)tiles->height;
     for (size_t t = 0; t < (size_t)side * side; t++)
         m->tile[t] = TILE_NONE;
-    memset(m->written, 0, (size_t)side * side * sizeof *m->written);
+    memset(m->written, 0, stamps_bytes(side, tiles->height));
 }
 
 static size_t directory_size(const struct submap *m)
@@ -95,6 +107,13 @@ INLINE uint8_t *plane_to_write(struct submap *m, size_t entry, enum submap_plane
     return tiles_column(m->tiles, m->tile[entry], 0, plane);
 }
 
+/* Of an entry's tile these slices, and no others, may have changed. */
+INLINE void stamp(struct submap *m, size_t entry, uint32_t first, uint32_t last)
+{
+    for (uint32_t s = first; s <= last; s++)
+        m->written[entry * m->slices + s] = m->now;
+}
+
 struct entry {
     struct submap *map;
     enum submap_plane plane;
@@ -105,6 +124,7 @@ INLINE bool enter_spans_body(struct submap *m, enum submap_plane plane, const st
 {
     const struct cast_spans s = *spans; /* a copy: for the compiler, a byte written may be part of any struct it sees */
     const uint32_t height = m->tiles->height, row = (uint32_t)m->box.size[1] / TILE_SIDE;
+    const uint32_t first_slice = submap_slice(m, s.first_k), last_slice = submap_slice(m, s.last_k);
     uint32_t entry[CAST_SPANS], offset[CAST_SPANS];
 
     for (int first = 0; first < s.runs; first += CAST_LANES)
@@ -126,7 +146,7 @@ INLINE bool enter_spans_body(struct submap *m, enum submap_plane plane, const st
             if (s.n[l] > 0)
                 raised |= raise_counts(counts + offset[l], (uint32_t)s.n[l]);
         if (raised)
-            m->written[here] = m->now;
+            stamp(m, here, first_slice, last_slice);
     }
     return true;
 }
@@ -204,7 +224,7 @@ void submap_body(struct submap *m, const struct lattice_place *a, const struct l
                 uint8_t *count = counts + (size_t)submap_column(i, j) * m->tiles->height + k;
                 if (*count < score) {
                     *count = score;
-                    m->written[entry] = m->now;
+                    stamp(m, entry, submap_slice(m, k), submap_slice(m, k));
                 }
             }
 }

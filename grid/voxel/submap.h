@@ -34,18 +34,23 @@ struct submap {
     struct tiles *tiles;
     struct lattice_box box; /* plan size in whole tiles; size[2] = tiles->height */
     uint32_t *tile;         /* [size[0]/16][size[1]/16], TILE_NONE: never written to */
-    uint64_t *written;      /* beside tile: the value of `now` when a count of it last changed */
+    uint64_t
+        *written;    /* [size[0]/16][size[1]/16][slices]: the value of `now` when a count last changed, or later */
+    uint32_t slices; /* of SUBMAP_SLICE cells of the world's lattice, some of which the box holds */
     uint64_t now;           /* set by the owner before it writes: a count of its changes */
     uint32_t n_tiles;       /* taken */
     struct submap_stats stats;
 };
 
-/** submap_bytes - memory (8-byte aligned) of the directory of side x side tiles, side in [1, 4096]; else 0. */
-size_t submap_bytes(uint32_t side);
+#define SUBMAP_SLICE 64
+
+/** submap_bytes - memory (8-byte aligned) of the directory of side x side tiles, side in [1, 4096], of a height in
+ * [1, 2^20] voxels; else 0. */
+size_t submap_bytes(uint32_t side, uint32_t height);
 
 /**
  * submap_init - an empty map of side x side tiles whose middle is near the base place, snapped to whole tiles of the
- * world's lattice so that tiles of all submaps coincide. memory: submap_bytes(side); tiles outlive the map.
+ * world's lattice so that tiles of all submaps coincide. memory: submap_bytes(side, tiles->height); tiles outlive the map.
  */
 void submap_init(struct submap *m, void *memory, uint32_t side, struct tiles *tiles,
                  const struct lattice_place *base);
@@ -75,6 +80,12 @@ uint8_t submap_count(const struct submap *m, enum submap_plane plane, const int6
 static inline size_t submap_entry(const struct submap *m, int32_t i, int32_t j)
 {
     return (uint32_t)i / TILE_SIDE * ((uint32_t)m->box.size[1] / TILE_SIDE) + (uint32_t)j / TILE_SIDE;
+}
+
+/** submap_slice - which slice holds a level of the box. */
+static inline uint32_t submap_slice(const struct submap *m, int32_t level)
+{
+    return ((uint32_t)(m->box.first[2] & (SUBMAP_SLICE - 1)) + (uint32_t)level) / SUBMAP_SLICE;
 }
 
 /** submap_column - and which column of that tile it is. */

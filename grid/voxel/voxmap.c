@@ -23,7 +23,7 @@ static const char *refused(const struct voxmap_setting *s)
 {
     if (!(s->voxel_m >= 0.01 && s->voxel_m <= 10))
         return "voxel: want 0.01 to 10 m";
-    if (!submap_bytes(s->side))
+    if (!submap_bytes(s->side, 1))
         return "side: want 1 to 4096 tiles";
     if (s->max_submaps < 2 || s->max_submaps > VOXMAP_MAX_SUBMAPS)
         return "submaps: want 2 to 256";
@@ -56,8 +56,9 @@ size_t voxmap_bytes(const struct voxmap_setting *s, char *err, size_t err_size)
         snprintf(err, err_size, "%s", why);
         return 0;
     }
-    return aligned(s->max_submaps * sizeof(struct voxmap_part)) + s->max_submaps * aligned(submap_bytes(s->side)) +
-           aligned(veil_bytes(veil_cells_of(s))) + tiles_bytes(s->n_tiles, s->height, s->keep_echoes ? 2 : 1);
+    return aligned(s->max_submaps * sizeof(struct voxmap_part)) +
+           s->max_submaps * aligned(submap_bytes(s->side, s->height)) + aligned(veil_bytes(veil_cells_of(s))) +
+           tiles_bytes(s->n_tiles, s->height, s->keep_echoes ? 2 : 1);
 }
 
 static uint16_t threshold_of(const struct voxmap_setting *s)
@@ -76,8 +77,8 @@ void voxmap_init(struct voxmap *m, const struct voxmap_setting *s, void *memory)
     at += aligned(s->max_submaps * sizeof *m->part);
     for (uint32_t p = 0; p < s->max_submaps; p++) {
         m->part[p] = (struct voxmap_part){.map.tile = (uint32_t *)at};
-        memset(at, 0, submap_bytes(s->side));
-        at += aligned(submap_bytes(s->side));
+        memset(at, 0, submap_bytes(s->side, s->height));
+        at += aligned(submap_bytes(s->side, s->height));
     }
     veil_init(&m->veil, at, veil_cells_of(s));
     at += aligned(veil_bytes(m->veil.n));
@@ -121,12 +122,6 @@ static struct voxmap_part *oldest(const struct voxmap *m, bool also_away)
     return found;
 }
 
-uint64_t voxmap_oldest(const struct voxmap *m)
-{
-    const struct voxmap_part *part = oldest(m, false);
-    return part ? part->id : 0;
-}
-
 static void forget(struct voxmap *m, struct voxmap_part *part)
 {
     if (!part->away)
@@ -146,7 +141,7 @@ void voxmap_put_away(struct voxmap *m, struct voxmap_part *part)
             most = voxveil_most(&m->tiles, tiles_column(&m->tiles, tile, c, SUBMAP_ECHOES), 0, m->tiles.height,
                                 most, &marks);
         part->map.tile[t] = marks;
-        part->map.written[t] = most;
+        part->map.written[t * part->map.slices] = most;
         tiles_give(&m->tiles, tile);
     }
     part->away = true;

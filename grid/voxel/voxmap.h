@@ -63,7 +63,7 @@ struct voxmap_part {
 };
 
 /* Where a tile was, bit s: something was heard in the s-th of so many equal slices of its height. Never TILE_NONE. In place
- * of the stamp beside it stands the most echoes that a voxel of it held. */
+ * of its first stamp stands the most echoes that a voxel of it held. */
 #define PART_SLICES 31u
 
 static inline unsigned part_slice(uint32_t level, uint32_t height)
@@ -146,10 +146,7 @@ void voxmap_hold(struct voxmap *m, bool held);
 /** voxmap_part - by id; NULL: none. */
 struct voxmap_part *voxmap_part(const struct voxmap *m, uint64_t id);
 
-/** voxmap_oldest - id of the oldest submap that is not the current one and not away: what to page out next; 0: none. */
-uint64_t voxmap_oldest(const struct voxmap *m);
-
-/** voxmap_low - memory runs out (less than a quarter of the tiles is free): page out or drop voxmap_oldest() soon. Else
+/** voxmap_low - memory runs out (less than a quarter of the tiles is free): page out or drop a submap soon. Else
  * voxmap_enter, at an eighth, closes the current one when it is alone, and at a sixteenth forgets the oldest. */
 bool voxmap_low(const struct voxmap *m);
 

@@ -37,7 +37,7 @@ static uint32_t heard_in(const struct voxmap *m, const struct voxmap_part *p, co
     if (p->away) {
         for (uint32_t k = at->first_k; k < at->end_k; k++)
             if (tile >> part_slice(k, m->set.height) & 1)
-                most = (uint32_t)p->map.written[at->entry];
+                most = (uint32_t)p->map.written[(size_t)at->entry * p->map.slices];
     } else {
         for (uint32_t c = 0; m->tiles.planes > 1 && c < VEIL_CUBE * VEIL_CUBE; c++) {
             const uint32_t column = (at->first_i + c / VEIL_CUBE) * TILE_SIDE + at->first_j + c % VEIL_CUBE;

@@ -272,7 +272,7 @@ static void water_of(struct water *w, double voxel_m)
 
     w->voxel_m = voxel_m;
     w->memory[0] = need(tiles_bytes(side * side, height, 1));
-    w->memory[1] = need(submap_bytes(side));
+    w->memory[1] = need(submap_bytes(side, height));
     tiles_init(&w->tiles, w->memory[0], side * side, height, 1);
     submap_init(&w->map, w->memory[1], side, &w->tiles, &origin);
     cast_opening_init(&w->opening, CAST_WEDGE, geo_rad(1.5), geo_rad(17.5), 0, err, sizeof err);

@@ -23,7 +23,7 @@ static void map_new(double reach_m, double height_m, double voxel_m)
 {
     uint32_t side = (uint32_t)(2 * reach_m / voxel_m / TILE_SIDE) + 3, height = (uint32_t)(height_m / voxel_m) + 2;
     tiles_init(&tiles, need(tiles_bytes(side * side, height, 1)), side * side, height, 1);
-    submap_init(&map, need(submap_bytes(side)), side, &tiles, &middle);
+    submap_init(&map, need(submap_bytes(side, height)), side, &tiles, &middle);
 }
 
 static void map_free(void)
@@ -106,7 +106,7 @@ static void report(const char *name, double voxel_m, const struct cast_beam *bea
     double voxels = (double)k.voxels / pings;
     size_t stored = (size_t)map.n_tiles * TILE_SIDE * TILE_SIDE * tiles.height;
     size_t bytes = map.n_tiles * (tiles.tile_bytes + sizeof *tiles.next) +
-                   submap_bytes((uint32_t)map.box.size[0] / TILE_SIDE) + sizeof map;
+                   submap_bytes((uint32_t)map.box.size[0] / TILE_SIDE, tiles.height) + sizeof map;
     printf("%-6s %5.2f m %9.1f ns/ping %8.1f voxels %7.3f ns/voxel %7.1f lines %9.1f ns to touch them: %5.1f x   "
            "%5.1f MB, %.2f bytes/voxel, %llu clipped, %llu starved\n",
            name, voxel_m, cast_ns[ROUNDS / 2], voxels, cast_ns[ROUNDS / 2] / voxels, (double)k.n / pings,

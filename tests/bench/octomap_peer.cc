@@ -91,7 +91,7 @@ static double compare(char which, double voxel_m, int turns, int pings)
     cast_beam beam;
     char err[200];
     octomap::OcTree tree(voxel_m);
-    void *memory = calloc(1, tiles_bytes(side * side, height, 1)), *directory = calloc(1, submap_bytes(side));
+    void *memory = calloc(1, tiles_bytes(side * side, height, 1)), *directory = calloc(1, submap_bytes(side, height));
     if (!memory || !directory ||
         !cast_opening_init(&o, CAST_WEDGE, geo_rad(SCENE_AZ_DEG) / 2, geo_rad(SCENE_EL_DEG) / 2, 0, err,
                            sizeof err))

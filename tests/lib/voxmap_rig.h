@@ -129,6 +129,18 @@ static inline enum voxel_state rig_state(struct rig *r, double north, double eas
     return merge_at(&r->map, cell, NULL);
 }
 
+/* Id of the oldest submap that is neither the current one nor away; 0: none. */
+static inline uint64_t rig_oldest(const struct rig *r)
+{
+    uint64_t id = 0;
+    for (uint32_t p = 0; p < r->map.set.max_submaps; p++) {
+        const struct voxmap_part *part = &r->map.part[p];
+        if (part->id && part != r->map.current && !part->away && (!id || part->id < id))
+            id = part->id;
+    }
+    return id;
+}
+
 /* Opens a submap around the origin into which cells are then written. */
 static inline void rig_open(struct rig *r)
 {
@@ -145,9 +157,10 @@ static inline void rig_set(struct rig *r, const int64_t cell[3], enum submap_pla
     m->now = ++r->map.change;
     submap_body(m, &at, &at, 0.1, 0); /* takes a tile */
     const int32_t i = (int32_t)(cell[0] - m->box.first[0]), j = (int32_t)(cell[1] - m->box.first[1]);
+    const int32_t k = (int32_t)(cell[2] - m->box.first[2]);
     const size_t entry = submap_entry(m, i, j);
-    tiles_column(m->tiles, m->tile[entry], submap_column(i, j), plane)[cell[2] - m->box.first[2]] = count;
-    m->written[entry] = m->now;
+    tiles_column(m->tiles, m->tile[entry], submap_column(i, j), plane)[k] = count;
+    m->written[entry * m->slices + submap_slice(m, k)] = m->now;
 }
 
 /* A number that stands for all states in a box of cells around the origin. */

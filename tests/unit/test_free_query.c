@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* test_free_query - free_query.h: places, boxes, corridors and rays against the definition; larger is never more free. */
+#include "../../grid/voxel/voxpage.h"
 #include "../lib/ask_map.h"
 #include "../lib/table.h"
 #include "../lib/voxmap_rig.h"
@@ -43,6 +44,30 @@ TEST(Q1_nothing_pinged_is_unknown)
     CHECK(free_query_point(&r->mask, origin_m, &a) && a.state == VOXEL_UNKNOWN);
     CHECK(free_query_box(&r->mask, origin_m, way[1], &a) && a.state == VOXEL_UNKNOWN && a.unknown == a.voxels);
     CHECK(free_query_corridor(&r->mask, way, 2, 0.3, &a) && a.state == VOXEL_UNKNOWN && a.clear_m == 0);
+    rig_free(r);
+}
+
+/* What begins in water that nobody ever looked at wants the submap that speaks of its end, and no other. */
+TEST(what_is_away_is_named_where_it_speaks)
+{
+    struct voxmap_setting s = rig_setting();
+    struct rig *r = rig_new(&s);
+    const double low[3] = {-5, -5, -0.05}, way[2][3] = {{-5, -5, 0}, {0, 0, 0}}, *from[2] = {low, way[0]};
+    struct free_answer a;
+    for (int n = 0; n < 3; n++)
+        rig_turn(r, origin_m, 1, 0);
+    voxmap_new(&r->map);
+    rig_open(r);
+    CHECK(voxpage_detach(&r->map, 1));
+    for (int n = 0; n < 2; n++) {
+        struct lattice_place first, away;
+        CHECK(n ? free_query_corridor(&r->mask, way, 2, 0.1, &a) : free_query_box(&r->mask, low, origin_m, &a));
+        CHECK(a.away && lattice_place(a.first_m, s.voxel_m, &first) && lattice_place(a.away_m, s.voxel_m, &away));
+        CHECK(fabs(a.first_m[0] - from[n][0]) < 0.3);
+        const struct block_key begins = merge_block_of(first.cell), speaks = merge_block_of(away.cell);
+        CHECK(!merge_speaks_of(&r->map, voxmap_part(&r->map, 1), &begins));
+        CHECK(merge_speaks_of(&r->map, voxmap_part(&r->map, 1), &speaks));
+    }
     rig_free(r);
 }
 
@@ -333,6 +358,7 @@ int main(void)
 {
     RUN(in_steps_as_at_once);
     RUN(Q1_nothing_pinged_is_unknown);
+    RUN(what_is_away_is_named_where_it_speaks);
     RUN(what_is_no_question_is_refused);
     RUN(boxes_are_all_their_voxels);
     RUN(corridors_are_all_voxels_that_the_ball_touches);

@@ -273,6 +273,59 @@ TEST(what_is_saturated_is_not_computed_anew)
     rig_free(r);
 }
 
+/* A look of little height into a deep map: the blocks it touches and no other one of the same columns. */
+TEST(what_lies_above_and_below_is_not_judged_anew)
+{
+    struct voxmap_setting s = rig_setting();
+    s.height = 400;
+    struct rig *r = rig_new(&s);
+    struct rig_ping p;
+    struct merge_walk walk = {0};
+    struct block_key key;
+    const double at[3] = {0.05, 0.05, 0.05};
+    uint64_t within = 0, beyond = 0, beyond_judged = 0;
+    for (int n = 0; n < 15; n++)
+        rig_turn(r, (const double[3]){0.05, 0.05, 15.0 * (n % 5 - 2) / 2}, 3, 0);
+    while (merge_next(&r->map, &walk, &key))
+        frontier_block(&r->frontier, &key);
+    rig_enter(r, (rig_aim(&p, at, 1, 3), &p), 0);
+    walk = (struct merge_walk){0};
+    while (merge_next(&r->map, &walk, &key)) {
+        const bool meets = key.at[2] == -1 || key.at[2] == 0; /* it is 1.8 m high */
+        const uint64_t before = r->mask.computed;
+        voxmask_block(&r->mask, &key);
+        within += meets && r->mask.computed > before;
+        beyond += !meets;
+        beyond_judged += !meets && r->mask.computed > before;
+    }
+    CHECK(within >= 2);
+    CHECK(beyond >= 64);
+    CHECK_INT(beyond_judged, 0);
+    rig_free(r);
+}
+
+/* A steep look meets several blocks of each column, and all of them are noticed. */
+TEST(what_a_look_touches_above_and_below_is_judged_anew)
+{
+    struct voxmap_setting s = rig_setting();
+    s.height = 400;
+    struct rig *r = rig_new(&s);
+    struct rig_ping p;
+    const int64_t first[3] = {16, -2, -66}, end[3] = {20, 2, 66};
+    int64_t surface[3] = {0}, wrong = 0;
+    for (int n = 0; n < 3; n++) {
+        rig_aim(&p, (const double[3]){0.05, 0.05, 0.05}, 0, 4 + n);
+        p.echoes.az_aperture_rad = 0.3f;
+        p.echoes.el_aperture_rad = 2.7f;
+        for (int look = 0; look < 3; look++)
+            rig_enter(r, &p, 0);
+        wrong += wrong_in(r, first, end, &surface[n]);
+        CHECK(n == 0 || surface[n] != surface[n - 1]);
+    }
+    CHECK_INT(wrong, 0);
+    rig_free(r);
+}
+
 /* Pings, half-lives, new, corrected, paged-out and dropped submaps in any order: kept equals made anew, cell by cell. */
 TEST(random_walk_equals_a_full_pass)
 {
@@ -307,7 +360,7 @@ TEST(random_walk_equals_a_full_pass)
             wrong += wrong_in(r, first, end, &surface);
         if (what < 0.2) {
             voxmap_new(&r->map);
-        } else if (what < 0.35 && !paged && (paged = voxmap_oldest(&r->map)) != 0) {
+        } else if (what < 0.35 && !paged && (paged = rig_oldest(r)) != 0) {
             page_size = voxpage_bytes(&r->map, paged);
             page = rig_memory(page_size);
             voxpage_pack(&r->map, paged, 0, page, page_size);
@@ -319,10 +372,9 @@ TEST(random_walk_equals_a_full_pass)
             page = NULL;
             paged = 0;
         } else if (what < 0.65) {
-            voxmap_drop(&r->map, voxmap_oldest(&r->map));
+            voxmap_drop(&r->map, rig_oldest(r));
         } else if (what < 0.68) {
-            voxmap_move(&r->map, voxmap_oldest(&r->map), at,
-                        (const double[4]){1, 0, 0, 0.2 * test_uniform(&seed)});
+            voxmap_move(&r->map, rig_oldest(r), at, (const double[4]){1, 0, 0, 0.2 * test_uniform(&seed)});
         }
         if (n % 2)
             wrong += wrong_in(r, first, end, &surface);
@@ -343,6 +395,8 @@ int main(void)
     RUN(seeking_in_steps_finds_the_same_blocks);
     RUN(only_what_changed_is_computed_anew);
     RUN(what_is_saturated_is_not_computed_anew);
+    RUN(what_lies_above_and_below_is_not_judged_anew);
+    RUN(what_a_look_touches_above_and_below_is_judged_anew);
     RUN(random_walk_equals_a_full_pass);
     return test_end();
 }

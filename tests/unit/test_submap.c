@@ -25,7 +25,7 @@ static struct rig *rig_new(uint32_t side, uint32_t n_tiles, uint32_t height, uin
 {
     struct rig *r = malloc(sizeof *r);
     if (!r || !(r->pool = malloc(tiles_bytes(n_tiles, height, planes))) ||
-        !(r->directory = malloc(submap_bytes(side))))
+        !(r->directory = malloc(submap_bytes(side, height))))
         exit(1);
     tiles_init(&r->tiles, r->pool, n_tiles, height, planes);
     submap_init(&r->map, r->directory, side, &r->tiles, &origin);
@@ -162,8 +162,17 @@ static void nearly_saturate(struct rig *r, uint64_t *seed)
     }
 }
 
+/* When a tile was last marked. */
+static uint64_t newest_stamp(const struct submap *m, size_t entry)
+{
+    uint64_t newest = 0;
+    for (uint32_t s = 0; s < m->slices; s++)
+        newest = m->written[entry * m->slices + s] > newest ? m->written[entry * m->slices + s] : newest;
+    return newest;
+}
+
 /* Cells where a beam does not leave what a slow one would: those that it covers a count higher, up to 255. Sets which
- * tiles it changed. */
+ * slices of tiles it changed. */
 static int64_t off_reference(const struct rig *r, const struct cast_beam *b, enum submap_plane plane,
                              const uint8_t *before, bool *changed)
 {
@@ -178,15 +187,16 @@ static int64_t off_reference(const struct rig *r, const struct cast_beam *b, enu
                 const int64_t cell[3] = {m->box.first[0] + i, m->box.first[1] + j, m->box.first[2] + k};
                 const bool rises = was < 255 && cast_slack(b, cell) >= 0;
                 wrong += *now != was + rises;
-                changed[entry] |= rises;
+                changed[entry * m->slices + submap_slice(m, k)] |= rises;
             }
     return wrong;
 }
 
-/* Whatever is saturated, counts are those of a slow map, and a tile is marked exactly when one of its counts changed. */
+/* Whatever is saturated, counts are those of a slow map, and a tile is marked exactly when one of its counts changed: in every
+ * slice where one did. */
 TEST(what_is_saturated_neither_changes_nor_marks)
 {
-    enum { SIDE = 4, TILES = SIDE * SIDE, HEIGHT = 70 };
+    enum { SIDE = 4, TILES = SIDE * SIDE, HEIGHT = 70, SLICES = 3 };
     uint64_t seed = test_seed();
     struct rig *r = rig_new(SIDE, TILES, HEIGHT, 2);
     const size_t bytes = TILES * r->tiles.tile_bytes;
@@ -196,18 +206,25 @@ TEST(what_is_saturated_neither_changes_nor_marks)
         const enum submap_plane plane = n % 3 ? SUBMAP_VACANCY : SUBMAP_ECHOES;
         struct cast_opening o = opening((enum cast_shape)(n % 2 * 2), 5 + 60 * test_uniform(&seed), 60, 0);
         struct cast_beam b = beam(&o, 360 * test_uniform(&seed), n % 5 ? 0 : 1, 1 + 3 * test_uniform(&seed));
-        bool changed[TILES] = {false};
-        uint64_t stamps[TILES];
+        bool changed[TILES * SLICES] = {false};
+        uint64_t stamps[TILES * SLICES];
         nearly_saturate(r, &seed);
         memcpy(before, r->tiles.bytes, bytes);
         memcpy(stamps, r->map.written, sizeof stamps);
         r->map.now = n;
         submap_cast(&r->map, &b, plane);
+        CHECK_INT(r->map.slices, SLICES);
         CHECK_INT(off_reference(r, &b, plane, before, changed), 0);
         for (int t = 0; t < TILES; t++) {
-            CHECK_INT(r->map.written[t], changed[t] ? n : stamps[t]);
-            marked += changed[t];
-            spared += !changed[t];
+            bool any = false;
+            for (int s = t * SLICES; s < (t + 1) * SLICES; s++) {
+                any |= changed[s];
+                CHECK(!changed[s] || r->map.written[s] == n);
+            }
+            for (int s = t * SLICES; !any && s < (t + 1) * SLICES; s++)
+                CHECK_INT(r->map.written[s], stamps[s]);
+            marked += any;
+            spared += !any;
         }
         for (size_t at = 0; at < bytes; at++) /* the other plane */
             if (at / r->tiles.plane_bytes % 2 != plane && before[at] != r->tiles.bytes[at])
@@ -239,8 +256,8 @@ TEST(what_is_saturated_is_not_written_to)
             submap_cast(&r->map, &b, n % 2 ? SUBMAP_VACANCY : SUBMAP_ECHOES);
         }
         submap_body(&r->map, &origin, &origin, 5, 200);
-        for (int e = 0; e < 16; e++)
-            CHECK_INT(r->map.written[e], 0);
+        for (size_t e = 0; e < 16; e++)
+            CHECK_INT(newest_stamp(&r->map, e), 0);
         munmap(pool, bytes);
         rig_free(r);
     }
@@ -293,8 +310,10 @@ TEST(sizes_are_checked)
     CHECK_INT(tiles_bytes(UINT32_MAX, 1, 1), 0);
     CHECK_INT(tiles_bytes(1u << 31, 1u << 20, 2), 0);
     CHECK(tiles_bytes(10, 10, 2) >= 10 * 256 * 10 * 2);
-    CHECK_INT(submap_bytes(0), 0);
-    CHECK_INT(submap_bytes(4097), 0);
+    CHECK_INT(submap_bytes(0, 10), 0);
+    CHECK_INT(submap_bytes(4097, 10), 0);
+    CHECK_INT(submap_bytes(10, 0), 0);
+    CHECK_INT(submap_bytes(10, (1u << 20) + 1), 0);
 }
 
 TEST(ageing_halves)
@@ -380,8 +399,8 @@ TEST(the_body_is_free)
     r->map.now = 8;
     submap_body(&r->map, &stern, &bow, 2, 100); /* never lowers */
     CHECK_INT(submap_count(&r->map, SUBMAP_VACANCY, (const int64_t[3]){0, 0, 0}), 200);
-    for (int e = 0; e < 16; e++)
-        CHECK_INT(r->map.written[e], r->map.tile[e] == TILE_NONE ? 0 : 7);
+    for (size_t e = 0; e < 16; e++)
+        CHECK_INT(newest_stamp(&r->map, e), r->map.tile[e] == TILE_NONE ? 0 : 7);
     submap_body(&r->map, &stern, &bow, 1000, 1);
     CHECK_INT(r->map.stats.clipped, 1);
     submap_body(&r->map, &stern, &bow, NAN, 1);

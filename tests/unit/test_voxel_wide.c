@@ -63,7 +63,7 @@ TEST(counts_are_the_same)
     struct lattice_place base = {{0}, {0}};
     struct tiles tiles[2];
     struct submap map[2];
-    if (tiles_bytes(4, 100, 2) > sizeof memory[0] || submap_bytes(2) > sizeof directory[0])
+    if (tiles_bytes(4, 100, 2) > sizeof memory[0] || submap_bytes(2, 100) > sizeof directory[0])
         exit(1);
     for (int v = 0; v < 2; v++) {
         tiles_init(&tiles[v], memory[v], 4, 100, 2);
@@ -77,7 +77,7 @@ TEST(counts_are_the_same)
             k[l] = (int32_t)(99 * test_uniform(&seed));
             n[l] = (int32_t)((double)(101 - k[l]) * test_uniform(&seed));
         }
-        const struct cast_spans spans = {16, i, j, k, n};
+        const struct cast_spans spans = {16, i, j, k, n, 0, 99};
         enter_spans_body(&map[0], SUBMAP_VACANCY, &spans);
         enter_spans_avx2(&map[1], SUBMAP_VACANCY, &spans);
     }

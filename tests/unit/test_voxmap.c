@@ -670,13 +670,13 @@ TEST(paged_out_is_unknown_and_back_is_the_same)
     rig_aim(&p, at_origin, 0, 3);
     rig_hear(&p, 1.5);
     rig_enter(r, &p, 0);
-    CHECK_INT(voxmap_oldest(&r->map), 0);
+    CHECK_INT(rig_oldest(r), 0);
     CHECK(!voxpage_detach(&r->map, 1)); /* the current one */
     voxmap_new(&r->map);
     rig_aim(&p, at_origin, geo_rad(90), 0.5);
     for (int n = 0; n < 3; n++)
         rig_enter(r, &p, 0);
-    CHECK_INT(voxmap_oldest(&r->map), 1);
+    CHECK_INT(rig_oldest(r), 1);
     uint64_t before = rig_hash(r, 25, nowhere);
 
     size_t size = voxpage_bytes(&r->map, 1);
@@ -690,7 +690,7 @@ TEST(paged_out_is_unknown_and_back_is_the_same)
     CHECK(!voxpage_detach(&r->map, 1));
     CHECK_INT(voxpage_tiles(bytes, size), r->map.tiles.n_free - had);
     CHECK_INT(voxpage_bytes(&r->map, 1), 0);
-    CHECK_INT(voxmap_oldest(&r->map), 0);
+    CHECK_INT(rig_oldest(r), 0);
 
     bool away;
     const int64_t north[3] = {-15, 0, 0}, far[3] = {500, 0, 0};
@@ -754,6 +754,12 @@ TEST(what_is_away_ages)
     rig_free(r);
 }
 
+static bool speaks_of(struct rig *r, uint64_t id, const int64_t cell[3])
+{
+    const struct block_key key = merge_block_of(cell);
+    return merge_speaks_of(&r->map, voxmap_part(&r->map, id), &key);
+}
+
 /* 10 m to the east while it is away: so it comes back, and so it is saved from its page. */
 TEST(what_is_away_may_be_moved)
 {
@@ -761,7 +767,7 @@ TEST(what_is_away_may_be_moved)
     s.voxel_m = 0.125;
     struct rig *r = rig_new(&s), *other = rig_new(&s);
     const double at[3] = {0.0625, 0.0625, 0.0625}, to_m[3] = {0.0625, 10.0625, 0.0625}, turn[4] = {1, 0, 0, 0};
-    const int64_t old_cell[3] = {20, 0, 0}, cell[3] = {20, 80, 0};
+    const int64_t old_cell[3] = {20, 0, 0}, cell[3] = {20, 80, 0}, behind[3] = {-20, 80, 0};
     struct rig_ping p;
     char err[160];
     rig_aim(&p, at, 0, 3);
@@ -775,7 +781,7 @@ TEST(what_is_away_may_be_moved)
     CHECK_INT(voxpage_pack(&r->map, 1, 0, bytes, size), size);
     CHECK(voxpage_detach(&r->map, 1));
     CHECK(voxmap_move(&r->map, 1, to_m, turn));
-    CHECK(merge_reaches(voxmap_part(&r->map, 1), cell));
+    CHECK(speaks_of(r, 1, cell) && !speaks_of(r, 1, old_cell) && !speaks_of(r, 1, behind));
     CHECK(voxpage_attach(&r->map, 1, bytes, size, err, sizeof err));
     CHECK_INT(merge_sum(&r->map, cell).vacancy, 8);
     CHECK_INT(merge_sum(&r->map, old_cell).vacancy, 0);
@@ -974,10 +980,10 @@ TEST(too_little_memory_frees_nothing)
             struct rig_ping p;
             random_ping(&p, &seed, n);
             CHECK(rig_enter(kept, &p, 0) && rig_enter(r, &p, 0));
-            if (n % 30 == 17 && voxmap_oldest(&r->map))
-                voxpage_detach(&r->map, voxmap_oldest(&r->map));
-            if (n % 40 == 35 && voxmap_oldest(&r->map))
-                voxmap_drop(&r->map, voxmap_oldest(&r->map));
+            if (n % 30 == 17 && rig_oldest(r))
+                voxpage_detach(&r->map, rig_oldest(r));
+            if (n % 40 == 35 && rig_oldest(r))
+                voxmap_drop(&r->map, rig_oldest(r));
         }
         CHECK(kept->map.stats.clipped + kept->map.stats.starved + kept->map.stats.lost == 0);
         CHECK(r->map.stats.clipped + r->map.stats.starved + r->map.stats.lost > 0);
@@ -1033,10 +1039,10 @@ TEST(too_little_memory_frees_nothing_while_it_forgets)
             if (r->map.next_id != next)
                 voxmap_new(&kept->map);
             CHECK(rig_enter(kept, &p, t_ns) && rig_enter(one, &p, t_ns));
-            if (n % 30 == 17 && voxmap_oldest(&r->map))
-                voxpage_detach(&r->map, voxmap_oldest(&r->map));
-            if (n % 40 == 35 && voxmap_oldest(&r->map))
-                voxmap_drop(&r->map, voxmap_oldest(&r->map));
+            if (n % 30 == 17 && rig_oldest(r))
+                voxpage_detach(&r->map, rig_oldest(r));
+            if (n % 40 == 35 && rig_oldest(r))
+                voxmap_drop(&r->map, rig_oldest(r));
             if (n % 80 == 79)
                 CHECK_INT(too_early(r, kept, one, &free, &apart), 0);
         }

@@ -63,7 +63,7 @@ struct chart *chart_make(const struct world *world, const struct chart_setting *
     const struct lattice_place base = chart_place(c, middle);
     tiles_init(&c->tiles, room(tiles_bytes(side * side, height, 1 + set->echoes)), side * side, height,
                1 + set->echoes);
-    submap_init(&c->map, room(submap_bytes(side)), side, &c->tiles, &base);
+    submap_init(&c->map, room(submap_bytes(side, height)), side, &c->tiles, &base);
     return c;
 }
 

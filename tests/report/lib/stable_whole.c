@@ -180,7 +180,7 @@ static void worst_beam(bool quick, struct stable_found *f)
 
     extract_defaults(&conf);
     void *memory[3] = {stable_memory(extract_size(1000)), stable_memory(tiles_bytes(256, 128, 1)),
-                       stable_memory(submap_bytes(16))};
+                       stable_memory(submap_bytes(16, 128))};
     struct extract *extract = extract_init(memory[0], &conf, 1000, err, sizeof err);
     tiles_init(&tiles, memory[1], 256, 128, 1);
     submap_init(&map, memory[2], 16, &tiles, &origin);
