@@ -24,17 +24,31 @@ INLINE void raise_chunk(uint8_t *count, const uint8_t *most)
     }
 }
 
+/* Whether all counts are 255 up to `last`, and of that chunk those that `most` is not 255 for. */
+INLINE bool are_full(const uint8_t *count, const uint8_t *last, const uint8_t *most)
+{
+    uint8_t least[CHUNK], all = UINT8_MAX;
+    for (int l = 0; l < CHUNK; l++)
+        least[l] = last[l] > most[l] ? last[l] : most[l];
+    for (; count != last; count += CHUNK)
+        for (int l = 0; l < CHUNK; l++)
+            least[l] &= count[l];
+    for (int l = 0; l < CHUNK; l++)
+        all &= least[l];
+    return all == UINT8_MAX;
+}
+
 /* Adds 1, up to 255, to n > 0 counts. False: all were 255, and nothing was written; most runs are told by their first
  * count not to be so. What follows the counts within the last chunk is written back as it was: last, so that no chunk is
  * read that overlaps one just written, for which a CPU waits. */
 INLINE bool raise_counts(uint8_t *count, size_t n)
 {
-    const uint8_t *last = count + (n - 1) / CHUNK * CHUNK;
-    if (*count == UINT8_MAX && memcmp(count, count + 1, n - 1) == 0)
+    const uint8_t *last = count + (n - 1) / CHUNK * CHUNK, *most = most_of + -n % CHUNK;
+    if (*count == UINT8_MAX && are_full(count, last, most))
         return false;
     for (; count != last; count += CHUNK)
         raise_chunk(count, most_of);
-    raise_chunk(count, most_of + -n % CHUNK);
+    raise_chunk(count, most);
     return true;
 }
 

@@ -76,7 +76,7 @@ def main():
         with open(os.path.join(out, "data", "stability.csv"), newline="", encoding="utf-8") as f:
             check("shows_every_case_of_the_catalogue", [row["case"] for row in csv.DictReader(f) if "| %s | %s |" % (row["case"], row["input"]) not in text])
         proofs = []
-        for name in ("left_out_proof.csv", "spared_proof.csv"):
+        for name in ("left_out_proof.csv", "spared_proof.csv", "saturated_proof.csv"):
             with open(os.path.join(out, "data", name), newline="", encoding="utf-8") as f:
                 proofs += [row for row in csv.DictReader(f) if row["must_be"] == "same"]
         check("what_is_left_out_changes_nothing", [str(row) for row in proofs if row["changed"] != "0"] if proofs else
