@@ -62,7 +62,7 @@ static void aim(void)
             exit(1);
     }
     tiles_init(&tiles, memory_of(tiles_bytes(TILES, HEIGHT, 1)), TILES, HEIGHT, 1);
-    submap_init(&map, memory_of(submap_bytes(SIDE)), SIDE, &tiles, &beam[0].apex);
+    submap_init(&map, memory_of(submap_bytes(SIDE, HEIGHT)), SIDE, &tiles, &beam[0].apex);
 }
 
 /* The cells of a beam, asked one by one: how often each is looked at. */
@@ -102,8 +102,12 @@ static void turn_round(struct turn *t)
     for (int n = 0; n < SCENE_PINGS; n++) {
         map.now++;
         submap_cast(&map, &beam[n], SUBMAP_VACANCY);
-        for (int e = 0; t && e < TILES; e++)
-            t->marked += map.written[e] == map.now;
+        for (uint32_t e = 0; t && e < TILES; e++) {
+            bool marked = false;
+            for (uint32_t s = 0; s < map.slices; s++)
+                marked |= map.written[e * map.slices + s] == map.now;
+            t->marked += marked;
+        }
     }
 }
 
