@@ -19,8 +19,8 @@
 
 #include "../../grid/answer/answer.h"
 #include "../../grid/ping.h"
-#include "../../grid/sphere/sphere.h"
 #include "lib/basin.h"
+#include "lib/basin_grid.h"
 #include "lib/cost.h"
 #include "lib/dice.h"
 
@@ -32,26 +32,12 @@
 static const double mu[] = {0, 0.1, 0.25, 0.5, 1};
 #define MUS (sizeof mu / sizeof mu[0])
 
-static struct sphere_conf conf = {.angular_step_rad = 2 * GEO_PI / 180,
-                                  .layers = {.r_max_m = 12, .dr_m = 0.05, .n_const = 29, .growth = 1.035},
-                                  .max_cells = 65536,
-                                  .forget_s = 160,
-                                  .blocked_above = 0.6,
-                                  .recentre_m = 0.1,
-                                  .range_error = 0.003};
-
 static struct sphere *grid_of(double relaxation)
 {
-    char err[200];
+    struct sphere_conf conf = basin_grid_shipped;
 
     conf.relaxation = relaxation;
-    const size_t bytes = sphere_bytes(&conf, err, sizeof err);
-    void *memory = bytes ? aligned_alloc(64, (bytes + 63) / 64 * 64) : NULL;
-    if (!memory) {
-        fprintf(stderr, "report_relax: %s\n", bytes ? "no memory" : err);
-        exit(1);
-    }
-    return sphere_init(memory, &conf);
+    return basin_grid(&conf);
 }
 
 /* ---- basins ---- */
@@ -79,7 +65,7 @@ static bool has_surface(const struct basin *basin, const double place[2], const 
     static double edge[LAYERS_MAX + 1];
     double az_rad, el_rad;
 
-    layers_init(&layers, &conf.layers, edge);
+    layers_init(&layers, &basin_grid_shipped.layers, edge);
     const int32_t layer = layers_index(&layers, range_m);
     if (layer < 0)
         return false;

@@ -14,8 +14,8 @@
 #include <string.h>
 
 #include "../../grid/answer/answer.h"
-#include "../../grid/sphere/sphere.h"
 #include "lib/basin.h"
+#include "lib/basin_grid.h"
 #include "lib/cost.h"
 #include "lib/dice.h"
 
@@ -26,14 +26,6 @@
 #define EDGE_M      0.15 /* a surface this near to the distance asked about is neither in the way nor out of it */
 #define COST_TURNS  2
 #define NEAR_POST_M 0.25
-
-static const struct sphere_conf shipped = {.angular_step_rad = 2 * GEO_PI / 180,
-                                           .layers = {.r_max_m = 12, .dr_m = 0.05, .n_const = 29, .growth = 1.035},
-                                           .max_cells = 65536,
-                                           .forget_s = 160,
-                                           .blocked_above = 0.6,
-                                           .recentre_m = 0.1,
-                                           .range_error = 0.003};
 
 enum knob { STEP, LAYER, GROWTH, MODEL, UPDATE };
 static const char *const knob_name[] = {"angular_step", "layer", "growth", "sensor_model", "update"};
@@ -68,11 +60,11 @@ static const struct setting {
 };
 #define SETTINGS (sizeof settings / sizeof settings[0])
 
+/* The one before is gone. */
 static struct sphere *grid_of(const struct setting *setting)
 {
-    static void *memory;
-    struct sphere_conf conf = shipped;
-    char err[200] = "";
+    static struct sphere *grid;
+    struct sphere_conf conf = basin_grid_shipped;
 
     switch (setting->knob) {
     case STEP:
@@ -91,14 +83,8 @@ static struct sphere *grid_of(const struct setting *setting)
         conf.update = (enum sphere_update)setting->value;
         break;
     }
-    const size_t bytes = sphere_bytes(&conf, err, sizeof err);
-    free(memory);
-    memory = bytes ? aligned_alloc(64, (bytes + 63) / 64 * 64) : NULL;
-    if (!memory) {
-        fprintf(stderr, "report_sphere: no grid: %s\n", err);
-        exit(1);
-    }
-    return sphere_init(memory, &conf);
+    free(grid);
+    return grid = basin_grid(&conf);
 }
 
 /* ---- errors ---- */
