@@ -49,8 +49,8 @@ struct claim claim_meet(const struct claim *a, const struct claim *b);
 
 /**
  * claim_moved - the claim of direction d after the grid's centre has moved by step_m (in the grid's axes), from the
- * joined claims `old` of all directions before. The new ray crosses old directions, the more the nearer: where each of
- * them says that it is free it is, and the longest such stretch is what is claimed. axis: [rings->n] unit vectors.
+ * joined claims `old` of all directions before. The new ray crosses old directions, the more the nearer: it is free
+ * as far inward as each of them in turn says so. axis: [rings->n] unit vectors.
  */
 struct claim claim_moved(const struct rings *rings, const double (*axis)[3], const struct claim *old, uint32_t d,
                          const double step_m[3]);
