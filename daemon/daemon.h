@@ -40,7 +40,7 @@ struct daemon {
     const char *conf_name; /* file, or capture whose attachment it was */
     struct loop *loop;
     struct pipeline *pipeline;
-    size_t grid_bytes_begun; /* of grids that are being made */
+    size_t grid_bytes_aside; /* of grids that are being made, or are dropped and not freed yet */
     struct source *source[CONF_MAX_SONARS];
     struct mount mount[CONF_MAX_SONARS];
     struct pose_log poses;

@@ -10,10 +10,10 @@
 
 /* ---- making ---- */
 
-/* Those that are being made among them. */
+/* Those that come and go among them. */
 static double bytes_of_all(struct daemon *d)
 {
-    size_t bytes = d->grid_bytes_begun;
+    size_t bytes = d->grid_bytes_aside;
     struct grid *g;
     for (int i = 0; (g = pipeline_grid(d->pipeline, i)); i++)
         bytes += g->bytes;
@@ -183,7 +183,7 @@ static void give_up(void *making)
         pipeline_errand_leave(&m->come.errand, free_making);
         return;
     }
-    m->d->grid_bytes_begun -= m->come.grid->bytes;
+    m->d->grid_bytes_aside -= m->come.grid->bytes;
     grid_free(m->come.grid);
     free(m);
 }
@@ -198,7 +198,7 @@ static struct making *begin_making(struct daemon *d, const struct conf_grid *con
         return NULL;
     }
     *m = (struct making){.come.grid = g, .d = d};
-    d->grid_bytes_begun += g->bytes;
+    d->grid_bytes_aside += g->bytes;
     return m;
 }
 
@@ -215,7 +215,7 @@ static bool add(struct making *m, struct rpc_error *error)
         return rpc_refuse(error, RPC_LIMIT, "there are %d grids, and room for no more", PIPELINE_MAX_GRIDS);
     }
     g->of_client = true;
-    d->grid_bytes_begun -= g->bytes;
+    d->grid_bytes_aside -= g->bytes;
     m->told = told;
     return true;
 }
@@ -265,21 +265,29 @@ json_t *grid_method_create(const struct rpc_call *call, json_t *params, struct r
     return make_on(m, name, error) && errand_done(call, pipeline_feed_grid, error) ? json_incref(m->told) : NULL;
 }
 
+/* A grid on its way out. */
+struct dropping {
+    struct grid_errand go;
+    struct daemon *d;
+    size_t bytes;
+};
+
 /* The owner knows it no longer, or at the end the pipeline frees it. */
-static void free_dropped(void *grid_errand)
+static void free_dropped(void *dropping)
 {
-    struct grid_errand *go = grid_errand;
-    if (go->done)
-        grid_free(go->grid);
-    free(go);
+    struct dropping *out = dropping;
+    if (out->go.done)
+        grid_free(out->go.grid);
+    out->d->grid_bytes_aside -= out->bytes;
+    free(out);
 }
 
-static void leave_dropped(void *grid_errand)
+static void leave_dropped(void *dropping)
 {
-    pipeline_errand_leave(grid_errand, free_dropped);
+    pipeline_errand_leave(dropping, free_dropped);
 }
 
-static struct grid_errand *begin_dropping(struct daemon *d, json_t *params, struct rpc_error *error)
+static struct dropping *begin_dropping(struct daemon *d, json_t *params, struct rpc_error *error)
 {
     static const char *const keys[] = {"name", NULL};
     const char *name = rpc_only(params, keys, error) ? name_of(params, "name", error) : NULL;
@@ -291,21 +299,22 @@ static struct grid_errand *begin_dropping(struct daemon *d, json_t *params, stru
                    g ? "the main grid stays" : "there is no grid of that name; `sonarctl grid list` has them");
         return NULL;
     }
-    struct grid_errand *go = calloc(1, sizeof *go);
-    if (!go) {
+    struct dropping *out = calloc(1, sizeof *out);
+    if (!out) {
         rpc_refuse(error, RPC_INTERNAL_ERROR, "out of memory");
         return NULL;
     }
-    go->grid = g;
+    *out = (struct dropping){.go.grid = g, .d = d, .bytes = g->bytes};
+    d->grid_bytes_aside += g->bytes;
     pipeline_drop_grid(d->pipeline, g);
-    return go;
+    return out;
 }
 
 json_t *grid_method_drop(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
-    struct grid_errand *go = call->work->state;
-    if (!go && !(go = begin_dropping(call->daemon, params, error)))
+    struct dropping *out = call->work->state;
+    if (!out && !(out = begin_dropping(call->daemon, params, error)))
         return NULL;
-    *call->work = (struct rpc_work){.state = go, .drop = leave_dropped};
+    *call->work = (struct rpc_work){.state = out, .drop = leave_dropped};
     return errand_done(call, pipeline_starve_grid, error) ? json_pack("{s:b}", "dropped", 1) : NULL;
 }

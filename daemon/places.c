@@ -202,7 +202,7 @@ static void settle(struct places_task *task)
     const bool quiet = task == &task->d->places.kept && job->what == PLACES_SAVE;
     const bool good = job->good && (job->what != PLACES_LOAD || put_in(task->d, job));
     if (good && job->what == PLACES_LOAD)
-        places_trust(task->d);
+        places_trust(task->d, task->jumps);
     drop_bytes(job);
     job->state = good ? PLACES_DONE : PLACES_FAILED;
     task->d->places.changed |= job->what == PLACES_LOAD;
@@ -245,6 +245,7 @@ static bool prepare(struct places_task *task, enum places_what what, const char 
                                    .t_unix_ns = loop_now(d->loop) + d->unix_offset_ns};
         snprintf(job->path, sizeof job->path, "%s/%s%s", folder, name, ending);
         snprintf(job->folder, sizeof job->folder, "%s", folder);
+        task->jumps = d->places.jumps;
         return true;
     }
     return false;
@@ -327,6 +328,7 @@ static void go_astray(struct daemon *d, double far_m, double reach_m)
     pipeline_visit_map(d->pipeline, look_for_submaps, &any);
     if (!any) /* nothing counts from the old place */
         return;
+    d->places.jumps++;
     t->astray = true;
     t->reach_m = reach_m;
     pipeline_visit_map(d->pipeline, hold, t);
@@ -350,7 +352,7 @@ void places_position(struct daemon *d, const struct pose *pose)
     const double most_mps = d->conf.vehicle.max_speed_mps > 0 ? d->conf.vehicle.max_speed_mps : JUMP_MPS;
     const double reach_m = t->astray ? t->reach_m : JUMP_M + most_mps * (double)(pose->t_ns - t->t_ns) * 1e-9;
     if (far_m <= reach_m && t->astray) {
-        places_trust(d);
+        places_trust(d, d->places.jumps);
         log_line(LOG_NOTICE, "map_let_go", "map: the position is again where it can be: the map holds");
     } else if (far_m > reach_m && !t->astray) {
         go_astray(d, far_m, reach_m);
@@ -362,10 +364,12 @@ void places_position(struct daemon *d, const struct pose *pose)
     memcpy(t->position_m, pose->position_m, sizeof t->position_m);
 }
 
-void places_trust(struct daemon *d)
+void places_trust(struct daemon *d, uint64_t jumps)
 {
     struct places_track *t = &d->places.track;
     const bool was = t->astray;
+    if (jumps != d->places.jumps)
+        return;
     *t = (struct places_track){0};
     if (was)
         pipeline_visit_map(d->pipeline, hold, t);

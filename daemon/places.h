@@ -54,6 +54,7 @@ struct places_task {
     struct places_job job;
     pthread_t thread;
     struct loop_fd ended; /* an eventfd */
+    uint64_t jumps;       /* of the position, when it was asked for */
 };
 
 /* The last position that the map's places count from, and whether what came since cannot be the vehicle's way. */
@@ -66,6 +67,7 @@ struct places_track {
 
 struct places {
     struct places_track track;
+    uint64_t jumps;                 /* of the position, since the start */
     struct map_origin origin;       /* what the places of this run count from */
     struct places_task asked, kept; /* by a client; by `save_every` and `load` in [map] */
     struct loop_timer save;
@@ -89,8 +91,9 @@ bool places_start(struct daemon *d, char *err, size_t err_size);
  */
 void places_position(struct daemon *d, const struct pose *pose);
 
-/** places_trust - positions count from where the map does, from now on. */
-void places_trust(struct daemon *d);
+/** places_trust - positions count from where the map does, from now on: said when there had been so many jumps (struct
+ * places). Of a later one it says nothing, and changes nothing. */
+void places_trust(struct daemon *d, uint64_t jumps);
 
 #define PLACES_NAME_MAX (CONF_MAP_NAME_MAX - 1)
 

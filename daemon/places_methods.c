@@ -86,7 +86,8 @@ struct deed {
     struct errand errand;
     struct daemon *d;
     pipeline_visit_fn *fn; /* NULL: nothing is done to it */
-    bool was_astray, done;
+    uint64_t jumps; /* of the position, when it was sent */
+    bool done;
     struct visit_state state;
 };
 
@@ -99,16 +100,14 @@ static void act(void *ctx, const struct pipeline_owned *owned)
     deed->done = true;
 }
 
-/* What the client does with the map tells that its places count from where positions do from now on; of a jump that came
- * later it tells nothing. */
+/* What the client does with the map tells that its places count from where positions do from now on. */
 static void settle(struct deed *deed)
 {
     struct daemon *d = deed->d;
     if (!deed->fn || !deed->done)
         return;
     d->places.changed = true;
-    if (deed->was_astray || !d->places.track.astray)
-        places_trust(d);
+    places_trust(d, deed->jumps);
     deed->fn = NULL;
 }
 
@@ -133,8 +132,8 @@ static json_t *state_after(const struct rpc_call *call, pipeline_visit_fn *fn, s
         return NULL;
     }
     if (!call->work->state)
-        *deed = (struct deed){.d = d, .fn = fn, .was_astray = d->places.track.astray};
-    *call->work = (struct rpc_work){.state = deed, .drop = leave_deed};
+        *deed = (struct deed){.d = d, .fn = fn, .jumps = d->places.jumps};
+    *call->work = (struct rpc_work){.state = deed, .drop = fn ? leave_deed : errand_free};
     if (!errand_done(call, act, error))
         return NULL;
     settle(deed);

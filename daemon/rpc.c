@@ -180,7 +180,7 @@ bool rpc_answer(const struct rpc_method *methods, const struct rpc_call *call, c
     error->message[0] = '\0';
     if (!m)
         return rpc_refuse(error, RPC_METHOD_NOT_FOUND, "no method '%.64s'", method);
-    if (m->right == RPC_CHANGES && call->refusal)
+    if (m->right == RPC_CHANGES && call->refusal && !call->work->state) /* what has begun may be done already */
         return rpc_refuse(error, RPC_FORBIDDEN, "'%s': %s", m->name, call->refusal);
 
     json_t *named = params ? json_incref(params) : json_object();
