@@ -324,9 +324,10 @@ static void look_for_submaps(void *ctx, struct pipeline_map *m)
 static void go_astray(struct daemon *d, double far_m, double reach_m)
 {
     struct places_track *t = &d->places.track;
-    bool any = false;
+    const struct places_job *job = &d->places.asked.job;
+    bool any = job->state == PLACES_RUNNING && job->what == PLACES_LOAD;
     pipeline_visit_map(d->pipeline, look_for_submaps, &any);
-    if (!any) /* nothing counts from the old place */
+    if (!any) /* nothing counts from the old place, or is about to */
         return;
     d->places.jumps++;
     t->astray = true;
