@@ -112,7 +112,11 @@ static unsigned serial_baud(const char *rest)
 /* One process per line: two readers would each get half of the bytes. */
 static bool claim(int fd)
 {
-    return flock(fd, LOCK_EX | LOCK_NB) == 0 && ioctl(fd, TIOCEXCL) == 0;
+    if (flock(fd, LOCK_EX | LOCK_NB) == 0)
+        return ioctl(fd, TIOCEXCL) == 0;
+    if (errno == EWOULDBLOCK)
+        errno = EBUSY; /* what it is, to people */
+    return false;
 }
 
 /* Raw 8N1 at a->speed. tcsetattr is content when any one change was made, so the settings are read back. */
