@@ -5,6 +5,10 @@
  *
  *   cc -o autopilot autopilot.c $(pkg-config --cflags --libs libsonard)
  *   ./autopilot [SOCKET [TURNS]]
+ *
+ * From the source tree, before `make install`, beside libsonard as `make` leaves it:
+ *
+ *   cc -o autopilot examples/autopilot.c -Iclient build/libsonard.so.0 -Wl,-rpath,$PWD/build
  */
 #include <math.h>
 #include <sonard.h>

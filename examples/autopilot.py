@@ -4,6 +4,8 @@
 wrong, a daemon that is gone included, ends in speed 0.
 
     autopilot.py [SOCKET [TURNS]]
+
+From the source tree, before `make install`: PYTHONPATH=python examples/autopilot.py SOCKET
 """
 import sys
 import time
