@@ -82,6 +82,8 @@ static const char *reason_of(const struct free_answer *a, bool path, bool no_bod
 {
     return a->state == VOXEL_FREE ? "all of it was found free"
            : astray               ? "the position jumped: nothing is free until map new, map forget or map load"
+           : a->state == VOXEL_OCCUPIED && a->first_state != VOXEL_OCCUPIED
+               ? "something was heard beyond the first place, which is unknown"
            : a->state == VOXEL_OCCUPIED ? "something was heard there"
            : a->away ? "a part of the map that may know is on disk; it comes back if there is room"
            : a->lost ? "a part of the map that knew was forgotten; fresh looks can find it free"

@@ -120,6 +120,8 @@ def check_paths(client, dice):
             check(answer["first"] is None and least > radius - VOXEL / 2 - LAG_M, "%s %g: %s" % (way, radius, answer))
         else:
             check(answer["first"]["along_m"] >= 0 and 0 <= answer["unknown_share"] <= 1, str(answer))
+            farther = answer["state"] == "occupied" and answer["first"]["state"] == "unknown"
+            check(("beyond" in answer["reason"]) == farther, "the reason is of another place: %s" % answer)
         wider = client.call("path", points_m=way, radius_m=radius + 0.3)
         check(not (wider["state"] == "free" and answer["state"] != "free"), "wider is freer: %s" % way)
     check(free >= 5, "only %d paths are free" % free)
