@@ -26,7 +26,7 @@ const struct argument command_common_options[] = {
 static const struct argument blocked_options[] = {
     {"--distance", "distance_m", "D", "metres to look ahead; must be given", ARGUMENT_NUMBER, 0, 0, 0},
     {"--elevation", "elevation_deg", "E", "degrees upward (0)", ARGUMENT_NUMBER, 0, 0, 0},
-    {"--half-angle", "half_angle_deg", "A", "look in a cone that opens so many degrees to each side",
+    {"--half-angle", "half_angle_deg", "A", "look in a cone that opens so many degrees to each side (7.5)",
      ARGUMENT_NUMBER, 0, 0, 0},
     {"--radius", "radius_m", "R", "look in a corridor of this radius in metres instead", ARGUMENT_NUMBER, 0, 0, 0},
     FRAME_OPTION,

@@ -4,6 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+#define TOLD_GONE_S 0.1 /* what the age of the picture takes from a time, below which it is not worth a line */
+
 static const char *because(char cell[PAGE_CELL], const json_t *result)
 {
     return page_text(cell, result, "reason");
@@ -60,6 +62,9 @@ void show_collision(const struct page *page, const json_t *result)
 {
     char a[PAGE_CELL], b[PAGE_CELL];
 
+    const double speed_mps = page_number(result, "speed_mps");
+    const double gone_s = page_number(result, "distance_m") / speed_mps - page_number(result, "time_s");
+
     head_line(page, page_text(a, result, "state"));
     if (!isnan(page_number(result, "time_s")))
         fprintf(page->out, ": meets something in %s (sd %s), confidence %.2f",
@@ -67,9 +72,12 @@ void show_collision(const struct page *page, const json_t *result)
                 page_duration(b, page_number(result, "time_sd_s")), page_number(result, "confidence"));
     fputc('\n', page->out);
     fprintf(page->out, "  distance %s\n", page_metres(a, page_number(result, "distance_m")));
+    if (gone_s >= TOLD_GONE_S)
+        fprintf(page->out, "  less     %s that it may have gone like this already: where it is now is not known\n",
+                page_duration(a, gone_s));
     fprintf(page->out, "  unknown  after %s\n", page_duration(a, page_number(result, "unknown_after_s")));
     fprintf(page->out, "  looked   %s ahead at %.2f m/s\n", page_duration(a, page_number(result, "ahead_s")),
-            page_number(result, "speed_mps"));
+            speed_mps);
     fprintf(page->out, "  age      %s\n", page_duration(a, page_number(result, "age_s")));
     fprintf(page->out, "  because  %s\n", because(a, result));
 }
