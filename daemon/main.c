@@ -129,7 +129,7 @@ static void on_record_tick(void *ctx, uint64_t now_ns)
     record_tick(t->d->record);
     record_status(t->d->record, &s);
     if (s.parts.errors > t->errors)
-        log_line(LOG_ERR, "record_failed", "recording: %s", s.parts.error);
+        log_line(LOG_ERR, "record_failed", "%s", s.parts.error);
     if (s.overflows > t->overflows)
         log_limited(now_ns, LOG_WARNING, LOG_ABOUT(.event = "record_lost", .count = s.overflows - t->overflows),
                     "recording: the disk is too slow: %llu messages lost",
