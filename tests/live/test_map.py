@@ -14,7 +14,7 @@ import subprocess
 import threading
 import time
 
-from lib import PATIENCE, Failed, RpcError, check, note, pings_until, run, until
+from lib import SANITIZER, Failed, RpcError, Skipped, check, note, pings_until, run, until
 
 TURN = 200                             # pings of a full circle at 1.8 degrees
 WALLS = ((-6.0, 9.0), (-5.0, 4.0))     # of the virtual basin: north, east
@@ -524,11 +524,13 @@ def submaps_away(client):
 def tunnel(bench):
     """What was left behind is on disk; what of it saw a place comes back when somebody asks for that, and when the
     vehicle is there again."""
+    if SANITIZER:
+        raise Skipped("so slowly, more submaps reach over the start than the little memory has room for")
     sim = bench.sim(scene=bench.write("tunnel", "box -6 60 -5 4 -20 20\n"))
     conf(bench, memory="7 MiB", height="6 m", submap_distance="2.5 m")
     daemon = bench.sonard()
     client = daemon.client()
-    vehicle = Vehicle(daemon, sim, 0.05 * PATIENCE)  # so slow a daemon sees too much of each place for the memory else
+    vehicle = Vehicle(daemon, sim, 0.05)
     vehicle.start()
     try:
         pings_until(client, 2 * TURN)
