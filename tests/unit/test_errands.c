@@ -3,11 +3,11 @@
  * test_errands - what the maps' owner does for the loop while that goes on: each errand once and in its turn, however many
  * there are, whoever has gone meanwhile, and none after the end.
  */
+#include "../lib/held_owner.h"
 #include "../lib/test.h"
 
 #include <errno.h>
 #include <fcntl.h>
-#include <semaphore.h>
 #include <stdatomic.h>
 #include <sys/socket.h>
 #include <sys/un.h>
@@ -104,31 +104,6 @@ static void release(void *ctx)
     deed->released++;
 }
 
-/* Keeps the owner busy until it is let go. */
-struct hold {
-    struct errand errand;
-    sem_t begun, go;
-};
-
-static void wait_to_go(void *ctx, const struct pipeline_owned *owned)
-{
-    struct hold *hold = ctx;
-    (void)owned;
-    sem_post(&hold->begun);
-    while (sem_wait(&hold->go) != 0) {
-    }
-}
-
-static void hold_owner(struct hold *hold)
-{
-    *hold = (struct hold){0};
-    sem_init(&hold->begun, 0, 0);
-    sem_init(&hold->go, 0, 0);
-    CHECK(!pipeline_errand(d.pipeline, &hold->errand, wait_to_go));
-    while (sem_wait(&hold->begun) != 0) {
-    }
-}
-
 static void turn_until_done(struct errand *last, pipeline_owner_fn *fn)
 {
     bool done = false;
@@ -144,7 +119,7 @@ TEST(as_many_as_are_sent_are_done_in_their_order)
     static struct deed deed[MANY];
     begin(1);
     struct hold hold;
-    hold_owner(&hold);
+    hold_owner(&hold, d.pipeline);
     memset(deed, 0, sizeof deed);
     atomic_store(&turns, 0);
     for (int i = 0; i < MANY; i++)
@@ -169,7 +144,7 @@ TEST(who_goes_is_released_once)
     uint64_t seed = 5;
     for (int threads = 1; threads <= 2; threads++) {
         begin(threads);
-        hold_owner(&hold);
+        hold_owner(&hold, d.pipeline);
         memset(deed, 0, sizeof deed);
         memset(&last, 0, sizeof last);
         for (int i = 0; i < MANY; i++)
@@ -280,7 +255,7 @@ TEST(each_thread_has_its_own)
     struct deed deed = {.errand.early = true};
     struct hold hold;
     begin(2);
-    hold_owner(&hold);
+    hold_owner(&hold, d.pipeline);
     CHECK(!pipeline_errand(d.pipeline, &deed.errand, act));
     turn_until_done(&deed.errand, act);
     CHECK_INT(deed.done, 1);
@@ -333,7 +308,7 @@ TEST(grids_come_and_go_while_pings_come)
         CHECK(pipeline_has_grid(d.pipeline, number));
         CHECK(!pipeline_errand(d.pipeline, &come.errand, pipeline_feed_grid));
         turn_until_done(&come.errand, pipeline_feed_grid);
-        hold_owner(&hold);
+        hold_owner(&hold, d.pipeline);
         pipeline_drop_grid(d.pipeline, come.grid);
         CHECK(!pipeline_has_grid(d.pipeline, number) && !pipeline_grid(d.pipeline, 1));
         CHECK(!pipeline_errand(d.pipeline, &go.errand, pipeline_starve_grid));
@@ -457,7 +432,7 @@ TEST(many_clients_are_answered_each_in_its_order)
     char text[512];
     int fd[CLIENTS];
     serve();
-    hold_owner(&hold);
+    hold_owner(&hold, d.pipeline);
     for (int i = 0; i < CLIENTS; i++) {
         fd[i] = client();
         ask(fd[i], i % 2 ? "change" : "question", 1);
@@ -484,7 +459,7 @@ TEST(a_client_that_has_gone_harms_nobody)
     struct hold hold;
     char text[512];
     serve();
-    hold_owner(&hold);
+    hold_owner(&hold, d.pipeline);
     const int asks = client(), changer = client(), stays = client();
     ask(asks, "question", 1);
     ask(changer, "change", 1);

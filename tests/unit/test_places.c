@@ -4,9 +4,9 @@
  * of it, what is left in the queue by those who go, and rights that end. And grids: what is dropped has its memory until
  * the owner lets it go.
  */
+#include "../lib/held_owner.h"
 #include "../lib/test.h"
 
-#include <semaphore.h>
 #include <unistd.h>
 
 #include "../../daemon/daemon.h"
@@ -239,31 +239,6 @@ TEST(of_a_jump_while_a_map_is_loaded_the_file_says_nothing)
 
 /* ---- clients that go ---- */
 
-/* Keeps the owner busy until it is let go. */
-struct hold {
-    struct errand errand;
-    sem_t begun, go;
-};
-
-static void wait_to_go(void *ctx, const struct pipeline_owned *owned)
-{
-    struct hold *hold = ctx;
-    (void)owned;
-    sem_post(&hold->begun);
-    while (sem_wait(&hold->go) != 0) {
-    }
-}
-
-static void hold_owner(struct hold *hold)
-{
-    *hold = (struct hold){0};
-    sem_init(&hold->begun, 0, 0);
-    sem_init(&hold->go, 0, 0);
-    CHECK(!pipeline_errand(d.pipeline, &hold->errand, wait_to_go));
-    while (sem_wait(&hold->begun) != 0) {
-    }
-}
-
 static int waiting(void)
 {
     int n = 0;
@@ -278,7 +253,7 @@ TEST(what_was_only_asked_is_not_done_for_those_who_have_gone)
     static const char *const asks[] = {"map", "map_submaps"};
     struct hold hold;
     begin();
-    hold_owner(&hold);
+    hold_owner(&hold, d.pipeline);
     for (int i = 0; i < 100; i++) {
         struct request r = {.method = asks[i % 2]};
         CHECK(!go_on(&r));
@@ -328,7 +303,7 @@ TEST(a_dropped_grid_has_its_memory_until_it_is_freed)
             loop_turn(d.loop, 10000000);
         d.conf.grids.memory_bytes = 2 * (double)bytes;
         CHECK(is_room_for(0) && !is_room_for(1));
-        hold_owner(&hold);
+        hold_owner(&hold, d.pipeline);
         struct request r = {.method = "grid_drop", .name = "kept"};
         CHECK(!go_on(&r));
         CHECK(!pipeline_grid(d.pipeline, 1) && !is_room_for(1));
