@@ -503,7 +503,7 @@ def one_folder(bench):
     conf(bench, directory=maps)
     daemon = bench.sonard()
     daemon.client().close()
-    check(sorted(os.listdir(maps)) == [".lock", "page-9.map"], str(os.listdir(maps)))
+    until(lambda: sorted(os.listdir(maps)) == [".lock", "page-9.map"], "what is left behind to go, and that alone")
     other = bench.conf(name="second.conf", map={"voxel": "1 m", "directory": maps},
                        server={"socket": bench.path("second.sock")})
     second = bench.sonard(conf=other)
