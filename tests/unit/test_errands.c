@@ -4,6 +4,7 @@
  * there are, whoever has gone meanwhile, and none after the end.
  */
 #include "../lib/held_owner.h"
+#include "../lib/plain_ping.h"
 #include "../lib/test.h"
 
 #include <errno.h>
@@ -61,19 +62,7 @@ static void end(void)
 
 static void feed(void)
 {
-    static uint32_t seq;
-    struct ping *ping = pipeline_begin(d.pipeline);
-    memset(ping->samples, 9, 100);
-    ping->seq = ++seq;
-    ping->t_ns = ping->t_in_ns = seq * 20000000ull;
-    ping->sample_bytes = 1;
-    ping->n_beams = 1;
-    ping->n_bins = 100;
-    ping->dr_m = 0.1f;
-    ping->pulse_m = 0.03f;
-    ping->az_aperture_rad = ping->el_aperture_rad = 0.1f;
-    ping->beam[0] = (struct ping_beam){.az_rad = 0};
-    pipeline_submit(d.pipeline, ping);
+    pipeline_submit(d.pipeline, plain_ping(d.pipeline));
 }
 
 /* ---- errands ---- */

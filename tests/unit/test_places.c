@@ -5,6 +5,7 @@
  * the owner lets it go.
  */
 #include "../lib/held_owner.h"
+#include "../lib/plain_ping.h"
 #include "../lib/test.h"
 
 #include <unistd.h>
@@ -110,18 +111,7 @@ static void finish(struct request *r)
 /* The map is of there. */
 static void ping_at(double north_m)
 {
-    static uint32_t seq;
-    struct ping *ping = pipeline_begin(d.pipeline);
-    memset(ping->samples, 9, 100);
-    ping->seq = ++seq;
-    ping->t_ns = ping->t_in_ns = seq * 20000000ull;
-    ping->sample_bytes = 1;
-    ping->n_beams = 1;
-    ping->n_bins = 100;
-    ping->dr_m = 0.1f;
-    ping->pulse_m = 0.03f;
-    ping->az_aperture_rad = ping->el_aperture_rad = 0.1f;
-    ping->beam[0] = (struct ping_beam){.az_rad = 0};
+    struct ping *ping = plain_ping(d.pipeline);
     ping->pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
     ping->pose.position_m[0] = north_m;
     pipeline_submit(d.pipeline, ping);
