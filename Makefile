@@ -42,11 +42,12 @@ SIM      := $(patsubst tests/sim/%.c,$(BUILD)/tests/%,$(wildcard tests/sim/*.c))
 BENCH    := $(patsubst tests/bench/%.c,$(BUILD)/tests/%,$(wildcard tests/bench/bench_*.c))
 REPORT   := $(patsubst tests/report/%.c,$(BUILD)/tests/%,$(wildcard tests/report/report_*.c))
 # A peer to measure against, where Debian's liboctomap-dev is installed.
-PEER     := $(if $(wildcard /usr/include/octomap/octomap.h),$(BUILD)/tests/bench_octomap_peer)
+OCTOMAP  := $(wildcard /usr/include/octomap/octomap.h)
+PEER     := $(if $(OCTOMAP),$(BUILD)/tests/bench_octomap_peer)
 HELPERS  := $(patsubst tests/tools/%.c,$(BUILD)/tests/%,$(wildcard tests/tools/*.c))
 TOOLS    := $(patsubst tests/lib/%.c,$(BUILD)/tests/%.so,$(wildcard tests/lib/*.c))
 
-.PHONY: all help deps deps-check clean programs unit tests suite demo check check-san check-vm check-arm64 check-deb deb layers coverage fuzz bench report install uninstall
+.PHONY: all help deps deps-check clean programs unit tests suite demo check check-san check-vm check-arm64 check-deb deb layers coverage fuzz bench report man install uninstall
 all: programs
 
 programs: $(PROGRAMS) $(LIBRARY)
@@ -80,7 +81,7 @@ $(BUILD)/sonarctl: $(BUILD)/client/sonarctl.o $(CLIENT) $(CONFIG) $(DRIVERS)
 	@echo '  LD    $@'
 	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
 
-$(BUILD)/sonard-mavlink: $(BUILD)/client/sonard-mavlink.o $(CLIENT)
+$(BUILD)/sonard-mavlink: $(BUILD)/client/sonard-mavlink.o $(CLIENT) $(CONFIG)
 	@mkdir -p $(@D)
 	@echo '  LD    $@'
 	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
@@ -99,6 +100,7 @@ $(UNIT): $(BUILD)/tests/%: $(BUILD)/tests/unit/%.o $(ALL_A)
 	@mkdir -p $(@D)
 	@echo '  LD    $@'
 	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
+$(BUILD)/tests/test_template: LDFLAGS += -Wl,--wrap=malloc,--wrap=calloc
 $(BUILD)/tests/test_sim_program: | $(BUILD)/tests/ping360_sim
 $(SIM): $(BUILD)/tests/%: $(BUILD)/tests/sim/%.o $(SIMLIB) $(DRIVERS) $(GRID)
 	@mkdir -p $(@D)
@@ -112,6 +114,12 @@ $(REPORT): $(BUILD)/tests/%: $(BUILD)/tests/report/%.o $(ALL_A)
 	@mkdir -p $(@D)
 	@echo '  LD    $@'
 	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
+$(BUILD)/tests/report_water: $(BUILD)/tests/report/peer_$(if $(OCTOMAP),octomap,none).o
+$(BUILD)/tests/report_water: LIBS += $(if $(OCTOMAP),-loctomap -loctomath -lstdc++)
+$(BUILD)/tests/report/peer_octomap.o: tests/report/peer_octomap.cc tests/report/peer.h
+	@mkdir -p $(@D)
+	@echo '  CXX   $<'
+	@$(CXX) -std=c++17 -Wall -Wextra -O2 -c -o $@ $<
 $(BUILD)/tests/bench_octomap_peer: tests/bench/octomap_peer.cc tests/bench/voxel_scene.h $(GRID)
 	@mkdir -p $(@D)
 	@echo '  CXX   $@'
@@ -137,8 +145,9 @@ help:
 	@echo 'make deb        the Debian package'
 	@echo 'make coverage   which lines of grid/ and of the parsers the unit tests reach'
 	@echo 'make fuzz       run every fuzz target for SECONDS (20) each'
-	@echo 'make bench      measure: scaling, ratios, every part by itself; $(BUILD)/bench.json (QUICK=1: minutes)'
-	@echo 'make report     error against run time, measured: report/index.html, in minutes (QUICK=1: seconds)'
+	@echo 'make bench      measure: scaling, ratios, every part by itself; $(BUILD)/bench.json (QUICK=1: shorter, LONG=1: all sizes)'
+	@echo 'make report     error against run time, measured: report/index.html, in minutes (QUICK=1: seconds, LONG=1: with a billion updates)'
+	@echo 'make man        the manual pages for man -l, also sonard.conf(5), whose keys are those of the program'
 	@echo 'make layers     who may include whom'
 	@echo 'make install    programs, manual pages, configuration and services below DESTDIR$(PREFIX); make uninstall'
 
@@ -156,12 +165,12 @@ CHECKS  := tests/layers.sh tests/unused.sh tests/service.sh tests/valgrind.sh te
 
 # Everything that one build can be tested with.
 suite: programs tests
-	@BUILD=$(BUILD) SAN=$(SAN) LIMIT=$(if $(SAN),900,300) tests/run.sh $(UNIT) $(SCRIPTS)
+	@BUILD=$(BUILD) SAN=$(SAN) LIMIT=$(if $(SAN),900,300) tests/run.sh $(SCRIPTS) $(UNIT)
 
 check: deps-check
 	@$(MAKE) --no-print-directory CC=gcc programs tests
 	@$(MAKE) --no-print-directory CC=clang BUILD=$(BUILD)/clang programs tests
-	@BUILD=$(BUILD) tests/run.sh $(UNIT) $(UNIT:$(BUILD)/%=$(BUILD)/clang/%) $(SCRIPTS) $(CHECKS)
+	@BUILD=$(BUILD) tests/run.sh $(CHECKS) $(SCRIPTS) $(UNIT) $(UNIT:$(BUILD)/%=$(BUILD)/clang/%)
 
 # What has one thread has nothing for the thread sanitizer.
 THREADED := $(patsubst tests/unit/%.c,%,$(shell grep -lE 'daemon/|pthread' tests/unit/*.c))
@@ -204,14 +213,18 @@ fuzz: deps-check
 	@BUILD=$(BUILD) SECONDS=$(or $(SECONDS),20) tests/fuzz/run.sh
 
 bench: programs $(BENCH) $(PEER) $(SIM) $(HELPERS)
-	@BUILD=$(BUILD) tests/bench/bench.py $(if $(QUICK),quick)
+	@BUILD=$(BUILD) tests/bench/bench.py $(if $(QUICK),quick,$(if $(LONG),long))
 
 report:
 	@tests/deps.sh report
 	@$(MAKE) --no-print-directory programs $(REPORT) $(PEER)
-	@tests/report/report.py --build $(BUILD) $(if $(QUICK),--quick)
+	@tests/report/report.py --build $(BUILD) $(if $(QUICK),--quick,$(if $(LONG),--long))
 
 # ---- manual pages, installation ----
+
+# For who reads them from the tree: sonard.conf(5) has its table of keys from the program.
+man: $(BUILD)/sonard.conf.5
+	@echo 'man -l PAGE, of: $(MAN)'
 
 $(BUILD)/sonard.conf.5: docs/sonard.conf.5.in $(BUILD)/sonard
 	@echo '  GEN   $@'

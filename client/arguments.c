@@ -8,6 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "../config/word.h"
+
 bool arguments_is_option(const char *arg)
 {
     return arg[0] == '-' && arg[1] != '\0' && !isdigit((unsigned char)arg[1]) && arg[1] != '.';
@@ -130,6 +132,24 @@ static bool set(json_t *options, const struct argument *argument, const char *va
     return json_object_set_new(options, argument->key, parsed) == 0;
 }
 
+/* There is none whose name are the n bytes at flag; false. */
+static bool refuse_option(const struct argument *common, const struct argument *own, const char *flag, size_t n,
+                          char *err, size_t err_size)
+{
+    const struct argument *const tables[] = {own, common};
+    char name[WORD_FAR];
+    const char *meant = NULL;
+    size_t best = WORD_FAR;
+
+    snprintf(name, sizeof name, "%.*s", (int)n, flag);
+    for (size_t i = 0; i < 2; i++)
+        for (const struct argument *a = tables[i]; a && a->flag; a++)
+            if (a->flag[1] == '-' && word_is_nearest(name, a->flag, &best))
+                meant = a->flag;
+    snprintf(err, err_size, meant ? "no option %s here; did you mean %s?" : "no option %s here", name, meant);
+    return false;
+}
+
 bool arguments_parse(struct arguments *arguments, int argc, char **argv, int command,
                      const struct argument *common, const struct argument *own, char *err, size_t err_size)
 {
@@ -155,8 +175,10 @@ bool arguments_parse(struct arguments *arguments, int argc, char **argv, int com
             const char *value = equals ? equals + 1 : NULL;
 
             argument = argument ? argument : arguments_find(own, arg, n);
-            if (!argument || (argument->kind == ARGUMENT_FLAG && value)) {
-                snprintf(err, err_size, argument ? "option %s takes no value" : "no option %s here", arg);
+            if (!argument)
+                return refuse_option(common, own, arg, n, err, err_size);
+            if (argument->kind == ARGUMENT_FLAG && value) {
+                snprintf(err, err_size, "option %s takes no value", arg);
                 return false;
             }
             if (argument->kind != ARGUMENT_FLAG && !value) {

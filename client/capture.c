@@ -269,7 +269,7 @@ static bool import_all(struct importing *im, struct content in, const char *sens
            result.times_made_up ? " (no times in the source: made up from listening time and the head's pace)"
                                 : "");
     seanet_parser_reset(&im->seanet); /* what is left of an unfinished frame */
-    uint64_t garbage = im->ping.garbage_bytes + im->seanet.garbage_bytes;
+    uint64_t garbage = im->ping.garbage_bytes + im->seanet.garbage_bytes + im->seanet.cut_bytes;
     if (garbage || im->ping.bad_checksum)
         printf("%" PRIu64 " bytes are no frame, %" PRIu64 " frames have a wrong checksum: kept as they are\n",
                garbage, im->ping.bad_checksum);
@@ -357,7 +357,7 @@ static bool copy_messages(struct mcap_reader *r, struct mcap_writer *w, char *er
                                 err_size))
             return false;
     if (schemas)
-        printf("%u channels had schemas, which are left out\n", schemas);
+        printf("schemas are left out: %u of the channels had one\n", schemas);
     return copy_channels(r, w, &channels, &schemas, err, err_size);
 }
 
@@ -374,8 +374,7 @@ static int repair(const char *in_path, const char *out_path)
     }
     if (status == 0) {
         const struct mcap_info *info = mcap_info(r);
-        printf("%s: %" PRIu64 " messages, %" PRIu64 " attachments; %" PRIu64 " faults, %" PRIu64
-               " bytes left out\n",
+        printf("%s: %" PRIu64 " messages, attachments: %" PRIu64 "; faults: %" PRIu64 ", bytes left out: %" PRIu64 "\n",
                out_path, info->messages, info->attachments, info->problems, info->left_out_bytes);
     }
     mcap_close(r);
@@ -415,7 +414,7 @@ static int run(const char *command, int n, char **file, const char *sensor, cons
     return wrong_usage("the commands are import, info, repair and export");
 }
 
-int capture_main(int argc, char **argv)
+static int command_line(int argc, char **argv)
 {
     static const struct option options[] = {{"sensor", required_argument, NULL, 's'},
                                             {"conf", required_argument, NULL, 'c'},
@@ -448,4 +447,13 @@ int capture_main(int argc, char **argv)
     if (sensor && !good_sensor_name(sensor))
         return wrong_usage("--sensor wants up to 31 letters, digits, - and _");
     return run(argv[optind], argc - optind - 1, argv + optind + 1, sensor, conf, csv);
+}
+
+int capture_main(int argc, char **argv)
+{
+    const int status = command_line(argc, argv);
+    if (status != 0 || (fflush(stdout) == 0 && !ferror(stdout)))
+        return status;
+    fprintf(stderr, "sonarctl capture: standard output: %s\n", strerror(errno));
+    return 1;
 }

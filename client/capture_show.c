@@ -12,12 +12,18 @@
 
 #include "../drivers/mcap.h"
 #include "../drivers/ping_frame.h"
+#include "page.h"
 
 #define SOUND_SPEED_MPS     1500.0
 #define DEGREES_PER_GRADIAN 0.9
 #define TICK_S              25e-9
 
 /* ---- info ---- */
+
+static const char *plural(uint64_t n)
+{
+    return page_plural((long long)n);
+}
 
 static void print_time(uint64_t t_ns)
 {
@@ -38,7 +44,7 @@ static void print_channels(const struct mcap_reader *r)
         capture_text(stdout, c->topic);
         printf(" (");
         capture_text(stdout, c->encoding);
-        printf("): %" PRIu64 " messages, %" PRIu64 " bytes\n", c->messages, c->bytes);
+        printf("): %" PRIu64 " message%s, %" PRIu64 " bytes\n", c->messages, plural(c->messages), c->bytes);
         for (size_t k = 0; k < c->n_metadata; k++) {
             printf("    ");
             capture_text(stdout, c->metadata[k].key);
@@ -70,11 +76,11 @@ static bool print_condition(const struct mcap_info *info)
     if (good)
         printf("complete, no damage\n");
     else if (faults == 0 && info->unclosed)
-        printf("not closed: still being written, or cut off; its last %" PRIu64 " bytes are no whole record; %s\n",
+        printf("not closed: still being written, or cut off; bytes at its end that are no whole record: %" PRIu64 "; %s\n",
                info->left_out_bytes, repair);
     else
-        printf("damaged: %" PRIu64 " faults, %" PRIu64 " bytes left out%s; %s\n", faults, info->left_out_bytes,
-               info->complete ? "" : ", no good summary", repair);
+        printf("damaged: %" PRIu64 " fault%s, %" PRIu64 " bytes left out%s; %s\n", faults, plural(faults),
+               info->left_out_bytes, info->complete ? "" : ", no good summary", repair);
     return good;
 }
 
@@ -101,7 +107,8 @@ int capture_info(const char *path)
     }
     print_channels(r);
     print_attachments(r);
-    printf("%" PRIu64 " messages in %" PRIu64 " chunks\n", info->messages, info->chunks);
+    printf("%" PRIu64 " message%s in %" PRIu64 " chunk%s\n", info->messages, plural(info->messages), info->chunks,
+           plural(info->chunks));
     const bool good = print_condition(info);
     mcap_close(r);
     return !good;

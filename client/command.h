@@ -28,7 +28,7 @@ struct context {
     const char *command;          /* its name */
     struct arguments arguments;   /* its words; its options are the parameters of its method */
     struct sonard_client *client; /* NULL until the first call */
-    char socket[128];
+    char socket[4096];            /* longer than any that works, so that its length is told as it is */
     double timeout_s;
     bool json, colour;
 };

@@ -74,13 +74,16 @@ int command_call_any(struct context *context)
 {
     json_error_t where;
     json_t *params = NULL;
+    char err[256];
     int status;
 
     if (context->arguments.n_words > 1) {
         params = json_loads(context->arguments.word[1], JSON_REJECT_DUPLICATES, &where);
         if (!json_is_object(params)) {
+            snprintf(err, sizeof err, "the parameters must be a JSON object%s%s", params ? "" : ": ",
+                     params ? "" : where.text);
             json_decref(params);
-            return command_usage("call", "the parameters must be a JSON object");
+            return command_usage("call", err);
         }
     }
     status = command_call_and_print(context, context->arguments.word[0], params);
@@ -120,7 +123,7 @@ static int print_notification(const struct context *context, const char *method,
         json_decref(result);
         return fflush(stdout) == 0 ? EXIT_CLEAR : EXIT_OUTPUT;
     }
-    snprintf(error.message, sizeof error.message, "%s: %.400s", method, notification->refusal.message);
+    snprintf(error.message, sizeof error.message, "%.100s: %.660s", method, notification->refusal.message);
     return command_fail(&error);
 }
 

@@ -225,7 +225,7 @@ static const struct argument *read_line(struct line *line, char **argv, int argc
                 snprintf(line->context->socket, sizeof line->context->socket, "%s", argv[i]);
             waiting = NULL;
         } else if (arguments_is_option(argv[i])) {
-            argument = arguments_find(command_common_options, argv[i], strlen(argv[i]));
+            argument = arguments_find(command_common(NULL), argv[i], strlen(argv[i]));
             if (!argument && line->command)
                 argument = arguments_find(line->command->options, argv[i], strlen(argv[i]));
             waiting = argument && argument->kind != ARGUMENT_FLAG ? argument : NULL;
@@ -257,7 +257,7 @@ int command_complete(struct context *context)
         offer_value(&line, waiting);
     } else if (line.last[0] == '-') {
         offer_options(&line, line.command ? line.command->options : NULL);
-        offer_options(&line, command_common_options);
+        offer_options(&line, command_common(line.command));
     } else if (at >= argc || helps) {
         offer_commands(&line);
     } else if (line.command) {

@@ -3,11 +3,12 @@
 
 #include <string.h>
 
-const struct argument command_common_options[] = {
+static const struct argument common_options[] = {
+    /* what draws has no result to print: all but this one */
+    {"--json", "json", "", "the result object as it is, on one line", ARGUMENT_FLAG, 0, 0, 0},
     {"--socket", "socket", "PATH", "of the daemon; else $SONARD_SOCKET, else " SONARD_DEFAULT_SOCKET,
      ARGUMENT_TEXT, 0, 0, 0},
     {"--timeout", "timeout", "S", "seconds to wait for an answer (5)", ARGUMENT_NUMBER, 0, 0.001, 1e6},
-    {"--json", "json", "", "the result object as it is, on one line", ARGUMENT_FLAG, 0, 0, 0},
     {"--help", "help", "", "this text", ARGUMENT_FLAG, 0, 0, 0},
     {"-h", "help", "", "this text", ARGUMENT_FLAG, 0, 0, 0},
     {0},
@@ -178,14 +179,14 @@ static const struct argument map_options[] = {
 };
 
 const struct command command_table[] = {
-    {"blocked", "AZ", "is a direction free? Exit status: 0 clear, 1 blocked, 2 unknown", blocked_options, 1, 1,
+    {"blocked", "AZ --distance D", "is a direction free? Exit status: 0 clear, 1 blocked, 2 unknown", blocked_options, 1, 1,
      command_blocked},
-    {"explain", "AZ", "which echoes and pings an answer about a direction rests on", explain_options, 1, 1,
+    {"explain", "AZ --distance D", "which echoes and pings an answer about a direction rests on", explain_options, 1, 1,
      command_explain},
     {"sectors", "", "state, range and age all around", sectors_options, 0, 0, command_method},
     {"nearest", "", "the nearest obstacle, and how much nearer than it is unknown", nearest_options, 0, 0,
      command_method},
-    {"limit", "", "how fast may the vehicle go, to stop in water known to be free?", limit_options, 0, 0,
+    {"limit", "--velocity X,Y,Z", "how fast may the vehicle go, to stop in water known to be free?", limit_options, 0, 0,
      command_limit},
     {"time_to_collision", "", "when does the vehicle meet something?", collision_options, 0, 0, command_method},
     {"clusters", "", "what the obstacles form together", clusters_options, 0, 0, command_method},
@@ -200,20 +201,21 @@ const struct command command_table[] = {
     {"watch", "METHOD [KEY=VALUE...]", "ask a method again and again", watch_options, 1, ARGUMENTS_WORDS_MAX,
      command_watch},
     {"pose", "", "tell the daemon where the vehicle is", pose_options, 0, 0, command_pose},
-    {"plot", "", "draw echoes and sectors as SVG", plot_options, 0, 0, command_plot},
+    {"plot", "-o FILE", "draw echoes and sectors as SVG", plot_options, 0, 0, command_plot},
     {"background", "show|learn|stop|save|load|forget", "what a sonar hears of the vehicle itself",
      background_options, 1, 1, command_background},
     {"point", "N,E,D", "is this place free? Exit status: 0 free, 1 occupied, 2 unknown", point_options, 1, 1,
      command_place},
-    {"box", "N,E,D N,E,D", "is all of the box between two places free?", NULL, 2, 2, command_place},
-    {"path", "N,E,D...", "may a body pass along these places?", path_options, 1, ARGUMENTS_WORDS_MAX,
-     command_place},
+    {"box", "N,E,D N,E,D", "is all of the box between two places free? Exit status as of point", NULL, 2, 2, command_place},
+    {"path", "N,E,D... --radius R", "may a body pass along these places? Exit status as of point", path_options, 1,
+     ARGUMENTS_WORDS_MAX, command_place},
     {"map", "status|draw|new|forget|save NAME|load NAME|export NAME", "the map of places", map_options, 1, 2,
      command_map},
     {"plan", "", "which stages run, which are left out, why, and what each costs", NULL, 0, 0, command_method},
     {"reload", "", "have the daemon read its configuration anew", NULL, 0, 0, command_method},
     {"version", "", "versions of sonarctl and the daemon", NULL, 0, 0, command_version},
-    {"call", "METHOD [JSON]", "call any method with a JSON object of parameters", NULL, 1, 2, command_call_any},
+    {"call", "METHOD [JSON]", "call any method of sonard-protocol(7) with a JSON object of parameters", NULL, 1, 2,
+     command_call_any},
     {"complete", "-- WORD...", NULL, NULL, 0, ARGUMENTS_WORDS_MAX, command_complete},
     {0},
 };
@@ -224,4 +226,11 @@ const struct command *command_find(const char *name)
         if (strcmp(c->name, name) == 0)
             return c;
     return NULL;
+}
+
+const struct argument *command_common(const struct command *command)
+{
+    const bool draws = command && (command->run == command_top || command->run == command_plot);
+
+    return common_options + draws;
 }

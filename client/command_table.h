@@ -17,10 +17,12 @@ struct command {
     int (*run)(struct context *context);
 };
 
-extern const struct argument command_common_options[];
 extern const struct command command_table[]; /* a name NULL ends it */
 
 /** command_find - NULL: there is none of that name. */
 const struct command *command_find(const char *name);
+
+/** command_common - the options that a command (NULL: any) has beside its own. */
+const struct argument *command_common(const struct command *command);
 
 #endif

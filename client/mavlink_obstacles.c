@@ -12,14 +12,22 @@
 
 static const double radians_per_degree = 3.14159265358979323846 / 180.0;
 
-static bool read_sector(const json_t *object, struct mavlink_sector *sector, double *age_s)
+static void doubt(struct mavlink_sector *sector)
+{
+    sector->free_to_m = 0;
+    if (sector->state == MAVLINK_SECTOR_CLEAR)
+        sector->state = MAVLINK_SECTOR_UNKNOWN;
+}
+
+/* near_m: water nearer than this is the vehicle's own. */
+static bool read_sector(const json_t *object, double near_m, struct mavlink_sector *sector, double *age_s)
 {
     static const char *const states[] = {[MAVLINK_SECTOR_UNKNOWN] = "unknown",
                                          [MAVLINK_SECTOR_CLEAR] = "clear",
                                          [MAVLINK_SECTOR_BLOCKED] = "blocked"};
     const char *state = json_string_value(json_object_get(object, "state"));
     const json_t *range = json_object_get(object, "range_m"), *free_to = json_object_get(object, "free_to_m");
-    const json_t *age = json_object_get(object, "age_s");
+    const json_t *blind_to = json_object_get(object, "blind_to_m"), *age = json_object_get(object, "age_s");
 
     for (int i = 0; state && i < 3; i++) {
         if (strcmp(state, states[i]) != 0)
@@ -27,6 +35,8 @@ static bool read_sector(const json_t *object, struct mavlink_sector *sector, dou
         *sector = (struct mavlink_sector){.state = (enum mavlink_sector_state)i,
                                           .range_m = json_number_value(range),
                                           .free_to_m = json_number_value(free_to)};
+        if (!json_is_number(blind_to) || json_number_value(blind_to) > near_m)
+            doubt(sector);
         *age_s = json_is_number(age) ? json_number_value(age) : -1;
         return i != MAVLINK_SECTOR_BLOCKED || json_is_number(range);
     }
@@ -36,6 +46,7 @@ static bool read_sector(const json_t *object, struct mavlink_sector *sector, dou
 bool mavlink_ring_read(struct mavlink_ring *ring, const json_t *result)
 {
     const json_t *sectors = json_object_get(result, "sectors");
+    const double near_m = json_number_value(json_object_get(result, "near_m"));
     struct mavlink_ring read = {.youngest_s = -1, .t_unix = json_number_value(json_object_get(result, "t_unix"))};
 
     if (json_array_size(sectors) != MAVLINK_SECTORS || read.t_unix <= 0)
@@ -43,7 +54,7 @@ bool mavlink_ring_read(struct mavlink_ring *ring, const json_t *result)
     for (size_t i = 0; i < MAVLINK_SECTORS; i++) {
         double age_s;
 
-        if (!read_sector(json_array_get(sectors, i), &read.sector[i], &age_s))
+        if (!read_sector(json_array_get(sectors, i), near_m, &read.sector[i], &age_s))
             return false;
         if (age_s >= 0 && (read.youngest_s < 0 || age_s < read.youngest_s))
             read.youngest_s = age_s;
@@ -59,11 +70,8 @@ void mavlink_ring_forget(struct mavlink_ring *ring)
 
 void mavlink_ring_doubt(struct mavlink_ring *ring)
 {
-    for (int i = 0; i < MAVLINK_SECTORS; i++) {
-        ring->sector[i].free_to_m = 0;
-        if (ring->sector[i].state == MAVLINK_SECTOR_CLEAR)
-            ring->sector[i].state = MAVLINK_SECTOR_UNKNOWN;
-    }
+    for (int i = 0; i < MAVLINK_SECTORS; i++)
+        doubt(&ring->sector[i]);
 }
 
 bool mavlink_ring_known(const struct mavlink_ring *ring)

@@ -42,7 +42,11 @@ struct mavlink_obstacle_conf {
     bool north;       /* azimuth 0 is north instead of forward */
 };
 
-/** mavlink_ring_read - from a result of `sectors` with count 72; false, *ring as it was, when it is none. */
+/**
+ * mavlink_ring_read - from a result of `sectors` with count 72; false, *ring as it was, when it is none. An element has
+ * no word for water that is free only farther out, and a vehicle goes through the nearer first: a sector's water is
+ * free only if it is known from near_m on. Its obstacle stands all the same.
+ */
 bool mavlink_ring_read(struct mavlink_ring *ring, const json_t *result);
 
 /** mavlink_ring_forget - nothing is known any more. */

@@ -68,6 +68,11 @@ const char *page_utc(char cell[PAGE_CELL], double t_unix)
     return cell;
 }
 
+const char *page_plural(long long n)
+{
+    return n == 1 ? "" : "s";
+}
+
 void page_word(const struct page *page, enum page_colour colour, int width, const char *word)
 {
     static const char *const codes[] = {

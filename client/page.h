@@ -28,6 +28,9 @@ const char *page_metres(char cell[PAGE_CELL], double m);
 const char *page_duration(char cell[PAGE_CELL], double s);
 const char *page_utc(char cell[PAGE_CELL], double t_unix);
 
+/** page_plural - what a noun has behind it after this number: "s", or nothing after 1. */
+const char *page_plural(long long n);
+
 /** page_word - at least width wide, from the left. */
 void page_word(const struct page *page, enum page_colour colour, int width, const char *word);
 

@@ -28,20 +28,30 @@ static void show_blocked(const struct page *page, const json_t *result)
     fprintf(page->out, "  because  %s\n", page_text(a, result, "reason"));
 }
 
+/* Behind a ring without any answer. */
+static const char *why_nothing(bool no_north)
+{
+    return no_north ? ": no pose has told where north is"
+                    : ": nothing is known of the water; `sonarctl status` says what sonar and pose do";
+}
+
 static void show_sectors(const struct page *page, const json_t *result)
 {
     static const char *const states[] = {"blocked", "clear", "unknown"};
     const json_t *list = json_object_get(result, "sectors");
     size_t total[3] = {0};
-    char a[PAGE_CELL], b[PAGE_CELL], c[PAGE_CELL];
+    char a[PAGE_CELL], b[PAGE_CELL], c[PAGE_CELL], d[PAGE_CELL];
+
+    const bool north = strcmp(page_text(b, result, "frame"), "ned") == 0;
+    const bool no_pose = json_is_null(json_object_get(result, "pose_age_s"));
 
     fprintf(page->out, "%s, azimuth clockwise from %s", page_utc(a, page_number(result, "t_unix")),
-            strcmp(page_text(b, result, "frame"), "ned") == 0 ? "north" : "forward");
-    if (json_is_null(json_object_get(result, "pose_age_s")))
+            north ? "north" : "forward");
+    if (no_pose)
         fputs(", no pose\n", page->out);
     else
         fprintf(page->out, ", pose %s old\n", page_duration(a, page_number(result, "pose_age_s")));
-    fprintf(page->out, "%9s  %-8s %9s %10s %8s\n", "azimuth", "state", "range", "free to", "age");
+    fprintf(page->out, "%9s  %-8s %9s %9s %8s %8s\n", "azimuth", "state", "range", "free from", "to", "age");
     for (size_t i = 0; i < json_array_size(list); i++) {
         const json_t *sector = json_array_get(list, i);
         const char *state = page_text(a, sector, "state");
@@ -50,14 +60,15 @@ static void show_sectors(const struct page *page, const json_t *result)
         page_word(page, page_state_colour(state), 8, state);
         for (int k = 0; k < 3; k++)
             total[k] += strcmp(state, states[k]) == 0;
-        fprintf(page->out, " %9s %10s %8s\n", page_metres(a, page_number(sector, "range_m")),
-                page_number(sector, "free_to_m") > 0 ? page_metres(b, page_number(sector, "free_to_m")) : "-",
-                page_duration(c, page_number(sector, "age_s")));
+        const bool free = page_number(sector, "free_to_m") > page_number(sector, "blind_to_m");
+
+        fprintf(page->out, " %9s %9s %8s %8s\n", page_metres(a, page_number(sector, "range_m")),
+                free ? page_metres(b, page_number(sector, "blind_to_m")) : "-",
+                free ? page_metres(c, page_number(sector, "free_to_m")) : "-",
+                page_duration(d, page_number(sector, "age_s")));
     }
     fprintf(page->out, "%zu blocked, %zu clear, %zu unknown%s\n", total[0], total[1], total[2],
-            total[0] + total[1] == 0
-                ? ": nothing is known of the water; `sonarctl status` says what sonar and pose do"
-                : "");
+            total[0] + total[1] == 0 ? why_nothing(north && no_pose) : "");
 }
 
 static void show_clusters(const struct page *page, const json_t *result)
@@ -82,7 +93,8 @@ static void show_clusters(const struct page *page, const json_t *result)
                 page_duration(d, page_number(k, "label_age_s")),
                 json_is_integer(json_object_get(k, "ghost_of")) ? "  a ghost?" : "");
         if (page_number(k, "locked") > 0)
-            fprintf(page->out, "%7s %.0f cells locked\n", "", page_number(k, "locked"));
+            fprintf(page->out, "%7s %lld cell%s locked\n", "", page_count(k, "locked"),
+                    page_plural(page_count(k, "locked")));
     }
     fprintf(page->out, "%zu of %.0f, nearest first\n", n, page_number(result, "all"));
     list = json_object_get(result, "gone");
@@ -124,27 +136,29 @@ static void show_next_look(const struct page *page, const json_t *result)
 static void show_faults(const struct page *page, const json_t *sensor)
 {
     static const struct {
-        const char *key, *label;
-    } faults[] = {{"garbage_bytes", "bytes of garbage"},
-                  {"bad_checksum", "bad checksums"},
-                  {"bad_frame", "bad frames"},
-                  {"lost_frames", "lost frames"},
-                  {"nacks", "refused requests"},
-                  {"timeouts", "timeouts"},
-                  {"restarts", "restarts"},
-                  {"reconnects", "reconnects"},
-                  {"port_lost", "lost in the port"},
-                  {"port_refused", "not taken by the far end"},
-                  {"tap_lost_bytes", "bytes the tap's reader left"},
-                  {"tap_refused_bytes", "bytes written to the tap"},
-                  {"dropped", "pings dropped"}};
+        const char *key, *one, *many;
+    } faults[] = {{"garbage_bytes", "byte of garbage", "bytes of garbage"},
+                  {"cut_bytes", "byte of a cut message", "bytes of cut messages"},
+                  {"bad_checksum", "bad checksum", "bad checksums"},
+                  {"bad_frame", "bad frame", "bad frames"},
+                  {"lost_frames", "lost frame", "lost frames"},
+                  {"nacks", "refused request", "refused requests"},
+                  {"timeouts", "timeout", "timeouts"},
+                  {"restarts", "restart", "restarts"},
+                  {"reconnects", "reconnect", "reconnects"},
+                  {"port_lost", "lost in the port", "lost in the port"},
+                  {"port_refused", "not taken by the far end", "not taken by the far end"},
+                  {"tap_lost_bytes", "byte the tap's reader left", "bytes the tap's reader left"},
+                  {"tap_refused_bytes", "byte written to the tap", "bytes written to the tap"},
+                  {"dropped", "ping dropped", "pings dropped"}};
     const char *separator = "             ";
     char a[PAGE_CELL];
 
     for (size_t i = 0; i < sizeof faults / sizeof *faults; i++) {
-        if (page_count(sensor, faults[i].key) == 0)
+        const long long n = page_count(sensor, faults[i].key);
+        if (n == 0)
             continue;
-        fprintf(page->out, "%s%lld %s", separator, page_count(sensor, faults[i].key), faults[i].label);
+        fprintf(page->out, "%s%lld %s", separator, n, n == 1 ? faults[i].one : faults[i].many);
         separator = ", ";
     }
     if (separator[0] == ',')
@@ -158,20 +172,21 @@ static void show_bus(const struct page *page, const json_t *bus)
 {
     char a[PAGE_CELL];
     const char *state = page_text(a, bus, "state");
+    const long long errors = page_count(bus, "error_frames"), offs = page_count(bus, "bus_offs");
 
-    if (!json_is_object(bus) || (strcmp(state, "up") == 0 && page_count(bus, "error_frames") == 0))
+    if (!json_is_object(bus) || (strcmp(state, "up") == 0 && errors == 0))
         return;
     fprintf(page->out, "             CAN bus ");
     page_word(page, strcmp(state, "up") == 0 ? PAGE_GREEN : PAGE_RED, 0, state);
-    fprintf(page->out, ", %lld error frames, %lld times off; errors sending %lld, receiving %lld\n",
-            page_count(bus, "error_frames"), page_count(bus, "bus_offs"), page_count(bus, "tx_errors"),
-            page_count(bus, "rx_errors"));
+    fprintf(page->out, ", %lld error frame%s, %lld time%s off; errors sending %lld, receiving %lld\n", errors,
+            page_plural(errors), offs, page_plural(offs), page_count(bus, "tx_errors"), page_count(bus, "rx_errors"));
 }
 
 static void show_sensor(const struct page *page, const json_t *sensor)
 {
     char a[PAGE_CELL], b[PAGE_CELL], c[PAGE_CELL];
     const char *state = page_text(a, sensor, "state");
+    const long long pings = page_count(sensor, "pings");
 
     fprintf(page->out, "  %-10s ", page_text(b, sensor, "name"));
     page_word(page, strcmp(state, "running") == 0 ? PAGE_GREEN : PAGE_RED, 0, state);
@@ -182,10 +197,10 @@ static void show_sensor(const struct page *page, const json_t *sensor)
         fprintf(page->out, "             %s%srange %s\n", known ? what : "", known ? ", " : "",
                 page_metres(b, page_number(sensor, "range_m")));
     }
-    if (page_count(sensor, "pings") == 0)
+    if (pings == 0)
         fputs("             no ping yet\n", page->out);
     else
-        fprintf(page->out, "             %lld pings, the last %s ago\n", page_count(sensor, "pings"),
+        fprintf(page->out, "             %lld ping%s, the last %s ago\n", pings, page_plural(pings),
                 page_duration(c, page_number(sensor, "last_ping_age_s")));
     show_faults(page, sensor);
     show_bus(page, json_object_get(sensor, "bus"));
@@ -234,7 +249,8 @@ static void show_instruments(const struct page *page, const json_t *result)
     const char *state = page_text(a, leak, "state");
     fprintf(page->out, "leak       ");
     page_word(page, strcmp(state, "dry") == 0 ? PAGE_GREEN : PAGE_RED, 0, state);
-    fprintf(page->out, ", %lld alarms\n", page_count(leak, "alarms"));
+    const long long alarms = page_count(leak, "alarms");
+    fprintf(page->out, ", %lld alarm%s\n", alarms, page_plural(alarms));
     if (json_string_length(json_object_get(leak, "error")) > 0)
         fprintf(page->out, "           %s\n", page_text(b, leak, "error"));
 }
@@ -242,6 +258,7 @@ static void show_instruments(const struct page *page, const json_t *result)
 static void show_record(const struct page *page, const json_t *record)
 {
     char a[PAGE_CELL];
+    const long long messages = page_count(record, "messages"), errors = page_count(record, "errors");
 
     if (!json_is_object(record)) {
         fprintf(page->out, "recording  off\n");
@@ -252,10 +269,10 @@ static void show_record(const struct page *page, const json_t *record)
         fprintf(page->out, "to %s", page_text(a, record, "path"));
     else
         page_word(page, PAGE_RED, 0, "stopped");
-    fprintf(page->out, ", %lld messages, %lld lost\n", page_count(record, "messages"),
+    fprintf(page->out, ", %lld message%s, %lld lost\n", messages, page_plural(messages),
             page_count(record, "lost_messages"));
-    if (page_count(record, "errors") > 0)
-        fprintf(page->out, "           %lld errors, the last: %s\n", page_count(record, "errors"),
+    if (errors > 0)
+        fprintf(page->out, "           %lld error%s, the last: %s\n", errors, page_plural(errors),
                 page_text(a, record, "error"));
 }
 
@@ -264,6 +281,9 @@ static void show_status(const struct page *page, const json_t *result)
     const json_t *sensors = json_object_get(result, "sensors"), *pipeline = json_object_get(result, "pipeline");
     const json_t *latency = json_object_get(pipeline, "latency_us"), *grid = json_object_get(result, "grid");
     const json_t *server = json_object_get(result, "server");
+    const long long threads = page_count(pipeline, "threads"), dropped = page_count(pipeline, "dropped");
+    const long long cells = page_count(grid, "cells"), requests = page_count(server, "requests"),
+                    errors = page_count(server, "errors");
     char a[PAGE_CELL], b[PAGE_CELL];
     const char *data = page_text(a, result, "data");
 
@@ -279,16 +299,18 @@ static void show_status(const struct page *page, const json_t *result)
         show_sensor(page, json_array_get(sensors, i));
     show_pose(page, json_object_get(result, "pose"));
     show_instruments(page, result);
-    fprintf(page->out,
-            "pipeline   %lld threads, %lld pings dropped; latency %.0f us median, %.0f us 99 %%, %.0f us most\n",
-            page_count(pipeline, "threads"), page_count(pipeline, "dropped"), page_number(latency, "p50"),
-            page_number(latency, "p99"), page_number(latency, "max"));
-    fprintf(page->out, "grid       %lld of %lld directions pinged, %lld cells, %lld lost\n",
-            page_count(grid, "pinged"), page_count(grid, "directions"), page_count(grid, "cells"),
+    fprintf(page->out, "pipeline   %lld thread%s, %lld ping%s dropped", threads, page_plural(threads), dropped,
+            page_plural(dropped));
+    if (json_is_object(latency))
+        fprintf(page->out, "; latency %.0f us median, %.0f us 99 %%, %.0f us most", page_number(latency, "p50"),
+                page_number(latency, "p99"), page_number(latency, "max"));
+    fputc('\n', page->out);
+    fprintf(page->out, "grid       %lld of %lld directions pinged, %lld cell%s, %lld lost\n",
+            page_count(grid, "pinged"), page_count(grid, "directions"), cells, page_plural(cells),
             page_count(grid, "cells_lost"));
-    fprintf(page->out, "clients    %lld now, %lld refused, %lld cut off; %lld requests, %lld errors\n",
+    fprintf(page->out, "clients    %lld now, %lld refused, %lld cut off; %lld request%s, %lld error%s\n",
             page_count(server, "clients_now"), page_count(server, "clients_refused"),
-            page_count(server, "clients_cut"), page_count(server, "requests"), page_count(server, "errors"));
+            page_count(server, "clients_cut"), requests, page_plural(requests), errors, page_plural(errors));
     show_record(page, json_object_get(result, "record"));
 }
 
@@ -302,7 +324,7 @@ static void show_version(const struct page *page, const json_t *result)
 static void show_taken(const struct page *page, const json_t *result)
 {
     (void)result;
-    fprintf(page->out, "pose taken\n");
+    fprintf(page->out, "pose taken; go on telling: a stale one makes answers unknown\n");
 }
 
 static void show_dropped(const struct page *page, const json_t *result)
@@ -313,9 +335,10 @@ static void show_dropped(const struct page *page, const json_t *result)
 
 static void show_locked(const struct page *page, const json_t *result)
 {
+    const long long cells = page_count(result, "cells");
     char a[PAGE_CELL];
 
-    fprintf(page->out, "%lld cells %s, frame %s\n", page_count(result, "cells"),
+    fprintf(page->out, "%lld cell%s %s, frame %s\n", cells, page_plural(cells),
             json_is_true(json_object_get(result, "locked")) ? "locked" : "unlocked",
             page_text(a, result, "frame"));
 }
@@ -342,6 +365,12 @@ static void show_reload(const struct page *page, const json_t *result)
     show_changes(page, "needs restart", restart);
 }
 
+static void show_grid_heading(const struct page *page)
+{
+    fprintf(page->out, "%-16s %9s %8s %9s %8s %8s %10s\n", "grid", "range", "step", "layer", "model", "cells",
+            "memory");
+}
+
 static void show_grid_line(const struct page *page, const json_t *g)
 {
     char a[PAGE_CELL], b[PAGE_CELL], c[PAGE_CELL], d[PAGE_CELL];
@@ -356,12 +385,17 @@ static void show_grids(const struct page *page, const json_t *result)
 {
     const json_t *list = json_object_get(result, "grids");
 
-    fprintf(page->out, "%-16s %9s %8s %9s %8s %8s %10s\n", "grid", "range", "step", "layer", "model", "cells",
-            "memory");
+    show_grid_heading(page);
     for (size_t i = 0; i < json_array_size(list); i++)
         show_grid_line(page, json_array_get(list, i));
     fprintf(page->out, "%.1f of %.0f MiB\n", page_number(result, "bytes") / 1048576,
             page_number(result, "memory") / 1048576);
+}
+
+static void show_created(const struct page *page, const json_t *result)
+{
+    show_grid_heading(page);
+    show_grid_line(page, result);
 }
 
 void show_result(FILE *out, const char *method, const json_t *result, bool colour)
@@ -377,7 +411,7 @@ void show_result(FILE *out, const char *method, const json_t *result, bool colou
                  {"version", show_version},
                  {"pose", show_taken},
                  {"grid_list", show_grids},
-                 {"grid_create", show_grid_line},
+                 {"grid_create", show_created},
                  {"grid_drop", show_dropped},
                  {"grid_lock", show_locked},
                  {"nearest", show_nearest},

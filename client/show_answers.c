@@ -90,14 +90,15 @@ void show_sensors(const struct page *page, const json_t *result)
     for (size_t i = 0; i < json_array_size(list); i++) {
         const json_t *s = json_array_get(list, i);
         const bool heard = json_is_true(json_object_get(s, "heard"));
+        const long long pings = page_count(s, "pings");
 
         fprintf(page->out, "%s: ", page_text(a, s, "name"));
         page_word(page, heard ? PAGE_GREEN : PAGE_RED, 0, heard ? "heard" : "not heard");
         fprintf(page->out, ", %s\n", page_text(a, s, "state"));
         fprintf(page->out, "  is       %s: %s\n", page_text(a, s, "device"), page_text(b, s, "what"));
         fprintf(page->out, "  port     %s\n", page_text(a, s, "port"));
-        fprintf(page->out, "  range    %s; %lld pings, the last %s ago\n",
-                page_metres(a, page_number(s, "range_m")), page_count(s, "pings"),
+        fprintf(page->out, "  range    %s; %lld ping%s, the last %s ago\n",
+                page_metres(a, page_number(s, "range_m")), pings, page_plural(pings),
                 page_duration(b, page_number(s, "last_ping_age_s")));
         fprintf(page->out, "  mount    %.2f forward, %.2f right, %.2f down (m)\n", at(s, "mount_m", 0),
                 at(s, "mount_m", 1), at(s, "mount_m", 2));
@@ -115,7 +116,7 @@ static void show_cells(const struct page *page, const json_t *cells)
 
     if (json_array_size(list) == 0)
         return;
-    fprintf(page->out, "\nthe grid holds %lld cells that block there, the nearest:\n", page_count(cells, "all"));
+    fprintf(page->out, "\ncells of the grid that block there: %lld, the nearest:\n", page_count(cells, "all"));
     fprintf(page->out, "%9s %10s %9s %6s %7s %11s %10s %6s  %-13s  %s\n", "azimuth", "elevation", "near edge",
             "sure", "echoes", "first heard", "last heard", "misses", "this turn", "last ping");
     for (size_t i = 0; i < json_array_size(list); i++) {
@@ -138,14 +139,15 @@ static void show_gone(const struct page *page, const json_t *gone)
 
     if (json_array_size(list) == 0)
         return;
-    fprintf(page->out, "\n%lld cells are gone in this turn, the newest:\n", page_count(gone, "all"));
+    fprintf(page->out, "\ncells that are gone in this turn: %lld, the newest:\n", page_count(gone, "all"));
     for (size_t i = 0; i < json_array_size(list); i++) {
         const json_t *k = json_array_get(list, i);
 
-        fprintf(page->out, "%8.1f° %9.1f° %9s, last heard %s ago, missed by %lld beams, the last %s %lld\n",
+        fprintf(page->out, "%8.1f° %9.1f° %9s, last heard %s ago, missed by %lld beam%s, the last %s %lld\n",
                 page_number(k, "azimuth_deg"), page_number(k, "elevation_deg"),
                 page_metres(a, page_number(k, "range_m")), page_duration(b, page_number(k, "last_echo_age_s")),
-                page_count(k, "misses"), page_text(c, k, "sensor"), page_count(k, "last_ping"));
+                page_count(k, "misses"), page_plural(page_count(k, "misses")), page_text(c, k, "sensor"),
+                page_count(k, "last_ping"));
     }
 }
 

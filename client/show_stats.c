@@ -103,7 +103,7 @@ void show_stats(FILE *out, const json_t *result)
         for (size_t k = 0; k < json_array_size(samples); k++) {
             const json_t *sample = json_array_get(samples, k), *buckets = json_object_get(sample, "buckets");
 
-            if (!buckets && number(sample, "value") == 0)
+            if (number(sample, buckets ? "count" : "value") == 0)
                 continue;
             put_name(out, name, "", json_object_get(sample, "labels"), NULL);
             if (buckets)

@@ -14,6 +14,15 @@
 
 #define DEFAULT_TIMEOUT_S 5.0
 
+/* The exit status, unless standard output could not be written. */
+static int written(int status)
+{
+    if (fflush(stdout) == 0 && !ferror(stdout))
+        return status;
+    fprintf(stderr, "sonarctl: standard output: %s\n", strerror(errno));
+    return EXIT_OUTPUT;
+}
+
 static void print_options(const struct argument *options)
 {
     for (; options && options->flag; options++)
@@ -26,9 +35,9 @@ static int print_help(const struct command *command)
 {
     if (command) {
         printf("usage: sonarctl [OPTIONS] %s%s%s [OPTIONS]\n%s\n\n", command->name, command->words[0] ? " " : "",
-               command->words, command->help);
+               command->words, command->help ? command->help : "for the completion of bash and zsh");
         print_options(command->options);
-        print_options(command_common_options);
+        print_options(command_common(command));
         return EXIT_CLEAR;
     }
     printf("usage: sonarctl [OPTIONS] COMMAND [ARGUMENTS]\n\n");
@@ -36,7 +45,7 @@ static int print_help(const struct command *command)
         if (c->help)
             printf("  %-17s %s\n", c->name, c->help);
     printf("  %-17s %s\n\n", "capture", "import, inspect, repair and export captures; needs no daemon");
-    print_options(command_common_options);
+    print_options(command_common(NULL));
     printf("  --version               of sonarctl; needs no daemon\n");
     printf("\n`sonarctl COMMAND --help` tells a command's own options. Exit status: 3 wrong usage, 4 no daemon,\n"
            "5 the daemon did not answer, 6 it refused, 7 the output could not be written.\n");
@@ -57,7 +66,7 @@ static void take_common(struct context *context)
     context->timeout_s = timeout ? json_number_value(timeout) : DEFAULT_TIMEOUT_S;
     context->json = json_object_get(options, "json") != NULL;
     context->colour = !context->json && isatty(STDOUT_FILENO) && !getenv("NO_COLOR");
-    for (const struct argument *a = command_common_options; a->flag; a++)
+    for (const struct argument *a = command_common(NULL); a->flag; a++)
         json_object_del(options, a->key);
 }
 
@@ -68,7 +77,7 @@ static int run_command(const struct command *command, int argc, char **argv, int
     char err[256];
     int status;
 
-    if (!arguments_parse(arguments, argc, argv, at, command_common_options, command->options, err, sizeof err)) {
+    if (!arguments_parse(arguments, argc, argv, at, command_common(command), command->options, err, sizeof err)) {
         status = command_usage(command->name, err);
     } else if (json_object_get(arguments->options, "help")) {
         status = print_help(command);
@@ -82,22 +91,38 @@ static int run_command(const struct command *command, int argc, char **argv, int
         sonard_disconnect(context.client);
     }
     json_decref(arguments->options);
-    if (fflush(stdout) == 0 && !ferror(stdout))
-        return status;
-    fprintf(stderr, "sonarctl: standard output: %s\n", strerror(errno));
-    return EXIT_OUTPUT;
+    return written(status);
 }
 
 /* The message for a word that is no command. */
 static void unknown_command(const char *name, char *message, size_t size)
 {
     size_t best = WORD_FAR;
-    const char *meant = word_is_nearest(name, "capture", &best) ? "capture" : NULL;
+    const char *meant = NULL;
 
+    if (word_is_nearest(name, "capture", &best))
+        meant = "capture";
+    if (word_is_nearest(name, "help", &best))
+        meant = "help";
     for (const struct command *c = command_table; c->name; c++)
         if (c->help && word_is_nearest(name, c->name, &best))
             meant = c->name;
     snprintf(message, size, meant ? "no command '%.64s'; did you mean %s?" : "no command '%.64s'", name, meant);
+}
+
+/* `help`, `help COMMAND`; name NULL: no command. False: there is no such command. */
+static bool help_about(const char *name)
+{
+    char *capture[] = {(char[]){"capture"}, (char[]){"--help"}, NULL};
+    const struct command *command = name ? command_find(name) : NULL;
+
+    if (name && strcmp(name, "capture") == 0)
+        capture_main(2, capture);
+    else if (command || !name || strcmp(name, "help") == 0 || arguments_is_option(name))
+        print_help(command);
+    else
+        return false;
+    return true;
 }
 
 int main(int argc, char **argv)
@@ -113,15 +138,14 @@ int main(int argc, char **argv)
         return capture_main(argc - at, argv + at);
     if (name && strcmp(name, "help") == 0) {
         name = at + 1 < argc ? argv[at + 1] : NULL;
-        command = name ? command_find(name) : NULL;
-        if (command || !name)
-            return print_help(command);
+        if (help_about(name))
+            return written(EXIT_CLEAR);
     }
     if (!name && argc > 1 && (strcmp(argv[1], "--help") == 0 || strcmp(argv[1], "-h") == 0))
-        return print_help(NULL);
+        return written(print_help(NULL));
     if (!name && argc > 1 && strcmp(argv[1], "--version") == 0) {
         printf("sonarctl %s\n", SONARD_VERSION);
-        return EXIT_CLEAR;
+        return written(EXIT_CLEAR);
     }
     if (name)
         unknown_command(name, message, sizeof message);

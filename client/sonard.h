@@ -34,7 +34,7 @@ enum sonard_status {
 struct sonard_error {
     enum sonard_status status;
     int rpc_code;      /* SONARD_REFUSED only */
-    char message[512]; /* one sentence */
+    char message[768]; /* one sentence */
 };
 
 struct sonard_client;
@@ -139,13 +139,15 @@ struct sonard_sector {
     double azimuth_deg, width_deg; /* middle, clockwise from forward or north */
     double range_m;                /* of the nearest obstacle; NaN unless blocked */
     double free_to_m;
-    double age_s; /* NaN: never looked at */
+    double blind_to_m; /* nothing is known nearer than this: free and clear are so from here on */
+    double age_s;      /* NaN: never looked at */
 };
 
 struct sonard_sectors {
     enum sonard_frame frame;
     double t_unix;
     double pose_age_s; /* NaN: no pose was given */
+    double near_m;     /* nearer water is the vehicle's own; where blind_to_m is beyond it, the first water is unknown */
     int count;         /* 0 when there is no answer */
     struct sonard_sector sector[SONARD_SECTORS_MAX];
 };

@@ -81,6 +81,7 @@ static bool read_sector(const json_t *object, struct sonard_sector *sector)
                                      .width_deg = number(object, "width_deg"),
                                      .range_m = number(object, "range_m"),
                                      .free_to_m = number(object, "free_to_m"),
+                                     .blind_to_m = number(object, "blind_to_m"),
                                      .age_s = number(object, "age_s")};
     return read_state(object, "state", "clear", &sector->state) && !isnan(sector->azimuth_deg);
 }
@@ -93,6 +94,7 @@ static bool read_sectors(const json_t *result, struct sonard_sectors *out)
 
     out->t_unix = number(result, "t_unix");
     out->pose_age_s = number(result, "pose_age_s");
+    out->near_m = number(result, "near_m");
     for (size_t i = 0; good && i < n; i++)
         good = read_sector(json_array_get(list, i), &out->sector[i]);
     if (!good)

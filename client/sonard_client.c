@@ -12,6 +12,7 @@
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
+#include <sys/stat.h>
 #include <sys/un.h>
 #include <time.h>
 #include <unistd.h>
@@ -74,8 +75,18 @@ static bool await(const struct sonard_client *client, short events, double deadl
     }
 }
 
+/* What is refused there need not be one: the kernel says the same of a file. */
+static bool is_no_socket(const char *path)
+{
+    struct stat st;
+
+    return stat(path, &st) == 0 && !S_ISSOCK(st.st_mode);
+}
+
 static bool fail_connect(struct sonard_error *error, const char *path, int failure)
 {
+    if (failure == ECONNREFUSED && is_no_socket(path))
+        return fail(error, SONARD_NO_DAEMON, "%s is no socket", path);
     switch (failure) {
     case ENOENT:
     case ECONNREFUSED:
@@ -404,7 +415,7 @@ json_t *sonard_json_call(struct sonard_client *client, const char *method, json_
             return result;
         if (!result && (got.id == id || got.id == 0)) {
             *error = got.refusal;
-            snprintf(error->message, sizeof error->message, "%s: %.400s", method, got.refusal.message);
+            snprintf(error->message, sizeof error->message, "%.100s: %.660s", method, got.refusal.message);
             return NULL;
         }
         json_decref(result);

@@ -60,9 +60,9 @@ const struct conf_key conf_keys[] = {
      .example = "ping360", SONAR(device), .help = "What kind of sonar it is."},
     {"sonar", "port", .kind = CONF_TEXT, .form = "KIND:ADDRESS, for instance serial:/dev/ttyUSB0:115200",
      .example = "serial:/dev/ttyUSB0:115200", SONAR(port),
-     .help = "Where it is connected. For a serial line the device file and the speed in baud, then :rs485 for a\n"
-             "two-wire line whose direction the port has to switch; names below /dev/serial/by-id/ stay the\n"
-             "same when plugs are moved. A scanning head at 115200 baud is limited\n"
+     .help = "Where it is connected. For a serial line the device file and the speed in baud (115200 where none is\n"
+             "given), then :rs485 for a two-wire line whose direction the port has to switch; names below\n"
+             "/dev/serial/by-id/ stay the same when plugs are moved. A scanning head at 115200 baud is limited\n"
              "by the line: choose a faster one where the sonar can follow. udp:HOST:PORT is a sonar or a bridge\n"
              "on the network: a numeric address, as udp:192.168.2.2:9092 or udp:[fe80::1%eth0]:9092; :LOCALPORT\n"
              "may follow where it answers to a fixed port only."},
@@ -178,8 +178,9 @@ const struct conf_key conf_keys[] = {
      .help = "For detector = os: which of the sorted reference cells, as a share of their number. 0.75 bears a\n"
              "quarter of the cells being echoes themselves."},
     {"extract", "floor", LIVE, INTEGER(0, 65535), .standard = "8", CONF(extract.floor_counts),
-     .help = "Bins at or below this many counts are never an echo. Sonars send stretches of zeros, over which\n"
-             "any stray count would stand out."},
+     .help = "Counts that the surroundings of an echo are taken to have at least: over these, too, it rises by\n"
+             "min_contrast. Sonars send stretches of zeros, over which any stray count would stand out. With a\n"
+             "linear receiver of 8 bits, 8 and 14 dB make 40 counts: less is right where it is quiet."},
     {"extract", "min_contrast", LIVE, QUANTITY(1, "dB", 0, 100), .standard = "14 dB", CONF(extract.min_contrast_db),
      .help = "How far an echo must rise above its surroundings. The false-alarm rule alone takes every ripple of\n"
              "reverberation for an echo; a hull, a wall or a pile stands out by far more than this."},
@@ -366,21 +367,25 @@ const struct conf_key conf_keys[] = {
     {"vehicle", "near", LIVE, QUANTITY(1, "m", 0.05, 50), .standard = "auto", .instead = "auto", .instead_value = 0,
      CONF(vehicle.near_m),
      .help = "Water nearer than this to the reference point counts as known, because the vehicle is in it or has seen it\n"
-             "on its way; what was heard there still blocks. auto: the ball that holds the cylinder with its margin. A\n"
-             "level scanning head never sees what is close above and below: with auto all is unknown ahead of it;\n"
+             "on its way; what was heard there still blocks, or is unknown where it is too faint to block.\n"
+             "auto: the ball that holds the cylinder with its margin. A level scanning head never sees what is\n"
+             "close above and below: with auto all is unknown ahead of it;\n"
              "(height / 2 + margin) / sin(half the height of its fan) is where its fan has opened far enough, and a\n"
              "grid's directions are known only when they lie in it whole: take 1.5 angular_step off that half. It\n"
-             "counts for corridors that `blocked` is asked for, too."},
+             "counts for corridors that `blocked` is asked for, too, and for what sonard-mavlink sends as free."},
     {"vehicle", "max_speed", LIVE, QUANTITY(1, "m/s", 0.01, 50), .standard = "told", .instead = "told", .instead_value = 0,
      CONF(vehicle.max_speed_mps),
      .help = "It never goes faster. For so long as nobody has told where it is, answers take it to be anywhere that it can\n"
              "have gone to meanwhile, all obstacles nearer and all free water shorter by that. told: as fast as its pose\n"
              "last said, so that a vehicle that has just set out is taken to stand still until its next pose: half\n"
              "its acceleration times the square of that time is missing. Set it when poses come less than 5 times a\n"
-             "second."},
+             "second. Over ground: poses that go 5 m farther than so hold the map ([map], docs/map.md)."},
     {"vehicle", "max_turn", LIVE, QUANTITY(1, "deg", 0.1, 1000), .standard = "told", .instead = "told", .instead_value = 0,
      CONF(vehicle.max_turn_radps),
-     .help = "It never turns by more in a second; as max_speed, for directions that are asked for in the body's frame."},
+     .help = "It never turns by more in a second; as max_speed, for directions that are asked for in the body's frame.\n"
+             "Poses that turn 5 degrees farther have jumped: what was found clear before is unknown until it is looked\n"
+             "at again. told: a turn a second, so that with few poses a jump goes unseen. Poses that turn 20 degrees\n"
+             "farther hold the map."},
     {"vehicle", "braking", LIVE, QUANTITY(1, "m/s2", 0.01, 20), .standard = "0.2 m/s2", CONF(vehicle.braking_mps2),
      .help = "How hard it can brake in still water, at the least and in every direction. Measure it."},
     {"vehicle", "latency", LIVE, QUANTITY(1, "s", 0, 10), .standard = "0.5 s", CONF(vehicle.latency_s),
@@ -470,15 +475,15 @@ const struct conf_key conf_keys[] = {
      .help = "Permission bits of the socket, in octal: who may ask. 0660 is the user and the group."},
     {"server", "change", LIVE, .kind = CONF_NAMES, .standard = "group", .instead = "group", CONF(server.change),
      .form = "all, or users, @groups and their numbers, for instance pilot, @sonar, 1000",
-     .help = "Who may also change something: give poses, teach backgrounds, save and clear the map, reload. "
-             "group: the\n"
-             "group of the socket file; all: everybody who may ask. root and sonard's own user always may."},
+     .help = "Who may also change something: give poses, make and lock grids, teach backgrounds, save and clear\n"
+             "the map, reload. group: the group of the socket file; all: everybody who may ask. root and sonard's own\n"
+             "user always may."},
     {"server", "max_clients", INTEGER(1, 1024), .standard = "64", CONF(server.max_clients),
      .help = "Connections at a time; one more is refused."},
 
     {"pipeline", "threads", INTEGER(0, 2), .standard = "0", CONF(pipeline.threads),
-     .help = "Threads beside the event loop. 0: all in the loop, enough for one scanning head; 1: extraction and\n"
-             "grid together in one; 2: one for each."},
+     .help = "Threads beside the event loop. 0: all in the loop, enough for one scanning head; of a multibeam\n"
+             "answers wait for whole pings then. 1: extraction and grid together in one; 2: one for each."},
     {"pipeline", "queue", INTEGER(2, 1024), .standard = "16", CONF(pipeline.queue),
      .help = "Pings that may wait. When the queue is full the oldest is dropped and counted."},
 

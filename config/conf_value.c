@@ -104,6 +104,8 @@ static bool quantity_read(const struct conf_key *key, const char *text, double *
     const struct unit *unit, *own = key->unit ? unit_find(key->unit) : NULL;
     for (int i = 0; i < key->n; i++) {
         if (!number_read(&text, &number[i])) {
+            if (i > 0 && *text != '\0')
+                return refuse(err, err_size, "%d of %d numbers before '%s'", i, key->n, text);
             if (i > 0)
                 return refuse(err, err_size, "%d of %d numbers", i, key->n);
             return refuse(err, err_size, "'%s' is not a number", text);

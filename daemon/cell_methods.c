@@ -92,7 +92,7 @@ static struct part *begin_part(struct daemon *d, json_t *params, struct rpc_erro
 json_t *cell_method_lock(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
     struct part *part = call->work->state;
-    if (!part && !(part = begin_part(call->daemon, params, error)))
+    if (!part && (!errand_room(call, error) || !(part = begin_part(call->daemon, params, error))))
         return NULL;
     *call->work = (struct rpc_work){.state = part, .drop = errand_leave};
     if (!errand_done(call, lock, error))

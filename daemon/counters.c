@@ -13,6 +13,7 @@ unsigned counters_sensor(const struct source_stats *s, uint64_t dropped, struct 
 {
     FILL(out, {"frames", "messages understood", s->device.frames},
          {"garbage_bytes", "bytes that belonged to no message", s->device.garbage_bytes},
+         {"cut_bytes", "bytes of a message that the loss of the port cut off", s->device.cut_bytes},
          {"bad_checksum", "messages with a wrong checksum", s->device.bad_checksum},
          {"bad_frame", "messages that made no sense", s->device.bad_frame},
          {"lost_frames", "messages missing in their count", s->device.lost_frames},

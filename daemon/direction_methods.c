@@ -84,6 +84,7 @@ static void write_sector(struct text *out, const struct answer *a, double azimut
     write_word(out, "state", answer_state_name(a->state));
     write_known(out, "range_m", a->state == ANSWER_BLOCKED, a->range_m, SAY_METRES);
     write_metres(out, "free_to_m", a->free_to_m);
+    write_metres(out, "blind_to_m", a->blind_to_m);
     write_age(out, "age_s", a->age_s);
     text_close(out, '}');
 }
@@ -113,6 +114,7 @@ bool direction_method_sectors(const struct rpc_call *call, json_t *params, struc
     write_word(out, "frame", frame_words[frame]);
     write_real(out, "t_unix", moment_unix_s(d), 1e6);
     write_age(out, "pose_age_s", moment_pose_age_s(d));
+    write_metres(out, "near_m", moment_near_m(d));
     text_name(out, "sectors");
     text_open(out, '[');
     for (int64_t k = 0; k < count; k++)

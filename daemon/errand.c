@@ -42,6 +42,15 @@ bool errand_done(const struct rpc_call *call, pipeline_owner_fn *fn, struct rpc_
     return !call->work->waits;
 }
 
+bool errand_room(const struct rpc_call *call, struct rpc_error *error)
+{
+    const struct daemon *d = call->daemon;
+    return pipeline_errands_left(d->pipeline) < ERRANDS_LEFT_MAX ||
+           rpc_refuse(error, RPC_LIMIT,
+                      "%d changes wait to be made for which nobody waits any more: ask again in a second",
+                      ERRANDS_LEFT_MAX);
+}
+
 void errand_leave(void *state)
 {
     pipeline_errand_leave(state, free);

@@ -21,6 +21,14 @@ void errand_end(struct daemon *d);
  */
 bool errand_done(const struct rpc_call *call, pipeline_owner_fn *fn, struct rpc_error *error);
 
+#define ERRANDS_LEFT_MAX 100
+
+/**
+ * errand_room - may a request send one that changes something? False with a refusal in *error, before anything is changed:
+ * ERRANDS_LEFT_MAX wait for which nobody waits, be it that their client has gone or was answered before. Who waits has one.
+ */
+bool errand_room(const struct rpc_call *call, struct rpc_error *error);
+
 /**
  * errand_free - for struct rpc_work: frees a malloced state that begins with a struct errand, as soon as nobody uses it.
  * errand_leave - the same of what changes something: when it was sent it is done, and its client may have gone.

@@ -254,7 +254,7 @@ json_t *grid_method_create(const struct rpc_call *call, json_t *params, struct r
     if (!name)
         return NULL;
     snprintf(conf.name, sizeof conf.name, "%s", name);
-    if (!m && (!good_new_name(d, name, error) ||
+    if (!m && (!errand_room(call, error) || !good_new_name(d, name, error) ||
                !read_settings(json_object_get(params, "settings"), &conf, error)))
         return NULL;
     if (!m && !(m = begin_making(d, &conf, err, sizeof err))) {
@@ -313,7 +313,7 @@ static struct dropping *begin_dropping(struct daemon *d, json_t *params, struct 
 json_t *grid_method_drop(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
     struct dropping *out = call->work->state;
-    if (!out && !(out = begin_dropping(call->daemon, params, error)))
+    if (!out && (!errand_room(call, error) || !(out = begin_dropping(call->daemon, params, error))))
         return NULL;
     *call->work = (struct rpc_work){.state = out, .drop = leave_dropped};
     return errand_done(call, pipeline_starve_grid, error) ? json_pack("{s:b}", "dropped", 1) : NULL;

@@ -10,7 +10,9 @@ bool instruments_make(struct daemon *d, char *err, size_t err_size)
                                         .poses = &d->poses,
                                         .record = d->record,
                                         .channel = d->pose_channel,
-                                        .unix_offset_ns = d->unix_offset_ns};
+                                        .unix_offset_ns = d->unix_offset_ns,
+                                        .taken = places_pose,
+                                        .d = d};
     for (int i = 0; i < d->conf.n_sonars; i++) {
         const struct conf_sonar *sonar = &d->conf.sonar[i];
         char topic[CONF_NAME_MAX + 16];

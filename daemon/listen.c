@@ -90,7 +90,8 @@ static bool clear_path(const struct sockaddr_un *address, char *err, size_t err_
     return false;
 }
 
-/* The file is made with no permissions and gets its own before listen(): nobody slips in between. */
+/* The file has its permissions from its first moment: who comes before listen() hears that nobody listens, not that it
+ * may not. chmod() is for a folder whose default ACL overrules the umask. */
 static int bind_and_listen(const struct sockaddr_un *address, unsigned mode, char *err, size_t err_size)
 {
     int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
@@ -101,7 +102,7 @@ static int bind_and_listen(const struct sockaddr_un *address, unsigned mode, cha
         return -1;
     }
 
-    const mode_t before = umask(0777);
+    const mode_t before = umask(~mode & 0777);
 
     bound = bind(fd, (const struct sockaddr *)address, sizeof *address) == 0;
     umask(before);

@@ -79,7 +79,8 @@ static void end_window(struct kind *k)
 {
     if (k->held)
         log_tell(k->level, LOG_ABOUT(.event = k->event, .sonar = k->sonar[0] ? k->sonar : NULL, .count = k->held),
-                 "%u more lines of the kind %s were held back", k->held, k->event);
+                 k->held == 1 ? "%u more line of the kind %s was held back" : "%u more lines of the kind %s were held back",
+                 k->held, k->event);
     k->passed = k->held = 0;
 }
 

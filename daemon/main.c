@@ -28,6 +28,15 @@
 #define RECORD_TICK_NS   500000000u
 #define LAW_TICK_NS      1000000000u
 
+/* The exit status of what only prints: what standard output did not take is no success. */
+static int written(int status)
+{
+    if (fflush(stdout) == 0 && !ferror(stdout))
+        return status;
+    fprintf(stderr, "sonard: standard output: %s\n", strerror(errno));
+    return FAILED;
+}
+
 /* ---- configuration ---- */
 
 static void print_fault(void *ctx, const char *message)
@@ -331,7 +340,7 @@ static bool open_answers(struct daemon *d, const char *path, char *err, size_t e
 {
     if (!path)
         return true;
-    d->answers = fopen(path, "we");
+    d->answers = strcmp(path, "-") == 0 ? stdout : fopen(path, "we");
     if (!d->answers)
         snprintf(err, err_size, "%s: %s", path, strerror(errno));
     return d->answers != NULL;
@@ -378,8 +387,11 @@ static int end(struct daemon *d)
     template_keep_end(d);
     template_end(d);
     record_close(d->record);
-    if (d->answers && (fflush(d->answers) != 0 || fclose(d->answers) != 0)) {
-        log_line(LOG_ERR, "answers_failed", "answers: %s", strerror(errno));
+    /* A write that failed before left its mark, and what it could not write is in no buffer any more. */
+    const bool answers_lost = d->answers && ferror(d->answers);
+    if (d->answers && (fclose(d->answers) != 0 || answers_lost)) {
+        log_line(LOG_ERR, "answers_failed", "answers: not all could be written to %s: is the disk full?",
+                 d->options->answers);
         status = FAILED;
     }
     loop_free(d->loop);
@@ -431,9 +443,9 @@ int main(int argc, char **argv)
     log_open();
     int status = options_parse(argc, argv, &o);
     if (status >= 0)
-        return status;
+        return written(status);
     if (o.check)
-        return check_file(o.conf);
+        return written(check_file(o.conf));
     char err[512];
     struct replay *replay = NULL;
     if (o.replay && !(replay = replay_open(o.replay, err, sizeof err))) {
@@ -447,9 +459,9 @@ int main(int argc, char **argv)
         log_set_level(settings_log_level(&d.conf));
         if (o.print) {
             conf_print(&d.conf, source, stdout);
-            status = OK;
+            status = written(OK);
         } else if (o.explain) {
-            status = explain(&d.conf, o.explain);
+            status = written(explain(&d.conf, o.explain));
         } else {
             status = run(&d, &o, replay, source);
         }

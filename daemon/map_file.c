@@ -84,6 +84,11 @@ uint8_t *map_file_room(struct map_bytes *b, size_t size)
     return b->bytes + b->size + SIZE_BYTES;
 }
 
+size_t map_file_bytes(size_t size)
+{
+    return SIZE_BYTES + size;
+}
+
 void map_file_take(struct map_bytes *b, size_t size)
 {
     put(b->bytes + b->size, size, SIZE_BYTES);

@@ -55,6 +55,9 @@ bool map_file_begin(struct map_bytes *b, const struct voxmap_setting *setting, c
 /** map_file_room - room for one more submap of at most `size` bytes, to be packed there; NULL without memory. */
 uint8_t *map_file_room(struct map_bytes *b, size_t size);
 
+/** map_file_bytes - what a submap of `size` bytes takes of a file. */
+size_t map_file_bytes(size_t size);
+
 /** map_file_take - `size` bytes of that room are a submap. */
 void map_file_take(struct map_bytes *b, size_t size);
 

@@ -13,11 +13,54 @@
 #include "../drivers/mcap.h"
 #include "../grid/voxel/voxpage.h"
 #include "map_export.h"
+#include "map_steps.h"
 #include "pager.h"
 #include "whole_file.h"
 
 #define BLOCKS 4096 /* of mask and frontier that an export keeps */
 #define MIB    (1 << 20)
+
+/* ---- the map's copy ---- */
+
+static void drop_bytes(struct places_job *job)
+{
+    free(job->bytes.bytes);
+    free(job->steps.veil);
+    job->bytes = (struct map_bytes){0};
+    job->steps.veil = NULL;
+}
+
+/* The pages of the room are faulted in here, not in the owner's thread, and not with zeros, of which a compiler may make
+ * calloc, which touches nothing. The map grows until it is copied. */
+static bool make_room(struct places_job *job)
+{
+    struct map_steps *s = &job->steps;
+    s->wanted += s->wanted / 8;
+    uint8_t *room = map_file_begin(&job->bytes, &job->setting, &job->origin) ? map_file_room(&job->bytes, s->wanted)
+                                                                             : NULL;
+    s->veil = malloc(s->veil_size);
+    if (!room || !s->veil)
+        return false;
+    memset(room, 0xff, s->wanted);
+    memset(s->veil, 0xff, s->veil_size);
+    return true;
+}
+
+/* What of the map is in memory. */
+static bool copy_map(struct places_job *job)
+{
+    while (!job->copied) {
+        drop_bytes(job);
+        job->ask(job, map_steps_measure);
+        if (!make_room(job))
+            break;
+        job->ask(job, map_steps_copy);
+    }
+    if (job->copied && map_file_end(&job->bytes, job->steps.veil, job->steps.veil_size))
+        return true;
+    snprintf(job->message, sizeof job->message, "no memory for a copy of the map");
+    return false;
+}
 
 /* ---- save and load ---- */
 
@@ -66,9 +109,11 @@ static bool append_away(struct places_job *job, struct map_bytes *to, const stru
 }
 
 /* What the pager has put away belongs to the map as well. False: it cannot be had, and the job fails. */
-static bool complete(struct places_job *job)
+static bool have_map(struct places_job *job)
 {
     struct map_bytes all;
+    if (!copy_map(job))
+        return false;
     if (!job->n_away)
         return true;
     bool good = map_file_begin(&all, &job->setting, &job->origin);
@@ -88,7 +133,7 @@ static bool complete(struct places_job *job)
 
 static void save(struct places_job *job)
 {
-    if (!complete(job))
+    if (!have_map(job))
         return;
     job->good = whole_file_replace(job->path, job->bytes.bytes, job->bytes.size, MAP_FILE_MAGIC_BYTES,
                                    job->message, sizeof job->message);
@@ -151,7 +196,7 @@ static bool same_origin(const struct map_origin *ours, const struct map_origin *
 
 static void load(struct places_job *job)
 {
-    char why[300];
+    char why[280];
     enum map_fault fault = MAP_UNREAD;
     job->bytes.bytes = whole_file_read(job->path, MAP_FILE_MAX, &job->bytes.size);
     if (!job->bytes.bytes && errno == ENOENT) {
@@ -177,6 +222,9 @@ static void load(struct places_job *job)
     snprintf(job->message, sizeof job->message, job->good ? "loaded from %s%s" : "%s: %s", job->path, why);
     if (fault == MAP_DAMAGED)
         whole_file_set_aside(job->path, job->message, sizeof job->message);
+    if (job->good)
+        job->ask(job, map_steps_put_in);
+    job->good &= job->steps.good;
 }
 
 /* ---- exports ---- */
@@ -282,7 +330,7 @@ static void export(struct places_job *job)
     uint8_t *bytes = NULL;
     size_t size = 0;
     char why[300];
-    if (!complete(job))
+    if (!have_map(job))
         return;
     if (!make_copy(job, &copy, why, sizeof why)) {
         snprintf(job->message, sizeof job->message, "%s: %s", job->path, why);
@@ -312,4 +360,5 @@ void map_job_run(struct places_job *job)
         export(job);
         break;
     }
+    drop_bytes(job);
 }

@@ -6,6 +6,7 @@
 #include <string.h>
 #include <sys/epoll.h>
 
+#include "garbage.h"
 #include "log.h"
 
 #define RETRY_FIRST_NS 100000000u
@@ -21,6 +22,7 @@ struct nmea {
     uint64_t retry_ns;
     bool announced, was_open;
     struct nmea_parser parser;
+    struct garbage garbage;
     struct nmea_status status;
 };
 
@@ -61,6 +63,14 @@ static void lost(struct nmea *nmea, const char *why)
     nmea->retry_ns = nmea->retry_ns * 2 < RETRY_MOST_NS ? nmea->retry_ns * 2 : RETRY_MOST_NS;
 }
 
+static void count_garbage(const void *owner, struct garbage_count *now)
+{
+    const struct nmea *nmea = owner;
+    const struct nmea_counts *counts = &nmea->parser.counts;
+    *now = (struct garbage_count){
+        .bytes = nmea->status.bytes_in, .garbage = counts->garbage_bytes, .messages = counts->sentences};
+}
+
 static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
 {
     struct nmea *nmea = ctx;
@@ -83,8 +93,10 @@ static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
     nmea->status.bytes_in += n;
     while (nmea_parser_next(&nmea->parser, &bytes, &n, &value))
         take(nmea, &value);
-    if (got > 0)
+    if (got > 0) {
         nmea->retry_ns = RETRY_FIRST_NS;
+        garbage_heard(&nmea->garbage);
+    }
 }
 
 static void try_open(void *ctx, uint64_t now_ns)
@@ -124,6 +136,12 @@ struct nmea *nmea_new(const struct conf_nmea *conf, struct pose_input *input, ch
     nmea->retry_ns = RETRY_FIRST_NS;
     nmea->fd = (struct loop_fd){.fd = -1, .ready = on_ready, .ctx = nmea};
     nmea->retry = (struct loop_timer){.fire = try_open, .ctx = nmea};
+    nmea->garbage = (struct garbage){.loop = input->loop,
+                                     .whose = "nmea: ",
+                                     .port = nmea->conf.port,
+                                     .speech = "NMEA 0183",
+                                     .count = count_garbage,
+                                     .owner = nmea};
     nmea_parser_init(&nmea->parser, conf->checksum == CONF_CHECKSUM_REQUIRED);
     nmea->port.ops = port_find(nmea->conf.port, &nmea->rest, err, err_size);
     if (nmea->port.ops && strcmp(nmea->port.ops->encoding, "octet-stream") == 0)
@@ -145,6 +163,7 @@ void nmea_free(struct nmea *nmea)
     if (!nmea)
         return;
     loop_arm(nmea->input->loop, &nmea->retry, LOOP_NEVER);
+    garbage_end(&nmea->garbage);
     if (nmea->port.fd >= 0) {
         loop_remove(nmea->input->loop, &nmea->fd);
         nmea->port.ops->close(&nmea->port);

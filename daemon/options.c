@@ -25,7 +25,7 @@ static const char usage[] =
     "      --speed X        pace the replay: 1 as recorded; without it as fast as it goes\n"
     "      --stay           after the replay go on answering, the clock standing at its end\n"
     "      --measure        in a replay, too, measure how long the stages take (sonarctl stats)\n"
-    "      --answers FILE   write the sectors after every turn and at the end, as JSON lines\n"
+    "      --answers FILE   write the sectors after every turn and at the end, as JSON lines; - for standard output\n"
     "      --every S        and every S seconds, beside the turns\n"
     "      --bands          of every grid, in bands of 10 degrees of elevation, not only about the horizon\n"
     "      --socket PATH    socket for clients, instead of the configured one; 'none': no socket\n"

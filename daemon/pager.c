@@ -66,15 +66,6 @@ static void *page_thread(void *arg)
 
 /* ---- what to do next ---- */
 
-struct visit_look {
-    bool wanted, placed;
-    double wanted_m[3], vehicle_m[3];
-    uint64_t out; /* to put away, ... */
-    size_t size;  /* ... of so many bytes; 0: none */
-    uint64_t in;  /* to bring back; 0: none */
-    bool due;     /* one that is away should be here */
-};
-
 /* How much a submap is needed here. */
 enum need { NEED_NONE, NEED_NEAR, NEED_ASKED };
 
@@ -94,7 +85,7 @@ static bool is_near(const struct voxmap_part *part, const struct lattice_place *
 }
 
 /* What has no tile where the question or the vehicle is could answer nothing there. */
-static enum need need_of(const struct visit_look *v, const struct voxmap *map, const struct voxmap_part *part)
+static enum need need_of(const struct pager_errand *v, const struct voxmap *map, const struct voxmap_part *part)
 {
     const double voxel_m = map->set.voxel_m;
     struct lattice_place place;
@@ -108,10 +99,10 @@ static enum need need_of(const struct visit_look *v, const struct voxmap *map, c
 
 /* Low: the oldest goes of those that are needed least. The newest that is needed most comes back if memory is not low with it;
  * else one that is needed less makes room. */
-static void look(void *ctx, struct pipeline_map *m)
+static void look(void *ctx, const struct pipeline_owned *owned)
 {
-    struct visit_look *v = ctx;
-    const struct voxmap *map = &m->map;
+    struct pager_errand *v = ctx;
+    const struct voxmap *map = &owned->map->map;
     const bool low = voxmap_low(map);
     const struct voxmap_part *due = NULL, *idle = NULL;
     enum need most = NEED_NONE, least = NEED_NONE;
@@ -136,55 +127,33 @@ static void look(void *ctx, struct pipeline_map *m)
     v->size = v->out ? voxpage_bytes(map, v->out) : 0;
 }
 
-struct visit_page {
-    uint64_t id;
-    uint8_t *room;
-    size_t size;
-    const struct map_bytes *bytes;
-    bool done;
-    char err[200];
-};
-
-static void pack(void *ctx, struct pipeline_map *m)
+static void pack(void *ctx, const struct pipeline_owned *owned)
 {
-    struct visit_page *v = ctx;
-    v->size = voxpage_pack(&m->map, v->id, 0, v->room, v->size);
+    struct pager_errand *v = ctx;
+    v->size = voxpage_pack(&owned->map->map, v->id, 0, v->room, v->size);
 }
 
-static void detach(void *ctx, struct pipeline_map *m)
+static void detach(void *ctx, const struct pipeline_owned *owned)
 {
-    struct visit_page *v = ctx;
-    v->done = voxpage_detach(&m->map, v->id);
+    struct pager_errand *v = ctx;
+    v->done = voxpage_detach(&owned->map->map, v->id);
 }
 
-static void attach(void *ctx, struct pipeline_map *m)
+static void attach(void *ctx, const struct pipeline_owned *owned)
 {
-    struct visit_page *v = ctx;
+    struct pager_errand *v = ctx;
     struct map_page page = {0};
     v->done = map_file_page(v->bytes->bytes, v->bytes->size, &page) &&
-              voxpage_attach(&m->map, v->id, page.bytes, page.size, v->err, sizeof v->err);
+              voxpage_attach(&owned->map->map, v->id, page.bytes, page.size, v->err, sizeof v->err);
 }
 
-static void drop(void *ctx, struct pipeline_map *m)
+static void drop(void *ctx, const struct pipeline_owned *owned)
 {
-    struct visit_page *v = ctx;
-    v->done = voxmap_drop(&m->map, v->id);
+    struct pager_errand *v = ctx;
+    v->done = voxmap_drop(&owned->map->map, v->id);
 }
 
-/* A closed submap never changes: what was packed is what is detached later. */
-static bool pack_page(struct daemon *d, uint64_t id, size_t size)
-{
-    struct pager *p = &d->pager;
-    if (!map_file_begin(&p->bytes, &p->setting, &d->places.origin))
-        return false;
-    struct visit_page v = {.id = id, .size = size, .room = map_file_room(&p->bytes, size)};
-    if (!v.room)
-        return false;
-    memset(v.room, 0, size); /* its pages are faulted in here, not in the owner's thread */
-    pipeline_visit_map(d->pipeline, pack, &v);
-    map_file_take(&p->bytes, v.size);
-    return v.size == size && map_file_end(&p->bytes, NULL, 0);
-}
+/* ---- step by step ---- */
 
 static void fault(struct daemon *d, const char *what, const char *why)
 {
@@ -192,26 +161,60 @@ static void fault(struct daemon *d, const char *what, const char *why)
     log_limited(loop_now(d->loop), LOG_ERR, LOG_ABOUT(.event = "map_page_failed"), "map: %s: %s", what, why);
 }
 
-static void settle(struct daemon *d)
+static void rest(struct pager *p)
 {
-    struct pager *p = &d->pager;
-    struct visit_page v = {.id = p->id, .bytes = &p->bytes};
-    pthread_join(p->thread, NULL);
-    if (p->state == PAGER_WRITING && p->good) {
-        pipeline_visit_map(d->pipeline, detach, &v);
-        p->out += v.done;
-    } else if (p->state == PAGER_READING && p->good) {
-        pipeline_visit_map(d->pipeline, attach, &v);
-        p->in += v.done;
-    } else if (p->state == PAGER_READING) {
-        pipeline_visit_map(d->pipeline, drop, &v); /* what it knew is lost, what it heard stays in the way */
-    }
-    if (!p->good)
-        fault(d, p->state == PAGER_WRITING ? "a submap cannot be put away" : "a submap cannot be brought back",
-              p->message);
     free(p->bytes.bytes);
     p->bytes = (struct map_bytes){0};
     p->state = PAGER_IDLE;
+}
+
+/* The owner does a step; `then` has the next, unless the pager has ended. */
+static void step(struct daemon *d, enum pager_state state, pipeline_owner_fn *fn, void (*then)(void *ctx))
+{
+    d->pager.state = state;
+    pipeline_errand_then(d->pipeline, &d->pager.errand.errand, fn, then);
+}
+
+static bool has_ended(const struct pager_errand *v)
+{
+    return v->errand.state != ERRAND_DONE;
+}
+
+static void on_taken_out(void *ctx)
+{
+    struct pager_errand *v = ctx;
+    v->d->pager.out += v->done;
+    rest(&v->d->pager);
+}
+
+static void on_taken_in(void *ctx)
+{
+    struct pager_errand *v = ctx;
+    v->d->pager.in += v->done;
+    rest(&v->d->pager);
+}
+
+static void on_dropped(void *ctx)
+{
+    struct pager_errand *v = ctx;
+    rest(&v->d->pager);
+}
+
+/* The thread has done its part. */
+static void settle(struct daemon *d)
+{
+    struct pager *p = &d->pager;
+    const bool wrote = p->state == PAGER_WRITING;
+    pthread_join(p->thread, NULL);
+    p->errand = (struct pager_errand){.d = d, .id = p->id, .bytes = &p->bytes};
+    if (!p->good)
+        fault(d, wrote ? "a submap cannot be put away" : "a submap cannot be brought back", p->message);
+    if (p->good)
+        step(d, PAGER_TAKING, wrote ? detach : attach, wrote ? on_taken_out : on_taken_in);
+    else if (wrote)
+        rest(p);
+    else
+        step(d, PAGER_TAKING, drop, on_dropped); /* what it knew is lost, what it heard stays in the way */
 }
 
 static void begin(struct daemon *d, enum pager_state what, uint64_t id)
@@ -223,38 +226,76 @@ static void begin(struct daemon *d, enum pager_state what, uint64_t id)
     p->newest = id > p->newest ? id : p->newest;
     pager_path(d->conf.map.directory, id, p->path, sizeof p->path);
     if (pthread_create(&p->thread, NULL, page_thread, p) != 0) {
-        free(p->bytes.bytes);
-        p->bytes = (struct map_bytes){0};
-        p->state = PAGER_IDLE;
+        rest(p);
         fault(d, "paging", "cannot start a thread");
     } else if (d->replay) {
         settle(d);
     }
 }
 
+/* A closed submap never changes: what was packed is what is detached later. It may have gone since the look. */
+static void on_packed(void *ctx)
+{
+    struct pager_errand *v = ctx;
+    struct pager *p = &v->d->pager;
+    if (has_ended(v) || !v->size) {
+        rest(p);
+        return;
+    }
+    map_file_take(&p->bytes, v->size);
+    if (map_file_end(&p->bytes, NULL, 0)) {
+        begin(v->d, PAGER_WRITING, v->id);
+    } else {
+        rest(p);
+        fault(v->d, "a submap cannot be put away", "out of memory");
+    }
+}
+
+static void pack_page(struct daemon *d, uint64_t id, size_t size)
+{
+    struct pager *p = &d->pager;
+    uint8_t *room =
+        map_file_begin(&p->bytes, &p->setting, &d->places.origin) ? map_file_room(&p->bytes, size) : NULL;
+    if (!room) {
+        rest(p);
+        fault(d, "a submap cannot be put away", "out of memory");
+        return;
+    }
+    memset(room, 0, size); /* its pages are faulted in here, not in the owner's thread */
+    p->errand = (struct pager_errand){.d = d, .id = id, .room = room, .size = size};
+    step(d, PAGER_PACKING, pack, on_packed);
+}
+
+/* A place that was asked for meanwhile is more wanted than the one before. */
+static void on_looked(void *ctx)
+{
+    const struct pager_errand *v = ctx;
+    struct daemon *d = v->d;
+    struct pager *p = &d->pager;
+    if (v->wanted && v->due && (v->in || v->out) && !p->wanted)
+        pager_want(d, v->wanted_m);
+    if (has_ended(v) || (!v->in && !v->size))
+        rest(p);
+    else if (v->in)
+        begin(d, PAGER_READING, v->in);
+    else
+        pack_page(d, v->out, v->size);
+}
+
 static void on_timer(void *ctx, uint64_t now_ns)
 {
     struct daemon *d = ctx;
     struct pager *p = &d->pager;
-    struct visit_look v = {.wanted = p->wanted};
     struct pose pose;
     loop_arm(d->loop, &p->timer, now_ns + LOOK_EVERY_NS);
     if (p->state != PAGER_IDLE)
         return;
-    v.placed = pose_log_newest(&d->poses, &pose) && (pose.has & POSE_POSITION);
-    memcpy(v.vehicle_m, pose.position_m, sizeof v.vehicle_m);
-    memcpy(v.wanted_m, p->wanted_m, sizeof v.wanted_m);
-    pipeline_visit_map(d->pipeline, look, &v);
-    p->wanted = p->wanted && v.due && (v.in || v.out);
-    if (v.in) {
-        begin(d, PAGER_READING, v.in);
-    } else if (v.size && pack_page(d, v.out, v.size)) {
-        begin(d, PAGER_WRITING, v.out);
-    } else if (v.size) {
-        free(p->bytes.bytes);
-        p->bytes = (struct map_bytes){0};
-        fault(d, "a submap cannot be put away", "out of memory");
-    }
+    p->errand = (struct pager_errand){.d = d, .wanted = p->wanted};
+    p->errand.placed = pose_log_newest(&d->poses, &pose) && (pose.has & POSE_POSITION);
+    memcpy(p->errand.vehicle_m, pose.position_m, sizeof pose.position_m);
+    memcpy(p->errand.wanted_m, p->wanted_m, sizeof p->wanted_m);
+    p->wanted = false;
+    step(d, PAGER_LOOKING, look, on_looked);
 }
 
 static void on_ended(void *ctx, uint32_t events, uint64_t now_ns)
@@ -263,7 +304,8 @@ static void on_ended(void *ctx, uint32_t events, uint64_t now_ns)
     uint64_t n;
     (void)events;
     (void)now_ns;
-    if (read(d->pager.ended.fd, &n, sizeof n) == sizeof n && d->pager.state != PAGER_IDLE)
+    const enum pager_state state = d->pager.state;
+    if (read(d->pager.ended.fd, &n, sizeof n) == sizeof n && (state == PAGER_WRITING || state == PAGER_READING))
         settle(d);
 }
 
@@ -342,7 +384,7 @@ void pager_end(struct daemon *d)
     if (!p->timer.fire)
         return;
     loop_arm(d->loop, &p->timer, LOOP_NEVER);
-    if (p->state != PAGER_IDLE)
+    if (p->state == PAGER_WRITING || p->state == PAGER_READING)
         pthread_join(p->thread, NULL);
     free(p->bytes.bytes);
     for (uint64_t id = 1; id <= p->newest; id++) {

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "pipeline.h"
 
+#include <sched.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -74,13 +75,31 @@ static void publish_cleanup(struct pipeline *p, uint16_t sensor, uint32_t held_b
     seqlock_end(&p->cleanup_lock);
 }
 
+static void learn(struct pipeline *p, const struct ping *ping)
+{
+    const struct pipeline_background *b = &p->background[ping->sensor];
+    struct learnt learnt = {.learning = b->learning};
+    background_learn_take(b->learn, ping);
+    background_learn_progress(b->learn, &learnt.progress);
+    seqlock_begin(&p->learnt_lock);
+    seqlock_store(p->learnt[ping->sensor], &learnt, sizeof learnt / 8);
+    seqlock_end(&p->learnt_lock);
+}
+
+void pipeline_learnt(struct pipeline *p, int sensor, uint64_t learning, struct background_progress *out)
+{
+    struct learnt learnt;
+    seqlock_load(&p->learnt_lock, &learnt, p->learnt[sensor], sizeof learnt / 8);
+    *out = learnt.learning == learning ? learnt.progress : (struct background_progress){0};
+}
+
 static void take_in(struct pipeline *p, const struct ping *ping, struct intake *in)
 {
     const struct pipeline_background *b = &p->background[ping->sensor];
     bool any_blind = false;
     *in = (struct intake){.own = ping, .aid = {.lowest = -1}, .cleanup = p->cleanup[ping->sensor]};
     if (b->learn)
-        background_learn_take(b->learn, ping);
+        learn(p, ping);
     const bool known = b->use && background_view(b->use, ping, &b->view, &any_blind);
     if (any_blind)
         in->aid.blind = b->view.blind;
@@ -211,10 +230,27 @@ static void touch_stack(void)
         stack[i] = 0;
 }
 
+/*
+ * The loop wakes these threads and goes on, for clients wait for it: where both share a processor it is not to be put aside
+ * for the milliseconds that a ping takes, as it would be for an ordinary thread. Real-time ones have their priorities.
+ */
+static void stand_back(void)
+{
+    const struct sched_param none = {0};
+    if (sched_getscheduler(0) == SCHED_OTHER)
+        sched_setscheduler(0, SCHED_BATCH, &none);
+}
+
+static void settle_in(void)
+{
+    touch_stack();
+    stand_back();
+}
+
 static void *both_stages(void *arg)
 {
     struct pipeline *p = arg;
-    touch_stack();
+    settle_in();
     for (uint32_t i; (i = await(p, &p->pings)) != NONE; give_back(&p->pings, i))
         run_both(p, &p->ping[i]);
     return NULL;
@@ -223,7 +259,7 @@ static void *both_stages(void *arg)
 static void *extract_stage(void *arg)
 {
     struct pipeline *p = arg;
-    touch_stack();
+    settle_in();
     for (uint32_t i; (i = await(p, &p->pings)) != NONE; give_back(&p->pings, i)) {
         struct intake in;
         struct extract_aid aid;
@@ -243,7 +279,7 @@ static void *extract_stage(void *arg)
 static void *maps_stage(void *arg)
 {
     struct pipeline *p = arg;
-    touch_stack();
+    settle_in();
     for (uint32_t e; (e = await(p, &p->found)) != NONE; give_back(&p->found, e))
         run_maps(p, &p->echoes[e]);
     return NULL;

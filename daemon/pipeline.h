@@ -54,6 +54,7 @@ struct pipeline_conf {
 struct pipeline_background {
     const struct background *use;   /* template in force; NULL: none */
     struct background_learn *learn; /* sees every ping; NULL: nothing is learnt */
+    uint64_t learning;              /* its number, of those of this sensor */
     struct background_view view;    /* room for the cells of a ping, with `use` */
 };
 
@@ -119,18 +120,21 @@ typedef void pipeline_owner_fn(void *ctx, const struct pipeline_owned *owned);
 
 /**
  * pipeline_visit - have fn called by the owner, and wait until it is done: at most for the ping that is being entered,
- * for the errand that is out, and for fn itself. When patient, all that was submitted before is entered. No errand comes
- * between visits in one turn of the loop. Loop thread.
+ * for a step of the errand that is out, and for fn itself. When patient, all that was submitted before is entered. No errand
+ * begins between visits in one turn of the loop. Loop thread.
  */
 void pipeline_visit(struct pipeline *p, pipeline_owner_fn *fn, void *ctx);
 
 /*
  * What the owner does while the loop goes on; one at a time, in the order of sending, at most one between two pings.
  * Zeroed at first. It lies in what fn works on, at its begin: that is fn's ctx, and is neither read nor changed by the
- * loop while the errand is out.
+ * loop while the errand is out. What would take too long between two pings is done in steps, with pings and visits
+ * between them, and no other errand.
  */
 struct errand {
     bool early;                /* it is for the thread that extracts, and knows nothing of what the owner has */
+    bool left;                 /* its client has gone, or it never had one that waits */
+    bool more;                 /* set by fn: it has done a step, and is to be called for the next */
     struct pipeline *pipeline; /* it was sent there last */
     pipeline_owner_fn *fn;
     enum errand_state { ERRAND_NONE, ERRAND_WAITS, ERRAND_OUT, ERRAND_DONE } state;
@@ -139,10 +143,14 @@ struct errand {
 };
 
 /**
- * pipeline_errand - send the errand, or ask for it. True: it is done, and may be sent anew; with no threads, and when
- * patient, it is at once. False: when it is done pipeline_errands_fd becomes readable. Loop thread.
+ * pipeline_errand - send the errand, or ask for it. True: it is done, and may be sent anew; when patient it is at once, and
+ * with no threads what has one step is, unless another has more. False: when it is done pipeline_errands_fd becomes
+ * readable. Loop thread.
  */
 bool pipeline_errand(struct pipeline *p, struct errand *errand, pipeline_owner_fn *fn);
+
+/** pipeline_errand_now - the same of all its steps at once, while the loop waits. Of one that is not sent. */
+void pipeline_errand_now(struct pipeline *p, struct errand *errand, pipeline_owner_fn *fn);
 
 /**
  * pipeline_errand_drop - nobody waits for it any more: release is called with it, now or when the owner has done it.
@@ -150,6 +158,15 @@ bool pipeline_errand(struct pipeline *p, struct errand *errand, pipeline_owner_f
  */
 void pipeline_errand_drop(struct errand *errand, void (*release)(void *ctx));
 void pipeline_errand_leave(struct errand *errand, void (*release)(void *ctx));
+
+/**
+ * pipeline_errand_then - send the errand, zeroed before but for `early`. `then` is called with it, in the loop, when it is
+ * done (ERRAND_DONE), maybe at once as there; or when all ended before its last step was begun (ERRAND_NONE).
+ */
+void pipeline_errand_then(struct pipeline *p, struct errand *errand, pipeline_owner_fn *fn, void (*then)(void *ctx));
+
+/** pipeline_errands_left - how many wait that were left, for whichever thread. Loop thread. */
+unsigned pipeline_errands_left(const struct pipeline *p);
 
 /** pipeline_errands_end - all are dropped, and none is being done when it returns. Loop thread. */
 void pipeline_errands_end(struct pipeline *p);
@@ -178,6 +195,9 @@ struct background_errand {
 /** pipeline_take_extract, pipeline_take_background - what these errands do. The former takes some milliseconds. */
 void pipeline_take_extract(void *extract_errand, const struct pipeline_owned *owned);
 void pipeline_take_background(void *background_errand, const struct pipeline_owned *owned);
+
+/** pipeline_learnt - how far the learner of that number has come, as of the last ping that it saw: nothing before. Loop thread. */
+void pipeline_learnt(struct pipeline *p, int sensor, uint64_t learning, struct background_progress *out);
 
 /* A grid that comes or goes. */
 struct grid_errand {

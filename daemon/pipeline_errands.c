@@ -28,16 +28,36 @@ void errands_close(struct pipeline *p)
         close(p->errands_fd);
 }
 
+static void tell_loop(struct pipeline *p)
+{
+    const uint64_t one = 1;
+    while (write(p->errands_fd, &one, sizeof one) < 0 && errno == EINTR) {
+    }
+}
+
+/* The next step waits for its owner, which is the loop where there is no thread. */
+static void give(struct pipeline *p, struct errands *errands, struct errand *e)
+{
+    atomic_store_explicit(&errands->to_owner, e, memory_order_release);
+    if (p->conf.threads == 0)
+        tell_loop(p);
+    else
+        sem_post(errands == &p->early ? &p->pings.news : &pipeline_owners_belt(p)->news);
+}
+
 void errands_do(struct pipeline *p, struct errands *errands)
 {
     struct errand *e = atomic_exchange_explicit(&errands->to_owner, NULL, memory_order_acquire);
-    const uint64_t one = 1;
     if (!e)
         return;
     const struct pipeline_owned owned = pipeline_owned(p);
+    e->more = false;
     e->fn(e, &owned);
-    atomic_store_explicit(&errands->done, e, memory_order_release);
-    while (write(p->errands_fd, &one, sizeof one) < 0 && errno == EINTR) {
+    if (e->more) {
+        give(p, errands, e);
+    } else {
+        atomic_store_explicit(&errands->done, e, memory_order_release);
+        tell_loop(p);
     }
 }
 
@@ -56,8 +76,7 @@ static void send_next(struct pipeline *p, struct errands *errands)
     errands->first = e->next;
     errands->out = e;
     e->state = ERRAND_OUT;
-    atomic_store_explicit(&errands->to_owner, e, memory_order_release);
-    sem_post(errands == &p->early ? &p->pings.news : &pipeline_owners_belt(p)->news);
+    give(p, errands, e);
 }
 
 static void append(struct errands *errands, struct errand *e)
@@ -81,24 +100,46 @@ static void take_out(struct errands *errands, const struct errand *e)
         errands->last = before;
 }
 
+/* A step, for which the loop waits. */
+static void step(struct pipeline *p, struct errand *errand, pipeline_owner_fn *fn)
+{
+    errand->pipeline = p;
+    errand->more = false;
+    pipeline_visit(p, fn, errand);
+}
+
+void pipeline_errand_now(struct pipeline *p, struct errand *errand, pipeline_owner_fn *fn)
+{
+    do
+        step(p, errand, fn);
+    while (errand->more);
+}
+
+/* Of one that is not sent: what needs no sending, or no second step, is done; after those that were sent. */
+static bool at_once(struct pipeline *p, struct errand *errand, pipeline_owner_fn *fn)
+{
+    const struct errands *before = errands_of(p, errand);
+    if (p->conf.patient)
+        pipeline_errand_now(p, errand, fn);
+    else if (p->conf.threads == 0 && !before->out && !before->first)
+        step(p, errand, fn);
+    else
+        return false;
+    return !errand->more;
+}
+
 bool pipeline_errand(struct pipeline *p, struct errand *errand, pipeline_owner_fn *fn)
 {
-    if (errand->state == ERRAND_NONE)
-        errand->pipeline = p;
-    if (p->conf.threads == 0 || p->conf.patient) {
-        pipeline_visit(p, fn, errand);
-        return true;
-    }
-    if (errand->state == ERRAND_DONE) {
+    const bool done = errand->state == ERRAND_DONE || (errand->state == ERRAND_NONE && at_once(p, errand, fn));
+    if (done) {
         errand->state = ERRAND_NONE;
-        return true;
-    }
-    if (errand->state == ERRAND_NONE) {
+    } else if (errand->state == ERRAND_NONE) {
+        errand->pipeline = p;
         errand->fn = fn;
         append(errands_of(p, errand), errand);
         send_next(p, errands_of(p, errand));
     }
-    return false;
+    return done;
 }
 
 void pipeline_errand_drop(struct errand *errand, void (*release)(void *ctx))
@@ -118,11 +159,38 @@ void pipeline_errand_drop(struct errand *errand, void (*release)(void *ctx))
     release(errand);
 }
 
-void pipeline_errand_leave(struct errand *errand, void (*release)(void *ctx))
+static void then_release(struct errand *errand, void (*release)(void *ctx))
 {
     errand->release = release;
     if (errand->state != ERRAND_WAITS && errand->state != ERRAND_OUT)
         release(errand);
+}
+
+void pipeline_errand_leave(struct errand *errand, void (*release)(void *ctx))
+{
+    errand->left = true;
+    then_release(errand, release);
+}
+
+void pipeline_errand_then(struct pipeline *p, struct errand *errand, pipeline_owner_fn *fn, void (*then)(void *ctx))
+{
+    *errand = (struct errand){.early = errand->early};
+    if (pipeline_errand(p, errand, fn))
+        errand->state = ERRAND_DONE;
+    then_release(errand, then);
+}
+
+static unsigned count_left(const struct errands *errands)
+{
+    unsigned n = 0;
+    for (const struct errand *e = errands->first; e; e = e->next)
+        n += e->left;
+    return n;
+}
+
+unsigned pipeline_errands_left(const struct pipeline *p)
+{
+    return count_left(&p->early) + count_left(&p->errands);
 }
 
 static void give_back(struct errand *e)
@@ -132,16 +200,20 @@ static void give_back(struct errand *e)
         e->release(e);
 }
 
+/* A step that is being done ends; after it come no more. */
 static void end_all(struct errands *errands)
 {
-    struct errand *out = atomic_exchange_explicit(&errands->to_owner, NULL, memory_order_acquire);
-    if (out)
-        give_back(out);
-    else if ((out = errands->out) != NULL) {
-        while (!atomic_exchange_explicit(&errands->done, NULL, memory_order_acquire))
+    struct errand *out = errands->out, *unbegun = NULL, *done = NULL;
+    while (out && !unbegun && !done) {
+        unbegun = atomic_exchange_explicit(&errands->to_owner, NULL, memory_order_acquire);
+        done = unbegun ? NULL : atomic_exchange_explicit(&errands->done, NULL, memory_order_acquire);
+        if (!unbegun && !done)
             pipeline_rest();
-        come_back(out);
     }
+    if (unbegun)
+        give_back(unbegun);
+    else if (done)
+        come_back(done);
     errands->out = NULL;
     for (struct errand *e; (e = errands->first) != NULL;) {
         errands->first = e->next;
@@ -162,6 +234,8 @@ int pipeline_errands_fd(const struct pipeline *p)
 
 static void take(struct pipeline *p, struct errands *errands)
 {
+    if (p->conf.threads == 0)
+        errands_do(p, errands);
     struct errand *done = atomic_exchange_explicit(&errands->done, NULL, memory_order_acquire);
     if (!done)
         return;

@@ -20,6 +20,12 @@ struct belt {
     _Atomic uint64_t turns; /* of the thread behind it */
 };
 
+/* How far learning has come. */
+struct learnt {
+    uint64_t learning; /* number of the learner */
+    struct background_progress progress;
+};
+
 /* Work of the loop that the maps' owner does for it between two pings, while it waits. */
 struct visitor {
     pipeline_owner_fn *fn;
@@ -62,6 +68,8 @@ struct pipeline {
     _Atomic int law_doubt[PIPELINE_MAX_SENSORS];
     struct seqlock cleanup_lock;
     seqlock_word cleanup_state[PIPELINE_MAX_SENSORS][sizeof(struct cleanup_state) / 8];
+    struct seqlock learnt_lock;
+    seqlock_word learnt[PIPELINE_MAX_SENSORS][sizeof(struct learnt) / 8];
     atomic_bool stop;
     pthread_t thread[PIPELINE_MAX_THREADS];
     int n_threads;

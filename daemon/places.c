@@ -4,6 +4,7 @@
 
 #include <errno.h>
 #include <math.h>
+#include <poll.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -11,217 +12,160 @@
 #include <sys/eventfd.h>
 #include <unistd.h>
 
-#include "../grid/voxel/voxpage.h"
 #include "daemon.h"
 #include "map_job.h"
 
 #define LAST   "last"   /* the map that is kept */
 #define BEFORE "before" /* what that name had before a run that did not load it */
 
-/* ---- the map, submap by submap ---- */
+/* ---- what the map has ---- */
 
-struct visit_list {
-    uint64_t now_ns; /* the map is that of then */
-    bool away;
-    uint64_t id[VOXMAP_MAX_SUBMAPS]; /* those that are away, or those that are not; oldest first */
-    uint32_t n;
-    struct places_submap *heads; /* [VOXMAP_MAX_SUBMAPS], of the same; NULL: not wanted */
+static void look_for_submaps(void *ctx, struct pipeline_map *m)
+{
+    bool *any = ctx;
+    for (uint32_t p = 0; p < m->map.set.max_submaps; p++)
+        *any |= m->map.part[p].id != 0;
+}
+
+static bool any_submap(struct daemon *d)
+{
+    bool any = false;
+    pipeline_visit_map(d->pipeline, look_for_submaps, &any);
+    return any;
+}
+
+/* ---- where the map counts from ---- */
+
+struct visit_hold {
+    bool held;
+    uint64_t now_ns;
 };
 
-static void list_submaps(void *ctx, struct pipeline_map *m)
+static void hold(void *ctx, struct pipeline_map *m)
 {
-    struct visit_list *list = ctx;
-    voxmap_pass(&m->map, list->now_ns);
-    for (uint32_t i = 0; i < m->map.set.max_submaps; i++) {
-        const struct voxmap_part *part = &m->map.part[i];
-        uint32_t at = list->n;
-        if (!part->id || part->away != list->away)
-            continue;
-        for (; at > 0 && list->id[at - 1] > part->id; at--)
-            list->id[at] = list->id[at - 1];
-        list->id[at] = part->id;
-        list->n++;
-    }
-    for (uint32_t i = 0; list->heads && i < list->n; i++) {
-        list->heads[i].id = list->id[i];
-        voxpage_head(&m->map, list->id[i], list->heads[i].head);
-    }
+    const struct visit_hold *v = ctx;
+    voxmap_hold(&m->map, v->held, v->now_ns);
 }
 
-struct visit_pack {
-    uint64_t id;
-    uint8_t *room;
-    size_t size, packed; /* packed 0: the room is too small */
-};
-
-static void measure_submap(void *ctx, struct pipeline_map *m)
+/* Even where it stays as it is: pings that wait may have poses of before. */
+static void settle_hold(struct daemon *d)
 {
-    struct visit_pack *v = ctx;
-    v->size = voxpage_bytes(&m->map, v->id);
+    struct places *p = &d->places;
+    p->astray = !jumps_same(&p->counts_from, &p->jumps.sum);
+    struct visit_hold v = {.held = p->astray || p->filling, .now_ns = loop_now(d->loop)};
+    pipeline_visit_map(d->pipeline, hold, &v);
 }
 
-static void pack_submap(void *ctx, struct pipeline_map *m)
+void places_trust(struct daemon *d, const struct jumps_sum *then)
 {
-    struct visit_pack *v = ctx;
-    const size_t needed = voxpage_bytes(&m->map, v->id);
-    v->packed = needed <= v->size ? voxpage_pack(&m->map, v->id, 0, v->room, needed) : 0;
-    v->size = needed;
-}
-
-/* Pings may come between the measuring and the packing of the current submap: then it may have grown. */
-static bool pack_one(struct daemon *d, uint64_t id, struct map_bytes *bytes)
-{
-    struct visit_pack v = {.id = id};
-    pipeline_visit_map(d->pipeline, measure_submap, &v);
-    while (v.size && !v.packed) {
-        v.room = map_file_room(bytes, v.size);
-        if (!v.room)
-            return false;
-        memset(v.room, 0, v.size); /* its pages are faulted in here, not in the owner's thread */
-        pipeline_visit_map(d->pipeline, pack_submap, &v);
-    }
-    if (v.packed)
-        map_file_take(bytes, v.packed);
-    return true;
-}
-
-/* Counts of the veil, as far as there is one. */
-struct visit_veil {
-    uint8_t *count;
-    uint32_t n;
-};
-
-static void copy_veil(void *ctx, struct pipeline_map *m)
-{
-    struct visit_veil *v = ctx;
-    const struct veil *veil = &m->map.veil;
-    if (v->count && veil->any)
-        memcpy(v->count, veil->count, veil->n);
-    v->n = v->count && !veil->any ? 0 : veil->n;
-}
-
-/* Last, so that nothing is missing which a submap has lost meanwhile. */
-static bool pack_veil(struct daemon *d, struct map_bytes *bytes)
-{
-    struct visit_veil v = {.count = NULL};
-    pipeline_visit_map(d->pipeline, copy_veil, &v);
-    v.count = calloc(v.n, 1);
-    if (!v.count)
-        return false;
-    pipeline_visit_map(d->pipeline, copy_veil, &v);
-    const bool good = map_file_end(bytes, v.count, v.n);
-    free(v.count);
-    return good;
-}
-
-/* The whole map as a file's bytes. Each submap is of one moment; pings that come meanwhile are in the later ones. */
-static bool pack_all(struct places_task *task)
-{
-    struct daemon *d = task->d;
-    struct map_bytes *bytes = &task->job.bytes;
-    const uint64_t now_ns = loop_now(d->loop);
-    struct visit_list list = {.now_ns = now_ns};
-    struct visit_list away = {.now_ns = now_ns, .away = true, .heads = task->job.away};
-    if (!map_file_begin(bytes, &task->job.setting, &task->job.origin))
-        return false;
-    pipeline_visit_map(d->pipeline, list_submaps, &list);
-    for (uint32_t i = 0; i < list.n; i++)
-        if (!pack_one(d, list.id[i], bytes))
-            return false;
-    pipeline_visit_map(d->pipeline, list_submaps, &away);
-    task->job.n_away = away.n;
-    return pack_veil(d, bytes);
-}
-
-static void clear_map(void *ctx, struct pipeline_map *m)
-{
-    (void)ctx;
-    voxmap_clear(&m->map);
-}
-
-struct visit_add {
-    struct map_page page;
-    bool added;
-    char err[256];
-};
-
-static void add_submap(void *ctx, struct pipeline_map *m)
-{
-    struct visit_add *v = ctx;
-    v->added = voxpage_add(&m->map, v->page.bytes, v->page.size, v->err, sizeof v->err) != 0;
-}
-
-static void add_veil(void *ctx, struct pipeline_map *m)
-{
-    const struct map_page *veil = ctx;
-    voxmap_join_veil(&m->map, veil->bytes, (uint32_t)veil->size);
-}
-
-/* What was read replaces the map. */
-static bool put_in(struct daemon *d, struct places_job *job)
-{
-    struct visit_add v = {.added = true};
-    struct map_page veil;
-    uint32_t n;
-    pipeline_visit_map(d->pipeline, clear_map, NULL);
-    while (v.added && map_file_page(job->bytes.bytes, job->bytes.size, &v.page))
-        pipeline_visit_map(d->pipeline, add_submap, &v);
-    veil.bytes = map_file_veil(job->bytes.bytes, job->bytes.size, &n);
-    veil.size = n;
-    if (veil.bytes)
-        pipeline_visit_map(d->pipeline, add_veil, &veil);
-    if (!v.added) {
-        pipeline_visit_map(d->pipeline, clear_map, NULL);
-        snprintf(job->message, sizeof job->message, "%.300s: %.250s; the map is empty now", job->path, v.err);
-    }
-    return v.added;
+    d->places.counts_from = *then;
+    settle_hold(d);
 }
 
 /* ---- jobs ---- */
 
+static void tell_loop(struct places_task *task)
+{
+    const uint64_t one = 1;
+    while (write(task->news.fd, &one, sizeof one) < 0 && errno == EINTR) {
+    }
+}
+
+/* By the job's thread: the loop sends it, and goes on. */
+static void ask_loop(struct places_job *job, pipeline_owner_fn *fn)
+{
+    struct places_task *task = (struct places_task *)job;
+    atomic_store(&task->asked, fn);
+    tell_loop(task);
+    while (sem_wait(&task->answered) != 0) {
+    }
+}
+
+/* By the loop, where nobody waits for it. */
+static void ask_owner(struct places_job *job, pipeline_owner_fn *fn)
+{
+    const struct places_task *task = (struct places_task *)job;
+    pipeline_errand_now(task->d->pipeline, &job->errand, fn);
+}
+
 static void *job_thread(void *arg)
 {
     struct places_task *task = arg;
-    const uint64_t one = 1;
     map_job_run(&task->job);
-    while (write(task->ended.fd, &one, sizeof one) < 0 && errno == EINTR) {
-    }
+    atomic_store(&task->ended, true);
+    tell_loop(task);
     return NULL;
 }
 
-static void drop_bytes(struct places_job *job)
+/* The owner has done what the job asked for. */
+static void answer(struct places_task *task)
 {
-    free(job->bytes.bytes);
-    job->bytes = (struct map_bytes){0};
+    task->copied |= task->job.copied;
+    atomic_store(&task->asked, NULL);
+    sem_post(&task->answered);
 }
 
-/* The job is done; what was loaded becomes the map. That the map was kept once more is no news. */
+/* What the end of all errands has kept from being done is still asked for. */
+static void on_errand(void *ctx)
+{
+    struct places_task *task = ctx;
+    if (task->job.errand.state == ERRAND_DONE)
+        answer(task);
+}
+
+/* What was put in counts from where poses did when it was asked for. */
+static void settle_load(struct places_task *task)
+{
+    struct daemon *d = task->d;
+    const bool filled = d->places.filling;
+    d->places.filling = false;
+    if (task->job.good)
+        places_trust(d, &task->jumps);
+    else if (d->places.astray && !any_submap(d)) /* nothing counts from elsewhere */
+        places_trust(d, &d->places.jumps.sum);
+    else if (filled)
+        settle_hold(d);
+}
+
+/* The job is done. That the map was kept once more is no news. */
 static void settle(struct places_task *task)
 {
     struct places_job *job = &task->job;
     const bool quiet = task == &task->d->places.kept && job->what == PLACES_SAVE;
-    const bool good = job->good && (job->what != PLACES_LOAD || put_in(task->d, job));
-    if (good && job->what == PLACES_LOAD)
-        places_trust(task->d, task->jumps);
-    drop_bytes(job);
-    job->state = good ? PLACES_DONE : PLACES_FAILED;
+    if (job->what == PLACES_LOAD)
+        settle_load(task);
+    job->state = job->good ? PLACES_DONE : PLACES_FAILED;
+    task->copied = true;
     task->d->places.changed |= job->what == PLACES_LOAD;
-    log_line(!good   ? LOG_ERR
-             : quiet ? LOG_DEBUG
-                     : LOG_NOTICE,
-             good ? "map_job_done" : "map_job_failed", "map: %s", job->message);
+    log_line(!job->good ? LOG_ERR
+             : quiet    ? LOG_DEBUG
+                        : LOG_NOTICE,
+             job->good ? "map_job_done" : "map_job_failed", "map: %s", job->message);
 }
 
-static void on_ended(void *ctx, uint32_t events, uint64_t now_ns)
+static void settle_ended(struct places_task *task)
+{
+    pthread_join(task->thread, NULL);
+    settle(task);
+}
+
+static void on_news(void *ctx, uint32_t events, uint64_t now_ns)
 {
     struct places_task *task = ctx;
+    struct daemon *d = task->d;
     uint64_t n;
     (void)events;
     (void)now_ns;
-    if (read(task->ended.fd, &n, sizeof n) != sizeof n || task->job.state != PLACES_RUNNING)
-        return;
-    pthread_join(task->thread, NULL);
-    settle(task);
+    while (read(task->news.fd, &n, sizeof n) < 0 && errno == EINTR) {
+    }
+    pipeline_owner_fn *fn = atomic_load(&task->asked);
+    d->places.filling |= fn && task->job.what == PLACES_LOAD;
+    if (fn)
+        pipeline_errand_then(d->pipeline, &task->job.errand, fn, on_errand);
+    else if (task->job.state == PLACES_RUNNING && atomic_load(&task->ended))
+        settle_ended(task);
+    if (d->server)
+        server_go_on(d->server);
 }
 
 static bool prepare(struct places_task *task, enum places_what what, const char *name, const char *ending,
@@ -240,12 +184,16 @@ static bool prepare(struct places_task *task, enum places_what what, const char 
     else {
         *job = (struct places_job){.what = what,
                                    .state = PLACES_IDLE,
+                                   .ask = ask_owner,
+                                   .now_ns = loop_now(d->loop),
                                    .setting = pipeline_map_setting(d->pipeline),
                                    .origin = d->places.origin,
                                    .t_unix_ns = loop_now(d->loop) + d->unix_offset_ns};
         snprintf(job->path, sizeof job->path, "%s/%s%s", folder, name, ending);
         snprintf(job->folder, sizeof job->folder, "%s", folder);
-        task->jumps = d->places.jumps;
+        task->jumps = d->places.jumps.sum;
+        task->number++;
+        task->copied = what == PLACES_LOAD;
         return true;
     }
     return false;
@@ -255,21 +203,13 @@ static bool begin(struct places_task *task, char *err, size_t err_size)
 {
     struct places_job *job = &task->job;
     job->state = PLACES_RUNNING;
+    job->ask = ask_loop;
+    atomic_store(&task->ended, false);
     if (pthread_create(&task->thread, NULL, job_thread, task) == 0)
         return true;
     job->state = PLACES_FAILED;
-    drop_bytes(job);
     snprintf(job->message, sizeof job->message, "cannot start a thread");
     snprintf(err, err_size, "%s", job->message);
-    return false;
-}
-
-static bool pack(struct places_task *task, char *err, size_t err_size)
-{
-    if (pack_all(task))
-        return true;
-    drop_bytes(&task->job);
-    snprintf(err, err_size, "no memory for a copy of the map");
     return false;
 }
 
@@ -283,8 +223,7 @@ bool places_name_good(const char *name)
 bool places_save(struct daemon *d, const char *name, char *err, size_t err_size)
 {
     struct places_task *task = &d->places.asked;
-    return prepare(task, PLACES_SAVE, name, ".map", err, err_size) && pack(task, err, err_size) &&
-           begin(task, err, err_size);
+    return prepare(task, PLACES_SAVE, name, ".map", err, err_size) && begin(task, err, err_size);
 }
 
 bool places_export(struct daemon *d, const char *name, enum places_format format, char *err, size_t err_size)
@@ -294,7 +233,7 @@ bool places_export(struct daemon *d, const char *name, enum places_format format
     if (!prepare(task, PLACES_EXPORT, name, endings[format], err, err_size))
         return false;
     task->job.format = format;
-    return pack(task, err, err_size) && begin(task, err, err_size);
+    return begin(task, err, err_size);
 }
 
 bool places_load(struct daemon *d, const char *name, char *err, size_t err_size)
@@ -303,115 +242,89 @@ bool places_load(struct daemon *d, const char *name, char *err, size_t err_size)
     return prepare(task, PLACES_LOAD, name, ".map", err, err_size) && begin(task, err, err_size);
 }
 
-/* ---- where positions count from ---- */
-
-#define JUMP_M   5.0
-#define JUMP_MPS 10.0 /* where [vehicle] does not say how fast it can be */
-
-static void hold(void *ctx, struct pipeline_map *m)
+bool places_copied(const struct daemon *d, uint64_t number)
 {
-    const struct places_track *track = ctx;
-    voxmap_hold(&m->map, track->astray);
+    const struct places_task *task = &d->places.asked;
+    return task->copied || task->number != number;
 }
 
-static void look_for_submaps(void *ctx, struct pipeline_map *m)
+/* ---- where poses count from ---- */
+
+static void tell_hold(const struct places *p, bool was, const struct jump *jump)
 {
-    bool *any = ctx;
-    for (uint32_t p = 0; p < m->map.set.max_submaps; p++)
-        *any |= m->map.part[p].id != 0;
+    if (p->astray && !was)
+        log_line(LOG_ERR, "map_held",
+                 "map: the pose jumped by %.1f m level, %.1f m in depth and %.0f degrees: it counts from elsewhere, or is "
+                 "wrong. Nothing is free in the map until it has jumped back, or map new, map forget or map load say "
+                 "what is true",
+                 jump->by[JUMPS_LEVEL], jump->by[JUMPS_DEPTH], geo_deg(jump->by[JUMPS_TURN]));
+    else if (was && !p->astray)
+        log_line(LOG_NOTICE, "map_let_go", "map: the pose has jumped back to where it can be: the map holds");
 }
 
-static void go_astray(struct daemon *d, double far_m, double reach_m)
+void places_pose(struct daemon *d, const struct pose *pose)
 {
-    struct places_track *t = &d->places.track;
-    const struct places_job *job = &d->places.asked.job;
-    bool any = job->state == PLACES_RUNNING && job->what == PLACES_LOAD;
-    pipeline_visit_map(d->pipeline, look_for_submaps, &any);
-    if (!any) /* nothing counts from the old place, or is about to */
+    struct places *p = &d->places;
+    const struct conf_vehicle *c = &d->conf.vehicle;
+    const struct places_job *job = &p->asked.job;
+    const bool was = p->astray, loads = job->state == PLACES_RUNNING && job->what == PLACES_LOAD;
+    struct jump jump;
+    if (!pipeline_has_map(d->pipeline) ||
+        !jumps_take(&p->jumps, pose, c->max_speed_mps, c->max_turn_radps, &jump))
         return;
-    d->places.jumps++;
-    t->astray = true;
-    t->reach_m = reach_m;
-    pipeline_visit_map(d->pipeline, hold, t);
-    log_line(LOG_ERR, "map_held",
-             "map: the position jumped by %.1f m: it counts from another place, or is wrong. Nothing is free in "
-             "the map "
-             "until it comes back, or map new, map forget or map load say what is true",
-             far_m);
-}
-
-/* While astray its reach does not grow, or time alone would make every place one that it can have come to. */
-void places_position(struct daemon *d, const struct pose *pose)
-{
-    struct places_track *t = &d->places.track;
-    double way[3] = {0};
-    if (!pipeline_has_map(d->pipeline) || (t->known && pose->t_ns < t->t_ns))
-        return;
-    for (int a = 0; t->known && a < 3; a++)
-        way[a] = pose->position_m[a] - t->position_m[a];
-    const double far_m = sqrt(way[0] * way[0] + way[1] * way[1] + way[2] * way[2]);
-    const double most_mps = d->conf.vehicle.max_speed_mps > 0 ? d->conf.vehicle.max_speed_mps : JUMP_MPS;
-    const double reach_m = t->astray ? t->reach_m : JUMP_M + most_mps * (double)(pose->t_ns - t->t_ns) * 1e-9;
-    if (far_m <= reach_m && t->astray) {
-        places_trust(d, d->places.jumps);
-        log_line(LOG_NOTICE, "map_let_go", "map: the position is again where it can be: the map holds");
-    } else if (far_m > reach_m && !t->astray) {
-        go_astray(d, far_m, reach_m);
-    }
-    if (t->astray)
-        return;
-    t->known = true;
-    t->t_ns = pose->t_ns;
-    memcpy(t->position_m, pose->position_m, sizeof t->position_m);
-}
-
-void places_trust(struct daemon *d, uint64_t jumps)
-{
-    struct places_track *t = &d->places.track;
-    const bool was = t->astray;
-    if (jumps != d->places.jumps)
-        return;
-    *t = (struct places_track){0};
-    if (was)
-        pipeline_visit_map(d->pipeline, hold, t);
+    settle_hold(d);
+    if (p->astray && !loads && !any_submap(d)) /* seen while nothing can enter it */
+        places_trust(d, &p->jumps.sum);
+    tell_hold(p, was, &jump);
 }
 
 /* ---- kept from one run to the next ---- */
 
-static void count_pings(void *ctx, struct pipeline_map *m)
+static void count_pings(void *ctx, const struct pipeline_owned *owned)
 {
-    uint64_t *pings = ctx;
-    *pings = m->map.stats.pings;
+    struct places_count *count = ctx;
+    count->pings = owned->map->map.stats.pings;
 }
 
-/* Packs the map as the job of `kept`, if it has changed since that was done last. */
-static bool pack_kept(struct daemon *d)
+static void not_kept(const char *why)
+{
+    log_line(LOG_ERR, "map_not_kept", "map: not kept: %s", why);
+}
+
+/* Prepares the job of `kept`, if the map has changed since that was done last. */
+static bool prepare_kept(struct daemon *d)
 {
     struct places *p = &d->places;
-    uint64_t pings = 0;
     char err[640];
-    if (p->kept.job.state == PLACES_RUNNING)
-        return false;
     p->changed |= p->kept.job.state == PLACES_FAILED && p->kept.job.what == PLACES_SAVE;
-    pipeline_visit_map(d->pipeline, count_pings, &pings);
-    if (pings == p->saved_pings && !p->changed)
+    if (p->count.pings == p->saved_pings && !p->changed)
         return false;
-    if (!prepare(&p->kept, PLACES_SAVE, LAST, ".map", err, sizeof err) || !pack(&p->kept, err, sizeof err)) {
-        log_line(LOG_ERR, "map_not_kept", "map: not kept: %s", err);
+    if (!prepare(&p->kept, PLACES_SAVE, LAST, ".map", err, sizeof err)) {
+        not_kept(err);
         return false;
     }
-    p->saved_pings = pings;
+    p->saved_pings = p->count.pings;
     p->changed = false;
     return true;
+}
+
+static void on_counted(void *ctx)
+{
+    struct daemon *d = ((struct places_count *)ctx)->d;
+    char err[640];
+    if (d->places.count.errand.state == ERRAND_DONE && prepare_kept(d) &&
+        !begin(&d->places.kept, err, sizeof err))
+        not_kept(err);
 }
 
 static void on_save(void *ctx, uint64_t now_ns)
 {
     struct daemon *d = ctx;
-    char err[640];
+    struct places_count *count = &d->places.count;
+    const bool counting = count->errand.state == ERRAND_WAITS || count->errand.state == ERRAND_OUT;
     loop_arm(d->loop, &d->places.save, now_ns + (uint64_t)(d->conf.map.save_every_s * 1e9));
-    if (pack_kept(d) && !begin(&d->places.kept, err, sizeof err))
-        log_line(LOG_ERR, "map_not_kept", "map: not kept: %s", err);
+    if (!counting && d->places.kept.job.state != PLACES_RUNNING)
+        pipeline_errand_then(d->pipeline, &count->errand, count_pings, on_counted);
 }
 
 /* Before the first ping: nobody waits for it. What was kept last is missing in a first run; a map of another name is not. */
@@ -453,6 +366,7 @@ static void start_keeping(struct daemon *d)
         return;
     if (!loaded || !last)
         move_last(d);
+    p->count.d = d;
     p->save = (struct loop_timer){.fire = on_save, .ctx = d};
     loop_arm(d->loop, &p->save, loop_now(d->loop) + (uint64_t)(c->save_every_s * 1e9));
 }
@@ -462,13 +376,16 @@ static void start_keeping(struct daemon *d)
 static bool start_task(struct daemon *d, struct places_task *task)
 {
     task->d = d;
-    task->ended = (struct loop_fd){.fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC), .ready = on_ended, .ctx = task};
-    return task->ended.fd >= 0 && loop_add(d->loop, &task->ended, EPOLLIN);
+    sem_init(&task->answered, 0, 0);
+    task->news = (struct loop_fd){.fd = eventfd(0, EFD_NONBLOCK | EFD_CLOEXEC), .ready = on_news, .ctx = task};
+    return task->news.fd >= 0 && loop_add(d->loop, &task->news, EPOLLIN);
 }
 
 bool places_start(struct daemon *d, char *err, size_t err_size)
 {
     struct places *p = &d->places;
+    jumps_init(&p->jumps, geo_rad(JUMPS_DEG));
+    p->counts_from = p->jumps.sum;
     if (!pipeline_has_map(d->pipeline))
         return true;
     p->origin.run = loop_now(d->loop) + d->unix_offset_ns;
@@ -486,38 +403,49 @@ bool places_start(struct daemon *d, char *err, size_t err_size)
     return true;
 }
 
+/* The loop waits for the job, and has the owner do what it asks for. */
+static void wait_for(struct places_task *task)
+{
+    struct pollfd news = {.fd = task->news.fd, .events = POLLIN};
+    uint64_t n;
+    while (task->job.state == PLACES_RUNNING) {
+        pipeline_owner_fn *fn = atomic_load(&task->asked);
+        if (fn) {
+            ask_owner(&task->job, fn);
+            answer(task);
+        } else if (atomic_load(&task->ended)) {
+            settle_ended(task);
+        } else if (poll(&news, 1, -1) > 0 && read(news.fd, &n, sizeof n) < 0) {
+            continue;
+        }
+    }
+}
+
 static void end_task(struct places_task *task)
 {
-    struct daemon *d = task->d;
-    if (!d)
+    if (!task->d)
         return;
-    if (task->job.state == PLACES_RUNNING) {
-        pthread_join(task->thread, NULL);
-        log_line(task->job.good ? LOG_NOTICE : LOG_ERR, task->job.good ? "map_job_done" : "map_job_failed",
-                 "map: %s", task->job.message);
+    if (task->news.fd >= 0) {
+        loop_remove(task->d->loop, &task->news);
+        close(task->news.fd);
     }
-    drop_bytes(&task->job);
-    if (task->ended.fd >= 0) {
-        loop_remove(d->loop, &task->ended);
-        close(task->ended.fd);
-    }
+    sem_destroy(&task->answered);
 }
 
 void places_end(struct daemon *d)
 {
     struct places *p = &d->places;
-    end_task(&p->asked);
+    wait_for(&p->asked);
+    wait_for(&p->kept);
     if (p->save.fire) {
-        if (p->kept.job.state == PLACES_RUNNING) {
-            pthread_join(p->kept.thread, NULL);
-            settle(&p->kept);
-        }
-        if (pack_kept(d)) {
+        loop_arm(d->loop, &p->save, LOOP_NEVER);
+        pipeline_errand_now(d->pipeline, &p->count.errand, count_pings);
+        if (prepare_kept(d)) {
             map_job_run(&p->kept.job);
             settle(&p->kept);
         }
-        loop_arm(d->loop, &p->save, LOOP_NEVER);
     }
+    end_task(&p->asked);
     end_task(&p->kept);
     free(p->frontier_memory);
 }

@@ -65,7 +65,7 @@ static json_t *job_json(const struct places_job *job)
 
 static json_t *state_json(struct daemon *d, const struct visit_state *v)
 {
-    const char *state = d->places.track.astray ? "held: the position jumped"
+    const char *state = d->places.astray  ? "held: the pose jumped"
                         : v->stats.pings        ? "kept"
                         : v->stats.no_pose      ? "no pose that places the pings"
                                                : "no ping yet";
@@ -86,7 +86,8 @@ struct deed {
     struct errand errand;
     struct daemon *d;
     pipeline_visit_fn *fn; /* NULL: nothing is done to it */
-    uint64_t jumps; /* of the position, when it was sent */
+    struct jumps_sum jumps; /* of the poses, when it was sent */
+    uint64_t job;           /* that has begun; 0: none */
     bool done;
     struct visit_state state;
 };
@@ -100,14 +101,14 @@ static void act(void *ctx, const struct pipeline_owned *owned)
     deed->done = true;
 }
 
-/* What the client does with the map tells that its places count from where positions do from now on. */
+/* What the client does with the map tells that its places count from where poses did when it said so. */
 static void settle(struct deed *deed)
 {
     struct daemon *d = deed->d;
     if (!deed->fn || !deed->done)
         return;
     d->places.changed = true;
-    places_trust(d, deed->jumps);
+    places_trust(d, &deed->jumps);
     deed->fn = NULL;
 }
 
@@ -122,8 +123,7 @@ static void leave_deed(void *ctx)
     pipeline_errand_leave(ctx, free_deed);
 }
 
-/* NULL with *error set: its state is not known yet, or never. */
-static json_t *state_after(const struct rpc_call *call, pipeline_visit_fn *fn, struct rpc_error *error)
+static struct deed *deed_of(const struct rpc_call *call, pipeline_visit_fn *fn, struct rpc_error *error)
 {
     struct daemon *d = call->daemon;
     struct deed *deed = call->work->state ? call->work->state : calloc(1, sizeof *deed);
@@ -132,9 +132,17 @@ static json_t *state_after(const struct rpc_call *call, pipeline_visit_fn *fn, s
         return NULL;
     }
     if (!call->work->state)
-        *deed = (struct deed){.d = d, .fn = fn, .jumps = d->places.jumps};
+        *deed = (struct deed){.d = d, .fn = fn, .jumps = d->places.jumps.sum};
     *call->work = (struct rpc_work){.state = deed, .drop = fn ? leave_deed : errand_free};
-    if (!errand_done(call, act, error))
+    return deed;
+}
+
+/* NULL with *error set: its state is not known yet, or never. */
+static json_t *state_after(const struct rpc_call *call, pipeline_visit_fn *fn, struct rpc_error *error)
+{
+    struct daemon *d = call->daemon;
+    struct deed *deed = deed_of(call, fn, error);
+    if (!deed || !errand_done(call, act, error))
         return NULL;
     settle(deed);
     return state_json(d, &deed->state);
@@ -308,7 +316,9 @@ static void forget_map(void *ctx, struct pipeline_map *m)
 static json_t *change(const struct rpc_call *call, json_t *params, pipeline_visit_fn *fn, struct rpc_error *error)
 {
     static const char *const keys[] = {NULL};
-    return change_of(call->daemon, params, keys, error) ? state_after(call, fn, error) : NULL;
+    if (!change_of(call->daemon, params, keys, error) || (!call->work->state && !errand_room(call, error)))
+        return NULL;
+    return state_after(call, fn, error);
 }
 
 json_t *places_method_new(const struct rpc_call *call, json_t *params, struct rpc_error *error)
@@ -332,12 +342,24 @@ static const char *name_of(json_t *params, struct rpc_error *error)
     return NULL;
 }
 
-/* The next part of a request whose job has begun, or its refusal. */
+/*
+ * The next part of a request whose job has begun, or its refusal. What the client sends next changes nothing in what the job
+ * saves: its answer waits until the map is copied.
+ */
 static json_t *begun(const struct rpc_call *call, bool done, const char *why, struct rpc_error *error)
 {
-    if (done)
+    const struct daemon *d = call->daemon;
+    struct deed *deed = done ? deed_of(call, NULL, error) : NULL;
+    if (!done)
+        rpc_refuse(error, RPC_INVALID_REQUEST, "%s", why);
+    if (!deed)
+        return NULL;
+    if (!deed->job)
+        deed->job = d->places.asked.number;
+    call->work->waits = !places_copied(d, deed->job);
+    if (!call->work->waits)
         return state_after(call, NULL, error);
-    rpc_refuse(error, RPC_INVALID_REQUEST, "%s", why);
+    error->code = RPC_UNFINISHED;
     return NULL;
 }
 

@@ -75,6 +75,7 @@ static void put_grid(struct plan *plan, const struct conf_grid *grid, int which)
     else
         put(plan, PLAN_ELEVATION, which, PLAN_BOUNDED, "[grid%s%s] elevation = level: above and below are unknown",
             blank, grid->name);
+    put(plan, PLAN_MOTION, which, PLAN_NONE, "its centre follows the positions that are told, if any are");
     if (grid->relaxation > 0)
         put(plan, PLAN_RELAXATION, which, PLAN_NONE, "[grid%s%s] relaxation = %g", blank, grid->name,
             grid->relaxation);
@@ -155,6 +156,7 @@ const char *plan_name(enum plan_id id)
                                                 [PLAN_IMAGE] = "image",
                                                 [PLAN_GRID] = "grid",
                                                 [PLAN_ELEVATION] = "elevation",
+                                                [PLAN_MOTION] = "motion",
                                                 [PLAN_RELAXATION] = "relaxation",
                                                 [PLAN_CLUSTERS] = "clusters",
                                                 [PLAN_MAP] = "map",

@@ -15,7 +15,7 @@
 #include "../config/conf.h"
 
 #define PLAN_WHY_MAX    112
-#define PLAN_STAGES_MAX (CONF_MAX_SONARS * 6 + (CONF_MAX_GRIDS + 1) * 3 + 7)
+#define PLAN_STAGES_MAX (CONF_MAX_SONARS * 6 + (CONF_MAX_GRIDS + 1) * 4 + 7)
 
 enum plan_id {
     /* of every sonar */
@@ -25,9 +25,11 @@ enum plan_id {
     PLAN_CLEANUP,
     PLAN_MARKS,
     PLAN_IMAGE,
-    /* of all of them; of a grid: its directions, those above and below the horizon, the step towards neighbours */
+    /* of all of them; of a grid: its directions, those above and below the horizon, a move of its centre, the step towards
+     * neighbours */
     PLAN_GRID,
     PLAN_ELEVATION,
+    PLAN_MOTION,
     PLAN_RELAXATION,
     PLAN_CLUSTERS,
     PLAN_MAP,

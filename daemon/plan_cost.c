@@ -9,23 +9,23 @@
 #include "../grid/sphere/clusters.h"
 #include "wiring.h"
 
-/* Instructions for one bin, counted on 101 Ping360 pings of 1200 bins between walls. */
-#define DEVICE_BIN     10.6
+/* Instructions for one bin: what tests/bench/plan_error.py counts on pings between walls and on noise; of the template, on the
+ * former only. */
 #define SOCA_BIN       84.0
 #define CA_BIN         72.0
 #define OS_BIN         1290.0
 #define IMAGE_BIN      20.5
-#define CLEANUP_BIN    42.5
-#define OTSU_BIN       2.0
-#define CLAHE_BIN      19.5
-#define CLASSES_BIN    50.0
-#define MEDIAN3_BIN    3.6
-#define MEDIAN5_BIN    23.5
+#define CLEANUP_BIN    30.0
+#define OTSU_BIN       12.0
+#define CLAHE_BIN      30.0
+#define CLASSES_BIN    32.0
+#define MEDIAN3_BIN    12.0
+#define MEDIAN5_BIN    40.0
 #define BACKGROUND_BIN 110.0 /* quiet beams are no longer done at once */
 
 /* For one beam, and for one direction that a beam covers: what tests/bench/plan_error.py counts. */
-#define DEVICE_BEAM        500.0
 #define EXTRACT_BEAM       300.0
+#define CLAHE_BEAM         40000.0
 #define IMAGE_BEAM         600.0
 #define MARKS_BEAM         600.0
 #define MARKS_WIDTH        1700.0 /* for a radian of the beam's width */
@@ -33,17 +33,24 @@
 #define OPENING_DIRECTION  2400.0
 #define MIDPOINT_DIRECTION 10500.0
 #define GAUSS_DIRECTION    12500.0
-#define RELAXED_DIRECTION  2000.0
+#define RELAXED_DIRECTION  2100.0
+#define TOUCHED_DIRECTION  700.0 /* no beam frees it: only its neighbours are marked */
 
 /* The models with weak skirts find more echoes in a direction, the wider the beam: by this share for a radian of it. */
 #define SKIRTS_WIDER 1.1
 
 /* For one beam of a level grid, and for one direction of its single row. */
+#define LEVEL_DEG      15.0 /* that row is so high */
 #define LEVEL_BEAM     8000.0
 #define LEVEL_OPENING  4500.0
 #define LEVEL_MIDPOINT 11500.0
 #define LEVEL_GAUSS    15500.0
-#define LEVEL_RELAXED  700.0
+#define LEVEL_RELAXED  1000.0
+#define LEVEL_TOUCHED  220.0
+
+/* For a step of the grid's centre: of what stands in it, and of each direction that was pinged. */
+#define MOVED_GRID      500000.0
+#define MOVED_DIRECTION 1650.0
 
 /* The map: for one beam, for the columns of voxels that it stands over; for one echo, for the voxels across it and
  * for the columns before it. */
@@ -53,25 +60,63 @@
 #define MAP_ECHO_ACROSS 1500.0
 #define MAP_ECHO_COLUMN 32.0
 
-/* Opening of a beam at half power, where the configuration does not say. */
-static const struct opening {
+/* Of a beam that lies on its side, whose ends stand upright (cast.h: bounds are then found column by column): for one column,
+ * and for one voxel beside such an end that is asked about by itself. */
+#define LYING_COLUMN 235.0
+#define LYING_ASKED  118.0
+#define LYING_MOST   0.02 /* of the cosine of its lean, squared, beyond the sine of half its height, squared */
+
+/* Opening of a beam at half power, where the configuration does not say; instructions of the device for one bin and beam, as
+ * tests/bench/bench_devices has their bytes come. */
+static const struct head {
     const char *device;
-    double az_deg, el_deg;
-} openings[] = {{"ping360", 2, 25},     {"micron", 3, 35},    {"imagenex852", 10, 10}, {"imagenex881a", 2.4, 22},
-                {"ping1d", 30, 30},     {"dronecan", 10, 10}, {"nmea2000", 20, 20},    {"echolist", 6.5, 6.5},
-                {"surveyor", 1.0, 5.0}, {NULL, 10, 10}};
+    double az_deg, el_deg, bin, beam;
+} heads[] = {{"ping360", 2, 25, 10.1, 500},     {"micron", 3, 35, 8, 300},
+             {"imagenex852", 10, 10, 134, 700}, {"imagenex881a", 2.4, 22, 134, 700},
+             {"ping1d", 30, 30, 0, 2900},       {"dronecan", 10, 10, 0, 4100},
+             {"nmea2000", 20, 20, 0, 1100},     {"echolist", 6.5, 6.5, 0, 2800},
+             {"surveyor", 1.0, 5.0, 0, 215},    {NULL, 10, 10, 10, 500}};
+
+static const struct head *head_of(const struct conf_sonar *sonar)
+{
+    const struct head *h = heads;
+    while (h->device && strcmp(h->device, sonar->device) != 0)
+        h++;
+    return h;
+}
 
 /* An echo list is of one beam, whatever it heard. */
 struct plan_ping plan_ping(const struct conf_sonar *sonar)
 {
     const struct device_ops *ops = device_find(sonar->device);
-    const struct opening *o = openings;
-    while (o->device && strcmp(o->device, sonar->device) != 0)
-        o++;
+    const struct head *h = head_of(sonar);
     return (struct plan_ping){.beams = strcmp(sonar->device, "echolist") == 0 ? 1 : ops->max_beams,
                               .bins = ops->max_bins,
-                              .az_rad = sonar->aperture_rad[0] > 0 ? sonar->aperture_rad[0] : geo_rad(o->az_deg),
-                              .el_rad = sonar->aperture_rad[1] > 0 ? sonar->aperture_rad[1] : geo_rad(o->el_deg)};
+                              .az_rad = sonar->aperture_rad[0] > 0 ? sonar->aperture_rad[0] : geo_rad(h->az_deg),
+                              .el_rad = sonar->aperture_rad[1] > 0 ? sonar->aperture_rad[1] : geo_rad(h->el_deg)};
+}
+
+/* The cosine of how far a head leans: 0 where its axis is level. */
+static double upright(const struct conf_sonar *sonar)
+{
+    return fabs(cos(sonar->rotation_rad[0]) * cos(sonar->rotation_rad[1]));
+}
+
+/* An opening of so much across the head's axis and so much along it, as wide as it is to one who looks down on it. */
+static double from_above(const struct conf_sonar *sonar, double across_rad, double along_rad)
+{
+    const double c = upright(sonar);
+    return c * across_rad + sqrt(1 - c * c) * along_rad;
+}
+
+/* The ping as it lies in the water: a head on its side has its height for its width. */
+static struct plan_ping as_mounted(const struct conf_sonar *sonar)
+{
+    struct plan_ping ping = plan_ping(sonar);
+    const double az_rad = ping.az_rad, el_rad = ping.el_rad;
+    ping.az_rad = from_above(sonar, az_rad, el_rad);
+    ping.el_rad = from_above(sonar, el_rad, az_rad);
+    return ping;
 }
 
 static double extract_bin(const struct conf_extract *c)
@@ -80,7 +125,7 @@ static double extract_bin(const struct conf_extract *c)
 }
 
 /* What is asked for; where nothing is, what the whole chain would cost. */
-static double cleanup_bin(const struct conf_extract *c)
+static double cleanup_beam(const struct conf_extract *c, double bins)
 {
     const bool none =
         c->median == CONF_MEDIAN_OFF && c->otsu == CONF_OFF && c->clahe == CONF_OFF && c->classes == CONF_OFF;
@@ -92,26 +137,28 @@ static double cleanup_bin(const struct conf_extract *c)
     if (none || c->otsu == CONF_ON)
         sum += OTSU_BIN;
     if (none || c->clahe == CONF_ON)
-        sum += CLAHE_BIN;
+        sum += CLAHE_BIN + CLAHE_BEAM / bins;
     if (none || c->classes == CONF_ON)
         sum += CLASSES_BIN;
-    return sum;
+    return bins * sum;
 }
 
 /* ---- a sonar's stages ---- */
 
-static double sonar_instructions(enum plan_id id, const struct conf *conf, const struct plan_ping *ping)
+static double sonar_instructions(enum plan_id id, const struct conf *conf, int i)
 {
+    const struct plan_ping own = plan_ping(&conf->sonar[i]), *ping = &own;
+    const struct head *head = head_of(&conf->sonar[i]);
     const double samples = ping->bins > 1 ? ping->beams * ping->bins : 0;
     switch (id) {
     case PLAN_DEVICE:
-        return samples * DEVICE_BIN + ping->beams * DEVICE_BEAM;
+        return samples * head->bin + ping->beams * head->beam;
     case PLAN_EXTRACT:
         return samples * extract_bin(&conf->extract) + ping->beams * EXTRACT_BEAM;
     case PLAN_BACKGROUND:
         return samples * BACKGROUND_BIN;
     case PLAN_CLEANUP:
-        return samples * cleanup_bin(&conf->extract);
+        return samples > 0 ? ping->beams * cleanup_beam(&conf->extract, ping->bins) : 0;
     case PLAN_MARKS:
         return ping->beams * (MARKS_BEAM + MARKS_WIDTH * ping->az_rad);
     default:
@@ -165,16 +212,23 @@ static double grid_ping(const struct plan_ping *ping, const struct conf_grid *g,
     return ping->beams * (level ? fmin(row, full) : full);
 }
 
-/* Seen from above a beam is a sector. A head that lies on its side has its height for its width. */
+/*
+ * Seen from above a beam is a sector, whose columns of voxels are bounded together. Where it lies on its side its ends stand
+ * upright and bow: what lies between the bow and the plane that bounds it is asked voxel by voxel.
+ */
 static double map_ping(const struct conf_sonar *sonar, const struct conf_map *c)
 {
     const struct plan_ping ping = plan_ping(sonar);
-    const double roll_rad = sonar->rotation_rad[0], range = sonar->range_m / c->voxel_m;
-    const double width_rad =
-        fabs(cos(roll_rad)) * ping.az_rad + fabs(sin(roll_rad)) * ping.el_rad * c->opening;
-    const double columns = width_rad * range * range / 2;
-    const double echo = MAP_ECHO + MAP_ECHO_ACROSS * width_rad * range + MAP_ECHO_COLUMN * columns;
-    return ping.beams * (MAP_BEAM + MAP_COLUMN * columns + (c->echoes == CONF_ON ? echo : 0));
+    const double range = sonar->range_m / c->voxel_m, sector = range * range / 2;
+    const double free_el_rad = ping.el_rad * c->opening, end = sin(free_el_rad / 2), lean = upright(sonar);
+    const double columns = from_above(sonar, ping.az_rad, free_el_rad) * sector;
+    const double bow = ping.az_rad < GEO_PI / 2 ? end * (1 / cos(ping.az_rad / 2) - 1) * range : 0;
+    const bool lying = lean * lean - end * end < LYING_MOST;
+    const double free =
+        lying ? LYING_COLUMN * columns + LYING_ASKED * 2 * ping.az_rad * sector * bow : MAP_COLUMN * columns;
+    const double width_rad = from_above(sonar, ping.az_rad, ping.el_rad);
+    const double echo = MAP_ECHO + MAP_ECHO_ACROSS * width_rad * range + MAP_ECHO_COLUMN * width_rad * sector;
+    return ping.beams * (MAP_BEAM + free + (c->echoes == CONF_ON ? echo : 0));
 }
 
 static const struct conf_grid *grid_of(const struct conf *conf, int which)
@@ -196,20 +250,45 @@ static double grid_bytes_relaxed(const struct conf *conf, struct conf_grid grid,
     return grid_bytes(conf, &grid);
 }
 
-/* What the step towards neighbours adds: a direction is raised once, however many beams of a fan cover it. */
+/* Columns of directions that a ping covers: side by side beams of a fan cover some together. */
+static double fan_columns(const struct plan_ping *ping, double step_rad)
+{
+    const double columns = directions(ping, step_rad, true);
+    return fmin(ping->beams * columns, fmax(PLAN_FAN_RAD / step_rad, columns));
+}
+
+/* What the step towards neighbours adds: a direction is raised once, however many beams of a fan cover it, and only where
+ * beams are wide enough to free it. */
 static void relaxation_cost(const struct plan_stage *s, const struct conf *conf, struct plan_cost *out)
 {
     const struct conf_grid *g = grid_of(conf, s->which);
     const bool level = g->elevation == CONF_ELEVATION_LEVEL;
+    const double step_rad = g->angular_step_rad, least_rad = level ? geo_rad(LEVEL_DEG) : step_rad / 2;
     double most = 0;
     for (int i = 0; i < conf->n_sonars; i++) {
-        const struct plan_ping ping = plan_ping(&conf->sonar[i]);
-        const double columns = directions(&ping, g->angular_step_rad, true);
-        const double beams = fmin(ping.beams, GEO_TURN / g->angular_step_rad / columns);
-        most = fmax(most, beams * (level ? LEVEL_RELAXED : RELAXED_DIRECTION) *
-                              directions(&ping, g->angular_step_rad, level));
+        const struct plan_ping ping = as_mounted(&conf->sonar[i]);
+        const bool freed = ping.az_rad >= step_rad / 2 && ping.el_rad >= least_rad;
+        const double columns = fan_columns(&ping, step_rad) + 1;
+        const double row = (freed ? LEVEL_RELAXED : LEVEL_TOUCHED) * columns;
+        const double full =
+            (freed ? RELAXED_DIRECTION : TOUCHED_DIRECTION) * columns * (ping.el_rad / step_rad + 2);
+        most = fmax(most, level ? row : full);
     }
     *out = (struct plan_cost){most, grid_bytes_relaxed(conf, *g, 1) - grid_bytes_relaxed(conf, *g, 0)};
+}
+
+/* A step of the centre: of every direction that was pinged, all around or as far as a fan goes. */
+static void motion_cost(const struct plan_stage *s, const struct conf *conf, struct plan_cost *out)
+{
+    const struct conf_grid *g = grid_of(conf, s->which);
+    const double step_rad = g->angular_step_rad;
+    double pinged = 0;
+    for (int i = 0; i < conf->n_sonars; i++) {
+        const struct plan_ping ping = as_mounted(&conf->sonar[i]);
+        const double columns = ping.beams > 1 ? fan_columns(&ping, step_rad) : GEO_TURN / step_rad;
+        pinged += columns * (g->elevation == CONF_ELEVATION_LEVEL ? 1 : ping.el_rad / step_rad + 1);
+    }
+    *out = (struct plan_cost){MOVED_GRID + MOVED_DIRECTION * pinged, 0};
 }
 
 /* The elevations' share is what they add to a level grid. */
@@ -221,7 +300,7 @@ static void grid_cost(const struct plan_stage *s, const struct conf *conf, struc
     level.elevation = CONF_ELEVATION_LEVEL;
     full.elevation = CONF_ELEVATION_FULL;
     for (int i = 0; i < conf->n_sonars; i++) {
-        const struct plan_ping ping = plan_ping(&conf->sonar[i]);
+        const struct plan_ping ping = as_mounted(&conf->sonar[i]);
         most_level = fmax(most_level, grid_ping(&ping, &level, true));
         most_full = fmax(most_full, grid_ping(&ping, &full, false));
     }
@@ -257,10 +336,11 @@ static void price(const struct plan_stage *s, const struct conf *conf, struct pl
 {
     *out = (struct plan_cost){-1, -1};
     if (s->id <= PLAN_IMAGE) {
-        const struct plan_ping ping = plan_ping(&conf->sonar[s->which]);
-        *out = (struct plan_cost){sonar_instructions(s->id, conf, &ping), sonar_bytes(s->id, conf, s->which)};
+        *out = (struct plan_cost){sonar_instructions(s->id, conf, s->which), sonar_bytes(s->id, conf, s->which)};
     } else if (s->id == PLAN_GRID || s->id == PLAN_ELEVATION) {
         grid_cost(s, conf, out);
+    } else if (s->id == PLAN_MOTION) {
+        motion_cost(s, conf, out);
     } else if (s->id == PLAN_RELAXATION) {
         relaxation_cost(s, conf, out);
     } else if (s->id == PLAN_CLUSTERS) {

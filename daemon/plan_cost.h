@@ -12,12 +12,16 @@
 /* What the measured machine took for an instruction (x86-64, gcc -O2; a Raspberry Pi 4 takes about three times as long). */
 #define PLAN_NS_PER_INSTRUCTION 0.25
 
-/* What is priced: the largest ping that a sonar can send, over all of its range, with one echo in every beam, heard
- * where the vehicle stands still. */
+/* What is priced: the largest ping that a sonar can send, over all of its range, with one echo in every beam, all around
+ * before it, at a place to which a grid's centre has to follow: PLAN_MOTION is that, the other stages are those of a vehicle
+ * that stands still. */
 struct plan_ping {
     double beams, bins;    /* bins: 1 where the sonar sends ready ranges */
     double az_rad, el_rad; /* opening of a beam at half power */
 };
+
+/* Beams of a fan lie side by side over so much at most. */
+#define PLAN_FAN_RAD (GEO_TURN / 3)
 
 /* Where that echo is, as a share of the range. */
 #define PLAN_ECHO_AT 0.9

@@ -22,16 +22,22 @@ static void keep(struct pose_input *in, const struct pose *p)
     record_message(in->record, in->channel, loop_now(in->loop), text, (size_t)n);
 }
 
+static bool take(struct pose_input *in, const struct pose *p)
+{
+    if (!pose_log_put(in->poses, p))
+        return false;
+    in->taken(in->d, p);
+    keep(in, p);
+    return true;
+}
+
 bool pose_input_depth(struct pose_input *in, uint64_t t_ns, double depth_m)
 {
     struct pose p = pose_identity;
     p.t_ns = t_ns;
     p.has = POSE_DEPTH;
     p.position_m[2] = depth_m;
-    if (!pose_log_put(in->poses, &p))
-        return false;
-    keep(in, &p);
-    return true;
+    return take(in, &p);
 }
 
 bool pose_input_heading(struct pose_input *in, uint64_t t_ns, double heading_rad)
@@ -44,8 +50,5 @@ bool pose_input_heading(struct pose_input *in, uint64_t t_ns, double heading_rad
     p.t_ns = t_ns;
     p.has = POSE_ATTITUDE;
     quat_from_rpy(0, 0, heading_rad, p.attitude);
-    if (!pose_log_put(in->poses, &p))
-        return false;
-    keep(in, &p);
-    return true;
+    return take(in, &p);
 }

@@ -13,6 +13,8 @@
 #include "pose_log.h"
 #include "record.h"
 
+struct daemon;
+
 struct pose_input {
     struct loop *loop;
     struct pose_log *poses;
@@ -21,6 +23,8 @@ struct pose_input {
     uint64_t unix_offset_ns;
     uint64_t t_attitude_ns;    /* when a client last gave a whole attitude; 0: never */
     uint64_t heading_not_used; /* because of that */
+    void (*taken)(struct daemon *d, const struct pose *pose); /* by the log */
+    struct daemon *d;
 };
 
 /** pose_input_depth - the vehicle's reference point is depth_m below the surface at t_ns. False: refused by the log. */

@@ -10,6 +10,7 @@ void pose_log_init(struct pose_log *log, uint64_t max_age_ns)
 {
     memset(log, 0, sizeof *log);
     log->max_age_ns = max_age_ns;
+    jumps_init(&log->turns, geo_rad(POSE_LOG_JUMP_DEG));
 }
 
 void pose_log_set_max_age(struct pose_log *log, uint64_t max_age_ns)
@@ -75,7 +76,7 @@ static uint64_t go_on(const struct pose_log *log, int part, uint64_t t_ns, doubl
         left_ns = ahead_ns - most_ns;
         ahead_ns = most_ns;
     }
-    if (gap_ns == 0 || gap_ns > log->max_age_ns || part == POSE_TRACK_VELOCITY) {
+    if (gap_ns == 0 || gap_ns > log->max_age_ns || a->jumps != b->jumps || part == POSE_TRACK_VELOCITY) {
         memcpy(v, b->v, sizeof b->v);
         return t_ns - b->t_ns;
     }
@@ -88,6 +89,7 @@ struct part_then {
     double v[4];
     bool good;      /* somebody gave it, and it is fresh */
     double since_s; /* for so long nobody knows how it went on */
+    uint64_t jumps;
 };
 
 /* False: the part was never known until then. */
@@ -105,7 +107,7 @@ static bool look_up(const struct pose_log *log, int part, uint64_t t_ns, struct 
     if (lo == 0)
         return false;
     const struct pose_sample *a = at(track, lo - 1), *b = lo < track->n ? at(track, lo) : NULL;
-    bool between = b && b->t_ns - a->t_ns <= log->max_age_ns;
+    bool between = b && b->jumps == a->jumps && b->t_ns - a->t_ns <= log->max_age_ns;
     uint64_t since_ns = 0;
     out->good = a->given && (between || t_ns - a->t_ns <= log->max_age_ns);
     if (between)
@@ -115,6 +117,7 @@ static bool look_up(const struct pose_log *log, int part, uint64_t t_ns, struct 
         since_ns = t_ns - a->t_ns;
     } else
         since_ns = go_on(log, part, t_ns, out->v);
+    out->jumps = a->jumps;
     out->since_s = (double)since_ns * 1e-9;
     return true;
 }
@@ -175,14 +178,25 @@ static void copy_part(int part, const struct pose *given, double v[4])
     }
 }
 
+/* Counts the attitude's jumps alone: what a place that jumps means for the view is the grid's to see. */
+static void count_jumps(struct pose_log *log, const struct pose *given)
+{
+    struct pose attitude = *given;
+    struct jump jump;
+    attitude.has &= POSE_ATTITUDE;
+    log->jumps += jumps_take(&log->turns, &attitude, log->most_mps, log->most_radps, &jump);
+}
+
 bool pose_log_put(struct pose_log *log, const struct pose *given)
 {
     bool any = false, first = false;
+    count_jumps(log, given);
     for (int part = 0; part < POSE_TRACKS; part++) {
         struct pose_sample s = {.t_ns = given->t_ns, .given = true};
         if (!(given->has & parts[part]))
             continue;
         first |= (parts[part] & (POSE_POSITION | POSE_DEPTH)) && !log->track[part].t_given_ns;
+        s.jumps = part == POSE_TRACK_ATTITUDE ? log->jumps : 0;
         copy_part(part, given, s.v);
         if (!append(&log->track[part], &s))
             continue;
@@ -283,6 +297,7 @@ bool pose_log_at(const struct pose_log *log, uint64_t t_ns, struct pose *out)
     }
     loosen(log, known, then, &p);
     p.path_m = log->path_m;
+    p.jumps = known[POSE_TRACK_ATTITUDE] ? then[POSE_TRACK_ATTITUDE].jumps : 0;
     *out = any ? p : pose_identity;
     out->t_ns = t_ns;
     return any;

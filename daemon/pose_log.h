@@ -14,12 +14,17 @@
 #include <stdint.h>
 
 #include "../grid/geometry.h"
+#include "jumps.h"
 
 #define POSE_LOG_SAMPLES 256
 
 /* Behind the newest sample a part goes on as it went between the last two, for so long and no longer than the time
  * between them. A ping is over within this time, so waiting for the sample behind it would gain little. */
 #define POSE_LOG_AHEAD_NS 100000000u
+
+/* To be turned so far from how the vehicle can have turned is no jump yet: a sender stamps its samples some hundredths of a
+ * second off, and an attitude is noisy. */
+#define POSE_LOG_JUMP_DEG 5.0
 
 /* Smaller movements are not way driven, or the noise of a depth sensor would add up to kilometres. */
 #define POSE_LOG_STEP_M 0.05
@@ -28,8 +33,9 @@ enum { POSE_TRACK_ATTITUDE, POSE_TRACK_PLACE, POSE_TRACK_DEPTH, POSE_TRACK_VELOC
 
 struct pose_sample {
     uint64_t t_ns;
-    double v[4]; /* quaternion; north, east; down; velocity */
-    bool given;  /* false: carried along by the velocity */
+    double v[4];    /* quaternion; north, east; down; velocity */
+    bool given;     /* false: carried along by the velocity */
+    uint64_t jumps; /* of the attitude, with this sample; 0 of other parts */
 };
 
 struct pose_track {
@@ -41,6 +47,8 @@ struct pose_track {
 struct pose_log {
     uint64_t max_age_ns;
     double most_mps, most_radps; /* the vehicle may be so fast at any time; 0: as fast as it was last told */
+    struct jumps turns;          /* of the attitude */
+    uint64_t jumps;              /* it made */
     struct pose_track track[POSE_TRACKS]; /* in the order of the bits of enum pose_part */
     double path_m;                        /* way driven so far ... */
     double corner_m[3];                   /* ... up to here */
@@ -67,6 +75,9 @@ bool pose_log_put(struct pose_log *log, const struct pose *given);
  * apart, or goes on from the last one before it while that is fresh; `has` tells which parts there are. A place that is
  * not fresh stays what it was, without being in `has`. path_m is the way driven until now. False with *out the
  * identity (has = 0) when no part is known.
+ *
+ * An attitude that the vehicle cannot have turned to has jumped (jumps.h; POSE_LOG_JUMP_DEG). `jumps` tells how often it
+ * had by then, and nothing lies between the samples before and after: it is as the one before.
  *
  * slack_m, slack_rad: where a part went on from the last sample for longer than it could be continued, the vehicle may
  * have moved on all that time as fast as the velocity says (without one: as between samples at least 0.1 s apart), or

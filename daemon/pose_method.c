@@ -96,8 +96,8 @@ bool daemon_take_pose(struct daemon *d, json_t *params, struct rpc_error *error)
         /* what is recorded goes by the capture's clock, which does not step when the computer's is set */
         json_object_set_new(params, "t_unix", json_real((double)(p.t_ns + d->unix_offset_ns) * 1e-9));
     }
-    if (error->code == 0 && (p.has & POSE_POSITION))
-        places_position(d, &p);
+    if (error->code == 0)
+        places_pose(d, &p);
     return error->code == 0;
 }
 

@@ -183,7 +183,8 @@ static bool make_blocks(struct record *rec)
     rec->block = malloc(BLOCKS * sizeof *rec->block);
     if (rec->wake_fd < 0 || rec->end_fd < 0 || !rec->block)
         return false;
-    memset(rec->block, 0, BLOCKS * sizeof *rec->block); /* no page of it faults later */
+    /* No page of it faults later. Not with zeros: a compiler may make calloc of malloc and that, which touches nothing. */
+    memset(rec->block, 0xff, BLOCKS * sizeof *rec->block);
     ring_init(&rec->idle, BLOCKS, 0);
     ring_init(&rec->ready, BLOCKS, 0);
     for (uint32_t i = 0; i < BLOCKS; i++)

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "daemon.h"
+#include "errand.h"
 #include "log.h"
 #include "methods.h"
 #include "notify.h"
@@ -18,7 +19,7 @@ struct outcome {
     const struct conf *conf;       /* in force before */
     json_t *applied, *restart;     /* lines of changed keys */
     bool extract[CONF_MAX_SONARS]; /* one of them is this sonar's extraction's */
-    char fault[200];               /* the first; empty: none */
+    char fault[560];               /* the first; empty: none */
     int faults;
 };
 
@@ -145,6 +146,8 @@ json_t *reload_method(const struct rpc_call *call, json_t *params, struct rpc_er
         rpc_refuse(error, RPC_INVALID_REQUEST, "a replay keeps its configuration");
         return NULL;
     }
+    if (!errand_room(call, error))
+        return NULL;
     struct outcome o = {.conf = &d->conf, .applied = json_array(), .restart = json_array()};
     if (reload(d, &o))
         return json_pack("{s:o, s:o}", "applied", o.applied, "needs_restart", o.restart);

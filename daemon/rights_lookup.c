@@ -81,13 +81,9 @@ static struct rights_look *begin(const char *change, gid_t socket_group)
     return NULL;
 }
 
-bool rights_lookup_begin(struct rights_lookup *l, const char *change)
+/* False: it cannot be had (errno). */
+static bool look(struct rights_lookup *l)
 {
-    l->again = l->look != NULL;
-    if (change != l->wanted)
-        snprintf(l->wanted, sizeof l->wanted, "%s", change);
-    if (l->look)
-        return true;
     l->look = begin(l->wanted, l->socket_group);
     if (!l->look)
         return false;
@@ -97,6 +93,15 @@ bool rights_lookup_begin(struct rights_lookup *l, const char *change)
     leave(l->look);
     l->look = NULL;
     return false;
+}
+
+void rights_lookup_begin(struct rights_lookup *l, const char *change)
+{
+    l->again = l->look != NULL;
+    if (change != l->wanted)
+        snprintf(l->wanted, sizeof l->wanted, "%s", change);
+    if (!l->look && !look(l))
+        l->done(l->ctx, NULL);
 }
 
 void rights_lookup_end(struct rights_lookup *l)

@@ -17,7 +17,7 @@ struct rights_look;
 struct rights_lookup {
     struct loop *loop;
     gid_t socket_group;
-    void (*done)(void *ctx, const struct rights *rights); /* from the loop */
+    void (*done)(void *ctx, const struct rights *rights); /* from the loop; NULL: no thread can be had (errno) */
     void *ctx;
     struct rights_look *look; /* under way; NULL: none */
     bool again;               /* for `wanted`, when that has ended */
@@ -25,8 +25,8 @@ struct rights_lookup {
     struct loop_fd ended; /* an eventfd */
 };
 
-/** rights_lookup_begin - as rights_set; `done` is told later. False: no thread can be had (errno). */
-bool rights_lookup_begin(struct rights_lookup *l, const char *change);
+/** rights_lookup_begin - as rights_set; `done` is told later, or at once that it cannot be. */
+void rights_lookup_begin(struct rights_lookup *l, const char *change);
 
 /** rights_lookup_end - waits for nothing: a look that is under way goes on for itself, and `done` is not told of it. */
 void rights_lookup_end(struct rights_lookup *l);

@@ -10,6 +10,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "../config/word.h"
+
 #define ID_FLAGS (JSON_COMPACT | JSON_ENCODE_ANY)
 
 /* Where the replies to one line are collected. */
@@ -156,6 +158,19 @@ const struct rpc_method *rpc_find(const struct rpc_method *methods, const char *
     return NULL;
 }
 
+bool rpc_refuse_method(const struct rpc_method *methods, const char *name, struct rpc_error *error)
+{
+    size_t best = WORD_FAR;
+    const char *meant = NULL;
+
+    for (; methods->name; methods++)
+        if (word_is_nearest(name, methods->name, &best))
+            meant = methods->name;
+    return rpc_refuse(error, RPC_METHOD_NOT_FOUND,
+                      meant ? "no method '%.64s'; did you mean %s?" : "no method '%.64s'; sonard-protocol(7) has them all",
+                      name, meant);
+}
+
 static bool write_result(const struct rpc_method *m, const struct rpc_call *call, json_t *params, struct text *out,
                          struct rpc_error *error)
 {
@@ -179,7 +194,7 @@ bool rpc_answer(const struct rpc_method *methods, const struct rpc_call *call, c
     error->code = 0;
     error->message[0] = '\0';
     if (!m)
-        return rpc_refuse(error, RPC_METHOD_NOT_FOUND, "no method '%.64s'", method);
+        return rpc_refuse_method(methods, method, error);
     if (m->right == RPC_CHANGES && call->refusal && !call->work->state) /* what has begun may be done already */
         return rpc_refuse(error, RPC_FORBIDDEN, "'%s': %s", m->name, call->refusal);
 

@@ -31,7 +31,7 @@ enum rpc_code {
 
 struct rpc_error {
     int code;          /* 0: none */
-    char message[256]; /* one sentence: what, which parameter, what would be right */
+    char message[640]; /* one sentence: what, which parameter, what would be right */
 };
 
 struct rpc_counts {
@@ -107,6 +107,9 @@ char *rpc_refusal(const char *message);
 
 /** rpc_find - the row of a method, or NULL. */
 const struct rpc_method *rpc_find(const struct rpc_method *methods, const char *name);
+
+/** rpc_refuse_method - there is no such method: false, with the name that may have been meant in *error. */
+bool rpc_refuse_method(const struct rpc_method *methods, const char *name, struct rpc_error *error);
 
 /**
  * rpc_answer - call one method by name, its result behind what is in *out. False with *error set when it fails, is unknown

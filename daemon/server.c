@@ -169,6 +169,11 @@ static void take_rights(void *ctx, const struct rights *rights)
 {
     struct server *server = ctx;
 
+    if (!rights) {
+        log_line(LOG_ERR, "right_lookup", "[server] change: names cannot be looked up: %s",
+                 strerror(errno));
+        return;
+    }
     server->host.rights = *rights;
     if (rights->unknown[0])
         log_line(LOG_WARNING, "right_unknown", "[server] change: there is %s here: that gives nobody a right",
@@ -220,8 +225,8 @@ void server_set_change(struct server *server, const char *change)
     if (complete || !same)
         take_rights(server, &known);
     snprintf(server->change, sizeof server->change, "%s", change);
-    if ((!complete || server->lookup.look) && !rights_lookup_begin(&server->lookup, change))
-        log_line(LOG_ERR, "right_lookup", "[server] change: names cannot be looked up: %s", strerror(errno));
+    if (!complete || server->lookup.look)
+        rights_lookup_begin(&server->lookup, change);
 }
 
 const char *server_path(const struct server *server)

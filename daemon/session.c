@@ -54,11 +54,22 @@ static size_t waiting(const struct session *session)
     return session->out_len - session->out_start;
 }
 
+/* Counts and tells it; who it was is for people, to find the program. */
+static void tell_cut(struct session *session, uint64_t now_ns, const char *why)
+{
+    struct ucred peer = {0};
+    socklen_t size = sizeof peer;
+
+    getsockopt(session->io.fd, SOL_SOCKET, SO_PEERCRED, &peer, &size);
+    session->host->stats.clients_cut++;
+    log_limited(now_ns, LOG_NOTICE, LOG_ABOUT(.event = "client_cut"), "client cut off (process %lld of user %lld): %s",
+                (long long)peer.pid, (long long)peer.uid, why);
+}
+
 static void cut(struct session *session, uint64_t now_ns, const char *why)
 {
     session->dead = true;
-    session->host->stats.clients_cut++;
-    log_limited(now_ns, LOG_NOTICE, LOG_ABOUT(.event = "client_cut"), "client cut off: %s", why);
+    tell_cut(session, now_ns, why);
 }
 
 /* Room for n more bytes behind the waiting ones. */
@@ -248,9 +259,7 @@ static void handle_lines(struct session *session, uint64_t now_ns)
     if (session->in_len == IN_MAX_BYTES && !line_waiting(session)) {
         queue(session, rpc_refusal("the line is longer than 65536 bytes"), now_ns);
         host->counts.errors++;
-        host->stats.clients_cut++;
-        log_limited(now_ns, LOG_NOTICE, LOG_ABOUT(.event = "client_cut"),
-                    "client cut off: a line longer than 65536 bytes");
+        tell_cut(session, now_ns, "a line longer than 65536 bytes");
         session->closing = true;
     }
 }

@@ -8,11 +8,13 @@
 #include <string.h>
 #include <sys/epoll.h>
 
+#include "garbage.h"
+
 /* Running again within 2 s of a plug: the longest delay plus the handshake must stay below that. */
 #define RETRY_FIRST_NS  100000000u
 #define RETRY_MOST_NS   1000000000u
-#define READ_BYTES      65536 /* a datagram is taken whole or cut */
-#define READS_PER_EVENT 8     /* then the others get their turn */
+#define READ_BYTES      65536 /* a datagram is taken whole or cut; after so many the others get their turn, ... */
+#define READS_PER_EVENT 8     /* ... and after so many of fewer bytes */
 #define OUT_BYTES       4096
 
 struct source {
@@ -40,6 +42,7 @@ struct source {
     struct device_io io;
     int rx_channel, tx_channel;
     uint64_t arrived_ns; /* what was read last */
+    struct garbage garbage;
     struct source_stats stats;
     uint8_t in[READ_BYTES];
 };
@@ -188,6 +191,15 @@ static void port_lost(struct source *s)
         retry_later(s);
 }
 
+static void count_garbage(const void *source, struct garbage_count *now)
+{
+    const struct source *s = source;
+    struct device_status status;
+    s->ops->status(s->device, &status);
+    *now = (struct garbage_count){
+        .bytes = s->stats.bytes_in, .garbage = status.garbage_bytes, .messages = status.frames};
+}
+
 static void take(struct source *s, const uint8_t *bytes, size_t n, uint64_t t_ns)
 {
     s->stats.bytes_in += n;
@@ -197,6 +209,7 @@ static void take(struct source *s, const uint8_t *bytes, size_t n, uint64_t t_ns
         tap_mirror(s->tap, bytes, n);
     s->ops->feed(s->device, bytes, n, t_ns, &s->io);
     rearm(s);
+    garbage_heard(&s->garbage);
 }
 
 /* When the bytes just read came in: as the kernel noted, if it did, but never before those that came before them. */
@@ -210,7 +223,8 @@ static uint64_t arrival(struct source *s, uint64_t now_ns)
 static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
 {
     struct source *s = ctx;
-    for (int i = 0; i < READS_PER_EVENT; i++) {
+    size_t taken = 0;
+    for (int i = 0; i < READS_PER_EVENT && taken < READ_BYTES; i++) {
         ssize_t n = s->port.ops->read(&s->port, s->in, sizeof s->in);
         if (n < 0) {
             port_lost(s);
@@ -219,6 +233,7 @@ static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
         if (n == 0)
             break;
         s->retry_ns = RETRY_FIRST_NS; /* it speaks: the next loss starts over */
+        taken += (size_t)n;
         take(s, s->in, (size_t)n, arrival(s, now_ns));
         if (s->port.fd < 0)
             return;
@@ -388,6 +403,13 @@ struct source *source_new(const struct source_env *env, const struct conf_sonar 
         source_free(s);
         return NULL;
     }
+    s->garbage = (struct garbage){.loop = env->loop,
+                                  .sonar = s->name,
+                                  .whose = "",
+                                  .port = s->address,
+                                  .speech = s->ops->name,
+                                  .count = count_garbage,
+                                  .owner = s};
     if (env->record)
         open_channels(s);
     return s;
@@ -445,6 +467,7 @@ void source_free(struct source *s)
     }
     loop_arm(s->env.loop, &s->deadline, LOOP_NEVER);
     loop_arm(s->env.loop, &s->retry, LOOP_NEVER);
+    garbage_end(&s->garbage);
     tap_close(s->tap);
     free(s->device);
     free(s);

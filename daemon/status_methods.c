@@ -119,23 +119,31 @@ static json_t *pose_json(const struct daemon *d)
     for (unsigned i = 0; i < 4; i++)
         if (p.has & (1u << i))
             json_array_append_new(has, json_string(parts[i]));
-    return json_pack("{s:o, s:o, s:I, s:I}", "age_s", say_age(moment_pose_age_s(d)), "has", has, "count",
-                     (json_int_t)d->poses.taken, "refused", (json_int_t)d->poses.refused);
+    return json_pack("{s:o, s:o, s:I, s:I, s:I}", "age_s", say_age(moment_pose_age_s(d)), "has", has, "count",
+                     (json_int_t)d->poses.taken, "refused", (json_int_t)d->poses.refused, "jumps",
+                     (json_int_t)d->poses.jumps);
+}
+
+/* null: nothing was measured, as in a replay. */
+static json_t *latency_json(struct latency *l)
+{
+    if (atomic_load(&l->count) == 0)
+        return json_null();
+    return json_pack("{s:o, s:o, s:o, s:o}", "p50", say_real((double)latency_quantile(l, 0.5) * 1e-3, 10), "p99",
+                     say_real((double)latency_quantile(l, 0.99) * 1e-3, 10), "p999",
+                     say_real((double)latency_quantile(l, 0.999) * 1e-3, 10), "max",
+                     say_real((double)atomic_load(&l->max_ns) * 1e-3, 10));
 }
 
 static json_t *pipeline_json(const struct daemon *d, const struct pipeline_stats *s)
 {
-    struct latency *l = pipeline_latency(d->pipeline, PIPELINE_WHOLE);
     uint64_t dropped = 0;
     for (int i = 0; i < d->conf.n_sonars; i++)
         dropped += s->dropped[i];
-    return json_pack("{s:i, s:i, s:I, s:i, s:I, s:{s:o, s:o, s:o, s:o}}", "threads", d->conf.pipeline.threads,
-                     "queue", d->conf.pipeline.queue, "pings", (json_int_t)s->submitted, "waiting",
-                     (int)s->waiting, "dropped", (json_int_t)dropped, "latency_us", "p50",
-                     say_real((double)latency_quantile(l, 0.5) * 1e-3, 10), "p99",
-                     say_real((double)latency_quantile(l, 0.99) * 1e-3, 10), "p999",
-                     say_real((double)latency_quantile(l, 0.999) * 1e-3, 10), "max",
-                     say_real((double)atomic_load(&l->max_ns) * 1e-3, 10));
+    return json_pack("{s:i, s:i, s:I, s:i, s:I, s:o}", "threads", d->conf.pipeline.threads, "queue",
+                     d->conf.pipeline.queue, "pings", (json_int_t)s->submitted, "waiting", (int)s->waiting,
+                     "dropped", (json_int_t)dropped, "latency_us",
+                     latency_json(pipeline_latency(d->pipeline, PIPELINE_WHOLE)));
 }
 
 static json_t *grid_json(const struct sphere_stats *g)

@@ -143,7 +143,7 @@ json_t *submap_method_move(const struct rpc_call *call, json_t *params, struct r
 {
     struct daemon *d = call->daemon;
     struct move *v = call->work->state;
-    if (!v && !(v = begin_move(d, params, error)))
+    if (!v && (!errand_room(call, error) || !(v = begin_move(d, params, error))))
         return NULL;
     *call->work = (struct rpc_work){.state = v, .drop = leave_move};
     if (!errand_done(call, move, error))

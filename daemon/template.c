@@ -11,7 +11,7 @@
 #include "daemon.h"
 #include "template_file.h"
 
-#define LOOK_EVERY 64 /* pings between two looks whether learning is done: each look waits for the pipeline */
+#define LOOK_EVERY 64 /* pings between two looks whether learning is done */
 #define LEAST_USED 3  /* pings of a row that a template may rest on */
 
 static void happened(struct daemon *d, int sensor, enum log_level level, const char *event, const char *fmt, ...)
@@ -37,71 +37,69 @@ static size_t room(const struct daemon *d, int sensor)
 /* A change of what the extract stage works with, and what nobody works with after it. */
 struct handing {
     struct background_errand way;
-    void *old[2];
+    struct template *of;
+    void *old[3];
 };
-
-static void free_old(void *handing)
-{
-    struct handing *h = handing;
-    if (!h->way.done) { /* at the end, or without memory */
-        pipeline_drain(h->way.errand.pipeline);
-        pipeline_take_background(&h->way, NULL);
-    }
-    free(h->old[0]);
-    free(h->old[1]);
-}
 
 static void release(void *handing)
 {
-    free_old(handing);
-    free(handing);
-}
-
-/* The loop does not wait for it: a, b are freed when the extract stage has heard of it. */
-static void hand_over(struct daemon *d, int sensor, void *a, void *b)
-{
-    const struct template *t = &d->template[sensor];
-    struct handing now = {.way = {.errand = {.early = true, .pipeline = d->pipeline},
-                                  .sensor = sensor,
-                                  .background = {.use = t->background, .learn = t->learn}},
-                          .old = {a, b}};
-    if (t->view)
-        now.way.background.view = (struct background_view){.level = t->view, .blind = t->view + room(d, sensor)};
-    struct handing *h = malloc(sizeof *h);
-    if (!h) {
-        free_old(&now);
-        return;
+    struct handing *h = handing;
+    if (!h->way.done) { /* at the end */
+        pipeline_drain(h->way.errand.pipeline);
+        pipeline_take_background(&h->way, NULL);
     }
-    *h = now;
-    pipeline_errand(d->pipeline, &h->way.errand, pipeline_take_background);
-    pipeline_errand_leave(&h->way.errand, release);
+    for (size_t i = 0; i < sizeof h->old / sizeof *h->old; i++)
+        free(h->old[i]);
+    h->of->handing--;
+    free(h);
 }
 
-/* Puts `next` (NULL: nothing) in force and frees what was. False without memory: nothing has changed. */
-static bool replace(struct daemon *d, int sensor, struct background *next)
+/*
+ * From now on the extract stage works with this template and this learner (NULL: none). The loop does not wait for it:
+ * those of before are freed when the stage has heard of it. False without memory: nothing has changed.
+ */
+static bool hand_over(struct daemon *d, int sensor, struct background *use, struct background_learn *learn)
 {
     struct template *t = &d->template[sensor];
-    struct background *old = t->background;
-    uint8_t *old_view = t->view;
-    t->view = next ? calloc(2, room(d, sensor)) : NULL;
-    if (next && !t->view) {
-        t->view = old_view;
+    const bool another = use != t->background;
+    uint8_t *view = another && use ? calloc(2, room(d, sensor)) : NULL;
+    struct handing *h = malloc(sizeof *h);
+    if (!h || (another && use && !view)) {
+        free(view);
+        free(h);
         return false;
     }
-    t->background = next;
-    t->made++;
-    t->fit = -1;
-    t->kept = (struct background_kept){0};
-    hand_over(d, sensor, old, old_view);
+    *h = (struct handing){.way = {.errand = {.early = true, .pipeline = d->pipeline},
+                                  .sensor = sensor,
+                                  .background = {.use = use, .learn = learn}},
+                          .of = t};
+    t->handing++;
+    if (another) {
+        h->old[0] = t->background;
+        h->old[1] = t->view;
+        t->background = use;
+        t->view = view;
+        t->made++;
+        t->fit = -1;
+        t->kept = (struct background_kept){0};
+    }
+    if (learn != t->learn) {
+        h->old[2] = t->learn;
+        t->learn = learn;
+        t->learnings++;
+    }
+    h->way.background.learning = t->learnings;
+    if (use)
+        h->way.background.view = (struct background_view){.level = t->view, .blind = t->view + room(d, sensor)};
+    pipeline_errand(d->pipeline, &h->way.errand, pipeline_take_background);
+    pipeline_errand_leave(&h->way.errand, release);
     return true;
 }
 
-static void drop_learner(struct daemon *d, int sensor)
+static bool no_memory(char *err, size_t err_size)
 {
-    struct template *t = &d->template[sensor];
-    struct background_learn *learn = t->learn;
-    t->learn = NULL;
-    hand_over(d, sensor, learn, NULL);
+    snprintf(err, err_size, "out of memory");
+    return false;
 }
 
 /* ---- learning ---- */
@@ -137,21 +135,30 @@ static uint32_t least_used(const struct template *t)
     return t->learning.pings < LEAST_USED ? t->learning.pings : LEAST_USED;
 }
 
+/* What was learnt is in force, and learning is over. Without memory it goes on. */
 static bool finish(struct daemon *d, int sensor, char *err, size_t err_size)
 {
     struct template *t = &d->template[sensor];
     struct background_kept kept;
+    pipeline_drain(d->pipeline); /* nobody learns while it is made */
     struct background *b = make(d, t, least_used(t), &kept);
-    if (!b || !replace(d, sensor, b)) {
+    if (!b || !hand_over(d, sensor, b, NULL)) {
         free(b);
-        snprintf(err, err_size, "out of memory");
-        return false;
+        return no_memory(err, err_size);
     }
     t->kept = kept;
     happened(d, sensor, LOG_NOTICE, "background_learnt",
              "learnt: %u of %u clusters are the vehicle, %u cells are blind", kept.kept, kept.clusters,
              kept.blind);
     return true;
+}
+
+/* In a replay of all that came before, so that the same capture is learnt from alike. */
+void template_progress(const struct daemon *d, int sensor, struct background_progress *out)
+{
+    if (d->replay)
+        pipeline_drain(d->pipeline);
+    pipeline_learnt(d->pipeline, sensor, d->template[sensor].learnings, out);
 }
 
 void template_ping(struct daemon *d, int sensor, const struct ping *ping)
@@ -173,13 +180,11 @@ void template_ping(struct daemon *d, int sensor, const struct ping *ping)
     }
     if (!t->learn || ++t->pings % LOOK_EVERY != 0)
         return;
-    pipeline_drain(d->pipeline);
-    background_learn_progress(t->learn, &p);
+    template_progress(d, sensor, &p);
     if (!p.done)
         return;
     if (!finish(d, sensor, err, sizeof err))
         happened(d, sensor, LOG_ERR, "background_failed", "learning: %s", err);
-    drop_learner(d, sensor);
 }
 
 bool template_learn(struct daemon *d, int sensor, const struct background_learn_conf *conf, char *err,
@@ -202,12 +207,12 @@ bool template_learn(struct daemon *d, int sensor, const struct background_learn_
                  size > TEMPLATE_LEARN_MAX ? "more than 128" : "out of memory");
         return false;
     }
-    if (t->learn)
-        drop_learner(d, sensor);
-    t->learn = background_learn_init(learn, &t->shape, conf, &d->mount[sensor]);
+    if (!hand_over(d, sensor, t->background, background_learn_init(learn, &t->shape, conf, &d->mount[sensor]))) {
+        free(learn);
+        return no_memory(err, err_size);
+    }
     t->learning = *conf;
     t->pings = 0;
-    hand_over(d, sensor, NULL, NULL);
     happened(d, sensor, LOG_NOTICE, "background_learning", "learning from %u pings of each row%s", conf->pings,
              conf->standing ? ", moving or not" : "");
     return true;
@@ -221,18 +226,17 @@ bool template_stop(struct daemon *d, int sensor, bool use, char *err, size_t err
         return false;
     }
     struct background_progress p;
-    pipeline_drain(d->pipeline);
-    background_learn_progress(t->learn, &p);
+    template_progress(d, sensor, &p);
     if (use && p.least < least_used(t)) {
         snprintf(err, err_size, "too early: some row has %u pings only, at least %u are needed", p.least,
                  least_used(t));
         return false;
     }
-    if (use && !finish(d, sensor, err, err_size))
-        return false;
-    drop_learner(d, sensor);
-    if (!use)
-        happened(d, sensor, LOG_NOTICE, "background_given_up", "learning was given up");
+    if (use)
+        return finish(d, sensor, err, err_size);
+    if (!hand_over(d, sensor, t->background, NULL))
+        return no_memory(err, err_size);
+    happened(d, sensor, LOG_NOTICE, "background_given_up", "learning was given up");
     return true;
 }
 
@@ -247,12 +251,23 @@ static const char *path_of(const struct daemon *d, int sensor, char *err, size_t
     return NULL;
 }
 
-bool template_save_one(struct daemon *d, int sensor, struct template_saving *saving, char *err, size_t err_size)
+static bool ask(struct daemon *d, int sensor, enum template_way way, struct template_wait *wait, char *err,
+                size_t err_size)
 {
     if (!path_of(d, sensor, err, err_size))
         return false;
-    template_keep_save(d, sensor, saving);
+    template_keep_ask(d, sensor, way, wait);
     return true;
+}
+
+bool template_save_one(struct daemon *d, int sensor, struct template_wait *wait, char *err, size_t err_size)
+{
+    return ask(d, sensor, TEMPLATE_TO_FILE, wait, err, err_size);
+}
+
+bool template_load_one(struct daemon *d, int sensor, struct template_wait *wait, char *err, size_t err_size)
+{
+    return ask(d, sensor, TEMPLATE_FROM_FILE, wait, err, err_size);
 }
 
 void template_kept(struct daemon *d, int sensor, unsigned made, const char *path)
@@ -261,30 +276,25 @@ void template_kept(struct daemon *d, int sensor, unsigned made, const char *path
     happened(d, sensor, LOG_NOTICE, "background_saved", "saved as %s", path);
 }
 
-static bool load(struct daemon *d, int sensor, enum template_fault *fault, char *err, size_t err_size)
+bool template_put(struct daemon *d, int sensor, struct background *background, const char *path, char *err,
+                  size_t err_size)
 {
     struct template *t = &d->template[sensor];
-    const char *path = path_of(d, sensor, err, err_size);
-    *fault = TEMPLATE_UNREAD;
-    if (!path)
-        return false;
-    struct background *b = template_load(path, (uint8_t)d->conf.background.mask, fault, err, err_size);
-    if (!b)
-        return false;
-    if (!replace(d, sensor, b)) {
-        free(b);
-        snprintf(err, err_size, "out of memory");
-        return false;
+    if (!hand_over(d, sensor, background, t->learn)) {
+        free(background);
+        return no_memory(err, err_size);
     }
     t->in_file = t->made;
     happened(d, sensor, LOG_NOTICE, "background_loaded", "loaded from %s", path);
     return true;
 }
 
-bool template_load_one(struct daemon *d, int sensor, char *err, size_t err_size)
+/* Before the first ping: nobody waits for it. */
+static bool load(struct daemon *d, int sensor, enum template_fault *fault, char *err, size_t err_size)
 {
-    enum template_fault fault;
-    return load(d, sensor, &fault, err, err_size);
+    const char *path = d->conf.sonar[sensor].background;
+    struct background *b = template_load(path, (uint8_t)d->conf.background.mask, fault, err, err_size);
+    return b && template_put(d, sensor, b, path, err, err_size);
 }
 
 bool template_clear(struct daemon *d, int sensor, char *err, size_t err_size)
@@ -293,7 +303,8 @@ bool template_clear(struct daemon *d, int sensor, char *err, size_t err_size)
         snprintf(err, err_size, "no template is in force");
         return false;
     }
-    replace(d, sensor, NULL);
+    if (!hand_over(d, sensor, NULL, d->template[sensor].learn))
+        return no_memory(err, err_size);
     happened(d, sensor, LOG_NOTICE, "background_cleared", "cleared");
     return true;
 }

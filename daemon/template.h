@@ -19,7 +19,7 @@
 #include "rpc.h"
 
 struct daemon;
-struct template_saving;
+struct template_wait;
 
 #define TEMPLATE_LEARN_MAX ((size_t)128 << 20) /* bytes that a learner may take */
 
@@ -31,6 +31,8 @@ struct template
     unsigned made, in_file; /* counts templates: that in force, that which the file holds (0: none of ours) */
     uint8_t *view;          /* room for a ping's cells, with `background` */
     struct background_learn *learn; /* NULL: nothing is being learnt */
+    uint64_t learnings;             /* begun so far: the number of `learn` */
+    unsigned handing; /* changes that the extract stage has not heard of yet */
     struct background_learn_conf learning;
     struct background_shape shape; /* of the newest ping that can have a template */
     bool has_shape;
@@ -48,6 +50,10 @@ void template_ping(struct daemon *d, int sensor, const struct ping *ping);
 /** template_kept - the file `path` holds that template of the sonar now (template_keep). */
 void template_kept(struct daemon *d, int sensor, unsigned made, const char *path);
 
+/** template_put - this one, malloced, of the file `path`, is in force now. False with a sentence in err: it is freed. */
+bool template_put(struct daemon *d, int sensor, struct background *background, const char *path, char *err,
+                  size_t err_size);
+
 /** template_end - frees all; the pipeline has ended. */
 void template_end(struct daemon *d);
 
@@ -63,10 +69,9 @@ bool template_learn(struct daemon *d, int sensor, const struct background_learn_
  */
 bool template_stop(struct daemon *d, int sensor, bool use, char *err, size_t err_size);
 
-/** template_save_one - begin; *saving tells when it is on the disk, see template_keep_save. */
-bool template_save_one(struct daemon *d, int sensor, struct template_saving *saving, char *err, size_t err_size);
-
-bool template_load_one(struct daemon *d, int sensor, char *err, size_t err_size);
+/** template_save_one, template_load_one - begin; *wait tells when it is on the disk, or in force: template_keep_ask. */
+bool template_save_one(struct daemon *d, int sensor, struct template_wait *wait, char *err, size_t err_size);
+bool template_load_one(struct daemon *d, int sensor, struct template_wait *wait, char *err, size_t err_size);
 
 /** template_clear - nothing is in force any more; the file stays. */
 bool template_clear(struct daemon *d, int sensor, char *err, size_t err_size);
@@ -78,6 +83,9 @@ json_t *template_method_stop(const struct rpc_call *call, json_t *params, struct
 json_t *template_method_save(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *template_method_load(const struct rpc_call *call, json_t *params, struct rpc_error *error);
 json_t *template_method_forget(const struct rpc_call *call, json_t *params, struct rpc_error *error);
+
+/** template_progress - of a sonar that is being learnt, as of the last ping that was worked on. */
+void template_progress(const struct daemon *d, int sensor, struct background_progress *out);
 
 /** template_word - for `status`: "none", "learning", "in force", "does not fit". */
 const char *template_word(const struct template *t);

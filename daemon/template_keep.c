@@ -15,18 +15,26 @@
 
 /* ---- the thread ---- */
 
-static void write_copies(struct template_keep *k)
+static void move(struct template_copy *c)
+{
+    enum template_fault fault;
+    if (c->way == TEMPLATE_TO_FILE)
+        c->good = template_write(c->bytes, c->size, c->path, c->message, sizeof c->message);
+    else if (c->way == TEMPLATE_FROM_FILE)
+        c->read = template_load(c->path, c->mask, &fault, c->message, sizeof c->message);
+}
+
+static void move_all(struct template_keep *k)
 {
     for (struct template_copy *c = k->copy; c < k->copy + CONF_MAX_SONARS; c++)
-        if (c->bytes)
-            c->good = template_write(c->bytes, c->size, c->path, c->message, sizeof c->message);
+        move(c);
 }
 
 static void *keep_thread(void *arg)
 {
     struct template_keep *k = arg;
     const uint64_t one = 1;
-    write_copies(k);
+    move_all(k);
     while (write(k->ended.fd, &one, sizeof one) < 0 && errno == EINTR) {
     }
     return NULL;
@@ -41,40 +49,53 @@ static void not_kept(const struct daemon *d, int sensor, const char *why)
                 "background: not kept: %s", why);
 }
 
-static bool is_asked_for(const struct daemon *d, int sensor)
+static bool is_asked_for(const struct daemon *d, int sensor, enum template_way way)
 {
-    for (const struct template_saving *s = d->keep.asked; s; s = s->next)
-        if (s->sensor == sensor)
+    for (const struct template_wait *s = d->keep.asked; s; s = s->next)
+        if (s->sensor == sensor && s->way == way)
             return true;
     return false;
 }
 
-/* Copies every template that somebody asks for, and if it is time for that those that their files do not hold. */
+static void copy_one(struct daemon *d, int sensor)
+{
+    const struct template *t = &d->template[sensor];
+    struct template_copy *c = &d->keep.copy[sensor];
+    c->made = t->made;
+    c->bytes = template_encode(t->background, &c->size);
+    if (c->bytes)
+        c->way = TEMPLATE_TO_FILE;
+    else
+        not_kept(d, sensor, "out of memory");
+}
+
+/* Copies every template that somebody wants saved, and if it is time for that those that their files do not hold; where
+ * there is none of a sonar, its file may be read. How many are on their way. */
 static int copy_wanted(struct daemon *d, bool changed)
 {
     int n = 0;
     for (int i = 0; i < d->conf.n_sonars; i++) {
         const struct template *t = &d->template[i];
         struct template_copy *c = &d->keep.copy[i];
-        if (!t->background || !d->conf.sonar[i].background[0] ||
-            !((changed && t->made != t->in_file) || is_asked_for(d, i)))
-            continue;
-        *c = (struct template_copy){.made = t->made};
+        *c = (struct template_copy){.mask = (uint8_t)d->conf.background.mask};
         snprintf(c->path, sizeof c->path, "%s", d->conf.sonar[i].background);
-        c->bytes = template_encode(t->background, &c->size);
-        if (!c->bytes)
-            not_kept(d, i, "out of memory");
-        n += c->bytes != NULL;
+        if (t->background && c->path[0] &&
+            ((changed && t->made != t->in_file) || is_asked_for(d, i, TEMPLATE_TO_FILE)))
+            copy_one(d, i);
+        if (c->way == TEMPLATE_STAYS && is_asked_for(d, i, TEMPLATE_FROM_FILE))
+            c->way = TEMPLATE_FROM_FILE;
+        n += c->way != TEMPLATE_STAYS;
     }
     return n;
 }
 
 /* Those who wait for this sonar's file, which is under way or is not, have waited long enough. */
-static void tell(struct template_keep *k, int sensor, bool under_way, bool good, const char *why)
+static void tell(struct template_keep *k, int sensor, enum template_way way, bool under_way, bool good,
+                 const char *why)
 {
-    for (struct template_saving **at = &k->asked; *at;) {
-        struct template_saving *s = *at;
-        if (s->sensor != sensor || s->under_way != under_way) {
+    for (struct template_wait **at = &k->asked; *at;) {
+        struct template_wait *s = *at;
+        if (s->sensor != sensor || s->way != way || s->under_way != under_way) {
             at = &s->next;
             continue;
         }
@@ -85,30 +106,36 @@ static void tell(struct template_keep *k, int sensor, bool under_way, bool good,
     }
 }
 
-/* The copies have been written, or not. */
+/* It has been written or read, or not. */
+static void settle_one(struct daemon *d, int sensor)
+{
+    struct template_copy *c = &d->keep.copy[sensor];
+    if (c->way == TEMPLATE_FROM_FILE)
+        c->good = c->read && template_put(d, sensor, c->read, c->path, c->message, sizeof c->message);
+    else if (c->good)
+        template_kept(d, sensor, c->made, c->path);
+    else
+        not_kept(d, sensor, c->message);
+    free(c->bytes);
+    c->bytes = NULL;
+    tell(&d->keep, sensor, c->way, true, c->good, c->message);
+    c->way = TEMPLATE_STAYS;
+}
+
 static void settle(struct daemon *d)
 {
-    for (int i = 0; i < d->conf.n_sonars; i++) {
-        struct template_copy *c = &d->keep.copy[i];
-        if (!c->bytes)
-            continue;
-        free(c->bytes);
-        c->bytes = NULL;
-        if (c->good)
-            template_kept(d, i, c->made, c->path);
-        else
-            not_kept(d, i, c->message);
-        tell(&d->keep, i, true, c->good, c->message);
-    }
+    for (int i = 0; i < d->conf.n_sonars; i++)
+        if (d->keep.copy[i].way != TEMPLATE_STAYS)
+            settle_one(d, i);
 }
 
 /* What is asked for and cannot be copied is told at once. */
 static void mark_under_way(struct daemon *d)
 {
-    for (struct template_saving *s = d->keep.asked; s; s = s->next)
-        s->under_way = d->keep.copy[s->sensor].bytes != NULL;
+    for (struct template_wait *s = d->keep.asked; s; s = s->next)
+        s->under_way = d->keep.copy[s->sensor].way == s->way;
     for (int i = 0; i < d->conf.n_sonars; i++)
-        tell(&d->keep, i, false, false,
+        tell(&d->keep, i, TEMPLATE_TO_FILE, false, false,
              d->template[i].background ? "out of memory" : "there is no template to save");
 }
 
@@ -137,7 +164,16 @@ static void wait_for_thread(struct daemon *d)
     k->running = false;
     while (read(k->ended.fd, &n, sizeof n) < 0 && errno == EINTR) {
     }
-    settle(d);
+}
+
+/* There is no pipeline any more that a template could be put in force in. */
+static void drop_what_was_read(struct template_keep *k)
+{
+    for (struct template_copy *c = k->copy; c < k->copy + CONF_MAX_SONARS; c++)
+        if (c->way == TEMPLATE_FROM_FILE) {
+            free(c->read);
+            c->way = TEMPLATE_STAYS;
+        }
 }
 
 static void on_ended(void *ctx, uint32_t events, uint64_t now_ns)
@@ -146,6 +182,7 @@ static void on_ended(void *ctx, uint32_t events, uint64_t now_ns)
     (void)events;
     (void)now_ns;
     wait_for_thread(d);
+    settle(d);
     if (d->keep.asked)
         begin(d, false);
     if (d->server)
@@ -160,22 +197,22 @@ static void on_timer(void *ctx, uint64_t now_ns)
         begin(d, true);
 }
 
-void template_keep_save(struct daemon *d, int sensor, struct template_saving *saving)
+void template_keep_ask(struct daemon *d, int sensor, enum template_way way, struct template_wait *wait)
 {
     struct template_keep *k = &d->keep;
-    *saving = (struct template_saving){.d = d, .sensor = sensor, .next = k->asked};
-    k->asked = saving;
+    *wait = (struct template_wait){.d = d, .sensor = sensor, .way = way, .next = k->asked};
+    k->asked = wait;
     if (!k->running)
         begin(d, false);
 }
 
-void template_keep_forget(struct template_saving *saving)
+void template_keep_forget(struct template_wait *wait)
 {
-    struct template_saving **at = &saving->d->keep.asked;
-    while (*at && *at != saving)
+    struct template_wait **at = &wait->d->keep.asked;
+    while (*at && *at != wait)
         at = &(*at)->next;
     if (*at)
-        *at = saving->next;
+        *at = wait->next;
 }
 
 bool template_keep_start(struct daemon *d, char *err, size_t err_size)
@@ -199,8 +236,10 @@ void template_keep_end(struct daemon *d)
     if (!k->ended.ready)
         return;
     wait_for_thread(d);
+    drop_what_was_read(k);
+    settle(d);
     if (k->timer.fire && copy_wanted(d, true) > 0) {
-        write_copies(k);
+        move_all(k);
         settle(d);
     }
     loop_arm(d->loop, &k->timer, LOOP_NEVER);

@@ -21,11 +21,18 @@ static bool sensor_of(const struct daemon *d, json_t *params, int *sensor, struc
     return rpc_word(params, "sensor", words, sensor, error);
 }
 
-/* The one place through which every change goes: who may make them is decided here. All who may connect may. */
+/* The one place through which every change goes: who may make them is decided here. All who may connect may, one after the
+ * other: what the extract stage has not heard of yet is not changed again, or templates of before could fill the memory. */
 static bool change_of(const struct rpc_call *call, json_t *params, const char *const *keys, int *sensor,
                       struct rpc_error *error)
 {
-    return rpc_only(params, keys, error) && sensor_of(call->daemon, params, sensor, error);
+    const struct daemon *d = call->daemon;
+    if (!rpc_only(params, keys, error) || !sensor_of(d, params, sensor, error))
+        return false;
+    call->work->waits = d->template[*sensor].handing > 0;
+    if (call->work->waits)
+        error->code = RPC_UNFINISHED;
+    return !call->work->waits;
 }
 
 /* ---- state ---- */
@@ -70,13 +77,13 @@ static const char *motion_word(const struct template *t, const struct background
                                    : "pings are taken as the vehicle moves";
 }
 
-static json_t *learning_json(const struct daemon *d, const struct template *t)
+static json_t *learning_json(const struct daemon *d, int sensor)
 {
+    const struct template *t = &d->template[sensor];
     struct background_progress p;
     if (!t->learn)
         return json_null();
-    pipeline_drain(d->pipeline);
-    background_learn_progress(t->learn, &p);
+    template_progress(d, sensor, &p);
     const double wanted = (double)p.rows_seen * t->learning.pings;
     return json_pack("{s:i, s:o, s:i, s:i, s:i, s:I, s:I, s:I, s:I, s:s}", "pings", (int)t->learning.pings,
                      "progress", json_real(wanted > 0 ? round((double)p.taken / wanted * 1e3) / 1e3 : 0),
@@ -91,7 +98,7 @@ static json_t *state_json(const struct daemon *d, int sensor)
     const char *file = d->conf.sonar[sensor].background;
     return json_pack("{s:s, s:s, s:o, s:o, s:o, s:s}", "sensor", d->conf.sonar[sensor].name, "state",
                      template_word(t), "file", file[0] ? json_string(file) : json_null(), "template",
-                     template_json(t), "learning", learning_json(d, t), "happened", t->happened);
+                     template_json(t), "learning", learning_json(d, sensor), "happened", t->happened);
 }
 
 /* ---- picture ---- */
@@ -209,43 +216,51 @@ static json_t *change(const struct rpc_call *call, json_t *params, change_fn fn,
     return result(call->daemon, sensor, done, err, error);
 }
 
-static void drop_saving(void *saving)
+typedef bool (*ask_fn)(struct daemon *d, int sensor, struct template_wait *wait, char *err, size_t err_size);
+
+static void drop_wait(void *wait)
 {
-    template_keep_forget(saving);
-    free(saving);
+    template_keep_forget(wait);
+    free(wait);
 }
 
-static struct template_saving *begin_saving(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+static struct template_wait *begin_wait(const struct rpc_call *call, json_t *params, ask_fn fn,
+                                        struct rpc_error *error)
 {
     static const char *const keys[] = {"sensor", NULL};
     int sensor;
     char err[640] = "out of memory";
     if (!change_of(call, params, keys, &sensor, error))
         return NULL;
-    struct template_saving *s = malloc(sizeof *s);
-    if (s && template_save_one(call->daemon, sensor, s, err, sizeof err))
-        return s;
-    free(s);
+    struct template_wait *w = malloc(sizeof *w);
+    if (w && fn(call->daemon, sensor, w, err, sizeof err))
+        return w;
+    free(w);
     rpc_refuse(error, RPC_INVALID_REQUEST, "%s", err);
     return NULL;
 }
 
 /* The answer waits for the disk, the loop does not. */
-json_t *template_method_save(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+static json_t *wait_for(const struct rpc_call *call, json_t *params, ask_fn fn, struct rpc_error *error)
 {
-    struct template_saving *s = call->work->state;
-    if (!s && !(s = begin_saving(call, params, error)))
+    struct template_wait *w = call->work->state;
+    if (!w && !(w = begin_wait(call, params, fn, error)))
         return NULL;
-    *call->work = (struct rpc_work){.state = s, .drop = drop_saving, .waits = !s->done};
-    if (s->done)
-        return result(call->daemon, s->sensor, s->good, s->message, error);
+    *call->work = (struct rpc_work){.state = w, .drop = drop_wait, .waits = !w->done};
+    if (w->done)
+        return result(call->daemon, w->sensor, w->good, w->message, error);
     error->code = RPC_UNFINISHED;
     return NULL;
 }
 
+json_t *template_method_save(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+{
+    return wait_for(call, params, template_save_one, error);
+}
+
 json_t *template_method_load(const struct rpc_call *call, json_t *params, struct rpc_error *error)
 {
-    return change(call, params, template_load_one, error);
+    return wait_for(call, params, template_load_one, error);
 }
 
 json_t *template_method_forget(const struct rpc_call *call, json_t *params, struct rpc_error *error)

@@ -32,7 +32,7 @@ static const char *find_watchable(const struct rpc_method *methods, const char *
     if (method)
         rpc_refuse(error, RPC_INVALID_PARAMS, "method '%s' cannot be watched", method->name);
     else
-        rpc_refuse(error, RPC_METHOD_NOT_FOUND, "no method '%.64s' to watch", name);
+        rpc_refuse_method(methods, name, error);
     return NULL;
 }
 

@@ -81,7 +81,7 @@ struct question {
 static const char *reason_of(const struct free_answer *a, bool path, bool no_body, bool astray)
 {
     return a->state == VOXEL_FREE ? "all of it was found free"
-           : astray               ? "the position jumped: nothing is free until map new, map forget or map load"
+           : astray               ? "the pose jumped: nothing is free until map new, map forget or map load"
            : a->state == VOXEL_OCCUPIED && a->first_state != VOXEL_OCCUPIED
                ? "something was heard beyond the first place, which is unknown"
            : a->state == VOXEL_OCCUPIED ? "something was heard there"
@@ -106,7 +106,7 @@ static json_t *answer_json(const struct question *q)
     const double unknown = a->voxels ? (double)a->unknown / (double)a->voxels : 1;
     json_t *result = json_pack("{s:s, s:o, s:o, s:s}", "state", state_words[a->state], "first", first,
                                "unknown_share", json_real(round(unknown * 1e4) / 1e4), "reason",
-                               reason_of(a, q->n > 0, q->d->conf.map.body_m <= 0, q->d->places.track.astray));
+                               reason_of(a, q->n > 0, q->d->conf.map.body_m <= 0, q->d->places.astray));
     const double age_s = q->now_ns > q->since_ns ? (double)(q->now_ns - q->since_ns) * 1e-9 : 0;
     if (q->point)
         json_object_set_new(result, "age_s", q->since_ns ? json_real(round(age_s * 1e3) * 1e-3) : json_null());

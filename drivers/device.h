@@ -76,6 +76,7 @@ struct device_status {
     uint64_t frames;            /* whole good frames of any kind */
     uint64_t pings;
     uint64_t garbage_bytes; /* skipped while looking for a frame */
+    uint64_t cut_bytes;     /* of what may have been a frame when the port was lost */
     uint64_t bad_checksum;
     uint64_t bad_frame;   /* right checksum, senseless or short content */
     uint64_t lost_frames; /* expected and never came */

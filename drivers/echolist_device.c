@@ -196,6 +196,12 @@ static void forget_line(struct echolist *d)
     d->n = 0;
 }
 
+static void cut_line(struct echolist *d)
+{
+    d->status.cut_bytes += d->n;
+    d->n = 0;
+}
+
 /* Silence from now on will be told. */
 static void watch(struct echolist *d, uint64_t now_ns)
 {
@@ -286,7 +292,7 @@ static void echolist_opened(void *state, uint64_t now_ns, const struct device_io
 {
     struct echolist *d = state;
     (void)io;
-    forget_line(d);
+    cut_line(d);
     d->open = true;
     d->silent = d->answered = false;
     watch(d, now_ns);
@@ -296,7 +302,7 @@ static void echolist_closed(void *state, uint64_t now_ns)
 {
     struct echolist *d = state;
     (void)now_ns;
-    forget_line(d);
+    cut_line(d);
     d->open = false;
     d->due_ns = NEVER;
 }

@@ -160,7 +160,7 @@ void imagenex_parser_give_up(struct imagenex_parser *p, uint64_t then_ns)
 
 void imagenex_parser_reset(struct imagenex_parser *p)
 {
-    p->garbage_bytes += p->n - p->taken;
+    p->cut_bytes += p->n - p->taken;
     p->n = p->taken = 0;
 }
 

@@ -42,13 +42,13 @@ struct imagenex_frame {
 struct imagenex_parser {
     size_t n;     /* bytes held: the beginning of what may be a frame */
     size_t taken; /* of these, how many were handed out by the last call */
-    uint64_t frames, garbage_bytes;
+    uint64_t frames, garbage_bytes, cut_bytes;
     uint64_t bad_end; /* the last byte is not FC; the search goes on behind the start of these */
     uint8_t buf[IMAGENEX_FRAME_MAX];
     uint64_t t_ns[IMAGENEX_FRAME_MAX]; /* arrival of each byte in buf */
 };
 
-/** imagenex_parser_reset - forget the bytes held (a new connection): they count as garbage. A zeroed parser is new. */
+/** imagenex_parser_reset - forget the bytes held (a new connection): they count in cut_bytes. A zeroed parser is new. */
 void imagenex_parser_reset(struct imagenex_parser *p);
 
 /**

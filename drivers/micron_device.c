@@ -491,6 +491,7 @@ static void micron_status(const void *state, struct device_status *out)
     out->state = asker_state(&d->asker);
     out->frames = d->parser.frames;
     out->garbage_bytes = d->parser.garbage_bytes;
+    out->cut_bytes = d->parser.cut_bytes;
     out->bad_frame += d->parser.broken;
 }
 

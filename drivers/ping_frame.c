@@ -24,7 +24,7 @@ void ping_parser_init(struct ping_parser *p, size_t payload_max)
 {
     p->payload_max = payload_max < PING_PAYLOAD_LIMIT ? payload_max : PING_PAYLOAD_LIMIT;
     p->n = p->taken = 0;
-    p->frames = p->garbage_bytes = p->bad_checksum = 0;
+    p->frames = p->garbage_bytes = p->cut_bytes = p->bad_checksum = 0;
 }
 
 static void drop(struct ping_parser *p, size_t count)
@@ -43,7 +43,7 @@ static void drop_taken(struct ping_parser *p)
 void ping_parser_reset(struct ping_parser *p)
 {
     drop_taken(p);
-    p->garbage_bytes += p->n;
+    p->cut_bytes += p->n;
     p->n = 0;
 }
 

@@ -51,7 +51,7 @@ struct ping_parser {
     size_t payload_max;
     size_t n;     /* bytes held: the beginning of what may be a frame */
     size_t taken; /* of these, how many were handed out as a frame by the last call */
-    uint64_t frames, garbage_bytes, bad_checksum;
+    uint64_t frames, garbage_bytes, cut_bytes, bad_checksum;
     uint8_t buf[PING_FRAME_LIMIT];
     uint64_t t_ns[PING_FRAME_LIMIT]; /* arrival of each byte in buf */
 };
@@ -59,7 +59,7 @@ struct ping_parser {
 /** ping_parser_init - empty, counters 0; payload_max (at most PING_PAYLOAD_LIMIT) is the longest payload to believe. */
 void ping_parser_init(struct ping_parser *p, size_t payload_max);
 
-/** ping_parser_reset - forget the bytes held (a new connection): they count as garbage, the counters stay. */
+/** ping_parser_reset - forget the bytes held (a new connection): they count in cut_bytes, the counters stay. */
 void ping_parser_reset(struct ping_parser *p);
 
 /**

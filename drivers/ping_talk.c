@@ -102,5 +102,6 @@ void ping_talk_status(const void *state, struct device_status *out)
     out->state = asker_state(&t->asker);
     out->frames = t->parser.frames;
     out->garbage_bytes = t->parser.garbage_bytes;
+    out->cut_bytes = t->parser.cut_bytes;
     out->bad_checksum = t->parser.bad_checksum;
 }

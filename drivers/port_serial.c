@@ -14,6 +14,8 @@
 #include <string.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
+#include <sys/stat.h>
+#include <sys/sysmacros.h>
 #include <termios.h>
 #include <unistd.h>
 
@@ -109,11 +111,20 @@ static unsigned serial_baud(const char *rest)
     return parse_address(rest, &a, err, sizeof(err)) ? a.baud : 0;
 }
 
-/* One process per line: two readers would each get half of the bytes. */
+/* The kernel's majors of the ends that programs open, as Documentation/admin-guide/devices.txt has them. */
+static bool is_pseudo_terminal(int fd)
+{
+    struct stat st;
+    return fstat(fd, &st) == 0 && major(st.st_rdev) >= 136 && major(st.st_rdev) <= 143;
+}
+
+/* One process per line: two readers would each get half of the bytes. The lock goes with the process. The mark, which
+ * keeps out those who know no locks, goes with the last who has the line open, and at a pseudo-terminal that is its other
+ * end: after a crash nobody but root could open it again. */
 static bool claim(int fd)
 {
     if (flock(fd, LOCK_EX | LOCK_NB) == 0)
-        return ioctl(fd, TIOCEXCL) == 0;
+        return is_pseudo_terminal(fd) || ioctl(fd, TIOCEXCL) == 0;
     if (errno == EWOULDBLOCK)
         errno = EBUSY; /* what it is, to people */
     return false;
@@ -182,6 +193,18 @@ static bool fail(struct port *port, int fd, const struct address *a, const char 
     return false;
 }
 
+static const char *why_not_opened(int error)
+{
+    switch (error) {
+    case EBUSY:
+        return "in use by another process";
+    case EACCES:
+        return "cannot be opened (is this user in the port's group, often dialout?)";
+    default:
+        return "cannot be opened";
+    }
+}
+
 static bool serial_open(struct port *port, const char *rest, char *err, size_t err_size)
 {
     struct address a;
@@ -194,8 +217,7 @@ static bool serial_open(struct port *port, const char *rest, char *err, size_t e
 
     int fd = open(a.path, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     if (fd < 0)
-        return fail(port, fd, &a, errno == EBUSY ? "in use by another process" : "cannot be opened", err,
-                    err_size);
+        return fail(port, fd, &a, why_not_opened(errno), err, err_size);
     if (!isatty(fd))
         return fail(port, fd, &a, "not a serial port", err, err_size);
     if (!claim(fd))
@@ -203,8 +225,12 @@ static bool serial_open(struct port *port, const char *rest, char *err, size_t e
     const char *fault = set_line(fd, &a);
     if (!fault && a.rs485)
         fault = set_direction_control(fd);
-    if (fault)
+    if (fault) {
+        const int error = errno;
+        ioctl(fd, TIOCNXCL); /* as in serial_close */
+        errno = error;
         return fail(port, fd, &a, fault, err, err_size);
+    }
     ask_low_latency(fd);
     tcflush(fd, TCIOFLUSH); /* what came before nobody can date */
     port->fd = fd;

@@ -57,7 +57,7 @@ static void drop_taken(struct seanet_parser *p)
 void seanet_parser_reset(struct seanet_parser *p)
 {
     drop_taken(p);
-    p->garbage_bytes += p->n;
+    p->cut_bytes += p->n;
     p->n = 0;
 }
 

@@ -51,7 +51,7 @@ struct seanet_frame {
 struct seanet_parser {
     size_t n;     /* bytes held: the beginning of what may be a frame */
     size_t taken; /* of these, how many were handed out as a frame by the last call */
-    uint64_t frames, garbage_bytes;
+    uint64_t frames, garbage_bytes, cut_bytes;
     uint64_t broken; /* what began as a frame with a right head and did not end as one */
     uint8_t buf[SEANET_FRAME_MAX];
     uint64_t t_ns[SEANET_FRAME_MAX]; /* arrival of each byte in buf */
@@ -60,7 +60,7 @@ struct seanet_parser {
 /** seanet_parser_init - empty, counters 0. */
 void seanet_parser_init(struct seanet_parser *p);
 
-/** seanet_parser_reset - forget the bytes held (a new connection): they count as garbage, the counters stay. */
+/** seanet_parser_reset - forget the bytes held (a new connection): they count in cut_bytes, the counters stay. */
 void seanet_parser_reset(struct seanet_parser *p);
 
 /**

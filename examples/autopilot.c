@@ -66,6 +66,10 @@ int main(int argc, char **argv)
     struct sonard_client *sonard = NULL;
     int turns = argc > 2 ? atoi(argv[2]) : ALL_TURNS;
 
+    if (argc > 3 || (path && path[0] == '-')) {
+        fputs("usage: autopilot [SOCKET [TURNS]]\n", stderr);
+        return 1;
+    }
     for (; turns > 0; turns--) {
         struct sonard_error error = {0};
 

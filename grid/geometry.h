@@ -41,6 +41,7 @@ struct pose {
     double attitude[4];     /* unit quaternion, body to NED */
     double velocity_mps[3]; /* NED */
     double path_m;          /* length of the way driven since start; never falls */
+    uint64_t jumps;         /* its attitude had made: what lay where before one, nobody knows */
     double slack_m;         /* the body may be so far from position_m: it has moved, and nobody has told yet */
     double slack_rad;       /* and so far from attitude turned */
     unsigned has;           /* set of enum pose_part */

@@ -21,6 +21,7 @@ import json
 import os
 import select
 import socket
+import stat
 import time
 from typing import Any, Callable, Deque, Dict, Iterator, List, Optional, Sequence
 
@@ -80,6 +81,7 @@ class Sector:
     state: str
     range_m: Optional[float]
     free_to_m: float
+    blind_to_m: float  # nothing is known nearer than this: free and clear are so from here on
     age_s: Optional[float]
 
 
@@ -133,6 +135,14 @@ _TYPES: Dict[str, Callable[[Any], Any]] = {
 }
 
 
+def _is_no_socket(path: str) -> bool:
+    """What is refused there need not be one: the kernel says the same of a file."""
+    try:
+        return not stat.S_ISSOCK(os.stat(path).st_mode)
+    except OSError:
+        return False
+
+
 def connect(path: Optional[str] = None, timeout_s: float = 5.0) -> Client:
     """To the socket at path, else $SONARD_SOCKET, else DEFAULT_SOCKET; timeout_s holds for every call."""
     return Client(path, timeout_s)
@@ -166,6 +176,8 @@ class Client:
                     raise Silent("the daemon on %s does not take new clients" % self.path) from None
                 time.sleep(_RETRY_S)
             except OSError as fault:
+                if isinstance(fault, ConnectionRefusedError) and _is_no_socket(self.path):
+                    raise NoDaemon("%s is no socket" % self.path) from None
                 raise NoDaemon("no daemon answers on %s (%s): is sonard running, with this socket?" % (self.path, fault)) from None
 
     def __enter__(self) -> Client:

@@ -2,7 +2,7 @@
 # SPDX-License-Identifier: MIT
 # run.sh PROGRAM... - runs test programs and scripts, each from the top of the tree, and adds up their lines:
 #   ok NAME / FAIL NAME / skip NAME: why
-# Programs below BUILD run beside each other, one per processor; then the scripts, one after the other.
+# JOBS (one per processor) run beside each other.
 # A program that ends with a status other than 0 without a FAIL line counts as one failure, one that says nothing too.
 # Prints what failed, what was skipped and what took 5 s or more, and as its last line "N passed, N failed, N skipped".
 # LIMIT=seconds for each.
@@ -39,11 +39,7 @@ fi
 folder=$(mktemp -d)
 trap 'rm -rf "$folder"' EXIT
 export BUILD LIMIT
-each() { # JOBS: the programs on stdin
-    tr '\n' '\0' | xargs -0 -r -P "$1" -n 1 "$0" --one "$folder"
-}
-printf '%s\n' "$@" | grep "^$BUILD/" | each "$(nproc)"
-printf '%s\n' "$@" | grep -v "^$BUILD/" | each 1
+printf '%s\0' "$@" | xargs -0 -r -P "${JOBS:-$(nproc)}" -n 1 "$0" --one "$folder"
 cat "$folder"/*.counts | awk -v asked=$# '
     { passed += $1; failed += $2; skipped += $3 }
     END {

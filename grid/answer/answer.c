@@ -79,7 +79,7 @@ static enum answer_reason against(const struct sight *v, double need_m)
 /*
  * Adds what a direction says about the stretch up to need_m. When a corridor leaves this direction through its side
  * inside the blind zone, or up to side_m where no echo was ever heard, the direction is not asked: that is the vehicle's
- * own place, and blind_to_m tells of it.
+ * own place, and blind_to_m tells of it. Water that is known up to where the corridor leaves ends nothing.
  */
 static void add_water(struct tally *t, const struct sight *v, double need_m, bool side, double side_m)
 {
@@ -90,7 +90,8 @@ static void add_water(struct tally *t, const struct sight *v, double need_m, boo
     }
     t->looked = true;
     t->a.blind_to_m = fmax(t->a.blind_to_m, v->blind_m);
-    t->a.free_to_m = fmin(t->a.free_to_m, v->clear_m);
+    if (!side || why != ANSWER_HEARD)
+        t->a.free_to_m = fmin(t->a.free_to_m, v->clear_m);
     t->oldest_s = fmax(t->oldest_s, v->age_s);
     if (why != ANSWER_HEARD)
         doubt(t, why);
@@ -98,7 +99,7 @@ static void add_water(struct tally *t, const struct sight *v, double need_m, boo
 
 static void finish(struct tally *t, const struct answer_conf *conf, struct answer *out)
 {
-    if (!t->looked && t->a.state != ANSWER_BLOCKED) {
+    if (!t->looked && t->a.state == ANSWER_CLEAR) {
         t->a.state = ANSWER_UNKNOWN;
         t->a.reason = ANSWER_OUTSIDE;
     }
@@ -132,6 +133,7 @@ struct aim {
     const struct sight_place *place;
     double axis[3];
     double cos_wall, sin_wall; /* of the angle between the axis and the question's wall */
+    double ahead_m;            /* the vehicle's place off the centre, along the axis */
 };
 
 /* One direction against the question: how far along its rays that reaches, 0: not at all. */
@@ -141,43 +143,66 @@ struct share {
     bool beside; /* it is no direction of the cone */
 };
 
-/* How far the vehicle may be off the centre, across the wall of the question towards v. */
-static double off_m(const struct aim *a, const double v[3])
+/* An angle, or the place of a direction against the axis. */
+struct bearing {
+    double cos, sin;
+};
+
+static double dot(const double a[3], const double b[3])
 {
-    double out[3], dot = 0, length = 0;
-    for (int i = 0; i < 3; i++)
-        dot += v[i] * a->axis[i];
-    for (int i = 0; i < 3; i++) {
-        out[i] = v[i] - dot * a->axis[i];
-        length += out[i] * out[i];
-    }
-    length = sqrt(length);
-    if (length < 1e-9)
-        return a->place->moved_m;
-    for (int i = 0; i < 3; i++)
-        out[i] = a->cos_wall * out[i] / length - a->sin_wall * a->axis[i];
-    return sight_towards(a->place, out);
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/* gamma: of the direction's rays the one nearest to the axis. */
-static struct share share_of(const struct aim *a, const double v[3], double gamma)
+static struct bearing bearing_of(const struct aim *a, const double v[3])
+{
+    const double c = fmax(-1, fmin(1, dot(v, a->axis)));
+    return (struct bearing){c, sqrt((1 - c) * (1 + c))};
+}
+
+/* How far the first lies beyond the second; 0 when it does not. */
+static struct bearing beyond(const struct bearing *b, const struct bearing *edge)
+{
+    if (b->cos >= edge->cos)
+        return (struct bearing){1, 0};
+    return (struct bearing){b->cos * edge->cos + b->sin * edge->sin,
+                            fmax(b->sin * edge->cos - b->cos * edge->sin, 0)};
+}
+
+/* How far the vehicle may be off the centre, across the wall of the question towards v. */
+static double off_m(const struct aim *a, const double v[3], const struct bearing *b)
+{
+    if (b->sin < 1e-9)
+        return a->place->moved_m;
+    const double across_m = (dot(a->place->offset_m, v) - b->cos * a->ahead_m) / b->sin;
+    return fmax(0, a->cos_wall * across_m - a->sin_wall * a->ahead_m) + a->place->slack_m;
+}
+
+/* edge: the angle from the axis up to which directions have a ray within the cone, or on a corridor's axis. */
+static struct share share_of(const struct aim *a, const double v[3], const struct bearing *edge)
 {
     const struct answer_query *q = a->query;
-    const double moved_m = a->place->moved_m;
+    const struct bearing b = bearing_of(a, v), outside = beyond(&b, edge);
+    const double moved_m = a->place->moved_m, off = moved_m > 0 ? off_m(a, v, &b) : 0;
     if (!q->corridor) {
-        const double beyond = gamma - q->half_angle_rad;
-        if (beyond <= 0)
+        if (outside.sin <= 0 && outside.cos > 0)
             return (struct share){.need_m = q->distance_m};
-        const double off = moved_m > 0 ? off_m(a, v) : 0;
-        return (struct share){.need_m = fmin(q->distance_m, off / sin(fmin(beyond, GEO_PI / 2))), .beside = true};
+        return (struct share){.need_m = fmin(q->distance_m, off / (outside.cos > 0 ? outside.sin : 1)),
+                              .beside = true};
     }
-    if (gamma > GEO_PI / 2)
+    if (outside.cos < 0)
         return (struct share){0};
-    const double ahead = cos(gamma), wide_m = q->radius_m + (moved_m > 0 ? off_m(a, v) : 0);
     /* ranges are already shorter by moved_m, along the ray; along the line that may be more */
-    const double end = ahead > 1e-12 ? (q->distance_m + moved_m * (1 - ahead)) / ahead : INFINITY;
-    const double side = gamma > 0 ? wide_m / sin(gamma) : INFINITY;
+    const double end =
+        outside.cos > 1e-12 ? (q->distance_m + moved_m * (1 - outside.cos)) / outside.cos : INFINITY;
+    const double side = outside.sin > 0 ? (q->radius_m + off) / outside.sin : INFINITY;
     return (struct share){.need_m = fmin(end, side), .side = side < end && side < q->distance_m};
+}
+
+/* Would a look at a direction beside the cone change nothing? That is mostly so, and much cheaper to tell. */
+static bool tells_nothing(const struct tally *t, struct picture *p, uint32_t d, const struct share *share,
+                          double moved_m)
+{
+    return share->beside && share->need_m <= t->a.blind_to_m && picture_edge_m(p, d) - moved_m > share->need_m;
 }
 
 static void direction_once(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
@@ -197,6 +222,7 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
     struct aim aim = {.query = q, .place = &place, .cos_wall = cos(wall_rad), .sin_wall = sin(wall_rad)};
     geo_direction(q->az_rad, q->el_rad, aim.axis);
     sight_to_grid(&frame, now, q->ned, aim.axis);
+    aim.ahead_m = dot(place.offset_m, aim.axis);
     geo_angles(aim.axis, &az, &el);
     if (rings_index(p->rings, az, el) == RINGS_NONE) {
         cannot(ANSWER_OUTSIDE, out);
@@ -208,16 +234,17 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
     const double opening = q->corridor ? GEO_PI / 2 : wall_rad;
     const double beside = q->corridor ? 0 : sight_aside_rad(&place, 0);
     const double around = fmin(opening + beside + turned + p->rings->height_rad, GEO_PI);
+    if (beside > 0)
+        tally.a.blind_to_m = SIGHT_BESIDE * place.moved_m;
     struct rings_visit visit = rings_visit(p->rings, aim.axis, around);
-    double reach_rad = 0;
+    struct bearing edge = {0};
     for (uint32_t ring = RINGS_NONE; rings_next(&visit); ring = visit.ring) {
-        if (visit.ring != ring)
-            reach_rad = sight_cell_reach(p->rings, visit.ring);
-        const double *v = p->axis[visit.direction];
-        double dot = v[0] * aim.axis[0] + v[1] * aim.axis[1] + v[2] * aim.axis[2];
-        double gamma = acos(dot > 1 ? 1 : dot < -1 ? -1 : dot) - reach_rad - turned;
-        const struct share share = share_of(&aim, v, fmax(gamma, 0));
-        if (share.need_m <= 0)
+        if (visit.ring != ring) {
+            const double edge_rad = fmin(wall_rad + sight_cell_reach(p->rings, visit.ring) + turned, GEO_PI);
+            edge = (struct bearing){cos(edge_rad), sin(edge_rad)};
+        }
+        const struct share share = share_of(&aim, p->axis[visit.direction], &edge);
+        if (share.need_m <= 0 || tells_nothing(&tally, p, visit.direction, &share, place.moved_m))
             continue;
         struct picture_entry e;
         struct sight view;
@@ -231,8 +258,6 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
     }
     if (!sight_keeps(p->rings, el - opening - turned, el + opening + turned))
         doubt(&tally, ANSWER_OUTSIDE);
-    if (beside > 0)
-        tally.a.blind_to_m = fmax(tally.a.blind_to_m, SIGHT_BESIDE * place.moved_m);
     if (tally.a.blind_to_m >= q->distance_m)
         doubt(&tally, ANSWER_BLIND);
     finish(&tally, conf, out);
@@ -253,6 +278,8 @@ static struct heights heights_of(double lo_rad, double hi_rad)
                             .hi = sin(fmin(hi_rad, GEO_PI / 2)) + ROUNDING};
 }
 
+#define FAR 10.0 /* times what the vehicle has moved */
+
 /* A question about all sectors of a band, while directions are added to them. */
 struct sectors {
     struct picture *picture;
@@ -262,8 +289,11 @@ struct sectors {
     double lo_rad, hi_rad; /* the band, of the body when `turned` */
     double need_m, width_rad;
     double slack_rad; /* the body's axes may be turned so far from what its attitude says */
-    double water_rad; /* what is heard of a direction's water may be so far beside it; of an obstacle it may be more: */
-    struct heights any, water; /* of the middles of cells that reach into the band with anything, and with water */
+    double
+        water_rad; /* what is heard of a direction's water may be so far beside it; of an obstacle it may be more: */
+    struct heights any, water; /* of the middles of cells that reach into the band with anything, and with water ... */
+    struct heights far;        /* ... or an obstacle at least far_m away: most of them are */
+    double far_m;
     double up[3];              /* of the axes asked about, in the grid's */
     bool turned;               /* asked in the body's axes, which are not the grid's ... */
     double attitude[4];        /* ... but this, in them */
@@ -344,6 +374,8 @@ static void add_direction(struct sectors *s, uint32_t d, struct patch patch)
     const double height = axis[0] * s->up[0] + axis[1] * s->up[1] + axis[2] * s->up[2];
     if (!is_between(&s->any, height))
         return;
+    if (!is_between(&s->far, height) && picture_edge_m(s->picture, d) >= s->far_m)
+        return;
     const bool blank = picture_blank(s->picture, d);
     if (blank && (!s->hopeful || !is_between(&s->water, height)))
         return;
@@ -407,6 +439,9 @@ static void sectors_once(struct picture *p, const struct answer_conf *conf, cons
     const double half = p->rings->height_rad / 2, most = half + s.slack_rad + sight_aside_rad(&s.place, 0);
     const double tilt = s.turned ? sight_tilt(now->pose.attitude) : 0;
     s.any = heights_of(lo_rad - most, hi_rad + most);
+    s.far_m = fmin(FAR * s.place.moved_m, s.need_m);
+    const double far = half + s.slack_rad + sight_aside_rad(&s.place, s.far_m);
+    s.far = heights_of(lo_rad - far, hi_rad + far);
     s.water = heights_of(lo_rad - half - s.water_rad, hi_rad + half + s.water_rad);
     for (uint32_t ring = 0; ring < p->rings->n_rings; ring++) {
         const double el = p->rings->top_rad - (ring + 0.5) * p->rings->height_rad;

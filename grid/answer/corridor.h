@@ -19,7 +19,7 @@ struct corridor_body {
     double radius_m;      /* of the cylinder, >= 0 */
     double half_height_m; /* >= 0 */
     double margin_m;      /* of water on every side, >= 0 */
-    double near_m; /* water nearer than this to the reference point is not asked for: only obstacles count there */
+    double near_m; /* water nearer than this to the reference point is not asked for: only echoes count there, weak ones too */
 };
 
 struct corridor_query {

@@ -45,6 +45,7 @@ struct picture_frame {
     uint64_t t_ping_ns; /* of the newest */
     double recentre_m;  /* the centre lies at most so far from the vehicle at its last ping */
     uint64_t ned;       /* 1: the axes are fixed in the world; 0: they are the body's */
+    uint64_t jumps;     /* of the attitude, until the newest ping: no claim is from before them */
     double axes_rad;    /* azimuth, in NED, of the grid's azimuth 0: not 0 only where the axes follow the course */
 };
 

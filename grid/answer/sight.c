@@ -36,7 +36,7 @@ static enum answer_reason against(const struct claim *c, const struct answer_con
         return ANSWER_SILENT;
     if (sight_seconds(now->now_ns, c->t_ping_ns) > conf->clear_for_s)
         return ANSWER_STALE;
-    if (place->too_far || now->pose.path_m + place->slack_m - c->path_m > conf->move_limit_m)
+    if (place->away || now->pose.path_m + place->slack_m - c->path_m > conf->move_limit_m)
         return ANSWER_MOVED;
     return ANSWER_HEARD;
 }
@@ -116,13 +116,7 @@ void sight_locate(const struct picture_frame *frame, const struct answer_now *no
     place->slack_m = now->pose.slack_m;
     place->moved_m = sqrt(way2) + place->slack_m;
     place->turned_rad = now->pose.slack_rad;
-    place->too_far = sqrt(way2) > 2 * frame->recentre_m;
-}
-
-double sight_towards(const struct sight_place *place, const double v[3])
-{
-    const double *o = place->offset_m;
-    return fmax(0, o[0] * v[0] + o[1] * v[1] + o[2] * v[2]) + place->slack_m;
+    place->away = sqrt(way2) > 2 * frame->recentre_m || now->pose.jumps != frame->jumps;
 }
 
 double sight_aside_rad(const struct sight_place *place, double range_m)

@@ -14,7 +14,7 @@ struct sight_place {
     double slack_m;     /* it may be so far from there */
     double moved_m;     /* from the grid's centre, at most */
     double turned_rad;  /* the body's axes may be turned so far from what its attitude says */
-    bool too_far; /* no ping since it moved out of the centre's reach: nothing that was clear is so from here */
+    bool away; /* no ping since it moved out of the centre's reach, or jumped: nothing that was clear is so from here */
 };
 
 /* What one direction says, as seen from there. */
@@ -62,9 +62,6 @@ void sight_locate(const struct picture_frame *frame, const struct answer_now *no
  */
 void sight_look(struct picture *p, uint32_t direction, const struct answer_conf *conf, const struct answer_now *now,
                 const struct sight_place *place, struct picture_entry *e, struct sight *v);
-
-/** sight_towards - how far the vehicle may be off the grid's centre along the unit vector v, never negative. */
-double sight_towards(const struct sight_place *place, const double v[3]);
 
 /* Nearer than so many times what the vehicle has moved, nothing is told of cones and sectors: that bounds what lies beside. */
 #define SIGHT_BESIDE 3.0

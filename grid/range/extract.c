@@ -30,10 +30,10 @@
 /* The loudest cell of the ring-down is so many times (5 dB) the usual one: something near answers with the head. */
 #define RINGS 3
 
-/* Of a ping's quietest beam, of its beam with the earliest end of the ring-down (a cell), and of that with the quietest
- * one (power of the loudest cell). */
+/* Of a ping's quietest beam, of its beam with the earliest end of the ring-down (a cell), of that with the quietest
+ * one (power of the loudest cell), and of that where it is loud for the shortest time (a cell). */
 struct of_ping {
-    uint64_t floor, ring_down, ring_power;
+    uint64_t floor, ring_down, ring_power, ring_loud;
 };
 
 struct extract {
@@ -257,6 +257,8 @@ static void enter_reflections(const struct extract *e, const struct profile *p, 
     struct reflection r;
 
     for (uint32_t i = p->first; out->n < ECHOES_PER_BEAM && reflection_next(p, d, i, &r); i = r.last + 1) {
+        if (r.contrast >= e->contrast * DOUBTFUL && out->n == 0)
+            reflection_reach_back(p, d, &r);
         if (r.contrast >= e->contrast && !r.lowest_only) {
             if (out->n == 0)
                 *first = r;
@@ -329,18 +331,32 @@ static uint64_t ring_power(const struct profile *p)
     return loudest;
 }
 
+/* The cell behind the last one of the ring-down that is within 3 dB of its loudest. */
+static uint32_t ring_loud_until(const struct profile *p, uint64_t loudest)
+{
+    uint32_t until = p->first;
+
+    while (until > 0 && p->cell[until - 1] < loudest / 2)
+        until--;
+    return until;
+}
+
 /*
  * Something near rings with the head, and may hide all that is behind: where it usually is quiet, a cell is nearly as loud
- * as an echo over the floor; or the ring-down itself is louder than the head.
+ * as an echo over the floor; or the ring-down itself is louder than the head, or as loud for longer.
  */
 static bool is_near_shadow(const struct extract *e, const struct profile *p, struct late_ring late, double loud,
                            struct of_ping *of_ping)
 {
     const uint64_t ring = ring_power(p);
+    const uint32_t loud_until = ring_loud_until(p, ring);
     uint64_t usual;
 
     of_ping->ring_power = ring < of_ping->ring_power ? ring : of_ping->ring_power;
+    of_ping->ring_loud = loud_until < of_ping->ring_loud ? loud_until : of_ping->ring_loud;
     if (usual_get(&e->now->ring_power, &usual) && ring / RINGS > usual)
+        return true;
+    if (usual_get(&e->now->ring_loud, &usual) && loud_until > usual + p->axis->guard)
         return true;
     for (uint32_t i = late.begin; i < late.end; i++)
         if ((double)p->cell[i] > loud)
@@ -357,7 +373,7 @@ static void claim_before_echo(const struct profile *p, const struct reflection *
     out->blind_m = (float)profile_m(p, silence_hidden(p, first->near, first->power, detectable));
     out->free_to_m = fminf(out->free_to_m, out->echo[0].near_m);
     out->heard_from_m = (float)profile_m(p, silence_hidden(p, first->near, quiet, detectable));
-    out->heard_to_m = out->echo[0].range_m;
+    out->heard_to_m = out->echo[0].near_m;
 }
 
 /* A wall may be hidden where the water drowns it, or where the beam is masked, and hide what is behind. */
@@ -495,6 +511,8 @@ static void judge_floor(struct extract *e, const struct of_ping *of_ping, struct
         usual_add(&e->now->ring_down, of_ping->ring_down);
     if (of_ping->ring_power != UINT64_MAX)
         usual_add(&e->now->ring_power, of_ping->ring_power);
+    if (of_ping->ring_loud != UINT64_MAX)
+        usual_add(&e->now->ring_loud, of_ping->ring_loud);
     if (of_ping->floor == UINT64_MAX)
         return;
     if (usual_get(&e->now->floor, &usual) && of_ping->floor / RAISED > usual)
@@ -523,7 +541,7 @@ void extract_run(struct extract *extract, const struct ping *ping, const struct 
     out->el_aperture_rad = ping->el_aperture_rad;
     out->pose = ping->pose;
 
-    struct of_ping of_ping = {UINT64_MAX, UINT64_MAX, UINT64_MAX};
+    struct of_ping of_ping = {UINT64_MAX, UINT64_MAX, UINT64_MAX, UINT64_MAX};
     for (uint16_t b = 0, n = 1; b < ping->n_beams && out->n_beams < out->max_beams; b = (uint16_t)(b + n)) {
         struct beam_echoes *beam = &out->beam[out->n_beams++];
         *beam = (struct beam_echoes){

@@ -65,7 +65,7 @@ static void measure(const struct profile *p, const struct detection *d, struct r
 {
     const struct profile_axis *a = p->axis;
     uint32_t peak = r->begin;
-    double strength = 1.0, risen = 0.0;
+    double strength = 1.0, risen = 0.0, threshold = INFINITY;
 
     r->contrast = 0.0;
     r->lowest_only = p->clean != NULL;
@@ -79,6 +79,8 @@ static void measure(const struct profile *p, const struct detection *d, struct r
         r->contrast = fmax(r->contrast, saturated ? INFINITY : ratio);
         strength = fmax(strength, ratio * 65536.0 / (double)alpha_q16);
         risen = fmax(risen, ratio);
+        if (ref.cells > 0)
+            threshold = fmin(threshold, (double)ref.sum / ref.cells * ((double)alpha_q16 / 65536.0));
         if (saturated || (p->clean && p->clean[i] > p->lowest))
             r->lowest_only = false;
         if (p->cell[i] > p->cell[peak])
@@ -86,6 +88,7 @@ static void measure(const struct profile *p, const struct detection *d, struct r
     }
     r->near = near_cell(p, r->begin);
     r->power = (double)p->cell[peak];
+    r->threshold = threshold;
     r->echo = (struct echo){
         .range_m = (float)fmax(profile_m(p, peak_position(p->cell, a->n, peak)), profile_m(p, p->first)),
         .near_m = (float)profile_m(p, r->near),
@@ -105,4 +108,18 @@ bool reflection_next(const struct profile *p, const struct detection *d, uint32_
     *out = (struct reflection){.begin = begin, .last = group_end(p, d, begin)};
     measure(p, d, out);
     return true;
+}
+
+void reflection_reach_back(const struct profile *p, const struct detection *d, struct reflection *r)
+{
+    const uint32_t complete = p->first + d->cfar.guard + d->cfar.n_side; /* from here on, with the window before it */
+    uint32_t near = r->near;
+
+    for (uint32_t i = near; i-- > p->first && near - i <= p->axis->guard + 1;)
+        if (!profile_blind(p, i) && (double)p->cell[i] > r->threshold)
+            near = i;
+    if (d->cfar.detector == CFAR_SOCA && near >= complete)
+        return;
+    r->near = near_cell(p, near);
+    r->echo.near_m = (float)profile_m(p, r->near);
 }

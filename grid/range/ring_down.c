@@ -40,6 +40,23 @@ static uint32_t past_saturation(const struct profile *p, uint32_t at)
     return at;
 }
 
+/*
+ * On some heads the ringing drives the receiver to a limit below full scale: the same again and again, but not all along the
+ * beam (whose last cells are cut), and nothing in it is louder.
+ */
+static uint32_t past_limit(const struct profile *p, uint32_t from)
+{
+    const uint32_t n = p->axis->n;
+    uint32_t at = from;
+
+    while (at + 1 < n && p->cell[at] > p->floor_power && p->cell[at + 1] == p->cell[at])
+        at++;
+    for (uint32_t i = at + 1; at > from && i < n; i++)
+        if (p->cell[i] > p->cell[at])
+            return from;
+    return at + p->axis->half + 1 < n ? at : from;
+}
+
 uint32_t ring_down_found(const struct profile *p)
 {
     const uint32_t n = p->axis->n, length = p->axis->guard > SETTLE_BINS ? p->axis->guard : SETTLE_BINS;
@@ -48,7 +65,7 @@ uint32_t ring_down_found(const struct profile *p)
     for (uint32_t i = 1; i < n && i < 3 * length; i++)
         if (p->cell[i] > p->cell[at])
             at = i;
-    return level_settles(p, past_saturation(p, at), length);
+    return level_settles(p, past_saturation(p, past_limit(p, at)), length);
 }
 
 uint32_t ring_down_at(const struct profile *p, double end_m)

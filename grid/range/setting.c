@@ -33,6 +33,7 @@ static struct setting *find(struct settings *s, const struct profile_axis *axis)
     usual_init(&oldest->floor, SOON_PINGS, 4);
     usual_init(&oldest->ring_down, SOON_PINGS, 4);
     usual_init(&oldest->ring_power, TURN_PINGS, 1);
+    usual_init(&oldest->ring_loud, SOON_PINGS, 4);
     return oldest;
 }
 

@@ -16,6 +16,7 @@ struct setting {
     struct usual floor;      /* of a ping's quietest beam */
     struct usual ring_down;  /* a cell: its earliest end among a ping's beams */
     struct usual ring_power; /* its loudest cell, in the beam of a ping that has the quietest one */
+    struct usual ring_loud;  /* a cell: until where it is within 3 dB of that, in the beam of a ping where that is earliest */
     uint64_t used;           /* which of the pings last had it, from 1; 0: it is free */
 };
 

@@ -7,7 +7,10 @@
 /* A level is told from so many resolution cells: of their mean, chance alone makes no 9 dB. */
 #define STRETCH_CELLS 16
 
-/* The level has risen when it is so many times (9 dB) the quietest nearer one; it is still calm at half of that, in dB. */
+/*
+ * The level has risen when it is so many times (9 dB) the quietest nearer one; it is still calm at half of that, in dB.
+ * Quieter than the floor by as much is as good as zeros: what has risen is louder than the floor, too.
+ */
 #define RISEN 8.0
 
 bool silence_is_dumb(const struct profile *p)
@@ -73,7 +76,7 @@ struct calm silence_calm(const struct profile *p)
     for (uint32_t begin = p->first; begin + stretch <= n; begin += step) {
         if (p->blind && memchr(p->blind + begin, 1, stretch))
             continue;
-        const double level = fmax((double)profile_level(p, begin, stretch), (double)p->floor_power);
+        const double level = fmax((double)profile_level(p, begin, stretch), (double)p->floor_power / RISEN);
         quiet = fmin(quiet, level);
         c.risen = begin + stretch;
         if (level > RISEN * quiet)

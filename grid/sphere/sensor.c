@@ -16,6 +16,7 @@
  * eighth of the time that the surest obstacle does, and with the default one look that hears nothing there takes it away. */
 #define MARKED_BLOCKS   1.4
 #define MIN_CARVE_SHARE 0.05
+#define NEAREST_M       0.1 /* nothing is heard nearer: bounds the parallax */
 
 #define FLUSH_BELOW 1e-6 /* evidence this weak is none: it would fade into denormal numbers, which are slow */
 
@@ -79,10 +80,13 @@ static double weight_of(const struct sphere *s, const struct echo *echo, double 
     return echo->flags ? fmin(weight, MARKED_BLOCKS * s->blocked_logodds) : weight;
 }
 
-/* The water that a beam speaks of, by range from the sensor: it is free, or nothing is known of it any more. */
+/* What a beam says of water: it is free, nothing is known of it any more, or nothing at all, as if it had not been sent. */
+enum said { SAID_FREE, SAID_UNKNOWN, SAID_NOTHING };
+
+/* The water that a beam speaks of, by range from the sensor. */
 struct water {
     double from_m, to_m;
-    bool is_free;
+    enum said said;
 };
 
 /* The beam that is being entered, and what is the same for all directions that it may concern. */
@@ -130,7 +134,7 @@ static void clear_direction(struct sphere *s, const struct look *l)
     struct stretch st;
     if (!beam_stretch(l->beam, &s->ring[l->ring], &l->ray, l->water.from_m, l->water.to_m, &st))
         return;
-    if (l->water.is_free)
+    if (l->water.said == SAID_FREE)
         claim_add(dir->claim, &st, e->t_ns, e->pose.path_m, e->sensor);
     else
         claim_withdraw(dir->claim, e->t_ns, e->pose.path_m, e->sensor);
@@ -195,12 +199,16 @@ static void hit_direction(struct sphere *s, const struct look *l, uint8_t i)
         spread_echo(s, l, place, at, layer, echo);
 }
 
-/* Nothing was heard in the water up to free_to_m: cells there lose by the share of them that the beam covered. */
+/*
+ * Nothing was heard in the water up to free_to_m: cells there lose by the share of them that the beam covered, wherever within
+ * the slack of its pose it was.
+ */
 static void carve_direction(struct sphere *s, const struct look *l)
 {
     const struct beam *b = l->beam;
     const struct beam_cell *cell = &s->ring[l->ring];
     const double half_az = b->opening->half_az, half_el = b->opening->half_el;
+    const double slack_m = b->ping->pose.slack_m, slack_rad = b->ping->pose.slack_rad;
     for (uint32_t i = s->cells.first[l->direction], next; i != CELLS_NONE; i = next) {
         struct cell *c = &s->cells.cell[i];
         struct beam_view view;
@@ -210,11 +218,12 @@ static void carve_direction(struct sphere *s, const struct look *l)
             return;
         state_place(s, c, place);
         double thick = s->layers.edge[c->layer + 1] - s->layers.edge[c->layer], range = beam_range(b, place);
-        if (range - 2.0 * c->sd_m < b->heard->blind_m || range + 2.0 * c->sd_m + thick / 2 > b->heard->free_to_m ||
+        double doubt_m = 2.0 * c->sd_m + slack_m, aside = slack_rad + slack_m / fmax(range, NEAREST_M);
+        if (range - doubt_m < b->heard->blind_m || range + doubt_m + thick / 2 > b->heard->free_to_m ||
             !beam_sees(b, cell, l->ray.u, place, range, half_az, half_el, &view))
             continue;
-        double share =
-            beam_share(view.off_az, half_az, view.wide_rad) * beam_share(view.off_el, half_el, view.high_rad);
+        double share = beam_share(view.off_az, half_az - aside, view.wide_rad) *
+                       beam_share(view.off_el, half_el - aside, view.high_rad);
         if (share < MIN_CARVE_SHARE || c->state == CELL_LOCKED)
             continue;
         weigh(s, c, b->ping, log((1 - ECHO_IF_OCCUPIED * share) / (1 - ECHO_IF_EMPTY * share)));
@@ -224,8 +233,6 @@ static void carve_direction(struct sphere *s, const struct look *l)
             cells_lose(&s->cells, i);
     }
 }
-
-#define NEAREST_M 0.1 /* nothing is heard nearer: bounds the parallax */
 
 /* A ping whose place is known worse than the centre's, or whose bearing worse than to half a cell. */
 static bool is_loose(const struct sphere *s, const struct pose *pose)
@@ -246,14 +253,15 @@ struct sieves {
     struct beam_sieve any, carves, clears, hits;
 };
 
-/* loose: the ping's pose is too far off for what it heard to make any water free. */
+/* loose: the ping's pose is too far off for what it heard to make any water free; what older ones heard only grows older. */
 static struct water water_of(const struct beam *b, bool loose)
 {
-    const double slack_m = b->ping->pose.slack_m;
-    const double from_m = b->heard->blind_m + slack_m, to_m = b->heard->free_to_m - slack_m;
+    const struct beam_echoes *h = b->heard;
+    const double slack_m = b->ping->pose.slack_m, from_m = h->blind_m + slack_m, to_m = h->free_to_m - slack_m;
     if (to_m > from_m && !loose)
-        return (struct water){.from_m = from_m, .to_m = to_m, .is_free = true};
-    return (struct water){.to_m = b->ping->range_max_m};
+        return (struct water){.from_m = from_m, .to_m = to_m, .said = SAID_FREE};
+    return (struct water){.to_m = b->ping->range_max_m,
+                          .said = h->free_to_m > h->blind_m ? SAID_NOTHING : SAID_UNKNOWN};
 }
 
 /*
@@ -304,7 +312,7 @@ static void enter_beam(struct sphere *s, const struct beam *b, const struct beam
         l.ring = v.ring;
         if (carves && s->cells.first[v.direction] != CELLS_NONE && beam_sieve_passes(&sieves.carves, &ray))
             carve_direction(s, &l);
-        if (beam_sieve_passes(&sieves.clears, &ray))
+        if (l.water.said != SAID_NOTHING && beam_sieve_passes(&sieves.clears, &ray))
             clear_direction(s, &l);
         if (beam_sieve_passes(&sieves.hits, &ray))
             for (uint8_t i = 0; i < h->n; i++)

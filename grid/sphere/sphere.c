@@ -200,6 +200,19 @@ struct cell *state_take(struct sphere *s, uint32_t direction, uint16_t layer)
     return NULL;
 }
 
+/* The attitude has jumped: where what was found free lies, nobody knows. What was heard stays, where it would be. */
+static void heed_jumps(struct sphere *s, const struct pose *pose)
+{
+    if (pose->jumps == s->frame.jumps)
+        return;
+    s->frame.jumps = pose->jumps;
+    s->stats.pinged = 0;
+    for (uint32_t d = 0; d < s->rings.n; d++) {
+        memset(s->direction[d].claim, 0, sizeof s->direction[d].claim);
+        state_mark(s, d);
+    }
+}
+
 /* False when the ping cannot be placed. */
 static bool set_axes(struct sphere *s, const struct pose *pose)
 {
@@ -208,6 +221,7 @@ static bool set_axes(struct sphere *s, const struct pose *pose)
             forget_everything(s);
             s->frame.ned = 1;
         }
+        heed_jumps(s, pose);
         motion_follow(s, pose);
         if (s->conf.axes == SPHERE_COURSE)
             course_follow(s, pose);

@@ -12,9 +12,10 @@
 #define NOWHERE         1e6f /* beyond every column */
 #define STEEP           1e9f
 #define MOST_LEAN       2e-3 /* voxels that an upright face may lean over all of the beam */
+#define MOST_ASKED      0.3  /* ... and the end of a beam on its side, beside which columns are asked */
 #define STEEPEST        0.17 /* cosine of the widest half aperture that the plan is bounded by */
 #define SHARP           0.02f /* voxels: with a larger error doubts are too many for one interval to be worth a try */
-#define LEAST_SHARP     0.002f  /* with a smaller one more columns lie at the rim, which costs more than a doubt */
+#define LEAST_SHARP     0.002f /* with a smaller one more columns lie at the rim, which costs more than a doubt */
 
 INLINE float larger(float a, float b)
 {
@@ -127,9 +128,35 @@ static void add_sides(struct bounds *s, const struct cast_beam *b)
         add_inner_plane(s, b, b->axis[0]);
 }
 
+/*
+ * The flat ends of a beam on its side, as lines in the plan: within the sides and the sphere no cell lies higher or lower than
+ * `high`, so far do its ends lean there. False: they lean too far, or lines are taken.
+ */
+static bool add_upright_ends(struct bounds *s, const struct cast_beam *b, double grow, double slop)
+{
+    const struct cast_opening *o = b->opening;
+    const double high =
+        (b->far + 2) * (fabs(b->axis[0][2]) + o->sin_az * fabs(b->axis[1][2]) + fabs(b->axis[2][2]));
+    double n[2][3];
+
+    for (int l = 0; l < 2; l++)
+        for (int i = 0; i < 3; i++)
+            n[l][i] = o->sin_el * grow * b->axis[0][i] + (l ? -1 : 1) * o->cos_el * b->axis[2][i];
+    const double lean = greater(fabs(n[0][2]), fabs(n[1][2])) * high + slop + 1e-9 * (b->far + 2);
+    if (s->n_lines > 0 || b->tolerance > 0 || lean > MOST_ASKED || o->cos_el < STEEPEST || o->cos_az < STEEPEST)
+        return false;
+    for (int l = 0; l < 2; l++)
+        s->line[l] = (struct bounds_line){n[l][s->inner], n[l][s->outer], lean, 2 * lean};
+    s->n_lines = 2;
+    return true;
+}
+
 static void add_flat_ends(struct bounds *s, const struct cast_beam *b, double lean, double shift, double slop)
 {
     const struct cast_opening *o = b->opening;
+
+    if (add_upright_ends(s, b, lean, slop))
+        return;
     for (int side = -1; side <= 1; side += 2) {
         double n[3];
         for (int i = 0; i < 3; i++)
@@ -267,7 +294,8 @@ static void set_plan(struct bounds *s, const struct cast_beam *b)
         for (int e = 0; e < 2; e++) {
             double wide = greater(x[e], 0);
             end[e] = x[e] * b->axis[0][a];
-            side[e] = (tan_az * wide + pad_az) * fabs(b->axis[1][a]) + (tan_el * wide + pad_el) * fabs(b->axis[2][a]);
+            side[e] =
+                (tan_az * wide + pad_az) * fabs(b->axis[1][a]) + (tan_el * wide + pad_el) * fabs(b->axis[2][a]);
         }
         from[a] = -back * b->axis[0][a];
         s->high[a] = lesser(greater(end[0] + side[0], end[1] + side[1]), most);

@@ -10,8 +10,8 @@
  * close to planes in a narrow beam that the planes between are taken, and what the cones are off counts as rounding;
  * without tolerance both cones share one root, which is exact and costs less than the planes.
  *
- * An upright face (of a level beam) bounds no vertical line, but the plan: it is a line there, with a fringe of columns
- * next to it of which nothing is known.
+ * An upright face (a side of a level beam, an end of one that lies on its side) bounds no vertical line, but the plan: it is a
+ * line there, with a fringe of columns next to it of which nothing is known.
  */
 #ifndef SONARD_BOUNDS_H
 #define SONARD_BOUNDS_H

@@ -6,7 +6,8 @@
 
 #include "voxveil.h"
 
-#define BODY_GAP_NS UINT64_C(2000000000) /* longest time over which the body is taken to have gone straight */
+#define BODY_GAP_NS  UINT64_C(2000000000) /* longest time over which the body is taken to have gone straight */
+#define ASIDE_VOXELS 1.0                  /* a beam that frees water may be so far off */
 
 static size_t aligned(size_t bytes)
 {
@@ -96,9 +97,11 @@ static void change_all(struct voxmap *m)
 /* No sum of vacancies is above the largest threshold. */
 _Static_assert(VOXMAP_MAX_SUBMAPS *UINT8_MAX <= UINT16_MAX, "a map that is held has nothing free");
 
-void voxmap_hold(struct voxmap *m, bool held)
+void voxmap_hold(struct voxmap *m, bool held, uint64_t t_ns)
 {
     m->held = held;
+    m->from_ns = t_ns + 1;
+    m->body_ns = 0; /* the body was not on the way that a jump took */
     m->rule.threshold = held ? UINT16_MAX : threshold_of(&m->set);
     change_all(m);
 }
@@ -333,8 +336,8 @@ static bool open_beam(struct voxmap *m, enum cast_shape shape, float half_az_rad
     }
     const double wider = VOXVEIL_HALF_DIAGONAL * voxel_m;
     if (!cast_opening_init(&m->heard, shape, (double)half_az_rad, (double)half_el_rad, wider, err, sizeof err) ||
-        !cast_opening_init(&m->veiled, shape, (double)half_az_rad, (double)half_el_rad, (1 + VEIL_CUBE) * wider,
-                           err, sizeof err))
+        !cast_opening_init(&m->veiled, shape, (double)half_az_rad, (double)half_el_rad,
+                           (1 + VEIL_CUBE) * wider + ASIDE_VOXELS * voxel_m, err, sizeof err))
         return false;
     m->opening_az_rad = half_az_rad;
     m->opening_el_rad = half_el_rad;
@@ -342,6 +345,7 @@ static bool open_beam(struct voxmap *m, enum cast_shape shape, float half_az_rad
     return true;
 }
 
+/* An echo fills all that it may lie in: along the beam by all of the slack, aside as far as a beam that frees water may be off. */
 static void enter_echo(struct voxmap *m, const struct beam_echoes *heard, const struct echo *echo,
                        const struct pose *pose, const struct lattice_place *apex, const double attitude[4])
 {
@@ -354,16 +358,17 @@ static void enter_echo(struct voxmap *m, const struct beam_echoes *heard, const 
     if (!cast_aim(&beam, &m->heard, apex, attitude, (double)heard->az_rad, (double)heard->el_rad, near_m, far_m,
                   voxel_m))
         return;
+    beam.tolerance += fmin((pose->slack_m + pose->slack_rad * far_m) / voxel_m, ASIDE_VOXELS);
     submap_cast(map, &beam, SUBMAP_ECHOES);
     const bool starved = map->stats.starved != before.starved;
     if (starved || map->stats.clipped != before.clipped)
         voxveil_echo(m, apex, attitude, heard, near_m, far_m, starved);
 }
 
-/* From here on a beam may lie more than a voxel beside its place, by what the vehicle may have done since it told its pose. */
+/* From here on a beam may lie more than that beside its place, by what the vehicle may have done since it told its pose. */
 static double placed_to_m(const struct voxmap *m, const struct pose *pose)
 {
-    const double left_m = m->set.voxel_m - pose->slack_m;
+    const double left_m = ASIDE_VOXELS * m->set.voxel_m - pose->slack_m;
     return left_m < 0 ? 0 : pose->slack_rad > 0 ? left_m / pose->slack_rad : (double)INFINITY;
 }
 
@@ -436,7 +441,7 @@ bool voxmap_enter(struct voxmap *m, const struct echoes *e, const struct voxmap_
         m->last_ns = e->t_ns;
     voxmap_pass(m, m->last_ns);
     settle_age(m);
-    if (m->held || !locate(m, &e->pose, &sensor->mount, &body, &apex, attitude)) {
+    if (m->held || e->t_ns < m->from_ns || !locate(m, &e->pose, &sensor->mount, &body, &apex, attitude)) {
         m->stats.no_pose++;
         return false;
     }

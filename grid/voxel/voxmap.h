@@ -73,7 +73,7 @@ static inline unsigned part_slice(uint32_t level, uint32_t height)
 
 struct voxmap_stats {
     uint64_t pings;   /* entered */
-    uint64_t no_pose; /* not entered: position, depth or attitude not known, or beyond the lattice, or held */
+    uint64_t no_pose; /* not entered: position, depth or attitude not known or in doubt, or beyond the lattice */
     uint64_t beams;   /* with free water entered */
     uint64_t clipped; /* beams and bodies that reached beyond the current submap's box: unknown there */
     uint64_t starved; /* runs of voxels not entered because the memory was full: unknown there */
@@ -90,6 +90,7 @@ struct voxmap {
     struct voxmap_part *current;
     uint64_t next_id;
     bool close_asked, held;
+    uint64_t from_ns; /* pings of before may have poses that count from elsewhere */
     bool begun;              /* a ping was entered: */
     uint64_t t0_ns, last_ns; /* first and last ping */
     uint64_t half_lives;     /* that have begun since */
@@ -139,9 +140,9 @@ void voxmap_new(struct voxmap *m);
  * cannot be. The current one is closed first. */
 bool voxmap_move(struct voxmap *m, uint64_t id, const double position_m[3], const double attitude[4]);
 
-/** voxmap_hold - it is in doubt whether poses still count from where the map does: no ping is entered and nothing is free
- * until it is let go, when all is as it was. */
-void voxmap_hold(struct voxmap *m, bool held);
+/** voxmap_hold - it is in doubt, as of t_ns, whether poses count from where the map does: no ping is entered and nothing is
+ * free until it is let go, when all is as it was. Either way no ping of t_ns or before is entered any more. */
+void voxmap_hold(struct voxmap *m, bool held, uint64_t t_ns);
 
 /** voxmap_part - by id; NULL: none. */
 struct voxmap_part *voxmap_part(const struct voxmap *m, uint64_t id);

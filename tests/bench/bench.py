@@ -6,7 +6,7 @@ First how cost grows with each size until one processor no longer keeps up, in t
 memory, a plain loop, a bare socket echo and OctoMap, then what a Raspberry Pi 4 would need (an estimate), then every
 benchmark by itself (run.sh). Compare figures of one run only: machines and their neighbours differ.
 
-  bench.py [quick]      quick: few repetitions, and not every benchmark by itself
+  bench.py [quick|long]      quick: few repetitions, and not every benchmark by itself; long: these with all sizes, as long as it takes
 """
 import csv
 import json
@@ -55,7 +55,9 @@ def scaling(quick):
             row[key] = float(row[key])
         row["keeps_up"] = row["keeps_up"] == "1"
     counts = count_scaling() if shutil.which("valgrind") else {}
-    return [row | {"instructions": counts.get((row["what"], row["value"]))} for row in rows]
+    ping = counts.get(("pings a second", first(rows, "pings a second")["value"]))  # however often it comes
+    return [row | {"instructions": ping if row["what"] == "pings a second" else counts.get((row["what"], row["value"]))}
+            for row in rows]
 
 
 def count_scaling():
@@ -78,9 +80,10 @@ def print_scaling(rows):
           f"{'per unit':>9}  of one processor")
     last = None
     for row in rows:
-        if last and row["what"] != last:
+        group = row["what"].partition(":")[0]
+        if last and group != last:
             print()
-        last = row["what"]
+        last = group
         units = row["value"] if row["what"] != "pings a second" and row["per"] in ("ping", "beam") else 1
         instructions = row["instructions"]
         share = f"{100 * row['share']:.3g} % at {row['asked_per_s']:g}/s" if row["asked_per_s"] else ""
@@ -89,7 +92,9 @@ def print_scaling(rows):
               f"{row['ns_median'] / units:9.3g} {f'{instructions:.0f}' if instructions else '':>10} "
               f"{f'{instructions / units:.3g}' if instructions else '':>9}  "
               f"{share}{'' if row['keeps_up'] else ': does not keep up'}")
-    print("\nhow far one processor keeps up, where a size was doubled:")
+    print("\nA question: from its line to the answer's in the loop. With clients it goes over a socket: threads and calls of the system,\n"
+          "whose instructions are not counted.\n"
+          "\nhow far one processor keeps up, where a size was doubled:")
     for what in dict.fromkeys(row["what"] for row in rows):
         doubled = [row for row in rows if row["what"] == what]
         if len(doubled) > 1:
@@ -132,7 +137,7 @@ def instructions(stage, function, times):
         return int(re.search(r"Collected : (\d+)", log.read())[1]) / times
 
 
-def raspberry_pi():
+def raspberry_pi(scaled):
     """Instructions that were counted here (x86-64), taken as many there."""
     if not shutil.which("valgrind"):
         print("\nno estimate for a Raspberry Pi: valgrind is not installed")
@@ -142,16 +147,24 @@ def raspberry_pi():
         n = instructions(stage, function, times)
         ns = 1e9 * max(n / PI_HZ, changed / PI_BYTES_PER_S)
         rows.append({"stage": stage, "what": what, "instructions": n, "ns_estimated": ns, "share": ns * 1e-9 * rate})
+    for row in scaled:
+        if row["what"].startswith("question: "):
+            n, rate = row["instructions"], row["asked_per_s"]
+            rows.append({"stage": row["what"].removeprefix("question: "), "what": f"a question, {rate:g} a second", "instructions": n,
+                         "ns_estimated": 1e9 * n / PI_HZ, "share": n / PI_HZ * rate})
     return rows
 
 
-def by_itself():
-    """Every benchmark's own words, shown as they come: {program: [line]}."""
+def by_itself(begin, long):
+    """Every benchmark's own words, shown as they come, and when each began: {program: [line]}."""
     words, name = {}, "machine"
-    with subprocess.Popen([os.path.join(HERE, "run.sh")], stdout=subprocess.PIPE, text=True) as run:
+    with subprocess.Popen([os.path.join(HERE, "run.sh")], stdout=subprocess.PIPE, text=True,
+                          env={**os.environ, "LONG": "1" if long else ""}) as run:
         for line in run.stdout:
+            if line.startswith("== "):
+                name = line[3:].strip()
+                line = f"== {name}, {time.monotonic() - begin:.0f} s after the begin\n"
             print(line, end="", flush=True)
-            name = line[3:].strip() if line.startswith("== ") else name
             words.setdefault(name, []).append(line.rstrip("\n"))
     if run.returncode:
         sys.exit(f"bench.py: run.sh: ended with status {run.returncode}")
@@ -167,14 +180,14 @@ def main():
     print("\nratios in this run (below 1: faster than what it is held against)")
     for what, ratio in result["ratios"].items():
         print(f"  {ratio:10.3g}  {what}")
-    result["raspberry_pi_4_estimate"] = raspberry_pi()
+    result["raspberry_pi_4_estimate"] = raspberry_pi(result["scaling"])
     if result["raspberry_pi_4_estimate"]:
         print("\na Raspberry Pi 4, estimated within a factor of 2 from instructions counted here and its memory, not measured")
     for row in result["raspberry_pi_4_estimate"]:
-        print(f"  {row['stage']:8} {row['instructions']:9.0f} instructions  {1e-3 * row['ns_estimated']:7.1f} us a ping  "
+        print(f"  {row['stage']:8} {row['instructions']:9.0f} instructions  {1e-3 * row['ns_estimated']:7.1f} us each  "
               f"{100 * row['share']:.2g} % of a core: {row['what']}")
     if not quick:
-        result["programs"] = by_itself()
+        result["programs"] = by_itself(begin, sys.argv[1:] == ["long"])
     result["seconds"] = time.monotonic() - begin
     path = os.path.join(BUILD, "bench.json")
     with open(path, "w", encoding="utf-8") as f:

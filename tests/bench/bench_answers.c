@@ -3,7 +3,8 @@
  * bench_answers - how long a client waits for `blocked`, `sectors`, `nearest` and `limit` while a multibeam of 512 beams x
  * 1000 bins pings 40 times a second, beside a bare echo over a UNIX socket in the same run: all are asked in turns, so that
  * they meet the same load; with 0, 1 and 2 threads of the pipeline. The loop, those threads and the echo are threads of this
- * process. Aim: 99 % of `blocked` and `sectors` within three times the echo's.
+ * process. Aim: 99 % of `blocked` and `sectors` within three times the echo's. Beside other programs the 99 % are theirs, unless
+ * all of this is put before them: chrt -f 10.
  */
 #include <sys/socket.h>
 

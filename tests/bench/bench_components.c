@@ -49,12 +49,14 @@ static double one_turn(uint32_t cells)
     return (cpu_ns() - start) / changed;
 }
 
-int main(void)
+/* The most cells may be given. */
+int main(int argc, char **argv)
 {
+    const unsigned long most = argc > 1 ? strtoul(argv[1], NULL, 10) : 1000000;
     rings_full(&rings, geo_rad(1));
     printf("%9s %12s %16s %14s %12s %10s\n", "cells", "put ns/cell", "turn ns/change", "fill ms", "components",
            "bytes/cell");
-    for (uint32_t cells = 1000; cells <= 1000000; cells *= 10) {
+    for (uint32_t cells = 1000; cells <= most; cells *= 10) {
         double put_ns[ROUNDS], turn_ns[ROUNDS];
         uint32_t n = 0;
         void *memory = malloc(components_bytes(cells));

@@ -1,8 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * bench_devices - frames per second that each device makes pings of: from the bytes of the wire to a filled ping, one
- * core, nothing behind. The bytes come in pieces of 512, as a serial port gives them; CAN frames one by one. One row per
- * device.
+ * core, nothing behind. The bytes come in pieces of 512, as a serial port gives them; CAN frames one by one.
+ *
+ *   bench_devices          one row per device
+ *   bench_devices DEVICE   FRAMES frames once, for callgrind to count what feed_all takes: prints how many, and how
+ *                          large they are, as a share of the largest that there may be
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -173,7 +176,22 @@ static void no_note(void *ctx, enum device_note level, const char *fmt, ...)
     (void)ctx, (void)level, (void)fmt;
 }
 
-static void measure(const struct row *row)
+/* A stream of n bytes, the last of which comes after `bytes` others. */
+__attribute__((noinline)) static void feed_all(const struct row *row, void *state, const uint8_t *stream, size_t n,
+                                               uint64_t bytes, const struct device_io *io)
+{
+    const size_t piece = row->ops->can_match ? CAN_MTU : PIECE;
+    for (size_t at = 0; at < n; at += piece)
+        row->ops->feed(state, stream + at, n - at < piece ? n - at : piece, bytes + at, io);
+}
+
+static double largest_share(const struct ping *ping, const struct device_ops *ops)
+{
+    return ops->max_bins > 1 ? (double)ping->n_bins / ops->max_bins : 1;
+}
+
+/* For so many seconds, and once at least. */
+static void measure(const struct row *row, double seconds)
 {
     static uint8_t stream[FRAMES * FRAME_MAX];
     struct ping buffer;
@@ -186,7 +204,6 @@ static void measure(const struct row *row)
                                      .node = -1,
                                      .sensor_id = -1,
                                      .listen_only = true};
-    const size_t piece = row->ops->can_match ? CAN_MTU : PIECE;
     char err[200] = "";
     size_t n = 0;
     void *state = calloc(1, row->ops->state_size);
@@ -202,18 +219,20 @@ static void measure(const struct row *row)
     uint64_t bytes = 0;
     double begin_s = 1e-9 * now_ns(), took_s;
     do {
-        for (size_t at = 0; at < n; at += piece)
-            row->ops->feed(state, stream + at, n - at < piece ? n - at : piece, bytes + at, &io);
+        feed_all(row, state, stream, n, bytes, &io);
         bytes += n;
         took_s = 1e-9 * now_ns() - begin_s;
-    } while (took_s < MEASURED_S);
+    } while (took_s < seconds);
     if (pings == 0 || bytes / n * FRAMES != pings) {
         printf("%s: %llu pings of %llu frames\n", row->ops->name, (unsigned long long)pings,
                (unsigned long long)(bytes / n * FRAMES));
         exit(1);
     }
-    printf("%-12s %-18s %9.0f frames/s %8.1f MB/s\n", row->ops->name, row->what, (double)pings / took_s,
-           (double)bytes / took_s * 1e-6);
+    if (seconds > 0)
+        printf("%-12s %-18s %9.0f frames/s %8.1f MB/s\n", row->ops->name, row->what, (double)pings / took_s,
+               (double)bytes / took_s * 1e-6);
+    else
+        printf("%d %g\n", FRAMES, largest_share(&buffer, row->ops));
     free(state);
 }
 
@@ -239,10 +258,12 @@ static void measure_nmea(void)
            values / 3 * (double)(sizeof(lines) - 1) / took_s * 1e-6);
 }
 
-int main(void)
+int main(int argc, char **argv)
 {
-    measure_nmea();
+    if (argc == 1)
+        measure_nmea();
     for (size_t i = 0; i < sizeof(rows) / sizeof(rows[0]); i++)
-        measure(&rows[i]);
+        if (argc == 1 || strcmp(argv[1], rows[i].ops->name) == 0)
+            measure(&rows[i], argc == 1 ? MEASURED_S : 0);
     return 0;
 }

@@ -102,11 +102,13 @@ static void measure(uint32_t n)
     free(memory);
 }
 
-int main(void)
+/* The most cells may be given. */
+int main(int argc, char **argv)
 {
+    const unsigned long most = argc > 1 ? strtoul(argv[1], NULL, 10) : 1000000;
     printf("%9s %10s %10s %10s %10s %10s %10s\n", "cells", "echo ns", "paper's", "visit ns", "paper's",
            "bytes/cell", "paper's");
-    for (uint32_t n = 1000; n <= 1000000; n *= 10)
+    for (uint32_t n = 1000; n <= most; n *= 10)
         measure(n);
     return seen == 0;
 }

@@ -31,6 +31,7 @@
 #define REPEATS    31
 #define QUICK      5
 #define HEAD_HZ    25.0 /* pings of a scanning head */
+#define HEAD_BINS  1000
 #define SWATH_HZ   40.0 /* ... and of a multibeam */
 #define CLIENT_HZ  20.0 /* questions of one client */
 #define MEMORY_MIB 64
@@ -38,6 +39,7 @@
 static unsigned repeats = REPEATS;
 static bool counting;
 static uint32_t row_times; /* of the row to be printed next */
+static struct daemon d;    /* that is asked; before, nobody knows where it is */
 
 struct figure {
     double median, low, high;
@@ -143,6 +145,7 @@ static void submit(struct pipeline *pipeline, const uint8_t *samples, uint32_t b
         const double az_deg = beams == 1 ? 1.8 * (number % 200) : 120.0 * (b + 0.5) / beams - 60;
         p->beam[b] = (struct ping_beam){.az_rad = (float)geo_wrap(geo_rad(az_deg))};
     }
+    pose_log_newest(&d.poses, &p->pose);
     memcpy(p->samples, samples, (size_t)beams * bins);
     pipeline_submit(pipeline, p);
 }
@@ -178,7 +181,8 @@ static struct figure whole(uint32_t beams, uint32_t bins)
 
 static void pings_a_second(void)
 {
-    for (double rate = HEAD_HZ; row("pings a second", rate, "pings/s", "ping", whole(1, 1000), rate) && !counting;)
+    for (double rate = HEAD_HZ;
+         row("pings a second", rate, "pings/s", "ping", whole(1, HEAD_BINS), rate) && !counting;)
         rate *= 2;
 }
 
@@ -303,9 +307,97 @@ static void voxels(void)
     }
 }
 
+/* ---- questions ---- */
+
+/* A head, all in the loop's thread; no port, no socket. voxel_m: of its map; 0: none. */
+static void daemon_of(double voxel_m)
+{
+    struct pipeline_conf p;
+    char err[256] = "no loop";
+
+    conf_defaults(&d.conf);
+    d.conf.n_sonars = 1;
+    d.replay = true; /* there is no port whose state answers would go by */
+    snprintf(d.conf.sonar[0].device, sizeof d.conf.sonar[0].device, "surveyor");
+    d.conf.sonar[0].range_m = RANGE_M;
+    d.conf.pipeline.threads = 0;
+    d.conf.map.voxel_m = voxel_m;
+    d.conf.map.body_m = 0.4;
+    d.mount[0] = mount_identity;
+    plan_make(&d.conf, &d.plan);
+    wiring_pipeline(&d.conf, &d.plan, false, &p);
+    p.max_beams = 1;
+    p.max_bins = p.max_samples = HEAD_BINS;
+    pose_log_init(&d.poses, 1000000000u);
+    d.loop = loop_new(false);
+    d.pipeline = d.loop ? pipeline_new(&p, err, sizeof err) : NULL;
+    if (!d.pipeline) {
+        fprintf(stderr, "%s\n", err);
+        exit(1);
+    }
+}
+
+static void daemon_end(void)
+{
+    pipeline_free(d.pipeline);
+    loop_free(d.loop);
+    memset(&d, 0, sizeof d);
+}
+
+/* From the request's line to the answer's, as the loop does it; what the socket takes is not in it. */
+static void answer(void *ctx, uint32_t times)
+{
+    const char *line = ctx;
+
+    while (times-- > 0) {
+        struct rpc_work work = {0};
+        const struct rpc_call call = {.daemon = &d, .now_ns = loop_clock(), .work = &work};
+        struct rpc_job *job = rpc_begin(&call, line, strlen(line));
+        char *reply = NULL;
+        while (rpc_step(job, daemon_methods, &call))
+            ;
+        if (!rpc_end(job, &reply) || !reply || strstr(reply, "\"error\"")) {
+            fprintf(stderr, "%s\n%s\n", line, reply ? reply : "no answer");
+            exit(1);
+        }
+        free(reply);
+    }
+}
+
+#define QUESTION(method, params)                                                                                  \
+    {                                                                                                             \
+        "question: " method, "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"" method "\",\"params\":{" params "}}"   \
+    }
+
+/* A head has turned three times in the middle of a tank. */
+static void questions_answered(void)
+{
+    static const struct {
+        const char *what, *line;
+    } kinds[] = {QUESTION("blocked", "\"azimuth_deg\":10,\"distance_m\":5"), QUESTION("sectors", ""),
+                 QUESTION("nearest", ""), QUESTION("limit", "\"velocity_mps\":[1,0,0]"),
+                 QUESTION("path", "\"points_m\":[[0,0,5],[3,0,5],[3,3,5]],\"radius_m\":0.3")};
+    static uint8_t samples[HEAD_BINS];
+    struct pose pose = pose_identity;
+
+    daemon_of(0.2);
+    fill(samples, 1, sizeof samples);
+    pose.t_ns = loop_clock();
+    pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH | POSE_VELOCITY;
+    pose.position_m[2] = 5;
+    pose_log_init(&d.poses, UINT64_C(1000000000000)); /* under callgrind, too, it is fresh */
+    pose_log_put(&d.poses, &pose);
+    for (uint32_t i = 1; i <= 600; i++)
+        submit(d.pipeline, samples, 1, sizeof samples, i);
+    loop_turn(d.loop, 1); /* what time it is now */
+    for (size_t k = 0; k < sizeof kinds / sizeof kinds[0]; k++)
+        row(kinds[k].what, 1, "clients", "question", timed(answer, (void *)(uintptr_t)kinds[k].line, 100),
+            CLIENT_HZ);
+    daemon_end();
+}
+
 /* ---- clients ---- */
 
-static struct daemon d;
 static atomic_bool stop;
 
 static void *serve(void *arg)
@@ -360,7 +452,6 @@ static void clients(void)
 {
     static int fd[CLIENTS_MOST];
     char folder[] = "/tmp/bench_scaling.XXXXXX", path[64], err[256];
-    struct pipeline_conf p;
     pthread_t server, echoer;
     int pair[2];
 
@@ -369,19 +460,10 @@ static void clients(void)
     snprintf(path, sizeof path, "%s/socket", folder);
     const struct server_conf conf = {
         .path = path, .mode = 0600, .change = "all", .max_clients = CLIENTS_MOST, .no_rate_limit = true};
-    conf_defaults(&d.conf);
-    d.conf.n_sonars = 1;
-    d.replay = true; /* there is no port whose state answers would go by */
-    snprintf(d.conf.sonar[0].device, sizeof d.conf.sonar[0].device, "surveyor");
-    d.conf.sonar[0].range_m = RANGE_M;
-    plan_make(&d.conf, &d.plan);
-    wiring_pipeline(&d.conf, &d.plan, false, &p);
-    pose_log_init(&d.poses, 1000000000u);
-    d.loop = loop_new(false);
-    d.pipeline = d.loop ? pipeline_new(&p, err, sizeof err) : NULL;
-    d.server = d.pipeline ? server_start(d.loop, &conf, daemon_methods, &d, err, sizeof err) : NULL;
+    daemon_of(0);
+    d.server = server_start(d.loop, &conf, daemon_methods, &d, err, sizeof err);
     if (!d.server) {
-        fprintf(stderr, "%s\n", d.loop ? err : "no loop");
+        fprintf(stderr, "%s\n", err);
         exit(1);
     }
     pthread_create(&echoer, NULL, echo, &pair[1]);
@@ -398,8 +480,7 @@ static void clients(void)
     pthread_join(server, NULL);
     pthread_join(echoer, NULL);
     server_stop(d.server);
-    pipeline_free(d.pipeline);
-    loop_free(d.loop);
+    daemon_end();
     rmdir(folder);
 }
 
@@ -506,6 +587,7 @@ int main(int argc, char **argv)
     bins();
     cells();
     voxels();
+    questions_answered();
     if (!counting)
         clients();
     return 0;

@@ -1,23 +1,31 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
 # run.sh - every benchmark, with what it ran on. Compare figures of one run only: machines and their neighbours differ.
+# Of what takes longest it has fewer questions, smaller sizes, shorter watches, unless LONG is set. What bench.py has run by itself
+# is passed over.
 set -eu
 build=${BUILD:-build}
 echo "$(uname -m), $(grep -m1 'model name' /proc/cpuinfo | cut -d: -f2- | sed 's/^ *//'), $(nproc) CPUs, $(cc --version | head -n 1)"
+if [ "${LONG:-}" ]; then watch_s=10 asked=4000 cells=1000000; else watch_s=4 asked=1000 cells=100000; fi
 for bench in "$build"/tests/bench_*; do
     [ -x "$bench" ] && [ -f "$bench" ] || continue
-    case $bench in *.d | *.o) continue ;; esac
+    case ${bench##*/} in
+    *.d | *.o | bench_scaling | bench_octomap_peer) continue ;;
+    bench_answers) set -- "$asked" ;;
+    bench_components | bench_paper_layout) set -- "$cells" ;;
+    *) set -- ;;
+    esac
     printf '\n== %s\n' "${bench##*/}"
-    "$bench"
+    "$bench" "$@"
 done
 printf '\n== cfar_numpy\n'
 "$(PATH=/usr/bin:$PATH command -v python3)" tests/bench/cfar_numpy.py
 printf '\n== hogs\n'
-BUILD=$build tests/bench/hogs.py
+BUILD=$build tests/bench/hogs.py "$watch_s"
 printf '\n== load\n'
-BUILD=$build SECONDS=10 tests/live/test_load.py
+BUILD=$build SECONDS=$watch_s tests/live/test_load.py
 printf '\n== service\n'
-BUILD=$build tests/bench/service.py
+BUILD=$build tests/bench/service.py "$((2 * watch_s))"
 
 # Instructions do not change with the machine's neighbours.
 if command -v valgrind >/dev/null; then

@@ -227,5 +227,16 @@ def stats(bench):
     check("sonard_pings_total" in bench.sonarctl("stats").stdout, "sonarctl stats")
 
 
-cases = [("answers_" + f.__name__, f) for f in (nearest, limit, drift, old_place, explain, unknown_ahead, collision, stats)]
+def unmeasured(bench):
+    """A replay measures no latency, and says nothing of it rather than 0."""
+    daemon = bench.sonard("--replay", "tests/replay/box.mcap", "--stay", "--socket", bench.socket_path, conf=False)
+    client = daemon.client()
+    until(lambda: client.call("status")["mode"] == "replay, ended", "the end of the replay")
+    check(client.call("status")["pipeline"]["latency_us"] is None, client.call("status")["pipeline"])
+    said = bench.sonarctl("status").stdout
+    check("0 pings dropped\n" in said, said)
+    check(" 0 times" not in bench.sonarctl("stats").stdout, bench.sonarctl("stats").stdout)
+
+
+cases = [("answers_" + f.__name__, f) for f in (nearest, limit, drift, old_place, explain, unknown_ahead, collision, stats, unmeasured)]
 run(cases, parallel=4)

@@ -20,6 +20,7 @@ beams,1,beams,ping,500,490,510,40,2e-05,1,4
 beams,2,beams,ping,30000000,29000000,31000000,40,1.2,0,4
 voxels,100,voxels/ping,ping,50,49,51,25,1e-06,1,200
 voxels,200,voxels/ping,ping,600,590,610,25,1e-05,1,200
+question: blocked,1,clients,question,700,690,710,20,1.4e-05,1,100
 a bare echo over a socket,1,clients,question,5000,4900,5100,20,0.0001,1,0
 clients,1,clients,question,10000,9900,10100,20,0.0002,1,0
 """
@@ -70,17 +71,18 @@ def figures(bench):
     """Every row, ratio and estimate from what was printed."""
     text, result = benched(bench, True, printing(PEER))
     rows = result["scaling"]
-    check(len(rows) == 10 and [r["keeps_up"] for r in rows].count(False) == 1 and rows[5]["ns_median"] == 3e7, rows)
+    check(len(rows) == 11 and [r["keeps_up"] for r in rows].count(False) == 1 and rows[5]["ns_median"] == 3e7, rows)
     check("beams                      less than 2 beams" in text, text)
     check("pings a second             all of its range, up to 50 pings/s" in text, text)
     check("120 % at 40/s: does not keep up" in text, text)
-    check([r["instructions"] for r in rows] == [1000 / 64, 2000 / 20, 3000 / 200, 4000 / 200, 5000 / 4, 6000 / 4, 7000 / 200,
-                                                8000 / 200, None, None], rows)
+    check([r["instructions"] for r in rows] == [1000 / 64, 2000 / 20, 3000 / 200, 3000 / 200, 5000 / 4, 6000 / 4, 7000 / 200,
+                                                8000 / 200, 9000 / 100, None, None], rows)
     check(any(line.split()[:1] == ["voxels"] and line.split()[7:9] == ["40", "0.2"] for line in text.splitlines()), text)
     ratios = list(result["ratios"].values())
     check(all(abs(got - want) < 1e-9 for got, want in zip(ratios, (0.5, 2, 3, 1 / 400, 1 / 2000), strict=True)), result["ratios"])
     pi = {r["stage"]: r for r in result["raspberry_pi_4_estimate"]}
-    check(list(pi) == ["extract", "sphere", "voxel"] and all(r["instructions"] == 3000 for r in pi.values()), pi)
+    check(list(pi) == ["extract", "sphere", "voxel", "blocked"] and [r["instructions"] for r in pi.values()] == [3000] * 3 + [90], pi)
+    check(abs(pi["blocked"]["ns_estimated"] - 60) < 1e-9 and abs(pi["blocked"]["share"] - 1.2e-6) < 1e-12, pi)
     check(abs(pi["sphere"]["ns_estimated"] - 2000) < 1e-6 and abs(pi["sphere"]["share"] - 5e-5) < 1e-12, pi)
     check(result["seconds"] >= 0 and "programs" not in result, result.keys())
 
@@ -95,7 +97,7 @@ def nothing_to_compare(bench):
 
 def peer_fails(bench):
     text, result = benched(bench, True, "exit 127\n")
-    check(len(result["ratios"]) == 3 and len(result["raspberry_pi_4_estimate"]) == 3, result)
+    check(len(result["ratios"]) == 3 and len(result["raspberry_pi_4_estimate"]) == 4, result)
     check("ended with status 127" in text, text)
 
 

@@ -6,9 +6,11 @@ import json
 import os
 import pty
 import struct
+import subprocess
+import time
 import tty
 
-from lib import SONARD, RpcError, check, note, run, until
+from lib import PATIENCE, SONARCTL, SONARD, RpcError, check, note, run, until
 
 # ---- configurations ----
 
@@ -117,6 +119,26 @@ def options(bench):
     check(os.path.getsize(blocked) == 0, "a file that was in the way was written to")
 
 
+def full(bench):
+    """What goes to a full disk is no success, whichever program prints it."""
+    conf = bench.conf()
+    capture = "tests/replay/box.mcap"
+    replay = ("--replay", capture, "--socket", "none", "--answers")
+    for program, *arguments in ((SONARD, "--help"), (SONARD, "--version"), (SONARD, "--sample"), (SONARD, "--check", conf),
+                                (SONARD, "-c", conf, "--print"), (SONARD, "-c", conf, "--explain"),
+                                (SONARD, "-c", conf, "--explain=json"), (SONARD, *replay, "-"), (SONARD, *replay, "/dev/full"),
+                                (SONARCTL, "--help"), (SONARCTL, "--version"), (SONARCTL, "help", "blocked"),
+                                (SONARCTL, "capture", "--help"), (SONARCTL, "capture", "info", capture),
+                                (SONARCTL, "capture", "export", "--csv", capture)):
+        with open("/dev/full", "w", encoding="ascii") as disk:
+            result = subprocess.run([program, *arguments], stdout=disk, stderr=subprocess.PIPE, text=True, check=False,
+                                    stdin=subprocess.DEVNULL, timeout=60 * PATIENCE)
+        own = 1 if program == SONARD or arguments[0] == "capture" else 7
+        check(result.returncode == own and result.stderr.strip(), "%s: status %d, %s" % (arguments, result.returncode, result.stderr))
+    lines = bench.run(SONARD, *replay, "-").stdout.splitlines()
+    check([json.loads(line)["event"] for line in lines][-1] == "end", "answers on standard output: %s" % lines)
+
+
 # ---- captures ----
 
 def captures(bench):
@@ -212,7 +234,8 @@ REQUESTS = (
     ("params_text", b'{"jsonrpc":"2.0","id":1,"method":"version","params":"x"}', -32600,
      ["'params' must be an object"]),
     ("params_by_position", b'{"jsonrpc":"2.0","id":1,"method":"blocked","params":[1,2]}', -32602, ["go by name"]),
-    ("unknown_method", request("explode"), -32601, ["no method 'explode'"]),
+    ("unknown_method", request("explode"), -32601, ["no method 'explode'; sonard-protocol(7) has them all"]),
+    ("misspelt_method", request("sectros"), -32601, ["no method 'sectros'; did you mean sectors?"]),
     ("unknown_parameter", request("sectors", number=5), -32602,
      ["'number' is not known here, allowed: count, frame"]),
     ("no_parameter_wanted", request("version", verbose=True), -32602, ["allowed: no parameters"]),
@@ -235,7 +258,7 @@ REQUESTS = (
     ("pose_old", request("pose", attitude_deg=[0, 0, 0], t_unix=1000), -32602, ["off this computer's clock"]),
     ("no_such_sensor", request("image", sensor="side"), -32602, ["is side, want one of: head"]),
     ("watch_watch", request("watch", method="watch"), -32602, ["method 'watch' cannot be watched"]),
-    ("watch_nothing", request("watch", method="explode"), -32601, ["no method 'explode' to watch"]),
+    ("watch_nothing", request("watch", method="explode"), -32601, ["no method 'explode'"]),
     ("watch_rate", request("watch", method="version", rate_hz=1000), -32602, ["want a number from 0.1 to 50"]),
     ("unwatch", request("unwatch", watch=3), -32602, ["this client has no watch 3"]),
     ("too_deep", b"[" * 40 + b"]" * 40, -32000, ["nested deeper than 16"]),
@@ -301,6 +324,7 @@ def long_line(daemon):
     error = client.reply()["error"]
     check(error["code"] == -32000 and "longer than 65536 bytes" in error["message"], str(error))
     check(client.line() is None, "the connection goes on")
+    check("client cut off (process %d of user %d): a line longer" % (os.getpid(), os.getuid()) in daemon.log(), "who it was")
     client.close()
 
 
@@ -377,8 +401,8 @@ LINE = (
 )
 
 
-def line(bench):
-    """The test is the sonar: it sends what no sonar should, and a good ping after each."""
+def terminal(bench):
+    """A sonard whose sonar is the test: that, a client of it and the line's far end."""
     master, slave = pty.openpty()
     tty.setraw(slave)
     os.symlink(os.ttyname(slave), bench.port_path)
@@ -387,6 +411,42 @@ def line(bench):
     client = daemon.client()
     os.close(slave)
     until(lambda: client.sensor()["state"] != "no port", "the port")
+    return daemon, client, master
+
+
+def cut(bench):
+    """A message that the loss of the port cuts off is no garbage, and nobody is told to check the baud rate."""
+    daemon, client, master = terminal(bench)
+    part = ping()[:300]
+    write_all(master, part)
+    until(lambda: client.sensor()["bytes_in"] == len(part), "the bytes")
+    os.close(master)
+    until(lambda: client.sensor()["state"] == "no port", "the loss")
+    sensor = client.sensor()
+    check(sensor["cut_bytes"] == len(part) and sensor["garbage_bytes"] == 0, "%s" % sensor)
+    check("no part of a message" not in daemon.log(), "it is told as garbage: " + daemon.log())
+    daemon.stop()
+
+
+def garbage(bench):
+    """Bytes that are nothing to the device are told at once, and not again with the next ones."""
+    daemon, client, master = terminal(bench)
+    begun = time.monotonic()
+    for sent in range(1, 4):
+        write_all(master, LINE[0][1])
+        until(lambda: client.sensor()["garbage_bytes"] == sent * len(LINE[0][1]), "the garbage")
+        until(lambda: "bytes are no part of a message of ping360: check the baud rate" in daemon.log(), "the line")
+    until(lambda: time.monotonic() > begun + 3, "a look at the last ones")
+    told = daemon.log().count("are no part of a message")
+    check("head: serial:%s:" % bench.port_path in daemon.log(), "the port is not named")
+    check(told <= 1 + (time.monotonic() - begun) // 60, "garbage is told %d times" % told)
+    daemon.stop()
+    os.close(master)
+
+
+def line(bench):
+    """The test is the sonar: it sends what no sonar should, and a good ping after each."""
+    daemon, client, master = terminal(bench)
     for name, data, counters, words in LINE:
         before = client.sensor()
         logged = len(daemon.log())
@@ -410,6 +470,6 @@ def write_all(fd, data):
         data = data[os.write(fd, data):]
 
 
-run([("configurations", configurations), ("options", options), ("captures", captures),
+run([("configurations", configurations), ("options", options), ("full", full), ("captures", captures),
      ("no_sonar_of_it", no_sonar_of_it), ("gap_in_a_log", gap_in_a_log),
-     ("requests", requests), ("line", line)], parallel=3)
+     ("requests", requests), ("line", line), ("garbage", garbage), ("cut", cut)], parallel=3)

@@ -109,7 +109,8 @@ class Campaign:
             truth_m = wall_m(where["azimuth_deg"])
         answer = self.client.call("blocked", distance_m=truth_m + SLACK_M, half_angle_deg=1, **where)
         self.asked[answer["state"]] += 1
-        check(answer["state"] != "clear", "seed %d: %s is blocked at %.2f m, and called %s" % (SEED, where, truth_m, answer))
+        check(answer["state"] != "clear", "seed %d: %s is blocked at %.2f m, and called %s, from %s"
+              % (SEED, where, truth_m, answer, self.client.call("explain", distance_m=truth_m + SLACK_M, half_angle_deg=1, **where)))
         before = self.client.call("blocked", distance_m=max(0.8, truth_m - 2 * SLACK_M), half_angle_deg=1, **where)
         self.sharp += before["state"] == "clear"
 

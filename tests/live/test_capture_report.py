@@ -49,15 +49,20 @@ def page(bench):
 
 def left_out(bench):
     """Every stage that can be turned against being left out: what must change nothing does not, what a key bounds is counted, and
-    memory is that of the plan."""
-    done = report(bench)
+    memory is that of the plan. The folder of maps that the configuration names is another sonard's, and no replay goes there."""
+    with open(os.path.join(TOP, "tests", "replay", "box.conf"), encoding="ascii") as f:
+        box = f.read()
+    done = report(bench, CAPTURE, "-c", bench.write("map.conf", box + "[map]\nvoxel = 0.2 m\nmemory = 32 MiB\nload = last\n"
+                                                    "save_every = 60 s\ndirectory = %s\n" % bench.path("maps")))
     check(done.returncode == 0 and not done.stderr, done.stderr)
+    check(not os.path.exists(bench.path("maps")), "a replay has made the folder")
     proof = {r["stage"]: r for r in rows(bench, "left_out")}
     check(list(proof) == ["cleanup", "marks", "elevation", "map", "image", "threads", "everything on"], list(proof))
     check([s for s, r in proof.items() if r["must_be"] == "same"] == ["map", "image", "threads"], proof)
     check(all(r["changed"] == "0" for r in proof.values() if r["must_be"] == "same"), proof)
     check(all(r["sectors"] == str(72 * len(rows(bench, "answers"))) for r in proof.values()), proof)
     check(int(proof["elevation"]["changed"]) > 0 and proof["elevation"]["plan"] == "in", proof["elevation"])
+    check(proof["map"]["plan"] == "in", proof["map"])
     check(int(proof["map"]["with_bytes"]) > int(proof["map"]["without_bytes"]), proof["map"])
     most = max(int(r["with_bytes"]) for r in proof.values())
     check(int(proof["everything on"]["with_bytes"]) == most, proof["everything on"])
@@ -73,4 +78,17 @@ def refuses(bench):
     check(done.returncode == 1 and "there is such a folder" in done.stderr, done.stderr)
 
 
-run([("capture_report_" + f.__name__, f) for f in (page, left_out, refuses)])
+def finds_sonard(bench):
+    """In the source tree the programs that make has built, and before them installed ones."""
+    for folder in ("python", "build", "sbin", "bin"):
+        os.makedirs(bench.path("tree/" + folder))
+    os.symlink(os.path.join(TOP, "tests"), bench.path("tree/tests"))
+    tool = shutil.copy(os.path.join(TOP, "python", "sonard-report"), bench.path("tree/python"))
+    for folders in (("build", "build"), ("sbin", "bin")):
+        for folder, name in zip(folders, ("sonard", "sonarctl")):
+            os.chmod(bench.write("tree/%s/%s" % (folder, name), "#!/bin/sh\n"), 0o755)
+        said = "".join(bench.run(tool, "--help").stdout.split())
+        check(all("tree/%s/%s)" % pair in said for pair in zip(folders, ("sonard", "sonarctl"))), said)
+
+
+run([("capture_report_" + f.__name__, f) for f in (page, left_out, refuses, finds_sonard)])

@@ -114,8 +114,8 @@ def case_steered(bench):
 def case_steered_micron(bench):
     micron(bench)
     bearings = steered(bench, device="micron", mode="auto")
-    jumps = sum(apart(a, b) > 15 for a, b in zip(bearings, bearings[1:]))
-    check(jumps >= 10, "the head was sent elsewhere %d times" % jumps)
+    jumps = sum(apart(a, b) > 15 for a, b in zip(bearings, bearings[1:]))  # one that only scans makes none
+    check(jumps >= 4, "the head was sent elsewhere %d times" % jumps)
     check(all(any(apart(b, way) < 10 for b in bearings) for way in range(0, 360, 10)), "a part was left out")
     ahead, astern = (sum(apart(b, way) <= 30 for b in bearings) for way in (0, 180))
     check(ahead > astern, "%d pings ahead, %d astern" % (ahead, astern))

@@ -31,6 +31,23 @@ def commands(bench):
         check([o for o in got if o != "-h"] == options, "%s: %s and %s" % (command, got, options))
 
 
+def helps(bench):
+    """help COMMAND is COMMAND --help, of every command; what draws has no result to print with --json."""
+    whole = bench.run(SONARCTL, "--help").stdout
+    for word in re.findall(r"^  ([a-z_]+) ", whole, re.M) + ["complete"]:
+        told = bench.run(SONARCTL, word, "--help")
+        check(told.returncode == 0 and told.stdout.startswith("usage: sonarctl") and "(null)" not in told.stdout, told.stdout)
+        check(bench.run(SONARCTL, "help", word).stdout == told.stdout, "help " + word)
+        check(word == "capture" or ("--json" in told.stdout) == (word not in ("top", "plot")), told.stdout)
+    for words in (("help",), ("help", "help"), ("help", "--help"), ("-h",)):
+        check(bench.run(SONARCTL, *words).stdout == whole, " ".join(words))
+    for words in (("top", "--once", "--json"), ("--json", "plot", "-o", bench.path("x"))):
+        out = bench.run(SONARCTL, *words)
+        check(out.returncode == 3 and "no option --json" in out.stderr, "%s: %s" % (words, out.stderr))
+    out = bench.run(SONARCTL, "--socket", "/" + 199 * "x", "status")
+    check(out.returncode == 4 and "has 1 to 107 bytes, this one has 200" in out.stderr, out.stderr)
+
+
 def protocol(bench):
     """Every method of the protocol, and its parameters."""
     methods = sorted(name[:-len(".params")] for name in DEFS if name.endswith(".params"))
@@ -140,4 +157,4 @@ def meant(bench):
     check(said.returncode == 3 and "no command 'zzzzzz'; see" in said.stderr, said.stderr)
 
 
-run([("completion_" + f.__name__, f) for f in (commands, meant, protocol, words, names, bash, shells)])
+run([("completion_" + f.__name__, f) for f in (commands, helps, meant, protocol, words, names, bash, shells)])

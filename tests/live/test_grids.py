@@ -175,8 +175,9 @@ def case_large_ones_are_made_in_parts(bench):
 
 def case_sonarctl(bench):
     client = basin(bench, 0)
-    check("far" in bench.sonarctl("grid", "create", "far", "range=100 m", "growth=1.1").stdout, "create")
+    made = bench.sonarctl("grid", "create", "far", "range=100 m", "growth=1.1").stdout.splitlines()
     lines = bench.sonarctl("grid", "list").stdout.splitlines()
+    check(made[0] == lines[0] and made[1].split()[0] == lines[2].split()[0] == "far", "create says %s, list %s" % (made, lines))
     check(len(lines) == 4 and lines[1].startswith("main") and "100" in lines[2], str(lines))
     check(bench.sonarctl("sectors", "--grid", "far").stdout, "sectors --grid")
     check(bench.sonarctl("grid", "drop", "far").stdout == "dropped\n", "drop")

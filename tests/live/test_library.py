@@ -209,6 +209,7 @@ def python_errors(bench):
     full.close()
     os.unlink(bench.socket_path)
     refuses(sonard.NoDaemon, lambda: sonard.connect("/" + "x" * 200, 0.2))
+    check("/dev/null is no socket" == str(refuses(sonard.NoDaemon, lambda: sonard.connect("/dev/null", 0.2))), "a device")
     for said, kind in ((b"", sonard.Silent), (b"SSH-2.0\n", sonard.Lost), (b"[]\n", sonard.Lost), (b'{"id":1}\n', sonard.Lost),
                        (b'{"id":1,"result"', sonard.Silent), (b'{"id":null,"error":{"code":-32000,"message":"full"}}\n', sonard.Refused),
                        (b'{"id":7,"result":1}\n', sonard.Silent), (b'{"id":1,"result":{"state":"clear"}}\n', sonard.Lost)):

@@ -159,9 +159,9 @@ def basin(bench, threads):
 
 
 def jumps(bench):
-    """A position that the vehicle cannot have come to holds the map, until it comes back or somebody says what is true."""
+    """A pose that the vehicle cannot have come to holds the map, until it jumps back or somebody says what is true."""
     sim = bench.sim()
-    conf(bench)
+    conf(bench, vehicle={"max_speed": "1 m/s"})
     daemon = bench.sonard()
     client = dive(bench, daemon, sim)
     water = {"from_m": [3, 0, 1.8], "to_m": [4, 1, 2.2]}
@@ -187,6 +187,10 @@ def jumps(bench):
     check(held(), "two positions of another origin are taken for a way")
     give(2.5)
     check(not held(), "held, and the position is back")
+    client.call("pose", depth_m=12)
+    check(held(), "a depth of another datum is taken for a dive")
+    client.call("pose", depth_m=2)
+    check(not held(), "held, and the depth is back")
     give(-400)
     check(held() and client.call("map_new") and not held(), "held, and the client says that it is the same place")
     give(-401)
@@ -194,7 +198,7 @@ def jumps(bench):
     check(held() and client.call("map_forget")["state"] != "held", "a second jump")
     give(51)
     check("held" not in client.call("map")["state"], "held, and nothing is in it")
-    check("the position jumped by" in daemon.log(), daemon.log())
+    check("the pose jumped by" in daemon.log(), daemon.log())
     for vehicle, found in (({}, False), ({"max_speed": "1 m/s"}, True)):
         client.close()
         daemon.stop()

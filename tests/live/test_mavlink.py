@@ -361,9 +361,9 @@ def turned(bench, autopilot):
     sim.command("pose 0 0 0 90")
     until(lambda: autopilot.obstacles()[-1][2][0] < 480, "the sectors to turn")
     pings_until(client, 5)
-    after = autopilot.obstacles()[-1][2]
-    for element, wall_cm in ((54, 900), (0, 400), (18, 600), (36, 500)):
-        check(abs(after[element] - wall_cm) < 65, "element %d after the turn: %d cm" % (element, after[element]))
+    walls = ((54, 900), (0, 400), (18, 600), (36, 500))
+    until(lambda: all(abs(autopilot.obstacles()[-1][2][element] - wall_cm) < 65 for element, wall_cm in walls),
+          "the walls where they stand after the turn")
 
 
 def unplugged(bench, autopilot):
@@ -532,6 +532,19 @@ def far(bench, autopilot):
     check(message[1] <= (begin - autopilot.start_s) * 1e6, "a fresh stamp without evidence")
 
 
+def near(bench, autopilot):
+    """Water that is known only farther out than near is not sent as free."""
+    _, _, client, _ = start(bench, autopilot, "--distance", "2.5", vehicle={"near": "0.2 m"})
+    pings_until(client, TURN + 10)
+    until(lambda: client.call("sectors", distance_m=2.5)["sectors"][18]["free_to_m"] >= 2.5, "free water to starboard")
+    begin = time.monotonic()
+    until(lambda: len(autopilot.obstacles(begin)) > 3, "OBSTACLE_DISTANCE")
+    check_no_free_water(autopilot.obstacles(begin))
+    bench.conf(vehicle={"near": "1 m"})
+    client.call("reload")
+    until(lambda: autopilot.obstacles()[-1][2][18] == 251, "the same sent as free")
+
+
 def signed(bench, autopilot):
     """Both sides sign; a stranger who does not is not answered."""
     _, _, client, process = start(bench, autopilot, "--sign", bench.write("key", autopilot.key.hex() + "\n"),
@@ -619,5 +632,6 @@ run([("rates_udp", with_autopilot(UdpAutopilot, rates)), ("rates_serial", with_a
      ("restarted", with_autopilot(UdpAutopilot, restarted)), ("killed", with_autopilot(UdpAutopilot, killed)),
      ("forgotten", with_autopilot(UdpAutopilot, forgotten)), ("unheard", with_autopilot(UdpAutopilot, unheard)),
      ("hung", with_autopilot(UdpAutopilot, hung)), ("absent", absent), ("options", with_autopilot(UdpAutopilot, far)),
+     ("near", with_autopilot(UdpAutopilot, near)),
      ("signed", with_autopilot(SigningAutopilot, signed)), ("downward", with_autopilot(UdpAutopilot, downward)),
      ("usage", usage)], parallel=3)

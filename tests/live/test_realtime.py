@@ -8,7 +8,7 @@ import subprocess
 
 from lib import SANITIZER, SONARD, Skipped, check, note, pings_until, run
 
-FIFO, OTHER = 1, 0
+OTHER, FIFO, BATCH = 0, 1, 3
 
 
 def may(priority):
@@ -56,8 +56,9 @@ def processors(bench):
     bench.conf(pipeline={"threads": 1}, realtime={"processor": last})
     daemon = bench.sonard()
     pings_until(daemon.client(), 5)
-    found = [cpus for _, _, cpus in threads(daemon.pid)]
-    check(found == [{last}] * 2, "all threads on processor %d: %s" % (last, found))
+    found = [(policy, cpus) for policy, _, cpus in threads(daemon.pid)]
+    check(found == [(OTHER, {last}), (BATCH, {last})],
+          "all threads on processor %d, the loop before the other: %s" % (last, found))
 
 
 def memory(bench):

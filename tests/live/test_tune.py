@@ -2,15 +2,18 @@
 # SPDX-License-Identifier: MIT
 """sonard-tune on a recording and on basins made up from a seed (SEED=): what it writes holds the bound in every band of
 elevations and every grid, with a truth and without, repeats to the byte, and is never more certain than the reference; a
-bound that cannot be held leaves no file; a truth is judged by itself; the search ends where no small change is cheaper."""
+bound that cannot be held leaves no file; a truth is judged by itself; the search ends where no small change is cheaper.
+BASINS=n tries so many seeds, each with another basin, configuration and bound; one of each kind by itself."""
 import importlib.util
 import itertools
 import json
 import math
 import os
 import random
+import shutil
 import sys
 import types
+import typing
 from importlib.machinery import SourceFileLoader
 
 from lib import BUILD, SONARD, SONARCTL, check, note, run
@@ -19,6 +22,7 @@ TOP = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 TUNE = os.path.join(TOP, "python", "sonard-tune")
 CAPTURE = os.path.join(TOP, "tests", "replay", "box.mcap")
 SEED = int(os.environ.get("SEED") or random.randrange(1 << 20))
+BASINS = int(os.environ.get("BASINS") or 1)
 FINE = {"sensor_model": "gauss", "angular_step": "1 deg", "range": "3 m"}
 
 
@@ -133,7 +137,47 @@ def needs_no_folder(bench):
 # ---- basins ----
 
 RANGE_M, BINS, PINGS, TURN = 6.0, 200, 300, 200
-EVERY_S, WITHIN_M, SHARE, LOST, MARGIN = "2", 0.3, 85.0, 10.0, 0.2
+EVERY_S = "2"
+
+
+class Bound(typing.NamedTuple):
+    """What sonard-tune is asked to hold: share and lost in percent, margin as a share of the slack that they leave."""
+
+    within_m: float
+    share: float
+    lost: float
+    margin: float
+
+    @staticmethod
+    def of(dice):
+        """From one that little but the reference holds to one that nearly all do."""
+        return Bound(dice.choice([0.05, 0.1, 0.3]), dice.choice([70.0, 85.0, 95.0]), dice.choice([2.0, 10.0, 30.0]),
+                     dice.choice([0.0, 0.2, 0.4]))
+
+    def tighter(self):
+        """By its margin, as it is held where it is tuned."""
+        return Bound(self.within_m * (1 - self.margin), self.share + (100 - self.share) * self.margin, self.lost * (1 - self.margin), 0)
+
+    def arguments(self):
+        return ["--within", str(self.within_m), "--share", str(self.share), "--lost", str(self.lost), "--margin",
+                str(100 * self.margin)]
+
+    def broken(self, pairs, told):
+        """Why it does not hold of pairs of sectors; told: by a truth, so that unknown says nothing."""
+        known = lost = ranges = near = 0
+        for a, b in pairs:
+            if b["state"] == "clear" and (a["state"] == "blocked" or a["state"] == "unknown" and not told):
+                return "falsely clear: %s, %s" % (a, b)
+            if a["state"] == "blocked" and b["free_to_m"] > a["range_m"] + self.within_m:
+                return "free beyond an obstacle: %s, %s" % (a, b)
+            known += a["state"] != "unknown"
+            lost += a["state"] != "unknown" and b["state"] == "unknown" or a["state"] == "clear" and b["state"] == "blocked"
+            if a["state"] == b["state"] == "blocked":
+                ranges += 1
+                near += abs(a["range_m"] - b["range_m"]) <= self.within_m
+        if known < 100 or near < self.share / 100 * ranges or lost > self.lost / 100 * known:
+            return "%d known, %d lost, %d of %d ranges near" % (known, lost, near, ranges)
+        return None
 
 
 def wall_m(basin, azimuth_deg):
@@ -180,25 +224,6 @@ def played(bench, capture, path, name):
     return [(tuple(line["asked"]["elevation_deg"]), line["asked"]["grid"], line["sectors"]) for line in lines_of(out)]
 
 
-def breaks(pairs, told, margin=0.0):
-    """Why the bound, tighter by a margin, does not hold of pairs of sectors; told: by a truth, so that unknown says nothing."""
-    within_m, share, lost_most = WITHIN_M * (1 - margin), SHARE + (100 - SHARE) * margin, LOST * (1 - margin)
-    known = lost = ranges = near = 0
-    for a, b in pairs:
-        if b["state"] == "clear" and (a["state"] == "blocked" or a["state"] == "unknown" and not told):
-            return "falsely clear: %s, %s" % (a, b)
-        if a["state"] == "blocked" and b["free_to_m"] > a["range_m"] + within_m:
-            return "free beyond an obstacle: %s, %s" % (a, b)
-        known += a["state"] != "unknown"
-        lost += a["state"] != "unknown" and b["state"] == "unknown" or a["state"] == "clear" and b["state"] == "blocked"
-        if a["state"] == b["state"] == "blocked":
-            ranges += 1
-            near += abs(a["range_m"] - b["range_m"]) <= within_m
-    if known < 100 or near < share / 100 * ranges or lost > lost_most / 100 * known:
-        return "%d known, %d lost, %d of %d ranges near" % (known, lost, near, ranges)
-    return None
-
-
 HORIZON = ((-5.0, 5.0), "main")
 
 
@@ -208,11 +233,11 @@ def told_pairs(truth, lines, begin_s, end_s=math.inf):
             for a, b in zip(json.loads(truth)["sectors"]["sectors"], x[2]["sectors"])]
 
 
-def must_refuse(truth, fine, turn_s, tune_on):
+def must_refuse(bound, truth, fine, turn_s, tune_on):
     """Why no settings hold the bound: against the truth the careful ones themselves break it, tighter where it is tuned."""
     times = sorted({line[2]["t_unix"] for line in fine})
     begin = times[int(len(times) * tune_on / 100)]
-    return breaks(told_pairs(truth, fine, turn_s, begin), True, MARGIN) or breaks(told_pairs(truth, fine, begin), True)
+    return bound.tighter().broken(told_pairs(truth, fine, turn_s, begin), True) or bound.broken(told_pairs(truth, fine, begin), True)
 
 
 def settings(dice):
@@ -223,45 +248,47 @@ def settings(dice):
             (RANGE_M, dice.choice(["minimum", "heard"]), extract, dice.choice(["gauss", "midpoint", "opening"])))
 
 
-def basin(bench, with_truth):
-    """A basin, configuration and way of judging by the seed; what is written is judged anew, as a user would have it. Where
-    the careful settings miss the truth by too much, it must be refused."""
-    dice = random.Random("%d %s" % (SEED, with_truth))
+def basin(bench, seed, with_truth):
+    """A basin, configuration, bound and way of judging by the seed; what is written is judged anew, as a user would have it.
+    Where the careful settings miss the truth by too much, it must be refused."""
+    dice, name = random.Random("%d %s" % (seed, with_truth)), "basin%d%d" % (seed, with_truth)
+    bound = Bound.of(dice)
     where = [dice.uniform(1.2, 4.5) for _ in range(3)] + [dice.choice([2.0, 9.0])], [dice.uniform(0, 360) for _ in range(4)]
-    dumped, capture = bench.write("dump.txt", dump(dice, where)), bench.path("basin.mcap")
-    path = bench.write("basin.conf", settings(dice))
+    dumped, capture = bench.write(name + ".txt", dump(dice, where)), bench.path(name + ".mcap")
+    path, tuned_path = bench.write(name + ".conf", settings(dice)), bench.path(name + "-tuned.conf")
     done = bench.run(SONARCTL, "capture", "import", "--sensor", "box", dumped, capture)
     check(done.returncode == 0, done.stderr)
     fine, turn_s = played(bench, capture, path, "fine"), TURN * (0.042 + RANGE_M / 750)
     truth, tune_on = truth_of(where, turn_s), 80 if with_truth else 60
     more = ["--reference", bench.write("truth", truth)] if with_truth else []
-    done = bench.run(TUNE, "--sonard", SONARD, "-c", path, "-o", bench.path("tuned.conf"), "--within", str(WITHIN_M), "--share",
-                     str(SHARE), "--lost", str(LOST), "--every", EVERY_S, "--tune-on", str(tune_on),
-                     "--margin", str(100 * MARGIN), *more, capture, limit_s=240)
-    why = with_truth and must_refuse(truth, fine, turn_s, tune_on)
-    check((done.returncode != 0) == bool(why), "SEED=%d: %s; %s" % (SEED, done.stderr, why))
+    done = bench.run(TUNE, "--sonard", SONARD, "-c", path, "-o", tuned_path, *bound.arguments(), "--every", EVERY_S, "--tune-on",
+                     str(tune_on), *more, capture, limit_s=240)
+    why = with_truth and must_refuse(bound, truth, fine, turn_s, tune_on)
+    check((done.returncode != 0) == bool(why), "SEED=%d: %s: %s; %s" % (seed, bound, done.stderr, why))
     if why:
-        check("hold" in done.stderr and not os.path.exists(bench.path("tuned.conf")), "SEED=%d: %s" % (SEED, done.stderr))
-        note("SEED=%d: refused: %s" % (SEED, why))
+        check("hold" in done.stderr and not os.path.exists(tuned_path), "SEED=%d: %s" % (seed, done.stderr))
+        note("SEED=%d: %s: refused: %s" % (seed, bound, why))
         return
     os.mkdir(path + ".d")
-    os.rename(bench.path("tuned.conf"), os.path.join(path + ".d", "60-tuned.conf"))
+    os.rename(tuned_path, os.path.join(path + ".d", "60-tuned.conf"))
     tuned = played(bench, capture, path, "coarse")
     check(len(fine) == len(tuned) and {line[1] for line in tuned} == {"main", "other"},
           "lines: %d and %d" % (len(fine), len(tuned)))
     rest = [(a, b) for x, y in zip(fine, tuned) if not with_truth or x[:2] != HORIZON
             for a, b in zip(x[2]["sectors"], y[2]["sectors"])]
-    broken = breaks(rest, False) or with_truth and breaks(told_pairs(truth, tuned, turn_s), True)
-    check(not broken, "SEED=%d: %s" % (SEED, broken))
-    note("SEED=%d: %s" % (SEED, done.stdout.split("cost by")[1].splitlines()[1].strip()))
+    broken = bound.broken(rest, False) or with_truth and bound.broken(told_pairs(truth, tuned, turn_s), True)
+    check(not broken, "SEED=%d: %s: %s" % (seed, bound, broken))
+    note("SEED=%d: %s: %s" % (seed, bound, done.stdout.split("cost by")[1].splitlines()[1].strip()))
 
 
 def basin_alone(bench):
-    basin(bench, False)
+    for seed in range(SEED, SEED + BASINS):
+        basin(bench, seed, False)
 
 
 def basin_with_truth(bench):
-    basin(bench, True)
+    for seed in range(SEED, SEED + BASINS):
+        basin(bench, seed, True)
 
 
 def places_are_left(bench):
@@ -307,6 +334,113 @@ def judges(_bench):
         check(part(many, many).holds(95, 5) and not part(few, many).holds(95, 5) and not part(many, few).holds(95, 5), str(bad))
 
 
+def made_up_answers(bad=(), late=()):
+    """Ten lines of a hundred sectors with a wall 2 m away; the first of each line are what is given, of the last four lines `late`."""
+    wall = ("blocked", 2.0, 1.9)
+    return [types.SimpleNamespace(where="w", t=float(t), sectors=[*said, *[wall] * (100 - len(said))])
+            for t, said in enumerate([bad] * 6 + [late] * 4)]
+
+
+def checks(_bench):
+    """Each check by itself: the bound tighter by the margin where it is tuned, the bound on the rest, and both as it is written."""
+    module = loaded()
+    tuner = module.Tuner.__new__(module.Tuner)
+    tuner.args = types.SimpleNamespace(within=0.1, share=90, lost=10, margin=20, tune_on=60)
+    tuner.reference, tuner.told = made_up_answers(), set()
+    tuner.sonard = types.SimpleNamespace(with_keys=lambda keys: keys, answers=lambda keys: keys)
+    far, near, gone, clear = ("blocked", 2.2, 2.0), ("blocked", 2.09, 2.0), module.UNKNOWN, ("clear", None, 2.0)
+    for bad, where_tuned, on_the_rest in (([], (True, True, True), (True, True, True)),
+                                          ([far] * 7, (True, True, True), (True, True, True)),
+                                          ([far] * 9, (False, True, True), (True, True, True)),
+                                          ([far] * 11, (False, True, False), (True, False, False)),
+                                          ([near] * 50, (False, True, False), (True, True, True)),
+                                          ([gone] * 7, (True, True, True), (True, True, True)),
+                                          ([gone] * 9, (False, True, True), (True, True, True)),
+                                          ([gone] * 11, (False, True, False), (True, False, False)),
+                                          ([clear], (False, True, False), (True, False, False))):
+        for answers, want in ((made_up_answers(bad), where_tuned), (made_up_answers(late=bad), on_the_rest)):
+            parts = tuner.measure(answers)
+            got = tuner.holds_tuned(parts), tuner.holds_checked(parts), tuner.holds_as_written(answers)
+            check(got == want, "%d of %s: %s" % (len(bad), bad[:1], got))
+    check(not tuner.holds_tuned(None) and not tuner.holds_checked(None), "what sonard refuses holds")
+
+
+def takes_back(_bench):
+    """What holds only where it was tuned, or not as it is written, is not taken; nothing is when nothing holds."""
+    module = loaded()
+    tuner = module.Tuner.__new__(module.Tuner)
+    tuner.args = types.SimpleNamespace(share=90, lost=10)
+    good, bad = (types.SimpleNamespace(holds=lambda *_, held=held: held) for held in (True, False))
+    tuned = {"careful": [good, good], "as written": [good, good], "rest": [good, bad]}
+    written = {"careful": [good, good], "as written": [bad, good], "rest": [good, good]}
+    tuner.measure = written.get
+    tuner.descend = lambda: list(tuned.items())
+    check(tuner.best() == ("careful", tuned["careful"], 2), tuner.best())
+    tuner.descend = lambda: list(tuned.items())[1:]
+    try:
+        check(False, tuner.best())
+    except module.Refused as why:
+        check("whatever the settings" in str(why), why)
+
+
+def refers(_bench):
+    """An answer is held against the last line of the reference about its place; what the truth tells nothing of is left to the most
+    careful settings, and room is tried with half of it."""
+    module = loaded()
+
+    def line(where, t, said=module.UNKNOWN):
+        return types.SimpleNamespace(where=where, t=t, sectors=[said])
+
+    first, second, other = line("a", 1), line("a", 5), line("b", 2)
+    answers = [line("a", 0.5), line("a", 1), line("b", 1.5), line("a", 4.9), line("b", 5), line("a", 5), line("c", 6)]
+    check(module.pair([first, other, second], answers) == [(first, answers[1]), (first, answers[3]), (other, answers[4]),
+                                                           (second, answers[5])], "pairs")
+    careful = [line("a", 1), line("b", 1), line("b", 3)]
+    check(module.completed([second], careful) == ([careful[1], careful[2], second], {"a"}), "the truth and the rest")
+    asked = {("grid", "max_cells"): "65536", ("grid far", "max_cells"): "1500", ("grid", "angular_step"): "2 deg"}
+    check(module.scarce(asked) == {**asked, ("grid", "max_cells"): "32768", ("grid far", "max_cells"): "1024"}, module.scarce(asked))
+    values = {("grid", "angular_step"): "3 deg", ("grid", "max_cells"): "4096", ("grid", "sensor_model"): "midpoint",
+              ("grid", "elevation"): "full", ("map", "voxel"): "none", ("extract", "detector"): "os",
+              **{("extract", key): "on" for key in module.SWITCHES}}
+    careful = {key: steps[0] for key, steps in module.ladders(values, True, False).items()}
+    check(careful == {k: v for k, v in values.items() if k[0] != "map"} |
+          {("grid", "angular_step"): "1 deg", ("grid", "max_cells"): "65536"}, careful)
+    made = []
+    sonard = types.SimpleNamespace(with_keys=lambda keys: made.append(keys), answers=lambda _: made_up_answers())
+    tuner = module.Tuner(sonard, {("a", "b"): ["careful", "cheap"]}, [], None)
+    check(made == [{("a", "b"): "careful"}] and len(tuner.reference) == 10, made)
+    check(module.spelled({("grid", "x"): "1", ("grid far", "x"): "2"}, {("grid", "x"): "3"}, {("grid", "x"): "3"}) ==
+          {("grid", "x"): "3", ("grid far", "x"): "2"}, "a named grid has another value than it had")
+
+
+def names_old_poses(bench):
+    """A capture that tells too little because the poses in it are too old is refused with that reason; else nothing is said of them."""
+    module = loaded()
+    lines = [{"sectors": {"t_unix": t, "pose_age_s": age, "sectors": [{"state": "unknown", "free_to_m": 0}]}}
+             for t, age in enumerate((0.2, None, 1.5, 7))]
+    said = module.read_answers(bench.write("answers", "".join(json.dumps(line) + "\n" for line in lines)))
+    check("in 2 of 4 answers the pose was older than [pose] max_age, 1 s," in module.old_poses(said, "1 s"), module.old_poses(said, "1 s"))
+    check(module.old_poses(said, "10 s") == "" and module.old_poses([], "1 s") == "", "poses that are new enough")
+    tuner = module.Tuner.__new__(module.Tuner)
+    tuner.careful, tuner.reference, tuner.sonard = {}, said, types.SimpleNamespace(values={("pose", "max_age"): "1 s"})
+    tuner.measure_known = lambda _: [types.SimpleNamespace(known=0)] * 2
+    try:
+        check(False, tuner.descend())
+    except module.Refused as why:
+        check("tells too little" in str(why) and "2 of 4" in str(why), why)
+
+
+def finds_sonard(bench):
+    """In the source tree the one that make has built, and before it an installed one."""
+    for folder in ("python", "build", "sbin"):
+        os.makedirs(bench.path("tree/" + folder))
+    tool = shutil.copy(TUNE, bench.path("tree/python"))
+    for folder in ("build", "sbin"):
+        os.chmod(bench.write("tree/%s/sonard" % folder, "#!/bin/sh\necho that of %s >&2; exit 1\n" % folder), 0o755)
+        done = bench.run(tool, "-o", bench.path("tuned.conf"), CAPTURE)
+        check(done.returncode == 1 and "that of " + folder in done.stderr, done.stderr)
+
+
 def made_up(module, dice):
     """A tuner whose costs and whose bound are made up: cheaper keys interact, and dearer ones may allow cheaper others."""
     ladder = {("a", str(k)): [str(v) for v in range(dice.choice([2, 3, 5]))] for k in range(4)}
@@ -315,7 +449,7 @@ def made_up(module, dice):
     good = {module.name(c): c == careful or dice.random() < 0.3 for c in combos}
     cost = {module.name(c): (sum(dice.uniform(0, 1) for _ in c) if c != careful else 9, 0) for c in combos}
     tuner = module.Tuner.__new__(module.Tuner)
-    tuner.ladder, tuner.careful, tuner.measured = ladder, careful, {}
+    tuner.ladder, tuner.careful, tuner.measured, tuner.steps, tuner.shown = ladder, careful, {}, 0, 0.0
     tuner.args = types.SimpleNamespace(jobs=dice.choice([1, 3]))
     tuner.cost = lambda keys: cost[module.name(keys)]
     tuner.measure = lambda keys: [types.SimpleNamespace(known=99, good=good[module.name(keys)])]
@@ -330,6 +464,7 @@ def search(_bench):
     for n in range(20):
         tuner, combos, good, cost = made_up(module, random.Random("%d %d" % (SEED, n)))
         way = [module.name(keys) for keys, _ in tuner.descend()]
+        check(tuner.shown == 1 and tuner.steps == len(way), "SEED=%d %d: the bar ends at %g" % (SEED, n, tuner.shown))
         check(all(good[w] for w in way) and sorted(way, key=lambda w: cost[w], reverse=True) == way,
               "SEED=%d %d: %s" % (SEED, n, way))
         last = dict(way[-1])
@@ -340,4 +475,4 @@ def search(_bench):
 
 check(os.path.isdir(BUILD), "no build")
 run([("tune_" + f.__name__, f) for f in (holds, repeats, refuses, truth_holds, needs_no_folder, basin_alone, basin_with_truth,
-                                         places_are_left, judges, search)])
+                                         places_are_left, judges, checks, takes_back, refers, names_old_poses, finds_sonard, search)])

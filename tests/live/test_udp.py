@@ -169,15 +169,15 @@ def multibeam_clock(bench):
     def clock():
         return sensor(client, "swath").get("clock", {"used": False})
 
-    until(lambda: clock()["used"], "the clock to be used", 30)
+    until(lambda: clock()["used"], "the clock to be used", 90)
     pings(client, "swath", 120)
-    until(lambda: clock()["used"], "the clock to be used still, or again after a stall", 30)
+    until(lambda: clock()["used"], "the clock to be used still, or again after a stall", 90)
     check(clock()["restarts"] == 0, "the wrap is a restart: %s" % clock())
     until(lambda: abs(clock()["drift_ppm"] + 100) < 400 and 0 <= clock()["jitter_s"] < 0.05, "the clock to fit", 60)
     sim.command("reboot 1")
     pings(client, "swath", 30)
     check(not clock()["used"], "times go across the start: %s" % clock())
-    until(lambda: clock()["used"], "the clock to be used again", 30)
+    until(lambda: clock()["used"], "the clock to be used again", 90)
 
 
 FAULTS = (("drop 3", "lost_frames", 3), ("corrupt 3", "bad_checksum", 3), ("short 2", "lost_frames", 2),

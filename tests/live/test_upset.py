@@ -142,7 +142,7 @@ def stalled_disk(bench):
     for capture in glob.glob(os.path.join(folder, "*.mcap")):
         info = bench.sonarctl("capture", "info", capture)
         check(info.returncode == 0, "capture info: " + info.stderr)
-        messages += sum(int(n) for n in re.findall(r"^(\d+) messages in", info.stdout, re.M))
+        messages += sum(int(n) for n in re.findall(r"^(\d+) messages? in", info.stdout, re.M))
     note("%d messages in the captures; %d were taken, %d lost" % (messages, after["messages"], after["lost_messages"]))
     check(messages >= after["messages"] - after["lost_messages"] - 1, "fewer in the capture than were not lost")
 

@@ -22,7 +22,7 @@ plot drift using (length_m(0)):(show(column("false_free_m3"))):(show(column("fal
 set key inside top right vertical
 set ylabel 'distance between surfaces, m'
 unset logscale y
-set yrange [0:4]
+set yrange [0:5]
 set ytics 0.5
 plot for [i=1:3] drift using (length_m(0)):(column(word("to_truth_mean_m to_truth_p95_m to_truth_max_m", i))) with linespoints lc 1 dt i pt 7 title word("'map to truth: mean' '95 %' largest", i), \
      for [i=1:3] drift using (length_m(0)):(column(word("to_map_mean_m to_map_p95_m to_map_max_m", i))) with linespoints lc 2 dt i pt 7 title word("'truth to map: mean' '95 %' largest", i)

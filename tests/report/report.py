@@ -10,8 +10,8 @@ the data as CSV. The text is index.md and one file per chapter; a line that begi
   @count DATA FUNCTION PROGRAM ARGS...  the same under callgrind: a column of instructions in FUNCTION between two
                                    calls of cost_mark, per `bins` of the row; empty where there is no valgrind
   @peer DATA COLUMN[:TITLE]...     what the benchmark's peer says, as data and a table; a sentence where it is not built
-  @points DATA ERRORS COST COUNT MEASURE[<LIMIT]...  one row per setting: medians over seeds, cost, Pareto fronts;
-                                   a setting beyond a limit is no use and on no front
+  @points DATA ERRORS COST COUNT MEASURE[<LIMIT]... [+COLUMN]...  one row per setting: medians over seeds, cost, Pareto
+                                   fronts; a setting beyond a limit is no use and on no front; a COLUMN has no front
   @judge DATA                      is the default on the front, and what does it give up, in words and a table
   @plot SCRIPT                     gnuplot SCRIPT.gp, with `data` and `out` set
   @figure FILE CAPTION             FILE.svg
@@ -44,13 +44,13 @@ from page import HERE, markdown_table, number, read
 
 
 # What takes longest, begun first so that no processor waits for it at the end. Only the order depends on it.
-LONGEST = ("extract_count", "voxel_shaft", "voxel_errors", "drift", "stability", "sphere_count", "left_out_count", "plan_count",
+LONGEST = ("long", "extract_count", "voxel_shaft", "voxel_errors", "drift", "stability", "sphere_count", "left_out_count", "plan_count",
            "chain_count", "voxel_slices", "voxel_false", "sphere_errors", "chain_errors")
 
 
 class Report:
-    def __init__(self, build, out, quick):
-        self.build, self.out, self.quick = build, out, quick
+    def __init__(self, build, out, size):
+        self.build, self.out, self.size = build, out, size
         self.data = os.path.join(out, "data")
         self.figures = 0
         self.begin = time.monotonic()
@@ -70,7 +70,7 @@ class Report:
             table.writerows(rows)
 
     def program(self, name, *args):
-        return [os.path.join(self.build, "tests", name), *args, *(["quick"] if self.quick else [])]
+        return [os.path.join(self.build, "tests", name), *args, *([self.size] if self.size else [])]
 
     def run(self, name, *command):
         with open(os.path.join(self.data, name + ".csv"), "w", encoding="utf-8") as f:
@@ -133,7 +133,8 @@ class Report:
                 seeds.setdefault((row["knob"], row["value"]), []).append(row)
         costs = {(r["knob"], r["value"]): r for r in self.rows(cost)}
         counts = {(r["knob"], r["value"]): r["instructions"] for r in self.rows(count)}
-        limits = {m: float(limit or "inf") for m, _, limit in (word.partition("<") for word in measures)}
+        shown = [word[1:] for word in measures if word.startswith("+")]
+        limits = {m: float(limit or "inf") for m, _, limit in (word.partition("<") for word in measures if word[0] != "+")}
         measures = list(limits)
         points = []
         for key, rows in seeds.items():
@@ -141,7 +142,7 @@ class Report:
             point = {"knob": key[0], "value": key[1], "place": place, "default": rows[0]["default"],
                      "cost": counts[key] or costs[key]["ns_per_bin"], "instructions": counts[key]}
             point |= {k: costs[key][k] for k in ("ns_per_bin", "ns_low", "ns_high")}
-            for m in measures:
+            for m in measures + shown:
                 values = [float(row[m]) for row in rows]
                 point |= {m: f"{statistics.median(values):.6g}", m + "_low": min(values), m + "_high": max(values)}
             points.append(point)
@@ -227,7 +228,8 @@ class Report:
     def machine(self):
         cpu = re.search(r"model name\s*: (.*)", read("/proc/cpuinfo"))
         cc = subprocess.run(["cc", "--version"], capture_output=True, text=True, check=True).stdout.splitlines()[0]
-        kind = "QUICK=1: few repetitions, only to try the machinery" if self.quick else "full"
+        kind = {"": "full", "quick": "QUICK=1: few repetitions, only to try the machinery",
+                "long": "full, and with LONG=1 a billion updates of what runs for ever"}[self.size]
         return f"{platform.machine()}, {cpu[1] if cpu else 'unknown CPU'}, {os.cpu_count()} CPUs, {cc}; run: {kind}."
 
     def chapter(self, name):
@@ -290,10 +292,12 @@ def main():
     arguments = argparse.ArgumentParser(description="make the report")
     arguments.add_argument("--build", default="build", help="folder of the measuring programs")
     arguments.add_argument("--out", default="report", help="folder that is made anew")
-    arguments.add_argument("--quick", action="store_true", help="in seconds, with few repetitions")
+    size = arguments.add_mutually_exclusive_group()
+    size.add_argument("--quick", dest="size", action="store_const", const="quick", default="", help="in seconds, with few repetitions")
+    size.add_argument("--long", dest="size", action="store_const", const="long", help="a billion updates of what runs for ever")
     args = arguments.parse_args()
     try:
-        Report(args.build, args.out, args.quick).make()
+        Report(args.build, args.out, args.size).make()
     except subprocess.CalledProcessError as fault:
         sys.exit(f"report.py: {' '.join(fault.cmd)}: ended with status {fault.returncode}")
 

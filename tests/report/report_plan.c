@@ -7,6 +7,7 @@
  *   report_plan proof [quick]   CSV: scene, stage, plan, must_be, sectors, changed, falsely_clear, bytes
  *   report_plan cost [quick]    CSV: stage, nanoseconds per bin from a ping's submission until it is in the picture
  *   report_plan count [quick]   CSV: stage, bins, for callgrind to count the instructions of pipeline_submit
+ *   report_plan spared [quick]  CSV: scene, stage, per cent of that time that leaving it out spares, median and quarters
  *
  * falsely_clear: clear without the stage, and not clear with it. bytes: what the stage holds.
  */
@@ -156,8 +157,8 @@ static void listen_some(unsigned scenes)
                    n % COUNT_BEAMS * SEA_BEAMS / COUNT_BEAMS, &some[n]);
 }
 
-/* Those beams of so many scenes through a pipeline of its own. Returns their bins; *ns: until all are done. */
-static unsigned run_some(const char *more, unsigned scenes, double *ns)
+/* Those beams of so many scenes from one on through a pipeline of its own. Returns their bins; *ns: until all are done. */
+static unsigned run_some(const char *more, unsigned first, unsigned scenes, double *ns)
 {
     struct conf conf;
     unsigned bins = 0;
@@ -165,7 +166,7 @@ static unsigned run_some(const char *more, unsigned scenes, double *ns)
     configure(more, &conf);
     struct pipeline *pipeline = scans_start(&conf);
     *ns = 0;
-    for (unsigned n = 0; n < scenes * COUNT_BEAMS; n++, bins += SEA_MAX_BINS) {
+    for (unsigned n = first * COUNT_BEAMS; n < (first + scenes) * COUNT_BEAMS; n++, bins += SEA_MAX_BINS) {
         const double begin_ns = cost_now_ns();
         scans_submit(pipeline, &some[n]);
         pipeline_drain(pipeline);
@@ -183,7 +184,7 @@ static void cost(unsigned repetitions)
         for (int without = 0; without < 2; without++) {
             double ns[REPETITIONS];
             for (unsigned r = 0; r < repetitions; r++) {
-                const unsigned bins = run_some(without ? stages[k].without : stages[k].with, sea_scenes_n, &ns[r]);
+                const unsigned bins = run_some(without ? stages[k].without : stages[k].with, 0, sea_scenes_n, &ns[r]);
                 ns[r] /= bins;
             }
             const struct cost_spread spread = cost_spread_of(ns, repetitions);
@@ -202,8 +203,28 @@ static void count(unsigned scenes)
     for (size_t k = 0; k < STAGES; k++)
         for (int without = 0; without < 2; without++) {
             const char *more = stages[k].id == PLAN_THREADS || without ? stages[k].without : stages[k].with;
-            printf("%s %s,%u\n", without ? "without" : "with", stages[k].name, run_some(more, scenes, &ns));
+            printf("%s %s,%u\n", without ? "without" : "with", stages[k].name, run_some(more, 0, scenes, &ns));
             cost_mark();
+        }
+}
+
+/* Scene by scene; the median is of the ratios, with and without run in turn, so that other load hits both alike. */
+static void spared(unsigned scenes, unsigned repetitions)
+{
+    listen_some(sea_scenes_n);
+    printf("scene,stage,spared_percent,low,high\n");
+    for (unsigned scene = 0; scene < scenes; scene++)
+        for (size_t k = 0; k < STAGES; k++) {
+            double percent[REPETITIONS];
+            for (unsigned r = 0; r < repetitions; r++) {
+                double with_ns, without_ns;
+                run_some(stages[k].with, scene, 1, &with_ns);
+                run_some(stages[k].without, scene, 1, &without_ns);
+                percent[r] = 100.0 * (1.0 - without_ns / with_ns);
+            }
+            const struct cost_spread spread = cost_spread_of(percent, repetitions);
+            printf("%s,%s,%.1f,%.1f,%.1f\n", sea_scenes[scene].name, stages[k].name, spread.median, spread.low,
+                   spread.high);
         }
 }
 
@@ -219,8 +240,10 @@ int main(int argc, char **argv)
         cost(quick ? 1 : REPETITIONS);
     else if (strcmp(what, "count") == 0)
         count(scenes);
+    else if (strcmp(what, "spared") == 0)
+        spared(scenes, quick ? 1 : REPETITIONS);
     else {
-        fprintf(stderr, "usage: report_plan proof|cost|count [quick]\n");
+        fprintf(stderr, "usage: report_plan proof|cost|count|spared [quick]\n");
         return 2;
     }
     return 0;

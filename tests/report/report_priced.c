@@ -3,10 +3,11 @@
  * report_priced - the pings that the plan prices (daemon/plan_cost.h), of every sonar of a configuration in turn, through
  * the daemon's own pipeline, for callgrind to count what each stage takes: tests/bench/plan_error.py.
  *
- *   report_priced CONF PINGS   twice so many of each, at the same places; between the two, cost_mark; prints nothing
+ *   report_priced CONF PINGS [SPEED]   twice so many of each, in the same directions; between the two, cost_mark; prints
+ *                                      nothing
  *
- * Noise, and one echo in every beam; a head steps on from ping to ping, a fan has its beams side by side over 120 degrees.
- * The vehicle stands still and knows its pose.
+ * Noise, and one echo in every beam; a head steps on from ping to ping, a fan has its beams side by side over 120 degrees,
+ * 25 pings a second. The vehicle knows its pose, and stands still or drives ahead at so many metres a second.
  */
 #include <stdio.h>
 #include <stdlib.h>
@@ -17,11 +18,10 @@
 #include "lib/dice.h"
 #include "lib/scans.h"
 
-#define SWATH_DEG 120.0
-#define PULSE_M   0.05
-#define NOISE     20.0 /* counts */
-#define ECHO      150.0
-#define PING_NS   UINT64_C(40000000)
+#define PULSE_M 0.05
+#define NOISE   20.0 /* counts */
+#define ECHO    150.0
+#define PING_NS UINT64_C(40000000)
 
 static void fault(void *ctx, const char *message)
 {
@@ -55,21 +55,27 @@ static void fill(struct ping *p, const struct conf_sonar *sonar, unsigned step)
     p->az_aperture_rad = (float)size.az_rad;
     p->el_aperture_rad = (float)size.el_rad;
     for (uint32_t b = 0; b < p->n_beams; b++) {
-        const double fan_rad = geo_rad(SWATH_DEG) * ((b + 0.5) / p->n_beams - 0.5);
-        p->beam[b] = (struct ping_beam){.az_rad = (float)geo_wrap(p->n_beams > 1 ? fan_rad : step * sonar->step_rad),
-                                        .range_m = (float)(PLAN_ECHO_AT * sonar->range_m),
-                                        .range_sd_m = 0.02f,
-                                        .confidence = 0.9f};
+        const double fan_rad = PLAN_FAN_RAD * ((b + 0.5) / p->n_beams - 0.5);
+        p->beam[b] =
+            (struct ping_beam){.az_rad = (float)geo_wrap(p->n_beams > 1 ? fan_rad : step * sonar->step_rad),
+                               .range_m = (float)(PLAN_ECHO_AT * sonar->range_m),
+                               .range_sd_m = 0.02f,
+                               .confidence = 0.9f};
     }
 }
 
 /* The n-th ping of all sonars. */
-static void submit(struct pipeline *pipeline, const struct conf *conf, unsigned n, unsigned step, struct dice *dice)
+static void submit(struct pipeline *pipeline, const struct conf *conf, unsigned n, unsigned step, double speed_mps,
+                   struct dice *dice)
 {
+    const double way_m = speed_mps * 1e-9 * (double)PING_NS * n;
+
     for (int i = 0; i < conf->n_sonars; i++) {
         struct ping *p = pipeline_begin(pipeline);
         p->t_ns = p->t_in_ns = p->pose.t_ns = (n + 1) * PING_NS;
         p->pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
+        p->pose.position_m[0] = way_m;
+        p->pose.path_m = way_m;
         p->seq = n + 1;
         p->sensor = (uint16_t)i;
         fill(p, &conf->sonar[i], step);
@@ -85,18 +91,19 @@ int main(int argc, char **argv)
     struct conf_source *source;
     struct dice dice = dice_of(1, 1);
 
-    if (argc != 3) {
-        fprintf(stderr, "usage: report_priced CONF PINGS\n");
+    if (argc != 3 && argc != 4) {
+        fprintf(stderr, "usage: report_priced CONF PINGS [SPEED]\n");
         return 2;
     }
     conf_load(&conf, &source, argv[1], &settings_checks, fault, NULL);
     conf_source_free(source);
     const unsigned pings = (unsigned)strtoul(argv[2], NULL, 10);
+    const double speed_mps = argc > 3 ? strtod(argv[3], NULL) : 0;
     struct pipeline *pipeline = scans_start(&conf);
     for (unsigned n = 0; n < 2 * pings; n++) {
         if (n == pings)
             cost_mark();
-        submit(pipeline, &conf, n, n % pings, &dice);
+        submit(pipeline, &conf, n, n % pings, speed_mps, &dice);
     }
     cost_mark();
     pipeline_free(pipeline);

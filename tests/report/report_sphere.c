@@ -194,17 +194,17 @@ static void errors_of(const struct setting *setting, unsigned seed)
     }
     sphere_stats(grid, &stats);
     cost_sort(t.range_m, t.n_ranges);
-    printf("%s,%s,%d,all,%u,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%u\n", knob_name[setting->knob], setting->label,
+    printf("%s,%s,%d,all,%u,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%u\n", knob_name[setting->knob], setting->label,
            setting->shipped, seed, (double)t.false_clear / t.in_way, (double)t.false_block / t.open,
            (double)t.unknown / t.open, cost_quantile(t.range_m, t.n_ranges, 0.5),
-           cost_quantile(t.range_m, t.n_ranges, 0.95), geo_deg(t.beyond_rad / fmax(t.edges, 1)), stats.cells);
+           cost_quantile(t.range_m, t.n_ranges, 0.95), cost_quantile(t.range_m, t.n_ranges, 1),
+           geo_deg(t.beyond_rad / fmax(t.edges, 1)), stats.cells);
 }
 
 static void errors(unsigned seeds)
 {
-    printf("knob,value,default,scene,seed,false_clear_share,false_block_share,unknown_share,range_median_m,range_"
-           "p95_m,"
-           "direction_deg,cells\n");
+    printf("knob,value,default,scene,seed,false_clear_share,false_block_share,unknown_share,range_median_m,"
+           "range_p95_m,range_max_m,direction_deg,cells\n");
     for (unsigned seed = 1; seed <= seeds; seed++)
         for (size_t i = 0; i < SETTINGS; i++)
             errors_of(&settings[i], seed);

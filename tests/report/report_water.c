@@ -16,6 +16,7 @@
 #include "lib/chart.h"
 #include "lib/cost.h"
 #include "lib/dice.h"
+#include "peer.h"
 
 #define TURNS       8
 #define QUICK_TURNS 2
@@ -113,13 +114,16 @@ static void false_free(bool quick)
 
 /* ---- error against run time ---- */
 
-enum method { SPANS, VOXEL_TEST, RAYS };
+enum method { SPANS, VOXEL_TEST, RAYS, PEER };
 enum knob { VOXEL, TOLERANCE, THRESHOLD, ECHO_WEIGHT, OPENING, CASTING };
 
 static const char *const knob_name[] = {"voxel", "tolerance", "threshold", "echo_weight", "opening", "casting"};
 
-/* Rays: so many voxels apart where the beam ends; the axis alone. */
+/* Rays: so many voxels apart where the beam ends; the axis alone. The peer's are one voxel apart, over that share of the beam's
+ * height. */
 #define AXIS_ONLY 1e9
+#define OF_BEAM   -2.0
+#define OF_HALF   -2.5
 
 static const struct setting {
     enum knob knob;
@@ -153,15 +157,19 @@ static const struct setting {
     {CASTING, "rays 1 voxel apart", 1},
     {CASTING, "rays 2 voxels apart", 2},
     {CASTING, "one ray", AXIS_ONLY},
+    {CASTING, "OctoMap", OF_BEAM},
+    {CASTING, "OctoMap of half the beam", OF_HALF},
 };
 #define SETTINGS (sizeof settings / sizeof settings[0])
 
-/* A chart, how beams get into it, and for rays which voxels the ping has raised already. */
+/* A chart, how beams get into it, and for rays which voxels the ping has raised already; the peer is copied into it at the
+ * end. */
 struct water {
     struct chart *chart;
+    struct peer *peer;
     enum method method;
-    double apart_voxels;
-    uint32_t *raised, ping; /* [cells of the chart's box] */
+    double apart_voxels, opening; /* of rays */
+    uint32_t *raised, ping;       /* [cells of the chart's box] */
 };
 
 static struct chart_setting setting_of(const struct setting *s)
@@ -198,8 +206,10 @@ static struct water water_make(const struct world *world, const struct setting *
     const int32_t *size = w.chart->box.size;
 
     if (s->knob == CASTING && s->value != 0) {
-        w.method = s->value > 0 ? RAYS : VOXEL_TEST;
-        w.apart_voxels = s->value;
+        w.method = s->value > 0 ? RAYS : s->value > OF_BEAM ? VOXEL_TEST : PEER;
+        w.apart_voxels = w.method == RAYS ? s->value : 1;
+        w.opening = s->value == OF_HALF ? 0.5 : 1;
+        w.peer = w.method == PEER ? peer_make(set.voxel_m) : NULL;
         w.raised = calloc((size_t)size[0] * (size_t)size[1] * (size_t)size[2], sizeof *w.raised);
         if (!w.raised)
             exit(1);
@@ -209,14 +219,24 @@ static struct water water_make(const struct world *world, const struct setting *
 
 static void water_free(struct water *w)
 {
+    peer_free(w->peer);
     chart_free(w->chart);
     free(w->raised);
+}
+
+/* The peer has no row, which are the last ones, where its library is not installed. */
+static bool is_here(const struct setting *s)
+{
+    struct peer *peer = s->knob == CASTING && s->value <= OF_BEAM ? peer_make(1) : NULL;
+    const bool here = s->knob != CASTING || s->value > OF_BEAM || peer;
+
+    peer_free(peer);
+    return here;
 }
 
 /* One voxel, at most once a ping. */
 static void raise_cell(struct water *w, const int64_t cell[3])
 {
-    struct submap *m = &w->chart->map;
     const struct lattice_box *box = &w->chart->box;
 
     if (!lattice_holds(box, cell))
@@ -227,12 +247,7 @@ static void raise_cell(struct water *w, const int64_t cell[3])
     if (*raised == w->ping)
         return;
     *raised = w->ping;
-    const uint32_t i = (uint32_t)(cell[0] - m->box.first[0]), j = (uint32_t)(cell[1] - m->box.first[1]);
-    uint32_t *tile = &m->tile[i / TILE_SIDE * ((uint32_t)m->box.size[1] / TILE_SIDE) + j / TILE_SIDE];
-    if (*tile == TILE_NONE)
-        *tile = tiles_take(m->tiles);
-    uint8_t *count = tiles_column(m->tiles, *tile, i % TILE_SIDE * TILE_SIDE + j % TILE_SIDE, SUBMAP_VACANCY) +
-                     (cell[2] - m->box.first[2]);
+    uint8_t *count = chart_count(w->chart, cell, SUBMAP_VACANCY);
     *count = (uint8_t)(*count + (*count < UINT8_MAX));
 }
 
@@ -254,25 +269,71 @@ static void by_voxel_test(struct water *w, const struct dive_look *look, double 
                     raise_cell(w, cell);
 }
 
-static void by_rays(struct water *w, const struct dive_look *look, double near_m, double far_m)
+/* Directions of rays over a beam, no farther apart than that where it ends. */
+#define RAYS_MOST 65536
+static size_t rays_of(const struct water *w, const struct dive_look *look, double far_m, double ray[][3])
 {
-    const double step_m = w->chart->set.voxel_m / 2, apart_m = w->apart_voxels * w->chart->set.voxel_m;
-    const int n_az = (int)ceil(geo_rad(DIVE_AZ_DEG) * far_m / apart_m) + 1;
-    const int n_el = (int)ceil(geo_rad(DIVE_EL_DEG) * far_m / apart_m) + 1;
+    const double apart_m = w->apart_voxels * w->chart->set.voxel_m;
+    const double az_rad = geo_rad(DIVE_AZ_DEG), el_rad = w->opening * geo_rad(DIVE_EL_DEG);
+    const int n_az = (int)ceil(az_rad * far_m / apart_m) + 1, n_el = (int)ceil(el_rad * far_m / apart_m) + 1;
     const bool one = w->apart_voxels == AXIS_ONLY;
+    size_t n = 0;
 
     for (int a = 0; a < (one ? 1 : n_az); a++)
-        for (int e = 0; e < (one ? 1 : n_el); e++) {
-            const double az = one ? 0 : geo_rad(DIVE_AZ_DEG) * (a / (n_az - 1.0) - 0.5);
-            const double el = one ? 0 : geo_rad(DIVE_EL_DEG) * (e / (n_el - 1.0) - 0.5);
-            double in_beam[3], d[3];
-            geo_direction(az, el, in_beam);
-            quat_rotate(look->attitude, in_beam, d);
-            for (double r = near_m; r <= far_m; r += step_m) {
-                const double at[3] = {look->at[0] + r * d[0], look->at[1] + r * d[1], look->at[2] + r * d[2]};
-                raise_cell(w, chart_place(w->chart, at).cell);
-            }
+        for (int e = 0; e < (one ? 1 : n_el) && n < RAYS_MOST; e++) {
+            double in_beam[3];
+            geo_direction(one ? 0 : az_rad * (a / (n_az - 1.0) - 0.5), one ? 0 : el_rad * (e / (n_el - 1.0) - 0.5),
+                          in_beam);
+            quat_rotate(look->attitude, in_beam, ray[n++]);
         }
+    return n;
+}
+
+static double ray[RAYS_MOST][3];
+
+static void by_rays(struct water *w, const struct dive_look *look, double near_m, double far_m)
+{
+    const double step_m = w->chart->set.voxel_m / 2;
+    const size_t n = rays_of(w, look, far_m, ray);
+
+    for (size_t i = 0; i < n; i++)
+        for (double r = near_m; r <= far_m; r += step_m) {
+            const double *d = ray[i];
+            const double at[3] = {look->at[0] + r * d[0], look->at[1] + r * d[1], look->at[2] + r * d[2]};
+            raise_cell(w, chart_place(w->chart, at).cell);
+        }
+}
+
+/* OctoMap's own way: rays all over the beam, each of which ends at an occupied place where something was heard. */
+static void by_peer(struct water *w, const struct dive_look *look, const struct beam_echoes *heard)
+{
+    static float end[RAYS_MOST][3];
+    const double echo_m = heard->n ? (double)heard->echo[0].range_m : INFINITY, free_m = (double)heard->free_to_m;
+    const double to_m = heard->n ? echo_m : 2 * free_m; /* beyond its most a ray ends at nothing */
+    const size_t n = rays_of(w, look, heard->n ? echo_m : free_m, ray);
+
+    for (size_t i = 0; i < n; i++)
+        for (int a = 0; a < 3; a++)
+            end[i][a] = (float)(look->at[a] + to_m * ray[i][a]);
+    if (to_m > 0)
+        peer_enter(w->peer, look->at, (const float(*)[3])end, n, heard->n ? 2 * echo_m : free_m);
+}
+
+/* What the peer has free and occupied, as voxels of the chart that surely are. */
+static void copy_peer(struct water *w)
+{
+    const struct lattice_box *box = &w->chart->box;
+    int64_t cell[3];
+
+    for (cell[0] = box->first[0]; w->peer && cell[0] < box->first[0] + box->size[0]; cell[0]++)
+        for (cell[1] = box->first[1]; cell[1] < box->first[1] + box->size[1]; cell[1]++)
+            for (cell[2] = box->first[2]; cell[2] < box->first[2] + box->size[2]; cell[2]++) {
+                double at[3];
+                chart_center(w->chart, cell, at);
+                const enum peer_state state = peer_at(w->peer, at);
+                if (state != PEER_UNKNOWN)
+                    *chart_count(w->chart, cell, state == PEER_FREE ? SUBMAP_VACANCY : SUBMAP_ECHOES) = UINT8_MAX;
+            }
 }
 
 /* What callgrind counts: looks into the map. */
@@ -282,6 +343,11 @@ __attribute__((noinline)) static void water_run(struct water *w, const struct di
     for (size_t i = 0; i < n; i++) {
         struct beam_echoes rest = heard[i];
         w->ping++;
+        if (w->method == PEER) {
+            by_peer(w, &dive->look[i], &rest);
+            rest.n = 0; /* what is left is the body */
+            rest.free_to_m = 0;
+        }
         if (w->method != SPANS && rest.free_to_m > rest.blind_m) {
             (w->method == RAYS ? by_rays : by_voxel_test)(w, &dive->look[i], (double)rest.blind_m,
                                                           (double)rest.free_to_m);
@@ -310,9 +376,9 @@ static struct beam_echoes *hear_all(const struct dive *dive, struct dive_ears *e
 
 static void print_errors(const struct setting *s, const char *scene, unsigned seed, const struct chart_errors *e)
 {
-    printf("%s,%s,%d,%s,%u,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g\n", knob_name[s->knob], s->label,
+    printf("%s,%s,%d,%s,%u,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g\n", knob_name[s->knob], s->label,
            is_default(s), scene, seed, e->false_free_m3, e->behind_max_m, 1 - e->found_share, 1 - e->overlap,
-           e->to_truth.mean_m, e->to_truth.p95_m, e->to_truth.max_m, e->to_map.mean_m, e->to_map.p95_m,
+           e->overlap, e->to_truth.mean_m, e->to_truth.p95_m, e->to_truth.max_m, e->to_map.mean_m, e->to_map.p95_m,
            e->to_map.max_m);
 }
 
@@ -334,13 +400,14 @@ static void pool(struct chart_errors *all, const struct chart_errors *e)
     pool_spread(&all->to_map, &e->to_map);
 }
 
+/* All that could be known: the water that some look had in sight. */
 static struct chart *reference_of(const struct dive *dive)
 {
     const struct chart_setting set = {.voxel_m = 0.1, .body_m = BODY_M};
     struct chart *c = chart_make(dive->world, &set);
 
     for (size_t i = 0; i < dive->n; i++)
-        chart_enter_truth(c, &dive->look[i], 0);
+        chart_enter_sight(c, &dive->look[i]);
     return c;
 }
 
@@ -349,7 +416,8 @@ static void errors(unsigned seeds, unsigned turns)
     static struct chart_errors all[SETTINGS][SEEDS];
     struct dive_ears *ears = dive_ears_make();
 
-    printf("knob,value,default,scene,seed,false_free_m3,behind_max_m,not_found_share,not_common_share,to_truth_"
+    printf("knob,value,default,scene,seed,false_free_m3,behind_max_m,not_found_share,not_common_share,free_iou,to_"
+           "truth_"
            "mean_m,"
            "to_truth_p95_m,to_truth_max_m,to_map_mean_m,to_map_p95_m,to_map_max_m\n");
     for (size_t world = 0; world < CLOSED; world++) {
@@ -357,10 +425,11 @@ static void errors(unsigned seeds, unsigned turns)
         struct chart *reference = reference_of(dive);
         for (unsigned seed = 0; seed < seeds; seed++) {
             struct beam_echoes *heard = hear_all(dive, ears, seed + 1);
-            for (size_t s = 0; s < SETTINGS; s++) {
+            for (size_t s = 0; s < SETTINGS && is_here(&settings[s]); s++) {
                 struct water w = water_make(dive->world, &settings[s]);
                 struct chart_errors e;
                 water_run(&w, dive, heard, dive->n);
+                copy_peer(&w);
                 chart_grade(w.chart, reference, 0, &e);
                 print_errors(&settings[s], closed[world], seed + 1, &e);
                 pool(&all[s][seed], &e);
@@ -371,7 +440,7 @@ static void errors(unsigned seeds, unsigned turns)
         chart_free(reference);
         dive_free(dive);
     }
-    for (size_t s = 0; s < SETTINGS; s++)
+    for (size_t s = 0; s < SETTINGS && is_here(&settings[s]); s++)
         for (unsigned seed = 0; seed < seeds; seed++)
             print_errors(&settings[s], "all", seed + 1, &all[s][seed]);
     dive_ears_free(ears);
@@ -385,7 +454,7 @@ static void cost(unsigned repetitions)
     struct beam_echoes *heard = hear_all(dive, ears, 1);
 
     printf("knob,value,ns_per_bin,ns_low,ns_high,map_bytes\n");
-    for (size_t s = 0; s < SETTINGS; s++) {
+    for (size_t s = 0; s < SETTINGS && is_here(&settings[s]); s++) {
         struct water w = water_make(dive->world, &settings[s]);
         w.chart->set.body_m = 0; /* it costs the same whatever the knobs are */
         double ns[REPETITIONS];
@@ -397,7 +466,8 @@ static void cost(unsigned repetitions)
         }
         const struct cost_spread spread = cost_spread_of(ns, repetitions);
         printf("%s,%s,%.4g,%.4g,%.4g,%zu\n", knob_name[settings[s].knob], settings[s].label, spread.median,
-               spread.low, spread.high, w.chart->map.n_tiles * w.chart->tiles.tile_bytes);
+               spread.low, spread.high,
+               w.peer ? peer_bytes(w.peer) : w.chart->map.n_tiles * w.chart->tiles.tile_bytes);
         water_free(&w);
     }
     free(heard);
@@ -412,7 +482,7 @@ static void count(void)
     struct beam_echoes *heard = hear_all(dive, ears, 1);
 
     printf("knob,value,bins\n");
-    for (size_t s = 0; s < SETTINGS; s++) {
+    for (size_t s = 0; s < SETTINGS && is_here(&settings[s]); s++) {
         struct water w = water_make(dive->world, &settings[s]);
         w.chart->set.body_m = 0; /* it costs the same whatever the knobs are */
         water_run(&w, dive, heard, COUNT_PINGS);

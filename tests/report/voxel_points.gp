@@ -14,7 +14,7 @@ do for [m in "false_free overlap surface"] {
     least = m eq 'false_free' ? 0.001 : m eq 'overlap' ? 0.1 : 0.2
     show(v) = v > least ? v : least
     set output out.'voxel_'.m.'.svg'
-    set ylabel m eq 'false_free' ? 'volume free that is solid, m³' : m eq 'overlap' ? 'share of the free volume not in common' : \
+    set ylabel m eq 'false_free' ? 'volume free that is solid, m³' : m eq 'overlap' ? 'share of the free volume not in common (1 - IoU)' : \
                'from the frontier to the nearest surface, 95 %, m'
     set format y '%g'
     if (m eq 'false_free') { set yrange [least*0.8:30]; set ytics ('≤ 0.001' least, 0.01, 0.1, 1, 10) }

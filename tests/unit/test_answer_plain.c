@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * test_answer_plain - what answers pass over without a look changes none of them: sectors against a plain walk through all
- * directions, and every answer against itself on a picture in which no direction is blank, on random pictures.
+ * test_answer_plain - what answers pass over without a look changes none of them: sectors, cones and corridors against a
+ * plain walk through all directions, and every answer against itself on a picture in which no direction is blank, on random
+ * pictures.
  */
 #include "../lib/picture_rig.h"
 
@@ -38,7 +39,7 @@ static struct picture_entry heard(bool well, double echoes)
         e.obstacle[n] = (struct picture_obstacle){.t_ref_ns = NOW - (uint64_t)(uniform(0, 60) * 1e9),
                                                   .t_echo_ns = NOW - (uint64_t)(uniform(0, 20) * 1e9),
                                                   .logodds = (float)uniform(-0.2, 4),
-                                                  .near_m = (float)uniform(0.2, 20),
+                                                  .near_m = (float)uniform(0.2, one_in(3) ? 2 : 20),
                                                   .range_m = 20,
                                                   .sd_m = 0.1f};
     return e;
@@ -141,8 +142,7 @@ static struct answer plain(const struct ring_query *q, size_t k)
             if (s.reason != ANSWER_HEARD || s.blind_m >= need_m || s.clear_m < need_m)
                 a.state = a.state == ANSWER_BLOCKED ? ANSWER_BLOCKED : ANSWER_UNKNOWN;
         }
-        if (s.obstacle &&
-            touches(q, k, v, half_az, slack + sight_aside_rad(&place, s.near_m + place.moved_m))) {
+        if (s.obstacle && touches(q, k, v, half_az, slack + sight_aside_rad(&place, s.near_m + place.moved_m))) {
             a.state = ANSWER_BLOCKED;
             a.range_m = fmin(a.range_m, s.near_m);
         }
@@ -177,6 +177,140 @@ TEST(a_plain_walk_finds_the_same_sectors)
     printf("# clear %u, blocked %u, unknown %u; %u differ\n", states[0], states[1], states[2], differ);
     CHECK(states[ANSWER_CLEAR] > 20 && states[ANSWER_BLOCKED] > 50 && states[ANSWER_UNKNOWN] > 50);
     CHECK_INT(differ, 0);
+}
+
+/* How far along a direction's rays a question reaches, and how that bears on it. */
+struct reach {
+    double need_m;
+    bool beside, side;
+};
+
+/* How far the vehicle may be off the grid's centre along the unit vector v, never negative. */
+static double towards(const struct sight_place *place, const double v[3])
+{
+    const double *o = place->offset_m;
+    return fmax(0, o[0] * v[0] + o[1] * v[1] + o[2] * v[2]) + place->slack_m;
+}
+
+/* As in sight.h and answer.h, by angles; gamma: of the direction's rays the one nearest to the axis, v: its middle. */
+static struct reach plain_reach(const struct answer_query *q, const struct sight_place *place,
+                                const double line[3], const double v[3], double gamma)
+{
+    double out[3], wall = q->corridor ? 0 : q->half_angle_rad, along = 0, length = 0;
+    for (int i = 0; i < 3; i++)
+        along += v[i] * line[i];
+    for (int i = 0; i < 3; i++) {
+        out[i] = v[i] - along * line[i];
+        length += out[i] * out[i];
+    }
+    for (int i = 0; i < 3; i++)
+        out[i] = cos(wall) * out[i] / sqrt(length) - sin(wall) * line[i];
+    const double off = towards(place, out);
+    if (!q->corridor && gamma <= wall)
+        return (struct reach){.need_m = q->distance_m};
+    if (!q->corridor)
+        return (struct reach){.need_m = fmin(q->distance_m, off / sin(fmin(gamma - wall, GEO_PI / 2))),
+                              .beside = true};
+    if (gamma > GEO_PI / 2)
+        return (struct reach){0};
+    const double end = (q->distance_m + place->moved_m * (1 - cos(gamma))) / cos(gamma);
+    const double side = gamma > 0 ? (q->radius_m + off) / sin(gamma) : INFINITY;
+    return (struct reach){.need_m = fmin(end, side), .side = side < end && side < q->distance_m};
+}
+
+/* State, age of the obstacle and water of a cone or corridor as they are after a look at each direction. */
+static struct answer plain_line(const struct answer_query *q)
+{
+    struct answer a = {.state = ANSWER_CLEAR, .free_to_m = INFINITY, .range_m = INFINITY};
+    struct picture_frame frame;
+    struct sight_place place;
+    double line[3];
+    picture_get_frame(&picture, &frame);
+    sight_locate(&frame, &now, &place);
+    geo_direction(q->az_rad, q->el_rad, line);
+    sight_to_grid(&frame, &now, q->ned, line);
+    if (!q->corridor && place.moved_m > 0)
+        a.blind_to_m = SIGHT_BESIDE * place.moved_m;
+    for (uint32_t d = 0; d < rings.n; d++) {
+        struct picture_entry e;
+        struct sight s;
+        const double *v = axis[d], more = q->ned ? 0 : place.turned_rad;
+        const double angle = acos(fmax(-1, fmin(1, v[0] * line[0] + v[1] * line[1] + v[2] * line[2])));
+        const double gamma = fmax(0, angle - sight_cell_reach(&rings, rings_ring(&rings, d)) - more);
+        const struct reach r = plain_reach(q, &place, line, v, gamma);
+        sight_look(&picture, d, &limits, &now, &place, &e, &s);
+        const bool heard = s.reason == ANSWER_HEARD, good = heard && s.blind_m < r.need_m && s.clear_m >= r.need_m;
+        const double around = q->half_angle_rad + asin(1 / SIGHT_BESIDE) + more + rings.height_rad;
+        if (r.need_m <= 0 || (!q->corridor && angle > around))
+            continue;
+        if (s.obstacle && s.near_m <= r.need_m && s.near_m < a.range_m) {
+            a.state = ANSWER_BLOCKED;
+            a.range_m = s.near_m;
+            a.age_s = sight_seconds(NOW, s.obstacle->t_echo_ns);
+        }
+        if (r.beside) {
+            a.blind_to_m =
+                fmax(a.blind_to_m, heard && s.clear_m >= r.need_m ? fmin(r.need_m, s.blind_m) : r.need_m);
+        } else if (r.side && ((heard && r.need_m <= s.blind_m) ||
+                              (!good && r.need_m <= q->near_m - place.moved_m && r.need_m < s.hint_m))) {
+            a.blind_to_m = fmax(a.blind_to_m, r.need_m);
+        } else {
+            a.blind_to_m = fmax(a.blind_to_m, s.blind_m);
+            a.free_to_m = fmin(a.free_to_m, r.side && good ? INFINITY : s.clear_m);
+            if (!good && a.state == ANSWER_CLEAR)
+                a.state = ANSWER_UNKNOWN;
+        }
+    }
+    if (a.blind_to_m >= q->distance_m && a.state == ANSWER_CLEAR)
+        a.state = ANSWER_UNKNOWN;
+    if (!isfinite(a.free_to_m) || a.free_to_m <= a.blind_to_m)
+        a.free_to_m = 0;
+    return a;
+}
+
+#define NEAR_M 1e-6 /* by angles or by their cosines: rounded otherwise */
+
+static bool alike(const struct answer *a, const struct answer *slow)
+{
+    return a->state == slow->state && fabs(a->free_to_m - slow->free_to_m) < NEAR_M &&
+           fabs(a->blind_to_m - slow->blind_to_m) < NEAR_M &&
+           (a->state != ANSWER_BLOCKED || a->age_s == slow->age_s);
+}
+
+TEST(a_plain_walk_finds_the_same_cones_and_corridors)
+{
+    unsigned states[2][3] = {{0}}, differ = 0, short_of = 0;
+    seed = test_seed();
+    for (int i = 0; i < PICTURES; i++) {
+        start();
+        for (int j = 0; j < QUESTIONS; j++) {
+            move();
+            struct answer_query q = {.az_rad = uniform(0, GEO_TURN),
+                                     .el_rad = uniform(-1.5, 1.5),
+                                     .ned = one_in(2),
+                                     .distance_m = uniform(0.5, 20),
+                                     .corridor = one_in(2),
+                                     .half_angle_rad = one_in(10) ? uniform(0, GEO_PI) : uniform(0, 0.3),
+                                     .radius_m = uniform(0.1, 1),
+                                     .near_m = uniform(0, 1)};
+            struct answer fast;
+            answer_direction(&picture, &limits, &now, &q, &fast);
+            if (fast.reason == ANSWER_NO_FRAME || fast.reason == ANSWER_OUTSIDE)
+                continue; /* that is not the directions' to tell */
+            const struct answer slow = plain_line(&q);
+            states[q.corridor][fast.state]++;
+            differ += !alike(&fast, &slow);
+            short_of += fast.state == ANSWER_CLEAR && fast.free_to_m < q.distance_m; /* it contradicts itself */
+        }
+    }
+    for (int k = 0; k < 2; k++) {
+        printf("# %s: clear %u, blocked %u, unknown %u; %u differ\n", k ? "corridors" : "cones",
+               states[k][ANSWER_CLEAR], states[k][ANSWER_BLOCKED], states[k][ANSWER_UNKNOWN], differ);
+        CHECK(states[k][ANSWER_BLOCKED] > 20 && states[k][ANSWER_UNKNOWN] > 50);
+    }
+    CHECK(states[0][ANSWER_CLEAR] + states[1][ANSWER_CLEAR] > 10);
+    CHECK_INT(differ, 0);
+    CHECK_INT(short_of, 0);
 }
 
 /* Answers to all kinds of questions, one behind the other. */
@@ -253,6 +387,7 @@ TEST(the_nearest_edge_is_told_of_each_direction)
 int main(void)
 {
     RUN(a_plain_walk_finds_the_same_sectors);
+    RUN(a_plain_walk_finds_the_same_cones_and_corridors);
     RUN(a_blank_direction_is_one_that_says_nothing);
     RUN(the_nearest_edge_is_told_of_each_direction);
     return test_end();

@@ -74,7 +74,7 @@ TEST(a_limit_and_a_collision)
 static const char *ring_of(int n)
 {
     static char json[SONARD_SECTORS_MAX * 100 + 200];
-    int k = snprintf(json, sizeof json, "{\"frame\":\"ned\",\"t_unix\":1.5,\"pose_age_s\":null,\"sectors\":[");
+    int k = snprintf(json, sizeof json, "{\"frame\":\"ned\",\"t_unix\":1.5,\"pose_age_s\":null,\"near_m\":1.5,\"sectors\":[");
 
     for (int i = 0; i < n; i++)
         k += snprintf(json + k, sizeof json - (size_t)k,
@@ -90,7 +90,7 @@ TEST(a_ring)
 
     CHECK(sonard_read_sectors(ring_of(SONARD_SECTORS_MAX), &s));
     CHECK_INT(s.count, SONARD_SECTORS_MAX);
-    CHECK(s.frame == SONARD_NED && s.t_unix == 1.5 && isnan(s.pose_age_s));
+    CHECK(s.frame == SONARD_NED && s.t_unix == 1.5 && isnan(s.pose_age_s) && s.near_m == 1.5);
     CHECK(s.sector[719].state == SONARD_CLEAR && s.sector[719].azimuth_deg == 359.5 && isnan(s.sector[0].range_m));
     CHECK(!sonard_read_sectors(ring_of(SONARD_SECTORS_MAX + 1), &s) && s.count == 0);
 }

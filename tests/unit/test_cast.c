@@ -247,7 +247,8 @@ TEST(V6_clipped_at_the_box)
                                      {test_uniform(&seed), test_uniform(&seed), test_uniform(&seed)}};
         struct cast_beam b;
         double q[4], far_m = 2 * test_uniform(&seed) + 0.1;
-        if (n % 4 < 2) { /* short beams from the middle, and long ones from a corner: 80 lie within, most of 80 beyond */
+        if (n % 4 <
+            2) { /* short beams from the middle, and long ones from a corner: 80 lie within, most of 80 beyond */
             for (int a = 0; a < 3; a++)
                 apex.cell[a] = n % 4 ? SIDE - 1 : SIDE / 2;
             far_m = n % 4 ? 1 + test_uniform(&seed) : 0.1 + test_uniform(&seed);
@@ -299,6 +300,29 @@ TEST(equals_the_definition)
         CHECK(equals_definition(&b, &box, &cells));
     }
     CHECK(cells > 1000000);
+}
+
+/* A head on its side, or nearly: the ends of its opening are upright. */
+TEST(on_its_side)
+{
+    uint64_t seed = test_seed();
+    size_t cells = 0;
+    for (int n = 0; n < 600; n++) {
+        struct cast_opening o =
+            opening(CAST_WEDGE, 0.2 + 10 * test_uniform(&seed), 0.5 + 70 * test_uniform(&seed), 0);
+        struct lattice_place apex = {{(int64_t)(SIDE * test_uniform(&seed)), (int64_t)(SIDE * test_uniform(&seed)),
+                                      (int64_t)(SIDE * test_uniform(&seed))},
+                                     {test_uniform(&seed), test_uniform(&seed), test_uniform(&seed)}};
+        double far_m = 0.05 + 4 * test_uniform(&seed), near_m = n % 4 ? 0 : far_m * test_uniform(&seed);
+        double off_deg = pow(10, -6 + 7 * test_uniform(&seed));
+        struct cast_beam b;
+        double q[4];
+        quat_from_rpy(geo_rad((n % 2 ? 90 : -90) + off_deg), n % 3 ? 0 : geo_rad(off_deg),
+                      GEO_TURN * test_uniform(&seed), q);
+        CHECK(cast_aim(&b, &o, &apex, q, 0, 0, near_m, far_m, 0.1));
+        CHECK(equals_definition(&b, &box, &cells));
+    }
+    CHECK(cells > 20000);
 }
 
 /* An echo's shell: thin, curved, two runs in most columns. */
@@ -455,6 +479,7 @@ int main(void)
     RUN(V5_positions_in_metres);
     RUN(V6_clipped_at_the_box);
     RUN(equals_the_definition);
+    RUN(on_its_side);
     RUN(shells);
     RUN(rims);
     RUN(oracle_membership);

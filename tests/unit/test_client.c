@@ -70,6 +70,9 @@ TEST(no_daemon_is_told_from_no_permission)
     CHECK(sonard_connect(path, 1, &error) == NULL);
     CHECK_INT(error.status, SONARD_NO_DAEMON);
     CHECK(strstr(error.message, "no daemon answers on"));
+    CHECK(sonard_connect("/dev/null", 1, &error) == NULL);
+    CHECK_INT(error.status, SONARD_NO_DAEMON);
+    CHECK_STR(error.message, "/dev/null is no socket");
 
     struct peer peer = {.stay = true};
     start(&peer);
@@ -306,7 +309,7 @@ TEST(command_lines_become_parameters)
         {{"c", "watch", "--id", "1e5"}, "--id 1e5: want N, of the system"},
         {{"c", "watch", "--id", "-1"}, "--id -1: want a whole number from 1 to 255"},
         {{"c", "sectors", "--count", "1", "--count", "2"}, "--count is given twice"},
-        {{"c", "sectors", "--cuont", "1"}, "no option --cuont here"},
+        {{"c", "sectors", "--cuont", "1"}, "no option --cuont here; did you mean --count?"},
         {{"c", "sectors", "--json=yes"}, "option --json=yes takes no value"},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
@@ -389,6 +392,10 @@ TEST(no_data_does_not_look_like_no_obstacle)
     free(text);
     text = shown("sectors", "{\"sectors\":[{\"azimuth_deg\":0,\"state\":\"unknown\"}]}", false);
     CHECK(strstr(text, "0 blocked, 0 clear, 1 unknown: nothing is known"));
+    free(text);
+    text =
+        shown("sectors", "{\"frame\":\"ned\",\"pose_age_s\":null,\"sectors\":[{\"state\":\"unknown\"}]}", false);
+    CHECK(strstr(text, "0 blocked, 0 clear, 1 unknown: no pose has told where north is"));
     free(text);
 }
 

@@ -222,13 +222,19 @@ TEST(broken_values)
         {"unit where none belongs", BASE "[extract]\nrank = 0.75 m\n",
          "t.conf:5: [extract] rank = 0.75 m: 'm' behind a number that has no unit; want 0.05 to 1"},
         {"too few numbers", BASE "mount = 0.2 0 m\n",
-         "t.conf:4: [sonar a] mount = 0.2 0 m: 2 of 3 numbers; want 3 numbers and one unit, each -50 to 50 "
+         "t.conf:4: [sonar a] mount = 0.2 0 m: 2 of 3 numbers before 'm'; want 3 numbers and one unit, each -50 to 50 "
          "m " LENGTHS},
         {"too many numbers", BASE "mount = 0.2 0 0 1 m\n",
          "t.conf:4: [sonar a] mount = 0.2 0 0 1 m: more than 3 numbers; want 3 numbers and one unit, each -50 to "
          "50 m " LENGTHS},
         {"a unit for each", BASE "mount = 0.2 m 0 m 0 m\n",
-         "t.conf:4: [sonar a] mount = 0.2 m 0 m 0 m: 1 of 3 numbers; want 3 numbers and one unit, each -50 to 50 "
+         "t.conf:4: [sonar a] mount = 0.2 m 0 m 0 m: 1 of 3 numbers before 'm 0 m 0 m'; want 3 numbers and one "
+         "unit, each -50 to 50 m " LENGTHS},
+        {"commas between numbers", BASE "mount = 0.2, 0, 0.1 m\n",
+         "t.conf:4: [sonar a] mount = 0.2, 0, 0.1 m: 1 of 3 numbers before ', 0, 0.1 m'; want 3 numbers and one "
+         "unit, each -50 to 50 m " LENGTHS},
+        {"too few numbers and no unit", BASE "mount = 0.2 0\n",
+         "t.conf:4: [sonar a] mount = 0.2 0: 2 of 3 numbers; want 3 numbers and one unit, each -50 to 50 "
          "m " LENGTHS},
         {"no whole number", BASE "gain = 1.5\n",
          "t.conf:4: [sonar a] gain = 1.5: '1.5' is not a whole number; want 0 to 40, or auto"},

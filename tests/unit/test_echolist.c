@@ -195,6 +195,18 @@ TEST(a_line_without_end_is_thrown_away)
     CHECK_INT(status_now().garbage_bytes, 1006);
 }
 
+TEST(a_line_that_the_loss_of_the_port_cuts_off_is_no_garbage)
+{
+    begin(false);
+    say("$ECHO,0,");
+    ops->closed(state, now_ns);
+    ops->opened(state, now_ns, &io);
+    say("$ECHO,0,0,0\n");
+    CHECK_INT(n_pings, 1);
+    CHECK_INT(status_now().cut_bytes, 8);
+    CHECK_INT(status_now().garbage_bytes, 0);
+}
+
 TEST(lines_survive_cuts_and_noise)
 {
     uint64_t seed = test_seed();
@@ -286,6 +298,7 @@ int main(void)
     RUN(good_lines);
     RUN(bad_lines);
     RUN(a_line_without_end_is_thrown_away);
+    RUN(a_line_that_the_loss_of_the_port_cuts_off_is_no_garbage);
     RUN(lines_survive_cuts_and_noise);
     RUN(sweeps);
     RUN(silence_is_told_once_and_ends);

@@ -252,6 +252,109 @@ TEST(each_thread_has_its_own)
     end();
 }
 
+#define STEPS 5
+
+static void act_in_steps(void *ctx, const struct pipeline_owned *owned)
+{
+    struct deed *deed = ctx;
+    act(ctx, owned);
+    deed->errand.more = deed->done < STEPS;
+}
+
+/* Pings come between the steps, other errands do not; and the loop goes on, with its own thread as the owner, too. */
+TEST(steps_of_one_are_done_before_the_next)
+{
+    for (int threads = 0; threads <= 2; threads++)
+        for (int early = 0; early < 2; early++) {
+            struct deed slow = {.errand.early = early}, next = {.errand.early = early}, none = {0};
+            begin(threads);
+            atomic_store(&turns, 0);
+            CHECK(!pipeline_errand(d.pipeline, &slow.errand, act_in_steps));
+            CHECK(!pipeline_errand(d.pipeline, &next.errand, act));
+            feed();
+            if (threads == 0)
+                CHECK_INT(slow.done, 1);
+            turn_until_done(&next.errand, act);
+            CHECK_INT(slow.done, STEPS);
+            CHECK_INT(next.turn, STEPS);
+            CHECK(pipeline_errand(d.pipeline, &slow.errand, act_in_steps));
+            CHECK(pipeline_errand(d.pipeline, &none.errand, act) == (threads == 0)); /* nothing is left over */
+            turn_until_done(&none.errand, act);
+            end();
+        }
+}
+
+struct chain {
+    struct errand errand;
+    struct deed *next;
+};
+
+static void do_nothing(void *ctx, const struct pipeline_owned *owned)
+{
+    (void)ctx;
+    (void)owned;
+}
+
+static void send_deed(void *chain)
+{
+    struct deed *deed = ((struct chain *)chain)->next;
+    pipeline_errand_then(d.pipeline, &deed->errand, act, release);
+}
+
+/* One that is sent when another has come back is not done before those that wait; nor where the loop does it itself. */
+TEST(what_follows_from_one_comes_after_those_that_wait)
+{
+    for (int threads = 0; threads <= 2; threads++) {
+        struct deed slow = {0}, waits = {0}, follows = {0};
+        struct chain chain = {.next = &follows};
+        begin(threads);
+        atomic_store(&turns, 0);
+        CHECK(!pipeline_errand(d.pipeline, &slow.errand, act_in_steps));
+        pipeline_errand_then(d.pipeline, &chain.errand, do_nothing, send_deed);
+        CHECK(!pipeline_errand(d.pipeline, &waits.errand, act));
+        for (int i = 0; i < 1000 && !follows.released; i++)
+            loop_turn(d.loop, 10000000);
+        CHECK_INT(follows.released, 1);
+        CHECK(waits.errand.state == ERRAND_DONE && waits.turn < follows.turn);
+        end();
+    }
+}
+
+static void hold_in_steps(void *ctx, const struct pipeline_owned *owned)
+{
+    struct hold *held = ctx;
+    hold_until_let_go(ctx, owned);
+    held->errand.more = true;
+}
+
+static void let_go(void *ctx)
+{
+    struct hold *held = ctx;
+    sem_post(&held->go);
+}
+
+/* However many steps it would have. */
+TEST(after_the_end_comes_no_step)
+{
+    struct hold held = {0};
+    begin(1);
+    sem_init(&held.begun, 0, 0);
+    sem_init(&held.go, 0, 1000000);
+    CHECK(!pipeline_errand(d.pipeline, &held.errand, hold_in_steps));
+    while (sem_wait(&held.begun) != 0) {
+    }
+    pipeline_errand_leave(&held.errand, let_go);
+    errand_end(&d);
+    CHECK_INT(held.errand.state, ERRAND_NONE);
+    while (sem_trywait(&held.begun) == 0) {
+    }
+    feed();
+    pipeline_drain(d.pipeline);
+    CHECK(sem_trywait(&held.begun) != 0);
+    pipeline_free(d.pipeline);
+    loop_free(d.loop);
+}
+
 static void visit(void *ctx, const struct pipeline_owned *owned)
 {
     int *turn = ctx;
@@ -304,7 +407,7 @@ TEST(grids_come_and_go_while_pings_come)
         feed();
         pipeline_errand_leave(&go.errand, free_dropped);
         sem_post(&hold.go);
-        while (heard && !go.done)
+        while (heard && go.errand.state != ERRAND_DONE)
             loop_turn(d.loop, 10000000);
         end();
     }
@@ -323,8 +426,10 @@ static void count(void *ctx, const struct pipeline_owned *owned)
 
 static json_t *by_errand(const struct rpc_call *call, bool change, struct rpc_error *error)
 {
-    struct deed *deed = call->work->state ? call->work->state : calloc(1, sizeof *deed);
-    if (!call->work->state)
+    struct deed *deed = call->work->state;
+    if (!deed && change && !errand_room(call, error))
+        return NULL;
+    if (!deed && (deed = calloc(1, sizeof *deed)))
         deed->turn = change;
     *call->work = (struct rpc_work){.state = deed, .drop = change ? errand_leave : errand_free};
     return errand_done(call, count, error) ? json_true() : NULL;
@@ -466,6 +571,71 @@ TEST(a_client_that_has_gone_harms_nobody)
     stop_serving();
 }
 
+/* So many changes are kept of clients who have gone; those who stay may go on asking meanwhile. */
+TEST(clients_who_go_leave_only_so_many_changes)
+{
+    struct hold hold;
+    char text[512];
+    serve();
+    hold_owner(&hold, d.pipeline);
+    for (int i = 0; i < 2 * ERRANDS_LEFT_MAX; i++) {
+        const int goes = client();
+        ask(goes, "change", 1);
+        take_turns(5);
+        close(goes);
+        take_turns(5);
+    }
+    CHECK_INT(pipeline_errands_left(d.pipeline), ERRANDS_LEFT_MAX);
+    const int changer = client(), asks = client();
+    ask(changer, "change", 1);
+    hear(changer, 1, text, sizeof text);
+    CHECK(strstr(text, "\"code\":-32000") && strstr(text, "for which nobody waits"));
+    ask(asks, "question", 1);
+    take_turns(5);
+    sem_post(&hold.go);
+    hear(asks, 1, text, sizeof text);
+    CHECK_STR(text, "{\"jsonrpc\":\"2.0\",\"result\":true,\"id\":1}\n");
+    CHECK(questions == 1 && changes == ERRANDS_LEFT_MAX);
+    ask(changer, "change", 2);
+    hear(changer, 1, text, sizeof text);
+    CHECK_STR(text, "{\"jsonrpc\":\"2.0\",\"result\":true,\"id\":2}\n");
+    close(changer);
+    close(asks);
+    stop_serving();
+}
+
+/* For whichever thread; who waits and what the daemon sends for itself does not count. */
+TEST(what_nobody_waits_for_is_counted)
+{
+    static struct deed deed[8];
+    struct hold hold, held_early = {.errand.early = true};
+    begin(2);
+    hold_owner(&hold, d.pipeline);
+    sem_init(&held_early.begun, 0, 0);
+    sem_init(&held_early.go, 0, 0);
+    CHECK(!pipeline_errand(d.pipeline, &held_early.errand, hold_until_let_go));
+    memset(deed, 0, sizeof deed);
+    for (int i = 0; i < 8; i++) {
+        deed[i].errand.early = i % 2;
+        if (i < 2) {
+            pipeline_errand_then(d.pipeline, &deed[i].errand, act, release);
+            continue;
+        }
+        CHECK(!pipeline_errand(d.pipeline, &deed[i].errand, act));
+        if (i < 5)
+            pipeline_errand_leave(&deed[i].errand, release);
+    }
+    CHECK_INT(pipeline_errands_left(d.pipeline), 3);
+    sem_post(&hold.go);
+    sem_post(&held_early.go);
+    turn_until_done(&deed[6].errand, act);
+    turn_until_done(&deed[7].errand, act);
+    CHECK_INT(pipeline_errands_left(d.pipeline), 0);
+    for (int i = 0; i < 8; i++)
+        CHECK(deed[i].done == 1 && deed[i].released == (i < 5));
+    end();
+}
+
 /* They are not answered, and what they have sent is freed. */
 TEST(clients_wait_when_all_ends)
 {
@@ -497,10 +667,15 @@ int main(void)
     RUN(any_mix_while_pings_come);
     RUN(at_the_end_none_is_being_done_and_none_begins);
     RUN(each_thread_has_its_own);
+    RUN(steps_of_one_are_done_before_the_next);
+    RUN(what_follows_from_one_comes_after_those_that_wait);
+    RUN(after_the_end_comes_no_step);
     RUN(a_visit_comes_after_what_was_sent_before);
     RUN(grids_come_and_go_while_pings_come);
     RUN(many_clients_are_answered_each_in_its_order);
     RUN(a_client_that_has_gone_harms_nobody);
+    RUN(clients_who_go_leave_only_so_many_changes);
+    RUN(what_nobody_waits_for_is_counted);
     RUN(clients_wait_when_all_ends);
     CHECK_INT(rmdir(folder), 0);
     return test_end();

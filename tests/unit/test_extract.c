@@ -274,6 +274,110 @@ TEST(the_ring_down_is_blanked)
     CHECK(run()->blind_m == blind_m);
 }
 
+/* A head whose receiver is limited below full scale: where its ringing ends is no wall, and before that nothing is known. */
+TEST(ringing_at_a_limit_below_full_scale_is_blanked)
+{
+    const struct scene silent = {.floor = 20};
+    begin();
+    render(&silent, NULL);
+    for (uint32_t i = 0; i < 60; i++) {
+        const double ringing = 180.0 * fmin(1.0, pow(10.0, -0.08 * ((double)i - 35.0)));
+        bytes[i] = (uint8_t)fmax(bytes[i], ringing);
+    }
+    CHECK_INT(run()->state, BEAM_SILENT);
+    CHECK((double)found[0].blind_m > 0.35 && (double)found[0].blind_m < 0.6);
+}
+
+/* An echo is louder than that: it is no limit, and the water before the echo is heard. */
+TEST(even_water_is_no_ringing)
+{
+    begin();
+    memset(bytes, 30, 1000);
+    memset(bytes + 500, 200, 4);
+    CHECK_INT(run()->state, BEAM_ECHO);
+    CHECK((double)found[0].blind_m < 0.3 && (double)found[0].free_to_m > 4.5);
+}
+
+/* A quick head whose receiver stands at a limit; in the last ping there is a near wall that drives it there, too. */
+static void hear_near_wall_at_limit(int limit, int first, int bins, uint64_t *seed)
+{
+    const struct scene quick = {.floor = 20, .ring_down_m = 0.1};
+
+    begin();
+    conf.no_echo = EXTRACT_RANGE;
+    set_up();
+    for (int n = 0; n < 40; n++) {
+        render(&quick, seed);
+        for (uint32_t i = 0; i < ping.n_bins; i++)
+            bytes[i] = bytes[i] < limit ? bytes[i] : (uint8_t)limit;
+        if (n == 39)
+            memset(bytes + first, limit, (size_t)bins);
+        run();
+    }
+}
+
+/* It counts as ringing, for it is no louder; but it lasts longer than that does usually, and nothing behind it is free. */
+TEST(a_near_wall_at_the_limit_frees_nothing_behind_it)
+{
+    uint64_t seed = test_seed();
+
+    for (int limit = 150; limit <= 255; limit += 35)
+        for (int first = 8; first <= 20; first += 4)
+            for (int bins = 10; bins <= 80; bins *= 2) {
+                hear_near_wall_at_limit(limit, first, bins, &seed);
+                const double wall_m = first * 0.01;
+                CHECK((double)found[0].free_to_m <= wall_m + 0.02 || found[0].free_to_m <= found[0].blind_m);
+                if (test_case_failed) {
+                    printf("(limit %d, %d bins from %.2f m: free from %.2f to %.2f m)\n", limit, bins, wall_m,
+                           (double)found[0].blind_m, (double)found[0].free_to_m);
+                    return;
+                }
+            }
+    hear_near_wall_at_limit(150, 8, 0, &seed); /* without one, all is */
+    CHECK(found[0].free_to_m > 9.9f);
+}
+
+/* What is found of a flat echo over the water of a quick head; levels in counts. */
+static void hear_flat_echo(enum cfar_detector detector, double wall_m, double long_m, int level, uint64_t *seed)
+{
+    const struct scene quick = {.floor = 20, .ring_down_m = 0.2};
+
+    begin();
+    conf.detector = detector;
+    set_up();
+    render(&quick, seed);
+    memset(bytes + lround(wall_m * 100.0), level, (size_t)lround(long_m * 100.0));
+    run();
+}
+
+/*
+ * A flat echo that is longer than the guard fills the windows behind its own first cells, and next to the ring-down there is no
+ * other: its near edge is where it rises out of the water before it all the same.
+ */
+TEST(a_long_flat_echo_begins_where_it_rises)
+{
+    static const double wall_m[] = {0.45, 0.6, 0.7, 0.95, 3.0}, long_m[] = {0.1, 0.24, 0.36, 0.7};
+    uint64_t seed = test_seed();
+
+    for (enum cfar_detector detector = CFAR_CA; detector <= CFAR_OS; detector++)
+        for (int speckled = 0; speckled < 2; speckled++)
+            for (int level = 90; level <= 240; level += 50)
+                for (size_t w = 0; w < sizeof wall_m / sizeof wall_m[0]; w++)
+                    for (size_t l = 0; l < sizeof long_m / sizeof long_m[0]; l++) {
+                        hear_flat_echo(detector, wall_m[w], long_m[l], level, speckled ? &seed : NULL);
+                        CHECK((double)found[0].free_to_m <= wall_m[w] + 0.0151); /* half a pulse */
+                        /* soca finds it, and without noise that joins it the water is free up to a pulse before */
+                        CHECK(detector != CFAR_SOCA || found[0].state == BEAM_ECHO);
+                        CHECK(detector != CFAR_SOCA || speckled ||
+                              (double)found[0].free_to_m > wall_m[w] - 0.031);
+                        if (test_case_failed) {
+                            printf("(detector %d, %d counts at %.2f m, %.2f m long: free to %.2f m)\n", detector,
+                                   level, wall_m[w], long_m[l], (double)found[0].free_to_m);
+                            return;
+                        }
+                    }
+}
+
 TEST(a_configured_ring_down_is_kept)
 {
     begin();
@@ -417,6 +521,35 @@ TEST(a_level_that_rises_for_good_ends_the_free_water)
                 printf("%s, rule %d: %d of 200 beams\n", row[k].name, rule, wrong);
             CHECK(wrong <= 4);
         }
+}
+
+/*
+ * A linear receiver that is quieter than the floor, and a wall at grazing incidence from 4.6 to 5.6 m: with no edge, and not
+ * loud enough for an echo. It is louder than the floor, so the water behind it is not free.
+ */
+TEST(what_returns_quietly_above_the_floor_ends_the_free_water)
+{
+    static const struct {
+        double top_counts; /* of the hump */
+        bool free;
+    } row[] = {{0.0, true}, {5.0, true}, {18.0, false}, {26.0, false}, {35.0, false}};
+
+    for (size_t k = 0; k < sizeof row / sizeof row[0]; k++) {
+        begin();
+        conf.no_echo = EXTRACT_HEARD;
+        set_up();
+        ping.law = AMPLITUDE_LINEAR;
+        for (int i = 0; i < 1000; i++) {
+            const double off = (i - 510) / 50.0;
+            const double hump = row[k].top_counts * exp(-off * off);
+            bytes[i] = (uint8_t)(i < 20 ? 250.0 * exp(-i / 5.0) + 1.0 : 1.0 + hump);
+        }
+        CHECK_INT(run()->n, 0);
+        if (row[k].free)
+            CHECK_NEAR(found[0].free_to_m, 10.0, 0, 1e-5);
+        else
+            CHECK(found[0].free_to_m > 3.5f && found[0].free_to_m < 5.1f);
+    }
 }
 
 /* C1 and C2 of the catalogue among them: all zero, all saturated */
@@ -728,12 +861,17 @@ int main(void)
     RUN(a_step_of_the_floor_below_the_contrast_is_no_wall);
     RUN(large_sums_do_not_wrap);
     RUN(the_ring_down_is_blanked);
+    RUN(ringing_at_a_limit_below_full_scale_is_blanked);
+    RUN(even_water_is_no_ringing);
+    RUN(a_near_wall_at_the_limit_frees_nothing_behind_it);
+    RUN(a_long_flat_echo_begins_where_it_rises);
     RUN(a_configured_ring_down_is_kept);
     RUN(a_wall_under_the_ring_down_is_not_called_free);
     RUN(silence_claims_what_the_rule_allows);
     RUN(a_doubtful_group_ends_the_free_water);
     RUN(silence_is_no_free_water_where_walls_drown);
     RUN(a_level_that_rises_for_good_ends_the_free_water);
+    RUN(what_returns_quietly_above_the_floor_ends_the_free_water);
     RUN(what_is_not_heard_is_blind);
     RUN(header_and_beams_are_copied);
     RUN(ready_ranges_pass_through);

@@ -275,6 +275,14 @@ TEST(a_cut_frame_is_given_up)
     at = bytes;
     n = 513;
     CHECK(imagenex_parser_next(&parser, &at, &n, 200, &got) && got.t_first_ns == 200);
+    imagenex_parser_reset(&parser);
+    CHECK_INT(parser.cut_bytes, 0);
+    at = bytes;
+    n = 40;
+    CHECK(!imagenex_parser_next(&parser, &at, &n, 300, &got));
+    imagenex_parser_reset(&parser);
+    CHECK_INT(parser.cut_bytes, 40); /* the port was lost amid it: no garbage */
+    CHECK_INT(parser.garbage_bytes, 300);
 }
 
 /* ---- the device ---- */

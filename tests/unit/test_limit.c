@@ -122,6 +122,33 @@ TEST(water_that_nobody_heard_is_not_known)
     CHECK_NEAR(c.known_m, 0, 0, 0);
 }
 
+/* An echo that has faded too far to block ends what is known, in the vehicle's own place too. */
+TEST(a_faint_echo_near_by_is_no_free_water)
+{
+    start();
+    all_free(20);
+    struct picture_entry e = {0};
+    e.claim[CLAIM_NOW] = (struct claim){.t_ping_ns = NOW, .from_m = 0.65f, .to_m = 20};
+    e.obstacle[0] = (struct picture_obstacle){.t_ref_ns = NOW,
+                                              .t_echo_ns = NOW,
+                                              .logodds = (float)picture.blocked_logodds / 2,
+                                              .near_m = 0.5f,
+                                              .range_m = 0.5f,
+                                              .sd_m = 0.05f};
+    picture_begin(&picture);
+    picture_set(&picture, at(80, 0), &e); /* leaves the tunnel abeam, nearer than near_m */
+    picture_end(&picture);
+    CHECK(look(&small, 1, 0, 0, 10).known_m > 9.9);
+    e.obstacle[0].near_m = e.obstacle[0].range_m = 0.35f; /* in the tunnel */
+    picture_begin(&picture);
+    picture_set(&picture, at(80, 0), &e);
+    picture_end(&picture);
+    const struct corridor c = look(&small, 1, 0, 0, 10);
+    CHECK(c.known_m <= 0.35);
+    CHECK(isinf(c.blocked_m));
+    CHECK_INT(c.reason, ANSWER_BEYOND);
+}
+
 static uint64_t state;
 
 static double uniform(double lo, double hi)
@@ -429,6 +456,7 @@ int main(void)
     RUN(the_front_is_the_bodys_extent_along_the_line);
     RUN(what_stands_in_the_tunnel_blocks_and_what_stands_beside_it_does_not);
     RUN(water_that_nobody_heard_is_not_known);
+    RUN(a_faint_echo_near_by_is_no_free_water);
     RUN(no_point_of_the_tunnel_is_worse_than_said);
     RUN(a_tilted_body_sweeps_no_water_that_is_worse_than_said);
     RUN(a_wall_blocks_who_drifts_towards_it_and_nobody_else);

@@ -349,6 +349,8 @@ TEST(a_second_message_of_the_same_time_is_no_second_pose)
 
 /* ---- obstacles ---- */
 
+#define NEAR_M 1.1
+
 /* A result of `sectors`, all of one kind, with one other sector. */
 static struct mavlink_ring ring_with(const char *all, const char *one, int at)
 {
@@ -357,15 +359,15 @@ static struct mavlink_ring ring_with(const char *all, const char *one, int at)
 
     for (int i = 0; i < MAVLINK_SECTORS; i++)
         json_array_append_new(sectors, json_loads(one && i == at ? one : all, 0, NULL));
-    result = json_pack("{s:f, s:o}", "t_unix", 1.7e9, "sectors", sectors);
+    result = json_pack("{s:f, s:f, s:o}", "t_unix", 1.7e9, "near_m", NEAR_M, "sectors", sectors);
     CHECK(mavlink_ring_read(&ring, result));
     json_decref(result);
     return ring;
 }
 
-#define CLEAR   "{\"state\":\"clear\",\"range_m\":null,\"free_to_m\":20,\"age_s\":3.5}"
-#define UNKNOWN "{\"state\":\"unknown\",\"range_m\":null,\"free_to_m\":0,\"age_s\":null}"
-#define BLOCKED "{\"state\":\"blocked\",\"range_m\":7.259,\"free_to_m\":7.1,\"age_s\":0.25}"
+#define CLEAR   "{\"state\":\"clear\",\"range_m\":null,\"free_to_m\":20,\"blind_to_m\":0.25,\"age_s\":3.5}"
+#define UNKNOWN "{\"state\":\"unknown\",\"range_m\":null,\"free_to_m\":0,\"blind_to_m\":0,\"age_s\":null}"
+#define BLOCKED "{\"state\":\"blocked\",\"range_m\":7.259,\"free_to_m\":7.1,\"blind_to_m\":0.25,\"age_s\":0.25}"
 
 static struct mavlink_obstacle_distance distances(const struct mavlink_ring *ring, enum mavlink_unknown as,
                                                   double max_m)
@@ -431,18 +433,23 @@ TEST(ranges_at_the_ends)
         double max_m;
         int want;
     } rows[] = {
-        {"touching", "{\"state\":\"blocked\",\"range_m\":0,\"free_to_m\":0,\"age_s\":0}", 20, 1},
-        {"under a centimetre", "{\"state\":\"blocked\",\"range_m\":0.0099,\"free_to_m\":0,\"age_s\":0}", 20, 1},
-        {"whole in decimal only", "{\"state\":\"blocked\",\"range_m\":0.29,\"free_to_m\":0,\"age_s\":0}", 20, 29},
-        {"at the limit", "{\"state\":\"blocked\",\"range_m\":20,\"free_to_m\":19,\"age_s\":0}", 20, 2000},
-        {"just beyond, not free", "{\"state\":\"blocked\",\"range_m\":20.3,\"free_to_m\":19,\"age_s\":0}", 20,
-         2000},
-        {"beyond, and free to there", "{\"state\":\"blocked\",\"range_m\":30,\"free_to_m\":29,\"age_s\":0}", 20,
-         2001},
-        {"farther than can be said", "{\"state\":\"blocked\",\"range_m\":900,\"free_to_m\":0,\"age_s\":0}", 800,
-         65533},
+        {"touching", "{\"state\":\"blocked\",\"range_m\":0,\"free_to_m\":0,\"blind_to_m\":0.25,\"age_s\":0}", 20,
+         1},
+        {"under a centimetre",
+         "{\"state\":\"blocked\",\"range_m\":0.0099,\"free_to_m\":0,\"blind_to_m\":0.25,\"age_s\":0}", 20, 1},
+        {"whole in decimal only",
+         "{\"state\":\"blocked\",\"range_m\":0.29,\"free_to_m\":0,\"blind_to_m\":0.25,\"age_s\":0}", 20, 29},
+        {"at the limit", "{\"state\":\"blocked\",\"range_m\":20,\"free_to_m\":19,\"blind_to_m\":0.25,\"age_s\":0}",
+         20, 2000},
+        {"just beyond, not free",
+         "{\"state\":\"blocked\",\"range_m\":20.3,\"free_to_m\":19,\"blind_to_m\":0.25,\"age_s\":0}", 20, 2000},
+        {"beyond, and free to there",
+         "{\"state\":\"blocked\",\"range_m\":30,\"free_to_m\":29,\"blind_to_m\":0.25,\"age_s\":0}", 20, 2001},
+        {"farther than can be said",
+         "{\"state\":\"blocked\",\"range_m\":900,\"free_to_m\":0,\"blind_to_m\":0.25,\"age_s\":0}", 800, 65533},
         {"clear farther than that", CLEAR, 800, 65534},
-        {"behind the vehicle", "{\"state\":\"blocked\",\"range_m\":-5,\"free_to_m\":0,\"age_s\":0}", 20, 1},
+        {"behind the vehicle",
+         "{\"state\":\"blocked\",\"range_m\":-5,\"free_to_m\":0,\"blind_to_m\":0.25,\"age_s\":0}", 20, 1},
     };
 
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
@@ -454,6 +461,34 @@ TEST(ranges_at_the_ends)
         CHECK_INT(got, rows[i].want);
     }
     CHECK_INT(mavlink_centimetres(NAN, 1000), 1);
+}
+
+TEST(water_is_free_only_where_it_is_known_from_near_on)
+{
+    static const struct {
+        const char *name, *sector;
+        int want;
+    } rows[] = {
+        {"known from near on", "{\"state\":\"clear\",\"free_to_m\":20,\"blind_to_m\":1.1,\"age_s\":0}", 2001},
+        {"known farther out", "{\"state\":\"clear\",\"free_to_m\":20,\"blind_to_m\":1.1001,\"age_s\":0}", 65535},
+        {"nobody says from where on", "{\"state\":\"clear\",\"free_to_m\":20,\"age_s\":0}", 65535},
+        {"an obstacle behind water of which only the far end is known",
+         "{\"state\":\"blocked\",\"range_m\":5,\"free_to_m\":4.9,\"blind_to_m\":3,\"age_s\":0}", 500},
+        {"one beyond, the water known from near on",
+         "{\"state\":\"blocked\",\"range_m\":30,\"free_to_m\":29,\"blind_to_m\":1,\"age_s\":0}", 2001},
+        {"one beyond, the water known farther out",
+         "{\"state\":\"blocked\",\"range_m\":30,\"free_to_m\":29,\"blind_to_m\":3,\"age_s\":0}", 2000},
+    };
+
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        const struct mavlink_ring ring = ring_with(rows[i].sector, NULL, 0);
+        const int got = distances(&ring, MAVLINK_UNKNOWN_AS_UNKNOWN, 20).distances[5];
+
+        if (got != rows[i].want)
+            printf("# %s\n", rows[i].name);
+        CHECK_INT(got, rows[i].want);
+        CHECK(mavlink_ring_known(&ring) == (rows[i].want != 65535));
+    }
 }
 
 TEST(the_youngest_evidence_counts)
@@ -482,7 +517,8 @@ TEST(what_is_no_ring_changes_nothing)
 
 TEST(a_doubted_ring_has_obstacles_but_no_free_water)
 {
-    static const char beyond[] = "{\"state\":\"blocked\",\"range_m\":30,\"free_to_m\":29,\"age_s\":0}";
+    static const char beyond[] =
+        "{\"state\":\"blocked\",\"range_m\":30,\"free_to_m\":29,\"blind_to_m\":0.25,\"age_s\":0}";
     struct mavlink_ring ring = ring_with(CLEAR, BLOCKED, 20);
 
     mavlink_ring_doubt(&ring);
@@ -789,6 +825,7 @@ int main(void)
     RUN(an_obstacle_counts_in_three_sectors_rounded_down);
     RUN(unknown_is_what_was_chosen);
     RUN(ranges_at_the_ends);
+    RUN(water_is_free_only_where_it_is_known_from_near_on);
     RUN(the_youngest_evidence_counts);
     RUN(what_is_no_ring_changes_nothing);
     RUN(a_doubted_ring_has_obstacles_but_no_free_water);

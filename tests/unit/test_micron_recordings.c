@@ -151,7 +151,8 @@ static void compare(void)
     wrong += pings >= MAX_LINES || !is_row(&rows[pings]);
 }
 
-static void check_stream(const char *name, const char *list, unsigned lines, unsigned garbage, unsigned sweeps)
+static void check_stream(const char *name, const char *list, unsigned lines, unsigned garbage, unsigned cut,
+                         unsigned sweeps)
 {
     static const size_t split[] = {1, 100, 104, 4096};
     size_t n;
@@ -165,6 +166,7 @@ static void check_stream(const char *name, const char *list, unsigned lines, uns
         CHECK_INT(pings, lines);
         CHECK_INT(s.frames, lines);
         CHECK_INT(s.garbage_bytes, garbage);
+        CHECK_INT(s.cut_bytes, cut);
         CHECK_INT(s.bad_frame, 0);
         CHECK_INT(s.lost_frames, 0);
         CHECK_INT(new_turns, sweeps);
@@ -175,12 +177,12 @@ static void check_stream(const char *name, const char *list, unsigned lines, uns
 /* 24 bytes of a line whose beginning was not recorded, 422 of one whose end was not; the head turns 4 times. */
 TEST(seabed_line_by_line)
 {
-    check_stream(SEABED ".stream", SEABED ".csv", 382, 24 + 422, 4);
+    check_stream(SEABED ".stream", SEABED ".csv", 382, 24, 422, 4);
 }
 
 TEST(target_line_by_line)
 {
-    check_stream(TARGET ".rebuilt.stream", TARGET ".csv", 234, 0, 9);
+    check_stream(TARGET ".rebuilt.stream", TARGET ".csv", 234, 0, 0, 9);
 }
 
 /* ---- damage ---- */

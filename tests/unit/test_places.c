@@ -8,11 +8,14 @@
 #include "../lib/plain_ping.h"
 #include "../lib/test.h"
 
+#include <math.h>
 #include <unistd.h>
 
 #include "../../daemon/daemon.h"
 #include "../../daemon/errand.h"
 #include "../../daemon/grid_methods.h"
+#include "../../daemon/map_job.h"
+#include "../../daemon/map_steps.h"
 #include "../../daemon/methods.h"
 #include "../../daemon/pipeline_state.h"
 
@@ -20,9 +23,9 @@ static struct daemon d;
 
 static char folder[] = "/tmp/sonard-places-XXXXXX";
 
-static void begin(void)
+static void begin_with(int threads)
 {
-    struct pipeline_conf c = {.threads = 1,
+    struct pipeline_conf c = {.threads = threads,
                               .queue = 4,
                               .max_beams = 1,
                               .max_samples = 100,
@@ -41,7 +44,7 @@ static void begin(void)
                               .voxels = {.voxel_m = 0.5,
                                          .side = 4,
                                          .height = 40,
-                                         .n_tiles = 60,
+                                         .n_tiles = 28,
                                          .max_submaps = 4,
                                          .rule = {.threshold = 2, .echo_weight = 4},
                                          .opening = 1,
@@ -57,6 +60,11 @@ static void begin(void)
         printf("%s\n", err);
         exit(1);
     }
+}
+
+static void begin(void)
+{
+    begin_with(1);
 }
 
 static void end(void)
@@ -108,23 +116,36 @@ static void finish(struct request *r)
 
 /* ---- a position that jumps ---- */
 
-/* The map is of there. */
-static void ping_at(double north_m)
+/* The map is of there, and has an echo 8 m north of it. */
+static void ping_from(double north_m, double east_m)
 {
     struct ping *ping = plain_ping(d.pipeline);
     ping->pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
     ping->pose.position_m[0] = north_m;
+    ping->pose.position_m[1] = east_m;
+    for (int i = 0; i < 100; i++) /* equal ones would be the head's ringing */
+        ((uint8_t *)ping->samples)[i] = (uint8_t)(i / 4 == 20 ? 250 : 5 + i % 7);
     pipeline_submit(d.pipeline, ping);
     pipeline_drain(d.pipeline);
 }
 
+static void ping_at(double north_m)
+{
+    ping_from(north_m, 0);
+}
+
+static uint64_t t_ns;
+
+static void tell(unsigned has, double north_m, double depth_m, double heading_deg)
+{
+    struct pose pose = {.t_ns = t_ns += 10000000, .position_m = {north_m, 0, depth_m}, .has = has};
+    quat_from_rpy(0, 0, geo_rad(heading_deg), pose.attitude);
+    places_pose(&d, &pose);
+}
+
 static void position(double north_m)
 {
-    static uint64_t t_ns;
-    struct pose pose = pose_identity;
-    pose.t_ns = t_ns += 10000000;
-    pose.position_m[0] = north_m;
-    places_position(&d, &pose);
+    tell(POSE_POSITION | POSE_DEPTH, north_m, 0, 0);
 }
 
 static void see_held(void *ctx, struct pipeline_map *m)
@@ -136,7 +157,7 @@ static bool is_held(void)
 {
     bool held = false;
     pipeline_visit_map(d.pipeline, see_held, &held);
-    CHECK(held == d.places.track.astray);
+    CHECK(held == d.places.astray);
     return held;
 }
 
@@ -181,18 +202,350 @@ TEST(of_a_jump_that_comes_later_it_says_nothing)
     }
 }
 
+TEST(of_a_second_jump_it_says_nothing_either)
+{
+    begin();
+    ping_at(0);
+    position(0);
+    position(1000);
+    struct request r = new_map();
+    CHECK(!go_on(&r));
+    position(1010);
+    position(2000);
+    finish(&r);
+    CHECK(is_held());
+    r = new_map();
+    CHECK(!go_on(&r));
+    position(2001); /* it drives on */
+    finish(&r);
+    CHECK(!is_held());
+    end();
+}
+
+static void go(double from_m, double to_m)
+{
+    for (double at_m = from_m; fabs(at_m - to_m) > 0.02; at_m += to_m > from_m ? 0.02 : -0.02)
+        position(at_m);
+}
+
+/* It is as far off as it was, wherever it goes. */
+TEST(who_drives_back_has_not_jumped_back)
+{
+    begin();
+    ping_at(0);
+    position(0);
+    position(8);
+    CHECK(is_held());
+    go(8, 0);
+    CHECK(is_held());
+    go(0, -3);
+    CHECK(is_held());
+    position(-11);
+    CHECK(!is_held());
+    end();
+}
+
+/* How far it drove in the silence nobody knows, nor how far off it is when it seems to be back. */
+TEST(after_jumps_in_a_long_silence_a_client_has_to_say)
+{
+    for (int long_one = 0; long_one < 2; long_one++) {
+        begin();
+        ping_at(0);
+        position(0);
+        t_ns += long_one ? 600000000 : 100000000;
+        position(100);
+        position(0);
+        CHECK(is_held() == long_one);
+        end();
+    }
+}
+
+TEST(jumps_add_up)
+{
+    static const double at_m[] = {20, 12, 30, 10, 4};
+    begin();
+    ping_at(0);
+    position(0);
+    for (size_t i = 0; i < sizeof at_m / sizeof *at_m; i++) {
+        position(at_m[i]);
+        CHECK(is_held() == (at_m[i] > JUMPS_M));
+    }
+    position(10); /* it is held again, and the 4 m are not forgotten */
+    CHECK(is_held());
+    position(-6);
+    CHECK(is_held());
+    position(0);
+    CHECK(!is_held());
+    end();
+}
+
+TEST(a_jump_in_small_steps_is_one)
+{
+    begin();
+    ping_at(0);
+    for (int i = 0; i <= 20; i++)
+        position(0.4 * i);
+    CHECK(is_held());
+    end();
+}
+
+/* Nothing but noise: each step is longer than the vehicle drives meanwhile. */
+TEST(noise_is_no_jump)
+{
+    uint64_t seed = 3;
+    begin();
+    ping_at(0);
+    for (int i = 0; i < 3000; i++)
+        tell(POSE_POSITION | POSE_DEPTH | POSE_ATTITUDE, 4 * test_uniform(&seed), 4 * test_uniform(&seed),
+             19 * test_uniform(&seed));
+    CHECK(!is_held());
+    end();
+}
+
+/* What the client says of the map tells nothing of what is said next. */
+TEST(a_jump_right_after_a_word_is_one)
+{
+    begin();
+    ping_at(0);
+    position(0);
+    struct request r = new_map();
+    CHECK(!go_on(&r));
+    finish(&r);
+    position(1000);
+    CHECK(is_held());
+    r = new_map();
+    CHECK(!go_on(&r));
+    position(0); /* there it was right, and is no longer */
+    finish(&r);
+    CHECK(is_held());
+    end();
+}
+
+TEST(depth_and_heading_jump_too)
+{
+    begin();
+    d.conf.vehicle.max_speed_mps = 1;
+    d.conf.vehicle.max_turn_radps = geo_rad(60);
+    ping_at(0);
+    tell(POSE_DEPTH, 0, 3, 0);
+    tell(POSE_ATTITUDE, 0, 0, 355);
+    tell(POSE_ATTITUDE, 0, 0, 10);
+    CHECK(!is_held());
+    for (int i = 0; i < 100; i++)
+        tell(POSE_ATTITUDE, 0, 0, 10);
+    tell(POSE_DEPTH, 0, 13, 0);
+    CHECK(is_held());
+    tell(POSE_ATTITUDE, 0, 0, 100);
+    tell(POSE_DEPTH, 0, 3, 0);
+    CHECK(is_held());
+    tell(POSE_ATTITUDE, 0, 0, 10);
+    CHECK(!is_held());
+    end();
+}
+
 static void work_on(const char *method)
 {
     struct request r = {.method = method, .name = "kept"};
+    if (go_on(&r))
+        drop(&r);
+    else
+        finish(&r);
+}
+
+/* ---- random voyages ---- */
+
+/* A vehicle drives north and back before a wall, always heading for it, and its navigation errs; time runs ten times a second. */
+#define WALL_M 6.0
+#define STEP_S 0.1
+#define MOST_MPS 1.0
+
+struct voyage {
+    uint64_t seed, t_ns;
+    double at_m;                      /* in truth */
+    double off_m, deep_m, turned_deg; /* what the poses are off by, ... */
+    double map_off[3];                /* ... and what they were when the map began */
+    bool glided; /* the navigation took an error back so that nobody could see it */
+    long free, wrong, held, jumps;
+};
+
+static double between(struct voyage *v, double lo, double hi)
+{
+    return lo + (hi - lo) * test_uniform(&v->seed);
+}
+
+static struct pose claimed(const struct voyage *v)
+{
+    struct pose p = pose_identity;
+    p.t_ns = v->t_ns;
+    p.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
+    p.position_m[0] = v->at_m + v->off_m;
+    p.position_m[2] = v->deep_m;
+    quat_from_rpy(0, 0, geo_rad(v->turned_deg), p.attitude);
+    return p;
+}
+
+/* One step of time, at most 1 m/s. */
+static void drive(struct voyage *v, bool told)
+{
+    v->t_ns += (uint64_t)(STEP_S * 1e9);
+    v->at_m = fmax(-2.5, fmin(2.5, v->at_m + between(v, -1, 1) * STEP_S));
+    const struct pose p = claimed(v);
+    if (told)
+        places_pose(&d, &p);
+}
+
+/* Pings are on their way while poses come. */
+static void hear_wall(struct voyage *v)
+{
+    struct ping *ping = plain_ping(d.pipeline);
+    const int bin = (int)((WALL_M - v->at_m) * 10);
+    loop_turn(d.loop, 0);
+    ping->t_ns = ping->t_in_ns = loop_now(d.loop);
+    ping->pose = claimed(v);
+    for (int i = 0; i < 100; i++)
+        ((uint8_t *)ping->samples)[i] = (uint8_t)(i / 4 == bin / 4 ? 250 : 5 + i % 7);
+    pipeline_submit(d.pipeline, ping);
+}
+
+struct looks {
+    struct pose from;
+    double free_m; /* the farthest place ahead that is free */
+};
+
+static void look_ahead(void *ctx, struct pipeline_map *m)
+{
+    struct looks *l = ctx;
+    l->free_m = 0;
+    for (double far_m = 0.25; far_m < 40; far_m += 0.25)
+        for (int side = -1; side <= 1; side += 2) {
+            const double ahead[3] = {far_m, 0.1 * side, 0.1 * side};
+            double at_m[3];
+            struct lattice_place place;
+            quat_rotate(l->from.attitude, ahead, at_m);
+            for (int i = 0; i < 3; i++)
+                at_m[i] += l->from.position_m[i];
+            lattice_place(at_m, m->map.set.voxel_m, &place);
+            if (voxmask_at(&m->mask, place.cell) == VOXEL_FREE)
+                l->free_m = far_m;
+        }
+}
+
+/* A voxel's diagonal beyond the wall, and what jumps that take each other back may leave: they are of any size. */
+static void judge(struct voyage *v)
+{
+    struct looks l = {.from = claimed(v)};
+    pipeline_drain(d.pipeline);
+    pipeline_visit_map(d.pipeline, look_ahead, &l);
+    v->held += d.places.astray;
+    v->free += l.free_m > 0;
+    if (l.free_m <= WALL_M - v->at_m + 1 + JUMPS_M)
+        return;
+    v->wrong++;
+    printf("free to %.2f m, the wall is %.2f m ahead; off by %.1f m, %.1f m deep, %.0f degrees\n", l.free_m,
+           WALL_M - v->at_m, v->off_m, v->deep_m, v->turned_deg);
+}
+
+/* By more than the vehicle can have done since the pose before, and than what may go unnoticed. */
+static double far(struct voyage *v, double gap_s)
+{
+    const double far_m = between(v, 2 * JUMPS_M, 30) + 2 * MOST_MPS * gap_s;
+    return between(v, -1, 1) < 0 ? -far_m : far_m;
+}
+
+static void work(const char *method)
+{
+    struct request r = {.method = method};
     CHECK(!go_on(&r));
     finish(&r);
 }
 
-static void end_job(void)
+/* A client that knows says what is true of the map and of poses. */
+static void set_right(struct voyage *v)
+{
+    const double off[3] = {v->off_m, v->deep_m, v->turned_deg};
+    const bool same = memcmp(off, v->map_off, sizeof off) == 0;
+    work(same ? "map_new" : "map_forget");
+    memcpy(v->map_off, off, sizeof off);
+    hear_wall(v); /* an empty map would count from wherever poses do next */
+    pipeline_drain(d.pipeline);
+}
+
+/* The poses jump, in place, depth or heading, at once or in some steps, after a silence or none. */
+static void err(struct voyage *v)
+{
+    const int silent = between(v, 0, 1) < 0.3 ? (int)between(v, 1, 30) : 0;
+    const int steps = between(v, 0, 1) < 0.3 ? 4 : 1, what = (int)between(v, 0, 3);
+    double *const of[] = {&v->off_m, &v->deep_m, &v->turned_deg};
+    const double by = what < 2 ? far(v, silent * STEP_S) : between(v, 60, 170);
+    v->jumps++;
+    if (v->glided) /* or a jump of about the same size looks like the way back: only who knows can tell */
+        set_right(v);
+    v->glided = false;
+    for (int i = 0; i < silent; i++)
+        drive(v, false);
+    for (int i = 0; i < steps; i++) {
+        *of[what] += by / steps;
+        drive(v, true);
+    }
+}
+
+/* The navigation takes all of its error back, at once or so slowly that it is no jump; it drives on meanwhile. */
+static void mend(struct voyage *v)
+{
+    const bool at_once = between(v, 0, 1) < 0.6;
+    v->glided |= !at_once;
+    while (!at_once && fabs(v->off_m) + fabs(v->deep_m) + fabs(v->turned_deg) > 0) {
+        v->off_m -= fmax(-0.3, fmin(0.3, v->off_m));
+        v->deep_m -= fmax(-0.3, fmin(0.3, v->deep_m));
+        v->turned_deg -= fmax(-5, fmin(5, v->turned_deg));
+        drive(v, true);
+    }
+    v->off_m = v->deep_m = v->turned_deg = 0;
+    drive(v, true);
+}
+
+/* Whatever the poses do, when the daemon can see it: nothing is free beyond the wall. What clients say is true. */
+TEST(nothing_is_free_behind_the_wall_on_random_voyages)
+{
+    struct voyage v = {.seed = test_seed()};
+    for (int voyage = 0; voyage < 30; voyage++) {
+        begin();
+        d.conf.vehicle.max_speed_mps = MOST_MPS;
+        d.conf.vehicle.max_turn_radps = geo_rad(60);
+        v = (struct voyage){.seed = v.seed, .free = v.free, .wrong = v.wrong, .held = v.held, .jumps = v.jumps};
+        drive(&v, true);
+        set_right(&v);
+        for (int i = 0; i < 300; i++) {
+            const double what = between(&v, 0, 1);
+            if (what < 0.04)
+                err(&v);
+            else if (what < 0.06)
+                mend(&v);
+            else if (what < 0.07)
+                set_right(&v);
+            else
+                drive(&v, true);
+            hear_wall(&v);
+            if (i % 5 == 0)
+                judge(&v);
+        }
+        end();
+    }
+    printf("# %ld looks of which %ld found water free, %ld a held map; %ld jumps\n", 30 * 60l, v.free, v.held, v.jumps);
+    CHECK_INT(v.wrong, 0);
+    CHECK(v.free > 100 && v.held > 100);
+}
+
+static void end_job_as(enum places_state state)
 {
     for (int i = 0; i < 10000 && d.places.asked.job.state == PLACES_RUNNING; i++)
         loop_turn(d.loop, 10000000);
-    CHECK_INT(d.places.asked.job.state, PLACES_DONE);
+    CHECK_INT(d.places.asked.job.state, state);
+}
+
+static void end_job(void)
+{
+    end_job_as(PLACES_DONE);
 }
 
 /* A file takes its time, and may be the first that there is. */
@@ -225,6 +578,21 @@ TEST(of_a_jump_while_a_map_is_loaded_the_file_says_nothing)
     }
     snprintf(path, sizeof path, "%s/kept.map", folder);
     CHECK_INT(unlink(path), 0);
+}
+
+/* Or the map that begins with the next ping would be held for the sake of nothing. */
+TEST(an_empty_map_into_which_no_file_came_is_not_held)
+{
+    begin();
+    position(0);
+    struct request r = {.method = "map_load", .name = "none-of-this-name"};
+    CHECK(!go_on(&r));
+    position(1000);
+    CHECK(is_held());
+    finish(&r);
+    end_job_as(PLACES_FAILED);
+    CHECK(!is_held());
+    end();
 }
 
 /* ---- clients that go ---- */
@@ -268,6 +636,401 @@ TEST(who_may_change_nothing_any_more_is_told_what_came_of_it)
     r.refusal = "no more";
     finish(&r);
     end();
+}
+
+/* ---- submaps to disk and back ---- */
+
+static void close_submap(void *ctx, struct pipeline_map *m)
+{
+    (void)ctx;
+    voxmap_new(&m->map);
+}
+
+/* Three submaps, 100 m apart, and a fourth that is begun: more than three quarters of the tiles. */
+static void fill_map(void)
+{
+    for (int s = 0; s < 4; s++) {
+        for (int i = 0; i < 25; i++)
+            ping_from(100 * s + 6 * (i / 5 - 2), 6 * (i % 5 - 2));
+        pipeline_visit_map(d.pipeline, close_submap, NULL);
+    }
+}
+
+static void turn_until(const uint64_t *count)
+{
+    for (int i = 0; i < 1000 && !*count; i++)
+        loop_turn(d.loop, 10000000);
+    CHECK(*count > 0);
+}
+
+static bool pager_waits(void)
+{
+    const enum pager_state state = d.pager.state;
+    return state == PAGER_LOOKING || state == PAGER_PACKING || state == PAGER_TAKING;
+}
+
+/* For the owner, as the loop does not. */
+static void turn_until_the_pager_waits(void)
+{
+    for (int i = 0; i < 1000 && !pager_waits(); i++)
+        loop_turn(d.loop, 10000000);
+    CHECK(pager_waits());
+}
+
+/* The owner is busy, and the loop goes on; when it is let go, a submap goes to disk, and comes back when asked for. */
+TEST(nobody_waits_while_submaps_go_and_come)
+{
+    static const double first_m[3] = {-4, -12, 0};
+    struct hold hold;
+    char err[300];
+    begin();
+    CHECK(pager_start(&d, err, sizeof err));
+    fill_map();
+    hold_owner(&hold, d.pipeline);
+    turn_until_the_pager_waits();
+    sem_post(&hold.go);
+    turn_until(&d.pager.out);
+    for (int i = 0; i < 1000 && !d.pager.in; i++) {
+        pager_want(&d, first_m);
+        loop_turn(d.loop, 10000000);
+    }
+    CHECK(d.pager.in > 0 && d.pager.errors == 0);
+    hold_owner(&hold, d.pipeline);
+    turn_until_the_pager_waits();
+    sem_post(&hold.go);
+    errand_end(&d);
+    CHECK(d.pager.state == PAGER_IDLE || d.pager.state == PAGER_WRITING || d.pager.state == PAGER_READING);
+    places_end(&d);
+    pager_end(&d);
+    pipeline_free(d.pipeline);
+    loop_free(d.loop);
+    char lock[80];
+    snprintf(lock, sizeof lock, "%s/.lock", folder);
+    CHECK_INT(unlink(lock), 0);
+}
+
+static void turn_until_the_pager_is(enum pager_state state)
+{
+    for (int i = 0; i < 1000 && d.pager.state != state; i++)
+        loop_turn(d.loop, 10000000);
+    CHECK_INT(d.pager.state, state);
+}
+
+/* A submap that was to be packed is not when all ends: what has no bytes goes to no disk. */
+TEST(at_the_end_no_submap_is_written_that_was_not_packed)
+{
+    struct hold first, second = {0};
+    char err[300];
+    begin();
+    CHECK(pager_start(&d, err, sizeof err));
+    fill_map();
+    hold_owner(&first, d.pipeline);
+    turn_until_the_pager_is(PAGER_LOOKING);
+    sem_init(&second.begun, 0, 0);
+    sem_init(&second.go, 0, 0);
+    CHECK(!pipeline_errand(d.pipeline, &second.errand, hold_until_let_go));
+    sem_post(&first.go);
+    turn_until_the_pager_is(PAGER_PACKING);
+    sem_post(&second.go);
+    errand_end(&d);
+    CHECK_INT(d.pager.state, PAGER_IDLE);
+    places_end(&d);
+    pager_end(&d);
+    pipeline_free(d.pipeline);
+    loop_free(d.loop);
+    char lock[80];
+    snprintf(lock, sizeof lock, "%s/.lock", folder);
+    CHECK_INT(unlink(lock), 0);
+}
+
+/* ---- templates ---- */
+
+/* A change that the extract stage has not heard of keeps what was before: there are never two of a sonar. */
+TEST(changes_of_a_template_come_one_after_the_other)
+{
+    const struct background_shape shape = {
+        .rows = 1, .bins = 4, .dr_m = 0.1f, .row_rad = 1, .law = AMPLITUDE_LINEAR};
+    struct request forget[2] = {{.method = "background_forget"}, {.method = "background_forget"}};
+    struct hold hold;
+    char err[200];
+    begin();
+    d.conf.n_sonars = 1;
+    snprintf(d.conf.sonar[0].device, sizeof d.conf.sonar[0].device, "ping360");
+    hold_owner(&hold, d.pipeline);
+    CHECK(template_put(&d, 0, background_init(malloc(background_size(&shape)), &shape, 64), "a file", err, sizeof err));
+    for (int i = 0; i < 2; i++) {
+        CHECK(!go_on(&forget[i]));
+        CHECK(forget[i].work.waits && !forget[i].work.state);
+    }
+    CHECK_INT(d.template[0].handing, 1);
+    CHECK(d.template[0].background != NULL);
+    drop(&forget[0]); /* its client has gone, and leaves nothing */
+    sem_post(&hold.go);
+    finish(&forget[1]);
+    CHECK(d.template[0].background == NULL);
+    end();
+    template_end(&d);
+}
+
+/* ---- the map as a whole, to disk and back ---- */
+
+/* What the map has. */
+struct look {
+    struct errand errand;
+    uint32_t submaps, tiles;
+};
+
+static void look(void *ctx, const struct pipeline_owned *owned)
+{
+    struct look *l = ctx;
+    const struct voxmap *map = &owned->map->map;
+    l->submaps = l->tiles = 0;
+    for (uint32_t i = 0; i < map->set.max_submaps; i++)
+        l->submaps += map->part[i].id != 0;
+    l->tiles = map->tiles.n - map->tiles.n_free;
+}
+
+static struct look look_now(void)
+{
+    struct look l = {0};
+    pipeline_errand_now(d.pipeline, &l.errand, look);
+    return l;
+}
+
+/* Three submaps, of which the last is not closed. */
+static void fill_a_little(void)
+{
+    for (int s = 0; s < 3; s++) {
+        if (s)
+            pipeline_visit_map(d.pipeline, close_submap, NULL);
+        ping_from(100 * s, 0);
+    }
+}
+
+static void remove_map(const char *name)
+{
+    char path[120];
+    snprintf(path, sizeof path, "%s/%s", folder, name);
+    CHECK_INT(unlink(path), 0);
+}
+
+static void turn(int n)
+{
+    for (int i = 0; i < n; i++)
+        loop_turn(d.loop, 1000000);
+}
+
+/* While the owner is busy a request waits that needs it, and the loop for none. */
+TEST(nobody_waits_while_a_map_is_copied_or_put_in)
+{
+    static const char *const methods[] = {"map_save", "map_export", "map_load"};
+    begin();
+    fill_a_little();
+    for (int i = 0; i < 3; i++) {
+        struct request r = {.method = methods[i], .name = "kept"};
+        struct hold hold;
+        hold_owner(&hold, d.pipeline);
+        CHECK(!go_on(&r));
+        turn(20);
+        CHECK(!go_on(&r));
+        CHECK_INT(d.places.asked.job.state, PLACES_RUNNING);
+        sem_post(&hold.go);
+        finish(&r);
+        end_job();
+    }
+    end();
+    remove_map("kept.map");
+    remove_map("kept.ply");
+}
+
+TEST(nobody_waits_while_a_map_is_kept)
+{
+    struct hold hold;
+    begin();
+    fill_a_little();
+    d.conf.map.save_every_s = 0.01;
+    places_end(&d); /* as it was begun without */
+    d.places = (struct places){0};
+    char err[200];
+    CHECK(places_start(&d, err, sizeof err));
+    hold_owner(&hold, d.pipeline);
+    turn(50);
+    CHECK_INT(d.places.kept.job.state, PLACES_IDLE);
+    sem_post(&hold.go);
+    for (int i = 0; i < 10000 && d.places.kept.job.state != PLACES_DONE; i++)
+        loop_turn(d.loop, 10000000);
+    CHECK_INT(d.places.kept.job.state, PLACES_DONE);
+    ping_from(212, 12); /* kept at the end */
+    const uint32_t all = look_now().tiles;
+    end();
+    begin();
+    struct request r = {.method = "map_load", .name = "last"};
+    CHECK(!go_on(&r));
+    finish(&r);
+    end_job();
+    CHECK_INT(look_now().tiles, all);
+    end();
+    remove_map("last.map");
+}
+
+/* Though its owner had nothing to do until both were sent. */
+TEST(what_a_client_does_next_is_not_in_what_it_saves)
+{
+    for (int threads = 0; threads <= 2; threads++) {
+        begin_with(threads);
+        fill_a_little();
+        work_on("map_save");
+        struct request forget = {.method = "map_forget"};
+        if (go_on(&forget))
+            drop(&forget);
+        else
+            finish(&forget);
+        CHECK_INT(look_now().submaps, 0);
+        end_job();
+        work_on("map_load");
+        end_job();
+        CHECK_INT(look_now().submaps, 3);
+        end();
+    }
+    remove_map("kept.map");
+}
+
+/* Or answers would be free of what the next submap says. */
+TEST(nobody_sees_half_of_a_map_that_is_put_in)
+{
+    for (int threads = 0; threads <= 2; threads++) {
+        begin_with(threads);
+        fill_a_little();
+        work_on("map_save");
+        end_job();
+        const uint32_t all = look_now().tiles;
+        struct request r = {.method = "map_load", .name = "kept"};
+        const bool answered = go_on(&r);
+        while (d.places.asked.job.state == PLACES_RUNNING) {
+            struct look l = {0};
+            while (!pipeline_errand(d.pipeline, &l.errand, look))
+                loop_turn(d.loop, 1000000);
+            CHECK_INT(l.submaps, 3);
+            CHECK_INT(l.tiles, all);
+            loop_turn(d.loop, 1000000);
+        }
+        if (answered)
+            drop(&r);
+        else
+            finish(&r);
+        CHECK_INT(d.places.asked.job.state, PLACES_DONE);
+        end();
+    }
+    remove_map("kept.map");
+}
+
+/* What waits for the owner then is done, or the last that is kept would be half of a map. */
+TEST(a_job_that_has_begun_is_done_at_the_end)
+{
+    begin();
+    fill_a_little();
+    work_on("map_save");
+    end_job();
+    struct hold hold;
+    struct request r = {.method = "map_load", .name = "kept"}, forget = {.method = "map_forget"};
+    CHECK(!go_on(&forget));
+    finish(&forget);
+    hold_owner(&hold, d.pipeline);
+    CHECK(!go_on(&r));
+    for (int i = 0; i < 1000 && waiting() < 2; i++) /* its answer, and the job */
+        loop_turn(d.loop, 1000000);
+    CHECK_INT(waiting(), 2);
+    sem_post(&hold.go);
+    drop(&r);
+    errand_end(&d);
+    places_end(&d);
+    CHECK_INT(d.places.asked.job.state, PLACES_DONE);
+    CHECK_INT(look_now().submaps, 3);
+    pipeline_free(d.pipeline);
+    loop_free(d.loop);
+    remove_map("kept.map");
+}
+
+static int measured;
+
+/* The map grows whenever it has been measured, but for the third time. */
+static void ask_and_grow(struct places_job *job, pipeline_owner_fn *fn)
+{
+    pipeline_errand_now(d.pipeline, &job->errand, fn);
+    if (fn == map_steps_measure && ++measured < 3)
+        for (int i = 0; i < 5; i++)
+            ping_from(200 + 6 * (i - 2), 12 * (2 * measured - 3));
+}
+
+TEST(a_map_that_outgrows_its_copy_is_copied_anew)
+{
+    begin();
+    fill_a_little();
+    static struct places_job job;
+    job = (struct places_job){.what = PLACES_SAVE,
+                              .ask = ask_and_grow,
+                              .now_ns = loop_now(d.loop),
+                              .setting = pipeline_map_setting(d.pipeline)};
+    snprintf(job.path, sizeof job.path, "%s/kept.map", folder);
+    measured = 0;
+    map_job_run(&job);
+    CHECK(job.good);
+    CHECK_INT(measured, 3);
+    const uint32_t all = look_now().tiles;
+    work_on("map_load");
+    end_job();
+    CHECK_INT(look_now().tiles, all);
+    end();
+    remove_map("kept.map");
+}
+
+struct half {
+    bool any, held;
+};
+
+/* Of a map whose first submaps were 1 to 3. */
+static void see_half(void *ctx, struct pipeline_map *m)
+{
+    struct half *half = ctx;
+    *half = (struct half){.held = m->map.held};
+    for (uint32_t i = 0; i < m->map.set.max_submaps; i++)
+        half->any |= m->map.part[i].id > 3;
+}
+
+/* It counts from where poses did when it was asked for: to where they come back meanwhile it is not, at no moment. */
+TEST(a_map_that_is_put_in_is_free_nowhere_else_than_where_it_was_asked_for)
+{
+    static const double meanwhile_m[] = {0, 2000}; /* back, or on to yet another place */
+    for (int threads = 0; threads <= 2; threads++)
+        for (int i = 0; i < 2; i++) {
+            struct request r = {.method = "map_load", .name = "kept"};
+            begin_with(threads);
+            fill_a_little();
+            work_on("map_save");
+            end_job();
+            position(0);
+            position(1000);
+            const bool answered = go_on(&r);
+            position(meanwhile_m[i]);
+            struct half half = {false, false};
+            while (d.places.asked.job.state == PLACES_RUNNING) {
+                loop_turn(d.loop, 1000000);
+                pipeline_visit_map(d.pipeline, see_half, &half);
+                CHECK(half.held || !half.any);
+            }
+            CHECK(half.any);
+            if (answered)
+                drop(&r);
+            else
+                finish(&r);
+            CHECK(is_held());
+            position(1000);
+            CHECK(!is_held());
+            end();
+            if (test_case_failed)
+                printf("(%d threads, to %g m)\n", threads, meanwhile_m[i]);
+        }
+    remove_map("kept.map");
 }
 
 /* ---- grids ---- */
@@ -314,9 +1077,29 @@ int main(void)
     CHECK(mkdtemp(folder) != NULL);
     RUN(who_changes_the_map_says_that_its_places_hold);
     RUN(of_a_jump_that_comes_later_it_says_nothing);
+    RUN(of_a_second_jump_it_says_nothing_either);
+    RUN(who_drives_back_has_not_jumped_back);
+    RUN(after_jumps_in_a_long_silence_a_client_has_to_say);
+    RUN(jumps_add_up);
+    RUN(a_jump_in_small_steps_is_one);
+    RUN(noise_is_no_jump);
+    RUN(a_jump_right_after_a_word_is_one);
+    RUN(depth_and_heading_jump_too);
+    RUN(nothing_is_free_behind_the_wall_on_random_voyages);
     RUN(of_a_jump_while_a_map_is_loaded_the_file_says_nothing);
+    RUN(an_empty_map_into_which_no_file_came_is_not_held);
     RUN(what_was_only_asked_is_not_done_for_those_who_have_gone);
     RUN(who_may_change_nothing_any_more_is_told_what_came_of_it);
+    RUN(nobody_waits_while_submaps_go_and_come);
+    RUN(at_the_end_no_submap_is_written_that_was_not_packed);
+    RUN(changes_of_a_template_come_one_after_the_other);
+    RUN(nobody_waits_while_a_map_is_copied_or_put_in);
+    RUN(nobody_waits_while_a_map_is_kept);
+    RUN(what_a_client_does_next_is_not_in_what_it_saves);
+    RUN(nobody_sees_half_of_a_map_that_is_put_in);
+    RUN(a_job_that_has_begun_is_done_at_the_end);
+    RUN(a_map_that_outgrows_its_copy_is_copied_anew);
+    RUN(a_map_that_is_put_in_is_free_nowhere_else_than_where_it_was_asked_for);
     RUN(a_dropped_grid_has_its_memory_until_it_is_freed);
     CHECK_INT(rmdir(folder), 0);
     return test_end();

@@ -59,6 +59,7 @@ static const struct {
     {"an image for clients", SONAR, PLAN_IMAGE, PLAN_NONE, "clients"},
     {"nobody asks for the image", NO_SOCKET, PLAN_IMAGE, PLAN_IDENTICAL, "socket"},
     {"level", SONAR "[grid]\nelevation = level\n", PLAN_ELEVATION, PLAN_BOUNDED, "level"},
+    {"a vehicle that may move", SONAR, PLAN_MOTION, PLAN_NONE, "positions"},
     {"no relaxation", SONAR, PLAN_RELAXATION, PLAN_BOUNDED, "relaxation = 0"},
     {"relaxation", SONAR "[grid]\nrelaxation = 0.5\n", PLAN_RELAXATION, PLAN_NONE, "relaxation = 0.5"},
     {"no map", SONAR, PLAN_MAP, PLAN_BOUNDED, "voxel = none"},
@@ -117,7 +118,7 @@ TEST(the_largest_plan_fits)
     conf.n_more_grids = CONF_MAX_GRIDS;
     plan_make(&conf, &plan);
     CHECK(plan.n <= PLAN_STAGES_MAX);
-    CHECK_INT(plan.n, CONF_MAX_SONARS * 6 + (CONF_MAX_GRIDS + 1) * 3 + 7);
+    CHECK_INT(plan.n, CONF_MAX_SONARS * 6 + (CONF_MAX_GRIDS + 1) * 4 + 7);
 }
 
 static struct plan_cost price(const char *text)

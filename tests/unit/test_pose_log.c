@@ -254,6 +254,33 @@ TEST(behind_the_last_sample_the_vehicle_may_be_as_far_as_it_goes)
     CHECK_NEAR(p.slack_rad, 0.5, 1e-12, 0);
 }
 
+TEST(nothing_lies_between_the_attitudes_before_and_after_a_jump)
+{
+    struct pose p;
+    pose_log_init(&poses, 2000 * MS);
+    pose_log_set_most(&poses, 0, 0.5);
+    put(1000 * MS, POSE_ATTITUDE, 0, 0, 0);
+    put(1100 * MS, POSE_ATTITUDE, 0, 0.12, 0); /* less than 5 degrees more than it can turn */
+    put(1200 * MS, POSE_ATTITUDE, 0, 1, 0);
+    pose_log_at(&poses, 1050 * MS, &p);
+    CHECK_INT(p.jumps, 0);
+    CHECK_NEAR(yaw(&p), 0.06, 1e-12, 0);
+    pose_log_at(&poses, 1150 * MS, &p);
+    CHECK_INT(p.jumps, 0);
+    CHECK_NEAR(yaw(&p), 0.12, 1e-12, 0);
+    CHECK(p.slack_rad > 0);
+    pose_log_at(&poses, 1250 * MS, &p);
+    CHECK_INT(p.jumps, 1);
+    CHECK_NEAR(yaw(&p), 1, 1e-12, 0);
+    put(1300 * MS, POSE_ATTITUDE, 0, 1.02, 0);
+    pose_log_at(&poses, 1250 * MS, &p);
+    CHECK_INT(p.jumps, 1);
+    CHECK_NEAR(yaw(&p), 1.01, 1e-12, 0);
+    put(1400 * MS, POSE_ATTITUDE, 0, 0.12, 0); /* back is a jump, too */
+    pose_log_at(&poses, 1400 * MS, &p);
+    CHECK_INT(p.jumps, 2);
+}
+
 TEST(without_a_velocity_the_way_between_places_is_the_speed)
 {
     struct pose p;
@@ -285,6 +312,7 @@ int main(void)
     RUN(the_log_keeps_the_newest);
     RUN(a_place_is_no_newer_for_an_attitude_that_is);
     RUN(behind_the_last_sample_the_vehicle_may_be_as_far_as_it_goes);
+    RUN(nothing_lies_between_the_attitudes_before_and_after_a_jump);
     RUN(without_a_velocity_the_way_between_places_is_the_speed);
     return test_end();
 }

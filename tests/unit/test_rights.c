@@ -5,6 +5,7 @@
 #include <pwd.h>
 #include <semaphore.h>
 #include <string.h>
+#include <sys/resource.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -51,14 +52,17 @@ TEST(without_a_look_names_give_nobody_a_right)
     CHECK_INT(r.n_groups, 1);
 }
 
-static int n_told;
+static int n_told, n_failed;
 static struct rights told;
 
 static void tell(void *ctx, const struct rights *r)
 {
     (void)ctx;
-    told = *r;
-    n_told++;
+    if (r)
+        told = *r;
+    else
+        n_failed++;
+    n_told += r != NULL;
 }
 
 /* What is asked for while a look is under way comes after it, and only the last of it is told. */
@@ -66,15 +70,15 @@ TEST(names_are_looked_up_beside_the_loop)
 {
     struct loop *loop = loop_new(false);
     struct rights_lookup lookup = {.loop = loop, .socket_group = SOCKET_GROUP, .done = tell};
-    CHECK(rights_lookup_begin(&lookup, "daemon, nobody-of-this-name"));
-    CHECK(rights_lookup_begin(&lookup, "@nobody-of-this-name"));
-    CHECK(rights_lookup_begin(&lookup, "123 daemon"));
+    rights_lookup_begin(&lookup, "daemon, nobody-of-this-name");
+    rights_lookup_begin(&lookup, "@nobody-of-this-name");
+    rights_lookup_begin(&lookup, "123 daemon");
     for (int i = 0; i < 1000 && n_told == 0; i++)
         loop_turn(loop, 10000000);
     CHECK_INT(n_told, 1);
     CHECK_INT(told.n_users, 4);
     CHECK_STR(told.unknown, "");
-    CHECK(rights_lookup_begin(&lookup, "@nobody-of-this-name"));
+    rights_lookup_begin(&lookup, "@nobody-of-this-name");
     rights_lookup_end(&lookup);
     CHECK_INT(n_told, 1);
     loop_free(loop);
@@ -101,12 +105,33 @@ TEST(who_ends_does_not_wait_for_a_look)
     struct loop *loop = loop_new(false);
     struct rights_lookup lookup = {.loop = loop, .socket_group = SOCKET_GROUP, .done = tell};
     n_told = 0;
-    CHECK(rights_lookup_begin(&lookup, "far-away"));
+    rights_lookup_begin(&lookup, "far-away");
     loop_turn(loop, 0);
     rights_lookup_end(&lookup);
     CHECK_INT(sem_post(&never), 0);
     loop_turn(loop, 10000000);
     CHECK_INT(n_told, 0);
+    loop_free(loop);
+}
+
+/* What was asked for while a look was under way cannot begin, for there is no descriptor: that is told, too. */
+TEST(a_look_that_cannot_begin_is_told)
+{
+    struct loop *loop = loop_new(false);
+    struct rights_lookup lookup = {.loop = loop, .socket_group = SOCKET_GROUP, .done = tell};
+    struct rlimit before, none;
+    n_told = n_failed = 0;
+    rights_lookup_begin(&lookup, "far-away");
+    rights_lookup_begin(&lookup, "daemon");
+    CHECK_INT(getrlimit(RLIMIT_NOFILE, &before), 0);
+    none = (struct rlimit){.rlim_cur = 3, .rlim_max = before.rlim_max}; /* those that every process has */
+    CHECK_INT(setrlimit(RLIMIT_NOFILE, &none), 0);
+    CHECK_INT(sem_post(&never), 0);
+    for (int i = 0; i < 1000 && n_told + n_failed == 0; i++)
+        loop_turn(loop, 10000000);
+    CHECK_INT(setrlimit(RLIMIT_NOFILE, &before), 0);
+    CHECK(n_told == 0 && n_failed == 1);
+    rights_lookup_end(&lookup);
     loop_free(loop);
 }
 
@@ -133,6 +158,7 @@ int main(void)
     RUN(without_a_look_names_give_nobody_a_right);
     RUN(names_are_looked_up_beside_the_loop);
     RUN(who_ends_does_not_wait_for_a_look);
+    RUN(a_look_that_cannot_begin_is_told);
     RUN(the_user_of_the_process_may_and_who_is_not_known_may_not);
     return test_end();
 }

@@ -171,7 +171,7 @@ TEST(examples_of_the_specification)
         {"notification", "{\"jsonrpc\": \"2.0\", \"method\": \"update\", \"params\": {}}", "-"},
         {"notification, no such method", "{\"jsonrpc\": \"2.0\", \"method\": \"foobar\"}", "-"},
         {"no such method", "{\"jsonrpc\": \"2.0\", \"method\": \"foobar\", \"id\": \"1\"}",
-         ERROR(-32601) "no method 'foobar'\"},\"id\":\"1\"}"},
+         ERROR(-32601) "no method 'foobar'; sonard-protocol(7) has them all\"},\"id\":\"1\"}"},
         {"invalid JSON", "{\"jsonrpc\": \"2.0\", \"method\": \"foobar, \"params\": \"bar\", \"baz]",
          ERROR(-32700) "..."},
         {"invalid request", "{\"jsonrpc\": \"2.0\", \"method\": 1, \"params\": \"bar\"}", ERROR(-32600) "..."},
@@ -194,7 +194,7 @@ TEST(examples_of_the_specification)
                                                                               "jsonrpc, method, params, "
                                                                               "id\"},\"id\":null}," ERROR(
                                                                                   -32601) "no method "
-                                                                                          "'foo.get'\"},\"id\":"
+                                                                                          "'foo.get'; sonard-protocol(7) has them all\"},\"id\":"
                                                                                           "\"5\"}]"},
         {"batch of notifications", "[" REQUEST "}," REQUEST "}]", "-"},
     };

@@ -207,6 +207,19 @@ TEST(unfinished_frame_is_given_up)
     CHECK_INT(parser.broken, 1);
 }
 
+TEST(what_a_lost_port_cuts_off_is_no_garbage)
+{
+    uint8_t id;
+    seanet_parser_init(&parser);
+    CHECK_INT(feed(data8, 18, 18, &id), 0);
+    seanet_parser_reset(&parser);
+    CHECK_INT(parser.cut_bytes, 18);
+    CHECK_INT(feed(alive, 22, 22, &id), 1);
+    seanet_parser_reset(&parser);
+    CHECK_INT(parser.cut_bytes, 18); /* what was handed out is whole */
+    CHECK_INT(parser.garbage_bytes, 0);
+}
+
 /* Frames of random length and content between random garbage; some are damaged. Whatever was sent whole is found. */
 TEST(random_streams)
 {
@@ -244,7 +257,7 @@ TEST(random_streams)
         seanet_parser_init(&parser);
         unsigned found = feed(stream, n, 1 + test_random(&rng) % 700, &id);
         seanet_parser_reset(&parser);
-        if (found != sent || parser.garbage_bytes != n - bytes_sent) {
+        if (found != sent || parser.garbage_bytes + parser.cut_bytes != n - bytes_sent) {
             printf("round %d: %u of %u frames\n", round, found, sent);
             CHECK(false);
             return;
@@ -262,6 +275,7 @@ int main(void)
     RUN(packets);
     RUN(frame_that_swallowed_the_next);
     RUN(unfinished_frame_is_given_up);
+    RUN(what_a_lost_port_cuts_off_is_no_garbage);
     RUN(random_streams);
     return test_end();
 }

@@ -108,9 +108,11 @@ TEST(within_the_blind_zone_nothing_is_known)
 {
     start(&usual);
     turn_of(5, 0);
-    struct answer a = ask(10, 0.25);
-    CHECK_INT(a.state, ANSWER_UNKNOWN);
-    CHECK_INT(a.reason, ANSWER_BLIND);
+    for (int i = 0; i < 3; i++) {
+        struct answer a = ask(10, 0.125 * i); /* at the vehicle's own place, too */
+        CHECK_INT(a.state, ANSWER_UNKNOWN);
+        CHECK_INT(a.reason, ANSWER_BLIND);
+    }
 }
 
 TEST(a_beam_that_claims_nothing_clears_nothing)
@@ -163,6 +165,32 @@ TEST(a_removed_obstacle_is_cleared_by_beams_that_pass_it)
     }
     CHECK_INT(ask(0, 6).state, ANSWER_CLEAR);
     CHECK_NEAR(ask(0, 10).range_m, 8, 0, 0.05);
+}
+
+/* Where a beam was is known to the slack of its pose: it may have passed beside the pile, or ended before the wall. */
+TEST(what_a_beam_may_have_missed_within_its_slack_stays)
+{
+    static const struct {
+        double slack_m, slack_rad, free_m;
+        bool stays;
+    } row[] = {
+        {0, 0, 20, false},     {0, 0.9 * GEO_PI / 180, 20, true}, {0.09, 0, 20, true}, {0, 0, 5.15, false},
+        {0.09, 0, 5.15, true},
+    };
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        start(&usual);
+        turn_of(0, 20);
+        for (int n = 0; n < 3; n++)
+            ping(0, 5, 0);
+        now.pose.slack_m = row[i].slack_m;
+        now.pose.slack_rad = row[i].slack_rad;
+        for (int n = 0; n < 20; n++)
+            ping(0.5 * (n % 5 - 2), 0, row[i].free_m);
+        now.pose.slack_m = now.pose.slack_rad = 0;
+        CHECK_INT(ask(0, 10).state == ANSWER_BLOCKED, row[i].stays);
+        if (test_case_failed)
+            printf("(row %zu)\n", i);
+    }
 }
 
 /* A thin pile that one ping hears blocks, burst or not; but a burst is gone when the next look does not hear it. */
@@ -375,6 +403,33 @@ TEST(cleared_water_is_unknown_once_the_vehicle_has_driven_on)
     CHECK_INT(ask(0, 8).reason, ANSWER_MOVED);
 }
 
+TEST(nothing_that_was_clear_is_so_after_the_heading_jumped)
+{
+    struct sphere_stats stats;
+    start(&usual);
+    now.pose.has = POSE_ATTITUDE;
+    now.pose_fresh = true;
+    turn_of(0, 10);
+    for (int u = 0; u < 3; u++)
+        ping(90, 3, 0);
+    quat_from_rpy(0, 0, geo_rad(90), now.pose.attitude); /* and no ping since: what is to starboard now lies ahead */
+    now.pose.jumps = 1;
+    CHECK_INT(ask(180, 8).state, ANSWER_UNKNOWN);
+    CHECK_INT(ask(180, 8).reason, ANSWER_MOVED);
+    CHECK_INT(ask(0, 8).state, ANSWER_BLOCKED);
+    ping(180, 0, 10); /* and now pings as well */
+    CHECK_INT(ask(135, 8).reason, ANSWER_NEVER);
+    CHECK_INT(ask(0, 8).state, ANSWER_BLOCKED);
+    sphere_stats(sphere, &stats);
+    CHECK(stats.pinged > 0 && stats.pinged < 200);
+    turn_of(0, 10);
+    CHECK_INT(ask(180, 8).state, ANSWER_CLEAR);
+    CHECK_INT(ask(0, 8).state, ANSWER_BLOCKED); /* until enough beams have passed it */
+    for (int i = 0; i < 5; i++)
+        turn_of(0, 10);
+    CHECK_INT(ask(0, 8).state, ANSWER_CLEAR);
+}
+
 TEST(a_full_pool_loses_certainty_not_obstacles)
 {
     struct sphere_conf small = usual;
@@ -444,6 +499,33 @@ TEST(a_beam_that_hears_nothing_usable_takes_back_what_was_clear)
     now.now_ns += SECOND;
     turn_of(0, 0);
     CHECK_INT(ask(0, 5).state, ANSWER_UNKNOWN);
+}
+
+/* Nobody knows to which direction it speaks: what others heard of the water only grows older, as without it. */
+TEST(a_ping_of_no_certain_place_frees_nothing_and_takes_nothing_back)
+{
+    static const double slack[][2] = {{0.15, 0}, {0, 1.1 * GEO_PI / 180}};
+    for (size_t i = 0; i < sizeof slack / sizeof slack[0]; i++) {
+        start(&usual);
+        now.pose.slack_m = slack[i][0];
+        now.pose.slack_rad = slack[i][1];
+        turn_of(0, 8);
+        now.pose.slack_m = now.pose.slack_rad = 0;
+        CHECK_INT(ask(0, 5).state, ANSWER_UNKNOWN);
+        turn_of(0, 8);
+        now.now_ns += SECOND;
+        now.pose.slack_m = slack[i][0];
+        now.pose.slack_rad = slack[i][1];
+        turn_of(0, 8);
+        now.pose.slack_m = now.pose.slack_rad = 0;
+        CHECK_INT(ask(0, 5).state, ANSWER_CLEAR);
+        CHECK_NEAR(ask(0, 5).age_s, 1, 1e-9, 0);
+        now.pose.slack_m = slack[i][0];
+        turn_of(4, 0);
+        now.pose.slack_m = 0;
+        CHECK_INT(ask(0, 5).state, ANSWER_BLOCKED);
+        CHECK_NEAR(ask(0, 5).free_to_m, 4 - 0.02 - slack[i][0], 0, 0.01);
+    }
 }
 
 TEST(a_lost_sonar_makes_its_clear_water_unknown_at_once)
@@ -761,6 +843,7 @@ int main(void)
     RUN(clear_grows_stale_and_blocked_fades_but_never_to_clear);
     RUN(fading_is_the_closed_form_however_often_it_is_read);
     RUN(a_removed_obstacle_is_cleared_by_beams_that_pass_it);
+    RUN(what_a_beam_may_have_missed_within_its_slack_stays);
     RUN(a_marked_echo_blocks_until_the_next_look);
     RUN(a_pile_that_one_of_the_beams_over_it_hears_stays);
     RUN(an_old_clear_does_not_outlive_a_pile_that_came);
@@ -773,11 +856,13 @@ int main(void)
     RUN(obstacles_come_nearer_as_the_vehicle_drives_and_nothing_drifts);
     RUN(a_long_way_moves_obstacles_to_a_new_anchor);
     RUN(cleared_water_is_unknown_once_the_vehicle_has_driven_on);
+    RUN(nothing_that_was_clear_is_so_after_the_heading_jumped);
     RUN(a_full_pool_loses_certainty_not_obstacles);
     RUN(counts_and_logodds_saturate);
     RUN(a_clock_that_jumps_back_does_no_harm);
     RUN(senseless_grids_are_refused_with_a_sentence);
     RUN(a_beam_that_hears_nothing_usable_takes_back_what_was_clear);
+    RUN(a_ping_of_no_certain_place_frees_nothing_and_takes_nothing_back);
     RUN(a_lost_sonar_makes_its_clear_water_unknown_at_once);
     RUN(a_cell_much_wider_than_the_beam_is_never_cleared_by_it);
     RUN(a_corridor_says_how_far_its_sides_are_blind);

@@ -71,9 +71,9 @@ static void turn_until(const bool *done)
 
 TEST(the_loop_goes_on_until_the_disk_has_confirmed)
 {
-    struct template_saving saving;
+    struct template_wait saving;
     begin();
-    template_keep_save(&d, 0, &saving);
+    template_keep_ask(&d, 0, TEMPLATE_TO_FILE, &saving);
     loop_turn(d.loop, 0);
     CHECK(!saving.done && d.template[0].in_file == 0);
     confirm_file();
@@ -86,11 +86,11 @@ TEST(the_loop_goes_on_until_the_disk_has_confirmed)
 /* What is learnt while a file is written is not in it: who asks then waits for the next. */
 TEST(who_asks_meanwhile_gets_the_template_of_then)
 {
-    struct template_saving first, second;
+    struct template_wait first, second;
     begin();
-    template_keep_save(&d, 0, &first);
+    template_keep_ask(&d, 0, TEMPLATE_TO_FILE, &first);
     d.template[0].made = 2;
-    template_keep_save(&d, 0, &second);
+    template_keep_ask(&d, 0, TEMPLATE_TO_FILE, &second);
     confirm_file();
     turn_until(&first.done);
     CHECK(first.done && first.good && !second.done && d.template[0].in_file == 1);
@@ -102,10 +102,10 @@ TEST(who_asks_meanwhile_gets_the_template_of_then)
 
 TEST(who_gives_up_is_forgotten_and_the_file_is_written)
 {
-    struct template_saving gone, waits;
+    struct template_wait gone, waits;
     begin();
-    template_keep_save(&d, 0, &gone);
-    template_keep_save(&d, 0, &waits);
+    template_keep_ask(&d, 0, TEMPLATE_TO_FILE, &gone);
+    template_keep_ask(&d, 0, TEMPLATE_TO_FILE, &waits);
     template_keep_forget(&gone);
     template_keep_forget(&waits);
     memset(&gone, 0xff, sizeof gone);
@@ -119,10 +119,10 @@ TEST(who_gives_up_is_forgotten_and_the_file_is_written)
 
 TEST(without_a_template_nothing_is_saved)
 {
-    struct template_saving first, second;
+    struct template_wait first, second;
     begin();
-    template_keep_save(&d, 0, &first);
-    template_keep_save(&d, 0, &second);
+    template_keep_ask(&d, 0, TEMPLATE_TO_FILE, &first);
+    template_keep_ask(&d, 0, TEMPLATE_TO_FILE, &second);
     struct background *taken = d.template[0].background;
     d.template[0].background = NULL; /* another client's doing */
     confirm_file();
@@ -136,9 +136,9 @@ TEST(without_a_template_nothing_is_saved)
 /* A reload copies the whole configuration, whether the key has changed or not. */
 TEST(a_file_under_way_keeps_its_name)
 {
-    struct template_saving saving;
+    struct template_wait saving;
     begin();
-    template_keep_save(&d, 0, &saving);
+    template_keep_ask(&d, 0, TEMPLATE_TO_FILE, &saving);
     while (sem_wait(&asked) != 0) {
     }
     snprintf(d.conf.sonar[0].background, sizeof d.conf.sonar[0].background, "%s", path[1]);
@@ -146,6 +146,54 @@ TEST(a_file_under_way_keeps_its_name)
     confirm_file();
     turn_until(&saving.done);
     CHECK(saving.done && saving.good && access(path[0], F_OK) == 0 && access(path[1], F_OK) != 0);
+    end();
+}
+
+static void save_now(void)
+{
+    struct template_wait saving;
+    template_keep_ask(&d, 0, TEMPLATE_TO_FILE, &saving);
+    confirm_file();
+    turn_until(&saving.done);
+    CHECK(saving.good);
+}
+
+/* The pipeline has ended by then. */
+TEST(what_is_being_read_at_the_end_is_put_nowhere)
+{
+    struct template_wait loading;
+    begin();
+    save_now();
+    struct background *before = d.template[0].background;
+    template_keep_ask(&d, 0, TEMPLATE_FROM_FILE, &loading);
+    template_keep_forget(&loading);
+    CHECK(d.keep.running);
+    end();
+    CHECK(d.template[0].background == before);
+}
+
+/* Each in its turn: what was saved is what is loaded. */
+TEST(a_load_waits_for_the_save_before_it)
+{
+    struct template_wait saving, loading;
+    begin();
+    template_keep_ask(&d, 0, TEMPLATE_TO_FILE, &saving);
+    template_keep_ask(&d, 0, TEMPLATE_FROM_FILE, &loading);
+    confirm_file();
+    turn_until(&saving.done);
+    CHECK(saving.done && saving.good && !loading.done);
+    template_keep_forget(&loading);
+    end();
+}
+
+TEST(a_load_of_no_file_says_so)
+{
+    struct template_wait loading;
+    begin();
+    template_keep_ask(&d, 0, TEMPLATE_FROM_FILE, &loading);
+    turn_until(&loading.done);
+    CHECK(loading.done && !loading.good && strstr(loading.message, path[0]));
+    CHECK(d.template[0].background != NULL);
     end();
 }
 
@@ -159,6 +207,9 @@ int main(void)
     RUN(who_gives_up_is_forgotten_and_the_file_is_written);
     RUN(without_a_template_nothing_is_saved);
     RUN(a_file_under_way_keeps_its_name);
+    RUN(what_is_being_read_at_the_end_is_put_nowhere);
+    RUN(a_load_waits_for_the_save_before_it);
+    RUN(a_load_of_no_file_says_so);
     CHECK_INT(rmdir(folder), 0);
     return test_end();
 }

@@ -535,6 +535,35 @@ TEST(an_echo_reaches_farther_by_the_slack)
     rig_free(r);
 }
 
+/*
+ * A thin pole 4 m ahead, and a vehicle that turned on to one side since each of its poses, as far as its slack says and water
+ * is freed for: the beams pass the pole where the map takes them to have met it.
+ */
+TEST(what_looks_beside_it_heard_free_is_no_pole)
+{
+    const double off_rad = 0.095 / 4;
+    for (double phase_deg = 0; phase_deg < 3; phase_deg += 0.25)
+        for (int side = -1; side <= 1; side += 2) {
+            struct voxmap_setting s = rig_setting();
+            struct rig *r = rig_new(&s);
+            for (int turn = 0; turn < 4; turn++)
+                for (double az_deg = phase_deg - 30; az_deg < 30; az_deg += 3) {
+                    const bool meets = fabs(geo_rad(az_deg) + side * off_rad) <= geo_rad(1.5);
+                    struct rig_ping p;
+                    rig_aim(&p, at_origin, geo_rad(az_deg), 6);
+                    if (meets)
+                        rig_hear(&p, 4);
+                    p.echoes.pose.slack_rad = off_rad;
+                    rig_enter(r, &p, 0);
+                }
+            CHECK(rig_state(r, 4, 0.01, 0.05) != VOXEL_FREE);
+            CHECK_INT(rig_state(r, 3.5, 1.5, 0.05), VOXEL_FREE);
+            if (test_case_failed)
+                printf("(beams from %g degrees, side %d)\n", phase_deg, side);
+            rig_free(r);
+        }
+}
+
 /* With levels, a look along the axis weighs m, one at the edge at least 1; one level is the plain map. */
 TEST(angle_weighted_vacancy)
 {
@@ -724,6 +753,23 @@ TEST(paged_out_is_unknown_and_back_is_the_same)
     rig_free(r);
 }
 
+/* Eight looks of 3 m from a place, in the first submap, which is closed then and away: its page, of the heap. The ping is blind
+ * from then on. */
+static uint8_t *page_of_looks(struct rig *r, const double at[3], struct rig_ping *p, size_t *size)
+{
+    rig_aim(p, at, 0, 3);
+    for (int n = 0; n < 8; n++)
+        rig_enter(r, p, SECOND);
+    voxmap_new(&r->map);
+    p->beam.state = BEAM_BLIND;
+    rig_enter(r, p, SECOND);
+    *size = voxpage_bytes(&r->map, 1);
+    uint8_t *bytes = rig_memory(*size);
+    CHECK_INT(voxpage_pack(&r->map, 1, 0, bytes, *size), *size);
+    CHECK(voxpage_detach(&r->map, 1));
+    return bytes;
+}
+
 /* What is saved from a page is as old as the page is by then. */
 TEST(what_is_away_ages)
 {
@@ -733,16 +779,8 @@ TEST(what_is_away_ages)
     const int64_t cell[3] = {20, 0, 0};
     struct rig_ping p;
     char err[160];
-    rig_aim(&p, at_origin, 0, 3);
-    for (int n = 0; n < 8; n++)
-        rig_enter(r, &p, SECOND);
-    voxmap_new(&r->map);
-    p.beam.state = BEAM_BLIND;
-    rig_enter(r, &p, SECOND);
-    size_t size = voxpage_bytes(&r->map, 1);
-    uint8_t *bytes = rig_memory(size);
-    CHECK_INT(voxpage_pack(&r->map, 1, 0, bytes, size), size);
-    CHECK(voxpage_detach(&r->map, 1));
+    size_t size;
+    uint8_t *bytes = page_of_looks(r, at_origin, &p, &size);
     rig_enter(r, &p, 32 * SECOND);
     CHECK(voxpage_head(&r->map, 1, bytes));
     CHECK(voxpage_add(&other->map, bytes, size, err, sizeof err) > 0);
@@ -770,16 +808,8 @@ TEST(what_is_away_may_be_moved)
     const int64_t old_cell[3] = {20, 0, 0}, cell[3] = {20, 80, 0}, behind[3] = {-20, 80, 0};
     struct rig_ping p;
     char err[160];
-    rig_aim(&p, at, 0, 3);
-    for (int n = 0; n < 8; n++)
-        rig_enter(r, &p, SECOND);
-    voxmap_new(&r->map);
-    p.beam.state = BEAM_BLIND;
-    rig_enter(r, &p, SECOND);
-    size_t size = voxpage_bytes(&r->map, 1);
-    uint8_t *bytes = rig_memory(size);
-    CHECK_INT(voxpage_pack(&r->map, 1, 0, bytes, size), size);
-    CHECK(voxpage_detach(&r->map, 1));
+    size_t size;
+    uint8_t *bytes = page_of_looks(r, at, &p, &size);
     CHECK(voxmap_move(&r->map, 1, to_m, turn));
     CHECK(speaks_of(r, 1, cell) && !speaks_of(r, 1, old_cell) && !speaks_of(r, 1, behind));
     CHECK(voxpage_attach(&r->map, 1, bytes, size, err, sizeof err));
@@ -925,13 +955,15 @@ TEST(a_map_that_is_held_frees_nothing_and_takes_nothing)
         rig_turn(r, at_origin, 2, 0);
     const uint64_t before = rig_hash(r, 25, nowhere), pings = r->map.stats.pings;
     CHECK_INT(voxmask_at(&r->mask, (const int64_t[3]){10, 0, 0}), VOXEL_FREE);
-    voxmap_hold(&r->map, true);
+    voxmap_hold(&r->map, true, 0);
     CHECK_INT(voxmask_at(&r->mask, (const int64_t[3]){10, 0, 0}), VOXEL_UNKNOWN);
     rig_turn(r, at_origin, 2, 0);
     CHECK_INT(r->map.stats.pings, pings);
     CHECK(rig_hash(r, 25, nowhere) == before);
-    voxmap_hold(&r->map, false);
+    voxmap_hold(&r->map, false, r->map.last_ns + 1000000000);
     CHECK_INT(voxmask_at(&r->mask, (const int64_t[3]){10, 0, 0}), VOXEL_FREE);
+    rig_turn(r, at_origin, 2, 0); /* heard before, and entered late */
+    CHECK_INT(r->map.stats.pings, pings);
     rig_free(r);
 }
 
@@ -1252,6 +1284,7 @@ int main(void)
     RUN(the_body_is_stamped_along_its_way_but_not_over_jumps);
     RUN(water_is_free_where_its_place_is_known_to_a_voxel);
     RUN(an_echo_reaches_farther_by_the_slack);
+    RUN(what_looks_beside_it_heard_free_is_no_pole);
     RUN(angle_weighted_vacancy);
     RUN(an_opening_narrows_free_water_and_no_echo);
     RUN(V12_without_an_echo_free_only_to_the_minimum);

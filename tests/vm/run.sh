@@ -10,7 +10,7 @@
 # of the machine's own, the emulator is killed at a random moment, and the next boot must find what was confirmed; CUTS
 # times (5), and POWERCUT_SEED repeats the moments.
 #
-# A guest script runs as root with the source tree as working directory, BUILD set, and the host's programs at hand.
+# A guest script runs as root, one at a time, with the source tree as working directory, BUILD set, and the host's programs at hand.
 set -euo pipefail
 here=$(cd "$(dirname "$0")" && pwd)
 repo=$(cd "$here/../.." && pwd)
@@ -31,7 +31,7 @@ cp -r "$kernel/modules" "$out/ram/"
 cp "$(command -v busybox)" "$out/ram/bin/busybox"
 install -m755 "$here/init" "$out/ram/init"
 (cd "$out/ram" && find . | cpio -o -H newc --quiet) | gzip -1 > "$out/initrd"
-echo "BUILD=/run/build LIMIT=$((limit * 2 / 3)) tests/run.sh $* > /run/out/results 2>&1" > "$out/shared/cmd"
+echo "BUILD=/run/build JOBS=1 LIMIT=$((limit * 2 / 3)) tests/run.sh $* > /run/out/results 2>&1" > "$out/shared/cmd"
 
 share() { # TAG FOLDER [,readonly=on]
     echo "-fsdev local,id=$1,path=$2,security_model=none,multidevs=remap${3:-} -device virtio-9p-pci,fsdev=$1,mount_tag=$1"

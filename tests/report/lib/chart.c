@@ -18,6 +18,16 @@ static void *room(size_t bytes)
     return p;
 }
 
+#define EACH_CELL(c, cell)                                                                                        \
+    for (int64_t cell[3] = {(c)->box.first[0]}; cell[0] < (c)->box.first[0] + (c)->box.size[0]; cell[0]++)        \
+        for (cell[1] = (c)->box.first[1]; cell[1] < (c)->box.first[1] + (c)->box.size[1]; cell[1]++)              \
+            for (cell[2] = (c)->box.first[2]; cell[2] < (c)->box.first[2] + (c)->box.size[2]; cell[2]++)
+
+static bool is_free(const struct chart *c, const int64_t cell[3])
+{
+    return chart_cell(c, cell) == VOXEL_FREE;
+}
+
 struct lattice_place chart_place(const struct chart *c, const double at[3])
 {
     double position_m[3];
@@ -124,6 +134,44 @@ void chart_enter_truth(struct chart *c, const struct dive_look *look, double ran
     enter_body(c, look->at);
 }
 
+uint8_t *chart_count(struct chart *c, const int64_t cell[3], enum submap_plane plane)
+{
+    struct submap *m = &c->map;
+    const int32_t i = (int32_t)(cell[0] - m->box.first[0]), j = (int32_t)(cell[1] - m->box.first[1]);
+    uint32_t *tile = &m->tile[submap_entry(m, i, j)];
+
+    if (*tile == TILE_NONE)
+        *tile = tiles_take(m->tiles);
+    return tiles_column(m->tiles, *tile, submap_column(i, j), plane) + (cell[2] - m->box.first[2]);
+}
+
+static bool in_sight(const struct chart *c, const struct dive_look *look, const int64_t cell[3])
+{
+    double at[3], direction[3], away_m = 0;
+
+    chart_center(c, cell, at);
+    for (int a = 0; a < 3; a++) {
+        direction[a] = at[a] - look->at[a];
+        away_m = hypot(away_m, direction[a]);
+    }
+    for (int a = 0; a < 3; a++)
+        direction[a] /= away_m;
+    return away_m > 0 && world_ray(c->world, look->at, direction, away_m, look->t_s) >= away_m;
+}
+
+void chart_enter_sight(struct chart *c, const struct dive_look *look)
+{
+    struct cast_beam beam;
+
+    if (chart_aim(c, &c->opening, look, look->at, 0, DIVE_RANGE_M, &beam))
+        EACH_CELL(c, cell)
+        {
+            if (!is_free(c, cell) && cast_slack(&beam, cell) >= 0 && in_sight(c, look, cell))
+                *chart_count(c, cell, SUBMAP_VACANCY) = UINT8_MAX;
+        }
+    enter_body(c, look->at);
+}
+
 enum voxel_state chart_cell(const struct chart *c, const int64_t cell[3])
 {
     return voxel_judge(&c->set.rule, submap_count(&c->map, SUBMAP_VACANCY, cell),
@@ -138,16 +186,6 @@ enum voxel_state chart_state(const struct chart *c, const double at[3])
 }
 
 /* ---- errors ---- */
-
-#define EACH_CELL(c, cell)                                                                                        \
-    for (int64_t cell[3] = {(c)->box.first[0]}; cell[0] < (c)->box.first[0] + (c)->box.size[0]; cell[0]++)        \
-        for (cell[1] = (c)->box.first[1]; cell[1] < (c)->box.first[1] + (c)->box.size[1]; cell[1]++)              \
-            for (cell[2] = (c)->box.first[2]; cell[2] < (c)->box.first[2] + (c)->box.size[2]; cell[2]++)
-
-static bool is_free(const struct chart *c, const int64_t cell[3])
-{
-    return chart_cell(c, cell) == VOXEL_FREE;
-}
 
 double chart_false_free(const struct chart *c, double t_s, double *behind_max_m, double *free_m3)
 {

@@ -48,6 +48,12 @@ void chart_enter(struct chart *c, const struct dive_look *look, const double at[
 /** chart_enter_truth - free to where the first surface really is, with range errors added. */
 void chart_enter_truth(struct chart *c, const struct dive_look *look, double range_error_m);
 
+/** chart_enter_sight - free is every voxel whose centre the look had in its aperture and in sight, and the body. */
+void chart_enter_sight(struct chart *c, const struct dive_look *look);
+
+/** chart_count - a voxel's count, to be changed; of the chart's box. plane: SUBMAP_ECHOES only where it keeps them. */
+uint8_t *chart_count(struct chart *c, const int64_t cell[3], enum submap_plane plane);
+
 /** chart_cell - the state of a voxel. */
 enum voxel_state chart_cell(const struct chart *c, const int64_t cell[3]);
 
@@ -67,7 +73,7 @@ struct chart_errors {
     struct surface_spread to_map;   /* from surfaces beside free water to the frontier */
 };
 
-/** chart_grade - against a finer reference (of true first ranges); at the time t_s of the world. */
+/** chart_grade - against a finer reference of what was to be known; at the time t_s of the world. */
 void chart_grade(const struct chart *c, const struct chart *reference, double t_s, struct chart_errors *out);
 
 /** chart_false_free - the volume (m^3) of free voxels whose centre is in a solid; the deepest of them, and all free

@@ -9,22 +9,13 @@
 #include "stable.h"
 #include "stable_sphere.h"
 
-static const struct sphere_conf usual = {.angular_step_rad = 2 * GEO_PI / 180,
-                                         .level = true,
-                                         .level_half_rad = 7.5 * GEO_PI / 180,
-                                         .layers = {.r_max_m = 30, .dr_m = 0.05, .n_const = 29, .growth = 1.035},
-                                         .max_cells = 20000,
-                                         .forget_s = 160,
-                                         .blocked_above = 0.6,
-                                         .recentre_m = 0.1};
-
 #define HIT  log1p(0.9f * 4.0)
 #define MISS log(0.5 / 0.9)
 
 /* Noise in all beams: cells beyond the pool; naive: every cell that was ever hit is kept. */
 static void noise(bool quick, struct stable_found *f)
 {
-    struct sphere_conf conf = usual;
+    struct sphere_conf conf = stable_sphere_usual;
     struct dice dice = dice_of(10, 0);
     struct sphere_stats st;
 
@@ -50,7 +41,7 @@ static void noise(bool quick, struct stable_found *f)
 /* The stored point after a million equal echoes, against the place that they came from; naive: a running sum in float. */
 static void million_echoes(bool quick, struct stable_found *f)
 {
-    struct stable_sphere s = stable_sphere(&usual);
+    struct stable_sphere s = stable_sphere(&stable_sphere_usual);
     const int n = quick ? 20000 : 1000000;
     float sum = 0;
 
@@ -74,7 +65,7 @@ static void million_echoes(bool quick, struct stable_found *f)
  */
 static void billion_hits(bool quick, struct stable_found *f)
 {
-    struct stable_sphere s = stable_sphere(&usual);
+    struct stable_sphere s = stable_sphere(&stable_sphere_usual);
     const int n = quick ? 20000 : 2000000;
     double after = 0;
     bool moved = false;
@@ -101,7 +92,7 @@ static void fading(bool quick, struct stable_found *f)
 
     f->naive = f->ours = 0;
     for (int decade = -9; decade <= 9; decade += 3) {
-        struct sphere_conf conf = usual;
+        struct sphere_conf conf = stable_sphere_usual;
         const double fade_s = pow(10, -decade);
         conf.forget_s = fade_s * log(6 / log(0.6 / 0.4));
         struct stable_sphere s = stable_sphere(&conf);
@@ -135,7 +126,7 @@ static void fading(bool quick, struct stable_found *f)
 /* A clock that goes back by an hour; naive: e^(-dt) of a negative dt. */
 static void backward(bool quick, struct stable_found *f)
 {
-    struct stable_sphere s = stable_sphere(&usual);
+    struct stable_sphere s = stable_sphere(&stable_sphere_usual);
 
     (void)quick;
     s.t_ns = 10000 * STABLE_SECOND;
@@ -155,7 +146,7 @@ static void backward(bool quick, struct stable_found *f)
 /* A million steps of a micrometre: where the echo is afterwards, against a metre and a bit nearer. */
 static void small_steps(bool quick, struct stable_found *f)
 {
-    struct stable_sphere s = stable_sphere(&usual);
+    struct stable_sphere s = stable_sphere(&stable_sphere_usual);
     float kept = 6;
     const int n = quick ? 100000 : 1000000;
     const double step_m = 1.0 / n;
@@ -184,7 +175,7 @@ static void small_steps(bool quick, struct stable_found *f)
 
 static void small_turns(bool quick, struct stable_found *f)
 {
-    struct stable_sphere s = stable_sphere(&usual);
+    struct stable_sphere s = stable_sphere(&stable_sphere_usual);
     const int n = quick ? 10000 : 1000000;
     float x = 6, y = 0;
 
@@ -214,7 +205,7 @@ static void far_away(bool quick, struct stable_found *f)
     (void)quick;
     f->naive = f->ours = 0;
     for (int far = 0; far < 2; far++) {
-        struct stable_sphere s = stable_sphere(&usual);
+        struct stable_sphere s = stable_sphere(&stable_sphere_usual);
         const double origin = far ? 1e7 : 0;
         s.pose.has = POSE_ATTITUDE | POSE_POSITION;
         s.pose.position_m[0] = origin;
@@ -237,7 +228,7 @@ static void far_away(bool quick, struct stable_found *f)
 /* Stored evidence that is a denormal number or next to one; naive: what is left of it after every fading. */
 static void denormals(bool quick, struct stable_found *f)
 {
-    struct sphere_conf conf = usual;
+    struct sphere_conf conf = stable_sphere_usual;
     float kept = 0;
 
     (void)quick;

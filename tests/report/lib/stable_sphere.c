@@ -18,6 +18,16 @@ void *stable_memory(size_t n)
     return memset(memory, 0xa5, n);
 }
 
+const struct sphere_conf stable_sphere_usual = {
+    .angular_step_rad = 2 * GEO_PI / 180,
+    .level = true,
+    .level_half_rad = 7.5 * GEO_PI / 180,
+    .layers = {.r_max_m = 30, .dr_m = 0.05, .n_const = 29, .growth = 1.035},
+    .max_cells = 20000,
+    .forget_s = 160,
+    .blocked_above = 0.6,
+    .recentre_m = 0.1};
+
 struct stable_sphere stable_sphere(const struct sphere_conf *conf)
 {
     char err[200] = "";

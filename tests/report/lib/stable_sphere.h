@@ -14,6 +14,9 @@ struct stable_sphere {
     uint32_t seq;
 };
 
+/* About as shipped, a single row. */
+extern const struct sphere_conf stable_sphere_usual;
+
 struct stable_sphere stable_sphere(const struct sphere_conf *conf);
 
 /** stable_ping - a beam of 2 x 25 degrees, az_deg off the bow; an echo at range_m, or (0) silence and free water up to

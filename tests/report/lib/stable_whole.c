@@ -19,15 +19,6 @@
 #include "stable.h"
 #include "stable_sphere.h"
 
-static const struct sphere_conf usual = {.angular_step_rad = 2 * GEO_PI / 180,
-                                         .level = true,
-                                         .level_half_rad = 7.5 * GEO_PI / 180,
-                                         .layers = {.r_max_m = 30, .dr_m = 0.05, .n_const = 29, .growth = 1.035},
-                                         .max_cells = 20000,
-                                         .forget_s = 160,
-                                         .blocked_above = 0.6,
-                                         .recentre_m = 0.1};
-
 static double senseless(const struct beam_echoes *b)
 {
     double n = !isfinite(b->blind_m) + !isfinite(b->free_to_m) + (b->n > ECHOES_PER_BEAM);
@@ -46,7 +37,7 @@ static void everything(bool quick, struct stable_found *f)
     static struct nmea_parser nmea;
     static uint8_t counts[2000];
     struct dice dice = dice_of(1, 0);
-    struct stable_sphere s = stable_sphere(&usual);
+    struct stable_sphere s = stable_sphere(&stable_sphere_usual);
     const struct answer_now now = {.now_ns = s.t_ns, .pose_fresh = true, .pose = s.pose};
     struct extract_conf conf;
     char err[200];
@@ -124,7 +115,7 @@ static void stiff_day(bool quick, struct stable_found *f)
     struct dice dice = dice_of(2, 0);
 
     for (int r = 0; r < RATES; r++) {
-        struct sphere_conf conf = usual;
+        struct sphere_conf conf = stable_sphere_usual;
         fade_s[r] = powl(10, 3 * r - 9);
         conf.forget_s = (double)(fade_s[r] * logl(6 / logl(0.6L / 0.4L)));
         s[r] = stable_sphere(&conf);
@@ -169,7 +160,7 @@ static void worst_beam(bool quick, struct stable_found *f)
 {
     static uint8_t counts[1000];
     struct dice dice = dice_of(3, 0);
-    struct stable_sphere s = stable_sphere(&usual);
+    struct stable_sphere s = stable_sphere(&stable_sphere_usual);
     struct extract_conf conf;
     struct tiles tiles;
     struct submap map;
@@ -235,7 +226,7 @@ static void worst_beam(bool quick, struct stable_found *f)
  */
 static void billion_updates(bool quick, struct stable_found *f)
 {
-    struct stable_sphere s = stable_sphere(&usual);
+    struct stable_sphere s = stable_sphere(&stable_sphere_usual);
     struct sphere_cell before = {0};
     const int n = quick ? 100000 : 2000000;
     int moved = 0;
@@ -260,7 +251,7 @@ static void billion_updates(bool quick, struct stable_found *f)
 /* A year of a ping every 10 s: does a turn on its last day tell the same as one on the first? */
 static void a_year(bool quick, struct stable_found *f)
 {
-    struct stable_sphere s = stable_sphere(&usual);
+    struct stable_sphere s = stable_sphere(&stable_sphere_usual);
     const uint64_t year_ns = UINT64_C(31557600) * STABLE_SECOND, step_ns = (quick ? 1000 : 10) * STABLE_SECOND;
     struct sphere_cell first, last;
 

@@ -1,0 +1,113 @@
+/* SPDX-License-Identifier: MIT */
+/* map_steps - see map_steps.h. */
+#include "map_steps.h"
+
+#include <stdio.h>
+#include <string.h>
+
+/* ---- a copy ---- */
+
+/* Ids of the submaps that are away, or of those that are not, oldest first. */
+static uint32_t list_submaps(const struct voxmap *map, bool away, uint64_t id[VOXMAP_MAX_SUBMAPS])
+{
+    uint32_t n = 0;
+    for (uint32_t i = 0; i < map->set.max_submaps; i++) {
+        const struct voxmap_part *part = &map->part[i];
+        uint32_t at = n;
+        if (!part->id || part->away != away)
+            continue;
+        for (; at > 0 && id[at - 1] > part->id; at--)
+            id[at] = id[at - 1];
+        id[at] = part->id;
+        n++;
+    }
+    return n;
+}
+
+void map_steps_measure(void *places_job, const struct pipeline_owned *owned)
+{
+    struct places_job *job = places_job;
+    struct map_steps *s = &job->steps;
+    const struct voxmap *map = &owned->map->map;
+    *s = (struct map_steps){.veil_size = map->veil.n};
+    s->n = list_submaps(map, false, s->id);
+    for (uint32_t i = 0; i < s->n; i++)
+        s->wanted += map_file_bytes(voxpage_bytes(map, s->id[i]));
+}
+
+static void begin_copy(struct places_job *job, struct voxmap *map)
+{
+    struct map_steps *s = &job->steps;
+    voxmap_pass(map, job->now_ns);
+    s->n = list_submaps(map, false, s->id);
+    s->begun = true;
+}
+
+/* Pings may have made the map forget it meanwhile. False: the room is too small. */
+static bool copy_submap(struct places_job *job, const struct voxmap *map, uint64_t id)
+{
+    const size_t size = voxpage_bytes(map, id);
+    if (!size)
+        return true;
+    if (map_file_bytes(size) > job->steps.wanted)
+        return false;
+    job->steps.wanted -= map_file_bytes(size);
+    map_file_take(&job->bytes, voxpage_pack(map, id, 0, map_file_room(&job->bytes, size), size));
+    return true;
+}
+
+/* The veil is last, so that nothing is missing which a submap has lost meanwhile. */
+static void end_copy(struct places_job *job, const struct voxmap *map)
+{
+    uint64_t id[VOXMAP_MAX_SUBMAPS];
+    job->n_away = list_submaps(map, true, id);
+    for (uint32_t i = 0; i < job->n_away; i++) {
+        job->away[i].id = id[i];
+        voxpage_head(map, id[i], job->away[i].head);
+    }
+    if (map->veil.any)
+        memcpy(job->steps.veil, map->veil.count, map->veil.n);
+    else
+        job->steps.veil_size = 0;
+    job->copied = true;
+}
+
+void map_steps_copy(void *places_job, const struct pipeline_owned *owned)
+{
+    struct places_job *job = places_job;
+    struct map_steps *s = &job->steps;
+    struct voxmap *map = &owned->map->map;
+    if (!s->begun)
+        begin_copy(job, map);
+    if (s->next == s->n)
+        end_copy(job, map);
+    else
+        job->errand.more = copy_submap(job, map, s->id[s->next++]);
+}
+
+/* ---- put in ---- */
+
+void map_steps_put_in(void *places_job, const struct pipeline_owned *owned)
+{
+    struct places_job *job = places_job;
+    struct map_steps *s = &job->steps;
+    struct voxmap *map = &owned->map->map;
+    char why[256];
+    if (!s->begun) {
+        voxmap_clear(map);
+        voxmap_hold(map, true, job->now_ns); /* poses may count from elsewhere than what is put in: the loop knows */
+        *s = (struct map_steps){.begun = true, .good = true};
+    }
+    if (map_file_page(job->bytes.bytes, job->bytes.size, &s->page)) {
+        s->good = voxpage_add(map, s->page.bytes, s->page.size, why, sizeof why) != 0;
+        job->errand.more = s->good;
+    } else {
+        const uint8_t *veil = map_file_veil(job->bytes.bytes, job->bytes.size, &s->veil_size);
+        if (veil)
+            voxmap_join_veil(map, veil, s->veil_size);
+    }
+    if (!s->good) {
+        voxmap_clear(map);
+        snprintf(job->message, sizeof job->message, "%.300s: %.250s; the map is empty now", job->path, why);
+    }
+}
