@@ -12,6 +12,7 @@
 #include "template_file.h"
 
 #define LOOK_EVERY 64 /* pings between two looks whether learning is done */
+#define STRANGE    64 /* pings of another shape in a row after which learning begins anew with theirs */
 #define LEAST_USED 3  /* pings of a row that a template may rest on */
 
 static void happened(struct daemon *d, int sensor, enum log_level level, const char *event, const char *fmt, ...)
@@ -161,16 +162,33 @@ void template_progress(const struct daemon *d, int sensor, struct background_pro
     pipeline_learnt(d->pipeline, sensor, d->template[sensor].learnings, out);
 }
 
-void template_ping(struct daemon *d, int sensor, const struct ping *ping)
+/* The first ping may have been of the range before, or the range is another now. */
+static void look_at_shape(struct daemon *d, int sensor, const struct ping *ping)
 {
     struct template *t = &d->template[sensor];
     struct background_shape shape;
+    char err[200];
+    if (!background_shape_of(ping, &shape))
+        return;
+    t->shape = shape;
+    t->has_shape = true;
+    const bool strange = t->learn && background_fit(background_learn_shape(t->learn), ping) != BACKGROUND_FITS;
+    t->strange = strange ? t->strange + 1 : 0;
+    if (t->strange < STRANGE || t->handing > 0)
+        return;
+    t->strange = 0;
+    happened(d, sensor, LOG_WARNING, "background_anew",
+             "learning begins anew: for %d pings the range or the bins have been others than at its beginning", STRANGE);
+    if (!template_learn(d, sensor, &t->learning, err, sizeof err))
+        happened(d, sensor, LOG_ERR, "background_failed", "learning: %s", err);
+}
+
+void template_ping(struct daemon *d, int sensor, const struct ping *ping)
+{
+    struct template *t = &d->template[sensor];
     struct background_progress p;
     char err[128];
-    if (background_shape_of(ping, &shape)) {
-        t->shape = shape;
-        t->has_shape = true;
-    }
+    look_at_shape(d, sensor, ping);
     if (t->background) {
         const int fit = (int)background_fit(&t->background->shape, ping);
         if (fit != t->fit && fit == BACKGROUND_FOREIGN)
@@ -212,7 +230,7 @@ bool template_learn(struct daemon *d, int sensor, const struct background_learn_
         return no_memory(err, err_size);
     }
     t->learning = *conf;
-    t->pings = 0;
+    t->pings = t->strange = 0;
     happened(d, sensor, LOG_NOTICE, "background_learning", "learning from %u pings of each row%s", conf->pings,
              conf->standing ? ", moving or not" : "");
     return true;

@@ -36,6 +36,7 @@ struct template
     struct background_learn_conf learning;
     struct background_shape shape; /* of the newest ping that can have a template */
     bool has_shape;
+    unsigned strange;   /* pings in a row of another shape than that being learnt */
     int fit;            /* enum background_fit of the newest ping, with `background`; -1: no ping yet */
     uint64_t pings;     /* seen by the learner, or on their way to it */
     char happened[200]; /* the newest event, one sentence; empty: none */
@@ -44,7 +45,10 @@ struct template
 /** template_start - load what the configuration names. What cannot be had is logged; the daemon runs without. */
 void template_start(struct daemon *d);
 
-/** template_ping - a ping of that sonar is about to be submitted. Ends learning when it is done. */
+/**
+ * template_ping - a ping of that sonar is about to be submitted. Ends learning when it is done, and begins it anew
+ * when the sonar's pings have another shape by now, as with another range: none would be taken for ever.
+ */
 void template_ping(struct daemon *d, int sensor, const struct ping *ping);
 
 /** template_kept - the file `path` holds that template of the sonar now (template_keep). */

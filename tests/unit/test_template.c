@@ -47,9 +47,12 @@ static struct daemon d;
 static struct template *const t = &d.template[0];
 static char path[] = "/tmp/sonard-template-XXXXXX";
 
+static float bin_m = 0.1f;
+
 static void feed(void)
 {
     struct ping *ping = plain_ping(d.pipeline);
+    ping->dr_m = bin_m;
     template_ping(&d, 0, ping);
     pipeline_submit(d.pipeline, ping);
 }
@@ -215,6 +218,28 @@ TEST(learning_begun_anew_has_not_come_far)
     end();
 }
 
+/* A first ping of the range before, or another range meanwhile: learning goes on with the pings that come, or it would not end. */
+TEST(learning_follows_another_range)
+{
+    char err[300];
+    begin();
+    bin_m = 0.2f;
+    feed();
+    CHECK(learn(err, sizeof err));
+    bin_m = 0.1f;
+    for (int i = 0; i < 63; i++)
+        feed();
+    bin_m = 0.2f; /* one that fits: they are not in a row */
+    feed();
+    CHECK_INT(taken(), 1);
+    bin_m = 0.1f;
+    for (int i = 0; i < 300 && t->learn; i++)
+        feed();
+    CHECK(t->background && !t->learn);
+    CHECK(t->background && t->background->shape.dr_m == 0.1f);
+    end();
+}
+
 int main(void)
 {
     int fd = mkstemp(path);
@@ -223,6 +248,7 @@ int main(void)
     close(fd);
     RUN(without_memory_nothing_changes);
     RUN(learning_begun_anew_has_not_come_far);
+    RUN(learning_follows_another_range);
     RUN(learning_goes_on_until_there_is_memory_for_the_template);
     unlink(path);
     return test_end();

@@ -9,6 +9,7 @@ import socket
 import subprocess
 import sys
 import tempfile
+import termios
 import time
 import tty
 
@@ -32,6 +33,7 @@ def session(sonar):
     with socket.socket(socket.AF_UNIX) as usb:
         try:
             usb.connect(socket_path)
+            termios.tcflush(sonar, termios.TCIFLUSH)  # an adapter without power holds nothing
             carry(usb, sonar)
         except OSError:
             pass
