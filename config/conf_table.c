@@ -283,7 +283,8 @@ const struct conf_key conf_keys[] = {
          "as long after one echo. What is there is unknown then. Not shorter than clear_for."},
     {"grid", "move_limit", LIVE, QUANTITY(1, "m", 0.05, 100), .standard = "0.5 m", CONF(grid.move_limit_m),
      .help =
-         "A direction that was clear is unknown again after the vehicle has moved this far without seeing it."},
+         "A direction that was clear is unknown again after the vehicle has moved this far without seeing it: so far and\n"
+         "at most 0.2 m farther, for less than 0.1 m to and fro, the noise of a position, is no way."},
 
     {"grids", "memory", QUANTITY(1, "MiB", 1, 65536), .standard = "1024 MiB", CONF(grids.memory_bytes),
      .help = "All that grids may take, those that are made later among them, and their clusters, which are\n"

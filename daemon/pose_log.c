@@ -130,19 +130,27 @@ static bool fresh(const struct pose_log *log, int part, uint64_t t_ns)
     return given_ns && (t_ns <= given_ns || t_ns - given_ns <= log->max_age_ns);
 }
 
-/* `first`: what somebody says for the first time is a place to start from, not a way driven. */
+/*
+ * What is towed follows on the straight line to the vehicle, and its way is counted: between any two moments the vehicle is
+ * nowhere farther from where it was than that way and two lines. `first`: what somebody says for the first time is a
+ * place to start from, not a way driven.
+ */
 static void add_way(struct pose_log *log, bool first)
 {
     const struct pose_sample *place = last(&log->track[POSE_TRACK_PLACE]);
     const struct pose_sample *depth = last(&log->track[POSE_TRACK_DEPTH]);
-    double now_m[3] = {place ? place->v[0] : 0, place ? place->v[1] : 0, depth ? depth->v[0] : 0}, way = 0;
-    for (int i = 0; i < 3; i++)
-        way += (now_m[i] - log->corner_m[i]) * (now_m[i] - log->corner_m[i]);
-    if (!first && way < POSE_LOG_STEP_M * POSE_LOG_STEP_M)
+    const double now_m[3] = {place ? place->v[0] : 0, place ? place->v[1] : 0, depth ? depth->v[0] : 0};
+    if (first) {
+        memcpy(log->towed_m, now_m, sizeof now_m);
         return;
-    if (!first)
-        log->path_m += sqrt(way);
-    memcpy(log->corner_m, now_m, sizeof now_m);
+    }
+    const double off_m = hypot(hypot(now_m[0] - log->towed_m[0], now_m[1] - log->towed_m[1]), now_m[2] - log->towed_m[2]);
+    const double way_m = off_m - POSE_LOG_LINE_M;
+    if (!(way_m > 0))
+        return;
+    log->path_m += way_m;
+    for (int i = 0; i < 3; i++)
+        log->towed_m[i] += (now_m[i] - log->towed_m[i]) * (way_m / off_m);
 }
 
 /* What the velocity has done to a part of the place since its last sample. */

@@ -26,8 +26,9 @@
  * second off, and an attitude is noisy. */
 #define POSE_LOG_JUMP_DEG 5.0
 
-/* Smaller movements are not way driven, or the noise of a depth sensor would add up to kilometres. */
-#define POSE_LOG_STEP_M 0.05
+/* The way driven is that of something towed on a line of this length, or the noise of a place, of some centimetres ten times
+ * a second, would add up to kilometres. */
+#define POSE_LOG_LINE_M 0.1
 
 enum { POSE_TRACK_ATTITUDE, POSE_TRACK_PLACE, POSE_TRACK_DEPTH, POSE_TRACK_VELOCITY, POSE_TRACKS };
 
@@ -50,8 +51,8 @@ struct pose_log {
     struct jumps turns;          /* of the attitude */
     uint64_t jumps;              /* it made */
     struct pose_track track[POSE_TRACKS]; /* in the order of the bits of enum pose_part */
-    double path_m;                        /* way driven so far ... */
-    double corner_m[3];                   /* ... up to here */
+    double path_m;                        /* way driven so far: ... */
+    double towed_m[3];                    /* ... of what is towed, which is here */
     uint64_t t_newest_ns;
     uint64_t taken, refused;
 };

@@ -2,6 +2,8 @@
 /* test_pose_log - the pose at a ping's own time: between samples, after the last, before the first, in a gap. */
 #include "../lib/test.h"
 
+#include <math.h>
+
 #include "../../daemon/pose_log.h"
 
 #define MS 1000000ull
@@ -98,8 +100,64 @@ TEST(without_a_position_the_velocity_carries_it)
         put((1000 + 100 * i) * MS, POSE_ATTITUDE | POSE_VELOCITY, 0, 0, 0.5);
     CHECK(pose_log_at(&poses, 11000 * MS, &p));
     CHECK_NEAR(p.position_m[0], 5, 1e-12, 0);
-    CHECK_NEAR(p.path_m, 5, 1e-12, POSE_LOG_STEP_M);
+    CHECK_NEAR(p.path_m, 5, 1e-12, POSE_LOG_LINE_M);
     CHECK(!(p.has & POSE_POSITION));
+}
+
+/* Of standard deviation 1, near enough to a normal one, and within 6. */
+static double noise(uint64_t *seed)
+{
+    double sum = -6;
+    for (int i = 0; i < 12; i++)
+        sum += test_uniform(seed);
+    return sum;
+}
+
+#define SAMPLES 6000 /* ten minutes of ten a second */
+
+/* The noise of a place is no way driven: it would wear out every look around before the next. */
+TEST(a_vehicle_that_hovers_drives_no_way)
+{
+    struct pose p;
+    uint64_t seed = test_seed();
+    pose_log_init(&poses, 500 * MS);
+    for (uint64_t i = 0; i < SAMPLES; i++) {
+        struct pose given = {.t_ns = (1 + i) * 100 * MS, .attitude = {1}, .has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH};
+        for (int k = 0; k < 3; k++)
+            given.position_m[k] = 1000 + 0.02 * noise(&seed);
+        CHECK(pose_log_put(&poses, &given));
+    }
+    CHECK(pose_log_newest(&poses, &p));
+    CHECK(p.path_m < 0.1);
+}
+
+/* Wherever it goes: it is no farther off than the way says. */
+TEST(the_way_is_never_short_by_more_than_two_lines)
+{
+    static double at_m[SAMPLES][3], path_m[SAMPLES];
+    uint64_t seed = test_seed();
+    pose_log_init(&poses, 500 * MS);
+    double heading = 0, most_m = 0, short_m = 0;
+    struct pose given = {.attitude = {1}, .has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH};
+    for (int i = 0; i < SAMPLES; i++) {
+        struct pose p;
+        heading += noise(&seed) * 0.3;
+        const double step_m[3] = {0.05 * cos(heading), 0.05 * sin(heading), 0.01 * noise(&seed)};
+        for (int k = 0; k < 3; k++)
+            at_m[i][k] = given.position_m[k] += step_m[k];
+        given.t_ns = (uint64_t)(1 + i) * 100 * MS;
+        CHECK(pose_log_put(&poses, &given));
+        pose_log_newest(&poses, &p);
+        path_m[i] = p.path_m;
+    }
+    for (int i = 0; i < SAMPLES; i += 7)
+        for (int j = i; j < SAMPLES; j++) {
+            const double off_m = hypot(hypot(at_m[j][0] - at_m[i][0], at_m[j][1] - at_m[i][1]), at_m[j][2] - at_m[i][2]);
+            short_m = fmax(short_m, off_m - (path_m[j] - path_m[i]));
+            most_m = fmax(most_m, off_m);
+        }
+    CHECK(short_m <= 2 * POSE_LOG_LINE_M);
+    CHECK(most_m > 1);
 }
 
 TEST(a_place_that_is_lost_is_not_a_vehicle_that_stands_still)
@@ -131,7 +189,7 @@ TEST(the_way_driven_counts_back_and_forth)
     for (uint64_t i = 0; i <= 10; i++)
         put((1000 + 100 * i) * MS, POSE_ATTITUDE | POSE_POSITION, (double)(i % 2), 0, 0);
     CHECK(pose_log_newest(&poses, &p));
-    CHECK_NEAR(p.path_m, 10, 1e-12, 0);
+    CHECK(p.path_m <= 10 && p.path_m >= 10 * (1 - 2 * POSE_LOG_LINE_M));
 }
 
 TEST(a_place_is_no_newer_for_an_attitude_that_is)
@@ -306,6 +364,8 @@ int main(void)
     RUN(times_that_do_not_rise_are_refused_and_counted);
     RUN(parts_come_from_different_senders_and_end_by_themselves);
     RUN(without_a_position_the_velocity_carries_it);
+    RUN(a_vehicle_that_hovers_drives_no_way);
+    RUN(the_way_is_never_short_by_more_than_two_lines);
     RUN(a_place_that_is_lost_is_not_a_vehicle_that_stands_still);
     RUN(a_depth_that_ends_is_missed);
     RUN(the_way_driven_counts_back_and_forth);
