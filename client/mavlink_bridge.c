@@ -48,7 +48,7 @@ struct bridge {
     uint64_t sent;
     uint64_t start_ns;
     bool had_vehicle;
-    enum told link_told, daemon_told, vehicle_told;
+    enum told link_told, daemon_told, vehicle_told, below_told;
 };
 
 static uint64_t clock_ns(clockid_t which)
@@ -381,6 +381,15 @@ static void say_daemon(struct bridge *b, uint64_t now_ns)
         say_change(alive, &b->daemon_told, "sonard", b->feed.error.message);
 }
 
+/* A name that the daemon does not know, or after a reload does again. */
+static void say_below(struct bridge *b)
+{
+    const bool refused = b->feed.below_refused.status != SONARD_OK;
+
+    if (refused || b->below_told != TOLD_NOTHING)
+        say_change(!refused, &b->below_told, "--downward", b->feed.below_refused.message);
+}
+
 static void work(struct bridge *b)
 {
     uint64_t now_ns = clock_ns(CLOCK_MONOTONIC);
@@ -394,6 +403,7 @@ static void work(struct bridge *b)
     mavlink_feed_read(&b->feed, now_ns);
     say_change(!b->link->error[0], &b->link_told, "link", b->link->error);
     say_daemon(b, now_ns);
+    say_below(b);
     if (is_due(&b->obstacles_due_ns, (uint64_t)(1e9 / b->conf->feed.rate_hz), now_ns)) {
         update_alerts(b, now_ns);
         if (mavlink_vehicle_present(&b->vehicle, now_ns)) {

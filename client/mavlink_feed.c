@@ -34,6 +34,7 @@ static void forget(struct mavlink_feed *feed)
     feed->n_sensors = 0;
     feed->posed = false;
     feed->below.t_ns = 0;
+    feed->below_refused = (struct sonard_error){0};
     feed->level_ns = 0;
     feed->poses_waiting = 0;
 }
@@ -191,12 +192,16 @@ static void take_below(struct mavlink_feed *feed, const json_t *result, uint64_t
     }
 }
 
-static void take_notification(struct mavlink_feed *feed, int64_t number, const json_t *result, uint64_t now_ns)
+/* Rings and status are never refused: what is asked for is always the same. */
+static void take_notification(struct mavlink_feed *feed, const struct sonard_message *message,
+                              const json_t *result, uint64_t now_ns)
 {
     int which = 0;
 
-    while (which < MAVLINK_WATCHES && feed->watch[which] != number)
+    while (which < MAVLINK_WATCHES && feed->watch[which] != message->watch)
         which++;
+    if (which == MAVLINK_WATCH_DOWNWARD)
+        feed->below_refused = message->refusal;
     if (!result || which == MAVLINK_WATCHES)
         return;
     if (which == MAVLINK_WATCH_STATUS)
@@ -237,7 +242,7 @@ void mavlink_feed_read(struct mavlink_feed *feed, uint64_t now_ns)
         feed->heard_ns = now_ns;
         feed->said_something = true;
         if (message.watch > 0)
-            take_notification(feed, message.watch, result, now_ns);
+            take_notification(feed, &message, result, now_ns);
         else
             good = take_reply(feed, &message, result);
         json_decref(result);

@@ -74,6 +74,7 @@ struct mavlink_feed {
     json_int_t leaks;  /* times that it became wet, as far as the daemon has told */
     uint64_t leak_ns;  /* when that grew last; 0: never */
     struct mavlink_depth_below below;
+    struct sonard_error below_refused; /* why there is none: no such sonar; all zeros: not refused */
     int poses_waiting;                         /* handed over, and not answered yet */
     uint64_t poses, poses_refused, poses_held; /* held: kept back, since the daemon does not answer */
 };

@@ -13,6 +13,7 @@
 #include "mavlink_bridge.h"
 
 #define EXIT_USAGE           3
+#define EXIT_OUTPUT          7 /* what was asked for could not be written */
 #define DEFAULT_COMPONENT    196 /* MAV_COMP_ID_OBSTACLE_AVOIDANCE */
 #define DEFAULT_RATE_HZ      10.0
 #define DEFAULT_DENSITY      1025.0
@@ -193,6 +194,10 @@ int main(int argc, char **argv)
     }
     if (status == EXIT_USAGE)
         fprintf(stderr, "sonard-mavlink: %s; see `sonard-mavlink --help`\n", fault.text);
+    if (fflush(stdout) != 0 || ferror(stdout)) {
+        fprintf(stderr, "sonard-mavlink: standard output: %s\n", strerror(errno));
+        status = EXIT_OUTPUT;
+    }
     json_decref(arguments.options);
     return status;
 }

@@ -215,8 +215,8 @@ static void load(struct places_job *job)
     const struct map_origin its = fault == MAP_GOOD ? map_file_origin(job->bytes.bytes) : (struct map_origin){0};
     const uint32_t most = job->setting.n_tiles - job->setting.n_tiles / 4;
     if (fault == MAP_GOOD && (job->tiles > most || job->pages >= job->setting.max_submaps))
-        snprintf(why, sizeof why, "%u submaps of %u tiles are more than memory in [map] allows: %u and %u",
-                 job->pages, job->tiles, job->setting.max_submaps - 1, most);
+        snprintf(why, sizeof why, "%u submap%s of %u tiles are more than memory in [map] allows: %u and %u",
+                 job->pages, job->pages == 1 ? "" : "s", job->tiles, job->setting.max_submaps - 1, most);
     else if (fault == MAP_GOOD)
         job->good = same_origin(&job->origin, &its, why, sizeof why);
     snprintf(job->message, sizeof job->message, job->good ? "loaded from %s%s" : "%s: %s", job->path, why);

@@ -11,6 +11,7 @@ import pty
 import signal
 import socket
 import struct
+import subprocess
 import threading
 import time
 import tty
@@ -624,6 +625,18 @@ def usage(bench):
         done = bench.run(BRIDGE, *words)
         check(done.returncode == 3 and wanted in done.stderr, "%s: %d %s" % (words, done.returncode, done.stderr))
     check(bench.run(BRIDGE, "--help").returncode == 0, "--help")
+    for word in ("--help", "--version"):
+        with open("/dev/full", "w") as full:
+            done = subprocess.run([BRIDGE, word], stdout=full, stderr=subprocess.PIPE, text=True, timeout=PATIENCE)
+        check(done.returncode == 7 and "standard output: No space left" in done.stderr, "%s to a full disk: %r" % (word, done))
+
+
+def nosuch(bench, autopilot):
+    """A downward sonar that the daemon does not have is told once; all else goes on."""
+    process = start(bench, autopilot, "--downward", "nosuch")[3]
+    until(lambda: "--downward: not there: parameter 'sensor' is nosuch, want one of: head" in process.log(), "why")
+    until(autopilot.obstacles, "OBSTACLE_DISTANCE")
+    check(process.log().count("nosuch") == 1, "told again: " + process.log())
 
 
 check(os.path.exists(SIM), "no virtual sonar")
@@ -634,4 +647,5 @@ run([("rates_udp", with_autopilot(UdpAutopilot, rates)), ("rates_serial", with_a
      ("hung", with_autopilot(UdpAutopilot, hung)), ("absent", absent), ("options", with_autopilot(UdpAutopilot, far)),
      ("near", with_autopilot(UdpAutopilot, near)),
      ("signed", with_autopilot(SigningAutopilot, signed)), ("downward", with_autopilot(UdpAutopilot, downward)),
+     ("nosuch", with_autopilot(UdpAutopilot, nosuch)),
      ("usage", usage)], parallel=3)

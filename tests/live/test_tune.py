@@ -107,6 +107,9 @@ def refuses(bench):
         done = tune(bench, *arguments)
         check(done.returncode == 1 and why in done.stderr, "%s: %s" % (arguments, done.stderr))
         check(not os.path.exists(bench.path("tuned.conf")), "%s: wrote a file" % (arguments,))
+    for jobs in ("0", "-1", "two"):
+        done = tune(bench, "--jobs", jobs)
+        check(done.returncode == 2 and "argument --jobs" in done.stderr, "--jobs %s: %s" % (jobs, done.stderr))
     bench.write("tuned.conf", "mine")
     check(tune(bench).returncode == 1 and read(bench, "tuned.conf") == "mine", "wrote over a file")
 
