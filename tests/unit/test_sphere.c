@@ -595,6 +595,30 @@ TEST(a_head_off_the_centre_clears_all_round_whatever_its_ring_down)
     }
 }
 
+/* What lies ahead is what a turning head's vehicle asks for most, and the head may look there again seconds later only. */
+TEST(what_was_free_ahead_stays_so_on_the_way_there)
+{
+    start(&usual);
+    now.pose.has = POSE_ATTITUDE | POSE_POSITION;
+    now.pose_fresh = true;
+    for (int u = 0; u < 400; u++) {
+        now.now_ns += SECOND / 50;
+        ping(u * 0.9, 5, 0);
+    }
+    for (int step = 1; step <= 45; step++) {
+        now.now_ns += SECOND / 50;
+        now.pose.position_m[0] += 0.01;
+        now.pose.path_m += 0.01;
+        ping(180, 5, 0);
+        const struct answer ahead = ask(0, 4);
+        CHECK_INT(ahead.state, ANSWER_CLEAR);
+        CHECK(ahead.blind_to_m < 1 && ahead.free_to_m < 5);
+        if (test_case_failed)
+            return;
+    }
+    CHECK_INT(ask(0, 4.7).state, ANSWER_BLOCKED);
+}
+
 /* ---- claims against the beams that they rest on ---- */
 
 static struct {
@@ -868,6 +892,7 @@ int main(void)
     RUN(a_corridor_says_how_far_its_sides_are_blind);
     RUN(a_head_that_hangs_low_does_not_see_the_water_before_the_bow);
     RUN(a_head_off_the_centre_clears_all_round_whatever_its_ring_down);
+    RUN(what_was_free_ahead_stays_so_on_the_way_there);
     RUN(with_any_mount_and_on_the_move_only_freed_water_is_claimed);
     RUN(in_a_room_sectors_are_its_walls_and_never_clear_beyond);
     RUN(asking_for_more_never_turns_blocked_or_unknown_into_clear);
