@@ -175,15 +175,16 @@ static void clock_fit(uint64_t n, struct stable_found *f)
         f->ours = INFINITY;
 }
 
-/* To and fro at 1 m/s by the velocity alone, ten times a second: way driven, as a share of it, and m that the place is
- * off, whichever is more. Naive: the way in float. */
+/* To and fro at 1 m/s by the velocity alone, ten times a second: the way of what is towed, as a share of it, and m that the
+ * place is off, whichever is more. Naive: the way in float. */
 static void way_driven(uint64_t n, struct stable_found *f)
 {
     enum { LEG = 1000 };
     static struct pose_log log;
     struct pose p = pose_identity, newest;
     float way_m = 0;
-    int64_t tenths = 0;
+    const int64_t line = llround(POSE_LOG_LINE_M * 10);
+    int64_t tenths = 0, towed = 0, want = 0; /* tenths of a metre, exact */
 
     pose_log_init(&log, 2 * STABLE_SECOND);
     p.has = POSE_ATTITUDE | POSE_VELOCITY;
@@ -195,10 +196,14 @@ static void way_driven(uint64_t n, struct stable_found *f)
         if (i == 0) /* where the way begins */
             continue;
         tenths += back ? -1 : 1;
+        if (llabs(tenths - towed) <= line)
+            continue;
+        towed += back ? -1 : 1;
+        want++;
         way_m += 0.1f;
     }
     pose_log_newest(&log, &newest);
-    const double want_m = 0.1 * (double)(n - 1);
+    const double want_m = 0.1 * (double)want;
     f->naive = fabs((double)way_m / want_m - 1);
     f->ours = stable_worse(fabs(log.path_m / want_m - 1), fabs(newest.position_m[0] - 0.1 * (double)tenths));
 }
