@@ -88,15 +88,15 @@ struct ray {
     double along, across; /* the step's parts */
 };
 
-/* Does the old claim of the direction in which this range of the ray lies free it? Joined to *c when it does. */
-static bool frees(const struct ray *ray, double range_m, struct claim *c)
+static double length(const double v[3])
 {
-    double place_m[3], old_m = 0;
-    for (int i = 0; i < 3; i++) {
-        place_m[i] = ray->step_m[i] + range_m * ray->axis[i];
-        old_m += place_m[i] * place_m[i];
-    }
-    old_m = sqrt(old_m);
+    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+/* Does the old claim of the direction in which the place lies free it? Joined to *c when it does. */
+static bool frees_place(const struct ray *ray, const double place_m[3], struct claim *c)
+{
+    const double old_m = length(place_m);
     const uint32_t d = old_m > 0 ? rings_holding(ray->rings, place_m) : RINGS_NONE;
     if (d == RINGS_NONE)
         return false;
@@ -107,6 +107,36 @@ static bool frees(const struct ray *ray, double range_m, struct claim *c)
     c->path_m = old->path_m < c->path_m ? old->path_m : c->path_m;
     c->sensors |= old->sensors;
     return true;
+}
+
+/* The same of this range of the ray. */
+static bool frees(const struct ray *ray, double range_m, struct claim *c)
+{
+    double place_m[3];
+    for (int i = 0; i < 3; i++)
+        place_m[i] = ray->step_m[i] + range_m * ray->axis[i];
+    return frees_place(ray, place_m, c);
+}
+
+/*
+ * The same of the place half a cell nearer to the way. Each step brings a ray nearer to it by less than a cell, which the
+ * direction does not show: without this the rays beside water in which nobody looked would soon claim it.
+ */
+static bool frees_nearer_way(const struct ray *ray, double range_m, struct claim *c)
+{
+    const double step = length(ray->step_m), t = ray->rings->tan_half;
+    double along = 0, way[3], off[3], place_m[3];
+    for (int i = 0; i < 3; i++) {
+        way[i] = ray->step_m[i] / step;
+        place_m[i] = ray->step_m[i] + range_m * ray->axis[i];
+        along += place_m[i] * way[i];
+    }
+    for (int i = 0; i < 3; i++)
+        off[i] = place_m[i] - along * way[i];
+    const double across = length(off), turned = fmin(across, along * t);
+    for (int i = 0; i < 3; i++)
+        place_m[i] = (along + turned * t) * way[i] + (across > 0 ? (across - turned) / across * off[i] : 0);
+    return frees_place(ray, place_m, c);
 }
 
 /*
@@ -128,9 +158,10 @@ static double inward(const struct ray *ray, double near)
 
 /*
  * A ray ahead stays in its direction nearly to the centre, and what the last step inward loses would be all of its claim:
- * there that step is halved so often. Directions that it crosses lie nearer to the way than it does, so what is taken over was
- * looked at on both sides. Aside and astern the last step stays lost, on purpose: a place counts as in a direction when it
- * is half a cell off, which adds up with the steps of the centre.
+ * there that step is halved so often. Places on it lie nearer to the way than the direction that they are taken over from;
+ * where the water half a cell nearer to it is free, too, they were looked at on both sides. Aside and astern the last step
+ * stays lost, on purpose: a place counts as in a direction when it is half a cell off, which adds up with the steps of the
+ * centre.
  */
 #define HALVINGS    7
 #define AHEAD_SHARE 0.2 /* across, of the way along: 11 degrees */
@@ -140,7 +171,7 @@ static double halve(const struct ray *ray, double from_m, double lost_m, struct 
 {
     for (int k = 0; k < HALVINGS; k++) {
         const double middle_m = (from_m + lost_m) / 2;
-        if (frees(ray, middle_m, c))
+        if (frees(ray, middle_m, c) && frees_nearer_way(ray, middle_m, c))
             from_m = middle_m;
         else
             lost_m = middle_m;

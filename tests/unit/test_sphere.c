@@ -715,6 +715,29 @@ TEST(with_any_mount_and_on_the_move_only_freed_water_is_claimed)
     }
 }
 
+/* A head that hears one side of the vehicle alone leaves a gap ahead. On a long way the rays beside it come to lie in it. */
+TEST(where_nobody_looked_ahead_nothing_becomes_free_on_the_way_there)
+{
+    for (int gap_deg = 5; gap_deg <= 9; gap_deg += 2) {
+        int claimed = 0;
+        start(&usual);
+        n_beams = 0;
+        now.pose.has = POSE_ATTITUDE | POSE_POSITION;
+        for (int u = 0; u < 120; u++) {
+            now.now_ns += SECOND / 20;
+            look_at(geo_rad(gap_deg + u * 0.9), 6);
+        }
+        for (int step = 1; step <= 300; step++) { /* 3 m, looking astern */
+            now.pose.position_m[0] += 0.01;
+            now.pose.path_m += 0.01;
+            if (step % 10 == 0)
+                look_at(GEO_PI, 1);
+        }
+        CHECK_INT(claimed_and_not_freed(&claimed), 0);
+        CHECK(claimed > 1000);
+    }
+}
+
 /* ---- against a known room ---- */
 
 /* First wall of the box |x| < a, |y| < b met from p along azimuth az. */
@@ -894,6 +917,7 @@ int main(void)
     RUN(a_head_off_the_centre_clears_all_round_whatever_its_ring_down);
     RUN(what_was_free_ahead_stays_so_on_the_way_there);
     RUN(with_any_mount_and_on_the_move_only_freed_water_is_claimed);
+    RUN(where_nobody_looked_ahead_nothing_becomes_free_on_the_way_there);
     RUN(in_a_room_sectors_are_its_walls_and_never_clear_beyond);
     RUN(asking_for_more_never_turns_blocked_or_unknown_into_clear);
     RUN(a_level_grid_gives_the_same_ring);
