@@ -162,7 +162,8 @@ static void add(const struct look *l, uint32_t direction, struct reach reach)
     sight_look(l->picture, direction, l->conf, l->now, &l->place, &e, &s);
     if (s.obstacle && s.near_m <= side_m && s.near_m * foreshortened <= t->most_m)
         meet(out, &s, l->now, along_m(t, s.near_m, foreshortened));
-    if (!s.obstacle && s.hint_m < fmin(exit_m, t->near_m)) /* too weak to block, but no water to be sure of */
+    const double sure_m = s.obstacle ? s.near_m : INFINITY;
+    if (s.hint_m < fmin(sure_m, fmin(exit_m, t->near_m))) /* too weak to block, but no water to be sure of */
         doubt(out, ANSWER_BEYOND, along_m(t, s.hint_m, foreshortened));
     if (exit_m <= t->near_m)
         return;

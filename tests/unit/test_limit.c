@@ -147,6 +147,14 @@ TEST(a_faint_echo_near_by_is_no_free_water)
     CHECK(c.known_m <= 0.35);
     CHECK(isinf(c.blocked_m));
     CHECK_INT(c.reason, ANSWER_BEYOND);
+
+    e.obstacle[1] = e.obstacle[0]; /* a sure one behind it, beside the tunnel */
+    e.obstacle[1].logodds = 4;
+    e.obstacle[1].near_m = e.obstacle[1].range_m = 8;
+    picture_begin(&picture);
+    picture_set(&picture, at(80, 0), &e);
+    picture_end(&picture);
+    CHECK(look(&small, 1, 0, 0, 10).known_m <= 0.35);
 }
 
 static uint64_t state;
