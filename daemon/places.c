@@ -85,6 +85,7 @@ static void ask_loop(struct places_job *job, pipeline_owner_fn *fn)
 static void ask_owner(struct places_job *job, pipeline_owner_fn *fn)
 {
     const struct places_task *task = (struct places_task *)job;
+    task->d->places.filling |= job->what == PLACES_LOAD;
     pipeline_errand_now(task->d->pipeline, &job->errand, fn);
 }
 

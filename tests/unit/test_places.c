@@ -23,6 +23,10 @@ static struct daemon d;
 
 static char folder[] = "/tmp/sonard-places-XXXXXX";
 
+/* Of the runs that begin from now on: [map] load, and tiles along a side of a submap. */
+static const char *load_name = "";
+static uint32_t map_side = 4;
+
 static void begin_with(int threads)
 {
     struct pipeline_conf c = {.threads = threads,
@@ -42,7 +46,7 @@ static void begin_with(int threads)
                               .map = true,
                               .mask_blocks = 1024,
                               .voxels = {.voxel_m = 0.5,
-                                         .side = 4,
+                                         .side = map_side,
                                          .height = 40,
                                          .n_tiles = 28,
                                          .max_submaps = 4,
@@ -56,6 +60,7 @@ static void begin_with(int threads)
     extract_defaults(&c.extract[0]);
     d = (struct daemon){.loop = loop_new(false), .pipeline = pipeline_new(&c, err, sizeof err)};
     snprintf(d.conf.map.directory, sizeof d.conf.map.directory, "%s", folder);
+    snprintf(d.conf.map.load, sizeof d.conf.map.load, "%s", load_name);
     if (!d.pipeline || !errand_start(&d, err, sizeof err) || !places_start(&d, err, sizeof err)) {
         printf("%s\n", err);
         exit(1);
@@ -595,6 +600,27 @@ TEST(an_empty_map_into_which_no_file_came_is_not_held)
     end();
 }
 
+/* The file looks good until its submaps are put in: they are of another size than configured. */
+TEST(a_start_with_a_map_that_cannot_be_put_in_is_not_held)
+{
+    char path[80];
+    begin();
+    ping_at(0);
+    work_on("map_save");
+    end_job();
+    end();
+    load_name = "kept";
+    map_side = 5;
+    begin();
+    CHECK_INT(d.places.kept.job.state, PLACES_FAILED);
+    CHECK(!is_held());
+    end();
+    load_name = "";
+    map_side = 4;
+    snprintf(path, sizeof path, "%s/kept.map", folder);
+    CHECK_INT(unlink(path), 0);
+}
+
 /* ---- clients that go ---- */
 
 static int waiting(void)
@@ -1088,6 +1114,7 @@ int main(void)
     RUN(nothing_is_free_behind_the_wall_on_random_voyages);
     RUN(of_a_jump_while_a_map_is_loaded_the_file_says_nothing);
     RUN(an_empty_map_into_which_no_file_came_is_not_held);
+    RUN(a_start_with_a_map_that_cannot_be_put_in_is_not_held);
     RUN(what_was_only_asked_is_not_done_for_those_who_have_gone);
     RUN(who_may_change_nothing_any_more_is_told_what_came_of_it);
     RUN(nobody_waits_while_submaps_go_and_come);
