@@ -341,6 +341,6 @@ const struct stable_case stable_whole[] = {
     {"L3", "a device clock 25 ppm off for a year", "ms that stamps are off", "the first offset", 2,
      a_clock_for_a_year},
     {"L4", "a year at anchor, a noisy depth every second, then a dive of 5 m", "m of way off", "steps added up",
-     0.1, a_year_at_anchor},
+     2 * POSE_LOG_LINE_M, a_year_at_anchor},
     {0},
 };
