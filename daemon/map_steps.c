@@ -87,6 +87,18 @@ void map_steps_copy(void *places_job, const struct pipeline_owned *owned)
 
 /* ---- put in ---- */
 
+/* Is every submap of the file of the map's kind? Told before anything is cleared for it. */
+static bool is_alike(struct places_job *job, const struct voxmap *map)
+{
+    struct map_page page = {0};
+    const char *why = NULL;
+    while (!why && map_file_page(job->bytes.bytes, job->bytes.size, &page))
+        why = voxpage_unlike(map, page.bytes, page.size);
+    if (why)
+        snprintf(job->message, sizeof job->message, "%.300s: %.250s", job->path, why);
+    return !why;
+}
+
 void map_steps_put_in(void *places_job, const struct pipeline_owned *owned)
 {
     struct places_job *job = places_job;
@@ -94,6 +106,8 @@ void map_steps_put_in(void *places_job, const struct pipeline_owned *owned)
     struct voxmap *map = &owned->map->map;
     char why[256];
     if (!s->begun) {
+        if (!is_alike(job, map))
+            return;
         voxmap_clear(map);
         voxmap_hold(map, true, job->now_ns); /* poses may count from elsewhere than what is put in: the loop knows */
         *s = (struct map_steps){.begun = true, .good = true};

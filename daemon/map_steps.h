@@ -20,7 +20,7 @@ void map_steps_measure(void *places_job, const struct pipeline_owned *owned);
 void map_steps_copy(void *places_job, const struct pipeline_owned *owned);
 
 /** map_steps_put_in - job->bytes replace the map. steps.good is false, with a sentence in job->message, when one of their
- * submaps is none: then the map is empty. It is held until the loop has settled where it counts from. */
+ * submaps is of another kind: then the map is as it was; or is none: then it is empty. It is held until the loop has settled where it counts from. */
 void map_steps_put_in(void *places_job, const struct pipeline_owned *owned);
 
 #endif

@@ -192,8 +192,8 @@ uint32_t voxpage_tiles(const uint8_t *bytes, size_t size)
     return field[F_MAGIC] == MAGIC && field[F_TILES] < TILE_NONE ? (uint32_t)field[F_TILES] : TILE_NONE;
 }
 
-/* Whether these are the bytes of a submap of this map's kind, with room for it; the reason when not. */
-static const char *unfit(const struct voxmap *m, const uint8_t *bytes, size_t size, uint64_t field[FIELDS])
+/* Whether these are the bytes of a submap of this map's kind; the reason when not. */
+static const char *unlike(const struct voxmap *m, const uint8_t *bytes, size_t size, uint64_t field[FIELDS])
 {
     uint64_t kind[FIELDS];
 
@@ -209,6 +209,21 @@ static const char *unfit(const struct voxmap *m, const uint8_t *bytes, size_t si
         return "made with another size of submaps";
     if (field[F_PLANES] != kind[F_PLANES] || field[F_LEVELS] != kind[F_LEVELS])
         return "made with other echo evidence or weight levels";
+    return NULL;
+}
+
+const char *voxpage_unlike(const struct voxmap *m, const uint8_t *bytes, size_t size)
+{
+    uint64_t field[FIELDS];
+    return unlike(m, bytes, size, field);
+}
+
+/* The same, with room for it. */
+static const char *unfit(const struct voxmap *m, const uint8_t *bytes, size_t size, uint64_t field[FIELDS])
+{
+    const char *why = unlike(m, bytes, size, field);
+    if (why)
+        return why;
     if (field[F_TILES] > directory_size(m) || size != HEAD + field[F_TILES] * tile_size(m))
         return "cut or damaged: its length is not what it says";
     if (field[F_TILES] > m->tiles.n_free)

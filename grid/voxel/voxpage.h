@@ -45,6 +45,10 @@ uint64_t voxpage_add(struct voxmap *m, const uint8_t *bytes, size_t size, char *
  */
 bool voxpage_head(const struct voxmap *m, uint64_t id, uint8_t head[VOXPAGE_HEAD]);
 
+/** voxpage_unlike - why these bytes are no submap of this map's kind (size and height of submaps and voxels, evidence): a
+ * phrase; NULL: they may be one. Looks at their head alone. */
+const char *voxpage_unlike(const struct voxmap *m, const uint8_t *bytes, size_t size);
+
 /** voxpage_tiles - tiles that these bytes need; TILE_NONE: they are no packed submap. */
 uint32_t voxpage_tiles(const uint8_t *bytes, size_t size);
 

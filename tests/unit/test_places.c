@@ -166,6 +166,20 @@ static bool is_held(void)
     return held;
 }
 
+static void count_submaps(void *ctx, struct pipeline_map *m)
+{
+    uint32_t *n = ctx;
+    for (uint32_t p = 0; p < m->map.set.max_submaps; p++)
+        *n += m->map.part[p].id != 0;
+}
+
+static bool any_submap(void)
+{
+    uint32_t n = 0;
+    pipeline_visit_map(d.pipeline, count_submaps, &n);
+    return n > 0;
+}
+
 static struct request new_map(void)
 {
     return (struct request){.method = "map_new"};
@@ -616,6 +630,29 @@ TEST(a_start_with_a_map_that_cannot_be_put_in_is_not_held)
     CHECK(!is_held());
     end();
     load_name = "";
+    map_side = 4;
+    snprintf(path, sizeof path, "%s/kept.map", folder);
+    CHECK_INT(unlink(path), 0);
+}
+
+/* What cannot take its place leaves the map as it was. */
+TEST(a_map_of_another_kind_is_refused_and_the_map_stays)
+{
+    char path[80];
+    begin();
+    ping_at(0);
+    work_on("map_save");
+    end_job();
+    end();
+    map_side = 5;
+    begin();
+    ping_at(0);
+    CHECK(any_submap());
+    work_on("map_load");
+    end_job_as(PLACES_FAILED);
+    CHECK(strstr(d.places.asked.job.message, "kept.map: made with another size of submaps") != NULL);
+    CHECK(any_submap() && !is_held());
+    end();
     map_side = 4;
     snprintf(path, sizeof path, "%s/kept.map", folder);
     CHECK_INT(unlink(path), 0);
@@ -1115,6 +1152,7 @@ int main(void)
     RUN(of_a_jump_while_a_map_is_loaded_the_file_says_nothing);
     RUN(an_empty_map_into_which_no_file_came_is_not_held);
     RUN(a_start_with_a_map_that_cannot_be_put_in_is_not_held);
+    RUN(a_map_of_another_kind_is_refused_and_the_map_stays);
     RUN(what_was_only_asked_is_not_done_for_those_who_have_gone);
     RUN(who_may_change_nothing_any_more_is_told_what_came_of_it);
     RUN(nobody_waits_while_submaps_go_and_come);
