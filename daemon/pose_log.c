@@ -144,13 +144,15 @@ static void add_way(struct pose_log *log, bool first)
         memcpy(log->towed_m, now_m, sizeof now_m);
         return;
     }
-    const double off_m = hypot(hypot(now_m[0] - log->towed_m[0], now_m[1] - log->towed_m[1]), now_m[2] - log->towed_m[2]);
-    const double way_m = off_m - POSE_LOG_LINE_M;
+    double line_m[3];
+    for (int i = 0; i < 3; i++)
+        line_m[i] = now_m[i] - log->towed_m[i];
+    const double off_m = geo_length(line_m), way_m = off_m - POSE_LOG_LINE_M;
     if (!(way_m > 0))
         return;
     log->path_m += way_m;
     for (int i = 0; i < 3; i++)
-        log->towed_m[i] += (now_m[i] - log->towed_m[i]) * (way_m / off_m);
+        log->towed_m[i] += line_m[i] * (way_m / off_m);
 }
 
 /* What the velocity has done to a part of the place since its last sample. */
@@ -244,11 +246,6 @@ static void put_part(int part, const double v[4], struct pose *out)
     }
 }
 
-static double length(const double v[3])
-{
-    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-}
-
 /* How far apart two samples of a part are; radians of an attitude. */
 static double apart(int part, const struct pose_sample *a, const struct pose_sample *b)
 {
@@ -258,7 +255,7 @@ static double apart(int part, const struct pose_sample *a, const struct pose_sam
             half += a->v[i] * b->v[i];
         return 2 * acos(fmin(1, fabs(half)));
     }
-    return length((const double[3]){a->v[0] - b->v[0], a->v[1] - b->v[1], a->v[2] - b->v[2]});
+    return geo_length((const double[3]){a->v[0] - b->v[0], a->v[1] - b->v[1], a->v[2] - b->v[2]});
 }
 
 /* How fast a part changed lately; 0 from a single sample. Not from samples close together: noise is no speed. */

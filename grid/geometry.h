@@ -65,6 +65,9 @@ void geo_angles(const double v[3], double *az_rad, double *el_rad);
 /** geo_wrap - the angle in [0, 2pi); exact turns and -1e-17 give 0, never 2pi. */
 double geo_wrap(double a_rad);
 
+/** geo_length - of a vector, in its unit. */
+double geo_length(const double v[3]);
+
 /** geo_wrap_pi - the angle in [-pi, pi). */
 double geo_wrap_pi(double a_rad);
 

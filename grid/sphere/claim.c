@@ -88,15 +88,10 @@ struct ray {
     double along, across; /* the step's parts */
 };
 
-static double length(const double v[3])
-{
-    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-}
-
 /* Does the old claim of the direction in which the place lies free it? Joined to *c when it does. */
 static bool frees_place(const struct ray *ray, const double place_m[3], struct claim *c)
 {
-    const double old_m = length(place_m);
+    const double old_m = geo_length(place_m);
     const uint32_t d = old_m > 0 ? rings_holding(ray->rings, place_m) : RINGS_NONE;
     if (d == RINGS_NONE)
         return false;
@@ -124,7 +119,7 @@ static bool frees(const struct ray *ray, double range_m, struct claim *c)
  */
 static bool frees_nearer_way(const struct ray *ray, double range_m, struct claim *c)
 {
-    const double step = length(ray->step_m), t = ray->rings->tan_half;
+    const double step = geo_length(ray->step_m), t = ray->rings->tan_half;
     double along = 0, way[3], off[3], place_m[3];
     for (int i = 0; i < 3; i++) {
         way[i] = ray->step_m[i] / step;
@@ -133,7 +128,7 @@ static bool frees_nearer_way(const struct ray *ray, double range_m, struct claim
     }
     for (int i = 0; i < 3; i++)
         off[i] = place_m[i] - along * way[i];
-    const double across = length(off), turned = fmin(across, along * t);
+    const double across = geo_length(off), turned = fmin(across, along * t);
     for (int i = 0; i < 3; i++)
         place_m[i] = (along + turned * t) * way[i] + (across > 0 ? (across - turned) / across * off[i] : 0);
     return frees_place(ray, place_m, c);

@@ -139,11 +139,6 @@ static void measure_width(const struct clusters *c, struct cluster *k)
     k->width_rad = (TURN_BINS - longest) * (GEO_TURN / TURN_BINS);
 }
 
-static double length(const double v[3])
-{
-    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-}
-
 static void measure_cell(struct clusters *c, uint32_t i, struct cluster *k)
 {
     const struct sphere_cell *cell = &c->cell[i];
@@ -164,7 +159,7 @@ static void measure_cell(struct clusters *c, uint32_t i, struct cluster *k)
     k->locked += (cell->flags & SPHERE_LOCKED) != 0;
     k->high_rad = fmax(k->high_rad, top);
     k->low_rad = fmin(k->low_rad, top - rings->height_rad);
-    k->far_m = fmax(k->far_m, length(cell->point_m));
+    k->far_m = fmax(k->far_m, geo_length(cell->point_m));
     k->logodds = fmax(k->logodds, cell->logodds);
     k->t_first_ns = cell->t_first_ns < k->t_first_ns ? cell->t_first_ns : k->t_first_ns;
     k->t_echo_ns = cell->t_echo_ns > k->t_echo_ns ? cell->t_echo_ns : k->t_echo_ns;

@@ -96,16 +96,11 @@ void motion_hang_anew(struct sphere *s)
 /* Farther in one step than this the old claims say nothing of the new place. */
 #define CLAIM_STEP_MOST_M 1.0
 
-static double length(const double v[3])
-{
-    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-}
-
 static void move_claims(struct sphere *s, const double step_m[3])
 {
     for (uint32_t d = 0; d < s->rings.n; d++)
         s->joined[d] = claim_join(&s->direction[d].claim[CLAIM_NOW], &s->direction[d].claim[CLAIM_BEFORE]);
-    bool far = length(step_m) > CLAIM_STEP_MOST_M;
+    bool far = geo_length(step_m) > CLAIM_STEP_MOST_M;
     double step_in_grid_m[3];
     state_to_grid(s, step_m, step_in_grid_m);
     for (uint32_t d = 0; d < s->rings.n; d++) {
@@ -126,7 +121,7 @@ static void recentre(struct sphere *s, const double position_m[3])
         step_m[i] = position_m[i] - s->frame.centre_m[i];
         s->frame.centre_m[i] = position_m[i];
     }
-    double way_m = length(step_m);
+    double way_m = geo_length(step_m);
     s->nearest_m = INFINITY;
     CELLS_EACH (&s->cells, i)
         place_cell(s, i, way_m);
