@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: MIT
 # sonard - see README.md. `make help` lists the targets.
 #
-# Every .c below a folder belongs to that folder's archive; tests/unit/test_X.c, tests/fuzz/fuzz_X.c,
-# tests/bench/bench_X.c and tests/sim/X.c are one program each. BUILD=dir and SAN=address,undefined make other builds beside.
+# Every .c below a folder belongs to that folder's archive; tests/unit/**/test_X.c, tests/fuzz/fuzz_X.c,
+# tests/bench/bench_X.c, tests/sim/X.c and report/report_X.c are one program each. BUILD=dir and SAN=address,undefined make other builds beside.
 
 CC       ?= cc
 PKG_CONFIG ?= pkg-config
@@ -15,119 +15,164 @@ WARN     := -Wall -Wextra -Wconversion -Wshadow -Wstrict-prototypes -Werror
 # -ffp-contract=off: the same bits on every CPU. -fno-math-errno: lets sqrt be an instruction. -fno-trapping-math: lets
 # choices between floats be vectors; it changes no value.
 CFLAGS   ?= -O2 -g
-ALLCFLAGS = -std=c17 $(WARN) $(CPPFLAGS) $(CFLAGS) -ffp-contract=off -fno-math-errno -fno-trapping-math -fPIE -fstack-protector-strong \
-            -ffile-prefix-map=$(CURDIR)=. -D_GNU_SOURCE -DSONARD_VERSION='"$(VERSION)"' -MMD -MP \
-            $(if $(SAN),-fsanitize=$(SAN) -fno-omit-frame-pointer -fno-sanitize-recover=all)
+# _FORTIFY_SOURCE needs an optimizing compiler and hides faults from sanitizers; the caller's own stays. The other two are
+# not there for every compiler and machine.
+OPTIMIZED := $(filter-out -O0,$(lastword $(filter -O%,$(CFLAGS))))
+FORTIFY  := $(if $(SAN)$(findstring _FORTIFY_SOURCE,$(CPPFLAGS) $(CFLAGS)),,$(if $(OPTIMIZED),-U_FORTIFY_SOURCE -D_FORTIFY_SOURCE=2))
+has       = $(shell $(filter-out --coverage,$(CC)) -Werror $(1) -x c -fsyntax-only /dev/null 2>/dev/null && echo $(1))
+HARDEN   := $(FORTIFY) $(call has,-fstack-protector-strong) $(call has,-fstack-clash-protection)
 # libgpiod 1 and 2 are different libraries of one name; without any there are no GPIO lines.
 GPIOD    := $(or $(firstword $(subst ., ,$(shell $(PKG_CONFIG) --modversion libgpiod 2>/dev/null))),0)
-ALLCFLAGS += -DSONARD_GPIOD=$(GPIOD) $(if $(filter-out 0,$(GPIOD)),$(shell $(PKG_CONFIG) --cflags libgpiod))
+# Without libwebsockets there is no sonard-web.
+WEB      := $(if $(shell $(PKG_CONFIG) --modversion libwebsockets 2>/dev/null),web)
+PACKAGES := libmodbus inih jansson liblz4 libzstd zlib $(if $(filter-out 0,$(GPIOD)),libgpiod)
+ALLCFLAGS = -std=c17 -iquote . $(WARN) $(HARDEN) $(CPPFLAGS) $(CFLAGS) -ffp-contract=off -fno-math-errno -fno-trapping-math -fPIE \
+            -ffile-prefix-map=$(CURDIR)=. -D_GNU_SOURCE -DSONARD_VERSION='"$(VERSION)"' -DSONARD_GPIOD=$(GPIOD) \
+            $(shell $(PKG_CONFIG) --cflags $(PACKAGES) 2>/dev/null) -MMD -MP \
+            $(if $(SAN),-fsanitize=$(SAN) -fno-omit-frame-pointer -fno-sanitize-recover=all)
 LDFLAGS  += -pie -Wl,-z,relro,-z,now $(if $(SAN),-fsanitize=$(SAN))
+LIBS     := $(shell $(PKG_CONFIG) --libs $(PACKAGES) 2>/dev/null) -lm -pthread
+# Once a make, not once a file; and without what a single program adds.
+COMPILE  := $(CC) $(ALLCFLAGS)
+# The compiler for the stamps: gcc and a cc that is gcc are one, another version of it is another.
+COMPILER := $(shell $(CC) -v 2>&1 | grep ' version ') $(wordlist 2,$(words $(CC)),$(CC))
+COMPILED := $(COMPILER) $(ALLCFLAGS)
+LINKED   := $(COMPILER) $(LDFLAGS) $(LIBS)
 
-SRC      := $(wildcard grid/*.c grid/*/*.c drivers/*.c daemon/*.c config/*.c client/*.c)
+# The .c files of a folder and of its rooms.
+sources   = $(sort $(wildcard $(1)/*.c $(1)/*/*.c))
+SRC      := $(foreach d,core grid drivers protocol config daemon client $(WEB),$(call sources,$(d)))
 obj       = $(patsubst %.c,$(BUILD)/%.o,$(1))
+CORE     := $(BUILD)/libcore.a
 GRID     := $(BUILD)/libgrid.a
 DRIVERS  := $(BUILD)/libdrivers.a
 CONFIG   := $(BUILD)/libconfig.a
+PROTOCOL := $(BUILD)/libprotocol.a
 DAEMON   := $(BUILD)/libdaemon.a
 CLIENT   := $(BUILD)/libclient.a
+WEBLIB   := $(if $(WEB),$(BUILD)/libweb.a)
 SIMLIB   := $(BUILD)/libsim.a
 SEALIB   := $(BUILD)/libsea.a
-ALL_A    := $(SEALIB) $(SIMLIB) $(CLIENT) $(DAEMON) $(CONFIG) $(DRIVERS) $(GRID)
-LIBS     := $(if $(filter-out 0,$(GPIOD)),$(shell $(PKG_CONFIG) --libs libgpiod)) -lmodbus -linih -ljansson -llz4 -lzstd -lz -lm -pthread
+PILOTLIB := $(BUILD)/libpilot.a
+ALL_A    := $(PILOTLIB) $(SEALIB) $(SIMLIB) $(WEBLIB) $(CLIENT) $(DAEMON) $(CONFIG) $(PROTOCOL) $(DRIVERS) $(GRID) $(CORE)
 
-PROGRAMS := $(BUILD)/sonard $(BUILD)/sonarctl $(BUILD)/sonard-mavlink
+PROGRAMS := $(BUILD)/sonard $(BUILD)/sonarctl $(BUILD)/sonard-mavlink $(if $(WEB),$(BUILD)/sonard-web)
 LIBRARY  := $(BUILD)/libsonard.so.0
-UNIT     := $(patsubst tests/unit/%.c,$(BUILD)/tests/%,$(wildcard tests/unit/test_*.c))
+SCHEMA   := $(BUILD)/sonard-protocol.schema.json
+# The unit tests mirror the source folders; their programs lie side by side.
+UNIT_SRC := $(filter-out $(if $(WEB),,tests/unit/web/%),$(wildcard tests/unit/test_*.c tests/unit/*/test_*.c tests/unit/*/*/test_*.c))
+UNIT     := $(patsubst %.c,$(BUILD)/tests/%,$(notdir $(UNIT_SRC)))
 SIM      := $(patsubst tests/sim/%.c,$(BUILD)/tests/%,$(wildcard tests/sim/*.c))
 BENCH    := $(patsubst tests/bench/%.c,$(BUILD)/tests/%,$(wildcard tests/bench/bench_*.c))
-REPORT   := $(patsubst tests/report/%.c,$(BUILD)/tests/%,$(wildcard tests/report/report_*.c))
+REPORT   := $(patsubst report/%.c,$(BUILD)/tests/%,$(wildcard report/report_*.c))
 # A peer to measure against, where Debian's liboctomap-dev is installed.
 OCTOMAP  := $(wildcard /usr/include/octomap/octomap.h)
 PEER     := $(if $(OCTOMAP),$(BUILD)/tests/bench_octomap_peer)
 HELPERS  := $(patsubst tests/tools/%.c,$(BUILD)/tests/%,$(wildcard tests/tools/*.c))
 TOOLS    := $(patsubst tests/lib/%.c,$(BUILD)/tests/%.so,$(wildcard tests/lib/*.c))
 
-.PHONY: all help deps deps-check clean programs unit tests suite demo check check-san check-vm check-arm64 check-deb deb layers coverage fuzz bench report man install uninstall
+.PHONY: all help deps deps-check clean programs unit tests suite demo check check-san check-vm check-arm64 check-deb check-blueos deb blueos layers format lint coverage mutants fuzz bench pilot report prose man install install-built uninstall soak
 all: programs
 
 programs: $(PROGRAMS) $(LIBRARY)
 	@:
 unit: $(UNIT)
-tests: $(UNIT) $(SIM) $(BENCH) $(REPORT) $(HELPERS) $(TOOLS)
+tests: $(SCHEMA) $(BUILD)/sonard-protocol.7 $(BUILD)/sonard.conf.5 $(UNIT) $(SIM) $(BENCH) $(REPORT) $(HELPERS) $(TOOLS)
 
-$(GRID):    $(call obj,$(wildcard grid/*.c grid/*/*.c))
-$(DRIVERS): $(call obj,$(wildcard drivers/*.c))
-$(CONFIG):  $(call obj,$(wildcard config/*.c))
-$(DAEMON):  $(call obj,$(filter-out daemon/main.c,$(wildcard daemon/*.c)))
-$(CLIENT):  $(call obj,$(filter-out client/sonarctl.c client/sonard-mavlink.c,$(wildcard client/*.c)))
-$(SIMLIB):  $(call obj,$(wildcard tests/sim/lib/*.c))
-$(SEALIB):  $(call obj,$(wildcard tests/report/lib/*.c))
+# What a file was made with. It is written only when that changes, so that what depends on it is made anew then: other
+# flags, another VERSION, a .c more or less.
+keep      = @mkdir -p $(@D); printf '%s\n' '$(subst ','\'',$(1))' | cmp -s - $@ || printf '%s\n' '$(subst ','\'',$(1))' > $@
+FORCE:
+$(BUILD)/compile.stamp: FORCE
+	@$(PKG_CONFIG) --exists --print-errors $(PACKAGES) || { echo '`make deps` installs what is missing' >&2; exit 1; }
+	$(call keep,$(COMPILED))
+$(BUILD)/link.stamp: FORCE
+	$(call keep,$(LINKED))
+
+# An archive of the objects of these .c files. Its stamp names the sources: BUILD may be said in more than one way.
+define archive
+$(1): $(call obj,$(2)) $(1:.a=.stamp)
+$(1:.a=.stamp): FORCE
+	$$(call keep,$(2))
+endef
+$(eval $(call archive,$(CORE),$(call sources,core)))
+$(eval $(call archive,$(GRID),$(call sources,grid)))
+$(eval $(call archive,$(DRIVERS),$(call sources,drivers)))
+$(eval $(call archive,$(CONFIG),$(call sources,config)))
+$(eval $(call archive,$(PROTOCOL),$(call sources,protocol)))
+$(eval $(call archive,$(DAEMON),$(filter-out daemon/main.c,$(call sources,daemon))))
+$(eval $(call archive,$(CLIENT),$(filter-out client/ctl/sonarctl.c client/mavlink/sonard-mavlink.c,$(call sources,client))))
+$(if $(WEB),$(eval $(call archive,$(WEBLIB),$(filter-out web/sonard-web.c,$(call sources,web)))))
+$(eval $(call archive,$(SIMLIB),$(wildcard tests/sim/lib/*.c)))
+$(eval $(call archive,$(SEALIB),$(wildcard report/lib/*.c)))
+$(eval $(call archive,$(PILOTLIB),$(filter-out tests/pilot/pilot_runs.c,$(wildcard tests/pilot/*.c))))
 $(BUILD)/%.a:
 	@mkdir -p $(@D)
 	@rm -f $@
-	@$(AR) rcsD $@ $^
+	@$(AR) rcsD $@ $(filter %.o,$^)
 
-$(BUILD)/%.o: %.c
+$(BUILD)/%.o: %.c $(BUILD)/compile.stamp
 	@mkdir -p $(@D)
 	@echo '  CC    $<'
-	@$(CC) $(ALLCFLAGS) -c -o $@ $<
+	@$(COMPILE) -c -o $@ $<
 
-$(BUILD)/sonard: $(BUILD)/daemon/main.o $(DAEMON) $(CONFIG) $(DRIVERS) $(GRID)
-	@mkdir -p $(@D)
-	@echo '  LD    $@'
-	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
-$(BUILD)/sonarctl: $(BUILD)/client/sonarctl.o $(CLIENT) $(CONFIG) $(DRIVERS)
-	@mkdir -p $(@D)
-	@echo '  LD    $@'
-	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
+# Links the objects and archives that a program depends on.
+define link
+@mkdir -p $(@D)
+@echo '  LD    $@'
+@$(CC) $(LDFLAGS) -o $@ $(filter %.o %.a,$^) $(LIBS)
+endef
 
-$(BUILD)/sonard-mavlink: $(BUILD)/client/sonard-mavlink.o $(CLIENT) $(CONFIG)
-	@mkdir -p $(@D)
-	@echo '  LD    $@'
-	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
+$(BUILD)/sonard: $(BUILD)/daemon/main.o $(DAEMON) $(CONFIG) $(PROTOCOL) $(DRIVERS) $(GRID) $(CORE) $(BUILD)/link.stamp
+	$(link)
+$(BUILD)/sonarctl: $(BUILD)/client/ctl/sonarctl.o $(CLIENT) $(CONFIG) $(PROTOCOL) $(DRIVERS) $(CORE) $(BUILD)/link.stamp
+	$(link)
+
+$(BUILD)/sonard-mavlink: $(BUILD)/client/mavlink/sonard-mavlink.o $(CLIENT) $(CONFIG) $(CORE) $(BUILD)/link.stamp
+	$(link)
+
+$(BUILD)/sonard-web: $(BUILD)/web/sonard-web.o $(WEBLIB) $(CLIENT) $(CONFIG) $(PROTOCOL) $(CORE) $(BUILD)/link.stamp
+	$(link)
+$(BUILD)/sonard-web: private LIBS += $(shell $(PKG_CONFIG) --libs-only-L --libs-only-l libwebsockets 2>/dev/null)
+# The files of the page are in it.
+$(BUILD)/web/web_files.o: $(wildcard web/page/*)
 
 # For other people's programs; ours have the same objects linked in.
-$(BUILD)/%.pic.o: %.c
+$(BUILD)/%.pic.o: %.c $(BUILD)/compile.stamp
 	@mkdir -p $(@D)
 	@echo '  CC    $< (shared)'
-	@$(CC) $(ALLCFLAGS) -fPIC -c -o $@ $<
-$(LIBRARY): $(BUILD)/client/sonard_client.pic.o $(BUILD)/client/sonard_answers.pic.o client/libsonard.map
+	@$(COMPILE) -fPIC -c -o $@ $<
+$(LIBRARY): $(BUILD)/client/lib/sonard_client.pic.o $(BUILD)/client/lib/sonard_answers.pic.o client/lib/libsonard.map $(BUILD)/link.stamp
 	@echo '  LD    $@'
-	@$(CC) -shared -Wl,-soname,$(@F) -Wl,--version-script,$(filter %.map,$^) $(filter-out -pie,$(LDFLAGS)) -o $@ $(filter %.o,$^) -ljansson
+	@$(CC) -shared -Wl,-soname,$(@F) -Wl,--version-script,$(filter %.map,$^) $(filter-out -pie,$(LDFLAGS)) -o $@ $(filter %.o,$^) $(shell $(PKG_CONFIG) --libs jansson)
 
 # Test programs may look everywhere. Static patterns: as implicit rules these would match their own prerequisites.
-$(UNIT): $(BUILD)/tests/%: $(BUILD)/tests/unit/%.o $(ALL_A)
-	@mkdir -p $(@D)
-	@echo '  LD    $@'
-	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
-$(BUILD)/tests/test_template: LDFLAGS += -Wl,--wrap=malloc,--wrap=calloc
+unit_obj  = $(foreach u,$(UNIT_SRC),$(if $(filter $(1),$(notdir $(u:.c=))),$(BUILD)/$(u:.c=.o)))
+.SECONDEXPANSION:
+$(UNIT): $(BUILD)/tests/%: $$(call unit_obj,$$*) $(ALL_A) $(BUILD)/link.stamp
+	$(link)
+$(BUILD)/tests/test_template: private LDFLAGS += -Wl,--wrap=malloc,--wrap=calloc
 $(BUILD)/tests/test_sim_program: | $(BUILD)/tests/ping360_sim
-$(SIM): $(BUILD)/tests/%: $(BUILD)/tests/sim/%.o $(SIMLIB) $(DRIVERS) $(GRID)
-	@mkdir -p $(@D)
-	@echo '  LD    $@'
-	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
-$(BENCH): $(BUILD)/tests/%: $(BUILD)/tests/bench/%.o $(ALL_A)
-	@mkdir -p $(@D)
-	@echo '  LD    $@'
-	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
-$(REPORT): $(BUILD)/tests/%: $(BUILD)/tests/report/%.o $(ALL_A)
-	@mkdir -p $(@D)
-	@echo '  LD    $@'
-	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
-$(BUILD)/tests/report_water: $(BUILD)/tests/report/peer_$(if $(OCTOMAP),octomap,none).o
-$(BUILD)/tests/report_water: LIBS += $(if $(OCTOMAP),-loctomap -loctomath -lstdc++)
-$(BUILD)/tests/report/peer_octomap.o: tests/report/peer_octomap.cc tests/report/peer.h
+$(SIM): $(BUILD)/tests/%: $(BUILD)/tests/sim/%.o $(SIMLIB) $(DRIVERS) $(GRID) $(CORE) $(BUILD)/link.stamp
+	$(link)
+$(BENCH): $(BUILD)/tests/%: $(BUILD)/tests/bench/%.o $(ALL_A) $(BUILD)/link.stamp
+	$(link)
+$(REPORT): $(BUILD)/tests/%: $(BUILD)/report/%.o $(ALL_A) $(BUILD)/link.stamp
+	$(link)
+$(BUILD)/tests/report_water: $(BUILD)/report/peer_$(if $(OCTOMAP),octomap,none).o
+$(BUILD)/tests/report_water: private LIBS += $(if $(OCTOMAP),-loctomap -loctomath -lstdc++)
+$(BUILD)/report/peer_octomap.o: report/peer_octomap.cc report/peer.h
 	@mkdir -p $(@D)
 	@echo '  CXX   $<'
-	@$(CXX) -std=c++17 -Wall -Wextra -O2 -c -o $@ $<
-$(BUILD)/tests/bench_octomap_peer: tests/bench/octomap_peer.cc tests/bench/voxel_scene.h $(GRID)
+	@$(CXX) -std=c++17 -iquote . -Wall -Wextra -O2 -c -o $@ $<
+$(BUILD)/tests/bench_octomap_peer: tests/bench/octomap_peer.cc tests/bench/voxel_scene.h $(GRID) $(CORE)
 	@mkdir -p $(@D)
 	@echo '  CXX   $@'
-	@$(CXX) -std=c++17 -Wall -Wextra $(CFLAGS) -o $@ $< $(GRID) -loctomap -loctomath
-$(HELPERS): $(BUILD)/tests/%: $(BUILD)/tests/tools/%.o $(CLIENT) $(GRID)
-	@mkdir -p $(@D)
-	@echo '  LD    $@'
-	@$(CC) $(LDFLAGS) -o $@ $^ $(LIBS)
+	@$(CXX) -std=c++17 -iquote . -Wall -Wextra $(CFLAGS) -o $@ $< $(GRID) $(CORE) -loctomap -loctomath
+$(HELPERS): $(BUILD)/tests/%: $(BUILD)/tests/tools/%.o $(CLIENT) $(GRID) $(CORE) $(BUILD)/link.stamp
+	$(link)
+$(BUILD)/tests/pilot_runs: $(BUILD)/tests/pilot/pilot_runs.o $(ALL_A) $(BUILD)/link.stamp
+	$(link)
 $(TOOLS): $(BUILD)/tests/%.so: tests/lib/%.c
 	@mkdir -p $(@D)
 	@$(CC) -shared -fPIC -O2 -D_GNU_SOURCE -o $@ $< -ldl
@@ -135,20 +180,27 @@ $(TOOLS): $(BUILD)/tests/%.so: tests/lib/%.c
 # ---- what a person types ----
 
 help:
-	@echo 'make            build sonard, sonarctl and sonard-mavlink into $(BUILD)/'
+	@echo 'make            build sonard, sonarctl, sonard-mavlink and (with libwebsockets) sonard-web into $(BUILD)/'
 	@echo 'make demo       install what is missing, build, replay a real recording, print its sectors, draw them'
 	@echo 'make check      install what is missing, build with gcc and clang, run every test'
 	@echo 'make check-san  the tests under address+undefined and under thread sanitizer'
 	@echo 'make check-vm   what needs a kernel with CAN and GPIO, and the service under systemd, in virtual machines'
 	@echo 'make check-arm64 the unit tests and a replay for arm64, under qemu-user'
-	@echo 'make check-deb  the Debian package, for amd64 and arm64, twice the same, clean for lintian'
-	@echo 'make deb        the Debian package'
+	@echo 'make deb        the Debian packages of this machine into $(BUILD)/deb; then: apt install ./$(BUILD)/deb/sonard_*.deb'
+	@echo 'make check-deb  the packages for amd64 and arm64 in a clean Debian into $(BUILD)/deb, twice the same, clean for lintian'
+	@echo 'make blueos     the BlueOS extension as an OCI image into $(BUILD)/blueos (ARCHS="amd64 arm64"); make check-blueos runs it'
 	@echo 'make coverage   which lines of grid/ and of the parsers the unit tests reach'
+	@echo 'make mutants    change grid/ in many places, one at a time: does a unit test notice? (MUTANTS="--sample 200 --seed 7")'
 	@echo 'make fuzz       run every fuzz target for SECONDS (20) each'
+	@echo 'make soak       load that stays: a day in virtual time, and an hour in which every wire fails, clients come and go (SECONDS, HOURS)'
 	@echo 'make bench      measure: scaling, ratios, every part by itself; $(BUILD)/bench.json (QUICK=1: shorter, LONG=1: all sizes)'
-	@echo 'make report     error against run time, measured: report/index.html, in minutes (QUICK=1: seconds, LONG=1: with a billion updates)'
-	@echo 'make man        the manual pages for man -l, also sonard.conf(5), whose keys are those of the program'
+	@echo 'make pilot      drive a vehicle by the answers through worlds drawn at random: $(BUILD)/pilot/ (SEEDS=54, so many drives)'
+	@echo 'make report     error against run time, measured: $(BUILD)/report/index.html, in minutes (QUICK=1: seconds, LONG=1: with a billion updates)'
+	@echo 'make man        the manual pages for man -l, with the keys and methods that the program has'
+	@echo 'make prose      plain English in what people read: glossary, lengths of sentences, spelling (tests/prose)'
 	@echo 'make layers     who may include whom'
+	@echo 'make format     lay all C files out as .clang-format says'
+	@echo 'make lint       check that layout, and what clang-tidy can find (.clang-tidy)'
 	@echo 'make install    programs, manual pages, configuration and services below DESTDIR$(PREFIX); make uninstall'
 
 deps:
@@ -161,23 +213,33 @@ demo: deps
 	@BUILD=$(BUILD) tests/demo.sh
 
 SCRIPTS := $(wildcard tests/replay/*.sh tests/live/test_*.py)
-CHECKS  := tests/layers.sh tests/unused.sh tests/service.sh tests/valgrind.sh tests/model/run.sh tests/mcap/check.sh tests/mavlink/check.sh tests/gpiod2.sh tests/report/check.py tests/bench/plan_error.py
+CHECKS  := tests/prose/check.py tests/build.sh tests/adding.sh tests/layers.sh tests/unused.sh tests/service.sh tests/valgrind.sh tests/model/run.sh tests/mcap/check.sh tests/mavlink/check.sh tests/gpiod2.sh report/check.py
 
 # Everything that one build can be tested with.
 suite: programs tests
 	@BUILD=$(BUILD) SAN=$(SAN) LIMIT=$(if $(SAN),900,300) tests/run.sh $(SCRIPTS) $(UNIT)
 
+# Of what is built before all tests; a -j that was given holds instead.
+PARALLEL = $(if $(findstring jobserver,$(MAKEFLAGS)),,-j$(shell nproc))
+
 check: deps-check
-	@$(MAKE) --no-print-directory CC=gcc programs tests
-	@$(MAKE) --no-print-directory CC=clang BUILD=$(BUILD)/clang programs tests
+	@$(MAKE) --no-print-directory $(PARALLEL) CC=gcc programs tests
+	@$(MAKE) --no-print-directory $(PARALLEL) CC=clang BUILD=$(BUILD)/clang programs tests
 	@BUILD=$(BUILD) tests/run.sh $(CHECKS) $(SCRIPTS) $(UNIT) $(UNIT:$(BUILD)/%=$(BUILD)/clang/%)
 
-# What has one thread has nothing for the thread sanitizer.
-THREADED := $(patsubst tests/unit/%.c,%,$(shell grep -lE 'daemon/|pthread' tests/unit/*.c))
+# What has one thread has nothing for the thread sanitizer: unit tests of such modules, and live tests of the clients.
+THREADED := $(patsubst %.c,%,$(notdir $(shell grep -lE '"(core/(latency|log|loop|ring|snapshot|worker)|daemon/)|pthread' $(UNIT_SRC))))
+
+ASAN := CC=gcc SAN=address,undefined BUILD=$(BUILD)/asan
+CLIENTS  := $(patsubst %,tests/live/test_%.py,completion docs imports mavlink mistakes setup top tune web web_page)
+TSAN := CC=clang SAN=thread BUILD=$(BUILD)/tsan UNIT='$(THREADED:%=$(BUILD)/tsan/tests/%)' \
+        SCRIPTS='$(filter-out $(CLIENTS),$(SCRIPTS))'
 
 check-san: deps-check
-	@$(MAKE) --no-print-directory CC=gcc SAN=address,undefined BUILD=$(BUILD)/asan suite
-	@$(MAKE) --no-print-directory CC=clang SAN=thread BUILD=$(BUILD)/tsan UNIT='$(THREADED:%=$(BUILD)/tsan/tests/%)' suite
+	@$(MAKE) --no-print-directory $(PARALLEL) $(ASAN) programs tests
+	@$(MAKE) --no-print-directory $(ASAN) suite
+	@$(MAKE) --no-print-directory $(PARALLEL) $(TSAN) programs tests
+	@$(MAKE) --no-print-directory $(TSAN) suite
 
 check-vm:
 	@tests/deps.sh vm
@@ -192,39 +254,90 @@ check-arm64:
 
 check-deb:
 	@tests/deps.sh deb
-	@BUILD=$(BUILD) LIMIT=1800 tests/run.sh tests/deb.sh
+	@BUILD=$(BUILD) LIMIT=3600 tests/run.sh tests/deb.sh
 
 # The package for this machine, from this tree, into BUILD/deb; debian/control names what that needs.
 deb:
+	@tests/deps.sh deb
 	@rm -rf $(BUILD)/deb && mkdir -p $(BUILD)/deb/sonard
 	@git ls-files -z | xargs -0 cp --parents -t $(BUILD)/deb/sonard
 	@cd $(BUILD)/deb/sonard && dpkg-buildpackage -us -uc -b
 	@ls $(BUILD)/deb/*.deb
 
+# The extension's images, and this machine's run in a container.
+ARCHS ?= amd64 arm64
+blueos:
+	@tests/deps.sh blueos
+	@BUILD=$(BUILD) packaging/blueos/build.sh $(ARCHS)
+check-blueos:
+	@tests/deps.sh blueos
+	@$(MAKE) --no-print-directory programs tests
+	@BUILD=$(BUILD) packaging/blueos/build.sh $(shell dpkg --print-architecture)
+	@BUILD=$(BUILD) tests/run.sh tests/live/test_blueos.py
+
+prose:
+	@BUILD=$(BUILD) tests/prose/check.py
+
 layers: $(GRID)
 	@BUILD=$(BUILD) tests/layers.sh
+
+format:
+	@tests/deps.sh lint
+	@tests/lint.sh format
+
+lint:
+	@tests/deps.sh lint
+	@GPIOD=$(GPIOD) tests/lint.sh
 
 # Built anew by itself: what is counted are the lines of one compiler at one level.
 coverage: deps-check
 	@$(MAKE) --no-print-directory CC='gcc --coverage' CFLAGS='-O1 -g' BUILD=$(BUILD)/coverage unit $(BUILD)/coverage/tests/ping360_sim
 	@BUILD=$(BUILD)/coverage tests/coverage.sh $(patsubst $(BUILD)/%,$(BUILD)/coverage/%,$(UNIT))
 
+# MUTANTS: options of tests/mutants/mutants.py.
+mutants: private export MUTANTS_COMPILE = $(COMPILE)
+mutants: private export MUTANTS_LINK = $(CC) $(LDFLAGS)
+mutants: private export MUTANTS_LIBS = $(LIBS)
+mutants: private export MUTANTS_ARCHIVES = $(ALL_A)
+mutants: unit
+	@BUILD=$(BUILD) tests/mutants/mutants.py --named
+	@BUILD=$(BUILD) tests/mutants/mutants.py $(MUTANTS)
+
 fuzz: deps-check
 	@BUILD=$(BUILD) SECONDS=$(or $(SECONDS),20) tests/fuzz/run.sh
+
+soak: programs tests
+	@BUILD=$(BUILD) HOURS=$(HOURS) tests/soak.py
+	@BUILD=$(BUILD) SECONDS=$(or $(SECONDS),3600) tests/live/test_campaign.py
 
 bench: programs $(BENCH) $(PEER) $(SIM) $(HELPERS)
 	@BUILD=$(BUILD) tests/bench/bench.py $(if $(QUICK),quick,$(if $(LONG),long))
 
+pilot: $(BUILD)/tests/pilot_runs
+	@mkdir -p $(BUILD)/pilot
+	@$(BUILD)/tests/pilot_runs $(or $(SEEDS),54) $(or $(SONARD_SEED),20260101) $(BUILD)/pilot
+
 report:
 	@tests/deps.sh report
 	@$(MAKE) --no-print-directory programs $(REPORT) $(PEER)
-	@tests/report/report.py --build $(BUILD) $(if $(QUICK),--quick,$(if $(LONG),--long))
+	@report/report.py --out $(BUILD)/report --build $(BUILD) $(if $(QUICK),--quick,$(if $(LONG),--long))
 
 # ---- manual pages, installation ----
 
-# For who reads them from the tree: sonard.conf(5) has its table of keys from the program.
-man: $(BUILD)/sonard.conf.5
+# For who reads them from the tree: sonard.conf(5) and sonard-protocol(7) have their tables from the program.
+man: $(BUILD)/sonard.conf.5 $(BUILD)/sonard-protocol.7
 	@echo 'man -l PAGE, of: $(MAN)'
+
+# What clients can hold their messages against: from the table of methods.
+$(BUILD)/sonard-protocol.7: docs/sonard-protocol.7.in $(BUILD)/sonard
+	@echo '  GEN   $@'
+	@$(RUN) $(BUILD)/sonard --man-methods < $< > $@.new
+	@mv $@.new $@
+
+$(SCHEMA): $(BUILD)/sonard
+	@echo '  GEN   $@'
+	@$(RUN) $(BUILD)/sonard --schema > $@.new
+	@mv $@.new $@
 
 $(BUILD)/sonard.conf.5: docs/sonard.conf.5.in $(BUILD)/sonard
 	@echo '  GEN   $@'
@@ -241,23 +354,26 @@ LIBDIR   ?= $(PREFIX)/lib
 ZSHDIR   ?= $(PREFIX)/share/zsh/$(if $(filter /usr,$(PREFIX)),vendor-completions,site-functions)
 # Where Debian's python3 looks: below /usr one folder for all versions.
 PYTHONDIR ?= $(PREFIX)/lib/python$(if $(filter /usr,$(PREFIX)),3,$(shell python3 -c 'import sys; print("%d.%d" % sys.version_info[:2])' 2>/dev/null))/dist-packages
-UNITS    := $(patsubst systemd/%.in,$(BUILD)/systemd/%,$(wildcard systemd/*.service.in))
-MAN      := docs/sonard.8 docs/sonard-mavlink.8 docs/sonarctl.1 $(BUILD)/sonard.conf.5 docs/sonard-protocol.7 docs/libsonard.3 \
-            docs/sonard-tune.1 docs/sonard-report.1
+UNITS    := $(filter-out $(if $(WEB),,%/sonard-web.service),$(patsubst systemd/%.in,$(BUILD)/systemd/%,$(wildcard systemd/*.service.in)))
+SERVICES := sonard.socket sonard.service sonard-mavlink.service $(if $(WEB),sonard-web.service)
+MAN      := docs/sonard.8 docs/sonard-mavlink.8 docs/sonarctl.1 $(BUILD)/sonard.conf.5 $(BUILD)/sonard-protocol.7 docs/libsonard.3 \
+            docs/sonard-tune.1 docs/sonard-report.1 docs/sonard-poses.1 docs/sonard-rosbag.1 $(if $(WEB),docs/sonard-web.8)
 GUIDES   := NEWS README.md $(wildcard docs/*.md)
 # Guides name these by their places below docs/.
 PAPERS   := $(wildcard docs/devices/*.md docs/pictures/*)
 SCENES   := $(wildcard config/scenes/*.conf)
-EXAMPLES := $(wildcard examples/autopilot.*)
+EXAMPLES := $(wildcard examples/*.c examples/*.py)
 PAGE     := page.py page.html style.gp capture_answers.gp
-SHARED   := config/sonard.conf systemd/network.conf docs/sonard-protocol.schema.json
+SHARED   := config/sonard.conf systemd/network.conf $(SCHEMA)
 FILES     = $(BUILD)/sonard:$(PREFIX)/sbin/sonard:755 $(BUILD)/sonarctl:$(PREFIX)/bin/sonarctl:755 \
             $(BUILD)/sonard-mavlink:$(PREFIX)/sbin/sonard-mavlink:755 python/sonard-tune:$(PREFIX)/bin/sonard-tune:755 \
-            python/sonard-report:$(PREFIX)/bin/sonard-report:755 \
-            $(foreach p,$(PAGE),tests/report/$(p):$(PREFIX)/share/sonard-report/$(p):644) \
+            python/sonard-report:$(PREFIX)/bin/sonard-report:755 python/sonard-poses:$(PREFIX)/bin/sonard-poses:755 \
+            python/sonard-rosbag:$(PREFIX)/bin/sonard-rosbag:755 \
+            $(if $(WEB),$(BUILD)/sonard-web:$(PREFIX)/sbin/sonard-web:755) \
+            $(foreach p,$(PAGE),report/$(p):$(PREFIX)/share/sonard-report/$(p):644) \
             $(foreach m,$(MAN),$(m):$(PREFIX)/share/man/man$(subst .,,$(suffix $(m)))/$(notdir $(m)):644) \
             $(foreach u,$(UNITS) systemd/sonard.socket,$(u):$(UNITDIR)/$(notdir $(u)):644) \
-            $(LIBRARY):$(LIBDIR)/$(notdir $(LIBRARY)):644 client/sonard.h:$(PREFIX)/include/sonard.h:644 \
+            $(LIBRARY):$(LIBDIR)/$(notdir $(LIBRARY)):644 client/lib/sonard.h:$(PREFIX)/include/sonard.h:644 \
             $(BUILD)/libsonard.pc:$(LIBDIR)/pkgconfig/libsonard.pc:644 python/sonard.py:$(PYTHONDIR)/sonard.py:644 \
             completion/sonarctl.bash:$(PREFIX)/share/bash-completion/completions/sonarctl:644 \
             completion/_sonarctl:$(ZSHDIR)/_sonarctl:644 \
@@ -272,29 +388,37 @@ FILES     = $(BUILD)/sonard:$(PREFIX)/sbin/sonard:755 $(BUILD)/sonarctl:$(PREFIX
             $(foreach s,$(SCENES),$(s):$(PREFIX)/share/sonard/scenes/$(notdir $(s)):644)
 field     = $(word $(1),$(subst :, ,$(2)))
 
-$(BUILD)/systemd/%: systemd/%.in Makefile
-	@mkdir -p $(@D)
-	@sed 's|@SBINDIR@|$(PREFIX)/sbin|' $< > $@
+# With the folders in them; whole at any time, so that two that install at once need not know of each other.
+$(BUILD)/folders.stamp: FORCE
+	$(call keep,$(PREFIX) $(LIBDIR) $(VERSION))
+filled    = @mkdir -p $(@D); sed 's|@SBINDIR@|$(PREFIX)/sbin|; s|@PREFIX@|$(PREFIX)|; s|@LIBDIR@|$(LIBDIR)|; s|@VERSION@|$(VERSION)|' $< > $@.$$$$ && mv $@.$$$$ $@
+$(BUILD)/systemd/%: systemd/%.in $(BUILD)/folders.stamp
+	$(filled)
+$(BUILD)/libsonard.pc: client/lib/libsonard.pc.in $(BUILD)/folders.stamp
+	$(filled)
 
-$(BUILD)/libsonard.pc: client/libsonard.pc.in Makefile
-	@sed 's|@PREFIX@|$(PREFIX)|; s|@LIBDIR@|$(LIBDIR)|; s|@VERSION@|$(VERSION)|' $< > $@
+install: programs $(BUILD)/sonard.conf.5 $(BUILD)/sonard-protocol.7 $(SCHEMA)
+	@$(MAKE) --no-print-directory install-built
 
-install: programs $(BUILD)/sonard.conf.5
-	@rm -rf $(BUILD)/systemd $(BUILD)/libsonard.pc
-	@$(MAKE) --no-print-directory $(UNITS) $(BUILD)/libsonard.pc
+# What was built, and nothing is built anew: for tests, beside which others run the programs.
+install-built: $(UNITS) $(BUILD)/libsonard.pc
 	@$(foreach f,$(FILES),install -D -m $(call field,3,$(f)) $(call field,1,$(f)) $(DESTDIR)$(call field,2,$(f)) &&) true
 	@ln -sf $(notdir $(LIBRARY)) $(DESTDIR)$(LIBDIR)/libsonard.so
 	@install -d $(DESTDIR)/etc/sonard/sonard.conf.d
 	@test -e $(DESTDIR)/etc/sonard/sonard.conf || install -m 644 config/sonard.conf $(DESTDIR)/etc/sonard/sonard.conf
+	@test -e $(DESTDIR)/etc/default/sonard-mavlink || install -D -m 644 systemd/sonard-mavlink.default $(DESTDIR)/etc/default/sonard-mavlink
 	@echo 'installed below $(DESTDIR)$(PREFIX); on a running system now: ldconfig; systemd-sysusers; systemd-tmpfiles --create;'
 	@echo 'udevadm control --reload; systemctl daemon-reload; systemctl enable --now sonard'
 
 # The configuration stays, and what sonard has written.
+# A service whose files are gone would go on running, and its links would lead nowhere.
 uninstall:
+	-@test -n '$(DESTDIR)' || ! command -v systemctl > /dev/null || systemctl disable --now $(SERVICES)
+	@test -n '$(DESTDIR)' || ! command -v systemctl > /dev/null || systemctl stop 'sonard-replay@*.service'
 	rm -f $(foreach f,$(FILES),$(DESTDIR)$(call field,2,$(f))) $(DESTDIR)$(LIBDIR)/libsonard.so
 	-@rmdir $(addprefix $(DESTDIR)$(PREFIX)/share/doc/sonard/,examples devices pictures) $(DESTDIR)$(PREFIX)/share/sonard/scenes $(DESTDIR)$(PREFIX)/share/doc/sonard $(DESTDIR)$(PREFIX)/share/sonard $(DESTDIR)$(PREFIX)/share/sonard-report
 
 clean:
-	rm -rf $(BUILD) demo report
+	rm -rf $(BUILD) demo
 
 -include $(shell find $(BUILD) -path $(BUILD)/vm -prune -o -type f -name '*.d' -print 2>/dev/null)

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "../config/word.h"
+#include "config/word.h"
 
 bool arguments_is_option(const char *arg)
 {
@@ -98,34 +98,44 @@ static json_t *parse_value(const struct argument *argument, const char *value)
     }
 }
 
-static bool in_range(const struct argument *argument, const json_t *parsed, const char *value, char *err,
-                     size_t err_size)
+static bool in_range(const struct argument *argument, const json_t *parsed, const char *value, struct fault *fault)
 {
     const double number = json_number_value(parsed);
 
     if (argument->lo == argument->hi || !json_is_number(parsed) ||
         (number >= argument->lo && number <= argument->hi))
         return true;
-    snprintf(err, err_size, "%s %.50s: want a%s number from %g to %g", argument->flag, value,
-             argument->kind == ARGUMENT_INTEGER ? " whole" : "", argument->lo, argument->hi);
-    return false;
+    return fault_set(fault, "%s %.50s: want a%s number from %g to %g", argument->flag, value,
+                     argument->kind == ARGUMENT_INTEGER ? " whole" : "", argument->lo, argument->hi);
 }
 
-static bool set(json_t *options, const struct argument *argument, const char *value, char *err, size_t err_size)
+#define DIGITS  "0123456789."
+#define LETTERS "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ"
+
+/* Nothing but letters behind a number. */
+static bool has_unit(const char *value)
+{
+    const size_t n = strspn(value, DIGITS);
+
+    return n > 0 && value[n] && !value[n + strspn(value + n, LETTERS)];
+}
+
+static bool set(json_t *options, const struct argument *argument, const char *value, struct fault *fault)
 {
     json_t *parsed = argument->kind == ARGUMENT_FLAG ? json_true() : parse_value(argument, value);
 
     if (json_object_get(options, argument->key)) {
         json_decref(parsed);
-        snprintf(err, err_size, "%s is given twice", argument->flag);
-        return false;
+        return fault_set(fault, "%s is given twice", argument->flag);
     }
-    if (!parsed) {
-        snprintf(err, err_size, "%s %s: want %s, %.*s", argument->flag, value, argument->form,
-                 (int)strcspn(argument->help, ";"), argument->help);
-        return false;
-    }
-    if (!in_range(argument, parsed, value, err, err_size)) {
+    if (!parsed && argument->kind == ARGUMENT_NUMBER && has_unit(value))
+        return fault_set(fault, "%s %s: want %s as a plain number, such as %.*s: %.*s", argument->flag, value,
+                         argument->form, (int)strspn(value, DIGITS), value, (int)strcspn(argument->help, ";"),
+                         argument->help);
+    if (!parsed)
+        return fault_set(fault, "%s %s: want %s, %.*s", argument->flag, value, argument->form,
+                         (int)strcspn(argument->help, ";"), argument->help);
+    if (!in_range(argument, parsed, value, fault)) {
         json_decref(parsed);
         return false;
     }
@@ -133,25 +143,23 @@ static bool set(json_t *options, const struct argument *argument, const char *va
 }
 
 /* There is none whose name are the n bytes at flag; false. */
-static bool refuse_option(const struct argument *common, const struct argument *own, const char *flag, size_t n,
-                          char *err, size_t err_size)
+static bool refuse_option(const struct argument_tables *tables, const char *flag, size_t n, struct fault *fault)
 {
-    const struct argument *const tables[] = {own, common};
+    const struct argument *const table[] = {tables->own, tables->common};
     char name[WORD_FAR];
     const char *meant = NULL;
     size_t best = WORD_FAR;
 
     snprintf(name, sizeof name, "%.*s", (int)n, flag);
     for (size_t i = 0; i < 2; i++)
-        for (const struct argument *a = tables[i]; a && a->flag; a++)
+        for (const struct argument *a = table[i]; a && a->flag; a++)
             if (a->flag[1] == '-' && word_is_nearest(name, a->flag, &best))
                 meant = a->flag;
-    snprintf(err, err_size, meant ? "no option %s here; did you mean %s?" : "no option %s here", name, meant);
-    return false;
+    return fault_set(fault, meant ? "no option %s here; did you mean %s?" : "no option %s here", name, meant);
 }
 
 bool arguments_parse(struct arguments *arguments, int argc, char **argv, int command,
-                     const struct argument *common, const struct argument *own, char *err, size_t err_size)
+                     const struct argument_tables *tables, struct fault *fault)
 {
     bool only_words = false;
 
@@ -165,32 +173,26 @@ bool arguments_parse(struct arguments *arguments, int argc, char **argv, int com
         if (!only_words && strcmp(arg, "--") == 0) {
             only_words = true;
         } else if (only_words || !arguments_is_option(arg)) {
-            if (arguments->n_words == ARGUMENTS_WORDS_MAX) {
-                snprintf(err, err_size, "more than %d words", ARGUMENTS_WORDS_MAX);
-                return false;
-            }
+            if (arguments->n_words == ARGUMENTS_WORDS_MAX)
+                return fault_set(fault, "more than %d words", ARGUMENTS_WORDS_MAX);
             arguments->word[arguments->n_words++] = arg;
         } else {
-            const struct argument *argument = arguments_find(common, arg, n);
+            const struct argument *argument = arguments_find(tables->common, arg, n);
             const char *value = equals ? equals + 1 : NULL;
 
-            argument = argument ? argument : arguments_find(own, arg, n);
+            argument = argument ? argument : arguments_find(tables->own, arg, n);
             if (!argument)
-                return refuse_option(common, own, arg, n, err, err_size);
-            if (argument->kind == ARGUMENT_FLAG && value) {
-                snprintf(err, err_size, "option %s takes no value", arg);
-                return false;
-            }
+                return refuse_option(tables, arg, n, fault);
+            if (argument->kind == ARGUMENT_FLAG && value)
+                return fault_set(fault, "option %s takes no value", arg);
             if (argument->kind != ARGUMENT_FLAG && !value) {
                 i += i + 1 == command ? 2 : 1;
-                if (i >= argc) {
-                    snprintf(err, err_size, "%s needs a value: %s, %.*s", arg, argument->form,
-                             (int)strcspn(argument->help, ";"), argument->help);
-                    return false;
-                }
+                if (i >= argc)
+                    return fault_set(fault, "%s needs a value: %s, %.*s", arg, argument->form,
+                                     (int)strcspn(argument->help, ";"), argument->help);
                 value = argv[i];
             }
-            if (!set(arguments->options, argument, value, err, err_size))
+            if (!set(arguments->options, argument, value, fault))
                 return false;
         }
     }

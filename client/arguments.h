@@ -11,6 +11,8 @@
 #include <stdbool.h>
 #include <stddef.h>
 
+#include "core/fault.h"
+
 #define ARGUMENTS_WORDS_MAX 32
 
 enum argument_kind { ARGUMENT_NUMBER, ARGUMENT_INTEGER, ARGUMENT_TEXT, ARGUMENT_NUMBERS, ARGUMENT_FLAG };
@@ -23,6 +25,12 @@ struct argument {
     enum argument_kind kind;
     int n;         /* ARGUMENT_NUMBERS: how many, separated by commas */
     double lo, hi; /* of a number, both included; equal: any */
+};
+
+/* The options that a command line may have; NULL: none. */
+struct argument_tables {
+    const struct argument *common; /* of all commands */
+    const struct argument *own;    /* of this one */
 };
 
 struct arguments {
@@ -44,10 +52,10 @@ bool arguments_number(const char *text, double lo, double hi, double *number);
 int arguments_command(int argc, char **argv);
 
 /**
- * arguments_parse - argv[1..] without argv[command], by the two tables. "-30" is a word, "--" ends the options,
- * "--flag=value" and "--flag value" mean the same. False with a sentence in err. options is always set.
+ * arguments_parse - argv[1..] without argv[command], by the tables. "-30" is a word, "--" ends the options,
+ * "--flag=value" and "--flag value" mean the same. False with a sentence in fault. options is always set.
  */
 bool arguments_parse(struct arguments *arguments, int argc, char **argv, int command,
-                     const struct argument *common, const struct argument *own, char *err, size_t err_size);
+                     const struct argument_tables *tables, struct fault *fault);
 
 #endif

@@ -1,15 +1,18 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * conf - the entrances: defaults, a configuration from a file and its folder or from memory, its source. Lines and keys are
- * conf_parse's.
+ * conf - the entrances: defaults, a configuration from a file and its folder or from memory, its source. Lines and keys
+ * are conf_parse's.
  */
 #include "conf.h"
 
 #include <dirent.h>
 #include <errno.h>
+#include <fcntl.h>
 #include <limits.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "conf_source.h"
 #include "conf_suggest.h"
@@ -19,23 +22,23 @@
 
 static void sonar_defaults(struct conf_sonar *sonar)
 {
-    char err[CONF_VALUE_MAX];
+    struct fault fault;
     memset(sonar, 0, sizeof *sonar);
     for (const struct conf_key *key = conf_keys; key->name; key++)
         if (conf_key_is_sonar(key) && key->standard)
-            conf_value_read(key, key->standard, sonar, err, sizeof err);
+            conf_value_read(key, key->standard, sonar, &fault);
 }
 
 void conf_defaults(struct conf *conf)
 {
-    char err[CONF_VALUE_MAX];
+    struct fault fault;
     locale_t outside = conf_locale_enter();
     memset(conf, 0, sizeof *conf);
     for (int i = 0; i < CONF_MAX_SONARS; i++)
         sonar_defaults(&conf->sonar[i]);
     for (const struct conf_key *key = conf_keys; key->name; key++)
         if (!conf_key_is_sonar(key))
-            conf_value_read(key, key->standard, conf, err, sizeof err);
+            conf_value_read(key, key->standard, conf, &fault);
     conf_locale_leave(outside);
 }
 
@@ -43,28 +46,6 @@ bool conf_name_is_good(const char *name)
 {
     size_t n = strspn(name, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_");
     return n > 0 && n < CONF_NAME_MAX && name[n] == '\0';
-}
-
-bool conf_grid_set(struct conf_grid *grid, const char *name, const char *value, char *err, size_t err_size)
-{
-    const struct conf_key *key = conf_key_find("grid", name);
-    struct conf conf = {.grid = *grid};
-    char allowed[CONF_VALUE_MAX], found[CONF_VALUE_MAX];
-    if (!key) {
-        char hint[512];
-        conf_suggest_key("grid", name, hint, sizeof hint);
-        snprintf(err, err_size, "%s: unknown key; %s", name, hint);
-        return false;
-    }
-    locale_t outside = conf_locale_enter();
-    const bool good = conf_value_read(key, value, &conf, found, sizeof found);
-    conf_value_allowed(key, allowed, sizeof allowed);
-    conf_locale_leave(outside);
-    if (good)
-        *grid = conf.grid;
-    else
-        snprintf(err, err_size, "%s = %s: %s; want %s", name, value, found, allowed);
-    return good;
 }
 
 /* Behind the files that are there; false without memory. */
@@ -125,20 +106,20 @@ static int load_end(struct load *l, bool enough_memory, const struct conf_checks
     if (enough_memory)
         n = conf_fault_tell(l->faults, fault, fault_ctx);
     else
-        fault(fault_ctx, "out of memory while the configuration is read");
+        fault(fault_ctx, "out of memory reading the configuration");
     free(l->faults);
     return n;
 }
 
-int conf_load_text(struct conf *conf, struct conf_source **source, const char *name, const char *text, size_t size,
+int conf_load_text(struct conf *conf, struct conf_source **source, const struct conf_text *text,
                    const struct conf_checks *checks, conf_fault_fn fault, void *fault_ctx)
 {
     locale_t outside = conf_locale_enter();
     struct load l = load_begin(conf);
-    bool enough_memory = l.source && add_file(l.source, name, text, size);
-    if (enough_memory && size > FILE_SIZE_MAX) {
-        conf_fault_in(l.faults, 0, name);
-        conf_fault_add(l.faults, 0, "%zu bytes; want at most %zu", size, FILE_SIZE_MAX);
+    bool enough_memory = l.source && add_file(l.source, text->name, text->bytes, text->size);
+    if (enough_memory && text->size > FILE_SIZE_MAX) {
+        conf_fault_in(l.faults, 0, text->name);
+        conf_fault_add(l.faults, 0, "%zu bytes; want at most %zu", text->size, FILE_SIZE_MAX);
     }
     int n = load_end(&l, enough_memory, checks, fault, fault_ctx);
     *source = l.source;
@@ -146,10 +127,25 @@ int conf_load_text(struct conf *conf, struct conf_source **source, const char *n
     return n;
 }
 
-/* All of the file, or NULL with errno. One byte more than is allowed is enough to see that it is too large. */
-static char *read_file(const char *path, size_t *size)
+/* Whoever may write into the folder must not make sonard wait: a FIFO is no drop-in. NULL with errno. */
+static FILE *open_regular(const char *path)
 {
-    FILE *file = fopen(path, "re");
+    struct stat st;
+    const int fd = open(path, O_RDONLY | O_NONBLOCK | O_CLOEXEC);
+    if (fd < 0)
+        return NULL;
+    FILE *file = fstat(fd, &st) == 0 && S_ISREG(st.st_mode) ? fdopen(fd, "r") : NULL;
+    if (!file) {
+        close(fd);
+        errno = EINVAL;
+    }
+    return file;
+}
+
+/* All of the file, or NULL with errno. One byte more than is allowed is enough to see that it is too large. */
+static char *read_file(const char *path, bool is_drop_in_file, size_t *size)
+{
+    FILE *file = is_drop_in_file ? open_regular(path) : fopen(path, "re");
     if (!file)
         return NULL;
     char *text = malloc(FILE_SIZE_MAX + 1);
@@ -171,10 +167,10 @@ static char *read_file(const char *path, size_t *size)
 }
 
 /* False without memory. A file that cannot be read is a fault, and an empty one. */
-static bool take_file(struct load *l, const char *path)
+static bool take_file(struct load *l, const char *path, bool is_drop_in_file)
 {
     size_t size = 0;
-    char *text = read_file(path, &size);
+    char *text = read_file(path, is_drop_in_file, &size);
     const int cause = errno;
     if (!add_file(l->source, path, text ? text : "", size * (text != NULL))) {
         free(text);
@@ -183,7 +179,7 @@ static bool take_file(struct load *l, const char *path)
     if (!text) {
         conf_fault_in(l->faults, l->source->n_files - 1, l->source->file[l->source->n_files - 1].name);
         conf_fault_add(l->faults, 0, "cannot be read: %s; want a readable file of at most %zu bytes",
-                       strerror(cause), FILE_SIZE_MAX);
+                       cause == EINVAL ? "not a regular file" : strerror(cause), FILE_SIZE_MAX);
     }
     free(text);
     return true;
@@ -221,7 +217,7 @@ static bool take_drop_ins(struct load *l, const char *path)
     for (int i = 0; i < n; i++) {
         snprintf(name, sizeof name, "%s/%s", folder, entry[i]->d_name);
         if (n < CONF_FILES_MAX)
-            enough_memory = enough_memory && take_file(l, name);
+            enough_memory = enough_memory && take_file(l, name, true);
         free(entry[i]);
     }
     free(entry);
@@ -233,7 +229,7 @@ int conf_load(struct conf *conf, struct conf_source **source, const char *path, 
 {
     locale_t outside = conf_locale_enter();
     struct load l = load_begin(conf);
-    bool enough_memory = l.source && take_file(&l, path) && take_drop_ins(&l, path);
+    bool enough_memory = l.source && take_file(&l, path, false) && take_drop_ins(&l, path);
     const bool unread = enough_memory && l.faults->n > 0;
     int n = load_end(&l, enough_memory, checks, fault, fault_ctx);
     *source = l.source;

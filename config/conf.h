@@ -11,8 +11,11 @@
 #include <stdint.h>
 #include <stdio.h>
 
+#include "core/fault.h"
+
 #define CONF_MAX_SONARS   8
 #define CONF_MAX_GRIDS    4 /* beside the plain [grid] */
+#define CONF_MAX_QUEUE    1022
 #define CONF_NAME_MAX     32
 #define CONF_MAIN_GRID    "main"
 #define CONF_TEXT_MAX     256
@@ -31,6 +34,7 @@ enum conf_detector { CONF_CA, CONF_GOCA, CONF_SOCA, CONF_OS };
 enum conf_order { CONF_ORDER_SAFE, CONF_ORDER_PAPER };
 enum conf_median { CONF_MEDIAN_OFF, CONF_MEDIAN_3, CONF_MEDIAN_5 };
 enum conf_no_echo { CONF_NO_ECHO_MINIMUM, CONF_NO_ECHO_HEARD, CONF_NO_ECHO_RANGE };
+enum conf_target { CONF_TARGET_WALL, CONF_TARGET_PILE, CONF_TARGET_NET, CONF_TARGET_LINE };
 enum conf_sensor_model { CONF_OPENING, CONF_GAUSS, CONF_MIDPOINT };
 enum conf_update { CONF_BAYES, CONF_MAX };
 enum conf_elevation { CONF_ELEVATION_FULL, CONF_ELEVATION_LEVEL };
@@ -103,9 +107,10 @@ struct conf_extract {
     double clahe_clip;      /* clahe_clip = 2 [1 .. 100] */
     int classes;            /* classes = off | on */
     int marks;              /* marks = on | off: bursts and ghosts */
-    int no_echo;            /* no_echo = minimum | heard | range */
-    double
-        minimum_range_m; /* minimum_range = 0.75 m: free water claimed where nothing was found; <= every sonar's range */
+    int no_echo;            /* no_echo = heard | minimum | range */
+    int target;             /* target = wall | pile | net | line */
+    /* minimum_range = 0.75 m: free interval of a beam without an echo; <= every sonar's range */
+    double minimum_range_m;
 };
 
 /* [background]: what of a template is the vehicle; see grid/range/background_keep.h */
@@ -130,15 +135,18 @@ struct conf_grid {
     double growth;            /* growth = 1.035: of the layers beyond */
     int elevation;            /* elevation = full | level */
     int axes;                 /* axes = ned | course */
-    int sensor_model;     /* sensor_model = opening | gauss | midpoint: how an echo is shared out among cells */
-    int update;           /* update = bayes | max */
-    double range_error;   /* range_error = 0.003: standard deviation of a range as a share of it */
-    double relaxation;    /* relaxation = 0 [0 .. 1]: cells share in their neighbours' evidence; 0: they do not */
-    int max_cells;        /* max_cells = 65536 */
+    int sensor_model;   /* sensor_model = opening | gauss | midpoint: how an echo is shared out among cells */
+    int update;         /* update = bayes | max */
+    double range_error; /* range_error = 0.003: standard deviation of a range as a share of it */
+    double mask_reach;  /* mask_reach = 2 [1.2 .. 4]: standard deviations that an echo is spread over */
+    double relaxation;  /* relaxation = 0 [0 .. 1]: cells share in their neighbours' evidence; 0: they do not */
+    double cluster_relaxation; /* cluster_relaxation = 0 [0 .. 1]: the same for the cells of clusters */
+    int max_cells;             /* max_cells = 65536 */
     double blocked_above; /* blocked_above = 0.6: probability from which a cell is an obstacle [0.51 .. 0.99] */
-    double clear_for_s;   /* clear_for = 30 s: a direction counts as clear so long after its last ping */
-    double forget_s;      /* forget = 160 s: an obstacle not heard again blocks no longer; >= clear_for */
-    double move_limit_m;  /* move_limit = 0.5 m: way driven after which a cleared direction is unknown again */
+    double clear_for_s;   /* clear_for = 30 s: a direction counts as clear so long after its last ping; auto: 0 */
+    double forget_s;      /* forget = 160 s: an obstacle without a new echo blocks no longer; >= clear_for */
+    double
+        move_limit_m; /* move_limit = 0.5 m: way driven after which a cleared direction is unknown again; auto: 0 */
 };
 
 /* [grids] */
@@ -157,6 +165,8 @@ struct conf_map {
     int echo_weight;               /* echo_weight = 2 [0 .. 255] */
     double tolerance_m;            /* tolerance = 0 m */
     double opening;                /* opening = 0.5 [0.1 .. 1]: share of the height of a beam */
+    int weight_levels;             /* weight_levels = 1 [1 .. 8]: looks near the axis count more; 1: alike */
+    int beam;                      /* beam = wedge | pyramid */
     double body_m;                 /* body = 0.4 m: radius; none: 0 */
     double submap_distance_m;      /* submap_distance = 10 m */
     double submap_time_s;          /* submap_time = 60 s; never: 0 */
@@ -179,10 +189,16 @@ struct conf_vehicle {
     double near_m;         /* near = 1.5 m: nearer water is not asked for; auto: 0 */
     double max_speed_mps;  /* max_speed = 1.5 m/s; told: 0 */
     double max_turn_radps; /* max_turn = 90 deg, a second; told: 0 */
+    double keep_mps;       /* station_keeping = 0.05 m/s; no: -1 */
     double braking_mps2;   /* braking = 0.2 m/s2 */
     double latency_s;      /* latency = 0.5 s */
     int unknown;           /* unknown = slow | stop | ignore */
     double slow_mps;       /* slow = 0.1 m/s */
+};
+
+/* [answers] */
+struct conf_answers {
+    double look_ahead_m; /* look_ahead = 5 m: how far sectors are judged; auto: 0 */
 };
 
 /* [depth]: one Modbus slave */
@@ -229,11 +245,12 @@ struct conf_server {
     int mode;                   /* mode = 0660: permission bits, octal in the file */
     char change[CONF_TEXT_MAX]; /* change = group | all | root, pilot, @sonar, 1000; group: empty */
     int max_clients;            /* max_clients = 64 */
+    double client_timeout_s;    /* client_timeout = 10 s  [1 .. 3600] */
 };
 
 struct conf_pipeline {
     int threads; /* threads = 0 | 1 | 2 */
-    int queue;   /* queue = 16: pings that may wait  [2 .. 1024] */
+    int queue;   /* queue = 16: pings that may wait  [2 .. CONF_MAX_QUEUE] */
 };
 
 /* [realtime] */
@@ -266,6 +283,7 @@ struct conf {
     struct conf_map map;
     struct conf_pose pose;
     struct conf_vehicle vehicle;
+    struct conf_answers answers;
     struct conf_depth depth;
     struct conf_nmea nmea;
     struct conf_gpio gpio;
@@ -280,21 +298,23 @@ struct conf {
 typedef void (*conf_fault_fn)(void *ctx, const char *message);
 
 /* A check that the configuration itself cannot make (does the device exist, is the port's address well formed).
- * Returns false with a sentence in err. */
+ * Returns false with a sentence in fault. */
 struct conf_checks {
-    bool (*device)(const char *name, char *err, size_t err_size);
-    bool (*port)(const char *address, char *err, size_t err_size);
-    bool (*depth)(const char *source, char *err, size_t err_size);
-    bool (*line)(const char *name, char *err, size_t err_size); /* of a GPIO chip: can there be any? */
-    /* All of a sonar whose keys are good each: can its device do that, over that port? err begins with the key. */
-    bool (*sonar)(const struct conf_sonar *sonar, const struct conf_water *water, char *err, size_t err_size);
+    bool (*device)(const char *name, struct fault *fault);
+    bool (*port)(const char *address, struct fault *fault);
+    bool (*depth)(const char *source, struct fault *fault);
+    bool (*line)(const char *name, struct fault *fault); /* of a GPIO chip: can there be any? */
+    /* All of a sonar whose keys are good each: can its device do that, over that port? fault begins with the key. */
+    bool (*sonar)(const struct conf_sonar *sonar, const struct conf_water *water, struct fault *fault);
+    /* All of a configuration without another fault: can it be started? fault begins "[section] key". */
+    bool (*whole)(const struct conf *conf, struct fault *fault);
 };
 
 struct conf_source; /* where every value came from, and the text as read (for captures) */
 
 /**
- * conf_load - read `path` into *conf, over the defaults, and then the *.conf files of the folder `path`.d in the order of
- * their names: what a later file says wins, sonars of the same name are the same.
+ * conf_load - read `path` into *conf, over the defaults, and then the *.conf files of the folder `path`.d in the order
+ * of their names: what a later file says wins, sonars of the same name are the same.
  * Every fault is reported (file:line: [section] key = value: what was found; what is allowed); returns their number,
  * 0 for a good file, -1 when a file cannot be read (reported too). With faults *conf holds what could be
  * understood and must not be put in force. checks may be NULL. *source is always set, for conf_source_free; it is
@@ -303,26 +323,31 @@ struct conf_source; /* where every value came from, and the text as read (for ca
 int conf_load(struct conf *conf, struct conf_source **source, const char *path, const struct conf_checks *checks,
               conf_fault_fn fault, void *fault_ctx);
 
-/** conf_load_text - the same from memory; `name` stands for the file in messages. */
-int conf_load_text(struct conf *conf, struct conf_source **source, const char *name, const char *text, size_t size,
+/* A file that is in memory already. */
+struct conf_text {
+    const char *name; /* in messages */
+    const char *bytes;
+    size_t size;
+};
+
+/** conf_load_text - the same from memory. */
+int conf_load_text(struct conf *conf, struct conf_source **source, const struct conf_text *text,
                    const struct conf_checks *checks, conf_fault_fn fault, void *fault_ctx);
 
 /** conf_name_is_good - of a sonar or a grid: 1 to CONF_NAME_MAX - 1 letters, digits, - and _. */
 bool conf_name_is_good(const char *name);
-
-/** conf_grid_set - one key of a grid from its text; false with a sentence in err, *grid untouched. */
-bool conf_grid_set(struct conf_grid *grid, const char *key, const char *value, char *err, size_t err_size);
 
 /* Sees every key that differs: of a section ("sonar" for all of them), as "[section] key = value", the value wanted. */
 typedef void (*conf_change_fn)(void *ctx, const char *section, const char *text, bool live);
 
 /**
  * conf_take_live - put the keys of *wanted that a running daemon can change into *now; the others stay as they are.
- * `change` is told of each that differs. What comes out need not go together: see conf_check_together.
+ * `change` is called for each that differs. What comes out need not go together: see conf_check_together.
  */
 void conf_take_live(struct conf *now, const struct conf *wanted, conf_change_fn change, void *ctx);
 
-/** conf_check_together - the rules between keys, as conf_load has them; `source` names the lines. Returns the number of faults. */
+/** conf_check_together - the rules between keys, as conf_load has them; `source` names the lines.
+ * Returns the number of faults. */
 int conf_check_together(const struct conf *conf, const struct conf_source *source,
                         const struct conf_checks *checks, conf_fault_fn fault, void *fault_ctx);
 

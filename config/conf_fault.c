@@ -65,7 +65,7 @@ int conf_fault_tell(struct conf_faults *faults, conf_fault_fn tell, void *ctx)
     }
     if (faults->n > told) {
         char more[64];
-        snprintf(more, sizeof more, "and %d faults more", faults->n - told);
+        snprintf(more, sizeof more, "and %d more faults", faults->n - told);
         tell(ctx, more);
     }
     return faults->n;

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * conf_fault - what is wrong with one configuration: collected in any order, told in the order of lines. Knows no
+ * conf_fault - what is wrong with one configuration: collected in any order, reported in the order of lines. Knows no
  * keys.
  */
 #ifndef SONARD_CONF_FAULT_H
@@ -9,7 +9,7 @@
 #include "conf.h"
 
 #define CONF_FAULTS_MAX                                                                                           \
-    500 /* told one by one; a text file taken for a configuration has more, which are counted */
+    500 /* reported one by one; a text file taken for a configuration has more, which are counted */
 
 struct conf_faults {
     unsigned file;    /* where the next ones are: number ... */
@@ -24,7 +24,8 @@ struct conf_faults {
 /** conf_fault_in - the next faults are in this file; `name` must stay. */
 void conf_fault_in(struct conf_faults *faults, unsigned file, const char *name);
 
-/** conf_fault_add - note a fault of line `line`; 0: of the whole file. Behind "FILE:LINE: " the text is the caller's. */
+/** conf_fault_add - note a fault of line `line`; 0: of the whole file.
+ * Behind "FILE:LINE: " the text is the caller's. */
 void conf_fault_add(struct conf_faults *faults, unsigned line, const char *fmt, ...)
     __attribute__((format(printf, 3, 4)));
 

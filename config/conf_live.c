@@ -81,7 +81,7 @@ int conf_check_together(const struct conf *conf, const struct conf_source *sourc
 {
     struct conf_faults *faults = calloc(1, sizeof *faults);
     if (!faults) {
-        fault(fault_ctx, "out of memory while the configuration is checked");
+        fault(fault_ctx, "out of memory checking the configuration");
         return -1;
     }
     locale_t outside = conf_locale_enter();

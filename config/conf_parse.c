@@ -11,6 +11,7 @@
 #include "conf_source.h"
 #include "conf_suggest.h"
 #include "conf_value.h"
+#include "core/fault.h"
 
 #define TITLE_MAX 64 /* of a section: what stands between the brackets */
 
@@ -30,6 +31,7 @@ struct parse {
     unsigned file, line;    /* being read; lines from 1 */
     const char *waiting;    /* the line when it is neither head nor comment and no key was found in it yet */
     size_t waiting_n;
+    bool not_text; /* a line of some file; what follows there was not read */
 
     struct head head[CONF_MAX_SONARS + CONF_MAX_GRIDS + 16]; /* every good section of the file so far */
     int n_heads, sonar_heads;
@@ -48,37 +50,39 @@ struct parse {
 };
 
 /* What only the daemon knows: is there such a device, is the port's address well formed? */
-static bool check_outside(const struct parse *p, const struct conf_key *key, const char *value, char *err,
-                          size_t err_size)
+static bool check_outside(const struct parse *p, const struct conf_key *key, const char *value,
+                          struct fault *fault)
 {
     static const char *const lines[] = {"power", "trigger", "leak"};
     if (!p->checks || (key->instead && strcmp(value, key->instead) == 0))
         return true;
     if (p->checks->device && strcmp(key->name, "device") == 0)
-        return p->checks->device(value, err, err_size);
+        return p->checks->device(value, fault);
     if (p->checks->port && strcmp(key->name, "port") == 0)
-        return p->checks->port(value, err, err_size);
+        return p->checks->port(value, fault);
     if (p->checks->depth && strcmp(key->section, "depth") == 0 && strcmp(key->name, "source") == 0)
-        return p->checks->depth(value, err, err_size);
+        return p->checks->depth(value, fault);
     for (size_t i = 0; p->checks->line && i < sizeof lines / sizeof lines[0]; i++)
         if (strcmp(key->name, lines[i]) == 0)
-            return p->checks->line(value, err, err_size);
+            return p->checks->line(value, fault);
     return true;
 }
 
 static void take_value(struct parse *p, const struct conf_key *key, const char *value)
 {
-    char err[CONF_VALUE_MAX], allowed[CONF_VALUE_MAX];
+    struct fault fault;
+    char allowed[CONF_VALUE_MAX];
     struct conf_origin *origin = &p->origin[key - conf_keys];
     origin->bad = true;
     if (strstr(value, " #") || strstr(value, "\t#")) {
-        conf_fault_add(p->faults, p->line, "[%s] %s = %s: a # behind a value; want ; before a comment there",
-                       p->title, key->name, value);
-    } else if (!conf_value_read(key, value, p->base, err, sizeof err)) {
+        conf_fault_add(p->faults, p->line, "[%s] %s = %s: a # after a value; start a comment with ;", p->title,
+                       key->name, value);
+    } else if (!conf_value_read(key, value, p->base, &fault)) {
         conf_value_allowed(key, allowed, sizeof allowed);
-        conf_fault_add(p->faults, p->line, "[%s] %s = %s: %s; want %s", p->title, key->name, value, err, allowed);
-    } else if (!check_outside(p, key, value, err, sizeof err)) {
-        conf_fault_add(p->faults, p->line, "[%s] %s = %s: %s", p->title, key->name, value, err);
+        conf_fault_add(p->faults, p->line, "[%s] %s = %s: %s; want %s", p->title, key->name, value, fault.text,
+                       allowed);
+    } else if (!check_outside(p, key, value, &fault)) {
+        conf_fault_add(p->faults, p->line, "[%s] %s = %s: %s", p->title, key->name, value, fault.text);
     } else {
         origin->bad = false;
     }
@@ -93,8 +97,8 @@ static int take_key(void *user, const char *inih_section, const char *name, cons
         return 1;
     p->waiting = NULL;
     if (!p->any_section) {
-        conf_fault_add(p->faults, p->line, "%s = %s: stands before any section; want a [section] line above it",
-                       name, value);
+        conf_fault_add(p->faults, p->line, "%s = %s: no section before it; put a [section] line above it", name,
+                       value);
         return 1;
     }
     if (!p->section)
@@ -108,7 +112,7 @@ static int take_key(void *user, const char *inih_section, const char *name, cons
     }
     struct conf_origin *origin = &p->origin[key - conf_keys];
     if (origin->line > 0 && origin->file == p->file) {
-        conf_fault_add(p->faults, p->line, "[%s] %s = %s: given before in line %u; want it once", p->title, name,
+        conf_fault_add(p->faults, p->line, "[%s] %s = %s: duplicate key (first set on line %u)", p->title, name,
                        value, origin->line);
         return 1;
     }
@@ -142,7 +146,7 @@ static void begin_sonar(struct parse *p, const char *name)
         conf_fault_add(p->faults, p->line, "[%s]: %s; want [sonar NAME], NAME of 1 to %d letters, digits, - and _",
                        p->title, *name ? "bad name of a sonar" : "a sonar without a name", CONF_NAME_MAX - 1);
     } else if (i < 0 && p->conf->n_sonars == CONF_MAX_SONARS) {
-        conf_fault_add(p->faults, p->line, "[%s]: one sonar too many; want at most %d", p->title, CONF_MAX_SONARS);
+        conf_fault_add(p->faults, p->line, "[%s]: too many sonars; want at most %d", p->title, CONF_MAX_SONARS);
     } else {
         if (i < 0) {
             i = p->conf->n_sonars++;
@@ -170,11 +174,11 @@ static void begin_grid(struct parse *p, const char *name)
     if (!conf_name_is_good(name) || strcmp(name, CONF_MAIN_GRID) == 0) {
         conf_fault_add(
             p->faults, p->line,
-            "[%s]: bad name of a grid; want 1 to %d letters, digits, - and _, and another than " CONF_MAIN_GRID
+            "[%s]: bad name of a grid; want 1 to %d letters, digits, - and _, other than " CONF_MAIN_GRID
             ", which is the plain [grid]",
             p->title, CONF_NAME_MAX - 1);
     } else if (!i && p->conf->n_more_grids == CONF_MAX_GRIDS) {
-        conf_fault_add(p->faults, p->line, "[%s]: one grid too many; want at most %d beside [grid]", p->title,
+        conf_fault_add(p->faults, p->line, "[%s]: too many grids; want at most %d besides [grid]", p->title,
                        CONF_MAX_GRIDS);
     } else {
         if (!i)
@@ -214,7 +218,7 @@ static void begin_section(struct parse *p)
     use_scratch(p);
     unsigned first = head_line(p, p->title);
     if (first > 0) {
-        conf_fault_add(p->faults, p->line, "[%s]: begun before in line %u; want it once", p->title, first);
+        conf_fault_add(p->faults, p->line, "[%s]: duplicate section (first defined on line %u)", p->title, first);
         return;
     }
     if (sonar) {
@@ -287,7 +291,8 @@ static bool is_text(struct parse *p, const char *s, size_t n)
     for (size_t i = 0; i < n;) {
         size_t length = character(u + i, n - i);
         if (length == 0) {
-            conf_fault_add(p->faults, p->line, "byte 0x%02x in column %zu; want text in UTF-8", u[i], i + 1);
+            conf_fault_add(p->faults, p->line,
+                           "byte 0x%02x in column %zu; want text in UTF-8; the rest was not checked", u[i], i + 1);
             return false;
         }
         i += length;
@@ -318,8 +323,10 @@ static char *next_line(char *str, int num, void *stream)
         end--;
     size_t room = (size_t)num - 3; /* inih: the longest line is three less than its buffer */
     snprintf(str, (size_t)num, "\n");
-    if (!is_text(p, s, (size_t)(end - s)))
-        return str;
+    if (!is_text(p, s, (size_t)(end - s))) {
+        p->not_text = true; /* of a picture or a program every line is wrong: one fault says it */
+        return NULL;
+    }
     while (s < end && (*s == ' ' || *s == '\t'))
         s++;
     size_t n = (size_t)(end - s);
@@ -367,8 +374,7 @@ static void check_complete(struct parse *p)
             if (!conf_key_is_sonar(key) || key->standard || p->source->origin[i][key - conf_keys].line > 0)
                 continue;
             conf_fault_in(p->faults, p->first[i].file, p->source->file[p->first[i].file].name);
-            conf_fault_add(p->faults, p->first[i].line, "[%s] %s: is missing; want %s", title, key->name,
-                           key->form);
+            conf_fault_add(p->faults, p->first[i].line, "[%s] %s: missing; want %s", title, key->name, key->form);
         }
     }
 }
@@ -402,7 +408,9 @@ void conf_parse(struct conf *conf, struct conf_source *source, const struct conf
     for (unsigned i = 0; i < source->n_files; i++)
         parse_file(p, i);
     inherit_grid(p);
-    check_complete(p);
-    conf_rules_check(conf, source, checks, faults);
+    if (!p->not_text) {
+        check_complete(p);
+        conf_rules_check(conf, source, checks, faults);
+    }
     free(p);
 }

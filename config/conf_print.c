@@ -102,12 +102,12 @@ static void sample_key(const struct conf_key *key, FILE *out)
 void conf_sample(FILE *out)
 {
     locale_t outside = conf_locale_enter();
-    fputs("# Configuration of sonard(8); the manual is sonard.conf(5).\n"
-          "#\n"
-          "# Every key is listed. Those behind a # show their default; take the # away to change one. Numbers "
-          "carry a\n"
-          "# unit. A comment behind a value begins with ;. Try a changed file with: sonard --check FILE\n",
-          out);
+    fputs(
+        "# Configuration of sonard(8); the manual is sonard.conf(5).\n"
+        "#\n"
+        "# Every key is listed. A key after # shows its default; remove the # to change it. Numbers have a unit.\n"
+        "# A comment after a value starts with ;. Check a changed file with: sonard --check FILE\n",
+        out);
     for (const struct conf_section *section = conf_sections; section->name; section++) {
         bool sonar = strcmp(section->name, "sonar") == 0;
         fprintf(out, "\n");

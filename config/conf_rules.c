@@ -1,13 +1,15 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * conf_rules - values that are good each and do not go together. A rule is told at the later of the two lines, and
+ * conf_rules - values that are good each and do not go together. A rule is reported at the later of the two lines, and
  * not at all where one of the two values was refused already.
  */
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "conf_source.h"
 #include "conf_value.h"
+#include "core/fault.h"
 
 struct place {
     const char *section, *key;
@@ -105,7 +107,7 @@ static bool same_line(const char *a, const char *b)
     return n && n == serial_line(b) && strncmp(a, b, n) == 0;
 }
 
-/* A serial line belongs to one device; the first of the others is told. */
+/* A serial line belongs to one device; the first of the others is reported. */
 static void check_lines(const struct rules *r)
 {
     static const char want[] = "a serial line of its own for each";
@@ -150,10 +152,35 @@ static struct place place_of(const struct rules *r, int i, const char *sentence)
 static void check_device(const struct rules *r, const struct conf_checks *checks, int i)
 {
     const struct conf_sonar *s = &r->conf->sonar[i];
-    char err[2 * CONF_VALUE_MAX];
-    if (!is_whole(r, i) || checks->sonar(s, &r->conf->water, err, sizeof err))
+    struct fault fault;
+    if (!is_whole(r, i) || checks->sonar(s, &r->conf->water, &fault))
         return;
-    conf_fault_add(r->faults, line_of(r, place_of(r, i, err)), "[sonar %s] %s", s->name, err);
+    conf_fault_add(r->faults, line_of(r, place_of(r, i, fault.text)), "[sonar %s] %s", s->name, fault.text);
+}
+
+/* What only the start can judge, reported at the line of the key that the sentence begins with. */
+static void check_whole(const struct rules *r, const struct conf_checks *checks)
+{
+    char section[16], name[CONF_NAME_MAX];
+    unsigned line = 0;
+    struct fault fault;
+    if (checks->whole(r->conf, &fault))
+        return;
+    if (sscanf(fault.text, "[%15[a-z]] %31[a-z_]", section, name) == 2 && conf_key_find(section, name))
+        line = line_of(r, (struct place){section, name, 0});
+    conf_fault_add(r->faults, line, "%s", fault.text);
+}
+
+/* On processors of their own every real-time thread has one:
+ * no two wait for each other while a third program cannot. */
+static void check_processors(const struct rules *r)
+{
+    const struct conf_realtime *rt = &r->conf->realtime;
+    const int threads = 1 + r->conf->pipeline.threads;
+    char want[80];
+    snprintf(want, sizeof want, "processor_count = %d: one for the loop and one for each thread", threads);
+    rule(r, (struct place){"realtime", "processor_count", 0}, (struct place){"pipeline", "threads", 0},
+         rt->priority == 0 || rt->processor < 0 || rt->processor_count >= threads, want);
 }
 
 void conf_rules_check(const struct conf *conf, const struct conf_source *source, const struct conf_checks *checks,
@@ -165,6 +192,7 @@ void conf_rules_check(const struct conf *conf, const struct conf_source *source,
     for (int i = 0; checks && checks->sonar && i < conf->n_sonars; i++)
         check_device(&r, checks, i);
     check_lines(&r);
+    check_processors(&r);
     rule(&r, (struct place){"extract", "guard", 0}, (struct place){"extract", "window", 0},
          conf->extract.guard_m < conf->extract.window_m, "guard smaller than window");
     bool has_file = false;
@@ -176,9 +204,9 @@ void conf_rules_check(const struct conf *conf, const struct conf_source *source,
     const bool judged = e->otsu == CONF_ON || e->classes == CONF_ON || e->order == CONF_ORDER_PAPER;
     rule(&r, (struct place){"extract", "median", 0}, (struct place){"extract", "order", 0},
          e->median == CONF_MEDIAN_OFF || judged,
-         "otsu or classes on, or order = paper: nobody looks at it otherwise");
+         "otsu or classes on, or order = paper: it has no effect otherwise");
     rule(&r, (struct place){"extract", "clahe", 0}, (struct place){"extract", "order", 0},
-         e->clahe == CONF_OFF || judged, "otsu or classes on, or order = paper: nobody looks at it otherwise");
+         e->clahe == CONF_OFF || judged, "otsu or classes on, or order = paper: it has no effect otherwise");
     for (int i = 0; i <= conf->n_more_grids; i++) {
         const struct conf_grid *grid = i ? &conf->more_grid[i - 1] : &conf->grid;
         const struct place forget = {"grid", "forget", i}, clear_for = {"grid", "clear_for", i};
@@ -197,4 +225,6 @@ void conf_rules_check(const struct conf *conf, const struct conf_source *source,
     rule(&r, (struct place){"nmea", "use", 0}, (struct place){"depth", "source", 0},
          !conf->nmea.port[0] || conf->nmea.use == CONF_NMEA_HEADING || !conf->depth.source[0],
          "depth from one of them");
+    if (checks && checks->whole && faults->n == 0)
+        check_whole(&r, checks);
 }

@@ -36,7 +36,8 @@ struct conf_source {
     struct conf_origin origin[CONF_MAX_SONARS][CONF_KEYS_MAX];
 };
 
-/** conf_parse - put the texts of source into conf, one after the other, which holds the defaults; note origins and faults. */
+/** conf_parse - put the texts of source into conf, one after the other, which holds the defaults;
+ * note origins and faults. */
 void conf_parse(struct conf *conf, struct conf_source *source, const struct conf_checks *checks,
                 struct conf_faults *faults);
 

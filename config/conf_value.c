@@ -56,16 +56,6 @@ static double from_si(double value, const struct unit *unit)
     return unit ? value * unit->div / unit->mul : value;
 }
 
-static bool refuse(char *err, size_t err_size, const char *fmt, ...) __attribute__((format(printf, 3, 4)));
-static bool refuse(char *err, size_t err_size, const char *fmt, ...)
-{
-    va_list args;
-    va_start(args, fmt);
-    vsnprintf(err, err_size, fmt, args);
-    va_end(args);
-    return false;
-}
-
 static const char *skip_blanks(const char *s)
 {
     return s + strspn(s, " \t");
@@ -83,63 +73,62 @@ static bool number_read(const char **s, double *number)
     return true;
 }
 
-static bool unit_read(const struct conf_key *key, const char *text, const struct unit **unit, char *err,
-                      size_t err_size)
+static bool unit_read(const struct conf_key *key, const char *text, const struct unit **unit, struct fault *fault)
 {
     *unit = NULL;
     if (!key->unit)
-        return *text == '\0' || refuse(err, err_size, "'%s' behind a number that has no unit", text);
+        return *text == '\0' || fault_set(fault, "'%s' after a number without a unit", text);
     if (*text == '\0')
-        return refuse(err, err_size, "the unit is missing");
+        return fault_set(fault, "the unit is missing");
     *unit = unit_find(text);
     if (!*unit || (*unit)->dimension != unit_find(key->unit)->dimension)
-        return refuse(err, err_size, "'%s' is not a unit of it", text);
+        return fault_set(fault, "'%s' is not a unit of it", text);
     return true;
 }
 
 /* "number ... number unit" */
-static bool quantity_read(const struct conf_key *key, const char *text, double *out, char *err, size_t err_size)
+static bool quantity_read(const struct conf_key *key, const char *text, double *out, struct fault *fault)
 {
     double number[NUMBERS_MAX];
     const struct unit *unit, *own = key->unit ? unit_find(key->unit) : NULL;
     for (int i = 0; i < key->n; i++) {
         if (!number_read(&text, &number[i])) {
             if (i > 0 && *text != '\0')
-                return refuse(err, err_size, "%d of %d numbers before '%s'", i, key->n, text);
+                return fault_set(fault, "%d of %d numbers before '%s'", i, key->n, text);
             if (i > 0)
-                return refuse(err, err_size, "%d of %d numbers", i, key->n);
-            return refuse(err, err_size, "'%s' is not a number", text);
+                return fault_set(fault, "%d of %d numbers", i, key->n);
+            return fault_set(fault, "'%s' is not a number", text);
         }
         text = skip_blanks(text);
     }
     if (*text != '\0' && strchr("+-.0123456789", *text))
-        return refuse(err, err_size, "more than %d number%s", key->n, key->n == 1 ? "" : "s");
-    if (!unit_read(key, text, &unit, err, err_size))
+        return fault_set(fault, "more than %d number%s", key->n, key->n == 1 ? "" : "s");
+    if (!unit_read(key, text, &unit, fault))
         return false;
     for (int i = 0; i < key->n; i++) {
         number[i] = to_si(number[i], unit) + 0.0; /* no negative zero */
         if (!(number[i] >= to_si(key->lo, own) && number[i] <= to_si(key->hi, own)))
-            return refuse(err, err_size, "out of range");
+            return fault_set(fault, "out of range");
     }
     memcpy(out, number, (size_t)key->n * sizeof *out);
     return true;
 }
 
-static bool integer_read(const struct conf_key *key, const char *text, int *out, char *err, size_t err_size)
+static bool integer_read(const struct conf_key *key, const char *text, int *out, struct fault *fault)
 {
     char *end;
     size_t digits = strspn(text, "+-0123456789");
     bool octal = key->kind == CONF_OCTAL;
     long value = strtol(text, &end, octal ? 8 : 10);
     if (end == text || *end != '\0' || end != text + digits)
-        return refuse(err, err_size, "'%s' is not %s", text, octal ? "an octal number" : "a whole number");
+        return fault_set(fault, "'%s' is not %s", text, octal ? "an octal number" : "a whole number");
     if (!((double)value >= key->lo && (double)value <= key->hi))
-        return refuse(err, err_size, "out of range");
+        return fault_set(fault, "out of range");
     *out = (int)value;
     return true;
 }
 
-static bool word_read(const struct conf_key *key, const char *text, int *out, char *err, size_t err_size)
+static bool word_read(const struct conf_key *key, const char *text, int *out, struct fault *fault)
 {
     for (int i = 0; key->words[i]; i++) {
         if (strcmp(key->words[i], text) == 0) {
@@ -147,26 +136,25 @@ static bool word_read(const struct conf_key *key, const char *text, int *out, ch
             return true;
         }
     }
-    return refuse(err, err_size, "'%s' is not one of the words", text);
+    return fault_set(fault, "'%s' is not one of the words", text);
 }
 
 #define NAME_LETTERS "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_"
 
-static bool text_read(const struct conf_key *key, const char *text, char *out, char *err, size_t err_size)
+static bool text_read(const struct conf_key *key, const char *text, char *out, struct fault *fault)
 {
     bool letter = (*text >= 'a' && *text <= 'z') || (*text >= 'A' && *text <= 'Z');
     if (key->kind == CONF_TEXT && !letter)
-        return refuse(err, err_size, "does not begin with a letter");
+        return fault_set(fault, "does not begin with a letter");
     if (key->kind == CONF_PATH && *text != '/')
-        return refuse(err, err_size, "does not begin with a slash");
+        return fault_set(fault, "does not begin with a slash");
     size_t name = strspn(text, NAME_LETTERS), names = strspn(text, NAME_LETTERS ".$@, \t");
     if (key->kind == CONF_NAME && text[name] != '\0')
-        return refuse(err, err_size, "'%s' cannot be in a name", text + name);
+        return fault_set(fault, "'%s' is not allowed in a name", text + name);
     if (key->kind == CONF_NAMES && text[names] != '\0')
-        return refuse(err, err_size, "'%s' cannot be in a name", text + names);
+        return fault_set(fault, "'%s' is not allowed in a name", text + names);
     if (strlen(text) >= key->size)
-        return refuse(err, err_size, "%zu bytes, more than the %zu there is room for", strlen(text),
-                      key->size - 1);
+        return fault_set(fault, "%zu bytes, more than the %zu there is room for", strlen(text), key->size - 1);
     memset(out, 0, key->size);
     strcpy(out, text);
     return true;
@@ -183,30 +171,30 @@ static void instead_read(const struct conf_key *key, void *field)
         memset(field, 0, key->size);
 }
 
-bool conf_value_read(const struct conf_key *key, const char *text, void *base, char *err, size_t err_size)
+bool conf_value_read(const struct conf_key *key, const char *text, void *base, struct fault *fault)
 {
     void *field = (char *)base + key->offset;
     if (*text == '\0')
-        return refuse(err, err_size, "nothing stands behind the =");
+        return fault_set(fault, "no value after =");
     if (key->instead && strcmp(text, key->instead) == 0) {
         instead_read(key, field);
         return true;
     }
     switch (key->kind) {
     case CONF_QUANTITY:
-        return quantity_read(key, text, field, err, err_size);
+        return quantity_read(key, text, field, fault);
     case CONF_INTEGER:
     case CONF_OCTAL:
-        return integer_read(key, text, field, err, err_size);
+        return integer_read(key, text, field, fault);
     case CONF_WORD:
-        return word_read(key, text, field, err, err_size);
+        return word_read(key, text, field, fault);
     case CONF_TEXT:
     case CONF_PATH:
     case CONF_NAME:
     case CONF_NAMES:
         break;
     }
-    return text_read(key, text, field, err, err_size);
+    return text_read(key, text, field, fault);
 }
 
 /* The fewest digits (%g drops zeros; below 6 it would write 20 as 2e+01) that read back to value; false: none do. */

@@ -11,14 +11,15 @@
 #include <stddef.h>
 
 #include "conf_table.h"
+#include "core/fault.h"
 
 #define CONF_VALUE_MAX 320 /* room for any value as text, or for what is allowed */
 
 /**
  * conf_value_read - put what `text` says into the key's place below `base` (struct conf or struct conf_sonar).
- * False, base untouched, with what was found in err; conf_value_allowed has the other half of the message.
+ * False, base untouched, with what was found in fault; conf_value_allowed has the other half of the message.
  */
-bool conf_value_read(const struct conf_key *key, const char *text, void *base, char *err, size_t err_size);
+bool conf_value_read(const struct conf_key *key, const char *text, void *base, struct fault *fault);
 
 /**
  * conf_value_write - the value below `base` as it would stand in a file, with the fewest digits that read back to

@@ -8,7 +8,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "datagram.h"
+#include "core/datagram.h"
 
 #define STATE_MAX 1024
 

@@ -7,7 +7,10 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "../config/conf.h"
+#include "config/conf.h"
+#include "config/word.h"
+#include "protocol/man.h"
+#include "protocol/schema.h"
 
 static const char usage[] =
     "sonard [-c FILE]                          run on the sonars of FILE (" OPTIONS_CONF ")\n"
@@ -16,16 +19,19 @@ static const char usage[] =
     "  -c, --config FILE    configuration, sonard.conf(5)\n"
     "      --check FILE     list all faults of a configuration and exit: 0 none, 1 some\n"
     "      --print          print the effective configuration, with where each value came from, and exit\n"
-    "      --explain        print which stages the configuration needs, why, and what each costs, and exit;\n"
+    "      --explain        print which stages the configuration needs, why, and their memory, and exit;\n"
     "                       --explain=json: as the method plan answers\n"
     "      --sample         print the commented default configuration and exit\n"
     "      --man-table      print the table of keys in man(7) macros and exit\n"
+    "      --schema         print the JSON Schema of sonard-protocol(7) and exit\n"
+    "      --man-methods    fill the tables of methods into a page from standard input and exit\n"
     "      --record DIR     record captures into DIR\n"
     "      --replay FILE    play a capture instead of opening ports\n"
     "      --speed X        pace the replay: 1 as recorded; without it as fast as it goes\n"
     "      --stay           after the replay go on answering, the clock standing at its end\n"
     "      --measure        in a replay, too, measure how long the stages take (sonarctl stats)\n"
-    "      --answers FILE   write the sectors after every turn and at the end, as JSON lines; - for standard output\n"
+    "      --answers FILE   write the sectors after every turn and at the end, as JSON lines; - for standard "
+    "output\n"
     "      --every S        and every S seconds, beside the turns\n"
     "      --bands          of every grid, in bands of 10 degrees of elevation, not only about the horizon\n"
     "      --socket PATH    socket for clients, instead of the configured one; 'none': no socket\n"
@@ -48,8 +54,26 @@ static int too_long(const char *what, const char *value, size_t room)
     return wrong(what, value, wanted);
 }
 
-enum { CHECK = 256, PRINT, EXPLAIN, EVERY, SAMPLE, MAN_TABLE, RECORD, REPLAY, SPEED, STAY, MEASURE, ANSWERS, BANDS, SOCKET,
-       THREADS, VERSION };
+enum {
+    CHECK = 256,
+    PRINT,
+    EXPLAIN,
+    EVERY,
+    SAMPLE,
+    MAN_TABLE,
+    SCHEMA,
+    MAN_METHODS,
+    RECORD,
+    REPLAY,
+    SPEED,
+    STAY,
+    MEASURE,
+    ANSWERS,
+    BANDS,
+    SOCKET,
+    THREADS,
+    VERSION
+};
 
 static const struct option longs[] = {{"config", required_argument, NULL, 'c'},
                                       {"check", required_argument, NULL, CHECK},
@@ -58,6 +82,8 @@ static const struct option longs[] = {{"config", required_argument, NULL, 'c'},
                                       {"every", required_argument, NULL, EVERY},
                                       {"sample", no_argument, NULL, SAMPLE},
                                       {"man-table", no_argument, NULL, MAN_TABLE},
+                                      {"schema", no_argument, NULL, SCHEMA},
+                                      {"man-methods", no_argument, NULL, MAN_METHODS},
                                       {"record", required_argument, NULL, RECORD},
                                       {"replay", required_argument, NULL, REPLAY},
                                       {"speed", required_argument, NULL, SPEED},
@@ -78,6 +104,16 @@ static const struct {
 } texts[] = {{'c', offsetof(struct options, conf)},        {CHECK, offsetof(struct options, conf)},
              {RECORD, offsetof(struct options, record)},   {REPLAY, offsetof(struct options, replay)},
              {ANSWERS, offsetof(struct options, answers)}, {SOCKET, offsetof(struct options, socket)}};
+
+/* What an option needs that stands without a value. */
+static const struct {
+    int c;
+    const char *what;
+} needs[] = {{'c', "a configuration: -c FILE"},
+             {CHECK, "a configuration: --check FILE"},
+             {RECORD, "a folder: --record DIR"},
+             {REPLAY, "a capture: --replay CAPTURE.mcap"},
+             {SOCKET, "a path, or none: --socket PATH"}};
 
 static int take_number(struct options *o, int c, const char *value)
 {
@@ -126,15 +162,18 @@ static int take(struct options *o, int c, const char *value)
     case MAN_TABLE:
         conf_table_man(stdout);
         return OK;
+    case SCHEMA:
+        schema_print(stdout);
+        return OK;
+    case MAN_METHODS:
+        return man_fill(stdin, stdout) ? OK
+                                       : wrong("--man-methods", "standard input", "names of methods between @");
     case VERSION:
         printf("sonard %s\n", SONARD_VERSION);
         return OK;
     case 'h':
         fputs(usage, stdout);
         return OK;
-    case '?':
-        fputs("Try 'sonard --help'.\n", stderr);
-        return USAGE;
     default:
         return -1;
     }
@@ -145,11 +184,11 @@ static int check_options(const struct options *o)
 {
     const struct conf *conf = NULL;
     if (!o->replay && (o->speed > 0 || o->stay)) {
-        fprintf(stderr, "sonard: %s: goes together with --replay only\n", o->stay ? "--stay" : "--speed");
+        fprintf(stderr, "sonard: %s: needs --replay\n", o->stay ? "--stay" : "--speed");
         return USAGE;
     }
     if ((o->every_s > 0 || o->bands) && !o->answers) {
-        fprintf(stderr, "sonard: %s: goes together with --answers only\n", o->bands ? "--bands" : "--every");
+        fprintf(stderr, "sonard: %s: needs --answers\n", o->bands ? "--bands" : "--every");
         return USAGE;
     }
     if (o->replay && o->record)
@@ -161,12 +200,46 @@ static int check_options(const struct options *o)
     return -1;
 }
 
+/* An option that there is not. */
+static int refuse_option(const char *given)
+{
+    const char *meant = NULL;
+    char name[WORD_FAR];
+    size_t best = WORD_FAR;
+    snprintf(name, sizeof name, "%.*s", (int)strcspn(given, "="), given);
+    for (const struct option *l = longs; l->name && name[0] == '-' && name[1] == '-'; l++)
+        if (word_is_nearest(name + 2, l->name, &best))
+            meant = l->name;
+    fprintf(stderr,
+            meant ? "sonard: no option %s; did you mean --%s?\n" : "sonard: no option %s; see 'sonard --help'\n",
+            name, meant);
+    return USAGE;
+}
+
+/* An option without its value. */
+static int refuse_bare(int c, const char *given)
+{
+    const char *wanted = "a value";
+    for (size_t i = 0; i < sizeof needs / sizeof needs[0]; i++)
+        if (needs[i].c == c)
+            wanted = needs[i].what;
+    fprintf(stderr, "sonard: %s needs %s; see 'sonard --help'\n", given, wanted);
+    return USAGE;
+}
+
 int options_parse(int argc, char **argv, struct options *o)
 {
     int status = -1;
-    for (int c; status < 0 && (c = getopt_long(argc, argv, "c:h", longs, NULL)) != -1;)
-        status = take(o, c, optarg);
-    if (status < 0 && optind < argc)
-        return wrong("argument", argv[optind], "options only; see 'sonard --help'");
+    opterr = 0;
+    for (int c; status < 0 && (c = getopt_long(argc, argv, ":c:h", longs, NULL)) != -1;)
+        status = c == '?'   ? refuse_option(argv[optind - 1])
+                 : c == ':' ? refuse_bare(optopt, argv[optind - 1])
+                            : take(o, c, optarg);
+    if (status < 0 && optind < argc) {
+        fprintf(stderr,
+                "sonard: %s: want options only; a configuration is given as -c %s, a capture as --replay %s\n",
+                argv[optind], argv[optind], argv[optind]);
+        return USAGE;
+    }
     return status < 0 ? check_options(o) : status;
 }

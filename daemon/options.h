@@ -10,7 +10,7 @@
 #define OPTIONS_CONF "/etc/sonard/sonard.conf"
 
 /* Exit statuses. */
-enum { OK = 0, FAILED = 1, USAGE = 2 };
+enum { OK = 0, FAILED = 1, USAGE = 2, MISCONFIGURED = 3 };
 
 enum options_explain { EXPLAIN_NOT, EXPLAIN_TABLE, EXPLAIN_JSON };
 
@@ -20,8 +20,8 @@ struct options {
     bool bands; /* of --answers: every grid and elevation, not only about the horizon */
     enum options_explain explain;
     double every_s; /* of --answers; 0: after turns and at the end only */
-    double speed; /* 0: as fast as it goes */
-    int threads;  /* -1: as configured */
+    double speed;   /* 0: as fast as it goes */
+    int threads;    /* -1: as configured */
 };
 
 /** options_parse - over *o, which holds the defaults. -1: go on; otherwise all is said and it is the exit status. */

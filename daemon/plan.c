@@ -6,7 +6,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "../drivers/device.h"
+#include "drivers/devices/device.h"
 
 static void put(struct plan *plan, enum plan_id id, int which, enum plan_proof proof, const char *why, ...)
     __attribute__((format(printf, 5, 6)));
@@ -63,7 +63,7 @@ static void put_sonar(struct plan *plan, const struct conf *conf, int i)
     if (has_server(conf))
         put(plan, PLAN_IMAGE, i, PLAN_NONE, "clients may ask for it");
     else
-        put(plan, PLAN_IMAGE, i, PLAN_IDENTICAL, "without a socket nobody can ask for it");
+        put(plan, PLAN_IMAGE, i, PLAN_IDENTICAL, "no socket: no client can ask for it");
 }
 
 static void put_grid(struct plan *plan, const struct conf_grid *grid, int which)
@@ -75,7 +75,7 @@ static void put_grid(struct plan *plan, const struct conf_grid *grid, int which)
     else
         put(plan, PLAN_ELEVATION, which, PLAN_BOUNDED, "[grid%s%s] elevation = level: above and below are unknown",
             blank, grid->name);
-    put(plan, PLAN_MOTION, which, PLAN_NONE, "its centre follows the positions that are told, if any are");
+    put(plan, PLAN_MOTION, which, PLAN_NONE, "its centre follows the positions of the poses, if any");
     if (grid->relaxation > 0)
         put(plan, PLAN_RELAXATION, which, PLAN_NONE, "[grid%s%s] relaxation = %g", blank, grid->name,
             grid->relaxation);
@@ -90,11 +90,11 @@ static void put_map(struct plan *plan, const struct conf_map *map)
     else
         put(plan, PLAN_MAP, 0, PLAN_BOUNDED, "[map] voxel = none: only directions are asked");
     if (map->voxel_m > 0 && map->directory[0])
-        put(plan, PLAN_PAGER, 0, PLAN_NONE, "[map] directory takes what memory has no room for");
+        put(plan, PLAN_SAVER, 0, PLAN_NONE, "[map] directory takes submaps when memory is low");
     else if (map->voxel_m > 0)
-        put(plan, PLAN_PAGER, 0, PLAN_BOUNDED, "[map] directory = none: the oldest submaps are forgotten");
+        put(plan, PLAN_SAVER, 0, PLAN_BOUNDED, "[map] directory = none: the oldest submaps are forgotten");
     else
-        put(plan, PLAN_PAGER, 0, PLAN_IDENTICAL, "there is no map");
+        put(plan, PLAN_SAVER, 0, PLAN_IDENTICAL, "there is no map");
 }
 
 static bool any_steered(const struct conf *conf)
@@ -108,13 +108,13 @@ static bool any_steered(const struct conf *conf)
 static void put_process(struct plan *plan, const struct conf *conf)
 {
     if (any_steered(conf))
-        put(plan, PLAN_ATTENTION, 0, PLAN_NONE, "a sonar has scan = active");
+        put(plan, PLAN_ACTIVE_SENSING, 0, PLAN_NONE, "a sonar has scan = active");
     else
-        put(plan, PLAN_ATTENTION, 0, PLAN_BOUNDED, "no sonar has scan = active");
+        put(plan, PLAN_ACTIVE_SENSING, 0, PLAN_BOUNDED, "no sonar has scan = active");
     if (conf->pipeline.threads > 0)
         put(plan, PLAN_THREADS, 0, PLAN_NONE, "[pipeline] threads = %d", conf->pipeline.threads);
     else
-        put(plan, PLAN_THREADS, 0, PLAN_IDENTICAL, "[pipeline] threads = 0: the event loop does it all");
+        put(plan, PLAN_THREADS, 0, PLAN_IDENTICAL, "[pipeline] threads = 0: all work runs in the event loop");
     if (conf->record.directory[0])
         put(plan, PLAN_RECORD, 0, PLAN_NONE, "[record] directory");
     else
@@ -122,7 +122,7 @@ static void put_process(struct plan *plan, const struct conf *conf)
     if (has_server(conf))
         put(plan, PLAN_SERVER, 0, PLAN_NONE, "[server] socket");
     else
-        put(plan, PLAN_SERVER, 0, PLAN_BOUNDED, "[server] socket = none: nobody can ask");
+        put(plan, PLAN_SERVER, 0, PLAN_BOUNDED, "[server] socket = none: no clients");
 }
 
 void plan_make(const struct conf *conf, struct plan *plan)
@@ -133,7 +133,7 @@ void plan_make(const struct conf *conf, struct plan *plan)
     put_grid(plan, &conf->grid, 0);
     for (int i = 0; i < conf->n_more_grids; i++)
         put_grid(plan, &conf->more_grid[i], i + 1);
-    put(plan, PLAN_CLUSTERS, 0, PLAN_IDENTICAL, "made when somebody asks for them");
+    put(plan, PLAN_CLUSTERS, 0, PLAN_IDENTICAL, "made on request");
     put_map(plan, &conf->map);
     put_process(plan, conf);
 }
@@ -160,8 +160,8 @@ const char *plan_name(enum plan_id id)
                                                 [PLAN_RELAXATION] = "relaxation",
                                                 [PLAN_CLUSTERS] = "clusters",
                                                 [PLAN_MAP] = "map",
-                                                [PLAN_PAGER] = "pager",
-                                                [PLAN_ATTENTION] = "attention",
+                                                [PLAN_SAVER] = "saver",
+                                                [PLAN_ACTIVE_SENSING] = "sensing",
                                                 [PLAN_THREADS] = "threads",
                                                 [PLAN_RECORD] = "record",
                                                 [PLAN_SERVER] = "server"};

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * plan - which stages a configuration needs: each in or out, and why. The wiring builds by it; `sonard --explain` and the
- * method `plan` show it. Knows the configuration and the devices' table; no process, no memory, no time.
+ * plan - which stages a configuration needs: each in or out, and why. The wiring builds by it; `sonard --explain` and
+ * the method `plan` show it. Knows the configuration and the devices' table; no process, no memory, no time.
  *
  * A stage is left out by itself only where every answer stays the same, bit for bit (PLAN_IDENTICAL), or because a key
  * of the configuration says so, which bounds what is lost (PLAN_BOUNDED).
@@ -12,7 +12,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 
-#include "../config/conf.h"
+#include "config/conf.h"
 
 #define PLAN_WHY_MAX    112
 #define PLAN_STAGES_MAX (CONF_MAX_SONARS * 6 + (CONF_MAX_GRIDS + 1) * 4 + 7)
@@ -25,16 +25,16 @@ enum plan_id {
     PLAN_CLEANUP,
     PLAN_MARKS,
     PLAN_IMAGE,
-    /* of all of them; of a grid: its directions, those above and below the horizon, a move of its centre, the step towards
-     * neighbours */
+    /* of all of them; of a grid: its directions, those above and below the horizon, a move of its centre, the step
+     * towards neighbours */
     PLAN_GRID,
     PLAN_ELEVATION,
     PLAN_MOTION,
     PLAN_RELAXATION,
     PLAN_CLUSTERS,
     PLAN_MAP,
-    PLAN_PAGER,
-    PLAN_ATTENTION,
+    PLAN_SAVER,
+    PLAN_ACTIVE_SENSING,
     PLAN_THREADS,
     PLAN_RECORD,
     PLAN_SERVER,

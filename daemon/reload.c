@@ -1,15 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 #include "reload.h"
 
-#include <jansson.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 
-#include "daemon.h"
-#include "errand.h"
-#include "log.h"
-#include "methods.h"
+#include "daemon/methods/request_job.h"
+#include "core/log.h"
 #include "notify.h"
 #include "settings.h"
 #include "wiring.h"
@@ -53,63 +51,65 @@ static void on_change(void *ctx, const char *section, const char *text, bool liv
         log_line(LOG_WARNING, "reload_restart", "reload: %s: needs a restart", text);
 }
 
-/* Of the grids of the configuration; others were made by clients, who said what they wanted. */
-static void set_limits(struct daemon *d)
+/* Whatever order the sections have by now. */
+static void set_limits(const struct reload_env *env)
 {
-    for (int i = 0; i <= d->conf.n_more_grids; i++) {
+    for (int i = 0; i <= env->conf->n_more_grids; i++) {
         struct grid_setting setting;
-        wiring_grid(&d->conf, i == 0 ? &d->conf.grid : &d->conf.more_grid[i - 1], &setting);
-        for (int k = 0; pipeline_grid(d->pipeline, k); k++) {
-            struct grid *grid = pipeline_grid(d->pipeline, k);
-            if (!grid->of_client && strcmp(grid->setting.name, setting.name) == 0)
+        struct grid *grid;
+        wiring_grid(env->conf, i == 0 ? &env->conf->grid : &env->conf->more_grid[i - 1], &setting);
+        for (int k = 0; (grid = pipeline_grid(env->pipeline, k)); k++)
+            if (strcmp(grid->setting.name, setting.name) == 0)
                 grid->setting.limits = setting.limits;
-        }
     }
 }
 
 /* A sonar whose extraction begins anew. */
 struct renewal {
-    struct extract_errand way;
+    struct extract_job job;
     char sonar[CONF_NAME_MAX];
 };
 
 static void tell_renewal(void *renewal)
 {
     struct renewal *r = renewal;
-    if (r->way.good)
-        log_line(LOG_INFO, "reload_extract", "reload: %s: ring-down and noise are learnt anew", r->sonar);
-    else if (r->way.err[0])
-        log_line(LOG_ERR, "reload_fault", "reload: %s: %s", r->sonar, r->way.err);
+    if (r->job.good)
+        log_line(LOG_INFO, "reload_extract", "reload: %s: learning ring-down and noise again", r->sonar);
+    else if (r->job.fault.text[0])
+        log_line(LOG_ERR, "reload_fault", "reload: %s: %s", r->sonar, r->job.fault.text);
     free(r);
 }
 
-static void renew_extract(struct daemon *d, int sensor)
+static void renew_extract(const struct reload_env *env, int sensor)
 {
     struct renewal *r = calloc(1, sizeof *r);
     if (!r) {
-        log_line(LOG_ERR, "reload_fault", "reload: %s: out of memory", d->conf.sonar[sensor].name);
+        log_line(LOG_ERR, "reload_fault", "reload: %s: out of memory", env->conf->sonar[sensor].name);
         return;
     }
-    r->way = (struct extract_errand){.errand.early = true, .sensor = sensor};
-    wiring_extract(&d->conf, sensor, &r->way.conf);
-    snprintf(r->sonar, sizeof r->sonar, "%s", d->conf.sonar[sensor].name);
-    pipeline_errand(d->pipeline, &r->way.errand, pipeline_take_extract);
-    pipeline_errand_leave(&r->way.errand, tell_renewal);
+    r->job = (struct extract_job){.call.extracts = true, .sensor = sensor};
+    wiring_extract(env->conf, sensor, &r->job.conf);
+    snprintf(r->sonar, sizeof r->sonar, "%s", env->conf->sonar[sensor].name);
+    owner_poll(env->pipeline, &r->job.call, pipeline_take_extract);
+    owner_job_leave(&r->job.call, tell_renewal);
 }
 
 /* extract: [conf->n_sonars], whose extraction begins anew. */
-static void put_in_force(struct daemon *d, const struct conf *conf, const bool *extract)
+static void put_in_force(const struct reload_env *env, const struct conf *conf, const bool *extract)
 {
-    d->conf = *conf;
-    set_limits(d);
+    struct pose_drift drift;
+    *env->conf = *conf;
+    set_limits(env);
     log_set_level(settings_log_level(conf));
-    pose_log_set_max_age(&d->poses, (uint64_t)(conf->pose.max_age_s * 1e9));
-    pose_log_set_most(&d->poses, conf->vehicle.max_speed_mps, conf->vehicle.max_turn_radps);
-    if (d->server)
-        server_set_change(d->server, conf->server.change);
+    pose_log_set_max_age(env->poses, (uint64_t)(conf->pose.max_age_s * 1e9));
+    pose_log_set_most(env->poses, conf->vehicle.max_speed_mps, conf->vehicle.max_turn_radps);
+    wiring_drift(conf, &drift);
+    pose_log_set_drift(env->poses, loop_now(env->loop), &drift);
+    if (env->server)
+        server_set_change(env->server, conf->server.change);
     for (int i = 0; i < conf->n_sonars; i++)
         if (extract[i])
-            renew_extract(d, i);
+            renew_extract(env, i);
 }
 
 static void ignore_change(void *ctx, const char *section, const char *text, bool live)
@@ -117,39 +117,48 @@ static void ignore_change(void *ctx, const char *section, const char *text, bool
     (void)ctx, (void)section, (void)text, (void)live;
 }
 
-/* False with a fault: nothing has changed. */
-static bool reload(struct daemon *d, struct outcome *o)
+/* A FIFO would make the loop wait for its writer. Its reader reports what is missing. */
+static bool is_readable_again(const char *path, struct outcome *o)
 {
-    struct conf wanted, merged = d->conf;
+    struct stat st;
+    char sentence[FAULT_TEXT_MAX];
+    if (!path || stat(path, &st) != 0 || S_ISREG(st.st_mode))
+        return true;
+    snprintf(sentence, sizeof sentence, "%s is not a regular file and cannot be read again", path);
+    on_fault(o, sentence);
+    return false;
+}
+
+/* False with a fault: nothing has changed. */
+static bool reload(const struct reload_env *env, struct outcome *o)
+{
+    struct conf wanted, merged = *env->conf;
     struct conf_source *source = NULL;
-    bool good = settings_load(d->options, &wanted, &source, on_fault, o);
+    bool good = is_readable_again(settings_path(env->options), o) &&
+                settings_load(env->options, &wanted, &source, on_fault, o);
     if (good) {
         conf_take_live(&merged, &wanted, ignore_change, NULL);
         good = conf_check_together(&merged, source, &settings_checks, on_fault, o) == 0;
     }
     if (good) {
-        merged = d->conf;
+        merged = *env->conf;
         conf_take_live(&merged, &wanted, on_change, o);
-        put_in_force(d, &merged, o->extract);
+        put_in_force(env, &merged, o->extract);
     }
     conf_source_free(source);
     return good;
 }
 
-json_t *reload_method(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+json_t *reload_now(const struct reload_env *env, struct rpc_error *error)
 {
-    static const char *const keys[] = {NULL};
-    struct daemon *d = call->daemon;
-    if (!rpc_only(params, keys, error))
-        return NULL;
-    if (d->replay) {
+    if (env->replay) {
         rpc_refuse(error, RPC_INVALID_REQUEST, "a replay keeps its configuration");
         return NULL;
     }
-    if (!errand_room(call, error))
+    if (!request_job_room(env->pipeline, error))
         return NULL;
-    struct outcome o = {.conf = &d->conf, .applied = json_array(), .restart = json_array()};
-    if (reload(d, &o))
+    struct outcome o = {.conf = env->conf, .applied = json_array(), .restart = json_array()};
+    if (reload(env, &o))
         return json_pack("{s:o, s:o}", "applied", o.applied, "needs_restart", o.restart);
     json_decref(o.applied);
     json_decref(o.restart);
@@ -161,20 +170,17 @@ json_t *reload_method(const struct rpc_call *call, json_t *params, struct rpc_er
     return NULL;
 }
 
-void reload_by_signal(struct daemon *d)
+void reload_by_signal(const struct reload_env *env)
 {
-    const struct rpc_call call = {.daemon = d, .now_ns = loop_now(d->loop)};
     struct rpc_error error = {0};
-    json_t *params = json_object();
     notify_tell("RELOADING=1\nMONOTONIC_USEC=%llu", (unsigned long long)(loop_clock() / 1000));
-    json_t *result = reload_method(&call, params, &error);
+    json_t *result = reload_now(env, &error);
     if (result)
-        log_line(LOG_NOTICE, "reloaded", "reload: %s: %zu changed, %zu need a restart", d->conf_name,
+        log_line(LOG_NOTICE, "reloaded", "reload: %s: %zu changed, %zu need a restart", env->conf_name,
                  json_array_size(json_object_get(result, "applied")),
                  json_array_size(json_object_get(result, "needs_restart")));
     else
         log_line(LOG_ERR, "reload_failed", "reload: %s", error.message);
     notify_tell("READY=1");
     json_decref(result);
-    json_decref(params);
 }

@@ -1,15 +1,38 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * reload - reads the configuration anew while all goes on. All keys that a running daemon can change take effect, or,
- * where the new configuration has a fault, none; the others are named. Maps, poses, clients and sonars stay. The
- * method `reload` is in methods.h.
+ * where the new configuration has a fault, none; the others are named. Maps, poses, clients and sonars stay. The method
+ * `reload` answers with what reload_now says.
  */
 #ifndef SONARD_RELOAD_H
 #define SONARD_RELOAD_H
 
-struct daemon;
+#include <jansson.h>
+#include <stdbool.h>
+
+#include "config/conf.h"
+#include "core/loop.h"
+#include "daemon/input/pose_log.h"
+#include "daemon/pipeline/pipeline.h"
+#include "daemon/rpc/server.h"
+#include "options.h"
+
+/* What it reads, and where what it found takes effect; all of it outlives it. */
+struct reload_env {
+    const struct options *options;
+    const char *conf_name;
+    struct conf *conf; /* in force */
+    struct loop *loop;
+    struct pipeline *pipeline;
+    struct pose_log *poses;
+    struct server *server; /* NULL: none */
+    bool replay;
+};
+
+/** reload_now - do it: what has changed, as the method `reload` answers; NULL with a refusal in *error. */
+json_t *reload_now(const struct reload_env *env, struct rpc_error *error);
 
 /** reload_by_signal - do it, and say in the log and to the service manager what came of it. */
-void reload_by_signal(struct daemon *d);
+void reload_by_signal(const struct reload_env *env);
 
 #endif

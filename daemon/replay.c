@@ -5,12 +5,12 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
-#include "../drivers/candump.h"
-#include "../drivers/mcap.h"
-#include "instruments.h"
-#include "log.h"
+#include "drivers/capture/candump.h"
+#include "drivers/capture/mcap.h"
+#include "core/log.h"
 
 /* Clients are served so often in a replay that runs as fast as it goes. */
 #define MESSAGES_PER_TURN 64
@@ -38,14 +38,27 @@ struct replay {
     char address[sizeof "can:" + IFNAMSIZ]; /* of that frame */
     struct message next;
     bool has_next;
-    uint64_t skipped_ns; /* gaps, together */
-    uint64_t unknown;    /* messages on channels that no configured sensor has */
+    const char *path;
+    bool quiet;                     /* damage is not logged */
+    uint64_t start_ns, end_ns;      /* of the first message, and of the last; end 0: not looked for */
+    uint64_t paced_ns, paced_at_ns; /* the clock when pacing began, and loop_clock then */
+    double speed;                   /* 0: not paced */
+    bool paused, jumping, again;    /* again: from the start, because the jump leads back */
+    uint64_t jump_ns;               /* to there */
+    uint64_t unknown;               /* messages on channels that no configured sensor has */
+    char stranger[128];             /* one of them, where a sonar spoke; empty: none */
 };
+
+static uint64_t whole_ns(double ns)
+{
+    return ns < (double)TIME_MAX_NS ? (uint64_t)ns : TIME_MAX_NS;
+}
 
 static void on_problem(void *ctx, const char *sentence)
 {
-    (void)ctx;
-    log_limited(loop_clock(), LOG_WARNING, LOG_ABOUT(.event = "capture_damaged"), "capture: %s", sentence);
+    const struct replay *r = ctx;
+    if (!r->quiet)
+        log_limited(loop_clock(), LOG_WARNING, LOG_ABOUT(.event = "capture_damaged"), "capture: %s", sentence);
 }
 
 static bool next_of_capture(struct replay *r)
@@ -79,49 +92,118 @@ static void take_next(struct replay *r)
 }
 
 /* A capture, or else a CAN log. */
-static bool open_file(struct replay *r, const char *path, char *err, size_t err_size)
+static bool open_file(struct replay *r, const char *path, struct fault *fault)
 {
-    char why[256];
-    if (access(path, R_OK) != 0) {
-        snprintf(err, err_size, "%s: %s", path, strerror(errno));
-        return false;
-    }
-    r->reader = mcap_open(path, on_problem, r, err, err_size);
+    struct fault why;
+    struct stat st;
+    if (access(path, R_OK) != 0 || stat(path, &st) != 0)
+        return fault_set(fault, "%s: %s", path, strerror(errno));
+    if (!S_ISREG(st.st_mode))
+        return fault_set(fault, "%s: not a file; want a capture, as /var/lib/sonard/captures/NAME.mcap", path);
+    r->reader = mcap_open(path, on_problem, r, fault);
     if (!r->reader)
-        r->log = candump_open(path, why, sizeof why);
+        r->log = candump_open(path, &why);
     if (r->reader || r->log)
         return true;
-    size_t used = strlen(err);
-    snprintf(err + used, err_size - used, "; nor a CAN log: %s", why);
-    return false;
+    return fault_add(fault, "; nor a CAN log as `candump -L` writes it. A recording of another program becomes a "
+                            "capture with `sonarctl capture import`, a ROS bag with `sonard-rosbag`");
 }
 
-struct replay *replay_open(const char *path, char *err, size_t err_size)
+struct replay *replay_open(const char *path, double speed, struct fault *fault)
 {
     struct replay *r = calloc(1, sizeof *r);
     if (!r) {
-        snprintf(err, err_size, "out of memory");
+        fault_set(fault, "out of memory");
         return NULL;
     }
-    if (!open_file(r, path, err, err_size)) {
+    if (!open_file(r, path, fault)) {
         free(r);
         return NULL;
     }
     take_next(r);
+    r->path = path;
+    r->speed = speed;
+    r->start_ns = r->has_next ? r->next.log_ns : 0;
     return r;
 }
 
-const char *replay_conf(struct replay *r, size_t *size, char *err, size_t err_size)
+static void close_file(struct replay *r)
+{
+    mcap_close(r->reader);
+    candump_close(r->log);
+}
+
+/* The greatest time of all messages, by reading them. */
+static uint64_t read_through(struct replay *r)
+{
+    uint64_t end_ns = 0;
+    for (take_next(r); r->has_next; take_next(r))
+        if (r->next.log_ns > end_ns)
+            end_ns = r->next.log_ns;
+    return end_ns;
+}
+
+void replay_measure(struct replay *r)
+{
+    struct replay other = {.quiet = true};
+    struct fault fault;
+    r->end_ns = r->start_ns;
+    if (!open_file(&other, r->path, &fault))
+        return;
+    uint64_t end_ns;
+    if (!other.reader || !mcap_summary_end(other.reader, &end_ns) || end_ns > TIME_MAX_NS)
+        end_ns = read_through(&other);
+    if (end_ns > r->end_ns)
+        r->end_ns = end_ns;
+    close_file(&other);
+}
+
+bool replay_leads_back(const struct replay *r)
+{
+    return r->again;
+}
+
+bool replay_again(struct replay *r, struct fault *fault)
+{
+    fault->text[0] = '\0';
+    if (!r->again)
+        return false;
+    close_file(r);
+    r->reader = NULL;
+    r->log = NULL;
+    r->again = false;
+    r->unknown = 0;
+    r->stranger[0] = '\0';
+    if (!open_file(r, r->path, fault))
+        return false;
+    take_next(r);
+    r->jumping = true;
+    return true;
+}
+
+const char *replay_conf(struct replay *r, size_t *size, struct fault *fault)
 {
     struct mcap_attachment a;
     if (!r->reader) {
-        snprintf(err, err_size, "a CAN log holds no configuration");
+        fault_set(fault, "a CAN log holds no configuration");
         return NULL;
     }
-    if (!mcap_find_attachment(r->reader, "sonard.conf", &a, err, err_size))
+    if (!mcap_find_attachment(r->reader, "sonard.conf", &a, fault))
         return NULL;
     *size = a.size;
     return (const char *)a.data;
+}
+
+bool replay_has_line(const struct replay *r, const char *sonar)
+{
+    const struct mcap_channel *c;
+    char topic[CONF_NAME_MAX + 8];
+    snprintf(topic, sizeof topic, "/%s/rx", sonar);
+    for (size_t i = 0; r->reader && (c = mcap_channel_at(r->reader, i)) != NULL; i++)
+        for (size_t k = 0; strcmp(c->topic, topic) == 0 && k < c->n_metadata; k++)
+            if (strcmp(c->metadata[k].key, "line") == 0 && strcmp(c->metadata[k].value, "none") == 0)
+                return false;
+    return true;
 }
 
 uint64_t replay_start(struct replay *r)
@@ -129,121 +211,195 @@ uint64_t replay_start(struct replay *r)
     return r->has_next ? r->next.log_ns : 0;
 }
 
-/* The port of that sonar read the next message; on a bus that may be several. */
-static bool is_for(const struct replay *r, const struct daemon *d, int sonar)
+static void start_pace(struct replay *r, const struct loop *loop)
 {
-    const char *name = d->conf.sonar[sonar].name, *topic = r->next.topic;
+    r->paced_ns = loop_now(loop);
+    r->paced_at_ns = loop_clock();
+}
+
+void replay_state(const struct replay *r, const struct loop *loop, struct replay_state *out)
+{
+    *out = (struct replay_state){
+        .length_s = r->end_ns ? (double)(r->end_ns - r->start_ns) * 1e-9 : -1,
+        .position_s = (double)(loop_now(loop) - r->start_ns) * 1e-9,
+        .speed = r->speed,
+        .paused = r->paused,
+        .jumping = r->jumping,
+    };
+}
+
+void replay_pace(struct replay *r, const struct loop *loop, double speed, bool paused)
+{
+    r->speed = speed;
+    r->paused = paused;
+    start_pace(r, loop);
+}
+
+void replay_jump(struct replay *r, struct loop *loop, double to_s)
+{
+    r->jump_ns = r->start_ns + whole_ns(to_s * 1e9);
+    r->again |= r->jump_ns < loop_now(loop); /* after one that leads back, this one goes on from the start */
+    r->jumping = r->has_next || r->again;
+    if (r->again)
+        loop_quit(loop);
+}
+
+/* The port of that sonar read the next message; on a bus that may be several. */
+static bool is_for(const struct replay *r, const struct replay_env *env, int sonar)
+{
+    const char *name = env->conf->sonar[sonar].name, *topic = r->next.topic;
     size_t n = strlen(name);
     if (r->log)
-        return strcmp(topic, d->conf.sonar[sonar].port) == 0;
+        return strcmp(topic, env->conf->sonar[sonar].port) == 0;
     return topic[0] == '/' && strncmp(topic + 1, name, n) == 0 && strcmp(topic + 1 + n, "/rx") == 0;
 }
 
-static void take_pose(struct replay *r, struct daemon *d)
+static void take_pose(struct replay *r, const struct replay_env *env)
 {
-    struct rpc_error error = {0};
-    json_error_t fault;
-    json_t *params = json_loadb((const char *)r->next.data, r->next.size, 0, &fault);
-    if (!json_is_object(params))
-        snprintf(error.message, sizeof error.message, "not a JSON object");
-    else
-        daemon_take_pose(d, params, &error);
-    if (error.message[0])
-        log_limited(loop_now(d->loop), LOG_WARNING, LOG_ABOUT(.event = "capture_pose"), "capture: /pose: %s",
-                    error.message);
-    json_decref(params);
+    struct fault fault;
+    if (!env->pose(env->ctx, r->next.data, r->next.size, &fault))
+        log_limited(loop_now(env->loop), LOG_WARNING, LOG_ABOUT(.event = "capture_pose"), "capture: /pose: %s",
+                    fault.text);
 }
 
-static void deliver(struct replay *r, struct daemon *d)
+static void deliver(struct replay *r, const struct replay_env *env)
 {
     const char *topic = r->next.topic;
     size_t n = strlen(topic);
     bool known = false;
-    for (int i = 0; i < d->conf.n_sonars; i++) {
-        if (!is_for(r, d, i))
+    for (int i = 0; i < env->conf->n_sonars; i++) {
+        if (!is_for(r, env, i))
             continue;
-        source_feed(d->source[i], r->next.data, r->next.size);
+        source_feed(env->source[i], r->next.data, r->next.size);
         known = true;
     }
     if (known)
         return;
     if (strcmp(topic, "/pose") == 0)
-        take_pose(r, d);
-    else if (!instruments_feed(d, topic, r->next.data, r->next.size) &&
-             (n < 3 || strcmp(topic + n - 3, "/tx") != 0))
+        take_pose(r, env);
+    else if (!aux_sensors_feed(env->aux, topic, r->next.data, r->next.size) &&
+             (n < 3 || strcmp(topic + n - 3, "/tx") != 0)) {
         r->unknown++;
+        if (!r->stranger[0] && (r->log || (n > 3 && strcmp(topic + n - 3, "/rx") == 0)))
+            snprintf(r->stranger, sizeof r->stranger, "%s", topic);
+    }
 }
 
 /* Nobody wants to wait for what lies between two dives, nor see watches fire all through it. */
-static void skip_gap(struct replay *r, struct daemon *d)
+static void skip_gap(struct replay *r, const struct replay_env *env)
 {
-    uint64_t now = loop_now(d->loop);
+    uint64_t now = loop_now(env->loop);
     if (!r->has_next || r->next.log_ns <= now || r->next.log_ns - now <= GAP_NS)
         return;
-    r->skipped_ns += r->next.log_ns - now;
     log_limited(loop_clock(), LOG_NOTICE, LOG_ABOUT(.event = "capture_gap"),
-                "capture: %.0f s without a message are skipped", (double)(r->next.log_ns - now) * 1e-9);
-    loop_skip(d->loop, r->next.log_ns);
+                "capture: skipped %.0f s without a message", (double)(r->next.log_ns - now) * 1e-9);
+    loop_skip(env->loop, r->next.log_ns);
+    start_pace(r, env->loop);
 }
 
 /* Plays what is due at t_ns; false when nothing is left. */
-static bool play_until(struct replay *r, struct daemon *d, uint64_t t_ns, int most)
+static bool play_until(struct replay *r, const struct replay_env *env, uint64_t t_ns, int most)
 {
     while (r->has_next && r->next.log_ns <= t_ns && most-- > 0) {
-        loop_advance(d->loop, r->next.log_ns);
-        deliver(r, d);
+        loop_advance(env->loop, r->next.log_ns);
+        deliver(r, env);
         take_next(r);
-        skip_gap(r, d);
+        skip_gap(r, env);
     }
     return r->has_next;
 }
 
 /* One turn of the loop; returns false when nothing is left. Advancing the clock only to what has been played keeps
  * the timers in step with the bytes. */
-static bool turn(struct replay *r, struct daemon *d, uint64_t until, uint64_t wait_ns, bool *running)
+static bool turn(struct replay *r, const struct replay_env *env, uint64_t until, uint64_t wait_ns, bool *running)
 {
-    bool more = play_until(r, d, until, MESSAGES_PER_TURN);
+    bool more = play_until(r, env, until, MESSAGES_PER_TURN);
     if (more && r->next.log_ns > until)
-        loop_advance(d->loop, until);
-    *running = loop_turn(d->loop, wait_ns);
+        loop_advance(env->loop, until);
+    *running = loop_turn(env->loop, wait_ns);
     return more;
 }
 
-static uint64_t whole_ns(double ns)
+/* The jump is over where nothing is left up to its time, and the clock shows that. */
+static void end_jump(struct replay *r, const struct replay_env *env, bool more)
 {
-    return ns < (double)TIME_MAX_NS ? (uint64_t)ns : TIME_MAX_NS;
+    if (more && (r->next.log_ns <= r->jump_ns || loop_now(env->loop) < r->jump_ns))
+        return;
+    pipeline_drain(env->pipeline);
+    r->jumping = false;
+    start_pace(r, env->loop);
 }
 
-bool replay_run(struct replay *r, struct daemon *d, double speed)
+static bool paced_turn(struct replay *r, const struct replay_env *env, bool *running)
 {
-    uint64_t real_start = loop_clock(), start = loop_now(d->loop);
-    bool more = r->has_next, running = true;
-    while (more && running) {
-        uint64_t until = LOOP_NEVER, wait_ns = 0;
-        if (speed > 0) {
-            until = start + r->skipped_ns + whole_ns((double)(loop_clock() - real_start) * speed);
-            if (r->next.log_ns > until)
-                wait_ns = whole_ns((double)(r->next.log_ns - until) / speed);
-        }
-        more = turn(r, d, until, wait_ns < PACE_NS ? wait_ns : PACE_NS, &running);
+    uint64_t until = LOOP_NEVER, wait_ns = 0;
+    if (r->speed > 0) {
+        until = r->paced_ns + whole_ns((double)(loop_clock() - r->paced_at_ns) * r->speed);
+        if (r->next.log_ns > until)
+            wait_ns = whole_ns((double)(r->next.log_ns - until) / r->speed);
     }
-    pipeline_drain(d->pipeline);
+    return turn(r, env, until, wait_ns < PACE_NS ? wait_ns : PACE_NS, running);
+}
+
+bool replay_run(struct replay *r, const struct replay_env *env)
+{
+    bool more = r->has_next, running = true;
+    start_pace(r, env->loop);
+    while (more && running) {
+        if (r->jumping) {
+            more = turn(r, env, r->jump_ns, 0, &running);
+            end_jump(r, env, more);
+        } else if (r->paused) {
+            running = loop_turn(env->loop, LOOP_NEVER);
+        } else {
+            more = paced_turn(r, env, &running);
+        }
+    }
+    pipeline_drain(env->pipeline);
     if (r->unknown)
         log_counted(LOG_WARNING, "capture_unknown", r->unknown,
                     "capture: %llu messages on %s that no configured sonar has", (unsigned long long)r->unknown,
                     r->log ? "CAN interfaces" : "channels");
     if (r->log && candump_left_out(r->log))
         log_counted(LOG_WARNING, "capture_damaged", candump_left_out(r->log),
-                    "capture: %llu lines are no frames and were left out",
+                    "capture: %llu lines were skipped: not CAN frames",
                     (unsigned long long)candump_left_out(r->log));
     return running;
+}
+
+/* What a sonar that made no ping of the capture had of it. */
+static void tell_unheard(const struct replay *r, const struct conf_sonar *sonar, uint64_t bytes)
+{
+    if (bytes)
+        log_sonar(LOG_ERR, "capture_unheard", sonar->name,
+                  "%llu bytes of the capture hold no ping of a %s: wrong device?", (unsigned long long)bytes,
+                  sonar->device);
+    else
+        log_sonar(LOG_ERR, "capture_unheard", sonar->name,
+                  "the capture has no message of this sonar, but has %s: wrong name?", r->stranger);
+}
+
+bool replay_judge(const struct replay *r, const struct replay_env *env)
+{
+    struct source_stats stats[CONF_MAX_SONARS];
+    uint64_t bytes = 0, pings = 0;
+    for (int i = 0; i < env->conf->n_sonars; i++) {
+        source_stats(env->source[i], &stats[i]);
+        bytes += stats[i].bytes_in;
+        pings += stats[i].device.pings;
+    }
+    if (pings || (!bytes && !r->stranger[0]))
+        return true;
+    for (int i = 0; i < env->conf->n_sonars; i++)
+        if (stats[i].bytes_in || r->stranger[0])
+            tell_unheard(r, &env->conf->sonar[i], stats[i].bytes_in);
+    return false;
 }
 
 void replay_close(struct replay *r)
 {
     if (!r)
         return;
-    mcap_close(r->reader);
-    candump_close(r->log);
+    close_file(r);
     free(r);
 }

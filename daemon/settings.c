@@ -1,41 +1,68 @@
 /* SPDX-License-Identifier: MIT */
 #include "settings.h"
 
+#include <ctype.h>
+#include <errno.h>
 #include <stdio.h>
+#include <unistd.h>
 
-#include "../drivers/device.h"
-#include "../drivers/gpio.h"
-#include "../drivers/modbus_depth.h"
-#include "../drivers/port.h"
-#include "source.h"
+#include "wiring.h"
+#include "config/word.h"
+#include "core/fault.h"
+#include "drivers/devices/device.h"
+#include "drivers/gpio/gpio.h"
+#include "drivers/pose/modbus_depth.h"
+#include "drivers/ports/port.h"
+#include "daemon/input/source.h"
 
-static bool device_exists(const char *name, char *err, size_t err_size)
+static bool device_exists(const char *name, struct fault *fault)
 {
+    const char *nearest = NULL;
+    char lower[WORD_FAR];
+    size_t best = WORD_FAR, n = 0;
     if (device_find(name))
         return true;
-    int n = snprintf(err, err_size, "there is no such device; there are:");
-    for (const struct device_ops *const *ops = device_table; *ops && n > 0 && (size_t)n < err_size; ops++)
-        n += snprintf(err + n, err_size - (size_t)n, " %s", (*ops)->name);
+    for (; name[n] && n < sizeof lower - 1; n++)
+        lower[n] = (char)tolower((unsigned char)name[n]);
+    lower[n] = '\0';
+    for (const struct device_ops *const *ops = device_table; *ops; ops++)
+        if (word_is_nearest(lower, (*ops)->name, &best))
+            nearest = (*ops)->name;
+    fault_set(fault,
+              nearest ? "unknown device; did you mean %s? Supported:" : "unknown device; supported:", nearest);
+    for (const struct device_ops *const *ops = device_table; *ops; ops++)
+        fault_add(fault, " %s", (*ops)->name);
     return false;
 }
 
-static bool port_exists(const char *address, char *err, size_t err_size)
+static bool port_exists(const char *address, struct fault *fault)
 {
     const char *rest;
-    return port_find(address, &rest, err, err_size) != NULL;
+    return port_find(address, &rest, fault) != NULL;
 }
 
-static bool line_exists(const char *name, char *err, size_t err_size)
+static bool line_exists(const char *name, struct fault *fault)
 {
     (void)name;
-    return gpio_library.available(err, err_size);
+    return gpio_library.available(fault);
+}
+
+/* As the start makes it, but nothing is allocated. */
+static bool whole_check(const struct conf *conf, struct fault *fault)
+{
+    struct plan plan;
+    struct pipeline_conf pipeline;
+    plan_make(conf, &plan);
+    wiring_pipeline(conf, &plan, false, &pipeline);
+    return wiring_check(conf, &pipeline, fault);
 }
 
 const struct conf_checks settings_checks = {.device = device_exists,
                                             .port = port_exists,
                                             .depth = modbus_depth_check,
                                             .line = line_exists,
-                                            .sonar = source_check};
+                                            .sonar = source_check,
+                                            .whole = whole_check};
 
 const char *settings_path(const struct options *o)
 {
@@ -47,6 +74,12 @@ const char *settings_path(const struct options *o)
 bool settings_load(const struct options *o, struct conf *conf, struct conf_source **source, conf_fault_fn fault,
                    void *fault_ctx)
 {
+    if (!o->conf && access(settings_path(o), F_OK) != 0 && errno == ENOENT) {
+        *source = NULL;
+        fault(fault_ctx, "no configuration at " OPTIONS_CONF
+                         "; name one with -c FILE (`sonarctl setup --output FILE` writes it)");
+        return false;
+    }
     if (conf_load(conf, source, settings_path(o), &settings_checks, fault, fault_ctx) != 0)
         return false;
     settings_override(o, conf, *source);

@@ -8,8 +8,8 @@
 
 #include <stdbool.h>
 
-#include "../config/conf.h"
-#include "log.h"
+#include "config/conf.h"
+#include "core/log.h"
 #include "options.h"
 
 /* Devices, ports, lines: is there such a thing, can it do that? */

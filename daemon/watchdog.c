@@ -2,13 +2,12 @@
 #include "watchdog.h"
 
 #include <errno.h>
-#include <stdio.h>
 #include <string.h>
 #include <sys/epoll.h>
 #include <sys/timerfd.h>
 #include <unistd.h>
 
-#include "log.h"
+#include "core/log.h"
 #include "notify.h"
 
 #define LOOKS 4 /* in the time the manager gives: a look that comes late is not the end */
@@ -37,14 +36,14 @@ static void on_timer(void *ctx, uint32_t events, uint64_t now_ns)
     if (stuck < 0)
         notify_tell("WATCHDOG=1");
     else if (w->stuck < 0)
-        log_line(LOG_ERR, "watchdog_stuck", "watchdog: the %s thread did not take a turn for %.1f s",
+        log_line(LOG_ERR, "watchdog_stuck", "watchdog: the %s thread made no progress for %.1f s",
                  pipeline_thread_name(w->pipeline, stuck), (double)w->period_ns * 1e-9);
     w->stuck = stuck;
     pipeline_poke(w->pipeline);
 }
 
 bool watchdog_start(struct watchdog *w, struct loop *loop, struct pipeline *pipeline, uint64_t within_ns,
-                    char *err, size_t err_size)
+                    struct fault *fault)
 {
     if (!within_ns)
         return true;
@@ -59,7 +58,7 @@ bool watchdog_start(struct watchdog *w, struct loop *loop, struct pipeline *pipe
     if (w->timer.fd >= 0 && timerfd_settime(w->timer.fd, 0, &setting, NULL) == 0 &&
         loop_add(loop, &w->timer, EPOLLIN))
         return true;
-    snprintf(err, err_size, "watchdog: %s", strerror(errno));
+    fault_set(fault, "watchdog: %s", strerror(errno));
     watchdog_stop(w);
     return false;
 }

@@ -12,8 +12,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "loop.h"
-#include "pipeline.h"
+#include "core/fault.h"
+#include "core/loop.h"
+#include "daemon/pipeline/pipeline.h"
 
 struct watchdog {
     struct loop *loop;
@@ -21,15 +22,15 @@ struct watchdog {
     struct loop_fd timer; /* of the kernel: the loop's own clock may be a capture's */
     uint64_t period_ns;
     uint64_t turns[PIPELINE_MAX_THREADS]; /* at the last look */
-    int stuck;                            /* the thread that took no turn, told once; -1: none */
+    int stuck;                            /* the thread that took no turn, reported once; -1: none */
 };
 
 /**
  * watchdog_start - look four times in within_ns; 0: nobody wants it, and nothing is done. The manager is told where
- * each thread took a turn since the look before. False with a sentence in err.
+ * each thread took a turn since the look before. False with a sentence in fault.
  */
 bool watchdog_start(struct watchdog *w, struct loop *loop, struct pipeline *pipeline, uint64_t within_ns,
-                    char *err, size_t err_size);
+                    struct fault *fault);
 
 /** watchdog_stop - before the pipeline is freed; also when it was never started, but zeroed. */
 void watchdog_stop(struct watchdog *w);

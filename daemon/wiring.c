@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "../drivers/device.h"
+#include "drivers/devices/device.h"
 
 /* Half the height of the single row that a level scene keeps: within the fan of any sonar that scans the horizon. */
 #define LEVEL_HALF_DEG 7.5
@@ -30,6 +30,10 @@ void wiring_extract(const struct conf *conf, int i, struct extract_conf *e)
     static const enum extract_no_echo rules[] = {[CONF_NO_ECHO_MINIMUM] = EXTRACT_MINIMUM,
                                                  [CONF_NO_ECHO_HEARD] = EXTRACT_HEARD,
                                                  [CONF_NO_ECHO_RANGE] = EXTRACT_RANGE};
+    static const enum extract_target targets[] = {[CONF_TARGET_WALL] = EXTRACT_WALL,
+                                                  [CONF_TARGET_PILE] = EXTRACT_PILE,
+                                                  [CONF_TARGET_NET] = EXTRACT_NET,
+                                                  [CONF_TARGET_LINE] = EXTRACT_LINE};
     static const int laws[] = {[CONF_AMPLITUDE_AUTO] = EXTRACT_LAW_OF_PING,
                                [CONF_AMPLITUDE_LINEAR] = AMPLITUDE_LINEAR,
                                [CONF_AMPLITUDE_POWER] = AMPLITUDE_POWER,
@@ -44,6 +48,7 @@ void wiring_extract(const struct conf *conf, int i, struct extract_conf *e)
                                .floor_counts = (uint32_t)c->floor_counts,
                                .min_contrast_db = c->min_contrast_db,
                                .no_echo = rules[c->no_echo],
+                               .target = targets[c->target],
                                .minimum_range_m = c->minimum_range_m,
                                .learn_ring_down = c->learn_ring_down == CONF_ON,
                                .ring_down_m = sonar->ring_down_m,
@@ -58,7 +63,8 @@ void wiring_cleanup(const struct conf_extract *c, struct cleanup_conf *out)
                                  .otsu = c->otsu == CONF_ON,
                                  .clahe = c->clahe == CONF_ON,
                                  .clip = c->clahe_clip,
-                                 .classes = c->classes == CONF_ON};
+                                 .classes = c->classes == CONF_ON,
+                                 .survivors = c->order == CONF_ORDER_PAPER};
 }
 
 static void sphere_of(const struct conf *conf, const struct conf_grid *g, struct sphere_conf *s)
@@ -79,28 +85,80 @@ static void sphere_of(const struct conf *conf, const struct conf_grid *g, struct
                               .forget_s = g->forget_s,
                               .blocked_above = g->blocked_above,
                               .recentre_m = fmax(0.05, 2 * g->layer_m),
+                              .keep_free_s = g->clear_for_s,
                               .model = (enum sphere_model)g->sensor_model, /* the same order */
                               .update = (enum sphere_update)g->update,
                               .axes = (enum sphere_axes)g->axes, /* the same order */
                               .range_error = g->range_error,
+                              .mask_reach = g->mask_reach,
+                              .cluster_relaxation = g->cluster_relaxation,
                               .relaxation = g->relaxation};
+}
+
+/* Of a vehicle of which nobody says how fast it is. */
+#define UNSAID_MPS 3.0
+
+void wiring_drift(const struct conf *conf, struct pose_drift *out)
+{
+    const struct conf_vehicle *v = &conf->vehicle;
+    const bool keeps = v->keep_mps >= 0, said = v->max_speed_mps > 0;
+    *out = (struct pose_drift){.mps = keeps  ? v->keep_mps
+                                      : said ? v->max_speed_mps
+                                             : UNSAID_MPS,
+                               .from_pose = !keeps && !said,
+                               .keeps_heading = keeps};
 }
 
 void wiring_grid(const struct conf *conf, const struct conf_grid *grid, struct grid_setting *out)
 {
-    *out = (struct grid_setting){.limits = {.clear_for_s = grid->clear_for_s, .move_limit_m = grid->move_limit_m}};
+    *out =
+        (struct grid_setting){.limits = {.clear_for_s = grid->clear_for_s,
+                                         .move_limit_m = grid->move_limit_m > 0 ? grid->move_limit_m : INFINITY}};
     snprintf(out->name, sizeof out->name, "%s", grid->name[0] ? grid->name : CONF_MAIN_GRID);
     sphere_of(conf, grid, &out->sphere);
 }
 
-/* One round transducer: its beam is a cone. */
-static bool is_round(const char *device)
+bool wiring_grids_fit(const struct conf *conf, const char *name, double bytes, struct fault *fault)
 {
-    static const char *const devices[] = {"ping1d", "dronecan", "nmea2000", "echolist"};
-    for (size_t i = 0; i < sizeof devices / sizeof devices[0]; i++)
-        if (strcmp(devices[i], device) == 0)
-            return true;
-    return false;
+    if (bytes <= conf->grids.memory_bytes)
+        return true;
+    return fault_set(fault,
+                     "[grids] memory: with grid %s all grids together would take %.1f MiB; wanted at most %g MiB",
+                     name, bytes / 1048576, conf->grids.memory_bytes / 1048576);
+}
+
+static bool check_grids(const struct conf *conf, const struct pipeline_conf *pipeline, struct fault *fault)
+{
+    double all = 0;
+    for (int i = 0; i <= pipeline->n_more_grids; i++) {
+        const struct grid_setting *grid = i == 0 ? &pipeline->grid : &pipeline->more_grid[i - 1];
+        const size_t bytes = sphere_bytes(&grid->sphere, fault);
+        all += (double)bytes;
+        if (!bytes || !wiring_grids_fit(conf, grid->name, all, fault))
+            return false;
+    }
+    return true;
+}
+
+static bool check_map(const struct conf *conf, const struct pipeline_conf *pipeline, struct fault *fault)
+{
+    const struct conf_map *c = &conf->map;
+    const struct voxmap_setting *s = &pipeline->voxels;
+    struct fault why;
+    if (s->side == 0 || s->side > VOXMAP_MAX_SIDE)
+        return fault_set(
+            fault,
+            "[map] extent: a submap has more than %u tiles of %d voxels along its side; want a smaller "
+            "extent%s or larger voxels than %g m",
+            VOXMAP_MAX_SIDE, TILE_SIDE, c->extent_m > 0 ? "" : ", submap_distance or range", c->voxel_m);
+    if (c->tolerance_m > c->voxel_m)
+        return fault_set(fault, "[map] tolerance: %g m; want at most one voxel, %g m", c->tolerance_m, c->voxel_m);
+    return voxmap_bytes(s, &why) > 0 || fault_set(fault, "[map] %s", why.text);
+}
+
+bool wiring_check(const struct conf *conf, const struct pipeline_conf *pipeline, struct fault *fault)
+{
+    return check_grids(conf, pipeline, fault) && (!pipeline->map || check_map(conf, pipeline, fault));
 }
 
 /* Of the memory an eighth at most goes into directories and an eighth into answers, the rest into tiles. */
@@ -116,7 +174,7 @@ static void map_of(const struct conf *conf, double reach_m, struct pipeline_conf
         .rule = {.threshold = (uint16_t)c->threshold, .echo_weight = (uint16_t)c->echo_weight},
         .tolerance_m = c->tolerance_m,
         .opening = c->opening,
-        .weight_levels = 1,
+        .weight_levels = (uint8_t)c->weight_levels,
         .body_radius_m = c->body_m,
         .submap_path_m = c->submap_distance_m,
         .submap_ns = c->submap_time_s > 0 ? (uint64_t)(c->submap_time_s * 1e9) : VOXMAP_NEVER,
@@ -129,9 +187,11 @@ static void map_of(const struct conf *conf, double reach_m, struct pipeline_conf
     while (out->mask_blocks < MASK_BLOCKS_MAX && (double)voxmask_bytes(2 * out->mask_blocks) <= share)
         out->mask_blocks *= 2;
     const double left = c->memory_bytes - s->max_submaps * directory - (double)voxmask_bytes(out->mask_blocks);
-    const double tiles = left - (double)veil_bytes(veil_cells((size_t)fmax(left, 0)));
+    const double tiles = left - (double)residual_bytes(residual_cells((size_t)fmax(left, 0)));
     s->n_tiles = (uint32_t)fmin(fmax(tiles / (TILE_SIDE * TILE_SIDE * s->height * planes), 0), 1e9);
 }
+
+_Static_assert(CONF_MAX_QUEUE <= PIPELINE_QUEUE_MAX, "every buffer has room in a ring");
 
 void wiring_pipeline(const struct conf *conf, const struct plan *plan, bool patient, struct pipeline_conf *out)
 {
@@ -148,12 +208,15 @@ void wiring_pipeline(const struct conf *conf, const struct plan *plan, bool pati
         out->max_bins = ops->max_bins > out->max_bins ? ops->max_bins : out->max_bins;
         out->max_samples = samples > out->max_samples ? samples : out->max_samples;
         mount_of(&conf->sonar[i], &out->mount[i]);
-        out->shape[i] = is_round(conf->sonar[i].device) ? CAST_CONE : CAST_WEDGE;
+        out->shape[i] = ops->round ? CAST_CONE : conf->map.beam ? CAST_PYRAMID : CAST_WEDGE;
         wiring_extract(conf, i, &out->extract[i]);
         if (plan_has(plan, PLAN_CLEANUP, i))
             wiring_cleanup(&conf->extract, &out->cleanup[i]);
     }
     wiring_grid(conf, &conf->grid, &out->grid);
+    out->n_more_grids = conf->n_more_grids;
+    for (int i = 0; i < conf->n_more_grids; i++)
+        wiring_grid(conf, &conf->more_grid[i], &out->more_grid[i]);
     out->map = plan_has(plan, PLAN_MAP, 0);
     if (out->map)
         map_of(conf, out->grid.sphere.layers.r_max_m, out);

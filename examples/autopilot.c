@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * autopilot - a loop that tells sonard where the vehicle is, asks how fast it may go, and never goes faster. Whatever goes
- * wrong, a daemon that is gone included, ends in speed 0.
+ * autopilot - a loop that tells sonard where the vehicle is, asks how fast it may go, and never goes faster. Whatever
+ * goes wrong, a daemon that is gone included, ends in speed 0.
  *
  *   cc -o autopilot autopilot.c $(pkg-config --cflags --libs libsonard)
  *   ./autopilot [SOCKET [TURNS]]
@@ -50,7 +50,7 @@ static bool turn(struct sonard_client *sonard, struct sonard_error *error)
 
     if (!sonard_pose(sonard, &pose, error))
         return false;
-    if (!sonard_blocked(sonard, SONARD_BODY, 0, 0, OPENING, AHEAD_M, &ahead, error) ||
+    if (!sonard_blocked(sonard, SONARD_BODY, &(struct sonard_cone){0, 0, OPENING, AHEAD_M}, &ahead, error) ||
         !sonard_limit(sonard, SONARD_BODY, wanted_mps, &limit, error))
         return false;
     snprintf(why, sizeof why, "%s ahead, limited by %s, %.1f m are free", states[ahead.state],

@@ -14,9 +14,15 @@
 
 /* What speaks against an echo; it is an echo all the same. docs/extract.md has the rules. */
 enum echo_flag {
-    ECHO_BURST = 1, /* other looks at nearly the same bearing should show it and do not: other sound, perhaps */
+    ECHO_BURST =
+        1, /* at least two beams at nearly the same bearing should show it and do not: interference, perhaps */
     ECHO_GHOST = 2, /* where a second bounce of the beam's first echo would be */
+    ECHO_FAINT = 4, /* weaker than the weakest target that must be detected */
+    ECHO_ALONE = 8, /* one beam at nearly the same bearing should show it and does not, and none does */
 };
+
+/* An echo with one of these marks blocks only once a second beam has shown it. */
+#define ECHO_UNCONFIRMED (ECHO_BURST | ECHO_FAINT | ECHO_ALONE)
 
 struct echo {
     float range_m;    /* of the reflection, sub-bin */
@@ -24,20 +30,20 @@ struct echo {
     float sd_m;       /* standard deviation of range_m, a device's unknown half pulse included */
     float strength;   /* over the threshold, power ratio (1: just at it) */
     float confidence; /* 0..1 */
-    uint8_t flags;    /* set of enum echo_flag, by marks_run */
+    uint8_t flags;    /* set of enum echo_flag */
 };
 
 enum beam_state {
     BEAM_ECHO,   /* echo[0] is the first reflection */
     BEAM_SILENT, /* listened, nothing found; free_to_m says what that is worth */
-    BEAM_BLIND,  /* heard nothing usable (saturated, no samples): says nothing about the water */
+    BEAM_BLIND,  /* no usable signal (saturated, no samples): says nothing about the water */
 };
 
 struct beam_echoes {
     float az_rad, el_rad;           /* axis in the sensor frame */
     float blind_m;                  /* nothing is known nearer than this (ring-down) */
-    float free_to_m;                /* water from blind_m to here is free; <= blind_m: nothing claimed */
-    float heard_from_m, heard_to_m; /* what sounds between the two is an echo; from >= to: nothing is */
+    float free_to_m;                /* water from blind_m to here is free; <= blind_m: no free interval */
+    float heard_from_m, heard_to_m; /* echoes are detected between the two; from >= to: none are */
     uint8_t state;                  /* enum beam_state */
     uint8_t n;                      /* echoes, in order of range */
     struct echo echo[ECHOES_PER_BEAM];
@@ -51,7 +57,7 @@ struct echoes {
     uint16_t n_beams;
     uint8_t flags;       /* of the ping: set of enum ping_flag */
     float range_max_m;   /* end of the last bin */
-    float bin0_m, bin_m; /* near edge of bin 0, length of a bin; 0: the sonar told ranges only */
+    float bin0_m, bin_m; /* near edge of bin 0, length of a bin; 0: the sonar reported ranges only */
     float az_aperture_rad, el_aperture_rad;
     struct pose pose;
     uint32_t max_beams;

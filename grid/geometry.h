@@ -10,6 +10,7 @@
 #ifndef SONARD_GEOMETRY_H
 #define SONARD_GEOMETRY_H
 
+#include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
 
@@ -40,11 +41,17 @@ struct pose {
     double position_m[3];   /* NED */
     double attitude[4];     /* unit quaternion, body to NED */
     double velocity_mps[3]; /* NED */
-    double path_m;          /* length of the way driven since start; never falls */
+    double path_m;          /* distance travelled since start; never falls */
     uint64_t jumps;         /* its attitude had made: what lay where before one, nobody knows */
-    double slack_m;         /* the body may be so far from position_m: it has moved, and nobody has told yet */
-    double slack_rad;       /* and so far from attitude turned */
-    unsigned has;           /* set of enum pose_part */
+    uint64_t withdrawn; /* so often all poses were withdrawn before: a grid turned by earlier ones starts anew */
+    double slack_m;     /* pose uncertainty, a bound: how far from position_m the body may be by now */
+    double slack_rad;   /* likewise: how far from attitude it may be turned */
+    /* How far the vehicle has drifted since start, at most, level and in depth: between two poses it has gone no
+     * farther beside what their positions say than the difference. Neither falls. */
+    double drift_m[2];
+    double drift_mps;    /* it grows so fast now; > 0: poses have no position */
+    bool heading_adrift; /* poses have no attitude, and the vehicle may turn */
+    unsigned has;        /* set of enum pose_part */
 };
 
 /* A sensor's place in the body. */
@@ -61,6 +68,24 @@ void geo_direction(double az_rad, double el_rad, double v[3]);
 
 /** geo_angles - azimuth [0, 2pi) and elevation [-pi/2, pi/2] of v != 0; straight up or down has azimuth 0. */
 void geo_angles(const double v[3], double *az_rad, double *el_rad);
+
+#define GEO_ROUGH_RAD 1e-6 /* more than geo_rough_angle is ever wrong: 4.3e-7 */
+
+/**
+ * geo_rough_angle - atan2(y, x), nearly, by arithmetic alone: atan(a) / a for a in [0, 1] is interpolated in a^2 at
+ * seven Chebyshev nodes. NaN for 0, 0.
+ */
+static inline double geo_rough_angle(double y, double x)
+{
+    const double along = fabs(x), aside = fabs(y);
+    const double a = aside > along ? along / aside : aside / along, s = a * a;
+    const double low = 0.9999992256 + s * (-0.3332567804 + s * 0.1987204027);
+    const double high = -0.1344786406 + s * (0.083126453 + s * (-0.0363604309 + s * 0.0076483539));
+    double angle = a * (low + s * s * s * high);
+    angle = aside > along ? GEO_PI / 2 - angle : angle;
+    angle = x < 0 ? GEO_PI - angle : angle;
+    return y < 0 ? -angle : angle;
+}
 
 /** geo_wrap - the angle in [0, 2pi); exact turns and -1e-17 give 0, never 2pi. */
 double geo_wrap(double a_rad);

@@ -2,7 +2,7 @@
 /*
  * ping - what a sonar says of one transmission. Made by a device, read by the extract stage; nobody else.
  *
- * A ping lives in a fixed buffer of the pipeline's pool. It holds n_beams beams that were heard at the same time; a
+ * A ping lives in a fixed buffer of the pipeline's pool. It holds n_beams beams that were received at the same time; a
  * scanning head has one, a multibeam up to PING_MAX_BEAMS. Either each beam has n_bins intensities (a profile), or
  * the sonar has picked the ranges itself.
  */
@@ -15,7 +15,7 @@
 #include "geometry.h"
 
 #define PING_MAX_BEAMS 512
-#define PING_MAX_BINS 8192
+#define PING_MAX_BINS  8192
 
 /* What the intensity counts stand for. A detector that ignores it fails on real water. */
 enum amplitude_law {
@@ -33,38 +33,40 @@ enum ping_kind {
 };
 
 enum ping_flag {
-    PING_UNHEARD = 2,  /* the sonar says that it cannot tell: no echo, and no water called free */
+    PING_UNHEARD = 2,  /* the sonar reports no decision: no echo, and no free interval */
     PING_NEW_TURN = 1, /* first ping of a new sweep or full circle */
 };
 
 struct ping_beam {
     float az_rad, el_rad; /* axis of the beam in the sensor frame */
-    float range_m;        /* PING_RANGES: the device's own pick; 0: it heard nothing */
+    float range_m;        /* PING_RANGES: the device's own pick; 0: no echo */
     float range_sd_m;
     float confidence; /* 0..1 */
 };
 
 struct ping {
-    uint64_t t_ns;    /* monotonic time of transmission on the host's clock */
-    uint64_t t_in_ns; /* when its last byte came in: latency is counted from here */
-    uint32_t seq;     /* counts the sensor's pings from 1 */
-    uint16_t sensor;  /* index of the sensor in the configuration */
-    uint8_t kind;     /* enum ping_kind */
-    uint8_t law;      /* enum amplitude_law */
-    uint8_t sample_bytes; /* 1 or 2 (host byte order) per intensity */
-    uint8_t flags;        /* set of enum ping_flag */
-    uint16_t n_beams;     /* 1..PING_MAX_BEAMS */
-    uint32_t n_bins;      /* 0..PING_MAX_BINS; bin i covers r0 + i*dr .. r0 + (i+1)*dr */
-    float db_per_count;   /* AMPLITUDE_LOG only */
-    float r0_m, dr_m;     /* near edge of bin 0; length of a bin */
-    float pulse_m;        /* c * transmit duration / 2: what cannot be resolved */
+    uint64_t t_ns;                          /* monotonic time of transmission on the host's clock */
+    uint64_t t_in_ns;                       /* when its last byte came in: latency is counted from here */
+    uint32_t seq;                           /* counts the sensor's pings from 1 */
+    uint16_t sensor;                        /* index of the sensor in the configuration */
+    uint8_t kind;                           /* enum ping_kind */
+    uint8_t law;                            /* enum amplitude_law */
+    uint8_t sample_bytes;                   /* 1 or 2 (host byte order) per intensity */
+    uint8_t flags;                          /* set of enum ping_flag */
+    uint16_t n_beams;                       /* 1..PING_MAX_BEAMS */
+    uint8_t gain;                           /* the device's own setting of it, if it says one; else 0 */
+    uint32_t n_bins;                        /* 0..PING_MAX_BINS; bin i covers r0 + i*dr .. r0 + (i+1)*dr */
+    float db_per_count;                     /* AMPLITUDE_LOG only */
+    float gain_db;                          /* of the receiver, against the device's normal setting */
+    float r0_m, dr_m;                       /* near edge of bin 0; length of a bin */
+    float pulse_m;                          /* c * transmit duration / 2: what cannot be resolved */
     float az_aperture_rad, el_aperture_rad; /* full width of one beam, half power */
-    uint32_t head_units;  /* head angle in units of the head ... */
-    uint32_t head_turn;   /* ... of which this many make a turn; 0: the head does not turn */
-    struct pose pose;     /* of the body at t_ns; set by the pipeline */
-    uint32_t max_beams, max_samples; /* room in the two arrays below; set once by the pool */
-    struct ping_beam *beam;          /* [n_beams] */
-    void *samples;                   /* [n_beams][n_bins] of sample_bytes */
+    uint32_t head_units;                    /* head angle in units of the head ... */
+    uint32_t head_turn;                     /* ... of which this many make a turn; 0: the head does not turn */
+    struct pose pose;                       /* of the body at t_ns; set by the pipeline */
+    uint32_t max_beams, max_samples;        /* room in the two arrays below; set once by the pool */
+    struct ping_beam *beam;                 /* [n_beams] */
+    void *samples;                          /* [n_beams][n_bins] of sample_bytes */
 };
 
 /** ping_bytes - bytes of intensities that the ping holds. */

@@ -79,7 +79,7 @@ class Sector:
     azimuth_deg: float  # of its middle
     width_deg: float
     state: str
-    range_m: Optional[float]
+    range_m: Optional[float]  # of the nearest obstacle, at any distance; None: none
     free_to_m: float
     blind_to_m: float  # nothing is known nearer than this: free and clear are so from here on
     age_s: Optional[float]
@@ -91,11 +91,15 @@ class Limit:
     speed_mps: float
     asked_mps: float
     limited_by: str  # "nothing", "blocked" or "unknown"
+    azimuth_deg: Optional[float]  # of what limits; None: nothing does, or in no direction of its own
+    elevation_deg: Optional[float]
     stop_m: float
+    uncertain_m: float  # beside it: the vehicle may be so far from where it is taken to be
     blocked_m: Optional[float]
     free_m: float
     age_s: Optional[float]
     reason: str
+    remedy: str  # what would lift it
 
 
 @dataclasses.dataclass(frozen=True)
@@ -177,7 +181,7 @@ class Client:
                 time.sleep(_RETRY_S)
             except OSError as fault:
                 if isinstance(fault, ConnectionRefusedError) and _is_no_socket(self.path):
-                    raise NoDaemon("%s is no socket" % self.path) from None
+                    raise NoDaemon("%s is not a socket" % self.path) from None
                 raise NoDaemon("no daemon answers on %s (%s): is sonard running, with this socket?" % (self.path, fault)) from None
 
     def __enter__(self) -> Client:
@@ -251,6 +255,10 @@ class Client:
         """Tells where the vehicle is: attitude_deg or quaternion, position_m, depth_m, velocity_mps, t_unix."""
         self.call("pose", **parts)
 
+    def pose_withdraw(self) -> None:
+        """Takes all poses back: the daemon goes on as if none had ever been given."""
+        self.call("pose_withdraw")
+
     # ---- the socket ----
 
     def _send(self, data: bytes) -> None:
@@ -289,7 +297,7 @@ class Client:
         except ValueError:
             message = None
         if not isinstance(message, dict):
-            raise Lost("what answers on %s does not speak JSON-RPC" % self.path)
+            raise Lost("the program listening on %s does not speak JSON-RPC" % self.path)
         return message
 
     def _keep(self, message: Dict[str, Any]) -> None:

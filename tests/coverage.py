@@ -9,11 +9,12 @@ import sys
 AIM = 90.0
 PARTS = {
     "grid": ("grid/*",),
-    "parsers": ("drivers/*", "config/*", "daemon/rpc.c", "daemon/options.c", "daemon/map_file.c", "daemon/map_octomap.c",
-                "daemon/template_file.c", "client/mavlink*"),
+    "parsers": ("drivers/*", "config/*", "daemon/rpc/rpc.c", "daemon/options.c", "daemon/map/map_file.c", "daemon/map/map_octomap.c",
+                "daemon/background/template_file.c", "client/mavlink/*", "web/web_guard.c", "web/web_metrics.c", "web/web_query.c",
+                "web/web_rows.c"),
 }
 # They move bytes between the kernel and a parser and read none themselves; live tests and the virtual machine run them.
-NO_PARSERS = ("drivers/port_*", "drivers/can_socket.c", "drivers/gpio*", "drivers/modbus_depth.c")
+NO_PARSERS = ("drivers/ports/port_*", "drivers/ports/can_socket.c", "drivers/gpio/*", "drivers/pose/modbus_depth.c")
 
 
 def ranges(lines):

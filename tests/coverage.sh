@@ -8,5 +8,5 @@ find "$build" -name '*.gcda' -delete
 LIMIT=900 tests/run.sh "$@" >"$build/tests.log" || tail -n 30 "$build/tests.log"
 tail -n 1 "$build/tests.log"
 python=$(PATH=/usr/bin:$PATH command -v python3)
-find "$build/grid" "$build/drivers" "$build/config" "$build/daemon" "$build/client" -name '*.gcda' |
+find "$build/core" "$build/grid" "$build/drivers" "$build/config" "$build/daemon" "$build/client" "$build/web" -name '*.gcda' |
     xargs "${GCOV:-gcov}" --json-format --stdout 2>/dev/null | "$python" tests/coverage.py

@@ -14,12 +14,12 @@ compile() { # NAME VERSION COMPILER-FLAGS...
     for cc in gcc clang; do
         command -v $cc >/dev/null || { echo "skip ${name}_$cc: there is no $cc"; continue; }
         bad=
-        for file in drivers/gpio_*.c; do
-            $cc -std=c17 -Wall -Wextra -Wconversion -Wshadow -Wstrict-prototypes -Werror -O2 -fPIC -D_GNU_SOURCE \
+        for file in drivers/gpio/gpio_*.c core/fault.c core/readable.c; do
+            $cc -std=c17 -iquote . -Wall -Wextra -Wconversion -Wshadow -Wstrict-prototypes -Werror -O2 -fPIC -D_GNU_SOURCE \
                 -DSONARD_GPIOD="$version" "$@" -c -o "$work/$(basename "$file" .c).o" "$file" || bad=1
         done
         # the test's main asks for one operation of the library, so that a missing symbol shows in the link
-        [ -z "$bad" ] && $cc -o "$work/program" "$work/main.c" "$work"/gpio_*.o $libs || bad=1
+        [ -z "$bad" ] && $cc -iquote . -o "$work/program" "$work/main.c" "$work"/*.o $libs || bad=1
         [ -z "$bad" ] && "$work/program" || bad=1
         if [ -z "$bad" ]; then echo "ok ${name}_$cc"; else echo "FAIL ${name}_$cc"; status=1; fi
     done
@@ -29,7 +29,7 @@ unpack() {
     uri=$(awk '/^URIs:/ { print $2; exit }' /etc/apt/sources.list.d/debian.sources 2>/dev/null)
     suite=$(. /etc/os-release && echo "${VERSION_CODENAME:-}")-backports
     [ -n "$uri" ] || return 1
-    mkdir -p "$work/lists/partial" "$work/cache/archives/partial" "$work/etc" "$work/root" || return 1
+    mkdir -p "$work/lists/partial" "$work/cache/archives/partial" "$work/etc" "$work/sysroot" || return 1
     top=$(cd "$work" && pwd)
     : > "$work/status"
     echo "deb [signed-by=/usr/share/keyrings/debian-archive-keyring.gpg] $uri $suite main" > "$work/etc/sources.list"
@@ -38,28 +38,27 @@ Dir::Etc::sourcelist "$top/etc/sources.list"; Dir::Etc::sourceparts "-"; Dir::St
 Dir::Cache "$top/cache"; Dir::State::status "$top/status"; APT::Sandbox::User "root"; Acquire::Languages "none";
 CONF
     (cd "$work" && APT_CONFIG=$top/apt.conf && export APT_CONFIG && apt-get update -qq &&
-        apt-get download -qq libgpiod-dev libgpiod3 && for p in ./*.deb; do dpkg -x "$p" root; done) >"$work/log" 2>&1
+        apt-get download -qq libgpiod-dev libgpiod3 && for p in ./*.deb; do dpkg -x "$p" sysroot; done) >"$work/log" 2>&1
 }
 
 mkdir -p "$work"
 cat > "$work/main.c" <<'C'
 #include <stdio.h>
 #include <string.h>
-#include "../../drivers/gpio.h"
+#include "drivers/gpio/gpio.h"
 int main(void)
 {
     struct gpio_line line;
     struct gpio_want want = {.line = "no-such-line", .output = true};
-    char err[GPIO_ERR_MAX] = "";
-    int opened = gpio_library.open(&line, &want, err, sizeof err);
+    struct fault fault = {""};
+    int opened = gpio_library.open(&line, &want, &fault);
     gpio_library.close(&line);
-    if (!opened && err[0])
+    if (!opened && fault.text[0])
         return 0;
     printf("%s: opened a line that is not there\n", gpio_library.library);
     return 1;
 }
 C
-sed -i "s,../../drivers,$PWD/drivers," "$work/main.c"
 
 libs=
 compile without_libgpiod 0
@@ -70,10 +69,10 @@ esac
 case $(pkg-config --modversion libgpiod 2>/dev/null) in
 2.*) libs=-lgpiod && compile libgpiod_2 2 ;;
 *)
-    if [ -e "$work/root/usr/include/gpiod.h" ] || unpack; then
-        lib=$(cd "$work"/root/usr/lib/*-linux-gnu && pwd)
+    if [ -e "$work/sysroot/usr/include/gpiod.h" ] || unpack; then
+        lib=$(cd "$work"/sysroot/usr/lib/*-linux-gnu && pwd)
         libs="-L$lib -Wl,-rpath,$lib -lgpiod"
-        compile libgpiod_2 2 -I"$work/root/usr/include"
+        compile libgpiod_2 2 -I"$work/sysroot/usr/include"
     else
         echo "skip libgpiod_2: it could not be downloaded"
     fi

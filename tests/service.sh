@@ -12,12 +12,17 @@ verdict() { # NAME, status of what was tried, what was said
     if [ "$2" -eq 0 ]; then echo "ok service_$1"; else echo "$3"; echo "FAIL service_$1"; failed=1; fi
 }
 
-said=$(MAKEFLAGS='' make -s BUILD="${BUILD:-build}" DESTDIR="$root" PREFIX=/usr install 2>&1)
+# Other tests run the programs meanwhile.
+program() { stat -c '%i %y' "${BUILD:-build}/sonard"; }
+was=$(program)
+said=$(MAKEFLAGS='' make -s BUILD="${BUILD:-build}" DESTDIR="$root" PREFIX=/usr install-built 2>&1)
 verdict install $? "$said"
+[ "$was" = "$(program)" ]
+verdict install_of_what_was_built_builds_nothing $? "it was $was and is $(program)"
 units=$root/usr/lib/systemd/system
 
 # verify wants programs that are there: these are, below the root.
-for unit in sonard.service sonard.socket sonard-replay@.service sonard-mavlink.service; do
+for unit in sonard.service sonard.socket sonard-replay@.service sonard-mavlink.service sonard-web.service; do
     sed -i "s|/usr/sbin/|$root/usr/sbin/|" "$units/$unit"
     said=$(SYSTEMD_UNIT_PATH="$units:" systemd-analyze verify --man=no "$units/$unit" 2>&1)
     status=$?
@@ -25,6 +30,10 @@ for unit in sonard.service sonard.socket sonard-replay@.service sonard-mavlink.s
     [ $status -eq 0 ] && [ -z "$said" ]
     verdict "understands_$unit" $? "$said"
 done
+
+said=$(grep '^RestartPreventExitStatus=' "$units/sonard.service")
+[ "$said" = 'RestartPreventExitStatus=2 3' ]
+verdict does_not_restart_for_a_fault_of_the_configuration $? "$said"
 
 # exposure in tenths
 exposure() { # NAME, UNIT, at most
@@ -34,6 +43,7 @@ exposure() { # NAME, UNIT, at most
 exposure exposure_of_sonard_is_1.5 "$units/sonard.service" 15
 exposure exposure_of_replay_is_0.5 "$units/sonard-replay@.service" 5
 exposure exposure_of_mavlink_is_1.5 "$units/sonard-mavlink.service" 15
+exposure exposure_of_web_is_1.5 "$units/sonard-web.service" 15
 cat "$units/sonard.service" "$root/usr/share/sonard/network.conf" > "$root/network.service" # what the drop-in opens costs
 exposure exposure_with_network.conf_is_2.0 "$root/network.service" 20
 
@@ -44,10 +54,25 @@ said=$(systemd-tmpfiles --root="$root" --create "$root/usr/lib/tmpfiles.d/sonard
 udevadm verify --help > /dev/null 2>&1 && { said=$(udevadm verify "$root/usr/lib/udev/rules.d/70-sonard.rules" 2>&1); verdict udev_rules $? "$said"; }
 
 echo '# mine' >> "$root/etc/sonard/sonard.conf"
-said=$(MAKEFLAGS='' make -s BUILD="${BUILD:-build}" DESTDIR="$root" PREFIX=/usr install 2>&1 && tail -n 1 "$root/etc/sonard/sonard.conf" | grep mine)
+said=$(MAKEFLAGS='' make -s BUILD="${BUILD:-build}" DESTDIR="$root" PREFIX=/usr install-built 2>&1 && tail -n 1 "$root/etc/sonard/sonard.conf" | grep mine)
 verdict installing_again_keeps_the_configuration $? "$said"
 said=$(MAKEFLAGS='' make -s BUILD="${BUILD:-build}" DESTDIR="$root" PREFIX=/usr uninstall 2>&1)
 left=$(find "$root/usr" -type f -o -type l)
 [ -z "$left" ] && [ -e "$root/etc/sonard/sonard.conf" ]
 verdict uninstall_leaves_the_configuration_only $? "$said $left"
+
+# A systemctl that notes what it is asked, and whether the units are there then.
+mkdir -p "$root/bin" "$root/alone/lib/systemd/system"
+printf '#!/bin/sh\ntest -e %s || echo gone >> %s\necho "$@" >> %s\n' "$root/alone/lib/systemd/system/sonard.service" \
+    "$root/asked" "$root/asked" > "$root/bin/systemctl"
+chmod +x "$root/bin/systemctl"
+touch "$root/alone/lib/systemd/system/sonard.service"
+said=$(MAKEFLAGS='' PATH="$root/bin:$PATH" make -s BUILD="${BUILD:-build}" PREFIX="$root/alone" uninstall 2>&1; cat "$root/asked" 2>&1)
+grep -q '^disable --now .*sonard.service' "$root/asked" && grep -q '^stop sonard-replay@' "$root/asked" &&
+    ! grep -q gone "$root/asked" && [ ! -e "$root/alone/lib/systemd/system/sonard.service" ]
+verdict uninstall_stops_and_disables_first $? "$said"
+rm -f "$root/asked"
+MAKEFLAGS='' PATH="$root/bin:$PATH" make -s BUILD="${BUILD:-build}" DESTDIR="$root" PREFIX=/usr uninstall > /dev/null 2>&1
+[ ! -e "$root/asked" ]
+verdict uninstall_elsewhere_stops_nothing $? "it stopped the services of this computer"
 exit $failed

@@ -5,7 +5,7 @@
 # counts. Prints ok/FAIL lines.
 set -u
 build=${BUILD:-build}/unused
-folders='grid drivers config daemon client'
+folders='core grid drivers config daemon client web'
 
 # NAME why it may have no caller
 allowed='
@@ -20,6 +20,7 @@ cfar_ln_pfa the definition by which tests judge the factor
 clahe_image the exact filter by which tests judge the causal one
 clahe_grid_ok what clahe_image wants of its caller
 merge_sum what merge_at judges
+resample_cell what merge_sum asks of a corrected submap
 merge_at the definition by which tests judge merge_block
 components_remove a single change, as the random walk of the tests makes them
 extract_defaults what measurements and tests begin with
@@ -32,7 +33,7 @@ functions() {
     nm --defined-only -g "$@" 2>/dev/null | awk 'NF == 3 && $2 == "T" { print $3 }' | sort -u
 }
 defined=$(for f in $folders; do functions "$build/lib$f.a"; done)
-used=$(functions "$build/sonard" "$build/sonarctl" "$build/sonard-mavlink" "$build/libsonard.so.0" | sed "s/@.*//" | sort -u)
+used=$(functions "$build/sonard" "$build/sonarctl" "$build/sonard-mavlink" "$build/sonard-web" "$build/libsonard.so.0" | sed "s/@.*//" | sort -u)
 unused=$(printf '%s\n' $defined | sort -u | grep -vxF "$used")
 
 status=0

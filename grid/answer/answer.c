@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "sight.h"
+#include "overlap.h"
 
 const char *answer_state_name(enum answer_state state)
 {
@@ -13,18 +14,26 @@ const char *answer_state_name(enum answer_state state)
     return names[state];
 }
 
+#define CLEAR_FOR_LEAST_S 30.0
+#define CLEAR_FOR_TURNS   1.5
+
+double answer_clear_for_s(double turn_s, double forget_s)
+{
+    return fmin(fmax(CLEAR_FOR_LEAST_S, CLEAR_FOR_TURNS * turn_s), forget_s);
+}
+
 const char *answer_reason_text(enum answer_reason reason)
 {
     static const char *const texts[] = {
-        [ANSWER_HEARD] = "heard",
-        [ANSWER_BEYOND] = "nothing seen, but not heard as far as asked",
-        [ANSWER_BLIND] = "nearer than the sonar can hear",
-        [ANSWER_MOVED] = "the vehicle has moved on since it looked there",
-        [ANSWER_STALE] = "looked at too long ago",
-        [ANSWER_SILENT] = "the sonar that looked there is lost",
-        [ANSWER_NEVER] = "never looked at",
-        [ANSWER_OUTSIDE] = "outside the directions that the grid keeps",
-        [ANSWER_NO_FRAME] = "no attitude was given, so north is unknown",
+        [ANSWER_HEARD] = "observed",
+        [ANSWER_BEYOND] = "no obstacle detected",
+        [ANSWER_BLIND] = "inside the blind zone of the sonar",
+        [ANSWER_MOVED] = "data outdated: the vehicle has moved since this direction was scanned",
+        [ANSWER_STALE] = "last scan of this direction is too old",
+        [ANSWER_SILENT] = "the sonar that covers this direction is offline",
+        [ANSWER_NEVER] = "never observed",
+        [ANSWER_OUTSIDE] = "outside the grid's coverage",
+        [ANSWER_NO_FRAME] = "no attitude received, so north is unknown",
         [ANSWER_POSE_LOST] = "the pose is too old",
         [ANSWER_NO_DATA] = "no data from the sonar",
     };
@@ -34,8 +43,9 @@ const char *answer_reason_text(enum answer_reason reason)
 /* An answer while directions are added to it. */
 struct tally {
     struct answer a;
-    double near_m;   /* of the obstacle reported in a */
-    double oldest_s; /* ping of the directions looked at */
+    double near_m;              /* of the obstacle reported in a */
+    double oldest_s;            /* ping of the directions looked at */
+    enum answer_reason against; /* the gravest that stands against clear, beside an obstacle */
     bool looked;
     bool never; /* one of them was never pinged */
 };
@@ -58,9 +68,10 @@ static void add_obstacle(struct tally *t, const struct sight *v, const struct an
     t->a.age_s = sight_seconds(now->now_ns, v->obstacle->t_echo_ns);
 }
 
-/* Something stands against clear; the gravest is told. */
+/* Reasons against clear; the gravest is reported. */
 static void doubt(struct tally *t, enum answer_reason why)
 {
+    t->against = why > t->against ? why : t->against;
     if (t->a.state == ANSWER_BLOCKED)
         return;
     t->a.state = ANSWER_UNKNOWN;
@@ -78,8 +89,8 @@ static enum answer_reason against(const struct sight *v, double need_m)
 
 /*
  * Adds what a direction says about the stretch up to need_m. When a corridor leaves this direction through its side
- * inside the blind zone, or up to side_m where no echo was ever heard, the direction is not asked: that is the vehicle's
- * own place, and blind_to_m tells of it. Water that is known up to where the corridor leaves ends nothing.
+ * inside the blind zone, or up to side_m where no echo was ever received, the direction is not asked: that is the
+ * vehicle's own place, and blind_to_m tells of it. Water that is known up to where the corridor leaves ends nothing.
  */
 static void add_water(struct tally *t, const struct sight *v, double need_m, bool side, double side_m)
 {
@@ -112,6 +123,13 @@ static void finish(struct tally *t, const struct answer_conf *conf, struct answe
     *out = t->a;
 }
 
+/* An obstacle beyond what is asked about does not block where the water is known to be free so far. Its range stays. */
+static void pass_over(struct tally *t, double need_m)
+{
+    if (t->a.state == ANSWER_BLOCKED && t->looked && t->against == ANSWER_HEARD && t->near_m > need_m)
+        t->a.state = ANSWER_CLEAR;
+}
+
 static void cannot(enum answer_reason reason, struct answer *out)
 {
     *out = (struct answer){.state = ANSWER_UNKNOWN, .reason = reason, .age_s = -1};
@@ -126,6 +144,10 @@ static void add_beside(struct tally *t, const struct sight *v, double need_m)
     const bool heard = v->reason == ANSWER_HEARD && v->clear_m >= need_m;
     t->a.blind_to_m = fmax(t->a.blind_to_m, heard ? fmin(need_m, v->blind_m) : need_m);
 }
+
+/* The narrowest cone, wider than the error of the grid's single-precision axes: a ray along the border of two
+ * directions lies in both. */
+#define RAY_RAD 1e-4
 
 /* A question, turned into the grid's axes. */
 struct aim {
@@ -218,7 +240,7 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
     double az, el;
     struct sight_place place;
     sight_locate(&frame, now, &place);
-    const double wall_rad = q->corridor ? 0 : fmin(q->half_angle_rad, GEO_PI);
+    const double wall_rad = q->corridor ? 0 : fmin(fmax(q->half_angle_rad, RAY_RAD), GEO_PI);
     struct aim aim = {.query = q, .place = &place, .cos_wall = cos(wall_rad), .sin_wall = sin(wall_rad)};
     geo_direction(q->az_rad, q->el_rad, aim.axis);
     sight_to_grid(&frame, now, q->ned, aim.axis);
@@ -248,7 +270,7 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
             continue;
         struct picture_entry e;
         struct sight view;
-        sight_look(p, visit.direction, conf, now, &place, &e, &view);
+        sight_look(p, visit.direction, &(struct sight_observer){conf, now, &place}, &e, &view);
         if (view.obstacle && view.near_m <= share.need_m)
             add_obstacle(&tally, &view, now, place.moved_m);
         if (share.beside)
@@ -268,6 +290,7 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
 /* Elevations as sines, and wider by ROUNDING: a direction's height against them needs no angle. */
 struct heights {
     double lo, hi;
+    double lo_rad, hi_rad;
 };
 
 #define ROUNDING 1e-9
@@ -275,7 +298,9 @@ struct heights {
 static struct heights heights_of(double lo_rad, double hi_rad)
 {
     return (struct heights){.lo = sin(fmax(lo_rad, -GEO_PI / 2)) - ROUNDING,
-                            .hi = sin(fmin(hi_rad, GEO_PI / 2)) + ROUNDING};
+                            .hi = sin(fmin(hi_rad, GEO_PI / 2)) + ROUNDING,
+                            .lo_rad = lo_rad,
+                            .hi_rad = hi_rad};
 }
 
 #define FAR 10.0 /* times what the vehicle has moved */
@@ -286,74 +311,54 @@ struct sectors {
     const struct answer_conf *conf;
     const struct answer_now *now;
     struct sight_place place;
-    double lo_rad, hi_rad; /* the band, of the body when `turned` */
-    double need_m, width_rad;
-    double slack_rad; /* the body's axes may be turned so far from what its attitude says */
-    double
-        water_rad; /* what is heard of a direction's water may be so far beside it; of an obstacle it may be more: */
-    struct heights any, water; /* of the middles of cells that reach into the band with anything, and with water ... */
-    struct heights far;        /* ... or an obstacle at least far_m away: most of them are */
+    struct overlap_band band; /* of the body when `turned` */
+    double need_m;
+    double slack_rad; /* uncertainty of the attitude, when the angles are the body's */
+    /* how far beside a direction its observed water may lie; an obstacle may lie farther */
+    double water_rad;
+    struct heights any,
+        water;          /* of the middles of cells that reach into the band with anything, and with water ... */
+    struct heights far; /* ... or an obstacle at least far_m away: most of them are */
     double far_m;
-    double up[3];              /* of the axes asked about, in the grid's */
-    bool turned;               /* asked in the body's axes, which are not the grid's ... */
-    double attitude[4];        /* ... but this, in them */
-    double axes_rad;           /* asked in NED: azimuth of the grid's azimuth 0 */
-    size_t count;
+    double up[3];        /* of the axes asked about, in the grid's */
+    bool turned;         /* asked in the body's axes, which are not the grid's ... */
+    double attitude[4];  /* ... but this, in them */
+    double tilt_rad;     /* of those against these */
+    double axes_rad;     /* asked in NED: azimuth of the grid's azimuth 0 */
     struct tally *tally; /* [count] */
     size_t hopeful;      /* of them no direction that was never pinged was added to */
 };
 
-/* Where a cell lies, and how far it reaches to its sides. */
-struct patch {
-    double az, el, half_az, half_el;
-};
-
-/* The sectors that a patch touches when seen from up to `aside` beside: [from, to], none when to < from. */
-struct run {
-    double from, to;
-};
-
-/* An exact common edge is no touch. */
-static struct run touched(const struct sectors *s, const struct patch *p, double aside)
+/* The tally of the k-th sector of a run. */
+static struct tally *tally_of(const struct sectors *s, const struct overlap_run *run, size_t k)
 {
-    const double half_el = p->half_el + aside, level = cos(p->el);
-    const double more = aside <= 0 ? 0 : sin(aside) < level ? asin(sin(aside) / level) : GEO_PI;
-    if (p->el + half_el <= s->lo_rad || p->el - half_el >= s->hi_rad)
-        return (struct run){0, -1};
-    const double half = fmin(p->half_az + more, GEO_PI);
-    const double from = floor((p->az - half) / s->width_rad + 0.5 + 1e-9);
-    const double to = ceil((p->az + half) / s->width_rad - 0.5 - 1e-9);
-    return (struct run){from, fmin(to, from + (double)s->count - 1)};
-}
-
-static struct tally *tally_of(const struct sectors *s, double k)
-{
-    return &s->tally[(size_t)(k < 0 ? k + (double)s->count : k) % s->count];
+    const size_t at = run->at + k;
+    return &s->tally[at < s->band.count ? at : at - s->band.count];
 }
 
 /* Adds direction d to every sector that it may lie in, as seen from where the vehicle may be. */
-static void add_to_sectors(struct sectors *s, uint32_t d, const struct patch *patch)
+static void add_to_sectors(struct sectors *s, uint32_t d, struct overlap_cell *cell)
 {
     struct picture_entry e;
     struct sight view;
-    sight_look(s->picture, d, s->conf, s->now, &s->place, &e, &view);
-    const struct run water = touched(s, patch, s->water_rad);
-    for (double k = water.from; k <= water.to; k++)
-        add_water(tally_of(s, k), &view, s->need_m, false, 0);
+    sight_look(s->picture, d, &(struct sight_observer){s->conf, s->now, &s->place}, &e, &view);
+    const struct overlap_run water = overlap_run(&s->band, cell, s->water_rad);
+    for (size_t k = 0; k < water.n; k++)
+        add_water(tally_of(s, &water, k), &view, s->need_m, false, 0);
     if (!view.obstacle)
         return;
     const double aside = sight_aside_rad(&s->place, view.near_m + s->place.moved_m);
-    const struct run blocked = touched(s, patch, s->slack_rad + aside);
-    for (double k = blocked.from; k <= blocked.to; k++)
-        add_obstacle(tally_of(s, k), &view, s->now, s->place.moved_m);
+    const struct overlap_run blocked = overlap_run(&s->band, cell, s->slack_rad + aside);
+    for (size_t k = 0; k < blocked.n; k++)
+        add_obstacle(tally_of(s, &blocked, k), &view, s->now, s->place.moved_m);
 }
 
 /* The same of a direction that was never pinged. One such tells a sector all that others could. */
-static void add_blank(struct sectors *s, const struct patch *patch)
+static void add_blank(struct sectors *s, struct overlap_cell *cell)
 {
-    const struct run water = touched(s, patch, s->water_rad);
-    for (double k = water.from; k <= water.to; k++) {
-        struct tally *t = tally_of(s, k);
+    const struct overlap_run water = overlap_run(&s->band, cell, s->water_rad);
+    for (size_t k = 0; k < water.n; k++) {
+        struct tally *t = tally_of(s, &water, k);
         if (t->never)
             continue;
         add_water(t, &sight_never, s->need_m, false, 0);
@@ -367,8 +372,8 @@ static bool is_between(const struct heights *h, double height)
     return height >= h->lo && height <= h->hi;
 }
 
-/* patch: of the direction, in the grid's axes but for axes_rad. */
-static void add_direction(struct sectors *s, uint32_t d, struct patch patch)
+/* cell: of the direction, in the grid's axes but for axes_rad. */
+static void add_direction(struct sectors *s, uint32_t d, struct overlap_cell *cell)
 {
     const double *axis = s->picture->axis[d];
     const double height = axis[0] * s->up[0] + axis[1] * s->up[1] + axis[2] * s->up[2];
@@ -382,76 +387,103 @@ static void add_direction(struct sectors *s, uint32_t d, struct patch patch)
     if (s->turned) {
         double v[3];
         quat_rotate_inverse(s->attitude, axis, v);
-        geo_angles(v, &patch.az, &patch.el);
+        overlap_middle(cell, v);
     }
     if (blank)
-        add_blank(s, &patch);
+        add_blank(s, cell);
     else
-        add_to_sectors(s, d, &patch);
+        add_to_sectors(s, d, cell);
+}
+
+/* May a cell of the ring be between these heights, however the ring is tilted? */
+static bool may_be_between(const struct sectors *s, uint32_t ring, const struct heights *h)
+{
+    const struct rings *rings = s->picture->rings;
+    const double el = rings->top_rad - (ring + 0.5) * rings->height_rad, tilt = s->tilt_rad + ROUNDING_RAD;
+    return el + tilt >= h->lo_rad && el - tilt <= h->hi_rad;
+}
+
+/* Of 64 directions those that may add anything. */
+static uint64_t worth_a_look(const struct sectors *s, uint32_t block, bool far, bool water)
+{
+    const struct picture_block b = picture_block(s->picture, block);
+    return b.obstacle | (far ? b.told : 0) | (water && s->hopeful ? ~b.told : 0);
 }
 
 static void add_ring(struct sectors *s, uint32_t ring)
 {
     const struct rings *rings = s->picture->rings;
+    const uint32_t start = rings->start[ring], end = rings->start[ring + 1];
     const double width = rings_width(rings, ring);
-    struct patch patch = {.el = rings->top_rad - (ring + 0.5) * rings->height_rad,
-                          .half_az = width / 2,
-                          .half_el = rings->height_rad / 2};
-    for (uint32_t d = rings->start[ring]; d < rings->start[ring + 1]; d++) {
-        patch.az = (d - rings->start[ring] + 0.5) * width + s->axes_rad;
-        add_direction(s, d, patch);
+    const bool far = may_be_between(s, ring, &s->far), water = may_be_between(s, ring, &s->water);
+    for (uint32_t d = start; d < end; d = (d / 64 + 1) * 64) {
+        uint64_t left = worth_a_look(s, d / 64, far, water) >> d % 64 << d % 64;
+        for (uint32_t at = d / 64 * 64; left; left &= left - 1) {
+            const uint32_t here = at + (uint32_t)__builtin_ctzll(left);
+            if (here >= end)
+                break;
+            struct overlap_cell cell = {.az_rad = (here - start + 0.5) * width + s->axes_rad,
+                                        .el_rad = rings->top_rad - (ring + 0.5) * rings->height_rad,
+                                        .level = rings->cos_el[ring],
+                                        .half_az_rad = width / 2,
+                                        .half_el_rad = rings->height_rad / 2,
+                                        .exact = true};
+            add_direction(s, here, &cell);
+        }
     }
 }
 
-static void sectors_once(struct picture *p, const struct answer_conf *conf, const struct answer_now *now, bool ned,
-                         double lo_rad, double hi_rad, double reach_m, size_t count, struct answer *sectors)
+static void sectors_once(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
+                         const struct answer_band *band, struct answer *sectors)
 {
     struct picture_frame frame;
     enum answer_reason reason;
     struct tally tally[ANSWER_SECTORS_MAX];
     picture_get_frame(p, &frame);
-    if (!sight_possible(&frame, now, ned, &reason)) {
-        for (size_t k = 0; k < count; k++)
+    if (!sight_possible(&frame, now, band->ned, &reason)) {
+        for (size_t k = 0; k < band->count; k++)
             cannot(reason, &sectors[k]);
         return;
     }
     struct sectors s = {.picture = p,
                         .conf = conf,
                         .now = now,
-                        .lo_rad = lo_rad,
-                        .hi_rad = hi_rad,
-                        .need_m = reach_m > 0 ? reach_m : frame.range_max_m,
-                        .width_rad = GEO_TURN / (double)count,
-                        .axes_rad = ned ? frame.axes_rad : 0,
-                        .count = count,
+                        .band = {.lo_rad = band->lo_rad, .hi_rad = band->hi_rad, .count = band->count},
+                        .need_m = band->reach_m > 0 ? band->reach_m : frame.range_max_m,
+                        .axes_rad = band->ned ? frame.axes_rad : 0,
                         .tally = tally,
-                        .hopeful = count,
+                        .hopeful = band->count,
                         .up = {0, 0, -1}};
-    for (size_t k = 0; k < count; k++)
+    for (size_t k = 0; k < band->count; k++)
         begin(&tally[k]);
     sight_locate(&frame, now, &s.place);
-    s.turned = !ned && sight_attitude(&frame, now, ned, s.attitude);
+    s.turned = !band->ned && sight_attitude(&frame, now, band->ned, s.attitude);
     if (s.turned)
         quat_rotate(s.attitude, s.up, s.up);
     s.slack_rad = s.turned ? s.place.turned_rad : 0;
     s.water_rad = s.slack_rad + sight_aside_rad(&s.place, s.need_m);
     /* the rings that reach into the band, however the body is tilted */
     const double half = p->rings->height_rad / 2, most = half + s.slack_rad + sight_aside_rad(&s.place, 0);
-    const double tilt = s.turned ? sight_tilt(now->pose.attitude) : 0;
-    s.any = heights_of(lo_rad - most, hi_rad + most);
+    s.tilt_rad = s.turned ? sight_tilt(now->pose.attitude) : 0;
+    s.any = heights_of(band->lo_rad - most, band->hi_rad + most);
     s.far_m = fmin(FAR * s.place.moved_m, s.need_m);
     const double far = half + s.slack_rad + sight_aside_rad(&s.place, s.far_m);
-    s.far = heights_of(lo_rad - far, hi_rad + far);
-    s.water = heights_of(lo_rad - half - s.water_rad, hi_rad + half + s.water_rad);
+    s.far = heights_of(band->lo_rad - far, band->hi_rad + far);
+    s.water = heights_of(band->lo_rad - half - s.water_rad, band->hi_rad + half + s.water_rad);
     for (uint32_t ring = 0; ring < p->rings->n_rings; ring++) {
         const double el = p->rings->top_rad - (ring + 0.5) * p->rings->height_rad;
-        if (el + most + tilt > lo_rad - ROUNDING_RAD && el - most - tilt < hi_rad + ROUNDING_RAD)
+        if (el + most + s.tilt_rad > band->lo_rad - ROUNDING_RAD &&
+            el - most - s.tilt_rad < band->hi_rad + ROUNDING_RAD)
             add_ring(&s, ring);
     }
-    const bool kept = sight_keeps(p->rings, lo_rad - tilt - s.slack_rad, hi_rad + tilt + s.slack_rad);
-    for (size_t k = 0; k < count; k++) {
+    const bool kept =
+        sight_keeps(p->rings, band->lo_rad - s.tilt_rad - s.slack_rad, band->hi_rad + s.tilt_rad + s.slack_rad);
+    for (size_t k = 0; k < band->count; k++) {
         if (!kept)
             doubt(&tally[k], ANSWER_OUTSIDE);
+        if (tally[k].a.blind_to_m >= s.need_m)
+            doubt(&tally[k], ANSWER_BLIND);
+        pass_over(&tally[k], s.need_m);
         finish(&tally[k], conf, &sectors[k]);
     }
 }
@@ -464,10 +496,10 @@ void answer_direction(struct picture *p, const struct answer_conf *conf, const s
         direction_once(p, conf, now, query, out);
 }
 
-void answer_sectors(struct picture *p, const struct answer_conf *conf, const struct answer_now *now, bool ned,
-                    double lo_rad, double hi_rad, double reach_m, size_t count, struct answer *sectors)
+void answer_sectors(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
+                    const struct answer_band *band, struct answer *sectors)
 {
     struct sight_reading r = {.picture = p};
     while (sight_reads(&r))
-        sectors_once(p, conf, now, ned, lo_rad, hi_rad, reach_m, count, sectors);
+        sectors_once(p, conf, now, band, sectors);
 }

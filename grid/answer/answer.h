@@ -4,7 +4,7 @@
  * time. Pure; reads the picture and nothing else.
  *
  * Clear is said only where every direction asked about was pinged, recently, without the vehicle having driven on
- * since, and heard free as far as asked. Whatever is missing makes the answer unknown and is named. Unknown never
+ * since, and was free as far as asked. Whatever is missing makes the answer unknown and is named. Unknown never
  * hides an obstacle: blocked is looked for first.
  */
 #ifndef SONARD_ANSWER_H
@@ -14,7 +14,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "../geometry.h"
+#include "grid/geometry.h"
 #include "picture.h"
 
 #define ANSWER_SECTORS_MAX 720
@@ -24,7 +24,7 @@ enum answer_state { ANSWER_CLEAR, ANSWER_BLOCKED, ANSWER_UNKNOWN };
 /* Why an answer is unknown (or ANSWER_HEARD when it is not), the graver ones later. */
 enum answer_reason {
     ANSWER_HEARD,
-    ANSWER_BEYOND,    /* nothing seen, but not heard as far as asked */
+    ANSWER_BEYOND,    /* no obstacle detected, but not observed as far as asked */
     ANSWER_BLIND,     /* asked nearer than the sonar can hear */
     ANSWER_MOVED,     /* the vehicle has driven on since it was looked at */
     ANSWER_STALE,     /* looked at too long ago */
@@ -37,8 +37,8 @@ enum answer_reason {
 };
 
 struct answer_conf {
-    double clear_for_s;  /* age limit of clear */
-    double move_limit_m; /* way after which a cleared direction is unknown */
+    double clear_for_s;  /* age limit of clear; as a setting 0: answer_clear_for_s works it out */
+    double move_limit_m; /* distance travelled after which a cleared direction is unknown; INFINITY: however far */
 };
 
 /* The moment of asking. */
@@ -46,7 +46,7 @@ struct answer_now {
     uint64_t now_ns;
     bool pose_fresh;  /* all that is known of the pose is younger than its limit */
     struct pose pose; /* newest; parts in pose.has */
-    uint64_t lost;    /* set of the sensors that are not heard at present */
+    uint64_t lost;    /* set of the sensors that are offline */
 };
 
 struct answer_query {
@@ -56,16 +56,17 @@ struct answer_query {
     bool corridor;     /* a corridor of radius_m around the line; otherwise a cone of half_angle_rad */
     double half_angle_rad;
     double radius_m;
-    double near_m; /* beside a corridor, water nearer than this is asked for only where something was heard; [0, inf) */
+    /* beside a corridor, water nearer than this is asked for only where an echo was received; [0, inf) */
+    double near_m;
 };
 
 struct answer {
     enum answer_state state;
     enum answer_reason reason;
-    double range_m; /* nearest obstacle; only when blocked */
+    double range_m; /* nearest obstacle; 0: none. Of a clear sector: beyond what was asked about */
     double range_sd_m;
-    double
-        confidence; /* blocked: probability that the obstacle is there; clear: 1 fading to 0 at the age limit; unknown: 0 */
+    /* blocked: probability that the obstacle is there; clear: 1 fading to 0 at the age limit; unknown: 0 */
+    double confidence;
     double free_to_m;  /* free from blind_to_m at least to here */
     double blind_to_m; /* nothing is known nearer than this */
     double age_s;      /* blocked: of the obstacle's last echo; clear: of the oldest ping; negative: no evidence */
@@ -75,13 +76,27 @@ struct answer {
 void answer_direction(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
                       const struct answer_query *query, struct answer *out);
 
+/* The sectors of a ring: sector k of `count` (1..ANSWER_SECTORS_MAX) is centred on k * 2pi/count. */
+struct answer_band {
+    bool ned; /* otherwise of the body */
+    double lo_rad, hi_rad;
+    double reach_m; /* clear: free as far as this; 0: as far as any sonar listened */
+    size_t count;
+};
+
 /**
- * answer_sectors - the ring of `count` (1..ANSWER_SECTORS_MAX) sectors: sector k is centred on k * 2pi/count, between
- * elevations lo and hi. Blocked: an obstacle in it, at any range. Clear: heard free as far as reach_m (0: as far as
- * any sonar listened). Unknown: the rest; free_to_m says how far it is known to be free all the same.
+ * answer_sectors - of a band of elevations. Clear: free as far as the band's reach_m, whatever stands behind.
+ * Blocked: an obstacle in it, at any range, else. Unknown: the rest; free_to_m says how far it is known to be
+ * free all the same.
  */
-void answer_sectors(struct picture *p, const struct answer_conf *conf, const struct answer_now *now, bool ned,
-                    double lo_rad, double hi_rad, double reach_m, size_t count, struct answer *sectors);
+void answer_sectors(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
+                    const struct answer_band *band, struct answer *sectors);
+
+/**
+ * answer_clear_for_s - the age limit of clear for heads that turn within turn_s (0: not known yet): one and a half
+ * turns, so that a lost ping or a slower turn does no harm; at least 30 s, at most forget_s.
+ */
+double answer_clear_for_s(double turn_s, double forget_s);
 
 const char *answer_state_name(enum answer_state state);
 

@@ -10,9 +10,14 @@
 struct tunnel {
     double along[3], side[3], up[3];
     double half_width_m, half_height_m, most_m;
-    double near_m;                   /* water nearer than this to the grid's centre is not asked for */
+    double off_m
+        [3]; /* the vehicle from the grid's centre, where the rays begin: along, to the side, up; within ... */
+    double loose_m; /* ... this */
+    double near_m;  /* water nearer than this to the grid's centre is not asked for; 0: own_m holds */
+    double own_m;   /* nor what is not so far along the line */
     double drift_side_m, drift_up_m; /* the wall on that side is so much farther away */
-    double moved_m; /* rays begin so far from the vehicle; the walls are farther away by it, too */
+    /* the body with its margin is round: so far to the side its front lies farther back */
+    double round_m, across, flat_m; /* its radius; share of it along a sloping line, and what the slope takes */
 };
 
 static double dot(const double a[3], const double b[3])
@@ -40,6 +45,8 @@ static double extent(const struct corridor_body *body, double upright)
     return body->half_height_m * fabs(upright) + body->radius_m * across + body->margin_m;
 }
 
+#define OWN_LEAST_M 1e-3
+
 #define STEEP                                                                                                     \
     1e-6 /* a line this near to the cylinder's axis has no side: any will do, the cross-section is round */
 
@@ -65,7 +72,11 @@ static void dig(const struct corridor_body *body, const struct picture_frame *fr
     t->half_height_m = extent(body, sqrt(fmax(0, 1 - slope * slope)));
     t->drift_side_m = dot(drift, t->side);
     t->drift_up_m = dot(drift, t->up);
+    t->round_m = body->radius_m + body->margin_m;
+    t->flat_m = body->margin_m * fabs(slope);
+    t->across = sqrt(fmax(0, 1 - slope * slope));
     t->near_m = body->near_m;
+    t->own_m = *front_m - body->margin_m + body->own_margin_m;
     t->most_m = q->most_m;
 }
 
@@ -87,46 +98,74 @@ static struct reach reach_of(double rad)
 }
 
 /*
- * Where the rays within `reach` of one that goes `share` (a sine) sideways leave a wall at half_m, at the latest: by the
- * sine of the difference. The wall that the body drifts towards is farther away by drift_m (negative: the other wall).
+ * Where the rays within `reach` of one that goes `share` (a sine) sideways leave a wall at half_m from the vehicle, at
+ * the latest: by the sine of the difference. The rays begin off_m short of it, and it is farther away by what the body
+ * drifts towards it (negative: towards the other wall).
  */
-static double leaves_wall(double half_m, double drift_m, double share, struct reach reach)
+static double leaves_wall(double half_m, double drift_m, double off_m, double share, struct reach reach)
 {
-    const double aside = clamped(fabs(share), 0, 1);
+    const double aside = clamped(fabs(share), 0, 1), side = share < 0 ? -1 : 1;
     const double least = aside * reach.cos - sqrt(1 - aside * aside) * reach.sin;
-    const double wall_m = half_m + clamped(share < 0 ? -drift_m : drift_m, 0, INFINITY);
-    return least > 0 ? wall_m / least : INFINITY;
+    const double wall_m = half_m + clamped(side * drift_m, 0, INFINITY) + side * off_m;
+    return least > 0 ? fmax(wall_m, 0) / least : INFINITY;
 }
 
 /* Range at which the last ray of the cell around v leaves the tunnel by its sides. */
 static double leaves_side(const struct tunnel *t, const double v[3], struct reach reach)
 {
-    const double aside_m = leaves_wall(t->half_width_m, t->drift_side_m, dot(v, t->side), reach);
-    return clamped(leaves_wall(t->half_height_m, t->drift_up_m, dot(v, t->up), reach), 0, aside_m);
+    const double wide_m = t->half_width_m + t->loose_m, high_m = t->half_height_m + t->loose_m;
+    const double aside_m = leaves_wall(wide_m, t->drift_side_m, t->off_m[1], dot(v, t->side), reach);
+    return clamped(leaves_wall(high_m, t->drift_up_m, t->off_m[2], dot(v, t->up), reach), 0, aside_m);
 }
 
-static void meet(struct corridor *out, const struct sight *s, const struct answer_now *now, double at_m)
+static void meet(struct corridor *out, const struct sight *s, const struct answer_now *now, const double axis[3],
+                 double at_m)
 {
     if (at_m >= out->blocked_m)
         return;
+    memcpy(out->blocked_at, axis, sizeof out->blocked_at);
     out->blocked_m = at_m;
     out->blocked_sd_m = s->obstacle->sd_m;
     out->confidence = 1 / (1 + exp(-s->logodds));
     out->blocked_age_s = sight_seconds(now->now_ns, s->obstacle->t_echo_ns);
 }
 
-static void doubt(struct corridor *out, enum answer_reason why, double at_m)
+static void doubt(struct corridor *out, enum answer_reason why, const double axis[3], double at_m)
 {
     if (at_m >= out->known_m)
         return;
+    memcpy(out->known_at, axis, sizeof out->known_at);
     out->known_m = at_m;
     out->reason = why;
 }
 
-/* Where along the line a ray is at a range that is shorter by what the vehicle has moved: that may have been all ahead. */
+/* Where along the line, from the vehicle, a ray is at a range that is shorter by how loosely its place is known:
+ * that may have been all ahead. */
 static double along_m(const struct tunnel *t, double range_m, double foreshortened)
 {
-    return clamped(range_m * foreshortened - t->moved_m * (1 - foreshortened), 0, INFINITY);
+    return clamped(range_m * foreshortened - t->loose_m * (1 - foreshortened) - t->off_m[0], 0, INFINITY);
+}
+
+/*
+ * By how much farther ahead than the line's something may be at range_m along the rays within `reach` of one that goes
+ * `share` (a sine) sideways, for the body's front is round. Its cross-section at y to the side is a box as high as the
+ * body and sqrt(R^2 - y^2) long; it reaches ahead by sqrt(R^2 - y^2) across + H slope, R and H with the margin.
+ */
+static double behind_front_m(const struct tunnel *t, double range_m, double share, struct reach reach)
+{
+    const double sine = clamped(share, -1, 1), cosine = sqrt(1 - sine * sine);
+    const double right = sine * reach.cos - cosine * reach.sin, left = sine * reach.cos + cosine * reach.sin;
+    const double beside_m =
+        fmax(range_m * right - t->off_m[1], t->off_m[1] - range_m * left) - t->loose_m - fabs(t->drift_side_m);
+    const double y = clamped(beside_m, 0, t->round_m);
+    return fmax(0, (t->round_m - sqrt(t->round_m * t->round_m - y * y)) * t->across - t->flat_m);
+}
+
+/* Where along the line the body's front is when it gets there. */
+static double place_m(const struct tunnel *t, double range_m, const double v[3], double foreshortened,
+                      struct reach reach)
+{
+    return along_m(t, range_m, foreshortened) + behind_front_m(t, range_m, dot(v, t->side), reach);
 }
 
 /* A question about a tunnel, while directions are added to the answer. */
@@ -134,10 +173,49 @@ struct look {
     struct picture *picture;
     const struct answer_conf *conf;
     const struct answer_now *now;
+    struct picture_frame frame;
     struct sight_place place;
     struct tunnel tunnel;
     struct corridor *out;
 };
+
+/* Up to which range no ray of a cell is asked, of those that it has the one that goes `ahead` most (a cosine). */
+static double own_range_m(const struct tunnel *t, double ahead)
+{
+    return t->near_m > 0 ? t->near_m : t->own_m / ahead;
+}
+
+/*
+ * Is it a level direction in which a sonar looks, whatever the body's tilt? The sonar will show what is there, so
+ * near_m is no reason to pass there before it has.
+ */
+static bool looked_at(const struct look *l, uint32_t direction, struct reach reach)
+{
+    const struct bearings_looks *looks = &l->frame.looks;
+    const double *v = l->picture->axis[direction], step_rad = l->picture->rings->step_rad;
+    double u[3] = {v[0], v[1], v[2]};
+    if (l->tunnel.near_m <= 0 || fabs(v[2]) > reach.sin)
+        return false;
+    sight_from_grid(&l->frame, l->now, false, u);
+    return fabs(u[2]) <= sin(looks->level_rad - step_rad) && bearings_has(looks->bearings, atan2(u[1], u[0]));
+}
+
+/* Do the looks leave out no more than lies between two of them? What stands there no beam shows. */
+static bool is_between_looks(const struct look *l, uint32_t direction)
+{
+    const struct rings *rings = l->picture->rings;
+    const uint32_t ring = rings_ring(rings, direction), first = rings->start[ring];
+    const uint32_t n = rings->start[ring + 1] - first, at = direction - first;
+    const uint32_t most = (uint32_t)fmin(ceil(l->frame.looks.step_rad / rings_width(rings, ring)), n / 2);
+    for (uint32_t k = 1; k <= most; k++)
+        if (!picture_blank(l->picture, first + (at + k) % n) ||
+            !picture_blank(l->picture, first + (at + n - k) % n))
+            return true;
+    return false;
+}
+
+/* Cosine of 45 degrees. Farther to the side a ray leaves the tunnel beside the body's own front. */
+#define BOW 0.7071
 
 /* What one direction adds. A range along a ray is `foreshortened` along the line, at the least. */
 static void add(const struct look *l, uint32_t direction, struct reach reach)
@@ -147,43 +225,53 @@ static void add(const struct look *l, uint32_t direction, struct reach reach)
     const double *v = l->picture->axis[direction];
     const double ahead = clamped(dot(v, t->along), -1, 1), off = sqrt(1 - ahead * ahead);
     const double foreshortened = clamped(ahead * reach.cos - off * reach.sin, 0, 1);
-    const double near_m = along_m(t, t->near_m, foreshortened);
-    if (ahead * reach.cos + off * reach.sin < 0) /* no ray of the cell leads ahead */
+    const double most_ahead = ahead > reach.cos ? 1 : ahead * reach.cos + off * reach.sin;
+    if (most_ahead <= 0) /* no ray of the cell leads ahead */
         return;
     const bool blank = picture_blank(l->picture, direction);
+    const bool unseen = blank && ahead > BOW && looked_at(l, direction, reach) && !is_between_looks(l, direction);
+    const double own_m = unseen ? 0 : own_range_m(t, most_ahead);
+    const double near_m = place_m(t, own_m, v, foreshortened, reach);
     if (blank && near_m >= out->known_m) /* a doubt from there on is no news */
         return;
     const double side_m = leaves_side(t, v, reach);
-    const double exit_m = fmin(side_m, t->most_m / fmax(foreshortened, 1e-9));
-    if (blank && exit_m <= t->near_m)
+    const double end_m = t->most_m + t->off_m[0] + t->loose_m;
+    const double exit_m = fmin(side_m, fmax(end_m, 0) / fmax(foreshortened, 1e-9));
+    if (blank && exit_m <= own_m)
         return;
     struct picture_entry e;
     struct sight s;
-    sight_look(l->picture, direction, l->conf, l->now, &l->place, &e, &s);
-    if (s.obstacle && s.near_m <= side_m && s.near_m * foreshortened <= t->most_m)
-        meet(out, &s, l->now, along_m(t, s.near_m, foreshortened));
+    sight_look(l->picture, direction, &(struct sight_observer){l->conf, l->now, &l->place}, &e, &s);
+    if (s.obstacle && s.near_m <= side_m && s.near_m * foreshortened <= end_m)
+        meet(out, &s, l->now, v, place_m(t, s.near_m, v, foreshortened, reach));
     const double sure_m = s.obstacle ? s.near_m : INFINITY;
-    if (s.hint_m < fmin(sure_m, fmin(exit_m, t->near_m))) /* too weak to block, but no water to be sure of */
-        doubt(out, ANSWER_BEYOND, along_m(t, s.hint_m, foreshortened));
-    if (exit_m <= t->near_m)
+    if (s.hint_m < fmin(sure_m, fmin(exit_m, own_m))) /* too weak to block, but no water to be sure of */
+        doubt(out, ANSWER_BEYOND, v, place_m(t, s.hint_m, v, foreshortened, reach));
+    if (exit_m <= own_m)
         return;
     out->age_s = fmax(out->age_s, s.age_s);
     if (s.reason != ANSWER_HEARD)
-        doubt(out, s.reason, near_m);
-    else if (s.blind_m - t->moved_m > t->near_m)
-        doubt(out, ANSWER_BLIND, near_m);
+        doubt(out, s.reason, v, near_m);
+    else if (s.blind_m - t->loose_m > own_m)
+        doubt(out, ANSWER_BLIND, v, near_m);
     else if (s.clear_m < exit_m)
-        doubt(out, ANSWER_BEYOND, along_m(t, fmax(s.clear_m, t->near_m), foreshortened));
+        doubt(out, ANSWER_BEYOND, v, place_m(t, fmax(s.clear_m, own_m), v, foreshortened, reach));
 }
 
 /* The tunnel's place along the line where its corner is farther than what is the vehicle's own place. */
 static double corner_m(const struct tunnel *t)
 {
-    const double side_m = t->half_width_m + fabs(t->drift_side_m), up_m = t->half_height_m + fabs(t->drift_up_m);
-    return fmax(0, sqrt(fmax(0, t->near_m * t->near_m - side_m * side_m - up_m * up_m)) - t->moved_m);
+    const double side_m = t->half_width_m + fabs(t->drift_side_m) + fabs(t->off_m[1]) + t->loose_m,
+                 up_m = t->half_height_m + fabs(t->drift_up_m) + fabs(t->off_m[2]) + t->loose_m;
+    const double own_m =
+        t->near_m <= 0 ? t->own_m : sqrt(fmax(0, t->near_m * t->near_m - side_m * side_m - up_m * up_m));
+    return fmax(0, own_m - t->off_m[0] - t->loose_m);
 }
 
-/* A grid of a level row knows nothing above and below. Where the tunnel leaves its band at all it may do so at a corner. */
+/* A grid of a level row knows nothing above and below. Where the tunnel leaves its band at all it
+ * may do so at a corner. */
+static const double nowhere[3];
+
 static void heed_band(const struct rings *rings, const struct tunnel *t, double tilt, struct corridor *out)
 {
     const double bottom = rings->top_rad - rings->n_rings * rings->height_rad;
@@ -191,29 +279,41 @@ static void heed_band(const struct rings *rings, const struct tunnel *t, double 
     if (sight_keeps(rings, -GEO_PI / 2, GEO_PI / 2))
         return;
     const double edge = fmax(0, fmin(rings->top_rad - el, el - bottom) - tilt);
-    if (leaves_wall(t->half_height_m, fabs(t->drift_up_m), sin(fmin(edge, GEO_PI / 2)), reach_of(0)) > t->near_m)
-        doubt(out, ANSWER_OUTSIDE, corner_m(t));
+    const double wall_m = t->half_height_m + fabs(t->off_m[2]) + t->loose_m;
+    if (leaves_wall(wall_m, fabs(t->drift_up_m), 0, sin(fmin(edge, GEO_PI / 2)), reach_of(0)) > t->near_m)
+        doubt(out, ANSWER_OUTSIDE, nowhere, corner_m(t));
+}
+
+/* From now on ranges are from the grid's centre, and shorter by what is not known of the vehicle's place alone. */
+static void set_off(struct tunnel *t, struct sight_place *place)
+{
+    t->off_m[0] = dot(place->offset_m, t->along);
+    t->off_m[1] = dot(place->offset_m, t->side);
+    t->off_m[2] = dot(place->offset_m, t->up);
+    t->loose_m = place->slack_m + place->turned_rad * (place->moved_m - place->slack_m);
+    if (t->near_m > 0)
+        t->near_m = fmax(OWN_LEAST_M, t->near_m - place->moved_m);
+    t->own_m = fmax(OWN_LEAST_M, t->own_m + t->off_m[0] - t->loose_m);
+    place->moved_m = t->loose_m;
 }
 
 static void look_once(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
                       const struct corridor_body *body, const struct corridor_query *q, struct corridor *out)
 {
-    struct picture_frame frame;
     struct look l = {.picture = p, .conf = conf, .now = now, .out = out};
+    const struct picture_frame *frame = &l.frame;
     struct tunnel *t = &l.tunnel;
-    picture_get_frame(p, &frame);
+    picture_get_frame(p, &l.frame);
     *out = (struct corridor){
         .blocked_m = INFINITY, .blocked_age_s = -1, .known_m = q->most_m, .reason = ANSWER_HEARD, .age_s = -1};
-    dig(body, &frame, now, q, t, &out->front_m);
-    if (!sight_possible(&frame, now, q->ned, &out->reason)) {
+    dig(body, frame, now, q, t, &out->front_m);
+    if (!sight_possible(frame, now, q->ned, &out->reason)) {
         out->known_m = 0;
         return;
     }
-    sight_locate(&frame, now, &l.place);
-    t->moved_m = l.place.moved_m;
-    t->near_m = fmax(0, t->near_m - t->moved_m);
-    t->half_width_m += t->moved_m;
-    t->half_height_m += t->moved_m;
+    sight_locate(frame, now, &l.place);
+    out->slack_m = l.place.slack_m;
+    set_off(t, &l.place);
     struct rings_visit visit =
         rings_visit(p->rings, t->along, fmin(GEO_PI / 2 + p->rings->height_rad + l.place.turned_rad, GEO_PI));
     const double turned = q->ned ? 0 : l.place.turned_rad;
@@ -223,7 +323,9 @@ static void look_once(struct picture *p, const struct answer_conf *conf, const s
             reach = reach_of(sight_cell_reach(p->rings, visit.ring) + turned);
         add(&l, visit.direction, reach);
     }
-    heed_band(p->rings, t, turned + (frame.ned ? sight_tilt(now->pose.attitude) : 0), out);
+    heed_band(p->rings, t, turned + (frame->ned ? sight_tilt(now->pose.attitude) : 0), out);
+    sight_from_grid(frame, now, q->ned, out->blocked_at);
+    sight_from_grid(frame, now, q->ned, out->known_at);
 }
 
 void corridor_look(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,

@@ -33,7 +33,8 @@ void limit_of(const struct limit_conf *conf, const struct corridor *corridor, do
                           .by = known >= asked_mps ? LIMIT_BY_NOTHING
                                 : known < blocked  ? LIMIT_BY_UNKNOWN
                                                    : LIMIT_BY_BLOCKED,
-                          .stop_m = way_to_stand(conf, known, stale_s)};
+                          .stop_m = way_to_stand(conf, known, 0),
+                          .stale_m = known * stale_s};
 }
 
 double limit_drift_m(const struct limit_conf *conf, double across_mps, double stale_s)
@@ -51,4 +52,28 @@ const char *limit_word(enum limit_by by)
     static const char *const words[] = {
         [LIMIT_BY_NOTHING] = "nothing", [LIMIT_BY_BLOCKED] = "blocked", [LIMIT_BY_UNKNOWN] = "unknown"};
     return words[by];
+}
+
+const char *limit_remedy(enum limit_by by, enum answer_reason reason, bool drifts)
+{
+    static const char *const texts[] = {
+        [ANSWER_HEARD] = "a larger distance to ask for",
+        [ANSWER_BEYOND] =
+            "a scan that shows the water beyond; no_echo and minimum_range say how far silence counts",
+        [ANSWER_BLIND] = "a sonar that covers the water closer by, or a larger near in [vehicle]",
+        [ANSWER_MOVED] = "a new scan of that direction, or a larger move_limit",
+        [ANSWER_STALE] = "a new scan of that direction, or a longer clear_for",
+        [ANSWER_SILENT] = "the sonar that covers that direction, back online",
+        [ANSWER_NEVER] = "a scan of that direction, or a larger near in [vehicle]",
+        [ANSWER_OUTSIDE] = "a grid with elevation = full",
+        [ANSWER_NO_FRAME] = "a pose with an attitude, or a question in the body's frame",
+        [ANSWER_POSE_LOST] = "a fresh pose",
+        [ANSWER_NO_DATA] = "pings from the sonar"};
+    if (by == LIMIT_BY_NOTHING)
+        return "";
+    if (by == LIMIT_BY_BLOCKED)
+        return "beams that pass that place without an echo, or another direction";
+    return drifts && (reason == ANSWER_BEYOND || reason == ANSWER_BLIND || reason == ANSWER_NEVER)
+               ? "a newer scan, a position or velocity in the poses, or station_keeping"
+               : texts[reason];
 }

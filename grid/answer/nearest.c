@@ -26,31 +26,51 @@ static void axis_of(const struct scene *s, uint32_t d, double v[3])
         quat_rotate_inverse(s->attitude, v, v);
 }
 
-/* The band of elevations asked about, in sines. */
-struct band {
+/* The elevations asked about, in sines, and the azimuths: from their middle to either side. */
+struct window {
     double lo, hi;
+    double middle_rad, half_rad;
+    double aside; /* sine of how far beside them a direction still counts */
 };
 
-/* Where things so far away are in the band, or may be from where the vehicle may be. An angle on the edge is in it. */
-static struct band band_at(const struct scene *s, double range_m)
+/* Where things so far away are in the window, or may be from where the vehicle may be. What is on the edge is in it. */
+static struct window window_at(const struct scene *s, double range_m)
 {
-    const double aside = sight_aside_rad(&s->place, range_m) + (s->query->ned ? 0 : s->place.turned_rad);
-    const double lo = fmax(s->query->lo_rad - aside, -GEO_PI / 2), hi = fmin(s->query->hi_rad + aside, GEO_PI / 2);
-    return (struct band){sin(lo) - 1e-12, sin(hi) + 1e-12};
+    const struct nearest_query *q = s->query;
+    const double aside = sight_aside_rad(&s->place, range_m) + (q->ned ? 0 : s->place.turned_rad);
+    const double lo = fmax(q->lo_rad - aside, -GEO_PI / 2), hi = fmin(q->hi_rad + aside, GEO_PI / 2);
+    const double width = q->width_rad > 0 ? q->width_rad : GEO_TURN;
+    return (struct window){.lo = sin(lo) - 1e-12,
+                           .hi = sin(hi) + 1e-12,
+                           .middle_rad = q->from_rad + width / 2,
+                           .half_rad = width / 2,
+                           .aside = sin(fmin(aside + s->picture->rings->step_rad, GEO_PI / 2))};
 }
 
-static bool in_band(const struct scene *s, const struct band *band, uint32_t d)
+static bool is_whole(const struct window *w)
+{
+    return w->lo <= -1 && w->hi >= 1 && w->half_rad >= GEO_PI;
+}
+
+/* The azimuths end in half planes; what is more than a right angle from one is nearest to it at the vertical. */
+static bool in_azimuth(const struct window *w, const double v[3])
+{
+    const double off = fabs(geo_wrap_pi(atan2(v[1], v[0]) - w->middle_rad)) - w->half_rad;
+    return off <= 0 || hypot(v[0], v[1]) * sin(fmin(off, GEO_PI / 2)) <= w->aside;
+}
+
+static bool in_window(const struct scene *s, const struct window *w, uint32_t d)
 {
     double v[3];
-    if (band->lo <= -1 && band->hi >= 1)
+    if (is_whole(w))
         return true;
     axis_of(s, d, v);
-    return -v[2] >= band->lo && -v[2] <= band->hi;
+    return -v[2] >= w->lo && -v[2] <= w->hi && (w->half_rad >= GEO_PI || in_azimuth(w, v));
 }
 
 static void see(const struct scene *s, uint32_t d, struct picture_entry *e, struct sight *sight)
 {
-    sight_look(s->picture, d, s->conf, s->now, &s->place, e, sight);
+    sight_look(s->picture, d, &(struct sight_observer){s->conf, s->now, &s->place}, e, sight);
 }
 
 static double reach_of(const struct scene *s)
@@ -58,65 +78,102 @@ static double reach_of(const struct scene *s)
     return s->query->reach_m > 0 ? s->query->reach_m : INFINITY;
 }
 
+/* Reports the obstacle of direction d if it is nearer than *best_m. */
+static void compare(const struct scene *s, uint32_t d, double *best_m, struct nearest *out)
+{
+    struct picture_entry e;
+    struct sight sight;
+    double v[3];
+    if (picture_edge_m(s->picture, d) - s->place.moved_m >= *best_m) /* nothing there is nearer */
+        return;
+    see(s, d, &e, &sight);
+    if (!sight.obstacle || sight.near_m >= *best_m || sight.near_m > reach_of(s))
+        return;
+    const struct window window = window_at(s, sight.near_m + s->place.moved_m);
+    if (!in_window(s, &window, d))
+        return;
+    *best_m = sight.near_m;
+    out->state = ANSWER_BLOCKED;
+    axis_of(s, d, v);
+    geo_angles(v, &out->az_rad, &out->el_rad);
+    out->range_m = fmax(sight.near_m, sight.obstacle->range_m - s->place.moved_m);
+    out->range_sd_m = sight.obstacle->sd_m;
+    out->confidence = 1 / (1 + exp(-sight.logodds));
+    out->age_s = sight_seconds(s->now->now_ns, sight.obstacle->t_echo_ns);
+}
+
 /* Its near edge, INFINITY without one. */
 static double find(const struct scene *s, struct nearest *out)
 {
-    double best_m = INFINITY, v[3];
-    for (uint32_t d = 0; d < s->picture->n; d++) {
-        struct picture_entry e;
-        struct sight sight;
-        if (picture_edge_m(s->picture, d) - s->place.moved_m >= best_m) /* nothing there is nearer */
-            continue;
-        see(s, d, &e, &sight);
-        if (!sight.obstacle || sight.near_m >= best_m || sight.near_m > reach_of(s))
-            continue;
-        const struct band band = band_at(s, sight.near_m + s->place.moved_m);
-        if (!in_band(s, &band, d))
-            continue;
-        best_m = sight.near_m;
-        out->state = ANSWER_BLOCKED;
-        axis_of(s, d, v);
-        geo_angles(v, &out->az_rad, &out->el_rad);
-        out->range_m = fmax(sight.near_m, sight.obstacle->range_m - s->place.moved_m);
-        out->range_sd_m = sight.obstacle->sd_m;
-        out->confidence = 1 / (1 + exp(-sight.logodds));
-        out->age_s = sight_seconds(s->now->now_ns, sight.obstacle->t_echo_ns);
-    }
+    double best_m = INFINITY;
+    for (uint32_t block = 0; block * 64 < s->picture->n; block++)
+        for (uint64_t left = picture_block(s->picture, block).obstacle; left; left &= left - 1) {
+            const uint32_t d = block * 64 + (uint32_t)__builtin_ctzll(left);
+            if (d < s->picture->n)
+                compare(s, d, &best_m, out);
+        }
     return best_m;
 }
 
-/* How much of the water nearer than that is not known; the gravest reason is told. */
+/* Directions of the window while they are counted. */
+struct weight {
+    uint32_t asked, unknown, blank;
+    double oldest_s; /* ping of their water */
+};
+
+static void weigh_direction(const struct scene *s, uint32_t d, double to_m, struct weight *w, struct nearest *out)
+{
+    struct picture_entry e;
+    struct sight sight;
+    see(s, d, &e, &sight);
+    const enum answer_reason why = sight.reason != ANSWER_HEARD  ? sight.reason
+                                   : to_m <= sight.blind_m       ? ANSWER_BLIND
+                                   : sight.clear_m < to_m - 1e-9 ? ANSWER_BEYOND
+                                                                 : ANSWER_HEARD;
+    w->unknown += why != ANSWER_HEARD;
+    out->reason = why > out->reason ? why : out->reason;
+    w->oldest_s = fmax(w->oldest_s, sight.age_s);
+}
+
+static uint32_t bits_in(uint64_t w)
+{
+    uint32_t n = 0;
+    for (; w; w &= w - 1)
+        n++;
+    return n;
+}
+
+/* Of directions 64 k to 64 k + 63 those that are in the window, a bit each. */
+static uint64_t block_in_window(const struct scene *s, const struct window *window, uint32_t k)
+{
+    const uint32_t left = s->picture->n - 64 * k, n = left < 64 ? left : 64;
+    uint64_t in = 0;
+    if (is_whole(window))
+        return UINT64_MAX >> (64 - n);
+    for (uint32_t i = 0; i < n; i++)
+        in |= (uint64_t)in_window(s, window, 64 * k + i) << i;
+    return in;
+}
+
+/* How much of the water nearer than that is not known; the gravest reason is reported. */
 static void weigh(const struct scene *s, double to_m, struct nearest *out)
 {
-    uint32_t asked = 0, unknown = 0, blank = 0;
-    const struct band band = band_at(s, to_m);
-    double oldest_s = -1;
-    for (uint32_t d = 0; d < s->picture->n; d++) {
-        struct picture_entry e;
-        struct sight sight;
-        if (!in_band(s, &band, d))
-            continue;
-        asked++;
-        if (picture_blank(s->picture, d)) {
-            blank++;
-            continue;
-        }
-        see(s, d, &e, &sight);
-        const enum answer_reason why = sight.reason != ANSWER_HEARD  ? sight.reason
-                                       : to_m <= sight.blind_m       ? ANSWER_BLIND
-                                       : sight.clear_m < to_m - 1e-9 ? ANSWER_BEYOND
-                                                                     : ANSWER_HEARD;
-        unknown += why != ANSWER_HEARD;
-        out->reason = why > out->reason ? why : out->reason;
-        oldest_s = fmax(oldest_s, sight.age_s);
+    const struct window window = window_at(s, to_m);
+    struct weight w = {.oldest_s = -1};
+    for (uint32_t k = 0; k * 64 < s->picture->n; k++) {
+        const uint64_t in = block_in_window(s, &window, k), told = in & picture_block(s->picture, k).told;
+        w.asked += bits_in(in);
+        w.blank += bits_in(in & ~told);
+        for (uint64_t left = told; left; left &= left - 1)
+            weigh_direction(s, 64 * k + (uint32_t)__builtin_ctzll(left), to_m, &w, out);
     }
-    if (blank && out->reason < ANSWER_NEVER)
+    if (w.blank && out->reason < ANSWER_NEVER)
         out->reason = ANSWER_NEVER;
-    out->unknown_share = asked ? (double)(unknown + blank) / asked : 1;
-    if (!asked)
+    out->unknown_share = w.asked ? (double)(w.unknown + w.blank) / w.asked : 1;
+    if (!w.asked)
         out->reason = ANSWER_OUTSIDE;
     if (out->state != ANSWER_BLOCKED)
-        out->age_s = oldest_s;
+        out->age_s = w.oldest_s;
 }
 
 static void look_once(struct scene *s, struct nearest *out)

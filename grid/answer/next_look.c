@@ -3,12 +3,18 @@
 
 #include <math.h>
 
-#include "../geometry.h"
+#include "grid/geometry.h"
 
 #define AHEAD_GAIN   2.0  /* straight ahead counts so many times more than abeam */
 #define AT_REST_MPS  0.02 /* slower is no direction */
 #define APPROACH_MPS 0.1  /* that counts as much as never having looked; so do ... */
 #define GROWTH_PS    10.0 /* ... so many directions more per second */
+#define FEATURE_GAIN 2.0  /* a feature counts as not looked at for so many times as long */
+#define EDGE_DEG     3.0  /* a direction is at a cluster's edge within this azimuth, ... */
+#define VANISHED_DEG 5.0  /* ... and at a vanished one within this angle */
+#define EDGE_M       0.5  /* neighbouring slices whose obstacles are so far apart in range, ... */
+#define EDGE_SHARE   0.2  /* ... and this share of the nearer one's range, have an edge between them */
+#define MOVED_M      1.0  /* farther than this, and the centre's step, is not stationary */
 
 static double dot(const double a[3], const double b[3])
 {
@@ -20,10 +26,10 @@ static double at_most_1(double x)
     return x < 0 ? 0 : x > 1 ? 1 : x;
 }
 
-/* What the water that way says: how long ago somebody looked. */
+/* How long ago the water in that direction was observed. */
 static void judge_age(const struct picture_entry *e, uint64_t now_ns, double stale_s, struct next_look *l)
 {
-    const uint64_t t_ns = e->claim[CLAIM_NOW].t_ping_ns;
+    const uint64_t t_ns = e->free[0].t_ping_ns;
     l->why = t_ns ? LOOK_STALE : LOOK_NEVER;
     l->age_s = !t_ns ? -1 : now_ns > t_ns ? (double)(now_ns - t_ns) * 1e-9 : 0;
     l->score = t_ns ? at_most_1(l->age_s / stale_s) : 1;
@@ -45,6 +51,55 @@ static void judge_clusters(const struct cluster *clusters, uint32_t n, struct ne
             l->score = growth;
             l->why = LOOK_GROWING;
         }
+    }
+}
+
+static double as_feature(double age_score)
+{
+    return at_most_1(FEATURE_GAIN * age_score);
+}
+
+static bool at_edge(const struct cluster *k, double az_rad)
+{
+    const double from_rad = fabs(geo_wrap_pi(az_rad - k->from_rad));
+    const double to_rad = fabs(geo_wrap_pi(az_rad - k->from_rad - k->width_rad));
+    return fmin(from_rad, to_rad) <= geo_rad(EDGE_DEG);
+}
+
+/* Its place is as of then: the vehicle moves on, and soon nobody knows in which direction it was. */
+static bool is_recent(const struct cluster_gone *gone, uint64_t now_ns, double stale_s)
+{
+    return now_ns < gone->t_gone_ns || (double)(now_ns - gone->t_gone_ns) * 1e-9 <= stale_s;
+}
+
+/* axis: in NED or the body's axes, as places are. */
+static bool at_place(const double axis[3], const double place_m[3])
+{
+    const double range_m = sqrt(dot(place_m, place_m));
+    return range_m > 0 && dot(axis, place_m) >= cos(geo_rad(VANISHED_DEG)) * range_m;
+}
+
+/* age_score: of the direction, before clusters were judged. */
+static void judge_features(const struct next_look_conf *conf, uint64_t now_ns, double age_score,
+                           struct next_look *l)
+{
+    const struct cluster *clusters = conf->clusters;
+    const double score = as_feature(age_score);
+    enum next_look_why why = l->why;
+    double axis[3];
+    if (score <= l->score)
+        return;
+    geo_direction(l->az_rad, l->el_rad, axis);
+    for (uint32_t i = 0; i < conf->n_clusters && why != LOOK_EDGE; i++)
+        if (l->el_rad >= clusters[i].low_rad && l->el_rad <= clusters[i].high_rad &&
+            at_edge(&clusters[i], l->az_rad))
+            why = LOOK_EDGE;
+    for (uint32_t i = 0; i < conf->n_gone && why != LOOK_VANISHED; i++)
+        if (is_recent(&conf->gone[i], now_ns, conf->stale_s) && at_place(axis, conf->gone[i].place_m))
+            why = LOOK_VANISHED;
+    if (why == LOOK_EDGE || why == LOOK_VANISHED) {
+        l->score = score;
+        l->why = why;
     }
 }
 
@@ -88,8 +143,7 @@ static void place_look(const struct picture *picture, double axes_rad, uint32_t 
 
 /* The best direction that is apart from those found; of equals the one in the middle of the band. */
 static bool best_of(struct picture *picture, uint64_t now_ns, const struct next_look_conf *conf,
-                    const struct cluster *clusters, uint32_t n_clusters, const struct next_look *found, uint32_t n,
-                    struct next_look *best)
+                    const struct next_look *found, uint32_t n, struct next_look *best)
 {
     const double middle = (conf->low_rad + conf->high_rad) / 2, axes_rad = axes_of(picture);
     double velocity_mps[3];
@@ -108,7 +162,9 @@ static bool best_of(struct picture *picture, uint64_t now_ns, const struct next_
             continue;
         picture_get(picture, d, &e);
         judge_age(&e, now_ns, conf->stale_s, &l);
-        judge_clusters(clusters, n_clusters, &l);
+        const double age_score = l.score;
+        judge_clusters(conf->clusters, conf->n_clusters, &l);
+        judge_features(conf, now_ns, age_score, &l);
         l.score *= 1 + AHEAD_GAIN * ahead(picture->axis[d], velocity_mps);
         const double off = fabs(l.el_rad - middle), best_off = fabs(best->el_rad - middle);
         if (l.score > best->score || (l.score > 0 && l.score == best->score && off < best_off))
@@ -118,25 +174,42 @@ static bool best_of(struct picture *picture, uint64_t now_ns, const struct next_
 }
 
 uint32_t next_look(struct picture *picture, uint64_t now_ns, const struct next_look_conf *conf,
-                   const struct cluster *clusters, uint32_t n_clusters, struct next_look *out, uint32_t room)
+                   struct next_look *out, uint32_t room)
 {
     uint32_t n = 0;
-    while (n < room && best_of(picture, now_ns, conf, clusters, n_clusters, out, n, &out[n]))
+    while (n < room && best_of(picture, now_ns, conf, out, n, &out[n]))
         n++;
     return n;
 }
 
-#define SLICES 72 /* of the circle, by which a sector is moved */
+/* ---- sectors ---- */
 
-bool next_look_sector(struct picture *picture, uint64_t now_ns, const struct next_look_conf *conf,
-                      double width_rad, double *az_rad)
+#define SLICES NEXT_LOOK_SLICES
+
+/* Of the directions of one slice. */
+struct slice {
+    double sum, feature_sum; /* of scores, and of what they would be with a feature */
+    double nearest_m;        /* INFINITY: no obstacle */
+    uint32_t n;
+    bool looked_at;
+};
+
+static double nearest_obstacle(const struct picture *picture, const struct picture_entry *e, uint64_t now_ns)
 {
-    double sum[SLICES] = {0}, best = 0;
-    int n[SLICES] = {0};
-    const int wide = (int)lround(width_rad / GEO_TURN * SLICES);
+    for (int k = 0; k < PICTURE_OBSTACLES; k++)
+        if (picture_logodds(picture, &e->obstacle[k], now_ns) > (double)picture->blocked_logodds)
+            return (double)e->obstacle[k].range_m;
+    return INFINITY;
+}
+
+static void take_slices(struct picture *picture, uint64_t now_ns, const struct next_look_conf *conf,
+                        struct slice slice[SLICES])
+{
     const double axes_rad = axes_of(picture);
     double velocity_mps[3];
     velocity_in_grid(conf, axes_rad, velocity_mps);
+    for (int k = 0; k < SLICES; k++)
+        slice[k] = (struct slice){.nearest_m = INFINITY};
     for (uint32_t d = 0; d < picture->n; d++) {
         struct next_look l = {.score = 0};
         struct picture_entry e;
@@ -145,19 +218,68 @@ bool next_look_sector(struct picture *picture, uint64_t now_ns, const struct nex
             continue;
         picture_get(picture, d, &e);
         judge_age(&e, now_ns, conf->stale_s, &l);
-        const int slice = (int)(geo_wrap(l.az_rad) / GEO_TURN * SLICES) % SLICES;
-        sum[slice] += l.score * (1 + AHEAD_GAIN * ahead(picture->axis[d], velocity_mps));
-        n[slice]++;
+        struct slice *s = &slice[(int)(geo_wrap(l.az_rad) / GEO_TURN * SLICES) % SLICES];
+        const double gain = 1 + AHEAD_GAIN * ahead(picture->axis[d], velocity_mps);
+        s->sum += l.score * gain;
+        s->feature_sum += as_feature(l.score) * gain;
+        s->nearest_m = fmin(s->nearest_m, nearest_obstacle(picture, &e, now_ns));
+        s->looked_at = s->looked_at || l.age_s >= 0;
+        s->n++;
     }
+}
+
+/* Is there something in both slices, but not the same; or in one of them only? */
+static bool edge_between(const struct slice *a, const struct slice *b)
+{
+    const double near_m = fmin(a->nearest_m, b->nearest_m), far_m = fmax(a->nearest_m, b->nearest_m);
+    return a->n > 0 && b->n > 0 && near_m < INFINITY && far_m - near_m > EDGE_M + EDGE_SHARE * near_m;
+}
+
+/* What is there now, and whether it is where it was. */
+static void follow(struct next_look_features *f, const struct slice slice[SLICES], double step_m, uint64_t now_ns)
+{
+    for (int k = 0; k < SLICES; k++) {
+        const double was_m = f->range_m[k], is_m = slice[k].nearest_m;
+        const bool same = (was_m == INFINITY && is_m == INFINITY) || fabs(was_m - is_m) <= MOVED_M + step_m;
+        if (f->known[k] && !same)
+            f->t_changed_ns[k] = now_ns;
+        f->range_m[k] = f->known[k] && same && is_m < INFINITY ? was_m : is_m;
+        f->known[k] = f->known[k] || slice[k].looked_at;
+    }
+}
+
+static bool is_feature(const struct next_look_features *f, const struct slice slice[SLICES], int k,
+                       uint64_t now_ns, double stale_s)
+{
+    const uint64_t t_ns = f->t_changed_ns[k];
+    return edge_between(&slice[k], &slice[(k + 1) % SLICES]) ||
+           edge_between(&slice[k], &slice[(k + SLICES - 1) % SLICES]) ||
+           (t_ns && (double)(now_ns - t_ns) * 1e-9 < stale_s);
+}
+
+bool next_look_sector(struct picture *picture, uint64_t now_ns, const struct next_look_conf *conf,
+                      struct next_look_features *features, double width_rad, double *az_rad)
+{
+    struct slice slice[SLICES];
+    struct picture_frame frame;
+    double score[SLICES], best = 0;
+    const int wide = (int)lround(width_rad / GEO_TURN * SLICES);
+    take_slices(picture, now_ns, conf, slice);
+    picture_get_frame(picture, &frame);
+    if (features)
+        follow(features, slice, frame.recentre_m, now_ns);
+    for (int k = 0; k < SLICES; k++)
+        score[k] = features && is_feature(features, slice, k, now_ns, conf->stale_s) ? slice[k].feature_sum
+                                                                                     : slice[k].sum;
     for (int first = 0; first < SLICES; first++) {
-        double score = 0;
-        int count = 0;
+        double sum = 0;
+        uint32_t count = 0;
         for (int k = 0; k < wide; k++) {
-            score += sum[(first + k) % SLICES];
-            count += n[(first + k) % SLICES];
+            sum += score[(first + k) % SLICES];
+            count += slice[(first + k) % SLICES].n;
         }
-        if (count && score / count > best) {
-            best = score / count;
+        if (count && sum / count > best) {
+            best = sum / count;
             *az_rad = geo_wrap((first + wide / 2.0) * GEO_TURN / SLICES);
         }
     }
@@ -166,9 +288,11 @@ bool next_look_sector(struct picture *picture, uint64_t now_ns, const struct nex
 
 const char *next_look_word(enum next_look_why why)
 {
-    static const char *const words[] = {[LOOK_NEVER] = "never looked at",
-                                        [LOOK_STALE] = "not looked at for long",
-                                        [LOOK_APPROACHING] = "something comes nearer",
-                                        [LOOK_GROWING] = "something grows"};
+    static const char *const words[] = {[LOOK_NEVER] = "never observed",
+                                        [LOOK_STALE] = "not observed for long",
+                                        [LOOK_APPROACHING] = "obstacle approaching",
+                                        [LOOK_GROWING] = "obstacle growing",
+                                        [LOOK_EDGE] = "edge of an obstacle",
+                                        [LOOK_VANISHED] = "obstacle vanished"};
     return words[why];
 }

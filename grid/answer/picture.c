@@ -4,16 +4,21 @@
 #include <math.h>
 #include <string.h>
 
+static size_t block_words(uint32_t n)
+{
+    return ((size_t)n + 63) / 64 * PICTURE_BLOCK_WORDS;
+}
+
 size_t picture_bytes(uint32_t n)
 {
-    return 2 * (size_t)n * PICTURE_WORDS * sizeof(seqlock_word) + (size_t)n * sizeof(uint32_t);
+    return 2 * ((size_t)n * PICTURE_WORDS + block_words(n)) * sizeof(snapshot_word) + (size_t)n * sizeof(uint32_t);
 }
 
 void picture_init(struct picture *p, const struct rings *rings, const double (*axis)[3], double fade_s,
                   double blocked_logodds, void *memory)
 {
-    const size_t words = (size_t)rings->n * PICTURE_WORDS;
-    seqlock_word *word = memory;
+    const size_t words = (size_t)rings->n * PICTURE_WORDS, blocks = block_words(rings->n);
+    snapshot_word *word = memory;
     p->n = rings->n;
     p->rings = rings;
     p->axis = axis;
@@ -21,10 +26,12 @@ void picture_init(struct picture *p, const struct rings *rings, const double (*a
     p->blocked_logodds = (float)blocked_logodds;
     p->side[0].word = word;
     p->side[1].word = word + words;
-    p->changed = (uint32_t *)(word + 2 * words);
+    p->side[0].block = word + 2 * words;
+    p->side[1].block = p->side[0].block + blocks;
+    p->changed = (uint32_t *)(p->side[1].block + blocks);
     p->n_changed = 0;
-    atomic_init(&p->number, 0);
-    for (size_t i = 0; i < 2 * words; i++)
+    atomic_init(&p->turn.number, 0);
+    for (size_t i = 0; i < 2 * (words + blocks); i++)
         atomic_init(&word[i], 0);
     for (size_t i = 0; i < PICTURE_FRAME_WORDS; i++) {
         atomic_init(&p->side[0].frame[i], 0);
@@ -36,7 +43,7 @@ void picture_init(struct picture *p, const struct rings *rings, const double (*a
 
 static struct picture_side *behind(struct picture *p)
 {
-    return &p->side[(atomic_load_explicit(&p->number, memory_order_relaxed) + 1) & 1];
+    return &p->side[snapshot_behind(&p->turn)];
 }
 
 void picture_begin(struct picture *p)
@@ -44,86 +51,103 @@ void picture_begin(struct picture *p)
     p->n_changed = 0;
 }
 
+/* A log-odds with the near edge behind it: no echo when both are 0. */
+static bool is_told(const struct picture_entry *e)
+{
+    return e->free[0].t_ping_ns || e->obstacle[0].logodds != 0 || e->obstacle[0].near_m != 0 || e->hint_m > 0;
+}
+
+static void mark(struct picture_side *side, uint32_t direction, const struct picture_entry *entry)
+{
+    snapshot_word *const at = side->block + direction / 64 * PICTURE_BLOCK_WORDS;
+    const uint64_t bit = UINT64_C(1) << direction % 64;
+    struct picture_block block;
+    snapshot_load(&block, at, PICTURE_BLOCK_WORDS);
+    block.told = is_told(entry) ? block.told | bit : block.told & ~bit;
+    block.obstacle = entry->obstacle[0].logodds > 0 ? block.obstacle | bit : block.obstacle & ~bit;
+    snapshot_store(at, &block, PICTURE_BLOCK_WORDS);
+}
+
 void picture_set(struct picture *p, uint32_t direction, const struct picture_entry *entry)
 {
-    seqlock_store(behind(p)->word + (size_t)direction * PICTURE_WORDS, entry, PICTURE_WORDS);
+    struct picture_side *side = behind(p);
+    snapshot_store(side->word + (size_t)direction * PICTURE_WORDS, entry, PICTURE_WORDS);
+    mark(side, direction, entry);
     if (p->n_changed < p->n)
         p->changed[p->n_changed++] = direction;
 }
 
 void picture_set_frame(struct picture *p, const struct picture_frame *frame)
 {
-    seqlock_store(behind(p)->frame, frame, PICTURE_FRAME_WORDS);
+    snapshot_store(behind(p)->frame, frame, PICTURE_FRAME_WORDS);
 }
 
-/* By the writer, whom nobody changes anything under: no copy is torn. */
-static void follow(seqlock_word *to, seqlock_word *from, size_t n)
+/* Writer side: there is no concurrent writer, so no copy can tear. */
+static void follow(snapshot_word *to, const snapshot_word *from, size_t n)
 {
     for (size_t i = 0; i < n; i++)
         atomic_store_explicit(&to[i], atomic_load_explicit(&from[i], memory_order_relaxed), memory_order_release);
 }
 
-/* The words written behind are released with the number; whoever reads one that comes later sees the number changed. */
 void picture_end(struct picture *p)
 {
-    const uint64_t number = atomic_load_explicit(&p->number, memory_order_relaxed) + 1;
-    struct picture_side *front = &p->side[number & 1], *back = &p->side[(number + 1) & 1];
+    const struct picture_side *front = behind(p);
     const bool all = p->n_changed == p->n;
-    atomic_store_explicit(&p->number, number, memory_order_release);
+    snapshot_turn(&p->turn);
+    struct picture_side *back = behind(p);
     follow(back->frame, front->frame, PICTURE_FRAME_WORDS);
     if (all)
         follow(back->word, front->word, (size_t)p->n * PICTURE_WORDS);
+    if (all)
+        follow(back->block, front->block, block_words(p->n));
     for (uint32_t i = 0; i < p->n_changed && !all; i++) {
         const size_t at = (size_t)p->changed[i] * PICTURE_WORDS;
+        const size_t block = p->changed[i] / 64 * PICTURE_BLOCK_WORDS;
         follow(back->word + at, front->word + at, PICTURE_WORDS);
+        follow(back->block + block, front->block + block, PICTURE_BLOCK_WORDS);
     }
 }
 
 /* ---- readers ---- */
 
-static void load(void *to, seqlock_word *from, size_t n)
-{
-    for (size_t i = 0; i < n; i++) {
-        const uint64_t w = atomic_load_explicit(&from[i], memory_order_acquire);
-        memcpy((char *)to + 8 * i, &w, 8);
-    }
-}
-
 void picture_get(struct picture *p, uint32_t direction, struct picture_entry *entry)
 {
-    uint64_t number;
-    do {
-        number = picture_now(p);
-        load(entry, p->side[number & 1].word + (size_t)direction * PICTURE_WORDS, PICTURE_WORDS);
-    } while (!picture_still(p, number));
+    const size_t at = (size_t)direction * PICTURE_WORDS;
+    const snapshot_word *const side[2] = {p->side[0].word + at, p->side[1].word + at};
+    if (!snapshot_copy(&p->turn, entry, side, PICTURE_WORDS))
+        *entry = (struct picture_entry){0};
 }
 
 void picture_get_frame(struct picture *p, struct picture_frame *frame)
 {
-    uint64_t number;
-    do {
-        number = picture_now(p);
-        load(frame, p->side[number & 1].frame, PICTURE_FRAME_WORDS);
-    } while (!picture_still(p, number));
+    const snapshot_word *const side[2] = {p->side[0].frame, p->side[1].frame};
+    if (!snapshot_copy(&p->turn, frame, side, PICTURE_FRAME_WORDS))
+        *frame = (struct picture_frame){0};
+}
+
+static double nearest_edge_m(const struct picture_side *side, uint32_t direction)
+{
+    double edge_m = INFINITY;
+    for (size_t k = 0; k < PICTURE_OBSTACLES; k++) {
+        float at[2]; /* log-odds, near edge */
+        const uint64_t w = picture_word(side, direction, PICTURE_ODDS(k));
+        memcpy(at, &w, sizeof at);
+        if (at[0] <= 0)
+            break;
+        edge_m = (double)at[1] < edge_m ? (double)at[1] : edge_m;
+    }
+    return edge_m;
 }
 
 double picture_edge_m(struct picture *p, uint32_t direction)
 {
-    uint64_t number;
-    double edge_m;
-    do {
-        number = picture_now(p);
-        edge_m = INFINITY;
-        for (size_t k = 0; k < PICTURE_OBSTACLES; k++) {
-            float at[2]; /* log-odds, near edge */
-            const uint64_t w = picture_word(&p->side[number & 1], direction, PICTURE_ODDS(k));
-            memcpy(at, &w, sizeof at);
-            if (at[0] <= 0)
-                break;
-            edge_m = (double)at[1] < edge_m ? (double)at[1] : edge_m;
-        }
-    } while (!picture_still(p, number));
-    return edge_m;
+    for (int i = 0; i < SNAPSHOT_TRIES; i++) {
+        const uint64_t number = picture_now(p);
+        const double edge_m = nearest_edge_m(&p->side[number & 1], direction);
+        if (picture_still(p, number))
+            return edge_m;
+    }
+    return 0;
 }
 
 double picture_logodds(const struct picture *p, const struct picture_obstacle *o, uint64_t now_ns)

@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * picture - the grid's answer to the commonest questions, direction by direction, readable from any thread while the
- * maps' owner goes on writing. One writer; any number of readers; nobody ever waits for the other: there are two sides.
- * Readers have the one in front; the writer works on the other, turns them round, and brings the one that is now behind
- * up to date. A reader who was in the midst of it reads again, from the side that has just become whole.
+ * maps' owner goes on writing. Published as core/snapshot.h has it: one writer, any number of readers, and neither
+ * waits for the other. The writer sets what changed on the side behind, turns the sides round, and brings the one that
+ * is now behind up to date. A reader that was overtaken every time of SNAPSHOT_TRIES has what
+ * says nothing: no ping came.
  */
 #ifndef SONARD_PICTURE_H
 #define SONARD_PICTURE_H
@@ -12,9 +13,10 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "../sphere/claim.h"
-#include "../sphere/rings.h"
-#include "seqlock.h"
+#include "core/snapshot.h"
+#include "grid/sphere/bearings.h"
+#include "grid/sphere/free_interval.h"
+#include "grid/sphere/rings.h"
 
 #define PICTURE_OBSTACLES 2
 
@@ -29,12 +31,14 @@ struct picture_obstacle {
 
 /* One direction. */
 struct picture_entry {
-    struct claim claim[CLAIMS];                          /* free water; no time in CLAIM_NOW: never pinged */
+    struct free_interval free[FREE_INTERVALS];           /* of the water; no time in the first: never pinged */
     struct picture_obstacle obstacle[PICTURE_OBSTACLES]; /* nearest first */
+    float hint_m; /* near edge of the nearest echo that is too little to block, > 0; 0: none */
+    uint32_t reserved;
 };
 
 #define PICTURE_WORDS (sizeof(struct picture_entry) / 8)
-_Static_assert(sizeof(struct picture_entry) == CLAIMS * 32 + PICTURE_OBSTACLES * 32,
+_Static_assert(sizeof(struct picture_entry) == FREE_INTERVALS * 32 + PICTURE_OBSTACLES * 32 + 8,
                "picture entries are whole words");
 
 /* The same for all directions. */
@@ -45,20 +49,33 @@ struct picture_frame {
     uint64_t t_ping_ns; /* of the newest */
     double recentre_m;  /* the centre lies at most so far from the vehicle at its last ping */
     uint64_t ned;       /* 1: the axes are fixed in the world; 0: they are the body's */
-    uint64_t jumps;     /* of the attitude, until the newest ping: no claim is from before them */
+    uint64_t jumps;     /* of the attitude, until the newest ping: no free interval is from before them */
+    uint64_t withdrawn; /* so often poses had been withdrawn, until the newest ping */
+    double drift_m[2];  /* of the vehicle, level and in depth, by which every reported distance is less */
+    double turn_s;      /* longest that a turn of a sonar took; 0: none is over yet */
     double axes_rad;    /* azimuth, in NED, of the grid's azimuth 0: not 0 only where the axes follow the course */
+    struct bearings_looks looks; /* bearings of the body */
 };
 
 #define PICTURE_FRAME_WORDS (sizeof(struct picture_frame) / 8)
 
+/* A summary of directions 64 k to 64 k + 63, a bit each. */
+struct picture_block {
+    uint64_t told;     /* their entries say something: a ping has covered it, or an echo came from it */
+    uint64_t obstacle; /* they hold one, however weak */
+};
+
+#define PICTURE_BLOCK_WORDS (sizeof(struct picture_block) / 8)
+
 struct picture_side {
-    seqlock_word frame[PICTURE_FRAME_WORDS];
-    seqlock_word *word; /* [n][PICTURE_WORDS] */
+    snapshot_word frame[PICTURE_FRAME_WORDS];
+    snapshot_word *word;  /* [n][PICTURE_WORDS] */
+    snapshot_word *block; /* [n / 64, rounded up][PICTURE_BLOCK_WORDS] */
 };
 
 struct picture {
-    _Atomic uint64_t number; /* of times it was published; the side of its parity is in front */
-    uint32_t n;              /* directions; constant */
+    struct snapshot turn;
+    uint32_t n; /* directions; constant */
     const struct rings *rings;
     const double (*axis)[3]; /* [n] unit vectors of the directions' centres, in the grid's axes */
     double fade_s;           /* time constant of the obstacles' log-odds */
@@ -83,26 +100,45 @@ void picture_end(struct picture *p);
 /* Readers. picture_still: what was read since picture_now gave this number is of one picture. */
 static inline uint64_t picture_now(struct picture *p)
 {
-    return atomic_load_explicit(&p->number, memory_order_acquire);
+    return snapshot_now(&p->turn);
 }
 
 static inline bool picture_still(struct picture *p, uint64_t number)
 {
-    return atomic_load_explicit(&p->number, memory_order_relaxed) == number;
+    return snapshot_still(&p->turn, number);
 }
 
 /* Readers: a consistent copy of one entry, or of the frame. */
 void picture_get(struct picture *p, uint32_t direction, struct picture_entry *entry);
 void picture_get_frame(struct picture *p, struct picture_frame *frame);
 
-/* Where in an entry the time of a claim is, and the log-odds of an obstacle with its near edge behind. */
-#define PICTURE_TIME(k) (offsetof(struct picture_entry, claim) + (k) * sizeof(struct claim))
+/**
+ * picture_block - readers: of directions 64 k to 64 k + 63. Every bit is set where that is not known. Much cheaper
+ * than to get their entries: most directions of most grids say nothing.
+ */
+static inline struct picture_block picture_block(struct picture *p, uint32_t k)
+{
+    const size_t at = k * PICTURE_BLOCK_WORDS;
+    const snapshot_word *const side[2] = {p->side[0].block + at, p->side[1].block + at};
+    struct picture_block block;
+    if (!snapshot_copy(&p->turn, &block, side, PICTURE_BLOCK_WORDS))
+        block = (struct picture_block){UINT64_MAX, UINT64_MAX};
+    return block;
+}
+
+/** picture_blank - readers: the direction's entry says nothing. */
+static inline bool picture_blank(struct picture *p, uint32_t direction)
+{
+    return !(picture_block(p, direction / 64).told >> direction % 64 & 1);
+}
+
+/* Where in an entry the log-odds of an obstacle are, with its near edge behind. */
 #define PICTURE_ODDS(k)                                                                                           \
     (offsetof(struct picture_entry, obstacle) + (k) * sizeof(struct picture_obstacle) +                           \
      offsetof(struct picture_obstacle, logodds))
-_Static_assert(offsetof(struct claim, t_ping_ns) == 0 && PICTURE_ODDS(0) % 8 == 0 &&
+_Static_assert(PICTURE_ODDS(0) % 8 == 0 &&
                    offsetof(struct picture_obstacle, near_m) == offsetof(struct picture_obstacle, logodds) + 4,
-               "a claim's time is a word, an obstacle's log-odds and near edge are one");
+               "an obstacle's log-odds and near edge are one word");
 
 /* The word of a direction's entry that begins at that byte. */
 static inline uint64_t picture_word(const struct picture_side *side, uint32_t direction, size_t byte)
@@ -110,24 +146,8 @@ static inline uint64_t picture_word(const struct picture_side *side, uint32_t di
     return atomic_load_explicit(&side->word[(size_t)direction * PICTURE_WORDS + byte / 8], memory_order_acquire);
 }
 
-/**
- * picture_blank - readers: no ping has looked there yet and nothing is heard there, so its entry says nothing. Much cheaper
- * than to get it: most directions of most grids are so.
- */
-static inline bool picture_blank(struct picture *p, uint32_t direction)
-{
-    uint64_t number, any;
-    do {
-        number = picture_now(p);
-        const struct picture_side *side = &p->side[number & 1];
-        any = picture_word(side, direction, PICTURE_TIME(CLAIM_NOW)) |
-              picture_word(side, direction, PICTURE_TIME(CLAIM_BEFORE)) |
-              picture_word(side, direction, PICTURE_ODDS(0));
-    } while (!picture_still(p, number));
-    return any == 0;
-}
-
-/** picture_edge_m - readers: no obstacle of that direction begins nearer to the grid's centre; INFINITY: there is none. */
+/** picture_edge_m - readers: no obstacle of that direction begins nearer to the grid's centre; INFINITY: there is none.
+ * 0 where it is not known. */
 double picture_edge_m(struct picture *p, uint32_t direction);
 
 /** picture_logodds - of an obstacle at now_ns: exact exponential fading, none before t_ref. */

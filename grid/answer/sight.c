@@ -26,8 +26,8 @@ double sight_seconds(uint64_t now_ns, uint64_t t_ns)
     return now_ns > t_ns ? (double)(now_ns - t_ns) * 1e-9 : 0;
 }
 
-/* What stands against a claim; ANSWER_HEARD: nothing. */
-static enum answer_reason against(const struct claim *c, const struct answer_conf *conf,
+/* What stands against a free interval; ANSWER_HEARD: nothing. */
+static enum answer_reason against(const struct free_interval *c, const struct answer_conf *conf,
                                   const struct answer_now *now, const struct sight_place *place)
 {
     if (!c->t_ping_ns)
@@ -43,10 +43,14 @@ static enum answer_reason against(const struct claim *c, const struct answer_con
 
 const struct sight sight_never = {.reason = ANSWER_NEVER, .age_s = -1, .hint_m = INFINITY};
 
-static void look(const struct picture *p, const struct picture_entry *e, const struct answer_conf *conf,
-                 const struct answer_now *now, const struct sight_place *place, struct sight *v)
+static void look(const struct picture *p, const struct picture_entry *e, const struct sight_observer *by,
+                 struct sight *v)
 {
-    struct claim good = {0};
+    const struct answer_conf *conf = by->conf;
+    const struct answer_now *now = by->now;
+    const struct sight_place *place = by->place;
+    struct free_interval good[FREE_INTERVALS];
+    unsigned n = 0;
     double clear_m = INFINITY;
     *v = sight_never;
     for (unsigned i = 0; i < PICTURE_OBSTACLES && !v->obstacle; i++) {
@@ -60,33 +64,35 @@ static void look(const struct picture *p, const struct picture_entry *e, const s
         }
         clear_m = fmin(clear_m, o->near_m);
     }
-    v->hint_m = fmax(0, clear_m - place->moved_m);
-    for (int k = 0; k < CLAIMS; k++) {
-        enum answer_reason why = against(&e->claim[k], conf, now, place);
+    v->hint_m = fmax(0, fmin(clear_m, e->hint_m > 0 ? (double)e->hint_m : INFINITY) - place->moved_m);
+    for (int k = 0; k < FREE_INTERVALS; k++) {
+        enum answer_reason why = against(&e->free[k], conf, now, place);
         if (why == ANSWER_HEARD)
-            good = claim_join(&good, &e->claim[k]);
-        else if (k == CLAIM_NOW)
+            good[n++] = e->free[k];
+        else if (k == 0)
             v->reason = why;
     }
-    const struct claim *c = good.t_ping_ns ? &good : &e->claim[CLAIM_NOW];
-    if (c->t_ping_ns)
-        v->age_s = sight_seconds(now->now_ns, c->t_ping_ns);
-    if (!good.t_ping_ns)
+    struct free_interval run = free_longest(good, n);
+    if (!run.t_ping_ns)
+        run = n ? good[0] : e->free[0];
+    if (run.t_ping_ns)
+        v->age_s = sight_seconds(now->now_ns, run.t_ping_ns);
+    if (!n)
         return;
     v->reason = ANSWER_HEARD;
-    v->blind_m = c->from_m + place->moved_m;
-    v->clear_m = fmax(0, fmin(clear_m, c->to_m) - place->moved_m);
+    v->blind_m = run.from_m + place->moved_m;
+    v->clear_m = fmax(0, fmin(clear_m, run.to_m) - place->moved_m);
 }
 
-void sight_look(struct picture *p, uint32_t direction, const struct answer_conf *conf, const struct answer_now *now,
-                const struct sight_place *place, struct picture_entry *e, struct sight *v)
+void sight_look(struct picture *p, uint32_t direction, const struct sight_observer *by, struct picture_entry *e,
+                struct sight *v)
 {
     if (picture_blank(p, direction)) {
         *v = sight_never;
         return;
     }
     picture_get(p, direction, e);
-    look(p, e, conf, now, place, v);
+    look(p, e, by, v);
 }
 
 bool sight_possible(const struct picture_frame *frame, const struct answer_now *now, bool ned,
@@ -105,7 +111,10 @@ bool sight_possible(const struct picture_frame *frame, const struct answer_now *
 void sight_locate(const struct picture_frame *frame, const struct answer_now *now, struct sight_place *place)
 {
     double way2 = 0;
-    *place = (struct sight_place){0};
+    /* in the time between two pings; more than that since the last one */
+    const double drift_m = hypot(fmax(now->pose.drift_m[0] - frame->drift_m[0], 0),
+                                 fmax(now->pose.drift_m[1] - frame->drift_m[1], 0));
+    *place = (struct sight_place){.slack_m = drift_m, .moved_m = drift_m};
     if (!frame->ned)
         return;
     for (int i = 0; i < 3; i++) {
@@ -113,10 +122,11 @@ void sight_locate(const struct picture_frame *frame, const struct answer_now *no
         way2 += place->offset_m[i] * place->offset_m[i];
     }
     sight_to_grid(frame, now, true, place->offset_m);
-    place->slack_m = now->pose.slack_m;
+    place->slack_m += now->pose.slack_m;
     place->moved_m = sqrt(way2) + place->slack_m;
     place->turned_rad = now->pose.slack_rad;
-    place->away = sqrt(way2) > 2 * frame->recentre_m || now->pose.jumps != frame->jumps;
+    place->away = sqrt(way2) > 2 * frame->recentre_m || now->pose.jumps != frame->jumps ||
+                  now->pose.withdrawn != frame->withdrawn;
 }
 
 double sight_aside_rad(const struct sight_place *place, double range_m)

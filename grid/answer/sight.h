@@ -11,10 +11,11 @@
 /* Where the vehicle is now, as far as the picture is concerned. */
 struct sight_place {
     double offset_m[3]; /* from the grid's centre, in the grid's axes */
-    double slack_m;     /* it may be so far from there */
+    double slack_m;     /* pose uncertainty: how far from there it may be */
     double moved_m;     /* from the grid's centre, at most */
     double turned_rad;  /* the body's axes may be turned so far from what its attitude says */
-    bool away; /* no ping since it moved out of the centre's reach, or jumped: nothing that was clear is so from here */
+    /* no ping since it moved out of the centre's reach, or jumped: nothing that was clear is so from here */
+    bool away;
 };
 
 /* What one direction says, as seen from there. */
@@ -30,9 +31,9 @@ struct sight {
 extern const struct sight sight_never;
 
 /*
- * An answer reads many directions. While the picture changes under it, an obstacle could hop from one not yet read to one
- * already read: then it is read again, some times at most, for each direction is whole in any case. What was read while the
- * axes turned is never used: the same direction is another one then. Use:
+ * An answer reads many directions. While the picture changes under it, an obstacle could hop from one not yet read to
+ * one already read: then it is read again, some times at most, for each direction is whole in any case. What was read
+ * while the axes turned is never used: the same direction is another one then. Use:
  *   struct sight_reading r = {.picture = p};
  *   while (sight_reads(&r)) read_all();
  */
@@ -55,20 +56,28 @@ bool sight_possible(const struct picture_frame *frame, const struct answer_now *
 /** sight_locate - the vehicle's place against the grid's centre. */
 void sight_locate(const struct picture_frame *frame, const struct answer_now *now, struct sight_place *place);
 
+/* Who looks: by which limits, when, and from where. */
+struct sight_observer {
+    const struct answer_conf *conf;
+    const struct answer_now *now;
+    const struct sight_place *place;
+};
+
 /**
- * sight_look - what a direction says. Everything may be nearer by as much as the vehicle has moved. An obstacle that has
- * faded blocks no more, but the water from it on is not clear either: only beams that pass it make it so.
+ * sight_look - what a direction says. Everything may be nearer by as much as the vehicle has moved. An obstacle that
+ * has faded blocks no more, but the water from it on is not clear either: only beams that pass it make it so.
  * e: room for what v->obstacle is in.
  */
-void sight_look(struct picture *p, uint32_t direction, const struct answer_conf *conf, const struct answer_now *now,
-                const struct sight_place *place, struct picture_entry *e, struct sight *v);
+void sight_look(struct picture *p, uint32_t direction, const struct sight_observer *by, struct picture_entry *e,
+                struct sight *v);
 
-/* Nearer than so many times what the vehicle has moved, nothing is told of cones and sectors: that bounds what lies beside. */
+/* Nearer than so many times what the vehicle has moved, no cone or sector is answered:
+ * that bounds what lies beside. */
 #define SIGHT_BESIDE 3.0
 
 /**
- * sight_aside_rad - by what angle a thing that is range_m away, from the centre or from the vehicle, may lie beside where
- * the other sees it. At most that of SIGHT_BESIDE.
+ * sight_aside_rad - by what angle a thing that is range_m away, from the centre or from the vehicle, may lie beside
+ * where the other sees it. At most that of SIGHT_BESIDE.
  */
 double sight_aside_rad(const struct sight_place *place, double range_m);
 

@@ -8,7 +8,7 @@
 
 #include <stddef.h>
 
-#include "../echoes.h"
+#include "grid/echoes.h"
 
 /* One beam of a ping. Vectors are of the world's axes (NED) where the ping had an attitude, else of the body's. */
 struct witness {
@@ -23,7 +23,7 @@ struct witness {
     float blind_m, free_to_m;          /* as in struct beam_echoes */
     float range_m, range_sd_m, near_m; /* first echo; 0 without */
     float confidence;                  /* of it */
-    int32_t bin;                       /* it lies in, from 0; negative: the sonar told no bins, or no echo */
+    int32_t bin;                       /* it lies in, from 0; negative: the sonar reported no bins, or no echo */
 };
 
 struct witnesses {
@@ -38,12 +38,12 @@ size_t witness_bytes(uint32_t n);
 /** witness_init - nothing said yet. memory: witness_bytes(n), 8-byte aligned; n > 0. */
 void witness_init(struct witnesses *w, void *memory, uint32_t n);
 
-/** witness_take - every beam of a ping, heard by a sensor that sits so in the body. */
+/** witness_take - every beam of a ping, received by a sensor that is mounted so. */
 void witness_take(struct witnesses *w, const struct echoes *e, const struct mount *mount);
 
 /**
- * witness_look - the k-th newest beam; NULL: so far back nobody remembers. witness_sees - does its opening touch the cone of
- * half_rad around a unit vector? To a good part of a degree: edges are where nobody hears well.
+ * witness_look - the k-th newest beam; NULL: so far back nobody remembers. witness_sees - does its opening touch the
+ * cone of half_rad around a unit vector? To a good part of a degree: edges are where nobody hears well.
  */
 const struct witness *witness_look(const struct witnesses *w, uint64_t k);
 bool witness_sees(const struct witness *beam, const double axis[3], double half_rad);

@@ -88,11 +88,9 @@ bool amplitude_init(struct amplitude *a, enum amplitude_law law, unsigned sample
     return true;
 }
 
-uint64_t amplitude_of(const struct amplitude *a, uint32_t count)
+uint64_t amplitude_of_word(const struct amplitude *a, uint32_t count)
 {
-    const uint32_t v = count < a->max_count ? count : a->max_count;
-
-    return a->sample_bytes == 1 ? a->table[v] : power_of_word(a, v);
+    return power_of_word(a, count);
 }
 
 void amplitude_sums(const struct amplitude *a, const void *samples, uint32_t n, uint64_t *sum)
@@ -102,6 +100,7 @@ void amplitude_sums(const struct amplitude *a, const void *samples, uint32_t n, 
     sum[0] = 0;
     if (a->sample_bytes == 1) {
         const uint8_t *v = samples;
+#pragma GCC unroll 8 /* three instructions a bin in place of six */
         for (uint32_t i = 0; i < n; i++)
             sum[i + 1] = power += a->table[v[i]];
     } else {

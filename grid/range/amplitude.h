@@ -9,12 +9,13 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "../ping.h"
+#include "grid/ping.h"
 
 #define AMPLITUDE_MAX_DB 120.0 /* of a full-scale count: keeps power below AMPLITUDE_LIMIT */
 #define AMPLITUDE_LIMIT  ((uint64_t)1 << 48)
 
-/* A prepared conversion. Power is in arbitrary units, an integer below AMPLITUDE_LIMIT; it never falls with the count. */
+/* A prepared conversion. Power is in arbitrary units, an integer below AMPLITUDE_LIMIT;
+ * it never falls with the count. */
 struct amplitude {
     enum amplitude_law law;
     unsigned sample_bytes; /* 1 or 2 */
@@ -36,8 +37,16 @@ bool amplitude_init(struct amplitude *a, enum amplitude_law law, unsigned sample
 /** amplitude_from_db - 256 * 10^(db/10), rounded to the nearest integer; db in [-inf, AMPLITUDE_MAX_DB]. */
 uint64_t amplitude_from_db(double db);
 
+/** amplitude_of_word - power of one count of 16 bits. */
+uint64_t amplitude_of_word(const struct amplitude *a, uint32_t count);
+
 /** amplitude_of - power of one count; counts beyond full scale are taken as full scale. */
-uint64_t amplitude_of(const struct amplitude *a, uint32_t count);
+static inline uint64_t amplitude_of(const struct amplitude *a, uint32_t count)
+{
+    const uint32_t v = count < a->max_count ? count : a->max_count;
+
+    return a->sample_bytes == 1 ? a->table[v] : amplitude_of_word(a, v);
+}
 
 /**
  * amplitude_sums - sum[n + 1]: sum[i] is the power of the first i of n <= 65536 samples (uint8_t or uint16_t in host

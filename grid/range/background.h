@@ -2,7 +2,7 @@
 /*
  * background - the template of what a sonar always hears of its own vehicle: frame, tether, electronics. A template
  * has one row of 8-bit counts per head angle (or per beam of a fan) and marks the cells in which it is so loud that
- * nothing else can be told there. Knows no file and no detector; background_learn.h makes templates.
+ * nothing else can be detected there. Knows no file and no detector; background_learn.h makes templates.
  *
  * Method: background subtraction of Oliveira, Ferreira and Cruz 2023, section III A; the masking is ours.
  */
@@ -13,7 +13,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "../ping.h"
+#include "grid/ping.h"
 
 #define BACKGROUND_ROWS_MAX   512 /* >= PING_MAX_BEAMS */
 #define BACKGROUND_ROWS_FINE  400 /* of a head that counts in finer units than the rows there may be */
@@ -68,7 +68,7 @@ enum background_fit background_fit(const struct background_shape *shape, const s
 
 /**
  * background_view - fill *view, whose arrays have room for the ping's cells: the template's counts, and 1 in `blind`
- * where they exceed mask_above or within a pulse's length of it: an echo so close to the vehicle's own is not told
+ * where they exceed mask_above or within a pulse's length of it: an echo so close to the vehicle's own cannot be told
  * from it. Beyond the template's range, and in rows it has not learnt, both are 0: there what
  * the vehicle itself reflects is taken for an obstacle, which is the safe mistake. False, nothing written, when the
  * template is foreign to the ping or no cell is known. *any_blind: at least one cell is. O(cells), allocates nothing.

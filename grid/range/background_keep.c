@@ -73,8 +73,12 @@ static uint32_t find_clusters(const struct background_shape *s, const struct bac
                              .span = span < DBSCAN_SPAN_MAX ? (uint32_t)span : DBSCAN_SPAN_MAX,
                              .reach = w->reach,
                              .min_points = rule->min_points};
-    dbscan_reach_metric(rule->neighbour_m, (double)s->row_rad, (double)s->r0_m, (double)s->dr_m, s->rows, s->bins,
-                        d.span, w->reach);
+    const struct dbscan_polar picture = {.row_rad = (double)s->row_rad,
+                                         .r0_m = (double)s->r0_m,
+                                         .dr_m = (double)s->dr_m,
+                                         .rows = s->rows,
+                                         .cols = s->bins};
+    dbscan_reach_metric(rule->neighbour_m, &picture, d.span, w->reach);
     return dbscan_run(&d, w->point, w->dbscan, w->label);
 }
 

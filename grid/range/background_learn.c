@@ -185,7 +185,7 @@ static void fill_row(struct background *b, uint32_t row, uint32_t other)
         to[i] = from[i] > to[i] ? from[i] : to[i];
 }
 
-/* Learnt rows are told from filled ones by `learnt` until all are filled. */
+/* `learnt` tells learnt rows from filled ones until all are filled. */
 static void fill_gaps(struct background *b, double width_rad)
 {
     bool filled[BACKGROUND_ROWS_MAX] = {false};

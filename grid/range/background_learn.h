@@ -11,7 +11,7 @@
 
 #include "background.h"
 
-#define BACKGROUND_MOVED_BINS   4  /* of way since the row's last ping ... */
+#define BACKGROUND_MOVED_BINS   4  /* travelled since the row's last ping ... */
 #define BACKGROUND_MOVED_WIDTHS 2  /* ... or so many beam widths of turn */
 #define BACKGROUND_STRAY        16 /* one of so many rows is not waited for: a head angle that came once in error */
 
@@ -43,8 +43,8 @@ struct background_learn *background_learn_init(void *mem, const struct backgroun
 
 /**
  * background_learn_take - look at a ping, with its pose. A row is full with K pings; learning is done when a full row
- * comes again and of the rows that were ever seen at most one in BACKGROUND_STRAY lacks any: a whole turn, sector or fan
- * has come round. Several pings of a turning head in one row on end count as one.
+ * comes again and of the rows that were ever seen at most one in BACKGROUND_STRAY lacks any: a whole turn, sector or
+ * fan has come round. Several pings of a turning head in one row on end count as one.
  *
  * Moved: the place (POSE_POSITION) by BACKGROUND_MOVED_BINS bins, or the level direction of the beam's axis
  * (POSE_ATTITUDE) by BACKGROUND_MOVED_WIDTHS beam widths. With neither known the ping counts, in no_pose.
@@ -60,7 +60,7 @@ void background_learn_progress(const struct background_learn *learn, struct back
 /**
  * background_learn_finish - the medians of what was taken, into an empty template of the same shape. Rows with fewer
  * than `least` pings are left out. Rows left out that lie within one beam width of learnt ones take the louder of the
- * nearest on both sides: a head that steps over some angles has heard them all the same.
+ * nearest on both sides: a head that steps over some angles has covered them all the same.
  */
 void background_learn_finish(const struct background_learn *learn, uint32_t least, struct background *out);
 

@@ -266,36 +266,41 @@ static const float *prepare_sieve(const struct cfar *cfar, const struct cfar_pro
     return NULL;
 }
 
+enum windows { LEAD = 1, LAG = 2, BOTH = LEAD | LAG };
+
 /*
- * Mark what may be detected among the cells begin .. end - 1, all with a complete lead window, a complete lag window,
- * or both. An excluded cell stands in its windows as a silent one: that lowers the threshold, and so does the smaller
- * of the two factors.
+ * Mark what may be detected among these cells, all of which have these windows complete. An excluded cell stands in its
+ * windows as a silent one: that lowers the threshold, and so does the smaller of the two factors.
  */
-static void sieve(const struct cfar *cfar, const struct cfar_profile *p, uint32_t begin, uint32_t end, bool lead,
-                  bool lag, const float *sum, uint8_t *mask)
+static void sieve(const struct cfar *cfar, const struct cfar_profile *p, struct span cells, enum windows windows,
+                  const float *sum, uint8_t *mask)
 {
     const struct work w = work_of(p);
-    const bool both = lead && lag;
+    const bool both = windows == BOTH;
     const bool smaller = cfar->alpha_q16 < cfar->alpha_one_q16;
     const uint64_t alpha_q16 = (p->excluded ? smaller : both) ? cfar->alpha_q16 : cfar->alpha_one_q16;
 
-    if (begin >= end)
+    if (cells.begin >= cells.end)
         return;
     if (alpha_q16 == 0) {
-        memset(mask + begin, 1, end - begin);
+        memset(mask + cells.begin, 1, cells.end - cells.begin);
         return;
     }
     const double alpha = (double)alpha_q16 / 65536.0;
     const double least =
         fmax(alpha * (double)cfar->reference_min, cfar->x_min > 0 ? (double)cfar->x_min - 1.0 : 0.0);
     const int32_t before = -(int32_t)(cfar->guard + cfar->n_side), behind = (int32_t)cfar->guard + 1;
-    const struct cfar_stretch stretch = {
-        .begin = begin, .end = end, .lead = lead ? before : behind, .lag = lag ? behind : before, .alpha = alpha};
+    const struct cfar_stretch stretch = {.begin = cells.begin,
+                                         .end = cells.end,
+                                         .lead = windows & LEAD ? before : behind,
+                                         .lag = windows & LAG ? behind : before,
+                                         .cells = cfar->n_side,
+                                         .alpha = alpha,
+                                         .least = least};
     if (cfar->detector == CFAR_OS)
-        cfar_sieve_rank(&stretch, cfar->n_side, rank_among(cfar, both ? 2 * cfar->n_side : cfar->n_side), least,
-                        w.power, w.code, mask);
+        cfar_sieve_rank(&stretch, rank_among(cfar, both ? 2 * cfar->n_side : cfar->n_side), w.power, w.code, mask);
     else
-        cfar_sieve_average(cfar->detector, &stretch, cfar->n_side, least, w.power, sum, mask);
+        cfar_sieve_average(cfar->detector, &stretch, w.power, sum, mask);
 }
 
 /* Mark every cell that may be detected, from one edge of the profile to the other. */
@@ -312,10 +317,10 @@ static void sieve_all(const struct cfar *cfar, const struct cfar_profile *p, uin
         memset(mask, 1, head);
         memset(mask + tail, 1, head);
     } else if (cfar->edge == CFAR_FULL) {
-        sieve(cfar, p, 0, edge, false, true, sum, mask);
-        sieve(cfar, p, n - edge, n, true, false, sum, mask);
+        sieve(cfar, p, (struct span){0, edge}, LAG, sum, mask);
+        sieve(cfar, p, (struct span){n - edge, n}, LEAD, sum, mask);
     }
-    sieve(cfar, p, head, tail, true, true, sum, mask);
+    sieve(cfar, p, (struct span){head, tail}, BOTH, sum, mask);
 }
 
 void cfar_run(const struct cfar *cfar, const struct cfar_profile *profile, uint8_t *mask)

@@ -58,7 +58,7 @@ size_t cfar_work_size(uint32_t n);
  * cfar_run - decide for every cell.
  *
  * mask[n]: 1 where   x >= x_min  and  x * 65536 * cells > alpha_q16 * sum     (strictly), else 0
- * with sum and cells as cfar_reference_at tells them. Excluded cells are left out of both; the edge rule looks at
+ * with sum and cells as cfar_reference_at returns them. Excluded cells are left out of both; the edge rule looks at
  * where a window lies and not at how many of its cells are left. A cell without any reference is not detected: that
  * says nothing about it. Pure.
  */

@@ -14,8 +14,8 @@
 
 /*
  * What rounding may take from a comparison: a sum of windows goes through at most 36 roundings of 2^-24, five for each
- * digit of the number of cells in base 4. Nothing is ever subtracted from it, so this is a share of the sum however loud its
- * neighbours are. The thresholds are lowered by more than that.
+ * digit of the number of cells in base 4. Nothing is ever subtracted from it, so this is a share of the sum however
+ * loud its neighbours are. The thresholds are lowered by more than that.
  */
 #define SLACK (1.0 - 0x1p-17)
 
@@ -51,6 +51,7 @@ INLINE uint32_t bits_of(float f)
 
 INLINE void powers_block(const uint64_t *restrict x, float *restrict power)
 {
+#pragma GCC unroll 8
     for (int j = 0; j < BLOCK; j++)
         power[j] = (float)to_double(x[j]);
 }
@@ -88,6 +89,7 @@ INLINE float join_at(struct joint to, const float *part, const float *power)
 INLINE void join_block(struct joint to, const float *restrict part, const float *restrict power,
                        float *restrict sum)
 {
+#pragma GCC unroll 8
     for (int j = 0; j < BLOCK; j++)
         sum[j] = join_at(to, part + j, power + j);
 }
@@ -141,24 +143,29 @@ INLINE const float *cfar_sieve_sums_body(const float *power, uint32_t n, uint32_
 VARIANTS(, const float *, cfar_sieve_sums, (const float *power, uint32_t n, uint32_t cells, float *room),
          (power, n, cells, room))
 
+struct threshold {
+    float factor; /* times the sum of the reference cells, ... */
+    float least;  /* ... or this, where it is more */
+};
+
 /* Top bit set where the cell may be detected. */
-INLINE uint32_t average_test(enum cfar_detector detector, float factor, float least, float x, float lead,
-                             float lag)
+INLINE uint32_t average_test(enum cfar_detector detector, struct threshold at, float x, float lead, float lag)
 {
     const float sum = detector == CFAR_CA ? lead + lag : (lead < lag) == (detector == CFAR_SOCA) ? lead : lag;
-    const float threshold = sum * factor;
+    const float threshold = sum * at.factor;
 
-    return bits_of((threshold > least ? threshold : least) - x);
+    return bits_of((threshold > at.least ? threshold : at.least) - x);
 }
 
-INLINE void average_block(enum cfar_detector detector, float factor, float least, const float *restrict x,
+INLINE void average_block(enum cfar_detector detector, struct threshold at, const float *restrict x,
                           const float *restrict lead, const float *restrict lag, uint8_t *restrict mark)
 {
+#pragma GCC unroll 8
     for (int j = 0; j < BLOCK; j++)
-        mark[j] = (uint8_t)(average_test(detector, factor, least, x[j], lead[j], lag[j]) >> 31);
+        mark[j] = (uint8_t)(average_test(detector, at, x[j], lead[j], lag[j]) >> 31);
 }
 
-INLINE void average_stretch(enum cfar_detector detector, const struct cfar_stretch *s, float factor, float least,
+INLINE void average_stretch(enum cfar_detector detector, const struct cfar_stretch *s, struct threshold at,
                             const float *x, const float *sum, uint8_t *mark)
 {
     const uint32_t n = s->end - s->begin;
@@ -168,31 +175,33 @@ INLINE void average_stretch(enum cfar_detector detector, const struct cfar_stret
     mark += s->begin;
     for (uint32_t b = 0; b < blocks_of(n); b++) {
         const uint32_t i = block_begin(b, n);
-        average_block(detector, factor, least, x + i, lead + i, lag + i, mark + i);
+        average_block(detector, at, x + i, lead + i, lag + i, mark + i);
     }
     for (uint32_t i = 0; n < BLOCK && i < n; i++)
-        mark[i] = (uint8_t)(average_test(detector, factor, least, x[i], lead[i], lag[i]) >> 31);
+        mark[i] = (uint8_t)(average_test(detector, at, x[i], lead[i], lag[i]) >> 31);
 }
 
 /* The detector is a constant in every call. */
-INLINE void cfar_sieve_average_body(enum cfar_detector detector, const struct cfar_stretch *s, uint32_t cells,
-                                    double least, const float *x, const float *sum, uint8_t *mark)
+INLINE void cfar_sieve_average_body(enum cfar_detector detector, const struct cfar_stretch *s, const float *x,
+                                    const float *sum, uint8_t *mark)
 {
-    const float factor = (float)(s->alpha * SLACK / (detector == CFAR_CA ? 2 * cells : cells));
-    const float floor = (float)(least * SLACK);
+    const struct threshold at = {
+        .factor = (float)(s->alpha * SLACK / (detector == CFAR_CA ? 2 * s->cells : s->cells)),
+        .least = (float)(s->least * SLACK),
+    };
 
     if (detector == CFAR_CA)
-        average_stretch(CFAR_CA, s, factor, floor, x, sum, mark);
+        average_stretch(CFAR_CA, s, at, x, sum, mark);
     else if (detector == CFAR_GOCA)
-        average_stretch(CFAR_GOCA, s, factor, floor, x, sum, mark);
+        average_stretch(CFAR_GOCA, s, at, x, sum, mark);
     else
-        average_stretch(CFAR_SOCA, s, factor, floor, x, sum, mark);
+        average_stretch(CFAR_SOCA, s, at, x, sum, mark);
 }
 
 VARIANTS(, void, cfar_sieve_average,
-         (enum cfar_detector detector, const struct cfar_stretch *stretch, uint32_t cells, double least,
-          const float *power, const float *sum, uint8_t *mark),
-         (detector, stretch, cells, least, power, sum, mark))
+         (enum cfar_detector detector, const struct cfar_stretch *stretch, const float *power, const float *sum,
+          uint8_t *mark),
+         (detector, stretch, power, sum, mark))
 
 #define LAST_CODE 253 /* far above the codes of sums: 2^52 has 209 */
 
@@ -291,11 +300,12 @@ INLINE void marks_block(const uint16_t *restrict total, uint16_t allowed, uint8_
         mark[j] = total[j] <= allowed;
 }
 
-INLINE void cfar_sieve_rank_body(const struct cfar_stretch *s, uint32_t cells, uint32_t rank, double least,
-                                 const float *x, const uint8_t *code, uint8_t *mark)
+INLINE void cfar_sieve_rank_body(const struct cfar_stretch *s, uint32_t rank, const float *x, const uint8_t *code,
+                                 uint8_t *mark)
 {
-    const float inverse = (float)(1.0 / (s->alpha * SLACK)), floor = (float)(least * SLACK);
+    const float inverse = (float)(1.0 / (s->alpha * SLACK)), floor = (float)(s->least * SLACK);
     const bool both = s->lead != s->lag;
+    const uint32_t cells = s->cells;
     const uint16_t allowed = (uint16_t)((both ? 2 * cells : cells) - rank);
 
     const uint32_t n = s->end - s->begin;
@@ -315,6 +325,6 @@ INLINE void cfar_sieve_rank_body(const struct cfar_stretch *s, uint32_t cells, u
 }
 
 VARIANTS(, void, cfar_sieve_rank,
-         (const struct cfar_stretch *stretch, uint32_t cells, uint32_t rank, double least, const float *power,
-          const uint8_t *code, uint8_t *mark),
-         (stretch, cells, rank, least, power, code, mark))
+         (const struct cfar_stretch *stretch, uint32_t rank, const float *power, const uint8_t *code,
+          uint8_t *mark),
+         (stretch, rank, power, code, mark))

@@ -18,7 +18,9 @@
 struct cfar_stretch {
     uint32_t begin, end; /* cells begin .. end - 1 */
     int32_t lead, lag;   /* equal where there is one window only */
+    uint32_t cells;      /* of each window */
     double alpha;        /* > 0, threshold over reference */
+    double least;        /* cells are marked above this power only */
 };
 
 /** cfar_sieve_powers - power[n]: x[n], below 2^52 each, rounded. */
@@ -32,10 +34,10 @@ const float *cfar_sieve_sums(const float *power, uint32_t n, uint32_t cells, flo
 
 /**
  * cfar_sieve_average - mark[i], for the cells of a stretch: 1 where power > least and CA, GOCA or SOCA may detect it,
- * else 0. sum: of windows of `cells` cells.
+ * else 0. sum: of the windows.
  */
-void cfar_sieve_average(enum cfar_detector detector, const struct cfar_stretch *stretch, uint32_t cells,
-                        double least, const float *power, const float *sum, uint8_t *mark);
+void cfar_sieve_average(enum cfar_detector detector, const struct cfar_stretch *stretch, const float *power,
+                        const float *sum, uint8_t *mark);
 
 /** cfar_sieve_codes - code[n]: the powers in 8 bits, in order of size, in steps of a quarter of an octave or less. */
 void cfar_sieve_codes(const float *power, uint32_t n, uint8_t *code);
@@ -44,7 +46,7 @@ void cfar_sieve_codes(const float *power, uint32_t n, uint8_t *code);
  * cfar_sieve_rank - the same for OS: 1 where power > least and of the windows at least `rank` cells may be below
  * power / alpha.
  */
-void cfar_sieve_rank(const struct cfar_stretch *stretch, uint32_t cells, uint32_t rank, double least,
-                     const float *power, const uint8_t *code, uint8_t *mark);
+void cfar_sieve_rank(const struct cfar_stretch *stretch, uint32_t rank, const float *power, const uint8_t *code,
+                     uint8_t *mark);
 
 #endif

@@ -109,23 +109,29 @@ static bool only_ready(const bool *ready, struct pair *p)
     return true;
 }
 
+/* The tables of all tile columns, for one row: `whole` times a grey level. */
+struct blended {
+    uint32_t table[CLAHE_MAX_TILES][256];
+    uint32_t whole;
+};
+
 /*
- * The columns from `begin` to `end`, between the two tile columns of x. The tables of tile columns are blended for this row
- * already and hold whole_y times a grey level. The quotient is (2 acc + D) / (2 D), D the product of the wholes; half
- * a unit more above does not change its floor and keeps it 1 / (4 D) > 1e-10 away from any integer, where a
- * multiplication of doubles is wrong by less than 1e-13.
+ * n columns between the two tile columns of x. The tables of tile columns are blended for this row already; D is the
+ * product of its whole and that of x. The quotient is (2 acc + D) / (2 D); half a unit more above does not change its
+ * floor and keeps it 1 / (4 D) > 1e-10 away from any integer, where a multiplication of doubles is wrong by less than
+ * 1e-13.
  */
-static void blend_columns(const struct clahe_grid *g, uint32_t blended[][256], struct pair x, uint32_t whole_y,
-                          uint32_t begin, uint32_t end, const uint8_t *in, uint8_t *out)
+static void blend_columns(bool keep_zero, const struct blended *row, struct pair x, uint32_t n, const uint8_t *in,
+                          uint8_t *out)
 {
-    const uint32_t *left = blended[x.a], *right = blended[x.b], step = x.a == x.b ? 0 : 2;
-    const uint64_t whole = (uint64_t)x.whole * whole_y;
+    const uint32_t *left = row->table[x.a], *right = row->table[x.b], step = x.a == x.b ? 0 : 2;
+    const uint64_t whole = (uint64_t)x.whole * row->whole;
     const double share = 1.0 / (double)(2 * whole);
 
-    for (uint32_t i = begin; i < end; i++) {
+    for (uint32_t i = 0; i < n; i++) {
         const uint64_t acc = (uint64_t)left[in[i]] * x.weight_a + (uint64_t)right[in[i]] * x.weight_b;
         const uint8_t level = (uint8_t)(((double)(2 * acc + whole) + 0.5) * share);
-        out[i] = g->keep_zero && in[i] == 0 ? 0 : level;
+        out[i] = keep_zero && in[i] == 0 ? 0 : level;
         x.weight_a -= step;
         x.weight_b += step;
     }
@@ -134,7 +140,7 @@ static void blend_columns(const struct clahe_grid *g, uint32_t blended[][256], s
 void clahe_row(const struct clahe_grid *g, const clahe_table *table, const bool *ready, uint32_t row,
                const uint8_t *in, uint8_t *out)
 {
-    uint32_t blended[CLAHE_MAX_TILES][256];
+    struct blended blended;
     const uint32_t half = !g->corner;
     struct pair y = pair_at(2 * (int64_t)row + half, g->rows, g->tiles_y, g->wrap);
 
@@ -145,15 +151,16 @@ void clahe_row(const struct clahe_grid *g, const clahe_table *table, const bool 
     for (uint32_t b = 0; b < g->tiles_x; b++) {
         const uint8_t *upper = table[y.a * g->tiles_x + b], *lower = table[y.b * g->tiles_x + b];
         for (int v = 0; v < 256; v++)
-            blended[b][v] = upper[v] * y.weight_a + lower[v] * y.weight_b;
+            blended.table[b][v] = upper[v] * y.weight_a + lower[v] * y.weight_b;
     }
+    blended.whole = y.whole;
     uint32_t begin = 0;
     for (uint32_t b = 0; b <= g->tiles_x; b++) {
         const uint32_t end =
             b == g->tiles_x ? g->columns : ((uint32_t)centre_of(b, g->columns, g->tiles_x) - half + 1) / 2;
         const struct pair x = pair_at(2 * (int64_t)begin + half, g->columns, g->tiles_x, false);
         if (begin < end)
-            blend_columns(g, blended, x, y.whole, begin, end, in, out);
+            blend_columns(g->keep_zero, &blended, x, end - begin, in + begin, out + begin);
         begin = end;
     }
 }

@@ -30,8 +30,8 @@ void clahe_causal_init(struct clahe_causal *c, void *mem, uint32_t max_rows, uin
 void clahe_causal_begin(struct clahe_causal *c, uint32_t rows, uint32_t bins);
 
 /**
- * clahe_causal_row - take a row in and equalise it. new_pass: the head begins a new turn or sweep with it, which completes the tile
- * it was in. in, out: [bins], may be the same.
+ * clahe_causal_row - take a row in and equalise it. new_pass: the head begins a new turn or sweep with it, which
+ * completes the tile it was in. in, out: [bins], may be the same.
  */
 void clahe_causal_row(struct clahe_causal *c, uint32_t row, bool new_pass, const uint8_t *in, uint8_t *out);
 

@@ -6,13 +6,13 @@
 #include "cleanup.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "clahe_causal.h"
 #include "median.h"
 #include "otsu.h"
 #include "polar.h"
+#include "survivors.h"
 #include "turn.h"
 
 #define MAX_DELAY (MEDIAN_MAX_SIZE / 2)
@@ -22,6 +22,7 @@ struct slot {
     struct ping ping;
     struct ping_beam beam;
     uint32_t row;
+    uint64_t image; /* of which image it is: their number in cleanup */
     bool has_blind;
     int lowest;
     uint8_t *sample;  /* [max_bins] as it came ... */
@@ -36,14 +37,26 @@ struct cleanup {
     struct polar polar;
     struct slot slot[MAX_DELAY + 1];
     uint32_t first, waiting, ready; /* the queue: `ready` clean ones from `first` on, then those that wait */
-    uint64_t passed;
+    uint64_t passed, images;        /* pings that are no image; images started */
     int threshold, lowest;
     uint8_t *image; /* [rows][n_bins] less the background: what the median looks at; NULL without a median */
     void *work;
     struct turn smooth; /* what comes out of the median, for Otsu's threshold */
     struct clahe_causal clahe;
-    struct turn contrast; /* what comes out of CLAHE, for the classes */
+    struct turn contrast;       /* what comes out of CLAHE, for the classes, ... */
+    struct survivors survivors; /* ... or what the detector leaves of that */
 };
+
+/* Of which counts are the classes? */
+static bool of_all(const struct cleanup_conf *conf)
+{
+    return conf->classes && !conf->survivors;
+}
+
+static bool of_survivors(const struct cleanup_conf *conf)
+{
+    return conf->classes && conf->survivors;
+}
 
 bool cleanup_wanted(const struct cleanup_conf *conf)
 {
@@ -64,7 +77,7 @@ static size_t round_up(size_t n)
 
 /* Bytes for one of the stages; in the order in which cleanup_init hands them out. */
 struct layout {
-    size_t slots, image, work, smooth, clahe, contrast, end;
+    size_t slots, image, work, smooth, clahe, contrast, survivors, end;
 };
 
 static struct layout layout_for(const struct cleanup_conf *conf, uint32_t max_bins)
@@ -77,7 +90,8 @@ static struct layout layout_for(const struct cleanup_conf *conf, uint32_t max_bi
     l.smooth = l.work + (conf->median ? round_up(median_work_size(max_bins)) : 0);
     l.clahe = l.smooth + (conf->otsu ? turn : 0);
     l.contrast = l.clahe + (conf->clahe ? round_up(clahe_causal_size(POLAR_MAX_ROWS, max_bins)) : 0);
-    l.end = l.contrast + (conf->classes ? turn : 0);
+    l.survivors = l.contrast + (of_all(conf) ? turn : 0);
+    l.end = l.survivors + (of_survivors(conf) ? round_up(survivors_size(POLAR_MAX_ROWS, max_bins)) : 0);
     return l;
 }
 
@@ -87,13 +101,12 @@ size_t cleanup_size(const struct cleanup_conf *conf, uint32_t max_bins)
 }
 
 struct cleanup *cleanup_init(void *mem, const struct cleanup_conf *conf, const struct mount *mount,
-                             uint32_t max_bins, char *err, size_t err_size)
+                             uint32_t max_bins, struct fault *fault)
 {
     if ((conf->median != 0 && conf->median != 3 && conf->median != 5) ||
         !(conf->clip >= 1.0 && conf->clip <= 100.0)) {
-        snprintf(err, err_size,
-                 "cleanup: median is %u, allowed is 0, 3 or 5; clahe_clip is %g, allowed is 1 to 100",
-                 conf->median, conf->clip);
+        fault_set(fault, "cleanup: median is %u, allowed is 0, 3 or 5; clahe_clip is %g, allowed is 1 to 100",
+                  conf->median, conf->clip);
         return NULL;
     }
     const struct layout l = layout_for(conf, max_bins);
@@ -119,8 +132,10 @@ struct cleanup *cleanup_init(void *mem, const struct cleanup_conf *conf, const s
     if (conf->clahe)
         clahe_causal_init(&c->clahe, base + l.clahe, POLAR_MAX_ROWS, max_bins,
                           (uint32_t)(conf->clip * 100.0 + 0.5));
-    if (conf->classes)
+    if (of_all(conf))
         turn_init(&c->contrast, base + l.contrast, POLAR_MAX_ROWS, max_bins, 1);
+    if (of_survivors(conf))
+        survivors_init(&c->survivors, base + l.survivors, POLAR_MAX_ROWS, max_bins);
     return c;
 }
 
@@ -128,12 +143,15 @@ static void begin_image(struct cleanup *c)
 {
     const uint32_t rows = c->polar.rows, bins = c->polar.n_bins;
 
+    c->images++;
     if (c->conf.otsu)
         turn_begin(&c->smooth, rows, bins, 1, 1);
     if (c->conf.clahe)
         clahe_causal_begin(&c->clahe, rows, bins);
-    if (c->conf.classes)
+    if (of_all(&c->conf))
         turn_begin(&c->contrast, rows, bins, 1, 1);
+    if (of_survivors(&c->conf))
+        survivors_begin(&c->survivors, rows, bins);
 }
 
 /* ---- the stages ---- */
@@ -236,7 +254,7 @@ static void clean_oldest(struct cleanup *c)
     if (c->conf.clahe)
         clahe_causal_row(&c->clahe, s->row, s->ping.flags & PING_NEW_TURN, s->clean, s->clean);
     s->lowest = c->conf.otsu && c->threshold >= 0 ? 0 : -1; /* what Otsu took away */
-    if (c->conf.classes)
+    if (of_all(&c->conf))
         s->lowest = c->lowest = lowest_class(c, s->row, s->clean);
     c->ready++;
     c->waiting--;
@@ -284,6 +302,7 @@ bool cleanup_put(struct cleanup *c, const struct ping *ping, const uint8_t *back
     s->row = polar_place(&c->polar, ping);
     if (!fits)
         begin_image(c);
+    s->image = c->images;
     if (c->conf.median)
         memcpy(c->image + (size_t)s->row * ping->n_bins, s->reduced, ping->n_bins);
     c->waiting++;
@@ -300,6 +319,10 @@ const struct ping *cleanup_next(struct cleanup *c, struct extract_aid *aid)
     c->first = (c->first + 1) % (MAX_DELAY + 1);
     c->ready--;
     *aid = (struct extract_aid){.blind = s->has_blind ? s->blind : NULL, .clean = s->clean, .lowest = s->lowest};
+    if (of_survivors(&c->conf) && s->image == c->images) {
+        c->survivors.row = s->row;
+        aid->survivors = &c->survivors;
+    }
     return &s->ping;
 }
 
@@ -315,5 +338,5 @@ void cleanup_state(const struct cleanup *c, struct cleanup_state *out)
                                   .restarts = c->polar.restarts,
                                   .passed = c->passed,
                                   .otsu = c->threshold,
-                                  .lowest = c->lowest};
+                                  .lowest = of_survivors(&c->conf) ? c->survivors.lowest : c->lowest};
 }

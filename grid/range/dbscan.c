@@ -77,15 +77,16 @@ static int rows_within(double s2, double row_rad, uint32_t rows)
     return n < rows - 1 ? (int)n : (int)rows - 1;
 }
 
-void dbscan_reach_metric(double eps_m, double row_rad, double r0_m, double dr_m, uint32_t rows, uint32_t cols,
-                         uint32_t span, int16_t *reach)
+void dbscan_reach_metric(double eps_m, const struct dbscan_polar *picture, uint32_t span, int16_t *reach)
 {
+    const double r0_m = picture->r0_m, dr_m = picture->dr_m;
+    const uint32_t cols = picture->cols;
     for (uint32_t col = 0; col < cols; col++) {
         const double r1 = fmax(r0_m + (col + 0.5) * dr_m, 1e-6);
         for (uint32_t dx = 0; dx <= span && col + dx < cols; dx++) {
             const double r2 = fmax(r0_m + (col + dx + 0.5) * dr_m, 1e-6);
             const double s2 = (eps_m * eps_m - (r1 - r2) * (r1 - r2)) / (4 * r1 * r2);
-            set_both(reach, span, col, dx, (int16_t)rows_within(s2, row_rad, rows));
+            set_both(reach, span, col, dx, (int16_t)rows_within(s2, picture->row_rad, picture->rows));
         }
     }
 }

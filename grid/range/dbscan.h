@@ -28,13 +28,18 @@ struct dbscan {
     uint32_t min_points;  /* in a neighbourhood, the point itself counted, that make its centre a core; >= 1 */
 };
 
+/* Where the cells of a polar picture are: rows are bearings, column c is at r0_m + (c + 1/2) * dr_m. */
+struct dbscan_polar {
+    double row_rad; /* between two rows; 0: all at the same place */
+    double r0_m, dr_m;
+    uint32_t rows, cols;
+};
+
 /**
- * dbscan_reach_metric - the table for a distance of at most eps_m between the centres of polar cells:
- * (r1-r2)^2 + 4 r1 r2 sin^2(angle/2) <= eps^2, rows row_rad apart (0: all at the same place), column c at
- * r0_m + (c + 1/2) * dr_m. Columns beyond span are no neighbours.
+ * dbscan_reach_metric - the table for a distance of at most eps_m between the centres of cells:
+ * (r1-r2)^2 + 4 r1 r2 sin^2(angle/2) <= eps^2. Columns beyond span are no neighbours.
  */
-void dbscan_reach_metric(double eps_m, double row_rad, double r0_m, double dr_m, uint32_t rows, uint32_t cols,
-                         uint32_t span, int16_t *reach);
+void dbscan_reach_metric(double eps_m, const struct dbscan_polar *picture, uint32_t span, int16_t *reach);
 
 /** dbscan_work_size - bytes of working memory, aligned to uint32_t. */
 size_t dbscan_work_size(uint32_t rows, uint32_t cols);

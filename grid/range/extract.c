@@ -6,7 +6,6 @@
 #include "extract.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
 #include "amplitude.h"
@@ -15,14 +14,12 @@
 #include "reflection.h"
 #include "ring_down.h"
 #include "setting.h"
+#include "survivors.h"
 
 /* A group this share (1.5 dB) below the contrast of an echo is none, but ends what is called free. */
 #define DOUBTFUL 0.7
 
 #define MAX_FACTORS 64 /* more independent cells than this change the threshold by less than 0.1 dB */
-
-/* The floor of a ping is so many times (15 dB) the usual one: what is heard usually may drown in it. */
-#define RAISED 32
 
 /* A cell where it usually is quiet is this share (3 dB) of an echo's level: nearly one. */
 #define NEARLY 0.5
@@ -30,10 +27,11 @@
 /* The loudest cell of the ring-down is so many times (5 dB) the usual one: something near answers with the head. */
 #define RINGS 3
 
-/* Of a ping's quietest beam, of its beam with the earliest end of the ring-down (a cell), of that with the quietest
- * one (power of the loudest cell), and of that where it is loud for the shortest time (a cell). */
+/* Of a ping's beam with the earliest end of the ring-down (a cell), of that with the quietest one (power of the loudest
+ * cell), and of that where it is loud for the shortest time (a cell). */
 struct of_ping {
-    uint64_t floor, ring_down, ring_power, ring_loud;
+    uint64_t ring_down, ring_power, ring_loud;
+    double echo_power; /* of the loudest first echo; 0: none */
 };
 
 struct extract {
@@ -50,6 +48,7 @@ struct extract {
     struct law_check law_check; /* under this law */
 
     uint64_t *cell; /* power summed over the resolution cell around each bin */
+    uint64_t *bits; /* of the cells in each block */
     uint64_t *work;
     uint8_t *mask;
     uint8_t *blind; /* cells that hold a masked bin */
@@ -65,7 +64,8 @@ void extract_defaults(struct extract_conf *conf)
         .rank = 0.75,
         .floor_counts = 8,
         .min_contrast_db = 14.0,
-        .no_echo = EXTRACT_MINIMUM,
+        .no_echo = EXTRACT_HEARD,
+        .target = EXTRACT_WALL,
         .minimum_range_m = 0.75,
         .ring_down_m = -1.0,
         .law = EXTRACT_LAW_OF_PING,
@@ -74,30 +74,29 @@ void extract_defaults(struct extract_conf *conf)
 
 /* ---- start ---- */
 
-static bool in_range(double value, double lo, double hi, const char *key, char *err, size_t err_size)
+static bool in_range(double value, double lo, double hi, const char *key, struct fault *fault)
 {
     if (value >= lo && value <= hi)
         return true;
-    snprintf(err, err_size, "extract: %s is %g, allowed is %g to %g", key, value, lo, hi);
-    return false;
+    return fault_set(fault, "extract: %s is %g, allowed is %g to %g", key, value, lo, hi);
 }
 
-static bool conf_ok(const struct extract_conf *c, char *err, size_t err_size)
+static bool conf_ok(const struct extract_conf *c, struct fault *fault)
 {
-    return in_range(c->detector, CFAR_CA, CFAR_OS, "detector", err, err_size) &&
-           in_range(c->order, EXTRACT_SAFE, EXTRACT_PAPER, "order", err, err_size) &&
-           in_range(c->false_alarm, 1e-12, 0.1, "false_alarm", err, err_size) &&
-           in_range(c->window_m, 1e-3, 100.0, "window", err, err_size) &&
-           in_range(c->guard_m, 0.0, 10.0, "guard", err, err_size) &&
-           in_range(c->rank, 1e-3, 1.0, "rank", err, err_size) &&
-           in_range(c->floor_counts, 0.0, 65535.0, "floor", err, err_size) &&
-           in_range(c->min_contrast_db, 0.0, 100.0, "min_contrast", err, err_size) &&
-           in_range(c->no_echo, EXTRACT_MINIMUM, EXTRACT_RANGE, "no_echo", err, err_size) &&
-           in_range(c->minimum_range_m, 0.0, 1000.0, "minimum_range", err, err_size) &&
-           in_range(c->ring_down_m, -1e9, 100.0, "ring_down", err, err_size) &&
-           in_range(c->law, EXTRACT_LAW_OF_PING, AMPLITUDE_LOG, "amplitude", err, err_size) &&
+    return in_range(c->detector, CFAR_CA, CFAR_OS, "detector", fault) &&
+           in_range(c->order, EXTRACT_SAFE, EXTRACT_PAPER, "order", fault) &&
+           in_range(c->false_alarm, 1e-12, 0.1, "false_alarm", fault) &&
+           in_range(c->window_m, 1e-3, 100.0, "window", fault) &&
+           in_range(c->guard_m, 0.0, 10.0, "guard", fault) && in_range(c->rank, 1e-3, 1.0, "rank", fault) &&
+           in_range(c->floor_counts, 0.0, 65535.0, "floor", fault) &&
+           in_range(c->min_contrast_db, 0.0, 100.0, "min_contrast", fault) &&
+           in_range(c->no_echo, EXTRACT_MINIMUM, EXTRACT_RANGE, "no_echo", fault) &&
+           in_range(c->target, EXTRACT_WALL, EXTRACT_LINE, "target", fault) &&
+           in_range(c->minimum_range_m, 0.0, 1000.0, "minimum_range", fault) &&
+           in_range(c->ring_down_m, -1e9, 100.0, "ring_down", fault) &&
+           in_range(c->law, EXTRACT_LAW_OF_PING, AMPLITUDE_LOG, "amplitude", fault) &&
            (c->law != AMPLITUDE_LOG ||
-            in_range(c->db_per_count, 1e-6, AMPLITUDE_MAX_DB / 255.0, "decibels_per_count", err, err_size));
+            in_range(c->db_per_count, 1e-6, AMPLITUDE_MAX_DB / 255.0, "decibels_per_count", fault));
 }
 
 static uint64_t to_q16(double alpha)
@@ -121,7 +120,7 @@ static void solve_factors(struct extract *e)
 
 /* Where the arrays lie behind the struct. */
 struct layout {
-    size_t cell, work, mask, blind, end;
+    size_t cell, bits, work, mask, blind, settings, end;
 };
 
 static struct layout layout_for(uint32_t max_bins)
@@ -129,10 +128,12 @@ static struct layout layout_for(uint32_t max_bins)
     struct layout l;
 
     l.cell = (sizeof(struct extract) + _Alignof(max_align_t) - 1) / _Alignof(max_align_t) * _Alignof(max_align_t);
-    l.work = l.cell + max_bins * sizeof(uint64_t);
+    l.bits = l.cell + max_bins * sizeof(uint64_t);
+    l.work = l.bits + profile_blocks(max_bins) * sizeof(uint64_t);
     l.mask = l.work + cfar_work_size(max_bins);
     l.blind = l.mask + max_bins;
-    l.end = l.blind + max_bins;
+    l.settings = (l.blind + max_bins + 7) / 8 * 8;
+    l.end = l.settings + settings_bytes(max_bins);
     return l;
 }
 
@@ -146,10 +147,9 @@ size_t extract_size(uint32_t max_bins)
     return layout_for(limit_bins(max_bins)).end;
 }
 
-struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_t max_bins, char *err,
-                             size_t err_size)
+struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_t max_bins, struct fault *fault)
 {
-    if (!conf_ok(conf, err, err_size))
+    if (!conf_ok(conf, fault))
         return NULL;
 
     const struct layout l = layout_for(limit_bins(max_bins));
@@ -160,9 +160,11 @@ struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_
     e->max_bins = limit_bins(max_bins);
     e->contrast = pow(10.0, conf->min_contrast_db / 10.0);
     e->cell = (void *)(base + l.cell);
+    e->bits = (void *)(base + l.bits);
     e->work = (void *)(base + l.work);
     e->mask = base + l.mask;
     e->blind = base + l.blind;
+    settings_init(&e->settings, base + l.settings, e->max_bins);
     solve_factors(e);
     return e;
 }
@@ -194,7 +196,7 @@ static bool axis_for(struct extract *e, const struct ping *p)
 
     if (!profile_axis_of(&axis, p, e->conf.window_m, e->conf.guard_m, e->max_bins))
         return false;
-    e->now = settings_for(&e->settings, &axis);
+    e->now = settings_for(&e->settings, &axis, p->gain);
     return true;
 }
 
@@ -223,23 +225,6 @@ static bool detector_for(const struct extract *e, const struct profile *p, struc
     return true;
 }
 
-static uint32_t least(uint32_t a, uint32_t b)
-{
-    return a < b ? a : b;
-}
-
-/* The first cell that is masked, or whose reference windows are: what it holds is not known. n: there is none. */
-static uint32_t judged_until(const struct profile *p, const struct detection *d)
-{
-    uint32_t i = p->first;
-
-    if (!p->blind)
-        return p->axis->n;
-    while (i < p->axis->n && !p->blind[i] && cfar_reference_at(&d->cfar, &d->cells, i - p->first).cells > 0)
-        i++;
-    return i;
-}
-
 /* No cell is louder than the threshold over the floor, which is the least that there is, and none is saturated. */
 static bool is_quiet(const struct profile *p, const struct cfar *cfar)
 {
@@ -247,21 +232,33 @@ static bool is_quiet(const struct profile *p, const struct cfar *cfar)
     const unsigned __int128 threshold = (unsigned __int128)alpha_q16 * p->floor_power >> 16;
     const uint64_t full = p->full_power - 1;
 
-    return !profile_any_above(p, p->first, threshold < full ? (uint64_t)threshold : full);
+    const uint32_t n = p->axis->n;
+
+    return profile_next_above(p, p->first, n, threshold < full ? (uint64_t)threshold : full) == n;
 }
 
-/* The reflections of the profile become echoes; what is nearly one ends the free water. *first: the nearest echo. */
+/* What the reflections of a profile show beside echoes. */
+struct shown {
+    struct reflection first; /* of the nearest echo */
+    double power;            /* of the nearest reflection, whatever the clean-up says of it; 0: none */
+};
+
+/* The reflections of the profile become echoes; what is nearly one ends the free water. */
 static void enter_reflections(const struct extract *e, const struct profile *p, const struct detection *d,
-                              struct beam_echoes *out, struct reflection *first)
+                              struct beam_echoes *out, struct shown *shown)
 {
+    const double unit = (double)(UINT64_C(1) << p->shift);
     struct reflection r;
 
     for (uint32_t i = p->first; out->n < ECHOES_PER_BEAM && reflection_next(p, d, i, &r); i = r.last + 1) {
         if (r.contrast >= e->contrast * DOUBTFUL && out->n == 0)
             reflection_reach_back(p, d, &r);
+        if (r.contrast >= e->contrast && shown->power <= 0.0)
+            shown->power = r.power;
         if (r.contrast >= e->contrast && !r.lowest_only) {
             if (out->n == 0)
-                *first = r;
+                shown->first = r;
+            r.echo.flags = r.power * unit < d->loud ? ECHO_FAINT : 0;
             out->echo[out->n++] = r.echo;
         } else if (r.contrast >= e->contrast * DOUBTFUL && out->n == 0)
             out->free_to_m = fminf(out->free_to_m, r.echo.near_m);
@@ -342,11 +339,11 @@ static uint32_t ring_loud_until(const struct profile *p, uint64_t loudest)
 }
 
 /*
- * Something near rings with the head, and may hide all that is behind: where it usually is quiet, a cell is nearly as loud
- * as an echo over the floor; or the ring-down itself is louder than the head, or as loud for longer.
+ * Something near rings with the head, and may hide all that is behind: where it usually is quiet, a cell is nearly as
+ * loud as an echo over the baseline; or the ring-down itself is louder than the head, or as loud for longer.
  */
-static bool is_near_shadow(const struct extract *e, const struct profile *p, struct late_ring late, double loud,
-                           struct of_ping *of_ping)
+static bool is_near_shadow(const struct extract *e, const struct profile *p, const struct baseline *b,
+                           struct late_ring late, struct of_ping *of_ping)
 {
     const uint64_t ring = ring_power(p);
     const uint32_t loud_until = ring_loud_until(p, ring);
@@ -358,34 +355,76 @@ static bool is_near_shadow(const struct extract *e, const struct profile *p, str
         return true;
     if (usual_get(&e->now->ring_loud, &usual) && loud_until > usual + p->axis->guard)
         return true;
-    for (uint32_t i = late.begin; i < late.end; i++)
-        if ((double)p->cell[i] > loud)
+    for (uint32_t i = late.begin; b && i < late.end; i++)
+        if (free_water_stands_out(p, b, i, NEARLY * e->contrast))
             return true;
     return false;
 }
 
-/* Sound passed up to the echo; but what is as loud would not have been found in all of the water before it. */
-static void claim_before_echo(const struct profile *p, const struct reflection *first, double detectable,
-                              const struct silence *silence, struct beam_echoes *out)
+/* How far the beam shows free water. Needs the raw cells. */
+static void find_free_interval(const struct extract *e, const struct profile *p, const struct baseline *b,
+                               double detectable, const struct reflection *first, struct beam_echoes *out)
 {
-    const double quiet = detectable * detectable * (double)silence->floor;
+    const bool bold = e->conf.no_echo == EXTRACT_RANGE;
+    uint32_t begin = p->first;
 
-    out->blind_m = (float)profile_m(p, silence_hidden(p, first->near, first->power, detectable));
-    out->free_to_m = fminf(out->free_to_m, out->echo[0].near_m);
-    out->heard_from_m = (float)profile_m(p, silence_hidden(p, first->near, quiet, detectable));
-    out->heard_to_m = out->echo[0].near_m;
+    if (b && e->conf.ring_down_m < 0.0)
+        begin = free_water_begin(p, b, detectable);
+    if ((!b && !bold) || (b && free_water_rings_on(p, b, begin))) {
+        out->free_to_m = 0.0f;
+        return;
+    }
+    if (begin < p->first && profile_blind(p, begin)) /* a mask over the ring-down */
+        begin = p->first;
+    const struct free_water w = free_water_find(p, b, begin, bold && out->n == 0 ? INFINITY : detectable,
+                                                e->contrast, out->n ? first->near : 0);
+    out->heard_from_m = out->blind_m = (float)profile_m(p, w.begin);
+    out->free_to_m = fminf(out->free_to_m, (float)profile_m(p, w.end));
+    if (e->conf.no_echo == EXTRACT_MINIMUM && out->n == 0)
+        out->free_to_m = fminf(out->free_to_m, (float)e->conf.minimum_range_m);
+    if (out->n > 0) {
+        out->free_to_m = fminf(out->free_to_m, out->echo[0].near_m);
+        out->blind_m = fminf(out->blind_m, out->echo[0].near_m);
+    }
+    out->heard_to_m = out->free_to_m;
 }
 
-/* A wall may be hidden where the water drowns it, or where the beam is masked, and hide what is behind. */
-static void claim_silence(const struct extract *e, const struct profile *p, uint32_t judged,
-                          const struct silence *silence, struct beam_echoes *out)
+/* The echoes of the beam; out->free_to_m ends at what is doubtful. survivors: those of the class step, or NULL. */
+static void detect(struct extract *e, struct profile *p, struct detection *d, struct survivors *survivors,
+                   struct beam_echoes *out, struct shown *shown)
 {
-    const double free_m =
-        silence_free_m(p, least(judged, silence->drowned), e->conf.no_echo, e->conf.minimum_range_m);
+    d->cells = (struct cfar_profile){.x = e->cell + p->first,
+                                     .excluded = p->blind ? p->blind + p->first : NULL,
+                                     .n = p->axis->n - p->first,
+                                     .work = e->work};
+    cfar_run(&d->cfar, &d->cells, e->mask + p->first);
+    if (survivors) {
+        memset(e->mask, 0, p->first);
+        p->lowest = survivors_lowest(survivors, p->clean, e->mask);
+    }
+    const uint32_t doubtful = detection_add_edges(p, d, e->contrast * DOUBTFUL);
+    if (doubtful < p->axis->n)
+        out->free_to_m = (float)profile_m(p, doubtful);
+    detection_add_loud(p, d, e->contrast);
+    detection_add_saturated(p, d);
+    enter_reflections(e, p, d, out, shown);
+}
 
-    out->free_to_m = fminf(out->free_to_m, (float)free_m);
-    out->heard_from_m = (float)profile_m(p, silence->quiet);
-    out->heard_to_m = (float)profile_m(p, judged);
+/*
+ * What a weak wall exceeds where this sonar's first echoes usually have a power: 9 dB less, since walls answer louder
+ * where they are square to the beam, and 6 dB less for speckle.
+ */
+#define BELOW_ECHOES 0.03
+
+/* From what the sonar has shown, and from what no sonar is set up below. */
+static double detectable_power(const struct extract *e, const struct ping *ping, double full)
+{
+    const double prior = full * free_water_detectable(e->amplitude.law, (double)ping->gain_db, e->conf.target);
+    uint64_t usual;
+
+    if (e->conf.target != EXTRACT_WALL || !usual_get(&e->now->echo_power, &usual))
+        return prior;
+    return fmax(prior, BELOW_ECHOES * (double)usual);
 }
 
 static void extract_profile(struct extract *e, const struct ping *ping, uint16_t b, const struct extract_aid *aid,
@@ -400,48 +439,41 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
         .clean = aid && aid->clean ? aid->clean + at : NULL,
         .lowest = aid ? aid->lowest : -1,
         .cell = e->cell,
+        .bits = e->bits,
     };
-    struct detection d = {.mask = e->mask};
+    const struct baseline *usual = baseline_known(&e->now->baseline) ? &e->now->baseline : NULL;
 
     profile_sum(&p, &e->amplitude, p.samples, e->conf.floor_counts, e->work);
+    const double full = (double)amplitude_of(&e->amplitude, e->amplitude.max_count) * (2.0 * p.axis->half + 1.0);
+    const double detectable = detectable_power(e, ping, full);
+    struct detection d = {
+        .mask = e->mask, .baseline = usual, .loud = detectable, .one_q16 = e->one_q16, .factors = MAX_FACTORS};
     const struct late_ring late = end_ring_down(e, &p, of_ping);
+    const uint32_t hidden = usual && e->conf.ring_down_m < 0.0 ? free_water_begin(&p, usual, detectable) : 0;
+    p.first = hidden > p.first ? hidden : p.first; /* no echo is looked for where the baseline hides one */
     if (p.first < p.axis->n)
         pass_mask_of_ring(&p);
-    if (p.first >= p.axis->n || silence_is_dumb(&p) || !detector_for(e, &p, &d.cfar))
+    if (p.first >= p.axis->n || free_water_is_dumb(&p) || !detector_for(e, &p, &d.cfar))
         return;
 
     law_check_add(&e->law_check, &p);
-    const double detectable = fmax(e->contrast, (double)d.cfar.alpha_q16 / 65536.0);
-    const struct silence silence = silence_levels(&p, detectable);
-    const bool near_shadow = is_near_shadow(e, &p, late, NEARLY * detectable * (double)silence.floor, of_ping);
-    const struct calm calm = silence_calm(&p);
-    of_ping->floor = silence.floor < of_ping->floor ? silence.floor : of_ping->floor;
+    const bool near_shadow = is_near_shadow(e, &p, usual, late, of_ping);
     const bool on_clean = e->conf.order == EXTRACT_PAPER && p.clean && ping->sample_bytes == 1;
     if (on_clean)
         profile_sum(&p, &e->amplitude, p.clean, e->conf.floor_counts, e->work);
     out->blind_m = (float)profile_m(&p, p.first);
     out->free_to_m = INFINITY;
-    struct reflection first = {.last = 0};
-    if (p.blind || on_clean || !is_quiet(&p, &d.cfar)) {
-        d.cells = (struct cfar_profile){.x = e->cell + p.first,
-                                        .excluded = p.blind ? p.blind + p.first : NULL,
-                                        .n = p.axis->n - p.first,
-                                        .work = e->work};
-        cfar_run(&d.cfar, &d.cells, e->mask + p.first);
-        detection_add_saturated(&p, &d);
-        enter_reflections(e, &p, &d, out, &first);
-    }
+    struct shown shown = {.power = 0.0};
+    if (p.blind || on_clean || !is_quiet(&p, &d.cfar))
+        detect(e, &p, &d, on_clean ? aid->survivors : NULL, out, &shown);
     out->state = out->n > 0 ? BEAM_ECHO : BEAM_SILENT;
-    if (near_shadow) {
+    of_ping->echo_power = fmax(of_ping->echo_power, shown.power * (double)(UINT64_C(1) << p.shift));
+    if (on_clean)
+        profile_sum(&p, &e->amplitude, p.samples, e->conf.floor_counts, e->work);
+    if (near_shadow)
         out->free_to_m = 0.0f;
-        return;
-    }
-    if (calm.risen < p.axis->n && (out->n == 0 || calm.risen <= first.near))
-        out->free_to_m = fminf(out->free_to_m, (float)profile_m(&p, calm.until));
-    if (out->n > 0)
-        claim_before_echo(&p, &first, detectable, &silence, out);
     else
-        claim_silence(e, &p, judged_until(&p, &d), &silence, out);
+        find_free_interval(e, &p, usual, detectable, &shown.first, out);
 }
 
 static bool is_range(float range_m)
@@ -465,7 +497,8 @@ static uint16_t echoes_of_beam(const struct ping *ping, uint16_t b)
 /* A sonar that picks its ranges does not say how near it hears, unless the device or ring_down knows. */
 #define RANGES_BLIND_M 0.3
 
-/* A reflector somewhere within a pulse, each place as likely, lies at most so many standard deviations before its middle. */
+/* A reflector somewhere within a pulse, each place as likely,
+ * lies at most so many standard deviations before its middle. */
 #define RANGES_NEARER_SDS 1.7320508f
 
 /* The device has picked the ranges itself, listening from begin_m on: n of them in one beam. */
@@ -502,23 +535,17 @@ static void extract_ranges(const struct extract *e, double begin_m, float range_
 
 /* ---- one ping ---- */
 
-/* What the ping adds to what is usual; where its floor is raised, nothing that it did not hear is free. */
-static void judge_floor(struct extract *e, const struct of_ping *of_ping, struct echoes *out)
+/* What the ping adds to what is usual. */
+static void learn_ring(struct setting *now, const struct of_ping *of_ping)
 {
-    uint64_t usual;
-
     if (of_ping->ring_down != UINT64_MAX)
-        usual_add(&e->now->ring_down, of_ping->ring_down);
+        usual_add(&now->ring_down, of_ping->ring_down);
     if (of_ping->ring_power != UINT64_MAX)
-        usual_add(&e->now->ring_power, of_ping->ring_power);
+        usual_add(&now->ring_power, of_ping->ring_power);
     if (of_ping->ring_loud != UINT64_MAX)
-        usual_add(&e->now->ring_loud, of_ping->ring_loud);
-    if (of_ping->floor == UINT64_MAX)
-        return;
-    if (usual_get(&e->now->floor, &usual) && of_ping->floor / RAISED > usual)
-        for (uint16_t b = 0; b < out->n_beams; b++)
-            out->beam[b].free_to_m = out->beam[b].heard_to_m = 0.0f;
-    usual_add(&e->now->floor, of_ping->floor);
+        usual_add(&now->ring_loud, of_ping->ring_loud);
+    if (of_ping->echo_power > 0.0)
+        usual_add(&now->echo_power, (uint64_t)of_ping->echo_power);
 }
 
 void extract_run(struct extract *extract, const struct ping *ping, const struct extract_aid *aid,
@@ -541,7 +568,10 @@ void extract_run(struct extract *extract, const struct ping *ping, const struct 
     out->el_aperture_rad = ping->el_aperture_rad;
     out->pose = ping->pose;
 
-    struct of_ping of_ping = {UINT64_MAX, UINT64_MAX, UINT64_MAX, UINT64_MAX};
+    struct of_ping of_ping = {UINT64_MAX, UINT64_MAX, UINT64_MAX, 0.0};
+    if (profile && !(ping->flags & PING_UNHEARD))
+        baseline_learn(&extract->now->baseline, ping, &extract->now->axis, &extract->amplitude,
+                       (double *)extract->work);
     for (uint16_t b = 0, n = 1; b < ping->n_beams && out->n_beams < out->max_beams; b = (uint16_t)(b + n)) {
         struct beam_echoes *beam = &out->beam[out->n_beams++];
         *beam = (struct beam_echoes){
@@ -554,7 +584,7 @@ void extract_run(struct extract *extract, const struct ping *ping, const struct 
         else if (profile)
             extract_profile(extract, ping, b, aid, &of_ping, beam);
     }
-    judge_floor(extract, &of_ping, out);
+    learn_ring(extract->now, &of_ping);
 }
 
 enum law_doubt extract_law_doubt(const struct extract *extract)

@@ -11,11 +11,12 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "../echoes.h"
-#include "../ping.h"
+#include "core/fault.h"
+#include "grid/echoes.h"
+#include "grid/ping.h"
 #include "cfar_factor.h"
 #include "law_check.h"
-#include "silence.h"
+#include "free_water.h"
 
 #define EXTRACT_LAW_OF_PING (-1)
 
@@ -35,6 +36,7 @@ struct extract_conf {
     uint32_t floor_counts;  /* [0, 65535] the receiver's own noise: a quieter reference is taken as this loud */
     double min_contrast_db; /* [0, 100] an echo's peak rises at least so much (power) above its reference */
     enum extract_no_echo no_echo;
+    enum extract_target target;
     double minimum_range_m; /* [0, 1000] */
     double ring_down_m;     /* end of the ring-down, <= 100; < 0: found in every beam */
     bool learn_ring_down;   /* found ones that end later than usual end where they usually do */
@@ -51,9 +53,13 @@ struct extract_aid {
      * EXTRACT_PAPER of 8-bit pings only. */
     const uint8_t *clean;
     int lowest; /* counts of `clean` up to this are of the lowest class; -1: no class step */
+    /* The class step with EXTRACT_PAPER, in place of `lowest`: of what the detector leaves, by which it changes; NULL:
+     * none. For pings of one beam. */
+    struct survivors *survivors;
 };
 
 struct extract;
+struct survivors;
 
 /** extract_defaults - the configuration that the measurements in docs/extract.md were made with. */
 void extract_defaults(struct extract_conf *conf);
@@ -63,10 +69,9 @@ size_t extract_size(uint32_t max_bins);
 
 /**
  * extract_init - make an extractor in mem (extract_size bytes, aligned to max_align_t; the caller keeps it).
- * Solves the detection factors: some milliseconds. NULL with a sentence in err when *conf is out of range.
+ * Solves the detection factors: some milliseconds. NULL with a sentence in fault when *conf is out of range.
  */
-struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_t max_bins, char *err,
-                             size_t err_size);
+struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_t max_bins, struct fault *fault);
 
 /**
  * extract_run - fill *out (except max_beams and beam, its room) from *ping, with what earlier stages know of it (NULL:
@@ -81,9 +86,11 @@ struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_
  * Saturated bins beyond the ring-down are echoes. Beams without geometry, without samples, too short, saturated
  * or zero throughout are BEAM_BLIND.
  *
- * free_to_m ends at the first echo, or at a group that lacks up to 1.5 dB of the contrast of one: too little to block,
- * too much to call the water beyond it free; without either by the no_echo rule; and where the level rises for good
- * before any of these (silence_calm).
+ * The water from blind_m to free_to_m is free: an obstacle of the reference strength (conf.target) would have been
+ * detected there. It ends at the first echo, at a group that lacks up to 1.5 dB of the contrast of one, at what is as
+ * loud as the reference or stands out of the baseline, and by the no_echo rule. Nothing is free in the first 16 beams
+ * of a range axis and gain, while the baseline is not known (except under EXTRACT_RANGE), nor where the ring-down is
+ * louder than usual: something near may hide the rest.
  *
  * Pings that are PING_UNHEARD are BEAM_BLIND. Pings with ready ranges: range > 0 becomes one echo with the device's own
  * deviation and confidence, 0 is silence, and anything else BEAM_BLIND; entries of the same direction in order of range

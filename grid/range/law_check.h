@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * law_check - do a sensor's counts look as its amplitude law says? Speckle scatters in proportion to its level. Counts
- * proportional to pressure or power keep that: twice the level, twice the scatter. Decibels do not: their scatter is the
- * same at every level. Counts of a root should keep it, but those of real devices lie in between, so that nothing is
- * said of them; nor of counts taken as power, whose speckle reaches from zero to full scale at any level. Knows no
+ * proportional to pressure or power keep that: twice the level, twice the scatter. Decibels do not: their scatter is
+ * the same at every level. Counts of a root should keep it, but those of real devices lie in between, so that nothing
+ * is said of them; nor of counts taken as power, whose speckle reaches from zero to full scale at any level. Knows no
  * detector and no units of range.
  */
 #ifndef SONARD_LAW_CHECK_H
@@ -18,7 +18,7 @@
 
 /* What speaks against the configured law. */
 enum law_doubt {
-    LAW_FITS,             /* or it cannot be told */
+    LAW_FITS,             /* or it is not known */
     LAW_LOOKS_COMPRESSED, /* taken as linear or as power, and the scatter does not grow with the level */
     LAW_LOOKS_LINEAR,     /* taken as decibels, and the scatter grows with the level */
 };
@@ -29,16 +29,18 @@ struct law_check {
     uint16_t scatter[LAW_CHECK_LEVELS][LAW_CHECK_STEPS]; /* how often which */
 };
 
-/** law_check_clear - nothing was heard yet: a new law. */
+/** law_check_clear - no ping yet: a new law. */
 void law_check_clear(struct law_check *check);
 
-/** law_check_add - look at one reference window of a beam, the next one each time. 8-bit counts only; others add nothing. */
+/** law_check_add - look at one reference window of a beam, the next one each time.
+ * 8-bit counts only; others add nothing. */
 void law_check_add(struct law_check *check, const struct profile *p);
 
-/** law_check_slope - by which power of the level the scatter grows; NAN before two octaves of level were heard often. */
+/** law_check_slope - by which power of the level the scatter grows;
+ * NAN before two octaves of level were received often. */
 double law_check_slope(const struct law_check *check);
 
-/** law_check_doubt - what to tell people of counts that are taken as `law`. */
+/** law_check_doubt - the message for counts that are taken as `law`. */
 enum law_doubt law_check_doubt(const struct law_check *check, enum amplitude_law law);
 
 /** law_doubt_text - a sentence for people; NULL: there is no doubt. */

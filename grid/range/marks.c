@@ -5,6 +5,7 @@
 #include <string.h>
 
 #define FRESH_NS        60000000000u /* a slow turn, and then some */
+#define UNPLACED_NS     10000000000u /* without a position: the pass under way, before the vehicle has drifted far */
 #define MOST_MOVED_M    0.2f
 #define LEAST_DENIALS   2
 #define LEAST_WIDTH_RAD 0.01f
@@ -28,6 +29,7 @@ static struct marks_look look_of(const struct marks *m, const struct echoes *e, 
         .heard_from_m = b->heard_from_m,
         .heard_to_m = b->heard_to_m,
         .placed = e->pose.has & POSE_ATTITUDE && e->pose.has & (POSE_POSITION | POSE_VELOCITY),
+        .turned = (e->pose.has & POSE_ATTITUDE) != 0,
         .n = b->n,
     };
 
@@ -45,15 +47,15 @@ static bool still_holds(const struct marks_look *old, const struct marks_look *n
 {
     float moved = 0.0f, cosine = 0.0f;
 
-    if (!old->placed || !now->placed || old->t_ns == 0 || old->t_ns >= now->t_ns ||
-        now->t_ns - old->t_ns > FRESH_NS)
+    if (old->t_ns == 0 || old->t_ns >= now->t_ns || old->placed != now->placed || old->turned != now->turned ||
+        now->t_ns - old->t_ns > (now->placed ? FRESH_NS : UNPLACED_NS))
         return false;
-    for (int i = 0; i < 3; i++)
+    for (int i = 0; i < 3 && now->placed; i++)
         moved = fmaxf(moved, fabsf(old->position_m[i] - now->position_m[i]));
     for (int i = 0; i < 4; i++)
         cosine += old->attitude[i] * now->attitude[i];
     /* the angle between two attitudes is twice that between the quaternions: 1 - cos(angle / 2) = angle^2 / 8 */
-    return moved <= MOST_MOVED_M && 1.0f - fabsf(cosine) <= width_rad * width_rad / 32.0f;
+    return moved <= MOST_MOVED_M && (!now->turned || 1.0f - fabsf(cosine) <= width_rad * width_rad / 32.0f);
 }
 
 static bool is_beside(const struct marks_look *old, float az_rad, float el_rad, float width_rad)
@@ -81,7 +83,9 @@ static bool denies(const struct marks_look *look, float range_m)
     return range_m > look->heard_from_m && range_m < look->heard_to_m;
 }
 
-static bool is_burst(const struct marks *m, const struct marks_look *now, float range_m, float width_rad)
+/* The echo's marks, a set of enum echo_flag, by what the beams beside it show and deny. */
+static uint8_t marks_by_neighbours(const struct marks *m, const struct marks_look *now, const struct echo *echo,
+                                   float width_rad)
 {
     const uint32_t reach =
         (uint32_t)fmin(ceil((double)width_rad * MARKS_ROWS / (2.0 * GEO_PI)), MARKS_ROWS / 2.0 - 1);
@@ -92,11 +96,11 @@ static bool is_burst(const struct marks *m, const struct marks_look *now, float 
         const struct marks_look *old = &m->row[(begin + i) % MARKS_ROWS];
         if (!still_holds(old, now, width_rad) || !is_beside(old, now->az_rad, now->el_rad, width_rad))
             continue;
-        if (shows(old, range_m))
-            return false;
-        denials += denies(old, range_m);
+        if (shows(old, echo->range_m))
+            return 0;
+        denials += denies(old, echo->range_m);
     }
-    return denials >= LEAST_DENIALS;
+    return echo->flags | (denials >= LEAST_DENIALS ? ECHO_BURST : denials ? ECHO_ALONE : 0);
 }
 
 /* The nearest echo on the other side of the head, in a row next to the opposite bearing; 0: not known. */
@@ -128,7 +132,7 @@ static void mark_beam(const struct marks *m, struct beam_echoes *b, const struct
     for (int i = 0; i < b->n; i++) {
         struct echo *echo = &b->echo[i];
         const float twice_m = 2.0f * b->echo[0].range_m;
-        echo->flags = is_burst(m, now, echo->range_m, width_rad) ? ECHO_BURST : 0;
+        echo->flags = marks_by_neighbours(m, now, echo, width_rad);
         if (i > 0 && echo->strength < b->echo[0].strength &&
             (is_ghost_at(echo->range_m, twice_m) ||
              (opposite > 0.0f && is_ghost_at(echo->range_m, twice_m + opposite))))

@@ -118,7 +118,8 @@ static void sort_columns_3(uint8_t *restrict a, uint8_t *restrict b, uint8_t *re
     }
 }
 
-/* The middle of nine is the middle of: the greatest of the least, the middle of the middles, the least of the greatest. */
+/* The middle of nine is the middle of: the greatest of the least, the middle of the middles,
+ * the least of the greatest. */
 static void windows_3(const uint8_t *restrict a, const uint8_t *restrict b, const uint8_t *restrict c,
                       uint8_t *restrict out)
 {
@@ -146,8 +147,8 @@ static void sort_columns_5(uint8_t *restrict a, uint8_t *restrict b, uint8_t *re
     }
 }
 
-/* Least of v[from .. from + n) to its front and greatest to its end, 3 <= n <= 8. No loop: compilers leave one in when they
- * make vectors of the windows, which is then fifty times slower. */
+/* Least of v[from .. from + n) to its front and greatest to its end, 3 <= n <= 8. No loop: compilers leave one in when
+ * they make vectors of the windows, which is then fifty times slower. */
 static inline void part_ends(uint8_t *v, unsigned from, unsigned n)
 {
     const unsigned last = from + n - 1;

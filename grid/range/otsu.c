@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * otsu - maximises J = sum of s^2 / w over the classes (w pixels whose values sum to s), which differs from the variance between
- * classes by a constant only. Doubles find the partitions that can be the best one, integers decide among them.
+ * otsu - maximises J = sum of s^2 / w over the classes (w pixels whose values sum to s), which differs from the
+ * variance between classes by a constant only. Doubles find the partitions that can be the best one,
+ * integers decide among them.
  */
 #include "otsu.h"
 

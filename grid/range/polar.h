@@ -2,7 +2,7 @@
 /*
  * polar - the polar image of one head: which row a ping belongs to and which rows are its neighbours. Rows are
  * indexed by head angle, not by arrival: sectors reverse, beams get lost, bearings repeat. Integers only. Knows when
- * and where a row was heard, not what is in it.
+ * and where a row was received, not what is in it.
  */
 #ifndef SONARD_POLAR_H
 #define SONARD_POLAR_H
@@ -10,7 +10,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "../ping.h"
+#include "grid/ping.h"
 
 #define POLAR_MAX_ROWS   1024
 #define POLAR_MAX_AGE_NS UINT64_C(60000000000) /* more than 1.5 turns of the slowest head (35 s) */
@@ -40,8 +40,8 @@ struct polar {
 void polar_init(struct polar *p);
 
 /**
- * polar_fits - can the ping (with one beam) go on with this image? Not when the turn, the bins, the range axis or the step
- * are others, nor after a pause of more than POLAR_MAX_AGE_NS; polar_place starts anew then.
+ * polar_fits - can the ping (with one beam) go on with this image? Not when the turn, the bins, the range axis or the
+ * step are others, nor after a pause of more than POLAR_MAX_AGE_NS; polar_place starts anew then.
  *
  * The step is the first one seen. One that does not divide into whole steps of it has to come twice in a row to be
  * believed (heads make an odd step where they reverse), and a multiple of it eight times (beams get lost).
@@ -53,8 +53,8 @@ uint32_t polar_place(struct polar *p, const struct ping *ping);
 
 /**
  * polar_neighbour - the row `offset` rows from `row`, on the other side of angle zero if need be; NULL when there is
- * none: beyond the end of the sector, lost, or more than a turn and a half (counted in pings) or POLAR_MAX_AGE_NS older than
- * the newest ping.
+ * none: beyond the end of the sector, lost, or more than a turn and a half (counted in pings) or POLAR_MAX_AGE_NS older
+ * than the newest ping.
  */
 const struct polar_row *polar_neighbour(const struct polar *p, uint32_t row, int offset);
 

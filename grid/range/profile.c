@@ -35,35 +35,44 @@ bool profile_axis_of(struct profile_axis *axis, const struct ping *ping, double 
     return true;
 }
 
-#define BLOCK 16
+#define BLOCK PROFILE_BLOCK
 
-INLINE void subtract_block(const uint64_t *restrict hi, const uint64_t *restrict lo, unsigned shift,
-                           uint64_t *restrict cell)
+/* Returns the bits of the cells. */
+INLINE uint64_t subtract_block(const uint64_t *restrict hi, const uint64_t *restrict lo, unsigned shift,
+                               uint64_t *restrict cell)
 {
-    for (int j = 0; j < BLOCK; j++)
+    uint64_t bits = 0;
+
+#pragma GCC unroll 8
+    for (int j = 0; j < BLOCK; j++) {
         cell[j] = (hi[j] - lo[j]) >> shift;
+        bits |= cell[j];
+    }
+    return bits;
 }
 
 /*
  * Power of the resolution cell around every bin, cut at the ends of the beam and divided by 2^shift; sum[i] is the
  * power of the first i bins.
  */
-INLINE void fill_cells_body(const uint64_t *sum, uint32_t n, uint32_t half, unsigned shift, uint64_t *cell)
+INLINE void fill_cells_body(const uint64_t *sum, const struct profile *p)
 {
-    for (uint32_t i = 0; i < n;) {
+    const uint32_t n = p->axis->n, half = p->axis->half;
+
+    for (uint32_t i = 0; i < n; i += BLOCK) {
+        uint64_t *bits = &p->bits[i / BLOCK];
         if (i >= half && i + BLOCK + half <= n) {
-            subtract_block(sum + i + half + 1, sum + i - half, shift, cell + i);
-            i += BLOCK;
-        } else {
-            cell[i] = (sum[i + half < n ? i + half + 1 : n] - sum[i > half ? i - half : 0]) >> shift;
-            i++;
+            *bits = subtract_block(sum + i + half + 1, sum + i - half, p->shift, p->cell + i);
+            continue;
         }
+        uint64_t any = 0;
+        for (uint32_t k = i; k < n && k < i + BLOCK; k++)
+            any |= p->cell[k] = (sum[k + half < n ? k + half + 1 : n] - sum[k > half ? k - half : 0]) >> p->shift;
+        *bits = any;
     }
 }
 
-VARIANTS(static, void, fill_cells,
-         (const uint64_t *sum, uint32_t n, uint32_t half, unsigned shift, uint64_t *cell),
-         (sum, n, half, shift, cell))
+VARIANTS(static, void, fill_cells, (const uint64_t *sum, const struct profile *p), (sum, p))
 
 void profile_sum(struct profile *p, const struct amplitude *law, const void *counts, uint32_t floor_counts,
                  uint64_t *work)
@@ -79,7 +88,7 @@ void profile_sum(struct profile *p, const struct amplitude *law, const void *cou
     p->shift = shift;
     p->floor_power = bins * amplitude_of(law, floor_counts) >> shift;
     p->full_power = amplitude_of(law, law->max_count) >> shift;
-    fill_cells(work, a->n, a->half, shift, p->cell);
+    fill_cells(work, p);
 }
 
 uint32_t profile_next_saturated(const struct profile *p, uint32_t from)
@@ -96,23 +105,21 @@ uint32_t profile_next_saturated(const struct profile *p, uint32_t from)
     return i;
 }
 
-static bool any_above_block(uint64_t power, const uint64_t *restrict cell)
-{
-    uint64_t any = 0;
-
-    for (int j = 0; j < BLOCK; j++)
-        any |= power - cell[j]; /* top bit: above */
-    return any >> 63;
-}
-
-bool profile_any_above(const struct profile *p, uint32_t from, uint64_t power)
+uint32_t profile_next_above(const struct profile *p, uint32_t from, uint32_t end, uint64_t power)
 {
     uint32_t i = from;
 
-    for (; i + BLOCK <= p->axis->n; i += BLOCK)
-        if (any_above_block(power, p->cell + i))
-            return true;
-    while (i < p->axis->n && p->cell[i] <= power)
-        i++;
-    return i < p->axis->n;
+    if (i < end && p->cell[i] > power)
+        return i;
+    while (i < end) {
+        const uint32_t next = (i / BLOCK + 1) * BLOCK, stop = next < end ? next : end;
+        if (p->bits[i / BLOCK] > power)
+            while (i < stop && p->cell[i] <= power)
+                i++;
+        else
+            i = stop;
+        if (i < stop)
+            return i;
+    }
+    return end;
 }

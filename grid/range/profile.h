@@ -6,10 +6,11 @@
 #ifndef SONARD_PROFILE_H
 #define SONARD_PROFILE_H
 
+#include <math.h>
 #include <stdbool.h>
 #include <stdint.h>
 
-#include "../ping.h"
+#include "grid/ping.h"
 #include "amplitude.h"
 
 /* The range axis of a ping, and sizes in bins that follow from its bin and pulse length. */
@@ -22,6 +23,13 @@ struct profile_axis {
     double resolution_bins; /* bins per independent cell, >= 1 */
 };
 
+#define PROFILE_BLOCK 32 /* cells of a block */
+
+static inline uint32_t profile_blocks(uint32_t n)
+{
+    return (n + PROFILE_BLOCK - 1) / PROFILE_BLOCK;
+}
+
 /* Indices of cells are bins from the head. */
 struct profile {
     const struct profile_axis *axis;
@@ -31,6 +39,7 @@ struct profile {
     const uint8_t *clean; /* [n] counts of the cleaned image; NULL: none */
     int lowest;           /* of `clean`, as in struct extract_aid */
     uint64_t *cell;       /* [n] power summed over the resolution cell around each bin */
+    uint64_t *bits;       /* [profile_blocks(n)] all bits of the cells in a block: no cell of it is greater */
     const uint64_t *sum; /* [n + 1] power of the bins before each, times 2^shift; lost when the detector has run */
     unsigned shift;
     uint64_t floor_power; /* of a cell whose bins all have the floor's count */
@@ -46,8 +55,9 @@ bool profile_axis_of(struct profile_axis *axis, const struct ping *ping, double 
                      uint32_t max_bins);
 
 /**
- * profile_sum - fill cell, sum, floor_power and full_power from counts[n] under a law (not always those of `samples`).
- * work: room for n + 1 sums, where `sum` lies. Loud beams of 16 bits are scaled down to stay within CFAR_MAX_SUM.
+ * profile_sum - fill cell, bits, sum, floor_power and full_power from counts[n] under a law (not always those of
+ * `samples`). work: room for n + 1 sums, where `sum` lies. Loud beams of 16 bits are scaled down to stay within
+ * CFAR_MAX_SUM.
  */
 void profile_sum(struct profile *p, const struct amplitude *law, const void *counts, uint32_t floor_counts,
                  uint64_t *work);
@@ -76,8 +86,23 @@ static inline bool profile_saturated(const struct profile *p, uint32_t i)
 /** profile_next_saturated - the first saturated bin from `from` on; n: there is none. */
 uint32_t profile_next_saturated(const struct profile *p, uint32_t from);
 
-/** profile_any_above - is any cell from `from` on above a power below 2^63? */
-bool profile_any_above(const struct profile *p, uint32_t from, uint64_t power);
+/** profile_next_above - the first of the cells from .. end - 1 that is above a power below 2^63; end: there is none. */
+uint32_t profile_next_above(const struct profile *p, uint32_t from, uint32_t end, uint64_t power);
+
+/** profile_floor - power of a cell of the floor; what is quieter counts as so loud. Positive. */
+static inline double profile_floor(const struct profile *p)
+{
+    return p->floor_power ? (double)p->floor_power : 1.0;
+}
+
+/** profile_below - the greatest power of a cell, below 2^63, that is less than `power`, unscaled and positive. */
+static inline uint64_t profile_below(const struct profile *p, double power)
+{
+    const double cells = power / (double)(UINT64_C(1) << p->shift);
+    const uint64_t whole = cells < 0x1p62 ? (uint64_t)cells : UINT64_C(1) << 62;
+
+    return (double)whole < cells ? whole : whole - 1;
+}
 
 static inline bool profile_blind(const struct profile *p, uint32_t i)
 {

@@ -15,6 +15,122 @@ void detection_add_saturated(const struct profile *p, struct detection *d)
         d->mask[i] = !profile_blind(p, i);
 }
 
+/* An echo is so many times its baseline at least. */
+#define OVER_BASELINE 4.0
+
+/* A cell's power over the baseline there, or over the floor; 0: the baseline is not known, or the cell not loud. */
+static double over_baseline(const struct profile *p, const struct detection *d, uint32_t i)
+{
+    const double unit = (double)(UINT64_C(1) << p->shift);
+
+    if (!d->baseline || d->raised || (double)p->cell[i] * unit < d->loud)
+        return 0.0;
+    return (double)p->cell[i] / baseline_usual(d->baseline, p, i);
+}
+
+/*
+ * More than half of the beam, from its first loud cell on, is loud: its noise is raised, which is no echo. quiet: power
+ * of the loudest quiet cell.
+ */
+static bool is_raised(const struct profile *p, const struct detection *d, uint32_t loud, uint64_t quiet,
+                      double ratio)
+{
+    const uint32_t n = p->axis->n, half = (n - p->first) / 2;
+    uint32_t raised = 0;
+
+    for (uint32_t i = loud; i < n && raised + (n - i) > half; i = profile_next_above(p, i + 1, n, quiet))
+        raised += over_baseline(p, d, i) >= ratio;
+    return raised > half;
+}
+
+/* What stands out for the detector, but not of a baseline that would not hide the target. */
+static void drop_usual(const struct profile *p, struct detection *d)
+{
+    const double unit = (double)(UINT64_C(1) << p->shift);
+    const uint32_t n = p->axis->n;
+
+    for (uint32_t i = p->first; i < n; i++) {
+        const uint8_t *at = memchr(d->mask + i, 1, n - i);
+        if (!at)
+            return;
+        i = (uint32_t)(at - d->mask);
+        if ((d->raised || d->baseline->level[i] < d->loud) &&
+            (double)p->cell[i] * unit < OVER_BASELINE * d->baseline->level[i])
+            d->mask[i] = 0;
+    }
+}
+
+void detection_add_loud(const struct profile *p, struct detection *d, double ratio)
+{
+    const uint64_t quiet = profile_below(p, d->loud);
+    const uint32_t n = p->axis->n;
+
+    if (!d->baseline)
+        return;
+    const uint32_t loud = profile_next_above(p, p->first, n, quiet);
+    d->raised = is_raised(p, d, loud, quiet, ratio);
+    drop_usual(p, d);
+    for (uint32_t i = loud; !d->raised && i < n; i = profile_next_above(p, i + 1, n, quiet))
+        if (over_baseline(p, d, i) >= ratio)
+            d->mask[i] = !profile_blind(p, i);
+}
+
+/*
+ * An echo needs water before it of so many resolution cells. Fewer do not show whether they are quiet
+ * water or a dip that the search for the ring-down's end has picked out: enough to doubt what is behind, not
+ * enough to block.
+ */
+#define LEAD_LEAST 5.0
+
+/* Cells between the water before a cell and the cell itself: the pulse's. */
+static uint32_t lead_gap(const struct profile *p)
+{
+    return 2 * p->axis->half + 1;
+}
+
+/* Cells from here on have the detector's window before them, or something masked. */
+static uint32_t lead_end(const struct profile *p, const struct detection *d)
+{
+    const uint32_t complete = p->first + d->cfar.guard + d->cfar.n_side;
+    const uint32_t end = complete < p->axis->n ? complete : p->axis->n;
+    const uint8_t *masked = p->blind ? memchr(p->blind + p->first, 1, end - p->first) : NULL;
+
+    return masked ? (uint32_t)(masked - p->blind) : end;
+}
+
+/*
+ * What a complete window would show of the water next to the ring-down, of which `cells` cells sum up to
+ * `sum`: a mean of few needs a greater factor, so it is raised by the ratio of the factors; and the floor is
+ * there at least.
+ */
+static inline double lead_level(const struct profile *p, const struct detection *d, uint32_t cells, uint64_t sum)
+{
+    const double whole = cells / p->axis->resolution_bins;
+    const uint32_t independent = whole < d->factors ? (uint32_t)whole : d->factors;
+
+    if (independent == 0)
+        return INFINITY;
+    const double raised = (double)d->one_q16[independent - 1] / (double)d->cfar.alpha_one_q16;
+    const double level = (double)sum / cells * raised, floor = profile_floor(p);
+    return level > floor ? level : floor;
+}
+
+uint32_t detection_add_edges(const struct profile *p, struct detection *d, double ratio)
+{
+    const uint32_t begin = p->first + lead_gap(p), end = lead_end(p, d);
+    const double alpha = (double)d->cfar.alpha_one_q16 / 65536.0;
+    uint32_t doubtful = p->axis->n;
+    uint64_t sum = 0;
+
+    for (uint32_t i = begin; i < end; sum += p->cell[i++ - lead_gap(p)]) {
+        const double over = (double)p->cell[i] / lead_level(p, d, i - begin, sum);
+        d->mask[i] |= over > alpha && i - begin >= LEAD_LEAST * p->axis->resolution_bins;
+        if (over > ratio && doubtful == p->axis->n)
+            doubtful = i;
+    }
+    return doubtful;
+}
+
 /* The last cell of the group that begins at `begin`. */
 static uint32_t group_end(const struct profile *p, const struct detection *d, uint32_t begin)
 {
@@ -61,40 +177,70 @@ static uint32_t near_cell(const struct profile *p, uint32_t begin)
     return begin;
 }
 
+/* An instruction each, where fmax and fmin are calls that look for NaNs; `a` is kept beside one. */
+static double larger(double a, double b)
+{
+    return b > a ? b : a;
+}
+
+static double smaller(double a, double b)
+{
+    return b < a ? b : a;
+}
+
+/* The same over the water next to the ring-down, where the detector's window is not complete. */
+static void measure_lead(const struct profile *p, const struct detection *d, struct reflection *r)
+{
+    const uint32_t begin = p->first + lead_gap(p), end = lead_end(p, d);
+    const double alpha = (double)d->cfar.alpha_one_q16 / 65536.0;
+    uint64_t sum = 0;
+
+    for (uint32_t i = begin; i < end && i <= r->last; sum += p->cell[i++ - lead_gap(p)]) {
+        if (i < r->begin || i - begin < LEAD_LEAST * p->axis->resolution_bins)
+            continue;
+        const double level = lead_level(p, d, i - begin, sum), over = (double)p->cell[i] / level;
+        r->contrast = larger(r->contrast, over);
+        r->risen = larger(r->risen, over);
+        r->strength = larger(r->strength, over / alpha);
+        r->threshold = smaller(r->threshold, level * alpha);
+    }
+}
+
 static void measure(const struct profile *p, const struct detection *d, struct reflection *r)
 {
     const struct profile_axis *a = p->axis;
     uint32_t peak = r->begin;
-    double strength = 1.0, risen = 0.0, threshold = INFINITY;
 
-    r->contrast = 0.0;
+    *r = (struct reflection){.begin = r->begin, .last = r->last, .strength = 1.0, .threshold = INFINITY};
     r->lowest_only = p->clean != NULL;
     for (uint32_t i = r->begin; i <= r->last; i++) {
         if (profile_blind(p, i))
             continue;
         const struct cfar_reference ref = cfar_reference_at(&d->cfar, &d->cells, i - p->first);
         const uint64_t alpha_q16 = ref.one_sided ? d->cfar.alpha_one_q16 : d->cfar.alpha_q16;
-        const double ratio = (double)p->cell[i] * ref.cells / fmax((double)ref.sum, 1.0);
+        const double ratio = (double)p->cell[i] * ref.cells / larger((double)ref.sum, 1.0);
+        const double risen = over_baseline(p, d, i);
         const bool saturated = profile_saturated(p, i);
-        r->contrast = fmax(r->contrast, saturated ? INFINITY : ratio);
-        strength = fmax(strength, ratio * 65536.0 / (double)alpha_q16);
-        risen = fmax(risen, ratio);
+        r->contrast = larger(r->contrast, saturated ? INFINITY : ratio);
+        r->strength = larger(r->strength, ratio * 65536.0 / (double)alpha_q16);
+        r->risen = larger(r->risen, larger(ratio, risen));
+        r->contrast = larger(r->contrast, risen);
         if (ref.cells > 0)
-            threshold = fmin(threshold, (double)ref.sum / ref.cells * ((double)alpha_q16 / 65536.0));
+            r->threshold = smaller(r->threshold, (double)ref.sum / ref.cells * ((double)alpha_q16 / 65536.0));
         if (saturated || (p->clean && p->clean[i] > p->lowest))
             r->lowest_only = false;
         if (p->cell[i] > p->cell[peak])
             peak = i;
     }
+    measure_lead(p, d, r);
     r->near = near_cell(p, r->begin);
     r->power = (double)p->cell[peak];
-    r->threshold = threshold;
     r->echo = (struct echo){
         .range_m = (float)fmax(profile_m(p, peak_position(p->cell, a->n, peak)), profile_m(p, p->first)),
         .near_m = (float)profile_m(p, r->near),
         .sd_m = (float)(half_power_width(p->cell, a->n, peak) * a->dr / sqrt(12.0)),
-        .strength = (float)strength,
-        .confidence = (float)(risen / (EVEN + risen)),
+        .strength = (float)r->strength,
+        .confidence = (float)(r->risen / (EVEN + r->risen)),
     };
 }
 
@@ -112,7 +258,8 @@ bool reflection_next(const struct profile *p, const struct detection *d, uint32_
 
 void reflection_reach_back(const struct profile *p, const struct detection *d, struct reflection *r)
 {
-    const uint32_t complete = p->first + d->cfar.guard + d->cfar.n_side; /* from here on, with the window before it */
+    const uint32_t complete =
+        p->first + d->cfar.guard + d->cfar.n_side; /* from here on, with the window before it */
     uint32_t near = r->near;
 
     for (uint32_t i = near; i-- > p->first && near - i <= p->axis->guard + 1;)

@@ -41,8 +41,8 @@ static uint32_t past_saturation(const struct profile *p, uint32_t at)
 }
 
 /*
- * On some heads the ringing drives the receiver to a limit below full scale: the same again and again, but not all along the
- * beam (whose last cells are cut), and nothing in it is louder.
+ * On some heads the ringing drives the receiver to a limit below full scale: the same again and again, but not all
+ * along the beam (whose last cells are cut), and nothing in it is louder.
  */
 static uint32_t past_limit(const struct profile *p, uint32_t from)
 {
@@ -51,9 +51,8 @@ static uint32_t past_limit(const struct profile *p, uint32_t from)
 
     while (at + 1 < n && p->cell[at] > p->floor_power && p->cell[at + 1] == p->cell[at])
         at++;
-    for (uint32_t i = at + 1; at > from && i < n; i++)
-        if (p->cell[i] > p->cell[at])
-            return from;
+    if (at == from || profile_next_above(p, at + 1, n, p->cell[at]) < n)
+        return from;
     return at + p->axis->half + 1 < n ? at : from;
 }
 

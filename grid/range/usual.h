@@ -21,7 +21,8 @@ struct usual {
 
 /**
  * usual_init - nothing is usual yet. pings: how many are looked back on, at most USUAL_MOST; a lasting change is
- * followed after `eighths` of eight of them, and the usual number is the one above that share of them: 4 is the lower median.
+ * followed after `eighths` of eight of them, and the usual number is the one above that share of
+ * them: 4 is the lower median.
  */
 void usual_init(struct usual *u, uint32_t pings, uint32_t eighths);
 

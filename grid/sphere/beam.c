@@ -47,19 +47,16 @@ struct beam_opening beam_opening_freed(const struct beam_opening *own, double ce
     return (struct beam_opening){.aside = aside, .upward = upward, .off_rad = off_axis(aside, upward)};
 }
 
-void beam_of(struct beam *b, const struct echoes *ping, uint16_t index, const struct beam_opening *opening,
-             const double turn[4], const double origin_m[3])
+void beam_place(struct beam *b, double az_rad, double el_rad, const struct beam_opening *opening,
+                const double turn[4], const double origin_m[3])
 {
-    const struct beam_echoes *h = &ping->beam[index];
-    const double sin_az = sin(h->az_rad), cos_az = cos(h->az_rad), cos_el = cos(h->el_rad);
-    *b = (struct beam){.ping = ping,
-                       .heard = h,
-                       .opening = opening,
+    const double sin_az = sin(az_rad), cos_az = cos(az_rad), cos_el = cos(el_rad);
+    *b = (struct beam){.opening = opening,
                        .origin_m = {origin_m[0], origin_m[1], origin_m[2]},
                        .lever_m = sqrt(dot(origin_m, origin_m)),
-                       .sin_el = sin(h->el_rad),
-                       .sin_low = sin(fmax(h->el_rad - opening->half_el, -GEO_PI / 2)),
-                       .sin_high = sin(fmin(h->el_rad + opening->half_el, GEO_PI / 2))};
+                       .sin_el = sin(el_rad),
+                       .sin_low = sin(fmax(el_rad - opening->half_el, -GEO_PI / 2)),
+                       .sin_high = sin(fmin(el_rad + opening->half_el, GEO_PI / 2))};
     const double ahead[3] = {cos_az, sin_az, 0}, side[3] = {-sin_az, cos_az, 0}, down[3] = {0, 0, 1};
     const double axis[3] = {cos_el * cos_az, cos_el * sin_az, -b->sin_el};
     quat_rotate(turn, axis, b->axis);
@@ -75,6 +72,15 @@ void beam_of(struct beam *b, const struct echoes *ping, uint16_t index, const st
     b->offset_m[0] = dot(origin_m, b->axis);
     b->offset_m[1] = dot(origin_m, b->side);
     b->offset_m[2] = dot(origin_m, b->up);
+}
+
+void beam_of(struct beam *b, const struct echoes *ping, uint16_t index, const struct beam_opening *opening,
+             const double turn[4], const double origin_m[3])
+{
+    const struct beam_echoes *h = &ping->beam[index];
+    beam_place(b, h->az_rad, h->el_rad, opening, turn, origin_m);
+    b->ping = ping;
+    b->heard = h;
 }
 
 struct beam_cell beam_cell_of(double width_rad, double height_rad, double el_rad)
@@ -127,12 +133,14 @@ static double reach(const struct sides *s, const double n[3])
     return fabs(dot(n, s->along)) + fabs(dot(n, s->up));
 }
 
-bool beam_sees(const struct beam *b, const struct beam_cell *cell, const double u[3], const double place_m[3],
-               double range, double most_az, double most_el, struct beam_view *view)
+bool beam_sees(const struct beam *b, const struct beam_cell *cell, const struct beam_spot *spot, double most_az,
+               double most_el, struct beam_view *view)
 {
+    const double *u = spot->u, *place_m = spot->place_m, range = spot->range_m;
     const double v[3] = {place_m[0] - b->origin_m[0], place_m[1] - b->origin_m[1], place_m[2] - b->origin_m[2]};
     const double upward = -dot(v, b->down), y = dot(v, b->side), lever_m = b->lever_m;
-    /* An angle is at least its sine, and two angles differ at least as much as their sines. The sides reach no farther. */
+    /* An angle is at least its sine, and two angles differ at least as much as their sines.
+     * The sides reach no farther. */
     const double skewed = 1 + lever_m / fmax(range - 2 * lever_m, 1e-9 * range);
     const double slack_m = (range + lever_m) * cell->across * skewed + 1e-9 * range;
     if (fabs(upward - b->sin_el * range) > most_el * range + slack_m || fabs(y) > most_az * range + slack_m)
@@ -220,8 +228,12 @@ bool beam_stretch(const struct beam *b, const struct beam_cell *cell, const stru
     double x = ray->along, y = ray->aside, z = ray->upward;
     double ox = b->offset_m[0], oy = b->offset_m[1], oz = b->offset_m[2];
     *st = (struct stretch){.to_m = INFINITY};
-    if (!(cut_side(st, tan_az * x - y, tan_az * ox - oy) && cut_side(st, tan_az * x + y, tan_az * ox + oy) &&
-          cut_side(st, tan_el * x - z, tan_el * ox - oz) && cut_side(st, tan_el * x + z, tan_el * ox + oz)))
+    const double in_az = b->margin_m * sqrt(1 + tan_az * tan_az),
+                 in_el = (b->margin_m + b->margin_el_m) * sqrt(1 + tan_el * tan_el);
+    if (!(cut_side(st, tan_az * x - y, tan_az * ox - oy + in_az) &&
+          cut_side(st, tan_az * x + y, tan_az * ox + oy + in_az) &&
+          cut_side(st, tan_el * x - z, tan_el * ox - oz + in_el) &&
+          cut_side(st, tan_el * x + z, tan_el * ox + oz + in_el)))
         return false;
     double from = beam_meet(b, ray->u, near_m), to = beam_meet(b, ray->u, far_m);
     if (from >= st->from_m) {

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * beam - the geometry of one beam of a ping in the grid's axes: what of a ray from the grid's centre lies in it, how it
- * sees a place, which directions can have to do with it at all. The sensor may sit anywhere. Knows no cell and no claim.
+ * sees a place, which directions can have to do with it at all. The sensor may sit anywhere. Knows no cell.
  */
 #ifndef SONARD_BEAM_H
 #define SONARD_BEAM_H
@@ -9,8 +9,8 @@
 #include <math.h>
 #include <stdbool.h>
 
-#include "../echoes.h"
-#include "claim.h"
+#include "grid/echoes.h"
+#include "free_interval.h"
 
 /* What is alike for all beams of a ping. */
 struct beam_opening {
@@ -22,7 +22,8 @@ struct beam_opening {
     double widest_rad;     /* a cell that is wider is never in the beam */
 };
 
-/** beam_opening_freed - the bounds alone of an opening in which lie all rays with a beam_stretch, in cells up to so wide. */
+/** beam_opening_freed - the bounds alone of an opening in which lie all rays with a beam_stretch,
+ * in cells up to so wide. */
 struct beam_opening beam_opening_freed(const struct beam_opening *own, double cell_width_rad);
 
 /**
@@ -39,6 +40,8 @@ struct beam {
     const struct beam_opening *opening;
     double origin_m[3];             /* of the sensor, from the grid's centre */
     double lever_m;                 /* its length */
+    double margin_m;                /* its flat sides are so much farther in; for beam_stretch alone */
+    double margin_el_m;             /* and its upper and lower side by so much more */
     double offset_m[3];             /* its components along axis, side and up */
     double axis[3], side[3], up[3]; /* of the beam: along it, to its right, upward */
     double ahead[3], down[3];       /* of the sensor: level, at the beam's azimuth; along its z */
@@ -47,7 +50,12 @@ struct beam {
     double left[3], right[3];       /* normals of the planes that end it in azimuth, inward */
 };
 
-/** beam_of - beam `index` of a ping whose sensor is turned and placed so in the grid's axes. */
+/** beam_place - the geometry alone of a beam in this direction of a sensor that is turned and placed
+ * so in the grid's axes. */
+void beam_place(struct beam *b, double az_rad, double el_rad, const struct beam_opening *opening,
+                const double turn[4], const double origin_m[3]);
+
+/** beam_of - beam `index` of a ping, placed likewise. */
 void beam_of(struct beam *b, const struct echoes *ping, uint16_t index, const struct beam_opening *opening,
              const double turn[4], const double origin_m[3]);
 
@@ -94,15 +102,22 @@ struct beam_view {
     double wide_rad, high_rad;
 };
 
-/**
- * beam_sees - how a cell of the ring in direction u is seen that holds this place (given from the centre; its
- * beam_range). False, at little cost, for most cells that lie wholly farther off the axis than most_az or most_el; never
- * for others.
- */
-bool beam_sees(const struct beam *b, const struct beam_cell *cell, const double u[3], const double place_m[3],
-               double range_m, double most_az, double most_el, struct beam_view *view);
+/* A place in a direction of the grid. */
+struct beam_spot {
+    const double *u;       /* [3]: the direction's middle */
+    const double *place_m; /* [3]: from the centre */
+    double range_m;        /* beam_range of it */
+};
 
-/** beam_share - share [0, 1] of a cell of the given width, centred `off` from the axis, that half width `half` covers. */
+/**
+ * beam_sees - how the cell of the ring is seen that holds the spot. False, at little cost, for most cells that lie
+ * wholly farther off the axis than most_az or most_el; never for others.
+ */
+bool beam_sees(const struct beam *b, const struct beam_cell *cell, const struct beam_spot *spot, double most_az,
+               double most_el, struct beam_view *view);
+
+/** beam_share - share [0, 1] of a cell of the given width, centred `off` from the axis,
+ * that half width `half` covers. */
 double beam_share(double off, double half, double width);
 
 /**

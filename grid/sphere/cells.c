@@ -31,7 +31,7 @@ void cells_clear(struct cells *c)
     c->used = c->hand = 0;
 }
 
-static void unhang(struct cells *c, uint32_t i)
+static void unlink_cell(struct cells *c, uint32_t i)
 {
     uint32_t *at = &c->first[c->cell[i].direction];
     while (*at != i)
@@ -49,13 +49,13 @@ static void set_free(struct cells *c, uint32_t i)
 
 void cells_release(struct cells *c, uint32_t i)
 {
-    unhang(c, i);
+    unlink_cell(c, i);
     set_free(c, i);
 }
 
 void cells_lose(struct cells *c, uint32_t i)
 {
-    unhang(c, i);
+    unlink_cell(c, i);
     c->cell[i].state = CELL_GONE;
     c->cell[i].next = c->gone;
     c->gone = i;
@@ -119,21 +119,21 @@ uint32_t cells_take(struct cells *c, uint32_t direction, uint16_t layer, uint32_
     }
     uint32_t i = c->free;
     c->free = c->cell[i].next;
-    c->cell[i] =
-        (struct cell){.next = *at, .direction = direction & CELLS_DIRECTION, .state = CELL_LIVE, .layer = layer};
+    c->cell[i] = (struct cell){
+        .next = *at, .direction = direction & CELLS_DIRECTION, .state = CELL_LIVE, .layer = layer & LAYERS_MAX};
     *at = i;
     c->used++;
     return i;
 }
 
-void cells_unhang_all(struct cells *c)
+void cells_unlink_all(struct cells *c)
 {
     for (uint32_t d = 0; d < c->directions; d++)
         c->first[d] = CELLS_NONE;
     c->used = 0;
 }
 
-uint32_t cells_hang(struct cells *c, uint32_t i, uint32_t direction)
+uint32_t cells_insert(struct cells *c, uint32_t i, uint32_t direction)
 {
     struct cell *cell = &c->cell[i];
     uint32_t *at = direction == RINGS_NONE ? NULL : link_of(c, direction, cell->layer);

@@ -12,16 +12,18 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "layers.h"
 #include "rings.h"
 
-#define CELLS_NONE      UINT32_MAX
-#define CELLS_DIRECTION 0xfffffu /* the directions that a cell can tell apart: more than rings of 0.25 degrees have */
-#define CELLS_MISSES    15u       /* that a cell can count: the surest one is gone after ten that covered it all */
+#define CELLS_NONE UINT32_MAX
+#define CELLS_DIRECTION                                                                                           \
+    0xfffffu             /* the directions that a cell can tell apart: more than rings of 0.25 degrees have */
+#define CELLS_MISSES 15u /* that a cell can count: the surest one is gone after ten that covered it all */
 
 enum cell_state {
     CELL_FREE,
-    CELL_GONE,   /* beams passed it with nothing heard, in the present turn: kept for whoever asks what vanished */
-    CELL_LIVE,   /* this and the next: in the list of its direction */
+    CELL_GONE, /* beams passed it without an echo in the present revolution: kept for whoever asks what vanished */
+    CELL_LIVE, /* this and the next: in the list of its direction */
     CELL_LOCKED, /* live, and frozen: it neither changes nor fades nor makes room */
 };
 
@@ -38,9 +40,10 @@ struct cell {
     uint32_t next;       /* in the same direction, farther; in the other lists: just the next */
     uint32_t seq;        /* of the last ping that hit or missed it, of `sensor` */
     uint32_t direction : 20, state : 2, sensor : 6;
-    uint32_t misses : 4; /* beams since the last echo that passed it and heard nothing; saturates */
-    uint16_t layer;
-    uint16_t echoes; /* saturates */
+    uint32_t misses : 4; /* beams since the last echo that passed it without one; saturates */
+    uint16_t layer : 15;
+    uint16_t pending : 1; /* its one echo does not block until a second one confirms it */
+    uint16_t echoes;      /* saturates */
 };
 
 _Static_assert(sizeof(struct cell) == 64, "a cell is one cache line");
@@ -79,11 +82,12 @@ void cells_lose(struct cells *c, uint32_t i);
 void cells_forget_gone(struct cells *c, uint32_t sensor);
 
 /**
- * cells_unhang_all, cells_hang - all live cells leave their directions; then each is hung into one, RINGS_NONE: it becomes
- * free. Returns where it is: not i when its layer's cell was hung there before; then i becomes free, too. CELLS_NONE: nowhere.
+ * cells_unlink_all, cells_insert - all live cells leave their directions; then each is hung into one, RINGS_NONE: it
+ * becomes free. Returns where it is: not i when its layer's cell was hung there before; then i becomes free, too.
+ * CELLS_NONE: nowhere.
  */
-void cells_unhang_all(struct cells *c);
-uint32_t cells_hang(struct cells *c, uint32_t i, uint32_t direction);
+void cells_unlink_all(struct cells *c);
+uint32_t cells_insert(struct cells *c, uint32_t i, uint32_t direction);
 
 /* Visits all live cells, in the pool's order; the one visited may be released or replaced meanwhile. */
 #define CELLS_EACH(c, i)                                                                                          \

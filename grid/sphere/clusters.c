@@ -4,7 +4,8 @@
 #include <math.h>
 #include <string.h>
 
-#include "../geometry.h"
+#include "grid/geometry.h"
+#include "relax.h"
 
 #define TURN_BINS   1440 /* of azimuth, for the largest gap: as fine as the finest grid */
 #define MEMBER_ODDS 0.5  /* share of an obstacle's log-odds from which a cell is a member */
@@ -27,11 +28,13 @@ struct clusters {
     uint64_t t_before_ns;
     double centre_before_m[3];
     double axes_rad; /* of the grid at the last look */
-    struct cluster fading[CLUSTERS_GONE_MAX]; /* of earlier looks: no cell blocks any more, yet some are still there */
+    /* of earlier looks: no cell blocks any more, yet some are still there */
+    struct cluster fading[CLUSTERS_GONE_MAX];
     uint32_t n_fading;
     struct cluster_gone gone[CLUSTERS_GONE_MAX]; /* a ring */
     uint32_t n_gone;                             /* ever */
     uint32_t grown;                       /* of the cluster measured: directions that are new to all clusters */
+    uint32_t heard;                       /* its cells with echoes of their own */
     double known_near_m;                  /* its near edge where somebody had looked */
     uint64_t turn[(TURN_BINS + 63) / 64]; /* azimuths of one cluster, a bit each */
 };
@@ -86,20 +89,44 @@ static void follow_axes(struct clusters *c, double axes_rad)
     c->axes_rad = axes_rad;
 }
 
+/* Cells on their way into the components. */
+struct putting {
+    struct clusters *c;
+    uint32_t direction;
+    uint32_t raised_left; /* room for cells that only their neighbours make */
+    uint64_t now_ns;
+};
+
+static void put_cell(void *context, const struct sphere_cell *cell)
+{
+    struct putting *p = context;
+    struct clusters *c = p->c;
+    const bool raised = cell->echoes == 0;
+    if (cell->logodds <= MEMBER_ODDS * c->blocked_logodds || (raised && p->raised_left == 0))
+        return;
+    p->raised_left -= raised;
+    c->today[p->direction] |= HOLDS_MEMBER;
+    c->cell[components_put(&c->components, p->direction, cell->layer,
+                           !cell->pending && cell->logodds > c->blocked_logodds, p->now_ns)] = *cell;
+}
+
 static void put_cells(struct clusters *c, const struct sphere *s, uint64_t now_ns)
 {
+    const double mu = sphere_cluster_relaxation(s);
+    struct putting p = {.c = c, .now_ns = now_ns};
+    struct sphere_stats stats;
     struct sphere_cell cell;
+    sphere_stats(s, &stats);
+    p.raised_left = c->max_cells - stats.cells;
     follow_axes(c, sphere_axes(s));
     components_begin(&c->components);
     for (uint32_t d = 0; d < c->components.rings->n; d++) {
+        p.direction = d;
         c->today[d] = sphere_pinged(s, d) ? LOOKED_AT : 0;
-        for (uint32_t k = 0; sphere_cell(s, d, k, now_ns, &cell); k++) {
-            const bool seed = cell.logodds > c->blocked_logodds;
-            if (cell.logodds <= MEMBER_ODDS * c->blocked_logodds)
-                continue;
-            c->today[d] |= HOLDS_MEMBER;
-            c->cell[components_put(&c->components, d, cell.layer, seed, now_ns)] = cell;
-        }
+        if (mu > 0)
+            relax_cells(s, d, mu, now_ns, put_cell, &p);
+        for (uint32_t k = 0; !(mu > 0) && sphere_cell(s, d, k, now_ns, &cell); k++)
+            put_cell(&p, &cell);
     }
     components_end(&c->components, now_ns);
 }
@@ -149,18 +176,21 @@ static void measure_cell(struct clusters *c, uint32_t i, struct cluster *k)
     mark_azimuths(c, ring, direction);
     if (c->then[direction] == LOOKED_AT && !(c->today[direction] & COUNTED))
         c->grown++;
-    if (c->then[direction])
+    if (c->then[direction] && cell->echoes)
         c->known_near_m = fmin(c->known_near_m, cell->near_m);
     c->today[direction] |= COUNTED;
+    k->high_rad = fmax(k->high_rad, top);
+    k->low_rad = fmin(k->low_rad, top - rings->height_rad);
+    k->logodds = fmax(k->logodds, cell->logodds);
+    if (cell->echoes == 0)
+        return; /* its neighbours' evidence; it had no echo itself */
+    c->heard++;
     k->echoes += cell->echoes;
     k->appeared += (cell->flags & SPHERE_NEW) != 0;
     k->updated += (cell->flags & SPHERE_UPDATED) != 0;
     k->missed += (cell->flags & SPHERE_MISSED) != 0;
     k->locked += (cell->flags & SPHERE_LOCKED) != 0;
-    k->high_rad = fmax(k->high_rad, top);
-    k->low_rad = fmin(k->low_rad, top - rings->height_rad);
     k->far_m = fmax(k->far_m, geo_length(cell->point_m));
-    k->logodds = fmax(k->logodds, cell->logodds);
     k->t_first_ns = cell->t_first_ns < k->t_first_ns ? cell->t_first_ns : k->t_first_ns;
     k->t_echo_ns = cell->t_echo_ns > k->t_echo_ns ? cell->t_echo_ns : k->t_echo_ns;
     for (int a = 0; a < 3; a++)
@@ -184,7 +214,7 @@ static void measure(struct clusters *c, uint32_t root, struct cluster *k)
                           .low_rad = INFINITY,
                           .high_rad = -INFINITY};
     memset(c->turn, 0, sizeof c->turn);
-    c->grown = 0;
+    c->grown = c->heard = 0;
     c->known_near_m = INFINITY;
     uint32_t i = root;
     do {
@@ -192,7 +222,7 @@ static void measure(struct clusters *c, uint32_t root, struct cluster *k)
         i = c->components.cell[i].next;
     } while (i != root);
     for (int a = 0; a < 3; a++)
-        k->centre_m[a] /= k->cells;
+        k->centre_m[a] /= c->heard;
     measure_width(c, k);
 }
 

@@ -6,6 +6,10 @@
  *
  * Hysteresis: a cell belongs to a cluster from half the log-odds of an obstacle on; only one that is an obstacle
  * (a seed) makes its component a cluster.
+ *
+ * Of a grid with conf.cluster_relaxation, clusters are made of its cells after one step of that much (relax.h), as far
+ * as max_cells has room: pieces with a gap of a cell between them become one. Places and ranges are those of cells
+ * with echoes; cells, seeds and widths count the raised ones, too.
  */
 #ifndef SONARD_CLUSTERS_H
 #define SONARD_CLUSTERS_H
@@ -28,7 +32,7 @@ struct cluster {
     uint32_t echoes;          /* that were entered into its cells, an echo over a beam's width into several */
     uint32_t appeared;        /* cells of its that had their first echo in the present turn, ... */
     uint32_t updated;         /* ... that had another one, ... */
-    uint32_t missed;          /* ... and that beams passed with nothing heard */
+    uint32_t missed;          /* ... and that beams passed without an echo */
     uint32_t locked;          /* cells that are */
     uint64_t t_label_ns;      /* since when it has its label: what it is has not changed since */
     uint64_t t_first_ns;      /* of its first echo */

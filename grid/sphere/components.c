@@ -232,7 +232,7 @@ static uint32_t bring_touching(const struct components *c, const struct componen
 }
 
 /*
- * Do the neighbours of a cell hang together among themselves? Then every path through the cell has one around it, and
+ * Do the neighbours of a cell stay connected among themselves? Then every path through the cell has one around it, and
  * its component stays whole without it. Otherwise it may fall apart, unless a path goes round farther away.
  */
 static bool holds_without(const struct components *c, uint32_t i)
@@ -276,7 +276,7 @@ bool components_remove(struct components *c, uint32_t direction, uint16_t layer)
 
 /* ---- settling ---- */
 
-/* Takes the cells that hang together with `root` into a tree of depth one and a circle of its own. */
+/* Takes the cells connected to `root` into a tree of depth one and a circle of its own. */
 static void flood(struct components *c, uint32_t root)
 {
     struct component_cell *cell = c->cell;

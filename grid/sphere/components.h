@@ -2,8 +2,8 @@
 /*
  * components - which cells of a spherical grid hang together: cells are neighbours when they, closed, share a point
  * (26 neighbours; azimuth wraps, the cells around a pole all meet there). Kept up as cells come and go: a union-find
- * joins them; what may have fallen apart is flooded anew by components_settle, over its own cells only. Knows where cells are,
- * not what they say. Pure; all memory comes from the caller.
+ * joins them; what may have fallen apart is flooded anew by components_settle, over its own cells only. Knows where
+ * cells are, not what they say. Pure; all memory comes from the caller.
  *
  * Every component has a label that lasts: of two that join, the larger's; of one that falls apart, the largest part
  * keeps it. Labels count up and are never used again.
@@ -78,13 +78,15 @@ bool components_remove(struct components *c, uint32_t direction, uint16_t layer)
  */
 void components_settle(struct components *c, uint64_t now_ns);
 
-/** components_begin, components_end - between them every cell that is in is put; the end removes the others, settles. */
+/** components_begin, components_end - between them every cell that is in is put;
+ * the end removes the others, settles. */
 void components_begin(struct components *c);
 void components_end(struct components *c, uint64_t now_ns);
 
 /**
- * components_turn - the axes of the rings have turned clockwise by turn_rad since the last end: each cell is in the direction
- * that holds its middle now (rings_turned), so that those put next keep their labels. Before components_begin.
+ * components_turn - the axes of the rings have turned clockwise by turn_rad since the last end: each cell is in the
+ * direction that holds its middle now (rings_turned), so that those put next keep their
+ * labels. Before components_begin.
  */
 void components_turn(struct components *c, double turn_rad);
 

@@ -4,13 +4,14 @@
 #include <math.h>
 
 #include "motion.h"
+#include "sensor.h"
 
 #define OFF_LEAST_DEG   10.0 /* a heading that swings by less turns nothing */
-#define OFF_LEAST_STEPS 2.0  /* each turn costs claims a step at their ends: not for less */
-#define BEGINS_MPS      0.2  /* slower, what is told of the velocity is mostly noise */
+#define OFF_LEAST_STEPS 2.0  /* each turn makes all free intervals anew: not for less */
+#define BEGINS_MPS      0.2  /* slower, the reported velocity is mostly noise */
 #define ENDS_MPS        0.1
-#define LEVEL_LEAST     0.5  /* cosine of the bow's elevation */
 #define EDGE            1e-9 /* of a cell: edges that meet but for rounding do meet */
+#define LEVEL_LEAST     0.5  /* cosine of the bow's elevation */
 
 /* False: it points nowhere in particular. */
 static bool course_of(struct sphere *s, const struct pose *pose, double *az_rad)
@@ -23,40 +24,35 @@ static bool course_of(struct sphere *s, const struct pose *pose, double *az_rad)
     return s->under_way || hypot(bow[0], bow[1]) >= LEVEL_LEAST;
 }
 
-/* A direction's claim ends where something stands, which may have no cell in the new directions that touch this one. */
-static struct claim cut_at_cells(const struct sphere *s, uint32_t d, struct claim c)
+/* Where something stands first in every direction. */
+static void find_cells(struct sphere *s)
 {
     double v[3];
-    for (uint32_t i = s->cells.first[d]; i != CELLS_NONE; i = s->cells.cell[i].next)
-        c.to_m = fminf(c.to_m, (float)state_vector(s, &s->cells.cell[i], v) - s->cells.cell[i].near_m);
-    return c;
+    for (uint32_t d = 0; d < s->rings.n; d++) {
+        s->stands_m[d] = INFINITY;
+        for (uint32_t i = s->cells.first[d]; i != CELLS_NONE; i = s->cells.cell[i].next)
+            s->stands_m[d] =
+                fminf(s->stands_m[d], (float)state_vector(s, &s->cells.cell[i], v) - s->cells.cell[i].near_m);
+    }
 }
 
-/* One kind of claims of a ring: each new direction touches two old ones, or is one of them. */
-static void turn_ring(struct sphere *s, uint32_t ring, double turn_rad, int kind)
+/*
+ * An obstacle filled its direction before the turn, and has a cell in but one of the new directions that touch that
+ * one: in the others, too, free water ends where it stands.
+ * Each new direction touches two old ones of its ring, or is one of them.
+ */
+static void cut_ring(struct sphere *s, uint32_t ring, double turn_rad)
 {
     const uint32_t start = s->rings.start[ring], n = s->rings.start[ring + 1] - start;
     const double cells = geo_wrap(turn_rad) / rings_width(&s->rings, ring), whole = floor(cells + EDGE);
     const uint32_t first = (uint32_t)whole, more = cells - whole > EDGE;
     for (uint32_t i = 0; i < n; i++) {
-        const struct claim *a = &s->joined[start + (i + first) % n];
-        const struct claim *b = &s->joined[start + (i + first + more) % n];
-        s->direction[start + i].claim[kind] = claim_meet(a, b);
-    }
-}
-
-static void turn_claims(struct sphere *s, double turn_rad)
-{
-    for (int kind = 0; kind < CLAIMS; kind++) {
-        for (uint32_t d = 0; d < s->rings.n; d++)
-            s->joined[d] = cut_at_cells(s, d, s->direction[d].claim[kind]);
-        for (uint32_t ring = 0; ring < s->rings.n_rings; ring++)
-            turn_ring(s, ring, turn_rad, kind);
-    }
-    s->stats.pinged = 0;
-    for (uint32_t d = 0; d < s->rings.n; d++) {
-        s->stats.pinged += s->direction[d].claim[CLAIM_NOW].t_ping_ns != 0;
-        state_mark(s, d);
+        const float to_m =
+            fminf(s->stands_m[start + (i + first) % n], s->stands_m[start + (i + first + more) % n]);
+        for (int k = 0; k < FREE_INTERVALS; k++) {
+            struct free_interval *f = &s->direction[start + i].free[k];
+            f->to_m = fminf(f->to_m, to_m);
+        }
     }
 }
 
@@ -73,7 +69,13 @@ static void set_axes(struct sphere *s, double az_rad)
     }
 }
 
-void course_follow(struct sphere *s, const struct pose *pose)
+void course_end(struct sphere *s)
+{
+    s->under_way = false;
+    set_axes(s, 0);
+}
+
+void course_follow(struct sphere *s, const struct pose *pose, uint64_t t_ns)
 {
     const double least_rad = fmax(geo_rad(OFF_LEAST_DEG), OFF_LEAST_STEPS * s->rings.step_rad);
     double az_rad;
@@ -82,8 +84,13 @@ void course_follow(struct sphere *s, const struct pose *pose)
     const double turn_rad = geo_wrap_pi(az_rad - s->frame.axes_rad);
     if (fabs(turn_rad) <= fmin(least_rad, GEO_PI / 2))
         return;
-    turn_claims(s, turn_rad);
+    find_cells(s);
     set_axes(s, geo_wrap(az_rad));
-    motion_hang_anew(s);
+    motion_reindex(s);
+    for (uint32_t d = 0; d < s->rings.n; d++)
+        state_mark(s, d);
+    sensor_free_again(s, t_ns, pose->path_m);
+    for (uint32_t ring = 0; ring < s->rings.n_rings; ring++)
+        cut_ring(s, ring, turn_rad);
     s->stats.turned++;
 }

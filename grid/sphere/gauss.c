@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-#include "../geometry.h"
+#include "grid/geometry.h"
 
 #define NARROW 1e-3 /* in standard deviations: below, the difference of two tails would cancel */
 

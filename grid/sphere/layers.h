@@ -9,7 +9,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define LAYERS_MAX 65535
+#define LAYERS_MAX 0x7fffu /* as struct cell has 15 bits */
 
 struct layers_conf {
     double r_min_m;   /* >= 0: near edge of layer 0 */

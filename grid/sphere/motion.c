@@ -4,9 +4,11 @@
 #include <math.h>
 #include <string.h>
 
+#include "sensor.h"
+
 /*
- * The place of the vehicle is known to this share of its way since an echo was heard. The whole of it is added however
- * small the steps are: an error in scale does not average out.
+ * The place of the vehicle is known to this fraction of the distance travelled since an echo. All of it is added,
+ * however small the steps: an error in scale does not average out.
  */
 #define WAY_ERROR 0.01
 
@@ -38,6 +40,7 @@ static void merge(const struct sphere *s, struct cell *c, const struct cell *oth
     c->t_echo_ns = c->t_echo_ns > other->t_echo_ns ? c->t_echo_ns : other->t_echo_ns;
     c->t_first_ms = c->t_first_ms < other->t_first_ms ? c->t_first_ms : other->t_first_ms;
     c->echoes = (uint16_t)fmin(UINT16_MAX, c->echoes + other->echoes);
+    c->pending &= other->pending;
     c->state = c->state > other->state ? c->state : other->state;
     if (other_range < range)
         memcpy(c->point_m, other->point_m, sizeof c->point_m);
@@ -75,46 +78,76 @@ static void place_cell(struct sphere *s, uint32_t index, double way_m)
         *c = old;
         c->next = next;
         c->direction = d & CELLS_DIRECTION;
-        c->layer = (uint16_t)layer;
+        c->layer = (uint32_t)layer & LAYERS_MAX;
     }
     state_mark(s, d);
 }
 
-void motion_hang_anew(struct sphere *s)
+void motion_reindex(struct sphere *s)
 {
-    cells_unhang_all(&s->cells);
+    cells_unlink_all(&s->cells);
     CELLS_EACH (&s->cells, i) {
         const struct cell old = s->cells.cell[i];
         double v[3];
         state_place(s, &old, v);
-        const uint32_t there = cells_hang(&s->cells, i, sphere_holding(s, v));
+        const uint32_t there = cells_insert(&s->cells, i, sphere_holding(s, v));
         if (there != CELLS_NONE && there != i)
             merge(s, &s->cells.cell[there], &old);
     }
 }
 
-/* Farther in one step than this the old claims say nothing of the new place. */
-#define CLAIM_STEP_MOST_M 1.0
+/* A place that is farther away in one step has jumped: nobody knows where what was observed from the old one lies. */
+#define STEP_MOST_M 1.0
 
-static void move_claims(struct sphere *s, const double step_m[3])
+/* Obstacles are nearer, but no nearer than half their range: then nobody knows in which direction they are, and
+ * blocking says less than that the water is unknown. */
+static void bring_nearer(struct sphere *s, double by_m)
 {
-    for (uint32_t d = 0; d < s->rings.n; d++)
-        s->joined[d] = claim_join(&s->direction[d].claim[CLAIM_NOW], &s->direction[d].claim[CLAIM_BEFORE]);
-    bool far = geo_length(step_m) > CLAIM_STEP_MOST_M;
-    double step_in_grid_m[3];
-    state_to_grid(s, step_m, step_in_grid_m);
-    for (uint32_t d = 0; d < s->rings.n; d++) {
-        struct direction *dir = &s->direction[d];
-        if (!dir->claim[CLAIM_NOW].t_ping_ns && s->cells.first[d] == CELLS_NONE)
-            continue;
-        dir->claim[CLAIM_NOW] =
-            far ? (struct claim){0} : claim_moved(&s->rings, s->picture.axis, s->joined, d, step_in_grid_m);
-        dir->claim[CLAIM_BEFORE] = (struct claim){0};
-        state_mark(s, d);
+    CELLS_EACH (&s->cells, i) {
+        struct cell *c = &s->cells.cell[i];
+        double v[3];
+        const double half_m = state_vector(s, c, v) / 2;
+        c->near_m = (float)fmax(c->near_m, fmin(c->near_m + by_m, half_m));
     }
 }
 
-static void recentre(struct sphere *s, const double position_m[3])
+/* Obstacles are nearer by what the drift is more than before. */
+static void count_drift(struct sphere *s, const double drift_m[2])
+{
+    double more_m[2];
+    for (int k = 0; k < 2; k++) {
+        more_m[k] = fmax(drift_m[k] - s->frame.drift_m[k], 0);
+        s->frame.drift_m[k] = drift_m[k];
+    }
+    bring_nearer(s, hypot(more_m[0], more_m[1]));
+}
+
+void motion_drifted(struct sphere *s, const struct pose *pose)
+{
+    s->drifts = pose->drift_mps > 0;
+    s->outrun = pose->drift_m[0] > s->frame.drift_m[0] || pose->drift_m[1] > s->frame.drift_m[1];
+    if (s->outrun)
+        count_drift(s, (const double[2]){fmax(pose->drift_m[0], s->frame.drift_m[0]),
+                                         fmax(pose->drift_m[1], s->frame.drift_m[1])});
+    s->ahead_m = 0;
+    if (s->drifts)
+        s->ahead_m = hypot(s->frame.drift_m[0] - pose->drift_m[0], s->frame.drift_m[1] - pose->drift_m[1]);
+}
+
+#define JUDGE_NS 200000000u /* pings free nothing by themselves while the vehicle drifts */
+
+/* The picture is made for a drift that the vehicle has not made yet, so that it holds until the next time. */
+void motion_drift(struct sphere *s, const struct pose *pose, uint64_t t_ns)
+{
+    if (!s->outrun && (!s->drifts || t_ns < s->t_judged_ns + JUDGE_NS))
+        return;
+    const double ahead_m = s->drifts ? s->conf.recentre_m : 0;
+    s->t_judged_ns = t_ns;
+    count_drift(s, (const double[2]){pose->drift_m[0] + ahead_m, pose->drift_m[1] + ahead_m});
+    sensor_free_again(s, t_ns, pose->path_m);
+}
+
+static void recentre(struct sphere *s, const double position_m[3], uint64_t t_ns, double path_m)
 {
     double step_m[3];
     for (int i = 0; i < 3; i++) {
@@ -125,7 +158,9 @@ static void recentre(struct sphere *s, const double position_m[3])
     s->nearest_m = INFINITY;
     CELLS_EACH (&s->cells, i)
         place_cell(s, i, way_m);
-    move_claims(s, step_m);
+    if (way_m > STEP_MOST_M)
+        wedges_clear(&s->wedges);
+    sensor_free_again(s, t_ns, path_m);
     s->stats.recentred++;
 }
 
@@ -149,7 +184,7 @@ static double distance(const double a[3], const double b[3])
     return sqrt((a[0] - b[0]) * (a[0] - b[0]) + (a[1] - b[1]) * (a[1] - b[1]) + (a[2] - b[2]) * (a[2] - b[2]));
 }
 
-void motion_follow(struct sphere *s, const struct pose *pose)
+void motion_follow(struct sphere *s, const struct pose *pose, uint64_t t_ns)
 {
     if (!s->placed) {
         memcpy(s->frame.centre_m, pose->position_m, sizeof s->frame.centre_m);
@@ -158,7 +193,7 @@ void motion_follow(struct sphere *s, const struct pose *pose)
         return;
     }
     if (distance(pose->position_m, s->frame.centre_m) > s->conf.recentre_m)
-        recentre(s, pose->position_m);
+        recentre(s, pose->position_m, t_ns, pose->path_m);
     if (distance(s->frame.centre_m, s->anchor_m) > ANCHOR_REACH_M)
         reanchor(s);
 }

@@ -2,21 +2,42 @@
 #include "publish.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "relax.h"
+
+/*
+ * Where an obstacle begins, at the least, while the vehicle drifts: it may have come nearer, but not into water
+ * that was found free since its echo.
+ */
+static float beyond_free(const struct direction *dir, const struct cell *c, float range_m, float near_m)
+{
+    for (int k = 0; k < FREE_INTERVALS; k++) {
+        const struct free_interval *f = &dir->free[k];
+        if (f->t_ping_ns >= c->t_echo_ns && near_m >= f->from_m && near_m < f->to_m)
+            near_m = fminf(f->to_m, range_m);
+    }
+    return near_m;
+}
+
+#define HINT_LEAST_M 1e-3f
 
 static void publish_direction(struct sphere *s, uint32_t d, uint64_t t_ns)
 {
     const struct direction *dir = &s->direction[d];
-    struct picture_entry e = {.claim = {dir->claim[CLAIM_NOW], dir->claim[CLAIM_BEFORE]}};
+    struct picture_entry e = {0};
+    memcpy(e.free, dir->free, sizeof e.free);
     unsigned n = 0;
     for (uint32_t i = s->cells.first[d]; i != CELLS_NONE && n < PICTURE_OBSTACLES; i = s->cells.cell[i].next) {
         const struct cell *c = &s->cells.cell[i];
         double v[3];
         float range_m = (float)state_vector(s, c, v), near_m = fmaxf(0, range_m - c->near_m);
-        if (state_logodds(s, c, t_ns) <= s->picture.blocked_logodds) {
-            for (int k = 0; k < CLAIMS; k++) /* too little to block, too much to call it clear */
-                e.claim[k].to_m = fminf(e.claim[k].to_m, near_m);
+        if (s->drifts)
+            near_m = beyond_free(dir, c, range_m, near_m);
+        if (c->pending || state_logodds(s, c, t_ns) <= s->picture.blocked_logodds) {
+            for (int k = 0; k < FREE_INTERVALS; k++) /* too little to block, too much to call it clear */
+                e.free[k].to_m = fminf(e.free[k].to_m, near_m);
+            e.hint_m = e.hint_m > 0 ? e.hint_m : fmaxf(near_m, HINT_LEAST_M);
             continue;
         }
         e.obstacle[n++] = (struct picture_obstacle){.t_ref_ns = c->state == CELL_LOCKED ? UINT64_MAX : c->t_ref_ns,
@@ -26,14 +47,14 @@ static void publish_direction(struct sphere *s, uint32_t d, uint64_t t_ns)
                                                     .range_m = range_m,
                                                     .sd_m = c->sd_m};
     }
-    if (s->relax)
+    if (s->conf.relaxation > 0)
         relax_direction(s, d, t_ns, e.obstacle, n);
     picture_set(&s->picture, d, &e);
 }
 
 void publish_changes(struct sphere *s, uint64_t t_ns)
 {
-    if (s->relax)
+    if (s->conf.relaxation > 0)
         relax_reach(s);
     picture_begin(&s->picture);
     for (uint32_t i = 0; i < s->n_dirty; i++) {

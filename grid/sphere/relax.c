@@ -35,7 +35,7 @@ static void extend(struct extent *e, uint32_t layer)
 }
 
 /* Locked cells take no part. */
-static void gather_own(struct sphere *s, uint32_t d, uint64_t t_ns, struct extent *e)
+static void gather_own(const struct sphere *s, uint32_t d, uint64_t t_ns, struct extent *e)
 {
     for (uint32_t i = s->cells.first[d]; i != CELLS_NONE; i = s->cells.cell[i].next) {
         const struct cell *c = &s->cells.cell[i];
@@ -46,7 +46,7 @@ static void gather_own(struct sphere *s, uint32_t d, uint64_t t_ns, struct exten
 }
 
 /* What the cells of a direction that touches have more than the cells that they touch: of up to three the strongest. */
-static void gather(struct sphere *s, uint32_t d, uint64_t t_ns, struct extent *e)
+static void gather(const struct sphere *s, uint32_t d, uint64_t t_ns, struct extent *e)
 {
     for (uint32_t i = s->cells.first[d]; i != CELLS_NONE; i = s->cells.cell[i].next) {
         const struct cell *c = &s->cells.cell[i];
@@ -67,7 +67,7 @@ static void gather(struct sphere *s, uint32_t d, uint64_t t_ns, struct extent *e
     }
 }
 
-/* As what the direction's own cell heard there, or with nothing heard as the whole layer. */
+/* As the echo of the direction's own cell there, or without one as the whole layer. */
 static struct picture_obstacle obstacle_of(const struct sphere *s, uint32_t layer, double logodds, uint64_t t_ns)
 {
     const struct relaxed *at = &s->relax[layer];
@@ -93,28 +93,78 @@ static void put(struct picture_obstacle *obstacle, unsigned n, struct picture_ob
     obstacle[n] = o;
 }
 
-void relax_direction(struct sphere *s, uint32_t d, uint64_t t_ns, struct picture_obstacle *obstacle, unsigned n)
+/* What stands around the direction, and in it; returns how many directions touch it. Forgotten by forget(). */
+static uint32_t gather_around(const struct sphere *s, uint32_t d, uint64_t t_ns, struct extent *e)
 {
-    const double blocked = (double)s->picture.blocked_logodds;
-    struct extent e = {.from = s->layers.n};
     struct rings_run run[3];
     uint32_t touching = 0;
-    if (n == PICTURE_OBSTACLES || !sphere_pinged(s, d))
-        return;
-    gather_own(s, d, t_ns, &e);
+    gather_own(s, d, t_ns, e);
     const unsigned runs = rings_touching(&s->rings, d, run);
     for (unsigned r = 0; r < runs; r++) {
         touching += run[r].n;
         for (uint32_t k = 0; k < run[r].n; k++)
             if (rings_in(&run[r], k) != d)
-                gather(s, rings_in(&run[r], k), t_ns, &e);
+                gather(s, rings_in(&run[r], k), t_ns, e);
     }
+    return touching - 1;
+}
+
+static void forget(const struct sphere *s, const struct extent *e)
+{
+    if (e->from < e->to)
+        memset(&s->relax[e->from], 0, (e->to - e->from) * sizeof *s->relax);
+}
+
+void relax_direction(struct sphere *s, uint32_t d, uint64_t t_ns, struct picture_obstacle *obstacle, unsigned n)
+{
+    const double blocked = (double)s->picture.blocked_logodds;
+    struct extent e = {.from = s->layers.n};
+    if (n == PICTURE_OBSTACLES || !sphere_pinged(s, d))
+        return;
+    const uint32_t touching = gather_around(s, d, t_ns, &e);
     for (uint32_t i = e.from; i < e.to; i++) {
         const struct relaxed *at = &s->relax[i];
-        const double l = at->own + s->conf.relaxation * at->more / (touching - 1);
+        const double l = at->own + s->conf.relaxation * at->more / touching;
         if (at->own <= blocked && l > blocked && n < PICTURE_OBSTACLES)
             put(obstacle, n++, obstacle_of(s, i, l, t_ns));
     }
-    if (e.from < e.to)
-        memset(&s->relax[e.from], 0, (e.to - e.from) * sizeof *s->relax);
+    forget(s, &e);
+}
+
+/* A cell that only its neighbours make, in the middle of its layer. */
+static struct sphere_cell raised(const struct sphere *s, uint32_t d, uint32_t layer, double logodds)
+{
+    const struct picture_obstacle o = obstacle_of(s, layer, logodds, 0);
+    struct sphere_cell c = {.from_m = s->layers.edge[layer],
+                            .to_m = s->layers.edge[layer + 1],
+                            .near_m = (double)o.near_m,
+                            .ball_m = (double)o.sd_m,
+                            .logodds = logodds,
+                            .t_first_ns = o.t_echo_ns,
+                            .t_echo_ns = o.t_echo_ns,
+                            .layer = (uint16_t)layer};
+    for (int i = 0; i < 3; i++)
+        c.point_m[i] = (double)o.range_m * s->axis[d][i];
+    return c;
+}
+
+void relax_cells(const struct sphere *s, uint32_t d, double mu, uint64_t t_ns, relax_take *take, void *context)
+{
+    struct extent e = {.from = s->layers.n};
+    const uint32_t touching = gather_around(s, d, t_ns, &e);
+    const bool pinged = sphere_pinged(s, d) != 0;
+    for (uint32_t i = e.from, k = 0; i < e.to; i++) {
+        const struct relaxed *at = &s->relax[i];
+        struct sphere_cell c;
+        if (at->cell) {
+            sphere_cell(s, d, k++, t_ns, &c);
+            c.logodds += isfinite(at->own) ? mu * at->more / touching : 0;
+        } else if (pinged && at->more > 0) {
+            c = raised(s, d, i, mu * at->more / touching);
+        } else {
+            continue;
+        }
+        take(context, &c);
+    }
+    forget(s, &e);
 }

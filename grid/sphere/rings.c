@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-#include "../geometry.h"
+#include "grid/geometry.h"
 
 /* Solid angle 4 pi sin(mid) sin(w/2): the difference of cosines would cancel at the poles. The tiny allowance keeps a
  * ring whose solid angle is a whole number of cells from getting one more by rounding. */
@@ -84,21 +84,6 @@ uint32_t rings_index(const struct rings *rings, double az_rad, double el_rad)
     return rings->start[ring] + cell_at(rings, ring, az_rad);
 }
 
-#define ROUGH_RAD 1e-6 /* more than rough_angle is ever wrong: 4.3e-7 */
-
-/* atan2(y, x), nearly: atan(a) / a for a in [0, 1] is interpolated in a^2 at seven Chebyshev nodes. NaN for 0, 0. */
-static double rough_angle(double y, double x)
-{
-    const double along = fabs(x), aside = fabs(y);
-    const double a = aside > along ? along / aside : aside / along, s = a * a;
-    const double low = 0.9999992256 + s * (-0.3332567804 + s * 0.1987204027);
-    const double high = -0.1344786406 + s * (0.083126453 + s * (-0.0363604309 + s * 0.0076483539));
-    double angle = a * (low + s * s * s * high);
-    angle = aside > along ? GEO_PI / 2 - angle : angle;
-    angle = x < 0 ? GEO_PI - angle : angle;
-    return y < 0 ? -angle : angle;
-}
-
 /* The cell that x, in cells, is in; RINGS_NONE when it is not inside one of them by the margin. */
 static uint32_t sure_cell(double x, uint32_t cells, double margin)
 {
@@ -110,12 +95,13 @@ static uint32_t sure_cell(double x, uint32_t cells, double margin)
 
 uint32_t rings_holding(const struct rings *rings, const double v[3])
 {
-    const double per_height = 1 / rings->height_rad, el = rough_angle(-v[2], sqrt(v[0] * v[0] + v[1] * v[1]));
-    const uint32_t ring = sure_cell((rings->top_rad - el) * per_height, rings->n_rings, ROUGH_RAD * per_height);
+    const double per_height = 1 / rings->height_rad, el = geo_rough_angle(-v[2], sqrt(v[0] * v[0] + v[1] * v[1]));
+    const uint32_t ring =
+        sure_cell((rings->top_rad - el) * per_height, rings->n_rings, GEO_ROUGH_RAD * per_height);
     if (ring != RINGS_NONE) {
         const uint32_t cells = cells_of(rings, ring);
-        const double az = rough_angle(v[1], v[0]), per_rad = cells / GEO_TURN;
-        const uint32_t cell = sure_cell((az < 0 ? az + GEO_TURN : az) * per_rad, cells, ROUGH_RAD * per_rad);
+        const double az = geo_rough_angle(v[1], v[0]), per_rad = cells / GEO_TURN;
+        const uint32_t cell = sure_cell((az < 0 ? az + GEO_TURN : az) * per_rad, cells, GEO_ROUGH_RAD * per_rad);
         if (cell != RINGS_NONE)
             return rings->start[ring] + cell;
     }
@@ -180,7 +166,8 @@ double rings_reach(const struct rings *rings)
     return most;
 }
 
-#define ROUNDING_RAD (2 * ROUGH_RAD) /* a cap is taken to be so much larger: two rough angles meet at its edge */
+/* A cap is taken to be so much larger: two rough angles meet at its edge. */
+#define ROUNDING_RAD (2 * GEO_ROUGH_RAD)
 
 /* Centres at the ring's elevation e' are within r of (az, e) where cos r <= sin e sin e' + cos e cos e' cos(d az). */
 static struct rings_run run_in(const struct rings_visit *v)
@@ -192,7 +179,7 @@ static struct rings_run run_in(const struct rings_visit *v)
     struct rings_run run = {.start = rings->start[v->ring], .cells = cells, .n = rest <= all ? cells : 0};
     if (!(rest > -all && rest <= all))
         return run;
-    const double half = rough_angle(sqrt((all - rest) * (all + rest)), rest) + ROUNDING_RAD,
+    const double half = geo_rough_angle(sqrt((all - rest) * (all + rest)), rest) + ROUNDING_RAD,
                  per_rad = cells / GEO_TURN;
     /* a turn added: to truncate is to round down */
     const uint64_t from = (uint64_t)((v->az_rad - half) * per_rad + 0.5 + cells);
@@ -208,7 +195,7 @@ struct rings_visit rings_visit(const struct rings *rings, const double axis[3], 
 {
     const double radius = fmin(radius_rad + ROUNDING_RAD, GEO_PI);
     const double level = sqrt(axis[0] * axis[0] + axis[1] * axis[1]);
-    const double el = rough_angle(-axis[2], level), az = level > 0 ? rough_angle(axis[1], axis[0]) : 0;
+    const double el = geo_rough_angle(-axis[2], level), az = level > 0 ? geo_rough_angle(axis[1], axis[0]) : 0;
     struct rings_visit v = {.rings = rings,
                             .az_rad = az < 0 ? az + GEO_TURN : az,
                             .sin_el = -axis[2],

@@ -39,8 +39,8 @@ uint32_t rings_cells(uint32_t ring, uint32_t n_polar, double step_rad);
 uint32_t rings_index(const struct rings *rings, double az_rad, double el_rad);
 
 /**
- * rings_holding - rings_index of the angles of v != 0, at a fifth of its cost: they are estimated with arithmetic alone, and
- * computed in full only where the estimate is too near to an edge to tell.
+ * rings_holding - rings_index of the angles of v != 0, at a fifth of its cost: they are estimated with arithmetic
+ * alone, and computed in full only where the estimate is too near to an edge to tell.
  */
 uint32_t rings_holding(const struct rings *rings, const double v[3]);
 
@@ -59,7 +59,8 @@ double rings_within(const struct rings *rings);
 /** rings_reach - the greatest angle between the middle of a cell and a corner of it, of all cells. */
 double rings_reach(const struct rings *rings);
 
-/** rings_turned - the direction that holds the middle of direction d after the axes have turned clockwise by turn_rad. */
+/** rings_turned - the direction that holds the middle of direction d after the axes have turned
+ * clockwise by turn_rad. */
 uint32_t rings_turned(const struct rings *rings, uint32_t direction, double turn_rad);
 
 /* Neighbouring directions of one ring: cell `at` and the n - 1 after it, past azimuth 0 too. */
@@ -83,7 +84,8 @@ static inline bool rings_holds(const struct rings_run *run, uint32_t d)
 }
 
 /*
- * Visits the directions whose centre lies within `radius` of an axis, each once; at the very edge perhaps one more. Use:
+ * Visits the directions whose centre lies within `radius` of an axis, each once;
+ * at the very edge perhaps one more. Use:
  *   struct rings_visit v = rings_visit(rings, axis, radius);
  *   while (rings_next(&v)) use(v.direction);
  */
@@ -99,7 +101,8 @@ struct rings_visit {
 /** rings_visit - axis: a unit vector. */
 struct rings_visit rings_visit(const struct rings *rings, const double axis[3], double radius_rad);
 
-/** rings_next_ring - on to the next ring and the run of directions to be visited there, perhaps none; false: it was the last. */
+/** rings_next_ring - on to the next ring and the run of directions to be visited there, perhaps none;
+ * false: it was the last. */
 bool rings_next_ring(struct rings_visit *v);
 
 static inline bool rings_next(struct rings_visit *v)

@@ -2,21 +2,23 @@
 #include "sensor.h"
 
 #include <math.h>
+#include <string.h>
 
+#include "grid/answer/answer.h"
 #include "spread.h"
 
 /*
- * Probability of an echo from an occupied and from an empty cell. That an occupied cell is heard only every other time
+ * Probability of an echo from an occupied and from an empty cell. That an occupied cell echoes only every other time
  * is said on purpose: a weak reflector that one of the beams over it hears must not be talked away by its neighbours
  * in the same sweep.
  */
 #define ECHO_IF_OCCUPIED 0.5
 #define ECHO_IF_EMPTY    0.1
-/* A marked echo weighs so many times what blocking takes, but no more than another one: by itself it blocks for a
- * eighth of the time that the surest obstacle does, and with the default one look that hears nothing there takes it away. */
+/* A burst or ghost weighs so many times what blocking takes, but no more than another echo: it lasts for an eighth of
+ * the time that the surest obstacle does, and with the default one beam that finds nothing there removes it. */
 #define MARKED_BLOCKS   1.4
 #define MIN_CARVE_SHARE 0.05
-#define NEAREST_M       0.1 /* nothing is heard nearer: bounds the parallax */
+#define NEAREST_M       0.1 /* no echo is nearer: bounds the parallax */
 
 #define FLUSH_BELOW 1e-6 /* evidence this weak is none: it would fade into denormal numbers, which are slow */
 
@@ -38,9 +40,9 @@ static void weigh(const struct sphere *s, struct cell *c, const struct echoes *p
 
 /*
  * The echo at z (from the anchor) moves the cell's point to the mean of the first eight echoes, later ones by 1/8, so
- * that it can follow; the ball shrinks alike. An echo outside the gate is another reflector: the nearer point, the nearer
- * edge and the larger doubt are kept and the ball reaches the other. The gate does not grow with the ball, or the
- * farther one would pull the point away.
+ * that it can follow; the ball shrinks alike. An echo outside the gate is another reflector: the nearer point, the
+ * nearer edge and the larger doubt are kept and the ball reaches the other. The gate does not grow with the ball, or
+ * the farther one would pull the point away.
  */
 static void interpolate(const struct sphere *s, struct cell *c, const double z[3], double range_m,
                         const struct echo *echo, double m2)
@@ -77,16 +79,18 @@ static double weight_of(const struct sphere *s, const struct echo *echo, double 
 {
     double strength = echo->confidence > 0 ? echo->confidence * share : 0;
     double weight = log1p(strength * (ECHO_IF_OCCUPIED / ECHO_IF_EMPTY - 1));
-    return echo->flags ? fmin(weight, MARKED_BLOCKS * s->blocked_logodds) : weight;
+    return echo->flags & (ECHO_BURST | ECHO_GHOST) ? fmin(weight, MARKED_BLOCKS * s->blocked_logodds) : weight;
 }
 
-/* What a beam says of water: it is free, nothing is known of it any more, or nothing at all, as if it had not been sent. */
+/* What a beam says of water: it is free, nothing is known of it any more, or nothing at all,
+ * as if it had not been sent. */
 enum said { SAID_FREE, SAID_UNKNOWN, SAID_NOTHING };
 
 /* The water that a beam speaks of, by range from the sensor. */
 struct water {
     double from_m, to_m;
     enum said said;
+    bool ends_at_echo;
 };
 
 /* The beam that is being entered, and what is the same for all directions that it may concern. */
@@ -97,7 +101,21 @@ struct look {
     uint32_t direction, ring;       /* that is looked at ... */
     struct beam_ray ray;            /* ... through its middle */
     struct water water;
+    struct free_ping ping;
 };
+
+/* An echo that the next turn does not confirm blocks for no longer than this many turns, or that time. */
+#define UNCONFIRMED_TURNS 1.5
+#define UNCONFIRMED_S     5.0
+
+/* The most that the first echo of a cell weighs: it has faded to what blocks no more by the time that the head
+ * has passed again. What is left of it still ends free water. */
+static double unconfirmed_weight(const struct sphere *s)
+{
+    if (s->frame.turn_s <= 0)
+        return LOGODDS_MAX;
+    return s->blocked_logodds * exp(fmax(UNCONFIRMED_S, UNCONFIRMED_TURNS * s->frame.turn_s) / s->fade_s);
+}
 
 /* An echo `at` range_m along the direction raises the cell of a layer by `weight`. */
 static void raise(struct sphere *s, const struct look *l, uint16_t layer, double range_m, const struct echo *echo,
@@ -107,11 +125,12 @@ static void raise(struct sphere *s, const struct look *l, uint16_t layer, double
     struct cell *c = state_take(s, l->direction, layer);
     if (!c || c->state == CELL_LOCKED)
         return;
+    const bool same_beam = ping->n_beams == 1 && c->seq == ping->seq && c->sensor == ping->sensor;
     double z[3];
     for (int i = 0; i < 3; i++)
         z[i] = range_m * s->axis[l->direction][i] + s->frame.centre_m[i] - s->anchor_m[i];
     interpolate(s, c, z, range_m, echo, echo_variance(s, l->ring, range_m, echo));
-    c->near_m += (float)ping->pose.slack_m;
+    c->near_m += (float)(ping->pose.slack_m + s->ahead_m);
     if (!c->echoes)
         c->t_first_ms = state_ms(s, ping->t_ns);
     if (ping->t_ns > c->t_echo_ns)
@@ -119,25 +138,28 @@ static void raise(struct sphere *s, const struct look *l, uint16_t layer, double
     c->misses = 0;
     if (c->echoes < UINT16_MAX)
         c->echoes++;
+    c->pending = (echo->flags & ECHO_UNCONFIRMED) && (c->echoes == 1 || (c->pending && same_beam));
+    if (c->echoes == 1)
+        weight = fmin(weight, unconfirmed_weight(s));
     if (s->conf.update == SPHERE_MAX)
         weight = fmax(0, weight - state_logodds(s, c, ping->t_ns));
     weigh(s, c, ping, weight);
     state_mark(s, l->direction);
 }
 
-/* What the beam heard of the water in direction d; a beam that says nothing takes back what older ones said. */
+/* What the beam observed of the water in a direction; a beam that says nothing takes back what older ones said. */
 static void clear_direction(struct sphere *s, const struct look *l)
 {
     struct direction *dir = &s->direction[l->direction];
-    const struct echoes *e = l->beam->ping;
-    const bool first = !dir->claim[CLAIM_NOW].t_ping_ns;
+    const bool first = !dir->free[0].t_ping_ns;
     struct stretch st;
     if (!beam_stretch(l->beam, &s->ring[l->ring], &l->ray, l->water.from_m, l->water.to_m, &st))
         return;
+    st.ends_at_echo = l->water.ends_at_echo;
     if (l->water.said == SAID_FREE)
-        claim_add(dir->claim, &st, e->t_ns, e->pose.path_m, e->sensor);
+        free_add(dir->free, &st, &l->ping);
     else
-        claim_withdraw(dir->claim, e->t_ns, e->pose.path_m, e->sensor);
+        free_withdraw(dir->free, &l->ping);
     s->stats.pinged += first;
     state_mark(s, l->direction);
 }
@@ -169,14 +191,14 @@ static void spread_echo(struct sphere *s, const struct look *l, const double pla
     const struct beam_cell *cell = &s->ring[l->ring];
     const double *u = s->axis[l->direction], half_az = b->opening->half_az, half_el = b->opening->half_el;
     const bool held = beam_holds(b, cell, u, at);
-    const double most_az = held ? GEO_TURN : SPREAD_WIDEST * half_az,
-                 most_el = held ? GEO_PI : SPREAD_WIDEST * half_el;
+    const double most_az = held ? GEO_TURN : s->widest * half_az, most_el = held ? GEO_PI : s->widest * half_el;
     struct beam_view view;
-    if (!beam_sees(b, cell, u, place, beam_range(b, place), most_az, most_el, &view))
+    if (!beam_sees(b, cell, &(struct beam_spot){u, place, beam_range(b, place)}, most_az, most_el, &view))
         return;
     double deep_m = s->layers.edge[layer + 1] - s->layers.edge[layer];
-    struct spread spread = spread_of(fmax(echo->sd_m, s->conf.range_error * echo->range_m), half_az, half_el,
-                                     deep_m, view.wide_rad, view.high_rad, s->conf.model == SPHERE_MIDPOINT);
+    struct spread spread = spread_of(
+        fmax(echo->sd_m, s->conf.range_error * echo->range_m), half_az, half_el, s->widest * SPREAD_HALF_POWER,
+        &(struct spread_cell){deep_m, view.wide_rad, view.high_rad}, s->conf.model == SPHERE_MIDPOINT);
     double across = spread_across(&spread, view.off_az, view.off_el, view.wide_rad, view.high_rad);
     if (held || across > 0)
         raise_layers(s, l, at, echo, &spread, across);
@@ -200,8 +222,8 @@ static void hit_direction(struct sphere *s, const struct look *l, uint8_t i)
 }
 
 /*
- * Nothing was heard in the water up to free_to_m: cells there lose by the share of them that the beam covered, wherever within
- * the slack of its pose it was.
+ * No echo came from the water up to free_to_m: cells there lose by the fraction of them that the beam covered, wherever
+ * within the pose uncertainty it was.
  */
 static void carve_direction(struct sphere *s, const struct look *l)
 {
@@ -220,7 +242,7 @@ static void carve_direction(struct sphere *s, const struct look *l)
         double thick = s->layers.edge[c->layer + 1] - s->layers.edge[c->layer], range = beam_range(b, place);
         double doubt_m = 2.0 * c->sd_m + slack_m, aside = slack_rad + slack_m / fmax(range, NEAREST_M);
         if (range - doubt_m < b->heard->blind_m || range + doubt_m + thick / 2 > b->heard->free_to_m ||
-            !beam_sees(b, cell, l->ray.u, place, range, half_az, half_el, &view))
+            !beam_sees(b, cell, &(struct beam_spot){l->ray.u, place, range}, half_az, half_el, &view))
             continue;
         double share = beam_share(view.off_az, half_az - aside, view.wide_rad) *
                        beam_share(view.off_el, half_el - aside, view.high_rad);
@@ -243,7 +265,7 @@ static bool is_loose(const struct sphere *s, const struct pose *pose)
 /* Beams' openings as far as echoes are entered: eq. (1) reaches beyond them. */
 static struct beam_opening hit_opening(const struct sphere *s, const struct echoes *e)
 {
-    const double reach = s->conf.model == SPHERE_OPENING ? 1 : SPREAD_WIDEST;
+    const double reach = s->conf.model == SPHERE_OPENING ? 1 : s->widest;
     return beam_opening(reach * e->az_aperture_rad, reach * e->el_aperture_rad, s->rings.height_rad,
                         s->conf.level);
 }
@@ -253,21 +275,21 @@ struct sieves {
     struct beam_sieve any, carves, clears, hits;
 };
 
-/* loose: the ping's pose is too far off for what it heard to make any water free; what older ones heard only grows older. */
+/* loose: the pose of the ping is too uncertain to make any water free; what older pings found free only ages. */
 static struct water water_of(const struct beam *b, bool loose)
 {
     const struct beam_echoes *h = b->heard;
     const double slack_m = b->ping->pose.slack_m, from_m = h->blind_m + slack_m, to_m = h->free_to_m - slack_m;
     if (to_m > from_m && !loose)
-        return (struct water){.from_m = from_m, .to_m = to_m, .said = SAID_FREE};
+        return (struct water){.from_m = from_m, .to_m = to_m, .said = SAID_FREE, .ends_at_echo = h->n > 0};
     return (struct water){.to_m = b->ping->range_max_m,
                           .said = h->free_to_m > h->blind_m ? SAID_NOTHING : SAID_UNKNOWN};
 }
 
 /*
- * The beam may miss the middle of a cell that it touches, and a point in a cell may be off its middle; of water it speaks
- * along middles alone, however near the end of it that the beam itself has. No cell to be carved has its point nearer to
- * the sensor than cells_m; infinite: there is none.
+ * The beam may miss the middle of a cell that it touches, and a point in a cell may be off its middle; of water it
+ * speaks along middles alone, however near the end of it that the beam itself has. No cell to be carved has its point
+ * nearer to the sensor than cells_m; infinite: there is none.
  */
 static struct sieves sieves_of(const struct sphere *s, const struct beam *b, const struct beam_opening *widest,
                                const struct beam_opening *freed, const struct water *water, double cells_m)
@@ -292,11 +314,16 @@ static void enter_beam(struct sphere *s, const struct beam *b, const struct beam
                        const struct beam_opening *freed)
 {
     const struct beam_echoes *h = b->heard;
-    struct look l = {.beam = b, .beyond_m = (h->free_to_m + b->lever_m) / s->nearer_share};
+    const struct echoes *e = b->ping;
+    struct look l = {.beam = b,
+                     .beyond_m = (h->free_to_m + b->lever_m) / s->nearer_share,
+                     .ping = {e->t_ns, e->pose.path_m, e->sensor}};
     const bool loose = is_loose(s, &b->ping->pose);
     const double cells_m = s->nearest_m * s->nearer_share - b->lever_m;
     const bool carves = h->free_to_m > h->blind_m && !loose && cells_m < h->free_to_m;
     l.water = water_of(b, loose);
+    /* while the vehicle drifts no beam frees water by itself: motion_drift judges it together with its neighbours */
+    const bool speaks = l.water.said == SAID_UNKNOWN || (l.water.said == SAID_FREE && !s->drifts);
     const struct sieves sieves = sieves_of(s, b, widest, freed, &l.water, carves ? cells_m : INFINITY);
     double middle[3], about[3], radius = beam_sieve_cap(b, &sieves.any, middle);
     for (uint8_t i = 0; i < h->n; i++)
@@ -312,12 +339,58 @@ static void enter_beam(struct sphere *s, const struct beam *b, const struct beam
         l.ring = v.ring;
         if (carves && s->cells.first[v.direction] != CELLS_NONE && beam_sieve_passes(&sieves.carves, &ray))
             carve_direction(s, &l);
-        if (l.water.said != SAID_NOTHING && beam_sieve_passes(&sieves.clears, &ray))
+        if (speaks && beam_sieve_passes(&sieves.clears, &ray))
             clear_direction(s, &l);
         if (beam_sieve_passes(&sieves.hits, &ray))
             for (uint8_t i = 0; i < h->n; i++)
                 hit_direction(s, &l, i);
     }
+}
+
+/* What a beam says of the water, as a wedge; false: nothing. */
+static bool wedge_of(const struct beam *b, bool loose, struct wedge *out)
+{
+    const struct water water = water_of(b, loose);
+    *out = (struct wedge){.az_rad = b->heard->az_rad,
+                          .el_rad = b->heard->el_rad,
+                          .half_az_rad = (float)fmax(0, b->opening->half_az - b->ping->pose.slack_rad),
+                          .from_m = (float)water.from_m,
+                          .to_m = (float)water.to_m,
+                          .kind = water.said == SAID_FREE ? WEDGE_FREE : WEDGE_UNKNOWN,
+                          .ends_at_echo = water.ends_at_echo};
+    return water.said != SAID_NOTHING;
+}
+
+/* Keeps what the ping says of the water, in the frame in which it was observed. */
+static void keep_wedges(struct sphere *s, const struct echoes *e, const double turn[4], const double origin_m[3])
+{
+    const struct beam_opening own =
+        beam_opening(e->az_aperture_rad, e->el_aperture_rad, s->rings.height_rad, s->conf.level);
+    const bool loose = is_loose(s, &e->pose);
+    struct wedge_ping ping = {.t_ns = e->t_ns,
+                              .path_m = e->pose.path_m,
+                              .drift_m = {e->pose.drift_m[0], e->pose.drift_m[1]},
+                              .slack_m = (float)e->pose.slack_m,
+                              .el_aperture_rad = (float)fmax(0, e->el_aperture_rad - 2 * e->pose.slack_rad),
+                              .sensor = e->sensor};
+    struct wedge fan, one;
+    bool any = false;
+    memcpy(ping.attitude, turn, sizeof ping.attitude);
+    for (int i = 0; i < 3; i++)
+        ping.place_m[i] = s->frame.centre_m[i] + origin_m[i];
+    wedges_begin(&s->wedges, &ping);
+    for (uint16_t i = 0; i < e->n_beams; i++) {
+        struct beam b = {.ping = e, .heard = &e->beam[i], .opening = &own};
+        if (!wedge_of(&b, loose, &one) || (any && wedges_join(&fan, &one, s->rings.height_rad)))
+            continue;
+        if (any)
+            wedges_add(&s->wedges, &fan);
+        fan = one;
+        any = true;
+    }
+    if (any)
+        wedges_add(&s->wedges, &fan);
+    wedges_end(&s->wedges, s->conf.recentre_m);
 }
 
 void sensor_enter(struct sphere *s, const struct echoes *e, const double turn[4], const double origin_m[3])
@@ -331,4 +404,196 @@ void sensor_enter(struct sphere *s, const struct echoes *e, const double turn[4]
         beam_of(&b, e, i, &own, turn, origin_m);
         enter_beam(s, &b, &widest, &freed);
     }
+    if (s->frame.ned || (s->drifts && !e->pose.heading_adrift))
+        keep_wedges(s, e, turn, origin_m);
+}
+
+/* The place of the vehicle is known to this share of its path since the ping. */
+#define PATH_ERROR 0.01
+
+/* Of the wedge that is entered again: its opening, which is that of most wedges before it. */
+struct again {
+    float half_az_rad, el_aperture_rad;
+    struct beam_opening own, freed;
+};
+
+static void open_again(const struct sphere *s, struct again *a, float half_az_rad, float el_aperture_rad)
+{
+    if (a->half_az_rad == half_az_rad && a->el_aperture_rad == el_aperture_rad)
+        return;
+    a->half_az_rad = half_az_rad;
+    a->el_aperture_rad = el_aperture_rad;
+    a->own = beam_opening(2 * (double)half_az_rad, el_aperture_rad, s->rings.height_rad, s->conf.level);
+    a->freed = beam_opening_freed(&a->own, s->widest_rad);
+}
+
+/* An older wedge as seen from where the grid's centre is now. */
+struct seen_again {
+    const struct wedge *wedge;
+    const struct beam *beam;
+    double from_m, to_m;
+    struct free_ping by;
+};
+
+/* What it says of a direction, of which newer ones have spoken. */
+static void fill_direction(struct sphere *s, const struct seen_again *seen, const struct rings_visit *v,
+                           const struct beam_ray *ray)
+{
+    const struct wedge *w = seen->wedge;
+    struct direction *dir = &s->direction[v->direction];
+    float *limit_m = &s->limit_m[v->direction];
+    struct stretch st;
+    if (*limit_m <= 0 || !beam_stretch(seen->beam, &s->ring[v->ring], ray, seen->from_m, seen->to_m, &st))
+        return;
+    st.ends_at_echo = w->ends_at_echo;
+    if (w->kind == WEDGE_FREE) {
+        free_fill(dir->free, &st, &seen->by, limit_m);
+        return;
+    }
+    if (w->kind == WEDGE_UNKNOWN)
+        *limit_m = 0;
+    if (!dir->free[0].t_ping_ns)
+        free_withdraw(dir->free, &seen->by);
+}
+
+/*
+ * A wedge that the vehicle has driven into surrounds it: only directions that hold some of the wedge this many times
+ * farther from its sensor than the vehicle is are worth a look, and of those all of the ray.
+ */
+#define SEEN_LEVERS 2.0
+
+/* What the path since says of a wedge: it is shorter at both ends. What drift does: its upper and lower side are
+ * farther in, too, and its beam is less high. */
+struct shrunk {
+    double margin_m, tilt_rad, apart_m;
+    const double *drift_m; /* level, in depth; NULL: none */
+};
+
+/* How much farther in the beam's upper and lower side are for the drift across them. */
+static double drift_across(const struct beam *b, const struct shrunk *by)
+{
+    double most_m = 0;
+    for (int side = -1; side <= 1 && by->drift_m; side += 2) {
+        double normal[3];
+        for (int i = 0; i < 3; i++)
+            normal[i] = b->opening->tan_el * b->axis[i] + side * b->up[i];
+        const double size = geo_length(normal);
+        most_m =
+            fmax(most_m, (by->drift_m[0] * hypot(normal[0], normal[1]) + by->drift_m[1] * fabs(normal[2])) / size);
+    }
+    return most_m + by->apart_m;
+}
+
+/*
+ * The wedge as seen from where the grid's centre is now. Its left and right side stay: an error of the path moves
+ * neighbouring beams alike, and between them no gap opens; drift is drift_judge's to see.
+ */
+static void free_again(struct sphere *s, struct again *a, const struct wedge_ping *ping, const struct wedge *w,
+                       const struct shrunk *shrunk)
+{
+    const bool free = w->kind == WEDGE_FREE;
+    const double margin_m = shrunk->margin_m;
+    double origin_m[3], middle[3], about[3];
+    struct beam b;
+    const struct seen_again seen = {.wedge = w,
+                                    .beam = &b,
+                                    .from_m = w->from_m + margin_m,
+                                    .to_m = w->to_m - margin_m,
+                                    .by = {ping->t_ns, ping->path_m, ping->sensor}};
+    if (!(seen.to_m > seen.from_m))
+        return;
+    open_again(s, a, w->half_az_rad, fmaxf(0, ping->el_aperture_rad - 2 * (float)shrunk->tilt_rad));
+    for (int i = 0; i < 3; i++)
+        origin_m[i] = ping->place_m[i] - s->frame.centre_m[i];
+    beam_place(&b, w->az_rad, w->el_rad, &a->own, ping->attitude, origin_m);
+    b.margin_m = free ? ping->slack_m : 0;
+    b.margin_el_m = drift_across(&b, shrunk);
+    const double sees_m = fmax(fmax(seen.from_m, NEAREST_M), SEEN_LEVERS * b.lever_m);
+    const struct beam_sieve sieve = beam_sieve(&b, &a->freed, fmin(sees_m, seen.to_m));
+    const double radius = beam_sieve_cap(&b, &sieve, middle);
+    state_to_grid(s, middle, about);
+    struct rings_visit v = rings_visit(&s->rings, about, radius);
+    while (rings_next(&v)) {
+        const struct beam_ray ray = beam_ray(&b, s->axis[v.direction]);
+        if (beam_sieve_passes(&sieve, &ray))
+            fill_direction(s, &seen, &v, &ray);
+    }
+}
+
+static void forget_intervals(struct sphere *s)
+{
+    for (uint32_t d = 0; d < s->rings.n; d++) {
+        s->limit_m[d] = INFINITY;
+        if (!s->direction[d].free[0].t_ping_ns && s->cells.first[d] == CELLS_NONE)
+            continue;
+        free_none(s->direction[d].free);
+        state_mark(s, d);
+    }
+}
+
+/*
+ * The wedges of a ping that was made before the last drift. *next: number of the look behind the ping's last; pings of
+ * which there are no looks are older than any drift that leaves something free.
+ */
+static void free_drifted(struct sphere *s, struct again *a, const struct wedge_ping *ping, uint32_t number,
+                         uint32_t *next)
+{
+    const bool spent = *next == 0 || s->drift.look[*next - 1].ping != number;
+    for (uint32_t i = 0; spent && i < ping->n; i++) {
+        struct wedge w = *wedges_of(&s->wedges, ping, i);
+        w.kind = w.kind == WEDGE_FREE ? WEDGE_SPENT : w.kind;
+        free_again(s, a, ping, &w, &(struct shrunk){0});
+    }
+    for (; *next > 0 && s->drift.look[*next - 1].ping == number; --*next) {
+        const struct drift_look *look = &s->drift.look[*next - 1];
+        struct wedge w = s->wedges.wedge[look->wedge % WEDGES_MAX];
+        struct drift_worth worth = {0};
+        if (w.kind == WEDGE_FREE && drift_judge(&s->drift, &s->wedges, s->frame.drift_m, *next - 1, &worth)) {
+            w.from_m = (float)worth.from_m;
+            w.to_m = (float)worth.to_m;
+        } else if (w.kind == WEDGE_FREE) {
+            w.kind = WEDGE_SPENT;
+        }
+        w.az_rad = look->az_rad;
+        w.half_az_rad = look->half_rad;
+        free_again(s, a, ping, &w, &(struct shrunk){0, worth.tilt_rad, worth.apart_m, worth.drift_m});
+    }
+}
+
+/* Has the vehicle drifted since the ping, by what the picture counts? */
+static bool has_drifted(const struct sphere *s, const struct wedge_ping *ping)
+{
+    return s->frame.drift_m[0] > ping->drift_m[0] || s->frame.drift_m[1] > ping->drift_m[1];
+}
+
+void sensor_free_again(struct sphere *s, uint64_t t_ns, double path_m)
+{
+    const double keep_s =
+        s->conf.keep_free_s > 0 ? s->conf.keep_free_s : answer_clear_for_s(s->frame.turn_s, s->conf.forget_s);
+    const double keep_ns = 1e9 * keep_s;
+    struct again a = {.half_az_rad = -1};
+    wedges_forget(&s->wedges, (double)t_ns > keep_ns ? t_ns - (uint64_t)keep_ns : 0);
+    forget_intervals(s);
+    uint32_t next = 0;
+    if (s->wedges.end != s->wedges.first && has_drifted(s, &s->wedges.ping[s->wedges.first % WEDGES_PINGS]))
+        next = drift_gather(&s->drift, &s->wedges, s->frame.drift_m, s->layers.edge[s->layers.n],
+                            s->rings.height_rad);
+    for (uint32_t k = s->wedges.end; k != s->wedges.first; k--) {
+        const struct wedge_ping *ping = &s->wedges.ping[(k - 1) % WEDGES_PINGS];
+        const double margin_m = PATH_ERROR * fmax(path_m - ping->path_m, 0);
+        if (has_drifted(s, ping)) {
+            free_drifted(s, &a, ping, k - 1, &next);
+            continue;
+        }
+        for (uint32_t i = ping->n; i > 0; i--) {
+            const struct wedge *w = wedges_of(&s->wedges, ping, i - 1);
+            free_again(s, &a, ping, w, &(struct shrunk){.margin_m = w->kind == WEDGE_FREE ? margin_m : 0});
+        }
+    }
+    s->stats.pinged = 0;
+    for (uint32_t d = 0; d < s->rings.n; d++)
+        if (s->direction[d].free[0].t_ping_ns) {
+            state_mark(s, d);
+            s->stats.pinged++;
+        }
 }

@@ -2,19 +2,25 @@
 #include "sphere.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
-#include "../ping.h"
+#include "grid/ping.h"
 #include "course.h"
 #include "motion.h"
 #include "publish.h"
 #include "relax.h"
 #include "sensor.h"
+#include "spread.h"
 
 static size_t rounded(size_t n)
 {
     return (n + 63) / 64 * 64;
+}
+
+/* Is there ever a direction to be relaxed? */
+static bool relaxes(const struct sphere_conf *conf)
+{
+    return conf->relaxation > 0 || conf->cluster_relaxation > 0;
 }
 
 bool sphere_rings(const struct sphere_conf *c, struct rings *rings)
@@ -23,32 +29,38 @@ bool sphere_rings(const struct sphere_conf *c, struct rings *rings)
                     : rings_full(rings, c->angular_step_rad);
 }
 
-size_t sphere_bytes(const struct sphere_conf *conf, char *err, size_t err_size)
+size_t sphere_bytes(const struct sphere_conf *conf, struct fault *fault)
 {
     struct rings rings;
     uint32_t layers = layers_count(&conf->layers);
     if (!sphere_rings(conf, &rings))
-        snprintf(err, err_size, "angular step of %g deg: wanted 0.25 to 90 deg", geo_deg(conf->angular_step_rad));
-    else if (!layers || layers > UINT16_MAX)
-        snprintf(err, err_size, "layers from %g to %g m, %g m thick, growth %g: wanted at most %d of them",
-                 conf->layers.r_min_m, conf->layers.r_max_m, conf->layers.dr_m, conf->layers.growth, UINT16_MAX);
+        fault_set(fault, "angular step of %g deg: wanted 0.25 to 90 deg", geo_deg(conf->angular_step_rad));
+    else if (!layers || layers > LAYERS_MAX)
+        fault_set(fault, "layers from %g to %g m, %g m thick, growth %g: wanted at most %u of them",
+                  conf->layers.r_min_m, conf->layers.r_max_m, conf->layers.dr_m, conf->layers.growth, LAYERS_MAX);
     else if (conf->max_cells < 64 || conf->max_cells > 1u << 24)
-        snprintf(err, err_size, "%u cells: wanted 64 to 16777216", conf->max_cells);
+        fault_set(fault, "%u cells: wanted 64 to 16777216", conf->max_cells);
     else if (!(conf->forget_s > 0 && conf->blocked_above > 0.5 && conf->blocked_above <= 0.99 &&
                conf->recentre_m > 0))
-        snprintf(err, err_size, "fading, threshold or recentring out of range");
+        fault_set(fault, "fading, threshold or recentring out of range");
     else if (!(conf->range_error >= 0 && conf->range_error <= 0.1))
-        snprintf(err, err_size, "range error of %g: wanted 0 to 0.1", conf->range_error);
+        fault_set(fault, "range error of %g: wanted 0 to 0.1", conf->range_error);
+    else if (conf->mask_reach != 0 && !(conf->mask_reach >= 1.2 && conf->mask_reach <= 4))
+        fault_set(fault, "mask reach of %g standard deviations: wanted 1.2 to 4", conf->mask_reach);
     else if (!(conf->relaxation >= 0 && conf->relaxation <= 1))
-        snprintf(err, err_size, "relaxation of %g: wanted 0 to 1", conf->relaxation);
+        fault_set(fault, "relaxation of %g: wanted 0 to 1", conf->relaxation);
+    else if (!(conf->cluster_relaxation >= 0 && conf->cluster_relaxation <= 1))
+        fault_set(fault, "relaxation of clusters of %g: wanted 0 to 1", conf->cluster_relaxation);
     else
         return rounded(sizeof(struct sphere)) + rounded((layers + 1) * sizeof(double)) +
                rounded(cells_bytes(conf->max_cells, rings.n)) + rounded(rings.n * sizeof(struct direction)) +
-               rounded(rings.n * sizeof(uint32_t)) +
-               (conf->axes == SPHERE_COURSE ? 2 : 1) * rounded(rings.n * sizeof(double[3])) +
-               rounded(rings.n * sizeof(struct claim)) + rounded(rings.n_rings * sizeof(struct beam_cell)) +
-               rounded(conf->relaxation > 0 ? layers * sizeof(struct relaxed) : 0) +
-               rounded(picture_bytes(rings.n));
+               rounded(rings.n * sizeof(uint32_t)) + rounded(rings.n * sizeof(double[3])) +
+               (conf->axes == SPHERE_COURSE
+                    ? rounded(rings.n * sizeof(double[3])) + rounded(rings.n * sizeof(float))
+                    : 0) +
+               rounded(rings.n * sizeof(float)) + rounded(wedges_bytes()) + rounded(drift_bytes()) +
+               rounded(rings.n_rings * sizeof(struct beam_cell)) +
+               rounded(relaxes(conf) ? layers * sizeof(struct relaxed) : 0) + rounded(picture_bytes(rings.n));
     return 0;
 }
 
@@ -62,11 +74,12 @@ static void *place(char **at, size_t n)
 static void forget_everything(struct sphere *s)
 {
     cells_clear(&s->cells);
+    wedges_clear(&s->wedges);
     s->nearest_m = INFINITY;
     s->n_dirty = s->rings.n;
     for (uint32_t d = 0; d < s->rings.n; d++) {
         struct direction *dir = &s->direction[d];
-        memset(dir->claim, 0, sizeof dir->claim);
+        memset(dir->free, 0, sizeof dir->free);
         dir->dirty = 1;
         s->dirty[d] = d;
     }
@@ -88,6 +101,7 @@ static void place_directions(struct sphere *s, double (*axis)[3])
         s->ring[j] = beam_cell_of(rings_width(&s->rings, j), s->rings.height_rad, el);
         s->widest_rad = fmax(s->widest_rad, s->ring[j].across_rad);
     }
+    s->widest = (s->conf.mask_reach > 0 ? s->conf.mask_reach : 2) / SPREAD_HALF_POWER;
     s->reach_rad = rings_reach(&s->rings);
     s->within_cos = cos(rings_within(&s->rings) * (1 - 1e-9));
     s->nearer_share = cos(s->reach_rad);
@@ -107,9 +121,12 @@ struct sphere *sphere_init(void *memory, const struct sphere_conf *conf)
     s->dirty = place(&at, s->rings.n * sizeof(uint32_t));
     double(*axis)[3] = place(&at, s->rings.n * sizeof *axis);
     s->axis = conf->axes == SPHERE_COURSE ? place(&at, s->rings.n * sizeof *axis) : axis;
-    s->joined = place(&at, s->rings.n * sizeof(struct claim));
+    s->limit_m = place(&at, s->rings.n * sizeof(float));
+    s->stands_m = conf->axes == SPHERE_COURSE ? place(&at, s->rings.n * sizeof(float)) : NULL;
+    wedges_init(&s->wedges, place(&at, wedges_bytes()));
+    drift_init(&s->drift, place(&at, drift_bytes()));
     s->ring = place(&at, s->rings.n_rings * sizeof *s->ring);
-    if (conf->relaxation > 0)
+    if (relaxes(conf))
         relax_init(s, place(&at, s->layers.n * sizeof(struct relaxed)));
     place_directions(s, axis);
     if (conf->axes == SPHERE_COURSE)
@@ -186,7 +203,7 @@ struct cell *state_take(struct sphere *s, uint32_t direction, uint16_t layer)
 {
     uint32_t evicted, i = cells_take(&s->cells, direction, layer, &evicted);
     if (evicted != RINGS_NONE) { /* what that cell said is lost */
-        memset(s->direction[evicted].claim, 0, sizeof s->direction->claim);
+        memset(s->direction[evicted].free, 0, sizeof s->direction->free);
         state_mark(s, evicted);
         s->stats.cells_lost++;
     }
@@ -194,37 +211,55 @@ struct cell *state_take(struct sphere *s, uint32_t direction, uint16_t layer)
         s->nearest_m = fmin(s->nearest_m, s->layers.edge[layer]);
         return &s->cells.cell[i];
     }
-    memset(s->direction[direction].claim, 0, sizeof s->direction->claim);
+    memset(s->direction[direction].free, 0, sizeof s->direction->free);
     state_mark(s, direction);
     s->stats.cells_lost++;
     return NULL;
 }
 
-/* The attitude has jumped: where what was found free lies, nobody knows. What was heard stays, where it would be. */
+/* The attitude has jumped: where the free water lies is unknown. Echoes stay where they would be. */
 static void heed_jumps(struct sphere *s, const struct pose *pose)
 {
     if (pose->jumps == s->frame.jumps)
         return;
     s->frame.jumps = pose->jumps;
     s->stats.pinged = 0;
+    wedges_clear(&s->wedges);
     for (uint32_t d = 0; d < s->rings.n; d++) {
-        memset(s->direction[d].claim, 0, sizeof s->direction[d].claim);
+        memset(s->direction[d].free, 0, sizeof s->direction[d].free);
         state_mark(s, d);
     }
 }
 
-/* False when the ping cannot be placed. */
-static bool set_axes(struct sphere *s, const struct pose *pose)
+/* Poses were withdrawn: the axes are the body's until the next attitude, and nobody knows how they lay before. */
+static void heed_withdrawal(struct sphere *s, const struct pose *pose)
 {
+    if (pose->withdrawn == s->frame.withdrawn)
+        return;
+    s->frame.withdrawn = pose->withdrawn;
+    if (!s->frame.ned)
+        return;
+    forget_everything(s);
+    s->frame.ned = 0;
+    memset(s->frame.centre_m, 0, sizeof s->frame.centre_m);
+    memset(s->anchor_m, 0, sizeof s->anchor_m);
+    if (s->conf.axes == SPHERE_COURSE)
+        course_end(s);
+}
+
+/* False when the ping cannot be placed. */
+static bool set_axes(struct sphere *s, const struct pose *pose, uint64_t t_ns)
+{
+    heed_withdrawal(s, pose);
     if (pose->has & POSE_ATTITUDE) {
         if (!s->frame.ned) {
             forget_everything(s);
             s->frame.ned = 1;
         }
         heed_jumps(s, pose);
-        motion_follow(s, pose);
+        motion_follow(s, pose, t_ns);
         if (s->conf.axes == SPHERE_COURSE)
-            course_follow(s, pose);
+            course_follow(s, pose, t_ns);
         return true;
     }
     if (s->frame.ned)
@@ -234,7 +269,8 @@ static bool set_axes(struct sphere *s, const struct pose *pose)
 
 #define WEEKS_MS (UINT32_C(1) << 31) /* 25 days */
 
-/* Milliseconds in 32 bits last for 50 days: after 25 they are counted from 12 days later on. What was before is as then. */
+/* Milliseconds in 32 bits last for 50 days: after 25 they are counted from 12 days later on.
+ * What was before is as then. */
 static void keep_counting(struct sphere *s, uint64_t t_ns)
 {
     if (t_ns < s->t_start_ns + WEEKS_MS * UINT64_C(1000000))
@@ -249,6 +285,21 @@ static void keep_counting(struct sphere *s, uint64_t t_ns)
         s->turn_ms[k] = s->turn_ms[k] > later_ms ? (uint32_t)(s->turn_ms[k] - later_ms) : 0;
 }
 
+#define TURN_MOST_MS 600000u /* longer: the sonar was away */
+
+/* A turn of that sensor is over: how long the longest of all sensors' last turns took. */
+static void measure_turn(struct sphere *s, uint32_t sensor, uint32_t now_ms)
+{
+    const uint32_t took_ms = now_ms - s->turn_ms[sensor];
+    if (!s->turn_ms[sensor] || took_ms > TURN_MOST_MS)
+        return;
+    s->turn_took_ms[sensor] = took_ms;
+    uint32_t longest_ms = 0;
+    for (int k = 0; k < SPHERE_SENSORS; k++)
+        longest_ms = s->turn_took_ms[k] > longest_ms ? s->turn_took_ms[k] : longest_ms;
+    s->frame.turn_s = longest_ms * 1e-3;
+}
+
 static void begin_turn(struct sphere *s, const struct echoes *e)
 {
     if (!s->t_start_ns)
@@ -256,15 +307,19 @@ static void begin_turn(struct sphere *s, const struct echoes *e)
     keep_counting(s, e->t_ns);
     if (!(e->flags & PING_NEW_TURN))
         return;
+    measure_turn(s, e->sensor % SPHERE_SENSORS, state_ms(s, e->t_ns));
     s->turn_ms[e->sensor % SPHERE_SENSORS] = state_ms(s, e->t_ns);
     cells_forget_gone(&s->cells, e->sensor % SPHERE_SENSORS);
 }
 
 void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *mount)
 {
-    if (!set_axes(s, &e->pose))
+    if (!set_axes(s, &e->pose, e->t_ns))
         return;
+    motion_drifted(s, &e->pose);
     begin_turn(s, e);
+    bearings_enter(&s->bearings, e, mount);
+    bearings_tell(&s->bearings, &s->frame.looks);
     double turn[4], origin_m[3];
     memcpy(turn, mount->attitude, sizeof turn);
     memcpy(origin_m, mount->position_m, sizeof origin_m);
@@ -275,5 +330,6 @@ void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *
             origin_m[i] += e->pose.position_m[i] - s->frame.centre_m[i];
     }
     sensor_enter(s, e, turn, origin_m);
+    motion_drift(s, &e->pose, e->t_ns);
     publish_ping(s, e);
 }

@@ -1,20 +1,21 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * sphere - the vehicle-centred spherical occupancy grid (Auran and Silven 1996, section 3): sparse cells that exist
- * only where something was heard, and for every direction whether it was pinged, when, and how far the water was
+ * only where an echo was received, and for every direction whether it was pinged, when, and how far the water was
  * free. Pure; all memory comes from the caller; one thread owns it and publishes to a picture.
  *
  * Axes: the body's until a ping carries an attitude, NED from then on (what was stored before is dropped, since
  * nobody knows where the vehicle pointed). Rotation of the vehicle then costs nothing and drifts nowhere. With
- * SPHERE_COURSE the division into directions turns about the vertical, to the vehicle's course; places are told and kept in
- * NED all the same. The grid's
+ * SPHERE_COURSE the division into directions turns about the vertical, to the vehicle's course; places are reported and
+ * kept in NED all the same. The grid's
  * centre follows the vehicle's position in steps of `recentre_m`; cells are sorted anew from their stored points,
  * never from cell centres, so no number of steps adds up to a drift. Between the steps the sensor's offset from the
  * centre is part of each beam's origin.
  *
  * Evidence: log-odds per cell, clamped, fading exponentially by the closed form from the last update (reading writes
- * nothing back), so fast that the surest obstacle blocks no more after forget_s. An echo is entered over the whole opening of its beam, for nobody knows where in it the reflector
- * lies; beams that pass through a cell with nothing heard there lower it by the covered share of the cell.
+ * nothing back), so fast that the surest obstacle blocks no more after forget_s. An echo is entered over the whole
+ * opening of its beam, for nobody knows where in it the reflector lies; beams that pass through a cell with nothing
+ * heard there lower it by the covered share of the cell.
  */
 #ifndef SONARD_SPHERE_H
 #define SONARD_SPHERE_H
@@ -23,8 +24,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "../answer/picture.h"
-#include "../echoes.h"
+#include "core/fault.h"
+#include "grid/answer/picture.h"
+#include "grid/echoes.h"
 #include "layers.h"
 #include "rings.h"
 
@@ -53,15 +55,19 @@ struct sphere_conf {
     bool level; /* one row of directions of height 2 * level_half_rad instead of the whole sphere */
     double level_half_rad;
     struct layers_conf layers;
-    uint32_t max_cells;   /* [64, 2^24] */
-    double forget_s;      /* an obstacle not heard again blocks for this long at most; > 0 */
+    uint32_t max_cells; /* [64, 2^24] */
+    double forget_s;    /* an obstacle without another echo blocks for this long at most; > 0 */
+    double
+        keep_free_s; /* free water older than this is not followed when the centre moves; 0: answer_clear_for_s */
     double blocked_above; /* probability above which a cell is an obstacle, (0.5, 0.99] */
     double recentre_m;    /* > 0 */
     enum sphere_model model;
     enum sphere_update update;
     enum sphere_axes axes;
     double range_error; /* standard deviation of a range as a share of it, [0, 0.1]; Gaussian models only */
+    double mask_reach;  /* of an echo's mask, in standard deviations, [1.2, 4]; 0: 2; Gaussian models only */
     double relaxation;  /* how far cells are raised towards their neighbours (relax.h), [0, 1]; 0: they are not */
+    double cluster_relaxation; /* the same for the cells that clusters are made of, [0, 1] */
 };
 
 struct sphere_stats {
@@ -80,8 +86,8 @@ struct sphere;
 /** sphere_rings - the directions that it has; false: no such angular step. */
 bool sphere_rings(const struct sphere_conf *conf, struct rings *rings);
 
-/** sphere_bytes - memory that sphere_init needs, or 0 with a sentence in err when conf is out of range. */
-size_t sphere_bytes(const struct sphere_conf *conf, char *err, size_t err_size);
+/** sphere_bytes - memory that sphere_init needs, or 0 with a sentence in fault when conf is out of range. */
+size_t sphere_bytes(const struct sphere_conf *conf, struct fault *fault);
 
 /** sphere_init - memory: sphere_bytes(conf), max_align_t-aligned; conf as accepted by sphere_bytes. */
 struct sphere *sphere_init(void *memory, const struct sphere_conf *conf);
@@ -90,7 +96,7 @@ struct sphere *sphere_init(void *memory, const struct sphere_conf *conf);
 struct picture *sphere_picture(struct sphere *s);
 
 /**
- * sphere_enter - one ping's echoes, heard by a sensor at `mount`; publishes every direction that changed.
+ * sphere_enter - one ping's echoes, received by a sensor at `mount`; publishes every direction that changed.
  * Cost: directions within the beam's opening (times 1 plus the lever arm's parallax), cells stored there.
  */
 void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *mount);
@@ -107,7 +113,8 @@ struct sphere_cell {
     uint16_t sensor;                /* ... which this sensor sent */
     uint16_t echoes;                /* so many, or more when 65535 */
     uint16_t layer;                 /* its number */
-    uint8_t misses;                 /* beams since its last echo that passed it with nothing heard; or more when 15 */
+    uint8_t misses;                 /* beams since its last echo that passed it without one; or more when 15 */
+    bool pending;                   /* its one echo does not block until a second one confirms it */
     unsigned flags;                 /* set of enum sphere_cell_flag */
 };
 
@@ -129,11 +136,15 @@ uint64_t sphere_pinged(const struct sphere *s, uint32_t direction);
 /** sphere_passed - time of the newest ping that found the water of a direction free at range_m; 0: none says so. */
 uint64_t sphere_passed(const struct sphere *s, uint32_t direction, double range_m);
 
+/** sphere_cluster_relaxation - conf.cluster_relaxation. */
+double sphere_cluster_relaxation(const struct sphere *s);
+
 /** sphere_centre - place of the grid's centre, NED. sphere_reach - range of the last layer's end. */
 void sphere_centre(const struct sphere *s, double centre_m[3]);
 double sphere_reach(const struct sphere *s);
 
-/** sphere_axes - azimuth, in NED, of the directions' azimuth 0. sphere_holding - the direction that holds v (NED) != 0. */
+/** sphere_axes - azimuth, in NED, of the directions' azimuth 0.
+ * sphere_holding - the direction that holds v (NED) != 0. */
 double sphere_axes(const struct sphere *s);
 uint32_t sphere_holding(const struct sphere *s, const double v[3]);
 
@@ -145,7 +156,8 @@ bool sphere_gone(const struct sphere *s, uint32_t *at, uint64_t t_ns, struct sph
 
 /**
  * sphere_lock - freezes the cell of a direction at range_m, or lets it go: while locked it neither changes nor fades
- * nor makes room for others, but keeps its place in the world. The picture has it at once. False when there is no such cell.
+ * nor makes room for others, but keeps its place in the world. The picture has it at once.
+ * False when there is no such cell.
  */
 bool sphere_lock(struct sphere *s, uint32_t direction, double range_m, bool locked);
 

@@ -5,28 +5,26 @@
 
 #include "gauss.h"
 
-#define REACH_MOST 2.0
 #define REACH_STEP 0.05
-#define HALF_POWER                                                                                                \
-    1.1774100225154747 /* sqrt(2 ln 2): where a normal distribution has fallen to half, in deviations */
 
 static double cells(double reach, double sd, double cell)
 {
     return 2 * ceil(reach * sd / cell) + 1;
 }
 
-struct spread spread_of(double sd_m, double half_az, double half_el, double deep_m, double wide, double high,
+struct spread spread_of(double sd_m, double half_az, double half_el, double reach, const struct spread_cell *cell,
                         bool midpoint)
 {
     struct spread s = {.sd_m = sd_m,
-                       .sd_az = half_az / HALF_POWER,
-                       .sd_el = half_el / HALF_POWER,
-                       .reach = REACH_MOST,
+                       .sd_az = half_az / SPREAD_HALF_POWER,
+                       .sd_el = half_el / SPREAD_HALF_POWER,
+                       .reach = reach,
                        .midpoint = midpoint};
-    while (s.reach > HALF_POWER &&
-           cells(s.reach, sd_m, deep_m) * cells(s.reach, s.sd_az, wide) * cells(s.reach, s.sd_el, high) >
-               SPREAD_CELLS_MOST)
-        s.reach = fmax(HALF_POWER, s.reach - REACH_STEP);
+    while (s.reach > SPREAD_HALF_POWER && cells(s.reach, sd_m, cell->deep_m) *
+                                                  cells(s.reach, s.sd_az, cell->wide_rad) *
+                                                  cells(s.reach, s.sd_el, cell->high_rad) >
+                                              SPREAD_CELLS_MOST)
+        s.reach = fmax(SPREAD_HALF_POWER, s.reach - REACH_STEP);
     return s;
 }
 

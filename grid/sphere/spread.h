@@ -13,8 +13,8 @@
 
 #define SPREAD_CELLS_MOST 343 /* cells that an echo is spread over, unless its opening alone holds more */
 
-/* The spread reaches at most so many half openings from the axis: 2 standard deviations. */
-#define SPREAD_WIDEST 1.6986
+/* sqrt(2 ln 2): where a normal distribution has fallen to half, in standard deviations; half a beam's opening. */
+#define SPREAD_HALF_POWER 1.1774100225154747
 
 /* What the spread is made for: standard deviations and widths of cells at the echo, in range, azimuth and elevation. */
 struct spread {
@@ -23,12 +23,17 @@ struct spread {
     bool midpoint;
 };
 
+/* How large the grid's cells are where the echo is. */
+struct spread_cell {
+    double deep_m, wide_rad, high_rad;
+};
+
 /**
- * spread_of - az, el: half the opening of the beam (at half power); widths of the cells. The reach is two standard
- * deviations, or less where that would be more than SPREAD_CELLS_MOST cells; the whole opening is in it always, and
- * all sides alike.
+ * spread_of - az, el: half the opening of the beam (at half power); reach in standard deviations, at least
+ * SPREAD_HALF_POWER. The reach is less where it would be more than SPREAD_CELLS_MOST cells; the
+ * whole opening is in it always, and all sides alike.
  */
-struct spread spread_of(double sd_m, double half_az, double half_el, double deep_m, double wide, double high,
+struct spread spread_of(double sd_m, double half_az, double half_el, double reach, const struct spread_cell *cell,
                         bool midpoint);
 
 /** spread_across - relative weight [0, 1] of a direction's cell centred so far off the axis; 0: out of reach. */

@@ -7,14 +7,17 @@
 #define SONARD_SPHERE_STATE_H
 
 #include "beam.h"
+#include "bearings.h"
 #include "cells.h"
-#include "claim.h"
+#include "drift.h"
+#include "free_interval.h"
 #include "sphere.h"
+#include "wedges.h"
 
 struct relaxed;
 
 struct direction {
-    struct claim claim[CLAIMS];
+    struct free_interval free[FREE_INTERVALS];
     uint32_t dirty; /* on the list of directions to publish */
 };
 
@@ -32,22 +35,32 @@ struct sphere {
     struct cells cells;
     double nearest_m; /* no layer that begins nearer holds a cell */
     struct direction *direction;
-    struct beam_cell *ring; /* what the cells of each ring are like */
-    double widest_rad;      /* across any cell */
-    double reach_rad;       /* from the middle of any cell to its farthest corner, at most */
-    double within_cos;      /* cosine of the angle that is surely within a cell, from its middle */
-    double nearer_share;    /* a mean of points of a cell is no nearer than its layer times this */
-    double (*axis)[3];      /* unit vector of each direction's centre, in NED or the body's axes */
+    struct beam_cell *ring;    /* what the cells of each ring are like */
+    double widest_rad;         /* across any cell */
+    double widest;             /* so many half openings from the axis an echo is entered: conf.mask_reach */
+    double reach_rad;          /* from the middle of any cell to its farthest corner, at most */
+    double within_cos;         /* cosine of the angle that is surely within a cell, from its middle */
+    double nearer_share;       /* a mean of points of a cell is no nearer than its layer times this */
+    double (*axis)[3];         /* unit vector of each direction's centre, in NED or the body's axes */
     double axes_cos, axes_sin; /* of frame.axes_rad */
+    bool drifts;               /* poses have no position, ... */
+    bool outrun;               /* the drift at the ping was more than the picture counted */
+    double ahead_m;            /* ... and what the picture counts as its drift is so much more than at the ping */
     bool under_way;            /* fast enough to have a course over ground */
-    struct claim *joined;   /* of all directions, while the centre moves or the axes turn */
-    struct relaxed *relax;  /* [layers], of the direction in work, all zero between; NULL: there is no relaxation */
+    struct wedges wedges;      /* what is free, as it was observed; empty while the axes are the body's */
+    struct drift drift;        /* their looks, while they are judged by the drift since */
+    uint64_t t_judged_ns;      /* that was so last */
+    float *limit_m;            /* of each direction, while its free intervals are made anew (free_fill) */
+    float *stands_m;           /* of each direction, while the axes turn; NULL: they never do */
+    struct relaxed *relax; /* [layers], of the direction in work, all zero between; NULL: there is no relaxation */
     uint32_t *dirty;
     uint32_t n_dirty;
     double blocked_logodds; /* conf.blocked_above as log-odds */
     double fade_s;          /* time constant of fading: from LOGODDS_MAX to blocked_logodds within conf.forget_s */
     uint64_t t_start_ns;    /* first ping since the axes were set */
+    uint32_t turn_took_ms[SPHERE_SENSORS];
     uint32_t turn_ms[SPHERE_SENSORS]; /* each sensor's turn began so long after t_start_ns */
+    struct bearings bearings;
     struct sphere_stats stats;
 };
 
@@ -75,7 +88,8 @@ uint32_t state_ms(const struct sphere *s, uint64_t t_ns);
 
 /**
  * state_take - the cell of (direction, layer), made when it does not exist; a direction that loses a cell for it
- * claims nothing any more. NULL when there is no room at all: then it is this direction that claims nothing.
+ * has no free water any more. NULL when there is no room at all: then it is this direction that has none. Until the
+ * next sensor_free_again: wedges end at their own echoes, so what was lost frees nothing.
  */
 struct cell *state_take(struct sphere *s, uint32_t direction, uint16_t layer);
 

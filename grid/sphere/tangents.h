@@ -20,10 +20,12 @@ struct tangent_point {
 struct tangents_conf {
     uint32_t neighbours; /* points that say how a point's line runs, itself included; odd, >= 3 */
     double angle_rad;    /* tangents that differ by less, and ... */
-    double offset_m;     /* ... whose lines lie so near each other, hang together */
-    double reach_m;      /* a neighbour farther off than this from its point says nothing about it */
+    double offset_m;     /* ... whose lines lie so near each other, hang together ... */
+    double offset_share; /* ... and this share of the nearer one's range beside it; so do points off their wall */
+    double reach_m;      /* a neighbour farther off than this from its point says nothing about it ... */
+    double reach_share;  /* ... unless that is less than this share of the point's range */
     uint32_t least_n;    /* points of a wall, >= 2 */
-    double straight_m;   /* rms off its line at most */
+    double straight_m;   /* rms off its line at most, offset_share of the range beside it */
 };
 
 /* Points p with p . (cos normal, sin normal) = distance, between two bearings. */
@@ -37,14 +39,18 @@ struct wall {
 
 /**
  * tangents_walls - the walls of n points in order of bearing around a whole turn (n <= TANGENTS_MAX), most points
- * first; returns how many there are, at most `room` are stored. of[i]: which wall point i belongs to, or
- * TANGENTS_NONE. A line through the scanner itself is none. O(n^2).
+ * first; returns how many, `room` at most: those of the largest tangential clusters. of[i]: which wall point i
+ * belongs to, or TANGENTS_NONE. A line through the scanner itself is none. O(n^2).
  */
 uint32_t tangents_walls(const struct tangents_conf *conf, const struct tangent_point *points, uint32_t n,
                         struct wall *wall, uint32_t room, uint32_t *of);
 
-/** tangents_corner - where two walls meet; false: they do not within gap_m of both their ends, or are near parallel. */
-bool tangents_corner(const struct wall *a, const struct wall *b, double gap_m, struct tangent_point *place);
+/**
+ * tangents_corner - where two walls meet; false: they are near parallel, or an end of either lies more than gap_m and
+ * more than gap_rad of bearing short of it, or more than gap_m and half its range.
+ */
+bool tangents_corner(const struct wall *a, const struct wall *b, double gap_m, double gap_rad,
+                     struct tangent_point *place);
 
 /**
  * tangents_ghost - may an echo at (azimuth, range) be sound that was at walls[w] and ran once more: to a wall opposite

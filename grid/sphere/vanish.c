@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-#include "../geometry.h"
+#include "grid/geometry.h"
 
 enum vanish_why vanish_why(const struct sphere *s, const double place_m[3], uint64_t t_echo_ns, uint64_t now_ns,
                            double member_logodds, double blocked_logodds)
@@ -31,6 +31,6 @@ const char *vanish_word(enum vanish_why why)
                                         [VANISH_SEEN] = "seen through",
                                         [VANISH_HIDDEN] = "behind something nearer",
                                         [VANISH_FAR] = "out of reach",
-                                        [VANISH_AGED] = "not looked at for long"};
+                                        [VANISH_AGED] = "not observed for long"};
     return words[why];
 }

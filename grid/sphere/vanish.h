@@ -10,7 +10,7 @@
 
 enum vanish_why {
     VANISH_NOT,    /* cells with evidence are still there: it has joined something */
-    VANISH_SEEN,   /* beams have passed the place since, and heard nothing */
+    VANISH_SEEN,   /* beams have passed the place since, without an echo */
     VANISH_HIDDEN, /* something nearer stands before it now, as when the vehicle rounds a corner */
     VANISH_FAR,    /* the vehicle has moved away: it is beyond the grid */
     VANISH_AGED,   /* nobody has looked there since */

@@ -36,8 +36,9 @@ static void describe(const struct sphere *s, const struct cell *c, uint64_t t_ns
                                 .echoes = c->echoes,
                                 .layer = c->layer,
                                 .misses = c->misses & CELLS_MISSES,
+                                .pending = c->pending,
                                 .flags = flags_of(s, c)};
-    double range_m = state_vector(s, c, out->point_m), ball_m = sqrt(c->ball_m2);
+    double range_m = state_vector(s, c, out->point_m), ball_m = sqrt((double)c->ball_m2);
     out->near_m = fmax(0, range_m - (double)c->near_m);
     double since_s = s->frame.ned && t_ns > c->t_echo_ns ? (double)(t_ns - c->t_echo_ns) * 1e-9 : 0;
     out->ball_m = ball_m + fmin(HEADING_DRIFT_RADPS * since_s, 1) * range_m;
@@ -56,18 +57,23 @@ bool sphere_cell(const struct sphere *s, uint32_t direction, uint32_t k, uint64_
 
 uint64_t sphere_pinged(const struct sphere *s, uint32_t direction)
 {
-    return s->direction[direction].claim[CLAIM_NOW].t_ping_ns;
+    return s->direction[direction].free[0].t_ping_ns;
 }
 
 uint64_t sphere_passed(const struct sphere *s, uint32_t direction, double range_m)
 {
     uint64_t t_ns = 0;
-    for (int i = 0; i < CLAIMS; i++) {
-        const struct claim *c = &s->direction[direction].claim[i];
+    for (int i = 0; i < FREE_INTERVALS; i++) {
+        const struct free_interval *c = &s->direction[direction].free[i];
         if (range_m >= (double)c->from_m && range_m <= (double)c->to_m && c->t_ping_ns > t_ns)
             t_ns = c->t_ping_ns;
     }
     return t_ns;
+}
+
+double sphere_cluster_relaxation(const struct sphere *s)
+{
+    return s->conf.cluster_relaxation;
 }
 
 void sphere_centre(const struct sphere *s, double centre_m[3])

@@ -72,14 +72,20 @@ static void add_inner_plane(struct bounds *s, const struct cast_beam *b, const d
         s->hi[s->n_hi - 1].out = 2 * NOWHERE;
 }
 
+struct cone {
+    const double *w;   /* [3]: its axis, a unit vector */
+    double shift, tau; /* of its tip along the axis; aside */
+    double q;          /* cosine or sine of its half angle */
+};
+
 /*
- * The face where W + f t, with W = w p + shift affine in the plan, meets a cone around `w` (a unit vector with vertical
- * part f) whose half angle has the cosine or sine q:
+ * The face where W + f t, with W = w p + shift affine in the plan, meets a cone around `w`, with vertical part f:
  *   t = -(f/a) W +- (q/|a|) sqrt(W^2 + a (u^2 + v^2 - tau^2)), a = f^2 - q^2
  */
-static void add_root(struct bounds *s, const struct cast_beam *b, const double w[3], double shift, double q,
-                     double tau, bool upper_root, bool bounds_above, bool misses)
+static void add_root(struct bounds *s, const struct cast_beam *b, const struct cone *cone, bool upper_root,
+                     bool bounds_above, bool misses)
 {
+    const double *w = cone->w, shift = cone->shift, q = cone->q, tau = cone->tau;
     double f = w[2], a = f * f - q * q, reach = b->far + 2;
     double l = -f / a, k = (upper_root ? q : -q) / fabs(a);
     double wu = w[s->inner], wv = w[s->outer];
@@ -129,8 +135,8 @@ static void add_sides(struct bounds *s, const struct cast_beam *b)
 }
 
 /*
- * The flat ends of a beam on its side, as lines in the plan: within the sides and the sphere no cell lies higher or lower than
- * `high`, so far do its ends lean there. False: they lean too far, or lines are taken.
+ * The flat ends of a beam on its side, as lines in the plan: within the sides and the sphere no cell lies higher or
+ * lower than `high`, so far do its ends lean there. False: they lean too far, or lines are taken.
  */
 static bool add_upright_ends(struct bounds *s, const struct cast_beam *b, double grow, double slop)
 {
@@ -202,8 +208,8 @@ static void add_wedge_ends(struct bounds *s, const struct cast_beam *b)
     } else if (slop > 0.01 && bow > LEAST_WEDGE_BOW && o->cos_el > 0) {
         for (int side = -1; side <= 1; side += 2) {
             bool above = side * f > 0;
-            add_root(s, b, b->axis[2], -side * o->cos_el * b->tolerance, o->sin_el, b->tolerance, above, above,
-                     false);
+            const struct cone end = {b->axis[2], -side * o->cos_el * b->tolerance, b->tolerance, o->sin_el};
+            add_root(s, b, &end, above, above, false);
         }
     } else if (slop < 4) {
         add_flat_ends(s, b, 1 + least_x / 2, wider, slop);
@@ -217,7 +223,7 @@ static void add_cone(struct bounds *s, const struct cast_beam *b)
 {
     const struct cast_opening *o = b->opening;
     double f = b->axis[0][2], bow = f * f - o->cos_az * o->cos_az, n[3];
-    double shift = o->sin_az * b->tolerance;
+    const struct cone cone = {b->axis[0], o->sin_az * b->tolerance, b->tolerance, o->cos_az};
 
     if (fabs(bow) < LEAST_BOW || o->cos_az <= 0) {
         s->walk = true;
@@ -229,10 +235,10 @@ static void add_cone(struct bounds *s, const struct cast_beam *b)
     if (b->tolerance > 0)
         add_inner_plane(s, b, b->axis[0]);
     if (bow < 0) {
-        add_root(s, b, b->axis[0], shift, o->cos_az, b->tolerance, false, false, true);
-        add_root(s, b, b->axis[0], shift, o->cos_az, b->tolerance, true, true, true);
+        add_root(s, b, &cone, false, false, true);
+        add_root(s, b, &cone, true, true, true);
     } else {
-        add_root(s, b, b->axis[0], shift, o->cos_az, b->tolerance, f > 0, f < 0, false);
+        add_root(s, b, &cone, f > 0, f < 0, false);
     }
 }
 
@@ -479,10 +485,11 @@ INLINE void add_doubt(const float *end, float add, float most, const int32_t *wh
         doubt[c] |= ((float)whole[c] < smaller(end[c] + add, most)) * which;
 }
 
-INLINE bool bounds_quick_body(const struct bounds *restrict s, const int32_t *restrict inner,
-                              const int32_t *restrict outer, int n, int32_t *restrict k, int32_t *restrict cells,
-                              int32_t *restrict doubt)
+INLINE bool bounds_quick_body(const struct bounds *restrict s, const struct bounds_columns *columns,
+                              int32_t *restrict k, int32_t *restrict cells, int32_t *restrict doubt)
 {
+    const int32_t *restrict inner = columns->inner, *restrict outer = columns->outer;
+    const int n = columns->n;
     const float t0 = s->offset[2], first = (float)-s->apex[2], last = (float)(s->last - s->apex[2]);
     int32_t any[BOUNDS_BLOCK] = {0}, all = 0;
 
@@ -510,6 +517,6 @@ INLINE bool bounds_quick_body(const struct bounds *restrict s, const int32_t *re
 }
 
 WIDE(bool, bounds_quick,
-     (const struct bounds *restrict s, const int32_t *restrict inner, const int32_t *restrict outer, int n,
-      int32_t *restrict k, int32_t *restrict cells, int32_t *restrict doubt),
-     (s, inner, outer, n, k, cells, doubt))
+     (const struct bounds *restrict s, const struct bounds_columns *columns, int32_t *restrict k,
+      int32_t *restrict cells, int32_t *restrict doubt),
+     (s, columns, k, cells, doubt))

@@ -10,8 +10,8 @@
  * close to planes in a narrow beam that the planes between are taken, and what the cones are off counts as rounding;
  * without tolerance both cones share one root, which is exact and costs less than the planes.
  *
- * An upright face (a side of a level beam, an end of one that lies on its side) bounds no vertical line, but the plan: it is a
- * line there, with a fringe of columns next to it of which nothing is known.
+ * An upright face (a side of a level beam, an end of one that lies on its side) bounds no vertical line, but the plan:
+ * it is a line there, with a fringe of columns next to it of which nothing is known.
  */
 #ifndef SONARD_BOUNDS_H
 #define SONARD_BOUNDS_H
@@ -78,13 +78,18 @@ struct bounds_block {
  */
 void bounds_of(struct bounds *s, const struct cast_beam *b, const int32_t apex[3], int32_t last);
 
+/* n columns, and up to the next whole block, at these cells of the box along `inner` and `outer`. */
+struct bounds_columns {
+    const int32_t *inner, *outer;
+    int n;
+};
+
 /**
- * bounds_quick - for n columns, and up to the next whole block, at these cells of the box along `inner` and `outer`:
- * the first cell and how many, <= 0 for none, and what is in doubt (enum bounds_doubt; where it is the rim, cells say
- * nothing: ask bounds_block). False: some are in doubt. Only where `quick`.
+ * bounds_quick - of columns: the first cell and how many, <= 0 for none, and what is in doubt (enum bounds_doubt; where
+ * it is the rim, cells say nothing: ask bounds_block). False: some are in doubt. Only where `quick`.
  */
-bool bounds_quick(const struct bounds *restrict s, const int32_t *restrict inner, const int32_t *restrict outer,
-                  int n, int32_t *restrict k, int32_t *restrict cells, int32_t *restrict doubt);
+bool bounds_quick(const struct bounds *restrict s, const struct bounds_columns *columns, int32_t *restrict k,
+                  int32_t *restrict cells, int32_t *restrict doubt);
 
 /** bounds_block - for eight columns at these cells: both intervals, kept within 0..last. */
 void bounds_block(const struct bounds *s, const int32_t *inner, const int32_t *outer, struct bounds_block *out);

@@ -2,10 +2,9 @@
 #include "cast.h"
 
 #include <math.h>
-#include <stdio.h>
 #include <string.h>
 
-#include "../geometry.h"
+#include "grid/geometry.h"
 #include "bounds.h"
 #include "wide.h"
 
@@ -32,7 +31,7 @@ INLINE double greater(double a, double b)
 }
 
 bool cast_opening_init(struct cast_opening *o, enum cast_shape shape, double half_az_rad, double half_el_rad,
-                       double tolerance_m, char *err, size_t err_size)
+                       double tolerance_m, struct fault *fault)
 {
     static const char *const name[] = {"wedge", "pyramid", "cone"};
     double el_rad = shape == CAST_CONE ? 1 : half_el_rad;
@@ -40,16 +39,12 @@ bool cast_opening_init(struct cast_opening *o, enum cast_shape shape, double hal
     double most_az = open_ended ? GEO_PI : RIGHT_ANGLE;
 
     if (!(half_az_rad > 0 && (open_ended ? half_az_rad <= most_az : half_az_rad < most_az)) ||
-        !(el_rad > 0 && (open_ended ? el_rad <= RIGHT_ANGLE : el_rad < RIGHT_ANGLE))) {
-        snprintf(err, err_size, "a %s's half apertures are %g and %g degrees: want more than 0, and %s %g and 90",
-                 name[shape], geo_deg(half_az_rad), geo_deg(half_el_rad), open_ended ? "at most" : "less than",
-                 geo_deg(most_az));
-        return false;
-    }
-    if (!(tolerance_m >= 0 && tolerance_m < 1e3)) {
-        snprintf(err, err_size, "a beam's tolerance is %g m: want 0 or more", tolerance_m);
-        return false;
-    }
+        !(el_rad > 0 && (open_ended ? el_rad <= RIGHT_ANGLE : el_rad < RIGHT_ANGLE)))
+        return fault_set(fault, "a %s's half apertures are %g and %g degrees: want more than 0, and %s %g and 90",
+                         name[shape], geo_deg(half_az_rad), geo_deg(half_el_rad),
+                         open_ended ? "at most" : "less than", geo_deg(most_az));
+    if (!(tolerance_m >= 0 && tolerance_m < 1e3))
+        return fault_set(fault, "a beam's tolerance is %g m: want 0 or more", tolerance_m);
     *o = (struct cast_opening){
         .shape = shape,
         .half_az_rad = half_az_rad,
@@ -63,16 +58,15 @@ bool cast_opening_init(struct cast_opening *o, enum cast_shape shape, double hal
     return true;
 }
 
-bool cast_aim(struct cast_beam *b, const struct cast_opening *o, const struct lattice_place *apex,
-              const double attitude[4], double az_rad, double el_rad, double near_m, double far_m, double voxel_m)
+bool cast_aim(struct cast_beam *b, const struct cast_opening *o, const struct cast_look *look)
 {
-    double far = far_m / voxel_m, near = near_m > 0 ? near_m / voxel_m : 0;
-    if (!(far > 0 && far <= CAST_MAX_VOXELS && near_m <= far_m))
+    double far = look->far_m / look->voxel_m, near = look->near_m > 0 ? look->near_m / look->voxel_m : 0;
+    if (!(far > 0 && far <= CAST_MAX_VOXELS && look->near_m <= look->far_m))
         return false;
-    double ca = cos(az_rad), sa = sin(az_rad), ce = cos(el_rad), se = sin(el_rad);
+    double ca = cos(look->az_rad), sa = sin(look->az_rad), ce = cos(look->el_rad), se = sin(look->el_rad);
     double sensor[3][3], finite = 0;
 
-    quat_axes(attitude, sensor);
+    quat_axes(look->attitude, sensor);
     for (int i = 0; i < 3; i++) {
         double level = ca * sensor[0][i] + sa * sensor[1][i];
         b->axis[0][i] = ce * level - se * sensor[2][i];
@@ -81,10 +75,10 @@ bool cast_aim(struct cast_beam *b, const struct cast_opening *o, const struct la
         finite += b->axis[0][i] + b->axis[1][i] + b->axis[2][i];
     }
     b->opening = o;
-    b->apex = *apex;
+    b->apex = *look->apex;
     b->near = near;
     b->far = far;
-    b->tolerance = o->tolerance_m / voxel_m;
+    b->tolerance = o->tolerance_m / look->voxel_m;
     return isfinite(finite);
 }
 
@@ -223,18 +217,23 @@ static void walk(struct run *r, int32_t i, int32_t j, int32_t lo, int32_t hi)
         put(r, i, j, inside_from, hi - inside_from + 1);
 }
 
+/* Of one column what bounds_block says of eight. */
+struct column {
+    int32_t i, j;
+    int32_t lo_out, lo_in, hi_in, hi_out;
+};
+
 /* A column with doubts: cells between the two intervals are asked. */
-static void settle(struct run *r, int32_t i, int32_t j, int32_t lo_out, int32_t lo_in, int32_t hi_in,
-                   int32_t hi_out)
+static void settle(struct run *r, struct column c)
 {
     if (r->bounds.walk) {
-        walk(r, i, j, lo_out, hi_out);
-    } else if (lo_in > hi_in) {
-        ask(r, i, j, lo_out, hi_out);
+        walk(r, c.i, c.j, c.lo_out, c.hi_out);
+    } else if (c.lo_in > c.hi_in) {
+        ask(r, c.i, c.j, c.lo_out, c.hi_out);
     } else {
-        ask(r, i, j, lo_out, lo_in - 1);
-        put(r, i, j, lo_in, hi_in - lo_in + 1);
-        ask(r, i, j, hi_in + 1, hi_out);
+        ask(r, c.i, c.j, c.lo_out, c.lo_in - 1);
+        put(r, c.i, c.j, c.lo_in, c.hi_in - c.lo_in + 1);
+        ask(r, c.i, c.j, c.hi_in + 1, c.hi_out);
     }
 }
 
@@ -242,16 +241,15 @@ static void settle(struct run *r, int32_t i, int32_t j, int32_t lo_out, int32_t 
  * The ball around the apex of which nothing is known is cut out of a column: what is left lies below it and above. In
  * double a thousandth of a voxel is far more than rounding can do to the ball's ends, even at its rim.
  */
-static void settle_beyond_near(struct run *r, int32_t i, int32_t j, int32_t lo_out, int32_t lo_in, int32_t hi_in,
-                               int32_t hi_out)
+static void settle_beyond_near(struct run *r, struct column c)
 {
     const double *offset = r->beam->apex.offset, doubt = 1e-3;
-    double x = i - r->bounds.apex[0] + 0.5 - offset[0], y = j - r->bounds.apex[1] + 0.5 - offset[1];
+    double x = c.i - r->bounds.apex[0] + 0.5 - offset[0], y = c.j - r->bounds.apex[1] + 0.5 - offset[1];
     double middle = r->bounds.apex[2] + offset[2] - 0.5;
     double d = r->beam->near * r->beam->near - x * x - y * y;
 
     if (d < -doubt || r->bounds.walk) {
-        settle(r, i, j, lo_out, lo_in, hi_in, hi_out);
+        settle(r, c);
         return;
     }
     double half = sqrt(d > 0 ? d : 0);
@@ -259,8 +257,13 @@ static void settle_beyond_near(struct run *r, int32_t i, int32_t j, int32_t lo_o
     int32_t above_in = (int32_t)ceil(middle + half + doubt), above_out = (int32_t)ceil(middle + half - doubt);
     if (above_out <= below_out)
         above_out = below_out + 1;
-    settle(r, i, j, lo_out, lo_in, smaller(hi_in, below_in), smaller(hi_out, below_out));
-    settle(r, i, j, larger(lo_out, above_out), larger(lo_in, above_in), hi_in, hi_out);
+    struct column below = c, above = c;
+    below.hi_in = smaller(c.hi_in, below_in);
+    below.hi_out = smaller(c.hi_out, below_out);
+    above.lo_out = larger(c.lo_out, above_out);
+    above.lo_in = larger(c.lo_in, above_in);
+    settle(r, below);
+    settle(r, above);
 }
 
 /* Of a block's first n columns those in doubt, one by one; k and cells of the others. */
@@ -277,7 +280,7 @@ static void settle_block(struct run *r, int first, int n, int32_t *k, int32_t *c
         k[l] = b.lo_in[l];
         cells[l] = sure ? b.hi_in[l] - b.lo_in[l] + 1 : 0;
         if (!sure)
-            settle_beyond_near(r, i[l], j[l], b.lo_out[l], b.lo_in[l], b.hi_in[l], b.hi_out[l]);
+            settle_beyond_near(r, (struct column){i[l], j[l], b.lo_out[l], b.lo_in[l], b.hi_in[l], b.hi_out[l]});
     }
 }
 
@@ -324,7 +327,7 @@ static void settle_columns(struct run *r)
     if (!r->bounds.quick) {
         for (int c = 0; c < n; c += BOUNDS_BLOCK)
             settle_block(r, c, smaller(n - c, BOUNDS_BLOCK), k + c, cells + c);
-    } else if (!bounds_quick(&r->bounds, inner, outer, n, k, cells, doubt)) {
+    } else if (!bounds_quick(&r->bounds, &(struct bounds_columns){inner, outer, n}, k, cells, doubt)) {
         for (int c = 0; c < n; c += BOUNDS_BLOCK)
             if (any_doubt(doubt + c))
                 settle_doubts(r, c, smaller(n - c, BOUNDS_BLOCK), doubt + c, k + c, cells + c);

@@ -23,6 +23,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "core/fault.h"
 #include "lattice.h"
 
 enum cast_shape { CAST_WEDGE, CAST_PYRAMID, CAST_CONE };
@@ -63,18 +64,26 @@ typedef void cast_take(void *context, const struct cast_spans *spans);
 
 /**
  * cast_opening_init - half apertures in radians: wedge az (0, pi], el (0, pi/2]; pyramid both (0, pi/2); cone
- * az (0, pi], el ignored. tolerance_m >= 0. False, with a sentence in err, when out of range.
+ * az (0, pi], el ignored. tolerance_m >= 0. False, with a sentence in fault, when out of range.
  */
 bool cast_opening_init(struct cast_opening *o, enum cast_shape shape, double half_az_rad, double half_el_rad,
-                       double tolerance_m, char *err, size_t err_size);
+                       double tolerance_m, struct fault *fault);
+
+/* Where a beam looks: from apex, of a sensor turned by attitude (unit quaternion, sensor to world), az and el as in
+ * struct ping_beam; near_m, far_m: what of its water is free. */
+struct cast_look {
+    const struct lattice_place *apex;
+    const double *attitude;
+    double az_rad, el_rad;
+    double near_m, far_m;
+    double voxel_m;
+};
 
 /**
- * cast_aim - a beam of a sensor that is turned by attitude (unit quaternion, sensor to world) and sits at apex; az and
- * el as in struct ping_beam. near_m, far_m: what of its water is free. False: nothing is free (far_m <= 0 or < near_m,
- * a number that is not finite), or farther than CAST_MAX_VOXELS.
+ * cast_aim - the beam of a look. False: nothing is free (far_m <= 0 or < near_m, a number that is not finite), or
+ * farther than CAST_MAX_VOXELS.
  */
-bool cast_aim(struct cast_beam *b, const struct cast_opening *o, const struct lattice_place *apex,
-              const double attitude[4], double az_rad, double el_rad, double near_m, double far_m, double voxel_m);
+bool cast_aim(struct cast_beam *b, const struct cast_opening *o, const struct cast_look *look);
 
 /** cast_slack - how far inside the beam the centre of a cell lies, in voxels: the least distance to any face. */
 double cast_slack(const struct cast_beam *b, const int64_t cell[3]);

@@ -42,9 +42,6 @@ static inline bool count_cell(struct free_query *q, struct reader *r, const int6
         return false;
     out->unknown += state == VOXEL_UNKNOWN;
     out->occupied += state == VOXEL_OCCUPIED;
-    if (r->bits->away && !out->away)
-        centre_of(cell, q->voxel_m, out->away_m);
-    out->away |= r->bits->away;
     out->lost |= r->bits->lost;
     out->state = state > out->state ? state : out->state;
     return true;
@@ -96,9 +93,9 @@ static bool step_box(struct free_query *q, struct reader *r)
 /* One leg, in voxels from a whole-numbered origin near its start. */
 struct leg {
     int64_t origin[3];
-    double a[3], d[3], length; /* start, way to the end */
+    double a[3], d[3], length; /* start, vector to the end */
     double radius;
-    double before_m; /* way before this leg */
+    double before_m; /* length of the path before this leg */
 };
 
 /* Squared distance of a + t d from the unit cube whose lower corner is c. */
@@ -114,9 +111,9 @@ static double cube_distance2(const struct leg *l, const double c[3], double t)
 }
 
 /*
- * Does the cube touch the swept ball? The squared distance along the leg is convex and, between the places where the line
- * passes a face's plane, quadratic: its least value lies at one of them or where a piece's slope is zero. *t: a place where it
- * does.
+ * Does the cube touch the swept ball? The squared distance along the leg is convex and, between the places where the
+ * line passes a face's plane, quadratic: its least value lies at one of them or where a piece's slope is zero. *t: a
+ * place where it does.
  */
 static bool touches(const struct leg *l, const double c[3], double *t)
 {
@@ -167,8 +164,8 @@ static double middle_distance(const struct leg *l, const double c[3], double *t)
     return sqrt(sum);
 }
 
-/* How far along the leg (0 to 1) the ball gets before it touches the cube, which it does at `touching`: until then the distance,
- * convex, falls. */
+/* How far along the leg (0 to 1) the ball gets before it touches the cube, which it does at `touching`: until then the
+ * distance, convex, falls. */
 static double first_touch(const struct leg *l, const double c[3], double touching)
 {
     double limit = l->radius * l->radius, clear = 0;

@@ -3,7 +3,7 @@
 
 #include <string.h>
 
-#include "pull.h"
+#include "resample.h"
 #include "wide.h"
 
 static inline uint32_t faded_vacancy(uint32_t count, unsigned shift)
@@ -19,30 +19,20 @@ static struct merge_sum own_sum(const struct voxmap *m, const struct voxmap_part
 
     if (!lattice_holds(&p->map.box, cell))
         return sum;
-    if (p->away) {
-        const int32_t i = (int32_t)(cell[0] - p->map.box.first[0]), j = (int32_t)(cell[1] - p->map.box.first[1]);
-        const uint32_t marks = p->map.tile[submap_entry(&p->map, i, j)];
-        if (marks == TILE_NONE)
-            return sum;
-        const uint32_t heard = marks >> part_slice((uint32_t)(cell[2] - p->map.box.first[2]), m->set.height) & 1;
-        sum.away = true;
-        sum.away_heard = heard;
-        return sum;
-    }
     sum.vacancy = faded_vacancy(submap_count(&p->map, SUBMAP_VACANCY, cell), shift);
     sum.echoes = voxmap_faded_echoes(submap_count(&p->map, SUBMAP_ECHOES, cell), shift);
     return sum;
 }
 
 /* What a corrected submap says of a cell of the world. */
-static struct merge_sum pulled_sum(const struct voxmap *m, const struct voxmap_part *p, const struct pull *pull,
-                                   const int64_t cell[3])
+static struct merge_sum pulled_sum(const struct voxmap *m, const struct voxmap_part *p,
+                                   const struct resample *resample, const int64_t cell[3])
 {
     struct merge_sum sum = {.vacancy = UINT32_MAX};
     const int64_t *first = p->map.box.first;
-    struct pull_cell at;
+    struct resample_cell at;
 
-    if (!pull_cell(pull, cell, &at))
+    if (!resample_cell(resample, cell, &at))
         return (struct merge_sum){0};
     for (int n = 0; n < 8; n++) {
         const int step[3] = {n & 1, n >> 1 & 1, n >> 2};
@@ -54,17 +44,15 @@ static struct merge_sum pulled_sum(const struct voxmap *m, const struct voxmap_p
         struct merge_sum one = own_sum(m, p, own);
         sum.vacancy = one.vacancy < sum.vacancy ? one.vacancy : sum.vacancy;
         sum.echoes = one.echoes > sum.echoes ? one.echoes : sum.echoes;
-        sum.away |= one.away;
-        sum.away_heard |= one.away_heard;
     }
     return sum;
 }
 
 static struct merge_sum moved_sum(const struct voxmap *m, const struct voxmap_part *p, const int64_t cell[3])
 {
-    struct pull pull;
-    pull_of(&pull, p);
-    return pulled_sum(m, p, &pull, cell);
+    struct resample resample;
+    resample_of(&resample, p);
+    return pulled_sum(m, p, &resample, cell);
 }
 
 struct merge_sum merge_sum(const struct voxmap *m, const int64_t cell[3])
@@ -77,25 +65,21 @@ struct merge_sum merge_sum(const struct voxmap *m, const int64_t cell[3])
         struct merge_sum one = p->moved ? moved_sum(m, p, cell) : own_sum(m, p, cell);
         sum.vacancy += one.vacancy;
         sum.echoes += one.echoes;
-        sum.away |= one.away;
-        sum.away_heard |= one.away_heard;
     }
-    sum.veil = veil_echoes(&m->veil, cell, &sum.lost);
+    sum.residual = residual_echoes(&m->residual, cell, &sum.lost);
     return sum;
 }
 
 static enum voxel_state judge_sum(const struct voxmap *m, const struct merge_sum *sum)
 {
-    if (!sum->away_heard && voxel_judge(&m->rule, sum->vacancy, sum->echoes + sum->veil) == VOXEL_FREE)
+    if (voxel_judge(&m->rule, sum->vacancy, sum->echoes + sum->residual) == VOXEL_FREE)
         return VOXEL_FREE;
     return sum->echoes ? VOXEL_OCCUPIED : VOXEL_UNKNOWN;
 }
 
-enum voxel_state merge_at(const struct voxmap *m, const int64_t cell[3], bool *away)
+enum voxel_state merge_at(const struct voxmap *m, const int64_t cell[3])
 {
     struct merge_sum sum = merge_sum(m, cell);
-    if (away)
-        *away = sum.away;
     return judge_sum(m, &sum);
 }
 
@@ -144,13 +128,10 @@ struct sums {
     uint16_t vacancy[BLOCK_HEIGHT], echoes[BLOCK_HEIGHT];
 };
 
-#define CUBES_ACROSS (BLOCK_SIDE / VEIL_CUBE)
+#define CUBES_ACROSS (BLOCK_SIDE / RESIDUAL_CUBE)
 
-/* What is said of a block by other than tiles. */
-struct shade {
-    uint64_t hidden;                                          /* where a submap that is away may hold echoes */
-    uint16_t veil[CUBES_ACROSS * CUBES_ACROSS][BLOCK_HEIGHT]; /* echoes, by cube in plan */
-};
+/* Echoes that no submap keeps, by cube in plan. */
+typedef uint16_t residual_of_block[CUBES_ACROSS * CUBES_ACROSS][BLOCK_HEIGHT];
 
 /* A column of a layer, 0 where it has none: loops of a fixed length over it become vectors. */
 static inline void read_column(const struct voxmap *m, const struct layer *l, uint32_t column,
@@ -184,51 +165,42 @@ INLINE void add_echoes(uint8_t count[BLOCK_HEIGHT], unsigned shift, struct sums 
         s->echoes[k] = (uint16_t)(s->echoes[k] + count[k]);
 }
 
-INLINE void judge(const struct voxmap *m, const struct sums *s, const uint16_t veil[BLOCK_HEIGHT], uint64_t *free,
-                  uint64_t *heard)
+INLINE void judge(const struct voxmap *m, const struct sums *s, const uint16_t residual[BLOCK_HEIGHT],
+                  uint64_t *free, uint64_t *heard)
 {
     uint8_t is_free[BLOCK_HEIGHT], is_heard[BLOCK_HEIGHT];
     uint32_t threshold = m->rule.threshold, weight = m->rule.echo_weight;
     for (int k = 0; k < BLOCK_HEIGHT; k++)
-        is_free[k] = s->vacancy[k] > threshold + weight * ((uint32_t)s->echoes[k] + veil[k]);
+        is_free[k] = s->vacancy[k] > threshold + weight * ((uint32_t)s->echoes[k] + residual[k]);
     for (int k = 0; k < BLOCK_HEIGHT; k++)
         is_heard[k] = s->echoes[k] > 0;
     *free = pack(is_free);
     *heard = pack(is_heard);
 }
 
-static void add_shade(const struct voxmap *m, const struct layer *l, struct shade *shade)
-{
-    for (int32_t k = l->first; k < l->end; k++) {
-        const uint32_t level = (uint32_t)(l->skip + k - l->first);
-        const uint32_t heard = l->tile >> part_slice(level, m->set.height) & 1;
-        shade->hidden |= (uint64_t)heard << k;
-    }
-}
-
 /* True: something was forgotten in the block. */
-static bool add_veil(const struct voxmap *m, const struct block_key *key, struct shade *shade)
+static bool add_residual(const struct voxmap *m, const struct block_key *key, residual_of_block residual)
 {
     bool lost = false;
-    for (int q = 0; m->veil.any && q < CUBES_ACROSS * CUBES_ACROSS; q++)
+    for (int q = 0; m->residual.any && q < CUBES_ACROSS * CUBES_ACROSS; q++)
         for (int k = 0; k < BLOCK_HEIGHT; k++) {
-            const int64_t cell[3] = {key->at[0] * BLOCK_SIDE + q / CUBES_ACROSS * VEIL_CUBE,
-                                     key->at[1] * BLOCK_SIDE + q % CUBES_ACROSS * VEIL_CUBE,
+            const int64_t cell[3] = {key->at[0] * BLOCK_SIDE + q / CUBES_ACROSS * RESIDUAL_CUBE,
+                                     key->at[1] * BLOCK_SIDE + q % CUBES_ACROSS * RESIDUAL_CUBE,
                                      key->at[2] * BLOCK_HEIGHT + k};
             bool known = lost;
-            shade->veil[q][k] =
-                k % VEIL_CUBE ? shade->veil[q][k - 1] : (uint16_t)veil_echoes(&m->veil, cell, &known);
+            residual[q][k] =
+                k % RESIDUAL_CUBE ? residual[q][k - 1] : (uint16_t)residual_echoes(&m->residual, cell, &known);
             lost |= known;
         }
     return lost;
 }
 
-static bool moved_in(const struct voxmap_part *p, const struct block_key *key, struct pull *pull)
+static bool moved_in(const struct voxmap_part *p, const struct block_key *key, struct resample *resample)
 {
     static const int32_t size[3] = {BLOCK_SIDE, BLOCK_SIDE, BLOCK_HEIGHT};
-    pull_of(pull, p);
-    return pull_meets(
-        pull, (const int64_t[3]){key->at[0] * BLOCK_SIDE, key->at[1] * BLOCK_SIDE, key->at[2] * BLOCK_HEIGHT},
+    resample_of(resample, p);
+    return resample_meets(
+        resample, (const int64_t[3]){key->at[0] * BLOCK_SIDE, key->at[1] * BLOCK_SIDE, key->at[2] * BLOCK_HEIGHT},
         size);
 }
 
@@ -237,29 +209,19 @@ struct voices {
     struct layer layer[VOXMAP_MAX_SUBMAPS];
     struct voice {
         const struct voxmap_part *part;
-        struct pull pull;
+        struct resample resample;
     } moved[VOXMAP_MAX_SUBMAPS];
     uint32_t n, n_moved;
-    struct shade shade;
+    residual_of_block residual;
 };
 
-static void add_moved(const struct voxmap *m, const struct voice *v, const int64_t cell[3], struct sums *s,
-                      uint64_t *hidden, bool *away)
+static void add_moved(const struct voxmap *m, const struct voice *v, const int64_t cell[3], struct sums *s)
 {
     uint8_t vacancy[BLOCK_HEIGHT], echoes[BLOCK_HEIGHT];
-    if (!v->part->away) {
-        const unsigned shift = voxmap_shift(m, v->part);
-        pull_column(&v->pull, cell, BLOCK_HEIGHT, vacancy, echoes);
-        add_vacancy(vacancy, shift, s);
-        add_echoes(echoes, shift, s);
-        return;
-    }
-    for (int k = 0; k < BLOCK_HEIGHT; k++) {
-        const int64_t at[3] = {cell[0], cell[1], cell[2] + k};
-        const struct merge_sum sum = pulled_sum(m, v->part, &v->pull, at);
-        *hidden |= (uint64_t)sum.away_heard << k;
-        *away |= sum.away;
-    }
+    const unsigned shift = voxmap_shift(m, v->part);
+    resample_column(&v->resample, cell, BLOCK_HEIGHT, vacancy, echoes);
+    add_vacancy(vacancy, shift, s);
+    add_echoes(echoes, shift, s);
 }
 
 INLINE bool judge_columns_body(const struct voxmap *m, const struct block_key *key, const struct voices *v,
@@ -269,7 +231,6 @@ INLINE bool judge_columns_body(const struct voxmap *m, const struct block_key *k
         const uint32_t i = c / BLOCK_SIDE, j = c % BLOCK_SIDE;
         const int64_t cell[3] = {key->at[0] * BLOCK_SIDE + i, key->at[1] * BLOCK_SIDE + j,
                                  key->at[2] * BLOCK_HEIGHT};
-        uint64_t hidden = v->shade.hidden;
         uint8_t count[BLOCK_HEIGHT];
         struct sums sums = {0};
         for (uint32_t l = 0; l < v->n; l++) {
@@ -281,10 +242,9 @@ INLINE bool judge_columns_body(const struct voxmap *m, const struct block_key *k
             add_echoes(count, v->layer[l].shift, &sums);
         }
         for (uint32_t l = 0; l < v->n_moved; l++)
-            add_moved(m, &v->moved[l], cell, &sums, &hidden, &out->away);
-        judge(m, &sums, v->shade.veil[i / VEIL_CUBE * CUBES_ACROSS + j / VEIL_CUBE], &out->free[c],
+            add_moved(m, &v->moved[l], cell, &sums);
+        judge(m, &sums, v->residual[i / RESIDUAL_CUBE * CUBES_ACROSS + j / RESIDUAL_CUBE], &out->free[c],
               &out->heard[c]);
-        out->free[c] &= ~hidden;
     }
     return true;
 }
@@ -299,22 +259,17 @@ void merge_block(const struct voxmap *m, const struct block_key *key, struct mer
     uint32_t entry;
 
     v.n = v.n_moved = 0;
-    v.shade = (struct shade){0};
-    out->away = false;
-    out->lost = add_veil(m, key, &v.shade);
+    memset(v.residual, 0, sizeof v.residual);
+    out->lost = add_residual(m, key, v.residual);
     for (uint32_t p = 0; p < m->set.max_submaps; p++) {
         const struct voxmap_part *part = &m->part[p];
         if (!part->id)
             continue;
         if (part->moved) {
             v.moved[v.n_moved].part = part;
-            v.n_moved += moved_in(part, key, &v.moved[v.n_moved].pull);
-        } else if (layer_in(m, part, key, &v.layer[v.n], &entry)) {
-            out->away |= part->away;
-            if (part->away)
-                add_shade(m, &v.layer[v.n], &v.shade);
-            else
-                v.n++;
+            v.n_moved += moved_in(part, key, &v.moved[v.n_moved].resample);
+        } else {
+            v.n += layer_in(m, part, key, &v.layer[v.n], &entry);
         }
     }
     if (v.n + v.n_moved > 0) {
@@ -337,7 +292,8 @@ bool merge_block_changed(const struct voxmap *m, const struct block_key *key, ui
     struct layer layer;
     uint32_t entry;
 
-    if (m->change_of_all > since || veil_stamp(&m->veil, key->at[0] * BLOCK_SIDE, key->at[1] * BLOCK_SIDE) > since)
+    if (m->change_of_all > since ||
+        residual_stamp(&m->residual, key->at[0] * BLOCK_SIDE, key->at[1] * BLOCK_SIDE) > since)
         return true;
     for (uint32_t p = 0; p < m->set.max_submaps; p++) {
         const struct voxmap_part *part = &m->part[p];
@@ -348,18 +304,18 @@ bool merge_block_changed(const struct voxmap *m, const struct block_key *key, ui
     return false;
 }
 
-static bool veil_around_changed(const struct voxmap *m, const struct block_key *key, uint64_t since)
+static bool residual_around_changed(const struct voxmap *m, const struct block_key *key, uint64_t since)
 {
     for (int n = 0; n < 9; n++)
-        if (veil_stamp(&m->veil, (key->at[0] + n / 3 - 1) * BLOCK_SIDE, (key->at[1] + n % 3 - 1) * BLOCK_SIDE) >
-            since)
+        if (residual_stamp(&m->residual, (key->at[0] + n / 3 - 1) * BLOCK_SIDE,
+                           (key->at[1] + n % 3 - 1) * BLOCK_SIDE) > since)
             return true;
     return false;
 }
 
 bool merge_around_changed(const struct voxmap *m, const struct block_key *key, uint64_t since)
 {
-    if (m->change_of_all > since || veil_around_changed(m, key, since))
+    if (m->change_of_all > since || residual_around_changed(m, key, since))
         return true;
     for (uint32_t p = 0; p < m->set.max_submaps; p++) {
         const struct submap *map = &m->part[p].map;
@@ -379,7 +335,8 @@ bool merge_around_changed(const struct voxmap *m, const struct block_key *key, u
 
 /* ---- all blocks ---- */
 
-/* The blocks that a submap is walked by: those of its own tiles; of a corrected one, all near the ball around its box. */
+/* The blocks that a submap is walked by: those of its own tiles; of a corrected one,
+ * all near the ball around its box. */
 static void range_of(const struct voxmap_part *p, int64_t first[3], int64_t last[3])
 {
     if (!p->moved) {
@@ -405,18 +362,19 @@ static void range_of(const struct voxmap_part *p, int64_t first[3], int64_t last
     }
 }
 
-bool merge_speaks_of(const struct voxmap *m, const struct voxmap_part *p, const struct block_key *key)
+/* Has a submap a tile in a block, wherever it lies by now? No false negatives. */
+static bool speaks_of(const struct voxmap *m, const struct voxmap_part *p, const struct block_key *key)
 {
     struct layer layer;
-    struct pull pull;
+    struct resample resample;
     uint32_t entry;
-    return p->id && (p->moved ? moved_in(p, key, &pull) : layer_in(m, p, key, &layer, &entry));
+    return p->id && (p->moved ? moved_in(p, key, &resample) : layer_in(m, p, key, &layer, &entry));
 }
 
 static bool said_before(const struct voxmap *m, uint32_t part, const struct block_key *key)
 {
     for (uint32_t p = 0; p < part; p++)
-        if (merge_speaks_of(m, &m->part[p], key))
+        if (speaks_of(m, &m->part[p], key))
             return true;
     return false;
 }
@@ -435,7 +393,7 @@ enum merge_sought merge_seek(const struct voxmap *m, struct merge_walk *walk, ui
             int64_t at = walk->at++;
             *key = (struct block_key){
                 {first[0] + at / levels / rows, first[1] + at / levels % rows, first[2] + at % levels}};
-            if (merge_speaks_of(m, p, key) && !said_before(m, walk->part, key))
+            if (speaks_of(m, p, key) && !said_before(m, walk->part, key))
                 return MERGE_FOUND;
             if (most-- == 0)
                 return MERGE_NOT_YET;

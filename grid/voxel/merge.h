@@ -1,12 +1,11 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * merge - the submaps of a map added up (Oliveira, Ferreira and Cruz 2023, section III-D), and the sum judged once. Sums
- * of whole numbers: the same in any order. Knows no question.
+ * merge - the submaps of a map added up (Oliveira, Ferreira and Cruz 2023, section III-D), and the sum judged once.
+ * Sums of whole numbers: the same in any order. Knows no question.
  *
- * Submaps lie on the world's lattice, so adding up is exact. One whose base pose was corrected is asked at the centre of
- * the world's voxel: the least vacancy and the most echoes of the eight voxels around it, so no holes and no water that was
- * not there. Of one that is away only where it has tiles is known: a voxel there is free only if the others suffice and
- * it can hold no echo, and else at best unknown. Echoes that no submap keeps (veil.h) count as echoes.
+ * Submaps lie on the world's lattice, so adding up is exact. One whose base pose was corrected is asked at the centre
+ * of the world's voxel: the least vacancy and the most echoes of the eight voxels around it, so no holes and no water
+ * that was not there. Echoes that no submap keeps (residual.h) count as echoes.
  */
 #ifndef SONARD_MERGE_H
 #define SONARD_MERGE_H
@@ -15,17 +14,15 @@
 
 struct merge_sum {
     uint32_t vacancy, echoes;
-    uint32_t veil;   /* echoes that no submap keeps */
-    bool away;       /* a submap that is away knows more */
-    bool away_heard; /* ... echoes, perhaps */
-    bool lost;       /* something about here was forgotten */
+    uint32_t residual; /* echoes that no submap keeps */
+    bool lost;         /* something about here was forgotten */
 };
 
 /** merge_sum - what all submaps say of a cell. */
 struct merge_sum merge_sum(const struct voxmap *m, const int64_t cell[3]);
 
-/** merge_at - the state of a cell. *away (or NULL): what is paged out might change it. */
-enum voxel_state merge_at(const struct voxmap *m, const int64_t cell[3], bool *away);
+/** merge_at - the state of a cell. */
+enum voxel_state merge_at(const struct voxmap *m, const int64_t cell[3]);
 
 /* Blocks of 16 x 16 columns of 64 cells; block b covers cells 16 b[0] .., 16 b[1] .., 64 b[2] ... */
 #define BLOCK_SIDE    16
@@ -39,8 +36,7 @@ struct block_key {
 /* Bit k of column i * 16 + j is the cell 64 b[2] + k. */
 struct merge_block {
     uint64_t free[BLOCK_COLUMNS];
-    uint64_t heard[BLOCK_COLUMNS]; /* echoes > 0; what is heard and not free is occupied */
-    bool away;                     /* something of it is paged out */
+    uint64_t heard[BLOCK_COLUMNS]; /* echoes > 0; what has echoes and is not free is occupied */
     bool lost;                     /* something of it was forgotten */
 };
 
@@ -65,9 +61,6 @@ static inline enum voxel_state merge_block_at(const struct merge_block *b, const
     return b->heard[column] >> k & 1 ? VOXEL_OCCUPIED : VOXEL_UNKNOWN;
 }
 
-/** merge_speaks_of - has a submap, also one that is away, a tile in a block, wherever it lies by now? Never a false no. */
-bool merge_speaks_of(const struct voxmap *m, const struct voxmap_part *p, const struct block_key *key);
-
 /** merge_block - the states of all cells of a block: equal to merge_at for each. */
 void merge_block(const struct voxmap *m, const struct block_key *key, struct merge_block *out);
 
@@ -77,7 +70,8 @@ bool merge_block_changed(const struct voxmap *m, const struct block_key *key, ui
 /** merge_around_changed - whether it or one of its 26 neighbours may have. */
 bool merge_around_changed(const struct voxmap *m, const struct block_key *key, uint64_t since);
 
-/* Walks over all blocks in which anything may be known, each once. Start with {0}; the map must not change in between. */
+/* Walks over all blocks in which anything may be known, each once. Start with {0};
+ * the map must not change in between. */
 struct merge_walk {
     uint32_t part;
     int64_t at;

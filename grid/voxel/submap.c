@@ -38,9 +38,9 @@ INLINE bool are_full(const uint8_t *count, const uint8_t *last, const uint8_t *m
     return all == UINT8_MAX;
 }
 
-/* Adds 1, up to 255, to n > 0 counts. False: all were 255, and nothing was written; most runs are told by their first
- * count not to be so. What follows the counts within the last chunk is written back as it was: last, so that no chunk is
- * read that overlaps one just written, for which a CPU waits. */
+/* Adds 1, up to 255, to n > 0 counts. False: all were 255, and nothing was written; most runs show it by their first
+ * count not to be so. What follows the counts within the last chunk is written back as it was: last, so that no chunk
+ * is read that overlaps one just written, for which a CPU waits. */
 INLINE bool raise_counts(uint8_t *count, size_t n)
 {
     const uint8_t *last = count + (n - 1) / CHUNK * CHUNK, *most = most_of + -n % CHUNK;
@@ -136,7 +136,8 @@ struct entry {
 /* Columns come in rows: mostly the next lies in the same tile. */
 INLINE bool enter_spans_body(struct submap *m, enum submap_plane plane, const struct cast_spans *spans)
 {
-    const struct cast_spans s = *spans; /* a copy: for the compiler, a byte written may be part of any struct it sees */
+    const struct cast_spans s =
+        *spans; /* a copy: for the compiler, a byte written may be part of any struct it sees */
     const uint32_t height = m->tiles->height, row = (uint32_t)m->box.size[1] / TILE_SIDE;
     const uint32_t first_slice = submap_slice(m, s.first_k), last_slice = submap_slice(m, s.last_k);
     uint32_t entry[CAST_SPANS], offset[CAST_SPANS];

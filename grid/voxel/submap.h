@@ -4,8 +4,8 @@
  * the world's lattice around a base place, a byte of vacancy per voxel, and beside it, where asked for, a byte of
  * echoes. Tiles come from a pool when something is first written to them. Pure; one thread owns it.
  *
- * Vacancy counts the range measurements that found a voxel free; echoes count those that heard something which may lie
- * in it. Both stop at 255, and neither is ever taken from the other. A voxel is
+ * Vacancy counts the range measurements that found a voxel free; echoes count those that detected something which may
+ * lie in it. Both stop at 255, and neither is ever taken from the other. A voxel is
  *   free      when vacancy > threshold + echo_weight * echoes
  *   occupied  when not free, and echoes > 0
  *   unknown   otherwise: also beyond the box, and where no memory was left.
@@ -37,8 +37,8 @@ struct submap {
     uint64_t
         *written;    /* [size[0]/16][size[1]/16][slices]: the value of `now` when a count last changed, or later */
     uint32_t slices; /* of SUBMAP_SLICE cells of the world's lattice, some of which the box holds */
-    uint64_t now;           /* set by the owner before it writes: a count of its changes */
-    uint32_t n_tiles;       /* taken */
+    uint64_t now;    /* set by the owner before it writes: a count of its changes */
+    uint32_t n_tiles; /* taken */
     struct submap_stats stats;
 };
 
@@ -50,7 +50,8 @@ size_t submap_bytes(uint32_t side, uint32_t height);
 
 /**
  * submap_init - an empty map of side x side tiles whose middle is near the base place, snapped to whole tiles of the
- * world's lattice so that tiles of all submaps coincide. memory: submap_bytes(side, tiles->height); tiles outlive the map.
+ * world's lattice so that tiles of all submaps coincide. memory: submap_bytes(side,
+ * tiles->height); tiles outlive the map.
  */
 void submap_init(struct submap *m, void *memory, uint32_t side, struct tiles *tiles,
                  const struct lattice_place *base);

@@ -1,10 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 #include "voxmap.h"
 
-#include <stdio.h>
 #include <string.h>
 
-#include "voxveil.h"
+#include "voxresidual.h"
 
 #define BODY_GAP_NS  UINT64_C(2000000000) /* longest time over which the body is taken to have gone straight */
 #define ASIDE_VOXELS 1.0                  /* a beam that frees water may be so far off */
@@ -17,7 +16,7 @@ static size_t aligned(size_t bytes)
 uint32_t voxmap_side(double range_m, double path_m, double voxel_m)
 {
     double side = 2 * ceil((range_m + path_m) / voxel_m / TILE_SIDE) + 3; /* the base lies anywhere in its tile */
-    return side >= 1 && side <= 4096 ? (uint32_t)side : 0;
+    return side >= 1 && side <= VOXMAP_MAX_SIDE ? (uint32_t)side : 0;
 }
 
 static const char *refused(const struct voxmap_setting *s)
@@ -45,20 +44,21 @@ static const char *refused(const struct voxmap_setting *s)
     return NULL;
 }
 
-static uint32_t veil_cells_of(const struct voxmap_setting *s)
+static uint32_t residual_cells_of(const struct voxmap_setting *s)
 {
-    return veil_cells(tiles_bytes(s->n_tiles, s->height, s->keep_echoes ? 2 : 1));
+    return residual_cells(tiles_bytes(s->n_tiles, s->height, s->keep_echoes ? 2 : 1));
 }
 
-size_t voxmap_bytes(const struct voxmap_setting *s, char *err, size_t err_size)
+size_t voxmap_bytes(const struct voxmap_setting *s, struct fault *fault)
 {
     const char *why = refused(s);
     if (why) {
-        snprintf(err, err_size, "%s", why);
+        fault_set(fault, "%s", why);
         return 0;
     }
     return aligned(s->max_submaps * sizeof(struct voxmap_part)) +
-           s->max_submaps * aligned(submap_bytes(s->side, s->height)) + aligned(veil_bytes(veil_cells_of(s))) +
+           s->max_submaps * aligned(submap_bytes(s->side, s->height)) +
+           aligned(residual_bytes(residual_cells_of(s))) +
            tiles_bytes(s->n_tiles, s->height, s->keep_echoes ? 2 : 1);
 }
 
@@ -81,8 +81,8 @@ void voxmap_init(struct voxmap *m, const struct voxmap_setting *s, void *memory)
         memset(at, 0, submap_bytes(s->side, s->height));
         at += aligned(submap_bytes(s->side, s->height));
     }
-    veil_init(&m->veil, at, veil_cells_of(s));
-    at += aligned(veil_bytes(m->veil.n));
+    residual_init(&m->residual, at, residual_cells_of(s));
+    at += aligned(residual_bytes(m->residual.n));
     tiles_init(&m->tiles, at, s->n_tiles, s->height, s->keep_echoes ? 2 : 1);
 }
 
@@ -101,7 +101,7 @@ void voxmap_hold(struct voxmap *m, bool held, uint64_t t_ns)
 {
     m->held = held;
     m->from_ns = t_ns + 1;
-    m->body_ns = 0; /* the body was not on the way that a jump took */
+    m->body_ns = 0; /* the body was not on the path of a jump */
     m->rule.threshold = held ? UINT16_MAX : threshold_of(&m->set);
     change_all(m);
 }
@@ -114,12 +114,13 @@ struct voxmap_part *voxmap_part(const struct voxmap *m, uint64_t id)
     return NULL;
 }
 
-static struct voxmap_part *oldest(const struct voxmap *m, bool also_away)
+/* Of those that are closed. */
+static struct voxmap_part *oldest(const struct voxmap *m)
 {
     struct voxmap_part *found = NULL;
     for (uint32_t p = 0; p < m->set.max_submaps; p++) {
         struct voxmap_part *part = &m->part[p];
-        if (part->id && part != m->current && (also_away || !part->away) && (!found || part->id < found->id))
+        if (part->id && part != m->current && (!found || part->id < found->id))
             found = part;
     }
     return found;
@@ -127,36 +128,23 @@ static struct voxmap_part *oldest(const struct voxmap *m, bool also_away)
 
 static void forget(struct voxmap *m, struct voxmap_part *part)
 {
-    if (!part->away)
-        submap_clear(&part->map);
+    submap_clear(&part->map);
     part->id = 0;
-    change_all(m);
-}
-
-void voxmap_put_away(struct voxmap *m, struct voxmap_part *part)
-{
-    for (size_t t = 0; t < (size_t)m->set.side * m->set.side; t++) {
-        const uint32_t tile = part->map.tile[t];
-        uint32_t marks = 0, most = 0;
-        if (tile == TILE_NONE)
-            continue;
-        for (uint32_t c = 0; m->tiles.planes > 1 && c < TILE_SIDE * TILE_SIDE; c++)
-            most = voxveil_most(&m->tiles, tiles_column(&m->tiles, tile, c, SUBMAP_ECHOES), 0, m->tiles.height,
-                                most, &marks);
-        part->map.tile[t] = marks;
-        part->map.written[t * part->map.slices] = most;
-        tiles_give(&m->tiles, tile);
-    }
-    part->away = true;
     change_all(m);
 }
 
 static void lose(struct voxmap *m, struct voxmap_part *part)
 {
     m->change++;
-    voxveil_keep(m, part);
+    voxresidual_keep(m, part);
     forget(m, part);
     m->stats.lost++;
+}
+
+uint64_t voxmap_oldest(const struct voxmap *m)
+{
+    const struct voxmap_part *part = oldest(m);
+    return part ? part->id : 0;
 }
 
 bool voxmap_drop(struct voxmap *m, uint64_t id)
@@ -168,9 +156,9 @@ bool voxmap_drop(struct voxmap *m, uint64_t id)
     return true;
 }
 
-void voxmap_join_veil(struct voxmap *m, const uint8_t *count, uint32_t n)
+void voxmap_join_residual(struct voxmap *m, const uint8_t *count, uint32_t n)
 {
-    veil_join(&m->veil, count, n);
+    residual_join(&m->residual, count, n);
     change_all(m);
 }
 
@@ -179,7 +167,7 @@ void voxmap_clear(struct voxmap *m)
     for (uint32_t p = 0; p < m->set.max_submaps; p++)
         if (m->part[p].id)
             forget(m, &m->part[p]);
-    veil_clear(&m->veil);
+    residual_clear(&m->residual);
     m->current = NULL;
     m->close_asked = false;
     m->body_ns = 0;
@@ -201,7 +189,7 @@ struct voxmap_part *voxmap_place_for_part(struct voxmap *m)
         for (uint32_t p = 0; p < m->set.max_submaps; p++)
             if (!m->part[p].id)
                 return &m->part[p];
-        lose(m, oldest(m, true));
+        lose(m, oldest(m));
     }
 }
 
@@ -248,11 +236,11 @@ bool voxmap_move(struct voxmap *m, uint64_t id, const double position_m[3], cons
 /* Without echoes, what nothing is left of is given back. */
 void voxmap_pass(struct voxmap *m, uint64_t t_ns)
 {
-    uint64_t half_lives = m->begun && t_ns > m->t0_ns ? (t_ns - m->t0_ns) / m->set.half_life_ns : 0;
+    uint64_t half_lives = m->started && t_ns > m->t0_ns ? (t_ns - m->t0_ns) / m->set.half_life_ns : 0;
     if (half_lives <= m->half_lives)
         return;
     for (uint64_t n = m->half_lives; n < half_lives && n < m->half_lives + 8; n++)
-        veil_halve(&m->veil);
+        residual_halve(&m->residual);
     m->half_lives = half_lives;
     change_all(m);
     for (uint32_t p = 0; p < m->set.max_submaps; p++)
@@ -272,14 +260,14 @@ static void settle_age(struct voxmap *m)
 
 static void make_room(struct voxmap *m)
 {
-    struct voxmap_part *old = oldest(m, false);
+    struct voxmap_part *old = oldest(m);
     if (m->tiles.n_free < m->tiles.n / 8 && m->current && !old)
         m->close_asked = true;
     if (m->tiles.n_free < m->tiles.n / 16 && old)
         lose(m, old);
 }
 
-/* The ping was this submap's last when it has gone its way or time. */
+/* The ping was this submap's last when its path or its time is used up. */
 static bool is_full(const struct voxmap *m, const struct pose *pose, uint64_t t_ns)
 {
     const struct voxmap_part *part = m->current;
@@ -319,7 +307,7 @@ static float cut_elevation(const struct echoes *e)
  */
 static bool open_beam(struct voxmap *m, enum cast_shape shape, float half_az_rad, float half_el_rad)
 {
-    char err[160];
+    struct fault fault;
     const double voxel_m = m->set.voxel_m;
     const double free_el = m->set.opening, free_az = shape == CAST_CONE ? m->set.opening : 1;
 
@@ -331,13 +319,13 @@ static bool open_beam(struct voxmap *m, enum cast_shape shape, float half_az_rad
         double narrow = level ? sqrt(log((double)m->set.weight_levels / level) / (2 * log(2))) : 1;
         narrow = narrow < 1 ? narrow : 1;
         if (!cast_opening_init(&m->opening[level], shape, narrow * free_az * (double)half_az_rad,
-                               narrow * free_el * (double)half_el_rad, m->set.tolerance_m, err, sizeof err))
+                               narrow * free_el * (double)half_el_rad, m->set.tolerance_m, &fault))
             return false;
     }
-    const double wider = VOXVEIL_HALF_DIAGONAL * voxel_m;
-    if (!cast_opening_init(&m->heard, shape, (double)half_az_rad, (double)half_el_rad, wider, err, sizeof err) ||
-        !cast_opening_init(&m->veiled, shape, (double)half_az_rad, (double)half_el_rad,
-                           (1 + VEIL_CUBE) * wider + ASIDE_VOXELS * voxel_m, err, sizeof err))
+    const double wider = VOXRESIDUAL_HALF_DIAGONAL * voxel_m;
+    if (!cast_opening_init(&m->heard, shape, (double)half_az_rad, (double)half_el_rad, wider, &fault) ||
+        !cast_opening_init(&m->residual_cells, shape, (double)half_az_rad, (double)half_el_rad,
+                           (1 + RESIDUAL_CUBE) * wider + ASIDE_VOXELS * voxel_m, &fault))
         return false;
     m->opening_az_rad = half_az_rad;
     m->opening_el_rad = half_el_rad;
@@ -345,7 +333,8 @@ static bool open_beam(struct voxmap *m, enum cast_shape shape, float half_az_rad
     return true;
 }
 
-/* An echo fills all that it may lie in: along the beam by all of the slack, aside as far as a beam that frees water may be off. */
+/* An echo fills all that it may lie in: along the beam by the whole pose uncertainty, across it as far as a beam that
+ * frees water may be off. */
 static void enter_echo(struct voxmap *m, const struct beam_echoes *heard, const struct echo *echo,
                        const struct pose *pose, const struct lattice_place *apex, const double attitude[4])
 {
@@ -354,18 +343,24 @@ static void enter_echo(struct voxmap *m, const struct beam_echoes *heard, const 
     const double near_m = fmax((double)echo->near_m - more_m, 0);
     const double far_m = (double)echo->range_m + (double)echo->sd_m + more_m;
     const struct submap_stats before = map->stats;
+    const struct cast_look shell = {.apex = apex,
+                                    .attitude = attitude,
+                                    .az_rad = (double)heard->az_rad,
+                                    .el_rad = (double)heard->el_rad,
+                                    .near_m = near_m,
+                                    .far_m = far_m,
+                                    .voxel_m = voxel_m};
     struct cast_beam beam;
-    if (!cast_aim(&beam, &m->heard, apex, attitude, (double)heard->az_rad, (double)heard->el_rad, near_m, far_m,
-                  voxel_m))
+    if (!cast_aim(&beam, &m->heard, &shell))
         return;
     beam.tolerance += fmin((pose->slack_m + pose->slack_rad * far_m) / voxel_m, ASIDE_VOXELS);
     submap_cast(map, &beam, SUBMAP_ECHOES);
     const bool starved = map->stats.starved != before.starved;
     if (starved || map->stats.clipped != before.clipped)
-        voxveil_echo(m, apex, attitude, heard, near_m, far_m, starved);
+        voxresidual_echo(m, &shell, starved);
 }
 
-/* From here on a beam may lie more than that beside its place, by what the vehicle may have done since it told its pose. */
+/* From here on the pose uncertainty may put a beam farther than that beside its place. */
 static double placed_to_m(const struct voxmap *m, const struct pose *pose)
 {
     const double left_m = ASIDE_VOXELS * m->set.voxel_m - pose->slack_m;
@@ -383,7 +378,14 @@ static void enter_beam(struct voxmap *m, const struct beam_echoes *heard, const 
 
     if (heard->state == BEAM_BLIND)
         return;
-    if (to_m > from_m && cast_aim(&beam, &m->opening[0], apex, attitude, az, el, from_m, to_m, voxel_m)) {
+    if (to_m > from_m && cast_aim(&beam, &m->opening[0],
+                                  &(struct cast_look){.apex = apex,
+                                                      .attitude = attitude,
+                                                      .az_rad = az,
+                                                      .el_rad = el,
+                                                      .near_m = from_m,
+                                                      .far_m = to_m,
+                                                      .voxel_m = voxel_m})) {
         m->stats.beams++;
         for (int level = 0; level < m->set.weight_levels; level++) {
             beam.opening = &m->opening[level];
@@ -437,7 +439,7 @@ bool voxmap_enter(struct voxmap *m, const struct echoes *e, const struct voxmap_
     struct lattice_place body, apex;
     double attitude[4];
 
-    if (m->begun && e->t_ns > m->last_ns)
+    if (m->started && e->t_ns > m->last_ns)
         m->last_ns = e->t_ns;
     voxmap_pass(m, m->last_ns);
     settle_age(m);
@@ -449,9 +451,9 @@ bool voxmap_enter(struct voxmap *m, const struct echoes *e, const struct voxmap_
         m->stats.unfit++;
         return false;
     }
-    if (!m->begun)
+    if (!m->started)
         m->t0_ns = m->last_ns = e->t_ns;
-    m->begun = true;
+    m->started = true;
     make_room(m);
     if (!m->current || m->close_asked)
         begin_submap(m, &e->pose, m->last_ns, &body);

@@ -7,18 +7,20 @@
  * Numbers: a submap is known by its id, 1, 2, 3 ... in order of their making; the last is the current one.
  *
  * Ageing: time is cut into half-lives from the first ping on. With every one that begins, vacancy is halved and rounded
- * down, echoes are halved and rounded up: water becomes unknown again, and what was heard stays, once, until looks carve
- * it away. No voxel becomes free by ageing. Only the current submap is halved in place, by the next ping; the others, which
- * never change, are read shifted, and so is the current one while no ping comes (voxmap_pass).
+ * down, echoes are halved and rounded up: water becomes unknown again, and an echo stays, once, until looks
+ * carve it away. No voxel becomes free by ageing. Only the current submap is halved in place, by the next ping; the
+ * others, which never change, are read shifted, and so is the current one while no ping comes (voxmap_pass).
  */
 #ifndef SONARD_VOXMAP_H
 #define SONARD_VOXMAP_H
 
-#include "../echoes.h"
+#include "core/fault.h"
+#include "grid/echoes.h"
 #include "submap.h"
-#include "veil.h"
+#include "residual.h"
 
-#define VOXMAP_MAX_SUBMAPS 256 /* so that sums of their counts fit 16 bits */
+#define VOXMAP_MAX_SIDE    4096 /* tiles along a submap's side */
+#define VOXMAP_MAX_SUBMAPS 256  /* so that sums of their counts fit 16 bits */
 #define VOXMAP_MAX_LEVELS  8
 #define VOXMAP_NEVER       UINT64_MAX
 
@@ -27,7 +29,7 @@ struct voxmap_setting {
     uint32_t side;        /* tiles along a submap's side: voxmap_side() */
     uint32_t height;      /* voxels of a submap's height */
     uint32_t n_tiles;     /* of the pool that all submaps share */
-    uint32_t max_submaps; /* [2, VOXMAP_MAX_SUBMAPS], those paged out included */
+    uint32_t max_submaps; /* [2, VOXMAP_MAX_SUBMAPS] */
     bool keep_echoes;     /* echo evidence beside vacancy: twice the memory; tags, occupied voxels, thin things */
     struct voxel_rule rule;
     double tolerance_m; /* of the side faces (cast.h); 0 is safe */
@@ -38,7 +40,7 @@ struct voxmap_setting {
                             * axis counts as much as this many at its edge; threshold and echo weight are scaled along.
                             * 1: plain */
     double body_radius_m;  /* of the vehicle's own body, whose water is free; 0: none is entered */
-    double submap_path_m;  /* way driven after which a new submap begins; INFINITY: never */
+    double submap_path_m;  /* distance travelled after which a new submap starts; INFINITY: never */
     uint64_t submap_ns;    /* the same for time; VOXMAP_NEVER */
     uint64_t half_life_ns; /* of all evidence; VOXMAP_NEVER */
 };
@@ -50,26 +52,16 @@ struct voxmap_sensor {
 };
 
 struct voxmap_part {
-    uint64_t id;                   /* 0: this place is not taken */
-    struct submap map;             /* when away: its directory holds marks where tiles were: part_slice() */
-    struct lattice_place base;     /* where it was begun */
+    uint64_t id; /* 0: this place is not taken */
+    struct submap map;
+    struct lattice_place base;     /* where it was started */
     bool moved;                    /* its base pose has been corrected: */
     struct lattice_place moved_to; /* where the base is by now, ... */
     double turn[4];                /* ... and by which rotation it is turned */
     uint64_t begin_ns, last_ns; /* of the first and last ping in it; 0: of another run, whose clock is not ours */
     double begin_path_m;        /* struct pose's path_m at its first ping */
     uint64_t pings, half_lives; /* pings in it; half-lives since the first ping that its counts stand at */
-    bool away;                  /* its tiles are not here: answers unknown */
 };
-
-/* Where a tile was, bit s: something was heard in the s-th of so many equal slices of its height. Never TILE_NONE. In place
- * of its first stamp stands the most echoes that a voxel of it held. */
-#define PART_SLICES 31u
-
-static inline unsigned part_slice(uint32_t level, uint32_t height)
-{
-    return (unsigned)((uint64_t)level * PART_SLICES / height);
-}
 
 struct voxmap_stats {
     uint64_t pings;   /* entered */
@@ -85,18 +77,19 @@ struct voxmap {
     struct voxmap_setting set;
     struct voxel_rule rule; /* the setting's, scaled by weight_levels */
     struct tiles tiles;
-    struct veil veil;         /* what was heard and no submap keeps */
+    struct residual residual; /* echoes that no submap keeps */
     struct voxmap_part *part; /* [max_submaps] */
     struct voxmap_part *current;
     uint64_t next_id;
     bool close_asked, held;
-    uint64_t from_ns; /* pings of before may have poses that count from elsewhere */
-    bool begun;              /* a ping was entered: */
+    uint64_t from_ns;        /* pings of before may have poses that count from elsewhere */
+    bool started;            /* a ping was entered: */
     uint64_t t0_ns, last_ns; /* first and last ping */
-    uint64_t half_lives;     /* that have begun since */
+    uint64_t half_lives;     /* that have started since */
     uint64_t change;         /* counts everything that may change an answer; stamps of tiles are its values */
-    uint64_t change_of_all;  /* the last change that is not a ping's: ageing, correction, paging */
-    struct cast_opening opening[VOXMAP_MAX_LEVELS], heard, veiled; /* of the last ping: */
+    uint64_t
+        change_of_all; /* the last change that is not a ping's: ageing, correction, a submap that comes or goes */
+    struct cast_opening opening[VOXMAP_MAX_LEVELS], heard, residual_cells; /* of the last ping: */
     float opening_az_rad, opening_el_rad;
     enum cast_shape opening_shape;
     struct lattice_place body; /* at the last stamp */
@@ -108,8 +101,8 @@ struct voxmap {
  * drives path_m; 0 when more than submap_bytes takes. */
 uint32_t voxmap_side(double range_m, double path_m, double voxel_m);
 
-/** voxmap_bytes - memory for a map; 0, with a sentence in err, when a setting is out of range. */
-size_t voxmap_bytes(const struct voxmap_setting *s, char *err, size_t err_size);
+/** voxmap_bytes - memory for a map; 0, with a sentence in fault, when a setting is out of range. */
+size_t voxmap_bytes(const struct voxmap_setting *s, struct fault *fault);
 
 /** voxmap_init - an empty map. memory: voxmap_bytes(s) != 0, max_align_t-aligned; all of it is touched. */
 void voxmap_init(struct voxmap *m, const struct voxmap_setting *s, void *memory);
@@ -118,11 +111,11 @@ void voxmap_init(struct voxmap *m, const struct voxmap_setting *s, void *memory)
 void voxmap_clear(struct voxmap *m);
 
 /**
- * voxmap_enter - one ping, in order of time. Per beam the water from blind_m to free_to_m gets a vacancy more; per echo the
- * shell from near_m to range_m + sd_m, half a voxel thicker either way and wider by half a voxel's diagonal so that at
- * least one voxel holds it, an echo more; what of it lies beyond the box, or finds no memory, goes into the veil. Beams of
- * a fan are cut to half their least spacing, so that each voxel is raised once per ping. The body's capsule from the last
- * ping's position (when at most 2 s and two radii back) is stamped free.
+ * voxmap_enter - one ping, in order of time. Per beam the water from blind_m to free_to_m gets a vacancy more; per echo
+ * the shell from near_m to range_m + sd_m, half a voxel thicker either way and wider by half a voxel's diagonal so that
+ * at least one voxel holds it, an echo more; what of it lies beyond the box, or finds no memory, goes into the
+ * residual. Beams of a fan are cut to half their least spacing, so that each voxel is raised once per ping. The body's
+ * capsule from the last ping's position (when at most 2 s and two radii back) is stamped free.
  * False: nothing was entered, since the pose lacks attitude, position or depth; counted. The map ages all the same.
  * Cost: the voxels touched; when a half-life begins, once the current submap's memory.
  */
@@ -135,36 +128,36 @@ void voxmap_pass(struct voxmap *m, uint64_t t_ns);
 /** voxmap_new - the next ping begins a new submap; the last beam belongs to the old one. */
 void voxmap_new(struct voxmap *m);
 
-/** voxmap_move - a submap's base pose is corrected: its base now lies at position_m (NED), turned by attitude (submap to
- * world, unit). Its voxels are not touched: answers are pulled from it (merge.h). False: no such submap, or a place that
- * cannot be. The current one is closed first. */
+/** voxmap_move - a submap's base pose is corrected: its base now lies at position_m (NED), turned by attitude (submap
+ * to world, unit). Its voxels are not touched: answers are pulled from it (merge.h). False: no such submap, or a place
+ * that cannot be. The current one is closed first. */
 bool voxmap_move(struct voxmap *m, uint64_t id, const double position_m[3], const double attitude[4]);
 
-/** voxmap_hold - it is in doubt, as of t_ns, whether poses count from where the map does: no ping is entered and nothing is
- * free until it is let go, when all is as it was. Either way no ping of t_ns or before is entered any more. */
+/** voxmap_hold - it is in doubt, as of t_ns, whether poses count from where the map does: no ping is entered and
+ * nothing is free until it is let go, when all is as it was.
+ * Either way no ping of t_ns or before is entered any more. */
 void voxmap_hold(struct voxmap *m, bool held, uint64_t t_ns);
 
 /** voxmap_part - by id; NULL: none. */
 struct voxmap_part *voxmap_part(const struct voxmap *m, uint64_t id);
 
-/** voxmap_low - memory runs out (less than a quarter of the tiles is free): page out or drop a submap soon. Else
- * voxmap_enter, at an eighth, closes the current one when it is alone, and at a sixteenth forgets the oldest. */
+/** voxmap_low - memory runs out (less than a quarter of the tiles is free): drop a submap soon. Else voxmap_enter, at
+ * an eighth, closes the current one when it is alone, and at a sixteenth forgets the oldest. */
 bool voxmap_low(const struct voxmap *m);
 
-/** voxmap_put_away - gives a closed submap's tiles back; marks of what was heard stay in its directory. */
-void voxmap_put_away(struct voxmap *m, struct voxmap_part *part);
+/** voxmap_oldest - id of the oldest submap that is closed; 0: none is. */
+uint64_t voxmap_oldest(const struct voxmap *m);
 
-/** voxmap_drop - forgets a submap that is not the current one: its free looks are gone, and what it heard goes into the veil:
- * nowhere fewer echoes than it held (of one that is away: the most of a tile, in each slice that heard something), so no
- * water becomes free that was not. False: no such. */
+/** voxmap_drop - forgets a submap that is not the current one: its free looks are gone, and its echoes go into the
+ * residual, nowhere fewer echoes than it held, so no water becomes free that was not. False: no such. */
 bool voxmap_drop(struct voxmap *m, uint64_t id);
 
 /** voxmap_place_for_part - a place for one more submap: with all taken, that of the oldest, which is forgotten as by
  * voxmap_drop(). */
 struct voxmap_part *voxmap_place_for_part(struct voxmap *m);
 
-/** voxmap_join_veil - adds the veil of another map on the same lattice: n counts, veil_good(n). */
-void voxmap_join_veil(struct voxmap *m, const uint8_t *count, uint32_t n);
+/** voxmap_join_residual - adds the residual of another map on the same lattice: n counts, residual_good(n). */
+void voxmap_join_residual(struct voxmap *m, const uint8_t *count, uint32_t n);
 
 /** voxmap_shift - by how many half-lives the counts of a submap are to be halved where they are read, at most 8. */
 static inline unsigned voxmap_shift(const struct voxmap *m, const struct voxmap_part *p)

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * voxmask - the merged and judged map as bits, kept block by block for those who ask: what questions, frontier and exports
- * read. A cache of fixed size in front of merge.h: a block is computed when it is asked for and something in it may have
- * changed; nothing is computed for a map that nobody asks. Pure; the map's thread owns it.
+ * voxmask - the merged and judged map as bits, kept block by block for those who ask: what questions, frontier and
+ * exports read. A cache of fixed size in front of merge.h: a block is computed when it is asked for and something in it
+ * may have changed; nothing is computed for a map that nobody asks. Pure; the map's thread owns it.
  */
 #ifndef SONARD_VOXMASK_H
 #define SONARD_VOXMASK_H
@@ -41,8 +41,9 @@ const struct voxmask_block *voxmask_block(struct voxmask *v, const struct block_
 enum voxel_state voxmask_at(struct voxmask *v, const int64_t cell[3]);
 
 /**
- * block_find - a block's place in an array of n (a power of 2, >= 4) things of `size` bytes that begin with a block_head: that
- * which has the key, or else the one of its four places which was checked longest ago, with `checked` set to 0.
+ * block_find - a block's place in an array of n (a power of 2, >= 4) things of `size` bytes that begin with a
+ * block_head: that which has the key, or else the one of its four places which was checked longest
+ * ago, with `checked` set to 0.
  */
 struct block_head *block_find(void *blocks, size_t size, uint32_t n, const struct block_key *key);
 

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 #include "voxpage.h"
 
-#include <stdio.h>
 #include <string.h>
 
-/* The bytes: a head of numbers of 8 bytes, lowest byte first, then per tile its number in the directory and its planes. */
+/* The bytes: a head of numbers of 8 bytes, lowest byte first,
+ * then per tile its number in the directory and its planes. */
 enum field {
     F_MAGIC,
     F_VOXEL,
@@ -26,7 +26,6 @@ enum field {
 };
 #define MAGIC UINT64_C(0x31504d5856) /* "VXMP1" */
 #define HEAD  (FIELDS * sizeof(uint64_t))
-_Static_assert(HEAD == VOXPAGE_HEAD, "the head has as many bytes as the header says");
 
 static void put(uint8_t *to, uint64_t x)
 {
@@ -69,7 +68,7 @@ static size_t directory_size(const struct voxmap *m)
 size_t voxpage_bytes(const struct voxmap *m, uint64_t id)
 {
     const struct voxmap_part *part = voxmap_part(m, id);
-    return part && !part->away ? HEAD + part->map.n_tiles * tile_size(m) : 0;
+    return part ? HEAD + part->map.n_tiles * tile_size(m) : 0;
 }
 
 static void put_place(uint64_t *field, const struct lattice_place *place)
@@ -122,14 +121,6 @@ static void pack_head(const struct voxmap *m, const struct voxmap_part *p, uint8
         put(head + (size_t)f * sizeof(uint64_t), field[f]);
 }
 
-bool voxpage_head(const struct voxmap *m, uint64_t id, uint8_t head[VOXPAGE_HEAD])
-{
-    const struct voxmap_part *part = voxmap_part(m, id);
-    if (part)
-        pack_head(m, part, head);
-    return part != NULL;
-}
-
 /* The part of a packed submap that a caller wants. */
 struct slice {
     uint8_t *out;
@@ -166,16 +157,7 @@ size_t voxpage_pack(const struct voxmap *m, uint64_t id, size_t from, uint8_t *o
     return slice.end - from;
 }
 
-/* ---- away and back ---- */
-
-bool voxpage_detach(struct voxmap *m, uint64_t id)
-{
-    struct voxmap_part *part = voxmap_part(m, id);
-    if (!part || part == m->current || part->away)
-        return false;
-    voxmap_put_away(m, part);
-    return true;
-}
+/* ---- from bytes ---- */
 
 static void read_fields(const uint8_t *bytes, uint64_t field[FIELDS])
 {
@@ -248,27 +230,7 @@ static void unpack_tiles(struct voxmap *m, struct submap *map, const uint8_t *by
     map->n_tiles = (uint32_t)n;
 }
 
-bool voxpage_attach(struct voxmap *m, uint64_t id, const uint8_t *bytes, size_t size, char *err, size_t err_size)
-{
-    struct voxmap_part *part = voxmap_part(m, id);
-    uint64_t field[FIELDS];
-    const char *why = !part || !part->away ? "no such submap is away" : unfit(m, bytes, size, field);
-
-    if (!why && (field[F_ID] != id || field[F_TILES] != part->map.n_tiles))
-        why = "another submap";
-    if (why) {
-        snprintf(err, err_size, "submap %llu: %s", (unsigned long long)id, why);
-        return false;
-    }
-    for (size_t t = 0; t < directory_size(m); t++)
-        part->map.tile[t] = TILE_NONE;
-    unpack_tiles(m, &part->map, bytes, field[F_TILES]);
-    part->away = false;
-    m->change_of_all = ++m->change;
-    return true;
-}
-
-uint64_t voxpage_add(struct voxmap *m, const uint8_t *bytes, size_t size, char *err, size_t err_size)
+uint64_t voxpage_add(struct voxmap *m, const uint8_t *bytes, size_t size, struct fault *fault)
 {
     uint64_t field[FIELDS];
     struct voxmap_part part = {.turn = {1, 0, 0, 0}};
@@ -282,7 +244,7 @@ uint64_t voxpage_add(struct voxmap *m, const uint8_t *bytes, size_t size, char *
             why = "damaged: its place cannot be";
     }
     if (why) {
-        snprintf(err, err_size, "%s", why);
+        fault_set(fault, "%s", why);
         return 0;
     }
     part.pings = field[F_PINGS];

@@ -1,18 +1,23 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * bench_answers - how long a client waits for `blocked`, `sectors`, `nearest` and `limit` while a multibeam of 512 beams x
- * 1000 bins pings 40 times a second, beside a bare echo over a UNIX socket in the same run: all are asked in turns, so that
- * they meet the same load; with 0, 1 and 2 threads of the pipeline. The loop, those threads and the echo are threads of this
- * process. Aim: 99 % of `blocked` and `sectors` within three times the echo's. Beside other programs the 99 % are theirs, unless
- * all of this is put before them: chrt -f 10.
+ * bench_answers - how long a client waits for `blocked`, `sectors`, `nearest` and `limit` while a multibeam of 512
+ * beams x 1000 bins pings 40 times a second, beside a bare echo over a UNIX socket in the same run: all are asked in
+ * turns, so that they meet the same load; with 0, 1 and 2 threads of the pipeline. The loop, those threads and the echo
+ * are threads of this process. Aim: 99 % of `blocked` and `sectors` within three times the echo's. Beside other
+ * programs the 99 % are theirs, unless all of this is put before them: chrt -f 10.
+ *
+ *   bench_answers [ASKED [THREADS]]   how often each is asked, 1 to 4000, and one number of threads, 0 to 2, not all
+ *   bench_answers counted KIND        20 times one of them without threads or sockets, for callgrind to count `counted`
  */
 #include <sys/socket.h>
 
+#include "bench_answer.h"
 #include "bench_daemon.h"
 
 #define ASKED      4000 /* times each, unless it is given */
 #define PAUSE_NS   1000000
 #define WARM_PINGS 20
+#define COUNTED    20 /* times, for callgrind */
 
 static const struct {
     const char *name, *line;
@@ -79,9 +84,37 @@ static void with_threads(int threads, int asked)
     daemon_stop();
 }
 
-/* How often each is asked may be given, 1 to 4000, and one number of threads, 0 to 2, instead of all. */
+/* A function that callgrind sees by its name. */
+__attribute__((noinline)) static void counted(const char *line, int times)
+{
+    while (times-- > 0)
+        bench_answer(&d, line);
+}
+
+static int count(const char *kind)
+{
+    for (int k = 1; k < KINDS; k++)
+        if (strcmp(kinds[k].name, kind) == 0) {
+            daemon_make(0, 0);
+            pose_log_init(&d.poses, UINT64_C(1000000000000)); /* under callgrind, too, it is fresh */
+            for (int i = 0; i < WARM_PINGS; i++) {
+                loop_turn(d.loop, 1);
+                ping();
+            }
+            loop_turn(d.loop, 1);
+            counted(kinds[k].line, COUNTED);
+            pipeline_free(d.pipeline);
+            loop_free(d.loop);
+            return 0;
+        }
+    fprintf(stderr, "%s: no such question\n", kind);
+    return 1;
+}
+
 int main(int argc, char **argv)
 {
+    if (argc == 3 && strcmp(argv[1], "counted") == 0)
+        return count(argv[2]);
     const int given = argc > 1 ? atoi(argv[1]) : 0, asked = given > 0 && given < ASKED ? given : ASKED;
     printf("%d questions of each kind, under %d pings a second of %d beams x %d bins\n\n", asked, RATE_HZ, BEAMS,
            BINS);

@@ -9,9 +9,9 @@
 #include <string.h>
 #include <time.h>
 
-#include "../../grid/range/background.h"
-#include "../../grid/range/background_keep.h"
-#include "../../grid/range/background_learn.h"
+#include "grid/range/background.h"
+#include "grid/range/background_keep.h"
+#include "grid/range/background_learn.h"
 #include "bench.h"
 
 #define MAX_BINS    1500

@@ -2,7 +2,8 @@
 /*
  * bench_cfar - nanoseconds per cell of every stage from counts to detections and of every detector, beside the
  * plain loop over windows in C and beside copying the cells, 8 bytes each: in the cache, where a beam lies, and in
- * memory. Noise with a wall in it, 16 training and 4 guard cells on each side. Medians; compare figures of one run only.
+ * memory. Noise with a wall in it, 16 training and 4 guard cells on each side. Medians;
+ * compare figures of one run only.
  */
 #include <math.h>
 #include <stdio.h>
@@ -10,10 +11,10 @@
 #include <string.h>
 #include <time.h>
 
-#include "../lib/clutter.h"
+#include "tests/lib/clutter.h"
 
-#include "../../grid/range/cfar.h"
-#include "../../grid/range/profile.h"
+#include "grid/range/cfar.h"
+#include "grid/range/profile.h"
 #include "bench.h"
 
 #define SIDE        16
@@ -88,7 +89,8 @@ static void run_sums(enum cfar_detector unused, uint32_t n, int b)
 static void run_cells(enum cfar_detector unused, uint32_t n, int b)
 {
     const struct profile_axis axis = {.n = n, .dr = 0.02, .half = 2};
-    struct profile profile = {.axis = &axis, .cell = cells};
+    static uint64_t bits[MAX_CELLS / PROFILE_BLOCK + 1];
+    struct profile profile = {.axis = &axis, .cell = cells, .bits = bits};
 
     (void)unused;
     profile_sum(&profile, &law, counts[b], 8, sums);

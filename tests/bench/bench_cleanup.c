@@ -1,17 +1,18 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * bench_cleanup - what each stage of the image clean-up costs: nanoseconds per range bin over several turns of 200
- * beams in 20 m of water with a wall. Median of repetitions. Stages that work on histograms cost the same for every beam
- * length, so their price per bin falls.
+ * beams in 20 m of water with a wall. Median of repetitions. Stages that work on histograms cost the same for every
+ * beam length, so their price per bin falls.
  */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <time.h>
 
-#include "../../grid/range/cleanup.h"
-#include "../../grid/range/median.h"
-#include "../../grid/range/otsu.h"
+#include "core/fault.h"
+#include "grid/range/cleanup.h"
+#include "grid/range/median.h"
+#include "grid/range/otsu.h"
 #include "bench.h"
 
 #define MAX_BINS    1500
@@ -84,13 +85,13 @@ static double thresholds_alone(bool three, uint32_t n)
 /* One chain, from a ping to its clean image. */
 static double chain(const struct cleanup_conf *conf, uint32_t n)
 {
-    char err[160] = "";
+    struct fault fault = {""};
     void *memory = malloc(cleanup_size(conf, MAX_BINS));
-    struct cleanup *c = memory ? cleanup_init(memory, conf, &mount_identity, MAX_BINS, err, sizeof err) : NULL;
+    struct cleanup *c = memory ? cleanup_init(memory, conf, &mount_identity, MAX_BINS, &fault) : NULL;
     double ns[REPETITIONS];
 
     if (!c) {
-        printf("bench_cleanup: %s\n", err);
+        printf("bench_cleanup: %s\n", fault.text);
         exit(1);
     }
     for (int r = -1; r < REPETITIONS; r++) { /* the first turn fills the image */

@@ -9,8 +9,8 @@
 #include <stdlib.h>
 #include <time.h>
 
-#include "../../grid/geometry.h"
-#include "../../grid/sphere/components.h"
+#include "grid/geometry.h"
+#include "grid/sphere/components.h"
 #include "bench.h"
 
 #define ROUNDS       5

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * bench_daemon.h - a daemon to be asked while a multibeam of 512 beams x 1000 bins pings 40 times a second: the loop and
- * the pipeline's threads are threads of this process; no port, no configuration file.
+ * bench_daemon.h - a daemon to be asked while a multibeam of 512 beams x 1000 bins pings 40 times a second: the loop
+ * and the pipeline's threads are threads of this process; no port, no configuration file.
  */
 #ifndef SONARD_BENCH_DAEMON_H
 #define SONARD_BENCH_DAEMON_H
@@ -14,7 +14,9 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "../../daemon/errand.h"
+#include "core/fault.h"
+#include "daemon/methods/environment.h"
+#include "daemon/methods/request_job.h"
 #include "bench.h"
 #include "bench_socket.h"
 #include "bench_swath.h"
@@ -24,7 +26,8 @@
     "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"" method "\",\"params\":{" params "}}\n"
 
 static uint8_t samples[BEAMS][BINS];
-static struct daemon d;
+static struct methods_env d;
+static struct request_jobs jobs;
 static atomic_bool stop;
 static pthread_t server_thread;
 static _Atomic uint64_t longest_turn_ns; /* the loop's work between two polls, since it was set to 0 */
@@ -89,12 +92,20 @@ static void *serve(void *arg)
     return NULL;
 }
 
-/* threads of the pipeline; voxel_m: of a map of 64 MiB, 0: none is kept. Ends the program when it cannot. It may be started
- * anew when it was stopped. */
-static void daemon_start(int threads, double voxel_m, int max_clients)
+static inline void must(bool had, const struct fault *fault)
+{
+    if (had)
+        return;
+    fprintf(stderr, "%s\n", fault->text);
+    exit(1);
+}
+
+/* A loop and a pipeline to be asked, with threads of it; voxel_m: of a map of 64 MiB, 0: none is kept. Ends the program
+ * when it cannot. */
+static inline void daemon_make(int threads, double voxel_m)
 {
     struct pipeline_conf p;
-    char err[256] = "no loop, or no folder";
+    struct fault fault = {"no loop"};
     memset(&d, 0, sizeof d);
     swath_conf(&d.conf, threads);
     d.replay = true; /* there is no port whose state answers would go by */
@@ -105,22 +116,28 @@ static void daemon_start(int threads, double voxel_m, int max_clients)
     d.mount[0] = mount_identity;
     pose_log_init(&d.poses, 1000000000u);
     make_ping();
+    d.loop = loop_new(false);
+    d.pipeline = d.loop ? pipeline_new(&p, &fault) : NULL;
+    must(d.pipeline, &fault);
+}
+
+/* The same behind a socket, served by a thread. It may be started anew when it was stopped. */
+static inline void daemon_start(int threads, double voxel_m, int max_clients)
+{
+    struct fault fault = {"no folder"};
+    daemon_make(threads, voxel_m);
     snprintf(server_folder, sizeof server_folder, "/tmp/sonard-bench.XXXXXX");
-    d.loop = mkdtemp(server_folder) ? loop_new(false) : NULL;
+    must(mkdtemp(server_folder), &fault);
     snprintf(server_path_name, sizeof server_path_name, "%s/socket", server_folder);
     const struct server_conf server = {.path = server_path_name,
                                        .mode = 0600,
                                        .change = "all",
                                        .max_clients = max_clients,
+                                       .client_timeout_ns = 10000000000u,
                                        .no_rate_limit = true};
-    d.pipeline = d.loop ? pipeline_new(&p, err, sizeof err) : NULL;
-    d.server = d.pipeline && errand_start(&d, err, sizeof err)
-                   ? server_start(d.loop, &server, daemon_methods, &d, err, sizeof err)
-                   : NULL;
-    if (!d.server) {
-        fprintf(stderr, "%s\n", err);
-        exit(1);
-    }
+    must(request_jobs_start(&jobs, d.loop, d.pipeline, &fault), &fault);
+    d.server = server_start(d.loop, &server, daemon_methods, &d, &fault);
+    must(d.server, &fault);
     stop = false;
     pthread_create(&server_thread, NULL, serve, NULL);
 }
@@ -130,7 +147,7 @@ static void daemon_stop(void)
     stop = true;
     pthread_join(server_thread, NULL);
     server_stop(d.server);
-    errand_end(&d);
+    request_jobs_end(&jobs);
     pipeline_free(d.pipeline);
     loop_free(d.loop);
     rmdir(server_folder);
@@ -160,10 +177,10 @@ static inline void put_question(int fd, const char *line)
 /* Microseconds from the question to the end of the answer's line. */
 static inline double ask(int fd, const char *line)
 {
-    const uint64_t begun_ns = loop_clock();
+    const uint64_t started_ns = loop_clock();
     put_question(fd, line);
     take_answer(fd);
-    return (double)(loop_clock() - begun_ns) * 1e-3;
+    return (double)(loop_clock() - started_ns) * 1e-3;
 }
 
 #endif

@@ -12,14 +12,15 @@
 #include <string.h>
 #include <time.h>
 
-#include "../../drivers/device.h"
-#include "../../drivers/dronecan.h"
-#include "../../drivers/imagenex_frame.h"
-#include "../../drivers/micron.h"
-#include "../../drivers/nmea0183.h"
-#include "../../drivers/ping1d.h"
-#include "../../drivers/ping360.h"
-#include "../../drivers/surveyor.h"
+#include "core/fault.h"
+#include "drivers/devices/device.h"
+#include "drivers/devices/dronecan.h"
+#include "drivers/devices/imagenex_frame.h"
+#include "drivers/devices/micron.h"
+#include "drivers/pose/nmea0183.h"
+#include "drivers/devices/ping1d.h"
+#include "drivers/devices/ping360.h"
+#include "drivers/devices/surveyor.h"
 #include "bench.h"
 
 #define FRAMES     256
@@ -85,8 +86,9 @@ static size_t micron_frame(unsigned i, uint8_t *out)
     seanet_put_u16(payload + 27, i * 16 % MICRON_TURN);
     seanet_put_u16(payload + 29, MICRON_BINS);
     memcpy(payload + SEANET_DATA_AT, echo(i), MICRON_BINS);
-    return seanet_build(out, FRAME_MAX, MICRON_NODE, SEANET_HOST, SEANET_HEAD_DATA, SEANET_LAST_PACKET, payload,
-                        sizeof(payload));
+    return seanet_build(out, FRAME_MAX,
+                        (struct seanet_head){MICRON_NODE, SEANET_HOST, SEANET_HEAD_DATA, SEANET_LAST_PACKET},
+                        payload, sizeof(payload));
 }
 
 static size_t imagenex_frame(unsigned i, uint8_t *out)
@@ -204,12 +206,12 @@ static void measure(const struct row *row, double seconds)
                                      .node = -1,
                                      .sensor_id = -1,
                                      .listen_only = true};
-    char err[200] = "";
+    struct fault fault = {""};
     size_t n = 0;
     void *state = calloc(1, row->ops->state_size);
 
-    if (!state || !row->ops->init(state, &conf, err, sizeof(err))) {
-        printf("%s: %s\n", row->ops->name, err);
+    if (!state || !row->ops->init(state, &conf, &fault)) {
+        printf("%s: %s\n", row->ops->name, fault.text);
         exit(1);
     }
     for (unsigned i = 0; i < FRAMES; i++)

@@ -11,9 +11,10 @@
 #include <string.h>
 #include <time.h>
 
-#include "../../grid/range/amplitude.h"
-#include "../../grid/range/cfar.h"
-#include "../../grid/range/extract.h"
+#include "core/fault.h"
+#include "grid/range/amplitude.h"
+#include "grid/range/cfar.h"
+#include "grid/range/extract.h"
 #include "bench.h"
 
 #define MAX_BINS    1500
@@ -23,7 +24,7 @@
 static uint8_t samples[BEAMS][MAX_BINS];
 static uint64_t power[MAX_BINS], work[3 * (MAX_BINS + 1)];
 static uint8_t mask[MAX_BINS];
-static _Alignas(16) unsigned char memory[1 << 18];
+static _Alignas(16) unsigned char memory[1 << 19];
 static volatile unsigned sink;
 
 /* uniform in (0, 1] */
@@ -110,15 +111,15 @@ static const char *const name[] = {"ca", "goca", "soca", "os"};
 static struct extract *set_up(enum cfar_detector detector)
 {
     struct extract_conf conf;
-    char err[160] = "too much memory";
+    struct fault fault = {"too much memory"};
     struct extract *extract = NULL;
 
     extract_defaults(&conf);
     conf.detector = detector;
     if (extract_size(MAX_BINS) <= sizeof memory)
-        extract = extract_init(memory, &conf, MAX_BINS, err, sizeof err);
+        extract = extract_init(memory, &conf, MAX_BINS, &fault);
     if (!extract) {
-        printf("bench_extract: %s\n", err);
+        printf("bench_extract: %s\n", fault.text);
         exit(1);
     }
     return extract;

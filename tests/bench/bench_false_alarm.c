@@ -8,9 +8,9 @@
 #include <stdio.h>
 #include <stdlib.h>
 
-#include "../lib/clutter.h"
+#include "tests/lib/clutter.h"
 
-#include "../../grid/range/cfar.h"
+#include "grid/range/cfar.h"
 
 #define BEAM  8192
 #define SIDE  16

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * bench_load - what clients do to one another while a multibeam of 512 beams x 1000 bins pings 40 times a second: how long
- * one waits for `blocked` while another asks a long question all the time, beside a bare echo over a UNIX socket; and how
- * many requests a second are held for 1 to 200 clients that ask as fast as they are answered, all the same or each another
- * question, and beside hogs (as many threads as CPUs that write memory without end).
+ * bench_load - what clients do to one another while a multibeam of 512 beams x 1000 bins pings 40 times a second: how
+ * long one waits for `blocked` while another asks a long question all the time, beside a bare echo over a UNIX socket;
+ * and how many requests a second are held for 1 to 200 clients that ask as fast as they are answered, all the same or
+ * each another question, and beside hogs (as many threads as CPUs that write memory without end).
  */
 #include <sys/socket.h>
 
@@ -129,16 +129,16 @@ enum { MIXED = sizeof mixed / sizeof mixed[0] };
 /* Requests a second that n clients get answered, each with one question under way: of the first `kinds` in turn. */
 static double held(const int *fd, int n, unsigned kinds)
 {
-    const uint64_t begun_ns = loop_clock();
+    const uint64_t started_ns = loop_clock();
     unsigned answered = 0, asks = 0;
-    while (loop_clock() < begun_ns + HELD_NS) {
+    while (loop_clock() < started_ns + HELD_NS) {
         for (int i = 0; i < n; i++)
             put_question(fd[i], mixed[asks++ % kinds]);
         for (int i = 0; i < n; i++)
             take_answer(fd[i]);
         answered += (unsigned)n;
     }
-    return answered / ((double)(loop_clock() - begun_ns) * 1e-9);
+    return answered / ((double)(loop_clock() - started_ns) * 1e-9);
 }
 
 static void many_clients(void)
@@ -158,9 +158,10 @@ static void many_clients(void)
     enough = false;
     for (long i = 0; i < n_hogs; i++)
         pthread_create(&hogs[i], NULL, hog, NULL);
-    printf("\nanswers a second, %d pings a second meanwhile; mixed: blocked, sectors, nearest and limit in turn\n\n"
-           "%7s  %8s  %8s  %s\n",
-           RATE_HZ, "clients", "blocked", "mixed", "blocked, with hogs");
+    printf(
+        "\nanswers a second, %d pings a second meanwhile; mixed: blocked, sectors, nearest and limit in turn\n\n"
+        "%7s  %8s  %8s  %s\n",
+        RATE_HZ, "clients", "blocked", "mixed", "blocked, with hogs");
     for (int i = 0; i < COUNTS; i++)
         printf("%7d  %8.0f  %8.0f  %8.0f\n", counts[i], alone[i], each_another[i], held(fd, counts[i], 1));
     enough = true;

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <time.h>
 
-#include "../../client/mavlink_vehicle.h"
+#include "client/mavlink/mavlink_vehicle.h"
 #include "bench.h"
 
 #define FRAMES     1000

@@ -12,6 +12,7 @@
 
 #include "bench.h"
 #include "bench_swath.h"
+#include "core/fault.h"
 
 #define PINGS    200
 #define PATTERNS 8 /* different pings, so that branches are not learnt by heart */
@@ -35,14 +36,14 @@ static struct pipeline *start(int threads)
     static struct conf conf;
     struct pipeline_conf p;
     struct plan plan;
-    char err[200];
+    struct fault fault;
 
     swath_conf(&conf, threads);
     conf.sonar[0].rotation_rad[1] = geo_rad(-90);
     swath_pipeline(&conf, &plan, &p);
-    struct pipeline *pipeline = pipeline_new(&p, err, sizeof err);
+    struct pipeline *pipeline = pipeline_new(&p, &fault);
     if (!pipeline) {
-        fprintf(stderr, "%s\n", err);
+        fprintf(stderr, "%s\n", fault.text);
         exit(1);
     }
     return pipeline;
@@ -71,14 +72,14 @@ int main(void)
     for (int threads = 0; threads <= 2; threads++) {
         struct pipeline *pipeline = start(threads);
         struct pipeline_stats stats;
-        double begun_s = 1e-9 * cpu_ns();
-        uint64_t begun_ns = loop_clock(), next_ns = begun_ns;
+        double started_s = 1e-9 * cpu_ns();
+        uint64_t started_ns = loop_clock(), next_ns = started_ns;
         for (uint32_t i = 0; i < PINGS; i++) {
             wait_until(next_ns += 1000000000u / RATE_HZ);
             submit(pipeline, i);
         }
         pipeline_drain(pipeline);
-        double used_s = 1e-9 * cpu_ns() - begun_s, wall_s = 1e-9 * (double)(loop_clock() - begun_ns);
+        double used_s = 1e-9 * cpu_ns() - started_s, wall_s = 1e-9 * (double)(loop_clock() - started_ns);
         struct latency *l = pipeline_latency(pipeline, PIPELINE_WHOLE);
         pipeline_stats(pipeline, &stats);
         printf("%7d  %10.2f  %9.1f  %8.1f  %8.1f  %8llu   %10.0f\n", threads, used_s / wall_s,

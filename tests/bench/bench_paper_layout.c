@@ -7,8 +7,8 @@
 #include <stdio.h>
 #include <time.h>
 
-#include "../../grid/sphere/cells.h"
-#include "../report/lib/dice.h"
+#include "grid/sphere/cells.h"
+#include "report/lib/dice.h"
 #include "paper_layout.h"
 
 #define THETAS     180u

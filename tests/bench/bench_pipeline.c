@@ -9,11 +9,12 @@
 #include <string.h>
 #include <time.h>
 
-#include "../../config/conf.h"
-#include "../../daemon/loop.h"
-#include "../../daemon/wiring.h"
-#include "../../drivers/device.h"
-#include "../../drivers/ping_frame.h"
+#include "config/conf.h"
+#include "core/fault.h"
+#include "core/loop.h"
+#include "daemon/wiring.h"
+#include "drivers/devices/device.h"
+#include "drivers/devices/ping_frame.h"
 
 #define BINS        1200
 #define PERIOD_NS   2000000
@@ -100,7 +101,7 @@ static void start(int threads, bool patient, void *device)
     struct conf conf;
     struct pipeline_conf p;
     struct plan plan;
-    char err[200];
+    struct fault fault;
     conf_defaults(&conf);
     conf.n_sonars = 1;
     snprintf(conf.sonar[0].device, sizeof conf.sonar[0].device, "ping360");
@@ -109,11 +110,11 @@ static void start(int threads, bool patient, void *device)
     conf.pipeline.threads = threads;
     plan_make(&conf, &plan);
     wiring_pipeline(&conf, &plan, patient, &p);
-    pipeline = pipeline_new(&p, err, sizeof err);
+    pipeline = pipeline_new(&p, &fault);
     struct device_conf d = {
         .range_m = 20, .sound_speed_mps = 1500, .gain = -1, .step_rad = geo_rad(0.9), .listen_only = true};
-    if (!pipeline || !device_ping360.init(device, &d, err, sizeof err)) {
-        fprintf(stderr, "%s\n", err);
+    if (!pipeline || !device_ping360.init(device, &d, &fault)) {
+        fprintf(stderr, "%s\n", fault.text);
         exit(1);
     }
     device_ping360.opened(device, 0, &io);
@@ -141,11 +142,11 @@ int main(void)
 
         memset(device, 0, device_ping360.state_size);
         start(threads, true, device);
-        uint64_t begun = loop_clock();
+        uint64_t started = loop_clock();
         for (unsigned i = 0; i < FAST_PINGS; i++)
             feed(device, (uint16_t)(i % 400));
         pipeline_drain(pipeline);
-        printf("   %20.0f\n", FAST_PINGS / (1e-9 * (double)(loop_clock() - begun)));
+        printf("   %20.0f\n", FAST_PINGS / (1e-9 * (double)(loop_clock() - started)));
         pipeline_free(pipeline);
         free(device);
     }

@@ -3,12 +3,14 @@
  * bench_scaling - what one processor takes for a ping, a question: each size doubled by itself until one processor no
  * longer keeps up or the size has reached its limit, and beside it the same machine's memory and a bare socket echo.
  *
- *   bench_scaling [quick]   CSV: what, value, unit, per, ns_median, ns_low, ns_high, asked_per_s, share, keeps_up, times
- *   bench_scaling counted   each size once, whether one processor keeps up or not, without threads, for callgrind to count `measured`
+ *   bench_scaling [quick]   CSV: what, value, unit, per, ns_median, ns_low, ns_high, asked_per_s, share, keeps_up,
+ *                           times
+ *   bench_scaling counted   each size once, whether one processor keeps up or not, without threads, for callgrind
+ *                           to count `measured`
  *   bench_scaling extract|sphere|voxel N   N times one usual ping through that stage alone, for callgrind
  *
- * share: of one processor, when asked so often a second. low, high: the quarters of all repetitions. times: how often the row's
- * work was done in one `measured`; 0: it was not done there.
+ * share: of one processor, when asked so often a second. low, high: the quarters of all repetitions. times: how often
+ * the row's work was done in one `measured`; 0: it was not done there.
  */
 #include <math.h>
 #include <pthread.h>
@@ -19,12 +21,14 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "../../daemon/daemon.h"
-#include "../../daemon/wiring.h"
-#include "../../grid/range/extract.h"
-#include "../../grid/sphere/sphere.h"
-#include "../../grid/voxel/submap.h"
+#include "core/fault.h"
+#include "daemon/methods/environment.h"
+#include "daemon/wiring.h"
+#include "grid/range/extract.h"
+#include "grid/sphere/sphere.h"
+#include "grid/voxel/submap.h"
 #include "bench.h"
+#include "bench_answer.h"
 #include "bench_socket.h"
 
 #define RANGE_M    20.0
@@ -38,8 +42,8 @@
 
 static unsigned repeats = REPEATS;
 static bool counting;
-static uint32_t row_times; /* of the row to be printed next */
-static struct daemon d;    /* that is asked; before, nobody knows where it is */
+static uint32_t row_times;   /* of the row to be printed next */
+static struct methods_env d; /* that is asked; before, nobody knows where it is */
 
 struct figure {
     double median, low, high;
@@ -68,9 +72,9 @@ static struct figure timed(work_fn *work, void *ctx, uint32_t times)
 
     work(ctx, times);
     for (unsigned r = 0; r < repeats; r++) {
-        const double begun = cpu_ns();
+        const double started = cpu_ns();
         measured(work, ctx, times);
-        ns[r] = (cpu_ns() - begun) / times;
+        ns[r] = (cpu_ns() - started) / times;
     }
     row_times = times;
     return figure_of(ns, repeats);
@@ -96,7 +100,7 @@ static struct pipeline *chain(uint32_t beams, uint32_t bins)
     static struct conf conf;
     struct pipeline_conf p;
     struct plan plan;
-    char err[256];
+    struct fault fault;
 
     conf_defaults(&conf);
     conf.n_sonars = 1;
@@ -108,9 +112,9 @@ static struct pipeline *chain(uint32_t beams, uint32_t bins)
     p.max_beams = beams;
     p.max_bins = bins;
     p.max_samples = beams * bins;
-    struct pipeline *pipeline = pipeline_new(&p, err, sizeof err);
+    struct pipeline *pipeline = pipeline_new(&p, &fault);
     if (!pipeline) {
-        fprintf(stderr, "%s\n", err);
+        fprintf(stderr, "%s\n", fault.text);
         exit(1);
     }
     return pipeline;
@@ -226,9 +230,9 @@ static struct sphere *grid_of(double step_deg)
                                      .forget_s = 160,
                                      .blocked_above = 0.6,
                                      .recentre_m = 0.1};
-    char err[200];
+    struct fault fault;
 
-    return sphere_init(need(sphere_bytes(&conf, err, sizeof err)), &conf);
+    return sphere_init(need(sphere_bytes(&conf, &fault)), &conf);
 }
 
 struct turning {
@@ -272,14 +276,14 @@ static void water_of(struct water *w, double voxel_m)
 {
     const struct lattice_place origin = {{0, 0, 0}, {0.5, 0.5, 0.5}};
     const uint32_t side = (uint32_t)(2 * 6 / voxel_m / TILE_SIDE) + 3, height = (uint32_t)(6 / voxel_m) + 8;
-    char err[200];
+    struct fault fault;
 
     w->voxel_m = voxel_m;
     w->memory[0] = need(tiles_bytes(side * side, height, 1));
     w->memory[1] = need(submap_bytes(side, height));
     tiles_init(&w->tiles, w->memory[0], side * side, height, 1);
     submap_init(&w->map, w->memory[1], side, &w->tiles, &origin);
-    cast_opening_init(&w->opening, CAST_WEDGE, geo_rad(1.5), geo_rad(17.5), 0, err, sizeof err);
+    cast_opening_init(&w->opening, CAST_WEDGE, geo_rad(1.5), geo_rad(17.5), 0, &fault);
 }
 
 static void cast_turn(void *ctx, uint32_t times)
@@ -289,7 +293,12 @@ static void cast_turn(void *ctx, uint32_t times)
     struct cast_beam beam;
 
     for (uint32_t i = 0; i < times; i++)
-        if (cast_aim(&beam, &w->opening, &origin, pose_identity.attitude, geo_rad(1.8 * i), 0, 0, 6, w->voxel_m))
+        if (cast_aim(&beam, &w->opening,
+                     &(struct cast_look){.apex = &origin,
+                                         .attitude = pose_identity.attitude,
+                                         .az_rad = geo_rad(1.8 * i),
+                                         .far_m = 6,
+                                         .voxel_m = w->voxel_m}))
             submap_cast(&w->map, &beam, SUBMAP_VACANCY);
 }
 
@@ -313,7 +322,7 @@ static void voxels(void)
 static void daemon_of(double voxel_m)
 {
     struct pipeline_conf p;
-    char err[256] = "no loop";
+    struct fault fault = {"no loop"};
 
     conf_defaults(&d.conf);
     d.conf.n_sonars = 1;
@@ -330,9 +339,9 @@ static void daemon_of(double voxel_m)
     p.max_bins = p.max_samples = HEAD_BINS;
     pose_log_init(&d.poses, 1000000000u);
     d.loop = loop_new(false);
-    d.pipeline = d.loop ? pipeline_new(&p, err, sizeof err) : NULL;
+    d.pipeline = d.loop ? pipeline_new(&p, &fault) : NULL;
     if (!d.pipeline) {
-        fprintf(stderr, "%s\n", err);
+        fprintf(stderr, "%s\n", fault.text);
         exit(1);
     }
 }
@@ -344,24 +353,10 @@ static void daemon_end(void)
     memset(&d, 0, sizeof d);
 }
 
-/* From the request's line to the answer's, as the loop does it; what the socket takes is not in it. */
 static void answer(void *ctx, uint32_t times)
 {
-    const char *line = ctx;
-
-    while (times-- > 0) {
-        struct rpc_work work = {0};
-        const struct rpc_call call = {.daemon = &d, .now_ns = loop_clock(), .work = &work};
-        struct rpc_job *job = rpc_begin(&call, line, strlen(line));
-        char *reply = NULL;
-        while (rpc_step(job, daemon_methods, &call))
-            ;
-        if (!rpc_end(job, &reply) || !reply || strstr(reply, "\"error\"")) {
-            fprintf(stderr, "%s\n%s\n", line, reply ? reply : "no answer");
-            exit(1);
-        }
-        free(reply);
-    }
+    while (times-- > 0)
+        bench_answer(&d, ctx);
 }
 
 #define QUESTION(method, params)                                                                                  \
@@ -433,7 +428,7 @@ static struct figure questions(const int *fd, unsigned n)
     double ns[REPEATS];
 
     for (unsigned r = 0; r <= repeats; r++) {
-        const double begun = now_ns();
+        const double started = now_ns();
         for (int round = 0; round < 20; round++) {
             for (unsigned i = 0; i < n; i++)
                 ask(fd[i]);
@@ -441,7 +436,7 @@ static struct figure questions(const int *fd, unsigned n)
                 hear(fd[i]);
         }
         if (r > 0) /* the first one warms up */
-            ns[r - 1] = (now_ns() - begun) / (20.0 * n);
+            ns[r - 1] = (now_ns() - started) / (20.0 * n);
     }
     return figure_of(ns, repeats);
 }
@@ -451,19 +446,24 @@ static struct figure questions(const int *fd, unsigned n)
 static void clients(void)
 {
     static int fd[CLIENTS_MOST];
-    char folder[] = "/tmp/bench_scaling.XXXXXX", path[64], err[256];
+    char folder[] = "/tmp/bench_scaling.XXXXXX", path[64];
+    struct fault fault;
     pthread_t server, echoer;
     int pair[2];
 
     if (!mkdtemp(folder) || socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, pair) != 0)
         exit(1);
     snprintf(path, sizeof path, "%s/socket", folder);
-    const struct server_conf conf = {
-        .path = path, .mode = 0600, .change = "all", .max_clients = CLIENTS_MOST, .no_rate_limit = true};
+    const struct server_conf conf = {.path = path,
+                                     .mode = 0600,
+                                     .change = "all",
+                                     .max_clients = CLIENTS_MOST,
+                                     .client_timeout_ns = 10000000000u,
+                                     .no_rate_limit = true};
     daemon_of(0);
-    d.server = server_start(d.loop, &conf, daemon_methods, &d, err, sizeof err);
+    d.server = server_start(d.loop, &conf, daemon_methods, &d, &fault);
     if (!d.server) {
-        fprintf(stderr, "%s\n", err);
+        fprintf(stderr, "%s\n", fault.text);
         exit(1);
     }
     pthread_create(&echoer, NULL, echo, &pair[1]);
@@ -542,9 +542,9 @@ static void count(const char *stage, uint32_t n)
         struct extract_conf conf;
         struct beam_echoes found;
         struct ping_beam axis = {0};
-        char err[200];
+        struct fault fault;
         extract_defaults(&conf);
-        struct extract *x = extract_init(need(extract_size(BINS)), &conf, BINS, err, sizeof err);
+        struct extract *x = extract_init(need(extract_size(BINS)), &conf, BINS, &fault);
         fill(samples, 1, BINS);
         const struct ping p = {.sample_bytes = 1,
                                .n_beams = 1,

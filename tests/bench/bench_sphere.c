@@ -1,15 +1,17 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * bench_sphere - the grid alone: echoes per second through registration and updating, transformation as the vehicle
- * moves, and connected components, against the number of cells; bytes; what each sensor model costs. Rates to compare with are assumptions:
- * a WesMar SS150 that pings once per 400 m of range (1.9 echoes/s), an EM 1000 of 60 beams at 10 pings/s (600).
+ * moves, and connected components, against the number of cells; bytes; what each sensor model costs. Rates to compare
+ * with are assumptions: a WesMar SS150 that pings once per 400 m of range (1.9 echoes/s),
+ * an EM 1000 of 60 beams at 10 pings/s (600).
  */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <time.h>
 
-#include "../../grid/sphere/clusters.h"
+#include "core/fault.h"
+#include "grid/sphere/clusters.h"
 #include "bench.h"
 
 #define SS150_PER_S  1.9
@@ -34,8 +36,8 @@ static void start(double step_deg, uint32_t max_cells, enum sphere_model model)
                                .recentre_m = 0.1,
                                .model = model,
                                .range_error = 0.003};
-    char err[200];
-    bytes = sphere_bytes(&conf, err, sizeof err);
+    struct fault fault;
+    bytes = sphere_bytes(&conf, &fault);
     free(memory);
     memory = bytes ? aligned_alloc(64, (bytes + 63) / 64 * 64) : NULL;
     if (!memory) {

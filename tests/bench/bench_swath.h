@@ -6,9 +6,9 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "../../config/conf.h"
-#include "../../daemon/loop.h"
-#include "../../daemon/wiring.h"
+#include "config/conf.h"
+#include "core/loop.h"
+#include "daemon/wiring.h"
 
 #define BEAMS     512
 #define BINS      1000

@@ -9,7 +9,8 @@
 #include <string.h>
 #include <time.h>
 
-#include "../../grid/voxel/submap.h"
+#include "core/fault.h"
+#include "grid/voxel/submap.h"
 #include "voxel_scene.h"
 #include "bench.h"
 
@@ -121,11 +122,11 @@ static void scene(char which, double voxel_m, int turns, bool timed)
 {
     static struct cast_beam beam[10 * SCENE_PINGS];
     struct cast_opening o;
-    char err[200], name[2] = {which, '\0'};
+    struct fault fault;
+    char name[2] = {which, '\0'};
     int kept = 0;
 
-    if (!cast_opening_init(&o, CAST_WEDGE, geo_rad(SCENE_AZ_DEG) / 2, geo_rad(SCENE_EL_DEG) / 2, 0, err,
-                           sizeof err))
+    if (!cast_opening_init(&o, CAST_WEDGE, geo_rad(SCENE_AZ_DEG) / 2, geo_rad(SCENE_EL_DEG) / 2, 0, &fault))
         exit(1);
     map_new(which == 'B' ? 51 : 9, which == 'B' ? 40 : 27, voxel_m);
     for (int turn = 0; turn < turns; turn++) {
@@ -136,7 +137,9 @@ static void scene(char which, double voxel_m, int turns, bool timed)
             struct lattice_place at;
             struct cast_beam *b = &beam[kept++];
             if (!lattice_place(ping.position_m, voxel_m, &at) ||
-                !cast_aim(b, &o, &at, ping.attitude, 0, 0, 0, ping.range_m, voxel_m))
+                !cast_aim(b, &o,
+                          &(struct cast_look){
+                              .apex = &at, .attitude = ping.attitude, .far_m = ping.range_m, .voxel_m = voxel_m}))
                 exit(1);
             submap_cast(&map, b, SUBMAP_VACANCY);
         }
@@ -151,17 +154,21 @@ static void fan(double voxel_m, int turns, bool timed)
 {
     static struct cast_beam beam[512];
     struct cast_opening o;
-    char err[200];
+    struct fault fault;
     const double level[4] = {1, 0, 0, 0}, pitch_deg = 120.0 / 512, position_m[3] = {0.03, 0.03, 0.04};
     struct lattice_place at;
 
     if (!lattice_place(position_m, voxel_m, &at) ||
-        !cast_opening_init(&o, CAST_WEDGE, geo_rad(pitch_deg) / 2, geo_rad(10), 0, err, sizeof err))
+        !cast_opening_init(&o, CAST_WEDGE, geo_rad(pitch_deg) / 2, geo_rad(10), 0, &fault))
         exit(1);
     map_new(21, 8, voxel_m);
     for (int b = 0; b < 512; b++)
-        if (!cast_aim(&beam[b], &o, &at, level, geo_rad(pitch_deg * (b + 0.5) - 60), 0, 0, 20 - 0.01 * (b % 50),
-                      voxel_m))
+        if (!cast_aim(&beam[b], &o,
+                      &(struct cast_look){.apex = &at,
+                                          .attitude = level,
+                                          .az_rad = geo_rad(pitch_deg * (b + 0.5) - 60),
+                                          .far_m = 20 - 0.01 * (b % 50),
+                                          .voxel_m = voxel_m}))
             exit(1);
     for (int turn = 0; turn < turns; turn++)
         cast_turn(beam, 512);

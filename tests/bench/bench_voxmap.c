@@ -9,8 +9,9 @@
 #include <string.h>
 #include <time.h>
 
-#include "../../grid/voxel/frontier.h"
-#include "../lib/ask_map.h"
+#include "core/fault.h"
+#include "grid/voxel/frontier.h"
+#include "tests/lib/ask_map.h"
 #include "voxel_scene.h"
 #include "bench.h"
 
@@ -33,7 +34,7 @@ static double uniform(void)
 
 static void map_new(uint8_t levels, bool keep_echoes, double submap_path_m)
 {
-    char err[160];
+    struct fault fault;
     struct voxmap_setting s = {
         .voxel_m = VOXEL_M,
         .side = 8,
@@ -49,7 +50,7 @@ static void map_new(uint8_t levels, bool keep_echoes, double submap_path_m)
         .half_life_ns = VOXMAP_NEVER,
     };
     free(map.part);
-    voxmap_init(&map, &s, need(voxmap_bytes(&s, err, sizeof err)));
+    voxmap_init(&map, &s, need(voxmap_bytes(&s, &fault)));
 }
 
 static void enter(const struct scene_ping *p, int turn, double range_m)

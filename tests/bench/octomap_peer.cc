@@ -15,7 +15,8 @@
 #include <octomap/octomap.h>
 
 extern "C" {
-#include "../../grid/voxel/submap.h"
+#include "core/fault.h"
+#include "grid/voxel/submap.h"
 #include "voxel_scene.h"
 }
 
@@ -89,12 +90,12 @@ static double compare(char which, double voxel_m, int turns, int pings)
     submap map;
     cast_opening o;
     cast_beam beam;
-    char err[200];
+    struct fault fault;
     octomap::OcTree tree(voxel_m);
-    void *memory = calloc(1, tiles_bytes(side * side, height, 1)), *directory = calloc(1, submap_bytes(side, height));
+    void *memory = calloc(1, tiles_bytes(side * side, height, 1)),
+         *directory = calloc(1, submap_bytes(side, height));
     if (!memory || !directory ||
-        !cast_opening_init(&o, CAST_WEDGE, geo_rad(SCENE_AZ_DEG) / 2, geo_rad(SCENE_EL_DEG) / 2, 0, err,
-                           sizeof err))
+        !cast_opening_init(&o, CAST_WEDGE, geo_rad(SCENE_AZ_DEG) / 2, geo_rad(SCENE_EL_DEG) / 2, 0, &fault))
         exit(1);
     tiles_init(&pool, memory, side * side, height, 1);
     submap_init(&map, directory, side, &pool, &base);

@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * paper_layout - the grid's structure as Auran and Silven 1996, figure 5, have it, as a reference to compare grid/sphere's
- * cells with: tables of theta and phi, each cell on the heap, doubly linked to the nearer and the farther one of its
- * direction and to its neighbours in the order in which cells came. Knows what a cell holds, not what an echo means.
+ * paper_layout - the grid's structure as Auran and Silven 1996, figure 5, have it, as a reference to compare
+ * grid/sphere's cells with: tables of theta and phi, each cell on the heap, doubly linked to the nearer and the farther
+ * one of its direction and to its neighbours in the order in which cells came.
+ * Knows what a cell holds, not what an echo means.
  */
 #ifndef SONARD_BENCH_PAPER_LAYOUT_H
 #define SONARD_BENCH_PAPER_LAYOUT_H

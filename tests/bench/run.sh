@@ -59,5 +59,11 @@ AIMS
             awk -v what="$detector $bins" -v bins="$bins" '/Collected/ { printf "%-9s %9.1f\n", what, $4 / 64 / bins }' "$out"
         done
     done
+    printf '\n== instructions per answer, from the line of the request to that of the answer\n'
+    for question in blocked sectors nearest limit; do
+        valgrind --tool=callgrind --callgrind-out-file=/dev/null --toggle-collect='counted*' \
+            "$build/tests/bench_answers" counted "$question" 2>"$out" >&2
+        awk -v what="$question" '/Collected/ { printf "%-9s %9.0f\n", what, $4 / 20 }' "$out"
+    done
     rm -f "$out"
 fi

@@ -3,7 +3,7 @@
 """service.py [SECONDS] - what the service costs with nothing configured but its sonar: a virtual Ping360 at its own rate on
 a line of 115200 baud, default configuration; aims: below 1 % of a processor, below 32 MiB. The virtual line hands over
 smaller pieces than most serial adapters do, and every piece wakes the service once. Then the same with all that the
-service can keep: map of places, image clean-up, two threads,
+service can keep: voxel map, image clean-up, two threads,
 recording."""
 import os
 import shutil

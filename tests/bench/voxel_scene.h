@@ -11,7 +11,7 @@
 #include <math.h>
 #include <stdbool.h>
 
-#include "../../grid/geometry.h"
+#include "grid/geometry.h"
 
 #define SCENE_PINGS  200 /* a turn */
 #define SCENE_AZ_DEG 3.0

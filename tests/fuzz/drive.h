@@ -11,8 +11,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "../../drivers/device.h"
-#include "../../drivers/ping_frame.h"
+#include "core/fault.h"
+#include "drivers/devices/device.h"
+#include "drivers/devices/ping_frame.h"
 
 #define MS 1000000ull
 
@@ -94,10 +95,10 @@ static void drive(const struct device_ops *ops, const struct device_conf *conf, 
     static struct ping_parser sent;
     const struct device_io io = {&sent, drive_sent, drive_break, drive_begin, drive_done, drive_note};
     struct device_status status;
-    char err[200];
+    struct fault fault;
     void *state = calloc(1, ops->state_size);
 
-    must(state && ops->init(state, conf, err, sizeof(err)));
+    must(state && ops->init(state, conf, &fault));
     drive_now_ns = 5 * MS;
     drive_pings = drive_asked = 0;
     ops->opened(state, drive_now_ns, &io);

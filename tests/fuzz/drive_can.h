@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * drive_can - a device that listens to a CAN bus under any frames, while time passes: every ping is sound, nothing is ever
- * sent, and its counters add up. The input is records of 16 or 72 bytes; a byte before each is its kind and how long it was
- * waited for.
+ * drive_can - a device that listens to a CAN bus under any frames, while time passes: every ping is sound, nothing is
+ * ever sent, and its counters add up. The input is records of 16 or 72 bytes; a byte before each is its kind and how
+ * long it was waited for.
  */
 #ifndef SONARD_FUZZ_DRIVE_CAN_H
 #define SONARD_FUZZ_DRIVE_CAN_H
@@ -11,7 +11,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "../../drivers/device.h"
+#include "core/fault.h"
+#include "drivers/devices/device.h"
 
 static volatile double drive_sink;
 static uint64_t drive_now_ns, drive_pings;
@@ -55,10 +56,10 @@ static void drive_can(const struct device_ops *ops, const struct device_conf *co
     static _Alignas(max_align_t) uint8_t state[1 << 15];
     const struct device_io io = {.ping_begin = drive_begin, .ping_done = drive_done, .note = drive_note};
     struct device_status status;
-    char err[200];
+    struct fault fault;
 
     memset(state, 0, sizeof(state));
-    must(ops->state_size <= sizeof(state) && ops->init(state, conf, err, sizeof(err)));
+    must(ops->state_size <= sizeof(state) && ops->init(state, conf, &fault));
     drive_now_ns = drive_pings = 0;
     ops->opened(state, drive_now_ns, &io);
     for (size_t at = 0; at < size;) {

@@ -7,7 +7,8 @@
 #include <string.h>
 #include <zlib.h>
 
-#include "../../daemon/template_file.h"
+#include "core/fault.h"
+#include "daemon/background/template_file.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -42,11 +43,11 @@ static void lay_over(const struct background *b)
 
 static void try(const uint8_t *data, size_t size)
 {
-    enum template_fault fault;
-    char err[200];
+    enum template_fault kind;
+    struct fault fault;
     size_t again_size;
-    struct background *b = template_decode(data, size, 64, &fault, err, sizeof err);
-    must((b != NULL) == (fault == TEMPLATE_GOOD));
+    struct background *b = template_decode(data, size, 64, &kind, &fault);
+    must((b != NULL) == (kind == TEMPLATE_GOOD));
     if (!b)
         return;
     must(background_shape_good(&b->shape));

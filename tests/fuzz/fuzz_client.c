@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * fuzz_client - any bytes as what a daemon says: libsonard hands out JSON or a refusal and ends with the connection, a typed
- * answer is of a state that exists, and `sonarctl top` draws whatever it was.
+ * fuzz_client - any bytes as what a daemon says: libsonard hands out JSON or a refusal and ends with the connection, a
+ * typed answer is of a state that exists, and `sonarctl top` draws whatever it was.
  */
 #include <jansson.h>
 #include <stdlib.h>
@@ -10,8 +10,8 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include "../../client/sonard.h"
-#include "../../client/top_view.h"
+#include "client/lib/sonard.h"
+#include "client/ctl/top_view.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 

@@ -7,7 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "../../drivers/device.h"
+#include "core/fault.h"
+#include "drivers/devices/device.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -72,7 +73,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     const struct device_ops *ops = &device_echolist;
     const struct device_io io = {NULL, no_send, no_break, begin_ping, check_ping, take_note};
     struct device_status status;
-    char err[200];
+    struct fault fault;
 
     if (size < 2)
         return 0;
@@ -82,7 +83,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
                                      .baud = data[1] & 2 ? 9600 : 0};
     uint32_t cuts = (uint32_t)data[1] * 2654435761u + data[0];
     void *state = calloc(1, ops->state_size);
-    must(state && ops->init(state, &conf, err, sizeof err));
+    must(state && ops->init(state, &conf, &fault));
     room = (uint16_t)(1 + data[1] % BEAMS_MAX);
     now_ns = 5 * MS;
     pings = asked = 0;

@@ -9,8 +9,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "../../drivers/device.h"
-#include "../../drivers/imagenex_frame.h"
+#include "core/fault.h"
+#include "drivers/devices/device.h"
+#include "drivers/devices/imagenex_frame.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -96,7 +97,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     const struct device_io io = {NULL, check_sent, check_break, begin_ping, check_ping, take_note};
     struct device_status status;
-    char err[200];
+    struct fault fault;
 
     if (size < 4)
         return 0;
@@ -104,7 +105,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     const struct device_conf conf = choose_conf(data);
     uint32_t cuts = (uint32_t)data[3] * 2654435761u + data[2];
     void *state = calloc(1, ops->state_size);
-    must(state && ops->init(state, &conf, err, sizeof err));
+    must(state && ops->init(state, &conf, &fault));
     now_ns = 5 * MS;
     pings = asked = 0;
     ops->opened(state, now_ns, &io);

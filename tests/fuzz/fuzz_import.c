@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* fuzz_import - any bytes as a recording of another program: times never fall, no record is larger than the file. */
-#include "../../client/import.h"
+#include "client/ctl/import.h"
 
 #include <stdlib.h>
 

@@ -1,15 +1,16 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * fuzz_mapfile - any bytes as a saved map, as they are and with the checksum put right: what is accepted goes into a map
- * submap by submap or is refused with a sentence, and the map answers and can be packed again all the same.
+ * fuzz_mapfile - any bytes as a saved map, as they are and with the checksum put right: what is accepted goes into a
+ * map submap by submap or is refused with a sentence, and the map answers and can be packed again all the same.
  */
 #include <stdlib.h>
 #include <string.h>
 #include <zlib.h>
 
-#include "../../daemon/map_file.h"
-#include "../../grid/voxel/voxpage.h"
-#include "../lib/ask_map.h"
+#include "core/fault.h"
+#include "daemon/map/map_file.h"
+#include "grid/voxel/voxpage.h"
+#include "tests/lib/ask_map.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -37,8 +38,8 @@ static struct voxmask mask;
 
 static void make_map(void)
 {
-    char err[200];
-    const size_t size = voxmap_bytes(&setting, err, sizeof err);
+    struct fault fault;
+    const size_t size = voxmap_bytes(&setting, &fault);
     must(size > 0);
     if (!map.part) {
         void *memory = malloc(size), *blocks = malloc(voxmask_bytes(1024));
@@ -53,12 +54,12 @@ static void put_in(const uint8_t *data, size_t size, uint32_t wanted)
 {
     struct map_page page = {0};
     uint32_t n = 0;
-    char err[300] = "";
+    struct fault fault = {""};
     make_map();
     for (; map_file_page(data, size, &page); n++) {
         must(page.bytes >= data && page.bytes + page.size <= data + size);
-        const uint64_t id = voxpage_add(&map, page.bytes, page.size, err, sizeof err);
-        must(id || err[0]);
+        const uint64_t id = voxpage_add(&map, page.bytes, page.size, &fault);
+        must(id || fault.text[0]);
         if (!id)
             continue;
         must(voxpage_tiles(page.bytes, page.size) != TILE_NONE || voxpage_bytes(&map, id) > 0);
@@ -67,20 +68,20 @@ static void put_in(const uint8_t *data, size_t size, uint32_t wanted)
         free(again);
     }
     must(n == wanted);
-    const uint8_t *veil = map_file_veil(data, size, &n);
-    if (veil)
-        voxmap_join_veil(&map, veil, n);
+    const uint8_t *residual = map_file_residual(data, size, &n);
+    if (residual)
+        voxmap_join_residual(&map, residual, n);
     struct free_answer answer;
     must(free_query_box(&mask, (double[3]){-8, -8, -2}, (double[3]){8, 8, 2}, &answer));
 }
 
 static void try(const uint8_t *data, size_t size)
 {
-    char err[300] = "";
+    struct fault fault = {""};
     uint32_t pages = 0;
-    const enum map_fault fault = map_file_check(data, size, &setting, &pages, err, sizeof err);
-    must((fault == MAP_GOOD) == (err[0] == '\0'));
-    if (fault == MAP_GOOD)
+    const enum map_fault kind = map_file_check(data, size, &setting, &pages, &fault);
+    must((kind == MAP_GOOD) == (fault.text[0] == '\0'));
+    if (kind == MAP_GOOD)
         put_in(data, size, pages);
 }
 

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "../../client/mavlink_vehicle.h"
+#include "client/mavlink/mavlink_vehicle.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 

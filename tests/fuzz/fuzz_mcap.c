@@ -3,9 +3,11 @@
  * fuzz_mcap - any bytes as a capture: every message and attachment is within the limits, and reading comes to an
  * end.
  */
-#include "../../drivers/mcap.h"
+#include "drivers/capture/mcap.h"
 
 #include <stdlib.h>
+
+#include "core/fault.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -25,12 +27,14 @@ static void use(const uint8_t *data, size_t size)
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
-    char err[128];
+    struct fault fault;
     struct mcap_message m;
     struct mcap_attachment a;
-    struct mcap_reader *r = mcap_open_memory(data, size, hear_problem, NULL, err, sizeof err);
+    struct mcap_reader *r = mcap_open_memory(data, size, hear_problem, NULL, &fault);
+    uint64_t end_ns;
     if (!r)
         return 0;
+    sink += mcap_summary_end(r, &end_ns) ? end_ns : 0;
     while (mcap_next(r, &m)) {
         use(m.data, m.size);
         sink += (uint8_t)m.channel->topic[0];

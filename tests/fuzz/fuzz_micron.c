@@ -9,8 +9,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "../../drivers/device.h"
-#include "../../drivers/micron.h"
+#include "core/fault.h"
+#include "drivers/devices/device.h"
+#include "drivers/devices/micron.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -107,14 +108,14 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     static struct seanet_parser sent;
     struct device_io io = {&sent, check_sent, check_break, begin_ping, check_ping, take_note};
     struct device_status status;
-    char err[200];
+    struct fault fault;
 
     if (size < 4)
         return 0;
     struct device_conf conf = choose_conf(data);
     uint32_t cuts = (uint32_t)data[3] * 2654435761u + data[2];
     void *state = calloc(1, device_micron.state_size);
-    must(state && device_micron.init(state, &conf, err, sizeof(err)));
+    must(state && device_micron.init(state, &conf, &fault));
     now_ns = 5 * MS;
     pings = asked = 0;
     device_micron.opened(state, now_ns, &io);

@@ -6,8 +6,8 @@
 #include <math.h>
 #include <stdlib.h>
 
-#include "../../drivers/nmea0183.h"
-#include "../../grid/geometry.h"
+#include "drivers/pose/nmea0183.h"
+#include "grid/geometry.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 

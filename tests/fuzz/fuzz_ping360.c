@@ -9,8 +9,9 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "../../drivers/device.h"
-#include "../../drivers/ping_frame.h"
+#include "core/fault.h"
+#include "drivers/devices/device.h"
+#include "drivers/devices/ping_frame.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
 
@@ -85,7 +86,7 @@ static struct device_conf choose_conf(const uint8_t *b)
 {
     static const unsigned bauds[] = {0, 9600, 115200, 4000000};
     return (struct device_conf){
-        .range_m = 0.75 + b[0] % 200,
+        .range_m = 0.75 + b[0] % 50,
         .sound_speed_mps = 1500.0,
         .gain = -1,
         .sector_start_rad = (b[1] & 15) - 8,
@@ -112,14 +113,14 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
     static struct ping_parser sent;
     struct device_io io = {&sent, check_sent, check_break, begin_ping, check_ping, take_note};
     struct device_status status;
-    char err[200];
+    struct fault fault;
 
     if (size < 4)
         return 0;
     struct device_conf conf = choose_conf(data);
     uint32_t cuts = (uint32_t)data[3] * 2654435761u + data[2];
     void *state = calloc(1, device_ping360.state_size);
-    must(state && device_ping360.init(state, &conf, err, sizeof(err)));
+    must(state && device_ping360.init(state, &conf, &fault));
     now_ns = 5 * MS;
     pings = asked = 0;
     device_ping360.opened(state, now_ns, &io);

@@ -1,10 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * fuzz_server - the whole server with four clients whose lines come in any pieces, at any time, in any order, read or not:
- * what comes back is whole lines of JSON, and the server serves the next client afterwards.
+ * fuzz_server - the whole server with four clients whose lines come in any pieces, at any time, in any order, read or
+ * not: what comes back is whole lines of JSON, and the server serves the next client afterwards.
  *
- * The input is a list of steps: one byte says whose turn it is (low two bits) and what happens (the next three), one byte
- * says how much, then for a send so many bytes of what is sent.
+ * The input is a list of steps: one byte says whose turn it is (low two bits) and what happens (the next three), one
+ * byte says how much, then for a send so many bytes of what is sent.
  */
 #include <errno.h>
 #include <jansson.h>
@@ -16,8 +16,9 @@
 #include <sys/un.h>
 #include <unistd.h>
 
-#include "../../daemon/loop.h"
-#include "../../daemon/server.h"
+#include "core/fault.h"
+#include "core/loop.h"
+#include "daemon/rpc/server.h"
 
 #define CLIENTS    4
 #define TAIL_BYTES (1 << 20)
@@ -35,28 +36,29 @@ struct client {
 
 static char path[64];
 
-static json_t *echo(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+static bool echo(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
 {
     (void)call;
     (void)error;
-    return json_incref(params);
+    return json_out_take(out, json_incref(params));
 }
 
-static json_t *change(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+static bool change(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
 {
     (void)params;
+    (void)out;
     rpc_refuse(error, RPC_INVALID_REQUEST, "not at %llu", (unsigned long long)call->now_ns);
-    return NULL;
+    return false;
 }
 
-static json_t *large(const struct rpc_call *call, json_t *params, struct rpc_error *error)
+static bool large(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
 {
     static char text[60001];
     (void)call;
     (void)params;
     (void)error;
     memset(text, 'x', sizeof text - 1);
-    return json_pack("{s:s}", "text", text);
+    return json_out_take(out, json_pack("{s:s}", "text", text));
 }
 
 static const struct rpc_method methods[] = {
@@ -171,11 +173,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     static char tails[CLIENTS][TAIL_BYTES];
     struct client client[CLIENTS];
-    char err[256];
+    struct fault fault;
     snprintf(path, sizeof path, "/tmp/fuzz_server.%d", (int)getpid());
-    const struct server_conf conf = {.path = path, .mode = 0600, .max_clients = CLIENTS};
+    const struct server_conf conf = {
+        .path = path, .mode = 0600, .max_clients = CLIENTS, .client_timeout_ns = 10000000000u};
     struct loop *loop = loop_new(true);
-    struct server *server = loop ? server_start(loop, &conf, methods, NULL, err, sizeof err) : NULL;
+    struct server *server = loop ? server_start(loop, &conf, methods, NULL, &fault) : NULL;
     if (!server)
         abort();
     for (int i = 0; i < CLIENTS; i++)

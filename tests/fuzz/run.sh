@@ -15,17 +15,17 @@ SEED=${SEED:-$(date +%s)}
 MAX_LEN=${MAX_LEN:-16384}
 CLANG=${CLANG:-clang}
 OUT=$BUILD/fuzz
-FLAGS="-std=c17 -O1 -g -fno-omit-frame-pointer -ffp-contract=off -D_GNU_SOURCE -DSONARD_VERSION=\"fuzz\" -DSONARD_GPIOD=0
+FLAGS="-std=c17 -iquote . -O1 -g -fno-omit-frame-pointer -ffp-contract=off -D_GNU_SOURCE -DSONARD_VERSION=\"fuzz\" -DSONARD_GPIOD=0
        -fsanitize=address,undefined -fno-sanitize-recover=all"
-LIBS="-lmodbus -linih -ljansson -llz4 -lzstd -lz -lm -pthread"
+LIBS="$(${PKG_CONFIG:-pkg-config} --libs libmodbus inih jansson liblz4 libzstd zlib) -lm -pthread"
 
 mkdir -p "$OUT" || exit 2
 
 # The whole product with coverage, in an archive: a target takes what it needs. A file that does not compile is
 # told; the targets that do not need it run all the same.
 objects=""
-for source in grid/*.c grid/*/*.c drivers/*.c config/*.c daemon/*.c client/*.c; do
-    case $source in *\**|daemon/main.c|client/sonarctl.c|client/sonard-mavlink.c) continue ;; esac
+for source in core/*.c grid/*.c grid/*/*.c drivers/*/*.c protocol/*.c config/*.c daemon/*.c daemon/*/*.c client/*/*.c web/*.c; do
+    case $source in *\**|daemon/main.c|client/ctl/sonarctl.c|client/mavlink/sonard-mavlink.c|web/sonard-web.c) continue ;; esac
     object=$OUT/obj/${source%.c}.o
     mkdir -p "${object%/*}"
     if "$CLANG" $FLAGS -fsanitize=fuzzer-no-link -c -o "$object" "$source" 2>"$OUT/build.log"; then

@@ -1,16 +1,16 @@
 /* SPDX-License-Identifier: MIT */
-/* ask_map.h - questions about places answered at once, as nobody waits for the map in a test: false, as it is begun. */
+/* ask_map.h - questions about places answered at once, as nobody waits for the map in a test: false, as it started. */
 #ifndef SONARD_TEST_ASK_MAP_H
 #define SONARD_TEST_ASK_MAP_H
 
-#include "../../grid/voxel/free_query.h"
+#include "grid/voxel/free_query.h"
 
-static inline bool ask_map(struct free_query *q, bool begun, struct voxmask *v, struct free_answer *out)
+static inline bool ask_map(struct free_query *q, bool started, struct voxmask *v, struct free_answer *out)
 {
-    while (begun && !free_query_step(q, v)) {
+    while (started && !free_query_step(q, v)) {
     }
-    *out = begun ? q->answer : (struct free_answer){0};
-    return begun;
+    *out = started ? q->answer : (struct free_answer){0};
+    return started;
 }
 
 static inline bool free_query_box(struct voxmask *v, const double low_m[3], const double high_m[3],

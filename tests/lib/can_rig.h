@@ -6,8 +6,9 @@
 #ifndef SONARD_CAN_RIG_H
 #define SONARD_CAN_RIG_H
 
-#include "../../drivers/candump.h"
-#include "../../drivers/device.h"
+#include "core/fault.h"
+#include "drivers/capture/candump.h"
+#include "drivers/devices/device.h"
 #include "test.h"
 
 #define RIG_MS 1000000ull
@@ -24,7 +25,7 @@ static struct can_rig {
     uint8_t samples[16];
     char note[256];
     double range_m[4096]; /* of every ping */
-    char err[200];
+    struct fault fault;
 } rig;
 
 static struct ping *rig_begin(void *ctx)
@@ -53,7 +54,7 @@ static __attribute__((format(printf, 3, 4))) void rig_note(void *ctx, enum devic
     rig.warnings += level == NOTE_WARNING;
 }
 
-/* false with rig.err: the configuration is refused */
+/* false with rig.fault: the configuration is refused */
 static bool rig_open(const struct device_ops *ops, int node, int sensor_id)
 {
     memset(&rig, 0, sizeof(rig));
@@ -63,7 +64,7 @@ static bool rig_open(const struct device_ops *ops, int node, int sensor_id)
     rig.conf = (struct device_conf){
         .range_m = 50, .sound_speed_mps = 1500, .gain = -1, .node = node, .sensor_id = sensor_id};
     CHECK(ops->state_size <= sizeof(rig.state));
-    if (!ops->init(rig.state, &rig.conf, rig.err, sizeof(rig.err)))
+    if (!ops->init(rig.state, &rig.conf, &rig.fault))
         return false;
     ops->opened(rig.state, rig.now_ns, &rig.io);
     return true;

@@ -9,7 +9,7 @@
 #include <math.h>
 #include <stdint.h>
 
-#include "../../grid/range/amplitude.h"
+#include "grid/range/amplitude.h"
 
 #define CLUTTER_LAWS 4
 

@@ -3,7 +3,7 @@
 #ifndef SONARD_TEST_DETECTORS_H
 #define SONARD_TEST_DETECTORS_H
 
-#include "../../grid/range/cfar.h"
+#include "grid/range/cfar.h"
 #include "table.h"
 
 static inline enum cfar_detector table_detector(const struct table *t, int column)

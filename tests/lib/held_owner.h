@@ -1,23 +1,23 @@
 /* SPDX-License-Identifier: MIT */
-/* held_owner.h - an errand that keeps the maps' owner busy until it is let go, so that others wait in its queue. */
+/* held_owner.h - a job that keeps the maps' owner busy until it is let go, so that others wait in its queue. */
 #ifndef SONARD_TEST_HELD_OWNER_H
 #define SONARD_TEST_HELD_OWNER_H
 
 #include <semaphore.h>
 
-#include "../../daemon/pipeline.h"
+#include "daemon/pipeline/pipeline.h"
 #include "test.h"
 
 struct hold {
-    struct errand errand;
-    sem_t begun, go;
+    struct owner_job call;
+    sem_t started, go;
 };
 
 static inline void hold_until_let_go(void *ctx, const struct pipeline_owned *owned)
 {
     struct hold *hold = ctx;
     (void)owned;
-    sem_post(&hold->begun);
+    sem_post(&hold->started);
     while (sem_wait(&hold->go) != 0) {
     }
 }
@@ -26,10 +26,10 @@ static inline void hold_until_let_go(void *ctx, const struct pipeline_owned *own
 static inline void hold_owner(struct hold *hold, struct pipeline *pipeline)
 {
     *hold = (struct hold){0};
-    sem_init(&hold->begun, 0, 0);
+    sem_init(&hold->started, 0, 0);
     sem_init(&hold->go, 0, 0);
-    CHECK(!pipeline_errand(pipeline, &hold->errand, hold_until_let_go));
-    while (sem_wait(&hold->begun) != 0) {
+    CHECK(!owner_poll(pipeline, &hold->call, hold_until_let_go));
+    while (sem_wait(&hold->started) != 0) {
     }
 }
 

@@ -1,21 +1,23 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * honest.h - a vehicle moves and turns in a world of points while its sonars ping and its pose comes late, seldom or not; at
- * random moments everything is asked that a client may ask, through the daemon's own methods, and held against where the
- * points are at that moment.
+ * honest.h - a vehicle moves and turns in a world of points while its sonars ping and its pose comes late, seldom or
+ * not; at random moments everything is asked that a client may ask, through the daemon's own methods, and held against
+ * where the points are at that moment.
  *
- * Assumed: a sonar hears the nearest point in its opening up to its range; a ping's range is off by at most its bin; the
- * vehicle goes and turns no faster than the configuration says; where that does not say it, smoothly. Poses are exact as of
- * their own time and nothing but the vehicle moves; where a trial has it otherwise, it says how far a clear may be wrong.
+ * Assumed: a sonar hears the nearest point in its opening up to its range; a ping's range is off by at most its bin;
+ * the vehicle goes and turns no faster than the configuration says; where that does not say it, smoothly. Poses are
+ * exact as of their own time and nothing but the vehicle moves; where a trial has it otherwise,
+ * it says how far a clear may be wrong.
  */
 #ifndef SONARD_TEST_HONEST_H
 #define SONARD_TEST_HONEST_H
 
 #include "test.h"
 
-#include "../../config/conf.h"
-#include "../../daemon/daemon.h"
-#include "../../daemon/wiring.h"
+#include "config/conf.h"
+#include "core/fault.h"
+#include "daemon/methods/environment.h"
+#include "daemon/wiring.h"
 
 #include <stdarg.h>
 
@@ -26,6 +28,7 @@
 #define WORLD_S    25.0
 #define THINGS     20
 #define WAVE_S     5.0
+#define TURN_PINGS 144
 
 /* What of the beams: how many, between which azimuths, and how wide and high each. */
 struct head {
@@ -51,8 +54,8 @@ struct vehicle {
 
 #define CONF_HEARD "[extract]\nminimum_range = 10 m\nno_echo = range\n"
 
-/* Keeps its place but for a little drift, and knows of it from one level head. Nothing else is set, but how far off the fan
- * has opened as far as the body is high, and a corridor of its radius. */
+/* Keeps its place but for a little drift, and knows of it from one level head. Nothing else is set, but how far off the
+ * fan has opened as far as the body is high, and a corridor of its radius. */
 static const struct vehicle hovering = {
     .conf =
         "[sonar head]\ndevice = echolist\nport = can:can0\nrange = 10 m\n" CONF_HEARD "[vehicle]\nnear = 3.3 m\n",
@@ -62,7 +65,7 @@ static const struct vehicle hovering = {
     .tilt_deg = 1};
 
 #define CONF_MOVING                                                                                               \
-    "[grid]\nclear_for = 20 s\nforget = 60 s\nmove_limit = 10 m\n[pose]\nmax_age = 2 s\n"                         \
+    "[grid]\nclear_for = 20 s\nforget = 60 s\n[pose]\nmax_age = 2 s\n"                                            \
     "[vehicle]\nnear = 1.8 m\nunknown = stop\n"
 #define CONF_THREE                                                                                                \
     "[sonar head]\ndevice = echolist\nport = can:can0\nrange = 10 m\nmount = 0.3 0.1 -0.2 m\n"                    \
@@ -92,7 +95,7 @@ static const struct vehicle fast = {
 
 /* Slow in a basin, with one level sonar: a head that turns in 6 s, or a fan ahead, about which alone it asks. */
 #define CONF_SLOW(turn_deg)                                                                                       \
-    CONF_HEARD "[grid]\nclear_for = 20 s\nforget = 60 s\nmove_limit = 10 m\n[pose]\nmax_age = 2 s\n"              \
+    CONF_HEARD "[grid]\nclear_for = 20 s\nforget = 60 s\n[pose]\nmax_age = 2 s\n"                                 \
                "[vehicle]\nnear = 3.3 m\nunknown = stop\nmax_speed = 0.6 m/s\nmax_turn = " turn_deg " deg\n"
 static const struct vehicle slow_head = {
     .conf = "[sonar head]\ndevice = echolist\nport = can:can0\nrange = 10 m\n" CONF_SLOW("30"),
@@ -113,13 +116,15 @@ struct trial {
     const struct vehicle *vehicle;
     uint64_t period_ns, late_ns;
     double lost;
+    bool early; /* asked from the first pings on, not after 8 s */
     bool basin; /* walls all around; distances are what a pilot asks for, not what is nearly false */
-    double
-        hollow_m; /* nothing stands in so much of the middle: `near` is a promise that nothing is nearer unheard */
+    /* nothing stands in so much of the middle: `near` is a promise that nothing is nearer unheard */
+    double hollow_m;
     double off_m, off_deg; /* what poses say is off by no more, along and about each axis */
     double excuse_m;       /* and for that no clear is wrong by more */
     double drift_mps;      /* balls and poles go so fast, at most */
     double north_deg;      /* now and then their north turns by at least so much; 0: never */
+    unsigned untold;       /* parts that poses do not tell */
 };
 
 static const struct trial *trial;
@@ -131,7 +136,7 @@ static struct {
     double reach_m[2], hz, phase;
 } drift[THINGS]; /* to and fro; the first stays */
 static int n_things;
-static struct daemon d;
+static struct methods_env d;
 
 static double uniform(double lo, double hi)
 {
@@ -253,6 +258,17 @@ static void be_off(struct pose *p)
     quat_multiply(p->attitude, turn, p->attitude);
 }
 
+static void leave_out(struct pose *p)
+{
+    p->has &= ~trial->untold;
+    for (int k = 0; k < 3; k++) {
+        p->position_m[k] = p->has & (k < 2 ? POSE_POSITION : POSE_DEPTH) ? p->position_m[k] : 0;
+        p->velocity_mps[k] = p->has & POSE_VELOCITY ? p->velocity_mps[k] : 0;
+    }
+    if (!(p->has & POSE_ATTITUDE))
+        memcpy(p->attitude, pose_identity.attitude, sizeof p->attitude);
+}
+
 /* By how much the navigation's north has turned, where it then was, truly and as told, and until when that stays. */
 static struct {
     double turn[4], true_m[3], told_m[3];
@@ -336,6 +352,7 @@ static void send_ping(int which, uint64_t t_ns, uint32_t number)
     ping->kind = PING_RANGES;
     ping->seq = number;
     ping->sensor = (uint16_t)which;
+    ping->flags = !h->turns || number % TURN_PINGS == 0 ? PING_NEW_TURN : 0;
     CHECK(h->beams <= (int)ping->max_beams);
     ping->n_beams = (uint16_t)h->beams;
     ping->n_bins = 1000;
@@ -343,7 +360,7 @@ static void send_ping(int which, uint64_t t_ns, uint32_t number)
     ping->az_aperture_rad = (float)geo_rad(h->wide_deg);
     ping->el_aperture_rad = (float)geo_rad(h->high_deg);
     for (int b = 0; b < h->beams; b++) {
-        const double az = h->turns       ? number % 144 * 2.5
+        const double az = h->turns       ? number % TURN_PINGS * (360.0 / TURN_PINGS)
                           : h->beams > 1 ? h->from_deg + (b + 0.5) * (h->to_deg - h->from_deg) / h->beams
                                          : 0;
         ping->beam[b] = (struct ping_beam){
@@ -411,15 +428,19 @@ static void judge_amply(enum question q, const json_t *answer, bool clear, bool 
     const char *reason = json_string_value(json_object_get(answer, "reason"));
     count[q].amply_held_back++;
     count[q].blocked += says(answer, "blocked");
-    for (int i = 0; i < WHYS && reason && !says(answer, "blocked"); i++)
-        count[q].why[i] += strcmp(reason, answer_reason_text((enum answer_reason)i)) == 0;
+    for (int i = 0; i < WHYS && reason && !says(answer, "blocked"); i++) {
+        const char *part =
+            i == ANSWER_STALE ? "last scan of this direction is" : answer_reason_text((enum answer_reason)i);
+        count[q].why[i] += strstr(reason, part) != NULL;
+    }
 }
 
-/* How far an answer may be wrong: by what its poses are off, and by the way that something went since the looks. What is not
- * clear tells no age of its water; older than clear_for it is not. */
+/* How far an answer may be wrong: by what its poses are off, and by the way that something went since the looks. What
+ * is not clear tells no age of its water; older than clear_for it is not. */
 static double excuse_m(const json_t *answer)
 {
-    const double age_s = says(answer, "clear") ? number(answer, "age_s") : d.conf.grid.clear_for_s;
+    const double age_s =
+        says(answer, "clear") ? number(answer, "age_s") : grid_limits(pipeline_grid(d.pipeline, 0)).clear_for_s;
     return trial->excuse_m + trial->drift_mps * age_s;
 }
 
@@ -593,43 +614,81 @@ static void ask_sectors(void)
         if (vehicle->ahead_deg > 0 && farthest > geo_rad(vehicle->ahead_deg))
             continue;
         const json_t *sector = json_array_get(json_object_get(a, "sectors"), (size_t)k);
+        /* as of a cone: what is nearer than blind_to_m is not spoken of */
         const double known_m = fmin(to_m, number(sector, "free_to_m"));
-        const char *what = words("%d of %d to %.2f m, %.1f high: free to %.4f, truly to %.4f", k, n, to_m,
-                                 geo_deg(half_el), known_m, free_m[k]);
+        const double from_m = fmax(FROM_M, number(sector, "blind_to_m"));
+        const double free_beyond_m = free_sector(k, n, half_el, from_m, 0);
+        const char *what = words("%d of %d to %.2f m, %.1f high: from %.2f, free to %.4f, truly to %.4f", k, n,
+                                 to_m, geo_deg(half_el), from_m, known_m, free_beyond_m);
         /* blocked at any range: what is asked for may be free all the same */
         judge_amply(SECTORS, sector, says(sector, "clear") || known_m >= to_m, amply_m[k] > to_m + AMPLE_M);
         const double off_m = excuse_m(sector);
         const double within_m =
-            off_m > 0 && free_m[k] <= to_m ? free_sector(k, n, half_el, FROM_M + off_m, off_m) : 0;
-        judge(SECTORS, says(sector, "clear") || known_m >= to_m, free_m[k] > to_m, within_m > to_m - off_m, what);
-        judge(FREE_TO, known_m > FROM_M, free_m[k] > known_m, within_m > known_m - off_m, what);
+            off_m > 0 && free_m[k] <= to_m ? free_sector(k, n, half_el, from_m + off_m, off_m) : 0;
+        const bool clear = says(sector, "clear") || (known_m >= to_m && from_m < to_m);
+        judge(SECTORS, clear, (clear ? free_beyond_m : free_m[k]) > to_m, within_m > to_m - off_m, what);
+        judge(FREE_TO, known_m > from_m, free_beyond_m > known_m, within_m > known_m - off_m, what);
     }
     json_decref(a);
 }
 
-/* How far the water is free all around. */
-static double free_band(double half_el, double from_m, double away_m)
+/* The directions that `nearest` is asked for. */
+struct around {
+    double half_el, middle_rad, half_az; /* half_az: pi, all around */
+};
+
+/* How far the water is free in them, away from their edges; negative: and beside them. */
+static double free_around(const struct around *w, double from_m, double away_m)
 {
     double free_m = INFINITY;
     for (int i = 0; i < n_points; i++) {
         const double *v = seen[i], level = hypot(v[0], v[1]), r = hypot(level, v[2]);
-        if (r >= from_m && fabs(v[2]) <= level * tan(half_el) - away_m)
+        const double inside = w->half_az - fabs(geo_wrap_pi(atan2(v[1], v[0]) - w->middle_rad));
+        const double within = fmax(-GEO_PI / 2, fmin(inside, GEO_PI / 2));
+        if (r >= from_m && fabs(v[2]) <= level * tan(w->half_el) - fmax(away_m, 0) &&
+            (w->half_az >= GEO_PI || level * sin(within) >= away_m))
             free_m = fmin(free_m, r);
     }
     return free_m;
 }
 
+/* Draws that leave those of the other questions as they are. */
+static uint64_t own_dice(void)
+{
+    return seed ^ 0x9e3779b97f4a7c15;
+}
+
+/* A fan is asked for what it sees. */
+static struct around any_around(double half_el)
+{
+    const double most = vehicle->ahead_deg > 0 ? vehicle->ahead_deg : 180, half = uniform(2, most);
+    const bool all = vehicle->ahead_deg <= 0 && uniform(0, 1) < 0.5;
+    return (struct around){.half_el = half_el,
+                           .middle_rad = geo_rad(uniform(half - most, most - half)),
+                           .half_az = all ? GEO_PI : geo_rad(half)};
+}
+
 static void ask_nearest(void)
 {
-    const double half_el = geo_rad(uniform(1, 6)), free_m = free_band(half_el, 0, 0);
-    const double to_m = as_far_as(free_m);
-    json_t *a = ask("nearest", json_pack("{s:f, s:[f, f]}", "distance_m", to_m, "elevation_deg", -geo_deg(half_el),
-                                         geo_deg(half_el)));
+    const double half_el = geo_rad(uniform(1, 6));
+    double to_m = as_far_as(free_around(&(struct around){half_el, 0, GEO_PI}, 0, 0));
+    const uint64_t rest = seed;
+    seed = own_dice();
+    const struct around w = any_around(half_el);
+    const double free_m = free_around(&w, 0, 0);
+    if (w.half_az < GEO_PI)
+        to_m = as_far_as(free_m);
+    seed = rest;
+    const double from = w.half_az >= GEO_PI ? 0 : geo_deg(w.middle_rad - w.half_az),
+                 to = w.half_az >= GEO_PI ? 0 : geo_deg(w.middle_rad + w.half_az);
+    json_t *a = ask("nearest", json_pack("{s:f, s:[f, f], s:[f, f]}", "distance_m", to_m, "azimuth_deg", from, to,
+                                         "elevation_deg", -geo_deg(w.half_el), geo_deg(w.half_el)));
     const double off_m = excuse_m(a);
     judge(NEAREST, says(a, "clear"), free_m > to_m,
-          off_m > 0 && free_band(half_el, FROM_M + off_m, off_m) > to_m - off_m,
-          words("to %.2f m, %.1f high, truly to %.2f", to_m, geo_deg(half_el), free_m));
-    judge_amply(NEAREST, a, says(a, "clear"), free_m > to_m + AMPLE_M);
+          off_m > 0 && free_around(&w, FROM_M + off_m, off_m) > to_m - off_m,
+          words("%.1f to %.1f degrees, to %.2f m, %.1f high, truly to %.2f", from, to, to_m, geo_deg(w.half_el),
+                free_m));
+    judge_amply(NEAREST, a, says(a, "clear"), free_around(&w, 0, -AMPLE_M) > to_m + AMPLE_M);
     json_decref(a);
 }
 
@@ -690,18 +749,23 @@ static json_t *limit(double az_deg)
     return ask("limit", json_pack("{s:[f, f, f]}", "velocity_mps", cos(az), sin(az), 0.0));
 }
 
-static json_t *nearest(double to_m, double half_el_deg)
+/* half_deg: of the azimuths, about the bow; 180: all around. */
+static json_t *nearest(double to_m, double half_deg, double half_el_deg)
 {
-    return ask("nearest",
-               json_pack("{s:f, s:[f, f]}", "distance_m", to_m, "elevation_deg", -half_el_deg, half_el_deg));
+    return ask("nearest", json_pack("{s:f, s:[f, f], s:[f, f]}", "distance_m", to_m, "azimuth_deg", -half_deg,
+                                    half_deg, "elevation_deg", -half_el_deg, half_el_deg));
 }
 
 static void ask_for_more_around(void)
 {
     const double to_m = uniform(1, 9), half_el = uniform(1, 10);
-    json_t *a = nearest(to_m, half_el);
-    never_clear("distance around", a, nearest(to_m + uniform(0, 3), half_el));
-    never_clear("height around", a, nearest(to_m, half_el + uniform(0, 30)));
+    uint64_t dice = own_dice();
+    const double half = 5 + 165 * test_uniform(&dice), wider = half + (180 - half) * test_uniform(&dice);
+    json_t *a = nearest(to_m, half, half_el);
+    never_clear("distance around", a, nearest(to_m + uniform(0, 3), half, half_el));
+    never_clear("height around", a, nearest(to_m, half, half_el + uniform(0, 30)));
+    never_clear("bearings around", a, nearest(to_m, wider, half_el));
+    never_clear("all bearings", a, nearest(to_m, 180, half_el));
     json_decref(a);
 }
 
@@ -773,9 +837,11 @@ static bool start(void)
 {
     struct pipeline_conf c;
     struct conf_source *source;
-    char err[300] = "";
+    struct pose_drift unseen;
+    struct fault fault = {""};
     memset(&d, 0, sizeof d);
-    if (conf_load_text(&d.conf, &source, "test", vehicle->conf, strlen(vehicle->conf), NULL, NULL, NULL) != 0)
+    if (conf_load_text(&d.conf, &source, &(struct conf_text){"test", vehicle->conf, strlen(vehicle->conf)}, NULL,
+                       NULL, NULL) != 0)
         return false;
     conf_source_free(source);
     d.replay = true;
@@ -783,12 +849,14 @@ static bool start(void)
     plan_make(&d.conf, &d.plan);
     wiring_pipeline(&d.conf, &d.plan, true, &c);
     c.threads = 0;
-    d.pipeline = pipeline_new(&c, err, sizeof err);
+    d.pipeline = pipeline_new(&c, &fault);
     if (!d.pipeline)
-        printf("%s\n", err);
+        printf("%s\n", fault.text);
     memcpy(d.mount, c.mount, sizeof c.mount);
     pose_log_init(&d.poses, (uint64_t)(d.conf.pose.max_age_s * 1e9));
     pose_log_set_most(&d.poses, d.conf.vehicle.max_speed_mps, d.conf.vehicle.max_turn_radps);
+    wiring_drift(&d.conf, &unseen);
+    pose_log_set_drift(&d.poses, 0, &unseen);
     return d.loop && d.pipeline;
 }
 
@@ -800,18 +868,19 @@ static void end(void)
 
 static void run_world(void)
 {
-    const uint64_t begun_ns = 100 * SECOND, end_ns = begun_ns + (uint64_t)(WORLD_S * 1e9);
-    uint64_t next_pose = begun_ns, next_ask = begun_ns + 8 * SECOND, next_ping[HEADS];
+    const uint64_t started_ns = 100 * SECOND, end_ns = started_ns + (uint64_t)(WORLD_S * 1e9);
+    uint64_t next_pose = started_ns, next_ping[HEADS];
+    uint64_t next_ask = started_ns + (trial->early ? SECOND + SECOND / 5 : 8 * SECOND);
     uint32_t pings[HEADS] = {0};
-    const uint64_t out_ns = begun_ns + (uint64_t)(uniform(5, WORLD_S - OUT_S) * 1e9);
+    const uint64_t out_ns = started_ns + (uint64_t)(uniform(5, WORLD_S - OUT_S) * 1e9);
     make_world();
-    begin_true(begun_ns);
+    begin_true(started_ns);
     way_phase = uniform(0, GEO_TURN);
     for (int i = 0; i < 4; i++)
         way_hz[i] = uniform(0.01, 0.055);
     for (int i = 0; i < vehicle->heads; i++)
-        next_ping[i] = begun_ns + SECOND + (uint64_t)(uniform(0, 1) * 1e8);
-    for (uint64_t t = begun_ns; t < end_ns; t += SECOND / 200) {
+        next_ping[i] = started_ns + SECOND + (uint64_t)(uniform(0, 1) * 1e8);
+    for (uint64_t t = started_ns; t < end_ns; t += SECOND / 200) {
         loop_advance(d.loop, t);
         for (; next_pose + trial->late_ns <= t; next_pose += trial->period_ns) {
             struct pose p;
@@ -819,7 +888,8 @@ static void run_world(void)
             p.t_ns = next_pose;
             be_off(&p);
             turn_north(&p);
-            if (uniform(0, 1) >= trial->lost)
+            leave_out(&p);
+            if (uniform(0, 1) >= trial->lost && p.has)
                 pose_log_put(&d.poses, &p);
         }
         for (int i = 0; i < vehicle->heads; i++)

@@ -3,7 +3,7 @@
 #ifndef SONARD_TEST_PICTURE_RIG_H
 #define SONARD_TEST_PICTURE_RIG_H
 
-#include "../../grid/answer/answer.h"
+#include "grid/answer/answer.h"
 #include "test.h"
 
 #define SECOND 1000000000ull

@@ -5,7 +5,7 @@
 
 #include <string.h>
 
-#include "../../daemon/pipeline.h"
+#include "daemon/pipeline/pipeline.h"
 
 /* The next one, 20 ms after the last; to be submitted. The pipeline has room for one beam, 100 samples and 100 bins. */
 static inline struct ping *plain_ping(struct pipeline *pipeline)

@@ -6,14 +6,15 @@
 #ifndef SONARD_TEST_SHOTS_H
 #define SONARD_TEST_SHOTS_H
 
-#include "../../grid/range/extract.h"
+#include "core/fault.h"
+#include "grid/range/extract.h"
 #include "test.h"
 
 #define DATA     "../shared/data/"
 #define TANK     DATA "micron-tank-rosbag/static_sonar.csv"
 #define MAX_BINS 2000
 
-static _Alignas(16) unsigned char extract_room[1 << 18];
+static _Alignas(16) unsigned char extract_room[1 << 19];
 static struct extract *extract;
 
 /* One ping of a recording and what was found in it. */
@@ -35,11 +36,11 @@ static const struct head micron = {AMPLITUDE_LOG, 80.0 / 255.0, 0.05};
 
 static inline void set_up(const struct extract_conf *conf)
 {
-    char err[200] = "";
+    struct fault fault = {""};
 
     if (extract_size(MAX_BINS) > sizeof extract_room ||
-        !(extract = extract_init(extract_room, conf, MAX_BINS, err, sizeof err))) {
-        printf("extract_init: %s\n", err);
+        !(extract = extract_init(extract_room, conf, MAX_BINS, &fault))) {
+        printf("extract_init: %s\n", fault.text);
         exit(1);
     }
 }
@@ -138,8 +139,8 @@ static inline int loudest_within(const struct look *look, const struct wall *wal
 }
 
 /*
- * The straight wall near `about` that most loudest bins lie within 15 cm of, and among equals the nearest. The vehicle floats
- * and turns, so each look has its own.
+ * The straight wall near `about` that most loudest bins lie within 15 cm of, and among equals the nearest. The vehicle
+ * floats and turns, so each look has its own.
  */
 static inline struct wall fitted(const struct look *look, const struct wall *about)
 {

@@ -3,9 +3,10 @@
 #ifndef SONARD_TEST_SPHERE_RIG_H
 #define SONARD_TEST_SPHERE_RIG_H
 
-#include "../../grid/answer/answer.h"
-#include "../../grid/sphere/clusters.h"
-#include "../../grid/sphere/sphere.h"
+#include "core/fault.h"
+#include "grid/answer/answer.h"
+#include "grid/sphere/clusters.h"
+#include "grid/sphere/sphere.h"
 #include "test.h"
 
 #define SECOND 1000000000ull
@@ -29,8 +30,8 @@ static inline void *rig_memory(void *old, size_t n)
 static inline void rig_sphere(const struct sphere_conf *conf)
 {
     static void *memory;
-    char err[200];
-    memory = rig_memory(memory, sphere_bytes(conf, err, sizeof err));
+    struct fault fault;
+    memory = rig_memory(memory, sphere_bytes(conf, &fault));
     sphere = sphere_init(memory, conf);
 }
 

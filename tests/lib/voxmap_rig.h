@@ -3,10 +3,11 @@
 #ifndef SONARD_TEST_VOXMAP_RIG_H
 #define SONARD_TEST_VOXMAP_RIG_H
 
-#include "../../grid/voxel/frontier.h"
-#include "../../grid/voxel/merge.h"
-#include "../../grid/voxel/voxmap.h"
-#include "../../grid/voxel/voxmask.h"
+#include "core/fault.h"
+#include "grid/voxel/frontier.h"
+#include "grid/voxel/merge.h"
+#include "grid/voxel/voxmap.h"
+#include "grid/voxel/voxmask.h"
 #include "test.h"
 
 #define RIG_BLOCKS 1024
@@ -51,10 +52,10 @@ static inline void *rig_memory(size_t bytes)
 static inline struct rig *rig_new(const struct voxmap_setting *s)
 {
     struct rig *r = rig_memory(sizeof *r);
-    char err[160] = "";
-    size_t bytes = voxmap_bytes(s, err, sizeof err);
+    struct fault fault = {""};
+    size_t bytes = voxmap_bytes(s, &fault);
     if (!bytes)
-        printf("%s\n", err);
+        printf("%s\n", fault.text);
     r->memory = rig_memory(bytes);
     r->mask_memory = rig_memory(voxmask_bytes(RIG_BLOCKS));
     r->frontier_memory = rig_memory(frontier_bytes(RIG_BLOCKS));
@@ -126,16 +127,16 @@ static inline enum voxel_state rig_state(struct rig *r, double north, double eas
 {
     const double h = r->map.set.voxel_m;
     const int64_t cell[3] = {(int64_t)floor(north / h), (int64_t)floor(east / h), (int64_t)floor(down / h)};
-    return merge_at(&r->map, cell, NULL);
+    return merge_at(&r->map, cell);
 }
 
-/* Id of the oldest submap that is neither the current one nor away; 0: none. */
+/* Id of the oldest submap but the current one; 0: none. */
 static inline uint64_t rig_oldest(const struct rig *r)
 {
     uint64_t id = 0;
     for (uint32_t p = 0; p < r->map.set.max_submaps; p++) {
         const struct voxmap_part *part = &r->map.part[p];
-        if (part->id && part != r->map.current && !part->away && (!id || part->id < id))
+        if (part->id && part != r->map.current && (!id || part->id < id))
             id = part->id;
     }
     return id;

@@ -1,11 +1,13 @@
 #!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: MIT
 """Every fault of every wire, combined at random, for SECONDS (30): a virtual basin with four scanning heads on serial
-lines, an echosounder and a multibeam over UDP, depth over Modbus, heading over NMEA 0183, a pose and clients.
+lines, an echosounder and a multibeam over UDP, depth over Modbus, heading over NMEA 0183, a pose, a map that is saved,
+and clients who come and go.
 
 While it lasts no answer may call clear what the basin's walls and bottom block; when the faults of a round are over all
 sonars come back, and from then on nothing is lost; the daemon lives, and its memory stays what it was.
 CAMPAIGN_SEED repeats a run as far as the clock lets it."""
+import json
 import math
 import os
 import random
@@ -89,7 +91,8 @@ class Campaign:
                              "turnaround": "400 ms"}
         sections["nmea"] = {"port": "serial:%s:4800" % self.bench.path("nmea")}
         sections.update({"server": {"socket": self.bench.socket_path}, "extract": {"no_echo": "heard"},
-                         "pipeline": {"threads": self.dice.randrange(3)}, "log": {"level": "notice"}})
+                         "pipeline": {"threads": self.dice.randrange(3)}, "log": {"level": "notice"},
+                         "map": {"voxel": "0.2 m", "memory": "8 MiB", "directory": self.bench.path("maps")}})
         text = "".join("[%s]\n%s" % (section, "".join("%s = %s\n" % item for item in keys.items()))
                        for section, keys in sections.items())
         self.daemon = self.bench.sonard(conf=self.bench.write("sonard.conf", text))
@@ -142,7 +145,8 @@ class Campaign:
         return text, number if what in timed else 0, None
 
     def other_fault(self):
-        what = self.dice.choice(("modbus", "modbus unplug", "nmea", "pose", "client", "reload"))
+        what = self.dice.choice(("modbus", "modbus unplug", "nmea", "pose", "client", "reload", "save",
+                                 "visitor"))
         if what == "modbus":
             what = self.dice.choice(MODBUS)
             self.depth.command(what)
@@ -156,6 +160,16 @@ class Campaign:
             self.pose_from = time.monotonic() + 2
         elif what == "reload":
             self.daemon.process.send_signal(signal.SIGHUP)
+        elif what == "save": # refused while another is at work
+            self.client.send(json.dumps({"jsonrpc": "2.0", "id": 1, "method": "map_save",
+                                         "params": {"name": "map%d" % self.dice.randrange(4)}}).encode() + b"\n")
+            check(self.client.reply()["id"] == 1, "map_save was not answered")
+        elif what == "visitor": # leaves in the middle of what it asked for
+            visitor = self.daemon.client()
+            visitor.call("version")
+            for method, params in (("image", {}), ("clusters", {}), ("watch", {"method": "sectors", "rate_hz": 20})):
+                visitor.send(json.dumps({"jsonrpc": "2.0", "id": 2, "method": method, "params": params}).encode() + b"\n")
+            visitor.close()
         else:
             with socket.socket(socket.AF_UNIX) as rude:
                 rude.connect(self.bench.socket_path)
@@ -233,12 +247,14 @@ def campaign(bench):
         rounds += 1
         if memory is None and time.monotonic() > begun + SECONDS / 3:
             memory = memory_kib(c.daemon.pid)
+    used = c.client.call("map")["used_bytes"] // 1024  # of the map, touched for the first time, and the copy that is saved
     grown = memory_kib(c.daemon.pid) - (memory or memory_kib(c.daemon.pid))
     note("seed %d: %d rounds, %d faults survived; %d answers about what is blocked: %s; %d clear up to a wall; %d pings in "
-         "calm, none lost; memory grew by %d KiB"
-         % (SEED, rounds, c.faults, sum(c.asked.values()), c.asked, c.sharp, pings, grown))
+         "calm, none lost; memory grew by %d KiB, the map has %d KiB"
+         % (SEED, rounds, c.faults, sum(c.asked.values()), c.asked, c.sharp, pings, grown, used))
     check(c.sharp > 0 and c.asked["blocked"] > 0, "nothing was ever known: this campaign shows nothing")
-    check(SANITIZER or grown < 1024, "seed %d: memory grew by %d KiB" % (SEED, grown))
+    check(c.daemon.status is None, "sonard ended")
+    check(SANITIZER or grown < 1024 + 2 * used, "seed %d: memory grew by %d KiB, the map has %d" % (SEED, grown, used))
 
 
 run([("campaign", campaign)])

@@ -82,7 +82,7 @@ def finds_sonard(bench):
     """In the source tree the programs that make has built, and before them installed ones."""
     for folder in ("python", "build", "sbin", "bin"):
         os.makedirs(bench.path("tree/" + folder))
-    os.symlink(os.path.join(TOP, "tests"), bench.path("tree/tests"))
+    os.symlink(os.path.join(TOP, "report"), bench.path("tree/report"))
     tool = shutil.copy(os.path.join(TOP, "python", "sonard-report"), bench.path("tree/python"))
     for folders in (("build", "build"), ("sbin", "bin")):
         for folder, name in zip(folders, ("sonard", "sonarctl")):

@@ -52,11 +52,27 @@ def protocol(bench):
     """Every method of the protocol, and its parameters."""
     methods = sorted(name[:-len(".params")] for name in DEFS if name.endswith(".params"))
     got = offered(bench, "call", "")
-    check(got == methods, "client/command_complete.c: methods differ by %s" % (set(methods) ^ set(got)))
+    check(sorted(got) == methods, "methods differ by %s" % (set(methods) ^ set(got)))
     for method in methods:
         keys = sorted(DEFS[method + ".params"].get("properties", {}))
-        check(offered(bench, "watch", method, "") == [key + "=" for key in keys],
-              'client/command_complete.c: want {"%s", "%s"}' % (method, " ".join(keys)))
+        check(sorted(offered(bench, "watch", method, "")) == [key + "=" for key in keys], "%s: want %s" % (method, keys))
+
+
+def options(bench):
+    """Every parameter of a method is an option of its command, with its default."""
+    common = 4  # --json, --socket, --timeout, --help
+    for command in ("sectors", "nearest", "limit", "time_to_collision", "clusters", "next_look", "pose"):
+        told = re.findall(r"^  --(\S+) (.*)", bench.run(SONARCTL, command, "--help").stdout, re.M)
+        params = DEFS[command + ".params"]
+        own = {"pose": 2}.get(command, 0)  # --rate, --withdraw
+        check(len(told) - common - own == len(params["properties"]), "%s: %s" % (command, told))
+        for key, one in params["properties"].items():
+            flag = "time" if key == "t_unix" else re.sub("_(deg|m|mps|s|hz)$", "", key).replace("_", "-")
+            line = dict(told)[flag]
+            default = one.get("default", "")
+            shown = ",".join(str(v) for v in default) if isinstance(default, list) else str(default)
+            check(shown == "" or line.endswith("(%s)" % shown), "%s %s: %s" % (command, flag, line))
+            check(("must be given" in line) == (key in params["required"]), "%s %s: %s" % (command, flag, line))
 
 
 CASES = (
@@ -70,8 +86,9 @@ CASES = (
     (("map", "export", "x", "--format", ""), ["ply", "mcap", "bt"]),
     (("map", ""), ["status", "draw", "new", "forget", "save", "load", "export"]),
     (("grid", "l"), ["list", "lock"]),
+    (("grid", "e"), ["export"]),
     (("background", "f"), ["forget"]),
-    (("capture", ""), ["import", "info", "repair", "export"]),
+    (("capture", ""), ["import", "info", "repair", "export", "add-pose"]),
     (("watch", "sectors", "fr"), ["frame="]),
     (("watch", "sectors", "count=4", "fr"), ["frame="]),
     (("blocked", "30", "--distance", ""), []),
@@ -96,7 +113,6 @@ def names(bench):
     check(offered(bench, *here, "map", "load", "") == ["basin"], "maps")
     check(offered(bench, *here, "map", "forget", "") == [], "forget takes no name")
     check(offered(bench, *here, "sectors", "--grid", "f") == ["far"], "grids")
-    check(offered(bench, *here, "grid", "drop", "") == ["main", "far"], "grids to drop")
     check(offered(bench, *here, "plot", "--sensor", "") == ["head"], "sonars")
 
 
@@ -157,4 +173,4 @@ def meant(bench):
     check(said.returncode == 3 and "no command 'zzzzzz'; see" in said.stderr, said.stderr)
 
 
-run([("completion_" + f.__name__, f) for f in (commands, helps, meant, protocol, words, names, bash, shells)])
+run([("completion_" + f.__name__, f) for f in (commands, helps, options, meant, protocol, words, names, bash, shells)])

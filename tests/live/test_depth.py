@@ -146,7 +146,7 @@ def unplugged(bench):
     settles(client, 12)
     check(depth(client)["reconnects"] == 1, "it was not counted")
     log = bench.processes[-1].log()
-    check(log.count("trying again until it opens") <= 2, "said more than once:\n" + log)
+    check(log.count("retrying until it opens") <= 2, "said more than once:\n" + log)
 
 
 def missing(bench):

@@ -61,6 +61,7 @@ def told_by(bench, program):
 def options(bench):
     """Every option of --help stands in the manual page, and the page explains no other."""
     for program, page in ((SONARD, "sonard.8"), (SONARCTL, "sonarctl.1"), (os.path.join(BUILD, "sonard-mavlink"), "sonard-mavlink.8"),
+                          (os.path.join(BUILD, "sonard-web"), "sonard-web.8"),
                           ("python/sonard-tune", "sonard-tune.1"), ("python/sonard-report", "sonard-report.1")):
         told = told_by(bench, program)
         with open("docs/" + page, encoding="utf-8") as f:

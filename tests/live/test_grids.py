@@ -1,10 +1,10 @@
 #!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: MIT
-"""Several grids of one running daemon: from the configuration, made and dropped at run time, each asked by name."""
-import json
+"""Several grids of one running daemon: from the configuration, each asked by name."""
+import subprocess
 import threading
 
-from lib import Client, RpcError, check, pings_until, run, until
+from lib import Client, RpcError, check, note, pings_until, run
 from twin import Twin
 
 
@@ -16,12 +16,16 @@ def basin(bench, threads, **sections):
     return bench.sonard().client()
 
 
+def apart(a_deg, b_deg):
+    return abs((a_deg - b_deg + 180) % 360 - 180)
+
+
 def grids(client):
     return {grid["name"]: grid for grid in client.call("grid_list")["grids"]}
 
 
 def ahead(client, **params):
-    return client.call("sectors", count=24, **params)["sectors"][0]
+    return client.call("sectors", count=24, distance_m=0, **params)["sectors"][0]
 
 
 def refused(client, method, **params):
@@ -51,37 +55,11 @@ def case_of_the_configuration(bench):
     check([g["name"] for g in client.call("status")["grids"]] == ["main", "near"], "status")
 
 
-def case_made_and_dropped(bench):
-    client = basin(bench, 2)
-    pings_until(client, 70)
-    made = client.call("grid_create", name="coarse", settings={"angular_step": "10 deg", "range": "30 m"})
-    check(made["cells"] == 0 and made["range_m"] == 30 and made["angular_step_deg"] == 10, str(made))
-    pings_until(client, 130)
-    check(ahead(client, grid="coarse")["state"] == "blocked", "it learns")
-    client.call("grid_drop", name="coarse")
-    check("none of that name" in refused(client, "sectors", grid="coarse"), "a dropped grid")
-
-
-def case_refused(bench):
-    client = basin(bench, 1, grids={"memory": "20 MiB"})
-    for params, why in (({"name": "a b"}, "no name"), ({"name": "main"}, "there is one"), ({}, "wanted the name"),
-                        ({"name": "x", "settings": {"range": "5 km"}}, "want 0.75 to 200 m"),
-                        ({"name": "x", "settings": {"rnge": "5 m"}}, "did you mean range"),
-                        ({"name": "x", "settings": {"range": 5}}, "wanted a text"),
-                        ({"name": "x", "settings": {"forget": "1 s"}}, "forget not shorter"),
-                        ({"name": "x", "settings": {"max_cells": "1000000"}}, "at most 20 MiB")):
-        message = refused(client, "grid_create", **params)
-        check(why in message, "%s: %s" % (params, message))
-    check("main grid stays" in refused(client, "grid_drop", name="main"), "main")
-    check("no grid" in refused(client, "grid_drop", name="x"), "one that is not")
-    check(list(grids(client)) == ["main"], str(grids(client)))
-
-
 def case_clusters_count(bench):
     """What clusters take is in the sum, and refused beyond the limit."""
-    client = basin(bench, 1, grids={"memory": "20 MiB"}, grid={"max_cells": "100000"})
+    client = basin(bench, 1, grids={"memory": "20 MiB"}, grid={"max_cells": "100000"},
+                   **{"grid small": {"max_cells": "1024", "elevation": "level"}})
     check("at most 20 MiB" in refused(client, "clusters"), "clusters beyond the memory of grids")
-    client.call("grid_create", name="small", settings={"max_cells": "1024", "elevation": "level"})
     before = client.call("grid_list")["bytes"]
     client.call("clusters", grid="small")
     check(client.call("grid_list")["bytes"] > before + 1024 * 64, "clusters are not counted")
@@ -100,88 +78,79 @@ def case_as_planned(bench):
     agree("grid", "elevation", "clusters")
 
 
-def case_at_most_five(bench):
-    client = basin(bench, 2)
-    for i in range(4):
-        client.call("grid_create", name="g%d" % i, settings={"max_cells": "1024", "elevation": "level"})
-    check("no more" in refused(client, "grid_create", name="g4"), "a sixth grid")
-    client.call("grid_drop", name="g1")
-    client.call("grid_create", name="g4")
-    check(list(grids(client)) == ["main", "g0", "g2", "g3", "g4"], str(list(grids(client))))
+def case_refused(bench):
+    client = basin(bench, 1)
+    check("no grid of that name" in refused(client, "sectors", grid="far"), "a grid that is not there")
+    check("want a string" in refused(client, "sectors", grid=7), "a number for a name")
 
 
-def case_others_ask_meanwhile(bench):
-    """One client makes and drops, another asks: an answer or a refusal, never anything else."""
-    client = basin(bench, 2)
-    stop, odd = threading.Event(), []
-
-    def ask():
-        other = Client(bench.socket_path)
-        while not stop.is_set():
-            try:
-                if len(other.call("sectors", grid="now")["sectors"]) != 72:
-                    odd.append("sectors")
-                other.call("clusters", grid="now")
-            except RpcError as e:
-                if "none of that name" not in str(e) and "it was dropped meanwhile" not in str(e):
-                    odd.append(str(e))
-        other.close()
-
-    thread = threading.Thread(target=ask)
-    thread.start()
-    try:
-        for _ in range(40):
-            client.call("grid_create", name="now", settings={"elevation": "level", "max_cells": "2048"})
-            client.call("grid_drop", name="now")
-    finally:
-        stop.set()
-        thread.join()
-    check(not odd, str(odd[:3]))
-
-
-def case_large_ones_are_made_in_parts(bench):
-    """Two clients make large grids at once, a third goes away in the middle: nothing is left of its grid."""
-    client = basin(bench, 2, grids={"memory": "512 MiB"})
-    settings = {"elevation": "level", "max_cells": "1000000"}
-    before = client.call("grid_list")["bytes"]
-    leaver = Client(bench.socket_path)
-    leaver.send(json.dumps({"jsonrpc": "2.0", "id": 1, "method": "grid_create",
-                            "params": {"name": "left", "settings": settings}}).encode() + b"\n")
-    leaver.close()
-    others = [Client(bench.socket_path) for _ in range(3)]
-    made = [[], [], []]
-
-    def make(i, name):
-        try:
-            made[i].append(others[i].call("grid_create", name=name, settings=settings)["name"])
-        except RpcError as e:
-            made[i].append(str(e))
-
-    threads = [threading.Thread(target=make, args=(i, name)) for i, name in enumerate(("a", "b", "b"))]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    said = [m[0] for m in made]
-    check(said[0] == "a" and sorted(len(s) > 1 for s in said[1:]) == [False, True], str(said))
-    check(any("there is one" in s for s in said[1:]), str(said))
-
-    def nothing_left():
-        for name in list(grids(client))[1:]:
-            client.call("grid_drop", name=name)
-        return client.call("grid_list")["bytes"] == before
-    until(nothing_left, "the memory of grids that are no more to be free")
+def case_too_much_memory(bench):
+    bench.conf(grids={"memory": "20 MiB"}, **{"grid far": {"max_cells": "1000000"}})
+    daemon = bench.sonard()
+    daemon.expected = 3
+    check(daemon.wait() == 3 and "with grid far all grids together" in daemon.log() and "at most 20 MiB" in daemon.log(),
+          daemon.log())
 
 
 def case_sonarctl(bench):
-    client = basin(bench, 0)
-    made = bench.sonarctl("grid", "create", "far", "range=100 m", "growth=1.1").stdout.splitlines()
+    basin(bench, 0, **{"grid far": {"range": "100 m", "growth": "1.1"}})
     lines = bench.sonarctl("grid", "list").stdout.splitlines()
-    check(made[0] == lines[0] and made[1].split()[0] == lines[2].split()[0] == "far", "create says %s, list %s" % (made, lines))
-    check(len(lines) == 4 and lines[1].startswith("main") and "100" in lines[2], str(lines))
+    check(len(lines) == 4 and lines[1].startswith("main") and lines[2].startswith("far") and "100" in lines[2], str(lines))
     check(bench.sonarctl("sectors", "--grid", "far").stdout, "sectors --grid")
-    check(bench.sonarctl("grid", "drop", "far").stdout == "dropped\n", "drop")
-    check(list(grids(client)) == ["main"], "dropped")
+
+
+def cells_of(client, **params):
+    """All pages, and whether the grid moved."""
+    cells, cursor, changed, pages = [], None, False, 0
+    while True:
+        page = client.call("grid_cells", cursor=cursor, **params)
+        cells, changed, pages = cells + page["cells"], changed or page["changed"], pages + 1
+        cursor = page["cursor"]
+        check(len(page["cells"]) <= params.get("count", 256), "too many cells: %d" % len(page["cells"]))
+        if cursor is None:
+            return cells, changed, pages
+
+
+def case_every_cell(bench):
+    """The pages hold each cell of the grid once, whatever their size, and so do the files."""
+    client = basin(bench, 1, grid={"sensor_model": "gauss"})
+    pings_until(client, 200)
+    known = grids(client)["main"]["cells"]
+    cells, changed, pages = cells_of(client, count=7)
+    check(not changed and pages > 3, "%d pages, changed: %s" % (pages, changed))
+    keys = [(c["azimuth_deg"], c["elevation_deg"], c["from_m"]) for c in cells]
+    check(len(keys) == len(set(keys)), "a cell came twice")
+    check(abs(len(cells) - known) <= 0.2 * known, "%d cells of %d" % (len(cells), known))
+    check(any(c["blocks"] for c in cells) and all(c["from_m"] < c["to_m"] for c in cells), str(cells[:3]))
+    walls = [c for c in cells if c["blocks"] and apart(c["azimuth_deg"], 90) < 6]
+    nearest = min(walls, key=lambda c: c["near_m"])["position_m"]
+    check(abs(nearest[1] - 4) < 0.4 and abs(nearest[0]) < 0.6, "the wall at 4 m to starboard: %s" % nearest)
+    for cursor in ("1", "1.2.3", "1.2.3.1x", "-1.2.3.0", "1.2.3.0.5"):
+        check("cursor" in refused(client, "grid_cells", cursor=cursor), "cursor %s" % cursor)
+    check(client.call("grid_cells", cursor="999999999.0.0.0")["cursor"] is None, "beyond the last direction")
+    csv, mcap = bench.path("cells.csv"), bench.path("cells.mcap")
+    told = bench.sonarctl("grid", "export", csv)
+    check(told.returncode == 0 and "cells written" in told.stdout, told.stdout + told.stderr)
+    with open(csv, encoding="utf-8") as f:
+        head, *rows = [line.rstrip("\n").split(",") for line in f]
+    check(head[:4] == ["t_unix", "forward_m", "right_m", "down_m"], str(head))
+    check(rows and all(len(row) == len(head) and all(row) for row in rows), str(rows[:2]))
+    starboard = [dict(zip(head, row)) for row in rows]
+    starboard = [c for c in starboard if c["blocks"] == "1" and apart(float(c["azimuth_deg"]), 90) < 6]
+    check(abs(float(min(starboard, key=lambda c: float(c["near_m"]))["right_m"]) - 4) < 0.4, str(starboard[:2]))
+    told = bench.sonarctl("grid", "export", mcap)
+    check(told.returncode == 0, told.stderr)
+    n = int(told.stdout.split()[0])
+    info = bench.sonarctl("capture", "info", mcap)
+    check(info.returncode == 0 and "/grid/cells" in info.stdout, info.stdout + info.stderr)
+    read = subprocess.run(["tests/mcap/check.sh", mcap], text=True, capture_output=True, check=False, timeout=300)
+    check(read.returncode == 0 and ("%d points" % n in read.stdout or read.stdout.startswith("skip")),
+          read.stdout + read.stderr)
+    note(read.stdout.strip())
+    check(bench.sonarctl("grid", "export", "-").stdout.startswith("t_unix,"), "CSV on standard output")
+    check(bench.sonarctl("grid", "export", bench.path("cells.txt")).returncode == 3, "another ending")
+    check(bench.sonarctl("grid", "export", bench.path("no/cells.csv")).returncode == 7, "no such folder")
+    check(bench.sonarctl("grid", "export", csv, "--grid", "none").returncode == 6, "no such grid")
 
 
 def case_axes_follow_the_course(bench):
@@ -189,9 +158,6 @@ def case_axes_follow_the_course(bench):
     client = basin(bench, 2, pose={"max_age": "60 s"},
                    **{"grid ahead": {"axes": "course"}, "grid": {"angular_step": "3 deg", "max_cells": "16384"}})
     check({name: g["axes"] for name, g in grids(client).items()} == {"main": "ned", "ahead": "course"}, str(grids(client)))
-    made = client.call("grid_create", name="made", settings={"axes": "course"})
-    check(made["axes"] == "course", str(made))
-    check("want ned or course" in refused(client, "grid_create", name="x", settings={"axes": "north"}), "axes = north")
     yaw_deg, done = 0, threading.Event()
 
     def tell():

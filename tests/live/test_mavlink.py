@@ -2,9 +2,8 @@
 # SPDX-License-Identifier: MIT
 """sonard-mavlink between a live sonard and an autopilot made of a few lines here, over UDP and over a serial line.
 
-The decoder below shares nothing with the bridge's: offsets and CRC_EXTRA are written out by hand.
+The decoder below shares nothing with the bridge's: offsets are written out by hand, as mavlink_frame.py is.
 """
-import hashlib
 import math
 import os
 import pty
@@ -16,42 +15,13 @@ import threading
 import time
 import tty
 
-from lib import BUILD, Client, PATIENCE, Process, SIM, check, note, pings_until, run, until
+from lib import BUILD, Client, PATIENCE, Process, SANITIZER, SIM, check, note, pings_until, run, until
+from mavlink_frame import (ATTITUDE, COMMAND_LONG, CRC_EXTRA, DISTANCE_SENSOR, HEARTBEAT, OBSTACLE_DISTANCE,
+                           OBSTACLE_DISTANCE_3D, STATUSTEXT, TIMESYNC, crc16, frame, signature)
 
 BRIDGE = os.path.join(BUILD, "sonard-mavlink")
 TURN = 200  # pings of a full circle at 1.8 degrees
-
-HEARTBEAT, ATTITUDE, COMMAND_LONG, TIMESYNC = 0, 30, 76, 111
-DISTANCE_SENSOR, STATUSTEXT, OBSTACLE_DISTANCE, OBSTACLE_DISTANCE_3D = 132, 253, 330, 11037
-CRC_EXTRA = {HEARTBEAT: 50, ATTITUDE: 39, COMMAND_LONG: 152, TIMESYNC: 34, DISTANCE_SENSOR: 85, STATUSTEXT: 83,
-             OBSTACLE_DISTANCE: 23, OBSTACLE_DISTANCE_3D: 130}
 UNKNOWN = 65535
-
-
-def crc16(data):
-    crc = 0xFFFF
-    for byte in data:
-        byte ^= crc & 0xFF
-        byte ^= (byte << 4) & 0xFF
-        crc = (crc >> 8) ^ (byte << 8) ^ (byte << 3) ^ (byte >> 4)
-    return crc
-
-
-def signature(key, data):
-    return hashlib.sha256(key + data).digest()[:6]
-
-
-def frame(message_id, payload, sequence, key=None, system=1):
-    payload = payload.rstrip(b"\0") or b"\0"
-    head = struct.pack("<BBBBBB", len(payload), 1 if key else 0, 0, sequence & 255, system, 1)
-    head += message_id.to_bytes(3, "little")
-    crc = crc16(head + payload + bytes([CRC_EXTRA[message_id]]))
-    whole = b"\xfd" + head + payload + struct.pack("<H", crc)
-    if key:
-        stamp = int((time.time() - 1420070400) * 1e5) + sequence  # rising even within 10 us
-        whole += b"\x01" + stamp.to_bytes(6, "little")
-        whole += signature(key, whole)
-    return whole
 
 
 def frames(held, key=None):
@@ -213,6 +183,7 @@ def bridge(bench, link, *options):
 
 def start(bench, autopilot, *options, scene="box", **conf):
     sim = bench.sim(scene=scene)
+    conf.setdefault("vehicle", {}).setdefault("station_keeping", "0 m/s")  # the scene stands still
     bench.conf(**conf)
     daemon = bench.sonard()
     client = daemon.client()
@@ -230,7 +201,7 @@ def check_against(sectors, message):
     """The message against the daemon's own answer; the picture may have moved on by a ping or two between them."""
     distances, least, most = message[2:5]
     # as far as asked, or up to a bin more: the head counts in whole sample periods
-    check(least == 1 and 1000 <= most <= 1003, "min %d max %d" % (least, most))
+    check(1 < least <= min(distances) and 1000 <= most <= 1003, "min %d max %d" % (least, most))
     check(message[5:] == (1, 5, 0.0, 0.0, 12), "type, increment, increment_f, offset, frame: %s" % (message[5:],))
     for k, distance in enumerate(distances):
         near = [expected(sectors[(k + i) % 72], most) for i in (-1, 0, 1)]
@@ -319,7 +290,7 @@ class Load:
 def rates(bench, autopilot):
     """Messages of every kind at their rate, with little jitter, also under load, and the scene in them."""
     _, _, client, process = start(bench, autopilot)
-    pings_until(client, TURN + 10)
+    pings_until(client, TURN + 20)
     until(autopilot.obstacles, "OBSTACLE_DISTANCE")
     begin = time.monotonic()
     time.sleep(4)
@@ -335,13 +306,13 @@ def rates(bench, autopilot):
     beat = struct.unpack_from("<IBBBBB", autopilot.of(HEARTBEAT)[-1][1])
     check(beat == (0, 18, 8, 0, 4, 3), "heartbeat %s" % (beat,))
     check(all(head[5:7] == b"\x01\xc4" for *_, head in autopilot.got), "system or component id")
-    check_against(client.call("sectors")["sectors"], autopilot.obstacles()[-1])
+    check_against(client.call("sectors", distance_m=0)["sectors"], autopilot.obstacles()[-1])
     for element, wall_cm in ((0, 900), (18, 400), (36, 600), (54, 500)):
         got = autopilot.obstacles()[-1][2][element]
         check(wall_cm - 60 <= got <= wall_cm + 5, "element %d: %d cm, the wall is at %d" % (element, got, wall_cm))
     stamp_us, arrival = autopilot.obstacles()[-1][1], autopilot.obstacles()[-1][0]
     behind_s = (arrival - autopilot.start_s) - stamp_us * 1e-6
-    check(-0.05 < behind_s < 2 * PATIENCE, "the stamp is %.3f s behind" % behind_s)
+    check((-2 if SANITIZER else -0.05) < behind_s < 2 * PATIENCE, "the stamp is %.3f s behind" % behind_s)
     asked = {struct.unpack_from("<f", p)[0] for _, p in autopilot.of(COMMAND_LONG)}
     check(not autopilot.texts(), "texts without need: %s" % autopilot.texts())
     check(asked <= {30.0, 32.0, 137.0}, "asked for messages %s" % asked)
@@ -353,7 +324,7 @@ def turned(bench, autopilot):
     """The autopilot's yaw reaches the daemon, and a turned vehicle sees the walls elsewhere."""
     _, _, client, _ = start(bench, autopilot, pose={"max_age": "5 s"})
     sim = bench.processes[0]
-    pings_until(client, TURN + 10)
+    pings_until(client, TURN + 20)
     before = autopilot.obstacles()[-1][2]
     check(abs(before[54] - 500) < 60, "to port %d cm" % before[54])
     sim.command("silent 3")
@@ -375,7 +346,7 @@ def unplugged(bench, autopilot):
     check(not autopilot.texts(), "texts without need: %s" % autopilot.texts())
     sim.command("silent 12")
     silent = time.monotonic()
-    until(lambda: any("head: lost" in text for text in autopilot.texts()), "the text")
+    until(lambda: any("head: offline" in text for text in autopilot.texts()), "the text")
     said = time.monotonic()
     note("told %.1f s after the last ping" % (said - silent))
     time.sleep(1.0)
@@ -383,7 +354,7 @@ def unplugged(bench, autopilot):
     check_no_free_water(autopilot.obstacles(said))
     stamps = [m[1] * 1e-6 + autopilot.start_s for m in autopilot.obstacles(silent)]
     check(all(stamp < silent + 0.5 for stamp in stamps), "a stamp later than the last ping")
-    until(lambda: any("head: back" in text for text in autopilot.texts()), "the text of its return", 60)
+    until(lambda: any("head: online again" in text for text in autopilot.texts()), "the text of its return", 60)
     again = time.monotonic()
     until(lambda: autopilot.obstacles(again), "OBSTACLE_DISTANCE again")
     check(len(autopilot.texts()) <= 3, "texts: %s" % autopilot.texts())
@@ -401,12 +372,12 @@ def restarted(bench, autopilot, killed=False):
     else:
         check(daemon.stop() == 0, "the daemon's end")
     gone = time.monotonic()
-    check_blind(autopilot, gone + 1.2, "sonard: lost, no obstacle data")
+    check_blind(autopilot, gone + 1.2, "sonard: offline, no obstacle data")
     client = bench.sonard().client()
     pings_until(client, 20)
     back = time.monotonic()
     until(lambda: autopilot.obstacles(back), "OBSTACLE_DISTANCE again")
-    until(lambda: "sonard: back" in autopilot.texts(), "the text of its return")
+    until(lambda: "sonard: online again" in autopilot.texts(), "the text of its return")
     until(lambda: client.call("status")["pose"]["count"] > 5, "poses again")
     check(process.status is None, "the bridge has ended")
 
@@ -418,7 +389,7 @@ def killed(bench, autopilot):
 def forgotten(bench, autopilot):
     """A sonar that stays silent until the last obstacle is too old: held at their rate, then no message at all."""
     sim, _, client, _ = start(bench, autopilot, grid={"clear_for": "4 s", "forget": "6 s"})
-    pings_until(client, TURN + 10)
+    pings_until(client, TURN + 20)
     until(lambda: set(states(autopilot, 0)) >= {4}, "an active heartbeat")
     begin = time.monotonic()
     sim.command("silent 600")
@@ -429,7 +400,7 @@ def forgotten(bench, autopilot):
     ended = autopilot.obstacles()[-1]
     note("the last message came %.1f s after the last ping" % (ended[0] - begin))
     check(any(cm <= ended[4] for cm in ended[2]), "the last message holds no obstacle")
-    check_blind(autopilot, ended[0] + 0.01, "sonard: no obstacle data, nothing known")
+    check_blind(autopilot, ended[0] + 0.01, "sonard: no obstacle data; all directions unknown")
 
 
 def unheard(bench, autopilot):
@@ -441,20 +412,42 @@ def unheard(bench, autopilot):
     autopilot.start()
     bridge(bench, autopilot.link)
     until(lambda: autopilot.of(HEARTBEAT), "a heartbeat")
-    check_blind(autopilot, 0, "sonard: no obstacle data, nothing known")
+    check_blind(autopilot, 0, "sonard: no obstacle data yet")
+    until(lambda: any("sonar head: no ping yet" in text for text in autopilot.texts()), "the text of the sonar")
     sim.command("silent 0")
     pings_until(client, 20)
     until(autopilot.obstacles, "OBSTACLE_DISTANCE")
     begin = time.monotonic()
     until(lambda: 4 in states(autopilot, begin), "an active heartbeat")
-    until(lambda: "sonard: obstacle data again" in autopilot.texts(), "the text of it")
+    until(lambda: "sonard: obstacle data" in autopilot.texts(), "the text of it")
+    until(lambda: "sonar head: first ping" in autopilot.texts(), "the text of its first ping")
+    told = [text for text in autopilot.texts() if "lost" in text or "back" in text or "again" in text]
+    check(not told, "what was never there is told as lost: %s" % told)
+
+
+def late(bench, autopilot):
+    """A bridge that is there before the daemon, and a daemon before its sonar: nothing is wrong, nothing is told."""
+    sim = bench.sim()
+    sim.command("silent 600")
+    bench.conf()
+    autopilot.start()
+    bridge(bench, autopilot.link)
+    until(lambda: autopilot.of(HEARTBEAT), "a heartbeat")
+    time.sleep(3)
+    client = bench.sonard().client()
+    time.sleep(5)
+    sim.command("silent 0")
+    pings_until(client, 20)
+    until(autopilot.obstacles, "OBSTACLE_DISTANCE")
+    time.sleep(2)
+    check(not autopilot.texts(), "texts before anything was wrong: %s" % autopilot.texts())
 
 
 def hung(bench, autopilot):
     """A daemon that stops in the middle, as on a dead disk: for a second the messages go on at their rate, with what was
     said last and its true age; then there are none; and all is well again when it goes on."""
     _, daemon, client, process = start(bench, autopilot)
-    pings_until(client, TURN + 10)
+    pings_until(client, TURN + 20)
     until(autopilot.obstacles, "OBSTACLE_DISTANCE")
     poses = client.call("status")["pose"]
     os.kill(daemon.pid, signal.SIGSTOP)
@@ -473,10 +466,10 @@ def hung(bench, autopilot):
     late = [m for m in messages if stopped + 1.2 < m[0] < again]
     check(not late, "%d messages from a daemon that is silent" % len(late))
     check(set(states(autopilot, stopped + 2.2)) == {5}, "states %s" % states(autopilot, stopped + 2.2))
-    check(any(text.startswith("sonard: lost") for text in autopilot.texts()), "no text: %s" % autopilot.texts())
+    check(any(text.startswith("sonard: offline") for text in autopilot.texts()), "no text: %s" % autopilot.texts())
     check(not any(text.startswith("sonar head") for text in autopilot.texts()), "texts: %s" % autopilot.texts())
     until(lambda: abs(autopilot.obstacles()[-1][2][0] - 900) < 60, "the walls again")
-    until(lambda: "sonard: back" in autopilot.texts(), "the text of its return")
+    until(lambda: "sonard: online again" in autopilot.texts(), "the text of its return")
     until(lambda: client.call("status")["pose"]["count"] > poses["count"] + 20, "poses again")
     check(process.stop() == 0, "the end of the bridge")
     check(process.log().count("\n") < 15, "a flood in the log: " + process.log())
@@ -491,7 +484,7 @@ def absent(bench):
                                                 "serial:%s:115200" % bench.path("tty"))]
     unknown, refused, _ = started
     until(lambda: "link: not there: nowhere.invalid:14550: look-up: " in unknown.log(), "the name to be missed")
-    until(lambda: "nobody is there: Connection refused" in refused.log(), "the peer to be missed")
+    until(lambda: "no peer answers: Connection refused" in refused.log(), "the peer to be missed")
     until(lambda: "vehicle: not there: no heartbeat" in refused.log(), "the vehicle to be missed")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as late:
         late.bind(("127.0.0.1", port))
@@ -522,7 +515,7 @@ def far(bench, autopilot):
     for _, x, y, z, least, most, number, kind, axes in points:
         distance = math.sqrt(x * x + y * y + z * z)
         check(0.5 < distance <= 8.001 and abs(most - 8) < 1e-6, "a point at %g m of %g" % (distance, most))
-        check((number, kind, axes) == (65535, 1, 12) and abs(least - 0.01) < 1e-6, "fields of a point")
+        check((number, kind, axes) == (65535, 1, 12) and 0.01 <= least <= distance + 1e-6, "fields of a point")
         check(x > 0 and abs(math.degrees(math.atan2(y, x))) < 70, "a point at %g %g, where nobody looked" % (x, y))
     check(daemon.stop() == 0, "the daemon's end")
     time.sleep(0.5)
@@ -536,12 +529,12 @@ def far(bench, autopilot):
 def near(bench, autopilot):
     """Water that is known only farther out than near is not sent as free."""
     _, _, client, _ = start(bench, autopilot, "--distance", "2.5", vehicle={"near": "0.2 m"})
-    pings_until(client, TURN + 10)
+    pings_until(client, TURN + 20)
     until(lambda: client.call("sectors", distance_m=2.5)["sectors"][18]["free_to_m"] >= 2.5, "free water to starboard")
     begin = time.monotonic()
     until(lambda: len(autopilot.obstacles(begin)) > 3, "OBSTACLE_DISTANCE")
     check_no_free_water(autopilot.obstacles(begin))
-    bench.conf(vehicle={"near": "1 m"})
+    bench.conf(vehicle={"near": "1 m", "station_keeping": "0 m/s"})
     client.call("reload")
     until(lambda: autopilot.obstacles()[-1][2][18] == 251, "the same sent as free")
 
@@ -605,7 +598,7 @@ def usage(bench):
     """Faults of the command line: exit status 3 and a sentence that says what would be right."""
     good = ("--link", "udp:127.0.0.1:14550")
     for words, wanted in (((), "--link LINK is missing"),
-                          (("--link", "tcp:1.2.3.4:5"), "want udp:HOST:PORT"),
+                          (("--link", "tcp:1.2.3.4:5"), "TCP is not supported"),
                           (("--link", "udp:14550"), "want udp:HOST:PORT"),
                           (("--link", "udpin:70000"), "UDP port from 1 to 65535"),
                           (("--link", "serial:/dev/null:12345"), "no baud rate"),
@@ -643,7 +636,7 @@ check(os.path.exists(SIM), "no virtual sonar")
 run([("rates_udp", with_autopilot(UdpAutopilot, rates)), ("rates_serial", with_autopilot(SerialAutopilot, rates)),
      ("turned", with_autopilot(UdpAutopilot, turned)), ("unplugged", with_autopilot(UdpAutopilot, unplugged)),
      ("restarted", with_autopilot(UdpAutopilot, restarted)), ("killed", with_autopilot(UdpAutopilot, killed)),
-     ("forgotten", with_autopilot(UdpAutopilot, forgotten)), ("unheard", with_autopilot(UdpAutopilot, unheard)),
+     ("forgotten", with_autopilot(UdpAutopilot, forgotten)), ("late", with_autopilot(UdpAutopilot, late)), ("unheard", with_autopilot(UdpAutopilot, unheard)),
      ("hung", with_autopilot(UdpAutopilot, hung)), ("absent", absent), ("options", with_autopilot(UdpAutopilot, far)),
      ("near", with_autopilot(UdpAutopilot, near)),
      ("signed", with_autopilot(SigningAutopilot, signed)), ("downward", with_autopilot(UdpAutopilot, downward)),

@@ -23,20 +23,20 @@ def blocked(client, azimuth_deg, distance_m):
     return client.call("blocked", azimuth_deg=azimuth_deg, distance_m=distance_m)["state"]
 
 
-def check_walls(client, tolerance_m=TOLERANCE_M):
+def check_walls(client, tolerance_m=TOLERANCE_M, before="clear"):
     """A basin from 6 m behind to 9 m ahead and from 5 m left to 4 m right."""
     for azimuth_deg, wall_m in ((0, 9), (90, 4), (180, 6), (270, 5)):
-        sector = client.call("sectors")["sectors"][azimuth_deg // 5]
+        sector = client.call("sectors", distance_m=0)["sectors"][azimuth_deg // 5]
         check(sector["state"] == "blocked" and abs(sector["range_m"] - wall_m) <= tolerance_m,
               "%g degrees: %s, the wall is at %g m" % (azimuth_deg, sector, wall_m))
-        check(blocked(client, azimuth_deg, 0.8 * wall_m) == "clear", "not clear before the wall at %g" % azimuth_deg)
+        check(blocked(client, azimuth_deg, 0.8 * wall_m) in (before, "clear"), "not %s before the wall at %g" % (before, azimuth_deg))
         check(blocked(client, azimuth_deg, wall_m + 0.5) == "blocked", "not blocked behind the wall at %g" % azimuth_deg)
 
 
 def box(bench, *arguments):
     _, client = start(bench, *arguments)
-    pings_until(client, TURN + 10)
-    count = [sector["state"] for sector in client.call("sectors")["sectors"]].count("blocked")
+    pings_until(client, TURN + 20)
+    count = [sector["state"] for sector in client.call("sectors", distance_m=0)["sectors"]].count("blocked")
     check(count >= 68, "of 72 sectors between walls only %d blocked" % count)
     check_walls(client)
     sensor = client.sensor()
@@ -48,7 +48,7 @@ def sector(bench):
     """45 degrees to either side: everything else stays unknown."""
     _, client = start(bench, conf={"sector": "315 45 deg"})
     pings_until(client, 110)
-    states = [s["state"] for s in client.call("sectors")["sectors"]]
+    states = [s["state"] for s in client.call("sectors", distance_m=0)["sectors"]]
     check(all(states[i] == "blocked" for i in range(-8, 9)), "ahead: %s" % states)
     check(all(state == "unknown" for state in states[11:62]), "astern: %s" % states)
     angles = [ping["azimuth_deg"] for ping in bench.truth()]
@@ -59,8 +59,8 @@ def echoes_of_4_bits_in_packets(bench):
     head, client = start(bench)
     head.command("nibbles 1")
     head.command("packets 1")
-    pings_until(client, TURN + 10)
-    check_walls(client, PLATEAU_M)
+    pings_until(client, 2 * TURN + 20)  # the baseline is of 8 bits at first
+    check_walls(client, PLATEAU_M, before="unknown")  # a step of the counts may be as loud as the target
     check(client.sensor()["bad_frame"] == 0, "frames were refused: %s" % client.sensor())
 
 
@@ -70,7 +70,7 @@ def range_changes(bench):
     pings_until(client, 20)
     head.command("range 15")
     until(lambda: abs(client.sensor()["range_m"] - 15) < 0.2, "a range of 15 m")
-    pings_until(client, TURN + 10)
+    pings_until(client, TURN + 40)  # the baseline of the new range is known after 16
     check_walls(client)
     head.command("range 5")
     until(lambda: abs(client.sensor()["range_m"] - 5) < 0.2, "a range of 5 m")
@@ -87,7 +87,7 @@ def broken_frames(bench):
     check(sensor["restarts"] == 0, "the head was set up anew: %s" % sensor)
     check(sensor["lost_frames"] == 2, "dropped and short: %s" % sensor)
     check(sensor["garbage_bytes"] >= 500, "the garbage was not counted: %s" % sensor)
-    pings_until(client, TURN + 10)
+    pings_until(client, TURN + 20)
     check_walls(client)
 
 
@@ -110,7 +110,7 @@ def silence(bench):
     begin = time.monotonic()
     pings_until(client, 10)
     note("pings again %.1f s after the silence was noticed" % (time.monotonic() - begin))
-    check(bench.processes[1].log().count("sends no more pings") == 1, "not said once")
+    check(bench.processes[1].log().count("stopped sending pings") == 1, "not said once")
 
 
 def switched_off_and_on(bench):

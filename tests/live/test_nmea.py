@@ -99,7 +99,7 @@ def faults(bench):
         instrument.command(fault)
         until(lambda: not counter or nmea(client)[counter] > before[counter], "%s to be counted" % fault)
         until(lambda: nmea(client)["values"] > before["values"] + 5, "values after %s" % fault)
-    until(lambda: "bytes are no part of a message of NMEA 0183" in bench.processes[-1].log(), "the garbage to be told")
+    until(lambda: "bytes that are not valid NMEA 0183 messages" in bench.processes[-1].log(), "the garbage to be told")
     instrument.command("split")
     before = nmea(client)["values"]
     until(lambda: nmea(client)["values"] > before + 5, "values in single bytes")

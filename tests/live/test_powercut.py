@@ -223,7 +223,7 @@ def by_itself(bench):
     bench.conf(pose={"max_age": "60 s"}, map=section)
     daemon = bench.sonard()
     client = daemon.client()
-    check("begins empty" in daemon.log(), "an empty beginning is not said: " + daemon.log())
+    until(lambda: "starting empty" in daemon.log(), "the map to begin empty")
     until(lambda: said(client)["pings"] > 210, "a turn")
     sim.command("silent 1000")
     until(lambda: client.call("map")["kept"], "the first save")

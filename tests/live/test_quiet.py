@@ -44,9 +44,8 @@ def measure(bench, threads, *arguments):
     daemon = bench.sonard(*arguments, env={"LD_PRELOAD": helper("mcount.so"),
                                            "MCOUNT_OUT": bench.path("mcount")})
     client = daemon.client()
-    pings_until(client, TURN + 10)
-    client.close()
-    until(lambda: sim.pings() > TURN + 20, "pings after the client has left")
+    pings_until(client, TURN + 20)
+    client.leave()  # else its end may be counted as the pings'
     check(counted(bench, daemon, 1)[0] > 0, "the allocations of the start were not counted")
     first = sim.pings()
     before = page_faults(daemon.pid)

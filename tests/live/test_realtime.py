@@ -3,12 +3,18 @@
 """[realtime]: the kernel gives what it was asked for, to the threads that a ping goes through and to no other; or
 sonard does not start and says what is missing."""
 import glob
+import json
 import os
+import resource
 import subprocess
+import threading
+import time
 
-from lib import SANITIZER, SONARD, Skipped, check, note, pings_until, run
+from lib import Failed, SANITIZER, SCHEMAS, SONARD, Skipped, check, note, pings_until, run
 
 OTHER, FIFO, BATCH = 0, 1, 3
+SECONDS = 15
+ONE_AT_A_TIME = threading.Lock()
 
 
 def may(priority):
@@ -61,6 +67,50 @@ def processors(bench):
           "all threads on processor %d, the loop before the other: %s" % (last, found))
 
 
+def request(method, /, **params):
+    """A line that asks for the method, under its name."""
+    return json.dumps({"jsonrpc": "2.0", "id": method, "method": method, "params": params}).encode() + b"\n"
+
+
+def one_processor(bench, threads):
+    """The loop puts the pipeline's threads aside wherever they are, and never waits for what they were about to publish:
+    every method is answered. A thread that runs for 5 s of its own time without a pause is ended by the kernel."""
+    if SANITIZER:
+        raise Skipped("a sanitizer is too slow for RLIMIT_RTTIME")
+    may(40)
+    names = ["s%d" % i for i in range(8)]
+    sims = [bench.twin("surveyor_sim", "--udp", "0", "--points", "512", "--bottom", "1", "--wall", "0") for _ in names]
+    sonars = "".join("[sonar %s]\ndevice = surveyor\nport = udp:%s\nrange = 4 m\n" % pair
+                     for pair in zip(names, (sim.address for sim in sims)))
+    rest = ("[server]\nsocket = %s\n[log]\nlevel = warning\n[pipeline]\nthreads = %d\n[realtime]\npriority = 40\n"
+            "[map]\nvoxel = 0.2 m\nmemory = 8 MiB\ndirectory = %s\n" % (bench.socket_path, threads, bench.folder))
+    daemon = bench.sonard("--record", bench.path("captures"), conf=bench.write("sonard.conf", sonars + rest))
+    client = daemon.client()
+    for task in glob.glob("/proc/%d/task/*" % daemon.pid):
+        os.sched_setaffinity(int(os.path.basename(task)), {min(os.sched_getaffinity(0))})
+    resource.prlimit(daemon.pid, resource.RLIMIT_RTTIME, (5000000, resource.RLIM_INFINITY))
+    pings_until(client, 20)
+    every = [(method, request(method, **SCHEMAS.needed(method))) for method in SCHEMAS.methods()]
+    images = [("image", request("image", sensor=name)) for name in names]
+    answers, end = 0, time.monotonic() + SECONDS
+    while time.monotonic() < end:
+        for method, line in every + images * 10:
+            client.send(line)
+            reply = client.reply()
+            if reply is None:
+                raise Failed("after %d answers '%s' ended the daemon with %d" % (answers, method, daemon.wait()))
+            check(reply["id"] == method, "'%s' was answered by %s" % (method, reply))
+            answers += 1
+    pings_until(client, 20)
+    note("%d answers with %d threads" % (answers, threads))
+
+
+def alone(case, bench, threads):
+    """Two such daemons on the same processor would leave each other no pause."""
+    with ONE_AT_A_TIME:
+        case(bench, threads)
+
+
 def memory(bench):
     if SANITIZER:
         raise Skipped("a sanitizer's shadow memory cannot be locked")
@@ -88,6 +138,8 @@ def refused(bench, key, value, says):
 
 
 run([("priorities", priorities), ("processors", processors), ("memory", memory),
+     ("one_processor_1_thread", lambda b: alone(one_processor, b, 1)),
+     ("one_processor_2_threads", lambda b: alone(one_processor, b, 2)),
      ("refused_priority", lambda b: refused(b, "priority", 40, "[realtime] priority: Operation not permitted")),
      ("refused_memory", lambda b: refused(b, "lock_memory", "on", "LimitMEMLOCK=infinity")),
      ("refused_processor", lambda b: refused(b, "processor", 511, "[realtime] processor: Invalid argument; this computer"))],

@@ -44,7 +44,7 @@ class Voyage(threading.Thread):
 
 def start(bench, directory, voyage=True, step="1.8 deg"):
     sim = bench.sim(truth=True)
-    bench.conf(sonar={"step": step})
+    bench.conf(sonar={"step": step}, answers={"look_ahead": "200 m"})
     daemon = bench.sonard("--record", directory)
     client = daemon.client()
     if not voyage:

@@ -6,9 +6,9 @@ import socket
 
 from lib import Client, RpcError, Skipped, check, run
 
-CHANGES = ("pose", "grid_create", "grid_drop", "grid_lock", "background_learn", "background_stop", "background_save",
+CHANGES = ("pose", "grid_lock", "background_learn", "background_stop", "background_save",
            "background_load", "background_forget", "map_new", "map_forget", "map_save", "map_load", "map_export", "map_move",
-           "reload")
+           "reload", "replay")
 ASKS = ("version", "status", "sectors", "blocked", "background", "map")
 FORBIDDEN = -32001
 

@@ -84,10 +84,10 @@ def hung(bench, threads):
     pings_until(client, 20)
     manager.heard("WATCHDOG=1")
     bench.write("hang", "")
-    until(lambda: "did not take a turn" in daemon.log(), "the log to tell of it")
+    until(lambda: "made no progress" in daemon.log(), "the log to tell of it")
     check(manager.feeds_in(3) == 0, "fed while a thread hangs")
     check(client.call("version"), "the loop answers")
-    check(daemon.log().count("did not take a turn") == 1, "told again and again")
+    check(daemon.log().count("made no progress") == 1, "told again and again")
     os.remove(bench.path("hang"))
     until(lambda: manager.feeds_in(1), "the feed to go on")
 
@@ -115,7 +115,7 @@ def handed_over(bench):
     early = Client(bench.socket_path)
     early.send(b'{"jsonrpc":"2.0","id":1,"method":"version"}\n')
     for _ in range(2):  # the second start finds the same socket
-        daemon = activated(bench, conf, listener.fileno(), 1)
+        daemon = activated(bench, listener.fileno(), 1, "-c", conf)
         try:
             check(Client(bench.socket_path).call("version"), "no answer on the socket handed over")
             check(not os.path.exists(bench.path("unused")), "it made a socket of its own beside")
@@ -126,11 +126,12 @@ def handed_over(bench):
     check(early.reply()["id"] == 1, "the client that came first was not answered")
 
 
-def activated(bench, conf, fd, count):
+def activated(bench, fd, count, *arguments, env=None):
     """A daemon that has descriptor `fd` as its 3, and is told of `count`."""
-    script = 'exec 3<&%d; export LISTEN_PID=$$ LISTEN_FDS=%d; exec "$0" -c "$1"' % (fd, count)
+    script = 'exec 3<&%d; export LISTEN_PID=$$ LISTEN_FDS=%d; exec "$0" "$@"' % (fd, count)
     log = open(bench.path("activated.log"), "ab")
-    return subprocess.Popen(["bash", "-c", script, os.path.join(BUILD, "sonard"), conf], pass_fds=[fd], stderr=log)
+    return subprocess.Popen(["bash", "-c", script, os.path.join(BUILD, "sonard")] + list(arguments), pass_fds=[fd],
+                            stderr=log, env=dict(os.environ, **(env or {})))
 
 
 def handed_nonsense(bench):
@@ -138,23 +139,52 @@ def handed_nonsense(bench):
     left, right = socket.socketpair()
     for what, fd, count in (("no listening UNIX stream socket", left.fileno(), 1),
                             ("want one ListenStream", left.fileno(), 2)):
-        daemon = activated(bench, conf, fd, count)
+        daemon = activated(bench, fd, count, "-c", conf)
         check(daemon.wait(20 * PATIENCE) == 1, "started with nonsense")
         with open(bench.path("activated.log"), encoding="utf-8") as log:
             check(what in log.read(), "the log does not say: " + what)
     right.close()
 
 
+def jumped_back(bench):
+    """A capture that is played anew: to the manager the service went on, and its socket still answers."""
+    manager = Manager(bench)
+    listener = socket.socket(socket.AF_UNIX)
+    listener.bind(bench.socket_path)
+    listener.listen(8)
+    daemon = activated(bench, listener.fileno(), 1, "--replay", "tests/replay/box.mcap", "--stay", env=manager.env)
+    try:
+        for _ in range(3):
+            client = Client(bench.socket_path)
+            until(lambda: client.call("status")["mode"] == "replay, ended", "the end of the capture")
+            client.call("replay", to_s=1, pause="yes")
+            while client.line() is not None:  # until the daemon closes it
+                pass
+            check(Client(bench.socket_path).call("status")["mode"] == "replay", "it has not gone back")
+            Client(bench.socket_path).call("replay", to_s=1000)
+        check("STOPPING=1" not in manager.listen(), manager.listen())
+    finally:
+        daemon.send_signal(signal.SIGTERM)
+    check(daemon.wait(20 * PATIENCE) == 0, "the end")
+    manager.heard("STOPPING=1")
+
+
 def second(bench):
-    """A second instance on the same socket refuses to start and disturbs nobody; a dead one's socket is replaced."""
-    bench.conf()
+    """A second instance on the same socket refuses to start, disturbs nobody and leaves no capture; a dead one's socket
+    is replaced."""
+    captures = bench.path("captures")
+    os.mkdir(captures)
+    bench.conf(record={"directory": captures})
     first = bench.sonard()
     client = first.client()
+    until(lambda: os.listdir(captures), "a capture")
+    own = os.listdir(captures)
     other = bench.sonard()
     other.expected = 1
     check(other.wait() == 1, "a second sonard started")
-    check("another sonard answers on %s" % bench.socket_path in other.log(), "it does not say why: " + other.log())
+    check("another sonard is listening on %s" % bench.socket_path in other.log(), "it does not say why: " + other.log())
     check(client.call("version"), "the first one was disturbed")
+    check(os.listdir(captures) == own, "captures of it: %s" % os.listdir(captures))
     first.process.kill()
     first.expected = -signal.SIGKILL
     first.wait()
@@ -178,7 +208,7 @@ def priorities(bench):
 
 
 def journal(bench):
-    """Entries with fields at the journal's socket; what many clients trigger is held back, and its number told."""
+    """Entries with fields at the journal's socket; what many clients trigger is suppressed and counted."""
     listener = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
     listener.bind(bench.path("journal"))
     entries = []
@@ -196,7 +226,7 @@ def journal(bench):
     until(lambda: said(SONARD_EVENT="started", PRIORITY="5", SYSLOG_IDENTIFIER="sonard"), "the start in the journal")
     opened = until(lambda: said(SONARD_EVENT="port_open"), "the port in the journal")[0]
     check(opened["MESSAGE"].startswith(opened["SONARD_SONAR"] + ": "), "no sonar in %s" % opened)
-    check(opened["CODE_FILE"] == "daemon/source.c" and int(opened["CODE_LINE"]) > 0 and opened["CODE_FUNC"], opened)
+    check(opened["CODE_FILE"] == "daemon/input/source.c" and int(opened["CODE_LINE"]) > 0 and opened["CODE_FUNC"], opened)
     for _ in range(30):
         client = Client(bench.socket_path)
         try:
@@ -205,7 +235,7 @@ def journal(bench):
         except OSError:
             pass
         client.close()
-    until(lambda: said(SONARD_EVENT="client_cut", SONARD_COUNT="25"), "the number of lines held back", 30)
+    until(lambda: said(SONARD_EVENT="client_cut", SONARD_COUNT="25"), "the number of suppressed lines", 30)
     check(len(said(SONARD_EVENT="client_cut")) == 6, "%d lines of one kind" % len(said(SONARD_EVENT="client_cut")))
     check(daemon.stop() == 0 and not daemon.log(), "lines beside the journal: " + daemon.log())
 
@@ -242,6 +272,7 @@ run([
     ("service_stopped_loop", stopped_loop),
     ("service_socket_handed_over", handed_over),
     ("service_socket_nonsense", handed_nonsense),
+    ("service_jumped_back", jumped_back),
     ("service_second_instance", second),
     ("service_priorities", priorities),
     ("service_journal", journal),

@@ -49,7 +49,7 @@ async function readIndexed(bytes) {
 }
 
 // foxglove.NumericType: bytes, and how they are read.
-const NUMERIC = { 1: "getUint8", 7: "getFloat32", 8: "getFloat64" };
+const NUMERIC = { 1: "getUint8", 3: "getUint16", 7: "getFloat32", 8: "getFloat64" };
 
 function cloudPoints(message) {
   const cloud = JSON.parse(new TextDecoder().decode(message.data));
@@ -93,7 +93,7 @@ function checkCloud(path, reader, messages) {
     count += cloud.points.length;
     if (!existsSync(ply)) continue;
     const other = plyPoints(ply);
-    must(cloud.names === other.names, `fields ${cloud.names}, and ${other.names} in the .ply`);
+    must(cloud.names + " red green blue" === other.names, `fields ${cloud.names}, and ${other.names} in the .ply`);
     must(cloud.points.length === other.points.length, `${cloud.points.length} points, ${other.points.length} in the .ply`);
     const wrong = cloud.points.findIndex((p, i) => p.some((value, f) => !Object.is(value, other.points[i][f])));
     must(wrong < 0, `point ${wrong} is another one in the .ply`);

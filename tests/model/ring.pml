@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * ring - the buffers between two threads of the pipeline, every step of daemon/ring.h one step of the model: the
+ * ring - the buffers between two threads of the pipeline, every step of core/ring.h one step of the model: the
  * producer takes an idle buffer or steals the oldest waiting one, fills it, lets it wait; the consumer takes the
  * oldest, works, gives it back. Loads and stores are sequentially consistent here: the model judges the algorithm,
  * not the memory orders (the thread sanitizer and the stress test look at those).

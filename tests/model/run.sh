@@ -1,25 +1,26 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# Checks the model of the ring over all interleavings, then that each deliberately broken variant is refuted: a
-# check that cannot fail proves nothing. Prints one line per check; ends with 1 when any failed.
+# Checks the models of the ring, of the snapshot and of jobs for the owner of the grids over all interleavings, then that each deliberately broken variant
+# is refuted: a check that cannot fail proves nothing. Prints one line per check; ends with 1 when any failed.
 # OUT=dir keeps the work files (build/model); a counterexample is replayed there into NAME.trail.txt.
 set -u
 cd "$(dirname "$0")" || exit 2
-model=$PWD/ring.pml
+here=$PWD
 OUT=${OUT:-../../build/model}
 CC=${CC:-cc}
 failed=0
 
 if ! command -v spin >/dev/null; then
-    echo "skip model_ring: spin is not installed"
+    echo "skip model: spin is not installed"
     exit 0
 fi
 
-# check NAME WANT FLAG...: WANT is "holds" or "refuted"
+# check MODEL NAME WANT FLAG...: WANT is "holds" or "refuted"
 check() {
-    name=$1
-    want=$2
-    shift 2
+    model=$here/$1.pml
+    name=$1_$2
+    want=$3
+    shift 3
     mkdir -p "$OUT/$name" || exit 2
     (
         cd "$OUT/$name" || exit 2
@@ -35,22 +36,35 @@ check() {
         got=holds
     else
         got=refuted
-        (cd "$OUT/$name" && spin "$@" -t -p -k ring.pml.trail "$model" >trail.txt 2>&1)
+        (cd "$OUT/$name" && spin "$@" -t -p -k "${model##*/}.trail" "$model" >trail.txt 2>&1)
     fi
     states=$(sed -n 's/^ *\([0-9.e+]*\) states, stored.*/\1/p' "$OUT/$name/pan.log" 2>/dev/null)
     if [ "$got" = "$want" ]; then
-        echo "ok model_ring_$name ($got, ${states:-?} states)"
+        echo "ok model_$name ($got, ${states:-?} states)"
     else
-        echo "FAIL model_ring_$name: want $want, got $got (see build/model/$name)"
+        echo "FAIL model_$name: want $want, got $got (see build/model/$name)"
         failed=1
     fi
 }
 
-check holds_2_buffers holds -DBUFFERS=2 -DPINGS=6
-check holds_3_buffers holds -DBUFFERS=3 -DPINGS=6
-check holds_4_buffers holds -DBUFFERS=4 -DPINGS=7
-check broken_publish refuted -DBROKEN_PUBLISH
-check broken_head refuted -DBROKEN_HEAD
-check broken_wake refuted -DBROKEN_WAKE
-check broken_stop refuted -DBROKEN_STOP
+check ring holds_2_buffers holds -DBUFFERS=2 -DPINGS=6
+check ring holds_3_buffers holds -DBUFFERS=3 -DPINGS=6
+check ring holds_4_buffers holds -DBUFFERS=4 -DPINGS=7
+check ring broken_publish refuted -DBROKEN_PUBLISH
+check ring broken_head refuted -DBROKEN_HEAD
+check ring broken_wake refuted -DBROKEN_WAKE
+check ring broken_stop refuted -DBROKEN_STOP
+check snapshot holds holds
+check snapshot holds_parts holds -DPARTS
+check snapshot broken_side refuted -DBROKEN_SIDE
+check snapshot broken_order refuted -DBROKEN_ORDER
+check snapshot broken_still refuted -DBROKEN_STILL
+check snapshot broken_follow refuted -DPARTS -DBROKEN_FOLLOW
+check snapshot broken_had refuted -DBROKEN_HAD
+check snapshot odd_number refuted -DODD_NUMBER
+check jobs holds holds
+check jobs broken_post refuted -DBROKEN_POST
+check jobs broken_tell refuted -DBROKEN_TELL
+check jobs broken_drop refuted -DBROKEN_DROP
+check jobs broken_call refuted -DBROKEN_CALL
 exit $failed

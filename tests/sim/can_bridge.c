@@ -10,7 +10,8 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "../../drivers/port.h"
+#include "core/fault.h"
+#include "drivers/ports/port.h"
 
 struct end {
     struct port port;
@@ -20,12 +21,12 @@ struct end {
 
 static bool end_open(struct end *end, const char *address)
 {
-    char err[PORT_ERR_MAX];
+    struct fault fault;
     const char *rest;
-    const struct port_ops *ops = port_find(address, &rest, err, sizeof err);
-    if (ops && ops->open(&end->port, rest, err, sizeof err))
+    const struct port_ops *ops = port_find(address, &rest, &fault);
+    if (ops && ops->open(&end->port, rest, &fault))
         return true;
-    fprintf(stderr, "can_bridge: %s: %s\n", address, err);
+    fprintf(stderr, "can_bridge: %s: %s\n", address, fault.text);
     return false;
 }
 

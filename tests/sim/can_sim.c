@@ -17,14 +17,15 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "../../drivers/can_frame.h"
-#include "../../drivers/dronecan.h"
-#include "../../drivers/port.h"
+#include "core/fault.h"
+#include "drivers/ports/can_frame.h"
+#include "drivers/devices/dronecan.h"
+#include "drivers/ports/port.h"
 
 #define SECOND 1000000000u
 
 /* So many of the next messages have this wrong. */
-enum fault { DROP, CORRUPT, DUPLICATE, REORDER, TOO_CLOSE, TOO_FAR, UNAVAILABLE, N_FAULTS };
+enum sim_fault { DROP, CORRUPT, DUPLICATE, REORDER, TOO_CLOSE, TOO_FAR, UNAVAILABLE, N_FAULTS };
 static const char *const fault_names[N_FAULTS] = {
     [DROP] = "drop",           [CORRUPT] = "corrupt", [DUPLICATE] = "duplicate",    [REORDER] = "reorder",
     [TOO_CLOSE] = "too_close", [TOO_FAR] = "too_far", [UNAVAILABLE] = "unavailable"};
@@ -82,7 +83,7 @@ static double shake(struct sim *s)
     return (double)(s->random >> 11) * 0x1p-52 - 1;
 }
 
-static bool faulty(struct sim *s, enum fault fault)
+static bool faulty(struct sim *s, enum sim_fault fault)
 {
     if (!s->faults[fault])
         return false;
@@ -466,10 +467,10 @@ static void run_log(struct sim *s)
 static void run_bus(struct sim *s)
 {
     struct pollfd input = {STDIN_FILENO, POLLIN, 0};
-    char err[PORT_ERR_MAX];
+    struct fault fault;
     s->port.can_match = (struct can_match){CAN_EFF_FLAG, UINT32_MAX}; /* hears nothing */
-    if (!port_can.open(&s->port, s->interface, err, sizeof err))
-        die("%s", err);
+    if (!port_can.open(&s->port, s->interface, &fault))
+        die("%s", fault.text);
     printf("ready %s\n", s->interface);
     fflush(stdout);
     const uint64_t end_ns = s->seconds > 0 ? s->start_ns + (uint64_t)(s->seconds * SECOND) : UINT64_MAX;

@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "lib/twin.h"
+#include "tests/sim/lib/twin.h"
 
 #define BINS       1200
 #define ECHOES_MAX 16

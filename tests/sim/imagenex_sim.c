@@ -5,8 +5,8 @@
  */
 #include <string.h>
 
-#include "../../drivers/imagenex_frame.h"
-#include "lib/twin.h"
+#include "drivers/devices/imagenex_frame.h"
+#include "tests/sim/lib/twin.h"
 
 #define PROCESSING_NS 5000000u
 #define POSITIONS     1200

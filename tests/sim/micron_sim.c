@@ -16,11 +16,12 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "../../grid/geometry.h"
-#include "lib/line.h"
-#include "lib/micron_head.h"
-#include "lib/scene.h"
-#include "lib/water.h"
+#include "core/fault.h"
+#include "grid/geometry.h"
+#include "tests/sim/lib/line.h"
+#include "tests/sim/lib/micron_head.h"
+#include "tests/sim/lib/scene.h"
+#include "tests/sim/lib/water.h"
 
 #define STATUS_EVERY_NS 1000000000u
 #define LINE_OPEN_NS    10000000u /* how often to look whether somebody has opened the line */
@@ -141,12 +142,12 @@ static const char *do_unplug(const double *arg)
 
 static const char *do_plug(const double *arg)
 {
-    static char why[TEXT_MAX];
+    static struct fault why;
 
     (void)arg;
     if (sim.line.fd >= 0)
         return "is plugged in already";
-    return line_plug(&sim.line, why, sizeof why) ? NULL : why;
+    return line_plug(&sim.line, &why) ? NULL : why.text;
 }
 
 static const char *do_reboot(const double *arg)
@@ -493,19 +494,19 @@ int main(int argc, char **argv)
     const struct micron_head_io io = {.send = on_send, .listen = on_listen};
     struct options o;
     sigset_t waiting;
-    char err[512];
+    struct fault fault;
 
     options_parse(&o, argc, argv);
     signals_prepare(&waiting);
     o.head.sound_speed_mps = sim.water.sound_speed_mps;
-    if (!scene_load(&sim.scene, o.scene, err, sizeof err))
-        die("%s", err);
+    if (!scene_load(&sim.scene, o.scene, &fault))
+        die("%s", fault.text);
     if (!line_init(&sim.line, o.link, o.baud, sim.water.seed))
         die("--link: longer than %d bytes", LINE_PATH_MAX - 1);
     if (o.truth != NULL && (sim.truth = fopen(o.truth, "w")) == NULL)
         die("%s: %s", o.truth, strerror(errno));
-    if (!line_plug(&sim.line, err, sizeof err))
-        die("%s", err);
+    if (!line_plug(&sim.line, &fault))
+        die("%s", fault.text);
     sim.start_ns = clock_ns();
     micron_head_init(&sim.head, &o.head, &io, sim.start_ns);
     printf("ready %s\n", o.link != NULL ? o.link : sim.line.slave);

@@ -15,8 +15,9 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "lib/console.h"
-#include "lib/line.h"
+#include "core/fault.h"
+#include "tests/sim/lib/console.h"
+#include "tests/sim/lib/line.h"
 
 #define REGISTERS    16
 #define P1           2
@@ -24,7 +25,7 @@
 #define BAR_PER_M    (1025 * 9.80665 * 1e-5)
 #define IDLE_POLL_MS 20
 
-enum fault { GOOD, SILENT, EXCEPTION, BAD_CRC, WRONG_SLAVE, GARBAGE, CUT, STRAY, N_FAULTS };
+enum sim_fault { GOOD, SILENT, EXCEPTION, BAD_CRC, WRONG_SLAVE, GARBAGE, CUT, STRAY, N_FAULTS };
 
 static const char *const fault_names[N_FAULTS] = {"good",        "silent",  "exception", "bad_crc",
                                                   "wrong_slave", "garbage", "cut",       "stray"};
@@ -36,7 +37,7 @@ struct sim {
     modbus_mapping_t *map;
     struct line line;
     int listener, client; /* TCP */
-    enum fault fault;
+    enum sim_fault fault;
     long left; /* requests that the fault is still for; -1: all */
     long late_ms;
     double depth_m, lie_m;
@@ -142,7 +143,7 @@ static void serve(struct sim *s, const uint8_t *request, int n)
 
 /* ---- commands ---- */
 
-static void fault_begin(struct sim *s, enum fault fault, long count)
+static void fault_begin(struct sim *s, enum sim_fault fault, long count)
 {
     s->fault = fault;
     s->left = fault == GOOD ? 0 : count;
@@ -151,14 +152,15 @@ static void fault_begin(struct sim *s, enum fault fault, long count)
 static bool command(void *ctx, const char *text)
 {
     struct sim *s = ctx;
-    char word[32] = "", err[128];
+    char word[32] = "";
+    struct fault fault;
     double a = 0, b = 0;
     int n = sscanf(text, "%31s %lf %lf", word, &a, &b);
     if (n < 1)
         return false;
     for (int f = 0; f < N_FAULTS; f++) {
         if (strcmp(word, fault_names[f]) == 0) {
-            fault_begin(s, (enum fault)f, n > 1 ? (long)a : -1);
+            fault_begin(s, (enum sim_fault)f, n > 1 ? (long)a : -1);
             return true;
         }
     }
@@ -171,7 +173,7 @@ static bool command(void *ctx, const char *text)
     else if (strcmp(word, "unplug") == 0 && !s->tcp)
         line_unplug(&s->line);
     else if (strcmp(word, "plug") == 0 && !s->tcp)
-        return line_plug(&s->line, err, sizeof err) && modbus_set_socket(s->modbus, s->line.fd) == 0;
+        return line_plug(&s->line, &fault) && modbus_set_socket(s->modbus, s->line.fd) == 0;
     else if (strcmp(word, "hangup") == 0 && s->tcp && s->client >= 0)
         shutdown(s->client, SHUT_RDWR);
     else
@@ -224,18 +226,18 @@ static void run(struct sim *s)
     }
 }
 
-static bool begin(struct sim *s, const char *where, char *err, size_t err_size)
+static bool begin(struct sim *s, const char *where, struct fault *fault)
 {
     s->listener = s->client = -1;
     s->map = modbus_mapping_new(0, 0, REGISTERS, REGISTERS);
     if (s->tcp) {
         s->modbus = modbus_new_tcp("127.0.0.1", atoi(where));
         s->listener = s->modbus ? modbus_tcp_listen(s->modbus, 1) : -1;
-        snprintf(err, err_size, "port %s: %s", where, modbus_strerror(errno));
+        fault_set(fault, "port %s: %s", where, modbus_strerror(errno));
         return s->map && s->listener >= 0;
     }
     s->modbus = modbus_new_rtu("/dev/null", 9600, 'N', 8, 1);
-    if (!s->map || !s->modbus || !line_init(&s->line, where, 0, 1) || !line_plug(&s->line, err, err_size))
+    if (!s->map || !s->modbus || !line_init(&s->line, where, 0, 1) || !line_plug(&s->line, fault))
         return false;
     modbus_set_slave(s->modbus, s->slave);
     modbus_set_socket(s->modbus, s->line.fd);
@@ -258,15 +260,15 @@ static const char usage[] =
 int main(int argc, char **argv)
 {
     static struct sim s = {.depth_m = 10, .slave = 1};
-    char err[256] = "out of memory";
+    struct fault fault = {"out of memory"};
     if (argc < 3 || (strcmp(argv[1], "rtu") != 0 && strcmp(argv[1], "tcp") != 0)) {
         fputs(usage, stderr);
         return 2;
     }
     s.tcp = strcmp(argv[1], "tcp") == 0;
     s.slave = argc > 3 ? atoi(argv[3]) : 1;
-    if (!begin(&s, argv[2], err, sizeof err)) {
-        fprintf(stderr, "modbus_sim: %s\n", err);
+    if (!begin(&s, argv[2], &fault)) {
+        fprintf(stderr, "modbus_sim: %s\n", fault.text);
         return 1;
     }
     struct sigaction stop = {.sa_handler = on_stop};

@@ -11,8 +11,9 @@
 #include <string.h>
 #include <time.h>
 
-#include "lib/console.h"
-#include "lib/line.h"
+#include "core/fault.h"
+#include "tests/sim/lib/console.h"
+#include "tests/sim/lib/line.h"
 
 #define NEVER -1.0
 
@@ -74,7 +75,8 @@ static bool command(void *ctx, const char *text)
 {
     struct sim *s = ctx;
     struct line_faults *f = &s->line.faults;
-    char word[32] = "", err[128];
+    char word[32] = "";
+    struct fault fault;
     double a = 0;
     int n = sscanf(text, "%31s %lf", word, &a);
     const struct {
@@ -106,7 +108,7 @@ static bool command(void *ctx, const char *text)
     else if (strcmp(word, "unplug") == 0)
         line_unplug(&s->line);
     else if (strcmp(word, "plug") == 0)
-        return line_plug(&s->line, err, sizeof err);
+        return line_plug(&s->line, &fault);
     else
         return strcmp(word, "status") == 0 || (stop_wanted = strcmp(word, "quit") == 0);
     return true;
@@ -157,13 +159,13 @@ static const char usage[] =
 int main(int argc, char **argv)
 {
     static struct sim s = {.magnetic_deg = NEVER, .depth_m = NEVER, .rate_hz = 10};
-    char err[256] = "the name is too long";
+    struct fault fault = {"the name is too long"};
     if (argc != 2) {
         fputs(usage, stderr);
         return 2;
     }
-    if (!line_init(&s.line, argv[1], 0, 1) || !line_plug(&s.line, err, sizeof err)) {
-        fprintf(stderr, "nmea_sim: %s\n", err);
+    if (!line_init(&s.line, argv[1], 0, 1) || !line_plug(&s.line, &fault)) {
+        fprintf(stderr, "nmea_sim: %s\n", fault.text);
         return 1;
     }
     struct sigaction stop = {.sa_handler = on_stop};

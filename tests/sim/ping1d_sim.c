@@ -6,9 +6,9 @@
 #include <math.h>
 #include <string.h>
 
-#include "../../drivers/ping1d.h"
-#include "../../drivers/ping_bytes.h"
-#include "lib/responder.h"
+#include "drivers/devices/ping1d.h"
+#include "drivers/devices/ping_bytes.h"
+#include "tests/sim/lib/responder.h"
 
 #define ID            1
 #define MS            1000000u
@@ -55,7 +55,7 @@ static void start(uint64_t seed, uint64_t now_ns)
 static void reply(struct line *line, uint16_t id, const void *payload, size_t n, uint64_t now_ns)
 {
     uint8_t frame[PING_FRAME_MAX];
-    line_send(line, frame, ping_frame_build(frame, sizeof frame, id, ID, 0, payload, n), now_ns);
+    line_send(line, frame, ping_frame_build(frame, sizeof frame, id, ID, payload, n), now_ns);
 }
 
 static void send_reading(struct line *line, bool simple, bool profile, uint64_t now_ns)

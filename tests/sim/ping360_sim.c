@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * ping360_sim - a virtual Ping360 on a pseudo-terminal or a UDP port, for tests and for people without a sonar. Reads the command
- * line, then runs the sim on the monotonic clock; commands come on standard input, one per line, and each is
- * answered by one line on standard output.
+ * ping360_sim - a virtual Ping360 on a pseudo-terminal or a UDP port, for tests and for people without a sonar. Reads
+ * the command line, then runs the sim on the monotonic clock; commands come on standard input, one per line, and each
+ * is answered by one line on standard output.
  */
 #include <errno.h>
 #include <getopt.h>
@@ -15,7 +15,8 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "lib/sim.h"
+#include "core/fault.h"
+#include "tests/sim/lib/sim.h"
 
 #define MAX_TIMED       32
 #define STATUS_EVERY_NS 1000000000u
@@ -399,22 +400,22 @@ int main(int argc, char **argv)
     static struct sim sim;
     struct options o;
     sigset_t waiting;
-    char err[512];
+    struct fault fault;
 
     options_parse(&o, argc, argv);
     signals_prepare(&waiting);
     sim.pose = o.pose;
     sim.frame = o.frame;
     sim.water = (struct water){o.head.sound_speed_mps, o.noise_counts, o.ghost, o.seed};
-    if (!scene_load(&sim.scene, o.scene, err, sizeof err))
-        die("%s", err);
+    if (!scene_load(&sim.scene, o.scene, &fault))
+        die("%s", fault.text);
     if (!line_init(&sim.line, o.link, o.baud, o.seed))
         die("--link: longer than %d bytes", LINE_PATH_MAX - 1);
     line_use_udp(&sim.line, o.udp_port);
     if (o.truth != NULL && (sim.truth = fopen(o.truth, "w")) == NULL)
         die("%s: %s", o.truth, strerror(errno));
-    if (!line_plug(&sim.line, err, sizeof err))
-        die("%s", err);
+    if (!line_plug(&sim.line, &fault))
+        die("%s", fault.text);
     sim_start(&sim, &o.head, clock_ns());
     printf("ready %s\n", o.link != NULL && o.udp_port == LINE_NO_UDP ? o.link : sim.line.slave);
     fflush(stdout);

@@ -6,10 +6,10 @@
 #include <math.h>
 #include <string.h>
 
-#include "../../drivers/ping_bytes.h"
-#include "../../drivers/surveyor.h"
-#include "../../grid/geometry.h"
-#include "lib/responder.h"
+#include "drivers/devices/ping_bytes.h"
+#include "drivers/devices/surveyor.h"
+#include "grid/geometry.h"
+#include "tests/sim/lib/responder.h"
 
 #define ID          1
 #define DEVICE_TYPE 12 /* not published; any that is no echosounder's and no Ping360's */
@@ -88,7 +88,7 @@ static void send_points(struct line *line, uint64_t now_ns)
 static void reply(struct line *line, uint16_t id, const void *payload, size_t n, uint64_t now_ns)
 {
     uint8_t frame[64];
-    line_send(line, frame, ping_frame_build(frame, sizeof frame, id, ID, 0, payload, n), now_ns);
+    line_send(line, frame, ping_frame_build(frame, sizeof frame, id, ID, payload, n), now_ns);
 }
 
 static void feed(struct line *line, const uint8_t *bytes, size_t n, uint64_t now_ns)

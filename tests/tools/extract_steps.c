@@ -3,16 +3,18 @@
  * extract_steps - what each step of the range extraction makes of recordings: the tables of docs/extract.md, and its
  * picture.
  *   extract_steps tables                    of the recordings that are there
- *   extract_steps picture FILE.csv > X.ppm  as the sonar sent it, after each step of the clean-up, with what was found
+ *   extract_steps picture FILE.csv > X.ppm  as the sonar sent it, after each step of the clean-up, with what was found;
+ *                                           extract_picture.py makes docs/pictures/extract-steps.png of it
  */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "../../grid/range/cleanup.h"
-#include "../../grid/range/extract.h"
-#include "../../grid/range/marks.h"
+#include "core/fault.h"
+#include "grid/range/cleanup.h"
+#include "grid/range/extract.h"
+#include "grid/range/marks.h"
 
 #define MAX_BINS  2000
 #define MAX_PINGS 4000
@@ -96,18 +98,18 @@ static struct chain *make_chain(const struct step *step, enum extract_no_echo no
     const struct mount mount = {0};
     struct chain *c = memory_of(sizeof *c);
     struct extract_conf conf;
-    char err[200] = "";
+    struct fault fault = {""};
 
     extract_defaults(&conf);
     conf.order = step->order;
     conf.learn_ring_down = step->learn_ring_down;
     conf.no_echo = no_echo;
-    c->extract = extract_init(memory_of(extract_size(MAX_BINS)), &conf, MAX_BINS, err, sizeof err);
+    c->extract = extract_init(memory_of(extract_size(MAX_BINS)), &conf, MAX_BINS, &fault);
     if (c->extract && cleanup_wanted(&step->cleanup))
         c->cleanup = cleanup_init(memory_of(cleanup_size(&step->cleanup, MAX_BINS)), &step->cleanup, &mount,
-                                  MAX_BINS, err, sizeof err);
+                                  MAX_BINS, &fault);
     if (!c->extract || (cleanup_wanted(&step->cleanup) && !c->cleanup))
-        fail(err);
+        fail(fault.text);
     marks_init(&c->marks);
     return c;
 }
@@ -297,9 +299,12 @@ static int tables(void)
 
 static uint8_t picture[PANEL * DOWN][PANEL * ACROSS][3];
 
+/* The head of the box looked astern: in the picture, as in the others, forward is up. */
+#define HEAD_ASTERN_DEG 180.0
+
 static void dot(int panel, double bearing_deg, double share, const uint8_t *colour)
 {
-    const double a = geo_rad(bearing_deg), radius = share * (PANEL / 2.0 - 3.0);
+    const double a = geo_rad(bearing_deg - HEAD_ASTERN_DEG), radius = share * (PANEL / 2.0 - 3.0);
     const int x = (int)(PANEL / 2.0 + radius * sin(a)), y = (int)(PANEL / 2.0 - radius * cos(a));
 
     for (int v = 0; v < 2; v++)
@@ -326,19 +331,19 @@ static const struct shot *shot_at(double bearing_deg)
 
 static void paint(int panel, bool with_echoes)
 {
-    static const uint8_t red[] = {255, 60, 40};
+    static const uint8_t orange[] = {255, 140, 60};
 
     for (int y = 0; y < PANEL; y++)
         for (int x = 0; x < PANEL; x++) {
             const double u = x + 0.5 - PANEL / 2.0, v = PANEL / 2.0 - y - 0.5;
             const double share = hypot(u, v) / (PANEL / 2.0 - 3.0);
-            const struct shot *shot = share < 1.0 ? shot_at(geo_deg(atan2(u, v))) : NULL;
+            const struct shot *shot = share < 1.0 ? shot_at(geo_deg(atan2(u, v)) + HEAD_ASTERN_DEG) : NULL;
             const uint8_t grey = shot ? shot->counts[(uint32_t)(share * shot->n)] : share < 1.0 ? 40 : 255;
             memset(picture[panel / ACROSS * PANEL + y][panel % ACROSS * PANEL + x], grey, 3);
         }
     for (int i = 0; with_echoes && i < n_shots; i++)
         for (int k = 0; k < shots[i].found.n; k++)
-            dot(panel, shots[i].bearing_deg, (double)shots[i].found.echo[k].range_m / shots[i].range_m, red);
+            dot(panel, shots[i].bearing_deg, (double)shots[i].found.echo[k].range_m / shots[i].range_m, orange);
 }
 
 static int draw(const char *path)
@@ -355,7 +360,7 @@ static int draw(const char *path)
             fail("no such file");
         paint(panel, panel >= 6);
     }
-    printf("P6 %d %d 255\n", PANEL * ACROSS, PANEL * DOWN);
+    printf("P6\n# rim at %g m\n%d %d\n255\n", shots[0].range_m, PANEL * ACROSS, PANEL * DOWN);
     return fwrite(picture, sizeof picture, 1, stdout) == 1 ? 0 : 1;
 }
 

@@ -4,9 +4,10 @@
  *
  *   load SOCKET SECONDS    questions from standard input, one line each
  *
- * A single plain client asks every question twice first. What it was told is what everybody must be told, byte for byte.
- * Then ask at once: polite clients, one question at a time; floods of sixteen; readers of a few bytes at a time; those that
- * never read; those that send half a line and go. Prints one line of KEY=VALUE; exit status 1: an answer was wrong.
+ * A single plain client asks every question twice first. What it was told is what everybody must be told, byte for
+ * byte. Then ask at once: polite clients, one question at a time; floods of sixteen; readers of a few bytes at a time;
+ * those that never read; those that send half a line and go. Prints one line of KEY=VALUE;
+ * exit status 1: an answer was wrong.
  */
 #include <errno.h>
 #include <fcntl.h>

@@ -13,7 +13,7 @@
 #include <string.h>
 #include <time.h>
 
-#include "../../client/mavlink_frame.h"
+#include "client/mavlink/mavlink_frame.h"
 
 union content {
     uint64_t align;

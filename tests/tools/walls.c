@@ -11,7 +11,7 @@
 #include <stdbool.h>
 #include <stdio.h>
 
-#include "../../grid/geometry.h"
+#include "grid/geometry.h"
 
 static const struct wall {
     const char *name;

@@ -72,15 +72,15 @@ judge "its own user, no capabilities"
 judge "SCHED_FIFO 40, as configured"
 [ "$(awk '/VmLck/ {print $2}' "/proc/$(pid)/status")" -gt 1000 ]
 judge "memory locked, as configured"
-soon logged "line 'LEAK' is ours"
+soon logged "line 'LEAK' acquired"
 judge "a GPIO line"
 soon logged "altimeter: can:vcan0 open"
 judge "a CAN bus"
-logged "network is barred"
-judge "a sonar on the network is barred, and the log says what opens it"
+logged "network access is not permitted"
+judge "a sonar on the network is not permitted, and the log says what opens it"
 
 journalctl -u sonard -o json --no-pager SONARD_EVENT=port_open SONARD_SONAR=altimeter |
-    grep '"PRIORITY":"5"' | grep '"SYSLOG_IDENTIFIER":"sonard"' | grep '"CODE_FILE":"daemon/source.c"' | grep -q '"CODE_FUNC":'
+    grep '"PRIORITY":"5"' | grep '"SYSLOG_IDENTIFIER":"sonard"' | grep '"CODE_FILE":"daemon/input/source.c"' | grep -q '"CODE_FUNC":'
 judge "its entries in the journal have fields"
 
 touch /run/out/plug

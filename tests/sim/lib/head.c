@@ -48,7 +48,7 @@ uint64_t head_deadline(const struct head *head)
 static uint64_t reply(struct head *head, uint16_t id, const void *payload, size_t n, uint64_t now_ns)
 {
     uint8_t frame[PING_FRAME_MAX];
-    size_t length = ping_frame_build(frame, sizeof frame, id, head->conf.id, 0, payload, n);
+    size_t length = ping_frame_build(frame, sizeof frame, id, head->conf.id, payload, n);
 
     return head->io.send(head->io.ctx, frame, length, now_ns);
 }

@@ -14,8 +14,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "../../../drivers/ping360.h"
-#include "../../../drivers/ping_frame.h"
+#include "drivers/devices/ping360.h"
+#include "drivers/devices/ping_frame.h"
 
 #define HEAD_NEVER UINT64_MAX
 #define HEAD_TURN  400 /* gradians */

@@ -47,20 +47,16 @@ static bool make_raw(int fd)
 }
 
 /* The new link appears in one step under its name, over a stale one too; anything but a link is left alone. */
-static bool make_link(const char *target, const char *link, char *err, size_t err_size)
+static bool make_link(const char *target, const char *link, struct fault *fault)
 {
     char temporary[LINE_PATH_MAX + 8], old[4];
 
-    if (readlink(link, old, sizeof old) < 0 && errno != ENOENT) {
-        snprintf(err, err_size, "%s: exists and is no symbolic link", link);
-        return false;
-    }
+    if (readlink(link, old, sizeof old) < 0 && errno != ENOENT)
+        return fault_set(fault, "%s: exists and is no symbolic link", link);
     snprintf(temporary, sizeof temporary, "%s.new", link);
     unlink(temporary);
-    if (symlink(target, temporary) < 0 || rename(temporary, link) < 0) {
-        snprintf(err, err_size, "%s: cannot make the link: %s", link, strerror(errno));
-        return false;
-    }
+    if (symlink(target, temporary) < 0 || rename(temporary, link) < 0)
+        return fault_set(fault, "%s: cannot make the link: %s", link, strerror(errno));
     return true;
 }
 
@@ -69,7 +65,7 @@ void line_use_udp(struct line *line, int port)
     line->udp_port = port;
 }
 
-static bool plug_udp(struct line *line, char *err, size_t err_size)
+static bool plug_udp(struct line *line, struct fault *fault)
 {
     struct sockaddr_in a = {.sin_family = AF_INET,
                             .sin_addr.s_addr = htonl(INADDR_LOOPBACK),
@@ -78,7 +74,7 @@ static bool plug_udp(struct line *line, char *err, size_t err_size)
     int fd = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
 
     if (fd < 0 || bind(fd, (struct sockaddr *)&a, n) < 0 || getsockname(fd, (struct sockaddr *)&a, &n) < 0) {
-        snprintf(err, err_size, "UDP port %d: %s", line->udp_port, strerror(errno));
+        fault_set(fault, "UDP port %d: %s", line->udp_port, strerror(errno));
         if (fd >= 0)
             close(fd);
         return false;
@@ -91,18 +87,18 @@ static bool plug_udp(struct line *line, char *err, size_t err_size)
     return true;
 }
 
-bool line_plug(struct line *line, char *err, size_t err_size)
+bool line_plug(struct line *line, struct fault *fault)
 {
     if (line->udp_port != LINE_NO_UDP)
-        return plug_udp(line, err, err_size);
+        return plug_udp(line, fault);
     int slave = -1, fd = posix_openpt(O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
 
     if (fd < 0 || grantpt(fd) < 0 || unlockpt(fd) < 0 || ptsname_r(fd, line->slave, sizeof line->slave) != 0 ||
         (slave = open(line->slave, O_RDWR | O_NOCTTY | O_CLOEXEC)) < 0 || !make_raw(slave)) {
-        snprintf(err, err_size, "pseudo-terminal: %s", strerror(errno));
+        fault_set(fault, "pseudo-terminal: %s", strerror(errno));
         goto fail;
     }
-    if (line->link[0] != '\0' && !make_link(line->slave, line->link, err, err_size))
+    if (line->link[0] != '\0' && !make_link(line->slave, line->link, fault))
         goto fail;
     close(slave); /* from now on a hang-up on the master means that nobody has the line open */
     line->fd = fd;

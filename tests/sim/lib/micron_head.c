@@ -51,7 +51,8 @@ static void reply(struct micron_head *head, uint8_t id, uint8_t packet, const ui
                   uint64_t now_ns)
 {
     uint8_t frame[SEANET_OVERHEAD + SEANET_DATA_AT + SEANET_DATA_MAX];
-    size_t length = seanet_build(frame, sizeof frame, MICRON_NODE, SEANET_HOST, id, packet, payload, n);
+    size_t length =
+        seanet_build(frame, sizeof frame, (struct seanet_head){MICRON_NODE, SEANET_HOST, id, packet}, payload, n);
     head->io.send(head->io.ctx, frame, length, now_ns);
 }
 
@@ -120,7 +121,7 @@ static void ping_begin(struct micron_head *head, uint64_t now_ns)
         head->shot.settings.control &= (uint16_t)~MICRON_8_BIT;
     if (head->faults.range_m > 0.0)
         micron_set_range(&head->shot.settings, head->faults.range_m, head->conf.sound_speed_mps);
-    int way = abs(micron_way(before, head->bearing));
+    int way = abs(micron_angle_to(before, head->bearing));
     head->shot.t_ns = now_ns + ns_of(way / 16.0 * head->conf.ms_per_gradian * 1e-3);
     head->ready_ns = head->shot.t_ns + ns_of(head->conf.processing_ms * 1e-3) +
                      micron_listening_ns(head->shot.settings.interval, head->shot.settings.n_bins);

@@ -14,8 +14,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "../../../drivers/micron.h"
-#include "../../../drivers/seanet_frame.h"
+#include "drivers/devices/micron.h"
+#include "drivers/devices/seanet_frame.h"
 
 #define MICRON_HEAD_NEVER UINT64_MAX
 

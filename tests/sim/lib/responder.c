@@ -10,6 +10,8 @@
 #include <time.h>
 #include <unistd.h>
 
+#include "core/fault.h"
+
 #define STATUS_EVERY_NS 1000000000u
 #define LINE_OPEN_NS    10000000u /* how often to look whether somebody has opened the line */
 #define COMMAND_MAX     256
@@ -51,7 +53,7 @@ static bool number_parse(const char *text, double lo, double hi, double *out)
 
 enum fault_kind { FAULT_COUNT, FAULT_SECONDS, FAULT_SWITCH };
 
-static const struct fault {
+static const struct line_fault {
     const char *name, *what;
     enum fault_kind kind;
     size_t at; /* in struct line_faults */
@@ -71,7 +73,7 @@ static const struct fault {
 
 #define N_FAULTS (sizeof faults / sizeof faults[0])
 
-static void fault_set(struct line_faults *line, const struct fault *fault, double value, uint64_t now_ns)
+static void line_fault_set(struct line_faults *line, const struct line_fault *fault, double value, uint64_t now_ns)
 {
     if (fault->kind == FAULT_SWITCH) {
         line->split = value != 0.0;
@@ -91,7 +93,7 @@ static const struct responder_number *number_find(const struct responder *respon
     return NULL;
 }
 
-static const struct fault *fault_find(const char *name)
+static const struct line_fault *line_fault_find(const char *name)
 {
     for (size_t i = 0; i < N_FAULTS; i++)
         if (strcmp(faults[i].name, name) == 0)
@@ -104,7 +106,7 @@ static const char *command_set(struct responder *responder, const char *name, co
 {
     static char want[128];
     const struct responder_number *number = number_find(responder, name);
-    const struct fault *fault = fault_find(name);
+    const struct line_fault *fault = line_fault_find(name);
     double value, lo = number ? number->lo : 0, hi = number ? number->hi : 60000;
 
     if (number == NULL && fault == NULL)
@@ -116,18 +118,18 @@ static const char *command_set(struct responder *responder, const char *name, co
     if (number != NULL)
         *number->value = value;
     else
-        fault_set(&responder->line.faults, fault, value, clock_ns());
+        line_fault_set(&responder->line.faults, fault, value, clock_ns());
     return NULL;
 }
 
 static const char *command_plug(struct responder *responder, bool in)
 {
-    static char err[512];
+    static struct fault fault;
 
     if ((responder->line.fd >= 0) == in)
         return in ? "is plugged in already" : "is unplugged already";
     if (in)
-        return line_plug(&responder->line, err, sizeof err) ? NULL : err;
+        return line_plug(&responder->line, &fault) ? NULL : fault.text;
     line_unplug(&responder->line);
     return NULL;
 }
@@ -322,7 +324,7 @@ int responder_main(int argc, char **argv, const struct responder_ops *ops)
 {
     static struct responder responder;
     sigset_t waiting;
-    char err[512];
+    struct fault fault;
     int udp_port = ops->udp_port;
 
     responder.ops = ops;
@@ -332,8 +334,8 @@ int responder_main(int argc, char **argv, const struct responder_ops *ops)
     if (!line_init(&responder.line, responder.link, responder.baud, responder.seed))
         die(&responder, "--link", "the path is too long");
     line_use_udp(&responder.line, udp_port);
-    if (!line_plug(&responder.line, err, sizeof err))
-        die(&responder, "line", err);
+    if (!line_plug(&responder.line, &fault))
+        die(&responder, "line", fault.text);
     ops->start(responder.seed, clock_ns());
     printf("ready %s\n",
            responder.link != NULL && udp_port == LINE_NO_UDP ? responder.link : responder.line.slave);

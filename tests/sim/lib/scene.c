@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "../../../grid/geometry.h"
+#include "grid/geometry.h"
 
 #define TEXT_MAX          8192
 #define SURFACE_EPSILON_M 1e-6 /* a ray that starts on a surface does not hit it */
@@ -152,16 +152,14 @@ static const struct scene_kind *kind_find(const char *name)
 }
 
 /* One shape from the words of one line. */
-static bool shape_parse(struct scene_shape *shape, char *line, char *err, size_t err_size)
+static bool shape_parse(struct scene_shape *shape, char *line, struct fault *fault)
 {
     char *save = NULL, *word = strtok_r(line, " \t\r", &save);
 
     memset(shape, 0, sizeof *shape);
     shape->kind = kind_find(word);
-    if (shape->kind == NULL) {
-        snprintf(err, err_size, "'%.20s' is no shape; there are box, cylinder, slope, pile", word);
-        return false;
-    }
+    if (shape->kind == NULL)
+        return fault_set(fault, "'%.20s' is no shape; there are box, cylinder, slope, pile", word);
     int n = 0;
     for (; (word = strtok_r(NULL, " \t\r", &save)) != NULL; n++) {
         char *end;
@@ -170,58 +168,49 @@ static bool shape_parse(struct scene_shape *shape, char *line, char *err, size_t
             break;
         shape->p[n] = value;
     }
-    if (word != NULL || n != shape->kind->n_numbers || !shape->kind->prepare(shape->p)) {
-        snprintf(err, err_size, "%s wants %s", shape->kind->name, shape->kind->numbers);
-        return false;
-    }
+    if (word != NULL || n != shape->kind->n_numbers || !shape->kind->prepare(shape->p))
+        return fault_set(fault, "%s wants %s", shape->kind->name, shape->kind->numbers);
     return true;
 }
 
-bool scene_parse(struct scene *scene, const char *name, const char *text, char *err, size_t err_size)
+bool scene_parse(struct scene *scene, const char *name, const char *text, struct fault *fault)
 {
-    char copy[TEXT_MAX], what[160];
+    char copy[TEXT_MAX];
+    struct fault what;
     int line_no = 0;
 
     scene->n = 0;
-    if (strlen(text) >= sizeof copy) {
-        snprintf(err, err_size, "%s: longer than %d bytes", name, TEXT_MAX - 1);
-        return false;
-    }
+    if (strlen(text) >= sizeof copy)
+        return fault_set(fault, "%s: longer than %d bytes", name, TEXT_MAX - 1);
     strcpy(copy, text);
     for (char *next = copy, *line; (line = strsep(&next, "\n")) != NULL;) {
         line_no++;
         line[strcspn(line, "#")] = '\0';
         if (line[strspn(line, " \t\r")] == '\0')
             continue;
-        if (scene->n == SCENE_MAX_SHAPES) {
-            snprintf(err, err_size, "%s:%d: more than %d shapes", name, line_no, SCENE_MAX_SHAPES);
-            return false;
-        }
-        if (!shape_parse(&scene->shape[scene->n], line, what, sizeof what)) {
-            snprintf(err, err_size, "%s:%d: %s", name, line_no, what);
-            return false;
-        }
+        if (scene->n == SCENE_MAX_SHAPES)
+            return fault_set(fault, "%s:%d: more than %d shapes", name, line_no, SCENE_MAX_SHAPES);
+        if (!shape_parse(&scene->shape[scene->n], line, &what))
+            return fault_set(fault, "%s:%d: %s", name, line_no, what.text);
         scene->n++;
     }
     return true;
 }
 
-bool scene_load(struct scene *scene, const char *name_or_file, char *err, size_t err_size)
+bool scene_load(struct scene *scene, const char *name_or_file, struct fault *fault)
 {
     char text[TEXT_MAX + 1];
 
     for (size_t i = 0; i < COUNT(builtin); i++) {
         if (strcmp(builtin[i].name, name_or_file) == 0)
-            return scene_parse(scene, name_or_file, builtin[i].text, err, err_size);
+            return scene_parse(scene, name_or_file, builtin[i].text, fault);
     }
     FILE *file = fopen(name_or_file, "r");
-    if (file == NULL) {
-        snprintf(err, err_size, "%s: no built-in scene and no file: %s", name_or_file, strerror(errno));
-        return false;
-    }
+    if (file == NULL)
+        return fault_set(fault, "%s: no built-in scene and no file: %s", name_or_file, strerror(errno));
     text[fread(text, 1, TEXT_MAX, file)] = '\0';
     fclose(file);
-    return scene_parse(scene, name_or_file, text, err, err_size);
+    return scene_parse(scene, name_or_file, text, fault);
 }
 
 void scene_print_builtin(FILE *out)

@@ -17,6 +17,8 @@
 #include <stddef.h>
 #include <stdio.h>
 
+#include "core/fault.h"
+
 #define SCENE_MAX_SHAPES  32
 #define SCENE_MAX_NUMBERS 6
 
@@ -36,11 +38,11 @@ struct scene_hit {
     double ghost_m;       /* apparent range of the echo's second bounce */
 };
 
-/** scene_parse - read a scene's text; `name` stands for it in messages. False with a sentence in err. */
-bool scene_parse(struct scene *scene, const char *name, const char *text, char *err, size_t err_size);
+/** scene_parse - read a scene's text; `name` stands for it in messages. False with a sentence in fault. */
+bool scene_parse(struct scene *scene, const char *name, const char *text, struct fault *fault);
 
-/** scene_load - a built-in scene's name, or a file. False with a sentence in err. */
-bool scene_load(struct scene *scene, const char *name_or_file, char *err, size_t err_size);
+/** scene_load - a built-in scene's name, or a file. False with a sentence in fault. */
+bool scene_load(struct scene *scene, const char *name_or_file, struct fault *fault);
 
 /** scene_print_builtin - one line per built-in scene. */
 void scene_print_builtin(FILE *out);

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "../../../grid/geometry.h"
+#include "grid/geometry.h"
 
 #define COMMAND_ARGS 4
 #define LINE_OPEN_NS 10000000u /* how often to look whether somebody has opened the line */
@@ -209,13 +209,13 @@ static const char *do_unplug(struct sim *sim, const double *arg, uint64_t now_ns
 
 static const char *do_plug(struct sim *sim, const double *arg, uint64_t now_ns)
 {
-    static char why[SIM_ANSWER_MAX];
+    static struct fault why;
 
     (void)arg;
     (void)now_ns;
     if (sim->line.fd >= 0)
         return "is plugged in already";
-    return line_plug(&sim->line, why, sizeof why) ? NULL : why;
+    return line_plug(&sim->line, &why) ? NULL : why.text;
 }
 
 static const char *do_reboot(struct sim *sim, const double *arg, uint64_t now_ns)

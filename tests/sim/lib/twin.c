@@ -11,7 +11,8 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "../../../grid/geometry.h"
+#include "core/fault.h"
+#include "grid/geometry.h"
 #include "console.h"
 
 #define LINE_OPEN_NS 10000000u /* how often to look whether somebody has opened the line */
@@ -66,7 +67,7 @@ void twin_listen(double az_deg, double range_m, double pulse_s, uint32_t n, unsi
 
 /* ---- commands ---- */
 
-static const struct fault {
+static const struct line_fault {
     const char *name, *what;
     uint64_t *count, *until_ns;
 } faults[] = {
@@ -110,7 +111,7 @@ static bool parse_pose(const char *text, const char *format)
 
 static bool command_run(void *ctx, const char *line)
 {
-    char err[TEXT_MAX];
+    struct fault fault;
 
     (void)ctx;
     if (strcmp(line, "quit") == 0)
@@ -118,7 +119,7 @@ static bool command_run(void *ctx, const char *line)
     else if (strcmp(line, "unplug") == 0)
         line_unplug(&twin.line);
     else if (strcmp(line, "plug") == 0)
-        return twin.line.fd < 0 && line_plug(&twin.line, err, sizeof err);
+        return twin.line.fd < 0 && line_plug(&twin.line, &fault);
     else if (strncmp(line, "pose ", 5) == 0)
         return parse_pose(line + 5, "%lf %lf %lf %lf%n");
     else if (strcmp(line, "split 0") == 0 || strcmp(line, "split 1") == 0)
@@ -186,7 +187,7 @@ static int begin(int argc, char **argv)
 {
     const char *link = NULL, *scene = "box";
     unsigned baud = 0;
-    char err[512];
+    struct fault fault;
 
     twin.water = (struct water){.sound_speed_mps = 1500.0, .noise_counts = 8.0, .ghost = 0.5, .seed = 1};
     for (int i = 1; i < argc; i += 2) {
@@ -199,10 +200,10 @@ static int begin(int argc, char **argv)
             return 2;
         }
     }
-    if (!scene_load(&twin.scene, scene, err, sizeof err) ||
-        (!line_init(&twin.line, link, baud, twin.water.seed) && snprintf(err, sizeof err, "--link: too long")) ||
-        !line_plug(&twin.line, err, sizeof err)) {
-        fprintf(stderr, "%s: %s\n", twin_ops->name, err);
+    if (!scene_load(&twin.scene, scene, &fault) ||
+        (!line_init(&twin.line, link, baud, twin.water.seed) && fault_set(&fault, "--link: too long")) ||
+        !line_plug(&twin.line, &fault)) {
+        fprintf(stderr, "%s: %s\n", twin_ops->name, fault.text);
         return 2;
     }
     printf("ready %s\n", link ? link : twin.line.slave);

@@ -6,7 +6,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "../../../grid/geometry.h"
+#include "grid/geometry.h"
 
 #define RAYS_AZ 15
 #define RAYS_EL 41

@@ -1,0 +1,391 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * command_setup - `sonarctl setup`: asks the few questions whose answers nobody but the user knows, finds the sonar,
+ * and writes them as a drop-in for sonard.conf(5), with the reasons. Needs no daemon. What options answer is not asked.
+ */
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+#include <unistd.h>
+
+#include "command.h"
+#include "core/fault.h"
+#include "drivers/devices/device.h"
+#include "drivers/ports/port.h"
+#include "find_sonar.h"
+
+#define CONF_FILE    "/etc/sonard/sonard.conf"
+#define DROP_IN      CONF_FILE ".d/50-setup.conf"
+#define DEFAULT_NAME "front" /* of the section in the sonard.conf that is installed */
+#define LINE_MAX_    256
+
+/* For the promise that [vehicle] near is: what sonard.conf(5) and docs/devices/ping360.md reckon with. */
+#define PING360_HALF_FAN_DEG 12.5
+#define ANGULAR_STEP_DEG     2.0
+#define MARGIN_M             0.3
+#define HEIGHT_M             0.5
+
+struct setup {
+    const struct context *context;
+    bool asks; /* somebody sits at the terminal */
+    char device[32], port[FIND_SONAR_PATH + 32], how[80], name[32];
+    double mount_m[3], size_m[3], range_m;
+    bool mount_answered, size_answered, range_answered; /* the others stay the defaults of sonard.conf */
+    bool upside_down;
+    int port_error; /* errno of the port given with --port; 0: it was open */
+};
+
+static const json_t *given(const struct setup *s, const char *key)
+{
+    return json_object_get(s->context->arguments.options, key);
+}
+
+/* A line of the user, without its end; false at the end of the input, and for an empty line: the default is meant. */
+static bool ask(const struct setup *s, const char *question, const char *standard, char *answer, size_t size)
+{
+    if (!s->asks)
+        return false;
+    fprintf(stderr, "%s [%s] ", question, standard);
+    if (!fgets(answer, (int)size, stdin))
+        return false;
+    answer[strcspn(answer, "\r\n")] = '\0';
+    return answer[0] != '\0';
+}
+
+struct question {
+    const char *key; /* the option that answers it */
+    const char *text;
+    int n;         /* numbers wanted, 1 to 3 */
+    double lo, hi; /* each of them within */
+};
+
+/* Numbers from the option or the user, to whom those in value[] are offered. False: nobody answered. */
+static bool ask_numbers(struct setup *s, const struct question *question, double value[])
+{
+    const json_t *option = given(s, question->key);
+    const double lo = question->lo, hi = question->hi;
+    const int n = question->n;
+    char standard[64] = "", answer[LINE_MAX_];
+    double number[3];
+
+    for (int i = 0; i < n && option; i++)
+        value[i] = json_number_value(json_is_array(option) ? json_array_get(option, (size_t)i) : option);
+    if (option)
+        return true;
+    for (int i = 0; i < n; i++)
+        snprintf(standard + strlen(standard), sizeof standard - strlen(standard), "%s%g", i ? " " : "", value[i]);
+    while (ask(s, question->text, standard, answer, sizeof answer)) {
+        char *at = answer;
+        int got = 0;
+
+        for (; got < n; got++) {
+            char *end;
+
+            number[got] = strtod(at, &end);
+            if (end == at || !(number[got] >= lo && number[got] <= hi))
+                break;
+            at = end + strspn(end, ", x");
+        }
+        if (got == n && *at == '\0') {
+            memcpy(value, number, (size_t)n * sizeof *value);
+            return true;
+        }
+        fprintf(stderr, "  want %d number%s from %g to %g\n", n, n > 1 ? "s" : "", lo, hi);
+    }
+    return s->asks;
+}
+
+#define DEVICE_NAME(device) #device,
+
+static const char *const devices[] = {DEVICES(DEVICE_NAME) NULL};
+
+static bool known_device(const char *name)
+{
+    for (const char *const *d = devices; *d; d++)
+        if (strcmp(*d, name) == 0)
+            return true;
+    return false;
+}
+
+static void list_devices(void)
+{
+    fprintf(stderr, "  supported:");
+    for (const char *const *d = devices; *d; d++)
+        fprintf(stderr, " %s", *d);
+    fputc('\n', stderr);
+}
+
+/* Where options do not say it: listens on the port given, or on every one there is. */
+static void find(struct setup *s)
+{
+    char path[FIND_SONAR_PORTS][FIND_SONAR_PATH];
+    const char *option = json_string_value(given(s, "port"));
+    const bool ask_it = !given(s, "listen");
+    size_t n = 1;
+
+    if (option)
+        snprintf(path[0], sizeof path[0], "%s", option);
+    else
+        n = find_sonar_ports(path);
+    if (n == 0)
+        fprintf(stderr, "no serial adapter found below /dev/serial/by-id, /dev/ttyUSB* and /dev/ttyACM*\n");
+    for (size_t i = 0; i < n; i++) {
+        struct found_sonar found;
+        struct fault fault;
+
+        fprintf(stderr, "%s: listening%s ...\n", path[i], ask_it ? ", then asking" : "");
+        if (!find_sonar_on(path[i], ask_it, &found, &fault)) {
+            fprintf(stderr, "  %s\n", fault.text);
+            s->port_error = option ? found.error : 0;
+            continue;
+        }
+        fprintf(stderr, "  found: %s (%s)\n", found.device, found.how);
+        snprintf(s->device, sizeof s->device, "%s", found.device);
+        snprintf(s->port, sizeof s->port, "%s", found.port);
+        snprintf(s->how, sizeof s->how, "%s", found.how);
+        return;
+    }
+}
+
+static bool is_ping360(const struct setup *s)
+{
+    return strcmp(s->device, "ping360") == 0;
+}
+
+/* A port as sonard.conf wants it, of a device file too: a Ping360 follows the rate of the line. */
+static bool take_port(struct setup *s, const char *text, struct fault *fault)
+{
+    const char *rest;
+
+    if (text[0] == '/')
+        snprintf(s->port, sizeof s->port, "serial:%.*s:%s", FIND_SONAR_PATH - 1, text,
+                 is_ping360(s) ? "921600" : "115200");
+    else
+        snprintf(s->port, sizeof s->port, "%s", text);
+    return port_find(s->port, &rest, fault) != NULL;
+}
+
+/* What to do about it. */
+static void not_found(const struct setup *s, const char *port)
+{
+    if (s->device[0] && !known_device(s->device))
+        fprintf(stderr, "sonarctl setup: no such device: %s\n", s->device);
+    else if (s->port_error == EBUSY) {
+        fprintf(stderr, "sonarctl setup: another program has %s; stop it and try again", port);
+        if (port[0] == '/')
+            fprintf(stderr, " (sudo fuser -v %s names it)", port);
+        fputc('\n', stderr);
+        return;
+    } else if (s->port_error == ENOENT) {
+        fprintf(stderr, "sonarctl setup: no such port; find it with `ls /dev/serial/by-id`\n");
+        return;
+    } else if (port && strncmp(port, "udp:", 4) == 0)
+        fprintf(stderr,
+                "sonarctl setup: no sonar found at %s; is its bridge running, and which port does it listen on? "
+                "BlueOS "
+                "lists both; usual are 9092 for a Ping360, 9090 for a Ping1D. Give --device to write it all the "
+                "same\n",
+                port);
+    else
+        fprintf(stderr,
+                "sonarctl setup: no sonar found; give --device and --port, or plug it in, power it and try "
+                "again\n");
+    list_devices();
+}
+
+static bool take_device(struct setup *s)
+{
+    const char *device = json_string_value(given(s, "device")), *port = json_string_value(given(s, "port"));
+    char answer[LINE_MAX_];
+    struct fault fault;
+
+    if (!device || !port)
+        find(s);
+    if (device) {
+        if (s->device[0] && strcmp(device, s->device) != 0)
+            fprintf(stderr, "  taking %s, as --device says, although %s was found\n", device, s->device);
+        snprintf(s->device, sizeof s->device, "%s", device);
+    }
+    while (!device && ask(s, "Which sonar?", s->device[0] ? s->device : "none", answer, sizeof answer)) {
+        if (known_device(answer)) {
+            snprintf(s->device, sizeof s->device, "%.31s", answer);
+            break;
+        }
+        list_devices();
+    }
+    if (port && !s->port[0] && !take_port(s, port, &fault)) {
+        fprintf(stderr, "sonarctl setup: --port %s: %s\n", port, fault.text);
+        return false;
+    }
+    while (!port && ask(s, "Which port?", s->port[0] ? s->port : "none", answer, sizeof answer)) {
+        if (take_port(s, answer, &fault))
+            break;
+        fprintf(stderr, "  %s\n", fault.text);
+        s->port[0] = '\0';
+    }
+    if (known_device(s->device) && s->port[0])
+        return true;
+    not_found(s, port);
+    return false;
+}
+
+/* An empty line is no. */
+static bool ask_yes(const struct setup *s, const char *question)
+{
+    char answer[LINE_MAX_];
+
+    while (ask(s, question, "n", answer, sizeof answer)) {
+        const bool yes = strcasecmp(answer, "y") == 0 || strcasecmp(answer, "yes") == 0;
+
+        if (yes || strcasecmp(answer, "n") == 0 || strcasecmp(answer, "no") == 0)
+            return yes;
+        fprintf(stderr, "  want y or n\n");
+    }
+    return false;
+}
+
+static void ask_all(struct setup *s)
+{
+    static const struct question mount = {
+        "mount_m", "Where is the transducer: forward, right, down of the vehicle's middle, in m?", 3, -50, 50};
+    static const struct question size = {"size_m", "How large is the vehicle: length, width, height in m?", 3,
+                                         0.05, 50};
+    static const struct question range = {"range_m", "How far is it to listen, in m?", 1, 0.75, 200};
+
+    s->mount_answered = ask_numbers(s, &mount, s->mount_m);
+    s->upside_down = given(s, "upside_down") || ask_yes(s, "Is it mounted upside down, y or n?");
+    s->size_answered = ask_numbers(s, &size, s->size_m);
+    s->range_answered = ask_numbers(s, &range, &s->range_m);
+}
+
+static void write_port(const struct setup *s, FILE *out)
+{
+    const bool is_serial = strncmp(s->port, "serial:", 7) == 0;
+
+    if (is_serial && is_ping360(s) && strstr(s->port, ":921600"))
+        fprintf(out,
+                "# At 115200 baud the line would limit the scan, not the water; a Ping360 follows the rate.\n");
+    if (is_serial && !strstr(s->port, "/by-id/"))
+        fprintf(out, "# Names below /dev/serial/by-id/ stay the same when plugs are moved.\n");
+    fprintf(out, "port = %s\n", s->port);
+}
+
+/* It is for the user to promise: written as a comment. */
+static void write_near(const struct setup *s, FILE *out)
+{
+    const double height_m = s->size_answered ? s->size_m[2] : HEIGHT_M;
+    const double seen_deg = PING360_HALF_FAN_DEG - 1.5 * ANGULAR_STEP_DEG;
+    const double near_m = (height_m / 2 + MARGIN_M) / sin(seen_deg * M_PI / 180);
+
+    fprintf(
+        out,
+        "# A level head does not see what is close above and below it: without this `limit` allows a crawl only.\n"
+        "# Remove the # to promise that nothing stands so near out of the beams' sight "
+        "(docs/devices/ping360.md).\n"
+        "#near = %.1f m\n",
+        ceil(near_m * 10) / 10);
+}
+
+/* Only what was found or answered: the rest stays as sonard.conf or the defaults have it. */
+static void write_conf(const struct setup *s, FILE *out)
+{
+    const double radius_m = hypot(s->size_m[0], s->size_m[1]) / 2;
+
+    fprintf(out,
+            "# Written by `sonarctl setup`; change it as you like. sonard reads it behind sonard.conf when it "
+            "stands in\n"
+            "# " CONF_FILE ".d/, and what it says wins, key by key. What each key means: sonard.conf(5).\n\n"
+            "[sonar %s]\n",
+            s->name);
+    fprintf(out, "device = %s%s%s\n", s->device, s->how[0] ? "    ; " : "", s->how);
+    write_port(s, out);
+    if (s->range_answered)
+        fprintf(out,
+                "# Several times the stopping distance; longer makes every scan of a head slower.\n"
+                "range = %g m\n",
+                s->range_m);
+    if (s->mount_answered)
+        fprintf(
+            out,
+            "# Forward, right, down of the vehicle's middle, from which all ranges count.\nmount = %g %g %g m\n",
+            s->mount_m[0], s->mount_m[1], s->mount_m[2]);
+    if (s->upside_down)
+        fprintf(out, "# It hangs upside down: left is right without this.\nrotation = 180 0 0 deg\n");
+    if (s->size_answered || is_ping360(s))
+        fprintf(out, "\n[vehicle]\n");
+    if (s->size_answered)
+        fprintf(out,
+                "# Half the diagonal of %g m by %g m: the upright cylinder that holds the vehicle.\n"
+                "radius = %.3g m\nheight = %g m\n",
+                s->size_m[0], s->size_m[1], ceil(radius_m * 1e3) / 1e3, s->size_m[2]);
+    if (is_ping360(s))
+        write_near(s, out);
+}
+
+/* To be known before all is answered: does the file to write exist already? */
+static bool output_exists(const struct setup *s)
+{
+    const char *output = json_string_value(given(s, "output")), *path = output ? output : DROP_IN;
+
+    if (strcmp(path, "-") == 0 || access(path, F_OK) != 0)
+        return false;
+    fprintf(stderr, "sonarctl setup: %s: %s; remove it first, or choose another with --output\n", path,
+            strerror(EEXIST));
+    return true;
+}
+
+/* To the file that is not there yet, - is standard output. */
+static int write_out(const struct setup *s)
+{
+    const char *output = json_string_value(given(s, "output"));
+    const bool is_drop_in = !output, to_stdout = output && strcmp(output, "-") == 0;
+    const char *path = output ? output : DROP_IN;
+    FILE *out = to_stdout ? stdout : fopen(path, "wxe");
+
+    if (!out) {
+        fprintf(stderr, "sonarctl setup: %s: %s%s\n", path, strerror(errno),
+                errno == EEXIST                 ? "; remove it first, or choose another with --output"
+                : errno == EACCES && is_drop_in ? "; run it with sudo, or choose another with --output FILE"
+                : errno == ENOENT && is_drop_in ? "; make the folder first, or choose another with --output FILE"
+                                                : "");
+        return EXIT_OUTPUT;
+    }
+    write_conf(s, out);
+    if (to_stdout)
+        return EXIT_CLEAR;
+    if (fclose(out) != 0) {
+        fprintf(stderr, "sonarctl setup: %s: %s\n", path, strerror(errno));
+        unlink(path);
+        return EXIT_OUTPUT;
+    }
+    fprintf(stderr, "written: %s\nCheck it: sonard --check %s\n", path, is_drop_in ? CONF_FILE : path);
+    if (is_drop_in)
+        fprintf(stderr, "Use it: sudo systemctl restart sonard\n");
+    else
+        fprintf(stderr, "Use it: sonard -c %s\n", path);
+    return EXIT_CLEAR;
+}
+
+int command_setup(struct context *context)
+{
+    const json_t *options = context->arguments.options;
+    const char *name = json_string_value(json_object_get(options, "name"));
+    struct setup s = {.context = context,
+                      .asks = isatty(STDIN_FILENO) && !json_object_get(options, "yes"),
+                      .size_m = {0.46, 0.34, 0.25}, /* of a BlueROV2 without its tether */
+                      .range_m = 20};
+
+    snprintf(s.name, sizeof s.name, "%s", name ? name : DEFAULT_NAME);
+    if (s.name[strspn(s.name, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_")] || !s.name[0] ||
+        (name && strlen(name) >= sizeof s.name))
+        return command_usage("setup", "--name wants up to 31 letters, digits, - and _");
+    if (output_exists(&s))
+        return EXIT_OUTPUT;
+    if (!take_device(&s))
+        return EXIT_UNKNOWN;
+    ask_all(&s);
+    return write_out(&s);
+}

@@ -1,0 +1,465 @@
+/* SPDX-License-Identifier: MIT */
+#include "mavlink_bridge.h"
+
+#include <inttypes.h>
+#include <math.h>
+#include <poll.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <string.h>
+#include <time.h>
+
+#include "mavlink_alert.h"
+
+#define SECOND_NS      1000000000u
+#define POSE_LOST_S    2.0
+#define PING_LOST_NS   2000000000u
+#define START_NS       3000000000u  /* a sonar may take so long to its first ping */
+#define FIRST_NS       15000000000u /* until what was never there is said to be missing */
+#define LEAK_TOLD_NS   6000000000u  /* a leak counts so long, longer than two texts are apart: none is missed */
+#define PATIENCE_NS    6000000000u  /* until a vehicle without any heartbeat is called absent */
+#define ASK_EVERY_NS   10000000000u
+#define ATTITUDE_DUE   2000000000u /* asked for again when none came for so long */
+#define READS_PER_TURN 32          /* so that a flood does not keep the obstacles waiting */
+#define OWN_SYSTEM     1           /* until a vehicle's is known: that of nearly all vehicles */
+
+/* What standard error last said of something that comes and goes. */
+enum told { TOLD_NOTHING, TOLD_THERE, TOLD_LOST };
+
+enum alert {
+    ALERT_DAEMON,
+    ALERT_BLIND,
+    ALERT_LEAK,
+    ALERT_POSE,
+    ALERT_SENSOR,
+    ALERTS = ALERT_SENSOR + MAVLINK_SENSORS_MAX
+};
+
+struct bridge {
+    const struct mavlink_bridge_conf *conf;
+    struct mavlink_link *link;
+    struct mavlink_parser parser;
+    struct mavlink_sender sender;
+    struct mavlink_vehicle vehicle;
+    struct mavlink_feed feed;
+    struct mavlink_alert alert[ALERTS];
+    uint64_t obstacles_due_ns, second_due_ns, ask_due_ns;
+    uint64_t below_ns; /* of the downward ping sent last */
+    double reach_m;    /* last known */
+    uint64_t sent;
+    uint64_t start_ns;
+    bool had_vehicle;
+    bool had_daemon, had_data, had_pose, had_ping[MAVLINK_SENSORS_MAX]; /* what was never there is not lost */
+    enum told link_told, daemon_told, vehicle_told, below_told;
+};
+
+static uint64_t clock_ns(clockid_t which)
+{
+    struct timespec t;
+
+    clock_gettime(which, &t);
+    return (uint64_t)t.tv_sec * SECOND_NS + (uint64_t)t.tv_nsec;
+}
+
+__attribute__((format(printf, 1, 2))) static void say(const char *format, ...)
+{
+    char text[600];
+    va_list arguments;
+
+    va_start(arguments, format);
+    vsnprintf(text, sizeof text, format, arguments);
+    va_end(arguments);
+    for (char *c = text; *c; c++)
+        *c = *c >= ' ' && *c <= '~' ? *c : '?';
+    fprintf(stderr, "sonard-mavlink: %s\n", text);
+}
+
+/* ---- to the autopilot ---- */
+
+static void send_message(struct bridge *b, enum mavlink_id id, const void *content, uint64_t now_ns)
+{
+    uint8_t frame[MAVLINK_FRAME_MAX];
+
+    if (b->link->fd < 0)
+        return;
+    if (b->sender.signing)
+        mavlink_signing_clock(b->sender.signing, clock_ns(CLOCK_REALTIME) / 1000);
+    b->sender.system_id = b->vehicle.system_id ? b->vehicle.system_id : OWN_SYSTEM;
+    mavlink_link_write(b->link, frame, mavlink_build(&b->sender, mavlink_message(id), content, frame), now_ns);
+    b->sent++;
+}
+
+/* What may be said of a ring now: all of it, of a sonar that is silent the obstacles only, of old answers nothing. */
+static struct mavlink_ring sayable(const struct bridge *b, enum mavlink_watch which, uint64_t now_ns)
+{
+    struct mavlink_ring ring = b->feed.ring[which];
+
+    if (!mavlink_feed_answered(&b->feed, now_ns))
+        mavlink_ring_forget(&ring);
+    else if (!mavlink_feed_fresh(&b->feed, now_ns))
+        mavlink_ring_doubt(&ring);
+    return ring;
+}
+
+/* Does anything around rest on evidence? */
+static bool sees(const struct bridge *b, uint64_t now_ns)
+{
+    const struct mavlink_ring ring = sayable(b, MAVLINK_WATCH_LEVEL, now_ns);
+
+    return mavlink_ring_known(&ring);
+}
+
+static void send_heartbeat(struct bridge *b, uint64_t now_ns)
+{
+    const struct mavlink_heartbeat m = {.type = MAVLINK_TYPE_ONBOARD_CONTROLLER,
+                                        .autopilot = MAVLINK_AUTOPILOT_INVALID,
+                                        .system_status =
+                                            sees(b, now_ns) ? MAVLINK_STATE_ACTIVE : MAVLINK_STATE_CRITICAL,
+                                        .mavlink_version = MAVLINK_VERSION};
+
+    send_message(b, MAVLINK_HEARTBEAT, &m, now_ns);
+}
+
+static void ask_for_rates(struct bridge *b, uint64_t now_ns)
+{
+    static const struct {
+        enum mavlink_id id;
+        float interval_us;
+    } wanted[] = {
+        {MAVLINK_ATTITUDE, 20000}, {MAVLINK_LOCAL_POSITION_NED, 50000}, {MAVLINK_SCALED_PRESSURE2, 100000}};
+
+    for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
+        const struct mavlink_command_long m = {.param = {(float)wanted[i].id, wanted[i].interval_us},
+                                               .command = MAVLINK_CMD_SET_MESSAGE_INTERVAL,
+                                               .target_system = b->vehicle.system_id,
+                                               .target_component = 1};
+
+        send_message(b, MAVLINK_COMMAND_LONG, &m, now_ns);
+    }
+}
+
+static uint32_t boot_ms(const struct bridge *b, uint64_t t_ns)
+{
+    return (uint32_t)(mavlink_clock_boot_ns(&b->vehicle.clock, t_ns) / 1000000u);
+}
+
+static void send_points(struct bridge *b, const struct mavlink_obstacle_conf *conf, uint64_t now_ns)
+{
+    struct mavlink_obstacle_distance_3d point[MAVLINK_FACES];
+
+    for (int layer = 0; layer < MAVLINK_LAYERS; layer++) {
+        const struct mavlink_ring ring = sayable(b, (enum mavlink_watch)layer, now_ns);
+        const int n = mavlink_ring_points(&ring, conf, mavlink_layer_deg[layer] * (M_PI / 180), b->reach_m,
+                                          boot_ms(b, b->feed.evidence_ns), point);
+
+        for (int i = 0; i < n; i++)
+            send_message(b, MAVLINK_OBSTACLE_DISTANCE_3D, &point[i], now_ns);
+    }
+}
+
+/*
+ * Receivers take what arrives as of now, whatever its time stamp says, and as a sign of life even where every element
+ * is unknown, which ArduPilot takes for free. So a ring of which nothing is known is not sent, and the receiver's own
+ * time-out says that there is no data; but it is sent where the user wants an obstacle in its place.
+ */
+static void send_ring(struct bridge *b, uint64_t now_ns)
+{
+    const struct mavlink_ring ring = sayable(b, MAVLINK_WATCH_LEVEL, now_ns);
+    struct mavlink_obstacle_conf conf = b->conf->obstacles;
+    struct mavlink_obstacle_distance m;
+
+    if (!mavlink_ring_known(&ring) && conf.unknown_as != MAVLINK_UNKNOWN_AS_DISTANCE)
+        return;
+    if (conf.unknown_as == MAVLINK_UNKNOWN_AS_FAR && !mavlink_feed_fresh(&b->feed, now_ns))
+        conf.unknown_as = MAVLINK_UNKNOWN_AS_UNKNOWN;
+    mavlink_ring_distances(&ring, &conf, b->reach_m,
+                           mavlink_clock_boot_ns(&b->vehicle.clock, b->feed.evidence_ns) / 1000, &m);
+    send_message(b, MAVLINK_OBSTACLE_DISTANCE, &m, now_ns);
+}
+
+static void send_obstacles(struct bridge *b, uint64_t now_ns)
+{
+    const struct mavlink_obstacle_conf *conf = &b->conf->obstacles;
+    const double reach_m = mavlink_feed_reach_m(&b->feed);
+
+    if (reach_m > 0)
+        b->reach_m = fmin(reach_m, MAVLINK_REACH_M);
+    else if (b->reach_m <= 0 && conf->unknown_as == MAVLINK_UNKNOWN_AS_DISTANCE)
+        b->reach_m = conf->unknown_m;
+    if (b->reach_m <= 0)
+        return;
+    send_ring(b, now_ns);
+    if (b->conf->feed.layers)
+        send_points(b, conf, now_ns);
+}
+
+/* Each ping of the downward sonar once. */
+static void send_below(struct bridge *b, uint64_t now_ns)
+{
+    const struct mavlink_depth_below *below = &b->feed.below;
+    double most_m = 0;
+
+    if (below->t_ns <= b->below_ns)
+        return;
+    for (int i = 0; i < b->feed.n_sensors; i++)
+        if (strcmp(b->feed.sensor[i].name, b->conf->feed.downward) == 0)
+            most_m = b->feed.sensor[i].range_m;
+    if (most_m <= 0)
+        return;
+    b->below_ns = below->t_ns;
+
+    const uint16_t max_cm = mavlink_centimetres(most_m, UINT16_MAX - 1);
+    const struct mavlink_distance_sensor m = {
+        .time_boot_ms = boot_ms(b, below->t_ns),
+        .min_distance = mavlink_centimetres(below->blind_m, max_cm),
+        .max_distance = max_cm,
+        .current_distance = below->echo ? mavlink_centimetres(below->range_m, max_cm) : (uint16_t)(max_cm + 1),
+        .type = MAVLINK_SENSOR_ULTRASOUND,
+        .orientation = MAVLINK_ORIENTATION_DOWN,
+        .signal_quality = below->echo ? MAVLINK_QUALITY_UNKNOWN : MAVLINK_QUALITY_INVALID,
+        .covariance = MAVLINK_COVARIANCE_UNKNOWN,
+        .horizontal_fov = (float)below->width_rad,
+        .vertical_fov = (float)below->width_rad,
+    };
+
+    send_message(b, MAVLINK_DISTANCE_SENSOR, &m, now_ns);
+}
+
+/* ---- what is wrong ---- */
+
+static void update_alerts(struct bridge *b, uint64_t now_ns)
+{
+    const struct mavlink_feed *feed = &b->feed;
+    const bool alive = mavlink_feed_alive(feed, now_ns);
+    const bool leak = feed->wet || (feed->leak_ns && now_ns < feed->leak_ns + LEAK_TOLD_NS);
+
+    const bool data = sees(b, now_ns), pose = feed->posed && feed->pose_age_s <= POSE_LOST_S;
+
+    if (b->had_daemon || now_ns > b->start_ns + FIRST_NS)
+        mavlink_alert_set(&b->alert[ALERT_DAEMON], !alive, now_ns,
+                          !alive          ? b->had_daemon ? "sonard: offline, no obstacle data"
+                                                          : "sonard: not running, no obstacle data"
+                          : b->had_daemon ? "sonard: online again"
+                                          : "sonard: running");
+    if (alive && now_ns > feed->connected_ns + (b->had_data ? START_NS : FIRST_NS))
+        mavlink_alert_set(&b->alert[ALERT_BLIND], !data, now_ns,
+                          !data         ? b->had_data ? "sonard: no obstacle data; all directions unknown"
+                                                      : "sonard: no obstacle data yet"
+                          : b->had_data ? "sonard: obstacle data again"
+                                        : "sonard: obstacle data");
+    mavlink_alert_set(&b->alert[ALERT_LEAK], leak, now_ns,
+                      feed->wet ? "LEAK: the probe is wet"
+                      : leak    ? "LEAK: the probe was wet briefly"
+                                : "leak probe: no longer wet");
+    if (alive && feed->posed && (pose || b->had_pose))
+        mavlink_alert_set(&b->alert[ALERT_POSE], !pose, now_ns,
+                          pose ? "sonard: vehicle pose back" : "sonard: vehicle pose lost");
+    for (int i = 0; alive && i < feed->n_sensors; i++) {
+        const struct mavlink_sensor *s = &feed->sensor[i];
+        const bool had_ping = b->had_ping[i];
+        const uint64_t start_ns = feed->connected_ns + (had_ping ? START_NS : FIRST_NS),
+                       alive_ns = s->ping_ns > start_ns ? s->ping_ns : start_ns;
+        const bool lost = now_ns > alive_ns + PING_LOST_NS;
+
+        mavlink_alert_set(&b->alert[ALERT_SENSOR + i], lost, now_ns,
+                          lost       ? had_ping ? "sonar %s: offline (%s)" : "sonar %s: no ping yet (%s)"
+                          : had_ping ? "sonar %s: online again"
+                                     : "sonar %s: first ping",
+                          s->name, s->state);
+        b->had_ping[i] |= s->ping_ns > 0;
+    }
+    b->had_daemon |= alive;
+    b->had_data |= data;
+    b->had_pose |= pose;
+}
+
+static void send_alerts(struct bridge *b, uint64_t now_ns)
+{
+    struct mavlink_statustext m;
+
+    for (int i = 0; b->link->fd >= 0 && i < ALERTS; i++) {
+        if (!mavlink_alert_due(&b->alert[i], now_ns, &m))
+            continue;
+        say("told the vehicle: %.50s", m.text);
+        send_message(b, MAVLINK_STATUSTEXT, &m, now_ns);
+    }
+}
+
+/* Each change once; what was never there is said to be missing. */
+static void say_change(bool is, enum told *told, const char *what, const char *why)
+{
+    const enum told now = is ? TOLD_THERE : TOLD_LOST;
+
+    if (*told != now)
+        say("%s: %s%s%s", what,
+            is                      ? "there"
+            : *told == TOLD_NOTHING ? "not there"
+                                    : "lost",
+            is || !why[0] ? "" : ": ", is ? "" : why);
+    *told = now;
+}
+
+/* ---- from the autopilot ---- */
+
+static void answer_timesync(struct bridge *b, const struct mavlink_frame *frame, uint64_t now_ns)
+{
+    struct mavlink_timesync m;
+
+    mavlink_unpack(frame->message, frame->payload, &m);
+    if (m.tc1 != 0)
+        return;
+    m = (struct mavlink_timesync){.tc1 = (int64_t)now_ns,
+                                  .ts1 = m.ts1,
+                                  .target_system = frame->system_id,
+                                  .target_component = frame->component_id};
+    send_message(b, MAVLINK_TIMESYNC, &m, now_ns);
+}
+
+static void take_frame(struct bridge *b, const struct mavlink_frame *frame, uint64_t now_ns)
+{
+    struct mavlink_pose pose;
+
+    if (!mavlink_vehicle_take(&b->vehicle, frame, now_ns))
+        return;
+    mavlink_link_trust(b->link, now_ns);
+    if (frame->message->id == MAVLINK_TIMESYNC)
+        answer_timesync(b, frame, now_ns);
+    if (mavlink_vehicle_pose(&b->vehicle, now_ns, &pose))
+        mavlink_feed_pose(&b->feed, &pose, now_ns);
+}
+
+static void read_link(struct bridge *b)
+{
+    uint8_t buffer[2048];
+
+    for (int i = 0; i < READS_PER_TURN; i++) {
+        const uint64_t now_ns = clock_ns(CLOCK_MONOTONIC);
+        size_t n = mavlink_link_read(b->link, buffer, sizeof buffer, now_ns);
+        const uint8_t *bytes = buffer;
+        struct mavlink_frame frame;
+
+        if (n == 0)
+            return;
+        while (mavlink_parser_next(&b->parser, &bytes, &n, &frame))
+            take_frame(b, &frame, now_ns);
+    }
+}
+
+/* ---- time ---- */
+
+/* Is it time? The deadlines lie on a grid: a late one does not move the next; those missed are left out. */
+static bool is_due(uint64_t *due_ns, uint64_t period_ns, uint64_t now_ns)
+{
+    if (now_ns < *due_ns)
+        return false;
+    *due_ns += period_ns * ((now_ns - *due_ns) / period_ns + 1);
+    return true;
+}
+
+static void do_second(struct bridge *b, uint64_t now_ns)
+{
+    const struct mavlink_timesync question = {.ts1 = (int64_t)now_ns};
+    const bool had_vehicle = b->had_vehicle;
+
+    b->had_vehicle = mavlink_vehicle_present(&b->vehicle, now_ns);
+    if (b->had_vehicle || b->vehicle_told != TOLD_NOTHING || now_ns > b->start_ns + PATIENCE_NS)
+        say_change(b->had_vehicle, &b->vehicle_told, "vehicle", "no heartbeat");
+    if (b->had_vehicle && !had_vehicle)
+        b->ask_due_ns = now_ns;
+    send_heartbeat(b, now_ns);
+    if (!b->had_vehicle)
+        return;
+    send_message(b, MAVLINK_TIMESYNC, &question, now_ns);
+    if (now_ns > b->vehicle.attitude_ns + ATTITUDE_DUE && is_due(&b->ask_due_ns, ASK_EVERY_NS, now_ns))
+        ask_for_rates(b, now_ns);
+}
+
+/* Waits for the link, the daemon, the next deadline or a signal. */
+static void wait_for_work(const struct bridge *b, const sigset_t *waiting)
+{
+    const uint64_t now_ns = clock_ns(CLOCK_MONOTONIC);
+    const uint64_t due_ns = b->obstacles_due_ns < b->second_due_ns ? b->obstacles_due_ns : b->second_due_ns;
+    const uint64_t left_ns = due_ns > now_ns ? due_ns - now_ns : 0;
+    const struct timespec timeout = {(time_t)(left_ns / SECOND_NS), (long)(left_ns % SECOND_NS)};
+    struct pollfd fds[] = {{.fd = b->link->fd, .events = mavlink_link_events(b->link)}, {.fd = -1}};
+
+    if (b->feed.client)
+        fds[1] = (struct pollfd){.fd = sonard_fd(b->feed.client), .events = sonard_events(b->feed.client)};
+
+    ppoll(fds, 2, &timeout, waiting);
+}
+
+/* One that was just connected to gets the time to answer. */
+static void say_daemon(struct bridge *b, uint64_t now_ns)
+{
+    const bool alive = mavlink_feed_alive(&b->feed, now_ns);
+
+    if (alive || !b->feed.client || b->daemon_told == TOLD_THERE)
+        say_change(alive, &b->daemon_told, "sonard", b->feed.error.message);
+}
+
+/* A name that the daemon does not know, or after a reload does again. */
+static void say_below(struct bridge *b)
+{
+    const bool refused = b->feed.below_refused.status != SONARD_OK;
+
+    if (refused || b->below_told != TOLD_NOTHING)
+        say_change(!refused, &b->below_told, "--downward", b->feed.below_refused.message);
+}
+
+static void work(struct bridge *b)
+{
+    uint64_t now_ns = clock_ns(CLOCK_MONOTONIC);
+
+    b->feed.unix_offset_ns = clock_ns(CLOCK_REALTIME) - now_ns;
+    mavlink_link_open(b->link, now_ns);
+    mavlink_feed_connect(&b->feed, now_ns);
+    mavlink_link_flush(b->link, now_ns);
+    read_link(b);
+    now_ns = clock_ns(CLOCK_MONOTONIC);
+    mavlink_feed_read(&b->feed, now_ns);
+    say_change(!b->link->error[0], &b->link_told, "link", b->link->error);
+    say_daemon(b, now_ns);
+    say_below(b);
+    if (is_due(&b->obstacles_due_ns, (uint64_t)(1e9 / b->conf->feed.rate_hz), now_ns)) {
+        update_alerts(b, now_ns);
+        if (mavlink_vehicle_present(&b->vehicle, now_ns)) {
+            send_obstacles(b, now_ns);
+            send_alerts(b, now_ns);
+        }
+    }
+    if (b->conf->feed.downward && mavlink_vehicle_present(&b->vehicle, now_ns))
+        send_below(b, now_ns);
+    if (is_due(&b->second_due_ns, SECOND_NS, now_ns))
+        do_second(b, now_ns);
+}
+
+void mavlink_bridge_run(const struct mavlink_bridge_conf *conf, struct mavlink_link *link,
+                        const volatile sig_atomic_t *stop, const sigset_t *waiting)
+{
+    const uint64_t now_ns = clock_ns(CLOCK_MONOTONIC);
+    struct bridge b = {.conf = conf,
+                       .link = link,
+                       .parser = {.signing = conf->signing},
+                       .sender = {.component_id = conf->component_id, .signing = conf->signing},
+                       .alert = {[ALERT_LEAK] = {.grave = true}},
+                       .start_ns = now_ns,
+                       .obstacles_due_ns = now_ns,
+                       .second_due_ns = now_ns,
+                       .ask_due_ns = now_ns};
+    const struct mavlink_counters *in = &b.parser.counters;
+
+    mavlink_vehicle_init(&b.vehicle, &conf->vehicle);
+    mavlink_feed_init(&b.feed, &conf->feed);
+    while (!*stop) {
+        work(&b);
+        wait_for_work(&b, waiting);
+    }
+    say("in: %" PRIu64 " frames, %" PRIu64 " of unknown id, %" PRIu64 " bad CRC, %" PRIu64 " bad flags, %" PRIu64
+        " bad signature, %" PRIu64 " bytes of garbage; out: %" PRIu64 " frames, %" PRIu64
+        " dropped; poses: %" PRIu64 ", %" PRIu64 " refused, %" PRIu64 " kept back",
+        in->frames, in->unknown, in->bad_crc, in->bad_flags, in->bad_signature, in->garbage_bytes, b.sent,
+        link->dropped, b.feed.poses, b.feed.poses_refused + b.vehicle.refused, b.feed.poses_held);
+    mavlink_feed_close(&b.feed);
+    mavlink_link_close(link);
+}

@@ -1,0 +1,68 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * mavlink_vehicle - the autopilot as its messages show it: whether it is there, what its clock says, and where the
+ * vehicle is, put together from messages that each know a part. Pure: frames and the time of their arrival go in.
+ * Times are CLOCK_MONOTONIC nanoseconds of this computer unless they are named boot.
+ */
+#ifndef SONARD_MAVLINK_VEHICLE_H
+#define SONARD_MAVLINK_VEHICLE_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "mavlink_clock.h"
+#include "mavlink_frame.h"
+
+enum mavlink_pose_part {
+    MAVLINK_POSE_ATTITUDE = 1,
+    MAVLINK_POSE_POSITION = 2,
+    MAVLINK_POSE_VELOCITY = 4,
+    MAVLINK_POSE_DEPTH = 8,
+};
+
+struct mavlink_pose {
+    uint64_t t_ns;
+    unsigned has;         /* set of enum mavlink_pose_part */
+    double quaternion[4]; /* w, x, y, z: FRD to NED */
+    double position_m[3]; /* NED */
+    double velocity_mps[3];
+    double depth_m;
+};
+
+struct mavlink_vehicle_conf {
+    uint8_t system_id;    /* of the vehicle; 0: that of the first heartbeat */
+    double surface_hpa;   /* pressure at the surface; 0: the first reading's */
+    double density_kgpm3; /* of the water */
+};
+
+struct mavlink_vehicle {
+    struct mavlink_vehicle_conf conf;
+    struct mavlink_clock clock;
+    bool present;
+    uint8_t system_id; /* of the vehicle last present, or the configured; 0: none yet */
+    uint64_t heartbeat_ns, attitude_ns, position_ns; /* when last received; 0: never */
+    struct mavlink_pose next;                        /* parts that came since the last pose */
+    uint64_t due_ns;                                 /* the next pose not before */
+    uint64_t t_pose_ns;                              /* of the last pose */
+    uint64_t refused;                                /* messages with values that cannot be, or too old */
+};
+
+void mavlink_vehicle_init(struct mavlink_vehicle *vehicle, const struct mavlink_vehicle_conf *conf);
+
+/**
+ * mavlink_vehicle_take - a frame that arrived at now_ns. True when the vehicle's autopilot sent it; frames of other
+ * systems and components change nothing.
+ */
+bool mavlink_vehicle_take(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame, uint64_t now_ns);
+
+/** mavlink_vehicle_present - was its heartbeat received within five seconds? Forgets the clock of one that is gone. */
+bool mavlink_vehicle_present(struct mavlink_vehicle *vehicle, uint64_t now_ns);
+
+/**
+ * mavlink_vehicle_pose - the parts that came since the last pose, at the time of the attitude: true at most 50 times
+ * a second. Without attitude the other parts go out alone, after half a second. A depth by pressure is left out while
+ * positions come.
+ */
+bool mavlink_vehicle_pose(struct mavlink_vehicle *vehicle, uint64_t now_ns, struct mavlink_pose *out);
+
+#endif

@@ -1,0 +1,191 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * sonard-mavlink - the bridge between sonard and an autopilot that speaks MAVLink. This file is its command line;
+ * mavlink_bridge does the work.
+ */
+#include <errno.h>
+#include <signal.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "client/arguments.h"
+#include "core/fault.h"
+#include "mavlink_bridge.h"
+
+#define EXIT_USAGE           3
+#define EXIT_OUTPUT          7   /* what was asked for could not be written */
+#define DEFAULT_COMPONENT    196 /* MAV_COMP_ID_OBSTACLE_AVOIDANCE */
+#define DEFAULT_RATE_HZ      10.0
+#define DEFAULT_DENSITY      1025.0
+#define STANDARD_SURFACE_HPA 1013.25
+
+static volatile sig_atomic_t stop_wanted;
+
+static void on_stop(int signal)
+{
+    (void)signal;
+    stop_wanted = 1;
+}
+
+static const struct argument options[] = {
+    {"--link", "link", "LINK", "udp:HOST:PORT, udpin:PORT or serial:/dev/NAME:BAUD; must be given", ARGUMENT_TEXT,
+     0, 0, 0},
+    {"--socket", "socket", "PATH", "of the daemon; else $SONARD_SOCKET, else " SONARD_DEFAULT_SOCKET,
+     ARGUMENT_TEXT, 0, 0, 0},
+    {"--system-id", "system-id", "N", "of the vehicle, and ours; else the first autopilot's", ARGUMENT_INTEGER, 0,
+     1, 255},
+    {"--component-id", "component-id", "N", "ours (196, obstacle avoidance)", ARGUMENT_INTEGER, 0, 2, 255},
+    {"--rate", "rate", "HZ", "obstacle messages per second, 5 to 50 (10)", ARGUMENT_NUMBER, 0, 5, 50},
+    {"--distance", "distance", "M", "range to judge (default: that of the sonars)", ARGUMENT_NUMBER, 0, 0.1,
+     MAVLINK_REACH_M},
+    {"--unknown-as", "unknown_as", "far|unknown|M", "how to report unknown water (unknown)", ARGUMENT_TEXT, 0, 0,
+     0},
+    {"--frame", "frame", "body|ned", "azimuth 0 is forward (body) or north (ned)", ARGUMENT_TEXT, 0, 0, 0},
+    {"--3d", "layers", "", "send OBSTACLE_DISTANCE_3D too", ARGUMENT_FLAG, 0, 0, 0},
+    {"--downward", "downward", "SENSOR", "send this sonar's ranges as DISTANCE_SENSOR", ARGUMENT_TEXT, 0, 0, 0},
+    {"--surface-pressure", "surface", "HPA|first", "pressure at the surface (1013.25), or the first reading",
+     ARGUMENT_TEXT, 0, 0, 0},
+    {"--density", "density", "KG/M3", "of the water, for depth from pressure (1025)", ARGUMENT_NUMBER, 0, 900,
+     1200},
+    {"--sign", "sign", "FILE", "sign frames, and want them signed, with the key of 64 hex digits in it",
+     ARGUMENT_TEXT, 0, 0, 0},
+    {"--sign-link", "sign-link", "N", "link id in our signatures (0)", ARGUMENT_INTEGER, 0, 0, 255},
+    {"--version", "version", "", "print the version", ARGUMENT_FLAG, 0, 0, 0},
+    {"--help", "help", "", "this text", ARGUMENT_FLAG, 0, 0, 0},
+    {0},
+};
+
+static void print_help(void)
+{
+    printf("usage: sonard-mavlink --link LINK [OPTIONS]\n"
+           "Gives an autopilot's pose to sonard, and sonard's obstacles to the autopilot.\n\n");
+    for (const struct argument *a = options; a->flag; a++)
+        printf("  %s %-*s %s\n", a->flag, (int)(30 - strlen(a->flag)), a->form, a->help);
+    printf("\nExit status: 0 ended by SIGTERM or SIGINT, 3 wrong usage.\n");
+}
+
+/* The table has checked its range. */
+static double number(const json_t *given, const char *key, double absent)
+{
+    const json_t *value = json_object_get(given, key);
+
+    return value ? json_number_value(value) : absent;
+}
+
+static void parse_words(const json_t *given, struct mavlink_bridge_conf *conf, struct fault *fault)
+{
+    const char *unknown = json_string_value(json_object_get(given, "unknown_as"));
+    const char *frame = json_string_value(json_object_get(given, "frame"));
+    const char *surface = json_string_value(json_object_get(given, "surface"));
+
+    conf->vehicle.surface_hpa = STANDARD_SURFACE_HPA;
+    if (unknown && strcmp(unknown, "far") == 0)
+        conf->obstacles.unknown_as = MAVLINK_UNKNOWN_AS_FAR;
+    else if (unknown && strcmp(unknown, "unknown") != 0)
+        conf->obstacles.unknown_as = MAVLINK_UNKNOWN_AS_DISTANCE;
+    if (conf->obstacles.unknown_as == MAVLINK_UNKNOWN_AS_DISTANCE &&
+        !arguments_number(unknown, 0.01, MAVLINK_REACH_M, &conf->obstacles.unknown_m)) {
+        fault_set(fault, "--unknown-as %.50s: want far, unknown, or metres from 0.01 to %g", unknown,
+                  MAVLINK_REACH_M);
+    }
+    conf->obstacles.north = conf->feed.north = frame && strcmp(frame, "ned") == 0;
+    if (frame && !conf->feed.north && strcmp(frame, "body") != 0) {
+        fault_set(fault, "--frame %.50s: want body or ned", frame);
+    }
+    if (surface && strcmp(surface, "first") == 0) {
+        conf->vehicle.surface_hpa = 0;
+    } else if (surface && !arguments_number(surface, 300, 1200, &conf->vehicle.surface_hpa)) {
+        fault_set(fault, "--surface-pressure %.50s: want first, or hPa from 300 to 1200", surface);
+    }
+}
+
+static void read_key(const char *path, struct mavlink_signing *signing, struct fault *fault)
+{
+    char text[200];
+    FILE *file = fopen(path, "r");
+    const size_t n = file ? fread(text, 1, sizeof text - 1, file) : 0;
+
+    text[n] = '\0';
+    if (!file || !mavlink_signing_key(signing, text))
+        fault_set(fault, "--sign %.150s: %s", path,
+                  file ? "want a key of 64 hexadecimal digits in it" : strerror(errno));
+    if (file)
+        fclose(file);
+}
+
+static bool parse_conf(const struct arguments *arguments, struct mavlink_bridge_conf *conf,
+                       struct mavlink_signing *signing, struct mavlink_link *link, struct fault *fault)
+{
+    const json_t *given = arguments->options;
+    const char *socket = json_string_value(json_object_get(given, "socket")), *set = getenv("SONARD_SOCKET");
+    const char *address = json_string_value(json_object_get(given, "link"));
+    const char *key_file = json_string_value(json_object_get(given, "sign"));
+
+    *conf =
+        (struct mavlink_bridge_conf){.feed = {.socket = socket        ? socket
+                                                        : set && *set ? set
+                                                                      : SONARD_DEFAULT_SOCKET,
+                                              .rate_hz = number(given, "rate", DEFAULT_RATE_HZ),
+                                              .layers = json_object_get(given, "layers") != NULL,
+                                              .distance_m = number(given, "distance", 0),
+                                              .downward = json_string_value(json_object_get(given, "downward"))},
+                                     .vehicle = {.system_id = (uint8_t)number(given, "system-id", 0),
+                                                 .density_kgpm3 = number(given, "density", DEFAULT_DENSITY)},
+                                     .component_id = (uint8_t)number(given, "component-id", DEFAULT_COMPONENT),
+                                     .signing = key_file ? signing : NULL};
+    signing->link_id = (uint8_t)number(given, "sign-link", 0);
+    parse_words(given, conf, fault);
+    if (!fault->text[0] && key_file)
+        read_key(key_file, signing, fault);
+    if (!fault->text[0] && (arguments->n_words > 0 || !address)) {
+        fault_set(fault, address ? "'%.100s' is no option" : "--link LINK is missing",
+                  arguments->n_words > 0 ? arguments->word[0] : "");
+    }
+    return !fault->text[0] && mavlink_link_init(link, address, fault);
+}
+
+static int run(const struct mavlink_bridge_conf *conf, struct mavlink_link *link)
+{
+    const struct sigaction action = {.sa_handler = on_stop};
+    sigset_t stops, waiting;
+
+    sigemptyset(&stops);
+    sigaddset(&stops, SIGTERM);
+    sigaddset(&stops, SIGINT);
+    sigprocmask(SIG_BLOCK, &stops, &waiting);
+    sigaction(SIGTERM, &action, NULL);
+    sigaction(SIGINT, &action, NULL);
+    mavlink_bridge_run(conf, link, &stop_wanted, &waiting);
+    return 0;
+}
+
+int main(int argc, char **argv)
+{
+    static struct mavlink_link link;
+    struct arguments arguments;
+    struct mavlink_bridge_conf conf;
+    struct mavlink_signing signing = {0};
+    struct fault fault = {""};
+    int status = EXIT_USAGE;
+
+    if (!arguments_parse(&arguments, argc, argv, argc, &(struct argument_tables){.own = options}, &fault)) {
+        status = EXIT_USAGE;
+    } else if (json_object_get(arguments.options, "help")) {
+        print_help();
+        status = 0;
+    } else if (json_object_get(arguments.options, "version")) {
+        printf("sonard-mavlink %s\n", SONARD_VERSION);
+        status = 0;
+    } else if (parse_conf(&arguments, &conf, &signing, &link, &fault)) {
+        status = run(&conf, &link);
+    }
+    if (status == EXIT_USAGE)
+        fprintf(stderr, "sonard-mavlink: %s; see `sonard-mavlink --help`\n", fault.text);
+    if (fflush(stdout) != 0 || ferror(stdout)) {
+        fprintf(stderr, "sonard-mavlink: standard output: %s\n", strerror(errno));
+        status = EXIT_OUTPUT;
+    }
+    json_decref(arguments.options);
+    return status;
+}

@@ -1,0 +1,178 @@
+/* SPDX-License-Identifier: MIT */
+#include "nmea.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/epoll.h>
+
+#include "garbage.h"
+#include "core/log.h"
+
+#define RETRY_FIRST_NS 100000000u
+#define RETRY_MOST_NS  1000000000u
+
+struct nmea {
+    struct conf_nmea conf;
+    struct pose_input *input;
+    const char *rest; /* of conf.port, behind the kind */
+    struct port port;
+    struct loop_fd fd;
+    struct loop_timer retry;
+    uint64_t retry_ns;
+    bool announced, was_open;
+    struct nmea_parser parser;
+    struct garbage garbage;
+    struct nmea_status status;
+};
+
+/* The heading against true north; false: only a magnetic one, and nobody knows the variation. */
+static bool true_heading(struct nmea *nmea, const struct nmea_value *value, double *heading_rad)
+{
+    *heading_rad = value->heading_rad;
+    if (value->has == NMEA_TRUE)
+        return true;
+    if (nmea->conf.variation_rad == CONF_NO_VARIATION) {
+        nmea->status.no_variation++;
+        return false;
+    }
+    *heading_rad = geo_wrap(*heading_rad + nmea->conf.variation_rad);
+    return true;
+}
+
+static void take(struct nmea *nmea, const struct nmea_value *value)
+{
+    uint64_t now = loop_now(nmea->input->loop);
+    double heading_rad;
+    bool used = false;
+    if (value->has == NMEA_DEPTH)
+        used = nmea->conf.use != CONF_NMEA_HEADING && pose_input_depth(nmea->input, now, value->depth_m);
+    else if (nmea->conf.use != CONF_NMEA_DEPTH && true_heading(nmea, value, &heading_rad))
+        used = pose_input_heading(nmea->input, now, heading_rad);
+    if (used)
+        nmea->status.t_value_ns = now;
+}
+
+static void lost(struct nmea *nmea, const char *why)
+{
+    if (!nmea->announced)
+        log_line(LOG_WARNING, "nmea_failed", "nmea: %s; retrying until it opens", why);
+    nmea->announced = true;
+    fault_set(&nmea->status.port_error, "%s", why);
+    loop_arm(nmea->input->loop, &nmea->retry, loop_now(nmea->input->loop) + nmea->retry_ns);
+    nmea->retry_ns = nmea->retry_ns * 2 < RETRY_MOST_NS ? nmea->retry_ns * 2 : RETRY_MOST_NS;
+}
+
+static void count_garbage(const void *owner, struct garbage_count *now)
+{
+    const struct nmea *nmea = owner;
+    const struct nmea_counts *counts = &nmea->parser.counts;
+    *now = (struct garbage_count){
+        .bytes = nmea->status.bytes_in, .garbage = counts->garbage_bytes, .messages = counts->sentences};
+}
+
+static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
+{
+    struct nmea *nmea = ctx;
+    uint8_t in[4096];
+    struct nmea_value value;
+    (void)events;
+    (void)now_ns;
+    ssize_t got = nmea->port.ops->read(&nmea->port, in, sizeof in);
+    if (got < 0) {
+        struct fault why;
+        fault_set(&why, "%.200s: lost: %s", nmea->conf.port,
+                  nmea->port.error ? strerror(nmea->port.error) : "hung up");
+        loop_remove(nmea->input->loop, &nmea->fd);
+        nmea->port.ops->close(&nmea->port);
+        lost(nmea, why.text);
+        return;
+    }
+    const uint8_t *bytes = in;
+    size_t n = (size_t)got;
+    nmea->status.bytes_in += n;
+    while (nmea_parser_next(&nmea->parser, &bytes, &n, &value))
+        take(nmea, &value);
+    if (got > 0) {
+        nmea->retry_ns = RETRY_FIRST_NS;
+        garbage_heard(&nmea->garbage);
+    }
+}
+
+static void try_open(void *ctx, uint64_t now_ns)
+{
+    struct nmea *nmea = ctx;
+    struct fault fault = {""};
+    (void)now_ns;
+    if (!nmea->port.ops->open(&nmea->port, nmea->rest, &fault)) {
+        lost(nmea, fault.text);
+        return;
+    }
+    nmea->fd.fd = nmea->port.fd;
+    if (!loop_add(nmea->input->loop, &nmea->fd, EPOLLIN)) {
+        fault_set(&fault, "%.200s: cannot wait for input: %s", nmea->conf.port, strerror(errno));
+        nmea->port.ops->close(&nmea->port);
+        lost(nmea, fault.text);
+        return;
+    }
+    nmea_parser_reset(&nmea->parser);
+    log_line(LOG_NOTICE, "nmea_open", "nmea: %s %s", nmea->conf.port, nmea->was_open ? "is back" : "open");
+    nmea->status.reconnects += nmea->was_open;
+    nmea->status.port_error.text[0] = '\0';
+    nmea->was_open = true;
+    nmea->announced = false;
+}
+
+struct nmea *nmea_new(const struct conf_nmea *conf, struct pose_input *input, struct fault *fault)
+{
+    struct nmea *nmea = calloc(1, sizeof *nmea);
+    if (!nmea) {
+        fault_set(fault, "[nmea]: out of memory");
+        return NULL;
+    }
+    nmea->conf = *conf;
+    nmea->input = input;
+    nmea->port.fd = -1;
+    nmea->retry_ns = RETRY_FIRST_NS;
+    nmea->fd = (struct loop_fd){.fd = -1, .ready = on_ready, .ctx = nmea};
+    nmea->retry = (struct loop_timer){.fire = try_open, .ctx = nmea};
+    nmea->garbage = (struct garbage){.loop = input->loop,
+                                     .whose = "nmea: ",
+                                     .port = nmea->conf.port,
+                                     .speech = "NMEA 0183",
+                                     .count = count_garbage,
+                                     .owner = nmea};
+    nmea_parser_init(&nmea->parser, conf->checksum == CONF_CHECKSUM_REQUIRED);
+    nmea->port.ops = port_find(nmea->conf.port, &nmea->rest, fault);
+    if (nmea->port.ops && strcmp(nmea->port.ops->encoding, "octet-stream") == 0)
+        return nmea;
+    if (nmea->port.ops)
+        fault_set(fault, "[nmea] port = %.200s: wanted a port that carries bytes, as serial or udp", conf->port);
+    free(nmea);
+    return NULL;
+}
+
+void nmea_start(struct nmea *nmea)
+{
+    try_open(nmea, loop_now(nmea->input->loop));
+}
+
+void nmea_free(struct nmea *nmea)
+{
+    if (!nmea)
+        return;
+    loop_arm(nmea->input->loop, &nmea->retry, LOOP_NEVER);
+    garbage_end(&nmea->garbage);
+    if (nmea->port.fd >= 0) {
+        loop_remove(nmea->input->loop, &nmea->fd);
+        nmea->port.ops->close(&nmea->port);
+    }
+    free(nmea);
+}
+
+void nmea_status(const struct nmea *nmea, struct nmea_status *out)
+{
+    *out = nmea->status;
+    out->counts = nmea->parser.counts;
+    out->open = nmea->port.fd >= 0;
+}

@@ -1,0 +1,33 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * nmea - one port on which an instrument speaks NMEA 0183, tied to the loop: opens it, tries again with a growing
+ * delay (said once), and hands depth and heading on as pose. Sends nothing.
+ */
+#ifndef SONARD_NMEA_H
+#define SONARD_NMEA_H
+
+#include "config/conf.h"
+#include "core/fault.h"
+#include "drivers/pose/nmea0183.h"
+#include "drivers/ports/port.h"
+#include "pose_input.h"
+
+struct nmea;
+
+struct nmea_status {
+    struct nmea_counts counts;
+    bool open;
+    uint64_t bytes_in, reconnects;
+    uint64_t no_variation; /* magnetic headings that could not be used */
+    uint64_t t_value_ns;   /* of the last value that became a pose; 0: none */
+    struct fault port_error;
+};
+
+/** nmea_new - NULL with a sentence in fault. Nothing is opened. */
+struct nmea *nmea_new(const struct conf_nmea *conf, struct pose_input *input, struct fault *fault);
+
+void nmea_start(struct nmea *nmea);
+void nmea_free(struct nmea *nmea); /* NULL is allowed */
+void nmea_status(const struct nmea *nmea, struct nmea_status *out);
+
+#endif

@@ -1,0 +1,55 @@
+/* SPDX-License-Identifier: MIT */
+#include "pose_input.h"
+
+#include <stdio.h>
+#include <string.h>
+
+#define TEXT_MAX 200
+
+/* 17 digits read back to the same bits. */
+static void keep(struct pose_input *in, const struct pose *p)
+{
+    char text[TEXT_MAX];
+    double t_unix = (double)(p->t_ns + in->unix_offset_ns) * 1e-9;
+    int n;
+    if (!in->record)
+        return;
+    if (p->has & POSE_DEPTH)
+        n = snprintf(text, sizeof text, "{\"t_unix\":%.17g,\"depth_m\":%.17g}", t_unix, p->position_m[2]);
+    else
+        n = snprintf(text, sizeof text, "{\"t_unix\":%.17g,\"quaternion\":[%.17g,%.17g,%.17g,%.17g]}", t_unix,
+                     p->attitude[0], p->attitude[1], p->attitude[2], p->attitude[3]);
+    record_message(in->record, in->channel, loop_now(in->loop), text, (size_t)n);
+}
+
+static bool take(struct pose_input *in, const char *sender, const struct pose *p)
+{
+    if (!pose_log_put(in->poses, p))
+        return false;
+    pose_log_sent_by(in->poses, p->has, sender);
+    in->taken(in->ctx, p);
+    keep(in, p);
+    return true;
+}
+
+bool pose_input_depth(struct pose_input *in, uint64_t t_ns, double depth_m)
+{
+    struct pose p = pose_identity;
+    p.t_ns = t_ns;
+    p.has = POSE_DEPTH;
+    p.position_m[2] = depth_m;
+    return take(in, "the depth sensor", &p);
+}
+
+bool pose_input_heading(struct pose_input *in, uint64_t t_ns, double heading_rad)
+{
+    struct pose p = pose_identity;
+    if (in->t_attitude_ns && t_ns < in->t_attitude_ns + in->poses->max_age_ns) {
+        in->heading_not_used++;
+        return false;
+    }
+    p.t_ns = t_ns;
+    p.has = POSE_ATTITUDE;
+    quat_from_rpy(0, 0, heading_rad, p.attitude);
+    return take(in, "the NMEA source", &p);
+}

@@ -1,0 +1,501 @@
+/* SPDX-License-Identifier: MIT */
+#include "source.h"
+
+#include <errno.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/epoll.h>
+
+#include "garbage.h"
+
+/* Running again within 2 s of a plug: the longest delay plus the handshake must stay below that. */
+#define RETRY_FIRST_NS  100000000u
+#define RETRY_MOST_NS   1000000000u
+#define READ_BYTES      65536 /* a datagram is taken whole or cut; after so many the others get their turn, ... */
+#define READS_PER_EVENT 8     /* ... and after so many of fewer bytes */
+#define OUT_BYTES       4096
+
+struct source {
+    struct source_env env;
+    char name[CONF_NAME_MAX];
+    char address[CONF_TEXT_MAX];
+    const char *rest; /* of the address, behind the kind */
+    uint16_t index;
+    uint32_t seq;
+    double aperture_rad[2];          /* in place of the device's; 0: the device's */
+    char mirror_path[CONF_TEXT_MAX]; /* empty: none */
+    struct serial_mirror *mirror;    /* NULL: none, or it could not be made */
+    struct port port;
+    struct loop_fd fd;
+    struct loop_timer deadline, retry;
+    uint64_t retry_ns;
+    bool announced; /* that the port is missing */
+    bool was_open, stopping;
+    uint8_t out[OUT_BYTES]; /* not yet taken by the port */
+    size_t n_out;
+    bool waits_for_room;
+    bool write_lost; /* the port refused bytes: it is lost, and the retry timer tells */
+    const struct device_ops *ops;
+    void *device;
+    struct device_io io;
+    int rx_channel, tx_channel;
+    uint64_t arrived_ns; /* what was read last */
+    struct garbage garbage;
+    struct source_stats stats;
+    uint8_t in[READ_BYTES];
+};
+
+static void rearm(struct source *s)
+{
+    loop_arm(s->env.loop, &s->deadline, s->ops->deadline(s->device));
+}
+
+/* ---- what the device asks for ---- */
+
+static void flush(struct source *s)
+{
+    while (s->n_out) {
+        ssize_t n = s->port.ops->write(&s->port, s->out, s->n_out);
+        if (n < 0) { /* not in the middle of the device's doing: it is reported from the loop */
+            s->write_lost = true;
+            s->n_out = 0;
+            loop_arm(s->env.loop, &s->retry, loop_now(s->env.loop));
+            break;
+        }
+        if (n == 0)
+            break;
+        memmove(s->out, s->out + n, s->n_out - (size_t)n);
+        s->n_out -= (size_t)n;
+    }
+    bool wait = s->n_out > 0;
+    if (wait != s->waits_for_room) {
+        s->waits_for_room = wait;
+        loop_change(s->env.loop, &s->fd, wait ? EPOLLIN | EPOLLOUT : EPOLLIN);
+    }
+}
+
+static void io_send(void *ctx, const uint8_t *bytes, size_t n)
+{
+    struct source *s = ctx;
+    if (s->port.fd < 0)
+        return;
+    if (n > OUT_BYTES - s->n_out) {
+        s->stats.bytes_not_sent += n;
+        return;
+    }
+    memcpy(s->out + s->n_out, bytes, n);
+    s->n_out += n;
+    s->stats.bytes_out += n;
+    if (s->env.record)
+        record_message(s->env.record, s->tx_channel, loop_now(s->env.loop), bytes, n);
+    flush(s);
+}
+
+static void io_hold_break(void *ctx, bool on)
+{
+    struct source *s = ctx;
+    if (s->port.fd >= 0)
+        s->port.ops->hold_break(&s->port, on);
+}
+
+static struct ping *io_ping_begin(void *ctx)
+{
+    struct source *s = ctx;
+    return pipeline_begin(s->env.pipeline);
+}
+
+static void io_ping_done(void *ctx, struct ping *ping)
+{
+    struct source *s = ctx;
+    ping->seq = ++s->seq;
+    ping->sensor = s->index;
+    ping->t_ns = s->env.ping_time(s->env.ctx, s, ping);
+    pose_log_at(s->env.poses, ping->t_ns, &ping->pose);
+    if (s->aperture_rad[0] > 0) {
+        ping->az_aperture_rad = (float)s->aperture_rad[0];
+        ping->el_aperture_rad = (float)s->aperture_rad[1];
+    }
+    s->env.on_ping(s->env.ctx, s, ping);
+    pipeline_submit(s->env.pipeline, ping);
+}
+
+static void io_note(void *ctx, enum device_note level, const char *fmt, ...)
+{
+    static const enum log_level levels[] = {
+        [NOTE_DEBUG] = LOG_DEBUG, [NOTE_INFO] = LOG_INFO, [NOTE_WARNING] = LOG_WARNING};
+    struct source *s = ctx;
+    char text[256];
+    va_list ap;
+    va_start(ap, fmt);
+    vsnprintf(text, sizeof text, fmt, ap);
+    va_end(ap);
+    log_limited(loop_now(s->env.loop), levels[level], LOG_ABOUT(.event = "device", .sonar = s->name), "%s", text);
+}
+
+/* ---- the port comes and goes ---- */
+
+static void retry_later(struct source *s)
+{
+    loop_arm(s->env.loop, &s->retry, loop_now(s->env.loop) + s->retry_ns);
+    s->retry_ns = s->retry_ns * 2 < RETRY_MOST_NS ? s->retry_ns * 2 : RETRY_MOST_NS;
+}
+
+static void try_open(struct source *s)
+{
+    struct fault fault = {""};
+    if (!s->port.ops->open(&s->port, s->rest, &fault)) {
+        s->stats.port_error = fault;
+        if (!s->announced)
+            log_sonar(LOG_WARNING, "port_failed", s->name, "%s; retrying until it opens", fault.text);
+        s->announced = true;
+        retry_later(s);
+        return;
+    }
+    s->fd.fd = s->port.fd;
+    s->n_out = 0;
+    s->waits_for_room = false;
+    if (!loop_add(s->env.loop, &s->fd, EPOLLIN)) {
+        fault_set(&s->stats.port_error, "%s: cannot wait for input: %s", s->address, strerror(errno));
+        log_sonar(LOG_ERR, "port_failed", s->name, "%s", s->stats.port_error.text);
+        s->port.ops->close(&s->port);
+        retry_later(s);
+        return;
+    }
+    if (s->was_open)
+        s->stats.reconnects++;
+    log_sonar(LOG_NOTICE, "port_open", s->name, "%s %s", s->address, s->was_open ? "is back" : "open");
+    s->was_open = true;
+    s->announced = false;
+    s->stats.port_error.text[0] = '\0';
+    s->ops->opened(s->device, loop_now(s->env.loop), &s->io);
+    rearm(s);
+}
+
+static void port_lost(struct source *s)
+{
+    fault_set(&s->stats.port_error, "%s: lost: %s", s->address,
+              s->port.bus.state == BUS_OFF ? "the CAN bus is off"
+              : s->port.error              ? strerror(s->port.error)
+                                           : "hung up");
+    log_sonar(LOG_WARNING, "port_lost", s->name, "%s; retrying until it opens", s->stats.port_error.text);
+    s->announced = true;
+    loop_remove(s->env.loop, &s->fd);
+    s->port.ops->close(&s->port);
+    s->ops->closed(s->device, loop_now(s->env.loop));
+    rearm(s);
+    s->retry_ns = RETRY_FIRST_NS;
+    if (!s->stopping)
+        retry_later(s);
+}
+
+static void count_garbage(const void *source, struct garbage_count *now)
+{
+    const struct source *s = source;
+    struct device_status status;
+    s->ops->status(s->device, &status);
+    *now = (struct garbage_count){
+        .bytes = s->stats.bytes_in, .garbage = status.garbage_bytes, .messages = status.frames};
+}
+
+static void take(struct source *s, const uint8_t *bytes, size_t n, uint64_t t_ns)
+{
+    s->stats.bytes_in += n;
+    if (s->env.record)
+        record_message(s->env.record, s->rx_channel, t_ns, bytes, n);
+    if (s->mirror)
+        serial_mirror_write(s->mirror, bytes, n);
+    s->ops->feed(s->device, bytes, n, t_ns, &s->io);
+    rearm(s);
+    garbage_heard(&s->garbage);
+}
+
+/* When the bytes just read came in: as the kernel noted, if it did, but never before those that came before them. */
+static uint64_t arrival(struct source *s, uint64_t now_ns)
+{
+    uint64_t t_ns = s->port.t_ns && s->port.t_ns < now_ns ? s->port.t_ns : now_ns;
+    s->arrived_ns = t_ns > s->arrived_ns ? t_ns : s->arrived_ns;
+    return s->arrived_ns;
+}
+
+static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
+{
+    struct source *s = ctx;
+    size_t taken = 0;
+    for (int i = 0; i < READS_PER_EVENT && taken < READ_BYTES; i++) {
+        ssize_t n = s->port.ops->read(&s->port, s->in, sizeof s->in);
+        if (n < 0) {
+            port_lost(s);
+            return;
+        }
+        if (n == 0)
+            break;
+        s->retry_ns = RETRY_FIRST_NS; /* it speaks: the next loss starts over */
+        taken += (size_t)n;
+        take(s, s->in, (size_t)n, arrival(s, now_ns));
+        if (s->port.fd < 0)
+            return;
+    }
+    if (events & EPOLLOUT)
+        flush(s);
+}
+
+static void on_deadline(void *ctx, uint64_t now_ns)
+{
+    struct source *s = ctx;
+    s->ops->tick(s->device, now_ns, &s->io);
+    rearm(s);
+}
+
+static void on_retry(void *ctx, uint64_t now_ns)
+{
+    struct source *s = ctx;
+    (void)now_ns;
+    if (s->write_lost && s->port.fd >= 0)
+        port_lost(s);
+    else
+        try_open(s);
+    s->write_lost = false;
+}
+
+/* ---- life ---- */
+
+/* A body-side azimuth as the sensor has it. */
+static double to_sensor(const struct mount *mount, double az_rad)
+{
+    double v[3], az, el;
+    geo_direction(az_rad, 0, v);
+    quat_rotate_inverse(mount->attitude, v, v);
+    geo_angles(v, &az, &el);
+    return az;
+}
+
+#define FULL_CIRCLE_SLACK_RAD 1e-6
+
+/* The configured sector is the vehicle's; the head's own is turned with its mount, and mirrored when it hangs upside
+ * down. */
+static void sector_of(const struct conf_sonar *conf, struct device_conf *d)
+{
+    if (fabs(geo_wrap_pi(conf->sector_rad[1] - conf->sector_rad[0])) < FULL_CIRCLE_SLACK_RAD)
+        return; /* equal ends: the full circle */
+    struct mount mount = mount_identity;
+    double down[3] = {0, 0, 1};
+    quat_from_rpy(conf->rotation_rad[0], conf->rotation_rad[1], conf->rotation_rad[2], mount.attitude);
+    quat_rotate(mount.attitude, down, down);
+    bool inverted = down[2] < 0;
+    d->sector_start_rad = to_sensor(&mount, conf->sector_rad[inverted ? 1 : 0]);
+    d->sector_end_rad = to_sensor(&mount, conf->sector_rad[inverted ? 0 : 1]);
+}
+
+static void describe(const struct source *s, const struct conf_sonar *conf, const struct conf_water *water,
+                     struct device_conf *d)
+{
+    const bool has_line = !(s->env.no_line >> s->index & 1);
+    *d = (struct device_conf){.range_m = conf->range_m,
+                              .sound_speed_mps = water->sound_speed_mps,
+                              .gain = conf->gain,
+                              .step_rad = conf->step_rad,
+                              .frequency_hz = conf->frequency_hz,
+                              .min_confidence = conf->min_confidence,
+                              .request_response = conf->mode == CONF_MODE_REQUEST,
+                              .steered = conf->scan == CONF_SCAN_ACTIVE,
+                              .circle_s = conf->circle_s,
+                              .listen_only = s->env.replay,
+                              .node = conf->node,
+                              .sensor_id = conf->sensor_id,
+                              .baud = has_line && s->port.ops->baud ? s->port.ops->baud(s->rest) : 0,
+                              .least_baud = s->port.ops->least_baud};
+    sector_of(conf, d);
+}
+
+static void open_channels(struct source *s)
+{
+    char topic[CONF_NAME_MAX + 8];
+    snprintf(topic, sizeof topic, "/%s/rx", s->name);
+    s->rx_channel = record_channel(s->env.record, topic, s->port.ops->encoding);
+    snprintf(topic, sizeof topic, "/%s/tx", s->name);
+    s->tx_channel = record_channel(s->env.record, topic, s->port.ops->encoding);
+}
+
+/* The devices whose head can be told where to look, as " a, b". */
+static const char *steerable_devices(char *text, size_t size)
+{
+    size_t n = 0;
+
+    text[0] = '\0';
+    for (const struct device_ops *const *ops = device_table; *ops; ops++)
+        if ((*ops)->steer && n < size)
+            n += (size_t)snprintf(text + n, size - n, "%s %s", n > 0 ? "," : "", (*ops)->name);
+    return text;
+}
+
+/* Finds port and device, sees to it that they fit together, and hands the device its configuration. */
+static bool set_device(struct source *s, const struct conf_sonar *conf, const struct conf_water *water,
+                       struct fault *fault)
+{
+    struct device_conf d;
+    char names[64];
+    s->port.ops = port_find(s->address, &s->rest, fault);
+    s->ops = device_find(conf->device);
+    if (!s->port.ops)
+        return false;
+    if (!s->ops)
+        return fault_set(fault, "device = %s: there is none", conf->device);
+    bool wants_frames = s->ops->can_match != NULL;
+    if (wants_frames != (strcmp(s->port.ops->encoding, "socketcan") == 0))
+        return fault_set(fault, "device = %s: does not work over %s; it needs %s", conf->device, s->address,
+                         wants_frames ? "a CAN bus, as port = can:can0"
+                                      : "a stream of bytes; on a CAN bus that is isotp: or canstream:");
+    if (wants_frames && conf->tap[0])
+        return fault_set(fault, "tap = %s: a tap mirrors a byte stream, not a CAN bus", conf->tap);
+    if (conf->scan == CONF_SCAN_ACTIVE && !s->ops->steer)
+        return fault_set(fault, "scan = active: a %s cannot be steered; these can:%s", conf->device,
+                         steerable_devices(names, sizeof names));
+    s->device = calloc(1, s->ops->state_size);
+    describe(s, conf, water, &d);
+    if (!s->device || !s->ops->init(s->device, &d, fault))
+        return false;
+    if (wants_frames)
+        s->port.can_match = s->ops->can_match(s->device);
+    return true;
+}
+
+void source_steer(struct source *s, double from_rad, double to_rad)
+{
+    s->ops->steer(s->device, from_rad, to_rad);
+}
+
+bool source_check(const struct conf_sonar *conf, const struct conf_water *water, struct fault *fault)
+{
+    struct source *s = calloc(1, sizeof *s);
+    if (!s)
+        return fault_set(fault, "device: out of memory");
+    snprintf(s->address, sizeof s->address, "%s", conf->port);
+    const bool good = set_device(s, conf, water, fault);
+    free(s->device);
+    free(s);
+    return good;
+}
+
+struct source *source_new(const struct source_env *env, const struct conf_sonar *conf,
+                          const struct conf_water *water, uint16_t index, struct fault *fault)
+{
+    struct source *s = calloc(1, sizeof *s);
+    if (!s) {
+        fault_set(fault, "out of memory");
+        return NULL;
+    }
+    s->env = *env;
+    s->index = index;
+    snprintf(s->name, sizeof s->name, "%s", conf->name);
+    snprintf(s->address, sizeof s->address, "%s", conf->port);
+    snprintf(s->mirror_path, sizeof s->mirror_path, "%s", conf->tap);
+    memcpy(s->aperture_rad, conf->aperture_rad, sizeof s->aperture_rad);
+    s->port.fd = -1;
+    s->retry_ns = RETRY_FIRST_NS;
+    s->fd = (struct loop_fd){.fd = -1, .ready = on_ready, .ctx = s};
+    s->deadline = (struct loop_timer){.fire = on_deadline, .ctx = s};
+    s->retry = (struct loop_timer){.fire = on_retry, .ctx = s};
+    s->io = (struct device_io){.ctx = s,
+                               .send = io_send,
+                               .hold_break = io_hold_break,
+                               .ping_begin = io_ping_begin,
+                               .ping_done = io_ping_done,
+                               .note = io_note};
+    if (!set_device(s, conf, water, fault)) {
+        source_free(s);
+        return NULL;
+    }
+    s->garbage = (struct garbage){.loop = env->loop,
+                                  .sonar = s->name,
+                                  .whose = "",
+                                  .port = s->address,
+                                  .speech = s->ops->name,
+                                  .count = count_garbage,
+                                  .owner = s};
+    if (env->record)
+        open_channels(s);
+    return s;
+}
+
+/* The sonar is worth more than those who listen in: without a tap everything else goes on. */
+static void open_mirror(struct source *s)
+{
+    struct fault fault;
+    if (s->mirror_path[0] == '\0')
+        return;
+    s->mirror = serial_mirror_open(s->mirror_path, &fault);
+    if (!s->mirror)
+        log_sonar(LOG_WARNING, "serial_mirror_failed", s->name, "%s; continuing without it", fault.text);
+}
+
+void source_start(struct source *s)
+{
+    if (s->env.replay) {
+        s->ops->opened(s->device, loop_now(s->env.loop), &s->io);
+        rearm(s);
+    } else {
+        open_mirror(s);
+        try_open(s);
+    }
+}
+
+void source_feed(struct source *s, const uint8_t *bytes, size_t n)
+{
+    take(s, bytes, n, loop_now(s->env.loop));
+}
+
+void source_stop(struct source *s)
+{
+    s->stopping = true;
+    loop_arm(s->env.loop, &s->retry, LOOP_NEVER);
+    if (s->port.fd >= 0) {
+        s->ops->stop(s->device, loop_now(s->env.loop), &s->io);
+        rearm(s);
+    }
+}
+
+bool source_stopped(const struct source *s)
+{
+    return s->port.fd < 0 || (s->ops->deadline(s->device) == LOOP_NEVER && s->n_out == 0);
+}
+
+void source_free(struct source *s)
+{
+    if (!s)
+        return;
+    if (s->port.fd >= 0) {
+        loop_remove(s->env.loop, &s->fd);
+        s->port.ops->close(&s->port);
+    }
+    loop_arm(s->env.loop, &s->deadline, LOOP_NEVER);
+    loop_arm(s->env.loop, &s->retry, LOOP_NEVER);
+    garbage_end(&s->garbage);
+    serial_mirror_close(s->mirror);
+    free(s->device);
+    free(s);
+}
+
+const char *source_name(const struct source *s)
+{
+    return s->name;
+}
+
+uint16_t source_index(const struct source *s)
+{
+    return s->index;
+}
+
+void source_stats(const struct source *s, struct source_stats *out)
+{
+    *out = s->stats;
+    out->open = s->port.fd >= 0;
+    out->port_lost = s->port.lost;
+    out->port_refused = s->port.refused;
+    out->bus = s->port.bus;
+    out->mostly_garbage = s->garbage.mostly;
+    if (s->mirror)
+        serial_mirror_status(s->mirror, &out->tap);
+    s->ops->status(s->device, &out->device);
+}

@@ -1,0 +1,101 @@
+/* SPDX-License-Identifier: MIT */
+
+#include <math.h>
+#include <stdlib.h>
+
+#include "daemon/methods/environment.h"
+#include "daemon/methods/request_job.h"
+#include "grid_methods.h"
+#include "json_units.h"
+#include "methods.h"
+
+/* A cone in the grid's axes, and the ranges in it; and how many cells were found there. */
+struct part {
+    struct owner_job call;
+    struct sphere *sphere;
+    uint64_t now_ns;
+    double axis[3], cos_half;
+    double from_m, to_m;
+    bool locked;
+    bool ned; /* the grid's axes */
+    uint64_t cells;
+};
+
+static bool part_of(json_t *params, struct part *part, struct rpc_error *error)
+{
+    *part = (struct part){.from_m = params_number(params, "from_m"),
+                          .to_m = params_number(params, "to_m"),
+                          .cos_half = cos(geo_rad(params_number(params, "half_angle_deg"))),
+                          .locked = params_flag(params, "locked")};
+    if (part->from_m > part->to_m)
+        return rpc_refuse(error, RPC_INVALID_PARAMS, "from_m is %g: it must not be beyond to_m, %g", part->from_m,
+                          part->to_m);
+    geo_direction(geo_rad(params_number(params, "azimuth_deg")), geo_rad(params_number(params, "elevation_deg")),
+                  part->axis);
+    return true;
+}
+
+static bool holds(const struct part *part, const struct sphere_cell *cell)
+{
+    const double *p = cell->point_m, range_m = sqrt(p[0] * p[0] + p[1] * p[1] + p[2] * p[2]);
+    const double along_m = p[0] * part->axis[0] + p[1] * part->axis[1] + p[2] * part->axis[2];
+    return along_m >= part->cos_half * range_m && range_m >= part->from_m && range_m <= part->to_m;
+}
+
+static void lock(void *ctx, const struct pipeline_owned *owned)
+{
+    struct part *part = ctx;
+    struct sphere *sphere = part->sphere;
+    struct sphere_stats stats;
+    struct sphere_cell cell;
+    (void)owned;
+    sphere_stats(sphere, &stats);
+    for (uint32_t direction = 0; direction < stats.directions; direction++)
+        for (uint32_t k = 0; sphere_cell(sphere, direction, k, part->now_ns, &cell); k++)
+            if (holds(part, &cell))
+                part->cells += sphere_lock(sphere, direction, (cell.from_m + cell.to_m) / 2, part->locked);
+}
+
+static struct part *begin_part(struct methods_env *d, json_t *params, struct rpc_error *error)
+{
+    struct part part;
+    struct picture_frame frame;
+    struct grid *grid;
+    if (!part_of(params, &part, error) || !(grid = grid_asked(d, params, error)))
+        return NULL;
+    picture_get_frame(grid_picture(grid), &frame);
+    part.sphere = grid->sphere;
+    part.now_ns = loop_now(d->loop);
+    part.ned = frame.ned;
+    struct part *kept = malloc(sizeof *kept);
+    if (kept)
+        *kept = part;
+    else
+        rpc_refuse(error, RPC_INTERNAL_ERROR, "out of memory");
+    return kept;
+}
+
+static bool write_locked(const struct rpc_call *call, struct json_out *out, struct rpc_error *error)
+{
+    const struct methods_env *d = call->daemon;
+    const struct part *part = call->work->state;
+    (void)error;
+    if (!request_job_done(call, d->pipeline, lock, write_locked))
+        return false;
+    json_out_open(out, '{');
+    json_member_word(out, "frame", part->ned ? "ned" : "body");
+    json_member_count(out, "cells", part->cells);
+    json_member_flag(out, "locked", part->locked);
+    json_out_close(out, '}');
+    return true;
+}
+
+bool method_grid_lock(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
+{
+    struct methods_env *d = call->daemon;
+    struct part *part = request_job_room(d->pipeline, error) ? begin_part(d, params, error) : NULL;
+    if (!part)
+        return false;
+    rpc_work_keep(call->work, part, request_job_leave);
+    return write_locked(call, out, error);
+}

@@ -1,0 +1,180 @@
+/* SPDX-License-Identifier: MIT */
+/* The methods about directions: what a client may ask of the picture; sonard-protocol(7) has every shape. */
+#include "grid/answer/nearest.h"
+#include "grid_methods.h"
+#include "methods.h"
+#include "query_context.h"
+#include "reason.h"
+#include "json_units.h"
+
+#include <math.h>
+#include <stdio.h>
+
+_Static_assert(PROTOCOL_SECTORS_MAX <= ANSWER_SECTORS_MAX, "more sectors may be asked for than there are");
+
+void direction_answer(const struct methods_env *d, struct json_out *out, const struct answer_now *now,
+                      const struct answer_conf *limits, double distance_m, const struct answer *a)
+{
+    char text[REASON_SIZE];
+    const struct reason why = {.state = a->state,
+                               .why = a->reason,
+                               .range_m = a->range_m,
+                               .free_to_m = a->free_to_m,
+                               .asked_m = distance_m,
+                               .blind_to_m = a->blind_to_m,
+                               .age_s = a->age_s,
+                               .clear_for_s = limits->clear_for_s};
+    const bool blocked = a->state == ANSWER_BLOCKED;
+    json_out_open(out, '{');
+    json_member_word(out, "state", answer_state_name(a->state));
+    json_member_known(out, "range_m", blocked, a->range_m, PER_METRES);
+    json_member_known(out, "range_sd_m", blocked, a->range_sd_m, PER_METRES);
+    json_member_real(out, "confidence", a->confidence, 1e3);
+    json_member_metres(out, "free_to_m", a->free_to_m);
+    json_member_metres(out, "blind_to_m", a->blind_to_m);
+    json_member_age(out, "age_s", a->age_s);
+    json_member_text(out, "reason", reason_sentence(d, now, &why, text));
+    json_out_close(out, '}');
+}
+
+void direction_query(const json_t *params, struct answer_query *query)
+{
+    *query = (struct answer_query){.az_rad = geo_rad(params_number(params, "azimuth_deg")),
+                                   .el_rad = geo_rad(params_number(params, "elevation_deg")),
+                                   .ned = params_is(params, "frame", "ned"),
+                                   .distance_m = params_number(params, "distance_m"),
+                                   .corridor = params_has(params, "radius_m"),
+                                   .half_angle_rad = geo_rad(params_number(params, "half_angle_deg")),
+                                   .radius_m = params_number(params, "radius_m")};
+}
+
+bool method_blocked(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
+{
+    struct methods_env *d = call->daemon;
+    struct answer_query q;
+    struct grid *grid = grid_asked(d, params, error);
+    struct answer a;
+    if (!grid)
+        return false;
+    direction_query(params, &q);
+    const struct answer_now now = query_now(d);
+    const struct answer_conf limits = grid_limits(grid);
+    q.near_m = query_near_m(d);
+    answer_direction(grid_picture(grid), &limits, &now, &q, &a);
+    direction_answer(d, out, &now, &limits, q.distance_m, &a);
+    return true;
+}
+
+static void write_sector(struct json_out *out, const struct answer *a, double azimuth_deg, double width_deg)
+{
+    json_out_open(out, '{');
+    json_member_real(out, "azimuth_deg", azimuth_deg, PER_DEGREES);
+    json_member_real(out, "width_deg", width_deg, PER_DEGREES);
+    json_member_word(out, "state", answer_state_name(a->state));
+    json_member_known(out, "range_m", a->range_m > 0 || a->state == ANSWER_BLOCKED, a->range_m, PER_METRES);
+    json_member_metres(out, "free_to_m", a->free_to_m);
+    json_member_metres(out, "blind_to_m", a->blind_to_m);
+    json_member_age(out, "age_s", a->age_s);
+    json_out_close(out, '}');
+}
+
+/* How far the sectors are judged: as asked, as far as the sonars hear, or as far as it matters. */
+static double sectors_reach_m(const struct methods_env *d, struct grid *grid, const json_t *params)
+{
+    struct picture_frame frame;
+    picture_get_frame(grid_picture(grid), &frame);
+    if (!params_has(params, "distance_m"))
+        return fmin(query_look_ahead_m(d), frame.pings ? frame.range_max_m : INFINITY);
+    const double asked_m = params_number(params, "distance_m");
+    return asked_m > 0 ? asked_m : frame.range_max_m;
+}
+
+bool method_sectors(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
+{
+    struct methods_env *d = call->daemon;
+    const int64_t count = params_integer(params, "count");
+    const bool ned = params_is(params, "frame", "ned");
+    struct grid *grid = grid_asked(d, params, error);
+    double band[2];
+    if (!grid)
+        return false;
+    params_numbers(params, "elevation_deg", band);
+    struct answer sector[ANSWER_SECTORS_MAX];
+    const double reach_m = sectors_reach_m(d, grid, params);
+    const struct answer_now now = query_now(d);
+    const struct answer_conf limits = grid_limits(grid);
+    answer_sectors(grid_picture(grid), &limits, &now,
+                   &(struct answer_band){.ned = ned,
+                                         .lo_rad = geo_rad(band[0]),
+                                         .hi_rad = geo_rad(band[1]),
+                                         .reach_m = reach_m,
+                                         .count = (size_t)count},
+                   sector);
+    const double width_deg = 360.0 / (double)count;
+    json_out_open(out, '{');
+    json_member_word(out, "frame", ned ? "ned" : "body");
+    json_member_real(out, "t_unix", query_unix_s(d), 1e6);
+    json_member_age(out, "pose_age_s", query_pose_age_s(d));
+    json_member_metres(out, "near_m", query_near_m(d));
+    json_member_metres(out, "distance_m", reach_m);
+    json_out_name(out, "sectors");
+    json_out_open(out, '[');
+    for (int64_t k = 0; k < count; k++)
+        write_sector(out, &sector[k], (double)k * width_deg, width_deg);
+    json_out_put(out, "]}");
+    return true;
+}
+
+/* Of an obstacle, or of what is not known. Before an obstacle that is the gravest cause, whose age is not in *n. */
+static const char *nearest_reason(const struct methods_env *d, const struct answer_now *now,
+                                  const struct answer_conf *limits, const struct nearest *n,
+                                  char text[REASON_SIZE])
+{
+    char cause[REASON_SIZE], why[2 * REASON_SIZE];
+    const struct reason plain = {.state = n->state,
+                                 .why = n->reason,
+                                 .range_m = n->range_m,
+                                 .age_s = n->age_s,
+                                 .clear_for_s = limits->clear_for_s};
+    if (n->state != ANSWER_BLOCKED || n->reason == ANSWER_HEARD)
+        return reason_sentence(d, now, &plain, text);
+    snprintf(why, sizeof why, "echo at %.2f m; some of the water before it: %s", n->range_m,
+             reason_cause(d, n->reason, cause));
+    return reason_with_drift(now, why, n->age_s, text);
+}
+
+bool method_nearest(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
+{
+    struct methods_env *d = call->daemon;
+    struct grid *grid = grid_asked(d, params, error);
+    double band[2], around[2] = {0};
+    if (!grid)
+        return false;
+    params_numbers(params, "elevation_deg", band);
+    params_numbers(params, "azimuth_deg", around);
+    const struct nearest_query q = {.ned = params_is(params, "frame", "ned"),
+                                    .lo_rad = geo_rad(band[0]),
+                                    .hi_rad = geo_rad(band[1]),
+                                    .from_rad = geo_rad(around[0]),
+                                    .width_rad = geo_wrap(geo_rad(around[1] - around[0])),
+                                    .reach_m = params_number(params, "distance_m")};
+    const struct answer_now now = query_now(d);
+    const struct answer_conf limits = grid_limits(grid);
+    struct nearest n;
+    char text[REASON_SIZE];
+    nearest_look(grid_picture(grid), &limits, &now, &q, &n);
+    const bool blocked = n.state == ANSWER_BLOCKED;
+    json_out_open(out, '{');
+    json_member_word(out, "frame", q.ned ? "ned" : "body");
+    json_member_word(out, "state", answer_state_name(n.state));
+    json_member_known(out, "azimuth_deg", blocked, geo_deg(n.az_rad), PER_DEGREES);
+    json_member_known(out, "elevation_deg", blocked, geo_deg(n.el_rad), PER_DEGREES);
+    json_member_known(out, "range_m", blocked, n.range_m, PER_METRES);
+    json_member_known(out, "range_sd_m", blocked, n.range_sd_m, PER_METRES);
+    json_member_known(out, "confidence", blocked, n.confidence, 1e3);
+    json_member_age(out, "age_s", n.age_s);
+    json_member_real(out, "unknown_share", n.unknown_share, 1e4);
+    json_member_text(out, "reason", nearest_reason(d, &now, &limits, &n, text));
+    json_out_close(out, '}');
+    return true;
+}

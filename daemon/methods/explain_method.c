@@ -1,0 +1,428 @@
+/* SPDX-License-Identifier: MIT */
+/* The method that tells what an answer about a direction rests on: the grid's cells and free intervals, and the
+ * last pings that
+ * looked there; sonard-protocol(7) has its shape. */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "grid/answer/sight.h"
+#include "daemon/methods/request_job.h"
+#include "grid_methods.h"
+#include "methods.h"
+#include "query_context.h"
+#include "json_units.h"
+
+/* Looked at in one part: so long pings wait, and other clients. */
+#define DIRECTIONS_PER_PART 512
+#define BEAMS_PER_PART      2048
+
+struct blocking {
+    uint32_t direction;
+    struct sphere_cell cell;
+};
+
+/* What a beam says of the water asked about. */
+enum says { SAYS_ECHO, SAYS_FREE, SAYS_NOTHING, SAYINGS };
+
+struct saying {
+    struct witness beam;
+    enum says says;
+};
+
+/* What is explained, from where it is seen, and what was found so far. */
+struct scene {
+    struct owner_job call;
+    struct methods_env *d;
+    struct grid *grid;
+    struct answer_conf limits; /* of the grid at the question: the loop may change them meanwhile */
+    bool started;
+    struct picture_frame frame;
+    struct answer_now now;
+    struct answer_query query;
+    struct answer answer;
+    double axis[3];     /* of the cone, in NED or the body's axes, as are the places of cells */
+    double opening_rad; /* half of it, and the cells of the grid that it touches, with relaxation their neighbours,
+                           too: that is what the answer looked at */
+    uint32_t count;
+    /* directions */
+    struct rings_visit visit;
+    bool all_visited;
+    uint32_t directions, never, cells, n_found;
+    struct blocking found[PROTOCOL_EXPLAIN_MAX]; /* the nearest cells, in order */
+    uint32_t all_gone;
+    struct sphere_cell gone[PROTOCOL_EXPLAIN_MAX];
+    struct free_interval oldest, shortest;
+    uint32_t oldest_at, shortest_at;
+    /* beams: those taken before the question, from the newest on */
+    uint64_t beams_taken, beams;
+    uint64_t back_to_ns;
+    bool all_heard;
+    json_int_t says[SAYINGS];
+    uint32_t n_sayings;
+    struct saying saying[PROTOCOL_EXPLAIN_MAX];
+};
+
+static void write_age(struct json_out *out, const char *name, const struct scene *s, uint64_t t_ns)
+{
+    json_member_known(out, name, t_ns != 0, t_ns ? sight_seconds(s->now.now_ns, t_ns) : 0, 1e3);
+}
+
+/* The middle of a direction, as axis of the scene. */
+static void middle_of(const struct scene *s, uint32_t direction, double v[3])
+{
+    memcpy(v, grid_picture(s->grid)->axis[direction], 3 * sizeof *v);
+    sight_from_grid(&s->frame, &s->now, true, v);
+}
+
+/* Angles as asked: of the body, or NED. */
+static void angles_of(const struct scene *s, const double axis[3], double *az_rad, double *el_rad)
+{
+    double v[3];
+    memcpy(v, axis, sizeof v);
+    if (s->frame.ned && !s->query.ned)
+        quat_rotate_inverse(s->now.pose.attitude, v, v);
+    geo_angles(v, az_rad, el_rad);
+}
+
+static void write_sensors(struct json_out *out, const struct methods_env *d, uint64_t set)
+{
+    json_member_open(out, "sensors", '[');
+    for (uint32_t i = 0; i < (uint32_t)d->conf.n_sonars; i++)
+        if (set >> i & 1)
+            json_out_text(out, grid_sensor_name(d, i));
+    json_out_close(out, ']');
+}
+
+/* ---- cells ---- */
+
+/* The nearest ones, in order. */
+static void take_cells(struct scene *s, uint32_t direction)
+{
+    const double blocked_logodds = (double)grid_picture(s->grid)->blocked_logodds;
+    struct blocking b = {.direction = direction};
+    for (uint32_t k = 0; sphere_cell(s->grid->sphere, direction, k, s->now.now_ns, &b.cell); k++) {
+        if (b.cell.pending || b.cell.logodds <= blocked_logodds || b.cell.near_m > s->query.distance_m)
+            continue;
+        s->cells++;
+        uint32_t at = s->n_found < s->count ? s->n_found++ : s->count;
+        for (; at > 0 && s->found[at - 1].cell.near_m > b.cell.near_m; at--)
+            if (at < s->count)
+                s->found[at] = s->found[at - 1];
+        if (at < s->count)
+            s->found[at] = b;
+    }
+}
+
+/* What is reported of a cell, whether it is there or gone; seen in the direction of `axis`. */
+static void write_history(struct json_out *out, const struct scene *s, const struct sphere_cell *c,
+                          const double axis[3], double range_m)
+{
+    double az, el;
+    angles_of(s, axis, &az, &el);
+    json_member_degrees(out, "azimuth_deg", az);
+    json_member_degrees(out, "elevation_deg", el);
+    json_member_metres(out, "range_m", range_m);
+    json_member_count(out, "echoes", c->echoes);
+    write_age(out, "first_echo_age_s", s, c->t_first_ns);
+    write_age(out, "last_echo_age_s", s, c->t_echo_ns);
+    json_member_count(out, "misses", c->misses);
+    json_member_text(out, "sensor", grid_sensor_name(s->d, c->sensor));
+    json_member_count(out, "last_ping", c->seq);
+}
+
+static void write_cell(struct json_out *out, const struct scene *s, const struct blocking *b)
+{
+    const struct sphere_cell *c = &b->cell;
+    double axis[3];
+    middle_of(s, b->direction, axis);
+    json_out_open(out, '{');
+    write_history(out, s, c, axis, (c->from_m + c->to_m) / 2);
+    json_member_metres(out, "near_m", c->near_m);
+    json_member_real(out, "confidence", 1 / (1 + exp(-c->logodds)), 1e3);
+    json_member_text(out, "turn", grid_turn_word(c->flags));
+    json_member_flag(out, "locked", (c->flags & SPHERE_LOCKED) != 0);
+    json_out_close(out, '}');
+}
+
+static void write_cells(struct json_out *out, const struct scene *s)
+{
+    json_member_open(out, "cells", '{');
+    json_member_count(out, "all", s->cells);
+    json_member_open(out, "nearest", '[');
+    for (uint32_t i = 0; i < s->n_found; i++)
+        write_cell(out, s, &s->found[i]);
+    json_out_put(out, "]}");
+}
+
+static double range_of(const struct sphere_cell *c)
+{
+    return sqrt(c->point_m[0] * c->point_m[0] + c->point_m[1] * c->point_m[1] + c->point_m[2] * c->point_m[2]);
+}
+
+/* What stood within the cone and the distance until beams of the present turn took it away, the newest first. */
+static void take_gone(struct scene *s)
+{
+    const double cos_opening = cos(fmin(s->opening_rad, GEO_PI));
+    struct sphere_cell c;
+    for (uint32_t at = 0; sphere_gone(s->grid->sphere, &at, s->now.now_ns, &c);) {
+        const double along_m = c.point_m[0] * s->axis[0] + c.point_m[1] * s->axis[1] + c.point_m[2] * s->axis[2];
+        if (along_m < range_of(&c) * cos_opening || c.near_m > s->query.distance_m)
+            continue;
+        if (s->all_gone++ < s->count)
+            s->gone[s->all_gone - 1] = c;
+    }
+}
+
+static void write_gone(struct json_out *out, const struct scene *s)
+{
+    json_member_open(out, "gone", '{');
+    json_member_count(out, "all", s->all_gone);
+    json_member_open(out, "newest", '[');
+    for (uint32_t i = 0; i < s->all_gone && i < s->count; i++) {
+        json_out_open(out, '{');
+        write_history(out, s, &s->gone[i], s->gone[i].point_m, range_of(&s->gone[i]));
+        json_out_close(out, '}');
+    }
+    json_out_put(out, "]}");
+}
+
+/* ---- free intervals ---- */
+
+static void write_free_interval(struct json_out *out, const char *name, const struct scene *s, uint32_t direction,
+                                const struct free_interval *c)
+{
+    double axis[3], az, el;
+    if (!c->t_ping_ns) {
+        json_member_null(out, name);
+        return;
+    }
+    middle_of(s, direction, axis);
+    angles_of(s, axis, &az, &el);
+    json_member_open(out, name, '{');
+    json_member_degrees(out, "azimuth_deg", az);
+    json_member_degrees(out, "elevation_deg", el);
+    json_member_metres(out, "free_from_m", (double)c->from_m);
+    json_member_metres(out, "free_to_m", fmax((double)c->from_m, (double)c->to_m));
+    write_age(out, "age_s", s, c->t_ping_ns);
+    write_sensors(out, s->d, c->sensors);
+    json_out_close(out, '}');
+}
+
+/* How many directions were ever looked at, and the free intervals that clear stands or falls with. */
+static void take_free_interval(struct scene *s, uint32_t direction)
+{
+    struct picture_entry e;
+    picture_get(grid_picture(s->grid), direction, &e);
+    struct free_interval c = free_longest(e.free, FREE_INTERVALS);
+    if (!c.t_ping_ns)
+        c = e.free[0];
+    s->directions++;
+    s->never += c.t_ping_ns == 0;
+    if (!c.t_ping_ns)
+        return;
+    if (!s->oldest.t_ping_ns || c.t_ping_ns < s->oldest.t_ping_ns) {
+        s->oldest = c;
+        s->oldest_at = direction;
+    }
+    if (!s->shortest.t_ping_ns || c.to_m < s->shortest.to_m) {
+        s->shortest = c;
+        s->shortest_at = direction;
+    }
+}
+
+static void write_claims(struct json_out *out, const struct scene *s)
+{
+    json_member_open(out, "directions", '{');
+    json_member_count(out, "all", s->directions);
+    json_member_count(out, "never", s->never);
+    write_free_interval(out, "oldest", s, s->oldest_at, &s->oldest);
+    write_free_interval(out, "shortest", s, s->shortest_at, &s->shortest);
+    json_out_close(out, '}');
+}
+
+/* ---- pings ---- */
+
+static enum says says_of(const struct scene *s, const struct witness *w)
+{
+    if (w->range_m > 0 && (double)w->near_m <= s->query.distance_m)
+        return SAYS_ECHO;
+    return w->state != BEAM_BLIND && w->free_to_m > w->blind_m ? SAYS_FREE : SAYS_NOTHING;
+}
+
+/* Does it speak for the answer? Of unknown all is listed. */
+static bool supports(enum answer_state state, enum says says)
+{
+    return state == ANSWER_UNKNOWN || says == (state == ANSWER_BLOCKED ? SAYS_ECHO : SAYS_FREE);
+}
+
+static void write_ping(struct json_out *out, const struct scene *s, const struct witness *w, enum says says)
+{
+    static const char *const words[SAYINGS] = {"echo", "free", "nothing"};
+    const double axis[3] = {(double)w->axis[0], (double)w->axis[1], (double)w->axis[2]};
+    const bool echo = w->range_m > 0;
+    double az, el;
+    angles_of(s, axis, &az, &el);
+    json_out_open(out, '{');
+    json_member_text(out, "sensor", grid_sensor_name(s->d, w->sensor));
+    json_member_count(out, "number", w->seq);
+    json_member_real(out, "t_unix", (double)(w->t_ns + query_unix_offset_ns(s->d)) * 1e-9, 1e6);
+    write_age(out, "age_s", s, w->t_ns);
+    json_member_degrees(out, "bearing_deg", (double)w->az_rad);
+    json_member_degrees(out, "azimuth_deg", az);
+    json_member_degrees(out, "elevation_deg", el);
+    json_member_word(out, "says", words[says]);
+    json_member_known(out, "range_m", echo, (double)w->range_m, PER_METRES);
+    if (w->bin >= 0)
+        json_member_count(out, "bin", (uint64_t)w->bin);
+    else
+        json_member_null(out, "bin");
+    json_member_known(out, "confidence", echo, (double)w->confidence, 1e3);
+    json_member_metres(out, "blind_to_m", (double)w->blind_m);
+    json_member_metres(out, "free_to_m", fmax((double)w->blind_m, (double)w->free_to_m));
+    json_out_close(out, '}');
+}
+
+/* Newest first. */
+static void take_beam(struct scene *s, const struct witness *w)
+{
+    s->back_to_ns = w->t_ns;
+    if (w->ned != (bool)s->frame.ned || !witness_sees(w, s->axis, s->opening_rad))
+        return;
+    const enum says says = says_of(s, w);
+    s->says[says]++;
+    if (supports(s->answer.state, says) && s->n_sayings < s->count)
+        s->saying[s->n_sayings++] = (struct saying){*w, says};
+}
+
+static void write_pings(struct json_out *out, const struct scene *s)
+{
+    const bool any = s->beams > 0;
+    json_member_open(out, "pings", '{');
+    json_member_count(out, "echo", (uint64_t)s->says[SAYS_ECHO]);
+    json_member_count(out, "free", (uint64_t)s->says[SAYS_FREE]);
+    json_member_count(out, "nothing", (uint64_t)s->says[SAYS_NOTHING]);
+    json_member_known(out, "back_to_s", any, any ? sight_seconds(s->now.now_ns, s->back_to_ns) : 0, 1e3);
+    json_member_open(out, "newest", '[');
+    for (uint32_t i = 0; i < s->n_sayings; i++)
+        write_ping(out, s, &s->saying[i].beam, s->saying[i].says);
+    json_out_put(out, "]}");
+}
+
+/* ---- in parts ---- */
+
+/* The answer, and none of its directions yet. */
+static void begin_directions(struct scene *s)
+{
+    struct picture *picture = grid_picture(s->grid);
+    picture_get_frame(picture, &s->frame);
+    answer_direction(picture, &s->limits, &s->now, &s->query, &s->answer);
+    geo_direction(s->query.az_rad, s->query.el_rad, s->axis);
+    sight_to_grid(&s->frame, &s->now, s->query.ned, s->axis);
+    s->visit = rings_visit(picture->rings, s->axis, s->opening_rad);
+    sight_from_grid(&s->frame, &s->now, true, s->axis);
+    s->directions = s->never = s->cells = s->n_found = s->all_gone = 0;
+    s->oldest = s->shortest = (struct free_interval){0};
+    take_gone(s);
+}
+
+/* A direction is another one once the axes have turned. */
+static bool axes_turned(const struct scene *s)
+{
+    struct picture_frame frame;
+    picture_get_frame(grid_picture(s->grid), &frame);
+    return frame.axes_rad != s->frame.axes_rad;
+}
+
+/* The next directions; when there are none left, the next beams. Older beams are forgotten while it goes on. */
+static void look_on(struct scene *s, const struct witnesses *witnesses)
+{
+    if (!s->all_visited && axes_turned(s))
+        begin_directions(s);
+    for (int i = 0; i < DIRECTIONS_PER_PART && !s->all_visited; i++) {
+        s->all_visited = !rings_next(&s->visit);
+        if (s->all_visited)
+            return;
+        take_cells(s, s->visit.direction);
+        take_free_interval(s, s->visit.direction);
+    }
+    if (!s->all_visited)
+        return;
+    for (int i = 0; i < BEAMS_PER_PART && !s->all_heard; i++) {
+        const struct witness *w = witness_look(witnesses, witnesses->taken - s->beams_taken + s->beams);
+        s->all_heard = !w;
+        if (w) {
+            take_beam(s, w);
+            s->beams++;
+        }
+    }
+}
+
+/* All that the answer is made of, as of one moment. */
+static void look_first(struct scene *s, const struct witnesses *witnesses)
+{
+    s->started = true;
+    s->beams_taken = witnesses->taken;
+    begin_directions(s);
+}
+
+/* A part of it, by the grid's owner. */
+static void look(void *ctx, const struct pipeline_owned *owned)
+{
+    struct scene *s = ctx;
+    if (!s->started)
+        look_first(s, owned->witnesses);
+    look_on(s, owned->witnesses);
+}
+
+static struct scene *begin_scene(struct methods_env *d, json_t *params, struct rpc_error *error)
+{
+    struct grid *grid = grid_asked(d, params, error);
+    if (!grid)
+        return NULL;
+    struct scene *s = calloc(1, sizeof *s);
+    if (!s) {
+        rpc_refuse(error, RPC_INTERNAL_ERROR, "no memory to explain anything");
+        return NULL;
+    }
+    s->d = d;
+    s->grid = grid;
+    s->limits = grid_limits(grid);
+    direction_query(params, &s->query);
+    s->count = (uint32_t)params_integer(params, "count");
+    s->now = query_now(d);
+    const double reach_rad = rings_reach(grid_picture(grid)->rings);
+    s->opening_rad = s->query.half_angle_rad + reach_rad * (grid->setting.sphere.relaxation > 0 ? 3 : 1);
+    return s;
+}
+
+/* When the owner has seen all of it. */
+static bool write_scene(const struct rpc_call *call, struct json_out *out, struct rpc_error *error)
+{
+    struct methods_env *d = call->daemon;
+    struct scene *s = call->work->state;
+    (void)error;
+    if (!request_job_done(call, d->pipeline, look, write_scene))
+        return false;
+    if (!s->all_heard)
+        return rpc_continue(call, write_scene);
+    json_out_open(out, '{');
+    json_member_word(out, "frame", s->query.ned ? "ned" : "body");
+    json_out_name(out, "answer");
+    direction_answer(s->d, out, &s->now, &s->limits, s->query.distance_m, &s->answer);
+    write_cells(out, s);
+    write_gone(out, s);
+    write_claims(out, s);
+    write_pings(out, s);
+    json_out_close(out, '}');
+    return true;
+}
+
+bool method_explain(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
+{
+    struct scene *s = begin_scene(call->daemon, params, error);
+    if (!s)
+        return false;
+    rpc_work_keep(call->work, s, request_job_free);
+    return write_scene(call, out, error);
+}

@@ -1,0 +1,292 @@
+/* SPDX-License-Identifier: MIT */
+/* The methods about moving: when the vehicle meets something, and how fast it may go; sonard-protocol(7) has every
+ * shape. */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "grid/answer/limit.h"
+#include "grid_methods.h"
+#include "methods.h"
+#include "query_context.h"
+#include "reason.h"
+#include "json_units.h"
+
+#define AT_REST_MPS 1e-3 /* slower is no direction */
+
+/* A movement that is asked about, and what is known of how old the picture is for it. */
+struct movement {
+    double velocity_mps[3], speed_mps;
+    bool ned;
+    struct answer_now now;
+    struct grid *grid;
+    struct answer_conf limits; /* of it */
+    struct corridor_body body;
+    struct corridor corridor;
+    bool follows;     /* the picture follows the vehicle, up to the newest position; or it allows for its drift */
+    bool drifts;      /* the latter */
+    bool told;        /* the pose has a velocity: */
+    double across[3]; /* what of it goes across the line, in the axes of the question */
+    double stale_s;   /* the vehicle may have moved for so long without the picture's and the pose's knowledge */
+};
+
+static void take_body(const struct methods_env *d, struct corridor_body *body)
+{
+    const struct conf_vehicle *c = &d->conf.vehicle;
+    *body = (struct corridor_body){.radius_m = c->radius_m,
+                                   .half_height_m = c->height_m / 2,
+                                   .margin_m = c->margin_m,
+                                   .near_m = c->near_m,
+                                   .own_margin_m = c->margin_m};
+}
+
+static double dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/* What the vehicle does now, against what it is asked to do. */
+static void take_own_velocity(const struct methods_env *d, struct movement *m)
+{
+    const struct pose *pose = &m->now.pose;
+    const unsigned needed = POSE_VELOCITY | (m->ned ? 0 : POSE_ATTITUDE);
+    m->told =
+        m->now.pose_fresh && (pose->has & needed) == needed && query_velocity_age_s(d) <= d->conf.pose.max_age_s;
+    if (!m->told || m->speed_mps < AT_REST_MPS)
+        return;
+    memcpy(m->across, pose->velocity_mps, sizeof m->across);
+    if (!m->ned)
+        quat_rotate_inverse(pose->attitude, m->across, m->across);
+    const double along_mps = dot(m->across, m->velocity_mps) / m->speed_mps;
+    for (int i = 0; i < 3; i++)
+        m->across[i] -= along_mps * m->velocity_mps[i] / m->speed_mps;
+}
+
+static void take_velocity(const struct methods_env *d, struct movement *m, const double velocity_mps[3], bool ned)
+{
+    struct picture_frame frame;
+    memcpy(m->velocity_mps, velocity_mps, sizeof m->velocity_mps);
+    m->speed_mps = sqrt(dot(velocity_mps, velocity_mps));
+    m->ned = ned;
+    picture_get_frame(grid_picture(m->grid), &frame);
+    m->drifts = m->now.pose.drift_mps > 0;
+    m->follows = m->drifts || (frame.ned && m->now.pose_fresh && (m->now.pose.has & POSE_POSITION));
+    take_own_velocity(d, m);
+}
+
+/* How long the vehicle may have moved without the picture's knowledge, before anything was looked at. */
+static double longest_stale_s(const struct methods_env *d, const struct movement *m)
+{
+    if (!m->follows)
+        return m->limits.clear_for_s;
+    return m->told || m->drifts ? 0 : query_place_age_s(d);
+}
+
+/*
+ * With a position the picture follows the vehicle, and with a velocity the pose uncertainty holds how far it may
+ * have gone on since. Without one, for a vehicle that may drift, all of it is less by the drift. For one that keeps
+ * its place until it is told to go, the picture is as old as its pings, or as its place, and the vehicle is taken
+ * to have gone no faster than it now may.
+ */
+static void judge_age(const struct methods_env *d, struct movement *m)
+{
+    const double oldest_s = fmax(0, fmax(m->corridor.age_s, m->corridor.blocked_age_s));
+    m->stale_s = m->follows ? longest_stale_s(d, m) : oldest_s;
+}
+
+/* drift_m: what the vehicle's own velocity across the line carries it off by. */
+static void look_ahead(const struct methods_env *d, struct movement *m, double most_m, double drift_m)
+{
+    const double across_mps = sqrt(dot(m->across, m->across));
+    struct corridor_query q = {.ned = m->ned, .most_m = most_m};
+    memcpy(q.direction, m->velocity_mps, sizeof q.direction);
+    for (int i = 0; i < 3 && across_mps >= AT_REST_MPS; i++)
+        q.drift_m[i] = m->across[i] / across_mps * drift_m;
+    corridor_look(grid_picture(m->grid), &m->limits, &m->now, &m->body, &q, &m->corridor);
+    judge_age(d, m);
+}
+
+/* False: there is no such grid. */
+static bool begin(struct methods_env *d, json_t *params, struct movement *m, struct rpc_error *error)
+{
+    *m = (struct movement){.now = query_now(d), .grid = grid_asked(d, params, error)};
+    if (m->grid)
+        m->limits = grid_limits(m->grid);
+    take_body(d, &m->body);
+    return m->grid != NULL;
+}
+
+/* ---- limit ---- */
+
+static void limit_conf(const struct conf_vehicle *c, struct limit_conf *out)
+{
+    static const enum limit_unknown words[] = {
+        [CONF_UNKNOWN_SLOW] = LIMIT_SLOW, [CONF_UNKNOWN_STOP] = LIMIT_STOP, [CONF_UNKNOWN_IGNORE] = LIMIT_IGNORE};
+    *out = (struct limit_conf){.braking_mps2 = c->braking_mps2,
+                               .latency_s = c->latency_s,
+                               .unknown = words[c->unknown],
+                               .slow_mps = c->slow_mps};
+}
+
+/* Where along the line, and in which direction, is what limits. False: nowhere. */
+static bool limit_place(const struct movement *m, const struct limit *l, double *at_m, double *az_rad,
+                        double *el_rad)
+{
+    const struct corridor *c = &m->corridor;
+    const double *v = l->by == LIMIT_BY_BLOCKED ? c->blocked_at : c->known_at;
+    *at_m = (l->by == LIMIT_BY_BLOCKED ? c->blocked_m : c->known_m) - c->front_m;
+    if (l->by == LIMIT_BY_NOTHING || !(dot(v, v) > 0))
+        return false;
+    geo_angles(v, az_rad, el_rad);
+    return true;
+}
+
+static const char *limit_reason(const struct methods_env *d, const struct movement *m, const struct limit *l,
+                                char text[REASON_SIZE])
+{
+    const struct corridor *c = &m->corridor;
+    double at_m, az_rad, el_rad;
+    char place[REASON_SIZE / 4] = "", cause[REASON_SIZE], why[2 * REASON_SIZE];
+    const bool placed = limit_place(m, l, &at_m, &az_rad, &el_rad);
+    if (placed)
+        snprintf(place, sizeof place, ", azimuth %.0f deg, elevation %.0f deg", geo_deg(az_rad), geo_deg(el_rad));
+    if (l->by == LIMIT_BY_BLOCKED)
+        snprintf(why, sizeof why, "obstacle at %.2f m%s", fmax(0, at_m), place);
+    else if (l->by == LIMIT_BY_UNKNOWN)
+        snprintf(why, sizeof why, "unknown beyond %.2f m%s: %s", fmax(0, at_m), place,
+                 reason_cause(d, c->reason, cause));
+    else if (c->reason == ANSWER_HEARD)
+        snprintf(why, sizeof why, "free over the stopping distance of %.2f m", l->stop_m);
+    else
+        snprintf(why, sizeof why, "unknown water is ignored: %s", reason_cause(d, c->reason, cause));
+    return reason_with_drift(&m->now, why, l->by == LIMIT_BY_BLOCKED ? c->blocked_age_s : c->age_s, text);
+}
+
+static void write_limit(struct json_out *out, const struct movement *m, const struct limit *l, const char *reason)
+{
+    double at_m, az_rad = 0, el_rad = 0;
+    const bool placed = limit_place(m, l, &at_m, &az_rad, &el_rad);
+    const struct corridor *c = &m->corridor;
+    const double factor = m->speed_mps < AT_REST_MPS ? 0 : l->speed_mps / m->speed_mps;
+    json_out_open(out, '{');
+    json_member_open(out, "velocity_mps", '[');
+    /* downwards: what is reported must not be more than what was found, nor than what was asked for */
+    for (int i = 0; i < 3; i++)
+        json_out_real(out, trunc(m->velocity_mps[i] * factor * 1e6) / 1e6);
+    json_out_close(out, ']');
+    json_member_real(out, "speed_mps", l->speed_mps, 1e6);
+    json_member_real(out, "asked_mps", m->speed_mps, 1e6);
+    json_member_word(out, "limited_by", limit_word(l->by));
+    json_member_known(out, "azimuth_deg", placed, geo_deg(az_rad), PER_DEGREES);
+    json_member_known(out, "elevation_deg", placed, geo_deg(el_rad), PER_DEGREES);
+    json_member_metres(out, "stop_m", l->stop_m);
+    json_member_metres(out, "uncertain_m", l->stale_m + c->slack_m);
+    json_member_known(out, "blocked_m", isfinite(c->blocked_m - c->front_m), c->blocked_m - c->front_m,
+                      PER_METRES);
+    json_member_metres(out, "free_m", fmax(0, fmin(c->known_m, c->blocked_m) - c->front_m));
+    json_member_age(out, "age_s", c->age_s);
+    json_member_text(out, "reason", reason);
+    json_member_text(out, "remedy", limit_remedy(l->by, c->reason, m->drifts));
+    json_out_close(out, '}');
+}
+
+bool method_limit(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
+{
+    struct methods_env *d = call->daemon;
+    struct limit_conf conf;
+    struct movement m;
+    struct limit l = {.by = LIMIT_BY_NOTHING};
+    double velocity[3];
+    if (!begin(d, params, &m, error))
+        return false;
+    params_numbers(params, "velocity_mps", velocity);
+    take_velocity(d, &m, velocity, params_is(params, "frame", "ned"));
+    limit_conf(&d->conf.vehicle, &conf);
+    if (m.speed_mps < AT_REST_MPS) {
+        m.corridor = (struct corridor){.blocked_m = INFINITY, .age_s = -1};
+        write_limit(out, &m, &l, "no speed was asked for");
+        return true;
+    }
+    /* as far as it would be for the oldest picture that may count: farther than needed changes nothing */
+    look_ahead(d, &m,
+               limit_reach_m(&conf, m.body.radius_m + m.body.half_height_m + m.body.margin_m, m.speed_mps,
+                             m.limits.clear_for_s),
+               limit_drift_m(&conf, sqrt(dot(m.across, m.across)), longest_stale_s(d, &m)));
+    limit_of(&conf, &m.corridor, m.speed_mps, m.stale_s, &l);
+    char text[REASON_SIZE];
+    write_limit(out, &m, &l, limit_reason(d, &m, &l, text));
+    return true;
+}
+
+/* ---- time to collision ---- */
+
+/* The velocity asked about, or that of the pose. */
+static bool velocity_of(const struct methods_env *d, json_t *params, struct movement *m, struct rpc_error *error)
+{
+    double velocity[3];
+    const bool given = params_numbers(params, "velocity_mps", velocity);
+    if (!given && (!m->now.pose_fresh || !(m->now.pose.has & POSE_VELOCITY)))
+        return rpc_refuse(error, RPC_INVALID_REQUEST,
+                          "no fresh pose with attitude and velocity: give velocity_mps");
+    if (!given && params_has(params, "frame"))
+        return rpc_refuse(error, RPC_INVALID_PARAMS, "frame needs velocity_mps");
+    take_velocity(d, m, given ? velocity : m->now.pose.velocity_mps,
+                  given ? params_is(params, "frame", "ned") : true);
+    return true;
+}
+
+/* Seconds until the body gets there; the vehicle may be there earlier by what it moved since the picture. */
+static double seconds_to(const struct movement *m, double at_m)
+{
+    return fmax(0, (at_m - m->corridor.front_m) / m->speed_mps - m->stale_s);
+}
+
+static void write_collision(const struct methods_env *d, struct json_out *out, const struct movement *m,
+                            double ahead_s)
+{
+    char cause[REASON_SIZE], text[REASON_SIZE];
+    const struct corridor *c = &m->corridor;
+    const bool moves = m->speed_mps >= AT_REST_MPS;
+    const double blocked_s = moves && isfinite(c->blocked_m) ? seconds_to(m, c->blocked_m) : INFINITY;
+    const double known_s = !moves || c->reason == ANSWER_HEARD ? INFINITY : seconds_to(m, c->known_m);
+    const bool hits = blocked_s <= ahead_s, blind = known_s < fmin(ahead_s, blocked_s);
+    const enum answer_state state = hits ? ANSWER_BLOCKED : blind || !moves ? ANSWER_UNKNOWN : ANSWER_CLEAR;
+    const double sd_s = hits ? c->blocked_sd_m / m->speed_mps : 0;
+    json_out_open(out, '{');
+    json_member_word(out, "state", answer_state_name(state));
+    json_member_known(out, "time_s", hits, blocked_s, 1e3);
+    json_member_known(out, "time_sd_s", hits, sd_s, 1e3);
+    json_member_known(out, "distance_m", hits, fmax(0, c->blocked_m - c->front_m), PER_METRES);
+    json_member_known(out, "confidence", hits, c->confidence, 1e3);
+    json_member_known(out, "unknown_after_s", blind, known_s, 1e3);
+    json_member_real(out, "speed_mps", m->speed_mps, 1e4);
+    json_member_real(out, "ahead_s", ahead_s, 1e3);
+    json_member_age(out, "age_s", hits ? c->blocked_age_s : c->age_s);
+    char why[REASON_SIZE];
+    if (hits)
+        snprintf(why, sizeof why, "obstacle at %.2f m along the path", fmax(0, c->blocked_m - c->front_m));
+    else
+        snprintf(why, sizeof why, "%s",
+                 !moves  ? "the vehicle is at rest"
+                 : blind ? reason_cause(d, c->reason, cause)
+                         : "the path is free");
+    json_member_text(out, "reason", reason_with_drift(&m->now, why, hits ? c->blocked_age_s : c->age_s, text));
+    json_out_close(out, '}');
+}
+
+bool method_time_to_collision(const struct rpc_call *call, json_t *params, struct json_out *out,
+                              struct rpc_error *error)
+{
+    struct methods_env *d = call->daemon;
+    const double ahead_s = params_number(params, "ahead_s");
+    struct movement m;
+    if (!begin(d, params, &m, error) || !velocity_of(d, params, &m, error))
+        return false;
+    m.body.margin_m = 0; /* touching is meant */
+    m.corridor = (struct corridor){.blocked_m = INFINITY, .blocked_age_s = -1, .age_s = -1};
+    if (m.speed_mps >= AT_REST_MPS)
+        look_ahead(d, &m, m.body.radius_m + m.body.half_height_m + m.speed_mps * (ahead_s + m.limits.clear_for_s),
+                   sqrt(dot(m.across, m.across)) * longest_stale_s(d, &m));
+    write_collision(d, out, &m, ahead_s);
+    return true;
+}

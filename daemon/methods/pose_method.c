@@ -1,0 +1,165 @@
+/* SPDX-License-Identifier: MIT */
+/* The method by which a client tells where the vehicle is; sonard-protocol(7) has its shape. */
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/log.h"
+#include "methods.h"
+#include "query_context.h"
+
+#define POSE_PAST_S   10.0
+#define POSE_FUTURE_S 1.0
+
+static bool pose_time(const struct methods_env *d, const json_t *params, uint64_t *t_ns, struct rpc_error *error)
+{
+    const double t_unix = query_unix_s(d), given = params_number(params, "t_unix");
+    *t_ns = loop_now(d->loop);
+    if (!params_has(params, "t_unix"))
+        return true;
+    if (given < t_unix - POSE_PAST_S || given > t_unix + POSE_FUTURE_S) {
+        error->code = RPC_INVALID_PARAMS;
+        snprintf(error->message, sizeof error->message,
+                 "t_unix is %.3f s off this computer's clock: wanted at most %g s in the past, %g s ahead",
+                 given - t_unix, POSE_PAST_S, POSE_FUTURE_S);
+        return false;
+    }
+    double ns = given * 1e9 - (double)query_unix_offset_ns(d);
+    *t_ns = ns > 0 ? (uint64_t)ns : 0;
+    return true;
+}
+
+bool pose_attitude(const json_t *params, struct pose *p, struct rpc_error *error)
+{
+    double rpy[3], q[4];
+    const bool has_rpy = params_numbers(params, "attitude_deg", rpy),
+               has_q = params_numbers(params, "quaternion", q);
+    if (has_q && !quat_normalise(q)) {
+        error->code = RPC_INVALID_PARAMS;
+        snprintf(error->message, sizeof error->message, "quaternion is not of length 1 (w, x, y, z)");
+        return false;
+    }
+    if (has_rpy)
+        quat_from_rpy(geo_rad(rpy[0]), geo_rad(rpy[1]), geo_rad(rpy[2]), q);
+    if (has_rpy || has_q) {
+        memcpy(p->attitude, q, sizeof p->attitude);
+        p->has |= POSE_ATTITUDE;
+    }
+    return true;
+}
+
+static void pose_place(const json_t *params, struct pose *p)
+{
+    if (params_numbers(params, "position_m", p->position_m))
+        p->has |= POSE_POSITION | POSE_DEPTH;
+    if (params_has(params, "depth_m")) {
+        p->position_m[2] = params_number(params, "depth_m");
+        p->has |= POSE_DEPTH;
+    }
+    if (params_numbers(params, "velocity_mps", p->velocity_mps))
+        p->has |= POSE_VELOCITY;
+}
+
+/* What is taken, but hardly meant. */
+static void tell_doubt(struct methods_env *d, const json_t *params)
+{
+    double rpy_deg[3];
+    if (params_numbers(params, "attitude_deg", rpy_deg) &&
+        pose_doubt_attitude(&d->pose_doubt, rpy_deg, loop_now(d->loop)))
+        log_line(LOG_WARNING, "pose_doubt",
+                 "pose: all angles of attitude_deg have been below %g for a minute: send degrees, not radians",
+                 POSE_DOUBT_ANGLE_DEG);
+    if (params_has(params, "depth_m") && pose_doubt_depth(&d->pose_doubt, params_number(params, "depth_m")))
+        log_line(LOG_WARNING, "pose_doubt",
+                 "pose: depth_m = %g is above the surface: send metres below it as a positive number",
+                 params_number(params, "depth_m"));
+}
+
+/* A pose of a client or of a capture; sender: constant text. */
+static bool pose_take(struct methods_env *d, const char *sender, json_t *params, struct rpc_error *error)
+{
+    struct pose p = pose_identity;
+    if (!params_take(protocol_methods[PROTOCOL_pose].params, params, error) ||
+        !pose_time(d, params, &p.t_ns, error) || !pose_attitude(params, &p, error)) {
+        d->poses.refused++;
+        return false;
+    }
+    pose_place(params, &p);
+    if (!p.has) {
+        error->code = RPC_INVALID_PARAMS;
+        snprintf(error->message, sizeof error->message,
+                 "empty pose: want attitude_deg, quaternion, position_m, depth_m or velocity_mps");
+    } else if (!pose_log_put(&d->poses, &p)) {
+        error->code = RPC_INVALID_PARAMS;
+        snprintf(error->message, sizeof error->message, "t_unix is not after that of the last pose");
+    } else if (json_object_get(params, "t_unix") && !d->replay) {
+        /* what is recorded goes by the capture's clock, which does not step when the computer's is set */
+        json_object_set_new(params, "t_unix", json_real((double)(p.t_ns + d->unix_offset_ns) * 1e-9));
+    }
+    if (error->code == 0) {
+        pose_log_sent_by(&d->poses, p.has, sender);
+        tell_doubt(d, params);
+        map_service_pose(&d->map_service, &p);
+    }
+    return error->code == 0;
+}
+
+static void withdraw(struct methods_env *d)
+{
+    pose_log_withdraw(&d->poses, loop_now(d->loop));
+    d->aux.pose_input.t_attitude_ns = 0;
+}
+
+bool pose_replay(struct methods_env *d, json_t *params, struct rpc_error *error)
+{
+    if (!json_is_true(json_object_get(params, "withdrawn")))
+        return pose_take(d, "the capture", params, error);
+    withdraw(d);
+    return true;
+}
+
+static bool refuse_in_replay(const struct methods_env *d, struct rpc_error *error)
+{
+    return !d->replay ||
+           rpc_refuse(error, RPC_INVALID_REQUEST, "this is a replay: its poses come from the capture");
+}
+
+/* As a replay is to know it. */
+static void keep(struct methods_env *d, const json_t *params)
+{
+    char *text = d->record ? json_dumps(params, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
+    if (text)
+        record_message(d->record, d->pose_channel, loop_now(d->loop), text, strlen(text));
+    free(text);
+}
+
+bool method_pose(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
+{
+    struct methods_env *d = call->daemon;
+    if (!refuse_in_replay(d, error) || !pose_take(d, "a client", params, error))
+        return false;
+    if (json_object_get(params, "attitude_deg") || json_object_get(params, "quaternion"))
+        d->aux.pose_input.t_attitude_ns = loop_now(d->loop);
+    keep(d, params);
+    json_out_put(out, "{\"taken\":true}");
+    return true;
+}
+
+bool method_pose_withdraw(const struct rpc_call *call, json_t *params, struct json_out *out,
+                          struct rpc_error *error)
+{
+    struct methods_env *d = call->daemon;
+    const bool given = d->poses.t_first_ns != 0;
+    (void)params;
+    if (!refuse_in_replay(d, error))
+        return false;
+    if (given) {
+        json_t *message = json_pack("{s:b}", "withdrawn", 1);
+        withdraw(d);
+        keep(d, message);
+        json_decref(message);
+        log_line(LOG_NOTICE, "pose_withdrawn",
+                 "pose: withdrawn by a client; directions are the vehicle's until the next attitude");
+    }
+    json_out_put(out, given ? "{\"withdrawn\":true}" : "{\"withdrawn\":false}");
+    return true;
+}

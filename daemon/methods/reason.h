@@ -1,0 +1,39 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * reason - why an answer is what it is, as a sentence for a person that names the thing and its figure. Programs go by
+ * the state and the numbers of an answer, not by its sentence. Knows no JSON.
+ */
+#ifndef SONARD_REASON_H
+#define SONARD_REASON_H
+
+#include "daemon/methods/environment.h"
+
+#define REASON_SIZE 200
+
+/* What the sentence is about. */
+struct reason {
+    enum answer_state state;
+    enum answer_reason why;
+    double range_m;     /* blocked: of the obstacle */
+    double free_to_m;   /* how far it is known to be free; <= 0: not given */
+    double asked_m;     /* how far was asked; <= 0: not given */
+    double blind_to_m;  /* <= 0: not given */
+    double age_s;       /* of the evidence; negative: none */
+    double clear_for_s; /* age limit of clear */
+};
+
+/** reason_sentence - for example "echo at 4.20 m". Ranges of free space are rounded down to centimetres, those of blind
+ * zones up. Where the pose has no position, with the drift allowed for. Returns text. */
+const char *reason_sentence(const struct methods_env *d, const struct answer_now *now, const struct reason *r,
+                            char text[REASON_SIZE]);
+
+/** reason_cause - why nothing is known, without figures but those of a pose that is missing: "the pose is too old: the
+ * attitude from a client is 4.2 s old (limit 1 s)". Returns text, or constant text. */
+const char *reason_cause(const struct methods_env *d, enum answer_reason why, char text[REASON_SIZE]);
+
+/** reason_with_drift - the sentence `why` with the drift that was allowed for evidence of that age (negative: none),
+ * where the pose has no position or attitude. Returns text. */
+const char *reason_with_drift(const struct answer_now *now, const char *why, double evidence_age_s,
+                              char text[REASON_SIZE]);
+
+#endif

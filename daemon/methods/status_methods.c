@@ -1,0 +1,444 @@
+/* SPDX-License-Identifier: MIT */
+/* The methods about sonard itself: how it is, and what its sensors do; sonard-protocol(7) has every shape. */
+#include <stdio.h>
+#include <string.h>
+
+#include "aux_status.h"
+#include "counters.h"
+#include "grid_methods.h"
+#include "daemon/input/aux_sensors.h"
+#include "daemon/input/garbage.h"
+#include "methods.h"
+#include "query_context.h"
+#include "daemon/plan_show.h"
+#include "daemon/replay.h"
+#include "json_units.h"
+
+static const char *state_word(const struct source_stats *s, bool replay)
+{
+    static const char *const words[] = {[DEVICE_CLOSED] = "closed",
+                                        [DEVICE_IDENTIFY] = "asking who is there",
+                                        [DEVICE_SETUP] = "setting up",
+                                        [DEVICE_RUNNING] = "running",
+                                        [DEVICE_SILENT] = "silent"};
+    return s->open || replay ? words[s->device.state] : "no port";
+}
+
+static void write_bus(struct json_out *out, const struct port_bus *bus)
+{
+    static const char *const words[] = {[BUS_DOWN] = "down",
+                                        [BUS_UP] = "up",
+                                        [BUS_WARNING] = "warning",
+                                        [BUS_PASSIVE] = "passive",
+                                        [BUS_OFF] = "off"};
+    json_member_open(out, "bus", '{');
+    json_member_word(out, "state", words[bus->state]);
+    json_member_count(out, "tx_errors", bus->tx_errors);
+    json_member_count(out, "rx_errors", bus->rx_errors);
+    json_member_count(out, "error_frames", bus->error_frames);
+    json_member_count(out, "bus_offs", bus->bus_offs);
+    json_member_count(out, "restarts", bus->restarts);
+    json_member_count(out, "controller_overflows", bus->controller_overflows);
+    json_member_count(out, "transfer_errors", bus->transfer_errors);
+    json_member_count(out, "not_sent", bus->not_sent);
+    json_out_close(out, '}');
+}
+
+static void write_clock(struct json_out *out, const struct clock_report *clock)
+{
+    json_member_open(out, "clock", '{');
+    json_member_flag(out, "used", clock->running);
+    json_member_count(out, "restarts", clock->restarts);
+    if (clock->running) {
+        json_out_name(out, "offset_s");
+        json_out_real(out, clock->offset_s);
+        json_out_name(out, "drift_ppm");
+        json_out_real(out, clock->drift * 1e6);
+        json_out_name(out, "jitter_s");
+        json_out_real(out, clock->jitter_s);
+    }
+    json_out_close(out, '}');
+}
+
+/* The stages in their order; null: none. Thresholds are of the last turn, as the names say. */
+static void write_threshold(struct json_out *out, const char *name, int threshold)
+{
+    if (threshold < 0)
+        json_member_null(out, name);
+    else
+        json_member_count(out, name, (uint64_t)threshold);
+}
+
+static void write_cleanup(struct json_out *out, const struct conf_extract *c, const struct cleanup_conf *wired,
+                          const struct cleanup_state *s)
+{
+    if (!cleanup_wanted(wired)) {
+        json_member_null(out, "cleanup");
+        return;
+    }
+    json_member_open(out, "cleanup", '{');
+    json_member_open(out, "stages", '[');
+    if (wired->median)
+        json_out_word(out, wired->median == 3 ? "median 3x3" : "median 5x5");
+    if (wired->otsu)
+        json_out_word(out, "otsu");
+    if (wired->clahe)
+        json_out_word(out, "clahe");
+    if (wired->classes)
+        json_out_word(out, "classes");
+    json_out_close(out, ']');
+    json_member_count(out, "delay_pings", (uint64_t)cleanup_delay(wired));
+    json_member_count(out, "held", s->held);
+    json_member_count(out, "rows", s->rows);
+    json_member_count(out, "restarts", s->restarts);
+    json_member_count(out, "not_cleaned", s->passed);
+    write_threshold(out, "last_turn_otsu", s->otsu);
+    write_threshold(out, "last_turn_lowest_class", s->lowest);
+    json_member_word(out, "order", c->order == CONF_ORDER_PAPER ? "paper" : "safe");
+    json_out_close(out, '}');
+}
+
+/* The object is left open. */
+static void write_open_sensor(struct json_out *out, const struct methods_env *d, int i,
+                              const struct pipeline_stats *pipe)
+{
+    const struct conf_sonar *conf = &d->conf.sonar[i];
+    const char *doubt = law_doubt_text(pipe->law_doubt[i]);
+    struct counter counter[COUNTERS_MAX];
+    struct source_stats s;
+    source_stats(d->source[i], &s);
+    const uint64_t last_ns = s.device.last_ping_ns;
+    const unsigned n = counters_sensor(&s, pipe->dropped[i], counter);
+    json_out_open(out, '{');
+    json_member_text(out, "name", conf->name);
+    json_member_text(out, "device", conf->device);
+    json_member_text(out, "port", conf->port);
+    json_member_word(out, "state", state_word(&s, d->replay));
+    json_member_text(out, "what", s.device.what);
+    json_member_metres(out, "range_m", s.device.range_m);
+    json_member_count(out, "pings", s.device.pings);
+    json_member_age(out, "last_ping_age_s", last_ns ? (double)(loop_now(d->loop) - last_ns) * 1e-9 : -1);
+    for (unsigned k = 0; k < n; k++)
+        json_member_count(out, counter[k].name, counter[k].value);
+    if (s.device.has_clock)
+        write_clock(out, &s.device.clock);
+    if (s.bus.state != BUS_NONE)
+        write_bus(out, &s.bus);
+    json_member_text(out, "background", template_word(&d->templates.of[i]));
+    write_cleanup(out, &d->conf.extract, pipeline_cleanup(d->pipeline, i), &pipe->cleanup[i]);
+    if (doubt)
+        json_member_text(out, "amplitude_doubt", doubt);
+    else
+        json_member_null(out, "amplitude_doubt");
+    if (s.port_error.text[0])
+        json_member_outside(out, "port_error", s.port_error.text);
+}
+
+bool sensor_asked(const struct methods_env *d, const json_t *params, int *sensor, struct rpc_error *error)
+{
+    const char *name = params_text(params, "sensor");
+    char names[CONF_MAX_SONARS * (sizeof d->conf.sonar[0].name + 2)];
+    size_t used = 0;
+    for (*sensor = 0; name && *sensor < d->conf.n_sonars; ++*sensor) {
+        const char *one = d->conf.sonar[*sensor].name;
+        if (strcmp(one, name) == 0)
+            return true;
+        used += (size_t)snprintf(names + used, sizeof names - used, "%s%s", *sensor ? ", " : "", one);
+    }
+    return !name ||
+           rpc_refuse(error, RPC_INVALID_PARAMS, "parameter 'sensor' is %.40s, want one of: %s", name, names);
+}
+
+/* Whether what is configured suits what was measured. */
+static const char *misfit_word(const struct methods_env *d, const struct picture_frame *frame)
+{
+    if (frame->ned && pose_log_sparse(&d->poses))
+        return "poses come less often than max_age: between them every answer is unknown";
+    if (frame->turn_s <= grid_limits(pipeline_grid(d->pipeline, 0)).clear_for_s)
+        return "ok";
+    return d->conf.grid.clear_for_s > 0
+               ? "a revolution of the head takes longer than clear_for: much of the circle stays unknown"
+               : "a revolution of the head takes longer than forget: much of the circle stays unknown";
+}
+
+const char *status_data_word(const struct methods_env *d)
+{
+    struct picture_frame frame;
+    picture_get_frame(pipeline_picture(d->pipeline), &frame);
+    uint64_t now = loop_now(d->loop);
+    uint64_t lost = query_lost_sonars(d), all = (1ull << d->conf.n_sonars) - 1;
+    if (!frame.pings || lost == all)
+        return "no data from the sonar";
+    if (lost)
+        return "no data from one of the sonars";
+    /* Before silence: pings without a pose are not used, which looks like it. */
+    if (frame.ned && !pose_log_fresh(&d->poses, now))
+        return "the pose is too old";
+    if (now > frame.t_ping_ns &&
+        (double)(now - frame.t_ping_ns) * 1e-9 > grid_limits(pipeline_grid(d->pipeline, 0)).clear_for_s)
+        return "the sonar has stopped sending pings";
+    for (int i = 0; i < d->conf.n_sonars; i++) {
+        struct source_stats s;
+        source_stats(d->source[i], &s);
+        if (s.mostly_garbage)
+            return garbage_word(d->conf.sonar[i].port);
+    }
+    return misfit_word(d, &frame);
+}
+
+/* An attitude that is too old is none: who reads it may not look at its age. */
+static void write_attitude(struct json_out *out, const struct methods_env *d, const struct pose *newest)
+{
+    double rpy[3], age_s;
+    const char *sender;
+    if (pose_log_missing(&d->poses, loop_now(d->loop), &age_s, &sender) == POSE_ATTITUDE) {
+        json_member_null(out, "attitude_deg");
+        return;
+    }
+    quat_to_rpy(newest->attitude, &rpy[0], &rpy[1], &rpy[2]);
+    json_member_open(out, "attitude_deg", '[');
+    for (int i = 0; i < 3; i++)
+        json_out_rounded(out, geo_deg(rpy[i]), PER_DEGREES);
+    json_out_close(out, ']');
+}
+
+static void write_pose(struct json_out *out, const struct methods_env *d)
+{
+    static const char *const parts[] = {"attitude", "position", "depth", "velocity"};
+    char missing[QUERY_REASON_SIZE];
+    struct pose p;
+    pose_log_newest(&d->poses, &p);
+    json_member_open(out, "pose", '{');
+    json_member_age(out, "age_s", query_pose_age_s(d));
+    json_member_open(out, "has", '[');
+    for (unsigned i = 0; i < 4; i++)
+        if (p.has & (1u << i))
+            json_out_word(out, parts[i]);
+    json_out_close(out, ']');
+    write_attitude(out, d, &p);
+    json_member_count(out, "count", d->poses.taken);
+    json_member_count(out, "refused", d->poses.refused);
+    json_member_count(out, "jumps", d->poses.jumps);
+    json_member_count(out, "withdrawn", d->poses.withdrawn);
+    json_member_text(out, "missing", query_pose_missing(d, missing));
+    json_out_close(out, '}');
+}
+
+/* null: nothing was measured, as in a replay. */
+static void write_latency(struct json_out *out, struct latency *l)
+{
+    if (atomic_load(&l->count) == 0) {
+        json_member_null(out, "latency_us");
+        return;
+    }
+    json_member_open(out, "latency_us", '{');
+    json_member_real(out, "p50", (double)latency_quantile(l, 0.5) * 1e-3, 10);
+    json_member_real(out, "p99", (double)latency_quantile(l, 0.99) * 1e-3, 10);
+    json_member_real(out, "p999", (double)latency_quantile(l, 0.999) * 1e-3, 10);
+    json_member_real(out, "max", (double)atomic_load(&l->max_ns) * 1e-3, 10);
+    json_out_close(out, '}');
+}
+
+static void write_pipeline(struct json_out *out, const struct methods_env *d, const struct pipeline_stats *s)
+{
+    uint64_t dropped = 0;
+    for (int i = 0; i < d->conf.n_sonars; i++)
+        dropped += s->dropped[i];
+    json_member_open(out, "pipeline", '{');
+    json_member_count(out, "threads", (uint64_t)d->conf.pipeline.threads);
+    json_member_count(out, "queue", (uint64_t)d->conf.pipeline.queue);
+    json_member_count(out, "pings", s->submitted);
+    json_member_count(out, "waiting", s->waiting);
+    json_member_count(out, "dropped", dropped);
+    write_latency(out, pipeline_latency(d->pipeline, PIPELINE_WHOLE));
+    json_out_close(out, '}');
+}
+
+static void write_grid(struct json_out *out, const struct sphere_stats *g)
+{
+    json_member_open(out, "grid", '{');
+    json_member_count(out, "cells", g->cells);
+    json_member_count(out, "directions", g->directions);
+    json_member_count(out, "pinged", g->pinged);
+    json_member_count(out, "cells_lost", g->cells_lost);
+    json_member_count(out, "out_of_range", g->out_of_range);
+    json_member_count(out, "no_attitude", g->no_attitude);
+    json_member_count(out, "recentred", g->recentred);
+    json_member_count(out, "turned", g->turned);
+    json_out_close(out, '}');
+}
+
+static void write_server(struct json_out *out, const struct methods_env *d)
+{
+    struct server_stats s = {0};
+    if (d->server)
+        server_stats(d->server, &s);
+    json_member_open(out, "server", '{');
+    json_member_count(out, "clients_now", s.clients_now);
+    json_member_count(out, "clients_total", s.clients_total);
+    json_member_count(out, "clients_refused", s.clients_refused);
+    json_member_count(out, "clients_cut", s.clients_cut);
+    json_member_count(out, "requests", s.requests);
+    json_member_count(out, "errors", s.errors);
+    json_member_count(out, "notifications_sent", s.notifications_sent);
+    json_member_count(out, "notifications_skipped", s.notifications_skipped);
+    json_out_close(out, '}');
+}
+
+static void write_record(struct json_out *out, const struct methods_env *d)
+{
+    if (!d->record) {
+        json_member_null(out, "record");
+        return;
+    }
+    struct record_status s;
+    record_status(d->record, &s);
+    const struct segments_status *r = &s.segments;
+    json_member_open(out, "record", '{');
+    json_member_flag(out, "recording", r->recording);
+    json_member_outside(out, "path", r->path);
+    json_member_count(out, "parts", r->segments);
+    json_member_count(out, "messages", r->messages);
+    json_member_count(out, "lost_messages", r->lost_messages);
+    json_member_count(out, "overflows", s.overflows);
+    json_member_count(out, "waiting_bytes", s.waiting_bytes);
+    json_member_count(out, "errors", r->errors);
+    json_member_text(out, "error", r->error.text);
+    json_out_close(out, '}');
+}
+
+static void write_replay(struct json_out *out, const struct methods_env *d)
+{
+    struct replay_state s;
+    replay_state(d->playing, d->loop, &s);
+    json_out_name(out, "length_s");
+    if (s.length_s < 0)
+        json_out_null(out);
+    else
+        json_out_rounded(out, s.length_s, 1e3);
+    json_member_real(out, "position_s", s.position_s, 1e3);
+    json_member_real(out, "speed", s.speed, 1e3);
+    json_member_flag(out, "paused", s.paused);
+    json_member_flag(out, "jumping", s.jumping);
+}
+
+bool method_status(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
+{
+    struct methods_env *d = call->daemon;
+    (void)params;
+    (void)error;
+    struct pipeline_stats pipe;
+    pipeline_stats(d->pipeline, &pipe);
+    const char *mode = !d->replay ? "live" : d->replay_ended ? "replay, ended" : "replay";
+    json_out_open(out, '{');
+    json_member_text(out, "version", SONARD_VERSION);
+    json_member_real(out, "uptime_s", (double)(loop_now(d->loop) - d->start_ns) * 1e-9, 1e3);
+    json_member_real(out, "t_unix", query_unix_s(d), 1e6);
+    json_member_word(out, "mode", mode);
+    json_member_outside(out, "config", d->conf_name);
+    json_member_text(out, "data", status_data_word(d));
+    json_member_open(out, "sensors", '[');
+    for (int i = 0; i < d->conf.n_sonars; i++) {
+        write_open_sensor(out, d, i, &pipe);
+        json_out_close(out, '}');
+    }
+    json_out_close(out, ']');
+    write_pose(out, d);
+    write_pipeline(out, d, &pipe);
+    write_grid(out, &pipe.grid);
+    write_server(out, d);
+    write_record(out, d);
+    grid_list_write(out, d);
+    aux_status_write(out, d);
+    if (d->playing) {
+        json_member_open(out, "replay", '{');
+        write_replay(out, d);
+        json_out_close(out, '}');
+    } else {
+        json_member_null(out, "replay");
+    }
+    json_out_close(out, '}');
+    return true;
+}
+
+/* Where a sonar sits and what it is set to, beside what it does. */
+static void write_angles(struct json_out *out, const char *name, const double *rad, int n)
+{
+    json_member_open(out, name, '[');
+    for (int i = 0; i < n; i++)
+        json_out_rounded(out, geo_deg(rad[i]), PER_DEGREES);
+    json_out_close(out, ']');
+}
+
+static void write_placed(struct json_out *out, const struct methods_env *d, int i,
+                         const struct pipeline_stats *pipe)
+{
+    const struct conf_sonar *c = &d->conf.sonar[i];
+    write_open_sensor(out, d, i, pipe);
+    json_member_metres3(out, "mount_m", c->mount_m);
+    write_angles(out, "rotation_deg", c->rotation_rad, 3);
+    write_angles(out, "sector_deg", c->sector_rad, 2);
+    json_member_flag(out, "heard", !(query_lost_sonars(d) >> i & 1));
+    json_out_close(out, '}');
+}
+
+bool method_sensors(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
+{
+    struct methods_env *d = call->daemon;
+    (void)params;
+    (void)error;
+    struct pipeline_stats pipe;
+    pipeline_stats(d->pipeline, &pipe);
+    json_out_put(out, "{\"sensors\":[");
+    for (int i = 0; i < d->conf.n_sonars; i++)
+        write_placed(out, d, i, &pipe);
+    json_out_put(out, "]}");
+    return true;
+}
+
+bool method_plan(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
+{
+    const struct methods_env *d = call->daemon;
+    (void)params;
+    (void)error;
+    return json_out_take(out, plan_json(&d->conf));
+}
+
+bool method_version(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
+{
+    (void)call;
+    (void)params;
+    (void)error;
+    json_out_open(out, '{');
+    json_member_text(out, "version", SONARD_VERSION);
+    json_member_count(out, "protocol", 1);
+    json_out_close(out, '}');
+    return true;
+}
+
+bool method_reload(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
+{
+    const struct methods_env *d = call->daemon;
+    (void)params;
+    return json_out_take(out, reload_now(&d->reload, error));
+}
+
+bool method_replay(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
+{
+    const struct methods_env *d = call->daemon;
+    struct replay_state s;
+    if (!d->playing) {
+        rpc_refuse(error, RPC_INVALID_REQUEST, "no capture is played: sonard --replay plays one");
+        return false;
+    }
+    replay_state(d->playing, d->loop, &s);
+    if (params_has(params, "speed") || params_has(params, "pause"))
+        replay_pace(d->playing, d->loop, params_has(params, "speed") ? params_number(params, "speed") : s.speed,
+                    params_has(params, "pause") ? params_is(params, "pause", "yes") : s.paused);
+    if (params_has(params, "to_s"))
+        replay_jump(d->playing, d->loop, params_number(params, "to_s"));
+    json_out_open(out, '{');
+    write_replay(out, d);
+    json_out_close(out, '}');
+    return true;
+}

@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: MIT */
+#include "image.h"
+
+static uint8_t loudest(const struct ping *ping, uint16_t beam, uint32_t from, uint32_t to)
+{
+    size_t base = (size_t)beam * ping->n_bins;
+    unsigned most = 0;
+    for (uint32_t i = from; i < to; i++) {
+        unsigned v = ping->sample_bytes == 1 ? ((const uint8_t *)ping->samples)[base + i]
+                                             : (unsigned)((const uint16_t *)ping->samples)[base + i] >> 8;
+        most = v > most ? v : most;
+    }
+    return (uint8_t)most;
+}
+
+static void fill(struct image_row *row, const struct ping *ping, const struct echoes *echoes, uint16_t beam)
+{
+    const struct beam_echoes *heard = &echoes->beam[beam];
+    uint32_t n = ping->kind == PING_PROFILE ? ping->n_bins : 0;
+    *row = (struct image_row){.t_ns = ping->t_ns,
+                              .az_rad = heard->az_rad,
+                              .width_rad = ping->az_aperture_rad,
+                              .r0_m = ping->r0_m,
+                              .r1_m = ping->r0_m + (float)n * ping->dr_m,
+                              .n_bins = (uint16_t)(n < IMAGE_BINS ? n : IMAGE_BINS),
+                              .blind_m = heard->blind_m,
+                              .state = heard->state};
+    for (uint32_t i = 0; i < row->n_bins; i++)
+        row->bin[i] = loudest(ping, beam, (uint32_t)((uint64_t)i * n / row->n_bins),
+                              (uint32_t)((uint64_t)(i + 1) * n / row->n_bins));
+    row->n_echoes = heard->n;
+    row->near_m = heard->echo[0].near_m;
+    for (int i = 0; i < heard->n; i++) {
+        row->echo_m[i] = heard->echo[i].range_m;
+        row->confidence[i] = heard->echo[i].confidence;
+        row->flags[i] = heard->echo[i].flags;
+    }
+}
+
+void image_enter(struct image *image, const struct ping *ping, const struct echoes *echoes)
+{
+    for (uint16_t beam = 0; beam < echoes->n_beams; beam++) {
+        uint32_t index = beam;
+        if (ping->head_turn)
+            index =
+                ping->head_turn <= IMAGE_ROWS
+                    ? ping->head_units % ping->head_turn
+                    : (uint32_t)((uint64_t)(ping->head_units % ping->head_turn) * IMAGE_ROWS / ping->head_turn);
+        struct image_row row;
+        fill(&row, ping, echoes, beam);
+        snapshot_publish(&image->row[index], &row);
+    }
+}
+
+void image_row(struct image *image, uint32_t index, struct image_row *row)
+{
+    snapshot_read(&image->row[index], row);
+}

@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * record - keeps what the ports read and wrote, and the poses, as captures. The loop hands messages over and never
+ * waits; a thread of its own writes them (segments.h) and may wait for the disk. Knows no port and no client.
+ *
+ * What the disk has not taken yet waits in 8 MiB. When these are full, what comes is lost and counted, and the capture
+ * has a gap. The daemon's own death costs at most the last second and a quarter, if the disk kept up.
+ */
+#ifndef SONARD_RECORD_H
+#define SONARD_RECORD_H
+
+#include "core/fault.h"
+#include "segments.h"
+
+struct record_status {
+    struct segments_status segments; /* messages: taken or lost until now; lost_messages: with those lost here */
+    uint64_t overflows;              /* of the lost: there was no room, since the disk is too slow */
+    uint64_t waiting_bytes;          /* not yet taken by the disk's side */
+};
+
+struct record;
+
+/** record_open - start recording, see segments_open. Allocates all that the loop's side needs.
+ * NULL: a sentence in fault. */
+struct record *record_open(const struct segments_conf *conf, uint64_t now_ns, struct fault *fault);
+
+/** record_channel - see segments_channel; before record_start only. */
+int record_channel(struct record *rec, const char *topic, const char *encoding);
+
+/** record_start - from here on messages are written. False with a sentence in fault. */
+bool record_start(struct record *rec, struct fault *fault);
+
+/** record_message - keep n bytes that came or went at t_ns (monotonic). False: lost, and counted. */
+bool record_message(struct record *rec, int channel, uint64_t t_ns, const void *data, size_t n);
+
+/** record_tick - hand over what still waits for company; call it twice a second. */
+void record_tick(struct record *rec);
+
+void record_status(struct record *rec, struct record_status *out);
+
+/** record_close - complete the open part; a disk that does not answer is left after five seconds. NULL is allowed. */
+void record_close(struct record *rec);
+
+#endif

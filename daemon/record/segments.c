@@ -1,0 +1,379 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * segments - see the header. A segment that cannot be continued (disk full, file or folder gone) is closed as well as
+ * it goes; the next one is tried after SEGMENTS_RETRY_NS.
+ */
+#include "segments.h"
+
+#include <ctype.h>
+#include <dirent.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <limits.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "drivers/capture/mcap.h"
+
+#define STAMP_SIZE    sizeof "YYYYmmddTHHMMSSZ"
+#define NAME_ATTEMPTS 1000 /* segments of an earlier start in the same second */
+#define TOPIC_MAX     96
+#define FIRST_LETTERS "sonard-"
+#define LAST_LETTERS  ".mcap"
+
+struct topic {
+    char topic[TOPIC_MAX], encoding[32];
+    uint32_t sequence;
+    int in_file; /* the channel's number in the open segment */
+};
+
+struct segments {
+    char *directory, *conf_text;
+    size_t conf_size;
+    uint64_t file_size, unix_offset_ns;
+    int files;
+    char stamp[STAMP_SIZE]; /* of the start */
+    unsigned segment;       /* number of the newest */
+    struct topic topic[SEGMENTS_CHANNELS_MAX];
+    int n_topics;
+    struct mcap_writer *file; /* NULL: recording stands still */
+    uint64_t chunk_since_ns;  /* of the oldest message in the open chunk */
+    uint64_t lost_in_file;    /* what was already counted of the file's losses */
+    uint64_t retry_ns;
+    struct segments_status status;
+};
+
+/* ---- old segments ---- */
+
+/* A segment in the folder, as far as its age goes. */
+struct segment {
+    bool this_run;
+    char stamp[STAMP_SIZE];
+    unsigned number;
+};
+
+/* sonard-YYYYmmddTHHMMSSZ-NNN.mcap, exactly: nobody else's file is ever touched. */
+static bool parse_name(const char *name, struct segment *out)
+{
+    const char *stamp = name + strlen(FIRST_LETTERS);
+    if (strncmp(name, FIRST_LETTERS, strlen(FIRST_LETTERS)) != 0)
+        return false;
+    for (size_t i = 0; i < STAMP_SIZE - 1; i++) {
+        char c = stamp[i];
+        if (i == 8 ? c != 'T' : i == STAMP_SIZE - 2 ? c != 'Z' : !isdigit((unsigned char)c))
+            return false;
+    }
+    const char *number = stamp + STAMP_SIZE - 1;
+    size_t digits = strspn(number + (*number == '-'), "0123456789");
+    if (*number != '-' || digits < 3 || digits > 6 || strcmp(number + 1 + digits, LAST_LETTERS) != 0)
+        return false;
+    memcpy(out->stamp, stamp, STAMP_SIZE - 1);
+    out->stamp[STAMP_SIZE - 1] = '\0';
+    out->number = (unsigned)strtoul(number + 1, NULL, 10);
+    return true;
+}
+
+/* A clock that was wrong at start-up must not make this run's segments the oldest. */
+static bool older(const struct segment *a, const struct segment *b)
+{
+    if (a->this_run != b->this_run)
+        return b->this_run;
+    int order = strcmp(a->stamp, b->stamp);
+    return order < 0 || (order == 0 && a->number < b->number);
+}
+
+/* A folder of such a name is nobody's segment, and could not be removed as one. */
+static bool is_file(int directory, const char *name)
+{
+    struct stat st;
+    return fstatat(directory, name, &st, AT_SYMLINK_NOFOLLOW) == 0 && S_ISREG(st.st_mode);
+}
+
+/* One look through the folder: how many segments there are, and the name of the oldest. */
+static int oldest_segment(const struct segments *segments, char *name, size_t name_size)
+{
+    DIR *dir = opendir(segments->directory);
+    struct segment oldest = {0}, segment = {0};
+    int n = 0;
+    if (!dir)
+        return 0;
+    for (struct dirent *entry; (entry = readdir(dir)) != NULL;) {
+        if (!parse_name(entry->d_name, &segment) || !is_file(dirfd(dir), entry->d_name))
+            continue;
+        segment.this_run = strcmp(segment.stamp, segments->stamp) == 0;
+        if (n++ == 0 || older(&segment, &oldest)) {
+            oldest = segment;
+            snprintf(name, name_size, "%s", entry->d_name);
+        }
+    }
+    closedir(dir);
+    return n;
+}
+
+static void note_error(struct segments *segments, const char *sentence)
+{
+    fault_set(&segments->status.error, "recording to %s: %s", segments->directory, sentence);
+    segments->status.errors++;
+}
+
+static void remove_old_segments(struct segments *segments)
+{
+    char name[NAME_MAX + 1], path[PATH_MAX], why[128];
+    while (segments->files > 0 && oldest_segment(segments, name, sizeof name) > segments->files) {
+        snprintf(path, sizeof path, "%s/%s", segments->directory, name);
+        if (unlink(path) != 0) {
+            snprintf(why, sizeof why, "removing an old segment: %s", strerror(errno));
+            note_error(segments, why);
+            return;
+        }
+    }
+}
+
+/* ---- segments ---- */
+
+/* The new name in the folder survives a power cut. */
+static void sync_directory(const struct segments *segments)
+{
+    int fd = open(segments->directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (fd < 0)
+        return;
+    fsync(fd);
+    close(fd);
+}
+
+/* A new file of the next free number; -1 with errno. */
+static int create_file(struct segments *segments)
+{
+    int fd = -1;
+    for (int i = 0; fd < 0 && i < NAME_ATTEMPTS; i++) {
+        snprintf(segments->status.path, sizeof segments->status.path, "%s/" FIRST_LETTERS "%s-%03u" LAST_LETTERS,
+                 segments->directory, segments->stamp, ++segments->segment);
+        fd = open(segments->status.path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0640);
+        if (fd < 0 && errno != EEXIST) {
+            segments->segment--;
+            break;
+        }
+    }
+    return fd;
+}
+
+static bool add_topic(struct segments *segments, struct topic *topic, struct fault *fault)
+{
+    topic->in_file = mcap_add_channel(segments->file, topic->topic, topic->encoding, NULL, 0, fault);
+    return topic->in_file >= 0;
+}
+
+/* Begin the next segment with channels and configuration. False with a sentence in fault, and no segment open. */
+static bool begin_part(struct segments *segments, uint64_t now_ns, struct fault *fault)
+{
+    const struct mcap_options options = {.library = "sonard " SONARD_VERSION,
+                                         .message_bytes = SEGMENTS_MESSAGE_BYTES};
+    int fd = create_file(segments);
+    if (fd < 0)
+        return fault_set(fault, "a new file: %s", strerror(errno));
+    segments->file = mcap_create(fd, &options, fault);
+    bool ok = segments->file && mcap_attach(segments->file,
+                                            &(struct mcap_attachment){.log_ns = segments->unix_offset_ns + now_ns,
+                                                                      .name = "sonard.conf",
+                                                                      .media_type = "text/plain",
+                                                                      .data = (const uint8_t *)segments->conf_text,
+                                                                      .size = segments->conf_size},
+                                            fault);
+    for (int i = 0; ok && i < segments->n_topics; i++)
+        ok = add_topic(segments, &segments->topic[i], fault);
+    if (!ok) {
+        struct fault ignored;
+        if (segments->file)
+            mcap_finish(segments->file, &ignored);
+        segments->file = NULL;
+        unlink(segments->status.path); /* it holds nothing */
+        return false;
+    }
+    segments->lost_in_file = 0;
+    segments->status.recording = true;
+    segments->status.segments++;
+    sync_directory(segments);
+    remove_old_segments(segments);
+    return true;
+}
+
+static void count_lost(struct segments *segments)
+{
+    uint64_t lost = mcap_written(segments->file).lost;
+    segments->status.lost_messages += lost - segments->lost_in_file;
+    segments->lost_in_file = lost;
+}
+
+/* Recording stands still from here on. */
+static void stop(struct segments *segments, uint64_t now_ns, const char *why)
+{
+    struct fault ignored;
+    note_error(segments, why);
+    if (segments->file) {
+        count_lost(segments);
+        mcap_finish(segments->file, &ignored);
+    }
+    segments->file = NULL;
+    segments->status.recording = false;
+    segments->retry_ns = now_ns + SEGMENTS_RETRY_NS;
+}
+
+static void start_part(struct segments *segments, uint64_t now_ns)
+{
+    struct fault fault;
+    if (!begin_part(segments, now_ns, &fault))
+        stop(segments, now_ns, fault.text);
+}
+
+static void rotate(struct segments *segments, uint64_t now_ns)
+{
+    struct fault fault;
+    uint64_t waiting = mcap_written(segments->file).waiting;
+    bool ok = mcap_finish(segments->file, &fault);
+    segments->file = NULL;
+    if (ok) {
+        start_part(segments, now_ns);
+    } else {
+        segments->status.lost_messages += waiting;
+        stop(segments, now_ns, fault.text);
+    }
+}
+
+/* After a chunk was written: is the segment still to be found, and is it large enough? */
+static void look_after_part(struct segments *segments, uint64_t now_ns)
+{
+    struct stat st;
+    struct mcap_written written = mcap_written(segments->file);
+    int fd = mcap_fd(segments->file);
+    sync_file_range(fd, 0, 0, SYNC_FILE_RANGE_WRITE);
+    if (fstat(fd, &st) == 0 && st.st_nlink == 0)
+        stop(segments, now_ns, "the file or the folder was removed");
+    else if (written.bytes >= segments->file_size || written.full)
+        rotate(segments, now_ns);
+}
+
+static void flush(struct segments *segments, uint64_t now_ns)
+{
+    struct fault fault;
+    if (mcap_flush(segments->file, &fault))
+        look_after_part(segments, now_ns);
+    else
+        stop(segments, now_ns, fault.text);
+}
+
+/* ---- the writer ---- */
+
+static bool copy_settings(struct segments *segments, const struct segments_conf *conf)
+{
+    segments->directory = strdup(conf->directory);
+    segments->conf_text = malloc(conf->conf_size + 1);
+    if (!segments->directory || !segments->conf_text)
+        return false;
+    if (conf->conf_size)
+        memcpy(segments->conf_text, conf->conf_text, conf->conf_size);
+    segments->conf_size = conf->conf_size;
+    return true;
+}
+
+struct segments *segments_open(const struct segments_conf *conf, uint64_t now_ns, struct fault *fault)
+{
+    struct segments *segments = calloc(1, sizeof *segments);
+    if (!segments || !copy_settings(segments, conf)) {
+        fault_set(fault, "recording: out of memory");
+        segments_close(segments);
+        return NULL;
+    }
+    segments->file_size = conf->file_size;
+    segments->files = conf->files;
+    segments->unix_offset_ns = conf->unix_offset_ns;
+    time_t start = (time_t)((conf->unix_offset_ns + now_ns) / 1000000000u);
+    struct tm utc;
+    if (!gmtime_r(&start, &utc) || strftime(segments->stamp, sizeof segments->stamp, "%Y%m%dT%H%M%SZ", &utc) == 0)
+        snprintf(segments->stamp, sizeof segments->stamp, "00000000T000000Z");
+
+    struct fault why;
+    if (mkdir(conf->directory, 0750) != 0 && errno != EEXIST)
+        fault_set(fault, "recording to %s: making the folder: %s", conf->directory, strerror(errno));
+    else if (begin_part(segments, now_ns, &why))
+        return segments;
+    else
+        fault_set(fault, "recording to %s: %s", conf->directory, why.text);
+    segments_close(segments);
+    return NULL;
+}
+
+int segments_channel(struct segments *segments, const char *topic, const char *encoding)
+{
+    struct topic *t = &segments->topic[segments->n_topics];
+    struct fault fault;
+    if (segments->n_topics == SEGMENTS_CHANNELS_MAX || strlen(topic) >= sizeof t->topic ||
+        strlen(encoding) >= sizeof t->encoding)
+        return -1;
+    snprintf(t->topic, sizeof t->topic, "%s", topic);
+    snprintf(t->encoding, sizeof t->encoding, "%s", encoding);
+    t->sequence = 0;
+    segments->n_topics++;
+    if (segments->file && !add_topic(segments, t, &fault))
+        stop(segments, 0, fault.text);
+    return segments->n_topics - 1;
+}
+
+bool segments_message(struct segments *segments, int channel, uint64_t t_ns, const void *data, size_t n)
+{
+    struct fault fault;
+    segments->status.messages++;
+    if (!segments->file || channel < 0 || channel >= segments->n_topics || n > SEGMENTS_MESSAGE_BYTES) {
+        segments->status.lost_messages++;
+        return false;
+    }
+    struct topic *topic = &segments->topic[channel];
+    struct mcap_written before = mcap_written(segments->file);
+    uint64_t log_ns = segments->unix_offset_ns + t_ns;
+    const struct mcap_message message = {
+        .sequence = topic->sequence++, .log_ns = log_ns, .publish_ns = log_ns, .data = data, .size = n};
+    bool ok = mcap_write_message(segments->file, topic->in_file, &message, &fault);
+    struct mcap_written after = mcap_written(segments->file);
+    if (!ok) {
+        if (after.lost - before.lost <= before.waiting)
+            segments->status.lost_messages++; /* it did not get into the chunk that was lost */
+        stop(segments, t_ns, fault.text);
+        return false;
+    }
+    if (after.waiting == 1)
+        segments->chunk_since_ns = t_ns;
+    if (after.chunks > before.chunks)
+        look_after_part(segments, t_ns);
+    return true;
+}
+
+void segments_tick(struct segments *segments, uint64_t now_ns)
+{
+    if (!segments->file) {
+        if (now_ns >= segments->retry_ns)
+            start_part(segments, now_ns);
+    } else if (mcap_written(segments->file).waiting > 0 &&
+               now_ns >= segments->chunk_since_ns + SEGMENTS_CHUNK_AGE_NS) {
+        flush(segments, now_ns);
+    }
+}
+
+const struct segments_status *segments_status(const struct segments *segments)
+{
+    return &segments->status;
+}
+
+void segments_close(struct segments *segments)
+{
+    struct fault fault;
+    if (!segments)
+        return;
+    if (segments->file && !mcap_finish(segments->file, &fault))
+        note_error(segments, fault.text);
+    free(segments->directory);
+    free(segments->conf_text);
+    free(segments);
+}

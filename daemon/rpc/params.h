@@ -1,0 +1,44 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * params - a request's parameters against the rows of its method: what is unknown, missing, of another type or out of
+ * its range is refused, and what has a default and is not there gets it.
+ * Methods read them afterwards without asking again.
+ */
+#ifndef SONARD_PARAMS_H
+#define SONARD_PARAMS_H
+
+#include <jansson.h>
+#include <stdbool.h>
+#include <stdint.h>
+
+#include "protocol/protocol.h"
+
+struct rpc_error;
+
+/** params_take - check the object, and set the defaults in it; false with *error set (RPC_INVALID_PARAMS). */
+bool params_take(const struct protocol_param *rows, json_t *params, struct rpc_error *error);
+
+/** params_refuse_other - false with *error set when the object has a member that is none of the
+ * NULL-terminated names. */
+bool params_refuse_other(json_t *object, const char *const *names, struct rpc_error *error);
+
+/** params_kind - what a value is, as messages say it: "a number". */
+const char *params_kind(const json_t *value);
+
+/* Of parameters that were taken: one that is not there is 0, false or NULL. */
+bool params_has(const json_t *params, const char *name);
+double params_number(const json_t *params, const char *name);
+int64_t params_integer(const json_t *params, const char *name);
+bool params_flag(const json_t *params, const char *name);
+const char *params_text(const json_t *params, const char *name);
+
+/** params_is - is it this word? */
+bool params_is(const json_t *params, const char *name, const char *word);
+
+/** params_numbers - all numbers of an array into out; false: not there, and out is as before. */
+bool params_numbers(const json_t *params, const char *name, double *out);
+
+/** params_places - all places of an array into out; how many there are. */
+unsigned params_places(const json_t *params, const char *name, double out[][3]);
+
+#endif

@@ -1,0 +1,621 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * mcap_read - reads captures, whole or damaged, record by record in the order of the file. Indexes and summary
+ * are checked but not needed. Records are read where they will stand in one array (file_bytes.h), so a length in the
+ * file never makes us allocate; only the unpacked chunk does, up to MCAP_CHUNK_LIMIT. Where no whole record stands, the
+ * next chunk is looked for.
+ */
+#include "mcap.h"
+
+#include <inttypes.h>
+#include <stdarg.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <zlib.h>
+
+#include "core/fault.h"
+#include "file_bytes.h"
+#include "mcap_chunk.h"
+#include "mcap_format.h"
+
+#define METADATA_BYTES_MAX 65536u
+#define SLOT_REPORTED      UINT16_MAX
+#define SEARCH_BYTES       ((size_t)1 << 18) /* at a time, for a chunk behind damage */
+
+struct mcap_reader {
+    const uint8_t *data; /* only what need() asked for holds the file's bytes */
+    size_t size;
+    struct file_bytes *file; /* NULL: the data are all there */
+    bool told_lost;          /* that it has lost bytes since it was opened */
+    mcap_problem_fn problem;
+    void *problem_ctx;
+    struct mcap_info info;
+
+    size_t at; /* of the next record of the data section */
+    bool done;
+    uint32_t crc; /* of the data section up to crc_at */
+    size_t crc_at;
+
+    struct mcap_cursor chunk; /* what is left of the open chunk */
+    const uint8_t *chunk_start;
+    size_t chunk_at; /* the open chunk's offset in the file */
+    struct mcap_unpacker unpacker;
+
+    struct mcap_channel *channel[MCAP_CHANNELS_MAX];
+    size_t n_channels;
+    uint16_t slot[65536]; /* by channel id: index in channel[] + 1; 0: not announced */
+};
+
+static __attribute__((format(printf, 2, 3))) void problem(struct mcap_reader *r, const char *fmt, ...)
+{
+    char sentence[256];
+    va_list ap;
+    va_start(ap, fmt);
+    vsnprintf(sentence, sizeof sentence, fmt, ap);
+    va_end(ap);
+    r->info.problems++;
+    if (r->problem)
+        r->problem(r->problem_ctx, sentence);
+}
+
+/* From now on these bytes can be read; where the file has lost them they are zeros. */
+static void need(struct mcap_reader *r, size_t from, size_t to)
+{
+    if (r->file)
+        file_bytes_need(r->file, from, to);
+}
+
+/* Once. */
+static void tell_lost(struct mcap_reader *r)
+{
+    if (!r->file || r->told_lost || !file_bytes_lost(r->file))
+        return;
+    r->told_lost = true;
+    problem(r, "the file was cut off, or could not be read, while it was played");
+}
+
+/* Is there a whole record at `offset`? Its head is there, its content is not yet. */
+static bool head_at(const struct mcap_reader *r, size_t offset, struct mcap_record *out)
+{
+    uint8_t head[MCAP_RECORD_HEAD];
+    if (!r->file)
+        return mcap_record_at(r->data + offset, r->size - offset, out);
+    if (!file_bytes_peek(r->file, offset, head, sizeof head))
+        return false;
+    return mcap_record_head(head, r->data + offset, r->size - offset, out);
+}
+
+/* The first credible chunk at or behind `from`. */
+static size_t find_chunk(const struct mcap_reader *r, size_t from)
+{
+    for (size_t at = from, end; at < r->size; at = end) {
+        end = r->size - at > SEARCH_BYTES ? at + SEARCH_BYTES : r->size;
+        const size_t ahead = r->size - end > MCAP_CHUNK_HEAD_MAX ? end + MCAP_CHUNK_HEAD_MAX : r->size;
+        if (r->file)
+            file_bytes_need(r->file, at, ahead);
+        const size_t found = mcap_find_chunk(r->data, r->size, at, end);
+        if (found < end)
+            return found;
+    }
+    return r->size;
+}
+
+/* Cut to fit; what comes from a file may hold anything. */
+static void copy_text(char *dst, size_t dst_size, struct mcap_cursor text)
+{
+    size_t n = (size_t)(text.end - text.p);
+    if (n > dst_size - 1)
+        n = dst_size - 1;
+    if (n)
+        memcpy(dst, text.p, n);
+    dst[n] = '\0';
+}
+
+/* ---- channels ---- */
+
+static const char *store_text(char **room, struct mcap_cursor text)
+{
+    char *s = *room;
+    size_t n = (size_t)(text.end - text.p);
+    copy_text(s, n + 1, text);
+    *room += n + 1;
+    return s;
+}
+
+/* How many pairs of strings the map holds; -1 when it is malformed. */
+static int count_pairs(struct mcap_cursor map)
+{
+    int n = 0;
+    for (; !map.bad && map.p < map.end; n++) {
+        mcap_take_sized(&map);
+        mcap_take_sized(&map);
+    }
+    return map.bad ? -1 : n;
+}
+
+/* The channel in one block of memory, NULL when the record is malformed or over a limit. */
+static struct mcap_channel *parse_channel(struct mcap_cursor c)
+{
+    uint16_t id = (uint16_t)mcap_take_int(&c, 2), schema_id = (uint16_t)mcap_take_int(&c, 2);
+    struct mcap_cursor topic = mcap_take_sized(&c), encoding = mcap_take_sized(&c), map = mcap_take_sized(&c);
+    if (c.bad || topic.end - topic.p > MCAP_STRING_MAX || encoding.end - encoding.p > MCAP_STRING_MAX ||
+        map.end - map.p > METADATA_BYTES_MAX)
+        return NULL;
+    int pairs = count_pairs(map);
+    if (pairs < 0)
+        return NULL;
+
+    struct mcap_channel *channel;
+    struct mcap_pair *metadata;
+    size_t texts = (size_t)(topic.end - topic.p) + (size_t)(encoding.end - encoding.p) + 2 +
+                   (size_t)(map.end - map.p); /* each string gives up 4 bytes of length for its NUL */
+    channel = calloc(1, sizeof *channel + (size_t)pairs * sizeof *metadata + texts);
+    if (!channel)
+        return NULL;
+    metadata = (struct mcap_pair *)(channel + 1);
+    char *room = (char *)(metadata + pairs);
+    channel->id = id;
+    channel->schema_id = schema_id;
+    channel->topic = store_text(&room, topic);
+    channel->encoding = store_text(&room, encoding);
+    channel->metadata = metadata;
+    channel->n_metadata = (size_t)pairs;
+    for (int i = 0; i < pairs; i++) {
+        metadata[i].key = store_text(&room, mcap_take_sized(&map));
+        metadata[i].value = store_text(&room, mcap_take_sized(&map));
+    }
+    return channel;
+}
+
+static void announce_channel(struct mcap_reader *r, struct mcap_cursor content, size_t offset)
+{
+    struct mcap_channel *new = parse_channel(content);
+    if (!new) {
+        problem(r, "offset %zu: the channel record is malformed or over %d bytes of text", offset,
+                MCAP_STRING_MAX);
+        return;
+    }
+    uint16_t *slot = &r->slot[new->id];
+    if (*slot != 0 && *slot != SLOT_REPORTED) {
+        const struct mcap_channel *old = r->channel[*slot - 1];
+        if (strcmp(old->topic, new->topic) != 0 || strcmp(old->encoding, new->encoding) != 0)
+            problem(r, "offset %zu: channel %u is announced again with another name; the first one stays", offset,
+                    new->id);
+        free(new);
+    } else if (r->n_channels == MCAP_CHANNELS_MAX) {
+        problem(r, "offset %zu: channel %u is one more than the %d that are read", offset, new->id,
+                MCAP_CHANNELS_MAX);
+        free(new);
+    } else {
+        new->index = (unsigned)r->n_channels;
+        r->channel[r->n_channels++] = new;
+        *slot = (uint16_t)r->n_channels;
+    }
+}
+
+/* ---- messages and chunks ---- */
+
+static bool take_message(struct mcap_reader *r, struct mcap_cursor c, size_t offset, struct mcap_message *out)
+{
+    size_t record_bytes = MCAP_RECORD_HEAD + (size_t)(c.end - c.p);
+    uint16_t id = (uint16_t)mcap_take_int(&c, 2);
+    *out = (struct mcap_message){.sequence = (uint32_t)mcap_take_int(&c, 4)};
+    out->log_ns = mcap_take_int(&c, 8);
+    out->publish_ns = mcap_take_int(&c, 8);
+    if (c.bad) {
+        problem(r, "offset %zu: a message record is too short for its own fields", offset);
+        r->info.left_out_bytes += record_bytes;
+        return false;
+    }
+    uint16_t *slot = &r->slot[id];
+    if (*slot == 0 || *slot == SLOT_REPORTED) {
+        if (*slot == 0)
+            problem(r, "offset %zu: messages of channel %u, which was never announced, are left out", offset, id);
+        *slot = SLOT_REPORTED;
+        r->info.left_out_bytes += record_bytes;
+        return false;
+    }
+    struct mcap_channel *channel = r->channel[*slot - 1];
+    out->channel = channel;
+    out->data = c.p;
+    out->size = (size_t)(c.end - c.p);
+    channel->messages++;
+    channel->bytes += out->size;
+    if (r->info.messages == 0 || out->log_ns < r->info.start_ns)
+        r->info.start_ns = out->log_ns;
+    if (r->info.messages == 0 || out->log_ns > r->info.end_ns)
+        r->info.end_ns = out->log_ns;
+    r->info.messages++;
+    return true;
+}
+
+static void open_chunk(struct mcap_reader *r, const struct mcap_record *record, size_t offset)
+{
+    struct mcap_chunk chunk;
+    const char *why = NULL;
+    const uint8_t *records = NULL;
+    if (!mcap_parse_chunk(record->content, &chunk))
+        why = "its fields need more bytes than it has";
+    else
+        records = mcap_unpack(&r->unpacker, &chunk, &why);
+    if (!records) {
+        problem(r, "chunk at offset %zu is left out: %s", offset, why);
+        r->info.left_out_bytes += record->size;
+        return;
+    }
+    r->info.chunks++;
+    r->chunk = (struct mcap_cursor){records, records + chunk.unpacked_size, false};
+    r->chunk_start = records;
+    r->chunk_at = offset;
+}
+
+/* The next record of the open chunk; true when it is a message. */
+static bool next_in_chunk(struct mcap_reader *r, struct mcap_message *out)
+{
+    struct mcap_record record;
+    size_t left = (size_t)(r->chunk.end - r->chunk.p);
+    if (!mcap_record_at(r->chunk.p, left, &record)) {
+        problem(r, "chunk at offset %zu: no whole record at its byte %td; the rest of it is left out", r->chunk_at,
+                r->chunk.p - r->chunk_start);
+        r->info.left_out_bytes += left;
+        r->chunk.p = r->chunk.end;
+        return false;
+    }
+    r->chunk.p += record.size;
+    if (record.opcode == MCAP_OP_CHANNEL)
+        announce_channel(r, record.content, r->chunk_at);
+    return record.opcode == MCAP_OP_MESSAGE && take_message(r, record.content, r->chunk_at, out);
+}
+
+/* ---- the data section ---- */
+
+/* Every file that was closed ends so. */
+static bool ends_with_magic(struct mcap_reader *r)
+{
+    if (r->size < sizeof mcap_magic)
+        return false;
+    need(r, r->size - sizeof mcap_magic, r->size);
+    return memcmp(r->data + r->size - sizeof mcap_magic, mcap_magic, sizeof mcap_magic) == 0;
+}
+
+/* Is the last record a chunk that the end of the file cuts off, and of any use? Then what is there of it is open. */
+static bool open_cut_chunk(struct mcap_reader *r)
+{
+    struct mcap_chunk chunk;
+    size_t n = 0;
+    if (r->size - r->at <= MCAP_RECORD_HEAD || ends_with_magic(r)) /* closed: then its length is wrong */
+        return false;
+    need(r, r->at, r->size);
+    const struct mcap_cursor content = {r->data + r->at + MCAP_RECORD_HEAD, r->data + r->size, false};
+    if (r->data[r->at] != MCAP_OP_CHUNK || !mcap_parse_cut_chunk(content, &chunk))
+        return false;
+    const uint8_t *records = mcap_unpack_cut(&r->unpacker, &chunk, &n);
+    if (!records || n == 0)
+        return false;
+    problem(
+        r,
+        "offset %zu: the file ends within a chunk, still being written or cut off; its first %zu bytes are read",
+        r->at, n);
+    r->info.chunks++;
+    r->chunk = (struct mcap_cursor){records, records + n, false};
+    r->chunk_start = records;
+    r->chunk_at = r->at;
+    r->at = r->size;
+    r->done = true;
+    r->info.unclosed = true;
+    return true;
+}
+
+/* No whole record at r->at. */
+static void skip_damage(struct mcap_reader *r)
+{
+    const size_t from = r->at;
+    r->at = from < r->size ? find_chunk(r, from + 1) : from;
+    if (r->at == r->size && from < r->size) {
+        r->at = from;
+        if (open_cut_chunk(r))
+            return;
+        r->at = r->size;
+    }
+    r->done = r->at == r->size;
+    r->info.left_out_bytes += r->at - from;
+    r->info.unclosed = r->done && !ends_with_magic(r);
+    if (!r->done)
+        problem(r, "offset %zu: no whole record; %zu bytes up to the next chunk are left out", from, r->at - from);
+    else if (!r->info.unclosed)
+        problem(r, "offset %zu: no whole record; the last %zu bytes are left out", from, r->size - from);
+    else if (from < r->size)
+        problem(
+            r,
+            "offset %zu: the file ends within a record, still being written or cut off; its last %zu bytes are "
+            "left out",
+            from, r->size - from);
+    else
+        problem(r, "the file ends at offset %zu without a summary: it is still being written, or was cut off",
+                from);
+}
+
+static void check_data_crc(struct mcap_reader *r, struct mcap_cursor data_end, size_t offset)
+{
+    uint32_t want = (uint32_t)mcap_take_int(&data_end, 4);
+    if (data_end.bad)
+        problem(r, "offset %zu: the record that ends the data is too short", offset);
+    else if (want != 0 && want != r->crc && r->info.problems == 0)
+        problem(r, "the data before offset %zu was changed: its checksum is wrong", offset);
+}
+
+/* The footer as the file ends with it. False: it was cut off or damaged. All of the file from `from` on is read. */
+static bool find_footer(struct mcap_reader *r, size_t from, struct mcap_record *footer)
+{
+    const size_t tail = MCAP_FOOTER_BYTES + sizeof mcap_magic;
+    need(r, from, r->size);
+    return r->size - from >= tail && ends_with_magic(r) &&
+           mcap_record_at(r->data + r->size - tail, MCAP_FOOTER_BYTES, footer) &&
+           footer->opcode == MCAP_OP_FOOTER && footer->size == MCAP_FOOTER_BYTES;
+}
+
+/* Where the summary begins, and the checksum from there to its place in the footer (0: the file has none). */
+struct summary {
+    uint64_t start;
+    size_t footer_at;
+    uint32_t crc;
+};
+
+static struct summary parse_footer(const struct mcap_reader *r, struct mcap_record footer)
+{
+    struct summary s = {.footer_at = r->size - MCAP_FOOTER_BYTES - sizeof mcap_magic};
+    s.start = mcap_take_int(&footer.content, 8);
+    mcap_take_int(&footer.content, 8);
+    s.crc = (uint32_t)mcap_take_int(&footer.content, 4);
+    if (s.start == 0)
+        s.start = s.footer_at;
+    return s;
+}
+
+static bool is_summary_whole(const struct mcap_reader *r, const struct summary *s)
+{
+    const size_t end = s->footer_at + MCAP_RECORD_HEAD + 16;
+    return s->crc == 0 || crc32_z(0, r->data + s->start, end - (size_t)s->start) == s->crc;
+}
+
+/* What stands behind the data section: nothing there is needed, but a changed bit should not go unseen. */
+static void check_summary(struct mcap_reader *r)
+{
+    struct mcap_record footer;
+    if (!find_footer(r, r->at, &footer)) {
+        problem(r, "the file does not end with a footer: it was cut off or damaged behind offset %zu", r->at);
+        r->info.unclosed = !ends_with_magic(r);
+        return;
+    }
+    const struct summary s = parse_footer(r, footer);
+    if (s.start < r->at || s.start > s.footer_at)
+        problem(r, "the footer says the summary begins at offset %" PRIu64 ", outside %zu to %zu", s.start, r->at,
+                s.footer_at);
+    else if (!is_summary_whole(r, &s))
+        problem(r, "the summary at offset %" PRIu64 " was changed: its checksum is wrong", s.start);
+    else
+        r->info.complete = true;
+}
+
+/* Its messages, schemas, channels, attachments, metadata and chunks are counted before the two times. */
+static bool parse_statistics(struct mcap_cursor c, uint64_t *end_ns)
+{
+    const uint64_t messages = mcap_take_int(&c, 8);
+    mcap_take(&c, 2 + 4 + 4 + 4 + 4 + 8);
+    *end_ns = mcap_take_int(&c, 8);
+    return !c.bad && messages > 0;
+}
+
+bool mcap_summary_end(struct mcap_reader *r, uint64_t *end_ns)
+{
+    const size_t tail = MCAP_FOOTER_BYTES + sizeof mcap_magic;
+    struct mcap_record record;
+    if (r->size < tail + sizeof mcap_magic || !find_footer(r, r->size - tail, &record))
+        return false;
+    const struct summary s = parse_footer(r, record);
+    if (s.start < sizeof mcap_magic || s.start > s.footer_at)
+        return false;
+    need(r, (size_t)s.start, r->size);
+    if (!is_summary_whole(r, &s))
+        return false;
+    for (size_t at = (size_t)s.start; at < s.footer_at && mcap_record_at(r->data + at, s.footer_at - at, &record);
+         at += (size_t)record.size)
+        if (record.opcode == MCAP_OP_STATISTICS)
+            return parse_statistics(record.content, end_ns);
+    return false;
+}
+
+static bool parse_attachment(struct mcap_cursor c, struct mcap_attachment *out)
+{
+    const uint8_t *start = c.p;
+    out->log_ns = mcap_take_int(&c, 8);
+    mcap_take_int(&c, 8);
+    struct mcap_cursor name = mcap_take_sized(&c), media_type = mcap_take_sized(&c);
+    uint64_t size = mcap_take_int(&c, 8);
+    out->data = mcap_take(&c, size);
+    const uint8_t *end = c.p;
+    uint32_t crc = (uint32_t)mcap_take_int(&c, 4);
+    if (c.bad)
+        return false;
+    out->size = (size_t)size;
+    copy_text(out->name, sizeof out->name, name);
+    copy_text(out->media_type, sizeof out->media_type, media_type);
+    out->crc_good = crc == 0 || crc32_z(0, start, (size_t)(end - start)) == crc;
+    return true;
+}
+
+static void meet_attachment(struct mcap_reader *r, const struct mcap_record *record, size_t offset)
+{
+    struct mcap_attachment attachment;
+    if (parse_attachment(record->content, &attachment) && attachment.crc_good) {
+        r->info.attachments++;
+    } else {
+        problem(r, "the attachment at offset %zu is malformed or its checksum is wrong", offset);
+        r->info.left_out_bytes += record->size;
+    }
+}
+
+static void meet_header(struct mcap_reader *r, struct mcap_cursor c)
+{
+    struct mcap_cursor profile = mcap_take_sized(&c), library = mcap_take_sized(&c);
+    if (c.bad) {
+        problem(r, "the header is malformed");
+        return;
+    }
+    copy_text(r->info.profile, sizeof r->info.profile, profile);
+    copy_text(r->info.library, sizeof r->info.library, library);
+}
+
+/* The next record of the data section; true when it is a message outside of chunks. */
+static bool next_record(struct mcap_reader *r, struct mcap_message *out)
+{
+    struct mcap_record record;
+    size_t offset = r->at;
+    if (!head_at(r, offset, &record)) {
+        skip_damage(r);
+        return false;
+    }
+    need(r, r->crc_at, offset + record.size);
+    r->crc = (uint32_t)crc32_z(r->crc, r->data + r->crc_at, offset - r->crc_at);
+    r->crc_at = offset;
+    if (r->file)
+        file_bytes_drop(r->file, offset);
+    r->at += record.size;
+    switch (record.opcode) {
+    case MCAP_OP_HEADER:
+        meet_header(r, record.content);
+        break;
+    case MCAP_OP_CHANNEL:
+        announce_channel(r, record.content, offset);
+        break;
+    case MCAP_OP_MESSAGE:
+        return take_message(r, record.content, offset, out);
+    case MCAP_OP_CHUNK:
+        open_chunk(r, &record, offset);
+        break;
+    case MCAP_OP_ATTACHMENT:
+        meet_attachment(r, &record, offset);
+        break;
+    case MCAP_OP_DATA_END:
+        check_data_crc(r, record.content, offset);
+        check_summary(r);
+        r->done = true;
+        break;
+    case MCAP_OP_FOOTER:
+        problem(r, "offset %zu: a footer, but the record that ends the data is missing", offset);
+        r->done = true;
+        break;
+    default: /* indexes, which are not needed, and what the future brings */
+        break;
+    }
+    return false;
+}
+
+bool mcap_next(struct mcap_reader *r, struct mcap_message *out)
+{
+    while (!r->done || r->chunk.p < r->chunk.end) {
+        if (r->chunk.p < r->chunk.end ? next_in_chunk(r, out) : next_record(r, out))
+            return true;
+        tell_lost(r);
+    }
+    return false;
+}
+
+bool mcap_next_attachment(const struct mcap_reader *r, uint64_t *at, struct mcap_attachment *out)
+{
+    size_t offset = *at ? (size_t)*at : sizeof mcap_magic;
+    struct mcap_record record;
+    while (offset < r->size) {
+        if (!head_at(r, offset, &record)) {
+            offset = find_chunk(r, offset + 1);
+            continue;
+        }
+        if (record.opcode == MCAP_OP_ATTACHMENT && r->file)
+            file_bytes_keep(r->file, offset, offset + record.size);
+        offset += record.size;
+        *at = offset;
+        if (record.opcode == MCAP_OP_DATA_END)
+            break;
+        if (record.opcode == MCAP_OP_ATTACHMENT && parse_attachment(record.content, out))
+            return true;
+    }
+    *at = r->size;
+    return false;
+}
+
+bool mcap_find_attachment(const struct mcap_reader *r, const char *name, struct mcap_attachment *out,
+                          struct fault *fault)
+{
+    bool damaged = false;
+    for (uint64_t at = 0; mcap_next_attachment(r, &at, out);) {
+        if (strcmp(out->name, name) != 0)
+            continue;
+        if (out->crc_good)
+            return true;
+        damaged = true;
+    }
+    return fault_set(fault, damaged ? "attachment %s: its checksum is wrong" : "no attachment %s", name);
+}
+
+const struct mcap_channel *mcap_channel_at(const struct mcap_reader *r, size_t i)
+{
+    return i < r->n_channels ? r->channel[i] : NULL;
+}
+
+const struct mcap_info *mcap_info(const struct mcap_reader *r)
+{
+    return &r->info;
+}
+
+/* ---- open and close ---- */
+
+struct mcap_reader *mcap_open_memory(const void *data, size_t size, mcap_problem_fn problem_fn, void *ctx,
+                                     struct fault *fault)
+{
+    if (size < sizeof mcap_magic || memcmp(data, mcap_magic, sizeof mcap_magic) != 0) {
+        fault_set(fault, "not a capture: an MCAP file begins with 89 4D 43 41 50 30 0D 0A");
+        return NULL;
+    }
+    struct mcap_reader *r = calloc(1, sizeof *r);
+    if (!r) {
+        fault_set(fault, "out of memory");
+        return NULL;
+    }
+    r->data = data;
+    r->size = size;
+    r->at = sizeof mcap_magic;
+    r->problem = problem_fn;
+    r->problem_ctx = ctx;
+    r->info.file_bytes = size;
+    return r;
+}
+
+struct mcap_reader *mcap_open(const char *path, mcap_problem_fn problem_fn, void *ctx, struct fault *fault)
+{
+    struct file_bytes *file = file_bytes_open(path, fault);
+    struct fault why;
+    if (!file)
+        return NULL;
+    const size_t size = file_bytes_size(file);
+    file_bytes_need(file, 0, size < sizeof mcap_magic ? size : sizeof mcap_magic);
+    struct mcap_reader *r = mcap_open_memory(file_bytes_data(file), size, problem_fn, ctx, &why);
+    if (!r) {
+        fault_set(fault, "%s: %s", path, why.text);
+        file_bytes_close(file);
+        return NULL;
+    }
+    r->file = file;
+    return r;
+}
+
+void mcap_close(struct mcap_reader *r)
+{
+    if (!r)
+        return;
+    file_bytes_close(r->file);
+    for (size_t i = 0; i < r->n_channels; i++)
+        free(r->channel[i]);
+    mcap_unpacker_free(&r->unpacker);
+    free(r);
+}

@@ -1,0 +1,130 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * device - a sonar's protocol as a pure state machine. Bytes and the time go in; bytes to send, pings and the next
+ * deadline come out. A device knows no descriptor, no clock and no grid, allocates nothing and keeps all it knows in
+ * its state, so the same code runs live, in replay, in a unit test and under a fuzzer. One ops table per device,
+ * listed in DEVICES below.
+ *
+ * A data frame that arrives is always turned into a ping, whatever the device thinks its state is: a replay of a
+ * recording that begins in mid-stream, or of one without answers to our requests, must work.
+ */
+#ifndef SONARD_DEVICE_H
+#define SONARD_DEVICE_H
+
+#include <stdarg.h>
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#include "core/fault.h"
+#include "grid/ping.h"
+#include "drivers/ports/can_frame.h"
+#include "clock_map.h"
+
+#define DEVICE_TEXT_MAX 96
+
+enum device_note {
+    NOTE_DEBUG,
+    NOTE_INFO,
+    NOTE_WARNING,
+};
+
+/* What a device may ask of its surroundings. Every slot is set. */
+struct device_io {
+    void *ctx;
+    void (*send)(void *ctx, const uint8_t *bytes, size_t n);
+    void (*hold_break)(void *ctx, bool on); /* as port_ops.hold_break; nothing is sent before it is off again */
+    /* A free ping buffer with beam, samples and their room set, the rest zeroed; NULL: no room, drop the ping. */
+    struct ping *(*ping_begin)(void *ctx);
+    /* Hand the filled buffer on. t_ns, t_in_ns and all of the description must be set; seq, sensor, pose are not. */
+    void (*ping_done)(void *ctx, struct ping *ping);
+    /* One sentence for the operator; the caller adds the sensor's name and limits the rate. */
+    void (*note)(void *ctx, enum device_note level, const char *fmt, ...) __attribute__((format(printf, 3, 4)));
+};
+
+/* What the configuration says of a sensor, in SI units. A device takes what it needs. */
+struct device_conf {
+    double range_m;
+    double sound_speed_mps;
+    int gain; /* device's own scale; -1: device's default */
+    double sector_start_rad,
+        sector_end_rad; /* in the sensor frame, clockwise from start to end; equal: full circle */
+    double step_rad;
+    double frequency_hz;   /* 0: device's default */
+    double min_confidence; /* 0..1: a pick of the device's own below it counts as no echo */
+    bool request_response; /* ask for every ping instead of letting the device transmit by itself */
+    bool steered;          /* `steer` will say where to look more often */
+    double circle_s;       /* steered: all around within this time, if it can be; 0: in twice as many pings */
+    bool listen_only;      /* a replay: never wait for answers, ask nothing again */
+    int node;              /* whose messages to take on a bus, its address; -1: anybody's */
+    int sensor_id;         /* which of a node's sensors; -1: any */
+    unsigned baud;         /* of the line the bytes come over; 0: unknown */
+    unsigned least_baud;   /* as port_ops.least_baud */
+};
+
+enum device_state {
+    DEVICE_CLOSED,   /* no port */
+    DEVICE_IDENTIFY, /* asking who is there */
+    DEVICE_SETUP,    /* settings sent, not yet answered */
+    DEVICE_RUNNING,  /* pings come in */
+    DEVICE_SILENT,   /* the port is open, nothing understandable comes */
+};
+
+/* Counters only grow, from the start of the process. */
+struct device_status {
+    enum device_state state;
+    char what[DEVICE_TEXT_MAX]; /* "Ping360 fw 3.3.8 id 2"; empty: not identified */
+    uint64_t frames;            /* whole good frames of any kind */
+    uint64_t pings;
+    uint64_t garbage_bytes; /* skipped while looking for a frame */
+    uint64_t cut_bytes;     /* of what may have been a frame when the port was lost */
+    uint64_t bad_checksum;
+    uint64_t bad_frame;   /* right checksum, senseless or short content */
+    uint64_t lost_frames; /* expected and never came */
+    uint64_t nacks;
+    uint64_t timeouts;
+    uint64_t restarts;     /* set up anew after silence */
+    uint64_t last_ping_ns; /* 0: none yet */
+    double range_m;        /* that the device reports, 0: none yet */
+    bool has_clock;        /* its pings carry a time of its own */
+    struct clock_report clock;
+};
+
+struct device_ops {
+    const char *name;
+    size_t state_size;            /* bytes; the caller gives zeroed, max_align_t-aligned memory */
+    uint32_t max_beams, max_bins; /* largest ping that it can make: the pool's buffers are sized by it */
+    bool round;                   /* one round transducer: its beam is a cone and not a fan */
+
+    /* Take the configuration. False with a sentence in fault (which key, what is allowed) when it cannot be met. */
+    bool (*init)(void *state, const struct device_conf *conf, struct fault *fault);
+    void (*opened)(void *state, uint64_t now_ns,
+                   const struct device_io *io);   /* port is (again) open: shake hands */
+    void (*closed)(void *state, uint64_t now_ns); /* port is gone */
+    /* n bytes read at now_ns; any split. */
+    void (*feed)(void *state, const uint8_t *bytes, size_t n, uint64_t now_ns, const struct device_io *io);
+    void (*tick)(void *state, uint64_t now_ns, const struct device_io *io); /* the deadline has come, or earlier */
+    uint64_t (*deadline)(const void *state);                                /* UINT64_MAX: none */
+    void (*stop)(void *state, uint64_t now_ns, const struct device_io *io); /* leave the hardware quiet */
+    void (*status)(const void *state, struct device_status *out);
+    /* The frames that it wants of a CAN bus, one record of can_frame.h per feed. NULL: it takes a stream of bytes. */
+    struct can_match (*can_match)(const void *state);
+    /* Pass over these azimuths (sensor frame, clockwise from - to, less than a turn) more often than over the rest, all
+     * of which stays covered in twice as many pings or within circle_s; equal: no longer.
+     * NULL: it cannot be steered. */
+    void (*steer)(void *state, double from_rad, double to_rad);
+};
+
+/* Every device there is: a new one is a new .c and its name here. */
+#define DEVICES(X)                                                                                                \
+    X(micron) X(echolist) X(imagenex852) X(imagenex881a) X(ping360) X(dronecan) X(nmea2000) X(ping1d) X(surveyor)
+
+#define DEVICE_DECLARE(device) extern const struct device_ops device_##device;
+DEVICES(DEVICE_DECLARE)
+
+extern const struct device_ops *const device_table[]; /* all of them; NULL at its end */
+
+/** device_find - the device of that name, or NULL. */
+const struct device_ops *device_find(const char *name);
+
+#endif

@@ -1,0 +1,115 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * nmea2000_device - an NMEA 2000 depth transducer as a device: hears Water Depth (PGN 128267), which fits one frame,
+ * and makes pings of it. Sends nothing, so it claims no address. Of the configuration it takes:
+ *
+ *   node    source address of the transducer, 0 .. 251; -1: any
+ *   range   how far it hears, where the message does not say so
+ *
+ * The depth is the range below the transducer. The offset to water line or keel in the message is not added: where the
+ * transducer sits is configured. A depth that is "not available" is no ping: it does not say that the water is free.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "core/fault.h"
+#include "drivers/ports/can_frame.h"
+#include "receiver.h"
+
+#define PGN_WATER_DEPTH 128267u
+#define DEPTH_BYTES     8
+#define ADDRESS_MAX     251
+#define PATIENCE_NS     5000000000ull /* it is sent every second */
+
+/* Of usual through-hull transducers; the message does not tell. */
+#define APERTURE_RAD (20.0 * GEO_PI / 180.0)
+
+/* The two largest numbers are "out of range" and "not available"; one less is reserved. */
+#define DEPTH_GOOD_MAX  0xFFFFFFFCu
+#define RANGE_GOOD_MAX  0xFCu
+#define OFFSET_GOOD_MAX 0x7FFC
+
+struct nmea2000 {
+    struct receiver receiver; /* first: see receiver.h */
+};
+
+static bool nmea2000_init(void *state, const struct device_conf *conf, struct fault *fault)
+{
+    struct nmea2000 *d = state;
+    if (conf->node > ADDRESS_MAX)
+        return fault_set(fault, "node = %d: an NMEA 2000 address is 0 .. %d, or any", conf->node, ADDRESS_MAX);
+    receiver_init(&d->receiver, conf, "NMEA 2000 depth transducer", PATIENCE_NS);
+    return true;
+}
+
+/* The group's number without regard to priority, and the source when it is configured. */
+static struct can_match nmea2000_can_match(const void *state)
+{
+    const struct nmea2000 *d = state;
+    const int node = d->receiver.conf.node;
+    struct can_match match = {CAN_EFF_FLAG | PGN_WATER_DEPTH << 8, CAN_EFF_FLAG | CAN_RTR_FLAG | 0x03FFFF00u};
+    if (node >= 0) {
+        match.id |= (uint32_t)node;
+        match.mask |= 0xFF;
+    }
+    return match;
+}
+
+static void describe(struct receiver *l, unsigned source, int16_t offset_mm)
+{
+    int n = snprintf(l->status.what, sizeof(l->status.what), "NMEA 2000 address %u", source);
+    /* -1 mm is sent by devices that mean "not available" and say so with the wrong number. */
+    if (offset_mm <= OFFSET_GOOD_MAX && offset_mm != 0 && offset_mm != -1)
+        snprintf(l->status.what + n, sizeof(l->status.what) - (size_t)n, ", %.3f m %s", fabs(offset_mm * 1e-3),
+                 offset_mm > 0 ? "below the water line" : "above the keel");
+}
+
+static void on_depth(struct nmea2000 *d, const struct canfd_frame *frame, uint64_t now_ns,
+                     const struct device_io *io)
+{
+    const uint8_t *b = frame->data;
+    const uint32_t depth = b[1] | (uint32_t)b[2] << 8 | (uint32_t)b[3] << 16 | (uint32_t)b[4] << 24;
+    const bool heard = depth > 0 && depth <= DEPTH_GOOD_MAX; /* else "not available" */
+    const struct receiver_range range = {.range_m = heard ? depth * 0.01 : 0,
+                                         .unheard = !heard,
+                                         .range_max_m = b[7] <= RANGE_GOOD_MAX ? b[7] * 10.0 : 0,
+                                         .resolution_m = 0.01,
+                                         .aperture_rad = APERTURE_RAD};
+
+    describe(&d->receiver, frame->can_id & 0xFF, (int16_t)(b[5] | b[6] << 8));
+    receiver_heard(&d->receiver, now_ns, io);
+    receiver_ping(&d->receiver, &range, now_ns, io);
+}
+
+static void nmea2000_feed(void *state, const uint8_t *bytes, size_t n, uint64_t now_ns, const struct device_io *io)
+{
+    struct nmea2000 *d = state;
+    struct canfd_frame frame;
+
+    if (!can_frame_read(bytes, n, &frame))
+        d->receiver.status.garbage_bytes += n;
+    else if (!can_frame_is_data(&frame) || !can_frame_matches(&frame, nmea2000_can_match(d)))
+        return;
+    else if (n != CAN_MTU || frame.len != DEPTH_BYTES)
+        d->receiver.status.bad_frame++;
+    else
+        on_depth(d, &frame, now_ns, io);
+}
+
+const struct device_ops device_nmea2000 = {
+    .name = "nmea2000",
+    .state_size = sizeof(struct nmea2000),
+    .max_beams = 1,
+    .max_bins = 1,
+    .round = true,
+    .init = nmea2000_init,
+    .opened = receiver_opened,
+    .closed = receiver_closed,
+    .feed = nmea2000_feed,
+    .tick = receiver_tick,
+    .deadline = receiver_deadline,
+    .stop = receiver_stop,
+    .status = receiver_status,
+    .can_match = nmea2000_can_match,
+};

@@ -1,0 +1,375 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * ping1d_device - the Blue Robotics Ping1D and Ping2 echosounders as a state machine: asks who is there, sets it up one
+ * acknowledged setting after the other, keeps its profiles coming or asks for distances, and turns readings into pings.
+ * See poller.h for the steps, device.h for the rules and ping1d.h for the configuration.
+ * Knows no descriptor, no clock and no grid.
+ *
+ *   opened -> IDENTIFY -> SETTING (each) -> STREAM, or REQUEST and PAUSE in turn      (stop: STOP)
+ *               ^  |                                       | silence, or it was started anew
+ *               |  v                                       |
+ *              a wait <------------------------------------+
+ */
+#include "ping1d.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "core/fault.h"
+#include "ping_talk.h"
+
+#define MS 1000000ull
+
+#define ANSWER_NS      (500 * MS) /* a bridge in between may need as long */
+#define SILENCE_NS     (1500 * MS)
+#define STOP_NS        (250 * MS)
+#define PING_MARGIN_NS (25 * MS) /* of the device's own work and the line, beside listening */
+#define LATE_MAX       8         /* pings; datagrams may overtake each other */
+#define PING_LEAST_NS  (50 * MS)
+
+#define REVISION_PING2  2
+#define BEAM_DEG        30.0
+#define BEAM_PING2_DEG  25.0
+#define LISTENING_MIN_M 1.5
+
+enum step { IDENTIFY, SETTING, STREAM, REQUEST, PAUSE, STOP, N_STEPS };
+
+static const struct poller_step steps[N_STEPS];
+
+/* In this order. Profiles are started last, at STREAM. */
+static const uint16_t settings[] = {PING1D_CONTINUOUS_STOP,   PING1D_SET_SPEED_OF_SOUND, PING1D_SPEED_OF_SOUND,
+                                    PING1D_SET_MODE_AUTO,     PING1D_SET_RANGE,          PING1D_SET_GAIN,
+                                    PING1D_SET_PING_INTERVAL, PING1D_SET_PING_ENABLE};
+#define N_SETTINGS (sizeof(settings) / sizeof(settings[0]))
+
+struct ping1d {
+    struct ping_talk talk; /* first: see ping_talk.h */
+    struct device_conf conf;
+    uint64_t interval_ns;
+    double device_speed_mps; /* that its distances are on */
+    double beam_rad;
+
+    unsigned setting; /* of settings[], at SETTING */
+    struct ping_count count;
+};
+
+static void go(struct ping1d *d, enum step step, uint64_t now_ns, const struct device_io *io)
+{
+    poller_start(&d->talk.poller, &steps[step], now_ns, io);
+}
+
+static bool at(const struct ping1d *d, enum step step)
+{
+    return d->talk.poller.step == &steps[step];
+}
+
+/* ---- configuration ---- */
+
+static void on_frame(void *device, const struct ping_frame *frame, uint64_t now_ns, const struct device_io *io);
+
+static bool ping1d_init(void *state, const struct device_conf *conf, struct fault *fault)
+{
+    struct ping1d *d = state;
+
+    if (!(conf->range_m >= LISTENING_MIN_M && conf->range_m <= 200.0))
+        fault_set(fault, "range = %g m: a Ping1D does %g .. 200 m", conf->range_m, LISTENING_MIN_M);
+    else if (!(conf->sound_speed_mps >= 1350.0 && conf->sound_speed_mps <= 1650.0))
+        fault_set(fault, "sound_speed = %g m/s: must be 1350 .. 1650 m/s", conf->sound_speed_mps);
+    else if (conf->gain < -1 || conf->gain > 6)
+        fault_set(fault, "gain = %d: a Ping1D has 0 .. 6, or auto", conf->gain);
+    else if (!(conf->min_confidence > 0.0 && conf->min_confidence <= 1.0))
+        fault_set(fault, "min_confidence = %g: must be above 0, at most 1", conf->min_confidence);
+    else if (conf->frequency_hz != 0.0)
+        fault_set(fault, "frequency = %g kHz: a Ping1D has one of its own, want auto", conf->frequency_hz * 1e-3);
+    else {
+        uint64_t ping_ns = (uint64_t)(2e9 * conf->range_m / conf->sound_speed_mps) + PING_MARGIN_NS;
+        memset(d, 0, sizeof(*d));
+        d->conf = *conf;
+        d->interval_ns = ping_ns > PING_LEAST_NS ? ping_ns : PING_LEAST_NS;
+        d->device_speed_mps = PING1D_SOUND_SPEED_MPS;
+        d->beam_rad = geo_rad(BEAM_DEG);
+        d->talk.on_frame = on_frame;
+        ping_parser_init(&d->talk.parser, PING_PAYLOAD_MAX);
+        poller_init(&d->talk.poller, conf->listen_only, &steps[IDENTIFY], &steps[STOP]);
+        return true;
+    }
+    return false;
+}
+
+/* ---- what is said ---- */
+
+static void set(uint16_t id, uint32_t a, uint32_t b, const struct device_io *io)
+{
+    uint8_t out[PING_OVERHEAD + 8];
+    io->send(io->ctx, out, ping1d_encode_set(out, sizeof(out), id, a, b));
+}
+
+static uint64_t identify(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    (void)device, (void)now_ns;
+    ping_talk_request(PING_DEVICE_INFORMATION, io);
+    return ANSWER_NS;
+}
+
+static uint64_t send_setting(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    const struct ping1d *d = device;
+    const uint32_t range_mm = (uint32_t)lround(d->conf.range_m * 1e3);
+    const uint16_t id = settings[d->setting];
+
+    (void)now_ns;
+    switch (id) {
+    case PING1D_CONTINUOUS_STOP:
+        set(id, PING1D_PROFILE, 0, io);
+        break;
+    case PING1D_SET_SPEED_OF_SOUND:
+        set(id, (uint32_t)lround(d->conf.sound_speed_mps * 1e3), 0, io);
+        break;
+    case PING1D_SPEED_OF_SOUND: /* what it now works with is believed, not what it was sent */
+        ping_talk_request(id, io);
+        break;
+    case PING1D_SET_MODE_AUTO:
+        set(id, d->conf.gain < 0, 0, io);
+        break;
+    case PING1D_SET_RANGE:
+        set(id, PING1D_START_MM, range_mm - PING1D_START_MM, io);
+        break;
+    case PING1D_SET_GAIN:
+        set(id, (uint32_t)d->conf.gain, 0, io);
+        break;
+    case PING1D_SET_PING_INTERVAL:
+        set(id, (uint32_t)(d->interval_ns / MS), 0, io);
+        break;
+    default:
+        set(id, 1, 0, io);
+        break;
+    }
+    return ANSWER_NS;
+}
+
+static uint64_t start_profiles(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    (void)device, (void)now_ns;
+    set(PING1D_CONTINUOUS_START, PING1D_PROFILE, 0, io);
+    return SILENCE_NS;
+}
+
+static uint64_t ask_distance(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    (void)device, (void)now_ns;
+    ping_talk_request(PING1D_DISTANCE, io);
+    return ANSWER_NS;
+}
+
+static uint64_t wait_for_ping(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    const struct ping1d *d = device;
+    (void)now_ns, (void)io;
+    return d->interval_ns;
+}
+
+static uint64_t send_stop(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    (void)device, (void)now_ns;
+    set(PING1D_CONTINUOUS_STOP, PING1D_PROFILE, 0, io);
+    return STOP_NS;
+}
+
+/* ---- what follows when nothing comes ---- */
+
+/* The next setting that applies, or the readings when there is none. */
+static void set_up_from(struct ping1d *d, unsigned setting, uint64_t now_ns, const struct device_io *io)
+{
+    for (d->setting = setting; d->setting < N_SETTINGS; d->setting++) {
+        bool own = settings[d->setting] == PING1D_SET_RANGE || settings[d->setting] == PING1D_SET_GAIN;
+        if (own && d->conf.gain < 0)
+            continue; /* the device chooses */
+        go(d, SETTING, now_ns, io);
+        return;
+    }
+    go(d, d->conf.request_response ? REQUEST : STREAM, now_ns, io);
+}
+
+static void nobody_there(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    struct ping1d *d = device;
+    char why[96];
+    snprintf(why, sizeof(why), "no answer from an echosounder (%s)", poller_advice(&d->conf));
+    poller_timed_out(&d->talk.poller, why, io);
+    poller_retry(&d->talk.poller, now_ns);
+}
+
+/* It is done without. */
+static void setting_missed(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    struct ping1d *d = device;
+    io->note(io->ctx, NOTE_INFO, "setting %u is not acknowledged", settings[d->setting]);
+    set_up_from(d, d->setting + 1, now_ns, io);
+}
+
+/* It may have been without power, and is at its own settings then: a request to go on would not do. */
+static void readings_missed(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    struct ping1d *d = device;
+    poller_restart(&d->talk.poller, "the echosounder stopped sending readings", now_ns, io);
+}
+
+static void ask_again(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    go(device, REQUEST, now_ns, io);
+}
+
+static void never_stopped(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    (void)now_ns, (void)io;
+    poller_quiet(device);
+}
+
+static const struct poller_step steps[N_STEPS] = {
+    [IDENTIFY] = {DEVICE_IDENTIFY, .tries = 3, .ask = identify, .missed = nobody_there},
+    [SETTING] = {DEVICE_SETUP, .tries = 2, .ask = send_setting, .missed = setting_missed},
+    [STREAM] = {DEVICE_SETUP, .tries = 1, .ask = start_profiles, .missed = readings_missed},
+    [REQUEST] = {DEVICE_SETUP, .tries = 3, .ask = ask_distance, .missed = readings_missed},
+    [PAUSE] = {DEVICE_SETUP, .ask = wait_for_ping, .missed = ask_again},
+    [STOP] = {DEVICE_CLOSED, .tries = 3, .ask = send_stop, .missed = never_stopped},
+};
+
+/* ---- what comes ---- */
+
+static void make_ping(struct ping1d *d, const struct ping1d_reading *r, const struct ping_frame *frame,
+                      const struct device_io *io)
+{
+    const struct ping1d_view view = {.scale = d->conf.sound_speed_mps / d->device_speed_mps,
+                                     .range_m = d->conf.range_m,
+                                     .sound_speed_mps = d->conf.sound_speed_mps,
+                                     .min_confidence = d->conf.min_confidence,
+                                     .beam_rad = d->beam_rad,
+                                     .baud = d->conf.baud};
+
+    d->talk.poller.status.pings++;
+    d->talk.poller.status.last_ping_ns = frame->t_last_ns;
+    d->talk.poller.status.range_m = r->simple ? d->conf.range_m : (r->start_mm + r->length_mm) * 1e-3 * view.scale;
+    struct ping *ping = io->ping_begin(io->ctx);
+    if (!ping)
+        return;
+    ping1d_fill_ping(ping, frame, r, &view);
+    io->ping_done(io->ctx, ping);
+}
+
+/* A count that goes back, further than a late frame does, is that of a device that was started anew. */
+static bool started_anew(const struct ping1d *d, const struct ping1d_reading *r)
+{
+    return !r->simple && d->count.known && (uint64_t)r->ping_number + LATE_MAX < d->count.last;
+}
+
+static void on_reading(struct ping1d *d, const struct ping_frame *frame, uint64_t now_ns,
+                       const struct device_io *io)
+{
+    struct poller *poller = &d->talk.poller;
+    struct ping1d_reading r;
+
+    if (!ping1d_decode(frame, &r)) {
+        poller->status.bad_frame++;
+        return;
+    }
+    if (started_anew(d, &r) && (at(d, STREAM) || at(d, REQUEST))) {
+        d->count.known = false;
+        poller_restart(poller, "the echosounder has restarted (power?)", now_ns, io);
+        return;
+    }
+    /* A distance that is reported twice would make old evidence young. */
+    const bool asked = at(d, REQUEST);
+    uint64_t *lost = asked || at(d, PAUSE) ? NULL : &poller->status.lost_frames;
+    if (r.simple || ping_count_is_new(&d->count, r.ping_number, lost))
+        make_ping(d, &r, frame, io);
+    if (poller_pinged(poller))
+        io->note(io->ctx, NOTE_INFO, "%s, %s, range %.4g m",
+                 poller->status.what[0] ? poller->status.what : "Ping1D",
+                 asked ? "polled mode" : "auto-transmit mode", poller->status.range_m);
+    if (at(d, STREAM))
+        poller_expect(poller, &steps[STREAM], now_ns + SILENCE_NS);
+    else if (asked)
+        go(d, PAUSE, now_ns, io);
+}
+
+static void on_identity(struct ping1d *d, const struct ping_frame *frame, uint64_t now_ns,
+                        const struct device_io *io)
+{
+    const bool seeking = poller_seeking(&d->talk.poller, &steps[IDENTIFY]);
+    struct ping_device_information info;
+
+    if (!ping_talk_identity(&d->talk, frame, &info))
+        return;
+    if (info.type != PING_TYPE_PING360) {
+        const bool ping2 = info.revision == REVISION_PING2;
+        ping_talk_name(&d->talk, ping2 ? "Ping2" : "Ping1D", &info, frame->src);
+        d->beam_rad = geo_rad(ping2 ? BEAM_PING2_DEG : BEAM_DEG);
+        if (seeking)
+            set_up_from(d, 0, now_ns, io);
+    } else if (seeking) {
+        poller_timed_out(&d->talk.poller, "the device is a Ping360, not an echosounder: device = ping360?", io);
+        poller_retry(&d->talk.poller, now_ns);
+    }
+}
+
+/* Some firmware refuses what nobody asked for: a refusal is counted and reported, and a setting then done without. */
+static void on_answer(struct ping1d *d, uint16_t id, uint64_t now_ns, const struct device_io *io)
+{
+    if (at(d, SETTING) && id == settings[d->setting])
+        set_up_from(d, d->setting + 1, now_ns, io);
+    else if (at(d, STOP) && id == PING1D_CONTINUOUS_STOP)
+        poller_quiet(&d->talk.poller);
+}
+
+static void on_speed(struct ping1d *d, const struct ping_frame *frame, uint64_t now_ns, const struct device_io *io)
+{
+    if (!ping1d_decode_speed(frame, &d->device_speed_mps))
+        d->talk.poller.status.bad_frame++;
+    else
+        on_answer(d, PING1D_SPEED_OF_SOUND, now_ns, io);
+}
+
+static void on_frame(void *device, const struct ping_frame *frame, uint64_t now_ns, const struct device_io *io)
+{
+    struct ping1d *d = device;
+    uint16_t id;
+    bool refused;
+
+    if (ping1d_is_reading(frame->id))
+        on_reading(d, frame, now_ns, io);
+    else if (frame->id == PING_DEVICE_INFORMATION)
+        on_identity(d, frame, now_ns, io);
+    else if (frame->id == PING1D_SPEED_OF_SOUND)
+        on_speed(d, frame, now_ns, io);
+    else if (frame->id == PING_ASCII_TEXT)
+        ping_talk_says(frame, io);
+    else if (ping_talk_answered(&d->talk, frame, io, &id, &refused))
+        on_answer(d, id, now_ns, io);
+}
+
+/* ---- the device ---- */
+
+static void ping1d_opened(void *state, uint64_t now_ns, const struct device_io *io)
+{
+    struct ping1d *d = state;
+    d->count = (struct ping_count){0};
+    d->device_speed_mps = PING1D_SOUND_SPEED_MPS;
+    ping_talk_opened(&d->talk, now_ns, io);
+}
+
+const struct device_ops device_ping1d = {
+    .name = "ping1d",
+    .state_size = sizeof(struct ping1d),
+    .max_beams = 1,
+    .max_bins = 1,
+    .round = true,
+    .init = ping1d_init,
+    .opened = ping1d_opened,
+    .closed = ping_talk_closed,
+    .feed = ping_talk_feed,
+    .tick = ping_talk_tick,
+    .deadline = poller_deadline,
+    .stop = poller_stop,
+    .status = ping_talk_status,
+};

@@ -1,0 +1,467 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * ping360_device - the Blue Robotics Ping360 scanning sonar as a state machine: wakes the head up, asks who it is, sets
+ * it scanning, notices what does not come, and turns its data frames into pings. See poller.h for the steps, device.h
+ * for the rules and ping360.h for the configuration. Knows no descriptor, no clock and no grid.
+ *
+ *   opened -> BREAK -> WAKE -> AUTOBAUD -> IDENTIFY -> VERSION -> AUTO or REQUEST     (stop: STOP)
+ *              ^  ^                            | no answer           | silence
+ *              |  +----------------------------|---------------------+
+ *              +---------- a wait <------------+
+ */
+#include "ping360.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#include "core/fault.h"
+#include "drivers/ports/line_time.h"
+#include "ping360_scan.h"
+#include "ping_talk.h"
+
+#define MS     1000000ull
+#define SECOND 1000000000ull
+
+#define BREAK_NS       (12 * MS) /* the head wants 10 at least */
+#define WAKE_NS        (10 * MS) /* from the break until the head measures the speed of the line ... */
+#define AUTOBAUD_BYTES 10u       /* ... by so many 'U' ... */
+#define AUTOBAUD_NS    (11 * MS) /* ... and until it listens */
+#define ANSWER_NS      (500 * MS)
+#define STOP_NS        (250 * MS)
+
+#define TRAVEL_ANY_NS     (4200 * MS) /* the longest way of the head, from anywhere to anywhere */
+#define TRAVEL_GRADIAN_NS (8 * MS)    /* measured: 6 to 10 */
+#define TRAVEL_NEAR       20          /* gradians; beyond, and from an unknown angle, TRAVEL_ANY_NS is waited */
+/*
+ * Waited on top of line, listening and travel. This and the travel allowed for one step are what a lost frame costs,
+ * besides being asked for again: 190 ms at 10 gradians.
+ */
+#define MARGIN_NS       (110 * MS)
+#define FIRST_TRIES     2 /* of the first pings asked for, with the long wait */
+#define AUTO_SILENCE_NS SECOND
+#define SPEAK_UP_NS     SECOND
+
+#define TRANSDUCER_BYTES (PING_OVERHEAD + 14u)
+#define DATA_BYTES       (PING_OVERHEAD + 14u) /* of a device_data frame, without the samples */
+
+enum step { BREAK, WAKE, AUTOBAUD, IDENTIFY, VERSION, AUTO, REQUEST, STOP, N_STEPS };
+
+static const struct poller_step steps[N_STEPS];
+
+struct ping360 {
+    struct ping_talk talk; /* first: see ping_talk.h */
+    struct device_conf conf;
+    struct ping360_settings set;
+    struct ping360_scan scan;
+    bool auto_refused; /* automatic scan, by this firmware */
+    struct ping360_track track;
+    struct steer_seen seen; /* of a head that is steered: it jumps, and a turn is when it has been everywhere */
+    bool new_turn;          /* the next ping begins one */
+};
+
+static void go(struct ping360 *d, enum step step, uint64_t now_ns, const struct device_io *io)
+{
+    poller_start(&d->talk.poller, &steps[step], now_ns, io);
+}
+
+static bool at(const struct ping360 *d, enum step step)
+{
+    return d->talk.poller.step == &steps[step];
+}
+
+/* ---- how long things take ---- */
+
+/* The time in which a ping from `angle` must have come, whole, after the request. */
+static uint64_t answer_ns(const struct ping360 *d, uint16_t angle)
+{
+    uint64_t travel_ns = TRAVEL_ANY_NS;
+    if (d->track.head != PING360_ANGLE_UNKNOWN) {
+        int turn = ping360_angle_to(d->track.head, angle);
+        unsigned gradians = (unsigned)(turn < 0 ? -turn : turn);
+        if (gradians <= TRAVEL_NEAR)
+            travel_ns = gradians * TRAVEL_GRADIAN_NS;
+    }
+    return poller_line_ns(&d->conf, TRANSDUCER_BYTES + DATA_BYTES + d->set.n_samples) +
+           ping360_listening_ns(&d->set) + travel_ns + MARGIN_NS;
+}
+
+/* How long a head that scans by itself may be silent: three pings, but never less than AUTO_SILENCE_NS. */
+static uint64_t auto_silence_ns(const struct ping360 *d)
+{
+    uint64_t ping_ns = poller_line_ns(&d->conf, DATA_BYTES + d->set.n_samples) + ping360_listening_ns(&d->set) +
+                       d->scan.step * TRAVEL_GRADIAN_NS;
+    return 3 * ping_ns > AUTO_SILENCE_NS ? 3 * ping_ns : AUTO_SILENCE_NS;
+}
+
+/* ---- configuration ---- */
+
+/* Says in fault what is wrong, or leaves it alone and returns true. Comparisons are written so that NaN fails. */
+static bool check_conf(const struct device_conf *conf, double frequency_khz, struct fault *fault)
+{
+    const double far_rad = 2.0 * GEO_TURN;
+
+    if (!(conf->range_m >= 0.75 && conf->range_m <= PING360_RANGE_MAX_M))
+        fault_set(fault, "range = %g m: a Ping360 does 0.75 .. %g m", conf->range_m, PING360_RANGE_MAX_M);
+    else if (!(conf->sound_speed_mps >= 1350.0 && conf->sound_speed_mps <= 1650.0))
+        fault_set(fault, "sound_speed = %g m/s: must be 1350 .. 1650 m/s", conf->sound_speed_mps);
+    else if (conf->gain < -1 || conf->gain > 2)
+        fault_set(fault, "gain = %d: a Ping360 has 0 (low), 1 (normal) and 2 (high)", conf->gain);
+    else if (!(frequency_khz >= 500.0 && frequency_khz <= 1000.0))
+        fault_set(fault, "frequency = %g kHz: a Ping360 does 500 .. 1000 kHz", frequency_khz);
+    else if (!(conf->step_rad >= 0.0 && conf->step_rad <= GEO_PI))
+        fault_set(fault, "step = %g deg: must be 0.9 .. 180 deg", geo_deg(conf->step_rad));
+    else if (!(fabs(conf->sector_start_rad) <= far_rad && fabs(conf->sector_end_rad) <= far_rad))
+        fault_set(fault, "sector = %g %g deg: must lie in -720 .. 720 deg", geo_deg(conf->sector_start_rad),
+                  geo_deg(conf->sector_end_rad));
+    else if (conf->steered && fabs(remainder(conf->sector_end_rad - conf->sector_start_rad, GEO_TURN)) > 1e-9)
+        fault_set(fault, "scan = active: wants the full circle, sector = 0 360 deg");
+    else
+        return true;
+    return false;
+}
+
+static void on_frame(void *device, const struct ping_frame *frame, uint64_t now_ns, const struct device_io *io);
+
+static bool ping360_init(void *state, const struct device_conf *conf, struct fault *fault)
+{
+    struct ping360 *d = state;
+    double frequency_khz = conf->frequency_hz != 0.0 ? conf->frequency_hz / 1e3 : 750.0;
+
+    if (!check_conf(conf, frequency_khz, fault))
+        return false;
+    memset(d, 0, sizeof(*d));
+    d->conf = *conf;
+    d->set.mode = 1;
+    d->set.gain = (uint8_t)(conf->gain < 0 ? 1 : conf->gain);
+    d->set.frequency_khz = (uint16_t)lround(frequency_khz);
+    ping360_set_range(&d->set, conf->range_m, conf->sound_speed_mps);
+    ping360_scan_init(&d->scan, conf->sector_start_rad, conf->sector_end_rad, conf->step_rad);
+    d->scan.steer.circle_ns = (uint64_t)(conf->circle_s * 1e9);
+    ping360_track_reset(&d->track);
+    d->talk.on_frame = on_frame;
+    ping_parser_init(&d->talk.parser, PING_PAYLOAD_MAX);
+    poller_init(&d->talk.poller, conf->listen_only, &steps[BREAK], &steps[STOP]);
+    return true;
+}
+
+/* ---- what is said ---- */
+
+/*
+ * A head on a serial line is woken up so. Over a network the wire's break is for a bridge that may have to wake the
+ * head up, and is kept for when the head is silent.
+ */
+static bool wants_break(const struct ping360 *d)
+{
+    return d->conf.baud || d->talk.poller.silent;
+}
+
+static uint64_t begin_break(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    struct ping360 *d = device;
+    (void)now_ns;
+    d->auto_refused = false;
+    d->track.head = PING360_ANGLE_UNKNOWN;
+    if (!wants_break(d))
+        return 0;
+    io->hold_break(io->ctx, true);
+    return BREAK_NS;
+}
+
+static uint64_t end_break(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    const struct ping360 *d = device;
+    (void)now_ns;
+    if (!wants_break(d))
+        return 0;
+    io->hold_break(io->ctx, false);
+    return WAKE_NS;
+}
+
+static uint64_t send_autobaud(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    struct ping360 *d = device;
+    uint8_t out[AUTOBAUD_BYTES];
+    (void)now_ns;
+    if (!d->conf.baud)
+        return 0;
+    memset(out, 'U', sizeof(out));
+    io->send(io->ctx, out, sizeof(out));
+    return line_ns(d->conf.baud, sizeof(out)) + AUTOBAUD_NS;
+}
+
+static uint64_t ask_identity(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    (void)device, (void)now_ns;
+    ping_talk_request(PING_DEVICE_INFORMATION, io);
+    return ANSWER_NS;
+}
+
+static uint64_t ask_version(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    (void)device, (void)now_ns;
+    ping_talk_request(PING_PROTOCOL_VERSION, io);
+    return ANSWER_NS;
+}
+
+static uint64_t request_ping(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    struct ping360 *d = device;
+    uint8_t out[TRANSDUCER_BYTES];
+    (void)now_ns;
+    if (!d->talk.poller.answered && d->talk.poller.tries > FIRST_TRIES)
+        return POLLER_GIVE_UP;
+    d->set.angle = ping360_scan_angle(&d->scan);
+    io->send(io->ctx, out, ping360_encode_transducer(out, sizeof(out), &d->set, true));
+    return answer_ns(d, d->set.angle);
+}
+
+/* Over a network the silence may have a harmless cause: a bridge answers whoever spoke last. */
+static uint64_t start_auto(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    struct ping360 *d = device;
+    uint8_t out[32];
+    if (d->talk.poller.tries > 1) {
+        if (!d->talk.poller.answered || d->conf.baud)
+            return POLLER_GIVE_UP;
+        ask_identity(d, now_ns, io);
+        return SPEAK_UP_NS;
+    }
+    io->send(io->ctx, out, ping360_encode_auto_transmit(out, sizeof(out), &d->set, &d->scan.sweep));
+    return answer_ns(d, d->scan.sweep.start);
+}
+
+static uint64_t send_motor_off(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    uint8_t out[PING_OVERHEAD];
+    (void)device, (void)now_ns;
+    io->send(io->ctx, out, ping360_encode_motor_off(out, sizeof(out)));
+    return STOP_NS;
+}
+
+/* ---- what follows when nothing comes ---- */
+
+static void go_wake(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    go(device, WAKE, now_ns, io);
+}
+
+static void go_autobaud(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    go(device, AUTOBAUD, now_ns, io);
+}
+
+static void go_identify(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    go(device, IDENTIFY, now_ns, io);
+}
+
+static void nobody_there(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    struct ping360 *d = device;
+    char why[96];
+    snprintf(why, sizeof(why), "no answer from a Ping360 (%s)", poller_advice(&d->conf));
+    poller_timed_out(&d->talk.poller, why, io);
+    poller_retry(&d->talk.poller, now_ns);
+}
+
+/* Also without its version it is known well enough. */
+static void start_scan(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    struct ping360 *d = device;
+    steer_begin(&d->scan.steer, now_ns);
+    const bool request = d->conf.request_response || d->conf.steered || d->auto_refused || !d->scan.by_itself;
+    d->talk.poller.answered = false;
+    go(d, request ? REQUEST : AUTO, now_ns, io);
+}
+
+static void pings_missed(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    struct ping360 *d = device;
+    poller_restart(&d->talk.poller, "the Ping360 stopped sending pings", now_ns, io);
+}
+
+static void auto_missed(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    struct ping360 *d = device;
+    if (d->talk.poller.answered) {
+        pings_missed(d, now_ns, io);
+        return;
+    }
+    io->note(io->ctx, NOTE_INFO, "no answer to auto_transmit: asking for every ping");
+    d->auto_refused = true;
+    start_scan(d, now_ns, io);
+}
+
+static void never_stopped(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    (void)now_ns, (void)io;
+    poller_quiet(device);
+}
+
+static const struct poller_step steps[N_STEPS] = {
+    [BREAK] = {DEVICE_IDENTIFY, .ask = begin_break, .missed = go_wake},
+    [WAKE] = {DEVICE_IDENTIFY, .ask = end_break, .missed = go_autobaud},
+    [AUTOBAUD] = {DEVICE_IDENTIFY, .ask = send_autobaud, .missed = go_identify},
+    [IDENTIFY] = {DEVICE_IDENTIFY, .tries = 3, .ask = ask_identity, .missed = nobody_there},
+    [VERSION] = {DEVICE_IDENTIFY, .tries = 3, .ask = ask_version, .missed = start_scan},
+    [AUTO] = {DEVICE_SETUP, .tries = 3, .ask = start_auto, .missed = auto_missed},
+    [REQUEST] = {DEVICE_SETUP, .tries = 5, .per_ping = true, .ask = request_ping, .missed = pings_missed},
+    [STOP] = {DEVICE_CLOSED, .tries = 3, .ask = send_motor_off, .missed = never_stopped},
+};
+
+/* ---- what comes ---- */
+
+static void make_ping(struct ping360 *d, const struct ping360_data *data, const struct ping_frame *frame,
+                      const struct device_io *io)
+{
+    d->talk.poller.status.pings++;
+    d->talk.poller.status.last_ping_ns = frame->t_last_ns;
+    d->talk.poller.status.range_m = data->set.n_samples * ping360_sample_m(&data->set, d->conf.sound_speed_mps);
+    struct ping *ping = io->ping_begin(io->ctx);
+    if (!ping)
+        return;
+    ping360_fill_ping(ping, frame, data, d->conf.sound_speed_mps, d->conf.baud);
+    ping->flags = d->new_turn ? PING_NEW_TURN : 0;
+    d->new_turn = false;
+    io->ping_done(io->ctx, ping);
+}
+
+static const char *way_of_scanning(const struct ping360 *d)
+{
+    return at(d, AUTO) ? "auto-transmit mode" : at(d, REQUEST) ? "polled mode" : "receiving pings";
+}
+
+static void on_data(struct ping360 *d, const struct ping_frame *frame, uint64_t now_ns, const struct device_io *io)
+{
+    struct poller *poller = &d->talk.poller;
+    struct ping360_data data;
+    unsigned missing;
+
+    if (!ping360_decode_data(frame, &data) || data.set.angle >= PING360_TURN || data.set.sample_period == 0 ||
+        data.set.sample_period > PING360_PERIOD_MAX) {
+        poller->status.bad_frame++;
+        return;
+    }
+    const bool turned = ping360_track_follow(&d->track, &data, &missing);
+    if (d->conf.steered ? steer_seen_add(&d->seen, data.set.angle, d->scan.step, PING360_TURN) : turned)
+        d->new_turn = true;
+    poller->status.lost_frames += missing;
+    if (data.n_data > 0) /* else the head only moved, or sent its settings */
+        make_ping(d, &data, frame, io);
+    if (poller_pinged(poller))
+        io->note(io->ctx, NOTE_INFO, "%s, %s, range %.4g m",
+                 poller->status.what[0] ? poller->status.what : "Ping360", way_of_scanning(d),
+                 data.set.n_samples * ping360_sample_m(&data.set, d->conf.sound_speed_mps));
+    if (at(d, AUTO)) {
+        poller_expect(poller, &steps[AUTO], now_ns + auto_silence_ns(d));
+    } else if (at(d, REQUEST) && data.set.angle == d->set.angle) {
+        /* an answer from another angle is a late one: the one asked for is still to come */
+        ping360_scan_advance(&d->scan, now_ns);
+        go(d, REQUEST, now_ns, io);
+    }
+}
+
+static void on_identity(struct ping360 *d, const struct ping_frame *frame, uint64_t now_ns,
+                        const struct device_io *io)
+{
+    const bool seeking = poller_seeking(&d->talk.poller, &steps[IDENTIFY]);
+    struct ping_device_information info;
+
+    if (!ping_talk_identity(&d->talk, frame, &info))
+        return;
+    if (info.type == PING_TYPE_PING360) {
+        ping_talk_name(&d->talk, "Ping360", &info, frame->src);
+        if (seeking)
+            go(d, VERSION, now_ns, io);
+    } else if (seeking) {
+        char why[64];
+        snprintf(why, sizeof(why), "the device is of type %u, not a Ping360 (2)", info.type);
+        poller_timed_out(&d->talk.poller, why, io);
+        poller_retry(&d->talk.poller, now_ns);
+    }
+}
+
+static void on_answer(struct ping360 *d, uint16_t id, bool refused, uint64_t now_ns, const struct device_io *io)
+{
+    if (at(d, STOP) && id == PING360_MOTOR_OFF) {
+        poller_quiet(&d->talk.poller);
+    } else if (refused && at(d, AUTO) && id == PING360_AUTO_TRANSMIT) {
+        d->auto_refused = true;
+        start_scan(d, now_ns, io);
+    } else if (refused && at(d, VERSION) && (id == PING_PROTOCOL_VERSION || id == PING_GENERAL_REQUEST)) {
+        start_scan(d, now_ns, io);
+    }
+}
+
+static void on_version(struct ping360 *d, const struct ping_frame *frame, uint64_t now_ns,
+                       const struct device_io *io)
+{
+    uint8_t v[3];
+    if (!ping_decode_protocol_version(frame, v)) {
+        d->talk.poller.status.bad_frame++;
+        return;
+    }
+    io->note(io->ctx, NOTE_DEBUG, "protocol %u.%u.%u", v[0], v[1], v[2]);
+    if (at(d, VERSION))
+        start_scan(d, now_ns, io);
+}
+
+/* Other messages are counted as frames; later firmware may know more than we. */
+static void on_frame(void *device, const struct ping_frame *frame, uint64_t now_ns, const struct device_io *io)
+{
+    struct ping360 *d = device;
+    uint16_t id;
+    bool refused;
+
+    if (frame->id == PING360_DEVICE_DATA || frame->id == PING360_AUTO_DEVICE_DATA)
+        on_data(d, frame, now_ns, io);
+    else if (frame->id == PING_DEVICE_INFORMATION)
+        on_identity(d, frame, now_ns, io);
+    else if (frame->id == PING_PROTOCOL_VERSION)
+        on_version(d, frame, now_ns, io);
+    else if (frame->id == PING_ASCII_TEXT)
+        ping_talk_says(frame, io);
+    else if (ping_talk_answered(&d->talk, frame, io, &id, &refused))
+        on_answer(d, id, refused, now_ns, io);
+}
+
+/* ---- the device ---- */
+
+static void ping360_opened(void *state, uint64_t now_ns, const struct device_io *io)
+{
+    struct ping360 *d = state;
+    ping360_track_reset(&d->track);
+    d->new_turn = false;
+    ping_talk_opened(&d->talk, now_ns, io);
+}
+
+static void ping360_steer(void *state, double from_rad, double to_rad)
+{
+    struct ping360 *d = state;
+    ping360_scan_steer(&d->scan, from_rad, to_rad);
+}
+
+static void ping360_stop(void *state, uint64_t now_ns, const struct device_io *io)
+{
+    struct ping360 *d = state;
+    if (at(d, BREAK))
+        io->hold_break(io->ctx, false);
+    poller_stop(state, now_ns, io);
+}
+
+const struct device_ops device_ping360 = {
+    .name = "ping360",
+    .state_size = sizeof(struct ping360),
+    .max_beams = 1,
+    .max_bins = PING360_SAMPLES_MAX,
+    .init = ping360_init,
+    .opened = ping360_opened,
+    .closed = ping_talk_closed,
+    .feed = ping_talk_feed,
+    .tick = ping_talk_tick,
+    .deadline = poller_deadline,
+    .stop = ping360_stop,
+    .status = ping_talk_status,
+    .steer = ping360_steer,
+};

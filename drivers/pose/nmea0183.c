@@ -1,0 +1,195 @@
+/* SPDX-License-Identifier: MIT */
+#include "nmea0183.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "grid/geometry.h"
+
+#define FIELDS_MAX 24
+
+enum verdict { VALUE, NOT_AVAILABLE, OTHER, BAD };
+
+void nmea_parser_init(struct nmea_parser *p, bool checksum_required)
+{
+    memset(p, 0, sizeof *p);
+    p->checksum_required = checksum_required;
+}
+
+void nmea_parser_reset(struct nmea_parser *p)
+{
+    p->inside = false;
+    p->n = 0;
+}
+
+/* ---- fields ---- */
+
+/* A plain decimal number, all of the field; strtod would take exponents, names and the locale's comma. */
+static bool number(const char *s, double *value)
+{
+    double v = 0, place = 1;
+    bool minus = *s == '-', point = false, digit = false;
+    for (s += *s == '-' || *s == '+'; *s; s++) {
+        if (*s == '.' && !point) {
+            point = true;
+        } else if (*s >= '0' && *s <= '9') {
+            digit = true;
+            v = v * 10 + (*s - '0');
+            place *= point ? 10 : 1;
+        } else {
+            return false;
+        }
+    }
+    *value = (minus ? -v : v) / place;
+    return digit && isfinite(*value);
+}
+
+static enum verdict depth(const char *metres, const char *offset, struct nmea_value *value)
+{
+    double d, o = 0;
+    if (!*metres)
+        return NOT_AVAILABLE;
+    if (!number(metres, &d) || (*offset && !number(offset, &o)) || fabs(d) > 12000 || fabs(o) > 1000)
+        return BAD;
+    value->has = NMEA_DEPTH;
+    value->depth_m = d + (o > 0 ? o : 0);
+    return VALUE;
+}
+
+static enum verdict heading(const char *deg, unsigned kind, double add_deg, struct nmea_value *value)
+{
+    double h;
+    if (!*deg)
+        return NOT_AVAILABLE;
+    if (!number(deg, &h) || h < 0 || h > 360)
+        return BAD;
+    value->has = kind;
+    value->heading_rad = geo_wrap(geo_rad(h + add_deg));
+    return VALUE;
+}
+
+/* "12.6,W": degrees, east positive. Empty: *given stays false. */
+static bool east(const char *deg, const char *side, double *value, bool *given)
+{
+    if (!*deg)
+        return true;
+    if (!number(deg, value) || fabs(*value) > 180 || (strcmp(side, "E") != 0 && strcmp(side, "W") != 0))
+        return false;
+    if (*side == 'W')
+        *value = -*value;
+    *given = true;
+    return true;
+}
+
+static enum verdict hdg(const char *const f[], struct nmea_value *value)
+{
+    double deviation = 0, variation = 0;
+    bool deviated = false, varied = false;
+    if (!east(f[2], f[3], &deviation, &deviated) || !east(f[4], f[5], &variation, &varied))
+        return BAD;
+    return heading(f[1], varied ? NMEA_TRUE : NMEA_MAGNETIC, deviation + variation, value);
+}
+
+static enum verdict understand(const char *const f[], struct nmea_value *value)
+{
+    if (strlen(f[0]) != 5 || f[0][0] == 'P')
+        return OTHER;
+    const char *kind = f[0] + 2;
+    if (strcmp(kind, "DPT") == 0)
+        return depth(f[1], f[2], value);
+    if (strcmp(kind, "DBT") == 0)
+        return *f[3] && strcmp(f[4], "M") != 0 ? BAD : depth(f[3], "", value);
+    if (strcmp(kind, "HDT") == 0)
+        return *f[1] && strcmp(f[2], "T") != 0 ? BAD : heading(f[1], NMEA_TRUE, 0, value);
+    if (strcmp(kind, "HDM") == 0)
+        return *f[1] && strcmp(f[2], "M") != 0 ? BAD : heading(f[1], NMEA_MAGNETIC, 0, value);
+    return strcmp(kind, "HDG") == 0 ? hdg(f, value) : OTHER;
+}
+
+/* ---- lines ---- */
+
+static int hex(char c)
+{
+    return c >= '0' && c <= '9'   ? c - '0'
+           : c >= 'A' && c <= 'F' ? c - 'A' + 10
+           : c >= 'a' && c <= 'f' ? c - 'a' + 10
+                                  : -1;
+}
+
+/* Takes the checksum off the line's end. */
+static bool checksum_good(const struct nmea_parser *p, char *line)
+{
+    unsigned sum = 0;
+    char *c = line;
+    for (; *c && *c != '*'; c++)
+        sum ^= (unsigned char)*c;
+    if (!*c)
+        return !p->checksum_required;
+    *c = '\0';
+    return strlen(c + 1) == 2 && hex(c[1]) >= 0 && hex(c[2]) >= 0 && (unsigned)(hex(c[1]) * 16 + hex(c[2])) == sum;
+}
+
+/* p->line holds what stood between the $ and the end of the line. */
+static bool take_line(struct nmea_parser *p, struct nmea_value *value)
+{
+    const char *fields[FIELDS_MAX];
+    int n = 0;
+    p->line[p->n] = '\0';
+    if (!checksum_good(p, p->line)) {
+        p->counts.bad_checksum++;
+        return false;
+    }
+    p->counts.sentences++;
+    for (int i = 0; i < FIELDS_MAX; i++)
+        fields[i] = "";
+    for (char *at = p->line; at && n < FIELDS_MAX; n++) {
+        char *comma = strchr(at, ',');
+        fields[n] = at;
+        if (comma)
+            *comma = '\0';
+        at = comma ? comma + 1 : NULL;
+    }
+    *value = (struct nmea_value){0};
+    switch (understand(fields, value)) {
+    case VALUE:
+        p->counts.values++;
+        return true;
+    case NOT_AVAILABLE:
+        p->counts.not_available++;
+        return false;
+    case OTHER:
+        p->counts.other++;
+        return false;
+    case BAD:
+        p->counts.bad_sentence++;
+    }
+    return false;
+}
+
+bool nmea_parser_next(struct nmea_parser *p, const uint8_t **bytes, size_t *n, struct nmea_value *value)
+{
+    while (*n > 0) {
+        char c = (char)*(*bytes)++;
+        --*n;
+        if (c == '$') {
+            p->counts.garbage_bytes += p->inside ? p->n + 1 : 0; /* the sentence before was cut off */
+            p->inside = true;
+            p->n = 0;
+        } else if (!p->inside) {
+            p->counts.garbage_bytes += c != '\r' && c != '\n';
+        } else if (c == '\r' || c == '\n') {
+            p->inside = false;
+            if (take_line(p, value))
+                return true;
+        } else if (c < ' ' || c > '~') {
+            p->counts.garbage_bytes += p->n + 2;
+            p->inside = false;
+        } else if (p->n == NMEA_LINE_MAX) {
+            p->counts.overlong++;
+            p->inside = false;
+        } else {
+            p->line[p->n++] = c;
+        }
+    }
+    return false;
+}

@@ -1,0 +1,56 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * nmea0183 - depth and heading out of NMEA 0183 sentences (IEC 61162-1): DPT, DBT, HDT, HDG, HDM. Bytes in, values
+ * out; knows no port, no clock and no pose. Any talker is listened to; proprietary ($P...) and encapsulated (!...)
+ * sentences and those not listed are counted and skipped.
+ */
+#ifndef SONARD_NMEA0183_H
+#define SONARD_NMEA0183_H
+
+#include <stdbool.h>
+#include <stddef.h>
+#include <stdint.h>
+
+#define NMEA_LINE_MAX 128 /* the standard has 82 with the end of the line; instruments exceed it a little */
+
+enum nmea_part { NMEA_DEPTH = 1, NMEA_TRUE = 2, NMEA_MAGNETIC = 4 };
+
+/* One sentence's worth. Fields that are empty in the sentence are not available. */
+struct nmea_value {
+    unsigned has;       /* one of enum nmea_part */
+    double depth_m;     /* of the transducer; DPT with a positive offset: of the water line */
+    double heading_rad; /* [0, 2pi); magnetic: with deviation, without variation */
+};
+
+/* Counters only grow. */
+struct nmea_counts {
+    uint64_t sentences;     /* whole, with a good checksum or none where none is needed, of any kind */
+    uint64_t values;        /* of them: with a value for us */
+    uint64_t not_available; /* of the listed kinds, with empty fields */
+    uint64_t other;         /* of other kinds */
+    uint64_t bad_checksum;  /* wrong, or missing where one is required */
+    uint64_t bad_sentence;  /* of the listed kinds, senseless content */
+    uint64_t overlong;      /* lines of more than NMEA_LINE_MAX bytes */
+    uint64_t garbage_bytes; /* outside sentences */
+};
+
+struct nmea_parser {
+    bool checksum_required;
+    bool inside; /* a sentence has started */
+    size_t n;
+    char line[NMEA_LINE_MAX + 1];
+    struct nmea_counts counts;
+};
+
+void nmea_parser_init(struct nmea_parser *p, bool checksum_required);
+
+/** nmea_parser_reset - forget the half sentence: the port was closed. */
+void nmea_parser_reset(struct nmea_parser *p);
+
+/**
+ * nmea_parser_next - go on through *n bytes at *bytes until a sentence gave a value: true, *value set, *bytes and *n
+ * moved behind it. False: all bytes are used up. Any split of the input gives the same values.
+ */
+bool nmea_parser_next(struct nmea_parser *p, const uint8_t **bytes, size_t *n, struct nmea_value *value);
+
+#endif

@@ -1,0 +1,60 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * free_water - how far a beam shows that the water is free: as far as an obstacle of the reference strength would
+ * have been detected, and no farther. docs/extract.md derives it. Knows no earlier beam but by the baseline.
+ */
+#ifndef SONARD_FREE_WATER_H
+#define SONARD_FREE_WATER_H
+
+#include "baseline.h"
+
+/* How far the water counts as free where no echo was found. */
+enum extract_no_echo {
+    EXTRACT_MINIMUM, /* to minimum_range_m at most, as the paper has it */
+    EXTRACT_HEARD,   /* as far as the reference target would have been detected */
+    EXTRACT_RANGE,   /* to the end of the beam or the first doubtful cell, whatever is masked there */
+};
+
+/* The weakest obstacle that must not be missed. */
+enum extract_target { EXTRACT_WALL, EXTRACT_PILE, EXTRACT_NET, EXTRACT_LINE };
+
+/**
+ * free_water_detectable - the power, as a share of full scale, that such a target exceeds with a probability of
+ * 0.99: its mean level at the most unfavourable range, less what speckle takes away. gain_db: of the receiver,
+ * against the device's normal setting.
+ */
+double free_water_detectable(enum amplitude_law law, double gain_db, enum extract_target target);
+
+/** free_water_is_dumb - every bin from p->first on at full scale, or every bin at zero: the receiver said nothing. */
+bool free_water_is_dumb(const struct profile *p);
+
+/**
+ * free_water_begin - the first cell behind the loudest one near the head whose baseline would not hide `detectable`
+ * (3 dB below it); p->first where it would everywhere.
+ */
+uint32_t free_water_begin(const struct profile *p, const struct baseline *b, double detectable);
+
+/**
+ * free_water_rings_on - the ring-down before cell `end` is 6 dB above the baseline somewhere: something near answers
+ * with the head, and may hide what is behind.
+ */
+bool free_water_rings_on(const struct profile *p, const struct baseline *b, uint32_t end);
+
+/** free_water_stands_out - cell i is `contrast` times the baseline there, or the floor where that is louder. */
+bool free_water_stands_out(const struct profile *p, const struct baseline *b, uint32_t i, double contrast);
+
+/* Cells begin .. end - 1; begin >= end: none. */
+struct free_water {
+    uint32_t begin, end;
+};
+
+/**
+ * free_water_find - from cell `begin` on, past cells that the baseline explains, to the first cell as loud as
+ * `detectable` or `contrast` times the baseline (or the floor). Where an echo at cell `passed` shows that sound
+ * passed, it begins behind the last masked cell before that; else it ends at the first masked one. passed: 0: none.
+ * Baseline unknown: NULL.
+ */
+struct free_water free_water_find(const struct profile *p, const struct baseline *b, uint32_t begin,
+                                  double detectable, double contrast, uint32_t passed);
+
+#endif

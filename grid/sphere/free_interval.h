@@ -1,0 +1,74 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * free_interval - what the pings say of one direction's water: free from here to there, as of then. Knows no beam and
+ * no cell.
+ *
+ * Seen from the grid's centre, one ping of a sensor that sits elsewhere frees only a stretch of a ray: nearer or
+ * farther the ray leaves the beam. The stretches that one revolution of a head adds within a few beams are joined; what
+ * earlier revolutions freed stands beside them, where newer pings did not look, until it is too old.
+ */
+#ifndef SONARD_FREE_INTERVAL_H
+#define SONARD_FREE_INTERVAL_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+/* A head passes the few directions over which a lever arm spreads one ray within this time. */
+#define FREE_CHAIN_NS 5000000000u
+
+struct free_interval {
+    uint64_t t_ping_ns; /* of the oldest ping it rests on; 0: none */
+    double path_m;      /* distance travelled by then */
+    float from_m, to_m; /* free water; to_m <= from_m: observed, and nothing can be said */
+    uint64_t sensors;   /* set of the sensors it rests on */
+};
+
+/*
+ * Of a direction: [0] is what the present revolution freed, the others are what is left of earlier ones, the newest
+ * first. No two overlap. Where there are more, the two that touch and differ least in age are joined, as of the older
+ * one; where none touch, the shortest goes.
+ */
+#define FREE_INTERVALS 4
+
+/* A new stretch, and what ends it: where the ray enters and leaves the beam at its side, or an echo. */
+struct stretch {
+    double from_m, to_m;
+    bool enters_aside, leaves_aside;
+    bool ends_at_echo; /* to_m, where it is not aside */
+};
+
+/* The ping that freed it. */
+struct free_ping {
+    uint64_t t_ns;
+    double path_m;
+    uint32_t sensor;
+};
+
+/**
+ * free_add - a ping freed a stretch of a direction (list[FREE_INTERVALS]). It takes the place of older evidence where
+ * both overlap, and an echo at its end takes back what was free beyond.
+ * That the observation ends there takes back nothing.
+ */
+void free_add(struct free_interval *list, const struct stretch *stretch, const struct free_ping *ping);
+
+/** free_withdraw - a ping observed the direction and received nothing usable: what was free before stands no longer. */
+void free_withdraw(struct free_interval *list, const struct free_ping *ping);
+
+/**
+ * free_fill - the same the other way round, for intervals made anew: a ping that is older than all those in the list
+ * adds what they leave. *limit_m, at first INFINITY: where the nearest of their echoes ended what is older; 0 once a
+ * ping received nothing usable. Cheap where the list has it already.
+ */
+void free_fill(struct free_interval *list, const struct stretch *stretch, const struct free_ping *ping,
+               float *limit_m);
+
+/** free_none - no ping has observed the direction. */
+void free_none(struct free_interval *list);
+
+/**
+ * free_longest - the longest run of water without a gap among n intervals, as of its oldest ping; n <= FREE_INTERVALS.
+ * t_ping_ns = 0 when none of them has any.
+ */
+struct free_interval free_longest(const struct free_interval *list, unsigned n);
+
+#endif

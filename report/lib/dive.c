@@ -1,0 +1,308 @@
+/* SPDX-License-Identifier: MIT */
+/* dive - a virtual sonar's way, truth and sound; see dive.h. */
+#include "dive.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/fault.h"
+#include "grid/range/background_learn.h"
+#include "grid/range/cleanup.h"
+#include "grid/range/extract.h"
+#include "dice.h"
+
+#define RAYS_AZ     5 /* over twice the half-power aperture, where the two-way pattern is 24 dB down */
+#define RAYS_EL     45
+#define WALL_DB     (-6.0)
+#define ABSORPTION  0.4     /* dB per metre, there and back */
+#define BOUNCE_DB   (-15.0) /* of what comes from a surface twice */
+#define STEP_M      1e-3    /* along a ray, to see at which angle it meets the surface */
+#define UNITS       (6400 / DIVE_TURN)
+#define LEARN_SCANS 7
+#define LEARN_SEED  1000000
+#define RING_DOWN_M 0.45 /* what an installer finds in open water */
+#define MASK        64   /* counts, as [background] mask */
+#define PING_NS     40000000u
+
+static const struct sea_scene noise = {
+    .floor_db = -44, .reverb_db = -60, .ring_m = 0.2, .burst_share = 0.02, .frame_m = 0.45};
+
+static void *room(size_t bytes)
+{
+    void *p = calloc(1, bytes);
+
+    if (!p) {
+        fprintf(stderr, "dive: no memory\n");
+        exit(1);
+    }
+    return p;
+}
+
+/* ---- the way, and what is there ---- */
+
+static void look_from(struct dive_look *look, const struct world *world, double along, double heading_rad,
+                      double tilt_rad)
+{
+    static const double unit[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+
+    for (int a = 0; a < 3; a++)
+        look->at[a] = world->from[a] + along * (world->to[a] - world->from[a]);
+    quat_from_rpy(tilt_rad * sin(look->t_s), tilt_rad * cos(0.7 * look->t_s), heading_rad, look->attitude);
+    for (int a = 0; a < 3; a++)
+        quat_rotate(look->attitude, unit[a], look->axis[a]);
+}
+
+static void add_power(float *mean, double range_m, double power)
+{
+    const double bin = range_m / (double)sea_ping_of(SEA_MICRON).dr_m;
+
+    if (bin < sea_ping_of(SEA_MICRON).n_bins)
+        mean[(size_t)bin] += (float)power;
+}
+
+static void add_ray(const struct world *world, const struct dive_look *look, const double in_beam[3], double power,
+                    float *mean)
+{
+    double d[3], before[3];
+
+    quat_rotate(look->attitude, in_beam, d);
+    const double range_m = world_ray(world, look->at, d, DIVE_RANGE_M, look->t_s);
+    if (range_m >= DIVE_RANGE_M)
+        return;
+    for (int a = 0; a < 3; a++)
+        before[a] = look->at[a] + (range_m - STEP_M) * d[a];
+    const double square = fmin(1, world_clearance(world, before, look->t_s) / STEP_M);
+    const double echo = power * square * pow(10, (WALL_DB - ABSORPTION * range_m) / 10);
+    add_power(mean, range_m, echo);
+    /* Only what is met nearly square on throws sound back and forth. */
+    add_power(mean, 2 * range_m, echo * pow(square, 8) * pow(10, (BOUNCE_DB - ABSORPTION * range_m) / 10));
+}
+
+/* Every azimuth has elevations of its own, so that an oblique surface is not a row of points. */
+static void sound_of(const struct world *world, const struct dive_look *look, float *mean)
+{
+    const struct ping head = sea_ping_of(SEA_MICRON);
+    double sum = 0;
+
+    for (int pass = 0; pass < 2; pass++)
+        for (int i = 0; i < RAYS_AZ; i++)
+            for (int k = 0; k < RAYS_EL; k++) {
+                const double az = 2.0 * (i + 0.5) / RAYS_AZ - 1;
+                const double el = 2.0 * (k + (i * 3 % RAYS_AZ + 0.5) / RAYS_AZ) / RAYS_EL - 1;
+                const double weight = exp2(-8 * (az * az + el * el));
+                double d[3];
+                if (pass == 0) {
+                    sum += weight;
+                    continue;
+                }
+                geo_direction(az * geo_rad(DIVE_AZ_DEG), el * geo_rad(DIVE_EL_DEG), d);
+                add_ray(world, look, d, weight / sum * (double)(head.pulse_m / head.dr_m), mean);
+            }
+}
+
+struct dive *dive_make(const struct world *world, unsigned turns, bool back, double tilt_rad, unsigned parts)
+{
+    struct dive *dive = room(sizeof *dive);
+    const size_t way = (size_t)turns * DIVE_TURN;
+
+    dive->world = world;
+    dive->n = back ? 2 * way : way;
+    dive->look = room(dive->n * sizeof *dive->look);
+    dive->mean = parts & DIVE_SOUND ? room(dive->n * sizeof *dive->mean) : NULL;
+    for (size_t i = 0; i < dive->n; i++) {
+        const double gone = i < way ? (double)i : (double)(2 * way - 1 - i);
+        dive->look[i].t_s = (double)i / DIVE_RATE_HZ;
+        look_from(&dive->look[i], world, gone / (double)(way - 1), GEO_TURN * (double)(i % DIVE_TURN) / DIVE_TURN,
+                  tilt_rad);
+        if (parts & DIVE_TRUTH)
+            dive->look[i].first_m =
+                world_first(world, dive->look[i].at, dive->look[i].axis, geo_rad(DIVE_AZ_DEG / 2),
+                            geo_rad(DIVE_EL_DEG / 2), DIVE_RANGE_M, dive->look[i].t_s);
+        if (parts & DIVE_SOUND)
+            sound_of(world, &dive->look[i], dive->mean[i]);
+    }
+    return dive;
+}
+
+void dive_free(struct dive *dive)
+{
+    free(dive->look);
+    free(dive->mean);
+    free(dive);
+}
+
+/* ---- what is heard ---- */
+
+struct dive_ears {
+    struct extract *extract;
+    void *fresh; /* the extractor as it was before its first ping */
+    size_t bytes;
+    struct background *background;
+    double gain_db; /* what the noise is raised by at the end of the range */
+    struct cleanup_conf cleanup_conf;
+    struct cleanup *cleanup; /* NULL: none is wanted */
+    size_t given, heard;     /* pings that went into it, and that came out */
+    uint8_t samples[SEA_MAX_BINS], level[SEA_MAX_BINS], blind[SEA_MAX_BINS];
+    struct ping_beam axis;
+    uint64_t pings;
+};
+
+/* Two rods of the frame stand in the way of eight directions each. */
+static bool framed(size_t direction)
+{
+    return (direction >= 20 && direction < 24) || (direction >= 120 && direction < 124);
+}
+
+static struct ping listen(struct dive_ears *ears, const float *surfaces, size_t i, uint64_t seed)
+{
+    struct dice dice = dice_of(seed, i);
+    struct ping ping = sea_ping_of(SEA_MICRON);
+    double mean[SEA_MAX_BINS] = {0};
+
+    for (uint32_t b = 0; surfaces && b < ping.n_bins; b++)
+        mean[b] = (double)surfaces[b];
+    for (uint32_t b = 0; ears->gain_db > 0.0 && b < ping.n_bins; b++) {
+        const double r_m = fmax(1.0, (b + 0.5) * (double)ping.dr_m);
+        const double rise_db = ears->gain_db * log10(r_m) / log10(DIVE_RANGE_M);
+        mean[b] += pow(10.0, noise.floor_db / 10.0) * (pow(10.0, rise_db / 10.0) - 1.0);
+    }
+    sea_disturb(&noise, SEA_MICRON, framed(i % DIVE_TURN), &dice, mean);
+    sea_hear(SEA_MICRON, mean, noise.ring_m, 0, &dice, ears->samples);
+    ping.t_ns = ++ears->pings * PING_NS;
+    ping.seq = (uint32_t)ears->pings;
+    ping.head_units = (uint32_t)(i % DIVE_TURN) * UNITS;
+    ears->axis.az_rad = (float)(GEO_TURN * (double)(i % DIVE_TURN) / DIVE_TURN);
+    ping.beam = &ears->axis;
+    ping.samples = ears->samples;
+    return ping;
+}
+
+static void learn(struct dive_ears *ears)
+{
+    const struct background_learn_conf conf = {.pings = LEARN_SCANS, .standing = true};
+    struct background_shape shape;
+    struct ping ping = listen(ears, NULL, 0, LEARN_SEED);
+
+    if (!background_shape_of(&ping, &shape))
+        abort();
+    struct background_learn *learn =
+        background_learn_init(room(background_learn_size(&shape, conf.pings)), &shape, &conf, &mount_identity);
+    for (unsigned scan = 0; scan < LEARN_SCANS; scan++)
+        for (size_t i = 0; i < DIVE_TURN; i++) {
+            ping = listen(ears, NULL, i, LEARN_SEED + scan);
+            background_learn_take(learn, &ping);
+        }
+    ears->background = background_init(room(background_size(&shape)), &shape, MASK);
+    background_learn_finish(learn, 1, ears->background);
+    free(learn);
+}
+
+static void give_up(const struct fault *fault)
+{
+    fprintf(stderr, "dive: %s\n", fault->text);
+    exit(1);
+}
+
+static struct dive_ears *ears_of(enum extract_order order, const struct cleanup_conf *cleanup, double gain_db)
+{
+    struct dive_ears *ears = room(sizeof *ears);
+    struct extract_conf conf;
+    struct fault fault;
+
+    extract_defaults(&conf);
+    conf.ring_down_m = RING_DOWN_M;
+    conf.order = order;
+    ears->cleanup_conf = *cleanup;
+    ears->gain_db = gain_db;
+    ears->bytes = extract_size(SEA_MAX_BINS);
+    ears->fresh = room(ears->bytes);
+    ears->extract = extract_init(room(ears->bytes), &conf, SEA_MAX_BINS, &fault);
+    if (!ears->extract)
+        give_up(&fault);
+    memcpy(ears->fresh, ears->extract, ears->bytes);
+    learn(ears);
+    return ears;
+}
+
+struct dive_ears *dive_ears_make(void)
+{
+    return ears_of(EXTRACT_SAFE, &(struct cleanup_conf){.clip = 2.0}, 0.0);
+}
+
+struct dive_ears *dive_ears_of_paper(double gain_db)
+{
+    static const struct cleanup_conf cleanup = {
+        .median = 3, .otsu = true, .clahe = true, .clip = 2.0, .classes = true, .survivors = true};
+
+    return ears_of(EXTRACT_PAPER, &cleanup, gain_db);
+}
+
+void dive_ears_free(struct dive_ears *ears)
+{
+    free(ears->extract);
+    free(ears->fresh);
+    free(ears->background);
+    free(ears->cleanup);
+    free(ears);
+}
+
+void dive_begin(struct dive_ears *ears)
+{
+    memcpy(ears->extract, ears->fresh, ears->bytes);
+    ears->pings = 0;
+    ears->given = ears->heard = 0;
+    if (!cleanup_wanted(&ears->cleanup_conf))
+        return;
+    struct fault fault;
+    free(ears->cleanup);
+    ears->cleanup = cleanup_init(room(cleanup_size(&ears->cleanup_conf, SEA_MAX_BINS)), &ears->cleanup_conf,
+                                 &mount_identity, SEA_MAX_BINS, &fault);
+    if (!ears->cleanup)
+        give_up(&fault);
+}
+
+/* A ping as it comes, and what the template knows of it. */
+static struct ping listen_in(struct dive_ears *ears, const struct dive *dive, size_t i, uint64_t seed, bool *known,
+                             bool *any_blind)
+{
+    const struct background_view view = {.level = ears->level, .blind = ears->blind};
+    const struct ping ping = listen(ears, dive->mean[i], i, seed);
+
+    *any_blind = false;
+    *known = background_view(ears->background, &ping, &view, any_blind);
+    return ping;
+}
+
+/* Through the clean-up, which holds pings back: it is given those behind ping i until that one comes out. */
+static void hear_cleaned(struct dive_ears *ears, const struct dive *dive, size_t i, uint64_t seed,
+                         struct echoes *out)
+{
+    struct extract_aid aid;
+
+    while (ears->heard <= i && ears->given < dive->n) {
+        bool known, any_blind;
+        const struct ping ping = listen_in(ears, dive, ears->given++, seed, &known, &any_blind);
+        if (!cleanup_put(ears->cleanup, &ping, known ? ears->level : NULL,
+                         known && any_blind ? ears->blind : NULL))
+            abort();
+        for (const struct ping *ready; (ready = cleanup_next(ears->cleanup, &aid)) != NULL; ears->heard++)
+            extract_run(ears->extract, ready, &aid, out);
+    }
+}
+
+void dive_hear(struct dive_ears *ears, const struct dive *dive, size_t i, uint64_t seed, struct beam_echoes *out)
+{
+    struct echoes echoes = {.max_beams = 1, .beam = out};
+
+    if (ears->cleanup) {
+        *out = (struct beam_echoes){.state = BEAM_BLIND};
+        hear_cleaned(ears, dive, i, seed, &echoes);
+        return;
+    }
+    bool known, any_blind;
+    const struct ping ping = listen_in(ears, dive, i, seed, &known, &any_blind);
+    const struct extract_aid aid = {.blind = ears->blind, .lowest = -1};
+    extract_run(ears->extract, &ping, known && any_blind ? &aid : NULL, &echoes);
+}

@@ -1,0 +1,260 @@
+/* SPDX-License-Identifier: MIT */
+/* sea - pings of a made-up sea; see sea.h. */
+#include "sea.h"
+
+#include <complex.h>
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/fault.h"
+#include "tests/sim/lib/scene.h"
+#include "dice.h"
+
+#define STEP_DEG      0.9
+#define RAYS_AZ       11 /* over twice the half-power aperture, where the two-way pattern is 24 dB down */
+#define RAYS_EL       41
+#define ABSORPTION    0.4 /* dB per metre, there and back */
+#define RING_DB_PER_M 250.0
+#define TAIL_STEPS    12
+#define FRAME_DB      (-6.0)
+#define BURST_DB      (-18.0)
+#define RAISED_DB     18.0
+#define STRAY_SHARE   0.001
+#define STRAY_DB      (-48.0)
+#define MICRON_DB     (-25.0)
+#define MICRON_RANGE  80.0
+
+#define QUIET (-44.0) /* 20 counts of a Ping360 */
+#define WALL  (-6.0)
+
+const struct sea_scene sea_scenes[] = {
+    {"open", "open water, nothing within range", "", WALL, 0, QUIET, -60, 0.2, 0, 0, 0},
+    {"wall close", "a wall at 0.45 m, hardly beyond the ring-down", "slope 0.45 0 0", WALL, 0, QUIET, -60, 0.2, 0,
+     0, 0},
+    {"wall near", "a wall at 2 m, square on in the middle of the scan", "slope 2 0 0", WALL, 0, QUIET, -60, 0.2, 0,
+     0, 0},
+    {"wall far", "a wall at 8 m", "slope 8 0 0", WALL, 0, QUIET, -60, 0.2, 0, 0, 0},
+    {"wall 30", "a wall seen at 12 to 48 degrees off square", "slope 4 30 0", WALL, 0, QUIET, -60, 0.2, 0, 0, 0},
+    {"wall 60", "a wall seen at 42 to 78 degrees off square", "slope 2.5 60 0", WALL, 0, QUIET, -60, 0.2, 0, 0, 0},
+    {"weak wall", "a wall at 5 m, 16 dB fainter than the others", "slope 5 0 0", WALL - 16, 0, QUIET, -60, 0.2, 0,
+     0, 0},
+    {"pile", "a pile of 30 cm at 4 m in front of a wall at 8 m", "cylinder 4 0 0.15\nslope 8 0 0", WALL, 0, QUIET,
+     -60, 0.2, 0, 0, 0},
+    {"two close", "a pile of 30 cm whose front is 45 cm before a wall", "cylinder 4 0 0.15\nslope 4.3 0 0", WALL,
+     0, QUIET, -60, 0.2, 0, 0, 0},
+    {"soft bottom",
+     "a sloping bottom whose echo has no edge: it begins far out in the opening and decays over 40 cm",
+     "slope 2.5 0 -60", WALL - 4, 0.4, QUIET, -60, 0.2, 0, 0, 0},
+    {"reverberation", "a wall at 5 m behind strong reverberation that falls with range", "slope 5 0 0", WALL, 0,
+     QUIET, -22, 0.2, 0, 0, 0},
+    {"zero floor", "a wall at 8 m over zeros and stray counts", "slope 8 0 0", WALL, 0, -INFINITY, -100, 0.2, 0, 0,
+     0},
+    {"raised floor", "a wall at 8 m; one ping in five has 18 dB more noise", "slope 8 0 0", WALL, 0, QUIET, -60,
+     0.2, 0.2, 0, 0},
+    {"interference", "a wall at 8 m; bursts of other sound in one ping of six", "slope 8 0 0", WALL, 0, QUIET, -60,
+     0.2, 0, 0.17, 0},
+    {"ring-down", "a wall at 0.7 to 0.74 m, a transducer that rings to 0.35 m", "slope 0.7 0 0", WALL, 0, QUIET,
+     -50, 0.35, 0, 0, 0},
+    {"own frame", "the vehicle's own frame at 0.9 m in a quarter of the beams, a wall at 5 m", "slope 5 0 0", WALL,
+     0, QUIET, -60, 0.2, 0, 0, 0.9},
+};
+_Static_assert(sizeof sea_scenes / sizeof sea_scenes[0] <= SEA_MAX_SCENES, "room in arrays of scenes");
+const unsigned sea_scenes_n = sizeof sea_scenes / sizeof sea_scenes[0];
+
+const char *const sea_head_name[SEA_HEADS] = {"ping360", "micron"};
+
+static const struct {
+    uint32_t bins, turn, units_per_step;
+    double bin_m, pulse_m, az_deg, el_deg;
+    enum amplitude_law law;
+} heads[SEA_HEADS] = {
+    [SEA_PING360] = {600, 400, 1, 0.02, 0.06, 2.0, 25.0, AMPLITUDE_SQRT},
+    [SEA_MICRON] = {400, 6400, 16, 0.025, 0.075, 3.0, 35.0, AMPLITUDE_LOG},
+};
+
+static double power_of(double db)
+{
+    return pow(10.0, db / 10.0);
+}
+
+static uint8_t count_of(enum sea_head head, double power)
+{
+    if (head == SEA_PING360)
+        return (uint8_t)fmin(255.0, 255.0 * pow(power, 0.25));
+    const double db = 10.0 * log10(fmax(power, 1e-30)) + MICRON_DB;
+    return (uint8_t)fmin(fmax(255.0 * (db / MICRON_RANGE + 1.0), 0.0), 255.0);
+}
+
+/* Every scene has random numbers of its own. */
+static uint64_t stream_of(const char *name)
+{
+    uint64_t hash = 14695981039346656037u;
+
+    for (; *name; name++)
+        hash = (hash ^ (uint8_t)*name) * 1099511628211u;
+    return hash;
+}
+
+/* Parsing a scene's text takes longer than a beam; the last one is kept. */
+static const struct scene *shapes_of(const struct sea_scene *sea)
+{
+    static struct scene scene;
+    static const char *parsed;
+    struct fault fault;
+
+    if (parsed == sea->shapes)
+        return &scene;
+    memset(&scene, 0, sizeof scene);
+    if (*sea->shapes && !scene_parse(&scene, sea->name, sea->shapes, &fault)) {
+        fprintf(stderr, "sea: %s\n", fault.text);
+        exit(1);
+    }
+    parsed = sea->shapes;
+    return &scene;
+}
+
+/* Mean power by bin of one ray's surface. */
+static void surface_add(const struct sea_scene *sea, enum sea_head head, double range_m, double power,
+                        double *mean)
+{
+    const int steps = sea->tail_m > 0.0 ? TAIL_STEPS : 1;
+
+    for (int k = 0; k < steps; k++) {
+        const double depth = (k + 0.5) / steps; /* quantile of the exponential */
+        const double bin = (range_m - (sea->tail_m > 0.0 ? sea->tail_m * log1p(-depth) : 0.0)) / heads[head].bin_m;
+        if (bin < heads[head].bins)
+            mean[(uint32_t)bin] += power / steps;
+    }
+}
+
+/* What the beam's rays meet: mean power by bin, and the truth. */
+static void surfaces(const struct sea_scene *sea, enum sea_head head, double az_deg, double *mean,
+                     struct sea_ping *out)
+{
+    const struct scene *scene = shapes_of(sea);
+    const double origin[3] = {0.0, 0.0, 0.0}, pulse_bins = heads[head].pulse_m / heads[head].bin_m;
+    double sum = 0.0, axis_m = INFINITY, farthest_m = 0.0, weight[RAYS_AZ][RAYS_EL];
+
+    if (scene->n == 0)
+        return;
+    for (int pass = 0; pass < 2; pass++)
+        for (int i = 0; i < RAYS_AZ; i++)
+            for (int k = 0; k < RAYS_EL; k++) {
+                const double az = 2.0 * i / (RAYS_AZ - 1) - 1.0, el = 2.0 * k / (RAYS_EL - 1) - 1.0;
+                if (pass == 0) {
+                    weight[i][k] = exp2(-8.0 * (az * az + el * el));
+                    sum += weight[i][k];
+                    continue;
+                }
+                struct scene_hit hit;
+                double direction[3];
+                geo_direction(geo_rad(az_deg + az * heads[head].az_deg), geo_rad(el * heads[head].el_deg),
+                              direction);
+                if (!scene_cast(scene, origin, direction, 0.0, &hit))
+                    continue;
+                const double level = power_of(sea->surface_db - ABSORPTION * hit.range_m) * hit.cos_incidence;
+                surface_add(sea, head, hit.range_m, level * pulse_bins * weight[i][k] / sum, mean);
+                out->skirt_m = fmin(out->skirt_m, hit.range_m);
+                if (fabs(az) <= 0.5 && fabs(el) <= 0.5) {
+                    out->nearest_m = fmin(out->nearest_m, hit.range_m);
+                    farthest_m = fmax(farthest_m, hit.range_m);
+                }
+                if (i == RAYS_AZ / 2 && k == RAYS_EL / 2)
+                    axis_m = hit.range_m;
+            }
+    out->farthest_m = isfinite(axis_m) ? axis_m : farthest_m;
+    if (out->nearest_m > heads[head].bins * heads[head].bin_m - heads[head].pulse_m)
+        out->nearest_m = out->farthest_m = INFINITY;
+}
+
+void sea_disturb(const struct sea_scene *sea, enum sea_head head, bool framed, struct dice *dice, double *mean)
+{
+    const bool raised = dice_uniform(dice) < sea->raised_share, burst = dice_uniform(dice) < sea->burst_share;
+    const double burst_m = 2.0 + 8.0 * dice_uniform(dice), burst_end_m = burst_m + 1.0 + 2.0 * dice_uniform(dice);
+    const double reverb_power = power_of(sea->reverb_db);
+    const double floor_power =
+        isfinite(sea->floor_db) ? power_of(sea->floor_db + (raised ? RAISED_DB : 0.0)) : 0.0;
+
+    for (uint32_t i = 0; i < heads[head].bins; i++) {
+        const double r_m = (i + 0.5) * heads[head].bin_m;
+        mean[i] += floor_power + reverb_power / (fmax(r_m, 0.3) * fmax(r_m, 0.3) * fmax(r_m, 0.3));
+        if (burst && r_m >= burst_m && r_m < burst_end_m)
+            mean[i] += power_of(BURST_DB);
+    }
+    if (sea->frame_m > 0.0 && framed)
+        mean[(uint32_t)(sea->frame_m / heads[head].bin_m)] +=
+            power_of(FRAME_DB) * heads[head].pulse_m / heads[head].bin_m;
+}
+
+/* From mean power to the power of one ping: scatterers of random phase, heard through a pulse. */
+static void speckle(const double *mean, enum sea_head head, struct dice *dice, double *power)
+{
+    const uint32_t pulse = (uint32_t)(heads[head].pulse_m / heads[head].bin_m + 0.5);
+    double complex field[SEA_MAX_BINS];
+
+    for (uint32_t i = 0; i < heads[head].bins; i++)
+        field[i] = sqrt(mean[i] / pulse) * dice_normal(dice);
+    for (uint32_t i = 0; i < heads[head].bins; i++) {
+        double complex sum = 0.0;
+        for (uint32_t k = 0; k < pulse && k <= i; k++)
+            sum += field[i - k];
+        power[i] = creal(sum) * creal(sum) + cimag(sum) * cimag(sum);
+    }
+}
+
+void sea_hear(enum sea_head head, const double *mean, double ring_m, double stray_share, struct dice *dice,
+              uint8_t *samples)
+{
+    double power[SEA_MAX_BINS];
+
+    speckle(mean, head, dice, power);
+    for (uint32_t i = 0; i < heads[head].bins; i++) {
+        const double ring_db = 10.0 - fmax(0.0, (i + 0.5) * heads[head].bin_m - ring_m) * RING_DB_PER_M;
+        if (stray_share > 0.0 && dice_uniform(dice) < stray_share)
+            power[i] += power_of(STRAY_DB);
+        samples[i] = count_of(head, power[i] + power_of(ring_db - (head == SEA_MICRON ? 10.0 : 0.0)));
+    }
+}
+
+struct ping sea_ping_of(enum sea_head head)
+{
+    return (struct ping){
+        .kind = PING_PROFILE,
+        .law = (uint8_t)heads[head].law,
+        .sample_bytes = 1,
+        .n_beams = 1,
+        .n_bins = heads[head].bins,
+        .db_per_count = (float)(MICRON_RANGE / 255.0),
+        .dr_m = (float)heads[head].bin_m,
+        .pulse_m = (float)heads[head].pulse_m,
+        .az_aperture_rad = (float)geo_rad(heads[head].az_deg),
+        .el_aperture_rad = (float)geo_rad(heads[head].el_deg),
+        .head_turn = heads[head].turn,
+        .max_beams = 1,
+        .max_samples = SEA_MAX_BINS,
+    };
+}
+
+void sea_listen(const struct sea_scene *scene, enum sea_head head, uint64_t seed, unsigned beam,
+                struct sea_ping *out)
+{
+    struct dice dice = dice_of(seed * SEA_HEADS + head, stream_of(scene->name) * SEA_BEAMS + beam);
+    const int steps = (int)beam - SEA_BEAMS / 2;
+    const uint32_t turn = heads[head].turn;
+    double mean[SEA_MAX_BINS] = {0};
+
+    *out = (struct sea_ping){.ping = sea_ping_of(head),
+                             .skirt_m = INFINITY,
+                             .nearest_m = INFINITY,
+                             .axis.az_rad = (float)geo_rad(steps * STEP_DEG)};
+    out->ping.t_ns = (seed * SEA_BEAMS + beam) * 50000000u;
+    out->ping.seq = beam + 1;
+    out->ping.head_units = (turn + (uint32_t)steps * heads[head].units_per_step) % turn;
+    out->ping.beam = &out->axis;
+    out->ping.samples = out->samples;
+    surfaces(scene, head, steps * STEP_DEG, mean, out);
+    sea_disturb(scene, head, beam >= SEA_BEAMS / 2 && beam < SEA_BEAMS * 3 / 4, &dice, mean);
+    sea_hear(head, mean, scene->ring_m, isfinite(scene->floor_db) ? 0.0 : STRAY_SHARE, &dice, out->samples);
+}

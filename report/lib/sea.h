@@ -1,0 +1,73 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * sea - pings of a made-up sea whose truth is known: shapes in the water, speckle, reverberation, noise, ring-down,
+ * bursts of other sound, the vehicle's own frame. The same bytes for the same numbers. Knows no detector and no map.
+ *
+ * A surface answers with exponential power (many scatterers of random phase) that the pulse correlates, and so do
+ * noise and reverberation. Levels are dB of power against a full count of the Ping360-like head; the Micron-like
+ * head hears all of them 25 dB lower, within its 80 dB. A reflector at r is heard from r to r + pulse.
+ */
+#ifndef SONARD_REPORT_SEA_H
+#define SONARD_REPORT_SEA_H
+
+#include <stdint.h>
+
+#include "grid/ping.h"
+
+#define SEA_BEAMS      40 /* of one scan, 0.9 degrees apart, around straight ahead */
+#define SEA_MAX_BINS   600
+#define SEA_MAX_SCENES 24
+
+enum sea_head {
+    SEA_PING360, /* 12 m in 600 bins, 2 x 25 degrees, counts to the square root of pressure */
+    SEA_MICRON,  /* 10 m in 400 bins, 3 x 35 degrees, 80 dB in 255 counts */
+    SEA_HEADS,
+};
+
+struct sea_scene {
+    const char *name, *what; /* for tables, for people */
+    const char *shapes;      /* as tests/sim/lib/scene.h; "": open water */
+    double surface_db;       /* of a wall that fills the beam, at 0 m; 0.4 dB/m less farther away */
+    double tail_m;           /* the surface's echo decays over so much (soft bottom); 0: it is sharp */
+    double floor_db;         /* noise; -INFINITY: counts of zero, and stray ones in one bin of a thousand */
+    double reverb_db;        /* of the volume at 1 m, falling with the third power of range */
+    double ring_m;           /* the transducer rings at full scale so far, then 2.5 dB less per centimetre */
+    double raised_share;     /* of the pings, whose floor is 18 dB higher */
+    double burst_share;      /* of the pings, with 1 to 3 m of other sound at -18 dB */
+    double frame_m;          /* the vehicle's own frame in a quarter of the beams; 0: none. No part of the truth */
+};
+
+extern const struct sea_scene sea_scenes[];
+extern const unsigned sea_scenes_n;
+
+extern const char *const sea_head_name[SEA_HEADS];
+
+/* One ping with what is really there. Large; points into itself, so it is not copied. */
+struct sea_ping {
+    struct ping ping;
+    struct ping_beam axis;
+    uint8_t samples[SEA_MAX_BINS];
+    /* nearest surface that any ray meets, 24 dB down the beam's skirt: an echo there is no ghost */
+    double skirt_m;
+    double nearest_m;  /* nearest surface within the half-power aperture; INFINITY: none within range */
+    double farthest_m; /* ... and the surface on the axis, or the farthest in the aperture where that meets none */
+};
+
+struct dice;
+
+/** sea_disturb - adds to the mean power by bin what is no surface: noise, reverberation, bursts, in a framed beam the
+ * frame. */
+void sea_disturb(const struct sea_scene *scene, enum sea_head head, bool framed, struct dice *dice, double *mean);
+
+/** sea_hear - from mean power by bin to the counts of one ping: speckle, the pulse, the ring-down, stray counts. */
+void sea_hear(enum sea_head head, const double *mean, double ring_m, double stray_share, struct dice *dice,
+              uint8_t *samples);
+
+/** sea_ping_of - a ping of this head without direction, time and samples. */
+struct ping sea_ping_of(enum sea_head head);
+
+/** sea_listen - beam 0 .. SEA_BEAMS - 1 of the scan `seed` of a scene. */
+void sea_listen(const struct sea_scene *scene, enum sea_head head, uint64_t seed, unsigned beam,
+                struct sea_ping *out);
+
+#endif

@@ -1,0 +1,62 @@
+/* SPDX-License-Identifier: MIT */
+/* shipped - see shipped.h. */
+#include "shipped.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "grid/range/extract.h"
+#include "grid/range/marks.h"
+
+struct shipped {
+    struct extract *extract;
+    struct marks marks;
+    void *fresh; /* the extractor before its first ping */
+    size_t bytes;
+};
+
+const char *const shipped_knob_name = "min_contrast";
+const double shipped_knob[SHIPPED_KNOBS] = {8, 10, 12, 14, 17, 20, 25};
+const unsigned shipped_knob_default = 3;
+
+struct shipped *shipped_make(double knob, uint32_t max_bins)
+{
+    struct shipped *s = calloc(1, sizeof *s);
+    struct extract_conf conf;
+    struct fault fault = {"no memory"};
+
+    extract_defaults(&conf);
+    conf.min_contrast_db = knob;
+    if (s) {
+        s->bytes = extract_size(max_bins);
+        void *mem = calloc(1, s->bytes);
+        s->fresh = calloc(1, s->bytes);
+        s->extract = mem && s->fresh ? extract_init(mem, &conf, max_bins, &fault) : NULL;
+    }
+    if (!s || !s->extract) {
+        fprintf(stderr, "shipped: %s\n", fault.text);
+        exit(1);
+    }
+    memcpy(s->fresh, s->extract, s->bytes);
+    return s;
+}
+
+void shipped_free(struct shipped *s)
+{
+    free(s->extract);
+    free(s->fresh);
+    free(s);
+}
+
+void shipped_begin(struct shipped *s)
+{
+    memcpy(s->extract, s->fresh, s->bytes);
+    marks_init(&s->marks);
+}
+
+void shipped_run(struct shipped *s, const struct ping *ping, struct echoes *out)
+{
+    extract_run(s->extract, ping, NULL, out);
+    marks_run(&s->marks, out);
+}

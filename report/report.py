@@ -1,0 +1,323 @@
+#!/usr/bin/env -S python3 -B
+# SPDX-License-Identifier: MIT
+"""
+report.py - makes the report: runs the measuring programs, plots, and writes build/report/index.html, build/report/report.md and
+the data as CSV. The text is index.md and one file per chapter; a line that begins with @ is done and replaced:
+
+  @chapter NAME                    the text of NAME.md
+  @run DATA PROGRAM ARGS...        what the program prints becomes data/DATA.csv
+  @time DATA PROGRAM ARGS...       the same, with nothing beside it: it measures nanoseconds
+  @count DATA FUNCTION PROGRAM ARGS...  the same under callgrind: a column of instructions in FUNCTION between two
+                                   calls of cost_mark, per `bins` of the row; empty where there is no valgrind
+  @if_peer TEXT                    TEXT, where the benchmark's peer is built: a conclusion that rests on it
+  @peer DATA COLUMN[:TITLE]...     what the benchmark's peer says, as data and a table; a sentence where it is not built
+  @points DATA ERRORS COST COUNT MEASURE[!][<LIMIT]... [+COLUMN]...  one row per setting: medians over seeds, cost, Pareto
+                                   fronts; a setting beyond a limit is no use and on no front; a COLUMN has no front.
+                                   A MEASURE with ! is dangerous: the worst of the seeds, and MEASURE_seeds says in how
+                                   many of them it is above 0; where fewer than 8 seeds were run, the report fails
+  @judge DATA                      is the default on the front, and what does it give up, in words and a table
+  @plot SCRIPT                     gnuplot SCRIPT.gp, with `data` and `out` set
+  @figure FILE CAPTION             FILE.svg
+  @table DATA COLUMN=VALUE... COLUMN[:TITLE]...   rows where COLUMN is VALUE, the named columns
+  @pivot DATA ROW COLUMN COLUMN=VALUE... CELL...  a row for each value of ROW, a column for each of COLUMN, cells joined by /
+  @beside DATA LEFT RIGHT          the columns of LEFT and of RIGHT, whose rows are about the same, as data
+  @explain SCENE                   the plan of config/scenes/SCENE.conf, as sonard --explain has it
+  @machine                         what it was measured on
+
+What runs programs is done first: on all processors at once, the longest before the others, and then, one by one, what
+measures time.
+"""
+import argparse
+import concurrent.futures
+import csv
+import json
+import math
+import os
+import platform
+import re
+import shutil
+import statistics
+import subprocess
+import sys
+import tempfile
+import time
+
+import page
+from page import HERE, markdown_table, number, read
+
+
+# What takes longest, begun first so that no processor waits for it at the end. Only the order depends on it.
+LONGEST = ("long", "extract_count", "voxel_settings", "voxel_shaft", "voxel_errors", "drift", "stability", "sphere_count", "left_out_count", "plan_count",
+           "chain_count", "voxel_slices", "voxel_false", "sphere_errors", "chain_errors")
+
+
+class Report:
+    def __init__(self, build, out, size):
+        self.build, self.out, self.size = build, out, size
+        self.data = os.path.join(out, "data")
+        self.figures = 0
+        self.begin = time.monotonic()
+        shutil.rmtree(out, ignore_errors=True)
+        os.makedirs(self.data)
+
+    # ---- data ----
+
+    def rows(self, name):
+        with open(os.path.join(self.data, name + ".csv"), newline="", encoding="utf-8") as f:
+            return list(csv.DictReader(f))
+
+    def save(self, name, rows):
+        with open(os.path.join(self.data, name + ".csv"), "w", newline="", encoding="utf-8") as f:
+            table = csv.DictWriter(f, rows[0].keys(), lineterminator="\n")
+            table.writeheader()
+            table.writerows(rows)
+
+    def program(self, name, *args):
+        return [os.path.join(self.build, "tests", name), *args, *([self.size] if self.size else [])]
+
+    def run(self, name, *command):
+        with open(os.path.join(self.data, name + ".csv"), "w", encoding="utf-8") as f:
+            subprocess.run(self.program(*command), stdout=f, stderr=subprocess.DEVNULL, check=True)
+
+    def count(self, name, function, *command):
+        if not shutil.which("valgrind"):
+            self.run(name, *command)
+            self.save(name, [row | {"instructions": ""} for row in self.rows(name)])
+            return
+        with tempfile.TemporaryDirectory() as folder:
+            dump = os.path.join(folder, "dump")
+            valgrind = ["valgrind", "-q", "--tool=callgrind", f"--toggle-collect={function}",
+                        "--dump-before=cost_mark", f"--callgrind-out-file={dump}"]
+            with open(os.path.join(self.data, name + ".csv"), "w", encoding="utf-8") as f:
+                subprocess.run(valgrind + self.program(*command), stdout=f, stderr=subprocess.DEVNULL, check=True)
+            rows = self.rows(name)
+            for i, row in enumerate(rows, 1):
+                total = int(re.search(r"^totals: (\d+)", read(f"{dump}.{i}"), re.M)[1])
+                row["instructions"] = f"{total / float(row['bins']):.2f}"
+        self.save(name, rows)
+
+    def run_peer(self, name, *_):
+        if os.path.exists(self.program("bench_octomap_peer")[0]):
+            self.run(name, "bench_octomap_peer", "csv")
+
+    def measure(self, texts):
+        """Runs every program that the texts name; what measures time comes last, with nothing beside it."""
+        steps = [m for text in texts for m in re.findall(r"^@(run|count|peer|time) (.*)$", text, re.M)]
+        steps.sort(key=lambda step: (LONGEST + (step[1].split()[0],)).index(step[1].split()[0]))
+        does = {"run": self.run, "count": self.count, "peer": self.run_peer, "time": self.run}
+        done = 0
+        for alone in (False, True):
+            with concurrent.futures.ThreadPoolExecutor(1 if alone else len(os.sched_getaffinity(0))) as pool:
+                jobs = {pool.submit(timed, does[kind], words.split()): words.split()[0] for kind, words in steps
+                        if (kind == "time") == alone}
+                try:
+                    for job in concurrent.futures.as_completed(jobs):
+                        done += 1
+                        took = job.result()
+                        self.progress(done, len(steps), f"{jobs[job]}, {took:.0f} s")
+                finally:
+                    pool.shutdown(cancel_futures=True)
+
+    def progress(self, done, steps, what):
+        bar = "#" * (20 * done // steps)
+        print(f"[{bar:20}] {done:2}/{steps} {time.monotonic() - self.begin:4.0f} s  {what}", flush=True)
+
+    def peer(self, name, *columns):
+        if not os.path.exists(os.path.join(self.data, name + ".csv")):
+            return "Not measured here: the peer's library, liboctomap-dev, is not installed."
+        return self.table(name, *columns)
+
+    def if_peer(self, *words):
+        return " ".join(words) if os.path.exists(self.program("bench_octomap_peer")[0]) else ""
+
+    # ---- error against cost ----
+
+    def points(self, name, errors, cost, count, *measures):
+        seeds = {}
+        for row in self.rows(errors):
+            if row["scene"] == "all":
+                seeds.setdefault((row["knob"], row["value"]), []).append(row)
+        costs = {(r["knob"], r["value"]): r for r in self.rows(cost)}
+        counts = {(r["knob"], r["value"]): r["instructions"] for r in self.rows(count)}
+        shown = [word[1:] for word in measures if word.startswith("+")]
+        limits = {m: float(limit or "inf") for m, _, limit in (word.partition("<") for word in measures if word[0] != "+")}
+        dangerous = {m[:-1] for m in limits if m.endswith("!")}
+        limits = {m.rstrip("!"): limit for m, limit in limits.items()}
+        measures = list(limits)
+        points = []
+        for key, rows in seeds.items():
+            place = sum(p["knob"] == key[0] for p in points)
+            point = {"knob": key[0], "value": key[1], "place": place, "default": rows[0]["default"],
+                     "cost": counts[key] or costs[key]["ns_per_bin"], "instructions": counts[key]}
+            point |= {k: costs[key][k] for k in ("ns_per_bin", "ns_low", "ns_high")}
+            for m in measures + shown:
+                values = [float(row[m]) for row in rows]
+                of_seeds = max(values) if m in dangerous else statistics.median(values)
+                point |= {m: f"{of_seeds:.6g}", m + "_low": min(values), m + "_high": max(values)}
+                if m in dangerous:
+                    point[m + "_seeds"] = f"{sum(v > 0 for v in values)} of {len(values)}"
+                    if len(values) < 8 and self.size != "quick":
+                        sys.exit(f"report.py: {errors}: {m} is dangerous, and {len(values)} seeds are too few")
+            points.append(point)
+        useful = [p for p in points if all(float(p[m]) <= limit for m, limit in limits.items())]
+        for p in points:
+            p["useful"] = int(p in useful)
+            for m in measures:
+                p["front_" + m] = int(p in useful and not any(better(q, p, ["cost", m]) for q in useful))
+        for m in measures:
+            tell(points, m)
+        self.save(name, points)
+        return ""
+
+    def judge(self, name):
+        points = [p for p in self.rows(name) if p["useful"] == "1"]
+        measures = [k[6:] for k in points[0] if k.startswith("front_")]
+        default = next((p for p in points if p["default"] == "1"), None)
+        if not default:
+            text = "**Finding: the shipped default is beyond a limit** that the settings below are held to."
+            print(f"{name}: {text}", flush=True)
+            return text
+        winners = [p for p in points if better(p, default, ["cost", *measures])]
+        names = [f"{p['knob']} = {p['value']}" for p in winners]
+        text = ("**Finding: the shipped default is dominated** by " + ", ".join(names) +
+                ": no more cost, no measure worse, one better." if names else
+                "No single knob, turned from its default, is better in one measure without being worse in another or "
+                "costing more: the shipped default lies on the front of all measures together.")
+        thoughts = [f"{p['knob']} = {p['value']} ({m} {number(default[m])} to {number(p[m])})"
+                    for p in points if p not in winners and float(p["cost"]) <= 1.05 * float(default["cost"]) and
+                    all(float(p[m]) <= 1.1 * float(default[m]) for m in measures)
+                    for m in measures if float(p[m]) < 0.5 * float(default[m])]
+        if thoughts:
+            text += "\n\n**Worth a thought**, since they at least halve one measure and make no other worse by more " \
+                    "than a tenth: " + "; ".join(thoughts) + "."
+        rows = []
+        for m in measures:
+            rivals = [p for p in points if float(p["cost"]) <= 1.01 * float(default["cost"])]
+            best = min(rivals, key=lambda p, m=m: float(p[m]))
+            if float(best[m]) >= float(default[m]):
+                rows.append([m, number(default[m]), "the default", "", ""])
+                continue
+            loss = {k: (float(best[k]) - float(default[k])) / max(float(default[k]), 1e-3) for k in measures}
+            worst = max(loss, key=loss.get)
+            price = f"{worst} {number(default[worst])} to {number(best[worst])}" if loss[worst] > 0 else "none"
+            rows.append([m, number(default[m]), f"{best['knob']} = {best['value']}", number(best[m]), price])
+        header = ["measure", "default", "least at no more cost", "there", "its highest price"]
+        print(f"{name}: {text}", flush=True)
+        return text + "\n\n" + markdown_table(header, rows)
+
+    # ---- text ----
+
+    def plot(self, script):
+        page.gnuplot(script, self.data, self.out)
+        return ""
+
+    def figure(self, name, *caption):
+        self.figures += 1
+        return f"![Figure {self.figures}]({name}.svg)\n\n*Figure {self.figures}. {' '.join(caption)}*"
+
+    def table(self, name, *words):
+        where = dict(w.split("=", 1) for w in words if "=" in w)
+        columns = [w.replace("~", " ").partition(":") for w in words if "=" not in w]
+        rows = [r for r in self.rows(name) if all(r[k] == v.replace("~", " ") for k, v in where.items())]
+        return markdown_table([title or key for key, _, title in columns],
+                              [[number(r[key]) for key, _, _ in columns] for r in rows])
+
+    def pivot(self, name, row, column, *words):
+        where = dict(w.split("=", 1) for w in words if "=" in w)
+        cells = [w for w in words if "=" not in w]
+        data = [r for r in self.rows(name) if all(r[k] == v for k, v in where.items())]
+        columns = list(dict.fromkeys(r[column] for r in data))
+        table = {}
+        for r in data:
+            table.setdefault(r[row], {})[r[column]] = " / ".join(number(r[c]) for c in cells)
+        return markdown_table([row, *columns], [[key, *(of.get(c, "") for c in columns)] for key, of in table.items()])
+
+    def beside(self, name, left, right):
+        self.save(name, [a | b for a, b in zip(self.rows(left), self.rows(right), strict=True)])
+        return ""
+
+    def explain(self, scene):
+        conf = os.path.join(HERE, "..", "config", "scenes", scene + ".conf")
+        plan = json.loads(subprocess.run([os.path.join(self.build, "sonard"), "-c", conf, "--explain=json"],
+                                         capture_output=True, text=True, check=True).stdout)
+        return page.plan_table(plan)
+
+    def machine(self):
+        cpu = re.search(r"model name\s*: (.*)", read("/proc/cpuinfo"))
+        cc = subprocess.run(["cc", "--version"], capture_output=True, text=True, check=True).stdout.splitlines()[0]
+        kind = {"": "full", "quick": "QUICK=1: few repetitions, only to try the machinery",
+                "long": "full, and with LONG=1 a billion updates of what runs for ever"}[self.size]
+        return f"{platform.machine()}, {cpu[1] if cpu else 'unknown CPU'}, {os.cpu_count()} CPUs, {cc}; run: {kind}."
+
+    def chapter(self, name):
+        return self.expand(read(os.path.join(HERE, name + ".md")))
+
+    def expand(self, text):
+        return re.sub(r"^@(\w+) ?(.*)$", self.directive, text, flags=re.M)
+
+    def directive(self, match):
+        name, words = match[1], match[2].split()
+        if name in MEASURED:
+            return ""
+        if name not in DIRECTIVES:
+            sys.exit(f"report.py: @{name} is no directive")
+        return getattr(self, name)(*words)
+
+    def make(self):
+        index = read(os.path.join(HERE, "index.md"))
+        self.measure([read(os.path.join(HERE, name + ".md")) for name in re.findall(r"^@chapter (\w+)", index, re.M)])
+        text = re.sub(r"\n{3,}", "\n\n", self.expand(index))
+        page.make(self.out, text)
+        print(f"report: {self.out}/index.html, {self.figures} figures, {time.monotonic() - self.begin:.0f} s")
+
+
+MEASURED = ("run", "count", "time")
+DIRECTIVES = ("chapter", "peer", "if_peer", "points", "judge", "plot", "figure", "table", "pivot", "beside", "explain", "machine")
+
+
+def timed(do, words):
+    begin = time.monotonic()
+    do(*words)
+    return time.monotonic() - begin
+
+
+def better(q, p, keys):
+    """q is in no key worse than p (1 % of cost is no difference), and in one better."""
+    slack = {"cost": 1.01}
+    return (all(float(q[k]) <= float(p[k]) * slack.get(k, 1.0) for k in keys) and
+            any(float(q[k]) * slack.get(k, 1.0) < float(p[k]) for k in keys))
+
+
+def tell(points, measure):
+    """Which points have room for a name on logarithmic axes of cost and measure, beside the default: words before numbers, and
+    those on the front before others."""
+    def place(p):
+        return math.log10(float(p["cost"])), math.log10(max(float(p[measure]), least))
+
+    least = min((float(p[measure]) for p in points if float(p[measure]) > 0), default=1) / 2
+    x, y = zip(*map(place, points))
+    width, height = 0.12 * (max(x) - min(x)), 0.035 * (max(y) - min(y))
+    taken = [place(p) for p in points if p["default"] == "1"][:1]
+    for p in sorted(points, key=lambda p: (p["value"][0].isdigit(), -p["front_" + measure])):
+        at = place(p)
+        room = all(abs(at[0] - q[0]) > width or abs(at[1] - q[1]) > height for q in taken)
+        p["told_" + measure] = int(room)
+        taken += [at] if room else []
+
+
+def main():
+    arguments = argparse.ArgumentParser(description="make the report")
+    arguments.add_argument("--build", default="build", help="folder of the measuring programs")
+    arguments.add_argument("--out", default="build/report", help="folder that is made anew")
+    size = arguments.add_mutually_exclusive_group()
+    size.add_argument("--quick", dest="size", action="store_const", const="quick", default="", help="in seconds, with few repetitions")
+    size.add_argument("--long", dest="size", action="store_const", const="long", help="a billion updates of what runs for ever")
+    args = arguments.parse_args()
+    try:
+        Report(args.build, args.out, args.size).make()
+    except subprocess.CalledProcessError as fault:
+        sys.exit(f"report.py: {' '.join(fault.cmd)}: ended with status {fault.returncode}")
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,278 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * report_chain - the whole chain, from a ping to the answer about a direction, in a made-up sea whose truth is known:
+ * scans of a Ping360 through the daemon's own pipeline, for settings turned one by one from the shipped configuration.
+ *
+ *   report_chain errors [quick]   CSV: knob, value, default, scene, seed, errors; scene "all" pools
+ *   report_chain cost [quick]     CSV: knob, value, nanoseconds per ping from the first to the last, all threads done
+ *   report_chain count [quick]    CSV: knob, value, pings, for callgrind to count the instructions of pipeline_submit
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/fault.h"
+#include "tests/sim/lib/scene.h"
+#include "report/lib/cost.h"
+#include "report/lib/dice.h"
+#include "report/lib/scans.h"
+
+#define SEEDS       8
+#define SCANS       2
+#define PINGS       (SCANS * SEA_BEAMS)
+#define QUESTIONS   100
+#define CONE_DEG    2.0  /* half a question's */
+#define WITHIN_DEG  14.0 /* of straight ahead: beams reach beyond the cone */
+#define EDGE_M      0.15 /* a surface this near to the distance asked about is neither in the way nor out of it */
+#define RAYS        5    /* across a question's cone */
+#define COST_SCENES 4
+#define REPETITIONS 9
+#define PING_NS     UINT64_C(50000000)
+
+static const struct setting {
+    const char *knob, *label;
+    bool shipped;
+    const char *sections;
+} settings[] = {
+    {"threads", "0", true, ""},
+    {"threads", "1", false, "[pipeline]\nthreads = 1\n"},
+    {"threads", "2", false, "[pipeline]\nthreads = 2\n"},
+    {"detector", "soca", true, ""},
+    {"detector", "ca", false, "[extract]\ndetector = ca\n"},
+    {"detector", "goca", false, "[extract]\ndetector = goca\n"},
+    {"detector", "os", false, "[extract]\ndetector = os\n"},
+    {"no_echo", "minimum", true, ""},
+    {"no_echo", "heard", false, "[extract]\nno_echo = heard\n"},
+    {"no_echo", "range", false, "[extract]\nno_echo = range\n"},
+    {"marks", "on", true, ""},
+    {"marks", "off", false, "[extract]\nmarks = off\n"},
+    {"cleanup", "none", true, ""},
+    {"cleanup", "all", false, "[extract]\nmedian = 3\notsu = on\nclahe = on\nclasses = on\n"},
+    {"angular_step", "0.5", false, "[grid]\nangular_step = 0.5 deg\n"},
+    {"angular_step", "1", false, "[grid]\nangular_step = 1 deg\n"},
+    {"angular_step", "2", true, ""},
+    {"angular_step", "4", false, "[grid]\nangular_step = 4 deg\n"},
+    {"layer", "0.01", false, "[grid]\nlayer = 0.01 m\n"},
+    {"layer", "0.05", true, ""},
+    {"layer", "0.2", false, "[grid]\nlayer = 0.2 m\n"},
+    {"sensor_model", "opening", true, ""},
+    {"sensor_model", "gauss", false, "[grid]\nsensor_model = gauss\n"},
+    {"sensor_model", "midpoint", false, "[grid]\nsensor_model = midpoint\n"},
+    {"elevation", "full", true, ""},
+    {"elevation", "level", false, "[grid]\nelevation = level\n"},
+};
+#define SETTINGS (sizeof settings / sizeof settings[0])
+
+/* ---- errors ---- */
+
+struct tally {
+    unsigned in_way, false_clear; /* questions with a surface in the way; called clear all the same */
+    unsigned surfaces,
+        behind; /* with a surface in the cone; free water claimed behind it, whatever the distance */
+    unsigned open, false_block, unknown; /* with none; called blocked; not known */
+    unsigned n;
+    double range_m[SEA_MAX_SCENES * QUESTIONS]; /* |error| where rightly blocked */
+};
+
+static struct sea_ping pings[PINGS];
+
+static double nearest_of(const struct scene *scene, double az_rad)
+{
+    static const double origin[3] = {0, 0, 0};
+    double nearest_m = INFINITY;
+
+    for (int i = 0; scene->n && i < RAYS; i++)
+        for (int k = 0; k < RAYS; k++) {
+            struct scene_hit hit;
+            double d[3];
+            geo_direction(az_rad + geo_rad(CONE_DEG) * (2.0 * i / (RAYS - 1) - 1),
+                          geo_rad(CONE_DEG) * (2.0 * k / (RAYS - 1) - 1), d);
+            if (scene_cast(scene, origin, d, 0, &hit))
+                nearest_m = fmin(nearest_m, hit.range_m);
+        }
+    return nearest_m;
+}
+
+static void ask(struct pipeline *pipeline, const struct conf *conf, const struct scene *scene, struct dice *dice,
+                struct tally *t)
+{
+    const struct answer_conf limits = scans_limits(conf);
+    const struct answer_now now = scans_now(pings[PINGS - 1].ping.t_ns);
+
+    for (int i = 0; i < QUESTIONS; i++) {
+        const double az_rad = geo_rad(WITHIN_DEG) * (2 * dice_uniform(dice) - 1);
+        const struct answer_query q = {.az_rad = geo_wrap(az_rad),
+                                       .distance_m = 0.8 + 8 * dice_uniform(dice),
+                                       .half_angle_rad = geo_rad(CONE_DEG)};
+        const double nearest_m = nearest_of(scene, az_rad);
+        struct answer a;
+        answer_direction(pipeline_picture(pipeline), &limits, &now, &q, &a);
+        t->surfaces += isfinite(nearest_m) != 0;
+        t->behind += a.free_to_m > nearest_m + EDGE_M;
+        if (nearest_m < q.distance_m - EDGE_M) {
+            t->in_way++;
+            t->false_clear += a.state == ANSWER_CLEAR;
+            if (a.state == ANSWER_BLOCKED)
+                t->range_m[t->n++] = fabs(a.range_m - nearest_m);
+        } else if (nearest_m > q.distance_m + EDGE_M) {
+            t->open++;
+            t->false_block += a.state == ANSWER_BLOCKED;
+            t->unknown += a.state == ANSWER_UNKNOWN;
+        }
+    }
+}
+
+static void play(const struct setting *s, const struct scene *scene, unsigned seed, struct tally *t)
+{
+    struct dice dice = dice_of(seed, 3);
+    struct conf conf;
+
+    scans_configure(s->sections, &conf);
+    struct pipeline *pipeline = scans_start(&conf);
+    for (unsigned n = 0; n < PINGS; n++)
+        scans_submit(pipeline, &pings[n]);
+    pipeline_drain(pipeline);
+    ask(pipeline, &conf, scene, &dice, t);
+    pipeline_free(pipeline);
+}
+
+static void print_tally(const struct setting *s, const char *scene, unsigned seed, struct tally *t)
+{
+    cost_sort(t->range_m, t->n);
+    printf("%s,%s,%d,%s,%u,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g\n", s->knob, s->label, s->shipped, scene, seed,
+           t->false_clear / fmax(t->in_way, 1), t->behind / fmax(t->surfaces, 1),
+           t->false_block / fmax(t->open, 1), t->unknown / fmax(t->open, 1), cost_quantile(t->range_m, t->n, 0.5),
+           cost_quantile(t->range_m, t->n, 0.95), cost_quantile(t->range_m, t->n, 1));
+}
+
+static void add(struct tally *all, const struct tally *one)
+{
+    all->in_way += one->in_way;
+    all->false_clear += one->false_clear;
+    all->surfaces += one->surfaces;
+    all->behind += one->behind;
+    all->open += one->open;
+    all->false_block += one->false_block;
+    all->unknown += one->unknown;
+    memcpy(all->range_m + all->n, one->range_m, one->n * sizeof one->range_m[0]);
+    all->n += one->n;
+}
+
+static void listen(const struct sea_scene *sea, unsigned seed)
+{
+    for (unsigned n = 0; n < PINGS; n++)
+        sea_listen(sea, SEA_PING360, seed * SCANS + n / SEA_BEAMS, n % SEA_BEAMS, &pings[n]);
+}
+
+static void errors(unsigned seeds, unsigned scenes)
+{
+    static struct tally all[SETTINGS];
+    static struct scene shapes;
+    struct fault fault;
+
+    printf("knob,value,default,scene,seed,false_clear_share,behind_share,false_block_share,unknown_share,range_"
+           "median_m,range_p95_m,"
+           "range_max_m\n");
+    for (unsigned seed = 1; seed <= seeds; seed++) {
+        memset(all, 0, sizeof all);
+        for (unsigned k = 0; k < scenes; k++) {
+            const struct sea_scene *sea = &sea_scenes[k];
+            memset(&shapes, 0, sizeof shapes);
+            if (*sea->shapes && !scene_parse(&shapes, sea->name, sea->shapes, &fault)) {
+                fprintf(stderr, "report_chain: %s\n", fault.text);
+                exit(1);
+            }
+            listen(sea, seed);
+            for (size_t i = 0; i < SETTINGS; i++) {
+                static struct tally one;
+                memset(&one, 0, sizeof one);
+                play(&settings[i], &shapes, seed, &one);
+                add(&all[i], &one);
+                print_tally(&settings[i], sea->name, seed, &one);
+            }
+        }
+        for (size_t i = 0; i < SETTINGS; i++)
+            print_tally(&settings[i], "all", seed, &all[i]);
+    }
+}
+
+/* ---- cost ---- */
+
+static struct sea_ping scene_pings[COST_SCENES][SEA_BEAMS];
+
+static void listen_scenes(unsigned scenes)
+{
+    for (unsigned k = 0; k < scenes; k++)
+        for (unsigned b = 0; b < SEA_BEAMS; b++)
+            sea_listen(&sea_scenes[k], SEA_PING360, 1, b, &scene_pings[k][b]);
+}
+
+/* A scan of each of so many scenes, at times after all that went in before; *t_ns is the last one's. */
+static void run_scenes(struct pipeline *pipeline, unsigned scenes, uint64_t *t_ns)
+{
+    for (unsigned k = 0; k < scenes; k++)
+        for (unsigned b = 0; b < SEA_BEAMS; b++) {
+            scene_pings[k][b].ping.t_ns = *t_ns += PING_NS;
+            scans_submit(pipeline, &scene_pings[k][b]);
+        }
+    pipeline_drain(pipeline);
+}
+
+static void cost(unsigned repetitions)
+{
+    listen_scenes(COST_SCENES);
+    printf("knob,value,ns_per_bin,ns_low,ns_high\n");
+    for (size_t i = 0; i < SETTINGS; i++) {
+        double ns[REPETITIONS];
+        uint64_t t_ns = 0;
+        struct conf conf;
+        scans_configure(settings[i].sections, &conf);
+        struct pipeline *pipeline = scans_start(&conf);
+        run_scenes(pipeline, COST_SCENES, &t_ns); /* to warm up */
+        for (unsigned r = 0; r < repetitions; r++) {
+            const double begin_ns = cost_now_ns();
+            run_scenes(pipeline, COST_SCENES, &t_ns);
+            ns[r] = (cost_now_ns() - begin_ns) / (COST_SCENES * SEA_BEAMS);
+        }
+        pipeline_free(pipeline);
+        const struct cost_spread spread = cost_spread_of(ns, repetitions);
+        printf("%s,%s,%.4g,%.4g,%.4g\n", settings[i].knob, settings[i].label, spread.median, spread.low,
+               spread.high);
+    }
+}
+
+/* Threads do the same work elsewhere, where callgrind does not follow: they have the count of threads = 0. */
+static void count(unsigned scenes)
+{
+    listen_scenes(scenes);
+    printf("knob,value,bins\n");
+    for (size_t i = 0; i < SETTINGS; i++) {
+        uint64_t t_ns = 0;
+        struct conf conf;
+        scans_configure(strcmp(settings[i].knob, "threads") == 0 ? "" : settings[i].sections, &conf);
+        struct pipeline *pipeline = scans_start(&conf);
+        run_scenes(pipeline, scenes, &t_ns);
+        printf("%s,%s,%u\n", settings[i].knob, settings[i].label, scenes * SEA_BEAMS);
+        cost_mark();
+        pipeline_free(pipeline);
+    }
+}
+
+int main(int argc, char **argv)
+{
+    const char *what = argc > 1 ? argv[1] : "";
+    const bool quick = argc > 2 && strcmp(argv[2], "quick") == 0;
+
+    if (strcmp(what, "errors") == 0)
+        errors(quick ? 1 : SEEDS, quick ? 3 : sea_scenes_n);
+    else if (strcmp(what, "cost") == 0)
+        cost(quick ? 3 : REPETITIONS);
+    else if (strcmp(what, "count") == 0)
+        count(quick ? 1 : COST_SCENES);
+    else {
+        fprintf(stderr, "usage: report_chain errors|cost|count [quick]\n");
+        return 2;
+    }
+    return 0;
+}

@@ -1,0 +1,240 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * report_shapes - walls and corners of rectangular basins drawn at random, heard, extracted, marked and entered as
+ * shipped, while the vehicle stands or yaws to and fro: how many are found, and what is found that is none.
+ *
+ *   report_shapes [quick]   CSV: vehicle, compass_deg, seeds (one basin each), walls, walls_found, walls_false,
+ *                           corners_found, corners_false, all_four_walls, all_four_corners (of so many basins)
+ *
+ * found: a wall within 8 degrees of its normal and 10 cm + 2 % of its distance, a corner within 20 cm + 3 % of its
+ * range; false: anything else, and what is found twice. compass_deg: standard deviation of the heading of each ping.
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "core/fault.h"
+#include "grid/range/extract.h"
+#include "grid/range/marks.h"
+#include "grid/sphere/shapes.h"
+#include "grid/sphere/sphere.h"
+#include "report/lib/basin_grid.h"
+#include "report/lib/dice.h"
+#include "report/lib/sea.h"
+#include "tests/sim/lib/scene.h"
+
+#define SEEDS     60
+#define TURNS     2
+#define BEAMS     400 /* of a turn */
+#define RAYS_EL   21
+#define RAYS_AZ   5
+#define PING_S    0.05
+#define YAW_RAD   (25 * GEO_PI / 180)
+#define YAW_S     8.0 /* to and fro */
+#define WALL_DB   (-6.0)
+#define REACH_M   11.5 /* of the head at its usual bins; for larger basins they grow */
+#define CLEAR_M   0.8  /* of the vehicle to the nearest wall */
+#define SIDES     4
+#define GRID_TO_M 30.0
+
+/* Walls stand at distance_m[k] in direction k * 90 degrees; corners lie between k and k + 1. */
+struct tank {
+    double distance_m[SIDES], heading_rad, bins;
+    struct scene scene;
+};
+
+struct tally {
+    unsigned walls, walls_false, corners, corners_false, all_walls, all_corners;
+};
+
+static double between(struct dice *dice, double low, double high)
+{
+    return low + (high - low) * dice_uniform(dice);
+}
+
+static void draw_tank(struct tank *tank, unsigned seed)
+{
+    struct dice dice = dice_of(seed, 77);
+    struct fault fault;
+    char text[160];
+    double *d = tank->distance_m;
+
+    for (int axis = 0; axis < 2; axis++) {
+        const double half_m = between(&dice, 1.5, 9), off_m = between(&dice, -1, 1) * (half_m - CLEAR_M);
+        d[axis] = half_m - off_m;
+        d[axis + 2] = half_m + off_m;
+    }
+    const double height_m = (d[0] + d[2]) / 2, up_m = height_m * between(&dice, 0.5, 1.25),
+                 down_m = height_m * between(&dice, 0.5, 1.25);
+    tank->heading_rad = between(&dice, 0, GEO_TURN);
+    tank->bins = fmax(1, hypot(fmax(d[0], d[2]), fmax(d[1], d[3])) / REACH_M);
+    snprintf(text, sizeof text, "box %.4f %.4f %.4f %.4f %.4f %.4f", -d[2], d[0], -d[3], d[1], -up_m, down_m);
+    if (!scene_parse(&tank->scene, "tank", text, &fault)) {
+        fprintf(stderr, "report_shapes: %s\n", fault.text);
+        exit(1);
+    }
+}
+
+/* A fan of rays over the beam. */
+static void sound_of(const struct tank *tank, const struct ping *head, double az_rad, double *mean)
+{
+    static const double origin[3] = {0, 0, 0};
+    double sum = 0;
+
+    for (int k = 0; k < 2 * RAYS_AZ * RAYS_EL; k++) {
+        const int ray = k % (RAYS_AZ * RAYS_EL);
+        const double az = 2.0 * (ray / RAYS_EL) / (RAYS_AZ - 1) - 1,
+                     el = 2.0 * (ray % RAYS_EL) / (RAYS_EL - 1) - 1, weight = exp2(-8 * (az * az + el * el));
+        struct scene_hit hit;
+        double d[3];
+        if (k < RAYS_AZ * RAYS_EL) { /* the first half of the rounds only adds the weights up */
+            sum += weight;
+            continue;
+        }
+        geo_direction(az_rad + az * (double)head->az_aperture_rad, el * (double)head->el_aperture_rad, d);
+        if (!scene_cast(&tank->scene, origin, d, 0, &hit))
+            continue;
+        const double db = WALL_DB - 0.4 * hit.range_m + 10 * log10(hit.cos_incidence),
+                     bin = hit.range_m / (double)head->dr_m;
+        if (bin < head->n_bins)
+            mean[(uint32_t)bin] += weight / sum * pow(10, db / 10) * (double)(head->pulse_m / head->dr_m);
+    }
+}
+
+/* What a tank is heard with. */
+struct rig {
+    struct extract *extract;
+    struct marks marks;
+    struct sphere *grid;
+};
+
+static void start(struct rig *rig)
+{
+    struct sphere_conf conf = basin_grid_shipped;
+    struct extract_conf extract;
+    struct fault fault = {"no memory"};
+    void *memory = malloc(extract_size(SEA_MAX_BINS));
+
+    conf.layers.r_max_m = GRID_TO_M;
+    extract_defaults(&extract);
+    rig->extract = memory ? extract_init(memory, &extract, SEA_MAX_BINS, &fault) : NULL;
+    if (!rig->extract) {
+        fprintf(stderr, "report_shapes: %s\n", fault.text);
+        exit(1);
+    }
+    marks_init(&rig->marks);
+    rig->grid = basin_grid(&conf);
+}
+
+static uint64_t hear(struct rig *rig, const struct tank *tank, unsigned seed, bool yaws, double compass_rad)
+{
+    static const struct sea_scene water = {.floor_db = -44, .reverb_db = -60};
+    static uint8_t samples[SEA_MAX_BINS];
+    uint64_t t_ns = 0;
+
+    for (unsigned i = 0; i < TURNS * BEAMS; i++) {
+        struct dice dice = dice_of(seed, 1000 + i);
+        struct ping ping = sea_ping_of(SEA_PING360);
+        struct ping_beam axis = {.az_rad = (float)(GEO_TURN * (i % BEAMS) / BEAMS)};
+        struct beam_echoes beam;
+        struct echoes e = {.max_beams = 1, .beam = &beam};
+        double mean[SEA_MAX_BINS] = {0};
+        const double yaw_rad = tank->heading_rad + (yaws ? YAW_RAD * sin(GEO_TURN * i * PING_S / YAW_S) : 0),
+                     compass_heading_rad = yaw_rad + compass_rad * sqrt(2.0) * creal(dice_normal(&dice));
+        ping.dr_m *= (float)tank->bins;
+        ping.pulse_m *= (float)tank->bins;
+        sound_of(tank, &ping, yaw_rad + (double)axis.az_rad, mean);
+        sea_disturb(&water, SEA_PING360, false, &dice, mean);
+        sea_hear(SEA_PING360, mean, 0.2, 0, &dice, samples);
+        ping.t_ns = t_ns = (uint64_t)((i + 1) * PING_S * 1e9);
+        ping.seq = i + 1;
+        ping.head_units = i % BEAMS;
+        ping.flags = i % BEAMS == 0 ? PING_NEW_TURN : 0;
+        ping.pose = pose_identity;
+        ping.pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
+        quat_from_rpy(0, 0, compass_heading_rad, ping.pose.attitude);
+        ping.beam = &axis;
+        ping.samples = samples;
+        extract_run(rig->extract, &ping, NULL, &e);
+        marks_run(&rig->marks, &e);
+        sphere_enter(rig->grid, &e, &mount_identity);
+    }
+    return t_ns;
+}
+
+/* Counts a thing that is one of four, or none (k < 0); returns how many of the four were found so far. */
+static unsigned count(int k, bool found[SIDES], unsigned *right, unsigned *wrong)
+{
+    const bool first = k >= 0 && !found[k];
+    unsigned n = 0;
+
+    if (first)
+        found[k] = true;
+    ++*(first ? right : wrong);
+    for (int i = 0; i < SIDES; i++)
+        n += found[i];
+    return n;
+}
+
+static int wall_at(const struct tank *tank, const struct wall *w)
+{
+    const int k = (int)lround(w->normal_rad / (GEO_PI / 2)) % SIDES;
+
+    return fabs(geo_wrap_pi(w->normal_rad - k * GEO_PI / 2)) < geo_rad(8) &&
+                   fabs(w->distance_m - tank->distance_m[k]) < 0.1 + 0.02 * tank->distance_m[k]
+               ? k
+               : -1;
+}
+
+static int corner_at(const struct tank *tank, const struct tangent_point *p)
+{
+    const double *d = tank->distance_m, x = p->x_m < 0 ? -d[2] : d[0], y = p->y_m < 0 ? -d[3] : d[1];
+
+    return hypot(p->x_m - x, p->y_m - y) < 0.2 + 0.03 * hypot(x, y) ? (p->x_m < 0) + 2 * (p->y_m < 0) : -1;
+}
+
+static void tally_shapes(const struct tank *tank, const struct shapes *shapes, struct tally *t)
+{
+    bool wall[SIDES] = {false}, corner[SIDES] = {false};
+    unsigned walls = 0, corners = 0;
+
+    for (uint32_t k = 0; k < shapes->n; k++)
+        walls = count(wall_at(tank, &shapes->wall[k]), wall, &t->walls, &t->walls_false);
+    for (uint32_t k = 0; k < shapes->corners; k++)
+        corners = count(corner_at(tank, &shapes->corner[k].place), corner, &t->corners, &t->corners_false);
+    t->all_walls += walls == SIDES;
+    t->all_corners += corners == SIDES;
+}
+
+static void row(bool yaws, double compass_deg, unsigned seeds)
+{
+    static struct shapes shapes;
+    struct tally t = {0};
+
+    for (unsigned seed = 1; seed <= seeds; seed++) {
+        struct tank tank;
+        struct rig rig;
+        draw_tank(&tank, seed);
+        start(&rig);
+        const uint64_t t_ns = hear(&rig, &tank, seed, yaws, geo_rad(compass_deg));
+        shapes_look(&shapes, sphere_picture(rig.grid), t_ns);
+        tally_shapes(&tank, &shapes, &t);
+        free(rig.extract);
+        free(rig.grid);
+    }
+    printf("%s,%g,%u,%u,%u,%u,%u,%u,%u,%u\n", yaws ? "yaws by 25 degrees" : "stands", compass_deg, seeds,
+           SIDES * seeds, t.walls, t.walls_false, t.corners, t.corners_false, t.all_walls, t.all_corners);
+}
+
+int main(int argc, char **argv)
+{
+    const bool quick = argc > 1 && strcmp(argv[1], "quick") == 0;
+
+    printf("vehicle,compass_deg,seeds,walls,walls_found,walls_false,corners_found,corners_false,all_four_walls,"
+           "all_four_corners\n");
+    for (int yaws = 0; yaws < 2; yaws++)
+        for (int compass_deg = 0; compass_deg < 2; compass_deg++)
+            row(yaws, compass_deg, quick ? 6 : SEEDS);
+    return 0;
+}

@@ -1,0 +1,274 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * report_sphere - the spherical grid in made-up basins: how wrong its answers are and what a beam costs, for settings
+ * of [grid] turned one by one from the shipped default.
+ *
+ *   report_sphere errors [quick]   CSV: knob, value, default, scene, seed, errors
+ *   report_sphere cost [quick]     CSV: knob, value, nanoseconds per beam
+ *   report_sphere count [quick]    CSV: knob, value, beams, for callgrind to count the instructions of sphere_enter
+ */
+#include <math.h>
+#include <stdbool.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "grid/answer/answer.h"
+#include "report/lib/basin.h"
+#include "report/lib/basin_grid.h"
+#include "report/lib/cost.h"
+#include "report/lib/dice.h"
+
+#define SEEDS       8
+#define REPETITIONS 11
+#define QUESTIONS   400  /* after each turn */
+#define CONE_DEG    2.0  /* half a question's */
+#define EDGE_M      0.15 /* a surface this near to the distance asked about is neither in the way nor out of it */
+#define COST_TURNS  2
+#define NEAR_POST_M 0.25
+
+enum knob { STEP, LAYER, GROWTH, MODEL, UPDATE };
+static const char *const knob_name[] = {"angular_step", "layer", "growth", "sensor_model", "update"};
+
+static const struct setting {
+    enum knob knob;
+    const char *label;
+    double value;
+    bool shipped;
+} settings[] = {
+    {STEP, "0.5", 0.5, false},
+    {STEP, "1", 1, false},
+    {STEP, "2", 2, true},
+    {STEP, "3", 3, false},
+    {STEP, "5", 5, false},
+    {STEP, "10", 10, false},
+    {LAYER, "0.01", 0.01, false},
+    {LAYER, "0.02", 0.02, false},
+    {LAYER, "0.05", 0.05, true},
+    {LAYER, "0.1", 0.1, false},
+    {LAYER, "0.3", 0.3, false},
+    {GROWTH, "1", 1, false},
+    {GROWTH, "1.01", 1.01, false},
+    {GROWTH, "1.035", 1.035, true},
+    {GROWTH, "1.1", 1.1, false},
+    {GROWTH, "1.3", 1.3, false},
+    {MODEL, "opening", SPHERE_OPENING, true},
+    {MODEL, "gauss", SPHERE_GAUSS, false},
+    {MODEL, "midpoint", SPHERE_MIDPOINT, false},
+    {UPDATE, "bayes", SPHERE_BAYES, true},
+    {UPDATE, "max", SPHERE_MAX, false},
+};
+#define SETTINGS (sizeof settings / sizeof settings[0])
+
+/* The one before is gone. */
+static struct sphere *grid_of(const struct setting *setting)
+{
+    static struct sphere *grid;
+    struct sphere_conf conf = basin_grid_shipped;
+
+    switch (setting->knob) {
+    case STEP:
+        conf.angular_step_rad = geo_rad(setting->value);
+        break;
+    case LAYER:
+        conf.layers.dr_m = setting->value;
+        break;
+    case GROWTH:
+        conf.layers.growth = setting->value;
+        break;
+    case MODEL:
+        conf.model = (enum sphere_model)setting->value;
+        break;
+    case UPDATE:
+        conf.update = (enum sphere_update)setting->value;
+        break;
+    }
+    free(grid);
+    return grid = basin_grid(&conf);
+}
+
+/* ---- errors ---- */
+
+struct tally {
+    unsigned in_way, false_clear;        /* questions with a surface in the way; called clear all the same */
+    unsigned open, false_block, unknown; /* with none; called blocked; not known */
+    double range_m[SEEDS * BASIN_TURNS * QUESTIONS]; /* |error| of the range when rightly blocked */
+    unsigned n_ranges;
+    double beyond_rad; /* sum of how far posts are blocked beyond their true edges */
+    unsigned edges;
+};
+
+struct asking {
+    struct picture *picture;
+    struct answer_conf conf;
+    struct answer_now now;
+};
+
+static struct answer ask(const struct asking *asking, double az_rad, double distance_m, double half_rad)
+{
+    const struct answer_query q = {
+        .az_rad = geo_wrap(az_rad), .ned = true, .distance_m = distance_m, .half_angle_rad = half_rad};
+    struct answer a;
+
+    answer_direction(asking->picture, &asking->conf, &asking->now, &q, &a);
+    return a;
+}
+
+static void ask_around(const struct asking *asking, const struct basin *basin, const double place[2],
+                       struct dice *dice, struct tally *t)
+{
+    for (int i = 0; i < QUESTIONS; i++) {
+        const double az_rad = GEO_TURN * dice_uniform(dice), distance_m = 0.8 + 5 * dice_uniform(dice);
+        const double nearest_m = basin_nearest(basin, place, az_rad, geo_rad(CONE_DEG));
+        const struct answer a = ask(asking, az_rad, distance_m, geo_rad(CONE_DEG));
+        if (nearest_m < distance_m - EDGE_M) {
+            t->in_way++;
+            t->false_clear += a.state == ANSWER_CLEAR;
+            if (a.state == ANSWER_BLOCKED)
+                t->range_m[t->n_ranges++] = fabs(a.range_m - nearest_m);
+        } else if (nearest_m > distance_m + EDGE_M) {
+            t->open++;
+            t->false_block += a.state == ANSWER_BLOCKED;
+            t->unknown += a.state == ANSWER_UNKNOWN;
+        }
+    }
+}
+
+/* How far from a post's true edge, on one side, its directions are still blocked at its range; at most 20 degrees. */
+static double beyond_edge(const struct asking *asking, double middle_rad, double half_rad, double range_m,
+                          int side)
+{
+    const double step = geo_rad(0.1);
+    double beyond = 0;
+
+    for (; beyond < geo_rad(20); beyond += step) {
+        const struct answer a = ask(asking, middle_rad + side * (half_rad + beyond), range_m + NEAR_POST_M, 1e-4);
+        if (a.state != ANSWER_BLOCKED || fabs(a.range_m - range_m) > NEAR_POST_M)
+            break;
+    }
+    return beyond;
+}
+
+static void ask_posts(const struct asking *asking, const struct basin *basin, const double place[2],
+                      struct tally *t)
+{
+    for (unsigned k = 0; k < BASIN_POSTS; k++) {
+        const double x = basin->post[k][0] - place[0], y = basin->post[k][1] - place[1], r = sqrt(x * x + y * y);
+        const double middle = atan2(y, x), half = asin(basin->radius_m / r);
+        unsigned post;
+        basin_range(basin, place, middle, &post);
+        for (int side = -1; post == k && side <= 1; side += 2, t->edges++)
+            t->beyond_rad += beyond_edge(asking, middle, half, r - basin->radius_m, side);
+    }
+}
+
+static void drive(struct sphere *grid, const struct basin *basin, unsigned turn, struct asking *asking)
+{
+    struct beam_echoes heard;
+    struct echoes e = {.beam = &heard};
+
+    for (unsigned beam = 0; beam < BASIN_BEAMS; beam++) {
+        basin_listen(basin, turn, beam, false, &e);
+        sphere_enter(grid, &e, &mount_identity);
+    }
+    asking->now = (struct answer_now){.now_ns = e.t_ns, .pose_fresh = true, .pose = e.pose};
+}
+
+static void errors_of(const struct setting *setting, unsigned seed)
+{
+    static struct tally t;
+    struct sphere *grid = grid_of(setting);
+    struct asking asking = {.picture = sphere_picture(grid), .conf = {.clear_for_s = 30, .move_limit_m = 0.5}};
+    struct dice dice = dice_of(seed, 2);
+    struct sphere_stats stats;
+    struct basin basin;
+    double place[2];
+
+    memset(&t, 0, sizeof t);
+    basin_make(&basin, seed);
+    for (unsigned turn = 0; turn < BASIN_TURNS; turn++) {
+        drive(grid, &basin, turn, &asking);
+        basin_place(&basin, turn, place);
+        ask_around(&asking, &basin, place, &dice, &t);
+        ask_posts(&asking, &basin, place, &t);
+    }
+    sphere_stats(grid, &stats);
+    cost_sort(t.range_m, t.n_ranges);
+    printf("%s,%s,%d,all,%u,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%u\n", knob_name[setting->knob], setting->label,
+           setting->shipped, seed, (double)t.false_clear / t.in_way, (double)t.false_block / t.open,
+           (double)t.unknown / t.open, cost_quantile(t.range_m, t.n_ranges, 0.5),
+           cost_quantile(t.range_m, t.n_ranges, 0.95), cost_quantile(t.range_m, t.n_ranges, 1),
+           geo_deg(t.beyond_rad / fmax(t.edges, 1)), stats.cells);
+}
+
+static void errors(unsigned seeds)
+{
+    printf("knob,value,default,scene,seed,false_clear_share,false_block_share,unknown_share,range_median_m,"
+           "range_p95_m,range_max_m,direction_deg,cells\n");
+    for (unsigned seed = 1; seed <= seeds; seed++)
+        for (size_t i = 0; i < SETTINGS; i++)
+            errors_of(&settings[i], seed);
+}
+
+/* ---- cost ---- */
+
+static void cost(unsigned repetitions)
+{
+    static struct beam_echoes heard[COST_TURNS * BASIN_BEAMS];
+    static struct echoes ping[COST_TURNS * BASIN_BEAMS];
+    struct basin basin;
+
+    basin_make(&basin, 1);
+    for (unsigned i = 0; i < COST_TURNS * BASIN_BEAMS; i++) {
+        ping[i].beam = &heard[i];
+        basin_listen(&basin, i / BASIN_BEAMS, i % BASIN_BEAMS, false, &ping[i]);
+    }
+    printf("knob,value,ns_per_bin,ns_low,ns_high\n");
+    for (size_t k = 0; k < SETTINGS; k++) {
+        double ns[REPETITIONS];
+        for (unsigned r = 0; r < repetitions; r++) {
+            struct sphere *grid = grid_of(&settings[k]);
+            const double begin_ns = cost_now_ns();
+            for (unsigned i = 0; i < COST_TURNS * BASIN_BEAMS; i++)
+                sphere_enter(grid, &ping[i], &mount_identity);
+            ns[r] = (cost_now_ns() - begin_ns) / (COST_TURNS * BASIN_BEAMS);
+        }
+        const struct cost_spread spread = cost_spread_of(ns, repetitions);
+        printf("%s,%s,%.4g,%.4g,%.4g\n", knob_name[settings[k].knob], settings[k].label, spread.median, spread.low,
+               spread.high);
+    }
+}
+
+static void count(unsigned turns)
+{
+    struct asking asking;
+    struct basin basin;
+
+    basin_make(&basin, 1);
+    printf("knob,value,bins\n");
+    for (size_t k = 0; k < SETTINGS; k++) {
+        struct sphere *grid = grid_of(&settings[k]);
+        for (unsigned turn = 0; turn < turns; turn++)
+            drive(grid, &basin, turn, &asking);
+        printf("%s,%s,%u\n", knob_name[settings[k].knob], settings[k].label, turns * BASIN_BEAMS);
+        cost_mark();
+    }
+}
+
+int main(int argc, char **argv)
+{
+    const char *what = argc > 1 ? argv[1] : "";
+    const bool quick = argc > 2 && strcmp(argv[2], "quick") == 0;
+
+    if (strcmp(what, "errors") == 0)
+        errors(quick ? 1 : SEEDS);
+    else if (strcmp(what, "cost") == 0)
+        cost(quick ? 3 : REPETITIONS);
+    else if (strcmp(what, "count") == 0)
+        count(quick ? 1 : COST_TURNS);
+    else {
+        fprintf(stderr, "usage: report_sphere errors|cost|count [quick]\n");
+        return 2;
+    }
+    return 0;
+}

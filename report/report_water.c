@@ -1,0 +1,516 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * report_water - false-free volume of the voxel map in made-up worlds, and its errors against run time.
+ *
+ *   report_water false [quick]    CSV: world, ranges, voxel_m, tolerance_voxels, threshold, free_m3, false_free_m3,
+ *                                 behind_max_m
+ *   report_water errors [quick]   CSV: knob, value, default, scene, seed, and chart_errors' measures
+ *   report_water cost [quick]     CSV: knob, value, ns_per_bin, ns_low, ns_high, by ping in place of bin; map_bytes
+ *   report_water count            CSV: knob, value, bins (pings), for callgrind to count the instructions of water_run
+ */
+#include <math.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "report/lib/chart.h"
+#include "report/lib/cost.h"
+#include "report/lib/dice.h"
+#include "peer.h"
+
+#define TURNS       8
+#define QUICK_TURNS 2
+#define RANGE_SD_M  0.05 /* where ranges are noisy */
+#define SEEDS       8
+#define REPETITIONS 9
+#define COUNT_PINGS 40
+#define BODY_M      0.5
+
+/* As [map] ships it: threshold 1, tolerance 0, echoes weighed 2, half the opening entered. */
+static const struct chart_setting shipped = {
+    .voxel_m = 0.2, .rule = {.threshold = 1, .echo_weight = 2}, .echoes = true, .opening = 0.5};
+
+/* What is free and lies in a solid, by how much of a beam is entered; the first is the paper's, the last `safe`. */
+static const struct {
+    const char *name;
+    double opening;
+    uint16_t threshold;
+} heard_as[] = {
+    {"heard; opening 1", 1, 1},
+    {"heard; opening 0.75", 0.75, 1},
+    {"heard; as shipped", 0.5, 1},
+    {"heard; safe", 0.35, 2},
+};
+
+/* ---- false free ---- */
+
+static double noise_of(uint64_t seed, size_t i, double sd_m)
+{
+    struct dice dice = dice_of(seed, i);
+    return sqrt(2) * sd_m * creal(dice_normal(&dice));
+}
+
+static void false_row(const struct dive *dive, const char *ranges, const struct chart_setting *set,
+                      const struct chart *c)
+{
+    double behind_max_m, free_m3;
+    const double wrong_m3 = chart_false_free(c, dive->look[dive->n - 1].t_s, &behind_max_m, &free_m3);
+
+    printf("%s,%s,%.3g,%.3g,%u,%.4g,%.4g,%.3g\n", dive->world->name, ranges, set->voxel_m,
+           set->tolerance_m / set->voxel_m, set->rule.threshold, free_m3, wrong_m3, behind_max_m);
+}
+
+static void false_truth(const struct dive *dive, double tolerance_voxels, unsigned threshold, double sd_m,
+                        double bias_m, const char *ranges)
+{
+    const struct chart_setting set = {
+        .voxel_m = 0.1, .tolerance_m = 0.1 * tolerance_voxels, .rule.threshold = (uint16_t)threshold};
+    struct chart *c = chart_make(dive->world, &set);
+
+    for (size_t i = 0; i < dive->n; i++)
+        chart_enter_truth(c, &dive->look[i], bias_m + (sd_m > 0 ? noise_of(1, i, sd_m) : 0));
+    false_row(dive, ranges, &set, c);
+    chart_free(c);
+}
+
+static void false_heard(const struct dive *dive, struct dive_ears *ears, const struct chart_setting *set,
+                        const char *ranges)
+{
+    struct chart *c = chart_make(dive->world, set);
+
+    dive_begin(ears);
+    for (size_t i = 0; i < dive->n; i++) {
+        struct beam_echoes heard;
+        dive_hear(ears, dive, i, 1, &heard);
+        chart_enter(c, &dive->look[i], dive->look[i].at, &heard);
+    }
+    false_row(dive, ranges, set, c);
+    chart_free(c);
+}
+
+static void false_free(bool quick)
+{
+    struct dive_ears *ears = dive_ears_make();
+
+    printf("world,ranges,voxel_m,tolerance_voxels,threshold,free_m3,false_free_m3,behind_max_m\n");
+    for (unsigned w = 0; w < worlds_n; w += quick ? 4 : 1) {
+        struct dive *dive = dive_make(&worlds[w], quick ? QUICK_TURNS : TURNS, false, 0, DIVE_TRUTH | DIVE_SOUND);
+        false_truth(dive, 0, 0, 0, 0, "true");
+        false_truth(dive, 0.5, 0, 0, 0, "true");
+        false_truth(dive, 0.866, 0, 0, 0, "true");
+        false_truth(dive, 0, 0, RANGE_SD_M, 0, "noisy");
+        false_truth(dive, 0, 1, RANGE_SD_M, 0, "noisy");
+        false_truth(dive, 0, 0, RANGE_SD_M, -3 * RANGE_SD_M, "noisy less 3 sd");
+        for (size_t h = 0; h < sizeof heard_as / sizeof heard_as[0]; h++) {
+            struct chart_setting set = shipped;
+            set.opening = heard_as[h].opening;
+            set.rule.threshold = heard_as[h].threshold;
+            false_heard(dive, ears, &set, heard_as[h].name);
+        }
+        dive_free(dive);
+    }
+    dive_ears_free(ears);
+}
+
+/* ---- error against run time ---- */
+
+enum method { SPANS, VOXEL_TEST, RAYS, PEER };
+enum knob { VOXEL, TOLERANCE, THRESHOLD, ECHO_WEIGHT, OPENING, CASTING };
+
+static const char *const knob_name[] = {"voxel", "tolerance", "threshold", "echo_weight", "opening", "casting"};
+
+/* Rays: so many voxels apart where the beam ends; the axis alone. The peer's are one voxel apart, over that share of
+ * the beam's height. */
+#define AXIS_ONLY 1e9
+#define OF_BEAM   -2.0
+#define OF_HALF   -2.5
+
+static const struct setting {
+    enum knob knob;
+    const char *label;
+    double value;
+} settings[] = {
+    {VOXEL, "0.05 m", 0.05},
+    {VOXEL, "0.1 m", 0.1},
+    {VOXEL, "0.2 m", 0.2},
+    {VOXEL, "0.4 m", 0.4},
+    {TOLERANCE, "0", 0},
+    {TOLERANCE, "0.25 voxels", 0.25},
+    {TOLERANCE, "0.5 voxels", 0.5},
+    {TOLERANCE, "0.866 voxels", 0.866},
+    {THRESHOLD, "0", 0},
+    {THRESHOLD, "1", 1},
+    {THRESHOLD, "2", 2},
+    {THRESHOLD, "4", 4},
+    {THRESHOLD, "8", 8},
+    {ECHO_WEIGHT, "no echoes", -1},
+    {ECHO_WEIGHT, "0", 0},
+    {ECHO_WEIGHT, "1", 1},
+    {ECHO_WEIGHT, "2", 2},
+    {ECHO_WEIGHT, "4", 4},
+    {OPENING, "1", 1},
+    {OPENING, "0.75", 0.75},
+    {OPENING, "0.5", 0.5},
+    {OPENING, "0.25", 0.25},
+    {CASTING, "spans", 0},
+    {CASTING, "voxel by voxel", -1},
+    {CASTING, "rays 1 voxel apart", 1},
+    {CASTING, "rays 2 voxels apart", 2},
+    {CASTING, "one ray", AXIS_ONLY},
+    {CASTING, "OctoMap", OF_BEAM},
+    {CASTING, "OctoMap of half the beam", OF_HALF},
+};
+#define SETTINGS (sizeof settings / sizeof settings[0])
+
+/* A chart, how beams get into it, and for rays which voxels the ping has raised already; the peer is copied into it at
+ * the end. */
+struct water {
+    struct chart *chart;
+    struct peer *peer;
+    enum method method;
+    double apart_voxels, opening; /* of rays */
+    uint32_t *raised, ping;       /* [cells of the chart's box] */
+};
+
+static struct chart_setting setting_of(const struct setting *s)
+{
+    struct chart_setting set = shipped;
+
+    set.body_m = BODY_M;
+    if (s->knob == VOXEL)
+        set.voxel_m = s->value;
+    else if (s->knob == TOLERANCE)
+        set.tolerance_m = s->value * set.voxel_m;
+    else if (s->knob == THRESHOLD)
+        set.rule.threshold = (uint16_t)s->value;
+    else if (s->knob == OPENING)
+        set.opening = s->value;
+    else if (s->knob == ECHO_WEIGHT) {
+        set.echoes = s->value >= 0;
+        set.rule.echo_weight = (uint16_t)fmax(0, s->value);
+    }
+    return set;
+}
+
+static bool is_default(const struct setting *s)
+{
+    const double standard[] = {
+        [VOXEL] = 0.2, [TOLERANCE] = 0, [THRESHOLD] = 1, [ECHO_WEIGHT] = 2, [OPENING] = 0.5, [CASTING] = 0};
+    return s->value == standard[s->knob];
+}
+
+static struct water water_make(const struct world *world, const struct setting *s)
+{
+    const struct chart_setting set = setting_of(s);
+    struct water w = {.chart = chart_make(world, &set)};
+    const int32_t *size = w.chart->box.size;
+
+    if (s->knob == CASTING && s->value != 0) {
+        w.method = s->value > 0 ? RAYS : s->value > OF_BEAM ? VOXEL_TEST : PEER;
+        w.apart_voxels = w.method == RAYS ? s->value : 1;
+        w.opening = s->value == OF_HALF ? 0.5 : 1;
+        w.peer = w.method == PEER ? peer_make(set.voxel_m) : NULL;
+        w.raised = calloc((size_t)size[0] * (size_t)size[1] * (size_t)size[2], sizeof *w.raised);
+        if (!w.raised)
+            exit(1);
+    }
+    return w;
+}
+
+static void water_free(struct water *w)
+{
+    peer_free(w->peer);
+    chart_free(w->chart);
+    free(w->raised);
+}
+
+/* The peer has no row, which are the last ones, where its library is not installed. */
+static bool is_here(const struct setting *s)
+{
+    struct peer *peer = s->knob == CASTING && s->value <= OF_BEAM ? peer_make(1) : NULL;
+    const bool here = s->knob != CASTING || s->value > OF_BEAM || peer;
+
+    peer_free(peer);
+    return here;
+}
+
+/* One voxel, at most once a ping. */
+static void raise_cell(struct water *w, const int64_t cell[3])
+{
+    const struct lattice_box *box = &w->chart->box;
+
+    if (!lattice_holds(box, cell))
+        return;
+    uint32_t *raised =
+        &w->raised[((cell[0] - box->first[0]) * box->size[1] + cell[1] - box->first[1]) * box->size[2] + cell[2] -
+                   box->first[2]];
+    if (*raised == w->ping)
+        return;
+    *raised = w->ping;
+    uint8_t *count = chart_count(w->chart, cell, SUBMAP_VACANCY);
+    *count = (uint8_t)(*count + (*count < UINT8_MAX));
+}
+
+static void by_voxel_test(struct water *w, const struct dive_look *look, double near_m, double far_m)
+{
+    const struct lattice_place apex = chart_place(w->chart, look->at);
+    const int64_t reach = (int64_t)(far_m / w->chart->set.voxel_m) + 2;
+    const int64_t high =
+        (int64_t)(far_m * sin(geo_rad(DIVE_EL_DEG / 2)) / w->chart->set.voxel_m) + 2; /* level looks */
+    struct cast_beam beam;
+    int64_t cell[3];
+
+    if (!chart_aim(w->chart, &w->chart->opening, look, look->at, near_m, far_m, &beam))
+        return;
+    for (cell[0] = apex.cell[0] - reach; cell[0] <= apex.cell[0] + reach; cell[0]++)
+        for (cell[1] = apex.cell[1] - reach; cell[1] <= apex.cell[1] + reach; cell[1]++)
+            for (cell[2] = apex.cell[2] - high; cell[2] <= apex.cell[2] + high; cell[2]++)
+                if (cast_slack(&beam, cell) >= 0)
+                    raise_cell(w, cell);
+}
+
+/* Directions of rays over a beam, no farther apart than that where it ends. */
+#define RAYS_MOST 65536
+static size_t rays_of(const struct water *w, const struct dive_look *look, double far_m, double ray[][3])
+{
+    const double apart_m = w->apart_voxels * w->chart->set.voxel_m;
+    const double az_rad = geo_rad(DIVE_AZ_DEG), el_rad = w->opening * geo_rad(DIVE_EL_DEG);
+    const int n_az = (int)ceil(az_rad * far_m / apart_m) + 1, n_el = (int)ceil(el_rad * far_m / apart_m) + 1;
+    const bool one = w->apart_voxels == AXIS_ONLY;
+    size_t n = 0;
+
+    for (int a = 0; a < (one ? 1 : n_az); a++)
+        for (int e = 0; e < (one ? 1 : n_el) && n < RAYS_MOST; e++) {
+            double in_beam[3];
+            geo_direction(one ? 0 : az_rad * (a / (n_az - 1.0) - 0.5), one ? 0 : el_rad * (e / (n_el - 1.0) - 0.5),
+                          in_beam);
+            quat_rotate(look->attitude, in_beam, ray[n++]);
+        }
+    return n;
+}
+
+static double ray[RAYS_MOST][3];
+
+static void by_rays(struct water *w, const struct dive_look *look, double near_m, double far_m)
+{
+    const double step_m = w->chart->set.voxel_m / 2;
+    const size_t n = rays_of(w, look, far_m, ray);
+
+    for (size_t i = 0; i < n; i++)
+        for (double r = near_m; r <= far_m; r += step_m) {
+            const double *d = ray[i];
+            const double at[3] = {look->at[0] + r * d[0], look->at[1] + r * d[1], look->at[2] + r * d[2]};
+            raise_cell(w, chart_place(w->chart, at).cell);
+        }
+}
+
+/* OctoMap's own way: rays all over the beam, each of which ends at an occupied place where something was heard. */
+static void by_peer(struct water *w, const struct dive_look *look, const struct beam_echoes *heard)
+{
+    static float end[RAYS_MOST][3];
+    const double echo_m = heard->n ? (double)heard->echo[0].range_m : INFINITY, free_m = (double)heard->free_to_m;
+    const double to_m = heard->n ? echo_m : 2 * free_m; /* beyond its most a ray ends at nothing */
+    const size_t n = rays_of(w, look, heard->n ? echo_m : free_m, ray);
+
+    for (size_t i = 0; i < n; i++)
+        for (int a = 0; a < 3; a++)
+            end[i][a] = (float)(look->at[a] + to_m * ray[i][a]);
+    if (to_m > 0)
+        peer_enter(w->peer, look->at, (const float(*)[3])end, n, heard->n ? 2 * echo_m : free_m);
+}
+
+/* What the peer has free and occupied, as voxels of the chart that surely are. */
+static void copy_peer(struct water *w)
+{
+    const struct lattice_box *box = &w->chart->box;
+    int64_t cell[3];
+
+    for (cell[0] = box->first[0]; w->peer && cell[0] < box->first[0] + box->size[0]; cell[0]++)
+        for (cell[1] = box->first[1]; cell[1] < box->first[1] + box->size[1]; cell[1]++)
+            for (cell[2] = box->first[2]; cell[2] < box->first[2] + box->size[2]; cell[2]++) {
+                double at[3];
+                chart_center(w->chart, cell, at);
+                const enum peer_state state = peer_at(w->peer, at);
+                if (state != PEER_UNKNOWN)
+                    *chart_count(w->chart, cell, state == PEER_FREE ? SUBMAP_VACANCY : SUBMAP_ECHOES) = UINT8_MAX;
+            }
+}
+
+/* What callgrind counts: looks into the map. */
+__attribute__((noinline)) static void water_run(struct water *w, const struct dive *dive,
+                                                const struct beam_echoes *heard, size_t n)
+{
+    for (size_t i = 0; i < n; i++) {
+        struct beam_echoes rest = heard[i];
+        w->ping++;
+        if (w->method == PEER) {
+            by_peer(w, &dive->look[i], &rest);
+            rest.n = 0; /* what is left is the body */
+            rest.free_to_m = 0;
+        }
+        if (w->method != SPANS && rest.free_to_m > rest.blind_m) {
+            (w->method == RAYS ? by_rays : by_voxel_test)(w, &dive->look[i], (double)rest.blind_m,
+                                                          (double)rest.free_to_m);
+            rest.free_to_m = 0; /* what is left are the echoes and the body */
+        }
+        chart_enter(w->chart, &dive->look[i], dive->look[i].at, &rest);
+    }
+}
+
+/* ---- the worlds that are closed: whatever surface the map has is one of theirs ---- */
+
+static const char *const closed[] = {"box tank", "round tank"};
+#define CLOSED (sizeof closed / sizeof closed[0])
+
+static struct beam_echoes *hear_all(const struct dive *dive, struct dive_ears *ears, uint64_t seed)
+{
+    struct beam_echoes *heard = calloc(dive->n, sizeof *heard);
+
+    if (!heard)
+        exit(1);
+    dive_begin(ears);
+    for (size_t i = 0; i < dive->n; i++)
+        dive_hear(ears, dive, i, seed, &heard[i]);
+    return heard;
+}
+
+static void print_errors(const struct setting *s, const char *scene, unsigned seed, const struct chart_errors *e)
+{
+    printf("%s,%s,%d,%s,%u,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g\n", knob_name[s->knob], s->label,
+           is_default(s), scene, seed, e->false_free_m3, e->behind_max_m, 1 - e->found_share, 1 - e->overlap,
+           e->overlap, e->to_truth.mean_m, e->to_truth.p95_m, e->to_truth.max_m, e->to_map.mean_m, e->to_map.p95_m,
+           e->to_map.max_m);
+}
+
+static void pool_spread(struct surface_spread *all, const struct surface_spread *one)
+{
+    all->mean_m += one->mean_m / CLOSED;
+    all->p95_m += one->p95_m / CLOSED;
+    all->max_m = fmax(all->max_m, one->max_m);
+}
+
+/* Volumes add up, the worst stays the worst, the rest is the mean. */
+static void pool(struct chart_errors *all, const struct chart_errors *e)
+{
+    all->false_free_m3 += e->false_free_m3;
+    all->behind_max_m = fmax(all->behind_max_m, e->behind_max_m);
+    all->found_share += e->found_share / CLOSED;
+    all->overlap += e->overlap / CLOSED;
+    pool_spread(&all->to_truth, &e->to_truth);
+    pool_spread(&all->to_map, &e->to_map);
+}
+
+/* All that could be known: the water that some look had in sight. */
+static struct chart *reference_of(const struct dive *dive)
+{
+    const struct chart_setting set = {.voxel_m = 0.1, .body_m = BODY_M};
+    struct chart *c = chart_make(dive->world, &set);
+
+    for (size_t i = 0; i < dive->n; i++)
+        chart_enter_sight(c, &dive->look[i]);
+    return c;
+}
+
+static void errors(unsigned seeds, unsigned turns)
+{
+    static struct chart_errors all[SETTINGS][SEEDS];
+    struct dive_ears *ears = dive_ears_make();
+
+    printf("knob,value,default,scene,seed,false_free_m3,behind_max_m,not_found_share,not_common_share,free_iou,to_"
+           "truth_"
+           "mean_m,"
+           "to_truth_p95_m,to_truth_max_m,to_map_mean_m,to_map_p95_m,to_map_max_m\n");
+    for (size_t world = 0; world < CLOSED; world++) {
+        struct dive *dive = dive_make(world_named(closed[world]), turns, false, 0, DIVE_TRUTH | DIVE_SOUND);
+        struct chart *reference = reference_of(dive);
+        for (unsigned seed = 0; seed < seeds; seed++) {
+            struct beam_echoes *heard = hear_all(dive, ears, seed + 1);
+            for (size_t s = 0; s < SETTINGS && is_here(&settings[s]); s++) {
+                struct water w = water_make(dive->world, &settings[s]);
+                struct chart_errors e;
+                water_run(&w, dive, heard, dive->n);
+                copy_peer(&w);
+                chart_grade(w.chart, reference, 0, &e);
+                print_errors(&settings[s], closed[world], seed + 1, &e);
+                pool(&all[s][seed], &e);
+                water_free(&w);
+            }
+            free(heard);
+        }
+        chart_free(reference);
+        dive_free(dive);
+    }
+    for (size_t s = 0; s < SETTINGS && is_here(&settings[s]); s++)
+        for (unsigned seed = 0; seed < seeds; seed++)
+            print_errors(&settings[s], "all", seed + 1, &all[s][seed]);
+    dive_ears_free(ears);
+}
+
+/* One turn again and again into a map that has grown. */
+static void cost(unsigned repetitions)
+{
+    struct dive_ears *ears = dive_ears_make();
+    struct dive *dive = dive_make(world_named(closed[0]), 2, false, 0, DIVE_SOUND);
+    struct beam_echoes *heard = hear_all(dive, ears, 1);
+
+    printf("knob,value,ns_per_bin,ns_low,ns_high,map_bytes\n");
+    for (size_t s = 0; s < SETTINGS && is_here(&settings[s]); s++) {
+        struct water w = water_make(dive->world, &settings[s]);
+        w.chart->set.body_m = 0; /* it costs the same whatever the knobs are */
+        double ns[REPETITIONS];
+        water_run(&w, dive, heard, dive->n);
+        for (unsigned r = 0; r < repetitions; r++) {
+            const double begin_ns = cost_now_ns();
+            water_run(&w, dive, heard, dive->n);
+            ns[r] = (cost_now_ns() - begin_ns) / (double)dive->n;
+        }
+        const struct cost_spread spread = cost_spread_of(ns, repetitions);
+        printf("%s,%s,%.4g,%.4g,%.4g,%zu\n", knob_name[settings[s].knob], settings[s].label, spread.median,
+               spread.low, spread.high,
+               w.peer ? peer_bytes(w.peer) : w.chart->map.n_tiles * w.chart->tiles.tile_bytes);
+        water_free(&w);
+    }
+    free(heard);
+    dive_free(dive);
+    dive_ears_free(ears);
+}
+
+static void count(void)
+{
+    struct dive_ears *ears = dive_ears_make();
+    struct dive *dive = dive_make(world_named(closed[0]), 1, false, 0, DIVE_SOUND);
+    struct beam_echoes *heard = hear_all(dive, ears, 1);
+
+    printf("knob,value,bins\n");
+    for (size_t s = 0; s < SETTINGS && is_here(&settings[s]); s++) {
+        struct water w = water_make(dive->world, &settings[s]);
+        w.chart->set.body_m = 0; /* it costs the same whatever the knobs are */
+        water_run(&w, dive, heard, COUNT_PINGS);
+        printf("%s,%s,%d\n", knob_name[settings[s].knob], settings[s].label, COUNT_PINGS);
+        cost_mark();
+        water_free(&w);
+    }
+    free(heard);
+    dive_free(dive);
+    dive_ears_free(ears);
+}
+
+int main(int argc, char **argv)
+{
+    const char *what = argc > 1 ? argv[1] : "";
+    const bool quick = argc > 2 && strcmp(argv[2], "quick") == 0;
+
+    if (strcmp(what, "false") == 0)
+        false_free(quick);
+    else if (strcmp(what, "errors") == 0)
+        errors(quick ? 1 : SEEDS, quick ? QUICK_TURNS : TURNS);
+    else if (strcmp(what, "cost") == 0)
+        cost(quick ? 3 : REPETITIONS);
+    else if (strcmp(what, "count") == 0)
+        count();
+    else {
+        fprintf(stderr, "usage: report_water false|errors|cost|count [quick]\n");
+        return 2;
+    }
+    return 0;
+}

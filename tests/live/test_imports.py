@@ -1,0 +1,196 @@
+#!/usr/bin/env -S python3 -B
+# SPDX-License-Identifier: MIT
+"""Imported recordings play as they are: with the configuration that the import attached, without a socket, and with the
+same times whatever the baud rate of a configuration says. Recordings without a licence are read where they are."""
+import glob
+import json
+import os
+import struct
+import time
+
+from lib import SONARCTL, SONARD, Skipped, check, run
+
+DATA = os.environ.get("SONARD_DATA", "../shared/data")
+
+
+def recording(pattern):
+    found = glob.glob(os.path.join(DATA, pattern))
+    if not found:
+        raise Skipped("no recording %s" % pattern)
+    return found[0]
+
+
+def imported(bench, source, *options):
+    capture = bench.path("capture.mcap")
+    done = bench.run(SONARCTL, "capture", "import", *options, source, capture)
+    check(done.returncode == 0, done.stderr)
+    return capture, done.stdout
+
+
+def answers(bench, capture, *options):
+    done = bench.run(SONARD, "--replay", capture, "--answers", "-", *options)
+    check(done.returncode == 0, done.stderr)
+    return [json.loads(line) for line in done.stdout.splitlines()], done.stderr
+
+
+def plays(source, device):
+    def case(bench):
+        capture, told = imported(bench, recording(source))
+        check("configuration attached: device = " + device in told, told)
+        lines, log = answers(bench, capture)
+        check(lines and lines[-1]["event"] == "end", str(lines)[:200])
+        check("capture_unheard" not in log and "no ping" not in log, log)
+        pings = [s for s in lines[-1]["sectors"]["sectors"] if s["age_s"] is not None]
+        check(pings, "no direction was ever pinged")
+    return case
+
+
+def baud_rate_does_not_move_pings(bench):
+    capture, _ = imported(bench, "tests/replay/box-head.txt", "--sensor", "box")
+    seen = []
+    for baud in (9600, 921600):
+        conf = bench.write("%d.conf" % baud, "[sonar box]\ndevice = ping360\nport = serial:/dev/null:%d\nrange = 2 m\n" % baud)
+        seen.append(answers(bench, capture, "-c", conf)[0])
+    check(seen[0] == seen[1], "other answers at another baud rate")
+    check(any(s["age_s"] is not None for s in seen[0][-1]["sectors"]["sectors"]), "no ping")
+
+
+def dates_are_kept(bench):
+    """A capture has the date of the recording where that has one; a Ping-Viewer log counts from its start."""
+    for source, since, meaning in (("imagenex852-echosounder/19_26_51-*.852", "2016-11-18T19:29:10.170Z", "dates taken as UTC"),
+                                   ("ping360-openwater-pingviewer/20240814-094253162.bin", "1970-01-01T00:00:00", "counts from the start")):
+        capture, _ = imported(bench, recording(source))
+        info = bench.run(SONARCTL, "capture", "info", capture).stdout
+        check("time " + since in info and meaning in info, info)
+        os.remove(capture)
+
+
+def capture_of_another_program_names_the_import(bench):
+    log = bench.write("log.bin", b"\0\0\0\x34\0P\0i\0n\0g\0V\0i\0e\0w\0e\0r" + bytes(100))
+    done = bench.run(SONARD, "--replay", log)
+    check(done.returncode == 1 and done.stderr.count(log) == 1 and "`sonarctl capture import`" in done.stderr, done.stderr)
+
+
+def stay_without_a_socket_says_which_option(bench):
+    capture, _ = imported(bench, "tests/replay/box-head.txt")
+    conf = bench.write("far.conf", "[sonar sonar]\ndevice = ping360\nport = serial:/dev/null:115200\n[server]\nsocket = /nowhere/s\n")
+    done = bench.run(SONARD, "--replay", capture, "-c", conf, "--stay")
+    check(done.returncode == 1 and "choose another with --socket PATH" in done.stderr, done.stderr)
+    done = bench.run(SONARD, "--replay", capture, "-c", conf)
+    check(done.returncode == 0 and "as with --socket none" in done.stderr, done.stderr)
+
+
+def add_pose(bench, capture, poses, *options):
+    posed = bench.path("posed.mcap")
+    done = bench.run(SONARCTL, "capture", "add-pose", *options, capture, poses, posed)
+    return posed, done
+
+
+def poses_are_added_and_replayed(bench):
+    """The ping's attitude is that of the line; poses of other times stay out; the configuration comes along."""
+    capture, _ = imported(bench, "tests/replay/box-head.txt")
+    lines = ['{"t_unix":%g,"attitude_deg":[0,0,%d]}' % (t, 90) for t in (1000, 1000.02, 1000.05, 1000.08, 1000.09, 1100)]
+    poses = bench.write("poses.jsonl", "\n".join(lines) + "\n")
+    posed, done = add_pose(bench, capture, poses)
+    check(done.returncode == 1 and "no pose falls into the capture" in done.stderr and "--offset" in done.stderr, done.stderr)
+    posed, done = add_pose(bench, capture, poses, "--offset", "-1000")
+    check(done.returncode == 0 and "5 poses added, 1 are of other times" in done.stdout, done.stdout + done.stderr)
+    seen, log = answers(bench, posed)
+    age_s = seen[-1]["sectors"]["pose_age_s"]
+    check(age_s is not None and age_s < 0.1, "a pose of %s s: %s" % (age_s, log))
+    info = bench.run(SONARCTL, "capture", "info", posed)
+    check(info.returncode == 0 and "channel /pose (json): 5 messages" in info.stdout, info.stdout)
+    before, _ = answers(bench, capture)
+    check(before[-1]["sectors"]["pose_age_s"] is None, "it had poses before")
+    again, done = bench.path("again.mcap"), bench.run(SONARCTL, "capture", "add-pose", "--offset", "-1000", posed, poses, bench.path("again.mcap"))
+    check(done.returncode == 1 and "has poses of its own" in done.stderr and not os.path.exists(again), done.stderr)
+    for text, wanted in (("{}", ":1: want a JSON object with t_unix"), ("x", ":1: want"), (lines[1] + "\n" + lines[0], ":2: t_unix is before"),
+                         ('{"t_unix":1e300,"depth_m":1}', ":1: t_unix and --offset make"), ("", "no pose in it")):
+        _, done = add_pose(bench, capture, bench.write("bad.jsonl", text))
+        check(done.returncode == 1 and wanted in done.stderr, "%s: %s" % (text, done.stderr))
+
+
+def poses_of_a_tlog(bench):
+    """A vehicle that floats: attitudes at 20 Hz and positions, their times within the log."""
+    log = recording("mavlink-bluerov2-tlog/small.tlog")
+    done = bench.run("python/sonard-poses", log)
+    check(done.returncode == 0, done.stderr)
+    lines = [json.loads(line) for line in done.stdout.splitlines()]
+    attitudes = [line for line in lines if "attitude_deg" in line]
+    check(len(attitudes) > 4000 and any("position_m" in line for line in lines), done.stderr)
+    check(all(abs(a["attitude_deg"][0]) < 45 for a in attitudes), "it did not lie on its side")
+    times = [line["t_unix"] for line in lines]
+    check(times == sorted(times) and 250 < times[-1] - times[0] < 270, "%g s" % (times[-1] - times[0]))
+    capture, _ = imported(bench, recording("ping360-openwater-pingviewer/20240814-094253162.bin"))
+    posed, done = add_pose(bench, capture, bench.write("poses.jsonl", "".join(json.dumps(line) + "\n" for line in lines)),
+                           "--offset", "%.6f" % -(times[0] - 0.1))
+    check(done.returncode == 0, done.stderr)
+    seen, said = answers(bench, posed)
+    check(seen[-1]["sectors"]["pose_age_s"] < 1 and "capture_pose" not in said and "/pose:" not in said, said)
+
+
+def poses_of_a_dataflash_log(bench):
+    """A log written here as the format has it: FMT, GPS, ATT, XKF1, and garbage between them."""
+    def fmt(kind, name, form, labels, length):
+        return b"\xa3\x95\x80" + struct.pack("<BB4s16s64s", kind, length, name, form, labels)
+    data = (fmt(10, b"GPS", b"QBIH", b"TimeUS,Status,GMS,GWk", 18) + fmt(11, b"ATT", b"Qccc", b"TimeUS,Roll,Pitch,Yaw", 17) +
+            fmt(12, b"XKF1", b"QBffffff", b"TimeUS,C,PN,PE,PD,VN,VE,VD", 36) +
+            b"\xa3\x95\x0a" + struct.pack("<QBIH", 2000000, 3, 1000, 2200) + b"rubbish" +
+            b"\xa3\x95\x0b" + struct.pack("<Qhhh", 3000000, 150, -250, 9000) +
+            b"\xa3\x95\x0c" + struct.pack("<QBffffff", 4000000, 0, 1, 2, 3, 0.5, 0, 0) +
+            b"\xa3\x95\x0c" + struct.pack("<QBffffff", 4000000, 1, 9, 9, 9, 9, 9, 9) + b"\xa3\x95\x0b\x00")
+    log = bench.write("log.bin", data)
+    done = bench.run("python/sonard-poses", log)
+    zero = 315964800 + 2200 * 604800 + 1 - 18 - 2
+    check(done.returncode == 0 and [json.loads(line) for line in done.stdout.splitlines()] == [
+        {"t_unix": zero + 3.0, "attitude_deg": [1.5, -2.5, 90.0]},
+        {"t_unix": zero + 4.0, "position_m": [1.0, 2.0, 3.0], "velocity_mps": [0.5, 0.0, 0.0]}], done.stdout + done.stderr)
+    done = bench.run("python/sonard-poses", "--no-position", log)
+    check("position_m" not in done.stdout and "bytes are no message" in done.stderr, done.stderr)
+    for text, wanted in ((b"hello, world", "neither a MAVLink"), (data[:89], "no pose in it")):
+        done = bench.run("python/sonard-poses", bench.write("bad.bin", text))
+        check(done.returncode == 1 and wanted in done.stderr, done.stderr)
+
+
+ROV_HEAD = "2017.11.02 09.00.09.500;10.3.0.40;13102;"
+ROV_LINE = "2017.11.02 09.00.%02d.500;10.3.0.40;13102;%s\r\n"
+
+
+def poses_of_a_relay(bench):
+    """The $ROV lines of the log that the sonar's bytes come from: they fit without an offset, and turn the picture."""
+    def line(second, sentence):
+        return ROV_LINE % (second, " ".join("%02X" % c for c in sentence.encode()))
+    made = bench.write("relay.csv", line(1, "$ROV,72.4,-1.0,-3.7,341.6,0.0,61.5,2.2,*\r\n") + line(2, "$ROV,72.4,x,-3.7,341.6,*") + "nonsense\n" +
+                       line(3, "$GPS,1") + line(4, "$ROV,72.5,nan,0,340,0,0,0,*"))
+    done = bench.run("python/sonard-poses", made)
+    zero = 1509613200.5  # 2017-11-02 09:00:00.5 UTC
+    check([json.loads(one) for one in done.stdout.splitlines()] == [
+        {"t_unix": zero + 1, "attitude_deg": [-1.0, -3.7, 72.4]}, {"t_unix": zero + 1, "depth_m": 341.6}, {"t_unix": zero + 4, "depth_m": 340.0}],
+        done.stdout + done.stderr)
+    check("bytes are no message" in done.stderr, done.stderr)
+    for long in (" " * 300000 + "x", "20" * 9000, "20 " * 4096):
+        started = time.monotonic()
+        done = bench.run("python/sonard-poses", bench.write("long.csv", line(1, "$ROV,72.4,-1.0,-3.7,341.6,*") + ROV_HEAD + long + "\n"), limit_s=20)
+        check(done.returncode == 0 and "%d bytes are no message" % len(ROV_HEAD + long + "\n") in done.stderr, done.stderr)
+        check(time.monotonic() - started < 10, "quadratic time")
+    log = recording("tritech-seanet-rov-seabed/UdpHubLog*.csv")
+    capture, _ = imported(bench, log)
+    done = bench.run("python/sonard-poses", log)
+    check(done.returncode == 0, done.stderr)
+    posed, done = add_pose(bench, capture, bench.write("poses.jsonl", done.stdout))
+    check(done.returncode == 0 and "588 poses added, 0 are of other times" in done.stdout, done.stdout + done.stderr)
+    seen, said = answers(bench, posed)
+    check(seen[-1]["sectors"]["pose_age_s"] < 1, said)
+
+
+run([("poses_of_a_relay", poses_of_a_relay), ("poses_are_added_and_replayed", poses_are_added_and_replayed), ("poses_of_a_tlog", poses_of_a_tlog),
+     ("poses_of_a_dataflash_log", poses_of_a_dataflash_log), ("text_dump", plays(os.path.abspath("tests/replay/box-head.txt"), "ping360")),
+     ("ping_viewer", plays("ping360-openwater-pingviewer/20240814-094253162.bin", "ping360")),
+     ("ping_viewer_at_60_m", plays("ping360-openwater-pingviewer/20240814-094407726.bin", "ping360, range = 50.0 m")),
+     ("seanet_relay", plays("tritech-seanet-rov-seabed/UdpHubLog*.csv", "micron")),
+     ("seanet_raw", plays("tritech-v4log-target/*.rebuilt.stream", "micron")),
+     ("dates_are_kept", dates_are_kept),
+     ("imagenex", plays("imagenex852-echosounder/hydroball.852", "imagenex852")),
+     ("baud_rate_does_not_move_pings", baud_rate_does_not_move_pings),
+     ("capture_of_another_program_names_the_import", capture_of_another_program_names_the_import),
+     ("stay_without_a_socket_says_which_option", stay_without_a_socket_says_which_option)], parallel=2)

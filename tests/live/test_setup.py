@@ -1,0 +1,137 @@
+#!/usr/bin/env -S python3 -B
+# SPDX-License-Identifier: MIT
+"""`sonarctl setup`: the sonar is found by listening or by one question that changes nothing, the rest is asked or given
+as options, and what is written passes the check and runs."""
+import fcntl
+import os
+import pty
+import socket
+import subprocess
+
+from lib import PATIENCE, SONARCTL, SONARD, check, pings_until, run
+
+
+def setup(bench, *options, **pipes):
+    return bench.run(SONARCTL, "setup", "--yes", *options, **pipes)
+
+
+def found(program, device, *arguments, quiet=False):
+    """A virtual sonar on a pseudo-terminal is found; a Ping360 was asked who it is and nothing else: it has not pinged."""
+    def case(bench):
+        sim = bench.twin(program, "--link", bench.port_path, *arguments)
+        out = bench.path("drop-in.conf")
+        done = setup(bench, "--port", bench.port_path, "--output", out, *(["--listen"] if quiet else []))
+        check(done.returncode == 0 and "found: " + device in done.stderr, done.stderr)
+        check(program != "ping360_sim" or sim.pings() == 0, "it pinged")
+        check(done.stderr.endswith("Use it: sonard -c %s\n" % out), done.stderr)
+        done = bench.run(SONARD, "--check", out)
+        check(done.returncode == 0, done.stderr)
+        with open(out, encoding="ascii") as f:
+            text = f.read()
+        check("device = %s " % device in text and "port = serial:%s:" % bench.port_path in text, text)
+        keys = [line.split(" = ")[0] for line in text.splitlines() if " = " in line and line[0] != "#"]
+        check(keys == ["device", "port"], "nobody answered: %s" % keys)
+        check((device == "ping360") == ("\nport = serial:%s:921600\n" % bench.port_path in text), text)
+        check((device == "ping360") == ("\n#near = 3.4 m\n" in text), text)
+        daemon = bench.sonard("--socket", bench.socket_path, conf=out)
+        pings_until(daemon.client(), 2)
+    return case
+
+
+def options(bench):
+    """All that can be given is written, and nothing is sent anywhere."""
+    done = setup(bench, "--device", "micron", "--port", "udp:192.168.2.2:9092", "--name", "bow", "--mount", "0.2,0,-0.1",
+                 "--size", "1,0.5,0.4", "--range", "30", "--upside-down", "--output", "-")
+    check(done.returncode == 0 and "listening" not in done.stderr, done.stderr)
+    for line in ("[sonar bow]", "device = micron", "port = udp:192.168.2.2:9092", "range = 30 m", "mount = 0.2 0 -0.1 m",
+                 "rotation = 180 0 0 deg", "radius = 0.56 m", "height = 0.4 m"):
+        check("\n%s\n" % line in done.stdout, "no %s in %s" % (line, done.stdout))
+    check("by-id" not in done.stdout and "near" not in done.stdout, done.stdout)
+    done = setup(bench, "--device", "ping360", "--port", "serial:/dev/ttyUSB0:115200", "--size", "1,0.5,0.2", "--output", "-")
+    check("\nport = serial:/dev/ttyUSB0:115200\n" in done.stdout and "\n#near = 2.5 m\n" in done.stdout, done.stdout)
+    done = setup(bench, "--device", "micron", "--port", "udp:192.168.2.2:9092", "--name", "bow", "--mount", "0.2,0,-0.1",
+                 "--size", "1,0.5,0.4", "--range", "30", "--upside-down", "--output", "-")
+    done = bench.run(SONARD, "--check", bench.write("all.conf", done.stdout))
+    check(done.returncode == 0, done.stderr)
+
+
+def drop_in(bench):
+    """In the folder behind sonard.conf it wins over what stands there."""
+    conf = bench.conf()
+    os.mkdir(conf + ".d")
+    done = setup(bench, "--device", "ping360", "--port", "/dev/null", "--name", "head", "--range", "7", "--output",
+                 conf + ".d/50-setup.conf")
+    check(done.returncode == 0, done.stderr)
+    printed = bench.run(SONARD, "-c", conf, "--print").stdout
+    check("range = 7 m" in printed and "port = serial:/dev/null:921600" in printed, printed)
+
+
+def nothing_there(bench):
+    """No answer: what was tried is told, and nothing is written."""
+    leader, follower = pty.openpty()
+    out = bench.path("none.conf")
+    done = setup(bench, "--port", os.ttyname(follower), "--output", out)
+    check(done.returncode == 2 and "no answer at 115200 or 921600 baud" in done.stderr, done.stderr)
+    check("give --device and --port" in done.stderr and not os.path.exists(out), done.stderr)
+    os.close(leader)
+    os.close(follower)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as silent:
+        silent.bind(("127.0.0.1", 0))
+        udp = "udp:127.0.0.1:%d" % silent.getsockname()[1]
+        done = setup(bench, "--port", udp)
+        check(done.returncode == 2 and "and no answer\n" in done.stderr and "is its bridge running" in done.stderr, done.stderr)
+    done = setup(bench, "--port", udp)
+    check(done.returncode == 2 and "nothing listens there" in done.stderr and "plug" not in done.stderr, done.stderr)
+    taken = bench.write("taken.conf", "mine")
+    done = setup(bench, "--device", "micron", "--port", "/dev/null", "--output", taken)
+    check(done.returncode == 7 and "File exists; remove it first" in done.stderr, done.stderr)
+    done = setup(bench, "--output", taken)
+    check(done.returncode == 7 and "listening" not in done.stderr, "it was not said first: " + done.stderr)
+    for words, status, wanted in ((("--device", "Ping360", "--port", "/dev/null"), 2, "no such device: Ping360"),
+                                  (("--device", "micron", "--port", "serial:x"), 2, "as /dev/ttyUSB0:115200"),
+                                  (("--device", "micron", "--port", "/dev/null", "--name", "a b"), 3, "--name wants"),
+                                  (("--range", "500"), 3, "0.75 to 200")):
+        done = setup(bench, *words)
+        check(done.returncode == status and wanted in done.stderr, "%s: %d %s" % (words, done.returncode, done.stderr))
+
+
+def ports(bench):
+    """A port that cannot be had: the last line says what to do."""
+    leader, follower = pty.openpty()
+    name = os.ttyname(follower)
+    fcntl.flock(follower, fcntl.LOCK_EX)
+    missing = bench.path("ttyUSB9")
+    for port, wanted in ((name, "sudo fuser -v %s" % name), ("serial:%s:115200" % name, "another program has serial:"),
+                         (missing, "ls /dev/serial/by-id")):
+        done = setup(bench, "--port", port)
+        last = done.stderr.splitlines()[-1]
+        check(done.returncode == 2 and wanted in last, "%s: %d %s" % (port, done.returncode, done.stderr))
+    os.close(leader)
+    os.close(follower)
+
+
+def questions(bench):
+    """At a terminal it asks; an empty line takes what stands in brackets, nonsense is asked again."""
+    leader, follower = pty.openpty()
+    out = bench.path("asked.conf")
+    child = subprocess.Popen([SONARCTL, "setup", "--port", "/dev/null", "--output", out], stdin=follower,
+                             stdout=follower, stderr=follower)
+    os.close(follower)
+    os.write(leader, b"blueview\nping360\n0.3 0\n0.3 0 0.1\nja\nYes\n\n12\n")
+    status = child.wait(30 * PATIENCE)
+    said = os.read(leader, 65536).decode()
+    os.close(leader)
+    check(status == 0, said)
+    check("supported: micron" in said and "want 3 numbers" in said and "want y or n" in said, said)
+    with open(out, encoding="ascii") as f:
+        text = f.read()
+    for line in ("device = ping360", "mount = 0.3 0 0.1 m", "rotation = 180 0 0 deg", "range = 12 m", "radius = 0.287 m",
+                 "port = serial:/dev/null:921600"):
+        check("\n%s\n" % line in text, "no %s in %s" % (line, text))
+
+
+run([("ping360", found("ping360_sim", "ping360")),
+     ("ping360_that_wants_autobaud", found("ping360_sim", "ping360", "--strict-autobaud")),
+     ("micron", found("micron_sim", "micron", quiet=True)),
+     ("ping1d", found("ping1d_sim", "ping1d")),
+     ("options", options), ("drop_in", drop_in), ("nothing_there", nothing_there), ("ports", ports), ("questions", questions)], parallel=2)

@@ -1,0 +1,404 @@
+#!/usr/bin/env -S python3 -B
+# SPDX-License-Identifier: MIT
+"""The page of sonard-web in a real browser: what is drawn is what the socket says, and nothing is drawn that is not known.
+Skips where there is no chromium, node or npm. SHOTS=folder keeps the pictures of docs/web.md."""
+import glob
+import json
+import math
+import os
+import re
+import shutil
+import signal
+import subprocess
+import time
+
+from lib import PATIENCE, Process, Skipped, check, note, pings_until, run, until
+from webclient import Web
+
+SHOTS = os.environ.get("SHOTS")
+
+
+class Browser(Process):
+    def __init__(self, bench):
+        chromium = shutil.which("chromium") or shutil.which("chromium-browser")
+        if not chromium or not shutil.which("node") or not shutil.which("npm"):
+            raise Skipped("needs chromium, node and npm")
+        modules = bench.path("modules")
+        os.mkdir(modules)
+        with open(os.path.join(modules, "package.json"), "w", encoding="ascii") as f:
+            f.write("{}")
+        try:
+            subprocess.run(["npm", "install", "--silent", "--no-audit", "--no-fund", "playwright-core@1"], cwd=modules, check=True,
+                           timeout=90, capture_output=True)
+        except (subprocess.SubprocessError, OSError):
+            raise Skipped("npm cannot get playwright-core") from None
+        super().__init__(bench, "browser", ["node", "tests/web/browser.mjs"],
+                         {"BROWSER_MODULES": modules, "CHROMIUM": chromium, "HOME": bench.path("home")},
+                         stdin=subprocess.PIPE, stdout=subprocess.PIPE)
+        bench.processes.append(self)
+        check(json.loads(self.process.stdout.readline() or b"{}").get("value") == "ready", "no browser: " + self.log())
+
+    def do(self, what, **more):
+        self.process.stdin.write(json.dumps(dict(more, do=what)).encode() + b"\n")
+        self.process.stdin.flush()
+        answer = json.loads(self.process.stdout.readline())
+        check("fault" not in answer, "%s: %s" % (what, answer.get("fault")))
+        return answer["value"]
+
+    def eval(self, code):
+        return self.do("eval", code=code)
+
+    def text(self, selector):
+        return self.eval("document.querySelector(%s).innerText" % json.dumps(selector))
+
+    def stop(self):
+        self.process.stdin.close()
+        status = self.wait(30)
+        self.process.stdout.close()
+        return status
+
+
+# What each sector of the ring is drawn as, by the colour in the middle of its inner half, where "clear" leaves the ring open;
+# of "unknown" any hatching within it.
+RING = """(() => {
+  const p = sonardPage.painter, g = p.geometry(), c = p.canvas, context = c.getContext("2d");
+  const colour = (name) => { const h = p.colour[name]; return [1, 3, 5].map((k) => parseInt(h.slice(k, k + 2), 16)); };
+  const near = (d, name) => { const want = colour(name); return d[3] > 200 && want.every((v, k) => Math.abs(v - d[k]) < 30); };
+  const data = context.getImageData(0, 0, c.width, c.height).data;
+  const at = (azimuth, r) => {
+    const a = (azimuth - 90) * Math.PI / 180, x = Math.round(g.c + r * Math.cos(a)), y = Math.round(g.c + r * Math.sin(a));
+    return data.slice(4 * (y * c.width + x), 4 * (y * c.width + x) + 4);
+  };
+  const sectors = sonardPage.state.sectors ? sonardPage.state.sectors.sectors : Array.from({ length: 72 }, (_, k) => ({ azimuth_deg: 5 * k, width_deg: 5 }));
+  return sectors.map((s) => {
+    const inner = at(s.azimuth_deg, g.inner + (g.outer - g.inner) * 0.25), outer = at(s.azimuth_deg, g.inner + (g.outer - g.inner) * 0.75);
+    if (near(inner, "blocked") && near(outer, "blocked")) return "blocked";
+    if (near(outer, "clear") && !near(inner, "clear")) return "clear";
+    return near(inner, "blocked") || near(outer, "blocked") || near(inner, "clear") || near(outer, "clear") ? "?" : "unknown";
+  });
+})()"""
+
+
+def begun(bench, scene="box", pings=210, **sonar):
+    bench.sim(scene=scene)
+    bench.conf(sonar=sonar, vehicle={"near": "0.8 m"}, extract={"no_echo": "range"})
+    daemon = bench.sonard()
+    client = daemon.client()
+    web = Web(bench)
+    browser = Browser(bench)
+    pings_until(client, pings, 60)
+    browser.do("open", url="http://127.0.0.1:%d/" % web.port, width=1280, height=860)
+    until(lambda: browser.text("#link") == "live", "a live page")
+    return daemon, client, web, browser
+
+
+def drawn(bench):
+    """Ring, image, numbers and words against the socket."""
+    _, client, _, browser = begun(bench)
+    until(lambda: browser.eval("sonardPage.rows.size") >= 200, "the whole image")
+    browser.do("choose", selector="#distance", value="3")
+
+    def within(s, distance_m):
+        if s["state"] != "blocked" or s["range_m"] <= distance_m:
+            return s["state"]
+        return "clear" if s["free_to_m"] >= distance_m else "unknown"
+
+    def agrees():
+        time.sleep(0.3)
+        said = [within(s, 3) for s in client.call("sectors", distance_m=3)["sectors"]]
+        ring = browser.eval(RING)
+        return ring if len(ring) == 72 and sum(a != b for a, b in zip(ring, said)) <= 2 else None
+    ring = until(agrees, "a ring like the socket's answer", 20, 0.1)
+    note("drawn: %s" % {state: ring.count(state) for state in sorted(set(ring))})
+    check("?" not in ring and ring.count("clear") > 3, ring)
+    wrong = [5 * k for k, state in enumerate(ring) if state == "clear" and
+             client.call("blocked", azimuth_deg=5 * k, distance_m=3, half_angle_deg=2.5)["state"] != "clear"]
+    check(not wrong, "drawn clear, but not so for the socket: %s" % wrong)
+    browser.do("choose", selector="#distance", value="")
+    until(lambda: "blocked" in browser.eval(RING), "obstacles that are farther away")
+    said = {round(r["azimuth_deg"] * 100): r for r in client.call("image")["rows"]}
+    rows = browser.eval("Array.from(sonardPage.rows, ([k, r]) => [k, r.echoes.map(e => e.range), Array.from(r.bins.slice(0, 40))])")
+    same = sum(1 for k, echoes, bins in rows if k in said and bytes(bins).hex() == said[k]["samples"][:80]
+               and [round(e, 2) for e in echoes] == [round(e["range_m"], 2) for e in said[k]["echoes"]])
+    check(len(rows) == 200 and same > 150, "%d of %d rows are the socket's" % (same, len(rows)))
+    loud = browser.eval("(() => { const p = sonardPage.painter.image, d = p.context.getImageData(0, 0, p.size, p.size).data; let n = 0;"
+                        " for (let i = 0; i < d.length; i += 4) if (d[i] > 120 && d[i + 3] > 60) n++; return n; })()")
+    check(loud > 200, "%d loud pixels: the walls are not in the image" % loud)
+    tiles = browser.text("#tiles").split("\n")
+    check("Ahead ±15°" in tiles and any(t.startswith(("■ Blocked", "✓ Clear", "? Unknown")) for t in tiles), tiles)
+    sonars = browser.text("#sonars")
+    check("head" in sonars and "running" in sonars and "Ping360" in sonars and "/s" in sonars, sonars)
+    check("ping to picture" in browser.text("#timing"), browser.text("#timing"))
+    browser.do("click", selector="#plan summary")
+    plan = client.call("plan")["stages"]
+    shown = browser.text("#plan")
+    check(all(s["name"] in shown and s["why"] in shown for s in plan), shown)
+    check(browser.do("faults") == [], browser.do("faults"))
+
+
+def why(bench):
+    """A click and a key ask, in words, what explain says."""
+    _, client, _, browser = begun(bench)
+    browser.do("choose", selector="#distance", value="20")
+    for azimuth in (90, 200):
+        browser.do("at", x=0.5 + 0.3 * math.sin(math.radians(azimuth)), y=0.5 - 0.3 * math.cos(math.radians(azimuth)))
+        until(lambda: browser.text("#why").split("\n")[1:2] and ("%d°" % azimuth) in browser.text("#why").split("\n")[1], "an explanation")
+        answer = client.call("explain", azimuth_deg=azimuth, distance_m=20, half_angle_deg=7.5)["answer"]
+        text = browser.text("#why")
+        check({"blocked": "Blocked at", "clear": "Clear to", "unknown": "Unknown"}[answer["state"]] in text, "%s, but %s" % (answer, text))
+        check("Of the last" in text, text)
+        near = [(e["range_m"], e["confidence"]) for r in client.call("image")["rows"] for e in r["echoes"] if abs(r["azimuth_deg"] - azimuth) <= 7.5]
+        told = re.findall(r"(\d+\.\d+) m \((\d+) % sure", text)
+        known = [t for t in told if any(abs(float(t[0]) - m) < 0.2 and abs(int(t[1]) - 100 * sure) < 15 for m, sure in near)]
+        check(len(told) > 0 and len(known) >= 0.5 * len(told), "%s, but the image has %s" % (told, near))
+    browser.eval("document.querySelector('#canvas').focus()")
+    for _ in range(4):
+        browser.do("press", selector="#canvas", key="ArrowRight")
+    browser.do("press", selector="#canvas", key="Enter")
+    until(lambda: "220°" in browser.text("#why"), "the direction that the keys chose")
+    before = browser.eval("sonardPage.view.range")
+    browser.do("press", selector="#canvas", key="+")
+    until(lambda: browser.eval("sonardPage.view.range") < before, "a nearer range")
+    check(browser.eval("document.querySelector('#canvas').getAttribute('aria-label')").startswith("Ring of sectors: Ahead"), "no words for the picture")
+    check(browser.do("faults") == [], browser.do("faults"))
+
+
+def unknown_at_once(browser, chip):
+    def all_unknown():
+        ring = browser.eval(RING)
+        return browser.text("#link") == chip and set(ring) == {"unknown"} and browser.eval("!document.querySelector('#curtain').hidden")
+    until(all_unknown, "an unknown ring and '%s'" % chip)
+    tiles = browser.text("#tiles")
+    check("Blocked" not in tiles and "Clear" not in tiles and tiles.count("Unknown") == 4, tiles)
+    check(browser.eval("sonardPage.rows.size") == 0 or chip == "waiting", "the old image stays")
+
+
+def recovers(bench):
+    """Nothing is shown of a daemon or a sonard-web that is gone; both come back by themselves."""
+    daemon, _, web, browser = begun(bench, pings=50)
+    daemon.process.kill()
+    daemon.expected = -9
+    daemon.wait()
+    unknown_at_once(browser, "daemon lost")
+    check("does not answer" in browser.text("#curtain"), browser.text("#curtain"))
+    bench.sonard()
+    until(lambda: browser.text("#link") == "live" and browser.eval("sonardPage.rows.size") > 0, "the daemon's return")
+    web.process.kill()
+    web.expected = -9
+    web.wait()
+    unknown_at_once(browser, "no connection")
+    again = Web(bench, port=web.port)
+    until(lambda: browser.text("#link") == "live" and browser.eval("sonardPage.rows.size") > 0, "sonard-web's return")
+    again.process.send_signal(19)  # SIGSTOP: the network hangs, no end of the connection comes
+    try:
+        unknown_at_once(browser, "waiting")
+    finally:
+        again.process.send_signal(18)
+    until(lambda: browser.text("#link") == "live", "the network's return")
+    check(browser.do("faults") == [], browser.do("faults"))
+
+
+def warns(bench):
+    """A pose that stops and a sonar that falls silent are warned of, with what to do."""
+    _, client, _, browser = begun(bench, pings=20)
+    check(browser.text("#warnings") == "", browser.text("#warnings"))
+    client.call("pose", attitude_deg=[0, 0, 0], depth_m=2)
+    until(lambda: "The pose is" in browser.text("#warnings") and "Keep sending poses" in browser.text("#warnings"), "a warning of the pose")
+    unknown = lambda: "Blocked" not in browser.text("#tiles") and "Clear" not in browser.text("#tiles")
+    until(unknown, "unknown directions under an old pose")
+    bench.processes[0].command("unplug")
+    until(lambda: "no port" in browser.text("#warnings") or "sends no pings" in browser.text("#warnings"), "a warning of the sonar")
+    bench.processes[0].command("plug")
+    until(lambda: "no port" not in browser.text("#warnings") and "sends no pings" not in browser.text("#warnings"), "its end", 40)
+
+
+def heading(bench):
+    """Where the vehicle points is told while a fresh pose says so, with a mark at north; an old heading is none."""
+    _, client, _, browser = begun(bench, pings=20)
+    check(browser.text("#compass").split("\n") == ["Heading unknown", "no pose"], browser.text("#compass"))
+    mark = """(() => { const p = sonardPage.painter, g = p.geometry(), a = (-100 - 90) * Math.PI / 180, r = g.outer + 12 * g.u;
+      const d = p.context.getImageData(Math.round(g.c + r * Math.cos(a) - 7 * g.u), Math.round(g.c + r * Math.sin(a)), 1, 1).data;
+      const h = p.colour.accent; return [1, 3, 5].every((k, i) => Math.abs(parseInt(h.slice(k, k + 2), 16) - d[i]) < 30); })()"""
+    check(not browser.eval(mark), "a north mark without a heading")
+
+    def told():
+        client.call("pose", attitude_deg=[5, -3, 100])
+        return browser.text("#compass").startswith("Heading 100°\npose 0.") and browser.eval(mark)
+    until(told, "a heading of 100 degrees and north at its place")
+    check(client.call("status")["pose"]["attitude_deg"] == [5, -3, 100], client.call("status")["pose"])
+    until(lambda: "5.0°, -3.0°" in browser.text("#vehicle"), "roll and pitch")
+    until(lambda: browser.text("#compass").startswith("Heading unknown\npose ") and not browser.eval(mark), "no heading of an old pose")
+    check("heading" not in browser.text("#vehicle"), browser.text("#vehicle"))
+
+
+def settings(bench):
+    """The form says why nothing may be changed; with a token it changes a setting, and says what it does not know."""
+    daemon, client, _, browser = begun(bench, pings=5)
+
+    def apply(text, token):
+        browser.eval("document.querySelector('#settings').open = true")
+        browser.eval("document.querySelector('#setting').value = %s; document.querySelector('#token').value = %s" % (json.dumps(text), json.dumps(token)))
+        browser.do("click", selector="#settings button")
+    apply("[grid] clear_for = 21 s", "x")
+    until(lambda: "--settings" in browser.text("#setting-said"), "the reason")
+    os.mkdir(bench.path("sonard.conf.d"))
+    token = bench.write("token", "a-token-for-the-tests")
+    os.chmod(token, 0o600)
+    web = Web(bench, "--settings", bench.path("sonard.conf.d/web.conf"), "--token", token)
+    browser.do("open", url="http://127.0.0.1:%d/" % web.port, width=1280, height=860)
+    until(lambda: browser.text("#link") == "live", "a live page")
+    apply("[grid] clear_for = 21 s", "a-token-for-the-tests")
+    until(lambda: browser.text("#setting-said") == "Applied: [grid] clear_for = 21 s", "the change")
+    check(client.call("status")["grids"][0]["clear_for_s"] == 21, "the daemon knows nothing of it")
+    daemon.process.send_signal(signal.SIGSTOP)
+    apply("[grid] clear_for = 33 s", "a-token-for-the-tests")
+    until(lambda: "not known" in browser.text("#setting-said"), "doubt")
+    until(lambda: browser.text("#link") == "daemon lost", "the loss")
+    daemon.process.send_signal(signal.SIGCONT)
+    until(lambda: browser.text("#setting-said").startswith(("Applied", "the daemon was lost")), "what became of it")
+    said, has = browser.text("#setting-said"), client.call("status")["grids"][0]["clear_for_s"]
+    check(has == (33 if said.startswith("Applied") else 21), "%s, but it is %s s" % (said, has))
+    check(browser.do("faults") == [], browser.do("faults"))
+
+
+def looks_back(bench):
+    """A capture in the page: the slider shows what was known at any time of it, and says that this is not now."""
+    bench.sim()
+    bench.conf(vehicle={"near": "0.8 m"}, extract={"no_echo": "range"})
+    daemon = bench.sonard("--record", bench.path("kept"))
+    pings_until(daemon.client(), 300, 60)
+    daemon.stop()
+    capture, = glob.glob(bench.path("kept/*.mcap"))
+    web, browser = Web(bench), Browser(bench)
+    browser.do("open", url="http://127.0.0.1:%d/" % web.port, width=1280, height=860)
+    client = bench.sonard("--replay", capture, "--speed", "1", "--stay", "--socket", bench.socket_path, conf=False).client()
+    known = []
+
+    def ended():
+        answer = client.call("sectors", distance_m=0)
+        known.append((client.call("status")["t_unix"], [s["state"] for s in answer["sectors"]]))
+        time.sleep(0.1)
+        return browser.text("#mode") == "replay, ended"
+    until(ended, "the end of the capture", 120)
+    end = known[-1][0]
+    middle = next(k for k in known if k[0] > end - 3)
+    slide = "(() => { const b = document.querySelector('#back'); b.value = %g; b.dispatchEvent(new Event('input')); return Number(b.value); })()"
+
+    def as_then():
+        went = browser.eval(slide % (middle[0] - end))
+        time.sleep(0.3)
+        ring = browser.eval(RING)
+        differ = min(sum(a != b for a, b in zip(ring, k[1])) for k in known if abs(k[0] - middle[0] + 0.5) < 0.7 * PATIENCE)
+        return abs(went) > 2 and differ <= 8  # the page has the answers of up to a second before
+    until(as_then, "the ring of 3 s before the end")
+    check(browser.text("#link").startswith("looking back"), browser.text("#link"))
+    newest = browser.eval("Math.max(...Array.from(sonardPage.view.rows.values(), (r) => r.t))")
+    check(newest <= browser.eval("sonardPage.view.back") and newest > end - 5, "a row of %.2f s before the end" % (end - newest))
+    browser.do("at", x=0.7, y=0.5)
+    until(lambda: "slider" in browser.text("#why"), "that only the present is explained")
+    browser.eval(slide % 0)
+    until(lambda: browser.text("#link") == "live", "the end again")
+    check(browser.eval("sonardPage.view.newest.t") > newest + 1, "the old picture stays")
+    check(browser.do("faults") == [], browser.do("faults"))
+
+
+def jumps(bench):
+    """The time line of a capture: pause, play, to any time forth and back; what is drawn is what the socket then says."""
+    daemon = bench.sonard("--replay", "tests/replay/box.mcap", "--speed", "1", "--stay", "--socket", bench.socket_path, conf=False)
+    browser = Browser(bench)
+    plain = Web(bench)
+    browser.do("open", url="http://127.0.0.1:%d/" % plain.port, width=1280, height=860)
+    until(lambda: not browser.eval("document.querySelector('#replay').hidden"), "the time line")
+    check(browser.eval("document.querySelector('#at').disabled"), "it can be moved without --replay")
+    web = Web(bench, "--replay")
+    browser.do("open", url="http://127.0.0.1:%d/" % web.port, width=1280, height=860)
+    until(lambda: browser.eval("!document.querySelector('#replay').hidden && !document.querySelector('#at').disabled"), "the time line")
+    length = daemon.client().call("status")["replay"]["length_s"]
+    check(abs(browser.eval("Number(document.querySelector('#at').max)") - length) < 0.01, "another length")
+    until(lambda: browser.text("#mode") == "replay, ended" and browser.text("#play") == "Play", "the end")
+    browser.do("click", selector="#play")
+    until(lambda: browser.text("#play") == "Pause", "it to play again")
+    browser.do("click", selector="#play")
+    until(lambda: browser.text("#mode") == "replay, paused", "a pause")
+    slide = "(() => { const a = document.querySelector('#at'); a.value = %g; for (const e of ['input', 'change']) a.dispatchEvent(new Event(e)); })()"
+    for to_s in (length, 3.6, 2.7, 4.0, 1.0, 4.2):
+        browser.eval(slide % to_s)
+
+        def shown():
+            if browser.eval("sonardPage.view.dragging") or not browser.text("#at-said").startswith("0:%04.1f of" % to_s) or not browser.eval("sonardPage.fresh()"):
+                return False
+            said = [s["state"] for s in daemon.client().call("sectors", distance_m=0)["sectors"]]
+            time.sleep(0.3)
+            return browser.eval(RING) == said and browser.eval("sonardPage.state.status.replay.position_s") == daemon.client().call("status")["replay"]["position_s"]
+        until(shown, "%g s" % to_s)
+    check("blocked" in browser.eval(RING), "nothing is drawn")
+    check(browser.do("faults") == [], browser.do("faults"))
+
+
+def hidden(bench):
+    """A tab that nobody sees asks for nothing, and catches up when it is seen."""
+    _, client, _, browser = begun(bench, pings=20)
+    set_hidden = "Object.defineProperty(document, 'hidden', {value: %s, configurable: true}); document.dispatchEvent(new Event('visibilitychange'))"
+    browser.eval(set_hidden % "true")
+
+    def silent():
+        before = client.call("status")["server"]["requests"]
+        time.sleep(1)
+        return client.call("status")["server"]["requests"] - before <= 2
+    until(silent, "questions of a hidden page")
+    browser.eval(set_hidden % "false")
+    until(lambda: browser.text("#link") == "live" and browser.eval("sonardPage.rows.size") > 0, "the page's return")
+    until(lambda: browser.eval("sonardPage.past.rows.length") > 250, "enough to look back at", 60)
+    check(browser.eval("sonardPage.past.bytes / sonardPage.past.rows.length") > 256, "rows without bytes")
+    browser.eval("sonardPage.past.bytes += 64 << 20")  # as if that much had come
+    until(lambda: browser.eval("sonardPage.past.rows.length") < 100, "the oldest rows to be dropped")
+
+
+def looks(bench):
+    """On a phone nothing is cut off; the pictures of the guide."""
+    bench.sim(scene="harbour")
+    bench.conf(sonar={"range": "20 m"}, vehicle={"near": "1 m"}, map={"voxel": "0.2 m", "memory": "32 MiB"}, extract={"no_echo": "minimum"})
+    client = bench.sonard().client()
+    web = Web(bench)
+    browser = Browser(bench)
+    end = time.monotonic() + 60 * PATIENCE
+    first = client.sensor()["pings"]
+    while client.sensor()["pings"] < first + 230 and time.monotonic() < end:
+        client.call("pose", attitude_deg=[0, 0, 5 * math.sin(time.monotonic() / 8)], position_m=[0, 0, 2])
+        time.sleep(0.1)
+    url = "http://127.0.0.1:%d/" % web.port
+    for name, width, height, scale, theme in (("web", 1280, 860, 1, "dark"), ("web-light", 1280, 860, 1, "light"), ("web-phone", 390, 844, 2, "light"),
+                                              ("web-phone-dark", 390, 844, 2, "dark")):
+        browser.do("open", url=url, width=width, height=height, scale=scale, theme=theme)
+        shown = 0
+        while shown < 60 and not browser.eval("sonardPage.rows.size > 190 && sonardPage.fresh()"):
+            client.call("pose", attitude_deg=[0, 0, 5 * math.sin(time.monotonic() / 8)], position_m=[0, 0, 2])
+            shown += 1
+            time.sleep(0.1)
+        browser.do("at", x=0.72, y=0.25)
+        for _ in range(12):
+            client.call("pose", attitude_deg=[0, 0, 5 * math.sin(time.monotonic() / 8)], position_m=[0, 0, 2])
+            time.sleep(0.1)
+        check(browser.eval("document.documentElement.scrollWidth <= innerWidth"), "%s: wider than the screen" % name)
+        check(browser.eval("document.querySelector('#canvas').getBoundingClientRect().width") > 0.55 * min(width, height), "%s: a small picture" % name)
+        check(browser.eval("document.documentElement.dataset.theme") == theme, "%s: another theme" % name)
+        contrast = browser.eval("""(() => { const l = (c) => { const v = c.match(/\\d+/g).slice(0, 3).map((x) => { x /= 255; return x <= 0.03928 ? x / 12.92 : ((x + 0.055) / 1.055) ** 2.4; }); return 0.2126 * v[0] + 0.7152 * v[1] + 0.0722 * v[2]; };
+          const a = l(getComputedStyle(document.querySelector('.muted')).color), b = l(getComputedStyle(document.body).backgroundColor);
+          return (Math.max(a, b) + 0.05) / (Math.min(a, b) + 0.05); })()""")
+        check(contrast > 4.5, "%s: contrast %.1f of small text" % (name, contrast))
+        if SHOTS:
+            browser.do("shot", path=os.path.join(SHOTS, name + ".jpg"))
+    browser.do("open", url=url, width=1280, height=860, theme="dark")
+    browser.do("click", selector="#tab-map")
+    for _ in range(30):
+        client.call("pose", attitude_deg=[0, 0, 0], position_m=[0, 0, 2])
+        time.sleep(0.1)
+    said = "".join(client.call("map_slice", size_m=40, cells=160)["rows"])
+    got = "".join(browser.eval("sonardPage.state.slice ? sonardPage.state.slice.rows : []"))
+    check(len(got) == len(said) and sum(a != b for a, b in zip(got, said)) < 200 and "#" in got, "another map")
+    if SHOTS:
+        browser.do("shot", path=os.path.join(SHOTS, "web-map.jpg"))
+    check(browser.do("faults") == [], browser.do("faults"))
+
+
+run([("web_page_" + f.__name__, f) for f in (drawn, why, recovers, warns, heading, settings, looks_back, jumps, hidden, looks)])

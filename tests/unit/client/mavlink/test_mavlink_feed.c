@@ -1,0 +1,313 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * test_mavlink_feed - the bridge's side to the daemon against a daemon of this test's own, in the same thread: that
+ * this works shows that the feed never waits. The times that it is given are made up.
+ */
+#include "client/mavlink/mavlink_feed.h"
+
+#include <math.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <unistd.h>
+
+#include "tests/lib/test.h"
+
+#define MS     1000000ull
+#define S      1000000000ull
+#define START  (1000 * S)
+#define T_UNIX 1.7e9 /* the calendar at START */
+#define OFFSET (1700000000 * S - START)
+
+static char directory[] = "/tmp/sonard-test-XXXXXX";
+static char path[64];
+
+struct daemon_here {
+    int listener, fd;
+    json_int_t watches, leaks;
+    bool wet, replay;
+};
+
+static void listen_here(struct daemon_here *d)
+{
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+
+    *d = (struct daemon_here){.fd = -1};
+    snprintf(address.sun_path, sizeof address.sun_path, "%s", path);
+    d->listener = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0);
+    CHECK(bind(d->listener, (struct sockaddr *)&address, sizeof address) == 0 && listen(d->listener, 1) == 0);
+}
+
+static void end_here(struct daemon_here *d, struct mavlink_feed *feed)
+{
+    mavlink_feed_close(feed);
+    if (d->fd >= 0)
+        close(d->fd);
+    close(d->listener);
+    unlink(path);
+}
+
+static void say(const struct daemon_here *d, json_t *message)
+{
+    char *text = json_dumps(message, JSON_COMPACT);
+
+    CHECK(write(d->fd, text, strlen(text)) == (ssize_t)strlen(text) && write(d->fd, "\n", 1) == 1);
+    free(text);
+    json_decref(message);
+}
+
+/* Reads what was asked and agrees to all of it; returns how many poses were among it. */
+static int agree(struct daemon_here *d)
+{
+    static char asked[65536];
+    int poses = 0;
+
+    if (d->fd < 0)
+        d->fd = accept4(d->listener, NULL, NULL, SOCK_NONBLOCK);
+    const ssize_t n = read(d->fd, asked, sizeof asked - 1);
+    asked[n > 0 ? n : 0] = '\0';
+    for (char *line = strtok(asked, "\n"); line; line = strtok(NULL, "\n")) {
+        json_t *request = json_loads(line, 0, NULL);
+        const bool pose = strcmp(json_string_value(json_object_get(request, "method")), "pose") == 0;
+        json_t *result =
+            pose ? json_pack("{s:b}", "taken", 1) : json_pack("{s:I}", "watch", (json_int_t)++d->watches);
+
+        poses += pose;
+        say(d, json_pack("{s:o, s:O}", "result", result, "id", json_object_get(request, "id")));
+        json_decref(request);
+    }
+    return poses;
+}
+
+static void notify(const struct daemon_here *d, int watch, json_t *result)
+{
+    say(d, json_pack("{s:s, s:{s:i, s:o}}", "method", "watch", "params", "watch", watch, "result", result));
+}
+
+/* All around blocked at range_m, seen age_s ago; the daemon's clock says at_s after START. */
+static void say_sectors(const struct daemon_here *d, double range_m, double age_s, double at_s)
+{
+    json_t *sectors = json_array();
+
+    for (int i = 0; i < MAVLINK_SECTORS; i++)
+        json_array_append_new(sectors, json_pack("{s:s, s:f, s:f, s:f}", "state", "blocked", "range_m", range_m,
+                                                 "free_to_m", 0.0, "age_s", age_s));
+    notify(d, 1, json_pack("{s:f, s:o}", "t_unix", T_UNIX + at_s, "sectors", sectors));
+}
+
+static void say_status(const struct daemon_here *d, double ping_age_s, double at_s)
+{
+    notify(d, 2,
+           json_pack("{s:f, s:s, s:[{s:s, s:s, s:f, s:f}], s:{s:n}, s:{s:s, s:I}}", "t_unix", T_UNIX + at_s,
+                     "mode", d->replay ? "replay, ended" : "live", "sensors", "name", "head", "state", "running",
+                     "range_m", 10.0, "last_ping_age_s", ping_age_s, "pose", "age_s", "leak", "state",
+                     d->wet ? "wet" : "dry", "alarms", d->leaks));
+}
+
+/* Connected, and both watches agreed to, at START. */
+static void begin(struct daemon_here *d, struct mavlink_feed *feed)
+{
+    const struct mavlink_feed_conf conf = {.socket = path, .rate_hz = 10};
+
+    listen_here(d);
+    mavlink_feed_init(feed, &conf);
+    feed->unix_offset_ns = OFFSET;
+    mavlink_feed_connect(feed, START);
+    CHECK(feed->client != NULL && !mavlink_feed_alive(feed, START));
+    agree(d);
+    mavlink_feed_read(feed, START);
+    CHECK_INT(d->watches, 2);
+    CHECK(mavlink_feed_alive(feed, START));
+}
+
+TEST(answers_are_taken_and_grow_old)
+{
+    struct daemon_here d;
+    struct mavlink_feed feed;
+
+    begin(&d, &feed);
+    CHECK(!mavlink_feed_answered(&feed, START) && mavlink_feed_reach_m(&feed) == 0);
+    say_status(&d, 0.1, 0);
+    say_sectors(&d, 7, 0.25, 0);
+    mavlink_feed_read(&feed, START);
+    CHECK(mavlink_feed_fresh(&feed, START) && mavlink_feed_reach_m(&feed) == 10);
+    CHECK(feed.ring[0].sector[5].range_m == 7 && feed.evidence_ns == START - 250 * MS);
+    CHECK(mavlink_feed_fresh(&feed, START + 999 * MS) && !mavlink_feed_answered(&feed, START + S));
+    say_sectors(&d, 7, 2.75, 2.5); /* it goes on answering, but its sonar has fallen silent */
+    mavlink_feed_read(&feed, START + 2500 * MS);
+    CHECK(mavlink_feed_answered(&feed, START + 2500 * MS) && !mavlink_feed_fresh(&feed, START + 2500 * MS));
+    end_here(&d, &feed);
+}
+
+TEST(a_silent_daemon_is_left_after_a_while_and_another_tried)
+{
+    struct daemon_here d;
+    struct mavlink_feed feed;
+    const struct mavlink_pose pose = {.t_ns = START, .has = MAVLINK_POSE_DEPTH, .depth_m = 3};
+
+    begin(&d, &feed);
+    say_sectors(&d, 7, 0.25, 0);
+    mavlink_feed_read(&feed, START);
+    mavlink_feed_pose(&feed, &pose, START);
+    CHECK_INT(agree(&d), 1);
+    mavlink_feed_read(&feed, START);
+    CHECK_INT(feed.poses, 1);
+    for (int i = 0; i < 200; i++) { /* silence from here on: what is kept back does not come in a flood later */
+        mavlink_feed_pose(&feed, &pose, START + (uint64_t)i * 20 * MS);
+        mavlink_feed_read(&feed, START + (uint64_t)i * 20 * MS);
+    }
+    CHECK(feed.client && !mavlink_feed_alive(&feed, START + 2 * S));
+    CHECK_INT(feed.poses_held, 175);
+    CHECK_INT(agree(&d), 25);
+    mavlink_feed_read(&feed, START + 4 * S);
+    CHECK(feed.poses == 26 && mavlink_feed_alive(&feed, START + 4 * S));
+    mavlink_feed_read(&feed, START + 9 * S + 1);
+    CHECK(!feed.client && strstr(feed.error.message, "is silent"));
+    CHECK(!mavlink_feed_answered(&feed, START + 9 * S) && feed.ring[0].sector[5].state == MAVLINK_SECTOR_UNKNOWN);
+    mavlink_feed_connect(&feed, START + 9 * S + 2);
+    CHECK(!feed.client); /* not at once */
+    mavlink_feed_connect(&feed, START + 11 * S);
+    CHECK(feed.client != NULL);
+    end_here(&d, &feed);
+    mavlink_feed_connect(&feed, START + 20 * S);
+    CHECK(!feed.client && feed.error.status == SONARD_NO_DAEMON);
+}
+
+TEST(what_waited_on_its_way_is_as_old_as_it_is)
+{
+    struct daemon_here d;
+    struct mavlink_feed feed;
+
+    begin(&d, &feed);
+    say_sectors(&d, 7, 0.25, 0);
+    mavlink_feed_read(&feed, START);
+    say_sectors(&d, 6, 0.25, 0.1);
+    say_sectors(&d, 5, 0.25, 0.2);
+    mavlink_feed_read(&feed, START + 8 * S); /* we were stopped */
+    CHECK(feed.ring[0].sector[5].range_m == 5);
+    CHECK_NEAR((double)feed.evidence_ns, (double)(START - 50 * MS), 0, 1e4);
+    CHECK(!mavlink_feed_answered(&feed, START + 8 * S));
+    end_here(&d, &feed);
+}
+
+TEST(steps_of_the_calendar_change_nothing)
+{
+    static const double steps_s[] = {0.4, -0.4, 3600, -3600, 86400 * 365.0, -86400 * 365.0};
+    struct daemon_here d;
+    struct mavlink_feed feed;
+    const struct mavlink_pose pose = {.t_ns = START + 50 * MS, .has = MAVLINK_POSE_DEPTH, .depth_m = 3};
+
+    begin(&d, &feed);
+    for (size_t i = 0; i < sizeof steps_s / sizeof *steps_s; i++) {
+        feed.unix_offset_ns = OFFSET + (uint64_t)(int64_t)(steps_s[i] * 1e9);
+        say_sectors(&d, 7, 0.25, steps_s[i]);
+        mavlink_feed_read(&feed, START + 100 * MS);
+        CHECK_NEAR((double)feed.level_ns, (double)START, 0, 1e4);
+        CHECK_NEAR((double)feed.evidence_ns, (double)(START - 250 * MS), 0, 1e4);
+        mavlink_feed_pose(&feed, &pose, START + 100 * MS);
+
+        char asked[500] = "";
+        CHECK(read(d.fd, asked, sizeof asked - 1) > 0);
+        json_t *request = json_loads(asked, 0, NULL), *params = json_object_get(request, "params");
+        CHECK_NEAR(json_real_value(json_object_get(params, "t_unix")), T_UNIX + 0.05 + steps_s[i], 0, 1e-5);
+        json_decref(request);
+    }
+    end_here(&d, &feed);
+}
+
+TEST(a_replay_has_a_calendar_of_its_own)
+{
+    struct daemon_here d;
+    struct mavlink_feed feed;
+
+    begin(&d, &feed);
+    d.replay = true;
+    say_status(&d, 0.1, -1e8);
+    say_sectors(&d, 7, 0.25, -1e8);
+    mavlink_feed_read(&feed, START);
+    CHECK(mavlink_feed_fresh(&feed, START));
+    end_here(&d, &feed);
+}
+
+TEST(a_restarted_daemon_is_found_again)
+{
+    struct daemon_here d;
+    struct mavlink_feed feed;
+
+    begin(&d, &feed);
+    say_sectors(&d, 7, 0.25, 0);
+    mavlink_feed_read(&feed, START);
+    close(d.fd);
+    d.fd = -1;
+    d.watches = 0;
+    mavlink_feed_read(&feed, START + S);
+    CHECK(!feed.client && strstr(feed.error.message, "ended the connection"));
+    CHECK(!mavlink_feed_answered(&feed, START + S));
+    mavlink_feed_connect(&feed, START + 3 * S);
+    agree(&d);
+    say_sectors(&d, 7, 0.25, 3);
+    mavlink_feed_read(&feed, START + 3 * S);
+    CHECK(mavlink_feed_answered(&feed, START + 3 * S));
+    end_here(&d, &feed);
+}
+
+TEST(no_leak_is_too_short_to_be_seen)
+{
+    struct daemon_here d;
+    struct mavlink_feed feed;
+
+    begin(&d, &feed);
+    say_status(&d, 0.1, 0);
+    mavlink_feed_read(&feed, START);
+    CHECK(feed.leak_ns == 0);
+    d.leaks = 1; /* wet and dry again between two answers */
+    say_status(&d, 0.1, 1);
+    mavlink_feed_read(&feed, START + S);
+    CHECK(feed.leak_ns == START + S && !feed.wet);
+    say_status(&d, 0.1, 2);
+    mavlink_feed_read(&feed, START + 2 * S);
+    CHECK(feed.leak_ns == START + S); /* once */
+    d.leaks = 0;
+    say_status(&d, 0.1, 3);
+    mavlink_feed_read(&feed, START + 3 * S);
+    CHECK(feed.leak_ns == START + S); /* a daemon that has just started to count */
+    d.leaks = 1;
+    d.wet = true;
+    say_status(&d, 0.1, 4);
+    mavlink_feed_read(&feed, START + 4 * S);
+    CHECK(feed.leak_ns == START + 4 * S && feed.wet);
+    end_here(&d, &feed);
+}
+
+TEST(a_refusal_is_told)
+{
+    struct daemon_here d;
+    struct mavlink_feed feed;
+    const struct mavlink_feed_conf conf = {.socket = path, .rate_hz = 10, .downward = "nobody"};
+
+    listen_here(&d);
+    mavlink_feed_init(&feed, &conf);
+    mavlink_feed_connect(&feed, START);
+    d.fd = accept4(d.listener, NULL, NULL, SOCK_NONBLOCK);
+    say(&d, json_pack("{s:{s:i, s:s}, s:n}", "error", "code", -32000, "message", "too many clients", "id"));
+    mavlink_feed_read(&feed, START);
+    CHECK(!feed.client);
+    CHECK_STR(feed.error.message, "too many clients");
+    end_here(&d, &feed);
+}
+
+int main(void)
+{
+    if (!mkdtemp(directory))
+        return 1;
+    snprintf(path, sizeof path, "%s/sonard.sock", directory);
+    RUN(answers_are_taken_and_grow_old);
+    RUN(a_silent_daemon_is_left_after_a_while_and_another_tried);
+    RUN(what_waited_on_its_way_is_as_old_as_it_is);
+    RUN(steps_of_the_calendar_change_nothing);
+    RUN(a_replay_has_a_calendar_of_its_own);
+    RUN(a_restarted_daemon_is_found_again);
+    RUN(no_leak_is_too_short_to_be_seen);
+    RUN(a_refusal_is_told);
+    rmdir(directory);
+    return test_end();
+}

@@ -1,0 +1,523 @@
+/* SPDX-License-Identifier: MIT */
+/* test_pose_log - the pose at a ping's own time: between samples, after the last, before the first, in a gap. */
+#include "tests/lib/test.h"
+
+#include <math.h>
+
+#include "daemon/input/pose_log.h"
+
+#define MS 1000000ull
+
+static struct pose_log poses;
+
+static bool put(uint64_t t_ns, unsigned has, double north, double yaw_rad, double vn)
+{
+    struct pose p = pose_identity;
+    p.t_ns = t_ns;
+    p.has = has;
+    p.position_m[0] = north;
+    p.velocity_mps[0] = vn;
+    quat_from_rpy(0, 0, yaw_rad, p.attitude);
+    return pose_log_put(&poses, &p);
+}
+
+static double yaw(const struct pose *p)
+{
+    double r, pitch, y;
+    quat_to_rpy(p->attitude, &r, &pitch, &y);
+    return y;
+}
+
+TEST(between_two_samples_the_pose_is_interpolated)
+{
+    struct pose p;
+    pose_log_init(&poses, 1000 * MS);
+    put(1000 * MS, POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH, 0, 0, 0);
+    put(1100 * MS, POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH, 1, 0.2, 0);
+    CHECK(pose_log_at(&poses, 1050 * MS, &p));
+    CHECK_NEAR(p.position_m[0], 0.5, 1e-12, 0);
+    CHECK_NEAR(yaw(&p), 0.1, 1e-12, 0);
+    CHECK(pose_log_at(&poses, 1000 * MS, &p));
+    CHECK_NEAR(p.position_m[0], 0, 0, 0);
+}
+
+TEST(before_the_first_and_too_long_after_the_last_there_is_none)
+{
+    struct pose p;
+    pose_log_init(&poses, 500 * MS);
+    CHECK(!pose_log_at(&poses, 1, &p));
+    put(1000 * MS, POSE_ATTITUDE, 0, 1, 0);
+    CHECK(!pose_log_at(&poses, 999 * MS, &p));
+    CHECK_INT(p.has, 0);
+    CHECK(pose_log_at(&poses, 1400 * MS, &p));
+    CHECK_NEAR(yaw(&p), 1, 1e-12, 0);
+    CHECK(!pose_log_at(&poses, 1501 * MS, &p));
+    CHECK(pose_log_fresh(&poses, 1500 * MS));
+    CHECK(!pose_log_fresh(&poses, 1501 * MS));
+}
+
+TEST(a_withdrawn_pose_is_as_if_never_given_but_what_drifted_stays)
+{
+    struct pose p;
+    pose_log_init(&poses, 500 * MS);
+    pose_log_set_drift(&poses, 1, &(struct pose_drift){.mps = 1, .from_pose = true});
+    put(1000 * MS, POSE_ATTITUDE, 0, 1, 0);
+    pose_log_withdraw(&poses, 3000 * MS);
+    CHECK(!pose_log_at(&poses, 1000 * MS, &p));
+    CHECK_INT(p.has, 0);
+    CHECK_INT(p.withdrawn, 1);
+    CHECK_NEAR(p.drift_m[0], 2, 1e-9, 0);
+    CHECK_NEAR(p.drift_m[1], 2, 1e-9, 0);
+    CHECK(!pose_log_at(&poses, 9000 * MS, &p)); /* before a pose the vehicle keeps its place */
+    CHECK_NEAR(p.drift_m[0], 2, 1e-9, 0);
+    CHECK(put(9100 * MS, POSE_ATTITUDE, 0, 2, 0));
+    CHECK(pose_log_at(&poses, 9100 * MS, &p));
+    CHECK_NEAR(yaw(&p), 2, 1e-12, 0);
+    CHECK_INT(p.withdrawn, 1);
+}
+
+TEST(the_missing_part_is_named_with_its_age_and_sender)
+{
+    double age_s;
+    const char *sender;
+    pose_log_init(&poses, 500 * MS);
+    CHECK_INT(pose_log_missing(&poses, 1000 * MS, &age_s, &sender), POSE_ATTITUDE);
+    CHECK(age_s < 0 && !sender);
+    put(1000 * MS, POSE_ATTITUDE | POSE_DEPTH, 0, 1, 0);
+    pose_log_sent_by(&poses, POSE_ATTITUDE, "one");
+    pose_log_sent_by(&poses, POSE_DEPTH, "another");
+    CHECK_INT(pose_log_missing(&poses, 1500 * MS, &age_s, &sender), 0);
+    CHECK_INT(pose_log_missing(&poses, 1600 * MS, &age_s, &sender), POSE_ATTITUDE);
+    CHECK_NEAR(age_s, 0.6, 1e-9, 0);
+    CHECK_STR(sender, "one");
+    put(1600 * MS, POSE_ATTITUDE, 0, 1, 0);
+    CHECK_INT(pose_log_missing(&poses, 1600 * MS, &age_s, &sender), POSE_DEPTH);
+    CHECK_STR(sender, "another");
+    put(1600 * MS, POSE_VELOCITY, 0, 0, 0.5); /* carries the depth on */
+    CHECK_INT(pose_log_missing(&poses, 1600 * MS, &age_s, &sender), 0);
+}
+
+TEST(a_gap_is_not_bridged)
+{
+    struct pose p;
+    pose_log_init(&poses, 500 * MS);
+    put(1000 * MS, POSE_ATTITUDE, 0, 0, 0);
+    put(3000 * MS, POSE_ATTITUDE, 0, 2, 0);
+    CHECK(!pose_log_at(&poses, 2000 * MS, &p));
+    CHECK(pose_log_at(&poses, 1200 * MS, &p));
+    CHECK_NEAR(yaw(&p), 0, 0, 0);
+}
+
+TEST(times_that_do_not_rise_are_refused_and_counted)
+{
+    pose_log_init(&poses, 500 * MS);
+    CHECK(put(1000 * MS, POSE_ATTITUDE, 0, 0, 0));
+    CHECK(!put(1000 * MS, POSE_ATTITUDE, 0, 0, 0));
+    CHECK(!put(1, POSE_ATTITUDE, 0, 0, 0));
+    CHECK_INT(poses.refused, 2);
+    CHECK_INT(poses.taken, 1);
+}
+
+TEST(parts_come_from_different_senders_and_end_by_themselves)
+{
+    struct pose p;
+    pose_log_init(&poses, 500 * MS);
+    put(1000 * MS, POSE_ATTITUDE, 0, 1, 0);
+    put(1100 * MS, POSE_DEPTH, 0, 0, 0);
+    CHECK(pose_log_at(&poses, 1100 * MS, &p));
+    CHECK_INT(p.has, POSE_ATTITUDE | POSE_DEPTH);
+    CHECK_NEAR(yaw(&p), 1, 1e-12, 0);
+    put(1600 * MS, POSE_DEPTH, 0, 0, 0);
+    CHECK(pose_log_at(&poses, 1600 * MS, &p));
+    CHECK_INT(p.has, POSE_DEPTH);
+    CHECK(!pose_log_fresh(&poses, 1600 * MS)); /* fresh speaks of the attitude */
+}
+
+TEST(without_a_position_the_velocity_carries_it)
+{
+    struct pose p;
+    pose_log_init(&poses, 500 * MS);
+    for (uint64_t i = 0; i <= 100; i++)
+        put((1000 + 100 * i) * MS, POSE_ATTITUDE | POSE_VELOCITY, 0, 0, 0.5);
+    CHECK(pose_log_at(&poses, 11000 * MS, &p));
+    CHECK_NEAR(p.position_m[0], 5, 1e-12, 0);
+    CHECK_NEAR(p.path_m, 5, 1e-12, POSE_LOG_LINE_M);
+    CHECK(!(p.has & POSE_POSITION));
+}
+
+/* Of standard deviation 1, near enough to a normal one, and within 6. */
+static double noise(uint64_t *seed)
+{
+    double sum = -6;
+    for (int i = 0; i < 12; i++)
+        sum += test_uniform(seed);
+    return sum;
+}
+
+#define SAMPLES 6000 /* ten minutes of ten a second */
+
+/* The noise of a place is no way driven: it would wear out every look around before the next. */
+TEST(a_vehicle_that_hovers_drives_no_way)
+{
+    struct pose p;
+    uint64_t seed = test_seed();
+    pose_log_init(&poses, 500 * MS);
+    for (uint64_t i = 0; i < SAMPLES; i++) {
+        struct pose given = {
+            .t_ns = (1 + i) * 100 * MS, .attitude = {1}, .has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH};
+        for (int k = 0; k < 3; k++)
+            given.position_m[k] = 1000 + 0.02 * noise(&seed);
+        CHECK(pose_log_put(&poses, &given));
+    }
+    CHECK(pose_log_newest(&poses, &p));
+    CHECK(p.path_m < 0.1);
+}
+
+/* Wherever it goes: it is no farther off than the way says. */
+TEST(the_way_is_never_short_by_more_than_two_lines)
+{
+    static double at_m[SAMPLES][3], path_m[SAMPLES];
+    uint64_t seed = test_seed();
+    pose_log_init(&poses, 500 * MS);
+    double heading = 0, most_m = 0, short_m = 0;
+    struct pose given = {.attitude = {1}, .has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH};
+    for (int i = 0; i < SAMPLES; i++) {
+        struct pose p;
+        heading += noise(&seed) * 0.3;
+        const double step_m[3] = {0.05 * cos(heading), 0.05 * sin(heading), 0.01 * noise(&seed)};
+        for (int k = 0; k < 3; k++)
+            at_m[i][k] = given.position_m[k] += step_m[k];
+        given.t_ns = (uint64_t)(1 + i) * 100 * MS;
+        CHECK(pose_log_put(&poses, &given));
+        pose_log_newest(&poses, &p);
+        path_m[i] = p.path_m;
+    }
+    for (int i = 0; i < SAMPLES; i += 7)
+        for (int j = i; j < SAMPLES; j++) {
+            const double off_m =
+                hypot(hypot(at_m[j][0] - at_m[i][0], at_m[j][1] - at_m[i][1]), at_m[j][2] - at_m[i][2]);
+            short_m = fmax(short_m, off_m - (path_m[j] - path_m[i]));
+            most_m = fmax(most_m, off_m);
+        }
+    CHECK(short_m <= 2 * POSE_LOG_LINE_M);
+    CHECK(most_m > 1);
+}
+
+TEST(a_place_that_is_lost_is_not_a_vehicle_that_stands_still)
+{
+    pose_log_init(&poses, 500 * MS);
+    put(1000 * MS, POSE_ATTITUDE, 0, 0, 0);
+    CHECK(pose_log_fresh(&poses, 1100 * MS)); /* never a place: nobody knows better */
+    put(1200 * MS, POSE_ATTITUDE | POSE_POSITION, 1, 0, 0);
+    CHECK(pose_log_fresh(&poses, 1300 * MS));
+    put(1800 * MS, POSE_ATTITUDE, 0, 0, 0);
+    CHECK(!pose_log_fresh(&poses, 1800 * MS));
+    put(1900 * MS, POSE_ATTITUDE | POSE_VELOCITY, 0, 0, 1);
+    CHECK(pose_log_fresh(&poses, 1900 * MS));
+}
+
+TEST(a_depth_that_ends_is_missed)
+{
+    pose_log_init(&poses, 500 * MS);
+    put(1000 * MS, POSE_ATTITUDE | POSE_DEPTH, 0, 0, 0);
+    CHECK(pose_log_fresh(&poses, 1400 * MS));
+    put(1800 * MS, POSE_ATTITUDE, 0, 0, 0);
+    CHECK(!pose_log_fresh(&poses, 1800 * MS));
+}
+
+/* One late pose is none; without eight nobody knows. */
+TEST(poses_rarer_than_max_age_are_sparse)
+{
+    pose_log_init(&poses, 500 * MS);
+    for (uint64_t i = 0; i < 8; i++) {
+        CHECK(!pose_log_sparse(&poses));
+        put((1000 + 510 * i) * MS, POSE_ATTITUDE, 0, 0, 0);
+    }
+    CHECK(pose_log_sparse(&poses));
+    pose_log_set_max_age(&poses, 510 * MS);
+    CHECK(!pose_log_sparse(&poses));
+    pose_log_set_max_age(&poses, 500 * MS);
+    put(4600 * MS, POSE_ATTITUDE, 0, 0, 0);
+    put(4630 * MS, POSE_ATTITUDE, 0, 0, 0);
+    CHECK(!pose_log_sparse(&poses));
+}
+
+TEST(the_way_driven_counts_back_and_forth)
+{
+    struct pose p;
+    pose_log_init(&poses, 500 * MS);
+    for (uint64_t i = 0; i <= 10; i++)
+        put((1000 + 100 * i) * MS, POSE_ATTITUDE | POSE_POSITION, (double)(i % 2), 0, 0);
+    CHECK(pose_log_newest(&poses, &p));
+    CHECK(p.path_m <= 10 && p.path_m >= 10 * (1 - 2 * POSE_LOG_LINE_M));
+}
+
+TEST(a_place_is_no_newer_for_an_attitude_that_is)
+{
+    pose_log_init(&poses, 1000 * MS);
+    struct pose placed = {.has = POSE_POSITION | POSE_DEPTH, .t_ns = 10 * MS};
+    struct pose turned = {.has = POSE_ATTITUDE, .t_ns = 30 * MS, .attitude = {1, 0, 0, 0}};
+    struct pose sunk = {.has = POSE_DEPTH, .t_ns = 20 * MS};
+    CHECK(pose_log_last_ns(&poses, POSE_POSITION | POSE_DEPTH) == 0);
+    CHECK(pose_log_put(&poses, &placed) && pose_log_put(&poses, &sunk) && pose_log_put(&poses, &turned));
+    CHECK(pose_log_last_ns(&poses, POSE_POSITION | POSE_DEPTH) == 10 * MS);
+    CHECK(pose_log_last_ns(&poses, POSE_DEPTH) == 20 * MS);
+    CHECK(pose_log_last_ns(&poses, POSE_ATTITUDE) == 30 * MS);
+    CHECK(pose_log_last_ns(&poses, POSE_ATTITUDE | POSE_VELOCITY) == 0);
+}
+
+TEST(the_log_keeps_the_newest)
+{
+    struct pose p;
+    pose_log_init(&poses, 500 * MS);
+    for (uint64_t i = 1; i <= 1000; i++)
+        put(i * 10 * MS, POSE_ATTITUDE | POSE_POSITION, (double)i, 0, 0);
+    CHECK(pose_log_at(&poses, 9995 * MS, &p));
+    CHECK_NEAR(p.position_m[0], 999.5, 1e-12, 0);
+    CHECK(!pose_log_at(&poses, 100 * MS, &p));
+}
+
+static bool put_depth(uint64_t t_ns, double depth_m)
+{
+    struct pose p = pose_identity;
+    p.t_ns = t_ns;
+    p.has = POSE_DEPTH;
+    p.position_m[2] = depth_m;
+    return pose_log_put(&poses, &p);
+}
+
+TEST(a_part_that_comes_late_is_put_at_its_own_time)
+{
+    struct pose p;
+    pose_log_init(&poses, 500 * MS);
+    put(1000 * MS, POSE_ATTITUDE, 0, 0, 0);
+    put(1100 * MS, POSE_ATTITUDE, 0, 0.2, 0);
+    CHECK(put_depth(1020 * MS, 5));
+    CHECK(put_depth(1080 * MS, 8));
+    CHECK(!put_depth(1080 * MS, 9));
+    CHECK(pose_log_at(&poses, 1050 * MS, &p));
+    CHECK_NEAR(yaw(&p), 0.1, 1e-12, 0);
+    CHECK_NEAR(p.position_m[2], 6.5, 1e-12, 0);
+    CHECK_INT(p.has, POSE_ATTITUDE | POSE_DEPTH);
+}
+
+TEST(of_a_sample_only_the_parts_that_are_new_are_taken)
+{
+    struct pose p;
+    pose_log_init(&poses, 500 * MS);
+    put_depth(1000 * MS, 5);
+    CHECK(put(900 * MS, POSE_ATTITUDE | POSE_DEPTH, 0, 1, 0));
+    CHECK(pose_log_at(&poses, 1000 * MS, &p));
+    CHECK_NEAR(p.position_m[2], 5, 0, 0);
+    CHECK_NEAR(yaw(&p), 1, 1e-12, 0);
+}
+
+TEST(behind_the_last_sample_the_turn_goes_on_for_a_moment)
+{
+    struct pose p;
+    pose_log_init(&poses, 1000 * MS);
+    put(1000 * MS, POSE_ATTITUDE, 0, 0, 0);
+    put(1050 * MS, POSE_ATTITUDE, 0, 0.1, 0);
+    pose_log_at(&poses, 1075 * MS, &p);
+    CHECK_NEAR(yaw(&p), 0.15, 1e-12, 0);
+    pose_log_at(&poses, 1900 * MS, &p); /* no farther than the time between the two */
+    CHECK_NEAR(yaw(&p), 0.2, 1e-12, 0);
+    put(1450 * MS, POSE_ATTITUDE, 0, 0.5, 0);
+    pose_log_at(&poses, 1900 * MS, &p); /* and no farther than a tenth of a second */
+    CHECK_NEAR(yaw(&p), 0.6, 1e-12, 0);
+}
+
+TEST(the_noise_of_a_depth_sensor_is_no_way_driven)
+{
+    struct pose p;
+    uint64_t seed = test_seed();
+    pose_log_init(&poses, 500 * MS);
+    for (uint64_t i = 1; i <= 10000; i++)
+        put_depth(i * 100 * MS, 40 + 0.02 * test_uniform(&seed));
+    CHECK(pose_log_newest(&poses, &p));
+    CHECK_NEAR(p.path_m, 0, 0, 0);
+}
+
+TEST(a_place_that_is_told_no_more_stays_where_it_was)
+{
+    struct pose p;
+    pose_log_init(&poses, 500 * MS);
+    put(1000 * MS, POSE_ATTITUDE | POSE_POSITION, 7, 0, 0);
+    put(2000 * MS, POSE_ATTITUDE, 0, 0, 0);
+    CHECK(pose_log_at(&poses, 2000 * MS, &p));
+    CHECK_INT(p.has, POSE_ATTITUDE);
+    CHECK_NEAR(p.position_m[0], 7, 0, 0);
+}
+
+TEST(behind_the_last_sample_the_vehicle_may_be_as_far_as_it_goes)
+{
+    const unsigned all = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH | POSE_VELOCITY;
+    struct pose p;
+    pose_log_init(&poses, 2000 * MS);
+    put(1000 * MS, all, 0, 0, 0.5);
+    pose_log_at(&poses, 1600 * MS, &p); /* one sample: nothing to go on from, and no turn known */
+    CHECK_NEAR(p.slack_m, 0.3, 1e-12, 0);
+    CHECK_NEAR(p.slack_rad, 0, 0, 0);
+    put(1200 * MS, all, 0.1, 0.04, 0.5);
+    pose_log_at(&poses, 1100 * MS, &p);
+    CHECK_NEAR(p.slack_m, 0, 0, 0);
+    pose_log_at(&poses, 1300 * MS, &p); /* so far it goes on as before */
+    CHECK_NEAR(p.slack_m, 0, 0, 0);
+    pose_log_at(&poses, 1800 * MS, &p);
+    CHECK_NEAR(p.slack_m, 0.25, 1e-12, 0);
+    CHECK_NEAR(p.slack_rad, 0.1, 1e-12, 0);
+    pose_log_set_most(&poses, 2, 1);
+    pose_log_at(&poses, 1800 * MS, &p);
+    CHECK(p.slack_m >= 1 && p.slack_m <= 1.5);
+    CHECK_NEAR(p.slack_rad, 0.5, 1e-12, 0);
+}
+
+TEST(nothing_lies_between_the_attitudes_before_and_after_a_jump)
+{
+    struct pose p;
+    pose_log_init(&poses, 2000 * MS);
+    pose_log_set_most(&poses, 0, 0.5);
+    put(1000 * MS, POSE_ATTITUDE, 0, 0, 0);
+    put(1100 * MS, POSE_ATTITUDE, 0, 0.12, 0); /* less than 5 degrees more than it can turn */
+    put(1200 * MS, POSE_ATTITUDE, 0, 1, 0);
+    pose_log_at(&poses, 1050 * MS, &p);
+    CHECK_INT(p.jumps, 0);
+    CHECK_NEAR(yaw(&p), 0.06, 1e-12, 0);
+    pose_log_at(&poses, 1150 * MS, &p);
+    CHECK_INT(p.jumps, 0);
+    CHECK_NEAR(yaw(&p), 0.12, 1e-12, 0);
+    CHECK(p.slack_rad > 0);
+    pose_log_at(&poses, 1250 * MS, &p);
+    CHECK_INT(p.jumps, 1);
+    CHECK_NEAR(yaw(&p), 1, 1e-12, 0);
+    put(1300 * MS, POSE_ATTITUDE, 0, 1.02, 0);
+    pose_log_at(&poses, 1250 * MS, &p);
+    CHECK_INT(p.jumps, 1);
+    CHECK_NEAR(yaw(&p), 1.01, 1e-12, 0);
+    put(1400 * MS, POSE_ATTITUDE, 0, 0.12, 0); /* back is a jump, too */
+    pose_log_at(&poses, 1400 * MS, &p);
+    CHECK_INT(p.jumps, 2);
+}
+
+TEST(without_a_velocity_the_way_between_places_is_the_speed)
+{
+    struct pose p;
+    pose_log_init(&poses, 2000 * MS);
+    put(1000 * MS, POSE_ATTITUDE | POSE_POSITION, 0, 0, 0);
+    put(1500 * MS, POSE_ATTITUDE | POSE_POSITION, 0.5, 0, 0);
+    put(1501 * MS, POSE_ATTITUDE | POSE_POSITION, 0.52, 0,
+        0); /* noise of two samples close together is no speed */
+    pose_log_at(&poses, 2002 * MS, &p);
+    CHECK_NEAR(p.slack_m, 0.52 / 0.501 * 0.5, 1e-9, 0);
+}
+
+/* ---- drift ---- */
+
+static void drifts(double mps, bool from_pose)
+{
+    pose_log_init(&poses, 500 * MS);
+    pose_log_set_drift(&poses, 0, &(struct pose_drift){.mps = mps, .from_pose = from_pose});
+}
+
+TEST(without_position_and_velocity_the_drift_grows_with_time)
+{
+    struct pose p;
+    drifts(0.5, false);
+    pose_log_at(&poses, 2000 * MS, &p);
+    CHECK_NEAR(p.drift_m[0], 1, 1e-9, 0);
+    CHECK_NEAR(p.drift_m[1], 1, 1e-9, 0);
+    CHECK(p.drift_mps > 0.5 && p.heading_adrift);
+    put(2000 * MS, POSE_ATTITUDE | POSE_DEPTH, 0, 0, 0);
+    pose_log_at(&poses, 3000 * MS, &p);
+    CHECK_NEAR(p.drift_m[0], 1.5, 1e-9, 0);
+    pose_log_at(&poses, 2400 * MS, &p);
+    CHECK_NEAR(p.drift_m[1], 1, 1e-9, 0); /* the depth is told */
+    CHECK_NEAR(p.drift_mps, 0.5, 1e-9, 0);
+    CHECK(!p.heading_adrift);
+}
+
+TEST(before_any_pose_it_may_be_taken_to_keep_its_place)
+{
+    struct pose p;
+    drifts(0.5, true);
+    pose_log_at(&poses, 2000 * MS, &p);
+    CHECK(p.drift_m[0] == 0 && p.drift_mps == 0 && !p.heading_adrift);
+    put(2000 * MS, POSE_ATTITUDE, 0, 0, 0);
+    pose_log_at(&poses, 3000 * MS, &p);
+    CHECK_NEAR(p.drift_m[0], 0.5, 1e-9, 0);
+}
+
+TEST(a_position_stops_the_drift)
+{
+    struct pose p;
+    drifts(0.5, false);
+    put(1000 * MS, POSE_ATTITUDE | POSE_DEPTH, 0, 0, 0);
+    put(2000 * MS, POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH, 0, 0, 0);
+    put(2300 * MS, POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH, 0, 0, 0);
+    pose_log_at(&poses, 2350 * MS, &p);
+    CHECK_NEAR(p.drift_m[0], 1, 1e-9, 0);
+    CHECK(p.drift_mps == 0);
+}
+
+TEST(a_velocity_carries_the_position_with_its_error)
+{
+    struct pose p;
+    drifts(0.5, false);
+    for (uint64_t t = 1000; t <= 11000; t += 100)
+        put(t * MS, POSE_ATTITUDE | POSE_DEPTH | POSE_VELOCITY, 0, 0, 0.4);
+    pose_log_at(&poses, 1000 * MS, &p);
+    const double first_m = p.drift_m[0];
+    pose_log_at(&poses, 11000 * MS, &p);
+    CHECK_NEAR(p.position_m[0], 4, 1e-6, 0);
+    CHECK_NEAR(p.drift_m[0] - first_m, 0.05 * 4 + 0.02 * 10, 1e-6, 0);
+    CHECK_NEAR(p.drift_mps, 0.04, 1e-6, 0);
+    /* a gap: nobody knows what it did meanwhile */
+    const double before_m = p.drift_m[0];
+    put(13000 * MS, POSE_ATTITUDE | POSE_DEPTH | POSE_VELOCITY, 0, 0, 0.4);
+    pose_log_at(&poses, 13000 * MS, &p);
+    CHECK(p.drift_m[0] - before_m >= 2 * 0.5);
+}
+
+TEST(the_drift_never_falls_when_it_is_set_anew)
+{
+    struct pose p;
+    drifts(0.5, false);
+    pose_log_set_drift(&poses, 2000 * MS, &(struct pose_drift){.mps = 0.1, .keeps_heading = true});
+    pose_log_at(&poses, 3000 * MS, &p);
+    CHECK_NEAR(p.drift_m[0], 1.1, 1e-9, 0);
+    CHECK(!p.heading_adrift);
+}
+
+int main(void)
+{
+    RUN(a_part_that_comes_late_is_put_at_its_own_time);
+    RUN(of_a_sample_only_the_parts_that_are_new_are_taken);
+    RUN(behind_the_last_sample_the_turn_goes_on_for_a_moment);
+    RUN(the_noise_of_a_depth_sensor_is_no_way_driven);
+    RUN(a_place_that_is_told_no_more_stays_where_it_was);
+    RUN(between_two_samples_the_pose_is_interpolated);
+    RUN(before_the_first_and_too_long_after_the_last_there_is_none);
+    RUN(a_withdrawn_pose_is_as_if_never_given_but_what_drifted_stays);
+    RUN(the_missing_part_is_named_with_its_age_and_sender);
+    RUN(a_gap_is_not_bridged);
+    RUN(times_that_do_not_rise_are_refused_and_counted);
+    RUN(parts_come_from_different_senders_and_end_by_themselves);
+    RUN(without_a_position_the_velocity_carries_it);
+    RUN(a_vehicle_that_hovers_drives_no_way);
+    RUN(the_way_is_never_short_by_more_than_two_lines);
+    RUN(a_place_that_is_lost_is_not_a_vehicle_that_stands_still);
+    RUN(a_depth_that_ends_is_missed);
+    RUN(poses_rarer_than_max_age_are_sparse);
+    RUN(the_way_driven_counts_back_and_forth);
+    RUN(the_log_keeps_the_newest);
+    RUN(a_place_is_no_newer_for_an_attitude_that_is);
+    RUN(behind_the_last_sample_the_vehicle_may_be_as_far_as_it_goes);
+    RUN(nothing_lies_between_the_attitudes_before_and_after_a_jump);
+    RUN(without_a_velocity_the_way_between_places_is_the_speed);
+    RUN(without_position_and_velocity_the_drift_grows_with_time);
+    RUN(before_any_pose_it_may_be_taken_to_keep_its_place);
+    RUN(a_position_stops_the_drift);
+    RUN(a_velocity_carries_the_position_with_its_error);
+    RUN(the_drift_never_falls_when_it_is_set_anew);
+    return test_end();
+}

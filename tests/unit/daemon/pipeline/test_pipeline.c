@@ -1,0 +1,183 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * test_pipeline - the same pings through 0, 1 and 2 threads give the same picture, bit for bit; under overload a live
+ * pipeline drops the oldest, counts them and goes on; readers see whole entries while it writes.
+ */
+#include "tests/lib/test.h"
+
+#include <pthread.h>
+#include <stdatomic.h>
+#include <time.h>
+
+#include "core/fault.h"
+#include "daemon/pipeline/pipeline.h"
+
+static struct pipeline *make(int threads, bool patient, uint32_t queue)
+{
+    struct pipeline_conf c = {
+        .threads = threads,
+        .queue = queue,
+        .patient = patient,
+        .max_beams = 1,
+        .max_samples = 1200,
+        .max_bins = 1200,
+        .n_sensors = 1,
+        .mount = {mount_identity},
+        .grid.sphere = {.angular_step_rad = geo_rad(2),
+                        .layers = {.r_max_m = 30, .dr_m = 0.05, .n_const = 29, .growth = 1.035},
+                        .max_cells = 20000,
+                        .forget_s = 160,
+                        .blocked_above = 0.6,
+                        .recentre_m = 0.1}};
+    struct fault fault;
+    extract_defaults(&c.extract[0]);
+    struct pipeline *p = pipeline_new(&c, &fault);
+    if (!p) {
+        printf("%s\n", fault.text);
+        exit(1);
+    }
+    return p;
+}
+
+/* Noise with a wall of 0.2 m at a range that changes with the angle. */
+static void feed(struct pipeline *p, uint64_t *seed, uint32_t n)
+{
+    for (uint32_t i = 0; i < n; i++) {
+        struct ping *ping = pipeline_begin(p);
+        uint8_t *v = ping->samples;
+        uint32_t wall = 300 + (uint32_t)(test_random(seed) % 600);
+        for (uint32_t b = 0; b < 1200; b++)
+            v[b] = b < 20 ? 255 : (uint8_t)(test_random(seed) % 16 + (b >= wall && b < wall + 20 ? 180 : 0));
+        ping->t_ns = ping->t_in_ns = 1000000000ull + i * 20000000ull;
+        ping->seq = i + 1;
+        ping->sample_bytes = 1;
+        ping->n_beams = 1;
+        ping->n_bins = 1200;
+        ping->dr_m = 0.01f;
+        ping->pulse_m = 0.03f;
+        ping->az_aperture_rad = (float)geo_rad(2);
+        ping->el_aperture_rad = (float)geo_rad(25);
+        ping->head_units = i % 400;
+        ping->head_turn = 400;
+        ping->beam[0] = (struct ping_beam){.az_rad = (float)geo_rad(i % 400 * 0.9)};
+        pipeline_submit(p, ping);
+    }
+}
+
+TEST(any_number_of_threads_gives_the_same_picture)
+{
+    static struct picture_entry want[20000];
+    for (int threads = 0; threads <= 2; threads++) {
+        uint64_t seed = 7;
+        struct pipeline *p = make(threads, true, 4);
+        feed(p, &seed, 1000);
+        pipeline_drain(p);
+        struct picture *picture = pipeline_picture(p);
+        uint32_t blocked = 0;
+        for (uint32_t d = 0; d < picture->n; d++) {
+            struct picture_entry e;
+            picture_get(picture, d, &e);
+            if (threads == 0)
+                want[d] = e;
+            CHECK(memcmp(&want[d], &e, sizeof e) == 0);
+            blocked += e.obstacle[0].logodds > 0;
+        }
+        CHECK(blocked > 100);
+        struct pipeline_stats s;
+        pipeline_stats(p, &s);
+        CHECK_INT(s.finished, 1000);
+        CHECK_INT(s.dropped[0], 0);
+        pipeline_free(p);
+    }
+}
+
+TEST(overload_drops_the_oldest_and_counts_them)
+{
+    for (int threads = 1; threads <= 2; threads++) {
+        uint64_t seed = 7;
+        struct pipeline *p = make(threads, false, 2);
+        feed(p, &seed, 3000); /* much faster than real time */
+        pipeline_drain(p);
+        struct pipeline_stats s;
+        struct picture_frame frame;
+        pipeline_stats(p, &s);
+        picture_get_frame(pipeline_picture(p), &frame);
+        CHECK_INT(s.submitted, 3000);
+        CHECK_INT(frame.pings + s.dropped[0], 3000);
+        CHECK_INT(frame.t_ping_ns,
+                  1000000000ull + 2999 * 20000000ull); /* the newest is never the one that is lost */
+        printf("# %d threads: %llu of 3000 dropped\n", threads, (unsigned long long)s.dropped[0]);
+        pipeline_free(p);
+    }
+}
+
+static atomic_bool done;
+
+static void *read_on(void *arg)
+{
+    struct picture *picture = arg;
+    uint64_t torn = 0, reads = 0;
+    while (!atomic_load(&done))
+        for (uint32_t d = 0; d < picture->n; d += 7) {
+            struct picture_entry e;
+            picture_get(picture, d, &e);
+            reads++;
+            /* obstacles are listed nearest first, and what has one has its time */
+            torn += e.obstacle[1].logodds > 0 && e.obstacle[1].near_m + 0.3f < e.obstacle[0].near_m;
+            torn += (e.obstacle[0].logodds > 0) != (e.obstacle[0].t_echo_ns > 0);
+            torn += e.free[0].from_m < 0 || e.free[0].to_m > 100;
+        }
+    printf("# %llu reads\n", (unsigned long long)reads);
+    return (void *)(uintptr_t)torn;
+}
+
+TEST(readers_see_whole_entries_while_the_maps_write)
+{
+    uint64_t seed = 7;
+    struct pipeline *p = make(2, true, 8);
+    pthread_t reader;
+    void *torn;
+    atomic_store(&done, false);
+    pthread_create(&reader, NULL, read_on, pipeline_picture(p));
+    feed(p, &seed, 1500);
+    pipeline_drain(p);
+    atomic_store(&done, true);
+    pthread_join(reader, &torn);
+    CHECK_INT((uintptr_t)torn, 0);
+    pipeline_free(p);
+}
+
+TEST(the_longest_queue_loses_no_buffer)
+{
+    uint64_t seed = 7;
+    struct pipeline *p = make(1, false, PIPELINE_QUEUE_MAX);
+    feed(p, &seed, 2 * RING_MAX);
+    pipeline_drain(p);
+    struct pipeline_stats s;
+    struct picture_frame frame;
+    pipeline_stats(p, &s);
+    picture_get_frame(pipeline_picture(p), &frame);
+    CHECK_INT(frame.pings + s.dropped[0], 2 * RING_MAX);
+    pipeline_free(p);
+}
+
+TEST(it_ends_while_pings_wait)
+{
+    for (int threads = 0; threads <= 2; threads++) {
+        uint64_t seed = 1;
+        struct pipeline *p = make(threads, false, 16);
+        feed(p, &seed, 10);
+        pipeline_free(p);
+    }
+    CHECK(true);
+}
+
+int main(void)
+{
+    RUN(any_number_of_threads_gives_the_same_picture);
+    RUN(overload_drops_the_oldest_and_counts_them);
+    RUN(readers_see_whole_entries_while_the_maps_write);
+    RUN(the_longest_queue_loses_no_buffer);
+    RUN(it_ends_while_pings_wait);
+    return test_end();
+}

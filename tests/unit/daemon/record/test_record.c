@@ -1,0 +1,227 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * test_record - handing over to the thread that writes: everything arrives, in order; while the disk stalls nobody
+ * waits, and what is lost is counted. The disk stalls because this program has a write(2) of its own.
+ */
+#include "daemon/record/record.h"
+
+#include <dirent.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <sys/resource.h>
+#include <sys/stat.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include "core/fault.h"
+#include "core/loop.h"
+#include "drivers/capture/mcap.h"
+#include "tests/lib/test.h"
+
+#define SECOND           1000000000ull
+#define FAULTS_OF_OTHERS 400 /* untouched it would be a thousand and more */
+
+static struct fault fault;
+static char dir[64];
+static _Atomic bool stalled;
+
+ssize_t write(int fd, const void *data, size_t n)
+{
+    struct stat st;
+    while (stalled && fd > STDERR_FILENO && fstat(fd, &st) == 0 && S_ISREG(st.st_mode))
+        usleep(1000);
+    return syscall(SYS_write, fd, data, n);
+}
+
+static struct record *begin(int *channel)
+{
+    stalled = false;
+    snprintf(dir, sizeof dir, "/tmp/test_record.XXXXXX");
+    if (!mkdtemp(dir))
+        exit(2);
+    struct record *rec = record_open(
+        &(struct segments_conf){.directory = dir, .file_size = 1u << 30, .conf_text = ""}, loop_clock(), &fault);
+    *channel = record_channel(rec, "/front/rx", "octet-stream");
+    CHECK(record_start(rec, &fault));
+    return rec;
+}
+
+/* Messages of n bytes that begin with their number, from `first` on. */
+static unsigned feed(struct record *rec, int channel, unsigned first, unsigned count, size_t n)
+{
+    static uint8_t data[SEGMENTS_MESSAGE_BYTES];
+    uint64_t state = first + 1;
+    unsigned taken = 0;
+    for (unsigned i = first; i < first + count; i++) {
+        for (size_t k = 0; k + 8 <= n; k += 8) {
+            uint64_t v = test_random(&state);
+            memcpy(data + k, &v, 8);
+        }
+        memcpy(data, &i, sizeof i);
+        taken += record_message(rec, channel, loop_clock(), data, n);
+    }
+    return taken;
+}
+
+static struct record_status status(struct record *rec)
+{
+    struct record_status s;
+    record_status(rec, &s);
+    return s;
+}
+
+/* Waits for the disk's side to have taken everything. */
+static void settle(struct record *rec)
+{
+    for (int i = 0; i < 5000 && status(rec).waiting_bytes > 0; i++) {
+        record_tick(rec);
+        usleep(2000);
+    }
+    CHECK_INT(status(rec).waiting_bytes, 0);
+}
+
+struct content {
+    unsigned messages, gaps, last;
+    bool complete;
+};
+
+/* Reads the only part, counts where numbers are missing, and removes it. */
+static struct content read_and_remove(void)
+{
+    struct content c = {0};
+    char path[400] = "";
+    DIR *d = opendir(dir);
+    for (struct dirent *e; (e = readdir(d)) != NULL;)
+        if (e->d_name[0] != '.')
+            snprintf(path, sizeof path, "%s/%s", dir, e->d_name);
+    closedir(d);
+    struct mcap_reader *r = mcap_open(path, NULL, NULL, &fault);
+    struct mcap_message m;
+    CHECK(r != NULL);
+    while (r && mcap_next(r, &m)) {
+        unsigned number;
+        memcpy(&number, m.data, sizeof number);
+        CHECK(c.messages == 0 || number > c.last);
+        c.gaps += c.messages > 0 && number != c.last + 1;
+        c.last = number;
+        c.messages++;
+    }
+    c.complete = r && mcap_info(r)->complete;
+    mcap_close(r);
+    unlink(path);
+    rmdir(dir);
+    return c;
+}
+
+TEST(all_arrive_in_order)
+{
+    int channel;
+    struct record *rec = begin(&channel);
+    unsigned number = 0;
+    for (size_t n = 4; n < 65536; n = n * 3 + 1, number += 50) {
+        CHECK_INT(feed(rec, channel, number, 50, n), 50);
+        settle(rec);
+    }
+    CHECK_INT(status(rec).segments.messages, number);
+    CHECK_INT(status(rec).segments.lost_messages, 0);
+    record_close(rec);
+    struct content c = read_and_remove();
+    CHECK(c.complete && c.messages == number && c.gaps == 0);
+}
+
+TEST(a_disk_that_stalls_keeps_nobody_waiting)
+{
+    int channel;
+    struct record *rec = begin(&channel);
+    CHECK_INT(feed(rec, channel, 0, 10, 1000), 10);
+    settle(rec);
+    stalled = true;
+    uint64_t begin_ns = loop_clock();
+    CHECK_INT(feed(rec, channel, 10, 3000, 1200), 3000); /* one and a half minutes of a Ping360 */
+    CHECK(status(rec).waiting_bytes > 3000 * 1200 - 600000);
+    CHECK(status(rec).overflows == 0);
+    CHECK(loop_clock() - begin_ns < 20 * SECOND); /* not at all, but for a slow machine */
+    stalled = false;
+    settle(rec);
+    record_close(rec);
+    struct content c = read_and_remove();
+    CHECK(c.complete && c.messages == 3010 && c.gaps == 0);
+}
+
+static long page_faults(void)
+{
+    struct rusage use;
+    getrusage(RUSAGE_THREAD, &use);
+    return use.ru_minflt;
+}
+
+/* However much waits for the disk: its 8 MiB were there from the start.
+ * A sanitizer has memory of its own beside them. */
+TEST(what_waits_lies_in_memory_that_is_there)
+{
+    int channel;
+    struct record *rec = begin(&channel);
+    stalled = true;
+    feed(rec, channel, 0, 1, SEGMENTS_MESSAGE_BYTES); /* the first: of this program's own memory, too */
+    const long before = page_faults();
+    CHECK(feed(rec, channel, 1, 200, SEGMENTS_MESSAGE_BYTES) < 200);
+    CHECK(page_faults() - before < FAULTS_OF_OTHERS);
+    stalled = false;
+    settle(rec);
+    record_close(rec);
+    CHECK(read_and_remove().complete);
+}
+
+TEST(what_has_no_room_is_counted)
+{
+    int channel;
+    struct record *rec = begin(&channel);
+    stalled = true;
+    const unsigned taken = feed(rec, channel, 0, 400, 60000);
+    CHECK(taken >= 125 && taken <= 140); /* 8 MiB by pairs, and what the writer has already */
+    CHECK_INT(status(rec).overflows, 400 - taken);
+    CHECK_INT(status(rec).segments.lost_messages, 400 - taken);
+    CHECK_INT(status(rec).segments.messages, 400);
+    stalled = false;
+    settle(rec);
+    CHECK_INT(feed(rec, channel, 400, 5, 60000), 5); /* it goes on */
+    record_close(rec);
+    struct content c = read_and_remove();
+    CHECK(c.complete && c.gaps > 0);
+    CHECK_INT(c.messages, taken + 5);
+}
+
+TEST(a_disk_that_never_answers_does_not_keep_the_end)
+{
+    int channel;
+    struct record *rec = begin(&channel);
+    stalled = true;
+    feed(rec, channel, 0, 100, 10000);
+    usleep(600000); /* the writer is stuck in its chunk */
+    uint64_t begin_ns = loop_clock();
+    record_close(rec);
+    CHECK(loop_clock() - begin_ns >= 4 * SECOND);
+    stalled = false;
+    usleep(1500000); /* what was left behind comes to its end after all */
+    CHECK_INT(read_and_remove().messages, 100);
+}
+
+TEST(faults_of_the_start_are_told)
+{
+    CHECK(record_open(
+              &(struct segments_conf){.directory = "/proc/no/such", .file_size = 1, .files = 1, .conf_text = ""},
+              0, &fault) == NULL);
+    CHECK_STR(fault.text, "recording to /proc/no/such: making the folder: No such file or directory");
+    record_close(NULL);
+}
+
+int main(void)
+{
+    RUN(what_waits_lies_in_memory_that_is_there); /* first: memory that was used before faults no more */
+    RUN(all_arrive_in_order);
+    RUN(a_disk_that_stalls_keeps_nobody_waiting);
+    RUN(what_has_no_room_is_counted);
+    RUN(a_disk_that_never_answers_does_not_keep_the_end);
+    RUN(faults_of_the_start_are_told);
+    return test_end();
+}

@@ -1,0 +1,246 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * test_plan - what a configuration needs is in, what it does not need is out, for the reason and with the proof that
+ * the plan gives; the wiring follows the plan; what is left out as identical changes no echo; bytes are exact.
+ */
+#include "tests/lib/test.h"
+
+#include "config/conf_source.h"
+#include "core/fault.h"
+#include "daemon/plan_memory.h"
+#include "daemon/settings.h"
+#include "daemon/wiring.h"
+
+#define SONAR "[sonar a]\ndevice = ping360\nport = serial:/dev/x:115200\n"
+
+/* As the option --socket none makes it of SONAR. */
+#define NO_SOCKET SONAR "\n"
+
+static void print_fault(void *ctx, const char *message)
+{
+    (void)ctx;
+    printf("%s\n", message);
+    test_case_failed = true;
+}
+
+static void load(const char *text, struct conf *conf)
+{
+    struct conf_source *source;
+    conf_load_text(conf, &source, &(struct conf_text){"test", text, strlen(text)}, &settings_checks, print_fault,
+                   NULL);
+    conf_source_free(source);
+    if (strcmp(text, NO_SOCKET) == 0)
+        snprintf(conf->server.socket, sizeof conf->server.socket, "none");
+}
+
+static const struct plan_stage *find(const struct plan *plan, enum plan_id id)
+{
+    for (int i = 0; i < plan->n; i++)
+        if (plan->stage[i].id == id)
+            return &plan->stage[i];
+    printf("no %s in the plan\n", plan_name(id));
+    test_case_failed = true;
+    return &plan->stage[0];
+}
+
+static const struct {
+    const char *name, *text;
+    enum plan_id id;
+    enum plan_proof proof;
+    const char *why; /* a part of it */
+} cases[] = {
+    {"intensities are extracted", SONAR, PLAN_EXTRACT, PLAN_NONE, "intensities"},
+    {"no clean-up asked for", SONAR, PLAN_CLEANUP, PLAN_BOUNDED, "are off"},
+    {"classes are read", SONAR "[extract]\nmedian = 3\nclasses = on\n", PLAN_CLEANUP, PLAN_NONE, "median classes"},
+    {"order paper reads it", SONAR "[extract]\norder = paper\nmedian = 3\n", PLAN_CLEANUP, PLAN_NONE, "median"},
+    {"otsu is read", SONAR "[extract]\notsu = on\n", PLAN_CLEANUP, PLAN_NONE, "otsu"},
+    {"ranges have no image", "[sonar a]\ndevice = ping1d\nport = serial:/dev/x:115200\n[extract]\nclasses = on\n",
+     PLAN_CLEANUP, PLAN_IDENTICAL, "no image"},
+    {"marks", SONAR, PLAN_MARKS, PLAN_NONE, "on"},
+    {"no marks", SONAR "[extract]\nmarks = off\n", PLAN_MARKS, PLAN_BOUNDED, "marks = off"},
+    {"an image for clients", SONAR, PLAN_IMAGE, PLAN_NONE, "clients"},
+    {"nobody asks for the image", NO_SOCKET, PLAN_IMAGE, PLAN_IDENTICAL, "socket"},
+    {"level", SONAR "[grid]\nelevation = level\n", PLAN_ELEVATION, PLAN_BOUNDED, "level"},
+    {"a vehicle that may move", SONAR, PLAN_MOTION, PLAN_NONE, "positions"},
+    {"no relaxation", SONAR, PLAN_RELAXATION, PLAN_BOUNDED, "relaxation = 0"},
+    {"relaxation", SONAR "[grid]\nrelaxation = 0.5\n", PLAN_RELAXATION, PLAN_NONE, "relaxation = 0.5"},
+    {"no map", SONAR, PLAN_MAP, PLAN_BOUNDED, "voxel = none"},
+    {"a map", SONAR "[map]\nvoxel = 0.2 m\n", PLAN_MAP, PLAN_NONE, "voxel"},
+    {"no map, no saver", SONAR, PLAN_SAVER, PLAN_IDENTICAL, "no map"},
+    {"a map without files", SONAR "[map]\nvoxel = 0.2 m\n", PLAN_SAVER, PLAN_BOUNDED, "directory"},
+    {"steered", SONAR "scan = active\n", PLAN_ACTIVE_SENSING, PLAN_NONE, "active"},
+    {"threads", SONAR "[pipeline]\nthreads = 2\n", PLAN_THREADS, PLAN_NONE, "2"},
+    {"a template", SONAR "background = /var/lib/x.bg\n", PLAN_BACKGROUND, PLAN_NONE, "template"},
+};
+
+TEST(every_reason)
+{
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        struct conf conf;
+        struct plan plan;
+        load(cases[i].text, &conf);
+        plan_make(&conf, &plan);
+        const struct plan_stage *s = find(&plan, cases[i].id);
+        const bool good = s->proof == cases[i].proof && s->in == (s->proof == PLAN_NONE) &&
+                          s->in == plan_has(&plan, s->id, s->which) && strstr(s->why, cases[i].why);
+        if (!good)
+            printf("%s: %s, %s\n", cases[i].name, plan_proof_name(s->proof), s->why);
+        CHECK(good);
+    }
+}
+
+TEST(the_wiring_follows_the_plan)
+{
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        struct conf conf;
+        struct plan plan;
+        struct pipeline_conf p;
+        load(cases[i].text, &conf);
+        plan_make(&conf, &plan);
+        wiring_pipeline(&conf, &plan, true, &p);
+        CHECK_INT(p.image, plan_has(&plan, PLAN_IMAGE, 0));
+        CHECK_INT(p.marks, plan_has(&plan, PLAN_MARKS, 0));
+        CHECK_INT(p.map, plan_has(&plan, PLAN_MAP, 0));
+        CHECK_INT(cleanup_wanted(&p.cleanup[0]), plan_has(&plan, PLAN_CLEANUP, 0));
+        CHECK_INT(!p.grid.sphere.level, plan_has(&plan, PLAN_ELEVATION, 0));
+        CHECK_INT(p.grid.sphere.relaxation > 0, plan_has(&plan, PLAN_RELAXATION, 0));
+        CHECK_INT(p.threads > 0, plan_has(&plan, PLAN_THREADS, 0));
+    }
+}
+
+/* What a grid is told, it gets. */
+TEST(the_numbers_of_a_grid_arrive)
+{
+    struct conf conf;
+    struct plan plan;
+    struct pipeline_conf p;
+    load(SONAR "[grid]\nangular_step = 3 deg\nlayer = 0.07 m\ngrowth = 1.05\nrange_error = 0.007\n"
+               "mask_reach = 1.5\nrelaxation = 0.3\ncluster_relaxation = 0.4\nmax_cells = 2000\nblocked_above = "
+               "0.7\nclear_for = 20 s\n"
+               "forget = 90 s\nmove_limit = 0.4 m\nsensor_model = gauss\nupdate = max\n",
+         &conf);
+    plan_make(&conf, &plan);
+    wiring_pipeline(&conf, &plan, true, &p);
+    const struct sphere_conf *s = &p.grid.sphere;
+    CHECK_NEAR(geo_deg(s->angular_step_rad), 3, 1e-12, 0);
+    CHECK_NEAR(s->layers.dr_m, 0.07, 1e-12, 0);
+    CHECK_NEAR(s->layers.growth, 1.05, 1e-12, 0);
+    CHECK_NEAR(s->range_error, 0.007, 1e-12, 0);
+    CHECK_NEAR(s->mask_reach, 1.5, 1e-12, 0);
+    CHECK_NEAR(s->relaxation, 0.3, 1e-12, 0);
+    CHECK_NEAR(s->cluster_relaxation, 0.4, 1e-12, 0);
+    CHECK_NEAR(s->blocked_above, 0.7, 1e-12, 0);
+    CHECK_NEAR(s->forget_s, 90, 1e-12, 0);
+    CHECK_NEAR(s->keep_free_s, 20, 1e-12, 0);
+    CHECK_NEAR(p.grid.limits.clear_for_s, 20, 1e-12, 0);
+    CHECK_NEAR(p.grid.limits.move_limit_m, 0.4, 1e-12, 0);
+    CHECK_INT(s->max_cells, 2000);
+    CHECK_INT(s->model, SPHERE_GAUSS);
+    CHECK_INT(s->update, SPHERE_MAX);
+}
+
+TEST(the_numbers_of_a_map_arrive)
+{
+    static const struct {
+        const char *text;
+        int levels;
+        enum cast_shape shape;
+        bool good;
+    } row[] = {{"", 1, CAST_WEDGE, true},
+               {"weight_levels = 4\nbeam = pyramid\n", 4, CAST_PYRAMID, true},
+               {"weight_levels = 8\nthreshold = 31\n", 8, CAST_WEDGE, true}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct conf conf;
+        struct plan plan;
+        struct pipeline_conf p;
+        struct fault fault = {""};
+        char text[256];
+        snprintf(text, sizeof text, SONAR "[map]\nvoxel = 0.2 m\n%s", row[i].text);
+        load(text, &conf);
+        plan_make(&conf, &plan);
+        wiring_pipeline(&conf, &plan, true, &p);
+        CHECK_INT(p.voxels.weight_levels, row[i].levels);
+        CHECK_INT(p.shape[0], row[i].shape);
+        CHECK_INT(wiring_check(&conf, &p, &fault), row[i].good);
+    }
+}
+
+/* The plan has room for the most that a configuration may ask for. */
+TEST(the_largest_plan_fits)
+{
+    static struct conf conf;
+    struct plan plan;
+    load(SONAR, &conf);
+    for (int i = 1; i < CONF_MAX_SONARS; i++)
+        conf.sonar[i] = conf.sonar[0];
+    conf.n_sonars = CONF_MAX_SONARS;
+    conf.n_more_grids = CONF_MAX_GRIDS;
+    plan_make(&conf, &plan);
+    CHECK(plan.n <= PLAN_STAGES_MAX);
+    CHECK_INT(plan.n, CONF_MAX_SONARS * 6 + (CONF_MAX_GRIDS + 1) * 4 + 7);
+}
+
+static double memory(const char *text)
+{
+    struct conf conf;
+    struct plan plan;
+    double bytes[PLAN_STAGES_MAX];
+    load(text, &conf);
+    plan_make(&conf, &plan);
+    return plan_memory(&plan, &conf, bytes);
+}
+
+TEST(more_takes_more)
+{
+    static const struct {
+        const char *less, *more;
+    } pairs[] = {{SONAR "[grid]\nangular_step = 4 deg\n", SONAR "[grid]\nangular_step = 1 deg\n"},
+                 {SONAR "[grid]\nelevation = level\n", SONAR},
+                 {SONAR, SONAR "[grid]\nrelaxation = 0.5\n"},
+                 {NO_SOCKET, SONAR},
+                 {SONAR "[extract]\nmarks = off\n", SONAR},
+                 {SONAR, SONAR "[extract]\nclasses = on\n"},
+                 {SONAR "[extract]\nclasses = on\n", SONAR "[extract]\nclasses = on\nmedian = 5\n"},
+                 {SONAR, SONAR "[map]\nvoxel = 0.2 m\n"}};
+    for (size_t i = 0; i < sizeof pairs / sizeof pairs[0]; i++) {
+        const double less = memory(pairs[i].less), more = memory(pairs[i].more);
+        if (less >= more)
+            printf("pair %zu: %g < %g\n", i, less, more);
+        CHECK(less < more);
+    }
+    CHECK(memory(SONAR) == memory(SONAR "[extract]\ndetector = os\n"));
+}
+
+/* Bytes are those that are taken. */
+TEST(bytes_are_exact)
+{
+    struct conf conf;
+    struct plan plan;
+    struct pipeline_conf p;
+    double bytes[PLAN_STAGES_MAX];
+    struct fault fault;
+    load(SONAR "[extract]\nclasses = on\nmedian = 5\n[grid]\nrelaxation = 1\n", &conf);
+    plan_make(&conf, &plan);
+    plan_memory(&plan, &conf, bytes);
+    wiring_pipeline(&conf, &plan, true, &p);
+    double grid = 0;
+    for (int k = 0; k < plan.n; k++) {
+        if (plan.stage[k].id == PLAN_CLEANUP)
+            CHECK_NEAR(bytes[k], cleanup_size(&p.cleanup[0], p.max_bins), 0, 0);
+        if (plan.stage[k].in && plan.stage[k].id >= PLAN_GRID && plan.stage[k].id <= PLAN_RELAXATION)
+            grid += bytes[k];
+    }
+    CHECK_NEAR(grid, sphere_bytes(&p.grid.sphere, &fault), 0, 0);
+}
+
+int main(void)
+{
+    RUN(every_reason);
+    RUN(the_wiring_follows_the_plan);
+    RUN(the_numbers_of_a_grid_arrive);
+    RUN(the_numbers_of_a_map_arrive);
+    RUN(the_largest_plan_fits);
+    RUN(more_takes_more);
+    RUN(bytes_are_exact);
+    return test_end();
+}

@@ -1,0 +1,430 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * test_modbus_depth - the reader against a slave that the test owns, on a pseudo-terminal: numbers, faults, and the
+ * answer that comes too late, which must never be taken for the answer to the next question.
+ */
+#include "drivers/pose/modbus_depth.h"
+
+#include <fcntl.h>
+#include <poll.h>
+#include <pthread.h>
+#include <stdatomic.h>
+#include <stdlib.h>
+#include <sys/eventfd.h>
+#include <termios.h>
+#include <unistd.h>
+
+#include "core/fault.h"
+#include "daemon/input/depth.h"
+#include "tests/lib/test.h"
+
+/* ---- the slave ---- */
+
+enum how { GOOD, SILENT, LATE, EXCEPTION, BAD_CRC, WRONG_SLAVE, CUT, GARBAGE, TWICE, NOT_A_NUMBER };
+
+#define TIMEOUT_MS    60
+#define LATE_MS       150
+#define TURNAROUND_MS 300
+
+static int master = -1;
+static char slave_name[64];
+static _Atomic int how;
+static _Atomic int questions;
+static _Atomic bool echoes = true; /* function 8 is sent back, as late as all else; or refused */
+static _Atomic int late_ms = LATE_MS;
+static _Atomic bool ending;
+static pthread_t slave;
+
+static unsigned crc16(const uint8_t *p, size_t n)
+{
+    unsigned c = 0xffff;
+    while (n--) {
+        c ^= *p++;
+        for (int i = 0; i < 8; i++)
+            c = c & 1 ? c >> 1 ^ 0xa001 : c >> 1;
+    }
+    return c;
+}
+
+static void echo(const uint8_t q[8])
+{
+    uint8_t refusal[5] = {q[0], q[1] | 0x80, 1};
+    unsigned crc = crc16(refusal, 3);
+    refusal[3] = (uint8_t)crc;
+    refusal[4] = (uint8_t)(crc >> 8);
+    CHECK(echoes ? write(master, q, 8) == 8 : write(master, refusal, 5) == 5);
+}
+
+/* Every answer holds the number of its question. */
+static void answer(int h, uint8_t function, float value)
+{
+    uint8_t a[16] = {1, function, 4};
+    uint32_t bits;
+    size_t n = 7;
+    memcpy(&bits, &value, sizeof bits);
+    for (int i = 0; i < 4; i++)
+        a[3 + i] = (uint8_t)(bits >> (24 - 8 * i));
+    if (h == EXCEPTION) {
+        a[1] |= 0x80;
+        n = 3;
+    }
+    if (h == WRONG_SLAVE)
+        a[0] = 9;
+    unsigned crc = crc16(a, n) ^ (h == BAD_CRC ? 0x1234 : 0);
+    a[n++] = (uint8_t)crc;
+    a[n++] = (uint8_t)(crc >> 8);
+    if (h == GARBAGE)
+        CHECK(write(master, "\xff\x80\x01", 3) == 3);
+    for (int i = 0; i < (h == TWICE ? 2 : 1); i++)
+        CHECK(write(master, a, h == CUT ? n - 3 : n) > 0);
+}
+
+static void *serve(void *ctx)
+{
+    uint8_t q[8];
+    size_t held = 0;
+    (void)ctx;
+    while (!ending) {
+        struct pollfd p = {master, POLLIN, 0};
+        if (poll(&p, 1, 20) <= 0 || !(p.revents & POLLIN)) {
+            held = 0; /* a gap ends a frame */
+            continue;
+        }
+        ssize_t n = read(master, q + held, sizeof q - held);
+        held += n > 0 ? (size_t)n : 0;
+        if (held < sizeof q)
+            continue;
+        held = 0;
+        int h = how;
+        if (q[1] != 8)
+            questions++;
+        float value = (float)questions;
+        if (h == LATE)
+            poll(NULL, 0, late_ms);
+        if (h != SILENT && q[1] == 8)
+            echo(q);
+        else if (h != SILENT)
+            answer(h, q[1], h == NOT_A_NUMBER ? NAN : value);
+    }
+    return NULL;
+}
+
+static struct modbus_depth *begin_with(bool with_echo, int stop_fd)
+{
+    struct fault fault = {""};
+    struct termios t;
+    struct modbus_depth_conf conf = {.parity = 'N',
+                                     .slave = 1,
+                                     .reg = 2,
+                                     .type = MODBUS_FLOAT32,
+                                     .timeout_ms = TIMEOUT_MS,
+                                     .turnaround_ms = TURNAROUND_MS,
+                                     .echo = with_echo,
+                                     .stop_fd = stop_fd};
+    master = posix_openpt(O_RDWR | O_NOCTTY);
+    grantpt(master);
+    unlockpt(master);
+    ptsname_r(master, slave_name, sizeof slave_name);
+    tcgetattr(master, &t);
+    cfmakeraw(&t);
+    tcsetattr(master, TCSANOW, &t);
+    how = GOOD;
+    questions = 0;
+    ending = false;
+    pthread_create(&slave, NULL, serve, NULL);
+    snprintf(conf.source, sizeof conf.source, "modbus-rtu:%s:9600", slave_name);
+    struct modbus_depth *m = modbus_depth_new(&conf, &fault);
+    CHECK_STR(fault.text, "");
+    return m;
+}
+
+static struct modbus_depth *begin(int stop_fd)
+{
+    return begin_with(false, stop_fd);
+}
+
+static void end(struct modbus_depth *m)
+{
+    modbus_depth_free(m);
+    ending = true;
+    pthread_join(slave, NULL);
+    close(master);
+}
+
+static enum modbus_result ask(struct modbus_depth *m, double *value)
+{
+    struct fault fault;
+    enum modbus_result r = modbus_depth_prepare(m, &fault);
+    return r == MODBUS_OK ? modbus_depth_read(m, value, &fault) : r;
+}
+
+/* ---- cases ---- */
+
+TEST(good_answers)
+{
+    double v = 0;
+    struct modbus_depth *m = begin(-1);
+    for (int i = 2; i <= 6; i++) { /* the answer to the first question after opening is thrown away */
+        CHECK_INT(ask(m, &v), MODBUS_OK);
+        CHECK_NEAR(v, i, 0, 0);
+    }
+    end(m);
+}
+
+TEST(a_late_answer_is_never_taken_for_the_next)
+{
+    double v = 0;
+    struct modbus_depth *m = begin(-1);
+    CHECK_INT(ask(m, &v), MODBUS_OK);
+    for (int round = 0; round < 3; round++) {
+        how = LATE;
+        CHECK_INT(ask(m, &v), MODBUS_TIMEOUT);
+        how = GOOD;
+        int before = questions;
+        CHECK_INT(ask(m, &v), MODBUS_OK);
+        CHECK_INT(questions, before + 2);
+        CHECK_NEAR(v, before + 2, 0, 0);
+    }
+    end(m);
+}
+
+/* The answer taken must be to a question that was asked since the last one:
+ * every answer holds its question's number. */
+static void check_nothing_old(struct modbus_depth *m, int rounds, int (*next_how)(uint64_t *random))
+{
+    uint64_t random = test_seed();
+    int taken = 0;
+    double v = 0;
+    CHECK_INT(ask(m, &v), MODBUS_OK);
+    for (int round = 0; round < rounds; round++) {
+        int before = questions;
+        how = next_how(&random);
+        if (ask(m, &v) == MODBUS_OK) {
+            CHECK(v > before);
+            taken++;
+        }
+    }
+    CHECK(taken > 0);
+    how = GOOD;
+    for (int i = 0; i < 10 && ask(m, &v) != MODBUS_OK; i++) {
+    }
+    CHECK_NEAR(v, questions, 0, 0);
+    late_ms = LATE_MS;
+}
+
+static int late_in_runs(uint64_t *random)
+{
+    static int left, now;
+    if (left-- <= 0) {
+        left = 2 + (int)(test_random(random) % 4);
+        now = now == LATE ? GOOD : LATE;
+        late_ms = TURNAROUND_MS + TIMEOUT_MS + 10 + (int)(test_random(random) % 200);
+    }
+    return now;
+}
+
+static int late_at_random(uint64_t *random)
+{
+    late_ms = TURNAROUND_MS + TIMEOUT_MS + 5 + (int)(test_random(random) % 45);
+    return test_random(random) % 2 ? GOOD : LATE;
+}
+
+TEST(silence_bears_a_slave_that_is_later_than_it_promised_for_some_time)
+{
+    struct modbus_depth *m = begin(-1);
+    check_nothing_old(m, 25, late_in_runs);
+    end(m);
+}
+
+TEST(with_an_echo_no_lateness_makes_an_old_value_new)
+{
+    struct modbus_depth *m = begin_with(true, -1);
+    check_nothing_old(m, 25, late_at_random);
+    end(m);
+}
+
+TEST(a_slave_without_an_echo_is_told)
+{
+    struct fault fault = {""};
+    struct modbus_depth *m = begin_with(true, -1);
+    echoes = false;
+    CHECK_INT(modbus_depth_prepare(m, &fault), MODBUS_EXCEPTION);
+    CHECK(strstr(fault.text, "resync = silence") != NULL);
+    how = SILENT;
+    CHECK_INT(modbus_depth_prepare(m, &fault), MODBUS_TIMEOUT);
+    echoes = true;
+    end(m);
+}
+
+TEST(what_nobody_asked_for_is_not_an_answer)
+{
+    double v = 0;
+    struct modbus_depth *m = begin(-1);
+    CHECK_INT(ask(m, &v), MODBUS_OK);
+    how = TWICE;
+    CHECK_INT(ask(m, &v), MODBUS_OK);
+    how = GOOD;
+    poll(NULL, 0, LATE_MS);
+    CHECK_INT(ask(m, &v), MODBUS_OUT_OF_STEP);
+    CHECK_INT(ask(m, &v), MODBUS_OK);
+    CHECK_NEAR(v, 5, 0, 0);
+    end(m);
+}
+
+TEST(faults_are_told_apart_and_the_next_question_is_answered)
+{
+    static const struct {
+        const char *name;
+        enum how how;
+        enum modbus_result want;
+    } cases[] = {
+        {"silent", SILENT, MODBUS_TIMEOUT},
+        {"exception", EXCEPTION, MODBUS_EXCEPTION},
+        {"wrong checksum", BAD_CRC, MODBUS_BAD_ANSWER},
+        {"wrong slave", WRONG_SLAVE, MODBUS_BAD_ANSWER},
+        {"cut", CUT, MODBUS_TIMEOUT},
+        {"garbage", GARBAGE, MODBUS_BAD_ANSWER},
+        {"not a number", NOT_A_NUMBER, MODBUS_NO_NUMBER},
+    };
+    struct modbus_depth *m = begin(-1);
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        double v = 0;
+        how = (int)cases[i].how;
+        enum modbus_result got = ask(m, &v);
+        how = GOOD;
+        if (got != cases[i].want || ask(m, &v) != MODBUS_OK || !(fabs(v - questions) < 1e-9)) {
+            printf("%s: %d, want %d; then %g\n", cases[i].name, (int)got, (int)cases[i].want, v);
+            test_case_failed = true;
+        }
+    }
+    end(m);
+}
+
+TEST(a_lost_line_is_told_and_opened_again)
+{
+    double v = 0;
+    struct modbus_depth *m = begin(-1);
+    CHECK_INT(ask(m, &v), MODBUS_OK);
+    ending = true;
+    pthread_join(slave, NULL);
+    close(master);
+    CHECK_INT(ask(m, &v), MODBUS_NO_LINK);
+    CHECK_INT(ask(m, &v), MODBUS_NO_LINK);
+    modbus_depth_free(m);
+}
+
+TEST(waiting_for_quiet_ends_when_it_is_told_to)
+{
+    uint64_t one = 1;
+    double v;
+    int stop = eventfd(0, EFD_NONBLOCK);
+    struct modbus_depth *m = begin(stop);
+    CHECK(write(stop, &one, sizeof one) == sizeof one);
+    CHECK_INT(ask(m, &v), MODBUS_STOPPED);
+    end(m);
+    close(stop);
+}
+
+TEST(registers_as_numbers)
+{
+    static const struct {
+        enum modbus_type type;
+        bool little;
+        uint16_t reg[2];
+        double want;
+    } cases[] = {
+        {MODBUS_INT16, false, {0xffff, 7}, -1},
+        {MODBUS_UINT16, false, {0xffff, 7}, 65535},
+        {MODBUS_INT32, false, {0xffff, 0xfffe}, -2},
+        {MODBUS_INT32, true, {0xfffe, 0xffff}, -2},
+        {MODBUS_INT32, false, {0x8000, 0}, -2147483648.0},
+        {MODBUS_FLOAT32, false, {0x3f75, 0xf07b}, 0.960701},
+        {MODBUS_FLOAT32, true, {0xf07b, 0x3f75}, 0.960701},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++)
+        CHECK_NEAR(modbus_depth_number(cases[i].type, cases[i].little, cases[i].reg), cases[i].want, 1e-6, 0);
+}
+
+TEST(sources)
+{
+    static const struct {
+        const char *source;
+        bool good;
+    } cases[] = {
+        {"modbus-rtu:/dev/ttyUSB1:9600", true},
+        {"modbus-rtu:/dev/serial/by-path/pci-0:1.0-port0:19200", true},
+        {"modbus-tcp:192.168.2.5:502", true},
+        {"modbus-tcp:[fe80::1]:502", true},
+        {"modbus-tcp:::1:502", true},
+        {"modbus-rtu:/dev/ttyUSB1", false},
+        {"modbus-rtu:ttyUSB1:9600", false},
+        {"modbus-rtu:/dev/ttyUSB1:fast", false},
+        {"modbus-rtu:/dev/ttyUSB1:0", false},
+        {"modbus-rtu::9600", false},
+        {"modbus-tcp:depth.local:502", false},
+        {"modbus-tcp:192.168.2.5:0", false},
+        {"modbus-tcp:192.168.2.5:65536", false},
+        {"modbus-tcp:192.168.2.5", false},
+        {"modbus:1", false},
+        {"", false},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        struct fault fault = {""};
+        if (modbus_depth_check(cases[i].source, &fault) != cases[i].good || cases[i].good != !fault.text[0]) {
+            printf("'%s': %s\n", cases[i].source, fault.text);
+            test_case_failed = true;
+        }
+    }
+}
+
+TEST(pressure_becomes_depth)
+{
+    struct conf conf;
+    conf_defaults(&conf);
+    struct conf_depth *c = &conf.depth;
+    CHECK_NEAR(depth_of_value(c, 1025, 1.01325), 0, 0, 1e-9);
+    CHECK_NEAR(depth_of_value(c, 1025, 11.01325), 99.485, 1e-5, 0); /* 100 dbar */
+    CHECK_NEAR(depth_of_value(c, 997, 11.01325), 102.278, 1e-5, 0);
+    c->unit = CONF_UNIT_DBAR;
+    c->surface_pa = 0;
+    CHECK_NEAR(depth_of_value(c, 1029, 300), 297.293, 1e-5, 0);
+    c->unit = CONF_UNIT_M;
+    c->scale = 0.01;
+    c->offset = -0.5;
+    CHECK_NEAR(depth_of_value(c, 1025, 1250), 12, 1e-12, 0);
+}
+
+#define S 1000000000ull
+
+TEST(lies_are_not_believed_and_do_not_lock_out_the_truth)
+{
+    struct conf conf;
+    conf_defaults(&conf);
+    const struct conf_depth *c = &conf.depth;
+    CHECK(depth_plausible(c, 10, 5 * S, 0, 0));
+    CHECK(!depth_plausible(c, 301, 5 * S, 0, 0));
+    CHECK(!depth_plausible(c, -1.5, 5 * S, 0, 0));
+    CHECK(!depth_plausible(c, NAN, 5 * S, 0, 0));
+    CHECK(depth_plausible(c, 12.9, 6 * S, 10, 5 * S));
+    CHECK(!depth_plausible(c, 13.5, 6 * S, 10, 5 * S));
+    CHECK(!depth_plausible(c, 6.5, 6 * S, 10, 5 * S));
+    CHECK(depth_plausible(c, 10, 45 * S, 120, 5 * S)); /* the first value was the lie */
+}
+
+int main(void)
+{
+    RUN(good_answers);
+    RUN(a_late_answer_is_never_taken_for_the_next);
+    RUN(silence_bears_a_slave_that_is_later_than_it_promised_for_some_time);
+    RUN(with_an_echo_no_lateness_makes_an_old_value_new);
+    RUN(a_slave_without_an_echo_is_told);
+    RUN(what_nobody_asked_for_is_not_an_answer);
+    RUN(faults_are_told_apart_and_the_next_question_is_answered);
+    RUN(a_lost_line_is_told_and_opened_again);
+    RUN(waiting_for_quiet_ends_when_it_is_told_to);
+    RUN(registers_as_numbers);
+    RUN(sources);
+    RUN(pressure_becomes_depth);
+    RUN(lies_are_not_believed_and_do_not_lock_out_the_truth);
+    return test_end();
+}

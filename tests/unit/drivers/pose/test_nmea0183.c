@@ -1,0 +1,200 @@
+/* SPDX-License-Identifier: MIT */
+/* test_nmea0183 - sentences of the data sheets give their values; broken, foreign and empty ones give none. */
+#include "drivers/pose/nmea0183.h"
+
+#include "grid/geometry.h"
+#include "tests/lib/test.h"
+
+static struct nmea_parser parser;
+
+static int feed(const void *bytes, size_t n, struct nmea_value *values, int most)
+{
+    const uint8_t *b = bytes;
+    int found = 0;
+    struct nmea_value v;
+    while (nmea_parser_next(&parser, &b, &n, &v))
+        if (found++ < most)
+            values[found - 1] = v;
+    return found;
+}
+
+static const struct {
+    const char *name, *line;
+    unsigned has;
+    double value; /* metres or degrees */
+} sentences[] = {
+    {"DPT, offset 0", "$INDPT,2.3,0.0*46", NMEA_DEPTH, 2.3},
+    {"DPT, offset to the water line", "$SDDPT,7.25,0.50,100.0*51", NMEA_DEPTH, 7.75},
+    {"DPT, offset to the keel", "$SDDPT,7.25,-0.50", NMEA_DEPTH, 7.25},
+    {"DPT, no offset", "$SDDPT,7.25,", NMEA_DEPTH, 7.25},
+    {"DPT, one field", "$SDDPT,7.25", NMEA_DEPTH, 7.25},
+    {"DBT", "$SDDBT,7.8,f,2.4,M,1.3,F*0D", NMEA_DEPTH, 2.4},
+    {"DBT, metres alone", "$SDDBT,,f,2.4,M,,F", NMEA_DEPTH, 2.4},
+    {"HDT", "$GPHDT,274.07,T*03", NMEA_TRUE, 274.07},
+    {"HDT, 360 is 0", "$GPHDT,360.0,T", NMEA_TRUE, 0},
+    {"HDM", "$HCHDM,10.0,M", NMEA_MAGNETIC, 10},
+    {"HDG with variation west", "$HCHDG,98.3,0.0,E,12.6,W*57", NMEA_TRUE, 85.7},
+    {"HDG with both", "$HCHDG,98.3,1.5,W,12.6,E", NMEA_TRUE, 109.4},
+    {"HDG across north", "$HCHDG,355.0,,,10.0,E", NMEA_TRUE, 5},
+    {"HDG without variation", "$HCHDG,98.3,2.0,E,,", NMEA_MAGNETIC, 100.3},
+    {"HDG short", "$HCHDG,98.3", NMEA_MAGNETIC, 98.3},
+    {"small letters in the checksum", "$SDDBT,7.8,f,2.4,M,1.3,F*0d", NMEA_DEPTH, 2.4},
+};
+
+TEST(good_sentences)
+{
+    for (size_t i = 0; i < sizeof sentences / sizeof sentences[0]; i++) {
+        char line[160];
+        struct nmea_value v = {0};
+        nmea_parser_init(&parser, false);
+        int n = snprintf(line, sizeof line, "%s\r\n", sentences[i].line);
+        int found = feed(line, (size_t)n, &v, 1);
+        double got = v.has == NMEA_DEPTH ? v.depth_m : geo_deg(v.heading_rad);
+        if (found != 1 || v.has != sentences[i].has || !(fabs(got - sentences[i].value) < 1e-9)) {
+            printf("%s: %d values, has %u, %.9g, want %.9g\n", sentences[i].name, found, v.has, got,
+                   sentences[i].value);
+            test_case_failed = true;
+        }
+    }
+}
+
+#define COUNT(field) offsetof(struct nmea_counts, field)
+
+static const struct {
+    const char *name, *line;
+    bool required;
+    size_t count; /* the counter that must be 1 */
+} refused[] = {
+    {"wrong checksum", "$GPHDT,274.07,T*04\r\n", false, COUNT(bad_checksum)},
+    {"checksum of one digit", "$GPHDT,274.07,T*3\r\n", false, COUNT(bad_checksum)},
+    {"checksum of three digits", "$GPHDT,274.07,T*031\r\n", false, COUNT(bad_checksum)},
+    {"checksum that is none", "$GPHDT,274.07,T*-1\r\n", false, COUNT(bad_checksum)},
+    {"checksum missing", "$GPHDT,274.07,T\r\n", true, COUNT(bad_checksum)},
+    {"empty heading", "$GPHDT,,T\r\n", false, COUNT(not_available)},
+    {"empty depth", "$SDDPT,,0.5\r\n", false, COUNT(not_available)},
+    {"no fields at all", "$SDDPT\r\n", false, COUNT(not_available)},
+    {"DBT without metres", "$SDDBT,7.8,f,,M,1.3,F\r\n", false, COUNT(not_available)},
+    {"heading of the wrong kind", "$GPHDT,10.0,M\r\n", false, COUNT(bad_sentence)},
+    {"heading beyond the circle", "$GPHDT,361.0,T\r\n", false, COUNT(bad_sentence)},
+    {"negative heading", "$GPHDT,-1.0,T\r\n", false, COUNT(bad_sentence)},
+    {"metres that are feet", "$SDDBT,7.8,f,2.4,f,1.3,F\r\n", false, COUNT(bad_sentence)},
+    {"depth that is no number", "$SDDPT,7.2x,0\r\n", false, COUNT(bad_sentence)},
+    {"nan", "$SDDPT,nan,0\r\n", false, COUNT(bad_sentence)},
+    {"exponent", "$SDDPT,1e3,0\r\n", false, COUNT(bad_sentence)},
+    {"a sign alone", "$SDDPT,-,0\r\n", false, COUNT(bad_sentence)},
+    {"depth beyond the oceans", "$SDDPT,99999.0,0\r\n", false, COUNT(bad_sentence)},
+    {"variation without a side", "$HCHDG,98.3,,,12.6,\r\n", false, COUNT(bad_sentence)},
+    {"another sentence", "$GPGGA,1,2,3\r\n", false, COUNT(other)},
+    {"proprietary", "$PDHDT,10.0,T\r\n", false, COUNT(other)},
+    {"a longer name", "$XXHDTX,10.0,T\r\n", false, COUNT(other)},
+    {"just a dollar", "$\r\n", false, COUNT(other)},
+};
+
+TEST(refused_sentences)
+{
+    for (size_t i = 0; i < sizeof refused / sizeof refused[0]; i++) {
+        struct nmea_value v;
+        nmea_parser_init(&parser, refused[i].required);
+        int found = feed(refused[i].line, strlen(refused[i].line), &v, 1);
+        uint64_t count = *(const uint64_t *)((const char *)&parser.counts + refused[i].count);
+        if (found != 0 || count != 1) {
+            printf("%s: %d values, counter %d\n", refused[i].name, found, (int)count);
+            test_case_failed = true;
+        }
+    }
+}
+
+TEST(encapsulated_lines_are_skipped)
+{
+    static const char text[] = "!AIVDM,1,1,,A,x,0*00\r\n$GPHDT,274.07,T*03\r\n";
+    struct nmea_value v;
+    nmea_parser_init(&parser, true);
+    CHECK_INT(feed(text, sizeof text - 1, &v, 1), 1);
+    CHECK_INT(parser.counts.garbage_bytes, 20);
+}
+
+TEST(an_overlong_line_costs_itself_only)
+{
+    char text[400];
+    struct nmea_value v;
+    memset(text, 'x', sizeof text);
+    memcpy(text, "$GPHDT,", 7);
+    memcpy(text + 300, "\r\n$GPHDT,274.07,T*03\r\n", 23);
+    nmea_parser_init(&parser, true);
+    CHECK_INT(feed(text, 322, &v, 1), 1);
+    CHECK_INT(parser.counts.overlong, 1);
+}
+
+TEST(a_line_of_just_the_limit_is_read)
+{
+    char text[200];
+    struct nmea_value v;
+    int n = snprintf(text, sizeof text, "$GPHDT,10.0,T,");
+    memset(text + n, 'x', (size_t)(NMEA_LINE_MAX + 1 - n));
+    memcpy(text + NMEA_LINE_MAX + 1, "\n", 2);
+    nmea_parser_init(&parser, false);
+    CHECK_INT(feed(text, NMEA_LINE_MAX + 2, &v, 1), 1);
+    CHECK_INT(parser.counts.overlong, 0);
+}
+
+TEST(a_sentence_cut_off_by_the_next_is_dropped)
+{
+    static const char text[] = "$GPHDT,27$GPHDT,274.07,T*03\r\n";
+    struct nmea_value v;
+    nmea_parser_init(&parser, true);
+    CHECK_INT(feed(text, sizeof text - 1, &v, 1), 1);
+    CHECK_NEAR(geo_deg(v.heading_rad), 274.07, 1e-12, 0);
+    CHECK_INT(parser.counts.garbage_bytes, 9);
+}
+
+TEST(a_reset_forgets_the_half_sentence)
+{
+    struct nmea_value v;
+    nmea_parser_init(&parser, false);
+    CHECK_INT(feed("$GPHDT,1", 8, &v, 1), 0);
+    nmea_parser_reset(&parser);
+    CHECK_INT(feed("0.0,T\r\n", 7, &v, 1), 0);
+}
+
+/* Sentences between noise, in any split: all values, in order. */
+TEST(any_split_gives_the_same)
+{
+    uint64_t seed = test_seed();
+    for (int round = 0; round < 200; round++) {
+        char text[4096];
+        size_t n = 0;
+        int sent = 0;
+        while (n < 3000) {
+            for (uint64_t k = test_random(&seed) % 9; k > 0; k--)
+                text[n++] = (char)(1 + test_random(&seed) % 35); /* below $ */
+            n += (size_t)snprintf(text + n, sizeof text - n, "\n$GPHDT,%d.0,T\r\n", sent++ % 360);
+        }
+        nmea_parser_init(&parser, false);
+        int found = 0;
+        for (size_t at = 0; at < n;) {
+            struct nmea_value v[256];
+            size_t part = 1 + test_random(&seed) % 40;
+            part = part < n - at ? part : n - at;
+            int k = feed(text + at, part, v, 256);
+            for (int i = 0; i < k; i++, found++)
+                CHECK_NEAR(geo_deg(v[i].heading_rad), found % 360, 1e-9, 1e-9);
+            at += part;
+        }
+        CHECK_INT(found, sent);
+        if (test_case_failed)
+            return;
+    }
+}
+
+int main(void)
+{
+    RUN(good_sentences);
+    RUN(refused_sentences);
+    RUN(encapsulated_lines_are_skipped);
+    RUN(an_overlong_line_costs_itself_only);
+    RUN(a_line_of_just_the_limit_is_read);
+    RUN(a_sentence_cut_off_by_the_next_is_dropped);
+    RUN(a_reset_forgets_the_half_sentence);
+    RUN(any_split_gives_the_same);
+    return test_end();
+}

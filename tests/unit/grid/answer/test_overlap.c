@@ -1,0 +1,122 @@
+/* SPDX-License-Identifier: MIT */
+/* The sectors that a cell touches, against the plain formula: anywhere, and where rough angles cannot tell. */
+#include <math.h>
+
+#include "grid/answer/overlap.h"
+#include "grid/geometry.h"
+#include "tests/lib/test.h"
+
+static uint64_t seed;
+
+static double uniform(double lo, double hi)
+{
+    return lo + (hi - lo) * test_uniform(&seed);
+}
+
+static bool one_in(int n)
+{
+    return test_uniform(&seed) * n < 1;
+}
+
+/* As a person would write it. Bits of the sectors touched, of up to 64. */
+static uint64_t plain(const struct overlap_band *band, const struct overlap_cell *cell, double aside)
+{
+    double az, el, width = GEO_TURN / (double)band->count;
+    uint64_t touched = 0;
+    geo_angles(cell->v, &az, &el);
+    const double more = aside <= 0 ? 0 : sin(aside) < cos(el) ? asin(sin(aside) / cos(el)) : GEO_PI;
+    const double half = fmin(cell->half_az_rad + more, GEO_PI);
+    if (el + (cell->half_el_rad + aside) <= band->lo_rad || el - (cell->half_el_rad + aside) >= band->hi_rad)
+        return 0;
+    const double from = floor((az - half) / width + 0.5 + 1e-9), to = ceil((az + half) / width - 0.5 - 1e-9);
+    for (double k = from; k <= to; k++)
+        touched |= 1ull << (size_t)(k + 4 * (double)band->count) % band->count;
+    return touched;
+}
+
+static uint64_t found(const struct overlap_band *band, const struct overlap_cell *cell, double aside)
+{
+    struct overlap_cell copy = *cell;
+    const struct overlap_run run = overlap_run(band, &copy, aside);
+    uint64_t touched = 0;
+    for (size_t k = 0; k < run.n; k++)
+        touched |= 1ull << (run.at + k) % band->count;
+    return run.at < band->count && run.n <= band->count ? touched : ~touched;
+}
+
+/* Nothing, or so small that rough angles may miss it. */
+static double tiny(void)
+{
+    return one_in(3) ? 0 : uniform(-1, 1) * pow(10, uniform(-14, -4));
+}
+
+static struct overlap_band any_band(void)
+{
+    const double lo = one_in(4) ? -GEO_PI / 2 : uniform(-1.5, 1.2);
+    return (struct overlap_band){
+        .lo_rad = lo, .hi_rad = uniform(lo, GEO_PI / 2), .count = one_in(5) ? 1 : (size_t)uniform(1, 65)};
+}
+
+/* Often with an edge on that of a sector, or of the band, or so near to a pole that all sectors are touched or not. */
+static void any_cell(const struct overlap_band *band, double aside, struct overlap_cell *cell)
+{
+    const double width = GEO_TURN / (double)band->count;
+    cell->half_az_rad = one_in(4) ? width * floor(uniform(0, 4)) / 2 : uniform(0, one_in(9) ? GEO_PI : 0.1);
+    cell->half_el_rad = uniform(0, 0.1);
+    double el = one_in(4)   ? band->lo_rad - aside - cell->half_el_rad + tiny()
+                : one_in(3) ? band->hi_rad + aside + cell->half_el_rad + tiny()
+                : one_in(3) ? (GEO_PI / 2 - aside + tiny()) * (one_in(2) ? 1 : -1)
+                            : uniform(-1.5, 1.5);
+    el = fmax(-GEO_PI / 2, fmin(GEO_PI / 2, el));
+    const double more = aside <= 0 ? 0 : sin(aside) < cos(el) ? asin(sin(aside) / cos(el)) : GEO_PI;
+    const double edge = width * (floor(uniform(-2, (double)band->count + 2)) + 0.5) + tiny();
+    const double az = one_in(3)   ? edge + more + cell->half_az_rad
+                      : one_in(2) ? edge - more - cell->half_az_rad
+                      : one_in(9) ? tiny()
+                                  : uniform(0, GEO_TURN);
+    geo_direction(az, el, cell->v);
+    if (one_in(200))
+        cell->v[0] = cell->v[1] = 0;
+    overlap_middle(cell, cell->v);
+}
+
+TEST(rough_angles_touch_what_exact_ones_do)
+{
+    uint64_t differ = 0;
+    seed = test_seed();
+    for (int i = 0; i < 400000; i++) {
+        const struct overlap_band band = any_band();
+        const double aside = one_in(3) ? 0 : uniform(0, one_in(9) ? GEO_PI : 0.4);
+        struct overlap_cell cell;
+        any_cell(&band, aside, &cell);
+        differ += found(&band, &cell, aside) != plain(&band, &cell, aside);
+        geo_angles(cell.v, &cell.az_rad, &cell.el_rad);
+        cell.level = cos(cell.el_rad);
+        cell.exact = true;
+        differ += found(&band, &cell, aside) != plain(&band, &cell, aside);
+    }
+    CHECK_INT(differ, 0);
+}
+
+TEST(angles_are_computed_exactly_only_where_that_decides)
+{
+    const struct overlap_band band = {.lo_rad = -0.1, .hi_rad = 0.1, .count = 72};
+    int exact = 0;
+    seed = test_seed();
+    for (int i = 0; i < 10000; i++) {
+        struct overlap_cell cell = {.half_az_rad = 0.0175, .half_el_rad = 0.0175};
+        double v[3];
+        geo_direction(uniform(0, GEO_TURN), uniform(-0.3, 0.3), v);
+        overlap_middle(&cell, v);
+        overlap_run(&band, &cell, 0.03);
+        exact += cell.exact;
+    }
+    CHECK(exact < 100);
+}
+
+int main(void)
+{
+    RUN(rough_angles_touch_what_exact_ones_do);
+    RUN(angles_are_computed_exactly_only_where_that_decides);
+    return test_end();
+}

@@ -1,0 +1,1122 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * test_sphere - the grid and its answers together, as a client meets them: what is blocked, clear or unknown after
+ * given pings, ages, turns and moves. Truth is a scene whose walls are known in closed form.
+ */
+#include "core/fault.h"
+#include "grid/ping.h"
+#include "tests/lib/sphere_rig.h"
+
+static const struct sphere_conf usual = {.angular_step_rad = 2 * GEO_PI / 180,
+                                         .layers = {.r_max_m = 30, .dr_m = 0.05, .n_const = 29, .growth = 1.035},
+                                         .max_cells = 20000,
+                                         .forget_s = 160,
+                                         .blocked_above = 0.6,
+                                         .recentre_m = 0.1};
+static struct mount mount;
+static double ring_down_m;
+static uint8_t flags; /* of the echoes that ping sends */
+
+static void start(const struct sphere_conf *conf)
+{
+    rig_sphere(conf);
+    now = (struct answer_now){.now_ns = 1000 * SECOND, .pose = pose_identity};
+    mount = mount_identity;
+    ring_down_m = 0.3;
+    flags = 0;
+}
+
+static bool new_turn; /* the next pings begin one */
+
+static uint32_t seq;
+static bool twice; /* each beam has its echo twice, in the same cell */
+
+/* One beam towards az (sensor frame) that heard an echo at range_m, or nothing (0) up to free_m. */
+static void ping_el(double az_deg, double el_deg, double range_m, double free_m, double az_ap_deg,
+                    double el_ap_deg)
+{
+    struct beam_echoes beam = {.az_rad = (float)geo_rad(az_deg),
+                               .el_rad = (float)geo_rad(el_deg),
+                               .blind_m = (float)ring_down_m,
+                               .free_to_m = (float)free_m,
+                               .state = BEAM_SILENT};
+    if (range_m > 0) {
+        beam.state = BEAM_ECHO;
+        beam.n = 1;
+        beam.echo[0] = (struct echo){.range_m = (float)range_m,
+                                     .near_m = (float)(range_m - 0.02),
+                                     .sd_m = 0.01f,
+                                     .strength = 10,
+                                     .confidence = 0.9f,
+                                     .flags = flags};
+        beam.free_to_m = (float)(range_m - 0.02);
+        if (twice)
+            beam.echo[beam.n++] = beam.echo[0];
+    }
+    struct echoes e = {.t_ns = now.now_ns,
+                       .seq = ++seq,
+                       .n_beams = 1,
+                       .flags = new_turn ? PING_NEW_TURN : 0,
+                       .range_max_m = 20,
+                       .az_aperture_rad = (float)geo_rad(az_ap_deg),
+                       .el_aperture_rad = (float)geo_rad(el_ap_deg),
+                       .pose = now.pose,
+                       .max_beams = 1,
+                       .beam = &beam};
+    sphere_enter(sphere, &e, &mount);
+}
+
+static void ping(double az_deg, double range_m, double free_m)
+{
+    ping_el(az_deg, 0, range_m, free_m, 2, 25);
+}
+
+/* Where the nearest obstacle level at az begins; 0: there is none. */
+static double edge_m(double az_deg)
+{
+    struct picture *p = sphere_picture(sphere);
+    struct picture_entry e;
+    picture_get(p, rings_index(p->rings, geo_rad(az_deg), 0), &e);
+    return (double)e.obstacle[0].near_m;
+}
+
+/* Where the nearest echo begins that does not suffice to block; 0: there is none. */
+static double hint_m(double az_deg)
+{
+    struct picture *p = sphere_picture(sphere);
+    struct picture_entry e;
+    picture_get(p, rings_index(p->rings, geo_rad(az_deg), 0), &e);
+    return (double)e.hint_m;
+}
+
+static void turn_of(double range_m, double free_m)
+{
+    for (int u = 0; u < 400; u++)
+        ping(u * 0.9, range_m, free_m);
+}
+
+TEST(nothing_pinged_is_unknown_everywhere)
+{
+    start(&usual);
+    struct answer a = ask(0, 5);
+    CHECK_INT(a.state, ANSWER_UNKNOWN);
+    CHECK_INT(a.reason, ANSWER_NO_DATA);
+    ping(180, 5, 0);
+    a = ask(0, 5);
+    CHECK_INT(a.state, ANSWER_UNKNOWN);
+    CHECK_INT(a.reason, ANSWER_NEVER);
+    CHECK(a.age_s < 0);
+}
+
+TEST(an_echo_blocks_beyond_it_and_the_water_before_it_is_clear)
+{
+    start(&usual);
+    turn_of(5, 0);
+    struct answer a = ask(77, 6);
+    CHECK_INT(a.state, ANSWER_BLOCKED);
+    CHECK_NEAR(a.range_m, 5, 0, 0.02);
+    CHECK_NEAR(a.free_to_m, 4.98, 0, 0.02);
+    a = ask(77, 4.5);
+    CHECK_INT(a.state, ANSWER_CLEAR);
+    CHECK_INT(a.reason, ANSWER_HEARD);
+    CHECK(a.age_s >= 0 && a.age_s < 1e-9);
+}
+
+/* Nobody told the position for a while, then somebody does: the drift until the ping is none of its echoes'. */
+TEST(a_drift_before_a_ping_brings_no_echo_of_it_nearer)
+{
+    for (int drifts = 0; drifts < 2; drifts++) {
+        start(&usual);
+        now.pose.has = POSE_ATTITUDE | (drifts ? 0 : POSE_POSITION | POSE_DEPTH);
+        now.pose.drift_mps = drifts ? 0.5 : 0;
+        now.pose.drift_m[0] = 50;
+        ping(0, 5, 0);
+        CHECK_NEAR(edge_m(0), drifts ? 4.98 - usual.recentre_m * sqrt(2) : 4.98, 0, 0.03);
+        now.now_ns += SECOND;
+        now.pose.drift_m[0] = 52; /* but what was heard before is, by as much */
+        ping(90, 5, 0);
+        CHECK_NEAR(edge_m(0), drifts ? 2.98 - usual.recentre_m * sqrt(2) : 2.98, 0, 0.03);
+        CHECK(edge_m(90) < 4.99 && edge_m(90) > 4.97 - 2 * usual.recentre_m);
+    }
+    now.pose = pose_identity;
+}
+
+TEST(silence_is_worth_what_the_beam_claims_and_no_more)
+{
+    start(&usual);
+    turn_of(0, 0.75);
+    CHECK_INT(ask(10, 0.7).state, ANSWER_CLEAR);
+    struct answer a = ask(10, 5);
+    CHECK_INT(a.state, ANSWER_UNKNOWN);
+    CHECK_INT(a.reason, ANSWER_BEYOND);
+    CHECK_NEAR(a.free_to_m, 0.75, 0, 0.01);
+}
+
+TEST(within_the_blind_zone_nothing_is_known)
+{
+    start(&usual);
+    turn_of(5, 0);
+    for (int i = 0; i < 3; i++) {
+        struct answer a = ask(10, 0.125 * i); /* at the vehicle's own place, too */
+        CHECK_INT(a.state, ANSWER_UNKNOWN);
+        CHECK_INT(a.reason, ANSWER_BLIND);
+    }
+}
+
+TEST(a_beam_that_claims_nothing_clears_nothing)
+{
+    start(&usual);
+    turn_of(0, 0);
+    CHECK_INT(ask(10, 1).reason, ANSWER_BEYOND);
+}
+
+TEST(clear_grows_stale_and_blocked_fades_but_never_to_clear)
+{
+    start(&usual);
+    turn_of(5, 0);
+    now.now_ns += 29 * SECOND;
+    CHECK_INT(ask(0, 4).state, ANSWER_CLEAR);
+    now.now_ns += 2 * SECOND;
+    CHECK_INT(ask(0, 4).reason, ANSWER_STALE);
+    CHECK_INT(ask(0, 6).state, ANSWER_BLOCKED);
+    CHECK_NEAR(ask(0, 6).age_s, 31, 1e-9, 0);
+    for (int minute = 0; minute < 60; minute++) {
+        now.now_ns += 60 * SECOND;
+        CHECK(ask(0, 6).state != ANSWER_CLEAR);
+    }
+    CHECK_INT(ask(0, 6).state, ANSWER_UNKNOWN);
+}
+
+TEST(fading_is_the_closed_form_however_often_it_is_read)
+{
+    start(&usual);
+    ping(0, 5, 0);
+    struct picture_entry e;
+    picture_get(sphere_picture(sphere), rings_index(sphere_picture(sphere)->rings, 1e-3, 1e-3), &e);
+    uint64_t seed = test_seed(), t = now.now_ns;
+    for (int i = 0; i < 100000; i++) {
+        t += test_random(&seed) % 1000000;
+        double want =
+            e.obstacle[0].logodds * exp(-(double)(t - now.now_ns) * 1e-9 / (160 / log(6 / log(0.6 / 0.4))));
+        CHECK_NEAR(picture_logodds(sphere_picture(sphere), &e.obstacle[0], t), want, 1e-12, 0);
+    }
+    CHECK_NEAR(picture_logodds(sphere_picture(sphere), &e.obstacle[0], 0), e.obstacle[0].logodds, 0, 0);
+}
+
+TEST(a_removed_obstacle_is_cleared_by_beams_that_pass_it)
+{
+    start(&usual);
+    turn_of(5, 0);
+    for (int turns = 0; turns < 8 && ask(0, 6).state == ANSWER_BLOCKED; turns++) {
+        now.now_ns += 10 * SECOND;
+        turn_of(8, 0);
+    }
+    CHECK_INT(ask(0, 6).state, ANSWER_CLEAR);
+    CHECK_NEAR(ask(0, 10).range_m, 8, 0, 0.05);
+}
+
+/* Where a beam was is known to the slack of its pose: it may have passed beside the pile, or ended before the wall. */
+TEST(what_a_beam_may_have_missed_within_its_slack_stays)
+{
+    static const struct {
+        double slack_m, slack_rad, free_m;
+        bool stays;
+    } row[] = {
+        {0, 0, 20, false},     {0, 0.9 * GEO_PI / 180, 20, true}, {0.09, 0, 20, true}, {0, 0, 5.15, false},
+        {0.09, 0, 5.15, true},
+    };
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        start(&usual);
+        turn_of(0, 20);
+        for (int n = 0; n < 3; n++)
+            ping(0, 5, 0);
+        now.pose.slack_m = row[i].slack_m;
+        now.pose.slack_rad = row[i].slack_rad;
+        for (int n = 0; n < 20; n++)
+            ping(0.5 * (n % 5 - 2), 0, row[i].free_m);
+        now.pose.slack_m = now.pose.slack_rad = 0;
+        CHECK_INT(ask(0, 10).state == ANSWER_BLOCKED, row[i].stays);
+        if (test_case_failed)
+            printf("(row %zu)\n", i);
+    }
+}
+
+/* A thin pile that one ping detects blocks, a ghost or not; a ghost is gone when the next one does not detect it. */
+TEST(a_marked_echo_blocks_until_the_next_look)
+{
+    for (int marked = 0; marked < 2; marked++) {
+        start(&usual);
+        turn_of(0, 20);
+        flags = marked ? ECHO_GHOST : 0;
+        ping(0, 5, 0);
+        CHECK_INT(ask(0, 10).state, ANSWER_BLOCKED);
+        now.now_ns += 15 * SECOND;
+        CHECK_INT(ask(0, 10).state, ANSWER_BLOCKED);
+        for (double az_deg = -6; az_deg <= 6; az_deg += 0.9)
+            ping(az_deg, 0, 4.8);
+        CHECK_INT(ask(0, 10).state, ANSWER_BLOCKED); /* nobody has looked there since */
+        ping(0, 0, 20);
+        CHECK(marked ? ask(0, 10).state != ANSWER_BLOCKED : ask(0, 10).state == ANSWER_BLOCKED);
+    }
+    flags = 0;
+}
+
+/* It ends free water at once, and no beam that ends before it makes it clear. */
+TEST(an_unconfirmed_echo_blocks_once_a_second_one_shows_it)
+{
+    static const uint8_t marks[] = {ECHO_BURST, ECHO_ALONE, ECHO_FAINT};
+
+    for (int second = 0; second < 3; second++) {
+        start(&usual);
+        turn_of(0, 20);
+        CHECK_INT(ask(0, 10).state, ANSWER_CLEAR);
+        flags = marks[second];
+        twice = true; /* which is no second beam */
+        ping(0, 5, 0);
+        twice = false;
+        CHECK_INT(ask(0, 10).state, ANSWER_UNKNOWN);
+        CHECK(ask(0, 10).free_to_m < 5);
+        CHECK(hint_m(0) > 4.5 && hint_m(0) <= 5 && edge_m(0) == 0);
+        CHECK_INT(ask(0, 4.5).state, ANSWER_CLEAR);
+        for (double az_deg = -6; az_deg <= 6; az_deg += 0.9)
+            ping(az_deg, 0, 4.8);
+        CHECK_INT(ask(0, 10).state, ANSWER_UNKNOWN);
+        flags = second == 0 ? 0 : marks[second];
+        ping(0, 5, 0);
+        CHECK_INT(ask(0, 10).state, ANSWER_BLOCKED);
+        CHECK(hint_m(0) == 0 && edge_m(0) > 4.5);
+    }
+    flags = 0;
+}
+
+TEST(a_pile_that_one_of_the_beams_over_it_hears_stays)
+{
+    start(&usual);
+    for (int turns = 0; turns < 20; turns++) {
+        now.now_ns += 10 * SECOND;
+        for (int u = 0; u < 400; u++)
+            ping(u * 0.9, u == 0 ? 4 : 8, 0);
+        CHECK_INT(ask(0, 5).state, ANSWER_BLOCKED);
+    }
+}
+
+TEST(an_old_clear_does_not_outlive_a_pile_that_came)
+{
+    start(&usual);
+    turn_of(0, 10);
+    CHECK_INT(ask(0, 8).state, ANSWER_CLEAR);
+    ping(0, 4, 0);
+    CHECK_INT(ask(0, 8).state, ANSWER_BLOCKED);
+}
+
+/* An echo too weak to block, or one that has faded: the water beyond it is unknown until beams have passed it. */
+TEST(doubtful_echoes_are_neither_blocked_nor_clear_beyond)
+{
+    start(&usual);
+    turn_of(0, 10);
+    struct beam_echoes beam = {.blind_m = 0.3f, .free_to_m = 3.9f, .state = BEAM_ECHO, .n = 1};
+    beam.echo[0] = (struct echo){.range_m = 4, .near_m = 3.9f, .sd_m = 0.01f, .confidence = 0.05f};
+    struct echoes e = {.t_ns = now.now_ns,
+                       .n_beams = 1,
+                       .range_max_m = 20,
+                       .az_aperture_rad = (float)geo_rad(2),
+                       .el_aperture_rad = (float)geo_rad(25),
+                       .pose = pose_identity,
+                       .beam = &beam};
+    sphere_enter(sphere, &e, &mount);
+    CHECK_INT(ask(0, 3).state, ANSWER_CLEAR);
+    CHECK_INT(ask(0, 8).state, ANSWER_UNKNOWN);
+    CHECK_INT(ask(0, 8).reason, ANSWER_BEYOND);
+    turn_of(0, 10);
+    CHECK_INT(ask(0, 8).state, ANSWER_CLEAR);
+}
+
+TEST(an_unpinged_gap_is_unknown_though_its_neighbours_are_clear)
+{
+    start(&usual);
+    for (int u = 0; u < 400; u++)
+        if (u < 45 || u > 65)
+            ping(u * 0.9, 0, 10);
+    CHECK_INT(ask(0, 8).state, ANSWER_CLEAR);
+    CHECK_INT(ask(50, 8).reason, ANSWER_NEVER);
+    CHECK_INT(ask(37, 8).state, ANSWER_UNKNOWN); /* its cone reaches into the gap */
+}
+
+TEST(a_wide_beam_blocks_its_whole_opening)
+{
+    start(&usual);
+    ping_el(0, 0, 5, 0, 2, 25);
+    struct answer_query q = {.el_rad = geo_rad(11), .distance_m = 6, .half_angle_rad = geo_rad(1)};
+    struct answer a;
+    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    CHECK_INT(a.state, ANSWER_BLOCKED);
+    q.el_rad = geo_rad(20);
+    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    CHECK_INT(a.state, ANSWER_UNKNOWN);
+}
+
+TEST(once_given_an_attitude_the_grid_is_north_up)
+{
+    start(&usual);
+    ping(0, 5, 0); /* body axes: dropped when the first attitude comes */
+    now.pose.has = POSE_ATTITUDE;
+    now.pose_fresh = true;
+    quat_from_rpy(0, 0, geo_rad(90), now.pose.attitude); /* nose to the east */
+    turn_of(5, 0);
+    for (int u = 0; u < 3; u++)
+        ping(0, 3, 0);
+    CHECK_NEAR(ask(0, 6).range_m, 3, 0, 0.05);
+    quat_from_rpy(0, 0, 0, now.pose.attitude); /* nose to the north: it lies to starboard */
+    CHECK_NEAR(ask(90, 6).range_m, 3, 0, 0.05);
+    CHECK_NEAR(ask(0, 6).range_m, 5, 0, 0.05);
+    struct answer_query q = {.az_rad = geo_rad(90), .ned = true, .distance_m = 6, .half_angle_rad = geo_rad(2)};
+    struct answer a;
+    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    CHECK_NEAR(a.range_m, 3, 0, 0.05);
+}
+
+TEST(without_an_attitude_north_is_unknown)
+{
+    start(&usual);
+    turn_of(5, 0);
+    struct answer_query q = {.ned = true, .distance_m = 6, .half_angle_rad = geo_rad(5)};
+    struct answer a;
+    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    CHECK_INT(a.state, ANSWER_UNKNOWN);
+    CHECK_INT(a.reason, ANSWER_NO_FRAME);
+}
+
+TEST(a_lost_pose_makes_all_unknown_and_pings_without_it_are_counted)
+{
+    start(&usual);
+    now.pose.has = POSE_ATTITUDE;
+    now.pose_fresh = true;
+    turn_of(5, 0);
+    now.pose_fresh = false;
+    CHECK_INT(ask(0, 4).reason, ANSWER_POSE_LOST);
+    now.pose.has = 0;
+    ping(0, 2, 0);
+    struct sphere_stats s;
+    sphere_stats(sphere, &s);
+    CHECK_INT(s.no_attitude, 1);
+    now.pose_fresh = true;
+    CHECK_NEAR(ask(0, 6).range_m, 5, 0, 0.05);
+}
+
+TEST(after_a_withdrawal_the_axes_are_the_bodys_and_nothing_is_left)
+{
+    start(&usual);
+    now.pose.has = POSE_ATTITUDE | POSE_POSITION;
+    now.pose_fresh = true;
+    now.pose.position_m[0] = 70;
+    quat_from_rpy(0, 0, geo_rad(90), now.pose.attitude);
+    turn_of(5, 0);
+    now.pose = pose_identity;
+    now.pose.withdrawn = 1;
+    now.pose_fresh = false;
+    CHECK_INT(ask(0, 4).state, ANSWER_UNKNOWN); /* until the next ping */
+    now.pose_fresh = true;
+    CHECK(ask(0, 4).state != ANSWER_CLEAR); /* a new pose makes the old picture no truer */
+    now.pose_fresh = false;
+    ping(0, 3, 0);
+    CHECK_INT(ask(180, 4).reason, ANSWER_NEVER);
+    turn_of(5, 0);
+    for (int u = 0; u < 3; u++)
+        ping(0, 3, 0);
+    CHECK_NEAR(ask(0, 6).range_m, 3, 0, 0.05);
+    CHECK_NEAR(ask(90, 6).range_m, 5, 0, 0.05);
+    struct sphere_stats s;
+    sphere_stats(sphere, &s);
+    CHECK_INT(s.no_attitude, 0);
+}
+
+/* The wall x = 6 north; the vehicle drives towards it. */
+TEST(obstacles_come_nearer_as_the_vehicle_drives_and_nothing_drifts)
+{
+    for (int far = 0; far < 2; far++) {
+        start(&usual);
+        double origin = far ? 1e7 : 0;
+        now.pose.has = POSE_ATTITUDE | POSE_POSITION;
+        now.pose_fresh = true;
+        now.pose.position_m[0] = origin;
+        ping(0, 6, 0);
+        for (int step = 1; step <= 20000; step++) { /* 3 m in steps of 0.15 mm, looking elsewhere */
+            now.pose.position_m[0] = origin + step * 1.5e-4;
+            now.pose.path_m = step * 1.5e-4;
+            if (step % 50 == 0)
+                ping(180, 0, 2);
+        }
+        struct answer a = ask(0, 5);
+        CHECK_INT(a.state, ANSWER_BLOCKED);
+        CHECK_NEAR(a.range_m, 3, 0, 0.12); /* at most recentre_m nearer than it is */
+        CHECK(a.range_m <= 3.01);
+        struct sphere_stats s;
+        sphere_stats(sphere, &s);
+        CHECK(s.recentred > 10 && s.cells_lost == 0);
+    }
+}
+
+/* A wall 140 m north, in the range of a big sonar; 120 m towards it without hearing it again. */
+TEST(a_long_way_moves_obstacles_to_a_new_anchor)
+{
+    struct sphere_conf wide = usual;
+    wide.layers.r_max_m = 150;
+    wide.max_cells = 65536;
+    start(&wide);
+    now.pose.has = POSE_ATTITUDE | POSE_POSITION;
+    now.pose_fresh = true;
+    for (double az = -2; az <= 2; az += 0.5)
+        ping(az, 140, 0);
+    struct sphere_stats after;
+    for (int step = 1; step <= 600; step++) {
+        now.pose.position_m[0] = now.pose.path_m = 0.2 * step;
+        now.now_ns += SECOND / 100;
+        ping(180, 0, 2);
+    }
+    /* each direction's obstacle was the middle of 5 m of wall: seen from here it may be 10 degrees off */
+    struct answer_query q = {.distance_m = 30, .half_angle_rad = geo_rad(10)};
+    struct answer a;
+    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    CHECK_INT(a.state, ANSWER_BLOCKED);
+    CHECK_NEAR(a.range_m, 20, 0, 0.5);
+    sphere_stats(sphere, &after);
+    CHECK(after.cells_lost == 0 && after.recentred > 100 && after.cells > 0);
+    now.pose.position_m[0] = now.pose.path_m = 130; /* at once: what was clear says nothing of the new place */
+    ping(90, 0, 10);
+    CHECK_INT(ask(180, 1).state, ANSWER_UNKNOWN);
+    q.half_angle_rad = geo_rad(20);
+    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    CHECK_INT(a.state, ANSWER_BLOCKED);
+    CHECK_NEAR(a.range_m, 10, 0, 1);
+}
+
+TEST(cleared_water_is_unknown_once_the_vehicle_has_driven_on)
+{
+    start(&usual);
+    now.pose.has = POSE_ATTITUDE | POSE_POSITION;
+    now.pose_fresh = true;
+    turn_of(0, 10);
+    now.pose.position_m[1] = 0.15;
+    now.pose.path_m = 0.15;
+    CHECK_INT(ask(0, 8).state, ANSWER_CLEAR);
+    CHECK_NEAR(ask(0, 8).free_to_m, 9.85, 0, 1e-5);
+    now.pose.position_m[1] = 0.4; /* and no ping since */
+    CHECK_INT(ask(0, 8).reason, ANSWER_MOVED);
+    now.pose.position_m[1] = 0;
+    now.pose.path_m = 0.8; /* there and back is a way too */
+    CHECK_INT(ask(0, 8).reason, ANSWER_MOVED);
+}
+
+TEST(nothing_that_was_clear_is_so_after_the_heading_jumped)
+{
+    struct sphere_stats stats;
+    start(&usual);
+    now.pose.has = POSE_ATTITUDE;
+    now.pose_fresh = true;
+    turn_of(0, 10);
+    for (int u = 0; u < 3; u++)
+        ping(90, 3, 0);
+    quat_from_rpy(0, 0, geo_rad(90),
+                  now.pose.attitude); /* and no ping since: what is to starboard now lies ahead */
+    now.pose.jumps = 1;
+    CHECK_INT(ask(180, 8).state, ANSWER_UNKNOWN);
+    CHECK_INT(ask(180, 8).reason, ANSWER_MOVED);
+    CHECK_INT(ask(0, 8).state, ANSWER_BLOCKED);
+    ping(180, 0, 10); /* and now pings as well */
+    CHECK_INT(ask(135, 8).reason, ANSWER_NEVER);
+    CHECK_INT(ask(0, 8).state, ANSWER_BLOCKED);
+    sphere_stats(sphere, &stats);
+    CHECK(stats.pinged > 0 && stats.pinged < 200);
+    turn_of(0, 10);
+    CHECK_INT(ask(180, 8).state, ANSWER_CLEAR);
+    CHECK_INT(ask(0, 8).state, ANSWER_BLOCKED); /* until enough beams have passed it */
+    for (int i = 0; i < 5; i++)
+        turn_of(0, 10);
+    CHECK_INT(ask(0, 8).state, ANSWER_CLEAR);
+}
+
+TEST(a_full_pool_loses_certainty_not_obstacles)
+{
+    struct sphere_conf small = usual;
+    small.max_cells = 256;
+    start(&small);
+    uint64_t seed = test_seed();
+    for (int i = 0; i < 20000; i++) {
+        now.now_ns += SECOND / 100;
+        ping(360 * test_uniform(&seed), 1 + 9 * test_uniform(&seed), 0);
+    }
+    struct sphere_stats s;
+    sphere_stats(sphere, &s);
+    CHECK(s.cells <= 256);
+    CHECK(s.cells_lost > 0);
+    for (int az = 0; az < 360; az += 3)
+        CHECK(ask(az, 12).state != ANSWER_CLEAR);
+}
+
+TEST(counts_and_logodds_saturate)
+{
+    start(&usual);
+    for (int i = 0; i < 100000; i++)
+        ping(0, 5, 0);
+    CHECK_INT(ask(0, 6).state, ANSWER_BLOCKED);
+    int turns = 0;
+    while (ask(0, 6).state == ANSWER_BLOCKED && turns < 20) {
+        ping(-0.9, 8, 0);
+        ping(0, 8, 0);
+        ping(0.9, 8, 0);
+        turns++;
+    }
+    CHECK(turns < 12); /* the past cannot outvote the present for long */
+}
+
+TEST(a_clock_that_jumps_back_does_no_harm)
+{
+    start(&usual);
+    turn_of(5, 0);
+    now.now_ns -= 100 * SECOND;
+    turn_of(5, 0);
+    CHECK_INT(ask(0, 6).state, ANSWER_BLOCKED);
+    now.now_ns -= 800 * SECOND;
+    CHECK_INT(ask(0, 6).state, ANSWER_BLOCKED);
+    CHECK(ask(0, 6).age_s >= 0);
+}
+
+TEST(senseless_grids_are_refused_with_a_sentence)
+{
+    struct sphere_conf bad[5] = {usual, usual, usual, usual, usual};
+    bad[0].angular_step_rad = 0;
+    bad[1].layers.growth = 0.5;
+    bad[2].max_cells = 1;
+    bad[3].forget_s = NAN;
+    bad[4].blocked_above = 0.4;
+    for (int i = 0; i < 5; i++) {
+        struct fault fault = {""};
+        CHECK_INT(sphere_bytes(&bad[i], &fault), 0);
+        CHECK(strlen(fault.text) > 10);
+    }
+}
+
+TEST(a_beam_that_hears_nothing_usable_takes_back_what_was_clear)
+{
+    start(&usual);
+    turn_of(0, 8);
+    CHECK_INT(ask(0, 5).state, ANSWER_CLEAR);
+    now.now_ns += SECOND;
+    turn_of(0, 0);
+    CHECK_INT(ask(0, 5).state, ANSWER_UNKNOWN);
+}
+
+/* Nobody knows to which direction it speaks: what others heard of the water only grows older, as without it. */
+TEST(a_ping_of_no_certain_place_frees_nothing_and_takes_nothing_back)
+{
+    static const double slack[][2] = {{0.15, 0}, {0, 1.1 * GEO_PI / 180}};
+    for (size_t i = 0; i < sizeof slack / sizeof slack[0]; i++) {
+        start(&usual);
+        now.pose.slack_m = slack[i][0];
+        now.pose.slack_rad = slack[i][1];
+        turn_of(0, 8);
+        now.pose.slack_m = now.pose.slack_rad = 0;
+        CHECK_INT(ask(0, 5).state, ANSWER_UNKNOWN);
+        turn_of(0, 8);
+        now.now_ns += SECOND;
+        now.pose.slack_m = slack[i][0];
+        now.pose.slack_rad = slack[i][1];
+        turn_of(0, 8);
+        now.pose.slack_m = now.pose.slack_rad = 0;
+        CHECK_INT(ask(0, 5).state, ANSWER_CLEAR);
+        CHECK_NEAR(ask(0, 5).age_s, 1, 1e-9, 0);
+        now.pose.slack_m = slack[i][0];
+        turn_of(4, 0);
+        now.pose.slack_m = 0;
+        CHECK_INT(ask(0, 5).state, ANSWER_BLOCKED);
+        CHECK_NEAR(ask(0, 5).free_to_m, 4 - 0.02 - slack[i][0], 0, 0.01);
+    }
+}
+
+TEST(a_lost_sonar_makes_its_clear_water_unknown_at_once)
+{
+    start(&usual);
+    turn_of(5, 0);
+    now.lost = 1;
+    CHECK_INT(ask(0, 4).reason, ANSWER_SILENT);
+    CHECK_INT(ask(0, 6).state, ANSWER_BLOCKED);
+    now.lost = 2; /* another one */
+    CHECK_INT(ask(0, 4).state, ANSWER_CLEAR);
+}
+
+TEST(a_cell_much_wider_than_the_beam_is_never_cleared_by_it)
+{
+    struct sphere_conf coarse = usual;
+    coarse.angular_step_rad = geo_rad(15);
+    start(&coarse);
+    turn_of(0, 8);
+    CHECK_INT(ask(0, 5).state, ANSWER_UNKNOWN);
+    turn_of(5, 0);
+    CHECK_INT(ask(0, 6).state, ANSWER_BLOCKED);
+}
+
+TEST(a_corridor_says_how_far_its_sides_are_blind)
+{
+    start(&usual);
+    for (int u = 0; u < 400; u++) /* all round, up and down */
+        for (int el = -88; el <= 88; el += 4)
+            ping_el(u * 0.9, el, 0, 8, 2, 25);
+    struct answer_query q = {.distance_m = 3, .corridor = true, .radius_m = 0.25};
+    struct answer a;
+    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    CHECK_INT(a.state, ANSWER_CLEAR);
+    CHECK(a.blind_to_m >= 0.25); /* the corridor leaves the sides within the ring-down of 0.3 m */
+}
+
+TEST(a_head_that_hangs_low_does_not_see_the_water_before_the_bow)
+{
+    start(&usual);
+    mount.position_m[2] = 0.5;
+    turn_of(0, 8);
+    CHECK_INT(ask(0, 2).state, ANSWER_UNKNOWN);
+    struct answer a = ask(0, 6);
+    CHECK_INT(a.state, ANSWER_CLEAR);
+    CHECK(a.blind_to_m > 0.5 / tan(geo_rad(12.5)));
+}
+
+/* As it is on a vehicle: the head sits forward and low, and its ring-down ends a little elsewhere in every beam. */
+TEST(a_head_off_the_centre_clears_all_round_whatever_its_ring_down)
+{
+    uint64_t seed = test_seed();
+    static const double places[][3] = {{0.2, 0, 0.1}, {0.2, 0, 0}, {-0.3, 0.15, 0}, {0, 0.25, -0.1}};
+    for (size_t i = 0; i < sizeof places / sizeof places[0]; i++) {
+        start(&usual);
+        memcpy(mount.position_m, places[i], sizeof places[i]);
+        for (int turns = 0; turns < 2; turns++)
+            for (int u = 0; u < 400; u++) {
+                now.now_ns += SECOND / 50;
+                ring_down_m = 0.43 + 0.34 * test_uniform(&seed);
+                ping(u * 0.9, 5, 0);
+            }
+        int clear = 0;
+        for (int az = 0; az < 360; az += 10)
+            clear += ask(az, 3).state == ANSWER_CLEAR;
+        CHECK_INT(clear, 36);
+    }
+}
+
+/* What lies ahead is what a turning head's vehicle asks for most,
+ * and the head may look there again seconds later only. */
+TEST(what_was_free_ahead_stays_so_on_the_way_there)
+{
+    start(&usual);
+    now.pose.has = POSE_ATTITUDE | POSE_POSITION;
+    now.pose_fresh = true;
+    for (int u = 0; u < 400; u++) {
+        now.now_ns += SECOND / 50;
+        ping(u * 0.9, 5, 0);
+    }
+    for (int step = 1; step <= 45; step++) {
+        now.now_ns += SECOND / 50;
+        now.pose.position_m[0] += 0.01;
+        now.pose.path_m += 0.01;
+        ping(180, 5, 0);
+        const struct answer ahead = ask(0, 4);
+        CHECK_INT(ahead.state, ANSWER_CLEAR);
+        CHECK(ahead.blind_to_m < 1 && ahead.free_to_m < 5);
+        if (test_case_failed)
+            return;
+    }
+    CHECK_INT(ask(0, 4.7).state, ANSWER_BLOCKED);
+}
+
+/* ---- claims against the beams that they rest on ---- */
+
+static struct {
+    double origin[3], az;
+    double free_m;
+} beams[4000];
+static int n_beams;
+
+static void look_at(double az_rad, double free_m)
+{
+    double lever[3], v[3], az, el;
+    quat_rotate(now.pose.attitude, mount.position_m, lever);
+    geo_direction(az_rad, 0, v);
+    quat_rotate(now.pose.attitude, v, v);
+    geo_angles(v, &az, &el);
+    for (int i = 0; i < 3; i++)
+        beams[n_beams].origin[i] = now.pose.position_m[i] + lever[i];
+    beams[n_beams].az = az;
+    beams[n_beams++].free_m = free_m;
+    ping(geo_deg(az_rad), 0, free_m);
+}
+
+/* Was the place in the water that some beam freed? Half a beam, a cell and a little in azimuth; the fan in height. */
+static bool was_freed(const double place[3])
+{
+    for (int i = 0; i < n_beams; i++) {
+        double v[3], az, el, range = 0;
+        for (int k = 0; k < 3; k++) {
+            v[k] = place[k] - beams[i].origin[k];
+            range += v[k] * v[k];
+        }
+        geo_angles(v, &az, &el);
+        if (sqrt(range) <= beams[i].free_m + 0.05 && fabs(el) <= geo_rad(12.6) &&
+            fabs(geo_wrap_pi(az - beams[i].az)) <= geo_rad(3.5))
+            return true;
+    }
+    return false;
+}
+
+static int claimed_and_not_freed(int *claimed)
+{
+    struct picture *p = sphere_picture(sphere);
+    struct picture_frame frame;
+    int wrong = 0;
+    picture_get_frame(p, &frame);
+    for (uint32_t d = 0; d < p->n; d++) {
+        struct picture_entry e;
+        picture_get(p, d, &e);
+        for (int k = 0; k < FREE_INTERVALS; k++)
+            for (double r = e.free[k].from_m + 0.02; e.free[k].t_ping_ns && r < e.free[k].to_m; r += 0.1) {
+                double place[3];
+                for (int i = 0; i < 3; i++)
+                    place[i] = frame.centre_m[i] + r * p->axis[d][i];
+                ++*claimed;
+                wrong += !was_freed(place);
+            }
+    }
+    return wrong;
+}
+
+TEST(with_any_mount_and_on_the_move_only_freed_water_is_claimed)
+{
+    uint64_t seed = test_seed();
+    for (int trial = 0; trial < 6; trial++) {
+        start(&usual);
+        n_beams = 0;
+        now.pose.has = POSE_ATTITUDE | POSE_POSITION;
+        now.pose_fresh = true;
+        quat_from_rpy(0, 0, 6 * test_uniform(&seed), now.pose.attitude);
+        for (int i = 0; i < 3; i++)
+            mount.position_m[i] = trial % 3 ? (test_uniform(&seed) - 0.5) * (i == 2 ? 0.6 : 1.2) : 0;
+        int from = (int)(400 * test_uniform(&seed)), claimed = 0;
+        for (int turns = 0; turns < 2; turns++)
+            for (int u = 0; u < 120; u++) { /* a sector of 108 degrees */
+                now.now_ns += SECOND / 20;
+                look_at(geo_rad((from + u) * 0.9), 3 + 3 * test_uniform(&seed));
+            }
+        CHECK_INT(claimed_and_not_freed(&claimed), 0);
+        CHECK(claimed > 1000);
+        if (trial < 3)
+            continue;
+        double way = GEO_TURN * test_uniform(&seed);
+        for (int step = 1; step <= 45; step++) { /* 0.45 m, looking elsewhere; every tenth step is a ping */
+            now.pose.position_m[0] += 0.01 * cos(way);
+            now.pose.position_m[1] += 0.01 * sin(way);
+            now.pose.path_m += 0.01;
+            if (step % 10 == 0)
+                look_at(geo_rad((from + 200) * 0.9), 1);
+        }
+        claimed = 0;
+        CHECK_INT(claimed_and_not_freed(&claimed), 0);
+        CHECK(claimed > 500);
+        printf("# trial %d: %d places claimed after 0.45 m\n", trial, claimed);
+    }
+}
+
+/* A head that hears one side of the vehicle alone leaves a gap ahead.
+ * On a long way the rays beside it come to lie in it. */
+TEST(where_nobody_looked_ahead_nothing_becomes_free_on_the_way_there)
+{
+    for (int gap_deg = 5; gap_deg <= 9; gap_deg += 2) {
+        int claimed = 0;
+        start(&usual);
+        n_beams = 0;
+        now.pose.has = POSE_ATTITUDE | POSE_POSITION;
+        for (int u = 0; u < 120; u++) {
+            now.now_ns += SECOND / 20;
+            look_at(geo_rad(gap_deg + u * 0.9), 6);
+        }
+        for (int step = 1; step <= 300; step++) { /* 3 m, looking astern */
+            now.pose.position_m[0] += 0.01;
+            now.pose.path_m += 0.01;
+            if (step % 10 == 0)
+                look_at(GEO_PI, 1);
+        }
+        CHECK_INT(claimed_and_not_freed(&claimed), 0);
+        CHECK(claimed > 1000);
+    }
+}
+
+/* ---- against a known room ---- */
+
+/* First wall of the box |x| < a, |y| < b met from p along azimuth az. */
+static double wall(const double p[2], double az, double a, double b)
+{
+    double dx = cos(az), dy = sin(az);
+    double tx = dx > 0 ? (a - p[0]) / dx : dx < 0 ? (-a - p[0]) / dx : INFINITY;
+    double ty = dy > 0 ? (b - p[1]) / dy : dy < 0 ? (-b - p[1]) / dy : INFINITY;
+    return fmin(tx, ty);
+}
+
+/* Nearest wall that a beam of 2 degrees hears. */
+static double heard_wall(const double p[2], double az)
+{
+    double nearest = INFINITY;
+    for (int k = -10; k <= 10; k++)
+        nearest = fmin(nearest, wall(p, az + k * geo_rad(0.1), 4, 2.5));
+    return nearest;
+}
+
+TEST(in_a_room_sectors_are_its_walls_and_never_clear_beyond)
+{
+    for (int trial = 0; trial < 8; trial++) {
+        start(&usual);
+        now.pose.has = POSE_ATTITUDE | POSE_POSITION;
+        now.pose_fresh = true;
+        double yaw = 0.7 * trial, p[2] = {0.3 * trial - 1, 0.5};
+        mount.position_m[0] = trial % 2 ? 0.3 : 0;
+        mount.position_m[1] = trial % 4 > 1 ? -0.2 : 0;
+        quat_from_rpy(0, 0, yaw, now.pose.attitude);
+        now.pose.position_m[0] = p[0];
+        now.pose.position_m[1] = p[1];
+        double lever[3], sensor[2];
+        quat_rotate(now.pose.attitude, mount.position_m, lever);
+        sensor[0] = p[0] + lever[0];
+        sensor[1] = p[1] + lever[1];
+        for (int turns = 0; turns < 3; turns++)
+            for (int u = 0; u < 400; u++) {
+                now.now_ns += SECOND / 50;
+                ping(u * 0.9, heard_wall(sensor, geo_rad(u * 0.9) + yaw), 0);
+            }
+        struct answer sector[72];
+        answer_sectors(sphere_picture(sphere), &limits, &now,
+                       &(struct answer_band){.lo_rad = geo_rad(-5), .hi_rad = geo_rad(5), .count = 72}, sector);
+        for (int k = 0; k < 72; k++) {
+            double nearest = INFINITY, farthest = 0;
+            for (double off = -6.5; off <= 6.5;
+                 off += 0.25) { /* half a sector, two cells and a beam to each side */
+                double w = wall(p, geo_rad(k * 5 + off) + yaw, 4, 2.5);
+                nearest = fmin(nearest, w);
+                farthest = fmax(farthest, w);
+            }
+            CHECK_INT(sector[k].state, ANSWER_BLOCKED);
+            CHECK(sector[k].range_m >= nearest - 0.1 && sector[k].range_m <= farthest + 0.05);
+            struct answer a = ask(k * 5, farthest + 0.1);
+            CHECK_INT(a.state, ANSWER_BLOCKED);
+            CHECK(ask(k * 5, nearest * 0.8).state == ANSWER_CLEAR);
+        }
+    }
+}
+
+TEST(asking_for_more_never_turns_blocked_or_unknown_into_clear)
+{
+    uint64_t seed = test_seed();
+    for (int scene = 0; scene < 10; scene++) {
+        start(&usual);
+        for (int i = 0; i < 600; i++)
+            ping_el(360 * test_uniform(&seed), 20 * test_uniform(&seed) - 10,
+                    test_uniform(&seed) < 0.3 ? 1 + 8 * test_uniform(&seed) : 0, 10 * test_uniform(&seed), 4, 25);
+        for (int i = 0; i < 20; i++) {
+            struct answer_query q = {.az_rad = GEO_TURN * test_uniform(&seed),
+                                     .el_rad = 0.2 * test_uniform(&seed),
+                                     .distance_m = 0.5,
+                                     .corridor = i % 2,
+                                     .radius_m = 0.3,
+                                     .half_angle_rad = geo_rad(8 * test_uniform(&seed))};
+            enum answer_state before = ANSWER_CLEAR;
+            for (; q.distance_m < 12; q.distance_m += 0.25) {
+                struct answer a;
+                answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+                CHECK(!(before != ANSWER_CLEAR && a.state == ANSWER_CLEAR) || a.blind_to_m >= q.distance_m - 0.25);
+                CHECK(!(before == ANSWER_BLOCKED && a.state != ANSWER_BLOCKED));
+                before = a.state;
+            }
+            struct answer narrow, wide;
+            q.distance_m = 5;
+            answer_direction(sphere_picture(sphere), &limits, &now, &q, &narrow);
+            q.half_angle_rad *= 2;
+            q.radius_m *= 2;
+            answer_direction(sphere_picture(sphere), &limits, &now, &q, &wide);
+            CHECK(!(narrow.state != ANSWER_CLEAR && wide.state == ANSWER_CLEAR));
+            CHECK(!(narrow.state == ANSWER_BLOCKED && wide.state != ANSWER_BLOCKED));
+        }
+    }
+}
+
+TEST(a_level_grid_gives_the_same_ring)
+{
+    struct sphere_conf level = usual;
+    level.level = true;
+    level.level_half_rad = geo_rad(10);
+    start(&level);
+    turn_of(5, 0);
+    CHECK_NEAR(ask(33, 6).range_m, 5, 0, 0.02);
+    CHECK_INT(ask(33, 4).state, ANSWER_CLEAR);
+    /* and does not know what is above and below it */
+    static const struct answer_query beyond[] = {
+        {.el_rad = 0.8, .distance_m = 4, .half_angle_rad = 0.1},
+        {.distance_m = 4, .half_angle_rad = 0.2},
+        {.el_rad = 0.1, .distance_m = 4, .half_angle_rad = 0.1},
+        {.distance_m = 4, .corridor = true, .radius_m = 0.5},
+    };
+    for (size_t i = 0; i < sizeof beyond / sizeof beyond[0]; i++) {
+        struct answer a;
+        answer_direction(sphere_picture(sphere), &limits, &now, &beyond[i], &a);
+        CHECK_INT(a.reason, ANSWER_OUTSIDE);
+    }
+    struct answer sector[4];
+    answer_sectors(sphere_picture(sphere), &limits, &now,
+                   &(struct answer_band){.lo_rad = -1, .hi_rad = 1, .reach_m = 4, .count = 4}, sector);
+    for (int k = 0; k < 4; k++)
+        CHECK(sector[k].state != ANSWER_CLEAR);
+}
+
+/* Something 6 m away does not block who asks for 4 m; its range is told all the same. */
+TEST(clear_lasts_for_one_and_a_half_turns)
+{
+    CHECK_NEAR(answer_clear_for_s(0, 160), 30, 0, 0); /* none is over yet */
+    CHECK_NEAR(answer_clear_for_s(6, 160), 30, 0, 0);
+    CHECK_NEAR(answer_clear_for_s(63, 160), 94.5, 1e-9, 0);
+    CHECK_NEAR(answer_clear_for_s(200, 160), 160, 0, 0);
+}
+
+static double turn_s(void)
+{
+    struct picture_frame frame;
+    picture_get_frame(sphere_picture(sphere), &frame);
+    return frame.turn_s;
+}
+
+/* Pings that begin a turn, so far apart, and a silent one between. */
+static void turns(int n, double apart_s)
+{
+    for (int i = 0; i < n; i++) {
+        now.now_ns += (uint64_t)(apart_s / 2 * 1e9);
+        ping(180, 0, 0);
+        now.now_ns += (uint64_t)(apart_s / 2 * 1e9);
+        new_turn = true;
+        ping(180, 0, 0);
+        new_turn = false;
+    }
+}
+
+TEST(the_longest_turn_is_measured)
+{
+    start(&usual);
+    turns(1, 63);
+    CHECK_NEAR(turn_s(), 0, 0, 0);
+    turns(1, 63);
+    CHECK_NEAR(turn_s(), 63, 0.01, 0);
+    turns(1, 700); /* it was switched off */
+    CHECK_NEAR(turn_s(), 63, 0.01, 0);
+    turns(1, 20);
+    CHECK_NEAR(turn_s(), 20, 0.01, 0);
+}
+
+TEST(a_single_echo_blocks_until_the_head_has_passed_again)
+{
+    for (int echoes = 1; echoes <= 2; echoes++) {
+        start(&usual);
+        turns(3, 6);
+        for (int i = 0; i < echoes; i++)
+            ping(0, 5, 0);
+        now.now_ns += 8 * SECOND;
+        CHECK_INT(ask(0, 6).state, ANSWER_BLOCKED);
+        now.now_ns += 4 * SECOND;
+        CHECK_INT(ask(0, 6).state, echoes == 1 ? ANSWER_UNKNOWN : ANSWER_BLOCKED);
+    }
+    start(&usual); /* before a turn is over nobody knows when it will pass again */
+    ping(0, 5, 0);
+    now.now_ns += 12 * SECOND;
+    CHECK_INT(ask(0, 6).state, ANSWER_BLOCKED);
+}
+
+TEST(a_sector_is_judged_as_far_as_it_is_asked_about)
+{
+    static const struct {
+        double to_m;
+        enum answer_state state;
+    } row[] = {{4, ANSWER_CLEAR}, {5.5, ANSWER_CLEAR}, {6.5, ANSWER_BLOCKED}, {0, ANSWER_BLOCKED}};
+    start(&usual);
+    turn_of(6, 10);
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct answer sector[8];
+        answer_sectors(sphere_picture(sphere), &limits, &now,
+                       &(struct answer_band){.lo_rad = -0.02, .hi_rad = 0.02, .reach_m = row[i].to_m, .count = 8},
+                       sector);
+        for (int k = 0; k < 8; k++) {
+            CHECK_INT(sector[k].state, row[i].state);
+            CHECK_NEAR(sector[k].range_m, 6, 0.2, 0);
+        }
+    }
+}
+
+TEST(a_level_grid_on_a_vehicle_that_pitches_claims_only_what_the_fan_covers)
+{
+    struct sphere_conf level = usual;
+    level.level = true;
+    level.level_half_rad = geo_rad(7.5);
+    start(&level);
+    now.pose.has = POSE_ATTITUDE;
+    now.pose_fresh = true;
+    turn_of(0, 8);
+    CHECK_INT(ask(0, 4).state, ANSWER_CLEAR);
+    quat_from_rpy(0, geo_rad(10), 0, now.pose.attitude); /* the fan reaches from -2.5 degrees upward */
+    turn_of(0, 8);
+    now.now_ns += 31 * SECOND; /* what the level turn had cleared is stale */
+    turn_of(0, 8);
+    struct answer_query q = {.ned = true, .distance_m = 4, .half_angle_rad = geo_rad(5)};
+    struct answer a;
+    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    CHECK_INT(a.state, ANSWER_UNKNOWN);
+}
+
+int main(void)
+{
+    RUN(nothing_pinged_is_unknown_everywhere);
+    RUN(an_echo_blocks_beyond_it_and_the_water_before_it_is_clear);
+    RUN(a_drift_before_a_ping_brings_no_echo_of_it_nearer);
+    RUN(silence_is_worth_what_the_beam_claims_and_no_more);
+    RUN(within_the_blind_zone_nothing_is_known);
+    RUN(a_beam_that_claims_nothing_clears_nothing);
+    RUN(clear_grows_stale_and_blocked_fades_but_never_to_clear);
+    RUN(fading_is_the_closed_form_however_often_it_is_read);
+    RUN(a_removed_obstacle_is_cleared_by_beams_that_pass_it);
+    RUN(what_a_beam_may_have_missed_within_its_slack_stays);
+    RUN(a_marked_echo_blocks_until_the_next_look);
+    RUN(an_unconfirmed_echo_blocks_once_a_second_one_shows_it);
+    RUN(a_pile_that_one_of_the_beams_over_it_hears_stays);
+    RUN(an_old_clear_does_not_outlive_a_pile_that_came);
+    RUN(doubtful_echoes_are_neither_blocked_nor_clear_beyond);
+    RUN(an_unpinged_gap_is_unknown_though_its_neighbours_are_clear);
+    RUN(a_wide_beam_blocks_its_whole_opening);
+    RUN(once_given_an_attitude_the_grid_is_north_up);
+    RUN(without_an_attitude_north_is_unknown);
+    RUN(a_lost_pose_makes_all_unknown_and_pings_without_it_are_counted);
+    RUN(after_a_withdrawal_the_axes_are_the_bodys_and_nothing_is_left);
+    RUN(obstacles_come_nearer_as_the_vehicle_drives_and_nothing_drifts);
+    RUN(a_long_way_moves_obstacles_to_a_new_anchor);
+    RUN(cleared_water_is_unknown_once_the_vehicle_has_driven_on);
+    RUN(nothing_that_was_clear_is_so_after_the_heading_jumped);
+    RUN(a_full_pool_loses_certainty_not_obstacles);
+    RUN(counts_and_logodds_saturate);
+    RUN(a_clock_that_jumps_back_does_no_harm);
+    RUN(senseless_grids_are_refused_with_a_sentence);
+    RUN(a_beam_that_hears_nothing_usable_takes_back_what_was_clear);
+    RUN(a_ping_of_no_certain_place_frees_nothing_and_takes_nothing_back);
+    RUN(a_lost_sonar_makes_its_clear_water_unknown_at_once);
+    RUN(a_cell_much_wider_than_the_beam_is_never_cleared_by_it);
+    RUN(a_corridor_says_how_far_its_sides_are_blind);
+    RUN(a_head_that_hangs_low_does_not_see_the_water_before_the_bow);
+    RUN(a_head_off_the_centre_clears_all_round_whatever_its_ring_down);
+    RUN(what_was_free_ahead_stays_so_on_the_way_there);
+    RUN(with_any_mount_and_on_the_move_only_freed_water_is_claimed);
+    RUN(where_nobody_looked_ahead_nothing_becomes_free_on_the_way_there);
+    RUN(in_a_room_sectors_are_its_walls_and_never_clear_beyond);
+    RUN(asking_for_more_never_turns_blocked_or_unknown_into_clear);
+    RUN(a_level_grid_gives_the_same_ring);
+    RUN(clear_lasts_for_one_and_a_half_turns);
+    RUN(the_longest_turn_is_measured);
+    RUN(a_single_echo_blocks_until_the_head_has_passed_again);
+    RUN(a_sector_is_judged_as_far_as_it_is_asked_about);
+    RUN(a_level_grid_on_a_vehicle_that_pitches_claims_only_what_the_fan_covers);
+    return test_end();
+}

@@ -1,0 +1,125 @@
+// SPDX-License-Identifier: MIT
+// Answers of the daemon in words: pure functions, without the page.
+
+export const metres = (v) => (v === null || v === undefined || !isFinite(v) ? "–" : v < 9.995 ? v.toFixed(2) + " m" : v.toFixed(1) + " m");
+export const seconds = (v) =>
+  v === null || v === undefined ? "never" : v < 9.95 ? v.toFixed(1) + " s" : v < 120 ? Math.round(v) + " s" : v < 7200 ? Math.round(v / 60) + " min" : Math.round(v / 3600) + " h";
+// "1:05.3": minutes, and seconds with a tenth.
+export function clock(v) {
+  const tenths = Math.round(v * 10);
+  return `${Math.floor(tenths / 600)}:${((tenths % 600) / 10).toFixed(1).padStart(4, "0")}`;
+}
+export const degrees = (v) => `${Math.round(v) % 360}°`;
+export const bytes = (n) => (n === null || n === undefined ? "" : n < 1e6 ? Math.round(n / 1024) + " KiB" : (n / 1048576).toFixed(1) + " MiB");
+export const microseconds = (v) => (v < 1000 ? Math.round(v) + " µs" : (v / 1000).toFixed(1) + " ms");
+
+const many = (n, one, more) => `${n} ${n === 1 ? one : more}`;
+
+const SIDES = ["ahead", "ahead to starboard", "to starboard", "astern to starboard", "astern", "astern to port", "to port", "ahead to port"];
+
+// "30° (ahead to starboard)" of an azimuth clockwise from the bow.
+export function direction(azimuth) {
+  const a = ((Math.round(azimuth) % 360) + 360) % 360;
+  return `${a}° (${SIDES[Math.round(a / 45) % 8]})`;
+}
+
+// The reasons of the protocol, with what to do about them.
+const REASONS = [
+  ["never observed", "No beam has covered it yet: wait for a full revolution of the head, or check sector, mount and near in the configuration."],
+  ["no obstacle detected", "The water is known to be free only up to there. Ask for less; the rule is no_echo in [extract]."],
+  ["blind zone", "It lies within the transducer's ring-down. Ask for more, or set near in [vehicle]."],
+  ["last scan of this direction", "The last scan is older than clear_for. Scan faster: a larger step or a smaller sector."],
+  ["has moved since", "The vehicle has moved since: scan this direction again."],
+  ["is offline", "The sonar that covers this direction sends no pings: see Sonars."],
+  ["pose", "Keep sending poses: answers are unknown while the last one is too old."],
+];
+
+export function remedy(reason) {
+  const found = REASONS.find(([part]) => (reason || "").includes(part));
+  return found ? found[1] : "";
+}
+
+// What a sector says of the water up to a distance (null: as far as the grid reaches). The daemon calls it blocked however
+// far the obstacle is; the water before it is free as far as free_to_m says.
+export function within(s, distance) {
+  if (!distance || s.state !== "blocked" || s.range_m <= distance) return s.state;
+  return s.free_to_m >= distance ? "clear" : "unknown";
+}
+
+// The worst of the sectors within `half` degrees of an azimuth: blocked before unknown before clear.
+export function summary(sectors, azimuth, half) {
+  const off = (a) => Math.abs(((a - azimuth + 540) % 360) - 180);
+  const inside = sectors.filter((s) => off(s.azimuth_deg) <= half);
+  const blocked = inside.filter((s) => s.state === "blocked").sort((a, b) => a.range_m - b.range_m)[0];
+  if (blocked) return { state: "blocked", range_m: blocked.range_m, age_s: blocked.age_s };
+  const free_to_m = Math.min(...inside.map((s) => s.free_to_m));
+  const ages = inside.map((s) => s.age_s);
+  const age_s = ages.some((a) => a === null) ? null : Math.max(...ages);
+  const clear = inside.length > 0 && inside.every((s) => s.state === "clear");
+  return { state: clear ? "clear" : "unknown", free_to_m: isFinite(free_to_m) ? free_to_m : 0, age_s };
+}
+
+// An answer of the method explain as {verdict, state, text, points}.
+export function explain(e, azimuth, distance) {
+  const a = e.answer, points = [];
+  const where = `${direction(azimuth)}, up to ${metres(distance)}`;
+  const verdict = a.state === "blocked" ? `Blocked at ${metres(a.range_m)}` : a.state === "clear" ? `Clear to ${metres(distance)}` : "Unknown";
+  const text =
+    a.state === "blocked"
+      ? `An obstacle stands at ${metres(a.range_m)} ± ${metres(a.range_sd_m)}, ${Math.round(a.confidence * 100)} % sure. Its last echo came ${seconds(a.age_s)} ago.`
+      : a.state === "clear"
+        ? `Beams passed without an echo, the oldest ${seconds(a.age_s)} ago. Nearer than ${metres(a.blind_to_m)} nothing is known.`
+        : `Because: ${a.reason}. Known to be free up to ${metres(a.free_to_m)}. ${remedy(a.reason)}`;
+  const nearest = e.cells.nearest[0];
+  if (nearest)
+    points.push(
+      `${many(e.cells.all, "cell of the grid blocks", "cells of the grid block")} there. The nearest begins at ${metres(nearest.near_m)}, was built by ${many(nearest.echoes, "echo", "echoes")} ` +
+        `(the first ${seconds(nearest.first_echo_age_s)} ago), and ${nearest.misses === 0 ? "no beam has" : many(nearest.misses, "beam has", "beams have")} passed it since without one.`,
+    );
+  if (e.gone.all > 0) points.push(`${many(e.gone.all, "cell that stood there was", "cells that stood there were")} cleared by later beams.`);
+  if (e.directions.never > 0) points.push(`${e.directions.never} of ${e.directions.all} grid directions there were never observed.`);
+  const p = e.pings, all = p.echo + p.free + p.nothing;
+  points.push(
+    all > 0
+      ? `Of the last ${all} beams that touched it (${seconds(p.back_to_s)} back), ${p.echo} had an echo there, ${p.free} found free space and ${p.nothing} nothing usable.`
+      : "No remembered beam touched it.",
+  );
+  const last = p.newest[0];
+  if (last)
+    points.push(
+      `The newest of ${last.sensor}, ${seconds(last.age_s)} ago at ${Math.round(last.azimuth_deg)}°: ` +
+        (last.says === "echo" ? `echo at ${metres(last.range_m)}, ${Math.round(last.confidence * 100)} % sure` : last.says === "free" ? `free space from ${metres(last.blind_to_m)} to ${metres(last.free_to_m)}` : "nothing usable") +
+        ".",
+    );
+  return { where, verdict, state: a.state, text, points };
+}
+
+// The echoes of the picture within `half` degrees of an azimuth, nearest first, as a list of at most one sentence.
+export function echoes(rows, azimuth, half) {
+  const off = (a) => Math.abs(((a - azimuth + 540) % 360) - 180), found = [];
+  for (const row of rows) if (off(row.azimuth) <= half) found.push(...row.echoes);
+  found.sort((a, b) => a.range - b.range);
+  const told = found.slice(0, 6).map((e) => `${metres(e.range)} (${Math.round(e.sure * 100)} % sure${e.marks ? ", doubtful" : ""})`);
+  if (!told.length) return [];
+  return [`Echoes of the newest beams there: ${told.join(", ")}${found.length > told.length ? `, and ${found.length - told.length} more` : ""}.`];
+}
+
+// What a person should do something about: [{what, remedy, grave}].
+export function warnings(status, rates) {
+  const list = [], add = (what, todo, grave) => list.push({ what, remedy: todo, grave: !!grave });
+  if (status.leak && status.leak.state === "wet") add("Leak: the probe is wet", "Bring the vehicle up now.", true);
+  for (const s of status.sensors) {
+    if (s.state === "no port") add(`${s.name}: no port. ${s.port_error || ""}`, "Is the adapter plugged in, and user sonard in group dialout? It is tried again every second.", true);
+    else if (s.state === "silent") add(`${s.name} sends no pings`, "Check its power, its cable and the baud rate. It is tried again by itself.", true);
+    else if (s.state !== "running") add(`${s.name}: ${s.state}`, "Wait some seconds. If it stays so: power, cable, baud rate.");
+    if (s.amplitude_doubt) add(`${s.name}: ${s.amplitude_doubt}`, "See the sonar's page in docs/devices: the amplitude law decides what counts as an echo.");
+    if (rates.get(s.name + ".bad_checksum") > 0.2) add(`${s.name}: frames arrive damaged`, "Check cable, ground and baud rate.");
+  }
+  if (status.data !== "ok") add(status.data, "Answers use old data only.", true);
+  const pose = status.pose.age_s;
+  if (pose !== null && pose > 1) add(`The pose is ${seconds(pose)} old`, "Keep sending poses: directions are unknown while the last one is too old. Check sonard-mavlink, or the program that sends them.", true);
+  if (rates.get("dropped") > 0) add("Pings are dropped: the computer is too slow", "Set [pipeline] threads, or find cheaper settings with sonard-tune.");
+  if (status.grid.cells_lost > 0) add(`${status.grid.cells_lost} cells of the grid were lost`, "Raise max_cells in [grid].");
+  if (status.record && status.record.error) add(`Recording: ${status.record.error}`, "Check the disk of [record] directory.");
+  return list;
+}

@@ -1,0 +1,268 @@
+/* SPDX-License-Identifier: MIT */
+#include "web_foxglove.h"
+
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <time.h>
+
+#include "web_foxglove_topics.h"
+
+#define SUBSCRIPTIONS_MAX 16
+#define MESSAGE_MAX       4096 /* bytes of a message from a client */
+#define DATA_HEAD         13   /* u8 1, u32 subscription, u64 nanoseconds, little-endian; then the message */
+
+struct subscription {
+    uint32_t id;
+    const struct web_topic *topic; /* NULL: free */
+    struct web_channel *channel;
+    uint64_t seen; /* its version */
+};
+
+struct web_foxglove_session {
+    struct web_foxglove *foxglove;
+    struct lws *wsi;
+    struct web_foxglove_session *next;
+    struct subscription subscription[SUBSCRIPTIONS_MAX];
+    unsigned turn;
+    int greeted; /* messages of the greeting that were sent */
+    size_t in_size;
+    char in[MESSAGE_MAX];
+};
+
+/* ---- to the client ---- */
+
+static int send_json(struct lws *wsi, json_t *message)
+{
+    char *text = message ? json_dumps(message, JSON_COMPACT) : NULL;
+    const size_t n = text ? strlen(text) : 0;
+    uint8_t *padded = text ? malloc(LWS_PRE + n) : NULL;
+    int sent = -1;
+
+    if (padded) {
+        memcpy(padded + LWS_PRE, text, n);
+        sent = lws_write(wsi, padded + LWS_PRE, n, LWS_WRITE_TEXT) < (int)n ? -1 : 0;
+    }
+    free(padded);
+    free(text);
+    json_decref(message);
+    return sent;
+}
+
+static json_t *advertise(void)
+{
+    json_t *channels = json_array();
+
+    for (int i = 0; web_topics[i].topic; i++)
+        json_array_append_new(channels,
+                              json_pack("{s:i, s:s, s:s, s:s, s:s, s:s}", "id", i, "topic", web_topics[i].topic,
+                                        "encoding", "json", "schemaName", web_topics[i].schema_name, "schema",
+                                        web_topics[i].schema, "schemaEncoding", "jsonschema"));
+    return json_pack("{s:s, s:o}", "op", "advertise", "channels", channels);
+}
+
+static int greet(struct web_foxglove_session *s)
+{
+    lws_callback_on_writable(s->wsi);
+    if (s->greeted++ == 0)
+        return send_json(s->wsi, json_pack("{s:s, s:s, s:[], s:{}}", "op", "serverInfo", "name",
+                                           "sonard " SONARD_VERSION, "capabilities", "metadata"));
+    return send_json(s->wsi, advertise());
+}
+
+static int send_data(struct web_foxglove_session *s, struct subscription *sub)
+{
+    struct timespec now;
+
+    clock_gettime(CLOCK_REALTIME, &now);
+    const uint64_t now_ns = (uint64_t)now.tv_sec * 1000000000u + (uint64_t)now.tv_nsec;
+    json_t *message = sub->topic->make(sub->channel->result, sub->channel->rows, (double)now_ns * 1e-9);
+    char *text = message ? json_dumps(message, JSON_COMPACT | JSON_REAL_PRECISION(15)) : NULL;
+    const size_t n = text ? strlen(text) : 0;
+    uint8_t *padded = text ? malloc(LWS_PRE + DATA_HEAD + n) : NULL;
+    int sent = 0;
+
+    sub->seen = sub->channel->version;
+    if (padded) {
+        uint8_t *at = padded + LWS_PRE;
+
+        at[0] = 1;
+        for (int i = 0; i < 4; i++)
+            at[1 + i] = (uint8_t)(sub->id >> (8 * i));
+        for (int i = 0; i < 8; i++)
+            at[5 + i] = (uint8_t)(now_ns >> (8 * i));
+        memcpy(at + DATA_HEAD, text, n);
+        sent = lws_write(s->wsi, at, DATA_HEAD + n, LWS_WRITE_BINARY) < (int)(DATA_HEAD + n) ? -1 : 0;
+    }
+    free(padded);
+    free(text);
+    json_decref(message);
+    return sent;
+}
+
+static bool has_news(const struct subscription *sub)
+{
+    return sub->topic && sub->channel->version > 0 && sub->channel->version != sub->seen &&
+           (sub->channel->result || sub->channel->rows);
+}
+
+static int send_next(struct web_foxglove_session *s)
+{
+    if (s->greeted < 2)
+        return greet(s);
+    for (int i = 0; i < SUBSCRIPTIONS_MAX; i++) {
+        struct subscription *sub = &s->subscription[s->turn++ % SUBSCRIPTIONS_MAX];
+
+        if (has_news(sub)) {
+            lws_callback_on_writable(s->wsi);
+            return send_data(s, sub);
+        }
+    }
+    return 0;
+}
+
+/* ---- from the client ---- */
+
+static void subscribe(struct web_foxglove_session *s, const json_t *said)
+{
+    const json_int_t id = json_integer_value(json_object_get(said, "id"));
+    const json_int_t channel = json_integer_value(json_object_get(said, "channelId"));
+    struct subscription *room = NULL;
+    const struct web_topic *topic = NULL;
+
+    for (int i = 0; web_topics[i].topic; i++)
+        topic = i == channel && json_is_integer(json_object_get(said, "channelId")) ? &web_topics[i] : topic;
+    for (int i = 0; i < SUBSCRIPTIONS_MAX; i++) {
+        if (!s->subscription[i].topic)
+            room = &s->subscription[i];
+        else if (s->subscription[i].id == id)
+            return; /* it has it */
+    }
+    if (!topic || !room || id < 0 || id > UINT32_MAX)
+        return;
+
+    json_t *params = json_loads(topic->params, 0, NULL);
+    struct web_channel *opened = web_board_open(s->foxglove->board, topic->method, params);
+
+    json_decref(params);
+    if (opened)
+        *room = (struct subscription){.id = (uint32_t)id, .topic = topic, .channel = opened};
+    lws_callback_on_writable(s->wsi);
+}
+
+static void unsubscribe(struct web_foxglove_session *s, const json_t *id)
+{
+    for (int i = 0; i < SUBSCRIPTIONS_MAX; i++) {
+        struct subscription *sub = &s->subscription[i];
+
+        if (sub->topic && (!id || (json_is_integer(id) && json_integer_value(id) == sub->id))) {
+            web_board_close(sub->channel);
+            *sub = (struct subscription){0};
+        }
+    }
+}
+
+/* What a client would publish, call or set is not offered, and is ignored. */
+static bool read_message(struct web_foxglove_session *s)
+{
+    json_t *message = json_loadb(s->in, s->in_size, JSON_REJECT_DUPLICATES, NULL);
+    const char *op = json_string_value(json_object_get(message, "op"));
+    const json_t *list = json_object_get(message, "subscriptions"),
+                 *ids = json_object_get(message, "subscriptionIds");
+    const bool good = op != NULL;
+
+    if (op && strcmp(op, "subscribe") == 0)
+        for (size_t i = 0; i < json_array_size(list); i++)
+            subscribe(s, json_array_get(list, i));
+    else if (op && strcmp(op, "unsubscribe") == 0)
+        for (size_t i = 0; i < json_array_size(ids); i++)
+            unsubscribe(s, json_array_get(ids, i));
+    s->in_size = 0;
+    json_decref(message);
+    return good;
+}
+
+static int receive(struct web_foxglove_session *s, const char *bytes, size_t n)
+{
+    if (lws_frame_is_binary(s->wsi) || n > sizeof s->in - s->in_size) {
+        lws_close_reason(s->wsi, LWS_CLOSE_STATUS_MESSAGE_TOO_LARGE, NULL, 0);
+        return -1;
+    }
+    memcpy(s->in + s->in_size, bytes, n);
+    s->in_size += n;
+    if (!lws_is_final_fragment(s->wsi) || lws_remaining_packet_payload(s->wsi) > 0 || read_message(s))
+        return 0;
+    lws_close_reason(s->wsi, LWS_CLOSE_STATUS_POLICY_VIOLATION, NULL, 0);
+    return -1;
+}
+
+/* ---- coming and going ---- */
+
+static int enter(struct web_foxglove *foxglove, struct web_foxglove_session *s, struct lws *wsi)
+{
+    *s = (struct web_foxglove_session){.foxglove = foxglove, .wsi = wsi, .next = foxglove->first};
+    foxglove->first = s;
+    foxglove->sessions++;
+    lws_callback_on_writable(wsi);
+    return 0;
+}
+
+static void leave(struct web_foxglove_session *s)
+{
+    struct web_foxglove_session **at;
+
+    if (!s || !s->foxglove)
+        return; /* it was refused before it was here */
+    at = &s->foxglove->first;
+    while (*at != s)
+        at = &(*at)->next;
+    *at = s->next;
+    s->foxglove->sessions--;
+    unsubscribe(s, NULL);
+}
+
+static int callback(struct lws *wsi, enum lws_callback_reasons reason, void *user, void *in, size_t n)
+{
+    const struct lws_protocols *protocol = lws_get_protocol(wsi);
+    struct web_foxglove *foxglove = protocol ? protocol->user : NULL;
+
+    switch (reason) {
+    case LWS_CALLBACK_FILTER_PROTOCOL_CONNECTION:
+        return foxglove && foxglove->sessions < WEB_FOXGLOVE_MAX ? 0 : -1;
+    case LWS_CALLBACK_ESTABLISHED:
+        return enter(foxglove, user, wsi);
+    case LWS_CALLBACK_SERVER_WRITEABLE:
+        return send_next(user);
+    case LWS_CALLBACK_RECEIVE:
+        return receive(user, in, n);
+    case LWS_CALLBACK_CLOSED:
+        leave(user);
+        return 0;
+    default:
+        return 0;
+    }
+}
+
+struct lws_protocols web_foxglove_protocol(struct web_foxglove *foxglove)
+{
+    return (struct lws_protocols){.name = "foxglove.websocket.v1",
+                                  .callback = callback,
+                                  .per_session_data_size = sizeof(struct web_foxglove_session),
+                                  .rx_buffer_size = MESSAGE_MAX,
+                                  .user = foxglove};
+}
+
+void web_foxglove_news(struct web_foxglove *foxglove, const struct web_channel *channel)
+{
+    for (struct web_foxglove_session *s = foxglove->first; s; s = s->next)
+        for (int i = 0; i < SUBSCRIPTIONS_MAX; i++)
+            if (s->subscription[i].channel == channel)
+                lws_callback_on_writable(s->wsi);
+}
+
+void web_foxglove_link_changed(struct web_foxglove *foxglove)
+{
+    for (struct web_foxglove_session *s = foxglove->first; s; s = s->next)
+        for (int i = 0; i < SUBSCRIPTIONS_MAX; i++)
+            s->subscription[i].seen = 0;
+}
