@@ -1,11 +1,12 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# deps.sh [build|check|lint|report|vm|arm64|deb|blueos] - installs what is missing on a Debian 12: what building needs, what
-# all tests need too, or what lint, the report, the virtual machine of check-vm, check-arm64, deb and check-deb, or blueos need.
-# Needs root or sudo only when something is missing.
+# deps.sh [build|check|long|lint|report|vm|arm64|deb|blueos] - installs what is missing on a Debian 12: what building needs,
+# what the gate (make check) needs too, what all other tests need (long), or what lint, the report, the virtual machine of
+# check-vm, check-arm64, deb and check-deb, or blueos need. Needs root or sudo only when something is missing.
 set -eu
 build="gcc libc6-dev make pkg-config libinih-dev libjansson-dev liblz4-dev libzstd-dev zlib1g-dev libmodbus-dev libgpiod-dev libwebsockets-dev"
-check="$build clang libclang-rt-14-dev valgrind spin librsvg2-bin python3 python3-jsonschema nodejs zsh gnuplot-nox cmark-gfm hunspell hunspell-en-gb"
+check="$build python3 python3-jsonschema librsvg2-bin gnuplot-nox cmark-gfm systemd udev"
+long="$check clang libclang-rt-14-dev valgrind spin nodejs npm zsh hunspell hunspell-en-gb g++ git"
 lint="$build clang-format clang-tidy"
 report="$build gnuplot-nox cmark-gfm valgrind python3"
 vm="$build e2fsprogs qemu-system-x86 busybox-static cpio kmod xz-utils iproute2 can-utils gpiod mmdebstrap python3"
@@ -16,20 +17,23 @@ blueos="$build git python3 mmdebstrap umoci bubblewrap qemu-user-static gcc-aarc
 case "${1:-build}" in
 build) want=$build ;;
 check) want=$check ;;
+long) want=$long ;;
 lint) want=$lint ;;
 report) want=$report ;;
 vm) want=$vm ;;
 arm64) want=$arm64 ;;
 deb) want=$deb ;;
 blueos) want=$blueos ;;
-*) echo "usage: deps.sh [build|check|lint|report|vm|arm64|deb|blueos]" >&2; exit 2 ;;
+*) echo "usage: deps.sh [build|check|long|lint|report|vm|arm64|deb|blueos]" >&2; exit 2 ;;
 esac
 
 missing=
 for package in $want; do
     # what another package or a hand installation already provides is not installed again
     case $package in
-    gcc | make | clang | clang-format | clang-tidy | valgrind | spin | python3) command -v "$package" >/dev/null && continue ;;
+    gcc | g++ | make | clang | clang-format | clang-tidy | valgrind | spin | npm) command -v "$package" >/dev/null && continue ;;
+    python3) [ -x /usr/bin/python3 ] && continue ;;
+    systemd) command -v systemd-analyze >/dev/null && continue ;;
     nodejs) command -v node >/dev/null && continue ;;
     gnuplot-nox) command -v gnuplot >/dev/null && continue ;;
     librsvg2-bin) command -v rsvg-convert >/dev/null && continue ;;

@@ -4,7 +4,7 @@
 #
 #   tests/fuzz/run.sh [NAME...]        SECONDS=60 SEED=7 BUILD=dir MAX_LEN=bytes
 #
-# Prints one line per target; ends with 1 when any failed. Findings and new inputs stay in $BUILD/fuzz/NAME; the
+# Prints one line per target and "N passed, N failed"; ends with 1 when any failed. Findings and new inputs stay in $BUILD/fuzz/NAME; the
 # tracked corpus is only read. One input again: $BUILD/fuzz/fuzz_NAME FILE
 # shellcheck disable=SC2046,SC2086,SC2089,SC2090,SC2012,SC3028
 set -u # FLAGS, LIBS and the names are lists of words
@@ -53,14 +53,16 @@ fuzz_one() {
 }
 
 echo "# SEED=$SEED, $SECONDS_EACH s each"
-failed=0
+passed=0 failed=0
 [ $# -gt 0 ] || set -- $(ls tests/fuzz/fuzz_*.c 2>/dev/null | sed 's,.*/fuzz_,,; s,\.c$,,')
 for name in "$@"; do
     if fuzz_one "$name"; then
         echo "ok fuzz_$name ($(cat "$OUT/$name/runs") runs)"
+        passed=$((passed + 1))
     else
         echo "FAIL fuzz_$name (see $OUT/$name)"
-        failed=1
+        failed=$((failed + 1))
     fi
 done
-exit $failed
+echo "$passed passed, $failed failed"
+[ $failed -eq 0 ]

@@ -237,4 +237,4 @@ cases = [("frame_threads%d" % n, lambda bench, n=n: frame(bench, n)) for n in (0
 cases += [("another_range", another_range), ("wall_by_rule", wall_by_rule), ("wall_by_motion", wall_by_motion),
           ("refusals", refusals), ("replay", replay), ("ended", ended)]
 
-run(cases, parallel=4)
+run(cases, parallel=4, gate=("refusals", "ended"))

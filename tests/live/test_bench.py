@@ -8,7 +8,7 @@ import shutil
 import subprocess
 import sys
 
-from lib import check, run
+from lib import ALL, check, run
 
 TOP = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 SCALING = """what,value,unit,per,ns_median,ns_low,ns_high,asked_per_s,share,keeps_up,times
@@ -101,4 +101,4 @@ def peer_fails(bench):
     check("ended with status 127" in text, text)
 
 
-run([("bench_" + f.__name__, f) for f in (figures, nothing_to_compare, peer_fails)])
+run([("bench_" + f.__name__, f) for f in (figures, nothing_to_compare, peer_fails)], gate=ALL)

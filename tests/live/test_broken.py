@@ -534,4 +534,5 @@ def write_all(fd, data):
 run([("configurations", configurations), ("options", options), ("full", full), ("captures", captures),
      ("no_sonar_of_it", no_sonar_of_it), ("no_ping_of_it", no_ping_of_it), ("gap_in_a_log", gap_in_a_log),
      ("requests", requests), ("line", line), ("garbage", garbage), ("wrong_rate", wrong_rate), ("cut", cut),
-     *(("line_" + case[0], words_of(case)) for case in LINE if case[3])], parallel=3)
+     *(("line_" + case[0], words_of(case)) for case in LINE if case[3])], parallel=3,
+    gate=("configurations", "options", "full", "captures", "no_sonar_of_it", "no_ping_of_it", "gap_in_a_log"))

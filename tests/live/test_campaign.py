@@ -6,7 +6,7 @@ and clients who come and go.
 
 While it lasts no answer may call clear what the basin's walls and bottom block; when the faults of a round are over all
 sonars come back, and from then on nothing is lost; the daemon lives, and its memory stays what it was.
-CAMPAIGN_SEED repeats a run as far as the clock lets it."""
+SONARD_SEED repeats a run as far as the clock lets it."""
 import json
 import math
 import os
@@ -15,10 +15,9 @@ import socket
 import signal
 import time
 
-from lib import SANITIZER, check, note, run, until
+from lib import SANITIZER, SEED, check, note, run, until
 
 SECONDS = float(os.environ.get("SECONDS") or 30)
-SEED = int(os.environ.get("CAMPAIGN_SEED", random.randrange(1 << 30)))
 WALLS = ((-6.0, 9.0), (-5.0, 4.0))  # of the scene "box": north, east
 BOTTOM_M = 6.0
 SLACK_M = 0.5                       # within which an answer may err in range

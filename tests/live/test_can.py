@@ -5,7 +5,7 @@ on a real bus are tested in tests/vm/guest_can.py."""
 import json
 import os
 
-from lib import BUILD, SONARD, check, run
+from lib import ALL, BUILD, SONARD, check, run
 
 CAN_SIM = os.path.join(BUILD, "tests", "can_sim")
 
@@ -98,4 +98,4 @@ cases = [
 ]
 
 if __name__ == "__main__":
-    run(cases, parallel=2)
+    run(cases, parallel=2, gate=ALL)

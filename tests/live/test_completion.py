@@ -173,4 +173,5 @@ def meant(bench):
     check(said.returncode == 3 and "no command 'zzzzzz'; see" in said.stderr, said.stderr)
 
 
-run([("completion_" + f.__name__, f) for f in (commands, helps, options, meant, protocol, words, names, bash, shells)])
+run([("completion_" + f.__name__, f) for f in (commands, helps, options, meant, protocol, words, names, bash, shells)],
+    gate=("completion_commands", "completion_helps", "completion_options", "completion_meant", "completion_protocol", "completion_words", "completion_bash"))

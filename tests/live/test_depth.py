@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: MIT
 """test_depth - the depth of a virtual Modbus transmitter, over a pseudo-terminal and over TCP: right values, every fault
 of the slave, and a sonar that never waits for it."""

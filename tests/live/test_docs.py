@@ -6,7 +6,7 @@ import glob
 import os
 import re
 
-from lib import BUILD, SONARCTL, SONARD, check, note, run
+from lib import ALL, BUILD, SONARCTL, SONARD, check, note, run
 
 PAGES = ["README.md"] + sorted(glob.glob("docs/*.md") + glob.glob("docs/devices/*.md"))
 SECTION = re.compile(r"^\[(\w+)[^\]]*\]", re.M)
@@ -73,4 +73,4 @@ def options(bench):
         check(explained and explained <= told | {"--help", "--version"}, "%s: not in --help: %s" % (page, sorted(explained - told)))
 
 
-run([("docs_configurations", configurations), ("docs_options", options)])
+run([("docs_configurations", configurations), ("docs_options", options)], gate=ALL)

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: MIT
 """Echo lists end to end: a virtual sweep sonar on a pseudo-terminal, sonard, and what it answers.
 

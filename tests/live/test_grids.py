@@ -183,4 +183,5 @@ def case_axes_follow_the_course(bench):
 
 
 run([("grids_" + name[5:], function) for name, function in list(globals().items()) if name.startswith("case_")],
-    parallel=2)
+    parallel=2,
+    gate=("grids_refused", "grids_clusters_count", "grids_as_planned", "grids_too_much_memory", "grids_sonarctl"))

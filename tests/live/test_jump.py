@@ -7,10 +7,9 @@ import os
 import random
 import time
 
-from lib import Failed, RpcError, check, note, run, until
+from lib import SEED, Failed, RpcError, check, note, run, until
 
 CAPTURE = "tests/replay/box.mcap"
-SEED = int(os.environ.get("SONARD_SEED", "0")) or int.from_bytes(os.urandom(4), "little")
 
 
 def playing(bench, *arguments, **pipes):
@@ -181,4 +180,5 @@ def live(bench):
         check("--replay" in str(error), error)
 
 
-run([("jump_" + f.__name__, f) for f in (same, all_answers, pauses, asked_at_once, on_standard_output, live)])
+run([("jump_" + f.__name__, f) for f in (same, all_answers, pauses, asked_at_once, on_standard_output, live)],
+    gate=("jump_same", "jump_all_answers", "jump_asked_at_once", "jump_on_standard_output", "jump_live"))

@@ -228,4 +228,5 @@ def python_errors(bench):
             os.unlink(bench.socket_path)
 
 
-run([("library_" + f.__name__, f) for f in (shows, alone, example_c, example_python, python_answers, python_watches, python_errors)])
+run([("library_" + f.__name__, f) for f in (shows, alone, example_c, example_python, python_answers, python_watches, python_errors)],
+    gate=("library_shows", "library_alone"))

@@ -752,4 +752,4 @@ cases += [("files", files), ("veil", veil), ("origins", origins), ("jumps", jump
           ("loop_closure", loop_closure), ("saving", saving), ("one_folder", one_folder), ("replay", replay),
           ("killed", killed), ("exports", exports), ("refusals", refusals)]
 
-run(cases, parallel=3)
+run(cases, parallel=3, gate=("refusals", "one_folder", "origins"))

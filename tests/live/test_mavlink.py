@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: MIT
 """sonard-mavlink between a live sonard and an autopilot made of a few lines here, over UDP and over a serial line.
 

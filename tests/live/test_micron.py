@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: MIT
 """The Micron end to end: a virtual head on a pseudo-terminal, sonard, and what it answers about the scene."""
 import time

@@ -173,4 +173,5 @@ def refused_poses(bench):
 
 
 run([("configurations", configurations), ("commands", commands), ("port_of_another_process", port_of_another_process),
-     ("missing_group", missing_group), ("refused_poses", refused_poses)], parallel=2)
+     ("missing_group", missing_group), ("refused_poses", refused_poses)], parallel=2,
+    gate=("configurations", "commands", "missing_group"))

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: MIT
 """test_nmea - heading and depth of a virtual NMEA 0183 instrument, over a pseudo-terminal and over UDP."""
 import os

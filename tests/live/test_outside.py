@@ -144,4 +144,5 @@ def closed_descriptors(bench):
 
 run([("outside_names", names), ("outside_origin", origin), ("outside_capture", capture), ("outside_sparse", sparse),
      ("outside_fifo_beside", fifo_beside), ("outside_fifo_as_drop_in", fifo_as_drop_in),
-     ("outside_closed_descriptors", closed_descriptors)], parallel=3)
+     ("outside_closed_descriptors", closed_descriptors)], parallel=3,
+    gate=("outside_names", "outside_origin", "outside_capture", "outside_sparse", "outside_fifo_beside", "outside_fifo_as_drop_in"))

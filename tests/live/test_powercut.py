@@ -4,15 +4,14 @@
 
 tests/lib/powercut.c kills the daemon at a random step of a save; what no sync had confirmed by then the test tears,
 empties or undoes, as a disk may. Then the daemon starts again and must have what was confirmed, or what came after.
-POWERCUT_SEED repeats a run."""
+SONARD_SEED repeats a run."""
 import os
 import random
 import signal
 import time
 
-from lib import SANITIZER, Skipped, check, helper, note, pings_until, run, until
+from lib import SANITIZER, SEED, Skipped, check, helper, note, pings_until, run, until
 
-SEED = int(os.environ.get("POWERCUT_SEED", random.randrange(1 << 30)))
 STEPS = 5  # of one save: write, sync, rename, sync of the folder; and one more
 
 

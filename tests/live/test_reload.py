@@ -177,4 +177,5 @@ run([
     ("reload_drop_in", drop_in),
     ("reload_hangup", hangup),
     ("reload_replay", replay),
-], parallel=2)
+], parallel=2,
+    gate=("reload_one_sonar", "reload_grid_limits", "reload_broken", "reload_drop_in", "reload_hangup", "reload_replay"))

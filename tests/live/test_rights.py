@@ -4,7 +4,7 @@
 import os
 import socket
 
-from lib import Client, RpcError, Skipped, check, run
+from lib import ALL, Client, RpcError, Skipped, check, run
 
 CHANGES = ("pose", "grid_lock", "background_learn", "background_stop", "background_save",
            "background_load", "background_forget", "map_new", "map_forget", "map_save", "map_load", "map_export", "map_move",
@@ -114,4 +114,4 @@ run([
     ("rights_all", lambda bench: other_users(bench, "all", (4711, 4712, (), True))),
     ("rights_unknown_name", unknown_name),
     ("rights_watch", not_watched),
-])
+], gate=ALL)

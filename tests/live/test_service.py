@@ -277,4 +277,4 @@ run([
     ("service_priorities", priorities),
     ("service_journal", journal),
     ("service_stop", stop),
-], parallel=2)
+], parallel=2, gate=("service_socket_handed_over", "service_socket_nonsense", "service_second_instance", "service_priorities"))

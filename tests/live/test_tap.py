@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: MIT
 """The tap of a live daemon: what the sonar says can be listened to, and nothing that is done there harms."""
 import os

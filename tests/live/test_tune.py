@@ -1,6 +1,6 @@
 #!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: MIT
-"""sonard-tune on a recording and on basins made up from a seed (SEED=): what it writes holds the bound in every band of
+"""sonard-tune on a recording and on basins made up from a seed (SONARD_SEED=): what it writes holds the bound in every band of
 elevations and every grid, with a truth and without, repeats to the byte, and is never more certain than the reference; a
 bound that cannot be held leaves no file; a truth is judged by itself; the search ends where no small change is cheaper.
 BASINS=n tries so many seeds, each with another basin, configuration and bound; one of each kind by itself."""
@@ -16,12 +16,11 @@ import types
 import typing
 from importlib.machinery import SourceFileLoader
 
-from lib import BUILD, SONARD, SONARCTL, check, note, run
+from lib import BUILD, SEED, SONARCTL, SONARD, check, note, run
 
 TOP = os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "..")
 TUNE = os.path.join(TOP, "python", "sonard-tune")
 CAPTURE = os.path.join(TOP, "tests", "replay", "box.mcap")
-SEED = int(os.environ.get("SEED") or random.randrange(1 << 20))
 BASINS = int(os.environ.get("BASINS") or 1)
 FINE = {"sensor_model": "gauss", "angular_step": "1 deg", "range": "3 m"}
 
@@ -481,4 +480,5 @@ def search(_bench):
 
 check(os.path.isdir(BUILD), "no build")
 run([("tune_" + f.__name__, f) for f in (holds, repeats, refuses, truth_holds, needs_no_folder, basin_alone, basin_with_truth,
-                                         map_service_are_left, judges, checks, takes_back, refers, names_old_poses, finds_sonard, search)])
+                                         map_service_are_left, judges, checks, takes_back, refers, names_old_poses, finds_sonard, search)],
+    gate=("tune_judges", "tune_checks", "tune_takes_back", "tune_refers", "tune_names_old_poses", "tune_finds_sonard", "tune_search"))

@@ -1,4 +1,4 @@
-#!/usr/bin/env python3
+#!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: MIT
 """Sonars of the Ping protocol over UDP and serial lines: Ping360 behind a bridge, Ping1D, Surveyor, several at once."""
 import socket

@@ -194,7 +194,7 @@ TEST(of_each_kind_five_in_ten_seconds)
 
 TEST(more_kinds_than_are_watched_lose_no_count)
 {
-    char names[200][8], e[4096];
+    char names[200][16], e[4096];
     unsigned long long lines = 0, held = 0;
     begin(true);
     for (int i = 0; i < 200; i++) {
