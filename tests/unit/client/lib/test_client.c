@@ -313,7 +313,7 @@ TEST(command_lines_become_parameters)
         {{"c", "sectors", "--json=yes"}, "option --json=yes takes no value"},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
-        char *argv[9], got[512];
+        char *argv[9], got[1024];
         struct fault fault = {""};
         struct arguments arguments;
         int argc = 0;
