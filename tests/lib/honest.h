@@ -12,6 +12,7 @@
 #ifndef SONARD_TEST_HONEST_H
 #define SONARD_TEST_HONEST_H
 
+#include "sanitized.h"
 #include "test.h"
 
 #include "config/conf.h"
@@ -925,12 +926,6 @@ static void tell(void)
                 printf(", %s %ld", whys[i] ? whys[i] : answer_reason_text((enum answer_reason)i), count[q].why[i]);
         printf("\n");
     }
-}
-
-static bool sanitized(void)
-{
-    const char *sanitizer = getenv("SAN");
-    return sanitizer && *sanitizer;
 }
 
 /* So many worlds, with one vehicle after the other; half as many under a sanitizer: each takes twenty times as long. */

@@ -3,6 +3,7 @@
  * test_pilot - a vehicle that goes no faster than the daemon says collides with nothing: some short drives in worlds
  * drawn at random, with another place, sonar and navigation each (tests/pilot). `make pilot` has more and longer ones.
  */
+#include "tests/lib/sanitized.h"
 #include "tests/lib/test.h"
 
 #include "tests/pilot/run.h"
@@ -25,8 +26,7 @@ static struct pilot_case short_case(uint64_t seed, unsigned i)
 
 static unsigned drives(void)
 {
-    const char *sanitizer = getenv("SAN");
-    return sanitizer && *sanitizer ? DRIVES / 3 : DRIVES;
+    return sanitized() ? DRIVES / 3 : DRIVES;
 }
 
 TEST(no_drive_ends_in_a_collision)
