@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* test_worker - work is done in its order by another thread and comes back to the loop; the end leaves none behind. */
+#include "tests/lib/patience.h"
 #include "tests/lib/test.h"
 
 #include <pthread.h>
@@ -63,8 +64,7 @@ TEST(work_is_done_elsewhere_in_its_order)
     loop_turn(loop, 0); /* goes on while the first waits */
     CHECK_INT(piece[0].back_as, 0);
     sem_post(&go);
-    for (int turns = 0; turns < 10000 && !piece[99].back_as; turns++)
-        loop_turn(loop, 10000000);
+    TURN_UNTIL(loop, piece[99].back_as);
     for (int i = 0; i < 100; i++) {
         CHECK(piece[i].elsewhere && piece[i].back_as > piece[i].done_as);
         CHECK(i == 0 || piece[i].done_as > piece[i - 1].done_as);

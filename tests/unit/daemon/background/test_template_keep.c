@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* test_template_keep - templates on their way to the disk: who waits for it, who gives up,
  * and what a reload changes. */
+#include "tests/lib/patience.h"
 #include "tests/lib/test.h"
 
 #include <semaphore.h>
@@ -77,8 +78,7 @@ static void confirm_file(void)
 
 static void turn_until(const bool *done)
 {
-    for (int i = 0; i < 1000 && !*done; i++)
-        loop_turn(loop, 10000000);
+    TURN_UNTIL(loop, *done);
 }
 
 TEST(the_loop_goes_on_until_the_disk_has_confirmed)
@@ -123,8 +123,7 @@ TEST(who_gives_up_is_forgotten_and_the_file_is_written)
     memset(&gone, 0xff, sizeof gone);
     memset(&waits, 0xff, sizeof waits);
     confirm_file();
-    for (int i = 0; i < 1000 && keep.running; i++)
-        loop_turn(loop, 10000000);
+    TURN_UNTIL(loop, !keep.running);
     CHECK(!keep.running && templates.of[0].in_file == 1);
     end();
 }

@@ -6,6 +6,7 @@
  */
 #include "tests/lib/held_owner.h"
 #include "tests/lib/plain_ping.h"
+#include "tests/lib/patience.h"
 #include "tests/lib/test.h"
 
 #include <math.h>
@@ -128,10 +129,7 @@ static void drop(struct request *r)
 static void finish(struct request *r)
 {
     bool done = false;
-    for (int i = 0; i < 10000 && !done; i++) {
-        loop_turn(d.loop, 10000000);
-        done = go_on(r);
-    }
+    TURN_UNTIL(d.loop, (done = go_on(r)));
     CHECK(done);
     drop(r);
 }
@@ -576,8 +574,7 @@ TEST(nothing_is_free_behind_the_wall_on_random_voyages)
 
 static void end_job_as(enum map_service_state state)
 {
-    for (int i = 0; i < 10000 && d.map_service.asked.job.state == MAP_SERVICE_RUNNING; i++)
-        loop_turn(d.loop, 10000000);
+    TURN_UNTIL(d.loop, d.map_service.asked.job.state != MAP_SERVICE_RUNNING);
     CHECK_INT(d.map_service.asked.job.state, state);
 }
 
@@ -740,8 +737,7 @@ static void fill_map(void)
 
 static void turn_until(const uint64_t *count)
 {
-    for (int i = 0; i < 1000 && !*count; i++)
-        loop_turn(d.loop, 10000000);
+    TURN_UNTIL(d.loop, *count > 0);
     CHECK(*count > 0);
 }
 
@@ -797,13 +793,11 @@ TEST(the_oldest_submap_is_saved_once_and_dropped)
     begin_saving();
     fill_map();
     hold_owner(&hold, d.pipeline);
-    for (int i = 0; i < 1000 && !d.saver.busy; i++)
-        loop_turn(d.loop, 10000000);
+    TURN_UNTIL(d.loop, d.saver.busy);
     CHECK(d.saver.busy && d.saver.saved == 0);
     sem_post(&hold.go);
     turn_until(&d.saver.saved);
-    for (int i = 0; i < 1000 && has_first(); i++)
-        loop_turn(d.loop, 10000000);
+    TURN_UNTIL(d.loop, !has_first());
     CHECK(!has_first());
     for (int i = 0; i < 100; i++) /* by then memory is not low any more */
         loop_turn(d.loop, 10000000);
@@ -823,8 +817,7 @@ TEST(at_the_end_no_submap_is_dropped_that_was_not_saved)
     begin_saving();
     fill_map();
     hold_owner(&hold, d.pipeline);
-    for (int i = 0; i < 1000 && !d.saver.busy; i++)
-        loop_turn(d.loop, 10000000);
+    TURN_UNTIL(d.loop, d.saver.busy);
     CHECK(d.saver.busy);
     sem_post(&hold.go);
     request_jobs_end(&jobs);
@@ -962,8 +955,7 @@ TEST(nobody_waits_while_a_map_is_kept)
     turn(50);
     CHECK_INT(d.map_service.kept.job.state, MAP_SERVICE_IDLE);
     sem_post(&hold.go);
-    for (int i = 0; i < 10000 && d.map_service.kept.job.state != MAP_SERVICE_DONE; i++)
-        loop_turn(d.loop, 10000000);
+    TURN_UNTIL(d.loop, d.map_service.kept.job.state == MAP_SERVICE_DONE);
     CHECK_INT(d.map_service.kept.job.state, MAP_SERVICE_DONE);
     ping_from(212, 12); /* kept at the end */
     const uint32_t all = look_now().tiles;
@@ -1042,8 +1034,7 @@ TEST(a_job_that_has_begun_is_done_at_the_end)
     finish(&forget);
     hold_owner(&hold, d.pipeline);
     CHECK(!go_on(&r));
-    for (int i = 0; i < 1000 && waiting() < 2; i++) /* its answer, and the job */
-        loop_turn(d.loop, 1000000);
+    TURN_UNTIL(d.loop, waiting() >= 2); /* its answer, and the job */
     CHECK_INT(waiting(), 2);
     sem_post(&hold.go);
     drop(&r);

@@ -5,7 +5,6 @@
  */
 #include <errno.h>
 #include <fcntl.h>
-#include <poll.h>
 #include <sys/file.h>
 #include <sys/ioctl.h>
 #include <sys/stat.h>
@@ -14,6 +13,7 @@
 
 #include "core/fault.h"
 #include "drivers/ports/port.h"
+#include "tests/lib/patience.h"
 #include "tests/lib/test.h"
 
 static int master = -1;
@@ -48,8 +48,7 @@ static bool open_at(const char *baud)
 /* Wait until the port has something to say, then read. */
 static ssize_t read_ready(void *buf, size_t size)
 {
-    struct pollfd p = {.fd = port.fd, .events = POLLIN};
-    poll(&p, 1, 5000);
+    patience_for(port.fd, POLLIN);
     return port.ops->read(&port, buf, size);
 }
 
@@ -191,8 +190,7 @@ TEST(all_bytes_pass_both_ways)
     memset(in, 0, sizeof(in));
     CHECK_INT(port.ops->write(&port, out, 256), 256);
     for (size_t got = 0; got < 256;) {
-        struct pollfd p = {.fd = master, .events = POLLIN};
-        ssize_t r = poll(&p, 1, 5000) == 1 ? read(master, in + got, 256 - got) : -1;
+        ssize_t r = patience_for(master, POLLIN) ? read(master, in + got, 256 - got) : -1;
         if (r <= 0) {
             CHECK(r > 0);
             break;
