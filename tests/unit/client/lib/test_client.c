@@ -14,6 +14,7 @@
 
 #include "client/arguments.h"
 #include "client/ctl/show.h"
+#include "tests/lib/patience.h"
 #include "tests/lib/test.h"
 
 static char directory[] = "/tmp/sonard-test-XXXXXX";
@@ -141,7 +142,7 @@ TEST(every_kind_of_answer_has_its_status)
 
         memcpy(peer.pieces, rows[i].pieces, sizeof peer.pieces);
         start(&peer);
-        struct sonard_client *client = sonard_connect(path, rows[i].stay ? 0.05 : 5, &error);
+        struct sonard_client *client = sonard_connect(path, rows[i].stay ? 0.05 : PATIENCE_S, &error);
         const char *result = sonard_call(client, "m", NULL, &error);
 
         if ((result ? SONARD_OK : error.status) != rows[i].want || !strstr(error.message, rows[i].message)) {
@@ -167,17 +168,16 @@ TEST(notifications_are_kept_in_order)
     struct sonard_error error = {0};
 
     start(&peer);
-    struct sonard_client *client = sonard_connect(path, 5, &error);
+    struct sonard_client *client = sonard_connect(path, PATIENCE_S, &error);
     const char *result = sonard_call(client, "m", NULL, &error);
 
-    CHECK(result != NULL);
-    CHECK_STR(result, "true");
-    for (int i = 0; i < 3; i++) {
-        CHECK(sonard_next(client, 5, &message, &error));
-        CHECK_STR(message.json, want[i]);
-        CHECK(message.id == 0 && message.watch == 4 && message.skipped == 0);
+    CHECK(result && strcmp(result, "true") == 0);
+    for (int i = 0; result && i < 3; i++) {
+        const bool there = sonard_next(client, PATIENCE_S, &message, &error);
+        CHECK(there && strcmp(message.json, want[i]) == 0);
+        CHECK(there && message.id == 0 && message.watch == 4 && message.skipped == 0);
     }
-    CHECK(sonard_next(client, 5, &message, &error) && !message.json && message.skipped == 7);
+    CHECK(sonard_next(client, PATIENCE_S, &message, &error) && !message.json && message.skipped == 7);
     CHECK_INT(message.refusal.rpc_code, -32600);
     CHECK(!sonard_next(client, 0, &message, &error));
     CHECK_INT(error.status, SONARD_SILENT);
@@ -193,7 +193,7 @@ TEST(what_cannot_be_said_is_not_sent)
     struct sonard_pose pose = {.has = SONARD_POSE_DEPTH, .depth_m = NAN};
 
     start(&peer);
-    struct sonard_client *client = sonard_connect(path, 5, &error);
+    struct sonard_client *client = sonard_connect(path, PATIENCE_S, &error);
     static const char *const wrong[] = {"", "5", "[1]", "{\"a\":1", "{\"a\":1,\"a\":2}", "{} {}"};
 
     for (size_t i = 0; i < sizeof wrong / sizeof *wrong; i++) {
@@ -251,14 +251,14 @@ TEST(asking_without_waiting_never_waits)
     static const char said[] = NOTE(1) "{\"result\":{\"x\":1},\"id\":7}\n"
                                        "{\"error\":{\"code\":-32602,\"message\":\"no\"},\"id\":8}\n";
     CHECK(write(fd, said, sizeof said - 1) == sizeof said - 1);
-    CHECK(sonard_take(client, 5, &message, &error) && message.id == 0 && message.watch == 4);
-    CHECK(sonard_take(client, 5, &message, &error) && message.id == 7 && message.json);
-    CHECK(sonard_take(client, 5, &message, &error) && message.id == 8 && !message.json);
+    CHECK(sonard_take(client, PATIENCE_S, &message, &error) && message.id == 0 && message.watch == 4);
+    CHECK(sonard_take(client, PATIENCE_S, &message, &error) && message.id == 7 && message.json);
+    CHECK(sonard_take(client, PATIENCE_S, &message, &error) && message.id == 8 && !message.json);
     CHECK(message.refusal.status == SONARD_REFUSED && message.refusal.rpc_code == -32602);
     CHECK_STR(message.refusal.message, "no");
     fclose(in);
     close(fd);
-    CHECK(!sonard_take(client, 5, &message, &error));
+    CHECK(!sonard_take(client, PATIENCE_S, &message, &error));
     CHECK_INT(error.status, SONARD_LOST);
     sonard_disconnect(client);
     close(listener);
