@@ -583,7 +583,7 @@ static int end(struct process *d)
     pipeline_free(d->env.pipeline);
     template_keep_end(&d->env.keep);
     template_end(&d->env.templates);
-    record_close(d->env.record);
+    record_close(d->env.record, RECORD_PATIENCE_MS);
     /* A write that failed before left its mark, and what it could not write is in no buffer any more. */
     const bool answers_lost = d->answers.file && ferror(d->answers.file);
     if (d->answers.file && (close_answers(d->answers.file) != 0 || answers_lost)) {

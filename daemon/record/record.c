@@ -15,11 +15,10 @@
 #include "core/ring.h"
 #include "core/snapshot.h"
 
-#define BLOCKS          64
-#define BLOCK_BYTES     (2u * SEGMENTS_MESSAGE_BYTES)
-#define NO_BLOCK        UINT32_MAX
-#define TICK_MS         250
-#define END_PATIENCE_MS 5000
+#define BLOCKS      64
+#define BLOCK_BYTES (2u * SEGMENTS_MESSAGE_BYTES)
+#define NO_BLOCK    UINT32_MAX
+#define TICK_MS     250
 
 /* What stands before the bytes of each message in a block. */
 struct entry {
@@ -226,7 +225,7 @@ bool record_start(struct record *rec, struct fault *fault)
 }
 
 /* What a stalled disk holds up is left to the writer, memory and all. */
-void record_close(struct record *rec)
+void record_close(struct record *rec, int patience_ms)
 {
     uint64_t one = 1;
     if (!rec)
@@ -236,7 +235,7 @@ void record_close(struct record *rec)
         atomic_store_explicit(&rec->ending, true, memory_order_release);
         (void)!write(rec->wake_fd, &one, sizeof one);
         struct pollfd end = {.fd = rec->end_fd, .events = POLLIN};
-        const bool stalled = poll(&end, 1, END_PATIENCE_MS) == 0;
+        const bool stalled = poll(&end, 1, patience_ms) == 0;
         const pthread_t thread = rec->thread;
         if (stalled && !atomic_exchange(&rec->left, true)) {
             log_line(LOG_ERR, "record_failed",

@@ -38,7 +38,10 @@ void record_tick(struct record *rec);
 
 void record_status(struct record *rec, struct record_status *out);
 
-/** record_close - complete the open part; a disk that does not answer is left after five seconds. NULL is allowed. */
-void record_close(struct record *rec);
+/* For which the end of the daemon waits for its disk. */
+#define RECORD_PATIENCE_MS 5000
+
+/** record_close - complete the open part; a disk that does not answer for so long is left. NULL is allowed. */
+void record_close(struct record *rec, int patience_ms);
 
 #endif
