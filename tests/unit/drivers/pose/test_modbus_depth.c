@@ -1,21 +1,26 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * test_modbus_depth - the reader against a slave that the test owns, on a pseudo-terminal: numbers, faults, and the
- * answer that comes too late, which must never be taken for the answer to the next question.
+ * answer that comes too late, which must never be taken for the answer to the next question. Time is the test's own:
+ * it passes only while the reader waits, so no verdict depends on how fast the machine is.
  */
 #include "drivers/pose/modbus_depth.h"
 
+#include <errno.h>
 #include <fcntl.h>
 #include <poll.h>
-#include <pthread.h>
-#include <stdatomic.h>
 #include <stdlib.h>
 #include <sys/eventfd.h>
+#include <sys/ioctl.h>
+#include <sys/select.h>
+#include <sys/syscall.h>
 #include <termios.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "core/fault.h"
 #include "daemon/input/depth.h"
+#include "tests/lib/patience.h"
 #include "tests/lib/test.h"
 
 /* ---- the slave ---- */
@@ -25,15 +30,28 @@ enum how { GOOD, SILENT, LATE, EXCEPTION, BAD_CRC, WRONG_SLAVE, CUT, GARBAGE, TW
 #define TIMEOUT_MS    60
 #define LATE_MS       150
 #define TURNAROUND_MS 300
+#define MS            UINT64_C(1000000)
+#define QUESTION      8 /* bytes */
+#define QUESTIONS     64
 
-static int master = -1;
+static int master = -1, line = -1; /* line: another descriptor of the reader's end */
 static char slave_name[64];
-static _Atomic int how;
-static _Atomic int questions;
-static _Atomic bool echoes = true; /* function 8 is sent back, as late as all else; or refused */
-static _Atomic int late_ms = LATE_MS;
-static _Atomic bool ending;
-static pthread_t slave;
+static enum how how;
+static int questions;
+static bool echoes = true; /* function 8 is sent back, as late as all else; or refused */
+static uint64_t late_ms = LATE_MS;
+
+static uint64_t now_ns = 1000 * MS;
+
+/* Questions that the slave has not answered, the oldest first. It looks at one when it is done with the one before. */
+static struct {
+    uint8_t bytes[QUESTIONS][QUESTION];
+    int n;
+    bool busy; /* with the first */
+    enum how how;
+    float value;
+    uint64_t due_ns;
+} slave;
 
 static unsigned crc16(const uint8_t *p, size_t n)
 {
@@ -46,17 +64,33 @@ static unsigned crc16(const uint8_t *p, size_t n)
     return c;
 }
 
-static void echo(const uint8_t q[8])
+static int waiting_bytes(void)
+{
+    int n = 0;
+    CHECK(ioctl(line, FIONREAD, &n) == 0);
+    return n;
+}
+
+/* All of it is at the reader's end when this returns: the kernel takes its time to carry it. */
+static void put(const void *bytes, size_t n)
+{
+    const int before = waiting_bytes();
+    CHECK_INT(syscall(SYS_write, master, bytes, n), n);
+    for (int i = 0; i < PATIENCE_MS && waiting_bytes() < before + (int)n; i++)
+        syscall(SYS_nanosleep, &(struct timespec){.tv_nsec = 1000000}, NULL);
+}
+
+static void echo(const uint8_t q[QUESTION])
 {
     uint8_t refusal[5] = {q[0], q[1] | 0x80, 1};
     unsigned crc = crc16(refusal, 3);
     refusal[3] = (uint8_t)crc;
     refusal[4] = (uint8_t)(crc >> 8);
-    CHECK(echoes ? write(master, q, 8) == 8 : write(master, refusal, 5) == 5);
+    put(echoes ? q : refusal, echoes ? QUESTION : sizeof refusal);
 }
 
 /* Every answer holds the number of its question. */
-static void answer(int h, uint8_t function, float value)
+static void answer(enum how h, uint8_t function, float value)
 {
     uint8_t a[16] = {1, function, 4};
     uint32_t bits;
@@ -74,40 +108,115 @@ static void answer(int h, uint8_t function, float value)
     a[n++] = (uint8_t)crc;
     a[n++] = (uint8_t)(crc >> 8);
     if (h == GARBAGE)
-        CHECK(write(master, "\xff\x80\x01", 3) == 3);
+        put("\xff\x80\x01", 3);
     for (int i = 0; i < (h == TWICE ? 2 : 1); i++)
-        CHECK(write(master, a, h == CUT ? n - 3 : n) > 0);
+        put(a, h == CUT ? n - 3 : n);
 }
 
-static void *serve(void *ctx)
+static void look_at_question(void)
 {
-    uint8_t q[8];
-    size_t held = 0;
-    (void)ctx;
-    while (!ending) {
-        struct pollfd p = {master, POLLIN, 0};
-        if (poll(&p, 1, 20) <= 0 || !(p.revents & POLLIN)) {
-            held = 0; /* a gap ends a frame */
-            continue;
-        }
-        ssize_t n = read(master, q + held, sizeof q - held);
-        held += n > 0 ? (size_t)n : 0;
-        if (held < sizeof q)
-            continue;
-        held = 0;
-        int h = how;
-        if (q[1] != 8)
-            questions++;
-        float value = (float)questions;
-        if (h == LATE)
-            poll(NULL, 0, late_ms);
-        if (h != SILENT && q[1] == 8)
-            echo(q);
-        else if (h != SILENT)
-            answer(h, q[1], h == NOT_A_NUMBER ? NAN : value);
-    }
-    return NULL;
+    slave.busy = true;
+    slave.how = how;
+    questions += slave.bytes[0][1] != 8;
+    slave.value = how == NOT_A_NUMBER ? NAN : (float)questions;
+    slave.due_ns = now_ns + (how == LATE ? late_ms * MS : 0);
 }
+
+/* True: it has said something. */
+static bool answer_question(void)
+{
+    uint8_t q[QUESTION];
+    memcpy(q, slave.bytes[0], sizeof q);
+    memmove(slave.bytes[0], slave.bytes[1], sizeof slave.bytes - sizeof q);
+    slave.n--;
+    slave.busy = false;
+    if (slave.how != SILENT && q[1] == 8)
+        echo(q);
+    else if (slave.how != SILENT)
+        answer(slave.how, q[1], slave.value);
+    return slave.how != SILENT;
+}
+
+/* Time passes until the slave says something, or until end_ns. */
+static void pass_until_said(uint64_t end_ns)
+{
+    while (slave.n > 0) {
+        if (!slave.busy)
+            look_at_question();
+        if (slave.due_ns > end_ns)
+            break;
+        now_ns = slave.due_ns > now_ns ? slave.due_ns : now_ns;
+        if (answer_question())
+            return;
+    }
+    now_ns = end_ns > now_ns ? end_ns : now_ns;
+}
+
+static void pass(uint64_t ms)
+{
+    for (const uint64_t end_ns = now_ns + ms * MS; now_ns < end_ns;)
+        pass_until_said(end_ns);
+}
+
+/* ---- in the place of the C library's ---- */
+
+int clock_gettime(clockid_t which, struct timespec *t)
+{
+    if (which != CLOCK_MONOTONIC)
+        return (int)syscall(SYS_clock_gettime, which, t);
+    *t = (struct timespec){(time_t)(now_ns / (1000 * MS)), (long)(now_ns % (1000 * MS))};
+    return 0;
+}
+
+static int ready_now(struct pollfd *fds, nfds_t n)
+{
+    return (int)syscall(SYS_ppoll, fds, n, &(struct timespec){0}, NULL, 0);
+}
+
+int poll(struct pollfd *fds, nfds_t n, int ms)
+{
+    const uint64_t end_ns = now_ns + (ms > 0 ? (uint64_t)ms * MS : 0);
+    int ready;
+    while ((ready = ready_now(fds, n)) == 0 && now_ns < end_ns)
+        pass_until_said(end_ns);
+    return ready;
+}
+
+/* Of one descriptor to read from, as libmodbus asks; the time left is told. */
+int select(int n, fd_set *in, fd_set *out, fd_set *except, struct timeval *timeout)
+{
+    struct pollfd p = {.fd = n - 1, .events = POLLIN};
+    const uint64_t end_ns = now_ns + (uint64_t)timeout->tv_sec * 1000 * MS + (uint64_t)timeout->tv_usec * 1000;
+    int ready;
+    CHECK(FD_ISSET(n - 1, in) && !out && !except);
+    while ((ready = ready_now(&p, 1)) == 0 && now_ns < end_ns)
+        pass_until_said(end_ns);
+    const uint64_t left_us = now_ns < end_ns ? (end_ns - now_ns) / 1000 : 0;
+    *timeout = (struct timeval){(time_t)(left_us / 1000000), (suseconds_t)(left_us % 1000000)};
+    if (ready == 0)
+        FD_ZERO(in);
+    return ready;
+}
+
+/* A question is with the slave when this returns. */
+ssize_t write(int fd, const void *bytes, size_t n)
+{
+    struct pollfd p = {.fd = master, .events = POLLIN};
+    const ssize_t written = syscall(SYS_write, fd, bytes, n);
+    if (written <= 0 || fd <= STDERR_FILENO || !isatty(fd))
+        return written;
+    CHECK(written == QUESTION && slave.n < QUESTIONS);
+    for (ssize_t got = 0; got < written;) {
+        if (syscall(SYS_ppoll, &p, 1, &(struct timespec){PATIENCE_S, 0}, NULL, 0) != 1)
+            break;
+        const ssize_t more = read(master, slave.bytes[slave.n] + got, (size_t)(written - got));
+        got += more > 0 ? more : written;
+    }
+    slave.n++;
+    return written;
+}
+
+/* ---- the reader ---- */
 
 static struct modbus_depth *begin_with(bool with_echo, int stop_fd)
 {
@@ -128,10 +237,11 @@ static struct modbus_depth *begin_with(bool with_echo, int stop_fd)
     tcgetattr(master, &t);
     cfmakeraw(&t);
     tcsetattr(master, TCSANOW, &t);
+    line = open(slave_name, O_RDWR | O_NOCTTY);
+    CHECK(line >= 0);
     how = GOOD;
     questions = 0;
-    ending = false;
-    pthread_create(&slave, NULL, serve, NULL);
+    memset(&slave, 0, sizeof slave);
     snprintf(conf.source, sizeof conf.source, "modbus-rtu:%s:9600", slave_name);
     struct modbus_depth *m = modbus_depth_new(&conf, &fault);
     CHECK_STR(fault.text, "");
@@ -146,8 +256,7 @@ static struct modbus_depth *begin(int stop_fd)
 static void end(struct modbus_depth *m)
 {
     modbus_depth_free(m);
-    ending = true;
-    pthread_join(slave, NULL);
+    close(line);
     close(master);
 }
 
@@ -190,7 +299,7 @@ TEST(a_late_answer_is_never_taken_for_the_next)
 
 /* The answer taken must be to a question that was asked since the last one:
  * every answer holds its question's number. */
-static void check_nothing_old(struct modbus_depth *m, int rounds, int (*next_how)(uint64_t *random))
+static void check_nothing_old(struct modbus_depth *m, int rounds, enum how (*next_how)(uint64_t *random))
 {
     uint64_t random = test_seed();
     int taken = 0;
@@ -212,34 +321,35 @@ static void check_nothing_old(struct modbus_depth *m, int rounds, int (*next_how
     late_ms = LATE_MS;
 }
 
-static int late_in_runs(uint64_t *random)
+static enum how late_in_runs(uint64_t *random)
 {
-    static int left, now;
+    static int left;
+    static enum how now;
     if (left-- <= 0) {
         left = 2 + (int)(test_random(random) % 4);
         now = now == LATE ? GOOD : LATE;
-        late_ms = TURNAROUND_MS + TIMEOUT_MS + 10 + (int)(test_random(random) % 200);
+        late_ms = TURNAROUND_MS + TIMEOUT_MS + 10 + test_random(random) % 200;
     }
     return now;
 }
 
-static int late_at_random(uint64_t *random)
+static enum how late_at_random(uint64_t *random)
 {
-    late_ms = TURNAROUND_MS + TIMEOUT_MS + 5 + (int)(test_random(random) % 45);
+    late_ms = TURNAROUND_MS + TIMEOUT_MS + 5 + test_random(random) % 45;
     return test_random(random) % 2 ? GOOD : LATE;
 }
 
 TEST(silence_bears_a_slave_that_is_later_than_it_promised_for_some_time)
 {
     struct modbus_depth *m = begin(-1);
-    check_nothing_old(m, 25, late_in_runs);
+    check_nothing_old(m, 500, late_in_runs);
     end(m);
 }
 
 TEST(with_an_echo_no_lateness_makes_an_old_value_new)
 {
     struct modbus_depth *m = begin_with(true, -1);
-    check_nothing_old(m, 25, late_at_random);
+    check_nothing_old(m, 500, late_at_random);
     end(m);
 }
 
@@ -264,7 +374,7 @@ TEST(what_nobody_asked_for_is_not_an_answer)
     how = TWICE;
     CHECK_INT(ask(m, &v), MODBUS_OK);
     how = GOOD;
-    poll(NULL, 0, LATE_MS);
+    pass(LATE_MS);
     CHECK_INT(ask(m, &v), MODBUS_OUT_OF_STEP);
     CHECK_INT(ask(m, &v), MODBUS_OK);
     CHECK_NEAR(v, 5, 0, 0);
@@ -289,7 +399,7 @@ TEST(faults_are_told_apart_and_the_next_question_is_answered)
     struct modbus_depth *m = begin(-1);
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         double v = 0;
-        how = (int)cases[i].how;
+        how = cases[i].how;
         enum modbus_result got = ask(m, &v);
         how = GOOD;
         if (got != cases[i].want || ask(m, &v) != MODBUS_OK || !(fabs(v - questions) < 1e-9)) {
@@ -305,8 +415,7 @@ TEST(a_lost_line_is_told_and_opened_again)
     double v = 0;
     struct modbus_depth *m = begin(-1);
     CHECK_INT(ask(m, &v), MODBUS_OK);
-    ending = true;
-    pthread_join(slave, NULL);
+    close(line);
     close(master);
     CHECK_INT(ask(m, &v), MODBUS_NO_LINK);
     CHECK_INT(ask(m, &v), MODBUS_NO_LINK);
