@@ -4,12 +4,15 @@
  * many there are, whoever has gone meanwhile, and none after the end.
  */
 #include "tests/lib/held_owner.h"
+#include "tests/lib/patience.h"
 #include "tests/lib/plain_ping.h"
 #include "tests/lib/test.h"
 
 #include <errno.h>
 #include <fcntl.h>
+#include <pthread.h>
 #include <stdatomic.h>
+#include <sys/syscall.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <time.h>
@@ -102,10 +105,7 @@ static void release(void *ctx)
 static void turn_until_done(struct owner_job *last, pipeline_owner_fn *fn)
 {
     bool done = false;
-    for (int i = 0; i < 100000 && !done; i++) {
-        loop_turn(loop, 10000000);
-        done = owner_poll(pipeline, last, fn);
-    }
+    TURN_UNTIL(loop, (done = owner_poll(pipeline, last, fn)));
     CHECK(done);
 }
 
@@ -201,13 +201,51 @@ TEST(any_mix_while_pings_come)
     loop_free(loop);
 }
 
+/* A job that is being done until the loop waits for it. */
+static struct {
+    struct hold hold;
+    pthread_t loop_thread;
+    bool held;
+    atomic_bool done;
+} busy;
+
+/* In the place of the C library's: the loop rests between two looks at what it waits for. */
+int nanosleep(const struct timespec *time, struct timespec *left)
+{
+    if (busy.held && pthread_equal(pthread_self(), busy.loop_thread)) {
+        busy.held = false;
+        sem_post(&busy.hold.go);
+    }
+    return (int)syscall(SYS_nanosleep, time, left);
+}
+
 static void take_time(void *ctx, const struct pipeline_owned *owned)
 {
-    struct hold *hold = ctx;
-    (void)owned;
-    sem_post(&hold->started);
-    nanosleep(&(struct timespec){.tv_nsec = 100000000}, NULL);
-    sem_post(&hold->go);
+    hold_until_let_go(ctx, owned);
+    atomic_store(&busy.done, true);
+}
+
+/* It is being done when this returns. */
+static void start_busy(bool extracts)
+{
+    busy.hold = (struct hold){.call.extracts = extracts};
+    sem_init(&busy.hold.started, 0, 0);
+    sem_init(&busy.hold.go, 0, 0);
+    atomic_store(&busy.done, false);
+    CHECK(!owner_poll(pipeline, &busy.hold.call, take_time));
+    while (sem_wait(&busy.hold.started) != 0) {
+    }
+    busy.loop_thread = pthread_self();
+    busy.held = true;
+}
+
+/* The loop has waited for it, and did not let go before. */
+static void check_busy(void)
+{
+    CHECK(!busy.held && atomic_load(&busy.done));
+    if (busy.held)
+        sem_post(&busy.hold.go);
+    busy.held = false;
 }
 
 /* One is being done, one is the next, the others wait. */
@@ -215,15 +253,10 @@ TEST(at_the_end_none_is_being_done_and_none_begins)
 {
     static struct deed deed[6];
     for (int early = 0; early < 2; early++) {
-        struct hold slow = {.call.extracts = early};
         int gone = 0;
         begin(2);
-        sem_init(&slow.started, 0, 0);
-        sem_init(&slow.go, 0, 0);
         memset(deed, 0, sizeof deed);
-        CHECK(!owner_poll(pipeline, &slow.call, take_time));
-        while (sem_wait(&slow.started) != 0) {
-        }
+        start_busy(early);
         for (int i = 0; i < 6; i++) {
             deed[i].call.extracts = early;
             CHECK(!owner_poll(pipeline, &deed[i].call, act));
@@ -231,7 +264,7 @@ TEST(at_the_end_none_is_being_done_and_none_begins)
         for (int i = 0; i < 6; i += 2)
             owner_job_leave(&deed[i].call, release);
         request_jobs_end(&jobs);
-        CHECK_INT(sem_trywait(&slow.go), 0);
+        check_busy();
         feed();
         pipeline_drain(pipeline);
         for (int i = 0; i < 6; i++) {
@@ -318,45 +351,35 @@ TEST(what_follows_from_one_comes_after_those_that_wait)
         CHECK(!owner_poll(pipeline, &slow.call, act_in_steps));
         owner_call(pipeline, &chain.call, do_nothing, send_deed);
         CHECK(!owner_poll(pipeline, &waits.call, act));
-        for (int i = 0; i < 1000 && !follows.released; i++)
-            loop_turn(loop, 10000000);
+        TURN_UNTIL(loop, follows.released);
         CHECK_INT(follows.released, 1);
         CHECK(waits.call.state == OWNER_JOB_DONE && waits.turn < follows.turn);
         end();
     }
 }
 
-static void hold_in_steps(void *ctx, const struct pipeline_owned *owned)
+static void act_without_end(void *ctx, const struct pipeline_owned *owned)
 {
-    struct hold *held = ctx;
-    hold_until_let_go(ctx, owned);
-    held->call.more = true;
-}
-
-static void let_go(void *ctx)
-{
-    struct hold *held = ctx;
-    sem_post(&held->go);
+    struct deed *deed = ctx;
+    act(ctx, owned);
+    deed->call.more = true;
 }
 
 /* However many steps it would have. */
 TEST(after_the_end_comes_no_step)
 {
-    struct hold held = {0};
+    struct deed endless = {0};
     begin(1);
-    sem_init(&held.started, 0, 0);
-    sem_init(&held.go, 0, 1000000);
-    CHECK(!owner_poll(pipeline, &held.call, hold_in_steps));
-    while (sem_wait(&held.started) != 0) {
-    }
-    owner_job_leave(&held.call, let_go);
+    CHECK(!owner_poll(pipeline, &endless.call, act_without_end));
+    WAIT_UNTIL(endless.done > 0);
+    owner_job_leave(&endless.call, release);
     request_jobs_end(&jobs);
-    CHECK_INT(held.call.state, OWNER_JOB_NONE);
-    while (sem_trywait(&held.started) == 0) {
-    }
+    CHECK(endless.released == 1 && endless.call.state == OWNER_JOB_NONE);
+    const int steps = endless.done;
+    CHECK(steps > 0);
     feed();
     pipeline_drain(pipeline);
-    CHECK(sem_trywait(&held.started) != 0);
+    CHECK_INT(endless.done, steps);
     pipeline_free(pipeline);
     loop_free(loop);
 }
@@ -442,7 +465,7 @@ static void serve(void)
                                      .mode = 0600,
                                      .change = "all",
                                      .max_clients = CLIENTS,
-                                     .client_timeout_ns = 10000000000u,
+                                     .client_timeout_ns = PATIENCE_NS,
                                      .no_rate_limit = true};
     struct fault fault;
     begin(2);
@@ -485,7 +508,7 @@ static void hear(int fd, int lines, char *text, size_t size)
 {
     size_t used = 0;
     int heard = 0;
-    for (int i = 0; i < 10000 && heard < lines; i++) {
+    for (const uint64_t start_ns = loop_clock(); heard < lines && loop_clock() - start_ns < PATIENCE_NS;) {
         const ssize_t n = read(fd, text + used, size - used - 1);
         for (ssize_t k = 0; k < n; k++)
             heard += text[used + (size_t)k] == '\n';
@@ -619,20 +642,16 @@ TEST(what_nobody_waits_for_is_counted)
 /* They are not answered, and what they have sent is freed. */
 TEST(clients_wait_when_all_ends)
 {
-    struct hold slow = {0};
     int fd[3];
     serve();
-    sem_init(&slow.started, 0, 0);
-    sem_init(&slow.go, 0, 0);
-    CHECK(!owner_poll(pipeline, &slow.call, take_time));
-    while (sem_wait(&slow.started) != 0) {
-    }
+    start_busy(false);
     for (int i = 0; i < 3; i++) {
         fd[i] = client();
         ask(fd[i], i ? "change" : "question", 1);
     }
     take_turns(20);
     stop_serving();
+    check_busy();
     CHECK(questions == 0 && changes == 0);
     for (int i = 0; i < 3; i++)
         close(fd[i]);
