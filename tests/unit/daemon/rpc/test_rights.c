@@ -2,6 +2,8 @@
 /* test_rights - who may change something: from the setting to the credentials of a connection's peer. */
 #include "tests/lib/test.h"
 
+#include <grp.h>
+#include <pwd.h>
 #include <string.h>
 #include <sys/socket.h>
 #include <unistd.h>
@@ -9,6 +11,19 @@
 #include "daemon/rpc/rights.h"
 
 #define SOCKET_GROUP 4242
+
+/* In the place of the C library's: one user and one group, whoever this machine has and wherever it asks for them. */
+struct passwd *getpwnam(const char *name)
+{
+    static struct passwd user = {.pw_uid = 1001};
+    return strcmp(name, "daemon") == 0 ? &user : NULL;
+}
+
+struct group *getgrnam(const char *name)
+{
+    static struct group group = {.gr_gid = 1002};
+    return strcmp(name, "daemon") == 0 ? &group : NULL;
+}
 
 TEST(nothing_said_means_the_sockets_group)
 {
@@ -45,7 +60,9 @@ TEST(without_a_look_names_give_nobody_a_right)
     rights_set(&r, "123 daemon @daemon", SOCKET_GROUP);
     CHECK_STR(r.unknown, "");
     CHECK_INT(r.n_users, 4);
+    CHECK_INT(r.user[3], 1001);
     CHECK_INT(r.n_groups, 1);
+    CHECK_INT(r.group[0], 1002);
 }
 
 TEST(the_user_of_the_process_may_and_who_is_not_known_may_not)
