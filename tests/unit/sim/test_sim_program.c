@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* test_sim_program - the virtual Ping360 as a program: a scripted exchange over its pseudo-terminal, its commands and
  * its faults. */
+#include "tests/lib/patience.h"
 #include "tests/lib/test.h"
 
 #include <fcntl.h>
@@ -25,20 +26,19 @@ static const struct ping360_settings settings_20m = {.mode = 1,
 struct program {
     pid_t pid;
     int to, from; /* its standard input and output */
-    char link[64];
+    char folder[64], link[80];
     char held[1024]; /* output not yet read as a line */
     size_t n;
 };
 
-/* One line of the program's output; empty after 10 s of silence or at its end. */
+/* One line of the program's output; empty after a long silence or at its end. */
 static const char *program_line(struct program *p)
 {
     static char line[256];
     char *newline;
 
     while ((newline = memchr(p->held, '\n', p->n)) == NULL) {
-        struct pollfd fd = {p->from, POLLIN, 0};
-        ssize_t got = poll(&fd, 1, 10000) == 1 ? read(p->from, p->held + p->n, sizeof p->held - p->n) : 0;
+        ssize_t got = patience_for(p->from, POLLIN) ? read(p->from, p->held + p->n, sizeof p->held - p->n) : 0;
         if (got <= 0)
             return "";
         p->n += (size_t)got;
@@ -60,7 +60,9 @@ static void program_start(struct program *p)
     memset(p, 0, sizeof *p);
     self[n > 0 ? n : 0] = '\0';
     snprintf(path, sizeof path, "%s/ping360_sim", dirname(self));
-    snprintf(p->link, sizeof p->link, "/tmp/sonard-test-sim.%d", (int)getpid());
+    strcpy(p->folder, "/tmp/sonard-test-sim-XXXXXX");
+    CHECK(mkdtemp(p->folder) != NULL);
+    snprintf(p->link, sizeof p->link, "%s/tty", p->folder);
     if (pipe(to) != 0 || pipe(from) != 0 || (p->pid = fork()) < 0) {
         perror("program_start");
         exit(1);
@@ -106,6 +108,7 @@ static int program_stop(struct program *p)
     close(p->to);
     close(p->from);
     CHECK(!link_exists(p));
+    CHECK_INT(rmdir(p->folder), 0);
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
 }
 
@@ -122,14 +125,13 @@ static int host_open(const struct program *p)
     return fd;
 }
 
-/* Id of the next good frame; 0 after `ms` without one, -1 when the line hangs up. */
-static int host_frame(int fd, struct ping_parser *parser, int ms)
+/* Id of the next good frame; 0 when none comes, -1 when the line hangs up. */
+static int host_frame(int fd, struct ping_parser *parser)
 {
-    struct pollfd p = {fd, POLLIN, 0};
     uint8_t byte;
     struct ping_frame frame;
 
-    while (poll(&p, 1, ms) == 1) {
+    while (patience_for(fd, POLLIN)) {
         const uint8_t *bytes = &byte;
         size_t n = 1;
         if (read(fd, &byte, 1) != 1)
@@ -140,14 +142,18 @@ static int host_frame(int fd, struct ping_parser *parser, int ms)
     return 0;
 }
 
-static int host_ask(int fd, struct ping_parser *parser, int ms)
+static void host_send(int fd, uint16_t request)
 {
     uint8_t frame[PING_FRAME_MAX];
-    size_t n = ping_encode_request(frame, sizeof frame, PING_DEVICE_INFORMATION);
+    size_t n = ping_encode_request(frame, sizeof frame, request);
 
-    if (write(fd, frame, n) != (ssize_t)n)
-        return -1;
-    return host_frame(fd, parser, ms);
+    CHECK_INT(write(fd, frame, n), n);
+}
+
+static int host_ask(int fd, struct ping_parser *parser, uint16_t request)
+{
+    host_send(fd, request);
+    return host_frame(fd, parser);
 }
 
 static int host_ping(int fd, struct ping_parser *parser)
@@ -157,14 +163,14 @@ static int host_ping(int fd, struct ping_parser *parser)
 
     if (write(fd, frame, n) != (ssize_t)n)
         return -1;
-    return host_frame(fd, parser, 10000);
+    return host_frame(fd, parser);
 }
 
 TEST(program_speaks_over_its_terminal_and_makes_faults)
 {
     struct program p;
     struct ping_parser parser;
-    char ready[96];
+    char ready[128];
 
     ping_parser_init(&parser, PING_PAYLOAD_MAX);
     program_start(&p);
@@ -172,7 +178,7 @@ TEST(program_speaks_over_its_terminal_and_makes_faults)
     CHECK_STR(program_line(&p), ready);
     int fd = host_open(&p);
     CHECK(fd >= 0);
-    CHECK_INT(host_ask(fd, &parser, 10000), PING_DEVICE_INFORMATION);
+    CHECK_INT(host_ask(fd, &parser, PING_DEVICE_INFORMATION), PING_DEVICE_INFORMATION);
     CHECK_INT(host_ping(fd, &parser), PING360_DEVICE_DATA);
 
     CHECK_STR(program_say(&p, "split on"), "ok split on");
@@ -184,10 +190,11 @@ TEST(program_speaks_over_its_terminal_and_makes_faults)
     CHECK_INT(host_ping(fd, &parser), PING360_DEVICE_DATA);
     CHECK(parser.garbage_bytes >= garbage + 90);
     CHECK_STR(program_say(&p, "drop 1"), "ok drop 1");
-    CHECK_INT(host_ask(fd, &parser, 300), 0);
+    host_send(fd, PING_DEVICE_INFORMATION); /* is not answered: the next good frame is of the next request */
+    CHECK_INT(host_ask(fd, &parser, PING_PROTOCOL_VERSION), PING_PROTOCOL_VERSION);
     CHECK_STR(program_say(&p, "corrupt 1"), "ok corrupt 1");
-    CHECK_INT(host_ask(fd, &parser, 300), 0);
-    CHECK_INT(host_ask(fd, &parser, 10000), PING_DEVICE_INFORMATION);
+    host_send(fd, PING_PROTOCOL_VERSION);
+    CHECK_INT(host_ask(fd, &parser, PING_DEVICE_INFORMATION), PING_DEVICE_INFORMATION);
     CHECK_STR(program_say(&p, "drop many"), "error: drop wants: drop N (0 to 1e+06)");
     CHECK_STR(program_say(&p, "dance"), "error: 'dance' is no command; --help lists them");
     close(fd);
@@ -203,14 +210,14 @@ TEST(program_is_unplugged_and_plugged_in_again)
     program_start(&p);
     program_line(&p);
     int fd = host_open(&p);
-    CHECK_INT(host_ask(fd, &parser, 10000), PING_DEVICE_INFORMATION);
+    CHECK_INT(host_ask(fd, &parser, PING_DEVICE_INFORMATION), PING_DEVICE_INFORMATION);
     CHECK_STR(program_say(&p, "unplug"), "ok unplug");
     CHECK(!link_exists(&p));
-    CHECK_INT(host_frame(fd, &parser, 10000), -1);
+    CHECK_INT(host_frame(fd, &parser), -1);
     close(fd);
     CHECK_STR(program_say(&p, "plug"), "ok plug");
     fd = host_open(&p);
-    CHECK_INT(host_ask(fd, &parser, 10000), PING_DEVICE_INFORMATION);
+    CHECK_INT(host_ask(fd, &parser, PING_DEVICE_INFORMATION), PING_DEVICE_INFORMATION);
     close(fd);
     CHECK_INT(program_stop(&p), 0);
 }
