@@ -237,7 +237,7 @@ RUN_TESTS := tests/run.sh
 
 LIVE     := $(filter-out tests/live/test_blueos.py tests/live/test_web_page.py tests/live/test_campaign.py,$(sort $(wildcard tests/live/test_*.py)))
 GATE_LIVE := $(shell grep -l 'gate=' $(LIVE))
-UNIT_SLOW := $(filter %/test_honest %/test_honest_drift %/test_honest_jumps %/test_course,$(UNIT))
+UNIT_SLOW := $(addprefix $(BUILD)/tests/,test_honest test_honest_drift test_course test_honest_jumps)
 # Under address+undefined: what reads foreign bytes, and what belongs to a program.
 GUARDED  := $(filter-out test_honest%,$(notdir $(patsubst %.c,%,$(filter-out tests/unit/grid/% tests/unit/pilot/% tests/unit/report/% tests/unit/sim/%,$(UNIT_SRC)))))
 ASAN     := CC=gcc SAN=address,undefined CFLAGS='-O1 -g' BUILD=$(BUILD)/asan
