@@ -92,6 +92,27 @@ STANDARD = {"azimuth_deg": 0, "distance_m": 1, "velocity_mps": [1, 0, 0], "posit
             "id": 1}
 
 
+_held_ports = []
+
+
+def free_port():
+    """A port of 127.0.0.1 that is free for UDP and TCP, and stays so until a program of this test binds it. It lies below those
+    that the kernel hands out by itself; a name in the abstract namespace keeps other tests off it while this one runs."""
+    for port in range(20000, 32000):
+        mine = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
+        try:
+            mine.bind("\0sonard-test-port-%d" % port)
+            for kind in (socket.SOCK_DGRAM, socket.SOCK_STREAM):
+                with socket.socket(socket.AF_INET, kind) as probe:
+                    probe.bind(("127.0.0.1", port))
+        except OSError:
+            mine.close()
+            continue
+        _held_ports.append(mine)
+        return port
+    raise Failed("no port from 20000 to 31999 is free")
+
+
 class Schema:
     """What `sonard --schema` prints. Holding against it takes longer than the daemon takes to answer: of what is
     asked again and again every tenth is."""

@@ -13,9 +13,9 @@ import subprocess
 import threading
 import time
 
-from lib import BUILD, Process, Skipped, check, note, run, until
+from lib import BUILD, Process, Skipped, check, free_port, note, run, until
 from mavlink_frame import ATTITUDE, HEARTBEAT, frame
-from webclient import Web, free_port
+from webclient import Web
 
 PACKAGED = "packaging/blueos"
 CAPABILITIES = ["CAP_" + c for c in "CHOWN DAC_OVERRIDE FOWNER KILL SETGID SETUID SETPCAP NET_BIND_SERVICE".split()]  # as Docker has

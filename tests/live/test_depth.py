@@ -3,12 +3,11 @@
 """test_depth - the depth of a virtual Modbus transmitter, over a pseudo-terminal and over TCP: right values, every fault
 of the slave, and a sonar that never waits for it."""
 import os
-import socket
 import subprocess
 import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from lib import BUILD, Process, check, pings_until, run, until  # noqa: E402
+from lib import BUILD, Process, check, free_port, pings_until, run, until  # noqa: E402
 
 FAST = {"rate": "20 Hz", "timeout": "100 ms", "turnaround": "400 ms", "speed_limit": "100 m/s"}
 
@@ -59,9 +58,7 @@ def follows(bench):
 
 
 def over_tcp(bench):
-    with socket.socket() as s:
-        s.bind(("127.0.0.1", 0))
-        port = s.getsockname()[1]
+    port = free_port()
     transmitter = Transmitter(bench, "tcp", str(port))
     bench.conf(depth=dict(FAST, source="modbus-tcp:127.0.0.1:%d" % port))
     client = bench.sonard().client()

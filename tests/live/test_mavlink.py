@@ -15,7 +15,7 @@ import threading
 import time
 import tty
 
-from lib import BUILD, Client, PATIENCE, Process, SANITIZER, SIM, check, note, pings_until, run, until
+from lib import BUILD, Client, PATIENCE, Process, SANITIZER, SIM, check, free_port, note, pings_until, run, until
 from mavlink_frame import (ATTITUDE, COMMAND_LONG, CRC_EXTRA, DISTANCE_SENSOR, HEARTBEAT, OBSTACLE_DISTANCE,
                            OBSTACLE_DISTANCE_3D, STATUSTEXT, TIMESYNC, crc16, frame, signature)
 
@@ -141,9 +141,7 @@ class SigningAutopilot(UdpAutopilot):
 
     def __init__(self):
         super().__init__()
-        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-            free.bind(("127.0.0.1", 0))
-            self.peer = free.getsockname()
+        self.peer = ("127.0.0.1", free_port())
         self.link = "udpin:%d" % self.peer[1]
         self.key = bytes(range(32))
 
@@ -477,9 +475,7 @@ def hung(bench, autopilot):
 
 def absent(bench):
     """A link that leads nowhere is told once, and tried again."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-        free.bind(("127.0.0.1", 0))
-        port = free.getsockname()[1]
+    port = free_port()
     started = [bridge(bench, link) for link in ("udp:nowhere.invalid:14550", "udp:127.0.0.1:%d" % port,
                                                 "serial:%s:115200" % bench.path("tty"))]
     unknown, refused, _ = started

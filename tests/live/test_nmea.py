@@ -7,7 +7,7 @@ import subprocess
 import sys
 
 sys.path.insert(0, os.path.dirname(os.path.abspath(__file__)))
-from lib import BUILD, Process, check, run, until  # noqa: E402
+from lib import BUILD, Process, check, free_port, run, until  # noqa: E402
 
 
 class Instrument(Process):
@@ -119,11 +119,9 @@ def unplugged(bench):
 
 def over_udp(bench):
     """Several sentences in a datagram, and one in two of them."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ours, socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as s:
+    local = free_port()
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ours:
         ours.bind(("127.0.0.1", 0))
-        s.bind(("127.0.0.1", 0))
-        local = s.getsockname()[1]
-        s.close()
         bench.conf(nmea={"port": "udp:127.0.0.1:%d:%d" % (ours.getsockname()[1], local), "use": "both"})
         client = bench.sonard().client()
         until(lambda: nmea(client)["state"] == "open", "the port")

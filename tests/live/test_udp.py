@@ -4,7 +4,7 @@
 import socket
 import time
 
-from lib import SONARCTL, check, note, run, until
+from lib import SONARCTL, check, free_port, note, run, until
 
 ASK_IDENTITY = bytes.fromhex("42520200060000000400a000")
 
@@ -86,9 +86,7 @@ def bridge(bench):
 
 def nobody_there(bench):
     """Nobody has the port at first: counted, said once, and found as soon as somebody has it."""
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
-        taken.bind(("127.0.0.1", 0))
-        port = taken.getsockname()[1]
+    port = free_port()
     daemon, client = start(bench, {"sounder": "udp:127.0.0.1:%d" % port})
     until(lambda: sensor(client, "sounder")["port_refused"] >= 4, "refusals to be counted")
     until(lambda: sensor(client, "sounder")["state"] == "silent", "the silence to be known")

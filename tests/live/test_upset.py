@@ -7,7 +7,7 @@ import re
 import socket
 import time
 
-from lib import PATIENCE, SANITIZER, Skipped, check, helper, note, pings_until, run, until
+from lib import PATIENCE, SANITIZER, Skipped, check, free_port, helper, note, pings_until, run, until
 
 TURN = 200  # pings of a full circle at 1.8 degrees
 
@@ -76,12 +76,6 @@ def clock_set(bench):
         check(client.call("sectors")["pose_age_s"] < 0.5 * PATIENCE, "a pose of now is old")
         pings_until(client, 20)
     check(client.call("status")["pose"]["refused"] == 0 and sim.status is None, "a pose was refused")
-
-
-def free_port():
-    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as free:
-        free.bind(("127.0.0.1", 0))
-        return free.getsockname()[1]
 
 
 def rate(client, seconds):

@@ -676,7 +676,7 @@ def foxglove(bench):
     os.mkdir(modules)
     with open(os.path.join(modules, "package.json"), "w", encoding="ascii") as f:
         f.write("{}")
-    if bench.run("sh", "-c", "cd '%s' && npm install --silent --no-audit --no-fund @foxglove/ws-protocol@0.8 ws@8" % modules, limit_s=90).returncode:
+    if bench.run("sh", "-c", "cd '%s' && npm install --silent --no-audit --no-fund @foxglove/ws-protocol@0.8.0 ws@8.23.0" % modules, limit_s=90).returncode:
         raise Skipped("npm cannot get @foxglove/ws-protocol")
     client, web = started(bench, map={"voxel": "0.2 m", "memory": "16 MiB"})
     end = client.sensor()["pings"] + 230

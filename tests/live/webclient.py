@@ -8,15 +8,9 @@ import socket
 import struct
 import time
 
-from lib import BUILD, PATIENCE, Process, Skipped, check, until
+from lib import BUILD, PATIENCE, Process, Skipped, check, free_port, until
 
 SONARD_WEB = os.path.join(BUILD, "sonard-web")
-
-
-def free_port():
-    with socket.socket() as s:
-        s.bind(("127.0.0.1", 0))
-        return s.getsockname()[1]
 
 
 class Web(Process):

@@ -15,7 +15,7 @@ MCAP_MODULES=$(mktemp -d) || exit 2
 export MCAP_MODULES
 trap 'rm -rf "$MCAP_MODULES"' EXIT
 if ! (cd "$MCAP_MODULES" && echo '{}' >package.json &&
-      timeout 60 npm install --silent --no-audit --no-fund @mcap/core@2 lz4js@0.2 fzstd@0.1) >/dev/null 2>&1; then
+      timeout 60 npm install --silent --no-audit --no-fund @mcap/core@2.2.1 lz4js@0.2.0 fzstd@0.1.1) >/dev/null 2>&1; then
     echo "skip mcap_core: npm cannot get @mcap/core"
     exit 0
 fi

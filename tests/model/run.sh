@@ -2,11 +2,11 @@
 # SPDX-License-Identifier: MIT
 # Checks the models of the ring, of the snapshot and of jobs for the owner of the grids over all interleavings, then that each deliberately broken variant
 # is refuted: a check that cannot fail proves nothing. Prints one line per check; ends with 1 when any failed.
-# OUT=dir keeps the work files (build/model); a counterexample is replayed there into NAME.trail.txt.
+# The work files are in BUILD/model; a counterexample is replayed there into NAME.trail.txt.
 set -u
-cd "$(dirname "$0")" || exit 2
-here=$PWD
-OUT=${OUT:-../../build/model}
+cd "$(dirname "$0")/../.." || exit 2
+here=$PWD/tests/model
+OUT=${BUILD:-build}/model
 CC=${CC:-cc}
 failed=0
 
@@ -42,7 +42,7 @@ check() {
     if [ "$got" = "$want" ]; then
         echo "ok model_$name ($got, ${states:-?} states)"
     else
-        echo "FAIL model_$name: want $want, got $got (see build/model/$name)"
+        echo "FAIL model_$name: want $want, got $got (see $OUT/$name)"
         failed=1
     fi
 }
