@@ -270,7 +270,8 @@ check-live: deps-long
 	@echo 'these assert latencies and rates: the machine should be idle'
 	@BUILD=$(BUILD) AGAIN=1 LIMIT=900 $(RUN_TESTS) $(LIVE)
 
-check-web: deps-long
+check-web:
+	@tests/deps.sh web
 	@$(MAKE) --no-print-directory $(PARALLEL) programs tests
 	@BUILD=$(BUILD) AGAIN=1 LIMIT=900 $(RUN_TESTS) tests/live/test_web_page.py
 

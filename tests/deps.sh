@@ -1,12 +1,13 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# deps.sh [build|check|long|lint|report|vm|arm64|deb|blueos] - installs what is missing on a Debian 12: what building needs,
-# what the gate (make check) needs too, what all other tests need (long), or what lint, the report, the virtual machine of
-# check-vm, check-arm64, deb and check-deb, or blueos need. Needs root or sudo only when something is missing.
+# deps.sh [build|check|long|web|lint|report|vm|arm64|deb|blueos] - installs what is missing on a Debian 12: what building
+# needs, what the gate (make check) needs too, what all other tests need (long), or what check-web, lint, the report, the
+# virtual machine of check-vm, check-arm64, deb and check-deb, or blueos need. Needs root or sudo only when something is missing.
 set -eu
 build="gcc libc6-dev make pkg-config libinih-dev libjansson-dev liblz4-dev libzstd-dev zlib1g-dev libmodbus-dev libgpiod-dev libwebsockets-dev"
 check="$build python3 python3-jsonschema librsvg2-bin gnuplot-nox cmark-gfm systemd udev"
 long="$check clang libclang-rt-14-dev valgrind spin nodejs npm zsh hunspell hunspell-en-gb g++ git"
+web="$long chromium"
 lint="$build clang-format clang-tidy"
 report="$build gnuplot-nox cmark-gfm valgrind python3"
 vm="$build e2fsprogs qemu-system-x86 busybox-static cpio kmod xz-utils iproute2 can-utils gpiod mmdebstrap python3"
@@ -18,13 +19,14 @@ case "${1:-build}" in
 build) want=$build ;;
 check) want=$check ;;
 long) want=$long ;;
+web) want=$web ;;
 lint) want=$lint ;;
 report) want=$report ;;
 vm) want=$vm ;;
 arm64) want=$arm64 ;;
 deb) want=$deb ;;
 blueos) want=$blueos ;;
-*) echo "usage: deps.sh [build|check|long|lint|report|vm|arm64|deb|blueos]" >&2; exit 2 ;;
+*) echo "usage: deps.sh [build|check|long|web|lint|report|vm|arm64|deb|blueos]" >&2; exit 2 ;;
 esac
 
 missing=
