@@ -202,7 +202,7 @@ help:
 	@echo 'make deb        the Debian packages of this machine into $(BUILD)/deb; then: apt install ./$(BUILD)/deb/sonard_*.deb'
 	@echo 'make check-deb  the packages for amd64 and arm64 in a clean Debian into $(BUILD)/deb, twice the same, clean for lintian'
 	@echo 'make blueos     the BlueOS extension as an OCI image into $(BUILD)/blueos (ARCHS="amd64 arm64"); make check-blueos runs it'
-	@echo 'make coverage   which lines of grid/ and of the parsers the unit tests reach'
+	@echo 'make coverage   which lines the unit tests, the gate and the live suites reach'
 	@echo 'make mutants    change grid/ in many places, one at a time: does a unit test notice? (MUTANTS="--sample 200 --seed 7")'
 	@echo 'make fuzz       run every fuzz target for SECONDS (20) each'
 	@echo 'make soak       load that stays: a day in virtual time, and an hour in which every wire fails, clients come and go (SECONDS, HOURS)'
@@ -356,9 +356,13 @@ lint:
 	@GPIOD=$(GPIOD) tests/lint.sh
 
 # Built anew by itself: what is counted are the lines of one compiler at one level.
+COVERAGE := CC='gcc --coverage' CFLAGS='-O1 -g' BUILD=$(BUILD)/coverage
 coverage: deps-long
-	@$(MAKE) --no-print-directory CC='gcc --coverage' CFLAGS='-O1 -g' BUILD=$(BUILD)/coverage unit $(BUILD)/coverage/tests/ping360_sim
-	@BUILD=$(BUILD)/coverage tests/coverage.sh $(patsubst $(BUILD)/%,$(BUILD)/coverage/%,$(UNIT))
+	@$(MAKE) --no-print-directory $(PARALLEL) $(COVERAGE) programs tests
+	@$(MAKE) --no-print-directory $(COVERAGE) coverage-run
+coverage-run: export PATIENCE ?= 6
+coverage-run:
+	@BUILD=$(BUILD) tests/coverage.sh $(UNIT) -- $(filter-out $(UNIT) $(BUILD)/asan/%,$(GATE)) -- $(LIVE)
 
 # MUTANTS: options of tests/mutants/mutants.py.
 mutants: private export MUTANTS_COMPILE = $(COMPILE)

@@ -1,9 +1,11 @@
 # SPDX-License-Identifier: MIT
-"""coverage.py - reads what `gcov --json-format --stdout` prints of every object, and prints per source file of grid/ and
-of the parsers which share of its lines was run, the least first, and the lines that were not. Exit status 1: one of the
-two sums is below 90 %."""
+"""coverage.py UNITS GATE LIVE - reads what `gcov --json-format --stdout` printed of every object after the unit tests, after
+the whole gate, and after the live suites on top. Prints per source file of grid/ and of the parsers which share of its lines
+the unit tests ran, the least first, and the lines that they did not; then per folder what the gate and what all tests ran.
+Exit status 1: one of the two sums is below 90 %."""
 import fnmatch
 import json
+import os
 import sys
 
 AIM = 90.0
@@ -47,18 +49,37 @@ def part_of(name):
     return next((part for part, patterns in PARTS.items() if any(fnmatch.fnmatch(name, p) for p in patterns)), None)
 
 
-def main():
-    files = read(sys.stdin)
+def share(files):
+    """(percent of their lines that were run, how many lines)"""
+    total = sum(map(len, files.values()))
+    return 100.0 * sum(sum(lines.values()) for lines in files.values()) / max(total, 1), total
+
+
+def by_file(files):
+    """Prints the parts file by file; is each part as good as it should be?"""
     good = True
     for part in PARTS:
         mine = {name: lines for name, lines in files.items() if part_of(name) == part and lines}
-        total, hit = sum(map(len, mine.values())), sum(sum(lines.values()) for lines in mine.values())
-        share = 100.0 * hit / total if total else 0.0
-        good = good and share >= AIM
-        for name, lines in sorted(mine.items(), key=lambda item: sum(item[1].values()) / len(item[1])):
-            print("%6.1f %% of %5d  %-36s %s" % (100.0 * sum(lines.values()) / len(lines), len(lines), name,
-                                                 ranges(n for n, run in lines.items() if not run)[:160]))
-        print("%6.1f %% of %5d  %s: aim %g %%\n" % (share, total, part, AIM))
+        for name, lines in sorted(mine.items(), key=lambda item: share({"": item[1]})):
+            print("%6.1f %% of %5d  %-36s %s" % (*share({"": lines}), name, ranges(n for n, run in lines.items() if not run)[:160]))
+        percent, total = share(mine)
+        good = good and percent >= AIM
+        print("%6.1f %% of %5d  %s: aim %g %%\n" % (percent, total, part, AIM))
+    return good
+
+
+def by_folder(gate, everything):
+    print("%-22s %6s  %6s  %6s  %s" % ("folder", "lines", "gate", "all", "points apart"))
+    for folder in sorted({os.path.dirname(name) for name in everything if not os.path.isabs(name)}):
+        inside = [{n: lines for n, lines in files.items() if os.path.dirname(n) == folder} for files in (gate, everything)]
+        (held, total), (reached, _) = share(inside[0]), share(inside[1])
+        print("%-22s %6d  %4.1f %%  %4.1f %%  %5.1f" % (folder, total, held, reached, reached - held))
+
+
+def main():
+    units, gate, everything = (read(open(name, encoding="ascii")) for name in sys.argv[1:4])
+    good = by_file(units)
+    by_folder(gate, everything)
     return 0 if good else 1
 
 
