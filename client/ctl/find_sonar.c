@@ -83,11 +83,17 @@ static bool judge_ping(struct search *s, const struct ping_frame *frame)
     struct ping_device_information info;
     struct ping360_data data;
     char how[80];
+    const char *text;
+    size_t n;
+    uint16_t refused;
 
     if (ping360_decode_data(frame, &data))
         return is(s, "ping360", "received its pings");
     if (frame->id == SURVEYOR_ATOF_POINTS)
         return is(s, "surveyor", "received its pings");
+    if (ping_decode_nack(frame, &refused, &text, &n) &&
+        (refused == PING_DEVICE_INFORMATION || refused == PING_GENERAL_REQUEST))
+        return is(s, "ping1d", "refused to tell its name, as a Ping1D with old firmware does");
     if (!ping_decode_device_information(frame, &info))
         return false;
     snprintf(how, sizeof how, "answered as %s, firmware %u.%u.%u",

@@ -10,6 +10,7 @@
 #include "ping_bytes.h"
 
 #define SIMPLE_BYTES   5
+#define FIRMWARE_BYTES 6
 #define DISTANCE_BYTES 24
 #define PROFILE_BYTES  26      /* without the samples */
 #define FAR_MM         300000u /* no scan of these devices ends beyond */
@@ -95,6 +96,15 @@ bool ping1d_decode_speed(const struct ping_frame *f, double *speed_mps)
     if (!(speed >= 1000.0 && speed <= 2000.0))
         return false;
     *speed_mps = speed;
+    return true;
+}
+
+bool ping1d_decode_firmware(const struct ping_frame *f, unsigned *major, unsigned *minor)
+{
+    if (f->id != PING1D_FIRMWARE_VERSION || f->length < FIRMWARE_BYTES)
+        return false;
+    *major = get_u16(f->payload + 2);
+    *minor = get_u16(f->payload + 4);
     return true;
 }
 

@@ -35,6 +35,7 @@ enum ping1d_message {
     PING1D_SET_PING_INTERVAL = 1004,
     PING1D_SET_GAIN = 1005,
     PING1D_SET_PING_ENABLE = 1006,
+    PING1D_FIRMWARE_VERSION = 1200,
     PING1D_SPEED_OF_SOUND = 1203,
     PING1D_DISTANCE_SIMPLE = 1211,
     PING1D_DISTANCE = 1212,
@@ -71,6 +72,9 @@ size_t ping1d_encode_set(uint8_t *out, size_t size, uint16_t id, uint32_t a, uin
 
 /** ping1d_decode_speed - speed_of_sound, m/s; false when it is none, or none of any water (1000 .. 2000 m/s). */
 bool ping1d_decode_speed(const struct ping_frame *f, double *speed_mps);
+
+/** ping1d_decode_firmware - firmware_version, all that old firmware tells of itself; false when it is none. */
+bool ping1d_decode_firmware(const struct ping_frame *f, unsigned *major, unsigned *minor);
 
 /* What a reading is held against. */
 struct ping1d_view {

@@ -6,8 +6,8 @@
  * Knows no descriptor, no clock and no grid.
  *
  *   opened -> IDENTIFY -> SETTING (each) -> STREAM, or REQUEST and PAUSE in turn      (stop: STOP)
- *               ^  |                                       | silence, or it was started anew
- *               |  v                                       |
+ *               ^  | \refused     ^                        | silence, or it was started anew
+ *               |  |  FIRMWARE ---+                        |
  *              a wait <------------------------------------+
  */
 #include "ping1d.h"
@@ -33,7 +33,7 @@
 #define BEAM_PING2_DEG  25.0
 #define LISTENING_MIN_M 1.5
 
-enum step { IDENTIFY, SETTING, STREAM, REQUEST, PAUSE, STOP, N_STEPS };
+enum step { IDENTIFY, FIRMWARE, SETTING, STREAM, REQUEST, PAUSE, STOP, N_STEPS };
 
 static const struct poller_step steps[N_STEPS];
 
@@ -109,6 +109,13 @@ static uint64_t identify(void *device, uint64_t now_ns, const struct device_io *
 {
     (void)device, (void)now_ns;
     ping_talk_request(PING_DEVICE_INFORMATION, io);
+    return ANSWER_NS;
+}
+
+static uint64_t ask_firmware(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    (void)device, (void)now_ns;
+    ping_talk_request(PING1D_FIRMWARE_VERSION, io);
     return ANSWER_NS;
 }
 
@@ -200,6 +207,15 @@ static void nobody_there(void *device, uint64_t now_ns, const struct device_io *
     poller_retry(&d->talk.poller, now_ns);
 }
 
+/* It has answered, if only to refuse its name: it is there, and readings will tell what it is worth. */
+static void set_up_nameless(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    struct ping1d *d = device;
+    struct device_status *s = &d->talk.poller.status;
+    snprintf(s->what, sizeof(s->what), "Ping1D of old firmware");
+    set_up_from(d, 0, now_ns, io);
+}
+
 /* It is done without. */
 static void setting_missed(void *device, uint64_t now_ns, const struct device_io *io)
 {
@@ -212,7 +228,10 @@ static void setting_missed(void *device, uint64_t now_ns, const struct device_io
 static void readings_missed(void *device, uint64_t now_ns, const struct device_io *io)
 {
     struct ping1d *d = device;
-    poller_restart(&d->talk.poller, "the echosounder stopped sending readings", now_ns, io);
+    poller_restart(&d->talk.poller,
+                   d->talk.poller.answered ? "the echosounder stopped sending readings"
+                                           : "the echosounder is there, but sends no readings",
+                   now_ns, io);
 }
 
 static void ask_again(void *device, uint64_t now_ns, const struct device_io *io)
@@ -228,6 +247,7 @@ static void never_stopped(void *device, uint64_t now_ns, const struct device_io 
 
 static const struct poller_step steps[N_STEPS] = {
     [IDENTIFY] = {DEVICE_IDENTIFY, .tries = 3, .ask = identify, .missed = nobody_there},
+    [FIRMWARE] = {DEVICE_IDENTIFY, .tries = 2, .ask = ask_firmware, .missed = set_up_nameless},
     [SETTING] = {DEVICE_SETUP, .tries = 2, .ask = send_setting, .missed = setting_missed},
     [STREAM] = {DEVICE_SETUP, .tries = 1, .ask = start_profiles, .missed = readings_missed},
     [REQUEST] = {DEVICE_SETUP, .tries = 3, .ask = ask_distance, .missed = readings_missed},
@@ -293,10 +313,16 @@ static void on_reading(struct ping1d *d, const struct ping_frame *frame, uint64_
         go(d, PAUSE, now_ns, io);
 }
 
+/* Waits to hear what it is, or to ask that again. */
+static bool is_seeking(const struct ping1d *d)
+{
+    return poller_seeking(&d->talk.poller, &steps[IDENTIFY]) || at(d, FIRMWARE);
+}
+
 static void on_identity(struct ping1d *d, const struct ping_frame *frame, uint64_t now_ns,
                         const struct device_io *io)
 {
-    const bool seeking = poller_seeking(&d->talk.poller, &steps[IDENTIFY]);
+    const bool seeking = is_seeking(d);
     struct ping_device_information info;
 
     if (!ping_talk_identity(&d->talk, frame, &info))
@@ -313,11 +339,47 @@ static void on_identity(struct ping1d *d, const struct ping_frame *frame, uint64
     }
 }
 
-/* Some firmware refuses what nobody asked for: a refusal is counted and reported, and a setting then done without. */
-static void on_answer(struct ping1d *d, uint16_t id, uint64_t now_ns, const struct device_io *io)
+/* Only this family knows the message; a Ping2 is too new to be asked. */
+static void on_firmware(struct ping1d *d, const struct ping_frame *frame, uint64_t now_ns,
+                        const struct device_io *io)
 {
-    if (at(d, SETTING) && id == settings[d->setting])
+    struct device_status *s = &d->talk.poller.status;
+    unsigned major, minor;
+
+    if (!ping1d_decode_firmware(frame, &major, &minor)) {
+        s->bad_frame++;
+        return;
+    }
+    if (!at(d, FIRMWARE))
+        return;
+    snprintf(s->what, sizeof(s->what), "Ping1D fw %u.%u id %u", major, minor, frame->src);
+    set_up_from(d, 0, now_ns, io);
+}
+
+/* Old firmware does not know the first question: it is asked the one that it knows, or set up without a name. */
+static void on_nameless(struct ping1d *d, uint16_t id, uint64_t now_ns, const struct device_io *io)
+{
+    if (at(d, FIRMWARE) && id != PING_DEVICE_INFORMATION)
+        set_up_nameless(d, now_ns, io);
+    else if (!at(d, FIRMWARE) && id != PING1D_FIRMWARE_VERSION)
+        go(d, FIRMWARE, now_ns, io);
+}
+
+/*
+ * Some firmware refuses what nobody asked for: a refusal is counted and reported, and what was refused then done
+ * without. A request is refused by its own id, or by that of the message around it.
+ */
+static void on_answer(struct ping1d *d, uint16_t id, bool refused, uint64_t now_ns, const struct device_io *io)
+{
+    const bool question =
+        id == PING_DEVICE_INFORMATION || id == PING1D_FIRMWARE_VERSION || id == PING_GENERAL_REQUEST;
+
+    if (refused && question && is_seeking(d))
+        on_nameless(d, id, now_ns, io);
+    else if (at(d, SETTING) && id == settings[d->setting])
         set_up_from(d, d->setting + 1, now_ns, io);
+    else if (refused && at(d, STREAM) && id == PING1D_CONTINUOUS_START)
+        go(d, REQUEST, now_ns, io);
     else if (at(d, STOP) && id == PING1D_CONTINUOUS_STOP)
         poller_quiet(&d->talk.poller);
 }
@@ -327,7 +389,7 @@ static void on_speed(struct ping1d *d, const struct ping_frame *frame, uint64_t 
     if (!ping1d_decode_speed(frame, &d->device_speed_mps))
         d->talk.poller.status.bad_frame++;
     else
-        on_answer(d, PING1D_SPEED_OF_SOUND, now_ns, io);
+        on_answer(d, PING1D_SPEED_OF_SOUND, false, now_ns, io);
 }
 
 static void on_frame(void *device, const struct ping_frame *frame, uint64_t now_ns, const struct device_io *io)
@@ -342,10 +404,12 @@ static void on_frame(void *device, const struct ping_frame *frame, uint64_t now_
         on_identity(d, frame, now_ns, io);
     else if (frame->id == PING1D_SPEED_OF_SOUND)
         on_speed(d, frame, now_ns, io);
+    else if (frame->id == PING1D_FIRMWARE_VERSION)
+        on_firmware(d, frame, now_ns, io);
     else if (frame->id == PING_ASCII_TEXT)
         ping_talk_says(frame, io);
     else if (ping_talk_answered(&d->talk, frame, io, &id, &refused))
-        on_answer(d, id, now_ns, io);
+        on_answer(d, id, refused, now_ns, io);
 }
 
 /* ---- the device ---- */

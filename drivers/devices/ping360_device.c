@@ -389,6 +389,8 @@ static void on_answer(struct ping360 *d, uint16_t id, bool refused, uint64_t now
     } else if (refused && at(d, AUTO) && id == PING360_AUTO_TRANSMIT) {
         d->auto_refused = true;
         start_scan(d, now_ns, io);
+    } else if (refused && at(d, IDENTIFY) && (id == PING_DEVICE_INFORMATION || id == PING_GENERAL_REQUEST)) {
+        go(d, VERSION, now_ns, io); /* it is there: its name is done without */
     } else if (refused && at(d, VERSION) && (id == PING_PROTOCOL_VERSION || id == PING_GENERAL_REQUEST)) {
         start_scan(d, now_ns, io);
     }

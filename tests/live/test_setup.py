@@ -134,4 +134,5 @@ run([("ping360", found("ping360_sim", "ping360")),
      ("ping360_that_wants_autobaud", found("ping360_sim", "ping360", "--strict-autobaud")),
      ("micron", found("micron_sim", "micron", quiet=True)),
      ("ping1d", found("ping1d_sim", "ping1d")),
+     ("ping1d_with_old_firmware", found("ping1d_sim", "ping1d", "--old", "1")),
      ("options", options), ("drop_in", drop_in), ("nothing_there", nothing_there), ("ports", ports), ("questions", questions)], parallel=2)

@@ -15,7 +15,7 @@
 #define TRANSMIT_US   100
 #define BOTTOM_LENGTH 6 /* samples */
 
-static double distance_m = 6.0, confidence = 95.0, water_mps = 1500.0, ping2, refuse, reboot;
+static double distance_m = 6.0, confidence = 95.0, water_mps = 1500.0, ping2, old, refuse, reboot;
 
 static struct {
     struct ping_parser parser;
@@ -90,9 +90,18 @@ static void answer(struct line *line, uint16_t id, uint64_t now_ns)
     const uint8_t info[6] = {1, ping2 != 0.0 ? 2 : 1, 3, 29, 0, 0}, version[4] = {1, 0, 0, 0};
     uint8_t speed[4];
 
+    static const uint8_t firmware[6] = {1, 1, 3, 0, 24, 0};
+    uint8_t refusal[2 + 7];
+
     sonar.requests++;
     put_u32(speed, sonar.speed_mmps);
-    if (id == PING_DEVICE_INFORMATION)
+    put_u16(refusal, id);
+    memcpy(refusal + 2, "unknown", 7);
+    if (old != 0.0 && (id == PING_DEVICE_INFORMATION || id == PING_PROTOCOL_VERSION))
+        reply(line, PING_NACK, refusal, sizeof refusal, now_ns);
+    else if (id == PING1D_FIRMWARE_VERSION)
+        reply(line, id, firmware, sizeof firmware, now_ns);
+    else if (id == PING_DEVICE_INFORMATION)
         reply(line, id, info, sizeof info, now_ns);
     else if (id == PING_PROTOCOL_VERSION)
         reply(line, id, version, sizeof version, now_ns);
@@ -196,6 +205,7 @@ int main(int argc, char **argv)
         {"confidence", "percent that a reading of it has", &confidence, 0, 100},
         {"sound-speed", "m/s, of the water", &water_mps, 1000, 2000},
         {"ping2", "1: answer as a Ping2", &ping2, 0, 1},
+        {"old", "1: firmware that refuses to tell its name by message 4", &old, 0, 1},
         {"refuse", "so many of the next settings are refused", &refuse, 0, 1e6},
         {"reboot", "1: power is lost and comes back: all settings are its own again", &reboot, 0, 1},
         {.name = NULL},

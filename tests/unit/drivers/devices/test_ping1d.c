@@ -27,6 +27,8 @@ static struct rig {
 
     /* what the echosounder does */
     bool mute, no_acks, nack_all, deaf_to_speed, no_stream;
+    bool refuses_4, refuses_1200, deaf_to_1200, refuses_stream, no_distances;
+    uint16_t refused_as; /* id in the refusal of a request; 0: of the wanted message */
     uint8_t type, revision;
     uint32_t distance_mm;
     uint16_t confidence;
@@ -91,16 +93,29 @@ static void answer_reading(bool profile)
     answer(b, n);
 }
 
+static void refuse(uint16_t id, const char *text)
+{
+    uint8_t payload[64];
+    put_u16(payload, id);
+    memcpy(payload + 2, text, strlen(text));
+    answer_message(PING_NACK, payload, 2 + strlen(text));
+}
+
 static void on_request(uint16_t id)
 {
+    static const uint8_t firmware[6] = {1, 1, 3, 0, 24, 0}; /* echosounder, Ping1D, 3.24 */
     uint8_t speed[4];
     const uint8_t info[6] = {rig.type, rig.revision, 3, 29, 1, 0};
     put_u32(speed, rig.speed_mmps);
-    if (id == PING_DEVICE_INFORMATION)
+    if ((id == PING_DEVICE_INFORMATION && rig.refuses_4) || (id == PING1D_FIRMWARE_VERSION && rig.refuses_1200))
+        refuse(rig.refused_as ? rig.refused_as : id, "bad request");
+    else if (id == PING_DEVICE_INFORMATION)
         answer_message(id, info, sizeof(info));
+    else if (id == PING1D_FIRMWARE_VERSION && !rig.deaf_to_1200)
+        answer_message(id, firmware, sizeof(firmware));
     else if (id == PING1D_SPEED_OF_SOUND)
         answer_message(id, speed, sizeof(speed));
-    else if (id == PING1D_DISTANCE)
+    else if (id == PING1D_DISTANCE && !rig.no_distances)
         answer_reading(false);
 }
 
@@ -109,7 +124,7 @@ static void on_set(uint16_t id, uint32_t value)
     uint8_t payload[2 + 9];
     put_u16(payload, id);
     memcpy(payload + 2, "won't do\x01", 9);
-    if (rig.nack_all) {
+    if (rig.nack_all || (id == PING1D_CONTINUOUS_START && rig.refuses_stream)) {
         answer_message(PING_NACK, payload, sizeof(payload));
         return;
     }
@@ -357,6 +372,7 @@ TEST(frames_that_are_too_short_or_senseless)
         {"ack of nothing", PING_ACK, 1, 0, 0},
         {"nack of nothing", PING_NACK, 1, 0, 0},
         {"no identity", PING_DEVICE_INFORMATION, 4, 0, 0},
+        {"firmware cut", PING1D_FIRMWARE_VERSION, 5, 0, 0},
     };
     for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
         uint8_t payload[40] = {0}, b[64];
@@ -536,6 +552,88 @@ TEST(another_device_is_refused_and_asked_again)
     CHECK_INT(status().state, DEVICE_RUNNING);
 }
 
+TEST(old_firmware_that_refuses_its_name_is_set_up_all_the_same)
+{
+    static const struct {
+        const char *name;
+        bool refuses_1200, deaf_to_1200;
+        uint16_t refused_as;
+        const char *what;
+    } row[] = {
+        {"it tells its firmware", false, false, 0, "Ping1D fw 3.24 id 1"},
+        {"and refuses the request around it", false, false, PING_GENERAL_REQUEST, "Ping1D fw 3.24 id 1"},
+        {"it refuses that too", true, false, 0, "Ping1D of old firmware"},
+        {"it refuses any request", true, false, PING_GENERAL_REQUEST, "Ping1D of old firmware"},
+        {"it says nothing to it", false, true, 0, "Ping1D of old firmware"},
+    };
+    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+        const struct device_conf conf = usual_conf();
+        rig_new(&conf);
+        rig.refuses_4 = true;
+        rig.refuses_1200 = row[i].refuses_1200;
+        rig.deaf_to_1200 = row[i].deaf_to_1200;
+        rig.refused_as = row[i].refused_as;
+        device_ping1d.opened(rig.state, rig.now_ns, &rig.io);
+        run_for(3 * SEC);
+        const bool good = status().state == DEVICE_RUNNING && strcmp(status().what, row[i].what) == 0;
+        if (!good)
+            printf("%s: '%s'\n%s", row[i].name, status().what, rig.notes);
+        CHECK(good);
+        CHECK(rig.pings > 10);
+        CHECK_INT(value_sent(PING1D_SET_SPEED_OF_SOUND), 1500000);
+        CHECK_INT(rig.warnings, 0);
+        CHECK(strstr(rig.notes, "wiring") == NULL);
+    }
+}
+
+TEST(a_name_that_comes_late_is_taken)
+{
+    const struct device_conf conf = usual_conf();
+    static const uint8_t info[6] = {1, 2, 3, 29, 1, 0}, other[6] = {2, 0, 3, 3, 8, 0};
+    rig_new(&conf);
+    rig.refuses_4 = rig.deaf_to_1200 = true; /* the refusal was of something else */
+    device_ping1d.opened(rig.state, rig.now_ns, &rig.io);
+    run_for(100 * MS);
+    answer_message(PING_DEVICE_INFORMATION, info, sizeof(info));
+    run_for(SEC);
+    CHECK_STR(status().what, "Ping2 fw 3.29.1 id 1");
+    CHECK_INT(status().state, DEVICE_RUNNING);
+
+    rig_new(&conf);
+    rig.refuses_4 = rig.deaf_to_1200 = true;
+    device_ping1d.opened(rig.state, rig.now_ns, &rig.io);
+    run_for(100 * MS);
+    answer_message(PING_DEVICE_INFORMATION, other, sizeof(other));
+    run_for(100 * MS);
+    CHECK(strstr(rig.notes, "is a Ping360") != NULL);
+}
+
+TEST(profiles_that_are_refused_are_asked_for_one_by_one)
+{
+    const struct device_conf conf = usual_conf();
+    rig_new(&conf);
+    rig.refuses_stream = true;
+    device_ping1d.opened(rig.state, rig.now_ns, &rig.io);
+    run_for(2 * SEC);
+    CHECK_INT(status().state, DEVICE_RUNNING);
+    CHECK(times_sent(PING1D_DISTANCE) > 10 && rig.pings > 10);
+    CHECK(strstr(rig.notes, "polled mode") != NULL);
+    CHECK_INT(rig.warnings, 0);
+}
+
+TEST(an_echosounder_without_readings_is_not_called_one_that_stopped)
+{
+    const struct device_conf conf = usual_conf();
+    rig_new(&conf);
+    rig.refuses_stream = rig.no_distances = true;
+    device_ping1d.opened(rig.state, rig.now_ns, &rig.io);
+    run_for(5 * SEC);
+    CHECK_INT(status().state, DEVICE_SILENT);
+    CHECK_INT(rig.warnings, 1);
+    CHECK(strstr(rig.notes, "is there, but sends no readings") != NULL);
+    CHECK(strstr(rig.notes, "stopped") == NULL);
+}
+
 TEST(settings_without_ack_are_done_without)
 {
     struct device_conf conf = usual_conf();
@@ -696,6 +794,10 @@ int main(void)
     RUN(a_gain_of_ones_own_sets_the_range_too);
     RUN(ping2_has_a_narrower_beam);
     RUN(another_device_is_refused_and_asked_again);
+    RUN(old_firmware_that_refuses_its_name_is_set_up_all_the_same);
+    RUN(a_name_that_comes_late_is_taken);
+    RUN(profiles_that_are_refused_are_asked_for_one_by_one);
+    RUN(an_echosounder_without_readings_is_not_called_one_that_stopped);
     RUN(settings_without_ack_are_done_without);
     RUN(refusals_are_counted_and_end_nothing);
     RUN(nobody_there_is_said_once);

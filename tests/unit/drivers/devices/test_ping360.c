@@ -27,7 +27,7 @@ struct rig {
     uint64_t now_ns;
 
     /* what the head does */
-    bool mute, knows_auto, knows_version, deaf_to_2602, nack_2602;
+    bool mute, knows_auto, knows_version, deaf_to_2602, nack_2602, nack_4;
     uint8_t type;
     unsigned lose_replies; /* so many of the next data frames vanish whole */
     unsigned cut_replies;  /* so many lack a byte in the middle */
@@ -171,7 +171,10 @@ static void on_request(const uint8_t *p)
     if (u16(p) == PING_DEVICE_INFORMATION) {
         rig.ask_info++;
         const uint8_t info[6] = {rig.type, 0, 3, 3, 8, 0};
-        answer_message(PING_DEVICE_INFORMATION, info, sizeof(info));
+        if (rig.nack_4)
+            answer_message(PING_NACK, "\4\0unknown message", 17);
+        else
+            answer_message(PING_DEVICE_INFORMATION, info, sizeof(info));
     } else if (u16(p) == PING_PROTOCOL_VERSION) {
         rig.ask_version++;
         if (rig.knows_version)
@@ -759,6 +762,19 @@ TEST(nack_falls_back_to_asking)
     CHECK(strstr(rig.notes, "unknown message") != NULL);
 }
 
+TEST(a_head_that_refuses_its_name_scans_all_the_same)
+{
+    struct device_conf conf = usual_conf();
+    rig_new(&conf);
+    rig.nack_4 = true;
+    rig_open();
+    run_for(10 * SEC);
+    CHECK_INT(rig.ask_info, 1);
+    CHECK(rig.pings > 20);
+    CHECK_INT(status().state, DEVICE_RUNNING);
+    CHECK_INT(rig.warnings, 0);
+}
+
 TEST(no_answer_to_auto_falls_back_to_asking)
 {
     struct device_conf conf = usual_conf();
@@ -1107,6 +1123,7 @@ int main(void)
     RUN(senseless_data_is_counted);
     RUN(no_room_for_a_ping_is_survived);
     RUN(nack_falls_back_to_asking);
+    RUN(a_head_that_refuses_its_name_scans_all_the_same);
     RUN(no_answer_to_auto_falls_back_to_asking);
     RUN(no_version_is_no_obstacle);
     RUN(text_from_the_line_is_escaped);
