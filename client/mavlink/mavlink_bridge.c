@@ -31,6 +31,7 @@ enum alert {
     ALERT_BLIND,
     ALERT_LEAK,
     ALERT_POSE,
+    ALERT_BAROMETERS,
     ALERT_SENSOR,
     ALERTS = ALERT_SENSOR + MAVLINK_SENSORS_MAX
 };
@@ -125,8 +126,9 @@ static void ask_for_rates(struct bridge *b, uint64_t now_ns)
     static const struct {
         enum mavlink_id id;
         float interval_us;
-    } wanted[] = {
-        {MAVLINK_ATTITUDE, 20000}, {MAVLINK_LOCAL_POSITION_NED, 50000}, {MAVLINK_SCALED_PRESSURE2, 100000}};
+    } wanted[] = {{MAVLINK_ATTITUDE, 20000},          {MAVLINK_LOCAL_POSITION_NED, 50000},
+                  {MAVLINK_SCALED_PRESSURE, 100000},  {MAVLINK_SCALED_PRESSURE2, 100000},
+                  {MAVLINK_SCALED_PRESSURE3, 100000}, {MAVLINK_VFR_HUD, 200000}};
 
     for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
         const struct mavlink_command_long m = {.param = {(float)wanted[i].id, wanted[i].interval_us},
@@ -234,6 +236,7 @@ static void update_alerts(struct bridge *b, uint64_t now_ns)
     const bool leak = feed->wet || (feed->leak_ns && now_ns < feed->leak_ns + LEAK_TOLD_NS);
 
     const bool data = sees(b, now_ns), pose = feed->posed && feed->pose_age_s <= POSE_LOST_S;
+    const bool doubtful = mavlink_vehicle_depth_doubtful(&b->vehicle, now_ns);
 
     if (b->had_daemon || now_ns > b->start_ns + FIRST_NS)
         mavlink_alert_set(&b->alert[ALERT_DAEMON], !alive, now_ns,
@@ -254,6 +257,10 @@ static void update_alerts(struct bridge *b, uint64_t now_ns)
     if (alive && feed->posed && (pose || b->had_pose))
         mavlink_alert_set(&b->alert[ALERT_POSE], !pose, now_ns,
                           pose ? "sonard: vehicle pose back" : "sonard: vehicle pose lost");
+    mavlink_alert_set(&b->alert[ALERT_BAROMETERS], doubtful, now_ns,
+                      !doubtful                     ? "sonard: barometers agree again"
+                      : b->vehicle.barometers.named ? "sonard: barometers disagree: depth right?"
+                                                    : "sonard: barometers disagree: no depth");
     for (int i = 0; alive && i < feed->n_sensors; i++) {
         const struct mavlink_sensor *s = &feed->sensor[i];
         const bool had_ping = b->had_ping[i];
@@ -360,6 +367,7 @@ static void do_second(struct bridge *b, uint64_t now_ns)
 {
     const struct mavlink_timesync question = {.ts1 = (int64_t)now_ns};
     const bool had_vehicle = b->had_vehicle;
+    char news[400];
 
     b->had_vehicle = mavlink_vehicle_present(&b->vehicle, now_ns);
     if (b->had_vehicle || b->vehicle_told != TOLD_NOTHING || now_ns > b->start_ns + PATIENCE_NS)
@@ -369,6 +377,8 @@ static void do_second(struct bridge *b, uint64_t now_ns)
     send_heartbeat(b, now_ns);
     if (!b->had_vehicle)
         return;
+    if (mavlink_vehicle_depth_news(&b->vehicle, now_ns, news, sizeof news))
+        say("%s", news);
     send_message(b, MAVLINK_TIMESYNC, &question, now_ns);
     if (now_ns > b->vehicle.attitude_ns + ATTITUDE_DUE && is_due(&b->ask_due_ns, ASK_EVERY_NS, now_ns))
         ask_for_rates(b, now_ns);

@@ -70,6 +70,24 @@ static const struct mavlink_field local_position_ned[] = {
     {0},
 };
 
+static const struct mavlink_field global_position_int[] = {
+    FIELD(global_position_int, time_boot_ms, MAVLINK_U32), FIELD(global_position_int, lat, MAVLINK_I32),
+    FIELD(global_position_int, lon, MAVLINK_I32),          FIELD(global_position_int, alt, MAVLINK_I32),
+    FIELD(global_position_int, relative_alt, MAVLINK_I32), FIELD(global_position_int, vx, MAVLINK_I16),
+    FIELD(global_position_int, vy, MAVLINK_I16),           FIELD(global_position_int, vz, MAVLINK_I16),
+    FIELD(global_position_int, hdg, MAVLINK_U16),          {0},
+};
+
+static const struct mavlink_field vfr_hud[] = {
+    FIELD(vfr_hud, airspeed, MAVLINK_F32),
+    FIELD(vfr_hud, groundspeed, MAVLINK_F32),
+    FIELD(vfr_hud, alt, MAVLINK_F32),
+    FIELD(vfr_hud, climb, MAVLINK_F32),
+    FIELD(vfr_hud, heading, MAVLINK_I16),
+    FIELD(vfr_hud, throttle, MAVLINK_U16),
+    {0},
+};
+
 static const struct mavlink_field command_long[] = {
     PARAM(1),
     PARAM(2),
@@ -109,11 +127,21 @@ static const struct mavlink_field distance_sensor[] = {
     {0},
 };
 
-static const struct mavlink_field scaled_pressure2[] = {
-    FIELD(scaled_pressure2, time_boot_ms, MAVLINK_U32),
-    FIELD(scaled_pressure2, press_abs, MAVLINK_F32),
-    FIELD(scaled_pressure2, press_diff, MAVLINK_F32),
-    FIELD(scaled_pressure2, temperature, MAVLINK_I16),
+static const struct mavlink_field scaled_pressure[] = {
+    FIELD(scaled_pressure, time_boot_ms, MAVLINK_U32),
+    FIELD(scaled_pressure, press_abs, MAVLINK_F32),
+    FIELD(scaled_pressure, press_diff, MAVLINK_F32),
+    FIELD(scaled_pressure, temperature, MAVLINK_I16),
+    {0},
+};
+
+static const struct mavlink_field ahrs2[] = {
+    FIELD(ahrs2, roll, MAVLINK_F32),
+    FIELD(ahrs2, pitch, MAVLINK_F32),
+    FIELD(ahrs2, yaw, MAVLINK_F32),
+    FIELD(ahrs2, altitude, MAVLINK_F32),
+    FIELD(ahrs2, lat, MAVLINK_I32),
+    FIELD(ahrs2, lng, MAVLINK_I32),
     {0},
 };
 
@@ -154,13 +182,18 @@ static const struct mavlink_field obstacle_distance_3d[] = {
 const struct mavlink_message mavlink_messages[] = {
     {MAVLINK_HEARTBEAT, "HEARTBEAT", 50, 9, heartbeat},
     {MAVLINK_SYSTEM_TIME, "SYSTEM_TIME", 137, 12, system_time},
+    {MAVLINK_SCALED_PRESSURE, "SCALED_PRESSURE", 115, 14, scaled_pressure},
     {MAVLINK_ATTITUDE, "ATTITUDE", 39, 28, attitude},
     {MAVLINK_ATTITUDE_QUATERNION, "ATTITUDE_QUATERNION", 246, 32, attitude_quaternion},
     {MAVLINK_LOCAL_POSITION_NED, "LOCAL_POSITION_NED", 185, 28, local_position_ned},
+    {MAVLINK_GLOBAL_POSITION_INT, "GLOBAL_POSITION_INT", 104, 28, global_position_int},
+    {MAVLINK_VFR_HUD, "VFR_HUD", 20, 20, vfr_hud},
     {MAVLINK_COMMAND_LONG, "COMMAND_LONG", 152, 33, command_long},
     {MAVLINK_TIMESYNC, "TIMESYNC", 34, 18, timesync},
     {MAVLINK_DISTANCE_SENSOR, "DISTANCE_SENSOR", 85, 39, distance_sensor},
-    {MAVLINK_SCALED_PRESSURE2, "SCALED_PRESSURE2", 195, 14, scaled_pressure2},
+    {MAVLINK_SCALED_PRESSURE2, "SCALED_PRESSURE2", 195, 14, scaled_pressure},
+    {MAVLINK_SCALED_PRESSURE3, "SCALED_PRESSURE3", 131, 14, scaled_pressure},
+    {MAVLINK_AHRS2, "AHRS2", 47, 24, ahrs2},
     {MAVLINK_STATUSTEXT, "STATUSTEXT", 83, 54, statustext},
     {MAVLINK_OBSTACLE_DISTANCE, "OBSTACLE_DISTANCE", 23, 167, obstacle_distance},
     {MAVLINK_OBSTACLE_DISTANCE_3D, "OBSTACLE_DISTANCE_3D", 130, 28, obstacle_distance_3d},
@@ -178,8 +211,8 @@ const struct mavlink_message *mavlink_message(uint32_t id)
 size_t mavlink_type_size(enum mavlink_type type)
 {
     static const uint8_t size[] = {
-        [MAVLINK_U8] = 1,  [MAVLINK_CHAR] = 1, [MAVLINK_U16] = 2, [MAVLINK_I16] = 2,
-        [MAVLINK_U32] = 4, [MAVLINK_F32] = 4,  [MAVLINK_U64] = 8, [MAVLINK_I64] = 8,
+        [MAVLINK_U8] = 1,  [MAVLINK_CHAR] = 1, [MAVLINK_U16] = 2, [MAVLINK_I16] = 2, [MAVLINK_U32] = 4,
+        [MAVLINK_I32] = 4, [MAVLINK_F32] = 4,  [MAVLINK_U64] = 8, [MAVLINK_I64] = 8,
     };
     return size[type];
 }

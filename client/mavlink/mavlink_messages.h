@@ -18,13 +18,18 @@
 enum mavlink_id {
     MAVLINK_HEARTBEAT = 0,
     MAVLINK_SYSTEM_TIME = 2,
+    MAVLINK_SCALED_PRESSURE = 29,
     MAVLINK_ATTITUDE = 30,
     MAVLINK_ATTITUDE_QUATERNION = 31,
     MAVLINK_LOCAL_POSITION_NED = 32,
+    MAVLINK_GLOBAL_POSITION_INT = 33,
+    MAVLINK_VFR_HUD = 74,
     MAVLINK_COMMAND_LONG = 76,
     MAVLINK_TIMESYNC = 111,
     MAVLINK_DISTANCE_SENSOR = 132,
     MAVLINK_SCALED_PRESSURE2 = 137,
+    MAVLINK_SCALED_PRESSURE3 = 143,
+    MAVLINK_AHRS2 = 178,
     MAVLINK_STATUSTEXT = 253,
     MAVLINK_OBSTACLE_DISTANCE = 330,
     MAVLINK_OBSTACLE_DISTANCE_3D = 11037,
@@ -79,6 +84,21 @@ struct mavlink_local_position_ned {
     float vx, vy, vz; /* m/s */
 };
 
+struct mavlink_global_position_int {
+    uint32_t time_boot_ms;
+    int32_t lat, lon;          /* 1e-7 deg */
+    int32_t alt, relative_alt; /* mm, upward: above the sea, and above home */
+    int16_t vx, vy, vz;        /* cm/s */
+    uint16_t hdg;              /* 0.01 deg */
+};
+
+struct mavlink_vfr_hud {
+    float airspeed, groundspeed; /* m/s */
+    float alt, climb;            /* m, m/s, upward */
+    int16_t heading;             /* deg */
+    uint16_t throttle;           /* percent */
+};
+
 struct mavlink_command_long {
     float param[7];
     uint16_t command;
@@ -99,10 +119,17 @@ struct mavlink_distance_sensor {
     uint8_t signal_quality; /* MAVLINK_QUALITY_..., 100 best */
 };
 
-struct mavlink_scaled_pressure2 {
+/* Of SCALED_PRESSURE, 2 and 3. */
+struct mavlink_scaled_pressure {
     uint32_t time_boot_ms;
     float press_abs, press_diff; /* hPa */
     int16_t temperature;         /* 0.01 degC */
+};
+
+struct mavlink_ahrs2 {
+    float roll, pitch, yaw; /* rad */
+    float altitude;         /* m, upward */
+    int32_t lat, lng;       /* 1e-7 deg */
 };
 
 struct mavlink_statustext {
@@ -137,6 +164,7 @@ enum mavlink_type {
     MAVLINK_U16,
     MAVLINK_I16,
     MAVLINK_U32,
+    MAVLINK_I32,
     MAVLINK_F32,
     MAVLINK_U64,
     MAVLINK_I64,

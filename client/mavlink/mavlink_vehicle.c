@@ -20,6 +20,8 @@
 void mavlink_vehicle_init(struct mavlink_vehicle *vehicle, const struct mavlink_vehicle_conf *conf)
 {
     *vehicle = (struct mavlink_vehicle){.conf = *conf, .system_id = conf->system_id};
+    mavlink_barometers_init(&vehicle->barometers, conf->barometer,
+                            PA_PER_HPA / (conf->density_kgpm3 * GRAVITY_MPS2));
 }
 
 bool mavlink_vehicle_present(struct mavlink_vehicle *vehicle, uint64_t now_ns)
@@ -42,6 +44,8 @@ static void meet(struct mavlink_vehicle *vehicle, const struct mavlink_frame *fr
         return;
     if (!mavlink_vehicle_present(vehicle, now_ns) &&
         (vehicle->conf.system_id == 0 || vehicle->conf.system_id == frame->system_id)) {
+        if (vehicle->system_id != frame->system_id)
+            mavlink_barometers_forget(&vehicle->barometers);
         vehicle->present = true;
         vehicle->system_id = frame->system_id;
     }
@@ -143,28 +147,62 @@ static void take_position(struct mavlink_vehicle *vehicle, const struct mavlink_
     vehicle->position_ns = now_ns;
 }
 
-static void take_pressure(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame, uint64_t now_ns)
+/* Do positions come? They hold the depth, and it is not taken from pressure then. */
+static bool has_position(const struct mavlink_vehicle *vehicle, uint64_t now_ns)
 {
-    struct mavlink_scaled_pressure2 m;
+    return vehicle->position_ns && now_ns < vehicle->position_ns + POSITION_FRESH_NS;
+}
+
+/* Of barometer `number`. */
+static void take_pressure(struct mavlink_vehicle *vehicle, int number, const struct mavlink_frame *frame,
+                          uint64_t now_ns)
+{
+    const struct mavlink_barometers *barometers = &vehicle->barometers;
+    struct mavlink_scaled_pressure m;
 
     mavlink_unpack(frame->message, frame->payload, &m);
 
     const uint64_t t_ns = sampled(vehicle, m.time_boot_ms, now_ns);
 
-    if (!t_ns || (vehicle->position_ns && now_ns < vehicle->position_ns + POSITION_FRESH_NS))
+    if (!t_ns)
         return;
-    if (vehicle->conf.surface_hpa <= 0 && m.press_abs > 0 && isfinite(m.press_abs))
-        vehicle->conf.surface_hpa = m.press_abs;
+    if (!(m.press_abs > 0 && isfinite(m.press_abs))) {
+        vehicle->refused++;
+        return;
+    }
+    mavlink_barometers_pressure(&vehicle->barometers, number, m.press_abs, now_ns);
+    if (has_position(vehicle, now_ns) || mavlink_barometers_depth(barometers) != number)
+        return;
 
-    const double depth_m =
-        (m.press_abs - vehicle->conf.surface_hpa) * PA_PER_HPA / (vehicle->conf.density_kgpm3 * GRAVITY_MPS2);
+    const double surface_hpa =
+        vehicle->conf.surface_hpa > 0 ? vehicle->conf.surface_hpa : barometers->of[number - 1].first_hpa;
 
-    if (!(m.press_abs > 0 && depth_m >= DEPTH_MIN_M && depth_m <= DEPTH_MAX_M)) {
+    const double depth_m = (m.press_abs - surface_hpa) * barometers->m_per_hpa;
+
+    if (!(depth_m >= DEPTH_MIN_M && depth_m <= DEPTH_MAX_M)) {
         vehicle->refused++;
         return;
     }
     vehicle->next.depth_m = depth_m;
     add_part(vehicle, MAVLINK_POSE_DEPTH, t_ns);
+}
+
+static void take_altitude(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame, uint64_t now_ns)
+{
+    union {
+        struct mavlink_vfr_hud hud;
+        struct mavlink_global_position_int place;
+        struct mavlink_ahrs2 ahrs2;
+    } m;
+
+    mavlink_unpack(frame->message, frame->payload, &m);
+    if (frame->message->id == MAVLINK_VFR_HUD)
+        mavlink_barometers_altitude(&vehicle->barometers, MAVLINK_ALTITUDE_VFR_HUD, m.hud.alt, now_ns);
+    else if (frame->message->id == MAVLINK_GLOBAL_POSITION_INT)
+        mavlink_barometers_altitude(&vehicle->barometers, MAVLINK_ALTITUDE_GLOBAL_POSITION,
+                                    m.place.relative_alt * 1e-3, now_ns);
+    else
+        mavlink_barometers_altitude(&vehicle->barometers, MAVLINK_ALTITUDE_AHRS2, m.ahrs2.altitude, now_ns);
 }
 
 static void take_clock(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame, uint64_t now_ns)
@@ -201,8 +239,19 @@ bool mavlink_vehicle_take(struct mavlink_vehicle *vehicle, const struct mavlink_
     case MAVLINK_LOCAL_POSITION_NED:
         take_position(vehicle, frame, now_ns);
         break;
+    case MAVLINK_SCALED_PRESSURE:
+        take_pressure(vehicle, 1, frame, now_ns);
+        break;
     case MAVLINK_SCALED_PRESSURE2:
-        take_pressure(vehicle, frame, now_ns);
+        take_pressure(vehicle, 2, frame, now_ns);
+        break;
+    case MAVLINK_SCALED_PRESSURE3:
+        take_pressure(vehicle, 3, frame, now_ns);
+        break;
+    case MAVLINK_VFR_HUD:
+    case MAVLINK_GLOBAL_POSITION_INT:
+    case MAVLINK_AHRS2:
+        take_altitude(vehicle, frame, now_ns);
         break;
     case MAVLINK_SYSTEM_TIME:
     case MAVLINK_TIMESYNC:
@@ -229,4 +278,14 @@ bool mavlink_vehicle_pose(struct mavlink_vehicle *vehicle, uint64_t now_ns, stru
     vehicle->t_pose_ns = out->t_ns;
     vehicle->next.has = 0;
     return true;
+}
+
+bool mavlink_vehicle_depth_news(struct mavlink_vehicle *vehicle, uint64_t now_ns, char *text, size_t size)
+{
+    return !has_position(vehicle, now_ns) && mavlink_barometers_news(&vehicle->barometers, now_ns, text, size);
+}
+
+bool mavlink_vehicle_depth_doubtful(const struct mavlink_vehicle *vehicle, uint64_t now_ns)
+{
+    return !has_position(vehicle, now_ns) && vehicle->barometers.against != MAVLINK_BAROMETER_ANY;
 }

@@ -44,6 +44,8 @@ static const struct argument options[] = {
     {"--frame", "frame", "body|ned", "azimuth 0 is forward (body) or north (ned)", ARGUMENT_TEXT, 0, 0, 0},
     {"--3d", "layers", "", "send OBSTACLE_DISTANCE_3D too", ARGUMENT_FLAG, 0, 0, 0},
     {"--downward", "downward", "SENSOR", "send this sonar's ranges as DISTANCE_SENSOR", ARGUMENT_TEXT, 0, 0, 0},
+    {"--barometer", "barometer", "1|2|3", "that is in the water: SCALED_PRESSURE, 2 or 3 (found out)",
+     ARGUMENT_INTEGER, 0, 1, MAVLINK_BAROMETERS},
     {"--surface-pressure", "surface", "HPA|first", "pressure at the surface (1013.25), or the first reading",
      ARGUMENT_TEXT, 0, 0, 0},
     {"--density", "density", "KG/M3", "of the water, for depth from pressure (1025)", ARGUMENT_NUMBER, 0, 900,
@@ -134,6 +136,7 @@ static bool parse_conf(const struct arguments *arguments, struct mavlink_bridge_
                                                  .density_kgpm3 = number(given, "density", DEFAULT_DENSITY)},
                                      .component_id = (uint8_t)number(given, "component-id", DEFAULT_COMPONENT),
                                      .signing = key_file ? signing : NULL};
+    conf->vehicle.barometer = (int)number(given, "barometer", MAVLINK_BAROMETER_ANY);
     signing->link_id = (uint8_t)number(given, "sign-link", 0);
     parse_words(given, conf, fault);
     if (!fault->text[0] && key_file)

@@ -8,6 +8,7 @@ import os
 import struct
 
 from lib import ALL, SONARCTL, SONARD, Skipped, check, run
+from mavlink_frame import HEARTBEAT, SCALED_PRESSURE, SCALED_PRESSURE2, SCALED_PRESSURE3, frame
 
 DATA = os.environ.get("SONARD_DATA", "../shared/data")
 
@@ -128,6 +129,26 @@ def poses_of_a_tlog(bench):
     check(seen[-1]["sectors"]["pose_age_s"] < 1 and "capture_pose" not in said and "/pose:" not in said, said)
 
 
+def depths_of_a_tlog(bench):
+    """Depth is from the barometer in the water: the one that reads what no hull holds, or the one that is named."""
+    def depths(hpa, *options):
+        data = struct.pack(">Q", 1700000000000000) + frame(HEARTBEAT, struct.pack("<IBBBBB", 0, 12, 3, 81, 4, 3), 0)
+        for i in range(6):
+            for message, reading in zip((SCALED_PRESSURE, SCALED_PRESSURE2, SCALED_PRESSURE3), hpa):
+                data += struct.pack(">Q", 1700000001000000 + i * 100000) + frame(message, struct.pack("<Iffh", 100 * i, reading, 0, 2000), i)
+        done = bench.run("python/sonard-poses", "--surface-pressure", "1013.25", *options, bench.write("log.tlog", data))
+        return [json.loads(line)["depth_m"] for line in done.stdout.splitlines()], done.stderr
+
+    for hpa, options, depth_m, said in (((1013, 1016, 1600), (), 5.8373, "depth from barometer 3"), ((1013, 1600), (), 5.8373, "depth from barometer 2"),
+                                        ((1600,), (), 5.8373, "barometer 1"), ((1013, 1016, 1600), ("--barometer", "2"), 0.0274, ""),
+                                        ((1013, 1016), ("--barometer", "2"), 0.0274, ""), ((1013, 1600, 1610), (), 5.8373, "barometer 2"),
+                                        ((1013, 1016), (), None, "no depth: none of its barometers (1: up to 1013 hPa, 2: up to 1016 hPa) reads 1300 hPa"),
+                                        ((1013, 1600, 2000), (), None, "no depth: barometers 2 and 3 are both in the water and disagree (up to 1600 and 2000 hPa)"),
+                                        ((1013, 1016), ("--barometer", "3"), None, "barometer 3 sends nothing")):
+        got, stderr = depths(hpa, *options)
+        check(got == ([depth_m] * 6 if depth_m else []) and said in stderr, "%s %s: %s %s" % (hpa, options, got, stderr))
+
+
 def poses_of_a_dataflash_log(bench):
     """A log written here as the format has it: FMT, GPS, ATT, XKF1, and garbage between them."""
     def fmt(kind, name, form, labels, length):
@@ -181,7 +202,7 @@ def poses_of_a_relay(bench):
 
 
 run([("poses_of_a_relay", poses_of_a_relay), ("poses_are_added_and_replayed", poses_are_added_and_replayed), ("poses_of_a_tlog", poses_of_a_tlog),
-     ("poses_of_a_dataflash_log", poses_of_a_dataflash_log), ("text_dump", plays(os.path.abspath("tests/replay/box-head.txt"), "ping360")),
+     ("depths_of_a_tlog", depths_of_a_tlog), ("poses_of_a_dataflash_log", poses_of_a_dataflash_log), ("text_dump", plays(os.path.abspath("tests/replay/box-head.txt"), "ping360")),
      ("ping_viewer", plays("ping360-openwater-pingviewer/20240814-094253162.bin", "ping360")),
      ("ping_viewer_at_60_m", plays("ping360-openwater-pingviewer/20240814-094407726.bin", "ping360, range = 50.0 m")),
      ("seanet_relay", plays("tritech-seanet-rov-seabed/UdpHubLog*.csv", "micron")),

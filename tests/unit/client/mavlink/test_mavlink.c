@@ -62,7 +62,7 @@ TEST(every_tables_crc_extra_follows_from_its_names_and_types)
     static const char *const types[] = {
         [MAVLINK_U8] = "uint8_t",   [MAVLINK_CHAR] = "char",    [MAVLINK_U16] = "uint16_t",
         [MAVLINK_I16] = "int16_t",  [MAVLINK_U32] = "uint32_t", [MAVLINK_F32] = "float",
-        [MAVLINK_U64] = "uint64_t", [MAVLINK_I64] = "int64_t"};
+        [MAVLINK_U64] = "uint64_t", [MAVLINK_I64] = "int64_t",  [MAVLINK_I32] = "int32_t"};
 
     for (size_t i = 0; i < mavlink_message_count; i++) {
         const struct mavlink_message *m = &mavlink_messages[i];
@@ -217,7 +217,10 @@ TEST(fields_lie_where_the_definitions_say)
     struct mavlink_system_time time;
     struct mavlink_local_position_ned place;
     struct mavlink_attitude_quaternion turn;
-    struct mavlink_scaled_pressure2 pressure;
+    struct mavlink_scaled_pressure pressure;
+    struct mavlink_global_position_int globe;
+    struct mavlink_vfr_hud hud;
+    struct mavlink_ahrs2 ahrs2;
 
     unhex("15 CD 5B 07 00 00 00 01 D2 04 00 00", payload);
     mavlink_unpack(mavlink_message(MAVLINK_SYSTEM_TIME), payload, &time);
@@ -235,6 +238,20 @@ TEST(fields_lie_where_the_definitions_say)
     mavlink_unpack(mavlink_message(MAVLINK_SCALED_PRESSURE2), payload, &pressure);
     CHECK(pressure.time_boot_ms == 1 && pressure.press_abs == 1024 && pressure.press_diff == 1 &&
           pressure.temperature == -1000);
+    CHECK(mavlink_message(MAVLINK_SCALED_PRESSURE)->fields == mavlink_message(MAVLINK_SCALED_PRESSURE2)->fields &&
+          mavlink_message(MAVLINK_SCALED_PRESSURE3)->fields == mavlink_message(MAVLINK_SCALED_PRESSURE2)->fields);
+    unhex("01 00 00 00 02 00 00 00 03 00 00 00 04 00 00 00 F8 E9 FF FF 05 00 06 00 F9 FF 08 00", payload);
+    mavlink_unpack(mavlink_message(MAVLINK_GLOBAL_POSITION_INT), payload, &globe);
+    CHECK(globe.time_boot_ms == 1 && globe.lat == 2 && globe.lon == 3 && globe.alt == 4 &&
+          globe.relative_alt == -5640 && globe.vx == 5 && globe.vy == 6 && globe.vz == -7 && globe.hdg == 8);
+    unhex("00 00 80 3F 00 00 00 40 00 00 C0 C0 00 00 80 40 05 00 06 00", payload);
+    mavlink_unpack(mavlink_message(MAVLINK_VFR_HUD), payload, &hud);
+    CHECK(hud.airspeed == 1 && hud.groundspeed == 2 && hud.alt == -6 && hud.climb == 4 && hud.heading == 5 &&
+          hud.throttle == 6);
+    unhex("00 00 80 3F 00 00 00 40 00 00 40 40 00 00 C0 C0 05 00 00 00 06 00 00 00", payload);
+    mavlink_unpack(mavlink_message(MAVLINK_AHRS2), payload, &ahrs2);
+    CHECK(ahrs2.roll == 1 && ahrs2.pitch == 2 && ahrs2.yaw == 3 && ahrs2.altitude == -6 && ahrs2.lat == 5 &&
+          ahrs2.lng == 6);
 }
 
 TEST(a_payload_of_zeros_keeps_one_byte)

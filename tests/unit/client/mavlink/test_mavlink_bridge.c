@@ -170,7 +170,7 @@ static const struct mavlink_heartbeat submarine = {.type = 12, .autopilot = 3, .
 
 static struct mavlink_vehicle vehicle_at_start(double surface_hpa)
 {
-    const struct mavlink_vehicle_conf conf = {.surface_hpa = surface_hpa, .density_kgpm3 = 1025};
+    const struct mavlink_vehicle_conf conf = {.barometer = 2, .surface_hpa = surface_hpa, .density_kgpm3 = 1025};
     struct mavlink_vehicle v;
 
     mavlink_vehicle_init(&v, &conf);
@@ -235,7 +235,7 @@ TEST(parts_go_out_together_at_the_time_of_the_attitude)
 {
     struct mavlink_vehicle v = vehicle_at_start(1013.25);
     const struct mavlink_local_position_ned place = {100010, 1, 2, 3, 0.1f, 0.2f, 0.3f};
-    const struct mavlink_scaled_pressure2 pressure = {.time_boot_ms = 100005, .press_abs = 2013.25f};
+    const struct mavlink_scaled_pressure pressure = {.time_boot_ms = 100005, .press_abs = 2013.25f};
     struct mavlink_pose pose;
 
     give_attitude(&v, 0, 0, 0, 0);
@@ -265,7 +265,7 @@ TEST(depth_follows_from_pressure)
 
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         struct mavlink_vehicle v = vehicle_at_start(rows[i].surface_hpa);
-        struct mavlink_scaled_pressure2 m = {.time_boot_ms = 100000, .press_abs = (float)rows[i].first_hpa};
+        struct mavlink_scaled_pressure m = {.time_boot_ms = 100000, .press_abs = (float)rows[i].first_hpa};
         struct mavlink_pose pose;
 
         give(&v, 7, 1, MAVLINK_SCALED_PRESSURE2, &m, START);
@@ -285,7 +285,7 @@ TEST(values_that_cannot_be_are_refused)
     struct mavlink_vehicle v = vehicle_at_start(1013);
     struct mavlink_attitude_quaternion turn = {100000, 0, 0, 0, 0, 0, 0, 0};
     struct mavlink_local_position_ned place = {.time_boot_ms = 100000, .x = NAN};
-    struct mavlink_scaled_pressure2 pressure = {.time_boot_ms = 100000, .press_abs = -1};
+    struct mavlink_scaled_pressure pressure = {.time_boot_ms = 100000, .press_abs = -1};
     struct mavlink_pose pose;
 
     give_attitude(&v, 0, NAN, 0, 0);

@@ -125,9 +125,10 @@ struct outcome {
     double worst_s; /* between a pose's time and its arrival */
 };
 
-static struct outcome fly(const struct log *log)
+static struct outcome fly(const struct log *log, int barometer)
 {
-    const struct mavlink_vehicle_conf conf = {.surface_hpa = 1013.25, .density_kgpm3 = 1025};
+    const struct mavlink_vehicle_conf conf = {
+        .barometer = barometer, .surface_hpa = 1013.25, .density_kgpm3 = 1025};
     struct outcome out = {.least_depth_m = INFINITY, .most_depth_m = -INFINITY};
     struct mavlink_vehicle vehicle;
     struct mavlink_parser parser = {0};
@@ -174,13 +175,22 @@ TEST(every_packet_of_the_vehicle_with_a_downward_sonar)
 
 TEST(poses_come_at_the_attitudes_rate)
 {
-    const struct outcome a = fly(&floating), b = fly(&diving);
+    const struct outcome a = fly(&floating, 2), b = fly(&diving, 2);
 
     printf("# %d and %d poses, at most %.2f and %.2f s old; depth %.2f to %.2f m\n", (int)a.poses, (int)b.poses,
            a.worst_s, b.worst_s, b.least_depth_m, b.most_depth_m);
     CHECK(a.poses > 5000 && a.poses <= 5245 && a.refused == 0);
     CHECK(b.poses > 2950 && b.poses <= 3114 + 316 && b.refused == 0);
     CHECK(b.least_depth_m > -0.5 && b.most_depth_m < 1.0); /* its README: 1033 hPa, at the surface */
+}
+
+/* Both stay at the surface, where nothing shows which barometer is outside: the hull's reads 996 hPa, 0.2 m up. */
+TEST(at_the_surface_no_barometer_is_believed)
+{
+    const struct outcome a = fly(&floating, MAVLINK_BAROMETER_ANY), b = fly(&diving, MAVLINK_BAROMETER_ANY);
+
+    CHECK(isinf(a.least_depth_m) && isinf(b.least_depth_m));
+    CHECK(a.poses > 5000 && b.poses > 2950);
 }
 
 int main(void)
@@ -194,6 +204,7 @@ int main(void)
     RUN(every_packet_of_the_floating_vehicle);
     RUN(every_packet_of_the_vehicle_with_a_downward_sonar);
     RUN(poses_come_at_the_attitudes_rate);
+    RUN(at_the_surface_no_barometer_is_believed);
     free(floating.bytes);
     free(diving.bytes);
     return test_end();

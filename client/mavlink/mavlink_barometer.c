@@ -1,0 +1,175 @@
+/* SPDX-License-Identifier: MIT */
+#include "mavlink_barometer.h"
+
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+
+#define SECOND_NS      1000000000u
+#define HULL_MAX_HPA   1300.0    /* a hull that was closed at 0 degC would have to heat up to 80 */
+#define DEEP_NS        SECOND_NS /* a single wrong reading is no depth */
+#define FRESH_NS       (2ull * SECOND_NS)
+#define FOLLOW_M       1.0                 /* the altitude has changed by so much ... */
+#define FOLLOW_SHARE   0.25                /* ... and the depth by as much, up to this share ... */
+#define FOLLOW_NS      (60ull * SECOND_NS) /* ... in less than this, in which a hull does not heat up by a metre ... */
+#define FOLLOW_TIMES   2u                  /* ... so often */
+#define DISAGREE_M     1.0
+#define DISAGREE_SHARE 0.03 /* of the pressure */
+#define UNKNOWN_NS     (10ull * SECOND_NS)
+
+void mavlink_barometers_init(struct mavlink_barometers *b, int named, double m_per_hpa)
+{
+    *b = (struct mavlink_barometers){.named = named, .used = named, .m_per_hpa = m_per_hpa};
+}
+
+void mavlink_barometers_forget(struct mavlink_barometers *b)
+{
+    const struct mavlink_barometers was = *b;
+
+    mavlink_barometers_init(b, was.named, was.m_per_hpa);
+    for (int i = 0; i < MAVLINK_BAROMETERS; i++)
+        b->of[i].first_hpa = was.of[i].first_hpa;
+}
+
+static bool is_fresh(const struct mavlink_barometer *of, uint64_t now_ns)
+{
+    return of->t_ns && now_ns <= of->t_ns + FRESH_NS;
+}
+
+static bool disagree(const struct mavlink_barometers *b, const struct mavlink_barometer *one,
+                     const struct mavlink_barometer *other)
+{
+    return fabs(one->hpa - other->hpa) * b->m_per_hpa >
+           DISAGREE_M + DISAGREE_SHARE * fmax(one->hpa, other->hpa) * b->m_per_hpa;
+}
+
+/* The first that is in the water is used. Another that reads something else there speaks against it while it reads. */
+static void choose(struct mavlink_barometers *b, uint64_t now_ns)
+{
+    for (int i = 0; i < MAVLINK_BAROMETERS && b->used == MAVLINK_BAROMETER_ANY; i++)
+        if (b->of[i].wet)
+            b->used = i + 1;
+    b->against = MAVLINK_BAROMETER_ANY;
+    if (b->used == MAVLINK_BAROMETER_ANY)
+        return;
+
+    const struct mavlink_barometer *used = &b->of[b->used - 1];
+
+    for (int i = 0; i < MAVLINK_BAROMETERS; i++)
+        if (&b->of[i] != used && b->of[i].wet && is_fresh(&b->of[i], now_ns) && is_fresh(used, now_ns) &&
+            disagree(b, used, &b->of[i]))
+            b->against = i + 1;
+}
+
+void mavlink_barometers_pressure(struct mavlink_barometers *b, int number, double hpa, uint64_t now_ns)
+{
+    struct mavlink_barometer *of = &b->of[number - 1];
+
+    if (hpa < HULL_MAX_HPA || !is_fresh(of, now_ns))
+        of->deep_ns = 0;
+    if (hpa >= HULL_MAX_HPA && !of->deep_ns)
+        of->deep_ns = now_ns;
+    of->wet |= of->deep_ns && now_ns >= of->deep_ns + DEEP_NS;
+    of->hpa = hpa;
+    of->t_ns = now_ns;
+    of->first_hpa = of->first_hpa > 0 ? of->first_hpa : hpa;
+    b->begin_ns = b->begin_ns ? b->begin_ns : now_ns;
+    choose(b, now_ns);
+}
+
+static struct mavlink_altitude_mark mark_now(const struct mavlink_barometers *b, double altitude_m,
+                                             uint64_t now_ns)
+{
+    struct mavlink_altitude_mark mark = {.t_ns = now_ns, .altitude_m = altitude_m};
+
+    for (int i = 0; i < MAVLINK_BAROMETERS; i++)
+        mark.hpa[i] = is_fresh(&b->of[i], now_ns) ? b->of[i].hpa : 0;
+    return mark;
+}
+
+void mavlink_barometers_altitude(struct mavlink_barometers *b, enum mavlink_altitude from, double altitude_m,
+                                 uint64_t now_ns)
+{
+    struct mavlink_altitude_mark *mark = &b->mark[from];
+
+    if (!isfinite(altitude_m))
+        return;
+
+    const struct mavlink_altitude_mark now = mark_now(b, altitude_m, now_ns);
+    const double sunk_m = mark->altitude_m - altitude_m;
+
+    if (mark->t_ns && now_ns <= mark->t_ns + FOLLOW_NS && fabs(sunk_m) < FOLLOW_M)
+        return;
+    for (int i = 0; i < MAVLINK_BAROMETERS && mark->t_ns && now_ns <= mark->t_ns + FOLLOW_NS; i++) {
+        const double deeper_m = (now.hpa[i] - mark->hpa[i]) * b->m_per_hpa;
+        const bool follows =
+            now.hpa[i] > 0 && mark->hpa[i] > 0 && fabs(deeper_m - sunk_m) <= FOLLOW_SHARE * fabs(sunk_m);
+
+        b->of[i].follows[from] = follows ? b->of[i].follows[from] + 1 : 0;
+        b->of[i].wet |= b->of[i].follows[from] >= FOLLOW_TIMES;
+    }
+    *mark = now;
+    choose(b, now_ns);
+}
+
+int mavlink_barometers_depth(const struct mavlink_barometers *b)
+{
+    return b->named == MAVLINK_BAROMETER_ANY && b->against != MAVLINK_BAROMETER_ANY ? MAVLINK_BAROMETER_ANY
+                                                                                    : b->used;
+}
+
+/* "SCALED_PRESSURE2 (1016 hPa)" */
+static const char *name(const struct mavlink_barometers *b, int number, char out[48])
+{
+    snprintf(out, 48, "SCALED_PRESSURE%s (%.0f hPa)",
+             number == 1   ? ""
+             : number == 2 ? "2"
+                           : "3",
+             b->of[number - 1].hpa);
+    return out;
+}
+
+/* Why there is no depth, and what the barometers that there are read. */
+static bool say_none(struct mavlink_barometers *b, char *text, size_t size)
+{
+    char list[MAVLINK_BAROMETERS][48] = {"", "", ""};
+
+    for (int i = 0; i < MAVLINK_BAROMETERS; i++)
+        if (b->of[i].t_ns)
+            name(b, i + 1, list[i]);
+    snprintf(text, size, "no depth: %s; received: %s %s %s",
+             b->named ? "the barometer named by --barometer sends nothing"
+                      : "it is not known which barometer is in the water until one follows the altitude or is 3 m "
+                        "deep; --barometer N says which",
+             list[0], list[1], list[2]);
+    b->told_none = true;
+    return true;
+}
+
+bool mavlink_barometers_news(struct mavlink_barometers *b, uint64_t now_ns, char *text, size_t size)
+{
+    char one[48], other[48];
+
+    if (b->used == MAVLINK_BAROMETER_ANY || !b->of[b->used - 1].t_ns)
+        return b->begin_ns && now_ns > b->begin_ns + UNKNOWN_NS && !b->told_none && say_none(b, text, size);
+
+    const struct mavlink_barometer *used = &b->of[b->used - 1];
+
+    if (b->told_used != b->used) {
+        b->told_used = b->used;
+        snprintf(text, size, "depth from %s, %s", name(b, b->used, one),
+                 b->named        ? "as --barometer says"
+                 : used->deep_ns ? "which reads more than a hull holds"
+                                 : "which follows the altitude");
+        return true;
+    }
+    if (b->against != MAVLINK_BAROMETER_ANY && b->told_against != b->against) {
+        b->told_against = b->against;
+        snprintf(text, size, "warning: barometers disagree: %s and %s are both in the water; %s",
+                 name(b, b->used, one), name(b, b->against, other),
+                 b->named ? "is --barometer right?"
+                          : "no depth until they agree; --barometer N says which is right");
+        return true;
+    }
+    return false;
+}
