@@ -172,6 +172,7 @@ static void show_faults(const struct page *page, const json_t *sensor)
                   {"nacks", "refused request", "refused requests"},
                   {"timeouts", "timeout", "timeouts"},
                   {"restarts", "restart", "restarts"},
+                  {"taken_over", "takeover by another program", "takeovers by another program"},
                   {"reconnects", "reconnect", "reconnects"},
                   {"port_lost", "lost in the port", "lost in the port"},
                   {"port_refused",
@@ -233,6 +234,11 @@ static void show_sensor(const struct page *page, const json_t *sensor)
         fprintf(page->out, "             %lld ping%s, the last %s ago\n", pings, page_plural(pings),
                 page_duration(c, page_number(sensor, "last_ping_age_s")));
     show_faults(page, sensor);
+    if (json_is_string(json_object_get(sensor, "other_settings"))) {
+        fputs("             ", page->out);
+        page_word(page, PAGE_RED, 0, "settings that were not sent");
+        fprintf(page->out, ": %.300s\n", json_string_value(json_object_get(sensor, "other_settings")));
+    }
     show_bus(page, json_object_get(sensor, "bus"));
 }
 

@@ -20,6 +20,7 @@ unsigned counters_sensor(const struct source_stats *s, uint64_t dropped, struct 
          {"nacks", "requests that the sonar refused", s->device.nacks},
          {"timeouts", "requests that the sonar left unanswered", s->device.timeouts},
          {"restarts", "times the sonar was set up again", s->device.restarts},
+         {"taken_over", "times the sonar had settings that were not sent", s->device.taken_over},
          {"reconnects", "times the port was reopened", s->reconnects},
          {"tap_lost_bytes", "bytes not read from the tap", s->tap.dropped},
          {"tap_refused_bytes", "bytes written to the tap and discarded", s->tap.refused},

@@ -130,6 +130,10 @@ static void write_open_sensor(struct json_out *out, const struct methods_env *d,
         json_member_text(out, "amplitude_doubt", doubt);
     else
         json_member_null(out, "amplitude_doubt");
+    if (s.device.other_settings[0])
+        json_member_text(out, "other_settings", s.device.other_settings);
+    else
+        json_member_null(out, "other_settings");
     if (s.port_error.text[0])
         json_member_outside(out, "port_error", s.port_error.text);
 }
@@ -182,6 +186,9 @@ const char *status_data_word(const struct methods_env *d)
         source_stats(d->source[i], &s);
         if (s.mostly_garbage)
             return garbage_word(d->conf.sonar[i].port);
+        if (s.device.other_settings[0])
+            return d->conf.n_sonars > 1 ? "one of the sonars has settings that were not sent: another program?"
+                                        : "the sonar has settings that were not sent: another program?";
     }
     return misfit_word(d, &frame);
 }

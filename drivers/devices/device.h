@@ -21,7 +21,8 @@
 #include "drivers/ports/can_frame.h"
 #include "clock_map.h"
 
-#define DEVICE_TEXT_MAX 96
+#define DEVICE_TEXT_MAX     96
+#define DEVICE_SETTINGS_MAX 240
 
 enum device_note {
     NOTE_DEBUG,
@@ -83,10 +84,12 @@ struct device_status {
     uint64_t lost_frames; /* expected and never came */
     uint64_t nacks;
     uint64_t timeouts;
-    uint64_t restarts;     /* set up anew after silence */
-    uint64_t last_ping_ns; /* 0: none yet */
-    double range_m;        /* that the device reports, 0: none yet */
-    bool has_clock;        /* its pings carry a time of its own */
+    uint64_t restarts;   /* set up anew, after silence or a takeover */
+    uint64_t taken_over; /* times that its pings showed settings that were not the ones sent */
+    char other_settings[DEVICE_SETTINGS_MAX]; /* which, while they do; empty: it has those that were sent */
+    uint64_t last_ping_ns;                    /* 0: none yet */
+    double range_m;                           /* that the device reports, 0: none yet */
+    bool has_clock;                           /* its pings carry a time of its own */
     struct clock_report clock;
 };
 

@@ -180,9 +180,12 @@ static void decode_data_head(const uint8_t *b, struct micron_data_head *out)
     *out = (struct micron_data_head){
         .status = b[3],
         .control = seanet_u16(b + 5),
+        .gain = b[13],
         .span = b[16],
         .low = b[17],
         .interval = seanet_u16(b + 20),
+        .left = seanet_u16(b + 22),
+        .right = seanet_u16(b + 24),
         .step = b[26],
         .bearing = seanet_u16(b + 27),
         .n_data = seanet_u16(b + 29),
@@ -268,6 +271,7 @@ void micron_fill_ping(struct ping *ping, const struct micron_line *line, double 
     ping->kind = PING_PROFILE;
     ping->law = AMPLITUDE_LOG;
     ping->db_per_count = (float)MICRON_DB_PER_COUNT;
+    ping->gain = h->gain;
     ping->sample_bytes = 1;
     ping->n_beams = 1;
     ping->n_bins = micron_line_samples(line, ping->samples, ping->max_samples);

@@ -66,8 +66,10 @@ struct micron_settings {
 struct micron_data_head {
     uint8_t status;
     uint16_t control;
+    uint8_t gain;
     uint8_t span, low; /* of 4-bit echoes: counts (80 dB / 255) of the window and of its lower end */
     uint16_t interval; /* ticks per bin */
+    uint16_t left, right;
     uint8_t step;
     uint16_t bearing;
     uint16_t n_data; /* bytes of echo */

@@ -24,6 +24,7 @@
 #include "poller.h"
 #include "drivers/ports/line_time.h"
 #include "micron_scan.h"
+#include "takeover.h"
 
 #define MS     1000000ull
 #define SECOND 1000000000ull
@@ -39,6 +40,8 @@
 #define QUIET_NS        (40 * MS) /* adapters hold bytes back up to 16 ms; a frame that paused longer was cut off */
 #define BEARING_UNKNOWN UINT16_MAX
 #define MS_OF_DAY       86400000u
+
+#define BINS_SLACK_SHARE 20
 
 #define SEND_DATA_BYTES (SEANET_OVERHEAD + 4u)
 #define DATA_BYTES      (SEANET_OVERHEAD + SEANET_DATA_AT) /* of a mtHeadData, without the echo */
@@ -61,6 +64,7 @@ struct micron {
     struct micron_settings set;
     uint64_t reboot_ns; /* how long the next reboot may take */
     bool motor_told;
+    struct takeover takeover;
 
     uint16_t bearing;        /* of the last ping, or BEARING_UNKNOWN */
     int travel;              /* units since the sweep or turn began, > 0 clockwise */
@@ -152,6 +156,7 @@ static uint64_t reboot(void *device, uint64_t now_ns, const struct device_io *io
     const uint64_t wait_ns = d->reboot_ns;
     (void)now_ns;
     send_short(io, SEANET_REBOOT);
+    takeover_forget(&d->takeover, &d->poller.status);
     d->poller.answered = false;
     d->reboot_ns = 2 * wait_ns < CENTRING_MAX_NS ? 2 * wait_ns : CENTRING_MAX_NS;
     return wait_ns;
@@ -292,6 +297,30 @@ static void steer(struct micron *d, uint64_t now_ns, const struct device_io *io)
     send_parameters(d, now_ns, io);
 }
 
+/*
+ * Somebody else's settings. Heads leave some bins out (642 and 794 were recorded of 650 and 800), and the limits of a
+ * full circle mean nothing.
+ */
+static bool is_taken_over(struct micron *d, uint64_t now_ns, const struct device_io *io)
+{
+    const struct micron_data_head *seen = &d->line.head;
+    const struct micron_settings *sent = &d->set;
+    const struct takeover_value value[] = {
+        {"adc8on", seen->control & MICRON_8_BIT, sent->control & MICRON_8_BIT, 0},
+        {"continuous", (seen->control & MICRON_CONTINUOUS) != 0, (sent->control & MICRON_CONTINUOUS) != 0, 0},
+        {"gain", seen->gain, sent->gain, 0},
+        {"ADInterval", seen->interval, sent->interval, 0},
+        {"bins", micron_line_bins(&d->line), sent->n_bins, sent->n_bins / BINS_SLACK_SHARE},
+        {"step", seen->step, sent->step, 0},
+        {"left limit", seen->left, sent->left, 0},
+        {"right limit", seen->right, sent->right, 0},
+    };
+    const unsigned n = sizeof(value) / sizeof(value[0]), limits = 2;
+
+    return takeover_ping(&d->takeover, &d->poller.status, value,
+                         seen->control & sent->control & MICRON_CONTINUOUS ? n - limits : n, now_ns, io);
+}
+
 static void make_ping(struct micron *d, const struct device_io *io)
 {
     const struct micron_data_head *h = &d->line.head;
@@ -337,6 +366,10 @@ static void on_line(struct micron *d, uint64_t now_ns, const struct device_io *i
                  d->poller.status.what[0] ? d->poller.status.what : "SeaNet head",
                  poller_listening(&d->poller) ? "receiving pings" : "polled mode", d->poller.status.range_m);
     if (at(d, SCAN)) {
+        if (is_taken_over(d, now_ns, io)) {
+            d->poller.status.restarts++;
+            send_parameters(d, now_ns, io);
+        }
         steer(d, now_ns, io);
         start_scan(d, now_ns, io);
     }
@@ -458,6 +491,7 @@ static void micron_opened(void *state, uint64_t now_ns, const struct device_io *
     d->travel = 0;
     d->new_turn = false;
     d->motor_told = false;
+    takeover_forget(&d->takeover, &d->poller.status);
     d->reboot_ns = CENTRING_NS;
     poller_opened(&d->poller, now_ns, io);
 }

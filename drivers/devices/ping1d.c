@@ -111,8 +111,8 @@ bool ping1d_decode_firmware(const struct ping_frame *f, unsigned *major, unsigne
 void ping1d_fill_ping(struct ping *ping, const struct ping_frame *frame, const struct ping1d_reading *r,
                       const struct ping1d_view *view)
 {
-    double begin_m = r->simple ? PING1D_START_MM * 1e-3 : r->start_mm * 1e-3 * view->scale;
-    double length_m = r->simple ? view->range_m - begin_m : r->length_mm * 1e-3 * view->scale;
+    double begin_m = r->simple ? view->start_m : r->start_mm * 1e-3 * view->scale;
+    double length_m = r->simple ? fmax(view->range_m - begin_m, 0.0) : r->length_mm * 1e-3 * view->scale;
     double pulse_m = view->sound_speed_mps * r->transmit_us * 1e-6 / 2.0;
     double cell_m = length_m / (r->n_samples > 0 ? r->n_samples : PING1D_SAMPLES);
     double confidence = r->confidence_percent / 100.0;

@@ -78,8 +78,8 @@ bool ping1d_decode_firmware(const struct ping_frame *f, unsigned *major, unsigne
 
 /* What a reading is held against. */
 struct ping1d_view {
-    double scale;   /* true sound speed over the device's */
-    double range_m; /* listened to, where the message does not say */
+    double scale;            /* true sound speed over the device's */
+    double start_m, range_m; /* listened to from, and up to, where the message does not say */
     double sound_speed_mps;
     double min_confidence; /* 0..1 */
     double beam_rad;

@@ -18,6 +18,7 @@
 
 #include "core/fault.h"
 #include "ping_talk.h"
+#include "takeover.h"
 
 #define MS 1000000ull
 
@@ -32,6 +33,8 @@
 #define BEAM_DEG        30.0
 #define BEAM_PING2_DEG  25.0
 #define LISTENING_MIN_M 1.5
+#define SLACK_MM        50 /* how exactly a device takes the scan that it is set to is not known: */
+#define SLACK_SHARE     20 /* this, and a part in so many */
 
 enum step { IDENTIFY, FIRMWARE, SETTING, STREAM, REQUEST, PAUSE, STOP, N_STEPS };
 
@@ -49,6 +52,9 @@ struct ping1d {
     uint64_t interval_ns;
     double device_speed_mps; /* that its distances are on */
     double beam_rad;
+    double scan_start_m,
+        scan_end_m; /* that the last reading but simple ones was from; as configured before the first */
+    struct takeover takeover;
 
     unsigned setting; /* of settings[], at SETTING */
     struct ping_count count;
@@ -88,6 +94,8 @@ static bool ping1d_init(void *state, const struct device_conf *conf, struct faul
         d->conf = *conf;
         d->interval_ns = ping_ns > PING_LEAST_NS ? ping_ns : PING_LEAST_NS;
         d->device_speed_mps = PING1D_SOUND_SPEED_MPS;
+        d->scan_start_m = PING1D_START_MM * 1e-3;
+        d->scan_end_m = conf->range_m;
         d->beam_rad = geo_rad(BEAM_DEG);
         d->talk.on_frame = on_frame;
         ping_parser_init(&d->talk.parser, PING_PAYLOAD_MAX);
@@ -228,6 +236,7 @@ static void setting_missed(void *device, uint64_t now_ns, const struct device_io
 static void readings_missed(void *device, uint64_t now_ns, const struct device_io *io)
 {
     struct ping1d *d = device;
+    takeover_forget(&d->takeover, &d->talk.poller.status);
     poller_restart(&d->talk.poller,
                    d->talk.poller.answered ? "the echosounder stopped sending readings"
                                            : "the echosounder is there, but sends no readings",
@@ -260,8 +269,10 @@ static const struct poller_step steps[N_STEPS] = {
 static void make_ping(struct ping1d *d, const struct ping1d_reading *r, const struct ping_frame *frame,
                       const struct device_io *io)
 {
-    const struct ping1d_view view = {.scale = d->conf.sound_speed_mps / d->device_speed_mps,
-                                     .range_m = d->conf.range_m,
+    const double scale = d->conf.sound_speed_mps / d->device_speed_mps;
+    const struct ping1d_view view = {.scale = scale,
+                                     .start_m = d->scan_start_m,
+                                     .range_m = d->scan_end_m,
                                      .sound_speed_mps = d->conf.sound_speed_mps,
                                      .min_confidence = d->conf.min_confidence,
                                      .beam_rad = d->beam_rad,
@@ -269,7 +280,11 @@ static void make_ping(struct ping1d *d, const struct ping1d_reading *r, const st
 
     d->talk.poller.status.pings++;
     d->talk.poller.status.last_ping_ns = frame->t_last_ns;
-    d->talk.poller.status.range_m = r->simple ? d->conf.range_m : (r->start_mm + r->length_mm) * 1e-3 * view.scale;
+    if (!r->simple) {
+        d->scan_start_m = r->start_mm * 1e-3 * scale;
+        d->scan_end_m = (r->start_mm + r->length_mm) * 1e-3 * scale;
+    }
+    d->talk.poller.status.range_m = d->scan_end_m;
     struct ping *ping = io->ping_begin(io->ctx);
     if (!ping)
         return;
@@ -281,6 +296,22 @@ static void make_ping(struct ping1d *d, const struct ping1d_reading *r, const st
 static bool started_anew(const struct ping1d *d, const struct ping1d_reading *r)
 {
     return !r->simple && d->count.known && (uint64_t)r->ping_number + LATE_MAX < d->count.last;
+}
+
+/* Somebody else's scan or gain. With a gain of the device's own both are its choice, and say nothing. */
+static bool is_taken_over(struct ping1d *d, const struct ping1d_reading *r, uint64_t now_ns,
+                          const struct device_io *io)
+{
+    const long length_mm = lround(d->conf.range_m * 1e3) - PING1D_START_MM;
+    const struct takeover_value value[] = {
+        {"scan_start", (long)r->start_mm, PING1D_START_MM, SLACK_MM},
+        {"scan_length", (long)r->length_mm, length_mm, SLACK_MM + length_mm / SLACK_SHARE},
+        {"gain_setting", (long)r->gain, d->conf.gain, 0},
+    };
+
+    return d->conf.gain >= 0 && !r->simple &&
+           takeover_ping(&d->takeover, &d->talk.poller.status, value, sizeof(value) / sizeof(value[0]), now_ns,
+                         io);
 }
 
 static void on_reading(struct ping1d *d, const struct ping_frame *frame, uint64_t now_ns,
@@ -307,7 +338,10 @@ static void on_reading(struct ping1d *d, const struct ping_frame *frame, uint64_
         io->note(io->ctx, NOTE_INFO, "%s, %s, range %.4g m",
                  poller->status.what[0] ? poller->status.what : "Ping1D",
                  asked ? "polled mode" : "auto-transmit mode", poller->status.range_m);
-    if (at(d, STREAM))
+    if ((at(d, STREAM) || asked) && is_taken_over(d, &r, now_ns, io)) {
+        poller->status.restarts++;
+        set_up_from(d, 0, now_ns, io);
+    } else if (at(d, STREAM))
         poller_expect(poller, &steps[STREAM], now_ns + SILENCE_NS);
     else if (asked)
         go(d, PAUSE, now_ns, io);
@@ -417,6 +451,7 @@ static void on_frame(void *device, const struct ping_frame *frame, uint64_t now_
 static void ping1d_opened(void *state, uint64_t now_ns, const struct device_io *io)
 {
     struct ping1d *d = state;
+    takeover_forget(&d->takeover, &d->talk.poller.status);
     d->count = (struct ping_count){0};
     d->device_speed_mps = PING1D_SOUND_SPEED_MPS;
     ping_talk_opened(&d->talk, now_ns, io);

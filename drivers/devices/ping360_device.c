@@ -19,6 +19,7 @@
 #include "drivers/ports/line_time.h"
 #include "ping360_scan.h"
 #include "ping_talk.h"
+#include "takeover.h"
 
 #define MS     1000000ull
 #define SECOND 1000000000ull
@@ -55,6 +56,7 @@ struct ping360 {
     struct ping360_settings set;
     struct ping360_scan scan;
     bool auto_refused; /* automatic scan, by this firmware */
+    struct takeover takeover;
     struct ping360_track track;
     struct steer_seen seen; /* of a head that is steered: it jumps, and a turn is when it has been everywhere */
     bool new_turn;          /* the next ping begins one */
@@ -272,6 +274,7 @@ static void start_scan(void *device, uint64_t now_ns, const struct device_io *io
     steer_begin(&d->scan.steer, now_ns);
     const bool request = d->conf.request_response || d->conf.steered || d->auto_refused || !d->scan.by_itself;
     d->talk.poller.answered = false;
+    takeover_forget(&d->takeover, &d->talk.poller.status);
     go(d, request ? REQUEST : AUTO, now_ns, io);
 }
 
@@ -332,6 +335,29 @@ static const char *way_of_scanning(const struct ping360 *d)
     return at(d, AUTO) ? "auto-transmit mode" : at(d, REQUEST) ? "polled mode" : "receiving pings";
 }
 
+/* Somebody else's settings: a scan of our own is started again. A request says all of its settings itself. */
+static bool is_taken_over(struct ping360 *d, const struct ping360_data *data, uint64_t now_ns,
+                          const struct device_io *io)
+{
+    const struct ping360_settings *seen = &data->set, *sent = &d->set;
+    const struct ping360_sweep *sweep = &d->scan.sweep;
+    const struct takeover_value value[] = {
+        {"auto_transmit", data->automatic, at(d, AUTO), 0},
+        {"gain_setting", seen->gain, sent->gain, 0},
+        {"transmit_duration", seen->transmit_us, sent->transmit_us, 0},
+        {"sample_period", seen->sample_period, sent->sample_period, 0},
+        {"transmit_frequency", seen->frequency_khz, sent->frequency_khz, 0},
+        {"number_of_samples", seen->n_samples, sent->n_samples, 0},
+        {"start_angle", data->sweep.start, sweep->start, 0},
+        {"stop_angle", data->sweep.stop, sweep->stop, 0},
+        {"num_steps", data->sweep.step, sweep->step, 0},
+    };
+    const unsigned n = sizeof(value) / sizeof(value[0]), of_sweep = 3;
+
+    return takeover_ping(&d->takeover, &d->talk.poller.status, value,
+                         at(d, AUTO) && data->automatic ? n : n - of_sweep, now_ns, io);
+}
+
 static void on_data(struct ping360 *d, const struct ping_frame *frame, uint64_t now_ns, const struct device_io *io)
 {
     struct poller *poller = &d->talk.poller;
@@ -353,7 +379,12 @@ static void on_data(struct ping360 *d, const struct ping_frame *frame, uint64_t 
         io->note(io->ctx, NOTE_INFO, "%s, %s, range %.4g m",
                  poller->status.what[0] ? poller->status.what : "Ping360", way_of_scanning(d),
                  data.set.n_samples * ping360_sample_m(&data.set, d->conf.sound_speed_mps));
-    if (at(d, AUTO)) {
+    const bool taken_over =
+        (at(d, AUTO) || at(d, REQUEST)) && data.n_data > 0 && is_taken_over(d, &data, now_ns, io);
+    if (at(d, AUTO) && taken_over) {
+        poller->status.restarts++;
+        go(d, AUTO, now_ns, io);
+    } else if (at(d, AUTO)) {
         poller_expect(poller, &steps[AUTO], now_ns + auto_silence_ns(d));
     } else if (at(d, REQUEST) && data.set.angle == d->set.angle) {
         /* an answer from another angle is a late one: the one asked for is still to come */
@@ -434,6 +465,7 @@ static void ping360_opened(void *state, uint64_t now_ns, const struct device_io 
 {
     struct ping360 *d = state;
     ping360_track_reset(&d->track);
+    takeover_forget(&d->takeover, &d->talk.poller.status);
     d->new_turn = false;
     ping_talk_opened(&d->talk, now_ns, io);
 }

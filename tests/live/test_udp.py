@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Sonars of the Ping protocol over UDP and serial lines: Ping360 behind a bridge, Ping1D, Surveyor, several at once."""
 import socket
+import struct
 import time
 
 from lib import SONARCTL, check, free_port, note, run, until
@@ -82,6 +83,23 @@ def bridge(bench):
         pings(client, "head", 20)
     note("pings came back %.1f s after another host spoke to the bridge" % (time.monotonic() - begin))
     no_restart(client, "head")
+
+
+def taken_over(bench):
+    """Another program sets a narrow sector and 2 m: said once, counted, and set right; the pings in between are of 2 m."""
+    sim = ping360(bench, "--udp", "0")
+    daemon, client = start(bench, {"head": "udp:" + sim.address})
+    pings(client, "head", 20)
+    check(sensor(client, "head")["other_settings"] is None and client.call("status")["data"] == "ok", "from the start")
+    payload = struct.pack("<BBHHHHHHBB", 1, 0, 11, 88, 750, 1200, 180, 220, 1, 0)
+    frame = struct.pack("<2sHHBB", b"BR", len(payload), 2602, 0, 0) + payload
+    host, port = sim.address.rsplit(":", 1)
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.sendto(frame + struct.pack("<H", sum(frame) & 0xFFFF), (host, int(port)))
+        until(lambda: sensor(client, "head")["taken_over"] == 1, "the takeover to be noticed", 60)
+    until(lambda: sensor(client, "head")["other_settings"] is None, "our settings", 60)
+    check(sensor(client, "head")["range_m"] > 9 and client.call("status")["data"] == "ok", str(client.call("status")["sensors"]))
+    check(daemon.log().count("(another program?); sending them again: ") == 1 and "sample_period 88 (sent 445)" in daemon.log(), daemon.log())
 
 
 def nobody_there(bench):
@@ -243,6 +261,7 @@ def several(bench):
 
 
 cases = [("network_head", network_head), ("bridge", bridge), ("nobody_there", nobody_there),
+         ("taken_over", taken_over),
          ("echosounder_udp", lambda bench: echosounder(bench, True)),
          ("echosounder_serial", lambda bench: echosounder(bench, False)),
          ("echosounder_without_power", lambda bench: echosounder_without_power(bench, "transmit")),

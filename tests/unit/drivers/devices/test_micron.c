@@ -127,10 +127,10 @@ TEST(ways)
 
 /* A mtHeadData frame as the head makes it. */
 struct reply {
-    unsigned control, interval, bearing, n, status, low, span, step;
+    unsigned control, interval, bearing, n, status, low, span, step, gain, left, right;
 };
 
-static const struct reply usual_reply = {0x2307, 104, 3200, 400, 0x10, 8, 81, 16};
+static const struct reply usual_reply = {0x2307, 104, 3200, 400, 0x10, 8, 81, 16, 84, 0, 6399};
 
 static size_t build_payload(uint8_t *payload, const struct reply *r, const uint8_t *data)
 {
@@ -142,7 +142,9 @@ static size_t build_payload(uint8_t *payload, const struct reply *r, const uint8
     payload[16] = (uint8_t)r->span;
     payload[17] = (uint8_t)r->low;
     seanet_put_u16(payload + 20, r->interval);
-    seanet_put_u16(payload + 24, 6399);
+    payload[13] = (uint8_t)r->gain;
+    seanet_put_u16(payload + 22, r->left);
+    seanet_put_u16(payload + 24, r->right);
     payload[26] = (uint8_t)r->step;
     seanet_put_u16(payload + 27, r->bearing);
     seanet_put_u16(payload + 29, r->n);
@@ -423,6 +425,9 @@ static void answer_data(void)
         r.interval = rig.interval;
         r.control = rig.control;
         r.step = rig.step;
+        r.gain = rig.gain;
+        r.left = rig.left;
+        r.right = rig.right;
     }
     r.bearing = rig.bearing;
     if (rig.motor_error)
@@ -791,7 +796,7 @@ TEST(four_bit_and_several_packets)
 {
     struct device_conf conf = usual_conf();
     rig_running(&conf);
-    rig.reply = (struct reply){0x2306, 52, 0, 300, 0, 8, 81, 16};
+    rig.reply = (struct reply){0x2306, 52, 0, 300, 0, 8, 81, 16, 84, 0, 6399};
     run_for(SEC);
     CHECK_INT(rig.last.n_bins, 600);
     CHECK_NEAR(rig.last.dr_m, 0.02496, 1e-6, 0);
@@ -808,6 +813,7 @@ TEST(range_that_changes_while_running)
     struct device_conf conf = usual_conf();
     rig_running(&conf);
     CHECK_NEAR(rig.last.dr_m, 0.04992, 1e-6, 0);
+    rig.ignores_settings = true;
     rig.interval = 26;
     run_for(SEC);
     CHECK_NEAR(rig.last.dr_m, 0.01248, 1e-6, 0);
@@ -817,6 +823,81 @@ TEST(range_that_changes_while_running)
     CHECK_INT(rig.last.n_bins, 800);
     CHECK_NEAR(status().range_m, 9.984, 1e-9, 0);
     CHECK_INT(status().lost_frames, 0);
+}
+
+/* Another program told the head to look ahead only, 5 m far, with little gain: seen in the replies, and set right. */
+TEST(a_head_with_settings_of_others_is_set_up_again)
+{
+    struct device_conf conf = usual_conf();
+    rig_running(&conf);
+    CHECK_STR(status().other_settings, "");
+    for (int again = 0; again < 2; again++) {
+        rig.control = MICRON_COMMON | MICRON_8_BIT | MICRON_SCAN_RIGHT;
+        rig.left = 2400, rig.right = 4000;
+        rig.interval = 26;
+        rig.gain = 42;
+        rig.ignores_settings = again; /* the other program is quicker */
+        const unsigned before = rig.pings, commands = rig.commands;
+        run_to_ping(before + 8, 10 * SEC); /* the first is of before */
+        CHECK_STR(status().other_settings, "");
+        run_to_ping(before + 9, 10 * SEC);
+        CHECK_STR(status().other_settings, "continuous 0 (sent 1), gain 42 (sent 84), ADInterval 26 (sent 104), "
+                                           "left limit 2400 (sent 0), right limit 4000 (sent 6399)");
+        CHECK_NEAR(status().range_m, 4.992, 1e-9, 0); /* the ping is what it says, not what was asked for */
+        CHECK_NEAR(rig.last.dr_m, 0.01248, 1e-6, 0);
+        CHECK_INT(rig.last.gain, 42);
+        CHECK_INT(status().taken_over, again + 1);
+        CHECK_INT(rig.warnings, 1);
+        CHECK_INT(rig.commands, commands + 1);
+        run_for(4 * SEC);
+        CHECK_INT(rig.commands, commands + 1);
+        CHECK_INT(status().other_settings[0] == '\0', !again);
+        run_for(8 * SEC);
+    }
+    CHECK(
+        strstr(
+            rig.notes,
+            "its settings are not the ones that were sent (another program?); sending them again: continuous 0") !=
+        NULL);
+    CHECK(strstr(rig.notes, "its settings are again the ones that were sent") != NULL);
+    unsigned commands = rig.commands;
+    run_for(200 * SEC); /* in vain: every 40 s at last */
+    CHECK(rig.commands >= commands + 4 && rig.commands <= commands + 6);
+    CHECK_INT(rig.warnings, 1);
+    CHECK_INT(status().state, DEVICE_RUNNING);
+    rig.ignores_settings = false;
+    run_for(60 * SEC);
+    CHECK_STR(status().other_settings, "");
+    CHECK_NEAR(status().range_m, 19.968, 1e-9, 0);
+}
+
+/* What heads do to their settings by themselves, as recorded: fewer bins, and a direction that changes. */
+TEST(a_head_that_leaves_bins_out_is_not_taken_over)
+{
+    struct device_conf conf = usual_conf();
+    rig_running(&conf);
+    rig.n_bins = 394;
+    rig.control ^= MICRON_SCAN_RIGHT;
+    rig.control |= 0x80;
+    run_for(10 * SEC);
+    CHECK_INT(status().taken_over, 0);
+    CHECK_INT(rig.commands, 1);
+}
+
+/* Its limits change with every stretch: they are our own. */
+TEST(a_head_that_is_steered_is_not_taken_over)
+{
+    struct device_conf conf = usual_conf();
+    conf.steered = true;
+    rig_running(&conf);
+    device_micron.steer(rig.state, geo_rad(-20), geo_rad(20));
+    run_for(120 * SEC);
+    CHECK(rig.commands > 10);
+    CHECK_INT(status().taken_over + status().restarts, 0);
+    rig.gain = 42;
+    rig.ignores_settings = true;
+    run_for(2 * SEC);
+    CHECK_INT(status().taken_over, 1);
 }
 
 TEST(lost_reply_is_asked_for_again)
@@ -1020,7 +1101,7 @@ TEST(listening)
 {
     struct device_conf conf = usual_conf();
     uint8_t b[300], payload[200], data[50] = {0};
-    struct reply r = {0x2305, 104, 0, 50, 0x10, 8, 81, 32};
+    struct reply r = {0x2305, 104, 0, 50, 0x10, 8, 81, 32, 84, 0, 6399};
     static const unsigned bearing[] = {3000, 3032, 3064, 3160, 3188, 3188, 3156};
     conf.listen_only = true;
     rig_new(&conf);
@@ -1101,6 +1182,9 @@ int main(void)
     RUN(sectors);
     RUN(four_bit_and_several_packets);
     RUN(range_that_changes_while_running);
+    RUN(a_head_with_settings_of_others_is_set_up_again);
+    RUN(a_head_that_leaves_bins_out_is_not_taken_over);
+    RUN(a_head_that_is_steered_is_not_taken_over);
     RUN(lost_reply_is_asked_for_again);
     RUN(cut_reply_costs_itself);
     RUN(reply_behind_a_false_head);

@@ -38,7 +38,8 @@ static struct rig {
     /* where it is */
     bool streams;
     uint64_t next_ns;
-    uint32_t number, speed_mmps;
+    uint32_t number, speed_mmps, start_mm, length_mm, gain;
+    bool ignores_settings;
     struct answer queue[64];
     unsigned queued;
 
@@ -77,8 +78,9 @@ static void answer_reading(bool profile)
                                .confidence_percent = rig.confidence,
                                .transmit_us = 100,
                                .ping_number = rig.same_number ? rig.number : ++rig.number,
-                               .start_mm = 500,
-                               .length_mm = 10000,
+                               .start_mm = rig.start_mm,
+                               .length_mm = rig.length_mm,
+                               .gain = rig.gain,
                                .n_samples = profile ? PING1D_SAMPLES : 0,
                                .samples = samples};
     size_t n = ping1d_encode_reading(b, sizeof(b), 1, &r);
@@ -119,7 +121,7 @@ static void on_request(uint16_t id)
         answer_reading(false);
 }
 
-static void on_set(uint16_t id, uint32_t value)
+static void on_set(uint16_t id, uint32_t value, uint32_t second)
 {
     uint8_t payload[2 + 9];
     put_u16(payload, id);
@@ -130,6 +132,10 @@ static void on_set(uint16_t id, uint32_t value)
     }
     if (id == PING1D_SET_SPEED_OF_SOUND && !rig.deaf_to_speed)
         rig.speed_mmps = value;
+    if (id == PING1D_SET_RANGE && !rig.ignores_settings)
+        rig.start_mm = value, rig.length_mm = second;
+    if (id == PING1D_SET_GAIN && !rig.ignores_settings)
+        rig.gain = value;
     if (id == PING1D_CONTINUOUS_STOP)
         rig.streams = false;
     if (id == PING1D_CONTINUOUS_START && !rig.no_stream) {
@@ -149,8 +155,8 @@ static void take_sent(void *ctx, const uint8_t *b, size_t n)
     CHECK(ping_parser_next(&parser, &b, &n, rig.now_ns, &f) && n == 0);
     uint16_t id = f.id == PING_GENERAL_REQUEST ? get_u16(f.payload) : f.id;
     CHECK(id != 1100); /* the way to the bootloader */
-    uint8_t value[4] = {0};
-    memcpy(value, f.payload, f.length < 4 ? f.length : 4);
+    uint8_t value[8] = {0};
+    memcpy(value, f.payload, f.length < 8 ? f.length : 8);
     rig.sent[rig.n_sent % 256] = id;
     rig.sent_a[rig.n_sent++ % 256] = get_u32(value);
     if (rig.mute)
@@ -158,7 +164,7 @@ static void take_sent(void *ctx, const uint8_t *b, size_t n)
     if (f.id == PING_GENERAL_REQUEST)
         on_request(id);
     else
-        on_set(id, get_u32(value));
+        on_set(id, get_u32(value), get_u32(value + 4));
 }
 
 static void take_break(void *ctx, bool on)
@@ -213,7 +219,9 @@ static void rig_new(const struct device_conf *conf)
                        .type = 1,
                        .distance_mm = 7250,
                        .confidence = 95,
-                       .speed_mmps = 1500000};
+                       .speed_mmps = 1500000,
+                       .start_mm = 500,
+                       .length_mm = 10000};
     if (!device_ping1d.init(rig.state, conf, &fault)) {
         printf("init: %s\n", fault.text);
         abort();
@@ -730,6 +738,88 @@ TEST(an_echosounder_that_started_anew_is_set_up_anew)
     }
 }
 
+/* Another program sets 2 m, another gain and speed of sound; it is noticed by what the readings say. */
+TEST(an_echosounder_with_settings_of_others_is_set_up_again)
+{
+    for (int request = 0; request < 2; request++) {
+        struct device_conf conf = usual_conf();
+        conf.gain = 3;
+        conf.range_m = 20;
+        conf.request_response = request;
+        rig_open(&conf);
+        run_for(3 * SEC);
+        CHECK_INT(status().taken_over, 0);
+        unsigned settings = times_sent(PING1D_SET_RANGE);
+        rig.length_mm = 1500;
+        rig.gain = 6;
+        rig.speed_mmps = 1400000;
+        rig.distance_mm = 0; /* nothing within 2 m */
+        const unsigned before = rig.pings;
+        for (int i = 0; i < 2000 && rig.pings < before + 4; i++)
+            run_for(MS);
+        CHECK_NEAR(rig.last.r0_m + rig.last.dr_m, 2, 1e-6, 0); /* free up to there, not to what was sent */
+        CHECK_NEAR(status().range_m, 2, 1e-9, 0);
+        run_for(3 * SEC);
+        CHECK_INT(times_sent(PING1D_SET_RANGE), settings + 1);
+        CHECK_INT(status().taken_over, 1);
+        CHECK_INT(status().restarts, 1);
+        CHECK_INT(rig.warnings, 1);
+        CHECK(strstr(rig.notes,
+                     "another program?); sending them again: scan_length 1500 (sent 19500), gain_setting 6 "
+                     "(sent 3)") != NULL);
+        CHECK_STR(status().other_settings, "");
+        CHECK_INT(rig.speed_mmps, 1500000);
+        CHECK_NEAR(status().range_m, 20, 1e-9, 0);
+        CHECK_INT(status().state, DEVICE_RUNNING);
+    }
+}
+
+/* Its own choice is not anybody's; and how it rounds what it is told is not known. */
+TEST(a_scan_that_the_echosounder_chose_is_no_takeover)
+{
+    struct device_conf conf = usual_conf();
+    rig_open(&conf);
+    run_for(SEC);
+    rig.length_mm = 3000;
+    rig.gain = 5;
+    run_for(3 * SEC);
+    CHECK_INT(status().taken_over, 0);
+    CHECK_NEAR(status().range_m, 3.5, 1e-9, 0);
+
+    conf.gain = 3;
+    conf.range_m = 20;
+    rig_open(&conf);
+    run_for(SEC);
+    rig.length_mm = 19000;
+    run_for(3 * SEC);
+    CHECK_INT(status().taken_over, 0);
+}
+
+/* distance_simple says no scan: it is the one that the last reading said, and no more is called free. */
+TEST(a_simple_distance_is_of_the_scan_that_was_told_last)
+{
+    const struct ping1d_reading profile = {.distance_mm = 1200,
+                                           .confidence_percent = 95,
+                                           .ping_number = 5,
+                                           .start_mm = 700,
+                                           .length_mm = 1500,
+                                           .n_samples = 8,
+                                           .samples = worked_profile + 34};
+    const struct ping1d_reading nothing = {.simple = true};
+    const struct device_conf conf = usual_conf();
+    uint8_t b[PING_FRAME_MAX];
+
+    hear(&conf, b, ping1d_encode_reading(b, sizeof(b), 1, &nothing));
+    CHECK_NEAR(rig.last.r0_m, 0.5, 1e-6, 0);
+    CHECK_NEAR(rig.last.r0_m + rig.last.dr_m, 10.5, 1e-6, 0);
+    hear(&conf, b, ping1d_encode_reading(b, sizeof(b), 1, &profile));
+    device_ping1d.feed(rig.state, b, ping1d_encode_reading(b, sizeof(b), 1, &nothing), rig.now_ns, &rig.io);
+    CHECK_INT(rig.pings, 2);
+    CHECK_NEAR(rig.last.r0_m, 0.7, 1e-6, 0);
+    CHECK_NEAR(rig.last.r0_m + rig.last.dr_m, 2.2, 1e-6, 0);
+    CHECK_NEAR(status().range_m, 2.2, 1e-9, 0);
+}
+
 TEST(lost_and_broken_readings_are_counted)
 {
     struct device_conf conf = usual_conf();
@@ -803,6 +893,9 @@ int main(void)
     RUN(nobody_there_is_said_once);
     RUN(silence_is_answered_by_setting_it_up_anew);
     RUN(an_echosounder_that_started_anew_is_set_up_anew);
+    RUN(an_echosounder_with_settings_of_others_is_set_up_again);
+    RUN(a_scan_that_the_echosounder_chose_is_no_takeover);
+    RUN(a_simple_distance_is_of_the_scan_that_was_told_last);
     RUN(lost_and_broken_readings_are_counted);
     RUN(it_is_stopped);
     RUN(a_listener_says_nothing);

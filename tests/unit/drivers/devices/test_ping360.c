@@ -656,6 +656,83 @@ TEST(ping_content)
     CHECK_INT(p->t_ns, p->t_in_ns - line(1224) - 1200 * 889 * 25);
 }
 
+/* Another program sets a narrow sector and 2 m: bytes as the head sends them then. */
+static void take_over(void)
+{
+    rig.start = 180, rig.stop = 220, rig.step = 1;
+    rig.angle = 180;
+    rig.direction = 1;
+    rig.set.gain = 0;
+    rig.set.transmit_us = 11;
+    rig.set.sample_period = 88;
+}
+
+TEST(a_head_with_settings_of_others_is_set_up_again)
+{
+    static const char other[] =
+        "gain_setting 0 (sent 1), transmit_duration 11 (sent 107), sample_period 88 (sent 889), "
+        "start_angle 180 (sent 0), stop_angle 220 (sent 399)";
+    struct device_conf conf = usual_conf();
+    rig_new(&conf);
+    rig_open();
+    run_to_ping(30, 60 * SEC);
+    CHECK_STR(status().other_settings, "");
+    CHECK_INT(rig.warnings + (unsigned)status().taken_over, 0);
+    take_over();
+    unsigned before = rig.pings;
+    run_to_ping(before + 7, 60 * SEC);
+    CHECK_STR(status().other_settings, "");
+    CHECK_INT(rig.auto_transmits, 1);
+    run_to_ping(before + 8, 60 * SEC);
+    CHECK_STR(status().other_settings, other);
+    CHECK_INT(rig.auto_transmits, 2);
+    CHECK_INT(rig.warnings, 1);
+    CHECK(
+        strstr(
+            rig.notes,
+            "are not the ones that were sent (another program?); sending them again: gain_setting 0 (sent 1), ") !=
+        NULL);
+    CHECK_INT(status().state, DEVICE_RUNNING);
+    CHECK_NEAR(status().range_m, 1.98, 1e-9, 0); /* the ping is what it says, not what was sent */
+    CHECK_NEAR(rig.last.dr_m * (float)rig.last.n_bins, 1.98, 1e-6, 0);
+    CHECK_NEAR(rig.last.gain_db, -6, 1e-6, 0);
+    run_for(10 * SEC);
+    CHECK_STR(status().other_settings, "");
+    CHECK_INT(status().taken_over, 1);
+    CHECK_INT(status().restarts, 1);
+    CHECK_INT(rig.auto_transmits, 2);
+    CHECK_NEAR(status().range_m, 20.0025, 1e-9, 0);
+    CHECK_INT(rig.start, 0);
+    CHECK_INT(rig.stop, 399);
+
+    rig.deaf_to_2602 = true; /* a program that is quicker than we: one warning, fewer and fewer tries */
+    take_over();
+    run_for(120 * SEC);
+    CHECK(rig.auto_transmits >= 6 && rig.auto_transmits <= 8);
+    CHECK_INT(rig.warnings, 1);
+    CHECK_INT(status().taken_over, 2);
+    CHECK_STR(status().other_settings, other);
+    CHECK_INT(status().state, DEVICE_RUNNING);
+    rig.deaf_to_2602 = false;
+    run_for(60 * SEC);
+    CHECK_STR(status().other_settings, "");
+}
+
+TEST(pings_of_the_settings_before_are_no_takeover)
+{
+    struct device_conf conf = usual_conf();
+    rig_new(&conf);
+    rig_open();
+    run_to_ping(30, 60 * SEC);
+    const struct ping360_settings ours = rig.set;
+    rig.set.sample_period = 88;
+    run_to_ping(36, 60 * SEC);
+    rig.set = ours;
+    run_for(60 * SEC);
+    CHECK_INT(rig.auto_transmits, 1);
+    CHECK_INT(rig.warnings + (unsigned)status().taken_over, 0);
+}
+
 static void feed_data(unsigned angle, unsigned n_samples, unsigned period, uint64_t first_ns, uint64_t last_ns)
 {
     static const uint8_t samples[PING_PAYLOAD_MAX] = {9, 8, 7};
@@ -667,6 +744,26 @@ static void feed_data(unsigned angle, unsigned n_samples, unsigned period, uint6
     size_t n = ping360_encode_data(b, sizeof(b), 2, &d);
     device_ping360.feed(rig.state, b, 5, first_ns, &rig.io);
     device_ping360.feed(rig.state, b + 5, n - 5, last_ns, &rig.io);
+}
+
+/* Each request has all settings, so nothing is set up again; that somebody else asks too is said. */
+TEST(a_head_that_others_ask_too_is_told)
+{
+    struct device_conf conf = usual_conf();
+    conf.request_response = true;
+    rig_new(&conf);
+    rig_open();
+    for (unsigned i = 1; i <= 40; i++) {
+        run_to_ping(2 * i - 1, 10 * SEC);
+        feed_data(100 + i, 1200, 88, rig.now_ns, rig.now_ns);
+        CHECK_INT(rig.pings, 2 * i);
+    }
+    CHECK_INT(status().taken_over, 1);
+    CHECK_INT(rig.warnings, 1);
+    CHECK(strstr(status().other_settings, "sample_period 88 (sent 889)") != NULL);
+    CHECK_INT(status().restarts + rig.auto_transmits, 0);
+    run_for(20 * SEC);
+    CHECK_STR(status().other_settings, "");
 }
 
 TEST(time_of_a_ping)
@@ -1117,6 +1214,9 @@ int main(void)
     RUN(handshake_then_the_heads_own_scan);
     RUN(request_and_response);
     RUN(ping_content);
+    RUN(a_head_with_settings_of_others_is_set_up_again);
+    RUN(pings_of_the_settings_before_are_no_takeover);
+    RUN(a_head_that_others_ask_too_is_told);
     RUN(time_of_a_ping);
     RUN(no_ping_is_longer_than_the_device_says);
     RUN(azimuth_of_every_head_angle);
