@@ -14,6 +14,7 @@
  *   opened -> PING, answered: PING again; silence: a wait, and PING again      (stop: quiet)
  */
 #include "poller.h"
+#include "takeover.h"
 
 #include <math.h>
 #include <stdio.h>
@@ -77,6 +78,7 @@ struct imagenex {
     const struct model *model;
     struct device_conf conf;
     struct imagenex_switch request;
+    struct takeover takeover;
     bool other_told;   /* that another head speaks */
     bool follows;      /* there was a ping since the port was opened ... */
     uint16_t position; /* ... the last one from here ... */
@@ -335,6 +337,16 @@ static void on_other_head(struct imagenex *d, const struct imagenex_frame *f, co
     d->other_told = true;
 }
 
+/* The range is all that a reply says of its settings. The next request has ours in any case. */
+static void compare(struct imagenex *d, const struct imagenex_frame *f, uint64_t now_ns,
+                    const struct device_io *io)
+{
+    const struct takeover_value range = {"range", f->range_m, d->request.range_m, 0};
+
+    if (!poller_listening(&d->poller))
+        takeover_ping(&d->takeover, &d->poller.status, &range, 1, now_ns, io);
+}
+
 static void on_reply(struct imagenex *d, const struct imagenex_frame *f, uint64_t now_ns,
                      const struct device_io *io)
 {
@@ -353,6 +365,7 @@ static void on_reply(struct imagenex *d, const struct imagenex_frame *f, uint64_
     snprintf(d->poller.status.what, sizeof(d->poller.status.what), "%s head 0x%02x", d->model->name, f->head);
     if (poller_pinged(&d->poller))
         io->note(io->ctx, NOTE_INFO, "%s, range %.4g m", d->poller.status.what, d->poller.status.range_m);
+    compare(d, f, now_ns, io);
     if (poller_seeking(&d->poller, &ping_step))
         poller_start(&d->poller, &ping_step, now_ns, io);
 }
@@ -377,6 +390,7 @@ static void imagenex_opened(void *state, uint64_t now_ns, const struct device_io
     struct imagenex *d = state;
     imagenex_parser_reset(&d->parser);
     d->follows = false;
+    takeover_forget(&d->takeover, &d->poller.status);
     poller_opened(&d->poller, now_ns, io);
 }
 

@@ -459,6 +459,34 @@ TEST(every_reply_is_followed_by_a_request)
     CHECK_INT(status_now().state, DEVICE_CLOSED);
 }
 
+TEST(a_range_that_was_not_sent_is_told)
+{
+    const struct device_conf conf = usual();
+    open_device(&device_imagenex852, &conf);
+    const struct imagenex_frame ours = frame_of(0x11, 0, 20), other = frame_of(0x11, 0, 5);
+    for (int i = 0; i < 8; i++) {
+        CHECK_STR(status_now().other_settings, "");
+        reply(&other);
+    }
+    CHECK_STR(status_now().other_settings, "range 5 (sent 20)");
+    CHECK_STR(last_note,
+              "its settings are not the ones that were sent (another program?); sending them again: range 5 "
+              "(sent 20)");
+    CHECK_NEAR(status_now().range_m, 5, 1e-9, 0);
+    CHECK_INT(n_sent, 9);
+    for (int i = 0; i < 16; i++)
+        reply(&ours);
+    CHECK_STR(status_now().other_settings, "");
+    CHECK_INT(status_now().taken_over, 1);
+
+    struct device_conf listener = usual();
+    listener.listen_only = true;
+    open_device(&device_imagenex852, &listener);
+    for (int i = 0; i < 20; i++)
+        reply(&other);
+    CHECK_INT(status_now().taken_over, 0);
+}
+
 TEST(refused_settings_come_again)
 {
     const struct device_conf conf = usual();
@@ -627,6 +655,7 @@ int main(void)
     RUN(replies_of_other_heads_are_counted_and_not_used);
     RUN(senseless_replies_are_counted);
     RUN(every_reply_is_followed_by_a_request);
+    RUN(a_range_that_was_not_sent_is_told);
     RUN(refused_settings_come_again);
     RUN(silence_is_told_once_and_ends);
     RUN(misses_count_in_a_row);
