@@ -150,8 +150,9 @@ typedef void (*mcap_problem_fn)(void *ctx, const char *sentence);
 struct mcap_reader;
 
 /**
- * mcap_open - read the capture `path`. problem may be NULL. NULL with a sentence in fault when it is no capture. Of a
- * file that grows, what was there is read; of one that is cut off meanwhile, what is left, and a problem says so.
+ * mcap_open - read the capture `path`; channels are those of its summary, too. problem may be NULL. NULL with a sentence
+ * in fault when it is no capture. Of a file that grows, what was there is read; of one that is cut off meanwhile, what is
+ * left, and a problem says so.
  */
 struct mcap_reader *mcap_open(const char *path, mcap_problem_fn problem, void *ctx, struct fault *fault);
 
@@ -171,7 +172,7 @@ bool mcap_next(struct mcap_reader *r, struct mcap_message *out);
  */
 bool mcap_summary_end(struct mcap_reader *r, uint64_t *end_ns);
 
-/** mcap_channel_at - the i-th channel that has been met, NULL beyond the last. */
+/** mcap_channel_at - the i-th channel of the summary, or else that has been met, NULL beyond the last. */
 const struct mcap_channel *mcap_channel_at(const struct mcap_reader *r, size_t i);
 
 /** mcap_next_attachment - walk over the attachments; *at is 0 before the first call. Independent of mcap_next. */
@@ -182,6 +183,9 @@ bool mcap_find_attachment(const struct mcap_reader *r, const char *name, struct 
                           struct fault *fault);
 
 const struct mcap_info *mcap_info(const struct mcap_reader *r);
+
+/** mcap_is_mostly_lost - is more than half of a damaged file left out, or every message? */
+bool mcap_is_mostly_lost(const struct mcap_info *info);
 
 void mcap_close(struct mcap_reader *r);
 

@@ -176,19 +176,13 @@ const uint8_t *mcap_unpack(struct mcap_unpacker *u, const struct mcap_chunk *chu
     return records;
 }
 
-size_t mcap_find_chunk(const uint8_t *data, size_t size, size_t from, size_t to)
+bool mcap_is_credible_chunk(struct mcap_cursor content)
 {
-    for (size_t at = from; at < to; at++) {
-        struct mcap_record record;
-        struct mcap_chunk chunk;
-        if (data[at] == MCAP_OP_CHUNK && mcap_record_at(data + at, size - at, &record) &&
-            mcap_parse_chunk(record.content, &chunk) && chunk.unpacked_size <= MCAP_CHUNK_LIMIT &&
-            (text_is(chunk.compression, "lz4") || text_is(chunk.compression, "zstd") ||
-             (text_is(chunk.compression, "") && chunk.records_size == chunk.unpacked_size)) &&
-            chunk.records + chunk.records_size == record.content.end)
-            return at;
-    }
-    return to;
+    struct mcap_chunk chunk;
+    return mcap_parse_chunk(content, &chunk) && chunk.unpacked_size <= MCAP_CHUNK_LIMIT &&
+           (text_is(chunk.compression, "lz4") || text_is(chunk.compression, "zstd") ||
+            (text_is(chunk.compression, "") && chunk.records_size == chunk.unpacked_size)) &&
+           chunk.records + chunk.records_size == content.end;
 }
 
 void mcap_unpacker_free(struct mcap_unpacker *u)

@@ -48,13 +48,8 @@ bool mcap_parse_cut_chunk(struct mcap_cursor content, struct mcap_chunk *out);
  */
 const uint8_t *mcap_unpack_cut(struct mcap_unpacker *u, const struct mcap_chunk *chunk, size_t *n);
 
-#define MCAP_CHUNK_HEAD_MAX 64u /* bytes of a credible chunk record before its records */
-
-/**
- * mcap_find_chunk - offset of the first credible chunk record that begins in from .. to of `size` bytes; `to` when
- * there is none. Reads nothing behind to + MCAP_CHUNK_HEAD_MAX.
- */
-size_t mcap_find_chunk(const uint8_t *data, size_t size, size_t from, size_t to);
+/** mcap_is_credible_chunk - do the fields of a whole chunk record agree with each other? */
+bool mcap_is_credible_chunk(struct mcap_cursor content);
 
 void mcap_unpacker_free(struct mcap_unpacker *u);
 

@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * mcap_read - reads captures, whole or damaged, record by record in the order of the file. Indexes and summary
- * are checked but not needed. Records are read where they will stand in one array (file_bytes.h), so a length in the
- * file never makes us allocate; only the unpacked chunk does, up to MCAP_CHUNK_LIMIT. Where no whole record stands, the
- * next chunk is looked for.
+ * mcap_read - reads captures, whole or damaged, record by record in the order of the file. Indexes and summary are
+ * checked but not needed, except for channels whose own record is damaged. Records are read where they will stand in one
+ * array (file_bytes.h), so a length in the file never makes us allocate; only the unpacked chunk does, up to
+ * MCAP_CHUNK_LIMIT. Where no whole record stands, or one whose length leads to no other, the next one is looked for.
  */
 #include "mcap.h"
 
@@ -16,12 +16,13 @@
 
 #include "core/fault.h"
 #include "file_bytes.h"
+#include "mcap_channel.h"
 #include "mcap_chunk.h"
 #include "mcap_format.h"
+#include "mcap_seek.h"
 
-#define METADATA_BYTES_MAX 65536u
-#define SLOT_REPORTED      UINT16_MAX
-#define SEARCH_BYTES       ((size_t)1 << 18) /* at a time, for a chunk behind damage */
+#define SLOT_REPORTED UINT16_MAX
+#define SEARCH_BYTES  ((size_t)1 << 18) /* at a time, for a record behind damage */
 
 struct mcap_reader {
     const uint8_t *data; /* only what need() asked for holds the file's bytes */
@@ -34,6 +35,7 @@ struct mcap_reader {
 
     size_t at; /* of the next record of the data section */
     bool done;
+    bool chunked; /* a chunk was met */
     uint32_t crc; /* of the data section up to crc_at */
     size_t crc_at;
 
@@ -43,6 +45,7 @@ struct mcap_reader {
     struct mcap_unpacker unpacker;
 
     struct mcap_channel *channel[MCAP_CHANNELS_MAX];
+    bool announced[MCAP_CHANNELS_MAX]; /* of each: by the data, or else by the summary only */
     size_t n_channels;
     uint16_t slot[65536]; /* by channel id: index in channel[] + 1; 0: not announced */
 };
@@ -60,7 +63,7 @@ static __attribute__((format(printf, 2, 3))) void problem(struct mcap_reader *r,
 }
 
 /* From now on these bytes can be read; where the file has lost them they are zeros. */
-static void need(struct mcap_reader *r, size_t from, size_t to)
+static void need(const struct mcap_reader *r, size_t from, size_t to)
 {
     if (r->file)
         file_bytes_need(r->file, from, to);
@@ -86,91 +89,51 @@ static bool head_at(const struct mcap_reader *r, size_t offset, struct mcap_reco
     return mcap_record_head(head, r->data + offset, r->size - offset, out);
 }
 
-/* The first credible chunk at or behind `from`. */
-static size_t find_chunk(const struct mcap_reader *r, size_t from)
+/* Every file that was closed ends so. */
+static bool ends_with_magic(const struct mcap_reader *r)
 {
-    for (size_t at = from, end; at < r->size; at = end) {
-        end = r->size - at > SEARCH_BYTES ? at + SEARCH_BYTES : r->size;
-        const size_t ahead = r->size - end > MCAP_CHUNK_HEAD_MAX ? end + MCAP_CHUNK_HEAD_MAX : r->size;
-        if (r->file)
-            file_bytes_need(r->file, at, ahead);
-        const size_t found = mcap_find_chunk(r->data, r->size, at, end);
-        if (found < end)
-            return found;
-    }
-    return r->size;
+    if (r->size < sizeof mcap_magic)
+        return false;
+    need(r, r->size - sizeof mcap_magic, r->size);
+    return memcmp(r->data + r->size - sizeof mcap_magic, mcap_magic, sizeof mcap_magic) == 0;
 }
 
-/* Cut to fit; what comes from a file may hold anything. */
-static void copy_text(char *dst, size_t dst_size, struct mcap_cursor text)
+/* Is the end of a record where another one begins, or the file ends? */
+static bool is_followed(const struct mcap_reader *r, size_t end)
 {
-    size_t n = (size_t)(text.end - text.p);
-    if (n > dst_size - 1)
-        n = dst_size - 1;
-    if (n)
-        memcpy(dst, text.p, n);
-    dst[n] = '\0';
+    struct mcap_record next;
+    if (end == r->size || (end == r->size - sizeof mcap_magic && ends_with_magic(r)))
+        return true;
+    return head_at(r, end, &next) && mcap_is_credible(&next);
+}
+
+/* The first record in from .. to that reading can go on at; `to`: there is none. */
+static size_t find_record(const struct mcap_reader *r, size_t from, size_t to)
+{
+    for (size_t at = from, end; at < to; at = end) {
+        struct mcap_record record;
+        end = to - at > SEARCH_BYTES ? at + SEARCH_BYTES : to;
+        need(r, at, r->size - end > MCAP_SEEK_AHEAD ? end + MCAP_SEEK_AHEAD : r->size);
+        for (size_t found; (found = mcap_seek(r->data, r->size, at, end, r->chunked)) < end; at = found + 1)
+            if (mcap_record_at(r->data + found, r->size - found, &record) &&
+                (record.opcode == MCAP_OP_CHUNK || is_followed(r, found + (size_t)record.size)))
+                return found;
+    }
+    return to;
+}
+
+/* Is its length right? Not if it leads to no other record, but past the beginning of one. */
+static bool is_length_right(const struct mcap_reader *r, size_t offset, const struct mcap_record *record)
+{
+    const size_t end = offset + (size_t)record->size;
+    return is_followed(r, end) || find_record(r, offset + 1, end) == end;
 }
 
 /* ---- channels ---- */
 
-static const char *store_text(char **room, struct mcap_cursor text)
+static void announce_channel(struct mcap_reader *r, struct mcap_cursor content, size_t offset, bool in_data)
 {
-    char *s = *room;
-    size_t n = (size_t)(text.end - text.p);
-    copy_text(s, n + 1, text);
-    *room += n + 1;
-    return s;
-}
-
-/* How many pairs of strings the map holds; -1 when it is malformed. */
-static int count_pairs(struct mcap_cursor map)
-{
-    int n = 0;
-    for (; !map.bad && map.p < map.end; n++) {
-        mcap_take_sized(&map);
-        mcap_take_sized(&map);
-    }
-    return map.bad ? -1 : n;
-}
-
-/* The channel in one block of memory, NULL when the record is malformed or over a limit. */
-static struct mcap_channel *parse_channel(struct mcap_cursor c)
-{
-    uint16_t id = (uint16_t)mcap_take_int(&c, 2), schema_id = (uint16_t)mcap_take_int(&c, 2);
-    struct mcap_cursor topic = mcap_take_sized(&c), encoding = mcap_take_sized(&c), map = mcap_take_sized(&c);
-    if (c.bad || topic.end - topic.p > MCAP_STRING_MAX || encoding.end - encoding.p > MCAP_STRING_MAX ||
-        map.end - map.p > METADATA_BYTES_MAX)
-        return NULL;
-    int pairs = count_pairs(map);
-    if (pairs < 0)
-        return NULL;
-
-    struct mcap_channel *channel;
-    struct mcap_pair *metadata;
-    size_t texts = (size_t)(topic.end - topic.p) + (size_t)(encoding.end - encoding.p) + 2 +
-                   (size_t)(map.end - map.p); /* each string gives up 4 bytes of length for its NUL */
-    channel = calloc(1, sizeof *channel + (size_t)pairs * sizeof *metadata + texts);
-    if (!channel)
-        return NULL;
-    metadata = (struct mcap_pair *)(channel + 1);
-    char *room = (char *)(metadata + pairs);
-    channel->id = id;
-    channel->schema_id = schema_id;
-    channel->topic = store_text(&room, topic);
-    channel->encoding = store_text(&room, encoding);
-    channel->metadata = metadata;
-    channel->n_metadata = (size_t)pairs;
-    for (int i = 0; i < pairs; i++) {
-        metadata[i].key = store_text(&room, mcap_take_sized(&map));
-        metadata[i].value = store_text(&room, mcap_take_sized(&map));
-    }
-    return channel;
-}
-
-static void announce_channel(struct mcap_reader *r, struct mcap_cursor content, size_t offset)
-{
-    struct mcap_channel *new = parse_channel(content);
+    struct mcap_channel *new = mcap_parse_channel(content);
     if (!new) {
         problem(r, "offset %zu: the channel record is malformed or over %d bytes of text", offset,
                 MCAP_STRING_MAX);
@@ -180,8 +143,10 @@ static void announce_channel(struct mcap_reader *r, struct mcap_cursor content, 
     if (*slot != 0 && *slot != SLOT_REPORTED) {
         const struct mcap_channel *old = r->channel[*slot - 1];
         if (strcmp(old->topic, new->topic) != 0 || strcmp(old->encoding, new->encoding) != 0)
-            problem(r, "offset %zu: channel %u is announced again with another name; the first one stays", offset,
-                    new->id);
+            problem(r, "offset %zu: channel %u is announced %s; %s stays", offset, new->id,
+                    r->announced[*slot - 1] ? "again with another name" : "with another name than in the summary",
+                    r->announced[*slot - 1] ? "the first one" : "that of the summary");
+        r->announced[*slot - 1] |= in_data;
         free(new);
     } else if (r->n_channels == MCAP_CHANNELS_MAX) {
         problem(r, "offset %zu: channel %u is one more than the %d that are read", offset, new->id,
@@ -189,6 +154,7 @@ static void announce_channel(struct mcap_reader *r, struct mcap_cursor content, 
         free(new);
     } else {
         new->index = (unsigned)r->n_channels;
+        r->announced[new->index] = in_data;
         r->channel[r->n_channels++] = new;
         *slot = (uint16_t)r->n_channels;
     }
@@ -217,6 +183,10 @@ static bool take_message(struct mcap_reader *r, struct mcap_cursor c, size_t off
         return false;
     }
     struct mcap_channel *channel = r->channel[*slot - 1];
+    if (!r->announced[channel->index])
+        problem(r, "offset %zu: channel %u is known from the summary only: its own record is damaged or missing",
+                offset, id);
+    r->announced[channel->index] = true;
     out->channel = channel;
     out->data = c.p;
     out->size = (size_t)(c.end - c.p);
@@ -235,13 +205,16 @@ static void open_chunk(struct mcap_reader *r, const struct mcap_record *record, 
     struct mcap_chunk chunk;
     const char *why = NULL;
     const uint8_t *records = NULL;
+    r->chunked = true;
     if (!mcap_parse_chunk(record->content, &chunk))
         why = "its fields need more bytes than it has";
     else
         records = mcap_unpack(&r->unpacker, &chunk, &why);
     if (!records) {
         problem(r, "chunk at offset %zu is left out: %s", offset, why);
-        r->info.left_out_bytes += record->size;
+        if (!is_length_right(r, offset, record))
+            r->at = find_record(r, offset + 1, r->at);
+        r->info.left_out_bytes += r->at - offset;
         return;
     }
     r->info.chunks++;
@@ -250,34 +223,58 @@ static void open_chunk(struct mcap_reader *r, const struct mcap_record *record, 
     r->chunk_at = offset;
 }
 
+/* Does the chunk end at `at` of its n bytes, or another record begin there? */
+static bool is_followed_in_chunk(const uint8_t *p, size_t n, size_t at)
+{
+    struct mcap_record next;
+    return at == n || (mcap_record_at(p + at, n - at, &next) && mcap_is_credible(&next));
+}
+
+/* The first record from byte 1 to `to` of what is left of the open chunk that reading can go on at; `to`: none. */
+static size_t find_in_chunk(const struct mcap_reader *r, size_t to)
+{
+    const uint8_t *p = r->chunk.p;
+    const size_t n = (size_t)(r->chunk.end - p);
+    for (size_t at = 1; (at = mcap_seek(p, n, at, to, false)) < to; at++) {
+        struct mcap_record record;
+        if (mcap_record_at(p + at, n - at, &record) && is_followed_in_chunk(p, n, at + (size_t)record.size))
+            return at;
+    }
+    return to;
+}
+
+static void skip_in_chunk(struct mcap_reader *r)
+{
+    const uint8_t *from = r->chunk.p;
+    r->chunk.p += find_in_chunk(r, (size_t)(r->chunk.end - from));
+    r->info.left_out_bytes += (size_t)(r->chunk.p - from);
+    if (r->chunk.p == r->chunk.end)
+        problem(r, "chunk at offset %zu: no whole record at its byte %td; the rest of it is left out", r->chunk_at,
+                from - r->chunk_start);
+    else
+        problem(r,
+                "chunk at offset %zu: no whole record at its byte %td; %td bytes up to the next one are left out",
+                r->chunk_at, from - r->chunk_start, r->chunk.p - from);
+}
+
 /* The next record of the open chunk; true when it is a message. */
 static bool next_in_chunk(struct mcap_reader *r, struct mcap_message *out)
 {
+    const size_t left = (size_t)(r->chunk.end - r->chunk.p);
     struct mcap_record record;
-    size_t left = (size_t)(r->chunk.end - r->chunk.p);
-    if (!mcap_record_at(r->chunk.p, left, &record)) {
-        problem(r, "chunk at offset %zu: no whole record at its byte %td; the rest of it is left out", r->chunk_at,
-                r->chunk.p - r->chunk_start);
-        r->info.left_out_bytes += left;
-        r->chunk.p = r->chunk.end;
+    if (!mcap_record_at(r->chunk.p, left, &record) ||
+        (!is_followed_in_chunk(r->chunk.p, left, (size_t)record.size) &&
+         find_in_chunk(r, (size_t)record.size) < record.size)) {
+        skip_in_chunk(r);
         return false;
     }
     r->chunk.p += record.size;
     if (record.opcode == MCAP_OP_CHANNEL)
-        announce_channel(r, record.content, r->chunk_at);
+        announce_channel(r, record.content, r->chunk_at, true);
     return record.opcode == MCAP_OP_MESSAGE && take_message(r, record.content, r->chunk_at, out);
 }
 
 /* ---- the data section ---- */
-
-/* Every file that was closed ends so. */
-static bool ends_with_magic(struct mcap_reader *r)
-{
-    if (r->size < sizeof mcap_magic)
-        return false;
-    need(r, r->size - sizeof mcap_magic, r->size);
-    return memcmp(r->data + r->size - sizeof mcap_magic, mcap_magic, sizeof mcap_magic) == 0;
-}
 
 /* Is the last record a chunk that the end of the file cuts off, and of any use? Then what is there of it is open. */
 static bool open_cut_chunk(struct mcap_reader *r)
@@ -311,7 +308,7 @@ static bool open_cut_chunk(struct mcap_reader *r)
 static void skip_damage(struct mcap_reader *r)
 {
     const size_t from = r->at;
-    r->at = from < r->size ? find_chunk(r, from + 1) : from;
+    r->at = from < r->size ? find_record(r, from + 1, r->size) : from;
     if (r->at == r->size && from < r->size) {
         r->at = from;
         if (open_cut_chunk(r))
@@ -322,7 +319,7 @@ static void skip_damage(struct mcap_reader *r)
     r->info.left_out_bytes += r->at - from;
     r->info.unclosed = r->done && !ends_with_magic(r);
     if (!r->done)
-        problem(r, "offset %zu: no whole record; %zu bytes up to the next chunk are left out", from, r->at - from);
+        problem(r, "offset %zu: no whole record; %zu bytes up to the next one are left out", from, r->at - from);
     else if (!r->info.unclosed)
         problem(r, "offset %zu: no whole record; the last %zu bytes are left out", from, r->size - from);
     else if (from < r->size)
@@ -407,23 +404,52 @@ static bool parse_statistics(struct mcap_cursor c, uint64_t *end_ns)
     return !c.bad && messages > 0;
 }
 
-bool mcap_summary_end(struct mcap_reader *r, uint64_t *end_ns)
+/* The summary of a closed file, read and whole by its checksum; false: it has none. */
+static bool find_summary(struct mcap_reader *r, struct summary *out)
 {
     const size_t tail = MCAP_FOOTER_BYTES + sizeof mcap_magic;
+    struct mcap_record footer;
+    if (r->size < tail + sizeof mcap_magic || !find_footer(r, r->size - tail, &footer))
+        return false;
+    *out = parse_footer(r, footer);
+    if (out->start < sizeof mcap_magic || out->start > out->footer_at)
+        return false;
+    need(r, (size_t)out->start, r->size);
+    return is_summary_whole(r, out);
+}
+
+/* The record of the summary at *at, and *at behind it; false: the end. */
+static bool next_of_summary(const struct mcap_reader *r, const struct summary *s, size_t *at,
+                            struct mcap_record *out)
+{
+    if (*at >= s->footer_at || !mcap_record_at(r->data + *at, s->footer_at - *at, out))
+        return false;
+    *at += (size_t)out->size;
+    return true;
+}
+
+bool mcap_summary_end(struct mcap_reader *r, uint64_t *end_ns)
+{
     struct mcap_record record;
-    if (r->size < tail + sizeof mcap_magic || !find_footer(r, r->size - tail, &record))
+    struct summary s;
+    if (!find_summary(r, &s))
         return false;
-    const struct summary s = parse_footer(r, record);
-    if (s.start < sizeof mcap_magic || s.start > s.footer_at)
-        return false;
-    need(r, (size_t)s.start, r->size);
-    if (!is_summary_whole(r, &s))
-        return false;
-    for (size_t at = (size_t)s.start; at < s.footer_at && mcap_record_at(r->data + at, s.footer_at - at, &record);
-         at += (size_t)record.size)
+    for (size_t at = (size_t)s.start; next_of_summary(r, &s, &at, &record);)
         if (record.opcode == MCAP_OP_STATISTICS)
             return parse_statistics(record.content, end_ns);
     return false;
+}
+
+/* A channel whose own record is damaged would take all of its messages along. */
+static void learn_channels(struct mcap_reader *r)
+{
+    struct mcap_record record;
+    struct summary s;
+    if (!find_summary(r, &s))
+        return;
+    for (size_t at = (size_t)s.start; next_of_summary(r, &s, &at, &record);)
+        if (record.opcode == MCAP_OP_CHANNEL)
+            announce_channel(r, record.content, at - (size_t)record.size, false);
 }
 
 static bool parse_attachment(struct mcap_cursor c, struct mcap_attachment *out)
@@ -439,8 +465,8 @@ static bool parse_attachment(struct mcap_cursor c, struct mcap_attachment *out)
     if (c.bad)
         return false;
     out->size = (size_t)size;
-    copy_text(out->name, sizeof out->name, name);
-    copy_text(out->media_type, sizeof out->media_type, media_type);
+    mcap_copy_text(out->name, sizeof out->name, name);
+    mcap_copy_text(out->media_type, sizeof out->media_type, media_type);
     out->crc_good = crc == 0 || crc32_z(0, start, (size_t)(end - start)) == crc;
     return true;
 }
@@ -463,8 +489,8 @@ static void meet_header(struct mcap_reader *r, struct mcap_cursor c)
         problem(r, "the header is malformed");
         return;
     }
-    copy_text(r->info.profile, sizeof r->info.profile, profile);
-    copy_text(r->info.library, sizeof r->info.library, library);
+    mcap_copy_text(r->info.profile, sizeof r->info.profile, profile);
+    mcap_copy_text(r->info.library, sizeof r->info.library, library);
 }
 
 /* The next record of the data section; true when it is a message outside of chunks. */
@@ -472,7 +498,7 @@ static bool next_record(struct mcap_reader *r, struct mcap_message *out)
 {
     struct mcap_record record;
     size_t offset = r->at;
-    if (!head_at(r, offset, &record)) {
+    if (!head_at(r, offset, &record) || (record.opcode != MCAP_OP_CHUNK && !is_length_right(r, offset, &record))) {
         skip_damage(r);
         return false;
     }
@@ -487,7 +513,7 @@ static bool next_record(struct mcap_reader *r, struct mcap_message *out)
         meet_header(r, record.content);
         break;
     case MCAP_OP_CHANNEL:
-        announce_channel(r, record.content, offset);
+        announce_channel(r, record.content, offset, true);
         break;
     case MCAP_OP_MESSAGE:
         return take_message(r, record.content, offset, out);
@@ -527,8 +553,8 @@ bool mcap_next_attachment(const struct mcap_reader *r, uint64_t *at, struct mcap
     size_t offset = *at ? (size_t)*at : sizeof mcap_magic;
     struct mcap_record record;
     while (offset < r->size) {
-        if (!head_at(r, offset, &record)) {
-            offset = find_chunk(r, offset + 1);
+        if (!head_at(r, offset, &record) || !is_length_right(r, offset, &record)) {
+            offset = find_record(r, offset + 1, r->size);
             continue;
         }
         if (record.opcode == MCAP_OP_ATTACHMENT && r->file)
@@ -568,10 +594,15 @@ const struct mcap_info *mcap_info(const struct mcap_reader *r)
     return &r->info;
 }
 
+bool mcap_is_mostly_lost(const struct mcap_info *info)
+{
+    return info->problems > 0 && (info->messages == 0 || info->left_out_bytes > info->file_bytes / 2);
+}
+
 /* ---- open and close ---- */
 
-struct mcap_reader *mcap_open_memory(const void *data, size_t size, mcap_problem_fn problem_fn, void *ctx,
-                                     struct fault *fault)
+static struct mcap_reader *new_reader(const void *data, size_t size, mcap_problem_fn problem_fn, void *ctx,
+                                      struct fault *fault)
 {
     if (size < sizeof mcap_magic || memcmp(data, mcap_magic, sizeof mcap_magic) != 0) {
         fault_set(fault, "not a capture: an MCAP file begins with 89 4D 43 41 50 30 0D 0A");
@@ -591,6 +622,15 @@ struct mcap_reader *mcap_open_memory(const void *data, size_t size, mcap_problem
     return r;
 }
 
+struct mcap_reader *mcap_open_memory(const void *data, size_t size, mcap_problem_fn problem_fn, void *ctx,
+                                     struct fault *fault)
+{
+    struct mcap_reader *r = new_reader(data, size, problem_fn, ctx, fault);
+    if (r)
+        learn_channels(r);
+    return r;
+}
+
 struct mcap_reader *mcap_open(const char *path, mcap_problem_fn problem_fn, void *ctx, struct fault *fault)
 {
     struct file_bytes *file = file_bytes_open(path, fault);
@@ -599,13 +639,14 @@ struct mcap_reader *mcap_open(const char *path, mcap_problem_fn problem_fn, void
         return NULL;
     const size_t size = file_bytes_size(file);
     file_bytes_need(file, 0, size < sizeof mcap_magic ? size : sizeof mcap_magic);
-    struct mcap_reader *r = mcap_open_memory(file_bytes_data(file), size, problem_fn, ctx, &why);
+    struct mcap_reader *r = new_reader(file_bytes_data(file), size, problem_fn, ctx, &why);
     if (!r) {
         fault_set(fault, "%s: %s", path, why.text);
         file_bytes_close(file);
         return NULL;
     }
     r->file = file;
+    learn_channels(r);
     return r;
 }
 

@@ -415,6 +415,128 @@ static size_t raw_chunk(uint8_t *p, uint64_t unpacked, const char *compression, 
     return at + n;
 }
 
+/* The file without the n bytes at `at`. */
+static void cut_out(struct image *f, size_t at, size_t n)
+{
+    memmove(f->p + at, f->p + at + n, f->n - at - n);
+    f->n -= n;
+}
+
+TEST(hole_in_a_chunk_costs_that_chunk_only)
+{
+    static const enum mcap_compression compression[] = {MCAP_NONE, MCAP_LZ4};
+    for (size_t i = 0; i < sizeof compression / sizeof compression[0]; i++) {
+        struct image f = make_file(compression[i], 100, 1024);
+        struct seen good, seen;
+        size_t start;
+        read_file(f.p, f.n, &good);
+        chunk_end(&f, 1, &start);
+        cut_out(&f, start + 100, 40);
+        CHECK(read_file(f.p, f.n, &seen));
+        CHECK_INT(seen.info.chunks, good.info.chunks - 1);
+        CHECK_INT(seen.info.attachments, 1);
+        CHECK_INT(seen.wrong, 0);
+        CHECK(!mcap_is_mostly_lost(&seen.info));
+        free(f.p);
+    }
+}
+
+TEST(index_with_a_wrong_length_costs_no_chunk)
+{
+    struct image f = make_file(MCAP_LZ4, 100, 1024);
+    struct seen good, seen;
+    size_t start, end = chunk_end(&f, 1, &start);
+    read_file(f.p, f.n, &good);
+    CHECK_INT(f.p[end], 0x07);
+    f.p[end + 2] ^= 0x04; /* 1024 bytes longer: it ends in the next chunk */
+    CHECK(read_file(f.p, f.n, &seen));
+    CHECK_INT(seen.info.chunks, good.info.chunks);
+    CHECK_INT(seen.messages, 100);
+    CHECK_INT(seen.wrong, 0);
+    CHECK(seen.info.problems > 0);
+    free(f.p);
+}
+
+TEST(channel_whose_record_is_damaged_comes_from_the_summary)
+{
+    static const struct {
+        int at; /* from the record's topic */
+        uint8_t bit;
+        const char *problem;
+    } row[] = {
+        {-17, 0x80, "is known from the summary only: its own record is damaged or missing"},
+        {-8, 0x08, "is known from the summary only: its own record is damaged or missing"},
+        {1, 0x01, "is announced with another name than in the summary; that of the summary stays"},
+        {-4, 0x40, "the channel record is malformed or over 4096 bytes of text"},
+    };
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct image f = make_file(MCAP_LZ4, 40, 1024);
+        struct seen seen;
+        uint8_t *topic = memmem(f.p, f.n, "/front/rx", 9);
+        topic[row[i].at] ^= row[i].bit;
+        CHECK(read_file(f.p, f.n, &seen));
+        CHECK_INT(seen.messages, 40);
+        CHECK_INT(seen.wrong, 0);
+        CHECK(strstr(seen.first_problem, row[i].problem) != NULL);
+        free(f.p);
+    }
+}
+
+#define PLAIN_MESSAGES 6
+
+/* Channel 0 and PLAIN_MESSAGES messages without a chunk around them; where message i begins goes to at[i]. */
+static size_t plain_messages(uint8_t *p, size_t *at)
+{
+    static const uint8_t channel[] = {0x04, 25,  0,   0,   0,   0,   0,   0,   0,   0, 0, 0, 0, 9, 0, 0, 0,
+                                      '/',  'f', 'r', 'o', 'n', 't', '/', 'r', 'x', 0, 0, 0, 0, 0, 0, 0, 0};
+    size_t n = sizeof channel;
+    memcpy(p, channel, n);
+    for (unsigned i = 0; i < PLAIN_MESSAGES; i++) {
+        const size_t data = 2 * i + 10;
+        at[i] = n;
+        memset(p + n, 0, 31);
+        p[n] = 0x05;
+        p[n + 1] = (uint8_t)(22 + data);
+        p[n + 11] = (uint8_t)i;
+        p[n + 15] = (uint8_t)i;
+        memset(p + n + 31, 'x', data);
+        n += 31 + data;
+    }
+    return n;
+}
+
+/* Messages have no checksum; what stands behind a broken length is found again all the same, in a chunk or without. */
+TEST(reading_goes_on_at_the_next_message_after_a_broken_length)
+{
+    static const uint8_t bits[] = {0x10, 0x80}; /* flipped: longer by a few bytes, longer than all that follows */
+    for (size_t i = 0; i < 2 * sizeof bits; i++) {
+        uint8_t records[512], file[1024] = {0x89, 'M', 'C', 'A', 'P', '0', '\r', '\n'};
+        size_t at[PLAIN_MESSAGES], n = plain_messages(records, at);
+        struct seen seen;
+        records[at[2] + (bits[i / 2] == 0x80 ? 4 : 1)] ^= bits[i / 2];
+        if (i % 2)
+            n = raw_chunk(file + 8, n, "", records, n);
+        else
+            memcpy(file + 8, records, n);
+        CHECK(read_file(file, 8 + n, &seen));
+        CHECK_INT(seen.messages, PLAIN_MESSAGES - 1);
+        CHECK(strstr(seen.first_problem, "no whole record") != NULL);
+    }
+}
+
+TEST(file_of_which_most_is_left_out_says_so)
+{
+    struct image f = make_file(MCAP_NONE, 100, 1024);
+    struct seen seen;
+    read_file(f.p, f.n, &seen);
+    CHECK(!mcap_is_mostly_lost(&seen.info));
+    memset(f.p + f.n / 4, 0x55, f.n * 5 / 8);
+    CHECK(read_file(f.p, f.n, &seen));
+    CHECK(seen.messages > 0);
+    CHECK(mcap_is_mostly_lost(&seen.info));
+    free(f.p);
+}
+
 TEST(lies_in_chunks_are_refused)
 {
     static const uint8_t long_record[] = {0x05, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0xff, 0x7f, 1, 2};
@@ -618,6 +740,11 @@ int main(void)
     RUN(chunk_with_wrong_checksum_is_skipped_and_named);
     RUN(reading_goes_on_at_the_next_chunk_after_a_broken_length);
     RUN(unknown_records_are_passed_over);
+    RUN(hole_in_a_chunk_costs_that_chunk_only);
+    RUN(index_with_a_wrong_length_costs_no_chunk);
+    RUN(channel_whose_record_is_damaged_comes_from_the_summary);
+    RUN(reading_goes_on_at_the_next_message_after_a_broken_length);
+    RUN(file_of_which_most_is_left_out_says_so);
     RUN(lies_in_chunks_are_refused);
     RUN(zeros_at_the_end_of_a_cut_file_are_left_out);
     RUN(file_with_other_first_bytes_is_no_capture);
