@@ -373,7 +373,7 @@ static bool comes_back(const struct process *d, const struct replay *replay)
     return replay && replay_leads_back(replay) && !d->stopped;
 }
 
-/* False: it was played, and was nothing to the sonars. */
+/* False: it was played, and came to nothing. */
 static bool run_replay(struct process *d, struct replay *replay, const struct options *o)
 {
     for (int i = 0; i < d->env.conf.n_sonars; i++)

@@ -45,6 +45,7 @@ struct replay {
     double speed;                   /* 0: not paced */
     bool paused, jumping, again;    /* again: from the start, because the jump leads back */
     uint64_t jump_ns;               /* to there */
+    uint64_t played;                /* messages that something took */
     uint64_t unknown;               /* messages on channels that no configured sensor has */
     char stranger[128];             /* one of them, where a sonar spoke; empty: none */
 };
@@ -172,7 +173,7 @@ bool replay_again(struct replay *r, struct fault *fault)
     r->reader = NULL;
     r->log = NULL;
     r->again = false;
-    r->unknown = 0;
+    r->played = r->unknown = 0;
     r->stranger[0] = '\0';
     if (!open_file(r, r->path, fault))
         return false;
@@ -273,12 +274,13 @@ static void deliver(struct replay *r, const struct replay_env *env)
         source_feed(env->source[i], r->next.data, r->next.size);
         known = true;
     }
-    if (known)
-        return;
-    if (strcmp(topic, "/pose") == 0)
+    if (!known && strcmp(topic, "/pose") == 0) {
         take_pose(r, env);
-    else if (!aux_sensors_feed(env->aux, topic, r->next.data, r->next.size) &&
-             (n < 3 || strcmp(topic + n - 3, "/tx") != 0)) {
+        known = true;
+    }
+    known = known || aux_sensors_feed(env->aux, topic, r->next.data, r->next.size);
+    r->played += known;
+    if (!known && (n < 3 || strcmp(topic + n - 3, "/tx") != 0)) {
         r->unknown++;
         if (!r->stranger[0] && (r->log || (n > 3 && strcmp(topic + n - 3, "/rx") == 0)))
             snprintf(r->stranger, sizeof r->stranger, "%s", topic);
@@ -379,8 +381,27 @@ static void tell_unheard(const struct replay *r, const struct conf_sonar *sonar,
                   "the capture has no message of this sonar, but has %s: wrong name?", r->stranger);
 }
 
+/* Of the capture too little could be read, or nothing was for this configuration. */
+static bool is_worth_something(const struct replay *r)
+{
+    const struct mcap_info *info = r->reader ? mcap_info(r->reader) : NULL;
+    if (info && mcap_is_mostly_lost(info)) {
+        log_line(LOG_ERR, "capture_lost",
+                 "capture: most of it is lost: %llu messages could be read, %llu of %llu bytes are left out",
+                 (unsigned long long)info->messages, (unsigned long long)info->left_out_bytes,
+                 (unsigned long long)info->file_bytes);
+        return false;
+    }
+    if (r->played == 0 && !r->stranger[0])
+        log_line(LOG_ERR, "capture_empty", "capture: nothing in it that could be played");
+    return r->played > 0 || r->stranger[0];
+}
+
 bool replay_judge(const struct replay *r, const struct replay_env *env)
 {
+    if (!is_worth_something(r))
+        return false;
+
     struct source_stats stats[CONF_MAX_SONARS];
     uint64_t bytes = 0, pings = 0;
     for (int i = 0; i < env->conf->n_sonars; i++) {

@@ -55,7 +55,9 @@ static const char usage_text[] =
     "        topic,t_s,hex\n"
     "add-pose a copy with the poses of another log: lines of JSON as sonard-poses prints them, S seconds later\n"
     "\n"
-    "Exit status: 0 done, 1 failed, 2 wrong usage. Existing files are not overwritten.\n";
+    "Exit status: 0 done; 1 failed, or written, but import found no ping, or more than half could not be read; 2 "
+    "wrong\n"
+    "usage. Existing files are not overwritten.\n";
 
 static __attribute__((format(printf, 1, 2))) int failed(const char *fmt, ...)
 {
@@ -168,7 +170,7 @@ struct importing {
     int channel;
     uint32_t sequence;
     uint64_t first_ns, last_ns;
-    uint64_t pings;
+    uint64_t pings, left_out_bytes;
     const char *device; /* of the newest ping, as in sonard.conf; NULL: none came */
     double range_m;     /* the longest; 0: unknown */
     enum import_kind kind;
@@ -344,6 +346,7 @@ static bool import_all(struct importing *im, struct content in, const char *sens
         return false;
     if (!import_records(im, in, &sink, &result) || result.stopped || (!conf.p && !attach_conf(im, sensor)))
         return false;
+    im->left_out_bytes = result.left_out_bytes;
     printf("%" PRIu64 " pings in %" PRIu64 " records, %.3f s%s\n", im->pings, result.records,
            (double)(im->last_ns - im->first_ns) * 1e-9,
            result.times_made_up ? " (no times in the source: made up from listening time and the head's pace)"
@@ -354,6 +357,18 @@ static bool import_all(struct importing *im, struct content in, const char *sens
         printf("%" PRIu64 " bytes are no frame, %" PRIu64 " frames have a wrong checksum: kept as they are\n",
                garbage, im->ping.bad_checksum);
     return true;
+}
+
+/* The exit status of an import that was written: scripts are not to take next to nothing for a recording. */
+static int judge_import(const struct importing *im, size_t in_bytes)
+{
+    if (im->pings == 0)
+        return failed("%s: no ping in it; the capture holds its bytes as they are", im->in);
+    if (im->left_out_bytes > in_bytes / 2)
+        return failed("%s: most of it is lost: %" PRIu64 " pings could be read, %" PRIu64
+                      " of %zu bytes are left out",
+                      im->in, im->pings, im->left_out_bytes, in_bytes);
+    return 0;
 }
 
 static int import_file(const char *in_path, const char *out_path, const char *sensor, const char *conf_path)
@@ -383,6 +398,8 @@ static int import_file(const char *in_path, const char *out_path, const char *se
         bool ok = import_all(&im, in, sensor, conf);
         status = capture_finish(im.w, out_path, ok, &im.fault);
     }
+    if (status == 0)
+        status = judge_import(&im, in.n);
 done:
     unload(in);
     unload(conf);
@@ -456,6 +473,10 @@ static int repair(const char *in_path, const char *out_path)
         printf("%s: %" PRIu64 " messages, attachments: %" PRIu64 "; faults: %" PRIu64 ", bytes left out: %" PRIu64
                "\n",
                out_path, info->messages, info->attachments, info->problems, info->left_out_bytes);
+        if (mcap_is_mostly_lost(info))
+            status = failed("%s: most of it is lost: %" PRIu64 " messages could be read, %" PRIu64 " of %" PRIu64
+                            " bytes are left out",
+                            in_path, info->messages, info->left_out_bytes, info->file_bytes);
     }
     mcap_close(r);
     return status;

@@ -150,9 +150,9 @@ typedef void (*mcap_problem_fn)(void *ctx, const char *sentence);
 struct mcap_reader;
 
 /**
- * mcap_open - read the capture `path`; channels are those of its summary, too. problem may be NULL. NULL with a sentence
- * in fault when it is no capture. Of a file that grows, what was there is read; of one that is cut off meanwhile, what is
- * left, and a problem says so.
+ * mcap_open - read the capture `path`; channels are those of its summary, too. problem may be NULL. NULL with a
+ * sentence in fault when it is no capture. Of a file that grows, what was there is read; of one that is cut off
+ * meanwhile, what is left, and a problem says so.
  */
 struct mcap_reader *mcap_open(const char *path, mcap_problem_fn problem, void *ctx, struct fault *fault);
 
@@ -184,7 +184,7 @@ bool mcap_find_attachment(const struct mcap_reader *r, const char *name, struct 
 
 const struct mcap_info *mcap_info(const struct mcap_reader *r);
 
-/** mcap_is_mostly_lost - is more than half of a damaged file left out, or every message? */
+/** mcap_is_mostly_lost - is more than half of a file left out, or every message for damage? */
 bool mcap_is_mostly_lost(const struct mcap_info *info);
 
 void mcap_close(struct mcap_reader *r);

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * mcap_read - reads captures, whole or damaged, record by record in the order of the file. Indexes and summary are
- * checked but not needed, except for channels whose own record is damaged. Records are read where they will stand in one
- * array (file_bytes.h), so a length in the file never makes us allocate; only the unpacked chunk does, up to
+ * checked but not needed, except for channels whose own record is damaged. Records are read where they will stand in
+ * one array (file_bytes.h), so a length in the file never makes us allocate; only the unpacked chunk does, up to
  * MCAP_CHUNK_LIMIT. Where no whole record stands, or one whose length leads to no other, the next one is looked for.
  */
 #include "mcap.h"
@@ -596,7 +596,8 @@ const struct mcap_info *mcap_info(const struct mcap_reader *r)
 
 bool mcap_is_mostly_lost(const struct mcap_info *info)
 {
-    return info->problems > 0 && (info->messages == 0 || info->left_out_bytes > info->file_bytes / 2);
+    const bool damaged = info->problems > info->unclosed;
+    return (damaged && info->messages == 0) || info->left_out_bytes > info->file_bytes / 2;
 }
 
 /* ---- open and close ---- */

@@ -171,7 +171,7 @@ def captures(bench):
         ("changed_configuration", broken_conf, 1, 1, ["attachment sonard.conf: its checksum is wrong", "-c"]),
         ("cut_in_the_middle", whole[:60000], 0, 1, ["the file ends within a chunk", "offset"]),
         ("cut_end", whole[:-100], 0, 1, ["the file does not end with a footer", "pings played; --answers -"]),
-        ("flipped_bit", bytes(flipped), 0, 1, ["chunk at offset", "is left out"]),
+        ("flipped_bit", bytes(flipped), 1, 1, ["chunk at offset", "is left out", "most of it is lost: 0 messages could be read"]),
         ("wrong_channel", other, 1, 1, []),
     )
     for name, data, replayed, told, words in table:
@@ -189,6 +189,21 @@ def captures(bench):
     check(said.count("missing.mcap") == 1 and said.count("\n") == 1, "more than one sentence: " + said)
     check(conf_at > 0 and len(table) >= 10, "the table is too short")
     note("%d broken captures" % (len(table) + 2))
+
+
+def nothing_in_it(bench):
+    """A capture without a message was not played, and one of which nothing is left not repaired: a script is told."""
+    with open("tests/replay/box.mcap", "rb") as f:
+        whole = f.read()
+    begun = bench.write("begun.mcap", whole[:whole.index(b"range = 2 m") + 80])
+    result = bench.run(SONARD, "--replay", begun, "--socket", "none", "-c", bench.conf())
+    check(result.returncode == 1 and "nothing in it that could be played" in result.stderr, result.stderr)
+    changed = bytearray(whole)
+    changed[60000] ^= 0x10
+    repaired = bench.path("repaired.mcap")
+    result = bench.sonarctl("capture", "repair", bench.write("changed.mcap", bytes(changed)), repaired)
+    check(result.returncode == 1 and "most of it is lost: 0 messages could be read" in result.stderr, result.stderr)
+    check(os.path.exists(repaired), "what can be read was not written")
 
 
 def no_sonar_of_it(bench):
@@ -532,7 +547,7 @@ def write_all(fd, data):
 
 
 run([("configurations", configurations), ("options", options), ("full", full), ("captures", captures),
-     ("no_sonar_of_it", no_sonar_of_it), ("no_ping_of_it", no_ping_of_it), ("gap_in_a_log", gap_in_a_log),
+     ("nothing_in_it", nothing_in_it), ("no_sonar_of_it", no_sonar_of_it), ("no_ping_of_it", no_ping_of_it), ("gap_in_a_log", gap_in_a_log),
      ("requests", requests), ("line", line), ("garbage", garbage), ("wrong_rate", wrong_rate), ("cut", cut),
      *(("line_" + case[0], words_of(case)) for case in LINE if case[3])], parallel=3,
-    gate=("configurations", "options", "full", "captures", "no_sonar_of_it", "no_ping_of_it", "gap_in_a_log"))
+    gate=("configurations", "options", "full", "captures", "nothing_in_it", "no_sonar_of_it", "no_ping_of_it", "gap_in_a_log"))
