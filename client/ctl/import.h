@@ -33,7 +33,7 @@ struct import_sink {
 
 struct import_result {
     uint64_t records;        /* handed to the sink */
-    uint64_t left_out_bytes; /* of the file */
+    uint64_t left_out_bytes; /* of the file, for damage */
     bool times_made_up;      /* the file has none: see IMPORT_PACE_NS */
     bool stopped;            /* by the sink */
 };
@@ -46,7 +46,7 @@ enum import_kind import_kind(const uint8_t *data, size_t size);
 
 /**
  * import_ping_viewer - each record of the log goes to the sink with its time: what one read of the link returned,
- * frames cut anywhere. Time stamps may be in the decimal digits of any script (the log is written in the locale of
+ * frames cut anywhere. A record whose length is wrong ends where the next whole one begins. Time stamps may be in the decimal digits of any script (the log is written in the locale of
  * the PC). False, nothing read, when the head of the log is not as expected.
  */
 bool import_ping_viewer(const uint8_t *data, size_t size, const struct import_sink *sink,
@@ -85,8 +85,8 @@ bool import_is_imagenex(const uint8_t *data, size_t size);
 
 /**
  * import_imagenex - the reply in each block of a .852 file goes to the sink with the block's time of day, or, where
- * something else stands there, after the listening time and 50 ms. It starts at import_imagenex_start, else at 0. What
- * follows a broken block is left out.
+ * something else stands there, after the listening time and 50 ms. It starts at import_imagenex_start, else at 0. A
+ * broken block is left out.
  */
 void import_imagenex(const uint8_t *data, size_t size, const struct import_sink *sink, struct import_result *out);
 

@@ -89,6 +89,36 @@ bool import_imagenex_start(const uint8_t *data, size_t size, uint64_t *t_ns)
     return true;
 }
 
+/* The first whole block from `from` to `to`; `to`: there is none. */
+static size_t find_block(const uint8_t *data, size_t size, size_t from, size_t to)
+{
+    while (from < to && !import_is_imagenex(data + from, size - from))
+        from++;
+    return from;
+}
+
+/* How far the block at `at` goes: as far as it says, unless that leads to no other and past the beginning of one. */
+static size_t block_end(const uint8_t *data, size_t size, size_t at, size_t block)
+{
+    const size_t end = at + block;
+    if (end == size || import_is_imagenex(data + end, size - end))
+        return end;
+    return find_block(data, size, at + 1, end);
+}
+
+/* No block at `at`: the offset of the next one, or the end. */
+static size_t leave_out(const uint8_t *data, size_t size, size_t at, const struct import_sink *sink,
+                        struct import_result *out)
+{
+    const size_t next = find_block(data, size, at + 1, size);
+    char sentence[96];
+    snprintf(sentence, sizeof sentence, "no block at offset %zu: %s left out (%zu bytes)", at,
+             next == size ? "the rest is" : "all up to the next one is", next - at);
+    sink->problem(sink->ctx, sentence);
+    out->left_out_bytes += next - at;
+    return next;
+}
+
 void import_imagenex(const uint8_t *data, size_t size, const struct import_sink *sink, struct import_result *out)
 {
     uint64_t t_ns = 0, clock_ns, last_clock_ns = 0;
@@ -99,12 +129,8 @@ void import_imagenex(const uint8_t *data, size_t size, const struct import_sink 
     *out = (struct import_result){0};
     for (size_t at = 0; at < size;) {
         if (!block_at(data + at, size - at, &block, &reply)) {
-            char sentence[96];
-            snprintf(sentence, sizeof sentence, "no block at offset %zu: the rest is left out (%zu bytes)", at,
-                     size - at);
-            sink->problem(sink->ctx, sentence);
-            out->left_out_bytes += size - at;
-            return;
+            at = leave_out(data, size, at, sink, out);
+            continue;
         }
         if (time_of(data + at, &clock_ns)) {
             const uint64_t step_ns = (clock_ns + DAY_NS - last_clock_ns) % DAY_NS;
@@ -121,6 +147,6 @@ void import_imagenex(const uint8_t *data, size_t size, const struct import_sink 
             return;
         }
         out->records++;
-        at += block;
+        at = block_end(data, size, at, block);
     }
 }

@@ -177,7 +177,6 @@ bool import_seanet_relay(const uint8_t *data, size_t size, const struct import_s
         }
         if (d.port_n != sonar.port_n || memcmp(d.port, sonar.port, d.port_n) != 0) {
             others++;
-            out->left_out_bytes += (uint64_t)(behind(stop, end) - p);
             continue;
         }
         last_ns = d.t_ns > last_ns ? d.t_ns : last_ns;

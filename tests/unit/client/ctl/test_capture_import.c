@@ -423,6 +423,67 @@ TEST(viewer_log_with_a_lie_about_a_length)
     CHECK_STR(heard.first_problem, want);
 }
 
+#define LOG_PINGS 20
+
+/* A frame to a record, a second after the other; where the records begin goes to at[]. */
+static void make_long_log(struct buffer *b, size_t at[LOG_PINGS])
+{
+    begin_log(b);
+    for (uint16_t i = 0; i < LOG_PINGS; i++) {
+        uint8_t frame[PING_FRAME_MAX];
+        char clock[16];
+        at[i] = b->n;
+        snprintf(clock, sizeof clock, "00:00:%02d.000", i);
+        put_record(b, clock, '0', frame, make_frame(frame, i));
+    }
+}
+
+/* Whatever bit is flipped of a record's two lengths, no ping is lost, and none behind it gets another time. */
+TEST(viewer_log_with_one_bit_of_a_length_changed)
+{
+    static const unsigned length_at[] = {0, 4 + 24};
+    static struct buffer good;
+    size_t at[LOG_PINGS];
+    make_long_log(&good, at);
+    for (unsigned bit = 0; bit < 64; bit++) {
+        file = good;
+        file.p[at[7] + length_at[bit / 32] + bit % 32 / 8] ^= (uint8_t)(1u << bit % 8);
+        const struct import_result result = import(file.p, file.n);
+        if (heard.pings < LOG_PINGS)
+            printf("bit %u: ", bit);
+        CHECK_INT(heard.pings, LOG_PINGS);
+        CHECK_INT(heard.last_ns, 19000000000);
+        CHECK_INT(result.left_out_bytes, 0);
+        CHECK(heard.problems > 0);
+    }
+}
+
+/* A length that leads nowhere, and a whole record that begins before the bytes of the broken one. */
+TEST(viewer_log_with_a_record_within_a_time)
+{
+    uint8_t frame[PING_FRAME_MAX];
+    const size_t n = make_frame(frame, 1);
+    begin_log(&file);
+    put_u32be(&file, 40);
+    put_record(&file, "00:00:01.000", '0', frame, n);
+    put_record(&file, "00:00:02.000", '0', frame, n);
+    const struct import_result result = import(file.p, file.n);
+    CHECK_INT(result.records, 2);
+    CHECK_INT(heard.pings, 2);
+    CHECK_INT(result.left_out_bytes, 4);
+}
+
+TEST(viewer_log_with_a_hole)
+{
+    size_t at[LOG_PINGS];
+    make_long_log(&file, at);
+    memmove(file.p + at[4] + 30, file.p + at[6] + 10, file.n - at[6] - 10);
+    file.n -= at[6] - 20 - at[4];
+    import(file.p, file.n);
+    CHECK_INT(heard.pings, LOG_PINGS - 2);
+    CHECK_INT(heard.last_ns, 19000000000);
+}
+
 /* ---- recordings that cannot ship ---- */
 
 static void check_recording(const char *pattern, unsigned pings)
@@ -696,6 +757,9 @@ int main(void)
     RUN(viewer_log_cut_at_every_byte);
     RUN(viewer_log_past_midnight_and_with_a_bad_clock);
     RUN(viewer_log_with_a_lie_about_a_length);
+    RUN(viewer_log_with_one_bit_of_a_length_changed);
+    RUN(viewer_log_with_a_record_within_a_time);
+    RUN(viewer_log_with_a_hole);
     RUN(recordings_have_the_known_numbers_of_pings);
     RUN(import_makes_a_capture_with_configuration);
     RUN(import_without_a_configuration_attaches_one_for_the_device);

@@ -133,6 +133,33 @@ TEST(broken_files)
     }
 }
 
+/* One of four blocks is broken: no other is lost with it. */
+TEST(reading_goes_on_behind_a_broken_block)
+{
+    static const struct {
+        const char *name;
+        int at, value;
+        size_t records, left_out;
+    } row[] = {
+        {"another kind", BLOCK, '7', 3, BLOCK},
+        {"block beyond the file", BLOCK + 4, 0x42, 3, BLOCK},
+        {"block into the next one", BLOCK + 4, 0x03, 4, 0},
+        {"block that ends early", BLOCK + 5, 0x70, 4, 16},
+    };
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        static uint8_t file[4 * BLOCK];
+        for (int k = 0; k < 4; k++)
+            block(file + k * BLOCK, "00:00:00.00");
+        file[row[i].at] = (uint8_t)row[i].value;
+        const struct import_result r = import(file, sizeof file);
+        if (r.records != row[i].records || r.left_out_bytes != row[i].left_out)
+            printf("%s: ", row[i].name);
+        CHECK_INT(r.records, row[i].records);
+        CHECK_INT(r.left_out_bytes, row[i].left_out);
+        CHECK_INT(heard.good, row[i].records);
+    }
+}
+
 TEST(a_sink_may_stop)
 {
     static uint8_t file[2 * BLOCK];
@@ -177,6 +204,7 @@ int main(void)
     RUN(dates);
     RUN(no_times);
     RUN(broken_files);
+    RUN(reading_goes_on_behind_a_broken_block);
     RUN(a_sink_may_stop);
     if (access(FOLDER, R_OK) == 0)
         RUN(recordings);
