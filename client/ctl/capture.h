@@ -19,6 +19,15 @@ struct mcap_writer;
  */
 int capture_main(int argc, char **argv);
 
+#define CAPTURE_SENSOR_MAX 31 /* characters of a sensor's name */
+
+/** capture_failed - prints the sentence on standard error; 1, the exit status. */
+__attribute__((format(printf, 1, 2))) int capture_failed(const char *fmt, ...);
+
+/** capture_import - the command: the bytes of the recording as the channel /SENSOR/rx, with a configuration (NULL: one
+ * for the device found). Its exit status, after a sentence. */
+int capture_import(const char *in_path, const char *out_path, const char *sensor, const char *conf_path);
+
 /** capture_info - what is in the capture `path`; 0, or 1 when it is damaged or unreadable. */
 int capture_info(const char *path);
 

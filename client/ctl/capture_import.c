@@ -1,0 +1,295 @@
+/* SPDX-License-Identifier: MIT */
+/* capture_import - `sonarctl capture import`: a capture from a recording of another program. */
+#include <errno.h>
+#include <fcntl.h>
+#include <inttypes.h>
+#include <math.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include "capture.h"
+#include "core/fault.h"
+#include "drivers/capture/mcap.h"
+#include "drivers/devices/ping_frame.h"
+#include "drivers/devices/seanet_frame.h"
+#include "import.h"
+
+#define RANGE_LEAST_M  0.75 /* as sonard.conf takes it */
+#define RANGE_MOST_M   200.0
+#define PING360_MOST_M 50.0 /* likewise */
+
+struct content {
+    const uint8_t *p;
+    size_t n;
+};
+
+/* The file mapped into memory; false after a message. */
+static bool load(const char *path, struct content *out)
+{
+    struct stat st;
+    int fd = open(path, O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+    bool is_file = fd >= 0 && fstat(fd, &st) == 0 && S_ISREG(st.st_mode);
+    void *p = MAP_FAILED;
+    if (fd < 0)
+        capture_failed("%s: %s", path, strerror(errno));
+    else if (!is_file || st.st_size == 0)
+        capture_failed(is_file ? "%s: the file is empty" : "%s: not a file", path);
+    else if ((p = mmap(NULL, (size_t)st.st_size, PROT_READ, MAP_PRIVATE, fd, 0)) == MAP_FAILED)
+        capture_failed("%s: %s", path, strerror(errno));
+    else
+        *out = (struct content){p, (size_t)st.st_size};
+    if (fd >= 0)
+        close(fd);
+    return p != MAP_FAILED;
+}
+
+static void unload(struct content c)
+{
+    if (c.p)
+        munmap((void *)(uintptr_t)c.p, c.n);
+}
+
+struct importing {
+    const char *in;
+    struct mcap_writer *w;
+    int channel;
+    uint32_t sequence;
+    uint64_t first_ns, last_ns;
+    uint64_t pings, left_out_bytes;
+    const char *device; /* of the newest ping, as in sonard.conf; NULL: none came */
+    double range_m;     /* the longest; 0: unknown */
+    enum import_kind kind;
+    struct ping_parser ping; /* only count: the bytes are kept as they are */
+    struct seanet_parser seanet;
+    struct fault fault;
+};
+
+#define RANGE_PER_S       750.0 /* metres of range in a second of listening, at 1500 m/s */
+#define IMAGENEX_RANGE_AT 7     /* in a reply: metres */
+
+enum { ECHOSOUNDER_DISTANCE = 1212, ECHOSOUNDER_PROFILE = 1300 }; /* messages of a Ping1D or Ping2 */
+
+static void count_ping(struct importing *im, const char *device, double range_m)
+{
+    im->pings++;
+    im->device = device;
+    im->range_m = fmax(im->range_m, range_m);
+}
+
+static void count_ping_frame(struct importing *im, const struct ping_frame *frame)
+{
+    struct ping360_data data;
+    if (frame->id == SURVEYOR_ATOF_POINTS)
+        count_ping(im, "surveyor", 0);
+    else if (ping360_decode_data(frame, &data))
+        count_ping(im, "ping360", data.set.n_samples * data.set.sample_period * 25e-9 * RANGE_PER_S);
+    else if (frame->id == PING360_DEVICE_DATA || frame->id == PING360_AUTO_DEVICE_DATA)
+        im->pings++;
+    else if (frame->id == ECHOSOUNDER_DISTANCE || frame->id == ECHOSOUNDER_PROFILE)
+        count_ping(im, "ping1d", 0);
+}
+
+static void count_pings(struct importing *im, uint64_t t_ns, const uint8_t *bytes, size_t n)
+{
+    struct ping_frame frame;
+    struct seanet_frame seanet;
+    if (im->kind == IMPORT_IMAGENEX) { /* a record is a ping */
+        count_ping(im, "imagenex852", n > IMAGENEX_RANGE_AT ? bytes[IMAGENEX_RANGE_AT] : 0);
+        return;
+    }
+    if (im->kind == IMPORT_SEANET || im->kind == IMPORT_SEANET_RELAY) {
+        while (seanet_parser_next(&im->seanet, &bytes, &n, t_ns, &seanet))
+            if (seanet.id == SEANET_HEAD_DATA && seanet.last)
+                count_ping(im, "micron", (double)import_listening_ns(&seanet) * 1e-9 * RANGE_PER_S);
+        return;
+    }
+    while (ping_parser_next(&im->ping, &bytes, &n, t_ns, &frame))
+        count_ping_frame(im, &frame);
+}
+
+static bool import_bytes(void *ctx, uint64_t t_ns, const uint8_t *bytes, size_t n)
+{
+    struct importing *im = ctx;
+    if (im->sequence == 0)
+        im->first_ns = t_ns;
+    im->last_ns = t_ns;
+    count_pings(im, t_ns, bytes, n);
+    do {
+        size_t part = n < MCAP_MESSAGE_BYTES ? n : MCAP_MESSAGE_BYTES;
+        const struct mcap_message message = {
+            .sequence = im->sequence++, .log_ns = t_ns, .publish_ns = t_ns, .data = bytes, .size = part};
+        if (!mcap_write_message(im->w, im->channel, &message, &im->fault))
+            return false;
+        bytes += part;
+        n -= part;
+    } while (n > 0);
+    return true;
+}
+
+static void import_problem(void *ctx, const char *sentence)
+{
+    fprintf(stderr, "%s: %s\n", ((const struct importing *)ctx)->in, sentence);
+}
+
+static const char *const source_name[] = {
+    [IMPORT_PING_VIEWER] = "Ping-Viewer sensor log",    [IMPORT_TEXT] = "text dump",
+    [IMPORT_SEANET_RELAY] = "log of relayed datagrams", [IMPORT_SEANET] = "raw bytes of a SeaNet line",
+    [IMPORT_IMAGENEX] = "Imagenex .852 file",           [IMPORT_SVLOG] = "Cerulean .svlog file",
+};
+
+/* All records of the file; false with a sentence in im->fault when it is not what it looked like. */
+static bool import_records(struct importing *im, struct content in, const struct import_sink *sink,
+                           struct import_result *result)
+{
+    switch (im->kind) {
+    case IMPORT_TEXT:
+        import_text(in.p, in.n, sink, result);
+        return true;
+    case IMPORT_SEANET:
+        import_seanet(in.p, in.n, sink, result);
+        return true;
+    case IMPORT_IMAGENEX:
+        import_imagenex(in.p, in.n, sink, result);
+        return true;
+    case IMPORT_SVLOG:
+        import_svlog(in.p, in.n, sink, result);
+        return true;
+    case IMPORT_SEANET_RELAY:
+        if (import_seanet_relay(in.p, in.n, sink, result))
+            return true;
+        fault_set(&im->fault, "%s: no datagram of the log holds the head of a SeaNet frame", im->in);
+        return false;
+    case IMPORT_PING_VIEWER:
+    case IMPORT_UNKNOWN:
+        break;
+    }
+    if (import_ping_viewer(in.p, in.n, sink, result))
+        return true;
+    fault_set(&im->fault, "%s: the head of the Ping-Viewer log is cut off or not of version 1", im->in);
+    return false;
+}
+
+static bool write_conf(struct importing *im, const void *text, size_t size)
+{
+    const struct mcap_attachment attachment = {
+        .name = "sonard.conf", .media_type = "text/plain", .data = text, .size = size};
+
+    return mcap_attach(im->w, &attachment, &im->fault);
+}
+
+/* What a replay needs to know, from what the recording shows. */
+static bool attach_conf(struct importing *im, const char *sensor)
+{
+    char text[512], range[64] = "";
+    double range_m = ceil(im->range_m * 10) / 10;
+    if (im->device && strcmp(im->device, "ping360") == 0) /* Ping-Viewer goes to 60 m, no configuration does */
+        range_m = fmin(range_m, PING360_MOST_M);
+    if (!im->device) {
+        fprintf(stderr, "%s: no ping that names its device: give the configuration for the replay with --conf\n",
+                im->in);
+        return true;
+    }
+    if (range_m >= RANGE_LEAST_M && range_m <= RANGE_MOST_M)
+        snprintf(range, sizeof range, "range = %.1f m", range_m);
+    const int n =
+        snprintf(text, sizeof text,
+                 "# Made by `sonarctl capture import` from what the recording shows. Where the sonar is mounted "
+                 "it does not show.\n[sonar %s]\ndevice = %s\n"
+                 "port = serial:/dev/null:115200 ; a replay opens no port\n%s%s",
+                 sensor, im->device, range, range[0] ? "          ; the longest of the recording\n" : "");
+    printf("configuration attached: device = %s%s%s\n", im->device, range[0] ? ", " : "", range);
+    return write_conf(im, text, (size_t)n);
+}
+
+/* What the times of the capture are. */
+static const char *meaning_of_times(const struct importing *im, struct content in)
+{
+    uint64_t start_ns;
+
+    if (im->kind == IMPORT_SEANET_RELAY ||
+        (im->kind == IMPORT_IMAGENEX && import_imagenex_start(in.p, in.n, &start_ns)))
+        return "Unix, the log's dates taken as UTC";
+    return im->kind == IMPORT_SVLOG && import_svlog_start(in.p, in.n, &start_ns)
+               ? "Unix"
+               : "counts from the start of the recording";
+}
+
+/* Channel, attachment, all records. False with a sentence in im->fault. */
+static bool import_all(struct importing *im, struct content in, const char *sensor, struct content conf)
+{
+    const struct import_sink sink = {im, import_bytes, import_problem};
+    const struct mcap_pair metadata[] = {
+        {"source", source_name[im->kind]},
+        {"time", meaning_of_times(im, in)},
+        {"line", "none"}, /* a replay does not reckon times from the baud rate of a port */
+    };
+    char topic[CAPTURE_SENSOR_MAX + 8];
+    struct import_result result = {0};
+    snprintf(topic, sizeof topic, "/%s/rx", sensor);
+    im->channel = mcap_add_channel(im->w, topic, "octet-stream", metadata, 3, &im->fault);
+    if (im->channel < 0 || (conf.p && !write_conf(im, conf.p, conf.n)))
+        return false;
+    if (!import_records(im, in, &sink, &result) || result.stopped || (!conf.p && !attach_conf(im, sensor)))
+        return false;
+    im->left_out_bytes = result.left_out_bytes;
+    printf("%" PRIu64 " pings in %" PRIu64 " records, %.3f s%s\n", im->pings, result.records,
+           (double)(im->last_ns - im->first_ns) * 1e-9,
+           result.times_made_up ? " (no times in the source: made up from listening time and the head's pace)"
+                                : "");
+    seanet_parser_reset(&im->seanet); /* what is left of an unfinished frame */
+    uint64_t garbage = im->ping.garbage_bytes + im->seanet.garbage_bytes + im->seanet.cut_bytes;
+    if (garbage || im->ping.bad_checksum)
+        printf("%" PRIu64 " bytes are no frame, %" PRIu64 " frames have a wrong checksum: kept as they are\n",
+               garbage, im->ping.bad_checksum);
+    return true;
+}
+
+/* The exit status of an import that was written: scripts are not to take next to nothing for a recording. */
+static int judge_import(const struct importing *im, size_t in_bytes)
+{
+    if (im->pings == 0)
+        return capture_failed("%s: no ping in it; the capture holds its bytes as they are", im->in);
+    if (im->left_out_bytes > in_bytes / 2)
+        return capture_failed("%s: most of it is lost: %" PRIu64 " pings could be read, %" PRIu64
+                              " of %zu bytes are left out",
+                              im->in, im->pings, im->left_out_bytes, in_bytes);
+    return 0;
+}
+
+int capture_import(const char *in_path, const char *out_path, const char *sensor, const char *conf_path)
+{
+    struct content in = {0}, conf = {0};
+    char section[CAPTURE_SENSOR_MAX + 16];
+    static struct importing im;
+    int status = 1;
+    if (!load(in_path, &in) || (conf_path && !load(conf_path, &conf)))
+        goto done;
+    enum import_kind kind = import_kind(in.p, in.n);
+    if (kind == IMPORT_UNKNOWN) {
+        capture_failed(
+            "%s: neither a Ping-Viewer sensor log nor a text dump of Ping360 messages (\"ID: 2300\") nor bytes of "
+            "a SeaNet line, nor an Imagenex (.852) or Cerulean (.svlog) file",
+            in_path);
+        goto done;
+    }
+    snprintf(section, sizeof section, "[sonar %s]", sensor);
+    if (conf.p && !memmem(conf.p, conf.n, section, strlen(section)))
+        fprintf(stderr, "%s: there is no %s: a replay will find no sensor for /%s/rx\n", conf_path, section,
+                sensor);
+    im = (struct importing){.in = in_path, .kind = kind, .w = capture_create(out_path, 0)};
+    ping_parser_init(&im.ping, kind == IMPORT_SVLOG ? PING_PAYLOAD_LIMIT : PING_PAYLOAD_MAX);
+    seanet_parser_init(&im.seanet);
+    if (im.w) {
+        bool ok = import_all(&im, in, sensor, conf);
+        status = capture_finish(im.w, out_path, ok, &im.fault);
+    }
+    if (status == 0)
+        status = judge_import(&im, in.n);
+done:
+    unload(in);
+    unload(conf);
+    return status;
+}
