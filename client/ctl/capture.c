@@ -34,10 +34,13 @@ static const char usage_text[] =
     "import  make a capture from a Ping-Viewer sensor log (.bin), a text dump of Ping360 messages, the bytes of "
     "a\n"
     "        SeaNet line (raw, or a relay's log of UDP datagrams), an Imagenex (.852) or a Cerulean file "
-    "(.svlog);\n"
-    "        the format is detected from the content. The bytes go to the channel /NAME/rx (" DEFAULT_SENSOR
-    "\n        without --sensor); --conf attaches a configuration for the replay, in place of one for the device\n"
-    "        found. Times have the dates of the recording where it has some, else they count from its start.\n"
+    "(.svlog\n"
+    "        or .svlz); the format is detected from the content, and what gzip has packed is unpacked. The bytes\n"
+    "        go to the channel /NAME/rx (" DEFAULT_SENSOR
+    " without --sensor); --conf attaches a configuration for\n"
+    "        the replay, in place of one for the device found. Times have the dates of the recording where it "
+    "has\n"
+    "        some, else they count from its start.\n"
     "        sonard-rosbag(1) makes captures of ROS bags.\n"
     "info    channels, counts, times, attachments, damage; the exit status is 1 when there is damage, or when\n"
     "        it is not closed: still being written, or cut off\n"

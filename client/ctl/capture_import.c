@@ -5,6 +5,7 @@
 #include <inttypes.h>
 #include <math.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/mman.h>
 #include <sys/stat.h>
@@ -13,8 +14,10 @@
 #include "capture.h"
 #include "core/fault.h"
 #include "drivers/capture/mcap.h"
+#include "drivers/devices/ping_bytes.h"
 #include "drivers/devices/ping_frame.h"
 #include "drivers/devices/seanet_frame.h"
+#include "gunzip.h"
 #include "import.h"
 
 #define RANGE_LEAST_M  0.75 /* as sonard.conf takes it */
@@ -24,6 +27,8 @@
 struct content {
     const uint8_t *p;
     size_t n;
+    bool unpacked;       /* on the heap; else mapped */
+    bool is_mostly_lost; /* in unpacking */
 };
 
 /* The file mapped into memory; false after a message. */
@@ -40,7 +45,7 @@ static bool load(const char *path, struct content *out)
     else if ((p = mmap(NULL, (size_t)st.st_size, PROT_READ, MAP_PRIVATE, fd, 0)) == MAP_FAILED)
         capture_failed("%s: %s", path, strerror(errno));
     else
-        *out = (struct content){p, (size_t)st.st_size};
+        *out = (struct content){.p = p, .n = (size_t)st.st_size};
     if (fd >= 0)
         close(fd);
     return p != MAP_FAILED;
@@ -48,8 +53,31 @@ static bool load(const char *path, struct content *out)
 
 static void unload(struct content c)
 {
-    if (c.p)
+    if (c.unpacked)
+        free((void *)(uintptr_t)c.p);
+    else if (c.p)
         munmap((void *)(uintptr_t)c.p, c.n);
+}
+
+/* What a packed file holds takes its place; false after a message. */
+static bool unpack(const char *path, struct content *c)
+{
+    struct unpacked unpacked;
+    struct fault fault;
+    if (!gunzip_is(c->p, c->n))
+        return true;
+    if (!gunzip(c->p, c->n, &unpacked, &fault)) {
+        capture_failed("%s: %s", path, fault.text);
+        return false;
+    }
+    if (unpacked.damaged)
+        fprintf(stderr,
+                "%s: packed, and damaged or cut off: %zu bytes could be unpacked, %zu of %zu are left out\n", path,
+                unpacked.n, unpacked.lost, c->n);
+    const bool is_mostly_lost = unpacked.lost > c->n / 2;
+    unload(*c);
+    *c = (struct content){unpacked.p, unpacked.n, true, is_mostly_lost};
+    return true;
 }
 
 struct importing {
@@ -61,6 +89,7 @@ struct importing {
     uint64_t pings, left_out_bytes;
     const char *device; /* of the newest ping, as in sonard.conf; NULL: none came */
     double range_m;     /* the longest; 0: unknown */
+    bool has_atof;      /* points of the Surveyor's newer form, which the older one repeats */
     enum import_kind kind;
     struct ping_parser ping; /* only count: the bytes are kept as they are */
     struct seanet_parser seanet;
@@ -79,11 +108,22 @@ static void count_ping(struct importing *im, const char *device, double range_m)
     im->range_m = fmax(im->range_m, range_m);
 }
 
+/* How far a Surveyor listened: its end in the older form of points, the time in the newer one. */
+static void count_points(struct importing *im, const struct ping_frame *f)
+{
+    const bool atof = f->id == SURVEYOR_ATOF_POINTS;
+    im->has_atof |= atof;
+    if (atof)
+        count_ping(im, "surveyor", f->length < 16 ? 0 : (double)get_f32(f->payload + 12) * RANGE_PER_S);
+    else if (!im->has_atof)
+        count_ping(im, "surveyor", f->length < 96 ? 0 : (double)get_f32(f->payload + 92));
+}
+
 static void count_ping_frame(struct importing *im, const struct ping_frame *frame)
 {
     struct ping360_data data;
-    if (frame->id == SURVEYOR_ATOF_POINTS)
-        count_ping(im, "surveyor", 0);
+    if (frame->id == SURVEYOR_ATOF_POINTS || frame->id == SURVEYOR_YZ_POINTS)
+        count_points(im, frame);
     else if (ping360_decode_data(frame, &data))
         count_ping(im, "ping360", data.set.n_samples * data.set.sample_period * 25e-9 * RANGE_PER_S);
     else if (frame->id == PING360_DEVICE_DATA || frame->id == PING360_AUTO_DEVICE_DATA)
@@ -248,14 +288,12 @@ static bool import_all(struct importing *im, struct content in, const char *sens
 }
 
 /* The exit status of an import that was written: scripts are not to take next to nothing for a recording. */
-static int judge_import(const struct importing *im, size_t in_bytes)
+static int judge_import(const struct importing *im, const struct content *in)
 {
     if (im->pings == 0)
         return capture_failed("%s: no ping in it; the capture holds its bytes as they are", im->in);
-    if (im->left_out_bytes > in_bytes / 2)
-        return capture_failed("%s: most of it is lost: %" PRIu64 " pings could be read, %" PRIu64
-                              " of %zu bytes are left out",
-                              im->in, im->pings, im->left_out_bytes, in_bytes);
+    if (in->is_mostly_lost || im->left_out_bytes > in->n / 2)
+        return capture_failed("%s: most of it is lost: %" PRIu64 " pings could be read", im->in, im->pings);
     return 0;
 }
 
@@ -265,13 +303,13 @@ int capture_import(const char *in_path, const char *out_path, const char *sensor
     char section[CAPTURE_SENSOR_MAX + 16];
     static struct importing im;
     int status = 1;
-    if (!load(in_path, &in) || (conf_path && !load(conf_path, &conf)))
+    if (!load(in_path, &in) || !unpack(in_path, &in) || (conf_path && !load(conf_path, &conf)))
         goto done;
     enum import_kind kind = import_kind(in.p, in.n);
     if (kind == IMPORT_UNKNOWN) {
         capture_failed(
             "%s: neither a Ping-Viewer sensor log nor a text dump of Ping360 messages (\"ID: 2300\") nor bytes of "
-            "a SeaNet line, nor an Imagenex (.852) or Cerulean (.svlog) file",
+            "a SeaNet line, nor an Imagenex (.852) or Cerulean (.svlog, .svlz) file",
             in_path);
         goto done;
     }
@@ -287,7 +325,7 @@ int capture_import(const char *in_path, const char *out_path, const char *sensor
         status = capture_finish(im.w, out_path, ok, &im.fault);
     }
     if (status == 0)
-        status = judge_import(&im, in.n);
+        status = judge_import(&im, &in);
 done:
     unload(in);
     unload(conf);

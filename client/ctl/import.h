@@ -46,8 +46,9 @@ enum import_kind import_kind(const uint8_t *data, size_t size);
 
 /**
  * import_ping_viewer - each record of the log goes to the sink with its time: what one read of the link returned,
- * frames cut anywhere. A record whose length is wrong ends where the next whole one begins. Time stamps may be in the decimal digits of any script (the log is written in the locale of
- * the PC). False, nothing read, when the head of the log is not as expected.
+ * frames cut anywhere. A record whose length is wrong ends where the next whole one begins. Time stamps may be in the
+ * decimal digits of any script (the log is written in the locale of the PC). False, nothing read, when the head of the
+ * log is not as expected.
  */
 bool import_ping_viewer(const uint8_t *data, size_t size, const struct import_sink *sink,
                         struct import_result *out);
@@ -98,7 +99,7 @@ bool import_is_svlog(const uint8_t *data, size_t size);
 
 /**
  * import_svlog - every byte goes to the sink, one record per frame with what stood before it, at the time of the last
- * atof_point_data of a Surveyor; without any, all at the start. That is import_svlog_start, else 0.
+ * points of a Surveyor, atof or yz; without any, all at the start. That is import_svlog_start, else 0.
  */
 void import_svlog(const uint8_t *data, size_t size, const struct import_sink *sink, struct import_result *out);
 

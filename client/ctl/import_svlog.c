@@ -1,12 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * import_svlog - Cerulean's .svlog files: frames of the Ping protocol one after the other, the first with a text in
- * JSON about the recording, which holds the date it was started. Time goes on with the Surveyor's pings, which count
- * milliseconds since it was switched on.
+ * JSON about the recording, which holds the date it was started. Time goes on with the Surveyor's points, of either form,
+ * which count milliseconds since it was switched on.
  */
 #include <string.h>
 #include <time.h>
 
+#include "drivers/devices/ping_bytes.h"
 #include "drivers/devices/ping_frame.h"
 #include "import.h"
 
@@ -84,10 +85,9 @@ struct times {
 
 static void follow(struct times *times, const struct ping_frame *f)
 {
-    if (f->id != SURVEYOR_ATOF_POINTS || f->length < 4)
+    if ((f->id != SURVEYOR_ATOF_POINTS && f->id != SURVEYOR_YZ_POINTS) || f->length < 4)
         return;
-    uint32_t ms = f->payload[0] | (uint32_t)f->payload[1] << 8 | (uint32_t)f->payload[2] << 16 |
-                  (uint32_t)f->payload[3] << 24;
+    uint32_t ms = get_u32(f->payload); /* both forms of points begin with it */
     uint32_t step_ms = ms - times->last_ms;
     if (times->known && step_ms < HOUR_MS)
         times->t_ns += step_ms * 1000000ull;

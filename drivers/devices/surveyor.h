@@ -25,7 +25,6 @@
 
 enum surveyor_message {
     SURVEYOR_ATTITUDE = 504,
-    SURVEYOR_YZ_POINTS = 3011,
     SURVEYOR_SET_PING_PARAMETERS = 3023,
 };
 

@@ -1,6 +1,10 @@
 /* SPDX-License-Identifier: MIT */
-/* fuzz_import - any bytes as a recording of another program: times never fall, no record is larger than the file. */
+/*
+ * fuzz_import - any bytes as a recording of another program, and as a packed one: times never fall, no record is larger
+ * than the file.
+ */
 #include "client/ctl/import.h"
+#include "client/ctl/gunzip.h"
 
 #include <stdlib.h>
 
@@ -33,6 +37,8 @@ static void hear_problem(void *ctx, const char *sentence)
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     struct import_result result;
+    struct unpacked unpacked;
+    struct fault fault;
     struct last viewer = {0, size}, text = {0, size}, relay = {0, size}, raw = {0, size}, blocks = {0, size},
                 svlog = {0, size};
     const struct import_sink to_viewer = {&viewer, hear, hear_problem}, to_text = {&text, hear, hear_problem};
@@ -49,6 +55,12 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
         abort();
     import_seanet(data, size, &to_raw, &result);
     import_svlog(data, size, &to_svlog, &result);
+    if (gunzip(data, size, &unpacked, &fault)) {
+        sink += unpacked.n ? unpacked.p[unpacked.n - 1] : 0u;
+        if (unpacked.lost > size)
+            abort();
+        free(unpacked.p);
+    }
     import_imagenex(data, size, &to_blocks, &result);
     if (result.left_out_bytes > size)
         abort();

@@ -6,10 +6,12 @@
 #include <glob.h>
 #include <sys/stat.h>
 #include <unistd.h>
+#include <zlib.h>
 
 #include "client/ctl/capture.h"
 #include "core/fault.h"
 #include "drivers/capture/mcap.h"
+#include "drivers/devices/ping_bytes.h"
 #include "drivers/devices/ping_frame.h"
 #include "drivers/devices/seanet_frame.h"
 #include "tests/lib/test.h"
@@ -546,6 +548,74 @@ TEST(import_without_a_configuration_attaches_one_for_the_device)
     remove_dir();
 }
 
+/* A .svlog of 30 pings with points of the older form only, 100 ms apart, heard up to 40 m. */
+static void make_svlog(struct buffer *b)
+{
+    b->n = ping_frame_build(b->p, sizeof b->p, 10, 0, "{}", 2);
+    for (unsigned i = 0; i < 30; i++) {
+        uint8_t points[108] = {0};
+        put_u32(points, 5000 + 100 * i);
+        put_f32(points + 92, 40);
+        put_u16(points + 98, 1);
+        put_f32(points + 104, 8);
+        b->n += ping_frame_build(b->p + b->n, sizeof b->p - b->n, SURVEYOR_YZ_POINTS, 0, points, sizeof points);
+    }
+}
+
+static size_t packed(const struct buffer *b, uint8_t *out, size_t size)
+{
+    z_stream z = {
+        .next_in = (uint8_t *)(uintptr_t)b->p, .avail_in = (uInt)b->n, .next_out = out, .avail_out = (uInt)size};
+    CHECK_INT(deflateInit2(&z, 9, Z_DEFLATED, 16 + MAX_WBITS, 8, Z_DEFAULT_STRATEGY), Z_OK);
+    CHECK_INT(deflate(&z, Z_FINISH), Z_STREAM_END);
+    deflateEnd(&z);
+    return size - z.avail_out;
+}
+
+/* Cerulean's .svlz; two of them one behind the other are a gzip file as well. */
+TEST(svlog_is_imported_as_it_is_and_packed)
+{
+    static uint8_t gz[1 << 16];
+    make_dir();
+    make_svlog(&file);
+    save(path_b, file.p, file.n);
+    CHECK_INT(capture("import", path_b, path_a, NULL, NULL, NULL), 0);
+    CHECK(strstr(said, "device = surveyor, range = 40.0 m") && strstr(said, "30 pings in 31 records, 2.900 s"));
+    unlink(path_a);
+    const size_t n = packed(&file, gz, sizeof gz);
+    memcpy(gz + n, gz, n);
+    save(path_b, gz, 2 * n);
+    CHECK_INT(capture("import", path_b, path_a, NULL, NULL, NULL), 0);
+    CHECK(strstr(said, "60 pings in 62 records, 5.800 s") && !strstr(said, "damaged"));
+    unlink(path_a);
+    save(path_b, gz, n - 20);
+    CHECK_INT(capture("import", path_b, path_a, NULL, NULL, NULL), 0);
+    CHECK(strstr(said, "packed, and damaged or cut off: ") && strstr(said, " pings in "));
+    unlink(path_a);
+    memset(gz + 100, 0xff, 8); /* of the first of the two */
+    save(path_b, gz, 2 * n);
+    capture("import", path_b, path_a, NULL, NULL, NULL);
+    unsigned long pings = 0;
+    const char *at = strstr(said, " pings in ");
+    while (at && at > said && at[-1] >= '0' && at[-1] <= '9')
+        at--;
+    pings = at ? strtoul(at, NULL, 10) : 0;
+    CHECK(pings >= 30 && pings < 60);
+    remove_dir();
+}
+
+/* What is taken for a recording is told from what came to nothing: by the exit status. */
+TEST(import_without_a_ping_fails_and_keeps_the_bytes)
+{
+    make_dir();
+    file.n = ping_frame_build(file.p, sizeof file.p, 10, 0, "{}", 2);
+    save(path_b, file.p, file.n);
+    CHECK_INT(capture("import", path_b, path_a, NULL, NULL, NULL), 1);
+    CHECK(strstr(said, "no ping in it; the capture holds its bytes as they are") != NULL);
+    CHECK_INT(capture("info", path_a, NULL, NULL, NULL, NULL), 0);
+    remove_dir();
+}
+
 TEST(existing_file_is_not_overwritten)
 {
     make_dir();
@@ -765,6 +835,8 @@ int main(void)
     RUN(import_without_a_configuration_attaches_one_for_the_device);
     RUN(of_a_cut_chunk_what_can_be_read_is_saved);
     RUN(export_of_another_device_refuses);
+    RUN(svlog_is_imported_as_it_is_and_packed);
+    RUN(import_without_a_ping_fails_and_keeps_the_bytes);
     RUN(existing_file_is_not_overwritten);
     RUN(unusable_input_leaves_no_file_behind);
     RUN(cut_off_capture_is_repaired);

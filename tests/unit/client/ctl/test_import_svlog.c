@@ -79,6 +79,21 @@ TEST(pings_have_the_sonars_time)
     all_is_there();
 }
 
+/* The maker's older form of points, as a head may be set to send it alone: its first four bytes are the clock, too. */
+TEST(points_of_the_older_form_have_the_sonars_time)
+{
+    uint8_t payload[108] = {0};
+    begin();
+    for (uint32_t i = 0; i < 30; i++) {
+        put_u32(payload, 5000 + 100 * i);
+        add(SURVEYOR_YZ_POINTS, payload, sizeof(payload));
+    }
+    CHECK_INT(import().records, 31);
+    CHECK_INT(times[1], 0);
+    CHECK_INT(times[30], 2900000000);
+    all_is_there();
+}
+
 TEST(the_date_of_the_recording_is_kept)
 {
     static const struct {
@@ -150,6 +165,7 @@ TEST(the_sink_stops_it)
 int main(void)
 {
     RUN(pings_have_the_sonars_time);
+    RUN(points_of_the_older_form_have_the_sonars_time);
     RUN(the_date_of_the_recording_is_kept);
     RUN(what_is_no_frame_is_kept);
     RUN(a_file_cut_anywhere_is_kept);
