@@ -84,8 +84,8 @@ uint64_t replay_start(struct replay *r);
 bool replay_run(struct replay *r, const struct replay_env *env);
 
 /**
- * replay_judge - after its end: false, with what is wrong in the log, when nothing was played, most of the file could not
- * be read, or the sonars of the configuration made no ping of what the capture has.
+ * replay_judge - after its end: false, with what is wrong in the log, when nothing was played, most of the file
+ * could not be read, or the sonars of the configuration made no ping of what the capture has.
  */
 bool replay_judge(const struct replay *r, const struct replay_env *env);
 

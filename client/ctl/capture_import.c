@@ -86,7 +86,8 @@ struct importing {
     int channel;
     uint32_t sequence;
     uint64_t first_ns, last_ns;
-    uint64_t pings, left_out_bytes;
+    uint64_t pings, poses, left_out_bytes;
+    int pose_channel;   /* of the first pose on */
     const char *device; /* of the newest ping, as in sonard.conf; NULL: none came */
     double range_m;     /* the longest; 0: unknown */
     bool has_atof;      /* points of the Surveyor's newer form, which the older one repeats */
@@ -169,6 +170,20 @@ static bool import_bytes(void *ctx, uint64_t t_ns, const uint8_t *bytes, size_t 
     return true;
 }
 
+/* The channel is made for the first one. */
+static bool import_pose(void *ctx, uint64_t t_ns, const char *json)
+{
+    struct importing *im = ctx;
+    if (im->poses == 0)
+        im->pose_channel = mcap_add_channel(im->w, "/pose", "json", NULL, 0, &im->fault);
+    const struct mcap_message message = {.sequence = (uint32_t)im->poses++,
+                                         .log_ns = t_ns,
+                                         .publish_ns = t_ns,
+                                         .data = (const uint8_t *)json,
+                                         .size = strlen(json)};
+    return im->pose_channel >= 0 && mcap_write_message(im->w, im->pose_channel, &message, &im->fault);
+}
+
 static void import_problem(void *ctx, const char *sentence)
 {
     fprintf(stderr, "%s: %s\n", ((const struct importing *)ctx)->in, sentence);
@@ -178,6 +193,7 @@ static const char *const source_name[] = {
     [IMPORT_PING_VIEWER] = "Ping-Viewer sensor log",    [IMPORT_TEXT] = "text dump",
     [IMPORT_SEANET_RELAY] = "log of relayed datagrams", [IMPORT_SEANET] = "raw bytes of a SeaNet line",
     [IMPORT_IMAGENEX] = "Imagenex .852 file",           [IMPORT_SVLOG] = "Cerulean .svlog file",
+    [IMPORT_VIEWER2] = "Ping Viewer 2 MCAP file",
 };
 
 /* All records of the file; false with a sentence in im->fault when it is not what it looked like. */
@@ -193,6 +209,9 @@ static bool import_records(struct importing *im, struct content in, const struct
         return true;
     case IMPORT_IMAGENEX:
         import_imagenex(in.p, in.n, sink, result);
+        return true;
+    case IMPORT_VIEWER2:
+        import_viewer2(in.p, in.n, sink, import_pose, result);
         return true;
     case IMPORT_SVLOG:
         import_svlog(in.p, in.n, sink, result);
@@ -252,7 +271,7 @@ static const char *meaning_of_times(const struct importing *im, struct content i
     if (im->kind == IMPORT_SEANET_RELAY ||
         (im->kind == IMPORT_IMAGENEX && import_imagenex_start(in.p, in.n, &start_ns)))
         return "Unix, the log's dates taken as UTC";
-    return im->kind == IMPORT_SVLOG && import_svlog_start(in.p, in.n, &start_ns)
+    return im->kind == IMPORT_VIEWER2 || (im->kind == IMPORT_SVLOG && import_svlog_start(in.p, in.n, &start_ns))
                ? "Unix"
                : "counts from the start of the recording";
 }
@@ -279,6 +298,8 @@ static bool import_all(struct importing *im, struct content in, const char *sens
            (double)(im->last_ns - im->first_ns) * 1e-9,
            result.times_made_up ? " (no times in the source: made up from listening time and the head's pace)"
                                 : "");
+    if (im->poses)
+        printf("%" PRIu64 " poses: attitude only\n", im->poses);
     seanet_parser_reset(&im->seanet); /* what is left of an unfinished frame */
     uint64_t garbage = im->ping.garbage_bytes + im->seanet.garbage_bytes + im->seanet.cut_bytes;
     if (garbage || im->ping.bad_checksum)
@@ -309,7 +330,7 @@ int capture_import(const char *in_path, const char *out_path, const char *sensor
     if (kind == IMPORT_UNKNOWN) {
         capture_failed(
             "%s: neither a Ping-Viewer sensor log nor a text dump of Ping360 messages (\"ID: 2300\") nor bytes of "
-            "a SeaNet line, nor an Imagenex (.852) or Cerulean (.svlog, .svlz) file",
+            "a SeaNet line, nor a file of Ping Viewer 2 (.mcap), Imagenex (.852) or Cerulean (.svlog, .svlz)",
             in_path);
         goto done;
     }

@@ -57,6 +57,8 @@ enum import_kind import_kind(const uint8_t *data, size_t size)
     static const char text[] = "ID: 2300";
     if (size >= sizeof viewer && memcmp(data, viewer, sizeof viewer) == 0)
         return IMPORT_PING_VIEWER;
+    if (import_is_viewer2(data, size))
+        return IMPORT_VIEWER2;
     if (size > 0 && memmem(data, size, text, sizeof text - 1))
         return IMPORT_TEXT;
     if (import_is_svlog(data, size))

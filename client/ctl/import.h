@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * import - recordings of other programs as a stream of timed bytes, as a port would have read them: Ping-Viewer's
- * sensor logs, text dumps of Ping360 messages as the ping-python tools print them, and the bytes of a SeaNet line, raw
- * or as a relay's log of UDP datagrams. Pure: bytes in, calls out; no file, no clock.
+ * sensor logs and MCAP files, text dumps of Ping360 messages as the ping-python tools print them, and the bytes of a
+ * SeaNet line, raw or as a relay's log of UDP datagrams. Pure: bytes in, calls out; no file, no clock.
  */
 #ifndef SONARD_IMPORT_H
 #define SONARD_IMPORT_H
@@ -20,7 +20,8 @@ enum import_kind {
     IMPORT_SEANET_RELAY,
     IMPORT_SEANET,
     IMPORT_IMAGENEX,
-    IMPORT_SVLOG
+    IMPORT_SVLOG,
+    IMPORT_VIEWER2
 };
 
 struct import_sink {
@@ -105,6 +106,17 @@ void import_svlog(const uint8_t *data, size_t size, const struct import_sink *si
 
 /** import_svlog_start - "timestamp" of the text about the recording, where it is in UTC; false: there is none. */
 bool import_svlog_start(const uint8_t *data, size_t size, uint64_t *t_ns);
+
+/** import_is_viewer2 - is it an MCAP file of Ping Viewer 2? */
+bool import_is_viewer2(const uint8_t *data, size_t size);
+
+/**
+ * import_viewer2 - each ping of the first device in it goes to the sink as a frame, a changed attitude of the
+ * vehicle to `pose`, in the form that the method takes, with its time since 1970 and the sink's ctx; false from
+ * there: stop. Other devices are left out.
+ */
+void import_viewer2(const uint8_t *data, size_t size, const struct import_sink *sink,
+                    bool (*pose)(void *ctx, uint64_t t_ns, const char *json), struct import_result *out);
 
 /** import_clock - "hh:mm:ss.zzz" as n code points, digits of any script; false when it is no time of day. */
 bool import_clock(const uint32_t *text, size_t n, uint64_t *t_ns);

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * import_svlog - Cerulean's .svlog files: frames of the Ping protocol one after the other, the first with a text in
- * JSON about the recording, which holds the date it was started. Time goes on with the Surveyor's points, of either form,
- * which count milliseconds since it was switched on.
+ * JSON about the recording, which holds the date it was started. Time goes on with the Surveyor's points, of either
+ * form, which count milliseconds since it was switched on.
  */
 #include <string.h>
 #include <time.h>

@@ -34,18 +34,27 @@ static void hear_problem(void *ctx, const char *sentence)
     sink += (uint8_t)sentence[0];
 }
 
+static bool hear_pose(void *ctx, uint64_t t_ns, const char *json)
+{
+    (void)ctx;
+    sink += t_ns + (uint8_t)json[0];
+    return true;
+}
+
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 {
     struct import_result result;
     struct unpacked unpacked;
     struct fault fault;
     struct last viewer = {0, size}, text = {0, size}, relay = {0, size}, raw = {0, size}, blocks = {0, size},
-                svlog = {0, size};
+                svlog = {0, size}, viewer2 = {0, size};
     const struct import_sink to_viewer = {&viewer, hear, hear_problem}, to_text = {&text, hear, hear_problem};
     const struct import_sink to_relay = {&relay, hear, hear_problem}, to_raw = {&raw, hear, hear_problem};
     const struct import_sink to_blocks = {&blocks, hear, hear_problem};
     const struct import_sink to_svlog = {&svlog, hear, hear_problem};
+    const struct import_sink to_viewer2 = {&viewer2, hear, hear_problem};
     sink += import_kind(data, size);
+    import_viewer2(data, size, &to_viewer2, hear_pose, &result);
     import_ping_viewer(data, size, &to_viewer, &result);
     import_text(data, size, &to_text, &result);
     if (result.left_out_bytes > size)

@@ -7,6 +7,7 @@ import json
 import os
 import struct
 
+from made_capture import MadeCapture
 from lib import ALL, SONARCTL, SONARD, Skipped, check, run
 from mavlink_frame import HEARTBEAT, SCALED_PRESSURE, SCALED_PRESSURE2, SCALED_PRESSURE3, frame
 
@@ -110,6 +111,28 @@ def poses_are_added_and_replayed(bench):
         check(done.returncode == 1 and wanted in done.stderr, "%s: %s" % (text, done.stderr))
 
 
+def recording_of_ping_viewer_2_plays_with_its_attitude(bench):
+    """Fields as JSON, in another program's MCAP: pings that stand in the grid, each with the attitude of its time."""
+    path = bench.path("device.mcap")
+    made = MadeCapture(path, ("/device_0f8e/Ping360", "json"), ("/device_0f8e/VehicleData", "json"))
+    messages = []
+    for i in range(400):
+        ping = {"mode": 1, "gain_setting": 1, "angle": i, "transmit_duration": 20, "sample_period": 222, "transmit_frequency": 750,
+                "start_angle": 0, "stop_angle": 399, "num_steps": 1, "delay": 0, "number_of_samples": 1200, "data_length": 1200,
+                "data": [10] * 600 + [200] * 20 + [10] * 580}
+        t_ns = 1750000000 * 10**9 + i * 10**8
+        messages += [(1, t_ns, json.dumps(ping).encode()),
+                     (2, t_ns, json.dumps({"roll": 0.0, "pitch": 0.001 * i, "yaw": 1.0, "alt": -3.5, "lat": 52.5, "lon": 13.4}).encode())]
+    made.write(messages)
+    made.end()
+    capture, told = imported(bench, path)
+    check("device = ping360, range = 5.0 m" in told and "400 pings in 400 records, 39.900 s" in told and "400 poses" in told, told)
+    seen, log = answers(bench, capture)
+    check(seen[-1]["sectors"]["pose_age_s"] is not None and seen[-1]["sectors"]["pose_age_s"] < 0.2, log)
+    check("blocked" in {s["state"] for s in seen[-1]["sectors"]["sectors"]}, "the wall at 2.5 m is not there")
+    check("2025-06-15T15:06:40" in bench.run(SONARCTL, "capture", "info", capture).stdout, "the date is not kept")
+
+
 def poses_of_a_tlog(bench):
     """A vehicle that floats: attitudes at 20 Hz and positions, their times within the log."""
     log = recording("mavlink-bluerov2-tlog/small.tlog")
@@ -207,6 +230,7 @@ run([("poses_of_a_relay", poses_of_a_relay), ("poses_are_added_and_replayed", po
      ("ping_viewer_at_60_m", plays("ping360-openwater-pingviewer/20240814-094407726.bin", "ping360, range = 50.0 m")),
      ("seanet_relay", plays("tritech-seanet-rov-seabed/UdpHubLog*.csv", "micron")),
      ("seanet_raw", plays("tritech-v4log-target/*.rebuilt.stream", "micron")),
+     ("ping_viewer_2", recording_of_ping_viewer_2_plays_with_its_attitude),
      ("dates_are_kept", dates_are_kept),
      ("imagenex", plays("imagenex852-echosounder/hydroball.852", "imagenex852")),
      ("baud_rate_does_not_move_pings", baud_rate_does_not_move_pings),

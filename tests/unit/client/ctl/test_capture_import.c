@@ -158,6 +158,7 @@ static struct import_result import(const void *p, size_t n)
         import_text(p, n, &sink, &result);
         break;
     case IMPORT_SVLOG:        /* test_import_svlog */
+    case IMPORT_VIEWER2:      /* test_import_viewer2 */
     case IMPORT_IMAGENEX:     /* test_import_imagenex */
     case IMPORT_SEANET_RELAY: /* test_import_seanet */
     case IMPORT_SEANET:
