@@ -4,12 +4,13 @@
 same times whatever the baud rate of a configuration says. Recordings without a licence are read where they are."""
 import glob
 import json
+import math
 import os
 import struct
 
 from made_capture import MadeCapture
 from lib import ALL, SONARCTL, SONARD, Skipped, check, run
-from mavlink_frame import HEARTBEAT, SCALED_PRESSURE, SCALED_PRESSURE2, SCALED_PRESSURE3, frame
+from mavlink_frame import ATTITUDE, HEARTBEAT, SCALED_PRESSURE, SCALED_PRESSURE2, SCALED_PRESSURE3, frame
 
 DATA = os.environ.get("SONARD_DATA", "../shared/data")
 
@@ -172,6 +173,50 @@ def depths_of_a_tlog(bench):
         check(got == ([depth_m] * 6 if depth_m else []) and said in stderr, "%s %s: %s %s" % (hpa, options, got, stderr))
 
 
+def poses_of_a_tlog_beside_a_viewer_log(bench):
+    """The name of a Ping-Viewer log is its date, in a time zone that nothing says but the tlog of the same dive."""
+    def tlog(name, begin, seconds):
+        data = b""
+        for i in range(101):
+            stamp = struct.pack(">Q", round((begin + seconds * i / 100) * 1e6))
+            data += stamp + frame(HEARTBEAT, struct.pack("<IBBBBB", 0, 12, 3, 81, 4, 3), i)
+            data += stamp + frame(ATTITUDE, struct.pack("<Iffffff", i, 0, 0, 0.01 * i, 0, 0, 0), i)
+        return bench.write(name, data)
+
+    def text(s):
+        return struct.pack(">I", 2 * len(s)) + s.encode("utf-16-be")
+    payload = struct.pack("<BBHHHHHHH", 1, 1, 100, 11, 88, 750, 200, 200, 200) + bytes(200)
+    ping = b"BR" + struct.pack("<HHBB", len(payload), 2300, 2, 0) + payload
+    ping += struct.pack("<H", sum(ping))
+    begun = 1723612373.0  # 2024-08-14 05:12:53 UTC
+    name = "20240814-084253000.bin"  # at UTC+3:30, in the digits of the PC's language:
+    for digits in (name, name.translate({ord("0") + i: 0x6f0 + i for i in range(10)})):
+        log = bench.write(digits, text("PingViewer sensor log file") + struct.pack(">i", 1) + 5 * text("x") + struct.pack(">ii", 1, 2) +
+                          b"".join(text("00:00:%02d.500" % i) + struct.pack(">I", len(ping)) + ping for i in range(20)))
+        capture, _ = imported(bench, log)
+        dive = tlog("dive.tlog", begun - 10, 40)
+        done = bench.run("python/sonard-poses", "--beside", log, dive)
+        check(done.returncode == 0 and "taken as UTC+3:30" in done.stderr, done.stderr)
+        lines = [json.loads(line) for line in done.stdout.splitlines()]
+        check(abs(lines[0]["t_unix"]) < 1e-3 and abs(lines[0]["attitude_deg"][2] - math.degrees(0.25)) < 1e-3, str(lines[0]))
+        posed, done = add_pose(bench, capture, bench.write("poses.jsonl", "".join(json.dumps(line) + "\n" for line in lines)))
+        check(done.returncode == 0, done.stderr)
+        check(answers(bench, posed)[0][-1]["sectors"]["pose_age_s"] < 1, "the poses are of another time")
+        os.remove(capture)
+        os.remove(posed)
+    for begin, seconds, options, status, wanted in (
+            (begun - 10, 40, ("--zone", "3:30"), 0, "taken as UTC+3:30"),
+            (begun - 10, 40, ("--zone", "2"), 1, "was started at no time of this log, in UTC+2:00"),
+            (begun - 4000, 40, (), 1, "was started at no time of this log, whatever the time zone"),
+            (begun - 1800, 7200, (), 1, "may have been started in UTC+2:00, UTC+3:00, UTC+3:30"),
+            (begun - 1800, 7200, ("--zone", "3:30"), 0, "taken as UTC+3:30"),
+            (begun, 40, ("--zone", "east"), 2, "wanted hours from UTC")):
+        done = bench.run("python/sonard-poses", "--beside", log, *options, tlog("dive.tlog", begin, seconds))
+        check(done.returncode == status and wanted in done.stderr, "%s: %s" % (options, done.stderr))
+    done = bench.run("python/sonard-poses", "--beside", "dive.bin", dive)
+    check(done.returncode == 1 and "no date in its name" in done.stderr, done.stderr)
+
+
 def poses_of_a_dataflash_log(bench):
     """A log written here as the format has it: FMT, GPS, ATT, XKF1, and garbage between them."""
     def fmt(kind, name, form, labels, length):
@@ -225,7 +270,7 @@ def poses_of_a_relay(bench):
 
 
 run([("poses_of_a_relay", poses_of_a_relay), ("poses_are_added_and_replayed", poses_are_added_and_replayed), ("poses_of_a_tlog", poses_of_a_tlog),
-     ("depths_of_a_tlog", depths_of_a_tlog), ("poses_of_a_dataflash_log", poses_of_a_dataflash_log), ("text_dump", plays(os.path.abspath("tests/replay/box-head.txt"), "ping360")),
+     ("depths_of_a_tlog", depths_of_a_tlog), ("poses_of_a_tlog_beside_a_viewer_log", poses_of_a_tlog_beside_a_viewer_log), ("poses_of_a_dataflash_log", poses_of_a_dataflash_log), ("text_dump", plays(os.path.abspath("tests/replay/box-head.txt"), "ping360")),
      ("ping_viewer", plays("ping360-openwater-pingviewer/20240814-094253162.bin", "ping360")),
      ("ping_viewer_at_60_m", plays("ping360-openwater-pingviewer/20240814-094407726.bin", "ping360, range = 50.0 m")),
      ("seanet_relay", plays("tritech-seanet-rov-seabed/UdpHubLog*.csv", "micron")),
