@@ -295,6 +295,8 @@ const char *ping_text(char *dst, size_t size, const char *text, size_t n)
 {
     size_t used = 0;
     dst[0] = '\0';
+    while (n > 0 && (text[n - 1] == '\0' || text[n - 1] == '\r' || text[n - 1] == '\n'))
+        n--;
     for (size_t i = 0; i < n && used + 5 <= size; i++) {
         bool plain = text[i] >= ' ' && text[i] <= '~' && text[i] != '\\';
         used += (size_t)snprintf(dst + used, size - used, plain ? "%c" : "\\x%02x", (unsigned char)text[i]);

@@ -156,7 +156,10 @@ bool ping_decode_nack(const struct ping_frame *f, uint16_t *nacked_id, const cha
 bool ping_decode_device_information(const struct ping_frame *f, struct ping_device_information *out);
 bool ping_decode_protocol_version(const struct ping_frame *f, uint8_t version[3]);
 
-/** ping_text - n bytes of text from the line as dst, for a log: cut, and what is not printable ASCII as \xNN. */
+/**
+ * ping_text - n bytes of text from the line as dst, for a log: cut, and what is not printable ASCII as \xNN. NULs and
+ * line ends behind it are left out.
+ */
 const char *ping_text(char *dst, size_t size, const char *text, size_t n);
 
 /** ping360_decode_data - 2300 and 2301. The values are as sent: nothing is checked but the lengths. */

@@ -382,6 +382,25 @@ static struct ping_frame frame_of(const char *name)
     return (struct ping_frame){.id = (uint16_t)(b[4] | b[5] << 8), .length = (uint16_t)(n - 10), .payload = b + 8};
 }
 
+TEST(texts_of_the_line_can_be_logged)
+{
+    static const struct {
+        const char *text;
+        size_t n;
+        const char *want;
+    } row[] = {
+        {"not supported\0", 14, "not supported"}, /* as C programs send them */
+        {"two lines\r\n\0\0", 13, "two lines"},
+        {"a\0b\x1b[31m\\", 9, "a\\x00b\\x1b[31m\\x5c"},
+        {"\0\0", 2, ""},
+        {"", 0, ""},
+    };
+    char shown[64];
+    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++)
+        CHECK_STR(ping_text(shown, sizeof(shown), row[i].text, row[i].n), row[i].want);
+    CHECK_STR(ping_text(shown, 9, "abcdefgh", 8), "abcde");
+}
+
 TEST(decoders_read_the_worked_frames)
 {
     struct ping_frame f = frame_of("set_range ack");
@@ -499,6 +518,7 @@ int main(void)
     RUN(noise_never_loses_a_byte_of_the_account);
     RUN(encoders_give_the_worked_frames);
     RUN(encoders_refuse_a_short_buffer);
+    RUN(texts_of_the_line_can_be_logged);
     RUN(decoders_read_the_worked_frames);
     RUN(decoders_read_device_data);
     RUN(lengths_that_disagree_trust_the_least);
