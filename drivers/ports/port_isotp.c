@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * port_isotp - bytes over ISO 15765-2 (ISO-TP), which the kernel's CAN_ISOTP sockets speak: each write is one message,
- * each read gives one, and what is inside is taken as a stream. "can0:TXID:RXID" or "can0:TXID:RXID:fd", identifiers in
- * hexadecimal; TXID is the one that we send with. Knows no protocol above.
+ * port_isotp - bytes over ISO 15765-2 (ISO-TP), which the kernel's CAN_ISOTP sockets speak: each write is one
+ * message, each read gives one, and what is inside is taken as a stream. "can0:TXID:RXID", identifiers in
+ * hexadecimal, TXID the one that we send with; behind them ":fd" for CAN FD and ":pad" for frames that are filled
+ * up. Knows no protocol above.
  */
 #include <errno.h>
 #include <linux/can/isotp.h>
@@ -15,34 +16,57 @@
 
 #define MESSAGE_MAX 4095 /* every peer takes this much */
 
-static bool parse_address(const char *rest, struct can_address *a, bool *fd, struct fault *fault)
+#define PAD_BYTE 0xcc /* as most peers have it; what is received is not looked at */
+
+/* What stands behind the identifiers. */
+struct way {
+    bool fd, pad;
+};
+
+static bool take_word(const char **p, const char *word)
+{
+    const size_t n = strlen(word);
+    if (strncmp(*p, word, n) != 0)
+        return false;
+    *p += n;
+    return true;
+}
+
+static bool parse_address(const char *rest, struct can_address *a, struct way *way, struct fault *fault)
 {
     const char *end = can_address_parse(rest, a, fault);
     if (!end)
         return false;
-    *fd = strcmp(end, ":fd") == 0;
-    if (*end && !*fd)
-        fault_set(fault,
-                  "ISO-TP address '%.48s': must end behind the second identifier or with :fd, as can0:701:702:fd",
-                  rest);
-    return !*end || *fd;
+    way->fd = take_word(&end, ":fd");
+    way->pad = take_word(&end, ":pad");
+    return !*end ||
+           fault_set(
+               fault,
+               "ISO-TP address '%.48s': must end behind the second identifier, or with :fd, :pad or :fd:pad, "
+               "as can0:701:702:fd",
+               rest);
 }
 
 static bool isotp_check(const char *rest, struct fault *fault)
 {
     struct can_address a;
-    bool fd;
-    return parse_address(rest, &a, &fd, fault);
+    struct way way;
+    return parse_address(rest, &a, &way, fault);
 }
 
-static bool bind_to(int fd, int index, const struct can_address *a, bool fd_frames)
+static bool bind_to(int fd, int index, const struct can_address *a, struct way way)
 {
     const struct can_isotp_ll_options long_frames = {
         .mtu = CANFD_MTU, .tx_dl = CANFD_MAX_DLEN, .tx_flags = CANFD_BRS};
+    const struct can_isotp_options filled = {.flags = CAN_ISOTP_TX_PADDING | CAN_ISOTP_RX_PADDING,
+                                             .txpad_content = PAD_BYTE,
+                                             .rxpad_content = PAD_BYTE};
     struct sockaddr_can address = {.can_family = AF_CAN, .can_ifindex = index};
     address.can_addr.tp.tx_id = a->tx;
     address.can_addr.tp.rx_id = a->rx;
-    if (fd_frames && setsockopt(fd, SOL_CAN_ISOTP, CAN_ISOTP_LL_OPTS, &long_frames, sizeof(long_frames)) < 0)
+    if (way.fd && setsockopt(fd, SOL_CAN_ISOTP, CAN_ISOTP_LL_OPTS, &long_frames, sizeof(long_frames)) < 0)
+        return false;
+    if (way.pad && setsockopt(fd, SOL_CAN_ISOTP, CAN_ISOTP_OPTS, &filled, sizeof(filled)) < 0)
         return false;
     return bind(fd, (const struct sockaddr *)&address, sizeof(address)) == 0;
 }
@@ -50,17 +74,17 @@ static bool bind_to(int fd, int index, const struct can_address *a, bool fd_fram
 static bool isotp_open(struct port *port, const char *rest, struct fault *fault)
 {
     struct can_address a;
-    bool fd_frames;
+    struct way way;
     port->ops = &port_isotp;
     port->fd = -1;
     port->error = EINVAL;
-    if (!parse_address(rest, &a, &fd_frames, fault))
+    if (!parse_address(rest, &a, &way, fault))
         return false;
     int index = can_interface_index(port, a.name, fault);
     if (!index)
         return false;
     int fd = socket(AF_CAN, SOCK_DGRAM | SOCK_CLOEXEC | SOCK_NONBLOCK, CAN_ISOTP);
-    if (fd < 0 || !bind_to(fd, index, &a, fd_frames)) {
+    if (fd < 0 || !bind_to(fd, index, &a, way)) {
         port->error = errno;
         fault_set(fault, "ISO-TP on %s: %s: %s", a.name,
                   fd < 0 ? "this kernel does not have it (module can-isotp)" : "cannot be opened",

@@ -382,6 +382,7 @@ cases = [
     ("can_clock_set", one_by_one(clock_set)),
     ("can_isotp_ping360", one_by_one(carried, "isotp", mode="request")),
     ("can_isotp_fd_ping360", one_by_one(carried, "isotp", ":fd", "18DAF101")),
+    ("can_isotp_padded_ping360", one_by_one(carried, "isotp", ":pad", mode="request")),
     ("can_isotp_micron", one_by_one(carried_micron)),
     ("can_isotp_silent_peer", silent_peer),
     ("can_stream_ping360", one_by_one(carried, "canstream")),
