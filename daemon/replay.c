@@ -121,6 +121,9 @@ struct replay *replay_open(const char *path, double speed, struct fault *fault)
         free(r);
         return NULL;
     }
+    if (r->log && candump_has_differences(r->log))
+        log_line(LOG_NOTICE, "capture_differences",
+                 "capture: the times are differences, as `candump -td` writes them: added up");
     take_next(r);
     r->path = path;
     r->speed = speed;

@@ -148,7 +148,13 @@ struct candump {
     const char *data;
     size_t size, at;
     uint64_t left_out;
+    bool differences; /* t_ns of a line is since the one before */
+    uint64_t sum_ns;  /* of these */
 };
+
+#define JUDGED_LINES 1000u
+#define HANDFUL      8u
+#define TIME_MAX_NS  ((uint64_t)INT64_MAX)
 
 bool candump_next(struct candump *log, struct candump_frame *out)
 {
@@ -160,11 +166,31 @@ bool candump_next(struct candump *log, struct candump_frame *out)
         const char *newline = memchr(line, '\n', most);
         size_t n = newline ? (size_t)(newline - line) : most;
         log->at += newline ? n + 1 : n;
-        if (candump_line(line, n, out))
+        if (candump_line(line, n, out)) {
+            if (log->differences && log->sum_ns <= TIME_MAX_NS)
+                out->t_ns = log->sum_ns += out->t_ns;
             return true;
+        }
         log->left_out += n > 0 && line[0] == '(';
     }
     return false;
+}
+
+/* Reads the first lines. */
+static bool judge_differences(struct candump *log)
+{
+    struct candump_frame f;
+    uint64_t last_ns = 0;
+    unsigned lines = 0, not_rising = 0;
+    bool from_zero = false;
+    while (lines < JUDGED_LINES && candump_next(log, &f)) {
+        if (f.t_ns >= CANDUMP_ABSOLUTE_S * 1000000000u)
+            return false;
+        from_zero |= lines == 0 && f.t_ns == 0;
+        not_rising += lines++ > 0 && f.t_ns <= last_ns;
+        last_ns = f.t_ns;
+    }
+    return (from_zero || lines >= HANDFUL) && 4 * not_rising >= lines;
 }
 
 struct candump *candump_open(const char *path, struct fault *fault)
@@ -190,8 +216,15 @@ struct candump *candump_open(const char *path, struct fault *fault)
         return NULL;
     }
     log->at = 0;
+    log->differences = judge_differences(log);
+    log->at = 0;
     log->left_out = 0;
     return log;
+}
+
+bool candump_has_differences(const struct candump *log)
+{
+    return log->differences;
 }
 
 uint64_t candump_left_out(const struct candump *log)

@@ -15,7 +15,7 @@
 #include "drivers/ports/can_frame.h"
 
 struct candump_frame {
-    uint64_t t_ns; /* Unix time; may go back from one line to the next */
+    uint64_t t_ns; /* Unix time, or since the start of the log; may go back from one line to the next */
     char name[IFNAMSIZ];
     size_t n; /* CAN_MTU or CANFD_MTU: bytes of the record, as can_frame_read takes it */
     struct canfd_frame frame;
@@ -31,6 +31,15 @@ struct candump;
  * that is truncated meanwhile ends where it was cut.
  */
 struct candump *candump_open(const char *path, struct fault *fault);
+
+/**
+ * candump_has_differences - are the times those since the line before, as `candump -td` writes them? Then
+ * candump_next adds them up. They are taken for that when the first thousand are below CANDUMP_ABSOLUTE_S, a quarter
+ * of them does not rise, and they begin with 0 or are more than a handful.
+ */
+bool candump_has_differences(const struct candump *log);
+
+#define CANDUMP_ABSOLUTE_S 100000000u /* 1973: later times are Unix times */
 
 /** candump_next - the next frame in the file's order; false at the end. */
 bool candump_next(struct candump *log, struct candump_frame *out);

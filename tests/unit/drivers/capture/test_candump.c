@@ -126,6 +126,39 @@ TEST(a_file_with_other_lines_in_it)
     candump_close(log);
 }
 
+/* candump -td writes how long each frame came after the one before; -tz and -ta write what they are taken for. */
+TEST(differences_are_added_up)
+{
+    static const struct {
+        const char *text;
+        bool differences;
+        uint64_t last_ms;
+    } row[] = {
+        {"(000.000000) can0 001#\n(000.100000) can0 002#\n(000.100000) can0 003#\n(000.050000) can0 004#\n", true,
+         250},
+        {"(000.000000) can0 001#\n(000.100000) can0 002#\n(000.200000) can0 003#\n(000.250000) can0 004#\n", false,
+         250},
+        {"(000.000000) can0 001#\n(000.100000) can0 002#\n", false, 100},
+        {"(000.300000) can0 001#\n(000.100000) can0 002#\n(000.100000) can0 001#\n(000.100000) can0 002#\n"
+         "(000.300000) can0 001#\n(000.100000) can0 002#\n(000.100000) can0 001#\n(000.100000) can0 002#\n",
+         true, 1200},
+        {"(1700000000.3) can0 001#\n(1700000000.3) can1 001#\n(1700000000.1) can0 001#\n(1700000000.1) can1 "
+         "001#\n",
+         false, 1700000000100},
+        {"(9999999999.000000) can0 001#\n", false, 9999999999000},
+    };
+    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+        struct fault fault;
+        struct candump_frame f = {0};
+        struct candump *log = open_text(row[i].text, &fault);
+        CHECK_INT(candump_has_differences(log), row[i].differences);
+        while (candump_next(log, &f)) {
+        }
+        CHECK_INT(f.t_ns, row[i].last_ms * 1000000);
+        candump_close(log);
+    }
+}
+
 TEST(files_that_are_no_log)
 {
     static const char *const texts[] = {"", "\n", "can0  123   [2]  11 22\n", "(1.0) can0 zzz\n"};
@@ -146,6 +179,7 @@ int main(void)
     RUN(times_and_names);
     RUN(lines_that_are_none);
     RUN(a_file_with_other_lines_in_it);
+    RUN(differences_are_added_up);
     RUN(files_that_are_no_log);
     return test_end();
 }
