@@ -60,6 +60,7 @@ struct ping360 {
     struct ping360_track track;
     struct steer_seen seen; /* of a head that is steered: it jumps, and a turn is when it has been everywhere */
     bool new_turn;          /* the next ping begins one */
+    bool empty;             /* data without samples came, and no ping since */
 };
 
 static void go(struct ping360 *d, enum step step, uint64_t now_ns, const struct device_io *io)
@@ -281,7 +282,11 @@ static void start_scan(void *device, uint64_t now_ns, const struct device_io *io
 static void pings_missed(void *device, uint64_t now_ns, const struct device_io *io)
 {
     struct ping360 *d = device;
-    poller_restart(&d->talk.poller, "the Ping360 stopped sending pings", now_ns, io);
+    const bool empty = d->empty;
+    d->empty = false;
+    poller_restart(&d->talk.poller,
+                   empty ? "the Ping360 answers without samples" : "the Ping360 stopped sending pings", now_ns,
+                   io);
 }
 
 static void auto_missed(void *device, uint64_t now_ns, const struct device_io *io)
@@ -373,8 +378,10 @@ static void on_data(struct ping360 *d, const struct ping_frame *frame, uint64_t 
     if (d->conf.steered ? steer_seen_add(&d->seen, data.set.angle, d->scan.step, PING360_TURN) : turned)
         d->new_turn = true;
     poller->status.lost_frames += missing;
-    if (data.n_data > 0) /* else the head only moved, or sent its settings */
-        make_ping(d, &data, frame, io);
+    d->empty = data.n_data == 0;
+    if (d->empty) /* the head only moved, or sent its settings; the ping is still to come */
+        return;
+    make_ping(d, &data, frame, io);
     if (poller_pinged(poller))
         io->note(io->ctx, NOTE_INFO, "%s, %s, range %.4g m",
                  poller->status.what[0] ? poller->status.what : "Ping360", way_of_scanning(d),

@@ -36,6 +36,7 @@ struct rig {
     uint64_t motor_ns;          /* per gradian */
     unsigned n_samples, period; /* 0: as it was told */
     bool acks_motor_off;
+    bool empty; /* sends no samples */
 
     /* where the head is */
     unsigned angle;
@@ -109,7 +110,7 @@ static void answer_data(bool automatic, uint64_t wait_ns)
         d.set.sample_period = (uint16_t)rig.period;
     d.set.angle = (uint16_t)rig.angle;
     d.sweep = (struct ping360_sweep){(uint16_t)rig.start, (uint16_t)rig.stop, (uint8_t)rig.step, 0};
-    d.data_length = d.n_data = d.set.n_samples;
+    d.data_length = d.n_data = rig.empty ? 0 : d.set.n_samples;
     memset(samples, (int)(rig.angle & 0xff), sizeof(samples));
     size_t n = ping360_encode_data(b, sizeof(b), 2, &d);
     if (rig.lose_replies) {
@@ -872,6 +873,30 @@ TEST(a_head_that_refuses_its_name_scans_all_the_same)
     CHECK_INT(rig.warnings, 0);
 }
 
+/* A head that sends data frames without samples, at once, has not pinged: it is asked at the pace of pings, and set up
+ * anew. */
+TEST(data_without_samples_are_no_ping)
+{
+    for (int request = 0; request < 2; request++) {
+        struct device_conf conf = usual_conf();
+        conf.request_response = request;
+        rig_new(&conf);
+        rig.empty = true;
+        rig.motor_ns = 0;
+        rig_open();
+        run_for(30 * SEC);
+        CHECK_INT(rig.pings, 0);
+        CHECK(rig.transducers > 2 && rig.transducers < 30);
+        CHECK_INT(status().state, DEVICE_SILENT);
+        CHECK(strstr(rig.notes, "the Ping360 answers without samples; retrying") != NULL);
+        CHECK_INT(rig.warnings, 1);
+        rig.empty = false;
+        run_for(30 * SEC);
+        CHECK(rig.pings > 20);
+        CHECK_INT(status().state, DEVICE_RUNNING);
+    }
+}
+
 TEST(no_answer_to_auto_falls_back_to_asking)
 {
     struct device_conf conf = usual_conf();
@@ -1224,6 +1249,7 @@ int main(void)
     RUN(no_room_for_a_ping_is_survived);
     RUN(nack_falls_back_to_asking);
     RUN(a_head_that_refuses_its_name_scans_all_the_same);
+    RUN(data_without_samples_are_no_ping);
     RUN(no_answer_to_auto_falls_back_to_asking);
     RUN(no_version_is_no_obstacle);
     RUN(text_from_the_line_is_escaped);
