@@ -60,7 +60,7 @@ void conf_take_live(struct conf *now, const struct conf *wanted, conf_change_fn 
     const int sonars = same_sonars(now, wanted) ? now->n_sonars : 0;
     const int grids = same_grids(now, wanted) ? 1 + now->n_more_grids : 1;
     locale_t outside = conf_locale_enter();
-    if (sonars == 0)
+    if (!same_sonars(now, wanted))
         change(ctx, "sonar", "other sections [sonar NAME]", false);
     if (!same_grids(now, wanted))
         change(ctx, "grid", "other sections [grid NAME]", false);

@@ -365,8 +365,10 @@ static void inherit_grid(struct parse *p)
 static void check_complete(struct parse *p)
 {
     conf_fault_in(p->faults, 0, p->source->file[0].name);
-    if (p->sonar_heads == 0)
-        conf_fault_add(p->faults, 0, "no sonar; want 1 to %d sections [sonar NAME]", CONF_MAX_SONARS);
+    if (p->sonar_heads == 0 && !p->conf->depth.source[0] && !p->conf->nmea.port[0])
+        conf_fault_add(p->faults, 0,
+                       "no sonar; want 1 to %d sections [sonar NAME], or [depth] or [nmea] to try that alone",
+                       CONF_MAX_SONARS);
     for (int i = 0; i < p->conf->n_sonars; i++) {
         char title[TITLE_MAX];
         snprintf(title, sizeof title, "sonar %s", p->conf->sonar[i].name);

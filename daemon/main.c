@@ -351,6 +351,9 @@ static void run_live(struct process *d)
              SONARD_VERSION, d->env.conf_name, d->env.conf.n_sonars, d->env.conf.n_sonars == 1 ? "" : "s",
              d->env.conf.pipeline.threads, d->env.conf.pipeline.threads == 1 ? "" : "s",
              d->env.server ? server_path(d->env.server) : "none");
+    if (d->env.conf.n_sonars == 0)
+        log_line(LOG_WARNING, "no_sonar",
+                 "no sonar is configured: depth and heading are read, every answer is unknown");
     while (loop_turn(d->env.loop, LOOP_NEVER)) {
     }
     loop_arm(d->env.loop, &recording.timer, LOOP_NEVER);

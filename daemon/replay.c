@@ -412,7 +412,7 @@ bool replay_judge(const struct replay *r, const struct replay_env *env)
         bytes += stats[i].bytes_in;
         pings += stats[i].device.pings;
     }
-    if (pings || (!bytes && !r->stranger[0]))
+    if (pings || (!bytes && !r->stranger[0]) || (env->conf->n_sonars == 0 && r->played > 0))
         return true;
     for (int i = 0; i < env->conf->n_sonars; i++)
         if (stats[i].bytes_in || r->stranger[0])

@@ -67,9 +67,11 @@ void wiring_cleanup(const struct conf_extract *c, struct cleanup_conf *out)
                                  .survivors = c->order == CONF_ORDER_PAPER};
 }
 
+#define NO_SONAR_REACH_M 1.0 /* of a grid in which nothing will ever stand */
+
 static void sphere_of(const struct conf *conf, const struct conf_grid *g, struct sphere_conf *s)
 {
-    double reach = g->range_max_m;
+    double reach = g->range_max_m > 0 ? g->range_max_m : conf->n_sonars ? 0 : NO_SONAR_REACH_M;
     for (int i = 0; i < conf->n_sonars && g->range_max_m <= 0; i++)
         reach = fmax(reach, conf->sonar[i].range_m * REACH_FACTOR + REACH_MORE_M);
     /* Thin layers until one that grows by the same share of its range would be as thick. */
@@ -200,6 +202,9 @@ void wiring_pipeline(const struct conf *conf, const struct plan *plan, bool pati
                                   .patient = patient,
                                   .marks = plan_has(plan, PLAN_MARKS, 0),
                                   .image = plan_has(plan, PLAN_IMAGE, 0),
+                                  .max_beams = 1, /* where there is no sonar */
+                                  .max_bins = 1,
+                                  .max_samples = 1,
                                   .n_sensors = conf->n_sonars};
     for (int i = 0; i < conf->n_sonars; i++) {
         const struct device_ops *ops = device_find(conf->sonar[i].device);

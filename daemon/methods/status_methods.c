@@ -143,6 +143,8 @@ bool sensor_asked(const struct methods_env *d, const json_t *params, int *sensor
     const char *name = params_text(params, "sensor");
     char names[CONF_MAX_SONARS * (sizeof d->conf.sonar[0].name + 2)];
     size_t used = 0;
+    if (d->conf.n_sonars == 0)
+        return rpc_refuse(error, RPC_INVALID_PARAMS, "no sonar is configured");
     for (*sensor = 0; name && *sensor < d->conf.n_sonars; ++*sensor) {
         const char *one = d->conf.sonar[*sensor].name;
         if (strcmp(one, name) == 0)
@@ -171,6 +173,8 @@ const char *status_data_word(const struct methods_env *d)
     picture_get_frame(pipeline_picture(d->pipeline), &frame);
     uint64_t now = loop_now(d->loop);
     uint64_t lost = query_lost_sonars(d), all = (1ull << d->conf.n_sonars) - 1;
+    if (d->conf.n_sonars == 0)
+        return "no sonar is configured";
     if (!frame.pings || lost == all)
         return "no data from the sonar";
     if (lost)

@@ -531,6 +531,36 @@ def line(bench):
     os.close(master)
 
 
+def without_a_sonar(bench):
+    """A compass alone can be tried: its heading is the pose, and nothing is clear."""
+    master, slave = pty.openpty()
+    tty.setraw(slave)
+    os.symlink(os.ttyname(slave), bench.port_path)
+    conf = bench.write("compass.conf", "[nmea]\nport = serial:%s:4800\n[map]\nvoxel = 0.2 m\n[server]\nsocket = %s\n"
+                       % (bench.port_path, bench.socket_path))
+    check(bench.run(SONARD, "--check", conf).returncode == 0, "refused")
+    daemon = bench.sonard(conf=conf)
+    client = daemon.client()
+    os.close(slave)
+    until(lambda: client.call("status")["nmea"]["state"] == "open", "the port")
+    write_all(master, b"$HEHDT,123.4,T*2B\r\n")
+    until(lambda: client.call("status")["pose"]["attitude_deg"] == [0, 0, 123.4], "the heading")
+    check(client.call("status")["data"] == "no sonar is configured" and client.call("sensors")["sensors"] == [], "it has a sonar")
+    for method, params in (("blocked", {"azimuth_deg": 0, "distance_m": 0.5}), ("nearest", {}),
+                           ("point", {"position_m": [0, 0, 0]}), ("time_to_collision", {"velocity_mps": [1, 0, 0]})):
+        check(client.call(method, **params)["state"] == "unknown", method)
+    for method in ("image", "background", "background_learn"):
+        try:
+            client.call(method)
+            check(False, method + " of no sonar")
+        except RpcError as refused:
+            check("no sonar is configured" in str(refused), str(refused))
+    check(client.call("reload") == {"applied": [], "needs_restart": []}, "a reload of the same changes something")
+    check("no sonar is configured: depth and heading are read, every answer is unknown" in daemon.log(), daemon.log())
+    daemon.stop()
+    os.close(master)
+
+
 def words_of(case):
     """What the log says of it, with a daemon to itself, which has suppressed no such message yet."""
     def words(bench):
@@ -547,7 +577,7 @@ def write_all(fd, data):
 
 
 run([("configurations", configurations), ("options", options), ("full", full), ("captures", captures),
-     ("nothing_in_it", nothing_in_it), ("no_sonar_of_it", no_sonar_of_it), ("no_ping_of_it", no_ping_of_it), ("gap_in_a_log", gap_in_a_log),
+     ("nothing_in_it", nothing_in_it), ("without_a_sonar", without_a_sonar), ("no_sonar_of_it", no_sonar_of_it), ("no_ping_of_it", no_ping_of_it), ("gap_in_a_log", gap_in_a_log),
      ("requests", requests), ("line", line), ("garbage", garbage), ("wrong_rate", wrong_rate), ("cut", cut),
      *(("line_" + case[0], words_of(case)) for case in LINE if case[3])], parallel=3,
-    gate=("configurations", "options", "full", "captures", "nothing_in_it", "no_sonar_of_it", "no_ping_of_it", "gap_in_a_log"))
+    gate=("configurations", "options", "full", "captures", "nothing_in_it", "without_a_sonar", "no_sonar_of_it", "no_ping_of_it", "gap_in_a_log"))

@@ -118,8 +118,10 @@ static void check_broken(const struct broken *cases, size_t n)
 TEST(broken_sections)
 {
     static const struct broken cases[] = {
-        {"empty file", "", "t.conf: no sonar; want 1 to 8 sections [sonar NAME]"},
-        {"only a comment", "# nothing\n", "t.conf: no sonar; want 1 to 8 sections [sonar NAME]"},
+        {"empty file", "",
+         "t.conf: no sonar; want 1 to 8 sections [sonar NAME], or [depth] or [nmea] to try that alone"},
+        {"only a comment", "# nothing\n",
+         "t.conf: no sonar; want 1 to 8 sections [sonar NAME], or [depth] or [nmea] to try that alone"},
         {"unknown section", BASE "[engine]\npower = 3\n", "t.conf:4: [engine]: unknown section; " SECTIONS},
         {"misspelt section", BASE "[extrat]\n", "t.conf:4: [extrat]: unknown section; did you mean [extract]?"},
         {"misspelt sonar", BASE "[sonra b]\n", "t.conf:4: [sonra b]: unknown section; did you mean [sonar NAME]?"},
