@@ -203,7 +203,7 @@ const struct conf_key conf_keys[] = {
      .help = "How far water is free where a beam received no echo. minimum (conservative): at most to\n"
              "minimum_range, as in the paper. heard (noise-limited): as far as the target would have been\n"
              "detected. range (full range): to the end of the beam; may call water free that reverberation\n"
-             "masks."},
+             "masks. Of sonars that report ready ranges always minimum."},
     {"extract", "target", LIVE, WORDS("wall", "pile", "net", "line"), .standard = "wall", CONF(extract.target),
      .help = "Weakest obstacle that free space must not contain. A pile returns 6 dB less than a wall, a net\n"
              "12 dB, a line 18 dB. The weaker the target, the shorter the free space."},

@@ -71,8 +71,11 @@ static int check_file(const char *path)
 {
     struct conf conf;
     struct conf_source *source;
+    struct fault note;
     int faults = conf_load(&conf, &source, path, &settings_checks, print_fault, NULL);
     conf_source_free(source);
+    if (faults == 0 && settings_idle(&conf, &note))
+        printf("%s: %s\n", path, note.text);
     if (faults == 0)
         printf("%s: no faults\n", path);
     return faults == 0 ? OK : FAILED;
@@ -704,6 +707,8 @@ int main(int argc, char **argv)
         } else if (o.explain) {
             status = written(explain(&d->env.conf, o.explain));
         } else {
+            if (settings_idle(&d->env.conf, &fault))
+                log_line(LOG_WARNING, "no_effect", "%s", fault.text);
             if (replay && (o.stay || o.speed > 0))
                 replay_measure(replay);
             do

@@ -9,6 +9,7 @@
 #include <stdbool.h>
 
 #include "config/conf.h"
+#include "core/fault.h"
 #include "core/log.h"
 #include "options.h"
 
@@ -24,6 +25,9 @@ bool settings_load(const struct options *o, struct conf *conf, struct conf_sourc
 
 /** settings_override - put what the command line says instead over a configuration that was loaded. */
 void settings_override(const struct options *o, struct conf *conf, struct conf_source *source);
+
+/** settings_idle - is a key set to what does nothing for the sonars there are? Then note says which, and why. */
+bool settings_idle(const struct conf *conf, struct fault *note);
 
 /** settings_log_level - least important lines to be written. */
 enum log_level settings_log_level(const struct conf *conf);

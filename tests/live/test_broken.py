@@ -191,6 +191,17 @@ def captures(bench):
     note("%d broken captures" % (len(table) + 2))
 
 
+def keys_without_effect(bench):
+    """A rule for profiles where no sonar sends any: it is said, and is no fault."""
+    for device, rule, idle in (("ping1d", "range", True), ("ping1d", "heard", False), ("ping360", "range", False)):
+        conf = bench.write("%s.conf" % device, "[sonar a]\ndevice = %s\nport = serial:/dev/null:115200\nrange = 20 m\n"
+                           "[extract]\nno_echo = %s\nminimum_range = 3 m\n" % (device, rule))
+        result = bench.run(SONARD, "--check", conf)
+        said = "no_echo = %s has no effect: every sonar reports ready ranges, and without an echo water is free to minimum_range, 3 m" % rule
+        check(result.returncode == 0 and "no faults" in result.stdout, result.stderr)
+        check((said in result.stdout) == idle, result.stdout)
+
+
 def nothing_in_it(bench):
     """A capture without a message was not played, and one of which nothing is left not repaired: a script is told."""
     with open("tests/replay/box.mcap", "rb") as f:
@@ -577,7 +588,7 @@ def write_all(fd, data):
 
 
 run([("configurations", configurations), ("options", options), ("full", full), ("captures", captures),
-     ("nothing_in_it", nothing_in_it), ("without_a_sonar", without_a_sonar), ("no_sonar_of_it", no_sonar_of_it), ("no_ping_of_it", no_ping_of_it), ("gap_in_a_log", gap_in_a_log),
+     ("keys_without_effect", keys_without_effect), ("nothing_in_it", nothing_in_it), ("without_a_sonar", without_a_sonar), ("no_sonar_of_it", no_sonar_of_it), ("no_ping_of_it", no_ping_of_it), ("gap_in_a_log", gap_in_a_log),
      ("requests", requests), ("line", line), ("garbage", garbage), ("wrong_rate", wrong_rate), ("cut", cut),
      *(("line_" + case[0], words_of(case)) for case in LINE if case[3])], parallel=3,
-    gate=("configurations", "options", "full", "captures", "nothing_in_it", "without_a_sonar", "no_sonar_of_it", "no_ping_of_it", "gap_in_a_log"))
+    gate=("configurations", "options", "full", "captures", "keys_without_effect", "nothing_in_it", "without_a_sonar", "no_sonar_of_it", "no_ping_of_it", "gap_in_a_log"))
