@@ -10,6 +10,7 @@ import os
 import random
 import sqlite3
 import struct
+import zlib
 
 from lib import SEED, SONARCTL, SONARD, Skipped, check, run
 from made_capture import MAGIC, record, text
@@ -372,6 +373,37 @@ def ros2_mcap(bench):
     check("a chunk is left out" in done.stderr, done.stderr)
 
 
+def damaged_chunks(bench):
+    """A hole in one chunk of four costs no other, nor does a head; topics that are damaged are in the summary of an MCAP file."""
+    ros1 = ros1_bag([("/scan", SCAN, "")], [(0, START_NS, scan(True, START_NS, RANGES))], "bz2")
+    head = ros1[:13 + len(ros1_record(b" " * 99, op=b"\3", index_pos=bytes(8), conn_count=bytes(4), chunk_count=bytes(4)))]
+    ros1_chunks = [ros1[len(head):]] * 4
+
+    begin = MAGIC + record(1, text("ros2") + text("made"))
+    topic = record(3, struct.pack("<H", 1) + text("sensor_msgs/msg/LaserScan") + text("ros2msg") + text("")) + \
+        record(4, struct.pack("<HH", 1, 1) + text("/scan") + text("cdr") + struct.pack("<I", 0))
+    body = record(5, struct.pack("<HIQQ", 1, 0, START_NS, START_NS) + scan(False, START_NS, RANGES))
+    chunks = [record(6, struct.pack("<QQQI", 0, 0, len(body), zlib.crc32(body)) + text("") + struct.pack("<Q", len(body)) + body)] * 4
+    data_end = record(15, bytes(4))
+    start = len(begin + topic + b"".join(chunks) + data_end)
+    footer = record(2, struct.pack("<QQI", start, 0, zlib.crc32(topic + record(2, struct.pack("<QQI", start, 0, 0))[:25])))
+    end = data_end + topic + footer + MAGIC
+
+    for head, chunk, tail in ((head, ros1_chunks, b""), (begin + topic, chunks, end)):
+        whole = head + b"".join(chunk) + tail
+        second = len(head) + len(chunk[0])
+        for bag, pings in ((whole, 8), (whole[:second + 100] + whole[second + 140:], 6),
+                           (whole[:second] + b"\xff" * 9 + whole[second + 9:], 6)):
+            _, done = imported(bench, bench.write("x.bag", bag))
+            check("/scan: %d pings" % pings in done.stdout and (pings == 8) != ("read on at the next chunk" in done.stderr),
+                  "%d pings wanted: %s%s" % (pings, done.stdout, done.stderr))
+    at = len(begin + topic) - len("/scan") - 4 - 3 - 4 - 4 - 13  # the channel's operation
+    bag = begin + topic + b"".join(chunks) + end
+    check(bag[at] == 4, "another byte")
+    _, done = imported(bench, bench.write("x.bag", bag[:at] + b"\x84" + bag[at + 1:]))
+    check("/scan: 8 pings" in done.stdout, done.stdout + done.stderr)
+
+
 def hostile_tables(bench):
     """Rows that a file makes out of nothing, or that are too long, are not read; bytes beside the sonar's are no matter."""
     def made(script, *parameters):
@@ -507,7 +539,7 @@ run([("quay_10_m", same_lines("micron-quay-rosbag/2014-07-18-20-59-31.bag", "mic
      ("quay_20_m", same_lines("micron-quay-rosbag/2014-07-18-21-11-13.bag", "micron-quay-rosbag/2014-07-18-21-11-13.csv", 1690)),
      ("tank", same_lines("micron-tank-rosbag/static_sonar.bag", "micron-tank-rosbag/static_sonar.csv", 553)),
      ("heading_of_the_head_is_no_pose", heading_of_the_head_is_no_pose), ("ros1_forms", ros1_forms), ("ros2_sqlite", ros2_sqlite),
-     ("ros2_mcap", ros2_mcap), ("names_that_write_on_the_terminal", names_that_write_on_the_terminal), ("hostile_tables", hostile_tables), ("too_much", too_much),
+     ("ros2_mcap", ros2_mcap), ("names_that_write_on_the_terminal", names_that_write_on_the_terminal), ("damaged_chunks", damaged_chunks), ("hostile_tables", hostile_tables), ("too_much", too_much),
      ("hostile_fields", hostile_fields), ("beams_that_are_none", beams_that_are_none),
      ("topics_of_one_name", topics_of_one_name), ("refusals", refusals)], parallel=2,
-    gate=("tank", "heading_of_the_head_is_no_pose", "ros1_forms", "ros2_sqlite", "ros2_mcap", "names_that_write_on_the_terminal", "hostile_tables", "too_much", "hostile_fields", "beams_that_are_none", "topics_of_one_name", "refusals"))
+    gate=("tank", "heading_of_the_head_is_no_pose", "ros1_forms", "ros2_sqlite", "ros2_mcap", "names_that_write_on_the_terminal", "damaged_chunks", "hostile_tables", "too_much", "hostile_fields", "beams_that_are_none", "topics_of_one_name", "refusals"))
