@@ -185,6 +185,18 @@ bool replay_again(struct replay *r, struct fault *fault)
     return true;
 }
 
+/* Does the capture have a channel of a sonar? */
+static bool has_sonar(const struct replay *r)
+{
+    const struct mcap_channel *c;
+    for (size_t i = 0; (c = mcap_channel_at(r->reader, i)) != NULL; i++) {
+        const size_t n = strlen(c->topic);
+        if (n > 3 && strcmp(c->topic + n - 3, "/rx") == 0)
+            return true;
+    }
+    return false;
+}
+
 const char *replay_conf(struct replay *r, size_t *size, struct fault *fault)
 {
     struct mcap_attachment a;
@@ -192,8 +204,12 @@ const char *replay_conf(struct replay *r, size_t *size, struct fault *fault)
         fault_set(fault, "a CAN log holds no configuration");
         return NULL;
     }
-    if (!mcap_find_attachment(r->reader, "sonard.conf", &a, fault))
+    if (!mcap_find_attachment(r->reader, "sonard.conf", &a, fault)) {
+        if (r->has_next && !has_sonar(r))
+            fault_add(fault, ", and no channel of a sonar: a file of another program becomes a capture with "
+                             "`sonarctl capture import`");
         return NULL;
+    }
     *size = a.size;
     return (const char *)a.data;
 }

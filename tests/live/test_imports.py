@@ -71,6 +71,12 @@ def capture_of_another_program_names_the_import(bench):
     log = bench.write("log.bin", b"\0\0\0\x34\0P\0i\0n\0g\0V\0i\0e\0w\0e\0r" + bytes(100))
     done = bench.run(SONARD, "--replay", log)
     check(done.returncode == 1 and done.stderr.count(log) == 1 and "`sonarctl capture import`" in done.stderr, done.stderr)
+    path = bench.path("device.mcap")
+    made = MadeCapture(path, ("/device_0f8e/Ping360", "json"))
+    made.write([(1, 1000, b"{}")])
+    made.end()
+    done = bench.run(SONARD, "--replay", path)
+    check(done.returncode == 1 and "no channel of a sonar" in done.stderr and "`sonarctl capture import`" in done.stderr, done.stderr)
 
 
 def stay_without_a_socket_says_which_option(bench):
