@@ -178,7 +178,7 @@ $(BUILD)/tests/bench_octomap_peer: tests/bench/octomap_peer.cc tests/bench/voxel
 	@mkdir -p $(@D)
 	@echo '  CXX   $@'
 	@$(CXX) -std=c++17 -iquote . -Wall -Wextra $(CFLAGS) -o $@ $< $(GRID) $(CORE) -loctomap -loctomath
-$(HELPERS): $(BUILD)/tests/%: $(BUILD)/tests/tools/%.o $(CLIENT) $(GRID) $(CORE) $(BUILD)/link.stamp
+$(HELPERS): $(BUILD)/tests/%: $(BUILD)/tests/tools/%.o $(CLIENT) $(CONFIG) $(DRIVERS) $(GRID) $(CORE) $(BUILD)/link.stamp
 	$(link)
 $(BUILD)/tests/pilot_runs: $(BUILD)/tests/pilot/pilot_runs.o $(ALL_A) $(BUILD)/link.stamp
 	$(link)
@@ -237,11 +237,13 @@ RUN_TESTS := tests/run.sh
 
 LIVE     := $(filter-out tests/live/test_blueos.py tests/live/test_web_page.py tests/live/test_campaign.py,$(sort $(wildcard tests/live/test_*.py)))
 GATE_LIVE := $(shell grep -l 'gate=' $(LIVE))
+# In virtual time: all of it depends on no clock.
+VOYAGES  := $(sort $(wildcard tests/voyage/test_*.py))
 UNIT_SLOW := $(addprefix $(BUILD)/tests/,test_honest test_honest_drift test_course test_honest_jumps)
 # Under address+undefined: what reads foreign bytes, and what belongs to a program.
 GUARDED  := $(filter-out test_honest%,$(notdir $(patsubst %.c,%,$(filter-out tests/unit/grid/% tests/unit/pilot/% tests/unit/report/% tests/unit/sim/%,$(UNIT_SRC)))))
 ASAN     := CC=gcc SAN=address,undefined CFLAGS='-O1 -g' BUILD=$(BUILD)/asan
-GATE      = $(UNIT_SLOW) tests/layers.sh tests/service.sh tests/replay/box.sh tests/replay/cleanup.sh $(GATE_LIVE:%=%\ --gate) \
+GATE      = $(UNIT_SLOW) tests/layers.sh tests/service.sh tests/replay/box.sh tests/replay/cleanup.sh $(GATE_LIVE:%=%\ --gate) $(VOYAGES) \
             $(filter-out $(UNIT_SLOW),$(UNIT)) $(GUARDED:%=$(BUILD)/asan/tests/%) $(CORPUS:$(BUILD)/%=$(BUILD)/asan/%)
 
 check: export PATIENCE ?= 6
@@ -282,9 +284,9 @@ TSAN     := CC=clang SAN=thread BUILD=$(BUILD)/tsan
 
 check-san: deps-long
 	@$(MAKE) --no-print-directory $(PARALLEL) $(ASAN) programs tests
-	@BUILD=$(BUILD)/asan AGAIN=1 LIMIT=1800 $(RUN_TESTS) $(LIVE) $(UNIT:$(BUILD)/%=$(BUILD)/asan/%)
+	@BUILD=$(BUILD)/asan AGAIN=1 LIMIT=1800 $(RUN_TESTS) $(LIVE) $(VOYAGES) $(UNIT:$(BUILD)/%=$(BUILD)/asan/%)
 	@$(MAKE) --no-print-directory $(PARALLEL) $(TSAN) programs tests
-	@BUILD=$(BUILD)/tsan AGAIN=1 LIMIT=1800 $(RUN_TESTS) $(filter-out $(CLIENTS),$(LIVE)) $(THREADED:%=$(BUILD)/tsan/tests/%)
+	@BUILD=$(BUILD)/tsan AGAIN=1 LIMIT=1800 $(RUN_TESTS) $(filter-out $(CLIENTS),$(LIVE)) $(VOYAGES) $(THREADED:%=$(BUILD)/tsan/tests/%)
 
 # The text and the shape of the code and of what people read.
 check-code: deps-long

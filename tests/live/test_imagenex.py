@@ -24,30 +24,12 @@ def check_wall(client, azimuth_deg, wall_m):
           "%d degrees: %s, the wall is at %g m" % (azimuth_deg, sector, wall_m))
 
 
-def case_fixed(bench):
-    _, client = start(bench, "852")
-    pings_until(client, 20)
-    check_wall(client, 0, 9)
-    sensor = client.sensor()
-    check(sensor["what"] == "Imagenex 852 head 0x11", sensor["what"])
-    check(sensor["state"] == "running" and sensor["range_m"] == 10, str(sensor))
-    few = sensor["timeouts"] * 5 < sensor["pings"]  # a busy machine may be late once
-    check(sensor["garbage_bytes"] == 0 and sensor["bad_frame"] == 0 and few, str(sensor))
-    check(client.call("blocked", azimuth_deg=90, distance_m=2)["state"] == "unknown", "it looks ahead only")
-
-
 def case_full_circle(bench):
+    """The whole chain over a serial line; tests/voyage/test_heads.py has the other ways to look at it."""
     _, client = start(bench, "881a")
     pings_until(client, 170)
     for azimuth_deg, wall_m in ((0, 9), (90, 4), (180, 6), (270, 5)):
         check_wall(client, azimuth_deg, wall_m)
-
-
-def case_sector(bench):
-    _, client = start(bench, "881a", sector="60 120 deg")
-    pings_until(client, 60)
-    check_wall(client, 90, 4)
-    check(client.call("blocked", azimuth_deg=0, distance_m=2)["state"] == "unknown", "ahead is outside the sector")
 
 
 def case_damage_costs_only_itself(bench):

@@ -1,6 +1,6 @@
 #!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: MIT
-"""The Micron end to end: a virtual head on a pseudo-terminal, sonard, and what it answers about the scene."""
+"""The Micron over a serial line with faults: a virtual head on a pseudo-terminal, and sonard."""
 import time
 
 from lib import check, note, pings_until, run, until
@@ -8,14 +8,11 @@ from twin import micron
 
 TURN = 200  # pings of a full circle at 1.8 degrees
 TOLERANCE_M = 0.3
-PLATEAU_M = 0.5  # 4-bit echoes of a wall end at the top of their window: the peak may be anywhere on it
 
 
-def start(bench, *arguments, conf=None, **sim):
-    head = micron(bench, *arguments, **sim)
-    keys = {"device": "micron", "mode": "auto"}
-    keys.update(conf or {})
-    bench.conf(sonar=keys)
+def start(bench):
+    head = micron(bench)
+    bench.conf(sonar={"device": "micron", "mode": "auto"})
     return head, bench.sonard().client()
 
 
@@ -23,57 +20,14 @@ def blocked(client, azimuth_deg, distance_m):
     return client.call("blocked", azimuth_deg=azimuth_deg, distance_m=distance_m)["state"]
 
 
-def check_walls(client, tolerance_m=TOLERANCE_M, before="clear"):
+def check_walls(client):
     """A basin from 6 m behind to 9 m ahead and from 5 m left to 4 m right."""
     for azimuth_deg, wall_m in ((0, 9), (90, 4), (180, 6), (270, 5)):
         sector = client.call("sectors", distance_m=0)["sectors"][azimuth_deg // 5]
-        check(sector["state"] == "blocked" and abs(sector["range_m"] - wall_m) <= tolerance_m,
+        check(sector["state"] == "blocked" and abs(sector["range_m"] - wall_m) <= TOLERANCE_M,
               "%g degrees: %s, the wall is at %g m" % (azimuth_deg, sector, wall_m))
-        check(blocked(client, azimuth_deg, 0.8 * wall_m) in (before, "clear"), "not %s before the wall at %g" % (before, azimuth_deg))
+        check(blocked(client, azimuth_deg, 0.8 * wall_m) == "clear", "not clear before the wall at %g" % azimuth_deg)
         check(blocked(client, azimuth_deg, wall_m + 0.5) == "blocked", "not blocked behind the wall at %g" % azimuth_deg)
-
-
-def box(bench, *arguments):
-    _, client = start(bench, *arguments)
-    pings_until(client, TURN + 20)
-    count = [sector["state"] for sector in client.call("sectors", distance_m=0)["sectors"]].count("blocked")
-    check(count >= 68, "of 72 sectors between walls only %d blocked" % count)
-    check_walls(client)
-    sensor = client.sensor()
-    kind = "SeaNet head" if "--plain" in arguments else "Micron DST"
-    check(sensor["what"] == kind + " sw 6 serial 1234", "it is called %s" % sensor["what"])
-
-
-def sector(bench):
-    """45 degrees to either side: everything else stays unknown."""
-    _, client = start(bench, conf={"sector": "315 45 deg"})
-    pings_until(client, 110)
-    states = [s["state"] for s in client.call("sectors", distance_m=0)["sectors"]]
-    check(all(states[i] == "blocked" for i in range(-8, 9)), "ahead: %s" % states)
-    check(all(state == "unknown" for state in states[11:62]), "astern: %s" % states)
-    angles = [ping["azimuth_deg"] for ping in bench.truth()]
-    check(all(a <= 46 or a >= 314 for a in angles), "the head left its sector")
-
-
-def echoes_of_4_bits_in_packets(bench):
-    head, client = start(bench)
-    head.command("nibbles 1")
-    head.command("packets 1")
-    pings_until(client, 2 * TURN + 20)  # the baseline is of 8 bits at first
-    check_walls(client, PLATEAU_M, before="unknown")  # a step of the counts may be as loud as the target
-    check(client.sensor()["bad_frame"] == 0, "frames were refused: %s" % client.sensor())
-
-
-def range_changes(bench):
-    """The head listens farther, then less far than it was told: the answers follow its replies."""
-    head, client = start(bench)
-    pings_until(client, 20)
-    head.command("range 15")
-    until(lambda: abs(client.sensor()["range_m"] - 15) < 0.2, "a range of 15 m")
-    pings_until(client, TURN + 40)  # the baseline of the new range is known after 16
-    check_walls(client)
-    head.command("range 5")
-    until(lambda: abs(client.sensor()["range_m"] - 5) < 0.2, "a range of 5 m")
 
 
 def broken_frames(bench):
@@ -139,10 +93,7 @@ def daemon_that_comes_back(bench):
     pings_until(client, 20, 60)
 
 
-cases = [("box", box), ("box_plain_head", lambda bench: box(bench, "--plain")),
-         ("sector", sector), ("echoes_of_4_bits_in_packets", echoes_of_4_bits_in_packets),
-         ("range_changes", range_changes), ("broken_frames", broken_frames), ("flood_and_stall", flood_and_stall),
-         ("silence", silence), ("switched_off_and_on", switched_off_and_on), ("unplugged", unplugged),
-         ("daemon_that_comes_back", daemon_that_comes_back)]
+cases = [("broken_frames", broken_frames), ("flood_and_stall", flood_and_stall), ("silence", silence),
+         ("switched_off_and_on", switched_off_and_on), ("unplugged", unplugged), ("daemon_that_comes_back", daemon_that_comes_back)]
 
 run([("micron_" + name, function) for name, function in cases], parallel=6)

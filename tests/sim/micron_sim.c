@@ -7,19 +7,18 @@
 #include <errno.h>
 #include <getopt.h>
 #include <math.h>
-#include <poll.h>
 #include <signal.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "core/fault.h"
 #include "grid/geometry.h"
 #include "tests/sim/lib/line.h"
 #include "tests/sim/lib/micron_head.h"
+#include "tests/sim/lib/pace.h"
 #include "tests/sim/lib/scene.h"
 #include "tests/sim/lib/water.h"
 
@@ -56,14 +55,6 @@ __attribute__((noreturn, format(printf, 1, 2))) static void die(const char *fmt,
     fprintf(stderr, "\n");
     va_end(args);
     exit(2);
-}
-
-static uint64_t clock_ns(void)
-{
-    struct timespec t;
-
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
 }
 
 /* ---- what the head calls ---- */
@@ -126,7 +117,7 @@ static void on_listen(void *ctx, const struct micron_head_shot *shot, uint8_t *s
 
 static uint64_t after(double s)
 {
-    return clock_ns() + (uint64_t)(s * 1e9);
+    return pace_ns() + (uint64_t)(s * 1e9);
 }
 
 /* Each returns NULL, or why it could not. */
@@ -153,7 +144,7 @@ static const char *do_plug(const double *arg)
 static const char *do_reboot(const double *arg)
 {
     (void)arg;
-    micron_head_boot(&sim.head, clock_ns());
+    micron_head_boot(&sim.head, pace_ns());
     return NULL;
 }
 
@@ -442,13 +433,10 @@ static uint64_t turn(uint64_t now_ns)
 /* Sleep until due_ns, a byte from the host, a command or a signal. */
 static void wait_for(bool *input, uint64_t due_ns, const sigset_t *mask)
 {
-    const uint64_t now_ns = clock_ns(), wait_ns = due_ns > now_ns ? due_ns - now_ns : 0;
-    const struct timespec timeout = {(time_t)(wait_ns / 1000000000u), (long)(wait_ns % 1000000000u)};
     /* A line that nobody has open, or that is stalled, would wake us without end. */
-    const bool listens = line_connected(&sim.line) && now_ns >= sim.line.faults.stall_ns;
-    struct pollfd fds[2] = {{*input ? STDIN_FILENO : -1, POLLIN, 0}, {listens ? sim.line.fd : -1, POLLIN, 0}};
+    const bool listens = line_connected(&sim.line) && pace_ns() >= sim.line.faults.stall_ns;
 
-    if (ppoll(fds, 2, &timeout, mask) > 0 && fds[0].revents != 0)
+    if (pace_wait(*input ? STDIN_FILENO : -1, listens ? sim.line.fd : -1, due_ns, mask))
         *input = input_take();
 }
 
@@ -458,7 +446,7 @@ static void run(bool print, const sigset_t *mask)
     uint64_t next_status_ns = sim.start_ns;
 
     while (!stop_wanted) {
-        uint64_t now_ns = clock_ns();
+        uint64_t now_ns = pace_ns();
         if (print && now_ns >= next_status_ns) {
             fprintf(stderr, "\r");
             print_status(stderr);
@@ -507,7 +495,7 @@ int main(int argc, char **argv)
         die("%s: %s", o.truth, strerror(errno));
     if (!line_plug(&sim.line, &fault))
         die("%s", fault.text);
-    sim.start_ns = clock_ns();
+    sim.start_ns = pace_ns();
     micron_head_init(&sim.head, &o.head, &io, sim.start_ns);
     printf("ready %s\n", o.link != NULL ? o.link : sim.line.slave);
     fflush(stdout);

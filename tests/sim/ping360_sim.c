@@ -7,15 +7,14 @@
 #include <errno.h>
 #include <getopt.h>
 #include <math.h>
-#include <poll.h>
 #include <signal.h>
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "core/fault.h"
+#include "tests/sim/lib/pace.h"
 #include "tests/sim/lib/sim.h"
 
 #define MAX_TIMED       32
@@ -58,14 +57,6 @@ __attribute__((noreturn, format(printf, 1, 2))) static void die(const char *fmt,
     fprintf(stderr, "\n");
     va_end(args);
     exit(2);
-}
-
-static uint64_t clock_ns(void)
-{
-    struct timespec t;
-
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
 }
 
 /* ---- command line ---- */
@@ -306,7 +297,7 @@ static void command_run(struct sim *sim, const char *text)
         sim_print_status(sim, stdout);
         printf("\n");
     } else if (text[strspn(text, " \t\r")] != '\0') {
-        sim_command(sim, text, clock_ns(), answer, sizeof answer);
+        sim_command(sim, text, pace_ns(), answer, sizeof answer);
         printf("%s\n", answer);
     }
     fflush(stdout);
@@ -337,13 +328,10 @@ static bool input_take(struct sim *sim)
 /* Sleep until due_ns, a byte from the host, a command or a signal. */
 static void wait_for(struct sim *sim, bool *input, uint64_t due_ns, const sigset_t *mask)
 {
-    const uint64_t now_ns = clock_ns(), wait_ns = due_ns > now_ns ? due_ns - now_ns : 0;
-    const struct timespec timeout = {(time_t)(wait_ns / 1000000000u), (long)(wait_ns % 1000000000u)};
     /* A line that nobody has open, or that is stalled, would wake us without end. */
-    const bool listens = line_connected(&sim->line) && now_ns >= sim->line.faults.stall_ns;
-    struct pollfd fds[2] = {{*input ? STDIN_FILENO : -1, POLLIN, 0}, {listens ? sim->line.fd : -1, POLLIN, 0}};
+    const bool listens = line_connected(&sim->line) && pace_ns() >= sim->line.faults.stall_ns;
 
-    if (ppoll(fds, 2, &timeout, mask) > 0 && fds[0].revents != 0)
+    if (pace_wait(*input ? STDIN_FILENO : -1, listens ? sim->line.fd : -1, due_ns, mask))
         *input = input_take(sim);
 }
 
@@ -354,7 +342,7 @@ static void run(struct sim *sim, const struct options *o, const sigset_t *mask)
     uint64_t next_status_ns = sim->start_ns;
 
     while (!stop_wanted) {
-        uint64_t now_ns = clock_ns();
+        uint64_t now_ns = pace_ns();
         uint64_t due_ns = now_ns + STATUS_EVERY_NS;
         for (; next_timed < o->n_timed; next_timed++) {
             uint64_t at_ns = sim->start_ns + (uint64_t)(o->timed[next_timed].at_s * 1e9);
@@ -416,7 +404,7 @@ int main(int argc, char **argv)
         die("%s: %s", o.truth, strerror(errno));
     if (!line_plug(&sim.line, &fault))
         die("%s", fault.text);
-    sim_start(&sim, &o.head, clock_ns());
+    sim_start(&sim, &o.head, pace_ns());
     printf("ready %s\n", o.link != NULL && o.udp_port == LINE_NO_UDP ? o.link : sim.line.slave);
     fflush(stdout);
     run(&sim, &o, &waiting);

@@ -59,8 +59,8 @@ bool line_init(struct line *line, const char *link, unsigned fixed_baud, uint64_
 /** line_use_udp - let the unplugged line be a UDP port: 1 .. 65535, or 0 for any that is free. */
 void line_use_udp(struct line *line, int port);
 
-/** line_plug - a new pseudo-terminal behind the link, raw from the start; or the UDP port.
- * False with a sentence in fault. */
+/** line_plug - a new pseudo-terminal behind the link, raw from the start; or the UDP port; in a voyage its line, which
+ * line_unplug ends for good. False with a sentence in fault. */
 bool line_plug(struct line *line, struct fault *fault);
 
 /** line_unplug - close the master and remove the link, as if the adapter were pulled; queued bytes are lost. */

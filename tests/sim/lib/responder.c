@@ -3,14 +3,13 @@
 #include "responder.h"
 
 #include <errno.h>
-#include <poll.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "core/fault.h"
+#include "pace.h"
 
 #define STATUS_EVERY_NS 1000000000u
 #define LINE_OPEN_NS    10000000u /* how often to look whether somebody has opened the line */
@@ -31,14 +30,6 @@ static void on_stop(int signal)
 {
     (void)signal;
     stop_wanted = 1;
-}
-
-static uint64_t clock_ns(void)
-{
-    struct timespec t;
-
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
 }
 
 static bool number_parse(const char *text, double lo, double hi, double *out)
@@ -118,7 +109,7 @@ static const char *command_set(struct responder *responder, const char *name, co
     if (number != NULL)
         *number->value = value;
     else
-        line_fault_set(&responder->line.faults, fault, value, clock_ns());
+        line_fault_set(&responder->line.faults, fault, value, pace_ns());
     return NULL;
 }
 
@@ -281,7 +272,7 @@ static void run(struct responder *responder, const sigset_t *mask)
     uint64_t next_status_ns = 0;
 
     while (!stop_wanted) {
-        uint64_t now_ns = clock_ns();
+        uint64_t now_ns = pace_ns();
         if (responder->print && now_ns >= next_status_ns) {
             fprintf(stderr, "\r");
             responder->ops->print_status(stderr);
@@ -289,14 +280,9 @@ static void run(struct responder *responder, const sigset_t *mask)
             next_status_ns = now_ns + STATUS_EVERY_NS;
         }
         uint64_t due_ns = earlier(turn(responder, now_ns), now_ns + STATUS_EVERY_NS);
-        now_ns = clock_ns();
-        const uint64_t wait_ns = due_ns > now_ns ? due_ns - now_ns : 0;
-        const struct timespec timeout = {(time_t)(wait_ns / 1000000000u), (long)(wait_ns % 1000000000u)};
         /* A line that nobody has open, or that is stalled, would wake us without end. */
-        const bool listens = line_connected(&responder->line) && now_ns >= responder->line.faults.stall_ns;
-        struct pollfd fds[2] = {{input ? STDIN_FILENO : -1, POLLIN, 0},
-                                {listens ? responder->line.fd : -1, POLLIN, 0}};
-        if (ppoll(fds, 2, &timeout, mask) > 0 && fds[0].revents != 0)
+        const bool listens = line_connected(&responder->line) && pace_ns() >= responder->line.faults.stall_ns;
+        if (pace_wait(input ? STDIN_FILENO : -1, listens ? responder->line.fd : -1, due_ns, mask))
             input = input_take(responder);
     }
     if (responder->print)
@@ -336,7 +322,7 @@ int responder_main(int argc, char **argv, const struct responder_ops *ops)
     line_use_udp(&responder.line, udp_port);
     if (!line_plug(&responder.line, &fault))
         die(&responder, "line", fault.text);
-    ops->start(responder.seed, clock_ns());
+    ops->start(responder.seed, pace_ns());
     printf("ready %s\n",
            responder.link != NULL && udp_port == LINE_NO_UDP ? responder.link : responder.line.slave);
     fflush(stdout);

@@ -3,17 +3,16 @@
 #include "twin.h"
 
 #include <math.h>
-#include <poll.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
 #include <unistd.h>
 
 #include "core/fault.h"
 #include "grid/geometry.h"
 #include "console.h"
+#include "pace.h"
 
 #define LINE_OPEN_NS 10000000u /* how often to look whether somebody has opened the line */
 #define IDLE_NS      1000000000u
@@ -28,14 +27,6 @@ static void on_stop(int signal)
 {
     (void)signal;
     stop_wanted = 1;
-}
-
-static uint64_t clock_ns(void)
-{
-    struct timespec t;
-
-    clock_gettime(CLOCK_MONOTONIC, &t);
-    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
 }
 
 void twin_send(const void *bytes, size_t n, uint64_t now_ns)
@@ -95,7 +86,7 @@ static bool command_fault(const char *line)
         if (faults[i].count)
             *faults[i].count = (uint64_t)value;
         else
-            *faults[i].until_ns = clock_ns() + (uint64_t)(value * 1e9);
+            *faults[i].until_ns = pace_ns() + (uint64_t)(value * 1e9);
         return true;
     }
     return false;
@@ -244,17 +235,14 @@ int twin_main(int argc, char **argv, const struct twin_ops *ops)
     sigaction(SIGTERM, &action, NULL);
     sigaction(SIGINT, &action, NULL);
     signal(SIGTTIN, SIG_IGN); /* in the background of a shell reading fails, and all goes on without commands */
-    twin.start_ns = clock_ns();
+    twin.start_ns = pace_ns();
     const int failed = begin(argc, argv);
     if (failed)
         return failed;
     while (!stop_wanted) {
-        const uint64_t due_ns = turn(clock_ns()), now_ns = clock_ns();
-        const uint64_t wait_ns = due_ns > now_ns ? due_ns - now_ns : 0;
-        const struct timespec timeout = {(time_t)(wait_ns / 1000000000u), (long)(wait_ns % 1000000000u)};
-        const bool listens = line_connected(&twin.line) && now_ns >= twin.line.faults.stall_ns;
-        struct pollfd fds[2] = {{input ? STDIN_FILENO : -1, POLLIN, 0}, {listens ? twin.line.fd : -1, POLLIN, 0}};
-        if (ppoll(fds, 2, &timeout, &waiting) > 0 && fds[0].revents != 0)
+        const uint64_t due_ns = turn(pace_ns());
+        const bool listens = line_connected(&twin.line) && pace_ns() >= twin.line.faults.stall_ns;
+        if (pace_wait(input ? STDIN_FILENO : -1, listens ? twin.line.fd : -1, due_ns, &waiting))
             input = console_read(command_run, status, NULL);
     }
     line_unplug(&twin.line);

@@ -1,0 +1,158 @@
+#!/usr/bin/env -S python3 -B
+# SPDX-License-Identifier: MIT
+"""Echo lists, Imagenex and Micron end to end, in a basin from 6 m behind to 9 m ahead and from 5 m left to 4 m right."""
+from voyage import Voyage
+
+from lib import check, run
+
+TURN = 200       # pings of a full circle at 1.8 degrees
+PLATEAU_M = 0.5  # 4-bit echoes of a wall end at the top of their window: the peak may be anywhere on it
+WALLS = ((0, 9), (90, 4), (180, 6), (270, 5))
+
+
+def blocked(client, azimuth_deg, distance_m, **params):
+    return client.call("blocked", azimuth_deg=azimuth_deg, distance_m=distance_m, **params)["state"]
+
+
+def check_wall(client, azimuth_deg, wall_m, tolerance_m):
+    sector = client.call("sectors", distance_m=0)["sectors"][azimuth_deg // 5]
+    check(sector["state"] == "blocked" and abs(sector["range_m"] - wall_m) <= tolerance_m,
+          "%d degrees: %s, the wall is at %g m" % (azimuth_deg, sector, wall_m))
+    check(sector["free_to_m"] <= wall_m + 0.05, "%d degrees: free beyond the wall at %g m: %s" % (azimuth_deg, wall_m, sector))
+
+
+# ---- echo lists ----
+
+def echolist(bench, *arguments, **keys):
+    bench.conf(sonar=dict({"device": "echolist", "range": "20 m", "step": "3 deg", "mode": "auto"}, **keys))
+    return Voyage(bench, "echolist_sim", "--from", "-90", "--to", "90", *arguments)
+
+
+def case_echolist_walls(bench):
+    trip = echolist(bench)
+    trip.pings(130)
+    client = trip.client()
+    for azimuth_deg, wall_m in ((0, 9), (90, 4), (270, 5)):
+        check_wall(client, azimuth_deg, wall_m, 0.2)
+    sensor = client.sensor()
+    check(sensor["state"] == "running" and sensor["what"] == "echo list" and sensor["pings"] == 130, str(sensor))
+    check(sensor["garbage_bytes"] == 0 and sensor["bad_frame"] == 0, str(sensor))
+    check(blocked(client, 180, 3) == "unknown", "it never looked aft")
+
+
+def case_echolist_tilt(bench):
+    """A sonar that says it looks 40 degrees up has seen nothing of what is level."""
+    trip = echolist(bench, "--tilt", "40", aperture="6.5 6.5 deg")
+    trip.pings(130)
+    client = trip.client()
+    for azimuth_deg in range(0, 360, 15):
+        check(blocked(client, azimuth_deg, 2) == "unknown", "level at %g degrees" % azimuth_deg)
+    check(blocked(client, 0, 20, elevation_deg=40) == "blocked", "40 degrees up")
+
+
+# ---- Imagenex ----
+
+def imagenex(bench, model, **keys):
+    bench.conf(sonar=dict({"device": "imagenex" + model, "range": "10 m", "step": "2.4 deg", "mode": "auto"}, **keys))
+    return Voyage(bench, "imagenex_sim", "--model", model)
+
+
+def case_imagenex_fixed(bench):
+    trip = imagenex(bench, "852")
+    trip.pings(20)
+    client = trip.client()
+    check_wall(client, 0, 9, 0.15)
+    sensor = client.sensor()
+    check(sensor["what"] == "Imagenex 852 head 0x11", sensor["what"])
+    check(sensor["state"] == "running" and sensor["range_m"] == 10 and sensor["pings"] == 20, str(sensor))
+    check(sensor["garbage_bytes"] == sensor["bad_frame"] == sensor["timeouts"] == 0, str(sensor))
+    for azimuth_deg in range(15, 346, 15):
+        check(blocked(client, azimuth_deg, 2) == "unknown", "it looks ahead only, not to %d" % azimuth_deg)
+
+
+def case_imagenex_full_circle(bench):
+    trip = imagenex(bench, "881a")
+    trip.pings(170)
+    client = trip.client()
+    for azimuth_deg, wall_m in WALLS:
+        check_wall(client, azimuth_deg, wall_m, 0.15)
+
+
+def case_imagenex_sector(bench):
+    trip = imagenex(bench, "881a", sector="60 120 deg")
+    trip.pings(60)
+    client = trip.client()
+    check_wall(client, 90, 4, 0.15)
+    for azimuth_deg in list(range(0, 50, 10)) + list(range(140, 360, 10)):
+        check(blocked(client, azimuth_deg, 2) == "unknown", "%d is outside the sector" % azimuth_deg)
+
+
+# ---- Micron ----
+
+def micron(bench, *arguments, **keys):
+    bench.conf(sonar=dict({"device": "micron", "mode": "auto"}, **keys))
+    return Voyage(bench, "micron_sim", "--scene", "box", "--centring", "1", "--ms-per-gradian", "1", "--processing-ms", "1",
+                  *arguments, truth=True)
+
+
+def check_walls(client, tolerance_m=0.15, before="clear"):
+    for azimuth_deg, wall_m in WALLS:
+        check_wall(client, azimuth_deg, wall_m, tolerance_m)
+        check(blocked(client, azimuth_deg, 0.8 * wall_m) in (before, "clear"), "not %s before the wall at %g" % (before, azimuth_deg))
+        check(blocked(client, azimuth_deg, wall_m + 0.5) == "blocked", "not blocked behind the wall at %g" % azimuth_deg)
+
+
+def micron_box(bench, kind, *arguments):
+    trip = micron(bench, *arguments)
+    trip.pings(TURN + 20)
+    client = trip.client()
+    count = [sector["state"] for sector in client.call("sectors", distance_m=0)["sectors"]].count("blocked")
+    check(count == 72, "of 72 sectors between walls only %d blocked" % count)
+    check_walls(client)
+    check(client.sensor()["what"] == kind + " sw 6 serial 1234", "it is called %s" % client.sensor()["what"])
+
+
+def case_micron_box(bench):
+    micron_box(bench, "Micron DST")
+
+
+def case_micron_box_plain_head(bench):
+    micron_box(bench, "SeaNet head", "--plain")
+
+
+def case_micron_sector(bench):
+    """45 degrees to either side: everything else stays unknown."""
+    trip = micron(bench, sector="315 45 deg")
+    trip.pings(110)
+    client = trip.client()
+    states = [s["state"] for s in client.call("sectors", distance_m=0)["sectors"]]
+    check(all(states[i] == "blocked" for i in range(-8, 9)), "ahead: %s" % states)
+    check(all(state == "unknown" for state in states[11:62]), "astern: %s" % states)
+    angles = [ping["azimuth_deg"] for ping in bench.truth()]
+    check(all(a <= 46 or a >= 314 for a in angles), "the head left its sector")
+
+
+def case_micron_echoes_of_4_bits_in_packets(bench):
+    trip = micron(bench)
+    trip.sonar("nibbles 1")
+    trip.sonar("packets 1")
+    trip.pings(2 * TURN + 20)  # the baseline is of 8 bits at first
+    client = trip.client()
+    check_walls(client, PLATEAU_M, before="unknown")  # a step of the counts may be as loud as the target
+    check(client.sensor()["bad_frame"] == 0, "frames were refused: %s" % client.sensor())
+
+
+def case_micron_range_changes(bench):
+    """The head listens farther, then less far than it was told: the answers follow its replies."""
+    trip = micron(bench)
+    trip.pings(20)
+    trip.sonar("range 15")
+    trip.pings(TURN + 40)  # the baseline of the new range is known after 16
+    trip.sonar("range 5")
+    trip.pings(3)
+    client = trip.client()
+    check(abs(client.sensor()["range_m"] - 5) < 0.2, "told 5 m: %s" % client.sensor())
+    check_walls(client)
+
+
+run([(name[5:], function) for name, function in list(globals().items()) if name.startswith("case_")])
