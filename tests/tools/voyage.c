@@ -405,6 +405,7 @@ int main(int argc, char **argv)
         !fgets(ready, sizeof ready, voyage.from) || strncmp(ready, "ready", 5) != 0)
         die("the virtual sonar does not start");
     take_due();
+    keep(voyage.tx, "", 0); /* the capture's clock begins with the voyage's, and ends with it */
     voyage.ops->opened(voyage.device, voyage.now_ns, &io);
     settle();
     printf("ready\n");

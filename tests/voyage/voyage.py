@@ -11,7 +11,7 @@ import subprocess
 import sys
 
 sys.path.insert(0, os.path.join(os.path.dirname(os.path.abspath(__file__)), "..", "live"))
-from lib import BUILD, Process, check, helper, until  # pylint: disable=wrong-import-position
+from lib import BUILD, Failed, Process, check, helper, until  # pylint: disable=wrong-import-position
 
 BAUD = "4000000"  # as the device is told
 
@@ -90,6 +90,29 @@ class Voyage(Process):
 
     def client(self, *arguments):
         return self.daemon(*arguments).client()
+
+    def moments(self, *arguments):
+        """A function that gives a client whose clock stands at a moment of the voyage, in s. Ask in the order of time: a daemon
+        that is sent back to an earlier moment forgets what it was asked, and begins anew."""
+        daemon = self.daemon(*arguments)
+
+        def at(s):
+            there = daemon.client()
+            there.call("replay", pause="yes", to_s=s)
+            there.close()
+
+            def client():
+                asked = daemon.client()
+                try:
+                    if not asked.call("status")["replay"]["jumping"]:
+                        return asked
+                except (OSError, Failed):  # it begins anew
+                    pass
+                asked.close()
+                return None
+            return until(client, "the moment %g s" % s, 60)
+        at(0)
+        return at
 
 
 def ping360(bench, *options, scene="box", **keys):
