@@ -1,7 +1,7 @@
 #!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: MIT
 """Echo lists over a serial line with faults: a virtual sweep sonar on a pseudo-terminal, and sonard."""
-from lib import check, pings_until, run, until
+from lib import pings_until, run, until
 from twin import Twin
 
 

@@ -94,7 +94,7 @@ class Voyage(Process):
     def moments(self, *arguments):
         """A function that gives a client whose clock stands at a moment of the voyage, in s. Ask in the order of time: a daemon
         that is sent back to an earlier moment forgets what it was asked, and begins anew."""
-        daemon = self.daemon(*arguments)
+        daemon = self.bench.sonard("--replay", self.end(), "--stay", "--speed", "0.001", *arguments, conf=False)
 
         def at(s):
             there = daemon.client()
