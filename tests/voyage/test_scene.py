@@ -4,7 +4,7 @@
 from voyage import ping360
 
 from lib import check, run
-from scene_truth import TURN, check_blocked, check_sectors
+from scene_truth import TURN, all_unknown, check_blocked, check_sectors, check_wall, compare
 
 
 def sail(bench, mode, firmware, scene):
@@ -65,9 +65,70 @@ def crossing(bench):
     check(ahead["state"] == "clear", "the pile was ahead 7 s ago: %s" % ahead)
 
 
+def sits(trip, yaw_deg, seconds):
+    """The vehicle lies there with that heading, and says so ten times a second."""
+    for _ in range(round(seconds * 10)):
+        trip.place(0, 0, 0, yaw_deg)
+        trip.run(0.1)
+
+
+def attitude(bench):
+    """The vehicle turns by 90 degrees: what was seen stays where it is in the world, for as long as the attitude is known."""
+    bench.conf(pose={"max_age": "0.8 s"}, vehicle={"station_keeping": "0 m/s"})
+    trip = ping360(bench, truth=True)
+    sits(trip, 0, 5)
+    trip.sonar("silent 0.6")  # no ping has the attitude of the other moment
+    sits(trip, 0, 0.3)
+    turned_s = trip.now_s
+    sits(trip, 90, 0.5)
+    seen_s = trip.now_s
+    sits(trip, 90, 5)
+    trip.place(0, 0, 0, 90)
+    lost_s = trip.now_s
+    trip.run(1)
+    trip.place(0, 0, 0, 90)
+    trip.run(0.1)
+    at = trip.moments()
+    truth = bench.truth()
+
+    def checked(moment_s, walls):
+        client = at(moment_s)
+        so_far = [ping for ping in truth if ping["t_ns"] * 1e-9 - truth[0]["t_ns"] * 1e-9 <= moment_s]
+        faults, _ = compare(client.call("sectors", frame="ned", distance_m=0)["sectors"], so_far, ned=True)
+        check(not faults, "at %g s: %s" % (moment_s, "; ".join(faults)))
+        for frame, azimuth_deg, range_m in walls:
+            check_wall(client, frame, azimuth_deg, range_m)
+        return client
+    checked(turned_s - 0.01, (("body", 0, 9), ("ned", 0, 9)))
+    checked(turned_s + 0.2, (("body", 270, 9), ("ned", 0, 9), ("body", 0, 4)))
+    checked(seen_s, (("body", 270, 9), ("ned", 0, 9), ("body", 0, 4)))
+    checked(lost_s + 0.79, (("body", 270, 9), ("ned", 0, 9), ("body", 0, 4)))
+    client = at(lost_s + 0.81)
+    check(all_unknown(client), "the attitude is too old, and something is told")
+    reason = client.call("blocked", azimuth_deg=0, distance_m=1)["reason"]
+    check(reason.startswith("the pose is too old: the attitude from the capture is "), "the reason is: %s" % reason)
+    check(client.call("status")["data"] == "the pose is too old", "status does not say so")
+    check_wall(at(trip.now_s), "ned", 0, 9)
+
+
+def first_pings(bench):
+    """Before the first ping all is unknown, and says why; where no ping went it stays so."""
+    bench.conf()
+    trip = ping360(bench)
+    trip.pings(TURN)
+    at = trip.moments()
+    client = at(0)
+    check(all_unknown(client), "not all unknown before the first ping")
+    reason = client.call("blocked", azimuth_deg=0, distance_m=1)["reason"]
+    check(reason == "no data from the sonar", "the reason is: %s" % reason)
+    check_blocked(bench, client, 0, 1, "unknown")
+    above = at(trip.now_s).call("blocked", azimuth_deg=0, elevation_deg=60, distance_m=1)
+    check((above["state"], above["reason"]) == ("unknown", "never observed"), "above: %s" % above)
+
+
 WAYS = (("transmit", "new"), ("request", "new"), ("transmit", "old"), ("request", "old"))
 
-cases = [("scene_crossing", crossing)]
+cases = [("scene_crossing", crossing), ("scene_attitude", attitude), ("scene_first_pings", first_pings)]
 for scene in (box, pile):
     for way in WAYS:
         cases.append(("scene_%s_%s_%s" % (scene.__name__, *way), lambda bench, s=scene, w=way: s(bench, *w)))
