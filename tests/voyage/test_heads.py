@@ -46,7 +46,7 @@ def case_echolist_tilt(bench):
     trip.pings(130)
     client = trip.client()
     for azimuth_deg in range(0, 360, 15):
-        check(blocked(client, azimuth_deg, 2) == "unknown", "level at %g degrees" % azimuth_deg)
+        check(blocked(client, azimuth_deg, 20) == "unknown", "level at %g degrees" % azimuth_deg)
     check(blocked(client, 0, 20, elevation_deg=40) == "blocked", "40 degrees up")
 
 

@@ -111,6 +111,29 @@ def attitude(bench):
     check_wall(at(trip.now_s), "ned", 0, 9)
 
 
+def clear_grows_old(bench):
+    """What was clear is so for as long as the limit says, to the hundredth of a second, and then unknown, with the reason."""
+    limit_s = 6.0
+    bench.conf(grid={"clear_for": "%g s" % limit_s})
+    trip = ping360(bench)
+    trip.pings(TURN + 20)
+    heard_s = trip.now_s
+    trip.sonar("silent 60")
+    trip.run(limit_s + 1)
+    at = trip.moments()
+
+    def asked(moment_s, azimuth_deg):
+        return at(moment_s).call("blocked", azimuth_deg=azimuth_deg, distance_m=3, half_angle_deg=2)
+    for azimuth_deg in range(0, 360, 45):
+        first = asked(heard_s, azimuth_deg)
+        check(first["state"] == "clear", "%g degrees: %s" % (azimuth_deg, first))
+        old_s = heard_s + limit_s - first["age_s"]
+        for moment_s, state in ((old_s - 0.01, "clear"), (old_s + 0.01, "unknown")):
+            answer = asked(moment_s, azimuth_deg)
+            check(answer["state"] == state, "%g degrees, %g s after the scan: %s" % (azimuth_deg, moment_s - old_s + limit_s, answer))
+        check(answer["reason"].endswith("(limit %.1f s)" % limit_s), answer["reason"])
+
+
 def first_pings(bench):
     """Before the first ping all is unknown, and says why; where no ping went it stays so."""
     bench.conf()
@@ -128,7 +151,8 @@ def first_pings(bench):
 
 WAYS = (("transmit", "new"), ("request", "new"), ("transmit", "old"), ("request", "old"))
 
-cases = [("scene_crossing", crossing), ("scene_attitude", attitude), ("scene_first_pings", first_pings)]
+cases = [("scene_crossing", crossing), ("scene_attitude", attitude), ("scene_clear_grows_old", clear_grows_old),
+         ("scene_first_pings", first_pings)]
 for scene in (box, pile):
     for way in WAYS:
         cases.append(("scene_%s_%s_%s" % (scene.__name__, *way), lambda bench, s=scene, w=way: s(bench, *w)))
