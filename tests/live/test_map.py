@@ -1,6 +1,6 @@
 #!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: MIT
-"""The voxel map of a running daemon: poses that jump, folders, kills, readers of others, and what is refused."""
+"""The voxel map of a running daemon: folders, kills, readers of others, and what is refused. tests/voyage/test_map.py asks it."""
 import glob
 import hashlib
 import math
@@ -52,10 +52,10 @@ class Vehicle(threading.Thread):
         self.client.close()
 
 
-def conf(bench, threads=0, vehicle=None, **keys):
+def conf(bench, threads=0, **keys):
     section = {"voxel": "%g m" % VOXEL, "opening": 1, "memory": "48 MiB", "directory": bench.folder}
     section.update(keys)
-    bench.conf(map=section, pipeline={"threads": threads}, vehicle=vehicle or {})
+    bench.conf(map=section, pipeline={"threads": threads})
 
 
 def dive(bench, daemon, sim):
@@ -117,60 +117,6 @@ def basin(bench, threads):
     status = client.call("map")
     check(status["state"] == "kept" and status["pings"] > 4 * TURN and status["starved"] == 0, str(status))
     note("%d threads: %d of 1500 points free, none behind a wall" % (threads, free))
-
-
-def jumps(bench):
-    """A pose that the vehicle cannot have come to holds the map, until it jumps back or somebody says what is true."""
-    sim = bench.sim()
-    conf(bench, vehicle={"max_speed": "1 m/s"})
-    daemon = bench.sonard()
-    client = dive(bench, daemon, sim)
-    water = {"from_m": [3, 0, 1.8], "to_m": [4, 1, 2.2]}
-
-    def give(north_m):
-        client.call("pose", position_m=[north_m, 0, 2], attitude_deg=[0, 0, 0])
-
-    def held():
-        answer = client.call("box", **water)
-        status = client.call("map")["state"]
-        check((answer["state"] != "free") == status.startswith("held"), "%s, %s" % (answer, status))
-        check(answer["state"] == "free" or "jumped" in answer["reason"], str(answer))
-        return answer["state"] != "free"
-
-    def held_now():
-        return client.call("map")["state"].startswith("held")
-
-    give(2)
-    check(not held(), "held where the vehicle is")
-    give(90)
-    check(held(), "not held after a jump")
-    give(91)
-    check(held(), "two positions of another origin are taken for a way")
-    give(2.5)
-    check(not held(), "held, and the position is back")
-    client.call("pose", depth_m=12)
-    check(held(), "a depth of another datum is taken for a dive")
-    client.call("pose", depth_m=2)
-    check(not held(), "held, and the depth is back")
-    give(-400)
-    check(held() and client.call("map_new") and not held(), "held, and the client says that it is the same place")
-    give(-401)
-    give(50)
-    check(held() and client.call("map_forget")["state"] != "held", "a second jump")
-    give(51)
-    check("held" not in client.call("map")["state"], "held, and nothing is in it")
-    check("the pose jumped by" in daemon.log(), daemon.log())
-    for vehicle, found in (({}, False), ({"max_speed": "1 m/s"}, True)):
-        client.close()
-        daemon.stop()
-        conf(bench, vehicle=vehicle)
-        daemon = bench.sonard()
-        client = daemon.client()
-        give(2)
-        until(lambda: give(2) or client.call("map")["pings"] > 0, "a ping in the map")
-        time.sleep(1.2)
-        give(16)
-        check(held_now() == found, "14 m in 1.2 s by a vehicle of %s" % (vehicle or "any speed"))
 
 
 def loop_closure(bench):
@@ -464,7 +410,7 @@ def refusals(bench):
 
 
 cases = [("basin_threads0", lambda bench: basin(bench, 0)), ("basin_threads2", lambda bench: basin(bench, 2)),
-         ("origins", origins), ("jumps", jumps), ("loop_closure", loop_closure), ("saving", saving), ("one_folder", one_folder),
+         ("origins", origins), ("loop_closure", loop_closure), ("saving", saving), ("one_folder", one_folder),
          ("killed", killed), ("exports", exports), ("refusals", refusals)]
 
 run(cases, parallel=3, gate=("refusals", "one_folder", "origins"))

@@ -19,10 +19,10 @@ STEP_S = 0.05                        # from pose to pose
 STEP_M = 0.05                        # of a vehicle under way
 
 
-def conf(bench, **keys):
+def conf(bench, vehicle=None, **keys):
     section = {"voxel": "%g m" % VOXEL, "opening": 1, "memory": "48 MiB", "directory": bench.folder}
     section.update(keys)
-    bench.conf(map=section)
+    bench.conf(map=section, vehicle=vehicle or {})
 
 
 def stay(trip, at, seconds):
@@ -31,9 +31,9 @@ def stay(trip, at, seconds):
         trip.run(STEP_S)
 
 
-def dive(bench):
+def dive(bench, vehicle=None):
     """Two places, two turns at each: the voyage, and the moment at which the vehicle leaves the first one."""
-    conf(bench)
+    conf(bench, vehicle)
     trip = ping360(bench)
     at = [0.0, 0.0, 2.0]
     stay(trip, at, 10)
@@ -145,6 +145,50 @@ def check_basin(bench, client):
         result = bench.sonarctl(*words)
         check(result.returncode == wanted, "%s: %d, %s" % (words, result.returncode, result.stdout + result.stderr))
     return free, paths, slices(client)
+
+
+def jumps(bench):
+    """A pose that the vehicle cannot have come to holds the map, until it jumps back or somebody says what is true."""
+    trip, moved_s = dive(bench, vehicle={"max_speed": "1 m/s"})
+    moments = []
+    for what in (2, 90, 91, 2.5, {"depth_m": 12}, {"depth_m": 2}, -400, -401, 50, 51):
+        trip.pose(**(what if isinstance(what, dict) else {"position_m": [what, 0, 2], "attitude_deg": [0, 0, 0]}))
+        trip.run(0.01)
+        moments.append(trip.now_s - 0.005)
+    at = trip.moments()
+    at(moved_s).call("map_new")
+
+    def held(client):
+        answer = client.call("box", from_m=[3, 0, 1.8], to_m=[4, 1, 2.2])
+        status = client.call("map")["state"]
+        check((answer["state"] != "free") == status.startswith("held"), "%s, %s" % (answer, status))
+        check(answer["state"] == "free" or "jumped" in answer["reason"], str(answer))
+        return answer["state"] != "free"
+    for moment_s, wanted, what in zip(moments, (False, True, True, False, True, False, True), (
+            "where the vehicle is", "after a jump", "two positions of another origin are no way", "the position is back",
+            "a depth of another datum is no dive", "the depth is back", "another jump")):
+        check(held(at(moment_s)) == wanted, "%s: held is %s" % (what, not wanted))
+    client = at(moments[6])
+    check(client.call("map_new") and not held(client), "held, and the client says that it is the same place")
+    check(not held(at(moments[7])), "held, where the client said that it is")
+    client = at(moments[8])
+    check(held(client) and client.call("map_forget")["state"] != "held", "a second jump")
+    check("held" not in at(moments[9]).call("map")["state"], "held, and nothing is in it")
+    check("the pose jumped by" in bench.processes[-1].log(), bench.processes[-1].log())
+
+
+def farther_than_it_goes(bench):
+    """14 m within 1.2 s are a jump of a vehicle that goes 1 m/s, and none of one of which nobody says how fast it is."""
+    for vehicle, found in (({}, False), ({"max_speed": "1 m/s"}, True)):
+        conf(bench, vehicle)
+        trip = ping360(bench)
+        stay(trip, [2, 0, 2], 1)
+        trip.run(1.2)
+        trip.pose(position_m=[16, 0, 2], attitude_deg=[0, 0, 0])
+        client = trip.client()
+        check(client.call("map")["state"].startswith("held") == found, "a vehicle of %s: %s" % (vehicle, client.call("map")))
+        client.close()
+        bench.processes[-1].stop()
 
 
 def requests_and_parts(client):
@@ -382,4 +426,4 @@ def expect_refusal(client, method, params, why, code=None):
     raise Failed("%s %s is not refused" % (method, params))
 
 
-run([("map_" + f.__name__, f) for f in (basin, files, veil, surface, moves, same_file, exports)])
+run([("map_" + f.__name__, f) for f in (basin, files, jumps, farther_than_it_goes, veil, surface, moves, same_file, exports)])

@@ -74,6 +74,15 @@ def same_answers(bench):
         check(error.code == -32600 and "this is a replay" in str(error), "pose: %s" % error)
 
 
+def same_capture(bench):
+    """A voyage depends on nothing but the test: made twice, byte for byte the same."""
+    contents = []
+    for _ in range(2):
+        with open(sail(bench, pings=50)[0].end(), "rb") as f:
+            contents.append(f.read())
+    check(contents[0] == contents[1], "two voyages differ, of %d and %d bytes" % tuple(map(len, contents)))
+
+
 def jumps(bench):
     """Sent from moment to moment, back too, a replay is where a plain one is."""
     trip, _ = sail(bench)
@@ -113,4 +122,4 @@ def cut(bench):
     check(all(abs(k / trip.made - t / 10) < 0.1 for t, k in zip(range(3, 10), kept)), "pings of %d: %s" % (trip.made, kept))
 
 
-run([("record_" + f.__name__, f) for f in (same_answers, jumps, cut)])
+run([("record_" + f.__name__, f) for f in (same_answers, same_capture, jumps, cut)])
