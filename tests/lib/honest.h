@@ -13,13 +13,9 @@
 #ifndef SONARD_TEST_HONEST_H
 #define SONARD_TEST_HONEST_H
 
+#include "daemon_rig.h"
 #include "sanitized.h"
 #include "test.h"
-
-#include "config/conf.h"
-#include "core/fault.h"
-#include "daemon/methods/environment.h"
-#include "daemon/wiring.h"
 
 #include <stdarg.h>
 
@@ -139,7 +135,6 @@ static struct {
     double reach_m[2], hz, phase;
 } drift[THINGS]; /* to and fro; the first stays */
 static int n_things;
-static struct methods_env d;
 
 static double uniform(double lo, double hi)
 {
@@ -415,40 +410,6 @@ static void send_ping(int which, uint64_t t_ns, uint32_t number)
 }
 
 /* ---- asking ---- */
-
-/* As a client's line; the result, or null when it was refused. */
-static json_t *ask(const char *method, json_t *params)
-{
-    const struct rpc_call call = {.daemon = &d, .now_ns = loop_now(d.loop)};
-    json_t *request =
-        json_pack("{s:s, s:i, s:s, s:o}", "jsonrpc", "2.0", "id", 1, "method", method, "params", params);
-    char *line = json_dumps(request, JSON_COMPACT), *text = NULL;
-    struct rpc_job *job = rpc_begin(&call, line, strlen(line));
-    while (rpc_step(job, daemon_methods, &call))
-        ;
-    rpc_end(job, &text);
-    json_t *reply = json_loads(text, 0, NULL), *answer = json_incref(json_object_get(reply, "result"));
-    if (!answer) {
-        printf("%s\n%s\n", line, text);
-        test_case_failed = true;
-    }
-    json_decref(reply);
-    json_decref(request);
-    free(line);
-    free(text);
-    return answer;
-}
-
-static double number(const json_t *answer, const char *key)
-{
-    return json_number_value(json_object_get(answer, key));
-}
-
-static bool says(const json_t *answer, const char *state)
-{
-    const char *s = json_string_value(json_object_get(answer, "state"));
-    return s && strcmp(s, state) == 0;
-}
 
 enum question { CONE, CORRIDOR, SECTORS, NEAREST, COLLISION, LIMIT, FREE_TO, QUESTIONS };
 static const char *const names[] = {"cone",  "corridor", "sectors", "nearest", "time_to_collision",
@@ -877,39 +838,6 @@ static void ask_everything(uint64_t now_ns)
 
 /* ---- a run ---- */
 
-static bool start(void)
-{
-    struct pipeline_conf c;
-    struct conf_source *source;
-    struct pose_drift unseen;
-    struct fault fault = {""};
-    memset(&d, 0, sizeof d);
-    if (conf_load_text(&d.conf, &source, &(struct conf_text){"test", vehicle->conf, strlen(vehicle->conf)}, NULL,
-                       NULL, NULL) != 0)
-        return false;
-    conf_source_free(source);
-    d.replay = true;
-    d.loop = loop_new(true);
-    plan_make(&d.conf, &d.plan);
-    wiring_pipeline(&d.conf, &d.plan, true, &c);
-    c.threads = 0;
-    d.pipeline = pipeline_new(&c, &fault);
-    if (!d.pipeline)
-        printf("%s\n", fault.text);
-    memcpy(d.mount, c.mount, sizeof c.mount);
-    pose_log_init(&d.poses, (uint64_t)(d.conf.pose.max_age_s * 1e9));
-    pose_log_set_most(&d.poses, d.conf.vehicle.max_speed_mps, d.conf.vehicle.max_turn_radps);
-    wiring_drift(&d.conf, &unseen);
-    pose_log_set_drift(&d.poses, 0, &unseen);
-    return d.loop && d.pipeline;
-}
-
-static void end(void)
-{
-    pipeline_free(d.pipeline);
-    loop_free(d.loop);
-}
-
 static void run_world(void)
 {
     const uint64_t started_ns = 100 * SECOND, end_ns = started_ns + (uint64_t)(WORLD_S * 1e9);
@@ -980,14 +908,14 @@ static void run_with(const struct trial *t, int vehicles, int worlds)
     trial = t;
     for (int i = 0; i < worlds; i++) {
         vehicle = &t->vehicle[i % vehicles];
-        if (!start()) {
+        if (!rig_start(vehicle->conf)) {
             printf("cannot start\n");
             test_case_failed = true;
             return;
         }
         run_world();
         grow_old();
-        end();
+        rig_end();
     }
     tell();
     for (int q = 0; q < QUESTIONS; q++) {
