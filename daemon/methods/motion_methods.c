@@ -155,10 +155,13 @@ static const char *limit_reason(const struct methods_env *d, const struct moveme
     else if (l->by == LIMIT_BY_UNKNOWN)
         snprintf(why, sizeof why, "unknown beyond %.2f m%s: %s", fmax(0, at_m), place,
                  reason_cause(d, c->reason, cause));
-    else if (c->reason == ANSWER_HEARD)
+    else if (!l->unknown)
         snprintf(why, sizeof why, "free over the stopping distance of %.2f m", l->stop_m);
     else
-        snprintf(why, sizeof why, "unknown water is ignored: %s", reason_cause(d, c->reason, cause));
+        snprintf(why, sizeof why, "%s: %s",
+                 d->conf.vehicle.unknown == CONF_UNKNOWN_IGNORE ? "unknown water is ignored"
+                                                                : "slow enough for unknown water",
+                 reason_cause(d, c->reason, cause));
     return reason_with_drift(&m->now, why, l->by == LIMIT_BY_BLOCKED ? c->blocked_age_s : c->age_s, text);
 }
 

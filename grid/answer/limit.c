@@ -25,16 +25,18 @@ void limit_of(const struct limit_conf *conf, const struct corridor *corridor, do
     const double blocked =
         open ? asked_mps : fmin(asked_mps, limit_speed(conf->braking_mps2, t_s, corridor->blocked_m - front_m));
     double known = blocked;
-    if (corridor->reason != ANSWER_HEARD && conf->unknown != LIMIT_IGNORE)
+    if (corridor->reason != ANSWER_HEARD)
         known = fmin(blocked, limit_speed(conf->braking_mps2, t_s, corridor->known_m - front_m));
+    double allowed = conf->unknown == LIMIT_IGNORE ? blocked : known;
     if (conf->unknown == LIMIT_SLOW)
-        known = fmax(known, fmin(blocked, conf->slow_mps));
-    *out = (struct limit){.speed_mps = known,
-                          .by = known >= asked_mps ? LIMIT_BY_NOTHING
-                                : known < blocked  ? LIMIT_BY_UNKNOWN
-                                                   : LIMIT_BY_BLOCKED,
-                          .stop_m = way_to_stand(conf, known, 0),
-                          .stale_m = known * stale_s};
+        allowed = fmax(known, fmin(blocked, conf->slow_mps));
+    *out = (struct limit){.speed_mps = allowed,
+                          .by = allowed >= asked_mps ? LIMIT_BY_NOTHING
+                                : allowed < blocked  ? LIMIT_BY_UNKNOWN
+                                                     : LIMIT_BY_BLOCKED,
+                          .unknown = allowed > known,
+                          .stop_m = way_to_stand(conf, allowed, 0),
+                          .stale_m = allowed * stale_s};
 }
 
 double limit_drift_m(const struct limit_conf *conf, double across_mps, double stale_s)

@@ -38,6 +38,7 @@ enum limit_by { LIMIT_BY_NOTHING, LIMIT_BY_BLOCKED, LIMIT_BY_UNKNOWN };
 struct limit {
     double speed_mps; /* [0, asked] */
     enum limit_by by; /* what makes it less than asked */
+    bool unknown;     /* it stops in water that is not known to be free: the configuration allows that */
     double stop_m;    /* stopping distance from that speed */
     double stale_m;   /* and that it may have gone meanwhile without the picture knowing */
 };

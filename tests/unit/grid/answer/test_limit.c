@@ -571,6 +571,8 @@ TEST(it_stands_in_known_water_never_gives_more_and_is_monotone)
             CHECK(a.speed_mps == 0 || way <= c.known_m - c.front_m + 1e-9);
         if (conf.unknown == LIMIT_SLOW && c.reason != ANSWER_HEARD)
             CHECK(a.speed_mps <= conf.slow_mps || way <= c.known_m - c.front_m + 1e-9);
+        CHECK(a.unknown || c.reason == ANSWER_HEARD || a.speed_mps == 0 || way <= c.known_m - c.front_m + 1e-9);
+        CHECK(!a.unknown || (c.reason != ANSWER_HEARD && conf.unknown != LIMIT_STOP));
         c.blocked_m += uniform(0, 1);
         c.known_m += uniform(0, 1);
         limit_of(&conf, &c, asked, stale_s, &b);

@@ -1,0 +1,101 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * test_motion_methods - what `limit` gives as its reason where nothing limits: a level head that stands still and hears
+ * free water.
+ */
+#include "tests/lib/daemon_rig.h"
+
+#define SECOND     1000000000ull
+#define TURN_PINGS 144
+#define PING_NS    (SECOND / 25)
+#define RANGE_M    10.0
+
+/* A fan of 25 degrees is as high as the body 2 m away; nearer than that the water below is known by promise alone. */
+#define CONF(vehicle)                                                                                             \
+    "[sonar head]\ndevice = echolist\nport = can:can0\nrange = 10 m\n"                                            \
+    "[extract]\nminimum_range = 10 m\nno_echo = range\n"                                                          \
+    "[vehicle]\nradius = 0.3 m\nheight = 0.2 m\nmargin = 0.1 m\n" vehicle
+
+#define PROMISED "near = 2 m\n"
+
+static uint64_t t_ns;
+static uint32_t seq;
+
+static void send_ping(double post_m)
+{
+    struct ping *ping = pipeline_begin(d.pipeline);
+    const uint32_t at = seq++ % TURN_PINGS;
+    t_ns += PING_NS;
+    loop_advance(d.loop, t_ns);
+    ping->t_ns = ping->t_in_ns = t_ns;
+    ping->kind = PING_RANGES;
+    ping->seq = seq;
+    ping->flags = at == 0 ? PING_NEW_TURN : 0;
+    ping->n_beams = 1;
+    ping->n_bins = 1000;
+    ping->dr_m = (float)(RANGE_M / 1000);
+    ping->az_aperture_rad = (float)geo_rad(3);
+    ping->el_aperture_rad = (float)geo_rad(25);
+    ping->beam[0] = (struct ping_beam){.az_rad = (float)(at * GEO_TURN / TURN_PINGS),
+                                       .range_m = at == 0 ? (float)post_m : 0,
+                                       .range_sd_m = 0.01f,
+                                       .confidence = 0.95f};
+    pipeline_submit(d.pipeline, ping);
+}
+
+/* Two turns of the head, and the bow once more; post_m: range of what stands ahead, 0: nothing. */
+static bool begin(const char *conf, double post_m)
+{
+    seq = 0;
+    t_ns = 100 * SECOND;
+    if (!rig_start(conf))
+        return false;
+    for (int i = 0; i <= 2 * TURN_PINGS; i++)
+        send_ping(post_m);
+    return true;
+}
+
+static json_t *limit(double ahead_mps, double down_mps)
+{
+    return ask("limit", json_pack("{s:[f, f, f]}", "velocity_mps", ahead_mps, 0.0, down_mps));
+}
+
+TEST(the_reason_of_limit_is_what_the_configuration_makes_of_unknown_water)
+{
+    /* At 0.4 m/s it stops within 0.6 m. Nobody has heard the far end of what may count after clear_for, or downwards. */
+    static const struct {
+        const char *conf;
+        double ahead_mps, down_mps;
+        const char *by, *reason;
+    } row[] = {
+        {CONF(PROMISED "unknown = stop\n"), 0.4, 0, "nothing", "free over the stopping distance of 0.60 m"},
+        {CONF(PROMISED "unknown = slow\n"), 0.4, 0, "nothing", "free over the stopping distance of 0.60 m"},
+        {CONF(PROMISED "unknown = ignore\n"), 0.4, 0, "nothing", "free over the stopping distance of 0.60 m"},
+        {CONF("unknown = stop\n"), 0, 0.05, "unknown", "unknown beyond "},
+        {CONF("unknown = slow\n"), 0, 0.4, "unknown", "unknown beyond "},
+        {CONF("unknown = slow\n"), 0, 0.05, "nothing", "slow enough for unknown water: never observed"},
+        {CONF("unknown = ignore\n"), 0, 0.4, "nothing", "unknown water is ignored: never observed"},
+    };
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        if (!begin(row[i].conf, 0)) {
+            CHECK(false);
+            return;
+        }
+        json_t *a = limit(row[i].ahead_mps, row[i].down_mps);
+        const char *by = json_string_value(json_object_get(a, "limited_by")),
+                   *reason = json_string_value(json_object_get(a, "reason"));
+        if (!by || !reason || strcmp(by, row[i].by) != 0 ||
+            strncmp(reason, row[i].reason, strlen(row[i].reason)) != 0) {
+            printf("row %zu: by %s: %s\n", i, by, reason);
+            test_case_failed = true;
+        }
+        json_decref(a);
+        rig_end();
+    }
+}
+
+int main(void)
+{
+    RUN(the_reason_of_limit_is_what_the_configuration_makes_of_unknown_water);
+    return test_end();
+}
