@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * test_motion_methods - what `limit` gives as its reason where nothing limits: a level head that stands still and hears
- * free water.
+ * test_motion_methods - what `limit` gives as its reason where nothing limits, and that an echo nearer than `near`
+ * blocks whatever is asked: a level head that stands still and hears free water, or one post.
  */
 #include "tests/lib/daemon_rig.h"
 
@@ -94,8 +94,44 @@ TEST(the_reason_of_limit_is_what_the_configuration_makes_of_unknown_water)
     }
 }
 
+/* `near` promises that nothing stands there unheard; what was heard there is an obstacle. */
+TEST(a_post_nearer_than_near_blocks_every_answer)
+{
+    static const double post_m[] = {0.35, 1, 1.9};
+    for (size_t i = 0; i < sizeof post_m / sizeof post_m[0]; i++) {
+        if (!begin(CONF(PROMISED "unknown = ignore\n"), post_m[i])) {
+            CHECK(false);
+            return;
+        }
+        json_t *a = limit(0.8, 0);
+        CHECK_STR(json_string_value(json_object_get(a, "limited_by")), "blocked");
+        CHECK_NEAR(number(a, "blocked_m"), post_m[i] - 0.4, 0, 0.1);
+        json_decref(a);
+        a = ask("time_to_collision",
+                json_pack("{s:[f, f, f], s:f}", "velocity_mps", 0.5, 0.0, 0.0, "ahead_s", 5.0));
+        CHECK(says(a, "blocked"));
+        json_decref(a);
+        a = ask("nearest", json_pack("{s:[f, f]}", "elevation_deg", -5.0, 5.0));
+        CHECK(says(a, "blocked"));
+        CHECK_NEAR(number(a, "range_m"), post_m[i], 0, 0.1);
+        json_decref(a);
+        a = ask("blocked", json_pack("{s:f, s:f, s:f}", "azimuth_deg", 0.0, "distance_m", 3.0, "radius_m", 0.3));
+        CHECK(says(a, "blocked"));
+        json_decref(a);
+        a = ask("blocked",
+                json_pack("{s:f, s:f, s:f}", "azimuth_deg", 0.0, "distance_m", 3.0, "half_angle_deg", 2.0));
+        CHECK(says(a, "blocked"));
+        json_decref(a);
+        a = ask("sectors", json_pack("{s:i, s:f}", "count", 8, "distance_m", 3.0));
+        CHECK(says(json_array_get(json_object_get(a, "sectors"), 0), "blocked"));
+        json_decref(a);
+        rig_end();
+    }
+}
+
 int main(void)
 {
     RUN(the_reason_of_limit_is_what_the_configuration_makes_of_unknown_water);
+    RUN(a_post_nearer_than_near_blocks_every_answer);
     return test_end();
 }
