@@ -4,12 +4,15 @@
 import os
 import socket
 
-from lib import ALL, Client, RpcError, Skipped, check, run
+from lib import ALL, SCHEMAS, Client, RpcError, Skipped, check, run
 
-CHANGES = ("pose", "grid_lock", "background_learn", "background_stop", "background_save",
+# All methods, written out: what the table of methods says is not taken for true here.
+CHANGES = ("pose", "pose_withdraw", "grid_lock", "background_learn", "background_stop", "background_save",
            "background_load", "background_forget", "map_new", "map_forget", "map_save", "map_load", "map_export", "map_move",
            "reload", "replay")
-ASKS = ("version", "status", "sectors", "blocked", "background", "map")
+ASKS = ("version", "status", "stats", "sensors", "plan", "sectors", "blocked", "explain", "nearest", "limit",
+        "time_to_collision", "clusters", "next_look", "grid_list", "grid_cells", "image", "background", "map", "map_slice",
+        "map_submaps", "surface", "point", "box", "path", "watch", "unwatch")
 FORBIDDEN = -32001
 
 
@@ -104,6 +107,13 @@ def not_watched(bench):
             check(False, "%s is watched" % method)
 
 
+def every_method(bench):
+    """A new method stands in one of the two lists above, so that somebody has thought about its right."""
+    del bench
+    check(set(CHANGES) | set(ASKS) == set(SCHEMAS.methods()) and not set(CHANGES) & set(ASKS),
+          "in one of the lists alone: %s" % sorted((set(CHANGES) | set(ASKS)) ^ set(SCHEMAS.methods())))
+
+
 run([
     ("rights_default", lambda bench: other_users(bench, None, (4711, 4712, (), False), (4711, 0, (), True),
                                                  (4711, 4712, (0,), True))),
@@ -114,4 +124,5 @@ run([
     ("rights_all", lambda bench: other_users(bench, "all", (4711, 4712, (), True))),
     ("rights_unknown_name", unknown_name),
     ("rights_watch", not_watched),
+    ("rights_every_method", every_method),
 ], gate=ALL)
