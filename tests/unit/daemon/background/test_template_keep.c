@@ -66,12 +66,22 @@ static void end(void)
         unlink(path[i]);
 }
 
+/* Without that nothing of what follows can be tested. */
+static void await_question(void)
+{
+    bool came = false;
+    WAIT_UNTIL((came = sem_trywait(&asked) == 0));
+    if (!came) {
+        printf("FAIL nobody asks the disk to confirm\n");
+        exit(1);
+    }
+}
+
 /* The file, then its folder. */
 static void confirm_file(void)
 {
     for (int i = 0; i < 2; i++) {
-        while (sem_wait(&asked) != 0) {
-        }
+        await_question();
         sem_post(&confirmed);
     }
 }
@@ -150,8 +160,7 @@ TEST(a_file_under_way_keeps_its_name)
     struct template_wait saving;
     begin();
     template_keep_ask(&keep, 0, TEMPLATE_TO_FILE, &saving);
-    while (sem_wait(&asked) != 0) {
-    }
+    await_question();
     snprintf(conf.sonar[0].background, sizeof conf.sonar[0].background, "%s", path[1]);
     sem_post(&asked);
     confirm_file();
