@@ -1,8 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * test_pipeline - the same pings through 0, 1 and 2 threads give the same picture, bit for bit; under overload a live
- * pipeline drops the oldest, counts them and goes on; readers see whole entries while it writes.
+ * pipeline drops the oldest, counts them by their sonar and goes on; readers see whole entries while it writes.
  */
+#include "tests/lib/held_owner.h"
+#include "tests/lib/patience.h"
 #include "tests/lib/test.h"
 
 #include <pthread.h>
@@ -11,6 +13,7 @@
 
 #include "core/fault.h"
 #include "daemon/pipeline/pipeline.h"
+#include "daemon/pipeline/pipeline_state.h"
 
 static struct pipeline *make(int threads, bool patient, uint32_t queue)
 {
@@ -21,8 +24,8 @@ static struct pipeline *make(int threads, bool patient, uint32_t queue)
         .max_beams = 1,
         .max_samples = 1200,
         .max_bins = 1200,
-        .n_sensors = 1,
-        .mount = {mount_identity},
+        .n_sensors = 2,
+        .mount = {mount_identity, mount_identity},
         .grid.sphere = {.angular_step_rad = geo_rad(2),
                         .layers = {.r_max_m = 30, .dr_m = 0.05, .n_const = 29, .growth = 1.035},
                         .max_cells = 20000,
@@ -30,7 +33,8 @@ static struct pipeline *make(int threads, bool patient, uint32_t queue)
                         .blocked_above = 0.6,
                         .recentre_m = 0.1}};
     struct fault fault;
-    extract_defaults(&c.extract[0]);
+    for (int i = 0; i < c.n_sensors; i++)
+        extract_defaults(&c.extract[i]);
     struct pipeline *p = pipeline_new(&c, &fault);
     if (!p) {
         printf("%s\n", fault.text);
@@ -39,29 +43,34 @@ static struct pipeline *make(int threads, bool patient, uint32_t queue)
     return p;
 }
 
-/* Noise with a wall of 0.2 m at a range that changes with the angle. */
+/* The ping after `before` others: noise with a wall of 0.2 m at a range that changes with the angle. */
+static void send(struct pipeline *p, uint64_t *seed, uint16_t sensor, uint32_t before)
+{
+    struct ping *ping = pipeline_begin(p);
+    uint8_t *v = ping->samples;
+    uint32_t wall = 300 + (uint32_t)(test_random(seed) % 600);
+    for (uint32_t b = 0; b < 1200; b++)
+        v[b] = b < 20 ? 255 : (uint8_t)(test_random(seed) % 16 + (b >= wall && b < wall + 20 ? 180 : 0));
+    ping->t_ns = ping->t_in_ns = 1000000000ull + before * 20000000ull;
+    ping->seq = before + 1;
+    ping->sensor = sensor;
+    ping->sample_bytes = 1;
+    ping->n_beams = 1;
+    ping->n_bins = 1200;
+    ping->dr_m = 0.01f;
+    ping->pulse_m = 0.03f;
+    ping->az_aperture_rad = (float)geo_rad(2);
+    ping->el_aperture_rad = (float)geo_rad(25);
+    ping->head_units = before % 400;
+    ping->head_turn = 400;
+    ping->beam[0] = (struct ping_beam){.az_rad = (float)geo_rad(before % 400 * 0.9)};
+    pipeline_submit(p, ping);
+}
+
 static void feed(struct pipeline *p, uint64_t *seed, uint32_t n)
 {
-    for (uint32_t i = 0; i < n; i++) {
-        struct ping *ping = pipeline_begin(p);
-        uint8_t *v = ping->samples;
-        uint32_t wall = 300 + (uint32_t)(test_random(seed) % 600);
-        for (uint32_t b = 0; b < 1200; b++)
-            v[b] = b < 20 ? 255 : (uint8_t)(test_random(seed) % 16 + (b >= wall && b < wall + 20 ? 180 : 0));
-        ping->t_ns = ping->t_in_ns = 1000000000ull + i * 20000000ull;
-        ping->seq = i + 1;
-        ping->sample_bytes = 1;
-        ping->n_beams = 1;
-        ping->n_bins = 1200;
-        ping->dr_m = 0.01f;
-        ping->pulse_m = 0.03f;
-        ping->az_aperture_rad = (float)geo_rad(2);
-        ping->el_aperture_rad = (float)geo_rad(25);
-        ping->head_units = i % 400;
-        ping->head_turn = 400;
-        ping->beam[0] = (struct ping_beam){.az_rad = (float)geo_rad(i % 400 * 0.9)};
-        pipeline_submit(p, ping);
-    }
+    for (uint32_t i = 0; i < n; i++)
+        send(p, seed, 0, i);
 }
 
 TEST(any_number_of_threads_gives_the_same_picture)
@@ -107,6 +116,33 @@ TEST(overload_drops_the_oldest_and_counts_them)
         CHECK_INT(frame.t_ping_ns,
                   1000000000ull + 2999 * 20000000ull); /* the newest is never the one that is lost */
         printf("# %d threads: %llu of 3000 dropped\n", threads, (unsigned long long)s.dropped[0]);
+        pipeline_free(p);
+    }
+}
+
+/* The maps' owner is busy. As much of one sonar as there is room for waits for it: pings where one thread does all,
+ * echoes where another one extracts. The other sonar's then take the place of them. */
+TEST(what_is_dropped_counts_for_its_own_sonar)
+{
+    for (int threads = 1; threads <= 2; threads++) {
+        static struct hold hold;
+        uint64_t seed = 7;
+        struct pipeline *p = make(threads, false, 2);
+        const uint32_t room = p->n_buffers;
+        struct pipeline_stats s;
+        hold_owner(&hold, p);
+        for (uint32_t i = 0; i < 2 * room; i++) {
+            send(p, &seed, i < room, i);
+            WAIT_UNTIL(threads == 1 || ring_count(&p->pings.idle) == room); /* extracted */
+        }
+        pipeline_stats(p, &s);
+        CHECK_INT(s.dropped[1], room);
+        CHECK_INT(s.dropped[0], 0);
+        sem_post(&hold.go);
+        pipeline_drain(p);
+        pipeline_stats(p, &s);
+        CHECK_INT(s.finished, 2 * room);
+        CHECK_INT(s.dropped[0] + s.dropped[1], room);
         pipeline_free(p);
     }
 }
@@ -176,6 +212,7 @@ int main(void)
 {
     RUN(any_number_of_threads_gives_the_same_picture);
     RUN(overload_drops_the_oldest_and_counts_them);
+    RUN(what_is_dropped_counts_for_its_own_sonar);
     RUN(readers_see_whole_entries_while_the_maps_write);
     RUN(the_longest_queue_loses_no_buffer);
     RUN(it_ends_while_pings_wait);
