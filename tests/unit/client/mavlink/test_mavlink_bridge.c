@@ -313,6 +313,27 @@ TEST(what_was_stuck_for_seconds_on_its_way_is_refused)
     CHECK(!mavlink_vehicle_pose(&v, START + 6 * S, &pose));
 }
 
+/* Nothing of the first autopilot is left: not its clock, by which the second one's samples would be a minute old, nor
+ * its place. */
+TEST(another_autopilot_brings_its_own_clock)
+{
+    struct mavlink_vehicle v = vehicle_at_start(1013);
+    const struct mavlink_local_position_ned place = {.time_boot_ms = 100020, .x = 1};
+    const struct mavlink_attitude level = {.time_boot_ms = 100100};
+    const uint64_t later_ns = START + 60 * S;
+    struct mavlink_pose pose;
+
+    give_attitude(&v, 0, 0, 0, 0);
+    CHECK(mavlink_vehicle_pose(&v, START, &pose));
+    CHECK(give(&v, 7, 1, MAVLINK_LOCAL_POSITION_NED, &place, START + 20 * MS));
+    CHECK(give(&v, 9, 1, MAVLINK_HEARTBEAT, &submarine, later_ns));
+    CHECK(give(&v, 9, 1, MAVLINK_ATTITUDE, &level, later_ns));
+    CHECK_INT(v.refused, 0);
+    CHECK(mavlink_vehicle_pose(&v, later_ns, &pose));
+    CHECK_INT(pose.t_ns, later_ns);
+    CHECK_INT(pose.has, MAVLINK_POSE_ATTITUDE);
+}
+
 TEST(at_most_fifty_poses_a_second)
 {
     uint64_t random = test_seed();
@@ -877,6 +898,7 @@ int main(void)
     RUN(depth_follows_from_pressure);
     RUN(values_that_cannot_be_are_refused);
     RUN(what_was_stuck_for_seconds_on_its_way_is_refused);
+    RUN(another_autopilot_brings_its_own_clock);
     RUN(at_most_fifty_poses_a_second);
     RUN(a_second_message_of_the_same_time_is_no_second_pose);
     RUN(every_field_of_the_distances);
