@@ -763,4 +763,5 @@ def command_line(bench):
 
 
 run([("web_" + f.__name__, f) for f in (answers, only_questions, settings, settings_in_a_flood, settings_lost, replays, settings_of_strangers, who_may_ask, no_paths, hostile, metrics, openapi, live, slow, crowd, foxglove,
-                                        recovers, silent_daemon, command_line)])
+                                        recovers, silent_daemon, command_line)],
+    gate=("web_only_questions", "web_settings_of_strangers", "web_who_may_ask", "web_no_paths", "web_openapi", "web_command_line"))
