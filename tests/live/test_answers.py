@@ -3,6 +3,8 @@
 """Answers of a running daemon, its counters and latencies. tests/voyage/test_answers.py asks about moving."""
 import json
 import re
+import socket
+import threading
 
 from lib import SONARD, RpcError, check, pings_until, run, until
 from made_capture import MadeCapture
@@ -122,5 +124,34 @@ def unmeasured(bench):
     check(" 0 times" not in bench.sonarctl("stats").stdout, bench.sonarctl("stats").stdout)
 
 
-cases = [("answers_" + f.__name__, f) for f in (poses, stats, ray, doubted, radians, unmeasured)]
-run(cases, parallel=4, gate=("answers_ray", "answers_radians", "answers_unmeasured"))
+def says(listener, states):
+    """A daemon for one client after the other, each of which asks once and is told the next state."""
+    for state in states:
+        made = listener.accept()[0]
+        with made, made.makefile("rw", encoding="utf-8") as lines:
+            asked = json.loads(lines.readline())
+            lines.write(json.dumps({"jsonrpc": "2.0", "id": asked["id"], "result": {"state": state}}) + "\n")
+            lines.flush()
+            lines.read()  # until it has left
+
+
+def exit_status(bench):
+    """A script that goes on `sonarctl blocked ... && go` goes where it is clear alone; what nobody knows is not."""
+    direction, way = ("blocked", "0", "--distance", "3"), ("path", "0,0,2", "3,0,2", "--radius", "0.5")
+    rows = [(direction, "clear", 0), (direction, "blocked", 1), (direction, "unknown", 2), (direction, "nonsense", 2)]
+    for command in (way, ("point", "0,0,2"), ("box", "0,0,2", "1,1,3")):
+        rows += [(command, "free", 0), (command, "occupied", 1), (command, "unknown", 2), (command, "clear", 2)]
+    with socket.socket(socket.AF_UNIX) as listener:
+        listener.bind(bench.socket_path)
+        listener.listen()
+        daemon = threading.Thread(target=says, args=(listener, [state for _, state, _ in rows]), daemon=True)
+        daemon.start()
+        for command, state, status in rows:
+            out = bench.sonarctl("--timeout", "600", *command)
+            check(out.returncode == status, "%s, %s: %d %s" % (command, state, out.returncode, out.stderr))
+        daemon.join(60)
+        check(not daemon.is_alive(), "it asks less often than it is called")
+
+
+cases = [("answers_" + f.__name__, f) for f in (poses, stats, ray, doubted, radians, unmeasured, exit_status)]
+run(cases, parallel=4, gate=("answers_ray", "answers_radians", "answers_unmeasured", "answers_exit_status"))
