@@ -121,6 +121,31 @@ TEST(joined_tables_know_what_both_knew)
     }
 }
 
+/* Of cubes that do not meet in the table no echo is added that nobody heard: it would make water unknown for good. */
+TEST(joined_counts_add_up)
+{
+    static const struct {
+        int own, others; /* -1: nothing was forgotten there */
+        uint32_t want;
+    } row[] = {{3, 4, 7}, {0, 0, 0}, {0, 2, 2}, {2, 0, 2}, {5, -1, 5}, {-1, 5, 5}, {-1, 0, 0}, {200, 100, 254}};
+    struct residual v = residual_new(1u << 16), other = residual_new(1u << 16);
+    for (int i = 0; i < 8; i++) {
+        const int64_t cube[3] = {i, 2, 3};
+        if (row[i].own >= 0)
+            residual_add(&v, cube, (uint32_t)row[i].own, 1);
+        if (row[i].others >= 0)
+            residual_add(&other, cube, (uint32_t)row[i].others, 1);
+    }
+    residual_join(&v, other.count, other.n);
+    for (int i = 0; i < 8; i++) {
+        bool known;
+        CHECK_INT(residual_echoes(&v, (const int64_t[3]){RESIDUAL_CUBE * i, 16, 24}, &known), row[i].want);
+        CHECK(known);
+    }
+    residual_free(&v);
+    residual_free(&other);
+}
+
 TEST(the_table_grows_with_the_map)
 {
     CHECK_INT(residual_cells(0), 1u << 12);
@@ -135,6 +160,7 @@ int main(void)
     RUN(counts_stop_at_254);
     RUN(ageing_halves_and_leaves_one);
     RUN(joined_tables_know_what_both_knew);
+    RUN(joined_counts_add_up);
     RUN(the_table_grows_with_the_map);
     return test_end();
 }
