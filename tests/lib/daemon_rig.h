@@ -26,6 +26,7 @@ static inline bool rig_start(const char *conf)
     if (conf_load_text(&d.conf, &source, &(struct conf_text){"test", conf, strlen(conf)}, NULL, NULL, NULL) != 0)
         return false;
     conf_source_free(source);
+    d.conf_name = "test";
     d.replay = true;
     d.loop = loop_new(true);
     plan_make(&d.conf, &d.plan);
@@ -46,6 +47,33 @@ static inline void rig_end(void)
 {
     pipeline_free(d.pipeline);
     loop_free(d.loop);
+}
+
+/* A ping of one beam, which picks the range of what it hears: 0, nothing within 10 m. */
+struct rig_ping {
+    uint64_t t_ns;
+    uint32_t seq;
+    bool new_turn;
+    double az_rad, wide_deg, high_deg, range_m;
+};
+
+static inline void rig_send(const struct rig_ping *p)
+{
+    struct ping *ping = pipeline_begin(d.pipeline);
+    loop_advance(d.loop, p->t_ns);
+    ping->t_ns = ping->t_in_ns = p->t_ns;
+    ping->kind = PING_RANGES;
+    ping->seq = p->seq;
+    ping->flags = p->new_turn ? PING_NEW_TURN : 0;
+    ping->n_beams = 1;
+    ping->n_bins = 1000;
+    ping->dr_m = 0.01f;
+    ping->az_aperture_rad = (float)geo_rad(p->wide_deg);
+    ping->el_aperture_rad = (float)geo_rad(p->high_deg);
+    ping->beam[0] = (struct ping_beam){
+        .az_rad = (float)p->az_rad, .range_m = (float)p->range_m, .range_sd_m = 0.01f, .confidence = 0.95f};
+    pose_log_at(&d.poses, p->t_ns, &ping->pose);
+    pipeline_submit(d.pipeline, ping);
 }
 
 /* As a client's line; the result, or null when it was refused. */

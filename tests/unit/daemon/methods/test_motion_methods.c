@@ -8,7 +8,6 @@
 #define SECOND     1000000000ull
 #define TURN_PINGS 144
 #define PING_NS    (SECOND / 25)
-#define RANGE_M    10.0
 
 /* A fan of 25 degrees is as high as the body 2 m away; nearer than that the water below is known by promise alone. */
 #define CONF(vehicle)                                                                                             \
@@ -18,40 +17,21 @@
 
 #define PROMISED "near = 2 m\n"
 
-static uint64_t t_ns;
-static uint32_t seq;
-
-static void send_ping(double post_m)
-{
-    struct ping *ping = pipeline_begin(d.pipeline);
-    const uint32_t at = seq++ % TURN_PINGS;
-    t_ns += PING_NS;
-    loop_advance(d.loop, t_ns);
-    ping->t_ns = ping->t_in_ns = t_ns;
-    ping->kind = PING_RANGES;
-    ping->seq = seq;
-    ping->flags = at == 0 ? PING_NEW_TURN : 0;
-    ping->n_beams = 1;
-    ping->n_bins = 1000;
-    ping->dr_m = (float)(RANGE_M / 1000);
-    ping->az_aperture_rad = (float)geo_rad(3);
-    ping->el_aperture_rad = (float)geo_rad(25);
-    ping->beam[0] = (struct ping_beam){.az_rad = (float)(at * GEO_TURN / TURN_PINGS),
-                                       .range_m = at == 0 ? (float)post_m : 0,
-                                       .range_sd_m = 0.01f,
-                                       .confidence = 0.95f};
-    pipeline_submit(d.pipeline, ping);
-}
-
 /* Two turns of the head, and the bow once more; post_m: range of what stands ahead, 0: nothing. */
 static bool begin(const char *conf, double post_m)
 {
-    seq = 0;
-    t_ns = 100 * SECOND;
     if (!rig_start(conf))
         return false;
-    for (int i = 0; i <= 2 * TURN_PINGS; i++)
-        send_ping(post_m);
+    for (uint32_t i = 0; i <= 2 * TURN_PINGS; i++) {
+        const uint32_t at = i % TURN_PINGS;
+        rig_send(&(struct rig_ping){.t_ns = 100 * SECOND + i * PING_NS,
+                                    .seq = i + 1,
+                                    .new_turn = at == 0,
+                                    .az_rad = at * GEO_TURN / TURN_PINGS,
+                                    .wide_deg = 3,
+                                    .high_deg = 25,
+                                    .range_m = at == 0 ? post_m : 0});
+    }
     return true;
 }
 

@@ -1,13 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * test_where_methods - a place of the vehicle's axes is free where all of the water is in which it may lie: the pose
- * is some time old, and the vehicle may have gone on and turned since.
+ * is some time old, and the vehicle may have gone on and turned since. And a slice shows the free water where it is.
  */
 #include "tests/lib/daemon_rig.h"
 
-#define SECOND  1000000000ull
-#define RANGE_M 10.0
-#define PINGS   20
+#define SECOND 1000000000ull
+#define PINGS  20
 
 /* Goes 0.01 m/s and turns 20 degrees a second at most. */
 #define CONF                                                                                                      \
@@ -29,22 +28,7 @@ static void tell_pose(double heading_deg)
     CHECK(pose_log_put(&d.poses, &pose));
 }
 
-/* Free water in a beam that is 10 degrees wide and high, ahead. */
-static void send_ping(uint32_t seq)
-{
-    struct ping *ping = pipeline_begin(d.pipeline);
-    ping->t_ns = ping->t_in_ns = t_ns;
-    ping->kind = PING_RANGES;
-    ping->seq = seq;
-    ping->n_beams = 1;
-    ping->n_bins = 1000;
-    ping->dr_m = (float)(RANGE_M / 1000);
-    ping->az_aperture_rad = ping->el_aperture_rad = (float)geo_rad(10);
-    ping->beam[0] = (struct ping_beam){.range_sd_m = 0.01f, .confidence = 0.95f};
-    pose_log_at(&d.poses, t_ns, &ping->pose);
-    pipeline_submit(d.pipeline, ping);
-}
-
+/* Has heard free water in a beam that is 10 degrees wide and high, ahead. */
 static bool begin(void)
 {
     t_ns = 100 * SECOND;
@@ -54,7 +38,7 @@ static bool begin(void)
         t_ns += SECOND / 10;
         loop_advance(d.loop, t_ns);
         tell_pose(0);
-        send_ping(i);
+        rig_send(&(struct rig_ping){.t_ns = t_ns, .seq = i + 1, .wide_deg = 10, .high_deg = 10});
     }
     return true;
 }
@@ -110,9 +94,40 @@ TEST(places_turn_with_the_vehicle)
     rig_end();
 }
 
+/* A wedge to the north of the vehicle, 10 m long, 1.8 m wide at its end: free there, and nowhere else. Cells of one
+ * voxel, and of four. */
+TEST(a_slice_lies_where_it_says)
+{
+    if (!begin()) {
+        CHECK(false);
+        return;
+    }
+    for (int wanted = 160; wanted >= 100; wanted -= 60) {
+        json_t *a = ask("map_slice", json_pack("{s:f, s:i}", "size_m", 26.0, "cells", wanted)), *row;
+        const double step_m = number(a, "step_m");
+        size_t i, n_free = 0, astray = 0;
+        json_array_foreach(json_object_get(a, "rows"), i, row)
+        {
+            const char *cells = json_string_value(row);
+            const double north_m = number(a, "north_m") - (double)i * step_m - place_m[0];
+            for (const char *c = cells; *c; c++) {
+                const double east_m = number(a, "east_m") + (double)(c - cells) * step_m - place_m[1];
+                n_free += *c == '.';
+                astray += *c == '.' && !(north_m > 0 && north_m < 10.1 && fabs(east_m) < 0.1 * north_m + step_m);
+            }
+        }
+        CHECK(n_free > (wanted == 160 ? 60 : 10));
+        CHECK_INT(astray, 0);
+        CHECK_NEAR(number(a, "depth_m"), place_m[2], 0, 0.1001);
+        json_decref(a);
+    }
+    rig_end();
+}
+
 int main(void)
 {
     RUN(a_place_far_off_is_less_sure_the_more_the_vehicle_may_have_turned);
     RUN(places_turn_with_the_vehicle);
+    RUN(a_slice_lies_where_it_says);
     return test_end();
 }
