@@ -159,6 +159,7 @@ unit_obj  = $(foreach u,$(UNIT_SRC),$(if $(filter $(1),$(notdir $(u:.c=))),$(BUI
 $(UNIT): $(BUILD)/tests/%: $$(call unit_obj,$$*) $(ALL_A) $(BUILD)/link.stamp
 	$(link)
 $(BUILD)/tests/test_template: private LDFLAGS += -Wl,--wrap=malloc,--wrap=calloc
+$(BUILD)/tests/test_query_context: private LDFLAGS += -Wl,--wrap=source_stats
 $(BUILD)/tests/test_sim_program: | $(BUILD)/tests/ping360_sim
 $(CORPUS): $(BUILD)/tests/corpus_%: $(BUILD)/tests/fuzz/fuzz_%.o $(BUILD)/tests/fuzz/corpus.o $(ALL_A) $(BUILD)/link.stamp
 	$(link)

@@ -36,6 +36,8 @@ SWAPS = {  # as clang-format sets them: a binary operator has a space on either 
                    "&": ["|"], "|": ["&"], "|=": ["&="], "&=": ["|="]},
     "logical": {"&&": ["||"], "||": ["&&"]},
 }
+WRAPPED = {"test_template.c": ["-Wl,--wrap=malloc,--wrap=calloc"],  # as the Makefile has it
+           "test_query_context.c": ["-Wl,--wrap=source_stats"]}
 FUNCTIONS = {"fmin": "fmax", "fmax": "fmin", "fminf": "fmaxf", "fmaxf": "fminf", "sin": "cos", "cos": "sin",
              "floor": "ceil", "ceil": "floor", "lesser": "greater", "greater": "lesser"}
 NUMBER = re.compile(r"(?<![\w.])(\d+\.\d+|\d+)(e-?\d+)?([uUlLfF]*)(?![\w.])")
@@ -163,7 +165,7 @@ class Bench:
         return mutant == self.original[path]
 
     def link(self, source, first, out, *more):
-        wrap = ["-Wl,--wrap=malloc,--wrap=calloc"] if source.endswith("/test_template.c") else []
+        wrap = WRAPPED.get(os.path.basename(source), [])
         return subprocess.run(words("MUTANTS_LINK") + wrap + list(more) + ["-o", out] + first + [self.tests[source]] +
                               self.archives + words("MUTANTS_LIBS"), capture_output=True, text=True, check=False)
 
