@@ -54,6 +54,7 @@ struct rig_ping {
     uint64_t t_ns;
     uint32_t seq;
     bool new_turn;
+    uint32_t head_units, head_turn; /* 0: no head that turns */
     double az_rad, wide_deg, high_deg, range_m;
 };
 
@@ -65,6 +66,8 @@ static inline void rig_send(const struct rig_ping *p)
     ping->kind = PING_RANGES;
     ping->seq = p->seq;
     ping->flags = p->new_turn ? PING_NEW_TURN : 0;
+    ping->head_units = p->head_units;
+    ping->head_turn = p->head_turn;
     ping->n_beams = 1;
     ping->n_bins = 1000;
     ping->dr_m = 0.01f;
