@@ -36,6 +36,7 @@ static inline bool rig_start(const char *conf)
     if (!d.pipeline)
         printf("%s\n", fault.text);
     memcpy(d.mount, c.mount, sizeof c.mount);
+    d.map_service.env = (struct map_service_env){.loop = d.loop, .pipeline = d.pipeline, .conf = &d.conf};
     pose_log_init(&d.poses, (uint64_t)(d.conf.pose.max_age_s * 1e9));
     pose_log_set_most(&d.poses, d.conf.vehicle.max_speed_mps, d.conf.vehicle.max_turn_radps);
     wiring_drift(&d.conf, &unseen);

@@ -42,7 +42,7 @@ static json_t *limit(double ahead_mps, double down_mps)
 
 TEST(the_reason_of_limit_is_what_the_configuration_makes_of_unknown_water)
 {
-    /* At 0.4 m/s it stops within 0.6 m. Nobody has heard the far end of what may count after clear_for, or downwards. */
+    /* At 0.4 m/s it stops within 0.6 m. Nobody has heard how far it may go within clear_for, nor downwards. */
     static const struct {
         const char *conf;
         double ahead_mps, down_mps;

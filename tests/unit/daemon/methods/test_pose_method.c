@@ -1,0 +1,75 @@
+/* SPDX-License-Identifier: MIT */
+/* test_pose_method - what a client tells with `pose` is what the log then has: angles, places and speeds. */
+#include "tests/lib/daemon_rig.h"
+
+#define SECOND 1000000000ull
+
+/* No sonar is asked here. */
+#define CONF "[sonar head]\ndevice = echolist\nport = can:can0\nrange = 10 m\n"
+
+static struct pose told(json_t *params)
+{
+    struct pose pose = pose_identity;
+    d.replay = false; /* where poses come from the capture */
+    json_decref(ask("pose", params));
+    CHECK(pose_log_at(&d.poses, loop_now(d.loop), &pose));
+    return pose;
+}
+
+/* A direction of the vehicle's, in NED. */
+static void check_axis(const struct pose *pose, const double body[3], double north, double east, double down)
+{
+    double v[3];
+    quat_rotate(pose->attitude, body, v);
+    CHECK_NEAR(v[0], north, 0, 1e-9);
+    CHECK_NEAR(v[1], east, 0, 1e-9);
+    CHECK_NEAR(v[2], down, 0, 1e-9);
+}
+
+static const double forward[3] = {1, 0, 0}, right[3] = {0, 1, 0}, down[3] = {0, 0, 1};
+
+TEST(angles_are_roll_pitch_and_heading_in_degrees)
+{
+    const double s = sin(geo_rad(20)), c = cos(geo_rad(20));
+    CHECK(rig_start(CONF));
+    loop_advance(d.loop, 100 * SECOND);
+    struct pose pose = told(json_pack("{s:[f, f, f]}", "attitude_deg", 20.0, 0.0, 0.0));
+    CHECK_INT(pose.has, POSE_ATTITUDE);
+    check_axis(&pose, right, 0, c, s); /* rolled to the right: that side is lower */
+    loop_advance(d.loop, 200 * SECOND);
+    pose = told(json_pack("{s:[f, f, f]}", "attitude_deg", 0.0, 20.0, 0.0));
+    check_axis(&pose, forward, c, 0, -s); /* bow up */
+    loop_advance(d.loop, 300 * SECOND);
+    pose = told(json_pack("{s:[f, f, f]}", "attitude_deg", 0.0, 0.0, 90.0));
+    check_axis(&pose, forward, 0, 1, 0); /* to the east */
+    check_axis(&pose, down, 0, 0, 1);
+    loop_advance(d.loop, 400 * SECOND);
+    pose = told(json_pack("{s:[f, f, f, f]}", "quaternion", cos(geo_rad(10)), sin(geo_rad(10)), 0.0, 0.0));
+    check_axis(&pose, right, 0, c, s);
+    rig_end();
+}
+
+TEST(places_and_speeds_are_north_east_down)
+{
+    CHECK(rig_start(CONF));
+    loop_advance(d.loop, 100 * SECOND);
+    struct pose pose = told(json_pack("{s:[f, f, f]}", "position_m", 1.0, -2.0, 3.0));
+    CHECK_INT(pose.has, POSE_POSITION | POSE_DEPTH);
+    CHECK(pose.position_m[0] == 1 && pose.position_m[1] == -2 && pose.position_m[2] == 3);
+    loop_advance(d.loop, 200 * SECOND);
+    pose = told(json_pack("{s:f}", "depth_m", 7.0));
+    CHECK_INT(pose.has & (POSE_DEPTH | POSE_POSITION), POSE_DEPTH); /* the place has become too old */
+    CHECK(pose.position_m[2] == 7);
+    loop_advance(d.loop, 300 * SECOND);
+    pose = told(json_pack("{s:[f, f, f]}", "velocity_mps", 0.1, 0.2, -0.3));
+    CHECK(pose.has & POSE_VELOCITY);
+    CHECK(pose.velocity_mps[0] == 0.1 && pose.velocity_mps[1] == 0.2 && pose.velocity_mps[2] == -0.3);
+    rig_end();
+}
+
+int main(void)
+{
+    RUN(angles_are_roll_pitch_and_heading_in_degrees);
+    RUN(places_and_speeds_are_north_east_down);
+    return test_end();
+}
