@@ -1,11 +1,31 @@
 /* SPDX-License-Identifier: MIT */
 /* What a page may change: lines that are one, with the token, and a file that is as before when it goes wrong. */
+#include <errno.h>
+#include <fcntl.h>
 #include <stdlib.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
 #include "tests/lib/test.h"
 #include "web/web_settings.h"
+
+/* In the place of the C library's: a disk that notes what it is told, and may fail to confirm. */
+static char journal[40];
+static bool disk_fails;
+
+int fsync(int fd)
+{
+    (void)fd;
+    strcat(journal, "sync ");
+    errno = EIO;
+    return disk_fails ? -1 : 0;
+}
+
+int rename(const char *from, const char *to)
+{
+    strcat(journal, "rename ");
+    return renameat(AT_FDCWD, from, AT_FDCWD, to);
+}
 
 static char folder[] = "/tmp/sonard-settings-XXXXXX", path[80], token_path[80];
 
@@ -44,6 +64,7 @@ static bool change(struct web_settings *s, const char *text)
     struct web_setting setting;
     struct fault fault = {""};
 
+    journal[0] = '\0';
     return web_settings_parse(text, &setting, &fault) && web_settings_change(s, &setting, &fault);
 }
 
@@ -161,6 +182,21 @@ TEST(a_full_file_and_a_missing_folder_change_nothing)
     CHECK_INT(s.n, 0);
 }
 
+TEST(the_disk_has_confirmed_a_file_before_it_takes_the_name)
+{
+    struct web_settings s;
+
+    begin(&s);
+    CHECK(change(&s, "[grid] clear_for = 20 s"));
+    CHECK_STR(journal, "sync rename ");
+    disk_fails = true;
+    CHECK(!change(&s, "[grid] clear_for = 30 s"));
+    disk_fails = false;
+    CHECK_STR(journal, "sync ");
+    CHECK(strstr(content(), "clear_for = 20 s") != NULL);
+    unlink(path);
+}
+
 int main(void)
 {
     CHECK(mkdtemp(folder) != NULL);
@@ -171,6 +207,7 @@ int main(void)
     RUN(a_key_stands_once_and_its_section_too);
     RUN(files_of_others_are_left_alone);
     RUN(a_full_file_and_a_missing_folder_change_nothing);
+    RUN(the_disk_has_confirmed_a_file_before_it_takes_the_name);
     unlink(path);
     unlink(token_path);
     rmdir(folder);
