@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * test_cell_methods - the cells that `grid_lock`, `explain` and `clusters` speak of lie where they were heard: a level
- * head before a wall 3 m ahead, 40 degrees wide, which may go.
+ * test_cell_methods - the cells that `grid_lock`, `grid_cells`, `explain` and `clusters` speak of lie where they were
+ * heard: a level head before a wall 3 m ahead, 40 degrees wide, which may go.
  */
 #include "tests/lib/daemon_rig.h"
 
@@ -121,10 +121,34 @@ TEST(a_cluster_reaches_from_its_near_edge_to_its_farthest_echo)
     rig_end();
 }
 
+/* The near edge lies before what was heard by the range's uncertainty, wherever its layer begins. */
+TEST(cells_tell_the_edges_of_what_reflects)
+{
+    if (!begin()) {
+        CHECK(false);
+        return;
+    }
+    json_t *a = ask("grid_cells", json_pack("{s:i}", "count", 1000)), *c;
+    size_t i, level = 0;
+    json_array_foreach(json_object_get(a, "cells"), i, c)
+    {
+        const double aside = fabs(geo_wrap_pi(geo_rad(number(c, "azimuth_deg")))), near_m = number(c, "near_m");
+        CHECK(number(c, "from_m") < number(c, "to_m") && near_m <= number(c, "to_m"));
+        if (fabs(number(c, "elevation_deg")) > 2 || aside > geo_rad(3))
+            continue;
+        CHECK_NEAR(near_m, WALL_M - sqrt(3) * 0.01, 0, 0.012);
+        level++;
+    }
+    CHECK(level > 0);
+    json_decref(a);
+    rig_end();
+}
+
 int main(void)
 {
     RUN(cells_are_locked_within_the_cone_and_its_ranges_alone);
     RUN(what_is_gone_is_explained_as_far_as_was_asked);
+    RUN(cells_tell_the_edges_of_what_reflects);
     RUN(a_cluster_reaches_from_its_near_edge_to_its_farthest_echo);
     return test_end();
 }
