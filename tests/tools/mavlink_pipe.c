@@ -42,6 +42,7 @@ static void put_element(const struct mavlink_field *field, unsigned k, char *to)
     case MAVLINK_I64:
         memcpy(to, &big, sizeof big);
         break;
+    case MAVLINK_I32:
     case MAVLINK_U32:
         memcpy(to, &word, sizeof word);
         break;

@@ -38,11 +38,7 @@ def make(name, fd=True):
 
 class CanSim(Sim):
     def __init__(self, bench, *arguments):
-        Process.__init__(self, bench, "can_sim%d" % len(bench.processes),
-                         [os.path.join(TESTS, "can_sim")] + list(arguments), stdin=subprocess.PIPE,
-                         stdout=subprocess.PIPE)
-        self.lines = self.process.stdout
-        check(self.lines.readline().startswith(b"ready "), "the virtual sonars do not start: " + self.log())
+        super().__init__(bench, "can_sim%d" % len(bench.processes), list(arguments), os.path.join(TESTS, "can_sim"))
         bench.processes.append(self)
 
 
