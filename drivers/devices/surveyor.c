@@ -140,7 +140,10 @@ size_t surveyor_encode_yz(uint8_t *out, size_t size, uint8_t src, unsigned n, co
     return ping_frame_build(out, size, SURVEYOR_YZ_POINTS, src, b, YZ_HEAD_BYTES + (size_t)n * YZ_POINT_BYTES);
 }
 
-/* Angle and range of point i. False: not a number, behind the sonar, or nowhere. */
+/*
+ * Angle and range of point i. The sonar counts angles and y positive to port, the sensor frame clockwise, that is to
+ * starboard. False: not a number, behind the sonar, or nowhere.
+ */
 static bool polar(const struct surveyor_points *points, unsigned i, double sound_speed_mps, double *angle_rad,
                   double *range_m)
 {
@@ -148,10 +151,10 @@ static bool polar(const struct surveyor_points *points, unsigned i, double sound
     double first = (double)get_f32(b), second = (double)get_f32(b + 4);
 
     if (points->atof) { /* the time is the sonar's, the speed of sound the configuration's */
-        *angle_rad = first;
+        *angle_rad = -first;
         *range_m = sound_speed_mps * second / 2.0;
     } else {
-        *angle_rad = atan2(first, -second);
+        *angle_rad = atan2(-first, -second);
         *range_m = hypot(first, second);
     }
     return fabs(*angle_rad) <= ANGLE_MAX_RAD && *range_m >= RANGE_MIN_M && *range_m <= RANGE_MAX_M;

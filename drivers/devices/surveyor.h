@@ -9,7 +9,9 @@
  * Each ping is a list of points, an angle across the swath and a time of flight (atof) or a place (yz): what the sonar
  * has detected. Angles with no detection are not in the list, so nothing is said about them. The sensor frame has the
  * middle of the swath along x and the angles in the plane of x and y: looking down, the mount's rotation is 0 -90 0.
- * Source: the public definition of the Ping protocol by Cerulean Sonar.
+ * The sonar's own axes are x forward, y to port, z up, and its angles are positive to port: both are turned round here.
+ * Source: Cerulean Sonar's pages ATOF_POINT_DATA, YZ_POINT_DATA and SET_PING_PARAMETERS, and the public definition of
+ * the Ping protocol.
  */
 #ifndef SONARD_SURVEYOR_H
 #define SONARD_SURVEYOR_H
@@ -60,11 +62,11 @@ bool surveyor_decode_settings(const struct ping_frame *f, struct surveyor_settin
  */
 bool surveyor_decode_points(const struct ping_frame *f, struct surveyor_points *out);
 
-/** surveyor_encode_atof - what a sonar of id `src` says: n points of {angle rad, time of flight s}. */
+/** surveyor_encode_atof - what a sonar of id `src` says: n points of {angle rad to port, time of flight s}. */
 size_t surveyor_encode_atof(uint8_t *out, size_t size, uint8_t src, const struct surveyor_points *head,
                             float sound_speed_mps, const float (*point)[2]);
 
-/** surveyor_encode_yz - n points of {y, z} in metres. */
+/** surveyor_encode_yz - n points of {y to port, z up} in metres. */
 size_t surveyor_encode_yz(uint8_t *out, size_t size, uint8_t src, unsigned n, const float (*point)[2]);
 
 /**

@@ -140,6 +140,22 @@ def recording_of_ping_viewer_2_plays_with_its_attitude(bench):
     check("2025-06-15T15:06:40" in bench.run(SONARCTL, "capture", "info", capture).stdout, "the date is not kept")
 
 
+def cerulean(kind, payload):
+    frame = b"BR" + struct.pack("<HHBB", len(payload), kind, 0, 0) + payload
+    return frame + struct.pack("<H", sum(frame) & 0xFFFF)
+
+
+def surveyor_port_is_port(bench):
+    """By Cerulean's pages angles and y are positive to port: ahead of a level swath, 45 degrees are azimuth 315."""
+    atof = b"".join(cerulean(3012, struct.pack("<IQffIIfIHHffII", 5000 + 100 * k, 0, 0.04, 1500, k + 1, 240000, 1e-4, 0, 1, 0, math.pi / 4,
+                                               2 * 8 / 1500, 0, 0)) for k in range(10))
+    conf = bench.write("swath.conf", "[sonar swath]\ndevice = surveyor\nport = udp:10.0.0.2:1\nrange = 30 m\n")
+    capture, _ = imported(bench, bench.write("port.svlog", cerulean(10, b"{}") + atof), "--sensor", "swath", "--conf", conf)
+    lines, log = answers(bench, capture)
+    blocked = [s["azimuth_deg"] for s in lines[-1]["sectors"]["sectors"] if s["state"] == "blocked"]
+    check(blocked and all(abs(azimuth - 315) <= 10 for azimuth in blocked), "%s %s" % (blocked, log))
+
+
 def poses_of_a_tlog(bench):
     """A vehicle that floats: attitudes at 20 Hz and positions, their times within the log."""
     log = recording("mavlink-bluerov2-tlog/small.tlog")
@@ -283,6 +299,7 @@ run([("poses_of_a_relay", poses_of_a_relay), ("poses_are_added_and_replayed", po
      ("seanet_raw", plays("tritech-v4log-target/*.rebuilt.stream", "micron")),
      ("ping_viewer_2", recording_of_ping_viewer_2_plays_with_its_attitude),
      ("dates_are_kept", dates_are_kept),
+     ("surveyor_port_is_port", surveyor_port_is_port),
      ("imagenex", plays("imagenex852-echosounder/hydroball.852", "imagenex852")),
      ("baud_rate_does_not_move_pings", baud_rate_does_not_move_pings),
      ("capture_of_another_program_names_the_import", capture_of_another_program_names_the_import),

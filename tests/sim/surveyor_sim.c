@@ -71,9 +71,9 @@ static void send_points(struct line *line, uint64_t now_ns)
         double angle_rad = geo_rad(swath_deg * ((i + 0.5) / points - 0.5)), range_m = range_at(angle_rad);
         if (range_m > reach_m)
             continue;
-        atof[head.n][0] = (float)angle_rad;
+        atof[head.n][0] = (float)-angle_rad; /* what it sends is positive to port */
         atof[head.n][1] = (float)(2.0 * range_m / water_mps);
-        yz[head.n][0] = (float)(range_m * sin(angle_rad));
+        yz[head.n][0] = (float)(-range_m * sin(angle_rad));
         yz[head.n][1] = (float)(-range_m * cos(angle_rad));
         head.n++;
     }

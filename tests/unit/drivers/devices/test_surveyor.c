@@ -37,7 +37,7 @@ static struct rig {
     uint32_t room;
 } rig;
 
-/* A flat bottom 10 m below, seen from -60 to 60 degrees. */
+/* A flat bottom 10 m below, seen from 60 degrees to starboard to 60 to port. */
 static void bottom(float (*point)[2], bool atof)
 {
     for (int i = 0; i < POINTS; i++) {
@@ -241,12 +241,53 @@ TEST(points_become_beams)
         CHECK_NEAR(rig.last.dr_m, 30.0, 1e-6, 0);
         for (int i = 0; i < POINTS; i++) {
             double angle = geo_rad(-60.0 + 120.0 * i / (POINTS - 1));
-            CHECK_NEAR(geo_wrap_pi((double)rig.beam[i].az_rad), angle, 1e-5, 1e-6);
+            CHECK_NEAR(geo_wrap_pi((double)rig.beam[i].az_rad), -angle, 1e-5, 1e-6);
             CHECK_NEAR(rig.beam[i].range_m, 10.0 / cos(angle), 1e-5, 0);
             CHECK_NEAR(rig.beam[i].el_rad, 0, 0, 0);
         }
         CHECK_NEAR((double)(rig.now_ns - rig.last.t_ns), 40e6, 1e-6, 0);
         CHECK_INT(rig.last.t_in_ns, rig.now_ns);
+    }
+}
+
+/* By hand from Cerulean's pages, without our encoder: one point 8 m to port and 8 m below, listened to 40 m. */
+static const uint8_t by_hand_yz[] = {
+    0x42, 0x52, 108, 0, 0xc3, 0x0b, 1,    0,                            /* 3011 */
+    0x88, 0x13, 0,   0, 1,    0,    0,    0,    0x00, 0x80, 0xbb, 0x44, /* 5000 ms, ping 1, 1500.0 m/s */
+    0,    0,    0,   0, 0,    0,    0,    0,    0,    0,    0,    0,    /* up vector */
+    0,    0,    0,   0, 0,    0,    0,    0,    0,    0,    0,    0,    /* magnetic vector */
+    0,    0,    0,   0, 0,    0,    0,    0,    0,    0,    0,    0,    /* ten reserved words ... */
+    0,    0,    0,   0, 0,    0,    0,    0,    0,    0,    0,    0,    /* ... */
+    0,    0,    0,   0, 0,    0,    0,    0,    0,    0,    0,    0,    /* ... */
+    0,    0,    0,   0, 0,    0,    0,    0,    0,    0,    0,    0,    /* ... 10, degrees, bar */
+    0,    0,    0,   0, 0x00, 0x00, 0x00, 0x3f, 0x00, 0x00, 0x20, 0x42, /* heave, start 0.5 m, end 40.0 m */
+    0,    0,    1,   0, 0x00, 0x00, 0x00, 0x41, 0x00, 0x00, 0x00, 0xc1, /* 1 point: y = 8.0 to port, z = -8.0 up */
+    0x8e, 0x05};
+static const uint8_t by_hand_atof[] = {
+    0x42, 0x52, 56,   0,    0xc4, 0x0b, 1,    0,                         /* 3012 */
+    0x88, 0x13, 0,    0,    0,    0,    0,    0,    0,    0,    0,    0, /* 5000 ms, no UTC */
+    0x0a, 0xd7, 0x23, 0x3d, 0x00, 0x80, 0xbb, 0x44, 1,    0,    0,    0, /* listens 0.04 s; 1500.0 m/s, ping 1 */
+    0x80, 0xa9, 3,    0,    0x17, 0xb7, 0xd1, 0x38, 0,    0,    0,    0, /* 240000 Hz, pulse 100 us */
+    1,    0,    0,    0,    0xdb, 0x0f, 0x49, 0x3f, 0xd8, 0x26, 0x77, 0x3c, /* 1 point: pi / 4 to port, 15.08 ms */
+    0,    0,    0,    0,    0,    0,    0,    0,    0x1f, 0x0b};
+
+TEST(port_is_port)
+{
+    double looks_down[4], along[3];
+
+    quat_from_rpy(0, -GEO_PI / 2, 0, looks_down);
+    for (int yz = 0; yz < 2; yz++) {
+        rig_new(true);
+        device_surveyor.opened(rig.state, rig.now_ns, &rig.io);
+        feed(yz ? by_hand_yz : by_hand_atof, yz ? sizeof(by_hand_yz) : sizeof(by_hand_atof));
+        CHECK_INT(rig.pings, 1);
+        CHECK_INT(rig.last.n_beams, 1);
+        CHECK_NEAR(rig.beam[0].range_m, sqrt(128.0), 1e-6, 0);
+        geo_direction((double)rig.beam[0].az_rad, (double)rig.beam[0].el_rad, along);
+        quat_rotate(looks_down, along, along);
+        CHECK_NEAR(along[0], 0, 0, 1e-6);
+        CHECK_NEAR(along[1], -sqrt(0.5), 0, 1e-6); /* the body's y is to starboard ... */
+        CHECK_NEAR(along[2], sqrt(0.5), 0, 1e-6);  /* ... and its z down */
     }
 }
 
@@ -597,6 +638,7 @@ int main(void)
 {
     RUN(settings_as_the_description_lays_them_out);
     RUN(points_become_beams);
+    RUN(port_is_port);
     RUN(senseless_points_are_left_out);
     RUN(frames_that_are_too_short_or_senseless);
     RUN(points_that_the_frame_has_no_room_for);
