@@ -14,6 +14,7 @@
 #define ATOF_POINT_BYTES 16
 #define YZ_HEAD_BYTES    100
 #define YZ_POINT_BYTES   8
+#define YZ_START_AT      88 /* start_m, then end_m */
 #define FREQUENCY_HZ     240000u
 #define PULSE_STEPS      1.5f
 #define LISTENING_MIN_S  1e-5
@@ -91,17 +92,31 @@ static bool decode_atof(const struct ping_frame *f, struct surveyor_points *out)
            out->pulse_s <= PULSE_MAX_S;
 }
 
-bool surveyor_decode_points(const struct ping_frame *f, struct surveyor_points *out)
+static bool decode_yz(const struct ping_frame *f, struct surveyor_points *out)
 {
     const uint8_t *b = f->payload;
 
-    if (f->id == SURVEYOR_ATOF_POINTS)
-        return decode_atof(f, out);
-    if (f->id != SURVEYOR_YZ_POINTS || f->length < YZ_HEAD_BYTES || get_u16(b + 98) > SURVEYOR_POINTS_MAX)
+    if (f->length < YZ_HEAD_BYTES || get_u16(b + 98) > SURVEYOR_POINTS_MAX)
         return false;
-    *out = (struct surveyor_points){.n = points_there(f, get_u16(b + 98), YZ_HEAD_BYTES, YZ_POINT_BYTES),
+    const double start_m = (double)get_f32(b + YZ_START_AT), end_m = (double)get_f32(b + YZ_START_AT + 4);
+    const bool told = start_m >= 0.0 && start_m < end_m && end_m <= RANGE_MAX_M;
+    *out = (struct surveyor_points){.start_m = told ? start_m : 0.0,
+                                    .end_m = told ? end_m : 0.0,
+                                    .n = points_there(f, get_u16(b + 98), YZ_HEAD_BYTES, YZ_POINT_BYTES),
                                     .records = b + YZ_HEAD_BYTES};
     return true;
+}
+
+bool surveyor_decode_points(const struct ping_frame *f, struct surveyor_points *out)
+{
+    if (f->id == SURVEYOR_ATOF_POINTS)
+        return decode_atof(f, out);
+    return f->id == SURVEYOR_YZ_POINTS && decode_yz(f, out);
+}
+
+double surveyor_end_m(const struct surveyor_points *points, double sound_speed_mps)
+{
+    return points->atof ? sound_speed_mps * points->listening_s / 2.0 : points->end_m;
 }
 
 size_t surveyor_encode_atof(uint8_t *out, size_t size, uint8_t src, const struct surveyor_points *head,
@@ -126,18 +141,22 @@ size_t surveyor_encode_atof(uint8_t *out, size_t size, uint8_t src, const struct
                             ATOF_HEAD_BYTES + (size_t)head->n * ATOF_POINT_BYTES);
 }
 
-size_t surveyor_encode_yz(uint8_t *out, size_t size, uint8_t src, unsigned n, const float (*point)[2])
+size_t surveyor_encode_yz(uint8_t *out, size_t size, uint8_t src, const struct surveyor_points *head,
+                          const float (*point)[2])
 {
     uint8_t b[YZ_HEAD_BYTES + SURVEYOR_POINTS_MAX * YZ_POINT_BYTES] = {0};
 
-    if (n > SURVEYOR_POINTS_MAX)
+    if (head->n > SURVEYOR_POINTS_MAX)
         return 0;
-    put_u16(b + 98, n);
-    for (unsigned i = 0; i < n; i++) {
+    put_f32(b + YZ_START_AT, (float)head->start_m);
+    put_f32(b + YZ_START_AT + 4, (float)head->end_m);
+    put_u16(b + 98, head->n);
+    for (unsigned i = 0; i < head->n; i++) {
         put_f32(b + YZ_HEAD_BYTES + i * YZ_POINT_BYTES, point[i][0]);
         put_f32(b + YZ_HEAD_BYTES + i * YZ_POINT_BYTES + 4, point[i][1]);
     }
-    return ping_frame_build(out, size, SURVEYOR_YZ_POINTS, src, b, YZ_HEAD_BYTES + (size_t)n * YZ_POINT_BYTES);
+    return ping_frame_build(out, size, SURVEYOR_YZ_POINTS, src, b,
+                            YZ_HEAD_BYTES + (size_t)head->n * YZ_POINT_BYTES);
 }
 
 /*
@@ -161,9 +180,11 @@ static bool polar(const struct surveyor_points *points, unsigned i, double sound
 }
 
 void surveyor_fill_ping(struct ping *ping, const struct ping_frame *frame, const struct surveyor_points *points,
-                        double range_m, double sound_speed_mps)
+                        double start_m, double sound_speed_mps)
 {
-    double listening_s = points->atof ? points->listening_s : 2.0 * range_m / sound_speed_mps;
+    const double end_m = surveyor_end_m(points, sound_speed_mps);
+    const double begin_m = fmax(start_m, SURVEYOR_DEAF * end_m);
+    const double listening_s = 2.0 * end_m / sound_speed_mps;
     double pulse_m = sound_speed_mps * points->pulse_s / 2.0;
 
     ping->t_ns = transmitted_ns(frame->t_first_ns, frame->t_last_ns, ping_frame_bytes(frame), 0,
@@ -172,8 +193,8 @@ void surveyor_fill_ping(struct ping *ping, const struct ping_frame *frame, const
     ping->kind = PING_RANGES;
     ping->sample_bytes = 0;
     ping->n_bins = 1;
-    ping->r0_m = 0.0f;
-    ping->dr_m = (float)(sound_speed_mps * listening_s / 2.0);
+    ping->r0_m = (float)begin_m;
+    ping->dr_m = (float)fmax(end_m - begin_m, 0.0);
     ping->pulse_m = (float)pulse_m;
     ping->az_aperture_rad = (float)geo_rad(ACROSS_DEG);
     ping->el_aperture_rad = (float)geo_rad(ALONG_DEG);

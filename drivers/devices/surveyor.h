@@ -24,6 +24,7 @@
 #include "ping_frame.h"
 
 #define SURVEYOR_POINTS_MAX PING_MAX_BEAMS
+#define SURVEYOR_DEAF       0.05 /* of its end range: nearer the sonar records nothing, whatever start it is set to */
 
 enum surveyor_message {
     SURVEYOR_ATTITUDE = 504,
@@ -46,6 +47,7 @@ struct surveyor_points {
     uint32_t ping_number; /* atof only, as the three below */
     uint32_t power_up_ms; /* the sonar's own clock */
     double listening_s, pulse_s;
+    double start_m, end_m;  /* yz only: where the sonar begins and ends to record echoes; 0, 0: it does not say */
     unsigned n;             /* points that are there, at most SURVEYOR_POINTS_MAX */
     const uint8_t *records; /* n of them */
 };
@@ -66,15 +68,20 @@ bool surveyor_decode_points(const struct ping_frame *f, struct surveyor_points *
 size_t surveyor_encode_atof(uint8_t *out, size_t size, uint8_t src, const struct surveyor_points *head,
                             float sound_speed_mps, const float (*point)[2]);
 
-/** surveyor_encode_yz - n points of {y to port, z up} in metres. */
-size_t surveyor_encode_yz(uint8_t *out, size_t size, uint8_t src, unsigned n, const float (*point)[2]);
+/** surveyor_encode_yz - the same as n points of {y to port, z up} in metres, with start_m and end_m of the head. */
+size_t surveyor_encode_yz(uint8_t *out, size_t size, uint8_t src, const struct surveyor_points *head,
+                          const float (*point)[2]);
+
+/** surveyor_end_m - how far the sonar listened. */
+double surveyor_end_m(const struct surveyor_points *points, double sound_speed_mps);
 
 /**
  * surveyor_fill_ping - the points as a ping of ready ranges, each a beam; those that make no sense are left out.
- * range_m: listened to, where the message does not say. One bin without samples spans what was listened to.
+ * One bin without samples spans what was listened to: from the larger of start_m, what the sonar is known to be set to,
+ * and SURVEYOR_DEAF of the end, as the sonar has it.
  * Everything but flags, seq, sensor and pose is set; n_beams may be 0.
  */
 void surveyor_fill_ping(struct ping *ping, const struct ping_frame *frame, const struct surveyor_points *points,
-                        double range_m, double sound_speed_mps);
+                        double start_m, double sound_speed_mps);
 
 #endif

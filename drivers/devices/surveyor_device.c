@@ -37,7 +37,8 @@ struct surveyor {
     struct ping_talk talk; /* first: see ping_talk.h */
     struct device_conf conf;
     struct surveyor_settings set;
-    bool has_atof; /* of these points came since it was opened: yz would say the same again */
+    bool has_atof;  /* of these points came since it was opened: yz would say the same again */
+    double start_m; /* that it is set to, as far as is known: 3012 does not say it */
     struct ping_count count;
     struct clock_map clock; /* power_up_ms on the host's clock */
 };
@@ -163,11 +164,10 @@ static void make_ping(struct surveyor *d, const struct surveyor_points *points, 
 
     d->talk.poller.status.pings++;
     d->talk.poller.status.last_ping_ns = frame->t_last_ns;
-    d->talk.poller.status.range_m =
-        points->atof ? d->conf.sound_speed_mps * points->listening_s / 2.0 : d->conf.range_m;
+    d->talk.poller.status.range_m = surveyor_end_m(points, d->conf.sound_speed_mps);
     if (!ping)
         return;
-    surveyor_fill_ping(ping, frame, points, d->conf.range_m, d->conf.sound_speed_mps);
+    surveyor_fill_ping(ping, frame, points, d->start_m, d->conf.sound_speed_mps);
     if (points->atof) {
         const uint64_t t_ns = clock_map_put(&d->clock, points->power_up_ms, ping->t_ns);
         ping->t_ns = clock_map_is_sure(&d->clock) ? t_ns : ping->t_ns;
@@ -185,6 +185,10 @@ static void on_points(struct surveyor *d, const struct ping_frame *frame, uint64
         return;
     }
     d->has_atof |= points.atof;
+    if (!points.atof && points.end_m > 0.0)
+        d->start_m = points.start_m;
+    else if (!points.atof)
+        points.end_m = d->conf.range_m;
     if (points.atof && d->count.known && points.ping_number < d->count.last)
         clock_map_forget(&d->clock); /* it started anew, however short its clock's way back is */
     if (points.atof ? ping_count_is_new(&d->count, points.ping_number, &d->talk.poller.status.lost_frames)
@@ -231,6 +235,17 @@ static void on_answer(struct surveyor *d, bool refused, uint64_t now_ns, const s
     }
 }
 
+/* Recordings hold what the sonar was told. It may have been another program that did so. */
+static void on_settings(struct surveyor *d, const struct ping_frame *frame)
+{
+    struct surveyor_settings set;
+
+    if (!surveyor_decode_settings(frame, &set))
+        d->talk.poller.status.bad_frame++;
+    else if (set.start_mm >= 0)
+        d->start_m = set.start_mm * 1e-3;
+}
+
 /* All else, its attitude and texts wrapped in JSON among them, counts as a frame and is not looked into. */
 static void on_frame(void *device, const struct ping_frame *frame, uint64_t now_ns, const struct device_io *io)
 {
@@ -242,6 +257,8 @@ static void on_frame(void *device, const struct ping_frame *frame, uint64_t now_
         on_points(d, frame, now_ns, io);
     else if (frame->id == PING_DEVICE_INFORMATION)
         on_identity(d, frame, now_ns, io);
+    else if (frame->id == SURVEYOR_SET_PING_PARAMETERS)
+        on_settings(d, frame);
     else if (ping_talk_answered(&d->talk, frame, io, &id, &refused) && id == SURVEYOR_SET_PING_PARAMETERS)
         on_answer(d, refused, now_ns, io);
 }
@@ -252,6 +269,7 @@ static void surveyor_opened(void *state, uint64_t now_ns, const struct device_io
 {
     struct surveyor *d = state;
     d->has_atof = false;
+    d->start_m = 0.0; /* what is sent to it */
     d->count = (struct ping_count){0};
     clock_map_forget(&d->clock);
     ping_talk_opened(&d->talk, now_ns, io);

@@ -145,15 +145,27 @@ def cerulean(kind, payload):
     return frame + struct.pack("<H", sum(frame) & 0xFFFF)
 
 
+def surveyor(bench, end_m, points):
+    """The sectors after ten pings of a level swath: points of angle (positive to port) and range, by Cerulean's pages."""
+    records = b"".join(struct.pack("<ffII", math.radians(angle_deg), 2 * range_m / 1500, 0, 0) for angle_deg, range_m in points)
+    atof = b"".join(cerulean(3012, struct.pack("<IQffIIfIHH", 5000 + 100 * k, 0, 2 * end_m / 1500, 1500, k + 1, 240000, 1e-4, 0, len(points), 0) +
+                             records) for k in range(10))
+    conf = bench.write("swath.conf", "[sonar swath]\ndevice = surveyor\nport = udp:10.0.0.2:1\nrange = 40 m\n")
+    capture, _ = imported(bench, bench.write("swath.svlog", cerulean(10, b"{}") + atof), "--sensor", "swath", "--conf", conf)
+    lines, _ = answers(bench, capture)
+    return {s["azimuth_deg"]: s for s in lines[-1]["sectors"]["sectors"]}
+
+
 def surveyor_port_is_port(bench):
-    """By Cerulean's pages angles and y are positive to port: ahead of a level swath, 45 degrees are azimuth 315."""
-    atof = b"".join(cerulean(3012, struct.pack("<IQffIIfIHHffII", 5000 + 100 * k, 0, 0.04, 1500, k + 1, 240000, 1e-4, 0, 1, 0, math.pi / 4,
-                                               2 * 8 / 1500, 0, 0)) for k in range(10))
-    conf = bench.write("swath.conf", "[sonar swath]\ndevice = surveyor\nport = udp:10.0.0.2:1\nrange = 30 m\n")
-    capture, _ = imported(bench, bench.write("port.svlog", cerulean(10, b"{}") + atof), "--sensor", "swath", "--conf", conf)
-    lines, log = answers(bench, capture)
-    blocked = [s["azimuth_deg"] for s in lines[-1]["sectors"]["sectors"] if s["state"] == "blocked"]
-    check(blocked and all(abs(azimuth - 315) <= 10 for azimuth in blocked), "%s %s" % (blocked, log))
+    """45 degrees to port are azimuth 315."""
+    blocked = [azimuth for azimuth, s in surveyor(bench, 30, [(45, 8)]).items() if s["state"] == "blocked"]
+    check(blocked and all(abs(azimuth - 315) <= 10 for azimuth in blocked), str(blocked))
+
+
+def surveyor_hears_from_its_start(bench):
+    """It records nothing nearer than 5 % of its end, 2 m of 40 m."""
+    ahead = surveyor(bench, 40, [(angle / 2, 12) for angle in range(-120, 121)])[0]
+    check(1.9 < ahead["blind_to_m"] < 2.3 and ahead["range_m"] == 12, str(ahead))
 
 
 def poses_of_a_tlog(bench):
@@ -299,7 +311,7 @@ run([("poses_of_a_relay", poses_of_a_relay), ("poses_are_added_and_replayed", po
      ("seanet_raw", plays("tritech-v4log-target/*.rebuilt.stream", "micron")),
      ("ping_viewer_2", recording_of_ping_viewer_2_plays_with_its_attitude),
      ("dates_are_kept", dates_are_kept),
-     ("surveyor_port_is_port", surveyor_port_is_port),
+     ("surveyor_port_is_port", surveyor_port_is_port), ("surveyor_hears_from_its_start", surveyor_hears_from_its_start),
      ("imagenex", plays("imagenex852-echosounder/hydroball.852", "imagenex852")),
      ("baud_rate_does_not_move_pings", baud_rate_does_not_move_pings),
      ("capture_of_another_program_names_the_import", capture_of_another_program_names_the_import),

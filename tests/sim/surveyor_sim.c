@@ -62,14 +62,17 @@ static void send_points(struct line *line, uint64_t now_ns)
     static float atof[SURVEYOR_POINTS_MAX][2], yz[SURVEYOR_POINTS_MAX][2];
     static uint8_t frame[PING_FRAME_LIMIT];
     const double reach_m = sonar.set.end_mm * 1e-3;
+    const double start_m = fmax(sonar.set.start_mm * 1e-3, SURVEYOR_DEAF * reach_m);
     struct surveyor_points head = {.ping_number = ++sonar.number,
                                    .power_up_ms = power_up_ms(now_ns),
                                    .listening_s = 2.0 * reach_m / water_mps,
-                                   .pulse_s = PULSE_S};
+                                   .pulse_s = PULSE_S,
+                                   .start_m = start_m,
+                                   .end_m = reach_m};
 
     for (int i = 0; i < (int)points; i++) {
         double angle_rad = geo_rad(swath_deg * ((i + 0.5) / points - 0.5)), range_m = range_at(angle_rad);
-        if (range_m > reach_m)
+        if (range_m < start_m || range_m > reach_m)
             continue;
         atof[head.n][0] = (float)-angle_rad; /* what it sends is positive to port */
         atof[head.n][1] = (float)(2.0 * range_m / water_mps);
@@ -82,7 +85,7 @@ static void send_points(struct line *line, uint64_t now_ns)
                   surveyor_encode_atof(frame, sizeof frame, ID, &head, (float)water_mps, (const float(*)[2])atof),
                   now_ns);
     if (sonar.set.yz || yz_too > 0.0)
-        line_send(line, frame, surveyor_encode_yz(frame, sizeof frame, ID, head.n, (const float(*)[2])yz), now_ns);
+        line_send(line, frame, surveyor_encode_yz(frame, sizeof frame, ID, &head, (const float(*)[2])yz), now_ns);
 }
 
 static void reply(struct line *line, uint16_t id, const void *payload, size_t n, uint64_t now_ns)

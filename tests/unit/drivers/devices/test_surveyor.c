@@ -59,8 +59,9 @@ static size_t points_frame(uint8_t *b, size_t size, uint32_t number)
 static size_t yz_frame(uint8_t *b, size_t size)
 {
     float point[POINTS][2];
+    const struct surveyor_points head = {.start_m = 0.5, .end_m = 30.0, .n = POINTS};
     bottom(point, false);
-    return surveyor_encode_yz(b, size, 1, POINTS, (const float(*)[2])point);
+    return surveyor_encode_yz(b, size, 1, &head, (const float(*)[2])point);
 }
 
 static void feed(const uint8_t *b, size_t n)
@@ -238,7 +239,8 @@ TEST(points_become_beams)
         CHECK_INT(rig.last.kind, PING_RANGES);
         CHECK_INT(rig.last.n_beams, POINTS);
         CHECK_INT(ping_bytes(&rig.last), 0);
-        CHECK_NEAR(rig.last.dr_m, 30.0, 1e-6, 0);
+        CHECK_NEAR(rig.last.r0_m, 1.5, 1e-6, 0); /* 5 % of 30 m */
+        CHECK_NEAR(rig.last.r0_m + rig.last.dr_m, 30.0, 1e-6, 0);
         for (int i = 0; i < POINTS; i++) {
             double angle = geo_rad(-60.0 + 120.0 * i / (POINTS - 1));
             CHECK_NEAR(geo_wrap_pi((double)rig.beam[i].az_rad), -angle, 1e-5, 1e-6);
@@ -283,11 +285,55 @@ TEST(port_is_port)
         CHECK_INT(rig.pings, 1);
         CHECK_INT(rig.last.n_beams, 1);
         CHECK_NEAR(rig.beam[0].range_m, sqrt(128.0), 1e-6, 0);
+        CHECK_NEAR(rig.last.r0_m, yz ? 2.0 : 1.5, 1e-6, 0);
         geo_direction((double)rig.beam[0].az_rad, (double)rig.beam[0].el_rad, along);
         quat_rotate(looks_down, along, along);
         CHECK_NEAR(along[0], 0, 0, 1e-6);
         CHECK_NEAR(along[1], -sqrt(0.5), 0, 1e-6); /* the body's y is to starboard ... */
         CHECK_NEAR(along[2], sqrt(0.5), 0, 1e-6);  /* ... and its z down */
+    }
+}
+
+/* Nearer than its start, and than 5 % of its end, the sonar records nothing, so such water is not free. */
+TEST(it_frees_nothing_nearer_than_it_listens)
+{
+    static const struct {
+        const char *name;
+        int start_mm;            /* of a 3023 in the recording; -1: none */
+        float start_m, end_m;    /* of the 3011, which has one point at 10 m */
+        double begin_m, reach_m; /* wanted of that ping */
+        double atof_begin_m;     /* wanted of a 3012 after it, listened to 30 m */
+    } row[] = {{"five percent", -1, 0.5f, 40, 2.0, 40, 1.5},
+               {"a start", -1, 3.0f, 40, 3.0, 40, 3.0},
+               {"a start that was set", 4000, 0, 0, 4.0, 30, 4.0},
+               {"set, and then told otherwise", 4000, 0.5f, 20, 1.0, 20, 1.5},
+               {"not told", -1, 0, 0, 1.5, 30, 1.5},
+               {"senseless", -1, NAN, 40, 1.5, 30, 1.5},
+               {"turned round", -1, 40, 3.0f, 1.5, 30, 1.5},
+               {"beyond the end", 50000, 0, 0, 50.0, 50, 50.0}};
+    static uint8_t b[PING_FRAME_LIMIT];
+    static const float point[1][2] = {{0, -10}};
+
+    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+        const struct surveyor_points head = {
+            .start_m = (double)row[i].start_m, .end_m = (double)row[i].end_m, .n = 1};
+        const struct surveyor_settings set = {.start_mm = row[i].start_mm, .end_mm = 30000};
+        rig_new(true);
+        device_surveyor.opened(rig.state, rig.now_ns, &rig.io);
+        if (row[i].start_mm >= 0)
+            feed(b, surveyor_encode_settings(b, sizeof(b), &set));
+        feed(b, surveyor_encode_yz(b, sizeof(b), 1, &head, point));
+        bool good = rig.pings == 1 && fabs((double)rig.last.r0_m - row[i].begin_m) < 1e-5 &&
+                    fabs((double)(rig.last.r0_m + rig.last.dr_m) - row[i].reach_m) < 1e-5;
+        feed(b, points_frame(b, sizeof(b), 1));
+        good &= rig.pings == 2 && fabs((double)rig.last.r0_m - row[i].atof_begin_m) < 1e-5;
+        if (!good) {
+            printf("%s: from %g m\n", row[i].name, (double)rig.last.r0_m);
+            CHECK(false);
+        }
+        device_surveyor.opened(rig.state, rig.now_ns, &rig.io); /* our own settings again */
+        feed(b, points_frame(b, sizeof(b), 1));
+        CHECK_NEAR(rig.last.r0_m, 1.5, 1e-6, 0);
     }
 }
 
@@ -639,6 +685,7 @@ int main(void)
     RUN(settings_as_the_description_lays_them_out);
     RUN(points_become_beams);
     RUN(port_is_port);
+    RUN(it_frees_nothing_nearer_than_it_listens);
     RUN(senseless_points_are_left_out);
     RUN(frames_that_are_too_short_or_senseless);
     RUN(points_that_the_frame_has_no_room_for);
