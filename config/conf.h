@@ -73,6 +73,7 @@ struct conf_sonar {
     double aperture_rad[2];     /* aperture = 6.5 6.5 deg   width height; auto: 0 0, as the device says */
     double mount_m[3];          /* mount = 0.2 0 0.1 m     forward right down */
     double rotation_rad[3];     /* rotation = 0 0 0 deg    roll pitch yaw */
+    int mirror;                 /* mirror = no | yes: port and starboard of the sensor swapped */
     int amplitude;              /* amplitude = auto | linear | power | sqrt | log */
     double db_per_count;        /* decibels_per_count = 0.3137 dB; auto: 0; positive when amplitude = log */
     double min_confidence;      /* min_confidence = 0.5: of ranges that the device picks itself [0.01 .. 1] */

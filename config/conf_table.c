@@ -110,6 +110,12 @@ const struct conf_key conf_keys[] = {
      .help = "Position of the transducer: forward, right, down from the vehicle's reference point."},
     {"sonar", "rotation", QUANTITY(3, "deg", -360, 360), .standard = "0 0 0 deg", SONAR(rotation_rad),
      .help = "Orientation of the sonar on the vehicle: roll, pitch, yaw. A head mounted upside down has 180 0 0."},
+    {"sonar", "mirror", WORDS("no", "yes"), .standard = "no", SONAR(mirror),
+     .help =
+         "yes: the sonar counts its angles the other way round than sonard takes them, so port and starboard\n"
+         "of the sensor are swapped. docs/devices/signs.md says where each device's sense comes from. Try with\n"
+         "a target on one side. Not for a head mounted upside down: that is rotation. Learn a background\n"
+         "template again after a change."},
     {"sonar", "amplitude", LIVE, WORDS("auto", "linear", "power", "sqrt", "log"), .standard = "auto",
      SONAR(amplitude),
      .help = "Meaning of the intensities: counts proportional to sound pressure (linear), to power, to the\n"

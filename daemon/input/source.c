@@ -8,6 +8,7 @@
 #include <string.h>
 #include <sys/epoll.h>
 
+#include "drivers/devices/mirror.h"
 #include "garbage.h"
 
 /* Running again within 2 s of a plug: the longest delay plus the handshake must stay below that. */
@@ -25,6 +26,7 @@ struct source {
     uint16_t index;
     uint32_t seq;
     double aperture_rad[2];          /* in place of the device's; 0: the device's */
+    bool mirrored;                   /* port and starboard swapped */
     char mirror_path[CONF_TEXT_MAX]; /* empty: none */
     struct serial_mirror *mirror;    /* NULL: none, or it could not be made */
     struct port port;
@@ -113,6 +115,8 @@ static void io_ping_done(void *ctx, struct ping *ping)
     ping->sensor = s->index;
     ping->t_ns = s->env.ping_time(s->env.ctx, s, ping);
     pose_log_at(s->env.poses, ping->t_ns, &ping->pose);
+    if (s->mirrored)
+        mirror_ping(ping);
     if (s->aperture_rad[0] > 0) {
         ping->az_aperture_rad = (float)s->aperture_rad[0];
         ping->el_aperture_rad = (float)s->aperture_rad[1];
@@ -286,6 +290,8 @@ static void sector_of(const struct conf_sonar *conf, struct device_conf *d)
     bool inverted = down[2] < 0;
     d->sector_start_rad = to_sensor(&mount, conf->sector_rad[inverted ? 1 : 0]);
     d->sector_end_rad = to_sensor(&mount, conf->sector_rad[inverted ? 0 : 1]);
+    if (conf->mirror)
+        mirror_arc(&d->sector_start_rad, &d->sector_end_rad);
 }
 
 static void describe(const struct source *s, const struct conf_sonar *conf, const struct conf_water *water,
@@ -352,6 +358,9 @@ static bool set_device(struct source *s, const struct conf_sonar *conf, const st
     if (conf->scan == CONF_SCAN_ACTIVE && !s->ops->steer)
         return fault_set(fault, "scan = active: a %s cannot be steered; these can:%s", conf->device,
                          steerable_devices(names, sizeof names));
+    if (conf->mirror && s->ops->axial)
+        return fault_set(fault, "mirror = yes: a %s has one beam along its axis, and no sides to swap",
+                         conf->device);
     s->device = calloc(1, s->ops->state_size);
     describe(s, conf, water, &d);
     if (!s->device || !s->ops->init(s->device, &d, fault))
@@ -363,6 +372,8 @@ static bool set_device(struct source *s, const struct conf_sonar *conf, const st
 
 void source_steer(struct source *s, double from_rad, double to_rad)
 {
+    if (s->mirrored)
+        mirror_arc(&from_rad, &to_rad);
     s->ops->steer(s->device, from_rad, to_rad);
 }
 
@@ -392,6 +403,7 @@ struct source *source_new(const struct source_env *env, const struct conf_sonar 
     snprintf(s->address, sizeof s->address, "%s", conf->port);
     snprintf(s->mirror_path, sizeof s->mirror_path, "%s", conf->tap);
     memcpy(s->aperture_rad, conf->aperture_rad, sizeof s->aperture_rad);
+    s->mirrored = conf->mirror;
     s->port.fd = -1;
     s->retry_ns = RETRY_FIRST_NS;
     s->fd = (struct loop_fd){.fd = -1, .ready = on_ready, .ctx = s};

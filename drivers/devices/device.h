@@ -98,6 +98,7 @@ struct device_ops {
     size_t state_size;            /* bytes; the caller gives zeroed, max_align_t-aligned memory */
     uint32_t max_beams, max_bins; /* largest ping that it can make: the pool's buffers are sized by it */
     bool round;                   /* one round transducer: its beam is a cone and not a fan */
+    bool axial;                   /* its only beam lies along the sensor's x axis: it has no sides */
 
     /* Take the configuration. False with a sentence in fault (which key, what is allowed) when it cannot be met. */
     bool (*init)(void *state, const struct device_conf *conf, struct fault *fault);

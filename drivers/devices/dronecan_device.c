@@ -136,6 +136,7 @@ const struct device_ops device_dronecan = {
     .max_beams = 1,
     .max_bins = 1,
     .round = true,
+    .axial = true,
     .init = dronecan_init,
     .opened = dronecan_opened,
     .closed = receiver_closed,

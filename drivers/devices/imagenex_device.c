@@ -425,12 +425,13 @@ static void imagenex_status(const void *state, struct device_status *out)
     out->bad_frame += d->parser.bad_end;
 }
 
-#define IMAGENEX_OPS(its_name, its_init)                                                                          \
+#define IMAGENEX_OPS(its_name, its_init, its_axial)                                                               \
     {                                                                                                             \
         .name = (its_name), .state_size = sizeof(struct imagenex), .max_beams = 1, .max_bins = POINTS,            \
-        .init = (its_init), .opened = imagenex_opened, .closed = imagenex_closed, .feed = imagenex_feed,          \
-        .tick = imagenex_tick, .deadline = poller_deadline, .stop = poller_stop, .status = imagenex_status,       \
+        .axial = (its_axial), .init = (its_init), .opened = imagenex_opened, .closed = imagenex_closed,           \
+        .feed = imagenex_feed, .tick = imagenex_tick, .deadline = poller_deadline, .stop = poller_stop,           \
+        .status = imagenex_status,                                                                                \
     }
 
-const struct device_ops device_imagenex852 = IMAGENEX_OPS("imagenex852", init_852);
-const struct device_ops device_imagenex881a = IMAGENEX_OPS("imagenex881a", init_881a);
+const struct device_ops device_imagenex852 = IMAGENEX_OPS("imagenex852", init_852, true);
+const struct device_ops device_imagenex881a = IMAGENEX_OPS("imagenex881a", init_881a, false);

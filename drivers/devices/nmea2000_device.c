@@ -103,6 +103,7 @@ const struct device_ops device_nmea2000 = {
     .max_beams = 1,
     .max_bins = 1,
     .round = true,
+    .axial = true,
     .init = nmea2000_init,
     .opened = receiver_opened,
     .closed = receiver_closed,

@@ -463,6 +463,7 @@ const struct device_ops device_ping1d = {
     .max_beams = 1,
     .max_bins = 1,
     .round = true,
+    .axial = true,
     .init = ping1d_init,
     .opened = ping1d_opened,
     .closed = ping_talk_closed,

@@ -145,12 +145,12 @@ def cerulean(kind, payload):
     return frame + struct.pack("<H", sum(frame) & 0xFFFF)
 
 
-def surveyor(bench, end_m, points):
+def surveyor(bench, end_m, points, mirror="no"):
     """The sectors after ten pings of a level swath: points of angle (positive to port) and range, by Cerulean's pages."""
     records = b"".join(struct.pack("<ffII", math.radians(angle_deg), 2 * range_m / 1500, 0, 0) for angle_deg, range_m in points)
     atof = b"".join(cerulean(3012, struct.pack("<IQffIIfIHH", 5000 + 100 * k, 0, 2 * end_m / 1500, 1500, k + 1, 240000, 1e-4, 0, len(points), 0) +
                              records) for k in range(10))
-    conf = bench.write("swath.conf", "[sonar swath]\ndevice = surveyor\nport = udp:10.0.0.2:1\nrange = 40 m\n")
+    conf = bench.write("swath.conf", "[sonar swath]\ndevice = surveyor\nport = udp:10.0.0.2:1\nrange = 40 m\nmirror = %s\n" % mirror)
     capture, _ = imported(bench, bench.write("swath.svlog", cerulean(10, b"{}") + atof), "--sensor", "swath", "--conf", conf)
     lines, _ = answers(bench, capture)
     return {s["azimuth_deg"]: s for s in lines[-1]["sectors"]["sectors"]}
@@ -160,6 +160,22 @@ def surveyor_port_is_port(bench):
     """45 degrees to port are azimuth 315."""
     blocked = [azimuth for azimuth, s in surveyor(bench, 30, [(45, 8)]).items() if s["state"] == "blocked"]
     check(blocked and all(abs(azimuth - 315) <= 10 for azimuth in blocked), str(blocked))
+
+
+def surveyor_mirrored(bench):
+    blocked = [azimuth for azimuth, s in surveyor(bench, 30, [(45, 8)], "yes").items() if s["state"] == "blocked"]
+    check(blocked and all(abs(azimuth - 45) <= 10 for azimuth in blocked), str(blocked))
+
+
+def head_mirrored(bench):
+    """A head in a channel, mirrored: what was at an azimuth is at its opposite."""
+    capture, _ = imported(bench, os.path.abspath("tests/replay/box-head.txt"), "--sensor", "box")
+    seen = []
+    for mirror in ("no", "yes"):
+        conf = bench.write(mirror + ".conf", "[sonar box]\ndevice = ping360\nport = serial:/dev/null:115200\nrange = 2 m\nmirror = %s\n" % mirror)
+        lines, _ = answers(bench, capture, "-c", conf)
+        seen.append({s["azimuth_deg"] for s in lines[-1]["sectors"]["sectors"] if s["age_s"] is not None})
+    check(seen[0] and seen[0] != seen[1] and {-azimuth % 360 for azimuth in seen[0]} == seen[1], str(seen))
 
 
 def surveyor_hears_from_its_start(bench):
@@ -311,7 +327,7 @@ run([("poses_of_a_relay", poses_of_a_relay), ("poses_are_added_and_replayed", po
      ("seanet_raw", plays("tritech-v4log-target/*.rebuilt.stream", "micron")),
      ("ping_viewer_2", recording_of_ping_viewer_2_plays_with_its_attitude),
      ("dates_are_kept", dates_are_kept),
-     ("surveyor_port_is_port", surveyor_port_is_port), ("surveyor_hears_from_its_start", surveyor_hears_from_its_start),
+     ("surveyor_port_is_port", surveyor_port_is_port), ("surveyor_mirrored", surveyor_mirrored), ("head_mirrored", head_mirrored), ("surveyor_hears_from_its_start", surveyor_hears_from_its_start),
      ("imagenex", plays("imagenex852-echosounder/hydroball.852", "imagenex852")),
      ("baud_rate_does_not_move_pings", baud_rate_does_not_move_pings),
      ("capture_of_another_program_names_the_import", capture_of_another_program_names_the_import),

@@ -71,6 +71,15 @@ def network_head(bench):
     check("auto-transmit mode" in daemon.log(), "the head is not in auto-transmit mode")
 
 
+def mirrored_head(bench):
+    """The sector is the vehicle's, and what the head hears to port is to starboard: so the head scans its port side."""
+    sim = ping360(bench, "--udp", "0")
+    _, client = start(bench, {"head": "udp:" + sim.address}, head={"mirror": "yes", "sector": "30 120 deg"})
+    pings(client, "head", 80)
+    check_range(client.call("blocked", azimuth_deg=90, distance_m=5.5), 5)
+    check(client.call("blocked", azimuth_deg=270, distance_m=3)["state"] == "unknown", "it has scanned the wrong side")
+
+
 def bridge(bench):
     """Somebody else speaks to the bridge: the sonar's bytes come back within seconds and without a new start."""
     sim = ping360(bench, "--udp", "0")
@@ -260,7 +269,7 @@ def several(bench):
         pings(client, broken, 10)
 
 
-cases = [("network_head", network_head), ("bridge", bridge), ("nobody_there", nobody_there),
+cases = [("network_head", network_head), ("mirrored_head", mirrored_head), ("bridge", bridge), ("nobody_there", nobody_there),
          ("taken_over", taken_over),
          ("echosounder_udp", lambda bench: echosounder(bench, True)),
          ("echosounder_serial", lambda bench: echosounder(bench, False)),
