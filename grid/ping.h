@@ -45,21 +45,22 @@ struct ping_beam {
 };
 
 struct ping {
-    uint64_t t_ns;                          /* monotonic time of transmission on the host's clock */
-    uint64_t t_in_ns;                       /* when its last byte came in: latency is counted from here */
-    uint32_t seq;                           /* counts the sensor's pings from 1 */
-    uint16_t sensor;                        /* index of the sensor in the configuration */
-    uint8_t kind;                           /* enum ping_kind */
-    uint8_t law;                            /* enum amplitude_law */
-    uint8_t sample_bytes;                   /* 1 or 2 (host byte order) per intensity */
-    uint8_t flags;                          /* set of enum ping_flag */
-    uint16_t n_beams;                       /* 1..PING_MAX_BEAMS */
-    uint8_t gain;                           /* the device's own setting of it, if it says one; else 0 */
-    uint32_t n_bins;                        /* 0..PING_MAX_BINS; bin i covers r0 + i*dr .. r0 + (i+1)*dr */
-    float db_per_count;                     /* AMPLITUDE_LOG only */
-    float gain_db;                          /* of the receiver, against the device's normal setting */
-    float r0_m, dr_m;                       /* near edge of bin 0; length of a bin */
-    float pulse_m;                          /* c * transmit duration / 2: what cannot be resolved */
+    uint64_t t_ns;        /* monotonic time of transmission on the host's clock */
+    uint64_t t_in_ns;     /* when its last byte came in: latency is counted from here */
+    uint32_t seq;         /* counts the sensor's pings from 1 */
+    uint16_t sensor;      /* index of the sensor in the configuration */
+    uint8_t kind;         /* enum ping_kind */
+    uint8_t law;          /* enum amplitude_law */
+    uint8_t sample_bytes; /* 1 or 2 (host byte order) per intensity */
+    uint8_t flags;        /* set of enum ping_flag */
+    uint16_t n_beams;     /* 1..PING_MAX_BEAMS */
+    uint8_t gain;         /* the device's own setting of it, if it says one; else 0 */
+    uint32_t n_bins;      /* 0..PING_MAX_BINS; bin i covers r0 + i*dr .. r0 + (i+1)*dr */
+    float db_per_count;   /* AMPLITUDE_LOG only */
+    float gain_db;        /* of the receiver, against the device's normal setting */
+    float r0_m, dr_m;     /* near edge of bin 0, where listening begins; length of a bin */
+    float pulse_m;        /* c * transmit duration / 2: what cannot be resolved */
+    float deaf_m;         /* nearer the receiver is locked out, whatever its bins hold; 0: it is not */
     float az_aperture_rad, el_aperture_rad; /* full width of one beam, half power */
     uint32_t head_units;                    /* head angle in units of the head ... */
     uint32_t head_turn;                     /* ... of which this many make a turn; 0: the head does not turn */

@@ -111,13 +111,15 @@ bool ping1d_decode_firmware(const struct ping_frame *f, unsigned *major, unsigne
 void ping1d_fill_ping(struct ping *ping, const struct ping_frame *frame, const struct ping1d_reading *r,
                       const struct ping1d_view *view)
 {
-    double begin_m = r->simple ? view->start_m : r->start_mm * 1e-3 * view->scale;
-    double length_m = r->simple ? fmax(view->range_m - begin_m, 0.0) : r->length_mm * 1e-3 * view->scale;
+    const double start_m = r->simple ? view->start_m : r->start_mm * 1e-3 * view->scale,
+                 begin_m = fmax(start_m, PING1D_START_MM * 1e-3 * view->scale);
+    const double end_m = r->simple ? view->range_m : start_m + r->length_mm * 1e-3 * view->scale;
+    const double scan_m = r->simple ? fmax(end_m - begin_m, 0.0) : r->length_mm * 1e-3 * view->scale;
     double pulse_m = view->sound_speed_mps * r->transmit_us * 1e-6 / 2.0;
-    double cell_m = length_m / (r->n_samples > 0 ? r->n_samples : PING1D_SAMPLES);
+    double cell_m = scan_m / (r->n_samples > 0 ? r->n_samples : PING1D_SAMPLES);
     double confidence = r->confidence_percent / 100.0;
     bool heard = r->distance_mm > 0 && r->confidence_percent > 0 && confidence >= view->min_confidence;
-    uint64_t listening_ns = (uint64_t)(2e9 * (begin_m + length_m) / view->sound_speed_mps);
+    uint64_t listening_ns = (uint64_t)(2e9 * end_m / view->sound_speed_mps);
 
     ping->t_ns =
         transmitted_ns(frame->t_first_ns, frame->t_last_ns, ping_frame_bytes(frame), view->baud, listening_ns);
@@ -127,7 +129,7 @@ void ping1d_fill_ping(struct ping *ping, const struct ping_frame *frame, const s
     ping->n_beams = 1;
     ping->n_bins = 1;
     ping->r0_m = (float)begin_m;
-    ping->dr_m = (float)length_m;
+    ping->dr_m = (float)fmax(end_m - begin_m, 0.0);
     ping->pulse_m = (float)pulse_m;
     ping->az_aperture_rad = ping->el_aperture_rad = (float)view->beam_rad;
     ping->beam[0] = (struct ping_beam){.range_m = heard ? (float)(r->distance_mm * 1e-3 * view->scale) : 0.0f,

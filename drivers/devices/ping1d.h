@@ -88,8 +88,8 @@ struct ping1d_view {
 
 /**
  * ping1d_fill_ping - the reading as a ping of one ready range along x of the sensor; no echo when its confidence
- * is below the least. One bin without samples spans what was listened to. sd: of a reflector anywhere within the pulse
- * and a profile's bin. Everything but flags, seq, sensor and pose is set.
+ * is below the least. One bin without samples spans what was listened to and what these transducers can detect. sd: of
+ * a reflector anywhere within the pulse and a profile's bin. Everything but flags, seq, sensor and pose is set.
  */
 void ping1d_fill_ping(struct ping *ping, const struct ping_frame *frame, const struct ping1d_reading *r,
                       const struct ping1d_view *view);

@@ -74,6 +74,13 @@ static bool at(const struct ping1d *d, enum step step)
 
 static void on_frame(void *device, const struct ping_frame *frame, uint64_t now_ns, const struct device_io *io);
 
+/* Its scan is as it is going to be configured, until it says one. */
+static void forget_scan(struct ping1d *d)
+{
+    d->scan_start_m = PING1D_START_MM * 1e-3;
+    d->scan_end_m = d->conf.range_m;
+}
+
 static bool ping1d_init(void *state, const struct device_conf *conf, struct fault *fault)
 {
     struct ping1d *d = state;
@@ -94,8 +101,7 @@ static bool ping1d_init(void *state, const struct device_conf *conf, struct faul
         d->conf = *conf;
         d->interval_ns = ping_ns > PING_LEAST_NS ? ping_ns : PING_LEAST_NS;
         d->device_speed_mps = PING1D_SOUND_SPEED_MPS;
-        d->scan_start_m = PING1D_START_MM * 1e-3;
-        d->scan_end_m = conf->range_m;
+        forget_scan(d);
         d->beam_rad = geo_rad(BEAM_DEG);
         d->talk.on_frame = on_frame;
         ping_parser_init(&d->talk.parser, PING_PAYLOAD_MAX);
@@ -454,6 +460,7 @@ static void ping1d_opened(void *state, uint64_t now_ns, const struct device_io *
     takeover_forget(&d->takeover, &d->talk.poller.status);
     d->count = (struct ping_count){0};
     d->device_speed_mps = PING1D_SOUND_SPEED_MPS;
+    forget_scan(d);
     ping_talk_opened(&d->talk, now_ns, io);
 }
 

@@ -376,6 +376,12 @@ static void find_free_interval(const struct extract *e, const struct profile *p,
     }
     if (begin < p->first && profile_blind(p, begin)) /* a mask over the ring-down */
         begin = p->first;
+    if (begin < p->axis->deaf)
+        begin = p->axis->deaf;
+    if (begin >= p->axis->n) {
+        out->free_to_m = 0.0f;
+        return;
+    }
     const struct free_water w = free_water_find(p, b, begin, bold && out->n == 0 ? INFINITY : detectable,
                                                 e->contrast, out->n ? first->near : 0);
     out->heard_from_m = out->blind_m = (float)profile_m(p, w.begin);
@@ -494,7 +500,10 @@ static uint16_t echoes_of_beam(const struct ping *ping, uint16_t b)
     return n;
 }
 
-/* A sonar that picks its ranges does not say how near it hears, unless the device or ring_down knows. */
+/*
+ * A sonar that picks its ranges does not say how near it hears, unless ring_down does. Where its scan begins is known of
+ * some, but not that the transducer has stopped ringing by then.
+ */
 #define RANGES_BLIND_M 0.3
 
 /* A reflector somewhere within a pulse, each place as likely,
@@ -508,10 +517,10 @@ static void extract_ranges(const struct extract *e, double begin_m, float range_
     if (!is_range(beam->range_m) && beam->range_m != 0.0f)
         return;
     out->state = BEAM_SILENT;
-    const double known_m = fmax(e->conf.ring_down_m, begin_m > 0.0 && begin_m < 1e5 ? begin_m : 0.0);
-    out->blind_m = (float)(known_m > 0.0 ? known_m : RANGES_BLIND_M);
+    const double ring_m = e->conf.ring_down_m >= 0.0 ? e->conf.ring_down_m : RANGES_BLIND_M;
+    out->blind_m = (float)(begin_m > ring_m && begin_m < 1e5 ? begin_m : ring_m);
     if (!is_range(beam->range_m)) {
-        out->free_to_m = (float)e->conf.minimum_range_m;
+        out->free_to_m = fminf((float)e->conf.minimum_range_m, range_max_m);
         out->heard_from_m = out->blind_m;
         out->heard_to_m = range_max_m;
         return;

@@ -18,13 +18,16 @@ bool profile_axis_of(struct profile_axis *axis, const struct ping *ping, double 
                      uint32_t max_bins)
 {
     const double dr = (double)ping->dr_m, pulse = (double)ping->pulse_m, r0 = (double)ping->r0_m;
+    const double deaf_m = (double)ping->deaf_m;
 
     if (ping->n_bins == 0 || ping->n_bins > max_bins || !(dr >= 1e-6 && dr <= 100.0) ||
-        !(pulse >= 0.0 && pulse <= 1e3) || !(r0 >= 0.0 && r0 <= 1e5))
+        !(pulse >= 0.0 && pulse <= 1e3) || !(deaf_m >= 0.0 && deaf_m <= 1e3) || !(r0 >= 0.0 && r0 <= 1e5))
         return false;
     *axis = (struct profile_axis){.n = ping->n_bins, .r0 = r0, .dr = dr};
     axis->resolution_bins = fmin(fmax(pulse / dr, 1.0), PING_MAX_BINS);
     axis->half = (uint32_t)(axis->resolution_bins / 2.0);
+
+    axis->deaf = bins_for(fmax(fmax(pulse, deaf_m) - r0, 0.0), dr);
 
     const uint32_t pulse_bins = bins_for(pulse, dr);
     axis->guard = bins_for(guard_m, dr);

@@ -21,6 +21,7 @@ struct profile_axis {
     uint32_t window; /* reference cells on each side */
     uint32_t guard;
     double resolution_bins; /* bins per independent cell, >= 1 */
+    uint32_t deaf; /* bins that end within the pulse or the lock-out: quiet or not, they show no free water */
 };
 
 #define PROFILE_BLOCK 32 /* cells of a block */

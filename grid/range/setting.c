@@ -29,7 +29,8 @@ void settings_clear(struct settings *s)
 
 static bool same_axis(const struct profile_axis *a, const struct profile_axis *b)
 {
-    return a->n == b->n && a->r0 == b->r0 && a->dr == b->dr && a->resolution_bins == b->resolution_bins;
+    return a->n == b->n && a->r0 == b->r0 && a->dr == b->dr && a->resolution_bins == b->resolution_bins &&
+           a->deaf == b->deaf;
 }
 
 static struct setting *find(struct settings *s, const struct profile_axis *axis, uint8_t gain)

@@ -356,7 +356,38 @@ TEST(worked_simple_distance_is_read)
     hear(&conf, worked_simple, sizeof(worked_simple));
     CHECK_INT(rig.pings, 1);
     CHECK_NEAR(rig.last_beam.range_m, 7.25, 1e-6, 0);
+    CHECK_NEAR(rig.last.r0_m, 0.5, 1e-6, 0);
     CHECK_NEAR(rig.last.r0_m + rig.last.dr_m, 10.5, 1e-6, 0);
+}
+
+/* It detects nothing nearer than its scan begins, as last told, and than its transducer does. */
+TEST(water_nearer_than_the_scan_is_not_heard)
+{
+    static const struct {
+        uint32_t start_mm, length_mm;
+        double from_m, to_m;
+    } row[] = {{500, 10000, 0.5, 10.5}, {2000, 5000, 2.0, 7.0}, {0, 3000, 0.5, 3.0}, {0, 400, 0.5, 0.5}};
+    const struct ping1d_reading simple = {.distance_mm = 7250, .confidence_percent = 95, .simple = true};
+    const struct device_conf conf = usual_conf();
+    uint8_t b[64];
+
+    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+        const struct ping1d_reading whole = {.distance_mm = 7250,
+                                             .confidence_percent = 95,
+                                             .ping_number = 1,
+                                             .start_mm = row[i].start_mm,
+                                             .length_mm = row[i].length_mm};
+        size_t n = ping1d_encode_reading(b, sizeof(b), 1, &whole);
+        hear(&conf, b, n);
+        CHECK_NEAR(rig.last.r0_m, row[i].from_m, 1e-6, 0);
+        CHECK_NEAR(rig.last.r0_m + rig.last.dr_m, row[i].to_m, 1e-6, 0);
+        n = ping1d_encode_reading(b, sizeof(b), 1, &simple);
+        device_ping1d.feed(rig.state, b, n, rig.now_ns, &rig.io);
+        CHECK_INT(rig.pings, 2);
+        CHECK_NEAR(rig.last.r0_m, row[i].from_m, 1e-6, 0);
+        hear(&conf, b, n); /* opened anew: nothing is known of its scan */
+        CHECK_NEAR(rig.last.r0_m, 0.5, 1e-6, 0);
+    }
 }
 
 TEST(frames_that_are_too_short_or_senseless)
@@ -874,6 +905,7 @@ int main(void)
     RUN(worked_frames_are_written);
     RUN(worked_profile_is_read);
     RUN(worked_simple_distance_is_read);
+    RUN(water_nearer_than_the_scan_is_not_heard);
     RUN(frames_that_are_too_short_or_senseless);
     RUN(more_samples_said_than_there);
     RUN(configuration_faults_name_the_key);

@@ -742,9 +742,64 @@ TEST(ready_ranges_claim_nothing_next_to_the_sonar_and_nothing_unheard)
     CHECK_NEAR(run()->blind_m, 0.3, 1e-6, 0); /* the device does not say how near it hears */
     ping.r0_m = 0.6f;
     CHECK_NEAR(run()->blind_m, 0.6, 1e-6, 0);
+    ping.r0_m = 0.1f; /* its scan begins there, but the transducer may still ring */
+    CHECK_NEAR(run()->blind_m, 0.3, 1e-6, 0);
+    conf.ring_down_m = 0.05;
+    set_up();
+    CHECK_NEAR(run()->blind_m, 0.1, 1e-6, 0);
+    conf.ring_down_m = 0.4;
+    set_up();
+    CHECK_NEAR(run()->blind_m, 0.4, 1e-6, 0);
     ping.flags = PING_UNHEARD;
     CHECK_INT(run()->state, BEAM_BLIND);
     CHECK(found[0].n == 0 && found[0].free_to_m == 0.0f && found[0].blind_m == 0.0f);
+}
+
+TEST(a_sonar_without_an_echo_frees_nothing_beyond_its_range)
+{
+    begin();
+    ping.kind = PING_RANGES;
+    ping.n_beams = 1;
+    ping.n_bins = 1;
+    ping.dr_m = 0.6f; /* it chose a short one by itself */
+    conf.minimum_range_m = 1.0;
+    set_up();
+    CHECK_NEAR(run()->free_to_m, 0.6, 1e-6, 0);
+    ping.dr_m = 5.0f;
+    CHECK_NEAR(run()->free_to_m, 1.0, 1e-6, 0);
+}
+
+/* A transducer that does not ring, and a head that locks its receiver out: quiet bins are no free water. */
+TEST(nothing_is_free_within_the_pulse_or_the_lock_out)
+{
+    const struct scene calm = {.floor = 20};
+    static const struct {
+        float pulse_m, deaf_m, ring_down_m, from_m;
+    } row[] = {{0.03f, 0, 0.01f, 0.03f},
+               {0.03f, 0.5f, 0.01f, 0.5f},
+               {0.4f, 0.1f, 0.01f, 0.4f},
+               {0.03f, 0.5f, 0.8f, 0.8f},
+               {0.03f, 0.5f, -1.0f, 0.5f}};
+
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        begin();
+        ping.pulse_m = row[i].pulse_m;
+        ping.deaf_m = row[i].deaf_m;
+        conf.ring_down_m = (double)row[i].ring_down_m;
+        set_up();
+        know(&calm);
+        const struct beam_echoes *b = run();
+        if (!(b->blind_m >= row[i].from_m - 1e-6f && b->blind_m < row[i].from_m + 0.3f && b->free_to_m > 2)) {
+            printf("row %zu: from %g to %g m\n", i, (double)b->blind_m, (double)b->free_to_m);
+            CHECK(false);
+        }
+    }
+    ping.deaf_m = 20.0f; /* beyond its range */
+    run();
+    CHECK(found[0].free_to_m <= found[0].blind_m);
+    ping.deaf_m = NAN;
+    run();
+    CHECK(found[0].free_to_m <= found[0].blind_m);
 }
 
 TEST(ready_ranges_of_one_direction_are_one_beam)
@@ -940,6 +995,8 @@ int main(void)
     RUN(header_and_beams_are_copied);
     RUN(ready_ranges_pass_through);
     RUN(ready_ranges_claim_nothing_next_to_the_sonar_and_nothing_unheard);
+    RUN(a_sonar_without_an_echo_frees_nothing_beyond_its_range);
+    RUN(nothing_is_free_within_the_pulse_or_the_lock_out);
     RUN(ready_ranges_of_one_direction_are_one_beam);
     RUN(more_ready_ranges_than_a_beam_holds);
     RUN(settings_may_change_between_pings);
