@@ -8,6 +8,9 @@
  *
  * The depth is the range below the transducer. The offset to water line or keel in the message is not added: where the
  * transducer sits is configured. A depth that is "not available" is no ping: it does not say that the water is free.
+ *
+ * Displays repeat the message without ever having a depth. So talkers are kept apart: "not available" of an address
+ * that never had a depth says nothing while another address has one.
  */
 #include <math.h>
 #include <stdio.h>
@@ -20,6 +23,7 @@
 #define PGN_WATER_DEPTH 128267u
 #define DEPTH_BYTES     8
 #define ADDRESS_MAX     251
+#define ADDRESSES       256           /* that a frame can hold */
 #define PATIENCE_NS     5000000000ull /* it is sent every second */
 
 /* Of usual through-hull transducers; the message does not tell. */
@@ -30,8 +34,17 @@
 #define RANGE_GOOD_MAX  0xFCu
 #define OFFSET_GOOD_MAX 0x7FFC
 
+struct talker {
+    bool had_depth;     /* ever */
+    bool has_depth;     /* in its newest message */
+    bool short_told;    /* that its frames are too short */
+    bool several_told;  /* that it is not the only one with depths */
+    uint64_t t_last_ns; /* of its newest message */
+};
+
 struct nmea2000 {
     struct receiver receiver; /* first: see receiver.h */
+    struct talker talker[ADDRESSES];
 };
 
 static bool nmea2000_init(void *state, const struct device_conf *conf, struct fault *fault)
@@ -56,19 +69,46 @@ static struct can_match nmea2000_can_match(const void *state)
     return match;
 }
 
-static void describe(struct receiver *l, unsigned source, int16_t offset_mm)
+/* An address other than `source` that has a depth now, -1: none. One that fell silent may have changed its address. */
+static int other_with_depth(const struct nmea2000 *d, int source, uint64_t now_ns)
 {
-    int n = snprintf(l->status.what, sizeof(l->status.what), "NMEA 2000 address %u", source);
+    for (int i = 0; i < ADDRESSES; i++) {
+        const struct talker *t = &d->talker[i];
+        if (i != source && t->has_depth && now_ns - t->t_last_ns <= PATIENCE_NS)
+            return i;
+    }
+    return -1;
+}
+
+/* `other`: another address that has depths, -1: none. */
+static void describe(struct receiver *l, int source, int other, int16_t offset_mm)
+{
+    char *what = l->status.what;
+    const size_t room = sizeof(l->status.what);
+    int n = snprintf(what, room, "NMEA 2000 address %d", source);
+    if (other >= 0)
+        n += snprintf(what + n, room - (size_t)n, " (depths also from %d)", other);
     /* -1 mm is sent by devices that mean "not available" and say so with the wrong number. */
     if (offset_mm <= OFFSET_GOOD_MAX && offset_mm != 0 && offset_mm != -1)
-        snprintf(l->status.what + n, sizeof(l->status.what) - (size_t)n, ", %.3f m %s", fabs(offset_mm * 1e-3),
+        snprintf(what + n, room - (size_t)n, ", %.3f m %s", fabs(offset_mm * 1e-3),
                  offset_mm > 0 ? "below the water line" : "above the keel");
+}
+
+static void tell_several(struct nmea2000 *d, int source, int other, const struct device_io *io)
+{
+    if (d->talker[source].several_told)
+        return;
+    d->talker[source].several_told = d->talker[other].several_told = true;
+    io->note(io->ctx, NOTE_WARNING,
+             "depths come from NMEA 2000 addresses %d and %d, taken as one transducer; set node to one of them",
+             other, source);
 }
 
 static void on_depth(struct nmea2000 *d, const struct canfd_frame *frame, uint64_t now_ns,
                      const struct device_io *io)
 {
     const uint8_t *b = frame->data;
+    const int source = (int)(frame->can_id & 0xFF), other = other_with_depth(d, source, now_ns);
     const uint32_t depth = b[1] | (uint32_t)b[2] << 8 | (uint32_t)b[3] << 16 | (uint32_t)b[4] << 24;
     const bool heard = depth > 0 && depth <= DEPTH_GOOD_MAX; /* else "not available" */
     const struct receiver_range range = {.range_m = heard ? depth * 0.01 : 0,
@@ -76,10 +116,33 @@ static void on_depth(struct nmea2000 *d, const struct canfd_frame *frame, uint64
                                          .range_max_m = b[7] <= RANGE_GOOD_MAX ? b[7] * 10.0 : 0,
                                          .resolution_m = 0.01,
                                          .aperture_rad = APERTURE_RAD};
+    struct talker *talker = &d->talker[source];
 
-    describe(&d->receiver, frame->can_id & 0xFF, (int16_t)(b[5] | b[6] << 8));
+    talker->has_depth = heard;
+    talker->had_depth |= heard;
+    talker->t_last_ns = now_ns;
+    if (!talker->had_depth && other >= 0)
+        return;
+    describe(&d->receiver, source, other, (int16_t)(b[5] | b[6] << 8));
     receiver_heard(&d->receiver, now_ns, io);
     receiver_ping(&d->receiver, &range, now_ns, io);
+    if (heard && other >= 0)
+        tell_several(d, source, other, io);
+}
+
+/* Some instruments leave the last byte out. They are named once, and in `what` while nothing better comes. */
+static void on_short(struct nmea2000 *d, const struct canfd_frame *frame, const struct device_io *io)
+{
+    struct receiver *l = &d->receiver;
+    const unsigned source = frame->can_id & 0xFF;
+    l->status.bad_frame++;
+    if (!l->heard)
+        snprintf(l->status.what, sizeof(l->status.what), "NMEA 2000 address %u: depths of %u bytes not used",
+                 source, frame->len);
+    if (!d->talker[source].short_told)
+        io->note(io->ctx, NOTE_WARNING, "NMEA 2000 address %u sends depths of %u bytes, not %d; they are not used",
+                 source, frame->len, DEPTH_BYTES);
+    d->talker[source].short_told = true;
 }
 
 static void nmea2000_feed(void *state, const uint8_t *bytes, size_t n, uint64_t now_ns, const struct device_io *io)
@@ -92,7 +155,7 @@ static void nmea2000_feed(void *state, const uint8_t *bytes, size_t n, uint64_t 
     else if (!can_frame_is_data(&frame) || !can_frame_matches(&frame, nmea2000_can_match(d)))
         return;
     else if (n != CAN_MTU || frame.len != DEPTH_BYTES)
-        d->receiver.status.bad_frame++;
+        on_short(d, &frame, io);
     else
         on_depth(d, &frame, now_ns, io);
 }

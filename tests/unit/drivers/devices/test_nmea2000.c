@@ -82,6 +82,72 @@ TEST(source_is_chosen)
     CHECK(strstr(rig.fault.text, "0 .. 251"));
 }
 
+/* Of a bus with a transducer at 36 (24), and a display at 12 (0C) that repeats the message without a depth. */
+TEST(a_display_without_depths_takes_nothing_back)
+{
+    CHECK(rig_open(&device_nmea2000, -1, -1));
+    rig_hear("15F50B24#67BC010000F401FF");
+    rig_wait(300);
+    rig_hear("0DF50B0C#FFFFFFFFFFFF7FFF");
+    CHECK_INT(rig.pings, 1);
+    CHECK_INT(rig.unheard, 0);
+    CHECK_STR(rig_status().what, "NMEA 2000 address 36, 0.500 m below the water line");
+    rig_hear("15F50B24#67FFFFFFFFF401FF"); /* the transducer itself */
+    CHECK_INT(rig.unheard, 1);
+    rig_hear("0DF50B0C#FFFFFFFFFFFF7FFF"); /* nobody has a depth now */
+    CHECK_INT(rig.unheard, 2);
+    CHECK_INT(rig.warnings, 0);
+}
+
+TEST(a_display_counts_again_when_the_transducer_is_silent)
+{
+    CHECK(rig_open(&device_nmea2000, -1, -1));
+    rig_hear("15F50B24#67BC010000F401FF");
+    rig_wait(5001);
+    rig_hear("0DF50B0C#FFFFFFFFFFFF7FFF");
+    CHECK_INT(rig.unheard, 1);
+}
+
+TEST(two_with_depths_are_a_warning)
+{
+    CHECK(rig_open(&device_nmea2000, -1, -1));
+    for (int i = 0; i < 3; i++) {
+        rig_hear("0DF50B0B#11D50200000000FF");
+        rig_hear("0DF50B23#11BC0100000000FF");
+    }
+    CHECK_INT(rig.pings, 6);
+    CHECK_INT(rig.warnings, 1);
+    CHECK(strstr(rig.note, "addresses 11 and 35"));
+    CHECK_STR(rig_status().what, "NMEA 2000 address 35 (depths also from 11)");
+    rig_hear("0DF50B23#11FFFFFFFF0000FF"); /* it had depths: what it cleared is taken back */
+    CHECK_INT(rig.unheard, 1);
+}
+
+TEST(a_changed_address_is_no_second_transducer)
+{
+    CHECK(rig_open(&device_nmea2000, -1, -1));
+    rig_hear("0DF50B0B#11D50200000000FF");
+    rig_wait(5001);
+    const unsigned warnings = rig.warnings; /* of the silence */
+    rig_hear("0DF50B23#11BC0100000000FF");
+    CHECK_INT(rig.warnings, warnings);
+    CHECK_STR(rig_status().what, "NMEA 2000 address 35");
+}
+
+TEST(short_frames_are_named_once)
+{
+    CHECK(rig_open(&device_nmea2000, -1, -1));
+    rig_hear("0DF50B23#11D502000006FF");
+    rig_hear("0DF50B23#11D502000006FF");
+    CHECK_INT(rig.pings, 0);
+    CHECK_INT(rig_status().bad_frame, 2);
+    CHECK_INT(rig.warnings, 1);
+    CHECK_STR(rig.note, "NMEA 2000 address 35 sends depths of 7 bytes, not 8; they are not used");
+    CHECK_STR(rig_status().what, "NMEA 2000 address 35: depths of 7 bytes not used");
+    rig_hear("0DF50B24#11D502000006FF");
+    CHECK_INT(rig.warnings, 2);
+}
+
 /* Every line of the file: in the form of candump -L, or "<0x0df50b23> [8] ff ff ...". Their number, of frames. */
 static unsigned hear_file(FILE *f)
 {
@@ -177,6 +243,11 @@ int main(void)
     RUN(what_is_no_depth);
     RUN(offset_is_told_and_not_added);
     RUN(source_is_chosen);
+    RUN(a_display_without_depths_takes_nothing_back);
+    RUN(a_display_counts_again_when_the_transducer_is_silent);
+    RUN(two_with_depths_are_a_warning);
+    RUN(a_changed_address_is_no_second_transducer);
+    RUN(short_frames_are_named_once);
     FILE *data = fopen(DATA "README.md", "r");
     if (data) {
         fclose(data);
