@@ -283,6 +283,8 @@ static void show_instruments(const struct page *page, const json_t *result)
             fprintf(page->out, ", the last value %s ago\n", page_duration(b, page_number(source, "age_s")));
         if (json_string_length(json_object_get(source, "error")) > 0)
             fprintf(page->out, "           %s\n", page_text(b, source, "error"));
+        if (json_string_length(json_object_get(source, "oddities")) > 0)
+            fprintf(page->out, "           skipped: %s\n", page_text(b, source, "oddities"));
     }
     if (!json_is_object(leak))
         return;

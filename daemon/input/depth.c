@@ -27,6 +27,7 @@ struct sample {
     uint64_t t_ns; /* middle between question and answer */
     enum modbus_result result;
     double value;
+    unsigned oddities;
     struct fault fault;
 };
 
@@ -77,6 +78,17 @@ bool depth_plausible(const struct conf_depth *conf, double depth_m, uint64_t t_n
     return fabs(depth_m - last_m) <= JITTER_M + conf->speed_limit_mps * (double)(t_ns - last_ns) * 1e-9;
 }
 
+void depth_oddities_text(unsigned oddities, struct fault *text)
+{
+    static const char *const words[] = {"a stray byte before answers", "a stray byte behind answers",
+                                        "the adapter echoes questions"};
+    size_t n = 0;
+    text->text[0] = '\0';
+    for (unsigned i = 0; i < sizeof words / sizeof *words; i++)
+        if (oddities & 1u << i)
+            n += (size_t)snprintf(text->text + n, sizeof text->text - n, "%s%s", n ? ", " : "", words[i]);
+}
+
 /* ---- the thread ---- */
 
 /* False: it is time to end. */
@@ -110,6 +122,7 @@ static void ask(struct depth *d, struct sample *s)
     if (s->result != MODBUS_OK)
         return;
     s->result = modbus_depth_read(d->modbus, &s->value, &s->fault);
+    s->oddities = modbus_depth_oddities(d->modbus);
     s->t_ns = before + (loop_clock() - before) / 2;
 }
 
@@ -119,7 +132,7 @@ static void *poller(void *ctx)
     const int period_ms = (int)(1000 / d->conf.rate_hz);
     int retry_ms = RETRY_FIRST_MS, wait_ms;
     do {
-        struct sample s;
+        struct sample s = {0};
         uint64_t start = loop_clock();
         ask(d, &s);
         if (s.result == MODBUS_STOPPED)
@@ -199,6 +212,17 @@ static void take_failure(struct depth *d, const struct sample *s)
     }
 }
 
+static void take_oddities(struct depth *d, unsigned oddities)
+{
+    struct fault text;
+    const unsigned news = oddities & ~d->status.oddities;
+    if (!news)
+        return;
+    d->status.oddities |= news;
+    depth_oddities_text(news, &text);
+    log_line(LOG_NOTICE, "depth_oddity", "depth: %s: %s; skipped", d->conf.source, text.text);
+}
+
 static void on_wake(void *ctx, uint32_t events, uint64_t now_ns)
 {
     struct depth *d = ctx;
@@ -210,6 +234,7 @@ static void on_wake(void *ctx, uint32_t events, uint64_t now_ns)
     while (ring_take(&d->ready, &i)) {
         struct sample s = d->sample[i];
         ring_put(&d->idle, i);
+        take_oddities(d, s.oddities);
         if (s.result == MODBUS_OK)
             take_value(d, &s);
         else

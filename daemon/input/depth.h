@@ -26,6 +26,7 @@ struct depth_status {
     uint64_t timeouts, exceptions, bad_answers, out_of_step, no_number;
     uint64_t reconnects;
     uint64_t dropped;   /* samples that the loop had no time for */
+    unsigned oddities;  /* bits of enum modbus_oddity that were ever seen */
     struct fault error; /* the newest trouble; empty when all is well */
 };
 
@@ -39,6 +40,9 @@ double depth_of_value(const struct conf_depth *conf, double density_kgpm3, doubl
  */
 bool depth_plausible(const struct conf_depth *conf, double depth_m, uint64_t t_ns, double last_m,
                      uint64_t last_ns);
+
+/** depth_oddities_text - what an RTU line does beside answering, as words; empty: nothing. */
+void depth_oddities_text(unsigned oddities, struct fault *text);
 
 /** depth_new - NULL with a sentence in fault. Nothing is opened. */
 struct depth *depth_new(const struct conf_depth *conf, double density_kgpm3, struct pose_input *input,

@@ -17,6 +17,7 @@ static void write_depth(struct json_out *out, const struct methods_env *d)
                                          [DEPTH_SILENT] = "silent",
                                          [DEPTH_RUNNING] = "running"};
     struct depth_status s;
+    struct fault oddities;
     if (!d->aux.depth) {
         json_member_null(out, "depth");
         return;
@@ -28,6 +29,8 @@ static void write_depth(struct json_out *out, const struct methods_env *d)
     json_member_known(out, "depth_m", s.t_depth_ns != 0, s.depth_m, PER_METRES);
     write_age(out, d, s.t_depth_ns);
     json_member_text(out, "error", s.error.text);
+    depth_oddities_text(s.oddities, &oddities);
+    json_member_text(out, "oddities", oddities.text);
     json_member_count(out, "samples", s.samples);
     json_member_count(out, "implausible", s.implausible);
     json_member_count(out, "timeouts", s.timeouts);

@@ -19,6 +19,14 @@
 #define EXCEPTION_BYTES 5
 #define FRAME_GAP_BITS  38.5 /* between two frames: 3.5 characters */
 
+#define QUESTION_BYTES   8
+#define ANSWER_BYTES_MAX 9
+#define HEADER_BYTES     3 /* slave, function, length */
+
+/* Adapters that switch direction make so many bytes of 00 or FF around an answer. */
+#define STRAYS_MAX 2
+#define HEARD_MAX  (STRAYS_MAX + QUESTION_BYTES + STRAYS_MAX + ANSWER_BYTES_MAX)
+
 /* A line that babbles for so many turn-arounds is closed and opened again. */
 #define QUIET_PATIENCE 10
 
@@ -38,6 +46,7 @@ struct modbus_depth {
     bool open, out_of_step;
     int timeouts;         /* in a row */
     uint16_t echo_number; /* of the newest echo that was asked for: no two that may be under way are alike */
+    unsigned oddities;    /* since the link was opened */
 };
 
 /* ---- addresses ---- */
@@ -183,6 +192,7 @@ static bool connect_link(struct modbus_depth *m, struct fault *fault)
     } else {
         m->out_of_step = !m->address.tcp; /* somebody may have asked before us */
         m->timeouts = 0;
+        m->oddities = 0;
     }
     return m->open;
 }
@@ -202,14 +212,24 @@ static enum modbus_result lost(struct modbus_depth *m, struct fault *fault)
     return MODBUS_NO_LINK;
 }
 
+/* How many of the first bytes are stray, as far as strays are forgiven. */
+static size_t strays(const uint8_t *bytes, size_t n)
+{
+    size_t found = 0;
+    while (found < n && found < STRAYS_MAX && (bytes[found] == 0x00 || bytes[found] == 0xff))
+        found++;
+    return found;
+}
+
 /* ---- into step again ---- */
 
-/* Throws away what comes until nothing has come for a turn-around; *heard: did anything? */
+/* Throws away what comes until nothing has come for a turn-around; *heard: did anything but a stray byte? */
 static enum modbus_result wait_for_quiet(struct modbus_depth *m, bool *heard, struct fault *fault)
 {
     struct pollfd fds[2] = {{.fd = modbus_get_socket(m->link), .events = POLLIN},
                             {.fd = m->conf.stop_fd, .events = POLLIN}};
     struct timespec start;
+    size_t forgiven = 0;
     *heard = false;
     clock_gettime(CLOCK_MONOTONIC, &start);
     for (;;) {
@@ -221,9 +241,11 @@ static enum modbus_result wait_for_quiet(struct modbus_depth *m, bool *heard, st
             continue;
         if (fds[1].revents)
             return MODBUS_STOPPED;
-        if (ready < 0 || read(fds[0].fd, waste, sizeof waste) <= 0)
+        ssize_t n = ready < 0 ? -1 : read(fds[0].fd, waste, sizeof waste);
+        if (n <= 0)
             return lost(m, fault);
-        *heard = true;
+        forgiven += (size_t)n;
+        *heard |= strays(waste, (size_t)n) < (size_t)n || forgiven > STRAYS_MAX;
         if (passed_ms(&start) > QUIET_PATIENCE * m->conf.turnaround_ms) {
             fault_set(fault, "%s: the line does not fall quiet", m->conf.source);
             disconnect(m);
@@ -261,7 +283,7 @@ static enum modbus_result judge_echo(const uint8_t heard[ECHO_BYTES], const uint
     return refused ? MODBUS_EXCEPTION : MODBUS_TIMEOUT;
 }
 
-/* Reads until the echo is there, whatever else comes before it. */
+/* Reads until the slave's echo is there, whatever else comes before it. An adapter that echoes puts its own first. */
 static enum modbus_result read_echo(struct modbus_depth *m, const uint8_t question[ECHO_BYTES],
                                     struct fault *fault)
 {
@@ -269,6 +291,7 @@ static enum modbus_result read_echo(struct modbus_depth *m, const uint8_t questi
                             {.fd = m->conf.stop_fd, .events = POLLIN}};
     enum modbus_result result = MODBUS_TIMEOUT;
     uint8_t heard[ECHO_BYTES] = {0};
+    bool adapter = m->oddities & MODBUS_QUESTION_ECHOED;
     struct timespec start;
     uint32_t gone_ms;
     clock_gettime(CLOCK_MONOTONIC, &start);
@@ -281,11 +304,24 @@ static enum modbus_result read_echo(struct modbus_depth *m, const uint8_t questi
         if (read(fds[0].fd, heard + sizeof heard - 1, 1) != 1)
             return lost(m, fault);
         result = judge_echo(heard, question);
+        if (result == MODBUS_OK && adapter) {
+            adapter = false;
+            memset(heard, 0, sizeof heard);
+            result = MODBUS_TIMEOUT;
+        }
     }
     if (result != MODBUS_OK)
         fault_set(fault, "%s, slave %d: %s", m->conf.source, m->conf.slave,
                   result == MODBUS_EXCEPTION ? "does not know function 8: set resync = silence" : "no echo");
     return result;
+}
+
+static void echo_question(const struct modbus_depth *m, uint8_t question[ECHO_BYTES])
+{
+    const uint8_t start[ECHO_BYTES] = {(uint8_t)m->conf.slave,         ECHO_FUNCTION,          0, 0,
+                                       (uint8_t)(m->echo_number >> 8), (uint8_t)m->echo_number};
+    memcpy(question, start, ECHO_BYTES);
+    put_crc(question, ECHO_BYTES);
 }
 
 /*
@@ -294,11 +330,9 @@ static enum modbus_result read_echo(struct modbus_depth *m, const uint8_t questi
  */
 static enum modbus_result wait_for_echo(struct modbus_depth *m, struct fault *fault)
 {
-    uint8_t question[ECHO_BYTES] = {(uint8_t)m->conf.slave, ECHO_FUNCTION};
+    uint8_t question[ECHO_BYTES];
     m->echo_number++;
-    question[4] = (uint8_t)(m->echo_number >> 8);
-    question[5] = (uint8_t)m->echo_number;
-    put_crc(question, ECHO_BYTES);
+    echo_question(m, question);
     if (write(modbus_get_socket(m->link), question, sizeof question) != sizeof question)
         return lost(m, fault);
     enum modbus_result result = read_echo(m, question, fault);
@@ -340,14 +374,39 @@ static enum modbus_result get_into_step(struct modbus_depth *m, struct fault *fa
     return MODBUS_OK;
 }
 
+/*
+ * Bytes that came since the last answer. A stray one behind it is forgiven. The newest echo once more means that the
+ * first was the adapter's and this is the slave's.
+ */
+static enum modbus_result take_unasked(struct modbus_depth *m, int waiting, struct fault *fault)
+{
+    uint8_t bytes[ECHO_BYTES + STRAYS_MAX], question[ECHO_BYTES];
+    ssize_t n = read(modbus_get_socket(m->link), bytes, sizeof bytes);
+    if (n <= 0)
+        return lost(m, fault);
+    if (n == waiting && strays(bytes, (size_t)n) == (size_t)n) {
+        m->oddities |= MODBUS_STRAY_BEHIND;
+        return MODBUS_OK;
+    }
+    m->out_of_step = true;
+    echo_question(m, question);
+    if (m->conf.echo && n >= ECHO_BYTES && memcmp(bytes, question, ECHO_BYTES) == 0)
+        m->oddities |= MODBUS_QUESTION_ECHOED;
+    fault_set(fault, "%s: %d bytes came that nobody asked for", m->conf.source, waiting);
+    return MODBUS_OUT_OF_STEP;
+}
+
 enum modbus_result modbus_depth_prepare(struct modbus_depth *m, struct fault *fault)
 {
     int waiting = 0;
     if (!m->open && !connect_link(m, fault))
         return MODBUS_NO_LINK;
-    if (m->out_of_step)
-        return get_into_step(m, fault);
+    enum modbus_result result = m->out_of_step ? get_into_step(m, fault) : MODBUS_OK;
+    if (result != MODBUS_OK)
+        return result;
     if (ioctl(modbus_get_socket(m->link), FIONREAD, &waiting) == 0 && waiting > 0) {
+        if (!m->address.tcp)
+            return take_unasked(m, waiting, fault);
         fault_set(fault, "%s: %d bytes came that nobody asked for", m->conf.source, waiting);
         m->out_of_step = true;
         return MODBUS_OUT_OF_STEP;
@@ -371,18 +430,125 @@ static enum modbus_result failed(struct modbus_depth *m, int cause, struct fault
     return cause == ETIMEDOUT ? MODBUS_TIMEOUT : MODBUS_NO_LINK;
 }
 
+/* What an RTU slave has said since a question; behind `lead` bytes, which are forgiven, the answer begins. */
+struct heard {
+    uint8_t question[QUESTION_BYTES];
+    uint8_t bytes[HEARD_MAX];
+    size_t n, lead;
+    unsigned oddities; /* of the lead */
+};
+
+/* Strays, the question itself where the adapter echoes it, and strays again. */
+static void find_answer(struct heard *h)
+{
+    h->lead = strays(h->bytes, h->n);
+    h->oddities = h->lead > 0 ? MODBUS_STRAY_BEFORE : 0;
+    if (h->n - h->lead < QUESTION_BYTES || memcmp(h->bytes + h->lead, h->question, QUESTION_BYTES) != 0)
+        return;
+    h->lead += QUESTION_BYTES;
+    size_t more = strays(h->bytes + h->lead, h->n - h->lead);
+    h->oddities |= MODBUS_QUESTION_ECHOED | (more > 0 ? MODBUS_STRAY_BEFORE : 0);
+    h->lead += more;
+}
+
+/*
+ * Is it our answer, damaged? It has the answer's length, two of the three bytes of its header and a wrong checksum.
+ * Nothing else was under way, so it was the answer, and the next question may follow.
+ */
+static bool damaged(const uint8_t *a, const uint8_t header[HEADER_BYTES], size_t whole)
+{
+    int same = 0;
+    for (int i = 0; i < HEADER_BYTES; i++)
+        same += a[i] == header[i];
+    return same >= 2 && crc16(a, whole) != 0;
+}
+
+/* MODBUS_TIMEOUT: it may still become an answer. */
+static enum modbus_result judge_answer(struct modbus_depth *m, const struct heard *h, struct fault *fault)
+{
+    const uint8_t *a = h->bytes + h->lead;
+    const size_t n = h->n - h->lead, whole = HEADER_BYTES + 2 * (size_t)registers(m->conf.type) + 2;
+    const uint8_t header[HEADER_BYTES] = {h->question[0], h->question[1], (uint8_t)(whole - HEADER_BYTES - 2)};
+    if (n == EXCEPTION_BYTES && a[0] == header[0] && a[1] == (header[1] | 0x80) && crc16(a, n) == 0)
+        return failed(m, MODBUS_ENOBASE + a[2], fault);
+    if (n < whole)
+        return MODBUS_TIMEOUT;
+    if (memcmp(a, header, HEADER_BYTES) == 0 && crc16(a, whole) == 0)
+        return MODBUS_OK;
+    m->out_of_step = !damaged(a, header, whole);
+    fault_set(fault, "%s, slave %d: %s", m->conf.source, m->conf.slave,
+              m->out_of_step ? "what came is not its answer" : "an answer with a wrong checksum");
+    return MODBUS_BAD_ANSWER;
+}
+
+/* Reads one byte at a time, so that what comes behind the answer stays where it is for modbus_depth_prepare. */
+static enum modbus_result read_answer(struct modbus_depth *m, struct heard *h, struct fault *fault)
+{
+    struct pollfd fds[2] = {{.fd = modbus_get_socket(m->link), .events = POLLIN},
+                            {.fd = m->conf.stop_fd, .events = POLLIN}};
+    enum modbus_result result = MODBUS_TIMEOUT;
+    struct timespec start;
+    uint32_t gone_ms;
+    clock_gettime(CLOCK_MONOTONIC, &start);
+    while (result == MODBUS_TIMEOUT && h->n < HEARD_MAX && (gone_ms = passed_ms(&start)) < m->conf.timeout_ms) {
+        if (poll(fds, 2, (int)(m->conf.timeout_ms - gone_ms)) <= 0)
+            continue;
+        if (fds[1].revents)
+            return MODBUS_STOPPED;
+        if (read(fds[0].fd, h->bytes + h->n, 1) != 1)
+            return lost(m, fault);
+        h->n++;
+        find_answer(h);
+        result = judge_answer(m, h, fault);
+    }
+    return result == MODBUS_TIMEOUT ? failed(m, ETIMEDOUT, fault) : result;
+}
+
+static enum modbus_result ask_rtu(struct modbus_depth *m, int n, uint16_t *reg, struct fault *fault)
+{
+    struct heard h = {.question = {(uint8_t)m->conf.slave, m->conf.input ? 4 : 3, (uint8_t)(m->conf.reg >> 8),
+                                   (uint8_t)m->conf.reg, 0, (uint8_t)n}};
+    put_crc(h.question, QUESTION_BYTES);
+    if (write(modbus_get_socket(m->link), h.question, QUESTION_BYTES) != QUESTION_BYTES)
+        return lost(m, fault);
+    enum modbus_result result = read_answer(m, &h, fault);
+    const unsigned news = h.oddities & ~m->oddities;
+    m->oddities |= h.oddities;
+    if (m->conf.echo && (news & MODBUS_QUESTION_ECHOED)) {
+        m->out_of_step = true; /* the echo that brought us into step was the adapter's */
+        fault_set(fault, "%s: the adapter echoes", m->conf.source);
+        return MODBUS_OUT_OF_STEP;
+    }
+    for (int i = 0; result == MODBUS_OK && i < n; i++) {
+        const uint8_t *b = h.bytes + h.lead + HEADER_BYTES + 2 * i;
+        reg[i] = (uint16_t)(b[0] << 8 | b[1]);
+    }
+    return result;
+}
+
+static enum modbus_result ask_tcp(struct modbus_depth *m, int n, uint16_t *reg, struct fault *fault)
+{
+    int got = m->conf.input ? modbus_read_input_registers(m->link, m->conf.reg, n, reg)
+                            : modbus_read_registers(m->link, m->conf.reg, n, reg);
+    return got == n ? MODBUS_OK : failed(m, got < 0 ? errno : EMBBADDATA, fault);
+}
+
 enum modbus_result modbus_depth_read(struct modbus_depth *m, double *value, struct fault *fault)
 {
     uint16_t reg[2] = {0};
     int n = registers(m->conf.type);
-    int got = m->conf.input ? modbus_read_input_registers(m->link, m->conf.reg, n, reg)
-                            : modbus_read_registers(m->link, m->conf.reg, n, reg);
-    if (got != n)
-        return failed(m, got < 0 ? errno : EMBBADDATA, fault);
+    enum modbus_result result = m->address.tcp ? ask_tcp(m, n, reg, fault) : ask_rtu(m, n, reg, fault);
+    if (result != MODBUS_OK)
+        return result;
     m->timeouts = 0;
     *value = modbus_depth_number(m->conf.type, m->conf.little, reg);
     if (isfinite(*value))
         return MODBUS_OK;
     fault_set(fault, "%s, slave %d: the slave has no number to give", m->conf.source, m->conf.slave);
     return MODBUS_NO_NUMBER;
+}
+
+unsigned modbus_depth_oddities(const struct modbus_depth *m)
+{
+    return m->oddities;
 }

@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * modbus_depth - reads one value of one Modbus slave, RTU or TCP, with libmodbus. Every call may block for as long as
+ * modbus_depth - reads one value of one Modbus slave, RTU or TCP, over links of libmodbus. Every call may block for as long as
  * the configuration lets it: it belongs in a thread of its own. Knows no ring, no loop and no clock; what the value
  * means is the caller's matter.
  *
@@ -48,6 +48,13 @@ enum modbus_result {
     MODBUS_STOPPED,     /* stop_fd */
 };
 
+/* What an RTU line does beside answering, as bits. */
+enum modbus_oddity {
+    MODBUS_STRAY_BEFORE = 1, /* up to two bytes of 00 or FF */
+    MODBUS_STRAY_BEHIND = 2,
+    MODBUS_QUESTION_ECHOED = 4, /* by the adapter */
+};
+
 struct modbus_depth;
 
 /** modbus_depth_check - is the source well formed? Opens nothing. False with what would be right in fault. */
@@ -67,6 +74,9 @@ enum modbus_result modbus_depth_prepare(struct modbus_depth *m, struct fault *fa
 
 /** modbus_depth_read - ask once and wait for the answer. Otherwise than MODBUS_OK a sentence in fault. */
 enum modbus_result modbus_depth_read(struct modbus_depth *m, double *value, struct fault *fault);
+
+/** modbus_depth_oddities - bits of enum modbus_oddity that were seen since the link was opened. */
+unsigned modbus_depth_oddities(const struct modbus_depth *m);
 
 void modbus_depth_free(struct modbus_depth *m); /* NULL is allowed */
 

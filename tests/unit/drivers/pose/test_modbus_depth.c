@@ -40,6 +40,10 @@ static enum how how;
 static int questions;
 static bool echoes = true; /* function 8 is sent back, as late as all else; or refused */
 static uint64_t late_ms = LATE_MS;
+static struct {
+    const char *before, *behind; /* of every answer, in hex */
+    bool echoes;                 /* the question, as some adapters do */
+} adapter = {"", "", false};
 
 static uint64_t now_ns = 1000 * MS;
 
@@ -113,6 +117,12 @@ static void answer(enum how h, uint8_t function, float value)
         put(a, h == CUT ? n - 3 : n);
 }
 
+static void put_hex(const char *hex)
+{
+    for (unsigned byte; sscanf(hex, "%2x", &byte) == 1; hex += 2)
+        put(&(uint8_t){(uint8_t)byte}, 1);
+}
+
 static void look_at_question(void)
 {
     slave.busy = true;
@@ -130,11 +140,17 @@ static bool answer_question(void)
     memmove(slave.bytes[0], slave.bytes[1], sizeof slave.bytes - sizeof q);
     slave.n--;
     slave.busy = false;
-    if (slave.how != SILENT && q[1] == 8)
+    if (adapter.echoes)
+        put(q, sizeof q);
+    if (slave.how == SILENT)
+        return adapter.echoes;
+    put_hex(adapter.before);
+    if (q[1] == 8)
         echo(q);
-    else if (slave.how != SILENT)
+    else
         answer(slave.how, q[1], slave.value);
-    return slave.how != SILENT;
+    put_hex(adapter.behind);
+    return true;
 }
 
 /* Time passes until the slave says something, or until end_ns. */
@@ -410,6 +426,77 @@ TEST(faults_are_told_apart_and_the_next_question_is_answered)
     end(m);
 }
 
+/* What cheap RS-485 adapters put around every answer. From the third question on, each gets its own answer. */
+TEST(bytes_around_an_answer_are_forgiven)
+{
+    static const struct {
+        const char *before, *behind;
+        bool echoes, resync_by_echo;
+        unsigned oddities;
+    } cases[] = {
+        {"", "", false, false, 0},
+        {"00", "", false, false, MODBUS_STRAY_BEFORE},
+        {"FF", "", false, false, MODBUS_STRAY_BEFORE},
+        {"00FF", "", false, false, MODBUS_STRAY_BEFORE},
+        {"", "00", false, false, MODBUS_STRAY_BEHIND},
+        {"", "FFFF", false, false, MODBUS_STRAY_BEHIND},
+        {"00", "00", false, false, MODBUS_STRAY_BEFORE | MODBUS_STRAY_BEHIND},
+        {"", "", true, false, MODBUS_QUESTION_ECHOED},
+        {"00", "", true, false, MODBUS_QUESTION_ECHOED | MODBUS_STRAY_BEFORE},
+        {"", "", true, true, MODBUS_QUESTION_ECHOED},
+        {"00", "", false, true, MODBUS_STRAY_BEFORE},
+        {"", "00", false, true, MODBUS_STRAY_BEHIND},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        double v = 0;
+        adapter.before = cases[i].before;
+        adapter.behind = cases[i].behind;
+        adapter.echoes = cases[i].echoes;
+        struct modbus_depth *m = begin_with(cases[i].resync_by_echo, -1);
+        ask(m, &v); /* may be the one that finds out that the adapter echoes */
+        for (int k = 0; k < 5; k++)
+            if (ask(m, &v) != MODBUS_OK || !(fabs(v - questions) < 1e-9)) {
+                printf("case %zu: question %d not answered, %g\n", i, k, v);
+                test_case_failed = true;
+            }
+        CHECK_INT(modbus_depth_oddities(m), cases[i].oddities);
+        end(m);
+    }
+    adapter.before = adapter.behind = "";
+    adapter.echoes = false;
+}
+
+TEST(an_echo_of_the_adapter_is_not_the_slave)
+{
+    double v = 0;
+    for (int with_echo = 0; with_echo < 2; with_echo++) {
+        struct modbus_depth *m = begin_with(with_echo, -1);
+        adapter.echoes = true;
+        how = SILENT;
+        for (int i = 0; i < 5; i++)
+            CHECK(ask(m, &v) != MODBUS_OK);
+        how = GOOD;
+        adapter.echoes = false;
+        end(m);
+    }
+}
+
+TEST(a_damaged_answer_costs_one_sample)
+{
+    double v = 0;
+    struct modbus_depth *m = begin(-1);
+    CHECK_INT(ask(m, &v), MODBUS_OK);
+    how = BAD_CRC;
+    CHECK_INT(ask(m, &v), MODBUS_BAD_ANSWER);
+    how = GOOD;
+    const uint64_t then_ns = now_ns;
+    const int before = questions;
+    CHECK_INT(ask(m, &v), MODBUS_OK);
+    CHECK_INT(questions, before + 1);
+    CHECK(now_ns - then_ns < TURNAROUND_MS * MS);
+    end(m);
+}
+
 TEST(a_lost_line_is_told_and_opened_again)
 {
     double v = 0;
@@ -529,6 +616,9 @@ int main(void)
     RUN(a_slave_without_an_echo_is_told);
     RUN(what_nobody_asked_for_is_not_an_answer);
     RUN(faults_are_told_apart_and_the_next_question_is_answered);
+    RUN(bytes_around_an_answer_are_forgiven);
+    RUN(an_echo_of_the_adapter_is_not_the_slave);
+    RUN(a_damaged_answer_costs_one_sample);
     RUN(a_lost_line_is_told_and_opened_again);
     RUN(waiting_for_quiet_ends_when_it_is_told_to);
     RUN(registers_as_numbers);
