@@ -64,7 +64,8 @@ const struct conf_key conf_keys[] = {
              "stay the same when plugs are moved. At 115200 baud the line limits a scanning head: choose a\n"
              "faster rate if the sonar supports it. udp:HOST:PORT is a sonar or a bridge on the network, with a\n"
              "numeric address, such as udp:192.168.2.2:9092 or udp:[fe80::1%eth0]:9092. Append :LOCALPORT if the\n"
-             "sonar answers to a fixed port only."},
+             "sonar answers to a fixed port only. udp:HOST:PORT:listen only listens, on the local port PORT, to\n"
+             "HOST with any port of its own; 0.0.0.0 and [::] are any host."},
     {"sonar", "tap", .kind = CONF_PATH, .standard = "none", .instead = "none", SONAR(tap),
      .form = "an absolute path",
      .help = "Symbolic link to a pseudo-terminal that mirrors what the sonar sends, for a viewer or a logger.\n"
@@ -473,7 +474,8 @@ const struct conf_key conf_keys[] = {
 
     {"nmea", "port", .kind = CONF_TEXT, .form = "KIND:ADDRESS, for instance serial:/dev/ttyS1:4800",
      .standard = "none", .instead = "none", CONF(nmea.port),
-     .help = "Where the sensor is connected. none: no sensor."},
+     .help = "Where the sensor is connected; see port of [sonar]. udp:192.168.2.9:10110:listen takes what\n"
+             "192.168.2.9 sends to port 10110. none: no sensor."},
     {"nmea", "use", WORDS("heading", "depth", "both"), .standard = "heading", CONF(nmea.use),
      .help = "heading: use HDT, HDG and HDM as the heading while no client sends an attitude; the vehicle counts\n"
              "as level. depth: use DPT and DBT as the vehicle's own depth, as depth sensors send it. Leave depth\n"

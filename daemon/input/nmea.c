@@ -20,7 +20,7 @@ struct nmea {
     struct loop_fd fd;
     struct loop_timer retry;
     uint64_t retry_ns;
-    bool announced, was_open;
+    bool announced, was_open, stranger_told;
     struct nmea_parser parser;
     struct garbage garbage;
     struct nmea_status status;
@@ -71,6 +71,15 @@ static void count_garbage(const void *owner, struct garbage_count *now)
         .bytes = nmea->status.bytes_in, .garbage = counts->garbage_bytes, .messages = counts->sentences};
 }
 
+static void tell_stranger(struct nmea *nmea)
+{
+    if (nmea->stranger_told || nmea->port.strangers == 0)
+        return;
+    nmea->stranger_told = true;
+    log_line(LOG_WARNING, "nmea_stranger", "nmea: %s: dropping datagrams of %s, which the port does not listen to",
+             nmea->conf.port, nmea->port.stranger);
+}
+
 static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
 {
     struct nmea *nmea = ctx;
@@ -88,6 +97,7 @@ static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
         lost(nmea, why.text);
         return;
     }
+    tell_stranger(nmea);
     const uint8_t *bytes = in;
     size_t n = (size_t)got;
     nmea->status.bytes_in += n;
@@ -174,5 +184,6 @@ void nmea_status(const struct nmea *nmea, struct nmea_status *out)
 {
     *out = nmea->status;
     out->counts = nmea->parser.counts;
+    out->strangers = nmea->port.strangers;
     out->open = nmea->port.fd >= 0;
 }

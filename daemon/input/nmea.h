@@ -18,6 +18,7 @@ struct nmea_status {
     struct nmea_counts counts;
     bool open;
     uint64_t bytes_in, reconnects;
+    uint64_t strangers;    /* see struct port */
     uint64_t no_variation; /* magnetic headings that could not be used */
     uint64_t t_value_ns;   /* of the last value that became a pose; 0: none */
     struct fault port_error;

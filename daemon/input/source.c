@@ -34,7 +34,7 @@ struct source {
     struct loop_timer deadline, retry;
     uint64_t retry_ns;
     bool announced; /* that the port is missing */
-    bool was_open, stopping;
+    bool was_open, stopping, stranger_told;
     uint8_t out[OUT_BYTES]; /* not yet taken by the port */
     size_t n_out;
     bool waits_for_room;
@@ -223,6 +223,15 @@ static uint64_t arrival(struct source *s, uint64_t now_ns)
     return s->arrived_ns;
 }
 
+static void tell_stranger(struct source *s)
+{
+    if (s->stranger_told || s->port.strangers == 0)
+        return;
+    s->stranger_told = true;
+    log_sonar(LOG_WARNING, "port_stranger", s->name, "dropping datagrams of %s, which the port does not listen to",
+              s->port.stranger);
+}
+
 static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
 {
     struct source *s = ctx;
@@ -241,6 +250,7 @@ static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
         if (s->port.fd < 0)
             return;
     }
+    tell_stranger(s);
     if (events & EPOLLOUT)
         flush(s);
 }
@@ -505,6 +515,7 @@ void source_stats(const struct source *s, struct source_stats *out)
     out->open = s->port.fd >= 0;
     out->port_lost = s->port.lost;
     out->port_refused = s->port.refused;
+    out->port_strangers = s->port.strangers;
     out->bus = s->port.bus;
     out->mostly_garbage = s->garbage.mostly;
     if (s->mirror)

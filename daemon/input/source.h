@@ -45,7 +45,7 @@ struct source_stats {
     uint64_t bytes_in, bytes_out, bytes_not_sent;
     uint64_t reconnects;
     struct serial_mirror_status tap;
-    uint64_t port_lost, port_refused; /* see struct port */
+    uint64_t port_lost, port_refused, port_strangers; /* see struct port */
     struct port_bus bus;
     bool mostly_garbage;     /* on the line lately: wrong baud rate, or another device? */
     struct fault port_error; /* why the port is not open; empty otherwise */

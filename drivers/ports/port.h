@@ -82,6 +82,11 @@ struct port {
     uint64_t lost;              /* datagrams or frames that came and found no room in the kernel; only grows */
     uint32_t lost_here;         /* of these, the kernel's own count for this descriptor */
     uint64_t refused;           /* datagrams sent that nobody was there to take, as far as the network said so */
+    bool listens;               /* UDP: only hears; what is written is refused */
+    uint8_t hears[16];          /* then: the address whose datagrams are taken */
+    size_t hears_bytes;         /* of it: 4, 16, or 0 for everybody's */
+    uint64_t strangers;         /* datagrams of others, dropped; only grows */
+    char stranger[48];          /* the first of these others; empty: none */
     int64_t unix_offset_ns;     /* time of day less monotonic, at the last frame that was stamped */
     uint64_t t_ns;              /* when the last read's bytes came in, monotonic; 0: not known, it was just now */
     struct can_match can_match; /* CAN: set before open, which frames are to be heard */

@@ -4,13 +4,18 @@
  * the far end answers to a fixed one only: "192.168.2.2:12345:12345". What comes from others the kernel drops. A
  * datagram is no frame: its bytes are handed on as they are, and what they mean is not known here.
  *
+ * "192.168.2.9:10110:listen" only listens: on the local port 10110, to that host with any port of its own.
+ * "0.0.0.0:10110:listen" and "[::]:10110:listen" hear everybody. Datagrams of other hosts are dropped and counted.
+ *
  * That nobody is there (an ICMP error) is said by the network long after a datagram was taken: it is counted, and the
  * port stays open for the moment when somebody is. Names are refused, since looking one up may take seconds.
  */
 #include "port.h"
 
+#include <arpa/inet.h>
 #include <errno.h>
 #include <netdb.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
@@ -24,6 +29,7 @@ struct address {
     char host[PORT_ADDRESS_MAX];
     char port[8], local[8]; /* local: empty, any */
     bool v6;
+    bool listens; /* on `port`, which is a local one then; `host` is whom it hears */
 };
 
 /* The port number that `text` is, up to the next colon; what follows in *after. */
@@ -57,12 +63,13 @@ static bool parse_address(const char *rest, struct address *a, struct fault *fau
     end = strchr(host, a->v6 ? ']' : ':');
     const char *colon = end ? end + a->v6 : NULL;
     size_t n = end ? (size_t)(end - host) : 0;
-    if (n < 1 || n >= sizeof(a->host) || *colon != ':' || !take_port(colon + 1, a->port, &after) ||
-        (*after == ':' && (!take_port(after + 1, a->local, &after) || *after != '\0'))) {
+    bool good = n >= 1 && n < sizeof(a->host) && *colon == ':' && take_port(colon + 1, a->port, &after);
+    a->listens = good && strcmp(after, ":listen") == 0;
+    if (!good || (!a->listens && *after == ':' && (!take_port(after + 1, a->local, &after) || *after != '\0'))) {
         fault_set(
             fault,
             "udp port '%.64s': must be an address and a port number, as 192.168.2.2:9092 or [fe80::1%%eth0]:9092;"
-            " :LOCALPORT may follow",
+            " :LOCALPORT or :listen may follow",
             rest);
         return false;
     }
@@ -86,17 +93,18 @@ static const char *set_up(int fd, const struct address *a)
 {
     const int on = 1, room = RECEIVE_BUFFER;
     struct addrinfo *far = resolve(a, a->host, a->port, 0);
-    struct addrinfo *near = a->local[0] ? resolve(a, NULL, a->local, AI_PASSIVE) : NULL;
+    const char *local = a->listens ? a->port : a->local;
+    struct addrinfo *near = local[0] ? resolve(a, NULL, local, AI_PASSIVE) : NULL;
     const char *why = NULL;
 
     setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &room,
                sizeof(room)); /* less room only loses more, and that is counted */
     setsockopt(fd, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof(on));
-    if (!far || (a->local[0] && !near))
+    if (!far || (local[0] && !near))
         why = "out of memory";
     else if (near && bind(fd, near->ai_addr, near->ai_addrlen) < 0)
         why = "the local port cannot be had";
-    else if (connect(fd, far->ai_addr, far->ai_addrlen) < 0)
+    else if (!a->listens && connect(fd, far->ai_addr, far->ai_addrlen) < 0)
         why = "no way there";
     int error = errno;
     if (far)
@@ -105,6 +113,31 @@ static const char *set_up(int fd, const struct address *a)
         freeaddrinfo(near);
     errno = error;
     return why;
+}
+
+/* Whom a listening port hears. The address was checked; of a scoped one the scope is not compared. */
+static void hear(struct port *port, const struct address *a)
+{
+    static const uint8_t nobody[sizeof(port->hears)];
+    char host[PORT_ADDRESS_MAX];
+    port->listens = a->listens;
+    port->hears_bytes = a->v6 ? 16 : 4;
+    snprintf(host, sizeof(host), "%.*s", (int)strcspn(a->host, "%"), a->host);
+    inet_pton(a->v6 ? AF_INET6 : AF_INET, host, port->hears);
+    if (memcmp(port->hears, nobody, port->hears_bytes) == 0)
+        port->hears_bytes = 0;
+}
+
+/* Is a datagram for us? One that is not is counted, and the first sender of such is remembered. */
+static bool welcome(struct port *port, const struct sockaddr_storage *from)
+{
+    const void *host = from->ss_family == AF_INET ? (const void *)&((const struct sockaddr_in *)from)->sin_addr
+                                                  : (const void *)&((const struct sockaddr_in6 *)from)->sin6_addr;
+    if (!port->listens || memcmp(host, port->hears, port->hears_bytes) == 0)
+        return true;
+    if (port->strangers++ == 0)
+        inet_ntop(from->ss_family, host, port->stranger, sizeof(port->stranger));
+    return false;
 }
 
 static bool udp_open(struct port *port, const char *rest, struct fault *fault)
@@ -127,6 +160,7 @@ static bool udp_open(struct port *port, const char *rest, struct fault *fault)
             close(fd);
         return fault_set(fault, "udp %s: %s: %s", rest, why, strerror(port->error));
     }
+    hear(port, &a);
     port->fd = fd;
     port->lost_here = 0;
     port->error = 0;
@@ -157,13 +191,18 @@ static ssize_t udp_read(struct port *port, void *buf, size_t size)
 {
     _Alignas(struct cmsghdr) char control[CMSG_SPACE(sizeof(uint32_t))];
     struct iovec bytes = {buf, size};
-    struct msghdr message = {
-        .msg_iov = &bytes, .msg_iovlen = 1, .msg_control = control, .msg_controllen = sizeof(control)};
+    struct sockaddr_storage from = {0};
+    struct msghdr message = {.msg_name = &from,
+                             .msg_namelen = sizeof(from),
+                             .msg_iov = &bytes,
+                             .msg_iovlen = 1,
+                             .msg_control = control,
+                             .msg_controllen = sizeof(control)};
 
     ssize_t n = recvmsg(port->fd, &message, 0);
     if (n >= 0) {
         note_lost(port, &message);
-        return n;
+        return welcome(port, &from) ? n : 0;
     }
     if (errno == EAGAIN || errno == EINTR)
         return 0;
@@ -177,6 +216,10 @@ static ssize_t udp_read(struct port *port, void *buf, size_t size)
 
 static ssize_t udp_write(struct port *port, const void *buf, size_t size)
 {
+    if (port->listens) {
+        port->refused++;
+        return (ssize_t)size;
+    }
     ssize_t n = send(port->fd, buf, size, 0);
     if (n >= 0)
         return n;

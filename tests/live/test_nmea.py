@@ -131,6 +131,26 @@ def over_udp(bench):
         check(sorted(has(client)) == ["attitude", "depth"], "the pose has %s" % has(client))
 
 
+def listening(bench):
+    """The sender has any port of its own; another host is counted and named once."""
+    local = free_port()
+    bench.conf(nmea={"port": "udp:127.0.0.1:%d:listen" % local})
+    client = bench.sonard().client()
+    until(lambda: nmea(client)["state"] == "open", "the port")
+    for _ in range(2):
+        with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ours:
+            ours.sendto(b"$GPHDT,274.07,T*03\r\n", ("127.0.0.1", local))
+    until(lambda: nmea(client)["values"] == 2, "two values")
+    check(nmea(client)["strangers"] == 0, "a friend is a stranger")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.2", 0))
+        for _ in range(2):
+            other.sendto(b"$GPHDT,1.0,T*30\r\n", ("127.0.0.1", local))
+    until(lambda: nmea(client)["strangers"] == 2, "two strangers")
+    check(nmea(client)["values"] == 2, "a stranger was heard")
+    check(bench.processes[-1].log().count("dropping datagrams of 127.0.0.2") == 1, "not named once")
+
+
 cases = [(f.__name__, f) for f in (heading, depth, magnetic, magnetic_with_variation, attitude_wins, faults, unplugged,
-                                         over_udp)]
+                                         over_udp, listening)]
 run(cases, parallel=4)

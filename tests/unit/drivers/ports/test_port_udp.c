@@ -77,6 +77,10 @@ TEST(addresses)
         {"192.168.2.2:12345:12345", true, ""},
         {"[::1]:9092", true, ""},
         {"[fe80::1%lo]:9092:9093", true, ""},
+        {"192.168.2.9:10110:listen", true, ""},
+        {"[::]:10110:listen", true, ""},
+        {"192.168.2.9:10110:listens", false, ":listen"},
+        {"192.168.2.9:10110:10110:listen", false, ":listen"},
         {"", false, "192.168.2.2:9092"},
         {"192.168.2.2", false, "port number"},
         {"192.168.2.2:", false, "port number"},
@@ -167,6 +171,60 @@ TEST(bytes_of_others_are_not_read)
     port.ops->close(&port);
     close(fd);
     close(other);
+}
+
+/* The number of the port on which it listens to that host now. */
+static uint16_t listen_to(const char *host)
+{
+    uint16_t number = 0;
+    char rest[64];
+    bool had = false;
+    port = (struct port){.fd = -1};
+    for (int i = 0; i < 100 && !had; i++) { /* somebody else may be quicker */
+        close(far_end(&number));
+        snprintf(rest, sizeof(rest), "%s:%u:listen", host, number);
+        had = port_udp.open(&port, rest, &fault);
+        CHECK(had || port.error == EADDRINUSE);
+    }
+    CHECK(had);
+    return number;
+}
+
+TEST(a_listening_port_hears_a_host_from_any_port)
+{
+    static const char *const hosts[] = {"127.0.0.1", "0.0.0.0"};
+    for (size_t i = 0; i < sizeof(hosts) / sizeof(hosts[0]); i++) {
+        const uint16_t number = listen_to(hosts[i]);
+        uint16_t unused;
+        uint8_t b[64];
+        int one = far_end(&unused), two = far_end(&unused);
+        send_to(one, number, "one", 3);
+        CHECK_INT(read_ready(b, sizeof(b)), 3);
+        send_to(two, number, "two2", 4);
+        CHECK_INT(read_ready(b, sizeof(b)), 4);
+        CHECK_INT(port.strangers, 0);
+        CHECK_INT(port.ops->write(&port, "x", 1), 1); /* to nobody */
+        CHECK_INT(port.refused, 1);
+        port.ops->close(&port);
+        close(one);
+        close(two);
+    }
+}
+
+TEST(a_listening_port_counts_and_names_strangers)
+{
+    const uint16_t number = listen_to("127.0.0.2");
+    uint16_t unused;
+    uint8_t b[64];
+    int fd = far_end(&unused);
+    for (int i = 1; i <= 2; i++) {
+        send_to(fd, number, "stranger", 8);
+        CHECK_INT(read_ready(b, sizeof(b)), 0);
+        CHECK_INT(port.strangers, i);
+    }
+    CHECK_STR(port.stranger, "127.0.0.1");
+    port.ops->close(&port);
+    close(fd);
 }
 
 TEST(nobody_there_is_counted_and_waited_out)
@@ -276,6 +334,8 @@ int main(void)
     RUN(bytes_go_both_ways);
     RUN(a_break_is_one_empty_datagram);
     RUN(bytes_of_others_are_not_read);
+    RUN(a_listening_port_hears_a_host_from_any_port);
+    RUN(a_listening_port_counts_and_names_strangers);
     RUN(nobody_there_is_counted_and_waited_out);
     RUN(local_port_is_had_or_refused);
     RUN(what_found_no_room_is_counted);
