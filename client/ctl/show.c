@@ -279,11 +279,14 @@ static void show_instruments(const struct page *page, const json_t *result)
         fprintf(page->out, "%-11s", sources[i].name);
         page_word(page, strcmp(state, sources[i].good) == 0 ? PAGE_GREEN : PAGE_RED, 0, state);
         if (json_is_null(json_object_get(source, "age_s")))
-            fprintf(page->out, ", no data yet\n");
+            fprintf(page->out, ", no value %s yet\n",
+                    page_count(source, "samples") + page_count(source, "bytes_in") > 0 ? "used" : "received");
         else
             fprintf(page->out, ", the last value %s ago\n", page_duration(b, page_number(source, "age_s")));
         if (json_string_length(json_object_get(source, "error")) > 0)
             fprintf(page->out, "           %s\n", page_text(b, source, "error"));
+        if (json_string_length(json_object_get(source, "unused")) > 0)
+            fprintf(page->out, "           %s\n", page_text(b, source, "unused"));
         if (json_string_length(json_object_get(source, "oddities")) > 0)
             fprintf(page->out, "           skipped: %s\n", page_text(b, source, "oddities"));
     }

@@ -159,6 +159,8 @@ static void set_state(struct depth *d, enum depth_state state, const char *why)
         return;
     if (state == DEPTH_RUNNING)
         log_line(LOG_NOTICE, "depth_answers", "depth: %s, slave %d answers", d->conf.source, d->conf.slave);
+    else if (state == DEPTH_REFUSED)
+        log_line(LOG_WARNING, "depth_refused", "depth: %s; check function, register and type", why);
     else if (state == DEPTH_SILENT)
         log_line(LOG_WARNING, "depth_silent", "depth: %s; asking again", why);
     else
@@ -186,6 +188,7 @@ static void take_value(struct depth *d, const struct sample *s)
     set_state(d, DEPTH_RUNNING, "");
     if (!depth_plausible(&d->conf, depth_m, s->t_ns, d->status.depth_m, d->status.t_depth_ns)) {
         d->status.implausible++;
+        fault_set(&d->status.error, "%g m rejected; see plausible and speed_limit", depth_m);
         log_limited(loop_now(d->input->loop), LOG_WARNING, LOG_ABOUT(.event = "depth_doubted"),
                     "depth: %g m rejected (last %g m; see plausible and speed_limit)", depth_m, d->status.depth_m);
         return;
@@ -208,7 +211,7 @@ static void take_failure(struct depth *d, const struct sample *s)
         d->linked = false;
         set_state(d, DEPTH_NO_LINK, s->fault.text);
     } else if (++d->failures >= SILENT_AFTER) {
-        set_state(d, DEPTH_SILENT, s->fault.text);
+        set_state(d, s->result == MODBUS_EXCEPTION ? DEPTH_REFUSED : DEPTH_SILENT, s->fault.text);
     }
 }
 

@@ -14,7 +14,7 @@
 
 struct depth;
 
-enum depth_state { DEPTH_STARTING, DEPTH_NO_LINK, DEPTH_SILENT, DEPTH_RUNNING };
+enum depth_state { DEPTH_STARTING, DEPTH_NO_LINK, DEPTH_SILENT, DEPTH_REFUSED, DEPTH_RUNNING };
 
 /* Counters only grow. */
 struct depth_status {

@@ -7,7 +7,11 @@
 #include <sys/epoll.h>
 
 #include "garbage.h"
+#include "nmea_unused.h"
 #include "core/log.h"
+
+/* So long after the last value that was used, what came instead is reported. */
+#define UNUSED_NS 5000000000u
 
 #define RETRY_FIRST_NS 100000000u
 #define RETRY_MOST_NS  1000000000u
@@ -24,6 +28,9 @@ struct nmea {
     struct nmea_parser parser;
     struct garbage garbage;
     struct nmea_status status;
+    struct nmea_came before; /* when a value was used last */
+    uint64_t since_ns;       /* then, or when the port was opened */
+    bool unused_told;
 };
 
 /* The heading against true north; false: only a magnetic one, and nobody knows the variation. */
@@ -40,16 +47,48 @@ static bool true_heading(struct nmea *nmea, const struct nmea_value *value, doub
     return true;
 }
 
+static struct nmea_came came(const struct nmea *nmea)
+{
+    return (struct nmea_came){nmea->parser.counts, nmea->status.no_variation, nmea->status.excluded};
+}
+
+/* Empty: something was used lately, or nothing came. */
+static void unused(const struct nmea *nmea, struct fault *text)
+{
+    const struct nmea_came now = came(nmea);
+    text->text[0] = '\0';
+    if (loop_now(nmea->input->loop) - nmea->since_ns >= UNUSED_NS)
+        nmea_unused_text(&nmea->before, &now, nmea->conf.use, nmea->parser.other, text);
+}
+
+static void tell_unused(struct nmea *nmea)
+{
+    struct fault text;
+    if (nmea->unused_told)
+        return;
+    unused(nmea, &text);
+    nmea->unused_told = text.text[0] != '\0';
+    if (nmea->unused_told)
+        log_line(LOG_WARNING, "nmea_unused", "nmea: %s: %s", nmea->conf.port, text.text);
+}
+
 static void take(struct nmea *nmea, const struct nmea_value *value)
 {
-    uint64_t now = loop_now(nmea->input->loop);
+    const uint64_t now = loop_now(nmea->input->loop);
+    const bool depth = value->has == NMEA_DEPTH;
     double heading_rad;
-    bool used = false;
-    if (value->has == NMEA_DEPTH)
-        used = nmea->conf.use != CONF_NMEA_HEADING && pose_input_depth(nmea->input, now, value->depth_m);
-    else if (nmea->conf.use != CONF_NMEA_DEPTH && true_heading(nmea, value, &heading_rad))
-        used = pose_input_heading(nmea->input, now, heading_rad);
-    if (used)
+    if (nmea->conf.use == (depth ? CONF_NMEA_HEADING : CONF_NMEA_DEPTH)) {
+        nmea->status.excluded++;
+        return;
+    }
+    if (!depth && !true_heading(nmea, value, &heading_rad))
+        return;
+    /* A heading that gives way to the attitudes of a client is as good as used. */
+    nmea->since_ns = now;
+    nmea->before = came(nmea);
+    nmea->unused_told = false;
+    if (depth ? pose_input_depth(nmea->input, now, value->depth_m)
+              : pose_input_heading(nmea->input, now, heading_rad))
         nmea->status.t_value_ns = now;
 }
 
@@ -106,6 +145,7 @@ static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
     if (got > 0) {
         nmea->retry_ns = RETRY_FIRST_NS;
         garbage_heard(&nmea->garbage);
+        tell_unused(nmea);
     }
 }
 
@@ -130,6 +170,8 @@ static void try_open(void *ctx, uint64_t now_ns)
     nmea->status.reconnects += nmea->was_open;
     nmea->status.port_error.text[0] = '\0';
     nmea->was_open = true;
+    nmea->since_ns = loop_now(nmea->input->loop);
+    nmea->before = came(nmea);
     nmea->announced = false;
 }
 
@@ -184,6 +226,7 @@ void nmea_status(const struct nmea *nmea, struct nmea_status *out)
 {
     *out = nmea->status;
     out->counts = nmea->parser.counts;
+    unused(nmea, &out->unused);
     out->strangers = nmea->port.strangers;
     out->open = nmea->port.fd >= 0;
 }

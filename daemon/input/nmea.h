@@ -20,6 +20,8 @@ struct nmea_status {
     uint64_t bytes_in, reconnects;
     uint64_t strangers;    /* see struct port */
     uint64_t no_variation; /* magnetic headings that could not be used */
+    uint64_t excluded;     /* values that `use` leaves out */
+    struct fault unused;   /* what came lately, and why none of it was used; empty: all is well */
     uint64_t t_value_ns;   /* of the last value that became a pose; 0: none */
     struct fault port_error;
 };

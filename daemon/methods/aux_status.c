@@ -15,6 +15,7 @@ static void write_depth(struct json_out *out, const struct methods_env *d)
     static const char *const states[] = {[DEPTH_STARTING] = "starting",
                                          [DEPTH_NO_LINK] = "no link",
                                          [DEPTH_SILENT] = "silent",
+                                         [DEPTH_REFUSED] = "refused",
                                          [DEPTH_RUNNING] = "running"};
     struct depth_status s;
     struct fault oddities;
@@ -56,15 +57,18 @@ static void write_nmea(struct json_out *out, const struct methods_env *d)
     json_member_word(out, "state", s.open ? "open" : "no port");
     write_age(out, d, s.t_value_ns);
     json_member_text(out, "error", s.port_error.text);
+    json_member_text(out, "unused", s.unused.text);
     json_member_count(out, "sentences", s.counts.sentences);
     json_member_count(out, "values", s.counts.values);
     json_member_count(out, "not_available", s.counts.not_available);
     json_member_count(out, "other", s.counts.other);
     json_member_count(out, "bad_checksum", s.counts.bad_checksum);
+    json_member_count(out, "no_checksum", s.counts.no_checksum);
     json_member_count(out, "bad_sentence", s.counts.bad_sentence);
     json_member_count(out, "overlong", s.counts.overlong);
     json_member_count(out, "garbage_bytes", s.counts.garbage_bytes);
     json_member_count(out, "no_variation", s.no_variation);
+    json_member_count(out, "excluded", s.excluded);
     json_member_count(out, "heading_not_used", d->aux.pose_input.heading_not_used);
     json_member_count(out, "bytes_in", s.bytes_in);
     json_member_count(out, "strangers", s.strangers);

@@ -2,6 +2,7 @@
 #include "nmea0183.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #include "grid/geometry.h"
@@ -117,14 +118,16 @@ static int hex(char c)
 }
 
 /* Takes the checksum off the line's end. */
-static bool checksum_good(const struct nmea_parser *p, char *line)
+static bool checksum_good(struct nmea_parser *p, char *line)
 {
     unsigned sum = 0;
     char *c = line;
     for (; *c && *c != '*'; c++)
         sum ^= (unsigned char)*c;
-    if (!*c)
+    if (!*c) {
+        p->counts.no_checksum += p->checksum_required;
         return !p->checksum_required;
+    }
     *c = '\0';
     return strlen(c + 1) == 2 && hex(c[1]) >= 0 && hex(c[2]) >= 0 && (unsigned)(hex(c[1]) * 16 + hex(c[2])) == sum;
 }
@@ -159,6 +162,7 @@ static bool take_line(struct nmea_parser *p, struct nmea_value *value)
         return false;
     case OTHER:
         p->counts.other++;
+        snprintf(p->other, sizeof p->other, "%.7s", fields[0]);
         return false;
     case BAD:
         p->counts.bad_sentence++;

@@ -29,6 +29,7 @@ struct nmea_counts {
     uint64_t not_available; /* of the listed kinds, with empty fields */
     uint64_t other;         /* of other kinds */
     uint64_t bad_checksum;  /* wrong, or missing where one is required */
+    uint64_t no_checksum;   /* of them: missing */
     uint64_t bad_sentence;  /* of the listed kinds, senseless content */
     uint64_t overlong;      /* lines of more than NMEA_LINE_MAX bytes */
     uint64_t garbage_bytes; /* outside sentences */
@@ -39,6 +40,7 @@ struct nmea_parser {
     bool inside; /* a sentence has started */
     size_t n;
     char line[NMEA_LINE_MAX + 1];
+    char other[8]; /* name of the last sentence of another kind; empty: none */
     struct nmea_counts counts;
 };
 

@@ -112,11 +112,24 @@ def fault(bench, name, counters):
     settles(client, 11)
 
 
+def refused(bench):
+    """A slave that answers with exceptions is there: it is not called silent."""
+    transmitter, client = rtu(bench)
+    settles(client, 10)
+    transmitter.command("exception 1000000")
+    until(lambda: depth(client)["state"] == "refused", "the refusals to be told")
+    check("check function, register and type" in bench.processes[-1].log(), "no advice")
+    transmitter.command("exception 0")
+    until(lambda: depth(client)["state"] == "running", "it to answer again")
+
+
 def lying(bench):
     transmitter, client = rtu(bench, plausible="-1 100 m")
     settles(client, 10)
-    transmitter.command("lie 2000 5")
-    until(lambda: depth(client)["implausible"] == 5, "five lies")
+    transmitter.command("lie 2000 1000000")
+    until(lambda: "rejected" in depth(client)["error"], "the reason")
+    until(lambda: depth(client)["implausible"] >= 5, "five lies")
+    transmitter.command("lie 2000 0")
     settles(client, 10)
 
 
@@ -179,7 +192,7 @@ FAULTS = (("exception", ["exceptions"]), ("bad_crc", ["bad_answers"]), ("wrong_s
           ("garbage", ["bad_answers", "timeouts"]), ("cut", ["timeouts"]), ("silent", ["timeouts"]),
           ("stray", ["out_of_step"]))
 
-cases = [(f.__name__, f) for f in (follows, over_tcp, late, later_than_promised, lying, silent, unplugged, missing, recorded)]
+cases = [(f.__name__, f) for f in (follows, over_tcp, late, later_than_promised, refused, lying, silent, unplugged, missing, recorded)]
 for fault_name, counter_names in FAULTS:
     cases.append(("fault_" + fault_name, lambda bench, a=(fault_name, counter_names): fault(bench, *a)))
 

@@ -151,6 +151,25 @@ def listening(bench):
     check(bench.processes[-1].log().count("dropping datagrams of 127.0.0.2") == 1, "not named once")
 
 
+def not_used(bench):
+    """Sentences that come and give nothing are counted with the reason, which is logged once."""
+    local = free_port()
+    bench.conf(nmea={"port": "udp:127.0.0.1:%d:listen" % local})
+    client = bench.sonard().client()
+    until(lambda: nmea(client)["state"] == "open", "the port")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ours:
+        def said():
+            ours.sendto(b"$GPHDT,274.07,T\r\n", ("127.0.0.1", local))
+            return "without checksum (set checksum = optional)" in nmea(client)["unused"]
+        until(said, "the reason")
+        for _ in range(3):
+            said()
+        ours.sendto(b"$GPHDT,274.07,T*03\r\n", ("127.0.0.1", local))
+    until(lambda: nmea(client)["values"] == 1, "a value")
+    check(nmea(client)["unused"] == "", "it is still said")
+    check(bench.processes[-1].log().count("none used: ") == 1, "not logged once")
+
+
 cases = [(f.__name__, f) for f in (heading, depth, magnetic, magnetic_with_variation, attitude_wins, faults, unplugged,
-                                         over_udp, listening)]
+                                         over_udp, listening, not_used)]
 run(cases, parallel=4)
