@@ -60,6 +60,7 @@ static void write_nmea(struct json_out *out, const struct methods_env *d)
     json_member_text(out, "unused", s.unused.text);
     json_member_count(out, "sentences", s.counts.sentences);
     json_member_count(out, "values", s.counts.values);
+    json_member_count(out, "odd", s.counts.odd);
     json_member_count(out, "not_available", s.counts.not_available);
     json_member_count(out, "other", s.counts.other);
     json_member_count(out, "bad_checksum", s.counts.bad_checksum);

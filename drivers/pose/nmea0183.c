@@ -45,16 +45,43 @@ static bool number(const char *s, double *value)
     return digit && isfinite(*value);
 }
 
-static enum verdict depth(const char *metres, const char *offset, struct nmea_value *value)
+static enum verdict depth(const char *text, double unit_m, double offset_m, struct nmea_value *value)
 {
-    double d, o = 0;
-    if (!*metres)
+    double d;
+    if (!*text)
         return NOT_AVAILABLE;
-    if (!number(metres, &d) || (*offset && !number(offset, &o)) || fabs(d) > 12000 || fabs(o) > 1000)
+    if (!number(text, &d) || fabs(d * unit_m) > 12000)
         return BAD;
     value->has = NMEA_DEPTH;
-    value->depth_m = d + (o > 0 ? o : 0);
+    value->depth_m = d * unit_m + (offset_m > 0 ? offset_m : 0);
     return VALUE;
+}
+
+/* Some instruments send an offset that is no number, as "-1.-1": the depth beside it is good. */
+static enum verdict dpt(const char *const f[], struct nmea_value *value)
+{
+    double offset_m = 0;
+    if (*f[2] && (!number(f[2], &offset_m) || fabs(offset_m) > 1000)) {
+        offset_m = 0;
+        value->odd = true;
+    }
+    return depth(f[1], 1, offset_m, value);
+}
+
+/* The depth in feet, metres and fathoms, of which some instruments fill in one only. Metres go first. */
+static enum verdict dbt(const char *const f[], struct nmea_value *value)
+{
+    static const struct {
+        int field;
+        const char *letter;
+        double unit_m;
+    } units[] = {{3, "M", 1}, {1, "f", 0.3048}, {5, "F", 1.8288}};
+    for (size_t i = 0; i < sizeof units / sizeof *units; i++)
+        if (*f[units[i].field])
+            return strcmp(f[units[i].field + 1], units[i].letter) != 0
+                       ? BAD
+                       : depth(f[units[i].field], units[i].unit_m, 0, value);
+    return NOT_AVAILABLE;
 }
 
 static enum verdict heading(const char *deg, unsigned kind, double add_deg, struct nmea_value *value)
@@ -62,8 +89,9 @@ static enum verdict heading(const char *deg, unsigned kind, double add_deg, stru
     double h;
     if (!*deg)
         return NOT_AVAILABLE;
-    if (!number(deg, &h) || h < 0 || h > 360)
+    if (!number(deg, &h) || h < -180 || h > 360)
         return BAD;
+    value->odd |= h < 0;
     value->has = kind;
     value->heading_rad = geo_wrap(geo_rad(h + add_deg));
     return VALUE;
@@ -91,15 +119,25 @@ static enum verdict hdg(const char *const f[], struct nmea_value *value)
     return heading(f[1], varied ? NMEA_TRUE : NMEA_MAGNETIC, deviation + variation, value);
 }
 
+/* With a mode: only Autonomous and Estimated are measured; Manual, Simulator and not Valid are not. */
+static enum verdict ths(const char *const f[], struct nmea_value *value)
+{
+    if (*f[2] && (!strchr("AEMSV", *f[2]) || f[2][1]))
+        return BAD;
+    return *f[2] == 'A' || *f[2] == 'E' ? heading(f[1], NMEA_TRUE, 0, value) : NOT_AVAILABLE;
+}
+
 static enum verdict understand(const char *const f[], struct nmea_value *value)
 {
     if (strlen(f[0]) != 5 || f[0][0] == 'P')
         return OTHER;
     const char *kind = f[0] + 2;
     if (strcmp(kind, "DPT") == 0)
-        return depth(f[1], f[2], value);
+        return dpt(f, value);
     if (strcmp(kind, "DBT") == 0)
-        return *f[3] && strcmp(f[4], "M") != 0 ? BAD : depth(f[3], "", value);
+        return dbt(f, value);
+    if (strcmp(kind, "THS") == 0)
+        return ths(f, value);
     if (strcmp(kind, "HDT") == 0)
         return *f[1] && strcmp(f[2], "T") != 0 ? BAD : heading(f[1], NMEA_TRUE, 0, value);
     if (strcmp(kind, "HDM") == 0)
@@ -129,6 +167,8 @@ static bool checksum_good(struct nmea_parser *p, char *line)
         return !p->checksum_required;
     }
     *c = '\0';
+    for (size_t n = strlen(c + 1); n > 0 && c[n] == ' '; n--)
+        c[n] = '\0'; /* some instruments put blanks there */
     return strlen(c + 1) == 2 && hex(c[1]) >= 0 && hex(c[2]) >= 0 && (unsigned)(hex(c[1]) * 16 + hex(c[2])) == sum;
 }
 
@@ -156,6 +196,7 @@ static bool take_line(struct nmea_parser *p, struct nmea_value *value)
     switch (understand(fields, value)) {
     case VALUE:
         p->counts.values++;
+        p->counts.odd += value->odd;
         return true;
     case NOT_AVAILABLE:
         p->counts.not_available++;

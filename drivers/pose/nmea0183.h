@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * nmea0183 - depth and heading out of NMEA 0183 sentences (IEC 61162-1): DPT, DBT, HDT, HDG, HDM. Bytes in, values
+ * nmea0183 - depth and heading out of NMEA 0183 sentences (IEC 61162-1): DPT, DBT, HDT, THS, HDG, HDM. Bytes in, values
  * out; knows no port, no clock and no pose. Any talker is listened to; proprietary ($P...) and encapsulated (!...)
  * sentences and those not listed are counted and skipped.
  */
@@ -18,6 +18,7 @@ enum nmea_part { NMEA_DEPTH = 1, NMEA_TRUE = 2, NMEA_MAGNETIC = 4 };
 /* One sentence's worth. Fields that are empty in the sentence are not available. */
 struct nmea_value {
     unsigned has;       /* one of enum nmea_part */
+    bool odd;           /* something in it is malformed and was not needed, or a heading is negative */
     double depth_m;     /* of the transducer; DPT with a positive offset: of the water line */
     double heading_rad; /* [0, 2pi); magnetic: with deviation, without variation */
 };
@@ -26,6 +27,7 @@ struct nmea_value {
 struct nmea_counts {
     uint64_t sentences;     /* whole, with a good checksum or none where none is needed, of any kind */
     uint64_t values;        /* of them: with a value for us */
+    uint64_t odd;           /* of these: malformed in a part that was not needed, or with a negative heading */
     uint64_t not_available; /* of the listed kinds, with empty fields */
     uint64_t other;         /* of other kinds */
     uint64_t bad_checksum;  /* wrong, or missing where one is required */

@@ -31,6 +31,13 @@ static const struct {
     {"DBT", "$SDDBT,7.8,f,2.4,M,1.3,F*0D", NMEA_DEPTH, 2.4},
     {"DBT, metres alone", "$SDDBT,,f,2.4,M,,F", NMEA_DEPTH, 2.4},
     {"HDT", "$GPHDT,274.07,T*03", NMEA_TRUE, 274.07},
+    {"DPT, malformed offset", "$SDDPT,24.6,-1.-1,*4B", NMEA_DEPTH, 24.6},
+    {"DBT, feet alone", "$SDDBT,10.0,f,,M,,F", NMEA_DEPTH, 3.048},
+    {"DBT, fathoms alone", "$SDDBT,,f,,M,2.0,F", NMEA_DEPTH, 3.6576},
+    {"THS", "$GNTHS,123.4,A*2D", NMEA_TRUE, 123.4},
+    {"THS, estimated", "$GNTHS,123.4,E", NMEA_TRUE, 123.4},
+    {"HDT, negative", "$GPHDT,-45.0,T", NMEA_TRUE, 315},
+    {"a blank behind the checksum", "$GPHDT,274.07,T*03 ", NMEA_TRUE, 274.07},
     {"HDT, 360 is 0", "$GPHDT,360.0,T", NMEA_TRUE, 0},
     {"HDM", "$HCHDM,10.0,M", NMEA_MAGNETIC, 10},
     {"HDG with variation west", "$HCHDG,98.3,0.0,E,12.6,W*57", NMEA_TRUE, 85.7},
@@ -73,10 +80,16 @@ static const struct {
     {"empty heading", "$GPHDT,,T\r\n", false, COUNT(not_available)},
     {"empty depth", "$SDDPT,,0.5\r\n", false, COUNT(not_available)},
     {"no fields at all", "$SDDPT\r\n", false, COUNT(not_available)},
-    {"DBT without metres", "$SDDBT,7.8,f,,M,1.3,F\r\n", false, COUNT(not_available)},
+    {"DBT without any", "$SDDBT,,f,,M,,F\r\n", false, COUNT(not_available)},
+    {"feet that are metres", "$SDDBT,7.8,M,,M,1.3,F\r\n", false, COUNT(bad_sentence)},
+    {"THS, not valid", "$GNTHS,123.4,V\r\n", false, COUNT(not_available)},
+    {"THS, simulator", "$GNTHS,123.4,S\r\n", false, COUNT(not_available)},
+    {"THS without mode", "$GNTHS,123.4,\r\n", false, COUNT(not_available)},
+    {"THS with another mode", "$GNTHS,123.4,X\r\n", false, COUNT(bad_sentence)},
+    {"blanks and no checksum", "$GPHDT,274.07,T*  \r\n", false, COUNT(bad_checksum)},
     {"heading of the wrong kind", "$GPHDT,10.0,M\r\n", false, COUNT(bad_sentence)},
     {"heading beyond the circle", "$GPHDT,361.0,T\r\n", false, COUNT(bad_sentence)},
-    {"negative heading", "$GPHDT,-1.0,T\r\n", false, COUNT(bad_sentence)},
+    {"negative heading", "$GPHDT,-181.0,T\r\n", false, COUNT(bad_sentence)},
     {"metres that are feet", "$SDDBT,7.8,f,2.4,f,1.3,F\r\n", false, COUNT(bad_sentence)},
     {"depth that is no number", "$SDDPT,7.2x,0\r\n", false, COUNT(bad_sentence)},
     {"nan", "$SDDPT,nan,0\r\n", false, COUNT(bad_sentence)},
@@ -102,6 +115,15 @@ TEST(refused_sentences)
             test_case_failed = true;
         }
     }
+}
+
+TEST(odd_values_are_counted)
+{
+    static const char text[] = "$SDDPT,24.6,-1.-1,*4B\r\n$GPHDT,-45.0,T\r\n$SDDPT,7.25,0.5\r\n";
+    struct nmea_value v[3];
+    nmea_parser_init(&parser, false);
+    CHECK_INT(feed(text, sizeof text - 1, v, 3), 3);
+    CHECK_INT(parser.counts.odd, 2);
 }
 
 TEST(encapsulated_lines_are_skipped)
@@ -190,6 +212,7 @@ int main(void)
 {
     RUN(good_sentences);
     RUN(refused_sentences);
+    RUN(odd_values_are_counted);
     RUN(encapsulated_lines_are_skipped);
     RUN(an_overlong_line_costs_itself_only);
     RUN(a_line_of_just_the_limit_is_read);
