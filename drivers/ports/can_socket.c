@@ -12,15 +12,15 @@
 #include <string.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
-#include <time.h>
 #include <unistd.h>
+
+#include "arrival.h"
 
 /* CAN_ERR_BUSERROR is left out: one for every disturbed bit floods a bus that is badly terminated. */
 #define ERRORS_HEARD                                                                                              \
     (CAN_ERR_TX_TIMEOUT | CAN_ERR_CRTL | CAN_ERR_ACK | CAN_ERR_BUSOFF | CAN_ERR_RESTARTED | CAN_ERR_CNT)
 
-#define RECEIVE_BYTES (1 << 20)   /* of socket memory, of which a frame takes several hundred */
-#define STEP_NS       100000000ll /* more than a clock is slewed between two frames: it was set */
+#define RECEIVE_BYTES (1 << 20) /* of socket memory, of which a frame takes several hundred */
 
 /* ---- addresses ---- */
 
@@ -130,7 +130,7 @@ static bool set(int fd, int level, int option, const void *value, socklen_t size
 }
 
 /* The least memory for sending: then the socket is full before the interface's short queue, and poll can wait. */
-static bool set_up(int fd, const struct port *port)
+static bool set_up(int fd, struct port *port)
 {
     const struct can_filter filter = {.can_id = port->can_match.id, .can_mask = port->can_match.mask};
     const can_err_mask_t errors = ERRORS_HEARD;
@@ -139,16 +139,7 @@ static bool set_up(int fd, const struct port *port)
     set(fd, SOL_SOCKET, SO_SNDBUF, &send, sizeof(send));
     return set(fd, SOL_CAN_RAW, CAN_RAW_FILTER, &filter, sizeof(filter)) &&
            set(fd, SOL_CAN_RAW, CAN_RAW_ERR_FILTER, &errors, sizeof(errors)) &&
-           set(fd, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, &on, sizeof(on)) &&
-           set(fd, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof(on)) &&
-           set(fd, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof(on));
-}
-
-static int64_t clock_ns(clockid_t clock)
-{
-    struct timespec t;
-    clock_gettime(clock, &t);
-    return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
+           set(fd, SOL_CAN_RAW, CAN_RAW_FD_FRAMES, &on, sizeof(on)) && arrival_ask(port, fd);
 }
 
 bool can_socket_open(struct port *port, const char *name, struct fault *fault)
@@ -169,44 +160,10 @@ bool can_socket_open(struct port *port, const char *name, struct fault *fault)
     port->fd = fd;
     port->error = 0;
     port->bus.state = BUS_UP;
-    port->lost_here = 0;
-    port->unix_offset_ns = clock_ns(CLOCK_REALTIME) - clock_ns(CLOCK_MONOTONIC);
     return true;
 }
 
 /* ---- reading ---- */
-
-/*
- * The kernel stamps with the time of day, which may be set at any moment: its age is taken off the monotonic clock.
- * Where the clock was set since the last frame, and where an age cannot be, there is no stamp.
- */
-static uint64_t monotonic(struct port *port, const struct timespec *stamp)
-{
-    int64_t wall = clock_ns(CLOCK_REALTIME), now = clock_ns(CLOCK_MONOTONIC);
-    int64_t age = wall - ((int64_t)stamp->tv_sec * 1000000000 + stamp->tv_nsec);
-    bool set = llabs(wall - now - port->unix_offset_ns) > STEP_NS;
-    port->unix_offset_ns = wall - now;
-    return !set && age >= 0 && age < now ? (uint64_t)(now - age) : 0;
-}
-
-static void take_control(struct port *port, struct msghdr *message)
-{
-    port->t_ns = 0;
-    for (struct cmsghdr *c = CMSG_FIRSTHDR(message); c; c = CMSG_NXTHDR(message, c)) {
-        if (c->cmsg_level != SOL_SOCKET)
-            continue;
-        if (c->cmsg_type == SCM_TIMESTAMPNS) {
-            struct timespec stamp;
-            memcpy(&stamp, CMSG_DATA(c), sizeof(stamp));
-            port->t_ns = monotonic(port, &stamp);
-        } else if (c->cmsg_type == SO_RXQ_OVFL) {
-            uint32_t lost;
-            memcpy(&lost, CMSG_DATA(c), sizeof(lost));
-            port->lost += lost - port->lost_here;
-            port->lost_here = lost;
-        }
-    }
-}
 
 /* What an error frame says. False: nothing more is to be expected of this socket. */
 static bool take_error(struct port_bus *bus, const struct can_frame *frame)
@@ -249,7 +206,7 @@ static ssize_t failed(struct port *port)
 
 ssize_t can_socket_read(struct port *port, void *buf)
 {
-    _Alignas(struct cmsghdr) char control[CMSG_SPACE(sizeof(struct timespec)) + CMSG_SPACE(sizeof(uint32_t))];
+    _Alignas(struct cmsghdr) char control[ARRIVAL_CONTROL_BYTES];
     struct iovec space = {.iov_base = buf, .iov_len = CANFD_MTU};
     struct msghdr message = {
         .msg_iov = &space, .msg_iovlen = 1, .msg_control = control, .msg_controllen = sizeof(control)};
@@ -262,7 +219,7 @@ ssize_t can_socket_read(struct port *port, void *buf)
         port->error = n == 0 ? ENODEV : EBADMSG;
         return -1;
     }
-    take_control(port, &message);
+    arrival_take(port, &message);
     memcpy(&error, buf, sizeof(error));
     if ((error.can_id & CAN_ERR_FLAG) && !take_error(&port->bus, &error)) {
         port->error = ENETDOWN;

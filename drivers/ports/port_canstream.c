@@ -39,25 +39,21 @@ static bool stream_open(struct port *port, const char *rest, struct fault *fault
     return can_socket_open(port, a.name, fault);
 }
 
-/* As many frames as are there and fit; the time is that of the last. */
+/* One frame at a time, since each has a time of its own. */
 static ssize_t stream_read(struct port *port, void *buf, size_t size)
 {
     uint8_t record[CANFD_MTU];
     struct canfd_frame frame;
-    size_t used = 0;
+    ssize_t n;
 
-    while (size - used >= CANFD_MAX_DLEN) {
-        ssize_t n = can_socket_read(port, record);
-        if (n < 0)
-            return -1;
-        if (n == 0)
-            break;
-        if (!can_frame_read(record, (size_t)n, &frame) || !can_frame_is_data(&frame))
+    (void)size; /* any frame fits */
+    while ((n = can_socket_read(port, record)) > 0) {
+        if (!can_frame_read(record, (size_t)n, &frame) || !can_frame_is_data(&frame) || frame.len == 0)
             continue;
-        memcpy((uint8_t *)buf + used, frame.data, frame.len);
-        used += frame.len;
+        memcpy(buf, frame.data, frame.len);
+        return frame.len;
     }
-    return (ssize_t)used;
+    return n;
 }
 
 static ssize_t stream_write(struct port *port, const void *buf, size_t size)

@@ -11,6 +11,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "arrival.h"
 #include "can_socket.h"
 #include "core/fault.h"
 
@@ -93,6 +94,7 @@ static bool isotp_open(struct port *port, const char *rest, struct fault *fault)
             close(fd);
         return false;
     }
+    arrival_ask(port, fd);
     port->fd = fd;
     port->error = 0;
     port->bus.state = BUS_UP;
@@ -126,12 +128,19 @@ static ssize_t failed(struct port *port, size_t given_up)
 
 static ssize_t isotp_read(struct port *port, void *buf, size_t size)
 {
-    ssize_t n = recv(port->fd, buf, size, 0);
+    _Alignas(struct cmsghdr) char control[ARRIVAL_CONTROL_BYTES];
+    struct iovec space = {buf, size};
+    struct msghdr message = {
+        .msg_iov = &space, .msg_iovlen = 1, .msg_control = control, .msg_controllen = sizeof(control)};
+    ssize_t n = recvmsg(port->fd, &message, 0);
     if (n == 0) {
         errno = ENODEV;
         n = -1;
     }
-    return n > 0 ? n : failed(port, 0);
+    if (n < 0)
+        return failed(port, 0);
+    arrival_take(port, &message);
+    return n;
 }
 
 static ssize_t isotp_write(struct port *port, const void *buf, size_t size)

@@ -21,6 +21,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "arrival.h"
 #include "core/fault.h"
 
 #define RECEIVE_BUFFER (1 << 20) /* some hundred pings of a multibeam; the kernel gives what it allows */
@@ -89,9 +90,9 @@ static bool udp_check(const char *rest, struct fault *fault)
 }
 
 /* All that is done to a new socket; what it was that failed, or NULL. */
-static const char *set_up(int fd, const struct address *a)
+static const char *set_up(struct port *port, int fd, const struct address *a)
 {
-    const int on = 1, room = RECEIVE_BUFFER;
+    const int room = RECEIVE_BUFFER;
     struct addrinfo *far = resolve(a, a->host, a->port, 0);
     const char *local = a->listens ? a->port : a->local;
     struct addrinfo *near = local[0] ? resolve(a, NULL, local, AI_PASSIVE) : NULL;
@@ -99,7 +100,7 @@ static const char *set_up(int fd, const struct address *a)
 
     setsockopt(fd, SOL_SOCKET, SO_RCVBUF, &room,
                sizeof(room)); /* less room only loses more, and that is counted */
-    setsockopt(fd, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof(on));
+    arrival_ask(port, fd);
     if (!far || (local[0] && !near))
         why = "out of memory";
     else if (near && bind(fd, near->ai_addr, near->ai_addrlen) < 0)
@@ -150,7 +151,7 @@ static bool udp_open(struct port *port, const char *rest, struct fault *fault)
     if (!parse_address(rest, &a, fault))
         return false;
     int fd = socket(a.v6 ? AF_INET6 : AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
-    const char *why = fd >= 0 ? set_up(fd, &a)
+    const char *why = fd >= 0 ? set_up(port, fd, &a)
                       : errno == EAFNOSUPPORT
                           ? "network access is not permitted; install network.conf (sonard(8), RUNNING)"
                           : "no socket";
@@ -162,7 +163,6 @@ static bool udp_open(struct port *port, const char *rest, struct fault *fault)
     }
     hear(port, &a);
     port->fd = fd;
-    port->lost_here = 0;
     port->error = 0;
     return true;
 }
@@ -174,22 +174,9 @@ static bool not_there(int error)
            error == ENOPROTOOPT || error == EPROTO || error == EACCES || error == EPERM;
 }
 
-/* The kernel's count of datagrams that found no room since the socket was made, 32 bits of it. */
-static void note_lost(struct port *port, struct msghdr *message)
-{
-    for (struct cmsghdr *c = CMSG_FIRSTHDR(message); c; c = CMSG_NXTHDR(message, c)) {
-        uint32_t total;
-        if (c->cmsg_level != SOL_SOCKET || c->cmsg_type != SO_RXQ_OVFL)
-            continue;
-        memcpy(&total, CMSG_DATA(c), sizeof(total));
-        port->lost += (uint32_t)(total - port->lost_here);
-        port->lost_here = total;
-    }
-}
-
 static ssize_t udp_read(struct port *port, void *buf, size_t size)
 {
-    _Alignas(struct cmsghdr) char control[CMSG_SPACE(sizeof(uint32_t))];
+    _Alignas(struct cmsghdr) char control[ARRIVAL_CONTROL_BYTES];
     struct iovec bytes = {buf, size};
     struct sockaddr_storage from = {0};
     struct msghdr message = {.msg_name = &from,
@@ -201,7 +188,7 @@ static ssize_t udp_read(struct port *port, void *buf, size_t size)
 
     ssize_t n = recvmsg(port->fd, &message, 0);
     if (n >= 0) {
-        note_lost(port, &message);
+        arrival_take(port, &message);
         return welcome(port, &from) ? n : 0;
     }
     if (errno == EAGAIN || errno == EINTR)

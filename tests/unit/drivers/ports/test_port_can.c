@@ -6,9 +6,11 @@
 #include <errno.h>
 #include <linux/can/error.h>
 #include <sys/socket.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "core/fault.h"
+#include "drivers/ports/arrival.h"
 #include "drivers/ports/can_socket.h"
 #include "tests/lib/test.h"
 
@@ -180,22 +182,50 @@ TEST(stream_takes_the_bytes_out_of_frames)
     say(CAN_ERR_FLAG | CAN_ERR_ACK, "xxxxxxxx", 8, CAN_MTU);
     say(0x40000322, "xx", 2, CAN_MTU); /* a remote request has no data */
     say(0x322, "!", 1, CAN_MTU);
-    ssize_t n = hear(bytes, sizeof(bytes));
-    CHECK(n == 11 && memcmp(bytes, "hello, sea!", 11) == 0);
+    CHECK(hear(bytes, sizeof(bytes)) == 7 && memcmp(bytes, "hello, ", 7) == 0);
+    CHECK(hear(bytes, sizeof(bytes)) == 3 && memcmp(bytes, "sea", 3) == 0);
+    CHECK(hear(bytes, sizeof(bytes)) == 1 && bytes[0] == '!');
     CHECK_INT(hear(bytes, sizeof(bytes)), 0);
-    for (int i = 0; i < 4; i++)
-        say(0x322, "12345678", 8, CAN_MTU);
-    CHECK_INT(hear(bytes, 70), 8); /* a frame of 64 bytes must always have room */
-    CHECK_INT(hear(bytes, sizeof(bytes)), 24);
+    say(0x322, "", 0, CAN_MTU); /* is not the end of what waits */
+    say(0x322, "12345678", 8, CAN_MTU);
+    CHECK_INT(hear(bytes, sizeof(bytes)), 8);
     unplug();
 }
 
-TEST(stream_gives_a_lost_bus_priority_over_bytes)
+static uint64_t clock_ns(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
+}
+
+/* However late they are read. */
+TEST(frames_of_a_stream_count_from_when_they_came)
+{
+    uint8_t bytes[64];
+    uint64_t said_ns[4];
+    plug(&port_canstream);
+    CHECK(arrival_ask(&port, port.fd));
+    for (int i = 0; i < 3; i++) {
+        said_ns[i] = clock_ns();
+        say(0x322, "12345678", 8, CAN_MTU);
+        said_ns[i + 1] = clock_ns();
+        nanosleep(&(struct timespec){.tv_nsec = 2000000}, NULL);
+    }
+    for (int i = 0; i < 3; i++) {
+        CHECK_INT(hear(bytes, sizeof(bytes)), 8);
+        CHECK(port.t_ns + 100000 >= said_ns[i] && port.t_ns <= said_ns[i + 1] + 100000);
+    }
+    unplug();
+}
+
+TEST(stream_gives_what_came_before_the_bus_was_lost)
 {
     uint8_t bytes[256];
     plug(&port_canstream);
     say(0x322, "abc", 3, CAN_MTU);
     say(CAN_ERR_FLAG | CAN_ERR_BUSOFF, "", 0, CAN_MTU);
+    CHECK_INT(hear(bytes, sizeof(bytes)), 3);
     CHECK_INT(hear(bytes, sizeof(bytes)), -1);
     unplug();
 }
@@ -265,7 +295,8 @@ int main(void)
     RUN(bus_off_and_restart_give_the_port_up);
     RUN(the_end_of_the_wire);
     RUN(stream_takes_the_bytes_out_of_frames);
-    RUN(stream_gives_a_lost_bus_priority_over_bytes);
+    RUN(frames_of_a_stream_count_from_when_they_came);
+    RUN(stream_gives_what_came_before_the_bus_was_lost);
     RUN(stream_writes_frames_of_eight);
     RUN(stream_stops_where_the_line_is_full);
     RUN(isotp_message_is_bytes);

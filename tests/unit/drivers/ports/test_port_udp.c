@@ -5,6 +5,7 @@
 #include <arpa/inet.h>
 #include <errno.h>
 #include <sys/socket.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "core/fault.h"
@@ -307,6 +308,34 @@ TEST(what_found_no_room_is_counted)
     close(fd);
 }
 
+static uint64_t clock_ns(void)
+{
+    struct timespec t;
+    clock_gettime(CLOCK_MONOTONIC, &t);
+    return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
+}
+
+TEST(datagrams_count_from_when_they_came_however_late_they_are_read)
+{
+    uint16_t number;
+    uint8_t b[8];
+    int fd = far_end(&number);
+    uint64_t before_ns, there_ns;
+    CHECK(open_to(number, ""));
+    int tries = 0;
+    do { /* the kernel begins to stamp a moment after it was asked; until then a datagram comes when it is read */
+        before_ns = clock_ns();
+        send_to(fd, own_number(), "early", 5);
+        patience_for(port.fd, POLLIN);
+        there_ns = clock_ns();
+        nanosleep(&(struct timespec){.tv_nsec = 2000000}, NULL);
+        CHECK_INT(read_ready(b, sizeof(b)), 5);
+    } while (port.t_ns > there_ns && ++tries < 10000);
+    CHECK(port.t_ns + 100000 >= before_ns && port.t_ns <= there_ns); /* two clocks, read as one to 0.1 ms */
+    port.ops->close(&port);
+    close(fd);
+}
+
 TEST(ipv6)
 {
     struct sockaddr_in6 a = {.sin6_family = AF_INET6, .sin6_addr = IN6ADDR_LOOPBACK_INIT};
@@ -339,6 +368,7 @@ int main(void)
     RUN(nobody_there_is_counted_and_waited_out);
     RUN(local_port_is_had_or_refused);
     RUN(what_found_no_room_is_counted);
+    RUN(datagrams_count_from_when_they_came_however_late_they_are_read);
     RUN(ipv6);
     return test_end();
 }
