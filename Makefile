@@ -160,6 +160,9 @@ $(UNIT): $(BUILD)/tests/%: $$(call unit_obj,$$*) $(ALL_A) $(BUILD)/link.stamp
 	$(link)
 $(BUILD)/tests/test_template: private LDFLAGS += -Wl,--wrap=malloc,--wrap=calloc
 $(BUILD)/tests/test_query_context: private LDFLAGS += -Wl,--wrap=source_stats
+# Their clock is turned by the test: tests/lib/rig.h.
+RIGS     := $(filter $(BUILD)/tests/test_rig_%,$(UNIT))
+$(RIGS): private LDFLAGS += -Wl,--wrap=clock_gettime,--wrap=epoll_wait
 $(BUILD)/tests/test_sim_program: | $(BUILD)/tests/ping360_sim
 $(CORPUS): $(BUILD)/tests/corpus_%: $(BUILD)/tests/fuzz/fuzz_%.o $(BUILD)/tests/fuzz/corpus.o $(ALL_A) $(BUILD)/link.stamp
 	$(link)

@@ -10,11 +10,17 @@
 
 #define EVENTS_PER_TURN 32
 
+/* Descriptors are looked at no more seldom than this, so that it is known of what is ready when it came. */
+#define PULSE_NS 25000000u
+
 struct loop {
     int epoll;
     bool virtual_clock;
     bool quit;
     uint64_t now_ns, turns;
+    uint64_t looked_ns; /* before the last look at all descriptors */
+    uint64_t since_ns;  /* the same of the look before */
+    uint64_t late_ns;   /* when a look last came late; 0: never */
     struct loop_timer
         *timers;    /* armed ones: a pairing heap; on top the earliest, of equal times the first armed */
     uint64_t order; /* of the timer that is armed next */
@@ -41,6 +47,7 @@ struct loop *loop_new(bool virtual_clock)
     }
     loop->virtual_clock = virtual_clock;
     loop->now_ns = virtual_clock ? 0 : loop_clock();
+    loop->looked_ns = loop->since_ns = loop->now_ns;
     return loop;
 }
 
@@ -60,6 +67,16 @@ uint64_t loop_now(const struct loop *loop)
 uint64_t loop_turns(const struct loop *loop)
 {
     return loop->turns;
+}
+
+uint64_t loop_since(const struct loop *loop)
+{
+    return loop->since_ns;
+}
+
+uint64_t loop_late(const struct loop *loop)
+{
+    return loop->late_ns;
 }
 
 bool loop_add(struct loop *loop, struct loop_fd *handler, uint32_t epoll_events)
@@ -186,21 +203,66 @@ static int wait_ms(const struct loop *loop, uint64_t max_wait_ns)
     return ms > 60000 ? 60000 : (int)ms;
 }
 
-bool loop_turn(struct loop *loop, uint64_t max_wait_ns)
+static bool is_due(const struct loop *loop)
 {
-    loop->turns++;
+    return loop->timers && loop->timers->due_ns <= loop->now_ns;
+}
+
+static void read_clock(struct loop *loop)
+{
     if (!loop->virtual_clock)
         loop->now_ns = loop_clock();
-    int n = epoll_wait(loop->epoll, loop->events, EVENTS_PER_TURN, wait_ms(loop, max_wait_ns));
+}
+
+/* Which descriptors are ready, after at most `ms`. A look that was interrupted, or had no room for all, says nothing
+ * of those that it did not name. */
+static void look(struct loop *loop, int ms)
+{
+    const uint64_t before_ns = loop->now_ns;
+    const int n = epoll_wait(loop->epoll, loop->events, EVENTS_PER_TURN, ms);
     loop->n_events = n > 0 ? n : 0;
-    if (!loop->virtual_clock)
-        loop->now_ns = loop_clock();
+    read_clock(loop);
+    loop->since_ns = loop->looked_ns;
+    if (n >= 0 && n < EVENTS_PER_TURN)
+        loop->looked_ns = before_ns;
+    if (loop->now_ns - loop->since_ns > LOOP_TIMELY_NS)
+        loop->late_ns = loop->now_ns;
+}
+
+/* Until a descriptor is ready, a timer is due, or for max_wait_ns. */
+static void await(struct loop *loop, uint64_t max_wait_ns)
+{
+    read_clock(loop);
+    const uint64_t started_ns = loop->now_ns;
+    uint64_t waited_ns = 0;
+    do {
+        const uint64_t left_ns = max_wait_ns == LOOP_NEVER ? LOOP_NEVER : max_wait_ns - waited_ns;
+        look(loop, wait_ms(loop, left_ns < PULSE_NS || loop->virtual_clock ? left_ns : PULSE_NS));
+        waited_ns = loop->now_ns - started_ns;
+    } while (loop->n_events == 0 && !loop->virtual_clock && !is_due(loop) && waited_ns < max_wait_ns);
+}
+
+static void handle(struct loop *loop)
+{
     for (int i = 0; i < loop->n_events; i++) {
         struct loop_fd *handler = loop->events[i].data.ptr;
         if (handler)
             handler->ready(handler->ctx, loop->events[i].events, loop->now_ns);
     }
     loop->n_events = 0;
+}
+
+/* The process may have been held up since it looked. So before a timer fires it looks again: what came before the timer
+ * was due is handled first, and nobody is given up whose bytes are waiting. */
+bool loop_turn(struct loop *loop, uint64_t max_wait_ns)
+{
+    loop->turns++;
+    await(loop, max_wait_ns);
+    handle(loop);
+    if (is_due(loop)) {
+        look(loop, 0);
+        handle(loop);
+    }
     fire_due(loop);
     return !loop->quit;
 }

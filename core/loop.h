@@ -12,6 +12,9 @@
 
 #define LOOP_NEVER UINT64_MAX
 
+/* What waited no longer than this may be taken to have come when it was read. */
+#define LOOP_TIMELY_NS 100000000u
+
 struct loop;
 
 /* Embedded in its owner. Fields are set before loop_add and not touched until loop_remove. */
@@ -51,11 +54,21 @@ void loop_remove(struct loop *loop, struct loop_fd *handler);
  * Cannot fail; takes the logarithm of the number of armed timers, amortised. */
 void loop_arm(struct loop *loop, struct loop_timer *timer, uint64_t due_ns);
 
-/** loop_turn - wait at most until the next timer or max_wait_ns, then handle what is ready. False after loop_quit. */
+/** loop_turn - wait at most until the next timer or max_wait_ns, then handle what is ready, then the timers that are
+ * due. False after loop_quit. */
 bool loop_turn(struct loop *loop, uint64_t max_wait_ns);
 
 /** loop_turns - how often loop_turn has started: what is the same was done in the same turn. */
 uint64_t loop_turns(const struct loop *loop);
+
+/**
+ * loop_since - what a handler finds ready came since then, unless it left it unread before: its descriptor was last
+ * seen not to be ready. That is at most some 50 ms ago, or the process was held up.
+ */
+uint64_t loop_since(const struct loop *loop);
+
+/** loop_late - when a turn last came later than LOOP_TIMELY_NS to what was ready; 0: never. */
+uint64_t loop_late(const struct loop *loop);
 
 /** loop_advance - virtual clock only: set the time to t_ns (never back), firing the timers due up to it. */
 void loop_advance(struct loop *loop, uint64_t t_ns);

@@ -27,6 +27,7 @@
 struct message {
     const char *topic; /* "/NAME/rx"; of a CAN log the port's address, "can:can0" */
     uint64_t log_ns;
+    uint64_t since_ns; /* it came after this: its publish time */
     const uint8_t *data;
     size_t size;
 };
@@ -69,6 +70,7 @@ static bool next_of_capture(struct replay *r)
         return false;
     r->next.topic = m.channel->topic;
     r->next.log_ns = m.log_ns;
+    r->next.since_ns = m.publish_ns;
     r->next.data = m.data;
     r->next.size = m.size;
     return true;
@@ -80,7 +82,7 @@ static bool next_of_log(struct replay *r)
         return false;
     snprintf(r->address, sizeof r->address, "can:%s", r->frame.name);
     r->next.topic = r->address;
-    r->next.log_ns = r->frame.t_ns;
+    r->next.log_ns = r->next.since_ns = r->frame.t_ns;
     r->next.data = (const uint8_t *)&r->frame.frame;
     r->next.size = r->frame.n;
     return true;
@@ -282,15 +284,23 @@ static void take_pose(struct replay *r, const struct replay_env *env)
                     fault.text);
 }
 
+/* When the next message came. What another program recorded may have been published later, or at no time. */
+static struct record_time came(const struct message *m)
+{
+    const bool doubted = m->since_ns && m->log_ns > m->since_ns && m->log_ns - m->since_ns > LOOP_TIMELY_NS;
+    return (struct record_time){.t_ns = m->log_ns, .since_ns = doubted ? m->since_ns : m->log_ns};
+}
+
 static void deliver(struct replay *r, const struct replay_env *env)
 {
+    const struct record_time then = came(&r->next);
     const char *topic = r->next.topic;
     size_t n = strlen(topic);
     bool known = false;
     for (int i = 0; i < env->conf->n_sonars; i++) {
         if (!is_for(r, env, i))
             continue;
-        source_feed(env->source[i], r->next.data, r->next.size);
+        source_feed(env->source[i], r->next.data, r->next.size, &then);
         known = true;
     }
     if (!known && strcmp(topic, "/pose") == 0) {

@@ -368,7 +368,10 @@ static void show_version(const struct page *page, const json_t *result)
 
 static void show_taken(const struct page *page, const json_t *result)
 {
-    (void)result;
+    if (!json_is_true(json_object_get(result, "taken"))) {
+        fprintf(page->out, "pose not used: sonard was held up, and does not know when it was; send it again\n");
+        return;
+    }
     fprintf(page->out, "pose accepted; keep sending it (--rate 5), or take it back (--withdraw): "
                        "answers become unknown when it is older than max_age\n");
 }

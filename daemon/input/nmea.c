@@ -26,6 +26,8 @@ struct nmea {
     uint64_t retry_ns;
     bool announced, was_open, stranger_told;
     struct nmea_parser parser;
+    uint64_t t_ns; /* of the bytes read last */
+    bool behind;   /* more bytes than were read had waited too long */
     struct garbage garbage;
     struct nmea_status status;
     struct nmea_came before; /* when a value was used last */
@@ -74,7 +76,7 @@ static void tell_unused(struct nmea *nmea)
 
 static void take(struct nmea *nmea, const struct nmea_value *value)
 {
-    const uint64_t now = loop_now(nmea->input->loop);
+    const uint64_t now = nmea->t_ns;
     const bool depth = value->has == NMEA_DEPTH;
     double heading_rad;
     if (nmea->conf.use == (depth ? CONF_NMEA_HEADING : CONF_NMEA_DEPTH)) {
@@ -119,13 +121,23 @@ static void tell_stranger(struct nmea *nmea)
              nmea->conf.port, nmea->port.stranger);
 }
 
+/* When the bytes just read came. False: nobody knows, for they waited while the process was held up. A heading or a
+ * depth of no known time is none; the next comes soon. */
+static bool arrival(struct nmea *nmea, size_t got, size_t most, uint64_t now_ns)
+{
+    const bool noted = nmea->port.t_ns && nmea->port.t_ns < now_ns;
+    const bool late = nmea->behind || now_ns - loop_since(nmea->input->loop) > LOOP_TIMELY_NS;
+    nmea->t_ns = noted ? nmea->port.t_ns : now_ns;
+    nmea->behind = !noted && late && got == most;
+    return noted || !late;
+}
+
 static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
 {
     struct nmea *nmea = ctx;
     uint8_t in[4096];
     struct nmea_value value;
     (void)events;
-    (void)now_ns;
     ssize_t got = nmea->port.ops->read(&nmea->port, in, sizeof in);
     if (got < 0) {
         struct fault why;
@@ -140,6 +152,11 @@ static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
     const uint8_t *bytes = in;
     size_t n = (size_t)got;
     nmea->status.bytes_in += n;
+    if (!arrival(nmea, n, sizeof in, now_ns)) {
+        nmea_parser_reset(&nmea->parser);
+        nmea->status.late_bytes += n;
+        return;
+    }
     while (nmea_parser_next(&nmea->parser, &bytes, &n, &value))
         take(nmea, &value);
     if (got > 0) {

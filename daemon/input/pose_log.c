@@ -411,6 +411,34 @@ bool pose_log_at(const struct pose_log *log, uint64_t t_ns, struct pose *out)
     return any;
 }
 
+/* The vehicle may as well be where it was at t_ns. */
+static void cover(const struct pose_log *log, uint64_t t_ns, struct pose *p)
+{
+    struct pose other;
+    double off_m[3], half = 0;
+    pose_log_at(log, t_ns, &other);
+    for (int i = 0; i < 3; i++)
+        off_m[i] = other.position_m[i] - p->position_m[i];
+    for (int i = 0; i < 4; i++)
+        half += other.attitude[i] * p->attitude[i];
+    p->has &= other.has;
+    p->slack_m = fmax(p->slack_m, geo_length(off_m) + other.slack_m);
+    p->slack_rad = fmax(p->slack_rad, 2 * acos(fmin(1, fabs(half))) + other.slack_rad);
+}
+
+bool pose_log_within(const struct pose_log *log, uint64_t from_ns, uint64_t to_ns, struct pose *out)
+{
+    const bool any = pose_log_at(log, from_ns, out);
+    for (int part = 0; part < POSE_TRACKS; part++)
+        for (uint32_t i = 0; i < log->track[part].n; i++) {
+            const uint64_t t_ns = at(&log->track[part], i)->t_ns;
+            if (t_ns > from_ns && t_ns < to_ns)
+                cover(log, t_ns, out);
+        }
+    cover(log, to_ns, out);
+    return any;
+}
+
 bool pose_log_newest(const struct pose_log *log, struct pose *out)
 {
     *out = pose_identity;

@@ -126,6 +126,12 @@ unsigned pose_log_missing(const struct pose_log *log, uint64_t now_ns, double *a
  */
 bool pose_log_at(const struct pose_log *log, uint64_t t_ns, struct pose *out);
 
+/**
+ * pose_log_within - the pose of a time that is only known to lie from from_ns to to_ns: that at from_ns, with the parts
+ * that are known all the while, and slack_m and slack_rad that cover every pose until to_ns. False as pose_log_at.
+ */
+bool pose_log_within(const struct pose_log *log, uint64_t from_ns, uint64_t to_ns, struct pose *out);
+
 /** pose_log_newest - the last sample of every part, as of the newest of them; has: those fresh then. False: none. */
 bool pose_log_newest(const struct pose_log *log, struct pose *out);
 

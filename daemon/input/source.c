@@ -18,6 +18,12 @@
 #define READS_PER_EVENT 8     /* ... and after so many of fewer bytes */
 #define OUT_BYTES       4096
 
+/* A ping that may have looked farther aside, or from farther off, would put its echo where nothing is. */
+#define UNDATED_MAX_DEG 2.5
+#define UNDATED_MAX_M   0.5
+
+#define BACKLOG_NS 1000000000u /* a device's deadline waits no longer for what came late to be read */
+
 struct source {
     struct source_env env;
     char name[CONF_NAME_MAX];
@@ -44,6 +50,12 @@ struct source {
     struct device_io io;
     int rx_channel, tx_channel;
     uint64_t arrived_ns; /* what was read last */
+    bool unread;         /* bytes wait: the first of them ... */
+    uint64_t unread_ns;  /* ... came after this */
+    uint64_t backlog_ns; /* they were found late, then; 0: they were not */
+    uint64_t late_ns;    /* when the bytes were read last whose arrival is not known but for ... */
+    uint64_t doubt_ns;   /* ... so long before */
+    uint8_t flags_kept;  /* of pings that were not handed on, for the next */
     struct garbage garbage;
     struct source_stats stats;
     uint8_t in[READ_BYTES];
@@ -108,13 +120,35 @@ static struct ping *io_ping_begin(void *ctx)
     return pipeline_begin(s->env.pipeline);
 }
 
+/*
+ * A ping whose bytes waited while the process was held up may be as old as they: it gets that time, and a pose that
+ * allows for every other until they were read. False: it may have looked from so many places or in so many directions
+ * that it says nothing of any.
+ */
+static bool place(struct source *s, struct ping *ping)
+{
+    const uint64_t doubt_ns = ping->t_ns < s->late_ns ? s->doubt_ns : 0;
+    const uint64_t t_ns = s->env.ping_time(s->env.ctx, s, ping);
+    ping->t_ns = t_ns > doubt_ns ? t_ns - doubt_ns : 0;
+    if (!doubt_ns) {
+        pose_log_at(s->env.poses, t_ns, &ping->pose);
+        return true;
+    }
+    s->stats.undated_pings++;
+    pose_log_within(s->env.poses, ping->t_ns, t_ns, &ping->pose);
+    return ping->pose.slack_rad <= geo_rad(UNDATED_MAX_DEG) && ping->pose.slack_m <= UNDATED_MAX_M;
+}
+
 static void io_ping_done(void *ctx, struct ping *ping)
 {
     struct source *s = ctx;
     ping->seq = ++s->seq;
     ping->sensor = s->index;
-    ping->t_ns = s->env.ping_time(s->env.ctx, s, ping);
-    pose_log_at(s->env.poses, ping->t_ns, &ping->pose);
+    ping->flags = (uint8_t)(ping->flags | s->flags_kept);
+    const bool placed = place(s, ping);
+    s->flags_kept = placed ? 0 : (uint8_t)(ping->flags & PING_NEW_TURN);
+    if (!placed)
+        return;
     if (s->mirrored)
         mirror_ping(ping);
     if (s->aperture_rad[0] > 0) {
@@ -159,7 +193,8 @@ static void try_open(struct source *s)
     }
     s->fd.fd = s->port.fd;
     s->n_out = 0;
-    s->waits_for_room = false;
+    s->waits_for_room = s->unread = false;
+    s->backlog_ns = 0;
     if (!loop_add(s->env.loop, &s->fd, EPOLLIN)) {
         fault_set(&s->stats.port_error, "%s: cannot wait for input: %s", s->address, strerror(errno));
         log_sonar(LOG_ERR, "port_failed", s->name, "%s", s->stats.port_error.text);
@@ -203,11 +238,17 @@ static void count_garbage(const void *source, struct garbage_count *now)
         .bytes = s->stats.bytes_in, .garbage = status.garbage_bytes, .messages = status.frames};
 }
 
-static void take(struct source *s, const uint8_t *bytes, size_t n, uint64_t t_ns)
+static void take(struct source *s, const uint8_t *bytes, size_t n, const struct record_time *came)
 {
+    const uint64_t t_ns = came->t_ns, doubt_ns = came->t_ns - came->since_ns;
     s->stats.bytes_in += n;
+    if (doubt_ns) { /* what began in the late bytes before may end in these */
+        const bool follows = t_ns - s->late_ns < doubt_ns + BACKLOG_NS;
+        s->doubt_ns = follows && s->doubt_ns > doubt_ns ? s->doubt_ns : doubt_ns;
+        s->late_ns = t_ns;
+    }
     if (s->env.record)
-        record_message(s->env.record, s->rx_channel, t_ns, bytes, n);
+        record_message_of(s->env.record, s->rx_channel, came, bytes, n);
     if (s->mirror)
         serial_mirror_write(s->mirror, bytes, n);
     s->ops->feed(s->device, bytes, n, t_ns, &s->io);
@@ -215,12 +256,28 @@ static void take(struct source *s, const uint8_t *bytes, size_t n, uint64_t t_ns
     garbage_heard(&s->garbage);
 }
 
-/* When the bytes just read came in: as the kernel noted, if it did, but never before those that came before them. */
-static uint64_t arrival(struct source *s, uint64_t now_ns)
+/* When the bytes just read came in: as the kernel noted, but never before those that came before them. Where it notes
+ * nothing, they came since they were last seen not to wait. */
+static struct record_time arrival(struct source *s, uint64_t now_ns)
 {
-    uint64_t t_ns = s->port.t_ns && s->port.t_ns < now_ns ? s->port.t_ns : now_ns;
+    const uint64_t t_ns = s->port.t_ns && s->port.t_ns < now_ns ? s->port.t_ns : now_ns;
     s->arrived_ns = t_ns > s->arrived_ns ? t_ns : s->arrived_ns;
-    return s->arrived_ns;
+    const bool known = s->port.t_ns || s->arrived_ns <= s->unread_ns + LOOP_TIMELY_NS;
+    return (struct record_time){.t_ns = s->arrived_ns, .since_ns = known ? s->arrived_ns : s->unread_ns};
+}
+
+/* Bytes are ready. If they have waited long, the poses that came meanwhile wait as well, in other descriptors: they are
+ * needed first, and have this turn for it. */
+static bool gives_way(struct source *s, uint64_t now_ns)
+{
+    if (!s->unread) {
+        s->unread = true;
+        s->unread_ns = loop_since(s->env.loop);
+    }
+    if (s->backlog_ns || now_ns - s->unread_ns <= LOOP_TIMELY_NS)
+        return false;
+    s->backlog_ns = now_ns;
+    return true;
 }
 
 static void tell_stranger(struct source *s)
@@ -236,17 +293,23 @@ static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
 {
     struct source *s = ctx;
     size_t taken = 0;
+    if (gives_way(s, now_ns))
+        return;
     for (int i = 0; i < READS_PER_EVENT && taken < READ_BYTES; i++) {
         ssize_t n = s->port.ops->read(&s->port, s->in, sizeof s->in);
         if (n < 0) {
             port_lost(s);
             return;
         }
-        if (n == 0)
+        if (n == 0) {
+            s->unread = false;
+            s->backlog_ns = 0;
             break;
+        }
         s->retry_ns = RETRY_FIRST_NS; /* it speaks: the next loss starts over */
         taken += (size_t)n;
-        take(s, s->in, (size_t)n, arrival(s, now_ns));
+        const struct record_time came = arrival(s, now_ns);
+        take(s, s->in, (size_t)n, &came);
         if (s->port.fd < 0)
             return;
     }
@@ -255,9 +318,14 @@ static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
         flush(s);
 }
 
+/* Nobody is silent whose bytes wait to be read. */
 static void on_deadline(void *ctx, uint64_t now_ns)
 {
     struct source *s = ctx;
+    if (s->backlog_ns && now_ns - s->backlog_ns < BACKLOG_NS) {
+        loop_arm(s->env.loop, &s->deadline, now_ns);
+        return;
+    }
     s->ops->tick(s->device, now_ns, &s->io);
     rearm(s);
 }
@@ -463,9 +531,9 @@ void source_start(struct source *s)
     }
 }
 
-void source_feed(struct source *s, const uint8_t *bytes, size_t n)
+void source_feed(struct source *s, const uint8_t *bytes, size_t n, const struct record_time *came)
 {
-    take(s, bytes, n, loop_now(s->env.loop));
+    take(s, bytes, n, came);
 }
 
 void source_stop(struct source *s)

@@ -44,6 +44,7 @@ struct source_stats {
     bool open;
     uint64_t bytes_in, bytes_out, bytes_not_sent;
     uint64_t reconnects;
+    uint64_t undated_pings; /* whose bytes waited while the process was held up, nobody knows since when */
     struct serial_mirror_status tap;
     uint64_t port_lost, port_refused, port_strangers; /* see struct port */
     struct port_bus bus;
@@ -62,9 +63,10 @@ void source_start(struct source *s); /* first try to open */
 /** source_steer - look there more often (azimuths as in device_ops.steer); for sonars set to scan = active. */
 void source_steer(struct source *s, double from_rad, double to_rad);
 
-void source_feed(struct source *s, const uint8_t *bytes, size_t n); /* replay: bytes as they were read */
-void source_stop(struct source *s);                                 /* ask the hardware to be quiet */
-bool source_stopped(const struct source *s);                        /* it is, or cannot be asked */
+/** source_feed - replay: bytes as they were read, and when they had come. */
+void source_feed(struct source *s, const uint8_t *bytes, size_t n, const struct record_time *came);
+void source_stop(struct source *s);          /* ask the hardware to be quiet */
+bool source_stopped(const struct source *s); /* it is, or cannot be asked */
 void source_free(struct source *s);
 
 const char *source_name(const struct source *s);

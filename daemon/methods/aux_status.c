@@ -71,6 +71,7 @@ static void write_nmea(struct json_out *out, const struct methods_env *d)
     json_member_count(out, "no_variation", s.no_variation);
     json_member_count(out, "excluded", s.excluded);
     json_member_count(out, "heading_not_used", d->aux.pose_input.heading_not_used);
+    json_member_count(out, "late_bytes", s.late_bytes);
     json_member_count(out, "bytes_in", s.bytes_in);
     json_member_count(out, "strangers", s.strangers);
     json_member_count(out, "reconnects", s.reconnects);

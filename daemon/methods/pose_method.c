@@ -74,6 +74,13 @@ static void tell_doubt(struct methods_env *d, const json_t *params)
                  params_number(params, "depth_m"));
 }
 
+/* It waited while the process was held up, and may be of any time since. Another will come. */
+static bool undated(const struct methods_env *d, const json_t *params)
+{
+    const uint64_t late_ns = loop_late(d->loop);
+    return !json_object_get(params, "t_unix") && late_ns && loop_now(d->loop) - late_ns <= LOOP_TIMELY_NS;
+}
+
 /* A pose of a client or of a capture; sender: constant text. */
 static bool pose_take(struct methods_env *d, const char *sender, json_t *params, struct rpc_error *error)
 {
@@ -135,7 +142,14 @@ static void keep(struct methods_env *d, const json_t *params)
 bool method_pose(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
 {
     struct methods_env *d = call->daemon;
-    if (!refuse_in_replay(d, error) || !pose_take(d, "a client", params, error))
+    if (!refuse_in_replay(d, error))
+        return false;
+    if (undated(d, params)) {
+        d->poses.refused++;
+        json_out_put(out, "{\"taken\":false}");
+        return true;
+    }
+    if (!pose_take(d, "a client", params, error))
         return false;
     if (json_object_get(params, "attitude_deg") || json_object_get(params, "quaternion"))
         d->aux.pose_input.t_attitude_ns = loop_now(d->loop);

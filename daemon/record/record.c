@@ -22,7 +22,7 @@
 
 /* What stands before the bytes of each message in a block. */
 struct entry {
-    uint64_t t_ns;
+    struct record_time then;
     int32_t channel;
     uint32_t n;
 };
@@ -59,7 +59,7 @@ static void write_block(struct record *rec, const struct block *block)
     for (uint32_t at = 0; at < block->used;) {
         struct entry e;
         memcpy(&e, block->bytes + at, sizeof e);
-        segments_message(rec->segments, e.channel, e.t_ns, block->bytes + at + sizeof e, e.n);
+        segments_message(rec->segments, e.channel, &e.then, block->bytes + at + sizeof e, e.n);
         at += (uint32_t)sizeof e + e.n;
     }
     atomic_fetch_add_explicit(&rec->written_bytes, block->used, memory_order_relaxed);
@@ -125,7 +125,12 @@ static struct block *block_for(struct record *rec, size_t bytes)
 
 bool record_message(struct record *rec, int channel, uint64_t t_ns, const void *data, size_t n)
 {
-    struct entry e = {.t_ns = t_ns, .channel = channel, .n = (uint32_t)n};
+    return record_message_of(rec, channel, &(struct record_time){t_ns, t_ns}, data, n);
+}
+
+bool record_message_of(struct record *rec, int channel, const struct record_time *then, const void *data, size_t n)
+{
+    struct entry e = {.then = *then, .channel = channel, .n = (uint32_t)n};
     struct block *block = n <= SEGMENTS_MESSAGE_BYTES ? block_for(rec, sizeof e + n) : NULL;
     rec->messages++;
     if (!block) {

@@ -33,6 +33,10 @@ bool record_start(struct record *rec, struct fault *fault);
 /** record_message - keep n bytes that came or went at t_ns (monotonic). False: lost, and counted. */
 bool record_message(struct record *rec, int channel, uint64_t t_ns, const void *data, size_t n);
 
+/** record_message_of - the same of bytes of which nobody knows exactly when they came. */
+bool record_message_of(struct record *rec, int channel, const struct record_time *then, const void *data,
+                       size_t n);
+
 /** record_tick - hand over what still waits for company; call it twice a second. */
 void record_tick(struct record *rec);
 

@@ -322,7 +322,8 @@ int segments_channel(struct segments *segments, const char *topic, const char *e
     return segments->n_topics - 1;
 }
 
-bool segments_message(struct segments *segments, int channel, uint64_t t_ns, const void *data, size_t n)
+bool segments_message(struct segments *segments, int channel, const struct record_time *then, const void *data,
+                      size_t n)
 {
     struct fault fault;
     segments->status.messages++;
@@ -332,21 +333,23 @@ bool segments_message(struct segments *segments, int channel, uint64_t t_ns, con
     }
     struct topic *topic = &segments->topic[channel];
     struct mcap_written before = mcap_written(segments->file);
-    uint64_t log_ns = segments->unix_offset_ns + t_ns;
-    const struct mcap_message message = {
-        .sequence = topic->sequence++, .log_ns = log_ns, .publish_ns = log_ns, .data = data, .size = n};
+    const struct mcap_message message = {.sequence = topic->sequence++,
+                                         .log_ns = segments->unix_offset_ns + then->t_ns,
+                                         .publish_ns = segments->unix_offset_ns + then->since_ns,
+                                         .data = data,
+                                         .size = n};
     bool ok = mcap_write_message(segments->file, topic->in_file, &message, &fault);
     struct mcap_written after = mcap_written(segments->file);
     if (!ok) {
         if (after.lost - before.lost <= before.waiting)
             segments->status.lost_messages++; /* it did not get into the chunk that was lost */
-        stop(segments, t_ns, fault.text);
+        stop(segments, then->t_ns, fault.text);
         return false;
     }
     if (after.waiting == 1)
-        segments->chunk_since_ns = t_ns;
+        segments->chunk_since_ns = then->t_ns;
     if (after.chunks > before.chunks)
-        look_after_part(segments, t_ns);
+        look_after_part(segments, then->t_ns);
     return true;
 }
 

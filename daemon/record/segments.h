@@ -34,6 +34,12 @@ struct segments_status {
 
 struct segments;
 
+/* When bytes came or went, monotonic: at t_ns at the latest, and not before since_ns. In a capture they are the log
+ * time and the publish time of a message. */
+struct record_time {
+    uint64_t t_ns, since_ns;
+};
+
 struct segments_conf {
     const char *directory; /* made if only its last component is missing */
     uint64_t
@@ -59,8 +65,9 @@ struct segments *segments_open(const struct segments_conf *conf, uint64_t now_ns
  */
 int segments_channel(struct segments *segments, const char *topic, const char *encoding);
 
-/** segments_message - keep n bytes that came or went at t_ns (monotonic). False: lost; segments_status says why. */
-bool segments_message(struct segments *segments, int channel, uint64_t t_ns, const void *data, size_t n);
+/** segments_message - keep n bytes that came or went then. False: lost; segments_status says why. */
+bool segments_message(struct segments *segments, int channel, const struct record_time *then, const void *data,
+                      size_t n);
 
 /**
  * segments_tick - write a chunk older than SEGMENTS_CHUNK_AGE_NS, try again after a failure; call it twice a second.

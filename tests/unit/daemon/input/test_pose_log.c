@@ -41,6 +41,27 @@ TEST(between_two_samples_the_pose_is_interpolated)
     CHECK_NEAR(p.position_m[0], 0, 0, 0);
 }
 
+TEST(a_time_that_is_known_within_bounds_has_the_poses_of_all_of_them)
+{
+    struct pose p;
+    pose_log_init(&poses, 1000 * MS);
+    for (int i = 0; i <= 10; i++) /* out to 1 rad and 5 m, and back */
+        put((1000 + (uint64_t)i * 100) * MS, POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH, 5 - fabs(i - 5.0),
+            1 - 0.2 * fabs(i - 5.0), 0);
+    CHECK(pose_log_within(&poses, 1000 * MS, 2000 * MS, &p));
+    CHECK_INT(p.t_ns, 1000 * MS);
+    CHECK_NEAR(yaw(&p), 0, 0, 1e-9);
+    CHECK_NEAR(p.slack_rad, 1, 1e-6, 0);
+    CHECK_NEAR(p.slack_m, 5, 1e-9, 0);
+    CHECK(pose_log_within(&poses, 1420 * MS, 1440 * MS, &p)); /* between two samples: the ends count */
+    CHECK_NEAR(p.slack_rad, 0.04, 1e-6, 0);
+    CHECK_NEAR(p.slack_m, 0.2, 1e-6, 0);
+    CHECK(pose_log_within(&poses, 2000 * MS, 3500 * MS, &p)); /* at the end too old: no part is known all the while */
+    CHECK_INT(p.has, 0);
+    CHECK(!pose_log_within(&poses, 900 * MS, 1100 * MS, &p));
+    CHECK_INT(p.has, 0);
+}
+
 TEST(before_the_first_and_too_long_after_the_last_there_is_none)
 {
     struct pose p;
@@ -496,6 +517,7 @@ int main(void)
     RUN(the_noise_of_a_depth_sensor_is_no_way_driven);
     RUN(a_place_that_is_told_no_more_stays_where_it_was);
     RUN(between_two_samples_the_pose_is_interpolated);
+    RUN(a_time_that_is_known_within_bounds_has_the_poses_of_all_of_them);
     RUN(before_the_first_and_too_long_after_the_last_there_is_none);
     RUN(a_withdrawn_pose_is_as_if_never_given_but_what_drifted_stays);
     RUN(the_missing_part_is_named_with_its_age_and_sender);

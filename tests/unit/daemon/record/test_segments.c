@@ -80,7 +80,7 @@ static void remove_dir(void)
 struct content {
     bool opened, conf;
     unsigned messages, front, last;
-    uint64_t first_ns;
+    uint64_t first_ns, first_since_ns;
     struct mcap_info info;
 };
 
@@ -98,8 +98,10 @@ static struct content read_part(const char *name)
     c.conf = mcap_find_attachment(r, "sonard.conf", &a, &fault) && a.size == strlen(CONF) &&
              memcmp(a.data, CONF, a.size) == 0;
     while (mcap_next(r, &m)) {
-        if (c.messages++ == 0)
+        if (c.messages++ == 0) {
             c.first_ns = m.log_ns;
+            c.first_since_ns = m.publish_ns;
+        }
         c.front += strcmp(m.channel->topic, "/front/rx") == 0;
         if (m.size >= sizeof c.last)
             memcpy(&c.last, m.data, sizeof c.last);
@@ -107,6 +109,13 @@ static struct content read_part(const char *name)
     c.info = *mcap_info(r);
     mcap_close(r);
     return c;
+}
+
+static const struct record_time *at(uint64_t t_ns)
+{
+    static struct record_time then;
+    then = (struct record_time){t_ns, t_ns};
+    return &then;
 }
 
 /* n messages of 4 kB that do not compress, one each 10 ms; the first four bytes are the number. */
@@ -121,7 +130,7 @@ static unsigned feed(struct segments *segments, int channel, unsigned from, unsi
             memcpy(data + k, &v, 8);
         }
         memcpy(data, &i, sizeof i);
-        taken += segments_message(segments, channel, i * (SECOND / 100), data, sizeof data);
+        taken += segments_message(segments, channel, at(i * (SECOND / 100)), data, sizeof data);
         segments_tick(segments, i * (SECOND / 100));
     }
     return taken;
@@ -133,14 +142,15 @@ TEST(one_part_has_channels_configuration_and_unix_times)
     struct segments *segments = open_segments(1 << 20, 8);
     int rx = segments_channel(segments, "/front/rx", "octet-stream"),
         pose = segments_channel(segments, "/pose", "json");
-    CHECK(segments_message(segments, rx, 5 * SECOND, "BR", 2));
-    CHECK(segments_message(segments, pose, 6 * SECOND, "{}", 2));
+    CHECK(segments_message(segments, rx, &(struct record_time){5 * SECOND, 3 * SECOND}, "BR", 2));
+    CHECK(segments_message(segments, pose, at(6 * SECOND), "{}", 2));
     segments_close(segments);
     CHECK_STR(names(), "sonard-20231114T221320Z-001.mcap");
     struct content c = read_part("sonard-20231114T221320Z-001.mcap");
     CHECK_INT(c.messages, 2);
     CHECK_INT(c.front, 1);
     CHECK_INT(c.first_ns, UNIX_OFFSET + 5 * SECOND);
+    CHECK_INT(c.first_since_ns, UNIX_OFFSET + 3 * SECOND);
     CHECK(c.conf);
     CHECK(c.info.complete);
     remove_dir();
@@ -232,7 +242,7 @@ TEST(process_that_dies_loses_the_last_second_only)
         struct segments *segments = open_segments(1 << 24, 8);
         int rx = segments_channel(segments, "/front/rx", "octet-stream");
         for (unsigned i = 0; i < 100; i++) {
-            segments_message(segments, rx, i * (SECOND / 10), &i, sizeof i);
+            segments_message(segments, rx, at(i * (SECOND / 10)), &i, sizeof i);
             segments_tick(segments, i * (SECOND / 10));
         }
         _exit(0);
@@ -270,12 +280,12 @@ TEST(full_disk_stops_recording_and_it_starts_again)
     CHECK(c.info.complete); /* there was room for the summary */
     CHECK_INT(c.messages + status->lost_messages, 400);
 
-    CHECK(!segments_message(segments, rx, 50 * SECOND, "x", 1));
+    CHECK(!segments_message(segments, rx, at(50 * SECOND), "x", 1));
     segments_tick(segments, 50 * SECOND);
     CHECK(!status->recording);
     segments_tick(segments, 4 * SECOND + SEGMENTS_RETRY_NS);
     CHECK(status->recording);
-    CHECK(segments_message(segments, rx, 70 * SECOND, "x", 1));
+    CHECK(segments_message(segments, rx, at(70 * SECOND), "x", 1));
     segments_close(segments);
     c = read_part("sonard-20231114T221320Z-002.mcap");
     CHECK(c.info.complete && c.conf);
@@ -300,7 +310,7 @@ TEST(vanished_folder_stops_recording_and_it_starts_again)
     CHECK_INT(mkdir(dir, 0700), 0); /* the disk is there again */
     segments_tick(segments, 100 * SECOND + SEGMENTS_RETRY_NS);
     CHECK(status->recording);
-    CHECK(segments_message(segments, rx, 200 * SECOND, "x", 1));
+    CHECK(segments_message(segments, rx, at(200 * SECOND), "x", 1));
     segments_close(segments);
     struct content c = read_part(names());
     CHECK(c.info.complete && c.conf);
@@ -328,9 +338,9 @@ TEST(message_over_the_limit_is_lost_and_counted)
     make_dir();
     struct segments *segments = open_segments(1 << 24, 8);
     int rx = segments_channel(segments, "/front/rx", "octet-stream");
-    CHECK(!segments_message(segments, rx, 1, big, sizeof big));
-    CHECK(segments_message(segments, rx, 1, big, sizeof big - 1));
-    CHECK(!segments_message(segments, rx + 1, 1, big, 1));
+    CHECK(!segments_message(segments, rx, at(1), big, sizeof big));
+    CHECK(segments_message(segments, rx, at(1), big, sizeof big - 1));
+    CHECK(!segments_message(segments, rx + 1, at(1), big, 1));
     CHECK_INT(segments_status(segments)->lost_messages, 2);
     CHECK(segments_status(segments)->recording);
     segments_close(segments);

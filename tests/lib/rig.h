@@ -1,0 +1,376 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * rig - the daemon in one process, with its loop on a clock that the test turns: one virtual Ping360 on a line of its
+ * own, the server with a client at its socket, no thread that decides anything. Nothing waits and nothing is measured,
+ * so a run is the same on any machine. The program is linked with --wrap (Makefile, RIGS).
+ *
+ * rig_run() turns the loop every RIG_STEP_NS. rig_hold() lets the sonar and the client go on while the loop stands, as
+ * a process does that is stopped.
+ */
+#ifndef SONARD_TEST_RIG_H
+#define SONARD_TEST_RIG_H
+
+#include "tests/lib/test.h"
+
+#include <errno.h>
+#include <jansson.h>
+#include <stdarg.h>
+#include <sys/epoll.h>
+#include <sys/socket.h>
+#include <sys/un.h>
+#include <time.h>
+#include <unistd.h>
+
+#include "daemon/methods/environment.h"
+#include "daemon/methods/methods.h"
+#include "daemon/methods/request_job.h"
+#include "daemon/wiring.h"
+#include "tests/sim/lib/sim.h"
+
+#define RIG_S        1000000000u
+#define RIG_STEP_NS  5000000u
+#define RIG_EPOCH_NS 1700000000000000000u /* Unix time of the clock's 0 */
+#define RIG_BAUD     115200
+
+struct rig {
+    struct methods_env d;
+    struct worker *worker;
+    struct request_jobs jobs;
+    struct sim sim;
+    bool unplugged;
+    bool held;                            /* the loop has stood, and has not turned since */
+    uint64_t next_pose_ns, pose_every_ns; /* every 0: no poses */
+    bool dated;                           /* poses tell their time */
+    double turn_dps;                      /* of the vehicle, from the next step on */
+    char path[64], dir[48];               /* of the socket */
+    int client, pilot;                    /* who asks; who sends poses */
+    char answer[1 << 20];
+};
+
+static struct rig rig;
+static uint64_t rig_now_ns;
+
+int __wrap_clock_gettime(clockid_t clock, struct timespec *t);
+int __wrap_clock_gettime(clockid_t clock, struct timespec *t)
+{
+    const uint64_t ns = rig_now_ns + (clock == CLOCK_REALTIME ? RIG_EPOCH_NS : 0);
+    *t = (struct timespec){.tv_sec = (time_t)(ns / RIG_S), .tv_nsec = (long)(ns % RIG_S)};
+    return 0;
+}
+
+/* What Linux says first to a process that was stopped while it waited (signal(7)). */
+int __real_epoll_wait(int epoll, struct epoll_event *events, int n, int ms);
+int __wrap_epoll_wait(int epoll, struct epoll_event *events, int n, int ms);
+int __wrap_epoll_wait(int epoll, struct epoll_event *events, int n, int ms)
+{
+    if (!rig.held)
+        return __real_epoll_wait(epoll, events, n, ms);
+    rig.held = false;
+    errno = EINTR;
+    return -1;
+}
+
+/* ---- the line: a socket pair, whose bytes are there as soon as they are written ---- */
+
+static bool rig_check(const char *rest, struct fault *fault)
+{
+    (void)rest, (void)fault;
+    return true;
+}
+
+static unsigned rig_baud(const char *rest)
+{
+    (void)rest;
+    return RIG_BAUD;
+}
+
+static inline void rig_unplug(void)
+{
+    if (rig.sim.line.fd >= 0)
+        close(rig.sim.line.fd);
+    rig.sim.line.fd = -1;
+    rig.sim.line.begin = rig.sim.line.end = 0;
+    rig.unplugged = true;
+}
+
+static bool rig_open(struct port *port, const char *rest, struct fault *fault)
+{
+    int ends[2];
+    (void)rest;
+    port->fd = -1;
+    port->error = ENOENT;
+    if (rig.unplugged || socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends) < 0)
+        return fault_set(fault, "/dev/rig: cannot be opened: %s", strerror(port->error));
+    if (rig.sim.line.fd >= 0)
+        close(rig.sim.line.fd);
+    port->fd = ends[0];
+    rig.sim.line.fd = ends[1];
+    return true;
+}
+
+static ssize_t rig_done(struct port *port, ssize_t n)
+{
+    if (n > 0 || (n < 0 && errno == EAGAIN))
+        return n > 0 ? n : 0;
+    port->error = n == 0 ? ENODEV : errno;
+    return -1;
+}
+
+static ssize_t rig_read(struct port *port, void *buf, size_t size)
+{
+    return rig_done(port, recv(port->fd, buf, size, 0));
+}
+
+static ssize_t rig_write(struct port *port, const void *buf, size_t size)
+{
+    return rig_done(port, send(port->fd, buf, size, MSG_NOSIGNAL));
+}
+
+static void rig_hold_break(struct port *port, bool on)
+{
+    (void)port, (void)on;
+}
+
+static void rig_close(struct port *port)
+{
+    if (port->fd >= 0)
+        close(port->fd);
+    port->fd = -1;
+}
+
+const struct port_ops port_serial = {.kind = "serial",
+                                     .encoding = "octet-stream",
+                                     .check = rig_check,
+                                     .baud = rig_baud,
+                                     .open = rig_open,
+                                     .read = rig_read,
+                                     .write = rig_write,
+                                     .hold_break = rig_hold_break,
+                                     .close = rig_close};
+
+/* ---- the daemon ---- */
+
+static uint64_t rig_ping_time(void *ctx, const struct source *source, const struct ping *ping)
+{
+    (void)ctx, (void)source;
+    return ping->t_ns;
+}
+
+static void rig_on_ping(void *ctx, struct source *source, const struct ping *ping)
+{
+    struct methods_env *d = ctx;
+    template_ping(&d->templates, source_index(source), ping);
+}
+
+static void rig_fault(void *ctx, const char *message)
+{
+    (void)ctx;
+    fprintf(stderr, "%s\n", message);
+}
+
+static void rig_must(bool good, const char *what, const struct fault *fault)
+{
+    if (good)
+        return;
+    printf("rig: %s: %s\n", what, fault->text);
+    exit(1);
+}
+
+static int rig_connect(void)
+{
+    struct sockaddr_un address = {.sun_family = AF_UNIX};
+    int fd = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+    snprintf(address.sun_path, sizeof address.sun_path, "%s", rig.path);
+    rig_must(fd >= 0 && connect(fd, (struct sockaddr *)&address, sizeof address) == 0, "client",
+             &(struct fault){"cannot connect"});
+    return fd;
+}
+
+static void rig_configure(const char *more)
+{
+    struct methods_env *d = &rig.d;
+    struct conf_source *source;
+    char text[4096];
+    snprintf(text, sizeof text, "[sonar front]\ndevice = ping360\nport = serial:/dev/rig:115200\nrange = 10 m\n%s",
+             more);
+    rig_must(conf_load_text(&d->conf, &source, &(struct conf_text){"rig", text, strlen(text)}, NULL, rig_fault,
+                            NULL) == 0,
+             "configuration", &(struct fault){"faulty"});
+    conf_source_free(source);
+    d->conf_name = "rig";
+    d->conf.pipeline.threads = 0;
+    plan_make(&d->conf, &d->plan);
+}
+
+static void rig_make_parts(void)
+{
+    struct methods_env *d = &rig.d;
+    struct pipeline_conf p;
+    struct pose_drift drift;
+    struct fault fault = {""};
+    rig_must((d->loop = loop_new(false)) != NULL, "loop", &fault);
+    d->unix_offset_ns = RIG_EPOCH_NS;
+    d->start_ns = loop_now(d->loop);
+    wiring_pipeline(&d->conf, &d->plan, false, &p);
+    memcpy(d->mount, p.mount, sizeof d->mount);
+    rig_must((d->pipeline = pipeline_new(&p, &fault)) != NULL, "pipeline", &fault);
+    rig_must((rig.worker = worker_new(d->loop, &fault)) != NULL, "worker", &fault);
+    rig_must(request_jobs_start(&rig.jobs, d->loop, d->pipeline, &fault), "jobs", &fault);
+    pose_log_init(&d->poses, (uint64_t)(d->conf.pose.max_age_s * 1e9));
+    pose_log_set_most(&d->poses, d->conf.vehicle.max_speed_mps, d->conf.vehicle.max_turn_radps);
+    wiring_drift(&d->conf, &drift);
+    pose_log_set_drift(&d->poses, loop_now(d->loop), &drift);
+    template_start(&d->templates, &(struct template_env){.conf = &d->conf,
+                                                         .mount = d->mount,
+                                                         .pipeline = d->pipeline,
+                                                         .replay_ended = &d->replay_ended});
+    map_service_start(&d->map_service, &(struct map_service_env){.loop = d->loop,
+                                                                 .worker = rig.worker,
+                                                                 .pipeline = d->pipeline,
+                                                                 .conf = &d->conf,
+                                                                 .unix_offset_ns = d->unix_offset_ns});
+    const struct source_env env = {.loop = d->loop,
+                                   .pipeline = d->pipeline,
+                                   .poses = &d->poses,
+                                   .ping_time = rig_ping_time,
+                                   .on_ping = rig_on_ping,
+                                   .ctx = d};
+    d->source[0] = source_new(&env, &d->conf.sonar[0], &d->conf.water, 0, &fault);
+    rig_must(d->source[0] != NULL, "source", &fault);
+}
+
+static void rig_serve(void)
+{
+    struct fault fault = {""};
+    snprintf(rig.dir, sizeof rig.dir, "/tmp/sonard-rig-XXXXXX");
+    rig_must(mkdtemp(rig.dir) != NULL, "folder", &(struct fault){"cannot be made"});
+    snprintf(rig.path, sizeof rig.path, "%s/socket", rig.dir);
+    const struct server_conf conf = {.path = rig.path,
+                                     .mode = 0600,
+                                     .change = "",
+                                     .worker = rig.worker,
+                                     .max_clients = 4,
+                                     .client_timeout_ns = 600ull * RIG_S};
+    rig.d.server = server_start(rig.d.loop, &conf, daemon_methods, &rig.d, &fault);
+    rig_must(rig.d.server != NULL, "server", &fault);
+    rig.client = rig_connect();
+    rig.pilot = rig_connect();
+}
+
+/* A head in a scene (tests/sim/lib/scene.h), and the daemon with one sonar "front" of 10 m range and `conf` behind that
+ * in the configuration. */
+static void rig_start(const char *scene, const char *conf)
+{
+    static const struct head_conf head = {
+        .id = 2, .lag = 2, .ms_per_gradian = 6.0, .processing_ms = 18.0, .sound_speed_mps = 1500.0};
+    struct fault fault = {""};
+    memset(&rig, 0, sizeof rig);
+    rig_now_ns = 100ull * RIG_S;
+    rig.sim.water = (struct water){1500.0, 8.0, 0.5, 1};
+    rig_must(scene_parse(&rig.sim.scene, "rig", scene, &fault), "scene", &fault);
+    line_init(&rig.sim.line, NULL, RIG_BAUD, 1);
+    sim_start(&rig.sim, &head, rig_now_ns);
+    rig_configure(conf);
+    rig_make_parts();
+    rig_serve();
+    source_start(rig.d.source[0]);
+}
+
+static void rig_end(void)
+{
+    struct methods_env *d = &rig.d;
+    close(rig.client);
+    close(rig.pilot);
+    server_stop(d->server);
+    request_jobs_end(&rig.jobs);
+    source_free(d->source[0]);
+    map_service_end(&d->map_service);
+    pipeline_free(d->pipeline);
+    template_end(&d->templates);
+    worker_free(rig.worker);
+    loop_free(d->loop);
+    if (rig.sim.line.fd >= 0)
+        close(rig.sim.line.fd);
+    rmdir(rig.dir);
+}
+
+/* ---- time passes ---- */
+
+static void rig_tell_pose(void)
+{
+    char line[256], none[4096];
+    int n = snprintf(line, sizeof line,
+                     "{\"jsonrpc\":\"2.0\",\"method\":\"pose\",\"params\":{\"attitude_deg\":[0,0,%.6f],"
+                     "\"position_m\":[0,0,0]",
+                     rig.sim.pose.yaw_deg);
+    if (rig.dated)
+        n += snprintf(line + n, sizeof line - (size_t)n, ",\"t_unix\":%.9f",
+                      (double)(rig_now_ns + RIG_EPOCH_NS) * 1e-9);
+    n += snprintf(line + n, sizeof line - (size_t)n, "}}\n");
+    CHECK_INT(write(rig.pilot, line, (size_t)n), n);
+    while (read(rig.pilot, none, sizeof none) > 0) {
+    }
+    rig.next_pose_ns = rig_now_ns + rig.pose_every_ns;
+}
+
+/* Outside of the daemon. */
+static void rig_world(void)
+{
+    rig_now_ns += RIG_STEP_NS;
+    rig.sim.pose.yaw_deg = fmod(rig.sim.pose.yaw_deg + rig.turn_dps * RIG_STEP_NS * 1e-9, 360);
+    if (rig.pose_every_ns && rig_now_ns >= rig.next_pose_ns)
+        rig_tell_pose();
+    sim_turn(&rig.sim, rig_now_ns);
+}
+
+static void rig_hold(double s)
+{
+    rig.held = true;
+    for (const uint64_t end_ns = rig_now_ns + (uint64_t)(s * 1e9); rig_now_ns < end_ns;)
+        rig_world();
+}
+
+static void rig_run(double s)
+{
+    for (const uint64_t end_ns = rig_now_ns + (uint64_t)(s * 1e9); rig_now_ns < end_ns;) {
+        rig_world();
+        loop_turn(rig.d.loop, 0);
+    }
+}
+
+/* ---- questions ---- */
+
+/* The result of a method; the caller's. Time stands meanwhile. */
+__attribute__((format(printf, 2, 3))) static json_t *rig_ask(const char *method, const char *params, ...)
+{
+    char given[512], line[700];
+    size_t got = 0;
+    va_list ap;
+    va_start(ap, params);
+    vsnprintf(given, sizeof given, params, ap);
+    va_end(ap);
+    const int n = snprintf(line, sizeof line, "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"%s\",\"params\":{%s}}\n",
+                           method, given);
+    CHECK_INT(write(rig.client, line, (size_t)n), n);
+    for (int i = 0; i < 1000 && !memchr(rig.answer, '\n', got); i++) {
+        loop_turn(rig.d.loop, 0);
+        const ssize_t more = read(rig.client, rig.answer + got, sizeof rig.answer - got);
+        got += more > 0 ? (size_t)more : 0;
+    }
+    json_t *reply = json_loadb(rig.answer, got, 0, NULL), *result = json_object_get(reply, "result");
+    if (!result)
+        printf("%s: %.*s\n", method, (int)got, rig.answer);
+    CHECK(result != NULL);
+    json_incref(result);
+    json_decref(reply);
+    return result;
+}
+
+static inline struct source_stats rig_stats(void)
+{
+    struct source_stats s;
+    source_stats(rig.d.source[0], &s);
+    return s;
+}
+
+#endif

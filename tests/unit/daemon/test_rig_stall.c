@@ -1,0 +1,188 @@
+/* SPDX-License-Identifier: MIT */
+/* test_rig_stall - a process that is held up for a while, by a stop signal or a busy machine, loses evidence and never
+ * truth: what came meanwhile counts from when it came, or for no more than is known of that. */
+#include "tests/lib/rig.h"
+
+#define SCENE "cylinder 5 0 0.5\ncylinder -4 3 0.4\ncylinder 0 -7 0.5\ncylinder -5 -5 0.8\n"
+#define POSES "[pose]\nmax_age = 1 s\n"
+
+/* The grid's cells and the beam's width; and a pile of which only the side was observed yet lies its radius farther. */
+#define FREE_M(range_m) (0.2 + 0.02 * (range_m))
+#define FAR_M(range_m)  (0.5 + 0.02 * (range_m))
+
+/* The nearest surface in a sector of 5 degrees, measured from the bow. */
+static double nearest_m(double azimuth_deg)
+{
+    double nearest = INFINITY;
+    for (int i = -5; i <= 5; i++) {
+        const double az = geo_rad(azimuth_deg + rig.sim.pose.yaw_deg + i / 2.0);
+        const double ahead[3] = {cos(az), sin(az), 0}, here[3] = {0, 0, 0};
+        struct scene_hit hit;
+        if (scene_cast(&rig.sim.scene, here, ahead, 0, &hit))
+            nearest = fmin(nearest, hit.range_m);
+    }
+    return nearest;
+}
+
+struct claims {
+    int blocked, clear, too_far, falsely_free;
+};
+
+/* What all sectors say now against what is there. */
+static void judge(struct claims *c)
+{
+    json_t *reply = rig_ask("sectors", "\"distance_m\":0"), *sectors = json_object_get(reply, "sectors"), *s;
+    size_t i;
+    json_array_foreach(sectors, i, s)
+    {
+        const char *state = json_string_value(json_object_get(s, "state"));
+        const double there_m = nearest_m(json_number_value(json_object_get(s, "azimuth_deg")));
+        const double range_m = json_number_value(json_object_get(s, "range_m"));
+        const double free_m = json_number_value(json_object_get(s, "free_to_m"));
+        const bool blocked = strcmp(state, "blocked") == 0;
+        c->blocked += blocked;
+        c->clear += strcmp(state, "clear") == 0;
+        c->too_far += blocked && range_m > there_m + FAR_M(there_m);
+        c->falsely_free += free_m > there_m + FREE_M(there_m);
+    }
+    json_decref(reply);
+}
+
+struct drive {
+    double turn_dps, hold_s;
+    bool dated; /* poses have t_unix */
+};
+
+/* Twelve holds while the vehicle turns and its surroundings are new. */
+static struct claims drive(const struct drive *how, struct source_stats *stats, struct pipeline_stats *pipe)
+{
+    struct claims c = {0};
+    rig_start(SCENE, POSES);
+    rig.dated = how->dated;
+    rig.pose_every_ns = RIG_S / 10;
+    rig.turn_dps = how->turn_dps;
+    rig_run(3);
+    for (int i = 0; i < 12; i++) {
+        rig_hold(how->hold_s);
+        for (int k = 0; k < 10; k++) {
+            rig_run(0.2);
+            judge(&c);
+        }
+    }
+    *stats = rig_stats();
+    pipeline_stats(rig.d.pipeline, pipe);
+    rig_end();
+    return c;
+}
+
+TEST(a_turning_vehicle_hears_nothing_false)
+{
+    static const struct drive how[] = {{16, 0.3, true},  {-13, 0.6, true}, {18, 0.9, true},
+                                       {-9, 1.8, true},  {22, 2.1, true},  {15, 5, true},
+                                       {15, 0.5, false}, {15, 1, false},   {-20, 2, false}};
+    for (size_t i = 0; i < sizeof how / sizeof how[0]; i++) {
+        struct source_stats stats;
+        struct pipeline_stats pipe;
+        const struct claims c = drive(&how[i], &stats, &pipe);
+        printf("# %g deg/s, held up %g s: %d blocked, %d clear, %d too far, %d falsely free; %llu of %llu pings "
+               "undated\n",
+               how[i].turn_dps, how[i].hold_s, c.blocked, c.clear, c.too_far, c.falsely_free,
+               (unsigned long long)stats.undated_pings, (unsigned long long)stats.device.pings);
+        CHECK_INT(c.too_far, 0);
+        CHECK_INT(c.falsely_free, 0);
+        CHECK(c.blocked > 300);
+        CHECK(stats.undated_pings > 0 && pipe.submitted < stats.device.pings);
+    }
+}
+
+/* Where the head looked is known, whenever it did. */
+TEST(a_vehicle_that_does_not_turn_loses_no_ping)
+{
+    struct source_stats stats;
+    struct pipeline_stats pipe;
+    const struct claims c = drive(&(struct drive){0, 5, true}, &stats, &pipe);
+    CHECK_INT(c.too_far, 0);
+    CHECK_INT(c.falsely_free, 0);
+    CHECK(c.clear > 500 && c.blocked > 500);
+    CHECK(stats.undated_pings > 50);
+    CHECK_INT(pipe.submitted, stats.device.pings);
+}
+
+TEST(who_is_in_time_doubts_no_ping)
+{
+    struct source_stats stats;
+    struct pipeline_stats pipe;
+    drive(&(struct drive){15, 0.05, true}, &stats, &pipe);
+    CHECK_INT(stats.undated_pings, 0);
+    CHECK_INT(pipe.submitted, stats.device.pings);
+}
+
+/* Its bytes wait to be read. */
+TEST(a_sonar_is_not_given_up_for_silence_while_nobody_listens)
+{
+    static const double hold_s[] = {0.1, 1, 5, 20};
+    rig_start(SCENE, POSES);
+    rig_run(3);
+    for (size_t i = 0; i < sizeof hold_s / sizeof hold_s[0]; i++) {
+        const uint64_t pings = rig_stats().device.pings;
+        rig_hold(hold_s[i]);
+        rig_run(1);
+        CHECK_INT(rig_stats().device.restarts, 0);
+        CHECK_INT(rig_stats().device.timeouts, 0);
+        CHECK(rig_stats().device.pings >= pings + 5);
+    }
+    rig_end();
+}
+
+TEST(a_pose_that_tells_its_time_is_taken_however_late)
+{
+    rig_start(SCENE, POSES);
+    rig.pose_every_ns = RIG_S / 10;
+    rig.dated = true;
+    rig.turn_dps = 20;
+    rig_run(1);
+    rig_hold(3);
+    rig_run(0.02);
+    CHECK_INT(rig.d.poses.refused, 0);
+    struct pose p;
+    CHECK(pose_log_at(&rig.d.poses, rig_now_ns - RIG_S, &p) && (p.has & POSE_ATTITUDE));
+    double want[4];
+    quat_from_rpy(0, 0, geo_rad(rig.sim.pose.yaw_deg - 20), want);
+    for (int i = 0; i < 4; i++)
+        CHECK_NEAR(p.attitude[i], want[i], 0, 1e-3);
+    rig_end();
+}
+
+TEST(a_pose_without_a_time_is_not_taken_for_one_of_now)
+{
+    rig_start(SCENE, POSES);
+    rig.pose_every_ns = RIG_S / 10;
+    rig.turn_dps = 20;
+    rig_run(1);
+    CHECK_INT(rig.d.poses.refused, 0);
+    const uint64_t taken = rig.d.poses.taken;
+    rig_hold(3);
+    rig.pose_every_ns = 0;
+    rig_run(0.02);
+    CHECK_INT(rig.d.poses.taken, taken);
+    CHECK_INT(rig.d.poses.refused, 30);
+    json_t *answer = rig_ask("pose", "\"attitude_deg\":[0,0,10]");
+    CHECK(json_is_false(json_object_get(answer, "taken")));
+    json_decref(answer);
+    rig_run(0.2);
+    answer = rig_ask("pose", "\"attitude_deg\":[0,0,10]");
+    CHECK(json_is_true(json_object_get(answer, "taken")));
+    json_decref(answer);
+    rig_end();
+}
+
+int main(void)
+{
+    RUN(a_turning_vehicle_hears_nothing_false);
+    RUN(a_vehicle_that_does_not_turn_loses_no_ping);
+    RUN(who_is_in_time_doubts_no_ping);
+    RUN(a_sonar_is_not_given_up_for_silence_while_nobody_listens);
+    RUN(a_pose_that_tells_its_time_is_taken_however_late);
+    RUN(a_pose_without_a_time_is_not_taken_for_one_of_now);
+    return test_end();
+}
