@@ -3,11 +3,10 @@
 
 #include <inttypes.h>
 #include <math.h>
-#include <poll.h>
 #include <stdarg.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
-#include <time.h>
 
 #include "mavlink_alert.h"
 
@@ -36,7 +35,7 @@ enum alert {
     ALERTS = ALERT_SENSOR + MAVLINK_SENSORS_MAX
 };
 
-struct bridge {
+struct mavlink_bridge {
     const struct mavlink_bridge_conf *conf;
     struct mavlink_link *link;
     struct mavlink_parser parser;
@@ -54,14 +53,6 @@ struct bridge {
     enum told link_told, daemon_told, vehicle_told, below_told;
 };
 
-static uint64_t clock_ns(clockid_t which)
-{
-    struct timespec t;
-
-    clock_gettime(which, &t);
-    return (uint64_t)t.tv_sec * SECOND_NS + (uint64_t)t.tv_nsec;
-}
-
 __attribute__((format(printf, 1, 2))) static void say(const char *format, ...)
 {
     char text[600];
@@ -77,21 +68,21 @@ __attribute__((format(printf, 1, 2))) static void say(const char *format, ...)
 
 /* ---- to the autopilot ---- */
 
-static void send_message(struct bridge *b, enum mavlink_id id, const void *content, uint64_t now_ns)
+static void send_message(struct mavlink_bridge *b, enum mavlink_id id, const void *content, uint64_t now_ns)
 {
     uint8_t frame[MAVLINK_FRAME_MAX];
 
     if (b->link->fd < 0)
         return;
     if (b->sender.signing)
-        mavlink_signing_clock(b->sender.signing, clock_ns(CLOCK_REALTIME) / 1000);
+        mavlink_signing_clock(b->sender.signing, (now_ns + b->feed.unix_offset_ns) / 1000);
     b->sender.system_id = b->vehicle.system_id ? b->vehicle.system_id : OWN_SYSTEM;
     mavlink_link_write(b->link, frame, mavlink_build(&b->sender, mavlink_message(id), content, frame), now_ns);
     b->sent++;
 }
 
 /* What may be said of a ring now: all of it, of a sonar that is silent the obstacles only, of old answers nothing. */
-static struct mavlink_ring sayable(const struct bridge *b, enum mavlink_watch which, uint64_t now_ns)
+static struct mavlink_ring sayable(const struct mavlink_bridge *b, enum mavlink_watch which, uint64_t now_ns)
 {
     struct mavlink_ring ring = b->feed.ring[which];
 
@@ -103,14 +94,14 @@ static struct mavlink_ring sayable(const struct bridge *b, enum mavlink_watch wh
 }
 
 /* Does anything around rest on evidence? */
-static bool sees(const struct bridge *b, uint64_t now_ns)
+static bool sees(const struct mavlink_bridge *b, uint64_t now_ns)
 {
     const struct mavlink_ring ring = sayable(b, MAVLINK_WATCH_LEVEL, now_ns);
 
     return mavlink_ring_known(&ring);
 }
 
-static void send_heartbeat(struct bridge *b, uint64_t now_ns)
+static void send_heartbeat(struct mavlink_bridge *b, uint64_t now_ns)
 {
     const struct mavlink_heartbeat m = {.type = MAVLINK_TYPE_ONBOARD_CONTROLLER,
                                         .autopilot = MAVLINK_AUTOPILOT_INVALID,
@@ -121,7 +112,7 @@ static void send_heartbeat(struct bridge *b, uint64_t now_ns)
     send_message(b, MAVLINK_HEARTBEAT, &m, now_ns);
 }
 
-static void ask_for_rates(struct bridge *b, uint64_t now_ns)
+static void ask_for_rates(struct mavlink_bridge *b, uint64_t now_ns)
 {
     static const struct {
         enum mavlink_id id;
@@ -140,12 +131,12 @@ static void ask_for_rates(struct bridge *b, uint64_t now_ns)
     }
 }
 
-static uint32_t boot_ms(const struct bridge *b, uint64_t t_ns)
+static uint32_t boot_ms(const struct mavlink_bridge *b, uint64_t t_ns)
 {
     return (uint32_t)(mavlink_clock_boot_ns(&b->vehicle.clock, t_ns) / 1000000u);
 }
 
-static void send_points(struct bridge *b, const struct mavlink_obstacle_conf *conf, uint64_t now_ns)
+static void send_points(struct mavlink_bridge *b, const struct mavlink_obstacle_conf *conf, uint64_t now_ns)
 {
     struct mavlink_obstacle_distance_3d point[MAVLINK_FACES];
 
@@ -164,7 +155,7 @@ static void send_points(struct bridge *b, const struct mavlink_obstacle_conf *co
  * is unknown, which ArduPilot takes for free. So a ring of which nothing is known is not sent, and the receiver's own
  * time-out says that there is no data; but it is sent where the user wants an obstacle in its place.
  */
-static void send_ring(struct bridge *b, uint64_t now_ns)
+static void send_ring(struct mavlink_bridge *b, uint64_t now_ns)
 {
     const struct mavlink_ring ring = sayable(b, MAVLINK_WATCH_LEVEL, now_ns);
     struct mavlink_obstacle_conf conf = b->conf->obstacles;
@@ -179,7 +170,7 @@ static void send_ring(struct bridge *b, uint64_t now_ns)
     send_message(b, MAVLINK_OBSTACLE_DISTANCE, &m, now_ns);
 }
 
-static void send_obstacles(struct bridge *b, uint64_t now_ns)
+static void send_obstacles(struct mavlink_bridge *b, uint64_t now_ns)
 {
     const struct mavlink_obstacle_conf *conf = &b->conf->obstacles;
     const double reach_m = mavlink_feed_reach_m(&b->feed);
@@ -196,7 +187,7 @@ static void send_obstacles(struct bridge *b, uint64_t now_ns)
 }
 
 /* Each ping of the downward sonar once. */
-static void send_below(struct bridge *b, uint64_t now_ns)
+static void send_below(struct mavlink_bridge *b, uint64_t now_ns)
 {
     const struct mavlink_depth_below *below = &b->feed.below;
     double most_m = 0;
@@ -229,7 +220,7 @@ static void send_below(struct bridge *b, uint64_t now_ns)
 
 /* ---- what is wrong ---- */
 
-static void update_alerts(struct bridge *b, uint64_t now_ns)
+static void update_alerts(struct mavlink_bridge *b, uint64_t now_ns)
 {
     const struct mavlink_feed *feed = &b->feed;
     const bool alive = mavlink_feed_alive(feed, now_ns);
@@ -280,7 +271,7 @@ static void update_alerts(struct bridge *b, uint64_t now_ns)
     b->had_pose |= pose;
 }
 
-static void send_alerts(struct bridge *b, uint64_t now_ns)
+static void send_alerts(struct mavlink_bridge *b, uint64_t now_ns)
 {
     struct mavlink_statustext m;
 
@@ -308,7 +299,7 @@ static void say_change(bool is, enum told *told, const char *what, const char *w
 
 /* ---- from the autopilot ---- */
 
-static void answer_timesync(struct bridge *b, const struct mavlink_frame *frame, uint64_t now_ns)
+static void answer_timesync(struct mavlink_bridge *b, const struct mavlink_frame *frame, uint64_t now_ns)
 {
     struct mavlink_timesync m;
 
@@ -322,7 +313,7 @@ static void answer_timesync(struct bridge *b, const struct mavlink_frame *frame,
     send_message(b, MAVLINK_TIMESYNC, &m, now_ns);
 }
 
-static void take_frame(struct bridge *b, const struct mavlink_frame *frame, uint64_t now_ns)
+static void take_frame(struct mavlink_bridge *b, const struct mavlink_frame *frame, uint64_t now_ns)
 {
     struct mavlink_pose pose;
 
@@ -335,12 +326,11 @@ static void take_frame(struct bridge *b, const struct mavlink_frame *frame, uint
         mavlink_feed_pose(&b->feed, &pose, now_ns);
 }
 
-static void read_link(struct bridge *b)
+static void read_link(struct mavlink_bridge *b, uint64_t now_ns)
 {
     uint8_t buffer[2048];
 
     for (int i = 0; i < READS_PER_TURN; i++) {
-        const uint64_t now_ns = clock_ns(CLOCK_MONOTONIC);
         size_t n = mavlink_link_read(b->link, buffer, sizeof buffer, now_ns);
         const uint8_t *bytes = buffer;
         struct mavlink_frame frame;
@@ -363,7 +353,7 @@ static bool is_due(uint64_t *due_ns, uint64_t period_ns, uint64_t now_ns)
     return true;
 }
 
-static void do_second(struct bridge *b, uint64_t now_ns)
+static void do_second(struct mavlink_bridge *b, uint64_t now_ns)
 {
     const struct mavlink_timesync question = {.ts1 = (int64_t)now_ns};
     const bool had_vehicle = b->had_vehicle;
@@ -384,23 +374,8 @@ static void do_second(struct bridge *b, uint64_t now_ns)
         ask_for_rates(b, now_ns);
 }
 
-/* Waits for the link, the daemon, the next deadline or a signal. */
-static void wait_for_work(const struct bridge *b, const sigset_t *waiting)
-{
-    const uint64_t now_ns = clock_ns(CLOCK_MONOTONIC);
-    const uint64_t due_ns = b->obstacles_due_ns < b->second_due_ns ? b->obstacles_due_ns : b->second_due_ns;
-    const uint64_t left_ns = due_ns > now_ns ? due_ns - now_ns : 0;
-    const struct timespec timeout = {(time_t)(left_ns / SECOND_NS), (long)(left_ns % SECOND_NS)};
-    struct pollfd fds[] = {{.fd = b->link->fd, .events = mavlink_link_events(b->link)}, {.fd = -1}};
-
-    if (b->feed.client)
-        fds[1] = (struct pollfd){.fd = sonard_fd(b->feed.client), .events = sonard_events(b->feed.client)};
-
-    ppoll(fds, 2, &timeout, waiting);
-}
-
 /* One that was just connected to gets the time to answer. */
-static void say_daemon(struct bridge *b, uint64_t now_ns)
+static void say_daemon(struct mavlink_bridge *b, uint64_t now_ns)
 {
     const bool alive = mavlink_feed_alive(&b->feed, now_ns);
 
@@ -409,7 +384,7 @@ static void say_daemon(struct bridge *b, uint64_t now_ns)
 }
 
 /* A name that the daemon does not know, or after a reload does again. */
-static void say_below(struct bridge *b)
+static void say_below(struct mavlink_bridge *b)
 {
     const bool refused = b->feed.below_refused.status != SONARD_OK;
 
@@ -417,16 +392,15 @@ static void say_below(struct bridge *b)
         say_change(!refused, &b->below_told, "--downward", b->feed.below_refused.message);
 }
 
-static void work(struct bridge *b)
+void mavlink_bridge_work(struct mavlink_bridge *b, const struct mavlink_time *time)
 {
-    uint64_t now_ns = clock_ns(CLOCK_MONOTONIC);
+    const uint64_t now_ns = time->now_ns;
 
-    b->feed.unix_offset_ns = clock_ns(CLOCK_REALTIME) - now_ns;
+    b->feed.unix_offset_ns = time->unix_offset_ns;
     mavlink_link_open(b->link, now_ns);
     mavlink_feed_connect(&b->feed, now_ns);
     mavlink_link_flush(b->link, now_ns);
-    read_link(b);
-    now_ns = clock_ns(CLOCK_MONOTONIC);
+    read_link(b, now_ns);
     mavlink_feed_read(&b->feed, now_ns);
     say_change(!b->link->error[0], &b->link_told, "link", b->link->error);
     say_daemon(b, now_ns);
@@ -444,32 +418,46 @@ static void work(struct bridge *b)
         do_second(b, now_ns);
 }
 
-void mavlink_bridge_run(const struct mavlink_bridge_conf *conf, struct mavlink_link *link,
-                        const volatile sig_atomic_t *stop, const sigset_t *waiting)
+uint64_t mavlink_bridge_wait(const struct mavlink_bridge *b, struct pollfd fds[MAVLINK_BRIDGE_FDS])
 {
-    const uint64_t now_ns = clock_ns(CLOCK_MONOTONIC);
-    struct bridge b = {.conf = conf,
-                       .link = link,
-                       .parser = {.signing = conf->signing},
-                       .sender = {.component_id = conf->component_id, .signing = conf->signing},
-                       .alert = {[ALERT_LEAK] = {.grave = true}},
-                       .start_ns = now_ns,
-                       .obstacles_due_ns = now_ns,
-                       .second_due_ns = now_ns,
-                       .ask_due_ns = now_ns};
-    const struct mavlink_counters *in = &b.parser.counters;
+    fds[0] = (struct pollfd){.fd = b->link->fd, .events = mavlink_link_events(b->link)};
+    fds[1] = b->feed.client
+                 ? (struct pollfd){.fd = sonard_fd(b->feed.client), .events = sonard_events(b->feed.client)}
+                 : (struct pollfd){.fd = -1};
+    return b->obstacles_due_ns < b->second_due_ns ? b->obstacles_due_ns : b->second_due_ns;
+}
 
-    mavlink_vehicle_init(&b.vehicle, &conf->vehicle);
-    mavlink_feed_init(&b.feed, &conf->feed);
-    while (!*stop) {
-        work(&b);
-        wait_for_work(&b, waiting);
-    }
+struct mavlink_bridge *mavlink_bridge_new(const struct mavlink_bridge_conf *conf, struct mavlink_link *link,
+                                          uint64_t now_ns)
+{
+    struct mavlink_bridge *b = malloc(sizeof *b);
+
+    if (!b)
+        return NULL;
+    *b = (struct mavlink_bridge){.conf = conf,
+                                 .link = link,
+                                 .parser = {.signing = conf->signing},
+                                 .sender = {.component_id = conf->component_id, .signing = conf->signing},
+                                 .alert = {[ALERT_LEAK] = {.grave = true}},
+                                 .start_ns = now_ns,
+                                 .obstacles_due_ns = now_ns,
+                                 .second_due_ns = now_ns,
+                                 .ask_due_ns = now_ns};
+    mavlink_vehicle_init(&b->vehicle, &conf->vehicle);
+    mavlink_feed_init(&b->feed, &conf->feed);
+    return b;
+}
+
+void mavlink_bridge_end(struct mavlink_bridge *b)
+{
+    const struct mavlink_counters *in = &b->parser.counters;
+
     say("in: %" PRIu64 " frames, %" PRIu64 " of unknown id, %" PRIu64 " bad CRC, %" PRIu64 " bad flags, %" PRIu64
         " bad signature, %" PRIu64 " bytes of garbage; out: %" PRIu64 " frames, %" PRIu64
         " dropped; poses: %" PRIu64 ", %" PRIu64 " refused, %" PRIu64 " kept back",
-        in->frames, in->unknown, in->bad_crc, in->bad_flags, in->bad_signature, in->garbage_bytes, b.sent,
-        link->dropped, b.feed.poses, b.feed.poses_refused + b.vehicle.refused, b.feed.poses_held);
-    mavlink_feed_close(&b.feed);
-    mavlink_link_close(link);
+        in->frames, in->unknown, in->bad_crc, in->bad_flags, in->bad_signature, in->garbage_bytes, b->sent,
+        b->link->dropped, b->feed.poses, b->feed.poses_refused + b->vehicle.refused, b->feed.poses_held);
+    mavlink_feed_close(&b->feed);
+    mavlink_link_close(b->link);
+    free(b);
 }

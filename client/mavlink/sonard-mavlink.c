@@ -1,18 +1,20 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * sonard-mavlink - the bridge between sonard and an autopilot that speaks MAVLink. This file is its command line;
- * mavlink_bridge does the work.
+ * sonard-mavlink - the bridge between sonard and an autopilot that speaks MAVLink. This file is its command line, and
+ * waits and reads the clock; mavlink_bridge does the work.
  */
 #include <errno.h>
 #include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <time.h>
 
 #include "client/arguments.h"
 #include "core/fault.h"
 #include "mavlink_bridge.h"
 
+#define SECOND_NS            1000000000u
 #define EXIT_USAGE           3
 #define EXIT_OUTPUT          7   /* what was asked for could not be written */
 #define DEFAULT_COMPONENT    196 /* MAV_COMP_ID_OBSTACLE_AVOIDANCE */
@@ -148,18 +150,49 @@ static bool parse_conf(const struct arguments *arguments, struct mavlink_bridge_
     return !fault->text[0] && mavlink_link_init(link, address, fault);
 }
 
+static uint64_t clock_ns(clockid_t which)
+{
+    struct timespec t;
+
+    clock_gettime(which, &t);
+    return (uint64_t)t.tv_sec * SECOND_NS + (uint64_t)t.tv_nsec;
+}
+
+/* Until the link or the daemon has something, the next deadline, or a signal. */
+static void wait_for_work(const struct mavlink_bridge *bridge, const sigset_t *waiting)
+{
+    struct pollfd fds[MAVLINK_BRIDGE_FDS];
+    const uint64_t due_ns = mavlink_bridge_wait(bridge, fds), now_ns = clock_ns(CLOCK_MONOTONIC);
+    const uint64_t left_ns = due_ns > now_ns ? due_ns - now_ns : 0;
+    const struct timespec timeout = {(time_t)(left_ns / SECOND_NS), (long)(left_ns % SECOND_NS)};
+
+    ppoll(fds, MAVLINK_BRIDGE_FDS, &timeout, waiting);
+}
+
+/* The signals that end it are let in while it waits, so none is missed. */
 static int run(const struct mavlink_bridge_conf *conf, struct mavlink_link *link)
 {
     const struct sigaction action = {.sa_handler = on_stop};
     sigset_t stops, waiting;
+    struct mavlink_bridge *bridge = mavlink_bridge_new(conf, link, clock_ns(CLOCK_MONOTONIC));
 
+    if (!bridge) {
+        fprintf(stderr, "sonard-mavlink: out of memory\n");
+        return EXIT_FAILURE;
+    }
     sigemptyset(&stops);
     sigaddset(&stops, SIGTERM);
     sigaddset(&stops, SIGINT);
     sigprocmask(SIG_BLOCK, &stops, &waiting);
     sigaction(SIGTERM, &action, NULL);
     sigaction(SIGINT, &action, NULL);
-    mavlink_bridge_run(conf, link, &stop_wanted, &waiting);
+    while (!stop_wanted) {
+        const uint64_t now_ns = clock_ns(CLOCK_MONOTONIC);
+
+        mavlink_bridge_work(bridge, &(struct mavlink_time){now_ns, clock_ns(CLOCK_REALTIME) - now_ns});
+        wait_for_work(bridge, &waiting);
+    }
+    mavlink_bridge_end(bridge);
     return 0;
 }
 

@@ -1,0 +1,327 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * test_mavlink_steps - the whole bridge between an autopilot and a daemon of this test's own, on a clock that the test
+ * turns. Frames keep their order, and each whole second ends with a heartbeat: what did not come before it was not
+ * sent.
+ */
+#include <arpa/inet.h>
+
+#include "client/mavlink/mavlink_bridge.h"
+#include "client/mavlink/mavlink_messages.h"
+#include "tests/lib/daemon_here.h"
+#include "tests/lib/patience.h"
+
+#define STEP (100 * MS)
+
+/* What the autopilot heard in one second. */
+struct heard {
+    int obstacles, status;
+    uint16_t ahead_cm; /* of the last obstacles */
+    uint16_t left_cm;  /* likewise, in the fifth sector from the end */
+    double stamp_s;    /* likewise, after START */
+    char text[256];    /* of all texts */
+};
+
+struct flight {
+    struct daemon_here daemon;
+    struct mavlink_link link;
+    struct mavlink_bridge_conf conf;
+    struct mavlink_bridge *bridge;
+    struct mavlink_parser parser;
+    struct mavlink_sender sender;
+    struct sockaddr_in bridge_at;
+    int fd;
+    uint64_t now_ns;
+    bool flies, answers; /* the autopilot speaks; the daemon does */
+    bool pings;          /* the sonar does */
+    double ping_s;       /* it did last, after START; negative: never */
+    double range_m;
+    int poses;
+};
+
+static struct flight f;
+
+static void begin(void)
+{
+    struct sockaddr_in a = {.sin_family = AF_INET, .sin_addr.s_addr = htonl(INADDR_LOOPBACK)};
+    socklen_t n = sizeof a;
+    char address[64];
+    struct fault fault;
+
+    f = (struct flight){
+        .now_ns = START, .pings = true, .range_m = 7, .sender = {.system_id = 7, .component_id = 1}};
+    f.fd = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+    CHECK(bind(f.fd, (struct sockaddr *)&a, n) == 0 && getsockname(f.fd, (struct sockaddr *)&a, &n) == 0);
+    snprintf(address, sizeof address, "udp:127.0.0.1:%u", ntohs(a.sin_port));
+    CHECK(mavlink_link_init(&f.link, address, &fault));
+    f.conf = (struct mavlink_bridge_conf){
+        .feed = {.socket = path, .rate_hz = 10},
+        .vehicle = {.surface_hpa = 1013.25, .density_kgpm3 = 1025},
+        .obstacles = {.unknown_as = MAVLINK_UNKNOWN_AS_UNKNOWN},
+        .component_id = 196,
+    };
+    listen_here(&f.daemon);
+    f.bridge = mavlink_bridge_new(&f.conf, &f.link, f.now_ns);
+}
+
+static void end(void)
+{
+    mavlink_bridge_end(f.bridge);
+    leave_here(&f.daemon);
+    close(f.fd);
+}
+
+static void say_frame(enum mavlink_id id, const void *content)
+{
+    uint8_t frame[MAVLINK_FRAME_MAX];
+    const size_t n = mavlink_build(&f.sender, mavlink_message(id), content, frame);
+
+    CHECK_INT(sendto(f.fd, frame, n, 0, (struct sockaddr *)&f.bridge_at, sizeof f.bridge_at), n);
+}
+
+/* The autopilot has been up for 100 s at START, and turns. */
+static void say_vehicle(void)
+{
+    const struct mavlink_heartbeat beat = {.type = 12, .autopilot = 3, .mavlink_version = 3};
+    const struct mavlink_attitude attitude = {.time_boot_ms = (uint32_t)(100000 + (f.now_ns - START) / MS),
+                                              .yaw = (float)((double)(f.now_ns - START) * 1e-10)};
+
+    if (!f.flies || !f.bridge_at.sin_port)
+        return;
+    say_frame(MAVLINK_HEARTBEAT, &beat);
+    say_frame(MAVLINK_ATTITUDE, &attitude);
+    patience_for(f.link.fd, POLLIN);
+}
+
+static void step(void)
+{
+    const double at_s = (double)(f.now_ns - START) * 1e-9;
+
+    say_vehicle();
+    if (f.pings)
+        f.ping_s = at_s - 0.1;
+    if (f.answers && f.daemon.watches >= 2) {
+        say_status(&f.daemon, f.ping_s < 0 ? -1 : at_s - f.ping_s, at_s);
+        if (f.ping_s >= 0)
+            say_sectors(&f.daemon, f.range_m, at_s - f.ping_s, at_s);
+    }
+    mavlink_bridge_work(f.bridge, &(struct mavlink_time){f.now_ns, OFFSET});
+    if (f.answers)
+        f.poses += agree(&f.daemon);
+    f.now_ns += STEP;
+}
+
+/* False: that was the heartbeat. */
+static bool hear(struct heard *h)
+{
+    uint8_t buffer[512];
+    socklen_t size = sizeof f.bridge_at;
+    struct mavlink_frame frame;
+
+    CHECK(patience_for(f.fd, POLLIN));
+    const ssize_t got = recvfrom(f.fd, buffer, sizeof buffer, 0, (struct sockaddr *)&f.bridge_at, &size);
+    size_t n = got > 0 ? (size_t)got : 0;
+    const uint8_t *bytes = buffer;
+    if (!n || !mavlink_parser_next(&f.parser, &bytes, &n, &frame))
+        return false;
+    if (frame.message->id == MAVLINK_OBSTACLE_DISTANCE) {
+        struct mavlink_obstacle_distance m;
+        mavlink_unpack(frame.message, frame.payload, &m);
+        h->obstacles++;
+        h->ahead_cm = m.distances[0];
+        h->left_cm = m.distances[MAVLINK_SECTORS - 5];
+        h->stamp_s = (double)m.time_usec * 1e-6 - 100;
+    } else if (frame.message->id == MAVLINK_STATUSTEXT) {
+        struct mavlink_statustext m;
+        mavlink_unpack(frame.message, frame.payload, &m);
+        const size_t used = strlen(h->text);
+        snprintf(h->text + used, sizeof h->text - used, "%.50s;", m.text);
+    } else if (frame.message->id == MAVLINK_HEARTBEAT) {
+        struct mavlink_heartbeat m;
+        mavlink_unpack(frame.message, frame.payload, &m);
+        h->status = m.system_status;
+        return false;
+    }
+    return true;
+}
+
+/* A second, its last step the one with the heartbeat. */
+static struct heard second(void)
+{
+    struct heard h = {0};
+
+    for (int i = 0; i < 10; i++)
+        step();
+    while (hear(&h)) {
+    }
+    return h;
+}
+
+/* What was heard in so many seconds, of the last one's heartbeat. */
+static struct heard seconds(int n)
+{
+    struct heard all = {0};
+
+    while (n-- > 0) {
+        const struct heard h = second();
+        const size_t used = strlen(all.text);
+        all.obstacles += h.obstacles;
+        all.ahead_cm = h.obstacles ? h.ahead_cm : all.ahead_cm;
+        all.left_cm = h.obstacles ? h.left_cm : all.left_cm;
+        all.stamp_s = h.obstacles ? h.stamp_s : all.stamp_s;
+        all.status = h.status;
+        snprintf(all.text + used, sizeof all.text - used, "%s", h.text);
+    }
+    return all;
+}
+
+/* The first heartbeat tells where the bridge is. */
+static void begin_flight(void)
+{
+    struct heard h = {0};
+
+    begin();
+    step();
+    while (hear(&h)) {
+    }
+    f.flies = f.answers = true;
+    seconds(2);
+}
+
+/* The bridge has left it meanwhile. */
+static void start_again(void)
+{
+    close(f.daemon.fd);
+    f.daemon.fd = -1;
+    f.daemon.watches = 0;
+    f.answers = true;
+}
+
+TEST(obstacles_come_while_the_daemon_answers_and_no_longer)
+{
+    struct heard h;
+
+    begin_flight();
+    h = seconds(3);
+    CHECK_INT(h.obstacles, 30);
+    CHECK_INT(h.ahead_cm, 700);
+    CHECK_INT(h.status, MAVLINK_STATE_ACTIVE);
+    f.range_m = 3;
+    CHECK_INT(second().ahead_cm, 300);
+    f.answers = false; /* it hangs, its socket open */
+    const double hung_s = (double)(f.now_ns - START) * 1e-9;
+    h = second();
+    CHECK(h.obstacles >= 9 && h.obstacles <= 10); /* those of its last second: what was said last, and as old */
+    CHECK(h.ahead_cm == 300 && h.stamp_s < hung_s);
+    h = seconds(5);
+    CHECK_INT(h.obstacles, 0);
+    CHECK_INT(h.status, MAVLINK_STATE_CRITICAL);
+    CHECK(strstr(h.text, "sonard: offline") && !strstr(h.text, "sonar head"));
+    start_again();
+    h = seconds(4);
+    CHECK(h.obstacles >= 10 && h.status == MAVLINK_STATE_ACTIVE);
+    CHECK(strstr(h.text, "sonard: online again"));
+    end();
+}
+
+TEST(a_silent_sonar_is_told_and_its_obstacles_keep_their_time)
+{
+    struct heard h;
+
+    begin_flight();
+    f.daemon.clear = 9;
+    h = seconds(15);
+    CHECK_STR(h.text, "");
+    CHECK_INT(h.left_cm, 1001); /* free */
+    f.pings = false;
+    const double silent_s = (double)(f.now_ns - START) * 1e-9;
+    h = seconds(4);
+    CHECK(strstr(h.text, "sonar head: offline"));
+    CHECK(h.obstacles == 40 && h.ahead_cm == 700 && h.stamp_s < silent_s);
+    CHECK_INT(h.left_cm, UINT16_MAX); /* what was free is unknown */
+    f.pings = true;
+    h = seconds(8);
+    CHECK(strstr(h.text, "sonar head: online again"));
+    CHECK(h.obstacles == 80 && h.stamp_s > silent_s + 10);
+    CHECK_STR(seconds(5).text, "");
+    end();
+}
+
+TEST(what_is_late_at_the_start_is_no_fault)
+{
+    struct heard h = {0};
+
+    begin();
+    f.pings = false;
+    f.ping_s = -1;
+    step();
+    while (hear(&h)) {
+    }
+    f.flies = true;
+    CHECK_STR(seconds(3).text, ""); /* no daemon yet */
+    f.answers = true;
+    h = seconds(5); /* no ping yet */
+    CHECK_STR(h.text, "");
+    CHECK_INT(h.obstacles, 0);
+    f.pings = true;
+    h = seconds(4);
+    CHECK_STR(h.text, "");
+    CHECK(h.obstacles >= 30);
+    end();
+}
+
+TEST(poses_have_the_time_of_their_measurement)
+{
+    begin_flight();
+    f.poses = 0;
+    seconds(3);
+    CHECK(f.poses >= 29 && f.poses <= 31);
+    CHECK_NEAR(f.daemon.pose_unix, T_UNIX + (double)(f.now_ns - START) * 1e-9 - 0.1, 0, 0.11);
+    f.flies = false;
+    second();
+    f.poses = 0;
+    seconds(3);
+    CHECK_INT(f.poses, 0);
+    end();
+}
+
+TEST(nothing_is_said_to_a_vehicle_that_is_not_there)
+{
+    struct heard h;
+
+    begin_flight();
+    f.flies = false;
+    CHECK_INT(seconds(4).obstacles, 40); /* a heartbeat counts for five seconds */
+    second();
+    second();
+    h = seconds(5);
+    CHECK_INT(h.obstacles, 0);
+    CHECK_STR(h.text, "");
+    f.flies = true;
+    CHECK(seconds(2).obstacles >= 10);
+    end();
+}
+
+TEST(the_next_deadline_is_a_tenth_of_a_second_away)
+{
+    struct pollfd fds[MAVLINK_BRIDGE_FDS];
+
+    begin_flight();
+    CHECK_INT(mavlink_bridge_wait(f.bridge, fds), f.now_ns);
+    CHECK(fds[0].fd == f.link.fd && fds[1].fd >= 0);
+    end();
+}
+
+int main(void)
+{
+    if (!make_directory())
+        return 1;
+    RUN(obstacles_come_while_the_daemon_answers_and_no_longer);
+    RUN(a_silent_sonar_is_told_and_its_obstacles_keep_their_time);
+    RUN(what_is_late_at_the_start_is_no_fault);
+    RUN(poses_have_the_time_of_their_measurement);
+    RUN(nothing_is_said_to_a_vehicle_that_is_not_there);
+    RUN(the_next_deadline_is_a_tenth_of_a_second_away);
+    rmdir(directory);
+    return test_end();
+}
