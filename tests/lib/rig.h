@@ -50,6 +50,10 @@ struct rig {
 static struct rig rig;
 static uint64_t rig_now_ns;
 
+/* Of the next rig_start. */
+static struct head_conf rig_head = {
+    .id = 2, .lag = 2, .ms_per_gradian = 6.0, .processing_ms = 18.0, .sound_speed_mps = 1500.0};
+
 int __wrap_clock_gettime(clockid_t clock, struct timespec *t);
 int __wrap_clock_gettime(clockid_t clock, struct timespec *t)
 {
@@ -84,6 +88,7 @@ static unsigned rig_baud(const char *rest)
     return RIG_BAUD;
 }
 
+/* Pull the adapter, and put it back. */
 static inline void rig_unplug(void)
 {
     if (rig.sim.line.fd >= 0)
@@ -91,6 +96,11 @@ static inline void rig_unplug(void)
     rig.sim.line.fd = -1;
     rig.sim.line.begin = rig.sim.line.end = 0;
     rig.unplugged = true;
+}
+
+static inline void rig_plug(void)
+{
+    rig.unplugged = false;
 }
 
 static bool rig_open(struct port *port, const char *rest, struct fault *fault)
@@ -126,7 +136,7 @@ static ssize_t rig_write(struct port *port, const void *buf, size_t size)
     return rig_done(port, send(port->fd, buf, size, MSG_NOSIGNAL));
 }
 
-static void rig_hold_break(struct port *port, bool on)
+static inline void rig_hold_break(struct port *port, bool on)
 {
     (void)port, (void)on;
 }
@@ -261,15 +271,13 @@ static void rig_serve(void)
  * in the configuration. */
 static void rig_start(const char *scene, const char *conf)
 {
-    static const struct head_conf head = {
-        .id = 2, .lag = 2, .ms_per_gradian = 6.0, .processing_ms = 18.0, .sound_speed_mps = 1500.0};
     struct fault fault = {""};
     memset(&rig, 0, sizeof rig);
     rig_now_ns = 100ull * RIG_S;
     rig.sim.water = (struct water){1500.0, 8.0, 0.5, 1};
     rig_must(scene_parse(&rig.sim.scene, "rig", scene, &fault), "scene", &fault);
     line_init(&rig.sim.line, NULL, RIG_BAUD, 1);
-    sim_start(&rig.sim, &head, rig_now_ns);
+    sim_start(&rig.sim, &rig_head, rig_now_ns);
     rig_configure(conf);
     rig_make_parts();
     rig_serve();
@@ -323,7 +331,7 @@ static void rig_world(void)
     sim_turn(&rig.sim, rig_now_ns);
 }
 
-static void rig_hold(double s)
+static inline void rig_hold(double s)
 {
     rig.held = true;
     for (const uint64_t end_ns = rig_now_ns + (uint64_t)(s * 1e9); rig_now_ns < end_ns;)
@@ -338,7 +346,26 @@ static void rig_run(double s)
     }
 }
 
+/* Until cond holds; false: it does not within so many seconds. */
+#define RIG_UNTIL(cond, s)                                                                                        \
+    do {                                                                                                          \
+        const uint64_t end_ns_ = rig_now_ns + (uint64_t)((s)*1e9);                                                \
+        while (!(cond) && rig_now_ns < end_ns_)                                                                   \
+            rig_run(RIG_STEP_NS * 1e-9);                                                                          \
+        CHECK(cond);                                                                                              \
+    } while (0)
+
 /* ---- questions ---- */
+
+/* A command of the virtual sonar (tests/sim/lib/sim.h). */
+static inline void rig_command(const char *command)
+{
+    char answer[SIM_ANSWER_MAX];
+    const bool good = sim_command(&rig.sim, command, rig_now_ns, answer, sizeof answer);
+    if (!good)
+        printf("%s\n", answer);
+    CHECK(good);
+}
 
 /* The result of a method; the caller's. Time stands meanwhile. */
 __attribute__((format(printf, 2, 3))) static json_t *rig_ask(const char *method, const char *params, ...)
@@ -371,6 +398,41 @@ static inline struct source_stats rig_stats(void)
     struct source_stats s;
     source_stats(rig.d.source[0], &s);
     return s;
+}
+
+static inline void rig_run_pings(unsigned n)
+{
+    const uint64_t pings = rig_stats().device.pings + n;
+    RIG_UNTIL(rig_stats().device.pings >= pings, 60);
+}
+
+/* The states of all sectors, as a set of RIG_... */
+enum { RIG_UNKNOWN = 1, RIG_CLEAR = 2, RIG_BLOCKED = 4 };
+
+static inline unsigned rig_states(void)
+{
+    json_t *reply = rig_ask("sectors", "\"distance_m\":0"), *s;
+    unsigned states = 0;
+    size_t i;
+    json_array_foreach(json_object_get(reply, "sectors"), i, s)
+    {
+        const char *state = json_string_value(json_object_get(s, "state"));
+        states |= state[0] == 'b' ? RIG_BLOCKED : state[0] == 'c' ? RIG_CLEAR : RIG_UNKNOWN;
+    }
+    json_decref(reply);
+    return states;
+}
+
+/* A text of the result of `status`, of its first sonar where `sonar`; "" where there is none. */
+static inline const char *rig_status(const char *name, bool sonar)
+{
+    static char text[512];
+    json_t *status = rig_ask("status", "%s", ""),
+           *from = sonar ? json_array_get(json_object_get(status, "sensors"), 0) : status;
+    const char *value = json_string_value(json_object_get(from, name));
+    snprintf(text, sizeof text, "%s", value ? value : "");
+    json_decref(status);
+    return text;
 }
 
 #endif

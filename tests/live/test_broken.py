@@ -465,20 +465,6 @@ def terminal(bench):
     return daemon, client, master
 
 
-def cut(bench):
-    """A message that the loss of the port cuts off is no garbage, and nobody is told to check the baud rate."""
-    daemon, client, master = terminal(bench)
-    part = ping()[:300]
-    write_all(master, part)
-    until(lambda: client.sensor()["bytes_in"] == len(part), "the bytes")
-    os.close(master)
-    until(lambda: client.sensor()["state"] == "no port", "the loss")
-    sensor = client.sensor()
-    check(sensor["cut_bytes"] == len(part) and sensor["garbage_bytes"] == 0, "%s" % sensor)
-    check("not valid ping360 messages" not in daemon.log(), "it is told as garbage: " + daemon.log())
-    daemon.stop()
-
-
 def garbage(bench):
     """Bytes that are nothing to the device are told at once, and not again with the next ones."""
     daemon, client, master = terminal(bench)
@@ -592,6 +578,6 @@ def write_all(fd, data):
 
 run([("configurations", configurations), ("options", options), ("full", full), ("captures", captures),
      ("keys_without_effect", keys_without_effect), ("nothing_in_it", nothing_in_it), ("without_a_sonar", without_a_sonar), ("no_sonar_of_it", no_sonar_of_it), ("no_ping_of_it", no_ping_of_it), ("gap_in_a_log", gap_in_a_log),
-     ("requests", requests), ("line", line), ("garbage", garbage), ("wrong_rate", wrong_rate), ("cut", cut),
+     ("requests", requests), ("line", line), ("garbage", garbage), ("wrong_rate", wrong_rate),
      *(("line_" + case[0], words_of(case)) for case in LINE if case[3])], parallel=3,
     gate=("configurations", "options", "full", "captures", "keys_without_effect", "nothing_in_it", "without_a_sonar", "no_sonar_of_it", "no_ping_of_it", "gap_in_a_log"))

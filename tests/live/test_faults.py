@@ -1,7 +1,7 @@
 #!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: MIT
-"""Faults of the line, the head and the port: pings go on afterwards, the right counter says what happened, and a
-client that watches all the while is not dropped."""
+"""Faults of the port and the end of the daemon, with a real terminal. What the line and the head can do wrong is in
+tests/unit/daemon/test_rig_faults.c."""
 import contextlib
 import os
 import pty
@@ -26,86 +26,15 @@ def wait_running(client, limit_s=20):
     pings_until(client, 3)
 
 
-# ---- one fault after the other ----
+# ---- the port goes and comes ----
 
-# What to tell the sonar, which counters must grow by how much at least, which others may grow, in each mode.
-FAULTS = {
-    "transmit": (
-        ("drop 3", {"lost_frames": 3}, ()),
-        ("corrupt 2", {"bad_checksum": 2, "lost_frames": 2}, ("garbage_bytes",)),
-        ("short 2", {"garbage_bytes": 1, "lost_frames": 2}, ("bad_checksum",)),
-        ("garbage 500", {"garbage_bytes": 490}, ("bad_checksum",)),
-        ("split on", {}, ()),
-        ("split off", {}, ()),
-        ("stall 1", {}, ()),
-        ("silent 2.5", {"timeouts": 1, "restarts": 1}, ("lost_frames",)),
-        ("flood 0.5", {"garbage_bytes": 1000}, ("bad_checksum", "lost_frames", "timeouts", "restarts")),
-        ("reboot", {"timeouts": 1, "restarts": 1}, ("lost_frames",)),
-        ("nack 1+reboot", {"nacks": 1}, ("timeouts", "restarts", "lost_frames")),
-    ),
-    "request": (
-        ("drop 3", {"lost_frames": 3, "timeouts": 3}, ()),
-        ("corrupt 2", {"bad_checksum": 2, "lost_frames": 2}, ("garbage_bytes", "timeouts")),
-        ("short 2", {"garbage_bytes": 1, "lost_frames": 2}, ("bad_checksum", "timeouts")),
-        ("garbage 500", {"garbage_bytes": 490}, ("bad_checksum",)),
-        ("split on", {}, ()),
-        ("split off", {}, ()),
-        ("nack 2", {"nacks": 2, "lost_frames": 2}, ("timeouts",)),
-        ("stall 1", {"timeouts": 1, "lost_frames": 1}, ("restarts",)),
-        ("silent 2.5", {"timeouts": 1, "lost_frames": 1}, ("restarts",)),
-        ("flood 0.5", {"garbage_bytes": 1000}, ("bad_checksum", "lost_frames", "timeouts", "restarts")),
-        ("reboot", {}, ("timeouts", "lost_frames", "restarts")),
-    ),
-}
-
-
-def play(sim, client, fault, grow, may_grow):
-    """Faults of what the counters said of one fault of the sonar; empty: none."""
-    before = counters(client)
-    for command in fault.split("+"):
-        sim.command(command)
-    until(lambda: all(counters(client)[key] >= before[key] + n for key, n in grow.items()),
-          "%s: of %s the counters are %s, were %s" % (fault, grow, counters(client), before))
-    if fault.startswith(("silent", "stall", "flood")):
-        time.sleep(float(fault.split()[1]))
-    wait_running(client)
-    pings_until(client, 20)
-    after = counters(client)
-    grown = {key: after[key] - before[key] for key in COUNTERS if after[key] > before[key]}
-    note("%-14s %s" % (fault, grown))
-    exact = ("lost_frames",) if fault.startswith(("drop", "corrupt", "short")) else ()
-    return ["%s: %s grew by %d" % (fault, key, n) for key, n in grown.items()
-            if (key not in grow and key not in may_grow) or (key in exact and n != grow[key])]
-
-
-def faults(bench, mode):
-    sim = bench.sim("--lag", "0")
-    bench.conf(sonar={"mode": mode})
+def unplug(bench):
+    """The adapter is pulled and put back; a client that watches all the while is not dropped."""
+    sim = bench.sim()
+    bench.conf()
     client = bench.sonard().client()
     client.call("watch", method="sectors", rate_hz=10)
     wait_running(client)
-    wrong = []
-    for fault in FAULTS[mode]:
-        # On a busy machine something may really be late: only what happens every time is the daemon's.
-        tries = [play(sim, client, *fault)]
-        while tries[-1] and len(tries) < 3:
-            tries.append(play(sim, client, *fault))
-        wrong += tries[-1]
-    check(not wrong, "; ".join(wrong))
-    sim.command("range 5")
-    until(lambda: abs(client.sensor()["range_m"] - 5) < 0.1, "pings of 5 m range")
-    sim.command("range 0")
-    until(lambda: abs(client.sensor()["range_m"] - 10) < 0.1, "pings of 10 m range again")
-    unplug(bench, sim, client)
-    sent = client.call("status")["server"]
-    check(sent["clients_cut"] == 0 and sent["clients_total"] == 1, "the client was cut: %s" % sent)
-    seen = client.notifications
-    check(len(seen) >= 50, "the watch sent only %d notifications" % len(seen))
-    whole = [n for n in seen if n["method"] == "sectors" and len(n["result"]["sectors"]) == 72]
-    check(len(whole) == len(seen), "%d notifications are broken" % (len(seen) - len(whole)))
-
-
-def unplug(bench, sim, client):
     log = bench.processes[1].log
     took = []
     while len(took) < 3 and (not took or min(took) > 2):
@@ -127,6 +56,11 @@ def unplug(bench, sim, client):
         check(after["reconnects"] == before["reconnects"] + 1, "reconnects: %d" % after["reconnects"])
     note("pings again %.2f s after the plug" % min(took))
     check(min(took) <= 2 * PATIENCE, "pings again only after %s s" % took)
+    sent = client.call("status")["server"]
+    check(sent["clients_cut"] == 0 and sent["clients_total"] == 1, "the client was cut: %s" % sent)
+    seen = client.notifications
+    whole = [n for n in seen if n["method"] == "sectors" and len(n["result"]["sectors"]) == 72]
+    check(seen and len(whole) == len(seen), "%d of %d notifications are broken" % (len(seen) - len(whole), len(seen)))
 
 
 # ---- what one lost frame costs ----
@@ -263,8 +197,7 @@ def in_background(bench):
 
 
 cases = [
-    ("faults_transmit", lambda bench: faults(bench, "transmit")),
-    ("faults_request", lambda bench: faults(bench, "request")),
+    ("unplug", unplug),
     ("lost_frame_request", lambda bench: lost_frame(bench, "request", "0.9 deg")),
     ("lost_frame_request_10_gradians", lambda bench: lost_frame(bench, "request", "9 deg")),
     ("lost_frame_transmit", lambda bench: lost_frame(bench, "transmit", "0.9 deg")),

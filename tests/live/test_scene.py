@@ -1,11 +1,10 @@
 #!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: MIT
 """What sonard answers about a scene against what the virtual sonar knows is there."""
-import threading
 import time
 
-from lib import Failed, check, note, pings_until, run, until
-from scene_truth import TURN, all_unknown, apart, check_blocked, check_sectors, check_wall
+from lib import check, note, pings_until, run, until
+from scene_truth import TURN, all_unknown, apart, check_blocked, check_sectors
 
 
 def start(bench, threads, mode, firmware, scene):
@@ -64,78 +63,7 @@ def beams_hit(truth):
     return {round(ping["azimuth_deg"] / 5) % 72 * 5.0 for ping in truth if ping["range_m"] is not None}
 
 
-class Autopilot(threading.Thread):
-    """Tells the daemon the attitude, ten times a second, over a connection of its own."""
-
-    def __init__(self, daemon):
-        super().__init__(daemon=True)
-        self.client = daemon.client()
-        self.lock = threading.Lock()
-        self.yaw_deg = 0.0
-        self.ended = threading.Event()
-
-    def tell(self, yaw_deg):
-        with self.lock:
-            self.yaw_deg = yaw_deg
-            self.client.call("pose", attitude_deg=[0, 0, yaw_deg], depth_m=0)
-
-    def run(self):
-        while not self.ended.wait(0.1):
-            self.tell(self.yaw_deg)
-
-    def end(self):
-        self.ended.set()
-        self.join()
-
-
-def turn_vehicle(sim, autopilot, yaw_deg):
-    """Turns the vehicle while the sonar says nothing, so that no ping has the attitude of the other moment."""
-    for silent_s in (0.6, 2, 6):
-        sim.command("silent %g" % silent_s)
-        begin = time.monotonic()
-        time.sleep(0.3)
-        autopilot.tell(yaw_deg)
-        sim.command("pose 0 0 0 %g" % yaw_deg)
-        autopilot.tell(yaw_deg)
-        if time.monotonic() - begin < silent_s - 0.1:
-            return
-    raise Failed("this machine is too slow to turn the vehicle")
-
-
-def attitude(bench):
-    """The vehicle turns by 90 degrees: what was seen stays where it is in the world."""
-    sim = bench.sim(truth=True)
-    bench.conf(pose={"max_age": "0.8 s"}, vehicle={"station_keeping": "0 m/s"})
-    daemon = bench.sonard()
-    client = daemon.client()
-    autopilot = Autopilot(daemon)
-    autopilot.tell(0)
-    autopilot.start()
-    try:
-        pings_until(client, TURN + 20)
-        check_sectors(client, bench, ned=True)
-        turn_vehicle(sim, autopilot, 90)
-        pings_until(client, 5)
-        check_sectors(client, bench, ned=True)
-        check_wall(client, "body", 270, 9)
-        pings_until(client, TURN + 20)
-        check_sectors(client, bench, ned=True)
-        check_wall(client, "ned", 0, 9)
-        check_wall(client, "body", 0, 4)
-        check_wall(client, "body", 270, 9)
-    finally:
-        autopilot.end()
-    stopped = time.monotonic()
-    until(lambda: all_unknown(client), "the pose to be too old")
-    note("unknown %.2f s after the last pose (max_age = 0.8 s)" % (time.monotonic() - stopped))
-    lost = client.call("blocked", azimuth_deg=0, distance_m=1)
-    check(lost["reason"].startswith("the pose is too old: the attitude from a client is "), "the reason is: %s" % lost["reason"])
-    check(client.call("status")["data"] == "the pose is too old", "status does not say so")
-    autopilot.tell(90)
-    check_wall(client, "ned", 0, 9)
-
-
-cases = [("moving", moving), ("attitude", attitude), ("no_sonar", no_sonar),
+cases = [("moving", moving), ("no_sonar", no_sonar),
          ("box_threads2_transmit_new", lambda bench: box(bench, 2, "transmit", "new")),
          ("box_threads0_request_old", lambda bench: box(bench, 0, "request", "old"))]
 

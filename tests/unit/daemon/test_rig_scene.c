@@ -1,0 +1,84 @@
+/* SPDX-License-Identifier: MIT */
+/* test_rig_scene - what a vehicle that turns says of its surroundings, in its own axes and in the world's. */
+#include "tests/lib/rig.h"
+
+#define BOX "box -6 9 -5 4 -20 20\n"
+
+static const double wall_m[4] = {9, 4, 6, 5}; /* to the north, east, south, west */
+
+/* One sector of 5 degrees. */
+static void check_wall(const char *frame, int azimuth_deg, double there_m)
+{
+    json_t *reply = rig_ask("sectors", "\"frame\":\"%s\",\"distance_m\":0", frame);
+    json_t *sector = json_array_get(json_object_get(reply, "sectors"), (size_t)azimuth_deg / 5);
+    CHECK_STR(json_string_value(json_object_get(sector, "state")), "blocked");
+    CHECK_NEAR(json_number_value(json_object_get(sector, "range_m")), there_m, 0.035, 0.1);
+    CHECK(json_number_value(json_object_get(sector, "free_to_m")) < there_m + 0.1);
+    json_decref(reply);
+}
+
+/* yaw: of the vehicle, a multiple of 90 degrees. */
+static void check_walls(int yaw_deg)
+{
+    for (int i = 0; i < 4; i++) {
+        check_wall("ned", 90 * i, wall_m[i]);
+        check_wall("body", (90 * i - yaw_deg + 360) % 360, wall_m[i]);
+    }
+}
+
+TEST(what_was_seen_stays_where_it_is_when_the_vehicle_turns)
+{
+    rig_start(BOX, "[pose]\nmax_age = 0.8 s\n[vehicle]\nstation_keeping = 0 m/s\n[grid]\nforget = 160 s\n");
+    rig.pose_every_ns = RIG_S / 10;
+    rig_run(70);
+    check_walls(0);
+    rig_command("silent 4"); /* so all is memory */
+    rig.turn_dps = 30;
+    rig_run(3);
+    rig.turn_dps = 0;
+    rig_run(0.2);
+    check_walls(90);
+    rig_run(70); /* and now a turn of its head */
+    check_walls(90);
+    rig.turn_dps = -45; /* while it pings */
+    rig_run(4);
+    rig.turn_dps = 0;
+    rig_run(70);
+    check_walls(-90);
+    rig.pose_every_ns = 0;
+    rig_run(1);
+    CHECK_INT(rig_states(), RIG_UNKNOWN);
+    json_t *answer = rig_ask("blocked", "\"azimuth_deg\":0,\"distance_m\":1");
+    const char *reason = json_string_value(json_object_get(answer, "reason"));
+    CHECK(strstr(reason, "the pose is too old: the attitude from a client is ") == reason);
+    json_decref(answer);
+    rig.pose_every_ns = RIG_S / 10;
+    rig_run(0.01);
+    check_wall("ned", 0, 9);
+    rig_end();
+}
+
+TEST(before_the_first_ping_all_is_unknown_and_what_no_beam_reaches_stays_so)
+{
+    rig_start(BOX, "");
+    rig_run(0.05);
+    CHECK_INT(rig_states(), RIG_UNKNOWN);
+    json_t *answer = rig_ask("blocked", "\"azimuth_deg\":0,\"distance_m\":1");
+    CHECK_STR(json_string_value(json_object_get(answer, "state")), "unknown");
+    CHECK_STR(json_string_value(json_object_get(answer, "reason")), "no data from the sonar");
+    json_decref(answer);
+    rig_run(70);
+    answer = rig_ask("blocked", "\"azimuth_deg\":0,\"elevation_deg\":60,\"distance_m\":1");
+    CHECK_STR(json_string_value(json_object_get(answer, "state")), "unknown");
+    CHECK_STR(json_string_value(json_object_get(answer, "reason")), "never observed");
+    json_decref(answer);
+    check_wall("body", 0, 9);
+    rig_end();
+}
+
+int main(void)
+{
+    RUN(what_was_seen_stays_where_it_is_when_the_vehicle_turns);
+    RUN(before_the_first_ping_all_is_unknown_and_what_no_beam_reaches_stays_so);
+    return test_end();
+}
