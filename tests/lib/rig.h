@@ -24,6 +24,7 @@
 #include "daemon/methods/environment.h"
 #include "daemon/methods/methods.h"
 #include "daemon/methods/request_job.h"
+#include "daemon/replay.h"
 #include "daemon/wiring.h"
 #include "tests/sim/lib/sim.h"
 
@@ -48,9 +49,11 @@ struct rig {
 };
 
 static struct rig rig;
-static uint64_t rig_now_ns;
+static _Atomic uint64_t rig_now_ns; /* the thread that writes captures reads it, too */
 
-/* Of the next rig_start. */
+/* Of the next rig_start: the folder of captures; NULL: none is recorded. */
+static const char *rig_captures;
+/* Likewise. */
 static struct head_conf rig_head = {
     .id = 2, .lag = 2, .ms_per_gradian = 6.0, .processing_ms = 18.0, .sound_speed_mps = 1500.0};
 
@@ -218,8 +221,8 @@ static void rig_make_parts(void)
     struct pipeline_conf p;
     struct pose_drift drift;
     struct fault fault = {""};
-    rig_must((d->loop = loop_new(false)) != NULL, "loop", &fault);
-    d->unix_offset_ns = RIG_EPOCH_NS;
+    rig_must((d->loop = loop_new(d->replay)) != NULL, "loop", &fault);
+    d->unix_offset_ns = d->replay ? 0 : RIG_EPOCH_NS;
     d->start_ns = loop_now(d->loop);
     wiring_pipeline(&d->conf, &d->plan, false, &p);
     memcpy(d->mount, p.mount, sizeof d->mount);
@@ -239,14 +242,33 @@ static void rig_make_parts(void)
                                                                  .pipeline = d->pipeline,
                                                                  .conf = &d->conf,
                                                                  .unix_offset_ns = d->unix_offset_ns});
+    if (rig_captures && !d->replay) {
+        const struct segments_conf conf = {
+            .directory = rig_captures, .file_size = 1u << 30, .conf_text = "", .unix_offset_ns = RIG_EPOCH_NS};
+        d->record = record_open(&conf, rig_now_ns, &fault);
+        rig_must(d->record != NULL, "capture", &fault);
+        d->pose_channel = record_channel(d->record, "/pose", "json");
+    }
     const struct source_env env = {.loop = d->loop,
                                    .pipeline = d->pipeline,
                                    .poses = &d->poses,
+                                   .record = d->record,
+                                   .replay = d->replay,
                                    .ping_time = rig_ping_time,
                                    .on_ping = rig_on_ping,
                                    .ctx = d};
     d->source[0] = source_new(&env, &d->conf.sonar[0], &d->conf.water, 0, &fault);
     rig_must(d->source[0] != NULL, "source", &fault);
+    const struct aux_sensors_env aux = {.loop = d->loop,
+                                        .conf = &d->conf,
+                                        .poses = &d->poses,
+                                        .record = d->record,
+                                        .pose_channel = d->pose_channel,
+                                        .source = d->source,
+                                        .unix_offset_ns = d->unix_offset_ns,
+                                        .replay = d->replay};
+    rig_must(aux_sensors_make(&d->aux, &aux, &fault), "auxiliary sensors", &fault);
+    rig_must(!d->record || record_start(d->record, &fault), "capture", &fault);
 }
 
 static void rig_serve(void)
@@ -291,9 +313,11 @@ static void rig_end(void)
     close(rig.pilot);
     server_stop(d->server);
     request_jobs_end(&rig.jobs);
+    aux_sensors_end(&d->aux);
     source_free(d->source[0]);
     map_service_end(&d->map_service);
     pipeline_free(d->pipeline);
+    record_close(d->record, 60000);
     template_end(&d->templates);
     worker_free(rig.worker);
     loop_free(d->loop);
@@ -354,6 +378,43 @@ static void rig_run(double s)
             rig_run(RIG_STEP_NS * 1e-9);                                                                          \
         CHECK(cond);                                                                                              \
     } while (0)
+
+/* ---- a replay ---- */
+
+static bool rig_take_pose(void *ctx, const void *text, size_t n, struct fault *fault)
+{
+    struct rpc_error error = {0};
+    json_t *params = json_loadb(text, n, 0, NULL);
+    const bool good = pose_replay(ctx, params, &error);
+    json_decref(params);
+    return good || fault_set(fault, "%s", error.message);
+}
+
+/* In place of rig_start: the daemon with the same sonar, after it has played a capture. */
+static inline void rig_replay(const char *path, const char *conf)
+{
+    struct methods_env *d = &rig.d;
+    struct fault fault = {""};
+    memset(&rig, 0, sizeof rig);
+    rig.sim.line.fd = -1;
+    d->replay = true;
+    rig_configure(conf);
+    struct replay *replay = replay_open(path, 0, &fault);
+    rig_must(replay != NULL, "capture", &fault);
+    rig_make_parts();
+    rig_serve();
+    loop_advance(d->loop, replay_start(replay));
+    source_start(d->source[0]);
+    const struct replay_env env = {.loop = d->loop,
+                                   .pipeline = d->pipeline,
+                                   .conf = &d->conf,
+                                   .source = d->source,
+                                   .aux = &d->aux,
+                                   .pose = rig_take_pose,
+                                   .ctx = d};
+    CHECK(replay_run(replay, &env));
+    replay_close(replay);
+}
 
 /* ---- questions ---- */
 

@@ -3,6 +3,8 @@
  * truth: what came meanwhile counts from when it came, or for no more than is known of that. */
 #include "tests/lib/rig.h"
 
+#include <dirent.h>
+
 #define SCENE "cylinder 5 0 0.5\ncylinder -4 3 0.4\ncylinder 0 -7 0.5\ncylinder -5 -5 0.8\n"
 #define POSES "[pose]\nmax_age = 1 s\n"
 
@@ -176,6 +178,64 @@ TEST(a_pose_without_a_time_is_not_taken_for_one_of_now)
     rig_end();
 }
 
+/* The name of the only capture in the folder. */
+static void find_capture(const char *folder, char path[300])
+{
+    DIR *d = opendir(folder);
+    CHECK(d != NULL);
+    for (struct dirent *e; d && (e = readdir(d));)
+        if (strstr(e->d_name, ".mcap"))
+            snprintf(path, 300, "%s/%s", folder, e->d_name);
+    closedir(d);
+}
+
+static void put_ranges(char text[4096])
+{
+    json_t *reply = rig_ask("sectors", "\"distance_m\":0"), *s;
+    size_t i, n = 0;
+    json_array_foreach(json_object_get(reply, "sectors"), i, s) n += (size_t)snprintf(
+        text + n, 4096 - n, "%s %.6f %.6f\n", json_string_value(json_object_get(s, "state")),
+        json_number_value(json_object_get(s, "range_m")), json_number_value(json_object_get(s, "free_to_m")));
+    json_decref(reply);
+}
+
+/* A capture knows as little of the times as the daemon did that wrote it. */
+TEST(a_replay_of_it_leaves_out_the_same_pings)
+{
+    char folder[] = "/tmp/sonard-rig-XXXXXX", path[300] = "", live[4096] = "", replayed[4096] = "";
+    CHECK(mkdtemp(folder) != NULL);
+    rig_captures = folder;
+    rig_start(SCENE, POSES);
+    rig.dated = true;
+    rig.pose_every_ns = RIG_S / 10;
+    rig.turn_dps = 10;
+    for (int i = 0; i < 12; i++) {
+        rig_run(1.5);
+        rig_hold(0.2 * i);
+    }
+    rig_run(1);
+    const uint64_t last_ns = rig_stats().device.last_ping_ns;
+    RIG_UNTIL(rig_stats().device.last_ping_ns > last_ns, 1);
+    const struct source_stats had = rig_stats();
+    struct pipeline_stats pipe, pipe_again;
+    pipeline_stats(rig.d.pipeline, &pipe);
+    put_ranges(live);
+    rig_end();
+    rig_captures = NULL;
+    find_capture(folder, path);
+    rig_replay(path, POSES);
+    pipeline_stats(rig.d.pipeline, &pipe_again);
+    CHECK(had.undated_pings > 20 && pipe.submitted < had.device.pings);
+    CHECK_INT(rig_stats().device.pings, had.device.pings);
+    CHECK_INT(rig_stats().undated_pings, had.undated_pings);
+    CHECK_INT(pipe_again.submitted, pipe.submitted);
+    put_ranges(replayed);
+    CHECK_STR(replayed, live);
+    rig_end();
+    unlink(path);
+    rmdir(folder);
+}
+
 int main(void)
 {
     RUN(a_turning_vehicle_hears_nothing_false);
@@ -184,5 +244,6 @@ int main(void)
     RUN(a_sonar_is_not_given_up_for_silence_while_nobody_listens);
     RUN(a_pose_that_tells_its_time_is_taken_however_late);
     RUN(a_pose_without_a_time_is_not_taken_for_one_of_now);
+    RUN(a_replay_of_it_leaves_out_the_same_pings);
     return test_end();
 }
