@@ -89,6 +89,11 @@ void depth_oddities_text(unsigned oddities, struct fault *text)
             n += (size_t)snprintf(text->text + n, sizeof text->text - n, "%s%s", n ? ", " : "", words[i]);
 }
 
+bool depth_dated(const struct conf_depth *conf, uint64_t took_ns)
+{
+    return took_ns <= (uint64_t)(conf->timeout_s * 1e9) + LOOP_TIMELY_NS;
+}
+
 /* ---- the thread ---- */
 
 /* False: it is time to end. */
@@ -123,7 +128,13 @@ static void ask(struct depth *d, struct sample *s)
         return;
     s->result = modbus_depth_read(d->modbus, &s->value, &s->fault);
     s->oddities = modbus_depth_oddities(d->modbus);
-    s->t_ns = before + (loop_clock() - before) / 2;
+    const uint64_t took_ns = loop_clock() - before;
+    s->t_ns = before + took_ns / 2;
+    if (s->result != MODBUS_OK || depth_dated(&d->conf, took_ns))
+        return;
+    s->result = MODBUS_TIMEOUT;
+    fault_set(&s->fault, "%.200s, slave %d: the answer was read %.1f s after the question", d->conf.source,
+              d->conf.slave, (double)took_ns * 1e-9);
 }
 
 static void *poller(void *ctx)

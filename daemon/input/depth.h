@@ -44,6 +44,12 @@ bool depth_plausible(const struct conf_depth *conf, double depth_m, uint64_t t_n
 /** depth_oddities_text - what an RTU line does beside answering, as words; empty: nothing. */
 void depth_oddities_text(unsigned oddities, struct fault *text);
 
+/**
+ * depth_dated - is it known when the sensor measured what was read took_ns after it was asked? Not beyond the time that
+ * it may take: then the answer waited while the process was held up, or the question did.
+ */
+bool depth_dated(const struct conf_depth *conf, uint64_t took_ns);
+
 /** depth_new - NULL with a sentence in fault. Nothing is opened. */
 struct depth *depth_new(const struct conf_depth *conf, double density_kgpm3, struct pose_input *input,
                         struct fault *fault);

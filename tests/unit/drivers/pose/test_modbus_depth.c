@@ -607,6 +607,16 @@ TEST(lies_are_not_believed_and_do_not_lock_out_the_truth)
     CHECK(depth_plausible(c, 10, 45 * S, 120, 5 * S)); /* the first value was the lie */
 }
 
+TEST(an_answer_that_was_read_late_has_no_time)
+{
+    struct conf conf;
+    conf_defaults(&conf);
+    CHECK(depth_dated(&conf.depth, S / 100));
+    CHECK(depth_dated(&conf.depth, S * 2 / 5)); /* of 0.3 s that a sensor may take */
+    CHECK(!depth_dated(&conf.depth, S / 2));
+    CHECK(!depth_dated(&conf.depth, 5 * S));
+}
+
 int main(void)
 {
     RUN(good_answers);
@@ -625,5 +635,6 @@ int main(void)
     RUN(sources);
     RUN(pressure_becomes_depth);
     RUN(lies_are_not_believed_and_do_not_lock_out_the_truth);
+    RUN(an_answer_that_was_read_late_has_no_time);
     return test_end();
 }
