@@ -56,7 +56,8 @@ TEST(a_time_that_is_known_within_bounds_has_the_poses_of_all_of_them)
     CHECK(pose_log_within(&poses, 1420 * MS, 1440 * MS, &p)); /* between two samples: the ends count */
     CHECK_NEAR(p.slack_rad, 0.04, 1e-6, 0);
     CHECK_NEAR(p.slack_m, 0.2, 1e-6, 0);
-    CHECK(pose_log_within(&poses, 2000 * MS, 3500 * MS, &p)); /* at the end too old: no part is known all the while */
+    CHECK(pose_log_within(&poses, 2000 * MS, 3500 * MS,
+                          &p)); /* at the end too old: no part is known all the while */
     CHECK_INT(p.has, 0);
     CHECK(!pose_log_within(&poses, 900 * MS, 1100 * MS, &p));
     CHECK_INT(p.has, 0);
