@@ -64,6 +64,12 @@ enum modbus_result modbus_depth_read(struct modbus_depth *m, double *v, struct f
     return result;
 }
 
+unsigned modbus_depth_oddities(const struct modbus_depth *m)
+{
+    (void)m;
+    return 0;
+}
+
 void modbus_depth_free(struct modbus_depth *m)
 {
     (void)m;
