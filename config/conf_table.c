@@ -477,9 +477,10 @@ const struct conf_key conf_keys[] = {
      .help = "Where the sensor is connected; see port of [sonar]. udp:192.168.2.9:10110:listen takes what\n"
              "192.168.2.9 sends to port 10110. none: no sensor."},
     {"nmea", "use", WORDS("heading", "depth", "both"), .standard = "heading", CONF(nmea.use),
-     .help = "heading: use HDT, THS, HDG and HDM as the heading while no client sends an attitude; the vehicle\n"
-             "counts as level. depth: use DPT and DBT as the vehicle's own depth, as depth sensors send it. Leave\n"
-             "depth out for an echosounder: it sends the same sentences for the water below."},
+     .help =
+         "heading: use HDT, THS, HDG and HDM as the heading while no client sends an attitude; the vehicle\n"
+         "counts as level. depth: use DPT and DBT as the vehicle's own depth, as depth sensors send it. Leave\n"
+         "depth out for an echosounder: it sends the same sentences for the water below."},
     {"nmea", "variation", QUANTITY(1, "deg", -180, 180), .standard = "none", .instead = "none",
      .instead_value = CONF_NO_VARIATION, CONF(nmea.variation_rad),
      .help = "Magnetic variation, east positive, for headings sent without one. none: such headings are not\n"

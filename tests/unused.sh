@@ -11,7 +11,6 @@ folders='core grid drivers config daemon client web'
 allowed='
 imagenex_decode_switch the simulators speak the side of the device
 imagenex_encode_reply the simulators speak the side of the device
-surveyor_decode_settings the simulators speak the side of the device
 surveyor_encode_atof the simulators speak the side of the device
 surveyor_encode_yz the simulators speak the side of the device
 cast_slack the definition by which tests judge cast_run

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * modbus_depth - reads one value of one Modbus slave, RTU or TCP, over links of libmodbus. Every call may block for as long as
- * the configuration lets it: it belongs in a thread of its own. Knows no ring, no loop and no clock; what the value
- * means is the caller's matter.
+ * modbus_depth - reads one value of one Modbus slave, RTU or TCP, over links of libmodbus. Every call may block for as
+ * long as the configuration lets it: it belongs in a thread of its own. Knows no ring, no loop and no clock; what the
+ * value means is the caller's matter.
  *
  * An RTU answer carries nothing that tells which question it is to. So whenever an answer was late, broken or not
  * asked for, the next question waits until the line has been quiet for the slave's longest answer time, and then

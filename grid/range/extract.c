@@ -501,8 +501,8 @@ static uint16_t echoes_of_beam(const struct ping *ping, uint16_t b)
 }
 
 /*
- * A sonar that picks its ranges does not say how near it hears, unless ring_down does. Where its scan begins is known of
- * some, but not that the transducer has stopped ringing by then.
+ * A sonar that picks its ranges does not say how near it hears, unless ring_down does. Where its scan begins is known
+ * of some, but not that the transducer has stopped ringing by then.
  */
 #define RANGES_BLIND_M 0.3
 
