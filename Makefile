@@ -209,7 +209,7 @@ help:
 	@echo 'make coverage   which lines the unit tests, the gate and the live suites reach'
 	@echo 'make mutants    change grid/ in many places, one at a time: does a unit test notice? (MUTANTS="--sample 200 --seed 7")'
 	@echo 'make fuzz       run every fuzz target for SECONDS (20) each'
-	@echo 'make soak       load that stays: a day in virtual time, and an hour in which every wire fails, clients come and go (SECONDS, HOURS)'
+	@echo 'make soak       load that stays: a day in virtual time, and an hour in which every wire fails, clients come and go (HOURS, MINUTES)'
 	@echo 'make bench      measure: scaling, ratios, every part by itself; $(BUILD)/bench.json (QUICK=1: shorter, LONG=1: all sizes)'
 	@echo 'make pilot      drive a vehicle by the answers through worlds drawn at random: $(BUILD)/pilot/ (SEEDS=54, so many drives)'
 	@echo 'make report     error against run time, measured: $(BUILD)/report/index.html, in minutes (QUICK=1: seconds, LONG=1: with a billion updates)'
@@ -383,7 +383,7 @@ fuzz: deps-long
 	@BUILD=$(BUILD) SECONDS=$(or $(SECONDS),20) tests/fuzz/run.sh
 
 soak: programs tests
-	@BUILD=$(BUILD) HOURS=$(HOURS) SECONDS=$(or $(SECONDS),3600) LIMIT=$$(($(or $(SECONDS),3600) + 7200)) JOBS=1 $(RUN_TESTS) \
+	@BUILD=$(BUILD) HOURS=$(HOURS) SECONDS=$$(($(or $(MINUTES),60) * 60)) LIMIT=$$(($(or $(MINUTES),60) * 60 + 7200)) JOBS=1 $(RUN_TESTS) \
 	    tests/soak.py tests/live/test_campaign.py
 
 bench: programs $(BENCH) $(PEER) $(SIM) $(HELPERS)
