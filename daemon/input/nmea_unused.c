@@ -20,7 +20,7 @@ void nmea_unused_text(const struct nmea_came *before, const struct nmea_came *no
         {SINCE(excluded), use == CONF_NMEA_DEPTH ? "with a heading (left out by use = depth)"
                                                  : "with a depth (left out by use = heading)"},
         {SINCE(no_variation), "with a magnetic heading (set variation)"},
-        {SINCE(counts.not_available), "with empty fields"},
+        {SINCE(counts.not_available), "with empty fields or marked as not valid"},
         {SINCE(counts.bad_sentence), "with senseless values"},
         {SINCE(counts.other), "of other kinds"},
     };

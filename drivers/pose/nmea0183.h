@@ -28,7 +28,7 @@ struct nmea_counts {
     uint64_t sentences;     /* whole, with a good checksum or none where none is needed, of any kind */
     uint64_t values;        /* of them: with a value for us */
     uint64_t odd;           /* of these: malformed in a part that was not needed, or with a negative heading */
-    uint64_t not_available; /* of the listed kinds, with empty fields */
+    uint64_t not_available; /* of the listed kinds, with empty fields, or whose mode says not valid */
     uint64_t other;         /* of other kinds */
     uint64_t bad_checksum;  /* wrong, or missing where one is required */
     uint64_t no_checksum;   /* of them: missing */

@@ -27,7 +27,8 @@ TEST(the_reason_is_what_the_sentences_lack)
         {"$GPHDT,274.07,T\r\n", "40 sentences, none used: 40 without checksum (set checksum = optional)"},
         {"$GPHDT,274.07,T*04\r\n",
          "40 sentences, none used: 40 with a wrong checksum (check baud rate and wiring)"},
-        {"$GPHDT,,T*1B\r\n", "40 sentences, none used: 40 with empty fields"},
+        {"$GPHDT,,T*1B\r\n", "40 sentences, none used: 40 with empty fields or marked as not valid"},
+        {"$HETHS,99.5,V*0F\r\n", "40 sentences, none used: 40 with empty fields or marked as not valid"},
         {"$GPHDT,999,T*22\r\n", "40 sentences, none used: 40 with senseless values"},
         {"$GPZDA,,,,,,*48\r\n", "40 sentences, none used: 40 of other kinds (the last is GPZDA)"},
     };
