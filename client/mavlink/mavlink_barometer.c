@@ -132,16 +132,17 @@ static const char *name(const struct mavlink_barometers *b, int number, char out
 /* Why there is no depth, and what the barometers that there are read. */
 static bool say_none(struct mavlink_barometers *b, char *text, size_t size)
 {
-    char list[MAVLINK_BAROMETERS][48] = {"", "", ""};
+    char list[MAVLINK_BAROMETERS * 50] = "", one[48];
+    size_t n = 0;
 
     for (int i = 0; i < MAVLINK_BAROMETERS; i++)
         if (b->of[i].t_ns)
-            name(b, i + 1, list[i]);
-    snprintf(text, size, "no depth: %s; received: %s %s %s",
+            n += (size_t)snprintf(list + n, sizeof list - n, "%s%s", n ? ", " : "", name(b, i + 1, one));
+    snprintf(text, size, "no depth: %s; received: %s",
              b->named ? "the barometer named by --barometer sends nothing"
                       : "it is not known which barometer is in the water until one follows the altitude or is 3 m "
-                        "deep; --barometer N says which",
-             list[0], list[1], list[2]);
+                        "deep; --barometer 2 names SCALED_PRESSURE2",
+             n ? list : "no pressure");
     b->told_none = true;
     return true;
 }

@@ -152,8 +152,8 @@ TEST(at_the_surface_there_is_no_depth)
     CHECK(mavlink_barometers_news(&barometers, now_ns, text, sizeof text));
     CHECK_STR(text,
               "no depth: it is not known which barometer is in the water until one follows the altitude or is "
-              "3 m deep; --barometer N says which; received: SCALED_PRESSURE (1030 hPa) SCALED_PRESSURE2 "
-              "(1016 hPa) SCALED_PRESSURE3 (1014 hPa)");
+              "3 m deep; --barometer 2 names SCALED_PRESSURE2; received: SCALED_PRESSURE (1030 hPa), "
+              "SCALED_PRESSURE2 (1016 hPa), SCALED_PRESSURE3 (1014 hPa)");
     CHECK(!mavlink_barometers_news(&barometers, now_ns + 100 * S, text, sizeof text));
 }
 
