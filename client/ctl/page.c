@@ -59,10 +59,10 @@ const char *page_duration(char cell[PAGE_CELL], double s)
 
 const char *page_utc(char cell[PAGE_CELL], double t_unix)
 {
-    const time_t t = t_unix >= 0 && t_unix < 1e11 ? (time_t)t_unix : 0;
+    const time_t t = t_unix > 0 && t_unix < 1e11 ? (time_t)t_unix : -1;
     struct tm tm;
 
-    if (t == 0 || !gmtime_r(&t, &tm))
+    if (t < 0 || !gmtime_r(&t, &tm))
         return "-";
     strftime(cell, PAGE_CELL, "%Y-%m-%d %H:%M:%S UTC", &tm);
     return cell;
