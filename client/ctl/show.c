@@ -258,7 +258,7 @@ static void show_pose(const struct page *page, const json_t *pose)
         fprintf(page->out, "; %s old", page_duration(a, page_number(pose, "age_s")));
     fprintf(page->out, "; %lld accepted, %lld refused\n", page_count(pose, "count"), page_count(pose, "refused"));
     if (json_string_length(json_object_get(pose, "missing")) > 0)
-        fprintf(page->out, "             %s: keep sending it, or withdraw it with `sonarctl pose --withdraw`\n",
+        fprintf(page->out, "             %s; it must keep coming, or give poses up: `sonarctl pose --withdraw`\n",
                 page_text(a, pose, "missing"));
 }
 
