@@ -73,7 +73,7 @@ static void print_attachments(const struct mcap_reader *r)
 /* True: it is complete, and nothing is damaged. */
 static bool print_condition(const struct mcap_info *info)
 {
-    static const char repair[] = "`sonarctl capture repair` makes it whole";
+    static const char repair[] = "`sonarctl capture repair` saves what can be read";
     const uint64_t faults = info->problems - info->unclosed;
     const bool good = info->problems == 0 && info->complete;
     if (good)
@@ -292,9 +292,8 @@ int capture_export(const char *path, const char *out_path)
     if (!ok)
         fprintf(stderr, "sonarctl capture: writing %s: %s\n", out_path ? out_path : "the values", strerror(errno));
     if (!all_shown(&ex, r) && ok && ex.rows == 0) {
-        fprintf(
-            stderr,
-            "sonarctl capture: nothing exported: rows are written of the pings of a Ping360 or a SeaNet head\n");
+        fprintf(stderr, "sonarctl capture: nothing exported: of received bytes only the pings of a Ping360 or a "
+                        "SeaNet head are\n");
         ok = false;
         if (out_path)
             unlink(out_path);
