@@ -38,7 +38,7 @@ bool command_refuses_picture(const struct context *context, const char *path)
 
     for (size_t i = 0; ending && i < sizeof endings / sizeof *endings; i++)
         if (strcasecmp(ending, endings[i]) == 0) {
-            command_usage(context->command, "it writes SVG; convert it with rsvg-convert");
+            command_usage(context->command, "the command writes SVG; convert it with rsvg-convert");
             return true;
         }
     return false;
