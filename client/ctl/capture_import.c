@@ -276,6 +276,12 @@ static const char *meaning_of_times(const struct importing *im, struct content i
                : "counts from the start of the recording";
 }
 
+/* Bytes that are part of no message. */
+static uint64_t no_frame_bytes(const struct importing *im)
+{
+    return im->ping.garbage_bytes + im->seanet.garbage_bytes + im->seanet.cut_bytes;
+}
+
 /* Channel, attachment, all records. False with a sentence in im->fault. */
 static bool import_all(struct importing *im, struct content in, const char *sensor, struct content conf)
 {
@@ -301,7 +307,7 @@ static bool import_all(struct importing *im, struct content in, const char *sens
     if (im->poses)
         printf("%" PRIu64 " poses: attitude only\n", im->poses);
     seanet_parser_reset(&im->seanet); /* what is left of an unfinished frame */
-    uint64_t garbage = im->ping.garbage_bytes + im->seanet.garbage_bytes + im->seanet.cut_bytes;
+    const uint64_t garbage = no_frame_bytes(im);
     if (garbage || im->ping.bad_checksum)
         printf("%" PRIu64 " bytes are no frame, %" PRIu64 " frames have a wrong checksum: kept as they are\n",
                garbage, im->ping.bad_checksum);
@@ -313,7 +319,7 @@ static int judge_import(const struct importing *im, const struct content *in)
 {
     if (im->pings == 0)
         return capture_failed("%s: no ping in it; the capture holds its bytes as they are", im->in);
-    if (in->is_mostly_lost || im->left_out_bytes > in->n / 2)
+    if (in->is_mostly_lost || im->left_out_bytes + no_frame_bytes(im) > in->n / 2)
         return capture_failed("%s: most of it is lost: %" PRIu64 " pings could be read", im->in, im->pings);
     return 0;
 }

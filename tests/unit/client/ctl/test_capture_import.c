@@ -617,6 +617,24 @@ TEST(import_without_a_ping_fails_and_keeps_the_bytes)
     remove_dir();
 }
 
+/* The bytes are kept, but a script is not to take 6 of 30 pings for the dive. */
+TEST(import_of_a_file_that_is_mostly_no_frames_fails)
+{
+    make_dir();
+    make_svlog(&file);
+    memset(file.p + file.n / 5, 0x55, file.n - file.n / 5);
+    save(path_b, file.p, file.n);
+    CHECK_INT(capture("import", path_b, path_a, NULL, NULL, NULL), 1);
+    CHECK(strstr(said, "bytes are no frame") && strstr(said, "most of it is lost: "));
+    CHECK_INT(capture("info", path_a, NULL, NULL, NULL, NULL), 0);
+    unlink(path_a);
+    make_svlog(&file);
+    memset(file.p + file.n - file.n / 5, 0x55, file.n / 5);
+    save(path_b, file.p, file.n);
+    CHECK_INT(capture("import", path_b, path_a, NULL, NULL, NULL), 0);
+    remove_dir();
+}
+
 TEST(existing_file_is_not_overwritten)
 {
     make_dir();
@@ -839,6 +857,7 @@ int main(void)
     RUN(export_of_another_device_refuses);
     RUN(svlog_is_imported_as_it_is_and_packed);
     RUN(import_without_a_ping_fails_and_keeps_the_bytes);
+    RUN(import_of_a_file_that_is_mostly_no_frames_fails);
     RUN(existing_file_is_not_overwritten);
     RUN(unusable_input_leaves_no_file_behind);
     RUN(cut_off_capture_is_repaired);
