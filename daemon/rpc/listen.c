@@ -49,8 +49,9 @@ static int lock_directory(const char *path, struct fault *fault)
     fd = open(directory, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
     if (fd >= 0 && lock(fd))
         return fd;
-    fault_set(fault, "socket %s: the directory %s: %s", path, directory,
-              errno == EWOULDBLOCK ? "another program keeps it locked" : strerror(errno));
+    fault_set(fault, "socket %s: the directory %s: %s%s", path, directory,
+              errno == EWOULDBLOCK ? "another program keeps it locked" : strerror(errno),
+              errno == ENOENT || errno == EACCES ? "; --socket PATH names another place" : "");
     if (fd >= 0)
         close(fd);
     return -1;
