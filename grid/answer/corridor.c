@@ -214,6 +214,15 @@ static bool is_between_looks(const struct look *l, uint32_t direction)
     return false;
 }
 
+/*
+ * Is the water free, at this moment, where near_m ends? Of a vehicle that drifts it must be: what a beam showed farther
+ * out may by now have come nearer than near_m, and nothing tells where it is.
+ */
+static bool goes_on(const struct sight *s, const struct tunnel *t, double own_m)
+{
+    return s->reason == ANSWER_HEARD && s->blind_m - t->loose_m <= own_m && s->clear_m > own_m;
+}
+
 /* Cosine of 45 degrees. Farther to the side a ray leaves the tunnel beside the body's own front. */
 #define BOW 0.7071
 
@@ -228,10 +237,11 @@ static void add(const struct look *l, uint32_t direction, struct reach reach)
     const double most_ahead = ahead > reach.cos ? 1 : ahead * reach.cos + off * reach.sin;
     if (most_ahead <= 0) /* no ray of the cell leads ahead */
         return;
-    const bool blank = picture_blank(l->picture, direction);
-    const bool unseen = blank && ahead > BOW && looked_at(l, direction, reach) && !is_between_looks(l, direction);
-    const double own_m = unseen ? 0 : own_range_m(t, most_ahead);
-    const double near_m = place_m(t, own_m, v, foreshortened, reach);
+    const bool blank = picture_blank(l->picture, direction), drifts = l->now->pose.drift_mps > 0;
+    const bool looked = (blank || drifts) && ahead > BOW && looked_at(l, direction, reach);
+    const bool unseen = looked && blank && !is_between_looks(l, direction);
+    double own_m = unseen ? 0 : own_range_m(t, most_ahead);
+    double near_m = place_m(t, own_m, v, foreshortened, reach);
     if (blank && near_m >= out->known_m) /* a doubt from there on is no news */
         return;
     const double side_m = leaves_side(t, v, reach);
@@ -247,6 +257,10 @@ static void add(const struct look *l, uint32_t direction, struct reach reach)
     const double sure_m = s.obstacle ? s.near_m : INFINITY;
     if (s.hint_m < fmin(sure_m, fmin(exit_m, own_m))) /* too weak to block, but no water to be sure of */
         doubt(out, ANSWER_BEYOND, v, place_m(t, s.hint_m, v, foreshortened, reach));
+    if (looked && drifts && !goes_on(&s, t, own_m)) {
+        own_m = 0;
+        near_m = place_m(t, own_m, v, foreshortened, reach);
+    }
     if (exit_m <= own_m)
         return;
     out->age_s = fmax(out->age_s, s.age_s);

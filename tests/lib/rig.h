@@ -42,6 +42,7 @@ struct rig {
     bool held;                            /* the loop has stood, and has not turned since */
     uint64_t next_pose_ns, pose_every_ns; /* every 0: no poses */
     bool dated;                           /* poses tell their time */
+    bool unplaced;                        /* poses tell the attitude alone */
     double turn_dps;                      /* of the vehicle, from the next step on */
     char path[64], dir[48];               /* of the socket */
     int client, pilot;                    /* who asks; who sends poses */
@@ -332,9 +333,8 @@ static void rig_tell_pose(void)
 {
     char line[256], none[4096];
     int n = snprintf(line, sizeof line,
-                     "{\"jsonrpc\":\"2.0\",\"method\":\"pose\",\"params\":{\"attitude_deg\":[0,0,%.6f],"
-                     "\"position_m\":[0,0,0]",
-                     rig.sim.pose.yaw_deg);
+                     "{\"jsonrpc\":\"2.0\",\"method\":\"pose\",\"params\":{\"attitude_deg\":[0,0,%.6f]%s",
+                     rig.sim.pose.yaw_deg, rig.unplaced ? "" : ",\"position_m\":[0,0,0]");
     if (rig.dated)
         n += snprintf(line + n, sizeof line - (size_t)n, ",\"t_unix\":%.9f",
                       (double)(rig_now_ns + RIG_EPOCH_NS) * 1e-9);

@@ -76,9 +76,44 @@ TEST(before_the_first_ping_all_is_unknown_and_what_no_beam_reaches_stays_so)
     rig_end();
 }
 
+#define SMALL    "mount = 0.2 0 0.1 m\n[vehicle]\nradius = 0.287 m\nheight = 0.25 m\nnear = 2.6 m\n"
+#define HALF_M   0.287
+#define SLOW_MPS 0.1
+
+/* What is allowed to it straight ahead, and the stopping distance at that. */
+static double allowed(double *stop_m)
+{
+    json_t *answer = rig_ask("limit", "\"velocity_mps\":[0.5,0,0]");
+    const double speed_mps = json_number_value(json_object_get(answer, "speed_mps"));
+    *stop_m = json_number_value(json_object_get(answer, "stop_m"));
+    json_decref(answer);
+    return speed_mps;
+}
+
+/* What was seen beyond `near` may have come nearer than it: the promise is about what no beam shows. */
+TEST(near_is_no_promise_to_a_vehicle_that_may_have_moved)
+{
+    double stop_m;
+    rig_start(BOX, SMALL);
+    rig.pose_every_ns = RIG_S / 10;
+    rig.unplaced = true;
+    rig_run(28);
+    for (int north_m = 1; north_m <= 8; north_m++) { /* towards the wall */
+        char command[32];
+        snprintf(command, sizeof command, "pose %d 0 0 0", north_m);
+        rig_command(command);
+        for (int i = 0; i < 10; i++) {
+            rig_run(0.5);
+            CHECK(allowed(&stop_m) <= SLOW_MPS || stop_m + HALF_M <= wall_m[0] - north_m);
+        }
+    }
+    rig_end();
+}
+
 int main(void)
 {
     RUN(what_was_seen_stays_where_it_is_when_the_vehicle_turns);
+    RUN(near_is_no_promise_to_a_vehicle_that_may_have_moved);
     RUN(before_the_first_ping_all_is_unknown_and_what_no_beam_reaches_stays_so);
     return test_end();
 }
