@@ -20,7 +20,6 @@ struct loop {
     uint64_t now_ns, turns;
     uint64_t looked_ns; /* before the last look at all descriptors */
     uint64_t since_ns;  /* the same of the look before */
-    uint64_t late_ns;   /* when a look last came late; 0: never */
     struct loop_timer
         *timers;    /* armed ones: a pairing heap; on top the earliest, of equal times the first armed */
     uint64_t order; /* of the timer that is armed next */
@@ -72,11 +71,6 @@ uint64_t loop_turns(const struct loop *loop)
 uint64_t loop_since(const struct loop *loop)
 {
     return loop->since_ns;
-}
-
-uint64_t loop_late(const struct loop *loop)
-{
-    return loop->late_ns;
 }
 
 bool loop_add(struct loop *loop, struct loop_fd *handler, uint32_t epoll_events)
@@ -214,6 +208,12 @@ static void read_clock(struct loop *loop)
         loop->now_ns = loop_clock();
 }
 
+uint64_t loop_reread(struct loop *loop)
+{
+    read_clock(loop);
+    return loop->now_ns;
+}
+
 /* Which descriptors are ready, after at most `ms`. A look that was interrupted, or had no room for all, says nothing
  * of those that it did not name. */
 static void look(struct loop *loop, int ms)
@@ -225,8 +225,6 @@ static void look(struct loop *loop, int ms)
     loop->since_ns = loop->looked_ns;
     if (n >= 0 && n < EVENTS_PER_TURN)
         loop->looked_ns = before_ns;
-    if (loop->now_ns - loop->since_ns > LOOP_TIMELY_NS)
-        loop->late_ns = loop->now_ns;
 }
 
 /* Until a descriptor is ready, a timer is due, or for max_wait_ns. */

@@ -67,8 +67,11 @@ uint64_t loop_turns(const struct loop *loop);
  */
 uint64_t loop_since(const struct loop *loop);
 
-/** loop_late - when a turn last came later than LOOP_TIMELY_NS to what was ready; 0: never. */
-uint64_t loop_late(const struct loop *loop);
+/**
+ * loop_reread - reads the clock in the middle of a turn; loop_now is that from then on. What a handler read before has
+ * come by then, and not by the time of the look: the process may have been held up since.
+ */
+uint64_t loop_reread(struct loop *loop);
 
 /** loop_advance - virtual clock only: set the time to t_ns (never back), firing the timers due up to it. */
 void loop_advance(struct loop *loop, uint64_t t_ns);

@@ -123,8 +123,9 @@ static void tell_stranger(struct nmea *nmea)
 
 /* When the bytes just read came. False: nobody knows, for they waited while the process was held up. A heading or a
  * depth of no known time is none; the next comes soon. */
-static bool arrival(struct nmea *nmea, size_t got, size_t most, uint64_t now_ns)
+static bool arrival(struct nmea *nmea, size_t got, size_t most)
 {
+    const uint64_t now_ns = loop_reread(nmea->input->loop);
     const bool noted = nmea->port.t_ns && nmea->port.t_ns < now_ns;
     const bool late = nmea->behind || now_ns - loop_since(nmea->input->loop) > LOOP_TIMELY_NS;
     nmea->t_ns = noted ? nmea->port.t_ns : now_ns;
@@ -138,6 +139,7 @@ static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
     uint8_t in[4096];
     struct nmea_value value;
     (void)events;
+    (void)now_ns;
     ssize_t got = nmea->port.ops->read(&nmea->port, in, sizeof in);
     if (got < 0) {
         struct fault why;
@@ -152,7 +154,7 @@ static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
     const uint8_t *bytes = in;
     size_t n = (size_t)got;
     nmea->status.bytes_in += n;
-    if (!arrival(nmea, n, sizeof in, now_ns)) {
+    if (!arrival(nmea, n, sizeof in)) {
         nmea_parser_reset(&nmea->parser);
         nmea->status.late_bytes += n;
         return;

@@ -308,7 +308,7 @@ static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
         }
         s->retry_ns = RETRY_FIRST_NS; /* it speaks: the next loss starts over */
         taken += (size_t)n;
-        const struct record_time came = arrival(s, now_ns);
+        const struct record_time came = arrival(s, loop_reread(s->env.loop));
         take(s, s->in, (size_t)n, &came);
         if (s->port.fd < 0)
             return;

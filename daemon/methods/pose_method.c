@@ -74,11 +74,11 @@ static void tell_doubt(struct methods_env *d, const json_t *params)
                  params_number(params, "depth_m"));
 }
 
-/* It waited while the process was held up, and may be of any time since. Another will come. */
-static bool undated(const struct methods_env *d, const json_t *params)
+/* It may have waited, while the process was held up or behind other requests of its client, and be of any time since.
+ * Another will come. */
+static bool undated(const struct rpc_call *call, const json_t *params)
 {
-    const uint64_t late_ns = loop_late(d->loop);
-    return !json_object_get(params, "t_unix") && late_ns && loop_now(d->loop) - late_ns <= LOOP_TIMELY_NS;
+    return call->waited_ns > LOOP_TIMELY_NS && !params_has(params, "t_unix");
 }
 
 /* A pose of a client or of a capture; sender: constant text. */
@@ -144,7 +144,7 @@ bool method_pose(const struct rpc_call *call, json_t *params, struct json_out *o
     struct methods_env *d = call->daemon;
     if (!refuse_in_replay(d, error))
         return false;
-    if (undated(d, params)) {
+    if (undated(call, params)) {
         d->poses.refused++;
         json_out_put(out, "{\"taken\":false}");
         return true;

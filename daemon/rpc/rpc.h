@@ -44,6 +44,7 @@ struct rpc_call {
     void *daemon;                 /* handed through to the methods */
     void *client;                 /* handed through; NULL outside the server */
     uint64_t now_ns;              /* monotonic */
+    uint64_t waited_ns;           /* the line may have waited so long to be read and handled */
     const char *refusal;          /* why this client may not change anything; NULL: it may */
     void (*resume)(void *client); /* what waits goes on; NULL: it is called in any case */
     struct rpc_counts *counts;    /* counted up by rpc_begin and rpc_step; may be NULL */

@@ -29,7 +29,10 @@ struct session {
     struct session **slot;
     struct loop_fd io;
     struct loop_timer wake;
-    uint32_t events; /* waited for at present */
+    uint32_t events;    /* waited for at present; ... */
+    uint64_t listen_ns; /* ... input since then */
+    uint64_t empty_ns;  /* nothing was left to be read, then */
+    uint64_t since_ns;  /* the lines in `in` ended after this */
     char *in;
     size_t in_len, in_size;
     struct rpc_job *job; /* the line before `in`, when its requests are not all handled */
@@ -40,6 +43,7 @@ struct session {
     uint64_t progress_ns, active_ns; /* by patience_clock: it last took or needed no output; the last line began */
     uint64_t turn, spent_ns;         /* work done for it in that turn of the loop */
     int next_watch;                  /* asked first */
+    bool left;                       /* more waited than the last read took */
     bool eof;                        /* the client sends no more */
     bool gone;                       /* nor does it read */
     bool closing;                    /* ends when the output is flushed */
@@ -255,6 +259,7 @@ static void handle_lines(struct session *session, uint64_t now_ns)
                                   .client = session,
                                   .resume = on_resume,
                                   .now_ns = now_ns,
+                                  .waited_ns = now_ns - session->since_ns,
                                   .refusal = session->refusal.text[0] ? session->refusal.text : NULL,
                                   .counts = &host->counts};
     size_t at = 0;
@@ -307,6 +312,21 @@ static void tell_watches(struct session *session, uint64_t now_ns)
     }
 }
 
+/* What was just read came since the descriptor was last seen not to be ready, if that was looked at, and since nothing
+ * was left of the read before. */
+static void note_arrival(struct session *session, bool left)
+{
+    const uint64_t seen_ns = loop_since(session->host->loop);
+
+    session->since_ns = session->empty_ns;
+    if (!session->left && seen_ns >= session->listen_ns && seen_ns > session->empty_ns)
+        session->since_ns = seen_ns;
+    session->left = left;
+    if (!left)
+        session->empty_ns = loop_now(session->host->loop);
+    loop_reread(session->host->loop);
+}
+
 static void receive(struct session *session)
 {
     if (session->in_len == session->in_size) {
@@ -321,8 +341,10 @@ static void receive(struct session *session)
         session->in_size = size;
     }
 
-    const ssize_t n = recv(session->io.fd, session->in + session->in_len, session->in_size - session->in_len, 0);
+    const size_t room = session->in_size - session->in_len;
+    const ssize_t n = recv(session->io.fd, session->in + session->in_len, room, 0);
 
+    note_arrival(session, n == (ssize_t)room);
     if (n > 0)
         session->in_len += (size_t)n;
     else if (n == 0)
@@ -387,6 +409,8 @@ static void settle(struct session *session, uint64_t now_ns)
     loop_arm(session->host->loop, &session->wake, wake_ns);
     if (events != session->events)
         loop_change(session->host->loop, &session->io, events);
+    if (events & ~session->events & EPOLLIN)
+        session->listen_ns = loop_now(session->host->loop);
     session->events = events;
 }
 
@@ -423,11 +447,12 @@ static void on_ready(void *ctx, uint32_t epoll_events, uint64_t now_ns)
 {
     struct session *session = ctx;
 
+    (void)now_ns;
     if (epoll_events & (EPOLLHUP | EPOLLERR))
         session->gone = true;
     if (!session->eof && !session->closing && !line_waiting(session))
         receive(session);
-    work(session, now_ns);
+    work(session, loop_now(session->host->loop));
 }
 
 static void on_wake(void *ctx, uint64_t now_ns)
@@ -466,6 +491,8 @@ bool session_open(struct session_host *host, int fd, struct session **slot)
         .in_size = IN_START_BYTES,
         .tokens = REQUESTS_BURST,
         .tokens_ns = now_ns,
+        .listen_ns = now_ns,
+        .empty_ns = now_ns,
         .progress_ns = patience_clock(host),
         .active_ns = patience_clock(host),
         .watches = {.loop = host->loop,

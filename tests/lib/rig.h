@@ -40,6 +40,7 @@ struct rig {
     struct sim sim;
     bool unplugged;
     bool held;                            /* the loop has stood, and has not turned since */
+    double hold_in_turn_s;                /* hold once, between the look and the sonar's read */
     uint64_t next_pose_ns, pose_every_ns; /* every 0: no poses */
     bool dated;                           /* poses tell their time */
     bool unplaced;                        /* poses tell the attitude alone */
@@ -130,8 +131,14 @@ static ssize_t rig_done(struct port *port, ssize_t n)
     return -1;
 }
 
+static void rig_world(void);
+
 static ssize_t rig_read(struct port *port, void *buf, size_t size)
 {
+    const double hold_s = rig.hold_in_turn_s;
+    rig.hold_in_turn_s = 0;
+    for (const uint64_t end_ns = rig_now_ns + (uint64_t)(hold_s * 1e9); rig_now_ns < end_ns;)
+        rig_world();
     return rig_done(port, recv(port->fd, buf, size, 0));
 }
 
@@ -353,6 +360,12 @@ static void rig_world(void)
     if (rig.pose_every_ns && rig_now_ns >= rig.next_pose_ns)
         rig_tell_pose();
     sim_turn(&rig.sim, rig_now_ns);
+}
+
+/* The same in the middle of the loop's next turn that reads of the sonar: behind the look, before the read. */
+static inline void rig_hold_in_turn(double s)
+{
+    rig.hold_in_turn_s = s;
 }
 
 static inline void rig_hold(double s)
