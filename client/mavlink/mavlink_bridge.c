@@ -326,12 +326,15 @@ static void take_frame(struct mavlink_bridge *b, const struct mavlink_frame *fra
         mavlink_feed_pose(&b->feed, &pose, now_ns);
 }
 
-static void read_link(struct mavlink_bridge *b, uint64_t now_ns)
+/* A frame counts from when it was read, not from before: one of later than its arrival would set the autopilot's clock
+ * ahead, and every pose back. */
+static void read_link(struct mavlink_bridge *b, mavlink_now_fn *now)
 {
     uint8_t buffer[2048];
 
     for (int i = 0; i < READS_PER_TURN; i++) {
-        size_t n = mavlink_link_read(b->link, buffer, sizeof buffer, now_ns);
+        size_t n = mavlink_link_read(b->link, buffer, sizeof buffer, now().now_ns);
+        const uint64_t now_ns = now().now_ns;
         const uint8_t *bytes = buffer;
         struct mavlink_frame frame;
 
@@ -392,15 +395,18 @@ static void say_below(struct mavlink_bridge *b)
         say_change(!refused, &b->below_told, "--downward", b->feed.below_refused.message);
 }
 
-void mavlink_bridge_work(struct mavlink_bridge *b, const struct mavlink_time *time)
+void mavlink_bridge_work(struct mavlink_bridge *b, mavlink_now_fn *now)
 {
-    const uint64_t now_ns = time->now_ns;
+    const struct mavlink_time start = now();
 
-    b->feed.unix_offset_ns = time->unix_offset_ns;
-    mavlink_link_open(b->link, now_ns);
-    mavlink_feed_connect(&b->feed, now_ns);
-    mavlink_link_flush(b->link, now_ns);
-    read_link(b, now_ns);
+    b->feed.unix_offset_ns = start.unix_offset_ns;
+    mavlink_link_open(b->link, start.now_ns);
+    mavlink_feed_connect(&b->feed, start.now_ns);
+    mavlink_link_flush(b->link, start.now_ns);
+    read_link(b, now);
+
+    const uint64_t now_ns = now().now_ns;
+
     mavlink_feed_read(&b->feed, now_ns);
     say_change(!b->link->error[0], &b->link_told, "link", b->link->error);
     say_daemon(b, now_ns);

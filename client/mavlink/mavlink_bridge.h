@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * mavlink_bridge - carries poses from an autopilot to the daemon and obstacles from the daemon to the autopilot. The
- * one place where link, vehicle, feed and alerts meet. Waits for nothing and reads no clock: who owns it polls its
- * descriptors, and hands the time in.
+ * one place where link, vehicle, feed and alerts meet. Waits for nothing: who owns it polls its descriptors,
+ * and hands the clock in.
  */
 #ifndef SONARD_MAVLINK_BRIDGE_H
 #define SONARD_MAVLINK_BRIDGE_H
@@ -28,6 +28,9 @@ struct mavlink_time {
     uint64_t now_ns, unix_offset_ns;
 };
 
+/* Reads both clocks, as at one moment. */
+typedef struct mavlink_time mavlink_now_fn(void);
+
 struct mavlink_bridge;
 
 /** mavlink_bridge_new - over `link`, which was initialised; both live as long as the bridge. NULL without memory. */
@@ -38,7 +41,7 @@ struct mavlink_bridge *mavlink_bridge_new(const struct mavlink_bridge_conf *conf
  * mavlink_bridge_work - do what is due and take what has come. Connections that are lost, or not there yet, are tried
  * again for ever. Tells what changes on standard error.
  */
-void mavlink_bridge_work(struct mavlink_bridge *b, const struct mavlink_time *time);
+void mavlink_bridge_work(struct mavlink_bridge *b, mavlink_now_fn *now);
 
 /** mavlink_bridge_wait - what to poll for before the next mavlink_bridge_work; returns when that is due at the latest.
  */

@@ -15,6 +15,8 @@
 #include "mavlink_bridge.h"
 
 #define SECOND_NS            1000000000u
+#define CLOCK_TRIES          8
+#define CLOCKS_TOGETHER_NS   100000u
 #define EXIT_USAGE           3
 #define EXIT_OUTPUT          7   /* what was asked for could not be written */
 #define DEFAULT_COMPONENT    196 /* MAV_COMP_ID_OBSTACLE_AVOIDANCE */
@@ -158,6 +160,20 @@ static uint64_t clock_ns(clockid_t which)
     return (uint64_t)t.tv_sec * SECOND_NS + (uint64_t)t.tv_nsec;
 }
 
+/* The process may be held up between the two clocks, which would date every pose of a turn wrong. */
+static struct mavlink_time now(void)
+{
+    struct mavlink_time t = {.now_ns = clock_ns(CLOCK_MONOTONIC)};
+    uint64_t before_ns = 0;
+
+    for (int i = 0; i < CLOCK_TRIES && t.now_ns - before_ns > CLOCKS_TOGETHER_NS; i++) {
+        before_ns = t.now_ns;
+        t.unix_offset_ns = clock_ns(CLOCK_REALTIME) - before_ns;
+        t.now_ns = clock_ns(CLOCK_MONOTONIC);
+    }
+    return t;
+}
+
 /* Until the link or the daemon has something, the next deadline, or a signal. */
 static void wait_for_work(const struct mavlink_bridge *bridge, const sigset_t *waiting)
 {
@@ -187,9 +203,7 @@ static int run(const struct mavlink_bridge_conf *conf, struct mavlink_link *link
     sigaction(SIGTERM, &action, NULL);
     sigaction(SIGINT, &action, NULL);
     while (!stop_wanted) {
-        const uint64_t now_ns = clock_ns(CLOCK_MONOTONIC);
-
-        mavlink_bridge_work(bridge, &(struct mavlink_time){now_ns, clock_ns(CLOCK_REALTIME) - now_ns});
+        mavlink_bridge_work(bridge, now);
         wait_for_work(bridge, &waiting);
     }
     mavlink_bridge_end(bridge);
