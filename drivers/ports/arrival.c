@@ -32,6 +32,7 @@ bool arrival_ask(struct port *port, int fd)
 {
     const int on = 1;
     port->lost_here = 0;
+    port->clock_set_ns = 0;
     port->unix_offset_ns = unix_offset_ns();
     return setsockopt(fd, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof(on)) == 0 &&
            setsockopt(fd, SOL_SOCKET, SO_RXQ_OVFL, &on, sizeof(on)) == 0;
@@ -43,7 +44,9 @@ static uint64_t monotonic(struct port *port, const struct timespec *stamp)
     const int64_t t_ns = (int64_t)stamp->tv_sec * 1000000000 + stamp->tv_nsec - offset_ns;
     const bool set = llabs(offset_ns - port->unix_offset_ns) > STEP_NS;
     port->unix_offset_ns = offset_ns;
-    return !set && t_ns > 0 && t_ns <= now_ns ? (uint64_t)t_ns : 0;
+    if (set)
+        port->clock_set_ns = now_ns;
+    return t_ns > port->clock_set_ns && t_ns <= now_ns ? (uint64_t)t_ns : 0;
 }
 
 void arrival_take(struct port *port, struct msghdr *message)

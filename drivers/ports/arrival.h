@@ -20,7 +20,7 @@ bool arrival_ask(struct port *port, int fd);
 
 /**
  * arrival_take - of what was just received: port->t_ns, 0 where the time is not known, and port->lost. The kernel
- * stamps with the time of day, which may be set at any moment: where it was set since the last stamp, there is no time.
+ * stamps with the time of day, which may be set at any moment: what came before it was seen to be set has no time.
  */
 void arrival_take(struct port *port, struct msghdr *message);
 

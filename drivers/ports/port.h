@@ -88,6 +88,7 @@ struct port {
     uint64_t strangers;         /* datagrams of others, dropped; only grows */
     char stranger[48];          /* the first of these others; empty: none */
     int64_t unix_offset_ns;     /* time of day less monotonic, at the last frame that was stamped */
+    int64_t clock_set_ns;       /* when it was last seen that the time of day was set, monotonic; 0: never */
     uint64_t t_ns;              /* when the last read's bytes came in, monotonic; 0: not known, it was just now */
     struct can_match can_match; /* CAN: set before open, which frames are to be heard */
     uint32_t can_send_id;       /* CAN streams only */

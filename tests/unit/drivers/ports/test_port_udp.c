@@ -315,23 +315,55 @@ static uint64_t clock_ns(void)
     return (uint64_t)t.tv_sec * 1000000000u + (uint64_t)t.tv_nsec;
 }
 
+/* Datagrams until one is stamped: sent after *before_ns, there by *there_ns, read later. The kernel begins to stamp a
+ * moment after it was asked; until then a datagram comes when it is read. */
+static void read_stamped(int fd, uint64_t *before_ns, uint64_t *there_ns)
+{
+    uint8_t b[8];
+    int tries = 0;
+    do {
+        *before_ns = clock_ns();
+        send_to(fd, own_number(), "early", 5);
+        patience_for(port.fd, POLLIN);
+        *there_ns = clock_ns();
+        nanosleep(&(struct timespec){.tv_nsec = 2000000}, NULL);
+        CHECK_INT(read_ready(b, sizeof(b)), 5);
+    } while (port.t_ns > *there_ns && ++tries < 10000);
+}
+
 TEST(datagrams_count_from_when_they_came_however_late_they_are_read)
 {
     uint16_t number;
-    uint8_t b[8];
     int fd = far_end(&number);
     uint64_t before_ns, there_ns;
     CHECK(open_to(number, ""));
-    int tries = 0;
-    do { /* the kernel begins to stamp a moment after it was asked; until then a datagram comes when it is read */
-        before_ns = clock_ns();
-        send_to(fd, own_number(), "early", 5);
-        patience_for(port.fd, POLLIN);
-        there_ns = clock_ns();
-        nanosleep(&(struct timespec){.tv_nsec = 2000000}, NULL);
-        CHECK_INT(read_ready(b, sizeof(b)), 5);
-    } while (port.t_ns > there_ns && ++tries < 10000);
+    read_stamped(fd, &before_ns, &there_ns);
     CHECK(port.t_ns + 100000 >= before_ns && port.t_ns <= there_ns); /* two clocks, read as one to 0.1 ms */
+    port.ops->close(&port);
+    close(fd);
+}
+
+/* Stamps of before the clock was set look like any others. */
+TEST(what_came_before_the_clock_was_set_has_no_time)
+{
+    static const int64_t set_s[] = {-3, 3};
+    uint16_t number;
+    uint8_t in[8];
+    int fd = far_end(&number);
+    uint64_t before_ns, there_ns;
+    CHECK(open_to(number, ""));
+    read_stamped(fd, &before_ns, &there_ns);
+    for (size_t i = 0; i < sizeof(set_s) / sizeof(set_s[0]); i++) {
+        for (int k = 0; k < 3; k++)
+            send_to(fd, own_number(), "late", 4);
+        port.unix_offset_ns += set_s[i] * 1000000000; /* as before the clock was set, the other way */
+        for (int k = 0; k < 3; k++) {
+            CHECK_INT(read_ready(in, sizeof(in)), 4);
+            CHECK(port.t_ns == 0);
+        }
+        read_stamped(fd, &before_ns, &there_ns);
+        CHECK(port.t_ns != 0);
+    }
     port.ops->close(&port);
     close(fd);
 }
@@ -369,6 +401,7 @@ int main(void)
     RUN(local_port_is_had_or_refused);
     RUN(what_found_no_room_is_counted);
     RUN(datagrams_count_from_when_they_came_however_late_they_are_read);
+    RUN(what_came_before_the_clock_was_set_has_no_time);
     RUN(ipv6);
     return test_end();
 }
