@@ -19,23 +19,21 @@
 #include "mcap_channel.h"
 #include "mcap_chunk.h"
 #include "mcap_format.h"
+#include "mcap_records.h"
 #include "mcap_seek.h"
+#include "mcap_summary.h"
 
 #define SLOT_REPORTED UINT16_MAX
-#define SEARCH_BYTES  ((size_t)1 << 18) /* at a time, for a record behind damage */
 
 struct mcap_reader {
-    const uint8_t *data; /* only what need() asked for holds the file's bytes */
-    size_t size;
-    struct file_bytes *file; /* NULL: the data are all there */
-    bool told_lost;          /* that it has lost bytes since it was opened */
+    struct mcap_records in;
+    bool told_lost; /* that the file has lost bytes since it was opened */
     mcap_problem_fn problem;
     void *problem_ctx;
     struct mcap_info info;
 
     size_t at; /* of the next record of the data section */
     bool done;
-    bool chunked; /* a chunk was met */
     uint32_t crc; /* of the data section up to crc_at */
     size_t crc_at;
 
@@ -62,71 +60,13 @@ static __attribute__((format(printf, 2, 3))) void problem(struct mcap_reader *r,
         r->problem(r->problem_ctx, sentence);
 }
 
-/* From now on these bytes can be read; where the file has lost them they are zeros. */
-static void need(const struct mcap_reader *r, size_t from, size_t to)
-{
-    if (r->file)
-        file_bytes_need(r->file, from, to);
-}
-
 /* Once. */
 static void tell_lost(struct mcap_reader *r)
 {
-    if (!r->file || r->told_lost || !file_bytes_lost(r->file))
+    if (!r->in.file || r->told_lost || !file_bytes_lost(r->in.file))
         return;
     r->told_lost = true;
     problem(r, "the file was cut off, or could not be read, while it was played");
-}
-
-/* Is there a whole record at `offset`? Its head is there, its content is not yet. */
-static bool head_at(const struct mcap_reader *r, size_t offset, struct mcap_record *out)
-{
-    uint8_t head[MCAP_RECORD_HEAD];
-    if (!r->file)
-        return mcap_record_at(r->data + offset, r->size - offset, out);
-    if (!file_bytes_peek(r->file, offset, head, sizeof head))
-        return false;
-    return mcap_record_head(head, r->data + offset, r->size - offset, out);
-}
-
-/* Every file that was closed ends so. */
-static bool ends_with_magic(const struct mcap_reader *r)
-{
-    if (r->size < sizeof mcap_magic)
-        return false;
-    need(r, r->size - sizeof mcap_magic, r->size);
-    return memcmp(r->data + r->size - sizeof mcap_magic, mcap_magic, sizeof mcap_magic) == 0;
-}
-
-/* Is the end of a record where another one begins, or the file ends? */
-static bool is_followed(const struct mcap_reader *r, size_t end)
-{
-    struct mcap_record next;
-    if (end == r->size || (end == r->size - sizeof mcap_magic && ends_with_magic(r)))
-        return true;
-    return head_at(r, end, &next) && mcap_is_credible(&next);
-}
-
-/* The first record in from .. to that reading can go on at; `to`: there is none. */
-static size_t find_record(const struct mcap_reader *r, size_t from, size_t to)
-{
-    for (size_t at = from, end; at < to; at = end) {
-        struct mcap_record record;
-        end = to - at > SEARCH_BYTES ? at + SEARCH_BYTES : to;
-        need(r, at, r->size - end > MCAP_SEEK_AHEAD ? end + MCAP_SEEK_AHEAD : r->size);
-        for (size_t found; (found = mcap_seek(r->data, r->size, at, end, r->chunked)) < end; at = found + 1)
-            if (mcap_record_at(r->data + found, r->size - found, &record) &&
-                (record.opcode == MCAP_OP_CHUNK || is_followed(r, found + (size_t)record.size)))
-                return found;
-    }
-    return to;
-}
-
-/* Is its length right? Not if it leads to no other record, but past the beginning of one. */
-static bool is_length_right(const struct mcap_reader *r, size_t offset, const struct mcap_record *record)
-{
-    const size_t end = offset + (size_t)record->size;
-    return is_followed(r, end) || find_record(r, offset + 1, end) == end;
 }
 
 /* ---- channels ---- */
@@ -205,15 +145,15 @@ static void open_chunk(struct mcap_reader *r, const struct mcap_record *record, 
     struct mcap_chunk chunk;
     const char *why = NULL;
     const uint8_t *records = NULL;
-    r->chunked = true;
+    r->in.chunked = true;
     if (!mcap_parse_chunk(record->content, &chunk))
         why = "its fields need more bytes than it has";
     else
         records = mcap_unpack(&r->unpacker, &chunk, &why);
     if (!records) {
         problem(r, "chunk at offset %zu is left out: %s", offset, why);
-        if (!is_length_right(r, offset, record))
-            r->at = find_record(r, offset + 1, r->at);
+        if (!mcap_records_fit(&r->in, offset, record))
+            r->at = mcap_records_find(&r->in, offset + 1, r->at);
         r->info.left_out_bytes += r->at - offset;
         return;
     }
@@ -281,11 +221,12 @@ static bool open_cut_chunk(struct mcap_reader *r)
 {
     struct mcap_chunk chunk;
     size_t n = 0;
-    if (r->size - r->at <= MCAP_RECORD_HEAD || ends_with_magic(r)) /* closed: then its length is wrong */
+    if (r->in.size - r->at <= MCAP_RECORD_HEAD ||
+        mcap_records_closed(&r->in)) /* closed: then its length is wrong */
         return false;
-    need(r, r->at, r->size);
-    const struct mcap_cursor content = {r->data + r->at + MCAP_RECORD_HEAD, r->data + r->size, false};
-    if (r->data[r->at] != MCAP_OP_CHUNK || !mcap_parse_cut_chunk(content, &chunk))
+    mcap_records_need(&r->in, r->at, r->in.size);
+    const struct mcap_cursor content = {r->in.data + r->at + MCAP_RECORD_HEAD, r->in.data + r->in.size, false};
+    if (r->in.data[r->at] != MCAP_OP_CHUNK || !mcap_parse_cut_chunk(content, &chunk))
         return false;
     const uint8_t *records = mcap_unpack_cut(&r->unpacker, &chunk, &n);
     if (!records || n == 0)
@@ -298,7 +239,7 @@ static bool open_cut_chunk(struct mcap_reader *r)
     r->chunk = (struct mcap_cursor){records, records + n, false};
     r->chunk_start = records;
     r->chunk_at = r->at;
-    r->at = r->size;
+    r->at = r->in.size;
     r->done = true;
     r->info.unclosed = true;
     return true;
@@ -308,26 +249,26 @@ static bool open_cut_chunk(struct mcap_reader *r)
 static void skip_damage(struct mcap_reader *r)
 {
     const size_t from = r->at;
-    r->at = from < r->size ? find_record(r, from + 1, r->size) : from;
-    if (r->at == r->size && from < r->size) {
+    r->at = from < r->in.size ? mcap_records_find(&r->in, from + 1, r->in.size) : from;
+    if (r->at == r->in.size && from < r->in.size) {
         r->at = from;
         if (open_cut_chunk(r))
             return;
-        r->at = r->size;
+        r->at = r->in.size;
     }
-    r->done = r->at == r->size;
+    r->done = r->at == r->in.size;
     r->info.left_out_bytes += r->at - from;
-    r->info.unclosed = r->done && !ends_with_magic(r);
+    r->info.unclosed = r->done && !mcap_records_closed(&r->in);
     if (!r->done)
         problem(r, "offset %zu: no whole record; %zu bytes up to the next one are left out", from, r->at - from);
     else if (!r->info.unclosed)
-        problem(r, "offset %zu: no whole record; the last %zu bytes are left out", from, r->size - from);
-    else if (from < r->size)
+        problem(r, "offset %zu: no whole record; the last %zu bytes are left out", from, r->in.size - from);
+    else if (from < r->in.size)
         problem(
             r,
             "offset %zu: the file ends within a record, still being written or cut off; its last %zu bytes are "
             "left out",
-            from, r->size - from);
+            from, r->in.size - from);
     else
         problem(r, "the file ends at offset %zu without a summary: it is still being written, or was cut off",
                 from);
@@ -342,112 +283,37 @@ static void check_data_crc(struct mcap_reader *r, struct mcap_cursor data_end, s
         problem(r, "the data before offset %zu was changed: its checksum is wrong", offset);
 }
 
-/* The footer as the file ends with it. False: it was cut off or damaged. All of the file from `from` on is read. */
-static bool find_footer(struct mcap_reader *r, size_t from, struct mcap_record *footer)
-{
-    const size_t tail = MCAP_FOOTER_BYTES + sizeof mcap_magic;
-    need(r, from, r->size);
-    return r->size - from >= tail && ends_with_magic(r) &&
-           mcap_record_at(r->data + r->size - tail, MCAP_FOOTER_BYTES, footer) &&
-           footer->opcode == MCAP_OP_FOOTER && footer->size == MCAP_FOOTER_BYTES;
-}
-
-/* Where the summary begins, and the checksum from there to its place in the footer (0: the file has none). */
-struct summary {
-    uint64_t start;
-    size_t footer_at;
-    uint32_t crc;
-};
-
-static struct summary parse_footer(const struct mcap_reader *r, struct mcap_record footer)
-{
-    struct summary s = {.footer_at = r->size - MCAP_FOOTER_BYTES - sizeof mcap_magic};
-    s.start = mcap_take_int(&footer.content, 8);
-    mcap_take_int(&footer.content, 8);
-    s.crc = (uint32_t)mcap_take_int(&footer.content, 4);
-    if (s.start == 0)
-        s.start = s.footer_at;
-    return s;
-}
-
-static bool is_summary_whole(const struct mcap_reader *r, const struct summary *s)
-{
-    const size_t end = s->footer_at + MCAP_RECORD_HEAD + 16;
-    return s->crc == 0 || crc32_z(0, r->data + s->start, end - (size_t)s->start) == s->crc;
-}
-
 /* What stands behind the data section: nothing there is needed, but a changed bit should not go unseen. */
 static void check_summary(struct mcap_reader *r)
 {
-    struct mcap_record footer;
-    if (!find_footer(r, r->at, &footer)) {
+    struct mcap_summary s;
+    if (!mcap_summary_footer(&r->in, r->at, &s)) {
         problem(r, "the file does not end with a footer: it was cut off or damaged behind offset %zu", r->at);
-        r->info.unclosed = !ends_with_magic(r);
+        r->info.unclosed = !mcap_records_closed(&r->in);
         return;
     }
-    const struct summary s = parse_footer(r, footer);
     if (s.start < r->at || s.start > s.footer_at)
         problem(r, "the footer says the summary begins at offset %" PRIu64 ", outside %zu to %zu", s.start, r->at,
                 s.footer_at);
-    else if (!is_summary_whole(r, &s))
+    else if (!mcap_summary_is_whole(&r->in, &s))
         problem(r, "the summary at offset %" PRIu64 " was changed: its checksum is wrong", s.start);
     else
         r->info.complete = true;
 }
 
-/* Its messages, schemas, channels, attachments, metadata and chunks are counted before the two times. */
-static bool parse_statistics(struct mcap_cursor c, uint64_t *end_ns)
-{
-    const uint64_t messages = mcap_take_int(&c, 8);
-    mcap_take(&c, 2 + 4 + 4 + 4 + 4 + 8);
-    *end_ns = mcap_take_int(&c, 8);
-    return !c.bad && messages > 0;
-}
-
-/* The summary of a closed file, read and whole by its checksum; false: it has none. */
-static bool find_summary(struct mcap_reader *r, struct summary *out)
-{
-    const size_t tail = MCAP_FOOTER_BYTES + sizeof mcap_magic;
-    struct mcap_record footer;
-    if (r->size < tail + sizeof mcap_magic || !find_footer(r, r->size - tail, &footer))
-        return false;
-    *out = parse_footer(r, footer);
-    if (out->start < sizeof mcap_magic || out->start > out->footer_at)
-        return false;
-    need(r, (size_t)out->start, r->size);
-    return is_summary_whole(r, out);
-}
-
-/* The record of the summary at *at, and *at behind it; false: the end. */
-static bool next_of_summary(const struct mcap_reader *r, const struct summary *s, size_t *at,
-                            struct mcap_record *out)
-{
-    if (*at >= s->footer_at || !mcap_record_at(r->data + *at, s->footer_at - *at, out))
-        return false;
-    *at += (size_t)out->size;
-    return true;
-}
-
 bool mcap_summary_end(struct mcap_reader *r, uint64_t *end_ns)
 {
-    struct mcap_record record;
-    struct summary s;
-    if (!find_summary(r, &s))
-        return false;
-    for (size_t at = (size_t)s.start; next_of_summary(r, &s, &at, &record);)
-        if (record.opcode == MCAP_OP_STATISTICS)
-            return parse_statistics(record.content, end_ns);
-    return false;
+    return mcap_summary_last_ns(&r->in, end_ns);
 }
 
 /* A channel whose own record is damaged would take all of its messages along. */
 static void learn_channels(struct mcap_reader *r)
 {
     struct mcap_record record;
-    struct summary s;
-    if (!find_summary(r, &s))
+    struct mcap_summary s;
+    if (!mcap_summary_find(&r->in, &s))
         return;
-    for (size_t at = (size_t)s.start; next_of_summary(r, &s, &at, &record);)
+    for (size_t at = (size_t)s.start; mcap_summary_next(&r->in, &s, &at, &record);)
         if (record.opcode == MCAP_OP_CHANNEL)
             announce_channel(r, record.content, at - (size_t)record.size, false);
 }
@@ -498,15 +364,16 @@ static bool next_record(struct mcap_reader *r, struct mcap_message *out)
 {
     struct mcap_record record;
     size_t offset = r->at;
-    if (!head_at(r, offset, &record) || (record.opcode != MCAP_OP_CHUNK && !is_length_right(r, offset, &record))) {
+    if (!mcap_records_head(&r->in, offset, &record) ||
+        (record.opcode != MCAP_OP_CHUNK && !mcap_records_fit(&r->in, offset, &record))) {
         skip_damage(r);
         return false;
     }
-    need(r, r->crc_at, offset + record.size);
-    r->crc = (uint32_t)crc32_z(r->crc, r->data + r->crc_at, offset - r->crc_at);
+    mcap_records_need(&r->in, r->crc_at, offset + record.size);
+    r->crc = (uint32_t)crc32_z(r->crc, r->in.data + r->crc_at, offset - r->crc_at);
     r->crc_at = offset;
-    if (r->file)
-        file_bytes_drop(r->file, offset);
+    if (r->in.file)
+        file_bytes_drop(r->in.file, offset);
     r->at += record.size;
     switch (record.opcode) {
     case MCAP_OP_HEADER:
@@ -552,13 +419,13 @@ bool mcap_next_attachment(const struct mcap_reader *r, uint64_t *at, struct mcap
 {
     size_t offset = *at ? (size_t)*at : sizeof mcap_magic;
     struct mcap_record record;
-    while (offset < r->size) {
-        if (!head_at(r, offset, &record) || !is_length_right(r, offset, &record)) {
-            offset = find_record(r, offset + 1, r->size);
+    while (offset < r->in.size) {
+        if (!mcap_records_head(&r->in, offset, &record) || !mcap_records_fit(&r->in, offset, &record)) {
+            offset = mcap_records_find(&r->in, offset + 1, r->in.size);
             continue;
         }
-        if (record.opcode == MCAP_OP_ATTACHMENT && r->file)
-            file_bytes_keep(r->file, offset, offset + record.size);
+        if (record.opcode == MCAP_OP_ATTACHMENT && r->in.file)
+            file_bytes_keep(r->in.file, offset, offset + record.size);
         offset += record.size;
         *at = offset;
         if (record.opcode == MCAP_OP_DATA_END)
@@ -566,7 +433,7 @@ bool mcap_next_attachment(const struct mcap_reader *r, uint64_t *at, struct mcap
         if (record.opcode == MCAP_OP_ATTACHMENT && parse_attachment(record.content, out))
             return true;
     }
-    *at = r->size;
+    *at = r->in.size;
     return false;
 }
 
@@ -614,8 +481,8 @@ static struct mcap_reader *new_reader(const void *data, size_t size, mcap_proble
         fault_set(fault, "out of memory");
         return NULL;
     }
-    r->data = data;
-    r->size = size;
+    r->in.data = data;
+    r->in.size = size;
     r->at = sizeof mcap_magic;
     r->problem = problem_fn;
     r->problem_ctx = ctx;
@@ -646,7 +513,7 @@ struct mcap_reader *mcap_open(const char *path, mcap_problem_fn problem_fn, void
         file_bytes_close(file);
         return NULL;
     }
-    r->file = file;
+    r->in.file = file;
     learn_channels(r);
     return r;
 }
@@ -655,7 +522,7 @@ void mcap_close(struct mcap_reader *r)
 {
     if (!r)
         return;
-    file_bytes_close(r->file);
+    file_bytes_close(r->in.file);
     for (size_t i = 0; i < r->n_channels; i++)
         free(r->channel[i]);
     mcap_unpacker_free(&r->unpacker);
