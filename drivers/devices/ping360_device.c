@@ -386,8 +386,7 @@ static void on_data(struct ping360 *d, const struct ping_frame *frame, uint64_t 
         io->note(io->ctx, NOTE_INFO, "%s, %s, range %.4g m",
                  poller->status.what[0] ? poller->status.what : "Ping360", way_of_scanning(d),
                  data.set.n_samples * ping360_sample_m(&data.set, d->conf.sound_speed_mps));
-    const bool taken_over =
-        (at(d, AUTO) || at(d, REQUEST)) && data.n_data > 0 && is_taken_over(d, &data, now_ns, io);
+    const bool taken_over = (at(d, AUTO) || at(d, REQUEST)) && is_taken_over(d, &data, now_ns, io);
     if (at(d, AUTO) && taken_over) {
         poller->status.restarts++;
         go(d, AUTO, now_ns, io);
