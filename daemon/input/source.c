@@ -39,7 +39,8 @@ struct source {
     struct loop_fd fd;
     struct loop_timer deadline, retry;
     uint64_t retry_ns;
-    bool announced; /* that the port is missing */
+    uint64_t due_ns, lag_ns; /* the device's deadline, and how much later than that it is called */
+    bool announced;          /* that the port is missing */
     bool was_open, stopping, stranger_told;
     uint8_t out[OUT_BYTES]; /* not yet taken by the port */
     size_t n_out;
@@ -61,9 +62,14 @@ struct source {
     uint8_t in[READ_BYTES];
 };
 
-static void rearm(struct source *s)
+/* The device counts from when its bytes came, lag_ns ago; what it sent because of them it sent only now. */
+static void rearm(struct source *s, uint64_t lag_ns)
 {
-    loop_arm(s->env.loop, &s->deadline, s->ops->deadline(s->device));
+    const uint64_t due_ns = s->ops->deadline(s->device);
+    if (due_ns != s->due_ns)
+        s->lag_ns = lag_ns;
+    s->due_ns = due_ns;
+    loop_arm(s->env.loop, &s->deadline, due_ns < LOOP_NEVER - s->lag_ns ? due_ns + s->lag_ns : LOOP_NEVER);
 }
 
 /* ---- what the device asks for ---- */
@@ -209,7 +215,7 @@ static void try_open(struct source *s)
     s->announced = false;
     s->stats.port_error.text[0] = '\0';
     s->ops->opened(s->device, loop_now(s->env.loop), &s->io);
-    rearm(s);
+    rearm(s, 0);
 }
 
 static void port_lost(struct source *s)
@@ -223,7 +229,7 @@ static void port_lost(struct source *s)
     loop_remove(s->env.loop, &s->fd);
     s->port.ops->close(&s->port);
     s->ops->closed(s->device, loop_now(s->env.loop));
-    rearm(s);
+    rearm(s, 0);
     s->retry_ns = RETRY_FIRST_NS;
     if (!s->stopping)
         retry_later(s);
@@ -252,7 +258,7 @@ static void take(struct source *s, const uint8_t *bytes, size_t n, const struct 
     if (s->mirror)
         serial_mirror_write(s->mirror, bytes, n);
     s->ops->feed(s->device, bytes, n, t_ns, &s->io);
-    rearm(s);
+    rearm(s, loop_now(s->env.loop) - t_ns);
     garbage_heard(&s->garbage);
 }
 
@@ -327,7 +333,7 @@ static void on_deadline(void *ctx, uint64_t now_ns)
         return;
     }
     s->ops->tick(s->device, now_ns, &s->io);
-    rearm(s);
+    rearm(s, 0);
 }
 
 static void on_retry(void *ctx, uint64_t now_ns)
@@ -524,7 +530,7 @@ void source_start(struct source *s)
 {
     if (s->env.replay) {
         s->ops->opened(s->device, loop_now(s->env.loop), &s->io);
-        rearm(s);
+        rearm(s, 0);
     } else {
         open_mirror(s);
         try_open(s);
@@ -542,7 +548,7 @@ void source_stop(struct source *s)
     loop_arm(s->env.loop, &s->retry, LOOP_NEVER);
     if (s->port.fd >= 0) {
         s->ops->stop(s->device, loop_now(s->env.loop), &s->io);
-        rearm(s);
+        rearm(s, 0);
     }
 }
 

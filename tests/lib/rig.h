@@ -16,6 +16,7 @@
 #include <jansson.h>
 #include <stdarg.h>
 #include <sys/epoll.h>
+#include <sys/ioctl.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <time.h>
@@ -39,6 +40,9 @@ struct rig {
     struct request_jobs jobs;
     struct sim sim;
     bool unplugged;
+    bool noted;                           /* the port tells when bytes came, as a socket's does: ... */
+    uint64_t came_ns;                     /* ... the last ones, then ... */
+    int port_fd, there;                   /* ... when more than these were there to read */
     bool held;                            /* the loop has stood, and has not turned since */
     double hold_in_turn_s;                /* hold once, between the look and the sonar's read */
     uint64_t next_pose_ns, pose_every_ns; /* every 0: no poses */
@@ -118,7 +122,7 @@ static bool rig_open(struct port *port, const char *rest, struct fault *fault)
         return fault_set(fault, "/dev/rig: cannot be opened: %s", strerror(port->error));
     if (rig.sim.line.fd >= 0)
         close(rig.sim.line.fd);
-    port->fd = ends[0];
+    port->fd = rig.port_fd = ends[0];
     rig.sim.line.fd = ends[1];
     return true;
 }
@@ -139,7 +143,10 @@ static ssize_t rig_read(struct port *port, void *buf, size_t size)
     rig.hold_in_turn_s = 0;
     for (const uint64_t end_ns = rig_now_ns + (uint64_t)(hold_s * 1e9); rig_now_ns < end_ns;)
         rig_world();
-    return rig_done(port, recv(port->fd, buf, size, 0));
+    const ssize_t n = recv(port->fd, buf, size, 0);
+    rig.there = 0;
+    port->t_ns = rig.noted ? rig.came_ns : 0;
+    return rig_done(port, n);
 }
 
 static ssize_t rig_write(struct port *port, const void *buf, size_t size)
@@ -360,6 +367,9 @@ static void rig_world(void)
     if (rig.pose_every_ns && rig_now_ns >= rig.next_pose_ns)
         rig_tell_pose();
     sim_turn(&rig.sim, rig_now_ns);
+    const int were = rig.there;
+    if (rig.sim.line.fd >= 0 && ioctl(rig.port_fd, FIONREAD, &rig.there) == 0 && rig.there > were)
+        rig.came_ns = rig_now_ns;
 }
 
 /* The same in the middle of the loop's next turn that reads of the sonar: behind the look, before the read. */

@@ -148,6 +148,25 @@ TEST(a_sonar_is_not_given_up_for_silence_while_nobody_listens)
     rig_end();
 }
 
+/* What it sends next is asked for when its answer is read, however long before that came. */
+TEST(nor_for_an_answer_that_waited_where_the_port_notes_when_it_came)
+{
+    static const double hold_s[] = {1, 5, 20};
+    rig_start(SCENE, "mode = request\n" POSES);
+    rig.noted = true;
+    rig_run(3);
+    CHECK_INT(rig_stats().device.timeouts, 0);
+    for (size_t i = 0; i < sizeof hold_s / sizeof hold_s[0]; i++) {
+        const uint64_t pings = rig_stats().device.pings;
+        rig_hold(hold_s[i]);
+        rig_run(1);
+        CHECK_INT(rig_stats().device.restarts, 0);
+        CHECK_INT(rig_stats().device.timeouts, 0);
+        CHECK(rig_stats().device.pings >= pings + 3);
+    }
+    rig_end();
+}
+
 TEST(a_pose_that_tells_its_time_is_taken_however_late)
 {
     rig_start(SCENE, POSES);
@@ -291,6 +310,7 @@ int main(void)
     RUN(a_vehicle_that_does_not_turn_loses_no_ping);
     RUN(who_is_in_time_doubts_no_ping);
     RUN(a_sonar_is_not_given_up_for_silence_while_nobody_listens);
+    RUN(nor_for_an_answer_that_waited_where_the_port_notes_when_it_came);
     RUN(a_pose_that_tells_its_time_is_taken_however_late);
     RUN(a_pose_without_a_time_is_not_taken_for_one_of_now);
     RUN(nor_is_one_that_waited_behind_other_requests);
