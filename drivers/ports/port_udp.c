@@ -15,7 +15,6 @@
 #include <arpa/inet.h>
 #include <errno.h>
 #include <netdb.h>
-#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/socket.h>
@@ -89,6 +88,23 @@ static bool udp_check(const char *rest, struct fault *fault)
     return parse_address(rest, &a, fault);
 }
 
+static const void *host_of(const struct sockaddr *address)
+{
+    return address->sa_family == AF_INET ? (const void *)&((const struct sockaddr_in *)address)->sin_addr
+                                         : (const void *)&((const struct sockaddr_in6 *)address)->sin6_addr;
+}
+
+/* Whom a listening port hears. Of a scoped address the scope is not compared. */
+static void hear(struct port *port, const struct address *a, const struct sockaddr *whom)
+{
+    static const uint8_t nobody[sizeof(port->hears)];
+    port->listens = a->listens;
+    port->hears_bytes = a->v6 ? 16 : 4;
+    memcpy(port->hears, host_of(whom), port->hears_bytes);
+    if (memcmp(port->hears, nobody, port->hears_bytes) == 0)
+        port->hears_bytes = 0;
+}
+
 /* All that is done to a new socket; what it was that failed, or NULL. */
 static const char *set_up(struct port *port, int fd, const struct address *a)
 {
@@ -108,32 +124,20 @@ static const char *set_up(struct port *port, int fd, const struct address *a)
     else if (!a->listens && connect(fd, far->ai_addr, far->ai_addrlen) < 0)
         why = "no way there";
     int error = errno;
-    if (far)
+    if (far) {
+        hear(port, a, far->ai_addr);
         freeaddrinfo(far);
+    }
     if (near)
         freeaddrinfo(near);
     errno = error;
     return why;
 }
 
-/* Whom a listening port hears. The address was checked; of a scoped one the scope is not compared. */
-static void hear(struct port *port, const struct address *a)
-{
-    static const uint8_t nobody[sizeof(port->hears)];
-    char host[PORT_ADDRESS_MAX];
-    port->listens = a->listens;
-    port->hears_bytes = a->v6 ? 16 : 4;
-    snprintf(host, sizeof(host), "%.*s", (int)strcspn(a->host, "%"), a->host);
-    inet_pton(a->v6 ? AF_INET6 : AF_INET, host, port->hears);
-    if (memcmp(port->hears, nobody, port->hears_bytes) == 0)
-        port->hears_bytes = 0;
-}
-
 /* Is a datagram for us? One that is not is counted, and the first sender of such is remembered. */
 static bool welcome(struct port *port, const struct sockaddr_storage *from)
 {
-    const void *host = from->ss_family == AF_INET ? (const void *)&((const struct sockaddr_in *)from)->sin_addr
-                                                  : (const void *)&((const struct sockaddr_in6 *)from)->sin6_addr;
+    const void *host = host_of((const struct sockaddr *)from);
     if (!port->listens || memcmp(host, port->hears, port->hears_bytes) == 0)
         return true;
     if (port->strangers++ == 0)
@@ -161,7 +165,6 @@ static bool udp_open(struct port *port, const char *rest, struct fault *fault)
             close(fd);
         return fault_set(fault, "udp %s: %s: %s", rest, why, strerror(port->error));
     }
-    hear(port, &a);
     port->fd = fd;
     port->error = 0;
     return true;

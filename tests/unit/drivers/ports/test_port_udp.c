@@ -214,18 +214,21 @@ TEST(a_listening_port_hears_a_host_from_any_port)
 
 TEST(a_listening_port_counts_and_names_strangers)
 {
-    const uint16_t number = listen_to("127.0.0.2");
-    uint16_t unused;
-    uint8_t b[64];
-    int fd = far_end(&unused);
-    for (int i = 1; i <= 2; i++) {
-        send_to(fd, number, "stranger", 8);
-        CHECK_INT(read_ready(b, sizeof(b)), 0);
-        CHECK_INT(port.strangers, i);
+    static const char *const hosts[] = {"127.0.0.2", "127.2", "0x7f000002"}; /* all the same */
+    for (size_t k = 0; k < sizeof(hosts) / sizeof(hosts[0]); k++) {
+        const uint16_t number = listen_to(hosts[k]);
+        uint16_t unused;
+        uint8_t b[64];
+        int fd = far_end(&unused);
+        for (int i = 1; i <= 2; i++) {
+            send_to(fd, number, "stranger", 8);
+            CHECK_INT(read_ready(b, sizeof(b)), 0);
+            CHECK_INT(port.strangers, i);
+        }
+        CHECK_STR(port.stranger, "127.0.0.1");
+        port.ops->close(&port);
+        close(fd);
     }
-    CHECK_STR(port.stranger, "127.0.0.1");
-    port.ops->close(&port);
-    close(fd);
 }
 
 TEST(nobody_there_is_counted_and_waited_out)
