@@ -13,6 +13,8 @@
 /* So long after the last value that was used, what came instead is reported. */
 #define UNUSED_NS 5000000000u
 
+#define LATE_READS 4096 /* a terminal has waiting what 17 of them take, a socket a datagram for each */
+
 #define RETRY_FIRST_NS 100000000u
 #define RETRY_MOST_NS  1000000000u
 
@@ -27,7 +29,6 @@ struct nmea {
     bool announced, was_open, stranger_told;
     struct nmea_parser parser;
     uint64_t t_ns; /* of the bytes read last */
-    bool behind;   /* more bytes than were read had waited too long */
     struct garbage garbage;
     struct nmea_status status;
     struct nmea_came before; /* when a value was used last */
@@ -123,14 +124,23 @@ static void tell_stranger(struct nmea *nmea)
 
 /* When the bytes just read came. False: nobody knows, for they waited while the process was held up. A heading or a
  * depth of no known time is none; the next comes soon. */
-static bool arrival(struct nmea *nmea, size_t got, size_t most)
+static bool arrival(struct nmea *nmea)
 {
     const uint64_t now_ns = loop_reread(nmea->input->loop);
     const bool noted = nmea->port.t_ns && nmea->port.t_ns < now_ns;
-    const bool late = nmea->behind || now_ns - loop_since(nmea->input->loop) > LOOP_TIMELY_NS;
     nmea->t_ns = noted ? nmea->port.t_ns : now_ns;
-    nmea->behind = !noted && late && got == most;
-    return noted || !late;
+    return noted || now_ns - loop_since(nmea->input->loop) <= LOOP_TIMELY_NS;
+}
+
+/* All that waits, and not only what one read gives: the loop would call the rest new. */
+static void leave_out(struct nmea *nmea, uint8_t *in, size_t size, ssize_t got)
+{
+    nmea_parser_reset(&nmea->parser);
+    nmea->status.late_bytes += (size_t)got;
+    for (int i = 0; i < LATE_READS && (got = nmea->port.ops->read(&nmea->port, in, size)) > 0; i++) {
+        nmea->status.bytes_in += (size_t)got;
+        nmea->status.late_bytes += (size_t)got;
+    }
 }
 
 static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
@@ -154,9 +164,8 @@ static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
     const uint8_t *bytes = in;
     size_t n = (size_t)got;
     nmea->status.bytes_in += n;
-    if (!arrival(nmea, n, sizeof in)) {
-        nmea_parser_reset(&nmea->parser);
-        nmea->status.late_bytes += n;
+    if (!arrival(nmea)) {
+        leave_out(nmea, in, sizeof in, got);
         return;
     }
     while (nmea_parser_next(&nmea->parser, &bytes, &n, &value))

@@ -7,7 +7,9 @@
 #include "tests/lib/test.h"
 
 #include <fcntl.h>
+#include <math.h>
 #include <string.h>
+#include <time.h>
 #include <unistd.h>
 
 #include "daemon/input/nmea.h"
@@ -144,10 +146,34 @@ TEST(a_clients_attitude_is_worth_more_than_a_heading)
     end();
 }
 
+/* More than a terminal gives at one read. */
+TEST(nothing_that_waited_is_used_however_much_it_is)
+{
+    static const char sentence[] = "$GPHDT,90.0,T\r\n";
+    uint64_t n = 0;
+    struct pose pose;
+    begin(CONF_NMEA_BOTH, NAN);
+    hear("$GPHDT,10.0,T");
+    loop_turn(loop, 0);
+    loop_turn(loop, 0);
+    const uint64_t before = status().bytes_in;
+    for (; n < 600 * (sizeof sentence - 1); n += sizeof sentence - 1)
+        CHECK(write(instrument, sentence, sizeof sentence - 1) == sizeof sentence - 1);
+    nanosleep(&(struct timespec){.tv_nsec = 2 * (long)LOOP_TIMELY_NS}, NULL); /* held up for long enough */
+    TURN_UNTIL(loop, status().bytes_in >= before + n);
+    CHECK_INT(status().late_bytes, n);
+    CHECK_INT(status().counts.values, 1);
+    pose = hear("$GPHDT,20.0,T");
+    CHECK_NEAR(pose.attitude[3], sin(geo_rad(10)), 0, 1e-6);
+    CHECK_INT(status().counts.values, 2);
+    end();
+}
+
 int main(void)
 {
     RUN(headings_are_true_ones);
     RUN(only_what_is_wanted_is_used);
     RUN(a_clients_attitude_is_worth_more_than_a_heading);
+    RUN(nothing_that_waited_is_used_however_much_it_is);
     return test_end();
 }
