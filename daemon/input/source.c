@@ -133,7 +133,7 @@ static struct ping *io_ping_begin(void *ctx)
  */
 static bool place(struct source *s, struct ping *ping)
 {
-    const uint64_t doubt_ns = ping->t_ns < s->late_ns ? s->doubt_ns : 0;
+    const uint64_t doubt_ns = ping->t_ns <= s->late_ns ? s->doubt_ns : 0;
     const uint64_t t_ns = s->env.ping_time(s->env.ctx, s, ping);
     ping->t_ns = t_ns > doubt_ns ? t_ns - doubt_ns : 0;
     if (!doubt_ns) {
