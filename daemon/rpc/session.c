@@ -319,7 +319,7 @@ static void note_arrival(struct session *session, bool left)
     const uint64_t seen_ns = loop_since(session->host->loop);
 
     session->since_ns = session->empty_ns;
-    if (!session->left && seen_ns >= session->listen_ns && seen_ns > session->empty_ns)
+    if (!session->left && seen_ns > session->listen_ns && seen_ns > session->empty_ns)
         session->since_ns = seen_ns;
     session->left = left;
     if (!left)
@@ -492,7 +492,7 @@ bool session_open(struct session_host *host, int fd, struct session **slot)
         .tokens = REQUESTS_BURST,
         .tokens_ns = now_ns,
         .listen_ns = now_ns,
-        .empty_ns = now_ns,
+        .empty_ns = loop_since(host->loop), /* it may have connected and sent then */
         .progress_ns = patience_clock(host),
         .active_ns = patience_clock(host),
         .watches = {.loop = host->loop,

@@ -245,6 +245,26 @@ TEST(nor_is_one_that_waited_behind_other_requests)
     rig_end();
 }
 
+/* It may have connected before. */
+TEST(nor_is_the_first_of_a_client_that_waited_to_be_accepted)
+{
+    static const char pose[] = "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"pose\",\"params\":"
+                               "{\"attitude_deg\":[0,0,10]}}\n";
+    rig_start(SCENE, POSES);
+    rig_run(1);
+    const int fd = rig_connect();
+    CHECK_INT(write(fd, pose, sizeof pose - 1), sizeof pose - 1);
+    rig_hold(2);
+    rig_run(0.05);
+    CHECK_INT(rig.d.poses.taken, 0);
+    CHECK_INT(rig.d.poses.refused, 1);
+    CHECK_INT(write(fd, pose, sizeof pose - 1), sizeof pose - 1);
+    rig_run(0.05);
+    CHECK_INT(rig.d.poses.taken, 1);
+    close(fd);
+    rig_end();
+}
+
 /* The name of the only capture in the folder. */
 static void find_capture(const char *folder, char path[300])
 {
@@ -314,6 +334,7 @@ int main(void)
     RUN(a_pose_that_tells_its_time_is_taken_however_late);
     RUN(a_pose_without_a_time_is_not_taken_for_one_of_now);
     RUN(nor_is_one_that_waited_behind_other_requests);
+    RUN(nor_is_the_first_of_a_client_that_waited_to_be_accepted);
     RUN(a_replay_of_it_leaves_out_the_same_pings);
     return test_end();
 }
