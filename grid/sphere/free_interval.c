@@ -43,14 +43,14 @@ void free_withdraw(struct free_interval *list, const struct free_ping *ping)
     list[0] = interval_of(&(struct stretch){0}, ping);
 }
 
-/* Older evidence while a new interval is put before it: one more than there is room for, and one that may be split. */
-struct older {
+/* Intervals while they are put together: one more than there is room for, and one that may be split. */
+struct parts {
     struct free_interval part[FREE_INTERVALS + 2];
     unsigned n;
 };
 
 /* Takes in what is left of f beside the new interval, which may be something on both sides. */
-static void keep_beside(struct older *o, const struct free_interval *f, const struct free_interval *fresh)
+static void keep_beside(struct parts *o, const struct free_interval *f, const struct free_interval *fresh)
 {
     struct free_interval near = *f, far = *f;
     if (!holds(f))
@@ -63,30 +63,34 @@ static void keep_beside(struct older *o, const struct free_interval *f, const st
         o->part[o->n++] = far;
 }
 
-static uint64_t apart(uint64_t a, uint64_t b)
-{
-    return a > b ? a - b : b - a;
-}
-
-static void remove_part(struct older *o, unsigned k)
+static void remove_part(struct parts *o, unsigned k)
 {
     memmove(&o->part[k], &o->part[k + 1], (--o->n - k) * sizeof o->part[0]);
 }
 
-/* One part less: see FREE_INTERVALS. */
-static void lose_one(struct older *o)
+/* What joining two parts costs: so much water counts as so much older, in m s. */
+static double cost_of(const struct free_interval *a, const struct free_interval *b)
 {
-    unsigned first = o->n, second = o->n, shortest = 0;
+    const struct free_interval *newer = a->t_ping_ns > b->t_ping_ns ? a : b, *older = newer == a ? b : a;
+    return ((double)newer->to_m - (double)newer->from_m) * (double)(newer->t_ping_ns - older->t_ping_ns) * 1e-9;
+}
+
+/* One part less: see FREE_INTERVALS. Of parts that do not touch the first stays. */
+static void lose_one(struct parts *o)
+{
+    unsigned first = o->n, second = o->n, shortest = 1;
+    double least = INFINITY;
     for (unsigned i = 0; i < o->n; i++) {
-        if (o->part[i].to_m - o->part[i].from_m < o->part[shortest].to_m - o->part[shortest].from_m)
+        if (i > 0 && o->part[i].to_m - o->part[i].from_m < o->part[shortest].to_m - o->part[shortest].from_m)
             shortest = i;
-        for (unsigned k = i + 1; k < o->n; k++)
-            if (touch(&o->part[i], &o->part[k]) &&
-                (first == o->n || apart(o->part[i].t_ping_ns, o->part[k].t_ping_ns) <
-                                      apart(o->part[first].t_ping_ns, o->part[second].t_ping_ns))) {
+        for (unsigned k = i + 1; k < o->n; k++) {
+            const double cost = cost_of(&o->part[i], &o->part[k]);
+            if (touch(&o->part[i], &o->part[k]) && cost < least) {
+                least = cost;
                 first = i;
                 second = k;
             }
+        }
     }
     if (first == o->n) {
         remove_part(o, shortest);
@@ -98,26 +102,17 @@ static void lose_one(struct older *o)
 
 void free_add(struct free_interval *list, const struct stretch *s, const struct free_ping *ping)
 {
-    struct free_interval fresh = interval_of(s, ping);
-    struct older older = {.n = 0};
-    unsigned k = 0;
+    const struct free_interval fresh = interval_of(s, ping);
+    struct parts all = {.part = {fresh}, .n = 1};
     if (!s->leaves_aside && s->ends_at_echo)
         for (unsigned i = 0; i < FREE_INTERVALS; i++)
             list[i].to_m = fminf(list[i].to_m, fresh.to_m);
-    const bool own_turn =
-        holds(&list[0]) && ping->t_ns >= list[0].t_ping_ns && ping->t_ns - list[0].t_ping_ns <= FREE_CHAIN_NS;
-    const bool covers = fresh.from_m <= list[0].from_m && fresh.to_m >= list[0].to_m;
-    if (own_turn && !covers && touch(&list[0], &fresh)) {
-        fresh = joined(&list[0], &fresh);
-        k = 1;
-    }
-    for (; k < FREE_INTERVALS; k++)
-        keep_beside(&older, &list[k], &fresh);
-    while (older.n > FREE_INTERVALS - 1)
-        lose_one(&older);
-    list[0] = fresh;
-    memcpy(&list[1], older.part, older.n * sizeof *list);
-    memset(&list[1 + older.n], 0, (FREE_INTERVALS - 1 - older.n) * sizeof *list);
+    for (int k = 0; k < FREE_INTERVALS; k++)
+        keep_beside(&all, &list[k], &fresh);
+    while (all.n > FREE_INTERVALS)
+        lose_one(&all);
+    memcpy(list, all.part, all.n * sizeof *list);
+    memset(&list[all.n], 0, (FREE_INTERVALS - all.n) * sizeof *list);
 }
 
 static bool has_it(const struct free_interval *list, const struct free_interval *f)
@@ -129,7 +124,7 @@ static bool has_it(const struct free_interval *list, const struct free_interval 
 }
 
 /* What is left of f beside interval k of the list and those behind it: added to o. */
-static void add_rest(struct older *o, struct free_interval f, const struct free_interval *list, unsigned k)
+static void add_rest(struct parts *o, struct free_interval f, const struct free_interval *list, unsigned k)
 {
     for (; k < FREE_INTERVALS && holds(&f); k++) {
         if (!holds(&list[k]) || !touch(&list[k], &f))
@@ -153,7 +148,7 @@ void free_fill(struct free_interval *list, const struct stretch *s, const struct
         *limit_m = f.to_m;
     if (f.to_m <= f.from_m || has_it(list, &f))
         return;
-    struct older all = {.n = 0};
+    struct parts all = {.n = 0};
     for (int k = 0; k < FREE_INTERVALS; k++)
         if (holds(&list[k]))
             all.part[all.n++] = list[k];

@@ -4,17 +4,14 @@
  * no cell.
  *
  * Seen from the grid's centre, one ping of a sensor that sits elsewhere frees only a stretch of a ray: nearer or
- * farther the ray leaves the beam. The stretches that one revolution of a head adds within a few beams are joined; what
- * earlier revolutions freed stands beside them, where newer pings did not look, until it is too old.
+ * farther the ray leaves the beam. What earlier pings freed stands beside it, where newer ones did not look, each as of
+ * its own ping, until it is too old. So a ring-down that ends one bin later makes one bin old, and not the direction.
  */
 #ifndef SONARD_FREE_INTERVAL_H
 #define SONARD_FREE_INTERVAL_H
 
 #include <stdbool.h>
 #include <stdint.h>
-
-/* A head passes the few directions over which a lever arm spreads one ray within this time. */
-#define FREE_CHAIN_NS 5000000000u
 
 struct free_interval {
     uint64_t t_ping_ns; /* of the oldest ping it rests on; 0: none */
@@ -24,9 +21,9 @@ struct free_interval {
 };
 
 /*
- * Of a direction: [0] is what the present revolution freed, the others are what is left of earlier ones, the newest
- * first. No two overlap. Where there are more, the two that touch and differ least in age are joined, as of the older
- * one; where none touch, the shortest goes.
+ * Of a direction: [0] is what the last ping freed, the others are what is left of earlier ones. No two overlap. Where
+ * there are more, two that touch are joined, as of the older one: those where the least water grows older by the least,
+ * mostly neighbours of one revolution. Where none touch, the shortest goes.
  */
 #define FREE_INTERVALS 4
 

@@ -57,6 +57,7 @@ TEST(nothing_is_free_that_no_ping_freed_and_nothing_is_too_young)
 {
     uint64_t seed = test_seed();
     int invented = 0, young = 0, kept = 0, freed = 0;
+    double older_s = 0;
     for (int trial = 0; trial < 200; trial++) {
         struct free_ping ping = {.t_ns = 100 * SECOND};
         start();
@@ -71,13 +72,14 @@ TEST(nothing_is_free_that_no_ping_freed_and_nothing_is_too_young)
                 young += f && freed_ns[i] && f->t_ping_ns > freed_ns[i];
                 kept += f && freed_ns[i];
                 freed += freed_ns[i] != 0;
+                older_s += f && freed_ns[i] ? (double)(freed_ns[i] - f->t_ping_ns) * 1e-9 : 0;
             }
         }
     }
     CHECK_INT(invented, 0);
     CHECK_INT(young, 0);
     CHECK(kept > freed / 2);
-    printf("# %d of %d freed centimetres are kept\n", kept, freed);
+    printf("# %d of %d freed centimetres are kept, older by %.2f s than they are\n", kept, freed, older_s / kept);
 }
 
 /* The same pings, the newest first: what is made anew holds no more either, and hardly less. */
@@ -128,6 +130,46 @@ TEST(neighbours_of_a_revolution_are_one_interval)
     CHECK_NEAR(run.path_m, 0, 0, 0);
 }
 
+/* A ring-down that ends a bin later, and less range: the rest of what was free before grows old by itself. */
+TEST(what_a_ping_no_longer_covers_makes_nothing_else_old)
+{
+    const struct stretch before = {.from_m = 0.267, .to_m = 9.01}, after = {.from_m = 0.275, .to_m = 9};
+    struct free_ping ping = {.t_ns = SECOND};
+    start();
+    add(&before, &ping);
+    for (int n = 0; n < 5; n++) {
+        ping.t_ns += SECOND;
+        ping.path_m += 0.1;
+        ping.sensor = 1;
+        add(&after, &ping);
+        CHECK_INT(holding(0.276)->t_ping_ns, ping.t_ns);
+        CHECK_INT(holding(8.999)->t_ping_ns, ping.t_ns);
+        CHECK_INT(holding(5)->sensors, 2);
+        CHECK_NEAR(holding(5)->path_m, ping.path_m, 0, 0);
+        CHECK_INT(holding(0.27)->t_ping_ns, SECOND);
+        CHECK_INT(holding(9.005)->t_ping_ns, SECOND);
+    }
+}
+
+/* Where there is no room for all, the bin beside most of the ray does not make it older, be it by little. */
+TEST(without_room_the_least_water_grows_older)
+{
+    static const struct {
+        double from_m, to_m;
+        unsigned second;
+    } row[] = {{0.27, 0.3, 2}, {0.3, 6, 3}, {6, 6.5, 6}, {6.5, 7, 20}, {7, 8, 30}};
+    start();
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        const struct free_ping ping = {.t_ns = row[i].second * SECOND};
+        add(&(struct stretch){.from_m = row[i].from_m, .to_m = row[i].to_m}, &ping);
+    }
+    CHECK_INT(holding(0.28)->t_ping_ns, 2 * SECOND);
+    CHECK_INT(holding(3)->t_ping_ns, 3 * SECOND);
+    CHECK_INT(holding(6.2)->t_ping_ns, 3 * SECOND);
+    CHECK_INT(holding(6.8)->t_ping_ns, 20 * SECOND);
+    CHECK_INT(holding(7.05)->t_ping_ns, 30 * SECOND);
+}
+
 TEST(what_is_heard_no_farther_takes_nothing_back_and_an_echo_does)
 {
     const struct free_ping before = {.t_ns = SECOND}, later = {.t_ns = 40 * SECOND};
@@ -162,6 +204,8 @@ int main(void)
     RUN(nothing_is_free_that_no_ping_freed_and_nothing_is_too_young);
     RUN(intervals_made_anew_hold_what_pings_freed_and_no_more);
     RUN(neighbours_of_a_revolution_are_one_interval);
+    RUN(what_a_ping_no_longer_covers_makes_nothing_else_old);
+    RUN(without_room_the_least_water_grows_older);
     RUN(what_is_heard_no_farther_takes_nothing_back_and_an_echo_does);
     RUN(a_ping_that_received_nothing_usable_takes_all_back);
     return test_end();
