@@ -108,6 +108,7 @@ bool method_sectors(const struct rpc_call *call, json_t *params, struct json_out
                                          .lo_rad = geo_rad(band[0]),
                                          .hi_rad = geo_rad(band[1]),
                                          .reach_m = reach_m,
+                                         .near_m = query_near_m(d),
                                          .count = (size_t)count},
                    sector);
     const double width_deg = 360.0 / (double)count;
@@ -157,7 +158,8 @@ bool method_nearest(const struct rpc_call *call, json_t *params, struct json_out
                                     .hi_rad = geo_rad(band[1]),
                                     .from_rad = geo_rad(around[0]),
                                     .width_rad = geo_wrap(geo_rad(around[1] - around[0])),
-                                    .reach_m = params_number(params, "distance_m")};
+                                    .reach_m = params_number(params, "distance_m"),
+                                    .near_m = query_near_m(d)};
     const struct answer_now now = query_now(d);
     const struct answer_conf limits = grid_limits(grid);
     struct nearest n;

@@ -39,6 +39,7 @@ struct scene {
     bool started;
     struct picture_frame frame;
     struct answer_now now;
+    struct sight_place place;
     struct answer_query query;
     struct answer answer;
     double axis[3];     /* of the cone, in NED or the body's axes, as are the places of cells */
@@ -209,14 +210,14 @@ static void write_free_interval(struct json_out *out, const char *name, const st
     json_out_close(out, '}');
 }
 
-/* How many directions were ever looked at, and the free intervals that clear stands or falls with. */
+/* How many directions were ever observed, and the free intervals that the answer rests on. */
 static void take_free_interval(struct scene *s, uint32_t direction)
 {
     struct picture_entry e;
     picture_get(grid_picture(s->grid), direction, &e);
-    struct free_interval c = free_longest(e.free, FREE_INTERVALS);
-    if (!c.t_ping_ns)
-        c = e.free[0];
+    const struct sight_observer by = {&s->limits, &s->now, &s->place, s->query.near_m, s->query.distance_m};
+    enum answer_reason reason;
+    const struct free_interval c = sight_water(&e, &by, &reason);
     s->directions++;
     s->never += c.t_ping_ns == 0;
     if (!c.t_ping_ns)
@@ -316,6 +317,7 @@ static void begin_directions(struct scene *s)
 {
     struct picture *picture = grid_picture(s->grid);
     picture_get_frame(picture, &s->frame);
+    sight_locate(&s->frame, &s->now, &s->place);
     answer_direction(picture, &s->limits, &s->now, &s->query, &s->answer);
     geo_direction(s->query.az_rad, s->query.el_rad, s->axis);
     sight_to_grid(&s->frame, &s->now, s->query.ned, s->axis);
@@ -389,6 +391,7 @@ static struct scene *begin_scene(struct methods_env *d, json_t *params, struct r
     s->grid = grid;
     s->limits = grid_limits(grid);
     direction_query(params, &s->query);
+    s->query.near_m = query_near_m(d);
     s->count = (uint32_t)params_integer(params, "count");
     s->now = query_now(d);
     const double reach_rad = rings_reach(grid_picture(grid)->rings);

@@ -270,7 +270,8 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
             continue;
         struct picture_entry e;
         struct sight view;
-        sight_look(p, visit.direction, &(struct sight_observer){conf, now, &place}, &e, &view);
+        sight_look(p, visit.direction, &(struct sight_observer){conf, now, &place, q->near_m, share.need_m}, &e,
+                   &view);
         if (view.obstacle && view.near_m <= share.need_m)
             add_obstacle(&tally, &view, now, place.moved_m);
         if (share.beside)
@@ -312,7 +313,7 @@ struct sectors {
     const struct answer_now *now;
     struct sight_place place;
     struct overlap_band band; /* of the body when `turned` */
-    double need_m;
+    double near_m, need_m;
     double slack_rad; /* uncertainty of the attitude, when the angles are the body's */
     /* how far beside a direction its observed water may lie; an obstacle may lie farther */
     double water_rad;
@@ -341,7 +342,8 @@ static void add_to_sectors(struct sectors *s, uint32_t d, struct overlap_cell *c
 {
     struct picture_entry e;
     struct sight view;
-    sight_look(s->picture, d, &(struct sight_observer){s->conf, s->now, &s->place}, &e, &view);
+    sight_look(s->picture, d, &(struct sight_observer){s->conf, s->now, &s->place, s->near_m, s->need_m}, &e,
+               &view);
     const struct overlap_run water = overlap_run(&s->band, cell, s->water_rad);
     for (size_t k = 0; k < water.n; k++)
         add_water(tally_of(s, &water, k), &view, s->need_m, false, 0);
@@ -449,6 +451,7 @@ static void sectors_once(struct picture *p, const struct answer_conf *conf, cons
                         .conf = conf,
                         .now = now,
                         .band = {.lo_rad = band->lo_rad, .hi_rad = band->hi_rad, .count = band->count},
+                        .near_m = band->near_m,
                         .need_m = band->reach_m > 0 ? band->reach_m : frame.range_max_m,
                         .axes_rad = band->ned ? frame.axes_rad : 0,
                         .tally = tally,

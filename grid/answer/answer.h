@@ -56,7 +56,8 @@ struct answer_query {
     bool corridor;     /* a corridor of radius_m around the line; otherwise a cone of half_angle_rad */
     double half_angle_rad;
     double radius_m;
-    /* beside a corridor, water nearer than this is asked for only where an echo was received; [0, inf) */
+    /* water nearer than this does not make the answer old, and beside a corridor it is asked for only where an echo
+     * was received; [0, inf) */
     double near_m;
 };
 
@@ -69,7 +70,8 @@ struct answer {
     double confidence;
     double free_to_m;  /* free from blind_to_m at least to here */
     double blind_to_m; /* nothing is known nearer than this */
-    double age_s;      /* blocked: of the obstacle's last echo; clear: of the oldest ping; negative: no evidence */
+    /* blocked: of the obstacle's last echo; else of the oldest ping of what is asked about; negative: no evidence */
+    double age_s;
 };
 
 /** answer_direction - the state of a cone or corridor up to distance_m. */
@@ -81,6 +83,7 @@ struct answer_band {
     bool ned; /* otherwise of the body */
     double lo_rad, hi_rad;
     double reach_m; /* clear: free as far as this; 0: as far as any sonar listened */
+    double near_m;  /* water nearer than this does not make the answer old */
     size_t count;
 };
 

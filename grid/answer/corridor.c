@@ -251,7 +251,7 @@ static void add(const struct look *l, uint32_t direction, struct reach reach)
         return;
     struct picture_entry e;
     struct sight s;
-    sight_look(l->picture, direction, &(struct sight_observer){l->conf, l->now, &l->place}, &e, &s);
+    sight_look(l->picture, direction, &(struct sight_observer){l->conf, l->now, &l->place, own_m, exit_m}, &e, &s);
     if (s.obstacle && s.near_m <= side_m && s.near_m * foreshortened <= end_m)
         meet(out, &s, l->now, v, place_m(t, s.near_m, v, foreshortened, reach));
     const double sure_m = s.obstacle ? s.near_m : INFINITY;

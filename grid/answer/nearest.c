@@ -68,9 +68,10 @@ static bool in_window(const struct scene *s, const struct window *w, uint32_t d)
     return -v[2] >= w->lo && -v[2] <= w->hi && (w->half_rad >= GEO_PI || in_azimuth(w, v));
 }
 
-static void see(const struct scene *s, uint32_t d, struct picture_entry *e, struct sight *sight)
+static void see(const struct scene *s, uint32_t d, double to_m, struct picture_entry *e, struct sight *sight)
 {
-    sight_look(s->picture, d, &(struct sight_observer){s->conf, s->now, &s->place}, e, sight);
+    sight_look(s->picture, d, &(struct sight_observer){s->conf, s->now, &s->place, s->query->near_m, to_m}, e,
+               sight);
 }
 
 static double reach_of(const struct scene *s)
@@ -86,7 +87,7 @@ static void compare(const struct scene *s, uint32_t d, double *best_m, struct ne
     double v[3];
     if (picture_edge_m(s->picture, d) - s->place.moved_m >= *best_m) /* nothing there is nearer */
         return;
-    see(s, d, &e, &sight);
+    see(s, d, *best_m, &e, &sight);
     if (!sight.obstacle || sight.near_m >= *best_m || sight.near_m > reach_of(s))
         return;
     const struct window window = window_at(s, sight.near_m + s->place.moved_m);
@@ -125,7 +126,7 @@ static void weigh_direction(const struct scene *s, uint32_t d, double to_m, stru
 {
     struct picture_entry e;
     struct sight sight;
-    see(s, d, &e, &sight);
+    see(s, d, to_m, &e, &sight);
     const enum answer_reason why = sight.reason != ANSWER_HEARD  ? sight.reason
                                    : to_m <= sight.blind_m       ? ANSWER_BLIND
                                    : sight.clear_m < to_m - 1e-9 ? ANSWER_BEYOND

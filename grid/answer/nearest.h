@@ -14,6 +14,7 @@ struct nearest_query {
     /* azimuths that count, clockwise from the first, and the cells on their edges; width 0 or a turn: all around */
     double from_rad, width_rad;
     double reach_m; /* obstacles farther away do not count; 0: all do */
+    double near_m;  /* water nearer than this does not make the answer old */
 };
 
 struct nearest {

@@ -43,14 +43,41 @@ static enum answer_reason against(const struct free_interval *c, const struct an
 
 const struct sight sight_never = {.reason = ANSWER_NEVER, .age_s = -1, .hint_m = INFINITY};
 
+/* The oldest ping of the run's water that is asked about; its parts are among the n. */
+static uint64_t oldest_asked(const struct free_interval *run, const struct free_interval *part, unsigned n,
+                             const struct sight_observer *by)
+{
+    const double from_m = fmax((double)run->from_m, by->from_m - by->place->moved_m);
+    const double to_m = fmin((double)run->to_m, by->to_m + by->place->moved_m);
+    uint64_t oldest_ns = UINT64_MAX;
+    for (unsigned i = 0; i < n; i++)
+        if (fmax((double)part[i].from_m, from_m) < fmin((double)part[i].to_m, to_m) &&
+            part[i].t_ping_ns < oldest_ns)
+            oldest_ns = part[i].t_ping_ns;
+    return oldest_ns < UINT64_MAX ? oldest_ns : run->t_ping_ns;
+}
+
+struct free_interval sight_water(const struct picture_entry *e, const struct sight_observer *by,
+                                 enum answer_reason *reason)
+{
+    struct free_interval good[FREE_INTERVALS];
+    unsigned n = 0;
+    for (int k = 0; k < FREE_INTERVALS; k++)
+        if (against(&e->free[k], by->conf, by->now, by->place) == ANSWER_HEARD)
+            good[n++] = e->free[k];
+    *reason = n ? ANSWER_HEARD : against(&e->free[0], by->conf, by->now, by->place);
+    struct free_interval run = free_longest(good, n);
+    if (!run.t_ping_ns)
+        return n ? good[0] : e->free[0];
+    run.t_ping_ns = oldest_asked(&run, good, n, by);
+    return run;
+}
+
 static void look(const struct picture *p, const struct picture_entry *e, const struct sight_observer *by,
                  struct sight *v)
 {
-    const struct answer_conf *conf = by->conf;
     const struct answer_now *now = by->now;
     const struct sight_place *place = by->place;
-    struct free_interval good[FREE_INTERVALS];
-    unsigned n = 0;
     double clear_m = INFINITY;
     *v = sight_never;
     for (unsigned i = 0; i < PICTURE_OBSTACLES && !v->obstacle; i++) {
@@ -65,21 +92,11 @@ static void look(const struct picture *p, const struct picture_entry *e, const s
         clear_m = fmin(clear_m, o->near_m);
     }
     v->hint_m = fmax(0, fmin(clear_m, e->hint_m > 0 ? (double)e->hint_m : INFINITY) - place->moved_m);
-    for (int k = 0; k < FREE_INTERVALS; k++) {
-        enum answer_reason why = against(&e->free[k], conf, now, place);
-        if (why == ANSWER_HEARD)
-            good[n++] = e->free[k];
-        else if (k == 0)
-            v->reason = why;
-    }
-    struct free_interval run = free_longest(good, n);
-    if (!run.t_ping_ns)
-        run = n ? good[0] : e->free[0];
+    const struct free_interval run = sight_water(e, by, &v->reason);
     if (run.t_ping_ns)
         v->age_s = sight_seconds(now->now_ns, run.t_ping_ns);
-    if (!n)
+    if (v->reason != ANSWER_HEARD)
         return;
-    v->reason = ANSWER_HEARD;
     v->blind_m = run.from_m + place->moved_m;
     v->clear_m = fmax(0, fmin(clear_m, run.to_m) - place->moved_m);
 }

@@ -21,7 +21,8 @@ struct sight_place {
 /* What one direction says, as seen from there. */
 struct sight {
     enum answer_reason reason; /* why not clear to clear_m; ANSWER_HEARD: it is */
-    double clear_m, blind_m, age_s;
+    double clear_m, blind_m;
+    double age_s; /* of the oldest ping of what is asked about; negative: never pinged */
     const struct picture_obstacle *obstacle; /* nearest that still counts, in the entry; NULL: none */
     double near_m, logodds;
     double hint_m; /* near edge of the nearest evidence that is left, however weak; INFINITY: none */
@@ -56,12 +57,21 @@ bool sight_possible(const struct picture_frame *frame, const struct answer_now *
 /** sight_locate - the vehicle's place against the grid's centre. */
 void sight_locate(const struct picture_frame *frame, const struct answer_now *now, struct sight_place *place);
 
-/* Who looks: by which limits, when, and from where. */
+/* Who looks: by which limits, when, from where, and at what. */
 struct sight_observer {
     const struct answer_conf *conf;
     const struct answer_now *now;
     const struct sight_place *place;
+    double from_m, to_m; /* the water that is asked about: no other makes the answer old */
 };
+
+/**
+ * sight_water - the longest run of an entry's free water that still counts, as of the oldest ping of what is asked
+ * about, or of all of it where none of that is in it. *reason: ANSWER_HEARD, or why none counts: then it is what the
+ * last ping freed; t_ping_ns = 0: there was none. Ranges are from the grid's centre.
+ */
+struct free_interval sight_water(const struct picture_entry *e, const struct sight_observer *by,
+                                 enum answer_reason *reason);
 
 /**
  * sight_look - what a direction says. Everything may be nearer by as much as the vehicle has moved. An obstacle that

@@ -65,6 +65,23 @@ def crossing(bench):
     check(ahead["state"] == "clear", "the pile was ahead 7 s ago: %s" % ahead)
 
 
+def ring_down(bench):
+    """The learned ring-down ends a bin later from about 6 s on. That bin grows old, and not the direction behind it."""
+    clear_for_s, sweep_s = 4.0, 2.0
+    bench.conf(sonar={"sector": "315 45 deg"}, grid={"clear_for": "%g s" % clear_for_s, "forget": "%g s" % clear_for_s})
+    trip = ping360(bench, "--ghost", "0", scene=bench.write("beside", "pile 5 -2 0.4 0 0.5\n"))
+    trip.run(16)
+    at = trip.moments()
+    begins = set()
+    for half_s in range(12, 32):  # the pile has left this direction
+        told = at(half_s / 2).call("explain", azimuth_deg=330, distance_m=7, half_angle_deg=0.5)
+        answer, oldest = told["answer"], told["directions"]["oldest"]
+        check(answer["state"] == "clear" and answer["age_s"] < sweep_s, "at %g s: %s" % (half_s / 2, answer))
+        check(oldest["age_s"] == answer["age_s"], "at %g s: %s rests on %s" % (half_s / 2, answer, oldest))
+        begins.add(answer["blind_to_m"])
+    check(len(begins) > 1, "the ring-down always ends at %s m" % begins)
+
+
 def sits(trip, yaw_deg, seconds):
     """The vehicle lies there with that heading, and says so ten times a second."""
     for _ in range(round(seconds * 10)):
@@ -151,8 +168,8 @@ def first_pings(bench):
 
 WAYS = (("transmit", "new"), ("request", "new"), ("transmit", "old"), ("request", "old"))
 
-cases = [("scene_crossing", crossing), ("scene_attitude", attitude), ("scene_clear_grows_old", clear_grows_old),
-         ("scene_first_pings", first_pings)]
+cases = [("scene_crossing", crossing), ("scene_ring_down", ring_down), ("scene_attitude", attitude),
+         ("scene_clear_grows_old", clear_grows_old), ("scene_first_pings", first_pings)]
 for scene in (box, pile):
     for way in WAYS:
         cases.append(("scene_%s_%s_%s" % (scene.__name__, *way), lambda bench, s=scene, w=way: s(bench, *w)))

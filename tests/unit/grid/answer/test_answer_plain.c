@@ -140,7 +140,7 @@ static struct answer plain(const struct ring_query *q, size_t k)
         struct sight s;
         if (turned)
             quat_rotate_inverse(attitude, v, v);
-        sight_look(&picture, d, &(struct sight_observer){&limits, &now, &place}, &e, &s);
+        sight_look(&picture, d, &(struct sight_observer){&limits, &now, &place, 0, need_m}, &e, &s);
         if (touches(q, k, v, half_az, slack + sight_aside_rad(&place, need_m))) {
             a.free_to_m = fmin(a.free_to_m, s.clear_m);
             a.blind_to_m = fmax(a.blind_to_m, s.blind_m);
@@ -247,7 +247,7 @@ static struct answer plain_line(const struct answer_query *q)
         const double angle = acos(fmax(-1, fmin(1, v[0] * line[0] + v[1] * line[1] + v[2] * line[2])));
         const double gamma = fmax(0, angle - sight_cell_reach(&rings, rings_ring(&rings, d)) - more);
         const struct reach r = plain_reach(q, &place, line, v, gamma);
-        sight_look(&picture, d, &(struct sight_observer){&limits, &now, &place}, &e, &s);
+        sight_look(&picture, d, &(struct sight_observer){&limits, &now, &place, q->near_m, r.need_m}, &e, &s);
         const bool heard = s.reason == ANSWER_HEARD, good = heard && s.blind_m < r.need_m && s.clear_m >= r.need_m;
         const double around = q->half_angle_rad + asin(1 / SIGHT_BESIDE) + more + rings.height_rad;
         if (r.need_m <= 0 || (!q->corridor && angle > around))

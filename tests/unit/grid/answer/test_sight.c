@@ -1,0 +1,117 @@
+/* SPDX-License-Identifier: MIT */
+/* test_sight - how old an answer is: as old as the water that was asked about, whatever stands nearer or farther. */
+#include "tests/lib/picture_rig.h"
+
+#include "grid/answer/corridor.h"
+#include "grid/answer/nearest.h"
+#include "grid/answer/sight.h"
+
+#define SLIVER_S 12 /* what a few older pings freed beyond both ends of the newest: its age */
+#define FRESH_S  2
+#define BEGIN_M  0.275
+#define END_M    8.0
+
+static uint64_t ago(double seconds)
+{
+    return NOW - (uint64_t)(seconds * 1e9);
+}
+
+/* Every direction: free water as the last ping saw it, and one older bin of it at both ends. */
+static void start(double sliver_s)
+{
+    start_with(rings_full(&rings, geo_rad(5)), true);
+    const struct picture_entry e = {
+        .free = {{.t_ping_ns = ago(FRESH_S), .from_m = (float)BEGIN_M, .to_m = (float)END_M},
+                 {.t_ping_ns = ago(sliver_s), .from_m = 0.267f, .to_m = (float)BEGIN_M},
+                 {.t_ping_ns = ago(sliver_s), .from_m = (float)END_M, .to_m = 8.01f}}};
+    picture_begin(&picture);
+    for (uint32_t d = 0; d < rings.n; d++)
+        picture_set(&picture, d, &e);
+    picture_end(&picture);
+}
+
+static struct answer cone(double near_m, double to_m)
+{
+    struct answer a;
+    const struct answer_query q = {.ned = true, .distance_m = to_m, .half_angle_rad = 0.1, .near_m = near_m};
+    answer_direction(&picture, &limits, &now, &q, &a);
+    return a;
+}
+
+static struct answer sector(double near_m, double to_m)
+{
+    struct answer a[4];
+    const struct answer_band band = {
+        .ned = true, .lo_rad = -0.1, .hi_rad = 0.1, .reach_m = to_m, .near_m = near_m, .count = 4};
+    answer_sectors(&picture, &limits, &now, &band, a);
+    return a[0];
+}
+
+static struct nearest nearest(double near_m, double to_m)
+{
+    struct nearest n;
+    const struct nearest_query q = {.ned = true, .lo_rad = -1, .hi_rad = 1, .reach_m = to_m, .near_m = near_m};
+    nearest_look(&picture, &limits, &now, &q, &n);
+    return n;
+}
+
+TEST(an_answer_is_as_old_as_the_water_asked_about)
+{
+    static const struct {
+        double near_m, to_m, age_s;
+    } row[] = {
+        {0.7, 5, FRESH_S},      /* from the vehicle on, and not as far as was heard */
+        {0.7, 8.005, SLIVER_S}, /* the older end is asked about */
+        {0.2, 5, SLIVER_S},     /* so is the older beginning */
+        {0, 5, SLIVER_S},       {0.27, 0.272, SLIVER_S},
+        {0.7, 0.5, SLIVER_S}, /* nothing but the vehicle's own: as old as any of it */
+    };
+    start(SLIVER_S);
+    for (size_t i = 0; i < sizeof row / sizeof *row; i++) {
+        const struct answer c = cone(row[i].near_m, row[i].to_m), s = sector(row[i].near_m, row[i].to_m);
+        const struct nearest n = nearest(row[i].near_m, row[i].to_m);
+        CHECK_INT(c.state, ANSWER_CLEAR);
+        CHECK_INT(s.state, ANSWER_CLEAR);
+        CHECK_INT(n.state, ANSWER_CLEAR);
+        CHECK_NEAR(c.age_s, row[i].age_s, 0, 1e-9);
+        CHECK_NEAR(s.age_s, row[i].age_s, 0, 1e-9);
+        CHECK_NEAR(n.age_s, row[i].age_s, 0, 1e-9);
+        CHECK_NEAR(c.confidence, 1 - row[i].age_s / limits.clear_for_s, 0, 1e-9);
+    }
+}
+
+TEST(a_corridor_is_as_old_as_the_water_that_the_body_enters)
+{
+    const struct corridor_body body = {.radius_m = 0.3, .half_height_m = 0.2, .margin_m = 0.1, .near_m = 0.7};
+    const struct corridor_query q = {.direction = {1, 0, 0}, .ned = true, .most_m = 4};
+    struct corridor c;
+    start(SLIVER_S);
+    corridor_look(&picture, &limits, &now, &body, &q, &c);
+    CHECK_NEAR(c.known_m, q.most_m, 0, 1e-9);
+    CHECK_NEAR(c.age_s, FRESH_S, 0, 1e-9);
+}
+
+/* An older bin beside the last ping's water takes nothing from it when it is too old, and a vehicle that has moved
+ * asks for so much more. */
+TEST(what_is_too_old_ends_the_water_there_alone)
+{
+    start(limits.clear_for_s + 1);
+    const struct answer a = cone(0, 5);
+    CHECK_INT(a.state, ANSWER_CLEAR);
+    CHECK_NEAR(a.age_s, FRESH_S, 0, 1e-9);
+    CHECK_NEAR(a.blind_to_m, BEGIN_M, 0, 1e-6);
+    CHECK_NEAR(a.free_to_m, END_M, 0, 1e-6);
+    CHECK_INT(cone(0, 8.005).state, ANSWER_UNKNOWN);
+    start(SLIVER_S);
+    now.pose.slack_m = 0.3;
+    CHECK_NEAR(cone(1, 5).age_s, FRESH_S, 0, 1e-9);
+    CHECK_NEAR(cone(0.5, 5).age_s, SLIVER_S, 0, 1e-9);
+}
+
+int main(void)
+{
+    RUN(an_answer_is_as_old_as_the_water_asked_about);
+    RUN(a_corridor_is_as_old_as_the_water_that_the_body_enters);
+    RUN(what_is_too_old_ends_the_water_there_alone);
+    return test_end();
+}
