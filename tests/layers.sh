@@ -39,7 +39,8 @@ for room in range sphere voxel; do rule grid/$room "$grid" $fault; done
 rule grid/answer "$grid" $fault 'core/snapshot\.h'
 rule drivers/ports $fault
 rule drivers/gpio $fault
-rule drivers/devices $fault "drivers/ports/$own" 'grid/(ping|geometry)\.h'
+rule drivers/nmea 'grid/geometry\.h'
+rule drivers/devices $fault "drivers/ports/$own" 'drivers/nmea/nmea0183\.h' 'grid/(ping|geometry)\.h'
 rule drivers/pose $fault 'grid/geometry\.h'
 rule drivers/capture $fault 'drivers/ports/can_frame\.h'
 rule daemon/record "$core" "drivers/capture/$own"

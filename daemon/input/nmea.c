@@ -79,7 +79,9 @@ static void take(struct nmea *nmea, const struct nmea_value *value)
 {
     const uint64_t now = nmea->t_ns;
     const bool depth = value->has == NMEA_DEPTH;
-    double heading_rad;
+    double heading_rad = 0;
+    if (value->has == NMEA_NO_DEPTH)
+        return;
     if (nmea->conf.use == (depth ? CONF_NMEA_HEADING : CONF_NMEA_DEPTH)) {
         nmea->status.excluded++;
         return;

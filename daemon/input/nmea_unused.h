@@ -8,7 +8,7 @@
 
 #include "config/conf.h"
 #include "core/fault.h"
-#include "drivers/pose/nmea0183.h"
+#include "drivers/nmea/nmea0183.h"
 
 /* Counters that only grow. */
 struct nmea_came {

@@ -8,7 +8,7 @@
 
 #include "core/fault.h"
 #include "drivers/devices/clock_map.h"
-#include "drivers/pose/nmea0183.h"
+#include "drivers/nmea/nmea0183.h"
 #include "drivers/devices/ping_frame.h"
 #include "drivers/devices/seanet_frame.h"
 #include "daemon/input/pose_log.h"

@@ -17,7 +17,7 @@
 #include "drivers/devices/dronecan.h"
 #include "drivers/devices/imagenex_frame.h"
 #include "drivers/devices/micron.h"
-#include "drivers/pose/nmea0183.h"
+#include "drivers/nmea/nmea0183.h"
 #include "drivers/devices/ping1d.h"
 #include "drivers/devices/ping360.h"
 #include "drivers/devices/surveyor.h"

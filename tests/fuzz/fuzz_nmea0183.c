@@ -5,8 +5,9 @@
  */
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
-#include "drivers/pose/nmea0183.h"
+#include "drivers/nmea/nmea0183.h"
 #include "grid/geometry.h"
 
 int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size);
@@ -21,8 +22,9 @@ static void must(bool fact)
 
 static void check(const struct nmea_value *v)
 {
-    must(v->has == NMEA_DEPTH || v->has == NMEA_TRUE || v->has == NMEA_MAGNETIC);
-    must(fabs(v->depth_m) <= 13000 && v->heading_rad >= 0 && v->heading_rad < GEO_TURN);
+    must(v->has == NMEA_DEPTH || v->has == NMEA_TRUE || v->has == NMEA_MAGNETIC || v->has == NMEA_NO_DEPTH);
+    must(strlen(v->name) == 5 && fabs(v->below_m) <= 12000 && fabs(v->depth_m) <= 13000 && v->heading_rad >= 0 &&
+         v->heading_rad < GEO_TURN);
     sink = sink + v->depth_m + v->heading_rad;
 }
 

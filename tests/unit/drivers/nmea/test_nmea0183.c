@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* test_nmea0183 - sentences of the data sheets give their values; broken, foreign and empty ones give none. */
-#include "drivers/pose/nmea0183.h"
+#include "drivers/nmea/nmea0183.h"
 
 #include "grid/geometry.h"
 #include "tests/lib/test.h"
@@ -78,9 +78,6 @@ static const struct {
     {"checksum that is none", "$GPHDT,274.07,T*-1\r\n", false, COUNT(bad_checksum)},
     {"checksum missing", "$GPHDT,274.07,T\r\n", true, COUNT(bad_checksum)},
     {"empty heading", "$GPHDT,,T\r\n", false, COUNT(not_available)},
-    {"empty depth", "$SDDPT,,0.5\r\n", false, COUNT(not_available)},
-    {"no fields at all", "$SDDPT\r\n", false, COUNT(not_available)},
-    {"DBT without any", "$SDDBT,,f,,M,,F\r\n", false, COUNT(not_available)},
     {"feet that are metres", "$SDDBT,7.8,M,,M,1.3,F\r\n", false, COUNT(bad_sentence)},
     {"THS, not valid", "$GNTHS,123.4,V\r\n", false, COUNT(not_available)},
     {"THS, simulator", "$GNTHS,123.4,S\r\n", false, COUNT(not_available)},
@@ -114,6 +111,39 @@ TEST(refused_sentences)
             printf("%s: %d values, counter %d\n", refused[i].name, found, (int)count);
             test_case_failed = true;
         }
+    }
+}
+
+/* Displays and sounders without a bottom send these. */
+TEST(a_depth_that_is_not_available_is_told)
+{
+    static const char *const lines[] = {"$SDDPT,,0.5\r\n", "$SDDPT\r\n", "$SDDBT,,f,,M,,F\r\n"};
+    for (size_t i = 0; i < sizeof lines / sizeof *lines; i++) {
+        struct nmea_value v;
+        nmea_parser_init(&parser, false);
+        CHECK_INT(feed(lines[i], strlen(lines[i]), &v, 1), 1);
+        CHECK_INT(v.has, NMEA_NO_DEPTH);
+        CHECK_INT(parser.counts.not_available, 1);
+        CHECK_INT(parser.counts.values, 0);
+    }
+}
+
+TEST(what_was_measured_is_kept_beside_the_offset)
+{
+    static const struct {
+        const char *line, *name;
+        double below_m, offset_m;
+    } cases[] = {{"$SDDPT,7.25,0.50,100.0*51\r\n", "SDDPT", 7.25, 0.5},
+                 {"$IIDPT,7.25,-0.50\r\n", "IIDPT", 7.25, -0.5},
+                 {"$SDDPT,24.6,-1.-1,*4B\r\n", "SDDPT", 24.6, 0},
+                 {"$SDDBT,7.8,f,2.4,M,1.3,F*0D\r\n", "SDDBT", 2.4, 0}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct nmea_value v = {0};
+        nmea_parser_init(&parser, false);
+        CHECK_INT(feed(cases[i].line, strlen(cases[i].line), &v, 1), 1);
+        CHECK_NEAR(v.below_m, cases[i].below_m, 1e-9, 0);
+        CHECK_NEAR(v.offset_m, cases[i].offset_m, 1e-9, 0);
+        CHECK_STR(v.name, cases[i].name);
     }
 }
 
@@ -212,6 +242,8 @@ int main(void)
 {
     RUN(good_sentences);
     RUN(refused_sentences);
+    RUN(a_depth_that_is_not_available_is_told);
+    RUN(what_was_measured_is_kept_beside_the_offset);
     RUN(odd_values_are_counted);
     RUN(encapsulated_lines_are_skipped);
     RUN(an_overlong_line_costs_itself_only);

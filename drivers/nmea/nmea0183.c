@@ -45,15 +45,23 @@ static bool number(const char *s, double *value)
     return digit && isfinite(*value);
 }
 
+static enum verdict no_depth(struct nmea_value *value)
+{
+    value->has = NMEA_NO_DEPTH;
+    return NOT_AVAILABLE;
+}
+
 static enum verdict depth(const char *text, double unit_m, double offset_m, struct nmea_value *value)
 {
     double d;
     if (!*text)
-        return NOT_AVAILABLE;
+        return no_depth(value);
     if (!number(text, &d) || fabs(d * unit_m) > 12000)
         return BAD;
     value->has = NMEA_DEPTH;
-    value->depth_m = d * unit_m + (offset_m > 0 ? offset_m : 0);
+    value->below_m = d * unit_m;
+    value->offset_m = offset_m;
+    value->depth_m = value->below_m + (offset_m > 0 ? offset_m : 0);
     return VALUE;
 }
 
@@ -81,7 +89,7 @@ static enum verdict dbt(const char *const f[], struct nmea_value *value)
             return strcmp(f[units[i].field + 1], units[i].letter) != 0
                        ? BAD
                        : depth(f[units[i].field], units[i].unit_m, 0, value);
-    return NOT_AVAILABLE;
+    return no_depth(value);
 }
 
 static enum verdict heading(const char *deg, unsigned kind, double add_deg, struct nmea_value *value)
@@ -193,6 +201,7 @@ static bool take_line(struct nmea_parser *p, struct nmea_value *value)
         at = comma ? comma + 1 : NULL;
     }
     *value = (struct nmea_value){0};
+    snprintf(value->name, sizeof value->name, "%.5s", fields[0]);
     switch (understand(fields, value)) {
     case VALUE:
         p->counts.values++;
@@ -200,7 +209,7 @@ static bool take_line(struct nmea_parser *p, struct nmea_value *value)
         return true;
     case NOT_AVAILABLE:
         p->counts.not_available++;
-        return false;
+        return value->has == NMEA_NO_DEPTH;
     case OTHER:
         p->counts.other++;
         snprintf(p->other, sizeof p->other, "%.7s", fields[0]);

@@ -13,14 +13,22 @@
 
 #define NMEA_LINE_MAX 128 /* the standard has 82 with the end of the line; instruments exceed it a little */
 
-enum nmea_part { NMEA_DEPTH = 1, NMEA_TRUE = 2, NMEA_MAGNETIC = 4 };
+enum nmea_part {
+    NMEA_DEPTH = 1,
+    NMEA_TRUE = 2,
+    NMEA_MAGNETIC = 4,
+    NMEA_NO_DEPTH = 8, /* DPT or DBT without a number: the instrument is there and has no depth */
+};
 
 /* One sentence's worth. Fields that are empty in the sentence are not available. */
 struct nmea_value {
     unsigned has;       /* one of enum nmea_part */
     bool odd;           /* something in it is malformed and was not needed, or a heading is negative */
     double depth_m;     /* of the transducer; DPT with a positive offset: of the water line */
+    double below_m;     /* NMEA_DEPTH: the same as it was measured, without any offset */
+    double offset_m;    /* DPT: of the transducer to the water line, positive, or to the keel, negative; else 0 */
     double heading_rad; /* [0, 2pi); magnetic: with deviation, without variation */
+    char name[6];       /* talker and kind: "SDDPT" */
 };
 
 /* Counters only grow. */
@@ -52,8 +60,9 @@ void nmea_parser_init(struct nmea_parser *p, bool checksum_required);
 void nmea_parser_reset(struct nmea_parser *p);
 
 /**
- * nmea_parser_next - go on through *n bytes at *bytes until a sentence gave a value: true, *value set, *bytes and *n
- * moved behind it. False: all bytes are used up. Any split of the input gives the same values.
+ * nmea_parser_next - go on through *n bytes at *bytes until a sentence gave a value, or one of depth has none: true,
+ * *value set, *bytes and *n moved behind it. False: all bytes are used up. Any split of the input gives the same
+ * values.
  */
 bool nmea_parser_next(struct nmea_parser *p, const uint8_t **bytes, size_t *n, struct nmea_value *value);
 
