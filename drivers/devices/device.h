@@ -121,7 +121,9 @@ struct device_ops {
 
 /* Every device there is: a new one is a new .c and its name here. */
 #define DEVICES(X)                                                                                                \
-    X(micron) X(echolist) X(imagenex852) X(imagenex881a) X(ping360) X(dronecan) X(nmea2000) X(ping1d) X(surveyor)
+    X(micron)                                                                                                     \
+    X(echolist) X(imagenex852) X(imagenex881a) X(nmea0183) X(ping360) X(dronecan) X(nmea2000) X(ping1d)           \
+        X(surveyor)
 
 #define DEVICE_DECLARE(device) extern const struct device_ops device_##device;
 DEVICES(DEVICE_DECLARE)

@@ -45,7 +45,8 @@ void receiver_ping(struct receiver *l, const struct receiver_range *range, uint6
     ping->flags = (uint8_t)(PING_NEW_TURN | (range->unheard ? PING_UNHEARD : 0));
     ping->n_beams = 1;
     ping->n_bins = 1;
-    ping->dr_m = (float)range_max_m;
+    ping->r0_m = (float)range->range_min_m;
+    ping->dr_m = (float)range_max_m - ping->r0_m;
     ping->az_aperture_rad = ping->el_aperture_rad = (float)range->aperture_rad;
     ping->beam[0] = (struct ping_beam){
         .range_m = (float)range->range_m,

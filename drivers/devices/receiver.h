@@ -21,6 +21,7 @@ struct receiver {
 /** A range for receiver_ping. */
 struct receiver_range {
     double range_m;      /* 0: it listened and heard nothing */
+    double range_min_m;  /* nearer it hears nothing; 0: not known */
     double range_max_m;  /* how far it can hear; 0: as configured */
     double resolution_m; /* step of the number */
     double aperture_rad; /* full width of the beam */

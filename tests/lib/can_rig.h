@@ -71,7 +71,7 @@ static bool rig_open(const struct device_ops *ops, int node, int sensor_id)
 }
 
 /* "10041A2A#0102", 1 ms after what came before */
-static void rig_hear(const char *frame)
+static inline void rig_hear(const char *frame)
 {
     char line[256];
     struct candump_frame f;

@@ -170,6 +170,27 @@ def not_used(bench):
     check(bench.processes[-1].log().count("none used: ") == 1, "not logged once")
 
 
+def echosounder(bench):
+    """Depths of a sounder block where the bottom is and clear the water before it; one without a depth takes that back."""
+    instrument = Instrument(bench)
+    instrument.command("heading -1")
+    bench.conf(sonar={"device": "nmea0183", "port": "serial:%s:4800" % bench.path("nmea"), "range": "20 m",
+                      "rotation": "0 -90 0 deg"}, grid={"elevation": "full"})
+    client = bench.sonard().client()
+
+    def down(distance_m):
+        return client.call("blocked", azimuth_deg=0, elevation_deg=-90, distance_m=distance_m, half_angle_deg=1)
+
+    instrument.command("depth 5")
+    until(lambda: down(5.5)["state"] == "blocked", "the bottom")
+    check(abs(down(5.5)["range_m"] - 5) < 0.3, "the bottom is at 5 m: %s" % down(5.5))
+    until(lambda: down(4)["state"] == "clear", "free water over the bottom")
+    check(down(0.4)["state"] != "clear", "clear nearer than a sounder hears")
+    instrument.command("depth -1")
+    instrument.command("say SDDPT,,0.0")
+    until(lambda: down(4)["state"] == "unknown", "the free water to be taken back")
+
+
 cases = [(f.__name__, f) for f in (heading, depth, magnetic, magnetic_with_variation, attitude_wins, faults, unplugged,
-                                         over_udp, listening, not_used)]
-run(cases, parallel=4)
+                                         over_udp, listening, not_used, echosounder)]
+run(cases, parallel=4, gate=("over_udp", "listening", "not_used", "echosounder"))

@@ -88,6 +88,7 @@ static const struct row rows[] = {
      -1, 0, 0, 7.25, 0.5},
     {"dronecan", &device_dronecan, CAN, "10041A2A#859087D612000085 10041A2A#0000030685FB3625 10041A2A#09404745", 0,
      -1, 0, 0, 7.25, 0},
+    {"nmea0183", &device_nmea0183, TEXT, "$SDDPT,7.25,0.50,100.0*51\r\n", 0, -1, 0, 0, 7.25, 0.5},
     {"nmea2000", &device_nmea2000, CAN, "0DF50B23#11D502000006FF0A", 0, -1, 0, 0, 7.25, 0},
 };
 
