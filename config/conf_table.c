@@ -65,7 +65,8 @@ const struct conf_key conf_keys[] = {
              "faster rate if the sonar supports it. udp:HOST:PORT is a sonar or a bridge on the network, with a\n"
              "numeric address, such as udp:192.168.2.2:9092 or udp:[fe80::1%eth0]:9092. Append :LOCALPORT if the\n"
              "sonar answers to a fixed port only. udp:HOST:PORT:listen only listens, on the local port PORT, to\n"
-             "HOST with any port of its own; 0.0.0.0 and [::] are any host."},
+             "HOST with any port of its own; 0.0.0.0 and [::] are any host. A device that sends nothing\n"
+             "listens like that in every form."},
     {"sonar", "tap", .kind = CONF_PATH, .standard = "none", .instead = "none", SONAR(tap),
      .form = "an absolute path",
      .help = "Symbolic link to a pseudo-terminal that mirrors what the sonar sends, for a viewer or a logger.\n"
@@ -480,7 +481,8 @@ const struct conf_key conf_keys[] = {
      .help =
          "heading: use HDT, THS, HDG and HDM as the heading while no client sends an attitude; the vehicle\n"
          "counts as level. depth: use DPT and DBT as the vehicle's own depth, as depth sensors send it. Leave\n"
-         "depth out for an echosounder: it sends the same sentences for the water below."},
+         "depth out for an echosounder: it sends the same sentences for the water below, and is a sonar\n"
+         "(device = nmea0183)."},
     {"nmea", "variation", QUANTITY(1, "deg", -180, 180), .standard = "none", .instead = "none",
      .instead_value = CONF_NO_VARIATION, CONF(nmea.variation_rad),
      .help = "Magnetic variation, east positive, for headings sent without one. none: such headings are not\n"

@@ -215,6 +215,7 @@ struct nmea *nmea_new(const struct conf_nmea *conf, struct pose_input *input, st
     nmea->conf = *conf;
     nmea->input = input;
     nmea->port.fd = -1;
+    nmea->port.only_listens = true;
     nmea->retry_ns = RETRY_FIRST_NS;
     nmea->fd = (struct loop_fd){.fd = -1, .ready = on_ready, .ctx = nmea};
     nmea->retry = (struct loop_timer){.fire = try_open, .ctx = nmea};

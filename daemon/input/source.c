@@ -432,6 +432,7 @@ static bool set_device(struct source *s, const struct conf_sonar *conf, const st
         return false;
     if (!s->ops)
         return fault_set(fault, "device = %s: there is none", conf->device);
+    s->port.only_listens = s->ops->listens;
     bool wants_frames = s->ops->can_match != NULL;
     if (wants_frames != (strcmp(s->port.ops->encoding, "socketcan") == 0))
         return fault_set(fault, "device = %s: does not work over %s; it needs %s", conf->device, s->address,

@@ -98,6 +98,7 @@ struct device_ops {
     size_t state_size;            /* bytes; the caller gives zeroed, max_align_t-aligned memory */
     uint32_t max_beams, max_bins; /* largest ping that it can make: the pool's buffers are sized by it */
     bool round;                   /* one round transducer: its beam is a cone and not a fan */
+    bool listens;                 /* it sends nothing, ever */
     bool axial;                   /* its only beam lies along the sensor's x axis: it has no sides */
 
     /* Take the configuration. False with a sentence in fault (which key, what is allowed) when it cannot be met. */
@@ -122,8 +123,7 @@ struct device_ops {
 /* Every device there is: a new one is a new .c and its name here. */
 #define DEVICES(X)                                                                                                \
     X(micron)                                                                                                     \
-    X(echolist) X(imagenex852) X(imagenex881a) X(nmea0183) X(ping360) X(dronecan) X(nmea2000) X(ping1d)           \
-        X(surveyor)
+    X(echolist) X(imagenex852) X(imagenex881a) X(nmea0183) X(ping360) X(dronecan) X(nmea2000) X(ping1d) X(surveyor)
 
 #define DEVICE_DECLARE(device) extern const struct device_ops device_##device;
 DEVICES(DEVICE_DECLARE)

@@ -137,6 +137,7 @@ const struct device_ops device_dronecan = {
     .max_bins = 1,
     .round = true,
     .axial = true,
+    .listens = true,
     .init = dronecan_init,
     .opened = dronecan_opened,
     .closed = receiver_closed,

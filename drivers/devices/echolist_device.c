@@ -348,6 +348,7 @@ const struct device_ops device_echolist = {
     .max_beams = ECHOES_MAX,
     .max_bins = 1,
     .round = true,
+    .listens = true,
     .init = echolist_init,
     .opened = echolist_opened,
     .closed = echolist_closed,

@@ -146,6 +146,7 @@ const struct device_ops device_nmea0183 = {
     .max_bins = 1,
     .round = true,
     .axial = true,
+    .listens = true,
     .init = nmea0183_init,
     .opened = receiver_opened,
     .closed = nmea0183_closed,

@@ -167,6 +167,7 @@ const struct device_ops device_nmea2000 = {
     .max_bins = 1,
     .round = true,
     .axial = true,
+    .listens = true,
     .init = nmea2000_init,
     .opened = receiver_opened,
     .closed = receiver_closed,

@@ -82,6 +82,7 @@ struct port {
     uint64_t lost;              /* datagrams or frames that came and found no room in the kernel; only grows */
     uint32_t lost_here;         /* of these, the kernel's own count for this descriptor */
     uint64_t refused;           /* datagrams sent that nobody was there to take, as far as the network said so */
+    bool only_listens;          /* set before open: its user sends nothing, so nobody can answer it */
     bool listens;               /* UDP: only hears; what is written is refused */
     uint8_t hears[16];          /* then: the address whose datagrams are taken */
     size_t hears_bytes;         /* of it: 4, 16, or 0 for everybody's */

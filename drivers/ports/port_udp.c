@@ -6,6 +6,8 @@
  *
  * "192.168.2.9:10110:listen" only listens: on the local port 10110, to that host with any port of its own.
  * "0.0.0.0:10110:listen" and "[::]:10110:listen" hear everybody. Datagrams of other hosts are dropped and counted.
+ * For a user that sends nothing the other forms listen too, on the local port or else on the only one named: a sender
+ * whose own port is another one, as most have, would be dropped by the kernel, and nobody would know.
  *
  * That nobody is there (an ICMP error) is said by the network long after a datagram was taken: it is counted, and the
  * port stays open for the moment when somebody is. Names are refused, since looking one up may take seconds.
@@ -145,6 +147,13 @@ static bool welcome(struct port *port, const struct sockaddr_storage *from)
     return false;
 }
 
+static void only_listen(struct address *a)
+{
+    if (a->local[0])
+        memcpy(a->port, a->local, sizeof(a->port));
+    a->listens = true;
+}
+
 static bool udp_open(struct port *port, const char *rest, struct fault *fault)
 {
     struct address a;
@@ -154,6 +163,8 @@ static bool udp_open(struct port *port, const char *rest, struct fault *fault)
     port->error = EINVAL;
     if (!parse_address(rest, &a, fault))
         return false;
+    if (port->only_listens)
+        only_listen(&a);
     int fd = socket(a.v6 ? AF_INET6 : AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
     const char *why = fd >= 0 ? set_up(port, fd, &a)
                       : errno == EAFNOSUPPORT

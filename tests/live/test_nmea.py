@@ -118,11 +118,10 @@ def unplugged(bench):
 
 
 def over_udp(bench):
-    """Several sentences in a datagram, and one in two of them."""
+    """Several sentences in a datagram, and one in two of them. The sender's own port is not the one in the configuration."""
     local = free_port()
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ours:
-        ours.bind(("127.0.0.1", 0))
-        bench.conf(nmea={"port": "udp:127.0.0.1:%d:%d" % (ours.getsockname()[1], local), "use": "both"})
+        bench.conf(nmea={"port": "udp:127.0.0.1:%d:%d" % (local, local), "use": "both"})
         client = bench.sonard().client()
         until(lambda: nmea(client)["state"] == "open", "the port")
         for part in (b"$GPHDT,274.07,T*03\r\n$INDPT,2.3,0.0*46\r\n$GPH", b"DT,274.07,T*03\r\n"):
@@ -191,6 +190,24 @@ def echosounder(bench):
     until(lambda: down(4)["state"] == "unknown", "the free water to be taken back")
 
 
+def echosounder_over_udp(bench):
+    """As over_udp; a sonar that sends nothing cannot be answered either."""
+    local = free_port()
+    bench.conf(sonar={"device": "nmea0183", "port": "udp:127.0.0.1:%d:%d" % (local, local), "rotation": "0 -90 0 deg"})
+    client = bench.sonard().client()
+
+    def sonar():
+        return client.call("status")["sensors"][0]
+
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as ours:
+        def pinged():
+            ours.sendto(b"$SDDPT,7.25,0.50,100.0*51\r\n", ("127.0.0.1", local))
+            return sonar()["pings"] > 0
+        until(pinged, "a ping")
+    check(sonar()["state"] == "running", "%s" % sonar())
+
+
 cases = [(f.__name__, f) for f in (heading, depth, magnetic, magnetic_with_variation, attitude_wins, faults, unplugged,
-                                         over_udp, listening, not_used, echosounder)]
-run(cases, parallel=4, gate=("over_udp", "listening", "not_used", "echosounder"))
+                                         over_udp, listening, not_used, echosounder,
+                                   echosounder_over_udp)]
+run(cases, parallel=4, gate=("over_udp", "listening", "not_used", "echosounder", "echosounder_over_udp"))

@@ -212,6 +212,34 @@ TEST(a_listening_port_hears_a_host_from_any_port)
     }
 }
 
+/* Of a user that sends nothing: a local port behind the far one, or the only one that is named. */
+TEST(a_port_that_sends_nothing_hears_a_host_from_any_port)
+{
+    static const char *const before[] = {"127.0.0.1:10110", "127.0.0.1"};
+    for (size_t i = 0; i < sizeof(before) / sizeof(before[0]); i++) {
+        uint16_t number = 0, unused;
+        uint8_t b[64];
+        bool had = false;
+        int fd = far_end(&unused);
+        port = (struct port){.fd = -1, .only_listens = true};
+        for (int k = 0; k < 100 && !had; k++) { /* somebody else may be quicker */
+            char rest[64];
+            close(far_end(&number));
+            snprintf(rest, sizeof(rest), "%s:%u", before[i], number);
+            had = port_udp.open(&port, rest, &fault);
+            CHECK(had || port.error == EADDRINUSE);
+        }
+        CHECK(had);
+        CHECK_INT(own_number(), number);
+        send_to(fd, number, "any", 3);
+        CHECK_INT(read_ready(b, sizeof(b)), 3);
+        CHECK_INT(port.strangers, 0);
+        port.ops->close(&port);
+        close(fd);
+    }
+    port = (struct port){.fd = -1};
+}
+
 TEST(a_listening_port_counts_and_names_strangers)
 {
     static const char *const hosts[] = {"127.0.0.2", "127.2", "0x7f000002"}; /* all the same */
@@ -399,6 +427,7 @@ int main(void)
     RUN(a_break_is_one_empty_datagram);
     RUN(bytes_of_others_are_not_read);
     RUN(a_listening_port_hears_a_host_from_any_port);
+    RUN(a_port_that_sends_nothing_hears_a_host_from_any_port);
     RUN(a_listening_port_counts_and_names_strangers);
     RUN(nobody_there_is_counted_and_waited_out);
     RUN(local_port_is_had_or_refused);
