@@ -16,6 +16,7 @@
 
 #include "core/fault.h"
 #include "ping_talk.h"
+#include "takeover.h"
 
 #define MS     1000000ull
 #define SECOND 1000000000ull
@@ -28,6 +29,8 @@
 #define PING_LEAST_NS  (50 * MS)
 #define POWER_UP_WRAP  (1ull << 32)
 #define STEPS          400
+#define SLACK_MM       50 /* how exactly it takes its range is not known: this, */
+#define SLACK_SHARE    20 /* and a part of the end in so many, which may be the start that it tells */
 
 enum step { IDENTIFY, SETUP, RUN, STOP, N_STEPS };
 
@@ -40,6 +43,7 @@ struct surveyor {
     bool has_atof;  /* of these points came since it was opened: yz would say the same again */
     double start_m; /* that it is set to, as far as is known: 3012 does not say it */
     struct ping_count count;
+    struct takeover takeover;
     struct clock_map clock; /* power_up_ms on the host's clock */
 };
 
@@ -139,6 +143,8 @@ static void nobody_there(void *device, uint64_t now_ns, const struct device_io *
 
 static void points_missed(void *device, uint64_t now_ns, const struct device_io *io)
 {
+    struct surveyor *d = device;
+    takeover_forget(&d->takeover, &d->talk.poller.status);
     poller_restart(device, "the Surveyor stopped sending points", now_ns, io);
 }
 
@@ -175,6 +181,21 @@ static void make_ping(struct surveyor *d, const struct surveyor_points *points, 
     io->ping_done(io->ctx, ping);
 }
 
+/* Somebody else's range, as far as the points tell theirs: 3012 has no start, and 3011 may have neither. */
+static bool is_taken_over(struct surveyor *d, const struct surveyor_points *points, uint64_t now_ns,
+                          const struct device_io *io)
+{
+    const long slack_mm = SLACK_MM + d->set.end_mm / SLACK_SHARE;
+    const double end_m = surveyor_end_m(points, d->conf.sound_speed_mps);
+    const struct takeover_value value[] = {
+        {"end_mm", lround(end_m * 1e3), d->set.end_mm, slack_mm},
+        {"start_mm", lround(points->start_m * 1e3), d->set.start_mm, slack_mm},
+    };
+
+    return end_m > 0.0 &&
+           takeover_ping(&d->takeover, &d->talk.poller.status, value, points->atof ? 1 : 2, now_ns, io);
+}
+
 static void on_points(struct surveyor *d, const struct ping_frame *frame, uint64_t now_ns,
                       const struct device_io *io)
 {
@@ -184,6 +205,7 @@ static void on_points(struct surveyor *d, const struct ping_frame *frame, uint64
         d->talk.poller.status.bad_frame++;
         return;
     }
+    const bool taken_over = at(d, RUN) && is_taken_over(d, &points, now_ns, io);
     d->has_atof |= points.atof;
     if (!points.atof && points.end_m > 0.0)
         d->start_m = points.start_m;
@@ -198,7 +220,10 @@ static void on_points(struct surveyor *d, const struct ping_frame *frame, uint64
         io->note(io->ctx, NOTE_INFO, "%s, %u points, range %.4g m",
                  d->talk.poller.status.what[0] ? d->talk.poller.status.what : "Surveyor", points.n,
                  d->talk.poller.status.range_m);
-    if (at(d, SETUP) || at(d, RUN))
+    if (taken_over) {
+        d->talk.poller.status.restarts++;
+        go_set_up(d, now_ns, io);
+    } else if (at(d, SETUP) || at(d, RUN))
         poller_expect(&d->talk.poller, &steps[RUN], now_ns + SILENCE_NS);
 }
 
@@ -269,6 +294,7 @@ static void surveyor_opened(void *state, uint64_t now_ns, const struct device_io
 {
     struct surveyor *d = state;
     d->has_atof = false;
+    takeover_forget(&d->takeover, &d->talk.poller.status);
     d->start_m = 0.0; /* what is sent to it */
     d->count = (struct ping_count){0};
     clock_map_forget(&d->clock);

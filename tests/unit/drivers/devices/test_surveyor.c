@@ -47,11 +47,17 @@ static void bottom(float (*point)[2], bool atof)
     }
 }
 
+/* How far it listens: as it was set, or 30 m. */
+static double end_m(void)
+{
+    return rig.set.end_mm > 0 ? rig.set.end_mm * 1e-3 : 30.0;
+}
+
 static size_t points_frame(uint8_t *b, size_t size, uint32_t number)
 {
     float point[POINTS][2];
     const struct surveyor_points head = {
-        .ping_number = number, .listening_s = 2.0 * 30.0 / 1500.0, .pulse_s = 100e-6, .n = POINTS};
+        .ping_number = number, .listening_s = 2.0 * end_m() / 1500.0, .pulse_s = 100e-6, .n = POINTS};
     bottom(point, true);
     return surveyor_encode_atof(b, size, 1, &head, 1500.0f, (const float(*)[2])point);
 }
@@ -59,7 +65,8 @@ static size_t points_frame(uint8_t *b, size_t size, uint32_t number)
 static size_t yz_frame(uint8_t *b, size_t size)
 {
     float point[POINTS][2];
-    const struct surveyor_points head = {.start_m = 0.5, .end_m = 30.0, .n = POINTS};
+    const struct surveyor_points head = {
+        .start_m = rig.set.ping ? rig.set.start_mm * 1e-3 : 0.5, .end_m = end_m(), .n = POINTS};
     bottom(point, false);
     return surveyor_encode_yz(b, size, 1, &head, (const float(*)[2])point);
 }
@@ -680,6 +687,38 @@ TEST(it_is_stopped)
     CHECK(device_surveyor.deadline(rig.state) == UINT64_MAX);
 }
 
+/* Another program gives it another range: seen in its points, said once, and set up again. */
+TEST(a_taken_over_sonar_is_set_up_again)
+{
+    static const struct {
+        int32_t start_mm, end_mm;
+        bool yz;
+        const char *says;
+    } row[] = {{0, 60000, false, "end_mm 60000 (sent 30000)"},
+               {0, 10000, true, "end_mm 10000 (sent 30000)"},
+               {5000, 30000, true, "start_mm 5000 (sent 0)"}};
+
+    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+        rig_open();
+        rig.yz_too = row[i].yz;
+        run_for(2 * SEC);
+        CHECK_INT(rig.warnings + status().taken_over, 0);
+        CHECK_STR(status().other_settings, "");
+        const unsigned set_ups = rig.set_ups;
+        rig.set.start_mm = row[i].start_mm;
+        rig.set.end_mm = row[i].end_mm;
+        run_for(4 * SEC);
+        CHECK_INT(status().taken_over, 1);
+        CHECK_INT(rig.warnings, 1);
+        CHECK(strstr(rig.notes, row[i].says) != NULL);
+        CHECK_INT(rig.set_ups, set_ups + 1);
+        CHECK_INT(rig.set.start_mm, 0);
+        CHECK_INT(rig.set.end_mm, 30000);
+        CHECK_STR(status().other_settings, "");
+        CHECK_INT(status().state, DEVICE_RUNNING);
+    }
+}
+
 int main(void)
 {
     RUN(settings_as_the_description_lays_them_out);
@@ -701,6 +740,7 @@ int main(void)
     RUN(lost_and_broken_pings_are_counted);
     RUN(pings_are_timed_by_its_clock);
     RUN(it_is_stopped);
+    RUN(a_taken_over_sonar_is_set_up_again);
     free(rig.state);
     return test_end();
 }
