@@ -1,8 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * rig - the daemon in one process, with its loop on a clock that the test turns: one virtual Ping360 on a line of its
- * own, the server with a client at its socket, no thread that decides anything. Nothing waits and nothing is measured,
- * so a run is the same on any machine. The program is linked with --wrap (Makefile, RIGS).
+ * own, an instrument's line where the configuration has RIG_NMEA, the server with a client at its socket, no thread
+ * that decides anything. Nothing waits and nothing is measured, so a run is the same on any machine. The program is
+ * linked with --wrap (Makefile, RIGS).
  *
  * rig_run() turns the loop every RIG_STEP_NS. rig_hold() lets the sonar and the client go on while the loop stands, as
  * a process does that is stopped.
@@ -33,6 +34,7 @@
 #define RIG_STEP_NS  5000000u
 #define RIG_EPOCH_NS 1700000000000000000u /* Unix time of the clock's 0 */
 #define RIG_BAUD     115200
+#define RIG_NMEA     "[nmea]\nport = serial:/dev/nmea:4800\n"
 
 struct rig {
     struct methods_env d;
@@ -43,6 +45,7 @@ struct rig {
     bool noted;                           /* the port tells when bytes came, as a socket's does: ... */
     uint64_t came_ns;                     /* ... the last ones, then ... */
     int port_fd, there;                   /* ... when more than these were there to read */
+    int instrument;                       /* far end of [nmea]'s line; -1: none */
     bool held;                            /* the loop has stood, and has not turned since */
     double hold_in_turn_s;                /* hold once, between the look and the sonar's read */
     uint64_t next_pose_ns, pose_every_ns; /* every 0: no poses */
@@ -115,15 +118,18 @@ static inline void rig_plug(void)
 static bool rig_open(struct port *port, const char *rest, struct fault *fault)
 {
     int ends[2];
-    (void)rest;
+    const bool nmea = strncmp(rest, "/dev/nmea", 9) == 0;
+    int *const far = nmea ? &rig.instrument : &rig.sim.line.fd;
     port->fd = -1;
     port->error = ENOENT;
-    if (rig.unplugged || socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends) < 0)
+    if ((rig.unplugged && !nmea) || socketpair(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0, ends) < 0)
         return fault_set(fault, "/dev/rig: cannot be opened: %s", strerror(port->error));
-    if (rig.sim.line.fd >= 0)
-        close(rig.sim.line.fd);
-    port->fd = rig.port_fd = ends[0];
-    rig.sim.line.fd = ends[1];
+    if (*far >= 0)
+        close(*far);
+    port->fd = ends[0];
+    if (!nmea)
+        rig.port_fd = ends[0];
+    *far = ends[1];
     return true;
 }
 
@@ -188,6 +194,12 @@ static void rig_on_ping(void *ctx, struct source *source, const struct ping *pin
 {
     struct methods_env *d = ctx;
     template_ping(&d->templates, source_index(source), ping);
+}
+
+static void rig_pose_taken(void *ctx, const struct pose *pose)
+{
+    struct methods_env *d = ctx;
+    map_service_pose(&d->map_service, pose);
 }
 
 static void rig_fault(void *ctx, const char *message)
@@ -281,7 +293,9 @@ static void rig_make_parts(void)
                                         .pose_channel = d->pose_channel,
                                         .source = d->source,
                                         .unix_offset_ns = d->unix_offset_ns,
-                                        .replay = d->replay};
+                                        .replay = d->replay,
+                                        .pose_taken = rig_pose_taken,
+                                        .ctx = d};
     rig_must(aux_sensors_make(&d->aux, &aux, &fault), "auxiliary sensors", &fault);
     rig_must(!d->record || record_start(d->record, &fault), "capture", &fault);
 }
@@ -310,6 +324,7 @@ static void rig_start(const char *scene, const char *conf)
 {
     struct fault fault = {""};
     memset(&rig, 0, sizeof rig);
+    rig.instrument = -1;
     rig_now_ns = 100ull * RIG_S;
     rig.sim.water = (struct water){1500.0, 8.0, 0.5, 1};
     rig_must(scene_parse(&rig.sim.scene, "rig", scene, &fault), "scene", &fault);
@@ -319,6 +334,7 @@ static void rig_start(const char *scene, const char *conf)
     rig_make_parts();
     rig_serve();
     source_start(rig.d.source[0]);
+    rig_must(aux_sensors_start(&rig.d.aux, &fault), "auxiliary sensors", &fault);
 }
 
 static void rig_end(void)
@@ -338,6 +354,8 @@ static void rig_end(void)
     loop_free(d->loop);
     if (rig.sim.line.fd >= 0)
         close(rig.sim.line.fd);
+    if (rig.instrument >= 0)
+        close(rig.instrument);
     rmdir(rig.dir);
 }
 
@@ -419,6 +437,7 @@ static inline void rig_replay(const char *path, const char *conf)
     struct methods_env *d = &rig.d;
     struct fault fault = {""};
     memset(&rig, 0, sizeof rig);
+    rig.instrument = -1;
     rig.sim.line.fd = -1;
     d->replay = true;
     rig_configure(conf);
