@@ -34,6 +34,7 @@
 #define RIG_STEP_NS  5000000u
 #define RIG_EPOCH_NS 1700000000000000000u /* Unix time of the clock's 0 */
 #define RIG_BAUD     115200
+#define RIG_SONAR    "[sonar front]\ndevice = ping360\nport = serial:/dev/rig:115200\nrange = 10 m\n"
 #define RIG_NMEA     "[nmea]\nport = serial:/dev/nmea:4800\n"
 
 struct rig {
@@ -231,8 +232,7 @@ static void rig_configure(const char *more)
     struct methods_env *d = &rig.d;
     struct conf_source *source;
     char text[4096];
-    snprintf(text, sizeof text, "[sonar front]\ndevice = ping360\nport = serial:/dev/rig:115200\nrange = 10 m\n%s",
-             more);
+    snprintf(text, sizeof text, RIG_SONAR "%s", more);
     rig_must(conf_load_text(&d->conf, &source, &(struct conf_text){"rig", text, strlen(text)}, NULL, rig_fault,
                             NULL) == 0,
              "configuration", &(struct fault){"faulty"});

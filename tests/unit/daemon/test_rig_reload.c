@@ -1,0 +1,230 @@
+/* SPDX-License-Identifier: MIT */
+/* test_rig_reload - what a reload says it has applied is in force: each key by what it does, not by what is stored. */
+#include "tests/lib/rig.h"
+
+#include "core/log.h"
+#include "daemon/options.h"
+
+#define OLD "[pose]\nmax_age = 60 s\n"
+
+static char conf_path[80];
+static struct options options;
+
+static void begin(const char *conf)
+{
+    rig_start("cylinder 5 0 0.5\n", conf);
+    snprintf(conf_path, sizeof conf_path, "%s/sonard.conf", rig.dir);
+    options = (struct options){.conf = conf_path, .threads = -1};
+    rig.d.reload = (struct reload_env){.options = &options,
+                                       .conf_name = conf_path,
+                                       .conf = &rig.d.conf,
+                                       .loop = rig.d.loop,
+                                       .pipeline = rig.d.pipeline,
+                                       .poses = &rig.d.poses,
+                                       .server = rig.d.server};
+}
+
+static void end(void)
+{
+    unlink(conf_path);
+    rig_end();
+}
+
+/* The file has the sonar and `more` now; all that is new in it, `n` keys, is applied. */
+static void reload(const char *more, size_t n)
+{
+    FILE *f = fopen(conf_path, "w");
+    CHECK(f != NULL);
+    if (!f)
+        return;
+    fprintf(f, RIG_SONAR "%s", more);
+    fclose(f);
+    json_t *said = rig_ask("reload", "%s", "");
+    CHECK_INT(json_array_size(json_object_get(said, "applied")), n);
+    CHECK_INT(json_array_size(json_object_get(said, "needs_restart")), 0);
+    json_decref(said);
+}
+
+static void pose_once(void)
+{
+    rig_tell_pose();
+    rig_run(2);
+}
+
+static struct pose now(void)
+{
+    struct pose pose = pose_identity;
+    pose_log_at(&rig.d.poses, rig_now_ns, &pose);
+    return pose;
+}
+
+/* A vehicle that was last heard of a while ago may have gone and turned as fast as it ever does. */
+TEST(max_speed_and_max_turn_bound_the_vehicle_at_once)
+{
+    begin(OLD);
+    pose_once();
+    reload(OLD "[vehicle]\nmax_speed = 1 m/s\nmax_turn = 10 deg\n", 2);
+    const struct pose slow = now();
+    CHECK(slow.slack_m > 1 && slow.slack_rad > geo_rad(10));
+    reload(OLD "[vehicle]\nmax_speed = 4 m/s\nmax_turn = 30 deg\n", 2);
+    const struct pose fast = now();
+    CHECK_NEAR(fast.slack_m / slow.slack_m, 4, 1e-6, 0);
+    CHECK_NEAR(fast.slack_rad / slow.slack_rad, 3, 1e-6, 0);
+    end();
+}
+
+/* Of a vehicle without a position: how fast it goes off. */
+TEST(max_speed_and_station_keeping_are_the_drift)
+{
+    begin("");
+    reload("[vehicle]\nmax_speed = 2 m/s\n", 1);
+    CHECK_NEAR(now().drift_mps, hypot(2, 2), 1e-9, 0); /* along and down */
+    rig_run(1);
+    const double before_m = now().drift_m[0];
+    reload("[vehicle]\nmax_speed = 2 m/s\nstation_keeping = 0.5 m/s\n", 1);
+    CHECK_NEAR(now().drift_mps, hypot(0.5, 0.5), 1e-9, 0);
+    CHECK_NEAR(now().drift_m[0], before_m, 1e-9, 0); /* what it has drifted stays */
+    rig_run(2);
+    CHECK_NEAR(now().drift_m[0] - before_m, 1, 1e-6, 0);
+    end();
+}
+
+TEST(max_age_makes_a_pose_old_and_young)
+{
+    begin(OLD);
+    pose_once();
+    CHECK(pose_log_fresh(&rig.d.poses, rig_now_ns));
+    reload("[pose]\nmax_age = 1 s\n", 1);
+    CHECK(!pose_log_fresh(&rig.d.poses, rig_now_ns));
+    reload(OLD, 1);
+    CHECK(pose_log_fresh(&rig.d.poses, rig_now_ns));
+    end();
+}
+
+static double told(const char *method, const char *list, const char *name)
+{
+    json_t *reply = rig_ask(method, "%s", "");
+    json_t *from = list ? json_array_get(json_object_get(reply, list), 0) : reply;
+    const double value = json_number_value(json_object_get(from, name));
+    json_decref(reply);
+    return value;
+}
+
+TEST(limits_of_the_grid_and_of_questions_change)
+{
+    begin(OLD);
+    reload(OLD "[grid]\nclear_for = 7 s\nmove_limit = 3 m\n[answers]\nlook_ahead = 6 m\n", 3);
+    CHECK_NEAR(told("grid_list", "grids", "clear_for_s"), 7, 0, 0);
+    CHECK_NEAR(pipeline_grid(rig.d.pipeline, 0)->setting.limits.move_limit_m, 3, 0, 0);
+    CHECK_NEAR(told("sectors", NULL, "distance_m"), 6, 0, 0);
+    end();
+}
+
+/* All around, and a little more: 400 pings of 0.9 degrees. */
+static void head_turns(void)
+{
+    rig_run_pings(220);
+    rig_run_pings(220);
+}
+
+static unsigned echoes(void)
+{
+    json_t *image = rig_ask("image", "%s", ""), *row;
+    unsigned n = 0;
+    size_t i;
+    json_array_foreach(json_object_get(image, "rows"), i, row) n +=
+        strcmp(json_string_value(json_object_get(row, "state")), "echo") == 0;
+    json_decref(image);
+    return n;
+}
+
+TEST(a_sonars_detector_begins_anew_with_its_new_key)
+{
+    begin(OLD);
+    head_turns();
+    CHECK(echoes() > 0);
+    reload("ring_down = 9.5 m\n" OLD, 1); /* all echoes are nearer: at 4.5 m, and once more there and back */
+    head_turns();
+    CHECK_INT(echoes(), 0);
+    end();
+}
+
+/* ---- the log, in a file of its own ---- */
+
+static int log_was;
+static char log_path[80];
+
+static void log_begin(void)
+{
+    snprintf(log_path, sizeof log_path, "%s/log", rig.dir);
+    log_was = dup(STDERR_FILENO);
+    CHECK(freopen(log_path, "w", stderr) != NULL);
+}
+
+static bool log_has(const char *what)
+{
+    char text[8192];
+    FILE *f = fopen(log_path, "r");
+    CHECK(f != NULL);
+    if (!f)
+        return false;
+    text[fread(text, 1, sizeof text - 1, f)] = '\0';
+    fclose(f);
+    return strstr(text, what) != NULL;
+}
+
+static void log_end(void)
+{
+    fflush(stderr);
+    dup2(log_was, STDERR_FILENO);
+    close(log_was);
+    unlink(log_path);
+}
+
+TEST(the_log_says_as_much_as_it_should)
+{
+    static const struct {
+        const char *more;
+        bool warning, info;
+    } row[] = {{OLD "[log]\nlevel = err\n", false, false},
+               {OLD "[log]\nlevel = warning\n", true, false},
+               {OLD, true, true}};
+    begin(OLD);
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        reload(row[i].more, 1);
+        log_begin();
+        log_line(LOG_WARNING, "rig", "a warning");
+        log_line(LOG_INFO, "rig", "an information");
+        CHECK(log_has("a warning") == row[i].warning);
+        CHECK(log_has("an information") == row[i].info);
+        log_end();
+    }
+    end();
+}
+
+/* Names are looked up by a thread of its own, which ends when it wants. */
+TEST(who_may_change_something_is_looked_up_again)
+{
+    begin(OLD);
+    log_begin();
+    reload(OLD "[server]\nchange = no-such-user\n", 1);
+    for (int i = 0; i < 60000 && !log_has("gives nobody a right"); i++) {
+        rig_run(0.005);
+        usleep(1000);
+    }
+    CHECK(log_has("there is no user 'no-such-user' here: that gives nobody a right"));
+    log_end();
+    end();
+}
+
+int main(void)
+{
+    RUN(max_speed_and_max_turn_bound_the_vehicle_at_once);
+    RUN(max_speed_and_station_keeping_are_the_drift);
+    RUN(max_age_makes_a_pose_old_and_young);
+    RUN(limits_of_the_grid_and_of_questions_change);
+    RUN(a_sonars_detector_begins_anew_with_its_new_key);
+    RUN(the_log_says_as_much_as_it_should);
+    RUN(who_may_change_something_is_looked_up_again);
+    return test_end();
+}
