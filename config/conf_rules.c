@@ -122,25 +122,6 @@ static void check_lines(const struct rules *r)
     }
 }
 
-/* A source that only listens hears nothing on a port of its own that nobody knows. */
-static void check_listening(const struct rules *r)
-{
-    static const char kind[] = "udp:";
-    const struct place here = {"nmea", "port", 0};
-    const char *port = r->conf->nmea.port, *bracket = strchr(port, ']');
-    if (strncmp(port, kind, sizeof kind - 1) != 0 || origin(r, here)->bad)
-        return;
-    const char *number = strchr(bracket ? bracket : port + sizeof kind - 1, ':');
-    if (!number || strchr(number + 1, ':'))
-        return;
-    char text[2 * CONF_VALUE_MAX];
-    describe(r, here, text, sizeof text);
-    conf_fault_add(r->faults, line_of(r, here),
-                   "%s: sonard sends nothing there, so the sender cannot know where to; "
-                   "want %s:listen, or :LOCALPORT behind it",
-                   text, port);
-}
-
 /* Every key of the sonar was understood, and those that must be there are. */
 static bool is_whole(const struct rules *r, int i)
 {
@@ -241,7 +222,6 @@ void conf_rules_check(const struct conf *conf, const struct conf_source *source,
          "a directory to load the map from");
     rule(&r, (struct place){"depth", "turnaround", 0}, (struct place){"depth", "timeout", 0},
          conf->depth.turnaround_s >= conf->depth.timeout_s, "turnaround not shorter than timeout");
-    check_listening(&r);
     rule(&r, (struct place){"nmea", "use", 0}, (struct place){"depth", "source", 0},
          !conf->nmea.port[0] || conf->nmea.use == CONF_NMEA_HEADING || !conf->depth.source[0],
          "depth from one of them");

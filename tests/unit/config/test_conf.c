@@ -35,7 +35,7 @@ static bool known_device(const char *name, struct fault *fault)
 static bool known_port(const char *address, struct fault *fault)
 {
     fault_set(fault, "no such kind of port; want serial:DEVICE:BAUD");
-    return strncmp(address, "serial:", 7) == 0 || strncmp(address, "udp:", 4) == 0;
+    return strncmp(address, "serial:", 7) == 0;
 }
 
 static bool known_depth(const char *source, struct fault *fault)
@@ -331,14 +331,6 @@ TEST(broken_together)
          "t.conf:8: [nmea] use = both: does not go with [depth] source = modbus-rtu:/dev/x:9600; want depth from "
          "one "
          "of them"},
-        {"NMEA from nowhere", BASE "[nmea]\nport = udp:192.168.2.9:10110\n",
-         "t.conf:5: [nmea] port = udp:192.168.2.9:10110: sonard sends nothing there, so the sender cannot know "
-         "where "
-         "to; want udp:192.168.2.9:10110:listen, or :LOCALPORT behind it"},
-        {"NMEA from nowhere, version 6", BASE "[nmea]\nport = udp:[fe80::1]:10110\n",
-         "t.conf:5: [nmea] port = udp:[fe80::1]:10110: sonard sends nothing there, so the sender cannot know "
-         "where "
-         "to; want udp:[fe80::1]:10110:listen, or :LOCALPORT behind it"},
         {"fewer processors than threads",
          BASE "[pipeline]\nthreads = 1\n[realtime]\npriority = 40\nprocessor = 3\n",
          "t.conf:5: [pipeline] threads = 1: does not go with [realtime] processor_count = 1; want processor_count "
@@ -830,18 +822,6 @@ static char *read_all(const char *path)
     return text;
 }
 
-TEST(nmea_over_udp_with_a_local_port_is_no_fault)
-{
-    static const char *const ports[] = {"udp:192.168.2.9:10110:listen", "udp:192.168.2.9:10110:20110",
-                                        "udp:[fe80::1]:10110:listen", "serial:/dev/ttyS1:4800"};
-    for (size_t i = 0; i < sizeof ports / sizeof *ports; i++) {
-        struct conf conf;
-        char text[200];
-        snprintf(text, sizeof text, BASE "[nmea]\nport = %s\n", ports[i]);
-        CHECK_INT(load(&conf, text), 0);
-    }
-}
-
 TEST(the_default_file_is_the_sample)
 {
     char *file = read_all("config/sonard.conf"), *sample = to_text(conf_sample, NULL, NULL);
@@ -918,7 +898,6 @@ int main(void)
         printf("skip a_decimal_comma_outside_changes_nothing: no locale with a decimal comma is installed\n");
     RUN(print_says_where_from);
     RUN(print_loads_to_the_same_bits);
-    RUN(nmea_over_udp_with_a_local_port_is_no_fault);
     RUN(the_default_file_is_the_sample);
     RUN(the_sample_uncommented_is_the_default);
     RUN(shipped_files_load);
