@@ -67,7 +67,7 @@ level() { [ "$(cat "$pins/sim_gpio$1/value")" = "$2" ]; }
 
 write_conf sonar-power never
 begin
-level 0 1
+within 10 level 0 1
 judge "power is on"
 field 's["leak"]["state"] == "dry"'
 judge "the leak probe is dry"
