@@ -223,6 +223,17 @@ static bool goes_on(const struct sight *s, const struct tunnel *t, double own_m)
     return s->reason == ANSWER_HEARD && s->blind_m - t->loose_m <= own_m && s->clear_m > own_m;
 }
 
+/*
+ * What is left of near_m where it does not: what stood beyond it when a beam was there last has come nearer by the drift
+ * since, at the most. Nothing of it if the vehicle may have turned since: what a beam showed at another bearing may be
+ * at this one now.
+ */
+static double adrift_m(const struct look *l, const struct sight *s, double near_m)
+{
+    const struct pose *pose = &l->now->pose;
+    return s->age_s < 0 || pose->heading_adrift ? 0 : fmax(0, near_m - pose->drift_mps * s->age_s);
+}
+
 /* Cosine of 45 degrees. Farther to the side a ray leaves the tunnel beside the body's own front. */
 #define BOW 0.7071
 
@@ -258,7 +269,7 @@ static void add(const struct look *l, uint32_t direction, struct reach reach)
     if (s.hint_m < fmin(sure_m, fmin(exit_m, own_m))) /* too weak to block, but no water to be sure of */
         doubt(out, ANSWER_BEYOND, v, place_m(t, s.hint_m, v, foreshortened, reach));
     if (looked && drifts && !goes_on(&s, t, own_m)) {
-        own_m = 0;
+        own_m = adrift_m(l, &s, own_m);
         near_m = place_m(t, own_m, v, foreshortened, reach);
     }
     if (exit_m <= own_m)

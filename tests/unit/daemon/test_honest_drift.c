@@ -63,7 +63,7 @@ static void drift_with(const struct vehicle *v, unsigned untold, bool basin, int
 TEST(a_head_with_attitude_and_depth)
 {
     drift_with(&head, NO_PLACE, true, 2);
-    USEFUL(count[SECTORS].clear > 50 && count[FREE_TO].clear > 100);
+    USEFUL(count[SECTORS].clear > 50 && count[FREE_TO].clear > 100 && count[LIMIT].clear > 200);
     drift_with(&head, NO_PLACE, false, 2);
 }
 
