@@ -361,14 +361,15 @@ lint:
 	@tests/deps.sh lint
 	@GPIOD=$(GPIOD) tests/lint.sh
 
-# Built anew by itself: what is counted are the lines of one compiler at one level.
+# Built anew by itself: what is counted are the lines of one compiler at one level. layers.sh looks at symbols, to which
+# --coverage adds its own.
 COVERAGE := CC='gcc --coverage' CFLAGS='-O1 -g' BUILD=$(BUILD)/coverage
 coverage: deps-long
 	@$(MAKE) --no-print-directory $(PARALLEL) $(COVERAGE) programs tests
 	@$(MAKE) --no-print-directory $(COVERAGE) coverage-run
 coverage-run: export PATIENCE ?= 6
 coverage-run:
-	@BUILD=$(BUILD) tests/coverage.sh $(UNIT) -- $(filter-out $(UNIT) $(BUILD)/asan/%,$(GATE)) -- $(LIVE)
+	@BUILD=$(BUILD) tests/coverage.sh $(UNIT) -- $(filter-out $(UNIT) $(BUILD)/asan/% tests/layers.sh,$(GATE)) -- $(LIVE)
 
 # MUTANTS: options of tests/mutants/mutants.py.
 mutants: private export MUTANTS_COMPILE = $(COMPILE)
