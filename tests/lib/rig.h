@@ -1,9 +1,9 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * rig - the daemon in one process, with its loop on a clock that the test turns: one virtual Ping360 on a line of its
- * own, an instrument's line where the configuration has RIG_NMEA, the server with a client at its socket, no thread
- * that decides anything. Nothing waits and nothing is measured, so a run is the same on any machine. The program is
- * linked with --wrap (Makefile, RIGS).
+ * rig - the daemon in one process, with its loop on a clock that the test turns: one virtual sonar on a line of its
+ * own, a Ping360 unless rig_far says otherwise, an instrument's line where the configuration has RIG_NMEA, the server
+ * with a client at its socket, no thread that decides anything. Nothing waits and nothing is measured, so a run is the
+ * same on any machine. The program is linked with --wrap (Makefile, RIGS).
  *
  * rig_run() turns the loop every RIG_STEP_NS. rig_hold() lets the sonar and the client go on while the loop stands, as
  * a process does that is stopped.
@@ -34,7 +34,8 @@
 #define RIG_STEP_NS  5000000u
 #define RIG_EPOCH_NS 1700000000000000000u /* Unix time of the clock's 0 */
 #define RIG_BAUD     115200
-#define RIG_SONAR    "[sonar front]\ndevice = ping360\nport = serial:/dev/rig:115200\nrange = 10 m\n"
+#define RIG_PORT     "port = serial:/dev/rig:115200\nrange = 10 m\n"
+#define RIG_SONAR    "[sonar front]\ndevice = ping360\n" RIG_PORT
 #define RIG_NMEA     "[nmea]\nport = serial:/dev/nmea:4800\n"
 
 struct rig {
@@ -53,9 +54,12 @@ struct rig {
     bool dated;                           /* poses tell their time */
     bool unplaced;                        /* poses tell the attitude alone */
     double turn_dps;                      /* of the vehicle, from the next step on */
+    int64_t clock_off_ns;                 /* by what the computer's clock was set */
     char path[64], dir[48];               /* of the socket */
     int client, pilot;                    /* who asks; who sends poses */
     char answer[1 << 20];
+    int log_was; /* standard error of the program, while rig_log_begin holds */
+    char log_path[80];
 };
 
 static struct rig rig;
@@ -70,10 +74,31 @@ static struct head_conf rig_head = {
 int __wrap_clock_gettime(clockid_t clock, struct timespec *t);
 int __wrap_clock_gettime(clockid_t clock, struct timespec *t)
 {
-    const uint64_t ns = rig_now_ns + (clock == CLOCK_REALTIME ? RIG_EPOCH_NS : 0);
+    const uint64_t ns = rig_now_ns + (clock == CLOCK_REALTIME ? RIG_EPOCH_NS + (uint64_t)rig.clock_off_ns : 0);
     *t = (struct timespec){.tv_sec = (time_t)(ns / RIG_S), .tv_nsec = (long)(ns % RIG_S)};
     return 0;
 }
+
+/* Who is at the far end of the sonar's line, rig.sim.line. */
+struct rig_far {
+    const char *device;             /* of the configuration */
+    void (*start)(uint64_t now_ns); /* switched on */
+    void (*turn)(uint64_t now_ns);  /* take what the host sent, do what is due */
+};
+
+static void rig_ping360_start(uint64_t now_ns)
+{
+    sim_start(&rig.sim, &rig_head, now_ns);
+}
+
+static void rig_ping360_turn(uint64_t now_ns)
+{
+    sim_turn(&rig.sim, now_ns);
+}
+
+static const struct rig_far rig_ping360 = {"ping360", rig_ping360_start, rig_ping360_turn};
+/* Of the next rig_start. */
+static const struct rig_far *rig_far = &rig_ping360;
 
 /* What Linux says first to a process that was stopped while it waited (signal(7)). */
 int __real_epoll_wait(int epoll, struct epoll_event *events, int n, int ms);
@@ -232,7 +257,7 @@ static void rig_configure(const char *more)
     struct methods_env *d = &rig.d;
     struct conf_source *source;
     char text[4096];
-    snprintf(text, sizeof text, RIG_SONAR "%s", more);
+    snprintf(text, sizeof text, "[sonar front]\ndevice = %s\n" RIG_PORT "%s", rig_far->device, more);
     rig_must(conf_load_text(&d->conf, &source, &(struct conf_text){"rig", text, strlen(text)}, NULL, rig_fault,
                             NULL) == 0,
              "configuration", &(struct fault){"faulty"});
@@ -318,7 +343,7 @@ static void rig_serve(void)
     rig.pilot = rig_connect();
 }
 
-/* A head in a scene (tests/sim/lib/scene.h), and the daemon with one sonar "front" of 10 m range and `conf` behind that
+/* A sonar in a scene (tests/sim/lib/scene.h), and the daemon with one sonar "front" of 10 m range and `conf` behind that
  * in the configuration. */
 static void rig_start(const char *scene, const char *conf)
 {
@@ -329,7 +354,7 @@ static void rig_start(const char *scene, const char *conf)
     rig.sim.water = (struct water){1500.0, 8.0, 0.5, 1};
     rig_must(scene_parse(&rig.sim.scene, "rig", scene, &fault), "scene", &fault);
     line_init(&rig.sim.line, NULL, RIG_BAUD, 1);
-    sim_start(&rig.sim, &rig_head, rig_now_ns);
+    rig_far->start(rig_now_ns);
     rig_configure(conf);
     rig_make_parts();
     rig_serve();
@@ -384,7 +409,7 @@ static void rig_world(void)
     rig.sim.pose.yaw_deg = fmod(rig.sim.pose.yaw_deg + rig.turn_dps * RIG_STEP_NS * 1e-9, 360);
     if (rig.pose_every_ns && rig_now_ns >= rig.next_pose_ns)
         rig_tell_pose();
-    sim_turn(&rig.sim, rig_now_ns);
+    rig_far->turn(rig_now_ns);
     const int were = rig.there;
     if (rig.sim.line.fd >= 0 && ioctl(rig.port_fd, FIONREAD, &rig.there) == 0 && rig.there > were)
         rig.came_ns = rig_now_ns;
@@ -508,6 +533,41 @@ static inline void rig_run_pings(unsigned n)
     const uint64_t pings = rig_stats().device.pings + n;
     RIG_UNTIL(rig_stats().device.pings >= pings, 60);
 }
+
+/* ---- the log, in a file of its own from rig_log_begin to rig_log_end ---- */
+
+static inline void rig_log_begin(void)
+{
+    snprintf(rig.log_path, sizeof rig.log_path, "%s/log", rig.dir);
+    rig.log_was = dup(STDERR_FILENO);
+    CHECK(freopen(rig.log_path, "w", stderr) != NULL);
+}
+
+/* How often it says that. */
+static inline unsigned rig_log_count(const char *what)
+{
+    static char text[1 << 16];
+    unsigned n = 0;
+    FILE *f = fopen(rig.log_path, "r");
+    CHECK(f != NULL);
+    if (!f)
+        return 0;
+    text[fread(text, 1, sizeof text - 1, f)] = '\0';
+    fclose(f);
+    for (const char *at = text; (at = strstr(at, what)) != NULL; at++)
+        n++;
+    return n;
+}
+
+static inline void rig_log_end(void)
+{
+    fflush(stderr);
+    dup2(rig.log_was, STDERR_FILENO);
+    close(rig.log_was);
+    unlink(rig.log_path);
+}
+
+/* ---- states ---- */
 
 /* The states of all sectors, as a set of RIG_... */
 enum { RIG_UNKNOWN = 1, RIG_CLEAR = 2, RIG_BLOCKED = 4 };

@@ -2,7 +2,6 @@
 /*
  * upset - what a computer may do to a program, for tests to preload into it. It knows nothing of the program.
  *
- *   UPSET_CLOCK=FILE   CLOCK_REALTIME is as many seconds ahead as FILE says, from then on; without FILE, none
  *   UPSET_DISK=FILE    while FILE is there, writes to regular files do not come back, as on a disk that stalls; but
  *                      those to standard error do
  *
@@ -17,32 +16,9 @@
 #include <stdlib.h>
 #include <sys/stat.h>
 #include <sys/syscall.h>
-#include <time.h>
 #include <unistd.h>
 
 #define POLL_MS 10
-
-static long clock_ahead_s(void)
-{
-    const char *path = getenv("UPSET_CLOCK");
-    char text[32] = "";
-    int fd = path ? open(path, O_RDONLY | O_CLOEXEC) : -1;
-    ssize_t n = fd >= 0 ? read(fd, text, sizeof text - 1) : 0;
-    if (fd >= 0)
-        close(fd);
-    return n > 0 ? atol(text) : 0;
-}
-
-int clock_gettime(clockid_t which, struct timespec *t)
-{
-    static int (*real)(clockid_t, struct timespec *);
-    if (!real)
-        *(void **)&real = dlsym(RTLD_NEXT, "clock_gettime");
-    int result = real(which, t);
-    if (result == 0 && which == CLOCK_REALTIME)
-        t->tv_sec += clock_ahead_s();
-    return result;
-}
 
 static int is_file(int fd)
 {

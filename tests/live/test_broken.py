@@ -465,40 +465,6 @@ def terminal(bench):
     return daemon, client, master
 
 
-def garbage(bench):
-    """Bytes that are nothing to the device are told at once, and not again with the next ones."""
-    daemon, client, master = terminal(bench)
-    begun = time.monotonic()
-    for sent in range(1, 4):
-        write_all(master, LINE[0][1])
-        until(lambda: client.sensor()["garbage_bytes"] == sent * len(LINE[0][1]), "the garbage")
-        until(lambda: "bytes that are not valid ping360 messages; check the baud rate" in daemon.log(), "the line")
-    until(lambda: time.monotonic() > begun + 3, "a look at the last ones")
-    told = daemon.log().count("that are not valid ping360 messages")
-    check("head: serial:%s:" % bench.port_path in daemon.log(), "the port is not named")
-    check(told <= 1 + (time.monotonic() - begun) // 60, "garbage is told %d times" % told)
-    daemon.stop()
-    os.close(master)
-
-
-def wrong_rate(bench):
-    """A line on which a good ping gets through now and then: data is not ok, and the log names the rate."""
-    daemon, client, master = terminal(bench)
-    noise = bytes(range(128, 256)) * 8
-    for angle in (198, 200, 202):
-        write_all(master, ping(angle))
-    until(lambda: client.call("status")["data"] == "ok", "good data")
-    for angle in range(0, 40, 2):
-        write_all(master, 3 * noise + ping(angle))
-        time.sleep(0.1)
-    until(lambda: "check the baud rate 4000000" in daemon.log(), "the warning")
-    status = client.call("status")
-    check(status["sensors"][0]["pings"] > 10, "the pings")
-    check("check the baud rate" in status["data"], "data is %s" % status["data"])
-    daemon.stop()
-    os.close(master)
-
-
 def feed(daemon, client, master, case):
     """What no sonar should send, and a good ping after it."""
     name, data, counters, words = case
@@ -578,6 +544,6 @@ def write_all(fd, data):
 
 run([("configurations", configurations), ("options", options), ("full", full), ("captures", captures),
      ("keys_without_effect", keys_without_effect), ("nothing_in_it", nothing_in_it), ("without_a_sonar", without_a_sonar), ("no_sonar_of_it", no_sonar_of_it), ("no_ping_of_it", no_ping_of_it), ("gap_in_a_log", gap_in_a_log),
-     ("requests", requests), ("line", line), ("garbage", garbage), ("wrong_rate", wrong_rate),
+     ("requests", requests), ("line", line),
      *(("line_" + case[0], words_of(case)) for case in LINE if case[3])], parallel=3,
     gate=("configurations", "options", "full", "captures", "keys_without_effect", "nothing_in_it", "without_a_sonar", "no_sonar_of_it", "no_ping_of_it", "gap_in_a_log"))

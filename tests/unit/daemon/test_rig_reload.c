@@ -149,38 +149,6 @@ TEST(a_sonars_detector_begins_anew_with_its_new_key)
     end();
 }
 
-/* ---- the log, in a file of its own ---- */
-
-static int log_was;
-static char log_path[80];
-
-static void log_begin(void)
-{
-    snprintf(log_path, sizeof log_path, "%s/log", rig.dir);
-    log_was = dup(STDERR_FILENO);
-    CHECK(freopen(log_path, "w", stderr) != NULL);
-}
-
-static bool log_has(const char *what)
-{
-    char text[8192];
-    FILE *f = fopen(log_path, "r");
-    CHECK(f != NULL);
-    if (!f)
-        return false;
-    text[fread(text, 1, sizeof text - 1, f)] = '\0';
-    fclose(f);
-    return strstr(text, what) != NULL;
-}
-
-static void log_end(void)
-{
-    fflush(stderr);
-    dup2(log_was, STDERR_FILENO);
-    close(log_was);
-    unlink(log_path);
-}
-
 TEST(the_log_says_as_much_as_it_should)
 {
     static const struct {
@@ -192,12 +160,12 @@ TEST(the_log_says_as_much_as_it_should)
     begin(OLD);
     for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         reload(row[i].more, 1);
-        log_begin();
+        rig_log_begin();
         log_line(LOG_WARNING, "rig", "a warning");
         log_line(LOG_INFO, "rig", "an information");
-        CHECK(log_has("a warning") == row[i].warning);
-        CHECK(log_has("an information") == row[i].info);
-        log_end();
+        CHECK(rig_log_count("a warning") == row[i].warning);
+        CHECK(rig_log_count("an information") == row[i].info);
+        rig_log_end();
     }
     end();
 }
@@ -206,14 +174,14 @@ TEST(the_log_says_as_much_as_it_should)
 TEST(who_may_change_something_is_looked_up_again)
 {
     begin(OLD);
-    log_begin();
+    rig_log_begin();
     reload(OLD "[server]\nchange = no-such-user\n", 1);
-    for (int i = 0; i < 60000 && !log_has("gives nobody a right"); i++) {
+    for (int i = 0; i < 60000 && !rig_log_count("gives nobody a right"); i++) {
         rig_run(0.005);
         usleep(1000);
     }
-    CHECK(log_has("there is no user 'no-such-user' here: that gives nobody a right"));
-    log_end();
+    CHECK(rig_log_count("there is no user 'no-such-user' here: that gives nobody a right"));
+    rig_log_end();
     end();
 }
 
