@@ -76,11 +76,12 @@ void detection_add_loud(const struct profile *p, struct detection *d, double rat
 }
 
 /*
- * An echo needs water before it of so many resolution cells. Fewer do not show whether they are quiet
- * water or a dip that the search for the ring-down's end has picked out: enough to doubt what is behind, not
+ * An echo needs water before it of so many resolution cells. From three on the factor for so few cells (14.3 dB at the
+ * default false alarm) is hardly more than the contrast that an echo needs anyway. Fewer do not show whether they are
+ * quiet water or a dip that the search for the ring-down's end has picked out: enough to doubt what is behind, not
  * enough to block.
  */
-#define LEAD_LEAST 5.0
+#define LEAD_LEAST 3.0
 
 /* Cells between the water before a cell and the cell itself: the pulse's. */
 static uint32_t lead_gap(const struct profile *p)

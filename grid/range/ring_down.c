@@ -4,10 +4,12 @@
 #include <math.h>
 
 #define SETTLE_BINS 3
+#define ALIKE       2 /* a cell at most so many times (3 dB) the quietest is no louder than its speckle makes it */
 
 /*
  * Downhill from a cell: to the first length that is not louder than the next one, or not louder than the floor; and
- * on to the quietest cell of the two, since the next one may have been lifted by a wall.
+ * on to the quietest cell of the two, since the next one may have been lifted by a wall; and back over the cells before
+ * it that are as quiet, or the water that an echo's contrast is measured against would be lost.
  */
 static uint32_t level_settles(const struct profile *p, uint32_t from, uint32_t length)
 {
@@ -30,6 +32,9 @@ static uint32_t level_settles(const struct profile *p, uint32_t from, uint32_t l
     for (uint32_t i = at + 1; i < at + 2 * length; i++)
         if (cell[i] < cell[quietest])
             quietest = i;
+    const uint64_t quiet = cell[quietest] > p->floor_power ? cell[quietest] : p->floor_power;
+    while (quietest > from && cell[quietest - 1] <= ALIKE * quiet)
+        quietest--;
     return quietest;
 }
 

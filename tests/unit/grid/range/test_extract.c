@@ -418,11 +418,12 @@ TEST(an_edge_near_the_head_is_found_at_long_range)
 }
 
 /*
- * Too near the ring-down for an echo: but sound that is so much louder than what came before it frees nothing
- * behind.
+ * Three resolution cells behind the ring-down an edge is an echo. Nearer it is too near for one: but sound that is so
+ * much louder than what came before it frees nothing behind.
  */
 TEST(an_edge_right_behind_the_ring_down_is_doubted)
 {
+    const uint32_t near = 29, far = 32;
     begin();
     conf.no_echo = EXTRACT_RANGE;
     set_up();
@@ -431,11 +432,16 @@ TEST(an_edge_right_behind_the_ring_down_is_doubted)
     const struct scene water = {15, 0.5, {0}, 0, 0};
     render(&water, NULL);
     CHECK(run()->free_to_m > 49.0f);
-    for (uint32_t i = 32; i < ping.n_bins; i++)
+    for (uint32_t i = far; i < ping.n_bins; i++)
         bytes[i] = 60;
     const struct beam_echoes *b = run();
+    CHECK_INT(b->n, 1);
+    CHECK_NEAR(b->echo[0].near_m, far * 0.05, 0, 0.13);
+    CHECK(b->free_to_m <= b->echo[0].near_m);
+    memset(bytes + near, 60, far - near);
+    b = run();
     CHECK_INT(b->n, 0);
-    CHECK((double)b->free_to_m <= 32 * 0.05);
+    CHECK_NEAR(b->free_to_m, near * 0.05, 0, 0.06);
 }
 
 TEST(a_configured_ring_down_is_kept)
