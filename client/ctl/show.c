@@ -240,6 +240,11 @@ static void show_sensor(const struct page *page, const json_t *sensor)
         page_word(page, PAGE_RED, 0, "settings that were not sent");
         fprintf(page->out, ": %.300s\n", json_string_value(json_object_get(sensor, "other_settings")));
     }
+    if (json_is_true(json_object_get(sensor, "contested"))) {
+        fputs("             ", page->out);
+        page_word(page, PAGE_RED, 0, "answers get lost");
+        fputs(": another program seems to speak to it, too, or the line is poor\n", page->out);
+    }
     show_bus(page, json_object_get(sensor, "bus"));
 }
 

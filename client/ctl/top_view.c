@@ -119,6 +119,8 @@ static void warn_of_sensors(struct panel *panel, const json_t *sensors)
             warn(panel, "%.20s: %.80s", text(sensor, "name"), text(sensor, "amplitude_doubt"));
         if (json_is_string(json_object_get(sensor, "other_settings")))
             warn(panel, "%.20s: other settings: %.80s", text(sensor, "name"), text(sensor, "other_settings"));
+        if (json_is_true(json_object_get(sensor, "contested")))
+            warn(panel, "%.20s: answers get lost: another program, or a poor line?", text(sensor, "name"));
     }
 }
 

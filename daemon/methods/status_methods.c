@@ -134,6 +134,7 @@ static void write_open_sensor(struct json_out *out, const struct methods_env *d,
         json_member_text(out, "other_settings", s.device.other_settings);
     else
         json_member_null(out, "other_settings");
+    json_member_flag(out, "contested", s.device.contested);
     if (s.port_error.text[0])
         json_member_outside(out, "port_error", s.port_error.text);
 }
@@ -193,6 +194,9 @@ const char *status_data_word(const struct methods_env *d)
         if (s.device.other_settings[0])
             return d->conf.n_sonars > 1 ? "one of the sonars has settings that were not sent: another program?"
                                         : "the sonar has settings that were not sent: another program?";
+        if (s.device.contested)
+            return d->conf.n_sonars > 1 ? "answers of one of the sonars get lost: another program, or a poor line?"
+                                        : "answers of the sonar get lost: another program, or a poor line?";
     }
     return misfit_word(d, &frame);
 }

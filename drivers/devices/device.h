@@ -87,9 +87,10 @@ struct device_status {
     uint64_t restarts;   /* set up anew, after silence or a takeover */
     uint64_t taken_over; /* times that its pings showed settings that were not the ones sent */
     char other_settings[DEVICE_SETTINGS_MAX]; /* which, while they do; empty: it has those that were sent */
-    uint64_t last_ping_ns;                    /* 0: none yet */
-    double range_m;                           /* that the device reports, 0: none yet */
-    bool has_clock;                           /* its pings carry a time of its own */
+    bool contested;        /* its answers get lost again and again: another program, or a poor line */
+    uint64_t last_ping_ns; /* 0: none yet */
+    double range_m;        /* that the device reports, 0: none yet */
+    bool has_clock;        /* its pings carry a time of its own */
     struct clock_report clock;
 };
 

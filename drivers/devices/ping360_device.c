@@ -16,6 +16,7 @@
 #include <string.h>
 
 #include "core/fault.h"
+#include "contest.h"
 #include "drivers/ports/line_time.h"
 #include "ping360_scan.h"
 #include "ping_talk.h"
@@ -57,6 +58,7 @@ struct ping360 {
     struct ping360_scan scan;
     bool auto_refused; /* automatic scan, by this firmware */
     struct takeover takeover;
+    struct contest contest;
     struct ping360_track track;
     struct steer_seen seen; /* of a head that is steered: it jumps, and a turn is when it has been everywhere */
     bool new_turn;          /* the next ping begins one */
@@ -284,6 +286,7 @@ static void pings_missed(void *device, uint64_t now_ns, const struct device_io *
     struct ping360 *d = device;
     const bool empty = d->empty;
     d->empty = false;
+    d->talk.poller.silent |= d->talk.poller.status.contested; /* which has been said */
     poller_restart(&d->talk.poller,
                    empty ? "the Ping360 answers without samples" : "the Ping360 stopped sending pings", now_ns,
                    io);
@@ -374,6 +377,8 @@ static void on_data(struct ping360 *d, const struct ping_frame *frame, uint64_t 
         poller->status.bad_frame++;
         return;
     }
+    if (at(d, REQUEST) && data.set.angle == d->track.head && data.set.angle != d->set.angle)
+        contest_late(&d->contest);
     const bool turned = ping360_track_follow(&d->track, &data, &missing);
     if (d->conf.steered ? steer_seen_add(&d->seen, data.set.angle, d->scan.step, PING360_TURN) : turned)
         d->new_turn = true;
@@ -382,7 +387,9 @@ static void on_data(struct ping360 *d, const struct ping_frame *frame, uint64_t 
     if (d->empty) /* the head only moved, or sent its settings; the ping is still to come */
         return;
     make_ping(d, &data, frame, io);
-    if (poller_pinged(poller))
+    if (at(d, AUTO) || at(d, REQUEST))
+        contest_ping(&d->contest, &poller->status, at(d, REQUEST), now_ns, io);
+    if (poller_pinged(poller) && !poller->status.contested)
         io->note(io->ctx, NOTE_INFO, "%s, %s, range %.4g m",
                  poller->status.what[0] ? poller->status.what : "Ping360", way_of_scanning(d),
                  data.set.n_samples * ping360_sample_m(&data.set, d->conf.sound_speed_mps));
@@ -472,6 +479,7 @@ static void ping360_opened(void *state, uint64_t now_ns, const struct device_io 
     struct ping360 *d = state;
     ping360_track_reset(&d->track);
     takeover_forget(&d->takeover, &d->talk.poller.status);
+    contest_forget(&d->contest, &d->talk.poller.status);
     d->new_turn = false;
     ping_talk_opened(&d->talk, now_ns, io);
 }

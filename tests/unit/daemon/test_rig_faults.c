@@ -138,6 +138,25 @@ TEST(a_sonar_that_is_lost_knows_nothing_free)
     rig_end();
 }
 
+/* It answers when it is set up, and soon no more: so it looks when another program is answered instead. */
+TEST(a_sonar_whose_answers_get_lost_again_and_again_is_told)
+{
+    rig_start("cylinder 6 2 0.4\n", "");
+    rig_run(30);
+    for (int i = 0; i < 6; i++) {
+        CHECK_STR(rig_status("data", false),
+                  i < 3 ? "ok" : "answers of the sonar get lost: another program, or a poor line?");
+        rig_command("silent 4");
+        rig_run(4);
+        rig_run_pings(5);
+    }
+    json_t *status = rig_ask("status", "%s", "");
+    CHECK(json_is_true(json_object_get(json_array_get(json_object_get(status, "sensors"), 0), "contested")));
+    json_decref(status);
+    RIG_UNTIL(strcmp(rig_status("data", false), "ok") == 0, 60);
+    rig_end();
+}
+
 TEST(a_port_that_is_pulled_is_tried_until_it_is_back)
 {
     rig_start("cylinder 6 2 0.4\n", "");
@@ -230,6 +249,7 @@ int main(void)
     RUN(faults_of_a_line_are_counted_and_outlived_by_a_head_that_scans);
     RUN(faults_of_a_line_are_counted_and_outlived_by_a_head_that_is_asked);
     RUN(a_sonar_that_is_lost_knows_nothing_free);
+    RUN(a_sonar_whose_answers_get_lost_again_and_again_is_told);
     RUN(a_port_that_is_pulled_is_tried_until_it_is_back);
     RUN(a_message_that_the_loss_of_the_port_cuts_off_is_no_garbage);
     RUN(a_lost_pose_makes_all_unknown_until_the_next);

@@ -37,6 +37,9 @@ struct rig {
     unsigned n_samples, period; /* 0: as it was told */
     bool acks_motor_off;
     bool empty; /* sends no samples */
+    /* Another program speaks so often to the bridge in between, which answers whoever spoke last; 0: nobody does. */
+    uint64_t other_ns;
+    uint64_t spoke_ns; /* when the device did */
 
     /* where the head is */
     unsigned angle;
@@ -186,6 +189,7 @@ static void on_request(const uint8_t *p)
 static void head_send(void *ctx, const uint8_t *b, size_t n)
 {
     (void)ctx;
+    rig.spoke_ns = rig.now_ns;
     if (n > 0 && b[0] == 'U') {
         rig.autobauds++;
         return;
@@ -341,6 +345,8 @@ static void run_until(uint64_t t_ns)
         } else if (first != UINT32_MAX) {
             struct answer a = rig.queue[first];
             rig.queue[first] = rig.queue[--rig.queued];
+            if (rig.other_ns && rig.now_ns / rig.other_ns != rig.spoke_ns / rig.other_ns)
+                continue;
             device_ping360.feed(rig.state, a.bytes, a.n, rig.now_ns, &rig.io);
         } else {
             return;
@@ -765,6 +771,113 @@ TEST(a_head_that_others_ask_too_is_told)
     CHECK_INT(status().restarts + rig.auto_transmits, 0);
     run_for(20 * SEC);
     CHECK_STR(status().other_settings, "");
+}
+
+static const char lost_again[] =
+    "its answers get lost again and again although it answers: another program seems to "
+    "speak to it, too (a bridge answers whoever spoke last), or the line is poor\n";
+
+static unsigned times_said(const char *what)
+{
+    unsigned n = 0;
+    for (const char *at = rig.notes; (at = strstr(at, what)); at++)
+        n++;
+    return n;
+}
+
+/* A head on the network that another program speaks to, too: the pings that come are ours, most go to the other. */
+static void contested(bool polled, uint64_t other_ns)
+{
+    struct device_conf conf = usual_conf();
+    conf.baud = 0;
+    conf.request_response = polled;
+    rig_new(&conf);
+    rig_open();
+    run_to_ping(30, 60 * SEC);
+    run_for(60 * SEC);
+    CHECK(!status().contested);
+    CHECK_INT(rig.warnings + (unsigned)status().timeouts, 0);
+    rig.other_ns = other_ns;
+    for (unsigned i = 0; i < 300 && !status().contested; i++)
+        run_for(SEC);
+    CHECK(status().contested);
+    CHECK_INT(times_said(lost_again), 1);
+    CHECK_STR(status().other_settings, "");
+    const unsigned pings = rig.pings, warnings = rig.warnings;
+    const uint64_t restarts = status().restarts;
+    run_for(120 * SEC);
+    CHECK(status().contested);
+    CHECK_INT(rig.warnings, warnings);         /* all has been said */
+    CHECK(status().restarts <= restarts + 60); /* at a sane pace ... */
+    CHECK(rig.pings > pings);                  /* ... and not in vain */
+    rig.other_ns = 0;
+    run_for(60 * SEC);
+    CHECK(!status().contested);
+    CHECK_INT(times_said("its answers are no longer lost\n"), 1);
+    CHECK_INT(status().state, DEVICE_RUNNING);
+}
+
+TEST(a_scanning_head_that_answers_others_is_told)
+{
+    contested(false, 1300 * MS); /* it comes back with our next word */
+    contested(false, 70 * MS);   /* hardly a ping comes: it is set up again and again */
+}
+
+TEST(an_asked_head_that_answers_others_is_told)
+{
+    contested(true, 90 * MS);
+}
+
+/* One answer in ten is lost. */
+TEST(a_poor_line_is_not_taken_for_another_program)
+{
+    struct device_conf conf = usual_conf();
+    conf.baud = 0;
+    conf.request_response = true;
+    rig_new(&conf);
+    rig_open();
+    for (unsigned i = 0; i < 100; i++) {
+        run_to_ping(rig.pings + 9, 60 * SEC);
+        rig.lose_replies = 1;
+        CHECK(!status().contested);
+    }
+    CHECK(status().timeouts >= 99);
+    CHECK_INT(rig.warnings, 0);
+}
+
+/* Without power for a while, twice. */
+TEST(a_head_that_was_dead_is_not_taken_for_another_program)
+{
+    struct device_conf conf = usual_conf();
+    conf.baud = 0;
+    rig_new(&conf);
+    rig_open();
+    for (unsigned i = 0; i < 2; i++) {
+        run_to_ping(rig.pings + 9, 60 * SEC);
+        rig.mute = true;
+        rig.scanning = false;
+        run_for(100 * SEC);
+        rig.mute = false;
+        run_for(60 * SEC);
+        CHECK(!status().contested);
+    }
+    CHECK_INT(times_said(lost_again), 0);
+}
+
+/* Every answer comes after it has been asked for again, and then once more. */
+TEST(a_slow_head_is_not_taken_for_another_program)
+{
+    struct device_conf conf = usual_conf();
+    conf.baud = 0;
+    conf.request_response = true;
+    rig_new(&conf);
+    rig.motor_ns = 300 * MS;
+    rig_open();
+    run_for(300 * SEC);
+    CHECK(rig.pings > 100);
+    CHECK(status().timeouts > 100);
+    CHECK(!status().contested);
+    CHECK_INT(times_said(lost_again), 0);
 }
 
 TEST(time_of_a_ping)
@@ -1242,6 +1355,11 @@ int main(void)
     RUN(a_head_with_settings_of_others_is_set_up_again);
     RUN(pings_of_the_settings_before_are_no_takeover);
     RUN(a_head_that_others_ask_too_is_told);
+    RUN(a_scanning_head_that_answers_others_is_told);
+    RUN(an_asked_head_that_answers_others_is_told);
+    RUN(a_poor_line_is_not_taken_for_another_program);
+    RUN(a_head_that_was_dead_is_not_taken_for_another_program);
+    RUN(a_slow_head_is_not_taken_for_another_program);
     RUN(time_of_a_ping);
     RUN(no_ping_is_longer_than_the_device_says);
     RUN(azimuth_of_every_head_angle);
