@@ -140,7 +140,7 @@ static const char *nearest_reason(const struct methods_env *d, const struct answ
     if (n->state != ANSWER_BLOCKED || n->reason == ANSWER_HEARD)
         return reason_sentence(d, now, &plain, text);
     snprintf(why, sizeof why, "echo at %.2f m; some of the water before it: %s", n->range_m,
-             reason_cause(d, n->reason, cause));
+             reason_cause(d, now, n->reason, cause));
     return reason_with_drift(now, why, n->age_s, text);
 }
 

@@ -154,14 +154,14 @@ static const char *limit_reason(const struct methods_env *d, const struct moveme
         snprintf(why, sizeof why, "obstacle at %.2f m%s", fmax(0, at_m), place);
     else if (l->by == LIMIT_BY_UNKNOWN)
         snprintf(why, sizeof why, "unknown beyond %.2f m%s: %s", fmax(0, at_m), place,
-                 reason_cause(d, c->reason, cause));
+                 reason_cause(d, &m->now, c->reason, cause));
     else if (!l->unknown)
         snprintf(why, sizeof why, "free over the stopping distance of %.2f m", l->stop_m);
     else
         snprintf(why, sizeof why, "%s: %s",
                  d->conf.vehicle.unknown == CONF_UNKNOWN_IGNORE ? "unknown water is ignored"
                                                                 : "slow enough for unknown water",
-                 reason_cause(d, c->reason, cause));
+                 reason_cause(d, &m->now, c->reason, cause));
     return reason_with_drift(&m->now, why, l->by == LIMIT_BY_BLOCKED ? c->blocked_age_s : c->age_s, text);
 }
 
@@ -271,7 +271,7 @@ static void write_collision(const struct methods_env *d, struct json_out *out, c
     else
         snprintf(why, sizeof why, "%s",
                  !moves  ? "the vehicle is at rest"
-                 : blind ? reason_cause(d, c->reason, cause)
+                 : blind ? reason_cause(d, &m->now, c->reason, cause)
                          : "the path is free");
     json_member_text(out, "reason", reason_with_drift(&m->now, why, hits ? c->blocked_age_s : c->age_s, text));
     json_out_close(out, '}');

@@ -49,9 +49,12 @@ static void write_short(const struct reason *r, char text[WHY_SIZE])
         snprintf(text, WHY_SIZE, "%s, but not observed as far as asked", why);
 }
 
-const char *reason_cause(const struct methods_env *d, enum answer_reason why, char text[REASON_SIZE])
+const char *reason_cause(const struct methods_env *d, const struct answer_now *now, enum answer_reason why,
+                         char text[REASON_SIZE])
 {
     char missing[QUERY_REASON_SIZE];
+    if (why == ANSWER_BLIND && now->pose.drift_mps > 0)
+        return "next to the vehicle, where the sonar is blind or the water not known any more";
     if (why != ANSWER_POSE_LOST || !query_pose_missing(d, missing)[0])
         return answer_reason_text(why);
     snprintf(text, REASON_SIZE, "%s: %.100s", answer_reason_text(why), missing);
@@ -68,13 +71,13 @@ static void write_why(const struct methods_env *d, const struct answer_now *now,
         write_short(r, text);
     else if (r->why == ANSWER_SILENT)
         write_offline(d, now->lost, text);
-    else if (r->why == ANSWER_BLIND && r->blind_to_m > 0)
+    else if (r->why == ANSWER_BLIND && r->blind_to_m > 0 && !(now->pose.drift_mps > 0))
         snprintf(text, WHY_SIZE, "%s, which ends at %.2f m", answer_reason_text(r->why), metres_up(r->blind_to_m));
     else if (r->why == ANSWER_STALE && r->age_s > r->clear_for_s)
         snprintf(text, WHY_SIZE, "last scan of this direction is %.1f s old (limit %.1f s)", r->age_s,
                  r->clear_for_s);
     else
-        snprintf(text, WHY_SIZE, "%.*s", WHY_SIZE - 1, reason_cause(d, r->why, cause));
+        snprintf(text, WHY_SIZE, "%.*s", WHY_SIZE - 1, reason_cause(d, now, r->why, cause));
 }
 
 const char *reason_with_drift(const struct answer_now *now, const char *why, double evidence_age_s,

@@ -17,7 +17,7 @@ struct reason {
     double range_m;     /* blocked: of the obstacle */
     double free_to_m;   /* how far it is known to be free; <= 0: not given */
     double asked_m;     /* how far was asked; <= 0: not given */
-    double blind_to_m;  /* <= 0: not given */
+    double blind_to_m;  /* nothing is known nearer, by blindness or drift; <= 0: not given */
     double age_s;       /* of the evidence; negative: none */
     double clear_for_s; /* age limit of clear */
 };
@@ -28,8 +28,10 @@ const char *reason_sentence(const struct methods_env *d, const struct answer_now
                             char text[REASON_SIZE]);
 
 /** reason_cause - why nothing is known, without figures but those of a pose that is missing: "the pose is too old: the
- * attitude from a client is 4.2 s old (limit 1 s)". Returns text, or constant text. */
-const char *reason_cause(const struct methods_env *d, enum answer_reason why, char text[REASON_SIZE]);
+ * attitude from a client is 4.2 s old (limit 1 s)". Where the pose has no position the blind zone is not named alone:
+ * nearest to the vehicle, drift takes water away too. Returns text, or constant text. */
+const char *reason_cause(const struct methods_env *d, const struct answer_now *now, enum answer_reason why,
+                         char text[REASON_SIZE]);
 
 /** reason_with_drift - the sentence `why` with the drift that was allowed for evidence of that age (negative: none),
  * where the pose has no position or attitude. Returns text. */

@@ -28,6 +28,7 @@ const REASONS = [
   ["never observed", "No beam has covered it yet: wait for a full revolution of the head, or check sector, mount and near in the configuration."],
   ["no obstacle detected", "The water is known to be free only up to there. Ask for less; the rule is no_echo in [extract]."],
   ["blind zone", "It lies within the transducer's ring-down. Ask for more, or set near in [vehicle]."],
+  ["the sonar is blind or", "The vehicle may have drifted since the last scan: send its position or velocity, or set station_keeping."],
   ["last scan of this direction", "The last scan is older than clear_for. Scan faster: a larger step or a smaller sector."],
   ["has moved since", "The vehicle has moved since: scan this direction again."],
   ["is offline", "The sonar that covers this direction sends no pings: see Sonars."],

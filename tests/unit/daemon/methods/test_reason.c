@@ -107,8 +107,8 @@ TEST(an_old_pose_says_how_old_it_is)
     CHECK_STR(said(ANSWER_UNKNOWN, ANSWER_POSE_LOST, &now),
               "the pose is too old: the attitude from the capture is 3.2 s old (limit 1 s)");
     /* and whoever names another figure, as `limit` does, says whose pose is missing too */
-    CHECK(strstr(reason_cause(&env, ANSWER_POSE_LOST, text), "the attitude from the capture is 3.2 s old"));
-    CHECK_STR(reason_cause(&env, ANSWER_NEVER, text), "never observed");
+    CHECK(strstr(reason_cause(&env, &now, ANSWER_POSE_LOST, text), "the attitude from the capture is 3.2 s old"));
+    CHECK_STR(reason_cause(&env, &now, ANSWER_NEVER, text), "never observed");
     loop_free(env.loop);
 }
 
@@ -120,6 +120,12 @@ TEST(drift_is_named_beside_the_reason)
     now.pose.drift_mps = 0.05;
     CHECK_STR(said(ANSWER_UNKNOWN, ANSWER_NEVER, &now), "never observed; no position: 2.1 m of drift allowed for");
     CHECK_STR(reason_with_drift(&now, "never observed", -1, text), "never observed");
+    /* what was asked about is no end of the blind zone: drift alone may have taken it away */
+    CHECK_STR(said(ANSWER_UNKNOWN, ANSWER_BLIND, &now),
+              "next to the vehicle, where the sonar is blind or the water "
+              "not known any more; no position: 2.1 m of drift allowed for");
+    CHECK_STR(reason_cause(&env, &now, ANSWER_BLIND, text),
+              "next to the vehicle, where the sonar is blind or the water not known any more");
     now.pose.heading_adrift = true;
     CHECK_STR(reason_with_drift(&now, "never observed", -1, text),
               "never observed; no attitude: the vehicle may have turned");
