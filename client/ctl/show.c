@@ -265,6 +265,9 @@ static void show_pose(const struct page *page, const json_t *pose)
     if (json_string_length(json_object_get(pose, "missing")) > 0)
         fprintf(page->out, "             %s; it must keep coming, or give poses up: `sonarctl pose --withdraw`\n",
                 page_text(a, pose, "missing"));
+    if (json_string_length(json_object_get(pose, "drift")) > 0)
+        fprintf(page->out, "             %s; send one of them, or set max_speed or station_keeping in [vehicle]\n",
+                page_text(a, pose, "drift"));
 }
 
 /* Depth, NMEA 0183 and leak probe, where there are any. */

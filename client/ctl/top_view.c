@@ -136,6 +136,8 @@ static void draw_warnings(struct panel *panel, const json_t *status)
     warn_of_sensors(panel, json_object_get(status, "sensors"));
     if (pose_age_s > POSE_OLD_S)
         warn(panel, "the pose is %.0f s old", pose_age_s);
+    if (json_string_length(json_object_get(json_object_get(status, "pose"), "drift")) > 0)
+        warn(panel, "poses have no position: clear water is soon unknown");
     if (dropped > 0)
         warn(panel, "%.0f pings dropped: too slow", dropped);
     if (lost > 0)

@@ -99,6 +99,20 @@ const char *query_pose_missing(const struct methods_env *d, char text[QUERY_REAS
     return text;
 }
 
+const char *query_pose_drift(const struct methods_env *d, char text[QUERY_REASON_SIZE])
+{
+    const struct answer_now now = query_now(d);
+    text[0] = '\0';
+    if (now.pose.drift_mps > 0 && d->conf.vehicle.keep_mps < 0 && !pose_log_last_ns(&d->poses, POSE_POSITION) &&
+        !pose_log_last_ns(&d->poses, POSE_VELOCITY))
+        snprintf(
+            text, QUERY_REASON_SIZE,
+            "no position and no velocity: the vehicle may go %.1f m/s unnoticed, which soon takes clear water "
+            "away",
+            now.pose.drift_mps);
+    return text;
+}
+
 uint64_t query_unix_offset_ns(const struct methods_env *d)
 {
     struct timespec t;

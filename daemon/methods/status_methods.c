@@ -220,7 +220,7 @@ static void write_attitude(struct json_out *out, const struct methods_env *d, co
 static void write_pose(struct json_out *out, const struct methods_env *d)
 {
     static const char *const parts[] = {"attitude", "position", "depth", "velocity"};
-    char missing[QUERY_REASON_SIZE];
+    char missing[QUERY_REASON_SIZE], drift[QUERY_REASON_SIZE];
     struct pose p;
     pose_log_newest(&d->poses, &p);
     json_member_open(out, "pose", '{');
@@ -236,6 +236,7 @@ static void write_pose(struct json_out *out, const struct methods_env *d)
     json_member_count(out, "jumps", d->poses.jumps);
     json_member_count(out, "withdrawn", d->poses.withdrawn);
     json_member_text(out, "missing", query_pose_missing(d, missing));
+    json_member_text(out, "drift", query_pose_drift(d, drift));
     json_out_close(out, '}');
 }
 

@@ -5,7 +5,7 @@ import math
 
 from voyage import ping360
 
-from lib import RpcError, check, run, until
+from lib import SONARCTL, RpcError, check, run, until
 
 TURN = 200                    # pings of a full circle at 1.8 degrees
 WALLS = {"ahead": 9.0, "right": 4.0, "behind": 6.0, "left": 5.0}
@@ -130,6 +130,17 @@ def old_place(bench):
     check(later_mps < speed_mps - 0.05, "limit: %g m/s, 3 s later %g m/s" % (speed_mps, later_mps))
 
 
+def attitude_alone(bench):
+    """Nothing is clear although nothing stops coming: status says what is missing."""
+    client = sail(bench, pose=LEVEL).client()
+    states = {s["state"] for s in client.call("sectors", distance_m=2)["sectors"]}
+    check("clear" not in states, "clear: %s" % states)
+    status = client.call("status")
+    check(status["pose"]["drift"].startswith("no position and no velocity: the vehicle may go 4.2 m/s"), str(status["pose"]))
+    shown = bench.run(SONARCTL, "--socket", bench.socket_path, "status").stdout
+    check(status["pose"]["drift"] + "; send one of them, or set max_speed" in shown, shown)
+
+
 def explain(bench):
     """Ahead stands the wall at 9 m: the pings that say so are those that pointed there, and their bins are where it is."""
     client = basin(bench)
@@ -207,4 +218,4 @@ def at_rest(bench):
     check((answer["state"], answer["reason"]) == ("unknown", "the vehicle is at rest"), "at rest: %s" % answer)
 
 
-run([("answers_" + f.__name__, f) for f in (nearest, limit, drift, old_place, explain, unknown_ahead, collision, at_rest)])
+run([("answers_" + f.__name__, f) for f in (nearest, limit, drift, old_place, attitude_alone, explain, unknown_ahead, collision, at_rest)])

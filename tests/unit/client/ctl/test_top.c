@@ -202,6 +202,22 @@ TEST(a_pose_is_whole_at_80_columns)
     json_decref(status);
 }
 
+TEST(a_frame_says_what_takes_clear_water_away)
+{
+    struct top_rates rates = {0};
+    json_t *status =
+        json_loads("{\"data\":\"ok\",\"pose\":{\"drift\":\"no position and no velocity: ...\"},\"sensors\":[{"
+                   "\"name\":\"head\",\"state\":\"running\",\"contested\":true}]}",
+                   0, NULL);
+    struct top_frame frame = {.status = status, .rates = &rates};
+
+    canvas_clear(&canvas, 80, 24);
+    top_view_draw(&canvas, &frame);
+    CHECK(shows("! poses have no position"));
+    CHECK(shows("! head: answers get lost"));
+    json_decref(status);
+}
+
 /* Text that is no number, members that are missing, any size:
  * nothing is written beyond an edge (the sanitizers look). */
 TEST(any_size_and_any_answer)
@@ -241,6 +257,7 @@ int main(void)
     RUN(a_frame_says_what_is_wrong);
     RUN(a_blocked_side_says_at_how_many_metres);
     RUN(a_pose_is_whole_at_80_columns);
+    RUN(a_frame_says_what_takes_clear_water_away);
     RUN(any_size_and_any_answer);
     return test_end();
 }

@@ -128,9 +128,50 @@ TEST(an_attitude_that_is_too_old_is_none)
     rig_end();
 }
 
+/* A pose with these parts came just now. */
+static void check_drift(double keep_mps, double max_mps, unsigned has, const char *want)
+{
+    struct pose_drift drift;
+    struct pose pose = pose_identity;
+    if (!begin()) {
+        CHECK(false);
+        return;
+    }
+    d.conf.vehicle.keep_mps = keep_mps;
+    d.conf.vehicle.max_speed_mps = max_mps;
+    wiring_drift(&d.conf, &drift);
+    pose_log_set_drift(&d.poses, loop_now(d.loop), &drift);
+    pose.t_ns = loop_now(d.loop);
+    pose.has = has;
+    CHECK(!has || pose_log_put(&d.poses, &pose));
+    json_t *a = ask("status", json_object());
+    CHECK_STR(json_string_value(json_object_get(json_object_get(a, "pose"), "drift")), want);
+    json_decref(a);
+    rig_end();
+}
+
+/* Drift takes clear water away although nothing is missing of what was ever sent. */
+TEST(poses_without_position_and_velocity_are_named)
+{
+    check_drift(-1, 0, 0, ""); /* a fixed sonar */
+    check_drift(
+        -1, 0, POSE_ATTITUDE,
+        "no position and no velocity: the vehicle may go 4.2 m/s unnoticed, which soon takes clear water away");
+    check_drift(
+        -1, 0.5, POSE_ATTITUDE,
+        "no position and no velocity: the vehicle may go 0.7 m/s unnoticed, which soon takes clear water away");
+    check_drift(
+        -1, 0.5, POSE_ATTITUDE | POSE_DEPTH,
+        "no position and no velocity: the vehicle may go 0.5 m/s unnoticed, which soon takes clear water away");
+    check_drift(0.05, 0.5, POSE_ATTITUDE, "");
+    check_drift(-1, 0.5, POSE_ATTITUDE | POSE_VELOCITY, "");
+    check_drift(-1, 0.5, POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH, "");
+}
+
 int main(void)
 {
     RUN(what_a_lost_sonar_observed_is_unknown);
     RUN(an_attitude_that_is_too_old_is_none);
+    RUN(poses_without_position_and_velocity_are_named);
     return test_end();
 }
