@@ -9,8 +9,11 @@
 #define HULL_MAX_HPA   1300.0    /* a hull that was closed at 0 degC would have to heat up to 80 */
 #define DEEP_NS        SECOND_NS /* a single wrong reading is no depth */
 #define FRESH_NS       (2ull * SECOND_NS)
-#define FOLLOW_M       1.0                 /* the altitude has changed by so much ... */
-#define FOLLOW_SHARE   0.25                /* ... and the depth by as much, up to this share ... */
+#define SILENT_NS      (6ull * SECOND_NS) /* longer than until a vehicle counts as gone: of that the link tells */
+#define AIR_MIN_HPA    300.0              /* as --surface-pressure has it */
+#define AIR_MAX_HPA    1100.0             /* the most ever measured is 1085 */
+#define FOLLOW_M       1.0                /* the altitude has changed by so much ... */
+#define FOLLOW_SHARE   0.25               /* ... and the depth by as much, up to this share ... */
 #define FOLLOW_NS      (60ull * SECOND_NS) /* ... in less than this, in which a hull does not heat up by a metre ... */
 #define FOLLOW_TIMES   2u                  /* ... so often */
 #define DISAGREE_M     1.0
@@ -43,11 +46,32 @@ static bool disagree(const struct mavlink_barometers *b, const struct mavlink_ba
            DISAGREE_M + DISAGREE_SHARE * fmax(one->hpa, other->hpa) * b->m_per_hpa;
 }
 
-/* The first that is in the water is used. Another that reads something else there speaks against it while it reads. */
+static bool is_silent(const struct mavlink_barometer *of, uint64_t now_ns)
+{
+    return now_ns > of->t_ns + SILENT_NS;
+}
+
+/* One that was used and sends nothing any more. A named one is waited for. */
+static void give_up_silent(struct mavlink_barometers *b, uint64_t now_ns)
+{
+    const int used = b->used;
+
+    if (used == MAVLINK_BAROMETER_ANY || !b->of[used - 1].t_ns || !is_silent(&b->of[used - 1], now_ns))
+        return;
+    if (b->told_used == used) {
+        b->silent = used;
+        b->told_none = true;
+    }
+    b->told_used = MAVLINK_BAROMETER_ANY;
+    b->used = b->named;
+}
+
+/* The first that is in the water and reads is used. Another that reads something else there speaks against it while it reads. */
 static void choose(struct mavlink_barometers *b, uint64_t now_ns)
 {
+    give_up_silent(b, now_ns);
     for (int i = 0; i < MAVLINK_BAROMETERS && b->used == MAVLINK_BAROMETER_ANY; i++)
-        if (b->of[i].wet)
+        if (b->of[i].wet && is_fresh(&b->of[i], now_ns))
             b->used = i + 1;
     b->against = MAVLINK_BAROMETER_ANY;
     if (b->used == MAVLINK_BAROMETER_ANY)
@@ -118,10 +142,17 @@ int mavlink_barometers_depth(const struct mavlink_barometers *b)
                                                                                     : b->used;
 }
 
-/* "SCALED_PRESSURE2 (1016 hPa)" */
-static const char *name(const struct mavlink_barometers *b, int number, char out[48])
+double mavlink_barometers_surface_hpa(const struct mavlink_barometers *b, int number)
 {
-    snprintf(out, 48, "SCALED_PRESSURE%s (%.0f hPa)",
+    const double first_hpa = b->of[number - 1].first_hpa;
+
+    return first_hpa >= AIR_MIN_HPA && first_hpa <= AIR_MAX_HPA ? first_hpa : 0;
+}
+
+const char *mavlink_barometers_name(const struct mavlink_barometers *b, int number,
+                                    char out[MAVLINK_BAROMETER_NAME])
+{
+    snprintf(out, MAVLINK_BAROMETER_NAME, "SCALED_PRESSURE%s (%.0f hPa)",
              number == 1   ? ""
              : number == 2 ? "2"
                            : "3",
@@ -132,12 +163,13 @@ static const char *name(const struct mavlink_barometers *b, int number, char out
 /* Why there is no depth, and what the barometers that there are read. */
 static bool say_none(struct mavlink_barometers *b, char *text, size_t size)
 {
-    char list[MAVLINK_BAROMETERS * 50] = "", one[48];
+    char list[MAVLINK_BAROMETERS * 50] = "", one[MAVLINK_BAROMETER_NAME];
     size_t n = 0;
 
     for (int i = 0; i < MAVLINK_BAROMETERS; i++)
         if (b->of[i].t_ns)
-            n += (size_t)snprintf(list + n, sizeof list - n, "%s%s", n ? ", " : "", name(b, i + 1, one));
+            n += (size_t)snprintf(list + n, sizeof list - n, "%s%s", n ? ", " : "",
+                                  mavlink_barometers_name(b, i + 1, one));
     snprintf(text, size, "no depth: %s; received: %s",
              b->named ? "the barometer named by --barometer sends nothing"
                       : "it is not known which barometer is in the water until one follows the altitude or is 3 m "
@@ -149,16 +181,24 @@ static bool say_none(struct mavlink_barometers *b, char *text, size_t size)
 
 bool mavlink_barometers_news(struct mavlink_barometers *b, uint64_t now_ns, char *text, size_t size)
 {
-    char one[48], other[48];
+    char one[MAVLINK_BAROMETER_NAME], other[MAVLINK_BAROMETER_NAME];
 
-    if (b->used == MAVLINK_BAROMETER_ANY || !b->of[b->used - 1].t_ns)
+    choose(b, now_ns);
+    if (b->silent != MAVLINK_BAROMETER_ANY) {
+        snprintf(text, size, "warning: %s, which gave the depth, is silent: no depth until %s",
+                 mavlink_barometers_name(b, b->silent, one),
+                 b->named ? "it reads again" : "it or another in the water reads");
+        b->silent = MAVLINK_BAROMETER_ANY;
+        return true;
+    }
+    if (b->used == MAVLINK_BAROMETER_ANY || is_silent(&b->of[b->used - 1], now_ns))
         return b->begin_ns && now_ns > b->begin_ns + UNKNOWN_NS && !b->told_none && say_none(b, text, size);
 
     const struct mavlink_barometer *used = &b->of[b->used - 1];
 
     if (b->told_used != b->used) {
         b->told_used = b->used;
-        snprintf(text, size, "depth from %s, %s", name(b, b->used, one),
+        snprintf(text, size, "depth from %s, %s", mavlink_barometers_name(b, b->used, one),
                  b->named        ? "as --barometer says"
                  : used->deep_ns ? "which reads more than a hull holds"
                                  : "which follows the altitude");
@@ -167,7 +207,7 @@ bool mavlink_barometers_news(struct mavlink_barometers *b, uint64_t now_ns, char
     if (b->against != MAVLINK_BAROMETER_ANY && b->told_against != b->against) {
         b->told_against = b->against;
         snprintf(text, size, "warning: barometers disagree: %s and %s are both in the water; %s",
-                 name(b, b->used, one), name(b, b->against, other),
+                 mavlink_barometers_name(b, b->used, one), mavlink_barometers_name(b, b->against, other),
                  b->named ? "is --barometer right?"
                           : "no depth until they agree; --barometer N says which is right");
         return true;

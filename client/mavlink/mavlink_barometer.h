@@ -3,7 +3,8 @@
  * mavlink_barometer - which of an autopilot's barometers is in the water. SCALED_PRESSURE, 2 and 3 say what each reads
  * and not where it is; one in the hull reads the air of the surface at any depth, and would make every depth zero. So a
  * barometer counts only when it is named, when it reads more than a hull holds, or when it follows the autopilot's own
- * altitude by the law of water. Until then there is no depth. Pure: pressures, altitudes and the time of their arrival
+ * altitude by the law of water. Until then there is no depth, nor once the one that was used sends nothing any more,
+ * unless another is in the water. Pure: pressures, altitudes and the time of their arrival
  * (CLOCK_MONOTONIC nanoseconds) go in.
  */
 #ifndef SONARD_MAVLINK_BAROMETER_H
@@ -15,6 +16,8 @@
 
 #define MAVLINK_BAROMETERS    3
 #define MAVLINK_BAROMETER_ANY 0 /* no number of one */
+
+#define MAVLINK_BAROMETER_NAME 48
 
 /* Where an altitude is from; each is compared with itself only, since each has a zero of its own. */
 enum mavlink_altitude {
@@ -45,9 +48,10 @@ struct mavlink_barometers {
     double m_per_hpa;
     struct mavlink_barometer of[MAVLINK_BAROMETERS]; /* of number 1, 2, 3 */
     struct mavlink_altitude_mark mark[MAVLINK_ALTITUDES];
-    int used;          /* number; MAVLINK_BAROMETER_ANY: not known yet */
+    int used;          /* number; MAVLINK_BAROMETER_ANY: not known yet, or it has gone silent */
     int against;       /* another that is in the water and reads another depth, or MAVLINK_BAROMETER_ANY */
     uint64_t begin_ns; /* of the first reading; 0: none yet */
+    int silent;        /* it was used until it sent nothing any more, and that is not said yet */
     bool told_none;
     int told_used, told_against;
 };
@@ -72,8 +76,19 @@ void mavlink_barometers_altitude(struct mavlink_barometers *b, enum mavlink_alti
 int mavlink_barometers_depth(const struct mavlink_barometers *b);
 
 /**
+ * mavlink_barometers_surface_hpa - what barometer `number` read first, as the pressure at the surface; 0: no air has
+ * that pressure, it was under water or broken, or there is no reading yet.
+ */
+double mavlink_barometers_surface_hpa(const struct mavlink_barometers *b, int number);
+
+/** mavlink_barometers_name - "SCALED_PRESSURE2 (1016 hPa)", by its last reading. Returns out. */
+const char *mavlink_barometers_name(const struct mavlink_barometers *b, int number,
+                                    char out[MAVLINK_BAROMETER_NAME]);
+
+/**
  * mavlink_barometers_news - is there something to say that was not said yet? True with one sentence in text: which one
- * is used and why, which two disagree, or, ten seconds after the first reading, why there is no depth yet.
+ * is used and why, that it has gone silent, which two disagree, or, ten seconds after the first reading, why there is
+ * no depth yet.
  */
 bool mavlink_barometers_news(struct mavlink_barometers *b, uint64_t now_ns, char *text, size_t size);
 

@@ -2,6 +2,7 @@
 #include "mavlink_vehicle.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <string.h>
 
 #define AUTOPILOT         1 /* its component id */
@@ -153,6 +154,13 @@ static bool has_position(const struct mavlink_vehicle *vehicle, uint64_t now_ns)
     return vehicle->position_ns && now_ns < vehicle->position_ns + POSITION_FRESH_NS;
 }
 
+/* The pressure at the surface for barometer `number`; 0: not known. */
+static double surface_of(const struct mavlink_vehicle *vehicle, int number)
+{
+    return vehicle->conf.surface_hpa > 0 ? vehicle->conf.surface_hpa
+                                         : mavlink_barometers_surface_hpa(&vehicle->barometers, number);
+}
+
 /* Of barometer `number`. */
 static void take_pressure(struct mavlink_vehicle *vehicle, int number, const struct mavlink_frame *frame,
                           uint64_t now_ns)
@@ -174,9 +182,10 @@ static void take_pressure(struct mavlink_vehicle *vehicle, int number, const str
     if (has_position(vehicle, now_ns) || mavlink_barometers_depth(barometers) != number)
         return;
 
-    const double surface_hpa =
-        vehicle->conf.surface_hpa > 0 ? vehicle->conf.surface_hpa : barometers->of[number - 1].first_hpa;
+    const double surface_hpa = surface_of(vehicle, number);
 
+    if (!(surface_hpa > 0))
+        return;
     const double depth_m = (m.press_abs - surface_hpa) * barometers->m_per_hpa;
 
     if (!(depth_m >= DEPTH_MIN_M && depth_m <= DEPTH_MAX_M)) {
@@ -280,9 +289,32 @@ bool mavlink_vehicle_pose(struct mavlink_vehicle *vehicle, uint64_t now_ns, stru
     return true;
 }
 
+/* The one that is used began where its first reading is no surface. */
+static bool say_no_surface(struct mavlink_vehicle *vehicle, int number, char *text, size_t size)
+{
+    char name[MAVLINK_BAROMETER_NAME];
+
+    if (vehicle->told_surface == number)
+        return false;
+    vehicle->told_surface = number;
+    snprintf(text, size,
+             "warning: no depth from %s: its first reading, %.0f hPa, is no air pressure; start the bridge at the "
+             "surface, or give --surface-pressure in hPa",
+             mavlink_barometers_name(&vehicle->barometers, number, name),
+             vehicle->barometers.of[number - 1].first_hpa);
+    return true;
+}
+
 bool mavlink_vehicle_depth_news(struct mavlink_vehicle *vehicle, uint64_t now_ns, char *text, size_t size)
 {
-    return !has_position(vehicle, now_ns) && mavlink_barometers_news(&vehicle->barometers, now_ns, text, size);
+    const struct mavlink_barometers *b = &vehicle->barometers;
+
+    if (has_position(vehicle, now_ns))
+        return false;
+    if (b->used != MAVLINK_BAROMETER_ANY && b->of[b->used - 1].t_ns && !(surface_of(vehicle, b->used) > 0) &&
+        say_no_surface(vehicle, b->used, text, size))
+        return true;
+    return mavlink_barometers_news(&vehicle->barometers, now_ns, text, size);
 }
 
 bool mavlink_vehicle_depth_doubtful(const struct mavlink_vehicle *vehicle, uint64_t now_ns)

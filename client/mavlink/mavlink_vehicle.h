@@ -33,7 +33,7 @@ struct mavlink_pose {
 struct mavlink_vehicle_conf {
     uint8_t system_id;    /* of the vehicle; 0: that of the first heartbeat */
     int barometer;        /* whose depth to take: 1, 2, 3; MAVLINK_BAROMETER_ANY: find out */
-    double surface_hpa;   /* pressure at the surface; 0: the first reading's */
+    double surface_hpa;   /* pressure at the surface; 0: the first reading's, if air has it */
     double density_kgpm3; /* of the water */
 };
 
@@ -41,6 +41,7 @@ struct mavlink_vehicle {
     struct mavlink_vehicle_conf conf;
     struct mavlink_clock clock;
     struct mavlink_barometers barometers;
+    int told_surface; /* of this one it was said that its first reading is no surface */
     bool present;
     uint8_t system_id; /* of the vehicle last present, or the configured; 0: none yet */
     uint64_t heartbeat_ns, attitude_ns, position_ns; /* when last received; 0: never */
@@ -64,13 +65,13 @@ bool mavlink_vehicle_present(struct mavlink_vehicle *vehicle, uint64_t now_ns);
 /**
  * mavlink_vehicle_pose - the parts that came since the last pose, at the time of the attitude: true at most 50 times
  * a second. Without attitude the other parts go out alone, after half a second. A depth by pressure is left out while
- * positions come, and while it is not known which barometer is in the water.
+ * positions come, while it is not known which barometer is in the water, and while the surface is not known.
  */
 bool mavlink_vehicle_pose(struct mavlink_vehicle *vehicle, uint64_t now_ns, struct mavlink_pose *out);
 
 /**
  * mavlink_vehicle_depth_news - as mavlink_barometers_news, while the depth is taken from pressure: not while positions
- * come.
+ * come. Also that the first reading of the one that is used is no surface.
  */
 bool mavlink_vehicle_depth_news(struct mavlink_vehicle *vehicle, uint64_t now_ns, char *text, size_t size);
 

@@ -74,7 +74,7 @@ TEST(depth_is_that_of_the_barometer_in_the_water)
     CHECK(!mavlink_vehicle_depth_doubtful(&vehicle, START + 2 * S));
     CHECK(mavlink_vehicle_depth_news(&vehicle, START + 2 * S, text, sizeof text));
     CHECK_STR(text, "depth from SCALED_PRESSURE3 (1600 hPa), which reads more than a hull holds");
-    CHECK(!mavlink_vehicle_depth_news(&vehicle, START + 20 * S, text, sizeof text));
+    CHECK(!mavlink_vehicle_depth_news(&vehicle, START + 4 * S, text, sizeof text));
 
     CHECK_NEAR(depth_of_telemetry(3, &vehicle), 5.837, 1e-3, 0);
     CHECK(mavlink_vehicle_depth_news(&vehicle, START + 2 * S, text, sizeof text));
@@ -94,7 +94,7 @@ TEST(a_barometer_that_is_named_wrongly_is_used_with_a_warning)
     CHECK_STR(text,
               "warning: barometers disagree: SCALED_PRESSURE2 (1016 hPa) and SCALED_PRESSURE3 (1600 hPa) are "
               "both in the water; is --barometer right?");
-    CHECK(!mavlink_vehicle_depth_news(&vehicle, START + 20 * S, text, sizeof text));
+    CHECK(!mavlink_vehicle_depth_news(&vehicle, START + 4 * S, text, sizeof text));
 }
 
 /* ---- what the readings show ---- */
@@ -317,6 +317,107 @@ TEST(another_vehicle_begins_anew_but_the_surface_stays)
     CHECK_NEAR(barometers.of[1].first_hpa, 1021, 0, 0);
 }
 
+/* The last that was said up to now, "" for nothing; the readings go on 5 times a second. */
+static const char *said_while(uint64_t ns, double hpa_1, double hpa_2, double hpa_3)
+{
+    static char text[400];
+    char news[sizeof text];
+
+    text[0] = '\0';
+    for (uint64_t i = 0; i < ns / S; i++) {
+        read_for(S, hpa_1, hpa_2, hpa_3);
+        while (mavlink_barometers_news(&barometers, now_ns, news, sizeof news))
+            memcpy(text, news, sizeof text);
+    }
+    return text;
+}
+
+TEST(one_that_has_died_is_given_up)
+{
+    static const char ended[] =
+        "warning: SCALED_PRESSURE2 (1600 hPa), which gave the depth, is silent: no depth until it "
+        "or another in the water reads";
+
+    begin(MAVLINK_BAROMETER_ANY);
+    CHECK_STR(said_while(3 * S, 1013, 1600, 0),
+              "depth from SCALED_PRESSURE2 (1600 hPa), which reads more than a hull holds");
+    CHECK_STR(said_while(5 * S, 1013, 0, 0), "");
+    CHECK_INT(mavlink_barometers_depth(&barometers),
+              2); /* a pause is no end; without a reading no depth comes of it */
+    CHECK_STR(said_while(60 * S, 1013, 0, 0), ended);
+    CHECK_INT(mavlink_barometers_depth(&barometers), MAVLINK_BAROMETER_ANY); /* and not of the hull */
+    CHECK_STR(said_while(60 * S, 1013, 0, 1610),
+              "depth from SCALED_PRESSURE3 (1610 hPa), which reads more than a hull holds");
+    CHECK_INT(mavlink_barometers_depth(&barometers), 3);
+    CHECK_STR(said_while(60 * S, 1013, 1600, 1610), ""); /* back, and not wanted */
+    CHECK_INT(mavlink_barometers_depth(&barometers), 3);
+}
+
+TEST(another_in_the_water_takes_the_place_of_one_that_has_died)
+{
+    begin(MAVLINK_BAROMETER_ANY);
+    said_while(3 * S, 1013, 1600, 1610);
+    CHECK_INT(mavlink_barometers_depth(&barometers), 2);
+    CHECK_STR(said_while(10 * S, 1013, 0, 1610),
+              "depth from SCALED_PRESSURE3 (1610 hPa), which reads more than a hull holds");
+    CHECK_INT(mavlink_barometers_depth(&barometers), 3);
+}
+
+TEST(one_that_has_died_and_comes_back_is_used_again)
+{
+    begin(MAVLINK_BAROMETER_ANY);
+    said_while(3 * S, 1013, 1600, 0);
+    CHECK(strstr(said_while(10 * S, 0, 0, 0), "is silent")); /* nothing else comes either */
+    CHECK_STR(said_while(3 * S, 1013, 1600, 0),
+              "depth from SCALED_PRESSURE2 (1600 hPa), which reads more than a hull holds");
+    CHECK_INT(mavlink_barometers_depth(&barometers), 2);
+}
+
+TEST(one_that_is_named_and_has_died_is_waited_for)
+{
+    begin(2);
+    CHECK_STR(
+        said_while(3 * S, 1013, 1016, 1600),
+        "warning: barometers disagree: SCALED_PRESSURE2 (1016 hPa) and SCALED_PRESSURE3 (1600 hPa) are both in "
+        "the water; is --barometer right?");
+    CHECK_STR(
+        said_while(60 * S, 1013, 0, 1600),
+        "warning: SCALED_PRESSURE2 (1016 hPa), which gave the depth, is silent: no depth until it reads again");
+    CHECK_INT(mavlink_barometers_depth(&barometers), 2);
+    CHECK_STR(said_while(3 * S, 1013, 1016, 0), "depth from SCALED_PRESSURE2 (1016 hPa), as --barometer says");
+}
+
+/* --surface-pressure first, of a vehicle that is under water when the bridge starts: a depth from there would be wrong. */
+TEST(a_first_reading_that_is_no_air_is_no_surface)
+{
+    static const struct {
+        double first_hpa;
+        bool depth;
+    } rows[] = {{1013, true}, {600, true}, {1100, true}, {1101, false}, {1600, false}, {299, false}};
+
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        const struct mavlink_vehicle_conf conf = {.barometer = 2, .density_kgpm3 = 1025};
+        struct mavlink_vehicle vehicle;
+        struct mavlink_parser parser = {0};
+        struct mavlink_pose pose = {0};
+        char text[400];
+
+        mavlink_vehicle_init(&vehicle, &conf);
+        mavlink_barometers_pressure(&vehicle.barometers, 2, rows[i].first_hpa, START);
+        for (int k = 0; k < 5; k++)
+            hear(&vehicle, &parser, telemetry[0][k], START + S); /* 1016 hPa */
+        mavlink_vehicle_pose(&vehicle, START + S, &pose);
+        CHECK_INT(pose.has & MAVLINK_POSE_DEPTH, rows[i].depth ? MAVLINK_POSE_DEPTH : 0);
+        CHECK(mavlink_vehicle_depth_news(&vehicle, START + S, text, sizeof text));
+        CHECK_INT(
+            strstr(text, "is no air pressure; start the bridge at the surface, or give --surface-pressure") !=
+                NULL,
+            !rows[i].depth);
+        for (int k = 0; k < 2 && mavlink_vehicle_depth_news(&vehicle, START + S, text, sizeof text); k++)
+            CHECK(!strstr(text, "is no air pressure"));
+    }
+}
+
 int main(void)
 {
     RUN(depth_is_that_of_the_barometer_in_the_water);
@@ -331,5 +432,10 @@ int main(void)
     RUN(an_altitude_that_jumps_is_followed_by_none);
     RUN(two_in_the_water_that_disagree_are_a_warning_and_no_depth);
     RUN(another_vehicle_begins_anew_but_the_surface_stays);
+    RUN(one_that_has_died_is_given_up);
+    RUN(another_in_the_water_takes_the_place_of_one_that_has_died);
+    RUN(one_that_has_died_and_comes_back_is_used_again);
+    RUN(one_that_is_named_and_has_died_is_waited_for);
+    RUN(a_first_reading_that_is_no_air_is_no_surface);
     return test_end();
 }
