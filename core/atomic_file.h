@@ -24,7 +24,8 @@ uint8_t *atomic_file_read(const char *path, size_t most, size_t *size);
 /**
  * atomic_file_replace - write PATH.new, move it over PATH when the disk has confirmed it, and have that confirmed too.
  * What is there and does not begin with the `magic_size` bytes that `bytes` begins with is somebody else's: refused.
- * False with a sentence in fault; the old file is untouched then. Takes as long as the disk needs.
+ * False with a sentence in fault: the old file is untouched then, unless only the last confirmation failed. The new one
+ * is in place in that case, and a power cut may yet bring the old one back. Takes as long as the disk needs.
  */
 bool atomic_file_replace(const char *path, const uint8_t *bytes, size_t size, size_t magic_size,
                          struct fault *fault);

@@ -93,6 +93,7 @@ TEST(a_name_that_the_disk_has_not_confirmed_is_a_fault)
     fails = 3;
     CHECK(!replace("MAGIC new", &fault));
     CHECK(strstr(fault.text, strerror(EIO)) != NULL);
+    CHECK(holds("MAGIC new") && access(beside, F_OK) != 0); /* in place, until the power fails */
     unlink(path);
 }
 
