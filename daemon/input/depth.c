@@ -80,8 +80,8 @@ bool depth_plausible(const struct conf_depth *conf, double depth_m, uint64_t t_n
 
 void depth_oddities_text(unsigned oddities, struct fault *text)
 {
-    static const char *const words[] = {"a stray byte before answers", "a stray byte behind answers",
-                                        "the adapter echoes questions"};
+    static const char *const words[] = {"stray bytes before answers", "stray bytes behind answers",
+                                        "echoes of the questions"};
     size_t n = 0;
     text->text[0] = '\0';
     for (unsigned i = 0; i < sizeof words / sizeof *words; i++)
@@ -234,7 +234,7 @@ static void take_oddities(struct depth *d, unsigned oddities)
         return;
     d->status.oddities |= news;
     depth_oddities_text(news, &text);
-    log_line(LOG_NOTICE, "depth_oddity", "depth: %s: %s; skipped", d->conf.source, text.text);
+    log_line(LOG_NOTICE, "depth_oddity", "depth: %s: skipping %s", d->conf.source, text.text);
 }
 
 static void on_wake(void *ctx, uint32_t events, uint64_t now_ns)

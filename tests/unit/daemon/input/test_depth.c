@@ -229,11 +229,24 @@ TEST(a_link_that_comes_back_is_counted)
     end();
 }
 
+/* Behind "skipped:" in status. */
+TEST(what_is_skipped_is_named)
+{
+    struct fault text;
+    depth_oddities_text(0, &text);
+    CHECK_STR(text.text, "");
+    depth_oddities_text(MODBUS_QUESTION_ECHOED, &text);
+    CHECK_STR(text.text, "echoes of the questions");
+    depth_oddities_text(MODBUS_STRAY_BEFORE | MODBUS_STRAY_BEHIND | MODBUS_QUESTION_ECHOED, &text);
+    CHECK_STR(text.text, "stray bytes before answers, stray bytes behind answers, echoes of the questions");
+}
+
 int main(void)
 {
     RUN(the_depth_is_that_of_the_vehicle);
     RUN(a_lie_is_counted_and_goes_no_farther);
     RUN(failures_in_a_row_are_silence_and_one_answer_ends_it);
     RUN(a_link_that_comes_back_is_counted);
+    RUN(what_is_skipped_is_named);
     return test_end();
 }
