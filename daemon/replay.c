@@ -414,11 +414,10 @@ static void tell_unheard(const struct replay *r, const struct conf_sonar *sonar,
 static bool is_worth_something(const struct replay *r)
 {
     const struct mcap_info *info = r->reader ? mcap_info(r->reader) : NULL;
+    struct fault lost;
     if (info && mcap_is_mostly_lost(info)) {
-        log_line(LOG_ERR, "capture_lost",
-                 "capture: most of it is lost: %llu messages could be read, %llu of %llu bytes are left out",
-                 (unsigned long long)info->messages, (unsigned long long)info->left_out_bytes,
-                 (unsigned long long)info->file_bytes);
+        mcap_lost_text(info, &lost);
+        log_line(LOG_ERR, "capture_lost", "capture: %s", lost.text);
         return false;
     }
     if (r->played == 0 && !r->stranger[0])

@@ -194,10 +194,10 @@ static int repair(const char *in_path, const char *out_path)
         printf("%s: %" PRIu64 " messages, attachments: %" PRIu64 "; faults: %" PRIu64 ", bytes left out: %" PRIu64
                "\n",
                out_path, info->messages, info->attachments, info->problems, info->left_out_bytes);
-        if (mcap_is_mostly_lost(info))
-            status = capture_failed("%s: most of it is lost: %" PRIu64 " messages could be read, %" PRIu64
-                                    " of %" PRIu64 " bytes are left out",
-                                    in_path, info->messages, info->left_out_bytes, info->file_bytes);
+        if (mcap_is_mostly_lost(info)) {
+            mcap_lost_text(info, &fault);
+            status = capture_failed("%s: %s", in_path, fault.text);
+        }
     }
     mcap_close(r);
     return status;

@@ -23,6 +23,7 @@
 #define RANGE_LEAST_M  0.75 /* as sonard.conf takes it */
 #define RANGE_MOST_M   200.0
 #define PING360_MOST_M 50.0 /* likewise */
+#define LOOKED_AT      1000 /* messages, for one of a sonar */
 
 struct content {
     const uint8_t *p;
@@ -70,14 +71,30 @@ static bool unpack(const char *path, struct content *c)
         capture_failed("%s: %s", path, fault.text);
         return false;
     }
-    if (unpacked.damaged)
-        fprintf(stderr,
-                "%s: packed, and damaged or cut off: %zu bytes could be unpacked, %zu of %zu are left out\n", path,
+    if (unpacked.damaged && unpacked.lost > 0)
+        fprintf(stderr, "%s: packed, and damaged: %zu bytes could be unpacked, %zu of %zu are left out\n", path,
                 unpacked.n, unpacked.lost, c->n);
+    else if (unpacked.damaged)
+        fprintf(stderr, "%s: packed, and cut off: %zu bytes could be unpacked\n", path, unpacked.n);
     const bool is_mostly_lost = unpacked.lost > c->n / 2;
     unload(*c);
     *c = (struct content){unpacked.p, unpacked.n, true, is_mostly_lost};
     return true;
+}
+
+/* Is it a capture already? Then it has bytes of sonars as sonard records them. */
+static bool is_own_capture(struct content c)
+{
+    struct fault fault;
+    struct mcap_message m;
+    bool found = false;
+    struct mcap_reader *r = mcap_open_memory(c.p, c.n, NULL, NULL, &fault);
+    for (unsigned i = 0; r && !found && i < LOOKED_AT && mcap_next(r, &m); i++) {
+        const char *slash = strrchr(m.channel->topic, '/');
+        found = slash && strcmp(slash, "/rx") == 0 && strcmp(m.channel->encoding, "octet-stream") == 0;
+    }
+    mcap_close(r);
+    return found;
 }
 
 struct importing {
@@ -332,6 +349,10 @@ int capture_import(const char *in_path, const char *out_path, const char *sensor
     int status = 1;
     if (!load(in_path, &in) || !unpack(in_path, &in) || (conf_path && !load(conf_path, &conf)))
         goto done;
+    if (is_own_capture(in)) {
+        capture_failed("%s: is a capture of sonard already; play it with `sonard --replay`", in_path);
+        goto done;
+    }
     enum import_kind kind = import_kind(in.p, in.n);
     if (kind == IMPORT_UNKNOWN) {
         capture_failed(

@@ -187,6 +187,9 @@ const struct mcap_info *mcap_info(const struct mcap_reader *r);
 /** mcap_is_mostly_lost - is more than half of a file left out, or every message for damage? */
 bool mcap_is_mostly_lost(const struct mcap_info *info);
 
+/** mcap_lost_text - of such a file: "most of it is lost: 3 messages could be read, 700 of 900 bytes are left out". */
+void mcap_lost_text(const struct mcap_info *info, struct fault *text);
+
 void mcap_close(struct mcap_reader *r);
 
 #endif

@@ -467,6 +467,13 @@ bool mcap_is_mostly_lost(const struct mcap_info *info)
     return (damaged && info->messages == 0) || info->left_out_bytes > info->file_bytes / 2;
 }
 
+void mcap_lost_text(const struct mcap_info *info, struct fault *text)
+{
+    fault_set(text, "most of it is lost: %" PRIu64 " messages could be read", info->messages);
+    if (info->left_out_bytes > 0)
+        fault_add(text, ", %" PRIu64 " of %" PRIu64 " bytes are left out", info->left_out_bytes, info->file_bytes);
+}
+
 /* ---- open and close ---- */
 
 static struct mcap_reader *new_reader(const void *data, size_t size, mcap_problem_fn problem_fn, void *ctx,

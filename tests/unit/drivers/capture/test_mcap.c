@@ -725,6 +725,15 @@ TEST(random_files_round_trip)
     }
 }
 
+TEST(what_is_lost_is_said_in_figures)
+{
+    struct fault text;
+    mcap_lost_text(&(struct mcap_info){.messages = 3, .left_out_bytes = 700, .file_bytes = 900}, &text);
+    CHECK_STR(text.text, "most of it is lost: 3 messages could be read, 700 of 900 bytes are left out");
+    mcap_lost_text(&(struct mcap_info){.file_bytes = 3000}, &text);
+    CHECK_STR(text.text, "most of it is lost: 0 messages could be read");
+}
+
 int main(void)
 {
     RUN(round_trip_lz4);
@@ -753,5 +762,6 @@ int main(void)
     RUN(full_disk_is_said_and_the_file_stays_whole);
     RUN(device_that_takes_nothing_is_refused_at_once);
     RUN(random_files_round_trip);
+    RUN(what_is_lost_is_said_in_figures);
     return test_end();
 }
