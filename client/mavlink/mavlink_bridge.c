@@ -23,7 +23,7 @@
 #define OWN_SYSTEM     1           /* until a vehicle's is known: that of nearly all vehicles */
 
 /* What standard error last said of something that comes and goes. */
-enum told { TOLD_NOTHING, TOLD_THERE, TOLD_LOST };
+enum told { TOLD_NOTHING, TOLD_OPEN, TOLD_THERE, TOLD_LOST };
 
 enum alert {
     ALERT_DAEMON,
@@ -290,11 +290,24 @@ static void say_change(bool is, enum told *told, const char *what, const char *w
 
     if (*told != now)
         say("%s: %s%s%s", what,
-            is                      ? "there"
-            : *told == TOLD_NOTHING ? "not there"
-                                    : "lost",
+            is                    ? "there"
+            : *told == TOLD_THERE ? "lost"
+                                  : "not there",
             is || !why[0] ? "" : ": ", is ? "" : why);
     *told = now;
+}
+
+/* A link that is open is not there before something came: nobody may be at the other end. */
+static void say_link(struct mavlink_bridge *b)
+{
+    const bool open = !b->link->error[0];
+
+    if (!open || b->link->received) {
+        say_change(open, &b->link_told, "link", b->link->error);
+    } else if (b->link_told != TOLD_OPEN) {
+        say("link: open, nothing received yet");
+        b->link_told = TOLD_OPEN;
+    }
 }
 
 /* ---- from the autopilot ---- */
@@ -408,7 +421,7 @@ void mavlink_bridge_work(struct mavlink_bridge *b, mavlink_now_fn *now)
     const uint64_t now_ns = now().now_ns;
 
     mavlink_feed_read(&b->feed, now_ns);
-    say_change(!b->link->error[0], &b->link_told, "link", b->link->error);
+    say_link(b);
     say_daemon(b, now_ns);
     say_below(b);
     if (is_due(&b->obstacles_due_ns, (uint64_t)(1e9 / b->conf->feed.rate_hz), now_ns)) {

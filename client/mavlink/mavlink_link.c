@@ -215,6 +215,7 @@ size_t mavlink_link_read(struct mavlink_link *link, void *buffer, size_t size, u
     }
     if (n > 0) {
         link->error[0] = '\0';
+        link->received = true;
         return (size_t)n;
     }
     if (n < 0 || link->kind == MAVLINK_SERIAL)
@@ -283,5 +284,6 @@ void mavlink_link_close(struct mavlink_link *link)
     if (link->fd >= 0)
         close(link->fd);
     link->fd = -1;
+    link->received = false;
     link->n_out = 0;
 }

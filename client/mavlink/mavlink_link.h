@@ -26,6 +26,7 @@ struct mavlink_link {
     uint64_t retry_ns;
     unsigned retry_s;                     /* between attempts at the name; 0: it is known */
     char error[256];                      /* why it is not open, or deaf, one sentence; "": all is well */
+    bool received;                        /* something, since it was opened */
     struct sockaddr_storage peer, sender; /* udpin: who gets our frames; whose datagram came last */
     socklen_t peer_size, sender_size;
     uint64_t peer_heard_ns;

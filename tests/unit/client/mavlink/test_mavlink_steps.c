@@ -341,6 +341,30 @@ TEST(the_next_deadline_is_a_tenth_of_a_second_away)
     end();
 }
 
+/* That a socket is open says nothing of its other end. */
+TEST(a_link_is_there_when_something_was_received)
+{
+    char text[4096];
+    FILE *const file = tmpfile();
+    const int err = dup(2);
+
+    dup2(fileno(file), 2);
+    begin();
+    seconds(2);
+    const size_t alone = (size_t)pread(fileno(file), text, sizeof text - 1, 0);
+    text[alone] = '\0';
+    CHECK(strstr(text, "link: open, nothing received yet\n") && !strstr(text, "link: there"));
+    f.flies = true;
+    seconds(2);
+    dup2(err, 2);
+    text[pread(fileno(file), text, sizeof text - 1, 0)] = '\0';
+    const char *open = strstr(text, "link: open"), *there = strstr(text, "link: there\n");
+    CHECK(open && there && open < there && !strstr(open + 1, "link: open"));
+    end();
+    close(err);
+    fclose(file);
+}
+
 int main(void)
 {
     if (!make_directory())
@@ -352,6 +376,7 @@ int main(void)
     RUN(nor_do_poses_lose_it_when_the_bridge_is_held_up);
     RUN(nothing_is_said_to_a_vehicle_that_is_not_there);
     RUN(the_next_deadline_is_a_tenth_of_a_second_away);
+    RUN(a_link_is_there_when_something_was_received);
     rmdir(directory);
     return test_end();
 }
