@@ -168,12 +168,29 @@ static bool take_port(struct setup *s, const char *text, struct fault *fault)
     return port_find(s->port, &rest, fault) != NULL;
 }
 
+/* Options that cannot be meant, before anything is listened to. False after a message. */
+static bool check_options(struct setup *s)
+{
+    const char *device = json_string_value(given(s, "device")), *port = json_string_value(given(s, "port"));
+    struct fault fault;
+
+    if (device && !known_device(device)) {
+        fprintf(stderr, "sonarctl setup: no such device: %s\n", device);
+        list_devices();
+        return false;
+    }
+    if (port && !take_port(s, port, &fault)) {
+        fprintf(stderr, "sonarctl setup: --port: %s\n", fault.text);
+        return false;
+    }
+    s->port[0] = '\0';
+    return true;
+}
+
 /* What to do about it. */
 static void not_found(const struct setup *s, const char *port)
 {
-    if (s->device[0] && !known_device(s->device))
-        fprintf(stderr, "sonarctl setup: no such device: %s\n", s->device);
-    else if (s->port_error == EBUSY) {
+    if (s->port_error == EBUSY) {
         fprintf(stderr, "sonarctl setup: another program has %s; stop it and try again", port);
         if (port[0] == '/')
             fprintf(stderr, " (sudo fuser -v %s names it)", port);
@@ -189,6 +206,12 @@ static void not_found(const struct setup *s, const char *port)
                 "lists both; usual are 9092 for a Ping360, 9090 for a Ping1D. Give --device to write it all the "
                 "same\n",
                 port);
+    else if (port)
+        fprintf(
+            stderr,
+            "sonarctl setup: no sonar found at %s; power, wiring, right port? Give --device to write it all the "
+            "same\n",
+            port);
     else
         fprintf(stderr,
                 "sonarctl setup: no sonar found; give --device and --port, or plug it in, power it and try "
@@ -216,10 +239,8 @@ static bool take_device(struct setup *s)
         }
         list_devices();
     }
-    if (port && !s->port[0] && !take_port(s, port, &fault)) {
-        fprintf(stderr, "sonarctl setup: --port %s: %s\n", port, fault.text);
-        return false;
-    }
+    if (port && !s->port[0])
+        take_port(s, port, &fault);
     while (!port && ask(s, "Which port?", s->port[0] ? s->port : "none", answer, sizeof answer)) {
         if (take_port(s, answer, &fault))
             break;
@@ -385,6 +406,8 @@ int command_setup(struct context *context)
     if (s.name[strspn(s.name, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_")] || !s.name[0] ||
         (name && strlen(name) >= sizeof s.name))
         return command_usage("setup", "--name wants up to 31 letters, digits, - and _");
+    if (!check_options(&s))
+        return EXIT_USAGE;
     if (output_exists(&s))
         return EXIT_OUTPUT;
     if (!take_device(&s))

@@ -72,7 +72,7 @@ def nothing_there(bench):
     out = bench.path("none.conf")
     done = setup(bench, "--port", os.ttyname(follower), "--output", out)
     check(done.returncode == 2 and "no answer at 115200 or 921600 baud" in done.stderr, done.stderr)
-    check("give --device and --port" in done.stderr and not os.path.exists(out), done.stderr)
+    check("no sonar found at /dev/pts" in done.stderr and "Give --device to write" in done.stderr and not os.path.exists(out), done.stderr)
     os.close(leader)
     os.close(follower)
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as silent:
@@ -87,12 +87,23 @@ def nothing_there(bench):
     check(done.returncode == 7 and "File exists; remove it first" in done.stderr, done.stderr)
     done = setup(bench, "--output", taken)
     check(done.returncode == 7 and "listening" not in done.stderr, "it was not said first: " + done.stderr)
-    for words, status, wanted in ((("--device", "Ping360", "--port", "/dev/null"), 2, "no such device: Ping360"),
-                                  (("--device", "micron", "--port", "serial:x"), 2, "as /dev/ttyUSB0:115200"),
+
+
+def refused(bench):
+    """Options that cannot be meant are said once, before anything is listened to; what cannot be opened, by what it is."""
+    for words, status, wanted in ((("--device", "Ping360", "--port", "/dev/null"), 3, "no such device: Ping360"),
+                                  (("--device", "micron", "--port", "serial:x"), 3, "as /dev/ttyUSB0:115200"),
+                                  (("--port", "ttyUSB0"), 3, "must be a kind and an address"),
+                                  (("--port", "udp:bluerov"), 3, "must be an address and a port number"),
                                   (("--device", "micron", "--port", "/dev/null", "--name", "a b"), 3, "--name wants"),
-                                  (("--range", "500"), 3, "0.75 to 200")):
-        done = setup(bench, *words)
-        check(done.returncode == status and wanted in done.stderr, "%s: %d %s" % (words, done.returncode, done.stderr))
+                                  (("--range", "500"), 3, "0.75 to 200"),
+                                  (("--port", "/dev/null"), 2, "no sonar found at /dev/null; power, wiring, right port?"),
+                                  (("--port", "can:can0"), 2, "serial lines and UDP only; give --device"),
+                                  (("--port", bench.path("ttyUSB9")), 2, "no such port; find it with `ls /dev/serial/by-id`")):
+        done = setup(bench, *words, "--output", "-")
+        check(done.returncode == status and done.stderr.count(wanted) == 1, "%s: %d %s" % (words, done.returncode, done.stderr))
+        check(("listening" in done.stderr) == (status == 2), "%s: %s" % (words, done.stderr))
+        check(done.stdout == "", done.stdout)
 
 
 def ports(bench):
@@ -135,4 +146,5 @@ run([("ping360", found("ping360_sim", "ping360")),
      ("micron", found("micron_sim", "micron", quiet=True)),
      ("ping1d", found("ping1d_sim", "ping1d")),
      ("ping1d_with_old_firmware", found("ping1d_sim", "ping1d", "--old", "1")),
-     ("options", options), ("drop_in", drop_in), ("nothing_there", nothing_there), ("ports", ports), ("questions", questions)], parallel=2)
+     ("options", options), ("drop_in", drop_in), ("nothing_there", nothing_there), ("refused", refused), ("ports", ports), ("questions", questions)], parallel=2,
+    gate=("refused",))
