@@ -5,6 +5,7 @@
  */
 #include "tests/lib/held_owner.h"
 #include "tests/lib/patience.h"
+#include "tests/lib/plain_ping.h"
 #include "tests/lib/test.h"
 
 #include <stdarg.h>
@@ -68,22 +69,9 @@ static void await_turns(int held)
 
 static void begin(int threads)
 {
-    struct pipeline_conf c = {
-        .threads = threads,
-        .queue = 2,
-        .max_beams = 1,
-        .max_samples = 100,
-        .max_bins = 100,
-        .n_sensors = 1,
-        .mount = {mount_identity},
-        .grid.sphere = {.angular_step_rad = geo_rad(10),
-                        .layers = {.r_max_m = 30, .dr_m = 0.5, .n_const = 29, .growth = 1.035},
-                        .max_cells = 1000,
-                        .forget_s = 160,
-                        .blocked_above = 0.6,
-                        .recentre_m = 0.1}};
+    struct pipeline_conf c = plain_pipeline(threads);
     struct fault fault = {""};
-    extract_defaults(&c.extract[0]);
+    c.queue = 2;
     loop = loop_new(false);
     pipeline = pipeline_new(&c, &fault);
     watchdog = (struct watchdog){0};

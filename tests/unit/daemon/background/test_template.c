@@ -91,21 +91,8 @@ static bool clear(struct fault *fault)
 
 static void begin(void)
 {
-    struct pipeline_conf c = {
-        .queue = 4,
-        .max_beams = 1,
-        .max_samples = 100,
-        .max_bins = 100,
-        .n_sensors = 1,
-        .mount = {mount_identity},
-        .grid.sphere = {.angular_step_rad = geo_rad(10),
-                        .layers = {.r_max_m = 30, .dr_m = 0.5, .n_const = 29, .growth = 1.035},
-                        .max_cells = 1000,
-                        .forget_s = 160,
-                        .blocked_above = 0.6,
-                        .recentre_m = 0.1}};
+    const struct pipeline_conf c = plain_pipeline(0);
     struct fault fault = {""};
-    extract_defaults(&c.extract[0]);
     pipeline = pipeline_new(&c, &fault);
     conf = (struct conf){0};
     templates = (struct templates){0};

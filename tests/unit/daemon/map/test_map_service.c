@@ -39,36 +39,22 @@ static uint32_t map_side = 4;
 
 static void begin_with(int threads)
 {
-    struct pipeline_conf c = {
-        .threads = threads,
-        .queue = 4,
-        .max_beams = 1,
-        .max_samples = 100,
-        .max_bins = 100,
-        .n_sensors = 1,
-        .mount = {mount_identity},
-        .grid = {.name = "main",
-                 .sphere = {.angular_step_rad = geo_rad(10),
-                            .layers = {.r_max_m = 30, .dr_m = 0.5, .n_const = 29, .growth = 1.035},
-                            .max_cells = 1000,
-                            .forget_s = 160,
-                            .blocked_above = 0.6,
-                            .recentre_m = 0.1}},
-        .map = true,
-        .mask_blocks = 1024,
-        .voxels = {.voxel_m = 0.5,
-                   .side = map_side,
-                   .height = 40,
-                   .n_tiles = 28,
-                   .max_submaps = 4,
-                   .rule = {.threshold = 2, .echo_weight = 4},
-                   .opening = 1,
-                   .weight_levels = 1,
-                   .submap_path_m = INFINITY,
-                   .submap_ns = VOXMAP_NEVER,
-                   .half_life_ns = VOXMAP_NEVER}};
+    struct pipeline_conf c = plain_pipeline(threads);
     struct fault fault = {""};
-    extract_defaults(&c.extract[0]);
+    strcpy(c.grid.name, "main");
+    c.map = true;
+    c.mask_blocks = 1024;
+    c.voxels = (struct voxmap_setting){.voxel_m = 0.5,
+                                       .side = map_side,
+                                       .height = 40,
+                                       .n_tiles = 28,
+                                       .max_submaps = 4,
+                                       .rule = {.threshold = 2, .echo_weight = 4},
+                                       .opening = 1,
+                                       .weight_levels = 1,
+                                       .submap_path_m = INFINITY,
+                                       .submap_ns = VOXMAP_NEVER,
+                                       .half_life_ns = VOXMAP_NEVER};
     c.extract[0].no_echo = EXTRACT_RANGE; /* from the first ping on, without a baseline */
     d = (struct methods_env){.loop = loop_new(false), .pipeline = pipeline_new(&c, &fault)};
     snprintf(d.conf.map.directory, sizeof d.conf.map.directory, "%s", folder);

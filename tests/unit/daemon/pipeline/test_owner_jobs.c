@@ -32,28 +32,10 @@ static struct pipeline *pipeline;
 static struct request_jobs jobs;
 static struct server *server;
 
-static struct grid_setting grid_setting(void)
-{
-    return (struct grid_setting){.sphere = {.angular_step_rad = geo_rad(10),
-                                            .layers = {.r_max_m = 30, .dr_m = 0.5, .n_const = 29, .growth = 1.035},
-                                            .max_cells = 1000,
-                                            .forget_s = 160,
-                                            .blocked_above = 0.6,
-                                            .recentre_m = 0.1}};
-}
-
 static void begin(int threads)
 {
-    struct pipeline_conf c = {.threads = threads,
-                              .queue = 4,
-                              .max_beams = 1,
-                              .max_samples = 100,
-                              .max_bins = 100,
-                              .n_sensors = 1,
-                              .mount = {mount_identity},
-                              .grid = grid_setting()};
+    const struct pipeline_conf c = plain_pipeline(threads);
     struct fault fault = {""};
-    extract_defaults(&c.extract[0]);
     loop = loop_new(false);
     pipeline = pipeline_new(&c, &fault);
     if (!pipeline || !request_jobs_start(&jobs, loop, pipeline, &fault)) {
