@@ -430,6 +430,22 @@ def _run_case(name, function):
     return not verdict.startswith("FAIL")
 
 
+def refused(client, method, code=None, **params):
+    """The sentence with which a call is refused, and with this code where one is given; fails when it is taken."""
+    try:
+        client.call(method, **params)
+    except RpcError as error:
+        check(code in (None, error.code), "%s: code %d, want %s: %s" % (method, error.code, code, error))
+        return str(error)
+    raise Failed("%s %s was not refused" % (method, params))
+
+
+def expect_refusal(client, method, params, why, code=None):
+    """Such a call is refused in these words."""
+    said = refused(client, method, code, **params)
+    check(why in said, "%s: %s" % (method, said))
+
+
 def run(cases, parallel=1, gate=()):
     """Runs (name, function(bench)) pairs, prints their verdicts and exits. `gate` names the cases whose verdict depends
     on no clock, no rate and no chance: --gate runs these alone. A word chooses cases whose name it is a part of."""

@@ -6,7 +6,7 @@ import re
 import socket
 import threading
 
-from lib import SONARD, RpcError, check, pings_until, run, until
+from lib import SONARD, check, pings_until, refused, run, until
 from made_capture import MadeCapture
 
 TURN = 200  # pings of a full circle at 1.8 degrees
@@ -18,15 +18,6 @@ def basin(bench, **vehicle):
     client = bench.sonard().client()
     pings_until(client, TURN + 20)
     return client
-
-
-def refused(client, method, code, **params):
-    try:
-        client.call(method, **params)
-    except RpcError as error:
-        check(error.code == code, "%s: code %d, want %d: %s" % (method, error.code, code, error))
-        return str(error)
-    check(False, "%s was not refused" % method)
 
 
 def poses(bench):

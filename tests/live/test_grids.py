@@ -3,7 +3,7 @@
 """Several grids of one running daemon: their memory, and what is refused. tests/voyage/test_grids.py asks them."""
 import subprocess
 
-from lib import RpcError, check, note, pings_until, run
+from lib import check, note, pings_until, refused, run
 from twin import Twin
 
 
@@ -13,15 +13,6 @@ def basin(bench, threads, **sections):
     bench.conf(sonar={"device": "echolist", "range": "20 m", "step": "3 deg", "mode": "auto"},
                pipeline={"threads": threads}, **sections)
     return bench.sonard().client()
-
-
-def refused(client, method, **params):
-    try:
-        client.call(method, **params)
-    except RpcError as e:
-        return str(e)
-    check(False, "%s %s was taken" % (method, params))
-    return ""
 
 
 def case_clusters_count(bench):

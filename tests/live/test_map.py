@@ -14,11 +14,10 @@ import sys
 import threading
 import time
 
-from lib import Failed, RpcError, check, note, pings_until, run, until
+from lib import check, expect_refusal, note, pings_until, run, until
+from map_truth import VOXEL, check_points, done, job, state_of
 
 TURN = 200                             # pings of a full circle at 1.8 degrees
-WALLS = ((-6.0, 9.0), (-5.0, 4.0))     # of the virtual basin: north, east
-VOXEL = 0.2
 LAG_M = 0.05                           # what the vehicle drives between a ping and the pose that is said of it
 
 
@@ -74,46 +73,12 @@ def dive(bench, daemon, sim):
     return client
 
 
-def clearance(place):
-    return min(min(p - low, high - p) for p, (low, high) in zip(place, WALLS))
-
-
-def state_of(client, method, **params):
-    return client.call(method, **params)["state"]
-
-
-def job(client, method, **params):
-    client.call(method, **params)
-    return until(lambda: (lambda j: j if j["state"] != "running" else None)(client.call("map")["job"]), "the job", 60)
-
-
-def done(client, method, **params):
-    result = job(client, method, **params)
-    check(result["state"] == "done", "%s: %s" % (method, result))
-    return result["path"]
-
-
-def check_points(client, dice, least=300):
-    """No place behind a wall is free; most of the basin is."""
-    found = 0
-    for _ in range(1500):
-        place = [dice.uniform(-8, 11), dice.uniform(-7, 6), dice.uniform(1, 3)]
-        answer = client.call("point", position_m=place)
-        inside = clearance(place)
-        check(answer["state"] != "free" or inside > -VOXEL / 2 - LAG_M, "free behind a wall: %s" % place)
-        found += answer["state"] == "free" and inside > 0
-        if answer["state"] == "free":
-            check(answer["age_s"] is not None, str(answer))
-    check(found > least, "only %d places of the basin are free" % found)
-    return found
-
-
 def basin(bench, threads):
     """The whole chain with a vehicle under way; tests/voyage/test_map.py asks about the same water in full."""
     sim = bench.sim()
     conf(bench, threads)
     client = dive(bench, bench.sonard(), sim)
-    free = check_points(client, random.Random(7))
+    free = check_points(client, random.Random(7), lag_m=LAG_M)
     status = client.call("map")
     check(status["state"] == "kept" and status["pings"] > 4 * TURN and status["starved"] == 0, str(status))
     note("%d threads: %d of 1500 points free, none behind a wall" % (threads, free))
@@ -195,14 +160,14 @@ def saving(bench):
     check(status["used_bytes"] < status["memory_bytes"], str(status))
     note("%(begun)d submaps begun, %(saved)d saved, %(submaps)d left" % status)
     dice = random.Random(5)
-    check_points(client, dice, 100)  # how much a vehicle under way has seen depends on the machine
+    check_points(client, dice, 100, LAG_M)  # how much a vehicle under way has seen depends on the machine
     before = client.call("map")["submaps"]
     with open(done(client, "map_save", name="rest"), "rb") as f:
         count = struct.unpack("<I", f.read(16)[12:])[0]
     after = client.call("map")["submaps"]  # pings go on, and the oldest may be dropped meanwhile
     check(min(before, after) <= count <= max(before, after), "%d submaps saved of %d, then %d" % (count, before, after))
     done(client, "map_export", name="rest")
-    check_refused(client, "map_save", "dropped-1")
+    expect_refusal(client, "map_save", {"name": "dropped-1"}, "take another")
     done(client, "map_load", name="dropped-1")
     brought = client.call("map_submaps")["submaps"][0]
     check(brought["pings"] > 50 and brought["begin_age_s"] is None, brought)
@@ -210,14 +175,6 @@ def saving(bench):
     check(len(glob.glob(os.path.join(maps, "dropped-*.map"))) >= 3, os.listdir(maps))
     check_folder_gone(bench, sim, maps)
     replay_all(bench, captures, maps)
-
-
-def check_refused(client, method, name):
-    try:
-        client.call(method, name=name)
-        check(False, "%s took the name %s" % (method, name))
-    except RpcError as why:
-        check("take another" in str(why), why)
 
 
 def one_folder(bench):
@@ -350,16 +307,6 @@ def check_octomap(bench, client, tree):
     wrong = [(p, a, b) for p, a, b in zip(places, said, lines[1:]) if a != b]
     check(not wrong, "%d places differ, the first %s" % (len(wrong), wrong[:1]))
     note("OctoMap reads %d nodes; %d places, %d of them free, are the same" % (size, len(places), said.count("free")))
-
-
-def expect_refusal(client, method, params, why, code=None):
-    try:
-        client.call(method, **params)
-    except RpcError as refusal:
-        check(why in str(refusal), "%s: %s" % (method, refusal))
-        check(code is None or refusal.code == code, "%s: code %d: %s" % (method, refusal.code, refusal))
-        return
-    raise Failed("%s %s is not refused" % (method, params))
 
 
 def refusals(bench):

@@ -5,17 +5,9 @@ import os
 import signal
 import socket
 
-from lib import RpcError, check, pings_until, run, until
+from lib import check, pings_until, refused, run, until
 
 TURN = 200  # pings of a full circle at 1.8 degrees
-
-
-def refused(client):
-    try:
-        client.call("reload")
-    except RpcError as error:
-        return str(error)
-    check(False, "the reload was not refused")
 
 
 def echoes(client):
@@ -103,18 +95,18 @@ def broken(bench):
     client = bench.sonard().client()
     client.call("pose", attitude_deg=[0, 0, 0])
     path = bench.conf(pose={"max_age": "10 ms"}, grid={"layer": "thick"}, extract={"flor": "3"})
-    said = refused(client)
+    said = refused(client, "reload")
     check("%s:" % path in said and "1 more in the log" in said, "it says only: " + said)
     check("flor" in bench.processes[0].log() and "thick" in bench.processes[0].log(), "the log does not name both")
     check(client.call("status")["data"] != "the pose is too old", "max_age was taken from a broken file")
     bench.conf(grid={"clear_for": "200 s", "forget": "300 s"})
-    said = refused(client)
+    said = refused(client, "reload")
     check("clear_for = 200 s" in said and "forget = 160 s" in said, "it says only: " + said)
     bench.conf(map={"rnage": "3 m"})
-    said = refused(client)
+    said = refused(client, "reload")
     check("[map] rnage = 3 m: unknown key; want one of voxel" in said and said.endswith(", load"), "it says only: " + said)
     os.remove(path)
-    check("cannot be read" in refused(client), "a missing file is no fault")
+    check("cannot be read" in refused(client, "reload"), "a missing file is no fault")
     bench.conf(pose={"max_age": "20 s"})
     check(client.call("reload")["applied"] == ["[pose] max_age = 20 s"], "a good file after broken ones")
 
@@ -162,7 +154,7 @@ def hangup(bench):
 def replay(bench):
     daemon = bench.sonard("--replay", "tests/replay/box.mcap", "--stay", "--socket", bench.socket_path, conf=False)
     client = daemon.client()
-    check("a replay keeps its configuration" in refused(client), "a replay reloads")
+    check("a replay keeps its configuration" in refused(client, "reload"), "a replay reloads")
     os.kill(daemon.pid, signal.SIGHUP)
     until(lambda: "a replay keeps its configuration" in daemon.log(), "the log to tell of it")
 

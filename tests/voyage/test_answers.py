@@ -5,7 +5,7 @@ import math
 
 from voyage import ping360
 
-from lib import SONARCTL, RpcError, check, run, until
+from lib import SONARCTL, check, refused, run, until
 
 TURN = 200                    # pings of a full circle at 1.8 degrees
 WALLS = {"ahead": 9.0, "right": 4.0, "behind": 6.0, "left": 5.0}
@@ -36,15 +36,6 @@ def basin(bench, pose=None, **vehicle):
     states = [s["state"] for s in client.call("sectors", distance_m=0)["sectors"]]
     check(states == 72 * ["blocked"], "walls all around: %s" % states)
     return client
-
-
-def refused(client, method, code, **params):
-    try:
-        client.call(method, **params)
-    except RpcError as error:
-        check(error.code == code, "%s: code %d, want %d: %s" % (method, error.code, code, error))
-        return str(error)
-    check(False, "%s was not refused" % method)
 
 
 def nearest(bench):

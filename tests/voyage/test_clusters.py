@@ -5,7 +5,7 @@ import math
 
 from voyage import Voyage, ping360
 
-from lib import RpcError, check, run
+from lib import check, refused, run
 
 
 def basin(bench, pings):
@@ -18,14 +18,6 @@ def basin(bench, pings):
 
 def apart(a_deg, b_deg):
     return abs((a_deg - b_deg + 180) % 360 - 180)
-
-
-def refused(client, method, **params):
-    try:
-        client.call(method, **params)
-    except RpcError:
-        return
-    check(False, "%s %s was taken" % (method, params))
 
 
 def case_walls(bench):

@@ -3,7 +3,7 @@
 """Several grids of one daemon, each asked by name, and every cell of one."""
 from voyage import Voyage
 
-from lib import RpcError, check, run
+from lib import check, refused, run
 
 
 def basin(bench, threads, **sections):
@@ -23,15 +23,6 @@ def grids(client):
 
 def ahead(client, **params):
     return client.call("sectors", count=24, distance_m=0, **params)["sectors"][0]
-
-
-def refused(client, method, **params):
-    try:
-        client.call(method, **params)
-    except RpcError as e:
-        return str(e)
-    check(False, "%s %s was taken" % (method, params))
-    return ""
 
 
 def case_of_the_configuration(bench):

@@ -10,11 +10,10 @@ import struct
 
 from voyage import ping360
 
-from lib import BUILD, Failed, RpcError, check, note, run, until
+from lib import BUILD, check, expect_refusal, note, run, until
+from map_truth import VOXEL, check_points, clearance, done, job, state_of
 
 TURN = 200                           # pings of a full circle at 1.8 degrees
-WALLS = ((-6.0, 9.0), (-5.0, 4.0))   # of the virtual basin: north, east
-VOXEL = 0.2
 STEP_S = 0.05                        # from pose to pose
 STEP_M = 0.05                        # of a vehicle under way
 
@@ -52,40 +51,6 @@ def asked(trip, moved_s, *arguments):
     client = at(trip.now_s)
     check(client.call("map")["begun"] == 2, "no second submap")
     return client
-
-
-def clearance(place):
-    return min(min(p - low, high - p) for p, (low, high) in zip(place, WALLS))
-
-
-def state_of(client, method, **params):
-    return client.call(method, **params)["state"]
-
-
-def job(client, method, **params):
-    client.call(method, **params)
-    return until(lambda: (lambda j: j if j["state"] != "running" else None)(client.call("map")["job"]), "the job", 60)
-
-
-def done(client, method, **params):
-    result = job(client, method, **params)
-    check(result["state"] == "done", "%s: %s" % (method, result))
-    return result["path"]
-
-
-def check_points(client, dice, least=300):
-    """No place behind a wall is free; most of the basin is."""
-    found = 0
-    for _ in range(1500):
-        place = [dice.uniform(-8, 11), dice.uniform(-7, 6), dice.uniform(1, 3)]
-        answer = client.call("point", position_m=place)
-        inside = clearance(place)
-        check(answer["state"] != "free" or inside > -VOXEL / 2, "free behind a wall: %s" % place)
-        found += answer["state"] == "free" and inside > 0
-        if answer["state"] == "free":
-            check(answer["age_s"] is not None, str(answer))
-    check(found > least, "only %d places of the basin are free" % found)
-    return found
 
 
 def check_paths(client, dice):
@@ -414,16 +379,6 @@ def exports(bench):
     with open(tree, "rb") as f:
         head = f.read(200)
     check(head.startswith(b"# Octomap OcTree binary file") and float(head.split(b"\nres ")[1].split()[0]) == VOXEL, str(head))
-
-
-def expect_refusal(client, method, params, why, code=None):
-    try:
-        client.call(method, **params)
-    except RpcError as refusal:
-        check(why in str(refusal), "%s: %s" % (method, refusal))
-        check(code is None or refusal.code == code, "%s: code %d: %s" % (method, refusal.code, refusal))
-        return
-    raise Failed("%s %s is not refused" % (method, params))
 
 
 run([("map_" + f.__name__, f) for f in (basin, files, jumps, farther_than_it_goes, veil, surface, moves, same_file, exports)])
