@@ -66,7 +66,8 @@ static void give_up_silent(struct mavlink_barometers *b, uint64_t now_ns)
     b->used = b->named;
 }
 
-/* The first that is in the water and reads is used. Another that reads something else there speaks against it while it reads. */
+/* The first that is in the water and reads is used. Another that reads something else there speaks against it while it
+ * reads. */
 static void choose(struct mavlink_barometers *b, uint64_t now_ns)
 {
     give_up_silent(b, now_ns);
