@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
-/* plain_ping.h - a small pipeline, and pings of one beam and 100 equal samples for it: for tests of what becomes of pings,
- * whatever they say. */
+/* plain_ping.h - a small pipeline, and pings of one beam and 100 equal samples for it: for tests of what becomes of
+ * pings, whatever they say. */
 #ifndef SONARD_TEST_PLAIN_PING_H
 #define SONARD_TEST_PLAIN_PING_H
 

@@ -387,7 +387,7 @@ TEST(one_that_is_named_and_has_died_is_waited_for)
     CHECK_STR(said_while(3 * S, 1013, 1016, 0), "depth from SCALED_PRESSURE2 (1016 hPa), as --barometer says");
 }
 
-/* --surface-pressure first, of a vehicle that is under water when the bridge starts: a depth from there would be wrong. */
+/* --surface-pressure first, of a vehicle that is under water when the bridge starts: its depth would be wrong. */
 TEST(a_first_reading_that_is_no_air_is_no_surface)
 {
     static const struct {
