@@ -299,7 +299,8 @@ static void auto_missed(void *device, uint64_t now_ns, const struct device_io *i
         pings_missed(d, now_ns, io);
         return;
     }
-    io->note(io->ctx, NOTE_INFO, "no answer to auto_transmit: asking for every ping");
+    if (!d->talk.poller.status.contested)
+        io->note(io->ctx, NOTE_INFO, "no answer to auto_transmit: asking for every ping");
     d->auto_refused = true;
     start_scan(d, now_ns, io);
 }

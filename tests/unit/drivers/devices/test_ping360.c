@@ -804,10 +804,12 @@ static void contested(bool polled, uint64_t other_ns)
     CHECK_INT(times_said(lost_again), 1);
     CHECK_STR(status().other_settings, "");
     const unsigned pings = rig.pings, warnings = rig.warnings;
+    const size_t notes = strlen(rig.notes);
     const uint64_t restarts = status().restarts;
     run_for(120 * SEC);
     CHECK(status().contested);
-    CHECK_INT(rig.warnings, warnings);         /* all has been said */
+    CHECK_INT(rig.warnings, warnings); /* all has been said ... */
+    CHECK(!strstr(rig.notes + notes, "asking for every ping") && !strstr(rig.notes + notes, ", range"));
     CHECK(status().restarts <= restarts + 60); /* at a sane pace ... */
     CHECK(rig.pings > pings);                  /* ... and not in vain */
     rig.other_ns = 0;
