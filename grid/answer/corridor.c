@@ -224,9 +224,9 @@ static bool goes_on(const struct sight *s, const struct tunnel *t, double own_m)
 }
 
 /*
- * What is left of near_m where it does not: what stood beyond it when a beam was there last has come nearer by the drift
- * since, at the most. Nothing of it if the vehicle may have turned since: what a beam showed at another bearing may be
- * at this one now.
+ * What is left of near_m where it does not: what stood beyond it when a beam was there last has come nearer by the
+ * drift since, at the most. Nothing of it if the vehicle may have turned since: what a beam showed at another bearing
+ * may be at this one now.
  */
 static double adrift_m(const struct look *l, const struct sight *s, double near_m)
 {

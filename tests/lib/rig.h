@@ -343,8 +343,8 @@ static void rig_serve(void)
     rig.pilot = rig_connect();
 }
 
-/* A sonar in a scene (tests/sim/lib/scene.h), and the daemon with one sonar "front" of 10 m range and `conf` behind that
- * in the configuration. */
+/* A sonar in a scene (tests/sim/lib/scene.h), and the daemon with one sonar "front" of 10 m range and `conf` behind
+ * that in the configuration. */
 static void rig_start(const char *scene, const char *conf)
 {
     struct fault fault = {""};

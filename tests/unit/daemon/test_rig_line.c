@@ -83,8 +83,7 @@ struct shot {
     size_t n;
 };
 
-#define GOOD_SHOT                                                                                                 \
-    .period = 444, .samples = 600, .length = 600, .level = 20, .n = 600
+#define GOOD_SHOT .period = 444, .samples = 600, .length = 600, .level = 20, .n = 600
 
 static void put_ping(struct bytes *to, const struct shot *shot)
 {
@@ -127,8 +126,9 @@ static void feed(const char *name, const struct bytes *what, const char *grows, 
         rig_run(0.2);
     }
     if (counter(grows) <= before || pings() <= had || (says && rig_log_count(says) <= said)) {
-        printf("# %s: %s %" PRIu64 " -> %" PRIu64 ", pings %" PRIu64 " -> %" PRIu64 ", \"%s\" %u -> %u times\n", name,
-               grows, before, counter(grows), had, pings(), says ? says : "", said, says ? rig_log_count(says) : 0);
+        printf("# %s: %s %" PRIu64 " -> %" PRIu64 ", pings %" PRIu64 " -> %" PRIu64 ", \"%s\" %u -> %u times\n",
+               name, grows, before, counter(grows), had, pings(), says ? says : "", said,
+               says ? rig_log_count(says) : 0);
         CHECK(false);
     }
     CHECK(!rig_log_count("\x1b") && !rig_log_count("\nand more"));
@@ -163,7 +163,8 @@ static void feed_garbage(void)
     FED("greatest length", "garbage_bytes", NULL, put_message(&to, 2300, zeros, 50, 65535, RIGHT));
     FED("too great a length", "garbage_bytes", NULL, put_message(&to, 2300, zeros, 50, 1000, RIGHT));
     FED("too small a length", "bad_checksum", NULL, put_message(&to, 2300, zeros, 50, 10, RIGHT));
-    FED("half a message", "garbage_bytes", NULL, put_ping(&to, &(struct shot){.angle = 200, GOOD_SHOT}), to.n = 300);
+    FED("half a message", "garbage_bytes", NULL, put_ping(&to, &(struct shot){.angle = 200, GOOD_SHOT}),
+        to.n = 300);
 }
 
 static void feed_pings(void)
@@ -181,8 +182,8 @@ static void feed_pings(void)
     FED("samples", "pings", NULL,
         put_ping(&to, &(struct shot){.angle = 200, .period = 444, .samples = 65535, .length = 10, .n = 10}));
     FED("saturated", "pings", NULL,
-        put_ping(&to,
-                 &(struct shot){.angle = 200, .period = 444, .samples = 600, .length = 600, .level = 255, .n = 600}));
+        put_ping(&to, &(struct shot){
+                          .angle = 200, .period = 444, .samples = 600, .length = 600, .level = 255, .n = 600}));
     FED("zeros", "pings", NULL,
         put_ping(&to, &(struct shot){.angle = 200, .period = 444, .samples = 600, .length = 600, .n = 600}));
     FED("no samples", "frames", NULL,
