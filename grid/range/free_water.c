@@ -126,7 +126,8 @@ struct free_water free_water_find(const struct profile *p, const struct baseline
             begin = i + 1;
             break;
         }
-    while (begin < n && cell_power(p, begin) >= detectable && !(b && free_water_stands_out(p, b, begin, contrast)))
+    while (begin < n && cell_power(p, begin) >= detectable && !profile_saturated(p, begin) &&
+           !(b && free_water_stands_out(p, b, begin, contrast)))
         begin++;
     uint32_t end = free_until(p, b, begin, detectable, contrast);
     if (end < n && !profile_blind(p, end))

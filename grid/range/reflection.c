@@ -7,16 +7,37 @@
 /* An echo whose peak is so many times (13 dB) its reference is believed by half. */
 #define EVEN 20.0
 
+/* An echo is so many times its baseline at least. */
+#define OVER_BASELINE 4.0
+
+/*
+ * Nothing can exceed a threshold above full scale, so a saturated bin is an echo whatever the detector says. But where
+ * what is usual hides the target, noise or reverberation may saturate the receiver with its peaks: there it must stand
+ * out of that like any echo, and for a whole pulse. What does not may still be an echo to the detector.
+ */
+static bool saturated_by_echo(const struct profile *p, const struct detection *d, uint32_t i)
+{
+    const uint32_t half = p->axis->half, n = p->axis->n;
+
+    if (!profile_saturated(p, i))
+        return false;
+    if (!d->baseline || d->baseline->level[i] < d->loud)
+        return true;
+    if ((double)p->cell[i] < OVER_BASELINE * baseline_usual(d->baseline, p, i))
+        return false;
+    for (uint32_t k = i > half ? i - half : 0; k < n && k <= i + half; k++)
+        if (!profile_saturated(p, k))
+            return false;
+    return true;
+}
+
 void detection_add_saturated(const struct profile *p, struct detection *d)
 {
     const uint32_t n = p->axis->n;
 
     for (uint32_t i = profile_next_saturated(p, p->first); i < n; i = profile_next_saturated(p, i + 1))
-        d->mask[i] = !profile_blind(p, i);
+        d->mask[i] |= !profile_blind(p, i) && saturated_by_echo(p, d, i);
 }
-
-/* An echo is so many times its baseline at least. */
-#define OVER_BASELINE 4.0
 
 /* A cell's power over the baseline there, or over the floor; 0: the baseline is not known, or the cell not loud. */
 static double over_baseline(const struct profile *p, const struct detection *d, uint32_t i)
@@ -28,19 +49,33 @@ static double over_baseline(const struct profile *p, const struct detection *d, 
     return (double)p->cell[i] / baseline_usual(d->baseline, p, i);
 }
 
+/* More than half of the cells begin .. end - 1 are `ratio` times the baseline; one of each resolution cell tells it. */
+static bool mostly_raised(const struct profile *p, const struct detection *d, uint32_t begin, uint32_t end,
+                          double ratio)
+{
+    const uint32_t step = 2 * p->axis->half + 1;
+    uint32_t cells = 0, raised = 0;
+
+    for (uint32_t i = begin; i < end; i += step, cells++)
+        raised += (double)p->cell[i] >= ratio * baseline_usual(d->baseline, p, i);
+    return 2 * raised > cells;
+}
+
 /*
- * More than half of the beam, from its first loud cell on, is loud: its noise is raised, which is no echo. quiet: power
- * of the loudest quiet cell.
+ * The noise of this beam is raised, which is no echo: more than half of it stands out; or what stands out first, from
+ * the first loud cell on, has unusually loud water before it as well as behind it, which no reflector has. quiet:
+ * power of the loudest quiet cell.
  */
 static bool is_raised(const struct profile *p, const struct detection *d, uint32_t loud, uint64_t quiet,
                       double ratio)
 {
-    const uint32_t n = p->axis->n, half = (n - p->first) / 2;
-    uint32_t raised = 0;
+    const uint32_t n = p->axis->n;
+    uint32_t i = loud;
 
-    for (uint32_t i = loud; i < n && raised + (n - i) > half; i = profile_next_above(p, i + 1, n, quiet))
-        raised += over_baseline(p, d, i) >= ratio;
-    return raised > half;
+    while (i < n && over_baseline(p, d, i) < ratio)
+        i = profile_next_above(p, i + 1, n, quiet);
+    return i < n && (mostly_raised(p, d, p->first, n, ratio) || (mostly_raised(p, d, p->first, i, OVER_BASELINE) &&
+                                                                 mostly_raised(p, d, i, n, OVER_BASELINE)));
 }
 
 /* What stands out for the detector, but not of a baseline that would not hide the target. */
@@ -221,7 +256,7 @@ static void measure(const struct profile *p, const struct detection *d, struct r
         const uint64_t alpha_q16 = ref.one_sided ? d->cfar.alpha_one_q16 : d->cfar.alpha_q16;
         const double ratio = (double)p->cell[i] * ref.cells / larger((double)ref.sum, 1.0);
         const double risen = over_baseline(p, d, i);
-        const bool saturated = profile_saturated(p, i);
+        const bool saturated = saturated_by_echo(p, d, i);
         r->contrast = larger(r->contrast, saturated ? INFINITY : ratio);
         r->strength = larger(r->strength, ratio * 65536.0 / (double)alpha_q16);
         r->risen = larger(r->risen, larger(ratio, risen));

@@ -38,7 +38,7 @@ struct reflection {
 
 /**
  * detection_add_saturated - nothing can exceed a threshold above full scale: saturated bins stand out whatever the
- * detector says, unless they are blind.
+ * detector says, unless they are blind, or noise that usually is as loud as `loud` may have saturated them.
  */
 void detection_add_saturated(const struct profile *p, struct detection *d);
 

@@ -221,6 +221,53 @@ TEST(a_saturated_wall_is_an_echo)
     CHECK_NEAR(b->free_to_m, 4.0, 0, 0.03);
 }
 
+/* Noise 13 dB above the usual one, with a peak of 25 dB: no echo, and nothing that hides one. */
+TEST(a_peak_of_raised_noise_is_no_echo)
+{
+    for (int wall = 0; wall < 2; wall++) {
+        begin();
+        know(&open_water);
+        for (int i = 0; i < 1000; i++)
+            bytes[i] = bytes[i] > 42 ? bytes[i] : 42;
+        memset(bytes + 500, 85, 3);
+        if (wall)
+            memset(bytes + 700, 200, 20);
+        CHECK_INT(run()->n, wall);
+        CHECK(!wall || fabs((double)found[0].echo[0].range_m - 7.0) < 0.25);
+        CHECK(found[0].free_to_m <= 5.0f);
+    }
+}
+
+/* Noise so loud that its peaks saturate the receiver: they are no echo, yet nothing is free there. A wall is one. */
+TEST(noise_that_saturates_is_no_wall)
+{
+    const struct scene loud_water = {.floor = 170, .ring_down_m = 0.3};
+
+    begin();
+    know(&loud_water);
+    memset(bytes + 400, 255, 3);
+    CHECK_INT(run()->n, 0);
+    CHECK(found[0].free_to_m <= found[0].blind_m);
+    begin();
+    know(&open_water);
+    bytes[400] = 255;
+    CHECK_INT(run()->n, 1); /* where it usually is quiet */
+}
+
+/* A wall all around, which the baseline holds: an echo in every beam, and no free water from its near edge on. */
+TEST(a_wall_all_around_that_saturates_stays_an_echo)
+{
+    for (double wall_m = 0.6; wall_m < 8.0; wall_m += 0.3) {
+        begin();
+        render(&open_water, NULL);
+        memset(bytes + (int)(100.0 * wall_m), 255, 12);
+        for (int k = 0; k < 40; k++)
+            run();
+        CHECK(found[0].n > 0 && fabs((double)found[0].echo[0].range_m - wall_m) < 0.15);
+        CHECK(found[0].free_to_m <= (float)wall_m + 0.03f);
+    }
+}
+
 TEST(stray_counts_over_zeros_are_no_walls)
 {
     begin();
@@ -978,6 +1025,9 @@ int main(void)
     RUN(echoes_come_in_order_of_range_and_at_most_four);
     RUN(every_law_and_sample_size_finds_the_same_wall);
     RUN(a_saturated_wall_is_an_echo);
+    RUN(a_peak_of_raised_noise_is_no_echo);
+    RUN(noise_that_saturates_is_no_wall);
+    RUN(a_wall_all_around_that_saturates_stays_an_echo);
     RUN(stray_counts_over_zeros_are_no_walls);
     RUN(a_step_of_the_floor_below_the_contrast_is_no_wall);
     RUN(large_sums_do_not_wrap);
