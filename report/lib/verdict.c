@@ -13,11 +13,16 @@ bool verdict_claims(const struct beam_echoes *b, double to_m)
     return b->state != BEAM_BLIND && b->free_to_m > b->blind_m && (double)b->free_to_m > to_m;
 }
 
+static bool is_moving(const struct drawn_sound *s)
+{
+    return hypot(s->world.velocity_mps[0], s->world.velocity_mps[1]) > 0.0;
+}
+
 static void count_free(struct verdict *v, const struct drawn_sound *s, unsigned beam, const struct beam_echoes *b)
 {
     const struct drawn_truth *truth = &s->truth[beam];
     const double cell_m = s->world.range_m / HEARABLE_CELLS;
-    const bool moving = hypot(s->world.velocity_mps[0], s->world.velocity_mps[1]) > 0.0;
+    const bool moving = is_moving(s);
 
     for (int k = 0; k < HEARABLE_CELLS && (k + 1) * cell_m <= truth->solid_m; k++) {
         const double middle_m = (k + 0.5) * cell_m;
@@ -59,6 +64,10 @@ static void count_echoes(struct verdict *v, const struct drawn_sound *s, unsigne
     if (b->n > 0 && is_of_nothing(s, beam, &b->echo[0]))
         v->nothing[drawn_sound_cause(s, beam, (double)b->echo[0].range_m)]++;
     v->nothing_unmarked += unmarked >= 0 && is_of_nothing(s, beam, &b->echo[unmarked]);
+    if (b->n > 0 && !is_of_nothing(s, beam, &b->echo[0])) {
+        v->something[is_moving(s)]++;
+        v->something_marked[is_moving(s)] += unmarked != 0;
+    }
     for (unsigned k = 0; k < s->world.targets; k++)
         if (isfinite(truth->hearable.by_m[k]) &&
             (nearest < 0 || truth->hearable.by_m[k] < truth->hearable.by_m[nearest]))
@@ -125,6 +134,10 @@ void verdict_add(struct verdict *sum, const struct verdict *v)
     sum->worlds_free += v->worlds_free;
     sum->sectors += v->sectors;
     sum->sectors_blocked += v->sectors_blocked;
+    for (int moving = 0; moving < 2; moving++) {
+        sum->something[moving] += v->something[moving];
+        sum->something_marked[moving] += v->something_marked[moving];
+    }
     for (int c = 0; c < CAUSES; c++)
         sum->nothing[c] += v->nothing[c];
     for (int c = 0; c < DRAWN_CLASSES; c++) {
@@ -191,6 +204,11 @@ static double of_nothing_unmarked(const struct verdict *v, int unused)
     return share((double)v->nothing_unmarked, (double)v->settled_beams);
 }
 
+static double something_marked(const struct verdict *v, int moving)
+{
+    return share((double)v->something_marked[moving], (double)v->something[moving]);
+}
+
 static double of_cause(const struct verdict *v, int cause)
 {
     return share((double)v->nothing[cause], (double)v->settled_beams);
@@ -229,6 +247,9 @@ const struct verdict_measure verdict_measures[] = {
     {"side_lobe", "  of side lobes (not in the sum)", "", true, 100, of_cause, CAUSE_SIDE_LOBE},
     {"other_sonar", "  of other sonars (not in the sum)", "", true, 100, of_cause, CAUSE_OTHER_SONAR},
     {"unmarked", "blocked at once by nothing of any cause: %", "", true, 100, of_nothing_unmarked, 0},
+    {"marked", "first echo of something that waits for a second beam, standing: %", "", true, 100,
+     something_marked, 0},
+    {"marked_moving", "  moving", "", true, 100, something_marked, 1},
     {"sectors_blocked", "sectors blocked by one other sonar in the last turn: %", "<= 3", true, 100,
      sectors_blocked, 0},
     {"walls", "walls found where heard: %", "", false, 100, found, DRAWN_WALL},
