@@ -49,10 +49,10 @@ struct free_water {
 };
 
 /**
- * free_water_find - from cell `begin` on, past cells that the baseline explains, to the first cell as loud as
- * `detectable` or `contrast` times the baseline (or the floor). Where an echo at cell `passed` shows that sound
- * passed, it begins behind the last masked cell before that; else it ends at the first masked one. passed: 0: none.
- * Baseline unknown: NULL.
+ * free_water_find - from cell `begin` on, past cells that the baseline explains and that are not saturated, to the
+ * first cell as loud as `detectable` or `contrast` times the baseline (or the floor). Where an echo at cell `passed`
+ * shows that sound passed, it begins behind the last masked cell before that; else it ends at the first masked one.
+ * passed: 0: none. Baseline unknown: NULL.
  */
 struct free_water free_water_find(const struct profile *p, const struct baseline *b, uint32_t begin,
                                   double detectable, double contrast, uint32_t passed);

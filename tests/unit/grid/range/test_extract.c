@@ -268,6 +268,26 @@ TEST(a_wall_all_around_that_saturates_stays_an_echo)
     }
 }
 
+/* Usual reverberation that rises and falls over metres explains what is as loud, but not what saturates within it: no
+ * water behind that is free. */
+TEST(no_water_is_free_behind_what_saturates)
+{
+    for (int saturates = 0; saturates < 2; saturates++) {
+        begin();
+        render(&open_water, NULL);
+        for (int i = 0; i < 400; i++)
+            bytes[i] = (uint8_t)fmax(bytes[i], 38.0 + 140.0 * fmax(0.0, 1.0 - fabs(i - 215.0) / 175.0));
+        for (int k = 0; k < 40; k++)
+            run();
+        for (int i = 20; i < 400; i++)
+            bytes[i] = (uint8_t)fmin(250.0, 1.45 * bytes[i]);
+        bytes[215] = saturates ? 255 : 250;
+        run();
+        CHECK_INT(found[0].n, 0);
+        CHECK((found[0].free_to_m > 9.0f) == !saturates);
+    }
+}
+
 TEST(stray_counts_over_zeros_are_no_walls)
 {
     begin();
@@ -1028,6 +1048,7 @@ int main(void)
     RUN(a_peak_of_raised_noise_is_no_echo);
     RUN(noise_that_saturates_is_no_wall);
     RUN(a_wall_all_around_that_saturates_stays_an_echo);
+    RUN(no_water_is_free_behind_what_saturates);
     RUN(stray_counts_over_zeros_are_no_walls);
     RUN(a_step_of_the_floor_below_the_contrast_is_no_wall);
     RUN(large_sums_do_not_wrap);
