@@ -54,6 +54,15 @@ struct pose {
     unsigned has;        /* set of enum pose_part */
 };
 
+/*
+ * The place of the vehicle is known to this share of the way travelled since. All of it counts, however small the steps
+ * are: an error in scale does not average out.
+ */
+#define POSE_WAY_ERROR 0.01
+
+/* A place that is farther away at once has jumped: nobody knows where what was observed from the old one lies. */
+#define POSE_STEP_MOST_M 1.0
+
 /* A sensor's place in the body. */
 struct mount {
     double position_m[3]; /* forward, right, down */

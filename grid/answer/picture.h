@@ -47,6 +47,7 @@ struct picture_frame {
     double range_max_m; /* farthest that any sonar listened */
     uint64_t pings;     /* entered so far */
     uint64_t t_ping_ns; /* of the newest */
+    double path_m;      /* distance travelled by then */
     double recentre_m;  /* the centre lies at most so far from the vehicle at its last ping */
     uint64_t ned;       /* 1: the axes are fixed in the world; 0: they are the body's */
     uint64_t jumps;     /* of the attitude, until the newest ping: no free interval is from before them */

@@ -139,10 +139,10 @@ void sight_locate(const struct picture_frame *frame, const struct answer_now *no
         way2 += place->offset_m[i] * place->offset_m[i];
     }
     sight_to_grid(frame, now, true, place->offset_m);
-    place->slack_m += now->pose.slack_m;
+    place->slack_m += now->pose.slack_m + POSE_WAY_ERROR * fmax(now->pose.path_m - frame->path_m, 0);
     place->moved_m = sqrt(way2) + place->slack_m;
     place->turned_rad = now->pose.slack_rad;
-    place->away = sqrt(way2) > 2 * frame->recentre_m || now->pose.jumps != frame->jumps ||
+    place->away = sqrt(way2) > POSE_STEP_MOST_M || now->pose.jumps != frame->jumps ||
                   now->pose.withdrawn != frame->withdrawn;
 }
 

@@ -14,7 +14,7 @@ struct sight_place {
     double slack_m;     /* pose uncertainty: how far from there it may be */
     double moved_m;     /* from the grid's centre, at most */
     double turned_rad;  /* the body's axes may be turned so far from what its attitude says */
-    /* no ping since it moved out of the centre's reach, or jumped: nothing that was clear is so from here */
+    /* no ping since it moved farther than a place may in one step, or jumped: nothing that was clear is so from here */
     bool away;
 };
 

@@ -6,15 +6,9 @@
 
 #include "sensor.h"
 
-/*
- * The place of the vehicle is known to this fraction of the distance travelled since an echo. All of it is added,
- * however small the steps: an error in scale does not average out.
- */
-#define WAY_ERROR 0.01
-
 static void loosen(struct cell *c, double way_m)
 {
-    float d = (float)(WAY_ERROR * way_m), ball = sqrtf(c->ball_m2) + d;
+    float d = (float)(POSE_WAY_ERROR * way_m), ball = sqrtf(c->ball_m2) + d;
     c->sd_m += d;
     c->near_m += d;
     c->ball_m2 = ball * ball;
@@ -96,9 +90,6 @@ void motion_reindex(struct sphere *s)
     }
 }
 
-/* A place that is farther away in one step has jumped: nobody knows where what was observed from the old one lies. */
-#define STEP_MOST_M 1.0
-
 /* Obstacles are nearer, but no nearer than half their range: then nobody knows in which direction they are, and
  * blocking says less than that the water is unknown. */
 static void bring_nearer(struct sphere *s, double by_m)
@@ -158,7 +149,7 @@ static void recentre(struct sphere *s, const double position_m[3], uint64_t t_ns
     s->nearest_m = INFINITY;
     CELLS_EACH (&s->cells, i)
         place_cell(s, i, way_m);
-    if (way_m > STEP_MOST_M)
+    if (way_m > POSE_STEP_MOST_M)
         wedges_clear(&s->wedges);
     sensor_free_again(s, t_ns, path_m);
     s->stats.recentred++;

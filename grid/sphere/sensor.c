@@ -408,9 +408,6 @@ void sensor_enter(struct sphere *s, const struct echoes *e, const double turn[4]
         keep_wedges(s, e, turn, origin_m);
 }
 
-/* The place of the vehicle is known to this share of its path since the ping. */
-#define PATH_ERROR 0.01
-
 /* Of the wedge that is entered again: its opening, which is that of most wedges before it. */
 struct again {
     float half_az_rad, el_aperture_rad;
@@ -580,7 +577,7 @@ void sensor_free_again(struct sphere *s, uint64_t t_ns, double path_m)
                             s->rings.height_rad);
     for (uint32_t k = s->wedges.end; k != s->wedges.first; k--) {
         const struct wedge_ping *ping = &s->wedges.ping[(k - 1) % WEDGES_PINGS];
-        const double margin_m = PATH_ERROR * fmax(path_m - ping->path_m, 0);
+        const double margin_m = POSE_WAY_ERROR * fmax(path_m - ping->path_m, 0);
         if (has_drifted(s, ping)) {
             free_drifted(s, &a, ping, k - 1, &next);
             continue;

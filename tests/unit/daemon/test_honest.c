@@ -79,8 +79,8 @@ TEST(a_slow_vehicle_with_a_fan_ahead)
     run_with(
         &(struct trial){.vehicle = &slow_fan, .period_ns = SECOND / 10, .late_ns = SECOND / 50, .basin = true}, 1,
         1);
-    USEFUL(amply_told_share(CONE) > 0.8 && amply_told_share(CORRIDOR) > 0.8 && amply_told_share(SECTORS) > 0.8);
-    USEFUL(amply_told_share(NEAREST) > 0.6);
+    USEFUL(amply_told_share(CONE) > 0.95 && amply_told_share(CORRIDOR) > 0.95 && amply_told_share(SECTORS) > 0.95);
+    USEFUL(amply_told_share(NEAREST) > 0.9);
 }
 
 TEST(a_slow_vehicle_with_a_turning_head)
@@ -88,7 +88,8 @@ TEST(a_slow_vehicle_with_a_turning_head)
     run_with(
         &(struct trial){.vehicle = &slow_head, .period_ns = SECOND / 10, .late_ns = SECOND / 50, .basin = true}, 1,
         1);
-    USEFUL(count[CONE].clear > 10 && amply_told_share(CORRIDOR) > 0.2 && amply_told_share(SECTORS) > 0.2);
+    USEFUL(amply_told_share(CONE) > 0.8 && amply_told_share(CORRIDOR) > 0.8 && amply_told_share(SECTORS) > 0.88);
+    USEFUL(amply_told_share(NEAREST) > 0.5 && amply_told_share(COLLISION) > 0.9);
 }
 
 /* Nobody tells sonard how far off poses are: its answers are as good as they. */

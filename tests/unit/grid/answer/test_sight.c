@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* test_sight - how old an answer is: as old as the water that was asked about, whatever stands nearer or farther. */
+/*
+ * test_sight - how old an answer is: as old as the water that was asked about, whatever stands nearer or farther; and
+ * what is left of it to a vehicle that moves on without a ping.
+ */
 #include "tests/lib/picture_rig.h"
 
 #include "grid/answer/corridor.h"
@@ -10,6 +13,8 @@
 #define FRESH_S  2
 #define BEGIN_M  0.275
 #define END_M    8.0
+
+static const struct answer_conf asked = {.clear_for_s = 30, .move_limit_m = INFINITY};
 
 static uint64_t ago(double seconds)
 {
@@ -34,7 +39,7 @@ static struct answer cone(double near_m, double to_m)
 {
     struct answer a;
     const struct answer_query q = {.ned = true, .distance_m = to_m, .half_angle_rad = 0.1, .near_m = near_m};
-    answer_direction(&picture, &limits, &now, &q, &a);
+    answer_direction(&picture, &asked, &now, &q, &a);
     return a;
 }
 
@@ -43,7 +48,7 @@ static struct answer sector(double near_m, double to_m)
     struct answer a[4];
     const struct answer_band band = {
         .ned = true, .lo_rad = -0.1, .hi_rad = 0.1, .reach_m = to_m, .near_m = near_m, .count = 4};
-    answer_sectors(&picture, &limits, &now, &band, a);
+    answer_sectors(&picture, &asked, &now, &band, a);
     return a[0];
 }
 
@@ -51,7 +56,7 @@ static struct nearest nearest(double near_m, double to_m)
 {
     struct nearest n;
     const struct nearest_query q = {.ned = true, .lo_rad = -1, .hi_rad = 1, .reach_m = to_m, .near_m = near_m};
-    nearest_look(&picture, &limits, &now, &q, &n);
+    nearest_look(&picture, &asked, &now, &q, &n);
     return n;
 }
 
@@ -76,7 +81,7 @@ TEST(an_answer_is_as_old_as_the_water_asked_about)
         CHECK_NEAR(c.age_s, row[i].age_s, 0, 1e-9);
         CHECK_NEAR(s.age_s, row[i].age_s, 0, 1e-9);
         CHECK_NEAR(n.age_s, row[i].age_s, 0, 1e-9);
-        CHECK_NEAR(c.confidence, 1 - row[i].age_s / limits.clear_for_s, 0, 1e-9);
+        CHECK_NEAR(c.confidence, 1 - row[i].age_s / asked.clear_for_s, 0, 1e-9);
     }
 }
 
@@ -86,7 +91,7 @@ TEST(a_corridor_is_as_old_as_the_water_that_the_body_enters)
     const struct corridor_query q = {.direction = {1, 0, 0}, .ned = true, .most_m = 4};
     struct corridor c;
     start(SLIVER_S);
-    corridor_look(&picture, &limits, &now, &body, &q, &c);
+    corridor_look(&picture, &asked, &now, &body, &q, &c);
     CHECK_NEAR(c.known_m, q.most_m, 0, 1e-9);
     CHECK_NEAR(c.age_s, FRESH_S, 0, 1e-9);
 }
@@ -95,7 +100,7 @@ TEST(a_corridor_is_as_old_as_the_water_that_the_body_enters)
  * asks for so much more. */
 TEST(what_is_too_old_ends_the_water_there_alone)
 {
-    start(limits.clear_for_s + 1);
+    start(asked.clear_for_s + 1);
     const struct answer a = cone(0, 5);
     CHECK_INT(a.state, ANSWER_CLEAR);
     CHECK_NEAR(a.age_s, FRESH_S, 0, 1e-9);
@@ -108,10 +113,34 @@ TEST(what_is_too_old_ends_the_water_there_alone)
     CHECK_NEAR(cone(0.5, 5).age_s, SLIVER_S, 0, 1e-9);
 }
 
+/* Without a ping the vehicle goes ahead: all is shorter by its way and the error of that, until that is a jump. */
+TEST(water_stays_free_while_no_ping_comes)
+{
+    for (double way_m = 0; way_m < POSE_STEP_MOST_M; way_m += 0.09) {
+        start(asked.clear_for_s + 1);
+        now.pose.position_m[0] = now.pose.path_m = way_m;
+        const double less_m = way_m * (1 + POSE_WAY_ERROR);
+        const struct answer c = cone(0, 5), s = sector(0, 5);
+        CHECK_INT(c.state, ANSWER_CLEAR);
+        CHECK_INT(s.state, ANSWER_CLEAR);
+        CHECK_INT(nearest(0, 5).state, ANSWER_CLEAR);
+        CHECK_NEAR(c.free_to_m, END_M - less_m, 0, 1e-6);
+        CHECK_NEAR(s.free_to_m, END_M - less_m, 0, 1e-6);
+        CHECK_INT(cone(0, END_M - less_m + 1e-3).state, ANSWER_UNKNOWN);
+    }
+    start(SLIVER_S);
+    now.pose.position_m[0] = POSE_STEP_MOST_M + 1e-3;
+    const struct answer a = cone(0, 5);
+    CHECK_INT(a.state, ANSWER_UNKNOWN);
+    CHECK_INT(a.reason, ANSWER_MOVED);
+    CHECK_INT(nearest(0, 5).state, ANSWER_UNKNOWN);
+}
+
 int main(void)
 {
     RUN(an_answer_is_as_old_as_the_water_asked_about);
     RUN(a_corridor_is_as_old_as_the_water_that_the_body_enters);
     RUN(what_is_too_old_ends_the_water_there_alone);
+    RUN(water_stays_free_while_no_ping_comes);
     return test_end();
 }

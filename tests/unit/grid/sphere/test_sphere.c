@@ -499,8 +499,8 @@ TEST(cleared_water_is_unknown_once_the_vehicle_has_driven_on)
     now.pose.position_m[1] = 0.15;
     now.pose.path_m = 0.15;
     CHECK_INT(ask(0, 8).state, ANSWER_CLEAR);
-    CHECK_NEAR(ask(0, 8).free_to_m, 9.85, 0, 1e-5);
-    now.pose.position_m[1] = 0.4; /* and no ping since */
+    CHECK_NEAR(ask(0, 8).free_to_m, 10 - 0.15 * (1 + POSE_WAY_ERROR), 0, 1e-5);
+    now.pose.position_m[1] = POSE_STEP_MOST_M + 0.01; /* and no ping since */
     CHECK_INT(ask(0, 8).reason, ANSWER_MOVED);
     now.pose.position_m[1] = 0;
     now.pose.path_m = 0.8; /* there and back is a way too */
