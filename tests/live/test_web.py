@@ -118,17 +118,28 @@ def settings(bench):
                       ("[server] change = all", "server"), ("[grid] clear_for = 5 s\n[server]\nchange = all", "want")):
         error = set_it(text)["error"]["message"]
         check(why in error and content() == before and clear_for() == 21, "%s: %s, and the file has %s" % (text, error, content()))
-    page.say({"id": 8, "method": "settings", "params": {"text": "[grid] clear_for = 5 s", "token": TOKEN[:-1] + "x"}})
-    check("wait" in set_it("[grid] clear_for = 5 s")["error"]["message"], "guesses are not slowed down")
-    wrong = page.until(lambda m: isinstance(m, dict) and m.get("id") == 8, "the answer to a wrong token")
+    wrong = set_it("[grid] clear_for = 5 s", TOKEN[:-1] + "x")
     check("token" in wrong["error"]["message"], "a wrong token is taken")
     check(content() == before and clear_for() == 21, "changed all the same")
     check(set_it("[grid] clear_for = 22 s")["result"]["applied"] and clear_for() == 22, "not after a wrong token")
     leaving = Page(web)
     leaving.say({"id": 1, "method": "settings", "params": {"text": "[map] voxel = 2 m", "token": TOKEN}})
     leaving.close()  # its change is refused, though nobody waits for the answer
-    time.sleep(0.5)
-    check("voxel" not in content() and set_it("[grid] clear_for = 23 s")["result"]["applied"], content())
+    until(lambda: "result" in set_it("[grid] clear_for = 23 s"), "a change after that of a page that has left")
+    check("voxel" not in content(), content())
+
+
+def settings_guessed(bench):
+    """Who gave a wrong token waits for a second."""
+    client, web, _ = set_up_settings(bench)
+    page = Page(web)
+    for number, token in ((8, TOKEN[:-1] + "x"), (9, TOKEN)):
+        page.say({"id": number, "method": "settings", "params": {"text": "[grid] clear_for = 5 s", "token": token}})
+    said = page.until(lambda m: isinstance(m, dict) and "id" in m, "the first answer")
+    check(said["id"] == 9 and "wait" in said["error"]["message"], "guesses are not slowed down: %s" % said)
+    wrong = page.until(lambda m: isinstance(m, dict) and "id" in m, "the second")
+    check(wrong["id"] == 8 and "token" in wrong["error"]["message"], wrong)
+    check(client.call("status")["grids"][0]["clear_for_s"] != 5, "changed all the same")
 
 
 def settings_in_a_flood(bench):
@@ -732,12 +743,38 @@ def foxglove(bench):
     check(moved["translation"] == pose["position"] and moved["rotation"] == pose["orientation"] and moved["child_frame_id"] == "vehicle", moved)
     SCHEMAS.check("sectors", "result", got["messages"]["/sonard/sectors"]["data"])
     SCHEMAS.check("status", "result", got["messages"]["/sonard/status"]["data"])
+
+
+def foxglove_by_hand(bench):
+    """Subscriptions: what is none is ignored, and what is given up does not come any more."""
+    client, web = started(bench, map={"voxel": "0.5 m", "memory": "8 MiB"}, pose={"max_age": "60 s"})
+    client.call("pose", attitude_deg=[0, 0, 30], position_m=[3, 4, 2])
     page = Page(web, protocol="foxglove.websocket.v1")
+    channels = {c["topic"]: c["id"] for c in page.until(lambda m: isinstance(m, dict) and m["op"] == "advertise", "the channels")["channels"]}
+
+    def subscribe(*pairs):
+        page.say({"op": "subscribe", "subscriptions": [{"id": number, "channelId": channel} for number, channel in pairs]})
+
+    def message_of(number):
+        """The JSON of the next message of this subscription."""
+        message = page.until(lambda m: isinstance(m, bytes) and int.from_bytes(m[1:5], "little") == number, "a message of %d" % number)
+        check(message[0] == 1, message[:20])
+        return json.loads(message[13:])
     page.say({"op": "subscribe", "subscriptions": [{"id": 1, "channelId": 99}, {"id": -1, "channelId": 1}, {"id": 5}, {}, 7]})
     page.say({"op": "advertise", "channels": []})
-    page.say({"op": "subscribe", "subscriptions": [{"id": 4000000000, "channelId": k} for k in (6, 6)]})
-    message = page.until(lambda m: isinstance(m, bytes), "a message of topic 6")
-    check(message[0] == 1 and int.from_bytes(message[1:5], "little") == 4000000000 and json.loads(message[13:])["version"], message[:40])
+    subscribe((4000000000, channels["/sonard/status"]), (4000000000, channels["/sonard/sectors"]))
+    check(message_of(4000000000)["version"], "no status")
+    subscribe((2, channels["/sonar/echoes"]), (3, channels["/vehicle/pose"]), (4, channels["/map/slice"]))
+    position = message_of(3)["pose"]["position"]
+    check([round(position[axis], 2) for axis in "xyz"] == [4, 3, -2], position)
+    columns = len(client.call("map_slice", size_m=40, cells=160)["rows"])
+    check(message_of(4)["column_count"] == columns, "another map than one of %d columns" % columns)
+    until(lambda: len(base64.b64decode(message_of(2)["data"])) > 17 * 20, "echoes")
+    page.say({"op": "unsubscribe", "subscriptionIds": [2, 3, 4, 4000000000, 77, "x"]})
+    subscribe((9, channels["/sonar/image"]))
+    message_of(9)
+    for _ in range(5):
+        check(int.from_bytes(page.next()[1:5], "little") == 9, "what was given up comes behind what was asked for later")
     page.say([])
     check(all(m is not None for m in iter(page.next, None)), "it goes on")
     page.close()
@@ -762,6 +799,6 @@ def command_line(bench):
     check(bench.run(SONARD_WEB, "--version").stdout.startswith("sonard-web "), "no version")
 
 
-run([("web_" + f.__name__, f) for f in (answers, only_questions, settings, settings_in_a_flood, settings_lost, replays, settings_of_strangers, who_may_ask, no_paths, hostile, metrics, openapi, live, slow, crowd, foxglove,
+run([("web_" + f.__name__, f) for f in (answers, only_questions, settings, settings_guessed, settings_in_a_flood, settings_lost, replays, settings_of_strangers, who_may_ask, no_paths, hostile, metrics, openapi, live, slow, crowd, foxglove, foxglove_by_hand,
                                         recovers, silent_daemon, command_line)],
-    gate=("web_only_questions", "web_settings_of_strangers", "web_who_may_ask", "web_no_paths", "web_openapi", "web_command_line"))
+    gate=("web_only_questions", "web_settings", "web_settings_lost", "web_settings_of_strangers", "web_foxglove_by_hand", "web_recovers", "web_who_may_ask", "web_no_paths", "web_openapi", "web_command_line"))
