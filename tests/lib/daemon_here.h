@@ -36,13 +36,14 @@ struct daemon_here {
     double pose_unix; /* t_unix of the last pose */
     int clear;        /* so many sectors, the last ones */
     bool wet, replay;
+    int status_watch; /* what the client counts as its watch of status */
 };
 
 static void listen_here(struct daemon_here *d)
 {
     struct sockaddr_un address = {.sun_family = AF_UNIX};
 
-    *d = (struct daemon_here){.fd = -1};
+    *d = (struct daemon_here){.fd = -1, .status_watch = 2};
     snprintf(address.sun_path, sizeof address.sun_path, "%s", path);
     d->listener = socket(AF_UNIX, SOCK_STREAM | SOCK_NONBLOCK, 0);
     CHECK(bind(d->listener, (struct sockaddr *)&address, sizeof address) == 0 && listen(d->listener, 1) == 0);
@@ -110,10 +111,22 @@ static void say_sectors(const struct daemon_here *d, double range_m, double age_
     notify(d, 1, json_pack("{s:f, s:o}", "t_unix", T_UNIX + at_s, "sectors", sectors));
 }
 
+/* To the third watch an echosounder's row: its ping is age_s old; echo_m 0: it heard nothing, negative: it is blind. */
+static inline void say_below(const struct daemon_here *d, double echo_m, double age_s, double at_s)
+{
+    notify(d, 3,
+           json_pack("{s:f, s:[{s:s, s:f, s:o, s:f, s:f}]}", "t_unix", T_UNIX + at_s, "rows", "state",
+                     echo_m > 0    ? "echo"
+                     : echo_m == 0 ? "silent"
+                                   : "blind",
+                     "age_s", age_s, "echo_m", echo_m > 0 ? json_real(echo_m) : json_null(), "width_deg", 30.0,
+                     "blind_m", 0.5));
+}
+
 /* ping_age_s: negative: there was none. */
 static void say_status(const struct daemon_here *d, double ping_age_s, double at_s)
 {
-    notify(d, 2,
+    notify(d, d->status_watch,
            json_pack("{s:f, s:s, s:[{s:s, s:s, s:f, s:o}], s:{s:n}, s:{s:s, s:I}}", "t_unix", T_UNIX + at_s,
                      "mode", d->replay ? "replay, ended" : "live", "sensors", "name", "head", "state", "running",
                      "range_m", 10.0, "last_ping_age_s", ping_age_s < 0 ? json_null() : json_real(ping_age_s),

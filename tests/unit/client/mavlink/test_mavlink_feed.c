@@ -15,10 +15,10 @@ static void end_here(struct daemon_here *d, struct mavlink_feed *feed)
     leave_here(d);
 }
 
-/* Connected, and both watches agreed to, at START. */
-static void begin(struct daemon_here *d, struct mavlink_feed *feed)
+/* Connected, and all watches agreed to, at START; with that of a downward sonar where it has a name. */
+static void begin_with(struct daemon_here *d, struct mavlink_feed *feed, const char *downward)
 {
-    const struct mavlink_feed_conf conf = {.socket = path, .rate_hz = 10};
+    const struct mavlink_feed_conf conf = {.socket = path, .rate_hz = 10, .downward = downward};
 
     listen_here(d);
     mavlink_feed_init(feed, &conf);
@@ -27,8 +27,13 @@ static void begin(struct daemon_here *d, struct mavlink_feed *feed)
     CHECK(feed->client != NULL && !mavlink_feed_alive(feed, START));
     agree(d);
     mavlink_feed_read(feed, START);
-    CHECK_INT(d->watches, 2);
+    CHECK_INT(d->watches, downward ? 3 : 2);
     CHECK(mavlink_feed_alive(feed, START));
+}
+
+static void begin(struct daemon_here *d, struct mavlink_feed *feed)
+{
+    begin_with(d, feed, NULL);
 }
 
 TEST(answers_are_taken_and_grow_old)
@@ -207,6 +212,31 @@ TEST(a_refusal_is_told)
     end_here(&d, &feed);
 }
 
+TEST(each_downward_ping_is_taken_once)
+{
+    struct daemon_here d;
+    struct mavlink_feed feed;
+
+    begin_with(&d, &feed, "below");
+    CHECK_INT(feed.below.t_ns, 0);
+    say_below(&d, 6, 0.25, 0);
+    mavlink_feed_read(&feed, START);
+    CHECK_NEAR((double)feed.below.t_ns, (double)(START - 250 * MS), 0, 1e4);
+    CHECK(feed.below.echo && feed.below.range_m == 6 && feed.below.blind_m == 0.5);
+    CHECK_NEAR(feed.below.width_rad, 0.5235988, 0, 1e-6);
+    say_below(&d, 9, 0.255, 0.01); /* older by less than ages are rounded to: the same ping */
+    mavlink_feed_read(&feed, START + 10 * MS);
+    CHECK(feed.below.range_m == 6);
+    say_below(&d, -1, 0.1, 0.1); /* it could hear nothing */
+    mavlink_feed_read(&feed, START + 100 * MS);
+    CHECK(feed.below.range_m == 6);
+    say_below(&d, 0, 0.1, 0.2); /* it could, and did not */
+    mavlink_feed_read(&feed, START + 200 * MS);
+    CHECK(!feed.below.echo);
+    CHECK_NEAR((double)feed.below.t_ns, (double)(START + 100 * MS), 0, 1e4);
+    end_here(&d, &feed);
+}
+
 int main(void)
 {
     if (!make_directory())
@@ -219,6 +249,7 @@ int main(void)
     RUN(a_restarted_daemon_is_found_again);
     RUN(no_leak_is_too_short_to_be_seen);
     RUN(a_refusal_is_told);
+    RUN(each_downward_ping_is_taken_once);
     rmdir(directory);
     return test_end();
 }

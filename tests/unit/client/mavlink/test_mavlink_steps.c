@@ -11,7 +11,8 @@
 #include "tests/lib/daemon_here.h"
 #include "tests/lib/patience.h"
 
-#define STEP (100 * MS)
+#define STEP     (100 * MS)
+#define ASKED_NS 123456789 /* the autopilot's clock when it asks for ours */
 
 /* What the autopilot heard in one second. */
 struct heard {
@@ -20,6 +21,10 @@ struct heard {
     uint16_t left_cm;  /* likewise, in the fifth sector from the end */
     double stamp_s;    /* likewise, after START */
     char text[256];    /* of all texts */
+    int below, points; /* messages of the water below, and of points */
+    struct mavlink_distance_sensor last_below;
+    struct mavlink_obstacle_distance_3d point[MAVLINK_SECTORS]; /* the first ones */
+    int64_t synced_ns;                                          /* what it wrote into a question about its clock */
 };
 
 struct flight {
@@ -41,6 +46,8 @@ struct flight {
 };
 
 static struct flight f;
+/* Of the next begin. */
+static struct mavlink_feed_conf feed_conf = {.socket = path, .rate_hz = 10};
 
 static void begin(void)
 {
@@ -56,12 +63,13 @@ static void begin(void)
     snprintf(address, sizeof address, "udp:127.0.0.1:%u", ntohs(a.sin_port));
     CHECK(mavlink_link_init(&f.link, address, &fault));
     f.conf = (struct mavlink_bridge_conf){
-        .feed = {.socket = path, .rate_hz = 10},
+        .feed = feed_conf,
         .vehicle = {.surface_hpa = 1013.25, .density_kgpm3 = 1025},
         .obstacles = {.unknown_as = MAVLINK_UNKNOWN_AS_UNKNOWN},
         .component_id = 196,
     };
     listen_here(&f.daemon);
+    f.daemon.status_watch = feed_conf.layers ? MAVLINK_LAYERS + 1 : 2;
     f.bridge = mavlink_bridge_new(&f.conf, &f.link, f.now_ns);
 }
 
@@ -151,6 +159,20 @@ static bool hear(struct heard *h)
         mavlink_unpack(frame.message, frame.payload, &m);
         const size_t used = strlen(h->text);
         snprintf(h->text + used, sizeof h->text - used, "%.50s;", m.text);
+    } else if (frame.message->id == MAVLINK_DISTANCE_SENSOR) {
+        mavlink_unpack(frame.message, frame.payload, &h->last_below);
+        h->below++;
+    } else if (frame.message->id == MAVLINK_OBSTACLE_DISTANCE_3D) {
+        struct mavlink_obstacle_distance_3d m;
+        mavlink_unpack(frame.message, frame.payload, &m);
+        if (h->points < MAVLINK_SECTORS)
+            h->point[h->points] = m;
+        h->points++;
+    } else if (frame.message->id == MAVLINK_TIMESYNC) {
+        struct mavlink_timesync m;
+        mavlink_unpack(frame.message, frame.payload, &m);
+        if (m.ts1 == ASKED_NS)
+            h->synced_ns = m.tc1;
     } else if (frame.message->id == MAVLINK_HEARTBEAT) {
         struct mavlink_heartbeat m;
         mavlink_unpack(frame.message, frame.payload, &m);
@@ -365,6 +387,66 @@ TEST(a_link_is_there_when_something_was_received)
     fclose(file);
 }
 
+/* The sonar is one that looks down. */
+TEST(each_ping_below_is_told_once)
+{
+    struct heard h;
+
+    feed_conf.downward = "head";
+    begin_flight();
+    say_below(&f.daemon, 6, 0.25, 2);
+    h = second();
+    CHECK_INT(h.below, 1);
+    CHECK(h.last_below.min_distance == 50 && h.last_below.max_distance == 1000);
+    CHECK_INT(h.last_below.current_distance, 600);
+    CHECK(h.last_below.type == MAVLINK_SENSOR_ULTRASOUND && h.last_below.orientation == MAVLINK_ORIENTATION_DOWN);
+    CHECK_INT(h.last_below.signal_quality, MAVLINK_QUALITY_UNKNOWN);
+    CHECK_NEAR(h.last_below.horizontal_fov, 0.5235988, 0, 1e-6);
+    CHECK_NEAR(h.last_below.time_boot_ms, 101750, 0,
+               110); /* a quarter of a second ago, by the autopilot's clock */
+    CHECK_INT(second().below, 0);
+    say_below(&f.daemon, 0, 0.1, 4);
+    h = second();
+    CHECK_INT(h.below, 1);
+    CHECK_INT(h.last_below.current_distance, 1001); /* nothing as far as it hears */
+    CHECK_INT(h.last_below.signal_quality, MAVLINK_QUALITY_INVALID);
+    end();
+    feed_conf.downward = NULL;
+}
+
+/* Blocked at 7 m all around at the vehicle's level; nobody has looked higher or lower. */
+TEST(points_stand_where_the_obstacles_are)
+{
+    struct heard h;
+
+    feed_conf.layers = true;
+    begin_flight();
+    second();
+    h = second();
+    CHECK(h.points >= MAVLINK_SECTORS);
+    for (int i = 0; i < MAVLINK_SECTORS; i++) {
+        CHECK_NEAR(hypot(hypot((double)h.point[i].x, (double)h.point[i].y), (double)h.point[i].z), 7, 0, 0.01);
+        CHECK_NEAR(h.point[i].z, 0, 0, 0.01);
+        CHECK_NEAR(h.point[i].max_distance, 10, 0, 0.01);
+    }
+    f.answers = false;
+    seconds(3);
+    CHECK_INT(second().points, 0);
+    end();
+    feed_conf.layers = false;
+}
+
+TEST(the_autopilot_learns_our_time)
+{
+    const struct mavlink_timesync question = {.ts1 = ASKED_NS};
+
+    begin_flight();
+    say_frame(MAVLINK_TIMESYNC, &question);
+    patience_for(f.link.fd, POLLIN);
+    CHECK_INT(second().synced_ns, f.now_ns - 10 * STEP);
+    end();
+}
+
 int main(void)
 {
     if (!make_directory())
@@ -377,6 +459,9 @@ int main(void)
     RUN(nothing_is_said_to_a_vehicle_that_is_not_there);
     RUN(the_next_deadline_is_a_tenth_of_a_second_away);
     RUN(a_link_is_there_when_something_was_received);
+    RUN(each_ping_below_is_told_once);
+    RUN(points_stand_where_the_obstacles_are);
+    RUN(the_autopilot_learns_our_time);
     rmdir(directory);
     return test_end();
 }
