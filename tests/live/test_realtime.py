@@ -143,4 +143,4 @@ run([("priorities", priorities), ("processors", processors), ("memory", memory),
      ("refused_priority", lambda b: refused(b, "priority", 40, "[realtime] priority: Operation not permitted")),
      ("refused_memory", lambda b: refused(b, "lock_memory", "on", "LimitMEMLOCK=infinity")),
      ("refused_processor", lambda b: refused(b, "processor", 511, "[realtime] processor: Invalid argument; this computer"))],
-    parallel=3)
+    parallel=3, gate=("processors",))

@@ -192,4 +192,19 @@ def paced(bench):
     note("as fast as it goes: %.2f s" % (time.monotonic() - begin))
 
 
-run([("same_answers", same_answers), ("killed", killed), ("paced", paced)], parallel=3)
+def told(bench):
+    """status tells of a recording while it grows, and the file has what it told."""
+    directory = bench.path("captures")
+    _, daemon, client, _ = start(bench, directory, voyage=False)
+    record = lambda: client.call("status")["record"]
+    before = record()["messages"]
+    until(lambda: record()["messages"] > before + 20, "more messages")
+    pings, last = client.sensor()["pings"], record()
+    check(last["recording"] and last["error"] == "" and last["parts"] == 1, "record: %s" % last)
+    daemon.stop()
+    check(last["path"] == only_capture(directory), "status names %s" % last["path"])
+    kept = pings_of(bench, last["path"])
+    check(kept >= max(1, pings - last["lost_messages"]), "%d of %d pings are in the file: %s" % (kept, pings, last))
+
+
+run([("same_answers", same_answers), ("killed", killed), ("paced", paced), ("told", told)], parallel=3, gate=("told",))
