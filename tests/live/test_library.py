@@ -5,6 +5,7 @@ they do when it dies."""
 import os
 import re
 import select
+import shlex
 import shutil
 import socket
 import subprocess
@@ -56,7 +57,7 @@ def compiled(bench, usr):
     pkg_config = dict(os.environ, PKG_CONFIG_SYSROOT_DIR=bench.path("root"), PKG_CONFIG_PATH=usr + "/lib/pkgconfig")
     flags = output("pkg-config", "--cflags", "--libs", "libsonard", env=pkg_config).split()
     program = bench.path("autopilot")
-    output(os.environ.get("CC", "cc"), "-std=c17", "-D_POSIX_C_SOURCE=200809L", "-Wall", "-Wextra", "-Wconversion", "-Wshadow",
+    output(*shlex.split(os.environ.get("CC", "cc")), "-std=c17", "-D_POSIX_C_SOURCE=200809L", "-Wall", "-Wextra", "-Wconversion", "-Wshadow",
            "-Werror", "-o", program, usr + "/share/doc/sonard/examples/autopilot.c", *flags)
     return program
 
