@@ -224,14 +224,14 @@ static bool goes_on(const struct sight *s, const struct tunnel *t, double own_m)
 }
 
 /*
- * What is left of near_m where it does not: what stood beyond it when a beam was there last has come nearer by the
- * drift since, at the most. Nothing of it if the vehicle may have turned since: what a beam showed at another bearing
- * may be at this one now.
+ * What is left of near_m where it does not: what stood beyond it when a beam showed water there last has come nearer by
+ * the drift since, at the most. Nothing of it where the last look showed none, as of a sonar that is drowned in noise;
+ * nor if the vehicle may have turned since: what a beam showed at another bearing may be at this one now.
  */
 static double adrift_m(const struct look *l, const struct sight *s, double near_m)
 {
     const struct pose *pose = &l->now->pose;
-    return s->age_s < 0 || pose->heading_adrift ? 0 : fmax(0, near_m - pose->drift_mps * s->age_s);
+    return s->showed && !pose->heading_adrift ? fmax(0, near_m - pose->drift_mps * s->age_s) : 0;
 }
 
 /* Cosine of 45 degrees. Farther to the side a ray leaves the tunnel beside the body's own front. */

@@ -95,6 +95,7 @@ static void look(const struct picture *p, const struct picture_entry *e, const s
     const struct free_interval run = sight_water(e, by, &v->reason);
     if (run.t_ping_ns)
         v->age_s = sight_seconds(now->now_ns, run.t_ping_ns);
+    v->showed = run.to_m > run.from_m || run.to_m < 0;
     if (v->reason != ANSWER_HEARD)
         return;
     v->blind_m = run.from_m + place->moved_m;

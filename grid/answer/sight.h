@@ -23,6 +23,7 @@ struct sight {
     enum answer_reason reason; /* why not clear to clear_m; ANSWER_HEARD: it is */
     double clear_m, blind_m;
     double age_s; /* of the oldest ping of what is asked about; negative: never pinged */
+    bool showed;  /* that ping showed water, though the vehicle may have drifted out of it since */
     const struct picture_obstacle *obstacle; /* nearest that still counts, in the entry; NULL: none */
     double near_m, logodds;
     double hint_m; /* near edge of the nearest evidence that is left, however weak; INFINITY: none */

@@ -43,6 +43,12 @@ void free_withdraw(struct free_interval *list, const struct free_ping *ping)
     list[0] = interval_of(&(struct stretch){0}, ping);
 }
 
+void free_spend(struct free_interval *list, const struct free_ping *ping)
+{
+    free_none(list);
+    list[0] = interval_of(&(struct stretch){.to_m = -1}, ping);
+}
+
 /* Intervals while they are put together: one more than there is room for, and one that may be split. */
 struct parts {
     struct free_interval part[FREE_INTERVALS + 2];

@@ -16,7 +16,7 @@
 struct free_interval {
     uint64_t t_ping_ns; /* of the oldest ping it rests on; 0: none */
     double path_m;      /* distance travelled by then */
-    float from_m, to_m; /* free water; to_m <= from_m: observed, and nothing can be said */
+    float from_m, to_m; /* free water; to_m <= from_m: observed, and nothing can be said; to_m < 0: free_spend's */
     uint64_t sensors;   /* set of the sensors it rests on */
 };
 
@@ -50,6 +50,9 @@ void free_add(struct free_interval *list, const struct stretch *stretch, const s
 
 /** free_withdraw - a ping observed the direction and received nothing usable: what was free before stands no longer. */
 void free_withdraw(struct free_interval *list, const struct free_ping *ping);
+
+/** free_spend - the same of a ping that showed water, of which the vehicle may have drifted out since. */
+void free_spend(struct free_interval *list, const struct free_ping *ping);
 
 /**
  * free_fill - the same the other way round, for intervals made anew: a ping that is older than all those in the list

@@ -450,7 +450,7 @@ static void fill_direction(struct sphere *s, const struct seen_again *seen, cons
     if (w->kind == WEDGE_UNKNOWN)
         *limit_m = 0;
     if (!dir->free[0].t_ping_ns)
-        free_withdraw(dir->free, &seen->by);
+        (w->kind == WEDGE_SPENT ? free_spend : free_withdraw)(dir->free, &seen->by);
 }
 
 /*

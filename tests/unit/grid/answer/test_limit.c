@@ -118,6 +118,33 @@ TEST(near_is_no_leave_where_a_sonar_looks_and_has_not_looked)
     }
 }
 
+/* What stood beyond near when a beam showed water has come nearer by the drift since. A deaf ping shows none. */
+TEST(near_shrinks_as_a_vehicle_drifts)
+{
+    static const struct corridor_body promised = {
+        .radius_m = 0.3, .half_height_m = 0.2, .margin_m = 0.1, .near_m = 3};
+    static const struct {
+        double age_s;
+        float to_m;
+        bool turned;
+        double known_m;
+    } row[] = {{0, -1, false, 2},  {9, -1, false, 2}, {20, -1, false, 1},
+               {40, -1, false, 0}, {0, 0, false, 0},  {0, -1, true, 0}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        start();
+        all_free(20);
+        looks_at(UINT64_MAX, 0);
+        now.pose.drift_mps = 0.1;
+        now.pose.heading_adrift = row[i].turned;
+        const struct picture_entry e = {
+            .free = {{.t_ping_ns = NOW - (uint64_t)(row[i].age_s * 1e9) - 1, .to_m = row[i].to_m, .sensors = 1}}};
+        picture_begin(&picture);
+        picture_set(&picture, at(0, 0), &e);
+        picture_end(&picture);
+        CHECK_NEAR(look(&promised, 1, 0, 0, 2).known_m, row[i].known_m, 0, 0.05);
+    }
+}
+
 TEST(near_covers_what_lies_between_two_looks)
 {
     static const struct corridor_body promised = {
@@ -613,6 +640,7 @@ int main(void)
     RUN(open_water_is_known_as_far_as_asked);
     RUN(the_front_is_the_bodys_extent_along_the_line);
     RUN(near_is_no_leave_where_a_sonar_looks_and_has_not_looked);
+    RUN(near_shrinks_as_a_vehicle_drifts);
     RUN(near_covers_what_lies_between_two_looks);
     RUN(what_stands_in_the_tunnel_blocks_and_what_stands_beside_it_does_not);
     RUN(a_vehicle_off_the_grids_centre_sweeps_its_own_tunnel);

@@ -197,6 +197,12 @@ TEST(a_ping_that_received_nothing_usable_takes_all_back)
     free_withdraw(list, &later);
     CHECK_INT(free_longest(list, FREE_INTERVALS).t_ping_ns, 0);
     CHECK_INT(list[0].t_ping_ns, 2 * SECOND);
+    CHECK(!(list[0].to_m < 0));
+    add(&s, &before);
+    free_spend(list, &later);
+    CHECK_INT(free_longest(list, FREE_INTERVALS).t_ping_ns, 0);
+    CHECK_INT(list[0].t_ping_ns, 2 * SECOND);
+    CHECK(list[0].to_m < 0);
 }
 
 int main(void)
