@@ -297,6 +297,7 @@ check-san: deps-long
 # The text and the shape of the code and of what people read.
 check-code: deps-long
 	@tests/deps.sh lint
+	@$(MAKE) --no-print-directory $(PARALLEL) programs
 	@BUILD=$(BUILD) GPIOD=$(GPIOD) LIMIT=1800 $(RUN_TESTS) tests/lint.sh tests/prose/check.py tests/build.sh tests/adding.sh tests/unused.sh
 
 # Readers from npm and from Debian of what sonard writes and speaks.
