@@ -61,7 +61,7 @@ static void unused(const struct nmea *nmea, struct fault *text)
     const struct nmea_came now = came(nmea);
     text->text[0] = '\0';
     if (loop_now(nmea->input->loop) - nmea->since_ns >= UNUSED_NS)
-        nmea_unused_text(&nmea->before, &now, nmea->conf.use, nmea->parser.other, text);
+        nmea_unused_text(&nmea->before, &now, (enum conf_nmea_use)nmea->conf.use, nmea->parser.other, text);
 }
 
 static void tell_unused(struct nmea *nmea)
