@@ -12,8 +12,8 @@ const { createMavLinkStream, MavLinkProtocolV1, MavLinkProtocolV2, minimal, comm
 
 const pipe = process.argv[2];
 const classes = { ...minimal.REGISTRY, ...common.REGISTRY, ...ardupilotmega.REGISTRY };
-const ids = [0, 2, 30, 31, 32, 76, 111, 132, 137, 253, 330, 11037];
-const plain = [0, 2, 30, 32, 76]; // without extensions, which version 1 has not
+const ids = [0, 2, 29, 30, 31, 32, 33, 74, 76, 111, 132, 137, 143, 178, 253, 330, 11037];
+const plain = [0, 2, 30, 32, 33, 74, 76, 178]; // without extensions, which version 1 has not
 const left = ["repr_offset_q", "temperature_press_diff"]; // extensions that we neither send nor take
 const keyText = "00112233445566778899aabbccddeeff0123456789abcdeffedcba9876543210";
 const key = Buffer.from(keyText, "hex");
