@@ -247,7 +247,7 @@ const struct verdict_measure verdict_measures[] = {
     {"side_lobe", "  of side lobes (not in the sum)", "", true, 100, of_cause, CAUSE_SIDE_LOBE},
     {"other_sonar", "  of other sonars (not in the sum)", "", true, 100, of_cause, CAUSE_OTHER_SONAR},
     {"unmarked", "blocked at once by nothing of any cause: %", "", true, 100, of_nothing_unmarked, 0},
-    {"marked", "first echo of something that waits for a second beam, standing: %", "", true, 100,
+    {"marked", "first echo of something that waits for a second beam when standing: %", "", true, 100,
      something_marked, 0},
     {"marked_moving", "  moving", "", true, 100, something_marked, 1},
     {"sectors_blocked", "sectors blocked by one other sonar in the last turn: %", "<= 3", true, 100,
