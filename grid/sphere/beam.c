@@ -88,7 +88,9 @@ struct beam_cell beam_cell_of(double width_rad, double height_rad, double el_rad
     const double across_rad = width_rad * cos(el_rad), half = fmin(width_rad / 2, GEO_PI);
     struct beam_cell cell = {.across_rad = across_rad,
                              .tan_across = tan(fmin(across_rad / 2, WIDEST_HALF_RAD)),
-                             .per_level = 1 / cos(el_rad)};
+                             .per_level = 1 / cos(el_rad),
+                             .cos_half = cos(half),
+                             .sin_half = sin(half)};
     for (int i = -1; i <= 1; i++) {
         const double el = el_rad + i * height_rad / 2;
         cell.aside = fmax(cell.aside, cos(el) * sin(fmin(half, GEO_PI / 2)));
@@ -100,6 +102,14 @@ struct beam_cell beam_cell_of(double width_rad, double height_rad, double el_rad
     }
     cell.across = sqrt(cell.aside * cell.aside + cell.upward * cell.upward);
     return cell;
+}
+
+void beam_cell_side(const struct beam_cell *cell, const double u[3], int side, double out[3])
+{
+    const double x = u[0], y = u[1], sine = side * cell->sin_half;
+    out[0] = cell->cos_half * x - sine * y;
+    out[1] = sine * x + cell->cos_half * y;
+    out[2] = u[2];
 }
 
 /* Half the sides of a cell whose middle is at_m along u, laid on the sphere about the sensor that goes through it. */
@@ -218,22 +228,31 @@ bool beam_holds(const struct beam *b, const struct beam_cell *cell, const double
     return b->opening->half_az > GEO_PI / 2 ? left || right : left && right && inside(&sides, b->ahead, v);
 }
 
+bool beam_sides(const struct beam *b, const struct beam_cell *cell, struct beam_sides *f)
+{
+    f->tan_el = b->opening->tan_el;
+    if (cell->across_rad > b->opening->widest_rad || !(f->tan_el > 0))
+        return false;
+    const double margin_el_m = b->margin_m + b->margin_el_m;
+    f->tan_az = cell->tan_across > b->opening->tan_az ? cell->tan_across : b->opening->tan_az;
+    f->in_az = b->margin_m > 0 ? b->margin_m * sqrt(1 + f->tan_az * f->tan_az) : 0;
+    f->in_el = margin_el_m > 0 ? margin_el_m * sqrt(1 + f->tan_el * f->tan_el) : 0;
+    return true;
+}
+
 bool beam_stretch(const struct beam *b, const struct beam_cell *cell, const struct beam_ray *ray, double near_m,
                   double far_m, struct stretch *st)
 {
-    const double tan_el = b->opening->tan_el;
-    if (cell->across_rad > b->opening->widest_rad || !(tan_el > 0))
+    struct beam_sides f;
+    if (!beam_sides(b, cell, &f))
         return false;
-    double tan_az = cell->tan_across > b->opening->tan_az ? cell->tan_across : b->opening->tan_az;
     double x = ray->along, y = ray->aside, z = ray->upward;
     double ox = b->offset_m[0], oy = b->offset_m[1], oz = b->offset_m[2];
     *st = (struct stretch){.to_m = INFINITY};
-    const double in_az = b->margin_m * sqrt(1 + tan_az * tan_az),
-                 in_el = (b->margin_m + b->margin_el_m) * sqrt(1 + tan_el * tan_el);
-    if (!(cut_side(st, tan_az * x - y, tan_az * ox - oy + in_az) &&
-          cut_side(st, tan_az * x + y, tan_az * ox + oy + in_az) &&
-          cut_side(st, tan_el * x - z, tan_el * ox - oz + in_el) &&
-          cut_side(st, tan_el * x + z, tan_el * ox + oz + in_el)))
+    if (!(cut_side(st, f.tan_az * x - y, f.tan_az * ox - oy + f.in_az) &&
+          cut_side(st, f.tan_az * x + y, f.tan_az * ox + oy + f.in_az) &&
+          cut_side(st, f.tan_el * x - z, f.tan_el * ox - oz + f.in_el) &&
+          cut_side(st, f.tan_el * x + z, f.tan_el * ox + oz + f.in_el)))
         return false;
     double from = beam_meet(b, ray->u, near_m), to = beam_meet(b, ray->u, far_m);
     if (from >= st->from_m) {

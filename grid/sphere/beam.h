@@ -83,11 +83,16 @@ struct beam_cell {
     double per_level;  /* 1 / cosine of the middle's elevation */
     /* a unit vector in a cell is at most so far from its middle: along the ring, up and down, back along the middle */
     double aside, upward, inward;
-    double across; /* the first two together */
+    double across;             /* the first two together */
+    double cos_half, sin_half; /* of half the width in azimuth */
 };
 
 /** beam_cell_of - the cells of a ring, so wide in azimuth, so high, and with their middle at this elevation. */
 struct beam_cell beam_cell_of(double width_rad, double height_rad, double el_rad);
+
+/** beam_cell_side - the unit vector along a side of the cell of the ring whose middle is u: -1 the left one, 1 the
+ * right one, at the same elevation. */
+void beam_cell_side(const struct beam_cell *cell, const double u[3], int side, double out[3]);
 
 /** beam_range - from the sensor to a place that is given from the centre. */
 static inline double beam_range(const struct beam *b, const double place_m[3])
@@ -132,6 +137,23 @@ bool beam_holds(const struct beam *b, const struct beam_cell *cell, const double
  */
 bool beam_stretch(const struct beam *b, const struct beam_cell *cell, const struct beam_ray *ray, double near_m,
                   double far_m, struct stretch *out);
+
+/* The flat sides of a beam that frees cells of a ring; in_az, in_el: how much farther in they are than the opening's. */
+struct beam_sides {
+    double tan_az, tan_el, in_az, in_el;
+};
+
+/** beam_sides - false: the cells are too wide for the beam to free one. */
+bool beam_sides(const struct beam *b, const struct beam_cell *cell, struct beam_sides *out);
+
+/** beam_has - is the place range_m along the ray between the beam's sides? */
+static inline bool beam_has(const struct beam *b, const struct beam_sides *sides, const struct beam_ray *ray,
+                            double range_m)
+{
+    const double along_m = range_m * ray->along - b->offset_m[0];
+    return fabs(range_m * ray->aside - b->offset_m[1]) + sides->in_az <= sides->tan_az * along_m &&
+           fabs(range_m * ray->upward - b->offset_m[2]) + sides->in_el <= sides->tan_el * along_m;
+}
 
 /*
  * A sieve for directions: bounds of their components along the beam's side and up, and along what is square to both the

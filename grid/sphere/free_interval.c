@@ -168,7 +168,7 @@ void free_fill(struct free_interval *list, const struct stretch *s, const struct
 struct free_interval free_longest(const struct free_interval *list, unsigned n)
 {
     struct free_interval longest = {0};
-    bool used[FREE_INTERVALS] = {false};
+    bool used[FREE_INTERVALS + 1] = {false};
     for (unsigned i = 0; i < n; i++) {
         struct free_interval run = list[i];
         if (used[i] || !holds(&run))

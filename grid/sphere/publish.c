@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "relax.h"
+#include "sides.h"
 
 /*
  * Where an obstacle begins, at the least, while the vehicle drifts: it may have come nearer, but not into water
@@ -27,6 +28,7 @@ static void publish_direction(struct sphere *s, uint32_t d, uint64_t t_ns)
     const struct direction *dir = &s->direction[d];
     struct picture_entry e = {0};
     memcpy(e.free, dir->free, sizeof e.free);
+    sides_cut(s, d, t_ns, e.free);
     unsigned n = 0;
     for (uint32_t i = s->cells.first[d]; i != CELLS_NONE && n < PICTURE_OBSTACLES; i = s->cells.cell[i].next) {
         const struct cell *c = &s->cells.cell[i];
@@ -56,6 +58,7 @@ void publish_changes(struct sphere *s, uint64_t t_ns)
 {
     if (s->conf.relaxation > 0)
         relax_reach(s);
+    sides_mark(s, t_ns);
     picture_begin(&s->picture);
     for (uint32_t i = 0; i < s->n_dirty; i++) {
         publish_direction(s, s->dirty[i], t_ns);

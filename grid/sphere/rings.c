@@ -123,6 +123,13 @@ uint32_t rings_ring(const struct rings *rings, uint32_t direction)
     return lo;
 }
 
+void rings_beside(const struct rings *rings, uint32_t d, uint32_t beside[2])
+{
+    const uint32_t ring = rings_ring(rings, d), first = rings->start[ring], last = rings->start[ring + 1] - 1;
+    beside[0] = d > first ? d - 1 : last;
+    beside[1] = d < last ? d + 1 : first;
+}
+
 double rings_width(const struct rings *rings, uint32_t ring)
 {
     return GEO_TURN / cells_of(rings, ring);

@@ -50,6 +50,9 @@ void rings_centre(const struct rings *rings, uint32_t direction, double *az_rad,
 /** rings_ring - the ring of a direction. */
 uint32_t rings_ring(const struct rings *rings, uint32_t direction);
 
+/** rings_beside - the two directions on both sides of d in its ring; d itself where it is alone there. */
+void rings_beside(const struct rings *rings, uint32_t d, uint32_t beside[2]);
+
 /** rings_width - width of the cells of a ring in azimuth. */
 double rings_width(const struct rings *rings, uint32_t ring);
 

@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "grid/answer/answer.h"
+#include "sides.h"
 #include "spread.h"
 
 /*
@@ -156,10 +156,13 @@ static void clear_direction(struct sphere *s, const struct look *l)
     if (!beam_stretch(l->beam, &s->ring[l->ring], &l->ray, l->water.from_m, l->water.to_m, &st))
         return;
     st.ends_at_echo = l->water.ends_at_echo;
-    if (l->water.said == SAID_FREE)
+    if (l->water.said == SAID_FREE) {
         free_add(dir->free, &st, &l->ping);
-    else
+        sides_see(s, l->direction, l->ring,
+                  &(struct side_look){l->beam, l->ping.t_ns, l->water.from_m, l->water.to_m}, &st);
+    } else {
         free_withdraw(dir->free, &l->ping);
+    }
     s->stats.pinged += first;
     state_mark(s, l->direction);
 }
@@ -444,6 +447,8 @@ static void fill_direction(struct sphere *s, const struct seen_again *seen, cons
         return;
     st.ends_at_echo = w->ends_at_echo;
     if (w->kind == WEDGE_FREE) {
+        sides_see(s, v->direction, v->ring,
+                  &(struct side_look){seen->beam, seen->by.t_ns, seen->from_m, seen->to_m}, &st);
         free_fill(dir->free, &st, &seen->by, limit_m);
         return;
     }
@@ -523,7 +528,7 @@ static void forget_intervals(struct sphere *s)
         s->limit_m[d] = INFINITY;
         if (!s->direction[d].free[0].t_ping_ns && s->cells.first[d] == CELLS_NONE)
             continue;
-        free_none(s->direction[d].free);
+        sides_forget(&s->direction[d]);
         state_mark(s, d);
     }
 }
@@ -565,11 +570,9 @@ static bool has_drifted(const struct sphere *s, const struct wedge_ping *ping)
 
 void sensor_free_again(struct sphere *s, uint64_t t_ns, double path_m)
 {
-    const double keep_s =
-        s->conf.keep_free_s > 0 ? s->conf.keep_free_s : answer_clear_for_s(s->frame.turn_s, s->conf.forget_s);
-    const double keep_ns = 1e9 * keep_s;
+    const uint64_t keep_ns = state_keep_ns(s);
     struct again a = {.half_az_rad = -1};
-    wedges_forget(&s->wedges, (double)t_ns > keep_ns ? t_ns - (uint64_t)keep_ns : 0);
+    wedges_forget(&s->wedges, t_ns > keep_ns ? t_ns - keep_ns : 0);
     forget_intervals(s);
     uint32_t next = 0;
     if (s->wedges.end != s->wedges.first && has_drifted(s, &s->wedges.ping[s->wedges.first % WEDGES_PINGS]))

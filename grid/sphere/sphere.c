@@ -4,12 +4,14 @@
 #include <math.h>
 #include <string.h>
 
+#include "grid/answer/answer.h"
 #include "grid/ping.h"
 #include "course.h"
 #include "motion.h"
 #include "publish.h"
 #include "relax.h"
 #include "sensor.h"
+#include "sides.h"
 #include "spread.h"
 
 static size_t rounded(size_t n)
@@ -78,9 +80,7 @@ static void forget_everything(struct sphere *s)
     s->nearest_m = INFINITY;
     s->n_dirty = s->rings.n;
     for (uint32_t d = 0; d < s->rings.n; d++) {
-        struct direction *dir = &s->direction[d];
-        memset(dir->free, 0, sizeof dir->free);
-        dir->dirty = 1;
+        s->direction[d] = (struct direction){.dirty = 1};
         s->dirty[d] = d;
     }
     memset(s->turn_ms, 0, sizeof s->turn_ms);
@@ -193,6 +193,13 @@ uint32_t state_ms(const struct sphere *s, uint64_t t_ns)
     return ms < UINT32_MAX ? (uint32_t)ms : UINT32_MAX;
 }
 
+uint64_t state_keep_ns(const struct sphere *s)
+{
+    const double keep_s =
+        s->conf.keep_free_s > 0 ? s->conf.keep_free_s : answer_clear_for_s(s->frame.turn_s, s->conf.forget_s);
+    return (uint64_t)fmin(1e9 * keep_s, 9e18);
+}
+
 void state_release(struct sphere *s, uint32_t i)
 {
     state_mark(s, s->cells.cell[i].direction);
@@ -203,7 +210,7 @@ struct cell *state_take(struct sphere *s, uint32_t direction, uint16_t layer)
 {
     uint32_t evicted, i = cells_take(&s->cells, direction, layer, &evicted);
     if (evicted != RINGS_NONE) { /* what that cell said is lost */
-        memset(s->direction[evicted].free, 0, sizeof s->direction->free);
+        sides_forget(&s->direction[evicted]);
         state_mark(s, evicted);
         s->stats.cells_lost++;
     }
@@ -211,7 +218,7 @@ struct cell *state_take(struct sphere *s, uint32_t direction, uint16_t layer)
         s->nearest_m = fmin(s->nearest_m, s->layers.edge[layer]);
         return &s->cells.cell[i];
     }
-    memset(s->direction[direction].free, 0, sizeof s->direction->free);
+    sides_forget(&s->direction[direction]);
     state_mark(s, direction);
     s->stats.cells_lost++;
     return NULL;
@@ -226,7 +233,7 @@ static void heed_jumps(struct sphere *s, const struct pose *pose)
     s->stats.pinged = 0;
     wedges_clear(&s->wedges);
     for (uint32_t d = 0; d < s->rings.n; d++) {
-        memset(s->direction[d].free, 0, sizeof s->direction[d].free);
+        sides_forget(&s->direction[d]);
         state_mark(s, d);
     }
 }

@@ -16,9 +16,16 @@
 
 struct relaxed;
 
+/* Water that beams saw since t_ns; to_m <= from_m: none. */
+struct reach {
+    uint64_t t_ns;
+    float from_m, to_m;
+};
+
 struct direction {
     struct free_interval free[FREE_INTERVALS];
-    uint32_t dirty; /* on the list of directions to publish */
+    struct reach side[2]; /* of its cell, left and right: where it was in beams that freed the middle */
+    uint32_t dirty;       /* on the list of directions to publish */
 };
 
 /* Bounds how long the past can outvote the present: a few turns. */
@@ -85,6 +92,9 @@ void state_to_grid(const struct sphere *s, const double v[3], double out[3]);
 
 /** state_ms - milliseconds from the grid's first ping to t_ns, within uint32_t. */
 uint32_t state_ms(const struct sphere *s, uint64_t t_ns);
+
+/** state_keep_ns - what was found free longer ago is forgotten. */
+uint64_t state_keep_ns(const struct sphere *s);
 
 /**
  * state_take - the cell of (direction, layer), made when it does not exist; a direction that loses a cell for it

@@ -237,8 +237,8 @@ TEST(a_turn_by_whole_steps_changes_no_answer)
     mount = mount_identity;
     double yaw_deg = 0;
     for (int legs = 0; legs < 12; legs++) {
-        for (int u = 0; u < 200; u++) { /* half a turn of the head, and a bay of open water */
-            now.now_ns += SECOND / 50;
+        for (int u = 0; u < 200; u++) { /* half a turn of the head, and a bay of open water; nothing grows old */
+            now.now_ns += SECOND / 400;
             const double bearing = geo_rad(0.9 * u + 0.123), az = geo_wrap(bearing + geo_rad(yaw_deg));
             ping(bearing, az > 1 && az < 1.5 ? 0 : 5 + sin(3 * az), 2.5);
         }
