@@ -170,7 +170,7 @@ static void io_note(void *ctx, enum device_note level, const char *fmt, ...)
     static const enum log_level levels[] = {
         [NOTE_DEBUG] = LOG_DEBUG, [NOTE_INFO] = LOG_INFO, [NOTE_WARNING] = LOG_WARNING};
     struct source *s = ctx;
-    char text[256];
+    char text[DEVICE_NOTE_MAX];
     va_list ap;
     va_start(ap, fmt);
     vsnprintf(text, sizeof text, fmt, ap);

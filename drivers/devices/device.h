@@ -22,7 +22,8 @@
 #include "clock_map.h"
 
 #define DEVICE_TEXT_MAX     96
-#define DEVICE_SETTINGS_MAX 240
+#define DEVICE_SETTINGS_MAX 272 /* all that a Ping360 tells with each ping has at most 257 characters */
+#define DEVICE_NOTE_MAX     384 /* bytes of a note with its NUL: a list of settings and what is said of it */
 
 enum device_note {
     NOTE_DEBUG,
@@ -39,7 +40,8 @@ struct device_io {
     struct ping *(*ping_begin)(void *ctx);
     /* Hand the filled buffer on. t_ns, t_in_ns and all of the description must be set; seq, sensor, pose are not. */
     void (*ping_done)(void *ctx, struct ping *ping);
-    /* One sentence for the operator; the caller adds the sensor's name and limits the rate. */
+    /* One sentence for the operator, of less than DEVICE_NOTE_MAX bytes; the caller adds the sensor's name and limits
+     * the rate. */
     void (*note)(void *ctx, enum device_note level, const char *fmt, ...) __attribute__((format(printf, 3, 4)));
 };
 

@@ -76,7 +76,7 @@ static void drive_note(void *ctx, enum device_note level, const char *fmt, ...)
     va_start(args, fmt);
     int n = vsnprintf(text, sizeof(text), fmt, args);
     va_end(args);
-    must(n > 0 && n < 200);
+    must(n > 0 && n < DEVICE_NOTE_MAX);
     for (int i = 0; i < n; i++)
         must(text[i] >= ' ' && text[i] <= '~');
 }

@@ -75,7 +75,7 @@ static void take_note(void *ctx, enum device_note level, const char *fmt, ...)
     va_start(args, fmt);
     const int n = vsnprintf(text, sizeof text, fmt, args);
     va_end(args);
-    must(n > 0 && n < 200);
+    must(n > 0 && n < DEVICE_NOTE_MAX);
 }
 
 static struct device_conf choose_conf(const uint8_t *b)

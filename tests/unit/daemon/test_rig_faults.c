@@ -157,6 +157,27 @@ TEST(a_sonar_whose_answers_get_lost_again_and_again_is_told)
     rig_end();
 }
 
+/* The longest lists are of those that scan: the log has all of what status has. */
+TEST(the_settings_of_others_are_logged_to_the_last)
+{
+    static const struct ping360_settings others = {
+        .gain = 0, .transmit_us = 400, .sample_period = 30000, .frequency_khz = 1000, .n_samples = 1000};
+    struct head *head = &rig.sim.head;
+    rig_start("cylinder 6 2 0.4\n", "mode = transmit\n");
+    rig_log_begin();
+    rig_run_pings(20);
+    head->settings = head->wanted = others;
+    head->sweep = (struct ping360_sweep){.start = 180, .stop = 220, .step = 2};
+    head->position = 0;
+    head->conf.lag = 100; /* it keeps them for a while when ours are sent again */
+    RIG_UNTIL(*rig_status("other_settings", true), 60);
+    const char *all = rig_status("other_settings", true);
+    CHECK(strstr(all, "gain_setting 0") && strstr(all, "num_steps 2 (sent 1)"));
+    CHECK_INT(rig_log_count(all), 1);
+    rig_log_end();
+    rig_end();
+}
+
 TEST(a_port_that_is_pulled_is_tried_until_it_is_back)
 {
     rig_start("cylinder 6 2 0.4\n", "");
@@ -250,6 +271,7 @@ int main(void)
     RUN(faults_of_a_line_are_counted_and_outlived_by_a_head_that_is_asked);
     RUN(a_sonar_that_is_lost_knows_nothing_free);
     RUN(a_sonar_whose_answers_get_lost_again_and_again_is_told);
+    RUN(the_settings_of_others_are_logged_to_the_last);
     RUN(a_port_that_is_pulled_is_tried_until_it_is_back);
     RUN(a_message_that_the_loss_of_the_port_cuts_off_is_no_garbage);
     RUN(a_lost_pose_makes_all_unknown_until_the_next);

@@ -10,7 +10,7 @@ static struct takeover takeover;
 static struct device_status status;
 static uint64_t now_ns;
 static unsigned warnings, infos;
-static char said[400];
+static char said[DEVICE_NOTE_MAX];
 
 static void take_note(void *ctx, enum device_note level, const char *fmt, ...)
 {
@@ -137,6 +137,7 @@ TEST(a_list_that_is_too_long_is_cut)
     for (int i = 0; i < 8; i++)
         takeover_ping(&takeover, &status, value, VALUES, now_ns, &io);
     CHECK_INT(strlen(status.other_settings), sizeof(status.other_settings) - 1);
+    CHECK(strstr(said, status.other_settings) != NULL);
 }
 
 int main(void)
