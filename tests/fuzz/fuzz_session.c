@@ -187,31 +187,38 @@ static bool read_to(FILE *in, const char *wanted, bool *ended)
     return there;
 }
 
-/* The daemon has closed the connection: it is to begin anew, and to listen again. */
-static void wait_for_it(unsigned before)
+/* Waits until the daemon listens: a jump back ends that for a moment. */
+static int connect_in_time(void)
 {
     int fd, left = PATIENCE;
-    while (anew == before && left-- > 0)
+    while ((fd = connected()) < 0) {
+        if (left-- == 0)
+            abort();
         usleep(10000);
-    while ((fd = connected()) < 0 && left-- > 0)
-        usleep(10000);
-    if (left <= 0)
-        abort();
-    close(fd);
+    }
+    return fd;
 }
 
-/* Is the replay over? Between the two last requests come the notifications of what is watched. */
+/* The daemon has closed the connection: it is to begin anew. */
+static void wait_for_it(unsigned before)
+{
+    for (int left = PATIENCE; anew == before; left--) {
+        if (left == 0)
+            abort();
+        usleep(10000);
+    }
+}
+
+/*
+ * Is the replay over? Between the two last requests come the notifications of what is watched. That the last one is
+ * answered is no promise that the daemon stays: it may be read in the same turn of the loop as a jump back, and the
+ * loop ends behind that turn.
+ */
 static bool ask(const void *data, size_t size)
 {
-    static bool served;
     const unsigned before = anew;
-    const int fd = connected();
+    const int fd = connect_in_time();
     bool ended = false;
-    if (fd < 0 && served)
-        abort();
-    if (fd < 0)
-        return false;
-    served = true;
     FILE *in = fdopen(fd, "r");
     if (!in)
         abort();
