@@ -41,7 +41,7 @@ for threads in 0 2; do
 done
 # Terminals, sockets' credentials and counters, and other programs are the kernel's, which here is not arm64's: these tests
 # fail in the emulator (two of them with it). What takes too long there is said to be skipped.
-kernel=" mavlink_bridge modbus_depth port_serial port_udp serial_mirror server sim_program "
+kernel=" mavlink_bridge modbus_depth nmea port_can port_serial port_udp serial_mirror server sim_program "
 for test in "$build"/arm64/tests/test_*; do
     case $test in *.d | *.o) continue ;; esac
     case $kernel in *" ${test##*/test_} "*) echo "skip arm64_${test##*/}: needs a kernel of arm64"; continue ;; esac
