@@ -138,7 +138,7 @@ bool beam_holds(const struct beam *b, const struct beam_cell *cell, const double
 bool beam_stretch(const struct beam *b, const struct beam_cell *cell, const struct beam_ray *ray, double near_m,
                   double far_m, struct stretch *out);
 
-/* The flat sides of a beam that frees cells of a ring; in_az, in_el: how much farther in they are than the opening's. */
+/* The flat sides of a beam that frees cells of a ring; in_az, in_el: they are so much farther in than the opening's. */
 struct beam_sides {
     double tan_az, tan_el, in_az, in_el;
 };

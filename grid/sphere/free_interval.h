@@ -66,8 +66,8 @@ void free_fill(struct free_interval *list, const struct stretch *stretch, const 
 void free_none(struct free_interval *list);
 
 /**
- * free_longest - the longest run of water without a gap among n intervals, as of its oldest ping; n <= FREE_INTERVALS + 1.
- * t_ping_ns = 0 when none of them has any.
+ * free_longest - the longest run of water without a gap among n intervals (n <= FREE_INTERVALS + 1), as of its oldest
+ * ping. t_ping_ns = 0 when none of them has any.
  */
 struct free_interval free_longest(const struct free_interval *list, unsigned n);
 
