@@ -181,7 +181,8 @@ static void add_ball(double north, double east, double down, double radius_m)
     begin_thing(trial->drift_mps);
     for (int i = 0; i < 300; i++) {
         double v[3];
-        geo_direction(uniform(0, GEO_TURN), asin(uniform(-1, 1)), v);
+        const double el = asin(uniform(-1, 1)), az = uniform(0, GEO_TURN);
+        geo_direction(az, el, v);
         add_point(north + radius_m * v[0], east + radius_m * v[1], down + radius_m * v[2]);
     }
 }
@@ -193,12 +194,32 @@ static void add_pole(double north, double east)
         add_point(north, east, down);
 }
 
+/* Drawn one after the other: in which order a call evaluates what it is given is the compiler's to choose. */
+static void draw_pole(double far_m)
+{
+    const double east = uniform(-far_m, far_m), north = uniform(-far_m, far_m);
+    add_pole(north, east);
+}
+
+static void draw_wall(void)
+{
+    const double half_m = uniform(1, 6), far_m = uniform(4, 9), normal_rad = uniform(0, GEO_TURN);
+    add_wall(normal_rad, far_m, half_m);
+}
+
+static void draw_ball(void)
+{
+    const double radius_m = uniform(0.1, 0.8), down = uniform(-1.5, 1.5), east = uniform(-8, 8),
+                 north = uniform(-8, 8);
+    add_ball(north, east, down, radius_m);
+}
+
 static void make_basin(void)
 {
     for (int i = 0; i < 4; i++)
         add_wall(i * GEO_PI / 2, uniform(5, 8), 8);
     for (int i = 0; i < 4; i++)
-        add_pole(uniform(-7, 7), uniform(-7, 7));
+        draw_pole(7);
 }
 
 static void make_world(void)
@@ -211,11 +232,11 @@ static void make_world(void)
         return;
     }
     for (int i = 1 + (int)uniform(0, 4); i > 0; i--)
-        add_wall(uniform(0, GEO_TURN), uniform(4, 9), uniform(1, 6));
+        draw_wall();
     for (int i = 3 + (int)uniform(0, 6); i > 0; i--)
-        add_ball(uniform(-8, 8), uniform(-8, 8), uniform(-1.5, 1.5), uniform(0.1, 0.8));
+        draw_ball();
     for (int i = 3 + (int)uniform(0, 6); i > 0; i--)
-        add_pole(uniform(-8, 8), uniform(-8, 8));
+        draw_pole(8);
 }
 
 /* ---- the vehicle ---- */
@@ -253,7 +274,8 @@ static void be_off(struct pose *p)
         return;
     for (int k = 0; k < 3; k++)
         p->position_m[k] += uniform(-trial->off_m, trial->off_m);
-    quat_from_rpy(uniform(-off, off), uniform(-off, off), uniform(-off, off), turn);
+    const double yaw = uniform(-off, off), pitch = uniform(-off, off), roll = uniform(-off, off);
+    quat_from_rpy(roll, pitch, yaw, turn);
     quat_multiply(p->attitude, turn, p->attitude);
 }
 
