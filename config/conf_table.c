@@ -246,8 +246,8 @@ const struct conf_key conf_keys[] = {
      CONF(grid.range_max_m), .help = "Range of the grid. auto: that of the sonar with the longest range."},
     {"grid", "angular_step", QUANTITY(1, "deg", 0.5, 15), .standard = "2 deg", CONF(grid.angular_step_rad),
      .help = "Width of a direction. Use about the beam width: finer takes memory and finds nothing more.\n"
-             "For a narrow sonar that does not turn use half of it: a direction is clear only where beams\n"
-             "had all of its width."},
+             "For a narrow sonar that does not turn use a third of it: a direction is clear only if it\n"
+             "lies wholly in the beam."},
     {"grid", "layer", QUANTITY(1, "m", 0.01, 5), .standard = "0.05 m", CONF(grid.layer_m),
      .help = "Thickness of the nearest cells."},
     {"grid", "growth", NUMBER(1, 2), .standard = "1.035", CONF(grid.growth),

@@ -36,6 +36,7 @@ struct beam_opening beam_opening(double az_rad, double el_rad, double height_rad
         .off_rad = off_axis(aside, upward),
         .tan_az = tan(fmin(half_az, WIDEST_HALF_RAD)),
         .tan_el = tan(fmin(within > 0 || level ? within : height_rad / 2, WIDEST_HALF_RAD)),
+        .tan_high = tan(fmin(half_el, WIDEST_HALF_RAD)),
         .widest_rad = too_high ? 0 : 4 * half_az,
     };
 }

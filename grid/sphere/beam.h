@@ -19,6 +19,7 @@ struct beam_opening {
     double aside, upward;  /* components that a unit vector in the beam has to its side and up, at most */
     double off_rad;        /* and an angle to the axis; pi: no bound */
     double tan_az, tan_el; /* a ray of the grid is in the beam where |y| <= tan_az x, |z| <= tan_el x */
+    double tan_high;       /* of all of half_el: tan_el leaves out half a cell */
     double widest_rad;     /* a cell that is wider is never in the beam */
 };
 

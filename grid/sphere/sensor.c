@@ -158,9 +158,12 @@ static void clear_direction(struct sphere *s, const struct look *l)
     st.ends_at_echo = l->water.ends_at_echo;
     if (l->water.said == SAID_FREE) {
         free_add(dir->free, &st, &l->ping);
+        if (st.ends_at_echo && !st.leaves_aside)
+            sides_end(dir, (float)st.to_m);
         sides_see(s, l->direction, l->ring,
-                  &(struct side_look){l->beam, l->ping.t_ns, l->water.from_m, l->water.to_m}, &st);
+                  &(struct side_look){l->beam, l->ping.t_ns, l->water.from_m, l->water.to_m, INFINITY}, &st);
     } else {
+        sides_forget(dir);
         free_withdraw(dir->free, &l->ping);
     }
     s->stats.pinged += first;
@@ -448,7 +451,7 @@ static void fill_direction(struct sphere *s, const struct seen_again *seen, cons
     st.ends_at_echo = w->ends_at_echo;
     if (w->kind == WEDGE_FREE) {
         sides_see(s, v->direction, v->ring,
-                  &(struct side_look){seen->beam, seen->by.t_ns, seen->from_m, seen->to_m}, &st);
+                  &(struct side_look){seen->beam, seen->by.t_ns, seen->from_m, seen->to_m, (double)*limit_m}, &st);
         free_fill(dir->free, &st, &seen->by, limit_m);
         return;
     }

@@ -725,6 +725,72 @@ TEST(what_was_free_ahead_stays_so_on_the_way_there)
     CHECK_INT(ask(0, 4.7).state, ANSWER_BLOCKED);
 }
 
+/* ---- from one side of a cell to the other: cells of 2 degrees, from 0 on ---- */
+
+static enum answer_state along(double az_deg, double distance_m)
+{
+    const struct answer_query q = {.az_rad = geo_rad(az_deg), .distance_m = distance_m, .half_angle_rad = 1e-4};
+    struct answer a;
+    answer_direction(sphere_picture(sphere), &limits, &now, &q, &a);
+    return a.state;
+}
+
+/* A beam of 25 degrees in height around az, after a second. */
+static void look_again(double az_deg, double width_deg, double range_m, double free_m)
+{
+    now.now_ns += SECOND;
+    ping_el(az_deg, 0, range_m, free_m, width_deg, 25);
+}
+
+TEST(beside_a_sector_that_was_wider_long_ago_nothing_is_free)
+{
+    start(&usual);
+    turn_of(0, 5);
+    now.now_ns += 3600 * SECOND;
+    for (double az = 0; az <= 90.25; az += 0.5)
+        ping(az, 0, 5);
+    CHECK_INT(along(89.5, 4), ANSWER_CLEAR);
+    CHECK_INT(along(91.9, 4), ANSWER_UNKNOWN); /* in the cell whose middle is at 91 */
+}
+
+TEST(the_side_of_a_cell_is_taken_back_like_its_middle)
+{
+    start(&usual);
+    look_again(1, 8, 0, 5);
+    CHECK_INT(along(1.9, 4), ANSWER_CLEAR);
+    look_again(2, 2.4, 0, 0); /* nothing usable */
+    look_again(0.4, 2, 0, 5); /* the middle again, and the left side */
+    CHECK_INT(along(1.9, 4), ANSWER_UNKNOWN);
+    start(&usual);
+    look_again(1, 8, 0, 10);
+    look_again(2, 2.4, 3, 0); /* an echo */
+    for (int n = 0; n < 8; n++)
+        look_again(0.4, 2, 0, 10);
+    CHECK(along(1.9, 5) != ANSWER_CLEAR);
+}
+
+TEST(a_longer_look_at_a_side_makes_it_new)
+{
+    start(&usual);
+    look_again(1, 2.4, 0, 5);
+    now.now_ns += 13 * SECOND;
+    look_again(1, 2.4, 0, 10);
+    now.now_ns += SECOND;
+    look_again(1, 2.4, 0, 2);
+    CHECK_INT(along(1, 9), ANSWER_CLEAR);
+}
+
+TEST(a_single_beam_of_two_cells_frees_a_cell)
+{
+    struct sphere_conf fine = usual;
+    fine.angular_step_rad = geo_rad(1);
+    for (int az = 0; az < 40; az++) {
+        start(&fine);
+        ping_el(az, 0, 0, 5, 2, 25); /* its sides are those of cells, but for rounding */
+        CHECK_INT(along(az + 0.5, 4), ANSWER_CLEAR);
+    }
+}
+
 /* ---- claims against the beams that they rest on ---- */
 
 static struct {
@@ -1123,6 +1189,10 @@ int main(void)
     RUN(a_head_that_hangs_low_does_not_see_the_water_before_the_bow);
     RUN(a_head_off_the_centre_clears_all_round_whatever_its_ring_down);
     RUN(what_was_free_ahead_stays_so_on_the_way_there);
+    RUN(beside_a_sector_that_was_wider_long_ago_nothing_is_free);
+    RUN(the_side_of_a_cell_is_taken_back_like_its_middle);
+    RUN(a_longer_look_at_a_side_makes_it_new);
+    RUN(a_single_beam_of_two_cells_frees_a_cell);
     RUN(with_any_mount_and_on_the_move_only_freed_water_is_claimed);
     RUN(where_nobody_looked_ahead_nothing_becomes_free_on_the_way_there);
     RUN(in_a_room_sectors_are_its_walls_and_never_clear_beyond);
