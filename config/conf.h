@@ -124,6 +124,7 @@ struct conf_background {
     double reach_m;      /* reach = 3 m */
     double share;        /* share = 0.25 of all bearings */
     double ring_m;       /* ring = 0.5 m */
+    int open_water;      /* open_water = no | yes: promised to hold the vehicle alone */
     double save_every_s; /* save_every = 60 s; never: 0 */
 };
 

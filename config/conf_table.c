@@ -237,6 +237,10 @@ const struct conf_key conf_keys[] = {
      .help = "Greatest fraction of all bearings that a part of the vehicle covers."},
     {"background", "ring", QUANTITY(1, "m", 0, 20), .standard = "0.5 m", CONF(background.ring_m),
      .help = "Within this range any lasting echo is the transducer's ring-down, at all bearings."},
+    {"background", "open_water", WORDS("no", "yes"), .standard = "no", CONF(background.open_water),
+     .help = "yes: you promise that every template was learnt in open water, with nothing but the vehicle within\n"
+             "reach. A part of the vehicle that rings with the head then no longer hides the water behind it,\n"
+             "where an echo from behind shows that sound passes."},
     {"background", "save_every", QUANTITY(1, "s", 1, 86400), .standard = "never", .instead = "never",
      .instead_value = 0, CONF(background.save_every_s),
      .help = "Save a learnt template to the file of its sonar this often, if it changed, and when sonard stops.\n"

@@ -189,19 +189,22 @@ static struct ceiling ceiling_of(const struct chart *c)
 
 /* ---- Table I with several settings ---- */
 
+/* dive_ears_make without and with the promise, dive_ears_of_paper. */
+enum ears { SHIPPED, PROMISED, OF_PAPER, EARS };
+
 static const struct named_setting {
     const char *name;
     struct chart_setting set;
-    bool of_paper; /* through the paper's clean-up, in its order */
+    enum ears ears;
 } named[] = {
-    {"fine", {.voxel_m = 0.05, .rule = {.threshold = 1}, .body_m = 0.5}, false},
+    {"fine", {.voxel_m = 0.05, .rule = {.threshold = 1}, .body_m = 0.5}, PROMISED},
     {"shipped, body 0.5 m",
      {.voxel_m = 0.2, .rule = {.threshold = 1, .echo_weight = 2}, .opening = 0.5, .echoes = true, .body_m = 0.5},
-     false},
+     SHIPPED},
     {"shipped",
      {.voxel_m = 0.2, .rule = {.threshold = 1, .echo_weight = 2}, .opening = 0.5, .echoes = true},
-     false},
-    {"the paper's chain", {.voxel_m = 0.05, .rule = {.threshold = 1}, .body_m = 0.5}, true},
+     SHIPPED},
+    {"the paper's chain", {.voxel_m = 0.05, .rule = {.threshold = 1}, .body_m = 0.5}, OF_PAPER},
 };
 #define NAMED (sizeof named / sizeof named[0])
 
@@ -217,14 +220,14 @@ static void enter_ceiling(struct ceiling *all, const struct ceiling *one, unsign
 }
 
 /* The settings of one kind of ears, over all seeds: every dive is heard once. */
-static void measure_settings(const struct dive *dive, struct dive_ears *ears, bool of_paper, unsigned seeds)
+static void measure_settings(const struct dive *dive, struct dive_ears *ears, unsigned kind, unsigned seeds)
 {
     struct chart_setting set[NAMED];
     struct chart *map[NAMED];
     size_t which[NAMED];
     unsigned n = 0;
     for (size_t k = 0; k < NAMED; k++)
-        if (named[k].of_paper == of_paper) {
+        if (named[k].ears == kind) {
             set[n] = named[k].set;
             which[n++] = k;
         }
@@ -241,12 +244,13 @@ static void measure_settings(const struct dive *dive, struct dive_ears *ears, bo
     }
 }
 
-static void settings(const struct dive *dive, struct dive_ears *ears, unsigned seeds)
+static void settings(const struct dive *dive, unsigned seeds)
 {
-    struct dive_ears *of_paper = dive_ears_of_paper(0);
-    measure_settings(dive, ears, false, seeds);
-    measure_settings(dive, of_paper, true, seeds);
-    dive_ears_free(of_paper);
+    struct dive_ears *ears[EARS] = {dive_ears_make(false), dive_ears_make(true), dive_ears_of_paper(0)};
+    for (unsigned kind = 0; kind < EARS; kind++) {
+        measure_settings(dive, ears[kind], kind, seeds);
+        dive_ears_free(ears[kind]);
+    }
     printf("part,setting,dimension,true_m,paper_percent,percent,worst_percent,none_share,short_m,beyond_share,"
            "beyond_max_m\n");
     for (size_t k = 0; k < NAMED; k++)
@@ -335,11 +339,11 @@ int main(int argc, char **argv)
         return 2;
     }
     struct dive *dive = dive_make(world_named("shaft"), quick ? QUICK_TURNS : TURNS, true, 0, DIVE_SOUND);
-    struct dive_ears *ears = paper ? dive_ears_of_paper(gain ? GAIN_DB : 0.0) : dive_ears_make();
+    struct dive_ears *ears = paper ? dive_ears_of_paper(gain ? GAIN_DB : 0.0) : dive_ears_make(true);
     if (cuts)
         slices(dive, ears);
     else if (all)
-        settings(dive, ears, seeds);
+        settings(dive, seeds);
     else
         table(dive, ears, seeds);
     dive_ears_free(ears);

@@ -90,7 +90,7 @@ static void false_heard(const struct dive *dive, struct dive_ears *ears, const s
 
 static void false_free(bool quick)
 {
-    struct dive_ears *ears = dive_ears_make();
+    struct dive_ears *ears = dive_ears_make(false);
 
     printf("world,ranges,voxel_m,tolerance_voxels,threshold,free_m3,false_free_m3,behind_max_m\n");
     for (unsigned w = 0; w < worlds_n; w += quick ? 4 : 1) {
@@ -414,7 +414,7 @@ static struct chart *reference_of(const struct dive *dive)
 static void errors(unsigned seeds, unsigned turns)
 {
     static struct chart_errors all[SETTINGS][SEEDS];
-    struct dive_ears *ears = dive_ears_make();
+    struct dive_ears *ears = dive_ears_make(false);
 
     printf("knob,value,default,scene,seed,false_free_m3,behind_max_m,not_found_share,not_common_share,free_iou,to_"
            "truth_"
@@ -449,7 +449,7 @@ static void errors(unsigned seeds, unsigned turns)
 /* One turn again and again into a map that has grown. */
 static void cost(unsigned repetitions)
 {
-    struct dive_ears *ears = dive_ears_make();
+    struct dive_ears *ears = dive_ears_make(false);
     struct dive *dive = dive_make(world_named(closed[0]), 2, false, 0, DIVE_SOUND);
     struct beam_echoes *heard = hear_all(dive, ears, 1);
 
@@ -477,7 +477,7 @@ static void cost(unsigned repetitions)
 
 static void count(void)
 {
-    struct dive_ears *ears = dive_ears_make();
+    struct dive_ears *ears = dive_ears_make(false);
     struct dive *dive = dive_make(world_named(closed[0]), 1, false, 0, DIVE_SOUND);
     struct beam_echoes *heard = hear_all(dive, ears, 1);
 

@@ -73,10 +73,11 @@ static bool hand_over(struct templates *s, int sensor, struct background *use, s
         free(h);
         return false;
     }
-    *h = (struct handing){.job = {.call = {.extracts = true, .pipeline = s->env.pipeline},
-                                  .sensor = sensor,
-                                  .background = {.use = use, .learn = learn}},
-                          .of = t};
+    *h = (struct handing){
+        .job = {.call = {.extracts = true, .pipeline = s->env.pipeline},
+                .sensor = sensor,
+                .background = {.use = use, .learn = learn, .open_water = s->env.conf->background.open_water == 1}},
+        .of = t};
     t->handing++;
     if (another) {
         h->old[0] = t->background;

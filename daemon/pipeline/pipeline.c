@@ -94,10 +94,12 @@ static void take_in(struct pipeline *p, const struct ping *ping, struct intake *
     const bool known = b->use && background_view(b->use, ping, &b->view, &any_blind);
     if (any_blind)
         in->aid.blind = b->view.blind;
+    if (any_blind && b->open_water)
+        in->aid.own = b->view.level;
     if (!in->cleanup)
         return;
     const uint32_t held = cleanup_held(in->cleanup);
-    if (cleanup_put(in->cleanup, ping, known ? b->view.level : NULL, in->aid.blind))
+    if (cleanup_put(in->cleanup, ping, known ? b->view.level : NULL, in->aid.blind, in->aid.own))
         in->own = NULL;
     publish_cleanup(p, ping->sensor, held);
 }

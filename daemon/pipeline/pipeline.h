@@ -62,6 +62,7 @@ struct pipeline_background {
     struct background_learn *learn; /* sees every ping; NULL: nothing is learnt */
     uint64_t learning;              /* its number, of those of this sensor */
     struct background_view view;    /* room for the cells of a ping, with `use` */
+    bool open_water;                /* `use` is promised to hold the vehicle alone */
 };
 
 /* What takes time; the whole is from a ping's last byte to the published picture. */

@@ -16,6 +16,7 @@
 #include "turn.h"
 
 #define MAX_DELAY (MEDIAN_MAX_SIZE / 2)
+#define ARRAYS    5 /* of max_bins in a slot */
 
 /* A ping in the queue. */
 struct slot {
@@ -23,11 +24,11 @@ struct slot {
     struct ping_beam beam;
     uint32_t row;
     uint64_t image; /* of which image it is: their number in cleanup */
-    bool has_blind;
+    bool has_blind, has_own;
     int lowest;
     uint8_t *sample;  /* [max_bins] as it came ... */
     uint8_t *reduced; /* ... less the background */
-    uint8_t *blind, *clean;
+    uint8_t *blind, *own, *clean;
 };
 
 struct cleanup {
@@ -85,7 +86,7 @@ static struct layout layout_for(const struct cleanup_conf *conf, uint32_t max_bi
     const size_t turn = round_up(turn_size(POLAR_MAX_ROWS, max_bins, 1));
     struct layout l = {.slots = round_up(sizeof(struct cleanup))};
 
-    l.image = l.slots + round_up(4 * (size_t)max_bins * (MAX_DELAY + 1));
+    l.image = l.slots + round_up(ARRAYS * (size_t)max_bins * (MAX_DELAY + 1));
     l.work = l.image + (conf->median ? round_up((size_t)POLAR_MAX_ROWS * max_bins) : 0);
     l.smooth = l.work + (conf->median ? round_up(median_work_size(max_bins)) : 0);
     l.clahe = l.smooth + (conf->otsu ? turn : 0);
@@ -120,10 +121,11 @@ struct cleanup *cleanup_init(void *mem, const struct cleanup_conf *conf, const s
     polar_init(&c->polar);
     for (uint32_t i = 0; i <= MAX_DELAY; i++) {
         struct slot *s = &c->slot[i];
-        s->sample = base + l.slots + 4 * (size_t)max_bins * i;
+        s->sample = base + l.slots + ARRAYS * (size_t)max_bins * i;
         s->reduced = s->sample + max_bins;
         s->blind = s->reduced + max_bins;
-        s->clean = s->blind + max_bins;
+        s->own = s->blind + max_bins;
+        s->clean = s->own + max_bins;
     }
     c->image = base + l.image;
     c->work = base + l.work;
@@ -268,7 +270,8 @@ static bool is_image(const struct cleanup *c, const struct ping *p)
            p->n_bins <= c->max_bins && !(p->flags & PING_UNHEARD);
 }
 
-static void fill_slot(struct slot *s, const struct ping *ping, const uint8_t *background, const uint8_t *blind)
+static void fill_slot(struct slot *s, const struct ping *ping, const uint8_t *background, const uint8_t *blind,
+                      const uint8_t *own)
 {
     const uint8_t *sample = ping->samples;
     const uint32_t n = ping->n_bins;
@@ -285,9 +288,13 @@ static void fill_slot(struct slot *s, const struct ping *ping, const uint8_t *ba
     s->has_blind = blind != NULL;
     if (blind)
         memcpy(s->blind, blind, n);
+    s->has_own = own != NULL;
+    if (own)
+        memcpy(s->own, own, n);
 }
 
-bool cleanup_put(struct cleanup *c, const struct ping *ping, const uint8_t *background, const uint8_t *blind)
+bool cleanup_put(struct cleanup *c, const struct ping *ping, const uint8_t *background, const uint8_t *blind,
+                 const uint8_t *own)
 {
     const bool image = is_image(c, ping), fits = image && polar_fits(&c->polar, ping);
 
@@ -298,7 +305,7 @@ bool cleanup_put(struct cleanup *c, const struct ping *ping, const uint8_t *back
         return false;
     }
     struct slot *s = &c->slot[(c->first + c->ready + c->waiting) % (MAX_DELAY + 1)];
-    fill_slot(s, ping, background, blind);
+    fill_slot(s, ping, background, blind, own);
     s->row = polar_place(&c->polar, ping);
     if (!fits)
         begin_image(c);
@@ -318,7 +325,10 @@ const struct ping *cleanup_next(struct cleanup *c, struct extract_aid *aid)
     struct slot *s = &c->slot[c->first];
     c->first = (c->first + 1) % (MAX_DELAY + 1);
     c->ready--;
-    *aid = (struct extract_aid){.blind = s->has_blind ? s->blind : NULL, .clean = s->clean, .lowest = s->lowest};
+    *aid = (struct extract_aid){.blind = s->has_blind ? s->blind : NULL,
+                                .own = s->has_own ? s->own : NULL,
+                                .clean = s->clean,
+                                .lowest = s->lowest};
     if (of_survivors(&c->conf) && s->image == c->images) {
         c->survivors.row = s->row;
         aid->survivors = &c->survivors;

@@ -60,17 +60,18 @@ struct cleanup *cleanup_init(void *mem, const struct cleanup_conf *conf, const s
 
 /**
  * cleanup_put - take a ping in. background[n_bins]: counts that are subtracted, not below 0 (NULL: none);
- * blind[n_bins]: goes with the ping (NULL: none). Everything is copied.
+ * blind[n_bins], own[n_bins]: as in struct extract_aid, go with the ping (NULL: none). Everything is copied.
  * Call cleanup_next until it gives NULL before the next one.
  *
  * False when the ping is no 8-bit profile of one beam that fits in: it was not taken. What waited comes out then, and
  * the caller goes on with the ping as it is.
  */
-bool cleanup_put(struct cleanup *c, const struct ping *ping, const uint8_t *background, const uint8_t *blind);
+bool cleanup_put(struct cleanup *c, const struct ping *ping, const uint8_t *background, const uint8_t *blind,
+                 const uint8_t *own);
 
 /**
- * cleanup_next - the next ping that is ready, oldest first, as it came; NULL: none. *aid is filled: blind as it was
- * handed in, clean, lowest (0 with Otsu and without classes: what was taken away);
+ * cleanup_next - the next ping that is ready, oldest first, as it came; NULL: none. *aid is filled: blind and own as
+ * they were handed in, clean, lowest (0 with Otsu and without classes: what was taken away);
  * with conf->survivors the class step is survivors, which the extractor of this ping fills.
  * Both are valid until the next cleanup_put.
  *

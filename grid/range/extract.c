@@ -11,6 +11,7 @@
 #include "amplitude.h"
 #include "cfar.h"
 #include "law_check.h"
+#include "own_ring.h"
 #include "reflection.h"
 #include "ring_down.h"
 #include "setting.h"
@@ -340,23 +341,27 @@ static uint32_t ring_loud_until(const struct profile *p, uint64_t loudest)
 
 /*
  * Something near rings with the head, and may hide all that is behind: where it usually is quiet, a cell is nearly as
- * loud as an echo over the baseline; or the ring-down itself is louder than the head, or as loud for longer.
+ * loud as an echo over the baseline; or the ring-down itself is louder than the head, or as loud for longer. What the
+ * vehicle's own echoes explain is nothing new, and masked.
  */
 static bool is_near_shadow(const struct extract *e, const struct profile *p, const struct baseline *b,
                            struct late_ring late, struct of_ping *of_ping)
 {
     const uint64_t ring = ring_power(p);
     const uint32_t loud_until = ring_loud_until(p, ring);
+    const uint64_t own = own_ring_power(p);
+    const uint32_t own_until = own_ring_loud_until(p, own);
     uint64_t usual;
 
     of_ping->ring_power = ring < of_ping->ring_power ? ring : of_ping->ring_power;
     of_ping->ring_loud = loud_until < of_ping->ring_loud ? loud_until : of_ping->ring_loud;
-    if (usual_get(&e->now->ring_power, &usual) && ring / RINGS > usual)
+    if (usual_get(&e->now->ring_power, &usual) && ring / RINGS > (usual > own ? usual : own))
         return true;
-    if (usual_get(&e->now->ring_loud, &usual) && loud_until > usual + p->axis->guard)
+    if (usual_get(&e->now->ring_loud, &usual) &&
+        loud_until > (usual > own_until ? usual : own_until) + p->axis->guard)
         return true;
     for (uint32_t i = late.begin; b && i < late.end; i++)
-        if (free_water_stands_out(p, b, i, NEARLY * e->contrast))
+        if ((double)p->cell[i] >= NEARLY * e->contrast * own_ring_usual(p, b, i))
             return true;
     return false;
 }
@@ -442,6 +447,7 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
         .amplitude = &e->amplitude,
         .samples = (const uint8_t *)ping->samples + at * ping->sample_bytes,
         .blind = aid && aid->blind ? blind_cells(e, aid->blind + at) : NULL,
+        .own = aid && aid->own && ping->sample_bytes == 1 ? aid->own + at : NULL,
         .clean = aid && aid->clean ? aid->clean + at : NULL,
         .lowest = aid ? aid->lowest : -1,
         .cell = e->cell,

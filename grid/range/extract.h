@@ -49,6 +49,9 @@ struct extract_aid {
     /* 1: masked by the background template: no echo here, in no reference window, and no free water through it
      * unless an echo behind shows that sound passed. */
     const uint8_t *blind;
+    /* 8-bit counts of the vehicle's own echoes, which are promised to be nothing else; in the law of the ping, for
+     * 8-bit pings only. What rings no louder than that near the head hides nothing that the mask does not hide. */
+    const uint8_t *own;
     /* 8-bit counts of the cleaned image (template subtracted, median, Otsu, CLAHE), in the law of the ping; with
      * EXTRACT_PAPER of 8-bit pings only. */
     const uint8_t *clean;

@@ -4,6 +4,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "own_ring.h"
+
 /*
  * What the weakest reference wall returns of full scale, in decibels of power, where the device's gain is normal: a
  * level below which nobody sets up a sonar. Scales of decibels are laid out so that walls come nowhere near their end.
@@ -73,7 +75,7 @@ uint32_t free_water_begin(const struct profile *p, const struct baseline *b, dou
 bool free_water_rings_on(const struct profile *p, const struct baseline *b, uint32_t end)
 {
     for (uint32_t i = 0; i < end; i++)
-        if ((double)p->cell[i] >= RINGS_ON * baseline_usual(b, p, i))
+        if ((double)p->cell[i] >= RINGS_ON * own_ring_usual(p, b, i))
             return true;
     return false;
 }

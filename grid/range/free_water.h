@@ -35,8 +35,8 @@ bool free_water_is_dumb(const struct profile *p);
 uint32_t free_water_begin(const struct profile *p, const struct baseline *b, double detectable);
 
 /**
- * free_water_rings_on - the ring-down before cell `end` is 6 dB above the baseline somewhere: something near answers
- * with the head, and may hide what is behind.
+ * free_water_rings_on - the ring-down before cell `end` is 6 dB above the baseline and above the vehicle's own echoes
+ * somewhere: something near answers with the head, and may hide what is behind.
  */
 bool free_water_rings_on(const struct profile *p, const struct baseline *b, uint32_t end);
 

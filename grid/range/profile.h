@@ -37,6 +37,7 @@ struct profile {
     const struct amplitude *amplitude;
     const void *samples;  /* [n] counts */
     const uint8_t *blind; /* [n] 1: the cell holds a masked bin; NULL: nothing is masked */
+    const uint8_t *own;   /* [n] counts of the vehicle's own echoes at this bearing; NULL: not known */
     const uint8_t *clean; /* [n] counts of the cleaned image; NULL: none */
     int lowest;           /* of `clean`, as in struct extract_aid */
     uint64_t *cell;       /* [n] power summed over the resolution cell around each bin */

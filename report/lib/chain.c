@@ -167,7 +167,7 @@ static void take(struct chain *chain, const struct ping *heard, struct beam_echo
         enter(chain, ping, known ? &aid : NULL, found);
         return;
     }
-    if (!cleanup_put(chain->cleanup, ping, known ? chain->level : NULL, aid.blind))
+    if (!cleanup_put(chain->cleanup, ping, known ? chain->level : NULL, aid.blind, NULL))
         abort();
     for (const struct ping *ready; (ready = cleanup_next(chain->cleanup, &aid)) != NULL;)
         enter(chain, ready, &aid, found);

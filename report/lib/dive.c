@@ -140,7 +140,8 @@ struct dive_ears {
     void *fresh; /* the extractor as it was before its first ping */
     size_t bytes;
     struct background *background;
-    double gain_db; /* what the noise is raised by at the end of the range */
+    bool open_water; /* the template is promised to hold the vehicle alone */
+    double gain_db;  /* what the noise is raised by at the end of the range */
     struct cleanup_conf cleanup_conf;
     struct cleanup *cleanup; /* NULL: none is wanted */
     size_t given, heard;     /* pings that went into it, and that came out */
@@ -205,7 +206,8 @@ static void give_up(const struct fault *fault)
     exit(1);
 }
 
-static struct dive_ears *ears_of(enum extract_order order, const struct cleanup_conf *cleanup, double gain_db)
+static struct dive_ears *ears_of(enum extract_order order, const struct cleanup_conf *cleanup, bool open_water,
+                                 double gain_db)
 {
     struct dive_ears *ears = room(sizeof *ears);
     struct extract_conf conf;
@@ -215,6 +217,7 @@ static struct dive_ears *ears_of(enum extract_order order, const struct cleanup_
     conf.ring_down_m = RING_DOWN_M;
     conf.order = order;
     ears->cleanup_conf = *cleanup;
+    ears->open_water = open_water;
     ears->gain_db = gain_db;
     ears->bytes = extract_size(SEA_MAX_BINS);
     ears->fresh = room(ears->bytes);
@@ -226,9 +229,9 @@ static struct dive_ears *ears_of(enum extract_order order, const struct cleanup_
     return ears;
 }
 
-struct dive_ears *dive_ears_make(void)
+struct dive_ears *dive_ears_make(bool open_water)
 {
-    return ears_of(EXTRACT_SAFE, &(struct cleanup_conf){.clip = 2.0}, 0.0);
+    return ears_of(EXTRACT_SAFE, &(struct cleanup_conf){.clip = 2.0}, open_water, 0.0);
 }
 
 struct dive_ears *dive_ears_of_paper(double gain_db)
@@ -236,7 +239,7 @@ struct dive_ears *dive_ears_of_paper(double gain_db)
     static const struct cleanup_conf cleanup = {
         .median = 3, .otsu = true, .clahe = true, .clip = 2.0, .classes = true, .survivors = true};
 
-    return ears_of(EXTRACT_PAPER, &cleanup, gain_db);
+    return ears_of(EXTRACT_PAPER, &cleanup, true, gain_db);
 }
 
 void dive_ears_free(struct dive_ears *ears)
@@ -284,8 +287,8 @@ static void hear_cleaned(struct dive_ears *ears, const struct dive *dive, size_t
     while (ears->heard <= i && ears->given < dive->n) {
         bool known, any_blind;
         const struct ping ping = listen_in(ears, dive, ears->given++, seed, &known, &any_blind);
-        if (!cleanup_put(ears->cleanup, &ping, known ? ears->level : NULL,
-                         known && any_blind ? ears->blind : NULL))
+        if (!cleanup_put(ears->cleanup, &ping, known ? ears->level : NULL, known && any_blind ? ears->blind : NULL,
+                         known && any_blind && ears->open_water ? ears->level : NULL))
             abort();
         for (const struct ping *ready; (ready = cleanup_next(ears->cleanup, &aid)) != NULL; ears->heard++)
             extract_run(ears->extract, ready, &aid, out);
@@ -303,6 +306,7 @@ void dive_hear(struct dive_ears *ears, const struct dive *dive, size_t i, uint64
     }
     bool known, any_blind;
     const struct ping ping = listen_in(ears, dive, i, seed, &known, &any_blind);
-    const struct extract_aid aid = {.blind = ears->blind, .lowest = -1};
+    const struct extract_aid aid = {
+        .blind = ears->blind, .own = ears->open_water ? ears->level : NULL, .lowest = -1};
     extract_run(ears->extract, &ping, known && any_blind ? &aid : NULL, &echoes);
 }

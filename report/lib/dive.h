@@ -45,12 +45,12 @@ void dive_free(struct dive *dive);
 struct dive_ears;
 
 /** dive_ears_make - range extraction as shipped, with the head's ring-down and a template of the vehicle learnt in open
- * water. Of the heap. */
-struct dive_ears *dive_ears_make(void);
+ * water. open_water: that is promised, as by that key of [background]. Of the heap. */
+struct dive_ears *dive_ears_make(bool open_water);
 
-/** dive_ears_of_paper - the same with the image clean-up and the order of Oliveira, Ferreira and Cruz 2023. gain_db: by
- * so much the receiver's gain has raised the noise at the end of the range,
- * evenly with the logarithm of range from 1 m on. */
+/** dive_ears_of_paper - the same, promised, with the image clean-up and the order of Oliveira, Ferreira and Cruz 2023.
+ * gain_db: by so much the receiver's gain has raised the noise at the end of the range, evenly with the logarithm of
+ * range from 1 m on. */
 struct dive_ears *dive_ears_of_paper(double gain_db);
 void dive_ears_free(struct dive_ears *ears);
 

@@ -59,7 +59,7 @@ static bool hear(struct cleanup *cleanup, struct extract *extract, const struct 
 {
     struct extract_aid aid;
     bool any = false;
-    const bool taken = cleanup_put(cleanup, ping, NULL, NULL);
+    const bool taken = cleanup_put(cleanup, ping, NULL, NULL, NULL);
     for (const struct ping *p; (p = cleanup_next(cleanup, &aid)) != NULL; any = true) {
         extract_run(extract, p, &aid, out);
         *wrong += senseless(out->beam);

@@ -108,7 +108,7 @@ static double chain(const struct cleanup_conf *conf, uint32_t n)
                                       .pose = pose_identity,
                                       .beam = &axis,
                                       .samples = samples[b]};
-            cleanup_put(c, &ping, NULL, NULL);
+            cleanup_put(c, &ping, NULL, NULL, NULL);
             while (cleanup_next(c, &aid))
                 sink += aid.clean[n / 2];
         }

@@ -187,7 +187,7 @@ static bool run(const struct recording *r, const struct step *step, enum extract
     struct chain *c = make_chain(step, no_echo);
     for (uint32_t k = 0; read_ping(file, r, k, &ping); k++) {
         struct extract_aid aid = {.lowest = -1};
-        const bool taken = c->cleanup && cleanup_put(c->cleanup, &ping, NULL, NULL);
+        const bool taken = c->cleanup && cleanup_put(c->cleanup, &ping, NULL, NULL, NULL);
         for (const struct ping *next; c->cleanup && (next = cleanup_next(c->cleanup, &aid));)
             take(c, next, &aid);
         if (!taken)

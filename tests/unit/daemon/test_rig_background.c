@@ -2,14 +2,17 @@
 /* test_rig_background - a bar of the vehicle's own frame is learnt and masked; what lies behind it is unknown. */
 #include "tests/lib/rig.h"
 
+#include "daemon/background/template_file.h"
+
 /* The bar: 20 degrees wide, 0.8 m away at 200 degrees; a pile of 0.4 m ahead to the right, at 5.9 m. */
 #define BAR_DEG 200
 #define PILE    "cylinder 6 2 0.4\n"
+#define COLUMN  "cylinder -4.7 -1.7 1\n"
 #define SHORT   "[grid]\nclear_for = 60 s\nforget = 60 s\n"
 
 static void begin(const char *conf)
 {
-    rig_start(PILE, conf);
+    rig_start(PILE COLUMN, conf);
     rig.sim.frame = (struct sim_frame){.azimuth_deg = BAR_DEG, .width_deg = 20, .range_m = 0.8};
 }
 
@@ -154,10 +157,50 @@ TEST(without_a_pose_it_says_so)
     rig_end();
 }
 
+/* A rod that rings with the head, before a column. Its template is learnt, and written to `file`. */
+static void learn_rod(const char *file)
+{
+    char conf[300];
+    snprintf(conf, sizeof conf, "background = %s\n", file);
+    begin(conf);
+    rig.sim.frame.range_m = 0.22;
+    rig_run_pings(1);
+    json_decref(rig_ask("background_learn", "%s", "\"pings\":3,\"motion\":\"any\""));
+    RIG_UNTIL(strcmp(background_state(), "in force") == 0, 400);
+    size_t size;
+    struct fault fault;
+    uint8_t *bytes = template_encode(rig.d.templates.of[0].background, &size);
+    CHECK(bytes && template_write(bytes, size, file, &fault));
+    free(bytes);
+    rig_end();
+}
+
+/* The water between rod and column is clear only where the template is promised to hold the vehicle alone. */
+TEST(water_behind_a_part_that_rings)
+{
+    char file[] = "/tmp/sonard-rod-XXXXXX", conf[300];
+    CHECK(close(mkstemp(file)) == 0 && unlink(file) == 0);
+    learn_rod(file);
+    for (int promised = 0; promised < 2; promised++) {
+        snprintf(conf, sizeof conf, "background = %s\n" SHORT "[background]\nopen_water = %s\n", file,
+                 promised ? "yes" : "no");
+        begin(conf);
+        rig.sim.frame.range_m = 0.22;
+        pings(900);
+        CHECK_STR(background_state(), "in force");
+        CHECK_STR(state_at(BAR_DEG, 3), promised ? "clear" : "unknown");
+        CHECK_STR(state_at(BAR_DEG, 5), "blocked");
+        CHECK_STR(state_at(100, 5), "clear");
+        rig_end();
+    }
+    unlink(file);
+}
+
 int main(void)
 {
     RUN(a_bar_is_learnt_and_masked);
     RUN(a_vehicle_that_stands_still_learns_nothing);
     RUN(without_a_pose_it_says_so);
+    RUN(water_behind_a_part_that_rings);
     return test_end();
 }

@@ -55,7 +55,7 @@ static bool put(struct shot *s)
 {
     s->ping.beam = &s->beam;
     s->ping.samples = s->bin;
-    return cleanup_put(cleanup, &s->ping, NULL, NULL);
+    return cleanup_put(cleanup, &s->ping, NULL, NULL, NULL);
 }
 
 /* ---- the slow chain ---- */
@@ -172,7 +172,7 @@ static void compare(unsigned k, uint64_t *random)
         struct shot *s = &shots[i];
         s->ping.beam = &s->beam;
         s->ping.samples = s->bin;
-        CHECK(cleanup_put(cleanup, &s->ping, s->background, i % 7 ? s->blind : NULL));
+        CHECK(cleanup_put(cleanup, &s->ping, s->background, i % 7 ? s->blind : NULL, NULL));
         for (const struct ping *p; (p = cleanup_next(cleanup, &aid)); out++) {
             const int first = out ? 1 : 0, last = out ? i : 0;
             const struct shot *want = &shots[out];
@@ -371,7 +371,7 @@ TEST(pings_that_are_no_image_pass_after_those_that_wait)
             p.n_bins = MAX_BINS + 1;
         if (what == 5)
             p.flags = PING_UNHEARD;
-        CHECK(!cleanup_put(cleanup, &p, NULL, NULL));
+        CHECK(!cleanup_put(cleanup, &p, NULL, NULL, NULL));
         CHECK_INT(drained(), 1);
         CHECK_INT(cleanup_held(cleanup), 0);
         struct cleanup_state state;

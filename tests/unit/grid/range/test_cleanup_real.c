@@ -223,7 +223,7 @@ static struct score run(const struct scene *s, const struct chain *chain, FILE *
             clean = picture(s->name, chain->name, "clean", width);
         }
         struct extract_aid aid;
-        cleanup_put(c, &ping, NULL, NULL);
+        cleanup_put(c, &ping, NULL, NULL, NULL);
         for (const struct ping *out; (out = cleanup_next(c, &aid));) {
             struct echoes e = {.max_beams = 1, .beam = &found};
             extract_run(extract, out, cleanup_wanted(&chain->conf) ? &aid : NULL, &e);
@@ -287,8 +287,8 @@ static void run_alone(const struct scene *s)
         struct ping unheard = ping;
         struct extract_aid aid;
         unheard.flags = PING_UNHEARD;
-        cleanup_put(c, &ping, NULL, NULL);
-        cleanup_put(c, &unheard, NULL, NULL); /* what waits comes out */
+        cleanup_put(c, &ping, NULL, NULL, NULL);
+        cleanup_put(c, &unheard, NULL, NULL, NULL); /* what waits comes out */
         extract_run(plain, &ping, NULL, &e[0]);
         extract_run(cleaned, cleanup_next(c, &aid), &aid, &e[1]);
         with += found[0].n > 0;

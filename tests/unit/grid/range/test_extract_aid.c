@@ -372,6 +372,48 @@ TEST(a_louder_ring_casts_a_shadow)
     }
 }
 
+/* A rod of the frame at 0.3 m rings with the head in one beam of ten, at 60 % of the template's counts or more. */
+static void rod(uint8_t *sample, double share)
+{
+    for (int i = 12; i < 60; i++) {
+        const double level = i < 34 ? 150.0 : 150.0 * pow(10.0, -(i - 34) / 12.0);
+        sample[i] = (uint8_t)fmax(sample[i], fmin(255.0, share * level));
+    }
+}
+
+/* How far water is free in a beam with the rod and, unless at 0 m, a wall, after many beams of other bearings. */
+static float free_past_rod(const struct extract_aid *aid, double share, double wall_m)
+{
+    begin();
+    conf.no_echo = EXTRACT_HEARD;
+    set_up();
+    for (int k = 0; k < 100; k++)
+        run(NULL);
+    rod(counts, share);
+    if (wall_m > 0)
+        wall(counts, wall_m, 200);
+    memset(blind, 1, 60);
+    run(aid);
+    return found.heard_from_m < found.free_to_m ? found.free_to_m : 0.0f;
+}
+
+/* A template that is promised to hold the vehicle alone says how loud its parts are: those cast no shadow of their
+ * own, where an echo shows that sound passed them. What is louder than the template does. */
+TEST(a_part_that_rings_as_its_template_says_hides_nothing_more)
+{
+    static uint8_t own[BINS];
+    const struct extract_aid promised = {.blind = blind, .own = own, .lowest = -1};
+
+    water(own, 0);
+    rod(own, 1.0);
+    CHECK_NEAR(free_past_rod(&masked, 1.0, 4.0), 0.0, 0, 0);
+    CHECK_NEAR(free_past_rod(&promised, 1.0, 4.0), 4.0, 0, 0.1);
+    CHECK(found.heard_from_m >= 0.59f);
+    CHECK_NEAR(free_past_rod(&promised, 1.3, 4.0), 4.0, 0, 0.1);
+    CHECK_NEAR(free_past_rod(&promised, 1.6, 4.0), 0.0, 0, 0); /* 8 dB above it: something else is there, too */
+    CHECK_NEAR(free_past_rod(&promised, 1.0, 0.0), 0.0, 0, 0); /* silence behind a part may be its shadow */
+}
+
 TEST(ranges_that_take_turns_forget_nothing)
 {
     begin();
@@ -421,6 +463,7 @@ int main(void)
     RUN(under_a_raised_floor_silence_says_nothing);
     RUN(what_rings_with_the_head_casts_a_shadow);
     RUN(a_louder_ring_casts_a_shadow);
+    RUN(a_part_that_rings_as_its_template_says_hides_nothing_more);
     RUN(ranges_that_take_turns_forget_nothing);
     RUN(usual_is_the_lower_median_of_the_last_pings);
     return test_end();

@@ -96,7 +96,7 @@ TEST(as_heard_little_behind_a_surface_is_free)
         {.voxel_m = 0.2, .rule = {2, 2}, .echoes = true, .opening = 0.35},
         {.voxel_m = 0.2, .rule = {1, 2}, .echoes = true, .opening = 1},
     };
-    struct dive_ears *ears = dive_ears_make();
+    struct dive_ears *ears = dive_ears_make(false);
     for (size_t k = 0; k < sizeof row / sizeof row[0]; k++) {
         struct dive *dive = dive_make(world_named(row[k].world), HEARD_TURNS, false, 0, DIVE_TRUTH | DIVE_SOUND);
         double share[3], behind_max_m, free_m3;
