@@ -11,6 +11,7 @@
 #include "grid_methods.h"
 #include "methods.h"
 #include "query_context.h"
+#include "reference.h"
 #include "json_units.h"
 
 /* Looked at in one part: so long pings wait, and other clients. */
@@ -416,6 +417,7 @@ static bool write_scene(const struct rpc_call *call, struct json_out *out, struc
     write_cells(out, s);
     write_gone(out, s);
     write_claims(out, s);
+    reference_write_all(out, d);
     write_pings(out, s);
     json_out_close(out, '}');
     return true;

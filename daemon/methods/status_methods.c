@@ -10,6 +10,7 @@
 #include "daemon/input/garbage.h"
 #include "methods.h"
 #include "query_context.h"
+#include "reference.h"
 #include "daemon/plan_show.h"
 #include "daemon/replay.h"
 #include "json_units.h"
@@ -130,6 +131,7 @@ static void write_open_sensor(struct json_out *out, const struct methods_env *d,
         json_member_text(out, "amplitude_doubt", doubt);
     else
         json_member_null(out, "amplitude_doubt");
+    reference_write(out, d, &pipe->reference[i]);
     if (s.device.other_settings[0])
         json_member_text(out, "other_settings", s.device.other_settings);
     else

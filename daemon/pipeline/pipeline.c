@@ -123,6 +123,9 @@ static void run_extract(struct pipeline *p, const struct ping *ping, const struc
     extract_run(p->extract[ping->sensor], ping, aid->blind || aid->clean ? aid : NULL, e);
     atomic_store_explicit(&p->law_doubt[ping->sensor], (int)extract_law_doubt(p->extract[ping->sensor]),
                           memory_order_relaxed);
+    struct extract_reference reference;
+    if (extract_reference(p->extract[ping->sensor], &reference))
+        snapshot_publish(&p->reference[ping->sensor], &reference);
     if (p->marks[ping->sensor])
         marks_run(p->marks[ping->sensor], e);
     if (p->image[ping->sensor])
@@ -379,6 +382,8 @@ void pipeline_stats(struct pipeline *p, struct pipeline_stats *out)
         out->law_doubt[i] = (enum law_doubt)atomic_load_explicit(&p->law_doubt[i], memory_order_relaxed);
     for (int i = 0; i < PIPELINE_MAX_SENSORS; i++)
         snapshot_read(&p->cleanup_state[i], &out->cleanup[i]);
+    for (int i = 0; i < PIPELINE_MAX_SENSORS; i++)
+        snapshot_read(&p->reference[i], &out->reference[i]);
 }
 
 /* ---- start and end ---- */

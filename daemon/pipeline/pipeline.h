@@ -72,9 +72,10 @@ struct pipeline_stats {
     uint64_t submitted, finished;
     uint64_t dropped[PIPELINE_MAX_SENSORS]; /* by sensor */
     uint32_t waiting;
-    struct sphere_stats grid;                           /* the main one */
-    struct cleanup_state cleanup[PIPELINE_MAX_SENSORS]; /* of sensors that have one */
-    enum law_doubt law_doubt[PIPELINE_MAX_SENSORS];     /* what the counts say against their amplitude law */
+    struct sphere_stats grid;                                 /* the main one */
+    struct cleanup_state cleanup[PIPELINE_MAX_SENSORS];       /* of sensors that have one */
+    struct extract_reference reference[PIPELINE_MAX_SENSORS]; /* counts are 0 where none is known */
+    enum law_doubt law_doubt[PIPELINE_MAX_SENSORS];           /* what the counts say against their amplitude law */
 };
 
 /* The voxel map, and its judged form for questions. */

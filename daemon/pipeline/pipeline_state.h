@@ -68,6 +68,7 @@ struct pipeline {
     _Atomic uint64_t dropped[PIPELINE_MAX_SENSORS];
     _Atomic int law_doubt[PIPELINE_MAX_SENSORS];
     SNAPSHOT_OF(struct cleanup_state) cleanup_state[PIPELINE_MAX_SENSORS]; /* from the thread that extracts */
+    SNAPSHOT_OF(struct extract_reference) reference[PIPELINE_MAX_SENSORS]; /* likewise */
     SNAPSHOT_OF(struct learnt) learnt[PIPELINE_MAX_SENSORS];
     atomic_bool stop;
     pthread_t thread[PIPELINE_MAX_THREADS];

@@ -47,6 +47,11 @@ struct extract {
     struct settings settings;   /* under this law */
     struct setting *now;        /* of the last ping; NULL: none yet */
     struct law_check law_check; /* under this law */
+    struct {
+        double power, full; /* of a resolution cell: the target's, and at full scale; 0: no beam was judged yet */
+        uint64_t bins;      /* of the cell */
+        bool shown;         /* follows from the sonar's echoes */
+    } reference;            /* of the last ping */
 
     uint64_t *cell; /* power summed over the resolution cell around each bin */
     uint64_t *bits; /* of the cells in each block */
@@ -427,15 +432,33 @@ static void detect(struct extract *e, struct profile *p, struct detection *d, st
  */
 #define BELOW_ECHOES 0.03
 
-/* From what the sonar has shown, and from what no sonar is set up below. */
-static double detectable_power(const struct extract *e, const struct ping *ping, double full)
+/* From what the sonar has shown, and from what no sonar is set up below; kept as the reference of this ping. */
+static double detectable_power(struct extract *e, const struct ping *ping, double full)
 {
     const double prior = full * free_water_detectable(e->amplitude.law, (double)ping->gain_db, e->conf.target);
     uint64_t usual;
+    const double shown = e->conf.target == EXTRACT_WALL && usual_get(&e->now->echo_power, &usual)
+                             ? BELOW_ECHOES * (double)usual
+                             : 0.0;
 
-    if (e->conf.target != EXTRACT_WALL || !usual_get(&e->now->echo_power, &usual))
-        return prior;
-    return fmax(prior, BELOW_ECHOES * (double)usual);
+    e->reference.power = fmax(prior, shown);
+    e->reference.full = full;
+    e->reference.bins = 2 * (uint64_t)e->now->axis.half + 1;
+    e->reference.shown = shown > prior;
+    return e->reference.power;
+}
+
+bool extract_reference(const struct extract *e, struct extract_reference *out)
+{
+    *out = (struct extract_reference){0};
+    if (e->reference.full <= 0.0)
+        return false;
+    out->level_db = 10.0 * log10(e->reference.power / e->reference.full);
+    out->shown = e->reference.shown;
+    while (out->counts < e->amplitude.max_count &&
+           (double)(amplitude_of(&e->amplitude, (uint32_t)out->counts) * e->reference.bins) < e->reference.power)
+        out->counts++;
+    return true;
 }
 
 static void extract_profile(struct extract *e, const struct ping *ping, uint16_t b, const struct extract_aid *aid,

@@ -61,6 +61,13 @@ struct extract_aid {
     struct survivors *survivors;
 };
 
+/* What an obstacle must return to be detected with a probability of 0.99 whatever its range: see free_water.h. */
+struct extract_reference {
+    double level_db; /* of a resolution cell, below full scale */
+    uint64_t counts; /* of each of its bins, where all are alike: at least */
+    uint64_t shown;  /* 1: it follows from the sonar's own echoes; 0: from the device's prior */
+};
+
 struct extract;
 struct survivors;
 
@@ -102,6 +109,9 @@ struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_
  */
 void extract_run(struct extract *extract, const struct ping *ping, const struct extract_aid *aid,
                  struct echoes *out);
+
+/** extract_reference - of the last ping with a beam that could be judged. False, *out zero: there was none. */
+bool extract_reference(const struct extract *extract, struct extract_reference *out);
 
 /** extract_law_doubt - what the pings so far say against the amplitude law that they are taken under. */
 enum law_doubt extract_law_doubt(const struct extract *extract);

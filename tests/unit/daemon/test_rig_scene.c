@@ -110,10 +110,30 @@ TEST(near_is_no_promise_to_a_vehicle_that_may_have_moved)
     rig_end();
 }
 
+/* Which obstacles free water speaks of: of the prior, by the keys, until the sonar's own echoes say more. */
+TEST(answers_say_which_obstacles_they_speak_of)
+{
+    rig_start(BOX, "[extract]\ntarget = pile\n");
+    json_t *status = rig_ask("status", "%s", "");
+    CHECK(json_is_null(json_object_get(json_array_get(json_object_get(status, "sensors"), 0), "detects")));
+    json_decref(status);
+    rig_run_pings(40);
+    json_t *of = rig_ask("explain", "\"azimuth_deg\":0,\"distance_m\":3");
+    const json_t *detects = json_array_get(json_object_get(of, "detects"), 0);
+    CHECK_STR(json_string_value(json_object_get(detects, "sensor")), "front");
+    CHECK_STR(json_string_value(json_object_get(detects, "target")), "pile");
+    CHECK_STR(json_string_value(json_object_get(detects, "from")), "prior");
+    CHECK(json_number_value(json_object_get(detects, "level_db")) < -27);
+    CHECK(json_integer_value(json_object_get(detects, "counts")) > 0);
+    json_decref(of);
+    rig_end();
+}
+
 int main(void)
 {
     RUN(what_was_seen_stays_where_it_is_when_the_vehicle_turns);
     RUN(near_is_no_promise_to_a_vehicle_that_may_have_moved);
+    RUN(answers_say_which_obstacles_they_speak_of);
     RUN(before_the_first_ping_all_is_unknown_and_what_no_beam_reaches_stays_so);
     return test_end();
 }

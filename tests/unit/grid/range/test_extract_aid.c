@@ -414,6 +414,32 @@ TEST(a_part_that_rings_as_its_template_says_hides_nothing_more)
     CHECK_NEAR(free_past_rod(&promised, 1.0, 0.0), 0.0, 0, 0); /* silence behind a part may be its shadow */
 }
 
+/* What free water speaks of: the prior, -27 dB of full scale, which 54 of 255 counts exceed under v^4; then 15 dB below
+ * the usual first echo. */
+TEST(the_reference_is_the_prior_or_what_the_echoes_say)
+{
+    struct extract_reference r;
+
+    begin();
+    CHECK(!extract_reference(extract, &r) && r.counts == 0);
+    run(NULL);
+    CHECK(extract_reference(extract, &r));
+    CHECK_NEAR(r.level_db, -27.0, 0, 1e-6);
+    CHECK_INT(r.counts, 54);
+    CHECK_INT(r.shown, 0);
+    wall(counts, 4.0, 250);
+    for (int k = 0; k < 200; k++)
+        run(NULL);
+    CHECK(extract_reference(extract, &r));
+    CHECK_NEAR(r.level_db, 40 * log10(250.0 / 255.0) - 15.2, 0, 0.1);
+    CHECK_INT(r.shown, 1);
+    conf.target = EXTRACT_LINE;
+    set_up();
+    run(NULL);
+    CHECK(extract_reference(extract, &r));
+    CHECK_NEAR(r.level_db, -45.0, 0, 1e-6);
+}
+
 TEST(ranges_that_take_turns_forget_nothing)
 {
     begin();
@@ -464,6 +490,7 @@ int main(void)
     RUN(what_rings_with_the_head_casts_a_shadow);
     RUN(a_louder_ring_casts_a_shadow);
     RUN(a_part_that_rings_as_its_template_says_hides_nothing_more);
+    RUN(the_reference_is_the_prior_or_what_the_echoes_say);
     RUN(ranges_that_take_turns_forget_nothing);
     RUN(usual_is_the_lower_median_of_the_last_pings);
     return test_end();
