@@ -75,7 +75,8 @@ uint32_t free_water_begin(const struct profile *p, const struct baseline *b, dou
 bool free_water_rings_on(const struct profile *p, const struct baseline *b, uint32_t end)
 {
     for (uint32_t i = 0; i < end; i++)
-        if ((double)p->cell[i] >= RINGS_ON * own_ring_usual(p, b, i))
+        if ((double)p->cell[i] >= RINGS_ON * baseline_usual(b, p, i) &&
+            (double)p->cell[i] >= RINGS_ON * (double)own_ring_cell(p, i))
             return true;
     return false;
 }
