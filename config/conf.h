@@ -107,7 +107,7 @@ struct conf_extract {
     int clahe;              /* clahe = off | on */
     double clahe_clip;      /* clahe_clip = 2 [1 .. 100] */
     int classes;            /* classes = off | on */
-    int marks;              /* marks = on | off: bursts and ghosts */
+    int marks;              /* marks = on | off: bursts, ghosts, own echoes */
     int no_echo;            /* no_echo = heard | minimum | range */
     int target;             /* target = wall | pile | net | line */
     /* minimum_range = 0.75 m: free interval of a beam without an echo; <= every sonar's range */

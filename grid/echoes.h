@@ -19,6 +19,7 @@ enum echo_flag {
     ECHO_GHOST = 2, /* where a second bounce of the beam's first echo would be */
     ECHO_FAINT = 4, /* weaker than the weakest target that must be detected */
     ECHO_ALONE = 8, /* one beam at nearly the same bearing should show it and does not, and none does */
+    ECHO_OWN = 16,  /* the vehicle's own: it ends free space and never blocks */
 };
 
 /* An echo with one of these marks blocks only once a second beam has shown it. */
@@ -29,6 +30,7 @@ struct echo {
     float near_m;     /* near edge of it: nothing that belongs to it lies closer */
     float sd_m;       /* standard deviation of range_m, a device's unknown half pulse included */
     float strength;   /* over the threshold, power ratio (1: just at it) */
+    float level;      /* over what the weakest wall exceeds, power ratio; INFINITY: saturated; 0: ready ranges */
     float confidence; /* 0..1 */
     uint8_t flags;    /* set of enum echo_flag */
 };

@@ -120,7 +120,7 @@ static bool echo_about(const struct look *l, double at_m, double within_m)
 static double blocked_m(const struct look *l)
 {
     for (int k = 0; k < l->found.n; k++)
-        if (!(l->found.echo[k].flags & ECHO_UNCONFIRMED))
+        if (!(l->found.echo[k].flags & (ECHO_UNCONFIRMED | ECHO_OWN)))
             return (double)l->found.echo[k].range_m;
     return INFINITY;
 }

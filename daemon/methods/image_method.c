@@ -27,6 +27,8 @@ static void write_echoes(struct json_out *out, const struct image_row *row)
             json_out_word(out, "faint");
         if (row->flags[i] & ECHO_ALONE)
             json_out_word(out, "alone");
+        if (row->flags[i] & ECHO_OWN)
+            json_out_word(out, "own");
         json_out_put(out, "]}");
     }
     json_out_close(out, ']');

@@ -127,6 +127,7 @@ static void write_open_sensor(struct json_out *out, const struct methods_env *d,
         write_bus(out, &s.bus);
     json_member_text(out, "background", template_word(&d->templates.of[i]));
     write_cleanup(out, &d->conf.extract, pipeline_cleanup(d->pipeline, i), &pipe->cleanup[i]);
+    json_member_count(out, "own_bearings", pipe->own_bearings[i]);
     if (doubt)
         json_member_text(out, "amplitude_doubt", doubt);
     else

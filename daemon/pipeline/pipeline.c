@@ -128,6 +128,11 @@ static void run_extract(struct pipeline *p, const struct ping *ping, const struc
         snapshot_publish(&p->reference[ping->sensor], &reference);
     if (p->marks[ping->sensor])
         marks_run(p->marks[ping->sensor], e);
+    if (p->own_echo[ping->sensor]) {
+        own_echo_run(p->own_echo[ping->sensor], e, &p->conf.mount[ping->sensor]);
+        atomic_store_explicit(&p->own_bearings[ping->sensor], own_echo_known(p->own_echo[ping->sensor]),
+                              memory_order_relaxed);
+    }
     if (p->image[ping->sensor])
         image_enter(p->image[ping->sensor], ping, e);
     measure(p, PIPELINE_EXTRACT, started_ns, now_of(p));
@@ -379,6 +384,8 @@ void pipeline_stats(struct pipeline *p, struct pipeline_stats *out)
     out->waiting = p->conf.threads ? ring_count(&p->pings.waiting) + ring_count(&p->found.waiting) : 0;
     grid_stats(p->grid[0], &out->grid);
     for (int i = 0; i < PIPELINE_MAX_SENSORS; i++)
+        out->own_bearings[i] = atomic_load_explicit(&p->own_bearings[i], memory_order_relaxed);
+    for (int i = 0; i < PIPELINE_MAX_SENSORS; i++)
         out->law_doubt[i] = (enum law_doubt)atomic_load_explicit(&p->law_doubt[i], memory_order_relaxed);
     for (int i = 0; i < PIPELINE_MAX_SENSORS; i++)
         snapshot_read(&p->cleanup_state[i], &out->cleanup[i]);
@@ -486,8 +493,10 @@ static bool make_stages(struct pipeline *p, struct fault *fault)
             p->image[i] = own(p, sizeof *p->image[i]);
         if (p->conf.marks && (p->marks[i] = own(p, sizeof *p->marks[i])))
             marks_init(p->marks[i]);
-        if (!p->extract[i] || (p->conf.image && !p->image[i]) || (p->conf.marks && !p->marks[i]) ||
-            !make_cleanup(p, i, fault))
+        if (p->conf.marks && (p->own_echo[i] = own(p, sizeof *p->own_echo[i])))
+            own_echo_init(p->own_echo[i]);
+        if (!p->extract[i] || (p->conf.image && !p->image[i]) ||
+            (p->conf.marks && (!p->marks[i] || !p->own_echo[i])) || !make_cleanup(p, i, fault))
             return false;
     }
     return make_grids(p, fault) && make_map(p, fault);

@@ -21,6 +21,7 @@
 #include "grid/range/cleanup.h"
 #include "grid/range/extract.h"
 #include "grid/range/marks.h"
+#include "grid/range/own_echo.h"
 #include "grid/voxel/voxmask.h"
 #include "grid.h"
 #include "image.h"
@@ -43,7 +44,7 @@ struct pipeline_conf {
     uint32_t max_bins;
     int n_sensors;
     struct extract_conf extract[PIPELINE_MAX_SENSORS];
-    bool marks; /* mark bursts and ghosts */
+    bool marks; /* mark bursts, ghosts and the vehicle's own echoes */
     bool image; /* keep the last turn of every sensor for people */
     struct cleanup_conf cleanup[PIPELINE_MAX_SENSORS];
     struct mount mount[PIPELINE_MAX_SENSORS];
@@ -75,6 +76,7 @@ struct pipeline_stats {
     struct sphere_stats grid;                                 /* the main one */
     struct cleanup_state cleanup[PIPELINE_MAX_SENSORS];       /* of sensors that have one */
     struct extract_reference reference[PIPELINE_MAX_SENSORS]; /* counts are 0 where none is known */
+    uint32_t own_bearings[PIPELINE_MAX_SENSORS];              /* as own_echo_known */
     enum law_doubt law_doubt[PIPELINE_MAX_SENSORS];           /* what the counts say against their amplitude law */
 };
 

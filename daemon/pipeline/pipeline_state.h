@@ -59,21 +59,23 @@ struct pipeline {
     struct grid *grid[PIPELINE_MAX_GRIDS];
     int n_grids;
     struct witnesses witnesses;
-    struct pipeline_map *map;                  /* NULL: not configured */
-    struct marks *marks[PIPELINE_MAX_SENSORS]; /* NULL: not configured */
-    struct image *image[PIPELINE_MAX_SENSORS]; /* NULL: nobody can ask for it */
+    struct pipeline_map *map;                        /* NULL: not configured */
+    struct marks *marks[PIPELINE_MAX_SENSORS];       /* NULL: not configured */
+    struct own_echo *own_echo[PIPELINE_MAX_SENSORS]; /* with marks */
+    struct image *image[PIPELINE_MAX_SENSORS];       /* NULL: nobody can ask for it */
     struct latency latency[PIPELINE_STAGES];
     _Atomic uint64_t submitted, finished;
     _Atomic uint64_t held; /* by the clean-ups: submitted, and finished when later pings come */
     _Atomic uint64_t dropped[PIPELINE_MAX_SENSORS];
     _Atomic int law_doubt[PIPELINE_MAX_SENSORS];
+    _Atomic uint32_t own_bearings[PIPELINE_MAX_SENSORS];
     SNAPSHOT_OF(struct cleanup_state) cleanup_state[PIPELINE_MAX_SENSORS]; /* from the thread that extracts */
     SNAPSHOT_OF(struct extract_reference) reference[PIPELINE_MAX_SENSORS]; /* likewise */
     SNAPSHOT_OF(struct learnt) learnt[PIPELINE_MAX_SENSORS];
     atomic_bool stop;
     pthread_t thread[PIPELINE_MAX_THREADS];
     int n_threads;
-    void *memory[10 + 4 * PIPELINE_MAX_SENSORS];
+    void *memory[10 + 5 * PIPELINE_MAX_SENSORS];
     int n_memory;
 };
 

@@ -265,6 +265,7 @@ static void enter_reflections(const struct extract *e, const struct profile *p, 
             if (out->n == 0)
                 shown->first = r;
             r.echo.flags = r.power * unit < d->loud ? ECHO_FAINT : 0;
+            r.echo.level = isfinite(r.contrast) ? (float)(r.power * unit / d->wall) : INFINITY;
             out->echo[out->n++] = r.echo;
         } else if (r.contrast >= e->contrast * DOUBTFUL && out->n == 0)
             out->free_to_m = fminf(out->free_to_m, r.echo.near_m);
@@ -432,14 +433,15 @@ static void detect(struct extract *e, struct profile *p, struct detection *d, st
  */
 #define BELOW_ECHOES 0.03
 
-/* From what the sonar has shown, and from what no sonar is set up below; kept as the reference of this ping. */
-static double detectable_power(struct extract *e, const struct ping *ping, double full)
+/* From what the sonar has shown, and from what no sonar is set up below; kept as the reference of this ping. wall: what
+ * the weakest wall exceeds. */
+static double detectable_power(struct extract *e, const struct ping *ping, double full, double wall)
 {
-    const double prior = full * free_water_detectable(e->amplitude.law, (double)ping->gain_db, e->conf.target);
+    const bool of_walls = e->conf.target == EXTRACT_WALL;
+    const double prior =
+        of_walls ? wall : full * free_water_detectable(e->amplitude.law, (double)ping->gain_db, e->conf.target);
     uint64_t usual;
-    const double shown = e->conf.target == EXTRACT_WALL && usual_get(&e->now->echo_power, &usual)
-                             ? BELOW_ECHOES * (double)usual
-                             : 0.0;
+    const double shown = of_walls && usual_get(&e->now->echo_power, &usual) ? BELOW_ECHOES * (double)usual : 0.0;
 
     e->reference.power = fmax(prior, shown);
     e->reference.full = full;
@@ -480,9 +482,14 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
 
     profile_sum(&p, &e->amplitude, p.samples, e->conf.floor_counts, e->work);
     const double full = (double)amplitude_of(&e->amplitude, e->amplitude.max_count) * (2.0 * p.axis->half + 1.0);
-    const double detectable = detectable_power(e, ping, full);
-    struct detection d = {
-        .mask = e->mask, .baseline = usual, .loud = detectable, .one_q16 = e->one_q16, .factors = MAX_FACTORS};
+    const double wall = full * free_water_detectable(e->amplitude.law, (double)ping->gain_db, EXTRACT_WALL);
+    const double detectable = detectable_power(e, ping, full, wall);
+    struct detection d = {.mask = e->mask,
+                          .baseline = usual,
+                          .loud = detectable,
+                          .wall = wall,
+                          .one_q16 = e->one_q16,
+                          .factors = MAX_FACTORS};
     const struct late_ring late = end_ring_down(e, &p, of_ping);
     const uint32_t hidden = usual && e->conf.ring_down_m < 0.0 ? free_water_begin(&p, usual, detectable) : 0;
     p.first = hidden > p.first ? hidden : p.first; /* no echo is looked for where the baseline hides one */

@@ -92,7 +92,8 @@ struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_
  * before the reflection at the latest. sd_m: of a reflector anywhere in the stretch that is at least half as strong
  * as the peak; that covers devices that count from the beginning of their transmission and not from its middle.
  * strength: peak over threshold. confidence: rises with how far the peak stands above its reference, 0.5 at 13 dB and
- * 0.9 at 22.6 dB, whatever the threshold is.
+ * 0.9 at 22.6 dB, whatever the threshold is. level: of the strongest cell over what the weakest wall exceeds at the
+ * ping's gain, whatever conf.target is and the sonar has shown.
  * Saturated bins beyond the ring-down are echoes. Beams without geometry, without samples, too short, saturated
  * or zero throughout are BEAM_BLIND.
  *

@@ -18,6 +18,7 @@ struct detection {
     uint8_t *mask;                   /* [n] 1: stands out */
     const struct baseline *baseline; /* NULL: not known */
     double loud;                     /* power of what is as loud as the weakest obstacle that must not be missed */
+    double wall;                     /* power that the weakest wall exceeds, whatever this sonar has shown */
     bool raised;                     /* the noise of this beam is, above the baseline: that tells no echo */
     const uint64_t *one_q16;         /* [factors] one-sided factor, times 65536, for i + 1 independent cells */
     uint32_t factors;

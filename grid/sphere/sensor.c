@@ -349,7 +349,8 @@ static void enter_beam(struct sphere *s, const struct beam *b, const struct beam
             clear_direction(s, &l);
         if (beam_sieve_passes(&sieves.hits, &ray))
             for (uint8_t i = 0; i < h->n; i++)
-                hit_direction(s, &l, i);
+                if (!(h->echo[i].flags & ECHO_OWN))
+                    hit_direction(s, &l, i);
     }
 }
 

@@ -393,7 +393,8 @@ static void enter_beam(struct voxmap *m, const struct beam_echoes *heard, const 
         }
     }
     for (int n = 0; m->set.keep_echoes && n < heard->n; n++)
-        enter_echo(m, heard, &heard->echo[n], pose, apex, attitude);
+        if (!(heard->echo[n].flags & ECHO_OWN))
+            enter_echo(m, heard, &heard->echo[n], pose, apex, attitude);
 }
 
 /* Where it went, as far as that is known to a voxel. */

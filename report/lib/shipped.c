@@ -8,10 +8,12 @@
 
 #include "grid/range/extract.h"
 #include "grid/range/marks.h"
+#include "grid/range/own_echo.h"
 
 struct shipped {
     struct extract *extract;
     struct marks marks;
+    struct own_echo own_echo;
     void *fresh; /* the extractor before its first ping */
     size_t bytes;
 };
@@ -53,10 +55,12 @@ void shipped_begin(struct shipped *s)
 {
     memcpy(s->extract, s->fresh, s->bytes);
     marks_init(&s->marks);
+    own_echo_init(&s->own_echo);
 }
 
 void shipped_run(struct shipped *s, const struct ping *ping, struct echoes *out)
 {
     extract_run(s->extract, ping, NULL, out);
     marks_run(&s->marks, out);
+    own_echo_run(&s->own_echo, out, &mount_identity);
 }

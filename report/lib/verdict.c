@@ -49,7 +49,7 @@ static bool is_of_nothing(const struct drawn_sound *s, unsigned beam, const stru
 static int first_unmarked(const struct beam_echoes *b)
 {
     for (int k = 0; k < b->n; k++)
-        if (!(b->echo[k].flags & ECHO_UNCONFIRMED))
+        if (!(b->echo[k].flags & (ECHO_UNCONFIRMED | ECHO_OWN)))
             return k;
     return -1;
 }

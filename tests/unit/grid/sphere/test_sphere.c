@@ -289,6 +289,29 @@ TEST(an_unconfirmed_echo_blocks_once_a_second_one_shows_it)
     flags = 0;
 }
 
+/* However often it is heard; what was free behind it is not any more. */
+TEST(an_echo_of_the_vehicles_own_ends_free_water_and_never_blocks)
+{
+    start(&usual);
+    turn_of(0, 20);
+    CHECK_INT(ask(0, 10).state, ANSWER_CLEAR);
+    flags = ECHO_OWN;
+    for (int i = 0; i < 50; i++) {
+        for (double az_deg = -6; az_deg <= 6; az_deg += 0.9)
+            ping(az_deg, 5, 0);
+        CHECK_INT(ask(0, 10).state, ANSWER_UNKNOWN);
+        CHECK(ask(0, 10).free_to_m < 5);
+        CHECK(hint_m(0) == 0 && edge_m(0) == 0);
+        CHECK_INT(ask(0, 4.5).state, ANSWER_CLEAR);
+    }
+    flags = ECHO_OWN | ECHO_FAINT;
+    ping(0, 5, 0);
+    CHECK(hint_m(0) == 0);
+    flags = 0;
+    ping(0, 5, 0); /* another echo at the same place */
+    CHECK_INT(ask(0, 10).state, ANSWER_BLOCKED);
+}
+
 TEST(a_pile_that_one_of_the_beams_over_it_hears_stays)
 {
     start(&usual);
@@ -1164,6 +1187,7 @@ int main(void)
     RUN(what_a_beam_may_have_missed_within_its_slack_stays);
     RUN(a_marked_echo_blocks_until_the_next_look);
     RUN(an_unconfirmed_echo_blocks_once_a_second_one_shows_it);
+    RUN(an_echo_of_the_vehicles_own_ends_free_water_and_never_blocks);
     RUN(a_pile_that_one_of_the_beams_over_it_hears_stays);
     RUN(an_old_clear_does_not_outlive_a_pile_that_came);
     RUN(doubtful_echoes_are_neither_blocked_nor_clear_beyond);

@@ -208,6 +208,23 @@ TEST(what_was_heard_once_outweighs_some_looks_and_is_carved_in_the_end)
     rig_free(r);
 }
 
+TEST(an_echo_of_the_vehicles_own_is_no_place_and_frees_none)
+{
+    const struct voxmap_setting s = rig_setting();
+    struct rig *r = rig_new(&s);
+    for (int az_deg = -9; az_deg <= 9; az_deg++) {
+        struct rig_ping p;
+        rig_aim(&p, at_origin, geo_rad(az_deg), 3);
+        rig_hear(&p, 2);
+        p.beam.echo[0].flags = ECHO_OWN;
+        rig_enter(r, &p, 0);
+    }
+    CHECK_INT(rig_state(r, 2.05, 0.05, 0.05), VOXEL_UNKNOWN);
+    CHECK_INT(rig_state(r, 2.45, 0.05, 0.05), VOXEL_UNKNOWN);
+    CHECK_INT(rig_state(r, 1.45, 0.05, 0.05), VOXEL_FREE);
+    rig_free(r);
+}
+
 TEST(a_diver_passes_and_does_not_stay)
 {
     struct voxmap_setting s = rig_setting();
@@ -1324,6 +1341,7 @@ int main(void)
     RUN(a_fan_raises_each_voxel_once);
     RUN(an_echo_always_lies_in_some_voxel);
     RUN(what_was_heard_once_outweighs_some_looks_and_is_carved_in_the_end);
+    RUN(an_echo_of_the_vehicles_own_is_no_place_and_frees_none);
     RUN(a_diver_passes_and_does_not_stay);
     RUN(time_passes_without_a_pose);
     RUN(ageing_is_halving_and_frees_nothing);
