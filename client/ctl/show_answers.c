@@ -174,9 +174,12 @@ static void show_pings(const struct page *page, const json_t *pings)
     char a[PAGE_CELL], b[PAGE_CELL], c[PAGE_CELL], d[PAGE_CELL], e[PAGE_CELL];
 
     fprintf(page->out,
-            "\nof the pings of the last %s, %lld had an echo there, %lld found free space, %lld nothing usable\n",
+            "\nof the pings of the last %s, %lld had an echo there, %lld found free space, %lld nothing usable",
             page_duration(a, page_number(pings, "back_to_s")), page_count(pings, "echo"),
             page_count(pings, "free"), page_count(pings, "nothing"));
+    if (page_count(pings, "own"))
+        fprintf(page->out, ", %lld an echo of the vehicle itself", page_count(pings, "own"));
+    fputc('\n', page->out);
     if (json_array_size(list) == 0)
         return;
     fprintf(page->out, "%-16s %8s %9s %9s %9s %8s %6s  %s\n", "sonar", "ping", "ago", "bearing", "echo at",

@@ -24,7 +24,7 @@ struct blocking {
 };
 
 /* What a beam says of the water asked about. */
-enum says { SAYS_ECHO, SAYS_FREE, SAYS_NOTHING, SAYINGS };
+enum says { SAYS_ECHO, SAYS_FREE, SAYS_NOTHING, SAYS_OWN, SAYINGS };
 
 struct saying {
     struct witness beam;
@@ -248,7 +248,7 @@ static void write_claims(struct json_out *out, const struct scene *s)
 static enum says says_of(const struct scene *s, const struct witness *w)
 {
     if (w->range_m > 0 && (double)w->near_m <= s->query.distance_m)
-        return SAYS_ECHO;
+        return w->own ? SAYS_OWN : SAYS_ECHO;
     return w->state != BEAM_BLIND && w->free_to_m > w->blind_m ? SAYS_FREE : SAYS_NOTHING;
 }
 
@@ -260,7 +260,7 @@ static bool supports(enum answer_state state, enum says says)
 
 static void write_ping(struct json_out *out, const struct scene *s, const struct witness *w, enum says says)
 {
-    static const char *const words[SAYINGS] = {"echo", "free", "nothing"};
+    static const char *const words[SAYINGS] = {"echo", "free", "nothing", "own"};
     const double axis[3] = {(double)w->axis[0], (double)w->axis[1], (double)w->axis[2]};
     const bool echo = w->range_m > 0;
     double az, el;
@@ -304,6 +304,7 @@ static void write_pings(struct json_out *out, const struct scene *s)
     json_member_count(out, "echo", (uint64_t)s->says[SAYS_ECHO]);
     json_member_count(out, "free", (uint64_t)s->says[SAYS_FREE]);
     json_member_count(out, "nothing", (uint64_t)s->says[SAYS_NOTHING]);
+    json_member_count(out, "own", (uint64_t)s->says[SAYS_OWN]);
     json_member_known(out, "back_to_s", any, any ? sight_seconds(s->now.now_ns, s->back_to_ns) : 0, 1e3);
     json_member_open(out, "newest", '[');
     for (uint32_t i = 0; i < s->n_sayings; i++)

@@ -29,6 +29,7 @@ static void take_echo(struct witness *out, const struct echoes *e, const struct 
     out->range_sd_m = echo->sd_m;
     out->near_m = echo->near_m;
     out->confidence = echo->confidence;
+    out->own = (echo->flags & ECHO_OWN) != 0;
     out->bin = bin >= 0 ? (int32_t)bin : -1;
 }
 

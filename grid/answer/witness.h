@@ -23,6 +23,7 @@ struct witness {
     float blind_m, free_to_m;          /* as in struct beam_echoes */
     float range_m, range_sd_m, near_m; /* first echo; 0 without */
     float confidence;                  /* of it */
+    bool own;                          /* it is the vehicle's own */
     int32_t bin;                       /* it lies in, from 0; negative: the sonar reported no bins, or no echo */
 };
 

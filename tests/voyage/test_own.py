@@ -54,6 +54,8 @@ def turned(bench):
         for distance_m in (1.5, 3):
             answer = client.call("blocked", azimuth_deg=BAR_DEG, distance_m=distance_m)
             check(answer["state"] == "unknown", "behind the bar: %s" % answer)
+        pings = client.call("explain", azimuth_deg=BAR_DEG, half_angle_deg=4, distance_m=1.5)["pings"]
+        check(pings["own"] > 0 and pings["newest"][0]["says"] == "own", "explain: %s" % pings)
         told.append(states(client))
         client.close()
         daemon.stop()

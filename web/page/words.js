@@ -79,17 +79,17 @@ export function explain(e, azimuth, distance) {
     );
   if (e.gone.all > 0) points.push(`${many(e.gone.all, "cell that stood there was", "cells that stood there were")} cleared by later beams.`);
   if (e.directions.never > 0) points.push(`${e.directions.never} of ${e.directions.all} grid directions there were never observed.`);
-  const p = e.pings, all = p.echo + p.free + p.nothing;
+  const p = e.pings, all = p.echo + p.free + p.nothing + p.own;
   points.push(
     all > 0
-      ? `Of the last ${all} beams that touched it (${seconds(p.back_to_s)} back), ${p.echo} had an echo there, ${p.free} found free space and ${p.nothing} nothing usable.`
+      ? `Of the last ${all} beams that touched it (${seconds(p.back_to_s)} back), ${p.echo} had an echo there, ${p.free} found free space and ${p.nothing} nothing usable${p.own > 0 ? `; ${p.own} had an echo of the vehicle itself` : ""}.`
       : "No remembered beam touched it.",
   );
   const last = p.newest[0];
   if (last)
     points.push(
       `The newest of ${last.sensor}, ${seconds(last.age_s)} ago at ${Math.round(last.azimuth_deg)}°: ` +
-        (last.says === "echo" ? `echo at ${metres(last.range_m)}, ${Math.round(last.confidence * 100)} % sure` : last.says === "free" ? `free space from ${metres(last.blind_to_m)} to ${metres(last.free_to_m)}` : "nothing usable") +
+        (last.says === "echo" ? `echo at ${metres(last.range_m)}, ${Math.round(last.confidence * 100)} % sure` : last.says === "free" ? `free space from ${metres(last.blind_to_m)} to ${metres(last.free_to_m)}` : last.says === "own" ? `an echo of the vehicle itself at ${metres(last.range_m)}` : "nothing usable") +
         ".",
     );
   return { where, verdict, state: a.state, text, points };
