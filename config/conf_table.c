@@ -204,10 +204,11 @@ const struct conf_key conf_keys[] = {
      .help = "Split the last revolution into three classes; the lowest contains no echo. May lose weak obstacles\n"
              "in a scene with strong ones."},
     {"extract", "marks", WORDS("on", "off"), .standard = "on", CONF(extract.marks),
-     .help = "Mark echoes that other beams at nearly the same bearing contradict (interference), and ghosts of\n"
-             "nearer echoes. A contradicted echo ends free space at once and blocks when a second beam shows it.\n"
-             "Without position or velocity only beams of the last 10 s count. With poses the vehicle's own echoes\n"
-             "are marked, too: they end free space and never block."},
+     .help =
+         "Mark echoes that other beams at nearly the same bearing contradict (interference), and ghosts of\n"
+         "nearer echoes. A contradicted echo ends free space at once and blocks when a second beam shows it.\n"
+         "Without position or velocity only beams of the last 10 s count. With poses the vehicle's own echoes\n"
+         "are marked, too: they end free space and never block."},
     {"extract", "no_echo", LIVE, WORDS("minimum", "heard", "range"), .standard = "heard", CONF(extract.no_echo),
      .help = "How far water is free where a beam received no echo. minimum (conservative): at most to\n"
              "minimum_range, as in the paper. heard (noise-limited): as far as the target would have been\n"

@@ -206,7 +206,7 @@ TEST(a_round_tank_around_a_turning_vehicle_is_not_its_own)
     CHECK_INT(own_echo_known(&own), 0);
 }
 
-/* A bearing that is deaf, and says that it heard nothing, contradicts the pile each time that the vehicle turns back. */
+/* A bearing that is deaf and says that it heard nothing contradicts the pile each time that the vehicle turns back. */
 TEST(a_pile_that_a_deaf_bearing_does_not_show_is_not_the_vehicles_own)
 {
     begin();
