@@ -310,6 +310,11 @@ struct conf_checks {
     bool (*sonar)(const struct conf_sonar *sonar, const struct conf_water *water, struct fault *fault);
     /* All of a configuration without another fault: can it be started? fault begins "[section] key". */
     bool (*whole)(const struct conf *conf, struct fault *fault);
+    /* Has a device that exists a use for that key of [sonar NAME], one that not all of them have a use for? */
+    bool (*uses)(const char *device, const char *key);
+    /* Those that have one, as "a, b". */
+    void (*users)(const char *key, char *text, size_t size);
+    bool recorded; /* what a recording was made with: a key that its device has no use for is no fault */
 };
 
 struct conf_source; /* where every value came from, and the text as read (for captures) */
@@ -358,15 +363,16 @@ void conf_defaults(struct conf *conf);
 
 /**
  * conf_print - effective values with units, each with where it came from: `key = value  ; file:line` or `; default`.
- * The output is a configuration itself and loads to the same values, bit for bit.
+ * The output is a configuration itself and loads to the same values, bit for bit; keys without use are not in it.
  */
 void conf_print(const struct conf *conf, const struct conf_source *source, FILE *out);
 
-/** conf_sample - the commented default file (config/sonard.conf is its output; a test compares). */
-void conf_sample(FILE *out);
+/** conf_sample - the commented default file (config/sonard.conf is its output; a test compares). checks->users names the
+ * devices of a key. */
+void conf_sample(const struct conf_checks *checks, FILE *out);
 
 /** conf_table_man - the table of keys in man(7) macros, for sonard.conf(5). */
-void conf_table_man(FILE *out);
+void conf_table_man(const struct conf_checks *checks, FILE *out);
 
 /**
  * conf_source_override - a value does not stand in the file but was given by an option of the command line, which

@@ -381,6 +381,34 @@ static void check_complete(struct parse *p)
     }
 }
 
+/* A key that its device has no use for changes nothing: whoever wrote it expects something else. */
+static void drop_unused(struct parse *p, int sonar, const struct conf_key *key)
+{
+    struct conf_origin *origin = &p->source->origin[sonar][key - conf_keys];
+    struct conf_sonar *to = &p->conf->sonar[sonar];
+    struct fault fault;
+    if (origin->line > 0 && !origin->bad && !p->checks->recorded) {
+        char value[CONF_VALUE_MAX];
+        conf_value_write(key, to, value, sizeof value);
+        conf_fault_in(p->faults, origin->file, p->source->file[origin->file].name);
+        conf_fault_add(p->faults, origin->line, "[sonar %s] %s = %s: %s does not use this key; remove it",
+                       to->name, key->name, value, to->device);
+    }
+    conf_value_read(key, key->standard, to, &fault);
+    *origin = (struct conf_origin){.bad = origin->bad, .unused = true};
+}
+
+static void check_uses(struct parse *p)
+{
+    const struct conf_key *device = conf_key_find("sonar", "device");
+    for (int i = 0; p->checks && p->checks->uses && i < p->conf->n_sonars; i++) {
+        const struct conf_origin *named = &p->source->origin[i][device - conf_keys];
+        for (const struct conf_key *key = conf_keys; key->name && named->line > 0 && !named->bad; key++)
+            if (key->of_device && !p->checks->uses(p->conf->sonar[i].device, key->name))
+                drop_unused(p, i, key);
+    }
+}
+
 static void parse_file(struct parse *p, unsigned i)
 {
     const struct conf_file *file = &p->source->file[i];
@@ -412,6 +440,7 @@ void conf_parse(struct conf *conf, struct conf_source *source, const struct conf
     inherit_grid(p);
     if (!p->not_text) {
         check_complete(p);
+        check_uses(p);
         conf_rules_check(conf, source, checks, faults);
     }
     free(p);

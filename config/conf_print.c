@@ -55,7 +55,7 @@ static void print_section(const char *section, const struct conf_source *source,
                           FILE *out)
 {
     for (const struct conf_key *key = conf_keys; key->name; key++)
-        if (strcmp(key->section, section) == 0)
+        if (strcmp(key->section, section) == 0 && !(source && source->origin[sonar][key - conf_keys].unused))
             print_key(source, sonar, key, base, out);
 }
 
@@ -85,13 +85,24 @@ static void put_comment(const char *line, int n, FILE *out)
     fprintf(out, "# %.*s\n", n, line);
 }
 
-/* The example sonar stands in the file; all else is commented out and shows the default. */
-static void sample_key(const struct conf_key *key, FILE *out)
+/* "ping360, micron" where not every device has the key; empty where all have it. */
+static void users_text(const struct conf_checks *checks, const struct conf_key *key, char *text, size_t size)
 {
-    char allowed[CONF_VALUE_MAX];
+    text[0] = '\0';
+    if (key->of_device && checks && checks->users)
+        checks->users(key->name, text, size);
+}
+
+/* The example sonar stands in the file; all else is commented out and shows the default. */
+static void sample_key(const struct conf_checks *checks, const struct conf_key *key, FILE *out)
+{
+    char allowed[CONF_VALUE_MAX], users[CONF_VALUE_MAX];
     conf_value_allowed(key, allowed, sizeof allowed);
+    users_text(checks, key, users, sizeof users);
     fprintf(out, "\n");
     each_line(key->help, out, put_comment);
+    if (*users)
+        fprintf(out, "# Only for %s.\n", users);
     fprintf(out, "# Allowed: %s.%s\n", allowed, key->live ? " Can be reloaded." : "");
     if (key->standard)
         fprintf(out, "#%s = %s\n", key->name, key->standard);
@@ -99,7 +110,7 @@ static void sample_key(const struct conf_key *key, FILE *out)
         fprintf(out, "%s = %s\n", key->name, key->example);
 }
 
-void conf_sample(FILE *out)
+void conf_sample(const struct conf_checks *checks, FILE *out)
 {
     locale_t outside = conf_locale_enter();
     fputs(
@@ -115,7 +126,7 @@ void conf_sample(FILE *out)
         fprintf(out, "[%s]\n", sonar ? "sonar front" : section->name);
         for (const struct conf_key *key = conf_keys; key->name; key++)
             if (strcmp(key->section, section->name) == 0)
-                sample_key(key, out);
+                sample_key(checks, key, out);
     }
     conf_locale_leave(outside);
 }
@@ -136,13 +147,18 @@ static void put_roff(const char *line, int n, FILE *out)
     fputc('\n', out);
 }
 
-static void man_key(const struct conf_key *key, FILE *out)
+static void man_key(const struct conf_checks *checks, const struct conf_key *key, FILE *out)
 {
-    char text[CONF_VALUE_MAX + 32], allowed[CONF_VALUE_MAX];
+    char text[CONF_VALUE_MAX + 32], allowed[CONF_VALUE_MAX], users[CONF_VALUE_MAX];
     conf_value_allowed(key, allowed, sizeof allowed);
+    users_text(checks, key, users, sizeof users);
     fprintf(out, ".TP\n.B %s\n", key->name);
     each_line(key->help, out, put_roff);
     fprintf(out, ".br\n");
+    if (*users) {
+        snprintf(text, sizeof text, "Only for %s.", users);
+        each_line(text, out, put_roff);
+    }
     snprintf(text, sizeof text, "Allowed: %s.", allowed);
     each_line(text, out, put_roff);
     if (key->standard)
@@ -154,7 +170,7 @@ static void man_key(const struct conf_key *key, FILE *out)
         fputs("Can be reloaded.\n", out);
 }
 
-void conf_table_man(FILE *out)
+void conf_table_man(const struct conf_checks *checks, FILE *out)
 {
     locale_t outside = conf_locale_enter();
     for (const struct conf_section *section = conf_sections; section->name; section++) {
@@ -162,7 +178,7 @@ void conf_table_man(FILE *out)
         each_line(section->help, out, put_roff);
         for (const struct conf_key *key = conf_keys; key->name; key++)
             if (strcmp(key->section, section->name) == 0)
-                man_key(key, out);
+                man_key(checks, key, out);
     }
     conf_locale_leave(outside);
 }

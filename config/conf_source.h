@@ -17,6 +17,7 @@ struct conf_origin {
     unsigned line;     /* 0: the default */
     const char *given; /* the option of the command line that set it instead, or NULL */
     bool bad;          /* what stood there was refused; the default is in force */
+    bool unused;       /* the sonar's device has no use for the key; the default is in force */
 };
 
 struct conf_file {

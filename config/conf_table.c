@@ -17,6 +17,7 @@
         __VA_ARGS__, NULL                                                                                         \
     }
 #define LIVE                     .live = true
+#define OF_DEVICE                .of_device = true
 #define LINE_FORM                "name of a GPIO line, for instance GPIO17"
 #define INTEGER(a, b)            .kind = CONF_INTEGER, .lo = (a), .hi = (b)
 #define NUMBER(a, b)             .kind = CONF_QUANTITY, .n = 1, .lo = (a), .hi = (b)
@@ -74,36 +75,36 @@ const struct conf_key conf_keys[] = {
     {"sonar", "range", QUANTITY(1, "m", 0.75, 200), .standard = "20 m", SONAR(range_m),
      .help = "Range to scan. A longer range makes each revolution of a scanning head slower and the bins\n"
              "coarser. 20 m is several times the stopping distance of a small ROV."},
-    {"sonar", "gain", INTEGER(0, 40), .standard = "auto", .instead = "auto", .instead_value = -1, SONAR(gain),
-     .help = "Receiver gain on the device's own scale (ping360: 0, 1 or 2; imagenex: dB; micron: 0 to 10, tenths\n"
-             "of the full gain). auto: the device's default."},
-    {"sonar", "sector", QUANTITY(2, "deg", -360, 360), .standard = "0 360 deg", SONAR(sector_rad),
+    {"sonar", "gain", OF_DEVICE, INTEGER(0, 40), .standard = "auto", .instead = "auto", .instead_value = -1,
+     SONAR(gain), .help = "Receiver gain on the device's own scale. auto: the device's default."},
+    {"sonar", "sector", OF_DEVICE, QUANTITY(2, "deg", -360, 360), .standard = "0 360 deg", SONAR(sector_rad),
      .help = "First and last azimuth of the scan in the sensor's frame, clockwise; 0 is forward of the head. 0\n"
              "360 is the full circle, 300 60 the third ahead. A smaller sector is scanned more often; everything\n"
              "outside it stays unknown."},
-    {"sonar", "step", QUANTITY(1, "deg", 0.1, 90), .standard = "0.9 deg", SONAR(step_rad),
-     .help = "Angle between pings; less than the sector. 0.9 deg is the finest step of a Ping360. 1.8 deg scans\n"
-             "twice as fast and still overlaps its 2 deg beam."},
-    {"sonar", "mode", WORDS("auto", "transmit", "request"), .standard = "auto", SONAR(mode),
+    {"sonar", "step", OF_DEVICE, QUANTITY(1, "deg", 0.1, 90), .standard = "0.9 deg", SONAR(step_rad),
+     .help = "Angle between pings; less than the sector. Twice the step scans twice as fast; beams should still\n"
+             "overlap."},
+    {"sonar", "mode", OF_DEVICE, WORDS("auto", "transmit", "request"), .standard = "auto", SONAR(mode),
      .help = "transmit: the sonar pings by itself (auto-transmit), which is faster. request: sonard asks for\n"
              "every ping (polled), which old firmware needs. auto: transmit, or request if the sonar refuses."},
-    {"sonar", "scan", WORDS("plain", "active"), .standard = "plain", SONAR(scan),
+    {"sonar", "scan", OF_DEVICE, WORDS("plain", "active"), .standard = "plain", SONAR(scan),
      .help = "active: half of the pings go to the directions worth most, mostly ahead; a full circle takes a\n"
              "little over twice as long. Needs velocity and attitude (sonard-protocol(7), pose); without them it\n"
-             "scans as plain with mode = request. For ping360 and micron."},
-    {"sonar", "circle", QUANTITY(1, "s", 1, 3600), .standard = "auto", .instead = "auto", .instead_value = 0,
-     SONAR(circle_s),
+             "scans as plain with mode = request."},
+    {"sonar", "circle", OF_DEVICE, QUANTITY(1, "s", 1, 3600), .standard = "auto", .instead = "auto",
+     .instead_value = 0, SONAR(circle_s),
      .help = "For scan = active: the whole circle is scanned within this time; the remaining pings go to the\n"
              "directions worth most. If a plain revolution takes longer, none remain. auto: half of the pings,\n"
              "however long a revolution takes."},
-    {"sonar", "frequency", QUANTITY(1, "kHz", 10, 3000), .standard = "auto", .instead = "auto", .instead_value = 0,
-     SONAR(frequency_hz),
-     .help = "Transmit frequency. auto: the device's default (ping360: 750 kHz, micron: 675 kHz)."},
-    {"sonar", "node", INTEGER(0, 253), .standard = "any", .instead = "any", .instead_value = -1, SONAR(node),
-     .help = "On a CAN bus: accept messages of this DroneCAN node id or NMEA 2000 address only. any: accept all,\n"
-             "right with a single sonar of its type on the bus."},
-    {"sonar", "sensor_id", INTEGER(0, 255), .standard = "any", .instead = "any", .instead_value = -1,
-     SONAR(sensor_id), .help = "DroneCAN: which range sensor of that node. any: all of them."},
+    {"sonar", "frequency", OF_DEVICE, QUANTITY(1, "kHz", 10, 3000), .standard = "auto", .instead = "auto",
+     .instead_value = 0, SONAR(frequency_hz), .help = "Transmit frequency. auto: the device's default."},
+    {"sonar", "node", OF_DEVICE, INTEGER(0, 253), .standard = "any", .instead = "any", .instead_value = -1,
+     SONAR(node),
+     .help =
+         "On a CAN bus: accept messages of this node id or source address only. any: accept all, right with a\n"
+         "single sonar of its type on the bus."},
+    {"sonar", "sensor_id", OF_DEVICE, INTEGER(0, 255), .standard = "any", .instead = "any", .instead_value = -1,
+     SONAR(sensor_id), .help = "Which range sensor of that node. any: all of them."},
     {"sonar", "aperture", QUANTITY(2, "deg", 0.1, 180), .standard = "auto", .instead = "auto", .instead_value = 0,
      SONAR(aperture_rad),
      .help = "Width and height of one beam at half power. Set it for a transducer that is not the device's usual\n"
@@ -126,8 +127,8 @@ const struct conf_key conf_keys[] = {
     {"sonar", "decibels_per_count", LIVE, QUANTITY(1, "dB", 0.001, 0.47), .standard = "auto", .instead = "auto",
      .instead_value = 0, SONAR(db_per_count),
      .help = "Required by amplitude = log: decibels per count, for instance 0.3137 dB where 80 dB span 0 to 255."},
-    {"sonar", "min_confidence", NUMBER(0.01, 1), .standard = "0.5", SONAR(min_confidence),
-     .help = "For sonars that report a range and a confidence (ping1d): a lower confidence counts as no echo."},
+    {"sonar", "min_confidence", OF_DEVICE, NUMBER(0.01, 1), .standard = "0.5", SONAR(min_confidence),
+     .help = "Of ranges that the sonar reports with a confidence: a lower one counts as no echo."},
     {"sonar", "ring_down", LIVE, QUANTITY(1, "m", 0.01, 20), .standard = "auto", .instead = "auto",
      .instead_value = -1, SONAR(ring_down_m),
      .help = "Ignore returns closer than this (transducer ring-down); less than range. auto: measured from the\n"
@@ -143,7 +144,7 @@ const struct conf_key conf_keys[] = {
     {"sonar", "power_cycle_after", QUANTITY(1, "s", 5, 3600), .standard = "never", .instead = "never",
      .instead_value = 0, SONAR(power_cycle_after_s),
      .help = "Power-cycle the sonar after this long without a ping: off for three seconds, then on. Set it\n"
-             "longer than the sonar takes to boot: a Micron takes up to 30 s."},
+             "longer than the sonar takes to boot, which can be 30 s."},
     {"sonar", "power_at_stop", WORDS("on", "off"), .standard = "off", SONAR(power_at_stop),
      .help = "State of the line when sonard stops. After that the chip's driver decides; most keep the level."},
     {"sonar", "trigger", .kind = CONF_TEXT, .form = LINE_FORM, .standard = "none", .instead = "none",

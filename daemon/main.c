@@ -100,15 +100,16 @@ static bool load_conf(const struct options *o, struct replay *replay, struct con
     *name = settings_path(o);
     if (*name)
         return settings_load(o, conf, source, print_fault, NULL);
+    struct conf_checks checks = settings_checks;
     size_t size;
     const char *text = replay_conf(replay, &size, &fault);
+    checks.recorded = true;
     *name = o->replay;
     if (!text) {
         fprintf(stderr, "sonard: %s: %s; give a configuration with -c\n", o->replay, fault.text);
         return false;
     }
-    if (conf_load_text(conf, source, &(struct conf_text){*name, text, size}, &settings_checks, print_fault,
-                       NULL) != 0)
+    if (conf_load_text(conf, source, &(struct conf_text){*name, text, size}, &checks, print_fault, NULL) != 0)
         return false;
     settings_override(o, conf, *source);
     return true;

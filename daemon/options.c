@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "config/conf.h"
+#include "settings.h"
 #include "config/word.h"
 #include "protocol/man.h"
 #include "protocol/schema.h"
@@ -157,10 +157,10 @@ static int take(struct options *o, int c, const char *value)
     case EVERY:
         return take_number(o, c, value);
     case SAMPLE:
-        conf_sample(stdout);
+        conf_sample(&settings_checks, stdout);
         return OK;
     case MAN_TABLE:
-        conf_table_man(stdout);
+        settings_man(stdout);
         return OK;
     case SCHEMA:
         schema_print(stdout);

@@ -41,6 +41,19 @@ static bool port_exists(const char *address, struct fault *fault)
     return port_find(address, &rest, fault) != NULL;
 }
 
+static bool device_uses(const char *device, const char *key)
+{
+    return device_key_find(device_find(device), key) != NULL;
+}
+
+static void key_users(const char *key, char *text, size_t size)
+{
+    size_t n = 0;
+    for (const struct device_ops *const *ops = device_table; *ops; ops++)
+        if (device_key_find(*ops, key) && n < size)
+            n += (size_t)snprintf(text + n, size - n, "%s%s", n > 0 ? ", " : "", (*ops)->name);
+}
+
 static bool line_exists(const char *name, struct fault *fault)
 {
     (void)name;
@@ -62,7 +75,26 @@ const struct conf_checks settings_checks = {.device = device_exists,
                                             .depth = modbus_depth_check,
                                             .line = line_exists,
                                             .sonar = source_check,
-                                            .whole = whole_check};
+                                            .whole = whole_check,
+                                            .uses = device_uses,
+                                            .users = key_users};
+
+void settings_man(FILE *out)
+{
+    char text[DEVICE_KEY_TEXT_MAX];
+    conf_table_man(&settings_checks, out);
+    fputs(".SH KEYS OF DEVICES\n"
+          "What a device takes in\n.BR \"[sonar NAME]\" ,\nbeside the keys that all of them have.\n"
+          "Any other key there is refused.\n",
+          out);
+    for (const struct device_ops *const *ops = device_table; *ops; ops++) {
+        fprintf(out, ".TP\n.B %s\n%s", (*ops)->name, (*ops)->keys ? "" : "none\n");
+        for (const struct device_key *key = (*ops)->keys; key && key->name; key++) {
+            device_key_text(key, text, sizeof text);
+            fprintf(out, "%s%s\n", text, key[1].name ? ";" : ".");
+        }
+    }
+}
 
 /* Devices of ready ranges make no profiles: their pings have one bin. */
 static bool any_profiles(const struct conf *conf)

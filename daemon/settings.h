@@ -7,6 +7,7 @@
 #define SONARD_SETTINGS_H
 
 #include <stdbool.h>
+#include <stdio.h>
 
 #include "config/conf.h"
 #include "core/fault.h"
@@ -15,6 +16,9 @@
 
 /* Devices, ports, lines: is there such a thing, can it do that? */
 extern const struct conf_checks settings_checks;
+
+/** settings_man - the tables of keys, and of the keys that each device takes, in man(7) macros. */
+void settings_man(FILE *out);
 
 /** settings_path - the file that is read; NULL: a replay has its configuration in its capture. */
 const char *settings_path(const struct options *o);

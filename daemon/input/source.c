@@ -408,24 +408,11 @@ static void open_channels(struct source *s)
     s->tx_channel = record_channel(s->env.record, topic, s->port.ops->encoding);
 }
 
-/* The devices whose head can be told where to look, as " a, b". */
-static const char *steerable_devices(char *text, size_t size)
-{
-    size_t n = 0;
-
-    text[0] = '\0';
-    for (const struct device_ops *const *ops = device_table; *ops; ops++)
-        if ((*ops)->steer && n < size)
-            n += (size_t)snprintf(text + n, size - n, "%s %s", n > 0 ? "," : "", (*ops)->name);
-    return text;
-}
-
 /* Finds port and device, sees to it that they fit together, and hands the device its configuration. */
 static bool set_device(struct source *s, const struct conf_sonar *conf, const struct conf_water *water,
                        struct fault *fault)
 {
     struct device_conf d;
-    char names[64];
     s->port.ops = port_find(s->address, &s->rest, fault);
     s->ops = device_find(conf->device);
     if (!s->port.ops)
@@ -440,9 +427,6 @@ static bool set_device(struct source *s, const struct conf_sonar *conf, const st
                                       : "a stream of bytes; on a CAN bus that is isotp: or canstream:");
     if (wants_frames && conf->tap[0])
         return fault_set(fault, "tap = %s: a tap mirrors a byte stream, not a CAN bus", conf->tap);
-    if (conf->scan == CONF_SCAN_ACTIVE && !s->ops->steer)
-        return fault_set(fault, "scan = active: a %s cannot be steered; these can:%s", conf->device,
-                         steerable_devices(names, sizeof names));
     if (conf->mirror && s->ops->axial)
         return fault_set(fault, "mirror = yes: a %s has one beam along its axis, and no sides to swap",
                          conf->device);

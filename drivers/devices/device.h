@@ -23,6 +23,7 @@
 
 #define DEVICE_TEXT_MAX     96
 #define DEVICE_SETTINGS_MAX 272 /* all that a Ping360 tells with each ping has at most 257 characters */
+#define DEVICE_KEY_TEXT_MAX 128
 #define DEVICE_NOTE_MAX     384 /* bytes of a note with its NUL: a list of settings and what is said of it */
 
 enum device_note {
@@ -96,13 +97,22 @@ struct device_status {
     struct clock_report clock;
 };
 
+/* A key of [sonar NAME] that a device uses, and what it takes there. */
+struct device_key {
+    const char *name;
+    double lo, hi; /* closed range in the unit of the key; both 0: all that the configuration allows */
+    const char
+        *help; /* what the numbers and auto mean to this device, in a few words; NULL: what they mean to all */
+};
+
 struct device_ops {
     const char *name;
-    size_t state_size;            /* bytes; the caller gives zeroed, max_align_t-aligned memory */
-    uint32_t max_beams, max_bins; /* largest ping that it can make: the pool's buffers are sized by it */
-    bool round;                   /* one round transducer: its beam is a cone and not a fan */
-    bool listens;                 /* it sends nothing, ever */
-    bool axial;                   /* its only beam lies along the sensor's x axis: it has no sides */
+    const struct device_key *keys; /* of those that not every device has, and of `range`; ends with name NULL */
+    size_t state_size;             /* bytes; the caller gives zeroed, max_align_t-aligned memory */
+    uint32_t max_beams, max_bins;  /* largest ping that it can make: the pool's buffers are sized by it */
+    bool round;                    /* one round transducer: its beam is a cone and not a fan */
+    bool listens;                  /* it sends nothing, ever */
+    bool axial;                    /* its only beam lies along the sensor's x axis: it has no sides */
 
     /* Take the configuration. False with a sentence in fault (which key, what is allowed) when it cannot be met. */
     bool (*init)(void *state, const struct device_conf *conf, struct fault *fault);
@@ -135,5 +145,17 @@ extern const struct device_ops *const device_table[]; /* all of them; NULL at it
 
 /** device_find - the device of that name, or NULL. */
 const struct device_ops *device_find(const char *name);
+
+/** device_key_find - the row of a key among those that the device uses, or NULL. */
+const struct device_key *device_key_find(const struct device_ops *ops, const char *name);
+
+/** device_key_text - the key and what the device takes there: "frequency 500 to 1000 kHz (auto: 750)". */
+void device_key_text(const struct device_key *key, char *text, size_t size);
+
+/**
+ * device_conf_check - is every number within what the device's keys say, the sector made of angles and the speed of
+ * sound that of water? False with a sentence in fault that begins with the key. Not a number fails.
+ */
+bool device_conf_check(const struct device_ops *ops, const struct device_conf *conf, struct fault *fault);
 
 #endif

@@ -25,8 +25,8 @@ struct dronecan {
 static bool dronecan_init(void *state, const struct device_conf *conf, struct fault *fault)
 {
     struct dronecan *d = state;
-    if (conf->node == 0 || conf->node >= DRONECAN_NODES)
-        return fault_set(fault, "node = %d: DroneCAN has 1 .. 127, or any", conf->node);
+    if (!device_conf_check(&device_dronecan, conf, fault))
+        return false;
     memset(d, 0, sizeof(*d));
     receiver_init(&d->receiver, conf, "DroneCAN range sensor", PATIENCE_NS);
     dronecan_receiver_init(&d->transfers, DRONECAN_MEASUREMENT_SIGNATURE);
@@ -130,8 +130,15 @@ static void dronecan_feed(void *state, const uint8_t *bytes, size_t n, uint64_t 
     }
 }
 
+static const struct device_key keys[] = {
+    {.name = "node", .lo = 1, .hi = DRONECAN_NODES - 1},
+    {.name = "sensor_id"},
+    {.name = NULL},
+};
+
 const struct device_ops device_dronecan = {
     .name = "dronecan",
+    .keys = keys,
     .state_size = sizeof(struct dronecan),
     .max_beams = 1,
     .max_bins = 1,

@@ -270,10 +270,8 @@ static bool echolist_init(void *state, const struct device_conf *conf, struct fa
 {
     struct echolist *d = state;
 
-    if (!(conf->range_m > 0.0 && conf->range_m <= 1000.0))
-        return fault_set(fault, "range = %g m: an echo list reaches up to 1000 m", conf->range_m);
-    if (!(conf->sound_speed_mps >= 1350.0 && conf->sound_speed_mps <= 1650.0))
-        return fault_set(fault, "sound_speed = %g m/s: must be 1350 .. 1650 m/s", conf->sound_speed_mps);
+    if (!device_conf_check(&device_echolist, conf, fault))
+        return false;
     memset(d, 0, sizeof(*d));
     d->conf = *conf;
     d->due_ns = NEVER;
@@ -342,8 +340,14 @@ static void echolist_status(const void *state, struct device_status *out)
                                : DEVICE_IDENTIFY;
 }
 
+static const struct device_key keys[] = {
+    {.name = "range", .lo = 0.75, .hi = 200},
+    {.name = NULL},
+};
+
 const struct device_ops device_echolist = {
     .name = "echolist",
+    .keys = keys,
     .state_size = sizeof(struct echolist),
     .max_beams = ECHOES_MAX,
     .max_bins = 1,

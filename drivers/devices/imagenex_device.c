@@ -40,6 +40,7 @@
 
 struct model {
     const char *name;
+    const struct device_ops *ops;
     uint8_t head, head_last; /* ids that such heads may have; the first is asked */
     uint8_t default_gain_db;
     bool scans;
@@ -50,6 +51,7 @@ struct model {
 
 static const struct model model_852 = {
     .name = "Imagenex 852",
+    .ops = &device_imagenex852,
     .head = 0x11,
     .head_last = 0x15,
     .default_gain_db = 6,
@@ -61,6 +63,7 @@ static const struct model model_852 = {
 
 static const struct model model_881a = {
     .name = "Imagenex 881A",
+    .ops = &device_imagenex881a,
     .head = 0x10,
     .head_last = 0x10,
     .default_gain_db = 20,
@@ -122,14 +125,6 @@ static uint8_t choose_range(const struct model *m, double range_m)
     return 0;
 }
 
-static uint8_t longest_range(const struct model *m)
-{
-    uint8_t longest = 0;
-    for (const uint8_t *r = m->ranges_m; *r; r++)
-        longest = *r;
-    return longest;
-}
-
 /* In units of 0.3 degrees; 0: too wide. */
 static uint8_t choose_step(double step_rad)
 {
@@ -140,7 +135,7 @@ static uint8_t choose_step(double step_rad)
     for (size_t i = 0; i < sizeof(steps); i++)
         if (fabs(steps[i] - wanted) < fabs(best - wanted))
             best = steps[i];
-    return wanted < 9.0 ? best : 0;
+    return best;
 }
 
 static void set_sector(struct imagenex_switch *s, double start_rad, double end_rad)
@@ -155,31 +150,9 @@ static void set_sector(struct imagenex_switch *s, double start_rad, double end_r
     s->sector = (uint8_t)fmax(1.0, round(geo_deg(width_rad) / 3.0));
 }
 
-/* Says in fault what is wrong, or leaves it alone and returns true. Comparisons are written so that NaN fails. */
-static bool check_conf(const struct model *m, const struct device_conf *c, struct fault *fault)
-{
-    if (!(c->range_m > 0.0 && c->range_m <= longest_range(m)))
-        fault_set(fault, "range = %g m: an %s does up to %u m", c->range_m, m->name, longest_range(m));
-    else if (!(c->sound_speed_mps >= 1350.0 && c->sound_speed_mps <= 1650.0))
-        fault_set(fault, "sound_speed = %g m/s: must be 1350 .. 1650 m/s", c->sound_speed_mps);
-    else if (c->gain < -1 || c->gain > 40)
-        fault_set(fault, "gain = %d: an %s does 0 .. 40 dB", c->gain, m->name);
-    else if (!m->scans && c->frequency_hz != 0.0)
-        fault_set(fault, "frequency = %g kHz: an %s has its own, want auto", c->frequency_hz / 1e3, m->name);
-    else if (c->frequency_hz != 0.0 && !(c->frequency_hz >= 280e3 && c->frequency_hz <= 1100e3))
-        fault_set(fault, "frequency = %g kHz: an %s does 280 .. 1100 kHz", c->frequency_hz / 1e3, m->name);
-    else if (m->scans && !(c->step_rad >= 0.0 && choose_step(c->step_rad) != 0))
-        fault_set(fault, "step = %g deg: an %s does 0.3, 0.6, 0.9, 1.2 or 2.4 deg", geo_deg(c->step_rad), m->name);
-    else if (!(fabs(c->sector_start_rad) <= 100.0 && fabs(c->sector_end_rad) <= 100.0))
-        fault_set(fault, "sector: must be two azimuths");
-    else
-        return true;
-    return false;
-}
-
 static bool init(struct imagenex *d, const struct model *m, const struct device_conf *conf, struct fault *fault)
 {
-    if (!check_conf(m, conf, fault))
+    if (!device_conf_check(m->ops, conf, fault))
         return false;
     memset(d, 0, sizeof(*d));
     d->model = m;
@@ -425,13 +398,28 @@ static void imagenex_status(const void *state, struct device_status *out)
     out->bad_frame += d->parser.bad_end;
 }
 
-#define IMAGENEX_OPS(its_name, its_init, its_axial)                                                               \
+static const struct device_key keys_852[] = {
+    {.name = "range", .lo = 0.75, .hi = 50},
+    {.name = "gain", .lo = 0, .hi = 40, .help = "dB; auto: 6"},
+    {.name = NULL},
+};
+
+static const struct device_key keys_881a[] = {
+    {.name = "range", .lo = 0.75, .hi = 100},
+    {.name = "gain", .lo = 0, .hi = 40, .help = "dB; auto: 20"},
+    {.name = "sector"},
+    {.name = "step", .lo = 0.1, .hi = 2.7, .help = "0.3, 0.6, 0.9, 1.2 or 2.4, whichever is nearest"},
+    {.name = "frequency", .lo = 280, .hi = 1100, .help = "auto: 675"},
+    {.name = NULL},
+};
+
+#define IMAGENEX_OPS(its_name, its_keys, its_init, its_axial)                                                     \
     {                                                                                                             \
-        .name = (its_name), .state_size = sizeof(struct imagenex), .max_beams = 1, .max_bins = POINTS,            \
-        .axial = (its_axial), .init = (its_init), .opened = imagenex_opened, .closed = imagenex_closed,           \
-        .feed = imagenex_feed, .tick = imagenex_tick, .deadline = poller_deadline, .stop = poller_stop,           \
-        .status = imagenex_status,                                                                                \
+        .name = (its_name), .keys = (its_keys), .state_size = sizeof(struct imagenex), .max_beams = 1,            \
+        .max_bins = POINTS, .axial = (its_axial), .init = (its_init), .opened = imagenex_opened,                  \
+        .closed = imagenex_closed, .feed = imagenex_feed, .tick = imagenex_tick, .deadline = poller_deadline,     \
+        .stop = poller_stop, .status = imagenex_status,                                                           \
     }
 
-const struct device_ops device_imagenex852 = IMAGENEX_OPS("imagenex852", init_852, true);
-const struct device_ops device_imagenex881a = IMAGENEX_OPS("imagenex881a", init_881a, false);
+const struct device_ops device_imagenex852 = IMAGENEX_OPS("imagenex852", keys_852, init_852, true);
+const struct device_ops device_imagenex881a = IMAGENEX_OPS("imagenex881a", keys_881a, init_881a, false);

@@ -91,37 +91,12 @@ static bool at(const struct micron *d, enum step step)
 
 /* ---- configuration ---- */
 
-/* Says in fault what is wrong, or leaves it alone and returns true. Comparisons are written so that NaN fails. */
-static bool check_conf(const struct device_conf *conf, double frequency_hz, struct fault *fault)
-{
-    const double far_rad = 2.0 * GEO_TURN, step_max_deg = 255.5 * 360.0 / MICRON_TURN;
-
-    if (!(conf->range_m >= 0.75 && conf->range_m <= 200.0))
-        fault_set(fault, "range = %g m: a SeaNet head does 0.75 .. 200 m", conf->range_m);
-    else if (!(conf->sound_speed_mps >= 1350.0 && conf->sound_speed_mps <= 1650.0))
-        fault_set(fault, "sound_speed = %g m/s: must be 1350 .. 1650 m/s", conf->sound_speed_mps);
-    else if (conf->gain < -1 || conf->gain > 10)
-        fault_set(fault, "gain = %d: a Micron has 0 .. 10, tenths of its full gain", conf->gain);
-    else if (!(frequency_hz >= 200e3 && frequency_hz <= 1200e3))
-        fault_set(fault, "frequency = %g kHz: a SeaNet head does 200 .. 1200 kHz", frequency_hz / 1e3);
-    else if (!(conf->step_rad >= 0.0 && geo_deg(conf->step_rad) < step_max_deg))
-        fault_set(fault, "step = %g deg: a Micron does 0.06 .. 14.3 deg", geo_deg(conf->step_rad));
-    else if (!(fabs(conf->sector_start_rad) <= far_rad && fabs(conf->sector_end_rad) <= far_rad))
-        fault_set(fault, "sector = %g %g deg: must lie in -720 .. 720 deg", geo_deg(conf->sector_start_rad),
-                  geo_deg(conf->sector_end_rad));
-    else if (conf->steered && fabs(remainder(conf->sector_end_rad - conf->sector_start_rad, GEO_TURN)) > 1e-9)
-        fault_set(fault, "scan = active: wants the full circle, sector = 0 360 deg");
-    else
-        return true;
-    return false;
-}
-
 static bool micron_init(void *state, const struct device_conf *conf, struct fault *fault)
 {
     struct micron *d = state;
     double frequency_hz = conf->frequency_hz != 0.0 ? conf->frequency_hz : 675e3;
 
-    if (!check_conf(conf, frequency_hz, fault))
+    if (!device_conf_check(&device_micron, conf, fault))
         return false;
     memset(d, 0, sizeof(*d));
     d->conf = *conf;
@@ -533,8 +508,20 @@ static void micron_status(const void *state, struct device_status *out)
     out->bad_frame += d->parser.broken;
 }
 
+static const struct device_key keys[] = {
+    {.name = "range", .lo = 0.75, .hi = 200},
+    {.name = "gain", .lo = 0, .hi = 10, .help = "tenths of its full gain; auto: 4"},
+    {.name = "sector"},
+    {.name = "step", .lo = 0.05, .hi = 14.37},
+    {.name = "scan"},
+    {.name = "circle"},
+    {.name = "frequency", .lo = 200, .hi = 1200, .help = "auto: 675"},
+    {.name = NULL},
+};
+
 const struct device_ops device_micron = {
     .name = "micron",
+    .keys = keys,
     .state_size = sizeof(struct micron),
     .max_beams = 1,
     .max_bins = MICRON_BINS_MAX,

@@ -50,8 +50,8 @@ struct nmea2000 {
 static bool nmea2000_init(void *state, const struct device_conf *conf, struct fault *fault)
 {
     struct nmea2000 *d = state;
-    if (conf->node > ADDRESS_MAX)
-        return fault_set(fault, "node = %d: an NMEA 2000 address is 0 .. %d, or any", conf->node, ADDRESS_MAX);
+    if (!device_conf_check(&device_nmea2000, conf, fault))
+        return false;
     receiver_init(&d->receiver, conf, "NMEA 2000 depth transducer", PATIENCE_NS);
     return true;
 }
@@ -160,8 +160,14 @@ static void nmea2000_feed(void *state, const uint8_t *bytes, size_t n, uint64_t 
         on_depth(d, &frame, now_ns, io);
 }
 
+static const struct device_key keys[] = {
+    {.name = "node", .lo = 0, .hi = ADDRESS_MAX},
+    {.name = NULL},
+};
+
 const struct device_ops device_nmea2000 = {
     .name = "nmea2000",
+    .keys = keys,
     .state_size = sizeof(struct nmea2000),
     .max_beams = 1,
     .max_bins = 1,

@@ -85,30 +85,19 @@ static bool ping1d_init(void *state, const struct device_conf *conf, struct faul
 {
     struct ping1d *d = state;
 
-    if (!(conf->range_m >= LISTENING_MIN_M && conf->range_m <= 200.0))
-        fault_set(fault, "range = %g m: a Ping1D does %g .. 200 m", conf->range_m, LISTENING_MIN_M);
-    else if (!(conf->sound_speed_mps >= 1350.0 && conf->sound_speed_mps <= 1650.0))
-        fault_set(fault, "sound_speed = %g m/s: must be 1350 .. 1650 m/s", conf->sound_speed_mps);
-    else if (conf->gain < -1 || conf->gain > 6)
-        fault_set(fault, "gain = %d: a Ping1D has 0 .. 6, or auto", conf->gain);
-    else if (!(conf->min_confidence > 0.0 && conf->min_confidence <= 1.0))
-        fault_set(fault, "min_confidence = %g: must be above 0, at most 1", conf->min_confidence);
-    else if (conf->frequency_hz != 0.0)
-        fault_set(fault, "frequency = %g kHz: a Ping1D has one of its own, want auto", conf->frequency_hz * 1e-3);
-    else {
-        uint64_t ping_ns = (uint64_t)(2e9 * conf->range_m / conf->sound_speed_mps) + PING_MARGIN_NS;
-        memset(d, 0, sizeof(*d));
-        d->conf = *conf;
-        d->interval_ns = ping_ns > PING_LEAST_NS ? ping_ns : PING_LEAST_NS;
-        d->device_speed_mps = PING1D_SOUND_SPEED_MPS;
-        forget_scan(d);
-        d->beam_rad = geo_rad(BEAM_DEG);
-        d->talk.on_frame = on_frame;
-        ping_parser_init(&d->talk.parser, PING_PAYLOAD_MAX);
-        poller_init(&d->talk.poller, conf->listen_only, &steps[IDENTIFY], &steps[STOP]);
-        return true;
-    }
-    return false;
+    if (!device_conf_check(&device_ping1d, conf, fault))
+        return false;
+    uint64_t ping_ns = (uint64_t)(2e9 * conf->range_m / conf->sound_speed_mps) + PING_MARGIN_NS;
+    memset(d, 0, sizeof(*d));
+    d->conf = *conf;
+    d->interval_ns = ping_ns > PING_LEAST_NS ? ping_ns : PING_LEAST_NS;
+    d->device_speed_mps = PING1D_SOUND_SPEED_MPS;
+    forget_scan(d);
+    d->beam_rad = geo_rad(BEAM_DEG);
+    d->talk.on_frame = on_frame;
+    ping_parser_init(&d->talk.parser, PING_PAYLOAD_MAX);
+    poller_init(&d->talk.poller, conf->listen_only, &steps[IDENTIFY], &steps[STOP]);
+    return true;
 }
 
 /* ---- what is said ---- */
@@ -464,8 +453,17 @@ static void ping1d_opened(void *state, uint64_t now_ns, const struct device_io *
     ping_talk_opened(&d->talk, now_ns, io);
 }
 
+static const struct device_key keys[] = {
+    {.name = "range", .lo = LISTENING_MIN_M, .hi = 200},
+    {.name = "gain", .lo = 0, .hi = 6, .help = "auto: the device chooses"},
+    {.name = "mode"},
+    {.name = "min_confidence", .lo = 0.01, .hi = 1},
+    {.name = NULL},
+};
+
 const struct device_ops device_ping1d = {
     .name = "ping1d",
+    .keys = keys,
     .state_size = sizeof(struct ping1d),
     .max_beams = 1,
     .max_bins = 1,

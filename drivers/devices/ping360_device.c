@@ -101,31 +101,6 @@ static uint64_t auto_silence_ns(const struct ping360 *d)
 
 /* ---- configuration ---- */
 
-/* Says in fault what is wrong, or leaves it alone and returns true. Comparisons are written so that NaN fails. */
-static bool check_conf(const struct device_conf *conf, double frequency_khz, struct fault *fault)
-{
-    const double far_rad = 2.0 * GEO_TURN;
-
-    if (!(conf->range_m >= 0.75 && conf->range_m <= PING360_RANGE_MAX_M))
-        fault_set(fault, "range = %g m: a Ping360 does 0.75 .. %g m", conf->range_m, PING360_RANGE_MAX_M);
-    else if (!(conf->sound_speed_mps >= 1350.0 && conf->sound_speed_mps <= 1650.0))
-        fault_set(fault, "sound_speed = %g m/s: must be 1350 .. 1650 m/s", conf->sound_speed_mps);
-    else if (conf->gain < -1 || conf->gain > 2)
-        fault_set(fault, "gain = %d: a Ping360 has 0 (low), 1 (normal) and 2 (high)", conf->gain);
-    else if (!(frequency_khz >= 500.0 && frequency_khz <= 1000.0))
-        fault_set(fault, "frequency = %g kHz: a Ping360 does 500 .. 1000 kHz", frequency_khz);
-    else if (!(conf->step_rad >= 0.0 && conf->step_rad <= GEO_PI))
-        fault_set(fault, "step = %g deg: must be 0.9 .. 180 deg", geo_deg(conf->step_rad));
-    else if (!(fabs(conf->sector_start_rad) <= far_rad && fabs(conf->sector_end_rad) <= far_rad))
-        fault_set(fault, "sector = %g %g deg: must lie in -720 .. 720 deg", geo_deg(conf->sector_start_rad),
-                  geo_deg(conf->sector_end_rad));
-    else if (conf->steered && fabs(remainder(conf->sector_end_rad - conf->sector_start_rad, GEO_TURN)) > 1e-9)
-        fault_set(fault, "scan = active: wants the full circle, sector = 0 360 deg");
-    else
-        return true;
-    return false;
-}
-
 static void on_frame(void *device, const struct ping_frame *frame, uint64_t now_ns, const struct device_io *io);
 
 static bool ping360_init(void *state, const struct device_conf *conf, struct fault *fault)
@@ -133,7 +108,7 @@ static bool ping360_init(void *state, const struct device_conf *conf, struct fau
     struct ping360 *d = state;
     double frequency_khz = conf->frequency_hz != 0.0 ? conf->frequency_hz / 1e3 : 750.0;
 
-    if (!check_conf(conf, frequency_khz, fault))
+    if (!device_conf_check(&device_ping360, conf, fault))
         return false;
     memset(d, 0, sizeof(*d));
     d->conf = *conf;
@@ -499,8 +474,24 @@ static void ping360_stop(void *state, uint64_t now_ns, const struct device_io *i
     poller_stop(state, now_ns, io);
 }
 
+static const struct device_key keys[] = {
+    {.name = "range", .lo = 0.75, .hi = PING360_RANGE_MAX_M},
+    {.name = "gain", .lo = 0, .hi = 2, .help = "0 low, 1 normal, 2 high; auto: 1"},
+    {.name = "sector"},
+    {.name = "step",
+     .lo = 0.1,
+     .hi = 180,
+     .help = "0.9 is its finest; 1.8 is twice as fast, and its beams of 2 still overlap"},
+    {.name = "mode"},
+    {.name = "scan"},
+    {.name = "circle"},
+    {.name = "frequency", .lo = 500, .hi = 1000, .help = "auto: 750"},
+    {.name = NULL},
+};
+
 const struct device_ops device_ping360 = {
     .name = "ping360",
+    .keys = keys,
     .state_size = sizeof(struct ping360),
     .max_beams = 1,
     .max_bins = PING360_SAMPLES_MAX,

@@ -60,15 +60,8 @@ static bool surveyor_init(void *state, const struct device_conf *conf, struct fa
 {
     struct surveyor *d = state;
 
-    if (!(conf->range_m >= 1.0 && conf->range_m <= 200.0))
-        return fault_set(fault, "range = %g m: a Surveyor does 1 .. 200 m", conf->range_m);
-    if (!(conf->sound_speed_mps >= 1350.0 && conf->sound_speed_mps <= 1650.0))
-        return fault_set(fault, "sound_speed = %g m/s: must be 1350 .. 1650 m/s", conf->sound_speed_mps);
-    if (conf->gain < -1 || conf->gain > 10)
-        return fault_set(fault, "gain = %d: a Surveyor has 0 .. 10, or auto", conf->gain);
-    if (conf->frequency_hz != 0.0)
-        return fault_set(fault, "frequency = %g kHz: a Surveyor has 240 kHz only, want auto",
-                         conf->frequency_hz * 1e-3);
+    if (!device_conf_check(&device_surveyor, conf, fault))
+        return false;
     uint64_t ping_ns = (uint64_t)(2e9 * conf->range_m / conf->sound_speed_mps) + PING_MARGIN_NS;
     memset(d, 0, sizeof(*d));
     d->conf = *conf;
@@ -309,8 +302,15 @@ static void surveyor_status(const void *state, struct device_status *out)
     clock_map_report(&d->clock, &out->clock);
 }
 
+static const struct device_key keys[] = {
+    {.name = "range", .lo = 1, .hi = 200},
+    {.name = "gain", .lo = 0, .hi = 10, .help = "auto: the device chooses"},
+    {.name = NULL},
+};
+
 const struct device_ops device_surveyor = {
     .name = "surveyor",
+    .keys = keys,
     .state_size = sizeof(struct surveyor),
     .max_beams = SURVEYOR_POINTS_MAX,
     .max_bins = 1,

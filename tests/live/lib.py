@@ -304,10 +304,11 @@ class Daemon(Process):
 
 
 DEFAULTS = {
-    "sonar head": {"device": "ping360", "range": "10 m", "step": "1.8 deg", "mode": "transmit"},
+    "sonar head": {"device": "ping360", "range": "10 m"},
     "extract": {"no_echo": "heard"},
     "log": {"level": "debug"},
 }
+PING360 = {"step": "1.8 deg", "mode": "transmit"}  # the head's, while it is one
 
 
 class Bench:
@@ -334,6 +335,8 @@ class Bench:
         merged["server"] = {"socket": self.socket_path}
         for section, keys in sections.items():
             merged.setdefault("sonar head" if section == "sonar" else section, {}).update(keys)
+        if merged["sonar head"]["device"] == "ping360":
+            merged["sonar head"] = dict(PING360, **merged["sonar head"])
         text = "".join("[%s]\n%s\n" % (section, "".join("%s = %s\n" % item for item in keys.items()))
                        for section, keys in merged.items())
         return self.write(name, text)

@@ -44,7 +44,7 @@ WIRES = {
                  ("drop", "short", "garbage"), TIMED,  # its lines have no checksum: a wrong bit is no fault to it
                  (("split 1", "split 0"), ("unplug", "plug"))),
     "sweep": ("echolist_sim", ("--from", "-90", "--to", "90", "--range", "12"),
-              {"device": "echolist", "range": "12 m", "step": "3 deg"},
+              {"device": "echolist", "range": "12 m"},
               COUNTED, TIMED, (("split 1", "split 0"), ("unplug", "plug"))),
     "sounder": ("ping1d_sim", ("--distance", "%g" % BOTTOM_M),
                 {"device": "ping1d", "range": "20 m", "rotation": "0 -90 0 deg"},

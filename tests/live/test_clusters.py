@@ -46,7 +46,7 @@ def case_steered(bench):
 
 def case_steered_micron(bench):
     micron(bench)
-    bearings = steered(bench, device="micron", mode="auto")
+    bearings = steered(bench, device="micron")
     jumps = sum(apart(a, b) > 15 for a, b in zip(bearings, bearings[1:]))  # one that only scans makes none
     check(jumps >= 4, "the head was sent elsewhere %d times" % jumps)
     check(all(any(apart(b, way) < 10 for b in bearings) for way in range(0, 360, 10)), "a part was left out")
@@ -58,7 +58,7 @@ def case_steered_micron_within_its_circle(bench):
     """The whole circle within the time that was set, or in that of a plain one on a slow machine; the rest ahead."""
     circle_s, plain = 12, 100
     micron(bench)
-    bearings = steered(bench, device="micron", mode="auto", circle="%g s" % circle_s)
+    bearings = steered(bench, device="micron", circle="%g s" % circle_s)
     ahead, astern = (sum(apart(b, way) <= 30 for b in bearings) for way in (0, 180))
     check(ahead > astern > 0, "%d pings ahead, %d astern" % (ahead, astern))
     pings = [(ping["t_ns"] * 1e-9, round(ping["azimuth_deg"] / 10) % 36) for ping in bench.truth()]

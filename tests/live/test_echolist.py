@@ -7,7 +7,7 @@ from twin import Twin
 
 def start(bench, *arguments, **keys):
     sim = Twin(bench, "echolist_sim", "--from", "-90", "--to", "90", *arguments)
-    conf = {"device": "echolist", "range": "20 m", "step": "3 deg", "mode": "auto"}
+    conf = {"device": "echolist", "range": "20 m"}
     conf.update(keys)
     bench.conf(sonar=conf)
     return sim, bench.sonard().client()

@@ -10,7 +10,7 @@ from twin import Twin
 def basin(bench, threads, **sections):
     """From 6 m behind to 9 m ahead and from 5 m left to 4 m right; the sonar sweeps the half ahead."""
     Twin(bench, "echolist_sim", "--from", "-90", "--to", "90")
-    bench.conf(sonar={"device": "echolist", "range": "20 m", "step": "3 deg", "mode": "auto"},
+    bench.conf(sonar={"device": "echolist", "range": "20 m"},
                pipeline={"threads": threads}, **sections)
     return bench.sonard().client()
 

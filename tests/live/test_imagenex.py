@@ -12,7 +12,9 @@ TOLERANCE_M = 0.3
 
 def start(bench, model, **keys):
     sim = Twin(bench, "imagenex_sim", "--model", model)
-    conf = {"device": "imagenex" + model, "range": "10 m", "step": "2.4 deg", "mode": "auto"}
+    conf = {"device": "imagenex" + model, "range": "10 m"}
+    if model == "881a":
+        conf["step"] = "2.4 deg"
     conf.update(keys)
     bench.conf(sonar=conf)
     return sim, bench.sonard().client()

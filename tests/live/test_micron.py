@@ -8,7 +8,7 @@ from twin import micron
 
 def start(bench):
     head = micron(bench)
-    bench.conf(sonar={"device": "micron", "mode": "auto"})
+    bench.conf(sonar={"device": "micron", "step": "1.8 deg"})
     return head, bench.sonard().client()
 
 

@@ -8,7 +8,7 @@ from lib import check, refused, run
 
 def basin(bench, threads, **sections):
     """From 6 m behind to 9 m ahead and from 5 m left to 4 m right; the sonar sweeps the half ahead."""
-    bench.conf(sonar={"device": "echolist", "range": "20 m", "step": "3 deg", "mode": "auto"},
+    bench.conf(sonar={"device": "echolist", "range": "20 m"},
                pipeline={"threads": threads}, **sections)
     return Voyage(bench, "echolist_sim", "--from", "-90", "--to", "90")
 

@@ -24,7 +24,7 @@ def check_wall(client, azimuth_deg, wall_m, tolerance_m):
 # ---- echo lists ----
 
 def echolist(bench, *arguments, **keys):
-    bench.conf(sonar=dict({"device": "echolist", "range": "20 m", "step": "3 deg", "mode": "auto"}, **keys))
+    bench.conf(sonar=dict({"device": "echolist", "range": "20 m"}, **keys))
     return Voyage(bench, "echolist_sim", "--from", "-90", "--to", "90", *arguments)
 
 
@@ -53,7 +53,8 @@ def case_echolist_tilt(bench):
 # ---- Imagenex ----
 
 def imagenex(bench, model, **keys):
-    bench.conf(sonar=dict({"device": "imagenex" + model, "range": "10 m", "step": "2.4 deg", "mode": "auto"}, **keys))
+    scan = {"step": "2.4 deg"} if model == "881a" else {}
+    bench.conf(sonar=dict({"device": "imagenex" + model, "range": "10 m"}, **scan, **keys))
     return Voyage(bench, "imagenex_sim", "--model", model)
 
 
@@ -90,7 +91,7 @@ def case_imagenex_sector(bench):
 # ---- Micron ----
 
 def micron(bench, *arguments, **keys):
-    bench.conf(sonar=dict({"device": "micron", "mode": "auto"}, **keys))
+    bench.conf(sonar=dict({"device": "micron", "step": "1.8 deg"}, **keys))
     return Voyage(bench, "micron_sim", "--scene", "box", "--centring", "1", "--ms-per-gradian", "1", "--processing-ms", "1",
                   *arguments, truth=True)
 

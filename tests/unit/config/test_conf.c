@@ -12,6 +12,8 @@
 #include "config/conf_source.h"
 #include "config/conf_value.h"
 #include "core/fault.h"
+#include "daemon/settings.h"
+#include "drivers/devices/device.h"
 #include "tests/lib/test.h"
 
 /* The least that loads; lines of a case behind it count from 4. */
@@ -64,7 +66,8 @@ static bool able_sonar(const struct conf_sonar *sonar, const struct conf_water *
     return false;
 }
 
-static const struct conf_checks checks = {known_device, known_port, known_depth, known_line, able_sonar, NULL};
+static const struct conf_checks checks = {
+    .device = known_device, .port = known_port, .depth = known_depth, .line = known_line, .sonar = able_sonar};
 
 static int load_bytes(struct conf *conf, const char *text, size_t size)
 {
@@ -612,13 +615,14 @@ TEST(words_stand_for_what_is_absent)
     CHECK_INT(conf.record.files, -1);
 }
 
-static char *to_text(void (*print)(FILE *out), const struct conf *conf, const struct conf_source *source)
+static char *to_text(void (*print)(const struct conf_checks *, FILE *out), const struct conf *conf,
+                     const struct conf_source *source)
 {
     char *text = NULL;
     size_t size = 0;
     FILE *out = open_memstream(&text, &size);
     if (print)
-        print(out);
+        print(&settings_checks, out);
     else
         conf_print(conf, source, out);
     fclose(out);
@@ -648,6 +652,95 @@ TEST(a_decimal_comma_outside_changes_nothing)
     free(sample);
     CHECK_STR(localeconv()->decimal_point, ",");
     setlocale(LC_ALL, "C");
+}
+
+/* ---- keys of devices ---- */
+
+#define SOUNDER "[sonar a]\ndevice = ping1d\nport = serial:/dev/x:115200\n"
+
+/* Loads with the devices there are; `recorded` as from a recording. The source is for conf_source_free. */
+static int load_for_devices(struct conf *conf, const char *text, bool recorded, struct conf_source **source)
+{
+    struct conf_checks real = settings_checks;
+    real.recorded = recorded;
+    faults_seen[0] = '\0';
+    return conf_load_text(conf, source, &(struct conf_text){"t.conf", text, strlen(text)}, &real, note_fault,
+                          NULL);
+}
+
+TEST(a_key_without_use_for_the_device_is_refused)
+{
+    static const struct broken cases[] = {
+        {"a step", SOUNDER "step = 3.6 deg\n",
+         "t.conf:4: [sonar a] step = 3.6 deg: ping1d does not use this key; remove it"},
+        {"its default", SOUNDER "node = any\n",
+         "t.conf:4: [sonar a] node = any: ping1d does not use this key; remove it"},
+        {"before the device is named", "[sonar a]\nscan = active\ndevice = ping1d\nport = serial:/dev/x:115200\n",
+         "t.conf:2: [sonar a] scan = active: ping1d does not use this key; remove it"},
+        {"a bad value too, but once", SOUNDER "step = 3.6\n",
+         "t.conf:4: [sonar a] step = 3.6: the unit is missing; want 0.1 to 90 deg (rad, deg, grad)"},
+        {"none where the device is unknown",
+         "[sonar a]\ndevice = ping9\nport = serial:/dev/x:115200\nnode = any\n", NULL},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        struct conf conf;
+        struct conf_source *source;
+        CHECK_INT(load_for_devices(&conf, cases[i].text, false, &source), 1);
+        if (cases[i].want)
+            CHECK_STR(faults_seen, cases[i].want);
+        else
+            CHECK(strstr(faults_seen, "node") == NULL);
+        conf_source_free(source);
+    }
+}
+
+TEST(a_recording_may_have_keys_without_use)
+{
+    struct conf conf, plain;
+    struct conf_source *source, *none;
+    CHECK_INT(load_for_devices(&plain, SOUNDER, false, &none), 0);
+    CHECK_INT(load_for_devices(&conf, SOUNDER "step = 3.6 deg\ngain = 2\n", true, &source), 0);
+    CHECK_INT(conf.sonar[0].gain, 2);
+    CHECK(conf.sonar[0].step_rad == plain.sonar[0].step_rad);
+    conf_source_free(source);
+    conf_source_free(none);
+}
+
+TEST(print_leaves_keys_without_use_out)
+{
+    struct conf conf, again;
+    struct conf_source *source, *second;
+    CHECK_INT(load_for_devices(&conf,
+                               SOUNDER "mode = request\n[sonar b]\ndevice = ping360\nport = udp:127.0.0.1:9\n",
+                               false, &source),
+              0);
+    char *printed = to_text(NULL, &conf, source), *of_b = strstr(printed, "[sonar b]");
+    CHECK(of_b != NULL && strstr(of_b, "\nstep = 0.9 deg ") != NULL && strstr(of_b, "\nnode = ") == NULL);
+    *of_b = '\0';
+    CHECK(strstr(printed, "\nstep = ") == NULL && strstr(printed, "\nmin_confidence = 0.5 ") != NULL);
+    *of_b = '[';
+    CHECK_INT(load_for_devices(&again, printed, false, &second), 0);
+    CHECK(memcmp(&conf, &again, sizeof conf) == 0);
+    free(printed);
+    conf_source_free(source);
+    conf_source_free(second);
+}
+
+/* What drivers declare are rows of the table, and every such row has a driver. */
+TEST(devices_declare_keys_of_the_table)
+{
+    for (const struct device_ops *const *ops = device_table; *ops; ops++) {
+        CHECK((device_key_find(*ops, "scan") != NULL) == ((*ops)->steer != NULL));
+        for (const struct device_key *key = (*ops)->keys; key && key->name; key++) {
+            const struct conf_key *row = conf_key_find("sonar", key->name);
+            CHECK(row != NULL && row->standard != NULL && key->lo <= key->hi);
+        }
+    }
+    for (const struct conf_key *key = conf_keys; key->name; key++) {
+        char text[CONF_VALUE_MAX] = "";
+        settings_checks.users(key->name, text, sizeof text);
+        CHECK(!key->of_device || (conf_key_is_sonar(key) && key->standard && *text));
+    }
 }
 
 TEST(print_says_where_from)
@@ -869,6 +962,7 @@ TEST(the_man_table_has_every_key)
         CHECK(strstr(man, row) != NULL);
     }
     CHECK(strstr(man, "Default: 0.9 deg.\n") != NULL);
+    CHECK(strstr(man, "\nOnly for ping1d.\n") != NULL);
     CHECK(strstr(man, "\n'") == NULL);
     free(man);
 }
@@ -896,6 +990,10 @@ int main(void)
         RUN(a_decimal_comma_outside_changes_nothing);
     else
         printf("skip a_decimal_comma_outside_changes_nothing: no locale with a decimal comma is installed\n");
+    RUN(a_key_without_use_for_the_device_is_refused);
+    RUN(a_recording_may_have_keys_without_use);
+    RUN(print_leaves_keys_without_use_out);
+    RUN(devices_declare_keys_of_the_table);
     RUN(print_says_where_from);
     RUN(print_loads_to_the_same_bits);
     RUN(the_default_file_is_the_sample);

@@ -225,7 +225,7 @@ TEST(node_and_sensor_are_chosen)
         CHECK_INT(rig.pings, cases[i].pings);
     }
     CHECK(!rig_open(&device_dronecan, 0, -1));
-    CHECK(strstr(rig.fault.text, "1 .. 127"));
+    CHECK(strstr(rig.fault.text, "node = 0: dronecan takes node 1 to 127"));
     CHECK(!rig_open(&device_dronecan, 128, -1));
 }
 

@@ -79,7 +79,7 @@ TEST(source_is_chosen)
     rig_hear("0DF50B24#11D502000006FF0A");
     CHECK_INT(rig.pings, 1);
     CHECK(!rig_open(&device_nmea2000, 252, -1));
-    CHECK(strstr(rig.fault.text, "0 .. 251"));
+    CHECK(strstr(rig.fault.text, "node = 252: nmea2000 takes node 0 to 251"));
 }
 
 /* Of a bus with a transducer at 36 (24), and a display at 12 (0C) that repeats the message without a depth. */

@@ -444,8 +444,7 @@ TEST(configuration_faults_name_the_key)
     } row[] = {{"range", {.range_m = 0.9, .sound_speed_mps = 1500, .gain = -1}},
                {"range", {.range_m = NAN, .sound_speed_mps = 1500, .gain = -1}},
                {"sound_speed", {.range_m = 30, .sound_speed_mps = 1700, .gain = -1}},
-               {"gain", {.range_m = 30, .sound_speed_mps = 1500, .gain = 11}},
-               {"frequency", {.range_m = 30, .sound_speed_mps = 1500, .gain = -1, .frequency_hz = 240e3}}};
+               {"gain", {.range_m = 30, .sound_speed_mps = 1500, .gain = 11}}};
     void *state = calloc(1, device_surveyor.state_size);
     struct fault fault;
     for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
