@@ -42,12 +42,6 @@ void conf_defaults(struct conf *conf)
     conf_locale_leave(outside);
 }
 
-bool conf_name_is_good(const char *name)
-{
-    size_t n = strspn(name, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_");
-    return n > 0 && n < CONF_NAME_MAX && name[n] == '\0';
-}
-
 /* Behind the files that are there; false without memory. */
 static bool add_file(struct conf_source *source, const char *name, const char *text, size_t size)
 {

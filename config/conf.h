@@ -341,9 +341,6 @@ struct conf_text {
 int conf_load_text(struct conf *conf, struct conf_source **source, const struct conf_text *text,
                    const struct conf_checks *checks, conf_fault_fn fault, void *fault_ctx);
 
-/** conf_name_is_good - of a sonar or a grid: 1 to CONF_NAME_MAX - 1 letters, digits, - and _. */
-bool conf_name_is_good(const char *name);
-
 /* Sees every key that differs: of a section ("sonar" for all of them), as "[section] key = value", the value wanted. */
 typedef void (*conf_change_fn)(void *ctx, const char *section, const char *text, bool live);
 

@@ -122,6 +122,13 @@ static int take_key(void *user, const char *inih_section, const char *name, cons
     return 1;
 }
 
+/* Of a sonar or a grid. */
+static bool is_name(const char *name)
+{
+    size_t n = strspn(name, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_");
+    return n > 0 && n < CONF_NAME_MAX && name[n] == '\0';
+}
+
 static void use_scratch(struct parse *p)
 {
     memset(p->scratch_origin, 0, sizeof p->scratch_origin);
@@ -142,7 +149,7 @@ static void begin_sonar(struct parse *p, const char *name)
 {
     int i = sonar_find(p, name); /* in an earlier file */
     p->sonar_heads++;
-    if (!conf_name_is_good(name)) {
+    if (!is_name(name)) {
         conf_fault_add(p->faults, p->line, "[%s]: %s; want [sonar NAME], NAME of 1 to %d letters, digits, - and _",
                        p->title, *name ? "bad name of a sonar" : "a sonar without a name", CONF_NAME_MAX - 1);
     } else if (i < 0 && p->conf->n_sonars == CONF_MAX_SONARS) {
@@ -171,7 +178,7 @@ static int grid_find(const struct parse *p, const char *name)
 static void begin_grid(struct parse *p, const char *name)
 {
     int i = grid_find(p, name); /* in an earlier file */
-    if (!conf_name_is_good(name) || strcmp(name, CONF_MAIN_GRID) == 0) {
+    if (!is_name(name) || strcmp(name, CONF_MAIN_GRID) == 0) {
         conf_fault_add(
             p->faults, p->line,
             "[%s]: bad name of a grid; want 1 to %d letters, digits, - and _, other than " CONF_MAIN_GRID

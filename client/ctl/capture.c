@@ -1,27 +1,20 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * capture - command line of the capture tool, and the command repair. A file that exists is never overwritten, and what
- * could not be finished is removed again.
+ * capture - command line of the capture tool, and the command repair.
  */
 #include "capture.h"
 
 #include <ctype.h>
 #include <errno.h>
-#include <fcntl.h>
 #include <getopt.h>
 #include <inttypes.h>
 #include <math.h>
-#include <stdarg.h>
 #include <stdbool.h>
-#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
-#include "core/fault.h"
-#include "drivers/capture/mcap.h"
+#include "capture_file.h"
 
-#define REPAIR_INDEX   (16u << 20)
 #define DEFAULT_SENSOR "sonar"
 
 static const char usage_text[] =
@@ -55,76 +48,10 @@ static const char usage_text[] =
     "wrong\n"
     "usage. Existing files are not overwritten.\n";
 
-int capture_failed(const char *fmt, ...)
-{
-    va_list ap;
-    va_start(ap, fmt);
-    fputs("sonarctl capture: ", stderr);
-    vfprintf(stderr, fmt, ap);
-    fputc('\n', stderr);
-    va_end(ap);
-    return 1;
-}
-
 static int wrong_usage(const char *why)
 {
     fprintf(stderr, "sonarctl capture: %s\n\n%s", why, usage_text);
     return 2;
-}
-
-void capture_text(FILE *out, const char *text)
-{
-    for (; *text; text++) {
-        if (*text >= ' ' && *text <= '~')
-            fputc(*text, out);
-        else
-            fprintf(out, "\\x%02x", (unsigned char)*text);
-    }
-}
-
-static void tell_problem(void *ctx, const char *sentence)
-{
-    fprintf(stderr, "%s: %s\n", (const char *)ctx, sentence);
-}
-
-struct mcap_reader *capture_open(const char *path)
-{
-    struct fault fault;
-    struct mcap_reader *r = mcap_open(path, tell_problem, (void *)(uintptr_t)path, &fault);
-    if (!r)
-        capture_failed("%s", fault.text);
-    return r;
-}
-
-struct mcap_writer *capture_create(const char *path, size_t message_bytes)
-{
-    const struct mcap_options options = {
-        .library = "sonarctl " SONARD_VERSION, .message_bytes = message_bytes, .index_bytes = REPAIR_INDEX};
-    struct fault fault;
-    int fd = open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644);
-    if (fd < 0) {
-        capture_failed("%s: %s", path, strerror(errno));
-        return NULL;
-    }
-    struct mcap_writer *w = mcap_create(fd, &options, &fault);
-    if (!w) {
-        unlink(path);
-        capture_failed("%s: %s", path, fault.text);
-    }
-    return w;
-}
-
-int capture_finish(struct mcap_writer *w, const char *path, bool ok, struct fault *fault)
-{
-    struct fault ignored;
-    if (ok)
-        ok = mcap_finish(w, fault);
-    else
-        mcap_finish(w, &ignored);
-    if (ok)
-        return 0;
-    unlink(path);
-    return capture_failed("%s: %s", path, fault->text);
 }
 
 /* ---- repair ---- */

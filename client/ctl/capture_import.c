@@ -12,6 +12,7 @@
 #include <unistd.h>
 
 #include "capture.h"
+#include "capture_file.h"
 #include "core/fault.h"
 #include "drivers/capture/mcap.h"
 #include "drivers/devices/ping_bytes.h"

@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "capture.h"
+#include "capture_file.h"
 #include "core/fault.h"
 #include "drivers/capture/mcap.h"
 

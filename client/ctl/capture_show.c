@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* capture_show - the two commands of the capture tool that read a capture for people: info and export. */
 #include "capture.h"
+#include "capture_file.h"
 
 #include <errno.h>
 #include <inttypes.h>

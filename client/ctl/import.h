@@ -118,7 +118,4 @@ bool import_is_viewer2(const uint8_t *data, size_t size);
 void import_viewer2(const uint8_t *data, size_t size, const struct import_sink *sink,
                     bool (*pose)(void *ctx, uint64_t t_ns, const char *json), struct import_result *out);
 
-/** import_clock - "hh:mm:ss.zzz" as n code points, digits of any script; false when it is no time of day. */
-bool import_clock(const uint32_t *text, size_t n, uint64_t *t_ns);
-
 #endif

@@ -6,6 +6,7 @@
  * Some loggers write other things into the time.
  */
 #include "import.h"
+#include "import_clock.h"
 
 #include <inttypes.h>
 #include <stdio.h>

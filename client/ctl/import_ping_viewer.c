@@ -6,6 +6,7 @@
  * ffffffff is none. Nothing marks a record: what tells it is a time of day, and that another one follows.
  */
 #include "import.h"
+#include "import_clock.h"
 
 #include <inttypes.h>
 #include <stdarg.h>

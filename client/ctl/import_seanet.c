@@ -8,6 +8,7 @@
  * Other ports of the same log hold other things; the sonar's is the one whose bytes hold the head of a frame.
  */
 #include "import.h"
+#include "import_clock.h"
 
 #include <inttypes.h>
 #include <stdio.h>

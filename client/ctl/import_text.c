@@ -12,6 +12,7 @@
  * The frame is built anew; that its checksum is the dumped one shows that nothing was lost.
  */
 #include "import.h"
+#include "import_clock.h"
 
 #include <ctype.h>
 #include <inttypes.h>

@@ -16,13 +16,11 @@ static bool pose_time(const struct methods_env *d, const json_t *params, uint64_
     *t_ns = loop_now(d->loop);
     if (!params_has(params, "t_unix"))
         return true;
-    if (given < t_unix - POSE_PAST_S || given > t_unix + POSE_FUTURE_S) {
-        error->code = RPC_INVALID_PARAMS;
-        snprintf(error->message, sizeof error->message,
-                 "t_unix is %.3f s off this computer's clock: wanted at most %g s in the past, %g s ahead",
-                 given - t_unix, POSE_PAST_S, POSE_FUTURE_S);
-        return false;
-    }
+    if (given < t_unix - POSE_PAST_S || given > t_unix + POSE_FUTURE_S)
+        return rpc_refuse(
+            error, RPC_INVALID_PARAMS,
+            "t_unix is %.3f s off this computer's clock: wanted at most %g s in the past, %g s ahead",
+            given - t_unix, POSE_PAST_S, POSE_FUTURE_S);
     double ns = given * 1e9 - (double)query_unix_offset_ns(d);
     *t_ns = ns > 0 ? (uint64_t)ns : 0;
     return true;
@@ -33,11 +31,8 @@ bool pose_attitude(const json_t *params, struct pose *p, struct rpc_error *error
     double rpy[3], q[4];
     const bool has_rpy = params_numbers(params, "attitude_deg", rpy),
                has_q = params_numbers(params, "quaternion", q);
-    if (has_q && !quat_normalise(q)) {
-        error->code = RPC_INVALID_PARAMS;
-        snprintf(error->message, sizeof error->message, "quaternion is not of length 1 (w, x, y, z)");
-        return false;
-    }
+    if (has_q && !quat_normalise(q))
+        return rpc_refuse(error, RPC_INVALID_PARAMS, "quaternion is not of length 1 (w, x, y, z)");
     if (has_rpy)
         quat_from_rpy(geo_rad(rpy[0]), geo_rad(rpy[1]), geo_rad(rpy[2]), q);
     if (has_rpy || has_q) {
@@ -91,23 +86,19 @@ static bool pose_take(struct methods_env *d, const char *sender, json_t *params,
         return false;
     }
     pose_place(params, &p);
-    if (!p.has) {
-        error->code = RPC_INVALID_PARAMS;
-        snprintf(error->message, sizeof error->message,
-                 "empty pose: want attitude_deg, quaternion, position_m, depth_m or velocity_mps");
-    } else if (!pose_log_put(&d->poses, &p)) {
-        error->code = RPC_INVALID_PARAMS;
-        snprintf(error->message, sizeof error->message, "t_unix is not after that of the last pose");
-    } else if (json_object_get(params, "t_unix") && !d->replay) {
+    if (!p.has)
+        return rpc_refuse(error, RPC_INVALID_PARAMS,
+                          "empty pose: want attitude_deg, quaternion, position_m, depth_m or velocity_mps");
+    if (!pose_log_put(&d->poses, &p))
+        return rpc_refuse(error, RPC_INVALID_PARAMS, "t_unix is not after that of the last pose");
+    if (json_object_get(params, "t_unix") && !d->replay) {
         /* what is recorded goes by the capture's clock, which does not step when the computer's is set */
         json_object_set_new(params, "t_unix", json_real((double)(p.t_ns + d->unix_offset_ns) * 1e-9));
     }
-    if (error->code == 0) {
-        pose_log_sent_by(&d->poses, p.has, sender);
-        tell_doubt(d, params);
-        map_service_pose(&d->map_service, &p);
-    }
-    return error->code == 0;
+    pose_log_sent_by(&d->poses, p.has, sender);
+    tell_doubt(d, params);
+    map_service_pose(&d->map_service, &p);
+    return true;
 }
 
 static void withdraw(struct methods_env *d)

@@ -4,8 +4,6 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "rpc.h"
-
 const char *params_kind(const json_t *value)
 {
     switch (json_typeof(value)) {

@@ -12,8 +12,7 @@
 #include <stdint.h>
 
 #include "protocol/protocol.h"
-
-struct rpc_error;
+#include "rpc_error.h"
 
 /** params_take - check the object, and set the defaults in it; false with *error set (RPC_INVALID_PARAMS). */
 bool params_take(const struct protocol_param *rows, json_t *params, struct rpc_error *error);

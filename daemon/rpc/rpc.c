@@ -5,13 +5,11 @@
  */
 #include "rpc.h"
 
-#include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "config/word.h"
-#include "core/readable.h"
 
 #define ID_FLAGS (JSON_COMPACT | JSON_ENCODE_ANY)
 
@@ -31,27 +29,6 @@ struct rpc_job {
     bool started;         /* it has */
     struct reply reply;
 };
-
-/* A message may quote what a client sent, cut anywhere: leave only what JSON and terminals take as it is. */
-static void make_harmless(struct rpc_error *error)
-{
-    readable(error->message);
-    for (char *c = error->message; *c; c++)
-        if (*c == '"' || *c == '\\')
-            *c = '\'';
-}
-
-bool rpc_refuse(struct rpc_error *error, int code, const char *fmt, ...)
-{
-    va_list args;
-
-    error->code = code;
-    va_start(args, fmt);
-    vsnprintf(error->message, sizeof error->message, fmt, args);
-    va_end(args);
-    make_harmless(error);
-    return false;
-}
 
 /* Nesting of the text's brackets outside strings: jansson recurses, so this is counted before it sees the text. */
 static bool too_deep(const char *line, size_t n)
@@ -203,7 +180,6 @@ enum rpc_outcome rpc_answer(const struct rpc_method *methods, const struct rpc_c
         good = rpc_refuse(error, RPC_INTERNAL_ERROR, "the result cannot be written as JSON");
     if (!good)
         json_out_cut(out, work->before);
-    make_harmless(error);
     return good ? RPC_ANSWERED : RPC_FAILED;
 }
 

@@ -13,27 +13,13 @@
 
 #include "params.h"
 #include "json_out.h"
+#include "rpc_error.h"
 #include "work.h"
-
-enum rpc_code {
-    RPC_PARSE_ERROR = -32700,
-    RPC_INVALID_REQUEST = -32600,
-    RPC_METHOD_NOT_FOUND = -32601,
-    RPC_INVALID_PARAMS = -32602,
-    RPC_INTERNAL_ERROR = -32603,
-    RPC_FORBIDDEN = -32001, /* this client may ask but not change */
-    RPC_LIMIT = -32000,     /* a limit of the server was reached; the message says which */
-};
 
 #define RPC_LINE_MAX  65536 /* longest request line, without the newline */
 #define RPC_BATCH_MAX 16
 #define RPC_DEPTH_MAX 16        /* nesting of arrays and objects in a request */
 #define RPC_REPLY_MAX (4 << 20) /* results in one reply line; errors and ids add at most twice RPC_LINE_MAX */
-
-struct rpc_error {
-    int code;          /* 0: none */
-    char message[640]; /* one sentence: what, which parameter, what would be right */
-};
 
 struct rpc_counts {
     uint64_t requests, errors; /* requests seen, each of a batch counted; error replies given */
@@ -120,8 +106,5 @@ enum rpc_outcome rpc_answer(const struct rpc_method *methods, const struct rpc_c
  */
 bool rpc_continue(const struct rpc_call *call, rpc_part_fn *part);
 bool rpc_postpone(const struct rpc_call *call, struct rpc_waiters *waiters);
-
-/** rpc_refuse - fill *error with a sentence (bytes that JSON or a terminal would mind are replaced); returns false. */
-bool rpc_refuse(struct rpc_error *error, int code, const char *fmt, ...) __attribute__((format(printf, 3, 4)));
 
 #endif

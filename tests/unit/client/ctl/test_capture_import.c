@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* test_capture_import - recordings of other programs become captures; repair and export of captures. */
 #include "client/ctl/import.h"
+#include "client/ctl/import_clock.h"
 
 #include <fcntl.h>
 #include <glob.h>
