@@ -353,7 +353,7 @@ check-blueos:
 prose:
 	@BUILD=$(BUILD) tests/prose/check.py
 
-layers: $(GRID)
+layers: $(CORE) $(GRID) $(DRIVERS) $(CONFIG) $(PROTOCOL) $(DAEMON) $(CLIENT) $(WEBLIB)
 	@BUILD=$(BUILD) tests/layers.sh
 
 format:

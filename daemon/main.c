@@ -15,7 +15,7 @@
 #include "daemon/methods/environment.h"
 #include "daemon/methods/answers_file.h"
 #include "daemon/methods/methods.h"
-#include "daemon/methods/request_job.h"
+#include "request_job.h"
 #include "daemon/input/aux_sensors.h"
 #include "daemon/rpc/listen.h"
 #include "core/log.h"

@@ -6,7 +6,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "daemon/methods/request_job.h"
+#include "request_job.h"
 #include "core/log.h"
 #include "notify.h"
 #include "settings.h"

@@ -1,7 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# layers.sh - checks the rules of who may know whom: includes of every folder, and what the grid's archive needs from
-# outside. Prints ok/FAIL lines. BUILD names the build folder.
+# layers.sh - checks the rules of who may know whom: includes of every folder, what the grid's archive needs from
+# outside, and that no module needs another which needs it. Prints ok/FAIL lines. BUILD names the build folder.
 set -u
 status=0
 
@@ -34,9 +34,11 @@ rule core
 rule protocol '(methods|shapes)\.def'
 rule config $fault
 rule grid $fault
-for room in range sphere voxel; do rule grid/$room "$grid" $fault; done
+rule grid/range "grid/$own" $fault
+rule grid/voxel "grid/$own" $fault
+rule grid/sphere "grid/$own" 'grid/answer/(answer|picture)\.h' $fault
 # the picture is published as everything between threads is: core/snapshot.h is a header of pure functions, with no archive behind it
-rule grid/answer "$grid" $fault 'core/snapshot\.h'
+rule grid/answer "grid/$own" 'grid/sphere/(bearings|clusters|free_interval|rings)\.h' $fault 'core/snapshot\.h'
 rule drivers/ports $fault
 rule drivers/gpio $fault
 rule drivers/nmea 'grid/geometry\.h'
@@ -51,13 +53,18 @@ rule daemon/rpc "$core" 'config/word\.h' $protocol
 rule daemon/map "$core" $conf "grid/voxel/$own" 'drivers/capture/point_cloud\.h' 'daemon/(pipeline/pipeline|input/discontinuity|rpc/work)\.h'
 rule daemon/background "$core" $conf "grid/range/$own" 'drivers/devices/device\.h' \
     'daemon/(pipeline/pipeline|rpc/(rpc|work))\.h'
-rule daemon/methods "$core" $conf "$grid" 'protocol/(protocol\.h|methods\.def)' "daemon/([a-z]+/)?$own"
+rule daemon/methods "$core" $conf "$grid" 'protocol/(protocol\.h|methods\.def)' "daemon/[a-z]+/$own" \
+    'daemon/(plan|plan_show|reload|replay|request_job|wiring)\.h'
 rule daemon "$core" $conf 'config/word\.h' 'protocol/(man|schema)\.h' "$grid" "drivers/[a-z]+/$own" "daemon/[a-z]+/$own"
 rule client $fault 'config/word\.h'
 rule client/lib
 rule client/ctl $fault $protocol "client/(lib/)?$own" 'config/word\.h' 'drivers/(capture/(mcap|point_cloud)|ports/port|devices/(device|micron|ping1d|ping_bytes|ping_frame|seanet_frame))\.h'
 rule client/mavlink $fault "client/(lib/)?$own"
 rule web $fault 'client/lib/(sonard|sonard_json)\.h' 'client/arguments\.h' 'protocol/(protocol|schema)\.h'
+
+# methods stand above the services of the process: main alone knows both
+bad=$(grep -n 'include "daemon/methods/' daemon/*.[ch] | grep -v '^daemon/main\.c:')
+[ -n "$bad" ] && { echo "$bad"; echo "FAIL layers_methods_above"; status=1; } || echo "ok layers_methods_above"
 
 # no folder without a rule
 for room in $(find core protocol config grid drivers daemon client web -name '*.[ch]' | sed 's,/[^/]*$,,' | sort -u); do
@@ -75,4 +82,30 @@ defined=$(nm --defined-only "$archive" 2>/dev/null | awk 'NF == 3 { print $3 }' 
 bad=$(nm -u "$archive" | awk '$1 == "U" { print $2 }' | sort -u | grep -vxF "$defined" |
       grep -vxE '(fault_set|__cpu_model|mem(cpy|set|move|cmp|chr)|str(len|cmp)|__mem[a-z]+_chk|__stack_chk_fail|_GLOBAL_OFFSET_TABLE_|__u?(div|mod|divmod)ti[34]|__(asan|ubsan|tsan|sanitizer)_.*|_?(sin|cos|tan|sincos|asin|acos|atan|atan2|hypot|sqrt|exp|exp2|expm1|log|log2|log10|log1p|pow|fabs|floor|ceil|round|trunc|fmod|lgamma|lgamma_r|erf|erfc|ldexp|frexp|nextafter|fmax|fmin|lround|llround|rint)f?)')
 [ -n "$bad" ] && { echo "libgrid.a needs from outside:" $bad; echo "FAIL layers_grid_symbols"; status=1; } || echo "ok layers_grid_symbols"
+
+# No module needs one that needs it, be it by way of others: each archive's objects in order. Two knots are known: the spherical
+# grid is one state in eight files (state.h), and the command `complete` is in the table of commands that it reads.
+knots='course motion publish relax sensor sides sphere view:course motion publish relax sensor sides sphere view|command_table:command_complete'
+for name in core protocol config grid drivers daemon client web; do
+    archive=${BUILD:-build}/lib$name.a
+    [ -f "$archive" ] || continue
+    loop=$(nm -A "$archive" 2>/dev/null | awk -v knots="$knots" '
+        { sub(/^.*\.a:/, ""); object = $0; sub(/\.o:.*/, "", object); type = $(NF - 1); symbol = $NF }
+        type == "U" { needs[object, symbol] = 1 }
+        type ~ /^[TDBRC]$/ { home[symbol] = object }
+        END {
+            n = split(knots, knot, "|")
+            for (i = 1; i <= n; i++) {
+                split(knot[i], side, ":")
+                from = split(side[1], a, " "); to = split(side[2], b, " ")
+                for (j = 1; j <= from; j++) for (k = 1; k <= to; k++) known[a[j], b[k]] = 1
+            }
+            for (need in needs) {
+                split(need, part, SUBSEP)
+                if (part[2] in home && home[part[2]] != part[1] && !((part[1], home[part[2]]) in known))
+                    print part[1], home[part[2]]
+            }
+        }' | tsort 2>&1 >/dev/null)
+    [ -n "$loop" ] && { echo "$loop"; echo "FAIL layers_no_circle_$name"; status=1; } || echo "ok layers_no_circle_$name"
+done
 exit $status

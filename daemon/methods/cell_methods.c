@@ -4,7 +4,7 @@
 #include <stdlib.h>
 
 #include "daemon/methods/environment.h"
-#include "daemon/methods/request_job.h"
+#include "daemon/request_job.h"
 #include "grid_methods.h"
 #include "json_units.h"
 #include "methods.h"

@@ -7,7 +7,7 @@
 #include "core/fault.h"
 #include "grid/answer/next_look.h"
 #include "grid/sphere/shapes.h"
-#include "daemon/methods/request_job.h"
+#include "daemon/request_job.h"
 #include "grid_methods.h"
 #include "methods.h"
 #include "json_units.h"

@@ -7,7 +7,7 @@
 #include <string.h>
 
 #include "grid/answer/sight.h"
-#include "daemon/methods/request_job.h"
+#include "daemon/request_job.h"
 #include "grid_methods.h"
 #include "methods.h"
 #include "query_context.h"

@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "daemon/methods/request_job.h"
+#include "daemon/request_job.h"
 #include "grid_methods.h"
 #include "json_units.h"
 #include "methods.h"

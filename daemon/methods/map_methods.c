@@ -5,7 +5,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "daemon/methods/request_job.h"
+#include "daemon/request_job.h"
 #include "daemon/map/map_service.h"
 #include "methods.h"
 #include "json_units.h"

@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "grid/voxel/frontier.h"
-#include "daemon/methods/request_job.h"
+#include "daemon/request_job.h"
 #include "daemon/methods/environment.h"
 #include "methods.h"
 #include "json_units.h"

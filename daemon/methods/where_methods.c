@@ -6,7 +6,7 @@
 #include <string.h>
 
 #include "grid/voxel/free_query.h"
-#include "daemon/methods/request_job.h"
+#include "daemon/request_job.h"
 #include "daemon/map/map_service.h"
 #include "methods.h"
 #include "query_context.h"

@@ -16,7 +16,7 @@
 
 #include "core/fault.h"
 #include "daemon/methods/environment.h"
-#include "daemon/methods/request_job.h"
+#include "daemon/request_job.h"
 #include "bench.h"
 #include "bench_socket.h"
 #include "bench_swath.h"

@@ -25,7 +25,7 @@
 
 #include "daemon/methods/environment.h"
 #include "daemon/methods/methods.h"
-#include "daemon/methods/request_job.h"
+#include "daemon/request_job.h"
 #include "daemon/replay.h"
 #include "daemon/wiring.h"
 #include "tests/sim/lib/sim.h"

@@ -14,7 +14,7 @@
 
 #include "core/fault.h"
 #include "daemon/methods/environment.h"
-#include "daemon/methods/request_job.h"
+#include "daemon/request_job.h"
 #include "daemon/map/map_job.h"
 #include "daemon/map/map_steps.h"
 #include "daemon/methods/methods.h"

@@ -22,7 +22,7 @@
 #include "core/loop.h"
 #include "daemon/pipeline/pipeline.h"
 #include "daemon/rpc/server.h"
-#include "daemon/methods/request_job.h"
+#include "daemon/request_job.h"
 
 #define MANY    500
 #define CLIENTS 100
