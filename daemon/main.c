@@ -87,9 +87,12 @@ static int explain(const struct conf *conf, enum options_explain how)
         plan_print(conf, stdout);
         return OK;
     }
-    json_t *plan = plan_json(conf);
+    struct json_out text = {0};
+    plan_write(conf, &text);
+    json_t *plan = text.failed ? NULL : json_loadb(text.bytes, text.n, 0, NULL);
     const int status = json_dumpf(plan, stdout, JSON_INDENT(2)) == 0 && putchar('\n') != EOF ? OK : FAILED;
     json_decref(plan);
+    free(text.bytes);
     return status;
 }
 

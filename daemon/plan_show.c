@@ -55,26 +55,47 @@ void plan_print(const struct conf *conf, FILE *out)
 
 /* ---- for programs ---- */
 
-static json_t *known(double v)
+static void write_bytes(struct json_out *out, double bytes)
 {
-    return v < 0 ? json_null() : json_integer((json_int_t)v);
+    json_out_name(out, "bytes");
+    if (bytes < 0)
+        json_out_null(out);
+    else
+        json_out_integer(out, (int64_t)bytes);
 }
 
-static json_t *stage_json(const struct plan_stage *s, double bytes, const struct conf *conf)
+static void write_word(struct json_out *out, const char *name, const char *word)
 {
-    const char *of = whose(s, conf);
-    return json_pack("{s:s, s:o, s:b, s:o, s:s, s:o}", "name", plan_name(s->id), "of",
-                     of ? json_string(of) : json_null(), "in", s->in, "proof",
-                     s->in ? json_null() : json_string(plan_proof_name(s->proof)), "why", s->why, "bytes",
-                     known(bytes));
+    json_out_name(out, name);
+    if (word)
+        json_out_text(out, word);
+    else
+        json_out_null(out);
 }
 
-json_t *plan_json(const struct conf *conf)
+static void write_stage(struct json_out *out, const struct plan_stage *s, double bytes, const struct conf *conf)
+{
+    json_out_open(out, '{');
+    write_word(out, "name", plan_name(s->id));
+    write_word(out, "of", whose(s, conf));
+    json_out_name(out, "in");
+    json_out_flag(out, s->in);
+    write_word(out, "proof", s->in ? NULL : plan_proof_name(s->proof));
+    write_word(out, "why", s->why);
+    write_bytes(out, bytes);
+    json_out_close(out, '}');
+}
+
+void plan_write(const struct conf *conf, struct json_out *out)
 {
     struct shown p;
-    json_t *stages = json_array();
     make(conf, &p);
+    json_out_open(out, '{');
+    json_out_name(out, "stages");
+    json_out_open(out, '[');
     for (int k = 0; k < p.plan.n; k++)
-        json_array_append_new(stages, stage_json(&p.plan.stage[k], p.bytes[k], conf));
-    return json_pack("{s:o, s:o}", "stages", stages, "bytes", known(p.all));
+        write_stage(out, &p.plan.stage[k], p.bytes[k], conf);
+    json_out_close(out, ']');
+    write_bytes(out, p.all);
+    json_out_close(out, '}');
 }

@@ -6,15 +6,15 @@
 #ifndef SONARD_PLAN_SHOW_H
 #define SONARD_PLAN_SHOW_H
 
-#include <jansson.h>
 #include <stdio.h>
 
 #include "config/conf.h"
+#include "daemon/rpc/json_out.h"
 
 /** plan_print - one line for each stage of a checked configuration, then the sum of those that are in. */
 void plan_print(const struct conf *conf, FILE *out);
 
-/** plan_json - as the method `plan` answers, sonard-protocol(7). */
-json_t *plan_json(const struct conf *conf);
+/** plan_write - as the method `plan` answers, sonard-protocol(7). */
+void plan_write(const struct conf *conf, struct json_out *out);
 
 #endif

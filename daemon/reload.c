@@ -14,10 +14,11 @@
 
 /* What came of one reload. */
 struct outcome {
-    const struct conf *conf;       /* in force before */
-    json_t *applied, *restart;     /* lines of changed keys */
-    bool extract[CONF_MAX_SONARS]; /* one of them is this sonar's extraction's */
-    char fault[560];               /* the first; empty: none */
+    const struct conf *conf;          /* in force before */
+    struct json_out applied, restart; /* lines of changed keys, */
+    unsigned n_applied, n_restart;    /* so many */
+    bool extract[CONF_MAX_SONARS];    /* one of them is this sonar's extraction's */
+    char fault[560];                  /* the first; empty: none */
     int faults;
 };
 
@@ -42,13 +43,16 @@ static void mark_extracts(struct outcome *o, const char *section, const char *te
 static void on_change(void *ctx, const char *section, const char *text, bool live)
 {
     struct outcome *o = ctx;
-    json_array_append_new(live ? o->applied : o->restart, json_string(text));
-    if (live)
+    if (live) {
+        json_out_text(&o->applied, text);
+        o->n_applied++;
         mark_extracts(o, section, text);
-    if (live)
         log_line(LOG_NOTICE, "reload_key", "reload: %s", text);
-    else
+    } else {
+        json_out_text(&o->restart, text);
+        o->n_restart++;
         log_line(LOG_WARNING, "reload_restart", "reload: %s: needs a restart", text);
+    }
 }
 
 /* Whatever order the sections have by now. */
@@ -149,38 +153,60 @@ static bool reload(const struct reload_env *env, struct outcome *o)
     return good;
 }
 
-json_t *reload_now(const struct reload_env *env, struct rpc_error *error)
+/* False with a refusal in *error. Its texts are for outcome_free in any case. */
+static bool try_reload(const struct reload_env *env, struct outcome *o, struct rpc_error *error)
 {
-    if (env->replay) {
-        rpc_refuse(error, RPC_INVALID_REQUEST, "a replay keeps its configuration");
-        return NULL;
-    }
+    *o = (struct outcome){.conf = env->conf};
+    if (env->replay)
+        return rpc_refuse(error, RPC_INVALID_REQUEST, "a replay keeps its configuration");
     if (!request_job_room(env->pipeline, error))
-        return NULL;
-    struct outcome o = {.conf = env->conf, .applied = json_array(), .restart = json_array()};
-    if (reload(env, &o))
-        return json_pack("{s:o, s:o}", "applied", o.applied, "needs_restart", o.restart);
-    json_decref(o.applied);
-    json_decref(o.restart);
-    if (o.faults > 1)
-        rpc_refuse(error, RPC_INVALID_REQUEST, "nothing is changed: %s; %d more in the log", o.fault,
-                   o.faults - 1);
-    else
-        rpc_refuse(error, RPC_INVALID_REQUEST, "nothing is changed: %s", o.fault);
-    return NULL;
+        return false;
+    if (reload(env, o))
+        return true;
+    if (o->faults > 1)
+        return rpc_refuse(error, RPC_INVALID_REQUEST, "nothing is changed: %s; %d more in the log", o->fault,
+                          o->faults - 1);
+    return rpc_refuse(error, RPC_INVALID_REQUEST, "nothing is changed: %s", o->fault);
+}
+
+static void outcome_free(struct outcome *o)
+{
+    free(o->applied.bytes);
+    free(o->restart.bytes);
+}
+
+static void write_lines(struct json_out *out, const char *name, const struct json_out *lines)
+{
+    json_out_name(out, name);
+    json_out_open(out, '[');
+    json_out_part(out, lines);
+    json_out_close(out, ']');
+}
+
+bool reload_now(const struct reload_env *env, struct json_out *out, struct rpc_error *error)
+{
+    struct outcome o;
+    const bool good = try_reload(env, &o, error);
+    if (good) {
+        json_out_open(out, '{');
+        write_lines(out, "applied", &o.applied);
+        write_lines(out, "needs_restart", &o.restart);
+        json_out_close(out, '}');
+    }
+    outcome_free(&o);
+    return good;
 }
 
 void reload_by_signal(const struct reload_env *env)
 {
-    struct rpc_error error = {0};
+    struct rpc_error error;
+    struct outcome o;
     notify_tell("RELOADING=1\nMONOTONIC_USEC=%llu", (unsigned long long)(loop_clock() / 1000));
-    json_t *result = reload_now(env, &error);
-    if (result)
-        log_line(LOG_NOTICE, "reloaded", "reload: %s: %zu changed, %zu need a restart", env->conf_name,
-                 json_array_size(json_object_get(result, "applied")),
-                 json_array_size(json_object_get(result, "needs_restart")));
+    if (try_reload(env, &o, &error))
+        log_line(LOG_NOTICE, "reloaded", "reload: %s: %u changed, %u need a restart", env->conf_name, o.n_applied,
+                 o.n_restart);
     else
         log_line(LOG_ERR, "reload_failed", "reload: %s", error.message);
     notify_tell("READY=1");
-    json_decref(result);
+    outcome_free(&o);
 }

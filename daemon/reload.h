@@ -7,7 +7,6 @@
 #ifndef SONARD_RELOAD_H
 #define SONARD_RELOAD_H
 
-#include <jansson.h>
 #include <stdbool.h>
 
 #include "config/conf.h"
@@ -29,8 +28,8 @@ struct reload_env {
     bool replay;
 };
 
-/** reload_now - do it: what has changed, as the method `reload` answers; NULL with a refusal in *error. */
-json_t *reload_now(const struct reload_env *env, struct rpc_error *error);
+/** reload_now - do it, and write what has changed, as the method `reload` answers; false with a refusal in *error. */
+bool reload_now(const struct reload_env *env, struct json_out *out, struct rpc_error *error);
 
 /** reload_by_signal - do it, and say in the log and to the service manager what came of it. */
 void reload_by_signal(const struct reload_env *env);

@@ -420,7 +420,8 @@ bool method_plan(const struct rpc_call *call, json_t *params, struct json_out *o
     const struct methods_env *d = call->daemon;
     (void)params;
     (void)error;
-    return json_out_take(out, plan_json(&d->conf));
+    plan_write(&d->conf, out);
+    return true;
 }
 
 bool method_version(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
@@ -439,7 +440,7 @@ bool method_reload(const struct rpc_call *call, json_t *params, struct json_out 
 {
     const struct methods_env *d = call->daemon;
     (void)params;
-    return json_out_take(out, reload_now(&d->reload, error));
+    return reload_now(&d->reload, out, error);
 }
 
 bool method_replay(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)

@@ -300,11 +300,3 @@ void json_out_value(struct json_out *t, const json_t *value)
         json_out_null(t);
     }
 }
-
-bool json_out_take(struct json_out *t, json_t *value)
-{
-    if (value)
-        json_out_value(t, value);
-    json_decref(value);
-    return value != NULL;
-}

@@ -49,7 +49,4 @@ void json_out_null(struct json_out *t);
 void json_out_flag(struct json_out *t, bool value);
 void json_out_value(struct json_out *t, const json_t *value);
 
-/** json_out_take - a whole value, which is used up; false: it is NULL, and nothing was written. */
-bool json_out_take(struct json_out *t, json_t *value);
-
 #endif

@@ -4,6 +4,7 @@
  * parameter of every type.
  */
 #include "daemon/rpc/rpc.h"
+#include "tests/lib/json_take.h"
 
 #include <stdlib.h>
 #include <string.h>

@@ -19,6 +19,7 @@
 #include "core/fault.h"
 #include "core/loop.h"
 #include "daemon/rpc/server.h"
+#include "tests/lib/json_take.h"
 
 #define CLIENTS    4
 #define TAIL_BYTES (1 << 20)

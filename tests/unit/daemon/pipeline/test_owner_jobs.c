@@ -23,6 +23,7 @@
 #include "daemon/pipeline/pipeline.h"
 #include "daemon/rpc/server.h"
 #include "daemon/request_job.h"
+#include "tests/lib/json_take.h"
 
 #define MANY    500
 #define CLIENTS 100

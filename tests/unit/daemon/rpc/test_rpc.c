@@ -8,6 +8,7 @@
 #include "core/readable.h"
 
 #include "tests/lib/test.h"
+#include "tests/lib/json_take.h"
 
 static bool subtract(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
 {

@@ -23,6 +23,7 @@
 #include "daemon/rpc/watch.h"
 #include "tests/lib/patience.h"
 #include "tests/lib/test.h"
+#include "tests/lib/json_take.h"
 
 #define MS        UINT64_C(1000000)
 #define FILES_MAX 64
