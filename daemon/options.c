@@ -136,7 +136,7 @@ static int take_number(struct options *o, int c, const char *value)
     return -1;
 }
 
-static int take(struct options *o, int c, const char *value)
+static int take_option(struct options *o, int c, const char *value)
 {
     for (size_t i = 0; i < sizeof texts / sizeof texts[0]; i++)
         if (texts[i].c == c)
@@ -234,7 +234,7 @@ int options_parse(int argc, char **argv, struct options *o)
     for (int c; status < 0 && (c = getopt_long(argc, argv, ":c:h", longs, NULL)) != -1;)
         status = c == '?'   ? refuse_option(argv[optind - 1])
                  : c == ':' ? refuse_bare(optopt, argv[optind - 1])
-                            : take(o, c, optarg);
+                            : take_option(o, c, optarg);
     if (status < 0 && optind < argc) {
         fprintf(stderr,
                 "sonard: %s: want options only; a configuration is given as -c %s, a capture as --replay %s\n",

@@ -80,7 +80,7 @@ static void take_rows(struct web_channel *channel, const json_t *image)
     channel->version++;
 }
 
-static void take(void *ctx, const struct web_answer *answer)
+static void take_answer(void *ctx, const struct web_answer *answer)
 {
     struct web_channel *channel = ctx;
     const uint64_t now_us = (uint64_t)lws_now_usecs();
@@ -122,7 +122,7 @@ static void turn(lws_sorted_usec_list_t *timer)
 
         json_t *params = channel->rows ? image_params(channel, now_us) : json_incref(channel->params);
 
-        channel->asked = web_link_ask(board->link, channel->method, params, take, channel);
+        channel->asked = web_link_ask(board->link, channel->method, params, take_answer, channel);
         json_decref(params);
     }
     if (used)

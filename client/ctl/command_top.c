@@ -89,7 +89,7 @@ static void connect_again(struct top *top)
 }
 
 /* What was said is used up. False: the daemon refuses a watch, as top->error says. */
-static bool take(struct top *top, const struct sonard_message *message, json_t *said)
+static bool take_message(struct top *top, const struct sonard_message *message, json_t *said)
 {
     bool good = true;
 
@@ -124,7 +124,7 @@ static void hear(struct top *top)
 
     while (top->context->client && sonard_json_take(top->context->client, 0, &message, &result, &top->error)) {
         top->heard_s = now_s();
-        if (!take(top, &message, result))
+        if (!take_message(top, &message, result))
             lose(top);
     }
     if (!top->context->client)

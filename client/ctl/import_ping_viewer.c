@@ -23,7 +23,7 @@ struct cursor {
     bool bad;
 };
 
-static const uint8_t *take(struct cursor *c, size_t n)
+static const uint8_t *cursor_take(struct cursor *c, size_t n)
 {
     if (c->bad || (size_t)(c->end - c->p) < n) {
         c->bad = true;
@@ -36,7 +36,7 @@ static const uint8_t *take(struct cursor *c, size_t n)
 
 static uint32_t take_u32(struct cursor *c)
 {
-    const uint8_t *p = take(c, 4);
+    const uint8_t *p = cursor_take(c, 4);
     return p ? (uint32_t)p[0] << 24 | (uint32_t)p[1] << 16 | (uint32_t)p[2] << 8 | p[3] : 0;
 }
 
@@ -46,7 +46,7 @@ static struct cursor take_sized(struct cursor *c)
     uint32_t n = take_u32(c);
     if (n == NONE)
         n = 0;
-    const uint8_t *p = take(c, n);
+    const uint8_t *p = cursor_take(c, n);
     return (struct cursor){p, p ? p + n : p, c->bad};
 }
 

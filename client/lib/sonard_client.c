@@ -347,8 +347,8 @@ int64_t sonard_send(struct sonard_client *client, const char *method, const char
 }
 
 /* The next message that is one; notifications go into client->kept when they are not wanted now. */
-static bool take(struct sonard_client *client, double deadline_s, bool calling, struct sonard_message *out,
-                 json_t **result, struct sonard_error *error)
+static bool take_message(struct sonard_client *client, double deadline_s, bool calling, struct sonard_message *out,
+                         json_t **result, struct sonard_error *error)
 {
     for (;;) {
         json_t *message = read_message(client, deadline_s, error);
@@ -386,7 +386,7 @@ bool sonard_json_take(struct sonard_client *client, double timeout_s, struct son
     }
     if (!flush(client, 0, error) && error->status != SONARD_SILENT)
         return false;
-    return take(client, deadline_s, false, out, result, error);
+    return take_message(client, deadline_s, false, out, result, error);
 }
 
 bool sonard_take(struct sonard_client *client, double timeout_s, struct sonard_message *out,
@@ -410,7 +410,7 @@ json_t *sonard_json_call(struct sonard_client *client, const char *method, json_
 
     if (!id || !flush(client, deadline_s, error))
         return NULL;
-    while (take(client, deadline_s, true, &got, &result, error)) {
+    while (take_message(client, deadline_s, true, &got, &result, error)) {
         if (result && got.id == id)
             return result;
         if (!result && (got.id == id || got.id == 0)) {

@@ -5,7 +5,7 @@
 
 #include "core/log.h"
 
-static void take(struct leak *leak, enum leak_state state, uint64_t now_ns)
+static void note_state(struct leak *leak, enum leak_state state, uint64_t now_ns)
 {
     loop_arm(leak->pin.loop, &leak->hold, LOOP_NEVER);
     if (state == leak->state)
@@ -31,7 +31,7 @@ static void on_level(void *ctx, bool active, uint64_t now_ns)
     struct leak *leak = ctx;
     enum leak_state state = active ? LEAK_WET : LEAK_DRY;
     if (leak->state == LEAK_UNKNOWN)
-        take(leak, state, now_ns);
+        note_state(leak, state, now_ns);
     else if (state != leak->state && !leak->hold.armed)
         hold(leak, now_ns);
 }
@@ -49,12 +49,12 @@ static void on_held(void *ctx, uint64_t now_ns)
     struct leak *leak = ctx;
     int level = leak->pin.open ? leak->pin.ops->get(&leak->pin.line) : -1;
     if (level >= 0)
-        take(leak, level ? LEAK_WET : LEAK_DRY, now_ns);
+        note_state(leak, level ? LEAK_WET : LEAK_DRY, now_ns);
 }
 
 static void on_lost(void *ctx, uint64_t now_ns)
 {
-    take(ctx, LEAK_UNKNOWN, now_ns);
+    note_state(ctx, LEAK_UNKNOWN, now_ns);
 }
 
 void leak_start(struct leak *leak, struct loop *loop, const struct gpio_ops *ops, const struct conf_gpio *conf,

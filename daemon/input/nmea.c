@@ -75,7 +75,7 @@ static void tell_unused(struct nmea *nmea)
         log_line(LOG_WARNING, "nmea_unused", "nmea: %s: %s", nmea->conf.port, text.text);
 }
 
-static void take(struct nmea *nmea, const struct nmea_value *value)
+static void take_value(struct nmea *nmea, const struct nmea_value *value)
 {
     const uint64_t now = nmea->t_ns;
     const bool depth = value->has == NMEA_DEPTH;
@@ -171,7 +171,7 @@ static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
         return;
     }
     while (nmea_parser_next(&nmea->parser, &bytes, &n, &value))
-        take(nmea, &value);
+        take_value(nmea, &value);
     if (got > 0) {
         nmea->retry_ns = RETRY_FIRST_NS;
         garbage_heard(&nmea->garbage);

@@ -22,7 +22,7 @@ static void keep(struct pose_input *in, const struct pose *p)
     record_message(in->record, in->channel, loop_now(in->loop), text, (size_t)n);
 }
 
-static bool take(struct pose_input *in, const char *sender, const struct pose *p)
+static bool take_pose(struct pose_input *in, const char *sender, const struct pose *p)
 {
     if (!pose_log_put(in->poses, p))
         return false;
@@ -38,7 +38,7 @@ bool pose_input_depth(struct pose_input *in, uint64_t t_ns, double depth_m)
     p.t_ns = t_ns;
     p.has = POSE_DEPTH;
     p.position_m[2] = depth_m;
-    return take(in, "the depth sensor", &p);
+    return take_pose(in, "the depth sensor", &p);
 }
 
 bool pose_input_heading(struct pose_input *in, uint64_t t_ns, double heading_rad)
@@ -51,5 +51,5 @@ bool pose_input_heading(struct pose_input *in, uint64_t t_ns, double heading_rad
     p.t_ns = t_ns;
     p.has = POSE_ATTITUDE;
     quat_from_rpy(0, 0, heading_rad, p.attitude);
-    return take(in, "the NMEA source", &p);
+    return take_pose(in, "the NMEA source", &p);
 }

@@ -244,7 +244,7 @@ static void count_garbage(const void *source, struct garbage_count *now)
         .bytes = s->stats.bytes_in, .garbage = status.garbage_bytes, .messages = status.frames};
 }
 
-static void take(struct source *s, const uint8_t *bytes, size_t n, const struct record_time *came)
+static void take_bytes(struct source *s, const uint8_t *bytes, size_t n, const struct record_time *came)
 {
     const uint64_t t_ns = came->t_ns, doubt_ns = came->t_ns - came->since_ns;
     s->stats.bytes_in += n;
@@ -315,7 +315,7 @@ static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
         s->retry_ns = RETRY_FIRST_NS; /* it speaks: the next loss starts over */
         taken += (size_t)n;
         const struct record_time came = arrival(s, loop_reread(s->env.loop));
-        take(s, s->in, (size_t)n, &came);
+        take_bytes(s, s->in, (size_t)n, &came);
         if (s->port.fd < 0)
             return;
     }
@@ -524,7 +524,7 @@ void source_start(struct source *s)
 
 void source_feed(struct source *s, const uint8_t *bytes, size_t n, const struct record_time *came)
 {
-    take(s, bytes, n, came);
+    take_bytes(s, bytes, n, came);
 }
 
 void source_stop(struct source *s)

@@ -61,7 +61,7 @@ static bool take_direction(struct page *page, uint32_t room)
 }
 
 /* The part of the grid's owner. */
-static void take(void *ctx, const struct pipeline_owned *owned)
+static void copy_page(void *ctx, const struct pipeline_owned *owned)
 {
     struct page *page = ctx;
     struct picture_frame frame;
@@ -175,7 +175,7 @@ static bool write_part(const struct rpc_call *call, struct json_out *out, struct
     const struct methods_env *d = call->daemon;
     struct page *page = call->work->state;
     (void)error;
-    if (!request_job_done(call, d->pipeline, take, write_part))
+    if (!request_job_done(call, d->pipeline, copy_page, write_part))
         return false;
     for (uint32_t i = 0; i < page->n; i++)
         write_cell(out, d, page, &page->found[i]);

@@ -239,7 +239,7 @@ int owner_jobs_fd(const struct pipeline *p)
     return p->jobs_fd;
 }
 
-static void take(struct pipeline *p, struct owner_jobs *jobs)
+static void take_done(struct pipeline *p, struct owner_jobs *jobs)
 {
     if (p->conf.threads == 0)
         owner_jobs_do(p, jobs);
@@ -256,6 +256,6 @@ void owner_jobs_take(struct pipeline *p)
     uint64_t times;
     while (read(p->jobs_fd, &times, sizeof times) < 0 && errno == EINTR) {
     }
-    take(p, &p->extract_jobs);
-    take(p, &p->jobs);
+    take_done(p, &p->extract_jobs);
+    take_done(p, &p->jobs);
 }

@@ -13,7 +13,7 @@ struct text {
     const char *p, *end;
 };
 
-static bool take(struct text *t, char c)
+static bool take_char(struct text *t, char c)
 {
     if (t->p == t->end || *t->p != c)
         return false;
@@ -50,7 +50,7 @@ static unsigned take_decimal(struct text *t, unsigned most, uint64_t *value)
 static bool take_time(struct text *t, uint64_t *t_ns)
 {
     uint64_t seconds, fraction;
-    if (!take(t, '(') || take_decimal(t, 10, &seconds) == 0 || !take(t, '.'))
+    if (!take_char(t, '(') || take_decimal(t, 10, &seconds) == 0 || !take_char(t, '.'))
         return false;
     unsigned digits = take_decimal(t, 9, &fraction);
     if (digits == 0)
@@ -58,7 +58,7 @@ static bool take_time(struct text *t, uint64_t *t_ns)
     for (; digits < 9; digits++)
         fraction *= 10;
     *t_ns = seconds * 1000000000u + fraction;
-    return take(t, ')');
+    return take_char(t, ')');
 }
 
 static bool take_name(struct text *t, char name[IFNAMSIZ])
@@ -89,7 +89,7 @@ static bool take_id(struct text *t, canid_t *id)
 /* Pairs of digits with or without dots between them, up to anything else. False: half a byte, or more than `most`. */
 static bool take_data(struct text *t, struct canfd_frame *frame, unsigned most)
 {
-    for (int high; (high = take_hex(t)) >= 0; take(t, '.')) {
+    for (int high; (high = take_hex(t)) >= 0; take_char(t, '.')) {
         int low = take_hex(t);
         if (low < 0 || frame->len == most)
             return false;
@@ -110,7 +110,7 @@ static bool take_content(struct text *t, struct candump_frame *out)
     struct canfd_frame *frame = &out->frame;
 
     out->n = CAN_MTU;
-    if (take(t, '#')) {
+    if (take_char(t, '#')) {
         int flags = take_hex(t);
         out->n = CANFD_MTU;
         if (flags < 0 || !take_data(t, frame, CANFD_MAX_DLEN) || !is_fd_length(frame->len))
@@ -118,14 +118,14 @@ static bool take_content(struct text *t, struct candump_frame *out)
         frame->flags = (uint8_t)(flags & (CANFD_BRS | CANFD_ESI)); /* newer logs add a flag that says "FD" */
         return true;
     }
-    if (take(t, 'R')) {
+    if (take_char(t, 'R')) {
         frame->can_id |= CAN_RTR_FLAG;
         int length = take_hex(t);
         return length <= (int)CAN_MAX_DLEN;
     }
     if (!take_data(t, frame, CAN_MAX_DLEN))
         return false;
-    return !take(t, '_') || take_hex(t) > (int)CAN_MAX_DLEN; /* "_D": the length code on the wire */
+    return !take_char(t, '_') || take_hex(t) > (int)CAN_MAX_DLEN; /* "_D": the length code on the wire */
 }
 
 bool candump_line(const char *text, size_t n, struct candump_frame *out)
@@ -133,8 +133,8 @@ bool candump_line(const char *text, size_t n, struct candump_frame *out)
     struct text t = {text, text + n};
 
     memset(out, 0, sizeof(*out));
-    if (!take_time(&t, &out->t_ns) || !take(&t, ' ') || !take_name(&t, out->name) || !take(&t, ' ') ||
-        !take_id(&t, &out->frame.can_id) || !take(&t, '#') || !take_content(&t, out))
+    if (!take_time(&t, &out->t_ns) || !take_char(&t, ' ') || !take_name(&t, out->name) || !take_char(&t, ' ') ||
+        !take_id(&t, &out->frame.can_id) || !take_char(&t, '#') || !take_content(&t, out))
         return false;
     return t.p == t.end || *t.p == ' ' || *t.p == '\r'; /* a direction may follow */
 }
