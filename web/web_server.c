@@ -234,7 +234,7 @@ static bool is_cross_site(struct lws *wsi)
     return n > 0 && strcmp(value, "same-origin") != 0 && strcmp(value, "none") != 0;
 }
 
-static void ask(struct exchange *e, const char *method, json_t *params)
+static void ask_daemon(struct exchange *e, const char *method, json_t *params)
 {
     const char *why;
 
@@ -262,7 +262,7 @@ static void serve_method(struct exchange *e, const char *name)
          good && (n = lws_hdr_copy_fragment(e->wsi, part, sizeof part, WSI_TOKEN_HTTP_URI_ARGS, i)) >= 0; i++)
         good = n == 0 || web_query_add(method, params, part, (size_t)n, &fault);
     if (good)
-        ask(e, method->name, params);
+        ask_daemon(e, method->name, params);
     else
         refuse(e, 400, -32602, fault.text);
     json_decref(params);
@@ -305,7 +305,7 @@ static void serve(struct exchange *e, const char *path)
         serve_service(e);
     } else if (strcmp(path, "/metrics") == 0) {
         e->metrics = true;
-        ask(e, "stats", NULL);
+        ask_daemon(e, "stats", NULL);
     } else if (data) {
         serve_method(e, path + 5);
     } else {

@@ -39,7 +39,7 @@ static void offer_word(const struct line *line, const char *word, const char *he
 
 /* ---- what the daemon knows ---- */
 
-static json_t *ask(const struct line *line, const char *method)
+static json_t *ask_daemon(const struct line *line, const char *method)
 {
     struct context *context = line->context;
     struct sonard_error error;
@@ -51,7 +51,7 @@ static json_t *ask(const struct line *line, const char *method)
 
 static void offer_names(const struct line *line, const char *method, const char *list)
 {
-    json_t *result = ask(line, method), *names = json_object_get(result, list);
+    json_t *result = ask_daemon(line, method), *names = json_object_get(result, list);
 
     for (size_t i = 0; i < json_array_size(names); i++) {
         const char *name = json_string_value(json_object_get(json_array_get(names, i), "name"));
@@ -64,7 +64,7 @@ static void offer_names(const struct line *line, const char *method, const char 
 
 static void offer_maps(const struct line *line)
 {
-    json_t *result = ask(line, "map");
+    json_t *result = ask_daemon(line, "map");
     const char *path = json_string_value(json_object_get(result, "directory"));
     DIR *directory = path ? opendir(path) : NULL;
 

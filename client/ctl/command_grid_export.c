@@ -38,7 +38,7 @@ static json_t *ask_once(struct context *context, int *status)
     return all;
 }
 
-static json_t *ask(struct context *context, int *status)
+static json_t *ask_page(struct context *context, int *status)
 {
     json_t *all = NULL;
     for (int i = 0; i < TRIES; i++) {
@@ -96,7 +96,7 @@ int command_grid_export(struct context *context, const char *path)
 
     if (!csv && (n < 6 || strcmp(path + n - 5, ".mcap") != 0))
         return command_usage("grid", "export: FILE must end in .csv or .mcap, or be - for CSV on standard output");
-    if (!(all = ask(context, &status)))
+    if (!(all = ask_page(context, &status)))
         return status;
     const size_t cells = json_array_size(json_object_get(all, "cells"));
     if (to_stdout)

@@ -44,7 +44,8 @@ static const json_t *given(const struct setup *s, const char *key)
 }
 
 /* A line of the user, without its end; false at the end of the input, and for an empty line: the default is meant. */
-static bool ask(const struct setup *s, const char *question, const char *standard, char *answer, size_t size)
+static bool ask_person(const struct setup *s, const char *question, const char *standard, char *answer,
+                       size_t size)
 {
     if (!s->asks)
         return false;
@@ -77,7 +78,7 @@ static bool ask_numbers(struct setup *s, const struct question *question, double
         return true;
     for (int i = 0; i < n; i++)
         snprintf(standard + strlen(standard), sizeof standard - strlen(standard), "%s%g", i ? " " : "", value[i]);
-    while (ask(s, question->text, standard, answer, sizeof answer)) {
+    while (ask_person(s, question->text, standard, answer, sizeof answer)) {
         char *at = answer;
         int got = 0;
 
@@ -232,7 +233,7 @@ static bool take_device(struct setup *s)
             fprintf(stderr, "  taking %s, as --device says, although %s was found\n", device, s->device);
         snprintf(s->device, sizeof s->device, "%s", device);
     }
-    while (!device && ask(s, "Which sonar?", s->device[0] ? s->device : "none", answer, sizeof answer)) {
+    while (!device && ask_person(s, "Which sonar?", s->device[0] ? s->device : "none", answer, sizeof answer)) {
         if (known_device(answer)) {
             snprintf(s->device, sizeof s->device, "%.31s", answer);
             break;
@@ -241,7 +242,7 @@ static bool take_device(struct setup *s)
     }
     if (port && !s->port[0])
         take_port(s, port, &fault);
-    while (!port && ask(s, "Which port?", s->port[0] ? s->port : "none", answer, sizeof answer)) {
+    while (!port && ask_person(s, "Which port?", s->port[0] ? s->port : "none", answer, sizeof answer)) {
         if (take_port(s, answer, &fault))
             break;
         fprintf(stderr, "  %s\n", fault.text);
@@ -258,7 +259,7 @@ static bool ask_yes(const struct setup *s, const char *question)
 {
     char answer[LINE_MAX_];
 
-    while (ask(s, question, "n", answer, sizeof answer)) {
+    while (ask_person(s, question, "n", answer, sizeof answer)) {
         const bool yes = strcasecmp(answer, "y") == 0 || strcasecmp(answer, "yes") == 0;
 
         if (yes || strcasecmp(answer, "n") == 0 || strcasecmp(answer, "no") == 0)

@@ -69,7 +69,7 @@ static void lose(struct top *top)
 
 /* ---- what the daemon says ---- */
 
-static bool ask(struct top *top, enum watched which)
+static bool ask_watch(struct top *top, enum watched which)
 {
     json_t *params = which == SECTORS ? json_incref(top->sectors_params) : json_object();
     json_t *request = json_pack("{s:s, s:o, s:f}", "method", method_of[which], "params", params, "rate_hz",
@@ -84,7 +84,7 @@ static void connect_again(struct top *top)
 {
     top->context->client = sonard_connect(top->context->socket, 0, &top->error);
     top->heard_s = now_s();
-    if (!top->context->client || !ask(top, SECTORS) || !ask(top, STATUS) || !ask(top, STATS))
+    if (!top->context->client || !ask_watch(top, SECTORS) || !ask_watch(top, STATUS) || !ask_watch(top, STATS))
         lose(top);
 }
 

@@ -178,7 +178,8 @@ static bool fail(struct sonard_error *error, enum sonard_status status, const ch
 }
 
 /* The parameters are used up; the result is a new reference. NULL with *error set: also when a number is none. */
-static json_t *ask(struct sonard_client *client, const char *method, json_t *params, struct sonard_error *error)
+static json_t *call_method(struct sonard_client *client, const char *method, json_t *params,
+                           struct sonard_error *error)
 {
     json_t *result = NULL;
 
@@ -211,7 +212,7 @@ bool sonard_blocked(struct sonard_client *client, enum sonard_frame frame, const
     json_t *params = json_pack("{s:s, s:f, s:f, s:f, s:f}", "frame", name_of(frame), "azimuth_deg",
                                cone->azimuth_deg, "elevation_deg", cone->elevation_deg, "half_angle_deg",
                                cone->half_angle_deg, "distance_m", cone->distance_m);
-    json_t *result = ask(client, "blocked", params, error);
+    json_t *result = call_method(client, "blocked", params, error);
 
     *out = (struct sonard_blocked){0};
 
@@ -227,7 +228,7 @@ bool sonard_sectors(struct sonard_client *client, enum sonard_frame frame, int c
     json_t *params = distance_m != 0 ? json_pack("{s:s, s:i, s:f}", "frame", name_of(frame), "count", count,
                                                  "distance_m", distance_m)
                                      : json_pack("{s:s, s:i}", "frame", name_of(frame), "count", count);
-    json_t *result = ask(client, "sectors", params, error);
+    json_t *result = call_method(client, "sectors", params, error);
 
     *out = (struct sonard_sectors){0};
 
@@ -241,7 +242,7 @@ bool sonard_limit(struct sonard_client *client, enum sonard_frame frame, const d
                   struct sonard_limit *out, struct sonard_error *error)
 {
     json_t *params = json_pack("{s:s, s:o}", "frame", name_of(frame), "velocity_mps", triple(velocity_mps));
-    json_t *result = ask(client, "limit", params, error);
+    json_t *result = call_method(client, "limit", params, error);
 
     *out = (struct sonard_limit){0};
 
@@ -257,7 +258,7 @@ bool sonard_time_to_collision(struct sonard_client *client, enum sonard_frame fr
     json_t *params = velocity_mps ? json_pack("{s:f, s:s, s:o}", "ahead_s", ahead_s, "frame", name_of(frame),
                                               "velocity_mps", triple(velocity_mps))
                                   : json_pack("{s:f}", "ahead_s", ahead_s);
-    json_t *result = ask(client, "time_to_collision", params, error);
+    json_t *result = call_method(client, "time_to_collision", params, error);
 
     *out = (struct sonard_collision){0};
 
@@ -292,7 +293,7 @@ static json_t *pose_params(const struct sonard_pose *pose)
 
 bool sonard_pose(struct sonard_client *client, const struct sonard_pose *pose, struct sonard_error *error)
 {
-    json_t *result = ask(client, "pose", pose_params(pose), error);
+    json_t *result = call_method(client, "pose", pose_params(pose), error);
     const bool taken = result != NULL;
 
     json_decref(result);

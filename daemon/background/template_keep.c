@@ -176,8 +176,8 @@ void template_keep_ask(struct template_keep *k, int sensor, enum template_transf
         begin(k, false);
 }
 
-static bool ask(struct template_keep *k, int sensor, enum template_transfer transfer, struct template_wait *wait,
-                struct fault *fault)
+static bool ask_transfer(struct template_keep *k, int sensor, enum template_transfer transfer,
+                         struct template_wait *wait, struct fault *fault)
 {
     const struct conf_sonar *sonar = &k->env.conf->sonar[sensor];
     if (!sonar->background[0])
@@ -188,12 +188,12 @@ static bool ask(struct template_keep *k, int sensor, enum template_transfer tran
 
 bool template_keep_save(struct template_keep *k, int sensor, struct template_wait *wait, struct fault *fault)
 {
-    return ask(k, sensor, TEMPLATE_TO_FILE, wait, fault);
+    return ask_transfer(k, sensor, TEMPLATE_TO_FILE, wait, fault);
 }
 
 bool template_keep_load(struct template_keep *k, int sensor, struct template_wait *wait, struct fault *fault)
 {
-    return ask(k, sensor, TEMPLATE_FROM_FILE, wait, fault);
+    return ask_transfer(k, sensor, TEMPLATE_FROM_FILE, wait, fault);
 }
 
 void template_keep_forget(struct template_wait *wait)

@@ -118,7 +118,7 @@ static void hand_over(struct depth *d, const struct sample *s)
     (void)!write(d->wake.fd, &one, sizeof one);
 }
 
-static void ask(struct depth *d, struct sample *s)
+static void ask_slave(struct depth *d, struct sample *s)
 {
     s->fault.text[0] = '\0';
     s->result = modbus_depth_prepare(d->modbus, &s->fault);
@@ -145,7 +145,7 @@ static void *poller(void *ctx)
     do {
         struct sample s = {0};
         uint64_t start = loop_clock();
-        ask(d, &s);
+        ask_slave(d, &s);
         if (s.result == MODBUS_STOPPED)
             break;
         hand_over(d, &s);

@@ -24,7 +24,7 @@ static void lost(struct pin *pin, uint64_t now_ns)
     pin->on.lost(pin->on.ctx, now_ns);
 }
 
-static void ask(struct pin *pin, uint64_t now_ns)
+static void request_line(struct pin *pin, uint64_t now_ns)
 {
     int level = pin->ops->get(&pin->line);
     if (level < 0)
@@ -62,14 +62,14 @@ static void try_open(struct pin *pin, uint64_t now_ns)
         return;
     }
     log_line(LOG_NOTICE, "gpio_open", "%s: line '%s' acquired", pin->purpose, pin->want.line);
-    ask(pin, now_ns);
+    request_line(pin, now_ns);
 }
 
 static void on_timer(void *ctx, uint64_t now_ns)
 {
     struct pin *pin = ctx;
     if (pin->open)
-        ask(pin, now_ns);
+        request_line(pin, now_ns);
     else
         try_open(pin, now_ns);
     loop_arm(pin->loop, &pin->timer, now_ns + PIN_ASK_NS);

@@ -166,8 +166,8 @@ static bool answer(const struct rpc_call *call, struct json_out *out, struct rpc
 typedef bool read_fn(json_t *params, struct question *q, struct rpc_error *error);
 
 /* A question that is read from params. */
-static bool ask(const struct rpc_call *call, json_t *params, read_fn *read, struct json_out *out,
-                struct rpc_error *error)
+static bool ask_map(const struct rpc_call *call, json_t *params, read_fn *read, struct json_out *out,
+                    struct rpc_error *error)
 {
     struct methods_env *d = call->daemon;
     if (!map_asked(d, error))
@@ -231,7 +231,7 @@ static bool read_point(json_t *params, struct question *q, struct rpc_error *err
 
 bool method_point(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
 {
-    return ask(call, params, read_point, out, error);
+    return ask_map(call, params, read_point, out, error);
 }
 
 static bool read_box(json_t *params, struct question *q, struct rpc_error *error)
@@ -250,7 +250,7 @@ static bool read_box(json_t *params, struct question *q, struct rpc_error *error
 
 bool method_box(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
 {
-    return ask(call, params, read_box, out, error);
+    return ask_map(call, params, read_box, out, error);
 }
 
 static void path_of(const json_t *params, const struct pose *pose, struct question *q)
@@ -289,5 +289,5 @@ static bool read_path(json_t *params, struct question *q, struct rpc_error *erro
 
 bool method_path(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
 {
-    return ask(call, params, read_path, out, error);
+    return ask_map(call, params, read_path, out, error);
 }

@@ -190,7 +190,7 @@ static bool init_881a(void *state, const struct device_conf *conf, struct fault 
 
 /* ---- asking ---- */
 
-static uint64_t ask(void *device, uint64_t now_ns, const struct device_io *io)
+static uint64_t send_switch(void *device, uint64_t now_ns, const struct device_io *io)
 {
     const struct imagenex *d = device;
     uint8_t out[IMAGENEX_SWITCH_BYTES];
@@ -212,7 +212,7 @@ static void replies_missed(void *device, uint64_t now_ns, const struct device_io
     poller_retry(&d->poller, now_ns);
 }
 
-static const struct poller_step ping_step = {DEVICE_IDENTIFY, .tries = 5, .per_ping = true, .ask = ask,
+static const struct poller_step ping_step = {DEVICE_IDENTIFY, .tries = 5, .per_ping = true, .ask = send_switch,
                                              .missed = replies_missed};
 
 /* ---- replies ---- */

@@ -32,7 +32,7 @@ void poller_init(struct poller *a, bool listen_only, const struct poller_step *f
     enter(a, &closed, NEVER);
 }
 
-static void ask(struct poller *a, uint64_t now_ns, const struct device_io *io)
+static void ask_step(struct poller *a, uint64_t now_ns, const struct device_io *io)
 {
     a->tries++;
     const uint64_t wait_ns = a->step->ask(a, now_ns, io);
@@ -45,7 +45,7 @@ static void ask(struct poller *a, uint64_t now_ns, const struct device_io *io)
 void poller_start(struct poller *a, const struct poller_step *step, uint64_t now_ns, const struct device_io *io)
 {
     enter(a, step, NEVER);
-    ask(a, now_ns, io);
+    ask_step(a, now_ns, io);
 }
 
 static void begin(struct poller *a, uint64_t now_ns, const struct device_io *io)
@@ -146,7 +146,7 @@ void poller_tick(struct poller *a, uint64_t now_ns, const struct device_io *io)
     a->status.timeouts += a->step->tries > 0;
     a->status.lost_frames += a->step->per_ping;
     if (a->tries < a->step->tries)
-        ask(a, now_ns, io);
+        ask_step(a, now_ns, io);
     else
         a->step->missed(a, now_ns, io);
 }

@@ -190,7 +190,7 @@ static inline struct margin margin_of(const struct run *r, int32_t i, int32_t j,
     return margin_at(r->beam, i - r->bounds.apex[0], j - r->bounds.apex[1], k - r->bounds.apex[2]);
 }
 
-static void ask(struct run *r, int32_t i, int32_t j, int32_t lo, int32_t hi)
+static void ask_cells(struct run *r, int32_t i, int32_t j, int32_t lo, int32_t hi)
 {
     for (int32_t k = lo; k <= hi; k++)
         if (margin_of(r, i, j, k).slack >= 0)
@@ -229,11 +229,11 @@ static void settle(struct run *r, struct column c)
     if (r->bounds.walk) {
         walk(r, c.i, c.j, c.lo_out, c.hi_out);
     } else if (c.lo_in > c.hi_in) {
-        ask(r, c.i, c.j, c.lo_out, c.hi_out);
+        ask_cells(r, c.i, c.j, c.lo_out, c.hi_out);
     } else {
-        ask(r, c.i, c.j, c.lo_out, c.lo_in - 1);
+        ask_cells(r, c.i, c.j, c.lo_out, c.lo_in - 1);
         put(r, c.i, c.j, c.lo_in, c.hi_in - c.lo_in + 1);
-        ask(r, c.i, c.j, c.hi_in + 1, c.hi_out);
+        ask_cells(r, c.i, c.j, c.hi_in + 1, c.hi_out);
     }
 }
 
