@@ -128,7 +128,7 @@ static void mark_under_way(struct template_keep *k)
 
 static void on_moved(void *ctx);
 
-static void begin(struct template_keep *k, bool changed)
+static void begin_transfers(struct template_keep *k, bool changed)
 {
     const int n = copy_wanted(k, changed);
     mark_under_way(k);
@@ -155,7 +155,7 @@ static void on_moved(void *ctx)
         drop_what_was_read(k);
     settle(k);
     if (k->asked && !k->ends)
-        begin(k, false);
+        begin_transfers(k, false);
     rpc_work_resume_all(&k->waiters);
 }
 
@@ -164,7 +164,7 @@ static void on_timer(void *ctx, uint64_t now_ns)
     struct template_keep *k = ctx;
     loop_arm(k->env.loop, &k->timer, now_ns + (uint64_t)(k->env.conf->background.save_every_s * 1e9));
     if (!k->running)
-        begin(k, true);
+        begin_transfers(k, true);
 }
 
 void template_keep_ask(struct template_keep *k, int sensor, enum template_transfer transfer,
@@ -173,7 +173,7 @@ void template_keep_ask(struct template_keep *k, int sensor, enum template_transf
     *wait = (struct template_wait){.keep = k, .sensor = sensor, .transfer = transfer, .next = k->asked};
     k->asked = wait;
     if (!k->running)
-        begin(k, false);
+        begin_transfers(k, false);
 }
 
 static bool ask_transfer(struct template_keep *k, int sensor, enum template_transfer transfer,

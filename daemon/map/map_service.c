@@ -178,7 +178,7 @@ static bool prepare(struct map_task *task, enum map_service_what what, const cha
     return false;
 }
 
-static void begin(struct map_task *task)
+static void begin_task(struct map_task *task)
 {
     task->job.state = MAP_SERVICE_RUNNING;
     go_on(task);
@@ -189,7 +189,7 @@ static bool begin_plain(struct map_service *s, enum map_service_what what, const
     struct map_task *task = &s->asked;
     if (!prepare(task, what, name, ".map", fault))
         return false;
-    begin(task);
+    begin_task(task);
     return true;
 }
 
@@ -214,7 +214,7 @@ bool map_service_export(struct map_service *s, const char *name, enum map_servic
     if (!prepare(task, MAP_SERVICE_EXPORT, name, endings[format], fault))
         return false;
     task->job.format = format;
-    begin(task);
+    begin_task(task);
     return true;
 }
 
@@ -293,7 +293,7 @@ static void on_counted(void *ctx)
 {
     struct map_service *s = ((struct map_service_count *)ctx)->service;
     if (s->count.call.state == OWNER_JOB_DONE && prepare_kept(s))
-        begin(&s->kept);
+        begin_task(&s->kept);
 }
 
 static void on_save(void *ctx, uint64_t now_ns)

@@ -107,7 +107,7 @@ static void look_ahead(const struct methods_env *d, struct movement *m, double m
 }
 
 /* False: there is no such grid. */
-static bool begin(struct methods_env *d, json_t *params, struct movement *m, struct rpc_error *error)
+static bool begin_movement(struct methods_env *d, json_t *params, struct movement *m, struct rpc_error *error)
 {
     *m = (struct movement){.now = query_now(d), .grid = grid_asked(d, params, error)};
     if (m->grid)
@@ -200,7 +200,7 @@ bool method_limit(const struct rpc_call *call, json_t *params, struct json_out *
     struct movement m;
     struct limit l = {.by = LIMIT_BY_NOTHING};
     double velocity[3];
-    if (!begin(d, params, &m, error))
+    if (!begin_movement(d, params, &m, error))
         return false;
     params_numbers(params, "velocity_mps", velocity);
     take_velocity(d, &m, velocity, params_is(params, "frame", "ned"));
@@ -283,7 +283,7 @@ bool method_time_to_collision(const struct rpc_call *call, json_t *params, struc
     struct methods_env *d = call->daemon;
     const double ahead_s = params_number(params, "ahead_s");
     struct movement m;
-    if (!begin(d, params, &m, error) || !velocity_of(d, params, &m, error))
+    if (!begin_movement(d, params, &m, error) || !velocity_of(d, params, &m, error))
         return false;
     m.body.margin_m = 0; /* touching is meant */
     m.corridor = (struct corridor){.blocked_m = INFINITY, .blocked_age_s = -1, .age_s = -1};

@@ -50,8 +50,8 @@ static bool crc_good(const struct dronecan_receiver *r, const struct dronecan_pa
 }
 
 /* The first frame: of several it begins with the checksum of them all. */
-static enum dronecan_result begin(struct dronecan_partial *p, const uint8_t *bytes, size_t n, uint8_t tail,
-                                  uint64_t now_ns)
+static enum dronecan_result begin_transfer(struct dronecan_partial *p, const uint8_t *bytes, size_t n,
+                                           uint8_t tail, uint64_t now_ns)
 {
     uint8_t transfer = tail & TAIL_TRANSFER;
 
@@ -100,8 +100,8 @@ enum dronecan_result dronecan_receive(struct dronecan_receiver *r, const struct 
         return DRONECAN_BAD;
     size_t n = frame->len - 1u;
     uint8_t tail = frame->data[n];
-    enum dronecan_result result =
-        tail & TAIL_START ? begin(p, frame->data, n, tail, now_ns) : go_on(r, p, frame->data, n, tail, now_ns);
+    enum dronecan_result result = tail & TAIL_START ? begin_transfer(p, frame->data, n, tail, now_ns)
+                                                    : go_on(r, p, frame->data, n, tail, now_ns);
     if (result != DRONECAN_WHOLE)
         return result;
     bool follows = p->known && now_ns - p->last_ns < DRONECAN_TIMEOUT_NS;

@@ -20,7 +20,7 @@ void micron_scan_steer(struct micron_scan *scan, double from_rad, double to_rad)
     scan->steer_n = span ? span / scan->step + 1 : 0;
 }
 
-static void begin(struct micron_scan *scan, bool pass)
+static void begin_stretch(struct micron_scan *scan, bool pass)
 {
     scan->pass = pass;
     scan->left = pass ? scan->steer_first : scan->at;
@@ -63,7 +63,7 @@ bool micron_scan_ping(struct micron_scan *scan, unsigned bearing, uint64_t now_n
         scan->at -= scan->at % scan->step;
         scan->done = 0;
         steer_begin(&scan->steer, now_ns);
-        begin(scan, false);
+        begin_stretch(scan, false);
         return true;
     }
     if (!is_done(scan, bearing))
@@ -74,7 +74,7 @@ bool micron_scan_ping(struct micron_scan *scan, unsigned bearing, uint64_t now_n
     const bool turn =
         !scan->pass && scan->steer_n &&
         steer_has_time(&scan->steer, scan->plain, 2 * scan->steer_n, MICRON_TURN / scan->step, now_ns);
-    begin(scan, turn);
+    begin_stretch(scan, turn);
     return true;
 }
 

@@ -48,7 +48,7 @@ void poller_start(struct poller *a, const struct poller_step *step, uint64_t now
     ask_step(a, now_ns, io);
 }
 
-static void begin(struct poller *a, uint64_t now_ns, const struct device_io *io)
+static void begin_steps(struct poller *a, uint64_t now_ns, const struct device_io *io)
 {
     a->answered = false;
     poller_start(a, a->first, now_ns, io);
@@ -62,7 +62,7 @@ void poller_opened(struct poller *a, uint64_t now_ns, const struct device_io *io
     if (a->listen_only)
         enter(a, &listening, NEVER);
     else
-        begin(a, now_ns, io);
+        begin_steps(a, now_ns, io);
 }
 
 void poller_closed(struct poller *a)
@@ -86,7 +86,7 @@ void poller_restart(struct poller *a, const char *why, uint64_t now_ns, const st
 {
     a->status.restarts++;
     poller_timed_out(a, why, io);
-    begin(a, now_ns, io);
+    begin_steps(a, now_ns, io);
 }
 
 void poller_quiet(struct poller *a)
@@ -140,7 +140,7 @@ void poller_tick(struct poller *a, uint64_t now_ns, const struct device_io *io)
     if (!poller_is_due(a, now_ns))
         return;
     if (a->step == &waiting) {
-        begin(a, now_ns, io);
+        begin_steps(a, now_ns, io);
         return;
     }
     a->status.timeouts += a->step->tries > 0;

@@ -50,7 +50,7 @@ struct tally {
     bool never; /* one of them was never pinged */
 };
 
-static void begin(struct tally *t)
+static void begin_tally(struct tally *t)
 {
     *t = (struct tally){.a = {.state = ANSWER_CLEAR, .free_to_m = INFINITY, .age_s = -1}, .oldest_s = -1};
 }
@@ -251,7 +251,7 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
         return;
     }
     struct tally tally;
-    begin(&tally);
+    begin_tally(&tally);
     const double turned = q->ned ? 0 : place.turned_rad;
     const double opening = q->corridor ? GEO_PI / 2 : wall_rad;
     const double beside = q->corridor ? 0 : sight_aside_rad(&place, 0);
@@ -458,7 +458,7 @@ static void sectors_once(struct picture *p, const struct answer_conf *conf, cons
                         .hopeful = band->count,
                         .up = {0, 0, -1}};
     for (size_t k = 0; k < band->count; k++)
-        begin(&tally[k]);
+        begin_tally(&tally[k]);
     sight_locate(&frame, now, &s.place);
     s.turned = !band->ned && sight_attitude(&frame, now, band->ned, s.attitude);
     if (s.turned)
