@@ -109,7 +109,7 @@ static void settle_one(struct template_keep *k, int sensor)
     c->transfer = TEMPLATE_STAYS;
 }
 
-static void settle(struct template_keep *k)
+static void settle_transfers(struct template_keep *k)
 {
     for (int i = 0; i < k->env.conf->n_sonars; i++)
         if (k->copy[i].transfer != TEMPLATE_STAYS)
@@ -153,7 +153,7 @@ static void on_moved(void *ctx)
     k->running = false;
     if (k->ends)
         drop_what_was_read(k);
-    settle(k);
+    settle_transfers(k);
     if (k->asked && !k->ends)
         begin_transfers(k, false);
     rpc_work_resume_all(&k->waiters);
@@ -225,6 +225,6 @@ void template_keep_end(struct template_keep *k)
     loop_arm(k->env.loop, &k->timer, LOOP_NEVER);
     if (copy_wanted(k, true) > 0) {
         move_all(k);
-        settle(k);
+        settle_transfers(k);
     }
 }

@@ -77,7 +77,7 @@ static void settle_load(struct map_task *task)
 }
 
 /* The job is done. That the map was kept once more is no news. */
-static void settle(struct map_task *task)
+static void settle_task(struct map_task *task)
 {
     struct map_job *job = &task->job;
     const bool quiet = task == &task->service->kept && job->what == MAP_SERVICE_SAVE;
@@ -125,7 +125,7 @@ static void go_on(struct map_task *task)
     else if (next.worker)
         worker_run(s->env.worker, &task->worker, next.worker, on_worker, task);
     else
-        settle(task);
+        settle_task(task);
 }
 
 /* The same of all that is left of it, while the loop waits: at the start and at the end. */
@@ -143,7 +143,7 @@ static void finish(struct map_task *task)
             next.worker(&task->job);
     }
     task->left = NULL;
-    settle(task);
+    settle_task(task);
 }
 
 static bool prepare(struct map_task *task, enum map_service_what what, const char *name, const char *ending,

@@ -112,7 +112,7 @@ static void act(void *ctx, const struct pipeline_owned *owned)
 }
 
 /* What the client does with the map tells that its places count from where poses did when it said so. */
-static void settle(struct deed *deed)
+static void settle_deed(struct deed *deed)
 {
     struct methods_env *d = deed->d;
     if (!deed->fn || !deed->done)
@@ -124,7 +124,7 @@ static void settle(struct deed *deed)
 
 static void free_deed(void *ctx)
 {
-    settle(ctx);
+    settle_deed(ctx);
     free(ctx);
 }
 
@@ -153,7 +153,7 @@ static bool write_state_after(const struct rpc_call *call, struct json_out *out,
     (void)error;
     if (!request_job_done(call, d->pipeline, act, write_state_after))
         return false;
-    settle(deed);
+    settle_deed(deed);
     write_state(out, d, &deed->state);
     return true;
 }

@@ -385,7 +385,7 @@ static bool is_over(const struct session *session)
     return session->closing || (session->eof && !line_waiting(session) && !watch_any(&session->watches));
 }
 
-static void settle(struct session *session, uint64_t now_ns)
+static void settle_session(struct session *session, uint64_t now_ns)
 {
     const bool lines = line_waiting(session) && !session->closing;
     uint64_t wake_ns = LOOP_NEVER;
@@ -432,7 +432,7 @@ static void work(struct session *session, uint64_t now_ns)
     flush(session);
     tell_watches(session, now_ns);
     session->working = false;
-    settle(session, now_ns);
+    settle_session(session, now_ns);
 }
 
 /* A request or a notification that waited goes on; one that is resumed by another of the same client does so next. */

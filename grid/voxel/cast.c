@@ -224,7 +224,7 @@ struct column {
 };
 
 /* A column with doubts: cells between the two intervals are asked. */
-static void settle(struct run *r, struct column c)
+static void settle_column(struct run *r, struct column c)
 {
     if (r->bounds.walk) {
         walk(r, c.i, c.j, c.lo_out, c.hi_out);
@@ -249,7 +249,7 @@ static void settle_beyond_near(struct run *r, struct column c)
     double d = r->beam->near * r->beam->near - x * x - y * y;
 
     if (d < -doubt || r->bounds.walk) {
-        settle(r, c);
+        settle_column(r, c);
         return;
     }
     double half = sqrt(d > 0 ? d : 0);
@@ -262,8 +262,8 @@ static void settle_beyond_near(struct run *r, struct column c)
     below.hi_out = smaller(c.hi_out, below_out);
     above.lo_out = larger(c.lo_out, above_out);
     above.lo_in = larger(c.lo_in, above_in);
-    settle(r, below);
-    settle(r, above);
+    settle_column(r, below);
+    settle_column(r, above);
 }
 
 /* Of a block's first n columns those in doubt, one by one; k and cells of the others. */
