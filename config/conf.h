@@ -364,8 +364,8 @@ void conf_defaults(struct conf *conf);
  */
 void conf_print(const struct conf *conf, const struct conf_source *source, FILE *out);
 
-/** conf_sample - the commented default file (config/sonard.conf is its output; a test compares). checks->users names the
- * devices of a key. */
+/** conf_sample - the commented default file (config/sonard.conf is its output; a test compares). checks->users names
+ * the devices of a key. */
 void conf_sample(const struct conf_checks *checks, FILE *out);
 
 /** conf_table_man - the table of keys in man(7) macros, for sonard.conf(5). */
