@@ -36,7 +36,7 @@ static unsigned line_of(const struct rules *r, struct place at)
 }
 
 /* "[sonar front] range = 20 m" */
-static void describe(const struct rules *r, struct place at, char *text, size_t size)
+static void describe_key(const struct rules *r, struct place at, char *text, size_t size)
 {
     const struct conf_key *key = conf_key_find(at.section, at.key);
     const char *name = conf_key_is_sonar(key) ? r->conf->sonar[at.sonar].name
@@ -55,8 +55,8 @@ static void rule(const struct rules *r, struct place a, struct place b, bool hol
     bool b_is_later = of_b->file > of_a->file || (of_b->file == of_a->file && of_b->line > of_a->line);
     struct place later = b_is_later ? b : a, other = b_is_later ? a : b;
     char here[2 * CONF_VALUE_MAX], there[2 * CONF_VALUE_MAX];
-    describe(r, later, here, sizeof here);
-    describe(r, other, there, sizeof there);
+    describe_key(r, later, here, sizeof here);
+    describe_key(r, other, there, sizeof there);
     conf_fault_add(r->faults, line_of(r, later), "%s: does not go with %s; want %s", here, there, want);
 }
 
@@ -78,7 +78,7 @@ static void check_sonar(const struct rules *r, int i)
     double extent = sector_extent(s->sector_rad);
     if (!(extent > slack && extent < 2 * M_PI + slack)) {
         char here[2 * CONF_VALUE_MAX];
-        describe(r, sector, here, sizeof here);
+        describe_key(r, sector, here, sizeof here);
         conf_fault_add(
             r->faults, line_of(r, sector),
             "%s: %s; want start and end at most one turn apart, clockwise, 0 360 deg for the full circle", here,

@@ -216,7 +216,7 @@ uint64_t loop_reread(struct loop *loop)
 
 /* Which descriptors are ready, after at most `ms`. A look that was interrupted, or had no room for all, says nothing
  * of those that it did not name. */
-static void look(struct loop *loop, int ms)
+static void poll_events(struct loop *loop, int ms)
 {
     const uint64_t before_ns = loop->now_ns;
     const int n = epoll_wait(loop->epoll, loop->events, EVENTS_PER_TURN, ms);
@@ -235,7 +235,7 @@ static void await(struct loop *loop, uint64_t max_wait_ns)
     uint64_t waited_ns = 0;
     do {
         const uint64_t left_ns = max_wait_ns == LOOP_NEVER ? LOOP_NEVER : max_wait_ns - waited_ns;
-        look(loop, wait_ms(loop, left_ns < PULSE_NS || loop->virtual_clock ? left_ns : PULSE_NS));
+        poll_events(loop, wait_ms(loop, left_ns < PULSE_NS || loop->virtual_clock ? left_ns : PULSE_NS));
         waited_ns = loop->now_ns - started_ns;
     } while (loop->n_events == 0 && !loop->virtual_clock && !is_due(loop) && waited_ns < max_wait_ns);
 }
@@ -258,7 +258,7 @@ bool loop_turn(struct loop *loop, uint64_t max_wait_ns)
     await(loop, max_wait_ns);
     handle(loop);
     if (is_due(loop)) {
-        look(loop, 0);
+        poll_events(loop, 0);
         handle(loop);
     }
     fire_due(loop);

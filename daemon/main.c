@@ -607,7 +607,8 @@ static int end(struct process *d)
     return status;
 }
 
-static int run(struct process *d, const struct options *o, struct replay *replay, const struct conf_source *source)
+static int run_daemon(struct process *d, const struct options *o, struct replay *replay,
+                      const struct conf_source *source)
 {
     d->env.replay = replay != NULL;
     d->env.playing = replay;
@@ -716,7 +717,7 @@ int main(int argc, char **argv)
             if (replay && (o.stay || o.speed > 0))
                 replay_measure(replay);
             do
-                status = run(d, &o, replay, source);
+                status = run_daemon(d, &o, replay, source);
             while (start_anew(d, replay, &status));
         }
     } else if (!replay) {

@@ -8,11 +8,11 @@
 
 #include "drivers/devices/device.h"
 
-static void put(struct plan *plan, enum plan_id id, int which, enum plan_proof proof, const char *why, ...)
+static void put_stage(struct plan *plan, enum plan_id id, int which, enum plan_proof proof, const char *why, ...)
     __attribute__((format(printf, 5, 6)));
 
 /* PLAN_NONE: it is in. */
-static void put(struct plan *plan, enum plan_id id, int which, enum plan_proof proof, const char *why, ...)
+static void put_stage(struct plan *plan, enum plan_id id, int which, enum plan_proof proof, const char *why, ...)
 {
     struct plan_stage *s = &plan->stage[plan->n++];
     va_list args;
@@ -31,70 +31,70 @@ static bool has_server(const struct conf *conf)
 static void put_cleanup(struct plan *plan, const struct conf_extract *c, const struct device_ops *ops, int i)
 {
     if (c->median == CONF_MEDIAN_OFF && c->otsu == CONF_OFF && c->clahe == CONF_OFF && c->classes == CONF_OFF)
-        put(plan, PLAN_CLEANUP, i, PLAN_BOUNDED, "[extract] median, otsu, clahe and classes are off");
+        put_stage(plan, PLAN_CLEANUP, i, PLAN_BOUNDED, "[extract] median, otsu, clahe and classes are off");
     else if (ops->max_beams != 1 || ops->max_bins <= 1)
-        put(plan, PLAN_CLEANUP, i, PLAN_IDENTICAL, "%s makes no image of single beams", ops->name);
+        put_stage(plan, PLAN_CLEANUP, i, PLAN_IDENTICAL, "%s makes no image of single beams", ops->name);
     else
-        put(plan, PLAN_CLEANUP, i, PLAN_NONE, "[extract] asks for%s%s%s%s",
-            c->median != CONF_MEDIAN_OFF ? " median" : "", c->otsu == CONF_ON ? " otsu" : "",
-            c->clahe == CONF_ON ? " clahe" : "", c->classes == CONF_ON ? " classes" : "");
+        put_stage(plan, PLAN_CLEANUP, i, PLAN_NONE, "[extract] asks for%s%s%s%s",
+                  c->median != CONF_MEDIAN_OFF ? " median" : "", c->otsu == CONF_ON ? " otsu" : "",
+                  c->clahe == CONF_ON ? " clahe" : "", c->classes == CONF_ON ? " classes" : "");
 }
 
 static void put_sonar(struct plan *plan, const struct conf *conf, int i)
 {
     const struct conf_sonar *sonar = &conf->sonar[i];
     const struct device_ops *ops = device_find(sonar->device);
-    put(plan, PLAN_DEVICE, i, PLAN_NONE, "%s, up to %u x %u samples a ping", ops->name, ops->max_beams,
-        ops->max_bins);
+    put_stage(plan, PLAN_DEVICE, i, PLAN_NONE, "%s, up to %u x %u samples a ping", ops->name, ops->max_beams,
+              ops->max_bins);
     if (ops->max_bins > 1)
-        put(plan, PLAN_EXTRACT, i, PLAN_NONE, "it sends intensities");
+        put_stage(plan, PLAN_EXTRACT, i, PLAN_NONE, "it sends intensities");
     else
-        put(plan, PLAN_EXTRACT, i, PLAN_NONE, "it sends ready ranges: they are only checked");
+        put_stage(plan, PLAN_EXTRACT, i, PLAN_NONE, "it sends ready ranges: they are only checked");
     if (sonar->background[0])
-        put(plan, PLAN_BACKGROUND, i, PLAN_NONE, "[sonar %s] background names a template", sonar->name);
+        put_stage(plan, PLAN_BACKGROUND, i, PLAN_NONE, "[sonar %s] background names a template", sonar->name);
     else
-        put(plan, PLAN_BACKGROUND, i, PLAN_BOUNDED, "[sonar %s] background = none; made when one is learnt",
-            sonar->name);
+        put_stage(plan, PLAN_BACKGROUND, i, PLAN_BOUNDED, "[sonar %s] background = none; made when one is learnt",
+                  sonar->name);
     put_cleanup(plan, &conf->extract, ops, i);
     if (conf->extract.marks == CONF_ON)
-        put(plan, PLAN_MARKS, i, PLAN_NONE, "[extract] marks = on");
+        put_stage(plan, PLAN_MARKS, i, PLAN_NONE, "[extract] marks = on");
     else
-        put(plan, PLAN_MARKS, i, PLAN_BOUNDED, "[extract] marks = off");
+        put_stage(plan, PLAN_MARKS, i, PLAN_BOUNDED, "[extract] marks = off");
     if (has_server(conf))
-        put(plan, PLAN_IMAGE, i, PLAN_NONE, "clients may ask for it");
+        put_stage(plan, PLAN_IMAGE, i, PLAN_NONE, "clients may ask for it");
     else
-        put(plan, PLAN_IMAGE, i, PLAN_IDENTICAL, "no socket: no client can ask for it");
+        put_stage(plan, PLAN_IMAGE, i, PLAN_IDENTICAL, "no socket: no client can ask for it");
 }
 
 static void put_grid(struct plan *plan, const struct conf_grid *grid, int which)
 {
     const char *blank = grid->name[0] ? " " : "";
-    put(plan, PLAN_GRID, which, PLAN_NONE, "every answer about directions comes from it");
+    put_stage(plan, PLAN_GRID, which, PLAN_NONE, "every answer about directions comes from it");
     if (grid->elevation == CONF_ELEVATION_FULL)
-        put(plan, PLAN_ELEVATION, which, PLAN_NONE, "[grid%s%s] elevation = full", blank, grid->name);
+        put_stage(plan, PLAN_ELEVATION, which, PLAN_NONE, "[grid%s%s] elevation = full", blank, grid->name);
     else
-        put(plan, PLAN_ELEVATION, which, PLAN_BOUNDED, "[grid%s%s] elevation = level: above and below are unknown",
-            blank, grid->name);
-    put(plan, PLAN_MOTION, which, PLAN_NONE, "its centre follows the positions of the poses, if any");
+        put_stage(plan, PLAN_ELEVATION, which, PLAN_BOUNDED,
+                  "[grid%s%s] elevation = level: above and below are unknown", blank, grid->name);
+    put_stage(plan, PLAN_MOTION, which, PLAN_NONE, "its centre follows the positions of the poses, if any");
     if (grid->relaxation > 0)
-        put(plan, PLAN_RELAXATION, which, PLAN_NONE, "[grid%s%s] relaxation = %g", blank, grid->name,
-            grid->relaxation);
+        put_stage(plan, PLAN_RELAXATION, which, PLAN_NONE, "[grid%s%s] relaxation = %g", blank, grid->name,
+                  grid->relaxation);
     else
-        put(plan, PLAN_RELAXATION, which, PLAN_BOUNDED, "[grid%s%s] relaxation = 0", blank, grid->name);
+        put_stage(plan, PLAN_RELAXATION, which, PLAN_BOUNDED, "[grid%s%s] relaxation = 0", blank, grid->name);
 }
 
 static void put_map(struct plan *plan, const struct conf_map *map)
 {
     if (map->voxel_m > 0)
-        put(plan, PLAN_MAP, 0, PLAN_NONE, "[map] voxel");
+        put_stage(plan, PLAN_MAP, 0, PLAN_NONE, "[map] voxel");
     else
-        put(plan, PLAN_MAP, 0, PLAN_BOUNDED, "[map] voxel = none: only directions are asked");
+        put_stage(plan, PLAN_MAP, 0, PLAN_BOUNDED, "[map] voxel = none: only directions are asked");
     if (map->voxel_m > 0 && map->directory[0])
-        put(plan, PLAN_SAVER, 0, PLAN_NONE, "[map] directory takes submaps when memory is low");
+        put_stage(plan, PLAN_SAVER, 0, PLAN_NONE, "[map] directory takes submaps when memory is low");
     else if (map->voxel_m > 0)
-        put(plan, PLAN_SAVER, 0, PLAN_BOUNDED, "[map] directory = none: the oldest submaps are forgotten");
+        put_stage(plan, PLAN_SAVER, 0, PLAN_BOUNDED, "[map] directory = none: the oldest submaps are forgotten");
     else
-        put(plan, PLAN_SAVER, 0, PLAN_IDENTICAL, "there is no map");
+        put_stage(plan, PLAN_SAVER, 0, PLAN_IDENTICAL, "there is no map");
 }
 
 static bool any_steered(const struct conf *conf)
@@ -108,21 +108,22 @@ static bool any_steered(const struct conf *conf)
 static void put_process(struct plan *plan, const struct conf *conf)
 {
     if (any_steered(conf))
-        put(plan, PLAN_ACTIVE_SENSING, 0, PLAN_NONE, "a sonar has scan = active");
+        put_stage(plan, PLAN_ACTIVE_SENSING, 0, PLAN_NONE, "a sonar has scan = active");
     else
-        put(plan, PLAN_ACTIVE_SENSING, 0, PLAN_BOUNDED, "no sonar has scan = active");
+        put_stage(plan, PLAN_ACTIVE_SENSING, 0, PLAN_BOUNDED, "no sonar has scan = active");
     if (conf->pipeline.threads > 0)
-        put(plan, PLAN_THREADS, 0, PLAN_NONE, "[pipeline] threads = %d", conf->pipeline.threads);
+        put_stage(plan, PLAN_THREADS, 0, PLAN_NONE, "[pipeline] threads = %d", conf->pipeline.threads);
     else
-        put(plan, PLAN_THREADS, 0, PLAN_IDENTICAL, "[pipeline] threads = 0: all work runs in the event loop");
+        put_stage(plan, PLAN_THREADS, 0, PLAN_IDENTICAL,
+                  "[pipeline] threads = 0: all work runs in the event loop");
     if (conf->record.directory[0])
-        put(plan, PLAN_RECORD, 0, PLAN_NONE, "[record] directory");
+        put_stage(plan, PLAN_RECORD, 0, PLAN_NONE, "[record] directory");
     else
-        put(plan, PLAN_RECORD, 0, PLAN_IDENTICAL, "[record] directory = none");
+        put_stage(plan, PLAN_RECORD, 0, PLAN_IDENTICAL, "[record] directory = none");
     if (has_server(conf))
-        put(plan, PLAN_SERVER, 0, PLAN_NONE, "[server] socket");
+        put_stage(plan, PLAN_SERVER, 0, PLAN_NONE, "[server] socket");
     else
-        put(plan, PLAN_SERVER, 0, PLAN_BOUNDED, "[server] socket = none: no clients");
+        put_stage(plan, PLAN_SERVER, 0, PLAN_BOUNDED, "[server] socket = none: no clients");
 }
 
 void plan_make(const struct conf *conf, struct plan *plan)
@@ -133,7 +134,7 @@ void plan_make(const struct conf *conf, struct plan *plan)
     put_grid(plan, &conf->grid, 0);
     for (int i = 0; i < conf->n_more_grids; i++)
         put_grid(plan, &conf->more_grid[i], i + 1);
-    put(plan, PLAN_CLUSTERS, 0, PLAN_IDENTICAL, "made on request");
+    put_stage(plan, PLAN_CLUSTERS, 0, PLAN_IDENTICAL, "made on request");
     put_map(plan, &conf->map);
     put_process(plan, conf);
 }

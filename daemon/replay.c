@@ -342,7 +342,8 @@ static bool play_until(struct replay *r, const struct replay_env *env, uint64_t 
 
 /* One turn of the loop; returns false when nothing is left. Advancing the clock only to what has been played keeps
  * the timers in step with the bytes. */
-static bool turn(struct replay *r, const struct replay_env *env, uint64_t until, uint64_t wait_ns, bool *running)
+static bool turn_loop(struct replay *r, const struct replay_env *env, uint64_t until, uint64_t wait_ns,
+                      bool *running)
 {
     bool more = play_until(r, env, until, MESSAGES_PER_TURN);
     if (more && r->next.log_ns > until)
@@ -369,7 +370,7 @@ static bool paced_turn(struct replay *r, const struct replay_env *env, bool *run
         if (r->next.log_ns > until)
             wait_ns = whole_ns((double)(r->next.log_ns - until) / r->speed);
     }
-    return turn(r, env, until, wait_ns < PACE_NS ? wait_ns : PACE_NS, running);
+    return turn_loop(r, env, until, wait_ns < PACE_NS ? wait_ns : PACE_NS, running);
 }
 
 bool replay_run(struct replay *r, const struct replay_env *env)
@@ -378,7 +379,7 @@ bool replay_run(struct replay *r, const struct replay_env *env)
     start_pace(r, env->loop);
     while (more && running) {
         if (r->jumping) {
-            more = turn(r, env, r->jump_ns, 0, &running);
+            more = turn_loop(r, env, r->jump_ns, 0, &running);
             end_jump(r, env, more);
         } else if (r->paused) {
             running = loop_turn(env->loop, LOOP_NEVER);

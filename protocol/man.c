@@ -8,7 +8,7 @@
 #define ENDLESS 1e8 /* a limit that only keeps numbers sane is not worth telling */
 
 /* Text with a minus for every hyphen that is none. */
-static void put(FILE *out, const char *text)
+static void put_text(FILE *out, const char *text)
 {
     for (const char *c = text; *c; c++)
         fprintf(out, *c == '-' ? "\\%c" : "%c", *c);
@@ -17,8 +17,8 @@ static void put(FILE *out, const char *text)
 static void put_words(FILE *out, const char *const *words)
 {
     for (int i = 0; words[i]; i++) {
-        put(out, i == 0 ? "" : words[i + 1] ? ", " : " or ");
-        put(out, words[i]);
+        put_text(out, i == 0 ? "" : words[i + 1] ? ", " : " or ");
+        put_text(out, words[i]);
     }
 }
 
@@ -27,7 +27,7 @@ static void put_range(FILE *out, const struct protocol_param *p)
     char text[64] = "";
     if (p->hi < ENDLESS)
         snprintf(text, sizeof text, "; %g to %g", p->lo, p->hi);
-    put(out, text);
+    put_text(out, text);
     if (p->unit[0])
         fprintf(out, "%s%s", text[0] ? " " : "; in ", p->unit);
 }
@@ -78,14 +78,14 @@ static void put_params(FILE *out, const struct protocol_method *m)
     begin_table(out);
     for (const struct protocol_param *p = m->params; p->name; p++) {
         fprintf(out, "%s|T{\n", p->name);
-        put(out, p->help);
+        put_text(out, p->help);
         put_type(out, p);
         protocol_without(p, without, sizeof without);
         if (p->need == PROTOCOL_REQUIRED)
             fputs("; must be given", out);
         else if (without[0]) {
             fputs(" (", out);
-            put(out, without);
+            put_text(out, without);
             fputc(')', out);
         }
         fputs("\nT}\n", out);
@@ -114,7 +114,7 @@ static void put_result(FILE *out, const struct protocol_method *m)
         if (f->type[0] == '=')
             put_choice(out, f->type);
         fputs(f->type[0] == '=' && f->help[0] ? "; " : "", out);
-        put(out, f->help);
+        put_text(out, f->help);
         fputs("\nT}\n", out);
     }
     fputs(".TE\n.PP\n", out);
@@ -135,7 +135,7 @@ static void put_changes(FILE *out)
 static void put_section(FILE *out, const struct protocol_method *m)
 {
     fprintf(out, ".SS %s\n", m->name);
-    put(out, m->help);
+    put_text(out, m->help);
     fputc('\n', out);
     put_params(out, m);
     if (m->result)

@@ -95,7 +95,7 @@ static bool parse_conf(const struct arguments *arguments, char listen[256], stru
     return parse_listen(listen, conf, fault);
 }
 
-static int run(const struct web_server_conf *conf)
+static int run_server(const struct web_server_conf *conf)
 {
     const struct sigaction action = {.sa_handler = on_stop};
     struct fault fault;
@@ -133,7 +133,7 @@ int main(int argc, char **argv)
         printf("sonard-web %s\n", SONARD_VERSION);
         status = 0;
     } else if (parse_conf(&arguments, listen, &conf, &fault)) {
-        status = run(&conf);
+        status = run_server(&conf);
     }
     if (status == EXIT_USAGE)
         fprintf(stderr, "sonard-web: %s; see `sonard-web --help`\n", fault.text);

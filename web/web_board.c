@@ -106,7 +106,7 @@ static void take_answer(void *ctx, const struct web_answer *answer)
     channel->board->news(channel->board->ctx, channel);
 }
 
-static void turn(lws_sorted_usec_list_t *timer)
+static void on_turn(lws_sorted_usec_list_t *timer)
 {
     struct web_board *board = lws_container_of(timer, struct web_board, timer);
     const uint64_t now_us = (uint64_t)lws_now_usecs();
@@ -126,7 +126,7 @@ static void turn(lws_sorted_usec_list_t *timer)
         json_decref(params);
     }
     if (used)
-        lws_sul_schedule(board->link->context, 0, timer, turn, TURN_US);
+        lws_sul_schedule(board->link->context, 0, timer, on_turn, TURN_US);
 }
 
 struct web_channel *web_board_open(struct web_board *board, const char *method, json_t *params)
@@ -152,7 +152,7 @@ struct web_channel *web_board_open(struct web_board *board, const char *method, 
         return NULL;
     }
     free_one->method = row->name;
-    lws_sul_schedule(board->link->context, 0, &board->timer, turn, 1);
+    lws_sul_schedule(board->link->context, 0, &board->timer, on_turn, 1);
     return free_one;
 }
 

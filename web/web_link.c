@@ -39,7 +39,7 @@ static void fail_all(struct web_link *link)
 }
 
 /* link->error says why. */
-static void lose(struct web_link *link)
+static void lose_daemon(struct web_link *link)
 {
     sonard_disconnect(link->client);
     link->client = NULL;
@@ -66,7 +66,7 @@ static void connect_now(struct web_link *link)
             lws_adopt_descriptor_vhost(link->vhost, LWS_ADOPT_RAW_FILE_DESC, fd, web_link_protocol.name, NULL);
     if (!link->wsi) {
         snprintf(link->error.message, sizeof link->error.message, "no descriptor left for the daemon");
-        lose(link);
+        lose_daemon(link);
         return;
     }
     lws_set_opaque_user_data(link->wsi, link);
@@ -91,7 +91,7 @@ static void check(lws_sorted_usec_list_t *timer)
     if (link->client && is_silent(link)) {
         snprintf(link->error.message, sizeof link->error.message, "the daemon has not answered for %d s",
                  SILENCE_US / 1000000);
-        lose(link);
+        lose_daemon(link);
     } else if (!link->client) {
         connect_now(link);
     }
@@ -124,7 +124,7 @@ static void take_all(struct web_link *link)
         json_decref(result);
     }
     if (link->error.status != SONARD_SILENT)
-        lose(link);
+        lose_daemon(link);
     else if (sonard_events(link->client) & POLLOUT)
         lws_callback_on_writable(link->wsi);
 }
@@ -144,7 +144,7 @@ static int callback(struct lws *wsi, enum lws_callback_reasons reason, void *use
         link->wsi = NULL;
         if (link->client) {
             snprintf(link->error.message, sizeof link->error.message, "the daemon ended the connection");
-            lose(link);
+            lose_daemon(link);
         }
         return 0;
     }
@@ -164,7 +164,7 @@ void web_link_stop(struct web_link *link)
 {
     lws_sul_cancel(&link->timer);
     link->changed = NULL;
-    lose(link);
+    lose_daemon(link);
 }
 
 bool web_link_ask(struct web_link *link, const char *method, json_t *params, web_answer_fn *done, void *ctx)

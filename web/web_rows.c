@@ -119,7 +119,7 @@ void web_rows_take(struct web_rows *rows, const json_t *image)
 
 /* ---- as bytes ---- */
 
-static uint8_t *put(uint8_t *at, uint64_t bits, int n)
+static uint8_t *put_bits(uint8_t *at, uint64_t bits, int n)
 {
     for (int i = 0; i < n; i++)
         at[i] = (uint8_t)(bits >> (8 * i));
@@ -131,7 +131,7 @@ static uint8_t *put_double(uint8_t *at, double v)
     uint64_t bits;
 
     memcpy(&bits, &v, sizeof bits);
-    return put(at, bits, 8);
+    return put_bits(at, bits, 8);
 }
 
 static uint8_t *put_float(uint8_t *at, float v)
@@ -139,7 +139,7 @@ static uint8_t *put_float(uint8_t *at, float v)
     uint32_t bits;
 
     memcpy(&bits, &v, sizeof bits);
-    return put(at, bits, 4);
+    return put_bits(at, bits, 4);
 }
 
 static uint8_t *put_row(uint8_t *at, const struct web_row *row)
@@ -149,11 +149,11 @@ static uint8_t *put_row(uint8_t *at, const struct web_row *row)
     at = put_double(at, row->t_unix);
     for (size_t i = 0; i < sizeof values / sizeof *values; i++)
         at = put_float(at, values[i]);
-    at = put(at, row->state, 1);
-    at = put(at, row->n_echoes, 1);
-    at = put(at, row->n_bins, 2);
+    at = put_bits(at, row->state, 1);
+    at = put_bits(at, row->n_echoes, 1);
+    at = put_bits(at, row->n_bins, 2);
     for (int i = 0; i < row->n_echoes; i++)
-        at = put(put(put_float(at, row->echo_m[i]), row->marks[i], 1), row->confidence[i], 1);
+        at = put_bits(put_bits(put_float(at, row->echo_m[i]), row->marks[i], 1), row->confidence[i], 1);
     memcpy(at, row->bin, row->n_bins);
     return at + row->n_bins;
 }
@@ -179,9 +179,9 @@ size_t web_rows_part(const struct web_rows *rows, uint64_t *seen, uint8_t *out)
         return 0;
     qsort(newer, n, sizeof *newer, by_change);
     n = n < WEB_ROWS_PART ? n : WEB_ROWS_PART;
-    at = put(at, 1, 1);
-    at = put(at, name, 1);
-    at = put(at, n, 2);
+    at = put_bits(at, 1, 1);
+    at = put_bits(at, name, 1);
+    at = put_bits(at, n, 2);
     at = put_double(at, rows->t_unix);
     memcpy(at, rows->sensor, name);
     at += name;

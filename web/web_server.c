@@ -53,7 +53,7 @@ struct exchange {
 
 /* ---- answers ---- */
 
-static void finish(struct exchange *e)
+static void finish_exchange(struct exchange *e)
 {
     if (e->server)
         web_link_cancel(&e->server->asks, e);
@@ -174,7 +174,7 @@ static int complete(struct exchange *e)
 {
     struct lws *wsi = e->wsi;
 
-    finish(e);
+    finish_exchange(e);
     return lws_http_transaction_completed(wsi) ? -1 : 0;
 }
 
@@ -319,7 +319,7 @@ static int receive(struct web_server *server, struct exchange *e, struct lws *ws
     char *uri;
     int n;
 
-    finish(e);
+    finish_exchange(e);
     e->server = server;
     e->wsi = wsi;
     const int method = lws_http_get_uri_and_method(wsi, &uri, &n);
@@ -355,7 +355,7 @@ static int callback(struct lws *wsi, enum lws_callback_reasons reason, void *use
     case LWS_CALLBACK_CLOSED_HTTP:
     case LWS_CALLBACK_HTTP_DROP_PROTOCOL:
         if (user)
-            finish(user);
+            finish_exchange(user);
         return 0;
     case LWS_CALLBACK_RAW_ADOPT: /* what CONNECT makes of a connection; no time limit would hold for it */
     case LWS_CALLBACK_RAW_CONNECTED:
@@ -392,7 +392,7 @@ static void news(void *ctx, const struct web_channel *channel)
     web_foxglove_news(&server->foxglove, channel);
 }
 
-static void tell(int level, const char *line)
+static void log_library(int level, const char *line)
 {
     (void)level;
     fprintf(stderr, "sonard-web: %s", line);
@@ -429,7 +429,7 @@ static bool listen_at(struct web_server *server, const struct web_server_conf *c
     };
     struct lws_vhost *vhost;
 
-    lws_set_log_level(LLL_ERR, tell);
+    lws_set_log_level(LLL_ERR, log_library);
     server->context = lws_create_context(&info);
     if (!server->context)
         return fault_set(fault, "libwebsockets does not start");

@@ -153,7 +153,7 @@ static int add_pose(int n, char **file, const char *offset)
     return capture_add_pose(file[0], file[1], file[2], offset_s);
 }
 
-static int run(const char *command, int n, char **file, const char *sensor, const char *conf, bool csv)
+static int run_command(const char *command, int n, char **file, const char *sensor, const char *conf, bool csv)
 {
     if (strcmp(command, "import") == 0)
         return n == 2 ? capture_import(file[0], file[1], sensor ? sensor : DEFAULT_SENSOR, conf)
@@ -213,7 +213,7 @@ static int command_line(int argc, char **argv)
         return add_pose(argc - optind - 1, argv + optind + 1, offset);
     if (offset)
         return wrong_usage("--offset belongs to add-pose");
-    return run(argv[optind], argc - optind - 1, argv + optind + 1, sensor, conf, csv);
+    return run_command(argv[optind], argc - optind - 1, argv + optind + 1, sensor, conf, csv);
 }
 
 int capture_main(int argc, char **argv)

@@ -39,7 +39,7 @@ static void free_poses(struct poses *poses)
     free(poses->line);
 }
 
-static bool keep(struct poses *poses, json_t *pose, double t_unix)
+static bool keep_pose(struct poses *poses, json_t *pose, double t_unix)
 {
     if (poses->n == poses->room) {
         const size_t room = poses->room ? 2 * poses->room : 1024;
@@ -70,7 +70,7 @@ static bool take_line(struct poses *poses, const char *text, double offset_s, do
         fault_set(fault, "t_unix and --offset make %g s: want 0 to %g", t_unix, UNIX_MOST_S);
     else if (t_unix < *last_s)
         fault_set(fault, "t_unix is before that of the line before: want the lines in order of time");
-    else if (!(good = keep(poses, pose, t_unix)))
+    else if (!(good = keep_pose(poses, pose, t_unix)))
         fault_set(fault, "out of memory");
     *last_s = t_unix;
     json_decref(pose);

@@ -120,7 +120,7 @@ static void list_devices(void)
 }
 
 /* Where options do not say it: listens on the port given, or on every one there is. */
-static void find(struct setup *s)
+static void search_ports(struct setup *s)
 {
     char path[FIND_SONAR_PORTS][FIND_SONAR_PATH];
     const char *option = json_string_value(given(s, "port"));
@@ -227,7 +227,7 @@ static bool take_device(struct setup *s)
     struct fault fault;
 
     if (!device || !port)
-        find(s);
+        search_ports(s);
     if (device) {
         if (s->device[0] && strcmp(device, s->device) != 0)
             fprintf(stderr, "  taking %s, as --device says, although %s was found\n", device, s->device);

@@ -49,7 +49,7 @@ static double now_s(void)
     return (double)t.tv_sec + (double)t.tv_nsec * 1e-9;
 }
 
-static void forget(struct top *top)
+static void forget_results(struct top *top)
 {
     for (int i = 0; i < N_WATCHED; i++) {
         json_decref(top->result[i]);
@@ -59,12 +59,12 @@ static void forget(struct top *top)
     top->rates = (struct top_rates){0};
 }
 
-static void lose(struct top *top)
+static void lose_daemon(struct top *top)
 {
     sonard_disconnect(top->context->client);
     top->context->client = NULL;
     top->retry_s = now_s() + RETRY_S;
-    forget(top);
+    forget_results(top);
 }
 
 /* ---- what the daemon says ---- */
@@ -85,7 +85,7 @@ static void connect_again(struct top *top)
     top->context->client = sonard_connect(top->context->socket, 0, &top->error);
     top->heard_s = now_s();
     if (!top->context->client || !ask_watch(top, SECTORS) || !ask_watch(top, STATUS) || !ask_watch(top, STATS))
-        lose(top);
+        lose_daemon(top);
 }
 
 /* What was said is used up. False: the daemon refuses a watch, as top->error says. */
@@ -125,14 +125,14 @@ static void hear(struct top *top)
     while (top->context->client && sonard_json_take(top->context->client, 0, &message, &result, &top->error)) {
         top->heard_s = now_s();
         if (!take_message(top, &message, result))
-            lose(top);
+            lose_daemon(top);
     }
     if (!top->context->client)
         return;
     if (top->error.status == SONARD_SILENT && now_s() > top->heard_s + SILENCE_S && !replay_is_over(top))
-        lose(top); /* its clock does not stand, so it hangs */
+        lose_daemon(top); /* its clock does not stand, so it hangs */
     else if (top->error.status != SONARD_SILENT)
-        lose(top);
+        lose_daemon(top);
 }
 
 /* ---- what is shown ---- */
@@ -190,7 +190,7 @@ static bool obey(struct top *top)
     return n > 0 || errno == EINTR; /* a terminal that is readable and says nothing is gone */
 }
 
-static void run(struct top *top, struct terminal *terminal)
+static void run_view(struct top *top, struct terminal *terminal)
 {
     for (bool going = true; going;) {
         struct sonard_client *client = top->context->client;
@@ -258,10 +258,10 @@ int command_top(struct context *context)
     } else if (!terminal_enter(&terminal)) {
         status = command_usage("top", "top wants a terminal; --once prints one frame");
     } else {
-        run(top, &terminal);
+        run_view(top, &terminal);
         terminal_leave(&terminal);
     }
-    forget(top);
+    forget_results(top);
     free(top);
     return status;
 }

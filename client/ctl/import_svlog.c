@@ -83,7 +83,7 @@ struct times {
     uint64_t t_ns;
 };
 
-static void follow(struct times *times, const struct ping_frame *f)
+static void follow_times(struct times *times, const struct ping_frame *f)
 {
     if ((f->id != SURVEYOR_ATOF_POINTS && f->id != SURVEYOR_YZ_POINTS) || f->length < 4)
         return;
@@ -107,7 +107,7 @@ void import_svlog(const uint8_t *data, size_t size, const struct import_sink *si
     import_svlog_start(data, size, &times.t_ns);
     ping_parser_init(&parser, PING_PAYLOAD_LIMIT);
     while (!out->stopped && ping_parser_next(&parser, &at, &left, 0, &frame)) {
-        follow(&times, &frame);
+        follow_times(&times, &frame);
         if (at == begin)
             continue; /* it was found in bytes that were handed out with the frame before it */
         out->stopped = !sink->bytes(sink->ctx, times.t_ns, begin, (size_t)(at - begin));

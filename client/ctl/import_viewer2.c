@@ -202,7 +202,7 @@ static void take_message(struct viewer2 *v, const struct mcap_message *m)
     json_decref(o);
 }
 
-static void tell(const struct viewer2 *v, uint64_t n, const char *what)
+static void tell_left_out(const struct viewer2 *v, uint64_t n, const char *what)
 {
     char sentence[96];
     snprintf(sentence, sizeof sentence, "%" PRIu64 " messages %s are left out", n, what);
@@ -225,8 +225,8 @@ void import_viewer2(const uint8_t *data, size_t size, const struct import_sink *
     }
     while (!out->stopped && mcap_next(r, &m))
         take_message(&v, &m);
-    tell(&v, v.others, "of other devices or kinds");
-    tell(&v, v.malformed, "with a field missing or out of range");
+    tell_left_out(&v, v.others, "of other devices or kinds");
+    tell_left_out(&v, v.malformed, "with a field missing or out of range");
     if (mcap_is_mostly_lost(mcap_info(r)))
         out->left_out_bytes = size;
     mcap_close(r);

@@ -261,7 +261,7 @@ static json_t *read_message(struct sonard_client *client, double deadline_s, str
     }
 }
 
-static void keep(struct sonard_client *client, json_t *params)
+static void keep_notification(struct sonard_client *client, json_t *params)
 {
     if (json_array_size(client->kept) >= KEPT_MAX)
         json_array_remove(client->kept, 0);
@@ -361,7 +361,7 @@ static bool take_message(struct sonard_client *client, double deadline_s, bool c
             *out = (struct sonard_message){.id = json_integer_value(id)};
             *result = hand_out(message, out);
         } else if (calling) {
-            keep(client, params);
+            keep_notification(client, params);
         } else {
             taken = hand_out_notification(params, out, result);
         }

@@ -22,7 +22,7 @@ const double mavlink_layer_deg[MAVLINK_LAYERS] = {[MAVLINK_WATCH_LEVEL] = 0,
                                                   [MAVLINK_WATCH_HIGH] = 30,
                                                   [MAVLINK_WATCH_HIGHEST] = 60};
 
-static void forget(struct mavlink_feed *feed)
+static void forget_answers(struct mavlink_feed *feed)
 {
     for (int i = 0; i < MAVLINK_LAYERS; i++)
         mavlink_ring_forget(&feed->ring[i]);
@@ -42,17 +42,17 @@ static void forget(struct mavlink_feed *feed)
 void mavlink_feed_init(struct mavlink_feed *feed, const struct mavlink_feed_conf *conf)
 {
     *feed = (struct mavlink_feed){.conf = *conf};
-    forget(feed);
+    forget_answers(feed);
 }
 
 void mavlink_feed_close(struct mavlink_feed *feed)
 {
     sonard_disconnect(feed->client);
     feed->client = NULL;
-    forget(feed);
+    forget_answers(feed);
 }
 
-static void lose(struct mavlink_feed *feed, uint64_t now_ns)
+static void lose_daemon(struct mavlink_feed *feed, uint64_t now_ns)
 {
     mavlink_feed_close(feed);
     feed->retry_ns = now_ns + RETRY_NS;
@@ -99,7 +99,7 @@ void mavlink_feed_connect(struct mavlink_feed *feed, uint64_t now_ns)
     feed->connected_ns = feed->heard_ns = now_ns;
     feed->said_something = false;
     if (!feed->client || !watch_all(feed))
-        lose(feed, now_ns);
+        lose_daemon(feed, now_ns);
 }
 
 /* When the daemon said it, on our clock. Its calendar is ours; in a replay it is the capture's, which tells nothing. */
@@ -247,7 +247,7 @@ void mavlink_feed_read(struct mavlink_feed *feed, uint64_t now_ns)
         json_decref(result);
     }
     if (feed->client && (!good || feed->error.status != SONARD_SILENT || now_ns > feed->heard_ns + SILENCE_NS))
-        lose(feed, now_ns);
+        lose_daemon(feed, now_ns);
 }
 
 void mavlink_feed_pose(struct mavlink_feed *feed, const struct mavlink_pose *pose, uint64_t now_ns)
@@ -272,7 +272,7 @@ void mavlink_feed_pose(struct mavlink_feed *feed, const struct mavlink_pose *pos
     if (sonard_send_pose(feed->client, &said, &feed->error))
         feed->poses_waiting++;
     else
-        lose(feed, now_ns);
+        lose_daemon(feed, now_ns);
 }
 
 bool mavlink_feed_alive(const struct mavlink_feed *feed, uint64_t now_ns)

@@ -96,7 +96,7 @@ static enum verdict examine(struct mavlink_parser *parser, size_t *size, struct 
     return SKIP;
 }
 
-static void drop(struct mavlink_parser *parser, size_t n)
+static void drop_bytes(struct mavlink_parser *parser, size_t n)
 {
     parser->searching = false;
     parser->n_held -= n;
@@ -111,7 +111,7 @@ static void drop_garbage(struct mavlink_parser *parser)
     while (n < parser->n_held && parser->held[n] != MAGIC_1 && parser->held[n] != MAGIC_2)
         n++;
     parser->counters.garbage_bytes += n;
-    drop(parser, n);
+    drop_bytes(parser, n);
     parser->searching = true;
 }
 
@@ -123,10 +123,10 @@ bool mavlink_parser_next(struct mavlink_parser *parser, const uint8_t **bytes, s
 
         switch (examine(parser, &size, out)) {
         case FRAME:
-            drop(parser, size);
+            drop_bytes(parser, size);
             return true;
         case SKIP:
-            drop(parser, size);
+            drop_bytes(parser, size);
             break;
         case GARBAGE:
             drop_garbage(parser);

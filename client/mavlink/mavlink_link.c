@@ -103,7 +103,7 @@ static void note(struct mavlink_link *link, const char *what, const char *why)
 }
 
 /* Notes why, closes, and lets a second pass. */
-static void lose(struct mavlink_link *link, const char *what, const char *why, uint64_t now_ns)
+static void lose_link(struct mavlink_link *link, const char *what, const char *why, uint64_t now_ns)
 {
     note(link, what, why);
     mavlink_link_close(link);
@@ -120,7 +120,7 @@ static void open_udp(struct mavlink_link *link, uint64_t now_ns)
     const int failure = getaddrinfo(in ? NULL : link->place, link->port, &hints, &found);
 
     if (failure) {
-        lose(link, "look-up", gai_strerror(failure), now_ns);
+        lose_link(link, "look-up", gai_strerror(failure), now_ns);
         link->retry_s = link->retry_s == 0 ? 1 : link->retry_s < RETRY_MOST / 2 ? 2 * link->retry_s : RETRY_MOST;
         link->retry_ns = now_ns + link->retry_s * (uint64_t)RETRY_NS;
         return;
@@ -129,7 +129,7 @@ static void open_udp(struct mavlink_link *link, uint64_t now_ns)
     link->fd = socket(found->ai_family, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
     if (link->fd < 0 || (in ? bind(link->fd, found->ai_addr, found->ai_addrlen)
                             : connect(link->fd, found->ai_addr, found->ai_addrlen)) < 0)
-        lose(link, in ? "cannot listen" : "cannot send", strerror(errno), now_ns);
+        lose_link(link, in ? "cannot listen" : "cannot send", strerror(errno), now_ns);
     freeaddrinfo(found);
 }
 
@@ -140,15 +140,15 @@ static void open_serial(struct mavlink_link *link, uint64_t now_ns)
 
     link->fd = open(link->place, O_RDWR | O_NOCTTY | O_NONBLOCK | O_CLOEXEC);
     if (link->fd < 0) {
-        lose(link, "cannot be opened", strerror(errno), now_ns);
+        lose_link(link, "cannot be opened", strerror(errno), now_ns);
         return;
     }
     if (flock(link->fd, LOCK_EX | LOCK_NB) < 0) {
-        lose(link, "in use by another process", strerror(errno), now_ns);
+        lose_link(link, "in use by another process", strerror(errno), now_ns);
         return;
     }
     if (tcgetattr(link->fd, &line) < 0) {
-        lose(link, "no serial line", strerror(errno), now_ns);
+        lose_link(link, "no serial line", strerror(errno), now_ns);
         return;
     }
     cfmakeraw(&line);
@@ -158,11 +158,11 @@ static void open_serial(struct mavlink_link *link, uint64_t now_ns)
     line.c_cc[VTIME] = 0;
     if (cfsetspeed(&line, speed) < 0 || tcsetattr(link->fd, TCSANOW, &line) < 0 ||
         tcgetattr(link->fd, &line) < 0) {
-        lose(link, "cannot be set up", strerror(errno), now_ns);
+        lose_link(link, "cannot be set up", strerror(errno), now_ns);
         return;
     }
     if (cfgetospeed(&line) != speed) {
-        lose(link, "cannot be set up", "the hardware does not support this baud rate", now_ns);
+        lose_link(link, "cannot be set up", "the hardware does not support this baud rate", now_ns);
         return;
     }
     tcflush(link->fd, TCIOFLUSH);
@@ -194,7 +194,7 @@ static void failed(struct mavlink_link *link, uint64_t now_ns)
     if (errno == EAGAIN || errno == EINTR || errno == ENOBUFS)
         return;
     if (link->kind == MAVLINK_SERIAL)
-        lose(link, "lost", strerror(errno), now_ns);
+        lose_link(link, "lost", strerror(errno), now_ns);
     else
         note(link, "no peer answers", strerror(errno));
 }

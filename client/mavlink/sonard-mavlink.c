@@ -186,7 +186,7 @@ static void wait_for_work(const struct mavlink_bridge *bridge, const sigset_t *w
 }
 
 /* The signals that end it are let in while it waits, so none is missed. */
-static int run(const struct mavlink_bridge_conf *conf, struct mavlink_link *link)
+static int run_bridge(const struct mavlink_bridge_conf *conf, struct mavlink_link *link)
 {
     const struct sigaction action = {.sa_handler = on_stop};
     sigset_t stops, waiting;
@@ -228,7 +228,7 @@ int main(int argc, char **argv)
         printf("sonard-mavlink %s\n", SONARD_VERSION);
         status = 0;
     } else if (parse_conf(&arguments, &conf, &signing, &link, &fault)) {
-        status = run(&conf, &link);
+        status = run_bridge(&conf, &link);
     }
     if (status == EXIT_USAGE)
         fprintf(stderr, "sonard-mavlink: %s; see `sonard-mavlink --help`\n", fault.text);

@@ -140,7 +140,7 @@ static uint32_t least_used(const struct template *t)
 }
 
 /* What was learnt is in force, and learning is over. Without memory it goes on. */
-static bool finish(struct templates *s, int sensor, struct fault *fault)
+static bool finish_learning(struct templates *s, int sensor, struct fault *fault)
 {
     struct template *t = &s->of[sensor];
     struct background_kept kept;
@@ -204,7 +204,7 @@ void template_ping(struct templates *s, int sensor, const struct ping *ping)
     template_progress(s, sensor, &p);
     if (!p.done)
         return;
-    if (!finish(s, sensor, &fault))
+    if (!finish_learning(s, sensor, &fault))
         happened(s, sensor, LOG_ERR, "background_failed", "learning: %s", fault.text);
 }
 
@@ -244,7 +244,7 @@ bool template_stop(struct templates *s, int sensor, bool use, struct fault *faul
         return fault_set(fault, "too early: one direction has only %u pings; at least %u are needed", p.least,
                          least_used(t));
     if (use)
-        return finish(s, sensor, fault);
+        return finish_learning(s, sensor, fault);
     if (!hand_over(s, sensor, t->background, NULL))
         return no_memory(fault);
     happened(s, sensor, LOG_NOTICE, "background_given_up", "learning was cancelled");

@@ -77,8 +77,8 @@ static int copy_wanted(struct template_keep *k, bool changed)
 }
 
 /* Those who wait for this sonar's file, which is under way or is not, have waited long enough. */
-static void tell(struct template_keep *k, int sensor, enum template_transfer transfer, bool under_way, bool good,
-                 const char *why)
+static void tell_waiters(struct template_keep *k, int sensor, enum template_transfer transfer, bool under_way,
+                         bool good, const char *why)
 {
     for (struct template_wait **at = &k->asked; *at;) {
         struct template_wait *s = *at;
@@ -105,7 +105,7 @@ static void settle_one(struct template_keep *k, int sensor)
         not_kept(k, sensor, c->fault.text);
     free(c->bytes);
     c->bytes = NULL;
-    tell(k, sensor, c->transfer, true, c->good, c->fault.text);
+    tell_waiters(k, sensor, c->transfer, true, c->good, c->fault.text);
     c->transfer = TEMPLATE_STAYS;
 }
 
@@ -122,8 +122,8 @@ static void mark_under_way(struct template_keep *k)
     for (struct template_wait *s = k->asked; s; s = s->next)
         s->under_way = k->copy[s->sensor].transfer == s->transfer;
     for (int i = 0; i < k->env.conf->n_sonars; i++)
-        tell(k, i, TEMPLATE_TO_FILE, false, false,
-             k->env.templates->of[i].background ? "out of memory" : "no template to save");
+        tell_waiters(k, i, TEMPLATE_TO_FILE, false, false,
+                     k->env.templates->of[i].background ? "out of memory" : "no template to save");
 }
 
 static void on_moved(void *ctx);

@@ -36,8 +36,8 @@ static double angle(const double turn[4])
  * How the vehicle can follow a pose that is far off by doing no more than `reach` since the one before. Returns the
  * share of the way that it does; all of it where it jumps.
  */
-static double follow(struct discontinuities *j, enum discontinuity_part part, double far, double reach,
-                     double least, struct jump *jump)
+static double follow_part(struct discontinuities *j, enum discontinuity_part part, double far, double reach,
+                          double least, struct jump *jump)
 {
     if (far <= reach) {
         j->chased[part] = 0;
@@ -60,18 +60,18 @@ static void move(struct discontinuities *j, const struct pose *pose, enum discon
     double *can_m = j->can.position_m + at, shift_m[3];
     for (int i = 0; i < n; i++)
         shift_m[i] = pose->position_m[at + i] - can_m[i];
-    const double share = follow(j, part, length(shift_m, n), reach_m, DISCONTINUITY_M, jump);
+    const double share = follow_part(j, part, length(shift_m, n), reach_m, DISCONTINUITY_M, jump);
     for (int i = 0; i < n; i++) {
         j->sum.shift_m[at + i] += jump->by[part] > 0 ? shift_m[i] : 0;
         can_m[i] = share < 1 ? can_m[i] + share * shift_m[i] : pose->position_m[at + i];
     }
 }
 
-static void turn(struct discontinuities *j, const struct pose *pose, double reach_rad, struct jump *jump)
+static void follow_turn(struct discontinuities *j, const struct pose *pose, double reach_rad, struct jump *jump)
 {
     double by[4];
     turn_between(j->can.attitude, pose->attitude, by);
-    const double share = follow(j, DISCONTINUITY_TURN, angle(by), reach_rad, j->least_rad, jump);
+    const double share = follow_part(j, DISCONTINUITY_TURN, angle(by), reach_rad, j->least_rad, jump);
     quat_slerp(j->can.attitude, pose->attitude, share, j->can.attitude);
     if (jump->by[DISCONTINUITY_TURN] > 0) {
         quat_multiply(by, j->sum.turn, j->sum.turn);
@@ -103,7 +103,7 @@ bool discontinuity_take(struct discontinuities *j, const struct pose *pose, doub
     if (news(j, pose, DISCONTINUITY_DEPTH, &since_s))
         move(j, pose, DISCONTINUITY_DEPTH, mps * since_s, jump);
     if (news(j, pose, DISCONTINUITY_TURN, &since_s))
-        turn(j, pose, radps * since_s, jump);
+        follow_turn(j, pose, radps * since_s, jump);
     return jump->by[DISCONTINUITY_LEVEL] > 0 || jump->by[DISCONTINUITY_DEPTH] > 0 ||
            jump->by[DISCONTINUITY_TURN] > 0;
 }

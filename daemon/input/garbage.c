@@ -28,7 +28,7 @@ const char *garbage_word(const char *port)
     return MOSTLY "check the device and its identifiers on the bus";
 }
 
-static void tell(const struct garbage *g, const struct garbage_count *now, uint64_t now_ns)
+static void tell_garbage(const struct garbage *g, const struct garbage_count *now, uint64_t now_ns)
 {
     const uint64_t garbage = now->garbage - g->before.garbage, bytes = now->bytes - g->before.bytes;
     const bool mostly = now->messages == g->before.messages || 2 * garbage > bytes;
@@ -44,7 +44,7 @@ static void tell(const struct garbage *g, const struct garbage_count *now, uint6
              (unsigned long long)garbage, (unsigned long long)bytes, g->speech, advice);
 }
 
-static void look(void *garbage, uint64_t now_ns)
+static void check_garbage(void *garbage, uint64_t now_ns)
 {
     struct garbage *g = garbage;
     struct garbage_count now;
@@ -54,7 +54,7 @@ static void look(void *garbage, uint64_t now_ns)
             loop_arm(g->loop, &g->timer, g->told_ns + QUIET_NS);
             return;
         }
-        tell(g, &now, now_ns);
+        tell_garbage(g, &now, now_ns);
         g->told_ns = now_ns;
     }
     g->before = now;
@@ -79,7 +79,7 @@ void garbage_heard(struct garbage *g)
     judge(g, loop_now(g->loop));
     if (g->timer.armed)
         return;
-    g->timer.fire = look;
+    g->timer.fire = check_garbage;
     g->timer.ctx = g;
     loop_arm(g->loop, &g->timer, loop_now(g->loop) + LOOK_NS);
 }

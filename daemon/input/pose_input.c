@@ -7,7 +7,7 @@
 #define TEXT_MAX 200
 
 /* 17 digits read back to the same bits. */
-static void keep(struct pose_input *in, const struct pose *p)
+static void record_pose(struct pose_input *in, const struct pose *p)
 {
     char text[TEXT_MAX];
     double t_unix = (double)(p->t_ns + in->unix_offset_ns) * 1e-9;
@@ -28,7 +28,7 @@ static bool take_pose(struct pose_input *in, const char *sender, const struct po
         return false;
     pose_log_sent_by(in->poses, p->has, sender);
     in->taken(in->ctx, p);
-    keep(in, p);
+    record_pose(in, p);
     return true;
 }
 

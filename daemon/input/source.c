@@ -378,8 +378,8 @@ static void sector_of(const struct conf_sonar *conf, struct device_conf *d)
         mirror_arc(&d->sector_start_rad, &d->sector_end_rad);
 }
 
-static void describe(const struct source *s, const struct conf_sonar *conf, const struct conf_water *water,
-                     struct device_conf *d)
+static void describe_device(const struct source *s, const struct conf_sonar *conf, const struct conf_water *water,
+                            struct device_conf *d)
 {
     const bool has_line = !(s->env.no_line >> s->index & 1);
     *d = (struct device_conf){.range_m = conf->range_m,
@@ -431,7 +431,7 @@ static bool set_device(struct source *s, const struct conf_sonar *conf, const st
         return fault_set(fault, "mirror = yes: a %s has one beam along its axis, and no sides to swap",
                          conf->device);
     s->device = calloc(1, s->ops->state_size);
-    describe(s, conf, water, &d);
+    describe_device(s, conf, water, &d);
     if (!s->device || !s->ops->init(s->device, &d, fault))
         return false;
     if (wants_frames)

@@ -51,7 +51,7 @@ void trigger_start(struct trigger *trigger, const struct pin_chip *chip, const c
     pin_start(&trigger->pin);
 }
 
-static void forget(struct trigger *trigger, int n)
+static void forget_edges(struct trigger *trigger, int n)
 {
     trigger->n -= n;
     memmove(trigger->edge_ns, trigger->edge_ns + n, (size_t)trigger->n * sizeof trigger->edge_ns[0]);
@@ -62,7 +62,7 @@ void trigger_edge(struct trigger *trigger, uint64_t t_ns)
     if (trigger->n && t_ns <= trigger->edge_ns[trigger->n - 1])
         return;
     if (trigger->n == TRIGGER_EDGES)
-        forget(trigger, 1);
+        forget_edges(trigger, 1);
     trigger->edge_ns[trigger->n++] = t_ns;
     trigger->edges++;
 }
@@ -79,7 +79,7 @@ uint64_t trigger_time(struct trigger *trigger, const struct ping *ping)
         return ping->t_ns;
     }
     uint64_t t_ns = trigger->edge_ns[i];
-    forget(trigger, i + 1);
+    forget_edges(trigger, i + 1);
     trigger->used++;
     return t_ns;
 }

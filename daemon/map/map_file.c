@@ -18,7 +18,7 @@
 #define AT_RUN         32
 #define AT_ORIGIN      40
 
-static void put(uint8_t *at, uint64_t v, int n)
+static void put_number(uint8_t *at, uint64_t v, int n)
 {
     for (int i = 0; i < n; i++)
         at[i] = (uint8_t)(v >> (8 * i));
@@ -67,12 +67,12 @@ bool map_file_begin(struct map_bytes *b, const struct voxmap_setting *setting, c
         return false;
     memcpy(&voxel, &setting->voxel_m, sizeof voxel);
     memcpy(b->bytes, MAGIC, MAP_FILE_MAGIC_BYTES);
-    put(b->bytes + 8, VERSION, 4);
-    put(b->bytes + AT_SUBMAPS, 0, 4);
-    put(b->bytes + 16, voxel, 8);
-    put(b->bytes + 24, setting->height, 4);
-    put(b->bytes + 28, setting->keep_echoes, 4);
-    put(b->bytes + AT_RUN, origin->run, 8);
+    put_number(b->bytes + 8, VERSION, 4);
+    put_number(b->bytes + AT_SUBMAPS, 0, 4);
+    put_number(b->bytes + 16, voxel, 8);
+    put_number(b->bytes + 24, setting->height, 4);
+    put_number(b->bytes + 28, setting->keep_echoes, 4);
+    put_number(b->bytes + AT_RUN, origin->run, 8);
     memcpy(b->bytes + AT_ORIGIN, origin->name, MAP_ORIGIN_MAX);
     b->size = HEADER_BYTES;
     return true;
@@ -92,8 +92,8 @@ size_t map_file_bytes(size_t size)
 
 void map_file_take(struct map_bytes *b, size_t size)
 {
-    put(b->bytes + b->size, size, SIZE_BYTES);
-    put(b->bytes + AT_SUBMAPS, get(b->bytes + AT_SUBMAPS, 4) + 1, 4);
+    put_number(b->bytes + b->size, size, SIZE_BYTES);
+    put_number(b->bytes + AT_SUBMAPS, get(b->bytes + AT_SUBMAPS, 4) + 1, 4);
     b->size += SIZE_BYTES + size;
 }
 
@@ -101,11 +101,11 @@ bool map_file_end(struct map_bytes *b, const uint8_t *residual, size_t n)
 {
     if (!reserve(b, SIZE_BYTES + n + CHECK_BYTES))
         return false;
-    put(b->bytes + b->size, n, SIZE_BYTES);
+    put_number(b->bytes + b->size, n, SIZE_BYTES);
     if (n)
         memcpy(b->bytes + b->size + SIZE_BYTES, residual, n);
     b->size += SIZE_BYTES + n;
-    put(b->bytes + b->size, checksum(b->bytes, b->size), CHECK_BYTES);
+    put_number(b->bytes + b->size, checksum(b->bytes, b->size), CHECK_BYTES);
     b->size += CHECK_BYTES;
     return true;
 }

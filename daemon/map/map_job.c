@@ -291,7 +291,7 @@ static struct map_job_step after(struct map_job *job, enum map_job_at at, pipeli
     return (struct map_job_step){owner, worker};
 }
 
-static struct map_job_step measure(struct map_job *job)
+static struct map_job_step measure_map(struct map_job *job)
 {
     drop_bytes(job);
     return after(job, MAP_JOB_MEASURED, map_steps_measure, NULL);
@@ -306,7 +306,7 @@ struct map_job_step map_job_next(struct map_job *job)
 {
     switch (job->at) {
     case MAP_JOB_BEGUN:
-        return job->what == MAP_SERVICE_LOAD ? after(job, MAP_JOB_READ, NULL, load) : measure(job);
+        return job->what == MAP_SERVICE_LOAD ? after(job, MAP_JOB_READ, NULL, load) : measure_map(job);
     case MAP_JOB_MEASURED:
         return after(job, MAP_JOB_ROOM, NULL, make_room);
     case MAP_JOB_ROOM:
@@ -315,7 +315,7 @@ struct map_job_step map_job_next(struct map_job *job)
         snprintf(job->message, sizeof job->message, "%s", no_room);
         return end_job(job);
     case MAP_JOB_COPIED:
-        return job->copied ? after(job, MAP_JOB_WRITTEN, NULL, write_copy) : measure(job);
+        return job->copied ? after(job, MAP_JOB_WRITTEN, NULL, write_copy) : measure_map(job);
     case MAP_JOB_READ:
         return job->good ? after(job, MAP_JOB_PUT_IN, map_steps_put_in, NULL) : end_job(job);
     case MAP_JOB_PUT_IN:

@@ -129,7 +129,7 @@ static void go_on(struct map_task *task)
 }
 
 /* The same of all that is left of it, while the loop waits: at the start and at the end. */
-static void finish(struct map_task *task)
+static void finish_task(struct map_task *task)
 {
     struct map_service *s = task->service;
     struct map_job_step next = {.owner = task->left};
@@ -318,7 +318,7 @@ static bool load(struct map_service *s, bool last)
         log_line(LOG_NOTICE, "map_empty", "map: starting empty: %s: %s", task->job.path, strerror(errno));
         return false;
     }
-    finish(task);
+    finish_task(task);
     s->changed &= !last;
     return task->job.state == MAP_SERVICE_DONE;
 }
@@ -376,14 +376,14 @@ void map_service_end(struct map_service *s)
         return;
     worker_finish(s->env.worker);
     if (s->asked.left)
-        finish(&s->asked);
+        finish_task(&s->asked);
     if (s->kept.left)
-        finish(&s->kept);
+        finish_task(&s->kept);
     if (s->save.fire) {
         loop_arm(s->env.loop, &s->save, LOOP_NEVER);
         owner_call_now(s->env.pipeline, &s->count.call, count_pings);
         if (prepare_kept(s))
-            finish(&s->kept);
+            finish_task(&s->kept);
     }
     free(s->frontier_memory);
 }

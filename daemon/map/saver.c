@@ -19,7 +19,7 @@
 
 /* ---- by the map's owner ---- */
 
-static void look(void *ctx, const struct pipeline_owned *owned)
+static void look_at_memory(void *ctx, const struct pipeline_owned *owned)
 {
     struct saver_submap *s = ctx;
     const struct voxmap *map = &owned->map->map;
@@ -33,7 +33,7 @@ static void pack(void *ctx, const struct pipeline_owned *owned)
     s->size = voxpage_pack(&owned->map->map, s->id, 0, s->room, s->size);
 }
 
-static void drop(void *ctx, const struct pipeline_owned *owned)
+static void drop_submap(void *ctx, const struct pipeline_owned *owned)
 {
     const struct saver_submap *s = ctx;
     voxmap_drop(&owned->map->map, s->id);
@@ -91,7 +91,7 @@ static void on_written(void *ctx)
     v->saved++;
     log_line(LOG_NOTICE, "map_dropped", "map: memory is low: submap %llu is saved as %s; its echoes are kept",
              (unsigned long long)v->submap.id, v->path);
-    step(v, drop, on_dropped);
+    step(v, drop_submap, on_dropped);
 }
 
 /* A closed submap never changes: what was packed is what is dropped later. It may have gone since the look. */
@@ -132,7 +132,7 @@ static void on_looked(void *ctx)
     if (has_ended(s) || !s->id)
         rest(v);
     else if (v->env.replay)
-        step(v, drop, on_dropped);
+        step(v, drop_submap, on_dropped);
     else
         pack_submap(v);
 }
@@ -145,7 +145,7 @@ static void on_timer(void *ctx, uint64_t now_ns)
         return;
     v->busy = true;
     v->submap = (struct saver_submap){.saver = v};
-    step(v, look, on_looked);
+    step(v, look_at_memory, on_looked);
 }
 
 /* ---- start and end ---- */

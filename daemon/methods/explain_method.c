@@ -371,7 +371,7 @@ static void look_first(struct scene *s, const struct witnesses *witnesses)
 }
 
 /* A part of it, by the grid's owner. */
-static void look(void *ctx, const struct pipeline_owned *owned)
+static void look_at_grid(void *ctx, const struct pipeline_owned *owned)
 {
     struct scene *s = ctx;
     if (!s->started)
@@ -407,7 +407,7 @@ static bool write_scene(const struct rpc_call *call, struct json_out *out, struc
     struct methods_env *d = call->daemon;
     struct scene *s = call->work->state;
     (void)error;
-    if (!request_job_done(call, d->pipeline, look, write_scene))
+    if (!request_job_done(call, d->pipeline, look_at_grid, write_scene))
         return false;
     if (!s->all_heard)
         return rpc_continue(call, write_scene);

@@ -23,7 +23,7 @@ bool grid_has_room(struct methods_env *d, const char *name, size_t more_bytes, s
 
 /* ---- finding and telling ---- */
 
-static struct grid *find(struct methods_env *d, const char *name)
+static struct grid *find_grid(struct methods_env *d, const char *name)
 {
     struct grid *g;
     for (int i = 0; (g = pipeline_grid(d->pipeline, i)) && strcmp(g->setting.name, name) != 0; i++)
@@ -34,7 +34,7 @@ static struct grid *find(struct methods_env *d, const char *name)
 struct grid *grid_asked(struct methods_env *d, const json_t *params, struct rpc_error *error)
 {
     const char *name = params_text(params, "grid");
-    struct grid *g = name ? find(d, name) : pipeline_grid(d->pipeline, 0);
+    struct grid *g = name ? find_grid(d, name) : pipeline_grid(d->pipeline, 0);
     if (!g)
         rpc_refuse(error, RPC_INVALID_PARAMS, "grid = %.64s: no grid of that name; see `sonarctl grid list`",
                    name);

@@ -122,7 +122,7 @@ static bool refuse_in_replay(const struct methods_env *d, struct rpc_error *erro
 }
 
 /* As a replay is to know it. */
-static void keep(struct methods_env *d, const json_t *params)
+static void record_pose(struct methods_env *d, const json_t *params)
 {
     char *text = d->record ? json_dumps(params, JSON_COMPACT | JSON_REAL_PRECISION(17)) : NULL;
     if (text)
@@ -144,7 +144,7 @@ bool method_pose(const struct rpc_call *call, json_t *params, struct json_out *o
         return false;
     if (json_object_get(params, "attitude_deg") || json_object_get(params, "quaternion"))
         d->aux.pose_input.t_attitude_ns = loop_now(d->loop);
-    keep(d, params);
+    record_pose(d, params);
     json_out_put(out, "{\"taken\":true}");
     return true;
 }
@@ -160,7 +160,7 @@ bool method_pose_withdraw(const struct rpc_call *call, json_t *params, struct js
     if (given) {
         json_t *message = json_pack("{s:b}", "withdrawn", 1);
         withdraw(d);
-        keep(d, message);
+        record_pose(d, message);
         json_decref(message);
         log_line(LOG_NOTICE, "pose_withdrawn",
                  "pose: withdrawn by a client; directions are the vehicle's until the next attitude");

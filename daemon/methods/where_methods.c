@@ -131,7 +131,7 @@ static void since_when(const struct voxmap *map, struct question *q)
 /* ---- in steps ---- */
 
 /* One step. Starts again when anything but pings has changed the map since. */
-static void look(void *ctx, const struct pipeline_owned *owned)
+static void look_at_map(void *ctx, const struct pipeline_owned *owned)
 {
     struct question *q = ctx;
     struct pipeline_map *m = owned->map;
@@ -151,7 +151,7 @@ static bool answer(const struct rpc_call *call, struct json_out *out, struct rpc
 {
     const struct methods_env *d = call->daemon;
     struct question *q = call->work->state;
-    if (!request_job_done(call, d->pipeline, look, answer))
+    if (!request_job_done(call, d->pipeline, look_at_map, answer))
         return false;
     if (q->done) {
         write_answer(out, q);

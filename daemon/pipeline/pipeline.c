@@ -32,7 +32,7 @@ static uint64_t now_of(const struct pipeline *p)
     return has_clock(p) ? loop_clock() : 0;
 }
 
-static void measure(struct pipeline *p, enum pipeline_stage stage, uint64_t from_ns, uint64_t to_ns)
+static void measure_stage(struct pipeline *p, enum pipeline_stage stage, uint64_t from_ns, uint64_t to_ns)
 {
     if (has_clock(p))
         latency_add(&p->latency[stage], to_ns > from_ns ? to_ns - from_ns : 0);
@@ -47,9 +47,9 @@ static void run_maps(struct pipeline *p, struct echoes *e)
         enter_map(p, e);
     witness_take(&p->witnesses, e, &p->conf.mount[e->sensor]);
     const uint64_t ended_ns = now_of(p);
-    measure(p, PIPELINE_MAPS, started_ns, ended_ns);
+    measure_stage(p, PIPELINE_MAPS, started_ns, ended_ns);
     if (!p->conf.patient)
-        measure(p, PIPELINE_WHOLE, e->t_in_ns, ended_ns);
+        measure_stage(p, PIPELINE_WHOLE, e->t_in_ns, ended_ns);
     atomic_fetch_add_explicit(&p->finished, 1, memory_order_release);
 }
 
@@ -135,7 +135,7 @@ static void run_extract(struct pipeline *p, const struct ping *ping, const struc
     }
     if (p->image[ping->sensor])
         image_enter(p->image[ping->sensor], ping, e);
-    measure(p, PIPELINE_EXTRACT, started_ns, now_of(p));
+    measure_stage(p, PIPELINE_EXTRACT, started_ns, now_of(p));
 }
 
 static void run_both(struct pipeline *p, const struct ping *came)

@@ -87,7 +87,7 @@ static void false_start(struct imagenex_parser *p)
     look_behind(p, 1);
 }
 
-static void describe(struct imagenex_parser *p, size_t length, struct imagenex_frame *out)
+static void describe_frame(struct imagenex_parser *p, size_t length, struct imagenex_frame *out)
 {
     const uint8_t *b = p->buf;
 
@@ -109,7 +109,7 @@ static void describe(struct imagenex_parser *p, size_t length, struct imagenex_f
 }
 
 /* A reply among the bytes held? */
-static bool find(struct imagenex_parser *p, struct imagenex_frame *out)
+static bool find_frame(struct imagenex_parser *p, struct imagenex_frame *out)
 {
     while (p->n > 0) {
         const size_t length = frame_length(p->buf, p->n);
@@ -122,7 +122,7 @@ static bool find(struct imagenex_parser *p, struct imagenex_frame *out)
         } else if (echo) {
             look_behind(p, length);
         } else {
-            describe(p, length, out);
+            describe_frame(p, length, out);
             return true;
         }
     }
@@ -136,7 +136,7 @@ bool imagenex_parser_next(struct imagenex_parser *p, const uint8_t **bytes, size
         look_behind(p, p->taken);
         p->taken = 0;
     }
-    while (!find(p, out)) {
+    while (!find_frame(p, out)) {
         if (*n == 0)
             return false;
         p->buf[p->n] = *(*bytes)++;

@@ -236,7 +236,7 @@ static const struct poller_step steps[N_STEPS] = {
 /* ---- what comes ---- */
 
 /* Follows the head; notes a new sweep, and what is missing of those that we did not ask for ourselves. */
-static void follow(struct micron *d, const struct micron_data_head *h)
+static void follow_head(struct micron *d, const struct micron_data_head *h)
 {
     if (d->bearing != BEARING_UNKNOWN) {
         int turned = micron_angle_to(d->bearing, h->bearing);
@@ -332,7 +332,7 @@ static void on_line(struct micron *d, uint64_t now_ns, const struct device_io *i
         on_motor_error(d, now_ns, io);
         return;
     }
-    follow(d, &d->line.head);
+    follow_head(d, &d->line.head);
     make_ping(d, io);
     d->motor_told = false;
     d->reboot_ns = CENTRING_NS;

@@ -47,7 +47,7 @@ static bool nmea0183_init(void *state, const struct device_conf *conf, struct fa
 }
 
 /* "NMEA 0183 SDDPT, 0.500 m below the water line (depths also in IIDPT)" */
-static void describe(struct nmea0183 *d, const struct nmea_value *value)
+static void describe_value(struct nmea0183 *d, const struct nmea_value *value)
 {
     char *what = d->receiver.status.what;
     const size_t room = sizeof(d->receiver.status.what);
@@ -91,7 +91,7 @@ static void on_depth(struct nmea0183 *d, const struct nmea_value *value, uint64_
     }
     if (heard || ours)
         d->t_used_ns = now_ns;
-    describe(d, value);
+    describe_value(d, value);
     receiver_heard(&d->receiver, now_ns, io);
     receiver_ping(&d->receiver, &range, now_ns, io);
 }

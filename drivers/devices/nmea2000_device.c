@@ -81,7 +81,7 @@ static int other_with_depth(const struct nmea2000 *d, int source, uint64_t now_n
 }
 
 /* `other`: another address that has depths, -1: none. */
-static void describe(struct receiver *l, int source, int other, int16_t offset_mm)
+static void describe_source(struct receiver *l, int source, int other, int16_t offset_mm)
 {
     char *what = l->status.what;
     const size_t room = sizeof(l->status.what);
@@ -123,7 +123,7 @@ static void on_depth(struct nmea2000 *d, const struct canfd_frame *frame, uint64
     talker->t_last_ns = now_ns;
     if (!talker->had_depth && other >= 0)
         return;
-    describe(&d->receiver, source, other, (int16_t)(b[5] | b[6] << 8));
+    describe_source(&d->receiver, source, other, (int16_t)(b[5] | b[6] << 8));
     receiver_heard(&d->receiver, now_ns, io);
     receiver_ping(&d->receiver, &range, now_ns, io);
     if (heard && other >= 0)

@@ -27,7 +27,7 @@ void ping_parser_init(struct ping_parser *p, size_t payload_max)
     p->frames = p->garbage_bytes = p->cut_bytes = p->bad_checksum = 0;
 }
 
-static void drop(struct ping_parser *p, size_t count)
+static void drop_bytes(struct ping_parser *p, size_t count)
 {
     p->n -= count;
     memmove(p->buf, p->buf + count, p->n);
@@ -36,7 +36,7 @@ static void drop(struct ping_parser *p, size_t count)
 
 static void drop_taken(struct ping_parser *p)
 {
-    drop(p, p->taken);
+    drop_bytes(p, p->taken);
     p->taken = 0;
 }
 
@@ -61,7 +61,7 @@ static void skip_garbage(struct ping_parser *p, size_t from)
         i++;
     if (i > 0) {
         p->garbage_bytes += i;
-        drop(p, i);
+        drop_bytes(p, i);
     }
 }
 
@@ -73,7 +73,7 @@ void ping_parser_give_up(struct ping_parser *p, uint64_t then_ns)
 }
 
 /* The whole frame at buf[0], of `total` bytes: hand it out when its sum is right, else leave its first byte. */
-static bool finish(struct ping_parser *p, size_t total, struct ping_frame *out)
+static bool finish_frame(struct ping_parser *p, size_t total, struct ping_frame *out)
 {
     if (checksum(p->buf, total - 2) != get_u16(p->buf + total - 2)) {
         p->bad_checksum++;
@@ -102,7 +102,7 @@ bool ping_parser_next(struct ping_parser *p, const uint8_t **bytes, size_t *n, u
     for (;;) {
         size_t total = p->n < 4 ? 0 : (size_t)PING_OVERHEAD + get_u16(p->buf + 2);
         if (total > 0 && p->n >= total) {
-            if (finish(p, total, out))
+            if (finish_frame(p, total, out))
                 return true;
             continue;
         }

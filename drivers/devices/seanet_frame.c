@@ -41,7 +41,7 @@ void seanet_parser_init(struct seanet_parser *p)
     memset(p, 0, sizeof(*p));
 }
 
-static void drop(struct seanet_parser *p, size_t count)
+static void drop_bytes(struct seanet_parser *p, size_t count)
 {
     p->n -= count;
     memmove(p->buf, p->buf + count, p->n);
@@ -50,7 +50,7 @@ static void drop(struct seanet_parser *p, size_t count)
 
 static void drop_taken(struct seanet_parser *p)
 {
-    drop(p, p->taken);
+    drop_bytes(p, p->taken);
     p->taken = 0;
 }
 
@@ -99,7 +99,7 @@ static void skip_garbage(struct seanet_parser *p, size_t from)
         i++;
     if (i > 0) {
         p->garbage_bytes += i;
-        drop(p, i);
+        drop_bytes(p, i);
     }
 }
 
@@ -141,7 +141,7 @@ static bool holds_head(const uint8_t *b, size_t n)
 }
 
 /* The whole frame at buf[0], of `total` bytes: hand it out when it is good, else leave its first byte. */
-static bool finish(struct seanet_parser *p, size_t total, struct seanet_frame *out)
+static bool finish_frame(struct seanet_parser *p, size_t total, struct seanet_frame *out)
 {
     const uint8_t *b = p->buf;
     if (b[total - 1] != LF || !data_fits(b, total) || holds_head(b, total)) {
@@ -173,7 +173,7 @@ bool seanet_parser_next(struct seanet_parser *p, const uint8_t **bytes, size_t *
     for (;;) {
         size_t total = p->n < SEANET_PAYLOAD_AT ? 0 : (size_t)seanet_u16(p->buf + LENGTH_AT) + OUTSIDE;
         if (total > 0 && p->n >= total) {
-            if (finish(p, total, out))
+            if (finish_frame(p, total, out))
                 return true;
             continue;
         }

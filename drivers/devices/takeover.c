@@ -28,7 +28,7 @@ static bool is_other(const struct takeover_value *value)
 }
 
 /* "gain 0 (sent 1), step 4 (sent 1)"; as many as there is room for. */
-static void describe(char *out, size_t size, const struct takeover_value *value, unsigned n)
+static void describe_value(char *out, size_t size, const struct takeover_value *value, unsigned n)
 {
     size_t used = 0;
 
@@ -67,7 +67,7 @@ bool takeover_ping(struct takeover *t, struct device_status *status, const struc
 
     const bool news = !status->other_settings[0];
 
-    describe(status->other_settings, sizeof(status->other_settings), value, n);
+    describe_value(status->other_settings, sizeof(status->other_settings), value, n);
     status->taken_over += news;
     if (news && (!t->told || now_ns > t->ours_ns + TOLD_AGAIN_NS))
         io->note(io->ctx, NOTE_WARNING,

@@ -28,7 +28,7 @@ static bool fail(struct gpio_line *line, const struct gpio_want *want, const cha
 }
 
 /* The chip into line->chip, which must be closed, also where the line is not found. */
-static struct gpiod_line *find(struct gpio_line *line, const struct gpio_want *want, const char **why)
+static struct gpiod_line *find_line(struct gpio_line *line, const struct gpio_want *want, const char **why)
 {
     struct gpiod_line *found;
     if (want->chip[0]) {
@@ -56,7 +56,7 @@ static bool v1_open(struct gpio_line *line, const struct gpio_want *want, struct
                                                       (want->output ? 0 : bias[want->bias])};
     const char *why = "";
     *line = (struct gpio_line){.fd = -1};
-    struct gpiod_line *found = find(line, want, &why);
+    struct gpiod_line *found = find_line(line, want, &why);
     if (!found)
         return fail(line, want, why, fault);
     if (gpiod_line_request(found, &conf, want->value) < 0) {

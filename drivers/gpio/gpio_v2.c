@@ -30,7 +30,7 @@ static bool is_wanted(struct gpiod_chip *chip, const char *wanted)
 }
 
 /* The first wanted chip that has the line, or NULL with the reason. */
-static struct gpiod_chip *find(const struct gpio_want *want, unsigned *offset, const char **why)
+static struct gpiod_chip *find_line(const struct gpio_want *want, unsigned *offset, const char **why)
 {
     struct gpiod_chip *chip = NULL;
     DIR *dev = opendir("/dev");
@@ -96,7 +96,7 @@ static struct gpiod_line_request *request(struct gpiod_chip *chip, unsigned offs
     return r;
 }
 
-static void describe(struct gpiod_chip *chip, unsigned offset, int cause, char *text, size_t size)
+static void describe_line(struct gpiod_chip *chip, unsigned offset, int cause, char *text, size_t size)
 {
     struct gpiod_line_info *info = cause == EBUSY ? gpiod_chip_get_line_info(chip, offset) : NULL;
     const char *who = info ? gpiod_line_info_get_consumer(info) : NULL;
@@ -122,10 +122,10 @@ static bool v2_open(struct gpio_line *line, const struct gpio_want *want, struct
     char text[96];
     const char *why = text;
     *line = (struct gpio_line){.fd = -1};
-    struct gpiod_chip *chip = find(want, &line->offset, &why);
+    struct gpiod_chip *chip = find_line(want, &line->offset, &why);
     if (chip) {
         line->request = request(chip, line->offset, want);
-        describe(chip, line->offset, errno, text, sizeof text);
+        describe_line(chip, line->offset, errno, text, sizeof text);
         why = text;
         gpiod_chip_close(chip); /* the request lives on */
     }

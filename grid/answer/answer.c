@@ -108,7 +108,7 @@ static void add_water(struct tally *t, const struct sight *v, double need_m, boo
         doubt(t, why);
 }
 
-static void finish(struct tally *t, const struct answer_conf *conf, struct answer *out)
+static void finish_tally(struct tally *t, const struct answer_conf *conf, struct answer *out)
 {
     if (!t->looked && t->a.state == ANSWER_CLEAR) {
         t->a.state = ANSWER_UNKNOWN;
@@ -283,7 +283,7 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
         doubt(&tally, ANSWER_OUTSIDE);
     if (tally.a.blind_to_m >= q->distance_m)
         doubt(&tally, ANSWER_BLIND);
-    finish(&tally, conf, out);
+    finish_tally(&tally, conf, out);
 }
 
 #define ROUNDING_RAD 1e-6 /* of elevations that were turned */
@@ -487,7 +487,7 @@ static void sectors_once(struct picture *p, const struct answer_conf *conf, cons
         if (tally[k].a.blind_to_m >= s.need_m)
             doubt(&tally[k], ANSWER_BLIND);
         pass_over(&tally[k], s.need_m);
-        finish(&tally[k], conf, &sectors[k]);
+        finish_tally(&tally[k], conf, &sectors[k]);
     }
 }
 

@@ -104,7 +104,7 @@ static void compare(const struct scene *s, uint32_t d, double *best_m, struct ne
 }
 
 /* Its near edge, INFINITY without one. */
-static double find(const struct scene *s, struct nearest *out)
+static double find_nearest(const struct scene *s, struct nearest *out)
 {
     double best_m = INFINITY;
     for (uint32_t block = 0; block * 64 < s->picture->n; block++)
@@ -185,7 +185,7 @@ static void look_once(struct scene *s, struct nearest *out)
         return;
     sight_locate(&s->frame, s->now, &s->place);
     s->turned = sight_attitude(&s->frame, s->now, s->query->ned, s->attitude);
-    const double near_m = find(s, out);
+    const double near_m = find_nearest(s, out);
     const double tilt =
         s->frame.ned && !s->query->ned ? sight_tilt(s->now->pose.attitude) + s->place.turned_rad : 0;
     weigh(s, isfinite(near_m) ? near_m : s->query->reach_m > 0 ? s->query->reach_m : s->frame.range_max_m, out);

@@ -236,7 +236,8 @@ static bool edge_between(const struct slice *a, const struct slice *b)
 }
 
 /* What is there now, and whether it is where it was. */
-static void follow(struct next_look_features *f, const struct slice slice[SLICES], double step_m, uint64_t now_ns)
+static void follow_slices(struct next_look_features *f, const struct slice slice[SLICES], double step_m,
+                          uint64_t now_ns)
 {
     for (int k = 0; k < SLICES; k++) {
         const double was_m = f->range_m[k], is_m = slice[k].nearest_m;
@@ -267,7 +268,7 @@ bool next_look_sector(struct picture *picture, uint64_t now_ns, const struct nex
     take_slices(picture, now_ns, conf, slice);
     picture_get_frame(picture, &frame);
     if (features)
-        follow(features, slice, frame.recentre_m, now_ns);
+        follow_slices(features, slice, frame.recentre_m, now_ns);
     for (int k = 0; k < SLICES; k++)
         score[k] = features && is_feature(features, slice, k, now_ns, conf->stale_s) ? slice[k].feature_sum
                                                                                      : slice[k].sum;

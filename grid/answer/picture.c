@@ -83,7 +83,7 @@ void picture_set_frame(struct picture *p, const struct picture_frame *frame)
 }
 
 /* Writer side: there is no concurrent writer, so no copy can tear. */
-static void follow(snapshot_word *to, const snapshot_word *from, size_t n)
+static void copy_words(snapshot_word *to, const snapshot_word *from, size_t n)
 {
     for (size_t i = 0; i < n; i++)
         atomic_store_explicit(&to[i], atomic_load_explicit(&from[i], memory_order_relaxed), memory_order_release);
@@ -95,16 +95,16 @@ void picture_end(struct picture *p)
     const bool all = p->n_changed == p->n;
     snapshot_turn(&p->turn);
     struct picture_side *back = behind(p);
-    follow(back->frame, front->frame, PICTURE_FRAME_WORDS);
+    copy_words(back->frame, front->frame, PICTURE_FRAME_WORDS);
     if (all)
-        follow(back->word, front->word, (size_t)p->n * PICTURE_WORDS);
+        copy_words(back->word, front->word, (size_t)p->n * PICTURE_WORDS);
     if (all)
-        follow(back->block, front->block, block_words(p->n));
+        copy_words(back->block, front->block, block_words(p->n));
     for (uint32_t i = 0; i < p->n_changed && !all; i++) {
         const size_t at = (size_t)p->changed[i] * PICTURE_WORDS;
         const size_t block = p->changed[i] / 64 * PICTURE_BLOCK_WORDS;
-        follow(back->word + at, front->word + at, PICTURE_WORDS);
-        follow(back->block + block, front->block + block, PICTURE_BLOCK_WORDS);
+        copy_words(back->word + at, front->word + at, PICTURE_WORDS);
+        copy_words(back->block + block, front->block + block, PICTURE_BLOCK_WORDS);
     }
 }
 

@@ -73,8 +73,8 @@ struct free_interval sight_water(const struct picture_entry *e, const struct sig
     return run;
 }
 
-static void look(const struct picture *p, const struct picture_entry *e, const struct sight_observer *by,
-                 struct sight *v)
+static void look_at_entry(const struct picture *p, const struct picture_entry *e, const struct sight_observer *by,
+                          struct sight *v)
 {
     const struct answer_now *now = by->now;
     const struct sight_place *place = by->place;
@@ -110,7 +110,7 @@ void sight_look(struct picture *p, uint32_t direction, const struct sight_observ
         return;
     }
     picture_get(p, direction, e);
-    look(p, e, by, v);
+    look_at_entry(p, e, by, v);
 }
 
 bool sight_possible(const struct picture_frame *frame, const struct answer_now *now, bool ned,

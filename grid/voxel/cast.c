@@ -173,7 +173,7 @@ static void take_singles(struct run *r)
     s->n = 0;
 }
 
-static void put(struct run *r, int32_t i, int32_t j, int32_t k, int32_t n)
+static void put_cells(struct run *r, int32_t i, int32_t j, int32_t k, int32_t n)
 {
     struct singles *s = &r->singles;
     int l = s->n++;
@@ -194,7 +194,7 @@ static void ask_cells(struct run *r, int32_t i, int32_t j, int32_t lo, int32_t h
 {
     for (int32_t k = lo; k <= hi; k++)
         if (margin_of(r, i, j, k).slack >= 0)
-            put(r, i, j, k, 1);
+            put_cells(r, i, j, k, 1);
 }
 
 /* Goes along a column in strides that no face can lie within. */
@@ -207,14 +207,14 @@ static void walk(struct run *r, int32_t i, int32_t j, int32_t lo, int32_t hi)
         if (inside && inside_from > hi)
             inside_from = k;
         if (!inside && inside_from <= hi) {
-            put(r, i, j, inside_from, k - inside_from);
+            put_cells(r, i, j, inside_from, k - inside_from);
             inside_from = hi + 1;
         }
         double stride = floor(m.free - 1e-6);
         k += stride >= hi - k ? hi - k + 1 : stride > 0 ? 1 + (int32_t)stride : 1;
     }
     if (inside_from <= hi)
-        put(r, i, j, inside_from, hi - inside_from + 1);
+        put_cells(r, i, j, inside_from, hi - inside_from + 1);
 }
 
 /* Of one column what bounds_block says of eight. */
@@ -232,7 +232,7 @@ static void settle_column(struct run *r, struct column c)
         ask_cells(r, c.i, c.j, c.lo_out, c.hi_out);
     } else {
         ask_cells(r, c.i, c.j, c.lo_out, c.lo_in - 1);
-        put(r, c.i, c.j, c.lo_in, c.hi_in - c.lo_in + 1);
+        put_cells(r, c.i, c.j, c.lo_in, c.hi_in - c.lo_in + 1);
         ask_cells(r, c.i, c.j, c.hi_in + 1, c.hi_out);
     }
 }

@@ -126,18 +126,18 @@ static struct voxmap_part *oldest(const struct voxmap *m)
     return found;
 }
 
-static void forget(struct voxmap *m, struct voxmap_part *part)
+static void forget_part(struct voxmap *m, struct voxmap_part *part)
 {
     submap_clear(&part->map);
     part->id = 0;
     change_all(m);
 }
 
-static void lose(struct voxmap *m, struct voxmap_part *part)
+static void lose_part(struct voxmap *m, struct voxmap_part *part)
 {
     m->change++;
     voxresidual_keep(m, part);
-    forget(m, part);
+    forget_part(m, part);
     m->stats.lost++;
 }
 
@@ -152,7 +152,7 @@ bool voxmap_drop(struct voxmap *m, uint64_t id)
     struct voxmap_part *part = voxmap_part(m, id);
     if (!part || part == m->current)
         return false;
-    lose(m, part);
+    lose_part(m, part);
     return true;
 }
 
@@ -166,7 +166,7 @@ void voxmap_clear(struct voxmap *m)
 {
     for (uint32_t p = 0; p < m->set.max_submaps; p++)
         if (m->part[p].id)
-            forget(m, &m->part[p]);
+            forget_part(m, &m->part[p]);
     residual_clear(&m->residual);
     m->current = NULL;
     m->close_asked = false;
@@ -189,7 +189,7 @@ struct voxmap_part *voxmap_place_for_part(struct voxmap *m)
         for (uint32_t p = 0; p < m->set.max_submaps; p++)
             if (!m->part[p].id)
                 return &m->part[p];
-        lose(m, oldest(m));
+        lose_part(m, oldest(m));
     }
 }
 
@@ -245,7 +245,7 @@ void voxmap_pass(struct voxmap *m, uint64_t t_ns)
     change_all(m);
     for (uint32_t p = 0; p < m->set.max_submaps; p++)
         if (m->part[p].id && &m->part[p] != m->current && !m->set.keep_echoes && voxmap_shift(m, &m->part[p]) == 8)
-            forget(m, &m->part[p]);
+            forget_part(m, &m->part[p]);
 }
 
 /* The current submap, which is about to be written to, is halved where it lies. */
@@ -264,7 +264,7 @@ static void make_room(struct voxmap *m)
     if (m->tiles.n_free < m->tiles.n / 8 && m->current && !old)
         m->close_asked = true;
     if (m->tiles.n_free < m->tiles.n / 16 && old)
-        lose(m, old);
+        lose_part(m, old);
 }
 
 /* The ping was this submap's last when its path or its time is used up. */

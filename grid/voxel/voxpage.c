@@ -27,7 +27,7 @@ enum field {
 #define MAGIC UINT64_C(0x31504d5856) /* "VXMP1" */
 #define HEAD  (FIELDS * sizeof(uint64_t))
 
-static void put(uint8_t *to, uint64_t x)
+static void put_word(uint8_t *to, uint64_t x)
 {
     for (int b = 0; b < 8; b++)
         to[b] = (uint8_t)(x >> 8 * b);
@@ -118,7 +118,7 @@ static void pack_head(const struct voxmap *m, const struct voxmap_part *p, uint8
     for (int a = 0; a < 4; a++)
         field[F_TURN + a] = of_double(p->turn[a]);
     for (int f = 0; f < FIELDS; f++)
-        put(head + (size_t)f * sizeof(uint64_t), field[f]);
+        put_word(head + (size_t)f * sizeof(uint64_t), field[f]);
 }
 
 /* The part of a packed submap that a caller wants. */
@@ -149,7 +149,7 @@ size_t voxpage_pack(const struct voxmap *m, uint64_t id, size_t from, uint8_t *o
     for (size_t t = 0; t < directory_size(m) && at < slice.end; t++) {
         if (part->map.tile[t] == TILE_NONE)
             continue;
-        put(number, t);
+        put_word(number, t);
         emit(&slice, at, number, sizeof number);
         emit(&slice, at + sizeof number, tiles_column(&m->tiles, part->map.tile[t], 0, 0), m->tiles.tile_bytes);
         at += tile_size(m);
