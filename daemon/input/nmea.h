@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * nmea - one port on which an instrument speaks NMEA 0183, tied to the loop: opens it, tries again with a growing
+ * nmea - one port on which a sensor speaks NMEA 0183, tied to the loop: opens it, tries again with a growing
  * delay (said once), and hands depth and heading on as pose. Sends nothing.
  */
 #ifndef SONARD_NMEA_H

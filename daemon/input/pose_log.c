@@ -166,7 +166,7 @@ static bool fresh(const struct pose_log *log, int part, uint64_t t_ns)
 /*
  * What is towed follows on the straight line to the vehicle, and its way is counted: between any two moments the
  * vehicle is nowhere farther from where it was than that way and two lines. `first`: what somebody says for the first
- * time is a place to start from, not a way driven.
+ * time is a place to start from, not a distance travelled.
  */
 static void add_way(struct pose_log *log, bool first)
 {

@@ -30,8 +30,8 @@
  * of a second off, and an attitude is noisy. */
 #define POSE_LOG_JUMP_DEG 5.0
 
-/* The way driven is that of something towed on a line of this length, or the noise of a place, of some centimetres ten
- * times a second, would add up to kilometres. */
+/* The distance travelled is that of something towed on a line of this length, or the noise of a place, of some
+ * centimetres ten times a second, would add up to kilometres. */
 #define POSE_LOG_LINE_M 0.1
 
 enum { POSE_TRACK_ATTITUDE, POSE_TRACK_PLACE, POSE_TRACK_DEPTH, POSE_TRACK_VELOCITY, POSE_TRACKS };
@@ -70,7 +70,7 @@ struct pose_log {
     double unseen_m;      /* drift while no pose came, until ... */
     uint64_t t_unseen_ns; /* ... then: pose_log_set_drift came */
     uint64_t t_first_ns;  /* first sample; 0: none */
-    double path_m;        /* way driven so far: ... */
+    double path_m;        /* distance travelled so far: ... */
     double towed_m[3];    /* ... of what is towed, which is here */
     uint64_t t_newest_ns;
     uint64_t taken, refused, withdrawn;
@@ -112,11 +112,11 @@ unsigned pose_log_missing(const struct pose_log *log, uint64_t now_ns, double *a
 /**
  * pose_log_at - the pose at t_ns. Each part lies between the two samples around it when they are at most max_age
  * apart, or goes on from the last one before it while that is fresh; `has` tells which parts there are. A place that is
- * not fresh stays what it was, without being in `has`. path_m is the way driven until now. False with *out the
+ * not fresh stays what it was, without being in `has`. path_m is the distance travelled until now. False with *out the
  * identity (has = 0) when no part is known.
  *
- * An attitude that the vehicle cannot have turned to has jumped (jumps.h; POSE_LOG_JUMP_DEG). `jumps` tells how often
- * it had by then, and nothing lies between the samples before and after: it is as the one before.
+ * An attitude that the vehicle cannot have turned to has jumped (discontinuity.h; POSE_LOG_JUMP_DEG). `jumps` tells how
+ * often it had by then, and nothing lies between the samples before and after: it is as the one before.
  *
  * slack_m, slack_rad: where a part went on from the last sample for longer than it could be continued, the vehicle may
  * have moved on all that time as fast as the velocity says (without one: as between samples at least 0.1 s apart), or

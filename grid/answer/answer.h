@@ -3,7 +3,7 @@
  * answer - blocked, clear or unknown: what a picture says about a cone, a corridor or a ring of sectors at a given
  * time. Pure; reads the picture and nothing else.
  *
- * Clear is said only where every direction asked about was pinged, recently, without the vehicle having driven on
+ * Clear is said only where every direction asked about was pinged, recently, without the vehicle having moved on
  * since, and was free as far as asked. Whatever is missing makes the answer unknown and is named. Unknown never
  * hides an obstacle: blocked is looked for first.
  */
@@ -26,7 +26,7 @@ enum answer_reason {
     ANSWER_HEARD,
     ANSWER_BEYOND,    /* no obstacle detected, but not observed as far as asked */
     ANSWER_BLIND,     /* asked nearer than the sonar can hear */
-    ANSWER_MOVED,     /* the vehicle has driven on since it was looked at */
+    ANSWER_MOVED,     /* the vehicle has moved on since it was scanned */
     ANSWER_STALE,     /* looked at too long ago */
     ANSWER_SILENT,    /* the sonar that looked there is lost */
     ANSWER_NEVER,     /* never looked at */
