@@ -1,5 +1,5 @@
 /* SPDX-License-Identifier: MIT */
-/* where_methods - see where_methods.h. */
+/* The methods about the voxel map: what is free at a point, in a box and along a path. */
 
 #include <math.h>
 #include <stdlib.h>
