@@ -433,7 +433,7 @@ def _run_case(name, function):
     return not verdict.startswith("FAIL")
 
 
-def refused(client, method, code=None, **params):
+def refused(client, method, code=None, /, **params):
     """The sentence with which a call is refused, and with this code where one is given; fails when it is taken."""
     try:
         client.call(method, **params)

@@ -5,7 +5,7 @@ import glob
 import os
 import threading
 
-from lib import RpcError, check, note, pings_until, run, until
+from lib import check, expect_refusal, note, pings_until, run, until
 
 TURN = 200  # pings of a full circle at 1.8 degrees
 
@@ -159,11 +159,7 @@ def wall_by_motion(bench):
         learnt(client)
         client.call("background_learn", pings=60)
         pings_until(client, 10)
-        try:
-            client.call("background_stop", use="yes")
-            check(False, "stopped too early without a word")
-        except RpcError as refusal:
-            check("too early" in str(refusal), str(refusal))
+        expect_refusal(client, "background_stop", {"use": "yes"}, "too early")
         check(client.call("background_stop")["state"] == "in force", "the old template is gone")
     finally:
         vehicle.ended.set()
@@ -186,11 +182,7 @@ def refusals(bench):
                                 ("background_load", {}, "No such file"),
                                 ("background_forget", {}, "no template"),
                                 ("background_stop", {}, "no learning in progress")):
-        try:
-            client.call(method, **params)
-            check(False, "%s %s is not refused" % (method, params))
-        except RpcError as refusal:
-            check(why in str(refusal), "%s: %s" % (method, refusal))
+        expect_refusal(client, method, params, why)
     check(client.call("background")["state"] == "none", "something is in force")
     bench.write("head.bg", "not a template at all")
     refused = bench.sonarctl("background", "load")

@@ -7,7 +7,7 @@ import os
 import random
 import time
 
-from lib import SEED, Failed, RpcError, check, note, run, until
+from lib import SEED, Failed, check, expect_refusal, note, refused, run, until
 
 CAPTURE = "tests/replay/box.mcap"
 
@@ -118,11 +118,7 @@ def pauses(bench):
     client = jump(daemon, 1, pause="yes")
     check(client.call("status")["replay"]["position_s"] == 1, "not back from the end")
     for wrong in ({"to_s": -1}, {"speed": -1}, {"pause": "maybe"}):
-        try:
-            client.call("replay", **wrong)
-            check(False, "%s is taken" % wrong)
-        except RpcError as error:
-            check(error.code == -32602, error)
+        refused(client, "replay", -32602, **wrong)
     check(client.call("status")["replay"]["position_s"] == 1, "a refused request changed something")
     said = bench.sonarctl("replay", "--to", "1.5")
     check(said.returncode == 0 and '"jumping": true' in said.stdout, said)
@@ -173,11 +169,7 @@ def live(bench):
     bench.conf()
     client = bench.sonard().client()
     check(client.call("status")["replay"] is None, "a replay")
-    try:
-        client.call("replay", pause="yes")
-        check(False, "a live daemon is paused")
-    except RpcError as error:
-        check("--replay" in str(error), error)
+    expect_refusal(client, "replay", {"pause": "yes"}, "--replay")
 
 
 run([("jump_" + f.__name__, f) for f in (same, all_answers, pauses, asked_at_once, on_standard_output, live)],

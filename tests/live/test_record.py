@@ -8,7 +8,7 @@ import signal
 import threading
 import time
 
-from lib import PATIENCE, SONARD, RpcError, check, note, pings_until, run, until
+from lib import PATIENCE, SONARD, check, expect_refusal, note, pings_until, run, until
 
 TURN = 200  # pings of a full circle at 1.8 degrees
 
@@ -177,11 +177,7 @@ def paced(bench):
     until(lambda: pings < client.sensor()["pings"] < 150, "pings of the replay, one after the other")
     check(client.call("status")["mode"] == "replay", "status does not say replay")
     until(lambda: client.call("blocked", azimuth_deg=180, distance_m=7)["state"] == "blocked", "the wall behind")
-    try:
-        client.call("pose", attitude_deg=[0, 0, 0])
-        check(False, "a replay takes a pose")
-    except RpcError as error:
-        check(error.code == -32600 and "this is a replay" in str(error), "pose: %s" % error)
+    expect_refusal(client, "pose", {"attitude_deg": [0, 0, 0]}, "this is a replay", -32600)
     check(player.wait() == 0, "the replay fails")
     took = time.monotonic() - begin
     note("--speed 1: a capture of %.2f s took %.2f s" % (length, took))

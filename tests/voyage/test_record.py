@@ -6,7 +6,7 @@ import os
 
 from voyage import ping360
 
-from lib import SONARD, RpcError, check, note, run
+from lib import SONARD, check, expect_refusal, note, run
 
 TURN = 200  # pings of a full circle at 1.8 degrees
 
@@ -67,11 +67,7 @@ def same_answers(bench):
     check(blocked >= 68, "only %d sectors blocked" % blocked)
     status = client.call("status")
     check(status["pose"]["count"] == poses and client.sensor()["pings"] == trip.made, "not all was replayed: %s" % status)
-    try:
-        client.call("pose", attitude_deg=[0, 0, 0])
-        check(False, "a replay takes a pose")
-    except RpcError as error:
-        check(error.code == -32600 and "this is a replay" in str(error), "pose: %s" % error)
+    expect_refusal(client, "pose", {"attitude_deg": [0, 0, 0]}, "this is a replay", -32600)
 
 
 def same_capture(bench):
