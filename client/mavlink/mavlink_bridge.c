@@ -283,16 +283,16 @@ static void send_alerts(struct mavlink_bridge *b, uint64_t now_ns)
     }
 }
 
-/* Each change once; what was never there is said to be missing. */
+/* Each change once. */
 static void say_change(bool is, enum told *told, const char *what, const char *why)
 {
     const enum told now = is ? TOLD_THERE : TOLD_LOST;
 
     if (*told != now)
         say("%s: %s%s%s", what,
-            is                    ? "there"
+            is                    ? "connected"
             : *told == TOLD_THERE ? "lost"
-                                  : "not there",
+                                  : "not connected",
             is || !why[0] ? "" : ": ", is ? "" : why);
     *told = now;
 }

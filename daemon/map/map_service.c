@@ -237,9 +237,8 @@ static void tell_hold(const struct map_service *s, bool was, const struct jump *
         log_line(
             LOG_ERR, "map_held",
             "map: the pose jumped by %.1f m level, %.1f m in depth and %.0f degrees: it counts from elsewhere, or "
-            "is "
-            "wrong. Nothing is free in the map until it has jumped back, or map new, map forget or map load say "
-            "what is true",
+            "is wrong. Nothing is free in the map until it jumps back, or map new, map forget or map load confirm "
+            "the origin",
             jump->by[DISCONTINUITY_LEVEL], jump->by[DISCONTINUITY_DEPTH], geo_deg(jump->by[DISCONTINUITY_TURN]));
     else if (was && !s->frame_lost)
         log_line(LOG_NOTICE, "map_let_go", "map: the pose has jumped back to where it can be: the map holds");

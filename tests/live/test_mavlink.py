@@ -407,20 +407,20 @@ def absent(bench):
     started = [bridge(bench, link) for link in ("udp:nowhere.invalid:14550", "udp:127.0.0.1:%d" % port,
                                                 "serial:%s:115200" % bench.path("tty"))]
     unknown, refused, _ = started
-    until(lambda: "link: not there: nowhere.invalid:14550: look-up: " in unknown.log(), "the name to be missed")
+    until(lambda: "link: not connected: nowhere.invalid:14550: look-up: " in unknown.log(), "the name to be missed")
     until(lambda: "no peer answers: Connection refused" in refused.log(), "the peer to be missed")
-    until(lambda: "vehicle: not there: no heartbeat" in refused.log(), "the vehicle to be missed")
+    until(lambda: "vehicle: not connected: no heartbeat" in refused.log(), "the vehicle to be missed")
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as late:
         late.bind(("127.0.0.1", port))
         late.settimeout(10 * PATIENCE)
         _, peer = late.recvfrom(1000)
         late.sendto(frame(HEARTBEAT, struct.pack("<IBBBBB", 0, 12, 3, 0, 4, 3), 1), peer)
-        until(lambda: "vehicle: there" in refused.log(), "the vehicle")
-        check(refused.log().rstrip().endswith("link: there") or "link: there\n" in refused.log(), refused.log())
+        until(lambda: "vehicle: connected" in refused.log(), "the vehicle")
+        check(refused.log().rstrip().endswith("link: connected") or "link: connected\n" in refused.log(), refused.log())
     for process in started:
         check(process.stop() == 0, "the end of the bridge")
         said = process.log().splitlines()
-        check(len(said) <= 8 and sum("link: not there" in line or "link: lost" in line for line in said) in (1, 2),
+        check(len(said) <= 8 and sum("link: not connected" in line or "link: lost" in line for line in said) in (1, 2),
               "the log: %s" % said)
 
 

@@ -375,12 +375,12 @@ TEST(a_link_is_there_when_something_was_received)
     seconds(2);
     const size_t alone = (size_t)pread(fileno(file), text, sizeof text - 1, 0);
     text[alone] = '\0';
-    CHECK(strstr(text, "link: open, nothing received yet\n") && !strstr(text, "link: there"));
+    CHECK(strstr(text, "link: open, nothing received yet\n") && !strstr(text, "link: connected"));
     f.flies = true;
     seconds(2);
     dup2(err, 2);
     text[pread(fileno(file), text, sizeof text - 1, 0)] = '\0';
-    const char *open = strstr(text, "link: open"), *there = strstr(text, "link: there\n");
+    const char *open = strstr(text, "link: open"), *there = strstr(text, "link: connected\n");
     CHECK(open && there && open < there && !strstr(open + 1, "link: open"));
     end();
     close(err);
