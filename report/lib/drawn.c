@@ -6,6 +6,8 @@
 
 #include "dice.h"
 
+#define TIMING_STREAM 2000000u
+
 const char *const drawn_class_name[DRAWN_CLASSES] = {"wall", "pile", "net", "line"};
 
 /* How far the reference of a class lies below a wall seen square on, and how much faster it falls with range. */
@@ -234,14 +236,24 @@ static void draw_water(struct drawn_world *w, struct dice *d)
     }
 }
 
+/* Who waits for a host pings late, by what the host's other work takes; a clock of its own is never late. */
+static void draw_timing(struct drawn_world *w, struct dice *d)
+{
+    w->asked_late_s = chance(d, 0.7) ? scaled(d, 1e-4, 5e-3) : 0.0;
+    w->dated_late_s = scaled(d, 5e-5, 3e-3);
+    for (unsigned k = 0; k < w->others; k++)
+        w->other[k].late_s = chance(d, 0.5) ? scaled(d, 1e-4, 3e-3) : 0.0;
+}
+
 struct drawn_world drawn_world_of(uint64_t seed, unsigned number)
 {
     struct drawn_world w = {.seed = seed, .number = number};
-    struct dice d = dice_of(seed, number);
+    struct dice d = dice_of(seed, number), timing = dice_of(seed, TIMING_STREAM + number);
 
     draw_head(&w, &d);
     draw_receiver(&w, &d);
     draw_water(&w, &d);
+    draw_timing(&w, &timing);
     return w;
 }
 

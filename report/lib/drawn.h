@@ -45,6 +45,8 @@ struct drawn_plane {
 /* A sonar with its own timing. */
 struct drawn_other {
     double az_rad, period_s, phase_s, length_m, level_db;
+    double
+        late_s; /* mean lateness of each of its pings, which puts off all later ones: its host asks; 0: its clock */
 };
 
 struct drawn_world {
@@ -57,6 +59,8 @@ struct drawn_world {
     double beam_step_rad, az_aperture_rad, el_aperture_rad;
     uint32_t bins, pulse_bins;
     double range_m, pulse_m, ping_s;
+    double asked_late_s,
+        dated_late_s; /* mean of what the host adds to ping_s, and to the time of transmission it says */
 
     /* the receiver */
     enum amplitude_law law, told;

@@ -8,6 +8,7 @@
 
 #define SOUND_MPS      1500.0
 #define SOUND_STREAM   1000000u
+#define TIMING_STREAM  3000000u
 #define NORMALS        65536u /* drawn once and taken in ever new orders: a million bins are made of them */
 #define STRAY_MOST     22.0
 #define OTHER_SIDE_DB  (-25.0)
@@ -45,6 +46,10 @@ void drawn_sound_begin(struct drawn_sound *s, uint64_t seed, unsigned number)
     }
     s->world = drawn_world_of(seed, number);
     s->dice = dice_of(seed, SOUND_STREAM + number);
+    s->timing = dice_of(seed, TIMING_STREAM + number);
+    s->t_s = 1.0;
+    for (unsigned k = 0; k < s->world.others; k++)
+        s->other_s[k] = s->world.other[k].phase_s;
     s->margins = hearable_margins_of(s->world.texture);
     s->turn = 0;
     s->pings = 0;
@@ -70,6 +75,17 @@ void drawn_sound_begin(struct drawn_sound *s, uint64_t seed, unsigned number)
 
 /* ---- one ping ---- */
 
+/* How late it comes: seldom by much. */
+static double lateness(struct drawn_sound *s, double mean_s)
+{
+    return mean_s > 0.0 ? -mean_s * log(dice_uniform(&s->timing)) : 0.0;
+}
+
+static void other_pings(struct drawn_sound *s, unsigned k)
+{
+    s->other_s[k] += s->world.other[k].period_s + lateness(s, s->world.other[k].late_s);
+}
+
 /* Other sonars send when they like. */
 static void hear_others(struct drawn_sound *s, struct moment *m)
 {
@@ -81,10 +97,10 @@ static void hear_others(struct drawn_sound *s, struct moment *m)
         if (!m->any_other)
             memset(m->other, 0, w->bins * sizeof(float));
         m->any_other = true;
-        for (double n = ceil((m->t_s - o->phase_s) / o->period_s);; n++) {
-            const double r_m = (o->phase_s + n * o->period_s - m->t_s) * SOUND_MPS / 2.0;
-            if (r_m >= w->range_m)
-                break;
+        for (; s->other_s[k] < m->t_s + 2.0 * w->range_m / SOUND_MPS; other_pings(s, k)) {
+            const double r_m = (s->other_s[k] - m->t_s) * SOUND_MPS / 2.0;
+            if (r_m < 0.0)
+                continue;
             const double level = power_of(o->level_db + w->gain_db + between(&s->dice, -3.0, 3.0));
             const double length_m = fmax(o->length_m, w->pulse_m);
             insonify_add(&s->insonify, m->other, r_m, r_m + length_m, level * length_m / w->pulse_m);
@@ -236,11 +252,12 @@ bool drawn_sound_next(struct drawn_sound *s)
         if (s->pings == DRAWN_TURNS * w->pings)
             return false;
         lost = dice_uniform(&s->dice) < w->lost_share;
+        m.t_s = s->t_s;
+        s->t_s += w->ping_s + lateness(s, w->asked_late_s);
         s->pings++;
     } while (lost);
     const uint32_t n = s->pings - 1, step = n % w->pings;
     s->turn = n / w->pings;
-    m.t_s = 1.0 + n * w->ping_s;
     m.heard = dice_uniform(&s->dice) >= w->dead_share;
     m.raised = dice_uniform(&s->dice) < w->raised_share ? power_of(w->raised_db) : 1.0;
     m.ring = power_of(between(&s->dice, -0.5, 0.5));
@@ -248,7 +265,7 @@ bool drawn_sound_next(struct drawn_sound *s)
     for (int i = 0; i < 2; i++)
         m.place_m[i] = w->velocity_mps[i] * (m.t_s - 1.0);
     hear_others(s, &m);
-    s->ping.t_ns = (uint64_t)(m.t_s * 1e9);
+    s->ping.t_ns = (uint64_t)((m.t_s + lateness(s, w->dated_late_s)) * 1e9);
     s->ping.t_in_ns = s->ping.t_ns + (uint64_t)(w->ping_s * 0.9e9);
     s->ping.seq++;
     s->ping.flags = step == 0 ? PING_NEW_TURN : 0;

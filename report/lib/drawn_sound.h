@@ -24,9 +24,11 @@ struct drawn_sound {
     struct insonify insonify;
     struct hearable_margins margins;
     struct insonified beam;
-    struct dice dice;
-    unsigned turn;  /* of the ping that came last */
-    uint32_t pings; /* sent, lost ones too */
+    struct dice dice, timing;
+    double t_s;                       /* of the next ping */
+    double other_s[DRAWN_MAX_OTHERS]; /* of each other sonar's next ping */
+    unsigned turn;                    /* of the ping that came last */
+    uint32_t pings;                   /* sent, lost ones too */
     struct ping ping;
     struct ping_beam axis[DRAWN_MAX_BEAMS];
     uint8_t samples[DRAWN_MAX_BEAMS][DRAWN_MAX_BINS];
