@@ -245,7 +245,7 @@ LIVE     := $(filter-out tests/live/test_blueos.py tests/live/test_web_page.py t
 GATE_LIVE := $(shell grep -l 'gate=' $(LIVE))
 # In virtual time: all of it depends on no clock.
 VOYAGES  := $(sort $(wildcard tests/voyage/test_*.py))
-UNIT_SLOW := $(addprefix $(BUILD)/tests/,test_honest test_honest_drift test_course test_honest_jumps)
+UNIT_SLOW := $(addprefix $(BUILD)/tests/,test_honest test_honest_drift test_honest_heading test_course test_honest_jumps)
 # Under address+undefined: what reads foreign bytes, and what belongs to a program.
 GUARDED  := $(filter-out test_honest%,$(notdir $(patsubst %.c,%,$(filter-out tests/unit/grid/% tests/unit/pilot/% tests/unit/report/% tests/unit/sim/%,$(UNIT_SRC)))))
 ASAN     := CC=gcc SAN=address,undefined CFLAGS='-O1 -g' BUILD=$(BUILD)/asan

@@ -179,7 +179,8 @@ struct conf_map {
 };
 
 struct conf_pose {
-    double max_age_s; /* max_age = 1 s: older is stale */
+    double max_age_s;           /* max_age = 1 s: older is stale */
+    double heading_drift_radps; /* heading_drift = 0.01 deg/s: of the attitude's heading, at most */
 };
 
 /* [vehicle]: what `limit` and `time_to_collision` need to know; see grid/answer/corridor.h and limit.h */

@@ -379,6 +379,14 @@ const struct conf_key conf_keys[] = {
     {"pose", "max_age", LIVE, QUANTITY(1, "s", 0.01, 3600), .standard = "1 s", CONF(pose.max_age_s),
      .help = "An older pose is stale, and answers that need it are unknown. Raise it only if poses come more\n"
              "rarely."},
+    {"pose", "heading_drift", LIVE, QUANTITY(1, "deg/s", 0, 10), .standard = "0.01 deg/s",
+     CONF(pose.heading_drift_radps),
+     .help =
+         "How fast the heading of the attitudes may drift. What was observed may then lie beside where it now\n"
+         "seems to be: answers count everything within heading_drift times clear_for to both sides, and free\n"
+         "space shrinks by the drift since each ping, times the distance travelled since. 0.01 deg/s suits an\n"
+         "IMU with a compass. Without a compass it is the bias of the gyro, 0.1 deg/s and more for a cheap\n"
+         "one: set what you measured, and a short clear_for."},
 
     {"vehicle", "radius", LIVE, QUANTITY(1, "m", 0.05, 50), .standard = "0.4 m", CONF(vehicle.radius_m),
      .help = "Radius of the upright cylinder around the reference point that contains the whole vehicle."},

@@ -108,7 +108,8 @@ void wiring_drift(const struct conf *conf, struct pose_drift *out)
                                       : said ? v->max_speed_mps
                                              : UNSAID_MPS,
                                .from_pose = !keeps && !said,
-                               .keeps_heading = keeps};
+                               .keeps_heading = keeps,
+                               .heading_radps = conf->pose.heading_drift_radps};
 }
 
 void wiring_grid(const struct conf *conf, const struct conf_grid *grid, struct grid_setting *out)

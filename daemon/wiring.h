@@ -11,7 +11,7 @@
 #include "daemon/pipeline/pipeline.h"
 #include "plan.h"
 
-/** wiring_drift - what the vehicle is taken to do while nobody tells position or velocity. */
+/** wiring_drift - what the vehicle is taken to do while nobody tells position or velocity, and its heading. */
 void wiring_drift(const struct conf *conf, struct pose_drift *out);
 
 /** wiring_grid - how a grid is set that `grid` describes. */

@@ -51,7 +51,10 @@ struct pose {
     double drift_m[2];
     double drift_mps;    /* it grows so fast now; > 0: poses have no position */
     bool heading_adrift; /* poses have no attitude, and the vehicle may turn */
-    unsigned has;        /* set of enum pose_part */
+    double
+        heading_radps; /* the heading of attitudes goes wrong so fast, at most: what was observed t_s ago lies up to
+                             heading_radps * t_s beside where they have it */
+    unsigned has;      /* set of enum pose_part */
 };
 
 /*

@@ -384,6 +384,7 @@ static void take_drift(const struct pose_log *log, uint64_t t_ns, const bool kno
     }
     p->drift_mps = hypot(drifts_mps(log, &then[POSE_TRACK_PLACE], p), drifts_mps(log, &then[POSE_TRACK_DEPTH], p));
     p->heading_adrift = p->drift_mps > 0 && !log->drift.keeps_heading && !known[POSE_TRACK_ATTITUDE];
+    p->heading_radps = known[POSE_TRACK_ATTITUDE] ? log->drift.heading_radps : 0;
 }
 
 bool pose_log_at(const struct pose_log *log, uint64_t t_ns, struct pose *out)

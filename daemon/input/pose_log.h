@@ -53,11 +53,12 @@ struct pose_track {
     uint64_t t_given_ns; /* of the newest sample that somebody gave; 0: none */
 };
 
-/* What a vehicle is taken to do while nobody tells position or velocity. */
+/* What a vehicle is taken to do while nobody tells position or velocity, and what becomes of its heading. */
 struct pose_drift {
-    double mps;         /* it goes so fast, in any direction; 0: it keeps its place */
-    bool from_pose;     /* only once a pose of any kind was given: before, it keeps its place */
-    bool keeps_heading; /* without an attitude it does not turn */
+    double mps;           /* it goes so fast, in any direction; 0: it keeps its place */
+    bool from_pose;       /* only once a pose of any kind was given: before, it keeps its place */
+    bool keeps_heading;   /* without an attitude it does not turn */
+    double heading_radps; /* the heading of attitudes drifts so fast, either way; 0: it does not */
 };
 
 struct pose_log {
@@ -85,7 +86,7 @@ void pose_log_set_max_age(struct pose_log *log, uint64_t max_age_ns);
 /** pose_log_set_most - the fastest that the vehicle goes and turns, [0, inf); 0: nobody says. */
 void pose_log_set_most(struct pose_log *log, double most_mps, double most_radps);
 
-/** pose_log_set_drift - from now_ns on; at first the vehicle keeps its place. mps: [0, inf). */
+/** pose_log_set_drift - from now_ns on; at first the vehicle keeps its place. mps, heading_radps: [0, inf). */
 void pose_log_set_drift(struct pose_log *log, uint64_t now_ns, const struct pose_drift *drift);
 
 /**
@@ -122,7 +123,7 @@ unsigned pose_log_missing(const struct pose_log *log, uint64_t now_ns, double *a
  * have moved on all that time as fast as the velocity says (without one: as between samples at least 0.1 s apart), or
  * as fast as it ever does, whichever is more.
  *
- * drift_m, drift_mps, heading_adrift are set in any case.
+ * drift_m, drift_mps, heading_adrift, heading_radps are set in any case.
  */
 bool pose_log_at(const struct pose_log *log, uint64_t t_ns, struct pose *out);
 

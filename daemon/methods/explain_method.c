@@ -319,7 +319,7 @@ static void begin_directions(struct scene *s)
 {
     struct picture *picture = grid_picture(s->grid);
     picture_get_frame(picture, &s->frame);
-    sight_locate(&s->frame, &s->now, &s->place);
+    sight_locate(&s->frame, &s->limits, &s->now, &s->place);
     answer_direction(picture, &s->limits, &s->now, &s->query, &s->answer);
     geo_direction(s->query.az_rad, s->query.el_rad, s->axis);
     sight_to_grid(&s->frame, &s->now, s->query.ned, s->axis);

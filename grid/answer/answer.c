@@ -220,6 +220,15 @@ static struct share share_of(const struct aim *a, const double v[3], const struc
     return (struct share){.need_m = fmin(end, side), .side = side < end && side < q->distance_m};
 }
 
+/* The same of what was observed at `middle` and may by now lie beside it. */
+static struct share share_of_direction(const struct aim *a, const double middle[3], const struct bearing *edge)
+{
+    double v[3] = {middle[0], middle[1], middle[2]};
+    if (a->place->adrift_rad > 0)
+        sight_swing(a->place, a->axis, v);
+    return share_of(a, v, edge);
+}
+
 /* Would a look at a direction beside the cone change nothing? That is mostly so, and much cheaper to tell. */
 static bool tells_nothing(const struct tally *t, struct picture *p, uint32_t d, const struct share *share,
                           double moved_m)
@@ -239,7 +248,7 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
     }
     double az, el;
     struct sight_place place;
-    sight_locate(&frame, now, &place);
+    sight_locate(&frame, conf, now, &place);
     const double wall_rad = q->corridor ? 0 : fmin(fmax(q->half_angle_rad, RAY_RAD), GEO_PI);
     struct aim aim = {.query = q, .place = &place, .cos_wall = cos(wall_rad), .sin_wall = sin(wall_rad)};
     geo_direction(q->az_rad, q->el_rad, aim.axis);
@@ -255,7 +264,7 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
     const double turned = q->ned ? 0 : place.turned_rad;
     const double opening = q->corridor ? GEO_PI / 2 : wall_rad;
     const double beside = q->corridor ? 0 : sight_aside_rad(&place, 0);
-    const double around = fmin(opening + beside + turned + p->rings->height_rad, GEO_PI);
+    const double around = fmin(opening + beside + turned + place.adrift_rad + p->rings->height_rad, GEO_PI);
     if (beside > 0)
         tally.a.blind_to_m = SIGHT_BESIDE * place.moved_m;
     struct rings_visit visit = rings_visit(p->rings, aim.axis, around);
@@ -265,7 +274,7 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
             const double edge_rad = fmin(wall_rad + sight_cell_reach(p->rings, visit.ring) + turned, GEO_PI);
             edge = (struct bearing){cos(edge_rad), sin(edge_rad)};
         }
-        const struct share share = share_of(&aim, p->axis[visit.direction], &edge);
+        const struct share share = share_of_direction(&aim, p->axis[visit.direction], &edge);
         if (share.need_m <= 0 || tells_nothing(&tally, p, visit.direction, &share, place.moved_m))
             continue;
         struct picture_entry e;
@@ -427,7 +436,7 @@ static void add_ring(struct sectors *s, uint32_t ring)
             struct overlap_cell cell = {.az_rad = (here - start + 0.5) * width + s->axes_rad,
                                         .el_rad = rings->top_rad - (ring + 0.5) * rings->height_rad,
                                         .level = rings->cos_el[ring],
-                                        .half_az_rad = width / 2,
+                                        .half_az_rad = width / 2 + s->place.adrift_rad,
                                         .half_el_rad = rings->height_rad / 2,
                                         .exact = true};
             add_direction(s, here, &cell);
@@ -459,15 +468,15 @@ static void sectors_once(struct picture *p, const struct answer_conf *conf, cons
                         .up = {0, 0, -1}};
     for (size_t k = 0; k < band->count; k++)
         begin_tally(&tally[k]);
-    sight_locate(&frame, now, &s.place);
+    sight_locate(&frame, conf, now, &s.place);
     s.turned = !band->ned && sight_attitude(&frame, now, band->ned, s.attitude);
     if (s.turned)
         quat_rotate(s.attitude, s.up, s.up);
-    s.slack_rad = s.turned ? s.place.turned_rad : 0;
+    s.tilt_rad = s.turned ? sight_tilt(now->pose.attitude) : 0;
+    s.slack_rad = (s.turned ? s.place.turned_rad : 0) + s.place.adrift_rad * sin(s.tilt_rad);
     s.water_rad = s.slack_rad + sight_aside_rad(&s.place, s.need_m);
     /* the rings that reach into the band, however the body is tilted */
     const double half = p->rings->height_rad / 2, most = half + s.slack_rad + sight_aside_rad(&s.place, 0);
-    s.tilt_rad = s.turned ? sight_tilt(now->pose.attitude) : 0;
     s.any = heights_of(band->lo_rad - most, band->hi_rad + most);
     s.far_m = fmin(FAR * s.place.moved_m, s.need_m);
     const double far = half + s.slack_rad + sight_aside_rad(&s.place, s.far_m);

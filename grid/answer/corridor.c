@@ -110,12 +110,23 @@ static double leaves_wall(double half_m, double drift_m, double off_m, double sh
     return least > 0 ? fmax(wall_m, 0) / least : INFINITY;
 }
 
+/* How far the rays of a ring's cells, and what was observed along them, may lie from their middles: in any direction,
+ * and by how much `up` they do. A heading that has drifted takes nothing up or down. */
+struct reaches {
+    struct reach any, up;
+};
+
+static struct reaches reaches_of(const struct tunnel *t, double rad, double adrift_rad)
+{
+    return (struct reaches){reach_of(rad + adrift_rad), reach_of(rad + adrift_rad * hypot(t->up[0], t->up[1]))};
+}
+
 /* Range at which the last ray of the cell around v leaves the tunnel by its sides. */
-static double leaves_side(const struct tunnel *t, const double v[3], struct reach reach)
+static double leaves_side(const struct tunnel *t, const double v[3], const struct reaches *reach)
 {
     const double wide_m = t->half_width_m + t->loose_m, high_m = t->half_height_m + t->loose_m;
-    const double aside_m = leaves_wall(wide_m, t->drift_side_m, t->off_m[1], dot(v, t->side), reach);
-    return clamped(leaves_wall(high_m, t->drift_up_m, t->off_m[2], dot(v, t->up), reach), 0, aside_m);
+    const double aside_m = leaves_wall(wide_m, t->drift_side_m, t->off_m[1], dot(v, t->side), reach->any);
+    return clamped(leaves_wall(high_m, t->drift_up_m, t->off_m[2], dot(v, t->up), reach->up), 0, aside_m);
 }
 
 static void meet(struct corridor *out, const struct sight *s, const struct answer_now *now, const double axis[3],
@@ -238,8 +249,9 @@ static double adrift_m(const struct look *l, const struct sight *s, double near_
 #define BOW 0.7071
 
 /* What one direction adds. A range along a ray is `foreshortened` along the line, at the least. */
-static void add(const struct look *l, uint32_t direction, struct reach reach)
+static void add(const struct look *l, uint32_t direction, const struct reaches *reaches)
 {
+    const struct reach reach = reaches->any;
     const struct tunnel *t = &l->tunnel;
     struct corridor *out = l->out;
     const double *v = l->picture->axis[direction];
@@ -249,13 +261,13 @@ static void add(const struct look *l, uint32_t direction, struct reach reach)
     if (most_ahead <= 0) /* no ray of the cell leads ahead */
         return;
     const bool blank = picture_blank(l->picture, direction), drifts = l->now->pose.drift_mps > 0;
-    const bool looked = (blank || drifts) && ahead > BOW && looked_at(l, direction, reach);
+    const bool looked = (blank || drifts) && ahead > BOW && looked_at(l, direction, reaches->up);
     const bool unseen = looked && blank && !is_between_looks(l, direction);
     double own_m = unseen ? 0 : own_range_m(t, most_ahead);
     double near_m = place_m(t, own_m, v, foreshortened, reach);
     if (blank && near_m >= out->known_m) /* a doubt from there on is no news */
         return;
-    const double side_m = leaves_side(t, v, reach);
+    const double side_m = leaves_side(t, v, reaches);
     const double end_m = t->most_m + t->off_m[0] + t->loose_m;
     const double exit_m = fmin(side_m, fmax(end_m, 0) / fmax(foreshortened, 1e-9));
     if (blank && exit_m <= own_m)
@@ -336,17 +348,18 @@ static void look_once(struct picture *p, const struct answer_conf *conf, const s
         out->known_m = 0;
         return;
     }
-    sight_locate(frame, now, &l.place);
+    sight_locate(frame, conf, now, &l.place);
     out->slack_m = l.place.slack_m;
     set_off(t, &l.place);
     struct rings_visit visit =
-        rings_visit(p->rings, t->along, fmin(GEO_PI / 2 + p->rings->height_rad + l.place.turned_rad, GEO_PI));
+        rings_visit(p->rings, t->along,
+                    fmin(GEO_PI / 2 + p->rings->height_rad + l.place.turned_rad + l.place.adrift_rad, GEO_PI));
     const double turned = q->ned ? 0 : l.place.turned_rad;
-    struct reach reach = reach_of(0);
+    struct reaches reach = {reach_of(0), reach_of(0)};
     for (uint32_t ring = RINGS_NONE; rings_next(&visit); ring = visit.ring) {
         if (visit.ring != ring)
-            reach = reach_of(sight_cell_reach(p->rings, visit.ring) + turned);
-        add(&l, visit.direction, reach);
+            reach = reaches_of(t, sight_cell_reach(p->rings, visit.ring) + turned, l.place.adrift_rad);
+        add(&l, visit.direction, &reach);
     }
     heed_band(p->rings, t, turned + (frame->ned ? sight_tilt(now->pose.attitude) : 0), out);
     sight_from_grid(frame, now, q->ned, out->blocked_at);

@@ -33,17 +33,29 @@ struct window {
     double aside; /* sine of how far beside them a direction still counts */
 };
 
+/* Of the axes asked about against the world's. */
+static double tilt_rad(const struct scene *s)
+{
+    return s->frame.ned && !s->query->ned ? sight_tilt(s->now->pose.attitude) : 0;
+}
+
+/* How far those axes may lie beside where they are taken to be, but about the vertical. */
+static double slack_rad(const struct scene *s)
+{
+    return (s->query->ned ? 0 : s->place.turned_rad) + s->place.adrift_rad * sin(tilt_rad(s));
+}
+
 /* Where things so far away are in the window, or may be from where the vehicle may be. What is on the edge is in it. */
 static struct window window_at(const struct scene *s, double range_m)
 {
     const struct nearest_query *q = s->query;
-    const double aside = sight_aside_rad(&s->place, range_m) + (q->ned ? 0 : s->place.turned_rad);
+    const double aside = sight_aside_rad(&s->place, range_m) + slack_rad(s);
     const double lo = fmax(q->lo_rad - aside, -GEO_PI / 2), hi = fmin(q->hi_rad + aside, GEO_PI / 2);
     const double width = q->width_rad > 0 ? q->width_rad : GEO_TURN;
     return (struct window){.lo = sin(lo) - 1e-12,
                            .hi = sin(hi) + 1e-12,
                            .middle_rad = q->from_rad + width / 2,
-                           .half_rad = width / 2,
+                           .half_rad = width / 2 + s->place.adrift_rad,
                            .aside = sin(fmin(aside + s->picture->rings->step_rad, GEO_PI / 2))};
 }
 
@@ -183,11 +195,10 @@ static void look_once(struct scene *s, struct nearest *out)
     picture_get_frame(s->picture, &s->frame);
     if (!sight_possible(&s->frame, s->now, s->query->ned, &out->reason))
         return;
-    sight_locate(&s->frame, s->now, &s->place);
+    sight_locate(&s->frame, s->conf, s->now, &s->place);
     s->turned = sight_attitude(&s->frame, s->now, s->query->ned, s->attitude);
     const double near_m = find_nearest(s, out);
-    const double tilt =
-        s->frame.ned && !s->query->ned ? sight_tilt(s->now->pose.attitude) + s->place.turned_rad : 0;
+    const double tilt = tilt_rad(s) + slack_rad(s);
     weigh(s, isfinite(near_m) ? near_m : s->query->reach_m > 0 ? s->query->reach_m : s->frame.range_max_m, out);
     if (!sight_keeps(s->picture->rings, s->query->lo_rad - tilt, s->query->hi_rad + tilt) &&
         out->reason < ANSWER_OUTSIDE)

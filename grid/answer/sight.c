@@ -126,7 +126,8 @@ bool sight_possible(const struct picture_frame *frame, const struct answer_now *
     return *reason == ANSWER_HEARD;
 }
 
-void sight_locate(const struct picture_frame *frame, const struct answer_now *now, struct sight_place *place)
+void sight_locate(const struct picture_frame *frame, const struct answer_conf *conf, const struct answer_now *now,
+                  struct sight_place *place)
 {
     double way2 = 0;
     /* in the time between two pings; more than that since the last one */
@@ -140,11 +141,25 @@ void sight_locate(const struct picture_frame *frame, const struct answer_now *no
         way2 += place->offset_m[i] * place->offset_m[i];
     }
     sight_to_grid(frame, now, true, place->offset_m);
-    place->slack_m += now->pose.slack_m + POSE_WAY_ERROR * fmax(now->pose.path_m - frame->path_m, 0);
-    place->moved_m = sqrt(way2) + place->slack_m;
+    place->adrift_rad = fmin(now->pose.heading_radps * conf->clear_for_s, GEO_PI);
+    place->adrift_cos = cos(place->adrift_rad);
+    place->adrift_sin = sin(place->adrift_rad);
     place->turned_rad = now->pose.slack_rad;
+    place->slack_m += now->pose.slack_m + POSE_WAY_ERROR * fmax(now->pose.path_m - frame->path_m, 0);
+    place->slack_m += place->adrift_rad * sqrt(way2); /* the way since the centre was set, in a wrong direction */
+    place->moved_m = sqrt(way2) + place->slack_m;
     place->away = sqrt(way2) > POSE_STEP_MOST_M || now->pose.jumps != frame->jumps ||
                   now->pose.withdrawn != frame->withdrawn;
+}
+
+void sight_swing(const struct sight_place *place, const double to[3], double v[3])
+{
+    const double x = v[0], y = v[1], along = x * to[0] + y * to[1], across = x * to[1] - y * to[0];
+    const double level = sqrt(x * x + y * y), to_level = sqrt(to[0] * to[0] + to[1] * to[1]);
+    const double c = place->adrift_cos, s = across < 0 ? -place->adrift_sin : place->adrift_sin;
+    const bool abreast = to_level > 0 && along >= c * level * to_level;
+    v[0] = abreast ? to[0] / to_level * level : c * x - s * y;
+    v[1] = abreast ? to[1] / to_level * level : s * x + c * y;
 }
 
 double sight_aside_rad(const struct sight_place *place, double range_m)

@@ -14,6 +14,8 @@ struct sight_place {
     double slack_m;     /* pose uncertainty: how far from there it may be */
     double moved_m;     /* from the grid's centre, at most */
     double turned_rad;  /* the body's axes may be turned so far from what its attitude says */
+    double adrift_rad; /* its heading may have drifted so far since what was observed: turned about the vertical */
+    double adrift_cos, adrift_sin;
     /* no ping since it moved farther than a place may in one step, or jumped: nothing that was clear is so from here */
     bool away;
 };
@@ -55,8 +57,13 @@ double sight_seconds(uint64_t now_ns, uint64_t t_ns);
 bool sight_possible(const struct picture_frame *frame, const struct answer_now *now, bool ned,
                     enum answer_reason *reason);
 
-/** sight_locate - the vehicle's place against the grid's centre. */
-void sight_locate(const struct picture_frame *frame, const struct answer_now *now, struct sight_place *place);
+/** sight_locate - the vehicle's place against the grid's centre, for water that is no older than conf says. */
+void sight_locate(const struct picture_frame *frame, const struct answer_conf *conf, const struct answer_now *now,
+                  struct sight_place *place);
+
+/** sight_swing - turns v about the vertical towards `to`, both in the grid's axes, by adrift_rad or until it is abreast:
+ * of all places where v may lie the one nearest to `to`. */
+void sight_swing(const struct sight_place *place, const double to[3], double v[3]);
 
 /* Who looks: by which limits, when, from where, and at what. */
 struct sight_observer {

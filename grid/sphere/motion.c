@@ -6,9 +6,9 @@
 
 #include "sensor.h"
 
-static void loosen(struct cell *c, double way_m)
+static void loosen(struct cell *c, double by_m)
 {
-    float d = (float)(POSE_WAY_ERROR * way_m), ball = sqrtf(c->ball_m2) + d;
+    float d = (float)by_m, ball = sqrtf(c->ball_m2) + d;
     c->sd_m += d;
     c->near_m += d;
     c->ball_m2 = ball * ball;
@@ -48,11 +48,11 @@ static bool surely_stays(const struct sphere *s, const struct cell *c, const dou
     return range >= edge[0] && range < edge[1] && v[0] * u[0] + v[1] * u[1] + v[2] * u[2] > range * s->within_cos;
 }
 
-static void place_cell(struct sphere *s, uint32_t index, double way_m)
+static void place_cell(struct sphere *s, uint32_t index, double way_m, uint64_t t_ns)
 {
     struct cell *cell = &s->cells.cell[index];
     double v[3], range = state_vector(s, cell, v);
-    loosen(cell, way_m);
+    loosen(cell, state_way_error_m(s, way_m, cell->t_echo_ns, t_ns));
     const bool sure = surely_stays(s, cell, v, range);
     const int32_t layer = sure ? cell->layer : layers_index(&s->layers, range);
     const uint32_t d = sure ? cell->direction : sphere_holding(s, v);
@@ -148,7 +148,7 @@ static void recentre(struct sphere *s, const double position_m[3], uint64_t t_ns
     double way_m = geo_length(step_m);
     s->nearest_m = INFINITY;
     CELLS_EACH (&s->cells, i)
-        place_cell(s, i, way_m);
+        place_cell(s, i, way_m, t_ns);
     if (way_m > POSE_STEP_MOST_M)
         wedges_clear(&s->wedges);
     sensor_free_again(s, t_ns, path_m);

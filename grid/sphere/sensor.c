@@ -227,6 +227,14 @@ static void hit_direction(struct sphere *s, const struct look *l, uint8_t i)
         spread_echo(s, l, place, at, layer, echo);
 }
 
+/* How far what echoed may by now lie beside its cell for the heading's drift. If no turn has shown it again it is not
+ * there: by then all of the water around was passed. */
+static double adrift_rad(const struct sphere *s, const struct cell *c, const struct echoes *ping)
+{
+    const double since_s = ping->t_ns > c->t_echo_ns ? (double)(ping->t_ns - c->t_echo_ns) * 1e-9 : 0;
+    return s->heading_radps * (s->frame.turn_s > 0 ? fmin(since_s, s->frame.turn_s) : since_s);
+}
+
 /*
  * No echo came from the water up to free_to_m: cells there lose by the fraction of them that the beam covered, wherever
  * within the pose uncertainty it was.
@@ -250,7 +258,7 @@ static void carve_direction(struct sphere *s, const struct look *l)
         if (range - doubt_m < b->heard->blind_m || range + doubt_m + thick / 2 > b->heard->free_to_m ||
             !beam_sees(b, cell, &(struct beam_spot){l->ray.u, place, range}, half_az, half_el, &view))
             continue;
-        double share = beam_share(view.off_az, half_az - aside, view.wide_rad) *
+        double share = beam_share(view.off_az, half_az - aside - adrift_rad(s, c, b->ping), view.wide_rad) *
                        beam_share(view.off_el, half_el - aside, view.high_rad);
         if (share < MIN_CARVE_SHARE || c->state == CELL_LOCKED)
             continue;
@@ -584,7 +592,7 @@ void sensor_free_again(struct sphere *s, uint64_t t_ns, double path_m)
                             s->rings.height_rad);
     for (uint32_t k = s->wedges.end; k != s->wedges.first; k--) {
         const struct wedge_ping *ping = &s->wedges.ping[(k - 1) % WEDGES_PINGS];
-        const double margin_m = POSE_WAY_ERROR * fmax(path_m - ping->path_m, 0);
+        const double margin_m = state_way_error_m(s, fmax(path_m - ping->path_m, 0), ping->t_ns, t_ns);
         if (has_drifted(s, ping)) {
             free_drifted(s, &a, ping, k - 1, &next);
             continue;

@@ -193,6 +193,12 @@ uint32_t state_ms(const struct sphere *s, uint64_t t_ns)
     return ms < UINT32_MAX ? (uint32_t)ms : UINT32_MAX;
 }
 
+double state_way_error_m(const struct sphere *s, double way_m, uint64_t then_ns, uint64_t t_ns)
+{
+    const double turned_rad = t_ns > then_ns ? s->heading_radps * (double)(t_ns - then_ns) * 1e-9 : 0;
+    return (POSE_WAY_ERROR + fmin(turned_rad, 2)) * way_m;
+}
+
 uint64_t state_keep_ns(const struct sphere *s)
 {
     const double keep_s =
@@ -321,6 +327,7 @@ static void begin_turn(struct sphere *s, const struct echoes *e)
 
 void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *mount)
 {
+    s->heading_radps = e->pose.heading_radps;
     if (!set_axes(s, &e->pose, e->t_ns))
         return;
     motion_drifted(s, &e->pose);

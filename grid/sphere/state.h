@@ -53,6 +53,7 @@ struct sphere {
     bool drifts;               /* poses have no position, ... */
     bool outrun;               /* the drift at the ping was more than the picture counted */
     double ahead_m;            /* ... and what the picture counts as its drift is so much more than at the ping */
+    double heading_radps;      /* of the newest ping's pose */
     bool under_way;            /* fast enough to have a course over ground */
     struct wedges wedges;      /* what is free, as it was observed; empty while the axes are the body's */
     struct drift drift;        /* their looks, while they are judged by the drift since */
@@ -92,6 +93,10 @@ void state_to_grid(const struct sphere *s, const double v[3], double out[3]);
 
 /** state_ms - milliseconds from the grid's first ping to t_ns, within uint32_t. */
 uint32_t state_ms(const struct sphere *s, uint64_t t_ns);
+
+/** state_way_error_m - how far the vehicle may be off by after a way: by the error of its scale, and its heading, which
+ * has drifted since then_ns. */
+double state_way_error_m(const struct sphere *s, double way_m, uint64_t then_ns, uint64_t t_ns);
 
 /** state_keep_ns - what was found free longer ago is forgotten. */
 uint64_t state_keep_ns(const struct sphere *s);

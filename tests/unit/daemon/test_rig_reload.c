@@ -89,6 +89,16 @@ TEST(max_speed_and_station_keeping_are_the_drift)
     end();
 }
 
+TEST(heading_drift_counts_at_once)
+{
+    begin(OLD);
+    pose_once();
+    CHECK_NEAR(now().heading_radps, geo_rad(0.01), 1e-12, 0);
+    reload(OLD "heading_drift = 3.6 deg/h\n", 1);
+    CHECK_NEAR(now().heading_radps, geo_rad(0.001), 1e-12, 0);
+    end();
+}
+
 TEST(max_age_makes_a_pose_old_and_young)
 {
     begin(OLD);
@@ -189,6 +199,7 @@ int main(void)
 {
     RUN(max_speed_and_max_turn_bound_the_vehicle_at_once);
     RUN(max_speed_and_station_keeping_are_the_drift);
+    RUN(heading_drift_counts_at_once);
     RUN(max_age_makes_a_pose_old_and_young);
     RUN(limits_of_the_grid_and_of_questions_change);
     RUN(a_sonars_detector_begins_anew_with_its_new_key);

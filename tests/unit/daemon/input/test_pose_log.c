@@ -458,6 +458,20 @@ TEST(without_position_and_velocity_the_drift_grows_with_time)
     CHECK(!p.heading_adrift);
 }
 
+TEST(a_heading_drifts_that_somebody_tells)
+{
+    struct pose p;
+    pose_log_init(&poses, 500 * MS);
+    pose_log_set_drift(&poses, 0, &(struct pose_drift){.heading_radps = 0.02});
+    pose_log_at(&poses, 1000 * MS, &p);
+    CHECK_NEAR(p.heading_radps, 0, 0, 0); /* nobody does */
+    put(1000 * MS, POSE_ATTITUDE, 0, 0, 0);
+    pose_log_at(&poses, 1100 * MS, &p);
+    CHECK_NEAR(p.heading_radps, 0.02, 0, 0);
+    pose_log_at(&poses, 9000 * MS, &p); /* that it is old makes it no better */
+    CHECK_NEAR(p.heading_radps, 0.02, 0, 0);
+}
+
 TEST(before_any_pose_it_may_be_taken_to_keep_its_place)
 {
     struct pose p;
@@ -538,6 +552,7 @@ int main(void)
     RUN(nothing_lies_between_the_attitudes_before_and_after_a_jump);
     RUN(without_a_velocity_the_way_between_places_is_the_speed);
     RUN(without_position_and_velocity_the_drift_grows_with_time);
+    RUN(a_heading_drifts_that_somebody_tells);
     RUN(before_any_pose_it_may_be_taken_to_keep_its_place);
     RUN(a_position_stops_the_drift);
     RUN(a_velocity_carries_the_position_with_its_error);

@@ -69,6 +69,7 @@ static void move(void)
     now.pose.position_m[0] = one_in(3) ? 0 : uniform(-0.15, 0.15);
     now.pose.slack_m = one_in(2) ? 0 : uniform(0, 0.2);
     now.pose.slack_rad = one_in(2) ? 0 : uniform(0, 0.1);
+    now.pose.heading_radps = one_in(2) ? 0 : uniform(0, 0.3) / limits.clear_for_s;
 }
 
 /* Evidence against an obstacle says nothing, but the direction is not blank any more. */
@@ -130,11 +131,13 @@ static struct answer plain(const struct ring_query *q, size_t k)
     double attitude[4];
     bool blocked = false, unknown = false;
     picture_get_frame(&picture, &frame);
-    sight_locate(&frame, &now, &place);
+    sight_locate(&frame, &limits, &now, &place);
     const bool turned = !q->ned && sight_attitude(&frame, &now, false, attitude);
-    const double slack = turned ? place.turned_rad : 0, need_m = q->reach_m > 0 ? q->reach_m : frame.range_max_m;
+    const double tilt = turned ? sight_tilt(now.pose.attitude) : 0, swings = place.adrift_rad;
+    const double slack = (turned ? place.turned_rad : 0) + swings * sin(tilt);
+    const double need_m = q->reach_m > 0 ? q->reach_m : frame.range_max_m;
     for (uint32_t d = 0; d < rings.n; d++) {
-        const double half_az = rings_width(&rings, rings_ring(&rings, d)) / 2;
+        const double half_az = rings_width(&rings, rings_ring(&rings, d)) / 2 + swings;
         double v[3] = {axis[d][0], axis[d][1], axis[d][2]};
         struct picture_entry e;
         struct sight s;
@@ -151,7 +154,6 @@ static struct answer plain(const struct ring_query *q, size_t k)
             a.range_m = fmin(a.range_m, s.near_m);
         }
     }
-    const double tilt = turned ? sight_tilt(now.pose.attitude) : 0;
     unknown |= blocked && !sight_keeps(&rings, q->lo_rad - tilt - slack, q->hi_rad + tilt + slack);
     a.state = blocked && (unknown || a.range_m <= need_m) ? ANSWER_BLOCKED
               : unknown                                   ? ANSWER_UNKNOWN
@@ -227,6 +229,11 @@ static struct reach plain_reach(const struct answer_query *q, const struct sight
     return (struct reach){.need_m = fmin(end, side), .side = side < end && side < q->distance_m};
 }
 
+static double angle_of(const double a[3], const double b[3])
+{
+    return acos(fmax(-1, fmin(1, a[0] * b[0] + a[1] * b[1] + a[2] * b[2])));
+}
+
 /* State, age of the obstacle and water of a cone or corridor as they are after a look at each direction. */
 static struct answer plain_line(const struct answer_query *q)
 {
@@ -235,7 +242,7 @@ static struct answer plain_line(const struct answer_query *q)
     struct sight_place place;
     double line[3];
     picture_get_frame(&picture, &frame);
-    sight_locate(&frame, &now, &place);
+    sight_locate(&frame, &limits, &now, &place);
     geo_direction(q->az_rad, q->el_rad, line);
     sight_to_grid(&frame, &now, q->ned, line);
     if (!q->corridor && place.moved_m > 0)
@@ -243,14 +250,19 @@ static struct answer plain_line(const struct answer_query *q)
     for (uint32_t d = 0; d < rings.n; d++) {
         struct picture_entry e;
         struct sight s;
-        const double *v = axis[d], more = q->ned ? 0 : place.turned_rad;
-        const double angle = acos(fmax(-1, fmin(1, v[0] * line[0] + v[1] * line[1] + v[2] * line[2])));
+        const double more = q->ned ? 0 : place.turned_rad,
+                     apart = geo_wrap_pi(atan2(line[1], line[0]) - atan2(axis[d][1], axis[d][0]));
+        double v[3], az, el;
+        geo_angles(axis[d], &az, &el);
+        geo_direction(az + fmax(-place.adrift_rad, fmin(apart, place.adrift_rad)), el, v);
+        const double angle = angle_of(v, line);
         const double gamma = fmax(0, angle - sight_cell_reach(&rings, rings_ring(&rings, d)) - more);
         const struct reach r = plain_reach(q, &place, line, v, gamma);
         sight_look(&picture, d, &(struct sight_observer){&limits, &now, &place, q->near_m, r.need_m}, &e, &s);
         const bool heard = s.reason == ANSWER_HEARD, good = heard && s.blind_m < r.need_m && s.clear_m >= r.need_m;
-        const double around = q->half_angle_rad + asin(1 / SIGHT_BESIDE) + more + rings.height_rad;
-        if (r.need_m <= 0 || (!q->corridor && angle > around))
+        const double around =
+            q->half_angle_rad + asin(1 / SIGHT_BESIDE) + more + place.adrift_rad + rings.height_rad;
+        if (r.need_m <= 0 || (!q->corridor && angle_of(axis[d], line) > around))
             continue;
         if (s.obstacle && s.near_m <= r.need_m && s.near_m < a.range_m) {
             a.state = ANSWER_BLOCKED;

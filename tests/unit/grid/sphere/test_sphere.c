@@ -80,6 +80,18 @@ static double edge_m(double az_deg)
     return (double)e.obstacle[0].near_m;
 }
 
+/* Where the free water level at az ends. */
+static double free_end_m(double az_deg)
+{
+    struct picture *p = sphere_picture(sphere);
+    struct picture_entry e;
+    picture_get(p, rings_index(p->rings, geo_rad(az_deg), 0), &e);
+    double end_m = 0;
+    for (int k = 0; k < FREE_INTERVALS; k++)
+        end_m = fmax(end_m, (double)e.free[k].to_m);
+    return end_m;
+}
+
 /* Where the nearest echo begins that does not suffice to block; 0: there is none. */
 static double hint_m(double az_deg)
 {
@@ -235,6 +247,35 @@ TEST(what_a_beam_may_have_missed_within_its_slack_stays)
         for (int n = 0; n < 20; n++)
             ping(0.5 * (n % 5 - 2), 0, row[i].free_m);
         now.pose.slack_m = now.pose.slack_rad = 0;
+        CHECK_INT(ask(0, 10).state == ANSWER_BLOCKED, row[i].stays);
+        if (test_case_failed)
+            printf("(row %zu)\n", i);
+    }
+}
+
+/* One that has drifted since the echo may have taken the pile out of the beam; but a whole turn would have shown it. */
+TEST(what_a_beam_may_have_missed_for_the_headings_drift_stays)
+{
+    static const struct {
+        double drift_dps, age_s;
+        bool turns, stays;
+    } row[] = {{0, 10, false, false}, {0.1, 0, false, false}, {0.1, 10, false, true}, {0.1, 10, true, false}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        start(&usual);
+        for (int k = 0; k < 3; k++) { /* each turn takes a second */
+            new_turn = row[i].turns;
+            ping(90, 0, 20);
+            new_turn = false;
+            turn_of(0, 20);
+            now.now_ns += SECOND;
+        }
+        for (int n = 0; n < 3; n++)
+            ping(0, 5, 0);
+        now.now_ns += (uint64_t)(row[i].age_s * 1e9);
+        now.pose.heading_radps = geo_rad(row[i].drift_dps);
+        for (int n = 0; n < 20; n++)
+            ping(0.5 * (n % 5 - 2), 0, 20);
+        now.pose.heading_radps = 0;
         CHECK_INT(ask(0, 10).state == ANSWER_BLOCKED, row[i].stays);
         if (test_case_failed)
             printf("(row %zu)\n", i);
@@ -748,6 +789,29 @@ TEST(what_was_free_ahead_stays_so_on_the_way_there)
     CHECK_INT(ask(0, 4.7).state, ANSWER_BLOCKED);
 }
 
+/* Of the way since the ping the vehicle may have gone a part to the side, by the drift of its heading since. */
+TEST(free_water_and_obstacles_lose_by_a_way_in_a_wrong_direction)
+{
+    double free_m[2], near_m[2];
+    for (int drifts = 0; drifts < 2; drifts++) {
+        start(&usual);
+        now.pose.has = POSE_ATTITUDE | POSE_POSITION;
+        now.pose.heading_radps = drifts ? 0.01 : 0;
+        now.pose_fresh = true;
+        turn_of(5, 0);
+        for (int step = 1; step <= 50; step++) {
+            now.now_ns += SECOND / 50;
+            now.pose.position_m[0] = now.pose.path_m = 0.02 * step;
+            ping(180, 6, 0);
+        }
+        free_m[drifts] = free_end_m(0);
+        near_m[drifts] = edge_m(0);
+    }
+    /* 1 m and 0.01 rad, as of the last step; an obstacle loses step by step */
+    CHECK(free_m[0] - free_m[1] > 0.007 && free_m[0] - free_m[1] < 0.01);
+    CHECK(near_m[0] - near_m[1] > 0.003 && near_m[0] - near_m[1] < 0.01);
+}
+
 /* ---- from one side of a cell to the other: cells of 2 degrees, from 0 on ---- */
 
 static enum answer_state along(double az_deg, double distance_m)
@@ -1185,6 +1249,7 @@ int main(void)
     RUN(fading_is_the_closed_form_however_often_it_is_read);
     RUN(a_removed_obstacle_is_cleared_by_beams_that_pass_it);
     RUN(what_a_beam_may_have_missed_within_its_slack_stays);
+    RUN(what_a_beam_may_have_missed_for_the_headings_drift_stays);
     RUN(a_marked_echo_blocks_until_the_next_look);
     RUN(an_unconfirmed_echo_blocks_once_a_second_one_shows_it);
     RUN(an_echo_of_the_vehicles_own_ends_free_water_and_never_blocks);
@@ -1213,6 +1278,7 @@ int main(void)
     RUN(a_head_that_hangs_low_does_not_see_the_water_before_the_bow);
     RUN(a_head_off_the_centre_clears_all_round_whatever_its_ring_down);
     RUN(what_was_free_ahead_stays_so_on_the_way_there);
+    RUN(free_water_and_obstacles_lose_by_a_way_in_a_wrong_direction);
     RUN(beside_a_sector_that_was_wider_long_ago_nothing_is_free);
     RUN(the_side_of_a_cell_is_taken_back_like_its_middle);
     RUN(a_longer_look_at_a_side_makes_it_new);
