@@ -19,6 +19,7 @@
 #include "daemon/input/aux_sensors.h"
 #include "daemon/rpc/listen.h"
 #include "core/log.h"
+#include "fit.h"
 #include "options.h"
 #include "plan_show.h"
 #include "realtime.h"
@@ -67,6 +68,12 @@ static void print_fault(void *ctx, const char *message)
     fprintf(stderr, "%s\n", message);
 }
 
+static void print_misfit(void *ctx, const char *sentence)
+{
+    const char *const *path = ctx;
+    printf("%s: %s\n", *path, sentence);
+}
+
 static int check_file(const char *path)
 {
     struct conf conf;
@@ -76,8 +83,10 @@ static int check_file(const char *path)
     conf_source_free(source);
     if (faults == 0 && settings_idle(&conf, &note))
         printf("%s: %s\n", path, note.text);
-    if (faults == 0)
+    if (faults == 0) {
+        fit_judge(&conf, print_misfit, &path);
         printf("%s: no faults\n", path);
+    }
     return faults == 0 ? OK : FAILED;
 }
 
@@ -714,6 +723,7 @@ int main(int argc, char **argv)
         } else {
             if (settings_idle(&d->env.conf, &fault))
                 log_line(LOG_WARNING, "no_effect", "%s", fault.text);
+            fit_log(&d->env.conf);
             if (replay && (o.stay || o.speed > 0))
                 replay_measure(replay);
             do

@@ -113,6 +113,7 @@ struct device_ops {
     bool round;                    /* one round transducer: its beam is a cone and not a fan */
     bool listens;                  /* it sends nothing, ever */
     bool axial;                    /* its only beam lies along the sensor's x axis: it has no sides */
+    double beam_deg[2]; /* width and height of its usual beam at half power; 0 0: only its pings can tell */
 
     /* Take the configuration. False with a sentence in fault (which key, what is allowed) when it cannot be met. */
     bool (*init)(void *state, const struct device_conf *conf, struct fault *fault);

@@ -38,6 +38,11 @@
 #define MARGIN_NS       (100 * MS) /* on top of line and listening: the head's own work, a USB adapter */
 #define QUIET_NS        (40 * MS) /* adapters hold bytes back up to 16 ms; a frame that paused longer was cut off */
 
+/* Beams at half power. */
+#define WIDE_852_DEG  10.0
+#define WIDE_881A_DEG 2.4
+#define HIGH_881A_DEG 22.0
+
 struct model {
     const char *name;
     const struct device_ops *ops;
@@ -57,8 +62,8 @@ static const struct model model_852 = {
     .default_gain_db = 6,
     .pulse_unit_us = 1,
     .ranges_m = {5, 10, 20, 30, 40, 50},
-    .az_aperture_deg = 10.0,
-    .el_aperture_deg = 10.0,
+    .az_aperture_deg = WIDE_852_DEG,
+    .el_aperture_deg = WIDE_852_DEG,
 };
 
 static const struct model model_881a = {
@@ -70,8 +75,8 @@ static const struct model model_881a = {
     .scans = true,
     .pulse_unit_us = 10,
     .ranges_m = {1, 2, 3, 4, 5, 10, 20, 30, 40, 50, 60, 80, 100},
-    .az_aperture_deg = 2.4,
-    .el_aperture_deg = 22.0,
+    .az_aperture_deg = WIDE_881A_DEG,
+    .el_aperture_deg = HIGH_881A_DEG,
 };
 
 static const struct poller_step ping_step;
@@ -413,13 +418,15 @@ static const struct device_key keys_881a[] = {
     {.name = NULL},
 };
 
-#define IMAGENEX_OPS(its_name, its_keys, its_init, its_axial)                                                     \
+#define IMAGENEX_OPS(its_name, its_keys, its_init, its_axial, wide_deg, high_deg)                                 \
     {                                                                                                             \
         .name = (its_name), .keys = (its_keys), .state_size = sizeof(struct imagenex), .max_beams = 1,            \
-        .max_bins = POINTS, .axial = (its_axial), .init = (its_init), .opened = imagenex_opened,                  \
-        .closed = imagenex_closed, .feed = imagenex_feed, .tick = imagenex_tick, .deadline = poller_deadline,     \
-        .stop = poller_stop, .status = imagenex_status,                                                           \
+        .max_bins = POINTS, .axial = (its_axial), .beam_deg = {(wide_deg), (high_deg)}, .init = (its_init),       \
+        .opened = imagenex_opened, .closed = imagenex_closed, .feed = imagenex_feed, .tick = imagenex_tick,       \
+        .deadline = poller_deadline, .stop = poller_stop, .status = imagenex_status,                              \
     }
 
-const struct device_ops device_imagenex852 = IMAGENEX_OPS("imagenex852", keys_852, init_852, true);
-const struct device_ops device_imagenex881a = IMAGENEX_OPS("imagenex881a", keys_881a, init_881a, false);
+const struct device_ops device_imagenex852 =
+    IMAGENEX_OPS("imagenex852", keys_852, init_852, true, WIDE_852_DEG, WIDE_852_DEG);
+const struct device_ops device_imagenex881a =
+    IMAGENEX_OPS("imagenex881a", keys_881a, init_881a, false, WIDE_881A_DEG, HIGH_881A_DEG);

@@ -279,8 +279,8 @@ void micron_fill_ping(struct ping *ping, const struct micron_line *line, double 
     ping->dr_m = (float)bin_m;
     ping->pulse_m = (float)(sound_speed_mps * micron_pulse_us(bins * bin_m) * 1e-6 / 2.0);
     ping->deaf_m = (float)(sound_speed_mps * LOCKOUT_US * 1e-6 / 2.0);
-    ping->az_aperture_rad = (float)geo_rad(3.0);
-    ping->el_aperture_rad = (float)geo_rad(35.0);
+    ping->az_aperture_rad = (float)geo_rad(MICRON_WIDE_DEG);
+    ping->el_aperture_rad = (float)geo_rad(MICRON_HIGH_DEG);
     ping->head_units = h->bearing;
     ping->head_turn = MICRON_TURN;
     ping->beam[0] = (struct ping_beam){.az_rad = (float)(clockwise * GEO_TURN / MICRON_TURN)};

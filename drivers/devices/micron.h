@@ -25,6 +25,8 @@
 #define MICRON_TURN          6400 /* units of a turn, clockwise seen from above */
 #define MICRON_AHEAD         3200 /* unit along the sensor's x axis; 0 is astern */
 #define MICRON_NODE          2
+#define MICRON_WIDE_DEG      3.0 /* its beam at half power */
+#define MICRON_HIGH_DEG      35.0
 #define MICRON_TICK_S        640e-9 /* of the sampling interval */
 #define MICRON_BINS          400    /* asked for: 39 ms of line at 115200 baud */
 #define MICRON_BINS_MAX      1500

@@ -522,6 +522,7 @@ static const struct device_key keys[] = {
 const struct device_ops device_micron = {
     .name = "micron",
     .keys = keys,
+    .beam_deg = {MICRON_WIDE_DEG, MICRON_HIGH_DEG},
     .state_size = sizeof(struct micron),
     .max_beams = 1,
     .max_bins = MICRON_BINS_MAX,

@@ -24,7 +24,7 @@
 
 /* The message tells neither. Transducers have 10 to 45 degrees, many of them a fan: water outside the narrowest was
  * perhaps not looked at. What lies nearer than half a metre is lost in the ringing of many. */
-#define APERTURE_RAD (10.0 * GEO_PI / 180.0)
+#define APERTURE_DEG 10.0
 #define NEAREST_M    0.5
 
 struct nmea0183 {
@@ -78,7 +78,7 @@ static void on_depth(struct nmea0183 *d, const struct nmea_value *value, uint64_
     const struct receiver_range range = {.range_m = heard ? value->below_m : 0,
                                          .range_min_m = NEAREST_M,
                                          .resolution_m = 0.1,
-                                         .aperture_rad = APERTURE_RAD,
+                                         .aperture_rad = geo_rad(APERTURE_DEG),
                                          .unheard = !heard};
     if (any && !ours) {
         if (heard)
@@ -141,6 +141,7 @@ static void nmea0183_closed(void *state, uint64_t now_ns)
 
 const struct device_ops device_nmea0183 = {
     .name = "nmea0183",
+    .beam_deg = {APERTURE_DEG, APERTURE_DEG},
     .state_size = sizeof(struct nmea0183),
     .max_beams = 1,
     .max_bins = 1,

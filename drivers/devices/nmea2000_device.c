@@ -27,7 +27,7 @@
 #define PATIENCE_NS     5000000000ull /* it is sent every second */
 
 /* Of usual through-hull transducers; the message does not tell. */
-#define APERTURE_RAD (20.0 * GEO_PI / 180.0)
+#define APERTURE_DEG 20.0
 
 /* The two largest numbers are "out of range" and "not available"; one less is reserved. */
 #define DEPTH_GOOD_MAX  0xFFFFFFFCu
@@ -115,7 +115,7 @@ static void on_depth(struct nmea2000 *d, const struct canfd_frame *frame, uint64
                                          .unheard = !heard,
                                          .range_max_m = b[7] <= RANGE_GOOD_MAX ? b[7] * 10.0 : 0,
                                          .resolution_m = 0.01,
-                                         .aperture_rad = APERTURE_RAD};
+                                         .aperture_rad = geo_rad(APERTURE_DEG)};
     struct talker *talker = &d->talker[source];
 
     talker->has_depth = heard;
@@ -168,6 +168,7 @@ static const struct device_key keys[] = {
 const struct device_ops device_nmea2000 = {
     .name = "nmea2000",
     .keys = keys,
+    .beam_deg = {APERTURE_DEG, APERTURE_DEG},
     .state_size = sizeof(struct nmea2000),
     .max_beams = 1,
     .max_bins = 1,

@@ -56,8 +56,8 @@ void ping360_fill_ping(struct ping *ping, const struct ping_frame *frame, const 
     ping->r0_m = 0.0f;
     ping->dr_m = (float)ping360_sample_m(&data->set, sound_speed_mps);
     ping->pulse_m = (float)(sound_speed_mps * data->set.transmit_us * 1e-6 / 2.0);
-    ping->az_aperture_rad = (float)geo_rad(2.0);
-    ping->el_aperture_rad = (float)geo_rad(25.0);
+    ping->az_aperture_rad = (float)geo_rad(PING360_WIDE_DEG);
+    ping->el_aperture_rad = (float)geo_rad(PING360_HIGH_DEG);
     ping->head_units = data->set.angle;
     ping->head_turn = PING360_TURN;
     ping->beam[0] = (struct ping_beam){.az_rad = (float)(clockwise * GEO_TURN / PING360_TURN)};

@@ -19,6 +19,8 @@
 #include "grid/ping.h"
 #include "ping_frame.h"
 
+#define PING360_WIDE_DEG    2.0 /* its beam at half power */
+#define PING360_HIGH_DEG    25.0
 #define PING360_TICK_S      25e-9 /* of the sample period */
 #define PING360_SAMPLES_MAX 1200
 #define PING360_PERIOD_MIN  80

@@ -492,6 +492,7 @@ static const struct device_key keys[] = {
 const struct device_ops device_ping360 = {
     .name = "ping360",
     .keys = keys,
+    .beam_deg = {PING360_WIDE_DEG, PING360_HIGH_DEG},
     .state_size = sizeof(struct ping360),
     .max_beams = 1,
     .max_bins = PING360_SAMPLES_MAX,

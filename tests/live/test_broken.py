@@ -207,6 +207,16 @@ def keys_without_effect(bench):
         check((said in result.stdout) == idle, result.stdout)
 
 
+def keys_that_do_not_fit(bench):
+    """Settings with which little is ever clear: they are said, and are no fault."""
+    conf = bench.write("gaps.conf", "[sonar a]\ndevice = ping360\nport = serial:/dev/null:115200\nstep = 3.6 deg\n"
+                       "[vehicle]\nnear = 1.5 m\n")
+    result = bench.run(SONARD, "--check", conf)
+    check(result.returncode == 0 and "no faults" in result.stdout, result.stderr)
+    check(conf + ": [sonar a] step = 3.6 deg is wider than the beam of 2 deg" in result.stdout, result.stdout)
+    check(conf + ": [vehicle] near = 1.5 m ends before 3.3 m" in result.stdout, result.stdout)
+
+
 def nothing_in_it(bench):
     """A capture without a message was not played, and one of which nothing is left not repaired: a script is told."""
     with open("tests/replay/box.mcap", "rb") as f:
@@ -537,7 +547,7 @@ def write_all(fd, data):
 
 
 run([("configurations", configurations), ("options", options), ("full", full), ("captures", captures),
-     ("keys_without_effect", keys_without_effect), ("nothing_in_it", nothing_in_it), ("without_a_sonar", without_a_sonar), ("no_sonar_of_it", no_sonar_of_it), ("no_ping_of_it", no_ping_of_it), ("gap_in_a_log", gap_in_a_log),
+     ("keys_without_effect", keys_without_effect), ("keys_that_do_not_fit", keys_that_do_not_fit), ("nothing_in_it", nothing_in_it), ("without_a_sonar", without_a_sonar), ("no_sonar_of_it", no_sonar_of_it), ("no_ping_of_it", no_ping_of_it), ("gap_in_a_log", gap_in_a_log),
      ("requests", requests), ("line", line),
      *(("line_" + case[0], words_of(case)) for case in LINE if case[3])], parallel=3,
-    gate=("configurations", "options", "full", "captures", "keys_without_effect", "nothing_in_it", "without_a_sonar", "no_sonar_of_it", "no_ping_of_it", "gap_in_a_log"))
+    gate=("configurations", "options", "full", "captures", "keys_without_effect", "keys_that_do_not_fit", "nothing_in_it", "without_a_sonar", "no_sonar_of_it", "no_ping_of_it", "gap_in_a_log"))

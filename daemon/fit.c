@@ -1,0 +1,144 @@
+/* SPDX-License-Identifier: MIT */
+#include "fit.h"
+
+#include <math.h>
+
+#include "core/fault.h"
+#include "core/log.h"
+#include "drivers/devices/device.h"
+#include "grid/geometry.h"
+
+#define EQUAL 1e-6 /* of angles and lengths that are equal but for rounding */
+
+/* Half power, width and height; 0 where only the device itself can tell. */
+struct fan {
+    double wide_rad, high_rad;
+};
+
+static struct fan fan_of(const struct conf_sonar *c)
+{
+    const struct device_ops *ops = device_find(c->device);
+    if (c->aperture_rad[0] > 0)
+        return (struct fan){c->aperture_rad[0], c->aperture_rad[1]};
+    return (struct fan){geo_rad(ops->beam_deg[0]), geo_rad(ops->beam_deg[1])};
+}
+
+static bool turns(const struct conf_sonar *c)
+{
+    const struct device_ops *ops = device_find(c->device);
+    return ops->max_beams == 1 && !ops->axial;
+}
+
+static void judge_step(const struct conf_sonar *c, fit_fn tell, void *ctx)
+{
+    const double wide_rad = fan_of(c).wide_rad;
+    struct fault f;
+    if (!turns(c) || wide_rad <= 0 || c->step_rad <= wide_rad + EQUAL)
+        return;
+    fault_set(&f,
+              "[sonar %s] step = %g deg is wider than the beam of %g deg: what stands between two beams is never "
+              "observed; want at most %g deg",
+              c->name, geo_deg(c->step_rad), geo_deg(wide_rad), geo_deg(wide_rad));
+    tell(ctx, f.text);
+}
+
+/* Of a beam that never moves, unless the vehicle does, only directions that lie wholly in it are ever clear. */
+#define CELLS_IN_A_BEAM 3.0
+
+static void judge_cells(const struct conf *conf, const struct conf_sonar *c, fit_fn tell, void *ctx)
+{
+    const struct device_ops *ops = device_find(c->device);
+    const struct fan fan = fan_of(c);
+    const double most_rad = fmin(fan.wide_rad, fan.high_rad) / CELLS_IN_A_BEAM;
+    struct fault f;
+    if (!ops->axial || most_rad <= 0 || conf->grid.angular_step_rad <= most_rad + EQUAL)
+        return;
+    fault_set(&f,
+              "[grid] angular_step = %g deg is too wide for sonar %s, whose beam of %g deg does not turn: next to "
+              "nothing is ever clear; want at most %.2g deg",
+              geo_deg(conf->grid.angular_step_rad), c->name, geo_deg(fmin(fan.wide_rad, fan.high_rad)),
+              geo_deg(most_rad));
+    tell(ctx, f.text);
+}
+
+/* So much of a beam's height, in directions, its edges do not free (docs/grid.md, Water close by). */
+#define EDGE_CELLS 1.5
+
+/* From where on a level beam is as high as the vehicle with its margin; INFINITY: nowhere, or it is not level. */
+static double opens_m(const struct conf *conf, const struct conf_sonar *c)
+{
+    const struct conf_vehicle *v = &conf->vehicle;
+    const double seen_rad = fan_of(c).high_rad / 2 - EDGE_CELLS * conf->grid.angular_step_rad;
+    const double tilt_rad = fabs(remainder(c->rotation_rad[0], GEO_PI)) + fabs(c->rotation_rad[1]);
+    if (device_find(c->device)->axial || tilt_rad > EQUAL || seen_rad <= EQUAL)
+        return INFINITY;
+    return (v->height_m / 2 + v->margin_m + fabs(c->mount_m[2])) / sin(fmin(seen_rad, GEO_PI / 2));
+}
+
+static void judge_near(const struct conf *conf, fit_fn tell, void *ctx)
+{
+    double from_m = INFINITY;
+    struct fault f;
+    for (int i = 0; i < conf->n_sonars; i++)
+        from_m = fmin(from_m, opens_m(conf, &conf->sonar[i]));
+    if (conf->vehicle.near_m <= 0 || !isfinite(from_m) || conf->vehicle.near_m >= from_m - EQUAL)
+        return;
+    fault_set(
+        &f,
+        "[vehicle] near = %g m ends before %.1f m, from where on the beams are as high as the vehicle: `limit` "
+        "allows only slow; want near = %.1f m, if nothing closer is out of the sonars' sight",
+        conf->vehicle.near_m, from_m, ceil(from_m * 10) / 10);
+    tell(ctx, f.text);
+}
+
+static void judge_circle(const struct conf *conf, const struct conf_sonar *c, fit_fn tell, void *ctx)
+{
+    struct fault f;
+    if (c->scan != CONF_SCAN_ACTIVE || conf->grid.clear_for_s <= 0 || c->circle_s <= conf->grid.clear_for_s)
+        return;
+    fault_set(
+        &f,
+        "[grid] clear_for = %g s is shorter than circle = %g s of sonar %s: much of the circle stays unknown; "
+        "want clear_for = auto",
+        conf->grid.clear_for_s, c->circle_s, c->name);
+    tell(ctx, f.text);
+}
+
+#define CLEAR_FOR_LEAST_S 30.0 /* of clear_for = auto */
+#define DRIFT_MOST_DEG    5.0  /* to both sides of what is asked: more than a usual cone is wide */
+
+static void judge_drift(const struct conf *conf, fit_fn tell, void *ctx)
+{
+    const double clear_for_s = conf->grid.clear_for_s > 0 ? conf->grid.clear_for_s : CLEAR_FOR_LEAST_S;
+    const double drift_deg = geo_deg(conf->pose.heading_drift_radps) * clear_for_s;
+    struct fault f;
+    if (drift_deg <= DRIFT_MOST_DEG + EQUAL)
+        return;
+    fault_set(&f,
+              "[pose] heading_drift = %g deg/s: in the %g s of clear_for that is %.0f deg, which answers count to "
+              "both sides; want a compass, or a shorter clear_for",
+              geo_deg(conf->pose.heading_drift_radps), clear_for_s, drift_deg);
+    tell(ctx, f.text);
+}
+
+void fit_judge(const struct conf *conf, fit_fn tell, void *ctx)
+{
+    for (int i = 0; i < conf->n_sonars; i++) {
+        judge_step(&conf->sonar[i], tell, ctx);
+        judge_cells(conf, &conf->sonar[i], tell, ctx);
+        judge_circle(conf, &conf->sonar[i], tell, ctx);
+    }
+    judge_near(conf, tell, ctx);
+    judge_drift(conf, tell, ctx);
+}
+
+static void log_one(void *ctx, const char *sentence)
+{
+    (void)ctx;
+    log_line(LOG_WARNING, "misfit", "%s", sentence);
+}
+
+void fit_log(const struct conf *conf)
+{
+    fit_judge(conf, log_one, NULL);
+}

@@ -1,0 +1,93 @@
+/* SPDX-License-Identifier: MIT */
+/* test_fit - what does not go together is named with the key and what is wanted, and nothing else is. */
+#include "tests/lib/test.h"
+
+#include <stdio.h>
+
+#include "config/conf_source.h"
+#include "daemon/fit.h"
+#include "daemon/settings.h"
+
+#define PORT "port = serial:/dev/x:115200\n"
+#define HEAD "[sonar a]\ndevice = ping360\n" PORT
+
+static const struct {
+    const char *text, *want; /* a part of the only sentence; NULL: there is none */
+} cases[] = {
+    {HEAD, NULL},
+    /* a head's step against its beam */
+    {HEAD "step = 1.8 deg\n", NULL},
+    {HEAD "step = 2 deg\n", NULL},
+    {HEAD "step = 3.6 deg\n", "[sonar a] step = 3.6 deg is wider than the beam of 2 deg"},
+    {HEAD "step = 3.6 deg\naperture = 4 25 deg\n", NULL},
+    {HEAD "step = 1.8 deg\naperture = 1 25 deg\n", "want at most 1 deg"},
+    {"[sonar a]\ndevice = micron\n" PORT "step = 3.6 deg\n", "beam of 3 deg"},
+    {"[sonar a]\ndevice = imagenex881a\n" PORT "step = 1.2 deg\naperture = 1 22 deg\n",
+     "step = 1.2 deg is wider than the beam of 1 deg"},
+    {"[sonar a]\ndevice = imagenex852\n" PORT, NULL}, /* it makes no steps */
+    /* a beam that never turns against the directions of the grid */
+    {"[sonar a]\ndevice = nmea0183\n" PORT, NULL},
+    {"[sonar a]\ndevice = nmea0183\n" PORT "[grid]\nangular_step = 4 deg\n",
+     "[grid] angular_step = 4 deg is too wide for sonar a"},
+    {"[sonar a]\ndevice = ping1d\n" PORT, NULL}, /* it says itself how wide it is */
+    {"[sonar a]\ndevice = ping1d\n" PORT "aperture = 5 5 deg\n", "want at most 1.7 deg"},
+    {HEAD "[grid]\nangular_step = 4 deg\n", NULL},
+    /* how far off the beams are as high as the vehicle: 0.55 m / sin(9.5 deg) */
+    {HEAD "[vehicle]\nnear = 1.5 m\n", "[vehicle] near = 1.5 m ends before 3.3 m"},
+    {HEAD "[vehicle]\nnear = 3.4 m\n", NULL},
+    {HEAD "mount = 0 0 -0.4 m\n[vehicle]\nnear = 3.4 m\n", "want near = 5.8 m"},
+    {HEAD "rotation = 180 0 30 deg\n[vehicle]\nnear = 1.5 m\n", "near"}, /* upside down is level, too */
+    {HEAD "rotation = 90 0 0 deg\n[vehicle]\nnear = 1.5 m\n", NULL},
+    {HEAD "aperture = 2 2 deg\n[vehicle]\nnear = 1.5 m\n", NULL}, /* never */
+    {HEAD "[sonar b]\ndevice = micron\nport = serial:/dev/y:115200\n[vehicle]\nnear = 2.3 m\n", NULL},
+    /* scans and times */
+    {HEAD "scan = active\ncircle = 60 s\n[grid]\nclear_for = 40 s\n",
+     "clear_for = 40 s is shorter than circle = 60 s"},
+    {HEAD "scan = active\ncircle = 60 s\n", NULL},
+    {HEAD "[pose]\nheading_drift = 0.1 deg/s\n", NULL},
+    {HEAD "[pose]\nheading_drift = 0.5 deg/s\n", "in the 30 s of clear_for that is 15 deg"},
+    {HEAD "[grid]\nclear_for = 10 s\n[pose]\nheading_drift = 0.5 deg/s\n", NULL},
+};
+
+static char said[2000];
+static int n_said;
+
+static void note(void *ctx, const char *sentence)
+{
+    (void)ctx;
+    snprintf(said, sizeof said, "%s", sentence);
+    n_said++;
+}
+
+static void fault(void *ctx, const char *message)
+{
+    (void)ctx;
+    printf("%s\n", message);
+    test_case_failed = true;
+}
+
+TEST(what_does_not_go_together_is_named)
+{
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        struct conf conf;
+        struct conf_source *source;
+        conf_load_text(&conf, &source, &(struct conf_text){"test", cases[i].text, strlen(cases[i].text)},
+                       &settings_checks, fault, NULL);
+        conf_source_free(source);
+        n_said = 0;
+        said[0] = '\0';
+        fit_judge(&conf, note, NULL);
+        CHECK_INT(n_said, cases[i].want ? 1 : 0);
+        CHECK(!cases[i].want || strstr(said, cases[i].want));
+        if (test_case_failed) {
+            printf("(case %zu: %s)\n", i, said);
+            return;
+        }
+    }
+}
+
+int main(void)
+{
+    RUN(what_does_not_go_together_is_named);
+    return test_end();
+}
