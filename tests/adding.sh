@@ -32,7 +32,8 @@ cat > "$copy/drivers/devices/probe_device.c" <<'C'
 
 static bool probe_init(void *state, const struct device_conf *conf, struct fault *fault)
 {
-    (void)fault;
+    if (!device_conf_check(&device_probe, conf, fault))
+        return false;
     receiver_init(state, conf, "probe", 5000000000u);
     return true;
 }
@@ -46,8 +47,14 @@ static void probe_feed(void *state, const uint8_t *bytes, size_t n, uint64_t now
     }
 }
 
+static const struct device_key keys[] = {
+    {.name = "gain", .lo = 0, .hi = 3, .help = "auto: none"},
+    {.name = NULL},
+};
+
 const struct device_ops device_probe = {
     .name = "probe",
+    .keys = keys,
     .state_size = sizeof(struct receiver),
     .max_beams = 1,
     .max_bins = 1,
@@ -99,7 +106,17 @@ sed 's/^probe = 3/probe = 12/' "$copy/a.conf" > "$copy/b.conf"
 prints() { grep -qE "$1"; }
 check adding_the_key_is_printed prints '^probe *= *3' < <("$new" -c "$copy/a.conf" --print)
 check adding_the_key_is_checked prints '\[server\] probe = 12' < <("$new" --check "$copy/b.conf" 2>&1)
-check adding_the_key_is_in_the_manual grep -q probe "$copy/out/sonard.conf.5"
+check adding_the_key_is_in_the_manual grep -q '^\.B probe$' "$copy/out/sonard.conf.5"
+
+# what the sonar's driver says of its keys
+for line in 'gain = 3' 'gain = 4' 'step = 2 deg'; do
+    printf '[sonar a]\ndevice = probe\nport = udp:127.0.0.1:20001\n%s\n' "$line" > "$copy/${line%% *}.conf"
+    "$new" --check "$copy/${line%% *}.conf" >> "$copy/keys" 2>&1
+done
+check adding_the_sonar_takes_its_key prints 'gain\.conf: no faults' < "$copy/keys"
+check adding_the_sonar_has_a_range prints ':4: \[sonar a\] gain = 4: probe takes gain 0 to 3 \(auto: none\)$' < "$copy/keys"
+check adding_the_sonar_refuses_other_keys prints 'step = 2 deg: probe does not use this key' < "$copy/keys"
+check adding_the_sonar_is_in_the_manual grep -q '^gain 0 to 3 (auto: none)\.$' "$copy/out/sonard.conf.5"
 
 # the method and the sonar, in a running daemon
 "$new" -c "$copy/a.conf" 2> "$copy/said" &
