@@ -146,8 +146,8 @@ struct conf_grid {
     int max_cells;             /* max_cells = 65536 */
     double blocked_above; /* blocked_above = 0.6: probability from which a cell is an obstacle [0.51 .. 0.99] */
     double clear_for_s;   /* clear_for = 30 s: a direction counts as clear so long after its last ping; auto: 0 */
-    double forget_s;      /* forget = 160 s: an obstacle without a new echo blocks no longer; >= clear_for */
-    double move_limit_m;  /* move_limit = 0.5 m: travel after which a cleared direction is unknown; auto: 0 */
+    double forget_s; /* forget = 160 s: an obstacle without a new echo blocks no longer; >= clear_for; auto: 0 */
+    double move_limit_m; /* move_limit = 0.5 m: travel after which a cleared direction is unknown; auto: 0 */
 };
 
 /* [grids] */

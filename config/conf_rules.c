@@ -212,7 +212,7 @@ void conf_rules_check(const struct conf *conf, const struct conf_source *source,
         const struct place forget = {"grid", "forget", i}, clear_for = {"grid", "clear_for", i};
         const bool told =
             i && grid->forget_s == conf->grid.forget_s && grid->clear_for_s == conf->grid.clear_for_s;
-        rule(&r, forget, clear_for, told || grid->forget_s >= grid->clear_for_s,
+        rule(&r, forget, clear_for, told || grid->forget_s <= 0 || grid->forget_s >= grid->clear_for_s,
              "forget not shorter than clear_for");
     }
     const struct place directory = {"map", "directory", 0};

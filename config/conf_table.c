@@ -296,10 +296,11 @@ const struct conf_key conf_keys[] = {
              "forget. If it is shorter than a revolution of the head, most of the circle stays unknown. A\n"
              "revolution takes 9 to 35 s, and 63 s for a Ping360 at 115200 baud and 20 m. auto: 1.5 times the\n"
              "longest measured revolution, at least 30 s."},
-    {"grid", "forget", QUANTITY(1, "s", 1, 86400), .standard = "160 s", CONF(grid.forget_s),
+    {"grid", "forget", QUANTITY(1, "s", 1, 86400), .standard = "auto", .instead = "auto", .instead_value = 0,
+     CONF(grid.forget_s),
      .help = "Longest time an obstacle blocks after its last echo. An echo that nothing confirms blocks half as\n"
              "long, at most 1.5 revolutions of the head (5 s at least). Then the place is unknown. Not shorter\n"
-             "than clear_for."},
+             "than clear_for. auto: 2.5 times the longest measured revolution, at least 160 s, and clear_for."},
     {"grid", "move_limit", LIVE, QUANTITY(1, "m", 0.05, 100), .standard = "auto", .instead = "auto",
      .instead_value = 0, CONF(grid.move_limit_m),
      .help = "A clear direction becomes unknown after the vehicle has travelled this far without scanning it\n"

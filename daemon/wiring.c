@@ -67,6 +67,10 @@ void wiring_cleanup(const struct conf_extract *c, struct cleanup_conf *out)
                                  .survivors = c->order == CONF_ORDER_PAPER};
 }
 
+/* forget = auto: so that a reflector that every other scan misses goes on blocking */
+#define FORGET_LEAST_S 160.0
+#define FORGET_TURNS   2.5
+
 #define NO_SONAR_REACH_M 1.0 /* of a grid in which nothing will ever stand */
 
 static void sphere_of(const struct conf *conf, const struct conf_grid *g, struct sphere_conf *s)
@@ -84,7 +88,8 @@ static void sphere_of(const struct conf *conf, const struct conf_grid *g, struct
                                          .n_const = (uint32_t)fmin(thin, 1000),
                                          .growth = g->growth},
                               .max_cells = (uint32_t)g->max_cells,
-                              .forget_s = g->forget_s,
+                              .forget_s = g->forget_s > 0 ? g->forget_s : fmax(FORGET_LEAST_S, g->clear_for_s),
+                              .forget_turns = g->forget_s > 0 ? 0 : FORGET_TURNS,
                               .blocked_above = g->blocked_above,
                               .recentre_m = fmax(0.05, 2 * g->layer_m),
                               .keep_free_s = g->clear_for_s,

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "grid.h"
 
+#include <math.h>
 #include <stdlib.h>
 
 #include "core/memory.h"
@@ -62,10 +63,10 @@ struct answer_conf grid_limits(const struct grid *g)
 {
     struct answer_conf limits = g->setting.limits;
     struct picture_frame frame;
-    if (limits.clear_for_s > 0)
-        return limits;
     picture_get_frame(sphere_picture(g->sphere), &frame);
-    limits.clear_for_s = answer_clear_for_s(frame.turn_s, g->setting.sphere.forget_s);
+    const double forget_s = sphere_forget_s(&g->setting.sphere, frame.turn_s);
+    limits.clear_for_s =
+        limits.clear_for_s > 0 ? fmin(limits.clear_for_s, forget_s) : answer_clear_for_s(frame.turn_s, forget_s);
     return limits;
 }
 

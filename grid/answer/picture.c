@@ -14,6 +14,11 @@ size_t picture_bytes(uint32_t n)
     return 2 * ((size_t)n * PICTURE_WORDS + block_words(n)) * sizeof(snapshot_word) + (size_t)n * sizeof(uint32_t);
 }
 
+void picture_set_fade(struct picture *p, double fade_s)
+{
+    atomic_store_explicit(&p->fade_s, fade_s, memory_order_relaxed);
+}
+
 void picture_init(struct picture *p, const struct rings *rings, const double (*axis)[3], double fade_s,
                   double blocked_logodds, void *memory)
 {
@@ -22,7 +27,7 @@ void picture_init(struct picture *p, const struct rings *rings, const double (*a
     p->n = rings->n;
     p->rings = rings;
     p->axis = axis;
-    p->fade_s = fade_s;
+    picture_set_fade(p, fade_s);
     p->blocked_logodds = (float)blocked_logodds;
     p->side[0].word = word;
     p->side[1].word = word + words;
@@ -153,5 +158,5 @@ double picture_edge_m(struct picture *p, uint32_t direction)
 double picture_logodds(const struct picture *p, const struct picture_obstacle *o, uint64_t now_ns)
 {
     double dt_s = now_ns > o->t_ref_ns ? (double)(now_ns - o->t_ref_ns) * 1e-9 : 0;
-    return o->logodds * exp(-dt_s / p->fade_s);
+    return o->logodds * exp(-dt_s / atomic_load_explicit(&p->fade_s, memory_order_relaxed));
 }

@@ -79,7 +79,7 @@ struct picture {
     uint32_t n; /* directions; constant */
     const struct rings *rings;
     const double (*axis)[3]; /* [n] unit vectors of the directions' centres, in the grid's axes */
-    double fade_s;           /* time constant of the obstacles' log-odds */
+    _Atomic double fade_s;   /* time constant of the obstacles' log-odds; any thread reads it */
     float blocked_logodds;   /* above: an obstacle */
     struct picture_side side[2];
     uint32_t *changed, n_changed; /* the writer's: directions set since picture_begin; n of them: maybe all */
@@ -91,6 +91,9 @@ size_t picture_bytes(uint32_t n);
 /** picture_init - all directions never pinged. axis: [rings->n]; memory: picture_bytes(rings->n), 8-aligned. */
 void picture_init(struct picture *p, const struct rings *rings, const double (*axis)[3], double fade_s,
                   double blocked_logodds, void *memory);
+
+/** picture_set_fade - writer: from now on log-odds fade with this time constant, those of earlier entries, too. */
+void picture_set_fade(struct picture *p, double fade_s);
 
 /* Writer. Entries and frame may be set only between begin and end, at which they are all published at once. */
 void picture_begin(struct picture *p);

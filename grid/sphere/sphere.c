@@ -31,6 +31,11 @@ bool sphere_rings(const struct sphere_conf *c, struct rings *rings)
                     : rings_full(rings, c->angular_step_rad);
 }
 
+double sphere_forget_s(const struct sphere_conf *conf, double turn_s)
+{
+    return fmax(conf->forget_s, conf->forget_turns * turn_s);
+}
+
 size_t sphere_bytes(const struct sphere_conf *conf, struct fault *fault)
 {
     struct rings rings;
@@ -107,6 +112,12 @@ static void place_directions(struct sphere *s, double (*axis)[3])
     s->nearer_share = cos(s->reach_rad);
 }
 
+/* From LOGODDS_MAX to blocked_logodds within what is set for heads that turn as they do. */
+static double fade_s(const struct sphere *s)
+{
+    return sphere_forget_s(&s->conf, s->frame.turn_s) / log(LOGODDS_MAX / s->blocked_logodds);
+}
+
 struct sphere *sphere_init(void *memory, const struct sphere_conf *conf)
 {
     char *at = memory;
@@ -132,7 +143,7 @@ struct sphere *sphere_init(void *memory, const struct sphere_conf *conf)
     if (conf->axes == SPHERE_COURSE)
         memcpy(s->axis, axis, s->rings.n * sizeof *axis);
     s->blocked_logodds = log(conf->blocked_above / (1 - conf->blocked_above));
-    s->fade_s = conf->forget_s / log(LOGODDS_MAX / s->blocked_logodds);
+    s->fade_s = fade_s(s);
     picture_init(&s->picture, &s->rings, (const double(*)[3])axis, s->fade_s, s->blocked_logodds,
                  place(&at, picture_bytes(s->rings.n)));
     forget_everything(s);
@@ -201,8 +212,9 @@ double state_way_error_m(const struct sphere *s, double way_m, uint64_t then_ns,
 
 uint64_t state_keep_ns(const struct sphere *s)
 {
-    const double keep_s =
-        s->conf.keep_free_s > 0 ? s->conf.keep_free_s : answer_clear_for_s(s->frame.turn_s, s->conf.forget_s);
+    const double keep_s = s->conf.keep_free_s > 0
+                              ? s->conf.keep_free_s
+                              : answer_clear_for_s(s->frame.turn_s, sphere_forget_s(&s->conf, s->frame.turn_s));
     return (uint64_t)fmin(1e9 * keep_s, 9e18);
 }
 
@@ -311,6 +323,8 @@ static void measure_turn(struct sphere *s, uint32_t sensor, uint32_t now_ms)
     for (int k = 0; k < SPHERE_SENSORS; k++)
         longest_ms = s->turn_took_ms[k] > longest_ms ? s->turn_took_ms[k] : longest_ms;
     s->frame.turn_s = longest_ms * 1e-3;
+    s->fade_s = fade_s(s);
+    picture_set_fade(&s->picture, s->fade_s);
 }
 
 static void begin_turn(struct sphere *s, const struct echoes *e)

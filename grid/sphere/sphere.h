@@ -55,8 +55,9 @@ struct sphere_conf {
     bool level; /* one row of directions of height 2 * level_half_rad instead of the whole sphere */
     double level_half_rad;
     struct layers_conf layers;
-    uint32_t max_cells; /* [64, 2^24] */
-    double forget_s;    /* an obstacle without another echo blocks for this long at most; > 0 */
+    uint32_t max_cells;  /* [64, 2^24] */
+    double forget_s;     /* an obstacle without another echo blocks for this long at most; > 0 */
+    double forget_turns; /* or, if that is longer, for so many turns of the slowest head; 0: forget_s alone */
     double
         keep_free_s; /* free water older than this is not followed when the centre moves; 0: answer_clear_for_s */
     double blocked_above; /* probability above which a cell is an obstacle, (0.5, 0.99] */
@@ -85,6 +86,9 @@ struct sphere;
 
 /** sphere_rings - the directions that it has; false: no such angular step. */
 bool sphere_rings(const struct sphere_conf *conf, struct rings *rings);
+
+/** sphere_forget_s - how long an obstacle blocks at most, with heads that turn within turn_s (0: not known yet). */
+double sphere_forget_s(const struct sphere_conf *conf, double turn_s);
 
 /** sphere_bytes - memory that sphere_init needs, or 0 with a sentence in fault when conf is out of range. */
 size_t sphere_bytes(const struct sphere_conf *conf, struct fault *fault);

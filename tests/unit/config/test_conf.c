@@ -356,7 +356,7 @@ TEST(broken_together)
          "t.conf:6: [sonar b] port = serial:/dev/x:9600: does not go with [sonar a] port = "
          "serial:/dev/x:115200; want a serial line of its own for each"},
         {"told once where a value was refused", BASE "[grid]\nclear_for = 2 min\nforget = 90\n",
-         "t.conf:6: [grid] forget = 90: the unit is missing; want 1 to 86400 s (s, ms, min, h)"},
+         "t.conf:6: [grid] forget = 90: the unit is missing; want 1 to 86400 s (s, ms, min, h), or auto"},
         {"all at once, in the order of lines",
          "[sonar a]\ndevice = ping360\nrange = 900 m\n[sonar b]\nport = serial:/dev/y:115200\n[extract]\n"
          "window = 5 cm\nrnak = 1\n[extract]\n[log\n",

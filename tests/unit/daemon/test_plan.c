@@ -131,6 +131,7 @@ TEST(the_numbers_of_a_grid_arrive)
     CHECK_NEAR(s->cluster_relaxation, 0.4, 1e-12, 0);
     CHECK_NEAR(s->blocked_above, 0.7, 1e-12, 0);
     CHECK_NEAR(s->forget_s, 90, 1e-12, 0);
+    CHECK_NEAR(s->forget_turns, 0, 0, 0);
     CHECK_NEAR(s->keep_free_s, 20, 1e-12, 0);
     CHECK_NEAR(p.grid.limits.clear_for_s, 20, 1e-12, 0);
     CHECK_NEAR(p.grid.limits.move_limit_m, 0.4, 1e-12, 0);
@@ -233,6 +234,31 @@ TEST(bytes_are_exact)
     CHECK_NEAR(grid, sphere_bytes(&p.grid.sphere, &fault), 0, 0);
 }
 
+/* forget = auto: for some turns, and never for less than clear_for. */
+TEST(what_is_forgotten_when_is_worked_out)
+{
+    static const struct {
+        const char *grid;
+        double forget_s, turns, slow_clear_s; /* the last with a head that turns in 100 s */
+    } row[] = {{"", 160, 2.5, 150},
+               {"clear_for = 200 s\n", 200, 2.5, 200},
+               {"clear_for = 20 s\n", 160, 2.5, 20},
+               {"forget = 90 s\n", 90, 0, 90}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        char text[200];
+        struct conf conf;
+        struct grid_setting g;
+        snprintf(text, sizeof text, SONAR "[grid]\n%s", row[i].grid);
+        load(text, &conf);
+        wiring_grid(&conf, &conf.grid, &g);
+        CHECK_NEAR(g.sphere.forget_s, row[i].forget_s, 1e-12, 0);
+        CHECK_NEAR(g.sphere.forget_turns, row[i].turns, 0, 0);
+        const double forget_s = sphere_forget_s(&g.sphere, 100);
+        CHECK_NEAR(g.limits.clear_for_s > 0 ? g.limits.clear_for_s : answer_clear_for_s(100, forget_s),
+                   row[i].slow_clear_s, 1e-12, 0);
+    }
+}
+
 int main(void)
 {
     RUN(every_reason);
@@ -242,5 +268,6 @@ int main(void)
     RUN(the_largest_plan_fits);
     RUN(more_takes_more);
     RUN(bytes_are_exact);
+    RUN(what_is_forgotten_when_is_worked_out);
     return test_end();
 }

@@ -633,6 +633,34 @@ TEST(counts_and_logodds_saturate)
     CHECK(turns < 12); /* the past cannot outvote the present for long */
 }
 
+/* A pile that a head last showed age_s ago, which takes turn_s for a turn. */
+static enum answer_state after(const struct sphere_conf *conf, double turn_s, double age_s)
+{
+    start(conf);
+    for (int k = 0; k < 3; k++) {
+        new_turn = true;
+        ping(90, 0, 20);
+        new_turn = false;
+        for (int n = 0; n < 30; n++) /* as sure as can be */
+            ping(0, 5, 0);
+        now.now_ns += (uint64_t)(turn_s * 1e9);
+    }
+    now.now_ns += (uint64_t)((age_s - turn_s) * 1e9);
+    return ask(0, 6).state;
+}
+
+TEST(an_obstacle_blocks_for_some_turns_of_a_slow_head)
+{
+    struct sphere_conf slow = usual;
+    slow.forget_turns = 2.5;
+    CHECK_INT(after(&usual, 100, 155), ANSWER_BLOCKED);
+    CHECK_INT(after(&usual, 100, 165), ANSWER_UNKNOWN);
+    CHECK_INT(after(&slow, 100, 245), ANSWER_BLOCKED);
+    CHECK_INT(after(&slow, 100, 255), ANSWER_UNKNOWN);
+    CHECK_INT(after(&slow, 10, 155), ANSWER_BLOCKED);
+    CHECK_INT(after(&slow, 10, 165), ANSWER_UNKNOWN); /* forget_s is the least */
+}
+
 TEST(a_clock_that_jumps_back_does_no_harm)
 {
     start(&usual);
@@ -1268,6 +1296,7 @@ int main(void)
     RUN(nothing_that_was_clear_is_so_after_the_heading_jumped);
     RUN(a_full_pool_loses_certainty_not_obstacles);
     RUN(counts_and_logodds_saturate);
+    RUN(an_obstacle_blocks_for_some_turns_of_a_slow_head);
     RUN(a_clock_that_jumps_back_does_no_harm);
     RUN(senseless_grids_are_refused_with_a_sentence);
     RUN(a_beam_that_hears_nothing_usable_takes_back_what_was_clear);
