@@ -179,7 +179,7 @@ struct conf_map {
 };
 
 struct conf_pose {
-    double max_age_s;           /* max_age = 1 s: older is stale */
+    double max_age_s;           /* max_age = 1 s: older is stale; auto: 0 */
     double heading_drift_radps; /* heading_drift = 0.01 deg/s: of the attitude's heading, at most */
 };
 

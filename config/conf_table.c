@@ -377,9 +377,13 @@ const struct conf_key conf_keys[] = {
              "positions have the same origin as the saved map: sonard can check only `origin`. If the map cannot\n"
              "be loaded, sonard logs it and starts with an empty one."},
 
-    {"pose", "max_age", LIVE, QUANTITY(1, "s", 0.01, 3600), .standard = "1 s", CONF(pose.max_age_s),
-     .help = "An older pose is stale, and answers that need it are unknown. Raise it only if poses come more\n"
-             "rarely."},
+    {"pose", "max_age", LIVE, QUANTITY(1, "s", 0.01, 3600), .standard = "auto", .instead = "auto",
+     .instead_value = 0, CONF(pose.max_age_s),
+     .help =
+         "An older pose is stale, and answers that need it are unknown. auto: 1 s. If poses, or some part of\n"
+         "them, come more rarely and max_speed and max_turn are set, 3 times the usual interval, at most 10 s:\n"
+         "the two bound what the vehicle can have done meanwhile. Raise it yourself only if poses come more\n"
+         "rarely still."},
     {"pose", "heading_drift", LIVE, QUANTITY(1, "deg/s", 0, 10), .standard = "0.01 deg/s",
      CONF(pose.heading_drift_radps),
      .help =

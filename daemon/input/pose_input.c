@@ -44,7 +44,7 @@ bool pose_input_depth(struct pose_input *in, uint64_t t_ns, double depth_m)
 bool pose_input_heading(struct pose_input *in, uint64_t t_ns, double heading_rad)
 {
     struct pose p = pose_identity;
-    if (in->t_attitude_ns && t_ns < in->t_attitude_ns + in->poses->max_age_ns) {
+    if (in->t_attitude_ns && t_ns < in->t_attitude_ns + pose_log_max_age_ns(in->poses, POSE_ATTITUDE)) {
         in->heading_not_used++;
         return false;
     }

@@ -59,11 +59,45 @@ static const struct pose_sample *last(const struct pose_track *track)
     return track->n ? at(track, track->n - 1) : NULL;
 }
 
+/* How old a sample of that part may be. */
+static uint64_t max_age_of(const struct pose_log *log, int part)
+{
+    const uint64_t usual_ns = log->track[part].usual_ns, most_ns = POSE_LOG_AUTO_MOST_NS;
+    if (log->max_age_ns != POSE_LOG_AUTO)
+        return log->max_age_ns;
+    if (log->most_mps <= 0 || log->most_radps <= 0 || usual_ns < POSE_LOG_AUTO_LEAST_NS / POSE_LOG_AUTO_GAPS)
+        return POSE_LOG_AUTO_LEAST_NS;
+    return usual_ns < most_ns / POSE_LOG_AUTO_GAPS ? POSE_LOG_AUTO_GAPS * usual_ns : most_ns;
+}
+
+uint64_t pose_log_max_age_ns(const struct pose_log *log, unsigned part)
+{
+    int track = 0;
+    while (parts[track] != part)
+        track++;
+    return max_age_of(log, track);
+}
+
 /* The drift of a part up to its newest sample, or until t_ns where there is none. */
 static double drift_of(const struct pose_log *log, int part, uint64_t t_ns)
 {
     const struct pose_sample *newest = last(&log->track[part]);
     return newest ? newest->v[drift_at[part]] : unseen_m(log, t_ns);
+}
+
+static void add_gap(struct pose_track *track, uint64_t gap_ns)
+{
+    uint64_t sorted[POSE_LOG_GAPS];
+    track->gap_ns[track->n_gaps++ % POSE_LOG_GAPS] = gap_ns;
+    if (track->n_gaps < POSE_LOG_GAPS)
+        return;
+    for (int i = 0; i < POSE_LOG_GAPS; i++) {
+        int k = i;
+        for (; k > 0 && sorted[k - 1] > track->gap_ns[i]; k--)
+            sorted[k] = sorted[k - 1];
+        sorted[k] = track->gap_ns[i];
+    }
+    track->usual_ns = sorted[POSE_LOG_GAPS / 2];
 }
 
 static bool append(struct pose_track *track, const struct pose_sample *sample)
@@ -76,6 +110,8 @@ static bool append(struct pose_track *track, const struct pose_sample *sample)
     }
     track->sample[(track->first + track->n) % POSE_LOG_SAMPLES] = *sample;
     track->n++;
+    if (sample->given && track->t_given_ns)
+        add_gap(track, sample->t_ns - track->t_given_ns);
     if (sample->given)
         track->t_given_ns = sample->t_ns;
     return true;
@@ -106,7 +142,7 @@ static uint64_t go_on(const struct pose_log *log, int part, uint64_t t_ns, doubl
         left_ns = ahead_ns - most_ns;
         ahead_ns = most_ns;
     }
-    if (gap_ns == 0 || gap_ns > log->max_age_ns || a->jumps != b->jumps || part == POSE_TRACK_VELOCITY) {
+    if (gap_ns == 0 || gap_ns > max_age_of(log, part) || a->jumps != b->jumps || part == POSE_TRACK_VELOCITY) {
         memcpy(v, b->v, sizeof b->v);
         return t_ns - b->t_ns;
     }
@@ -137,9 +173,10 @@ static bool look_up(const struct pose_log *log, int part, uint64_t t_ns, struct 
     if (lo == 0)
         return false;
     const struct pose_sample *a = at(track, lo - 1), *b = lo < track->n ? at(track, lo) : NULL;
-    bool between = b && b->jumps == a->jumps && b->t_ns - a->t_ns <= log->max_age_ns;
+    const uint64_t max_age_ns = max_age_of(log, part);
+    bool between = b && b->jumps == a->jumps && b->t_ns - a->t_ns <= max_age_ns;
     uint64_t since_ns = 0;
-    out->good = a->given && (between || t_ns - a->t_ns <= log->max_age_ns);
+    out->good = a->given && (between || t_ns - a->t_ns <= max_age_ns);
     if (between)
         mix(part, a, b, (double)(t_ns - a->t_ns) / (double)(b->t_ns - a->t_ns), out->v);
     else if (b) {
@@ -160,7 +197,7 @@ static bool look_up(const struct pose_log *log, int part, uint64_t t_ns, struct 
 static bool fresh(const struct pose_log *log, int part, uint64_t t_ns)
 {
     uint64_t given_ns = log->track[part].t_given_ns;
-    return given_ns && (t_ns <= given_ns || t_ns - given_ns <= log->max_age_ns);
+    return given_ns && (t_ns <= given_ns || t_ns - given_ns <= max_age_of(log, part));
 }
 
 /*
@@ -199,7 +236,7 @@ static double carried_off_m(const struct pose_log *log, int part, const double n
         mps2 += now[i] * now[i];
         change2 += before ? (now[i] - before[i]) * (now[i] - before[i]) : 0;
     }
-    if (dt_s > (double)log->max_age_ns * 1e-9)
+    if (dt_s > (double)max_age_of(log, POSE_TRACK_VELOCITY) * 1e-9)
         return (fmax(log->most_mps, log->drift.mps) + sqrt(mps2)) * dt_s;
     return (POSE_LOG_VELOCITY_SHARE * sqrt(mps2) + POSE_LOG_VELOCITY_MPS + sqrt(change2) / 2) * dt_s;
 }
@@ -292,8 +329,8 @@ void pose_log_withdraw(struct pose_log *log, uint64_t now_ns)
     log->t_unseen_ns = now_ns;
     log->t_first_ns = 0;
     for (int part = 0; part < POSE_TRACKS; part++) {
-        log->track[part].n = 0;
-        log->track[part].t_given_ns = 0;
+        log->track[part].n = log->track[part].n_gaps = 0;
+        log->track[part].t_given_ns = log->track[part].usual_ns = 0;
         log->sender[part] = NULL;
     }
     log->withdrawn++;
@@ -508,5 +545,5 @@ bool pose_log_sparse(const struct pose_log *log)
     if (track->n < SPARSE_OF)
         return false;
     const uint64_t span_ns = last(track)->t_ns - at(track, track->n - SPARSE_OF)->t_ns;
-    return span_ns / (SPARSE_OF - 1) > log->max_age_ns;
+    return span_ns / (SPARSE_OF - 1) > max_age_of(log, POSE_TRACK_ATTITUDE);
 }

@@ -47,10 +47,24 @@ struct pose_sample {
     uint64_t jumps; /* of the attitude, with this sample; 0 of other parts */
 };
 
+#define POSE_LOG_GAPS 7 /* of which the middle one is usual: odd */
+
+/*
+ * max_age = auto: a part is stale after 1 s. Where max_speed and max_turn bound what the vehicle may do meanwhile, and
+ * a part usually comes more rarely, it may be missing for three times as long as usual, but no longer than 10 s.
+ */
+#define POSE_LOG_AUTO          0
+#define POSE_LOG_AUTO_LEAST_NS 1000000000u
+#define POSE_LOG_AUTO_MOST_NS  10000000000u
+#define POSE_LOG_AUTO_GAPS     3
+
 struct pose_track {
     struct pose_sample sample[POSE_LOG_SAMPLES]; /* a ring in order of time */
     uint32_t first, n;
-    uint64_t t_given_ns; /* of the newest sample that somebody gave; 0: none */
+    uint64_t t_given_ns;            /* of the newest sample that somebody gave; 0: none */
+    uint64_t gap_ns[POSE_LOG_GAPS]; /* between the last that were, a ring */
+    uint32_t n_gaps;
+    uint64_t usual_ns; /* the middle one of them; 0: not known yet */
 };
 
 /* What a vehicle is taken to do while nobody tells position or velocity, and what becomes of its heading. */
@@ -62,7 +76,7 @@ struct pose_drift {
 };
 
 struct pose_log {
-    uint64_t max_age_ns;
+    uint64_t max_age_ns;          /* POSE_LOG_AUTO: see there */
     double most_mps, most_radps;  /* the vehicle may be so fast at any time; 0: as fast as was last reported */
     struct discontinuities turns; /* of the attitude */
     uint64_t jumps;               /* it made */
@@ -78,10 +92,13 @@ struct pose_log {
     const char *sender[POSE_TRACKS]; /* of each part's newest sample; constant text; NULL: never given */
 };
 
+/** pose_log_init, pose_log_set_max_age - from now on older samples are stale; the samples stay. POSE_LOG_AUTO: by how
+ * often they come. */
 void pose_log_init(struct pose_log *log, uint64_t max_age_ns);
-
-/** pose_log_set_max_age - from now on older samples are stale; the samples stay. */
 void pose_log_set_max_age(struct pose_log *log, uint64_t max_age_ns);
+
+/** pose_log_max_age_ns - how old a part (a single POSE_*) may be, as it is in force. */
+uint64_t pose_log_max_age_ns(const struct pose_log *log, unsigned part);
 
 /** pose_log_set_most - the fastest that the vehicle goes and turns, [0, inf); 0: nobody says. */
 void pose_log_set_most(struct pose_log *log, double most_mps, double most_radps);

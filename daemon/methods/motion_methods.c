@@ -50,8 +50,8 @@ static void take_own_velocity(const struct methods_env *d, struct movement *m)
 {
     const struct pose *pose = &m->now.pose;
     const unsigned needed = POSE_VELOCITY | (m->ned ? 0 : POSE_ATTITUDE);
-    m->told =
-        m->now.pose_fresh && (pose->has & needed) == needed && query_velocity_age_s(d) <= d->conf.pose.max_age_s;
+    m->told = m->now.pose_fresh && (pose->has & needed) == needed &&
+              query_velocity_age_s(d) <= (double)pose_log_max_age_ns(&d->poses, POSE_VELOCITY) * 1e-9;
     if (!m->told || m->speed_mps < AT_REST_MPS)
         return;
     memcpy(m->across, pose->velocity_mps, sizeof m->across);

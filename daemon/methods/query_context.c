@@ -95,7 +95,7 @@ const char *query_pose_missing(const struct methods_env *d, char text[QUERY_REAS
         snprintf(text, QUERY_REASON_SIZE, "no %s was ever given", part);
     else
         snprintf(text, QUERY_REASON_SIZE, "the %s from %s is %.1f s old (limit %g s)", part,
-                 sender ? sender : "the capture", age_s, (double)d->poses.max_age_ns * 1e-9);
+                 sender ? sender : "the capture", age_s, (double)pose_log_max_age_ns(&d->poses, missing) * 1e-9);
     return text;
 }
 

@@ -38,6 +38,16 @@ static const struct vehicle on_side = {
     .ahead_deg = 20,
     .high_deg = 35};
 
+/* What it may do between two poses is said, and nothing else of them. */
+static const struct vehicle rarely_told = {
+    .conf = "[sonar fan]\ndevice = surveyor\nport = udp:10.0.0.2:62312\nrange = 10 m\n" CONF_HEARD
+            "[vehicle]\nnear = 3.3 m\nunknown = stop\nmax_speed = 0.15 m/s\nmax_turn = 7.5 deg\n",
+    .head = {{32, -48, 48, 3, 25, SECOND / 8, false}},
+    .heads = 1,
+    .pace = 0.25,
+    .tilt_deg = 2,
+    .ahead_deg = 40};
+
 /* As many of the questions whose water is truly clear are answered so. */
 static double told_share(enum question q)
 {
@@ -90,6 +100,12 @@ TEST(a_slow_vehicle_with_a_turning_head)
         1);
     USEFUL(amply_told_share(CONE) > 0.8 && amply_told_share(CORRIDOR) > 0.8 && amply_told_share(SECTORS) > 0.88);
     USEFUL(amply_told_share(NEAREST) > 0.5 && amply_told_share(COLLISION) > 0.9);
+}
+
+TEST(with_poses_that_max_age_follows)
+{
+    run_with(&(struct trial){.vehicle = &rarely_told, .period_ns = SECOND * 3 / 2, .late_ns = SECOND / 10}, 1, 2);
+    USEFUL(told_share(SECTORS) > 0.25);
 }
 
 /* Nobody tells sonard how far off poses are: its answers are as good as they. */
@@ -219,6 +235,7 @@ int main(int argc, char **argv)
     RUN(with_poses_often);
     RUN(with_poses_late_and_lost);
     RUN(with_poses_seldom);
+    RUN(with_poses_that_max_age_follows);
     RUN(with_poses_that_are_off);
     RUN(among_things_that_move);
     RUN(in_waves);

@@ -248,6 +248,46 @@ TEST(a_depth_that_ends_is_missed)
 }
 
 /* One late pose is none; without eight nobody knows. */
+/* So many samples of both parts, so far apart. */
+static uint64_t put_many(uint64_t t_ns, int n, uint64_t gap_ns)
+{
+    for (int i = 0; i < n; i++, t_ns += gap_ns)
+        put(t_ns, POSE_ATTITUDE | POSE_POSITION, 0, 0, 0);
+    return t_ns - gap_ns;
+}
+
+TEST(by_itself_max_age_follows_rare_poses_that_are_bounded)
+{
+    pose_log_init(&poses, POSE_LOG_AUTO);
+    uint64_t t_ns = put_many(1000 * MS, 8, 2000 * MS);
+    CHECK_INT(pose_log_max_age_ns(&poses, POSE_ATTITUDE) / MS, 1000); /* nobody says how far it can have turned */
+    CHECK(!pose_log_fresh(&poses, t_ns + 2000 * MS));
+    pose_log_set_most(&poses, 1, 0);
+    CHECK_INT(pose_log_max_age_ns(&poses, POSE_ATTITUDE) / MS, 1000);
+    pose_log_set_most(&poses, 1, 1);
+    CHECK_INT(pose_log_max_age_ns(&poses, POSE_ATTITUDE) / MS, 6000);
+    CHECK_INT(pose_log_max_age_ns(&poses, POSE_DEPTH) / MS, 1000); /* never given */
+    CHECK(pose_log_fresh(&poses, t_ns + 6000 * MS) && !pose_log_fresh(&poses, t_ns + 6001 * MS));
+    pose_log_set_max_age(&poses, 500 * MS);
+    CHECK_INT(pose_log_max_age_ns(&poses, POSE_ATTITUDE) / MS, 500);
+}
+
+TEST(by_itself_max_age_has_limits_and_passes_over_a_pause)
+{
+    pose_log_init(&poses, POSE_LOG_AUTO);
+    pose_log_set_most(&poses, 1, 1);
+    uint64_t t_ns = put_many(1000 * MS, 7, 2000 * MS);
+    CHECK_INT(pose_log_max_age_ns(&poses, POSE_POSITION) / MS, 1000); /* too few to tell */
+    t_ns = put_many(t_ns + 100 * MS, 8, 100 * MS);
+    CHECK_INT(pose_log_max_age_ns(&poses, POSE_POSITION) / MS, 1000);
+    t_ns = put_many(t_ns + 60000 * MS, 2, 100 * MS);
+    CHECK_INT(pose_log_max_age_ns(&poses, POSE_POSITION) / MS, 1000);
+    t_ns = put_many(t_ns + 5000 * MS, 8, 5000 * MS);
+    CHECK_INT(pose_log_max_age_ns(&poses, POSE_POSITION) / MS, 10000);
+    pose_log_withdraw(&poses, t_ns);
+    CHECK_INT(pose_log_max_age_ns(&poses, POSE_POSITION) / MS, 1000);
+}
+
 TEST(poses_rarer_than_max_age_are_sparse)
 {
     pose_log_init(&poses, 500 * MS);
@@ -544,6 +584,8 @@ int main(void)
     RUN(the_way_is_never_short_by_more_than_two_lines);
     RUN(a_place_that_is_lost_is_not_a_vehicle_that_stands_still);
     RUN(a_depth_that_ends_is_missed);
+    RUN(by_itself_max_age_follows_rare_poses_that_are_bounded);
+    RUN(by_itself_max_age_has_limits_and_passes_over_a_pause);
     RUN(poses_rarer_than_max_age_are_sparse);
     RUN(the_way_driven_counts_back_and_forth);
     RUN(the_log_keeps_the_newest);
