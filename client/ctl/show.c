@@ -330,6 +330,18 @@ static void show_record(const struct page *page, const json_t *record)
                 page_text(a, record, "error"));
 }
 
+/* A line for each, behind a label that takes so many columns. */
+static void show_texts(const struct page *page, int columns, const char *label, const json_t *texts)
+{
+    char cell[PAGE_CELL];
+
+    for (size_t i = 0; i < json_array_size(texts); i++) {
+        json_t *named = json_pack("{s:O}", "text", json_array_get(texts, i));
+        fprintf(page->out, "%-*s %s\n", columns, label, page_text(cell, named, "text"));
+        json_decref(named);
+    }
+}
+
 static void show_status(const struct page *page, const json_t *result)
 {
     const json_t *sensors = json_object_get(result, "sensors"), *pipeline = json_object_get(result, "pipeline");
@@ -347,6 +359,7 @@ static void show_status(const struct page *page, const json_t *result)
     fprintf(page->out, "sonard     %s, %s", page_text(a, result, "version"), page_text(b, result, "mode"));
     fprintf(page->out, ", up %s\n", page_duration(a, page_number(result, "uptime_s")));
     fprintf(page->out, "config     %s\n", page_text(a, result, "config"));
+    show_texts(page, 10, "misfit", json_object_get(result, "misfits"));
     fprintf(page->out, "sensors\n");
     for (size_t i = 0; i < json_array_size(sensors); i++)
         show_sensor(page, json_array_get(sensors, i));
@@ -402,17 +415,6 @@ static void show_locked(const struct page *page, const json_t *result)
             page_text(a, result, "frame"));
 }
 
-static void show_changes(const struct page *page, const char *what, const json_t *changes)
-{
-    char cell[PAGE_CELL];
-
-    for (size_t i = 0; i < json_array_size(changes); i++) {
-        json_t *named = json_pack("{s:O}", "change", json_array_get(changes, i));
-        fprintf(page->out, "%-14s %s\n", what, page_text(cell, named, "change"));
-        json_decref(named);
-    }
-}
-
 static void show_reload(const struct page *page, const json_t *result)
 {
     const json_t *applied = json_object_get(result, "applied"),
@@ -420,8 +422,8 @@ static void show_reload(const struct page *page, const json_t *result)
 
     if (json_array_size(applied) + json_array_size(restart) == 0)
         fprintf(page->out, "nothing has changed\n");
-    show_changes(page, "in force", applied);
-    show_changes(page, "needs restart", restart);
+    show_texts(page, 14, "in force", applied);
+    show_texts(page, 14, "needs restart", restart);
 }
 
 static void show_grid_heading(const struct page *page)

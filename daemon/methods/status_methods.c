@@ -11,6 +11,7 @@
 #include "methods.h"
 #include "query_context.h"
 #include "reference.h"
+#include "daemon/fit.h"
 #include "daemon/plan_show.h"
 #include "daemon/replay.h"
 #include "json_units.h"
@@ -341,6 +342,11 @@ static void write_replay(struct json_out *out, const struct methods_env *d)
     json_member_flag(out, "jumping", s.jumping);
 }
 
+static void write_misfit(void *ctx, const char *sentence)
+{
+    json_out_text(ctx, sentence);
+}
+
 bool method_status(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
 {
     struct methods_env *d = call->daemon;
@@ -356,6 +362,9 @@ bool method_status(const struct rpc_call *call, json_t *params, struct json_out 
     json_member_word(out, "mode", mode);
     json_member_outside(out, "config", d->conf_name);
     json_member_text(out, "data", status_data_word(d));
+    json_member_open(out, "misfits", '[');
+    fit_judge(&d->conf, write_misfit, out);
+    json_out_close(out, ']');
     json_member_open(out, "sensors", '[');
     for (int i = 0; i < d->conf.n_sonars; i++) {
         write_open_sensor(out, d, i, &pipe);

@@ -128,6 +128,24 @@ TEST(an_attitude_that_is_too_old_is_none)
     rig_end();
 }
 
+/* Without being in the way of "data": that is of what was measured. */
+TEST(settings_that_do_not_fit_are_in_the_status)
+{
+    if (!begin()) {
+        CHECK(false);
+        return;
+    }
+    for (int drifts = 0; drifts < 2; drifts++) {
+        d.conf.pose.heading_drift_radps = drifts ? 1 : 0;
+        json_t *a = ask("status", json_object()), *said = json_object_get(a, "misfits");
+        CHECK_INT(json_array_size(said), drifts);
+        CHECK(!drifts ||
+              strstr(json_string_value(json_array_get(said, 0)), "[pose] heading_drift = 57.2958 deg/s"));
+        json_decref(a);
+    }
+    rig_end();
+}
+
 /* A pose with these parts came just now. */
 static void check_drift(double keep_mps, double max_mps, unsigned has, const char *want)
 {
@@ -172,6 +190,7 @@ int main(void)
 {
     RUN(what_a_lost_sonar_observed_is_unknown);
     RUN(an_attitude_that_is_too_old_is_none);
+    RUN(settings_that_do_not_fit_are_in_the_status);
     RUN(poses_without_position_and_velocity_are_named);
     return test_end();
 }
