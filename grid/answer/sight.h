@@ -61,8 +61,8 @@ bool sight_possible(const struct picture_frame *frame, const struct answer_now *
 void sight_locate(const struct picture_frame *frame, const struct answer_conf *conf, const struct answer_now *now,
                   struct sight_place *place);
 
-/** sight_swing - turns v about the vertical towards `to`, both in the grid's axes, by adrift_rad or until it is abreast:
- * of all places where v may lie the one nearest to `to`. */
+/** sight_swing - turns v about the vertical towards `to`, both in the grid's axes, by adrift_rad or until it is
+ * abreast: of all places where v may lie the one nearest to `to`. */
 void sight_swing(const struct sight_place *place, const double to[3], double v[3]);
 
 /* Who looks: by which limits, when, from where, and at what. */

@@ -64,8 +64,8 @@ struct sphere {
     uint32_t *dirty;
     uint32_t n_dirty;
     double blocked_logodds; /* conf.blocked_above as log-odds */
-    double fade_s;          /* time constant of fading: from LOGODDS_MAX to blocked_logodds within sphere_forget_s */
-    uint64_t t_start_ns;    /* first ping since the axes were set */
+    double fade_s;       /* time constant of fading: from LOGODDS_MAX to blocked_logodds within sphere_forget_s */
+    uint64_t t_start_ns; /* first ping since the axes were set */
     uint32_t turn_took_ms[SPHERE_SENSORS];
     uint32_t turn_ms[SPHERE_SENSORS]; /* each sensor's turn began so long after t_start_ns */
     struct bearings bearings;
