@@ -44,7 +44,9 @@ class CanSim(Sim):
 
 def start(bench, device, port, **sonar):
     """sonard with one sonar; a client of it."""
-    keys = {"device": device, "port": port, "range": "50 m", "mode": "auto"}
+    keys = {"device": device, "port": port, "range": "50 m"}
+    if device == "ping360":
+        keys["mode"] = "auto"
     keys.update(sonar)
     bench.conf(sonar=keys)
     return bench.sonard().client()
@@ -320,7 +322,7 @@ def carried_micron(bench):
     """The other protocol of bytes: its handshake and a sector's echoes."""
     micron(bench)
     name, port = bridged(bench, "isotp")
-    client = start(bench, "micron", port, range="10 m")
+    client = start(bench, "micron", port, range="10 m", step="1.8 deg")
     running(client)
     pings_until(client, 60)
     sensor = client.sensor()
