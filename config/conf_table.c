@@ -119,13 +119,13 @@ const struct conf_key conf_keys[] = {
          "of the sensor are swapped. docs/devices/signs.md says where each device's sense comes from. Try with\n"
          "a target on one side. Not for a head mounted upside down: that is rotation. Learn a background\n"
          "template again after a change."},
-    {"sonar", "amplitude", LIVE, WORDS("auto", "linear", "power", "sqrt", "log"), .standard = "auto",
+    {"sonar", "amplitude", OF_DEVICE, LIVE, WORDS("auto", "linear", "power", "sqrt", "log"), .standard = "auto",
      SONAR(amplitude),
      .help = "Meaning of the intensities: counts proportional to sound pressure (linear), to power, to the\n"
              "square root of pressure (sqrt), or to decibels (log). auto: as known for the device. A wrong\n"
              "setting makes the detector miss echoes or raise false ones."},
-    {"sonar", "decibels_per_count", LIVE, QUANTITY(1, "dB", 0.001, 0.47), .standard = "auto", .instead = "auto",
-     .instead_value = 0, SONAR(db_per_count),
+    {"sonar", "decibels_per_count", OF_DEVICE, LIVE, QUANTITY(1, "dB", 0.001, 0.47), .standard = "auto",
+     .instead = "auto", .instead_value = 0, SONAR(db_per_count),
      .help = "Required by amplitude = log: decibels per count, for instance 0.3137 dB where 80 dB span 0 to 255."},
     {"sonar", "min_confidence", OF_DEVICE, NUMBER(0.01, 1), .standard = "0.5", SONAR(min_confidence),
      .help = "Of ranges that the sonar reports with a confidence: a lower one counts as no echo."},
@@ -133,7 +133,7 @@ const struct conf_key conf_keys[] = {
      .instead_value = -1, SONAR(ring_down_m),
      .help = "Ignore returns closer than this (transducer ring-down); less than range. auto: measured from the\n"
              "device and every beam."},
-    {"sonar", "background", .kind = CONF_PATH, .standard = "none", .instead = "none", SONAR(background),
+    {"sonar", "background", OF_DEVICE, .kind = CONF_PATH, .standard = "none", .instead = "none", SONAR(background),
      .form = "an absolute path",
      .help = "File for the template of the vehicle's own echoes: `sonarctl background learn` makes one, `save`\n"
              "writes it here. Loaded at start-up if it exists. See [background]."},

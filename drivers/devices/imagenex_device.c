@@ -406,6 +406,9 @@ static void imagenex_status(const void *state, struct device_status *out)
 static const struct device_key keys_852[] = {
     {.name = "range", .lo = 0.75, .hi = 50},
     {.name = "gain", .lo = 0, .hi = 40, .help = "dB; auto: 6"},
+    {.name = "amplitude"},
+    {.name = "decibels_per_count"},
+    {.name = "background"},
     {.name = NULL},
 };
 
@@ -415,6 +418,9 @@ static const struct device_key keys_881a[] = {
     {.name = "sector"},
     {.name = "step", .lo = 0.1, .hi = 2.7, .help = "0.3, 0.6, 0.9, 1.2 or 2.4, whichever is nearest"},
     {.name = "frequency", .lo = 280, .hi = 1100, .help = "auto: 675"},
+    {.name = "amplitude"},
+    {.name = "decibels_per_count"},
+    {.name = "background"},
     {.name = NULL},
 };
 

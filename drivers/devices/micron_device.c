@@ -516,6 +516,9 @@ static const struct device_key keys[] = {
     {.name = "scan"},
     {.name = "circle"},
     {.name = "frequency", .lo = 200, .hi = 1200, .help = "auto: 675"},
+    {.name = "amplitude"},
+    {.name = "decibels_per_count"},
+    {.name = "background"},
     {.name = NULL},
 };
 

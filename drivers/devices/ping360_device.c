@@ -486,6 +486,9 @@ static const struct device_key keys[] = {
     {.name = "scan"},
     {.name = "circle"},
     {.name = "frequency", .lo = 500, .hi = 1000, .help = "auto: 750"},
+    {.name = "amplitude"},
+    {.name = "decibels_per_count"},
+    {.name = "background"},
     {.name = NULL},
 };
 
