@@ -23,12 +23,15 @@ enum exit_status {
     EXIT_OUTPUT = 7, /* the result could not be written */
 };
 
+struct command;
+
 /* What a command runs with. */
 struct context {
-    const char *command;          /* its name */
-    struct arguments arguments;   /* its words; its options are the parameters of its method */
-    struct sonard_client *client; /* NULL until the first call */
-    char socket[4096];            /* longer than any that works, so that its length is reported as it is */
+    const char *command;            /* its name */
+    const struct command *commands; /* all of them, for the completion */
+    struct arguments arguments;     /* its words; its options are the parameters of its method */
+    struct sonard_client *client;   /* NULL until the first call */
+    char socket[4096];              /* longer than any that works, so that its length is reported as it is */
     double timeout_s;
     bool json, colour;
 };

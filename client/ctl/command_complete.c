@@ -8,7 +8,7 @@
 #include <stdio.h>
 #include <string.h>
 
-#include "command_table.h"
+#include "command_options.h"
 #include "client/lib/sonard_json.h"
 #include "protocol/protocol.h"
 
@@ -111,7 +111,7 @@ static void offer_value(const struct line *line, const struct argument *argument
 
 static void offer_commands(const struct line *line)
 {
-    for (const struct command *c = command_table; c->name; c++)
+    for (const struct command *c = line->context->commands; c->name; c++)
         if (command_help(c))
             offer_word(line, c->name, command_help(c));
     offer_word(line, "capture", "import, inspect, repair and export captures, add poses");
@@ -197,7 +197,7 @@ int command_complete(struct context *context)
     const int at = arguments_command(argc, argv);
     const bool helps = at < argc && strcmp(argv[at], "help") == 0;
 
-    line.command = at < argc ? command_find(argv[at]) : NULL;
+    line.command = at < argc ? command_find(context->commands, argv[at]) : NULL;
 
     const struct argument *waiting = read_line(&line, argv, argc, at);
 

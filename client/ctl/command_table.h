@@ -1,37 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * command_table - the command line of sonarctl and its help, in tables, with what protocol.h says of the
- * methods: what the program, its help and the shells'
- * completion go by. Knows no daemon.
+ * command_table - the command line of sonarctl, as a table: what the program, its help and the shells' completion go by.
+ * Knows no daemon.
  */
 #ifndef SONARD_COMMAND_TABLE_H
 #define SONARD_COMMAND_TABLE_H
 
-#include "command.h"
-
-struct command {
-    const char *name;
-    const char *words;       /* of the command line: alternatives with | between them, variables in capitals */
-    const char *help;        /* NULL: that of the method of its name; without one it is of no use to people */
-    const char *methods;     /* whose parameters are its options, */
-    const char *not_options; /* but for these, */
-    const struct argument *own_options; /* and these beside; NULL: none */
-    int min_words, max_words;
-    int (*run)(struct context *context);
-};
+#include "command_options.h"
 
 extern const struct command command_table[]; /* a name NULL ends it */
-
-/** command_find - NULL: there is none of that name. */
-const struct command *command_find(const char *name);
-
-/** command_options - a command's own options, until it is called for another. */
-const struct argument *command_options(const struct command *command);
-
-/** command_help - a line about it; NULL: it is of no use to people. */
-const char *command_help(const struct command *command);
-
-/** command_common - the options that a command (NULL: any) has beside its own. */
-const struct argument *command_common(const struct command *command);
 
 #endif

@@ -13,7 +13,7 @@
 #include <time.h>
 #include <unistd.h>
 
-#include "command_table.h"
+#include "command.h"
 #include "client/lib/sonard_json.h"
 #include "terminal.h"
 #include "top_view.h"

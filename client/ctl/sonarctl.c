@@ -75,7 +75,7 @@ static void take_common(struct context *context)
 static int run_command(const struct command *command, int argc, char **argv, int at)
 {
     const struct argument_tables tables = {command_common(command), command_options(command)};
-    struct context context = {.command = command->name};
+    struct context context = {.command = command->name, .commands = command_table};
     struct arguments *arguments = &context.arguments;
     struct fault fault;
     int status;
@@ -116,7 +116,7 @@ static void unknown_command(const char *name, char *message, size_t size)
 static bool help_about(const char *name)
 {
     char *capture[] = {(char[]){"capture"}, (char[]){"--help"}, NULL};
-    const struct command *command = name ? command_find(name) : NULL;
+    const struct command *command = name ? command_find(command_table, name) : NULL;
 
     if (name && strcmp(name, "capture") == 0)
         capture_main(2, capture);
@@ -131,7 +131,7 @@ int main(int argc, char **argv)
 {
     const int at = arguments_command(argc, argv);
     const char *name = at < argc ? argv[at] : NULL;
-    const struct command *command = name ? command_find(name) : NULL;
+    const struct command *command = name ? command_find(command_table, name) : NULL;
     char message[128];
 
     if (command)
