@@ -54,7 +54,7 @@ rule daemon/map "$core" $conf "grid/voxel/$own" 'drivers/capture/point_cloud\.h'
 rule daemon/background "$core" $conf "grid/range/$own" 'drivers/devices/device\.h' \
     'daemon/(pipeline/pipeline|rpc/(rpc|work))\.h'
 rule daemon/methods "$core" $conf "$grid" 'protocol/(protocol\.h|methods\.def)' "daemon/[a-z]+/$own" \
-    'daemon/(plan|plan_show|reload|replay|request_job|wiring)\.h'
+    'daemon/(fit|plan|plan_show|reload|replay|request_job|wiring)\.h'
 rule daemon "$core" $conf 'config/word\.h' 'protocol/(man|schema)\.h' "$grid" "drivers/[a-z]+/$own" "daemon/[a-z]+/$own"
 rule client $fault 'config/word\.h'
 rule client/lib
