@@ -105,7 +105,7 @@ TEST(a_slow_vehicle_with_a_turning_head)
 TEST(with_poses_that_max_age_follows)
 {
     run_with(&(struct trial){.vehicle = &rarely_told, .period_ns = SECOND * 3 / 2, .late_ns = SECOND / 10}, 1, 2);
-    USEFUL(told_share(SECTORS) > 0.25);
+    USEFUL(told_share(LIMIT) > 0.6);
 }
 
 /* Nobody tells sonard how far off poses are: its answers are as good as they. */
