@@ -83,23 +83,32 @@ static bool denies(const struct marks_look *look, float range_m)
     return range_m > look->heard_from_m && range_m < look->heard_to_m;
 }
 
-/* The echo's marks, a set of enum echo_flag, by what the beams beside it show and deny. */
+/*
+ * The echo's marks, a set of enum echo_flag, by what the beams beside it show and deny. One look confirms an echo. But
+ * the next beam of the same pass hears much of the same water with the same speckle, so a faint one needs more looks
+ * for it than against it: those of the last pass count, too.
+ */
 static uint8_t marks_by_neighbours(const struct marks *m, const struct marks_look *now, const struct echo *echo,
                                    float width_rad)
 {
     const uint32_t reach =
         (uint32_t)fmin(ceil((double)width_rad * MARKS_ROWS / (2.0 * GEO_PI)), MARKS_ROWS / 2.0 - 1);
     const uint32_t begin = row_of((double)now->az_rad) + MARKS_ROWS - reach;
-    uint32_t denials = 0;
+    const bool faint = (echo->flags & ECHO_FAINT) != 0;
+    uint32_t shown = 0, denials = 0;
 
     for (uint32_t i = 0; i <= 2 * reach; i++) {
         const struct marks_look *old = &m->row[(begin + i) % MARKS_ROWS];
         if (!still_holds(old, now, width_rad) || !is_beside(old, now->az_rad, now->el_rad, width_rad))
             continue;
-        if (shows(old, echo->range_m))
+        const bool shows_it = shows(old, echo->range_m);
+        if (shows_it && !faint)
             return 0;
-        denials += denies(old, echo->range_m);
+        shown += shows_it;
+        denials += !shows_it && denies(old, echo->range_m);
     }
+    if (shown > denials)
+        return 0;
     return echo->flags | (denials >= LEAST_DENIALS ? ECHO_BURST : denials ? ECHO_ALONE : 0);
 }
 

@@ -42,11 +42,11 @@ void marks_init(struct marks *marks);
  *
  * ECHO_BURST, ECHO_ALONE: at least two looks within one beam width of its bearing, or one, found nothing up to beyond
  * its range, and none shows it. (One look denies the first beam onto everything that there is, until the next beam
- * shows it, too.) ECHO_FAINT, which comes with the echo, stays unless one shows it. A look reaches from heard_from_m
- * to heard_to_m. Where it is not known whether the body has moved (neither position nor velocity), only looks of the
- * last 10 s count, and without an attitude the head's own bearing. ECHO_GHOST: behind the beam's first echo and weaker,
- * at twice its range (between a wall and the head), or at twice its range and the range of the first echo on the
- * opposite side (between two walls).
+ * shows it, too.) ECHO_FAINT, which comes with the echo, stays unless one shows it. A faint echo counts as shown only
+ * where more looks show it than deny it. A look reaches from heard_from_m to heard_to_m. Where it is not known
+ * whether the body has moved (neither position nor velocity), only looks of the last 10 s count, and without an
+ * attitude the head's own bearing. ECHO_GHOST: behind the beam's first echo and weaker, at twice its range (between a
+ * wall and the head), or at twice its range and the range of the first echo on the opposite side (between two walls).
  * Only earlier looks count: the next look may show that a mark was wrong, and carries none itself.
  * Allocates nothing; O(beams * rows within a beam width).
  */

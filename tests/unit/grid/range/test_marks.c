@@ -99,6 +99,34 @@ TEST(a_faint_echo_stays_so_until_another_look_shows_it)
     CHECK_INT(look(18.0, 9.0, 0.0)->echo[0].flags, ECHO_FAINT);
 }
 
+/* The beam beside it in the same pass hears the same speckle: of a new faint thing the next turn is the proof, and of
+ * one as loud as a target the next beam. */
+TEST(a_faint_echo_that_the_last_turn_denies_waits_for_the_next_turn)
+{
+    for (int faint = 0; faint < 2; faint++) {
+        begin();
+        sweep(0.0);
+        flags = faint ? ECHO_FAINT : 0;
+        CHECK_INT(look(90.0, 5.0, 0.0)->echo[0].flags, flags | ECHO_BURST);
+        CHECK_INT(look(91.8, 5.0, 0.0)->echo[0].flags, faint ? ECHO_FAINT | ECHO_BURST : 0);
+        CHECK_INT(look(93.6, 0.0, 0.0)->n, 0);
+        CHECK_INT(look(90.0, 5.0, 0.0)->echo[0].flags, 0);
+        CHECK_INT(look(91.8, 5.0, 0.0)->echo[0].flags, 0);
+    }
+}
+
+TEST(one_look_for_a_faint_echo_and_one_against_it_leave_it_doubtful)
+{
+    for (int faint = 0; faint < 2; faint++) {
+        begin();
+        look(1.8, 0.0, 0.0);
+        flags = faint ? ECHO_FAINT : 0;
+        CHECK_INT(look(3.6, 5.0, 0.0)->echo[0].flags, flags | ECHO_ALONE);
+        CHECK_INT(look(2.7, 5.0, 0.0)->echo[0].flags, faint ? ECHO_FAINT | ECHO_ALONE : 0);
+        CHECK_INT(look(2.7, 5.0, 0.0)->echo[0].flags, 0);
+    }
+}
+
 TEST(looks_that_could_not_have_shown_it_deny_nothing)
 {
     begin();
@@ -254,6 +282,8 @@ int main(void)
     RUN(the_first_look_onto_something_is_alone_until_the_next_one);
     RUN(what_no_look_denies_is_not_alone);
     RUN(a_faint_echo_stays_so_until_another_look_shows_it);
+    RUN(a_faint_echo_that_the_last_turn_denies_waits_for_the_next_turn);
+    RUN(one_look_for_a_faint_echo_and_one_against_it_leave_it_doubtful);
     RUN(looks_that_could_not_have_shown_it_deny_nothing);
     RUN(a_shorter_range_denies_nothing_beyond_its_end);
     RUN(a_look_that_heard_only_a_stretch_denies_nothing_outside_of_it);
