@@ -206,8 +206,9 @@ const struct conf_key conf_keys[] = {
              "in a scene with strong ones."},
     {"extract", "marks", WORDS("on", "off"), .standard = "on", CONF(extract.marks),
      .help =
-         "Mark echoes that other beams at nearly the same bearing contradict (interference), and ghosts of\n"
-         "nearer echoes. A contradicted echo ends free space at once and blocks when a second beam shows it.\n"
+         "Mark echoes that other beams at nearly the same bearing contradict (interference), that arrive\n"
+         "when a pulse of another sonar is due, or that are ghosts of nearer echoes. An echo with one of\n"
+         "the first two marks ends free space at once and blocks when a second beam shows it.\n"
          "Without position or velocity only beams of the last 10 s count. With poses the vehicle's own echoes\n"
          "are marked, too: they end free space and never block."},
     {"extract", "no_echo", LIVE, WORDS("minimum", "heard", "range"), .standard = "heard", CONF(extract.no_echo),

@@ -207,6 +207,7 @@ void wiring_pipeline(const struct conf *conf, const struct plan *plan, bool pati
                                   .queue = (uint32_t)conf->pipeline.queue,
                                   .patient = patient,
                                   .marks = plan_has(plan, PLAN_MARKS, 0),
+                                  .sound_mps = conf->water.sound_speed_mps,
                                   .image = plan_has(plan, PLAN_IMAGE, 0),
                                   .max_beams = 1, /* where there is no sonar */
                                   .max_bins = 1,

@@ -16,14 +16,15 @@
 enum echo_flag {
     ECHO_BURST =
         1, /* at least two beams at nearly the same bearing should show it and do not: interference, perhaps */
-    ECHO_GHOST = 2, /* where a second bounce of the beam's first echo would be */
-    ECHO_FAINT = 4, /* weaker than the weakest target that must be detected */
-    ECHO_ALONE = 8, /* one beam at nearly the same bearing should show it and does not, and none does */
-    ECHO_OWN = 16,  /* the vehicle's own: it ends free space and never blocks */
+    ECHO_GHOST = 2,  /* where a second bounce of the beam's first echo would be */
+    ECHO_FAINT = 4,  /* weaker than the weakest target that must be detected */
+    ECHO_ALONE = 8,  /* one beam at nearly the same bearing should show it and does not, and none does */
+    ECHO_OTHER = 16, /* arrived when another sonar's pulse was due */
+    ECHO_OWN = 32,   /* the vehicle's own: it ends free space and never blocks */
 };
 
 /* An echo with one of these marks blocks only once a second beam has shown it. */
-#define ECHO_UNCONFIRMED (ECHO_BURST | ECHO_FAINT | ECHO_ALONE)
+#define ECHO_UNCONFIRMED (ECHO_BURST | ECHO_FAINT | ECHO_ALONE | ECHO_OTHER)
 
 struct echo {
     float range_m;    /* of the reflection, sub-bin */

@@ -83,7 +83,7 @@ static void start(struct rig *rig)
     extract_defaults(&extract);
     rig->memory[0] = room(extract_size(SEA_MAX_BINS));
     rig->extract = extract_init(rig->memory[0], &extract, SEA_MAX_BINS, &fault);
-    marks_init(&rig->marks);
+    marks_init(&rig->marks, 1500.0);
     rig->memory[1] = room(sphere_bytes(&conf, &fault));
     rig->grid = sphere_init(rig->memory[1], &conf);
     const struct picture *picture = sphere_picture(rig->grid);

@@ -123,7 +123,7 @@ static void start(struct rig *rig)
         fprintf(stderr, "report_shapes: %s\n", fault.text);
         exit(1);
     }
-    marks_init(&rig->marks);
+    marks_init(&rig->marks, 1500.0);
     rig->grid = basin_grid(&conf);
 }
 

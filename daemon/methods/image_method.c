@@ -29,6 +29,8 @@ static void write_echoes(struct json_out *out, const struct image_row *row)
             json_out_word(out, "alone");
         if (row->flags[i] & ECHO_OWN)
             json_out_word(out, "own");
+        if (row->flags[i] & ECHO_OTHER)
+            json_out_word(out, "other");
         json_out_put(out, "]}");
     }
     json_out_close(out, ']');

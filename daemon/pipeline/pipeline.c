@@ -492,7 +492,7 @@ static bool make_stages(struct pipeline *p, struct fault *fault)
         if (p->conf.image)
             p->image[i] = own(p, sizeof *p->image[i]);
         if (p->conf.marks && (p->marks[i] = own(p, sizeof *p->marks[i])))
-            marks_init(p->marks[i]);
+            marks_init(p->marks[i], p->conf.sound_mps);
         if (p->conf.marks && (p->own_echo[i] = own(p, sizeof *p->own_echo[i])))
             own_echo_init(p->own_echo[i]);
         if (!p->extract[i] || (p->conf.image && !p->image[i]) ||

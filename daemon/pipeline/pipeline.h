@@ -44,8 +44,9 @@ struct pipeline_conf {
     uint32_t max_bins;
     int n_sensors;
     struct extract_conf extract[PIPELINE_MAX_SENSORS];
-    bool marks; /* mark bursts, ghosts and the vehicle's own echoes */
-    bool image; /* keep the last turn of every sensor for people */
+    bool marks;       /* mark bursts, ghosts, the pulses of other sonars and the vehicle's own echoes */
+    double sound_mps; /* speed of sound that ranges are made with */
+    bool image;       /* keep the last turn of every sensor for people */
     struct cleanup_conf cleanup[PIPELINE_MAX_SENSORS];
     struct mount mount[PIPELINE_MAX_SENSORS];
     struct grid_setting grid; /* the main one, and those beside it */

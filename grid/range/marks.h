@@ -12,6 +12,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "comb.h"
 #include "grid/echoes.h"
 
 #define MARKS_ROWS 800 /* of a turn: half a step of the finest head that is common */
@@ -24,18 +25,19 @@ struct marks_look {
     bool placed; /* it is known where the body was, by its position or the path its velocity makes */
     bool turned; /* ... and its attitude */
     float position_m[3], attitude[4]; /* of the body, the position from the first ping's */
-    uint8_t n;
+    uint8_t n, due;                   /* bit i: echo i came when another sonar's pulse was due */
     float range_m[ECHOES_PER_BEAM];
 };
 
 struct marks {
     bool placed;
     double origin_m[3]; /* position of the first ping */
+    struct comb comb;
     struct marks_look row[MARKS_ROWS];
 };
 
-/** marks_init - nothing was looked at yet. */
-void marks_init(struct marks *marks);
+/** marks_init - nothing was looked at yet. sound_mps: the speed of sound that ranges are made with. */
+void marks_init(struct marks *marks, double sound_mps);
 
 /**
  * marks_run - set the flags of the ping's echoes from the looks before it, then keep its beams as looks.

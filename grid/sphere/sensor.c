@@ -117,6 +117,12 @@ static double unconfirmed_weight(const struct sphere *s)
     return s->blocked_logodds * exp(fmax(UNCONFIRMED_S, UNCONFIRMED_TURNS * s->frame.turn_s) / s->fade_s);
 }
 
+/* Another sonar's pulse may come when one has come before, but hardly a third time in the same place. */
+static bool waits_for_third(const struct cell *c, const struct echo *echo)
+{
+    return (echo->flags & ECHO_OTHER) && c->echoes <= 2;
+}
+
 /* An echo `at` range_m along the direction raises the cell of a layer by `weight`. */
 static void raise(struct sphere *s, const struct look *l, uint16_t layer, double range_m, const struct echo *echo,
                   double weight)
@@ -138,7 +144,8 @@ static void raise(struct sphere *s, const struct look *l, uint16_t layer, double
     c->misses = 0;
     if (c->echoes < UINT16_MAX)
         c->echoes++;
-    c->pending = (echo->flags & ECHO_UNCONFIRMED) && (c->echoes == 1 || (c->pending && same_beam));
+    c->pending = (echo->flags & ECHO_UNCONFIRMED) &&
+                 (c->echoes == 1 || (c->pending && (same_beam || waits_for_third(c, echo))));
     if (c->echoes == 1)
         weight = fmin(weight, unconfirmed_weight(s));
     if (s->conf.update == SPHERE_MAX)

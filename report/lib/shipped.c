@@ -54,7 +54,7 @@ void shipped_free(struct shipped *s)
 void shipped_begin(struct shipped *s)
 {
     memcpy(s->extract, s->fresh, s->bytes);
-    marks_init(&s->marks);
+    marks_init(&s->marks, 1500.0);
     own_echo_init(&s->own_echo);
 }
 

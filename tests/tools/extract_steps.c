@@ -110,7 +110,7 @@ static struct chain *make_chain(const struct step *step, enum extract_no_echo no
                                   MAX_BINS, &fault);
     if (!c->extract || (cleanup_wanted(&step->cleanup) && !c->cleanup))
         fail(fault.text);
-    marks_init(&c->marks);
+    marks_init(&c->marks, 1500.0);
     return c;
 }
 

@@ -458,7 +458,7 @@ TEST(seabed_interference)
 
     extract_defaults(&conf);
     set_up(&conf);
-    marks_init(&marks);
+    marks_init(&marks, 1500.0);
     struct pose standing = pose_identity;
     standing.has = POSE_ATTITUDE | POSE_POSITION;
     for (; n < PINGS && shot_read(file, &shots[n]); n++) {

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * test_marks - which echoes are marked as bursts and ghosts: looks made by hand, a head that turns over them.
+ * test_marks - which echoes are marked as bursts, ghosts and pulses of other sonars: looks made by hand, a head that
+ * turns over them.
  */
 #include "tests/lib/test.h"
 
@@ -18,7 +19,7 @@ static uint8_t flags; /* of the extract stage */
 
 static void begin(void)
 {
-    marks_init(&marks);
+    marks_init(&marks, 1500.0);
     pose = pose_identity;
     pose.has = POSE_ATTITUDE | POSE_POSITION;
     t_ns = 1000000000;
@@ -43,8 +44,10 @@ static const struct beam_echoes *look(double az_deg, double a_m, double b_m)
     for (int i = 0; i < 2 && range_m[i] > 0.0; i++) {
         beam.state = BEAM_ECHO;
         beam.heard_to_m = fminf(beam.heard_to_m, (float)range_m[i]);
-        beam.echo[beam.n++] =
-            (struct echo){.range_m = (float)range_m[i], .strength = (float)(10.0 / range_m[i]), .flags = flags};
+        beam.echo[beam.n++] = (struct echo){.range_m = (float)range_m[i],
+                                            .near_m = (float)range_m[i],
+                                            .strength = (float)(10.0 / range_m[i]),
+                                            .flags = flags};
     }
     marks_run(&marks, &ping);
     return &beam;
@@ -237,6 +240,46 @@ TEST(between_two_walls_the_ghost_comes_later)
     CHECK_INT(look(60.0, 1.0, 4.1)->echo[1].flags, 0);          /* nothing is known of the other side */
 }
 
+/*
+ * Another sonar sends every 57 ms, so that looks at 90 degrees and two steps later may show a pulse at the same range;
+ * a wall at 9 m fills a quarter of the turn. Pulses and beams of the wall after the first turn, and how many block.
+ */
+static void pulses_and_a_wall(unsigned pulse[2], unsigned wall[2])
+{
+    uint64_t seed = test_seed();
+    double other_s = 0.0;
+
+    for (int i = 0; i < 1200; i++) {
+        const double az_deg = i % 200 * STEP_DEG;
+        t_ns += (uint64_t)(3e6 * test_uniform(&seed));
+        const double sent_s = (double)(t_ns + 80000000) * 1e-9;
+        while (other_s < sent_s + 0.002)
+            other_s += 0.057;
+        const double pulse_m = (other_s - sent_s) * 750.0;
+        const bool there = az_deg >= 90.0 && az_deg <= 180.0, heard = pulse_m < 40.0;
+        if (there && (!heard || pulse_m > 9.0))
+            look(az_deg, 9.0, 0.0);
+        else
+            look(az_deg, heard ? pulse_m : 0.0, there ? 9.0 : 0.0);
+        for (int k = 0; k < beam.n && i >= 400; k++) {
+            unsigned *count = beam.echo[k].range_m == 9.0f ? wall : pulse;
+            count[0]++;
+            count[1] += !(beam.echo[k].flags & ECHO_UNCONFIRMED);
+        }
+    }
+}
+
+TEST(what_comes_when_a_pulse_is_due_is_none_of_the_water_be_it_shown_twice)
+{
+    unsigned pulse[2] = {0}, wall[2] = {0};
+
+    begin();
+    pulses_and_a_wall(pulse, wall);
+    printf("# %u of %u pulses block, %u of %u beams of the wall\n", pulse[1], pulse[0], wall[1], wall[0]);
+    CHECK(pulse[0] > 400 && pulse[1] < 0.05 * pulse[0]);
+    CHECK(wall[0] > 150 && wall[1] > 0.98 * wall[0]); /* a beam beside it shows it when no pulse is due */
+}
+
 TEST(the_seam_of_the_circle_is_no_edge)
 {
     begin();
@@ -291,6 +334,7 @@ int main(void)
     RUN(old_looks_and_looks_from_elsewhere_are_no_evidence);
     RUN(an_echo_at_twice_the_first_range_is_a_ghost);
     RUN(between_two_walls_the_ghost_comes_later);
+    RUN(what_comes_when_a_pulse_is_due_is_none_of_the_water_be_it_shown_twice);
     RUN(the_seam_of_the_circle_is_no_edge);
     RUN(any_echoes_are_taken);
     return test_end();

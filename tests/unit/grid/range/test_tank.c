@@ -25,7 +25,7 @@ static void start(void)
     rig_sphere(&usual);
     extract_defaults(&conf);
     set_up(&conf);
-    marks_init(&marks);
+    marks_init(&marks, 1500.0);
     now = (struct answer_now){.now_ns = SECOND, .pose = pose_identity};
 }
 

@@ -353,6 +353,27 @@ TEST(an_echo_of_the_vehicles_own_ends_free_water_and_never_blocks)
     CHECK_INT(ask(0, 10).state, ANSWER_BLOCKED);
 }
 
+/* Two of them may come by chance; a third is a thing in the water that our own pings keep in step with. */
+TEST(what_came_when_another_sonar_was_due_blocks_once_a_third_one_shows_it)
+{
+    start(&usual);
+    turn_of(0, 20);
+    flags = ECHO_OTHER;
+    ping(0, 5, 0);
+    CHECK_INT(ask(0, 10).state, ANSWER_UNKNOWN);
+    CHECK(ask(0, 10).free_to_m < 5);
+    ping(0, 5, 0);
+    CHECK_INT(ask(0, 10).state, ANSWER_UNKNOWN);
+    ping(0, 5, 0);
+    CHECK_INT(ask(0, 10).state, ANSWER_BLOCKED);
+    start(&usual);
+    turn_of(0, 20);
+    ping(0, 5, 0);
+    flags = 0; /* another time, when none was due */
+    ping(0, 5, 0);
+    CHECK_INT(ask(0, 10).state, ANSWER_BLOCKED);
+}
+
 TEST(a_pile_that_one_of_the_beams_over_it_hears_stays)
 {
     start(&usual);
@@ -1281,6 +1302,7 @@ int main(void)
     RUN(a_marked_echo_blocks_until_the_next_look);
     RUN(an_unconfirmed_echo_blocks_once_a_second_one_shows_it);
     RUN(an_echo_of_the_vehicles_own_ends_free_water_and_never_blocks);
+    RUN(what_came_when_another_sonar_was_due_blocks_once_a_third_one_shows_it);
     RUN(a_pile_that_one_of_the_beams_over_it_hears_stays);
     RUN(an_old_clear_does_not_outlive_a_pile_that_came);
     RUN(doubtful_echoes_are_neither_blocked_nor_clear_beyond);
