@@ -576,7 +576,7 @@ def barometers(bench, autopilot):
 def nosuch(bench, autopilot):
     """A downward sonar that the daemon does not have is told once; all else goes on."""
     process = start(bench, autopilot, "--downward", "nosuch")[3]
-    until(lambda: "--downward: not there: parameter 'sensor' is nosuch, want one of: head" in process.log(), "why")
+    until(lambda: "--downward: not connected: parameter 'sensor' is nosuch, want one of: head" in process.log(), "why")
     until(autopilot.obstacles, "OBSTACLE_DISTANCE")
     check(process.log().count("nosuch") == 1, "told again: " + process.log())
 
