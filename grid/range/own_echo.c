@@ -10,6 +10,7 @@
 #define FRESH_NS        300000000000u /* time for a vehicle to turn round */
 #define PLACE_SHARE     0.25          /* of the range: from farther off a look sees another side of the thing */
 #define ASIDE_RAD       0.2526802551  /* asin(PLACE_SHARE): so far aside may the place be for an older look */
+#define SPREAD_COSINE   0.87          /* of 30 degrees */
 #define MOST_MISSES     3
 #define LEAST_WIDTH_RAD 0.01f
 
@@ -175,13 +176,14 @@ static bool misses(const struct own_echo_row *row, const struct beam_echoes *b, 
     return missed;
 }
 
-static bool is_new_direction(const struct own_echo_row *row, const double axis[3], double width_rad)
+/* A thing near the head is wide: a beam that turns a little may still be on it. */
+static bool is_new_direction(const struct own_echo_row *row, const double axis[3])
 {
     for (int k = 0; k < row->proofs; k++) {
         double cosine = 0.0;
         for (int i = 0; i < 3; i++)
             cosine += (double)row->axis[k][i] * axis[i];
-        if (1.0 - cosine <= 2.0 * width_rad * width_rad) /* two widths */
+        if (cosine > SPREAD_COSINE)
             return false;
     }
     return true;
@@ -218,7 +220,7 @@ static void mark_beam(struct own_echo *own, struct beam_echoes *b, const struct 
         row->proofs = known ? row->proofs : 0;
         return;
     }
-    if (!known && word == DENIES && is_new_direction(row, now->axis, width_rad))
+    if (!known && word == DENIES && is_new_direction(row, now->axis))
         prove(row, now, echo);
     if (row->proofs == OWN_ECHO_PROOFS)
         echo->flags |= ECHO_OWN;

@@ -296,6 +296,12 @@ TEST(proofs_are_of_different_directions_and_times)
         CHECK_INT(turns(1, i % 2 ? 50.0 : -50.0), 0);
     CHECK_INT(own_echo_known(&own), 0);
 
+    begin(); /* within 80 degrees */
+    frame_astern();
+    for (int i = 0; i < 50; i++)
+        CHECK_INT(turns(1, i % 8 < 4 ? 20.0 : -20.0), 0);
+    CHECK_INT(own_echo_known(&own), 0);
+
     begin(); /* all of them against the looks of one turn */
     turn();
     for (double yaw_deg = 40.0; yaw_deg < 360.0; yaw_deg += 40.0) {
@@ -470,8 +476,78 @@ TEST(a_wide_part_is_learnt_from_its_ends)
     scene.arc_deg[0] = 90.0;
     scene.arc_deg[1] = 270.0;
     scene.own_m = 0.7;
-    CHECK(turns(10, 30.0) < 60);
-    CHECK_INT(turns(90, 30.0), 101);
+    CHECK(turns(10, 40.0) < 80);
+    CHECK_INT(turns(90, 40.0), 101);
+}
+
+#define WALLS 4
+
+/* A room of smooth walls around, seen only where they are nearly square to the beam, and piles, missed now and then. */
+static struct room {
+    double wall_m[WALLS], wall_deg[WALLS], shows_deg; /* from the middle, and which way */
+    double pile_m[2][2], wide_m;
+} room;
+
+static void furnish(void)
+{
+    for (int k = 0; k < WALLS; k++) {
+        room.wall_m[k] = 0.8 + 2.0 * test_uniform(&seed);
+        room.wall_deg[k] = 360.0 / WALLS * (k + 0.6 * test_uniform(&seed));
+    }
+    room.shows_deg = 10.0 + 60.0 * test_uniform(&seed);
+    for (int k = 0; k < 4; k++)
+        room.pile_m[k / 2][k % 2] = 3.0 * test_uniform(&seed) - 1.5;
+    room.wide_m = 0.05 + 0.2 * test_uniform(&seed);
+}
+
+/* Range of what a beam along the compass shows of the room; 0: nothing. */
+static double in_room_m(double az_deg)
+{
+    const double c = cos(geo_rad(az_deg)), s = sin(geo_rad(az_deg));
+    double at_m = INFINITY;
+
+    for (int k = 0; k < WALLS; k++) {
+        const double n[2] = {cos(geo_rad(room.wall_deg[k])), sin(geo_rad(room.wall_deg[k]))};
+        const double toward = n[0] * c + n[1] * s;
+        const double to_m =
+            (room.wall_m[k] - n[0] * pose.position_m[0] - n[1] * pose.position_m[1]) / fmax(toward, 1e-9);
+        if (toward > cos(geo_rad(room.shows_deg)))
+            at_m = fmin(at_m, to_m);
+    }
+    for (int k = 0; k < 2; k++) {
+        const double d[2] = {room.pile_m[k][0] - pose.position_m[0], room.pile_m[k][1] - pose.position_m[1]};
+        const double along_m = d[0] * c + d[1] * s, aside_m = fabs(d[0] * s - d[1] * c);
+        if (along_m > 0.0 && aside_m < room.wide_m)
+            at_m = fmin(at_m, along_m);
+    }
+    return at_m > 0.3 && at_m < (double)OPEN_M ? at_m : 0.0;
+}
+
+TEST(nothing_in_the_water_is_ever_its_own)
+{
+    int marked = 0, shown = 0;
+
+    begin();
+    seed = test_seed();
+    for (int n = 0; n < 60; n++) {
+        begin();
+        furnish();
+        const double missed = 0.7 * test_uniform(&seed), by_deg = 90.0 * test_uniform(&seed),
+                     by_m = 0.2 * test_uniform(&seed) * (n % 2);
+        for (int i = 0; i < 60 * STEPS; i++) {
+            const double az_deg = 360.0 * i / STEPS;
+            face(heading_deg() + (2.0 * test_uniform(&seed) - 0.5) * by_deg / STEPS);
+            for (int k = 0; k < 2; k++)
+                pose.position_m[k] =
+                    fmax(-0.5, fmin(0.5, pose.position_m[k] + (test_uniform(&seed) - 0.5) * by_m / 10));
+            const double m = test_uniform(&seed) < missed ? 0.0 : in_room_m(az_deg + heading_deg());
+            const struct beam_echoes *b = look(az_deg, m, 0.0);
+            shown += b->n > 0 && m < 3.0;
+            marked += b->n > 0 && (b->echo[0].flags & ECHO_OWN);
+        }
+    }
+    CHECK(shown > 100000);
+    CHECK_INT(marked, 0);
 }
 
 TEST(any_echoes_are_taken_and_only_their_marks_change)
@@ -531,6 +607,7 @@ int main(void)
     RUN(what_is_not_heard_any_more_is_forgotten);
     RUN(another_setting_begins_anew);
     RUN(a_wide_part_is_learnt_from_its_ends);
+    RUN(nothing_in_the_water_is_ever_its_own);
     RUN(any_echoes_are_taken_and_only_their_marks_change);
     return test_end();
 }
