@@ -115,6 +115,7 @@ static inline void daemon_make(int threads, double voxel_m)
     p.image = voxel_m > 0;
     d.mount[0] = mount_identity;
     pose_log_init(&d.poses, 1000000000u);
+    pose_log_set_drift(&d.poses, 0, &(struct pose_drift){.heading_radps = 0.01 * GEO_PI / 180});
     make_ping();
     d.loop = loop_new(false);
     d.pipeline = d.loop ? pipeline_new(&p, &fault) : NULL;
