@@ -300,7 +300,8 @@ static void write_near(const struct setup *s, FILE *out)
 {
     const double height_m = s->size_answered ? s->size_m[2] : HEIGHT_M;
     const double seen_deg = PING360_HALF_FAN_DEG - 1.5 * ANGULAR_STEP_DEG;
-    const double near_m = (height_m / 2 + MARGIN_M) / sin(seen_deg * M_PI / 180);
+    const double off_m = s->mount_answered ? fabs(s->mount_m[2]) : 0;
+    const double near_m = (height_m / 2 + MARGIN_M + off_m) / sin(seen_deg * M_PI / 180);
 
     fprintf(
         out,

@@ -49,6 +49,11 @@ def options(bench):
     check("by-id" not in done.stdout and "near" not in done.stdout, done.stdout)
     done = setup(bench, "--device", "ping360", "--port", "serial:/dev/ttyUSB0:115200", "--size", "1,0.5,0.2", "--output", "-")
     check("\nport = serial:/dev/ttyUSB0:115200\n" in done.stdout and "\n#near = 2.5 m\n" in done.stdout, done.stdout)
+    done = setup(bench, "--device", "ping360", "--port", "serial:/dev/ttyUSB0:115200", "--mount", "0,0,-0.4", "--output", "-")
+    check("\n#near = 5.8 m\n" in done.stdout, done.stdout)
+    promised = bench.write("near.conf", done.stdout.replace("#near", "near"))
+    checked = bench.run(SONARD, "--check", promised)
+    check(checked.returncode == 0 and "near" not in checked.stdout.replace(promised, ""), checked.stdout)
     done = setup(bench, "--device", "micron", "--port", "udp:192.168.2.2:9092", "--name", "bow", "--mount", "0.2,0,-0.1",
                  "--size", "1,0.5,0.4", "--range", "30", "--upside-down", "--output", "-")
     done = bench.run(SONARD, "--check", bench.write("all.conf", done.stdout))
