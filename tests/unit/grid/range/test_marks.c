@@ -280,6 +280,44 @@ TEST(what_comes_when_a_pulse_is_due_is_none_of_the_water_be_it_shown_twice)
     CHECK(wall[0] > 150 && wall[1] > 0.98 * wall[0]); /* a beam beside it shows it when no pulse is due */
 }
 
+/* A look once the head has waited for so long. */
+static const struct beam_echoes *look_after(double wait_s, double az_deg, double range_m)
+{
+    t_ns += (uint64_t)(1e9 * wait_s) - 80000000;
+    return look(az_deg, range_m, 0.0);
+}
+
+/*
+ * Another sonar is heard for two turns, then our pings come at multiples of its period or at other times, and a pile
+ * stands where its pulses are due in the first of the three beams over it: one of the three blocks.
+ */
+TEST(a_pile_is_not_lost_among_pulses)
+{
+    uint64_t seed = test_seed();
+
+    for (int k = 0; k < 120; k++) {
+        const double period_s = 0.06 + 0.04 * test_uniform(&seed);
+        const double periods = k % 2 ? 1 + k % 3 : 1.0 + 2.0 * test_uniform(&seed);
+        double other_s = 0.0, pulse_m = 0.0;
+        bool blocks = false;
+        begin();
+        for (int i = 0; i < 500; i++) {
+            const double wait_s = period_s * (i < 400 ? 1.3 + 0.03 * test_uniform(&seed) : periods);
+            const double sent_s = (double)t_ns * 1e-9 + wait_s;
+            while (other_s < sent_s + 0.002)
+                other_s += period_s;
+            pulse_m = (other_s - sent_s) * 750.0;
+            look_after(wait_s, i * STEP_DEG, i < 400 && pulse_m < 40.0 ? pulse_m : 0.0);
+        }
+        const double pile_m = pulse_m;
+        for (int i = 500; i < 503; i++) {
+            look_after(period_s * periods, i * STEP_DEG, pile_m);
+            blocks |= !(beam.echo[0].flags & ECHO_UNCONFIRMED);
+        }
+        CHECK(blocks);
+    }
+}
+
 TEST(the_seam_of_the_circle_is_no_edge)
 {
     begin();
@@ -335,6 +373,7 @@ int main(void)
     RUN(an_echo_at_twice_the_first_range_is_a_ghost);
     RUN(between_two_walls_the_ghost_comes_later);
     RUN(what_comes_when_a_pulse_is_due_is_none_of_the_water_be_it_shown_twice);
+    RUN(a_pile_is_not_lost_among_pulses);
     RUN(the_seam_of_the_circle_is_no_edge);
     RUN(any_echoes_are_taken);
     return test_end();
