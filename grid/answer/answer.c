@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "cell_edge.h"
 #include "sight.h"
 #include "overlap.h"
 
@@ -155,7 +156,7 @@ struct aim {
     const struct sight_place *place;
     double axis[3];
     double cos_wall, sin_wall; /* of the angle between the axis and the question's wall */
-    double ahead_m;            /* the vehicle's place off the centre, along the axis */
+    double ahead_m, across_m;  /* the vehicle's place off the centre, along the axis and across it */
 };
 
 /* One direction against the question: how far along its rays that reaches, 0: not at all. */
@@ -175,9 +176,9 @@ static double dot(const double a[3], const double b[3])
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-static struct bearing bearing_of(const struct aim *a, const double v[3])
+static struct bearing bearing_of(double cosine)
 {
-    const double c = fmax(-1, fmin(1, dot(v, a->axis)));
+    const double c = fmax(-1, fmin(1, cosine));
     return (struct bearing){c, sqrt((1 - c) * (1 + c))};
 }
 
@@ -190,21 +191,40 @@ static struct bearing beyond(const struct bearing *b, const struct bearing *edge
                             fmax(b->sin * edge->cos - b->cos * edge->sin, 0)};
 }
 
-/* How far the vehicle may be off the centre, across the wall of the question towards v. */
-static double off_m(const struct aim *a, const double v[3], const struct bearing *b)
+/* How far the vehicle is from the centre towards a ray of the cell around v, across the axis, at the most: around the
+ * axis its rays lie up to an angle of this sine to both sides of v. */
+static double towards_m(const struct aim *a, const double v[3], const struct bearing *b, double reach)
 {
-    if (b->sin < 1e-9)
-        return a->place->moved_m;
-    const double across_m = (dot(a->place->offset_m, v) - b->cos * a->ahead_m) / b->sin;
-    return fmax(0, a->cos_wall * across_m - a->sin_wall * a->ahead_m) + a->place->slack_m;
+    if (b->sin <= reach)
+        return a->across_m;
+    const double sine = reach / b->sin, middle_m = (dot(a->place->offset_m, v) - b->cos * a->ahead_m) / b->sin;
+    const double aside_m = sqrt(fmax(0, a->across_m * a->across_m - middle_m * middle_m));
+    if (middle_m > 0 && aside_m <= sine * a->across_m)
+        return a->across_m;
+    return middle_m * sqrt(1 - sine * sine) + aside_m * sine;
 }
 
-/* edge: the angle from the axis up to which directions have a ray within the cone, or on a corridor's axis. */
-static struct share share_of(const struct aim *a, const double v[3], const struct bearing *edge)
+/* How far it may be off the centre across the wall of the question, towards a ray of the cell. */
+static double off_m(const struct aim *a, const double v[3], double reach)
+{
+    const struct bearing b = bearing_of(dot(v, a->axis));
+    return fmax(0, a->cos_wall * towards_m(a, v, &b, reach) - a->sin_wall * a->ahead_m) + a->place->slack_m;
+}
+
+/* The cells of a ring against a question. */
+struct ring_edge {
+    struct cell_edge cell;
+    double reach; /* sine of how far their edge lies from their middle */
+    struct bearing
+        wall; /* the angle from the axis up to which rays are within the cone, or on a corridor's axis */
+};
+
+static struct share share_of(const struct aim *a, const double v[3], const struct ring_edge *ring)
 {
     const struct answer_query *q = a->query;
-    const struct bearing b = bearing_of(a, v), outside = beyond(&b, edge);
-    const double moved_m = a->place->moved_m, off = moved_m > 0 ? off_m(a, v, &b) : 0;
+    const struct bearing nearest = bearing_of(cell_edge_nearest(&ring->cell, v, a->axis)),
+                         outside = beyond(&nearest, &ring->wall);
+    const double moved_m = a->place->moved_m, off = moved_m > 0 ? off_m(a, v, ring->reach) : 0;
     if (!q->corridor) {
         if (outside.sin <= 0 && outside.cos > 0)
             return (struct share){.need_m = q->distance_m};
@@ -254,6 +274,7 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
     geo_direction(q->az_rad, q->el_rad, aim.axis);
     sight_to_grid(&frame, now, q->ned, aim.axis);
     aim.ahead_m = dot(place.offset_m, aim.axis);
+    aim.across_m = sqrt(fmax(0, dot(place.offset_m, place.offset_m) - aim.ahead_m * aim.ahead_m));
     geo_angles(aim.axis, &az, &el);
     if (rings_index(p->rings, az, el) == RINGS_NONE) {
         cannot(ANSWER_OUTSIDE, out);
@@ -268,11 +289,11 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
     if (beside > 0)
         tally.a.blind_to_m = SIGHT_BESIDE * place.moved_m;
     struct rings_visit visit = rings_visit(p->rings, aim.axis, around);
-    struct bearing edge = {0};
+    struct ring_edge edge = {.wall = {cos(fmin(wall_rad + turned, GEO_PI)), sin(fmin(wall_rad + turned, GEO_PI))}};
     for (uint32_t ring = RINGS_NONE; rings_next(&visit); ring = visit.ring) {
         if (visit.ring != ring) {
-            const double edge_rad = fmin(wall_rad + sight_cell_reach(p->rings, visit.ring) + turned, GEO_PI);
-            edge = (struct bearing){cos(edge_rad), sin(edge_rad)};
+            edge.cell = cell_edge_of(p->rings, visit.ring);
+            edge.reach = sin(fmin(sight_cell_reach(p->rings, visit.ring), GEO_PI / 2));
         }
         const struct share share = share_of_direction(&aim, p->axis[visit.direction], &edge);
         if (share.need_m <= 0 || tells_nothing(&tally, p, visit.direction, &share, place.moved_m))
