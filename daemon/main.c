@@ -475,7 +475,7 @@ static bool make_map(struct process *d, struct fault *fault)
 static void on_own_pose(void *ctx, const struct pose *pose)
 {
     struct process *d = ctx;
-    map_service_pose(&d->env.map_service, pose);
+    pose_taken(&d->env, pose);
 }
 
 static void on_leak(void *ctx)

@@ -26,6 +26,9 @@ struct answer_query;
  * *error set. */
 bool pose_replay(struct methods_env *d, json_t *params, struct rpc_error *error);
 
+/** pose_taken - the log has taken a pose: the map hears of it, and the grids follow it while no ping comes. */
+void pose_taken(struct methods_env *d, const struct pose *pose);
+
 /** map_asked - is a map kept? False with a refusal in *error. */
 bool map_asked(const struct methods_env *d, struct rpc_error *error);
 

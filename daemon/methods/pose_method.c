@@ -5,6 +5,7 @@
 
 #include "core/log.h"
 #include "methods.h"
+#include "daemon/pipeline/follow.h"
 #include "query_context.h"
 
 #define POSE_PAST_S   10.0
@@ -76,6 +77,14 @@ static bool undated(const struct rpc_call *call, const json_t *params)
     return call->waited_ns > LOOP_TIMELY_NS && !params_has(params, "t_unix");
 }
 
+void pose_taken(struct methods_env *d, const struct pose *pose)
+{
+    struct pose whole;
+    map_service_pose(&d->map_service, pose);
+    if (pose_log_at(&d->poses, pose->t_ns, &whole))
+        pipeline_follow(d->pipeline, &whole);
+}
+
 /* A pose of a client or of a capture; sender: constant text. */
 static bool pose_take(struct methods_env *d, const char *sender, json_t *params, struct rpc_error *error)
 {
@@ -97,7 +106,7 @@ static bool pose_take(struct methods_env *d, const char *sender, json_t *params,
     }
     pose_log_sent_by(&d->poses, p.has, sender);
     tell_doubt(d, params);
-    map_service_pose(&d->map_service, &p);
+    pose_taken(d, &p);
     return true;
 }
 

@@ -54,6 +54,12 @@ void grid_enter(struct grid *g, const struct echoes *e, const struct mount *moun
     publish_stats(g);
 }
 
+void grid_follow(struct grid *g, const struct pose *pose)
+{
+    sphere_follow(g->sphere, pose);
+    publish_stats(g);
+}
+
 struct picture *grid_picture(struct grid *g)
 {
     return sphere_picture(g->sphere);

@@ -41,6 +41,9 @@ void grid_free(struct grid *g);
 /** grid_enter - a ping, by the maps' owner. */
 void grid_enter(struct grid *g, const struct echoes *e, const struct mount *mount);
 
+/** grid_follow - its centre follows the vehicle without a ping (sphere_follow), by the maps' owner. */
+void grid_follow(struct grid *g, const struct pose *pose);
+
 /** grid_picture - for any thread. */
 struct picture *grid_picture(struct grid *g);
 

@@ -303,6 +303,7 @@ struct ping *pipeline_begin(struct pipeline *p)
 
 void pipeline_submit(struct pipeline *p, struct ping *ping)
 {
+    follow_ping(p, ping);
     atomic_fetch_add_explicit(&p->submitted, 1, memory_order_relaxed);
     if (p->conf.threads == 0) {
         run_both(p, ping);

@@ -42,6 +42,14 @@ struct owner_jobs {
     _Atomic(struct owner_job *) to_owner, done; /* the one that is out, not started yet, and come back */
 };
 
+/* How the grids' centres follow poses (follow.h): of the loop, and `pose` of the owner while the job is out. */
+struct follow {
+    struct owner_job job;
+    struct pose pose;
+    uint64_t t_ping_ns; /* of the newest ping */
+    double centre_m[3]; /* where the centre of the grid that follows most closely is, or soon will be */
+};
+
 struct pipeline {
     struct pipeline_conf conf;
     struct ping *ping;
@@ -51,7 +59,8 @@ struct pipeline {
     _Atomic(struct sync_call *) sync_call; /* waits for the owner; NULL: nobody */
     struct owner_jobs jobs, extract_jobs;  /* of the maps' owner, of the thread that extracts */
     bool jobs_ended;
-    int jobs_fd;      /* an eventfd: one is done */
+    int jobs_fd; /* an eventfd: one is done */
+    struct follow follow;
     uint32_t filling; /* ping buffer that pipeline_begin gave out, or NONE */
     struct extract *extract[PIPELINE_MAX_SENSORS];
     struct pipeline_background background[PIPELINE_MAX_SENSORS];
@@ -88,6 +97,9 @@ static inline struct pipeline_owned pipeline_owned(struct pipeline *p)
 /** owner_jobs_start - none yet; false: there is no descriptor. owner_jobs_close - all have ended. */
 bool owner_jobs_start(struct pipeline *p);
 void owner_jobs_close(struct pipeline *p);
+
+/** follow_ping - it is about to be entered, and brings its own pose. Loop thread. */
+void follow_ping(struct pipeline *p, const struct ping *ping);
 
 /** owner_jobs_do - the one that is to be done next, if there is one. By the thread that they are for. */
 void owner_jobs_do(struct pipeline *p, struct owner_jobs *jobs);

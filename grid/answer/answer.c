@@ -241,12 +241,12 @@ static struct share share_of(const struct aim *a, const double v[3], const struc
 }
 
 /* The same of what was observed at `middle` and may by now lie beside it. */
-static struct share share_of_direction(const struct aim *a, const double middle[3], const struct bearing *edge)
+static struct share share_of_direction(const struct aim *a, const double middle[3], const struct ring_edge *ring)
 {
     double v[3] = {middle[0], middle[1], middle[2]};
     if (a->place->adrift_rad > 0)
         sight_swing(a->place, a->axis, v);
-    return share_of(a, v, edge);
+    return share_of(a, v, ring);
 }
 
 /* Would a look at a direction beside the cone change nothing? That is mostly so, and much cheaper to tell. */

@@ -339,6 +339,18 @@ static void begin_turn(struct sphere *s, const struct echoes *e)
     cells_forget_gone(&s->cells, e->sensor % SPHERE_SENSORS);
 }
 
+void sphere_follow(struct sphere *s, const struct pose *pose)
+{
+    const uint64_t steps = s->stats.recentred;
+    if (!s->frame.ned || s->drifts || pose->jumps != s->frame.jumps || pose->withdrawn != s->frame.withdrawn)
+        return;
+    motion_follow(s, pose, pose->t_ns);
+    if (s->stats.recentred == steps)
+        return;
+    s->frame.path_m = pose->path_m;
+    publish_changes(s, pose->t_ns);
+}
+
 void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *mount)
 {
     s->heading_radps = e->pose.heading_radps;

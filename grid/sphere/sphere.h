@@ -105,6 +105,13 @@ struct picture *sphere_picture(struct sphere *s);
  */
 void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *mount);
 
+/**
+ * sphere_follow - no ping comes, and the vehicle is there at pose->t_ns, with an attitude and a position: the centre
+ * follows as at a ping, and all directions are published when it does. Nothing is done before the first ping with an
+ * attitude, nor when poses have jumped or were withdrawn since the last ping: that is the next one's to judge.
+ */
+void sphere_follow(struct sphere *s, const struct pose *pose);
+
 /* A cell as seen from outside. */
 struct sphere_cell {
     double from_m, to_m;            /* its layer */

@@ -11,6 +11,7 @@
 #include "config/conf.h"
 #include "core/fault.h"
 #include "daemon/methods/environment.h"
+#include "daemon/methods/methods.h"
 #include "daemon/wiring.h"
 
 static struct methods_env d;

@@ -899,8 +899,8 @@ static void run_world(void)
             be_off(&p);
             turn_north(&p);
             leave_out(&p);
-            if (uniform(0, 1) >= trial->lost && p.has)
-                pose_log_put(&d.poses, &p);
+            if (uniform(0, 1) >= trial->lost && p.has && pose_log_put(&d.poses, &p))
+                pose_taken(&d, &p);
         }
         for (int i = 0; i < vehicle->heads; i++)
             for (; next_ping[i] + SECOND / 50 <= t; next_ping[i] += vehicle->head[i].period_ns) {

@@ -224,8 +224,7 @@ static void rig_on_ping(void *ctx, struct source *source, const struct ping *pin
 
 static void rig_pose_taken(void *ctx, const struct pose *pose)
 {
-    struct methods_env *d = ctx;
-    map_service_pose(&d->map_service, pose);
+    pose_taken(ctx, pose);
 }
 
 static void rig_fault(void *ctx, const char *message)

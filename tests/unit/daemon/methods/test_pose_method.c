@@ -67,8 +67,35 @@ TEST(places_and_speeds_are_north_east_down)
     rig_end();
 }
 
+/* A ping of a head that hears nothing, and poses for two seconds, on the way north. */
+static uint64_t steps_after_a_ping(bool pings_go_on)
+{
+    struct sphere_stats stats;
+    CHECK(rig_start(CONF));
+    for (uint32_t i = 0; i <= 40; i++) {
+        const uint64_t t_ns = 100 * SECOND + i * (SECOND / 20);
+        loop_advance(d.loop, t_ns);
+        d.replay = false; /* where poses come from the capture */
+        json_decref(ask("pose", json_pack("{s:[f, f, f], s:[f, f, f]}", "attitude_deg", 0.0, 0.0, 0.0,
+                                          "position_m", 0.025 * i, 0.0, 0.0)));
+        if (i == 0 || pings_go_on)
+            rig_send(&(struct rig_ping){.t_ns = t_ns, .seq = i + 1, .wide_deg = 3, .high_deg = 25});
+    }
+    grid_stats(pipeline_grid(d.pipeline, 0), &stats);
+    rig_end();
+    return stats.recentred;
+}
+
+TEST(the_grids_follow_poses_while_no_ping_comes)
+{
+    const uint64_t without = steps_after_a_ping(false), with = steps_after_a_ping(true);
+    CHECK(without >= 6 && without <= with);
+    CHECK(with <= 10); /* poses add none to what pings do */
+}
+
 int main(void)
 {
+    RUN(the_grids_follow_poses_while_no_ping_comes);
     RUN(angles_are_roll_pitch_and_heading_in_degrees);
     RUN(places_and_speeds_are_north_east_down);
     return test_end();

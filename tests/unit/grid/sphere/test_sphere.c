@@ -838,6 +838,72 @@ TEST(what_was_free_ahead_stays_so_on_the_way_there)
     CHECK_INT(ask(0, 4.7).state, ANSWER_BLOCKED);
 }
 
+/* To starboard, in steps of 5 cm. */
+static void go_without_pings(double to_m, bool follows)
+{
+    while (now.pose.position_m[1] < to_m) {
+        now.now_ns += SECOND / 10;
+        now.pose.t_ns = now.now_ns;
+        now.pose.position_m[1] += 0.05;
+        now.pose.path_m += 0.05;
+        if (follows)
+            sphere_follow(sphere, &now.pose);
+    }
+}
+
+static void look_around(void)
+{
+    start(&usual);
+    now.pose.has = POSE_ATTITUDE | POSE_POSITION;
+    now.pose_fresh = true;
+    for (int u = 0; u < 400; u++)
+        ping(u * 0.9, u >= 50 && u < 150 ? 5 : 0, 10); /* a wall on that side */
+}
+
+/* As ask(), however far the vehicle has gone. */
+static struct answer ask_far_on(double az_deg, double distance_m)
+{
+    const struct answer_conf any_way = {.clear_for_s = 30, .move_limit_m = INFINITY};
+    const struct answer_query q = {
+        .az_rad = geo_rad(az_deg), .distance_m = distance_m, .half_angle_rad = geo_rad(5)};
+    struct answer a;
+    answer_direction(sphere_picture(sphere), &any_way, &now, &q, &a);
+    return a;
+}
+
+TEST(the_centre_follows_while_no_ping_comes)
+{
+    look_around();
+    go_without_pings(1.6, false);
+    CHECK_INT(ask_far_on(0, 6).reason, ANSWER_MOVED);
+    look_around();
+    go_without_pings(1.6, true);
+    CHECK_INT(ask_far_on(0, 6).state, ANSWER_CLEAR);
+    CHECK_INT(ask_far_on(180, 6).state, ANSWER_CLEAR);
+    CHECK_INT(ask_far_on(90, 2).state, ANSWER_CLEAR);
+    CHECK_INT(ask_far_on(90, 3.5).state, ANSWER_BLOCKED);
+    CHECK_NEAR(ask_far_on(90, 3.5).range_m, 5 - 1.6, 0, 0.2);
+    CHECK_INT(ask_far_on(0, 9.9).state, ANSWER_UNKNOWN);
+    now.now_ns += 31 * SECOND;
+    CHECK_INT(ask_far_on(0, 6).reason, ANSWER_STALE); /* to follow makes nothing new */
+}
+
+TEST(the_centre_does_not_follow_what_the_next_ping_must_judge)
+{
+    struct sphere_stats stats;
+    start(&usual);
+    now.pose.has = POSE_ATTITUDE | POSE_POSITION;
+    go_without_pings(0.5, true); /* before the first ping */
+    look_around();
+    now.pose.jumps = 1;
+    go_without_pings(0.5, true);
+    now.pose.jumps = 0;
+    now.pose.withdrawn = 1;
+    go_without_pings(1, true);
+    sphere_stats(sphere, &stats);
+    CHECK_INT(stats.recentred, 0);
+}
+
 /* Of the way since the ping the vehicle may have gone a part to the side, by the drift of its heading since. */
 TEST(free_water_and_obstacles_lose_by_a_way_in_a_wrong_direction)
 {
@@ -1330,6 +1396,8 @@ int main(void)
     RUN(a_head_off_the_centre_clears_all_round_whatever_its_ring_down);
     RUN(what_was_free_ahead_stays_so_on_the_way_there);
     RUN(free_water_and_obstacles_lose_by_a_way_in_a_wrong_direction);
+    RUN(the_centre_follows_while_no_ping_comes);
+    RUN(the_centre_does_not_follow_what_the_next_ping_must_judge);
     RUN(beside_a_sector_that_was_wider_long_ago_nothing_is_free);
     RUN(the_side_of_a_cell_is_taken_back_like_its_middle);
     RUN(a_longer_look_at_a_side_makes_it_new);
