@@ -342,7 +342,7 @@ static void begin_turn(struct sphere *s, const struct echoes *e)
 void sphere_follow(struct sphere *s, const struct pose *pose)
 {
     const uint64_t steps = s->stats.recentred;
-    if (!s->frame.ned || s->drifts || pose->jumps != s->frame.jumps || pose->withdrawn != s->frame.withdrawn)
+    if (!s->frame.ned || s->drifts || pose->t_ns < s->frame.t_ping_ns || pose->jumps != s->frame.jumps || pose->withdrawn != s->frame.withdrawn)
         return;
     motion_follow(s, pose, pose->t_ns);
     if (s->stats.recentred == steps)

@@ -927,6 +927,23 @@ TEST(free_water_and_obstacles_lose_by_a_way_in_a_wrong_direction)
     CHECK(near_m[0] - near_m[1] > 0.003 && near_m[0] - near_m[1] < 0.01);
 }
 
+/* It has waited behind a job of seconds: pings went on meanwhile, and so did the vehicle. */
+TEST(the_centre_does_not_go_back_to_a_pose_from_before_the_last_ping)
+{
+    struct sphere_stats before, after;
+    look_around();
+    struct pose waited = now.pose;
+    waited.t_ns = now.now_ns;
+    go_without_pings(1.6, true);
+    now.now_ns += SECOND;
+    ping(0, 0, 10);
+    sphere_stats(sphere, &before);
+    sphere_follow(sphere, &waited);
+    sphere_stats(sphere, &after);
+    CHECK_INT(after.recentred, before.recentred);
+    CHECK_INT(ask_far_on(180, 6).state, ANSWER_CLEAR);
+}
+
 /* ---- from one side of a cell to the other: cells of 2 degrees, from 0 on ---- */
 
 static enum answer_state along(double az_deg, double distance_m)
@@ -1398,6 +1415,7 @@ int main(void)
     RUN(free_water_and_obstacles_lose_by_a_way_in_a_wrong_direction);
     RUN(the_centre_follows_while_no_ping_comes);
     RUN(the_centre_does_not_follow_what_the_next_ping_must_judge);
+    RUN(the_centre_does_not_go_back_to_a_pose_from_before_the_last_ping);
     RUN(beside_a_sector_that_was_wider_long_ago_nothing_is_free);
     RUN(the_side_of_a_cell_is_taken_back_like_its_middle);
     RUN(a_longer_look_at_a_side_makes_it_new);
