@@ -46,7 +46,8 @@ void pipeline_follow(struct pipeline *p, const struct pose *pose)
     const unsigned wanted = POSE_ATTITUDE | POSE_POSITION;
     struct owner_job *job = &p->follow.job;
     if ((pose->has & wanted) != wanted || pose->t_ns < p->follow.t_ping_ns + FOLLOW_AFTER_NS ||
-        job->state == OWNER_JOB_WAITS || job->state == OWNER_JOB_OUT || !recentres(p, pose))
+        pose->t_ns < p->follow.pose.t_ns || job->state == OWNER_JOB_WAITS || job->state == OWNER_JOB_OUT ||
+        !recentres(p, pose))
         return;
     p->follow.pose = *pose;
     owner_call(p, job, follow_in_grids, done);

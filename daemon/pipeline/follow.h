@@ -13,7 +13,8 @@
 /**
  * pipeline_follow - the vehicle's newest pose, as of its own time. Nothing is done unless it has an attitude and a
  * position, the newest ping is older than FOLLOW_AFTER_NS, and the vehicle has gone as far since as a grid's centre may
- * lie from it. Otherwise the grids' owner does it between two pings. Loop thread.
+ * lie from it; nor with a pose that is older than the last followed, as of a sender who is later than another.
+ * Otherwise the grids' owner does it between two pings. Loop thread.
  */
 void pipeline_follow(struct pipeline *p, const struct pose *pose);
 

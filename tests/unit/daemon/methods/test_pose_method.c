@@ -2,6 +2,8 @@
 /* test_pose_method - what a client tells with `pose` is what the log then has: angles, places and speeds. */
 #include "tests/lib/daemon_rig.h"
 
+#include "daemon/methods/query_context.h"
+
 #define SECOND 1000000000ull
 
 /* No sonar is asked here. */
@@ -93,9 +95,30 @@ TEST(the_grids_follow_poses_while_no_ping_comes)
     CHECK(with <= 10); /* poses add none to what pings do */
 }
 
+/* The compass tells half a second late, and says so; the place is told at once. */
+TEST(the_grids_do_not_follow_a_pose_from_before_the_last)
+{
+    struct sphere_stats stats;
+    CHECK(rig_start(CONF));
+    for (uint32_t i = 0; i <= 40; i++) {
+        const uint64_t t_ns = 100 * SECOND + i * (SECOND / 20);
+        loop_advance(d.loop, t_ns);
+        d.replay = false; /* where poses come from the capture */
+        json_decref(ask("pose", json_pack("{s:[f, f, f], s:f}", "attitude_deg", 0.0, 0.0, 0.0, "t_unix",
+                                          query_unix_s(&d) - 0.5)));
+        json_decref(ask("pose", json_pack("{s:[f, f, f]}", "position_m", 0.05 * i, 0.0, 0.0)));
+        if (i == 0)
+            rig_send(&(struct rig_ping){.t_ns = t_ns, .seq = 1, .wide_deg = 3, .high_deg = 25});
+    }
+    grid_stats(pipeline_grid(d.pipeline, 0), &stats);
+    CHECK(stats.recentred >= 10 && stats.recentred <= 20); /* 2 m, in steps of more than 0.1 m */
+    rig_end();
+}
+
 int main(void)
 {
     RUN(the_grids_follow_poses_while_no_ping_comes);
+    RUN(the_grids_do_not_follow_a_pose_from_before_the_last);
     RUN(angles_are_roll_pitch_and_heading_in_degrees);
     RUN(places_and_speeds_are_north_east_down);
     return test_end();
