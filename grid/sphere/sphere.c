@@ -339,10 +339,20 @@ static void begin_turn(struct sphere *s, const struct echoes *e)
     cells_forget_gone(&s->cells, e->sensor % SPHERE_SENSORS);
 }
 
+/* May the vehicle have gone there from the centre, by one pose after another? */
+static bool is_near_centre(const struct sphere *s, const double position_m[3])
+{
+    double way_m[3];
+    for (int i = 0; i < 3; i++)
+        way_m[i] = position_m[i] - s->frame.centre_m[i];
+    return geo_length(way_m) <= POSE_STEP_MOST_M;
+}
+
 void sphere_follow(struct sphere *s, const struct pose *pose)
 {
     const uint64_t steps = s->stats.recentred;
-    if (!s->frame.ned || s->drifts || pose->t_ns < s->frame.t_ping_ns || pose->jumps != s->frame.jumps || pose->withdrawn != s->frame.withdrawn)
+    if (!s->frame.ned || s->drifts || pose->t_ns < s->frame.t_ping_ns || pose->jumps != s->frame.jumps ||
+        pose->withdrawn != s->frame.withdrawn || !is_near_centre(s, pose->position_m))
         return;
     motion_follow(s, pose, pose->t_ns);
     if (s->stats.recentred == steps)

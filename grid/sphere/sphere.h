@@ -108,8 +108,8 @@ void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *
 /**
  * sphere_follow - no ping comes, and the vehicle is there at pose->t_ns, with an attitude and a position: the centre
  * follows as at a ping, and all directions are published when it does. Nothing is done before the first ping with an
- * attitude, nor when poses have jumped or were withdrawn since the last ping: that is the next one's to judge. Nor with
- * a pose from before the last ping, which has waited.
+ * attitude, nor when poses have jumped, were withdrawn or are farther than POSE_STEP_MOST_M from the centre since the
+ * last ping: that is the next one's to judge. Nor with a pose from before the last ping, which has waited.
  */
 void sphere_follow(struct sphere *s, const struct pose *pose);
 

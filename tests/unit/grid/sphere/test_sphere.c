@@ -944,6 +944,20 @@ TEST(the_centre_does_not_go_back_to_a_pose_from_before_the_last_ping)
     CHECK_INT(ask_far_on(180, 6).state, ANSWER_CLEAR);
 }
 
+TEST(a_place_far_off_for_a_moment_is_not_followed)
+{
+    look_around();
+    for (int far = 1; far >= 0; far--) {
+        now.now_ns += SECOND / 10;
+        now.pose.t_ns = now.now_ns;
+        now.pose.position_m[1] = 3 * far;
+        now.pose.path_m += 3;
+        sphere_follow(sphere, &now.pose);
+        CHECK(far ? ask_far_on(0, 6).state != ANSWER_CLEAR : ask_far_on(0, 6).state == ANSWER_CLEAR);
+    }
+    CHECK_INT(ask_far_on(90, 6).state, ANSWER_BLOCKED);
+}
+
 /* ---- from one side of a cell to the other: cells of 2 degrees, from 0 on ---- */
 
 static enum answer_state along(double az_deg, double distance_m)
@@ -1416,6 +1430,7 @@ int main(void)
     RUN(the_centre_follows_while_no_ping_comes);
     RUN(the_centre_does_not_follow_what_the_next_ping_must_judge);
     RUN(the_centre_does_not_go_back_to_a_pose_from_before_the_last_ping);
+    RUN(a_place_far_off_for_a_moment_is_not_followed);
     RUN(beside_a_sector_that_was_wider_long_ago_nothing_is_free);
     RUN(the_side_of_a_cell_is_taken_back_like_its_middle);
     RUN(a_longer_look_at_a_side_makes_it_new);
