@@ -296,15 +296,17 @@ struct sieves {
     struct beam_sieve any, carves, clears, hits;
 };
 
-/* loose: the pose of the ping is too uncertain to make any water free; what older pings found free only ages. */
+/* loose: the pose of the ping is too uncertain to make any water free; what older pings found free only ages, but for
+ * an echo of the vehicle's own: it does not block, so the water behind it must not stay free. */
 static struct water water_of(const struct beam *b, bool loose)
 {
     const struct beam_echoes *h = b->heard;
     const double slack_m = b->ping->pose.slack_m, from_m = h->blind_m + slack_m, to_m = h->free_to_m - slack_m;
+    const bool own = h->n > 0 && h->echo[0].flags & ECHO_OWN;
     if (to_m > from_m && !loose)
         return (struct water){.from_m = from_m, .to_m = to_m, .said = SAID_FREE, .ends_at_echo = h->n > 0};
     return (struct water){.to_m = b->ping->range_max_m,
-                          .said = h->free_to_m > h->blind_m ? SAID_NOTHING : SAID_UNKNOWN};
+                          .said = h->free_to_m > h->blind_m && !own ? SAID_NOTHING : SAID_UNKNOWN};
 }
 
 /*

@@ -374,6 +374,24 @@ TEST(what_came_when_another_sonar_was_due_blocks_once_a_third_one_shows_it)
     CHECK_INT(ask(0, 10).state, ANSWER_BLOCKED);
 }
 
+/* Beside it another thing may be that does not block either. Near the head, and where the place is uncertain. */
+TEST(an_echo_of_the_vehicles_own_takes_water_back_whatever_its_beam_frees)
+{
+    static const double range_m[] = {5, 0.35}, slack_m[] = {0.3, 0.06};
+    for (int i = 0; i < 2; i++) {
+        start(&usual);
+        turn_of(0, 20);
+        CHECK_INT(ask(0, 10).state, ANSWER_CLEAR);
+        flags = ECHO_OWN;
+        now.pose.slack_m = slack_m[i];
+        for (double az_deg = -6; az_deg <= 6; az_deg += 0.9)
+            ping(az_deg, range_m[i], 0);
+        now.pose.slack_m = 0;
+        CHECK_INT(ask(0, 10).state, ANSWER_UNKNOWN);
+        CHECK_INT(ask(90, 10).state, ANSWER_CLEAR);
+    }
+}
+
 TEST(a_pile_that_one_of_the_beams_over_it_hears_stays)
 {
     start(&usual);
@@ -1400,6 +1418,7 @@ int main(void)
     RUN(an_unconfirmed_echo_blocks_once_a_second_one_shows_it);
     RUN(an_echo_of_the_vehicles_own_ends_free_water_and_never_blocks);
     RUN(what_came_when_another_sonar_was_due_blocks_once_a_third_one_shows_it);
+    RUN(an_echo_of_the_vehicles_own_takes_water_back_whatever_its_beam_frees);
     RUN(a_pile_that_one_of_the_beams_over_it_hears_stays);
     RUN(an_old_clear_does_not_outlive_a_pile_that_came);
     RUN(doubtful_echoes_are_neither_blocked_nor_clear_beyond);
