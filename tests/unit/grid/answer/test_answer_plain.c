@@ -6,6 +6,7 @@
  */
 #include "tests/lib/picture_rig.h"
 
+#include "grid/answer/cell_edge.h"
 #include "grid/answer/corridor.h"
 #include "grid/answer/nearest.h"
 #include "grid/answer/sight.h"
@@ -196,27 +197,34 @@ struct reach {
     bool beside, side;
 };
 
-/* How far the vehicle may be off the grid's centre along the unit vector v, never negative. */
-static double towards(const struct sight_place *place, const double v[3])
+/*
+ * How far the vehicle may be off the grid's centre across the wall of a question, never negative: towards a ray within
+ * cell_rad of v, which is angle from the line; wall: from the line, too.
+ */
+static double towards(const struct sight_place *place, const double line[3], const double v[3], double angle,
+                      double cell_rad, double wall)
 {
     const double *o = place->offset_m;
-    return fmax(0, o[0] * v[0] + o[1] * v[1] + o[2] * v[2]) + place->slack_m;
+    double ahead = 0, out[3], off[3], along = 0, across = 0;
+    for (int i = 0; i < 3; i++)
+        ahead += o[i] * line[i];
+    for (int i = 0; i < 3; i++) {
+        out[i] = (v[i] - cos(angle) * line[i]) / sin(angle);
+        off[i] = o[i] - ahead * line[i];
+        along += out[i] * off[i];
+        across += off[i] * off[i];
+    }
+    across = sqrt(across);
+    const double beside = across > 0 ? acos(fmax(-1, fmin(1, along / across))) : 0;
+    const double spread = sin(angle) > sin(cell_rad) ? asin(sin(cell_rad) / sin(angle)) : GEO_PI;
+    return fmax(0, cos(wall) * across * cos(fmax(0, beside - spread)) - sin(wall) * ahead) + place->slack_m;
 }
 
-/* As in sight.h and answer.h, by angles; gamma: of the direction's rays the one nearest to the axis, v: its middle. */
-static struct reach plain_reach(const struct answer_query *q, const struct sight_place *place,
-                                const double line[3], const double v[3], double gamma)
+/* As in sight.h and answer.h, by angles; gamma: of the direction's rays the one nearest to the line; off: see above. */
+static struct reach plain_reach(const struct answer_query *q, const struct sight_place *place, double gamma,
+                                double off)
 {
-    double out[3], wall = q->corridor ? 0 : q->half_angle_rad, along = 0, length = 0;
-    for (int i = 0; i < 3; i++)
-        along += v[i] * line[i];
-    for (int i = 0; i < 3; i++) {
-        out[i] = v[i] - along * line[i];
-        length += out[i] * out[i];
-    }
-    for (int i = 0; i < 3; i++)
-        out[i] = cos(wall) * out[i] / sqrt(length) - sin(wall) * line[i];
-    const double off = towards(place, out);
+    const double wall = q->corridor ? 0 : q->half_angle_rad;
     if (!q->corridor && gamma <= wall)
         return (struct reach){.need_m = q->distance_m};
     if (!q->corridor)
@@ -256,8 +264,12 @@ static struct answer plain_line(const struct answer_query *q)
         geo_angles(axis[d], &az, &el);
         geo_direction(az + fmax(-place.adrift_rad, fmin(apart, place.adrift_rad)), el, v);
         const double angle = angle_of(v, line);
-        const double gamma = fmax(0, angle - sight_cell_reach(&rings, rings_ring(&rings, d)) - more);
-        const struct reach r = plain_reach(q, &place, line, v, gamma);
+        const uint32_t ring = rings_ring(&rings, d);
+        const struct cell_edge edge = cell_edge_of(&rings, ring);
+        const double gamma = fmax(0, acos(fmin(1, cell_edge_nearest(&edge, v, line))) - more);
+        const double cell_rad = fmin(sight_cell_reach(&rings, ring), GEO_PI / 2);
+        const double off = towards(&place, line, v, angle, cell_rad, q->corridor ? 0 : q->half_angle_rad);
+        const struct reach r = plain_reach(q, &place, gamma, off);
         sight_look(&picture, d, &(struct sight_observer){&limits, &now, &place, q->near_m, r.need_m}, &e, &s);
         const bool heard = s.reason == ANSWER_HEARD, good = heard && s.blind_m < r.need_m && s.clear_m >= r.need_m;
         const double around =
