@@ -214,7 +214,8 @@ static double off_m(const struct aim *a, const double v[3], double reach)
 /* The cells of a ring against a question. */
 struct ring_edge {
     struct cell_edge cell;
-    double reach; /* sine of how far their edge lies from their middle */
+    double reach;         /* sine of how far their edge lies from their middle */
+    struct bearing apart; /* the angle between two of a cell's rays, at the most */
     struct bearing
         wall; /* the angle from the axis up to which rays are within the cone, or on a corridor's axis */
 };
@@ -233,11 +234,13 @@ static struct share share_of(const struct aim *a, const double v[3], const struc
     }
     if (outside.cos < 0)
         return (struct share){0};
-    /* ranges are already shorter by moved_m, along the ray; along the line that may be more */
-    const double end =
-        outside.cos > 1e-12 ? (q->distance_m + moved_m * (1 - outside.cos)) / outside.cos : INFINITY;
+    /* The ray nearest to the line leaves by the side last, the one farthest from it by the end; none goes beyond the
+     * corner. Ranges are already shorter by moved_m, along the ray; along the line that may be more. */
+    const double ahead = outside.cos * ring->apart.cos - outside.sin * ring->apart.sin;
+    const double end = ahead > 1e-12 ? (q->distance_m + moved_m * (1 - ahead)) / ahead : INFINITY;
     const double side = outside.sin > 0 ? (q->radius_m + off) / outside.sin : INFINITY;
-    return (struct share){.need_m = fmin(end, side), .side = side < end && side < q->distance_m};
+    const double corner = hypot(q->distance_m + moved_m, q->radius_m + off);
+    return (struct share){.need_m = fmin(fmin(end, side), corner), .side = side < q->distance_m};
 }
 
 /* The same of what was observed at `middle` and may by now lie beside it. */
@@ -293,7 +296,10 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
     for (uint32_t ring = RINGS_NONE; rings_next(&visit); ring = visit.ring) {
         if (visit.ring != ring) {
             edge.cell = cell_edge_of(p->rings, visit.ring);
-            edge.reach = sin(fmin(sight_cell_reach(p->rings, visit.ring), GEO_PI / 2));
+            const double reach = fmin(sight_cell_reach(p->rings, visit.ring), GEO_PI / 2),
+                         apart = fmin(2 * (reach + turned), GEO_PI);
+            edge.reach = sin(reach);
+            edge.apart = (struct bearing){cos(apart), sin(apart)};
         }
         const struct share share = share_of_direction(&aim, p->axis[visit.direction], &edge);
         if (share.need_m <= 0 || tells_nothing(&tally, p, visit.direction, &share, place.moved_m))

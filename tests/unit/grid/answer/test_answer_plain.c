@@ -220,9 +220,10 @@ static double towards(const struct sight_place *place, const double line[3], con
     return fmax(0, cos(wall) * across * cos(fmax(0, beside - spread)) - sin(wall) * ahead) + place->slack_m;
 }
 
-/* As in sight.h and answer.h, by angles; gamma: of the direction's rays the one nearest to the line; off: see above. */
+/* As in sight.h and answer.h, by angles; gamma, far: of the direction's rays the one nearest to the line and no less
+ * than the one farthest from it; off: see above. */
 static struct reach plain_reach(const struct answer_query *q, const struct sight_place *place, double gamma,
-                                double off)
+                                double far, double off)
 {
     const double wall = q->corridor ? 0 : q->half_angle_rad;
     if (!q->corridor && gamma <= wall)
@@ -232,9 +233,10 @@ static struct reach plain_reach(const struct answer_query *q, const struct sight
                               .beside = true};
     if (gamma > GEO_PI / 2)
         return (struct reach){0};
-    const double end = (q->distance_m + place->moved_m * (1 - cos(gamma))) / cos(gamma);
+    const double end = far < GEO_PI / 2 ? (q->distance_m + place->moved_m * (1 - cos(far))) / cos(far) : INFINITY;
     const double side = gamma > 0 ? (q->radius_m + off) / sin(gamma) : INFINITY;
-    return (struct reach){.need_m = fmin(end, side), .side = side < end && side < q->distance_m};
+    const double corner = hypot(q->distance_m + place->moved_m, q->radius_m + off);
+    return (struct reach){.need_m = fmin(fmin(end, side), corner), .side = side < q->distance_m};
 }
 
 static double angle_of(const double a[3], const double b[3])
@@ -269,7 +271,7 @@ static struct answer plain_line(const struct answer_query *q)
         const double gamma = fmax(0, acos(fmin(1, cell_edge_nearest(&edge, v, line))) - more);
         const double cell_rad = fmin(sight_cell_reach(&rings, ring), GEO_PI / 2);
         const double off = towards(&place, line, v, angle, cell_rad, q->corridor ? 0 : q->half_angle_rad);
-        const struct reach r = plain_reach(q, &place, gamma, off);
+        const struct reach r = plain_reach(q, &place, gamma, gamma + 2 * (cell_rad + more), off);
         sight_look(&picture, d, &(struct sight_observer){&limits, &now, &place, q->near_m, r.need_m}, &e, &s);
         const bool heard = s.reason == ANSWER_HEARD, good = heard && s.blind_m < r.need_m && s.clear_m >= r.need_m;
         const double around =
@@ -344,6 +346,65 @@ TEST(a_plain_walk_finds_the_same_cones_and_corridors)
     CHECK(states[0][ANSWER_CLEAR] + states[1][ANSWER_CLEAR] > 10);
     CHECK_INT(differ, 0);
     CHECK_INT(short_of, 0);
+}
+
+/* Somewhere in the question as seen from the vehicle, often in its wall; from the grid's centre. */
+static void somewhere_in(const struct answer_query *q, const struct sight_place *place, double v[3])
+{
+    const double most = q->corridor ? q->radius_m : q->half_angle_rad, turn = uniform(0, GEO_TURN);
+    const double wide = one_in(2) ? 0.999 * most : uniform(0, most), far_m = uniform(0.9, 0.999) * q->distance_m;
+    const double ahead = q->corridor ? far_m : far_m * cos(wide), aside = q->corridor ? wide : far_m * sin(wide);
+    double line[3], side[3], up[3];
+    geo_direction(q->az_rad, q->el_rad, line);
+    geo_direction(q->az_rad + GEO_PI / 2, 0, side);
+    geo_direction(q->az_rad, q->el_rad + GEO_PI / 2, up);
+    for (int i = 0; i < 3; i++)
+        v[i] = place->offset_m[i] + ahead * line[i] + aside * (cos(turn) * side[i] + sin(turn) * up[i]);
+}
+
+/* All is free but for one small thing. */
+static void put_one_thing(const double v[3])
+{
+    double az, el;
+    start_with(rings_full(&rings, geo_rad(uniform(3, 15))), true);
+    geo_angles(v, &az, &el);
+    const uint32_t at = rings_index(&rings, az, el);
+    picture_begin(&picture);
+    for (uint32_t d = 0; d < rings.n; d++) {
+        struct picture_entry e = {.free[0] = {.t_ping_ns = NOW, .to_m = 50}};
+        if (d == at)
+            e.obstacle[0] = (struct picture_obstacle){.t_ref_ns = NOW,
+                                                      .t_echo_ns = NOW,
+                                                      .logodds = 4,
+                                                      .near_m = (float)(geo_length(v) - 1e-4),
+                                                      .range_m = (float)geo_length(v)};
+        picture_set(&picture, d, &e);
+    }
+    picture_end(&picture);
+}
+
+TEST(nothing_in_a_cone_or_corridor_is_passed_over)
+{
+    seed = test_seed();
+    for (int i = 0; i < 4000 && !test_case_failed; i++) {
+        const struct answer_query q = {.az_rad = uniform(0, GEO_TURN),
+                                       .el_rad = uniform(-1.5, 1.5),
+                                       .ned = true,
+                                       .distance_m = uniform(1, 10),
+                                       .corridor = one_in(2),
+                                       .half_angle_rad = uniform(0, 0.8),
+                                       .radius_m = uniform(0.1, 1)};
+        struct sight_place place = {.offset_m = {0}};
+        double v[3];
+        for (int k = 0; k < 3 && one_in(2); k++)
+            place.offset_m[k] = uniform(-0.1, 0.1);
+        somewhere_in(&q, &place, v);
+        put_one_thing(v);
+        memcpy(now.pose.position_m, place.offset_m, sizeof place.offset_m);
+        struct answer a;
+        answer_direction(&picture, &limits, &now, &q, &a);
+        CHECK_INT(a.state, ANSWER_BLOCKED);
+    }
 }
 
 /* Answers to all kinds of questions, one behind the other. */
@@ -430,6 +491,7 @@ int main(void)
 {
     RUN(a_plain_walk_finds_the_same_sectors);
     RUN(a_plain_walk_finds_the_same_cones_and_corridors);
+    RUN(nothing_in_a_cone_or_corridor_is_passed_over);
     RUN(a_blank_direction_is_one_that_says_nothing);
     RUN(the_nearest_edge_is_told_of_each_direction);
     return test_end();
