@@ -169,8 +169,13 @@ double sight_aside_rad(const struct sight_place *place, double range_m)
 
 double sight_cell_reach(const struct rings *rings, uint32_t ring)
 {
-    double el = rings->top_rad - (ring + 0.5) * rings->height_rad;
-    return hypot(rings_width(rings, ring) * cos(el), rings->height_rad) / 2;
+    const double el = rings->top_rad - (ring + 0.5) * rings->height_rad, half = rings_width(rings, ring) / 2;
+    double least = 1;
+    for (int end = -1; end <= 1; end += 2) {
+        const double corner = el + end * rings->height_rad / 2;
+        least = fmin(least, sin(el) * sin(corner) + cos(el) * cos(corner) * cos(half));
+    }
+    return acos(fmax(-1, least));
 }
 
 double sight_tilt(const double attitude[4])

@@ -99,7 +99,8 @@ void sight_look(struct picture *p, uint32_t direction, const struct sight_observ
  */
 double sight_aside_rad(const struct sight_place *place, double range_m);
 
-/** sight_cell_reach - half the diagonal of a ring's cells: how far their edge may lie from their centre. */
+/** sight_cell_reach - how far the corners of a ring's cells lie from their middles: next to a pole more than half a
+ * diagonal. */
 double sight_cell_reach(const struct rings *rings, uint32_t ring);
 
 /** sight_tilt - angle between the vehicle's and the world's vertical. */
