@@ -74,6 +74,11 @@ struct question {
     uint64_t since_ns; /* looks that are not newer deny nothing */
 };
 
+static double apart_rad(const struct own_echo_look *a, const struct own_echo_look *b)
+{
+    return fabs(geo_wrap_pi((double)a->az_rad - (double)b->az_rad));
+}
+
 /* Was the older look made by another bearing of the head, and from where the same side of the thing is seen? */
 static bool is_other(const struct own_echo_look *old, const struct question *q)
 {
@@ -81,8 +86,7 @@ static bool is_other(const struct own_echo_look *old, const struct question *q)
     double off_m[3];
 
     if (old->t_ns == 0 || old->t_ns >= now->t_ns || now->t_ns - old->t_ns > FRESH_NS ||
-        fabs(geo_wrap_pi((double)old->az_rad - (double)now->az_rad)) <= 2.0 * q->width_rad ||
-        old->slack_rad + now->slack_rad > q->width_rad / 2.0)
+        apart_rad(old, now) <= 2.0 * q->width_rad || old->slack_rad + now->slack_rad > q->width_rad / 2.0)
         return false;
     for (int i = 0; i < 3; i++)
         off_m[i] = now->place_m[i] - old->place_m[i];
@@ -94,6 +98,12 @@ static bool is_other(const struct own_echo_look *old, const struct question *q)
 static double same_within(double range_m)
 {
     return 0.1 + 0.03 * range_m;
+}
+
+/* Places that are told a decimetre off bring a look beside a thing upon it, by a bearing that is little off. */
+static bool is_far_apart(const struct own_echo_look *old, const struct question *q)
+{
+    return apart_rad(old, q->now) > 2.0 * (q->width_rad + ASIDE_RAD);
 }
 
 static enum word says(const struct own_echo_look *old, const struct question *q)
@@ -110,7 +120,7 @@ static enum word says(const struct own_echo_look *old, const struct question *q)
     for (int i = 0; i < old->n; i++)
         if (fabs((double)old->range_m[i] - away_m) <= same_within(away_m))
             return SHOWS;
-    return aside <= q->width_rad * q->width_rad / 8.0 && old->t_ns > q->since_ns &&
+    return aside <= q->width_rad * q->width_rad / 8.0 && is_far_apart(old, q) && old->t_ns > q->since_ns &&
                    away_m > (double)old->heard_from_m && away_m < (double)old->heard_to_m
                ? DENIES
                : SAYS_NOTHING;

@@ -53,10 +53,11 @@ void own_echo_init(struct own_echo *own);
  * own_echo_run - mark the ping's echoes that are the vehicle's own (ECHO_OWN), then keep its beams as looks.
  *
  * An echo within 3 m is its own once four proofs say so. A proof is an echo at the same bearing of the head and the
- * same range (5 cm and a bin) where a look of the last five minutes by another bearing found nothing: in the same
- * direction of the world, from nearly the same place (a quarter of the range), and newer than the last proof. The four
- * are of directions 30 degrees apart. What such a look shows, too, is no proof and begins anew; where it does, an own
- * echo is not marked. Nor is one that is nearer, or by 3 dB louder, than the learnt one, that is saturated, or that has no
+ * same range (5 cm and a bin) where a look of the last five minutes by a bearing far off (two beam widths and 29
+ * degrees) found nothing: in the same direction of the world, from nearly the same place (a quarter of the range), and
+ * newer than the last proof. The four are of directions 30 degrees apart. What a look by another bearing (two beam
+ * widths off) shows, too, is no proof and begins anew; where it does, an own echo is not marked. Nor is one that is
+ * nearer, or by 3 dB louder, than the learnt one, that is saturated, or that has no
  * level. Forgotten where three beams in a row should show it and do not, and before the fourth proof at once.
  *
  * Nothing is learnt or marked without attitude and position (or velocity), or while the heading drifts.

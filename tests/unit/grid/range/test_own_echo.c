@@ -221,6 +221,37 @@ TEST(a_pile_that_a_deaf_bearing_does_not_show_is_not_the_vehicles_own)
     CHECK_INT(own_echo_known(&own), 0);
 }
 
+/* Of mean 0 and variance 1, nearly normal. */
+static double scatter(void)
+{
+    double sum = -6.0;
+
+    for (int i = 0; i < 12; i++)
+        sum += test_uniform(&seed);
+    return sum;
+}
+
+/* As who inspects it goes: slowly, with the pile ahead all the time. Each second another place is told, 20 cm off. */
+TEST(a_pile_that_the_vehicle_goes_round_is_not_its_own_though_its_place_is_rough)
+{
+    double off_m[2] = {0.0, 0.0};
+
+    begin();
+    seed = test_seed();
+    scene.pile_m = 1.5;
+    for (int i = 0; i < 150 * STEPS && !test_case_failed; i++) {
+        const double az_deg = 360.0 * (i % STEPS) / STEPS;
+        scene.pile_deg = 0.0764 * i;
+        for (int k = 0; k < 2 && i % 25 == 0; k++)
+            off_m[k] = 0.2 * scatter();
+        face(scene.pile_deg);
+        pose.position_m[0] = off_m[0] - scene.pile_m * cos(geo_rad(scene.pile_deg));
+        pose.position_m[1] = off_m[1] - scene.pile_m * sin(geo_rad(scene.pile_deg));
+        CHECK_INT(look(az_deg, in_water_m(az_deg + scene.pile_deg), 0.0)->echo[0].flags, 0);
+    }
+    CHECK_INT(own_echo_known(&own), 0);
+}
+
 TEST(an_uncertain_pose_proves_nothing)
 {
     begin();
@@ -592,6 +623,7 @@ int main(void)
     RUN(a_wall_that_the_vehicle_follows_is_not_its_own);
     RUN(a_round_tank_around_a_turning_vehicle_is_not_its_own);
     RUN(a_pile_that_a_deaf_bearing_does_not_show_is_not_the_vehicles_own);
+    RUN(a_pile_that_the_vehicle_goes_round_is_not_its_own_though_its_place_is_rough);
     RUN(an_uncertain_pose_proves_nothing);
     RUN(proofs_begin_anew_where_another_bearing_shows_it);
     RUN(what_could_not_show_it_proves_nothing);
