@@ -70,13 +70,19 @@ enum word { SAYS_NOTHING, DENIES, SHOWS };
 /* The echo that a beam shows and that the older looks are asked about. */
 struct question {
     const struct own_echo_look *now;
-    double range_m, width_rad;
-    uint64_t since_ns; /* looks that are not newer deny nothing */
+    double range_m, width_rad, heading_radps; /* the heading drifts so fast */
+    uint64_t since_ns;                        /* looks that are not newer deny nothing */
 };
 
 static double apart_rad(const struct own_echo_look *a, const struct own_echo_look *b)
 {
     return fabs(geo_wrap_pi((double)a->az_rad - (double)b->az_rad));
+}
+
+/* How far the heading may have drifted since the older look. */
+static double adrift_rad(const struct own_echo_look *old, const struct question *q)
+{
+    return q->heading_radps * (double)(q->now->t_ns - old->t_ns) * 1e-9;
 }
 
 /* Was the older look made by another bearing of the head, and from where the same side of the thing is seen? */
@@ -100,10 +106,12 @@ static double same_within(double range_m)
     return 0.1 + 0.03 * range_m;
 }
 
-/* Places that are told a decimetre off bring a look beside a thing upon it, by a bearing that is little off. */
-static bool is_far_apart(const struct own_echo_look *old, const struct question *q)
+/* Places that are told a decimetre off bring a look beside a thing upon it, by a bearing that is little off. So does a
+ * heading that has drifted. */
+static bool is_sure(const struct own_echo_look *old, const struct question *q)
 {
-    return apart_rad(old, q->now) > 2.0 * (q->width_rad + ASIDE_RAD);
+    return apart_rad(old, q->now) > 2.0 * (q->width_rad + ASIDE_RAD) &&
+           old->slack_rad + q->now->slack_rad + adrift_rad(old, q) <= q->width_rad / 2.0;
 }
 
 static enum word says(const struct own_echo_look *old, const struct question *q)
@@ -114,13 +122,14 @@ static enum word says(const struct own_echo_look *old, const struct question *q)
         to[i] = q->now->place_m[i] + q->range_m * q->now->axis[i] - old->place_m[i];
         along_m += to[i] * old->axis[i];
     }
-    const double away_m = geo_length(to), aside = 1.0 - along_m / away_m; /* half the square of a small angle */
-    if (!(aside <= q->width_rad * q->width_rad / 2.0))
+    const double away_m = geo_length(to), within_rad = fmin(q->width_rad + adrift_rad(old, q), 1.0);
+    const double aside = 1.0 - along_m / away_m; /* half the square of a small angle */
+    if (!(aside <= within_rad * within_rad / 2.0))
         return SAYS_NOTHING;
     for (int i = 0; i < old->n; i++)
         if (fabs((double)old->range_m[i] - away_m) <= same_within(away_m))
             return SHOWS;
-    return aside <= q->width_rad * q->width_rad / 8.0 && is_far_apart(old, q) && old->t_ns > q->since_ns &&
+    return aside <= q->width_rad * q->width_rad / 8.0 && is_sure(old, q) && old->t_ns > q->since_ns &&
                    away_m > (double)old->heard_from_m && away_m < (double)old->heard_to_m
                ? DENIES
                : SAYS_NOTHING;
@@ -128,7 +137,8 @@ static enum word says(const struct own_echo_look *old, const struct question *q)
 
 static enum word others_say(const struct own_echo *own, const struct question *q)
 {
-    const double reach_rad = fmin(q->width_rad + ASIDE_RAD, GEO_PI);
+    const double most_rad = q->heading_radps * (double)FRESH_NS * 1e-9;
+    const double reach_rad = fmin(q->width_rad + ASIDE_RAD + most_rad, GEO_PI);
     const uint32_t reach = (uint32_t)fmin(ceil(reach_rad * OWN_ECHO_ROWS / GEO_TURN), OWN_ECHO_ROWS / 2.0 - 1);
     const uint32_t begin = world_row(q->now) + OWN_ECHO_ROWS - reach;
     enum word all = SAYS_NOTHING;
@@ -224,7 +234,7 @@ static void mark_beam(struct own_echo *own, struct beam_echoes *b, const struct 
         return;
     }
     row->misses = 0;
-    const struct question q = {now, (double)echo->range_m, width_rad, row->proof_ns};
+    const struct question q = {now, (double)echo->range_m, width_rad, own->heading_radps, row->proof_ns};
     const enum word word = others_say(own, &q);
     if (word == SHOWS) {
         row->proofs = known ? row->proofs : 0;
@@ -246,6 +256,7 @@ static void begin_ping(struct own_echo *own, const struct echoes *e)
     if (own->jumps != e->pose.jumps || own->withdrawn != e->pose.withdrawn)
         memset(own->look, 0, sizeof own->look);
     own->bin_m = e->bin_m;
+    own->heading_radps = e->pose.heading_radps;
     own->jumps = e->pose.jumps;
     own->withdrawn = e->pose.withdrawn;
 }

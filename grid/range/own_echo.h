@@ -41,7 +41,8 @@ struct own_echo_row {
 
 struct own_echo {
     float bin_m;               /* of the setting that it was learnt under */
-    uint64_t jumps, withdrawn; /* as in struct pose, of the looks */
+    double heading_radps;      /* as in struct pose, of the ping */
+    uint64_t jumps, withdrawn; /* likewise, of the looks */
     struct own_echo_row row[OWN_ECHO_ROWS];
     struct own_echo_look look[OWN_ECHO_ROWS];
 };
@@ -60,7 +61,9 @@ void own_echo_init(struct own_echo *own);
  * nearer, or by 3 dB louder, than the learnt one, that is saturated, or that has no
  * level. Forgotten where three beams in a row should show it and do not, and before the fourth proof at once.
  *
- * Nothing is learnt or marked without attitude and position (or velocity), or while the heading drifts.
+ * A look proves nothing once the heading may have drifted by half a beam width since, and shows what is beside by as
+ * much as it may have. Nothing is learnt or marked without attitude and position (or velocity), or while the heading is
+ * adrift.
  * Allocates nothing; O(beams * rows within reach).
  */
 void own_echo_run(struct own_echo *own, struct echoes *echoes, const struct mount *mount);

@@ -285,6 +285,10 @@ TEST(an_uncertain_pose_proves_nothing)
     }
     begin();
     frame_astern();
+    pose.heading_radps = geo_rad(0.5); /* half a beam width in 3 s */
+    CHECK_INT(turns(20, 40.0), 0);
+    begin();
+    frame_astern();
     for (int i = 0; i < 20; i++) {
         t_ns += 400000000000;
         CHECK_INT(turns(1, 40.0), 0);
