@@ -91,7 +91,7 @@ def explained(bench):
 
 def broken(bench):
     """A fault leaves all as it was, and says where; so do live keys that do not go with what needs a restart."""
-    bench.conf(pose={"max_age": "60 s"})
+    bench.conf(pose={"max_age": "60 s"}, grid={"forget": "160 s"})
     client = bench.sonard().client()
     client.call("pose", attitude_deg=[0, 0, 0])
     path = bench.conf(pose={"max_age": "10 ms"}, grid={"layer": "thick"}, extract={"flor": "3"})
