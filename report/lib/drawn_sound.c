@@ -11,6 +11,7 @@
 #define TIMING_STREAM  3000000u
 #define NORMALS        65536u /* drawn once and taken in ever new orders: a million bins are made of them */
 #define STRAY_MOST     22.0
+#define BEFORE_M       0.3
 #define OTHER_SIDE_DB  (-25.0)
 #define OTHER_HALF_RAD 0.4
 
@@ -204,6 +205,29 @@ static void receive(struct drawn_sound *s, const struct moment *m, const float *
         memset(samples, 0, w->bins);
 }
 
+/* Where a target is loudest in a pulse, and how loud; and the water before its near edge. */
+static void tell_rise(const struct drawn_sound *s, unsigned k, struct drawn_truth *truth)
+{
+    const struct insonified *b = &s->beam;
+    const uint32_t p = s->world.pulse_bins, end = b->end[k] + p < s->world.bins ? b->end[k] + p : s->world.bins;
+    const double bin_m = s->insonify.bin_m, before_m = fmax(0.0, b->near_m[k] - BEFORE_M);
+    double sum = 0.0;
+    uint32_t loudest = b->first[k];
+
+    truth->peak[k] = 0.0;
+    for (uint32_t i = b->first[k]; i < end; i++) {
+        sum += i < b->end[k] ? (double)b->target[k][i] : 0.0;
+        sum -= i >= b->first[k] + p ? (double)b->target[k][i - p] : 0.0;
+        if (sum > truth->peak[k]) {
+            truth->peak[k] = sum;
+            loudest = i;
+        }
+    }
+    truth->rise_m[k] = loudest * bin_m - b->near_m[k];
+    truth->before[k] =
+        hearable_background_at(&s->insonify, &s->margins, b, (uint32_t)(before_m / bin_m), 1.0).mean;
+}
+
 static void tell_truth(struct drawn_sound *s, const struct moment *m, struct drawn_truth *truth)
 {
     hearable_beam(&s->insonify, &s->margins, &s->beam, m->raised, m->heard, &truth->hearable);
@@ -211,6 +235,9 @@ static void tell_truth(struct drawn_sound *s, const struct moment *m, struct dra
     truth->skirt_m = s->beam.skirt_m;
     memcpy(truth->near_m, s->beam.near_m, sizeof truth->near_m);
     memcpy(truth->far_m, s->beam.far_m, sizeof truth->far_m);
+    for (unsigned k = 0; k < s->world.targets; k++)
+        if (isfinite(truth->hearable.by_m[k]))
+            tell_rise(s, k, truth);
 }
 
 static void listen(struct drawn_sound *s, const struct moment *m, unsigned beam, double az_rad)

@@ -14,6 +14,9 @@ struct drawn_truth {
     struct hearable hearable;
     double solid_m, skirt_m; /* as in struct insonified */
     double near_m[DRAWN_MAX_TARGETS], far_m[DRAWN_MAX_TARGETS];
+    double rise_m[DRAWN_MAX_TARGETS]; /* from the near edge to where it is loudest, */
+    double peak[DRAWN_MAX_TARGETS],
+        before[DRAWN_MAX_TARGETS]; /* its mean power there, and the water's before it */
     float power[DRAWN_MAX_BINS];   /* mean of what is loudest in each bin ... */
     uint8_t cause[DRAWN_MAX_BINS]; /* ... and what that is: enum insonify_cause */
 };

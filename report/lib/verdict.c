@@ -8,6 +8,11 @@
 #define EARLY_M 0.15 /* and a pulse: so far before everything an echo is of nothing */
 #define ENOUGH  0.85 /* of a world's free water */
 
+/* A wall seen askew, that stands so far out of the water before it, or out of so many counts. */
+#define RISE_M     0.3
+#define RISE       100.0
+#define RISE_COUNT 8
+
 bool verdict_claims(const struct beam_echoes *b, double to_m)
 {
     return b->state != BEAM_BLIND && b->free_to_m > b->blind_m && (double)b->free_to_m > to_m;
@@ -54,6 +59,15 @@ static int first_unmarked(const struct beam_echoes *b)
     return -1;
 }
 
+static bool is_rising(const struct drawn_sound *s, unsigned beam, unsigned k)
+{
+    const struct drawn_truth *truth = &s->truth[beam];
+    const double shown = drawn_power_above(&s->world, RISE_COUNT - 1);
+
+    return s->world.target[k].class == DRAWN_WALL && truth->rise_m[k] > RISE_M &&
+           truth->peak[k] > RISE * fmax(truth->before[k], shown);
+}
+
 static void count_echoes(struct verdict *v, const struct drawn_sound *s, unsigned beam,
                          const struct beam_echoes *b)
 {
@@ -81,6 +95,11 @@ static void count_echoes(struct verdict *v, const struct drawn_sound *s, unsigne
                (double)b->echo[k].near_m < fmax(truth->far_m[nearest], truth->hearable.by_m[nearest]) + slack_m;
     v->there[s->world.target[nearest].class]++;
     v->found[s->world.target[nearest].class] += hit;
+    if (is_rising(s, beam, (unsigned)nearest)) {
+        v->rising++;
+        v->rising_found += hit;
+        v->rising_past += verdict_claims(b, truth->hearable.by_m[nearest] + VERDICT_PAST_M);
+    }
 }
 
 static void count_sector(struct verdict_sectors *x, const struct drawn_sound *s, unsigned beam,
@@ -132,6 +151,9 @@ void verdict_add(struct verdict *sum, const struct verdict *v)
     sum->nothing_unmarked += v->nothing_unmarked;
     sum->worlds += v->worlds;
     sum->worlds_free += v->worlds_free;
+    sum->rising += v->rising;
+    sum->rising_found += v->rising_found;
+    sum->rising_past += v->rising_past;
     sum->sectors += v->sectors;
     sum->sectors_blocked += v->sectors_blocked;
     for (int moving = 0; moving < 2; moving++) {
@@ -225,6 +247,18 @@ static double found(const struct verdict *v, int c)
     return share((double)v->found[c], (double)v->there[c]);
 }
 
+static double rising_found(const struct verdict *v, int unused)
+{
+    (void)unused;
+    return share((double)v->rising_found, (double)v->rising);
+}
+
+static double rising_past(const struct verdict *v, int unused)
+{
+    (void)unused;
+    return share((double)v->rising_past, (double)v->rising);
+}
+
 const struct verdict_measure verdict_measures[] = {
     {"free", "free water said free standing: % where a wall is heard", ">= 85", false, 100, free_standing,
      DRAWN_WALL},
@@ -253,6 +287,8 @@ const struct verdict_measure verdict_measures[] = {
     {"sectors_blocked", "sectors blocked by one other sonar in the last turn: %", "<= 3", true, 100,
      sectors_blocked, 0},
     {"walls", "walls found where heard: %", "", false, 100, found, DRAWN_WALL},
+    {"rising", "  those that rise over 0.3 m and more, to 20 dB", "", false, 100, rising_found, 0},
+    {"rising_past", "    free water past them: of 1e4 beams with one", "", true, 1e4, rising_past, 0},
     {"piles", "piles", "", false, 100, found, DRAWN_PILE},
     {"nets", "nets", "", false, 100, found, DRAWN_NET},
     {"lines", "lines", "", false, 100, found, DRAWN_LINE},

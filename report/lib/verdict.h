@@ -21,6 +21,7 @@ struct verdict {
     uint64_t nothing_unmarked;
     uint64_t something[2], something_marked[2];          /* first echoes of something, standing and moving */
     uint64_t there[DRAWN_CLASSES], found[DRAWN_CLASSES]; /* the nearest target that is heard, by its own class */
+    uint64_t rising, rising_found, rising_past;          /* the same, of walls that rise slowly */
     uint64_t sectors, sectors_blocked; /* in worlds with one other sonar, in the last turn, by it */
     uint64_t worlds, worlds_free;      /* standing, with any free water that is hearable; with enough of it said */
 };
