@@ -14,8 +14,9 @@
 #define MULTIPLES 16 /* ... as so many periods at most */
 
 /* Of what only one beam shows, the share that is thought to be pulses where there are any. */
-#define SHARE   0.7
-#define BELIEVE 20.0 /* log of the odds against chance, after a hundred candidates */
+#define SHARE    0.7
+#define BELIEVE  20.0 /* log of the odds against chance, after a hundred candidates */
+#define HOPELESS -4.0 /* the same: a period is followed back no further */
 
 #define GAIN        0.2 /* of a pulse that is followed */
 #define LONGER      1.1 /* than the last piece that was seen, may a pulse be */
@@ -151,7 +152,7 @@ static struct trail follow_back(const struct comb *c, double period_s, double k)
 
     add_pulse(&line, 0.0, 0.0);
     add_pulse(&line, k, k * period_s);
-    for (uint32_t i = 1; i < kept; i++) {
+    for (uint32_t i = 1; i < kept && odds > HOPELESS; i++) {
         const double back_s = last_s - arrived_s(ago(c, i));
         const double off_s = off_by(back_s - line.offset_s, line.period_s);
         if (fabs(off_s) <= half_s)
