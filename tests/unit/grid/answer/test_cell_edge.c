@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* test_cell_edge - the ray of a cell that is nearest to a line, against all of its rays, at the poles and the seam too. */
+/*
+ * test_cell_edge - the ray of a cell that is nearest to a line, against all of its rays, at the poles and the
+ * seam too.
+ */
 #include <math.h>
 
 #include "grid/answer/cell_edge.h"
