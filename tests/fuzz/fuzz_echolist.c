@@ -77,7 +77,7 @@ int LLVMFuzzerTestOneInput(const uint8_t *data, size_t size)
 
     if (size < 2)
         return 0;
-    const struct device_conf conf = {.range_m = 1 + data[0],
+    const struct device_conf conf = {.range_m = 1 + data[0] % 200,
                                      .sound_speed_mps = 1500.0,
                                      .listen_only = data[1] & 1,
                                      .baud = data[1] & 2 ? 9600 : 0};
