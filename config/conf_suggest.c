@@ -18,8 +18,9 @@ static const char *name_part(const char *section)
 
 void conf_suggest_key(const char *section, const char *name, char *text, size_t size)
 {
-    const char *nearest = NULL, *elsewhere = NULL;
-    size_t best = WORD_FAR;
+    const char *nearest = NULL;
+    char elsewhere[200] = "";
+    size_t best = WORD_FAR, in = 0;
     size_t used = (size_t)snprintf(text, size, "want one of ");
     const char *separator = "";
     for (const struct conf_key *key = conf_keys; key->name; key++) {
@@ -29,12 +30,13 @@ void conf_suggest_key(const char *section, const char *name, char *text, size_t 
             separator = ", ";
             if (word_is_nearest(name, key->name, &best))
                 nearest = key->name;
-        } else if (strcmp(key->name, name) == 0) {
-            elsewhere = key->section;
+        } else if (strcmp(key->name, name) == 0 && in < sizeof elsewhere) {
+            in += (size_t)snprintf(elsewhere + in, sizeof elsewhere - in, "%s[%s%s]", in ? " or " : "",
+                                   key->section, name_part(key->section));
         }
     }
-    if (elsewhere)
-        snprintf(text, size, "it belongs in [%s%s]", elsewhere, name_part(elsewhere));
+    if (in > 0)
+        snprintf(text, size, "it belongs in %s", elsewhere);
     else if (nearest)
         snprintf(text, size, "did you mean %s?", nearest);
 }

@@ -214,6 +214,23 @@ static void show_bus(const struct page *page, const json_t *bus)
             page_count(bus, "rx_errors"));
 }
 
+/* Which obstacles its free water speaks of, and what is known of the vehicle's own echoes. */
+static void show_evidence(const struct page *page, const json_t *sensor)
+{
+    const json_t *detects = json_object_get(sensor, "detects");
+    const long long own = page_count(sensor, "own_bearings");
+    char a[PAGE_CELL], b[PAGE_CELL];
+
+    if (json_is_object(detects)) {
+        const bool prior = strcmp(page_text(b, detects, "from"), "prior") == 0;
+        fprintf(page->out, "             detects a %s of %.1f dB (%lld counts) or more, going by %s\n",
+                page_text(a, detects, "target"), page_number(detects, "level_db"), page_count(detects, "counts"),
+                prior ? "what holds for all sonars" : "its own echoes");
+    }
+    if (own > 0)
+        fprintf(page->out, "             an echo of the vehicle itself at %lld of 400 bearings\n", own);
+}
+
 static void show_sensor(const struct page *page, const json_t *sensor)
 {
     char a[PAGE_CELL], b[PAGE_CELL], c[PAGE_CELL];
@@ -245,28 +262,33 @@ static void show_sensor(const struct page *page, const json_t *sensor)
         page_word(page, PAGE_RED, 0, "answers get lost");
         fputs(": another program seems to speak to it, too, or the line is poor\n", page->out);
     }
+    show_evidence(page, sensor);
     show_bus(page, json_object_get(sensor, "bus"));
 }
 
 static void show_pose(const struct page *page, const json_t *pose)
 {
     const json_t *has = json_object_get(pose, "has");
+    const bool drifts = json_string_length(json_object_get(pose, "drift")) > 0;
     char a[PAGE_CELL];
 
     fprintf(page->out, "pose       ");
     for (size_t i = 0; i < json_array_size(has); i++)
         fprintf(page->out, "%s%.20s", i ? ", " : "", json_string_value(json_array_get(has, i)));
-    if (json_array_size(has) == 0)
-        fprintf(page->out, "none given: the vehicle counts as standing still, unless max_speed or "
-                           "station_keeping is set");
+    if (json_array_size(has) == 0 && drifts)
+        fputs("none given", page->out);
+    else if (json_array_size(has) == 0)
+        fputs("none given: the vehicle counts as standing still, unless max_speed or station_keeping is set",
+              page->out);
     else
         fprintf(page->out, "; %s old", page_duration(a, page_number(pose, "age_s")));
     fprintf(page->out, "; %lld accepted, %lld refused\n", page_count(pose, "count"), page_count(pose, "refused"));
     if (json_string_length(json_object_get(pose, "missing")) > 0)
         fprintf(page->out, "             %s; it must keep coming, or give poses up: `sonarctl pose --withdraw`\n",
                 page_text(a, pose, "missing"));
-    if (json_string_length(json_object_get(pose, "drift")) > 0)
-        fprintf(page->out, "             %s; send one of them, or set max_speed or station_keeping in [vehicle]\n",
+    if (drifts)
+        fprintf(page->out,
+                "             %s; send one of them; max_speed and station_keeping in [vehicle] bound it\n",
                 page_text(a, pose, "drift"));
 }
 

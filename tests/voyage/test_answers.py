@@ -129,7 +129,7 @@ def attitude_alone(bench):
     status = client.call("status")
     check(status["pose"]["drift"].startswith("no position and no velocity: the vehicle may go 4.2 m/s"), str(status["pose"]))
     shown = bench.run(SONARCTL, "--socket", bench.socket_path, "status").stdout
-    check(status["pose"]["drift"] + "; send one of them, or set max_speed" in shown, shown)
+    check(status["pose"]["drift"] + "; send one of them; max_speed and station_keeping" in shown, shown)
 
 
 def explain(bench):

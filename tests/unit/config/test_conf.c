@@ -173,6 +173,8 @@ TEST(broken_lines)
          "t.conf:5: [extract] detectr = soca: unknown key; did you mean detector?"},
         {"key of another section", BASE "[extract]\nclear_for = 3 s\n",
          "t.conf:5: [extract] clear_for = 3 s: unknown key; it belongs in [grid]"},
+        {"key of two other sections", BASE "[pose]\nforget = 10 s\n",
+         "t.conf:5: [pose] forget = 10 s: unknown key; it belongs in [grid] or [map]"},
         {"upper case", BASE "Range = 20 m\n",
          "t.conf:4: [sonar a] Range = 20 m: unknown key; did you mean range?"},
         {"duplicate key", BASE "range = 20 m\n\nrange = 20 m\n",
