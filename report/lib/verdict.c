@@ -287,7 +287,7 @@ const struct verdict_measure verdict_measures[] = {
     {"sectors_blocked", "sectors blocked by one other sonar in the last turn: %", "<= 3", true, 100,
      sectors_blocked, 0},
     {"walls", "walls found where heard: %", "", false, 100, found, DRAWN_WALL},
-    {"rising", "  those that rise over 0.3 m and more, to 20 dB", "", false, 100, rising_found, 0},
+    {"rising", "  those that rise over 0.3 m and more to 20 dB", "", false, 100, rising_found, 0},
     {"rising_past", "    free water past them: of 1e4 beams with one", "", true, 1e4, rising_past, 0},
     {"piles", "piles", "", false, 100, found, DRAWN_PILE},
     {"nets", "nets", "", false, 100, found, DRAWN_NET},
