@@ -19,7 +19,7 @@ static void write_members(struct json_out *out, const struct methods_env *d,
 
 void reference_write(struct json_out *out, const struct methods_env *d, const struct extract_reference *reference)
 {
-    if (reference->counts == 0) {
+    if (reference->level_db >= 0) {
         json_member_null(out, "detects");
         return;
     }
@@ -34,7 +34,7 @@ void reference_write_all(struct json_out *out, const struct methods_env *d)
     pipeline_stats(d->pipeline, &pipe);
     json_member_open(out, "detects", '[');
     for (int i = 0; i < d->conf.n_sonars; i++) {
-        if (pipe.reference[i].counts == 0)
+        if (pipe.reference[i].level_db >= 0)
             continue;
         json_out_open(out, '{');
         json_member_text(out, "sensor", d->conf.sonar[i].name);

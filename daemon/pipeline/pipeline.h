@@ -76,7 +76,7 @@ struct pipeline_stats {
     uint32_t waiting;
     struct sphere_stats grid;                                 /* the main one */
     struct cleanup_state cleanup[PIPELINE_MAX_SENSORS];       /* of sensors that have one */
-    struct extract_reference reference[PIPELINE_MAX_SENSORS]; /* counts are 0 where none is known */
+    struct extract_reference reference[PIPELINE_MAX_SENSORS]; /* level_db is 0 where none is known */
     uint32_t own_bearings[PIPELINE_MAX_SENSORS];              /* as own_echo_known */
     enum law_doubt law_doubt[PIPELINE_MAX_SENSORS];           /* what the counts say against their amplitude law */
 };

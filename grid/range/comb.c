@@ -187,7 +187,7 @@ static double off_line(const struct comb *c, const struct trail *t, double arriv
     return off_by(arrived_s(ago(c, 0)) - arrival_s - t->line.offset_s, t->line.period_s);
 }
 
-/* The pulses' own scatter takes the place of the most that is borne. Returns how many they are. */
+/* The comb becomes as narrow as its pulses scatter. Returns how many they are. */
 static double narrow(const struct comb *c, struct trail *t)
 {
     double sum = 0.0, n = 0.0;

@@ -457,9 +457,10 @@ bool extract_reference(const struct extract *e, struct extract_reference *out)
         return false;
     out->level_db = 10.0 * log10(e->reference.power / e->reference.full);
     out->shown = e->reference.shown;
-    while (out->counts < e->amplitude.max_count &&
-           (double)(amplitude_of(&e->amplitude, (uint32_t)out->counts) * e->reference.bins) < e->reference.power)
-        out->counts++;
+    for (uint64_t step = (e->amplitude.max_count + 1) / 2; step > 0; step /= 2) /* no law falls with the count */
+        if ((double)(amplitude_of(&e->amplitude, (uint32_t)(out->counts + step - 1)) * e->reference.bins) <
+            e->reference.power)
+            out->counts += step;
     return true;
 }
 

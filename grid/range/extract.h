@@ -63,7 +63,7 @@ struct extract_aid {
 
 /* What an obstacle must return to be detected with a probability of 0.99 whatever its range: see free_water.h. */
 struct extract_reference {
-    double level_db; /* of a resolution cell, below full scale */
+    double level_db; /* of a resolution cell, against full scale: < 0 */
     uint64_t counts; /* of each of its bins, where all are alike: at least */
     uint64_t shown;  /* 1: it follows from the sonar's own echoes; 0: from the device's prior */
 };

@@ -84,7 +84,7 @@ static void check_all(bool ned, double drift_deg, bool clear)
         drift(drift_deg);
         if (is_clear(what, ned) != clear) {
             printf("%s, %s, with %g degrees of drift: not %s\n", names[what], ned ? "NED" : "body", drift_deg,
-                   clear ? "clear" : "held back");
+                   clear ? "clear" : "withheld");
             test_case_failed = true;
         }
     }

@@ -438,6 +438,12 @@ TEST(the_reference_is_the_prior_or_what_the_echoes_say)
     run(NULL);
     CHECK(extract_reference(extract, &r));
     CHECK_NEAR(r.level_db, -45.0, 0, 1e-6);
+    conf.law = AMPLITUDE_LOG; /* of so few decibels that every count is louder */
+    conf.db_per_count = 0.1;
+    set_up();
+    run(NULL);
+    CHECK(extract_reference(extract, &r));
+    CHECK(r.level_db < -60.0 && r.counts == 0);
 }
 
 TEST(ranges_that_take_turns_forget_nothing)
