@@ -19,6 +19,7 @@
 #include "daemon/input/pose_log.h"
 #include "drivers/devices/clock_map.h"
 #include "grid/range/usual.h"
+#include "grid/sphere/view.h"
 #include "grid/voxel/submap.h"
 #include "report/lib/dice.h"
 #include "report/lib/stable.h"

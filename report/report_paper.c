@@ -28,6 +28,7 @@
 #include "grid/ping.h"
 #include "grid/sphere/clusters.h"
 #include "grid/sphere/relax.h"
+#include "grid/sphere/view.h"
 #include "report/lib/dice.h"
 #include "report/lib/drawing.h"
 

@@ -19,6 +19,7 @@
 
 #include "grid/answer/answer.h"
 #include "grid/ping.h"
+#include "grid/sphere/view.h"
 #include "report/lib/basin.h"
 #include "report/lib/basin_grid.h"
 #include "report/lib/cost.h"

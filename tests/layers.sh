@@ -36,9 +36,10 @@ rule config $fault
 rule grid $fault
 rule grid/range "grid/$own" $fault
 rule grid/voxel "grid/$own" $fault
-rule grid/sphere "grid/$own" 'grid/answer/(answer|picture)\.h' $fault
 # the picture is published as everything between threads is: core/snapshot.h is a header of pure functions, with no archive behind it
-rule grid/answer "grid/$own" 'grid/sphere/(bearings|clusters|free_interval|rings)\.h' $fault 'core/snapshot\.h'
+rule grid/picture "grid/$own" $fault 'core/snapshot\.h'
+rule grid/sphere "grid/$own" "grid/picture/$own" $fault
+rule grid/answer "grid/$own" "grid/picture/$own" 'grid/sphere/clusters\.h' $fault
 rule drivers/ports $fault
 rule drivers/gpio $fault
 rule drivers/nmea 'grid/geometry\.h'
@@ -83,26 +84,18 @@ bad=$(nm -u "$archive" | awk '$1 == "U" { print $2 }' | sort -u | grep -vxF "$de
       grep -vxE '(fault_set|__cpu_model|mem(cpy|set|move|cmp|chr)|str(len|cmp)|__mem[a-z]+_chk|__stack_chk_fail|_GLOBAL_OFFSET_TABLE_|__u?(div|mod|divmod)ti[34]|__(asan|ubsan|tsan|sanitizer)_.*|_?(sin|cos|tan|sincos|asin|acos|atan|atan2|hypot|sqrt|exp|exp2|expm1|log|log2|log10|log1p|pow|fabs|floor|ceil|round|trunc|fmod|lgamma|lgamma_r|erf|erfc|ldexp|frexp|nextafter|fmax|fmin|lround|llround|rint)f?)')
 [ -n "$bad" ] && { echo "libgrid.a needs from outside:" $bad; echo "FAIL layers_grid_symbols"; status=1; } || echo "ok layers_grid_symbols"
 
-# No module needs one that needs it, be it by way of others: each archive's objects in order. One knot is known: the
-# spherical grid is one state in eight files (state.h).
-knots='course motion publish relax sensor sides sphere view:course motion publish relax sensor sides sphere view'
+# No module needs one that needs it, be it by way of others: each archive's objects in order.
 for name in core protocol config grid drivers daemon client web; do
     archive=${BUILD:-build}/lib$name.a
     [ -f "$archive" ] || continue
-    loop=$(nm -A "$archive" 2>/dev/null | awk -v knots="$knots" '
+    loop=$(nm -A "$archive" 2>/dev/null | awk '
         { sub(/^.*\.a:/, ""); object = $0; sub(/\.o:.*/, "", object); type = $(NF - 1); symbol = $NF }
         type == "U" { needs[object, symbol] = 1 }
         type ~ /^[TDBRC]$/ { home[symbol] = object }
         END {
-            n = split(knots, knot, "|")
-            for (i = 1; i <= n; i++) {
-                split(knot[i], side, ":")
-                from = split(side[1], a, " "); to = split(side[2], b, " ")
-                for (j = 1; j <= from; j++) for (k = 1; k <= to; k++) known[a[j], b[k]] = 1
-            }
             for (need in needs) {
                 split(need, part, SUBSEP)
-                if (part[2] in home && home[part[2]] != part[1] && !((part[1], home[part[2]]) in known))
+                if (part[2] in home && home[part[2]] != part[1])
                     print part[1], home[part[2]]
             }
         }' | tsort 2>&1 >/dev/null)

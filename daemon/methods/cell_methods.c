@@ -8,6 +8,7 @@
 #include "grid_methods.h"
 #include "json_units.h"
 #include "methods.h"
+#include "grid/sphere/view.h"
 
 /* A cone in the grid's axes, and the ranges in it; and how many cells were found there. */
 struct part {

@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "grid/answer/sight.h"
+#include "grid/sphere/view.h"
 #include "daemon/request_job.h"
 #include "grid_methods.h"
 #include "methods.h"

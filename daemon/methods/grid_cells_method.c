@@ -11,6 +11,7 @@
 #include "json_units.h"
 #include "methods.h"
 #include "query_context.h"
+#include "grid/sphere/view.h"
 
 /* Looked at in one part: so long pings wait, and other clients. */
 #define DIRECTIONS_PER_PART 2048

@@ -6,6 +6,7 @@
 #include "methods.h"
 #include "json_units.h"
 #include "daemon/wiring.h"
+#include "grid/sphere/view.h"
 
 static double bytes_of_all(struct methods_env *d)
 {

@@ -10,7 +10,7 @@
 #include <stdint.h>
 
 #include "grid/answer/next_look.h"
-#include "grid/answer/picture.h"
+#include "grid/picture/picture.h"
 #include "grid/geometry.h"
 
 #define ACTIVE_SENSING_TICK_NS 500000000u

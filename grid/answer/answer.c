@@ -15,14 +15,6 @@ const char *answer_state_name(enum answer_state state)
     return names[state];
 }
 
-#define CLEAR_FOR_LEAST_S 30.0
-#define CLEAR_FOR_TURNS   1.5
-
-double answer_clear_for_s(double turn_s, double forget_s)
-{
-    return fmin(fmax(CLEAR_FOR_LEAST_S, CLEAR_FOR_TURNS * turn_s), forget_s);
-}
-
 const char *answer_reason_text(enum answer_reason reason)
 {
     static const char *const texts[] = {

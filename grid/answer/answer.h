@@ -15,7 +15,7 @@
 #include <stdint.h>
 
 #include "grid/geometry.h"
-#include "picture.h"
+#include "grid/picture/picture.h"
 
 #define ANSWER_SECTORS_MAX 720
 
@@ -37,7 +37,7 @@ enum answer_reason {
 };
 
 struct answer_conf {
-    double clear_for_s;  /* age limit of clear; as a setting 0: answer_clear_for_s works it out */
+    double clear_for_s;  /* age limit of clear; as a setting 0: free_clear_for_s works it out */
     double move_limit_m; /* distance travelled after which a cleared direction is unknown; INFINITY: however far */
 };
 
@@ -94,12 +94,6 @@ struct answer_band {
  */
 void answer_sectors(struct picture *p, const struct answer_conf *conf, const struct answer_now *now,
                     const struct answer_band *band, struct answer *sectors);
-
-/**
- * answer_clear_for_s - the age limit of clear for heads that turn within turn_s (0: not known yet): one and a half
- * turns, so that a lost ping or a slower turn does no harm; at least 30 s, at most forget_s.
- */
-double answer_clear_for_s(double turn_s, double forget_s);
 
 const char *answer_state_name(enum answer_state state);
 

@@ -8,7 +8,7 @@
 
 #include <stdint.h>
 
-#include "grid/sphere/rings.h"
+#include "grid/picture/rings.h"
 
 /* What is alike for all cells of a ring. */
 struct cell_edge {

@@ -21,7 +21,7 @@ struct corridor_body {
     double half_height_m; /* >= 0 */
     double margin_m;      /* of water on every side, >= 0 */
     /* water nearer than this to the reference point is not asked for. What counts there: echoes, weak ones too, and
-     * at a level bearing at which a sonar looks (grid/sphere/bearings.h) that it has looked.
+     * at a level bearing at which a sonar looks (grid/picture/bearings.h) that it has looked.
      * 0: up to where the body's front is with own_margin_m, which is its own place */
     double near_m;
     double own_margin_m; /* >= 0 */

@@ -13,7 +13,7 @@
 #include <stdint.h>
 
 #include "grid/sphere/clusters.h"
-#include "picture.h"
+#include "grid/picture/picture.h"
 
 #define NEXT_LOOK_MAX 64
 

@@ -10,7 +10,7 @@
 #include <stdbool.h>
 
 #include "grid/echoes.h"
-#include "free_interval.h"
+#include "grid/picture/free_interval.h"
 
 /* What is alike for all beams of a ping. */
 struct beam_opening {

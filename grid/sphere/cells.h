@@ -13,7 +13,7 @@
 #include <stdint.h>
 
 #include "layers.h"
-#include "rings.h"
+#include "grid/picture/rings.h"
 
 #define CELLS_NONE UINT32_MAX
 #define CELLS_DIRECTION                                                                                           \

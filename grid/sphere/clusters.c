@@ -6,6 +6,7 @@
 
 #include "grid/geometry.h"
 #include "relax.h"
+#include "view.h"
 
 #define TURN_BINS   1440 /* of azimuth, for the largest gap: as fine as the finest grid */
 #define MEMBER_ODDS 0.5  /* share of an obstacle's log-odds from which a cell is a member */

@@ -15,7 +15,7 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#include "rings.h"
+#include "grid/picture/rings.h"
 
 #define COMPONENTS_NONE UINT32_MAX
 

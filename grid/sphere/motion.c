@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "sensor.h"
+#include "view.h"
 
 static void loosen(struct cell *c, double by_m)
 {

@@ -19,6 +19,7 @@
 #define SONARD_RELAX_H
 
 #include "state.h"
+#include "view.h"
 
 /* A layer of the direction that is relaxed. */
 struct relaxed {

@@ -170,7 +170,7 @@ static void clear_direction(struct sphere *s, const struct look *l)
         sides_see(s, l->direction, l->ring,
                   &(struct side_look){l->beam, l->ping.t_ns, l->water.from_m, l->water.to_m, INFINITY}, &st);
     } else {
-        sides_forget(dir);
+        state_forget_free(dir);
         free_withdraw(dir->free, &l->ping);
     }
     s->stats.pinged += first;
@@ -549,7 +549,7 @@ static void forget_intervals(struct sphere *s)
         s->limit_m[d] = INFINITY;
         if (!s->direction[d].free[0].t_ping_ns && s->cells.first[d] == CELLS_NONE)
             continue;
-        sides_forget(&s->direction[d]);
+        state_forget_free(&s->direction[d]);
         state_mark(s, d);
     }
 }

@@ -66,12 +66,6 @@ void sides_see(struct sphere *s, uint32_t d, uint32_t ring, const struct side_lo
     }
 }
 
-void sides_forget(struct direction *d)
-{
-    free_none(d->free);
-    d->side[0] = d->side[1] = (struct reach){0};
-}
-
 void sides_end(struct direction *d, float to_m)
 {
     for (int k = 0; k < 2; k++)

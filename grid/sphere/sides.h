@@ -23,9 +23,6 @@ struct side_look {
 void sides_see(struct sphere *s, uint32_t d, uint32_t ring, const struct side_look *look,
                const struct stretch *stretch);
 
-/** sides_forget - nothing was seen of direction d: its free intervals go, too. */
-void sides_forget(struct direction *d);
-
 /** sides_end - an echo ended at to_m what was free in direction d. */
 void sides_end(struct direction *d, float to_m);
 

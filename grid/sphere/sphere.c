@@ -4,14 +4,12 @@
 #include <math.h>
 #include <string.h>
 
-#include "grid/answer/answer.h"
 #include "grid/ping.h"
 #include "course.h"
 #include "motion.h"
 #include "publish.h"
 #include "relax.h"
 #include "sensor.h"
-#include "sides.h"
 #include "spread.h"
 
 static size_t rounded(size_t n)
@@ -29,11 +27,6 @@ bool sphere_rings(const struct sphere_conf *c, struct rings *rings)
 {
     return c->level ? rings_level(rings, c->angular_step_rad, c->level_half_rad)
                     : rings_full(rings, c->angular_step_rad);
-}
-
-double sphere_forget_s(const struct sphere_conf *conf, double turn_s)
-{
-    return fmax(conf->forget_s, conf->forget_turns * turn_s);
 }
 
 size_t sphere_bytes(const struct sphere_conf *conf, struct fault *fault)
@@ -165,83 +158,6 @@ void sphere_stats(const struct sphere *s, struct sphere_stats *out)
     out->directions = s->rings.n;
 }
 
-void state_mark(struct sphere *s, uint32_t d)
-{
-    if (!s->direction[d].dirty) {
-        s->direction[d].dirty = 1;
-        s->dirty[s->n_dirty++] = d;
-    }
-}
-
-double state_logodds(const struct sphere *s, const struct cell *c, uint64_t t_ns)
-{
-    if (c->state == CELL_LOCKED || t_ns <= c->t_ref_ns)
-        return c->logodds;
-    return c->logodds * exp(-(double)(t_ns - c->t_ref_ns) * 1e-9 / s->fade_s);
-}
-
-double state_vector(const struct sphere *s, const struct cell *c, double v[3])
-{
-    state_place(s, c, v);
-    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-}
-
-void state_to_grid(const struct sphere *s, const double v[3], double out[3])
-{
-    const double north = v[0], east = v[1];
-    out[0] = north;
-    out[1] = east;
-    out[2] = v[2];
-    if (s->frame.axes_rad == 0)
-        return;
-    out[0] = s->axes_cos * north + s->axes_sin * east;
-    out[1] = s->axes_cos * east - s->axes_sin * north;
-}
-
-uint32_t state_ms(const struct sphere *s, uint64_t t_ns)
-{
-    uint64_t ms = t_ns > s->t_start_ns ? (t_ns - s->t_start_ns) / 1000000 : 0;
-    return ms < UINT32_MAX ? (uint32_t)ms : UINT32_MAX;
-}
-
-double state_way_error_m(const struct sphere *s, double way_m, uint64_t then_ns, uint64_t t_ns)
-{
-    const double turned_rad = t_ns > then_ns ? s->heading_radps * (double)(t_ns - then_ns) * 1e-9 : 0;
-    return (POSE_WAY_ERROR + fmin(turned_rad, 2)) * way_m;
-}
-
-uint64_t state_keep_ns(const struct sphere *s)
-{
-    const double keep_s = s->conf.keep_free_s > 0
-                              ? s->conf.keep_free_s
-                              : answer_clear_for_s(s->frame.turn_s, sphere_forget_s(&s->conf, s->frame.turn_s));
-    return (uint64_t)fmin(1e9 * keep_s, 9e18);
-}
-
-void state_release(struct sphere *s, uint32_t i)
-{
-    state_mark(s, s->cells.cell[i].direction);
-    cells_release(&s->cells, i);
-}
-
-struct cell *state_take(struct sphere *s, uint32_t direction, uint16_t layer)
-{
-    uint32_t evicted, i = cells_take(&s->cells, direction, layer, &evicted);
-    if (evicted != RINGS_NONE) { /* what that cell said is lost */
-        sides_forget(&s->direction[evicted]);
-        state_mark(s, evicted);
-        s->stats.cells_lost++;
-    }
-    if (i != CELLS_NONE) {
-        s->nearest_m = fmin(s->nearest_m, s->layers.edge[layer]);
-        return &s->cells.cell[i];
-    }
-    sides_forget(&s->direction[direction]);
-    state_mark(s, direction);
-    s->stats.cells_lost++;
-    return NULL;
-}
-
 /* The attitude has jumped: where the free water lies is unknown. Echoes stay where they would be. */
 static void heed_jumps(struct sphere *s, const struct pose *pose)
 {
@@ -251,7 +167,7 @@ static void heed_jumps(struct sphere *s, const struct pose *pose)
     s->stats.pinged = 0;
     wedges_clear(&s->wedges);
     for (uint32_t d = 0; d < s->rings.n; d++) {
-        sides_forget(&s->direction[d]);
+        state_forget_free(&s->direction[d]);
         state_mark(s, d);
     }
 }
@@ -382,4 +298,20 @@ void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *
     sensor_enter(s, e, turn, origin_m);
     motion_drift(s, &e->pose, e->t_ns);
     publish_ping(s, e);
+}
+
+bool sphere_lock(struct sphere *s, uint32_t direction, double range_m, bool locked)
+{
+    int32_t layer = layers_index(&s->layers, range_m);
+    if (direction >= s->rings.n || layer < 0)
+        return false;
+    uint32_t i = s->cells.first[direction];
+    while (i != CELLS_NONE && s->cells.cell[i].layer != layer)
+        i = s->cells.cell[i].next;
+    if (i == CELLS_NONE)
+        return false;
+    s->cells.cell[i].state = locked ? CELL_LOCKED : CELL_LIVE;
+    state_mark(s, direction);
+    publish_changes(s, s->frame.t_ping_ns);
+    return true;
 }

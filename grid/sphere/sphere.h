@@ -20,15 +20,16 @@
 #ifndef SONARD_SPHERE_H
 #define SONARD_SPHERE_H
 
+#include <math.h>
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
 
 #include "core/fault.h"
-#include "grid/answer/picture.h"
+#include "grid/picture/picture.h"
+#include "grid/picture/rings.h"
 #include "grid/echoes.h"
 #include "layers.h"
-#include "rings.h"
 
 /* Over which cells an echo is entered, and with which weight. */
 enum sphere_model {
@@ -58,8 +59,7 @@ struct sphere_conf {
     uint32_t max_cells;  /* [64, 2^24] */
     double forget_s;     /* an obstacle without another echo blocks for this long at most; > 0 */
     double forget_turns; /* or, if that is longer, for so many turns of the slowest head; 0: forget_s alone */
-    double
-        keep_free_s; /* free water older than this is not followed when the centre moves; 0: answer_clear_for_s */
+    double keep_free_s; /* free water older than this is not followed when the centre moves; 0: free_clear_for_s */
     double blocked_above; /* probability above which a cell is an obstacle, (0.5, 0.99] */
     double recentre_m;    /* > 0 */
     enum sphere_model model;
@@ -88,7 +88,10 @@ struct sphere;
 bool sphere_rings(const struct sphere_conf *conf, struct rings *rings);
 
 /** sphere_forget_s - how long an obstacle blocks at most, with heads that turn within turn_s (0: not known yet). */
-double sphere_forget_s(const struct sphere_conf *conf, double turn_s);
+static inline double sphere_forget_s(const struct sphere_conf *conf, double turn_s)
+{
+    return fmax(conf->forget_s, conf->forget_turns * turn_s);
+}
 
 /** sphere_bytes - memory that sphere_init needs, or 0 with a sentence in fault when conf is out of range. */
 size_t sphere_bytes(const struct sphere_conf *conf, struct fault *fault);
@@ -112,59 +115,6 @@ void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *
  * last ping: that is the next one's to judge. Nor with a pose from before the last ping, which has waited.
  */
 void sphere_follow(struct sphere *s, const struct pose *pose);
-
-/* A cell as seen from outside. */
-struct sphere_cell {
-    double from_m, to_m;            /* its layer */
-    double point_m[3];              /* of its echo, from the grid's centre, in NED or the body's axes */
-    double near_m;                  /* nearest edge of what reflects, from the grid's centre */
-    double ball_m;                  /* standard deviation of that point, along each axis */
-    double logodds;                 /* at the time asked about */
-    uint64_t t_first_ns, t_echo_ns; /* its first echo (to 1 ms; after 12 days perhaps a later one); its last */
-    uint32_t seq;                   /* of the last ping that hit or missed it ... */
-    uint16_t sensor;                /* ... which this sensor sent */
-    uint16_t echoes;                /* so many, or more when 65535 */
-    uint16_t layer;                 /* its number */
-    uint8_t misses;                 /* beams since its last echo that passed it without one; or more when 15 */
-    bool pending;                   /* its one echo does not block until a second one confirms it */
-    unsigned flags;                 /* set of enum sphere_cell_flag */
-};
-
-/* What happened to a cell in the present turn of the sensor that touched it last (PING_NEW_TURN begins one). */
-enum sphere_cell_flag {
-    SPHERE_NEW = 1,     /* its first echo */
-    SPHERE_UPDATED = 2, /* another echo */
-    SPHERE_MISSED = 4,  /* beams passed it, no echo */
-    SPHERE_GONE = 8,    /* and so often that it is no more */
-    SPHERE_LOCKED = 16,
-};
-
-/** sphere_cell - the k-th nearest cell of a direction as of t_ns; false: there are fewer. Of the owner's thread. */
-bool sphere_cell(const struct sphere *s, uint32_t direction, uint32_t k, uint64_t t_ns, struct sphere_cell *out);
-
-/** sphere_pinged - time of the newest ping that says something of a direction; 0: never pinged, or it says no more. */
-uint64_t sphere_pinged(const struct sphere *s, uint32_t direction);
-
-/** sphere_passed - time of the newest ping that found the water of a direction free at range_m; 0: none says so. */
-uint64_t sphere_passed(const struct sphere *s, uint32_t direction, double range_m);
-
-/** sphere_cluster_relaxation - conf.cluster_relaxation. */
-double sphere_cluster_relaxation(const struct sphere *s);
-
-/** sphere_centre - place of the grid's centre, NED. sphere_reach - range of the last layer's end. */
-void sphere_centre(const struct sphere *s, double centre_m[3]);
-double sphere_reach(const struct sphere *s);
-
-/** sphere_axes - azimuth, in NED, of the directions' azimuth 0.
- * sphere_holding - the direction that holds v (NED) != 0. */
-double sphere_axes(const struct sphere *s);
-uint32_t sphere_holding(const struct sphere *s, const double v[3]);
-
-/**
- * sphere_gone - walks the cells that went in the present turns, the newest first: *at is 0 before the first. False: no
- * more. Its limits in range are as of then; its point is where it stood, seen from where the grid is now.
- */
-bool sphere_gone(const struct sphere *s, uint32_t *at, uint64_t t_ns, struct sphere_cell *out);
 
 /**
  * sphere_lock - freezes the cell of a direction at range_m, or lets it go: while locked it neither changes nor fades

@@ -1,16 +1,17 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * state - what the sphere consists of, shared by its modules and nobody else: sensor.c enters beams, motion.c follows
- * the vehicle, publish.c writes the picture.
+ * state - what the sphere consists of, shared by its modules and nobody else. They stand on it in this order: sides and
+ * sensor (beams are entered), motion and course (the vehicle is followed), view, relax and publish (the picture is
+ * written), sphere.
  */
 #ifndef SONARD_SPHERE_STATE_H
 #define SONARD_SPHERE_STATE_H
 
 #include "beam.h"
-#include "bearings.h"
+#include "grid/picture/bearings.h"
 #include "cells.h"
 #include "drift.h"
-#include "free_interval.h"
+#include "grid/picture/free_interval.h"
 #include "sphere.h"
 #include "wedges.h"
 
@@ -100,6 +101,9 @@ double state_way_error_m(const struct sphere *s, double way_m, uint64_t then_ns,
 
 /** state_keep_ns - what was found free longer ago is forgotten. */
 uint64_t state_keep_ns(const struct sphere *s);
+
+/** state_forget_free - nothing was seen of a direction: neither of its free intervals nor of its sides. */
+void state_forget_free(struct direction *d);
 
 /**
  * state_take - the cell of (direction, layer), made when it does not exist; a direction that loses a cell for it

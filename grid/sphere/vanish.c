@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 #include "vanish.h"
+#include "view.h"
 
 #include <math.h>
 

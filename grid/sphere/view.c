@@ -1,11 +1,9 @@
 /* SPDX-License-Identifier: MIT */
-/*
- * view - cells as seen from outside: what is known of each, and locking them. Changes nothing but locks.
- */
+#include "view.h"
+
 #include <math.h>
 #include <string.h>
 
-#include "publish.h"
 #include "state.h"
 
 /* A heading is known to this much less with every second since an echo (0.5 degrees per minute). */
@@ -105,21 +103,5 @@ bool sphere_gone(const struct sphere *s, uint32_t *at, uint64_t t_ns, struct sph
         return false;
     *at = i + 1;
     describe(s, &s->cells.cell[i], t_ns, out);
-    return true;
-}
-
-bool sphere_lock(struct sphere *s, uint32_t direction, double range_m, bool locked)
-{
-    int32_t layer = layers_index(&s->layers, range_m);
-    if (direction >= s->rings.n || layer < 0)
-        return false;
-    uint32_t i = s->cells.first[direction];
-    while (i != CELLS_NONE && s->cells.cell[i].layer != layer)
-        i = s->cells.cell[i].next;
-    if (i == CELLS_NONE)
-        return false;
-    s->cells.cell[i].state = locked ? CELL_LOCKED : CELL_LIVE;
-    state_mark(s, direction);
-    publish_changes(s, s->frame.t_ping_ns);
     return true;
 }

@@ -8,7 +8,7 @@
 #include "grid/geometry.h"
 #include "grid/sphere/gauss.h"
 #include "grid/sphere/layers.h"
-#include "grid/sphere/rings.h"
+#include "grid/picture/rings.h"
 #include "grid/sphere/spread.h"
 #include "dice.h"
 #include "stable.h"

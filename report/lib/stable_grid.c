@@ -8,6 +8,7 @@
 #include "dice.h"
 #include "stable.h"
 #include "stable_sphere.h"
+#include "grid/sphere/view.h"
 
 #define HIT  log1p(0.9f * 4.0)
 #define MISS log(0.5 / 0.9)

@@ -7,6 +7,7 @@
 
 #include "core/fault.h"
 #include "stable.h"
+#include "grid/sphere/view.h"
 
 void *stable_memory(size_t n)
 {

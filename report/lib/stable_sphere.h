@@ -4,6 +4,7 @@
 #define SONARD_REPORT_STABLE_SPHERE_H
 
 #include "grid/sphere/sphere.h"
+#include "grid/sphere/view.h"
 
 #define STABLE_SECOND UINT64_C(1000000000)
 

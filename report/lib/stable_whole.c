@@ -15,6 +15,7 @@
 #include "grid/answer/answer.h"
 #include "grid/range/cleanup.h"
 #include "grid/range/extract.h"
+#include "grid/sphere/view.h"
 #include "grid/voxel/submap.h"
 #include "cost.h"
 #include "dice.h"

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * snapshot - a record of two parts that one thread publishes and another reads, every step of core/snapshot.h one step
- * of the model. PARTS: as grid/answer/picture does, some parts change at a time and the side behind follows;
+ * of the model. PARTS: as grid/picture/ does, some parts change at a time and the side behind follows;
  * otherwise every record replaces all of the one before. Loads and stores are sequentially consistent here: the model
  * judges the algorithm, not the memory orders (the thread sanitizer and the stress test look at those).
  *

@@ -254,7 +254,7 @@ TEST(what_is_forgotten_when_is_worked_out)
         CHECK_NEAR(g.sphere.forget_s, row[i].forget_s, 1e-12, 0);
         CHECK_NEAR(g.sphere.forget_turns, row[i].turns, 0, 0);
         const double forget_s = sphere_forget_s(&g.sphere, 100);
-        CHECK_NEAR(g.limits.clear_for_s > 0 ? g.limits.clear_for_s : answer_clear_for_s(100, forget_s),
+        CHECK_NEAR(g.limits.clear_for_s > 0 ? g.limits.clear_for_s : free_clear_for_s(100, forget_s),
                    row[i].slow_clear_s, 1e-12, 0);
     }
 }

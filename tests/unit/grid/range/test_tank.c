@@ -7,6 +7,7 @@
 #include "tests/lib/sphere_rig.h"
 
 #include "grid/range/marks.h"
+#include "grid/sphere/view.h"
 
 #define QUAY DATA "micron-quay-rosbag/2014-07-18-20-59-31.csv"
 

@@ -6,7 +6,7 @@
 #include "tests/lib/test.h"
 
 #include "grid/sphere/beam.h"
-#include "grid/sphere/rings.h"
+#include "grid/picture/rings.h"
 
 TEST(places_are_seen_as_in_the_sensor_frame_and_none_in_reach_is_turned_away)
 {

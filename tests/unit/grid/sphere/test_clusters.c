@@ -4,6 +4,7 @@
  * labels that last, hysteresis, trends, and the list's limit.
  */
 #include "tests/lib/sphere_rig.h"
+#include "grid/sphere/view.h"
 
 static const struct sphere_conf conf = {.angular_step_rad = 3 * GEO_PI / 180,
                                         .level = true,

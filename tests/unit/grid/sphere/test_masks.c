@@ -4,6 +4,7 @@
  * out here: the deviation in range is the echo's own or range_error times the range, whichever is more.
  */
 #include "tests/lib/sphere_rig.h"
+#include "grid/sphere/view.h"
 
 #define DEEP_M 0.05 /* of a layer */
 

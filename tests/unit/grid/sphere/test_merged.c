@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* test_merged - two cells that fall together when the vehicle has moved: which of what both knew is kept. */
 #include "tests/lib/sphere_rig.h"
+#include "grid/sphere/view.h"
 
 static const struct sphere_conf conf = {.angular_step_rad = 2 * GEO_PI / 180,
                                         .level = true,

@@ -7,6 +7,7 @@
 
 #include "core/fault.h"
 #include "grid/ping.h"
+#include "grid/sphere/view.h"
 
 #define DIRECTIONS_MAX 2000
 #define LAYERS         40

@@ -17,6 +17,7 @@
 #include "grid/sphere/sensor.h"
 #include "grid/sphere/sphere.h"
 #include "grid/sphere/state.h"
+#include "grid/sphere/view.h"
 
 #define BEAMS          4
 #define MAX_DIRECTIONS 8000

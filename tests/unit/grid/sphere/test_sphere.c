@@ -1304,10 +1304,10 @@ TEST(a_level_grid_gives_the_same_ring)
 /* Something 6 m away does not block who asks for 4 m; its range is told all the same. */
 TEST(clear_lasts_for_one_and_a_half_turns)
 {
-    CHECK_NEAR(answer_clear_for_s(0, 160), 30, 0, 0); /* none is over yet */
-    CHECK_NEAR(answer_clear_for_s(6, 160), 30, 0, 0);
-    CHECK_NEAR(answer_clear_for_s(63, 160), 94.5, 1e-9, 0);
-    CHECK_NEAR(answer_clear_for_s(200, 160), 160, 0, 0);
+    CHECK_NEAR(free_clear_for_s(0, 160), 30, 0, 0); /* none is over yet */
+    CHECK_NEAR(free_clear_for_s(6, 160), 30, 0, 0);
+    CHECK_NEAR(free_clear_for_s(63, 160), 94.5, 1e-9, 0);
+    CHECK_NEAR(free_clear_for_s(200, 160), 160, 0, 0);
 }
 
 static double turn_s(void)

@@ -7,6 +7,7 @@
 #include "tests/lib/sphere_rig.h"
 
 #include "grid/ping.h"
+#include "grid/sphere/view.h"
 
 static const struct sphere_conf usual = {.angular_step_rad = 2 * GEO_PI / 180,
                                          .layers = {.r_max_m = 30, .dr_m = 0.05, .n_const = 29, .growth = 1.035},

@@ -4,6 +4,7 @@
  * it is turned, and in few others. The reference knows no grid: places all over the opening, at the echo's range.
  */
 #include "tests/lib/sphere_rig.h"
+#include "grid/sphere/view.h"
 
 #define PLACES 61 /* across the opening, and as many up it */
 

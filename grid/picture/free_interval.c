@@ -187,3 +187,11 @@ struct free_interval free_longest(const struct free_interval *list, unsigned n)
     }
     return longest;
 }
+
+#define CLEAR_FOR_LEAST_S 30.0
+#define CLEAR_FOR_TURNS   1.5
+
+double free_clear_for_s(double turn_s, double forget_s)
+{
+    return fmin(fmax(CLEAR_FOR_LEAST_S, CLEAR_FOR_TURNS * turn_s), forget_s);
+}

@@ -71,4 +71,10 @@ void free_none(struct free_interval *list);
  */
 struct free_interval free_longest(const struct free_interval *list, unsigned n);
 
+/**
+ * free_clear_for_s - the age limit of clear for heads that turn within turn_s (0: not known yet): one and a half
+ * turns, so that a lost ping or a slower turn does no harm; at least 30 s, at most forget_s.
+ */
+double free_clear_for_s(double turn_s, double forget_s);
+
 #endif

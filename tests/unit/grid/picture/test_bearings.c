@@ -2,7 +2,7 @@
 /* test_bearings - at which level bearings of the vehicle its sonars look, from the beams of their pings. */
 #include "grid/geometry.h"
 #include "grid/ping.h"
-#include "grid/sphere/bearings.h"
+#include "grid/picture/bearings.h"
 #include "tests/lib/test.h"
 
 static struct bearings b;

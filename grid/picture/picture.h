@@ -14,9 +14,9 @@
 #include <stdint.h>
 
 #include "core/snapshot.h"
-#include "grid/sphere/bearings.h"
-#include "grid/sphere/free_interval.h"
-#include "grid/sphere/rings.h"
+#include "bearings.h"
+#include "free_interval.h"
+#include "rings.h"
 
 #define PICTURE_OBSTACLES 2
 

@@ -4,7 +4,7 @@
 #include "tests/lib/test.h"
 
 #include "grid/geometry.h"
-#include "grid/sphere/rings.h"
+#include "grid/picture/rings.h"
 
 static struct rings rings;
 

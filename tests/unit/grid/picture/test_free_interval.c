@@ -4,7 +4,7 @@
 #include <math.h>
 #include <string.h>
 
-#include "grid/sphere/free_interval.h"
+#include "grid/picture/free_interval.h"
 #include "tests/lib/test.h"
 
 #define POINTS 1000 /* one a centimetre */

@@ -4,7 +4,7 @@
 #include <pthread.h>
 #include <stdlib.h>
 
-#include "grid/answer/picture.h"
+#include "grid/picture/picture.h"
 #include "grid/geometry.h"
 #include "tests/lib/test.h"
 

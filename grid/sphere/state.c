@@ -1,0 +1,87 @@
+/* SPDX-License-Identifier: MIT */
+#include "state.h"
+
+#include <math.h>
+
+void state_mark(struct sphere *s, uint32_t d)
+{
+    if (!s->direction[d].dirty) {
+        s->direction[d].dirty = 1;
+        s->dirty[s->n_dirty++] = d;
+    }
+}
+
+double state_logodds(const struct sphere *s, const struct cell *c, uint64_t t_ns)
+{
+    if (c->state == CELL_LOCKED || t_ns <= c->t_ref_ns)
+        return c->logodds;
+    return c->logodds * exp(-(double)(t_ns - c->t_ref_ns) * 1e-9 / s->fade_s);
+}
+
+double state_vector(const struct sphere *s, const struct cell *c, double v[3])
+{
+    state_place(s, c, v);
+    return sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+}
+
+void state_to_grid(const struct sphere *s, const double v[3], double out[3])
+{
+    const double north = v[0], east = v[1];
+    out[0] = north;
+    out[1] = east;
+    out[2] = v[2];
+    if (s->frame.axes_rad == 0)
+        return;
+    out[0] = s->axes_cos * north + s->axes_sin * east;
+    out[1] = s->axes_cos * east - s->axes_sin * north;
+}
+
+uint32_t state_ms(const struct sphere *s, uint64_t t_ns)
+{
+    uint64_t ms = t_ns > s->t_start_ns ? (t_ns - s->t_start_ns) / 1000000 : 0;
+    return ms < UINT32_MAX ? (uint32_t)ms : UINT32_MAX;
+}
+
+double state_way_error_m(const struct sphere *s, double way_m, uint64_t then_ns, uint64_t t_ns)
+{
+    const double turned_rad = t_ns > then_ns ? s->heading_radps * (double)(t_ns - then_ns) * 1e-9 : 0;
+    return (POSE_WAY_ERROR + fmin(turned_rad, 2)) * way_m;
+}
+
+uint64_t state_keep_ns(const struct sphere *s)
+{
+    const double keep_s = s->conf.keep_free_s > 0
+                              ? s->conf.keep_free_s
+                              : free_clear_for_s(s->frame.turn_s, sphere_forget_s(&s->conf, s->frame.turn_s));
+    return (uint64_t)fmin(1e9 * keep_s, 9e18);
+}
+
+void state_forget_free(struct direction *d)
+{
+    free_none(d->free);
+    d->side[0] = d->side[1] = (struct reach){0};
+}
+
+void state_release(struct sphere *s, uint32_t i)
+{
+    state_mark(s, s->cells.cell[i].direction);
+    cells_release(&s->cells, i);
+}
+
+struct cell *state_take(struct sphere *s, uint32_t direction, uint16_t layer)
+{
+    uint32_t evicted, i = cells_take(&s->cells, direction, layer, &evicted);
+    if (evicted != RINGS_NONE) { /* what that cell said is lost */
+        state_forget_free(&s->direction[evicted]);
+        state_mark(s, evicted);
+        s->stats.cells_lost++;
+    }
+    if (i != CELLS_NONE) {
+        s->nearest_m = fmin(s->nearest_m, s->layers.edge[layer]);
+        return &s->cells.cell[i];
+    }
+    state_forget_free(&s->direction[direction]);
+    state_mark(s, direction);
+    s->stats.cells_lost++;
+    return NULL;
+}
