@@ -62,7 +62,7 @@ void publish_changes(struct sphere *s, uint64_t t_ns)
     picture_begin(&s->picture);
     for (uint32_t i = 0; i < s->n_dirty; i++) {
         publish_direction(s, s->dirty[i], t_ns);
-        s->direction[s->dirty[i]].dirty = 0;
+        s->direction[s->dirty[i]].dirty = false;
     }
     s->n_dirty = 0;
     picture_set_frame(&s->picture, &s->frame);

@@ -82,9 +82,9 @@ static double weight_of(const struct sphere *s, const struct echo *echo, double 
     return echo->flags & (ECHO_BURST | ECHO_GHOST) ? fmin(weight, MARKED_BLOCKS * s->blocked_logodds) : weight;
 }
 
-/* What a beam says of water: it is free, nothing is known of it any more, or nothing at all,
- * as if it had not been sent. */
-enum said { SAID_FREE, SAID_UNKNOWN, SAID_NOTHING };
+/* What a beam says of water: it is free, nothing is known of it any more, it received nothing usable, or nothing at
+ * all, as if it had not been sent. */
+enum said { SAID_FREE, SAID_UNKNOWN, SAID_DEAF, SAID_NOTHING };
 
 /* The water that a beam speaks of, by range from the sensor. */
 struct water {
@@ -154,7 +154,11 @@ static void raise(struct sphere *s, const struct look *l, uint16_t layer, double
     state_mark(s, l->direction);
 }
 
-/* What the beam observed of the water in a direction; a beam that says nothing takes back what older ones said. */
+/*
+ * What the beam observed of the water in a direction. One look that receives nothing usable may be a burst of noise or
+ * a lost pulse: what was free stays, as of then. If the next one is deaf as well, something may be in front of the
+ * sonar: the two take it back.
+ */
 static void clear_direction(struct sphere *s, const struct look *l)
 {
     struct direction *dir = &s->direction[l->direction];
@@ -163,6 +167,10 @@ static void clear_direction(struct sphere *s, const struct look *l)
     if (!beam_stretch(l->beam, &s->ring[l->ring], &l->ray, l->water.from_m, l->water.to_m, &st))
         return;
     st.ends_at_echo = l->water.ends_at_echo;
+    const bool deaf = l->water.said == SAID_DEAF, forgiven = deaf && !first && !dir->deaf;
+    dir->deaf = deaf;
+    if (forgiven)
+        return;
     if (l->water.said == SAID_FREE) {
         free_add(dir->free, &st, &l->ping);
         if (st.ends_at_echo && !st.leaves_aside)
@@ -306,7 +314,9 @@ static struct water water_of(const struct beam *b, bool loose)
     if (to_m > from_m && !loose)
         return (struct water){.from_m = from_m, .to_m = to_m, .said = SAID_FREE, .ends_at_echo = h->n > 0};
     return (struct water){.to_m = b->ping->range_max_m,
-                          .said = h->free_to_m > h->blind_m && !own ? SAID_NOTHING : SAID_UNKNOWN};
+                          .said = own                          ? SAID_UNKNOWN
+                                  : h->free_to_m > h->blind_m ? SAID_NOTHING
+                                                              : SAID_DEAF};
 }
 
 /*
@@ -346,7 +356,7 @@ static void enter_beam(struct sphere *s, const struct beam *b, const struct beam
     const bool carves = h->free_to_m > h->blind_m && !loose && cells_m < h->free_to_m;
     l.water = water_of(b, loose);
     /* while the vehicle drifts no beam frees water by itself: motion_drift judges it together with its neighbours */
-    const bool speaks = l.water.said == SAID_UNKNOWN || (l.water.said == SAID_FREE && !s->drifts);
+    const bool speaks = l.water.said == SAID_FREE ? !s->drifts : l.water.said != SAID_NOTHING;
     const struct sieves sieves = sieves_of(s, b, widest, freed, &l.water, carves ? cells_m : INFINITY);
     double middle[3], about[3], radius = beam_sieve_cap(b, &sieves.any, middle);
     for (uint8_t i = 0; i < h->n; i++)
@@ -371,18 +381,22 @@ static void enter_beam(struct sphere *s, const struct beam *b, const struct beam
     }
 }
 
+static const uint8_t kinds[] = {[SAID_FREE] = WEDGE_FREE, [SAID_UNKNOWN] = WEDGE_UNKNOWN, [SAID_DEAF] = WEDGE_DEAF};
+
 /* What a beam says of the water, as a wedge; false: nothing. */
 static bool wedge_of(const struct beam *b, bool loose, struct wedge *out)
 {
     const struct water water = water_of(b, loose);
+    if (water.said == SAID_NOTHING)
+        return false;
     *out = (struct wedge){.az_rad = b->heard->az_rad,
                           .el_rad = b->heard->el_rad,
                           .half_az_rad = (float)fmax(0, b->opening->half_az - b->ping->pose.slack_rad),
                           .from_m = (float)water.from_m,
                           .to_m = (float)water.to_m,
-                          .kind = water.said == SAID_FREE ? WEDGE_FREE : WEDGE_UNKNOWN,
+                          .kind = kinds[water.said],
                           .ends_at_echo = water.ends_at_echo};
-    return water.said != SAID_NOTHING;
+    return true;
 }
 
 /* Keeps what the ping says of the water, in the frame in which it was observed. */
@@ -456,25 +470,38 @@ struct seen_again {
     struct free_ping by;
 };
 
+/* A look that received nothing usable or something: as in clear_direction, from the newest to the oldest. */
+static void fill_deaf(struct direction *dir, struct refill *refill, bool deaf)
+{
+    if (deaf && !refill->told)
+        dir->deaf = true;
+    if (deaf && refill->deaf)
+        refill->limit_m = 0;
+    refill->told |= !deaf;
+    refill->deaf = deaf;
+}
+
 /* What it says of a direction, of which newer ones have spoken. */
 static void fill_direction(struct sphere *s, const struct seen_again *seen, const struct rings_visit *v,
                            const struct beam_ray *ray)
 {
     const struct wedge *w = seen->wedge;
     struct direction *dir = &s->direction[v->direction];
-    float *limit_m = &s->limit_m[v->direction];
+    struct refill *refill = &s->refill[v->direction];
     struct stretch st;
-    if (*limit_m <= 0 || !beam_stretch(seen->beam, &s->ring[v->ring], ray, seen->from_m, seen->to_m, &st))
+    if (refill->limit_m <= 0 || !beam_stretch(seen->beam, &s->ring[v->ring], ray, seen->from_m, seen->to_m, &st))
         return;
     st.ends_at_echo = w->ends_at_echo;
+    fill_deaf(dir, refill, w->kind == WEDGE_DEAF);
     if (w->kind == WEDGE_FREE) {
         sides_see(s, v->direction, v->ring,
-                  &(struct side_look){seen->beam, seen->by.t_ns, seen->from_m, seen->to_m, (double)*limit_m}, &st);
-        free_fill(dir->free, &st, &seen->by, limit_m);
+                  &(struct side_look){seen->beam, seen->by.t_ns, seen->from_m, seen->to_m, (double)refill->limit_m},
+                  &st);
+        free_fill(dir->free, &st, &seen->by, &refill->limit_m);
         return;
     }
     if (w->kind == WEDGE_UNKNOWN)
-        *limit_m = 0;
+        refill->limit_m = 0;
     if (!dir->free[0].t_ping_ns)
         (w->kind == WEDGE_SPENT ? free_spend : free_withdraw)(dir->free, &seen->by);
 }
@@ -546,7 +573,8 @@ static void free_again(struct sphere *s, struct again *a, const struct wedge_pin
 static void forget_intervals(struct sphere *s)
 {
     for (uint32_t d = 0; d < s->rings.n; d++) {
-        s->limit_m[d] = INFINITY;
+        s->refill[d] = (struct refill){.limit_m = INFINITY};
+        s->direction[d].deaf = false;
         if (!s->direction[d].free[0].t_ping_ns && s->cells.first[d] == CELLS_NONE)
             continue;
         state_forget_free(&s->direction[d]);

@@ -58,7 +58,7 @@ size_t sphere_bytes(const struct sphere_conf *conf, struct fault *fault)
                (conf->axes == SPHERE_COURSE
                     ? rounded(rings.n * sizeof(double[3])) + rounded(rings.n * sizeof(float))
                     : 0) +
-               rounded(rings.n * sizeof(float)) + rounded(wedges_bytes()) + rounded(drift_bytes()) +
+               rounded(rings.n * sizeof(struct refill)) + rounded(wedges_bytes()) + rounded(drift_bytes()) +
                rounded(rings.n_rings * sizeof(struct beam_cell)) +
                rounded(relaxes(conf) ? layers * sizeof(struct relaxed) : 0) + rounded(picture_bytes(rings.n));
     return 0;
@@ -78,7 +78,7 @@ static void forget_everything(struct sphere *s)
     s->nearest_m = INFINITY;
     s->n_dirty = s->rings.n;
     for (uint32_t d = 0; d < s->rings.n; d++) {
-        s->direction[d] = (struct direction){.dirty = 1};
+        s->direction[d] = (struct direction){.dirty = true};
         s->dirty[d] = d;
     }
     memset(s->turn_ms, 0, sizeof s->turn_ms);
@@ -125,7 +125,7 @@ struct sphere *sphere_init(void *memory, const struct sphere_conf *conf)
     s->dirty = place(&at, s->rings.n * sizeof(uint32_t));
     double(*axis)[3] = place(&at, s->rings.n * sizeof *axis);
     s->axis = conf->axes == SPHERE_COURSE ? place(&at, s->rings.n * sizeof *axis) : axis;
-    s->limit_m = place(&at, s->rings.n * sizeof(float));
+    s->refill = place(&at, s->rings.n * sizeof *s->refill);
     s->stands_m = conf->axes == SPHERE_COURSE ? place(&at, s->rings.n * sizeof(float)) : NULL;
     wedges_init(&s->wedges, place(&at, wedges_bytes()));
     drift_init(&s->drift, place(&at, drift_bytes()));
@@ -142,7 +142,7 @@ struct sphere *sphere_init(void *memory, const struct sphere_conf *conf)
     forget_everything(s);
     s->n_dirty = 0; /* the picture starts out the same */
     for (uint32_t d = 0; d < s->rings.n; d++)
-        s->direction[d].dirty = 0;
+        s->direction[d].dirty = false;
     return s;
 }
 

@@ -6,7 +6,7 @@
 void state_mark(struct sphere *s, uint32_t d)
 {
     if (!s->direction[d].dirty) {
-        s->direction[d].dirty = 1;
+        s->direction[d].dirty = true;
         s->dirty[s->n_dirty++] = d;
     }
 }

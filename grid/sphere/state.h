@@ -26,7 +26,15 @@ struct reach {
 struct direction {
     struct free_interval free[FREE_INTERVALS];
     struct reach side[2]; /* of its cell, left and right: where it was in beams that freed the middle */
-    uint32_t dirty;       /* on the list of directions to publish */
+    bool dirty;           /* on the list of directions to publish */
+    bool deaf;            /* the last look at it received nothing usable */
+};
+
+/* Of a direction, while its free intervals are made anew, from the newest look to the oldest. */
+struct refill {
+    float limit_m; /* free_fill's */
+    bool told;     /* a look that received something has been entered */
+    bool deaf;     /* as in struct direction, of the look that was entered last */
 };
 
 /* Bounds how long the past can outvote the present: a few turns. */
@@ -59,7 +67,7 @@ struct sphere {
     struct wedges wedges;      /* what is free, as it was observed; empty while the axes are the body's */
     struct drift drift;        /* their looks, while they are judged by the drift since */
     uint64_t t_judged_ns;      /* that was so last */
-    float *limit_m;            /* of each direction, while its free intervals are made anew (free_fill) */
+    struct refill *refill;     /* of each direction */
     float *stands_m;           /* of each direction, while the axes turn; NULL: they never do */
     struct relaxed *relax; /* [layers], of the direction in work, all zero between; NULL: there is no relaxation */
     uint32_t *dirty;

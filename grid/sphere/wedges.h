@@ -21,7 +21,8 @@
 enum wedge_kind {
     WEDGE_FREE,    /* from from_m to to_m */
     WEDGE_SPENT,   /* it was free, and is no more: the vehicle may have drifted so far. No ping leaves one */
-    WEDGE_UNKNOWN, /* the beam received nothing usable: what is known of the water up to to_m is so no longer */
+    WEDGE_UNKNOWN, /* what was known of the water up to to_m is so no longer */
+    WEDGE_DEAF,    /* the beam received nothing usable; after another such beam it is WEDGE_UNKNOWN */
 };
 
 struct wedge {

@@ -27,7 +27,7 @@ static void *memory, *before; /* the grid's; as it was */
 static size_t bytes;
 static uint64_t cells[MAX_DIRECTIONS];
 static struct free_interval claims[MAX_DIRECTIONS][FREE_INTERVALS];
-static bool free_to_differ[MAX_DIRECTIONS];
+static bool free_to_differ[MAX_DIRECTIONS], deaf[MAX_DIRECTIONS];
 static int claimed;
 
 /* max_cells is never reached: with each cell that it gives up, a full grid takes the claims of its direction back. */
@@ -82,9 +82,11 @@ static void clear_one(const struct beam *b, uint32_t d)
         return;
     st.ends_at_echo = h->n > 0;
     free_to_differ[d] |= st.leaves_aside && !beam_stretch(b, cell, &ray, fmax(from_m, 0.1), to_m, &beyond);
+    const bool forgiven = !frees && claims[d][0].t_ping_ns && !deaf[d];
+    deaf[d] = !frees;
     if (frees)
         free_add(claims[d], &st, &by);
-    else
+    else if (!forgiven)
         free_withdraw(claims[d], &by);
     claimed++;
 }
@@ -95,8 +97,10 @@ static void foresee(const struct echoes *e, const double turn[4], const double o
     const struct beam_opening own =
         beam_opening(e->az_aperture_rad, e->el_aperture_rad, grid->rings.height_rad, grid->conf.level);
     memset(free_to_differ, 0, sizeof free_to_differ);
-    for (uint32_t d = 0; d < grid->rings.n; d++)
+    for (uint32_t d = 0; d < grid->rings.n; d++) {
         memcpy(claims[d], grid->direction[d].free, sizeof claims[d]);
+        deaf[d] = grid->direction[d].deaf;
+    }
     for (uint16_t i = 0; i < e->n_beams; i++) {
         struct beam b;
         beam_of(&b, e, i, &own, turn, origin_m);

@@ -1004,12 +1004,55 @@ TEST(beside_a_sector_that_was_wider_long_ago_nothing_is_free)
     CHECK_INT(along(91.9, 4), ANSWER_UNKNOWN); /* in the cell whose middle is at 91 */
 }
 
+/* Looks north, each after a second and on the same way: how far the water was free, 0: nothing usable; -1: no look, the
+ * centre follows the vehicle. How far is said to be free then. */
+static double free_after(const double *free_m, int n)
+{
+    start(&usual);
+    now.pose.has = POSE_ATTITUDE | POSE_POSITION;
+    now.pose_fresh = true;
+    for (int i = 0; i < n; i++)
+        if (free_m[i] < 0) {
+            now.pose.position_m[0] += 0.3;
+            now.pose.path_m += 0.3;
+            now.pose.t_ns = now.now_ns;
+            sphere_follow(sphere, &now.pose);
+        } else {
+            look_again(1, 8, 0, free_m[i]);
+        }
+    return free_end_m(1);
+}
+
+TEST(one_look_that_receives_nothing_usable_is_forgiven_and_a_second_is_not)
+{
+    static const struct {
+        double looks[6], free_m; /* before the vehicle's way */
+        int n, steps;
+    } cases[] = {{{5, 0}, 5, 2, 0},
+                 {{5, 0, 0}, 0, 3, 0},
+                 {{5, 0, 4, 0}, 5, 4, 0},
+                 {{5, 0, 0, 4, 0}, 4, 5, 0},
+                 {{0}, 0, 1, 0},
+                 {{0, 5, 0, 0, 3}, 3, 5, 0},
+                 {{5, 0, -1}, 5, 3, 1},
+                 {{5, 0, -1, 0}, 0, 4, 1},
+                 {{5, 0, 0, -1}, 0, 4, 1},
+                 {{5, 0, 4, 0, -1}, 5, 5, 1},
+                 {{5, 0, 0, 4, 0, -1}, 4, 6, 1},
+                 {{5, 0, 4, -1, 0}, 5, 5, 1}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        const double way_m = 0.3 * cases[i].steps, kept_m = fmax(cases[i].free_m - way_m, 0);
+        CHECK_NEAR(fmax(free_after(cases[i].looks, cases[i].n), 0), kept_m, 0, 0.011 * way_m + 1e-6);
+    }
+}
+
 TEST(the_side_of_a_cell_is_taken_back_like_its_middle)
 {
     start(&usual);
     look_again(1, 8, 0, 5);
     CHECK_INT(along(1.9, 4), ANSWER_CLEAR);
-    look_again(2, 2.4, 0, 0); /* nothing usable */
+    look_again(2, 2.4, 0, 0); /* nothing usable, ... */
+    look_again(2, 2.4, 0, 0); /* and again */
     look_again(0.4, 2, 0, 5); /* the middle again, and the left side */
     CHECK_INT(along(1.9, 4), ANSWER_UNKNOWN);
     start(&usual);
@@ -1451,6 +1494,7 @@ int main(void)
     RUN(the_centre_does_not_go_back_to_a_pose_from_before_the_last_ping);
     RUN(a_place_far_off_for_a_moment_is_not_followed);
     RUN(beside_a_sector_that_was_wider_long_ago_nothing_is_free);
+    RUN(one_look_that_receives_nothing_usable_is_forgiven_and_a_second_is_not);
     RUN(the_side_of_a_cell_is_taken_back_like_its_middle);
     RUN(a_longer_look_at_a_side_makes_it_new);
     RUN(a_single_beam_of_two_cells_frees_a_cell);
