@@ -129,7 +129,7 @@ static void play(const struct setting *s, const struct scene *scene, unsigned se
     struct conf conf;
 
     scans_configure(s->sections, &conf);
-    struct pipeline *pipeline = scans_start(&conf);
+    struct pipeline *pipeline = scans_start(&conf, 1);
     for (unsigned n = 0; n < PINGS; n++)
         scans_submit(pipeline, &pings[n]);
     pipeline_drain(pipeline);
@@ -228,7 +228,7 @@ static void cost(unsigned repetitions)
         uint64_t t_ns = 0;
         struct conf conf;
         scans_configure(settings[i].sections, &conf);
-        struct pipeline *pipeline = scans_start(&conf);
+        struct pipeline *pipeline = scans_start(&conf, 1);
         run_scenes(pipeline, COST_SCENES, &t_ns); /* to warm up */
         for (unsigned r = 0; r < repetitions; r++) {
             const double begin_ns = cost_now_ns();
@@ -251,7 +251,7 @@ static void count(unsigned scenes)
         uint64_t t_ns = 0;
         struct conf conf;
         scans_configure(strcmp(settings[i].knob, "threads") == 0 ? "" : settings[i].sections, &conf);
-        struct pipeline *pipeline = scans_start(&conf);
+        struct pipeline *pipeline = scans_start(&conf, 1);
         run_scenes(pipeline, scenes, &t_ns);
         printf("%s,%s,%u\n", settings[i].knob, settings[i].label, scenes * SEA_BEAMS);
         cost_mark();

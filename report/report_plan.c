@@ -78,7 +78,7 @@ static void play(const char *more, const struct sea_scene *scene, struct scans *
     struct conf conf;
 
     configure(more, &conf);
-    struct pipeline *pipeline = scans_start(&conf);
+    struct pipeline *pipeline = scans_start(&conf, 1);
     for (unsigned n = 0; n < SCANS * SEA_BEAMS; n++) {
         sea_listen(scene, SEA_PING360, n / SEA_BEAMS + 1, n % SEA_BEAMS, &sea);
         scans_submit(pipeline, &sea);
@@ -166,7 +166,7 @@ static unsigned run_some(const char *more, unsigned first, unsigned scenes, doub
     unsigned bins = 0;
 
     configure(more, &conf);
-    struct pipeline *pipeline = scans_start(&conf);
+    struct pipeline *pipeline = scans_start(&conf, 1);
     *ns = 0;
     for (unsigned n = first * COUNT_BEAMS; n < (first + scenes) * COUNT_BEAMS; n++, bins += SEA_MAX_BINS) {
         const double begin_ns = cost_now_ns();

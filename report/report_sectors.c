@@ -1,9 +1,10 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * report_sectors - the ring of sectors that the whole daemon tells of drawn waters, after three turns, against the
- * truth: is what is clear said to be clear, is what is blocked by nothing, is anything called free that is not.
- * Beside it the same ring made of the last turn of each rival's beams. Heads that turn in steps
- * that leave no gap between their beams (what stands in a gap nobody knows), vehicles that stand or move slowly.
+ * truth as seen from where the vehicle is then: is what is clear said to be clear, is what is blocked by nothing, is
+ * anything called free that is not. Beside it the same ring made of the last turn of each rival's beams, or of a fan's
+ * last ping. Heads and fans that leave no gap between their beams (what stands in a gap nobody knows), vehicles that
+ * stand or move slowly.
  *
  *   report_sectors table [FIRST [LAST]]  of seeds FIRST to LAST (1 to 8; quick: 1 and 2), for people
  *   report_sectors csv [FIRST [LAST]]    measure, method, percent
@@ -25,9 +26,9 @@
 #define SLACK_M   0.3
 #define LEVEL_RAD 0.0873 /* up and down: 5 degrees */
 
-/* What is true of a sector, of its beams in the last turn. */
+/* What is true of a sector, of beams all over it from where the vehicle is in the end. */
 struct truth {
-    bool looked;
+    bool looked; /* by the last turn, at all of it */
     double wall_m;       /* nearest that is heard like a wall */
     double solid_m;      /* nearest of anything, down to the beams' skirts */
     double from_m, to_m; /* a wall would be heard from and to here, without a gap, before anything solid */
@@ -44,10 +45,12 @@ struct count {
     double free_m, said_m;
 };
 
+enum kind { HEAD_STANDS, HEAD_MOVES, FAN_STANDS, FAN_MOVES, KINDS };
+
 static struct drawn_sound sound;
 static struct truth truth[SECTORS];
 static struct said said[CONTESTANTS][SECTORS];
-static struct count counts[CONTESTANTS];
+static struct count counts[KINDS][CONTESTANTS];
 
 static unsigned sector_of(double az_rad)
 {
@@ -59,23 +62,44 @@ static double look_m(void)
     return fmin(LOOK_M, 0.8 * sound.world.range_m);
 }
 
-static void learn_truth(void)
+/* What a beam that is sent now along az_rad adds to the truth of a sector. */
+static void learn_truth(struct truth *of, double az_rad)
 {
-    const struct drawn_truth *t = &sound.truth[0];
-    struct truth *of = &truth[sector_of((double)sound.axis[0].az_rad)];
+    static struct insonified beam;
     const double cell_m = sound.world.range_m / HEARABLE_CELLS;
+    struct hearable hearable;
     int from = 0, to;
 
-    while (from < HEARABLE_CELLS && !(t->hearable.cell[from] >> DRAWN_WALL & 1))
+    insonify_beam(&sound.insonify, sound.ping.pose.position_m, az_rad, &beam);
+    hearable_beam(&sound.insonify, &sound.margins, &beam, 1.0, true, &hearable);
+    while (from < HEARABLE_CELLS && !(hearable.cell[from] >> DRAWN_WALL & 1))
         from++;
-    for (to = from; to < HEARABLE_CELLS && t->hearable.cell[to] >> DRAWN_WALL & 1;)
+    for (to = from; to < HEARABLE_CELLS && hearable.cell[to] >> DRAWN_WALL & 1;)
         to++;
-    if (!of->looked)
-        *of = (struct truth){true, INFINITY, INFINITY, 0.0, INFINITY};
-    of->wall_m = fmin(of->wall_m, t->hearable.target_m[DRAWN_WALL]);
-    of->solid_m = fmin(of->solid_m, t->skirt_m);
+    of->wall_m = fmin(of->wall_m, hearable.target_m[DRAWN_WALL]);
+    of->solid_m = fmin(of->solid_m, beam.skirt_m);
     of->from_m = fmax(of->from_m, from * cell_m);
-    of->to_m = fmin(of->to_m, fmin(to * cell_m, t->skirt_m));
+    of->to_m = fmin(of->to_m, fmin(to * cell_m, beam.skirt_m));
+}
+
+#define RAYS 5 /* of a sector, from edge to edge */
+
+static void learn_truths(void)
+{
+    for (int i = 0; i < SECTORS; i++) {
+        struct truth *of = &truth[i];
+        *of = (struct truth){of->looked, INFINITY, INFINITY, 0.0, INFINITY};
+        for (int k = 0; k < RAYS && of->looked; k++)
+            learn_truth(of, GEO_TURN / SECTORS * (i - 0.5 + (double)k / (RAYS - 1)));
+    }
+}
+
+/* A head that turns looks at every sector, a fan at those that it holds from edge to edge. */
+static bool looks_at(int sector)
+{
+    const struct drawn_world *w = &sound.world;
+    const double off_rad = fabs(geo_wrap_pi(GEO_TURN * sector / SECTORS)) + GEO_TURN / SECTORS / 2;
+    return w->beams == 1 || off_rad <= ((w->beams - 1) * w->beam_step_rad + w->az_aperture_rad) / 2;
 }
 
 /* A rival's beam narrows what it says of the sector. */
@@ -89,28 +113,43 @@ static void learn_beam(struct said *of, bool first, const struct beam_echoes *b)
     of->state = isfinite(of->range_m) ? ANSWER_BLOCKED : of->free_to_m >= look_m() ? ANSWER_CLEAR : ANSWER_UNKNOWN;
 }
 
+/* What the rivals say of the beams of the last turn, or of a fan's newest ping. */
+static void learn_rivals(void)
+{
+    static struct beam_echoes found[DRAWN_MAX_BEAMS];
+    static bool begun[SECTORS];
+
+    if (sound.world.beams > 1 || (sound.ping.flags & PING_NEW_TURN))
+        memset(begun, 0, sizeof begun);
+    for (enum contestant c = CONTEST_THRESHOLD; c < CONTESTANTS; c++) {
+        bool seen[SECTORS];
+        memcpy(seen, begun, sizeof seen);
+        contest_detect(c, contest_standard(c), &sound.ping, found);
+        for (unsigned b = 0; b < sound.world.beams; b++) {
+            const unsigned sector = sector_of((double)sound.axis[b].az_rad);
+            learn_beam(&said[c][sector], !seen[sector], &found[b]);
+            seen[sector] = true;
+        }
+    }
+    for (unsigned b = 0; b < sound.world.beams; b++)
+        begun[sector_of((double)sound.axis[b].az_rad)] = true;
+}
+
 static void hear(struct pipeline *pipeline)
 {
     struct ping *ping = pipeline_begin(pipeline);
     struct ping heard = sound.ping;
-    struct beam_echoes found;
 
     heard.max_beams = ping->max_beams;
     heard.max_samples = ping->max_samples;
     heard.beam = ping->beam;
     heard.samples = ping->samples;
-    memcpy(heard.samples, sound.samples, heard.n_bins);
-    heard.beam[0] = sound.axis[0];
+    memcpy(heard.samples, sound.samples, (size_t)heard.n_beams * heard.n_bins);
+    memcpy(heard.beam, sound.axis, heard.n_beams * sizeof *heard.beam);
     *ping = heard;
     pipeline_submit(pipeline, ping);
-    const unsigned sector = sector_of((double)sound.axis[0].az_rad);
-    const bool last_turn = sound.turn == DRAWN_TURNS - 1, first = !truth[sector].looked;
-    for (enum contestant c = CONTEST_THRESHOLD; c < CONTESTANTS && last_turn; c++) {
-        contest_detect(c, contest_standard(c), &sound.ping, &found);
-        learn_beam(&said[c][sector], first, &found);
-    }
-    if (last_turn)
-        learn_truth();
+    if (sound.turn == DRAWN_TURNS - 1)
+        learn_rivals();
 }
 
 static void ask(struct pipeline *pipeline, const struct conf *conf)
@@ -148,25 +187,33 @@ static void count_sector(struct count *n, const struct truth *t, const struct sa
     }
 }
 
+static enum kind kind_of(const struct drawn_world *w)
+{
+    const bool moves = hypot(w->velocity_mps[0], w->velocity_mps[1]) > 0.0;
+    return w->beams > 1 ? (moves ? FAN_MOVES : FAN_STANDS) : moves ? HEAD_MOVES : HEAD_STANDS;
+}
+
 static void judge_world(uint64_t seed, unsigned number)
 {
     static struct conf conf;
 
     drawn_sound_begin(&sound, seed, number);
-    if (sound.world.beams > 1 || sound.world.beam_step_rad > (double)sound.ping.az_aperture_rad)
+    if (sound.world.beam_step_rad > (double)sound.ping.az_aperture_rad)
         return;
-    memset(truth, 0, sizeof truth);
     contest_begin();
     scans_configure("", &conf);
     conf.sonar[0].range_m = fmax(0.75, sound.world.range_m);
-    struct pipeline *pipeline = scans_start(&conf);
+    struct pipeline *pipeline = scans_start(&conf, sound.world.beams);
     while (drawn_sound_next(&sound))
         hear(pipeline);
     ask(pipeline, &conf);
     pipeline_free(pipeline);
     for (int i = 0; i < SECTORS; i++)
+        truth[i].looked = looks_at(i);
+    learn_truths();
+    for (int i = 0; i < SECTORS; i++)
         for (int c = 0; c < CONTESTANTS && truth[i].looked; c++)
-            count_sector(&counts[c], &truth[i], &said[c][i]);
+            count_sector(&counts[kind_of(&sound.world)][c], &truth[i], &said[c][i]);
 }
 
 /* ---- what is told ---- */
@@ -219,26 +266,72 @@ static const struct {
 };
 #define MEASURES (sizeof measures / sizeof measures[0])
 
+static const char *const kind_name[KINDS] = {
+    "head that stands", "head that moves", "fan that stands", "fan that moves"};
+
+/* Of heads and fans, standing and moving. */
+static struct count all_of(int c)
+{
+    struct count all = {0};
+    for (int k = 0; k < KINDS; k++) {
+        const struct count *n = &counts[k][c];
+        all.sectors += n->sectors;
+        all.clear += n->clear;
+        all.said_clear += n->said_clear;
+        all.said_blocked += n->said_blocked;
+        all.blocked += n->blocked;
+        all.of_nothing += n->of_nothing;
+        all.wrong += n->wrong;
+        all.free_m += n->free_m;
+        all.said_m += n->said_m;
+    }
+    return all;
+}
+
+typedef void print_value(const char *measure, const char *method, double percent);
+
+/* Of all, and what matters most of each kind. */
+static void print_each(print_value *print)
+{
+    char name[80];
+    for (size_t m = 0; m < MEASURES; m++)
+        for (int c = 0; c < CONTESTANTS; c++) {
+            const struct count all = all_of(c);
+            print(measures[m].name, contest_name[c], measures[m].of(&all));
+        }
+    for (int k = 0; k < KINDS; k++)
+        for (int c = 0; c < CONTESTANTS; c++) {
+            snprintf(name, sizeof name, "%s: free metres said free: %%", kind_name[k]);
+            print(name, contest_name[c], free_metres(&counts[k][c]));
+        }
+}
+
+static void print_cell(const char *measure, const char *method, double value)
+{
+    if (strcmp(method, contest_name[0]) == 0)
+        printf("%-54s", measure);
+    printf(" %13.2f%s", value, strcmp(method, contest_name[CONTESTANTS - 1]) == 0 ? "\n" : "");
+}
+
+static void print_row(const char *measure, const char *method, double value)
+{
+    printf("%s,%s,%.3g\n", measure, method, value);
+}
+
 static void print_table(void)
 {
-    printf("%u sectors, %u of them clear\n%-54s", counts[0].sectors, counts[0].clear, "");
+    const struct count all = all_of(0);
+    printf("%u sectors, %u of them clear\n%-54s", all.sectors, all.clear, "");
     for (int c = 0; c < CONTESTANTS; c++)
         printf(" %13s", contest_name[c]);
     printf("\n");
-    for (size_t m = 0; m < MEASURES; m++) {
-        printf("%-54s", measures[m].name);
-        for (int c = 0; c < CONTESTANTS; c++)
-            printf(" %13.2f", measures[m].of(&counts[c]));
-        printf("\n");
-    }
+    print_each(print_cell);
 }
 
 static void print_csv(void)
 {
     printf("measure,method,percent\n");
-    for (size_t m = 0; m < MEASURES; m++)
-        for (int c = 0; c < CONTESTANTS; c++)
-            printf("%s,%s,%.3g\n", measures[m].name, contest_name[c], measures[m].of(&counts[c]));
+    print_each(print_row);
 }
 
 int main(int argc, char **argv)

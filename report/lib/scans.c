@@ -30,7 +30,7 @@ void scans_configure(const char *sections, struct conf *conf)
     conf_source_free(source);
 }
 
-struct pipeline *scans_start(const struct conf *conf)
+struct pipeline *scans_start(const struct conf *conf, uint32_t beams)
 {
     struct pipeline_conf p;
     struct plan plan;
@@ -38,6 +38,8 @@ struct pipeline *scans_start(const struct conf *conf)
 
     plan_make(conf, &plan);
     wiring_pipeline(conf, &plan, true, &p);
+    p.max_beams = beams;
+    p.max_samples = beams * p.max_bins;
     struct pipeline *pipeline = pipeline_new(&p, &fault);
     if (!pipeline)
         print_fault(NULL, fault.text);

@@ -15,8 +15,8 @@
 /** scans_configure - the shipped configuration with one Ping360 of 12 m range, and these sections. */
 void scans_configure(const char *sections, struct conf *conf);
 
-/** scans_start - the pipeline of a configuration; pipeline_free ends it. */
-struct pipeline *scans_start(const struct conf *conf);
+/** scans_start - the pipeline of a configuration, for pings of so many beams; pipeline_free ends it. */
+struct pipeline *scans_start(const struct conf *conf, uint32_t beams);
 
 /** scans_submit - one ping of the sea goes in. */
 void scans_submit(struct pipeline *pipeline, const struct sea_ping *sea);
