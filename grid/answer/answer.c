@@ -4,9 +4,9 @@
 #include <math.h>
 #include <string.h>
 
-#include "cell_edge.h"
-#include "sight.h"
 #include "overlap.h"
+#include "scope.h"
+#include "sight.h"
 
 const char *answer_state_name(enum answer_state state)
 {
@@ -138,114 +138,8 @@ static void add_beside(struct tally *t, const struct sight *v, double need_m)
     t->a.blind_to_m = fmax(t->a.blind_to_m, heard ? fmin(need_m, v->blind_m) : need_m);
 }
 
-/* The narrowest cone, wider than the error of the grid's single-precision axes: a ray along the border of two
- * directions lies in both. */
-#define RAY_RAD 1e-4
-
-/* A question, turned into the grid's axes. */
-struct aim {
-    const struct answer_query *query;
-    const struct sight_place *place;
-    double axis[3];
-    double cos_wall, sin_wall; /* of the angle between the axis and the question's wall */
-    double ahead_m, across_m;  /* the vehicle's place off the centre, along the axis and across it */
-};
-
-/* One direction against the question: how far along its rays that reaches, 0: not at all. */
-struct share {
-    double need_m;
-    bool side;   /* it leaves a corridor through its side */
-    bool beside; /* it is no direction of the cone */
-};
-
-/* An angle, or the place of a direction against the axis. */
-struct bearing {
-    double cos, sin;
-};
-
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
-static struct bearing bearing_of(double cosine)
-{
-    const double c = fmax(-1, fmin(1, cosine));
-    return (struct bearing){c, sqrt((1 - c) * (1 + c))};
-}
-
-/* How far the first lies beyond the second; 0 when it does not. */
-static struct bearing beyond(const struct bearing *b, const struct bearing *edge)
-{
-    if (b->cos >= edge->cos)
-        return (struct bearing){1, 0};
-    return (struct bearing){b->cos * edge->cos + b->sin * edge->sin,
-                            fmax(b->sin * edge->cos - b->cos * edge->sin, 0)};
-}
-
-/* How far the vehicle is from the centre towards a ray of the cell around v, across the axis, at the most: around the
- * axis its rays lie up to an angle of this sine to both sides of v. */
-static double towards_m(const struct aim *a, const double v[3], const struct bearing *b, double reach)
-{
-    if (b->sin <= reach)
-        return a->across_m;
-    const double sine = reach / b->sin, middle_m = (dot(a->place->offset_m, v) - b->cos * a->ahead_m) / b->sin;
-    const double aside_m = sqrt(fmax(0, a->across_m * a->across_m - middle_m * middle_m));
-    if (middle_m > 0 && aside_m <= sine * a->across_m)
-        return a->across_m;
-    return middle_m * sqrt(1 - sine * sine) + aside_m * sine;
-}
-
-/* How far it may be off the centre across the wall of the question, towards a ray of the cell. */
-static double off_m(const struct aim *a, const double v[3], double reach)
-{
-    const struct bearing b = bearing_of(dot(v, a->axis));
-    return fmax(0, a->cos_wall * towards_m(a, v, &b, reach) - a->sin_wall * a->ahead_m) + a->place->slack_m;
-}
-
-/* The cells of a ring against a question. */
-struct ring_edge {
-    struct cell_edge cell;
-    double reach;         /* sine of how far their edge lies from their middle */
-    struct bearing apart; /* the angle between two of a cell's rays, at the most */
-    struct bearing
-        wall; /* the angle from the axis up to which rays are within the cone, or on a corridor's axis */
-};
-
-static struct share share_of(const struct aim *a, const double v[3], const struct ring_edge *ring)
-{
-    const struct answer_query *q = a->query;
-    const struct bearing nearest = bearing_of(cell_edge_nearest(&ring->cell, v, a->axis)),
-                         outside = beyond(&nearest, &ring->wall);
-    const double moved_m = a->place->moved_m, off = moved_m > 0 ? off_m(a, v, ring->reach) : 0;
-    if (!q->corridor) {
-        if (outside.sin <= 0 && outside.cos > 0)
-            return (struct share){.need_m = q->distance_m};
-        return (struct share){.need_m = fmin(q->distance_m, off / (outside.cos > 0 ? outside.sin : 1)),
-                              .beside = true};
-    }
-    if (outside.cos < 0)
-        return (struct share){0};
-    /* The ray nearest to the line leaves by the side last, the one farthest from it by the end; none goes beyond the
-     * corner. Ranges are already shorter by moved_m, along the ray; along the line that may be more. */
-    const double ahead = outside.cos * ring->apart.cos - outside.sin * ring->apart.sin;
-    const double end = ahead > 1e-12 ? (q->distance_m + moved_m * (1 - ahead)) / ahead : INFINITY;
-    const double side = outside.sin > 0 ? (q->radius_m + off) / outside.sin : INFINITY;
-    const double corner = hypot(q->distance_m + moved_m, q->radius_m + off);
-    return (struct share){.need_m = fmin(fmin(end, side), corner), .side = side < q->distance_m};
-}
-
-/* The same of what was observed at `middle` and may by now lie beside it. */
-static struct share share_of_direction(const struct aim *a, const double middle[3], const struct ring_edge *ring)
-{
-    double v[3] = {middle[0], middle[1], middle[2]};
-    if (a->place->adrift_rad > 0)
-        sight_swing(a->place, a->axis, v);
-    return share_of(a, v, ring);
-}
-
 /* Would a look at a direction beside the cone change nothing? That is mostly so, and much cheaper to tell. */
-static bool tells_nothing(const struct tally *t, struct picture *p, uint32_t d, const struct share *share,
+static bool tells_nothing(const struct tally *t, struct picture *p, uint32_t d, const struct scope_share *share,
                           double moved_m)
 {
     return share->beside && share->need_m <= t->a.blind_to_m && picture_edge_m(p, d) - moved_m > share->need_m;
@@ -261,39 +155,19 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
         cannot(reason, out);
         return;
     }
-    double az, el;
     struct sight_place place;
+    struct scope scope;
     sight_locate(&frame, conf, now, &place);
-    const double wall_rad = q->corridor ? 0 : fmin(fmax(q->half_angle_rad, RAY_RAD), GEO_PI);
-    struct aim aim = {.query = q, .place = &place, .cos_wall = cos(wall_rad), .sin_wall = sin(wall_rad)};
-    geo_direction(q->az_rad, q->el_rad, aim.axis);
-    sight_to_grid(&frame, now, q->ned, aim.axis);
-    aim.ahead_m = dot(place.offset_m, aim.axis);
-    aim.across_m = sqrt(fmax(0, dot(place.offset_m, place.offset_m) - aim.ahead_m * aim.ahead_m));
-    geo_angles(aim.axis, &az, &el);
-    if (rings_index(p->rings, az, el) == RINGS_NONE) {
+    if (!scope_begin(&scope, p->rings, &(struct scope_view){&frame, now, &place}, q)) {
         cannot(ANSWER_OUTSIDE, out);
         return;
     }
     struct tally tally;
     begin_tally(&tally);
-    const double turned = q->ned ? 0 : place.turned_rad;
-    const double opening = q->corridor ? GEO_PI / 2 : wall_rad;
-    const double beside = q->corridor ? 0 : sight_aside_rad(&place, 0);
-    const double around = fmin(opening + beside + turned + place.adrift_rad + p->rings->height_rad, GEO_PI);
-    if (beside > 0)
-        tally.a.blind_to_m = SIGHT_BESIDE * place.moved_m;
-    struct rings_visit visit = rings_visit(p->rings, aim.axis, around);
-    struct ring_edge edge = {.wall = {cos(fmin(wall_rad + turned, GEO_PI)), sin(fmin(wall_rad + turned, GEO_PI))}};
-    for (uint32_t ring = RINGS_NONE; rings_next(&visit); ring = visit.ring) {
-        if (visit.ring != ring) {
-            edge.cell = cell_edge_of(p->rings, visit.ring);
-            const double reach = fmin(sight_cell_reach(p->rings, visit.ring), GEO_PI / 2),
-                         apart = fmin(2 * (reach + turned), GEO_PI);
-            edge.reach = sin(reach);
-            edge.apart = (struct bearing){cos(apart), sin(apart)};
-        }
-        const struct share share = share_of_direction(&aim, p->axis[visit.direction], &edge);
+    tally.a.blind_to_m = scope.beside_m;
+    struct rings_visit visit = rings_visit(p->rings, scope.axis, scope.around_rad);
+    while (rings_next(&visit)) {
+        const struct scope_share share = scope_share(&scope, p->axis[visit.direction], visit.ring);
         if (share.need_m <= 0 || tells_nothing(&tally, p, visit.direction, &share, place.moved_m))
             continue;
         struct picture_entry e;
@@ -307,7 +181,7 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
         else
             add_water(&tally, &view, share.need_m, share.side, q->near_m - place.moved_m);
     }
-    if (!sight_keeps(p->rings, el - opening - turned, el + opening + turned))
+    if (!sight_keeps(p->rings, scope.lo_rad, scope.hi_rad))
         doubt(&tally, ANSWER_OUTSIDE);
     if (tally.a.blind_to_m >= q->distance_m)
         doubt(&tally, ANSWER_BLIND);
