@@ -168,6 +168,20 @@ static void show_free_interval(const struct page *page, const char *which, const
             page_metres(b, page_number(interval, "free_to_m")), page_duration(c, page_number(interval, "age_s")));
 }
 
+#define MOVED_LEAST_M    0.2
+#define TURNED_LEAST_DEG 2.0
+
+/* What widens the cone, where that is more than a trifle. */
+static void show_uncertain(const struct page *page, const json_t *uncertain)
+{
+    const double moved_m = page_number(uncertain, "moved_m"), turned_deg = page_number(uncertain, "turned_deg");
+    char a[PAGE_CELL];
+
+    if (moved_m >= MOVED_LEAST_M || turned_deg >= TURNED_LEAST_DEG)
+        fprintf(page->out, "uncertain pose: all counts nearer and wider by %s and %.0f°\n",
+                page_metres(a, moved_m), turned_deg);
+}
+
 static void show_pings(const struct page *page, const json_t *pings)
 {
     const json_t *list = json_object_get(pings, "newest");
@@ -209,6 +223,7 @@ void show_explain(const struct page *page, const json_t *result)
     if (!isnan(page_number(answer, "range_m")))
         fprintf(page->out, " at %s", page_metres(a, page_number(answer, "range_m")));
     fprintf(page->out, ": %s\n", because(a, answer));
+    show_uncertain(page, json_object_get(result, "uncertain"));
     show_cells(page, json_object_get(result, "cells"));
     show_gone(page, json_object_get(result, "gone"));
     fprintf(page->out, "\nof %lld directions in the cone, %lld were never observed\n",

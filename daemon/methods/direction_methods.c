@@ -19,6 +19,7 @@ void direction_answer(const struct methods_env *d, struct json_out *out, const s
     const struct reason why = {.state = a->state,
                                .why = a->reason,
                                .range_m = a->range_m,
+                               .near_m = a->near_m,
                                .free_to_m = a->free_to_m,
                                .asked_m = distance_m,
                                .blind_to_m = a->blind_to_m,
@@ -141,7 +142,7 @@ static const char *nearest_reason(const struct methods_env *d, const struct answ
         return reason_sentence(d, now, &plain, text);
     snprintf(why, sizeof why, "echo at %.2f m; some of the water before it: %s", n->range_m,
              reason_cause(d, now, n->reason, cause));
-    return reason_with_drift(now, why, n->age_s, text);
+    return reason_with_pose(now, why, n->age_s, text);
 }
 
 bool method_nearest(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)

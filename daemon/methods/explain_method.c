@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "grid/answer/sight.h"
+#include "grid/answer/scope.h"
 #include "grid/sphere/view.h"
 #include "daemon/request_job.h"
 #include "grid_methods.h"
@@ -41,12 +41,13 @@ struct scene {
     bool started;
     struct picture_frame frame;
     struct answer_now now;
-    struct sight_place place;
     struct answer_query query;
     struct answer answer;
+    struct scope scope; /* which directions the answer looked at; where it looked at none, none */
     double axis[3];     /* of the cone, in NED or the body's axes, as are the places of cells */
-    double opening_rad; /* half of it, and the cells of the grid that it touches, with relaxation their neighbours,
-                           too: that is what the answer looked at */
+    double opening_rad; /* half of it, and the cells of the grid that it touches; as far as the pose is uncertain,
+                           more */
+    double relaxed_rad; /* with relaxation cells so far from the cone raise directions within it */
     uint32_t count;
     /* directions */
     struct rings_visit visit;
@@ -99,13 +100,35 @@ static void write_sensors(struct json_out *out, const struct methods_env *d, uin
 
 /* ---- cells ---- */
 
+/* Is it so near to the cone that with relaxation its cells may raise a direction within? */
+static bool may_raise(const struct scene *s, uint32_t direction)
+{
+    const double *middle = grid_picture(s->grid)->axis[direction], *axis = s->scope.axis;
+    const double cosine = middle[0] * axis[0] + middle[1] * axis[1] + middle[2] * axis[2];
+    return cosine >= cos(fmin(s->query.half_angle_rad + s->relaxed_rad, GEO_PI));
+}
+
+/* Up to what range a direction's cells count for the answer; 0: none does. */
+static double cells_to_m(struct scene *s, const struct scope_share *share, uint32_t direction)
+{
+    struct picture_entry e;
+    struct sight view;
+    if (s->relaxed_rad > 0)
+        return share->need_m > 0 ? share->need_m : may_raise(s, direction) ? s->query.distance_m : 0;
+    if (share->need_m <= 0)
+        return 0;
+    const struct sight_observer by = {&s->limits, &s->now, &s->scope.place, s->query.near_m, share->need_m};
+    sight_look(grid_picture(s->grid), direction, &by, &e, &view);
+    return view.obstacle && view.near_m <= share->need_m ? share->need_m : 0;
+}
+
 /* The nearest ones, in order. */
-static void take_cells(struct scene *s, uint32_t direction)
+static void take_cells(struct scene *s, uint32_t direction, double to_m)
 {
     const double blocked_logodds = (double)grid_picture(s->grid)->blocked_logodds;
     struct blocking b = {.direction = direction};
     for (uint32_t k = 0; sphere_cell(s->grid->sphere, direction, k, s->now.now_ns, &b.cell); k++) {
-        if (b.cell.pending || b.cell.logodds <= blocked_logodds || b.cell.near_m > s->query.distance_m)
+        if (b.cell.pending || b.cell.logodds <= blocked_logodds || b.cell.near_m - s->scope.place.moved_m > to_m)
             continue;
         s->cells++;
         uint32_t at = s->n_found < s->count ? s->n_found++ : s->count;
@@ -163,14 +186,20 @@ static double range_of(const struct sphere_cell *c)
     return sqrt(c->point_m[0] * c->point_m[0] + c->point_m[1] * c->point_m[1] + c->point_m[2] * c->point_m[2]);
 }
 
+/* So far from the axis a thing at that range counts: it may lie beside where it was observed. */
+static double opening_at(const struct scene *s, double range_m)
+{
+    return fmin(s->opening_rad + sight_aside_rad(&s->scope.place, range_m), GEO_PI);
+}
+
 /* What stood within the cone and the distance until beams of the present turn took it away, the newest first. */
 static void take_gone(struct scene *s)
 {
-    const double cos_opening = cos(fmin(s->opening_rad, GEO_PI));
     struct sphere_cell c;
     for (uint32_t at = 0; sphere_gone(s->grid->sphere, &at, s->now.now_ns, &c);) {
         const double along_m = c.point_m[0] * s->axis[0] + c.point_m[1] * s->axis[1] + c.point_m[2] * s->axis[2];
-        if (along_m < range_of(&c) * cos_opening || c.near_m > s->query.distance_m)
+        if (along_m < range_of(&c) * cos(opening_at(s, range_of(&c))) ||
+            c.near_m - s->scope.place.moved_m > s->query.distance_m)
             continue;
         if (s->all_gone++ < s->count)
             s->gone[s->all_gone - 1] = c;
@@ -217,7 +246,7 @@ static void take_free_interval(struct scene *s, uint32_t direction)
 {
     struct picture_entry e;
     picture_get(grid_picture(s->grid), direction, &e);
-    const struct sight_observer by = {&s->limits, &s->now, &s->place, s->query.near_m, s->query.distance_m};
+    const struct sight_observer by = {&s->limits, &s->now, &s->scope.place, s->query.near_m, s->query.distance_m};
     enum answer_reason reason;
     const struct free_interval c = sight_water(&e, &by, &reason);
     s->directions++;
@@ -246,9 +275,15 @@ static void write_claims(struct json_out *out, const struct scene *s)
 
 /* ---- pings ---- */
 
+/* How far what a beam observed may have come nearer since. */
+static double nearer_m(const struct scene *s, const struct witness *w)
+{
+    return s->scope.place.moved_m + s->now.pose.drift_mps * sight_seconds(s->now.now_ns, w->t_ns);
+}
+
 static enum says says_of(const struct scene *s, const struct witness *w)
 {
-    if (w->range_m > 0 && (double)w->near_m <= s->query.distance_m)
+    if (w->range_m > 0 && (double)w->near_m - nearer_m(s, w) <= s->query.distance_m)
         return w->own ? SAYS_OWN : SAYS_ECHO;
     return w->state != BEAM_BLIND && w->free_to_m > w->blind_m ? SAYS_FREE : SAYS_NOTHING;
 }
@@ -289,8 +324,9 @@ static void write_ping(struct json_out *out, const struct scene *s, const struct
 /* Newest first. */
 static void take_beam(struct scene *s, const struct witness *w)
 {
+    const double range_m = w->range_m > 0 ? fmin((double)w->range_m, s->query.distance_m) : s->query.distance_m;
     s->back_to_ns = w->t_ns;
-    if (w->ned != (bool)s->frame.ned || !witness_sees(w, s->axis, s->opening_rad))
+    if (w->ned != (bool)s->frame.ned || !witness_sees(w, s->axis, opening_at(s, range_m)))
         return;
     const enum says says = says_of(s, w);
     s->says[says]++;
@@ -319,16 +355,31 @@ static void write_pings(struct json_out *out, const struct scene *s)
 static void begin_directions(struct scene *s)
 {
     struct picture *picture = grid_picture(s->grid);
+    struct sight_place place;
     picture_get_frame(picture, &s->frame);
-    sight_locate(&s->frame, &s->limits, &s->now, &s->place);
+    sight_locate(&s->frame, &s->limits, &s->now, &place);
     answer_direction(picture, &s->limits, &s->now, &s->query, &s->answer);
-    geo_direction(s->query.az_rad, s->query.el_rad, s->axis);
-    sight_to_grid(&s->frame, &s->now, s->query.ned, s->axis);
-    s->visit = rings_visit(picture->rings, s->axis, s->opening_rad);
+    scope_begin(&s->scope, picture->rings, &(struct scope_view){&s->frame, &s->now, &place}, &s->query);
+    s->opening_rad =
+        s->query.half_angle_rad + rings_reach(picture->rings) + s->scope.turned_rad + place.adrift_rad;
+    s->visit = rings_visit(picture->rings, s->scope.axis, fmin(s->scope.around_rad + s->relaxed_rad, GEO_PI));
+    memcpy(s->axis, s->scope.axis, sizeof s->axis);
     sight_from_grid(&s->frame, &s->now, true, s->axis);
     s->directions = s->never = s->cells = s->n_found = s->all_gone = 0;
     s->oldest = s->shortest = (struct free_interval){0};
     take_gone(s);
+}
+
+/* A direction that the answer looked at, and its cells. */
+static void take_direction(struct scene *s)
+{
+    const uint32_t direction = s->visit.direction;
+    const struct scope_share share = scope_share(&s->scope, grid_picture(s->grid)->axis[direction], s->visit.ring);
+    const double to_m = cells_to_m(s, &share, direction);
+    if (to_m > 0)
+        take_cells(s, direction, to_m);
+    if (share.need_m > 0 && !share.beside)
+        take_free_interval(s, direction);
 }
 
 /* A direction is another one once the axes have turned. */
@@ -348,8 +399,7 @@ static void look_on(struct scene *s, const struct witnesses *witnesses)
         s->all_visited = !rings_next(&s->visit);
         if (s->all_visited)
             return;
-        take_cells(s, s->visit.direction);
-        take_free_interval(s, s->visit.direction);
+        take_direction(s);
     }
     if (!s->all_visited)
         return;
@@ -380,6 +430,15 @@ static void look_at_grid(void *ctx, const struct pipeline_owned *owned)
     look_on(s, owned->witnesses);
 }
 
+/* By how much the pose may be off, which makes the cone wider and everything nearer. */
+static void write_uncertain(struct json_out *out, const struct scene *s)
+{
+    json_member_open(out, "uncertain", '{');
+    json_member_metres(out, "moved_m", s->scope.place.moved_m);
+    json_member_degrees(out, "turned_deg", s->scope.turned_rad + s->scope.place.adrift_rad);
+    json_out_close(out, '}');
+}
+
 static struct scene *begin_scene(struct methods_env *d, json_t *params, struct rpc_error *error)
 {
     struct grid *grid = grid_asked(d, params, error);
@@ -397,8 +456,7 @@ static struct scene *begin_scene(struct methods_env *d, json_t *params, struct r
     s->query.near_m = query_near_m(d);
     s->count = (uint32_t)params_integer(params, "count");
     s->now = query_now(d);
-    const double reach_rad = rings_reach(grid_picture(grid)->rings);
-    s->opening_rad = s->query.half_angle_rad + reach_rad * (grid->setting.sphere.relaxation > 0 ? 3 : 1);
+    s->relaxed_rad = grid->setting.sphere.relaxation > 0 ? 3 * rings_reach(grid_picture(grid)->rings) : 0;
     return s;
 }
 
@@ -416,6 +474,7 @@ static bool write_scene(const struct rpc_call *call, struct json_out *out, struc
     json_member_word(out, "frame", s->query.ned ? "ned" : "body");
     json_out_name(out, "answer");
     direction_answer(s->d, out, &s->now, &s->limits, s->query.distance_m, &s->answer);
+    write_uncertain(out, s);
     write_cells(out, s);
     write_gone(out, s);
     write_claims(out, s);

@@ -162,7 +162,7 @@ static const char *limit_reason(const struct methods_env *d, const struct moveme
                  d->conf.vehicle.unknown == CONF_UNKNOWN_IGNORE ? "unknown water is ignored"
                                                                 : "slow enough for unknown water",
                  reason_cause(d, &m->now, c->reason, cause));
-    return reason_with_drift(&m->now, why, l->by == LIMIT_BY_BLOCKED ? c->blocked_age_s : c->age_s, text);
+    return reason_with_pose(&m->now, why, l->by == LIMIT_BY_BLOCKED ? c->blocked_age_s : c->age_s, text);
 }
 
 static void write_limit(struct json_out *out, const struct movement *m, const struct limit *l, const char *reason)
@@ -273,7 +273,7 @@ static void write_collision(const struct methods_env *d, struct json_out *out, c
                  !moves  ? "the vehicle is at rest"
                  : blind ? reason_cause(d, &m->now, c->reason, cause)
                          : "the path is free");
-    json_member_text(out, "reason", reason_with_drift(&m->now, why, hits ? c->blocked_age_s : c->age_s, text));
+    json_member_text(out, "reason", reason_with_pose(&m->now, why, hits ? c->blocked_age_s : c->age_s, text));
     json_out_close(out, '}');
 }
 

@@ -107,9 +107,9 @@ const char *query_pose_drift(const struct methods_env *d, char text[QUERY_REASON
         !pose_log_last_ns(&d->poses, POSE_VELOCITY))
         snprintf(
             text, QUERY_REASON_SIZE,
-            "no position and no velocity: the vehicle may go %.1f m/s unnoticed, which soon takes clear water "
+            "no position and no velocity: the vehicle may go %.1f m/s unnoticed%s, which soon takes clear water "
             "away",
-            now.pose.drift_mps);
+            d->poses.drift.mps, now.pose.has & POSE_DEPTH ? "" : ", and as fast up or down");
     return text;
 }
 

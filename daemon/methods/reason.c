@@ -6,7 +6,7 @@
 
 #include "query_context.h"
 
-#define WHY_SIZE (REASON_SIZE - 64) /* so that the drift fits behind it */
+#define WHY_SIZE 200 /* what the pose leaves open fits behind it */
 
 static double metres_down(double m)
 {
@@ -31,7 +31,9 @@ static void write_offline(const struct methods_env *d, uint64_t lost, char text[
 
 static void write_observed(const struct reason *r, char text[WHY_SIZE])
 {
-    if (r->state == ANSWER_BLOCKED)
+    if (r->state == ANSWER_BLOCKED && r->asked_m > 0 && r->range_m > r->asked_m)
+        snprintf(text, WHY_SIZE, "echo at %.2f m, which may begin at %.2f m", r->range_m, metres_down(r->near_m));
+    else if (r->state == ANSWER_BLOCKED)
         snprintf(text, WHY_SIZE, "echo at %.2f m", r->range_m);
     else if (r->free_to_m > 0)
         snprintf(text, WHY_SIZE, "free up to %.2f m", metres_down(r->free_to_m));
@@ -80,17 +82,52 @@ static void write_why(const struct methods_env *d, const struct answer_now *now,
         snprintf(text, WHY_SIZE, "%.*s", WHY_SIZE - 1, reason_cause(d, now, r->why, cause));
 }
 
-const char *reason_with_drift(const struct answer_now *now, const char *why, double evidence_age_s,
-                              char text[REASON_SIZE])
+/* Less of it is in every answer, and tells nobody anything. */
+#define MOVED_LEAST_M    0.2
+#define TURNED_LEAST_RAD (GEO_PI / 90)
+
+/* What is missing of the place, and how far it may be off by now. */
+static void write_drift(const struct pose *pose, double evidence_age_s, char *text, size_t size)
+{
+    const bool place = pose->has & POSE_POSITION, depth = pose->has & POSE_DEPTH;
+    text[0] = '\0';
+    if (!(pose->drift_mps > 0) || (evidence_age_s < 0 && !pose->heading_adrift))
+        return;
+    if (pose->heading_adrift)
+        snprintf(text, size, "; no attitude: the vehicle may have turned");
+    else
+        snprintf(text, size, "; no %s: %.1f m of drift allowed for",
+                 place   ? "depth"
+                 : depth ? "position"
+                         : "position and no depth",
+                 pose->drift_mps * evidence_age_s);
+}
+
+/* How far an old pose may be off, while it counts. */
+static void write_slack(const struct answer_now *now, char *text, size_t size)
 {
     const struct pose *pose = &now->pose;
-    if (!(pose->drift_mps > 0) || (evidence_age_s < 0 && !pose->heading_adrift))
-        snprintf(text, REASON_SIZE, "%s", why);
-    else if (pose->heading_adrift)
-        snprintf(text, REASON_SIZE, "%s; no attitude: the vehicle may have turned", why);
-    else
-        snprintf(text, REASON_SIZE, "%s; no position: %.1f m of drift allowed for", why,
-                 pose->drift_mps * evidence_age_s);
+    const bool moved = pose->slack_m >= MOVED_LEAST_M, turned = pose->slack_rad >= TURNED_LEAST_RAD;
+    const double turned_deg = geo_deg(fmin(pose->slack_rad, GEO_PI));
+    text[0] = '\0';
+    if (!now->pose_fresh)
+        return;
+    if (moved && turned)
+        snprintf(text, size, "; since the last pose the vehicle may have moved %.1f m and turned %.0f deg",
+                 pose->slack_m, turned_deg);
+    else if (moved)
+        snprintf(text, size, "; since the last pose the vehicle may have moved %.1f m", pose->slack_m);
+    else if (turned)
+        snprintf(text, size, "; since the last pose the vehicle may have turned %.0f deg", turned_deg);
+}
+
+const char *reason_with_pose(const struct answer_now *now, const char *why, double evidence_age_s,
+                             char text[REASON_SIZE])
+{
+    char drift[80], slack[100];
+    write_drift(&now->pose, evidence_age_s, drift, sizeof drift);
+    write_slack(now, slack, sizeof slack);
+    snprintf(text, REASON_SIZE, "%s%s%s", why, drift, slack);
     return text;
 }
 
@@ -99,5 +136,5 @@ const char *reason_sentence(const struct methods_env *d, const struct answer_now
 {
     char why[WHY_SIZE];
     write_why(d, now, r, why);
-    return reason_with_drift(now, why, r->age_s, text);
+    return reason_with_pose(now, why, r->age_s, text);
 }

@@ -8,13 +8,14 @@
 
 #include "daemon/methods/environment.h"
 
-#define REASON_SIZE 200
+#define REASON_SIZE 320
 
 /* What the sentence is about. */
 struct reason {
     enum answer_state state;
     enum answer_reason why;
     double range_m;     /* blocked: of the obstacle */
+    double near_m;      /* blocked: it may begin as near as this */
     double free_to_m;   /* how far it is known to be free; <= 0: not given */
     double asked_m;     /* how far was asked; <= 0: not given */
     double blind_to_m;  /* nothing is known nearer, by blindness or drift; <= 0: not given */
@@ -23,7 +24,8 @@ struct reason {
 };
 
 /** reason_sentence - for example "echo at 4.20 m". Ranges of free space are rounded down to centimetres, those of blind
- * zones up. Where the pose has no position, with the drift allowed for. Returns text. */
+ * zones up. An echo beyond what was asked about blocks because it may be nearer: that is said. With what the pose
+ * leaves open. Returns text. */
 const char *reason_sentence(const struct methods_env *d, const struct answer_now *now, const struct reason *r,
                             char text[REASON_SIZE]);
 
@@ -33,9 +35,10 @@ const char *reason_sentence(const struct methods_env *d, const struct answer_now
 const char *reason_cause(const struct methods_env *d, const struct answer_now *now, enum answer_reason why,
                          char text[REASON_SIZE]);
 
-/** reason_with_drift - the sentence `why` with the drift that was allowed for evidence of that age (negative: none),
- * where the pose has no position or attitude. Returns text. */
-const char *reason_with_drift(const struct answer_now *now, const char *why, double evidence_age_s,
-                              char text[REASON_SIZE]);
+/** reason_with_pose - the sentence `why` with what the pose leaves open: the drift that was allowed for evidence of
+ * that age (negative: none) where it has no position, depth or attitude, and how far the vehicle may have moved and
+ * turned since an old one. Returns text. */
+const char *reason_with_pose(const struct answer_now *now, const char *why, double evidence_age_s,
+                             char text[REASON_SIZE]);
 
 #endif

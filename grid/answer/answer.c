@@ -36,7 +36,6 @@ const char *answer_reason_text(enum answer_reason reason)
 /* An answer while directions are added to it. */
 struct tally {
     struct answer a;
-    double near_m;              /* of the obstacle reported in a */
     double oldest_s;            /* ping of the directions looked at */
     enum answer_reason against; /* the gravest that stands against clear, beside an obstacle */
     bool looked;
@@ -50,9 +49,9 @@ static void begin_tally(struct tally *t)
 
 static void add_obstacle(struct tally *t, const struct sight *v, const struct answer_now *now, double moved_m)
 {
-    if (t->a.state == ANSWER_BLOCKED && v->near_m >= t->near_m)
+    if (t->a.state == ANSWER_BLOCKED && v->near_m >= t->a.near_m)
         return;
-    t->near_m = v->near_m;
+    t->a.near_m = v->near_m;
     t->a.state = ANSWER_BLOCKED;
     t->a.reason = ANSWER_HEARD;
     t->a.range_m = fmax(v->near_m, v->obstacle->range_m - moved_m);
@@ -119,7 +118,7 @@ static void finish_tally(struct tally *t, const struct answer_conf *conf, struct
 /* An obstacle beyond what is asked about does not block where the water is known to be free so far. Its range stays. */
 static void pass_over(struct tally *t, double need_m)
 {
-    if (t->a.state == ANSWER_BLOCKED && t->looked && t->against == ANSWER_HEARD && t->near_m > need_m)
+    if (t->a.state == ANSWER_BLOCKED && t->looked && t->against == ANSWER_HEARD && t->a.near_m > need_m)
         t->a.state = ANSWER_CLEAR;
 }
 

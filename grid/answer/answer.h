@@ -66,6 +66,7 @@ struct answer {
     enum answer_reason reason;
     double range_m; /* nearest obstacle; 0: none. Of a clear sector: beyond what was asked about */
     double range_sd_m;
+    double near_m; /* blocked: the obstacle may begin as near as this, all that is uncertain allowed for */
     /* blocked: probability that the obstacle is there; clear: 1 fading to 0 at the age limit; unknown: 0 */
     double confidence;
     double free_to_m;  /* free from blind_to_m at least to here */

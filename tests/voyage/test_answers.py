@@ -127,9 +127,28 @@ def attitude_alone(bench):
     states = {s["state"] for s in client.call("sectors", distance_m=2)["sectors"]}
     check("clear" not in states, "clear: %s" % states)
     status = client.call("status")
-    check(status["pose"]["drift"].startswith("no position and no velocity: the vehicle may go 4.2 m/s"), str(status["pose"]))
+    check(status["pose"]["drift"].startswith("no position and no velocity: the vehicle may go 3.0 m/s unnoticed, and as fast up or down"), str(status["pose"]))
     shown = bench.run(SONARCTL, "--socket", bench.socket_path, "status").stdout
     check(status["pose"]["drift"] + "; send one of them; max_speed and station_keeping" in shown, shown)
+
+
+def explain_beside_an_uncertain_pose(bench):
+    """What the answer counts because the vehicle may be elsewhere by now, or turned, is behind it, and the reason says so."""
+    client = sail(bench, pose=LEVEL).client()
+    wall = client.call("explain", azimuth_deg=90, distance_m=2)
+    check(wall["answer"]["state"] == "blocked" and wall["answer"]["range_m"] > 2, "the wall at 4 m does not block: %s" % wall)
+    check(", which may begin at 1." in wall["answer"]["reason"] and "no position and no depth" in wall["answer"]["reason"], "%s" % wall["answer"])
+    check(wall["cells"]["all"] > 0 and wall["pings"]["echo"] > 0, "nothing blocks: %s" % wall)
+    bench.processes[-1].stop()
+    trip = sail(bench, pose=STILL, max_speed="0.2 m/s", max_turn="20 deg")
+    trip.run(1)
+    client = trip.client()
+    at = client.call("explain", azimuth_deg=0, distance_m=3)
+    check(at["answer"]["state"] == "unknown" and at["directions"]["never"] > 0, "above and below it never looked: %s" % at)
+    check("never observed; since the last pose the vehicle may have moved 0." in at["answer"]["reason"], "%s" % at["answer"])
+    check(at["uncertain"]["turned_deg"] > 20 and at["uncertain"]["moved_m"] >= 0.28, "%s" % at["uncertain"])
+    out = bench.sonarctl("explain", "0", "--distance", "3")
+    check("uncertain pose: all counts nearer and wider by 0." in out.stdout, "sonarctl: %s" % out)
 
 
 def explain(bench):
@@ -209,4 +228,4 @@ def at_rest(bench):
     check((answer["state"], answer["reason"]) == ("unknown", "the vehicle is at rest"), "at rest: %s" % answer)
 
 
-run([("answers_" + f.__name__, f) for f in (nearest, limit, drift, old_place, attitude_alone, explain, unknown_ahead, collision, at_rest)])
+run([("answers_" + f.__name__, f) for f in (nearest, limit, drift, old_place, attitude_alone, explain_beside_an_uncertain_pose, explain, unknown_ahead, collision, at_rest)])

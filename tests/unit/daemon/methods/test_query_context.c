@@ -174,10 +174,12 @@ TEST(poses_without_position_and_velocity_are_named)
     check_drift(-1, 0, 0, ""); /* a fixed sonar */
     check_drift(
         -1, 0, POSE_ATTITUDE,
-        "no position and no velocity: the vehicle may go 4.2 m/s unnoticed, which soon takes clear water away");
+        "no position and no velocity: the vehicle may go 3.0 m/s unnoticed, and as fast up or down, which soon "
+        "takes clear water away");
     check_drift(
         -1, 0.5, POSE_ATTITUDE,
-        "no position and no velocity: the vehicle may go 0.7 m/s unnoticed, which soon takes clear water away");
+        "no position and no velocity: the vehicle may go 0.5 m/s unnoticed, and as fast up or down, which soon "
+        "takes clear water away");
     check_drift(
         -1, 0.5, POSE_ATTITUDE | POSE_DEPTH,
         "no position and no velocity: the vehicle may go 0.5 m/s unnoticed, which soon takes clear water away");

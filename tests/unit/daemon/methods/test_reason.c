@@ -118,17 +118,56 @@ TEST(drift_is_named_beside_the_reason)
     char text[REASON_SIZE];
     set_up();
     now.pose.drift_mps = 0.05;
-    CHECK_STR(said(ANSWER_UNKNOWN, ANSWER_NEVER, &now), "never observed; no position: 2.1 m of drift allowed for");
-    CHECK_STR(reason_with_drift(&now, "never observed", -1, text), "never observed");
+    CHECK_STR(said(ANSWER_UNKNOWN, ANSWER_NEVER, &now),
+              "never observed; no position and no depth: 2.1 m of drift allowed for");
+    CHECK_STR(reason_with_pose(&now, "never observed", -1, text), "never observed");
     /* what was asked about is no end of the blind zone: drift alone may have taken it away */
     CHECK_STR(said(ANSWER_UNKNOWN, ANSWER_BLIND, &now),
               "next to the vehicle, where the sonar is blind or the water "
-              "not known any more; no position: 2.1 m of drift allowed for");
+              "not known any more; no position and no depth: 2.1 m of drift allowed for");
     CHECK_STR(reason_cause(&env, &now, ANSWER_BLIND, text),
               "next to the vehicle, where the sonar is blind or the water not known any more");
+    now.pose.has = POSE_DEPTH;
+    CHECK_STR(reason_with_pose(&now, "never observed", 2, text),
+              "never observed; no position: 0.1 m of drift allowed for");
+    now.pose.has = POSE_POSITION;
+    CHECK_STR(reason_with_pose(&now, "never observed", 2, text),
+              "never observed; no depth: 0.1 m of drift allowed for");
     now.pose.heading_adrift = true;
-    CHECK_STR(reason_with_drift(&now, "never observed", -1, text),
+    CHECK_STR(reason_with_pose(&now, "never observed", -1, text),
               "never observed; no attitude: the vehicle may have turned");
+    loop_free(env.loop);
+}
+
+TEST(an_old_pose_that_counts_says_what_it_leaves_open)
+{
+    struct answer_now now = {.pose = pose_identity, .pose_fresh = true};
+    char text[REASON_SIZE];
+    set_up();
+    now.pose.slack_m = 0.1;
+    now.pose.slack_rad = geo_rad(1);
+    CHECK_STR(reason_with_pose(&now, "never observed", -1, text), "never observed");
+    now.pose.slack_rad = geo_rad(62);
+    CHECK_STR(reason_with_pose(&now, "never observed", -1, text),
+              "never observed; since the last pose the vehicle may have turned 62 deg");
+    now.pose.slack_m = 4.4;
+    CHECK_STR(reason_with_pose(&now, "never observed", -1, text),
+              "never observed; since the last pose the vehicle may have moved 4.4 m and turned 62 deg");
+    now.pose.slack_rad = 0;
+    CHECK_STR(said(ANSWER_BLOCKED, ANSWER_HEARD, &now),
+              "echo at 4.20 m; since the last pose the vehicle may have moved 4.4 m");
+    now.pose_fresh = false;
+    CHECK_STR(said(ANSWER_BLOCKED, ANSWER_HEARD, &now), "echo at 4.20 m");
+    loop_free(env.loop);
+}
+
+TEST(an_echo_beyond_what_was_asked_says_from_where_on_it_may_block)
+{
+    const struct answer_now now = {.pose = pose_identity};
+    const struct reason far = {.state = ANSWER_BLOCKED, .range_m = 6, .near_m = 2.919, .asked_m = 3};
+    char text[REASON_SIZE];
+    set_up();
+    CHECK_STR(reason_sentence(&env, &now, &far, text), "echo at 6.00 m, which may begin at 2.91 m");
     loop_free(env.loop);
 }
 
@@ -139,10 +178,15 @@ TEST(nothing_is_cut_off)
     set_up();
     memset(env.conf.sonar[0].name, 'x', sizeof env.conf.sonar[0].name - 1);
     now.pose.drift_mps = 5;
+    now.pose.slack_m = 100;
+    now.pose.slack_rad = GEO_PI;
+    now.pose_fresh = true;
     const char *text = said(ANSWER_UNKNOWN, ANSWER_SILENT, &now);
-    CHECK(strstr(text, "is offline; no position: 206.0 m of drift allowed for"));
+    CHECK(strstr(text,
+                 "is offline; no position and no depth: 206.0 m of drift allowed for; since the last pose the "
+                 "vehicle may have moved 100.0 m and turned 180 deg"));
     text = said(ANSWER_UNKNOWN, ANSWER_MOVED, &now);
-    CHECK(strstr(text, "was scanned; no position: 206.0 m of drift allowed for"));
+    CHECK(strstr(text, "was scanned; no position and no depth: 206.0 m of drift allowed for"));
     loop_free(env.loop);
 }
 
@@ -153,6 +197,8 @@ int main(void)
     RUN(figures_that_are_not_known_are_left_out);
     RUN(an_old_pose_says_how_old_it_is);
     RUN(drift_is_named_beside_the_reason);
+    RUN(an_old_pose_that_counts_says_what_it_leaves_open);
+    RUN(an_echo_beyond_what_was_asked_says_from_where_on_it_may_block);
     RUN(nothing_is_cut_off);
     return test_end();
 }
