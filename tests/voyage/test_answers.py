@@ -53,6 +53,28 @@ def nearest(bench):
     refused(client, "nearest", -32602, elevation_deg=[5, 5])
 
 
+def cone_and_sector(bench):
+    """As sonarctl(1) tells them apart: at 60 degrees the wall to the right comes nearer towards 90, into the wider cone; and an
+    obstacle beyond what is asked blocks a sector, not a cone, while the water before it is not known."""
+    client = sail(bench, pose=STILL).client()
+    sector = client.call("sectors", distance_m=4.3)["sectors"][12]
+    check((sector["azimuth_deg"], sector["width_deg"], sector["state"]) == (60, 5, "clear"), "%s" % sector)
+    wide = client.call("blocked", azimuth_deg=60, distance_m=4.3)
+    check(wide["state"] == "blocked" and wide["range_m"] > 4.3 - TOLERANCE_M, "a cone of 15 degrees: %s" % wide)
+    narrow = client.call("blocked", azimuth_deg=60, distance_m=4.3, half_angle_deg=2.5)
+    check(narrow["state"] == "clear", "as wide as the sector: %s" % narrow)
+    bench.processes[-1].stop()
+    bench.conf(vehicle={"near": "4 m"}, pose={"max_age": "60 s"}, grid={"clear_for": "1 s"})
+    trip = ping360(bench)
+    for _ in range(2 * TURN // 5):
+        trip.pose(**STILL)
+        trip.pings(5)
+    client = trip.client()
+    sector, cone = client.call("sectors", distance_m=2)["sectors"][0], client.call("blocked", azimuth_deg=0, distance_m=2)
+    check(sector["state"] == "blocked" and sector["range_m"] > 8, "a wall behind old water: %s" % sector)
+    check(cone["state"] == "unknown" and cone["reason"].startswith("last scan of this direction is"), "%s" % cone)
+
+
 def limit(bench):
     """Against every wall: what is given stops before it, and more braking way is not wasted."""
     client = basin(bench, unknown="ignore")
@@ -228,4 +250,4 @@ def at_rest(bench):
     check((answer["state"], answer["reason"]) == ("unknown", "the vehicle is at rest"), "at rest: %s" % answer)
 
 
-run([("answers_" + f.__name__, f) for f in (nearest, limit, drift, old_place, attitude_alone, explain_beside_an_uncertain_pose, explain, unknown_ahead, collision, at_rest)])
+run([("answers_" + f.__name__, f) for f in (nearest, cone_and_sector, limit, drift, old_place, attitude_alone, explain_beside_an_uncertain_pose, explain, unknown_ahead, collision, at_rest)])
