@@ -383,8 +383,9 @@ const struct conf_key conf_keys[] = {
      .help =
          "An older pose is stale, and answers that need it are unknown. auto: 1 s. If poses, or some part of\n"
          "them, come more rarely and max_speed and max_turn are set, 3 times the usual interval, at most 10 s:\n"
-         "the two bound what the vehicle can have done meanwhile. Raise it yourself only if poses come more\n"
-         "rarely still."},
+         "the two bound what the vehicle can have done meanwhile. The usual interval is the middle one of the\n"
+         "last seven, so this begins with the eighth pose. `sonarctl status` shows what is in force. Raise it\n"
+         "yourself only if poses come more rarely still."},
     {"pose", "heading_drift", LIVE, QUANTITY(1, "deg/s", 0, 10), .standard = "0.01 deg/s",
      CONF(pose.heading_drift_radps),
      .help =

@@ -266,6 +266,22 @@ static void show_sensor(const struct page *page, const json_t *sensor)
     show_bus(page, json_object_get(sensor, "bus"));
 }
 
+/* How old the parts may be that were ever given. */
+static void show_max_age(const struct page *page, const json_t *max_age_s)
+{
+    static const char *const parts[] = {"attitude", "position", "depth", "velocity"};
+    const char *between = "             stale after ";
+
+    for (size_t i = 0; i < sizeof parts / sizeof *parts; i++) {
+        if (isnan(page_number(max_age_s, parts[i])))
+            continue;
+        fprintf(page->out, "%s%g s (%s)", between, page_number(max_age_s, parts[i]), parts[i]);
+        between = ", ";
+    }
+    if (between[0] == ',')
+        fputc('\n', page->out);
+}
+
 static void show_pose(const struct page *page, const json_t *pose)
 {
     const json_t *has = json_object_get(pose, "has");
@@ -283,6 +299,7 @@ static void show_pose(const struct page *page, const json_t *pose)
     else
         fprintf(page->out, "; %s old", page_duration(a, page_number(pose, "age_s")));
     fprintf(page->out, "; %lld accepted, %lld refused\n", page_count(pose, "count"), page_count(pose, "refused"));
+    show_max_age(page, json_object_get(pose, "max_age_s"));
     if (json_string_length(json_object_get(pose, "missing")) > 0)
         fprintf(page->out, "             %s; it must keep coming, or give poses up: `sonarctl pose --withdraw`\n",
                 page_text(a, pose, "missing"));

@@ -221,9 +221,20 @@ static void write_attitude(struct json_out *out, const struct methods_env *d, co
     json_out_close(out, ']');
 }
 
+static const char *const pose_parts[] = {"attitude", "position", "depth", "velocity"};
+
+/* How old each part that was ever given may be, as it is in force: with max_age = auto that changes. */
+static void write_max_age(struct json_out *out, const struct methods_env *d)
+{
+    json_member_open(out, "max_age_s", '{');
+    for (unsigned i = 0; i < 4; i++)
+        json_member_known(out, pose_parts[i], pose_log_last_ns(&d->poses, 1u << i) > 0,
+                          (double)pose_log_max_age_ns(&d->poses, 1u << i) * 1e-9, 1e3);
+    json_out_close(out, '}');
+}
+
 static void write_pose(struct json_out *out, const struct methods_env *d)
 {
-    static const char *const parts[] = {"attitude", "position", "depth", "velocity"};
     char missing[QUERY_REASON_SIZE], drift[QUERY_REASON_SIZE];
     struct pose p;
     pose_log_newest(&d->poses, &p);
@@ -232,8 +243,9 @@ static void write_pose(struct json_out *out, const struct methods_env *d)
     json_member_open(out, "has", '[');
     for (unsigned i = 0; i < 4; i++)
         if (p.has & (1u << i))
-            json_out_word(out, parts[i]);
+            json_out_word(out, pose_parts[i]);
     json_out_close(out, ']');
+    write_max_age(out, d);
     write_attitude(out, d, &p);
     json_member_count(out, "count", d->poses.taken);
     json_member_count(out, "refused", d->poses.refused);

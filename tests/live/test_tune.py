@@ -425,6 +425,7 @@ def names_old_poses(bench):
              for t, age in enumerate((0.2, None, 1.5, 7))]
     said = module.read_answers(bench.write("answers", "".join(json.dumps(line) + "\n" for line in lines)))
     check("in 2 of 4 answers the pose was older than [pose] max_age, 1 s," in module.old_poses(said, "1 s"), module.old_poses(said, "1 s"))
+    check("in 2 of 4 answers the pose was older than 1 s ([pose] max_age = auto)," in module.old_poses(said, "auto"), "auto")
     check(module.old_poses(said, "10 s") == "" and module.old_poses([], "1 s") == "", "poses that are new enough")
     tuner = module.Tuner.__new__(module.Tuner)
     tuner.careful, tuner.reference, tuner.sonard = {}, said, types.SimpleNamespace(values={("pose", "max_age"): "1 s"})

@@ -152,6 +152,7 @@ def attitude_alone(bench):
     check(status["pose"]["drift"].startswith("no position and no velocity: the vehicle may go 3.0 m/s unnoticed, and as fast up or down"), str(status["pose"]))
     shown = bench.run(SONARCTL, "--socket", bench.socket_path, "status").stdout
     check(status["pose"]["drift"] + "; send one of them; max_speed and station_keeping" in shown, shown)
+    check("\n             stale after 60 s (attitude)\n" in shown, shown)
 
 
 def explain_beside_an_uncertain_pose(bench):

@@ -188,11 +188,42 @@ TEST(poses_without_position_and_velocity_are_named)
     check_drift(-1, 0.5, POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH, "");
 }
 
+/* What of a part's limit status says; negative: null. */
+static double max_age_s(const char *part)
+{
+    json_t *a = ask("status", json_object());
+    const json_t *limit = json_object_get(json_object_get(json_object_get(a, "pose"), "max_age_s"), part);
+    const double s = json_is_null(limit) ? -1 : json_number_value(limit);
+    CHECK(limit);
+    json_decref(a);
+    return s;
+}
+
+/* Of attitudes every two seconds, where it is known how far the vehicle can have gone and turned meanwhile. */
+TEST(the_limit_of_a_pose_is_shown_as_it_is_in_force)
+{
+    CHECK(begin());
+    pose_log_set_max_age(&d.poses, POSE_LOG_AUTO);
+    pose_log_set_most(&d.poses, 1, 1);
+    CHECK_NEAR(max_age_s("attitude"), -1, 0, 0);
+    struct pose pose = pose_identity;
+    pose.has = POSE_ATTITUDE;
+    for (int i = 0; i < 8; i++) {
+        loop_advance(d.loop, loop_now(d.loop) + 2 * SECOND);
+        pose.t_ns = loop_now(d.loop);
+        CHECK(pose_log_put(&d.poses, &pose));
+        CHECK_NEAR(max_age_s("attitude"), i < 7 ? 1 : 6, 0, 1e-6);
+    }
+    CHECK_NEAR(max_age_s("depth"), -1, 0, 0);
+    rig_end();
+}
+
 int main(void)
 {
     RUN(what_a_lost_sonar_observed_is_unknown);
     RUN(an_attitude_that_is_too_old_is_none);
     RUN(settings_that_do_not_fit_are_in_the_status);
     RUN(poses_without_position_and_velocity_are_named);
+    RUN(the_limit_of_a_pose_is_shown_as_it_is_in_force);
     return test_end();
 }
