@@ -18,6 +18,10 @@ result=$?
 verdict demo_finds_the_walls $result
 grep -q '^clear' "$tmp/demo" && grep -q '^unknown' "$tmp/demo" && grep -q '^blocked' "$tmp/demo"
 verdict demo_shows_all_three_answers $?
+# README.md shows some of it, with ... for what it leaves out.
+awk '/^    / && /azimuth  state/ { shown = 1 } /^## / { shown = 0 } shown && /^    / && !/\.\.\.$/ { print substr($0, 5) }' README.md >"$tmp/shown"
+[ -s "$tmp/shown" ] && ! grep -vxFf "$tmp/demo" "$tmp/shown"
+verdict readme_shows_what_the_demo_prints $?
 rsvg-convert -o "$tmp/box.png" demo/box.svg 2>"$tmp/svg"
 verdict demo_draws_a_valid_svg $?
 
