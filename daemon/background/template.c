@@ -139,6 +139,20 @@ static uint32_t least_used(const struct template *t)
     return t->learning.pings < LEAST_USED ? t->learning.pings : LEAST_USED;
 }
 
+/* Open water has no part of the vehicle, and a template none: that is no failure. */
+static void say_learnt(struct templates *s, int sensor, const struct background_kept *kept)
+{
+    const unsigned others = (unsigned)(kept->clusters - kept->kept);
+    if (kept->kept == 0)
+        happened(s, sensor, LOG_NOTICE, "background_learnt",
+                 "learnt: no part of the vehicle found; loud clusters that stay obstacles: %u; %u cells are blind",
+                 others, (unsigned)kept->blind);
+    else
+        happened(s, sensor, LOG_NOTICE, "background_learnt",
+                 "learnt: loud clusters taken for the vehicle: %u, that stay obstacles: %u; %u cells are blind",
+                 (unsigned)kept->kept, others, (unsigned)kept->blind);
+}
+
 /* What was learnt is in force, and learning is over. Without memory it goes on. */
 static bool finish_learning(struct templates *s, int sensor, struct fault *fault)
 {
@@ -151,9 +165,7 @@ static bool finish_learning(struct templates *s, int sensor, struct fault *fault
         return no_memory(fault);
     }
     t->kept = kept;
-    happened(s, sensor, LOG_NOTICE, "background_learnt",
-             "learnt: %u of %u clusters are the vehicle, %u cells are blind", kept.kept, kept.clusters,
-             kept.blind);
+    say_learnt(s, sensor, &kept);
     return true;
 }
 

@@ -111,6 +111,7 @@ TEST(a_bar_is_learnt_and_masked)
     CHECK(isnan(number_of("learning", "pings")));
     CHECK_NEAR(number_of("template", "rows_learnt"), 400, 0, 0);
     CHECK_NEAR(number_of("template", "clusters_kept"), 1, 0, 0);
+    CHECK(strstr(text_of("background", "", NULL, "happened"), "learnt: loud clusters taken for the vehicle: 1, "));
     CHECK(number_of("template", "blind_cells") > 20);
     CHECK_STR(rig_status("background", true), "in force");
     rig_run(130); /* what was seen of it is forgotten */
@@ -124,6 +125,19 @@ TEST(a_bar_is_learnt_and_masked)
     pings(500);
     CHECK_STR(background_state(), "none");
     CHECK_STR(state_at(BAR_DEG, 1.5), "blocked");
+    rig_end();
+}
+
+/* Nothing is so loud: that is what open water gives, and no failure. */
+TEST(no_part_of_the_vehicle_is_found)
+{
+    begin(SHORT "[background]\nmin_level = 255\n");
+    rig_run_pings(1);
+    json_decref(rig_ask("background_learn", "%s", "\"pings\":3,\"motion\":\"any\""));
+    RIG_UNTIL(strcmp(background_state(), "in force") == 0, 400);
+    CHECK_NEAR(number_of("template", "clusters_kept"), 0, 0, 0);
+    CHECK(strstr(text_of("background", "", NULL, "happened"),
+                 "learnt: no part of the vehicle found; loud clusters"));
     rig_end();
 }
 
@@ -199,6 +213,7 @@ TEST(water_behind_a_part_that_rings)
 int main(void)
 {
     RUN(a_bar_is_learnt_and_masked);
+    RUN(no_part_of_the_vehicle_is_found);
     RUN(a_vehicle_that_stands_still_learns_nothing);
     RUN(without_a_pose_it_says_so);
     RUN(water_behind_a_part_that_rings);
