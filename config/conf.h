@@ -190,7 +190,7 @@ struct conf_vehicle {
     double margin_m;       /* margin = 0.3 m: of water on every side */
     double near_m;         /* near = 1.5 m: nearer water is not asked for; auto: 0 */
     double max_speed_mps;  /* max_speed = 1.5 m/s; told: 0 */
-    double max_turn_radps; /* max_turn = 90 deg, a second; told: 0 */
+    double max_turn_radps; /* max_turn = 90 deg/s; told: 0 */
     double keep_mps;       /* station_keeping = 0.05 m/s; no: -1 */
     double braking_mps2;   /* braking = 0.2 m/s2 */
     double latency_s;      /* latency = 0.5 s */

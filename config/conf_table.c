@@ -421,9 +421,9 @@ const struct conf_key conf_keys[] = {
              "vehicle that has just started then counts as at rest until the next pose: half its acceleration\n"
              "times the square of that time is missing. Set a value if poses come less than 5 times a second.\n"
              "Poses that move 5 m farther than this allows hold the map ([map], docs/map.md)."},
-    {"vehicle", "max_turn", LIVE, QUANTITY(1, "deg", 0.1, 1000), .standard = "told", .instead = "told",
-     .instead_value = 0, CONF(vehicle.max_turn_radps),
-     .help = "Maximum turn in one second; like max_speed, for directions in the body's frame. An attitude more\n"
+    {"vehicle", "max_turn", LIVE, QUANTITY(1, "deg/s", 0.1, 1000), .also = "deg", .standard = "told",
+     .instead = "told", .instead_value = 0, CONF(vehicle.max_turn_radps),
+     .help = "Maximum turn rate; like max_speed, for directions in the body's frame. An attitude more\n"
              "than 5 degrees beyond it is a jump: what was clear is unknown until it is scanned again. told: the\n"
              "last reported turn rate, but a jump is found only beyond a full turn a second. An attitude more\n"
              "than 20 degrees beyond it holds the map."},

@@ -32,6 +32,7 @@ struct conf_key {
     enum conf_kind kind;
     int n;                    /* CONF_QUANTITY: how many numbers */
     const char *unit;         /* CONF_QUANTITY: the key's own unit, also of lo and hi; NULL: plain numbers */
+    const char *also;         /* a unit of another kind whose numbers mean the same; NULL: none */
     double lo, hi;            /* closed range */
     const char *standard;     /* the default as it would stand in a file; NULL: the key is required ... */
     const char *example;      /* ... and the sample has this */

@@ -95,6 +95,11 @@ static bool number_read(const char **s, double *number)
     return true;
 }
 
+static bool is_unit_of(const struct conf_key *key, const struct unit *unit)
+{
+    return unit->dimension == unit_find(key->unit)->dimension || (key->also && strcmp(unit->name, key->also) == 0);
+}
+
 static bool unit_read(const struct conf_key *key, const char *text, const struct unit **unit, struct fault *fault)
 {
     *unit = NULL;
@@ -103,7 +108,7 @@ static bool unit_read(const struct conf_key *key, const char *text, const struct
     if (*text == '\0')
         return fault_set(fault, "the unit is missing");
     *unit = unit_find(text);
-    if (!*unit || (*unit)->dimension != unit_find(key->unit)->dimension)
+    if (!*unit || !is_unit_of(key, *unit))
         return fault_set(fault, "'%s' is not a unit of it", text);
     return true;
 }
@@ -219,10 +224,13 @@ bool conf_value_read(const struct conf_key *key, const char *text, void *base, s
     return text_read(key, text, field, fault);
 }
 
-/* The fewest digits (%g drops zeros; below 6 it would write 20 as 2e+01) that read back to value; false: none do. */
-static bool number_write(double value, const struct unit *unit, char *text, size_t size)
+#define DIGITS_SHORT 6 /* %g drops zeros; with fewer it would write 20 as 2e+01 */
+#define DIGITS_MOST  17
+
+/* The fewest digits that read back to value; false: none up to so many do. */
+static bool number_write(double value, const struct unit *unit, int most, char *text, size_t size)
 {
-    for (int digits = 6; digits <= 17; digits++) {
+    for (int digits = DIGITS_SHORT; digits <= most; digits++) {
         snprintf(text, size, "%.*g", digits, from_si(value, unit));
         if (to_si(strtod(text, NULL), unit) == value)
             return true;
@@ -230,19 +238,34 @@ static bool number_write(double value, const struct unit *unit, char *text, size
     return false;
 }
 
-static bool quantity_write(const struct conf_key *key, const double *value, const struct unit *unit, char *text,
-                           size_t size)
+/* False: with so many digits it is not exact. */
+static bool quantity_write_in(const struct conf_key *key, const double *value, const struct unit *unit, int most,
+                              char *text, size_t size)
 {
     size_t used = 0;
     bool exact = true;
     for (int i = 0; i < key->n; i++) {
         char number[32];
-        exact = number_write(value[i], unit, number, sizeof number) && exact;
+        exact = number_write(value[i], unit, most, number, sizeof number) && exact;
         used += (size_t)snprintf(text + used, size - used, "%s%s", i > 0 ? " " : "", number);
     }
     if (unit)
         snprintf(text + used, size - used, " %s", unit->name);
     return exact;
+}
+
+/* In the key's own unit, unless only another one takes few digits: 36 deg/h is no round number of deg/s. */
+static void quantity_write(const struct conf_key *key, const double *value, char *text, size_t size)
+{
+    const struct unit *own = key->unit ? unit_find(key->unit) : NULL;
+    if (quantity_write_in(key, value, own, DIGITS_SHORT, text, size))
+        return;
+    for (size_t i = 0; own && i < N_UNITS; i++)
+        if (units[i].dimension == own->dimension &&
+            quantity_write_in(key, value, &units[i], DIGITS_SHORT, text, size))
+            return;
+    if (!quantity_write_in(key, value, own, DIGITS_MOST, text, size) && own)
+        quantity_write_in(key, value, unit_si(own), DIGITS_MOST, text, size);
 }
 
 static bool is_instead(const struct conf_key *key, const void *field)
@@ -264,12 +287,9 @@ void conf_value_write(const struct conf_key *key, const void *base, char *text, 
         return;
     }
     switch (key->kind) {
-    case CONF_QUANTITY: {
-        const struct unit *unit = key->unit ? unit_find(key->unit) : NULL;
-        if (!quantity_write(key, field, unit, text, size) && unit)
-            quantity_write(key, field, unit_si(unit), text, size);
+    case CONF_QUANTITY:
+        quantity_write(key, field, text, size);
         return;
-    }
     case CONF_INTEGER:
         snprintf(text, size, "%d", *(const int *)field);
         return;
@@ -321,6 +341,8 @@ void conf_value_allowed(const struct conf_key *key, char *text, size_t size)
         used = append(text, size, used, "%.9g to %.9g", key->lo, key->hi);
         if (key->unit)
             used = append_units(text, size, used, key->unit);
+        if (key->also)
+            used = append(text, size, used, ", or as many %s", key->also);
         break;
     case CONF_INTEGER:
         used = append(text, size, used, "%d to %d", (int)key->lo, (int)key->hi);

@@ -23,7 +23,8 @@ bool conf_value_read(const struct conf_key *key, const char *text, void *base, s
 
 /**
  * conf_value_write - the value below `base` as it would stand in a file, with the fewest digits that read back to
- * the same bits. The key's own unit, or the SI unit where no number in the key's own unit has exactly those bits.
+ * the same bits. The key's own unit, another of its kind where only that one makes it short, or the SI unit where no
+ * number in the key's own unit has exactly those bits.
  */
 void conf_value_write(const struct conf_key *key, const void *base, char *text, size_t size);
 

@@ -200,11 +200,36 @@ TEST(broken_lines)
     CHECK_BROKEN(cases);
 }
 
+/* What is written is short where any unit of the key makes it so. */
+TEST(a_value_is_written_as_it_was_given)
+{
+    static const struct {
+        const char *section, *key, *value, *want;
+    } rows[] = {{"pose", "heading_drift", "36 deg/h", "36 deg/h"},
+                {"pose", "heading_drift", "0.05 deg/s", "0.05 deg/s"},
+                {"vehicle", "max_turn", "90 deg", "90 deg/s"},
+                {"vehicle", "max_turn", "7 deg/s", "7 deg/s"},
+                {"grid", "clear_for", "1 min", "60 s"},
+                {"pose", "heading_drift", "0.0123456789 deg/s", "0.0123456789 deg/s"}};
+    struct conf conf;
+    char text[256], written[CONF_VALUE_MAX];
+    for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
+        snprintf(text, sizeof text, BASE "[%s]\n%s = %s\n", rows[i].section, rows[i].key, rows[i].value);
+        CHECK_INT(load(&conf, text), 0);
+        conf_value_write(conf_key_find(rows[i].section, rows[i].key), &conf, written, sizeof written);
+        CHECK_STR(written, rows[i].want);
+    }
+}
+
 TEST(broken_numbers_with_units)
 {
     static const struct broken cases[] = {
         {"nothing", BASE "range =\n",
          "t.conf:4: [sonar a] range = : no value after =; want 0.75 to 200 m " LENGTHS},
+        {"turn in another unit", BASE "[vehicle]\nmax_turn = 90 grad\n",
+         "t.conf:5: [vehicle] max_turn = 90 grad: 'grad' is not a unit of it; want 0.1 to 1000 deg/s (rad/s, "
+         "deg/s, "
+         "deg/h), or as many deg, or told"},
         {"no number", BASE "range = far\n",
          "t.conf:4: [sonar a] range = far: 'far' is not a number; want 0.75 to 200 m " LENGTHS},
         {"nan", BASE "range = nan m\n",
@@ -586,6 +611,8 @@ TEST(units)
                    {"200 m", 200.0}, {"3.5e1 m", 35},      {"0.2 km", 200.0}},
       angles[] = {{"1 grad", 2 * M_PI / 400}, {"0.9 deg", 0.9 * (M_PI / 180)}, {"0.5 rad", 0.5}},
       times[] = {{"1500 ms", 1.5}, {"0.5 min", 30}, {"0.005 h", 18}, {"2 s", 2}},
+      turns[] = {{"90 deg/s", 90 * (M_PI / 180)}, {"90 deg", 90 * (M_PI / 180)}, {"1.5 rad/s", 1.5}},
+      drifts[] = {{"36 deg/h", 36 * (M_PI / 180) / 3600}, {"0.1 deg/s", 0.1 * (M_PI / 180)}},
       frequencies[] = {{"750 kHz", 750e3}, {"0.75 MHz", 750e3}, {"750000 Hz", 750e3}},
       sizes[] = {{"1048576 B", 1048576}, {"2048 KiB", 2097152}, {"1.5 MiB", 1572864}, {"2 GiB", 2147483648.0}};
     struct conf conf;
@@ -600,6 +627,8 @@ TEST(units)
     CHECK_UNITS(lengths, "range", sonar[0].range_m);
     CHECK_UNITS(angles, "step", sonar[0].step_rad);
     CHECK_UNITS(times, "[grid]\nclear_for", grid.clear_for_s);
+    CHECK_UNITS(turns, "[vehicle]\nmax_turn", vehicle.max_turn_radps);
+    CHECK_UNITS(drifts, "[pose]\nheading_drift", pose.heading_drift_radps);
     CHECK_UNITS(frequencies, "frequency", sonar[0].frequency_hz);
     CHECK_UNITS(sizes, "[record]\nfile_size", record.file_size_bytes);
 }
@@ -988,6 +1017,7 @@ int main(void)
     RUN(words_are_in_the_order_of_their_enums);
     RUN(good_syntax);
     RUN(units);
+    RUN(a_value_is_written_as_it_was_given);
     RUN(words_stand_for_what_is_absent);
     if (enter_comma_locale())
         RUN(a_decimal_comma_outside_changes_nothing);
