@@ -116,16 +116,21 @@ static const struct ping *next_of(struct intake *in, struct extract_aid *aid)
     return ping;
 }
 
+/* What `status` says of a sonar's extraction. */
+static void publish_extract(struct pipeline *p, int sensor)
+{
+    struct extract_reference reference;
+    extract_reference(p->extract[sensor], &reference);
+    snapshot_publish(&p->reference[sensor], &reference);
+    atomic_store_explicit(&p->law_doubt[sensor], (int)extract_law_doubt(p->extract[sensor]), memory_order_relaxed);
+}
+
 static void run_extract(struct pipeline *p, const struct ping *ping, const struct extract_aid *aid,
                         struct echoes *e)
 {
     const uint64_t started_ns = now_of(p);
     extract_run(p->extract[ping->sensor], ping, aid->blind || aid->clean ? aid : NULL, e);
-    atomic_store_explicit(&p->law_doubt[ping->sensor], (int)extract_law_doubt(p->extract[ping->sensor]),
-                          memory_order_relaxed);
-    struct extract_reference reference;
-    if (extract_reference(p->extract[ping->sensor], &reference))
-        snapshot_publish(&p->reference[ping->sensor], &reference);
+    publish_extract(p, ping->sensor);
     if (p->marks[ping->sensor])
         marks_run(p->marks[ping->sensor], e);
     if (p->own_echo[ping->sensor]) {
@@ -319,6 +324,7 @@ void pipeline_take_extract(void *extract_job, const struct pipeline_owned *owned
     struct pipeline *p = e->call.pipeline;
     (void)owned;
     e->good = extract_init(p->extract[e->sensor], &e->conf, p->conf.max_bins, &e->fault);
+    publish_extract(p, e->sensor);
 }
 
 void pipeline_take_background(void *background_job, const struct pipeline_owned *owned)

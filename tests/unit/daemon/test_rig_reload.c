@@ -159,6 +159,30 @@ TEST(a_sonars_detector_begins_anew_with_its_new_key)
     end();
 }
 
+/* What the sonar detects, as status says; 0: not known. */
+static double detects_db(void)
+{
+    json_t *reply = rig_ask("status", "%s", "");
+    const json_t *sensor = json_array_get(json_object_get(reply, "sensors"), 0);
+    const double db = json_number_value(json_object_get(json_object_get(sensor, "detects"), "level_db"));
+    json_decref(reply);
+    return db;
+}
+
+/* The old level is none of the new target's. */
+TEST(what_is_detected_is_not_known_until_a_ping_comes_under_the_new_target)
+{
+    begin(OLD);
+    head_turns();
+    const double wall_db = detects_db();
+    CHECK(wall_db < 0);
+    reload(OLD "[extract]\ntarget = net\n", 1);
+    CHECK_NEAR(detects_db(), 0, 0, 0);
+    rig_run_pings(20);
+    CHECK(detects_db() < wall_db - 3);
+    end();
+}
+
 TEST(the_log_says_as_much_as_it_should)
 {
     static const struct {
@@ -203,6 +227,7 @@ int main(void)
     RUN(max_age_makes_a_pose_old_and_young);
     RUN(limits_of_the_grid_and_of_questions_change);
     RUN(a_sonars_detector_begins_anew_with_its_new_key);
+    RUN(what_is_detected_is_not_known_until_a_ping_comes_under_the_new_target);
     RUN(the_log_says_as_much_as_it_should);
     RUN(who_may_change_something_is_looked_up_again);
     return test_end();
