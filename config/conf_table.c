@@ -296,7 +296,7 @@ const struct conf_key conf_keys[] = {
      .help = "A direction counts as clear for this long after its last ping, then it is unknown. Not longer than\n"
              "forget. If it is shorter than a revolution of the head, most of the circle stays unknown. A\n"
              "revolution takes 9 to 35 s, and 63 s for a Ping360 at 115200 baud and 20 m. auto: 1.5 times the\n"
-             "longest measured revolution, at least 30 s."},
+             "longest measured revolution, at least 30 s; forget, if that is less."},
     {"grid", "forget", QUANTITY(1, "s", 1, 86400), .standard = "auto", .instead = "auto", .instead_value = 0,
      CONF(grid.forget_s),
      .help = "Longest time an obstacle blocks after its last echo. An echo that nothing confirms blocks half as\n"

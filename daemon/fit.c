@@ -6,6 +6,7 @@
 #include "core/fault.h"
 #include "core/log.h"
 #include "drivers/devices/device.h"
+#include "grid/answer/answer.h"
 #include "grid/geometry.h"
 
 #define EQUAL 1e-6 /* of angles and lengths that are equal but for rounding */
@@ -104,12 +105,33 @@ static void judge_circle(const struct conf *conf, const struct conf_sonar *c, fi
     tell(ctx, f.text);
 }
 
-#define CLEAR_FOR_LEAST_S 30.0 /* of clear_for = auto */
-#define DRIFT_MOST_DEG    5.0  /* to both sides of what is asked: more than a usual cone is wide */
+/* clear_for at the least, as it is in force while no revolution was measured. */
+static double clear_for_of(const struct conf_grid *grid)
+{
+    const double forget_s = grid->forget_s > 0 ? grid->forget_s : INFINITY;
+    return grid->clear_for_s > 0 ? grid->clear_for_s : answer_clear_for_s(0, forget_s);
+}
+
+/* clear_for = auto goes no farther than forget. */
+static void judge_forget(const struct conf_grid *grid, fit_fn tell, void *ctx)
+{
+    const double wanted_s = answer_clear_for_s(0, INFINITY), got_s = clear_for_of(grid);
+    struct fault f;
+    if (grid->clear_for_s > 0 || got_s >= wanted_s)
+        return;
+    fault_set(&f,
+              "[grid%s%s] forget = %g s makes clear_for = auto %g s, too, instead of %g s or more: water is clear "
+              "for no "
+              "longer than an echo in it blocks; want forget = %g s, or clear_for = %g s if that is meant",
+              grid->name[0] ? " " : "", grid->name, grid->forget_s, got_s, wanted_s, wanted_s, got_s);
+    tell(ctx, f.text);
+}
+
+#define DRIFT_MOST_DEG 5.0 /* to both sides of what is asked: more than a usual cone is wide */
 
 static void judge_drift(const struct conf *conf, fit_fn tell, void *ctx)
 {
-    const double clear_for_s = conf->grid.clear_for_s > 0 ? conf->grid.clear_for_s : CLEAR_FOR_LEAST_S;
+    const double clear_for_s = clear_for_of(&conf->grid);
     const double drift_deg = geo_deg(conf->pose.heading_drift_radps) * clear_for_s;
     struct fault f;
     if (drift_deg <= DRIFT_MOST_DEG + EQUAL)
@@ -128,6 +150,11 @@ void fit_judge(const struct conf *conf, fit_fn tell, void *ctx)
         judge_cells(conf, &conf->sonar[i], tell, ctx);
         judge_circle(conf, &conf->sonar[i], tell, ctx);
     }
+    judge_forget(&conf->grid, tell, ctx);
+    for (int i = 0; i < conf->n_more_grids; i++)
+        if (conf->more_grid[i].forget_s != conf->grid.forget_s ||
+            conf->more_grid[i].clear_for_s != conf->grid.clear_for_s)
+            judge_forget(&conf->more_grid[i], tell, ctx);
     judge_near(conf, tell, ctx);
     judge_drift(conf, tell, ctx);
 }

@@ -44,6 +44,12 @@ static const struct {
     {HEAD "scan = active\ncircle = 60 s\n[grid]\nclear_for = 40 s\n",
      "clear_for = 40 s is shorter than circle = 60 s"},
     {HEAD "scan = active\ncircle = 60 s\n", NULL},
+    {HEAD "[grid]\nforget = 10 s\n",
+     "[grid] forget = 10 s makes clear_for = auto 10 s, too, instead of 30 s or more"},
+    {HEAD "[grid]\nforget = 30 s\n", NULL},
+    {HEAD "[grid]\nforget = 10 s\nclear_for = 10 s\n", NULL},
+    {HEAD "[grid]\nforget = 10 s\n[grid far]\nrange = 5 m\n", "[grid] forget = 10 s"}, /* said once */
+    {HEAD "[grid far]\nforget = 10 s\n", "[grid far] forget = 10 s makes clear_for = auto 10 s"},
     {HEAD "[pose]\nheading_drift = 0.1 deg/s\n", NULL},
     {HEAD "[pose]\nheading_drift = 0.5 deg/s\n", "in the 30 s of clear_for that is 15 deg"},
     {HEAD "[grid]\nclear_for = 10 s\n[pose]\nheading_drift = 0.5 deg/s\n", NULL},
