@@ -355,6 +355,10 @@ void conf_take_live(struct conf *now, const struct conf *wanted, conf_change_fn 
 int conf_check_together(const struct conf *conf, const struct conf_source *source,
                         const struct conf_checks *checks, conf_fault_fn fault, void *fault_ctx);
 
+/** conf_idle - of a checked configuration: `tell` sees a sentence for each key whose value is not its default and has
+ * no effect, which begins "[section] key" and says what it needs. checks must have `uses`. */
+void conf_idle(const struct conf *conf, const struct conf_checks *checks, conf_fault_fn tell, void *ctx);
+
 /** conf_defaults - what an empty file means: no sonars; every element of sonar[] is at its defaults, too. */
 void conf_defaults(struct conf *conf);
 

@@ -68,7 +68,7 @@ static void print_fault(void *ctx, const char *message)
     fprintf(stderr, "%s\n", message);
 }
 
-static void print_misfit(void *ctx, const char *sentence)
+static void print_sentence(void *ctx, const char *sentence)
 {
     const char *const *path = ctx;
     printf("%s: %s\n", *path, sentence);
@@ -78,13 +78,11 @@ static int check_file(const char *path)
 {
     struct conf conf;
     struct conf_source *source;
-    struct fault note;
     int faults = conf_load(&conf, &source, path, &settings_checks, print_fault, NULL);
     conf_source_free(source);
-    if (faults == 0 && settings_idle(&conf, &note))
-        printf("%s: %s\n", path, note.text);
     if (faults == 0) {
-        fit_judge(&conf, print_misfit, &path);
+        conf_idle(&conf, &settings_checks, print_sentence, &path);
+        fit_judge(&conf, print_sentence, &path);
         printf("%s: no faults\n", path);
     }
     return faults == 0 ? OK : FAILED;
@@ -721,8 +719,7 @@ int main(int argc, char **argv)
         } else if (o.explain) {
             status = written(explain(&d->env.conf, o.explain));
         } else {
-            if (settings_idle(&d->env.conf, &fault))
-                log_line(LOG_WARNING, "no_effect", "%s", fault.text);
+            settings_log_idle(&d->env.conf);
             fit_log(&d->env.conf);
             if (replay && (o.stay || o.speed > 0))
                 replay_measure(replay);

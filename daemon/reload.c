@@ -110,6 +110,7 @@ static void put_in_force(const struct reload_env *env, const struct conf *conf, 
     pose_log_set_most(env->poses, conf->vehicle.max_speed_mps, conf->vehicle.max_turn_radps);
     wiring_drift(conf, &drift);
     pose_log_set_drift(env->poses, loop_now(env->loop), &drift);
+    settings_log_idle(conf);
     fit_log(conf);
     if (env->server)
         server_set_change(env->server, conf->server.change);

@@ -96,27 +96,15 @@ void settings_man(FILE *out)
     }
 }
 
-/* Devices of ready ranges make no profiles: their pings have one bin. */
-static bool any_profiles(const struct conf *conf)
+static void log_idle(void *ctx, const char *sentence)
 {
-    for (int i = 0; i < conf->n_sonars; i++)
-        if (device_find(conf->sonar[i].device)->max_bins > 1)
-            return true;
-    return false;
+    (void)ctx;
+    log_line(LOG_WARNING, "no_effect", "%s", sentence);
 }
 
-bool settings_idle(const struct conf *conf, struct fault *note)
+void settings_log_idle(const struct conf *conf)
 {
-    static const char *const words[] = {[CONF_NO_ECHO_MINIMUM] = "minimum", [CONF_NO_ECHO_RANGE] = "range"};
-    const int rule = conf->extract.no_echo;
-    if (conf->n_sonars == 0 || rule == CONF_NO_ECHO_HEARD || any_profiles(conf))
-        return false;
-    fault_set(note,
-              "[extract] no_echo = %s has no effect: every sonar reports ready ranges, and without an echo water "
-              "is free to "
-              "minimum_range, %g m",
-              words[rule], conf->extract.minimum_range_m);
-    return true;
+    conf_idle(conf, &settings_checks, log_idle, NULL);
 }
 
 const char *settings_path(const struct options *o)

@@ -30,8 +30,8 @@ bool settings_load(const struct options *o, struct conf *conf, struct conf_sourc
 /** settings_override - put what the command line says instead over a configuration that was loaded. */
 void settings_override(const struct options *o, struct conf *conf, struct conf_source *source);
 
-/** settings_idle - is a key set to what does nothing for the sonars there are? Then note says which, and why. */
-bool settings_idle(const struct conf *conf, struct fault *note);
+/** settings_log_idle - keys that are set and have no effect, as warnings, event no_effect. */
+void settings_log_idle(const struct conf *conf);
 
 /** settings_log_level - least important lines to be written. */
 enum log_level settings_log_level(const struct conf *conf);
