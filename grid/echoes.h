@@ -42,6 +42,14 @@ enum beam_state {
     BEAM_BLIND,  /* no usable signal (saturated, no samples): says nothing about the water */
 };
 
+/* What hides water beside the free interval, apart from an echo or a weak signal. */
+enum beam_hides {
+    BEAM_HIDES_NOTHING,
+    BEAM_HIDES_MASK,   /* the template of the vehicle's own echoes masks what follows ... */
+    BEAM_HIDES_BEFORE, /* ... or what is right before it */
+    BEAM_HIDES_RING,   /* the transducer rings longer or louder than usual: nothing is free at all */
+};
+
 struct beam_echoes {
     float az_rad, el_rad;           /* axis in the sensor frame */
     float blind_m;                  /* nothing is known nearer than this (ring-down) */
@@ -49,6 +57,7 @@ struct beam_echoes {
     float heard_from_m, heard_to_m; /* echoes are detected between the two; from >= to: none are */
     uint8_t state;                  /* enum beam_state */
     uint8_t n;                      /* echoes, in order of range */
+    uint8_t hides;                  /* enum beam_hides */
     struct echo echo[ECHOES_PER_BEAM];
 };
 

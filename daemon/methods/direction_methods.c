@@ -2,6 +2,7 @@
 /* The methods about directions: what a client may ask of the picture; sonard-protocol(7) has every shape. */
 #include "grid/answer/nearest.h"
 #include "grid_methods.h"
+#include "hidden.h"
 #include "methods.h"
 #include "query_context.h"
 #include "reason.h"
@@ -13,18 +14,19 @@
 _Static_assert(PROTOCOL_SECTORS_MAX <= ANSWER_SECTORS_MAX, "more sectors may be asked for than there are");
 
 void direction_answer(const struct methods_env *d, struct json_out *out, const struct answer_now *now,
-                      const struct answer_conf *limits, double distance_m, const struct answer *a)
+                      const struct answer_conf *limits, const struct answer_query *query, const struct answer *a)
 {
-    char text[REASON_SIZE];
+    char text[REASON_SIZE], hidden[HIDDEN_SIZE];
     const struct reason why = {.state = a->state,
                                .why = a->reason,
                                .range_m = a->range_m,
                                .near_m = a->near_m,
                                .free_to_m = a->free_to_m,
-                               .asked_m = distance_m,
+                               .asked_m = query->distance_m,
                                .blind_to_m = a->blind_to_m,
                                .age_s = a->age_s,
-                               .clear_for_s = limits->clear_for_s};
+                               .clear_for_s = limits->clear_for_s,
+                               .hidden = hidden_cause(d, now, query, a, hidden)};
     const bool blocked = a->state == ANSWER_BLOCKED;
     json_out_open(out, '{');
     json_member_word(out, "state", answer_state_name(a->state));
@@ -62,7 +64,7 @@ bool method_blocked(const struct rpc_call *call, json_t *params, struct json_out
     const struct answer_conf limits = grid_limits(grid);
     q.near_m = query_near_m(d);
     answer_direction(grid_picture(grid), &limits, &now, &q, &a);
-    direction_answer(d, out, &now, &limits, q.distance_m, &a);
+    direction_answer(d, out, &now, &limits, &q, &a);
     return true;
 }
 

@@ -473,7 +473,7 @@ static bool write_scene(const struct rpc_call *call, struct json_out *out, struc
     json_out_open(out, '{');
     json_member_word(out, "frame", s->query.ned ? "ned" : "body");
     json_out_name(out, "answer");
-    direction_answer(s->d, out, &s->now, &s->limits, s->query.distance_m, &s->answer);
+    direction_answer(s->d, out, &s->now, &s->limits, &s->query, &s->answer);
     write_uncertain(out, s);
     write_cells(out, s);
     write_gone(out, s);

@@ -38,9 +38,9 @@ void direction_query(const json_t *params, struct answer_query *query);
 /** sensor_asked - the index of the sonar that the parameter `sensor` names, 0 without it; false with *error set. */
 bool sensor_asked(const struct methods_env *d, const json_t *params, int *sensor, struct rpc_error *error);
 
-/** direction_answer - the result of `blocked`: an answer under these limits, up to distance_m. */
+/** direction_answer - the result of `blocked`: an answer under these limits. */
 void direction_answer(const struct methods_env *d, struct json_out *out, const struct answer_now *now,
-                      const struct answer_conf *limits, double distance_m, const struct answer *a);
+                      const struct answer_conf *limits, const struct answer_query *query, const struct answer *a);
 
 /** pose_attitude - attitude_deg or quaternion, if one of them is given, into the pose; false with *error set. */
 bool pose_attitude(const json_t *params, struct pose *p, struct rpc_error *error);

@@ -134,7 +134,9 @@ const char *reason_with_pose(const struct answer_now *now, const char *why, doub
 const char *reason_sentence(const struct methods_env *d, const struct answer_now *now, const struct reason *r,
                             char text[REASON_SIZE])
 {
-    char why[WHY_SIZE];
+    char why[WHY_SIZE], whole[REASON_SIZE];
+    const bool hidden = r->hidden && r->hidden[0];
     write_why(d, now, r, why);
-    return reason_with_pose(now, why, r->age_s, text);
+    snprintf(whole, sizeof whole, "%s%s%s", why, hidden ? ": " : "", hidden ? r->hidden : "");
+    return reason_with_pose(now, whole, r->age_s, text);
 }

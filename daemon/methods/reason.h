@@ -21,6 +21,7 @@ struct reason {
     double blind_to_m;  /* nothing is known nearer, by blindness or drift; <= 0: not given */
     double age_s;       /* of the evidence; negative: none */
     double clear_for_s; /* age limit of clear */
+    const char *hidden; /* what hides the water, as hidden_cause has it; NULL or empty: not known */
 };
 
 /** reason_sentence - for example "echo at 4.20 m". Ranges of free space are rounded down to centimetres, those of blind

@@ -381,8 +381,10 @@ static void find_free_interval(const struct extract *e, const struct profile *p,
 
     if (b && e->conf.ring_down_m < 0.0)
         begin = free_water_begin(p, b, detectable);
-    if ((!b && !bold) || (b && free_water_rings_on(p, b, begin))) {
+    const bool rings = b && free_water_rings_on(p, b, begin);
+    if ((!b && !bold) || rings) {
         out->free_to_m = 0.0f;
+        out->hides = rings ? BEAM_HIDES_RING : BEAM_HIDES_NOTHING;
         return;
     }
     if (begin < p->first && profile_blind(p, begin)) /* a mask over the ring-down */
@@ -403,6 +405,10 @@ static void find_free_interval(const struct extract *e, const struct profile *p,
         out->free_to_m = fminf(out->free_to_m, out->echo[0].near_m);
         out->blind_m = fminf(out->blind_m, out->echo[0].near_m);
     }
+    if (w.end < p->axis->n && profile_blind(p, w.end) && out->free_to_m >= (float)profile_m(p, w.end))
+        out->hides = BEAM_HIDES_MASK;
+    else if (w.begin > 0 && profile_blind(p, w.begin - 1))
+        out->hides = BEAM_HIDES_BEFORE;
     out->heard_to_m = out->free_to_m;
 }
 
@@ -513,10 +519,12 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
     of_ping->echo_power = fmax(of_ping->echo_power, shown.power * (double)(UINT64_C(1) << p.shift));
     if (on_clean)
         profile_sum(&p, &e->amplitude, p.samples, e->conf.floor_counts, e->work);
-    if (near_shadow)
+    if (near_shadow) {
         out->free_to_m = 0.0f;
-    else
+        out->hides = BEAM_HIDES_RING;
+    } else {
         find_free_interval(e, &p, usual, detectable, &shown.first, out);
+    }
 }
 
 static bool is_range(float range_m)

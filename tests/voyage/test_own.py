@@ -54,6 +54,9 @@ def turned(bench):
         for distance_m in (1.5, 3):
             answer = client.call("blocked", azimuth_deg=BAR_DEG, distance_m=distance_m)
             check(answer["state"] == "unknown", "behind the bar: %s" % answer)
+            check(": hidden by the vehicle's own echo" in answer["reason"], "why: %s" % answer)
+        aside = client.call("blocked", azimuth_deg=BAR_DEG - 90, distance_m=12)
+        check("own echo" not in aside["reason"], "no bar is there: %s" % aside)
         pings = client.call("explain", azimuth_deg=BAR_DEG, half_angle_deg=4, distance_m=1.5)["pings"]
         check(pings["own"] > 0 and pings["newest"][0]["says"] == "own", "explain: %s" % pings)
         told.append(states(client))

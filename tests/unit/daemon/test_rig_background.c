@@ -44,6 +44,14 @@ static const char *state_at(int azimuth_deg, double distance_m)
     return text_of("blocked", params, NULL, "state");
 }
 
+static const char *reason_at(int azimuth_deg, double distance_m)
+{
+    char params[100];
+    snprintf(params, sizeof params, "\"azimuth_deg\":%d,\"distance_m\":%g,\"half_angle_deg\":1", azimuth_deg,
+             distance_m);
+    return text_of("blocked", params, NULL, "reason");
+}
+
 static const char *background_state(void)
 {
     return text_of("background", "", NULL, "state");
@@ -118,6 +126,9 @@ TEST(a_bar_is_learnt_and_masked)
     CHECK_STR(text_of("background", "", "template", "fits"), "yes");
     for (int azimuth_deg = 194; azimuth_deg <= 206; azimuth_deg += 4)
         CHECK_STR(state_at(azimuth_deg, 1.5), "unknown");
+    CHECK(strstr(reason_at(BAR_DEG, 1.5), ": hidden by the background template"));
+    CHECK(strstr(reason_at(BAR_DEG, 0.85), "which ends at 0.93 m: hidden by the background template"));
+    CHECK(!strstr(reason_at(100, 12), "hidden"));
     CHECK_STR(state_at(18, 7), "blocked");
     CHECK_STR(state_at(100, 5), "clear");
     check_picture();
@@ -203,6 +214,8 @@ TEST(water_behind_a_part_that_rings)
         pings(900);
         CHECK_STR(background_state(), "in force");
         CHECK_STR(state_at(BAR_DEG, 3), promised ? "clear" : "unknown");
+        CHECK(promised ||
+              strstr(reason_at(BAR_DEG, 3), ": hidden by a ring-down that is longer or louder than usual"));
         CHECK_STR(state_at(BAR_DEG, 5), "blocked");
         CHECK_STR(state_at(100, 5), "clear");
         rig_end();

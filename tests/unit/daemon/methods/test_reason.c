@@ -63,6 +63,28 @@ TEST(each_names_its_figure)
     loop_free(env.loop);
 }
 
+TEST(what_hides_the_water_is_named)
+{
+    struct answer_now now = {.pose = pose_identity};
+    struct reason r = {.state = ANSWER_UNKNOWN,
+                       .why = ANSWER_BEYOND,
+                       .free_to_m = 0.75,
+                       .asked_m = 1.5,
+                       .age_s = 2,
+                       .hidden = "hidden by the vehicle's own echo"};
+    char text[REASON_SIZE];
+    set_up();
+    now.pose.drift_mps = 0.05;
+    CHECK_STR(
+        reason_sentence(&env, &now, &r, text),
+        "no obstacle detected; observed only to 0.75 m of 1.50 m: hidden by the vehicle's own echo; no position "
+        "and no depth: 0.1 m of drift allowed for");
+    r.hidden = "";
+    now.pose.drift_mps = 0;
+    CHECK_STR(reason_sentence(&env, &now, &r, text), "no obstacle detected; observed only to 0.75 m of 1.50 m");
+    loop_free(env.loop);
+}
+
 TEST(the_sonar_that_is_offline_is_named_when_it_is_one)
 {
     struct answer_now now = {.pose = pose_identity, .lost = 1};
@@ -193,6 +215,7 @@ TEST(nothing_is_cut_off)
 int main(void)
 {
     RUN(each_names_its_figure);
+    RUN(what_hides_the_water_is_named);
     RUN(the_sonar_that_is_offline_is_named_when_it_is_one);
     RUN(figures_that_are_not_known_are_left_out);
     RUN(an_old_pose_says_how_old_it_is);

@@ -84,14 +84,17 @@ TEST(a_masked_wall_is_none_and_casts_a_shadow)
     begin();
     wall(counts, 2.0, 200);
     CHECK_NEAR(run(NULL)->echo[0].range_m, 2.03, 0, 0.03);
+    CHECK_INT(found.hides, BEAM_HIDES_NOTHING);
     mask(1.9, 2.3);
     CHECK_INT(run(&masked)->n, 0);
+    CHECK_INT(found.hides, BEAM_HIDES_MASK);
     CHECK(found.free_to_m > 1.8f && found.free_to_m <= 1.9001f);
     wall(counts, 4.0, 150); /* behind it: sound passed */
     CHECK_INT(run(&masked)->n, 1);
     CHECK_NEAR(found.echo[0].range_m, 4.03, 0, 0.03);
     CHECK(found.blind_m >= 2.29f && found.blind_m < 2.4f); /* what stands beside what is masked is not seen */
     CHECK(found.free_to_m > 3.9f && found.free_to_m <= 4.0f);
+    CHECK_INT(found.hides, BEAM_HIDES_BEFORE);
 }
 
 TEST(masked_cells_are_in_no_reference)
