@@ -28,7 +28,7 @@
 
 /* What is true of a sector, of beams all over it from where the vehicle is in the end. */
 struct truth {
-    bool looked; /* by the last turn, at all of it */
+    bool looked;         /* by the last turn, at all of it */
     double wall_m;       /* nearest that is heard like a wall */
     double solid_m;      /* nearest of anything, down to the beams' skirts */
     double from_m, to_m; /* a wall would be heard from and to here, without a gap, before anything solid */
@@ -266,8 +266,8 @@ static const struct {
 };
 #define MEASURES (sizeof measures / sizeof measures[0])
 
-static const char *const kind_name[KINDS] = {
-    "head that stands", "head that moves", "fan that stands", "fan that moves"};
+static const char *const kind_name[KINDS] = {"head that stands", "head that moves", "fan that stands",
+                                             "fan that moves"};
 
 /* Of heads and fans, standing and moving. */
 static struct count all_of(int c)

@@ -314,7 +314,7 @@ static struct water water_of(const struct beam *b, bool loose)
     if (to_m > from_m && !loose)
         return (struct water){.from_m = from_m, .to_m = to_m, .said = SAID_FREE, .ends_at_echo = h->n > 0};
     return (struct water){.to_m = b->ping->range_max_m,
-                          .said = own                          ? SAID_UNKNOWN
+                          .said = own                         ? SAID_UNKNOWN
                                   : h->free_to_m > h->blind_m ? SAID_NOTHING
                                                               : SAID_DEAF};
 }
@@ -381,7 +381,8 @@ static void enter_beam(struct sphere *s, const struct beam *b, const struct beam
     }
 }
 
-static const uint8_t kinds[] = {[SAID_FREE] = WEDGE_FREE, [SAID_UNKNOWN] = WEDGE_UNKNOWN, [SAID_DEAF] = WEDGE_DEAF};
+static const uint8_t kinds[] = {
+    [SAID_FREE] = WEDGE_FREE, [SAID_UNKNOWN] = WEDGE_UNKNOWN, [SAID_DEAF] = WEDGE_DEAF};
 
 /* What a beam says of the water, as a wedge; false: nothing. */
 static bool wedge_of(const struct beam *b, bool loose, struct wedge *out)
@@ -494,9 +495,10 @@ static void fill_direction(struct sphere *s, const struct seen_again *seen, cons
     st.ends_at_echo = w->ends_at_echo;
     fill_deaf(dir, refill, w->kind == WEDGE_DEAF);
     if (w->kind == WEDGE_FREE) {
-        sides_see(s, v->direction, v->ring,
-                  &(struct side_look){seen->beam, seen->by.t_ns, seen->from_m, seen->to_m, (double)refill->limit_m},
-                  &st);
+        sides_see(
+            s, v->direction, v->ring,
+            &(struct side_look){seen->beam, seen->by.t_ns, seen->from_m, seen->to_m, (double)refill->limit_m},
+            &st);
         free_fill(dir->free, &st, &seen->by, &refill->limit_m);
         return;
     }
