@@ -6,6 +6,7 @@
 #ifndef SONARD_ECHOES_H
 #define SONARD_ECHOES_H
 
+#include <stdbool.h>
 #include <stdint.h>
 
 #include "geometry.h"
@@ -55,9 +56,13 @@ struct beam_echoes {
     float blind_m;                  /* nothing is known nearer than this (ring-down) */
     float free_to_m;                /* water from blind_m to here is free; <= blind_m: no free interval */
     float heard_from_m, heard_to_m; /* echoes are detected between the two; from >= to: none are */
-    uint8_t state;                  /* enum beam_state */
-    uint8_t n;                      /* echoes, in order of range */
-    uint8_t hides;                  /* enum beam_hides */
+    /* Off its axis a beam hears less, so less is known to be free there: free_to_m halfway to the edge of the beam, at
+     * most as far, and blind_m and free_to_m at the edge, within blind_m and side_to_m; from >= to: nothing. */
+    bool off_axis; /* it is known how far */
+    float side_to_m, edge_from_m, edge_to_m;
+    uint8_t state; /* enum beam_state */
+    uint8_t n;     /* echoes, in order of range */
+    uint8_t hides; /* enum beam_hides */
     struct echo echo[ECHOES_PER_BEAM];
 };
 

@@ -372,6 +372,20 @@ static bool is_near_shadow(const struct extract *e, const struct profile *p, con
     return false;
 }
 
+/* How far the water is free off the axis, of cells begin .. where it is on it. */
+static void find_free_aside(const struct extract *e, const struct profile *p, const struct baseline *b,
+                            uint32_t begin, double detectable, struct beam_echoes *out)
+{
+    const double end = fmax(0.0, floor(((double)out->free_to_m - p->axis->r0) / p->axis->dr));
+    const struct free_water on_axis = {begin, end < p->axis->n ? (uint32_t)end : p->axis->n};
+    const struct free_water_aside aside = free_water_aside(p, b, on_axis, detectable, e->contrast);
+
+    out->off_axis = true;
+    out->side_to_m = fminf(out->free_to_m, (float)profile_m(p, aside.side_end));
+    out->edge_from_m = (float)profile_m(p, aside.edge.begin);
+    out->edge_to_m = fminf(out->free_to_m, (float)profile_m(p, aside.edge.end));
+}
+
 /* How far the beam shows free water. Needs the raw cells. */
 static void find_free_interval(const struct extract *e, const struct profile *p, const struct baseline *b,
                                double detectable, const struct reflection *first, struct beam_echoes *out)
@@ -410,6 +424,8 @@ static void find_free_interval(const struct extract *e, const struct profile *p,
     else if (w.begin > 0 && profile_blind(p, w.begin - 1))
         out->hides = BEAM_HIDES_BEFORE;
     out->heard_to_m = out->free_to_m;
+    if (e->conf.off_axis)
+        find_free_aside(e, p, b, w.begin, detectable, out);
 }
 
 /* The echoes of the beam; out->free_to_m ends at what is doubtful. survivors: those of the class step, or NULL. */

@@ -38,6 +38,7 @@ struct extract_conf {
     enum extract_no_echo no_echo;
     enum extract_target target;
     double minimum_range_m; /* [0, 1000] */
+    bool off_axis;          /* also find how far the water is free off the axis, for a voxel map */
     double ring_down_m;     /* end of the ring-down, <= 100; < 0: found in every beam */
     bool learn_ring_down;   /* found ones that end later than usual end where they usually do */
     int law;                /* enum amplitude_law in place of the ping's; EXTRACT_LAW_OF_PING: the ping's */
@@ -102,6 +103,9 @@ struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_
  * loud as the reference or stands out of the baseline, and by the no_echo rule. Nothing is free in the first 16 beams
  * of a range axis and gain, while the baseline is not known (except under EXTRACT_RANGE), nor where the ring-down is
  * louder than usual: something near may hide the rest.
+ *
+ * With conf.off_axis the same for what stands off the axis of the beam: see free_water_aside. It changes nothing else,
+ * and pings with ready ranges have none of it.
  *
  * Pings that are PING_UNHEARD are BEAM_BLIND. Pings with ready ranges: range > 0 becomes one echo with the device's own
  * deviation and confidence, 0 is silence, and anything else BEAM_BLIND; entries of the same direction in order of range

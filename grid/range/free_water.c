@@ -22,6 +22,15 @@
 /* A ring-down so many times (6 dB) the usual one is not the head's alone. */
 #define RINGS_ON 4.0
 
+/*
+ * By so much less is heard off the axis: halfway to the edge the two-way pattern has lost 1.5 dB, and as much again
+ * is the margin for a surface that is met there at an angle. At the edge it has lost 6 dB, and a whole surface that the
+ * edge grazes may be 10 dB weaker than the target, as a soft bottom is: docs/map.md has what each costs.
+ */
+#define SIDE_LOSS         2.0
+#define EDGE_LOSS         4.0
+#define EDGE_SURFACE_LOSS 40.0
+
 static const double below_wall_db[] = {
     [EXTRACT_WALL] = 0.0, [EXTRACT_PILE] = 6.0, [EXTRACT_NET] = 12.0, [EXTRACT_LINE] = 18.0};
 
@@ -119,16 +128,12 @@ static uint32_t free_until(const struct profile *p, const struct baseline *b, ui
     return i;
 }
 
-struct free_water free_water_find(const struct profile *p, const struct baseline *b, uint32_t begin,
-                                  double detectable, double contrast, uint32_t passed)
+/* From cell `begin` on, as free_water_find has it. */
+static struct free_water free_from(const struct profile *p, const struct baseline *b, uint32_t begin,
+                                   double detectable, double contrast)
 {
     const uint32_t n = p->axis->n, half = p->axis->half;
 
-    for (uint32_t i = p->blind ? passed : 0; i-- > begin;)
-        if (profile_blind(p, i)) {
-            begin = i + 1;
-            break;
-        }
     while (begin < n && cell_power(p, begin) >= detectable && !profile_saturated(p, begin) &&
            !(b && free_water_stands_out(p, b, begin, contrast)))
         begin++;
@@ -136,4 +141,57 @@ struct free_water free_water_find(const struct profile *p, const struct baseline
     if (end < n && !profile_blind(p, end))
         end -= end > half ? half : end; /* what stands in this cell may begin half a pulse before its middle */
     return (struct free_water){begin, end};
+}
+
+struct free_water free_water_find(const struct profile *p, const struct baseline *b, uint32_t begin,
+                                  double detectable, double contrast, uint32_t passed)
+{
+    for (uint32_t i = p->blind ? passed : 0; i-- > begin;)
+        if (profile_blind(p, i)) {
+            begin = i + 1;
+            break;
+        }
+    return free_from(p, b, begin, detectable, contrast);
+}
+
+/* ---- off the axis ---- */
+
+/*
+ * The part of w before a reference window that is louder on average than `power`. A window that the end of the
+ * ring-down raises is passed, unless that takes more cells than it has.
+ */
+static struct free_water before_surface(const struct profile *p, struct free_water w, double power)
+{
+    const uint32_t window = p->axis->window;
+    const uint64_t most = profile_below(p, power * (double)window);
+    uint64_t sum = 0;
+
+    if (w.begin > w.end || w.end - w.begin < window)
+        return (struct free_water){w.begin, w.begin};
+    const uint32_t last = w.end - window, latest = w.begin + window < last ? w.begin + window : last;
+    for (uint32_t i = w.begin; i < w.begin + window; i++)
+        sum += p->cell[i];
+    while (sum > most && w.begin < latest) {
+        sum += p->cell[w.begin + window] - p->cell[w.begin];
+        w.begin++;
+    }
+    uint32_t at = w.begin;
+    for (; sum <= most && at < last; at++)
+        sum += p->cell[at + window] - p->cell[at];
+    return (struct free_water){w.begin, sum > most ? at : w.end};
+}
+
+static uint32_t sooner(uint32_t a, uint32_t b)
+{
+    return a < b ? a : b;
+}
+
+struct free_water_aside free_water_aside(const struct profile *p, const struct baseline *b, struct free_water w,
+                                         double detectable, double contrast)
+{
+    const uint32_t side_end = sooner(free_from(p, b, w.begin, detectable / SIDE_LOSS, contrast).end, w.end);
+    struct free_water edge = free_from(p, b, w.begin, detectable / EDGE_LOSS, contrast);
+
+    edge.end = sooner(edge.end, side_end);
+    return (struct free_water_aside){side_end, before_surface(p, edge, detectable / EDGE_SURFACE_LOSS)};
 }

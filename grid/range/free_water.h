@@ -57,4 +57,19 @@ struct free_water {
 struct free_water free_water_find(const struct profile *p, const struct baseline *b, uint32_t begin,
                                   double detectable, double contrast, uint32_t passed);
 
+/* Of the water that is free on a beam's axis, what is free off it, where the two-way pattern weakens all echoes. */
+struct free_water_aside {
+    uint32_t side_end;      /* halfway to the edge: up to that cell */
+    struct free_water edge; /* at the edge (half power each way) */
+};
+
+/**
+ * free_water_aside - within cells w.begin .. w.end - 1, which free_water_find found free for `detectable`. The side
+ * ends at what is as loud as half of that; the edge at a quarter, and where the next reference window of cells has on
+ * average a 40th: what the edge meets at a grazing angle answers weakly and for long. The edge begins at most one such
+ * window behind w.begin, or is empty.
+ */
+struct free_water_aside free_water_aside(const struct profile *p, const struct baseline *b, struct free_water w,
+                                         double detectable, double contrast);
+
 #endif
