@@ -165,7 +165,7 @@ struct conf_map {
     int echoes;                    /* echoes = on | off */
     int echo_weight;               /* echo_weight = 2 [0 .. 255] */
     double tolerance_m;            /* tolerance = 0 m */
-    double opening;                /* opening = 0.5 [0.1 .. 1]: share of the height of a beam */
+    double opening;                /* opening = 0.5 [0.1 .. 1]: share of the height of a beam, beside its edge */
     int weight_levels;             /* weight_levels = 1 [1 .. 8]: looks near the axis count more; 1: alike */
     int beam;                      /* beam = wedge | pyramid */
     double body_m;                 /* body = 0.4 m: radius; none: 0 */

@@ -337,10 +337,13 @@ const struct conf_key conf_keys[] = {
      .help = "Moves the side faces of every beam outwards, never its end. Closes gaps between beams, but frees\n"
              "water that no beam passed through; 0 is safe."},
     {"map", "opening", NUMBER(0.1, 1), .standard = "0.5", CONF(map.opening),
-     .help = "Fraction of the beam's height (of a round beam: its width) in which water counts as free; an echo\n"
-             "fills the whole beam. A floor that only the edge of the beam touches returns too weak an echo.\n"
-             "With 1 up to a twentieth of the free space is solid ground; with 0.5 up to a four-hundredth, and\n"
-             "each observation frees half as much. See docs/map.md."},
+     .help =
+         "Fraction of the beam's height (of a round beam: its width) in which water counts as free up to where\n"
+         "the sonar would still detect the target there; half of it up to where the beam's axis is free. Of a\n"
+         "sonar with intensities the whole beam is free where even its edge would detect a surface. An echo\n"
+         "fills the whole beam. Sonars that report ranges only: all of the fraction up to the range; a floor\n"
+         "that only the edge of the beam touches returns too weak an echo. More frees more water, and more of\n"
+         "it is solid ground. See docs/map.md."},
     {"map", "weight_levels", INTEGER(1, 8), .standard = "1", CONF(map.weight_levels),
      .help = "An observation counts more near the beam axis than at the edge, in this many steps of the two-way\n"
              "beam pattern; threshold and echo_weight scale with it. 1: the whole beam alike."},

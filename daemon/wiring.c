@@ -50,6 +50,7 @@ void wiring_extract(const struct conf *conf, int i, struct extract_conf *e)
                                .no_echo = rules[c->no_echo],
                                .target = targets[c->target],
                                .minimum_range_m = c->minimum_range_m,
+                               .off_axis = conf->map.voxel_m > 0,
                                .learn_ring_down = c->learn_ring_down == CONF_ON,
                                .ring_down_m = sonar->ring_down_m,
                                .law = laws[sonar->amplitude],

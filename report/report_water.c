@@ -5,6 +5,8 @@
  *   report_water false [quick]    CSV: world, ranges, voxel_m, tolerance_voxels, threshold, free_m3, false_free_m3,
  *                                 behind_max_m
  *   report_water errors [quick]   CSV: knob, value, default, scene, seed, and chart_errors' measures
+ *   report_water maps [quick]     CSV: map, free_iou, missed_share, false_free_m3 (mean of the seeds),
+ *                                 false_free_worst_m3
  *   report_water cost [quick]     CSV: knob, value, ns_per_bin, ns_low, ns_high, by ping in place of bin; map_bytes
  *   report_water count            CSV: knob, value, bins (pings), for callgrind to count the instructions of water_run
  */
@@ -26,18 +28,18 @@
 #define COUNT_PINGS 40
 #define BODY_M      0.5
 
-/* As [map] ships it: threshold 1, tolerance 0, echoes weighed 2, half the opening entered. */
+/* As [map] ships it: threshold 1, tolerance 0, echoes weighed 2, half of a beam beside its edge. */
 static const struct chart_setting shipped = {
     .voxel_m = 0.2, .rule = {.threshold = 1, .echo_weight = 2}, .echoes = true, .opening = 0.5};
 
-/* What is free and lies in a solid, by how much of a beam is entered; the first is the paper's, the last `safe`. */
+/* What is free and lies in a solid, by how much of a beam is entered; the last is `safe`. */
 static const struct {
     const char *name;
     double opening;
     uint16_t threshold;
 } heard_as[] = {
+    {"heard; the paper's", 0, 1},
     {"heard; opening 1", 1, 1},
-    {"heard; opening 0.75", 0.75, 1},
     {"heard; as shipped", 0.5, 1},
     {"heard; safe", 0.35, 2},
 };
@@ -347,11 +349,13 @@ __attribute__((noinline)) static void water_run(struct water *w, const struct di
             by_peer(w, &dive->look[i], &rest);
             rest.n = 0; /* what is left is the body */
             rest.free_to_m = 0;
+            rest.off_axis = false;
         }
         if (w->method != SPANS && rest.free_to_m > rest.blind_m) {
             (w->method == RAYS ? by_rays : by_voxel_test)(w, &dive->look[i], (double)rest.blind_m,
                                                           (double)rest.free_to_m);
             rest.free_to_m = 0; /* what is left are the echoes and the body */
+            rest.off_axis = false;
         }
         chart_enter(w->chart, &dive->look[i], dive->look[i].at, &rest);
     }
@@ -446,6 +450,101 @@ static void errors(unsigned seeds, unsigned turns)
     dive_ears_free(ears);
 }
 
+/* ---- what the map has of the water, beside other maps ---- */
+
+static const struct map {
+    const char *name;
+    double opening; /* as chart_setting has it */
+    uint16_t threshold;
+    bool axis_alone; /* as of sonars that report ranges only */
+    bool truth;      /* true first ranges in place of what was heard */
+    double peer;     /* OF_BEAM, OF_HALF; 0: it is ours */
+} maps[] = {
+    {"as shipped", 0.5, 1, false, false, 0},     {"the axis alone", 0.5, 1, true, false, 0},
+    {"safe", 0.35, 2, false, false, 0},          {"opening 1", 1, 1, false, false, 0},
+    {"true first ranges", 0, 1, false, true, 0}, {"OctoMap of half the beam", 0, 1, false, false, OF_HALF},
+    {"OctoMap", 0, 1, false, false, OF_BEAM},
+};
+#define MAPS (sizeof maps / sizeof maps[0])
+
+static struct chart *our_map(const struct map *map, const struct dive *dive, const struct beam_echoes *heard)
+{
+    struct chart_setting set = shipped;
+    set.body_m = BODY_M;
+    set.opening = map->opening;
+    set.rule.threshold = map->threshold;
+    struct chart *c = chart_make(dive->world, &set);
+
+    for (size_t i = 0; i < dive->n; i++) {
+        struct beam_echoes beam = heard[i];
+        beam.off_axis &= !map->axis_alone;
+        if (map->truth)
+            chart_enter_truth(c, &dive->look[i], 0);
+        else
+            chart_enter(c, &dive->look[i], dive->look[i].at, &beam);
+    }
+    return c;
+}
+
+static void grade_map(const struct map *map, const struct dive *dive, const struct beam_echoes *heard,
+                      const struct chart *reference, struct chart_errors *all)
+{
+    struct chart_errors e;
+
+    if (map->peer < 0) {
+        struct water w = water_make(dive->world, &(struct setting){CASTING, map->name, map->peer});
+        water_run(&w, dive, heard, dive->n);
+        copy_peer(&w);
+        chart_grade(w.chart, reference, 0, &e);
+        water_free(&w);
+    } else {
+        struct chart *c = our_map(map, dive, heard);
+        chart_grade(c, reference, 0, &e);
+        chart_free(c);
+    }
+    pool(all, &e);
+}
+
+static void print_map(const struct map *map, const struct chart_errors all[], unsigned seeds)
+{
+    double iou = 0, found = 0, wrong_m3 = 0, worst_m3 = 0;
+
+    for (unsigned seed = 0; seed < seeds; seed++) {
+        iou += all[seed].overlap / seeds;
+        found += all[seed].found_share / seeds;
+        wrong_m3 += all[seed].false_free_m3 / seeds;
+        worst_m3 = fmax(worst_m3, all[seed].false_free_m3);
+    }
+    printf("%s,%.4g,%.4g,%.4g,%.4g\n", map->name, iou, 1 - found, wrong_m3, worst_m3);
+}
+
+static void compare_maps(unsigned seeds, unsigned turns)
+{
+    static struct chart_errors all[MAPS][SEEDS];
+    struct dive_ears *ears = dive_ears_make(false);
+    const size_t n =
+        is_here(&settings[SETTINGS - 1]) ? MAPS : MAPS - 2; /* the peer's are the last in either list */
+
+    for (size_t world = 0; world < CLOSED; world++) {
+        struct dive *dive = dive_make(world_named(closed[world]), turns, false, 0, DIVE_TRUTH | DIVE_SOUND);
+        struct chart *reference = reference_of(dive);
+        for (unsigned seed = 0; seed < seeds; seed++) {
+            struct beam_echoes *heard = hear_all(dive, ears, seed + 1);
+            for (size_t m = 0; m < n; m++)
+                grade_map(&maps[m], dive, heard, reference, &all[m][seed]);
+            free(heard);
+        }
+        chart_free(reference);
+        dive_free(dive);
+    }
+    printf("map,free_iou,missed_share,false_free_m3,false_free_worst_m3\n");
+    for (size_t m = 0; m < n; m++)
+        print_map(&maps[m], all[m], seeds);
+    dive_ears_free(ears);
+}
+
+/* ---- cost ---- */
+
 /* One turn again and again into a map that has grown. */
 static void cost(unsigned repetitions)
 {
@@ -504,12 +603,14 @@ int main(int argc, char **argv)
         false_free(quick);
     else if (strcmp(what, "errors") == 0)
         errors(quick ? 1 : SEEDS, quick ? QUICK_TURNS : TURNS);
+    else if (strcmp(what, "maps") == 0)
+        compare_maps(quick ? 1 : SEEDS, quick ? QUICK_TURNS : TURNS);
     else if (strcmp(what, "cost") == 0)
         cost(quick ? 3 : REPETITIONS);
     else if (strcmp(what, "count") == 0)
         count();
     else {
-        fprintf(stderr, "usage: report_water false|errors|cost|count [quick]\n");
+        fprintf(stderr, "usage: report_water false|errors|maps|cost|count [quick]\n");
         return 2;
     }
     return 0;

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "voxmap.h"
 
+#include <float.h>
 #include <string.h>
 
 #include "voxresidual.h"
@@ -279,9 +280,8 @@ static bool is_full(const struct voxmap *m, const struct pose *pose, uint64_t t_
 /* ---- beams ---- */
 
 /* Half of a beam's width in azimuth: no wider than to the middle between neighbours, so that no voxel lies in two. */
-static float cut_azimuth(const struct echoes *e)
+static float cut_azimuth(const struct echoes *e, float half)
 {
-    float half = e->az_aperture_rad / 2;
     for (int b = 1; b < e->n_beams; b++) {
         float apart = fabsf(e->beam[b].az_rad - e->beam[b - 1].az_rad);
         if (apart > 0 && apart / 2 < half)
@@ -301,34 +301,59 @@ static float cut_elevation(const struct echoes *e)
     return half;
 }
 
+/* The edge's water is free so much farther aside than half power: to where the two-way pattern has lost 9 dB. What
+ * stands there would be heard as far as edge_to_m: free_water_aside. */
+#define EDGE_WIDER 1.22f
+
+static struct voxmap_width width_of(const struct echoes *e, enum cast_shape shape)
+{
+    const float az_rad = e->az_aperture_rad / 2, wider_rad = EDGE_WIDER * az_rad;
+    const bool is_wider = shape == CAST_WEDGE && wider_rad < (float)GEO_PI;
+
+    return (struct voxmap_width){.az_rad = cut_azimuth(e, az_rad),
+                                 .el_rad = cut_elevation(e),
+                                 .edge_az_rad = cut_azimuth(e, is_wider ? wider_rad : az_rad)};
+}
+
 /*
- * Openings for the levels of weight: level 0 is all of the beam that the setting takes as free, level k the part whose
- * two-way pattern exp(-2 ln 2 (u^2 + v^2)), with u and v in half apertures, is above k / levels. Each adds 1.
+ * Openings of a part of the beam for the levels of weight: level 0 is all of it, level k that where the two-way
+ * pattern exp(-2 ln 2 (u^2 + v^2)), with u and v in half apertures, is above k / levels. Each adds 1.
  */
-static bool open_beam(struct voxmap *m, enum cast_shape shape, float half_az_rad, float half_el_rad)
+static bool open_part(struct voxmap *m, enum cast_shape shape, double half_az_rad, double half_el_rad,
+                      struct cast_opening opening[])
 {
     struct fault fault;
-    const double voxel_m = m->set.voxel_m;
-    const double free_el = m->set.opening, free_az = shape == CAST_CONE ? m->set.opening : 1;
 
-    if (half_az_rad > 0 && m->opening_az_rad == half_az_rad && m->opening_el_rad == half_el_rad &&
-        m->opening_shape == shape)
-        return true;
-    m->opening_az_rad = 0;
     for (int level = 0; level < m->set.weight_levels; level++) {
         double narrow = level ? sqrt(log((double)m->set.weight_levels / level) / (2 * log(2))) : 1;
         narrow = narrow < 1 ? narrow : 1;
-        if (!cast_opening_init(&m->opening[level], shape, narrow * free_az * (double)half_az_rad,
-                               narrow * free_el * (double)half_el_rad, m->set.tolerance_m, &fault))
+        if (!cast_opening_init(&opening[level], shape, narrow * half_az_rad, narrow * half_el_rad,
+                               m->set.tolerance_m, &fault))
             return false;
     }
-    const double wider = VOXRESIDUAL_HALF_DIAGONAL * voxel_m;
-    if (!cast_opening_init(&m->heard, shape, (double)half_az_rad, (double)half_el_rad, wider, &fault) ||
-        !cast_opening_init(&m->residual_cells, shape, (double)half_az_rad, (double)half_el_rad,
-                           (1 + RESIDUAL_CUBE) * wider + ASIDE_VOXELS * voxel_m, &fault))
+    return true;
+}
+
+static bool open_beam(struct voxmap *m, enum cast_shape shape, const struct voxmap_width *w)
+{
+    struct fault fault;
+    const double voxel_m = m->set.voxel_m, az = (double)w->az_rad, el = (double)w->el_rad;
+    const double side = m->set.opening, axis = side / 2;
+    const bool cone = shape == CAST_CONE;
+
+    if (w->az_rad > 0 && memcmp(&m->opening_width, w, sizeof *w) == 0 && m->opening_shape == shape)
+        return true;
+    m->opening_width = (struct voxmap_width){0};
+    if (!open_part(m, shape, cone ? axis * az : az, axis * el, m->opening[VOXMAP_AXIS]) ||
+        !open_part(m, shape, cone ? side * az : az, side * el, m->opening[VOXMAP_SIDE]) ||
+        !open_part(m, shape, (double)w->edge_az_rad, el, m->opening[VOXMAP_EDGE]))
         return false;
-    m->opening_az_rad = half_az_rad;
-    m->opening_el_rad = half_el_rad;
+    const double wider = VOXRESIDUAL_HALF_DIAGONAL * voxel_m;
+    if (!cast_opening_init(&m->heard, shape, az, el, wider, &fault) ||
+        !cast_opening_init(&m->residual_cells, shape, az, el, (1 + RESIDUAL_CUBE) * wider + ASIDE_VOXELS * voxel_m,
+                           &fault))
+        return false;
+    m->opening_width = *w;
     m->opening_shape = shape;
     return true;
 }
@@ -367,31 +392,64 @@ static double placed_to_m(const struct voxmap *m, const struct pose *pose)
     return left_m < 0 ? 0 : pose->slack_rad > 0 ? left_m / pose->slack_rad : (double)INFINITY;
 }
 
+/* Not a number where b is none. */
+static double lesser(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+/* The water of one part of a beam from where the last stretch ended to to_m; false: there is none. */
+static bool enter_stretch(struct voxmap *m, enum voxmap_part_of_beam part, struct cast_look *look, double to_m)
+{
+    struct cast_beam beam;
+
+    look->far_m = to_m;
+    if (!(to_m > look->near_m) || !cast_aim(&beam, &m->opening[part][0], look))
+        return false;
+    for (int level = 0; level < m->set.weight_levels; level++) {
+        beam.opening = &m->opening[part][level];
+        submap_cast(&m->current->map, &beam, SUBMAP_VACANCY);
+    }
+    look->near_m = to_m * (1 + 4 * DBL_EPSILON); /* so that no voxel lies in two stretches */
+    return true;
+}
+
+/* Every range in the widest part of the beam that is free there. */
+static void enter_water(struct voxmap *m, const struct beam_echoes *heard, const struct pose *pose,
+                        struct cast_look *look)
+{
+    const double slack_m = pose->slack_m, placed_m = placed_to_m(m, pose);
+    const double axis_m = lesser(placed_m, (double)heard->free_to_m - slack_m);
+    bool any = false;
+
+    look->near_m = (double)heard->blind_m + slack_m;
+    if (heard->off_axis) {
+        const double side_m = lesser(axis_m, (double)heard->side_to_m - slack_m);
+        const double edge_m = lesser(axis_m, (double)heard->edge_to_m - slack_m);
+        const double edge_from_m = (double)heard->edge_from_m + slack_m;
+        if (edge_m > edge_from_m) {
+            any |= enter_stretch(m, VOXMAP_SIDE, look, lesser(edge_from_m, side_m));
+            look->near_m = fmax(look->near_m, edge_from_m);
+            any |= enter_stretch(m, VOXMAP_EDGE, look, edge_m);
+        }
+        any |= enter_stretch(m, VOXMAP_SIDE, look, side_m);
+        any |= enter_stretch(m, VOXMAP_AXIS, look, axis_m);
+    } else
+        any = enter_stretch(m, VOXMAP_SIDE, look, axis_m);
+    m->stats.beams += any;
+}
+
 static void enter_beam(struct voxmap *m, const struct beam_echoes *heard, const struct pose *pose,
                        const struct lattice_place *apex, const double attitude[4])
 {
-    struct submap *map = &m->current->map;
-    const double voxel_m = m->set.voxel_m, az = (double)heard->az_rad, el = (double)heard->el_rad;
-    const double placed_m = placed_to_m(m, pose), free_m = (double)heard->free_to_m - pose->slack_m;
-    const double from_m = (double)heard->blind_m + pose->slack_m, to_m = placed_m < free_m ? placed_m : free_m;
-    struct cast_beam beam;
-
     if (heard->state == BEAM_BLIND)
         return;
-    if (to_m > from_m && cast_aim(&beam, &m->opening[0],
-                                  &(struct cast_look){.apex = apex,
-                                                      .attitude = attitude,
-                                                      .az_rad = az,
-                                                      .el_rad = el,
-                                                      .near_m = from_m,
-                                                      .far_m = to_m,
-                                                      .voxel_m = voxel_m})) {
-        m->stats.beams++;
-        for (int level = 0; level < m->set.weight_levels; level++) {
-            beam.opening = &m->opening[level];
-            submap_cast(map, &beam, SUBMAP_VACANCY);
-        }
-    }
+    enter_water(m, heard, pose,
+                &(struct cast_look){.apex = apex,
+                                    .attitude = attitude,
+                                    .az_rad = (double)heard->az_rad,
+                                    .el_rad = (double)heard->el_rad,
+                                    .voxel_m = m->set.voxel_m});
     for (int n = 0; m->set.keep_echoes && n < heard->n; n++)
         if (!(heard->echo[n].flags & ECHO_OWN))
             enter_echo(m, heard, &heard->echo[n], pose, apex, attitude);
@@ -448,7 +506,8 @@ bool voxmap_enter(struct voxmap *m, const struct echoes *e, const struct voxmap_
         m->stats.no_pose++;
         return false;
     }
-    if (!open_beam(m, sensor->shape, cut_azimuth(e), cut_elevation(e))) {
+    const struct voxmap_width width = width_of(e, sensor->shape);
+    if (!open_beam(m, sensor->shape, &width)) {
         m->stats.unfit++;
         return false;
     }

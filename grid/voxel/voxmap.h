@@ -33,8 +33,11 @@ struct voxmap_setting {
     bool keep_echoes;     /* echo evidence beside vacancy: twice the memory; tags, occupied voxels, thin things */
     struct voxel_rule rule;
     double tolerance_m; /* of the side faces (cast.h); 0 is safe */
-    double opening; /* (0, 1]: share of a beam's height, of a cone's width, whose water is free; echoes fill all
-                         * of it. Surfaces that the edge of a beam grazes answer too weakly to end it */
+    /* (0, 1]: share of a beam's height, of a cone's width, whose water is free as far as its axis hears, or where that
+     * is known (struct beam_echoes, off_axis) as far as its side does; then half of it is as far as the axis, and all
+     * of the beam as far as its edge. Echoes fill all of it. Surfaces that the edge grazes answer too weakly to end it.
+     */
+    double opening;
     uint8_t
         weight_levels; /* [1, 8] angle-weighted vacancy (the paper's future work): a look at a voxel on the beam's
                             * axis counts as much as this many at its edge; threshold and echo weight are scaled along.
@@ -43,6 +46,14 @@ struct voxmap_setting {
     double submap_path_m;  /* distance travelled after which a new submap starts; INFINITY: never */
     uint64_t submap_ns;    /* the same for time; VOXMAP_NEVER */
     uint64_t half_life_ns; /* of all evidence; VOXMAP_NEVER */
+};
+
+/* The parts of a beam whose water is free to a range of its own. */
+enum voxmap_part_of_beam { VOXMAP_AXIS, VOXMAP_SIDE, VOXMAP_EDGE, VOXMAP_PARTS };
+
+/* Half apertures of a ping's beams, cut to their spacing, and that in azimuth in which the edge's water is free. */
+struct voxmap_width {
+    float az_rad, el_rad, edge_az_rad;
 };
 
 /* What a sensor's pings need beside themselves. */
@@ -89,8 +100,8 @@ struct voxmap {
     uint64_t change;         /* counts everything that may change an answer; stamps of tiles are its values */
     uint64_t
         change_of_all; /* the last change that is not a ping's: ageing, correction, a submap that comes or goes */
-    struct cast_opening opening[VOXMAP_MAX_LEVELS], heard, residual_cells; /* of the last ping: */
-    float opening_az_rad, opening_el_rad;
+    struct cast_opening opening[VOXMAP_PARTS][VOXMAP_MAX_LEVELS], heard, residual_cells; /* of the last ping: */
+    struct voxmap_width opening_width;
     enum cast_shape opening_shape;
     struct lattice_place body; /* at the last stamp */
     uint64_t body_ns;          /* ... and when; 0: none */
@@ -111,7 +122,8 @@ void voxmap_init(struct voxmap *m, const struct voxmap_setting *s, void *memory)
 void voxmap_clear(struct voxmap *m);
 
 /**
- * voxmap_enter - one ping, in order of time. Per beam the water from blind_m to free_to_m gets a vacancy more; per echo
+ * voxmap_enter - one ping, in order of time. Per beam the water from blind_m to free_to_m gets a vacancy more, off the
+ * axis the less far the farther off (voxmap_setting.opening), and each voxel one at most; per echo
  * the shell from near_m to range_m + sd_m, half a voxel thicker either way and wider by half a voxel's diagonal so that
  * at least one voxel holds it, an echo more; what of it lies beyond the box, or finds no memory, goes into the
  * residual. Beams of a fan are cut to half their least spacing, so that each voxel is raised once per ping. The body's

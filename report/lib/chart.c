@@ -2,6 +2,7 @@
 /* chart - submaps of made-up worlds, graded; see chart.h. */
 #include "chart.h"
 
+#include <float.h>
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -30,6 +31,9 @@ static bool is_free(const struct chart *c, const int64_t cell[3])
     return chart_cell(c, cell) == VOXEL_FREE;
 }
 
+/* As in grid/voxel/voxmap.c. */
+#define EDGE_WIDER 1.22
+
 struct lattice_place chart_place(const struct chart *c, const double at[3])
 {
     double position_m[3];
@@ -56,11 +60,12 @@ struct chart *chart_make(const struct world *world, const struct chart_setting *
 
     c->world = world;
     c->set = *set;
+    const double az_rad = geo_rad(DIVE_AZ_DEG / 2), el_rad = geo_rad(DIVE_EL_DEG / 2);
     const double share = set->opening > 0 ? set->opening : 1;
-    if (!cast_opening_init(&c->opening, CAST_WEDGE, geo_rad(DIVE_AZ_DEG / 2), share * geo_rad(DIVE_EL_DEG / 2),
-                           set->tolerance_m, &fault) ||
-        !cast_opening_init(&c->heard_opening, CAST_WEDGE, geo_rad(DIVE_AZ_DEG / 2), geo_rad(DIVE_EL_DEG / 2), 0,
-                           &fault)) {
+    if (!cast_opening_init(&c->opening, CAST_WEDGE, az_rad, share * el_rad, set->tolerance_m, &fault) ||
+        !cast_opening_init(&c->axis_opening, CAST_WEDGE, az_rad, share / 2 * el_rad, set->tolerance_m, &fault) ||
+        !cast_opening_init(&c->edge_opening, CAST_WEDGE, EDGE_WIDER * az_rad, el_rad, set->tolerance_m, &fault) ||
+        !cast_opening_init(&c->heard_opening, CAST_WEDGE, az_rad, el_rad, 0, &fault)) {
         fprintf(stderr, "chart: %s\n", fault.text);
         exit(1);
     }
@@ -114,15 +119,46 @@ static void enter_body(struct chart *c, const double at[3])
     memcpy(c->body, at, sizeof c->body);
 }
 
+/* Free from *from_m to to_m through one opening; afterwards *from_m lies just behind. */
+static void enter_stretch(struct chart *c, const struct cast_opening *opening, const struct dive_look *look,
+                          const double at[3], double *from_m, double to_m)
+{
+    struct cast_beam beam;
+
+    if (!(to_m > *from_m) || !chart_aim(c, opening, look, at, *from_m, to_m, &beam))
+        return;
+    submap_cast(&c->map, &beam, SUBMAP_VACANCY);
+    *from_m = to_m * (1 + 4 * DBL_EPSILON);
+}
+
+/* As voxmap_enter has it. */
+static void enter_water(struct chart *c, const struct dive_look *look, const double at[3],
+                        const struct beam_echoes *heard)
+{
+    const double axis_m = (double)heard->free_to_m, side_m = (double)heard->side_to_m;
+    const double edge_from_m = (double)heard->edge_from_m, edge_m = (double)heard->edge_to_m;
+    double from_m = (double)heard->blind_m;
+
+    if (!heard->off_axis || !(c->set.opening > 0)) {
+        enter_stretch(c, &c->opening, look, at, &from_m, axis_m);
+        return;
+    }
+    if (edge_m > edge_from_m) {
+        enter_stretch(c, &c->opening, look, at, &from_m, fmin(edge_from_m, side_m));
+        from_m = fmax(from_m, edge_from_m);
+        enter_stretch(c, &c->edge_opening, look, at, &from_m, edge_m);
+    }
+    enter_stretch(c, &c->opening, look, at, &from_m, side_m);
+    enter_stretch(c, &c->axis_opening, look, at, &from_m, axis_m);
+}
+
 void chart_enter(struct chart *c, const struct dive_look *look, const double at[3],
                  const struct beam_echoes *heard)
 {
     const double half = c->set.voxel_m / 2;
     struct cast_beam beam;
 
-    if (heard->free_to_m > heard->blind_m &&
-        chart_aim(c, &c->opening, look, at, (double)heard->blind_m, (double)heard->free_to_m, &beam))
-        submap_cast(&c->map, &beam, SUBMAP_VACANCY);
+    enter_water(c, look, at, heard);
     for (unsigned e = 0; c->set.echoes && e < heard->n; e++) {
         const double near_m = fmax(0, (double)heard->echo[e].near_m - half);
         if (chart_aim(c, &c->heard_opening, look, at, near_m,

@@ -13,15 +13,17 @@
 struct chart_setting {
     double voxel_m, tolerance_m;
     struct voxel_rule rule;
-    double opening; /* share of the half-power aperture through which free water is entered; 0: all of it */
-    bool echoes;    /* keep them, as the rule needs them */
-    double body_m;  /* radius of the vehicle's own body, stamped free; 0: none */
+    /* As in struct voxmap_setting; 0: all of the half-power aperture is free as far as the axis, as the paper has it */
+    double opening;
+    bool echoes;   /* keep them, as the rule needs them */
+    double body_m; /* radius of the vehicle's own body, stamped free; 0: none */
 };
 
 struct chart {
     const struct world *world;
     struct chart_setting set;
-    struct cast_opening opening, heard_opening; /* of free water, of echoes */
+    struct cast_opening opening, axis_opening, edge_opening; /* of free water */
+    struct cast_opening heard_opening;                       /* of echoes */
     struct tiles tiles;
     struct submap map;
     bool stamped;

@@ -62,6 +62,15 @@ static void add_power(float *mean, double range_m, double power)
         mean[(size_t)bin] += (float)power;
 }
 
+/* What a surface returns of what others do, just before a place where a ray meets it. */
+static double softness(const struct world *world, const double before[3], double t_s)
+{
+    const double below[3] = {before[0], before[1], before[2] + STEP_M / 2};
+    const double rise_m = world_clearance(world, below, t_s) - world_clearance(world, before, t_s);
+
+    return fabs(rise_m) > STEP_M / 4 ? pow(10, world->level_db / 10) : 1;
+}
+
 static void add_ray(const struct world *world, const struct dive_look *look, const double in_beam[3], double power,
                     float *mean)
 {
@@ -74,7 +83,8 @@ static void add_ray(const struct world *world, const struct dive_look *look, con
     for (int a = 0; a < 3; a++)
         before[a] = look->at[a] + (range_m - STEP_M) * d[a];
     const double square = fmin(1, world_clearance(world, before, look->t_s) / STEP_M);
-    const double echo = power * square * pow(10, (WALL_DB - ABSORPTION * range_m) / 10);
+    const double soft = world->level_db < 0 ? softness(world, before, look->t_s) : 1;
+    const double echo = power * soft * square * pow(10, (WALL_DB - ABSORPTION * range_m) / 10);
     add_power(mean, range_m, echo);
     /* Only what is met nearly square on throws sound back and forth. */
     add_power(mean, 2 * range_m, echo * pow(square, 8) * pow(10, (BOUNCE_DB - ABSORPTION * range_m) / 10));
@@ -216,6 +226,7 @@ static struct dive_ears *ears_of(enum extract_order order, const struct cleanup_
     extract_defaults(&conf);
     conf.ring_down_m = RING_DOWN_M;
     conf.order = order;
+    conf.off_axis = true;
     ears->cleanup_conf = *cleanup;
     ears->open_water = open_water;
     ears->gain_db = gain_db;

@@ -34,6 +34,7 @@ struct world {
     double origin_m[3];
     double low[3], high[3]; /* the part that is looked at, from the origin */
     double from[3], to[3];  /* the vehicle's way through it */
+    double level_db;        /* <= 0: so much weaker than the others the surfaces that lie level answer */
     struct world_shape water[3], solid[WORLD_MAX_SHAPES];
 };
 

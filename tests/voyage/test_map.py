@@ -381,4 +381,14 @@ def exports(bench):
     check(head.startswith(b"# Octomap OcTree binary file") and float(head.split(b"\nres ")[1].split()[0]) == VOXEL, str(head))
 
 
-run([("map_" + f.__name__, f) for f in (basin, files, jumps, farther_than_it_goes, veil, surface, moves, same_file, exports)])
+def edge(bench):
+    """Near the sonar all of the beam is free, however little of it `opening` takes farther off."""
+    conf(bench, opening=0.1)
+    trip = ping360(bench)
+    stay(trip, [0.0, 0.0, 2.0], 25)
+    client = trip.client()
+    check(state_of(client, "point", position_m=[2.3, 0.3, 1.7]) == "free", "7 degrees above a beam of 25")
+    check(state_of(client, "point", position_m=[2.3, 0.3, 1.1]) == "unknown", "beside the beam")
+
+
+run([("map_" + f.__name__, f) for f in (basin, files, jumps, farther_than_it_goes, veil, surface, moves, same_file, exports, edge)])

@@ -161,6 +161,127 @@ TEST(a_fan_raises_each_voxel_once)
     rig_free(r);
 }
 
+/* Counts of free looks at places of a level beam along north, by elevation and range. */
+static uint32_t looks_at(struct rig *r, double el_deg, double az_deg, double range_m)
+{
+    const double el = geo_rad(el_deg), az = geo_rad(az_deg), h = r->map.set.voxel_m;
+    const int64_t cell[3] = {(int64_t)floor(range_m * cos(el) * cos(az) / h),
+                             (int64_t)floor(range_m * cos(el) * sin(az) / h),
+                             (int64_t)floor(range_m * sin(el) / h)};
+    return merge_sum(&r->map, cell).vacancy;
+}
+
+/* The side is free to 2 m, the edge from 0.8 to 1.5 m; 35 degrees high, of which half is the setting. */
+static void aim_off_the_axis(struct rig_ping *p)
+{
+    rig_aim(p, (const double[3]){0, 0, 0}, 0, 3);
+    p->beam.off_axis = true;
+    p->beam.side_to_m = 2;
+    p->beam.edge_from_m = 0.8f;
+    p->beam.edge_to_m = 1.5f;
+}
+
+static struct voxmap_setting fine_setting(double opening)
+{
+    struct voxmap_setting s = rig_setting();
+    s.voxel_m = 0.02;
+    s.height = 160;
+    s.side = 32;
+    s.n_tiles = 900;
+    s.opening = opening;
+    return s;
+}
+
+TEST(off_its_axis_a_beam_frees_less)
+{
+    static const struct {
+        double el_deg, range_m;
+        uint32_t looks;
+    } row[] = {{2, 2.8, 1}, {3, 1.8, 1},  {2, 0.5, 1},  {7, 2.8, 0},  {7, 1.8, 1},  {7, 0.6, 1},
+               {7, 1.2, 1}, {15, 1.8, 0}, {15, 0.6, 0}, {15, 1.2, 1}, {15, 1.4, 1}, {19, 1.2, 0}};
+    const struct voxmap_setting s = fine_setting(0.5);
+    struct rig *r = rig_new(&s);
+    struct rig_ping p;
+    aim_off_the_axis(&p);
+    CHECK(rig_enter(r, &p, 0));
+    CHECK_INT(r->map.stats.beams, 1);
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++)
+        for (int down = -1; down <= 1; down += 2) {
+            CHECK_INT(looks_at(r, down * row[i].el_deg, 0.5, row[i].range_m), row[i].looks);
+            if (test_case_failed)
+                printf("(elevation %g, range %g)\n", down * row[i].el_deg, row[i].range_m);
+        }
+    for (int64_t i = 0; i < 160; i++) /* no voxel twice, wherever the stretches meet */
+        for (int64_t j = -10; j < 10; j++)
+            for (int64_t k = -60; k < 60; k++)
+                CHECK(merge_sum(&r->map, (const int64_t[3]){i, j, k}).vacancy <= 1);
+    rig_free(r);
+}
+
+/* The edge is free beside half power as well, but never in a neighbour's place. */
+TEST(the_edge_is_wider_than_the_beam_where_no_other_beam_is)
+{
+    const struct voxmap_setting s = fine_setting(1);
+    struct rig *r = rig_new(&s);
+    struct rig_ping p;
+    aim_off_the_axis(&p);
+    p.echoes.az_aperture_rad = (float)geo_rad(20);
+    CHECK(rig_enter(r, &p, 0));
+    CHECK_INT(looks_at(r, 0.5, 11.5, 1.2), 1);
+    CHECK_INT(looks_at(r, 0.5, -11.5, 1.2), 1);
+    CHECK_INT(looks_at(r, 0.5, 13, 1.2), 0);
+    CHECK_INT(looks_at(r, 0.5, 11.5, 1.8), 0);
+    rig_free(r);
+
+    struct beam_echoes beam[2] = {p.beam, p.beam};
+    r = rig_new(&s);
+    beam[1].az_rad = (float)geo_rad(21);
+    p.echoes.n_beams = 2;
+    p.echoes.beam = beam;
+    CHECK(rig_enter(r, &p, 0));
+    CHECK_INT(looks_at(r, 0.5, 10, 1.2), 1);
+    CHECK_INT(looks_at(r, 0.5, 11.5, 1.2), 1);
+    rig_free(r);
+}
+
+/* The pose uncertainty takes from every part; numbers that are none free nothing. */
+TEST(off_the_axis_an_uncertain_pose_and_nonsense_free_less)
+{
+    const struct voxmap_setting s = fine_setting(0.5);
+    struct rig *r = rig_new(&s);
+    struct rig_ping p;
+    aim_off_the_axis(&p);
+    const double slack_m = p.echoes.pose.slack_m = 0.018;
+    CHECK(rig_enter(r, &p, 0));
+    uint64_t edge = 0, side = 0;
+    for (int64_t i = 0; i < 160; i++)
+        for (int64_t j = -10; j < 10; j++)
+            for (int64_t k = -60; k < 60; k++) {
+                const double at[3] = {0.02 * ((double)i + 0.5), 0.02 * ((double)j + 0.5),
+                                      0.02 * ((double)k + 0.5)};
+                const double range_m = hypot(hypot(at[0], at[1]), at[2]), el_deg = geo_deg(asin(at[2] / range_m));
+                if (merge_sum(&r->map, (const int64_t[3]){i, j, k}).vacancy == 0 || fabs(el_deg) < 5)
+                    continue;
+                CHECK(range_m > slack_m && range_m <= 2 - slack_m);
+                CHECK(fabs(el_deg) < 8.8 || (range_m > 0.8 + slack_m - 1e-6 && range_m < 1.5 - slack_m + 1e-6));
+                edge += fabs(el_deg) > 8.8;
+                side += fabs(el_deg) < 8.7 && range_m > 1.6;
+            }
+    CHECK(edge > 500 && side > 500);
+    rig_free(r);
+    r = rig_new(&s);
+    aim_off_the_axis(&p);
+    p.echoes.pose.slack_m = 0.15;
+    CHECK(rig_enter(r, &p, 0));
+    CHECK_INT(r->map.stats.beams, 0); /* farther off than a voxel */
+    aim_off_the_axis(&p);
+    p.beam.side_to_m = p.beam.edge_from_m = NAN;
+    CHECK(rig_enter(r, &p, 0));
+    CHECK_INT(looks_at(r, 7, 0.5, 1.2), 0);
+    CHECK_INT(looks_at(r, 15, 0.5, 1.2), 0);
+    rig_free(r);
+}
+
 TEST(an_echo_always_lies_in_some_voxel)
 {
     uint64_t seed = test_seed();
@@ -1339,6 +1460,9 @@ int main(void)
     RUN(V1_nothing_claimed_nothing_changed);
     RUN(V4_a_voxel_rises_once_per_ping_and_stops_at_255);
     RUN(a_fan_raises_each_voxel_once);
+    RUN(off_its_axis_a_beam_frees_less);
+    RUN(the_edge_is_wider_than_the_beam_where_no_other_beam_is);
+    RUN(off_the_axis_an_uncertain_pose_and_nonsense_free_less);
     RUN(an_echo_always_lies_in_some_voxel);
     RUN(what_was_heard_once_outweighs_some_looks_and_is_carved_in_the_end);
     RUN(an_echo_of_the_vehicles_own_is_no_place_and_frees_none);
