@@ -213,7 +213,7 @@ help:
 	@echo 'make fuzz       run every fuzz target for SECONDS (20) each'
 	@echo 'make soak       load that stays: a day in virtual time, and an hour in which every wire fails, clients come and go (HOURS, MINUTES)'
 	@echo 'make bench      measure: scaling, ratios, every part by itself; $(BUILD)/bench.json (QUICK=1: shorter, LONG=1: all sizes)'
-	@echo 'make pilot      drive a vehicle by the answers through worlds drawn at random: $(BUILD)/pilot/ (SEEDS=54, so many drives)'
+	@echo 'make pilot      drive a vehicle by the answers through worlds drawn at random: $(BUILD)/pilot/ (SEEDS=72, so many drives)'
 	@echo 'make report     error against run time, measured: $(BUILD)/report/index.html, in minutes (QUICK=1: seconds, LONG=1: with a billion updates)'
 	@echo 'make man        the manual pages for man -l, with the keys and methods that the program has'
 	@echo 'make prose      plain English in what people read: glossary, lengths of sentences, spelling (tests/prose)'
@@ -396,7 +396,7 @@ bench: programs $(BENCH) $(PEER) $(SIM) $(HELPERS)
 
 pilot: $(BUILD)/tests/pilot_runs
 	@mkdir -p $(BUILD)/pilot
-	@$(BUILD)/tests/pilot_runs $(or $(SEEDS),54) $(or $(SONARD_SEED),20260101) $(BUILD)/pilot
+	@$(BUILD)/tests/pilot_runs $(or $(SEEDS),72) $(or $(SONARD_SEED),20260101) $(BUILD)/pilot
 
 report:
 	@tests/deps.sh report

@@ -3,63 +3,33 @@
 #include "run.h"
 
 #include <math.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "core/fault.h"
 #include "daemon/methods/environment.h"
 #include "daemon/wiring.h"
-#include "report/lib/dice.h"
 
 #define SECOND       1000000000u
 #define TICK_NS      20000000u  /* of the vehicle's motion */
 #define POSE_NS      100000000u /* from one pose to the next; each comes a tick late */
 #define ASK_NS       200000000u /* as in examples/autopilot.c */
 #define WANTED_MPS   0.5
+#define MOST         4.0 /* times as long as a pilot who knows the world */
 #define SLOW_MPS     0.1 /* as configured: so slow that touching something does no harm */
 #define ARRIVED_M    0.5
-#define ROOM_M       0.8 /* that somebody with a chart keeps, and half of it where there is no more */
-#define ROOM_LEAST_M 0.4
+#define ROOM_M       0.8 /* that somebody with a chart keeps, and less where there is no more */
+#define ROOM_LEAST_M 0.45
 #define MARGIN_M     0.35 /* as configured, and a little */
 #define RING_DOWN_M  1.0  /* nothing is heard nearer */
 
 const char *const pilot_nav_name[PILOT_NAVS] = {"position", "velocity", "attitude"};
+const char *const pilot_setup_name[PILOT_SETUPS] = {"bare", "near", "near and level"};
+const char *const pilot_fault_name[PILOT_FAULTS] = {"none",     "lost pings",   "silent sonar", "no poses",
+                                                    "no speed", "origin moves", "other sonar"};
 
 const struct pilot_hull pilot_hull = {0.4, 0.25}; /* as configured */
-
-/* ---- the vehicle ---- */
-
-#define GAIN_HZ     3.0 /* of its speed controller */
-#define LAG_S       0.2 /* of its thrusters */
-#define THRUST_MPS2 0.3 /* at most; configured is what it can surely brake with */
-#define TURN_RADPS  0.5
-#define NOISE_M     0.02
-#define NOISE_MPS   0.01
-#define NOISE_RAD   0.005
-
-struct vehicle {
-    double place_m[3], velocity_mps[2], thrust_mps2[2]; /* over ground */
-    double heading_rad;
-    double current_mps[2];
-    double command_mps[2]; /* north, east */
-    double wanted_rad;
-};
-
-/* Over ground where it has something that tells its velocity, else through the water. */
-static void steer(struct vehicle *v, bool over_ground, double dt_s)
-{
-    double wish[2];
-    for (int k = 0; k < 2; k++)
-        wish[k] = GAIN_HZ * (v->command_mps[k] - v->velocity_mps[k] + (over_ground ? 0 : v->current_mps[k]));
-    const double much = fmax(1, hypot(wish[0], wish[1]) / THRUST_MPS2);
-    for (int k = 0; k < 2; k++) {
-        v->thrust_mps2[k] += (wish[k] / much - v->thrust_mps2[k]) * fmin(1, dt_s / LAG_S);
-        v->velocity_mps[k] += v->thrust_mps2[k] * dt_s;
-        v->place_m[k] += v->velocity_mps[k] * dt_s;
-    }
-    const double off = geo_wrap_pi(v->wanted_rad - v->heading_rad), most = TURN_RADPS * dt_s;
-    v->heading_rad = geo_wrap(v->heading_rad + fmax(-most, fmin(most, off)));
-}
 
 /* ---- the daemon ---- */
 
@@ -67,22 +37,20 @@ struct drive {
     const struct pilot_case *c;
     struct methods_env *d;
     struct pilot_world world;
-    struct vehicle v;
+    struct pilot_vehicle v;
+    struct pilot_instruments instruments;
     struct dice dice;
     double route_m[PILOT_ROUTE_MAX][2];
     int corners, corner;
-    double aside_rad, aside_until_s, stuck_since_s; /* of a pilot without a chart */
-    double measured_rad;                            /* heading, as the compass says */
+    double aside_rad, aside_s, aside_until_s, stuck_since_s;
+    int stuck;           /* so often */
+    double measured_rad; /* heading, as the compass says */
+    double fault_s;      /* when the next fault begins */
     uint32_t pings;
     struct pilot_result *result;
     struct pilot_track *track;
     long asked, held[3];
 };
-
-static double off(struct drive *r, double most)
-{
-    return most * (2 * dice_uniform(&r->dice) - 1);
-}
 
 static void tell_fault(void *ctx, const char *message)
 {
@@ -101,8 +69,12 @@ static bool start(struct methods_env *d, const struct pilot_case *c)
     struct pose_drift unseen;
     struct fault fault = {""};
     const int n = snprintf(text, sizeof text, "%s%s", pilot_sonar_conf(c->sonar), vehicle);
-    const int near = c->near_m > 0 ? snprintf(text + n, sizeof text - (size_t)n, "near = %.2f m\n", c->near_m) : 0;
-    snprintf(text + n + near, sizeof text - (size_t)(n + near), "%s", c->conf ? c->conf : "");
+    const double near_m = pilot_sonar_near_m(c->sonar);
+    const int near = c->setup == PILOT_BARE || near_m <= 0
+                         ? 0
+                         : snprintf(text + n, sizeof text - (size_t)n, "near = %.2f m\n", near_m);
+    snprintf(text + n + near, sizeof text - (size_t)(n + near), "%s%s",
+             c->setup == PILOT_LEVEL ? "[grid]\nelevation = level\n" : "", c->conf ? c->conf : "");
     if (conf_load_text(&d->conf, &source, &(struct conf_text){"pilot", text, strlen(text)}, NULL, tell_fault,
                        NULL) != 0)
         return false;
@@ -129,33 +101,66 @@ static void end(struct methods_env *d)
     loop_free(d->loop);
 }
 
-static void tell_pose(struct drive *r, uint64_t t_ns)
+static bool at_fault(const struct drive *r, enum pilot_fault fault, double t_s, double long_s)
 {
-    static const unsigned parts[PILOT_NAVS] = {[PILOT_POSITION] =
-                                                   POSE_ATTITUDE | POSE_DEPTH | POSE_VELOCITY | POSE_POSITION,
-                                               [PILOT_VELOCITY] = POSE_ATTITUDE | POSE_DEPTH | POSE_VELOCITY,
-                                               [PILOT_ATTITUDE] = POSE_ATTITUDE | POSE_DEPTH};
-    struct pose p = pose_identity;
+    return r->c->fault == fault && t_s > r->fault_s && t_s < r->fault_s + long_s;
+}
+
+#define SILENT_S   4.0
+#define NO_POSE_S  2.5
+#define NO_SPEED_S 4.0
+#define JUMP_M     2.0
+#define LOST       0.1
+#define STRAY      0.02
+#define FAULT_S    12.0 /* from one fault to the next, and as much again */
+
+static bool knows_speed(const struct drive *r, double t_s)
+{
+    return r->c->nav != PILOT_ATTITUDE && !at_fault(r, PILOT_NO_SPEED, t_s, NO_SPEED_S);
+}
+
+static void fail(struct drive *r, double t_s)
+{
+    if (t_s > r->fault_s + fmax(SILENT_S, fmax(NO_POSE_S, NO_SPEED_S)))
+        r->fault_s = t_s + FAULT_S * (1 + dice_uniform(&r->dice));
+    if (r->c->fault != PILOT_JUMP || t_s < r->fault_s || r->instruments.jump_m[0] != 0)
+        return;
+    const double to = GEO_TURN * dice_uniform(&r->dice);
+    r->instruments.jump_m[0] = JUMP_M * cos(to);
+    r->instruments.jump_m[1] = JUMP_M * sin(to);
+}
+
+static void tell_pose(struct drive *r, uint64_t t_ns, double t_s)
+{
+    static const unsigned all[PILOT_NAVS] = {[PILOT_POSITION] =
+                                                 POSE_ATTITUDE | POSE_DEPTH | POSE_VELOCITY | POSE_POSITION,
+                                             [PILOT_VELOCITY] = POSE_ATTITUDE | POSE_DEPTH | POSE_VELOCITY,
+                                             [PILOT_ATTITUDE] = POSE_ATTITUDE | POSE_DEPTH};
+    const unsigned parts = all[r->c->nav] & ~(knows_speed(r, t_s) ? 0u : (unsigned)POSE_VELOCITY);
+    struct pose p;
+    if (at_fault(r, PILOT_NO_POSES, t_s, NO_POSE_S))
+        return;
+    pilot_instruments_read(&r->instruments, &r->v, parts, t_s, &p, &r->measured_rad);
     p.t_ns = t_ns;
-    p.has = parts[r->c->nav];
-    for (int k = 0; k < 2; k++) {
-        p.position_m[k] = p.has & POSE_POSITION ? r->v.place_m[k] + off(r, NOISE_M) : 0;
-        p.velocity_mps[k] = p.has & POSE_VELOCITY ? r->v.velocity_mps[k] + off(r, NOISE_MPS) : 0;
-    }
-    p.position_m[2] = r->v.place_m[2] + off(r, NOISE_M);
-    r->measured_rad = r->v.heading_rad + off(r, NOISE_RAD);
-    quat_from_rpy(off(r, NOISE_RAD), off(r, NOISE_RAD), r->measured_rad, p.attitude);
     pose_log_put(&r->d->poses, &p);
 }
 
 static void hear(struct drive *r, uint64_t t_ns, double t_s)
 {
+    struct pilot_shot shot = {.world = &r->world,
+                              .seed = r->c->seed,
+                              .mount = r->d->mount,
+                              .heading_rad = r->v.heading_rad,
+                              .t_s = t_s,
+                              .number = ++r->pings,
+                              .stray = r->c->fault == PILOT_STRAY ? STRAY : 0};
+    if (at_fault(r, PILOT_NO_SONAR, t_s, SILENT_S) ||
+        (r->c->fault == PILOT_NO_PINGS && dice_uniform(&r->dice) < LOST))
+        return;
     struct ping *ping = pipeline_begin(r->d->pipeline);
-    const double *mount = r->d->mount[0].position_m, c = cos(r->v.heading_rad), s = sin(r->v.heading_rad);
-    const double place_m[3] = {r->v.place_m[0] + c * mount[0] - s * mount[1],
-                               r->v.place_m[1] + s * mount[0] + c * mount[1], r->v.place_m[2] + mount[2]};
+    memcpy(shot.place_m, r->v.place_m, sizeof shot.place_m);
     ping->t_ns = ping->t_in_ns = t_ns;
-    pilot_sonar_hear(r->c->sonar, &r->world, r->c->seed, place_m, r->v.heading_rad, t_s, r->pings, ping);
+    pilot_sonar_hear(r->c->sonar, &shot, ping);
     pose_log_at(&r->d->poses, t_ns, &ping->pose);
     pipeline_submit(r->d->pipeline, ping);
 }
@@ -201,30 +206,54 @@ static double distance_of(const struct drive *r, const double place_m[2])
     return hypot(place_m[1] - r->v.place_m[1], place_m[0] - r->v.place_m[0]);
 }
 
-/* Round a corner before the next one; without a chart straight for the goal, and aside for a while where that is
- * blocked. */
-static double wanted_bearing(struct drive *r, double t_s)
+/* Round a corner before the next one; without a chart straight for the goal. */
+static double way_bearing(struct drive *r)
 {
     while (r->c->chart && r->corner < r->corners - 1 && distance_of(r, r->route_m[r->corner]) < 0.3)
         r->corner++;
-    if (r->c->chart)
-        return bearing_of(r, r->route_m[r->corner]);
-    return bearing_of(r, r->world.goal_m) + (t_s < r->aside_until_s ? r->aside_rad : 0);
+    return bearing_of(r, r->c->chart ? r->route_m[r->corner] : r->world.goal_m);
 }
 
-#define PATIENCE_S 4.0
-#define ASIDE_S    8.0
+#define PATIENCE_S  4.0
+#define ASIDE_S     8.0 /* at first; each time half as long again */
+#define ASIDE_MORE  1.5
+#define ASIDE_MAX_S 15.0
+#define ASIDES      6 /* to each side */
+#define ASIDE_RAD   geo_rad(30)
+#define FORWARD     1.2  /* how much an equal speed is worth back (0.2) and ahead (2.2) ... */
+#define DOUBT       0.25 /* ... and less ahead, more back, each time: out of where it came in */
+#define TURNED      0.4  /* on the other side than the last time */
+#define CAPRICE     0.4  /* so that it does not go to and fro for ever */
+#define STANDS_MPS  0.02
 
-static void lose_patience(struct drive *r, double t_s, double speed_mps)
+/* Who may not go on asks how fast it may go elsewhere, and goes there for a while. */
+static void look_aside(struct drive *r, double bearing, double t_s)
 {
-    if (speed_mps > 0.02) {
-        r->stuck_since_s = t_s;
-        return;
+    enum pilot_held held;
+    char reason[PILOT_REASON_SIZE];
+    const double ahead = fmax(-1, 1 - DOUBT * r->stuck++);
+    double best = 0, aside = 0;
+    for (int k = -ASIDES; k <= ASIDES; k++) {
+        const double aside_rad = k * ASIDE_RAD, side = k * r->aside_rad < 0 ? TURNED : 1;
+        const double worth = ask_limit(r, bearing + aside_rad, &held, reason) * side *
+                             (FORWARD + ahead * cos(aside_rad)) * (1 - CAPRICE * dice_uniform(&r->dice));
+        if (worth <= best)
+            continue;
+        best = worth;
+        aside = aside_rad;
     }
+    r->aside_rad = aside;
+    r->aside_until_s = t_s + r->aside_s;
+    r->aside_s = fmin(ASIDE_MORE * r->aside_s, ASIDE_MAX_S);
+}
+
+static void lose_patience(struct drive *r, double bearing, double t_s, double speed_mps)
+{
+    if (speed_mps > STANDS_MPS)
+        r->stuck_since_s = t_s;
     if (t_s - r->stuck_since_s < PATIENCE_S)
         return;
-    r->aside_rad = (dice_uniform(&r->dice) < 0.5 ? -1 : 1) * (0.8 + 1.6 * dice_uniform(&r->dice));
-    r->aside_until_s = t_s + ASIDE_S;
+    look_aside(r, bearing, t_s);
     r->stuck_since_s = t_s;
 }
 
@@ -244,14 +273,18 @@ static void fly(struct drive *r, double t_s)
 {
     enum pilot_held held;
     char reason[PILOT_REASON_SIZE];
-    const double bearing = wanted_bearing(r, t_s), speed_mps = ask_limit(r, bearing, &held, reason);
+    const double way = way_bearing(r), bearing = way + (t_s < r->aside_until_s ? r->aside_rad : 0);
+    const double speed_mps = ask_limit(r, bearing, &held, reason);
     const bool facing = fabs(geo_wrap_pi(bearing - r->v.heading_rad)) < geo_rad(20);
     const double most_mps = r->c->heedless ? WANTED_MPS : speed_mps;
     const double go_mps = facing ? most_mps : fmin(most_mps, SLOW_MPS);
     r->v.wanted_rad = bearing;
     r->v.command_mps[0] = go_mps * cos(bearing);
     r->v.command_mps[1] = go_mps * sin(bearing);
-    lose_patience(r, t_s, speed_mps);
+    if (r->c->trace)
+        printf("%6.1f s  north %6.2f m  east %6.2f m  bearing %4.0f  %.2f m/s  %s\n", t_s, r->v.place_m[0],
+               r->v.place_m[1], geo_deg(bearing), speed_mps, r->result->last);
+    lose_patience(r, way, t_s, speed_mps);
     held = speed_mps >= WANTED_MPS / 2 ? PILOT_GOING : held;
     r->asked++;
     r->held[held]++;
@@ -269,13 +302,16 @@ static void fly(struct drive *r, double t_s)
 static void watch(struct drive *r, double t_s)
 {
     struct pilot_result *out = r->result;
+    struct pilot_world still;
     const double clear_m = pilot_world_clearance(&r->world, r->v.place_m, &pilot_hull, t_s);
     const double speed_mps = hypot(r->v.velocity_mps[0], r->v.velocity_mps[1]);
     out->nearest_m = fmin(out->nearest_m, clear_m);
+    out->end_s = t_s;
     if (clear_m > 0)
         return;
+    pilot_world_still(&r->world, &still);
+    out->struck = pilot_world_clearance(&still, r->v.place_m, &pilot_hull, t_s) > 0;
     out->touched_mps = speed_mps;
-    out->touched_s = t_s;
 }
 
 static double known_time_s(const struct drive *r)
@@ -285,7 +321,7 @@ static double known_time_s(const struct drive *r)
         way_m += hypot(r->route_m[i][0] - at_m[0], r->route_m[i][1] - at_m[1]);
         memcpy(at_m, r->route_m[i], sizeof at_m);
     }
-    return (way_m - ARRIVED_M) / WANTED_MPS + WANTED_MPS / THRUST_MPS2;
+    return (way_m - ARRIVED_M) / WANTED_MPS + WANTED_MPS / PILOT_THRUST_MPS2;
 }
 
 /* Until the sonar knows its baseline and has seen all around. */
@@ -294,30 +330,24 @@ static double begin_s(const struct pilot_case *c)
     return 1.2 * pilot_sonar_turn_s(c->sonar) + 4;
 }
 
-#define OUT_S 4.0
-
 static void run(struct drive *r)
 {
     const uint64_t from_ns = 100ull * SECOND;
-    const double go_s = begin_s(r->c), out_s = go_s + 30 * dice_uniform(&r->dice),
-                 mute_s = go_s + 30 * dice_uniform(&r->dice);
+    const double go_s = begin_s(r->c), limit_s = r->c->limit_s > 0 ? r->c->limit_s : MOST * r->result->known_s;
     uint64_t next_pose = from_ns, next_ping = from_ns + SECOND / 4, next_ask = from_ns + (uint64_t)(go_s * 1e9);
-    const bool ground = r->c->nav != PILOT_ATTITUDE;
+    r->fault_s = go_s + FAULT_S * dice_uniform(&r->dice);
     for (uint64_t t = from_ns; !r->result->arrived; t += TICK_NS) {
         const double t_s = (double)(t - from_ns) * 1e-9;
         loop_advance(r->d->loop, t);
-        steer(&r->v, ground, TICK_NS * 1e-9);
+        fail(r, t_s);
+        pilot_vehicle_move(&r->v, knows_speed(r, t_s), TICK_NS * 1e-9);
         watch(r, t_s);
-        if (t_s > go_s + r->c->limit_s || r->result->touched_mps >= 0)
+        if (t_s > go_s + limit_s || r->result->touched_mps >= 0)
             break;
         for (; next_pose <= t; next_pose += POSE_NS)
-            if (!r->c->faults || t_s < mute_s || t_s > mute_s + 1.5)
-                tell_pose(r, next_pose);
-        for (; next_ping <= t; next_ping += pilot_sonar_period_ns(r->c->sonar)) {
-            r->pings++;
-            if (!r->c->faults || (dice_uniform(&r->dice) > 0.05 && (t_s < out_s || t_s > out_s + OUT_S)))
-                hear(r, t, t_s);
-        }
+            tell_pose(r, next_pose, t_s);
+        for (; next_ping <= t; next_ping += pilot_sonar_period_ns(r->c->sonar))
+            hear(r, t, t_s);
         if (t >= next_ask) {
             fly(r, t_s);
             next_ask += ASK_NS;
@@ -330,12 +360,12 @@ static void run(struct drive *r)
 /* What still carries a vehicle that was told to stop: it cannot help that. */
 static double harmless_mps(const struct pilot_case *c)
 {
-    return 1.1 * SLOW_MPS + (c->nav == PILOT_ATTITUDE ? c->current_mps : 0.02);
+    return 1.1 * SLOW_MPS + (c->nav == PILOT_ATTITUDE || c->fault == PILOT_NO_SPEED ? c->current_mps : 0.02);
 }
 
 double pilot_free_m(const struct pilot_case *c)
 {
-    return c->near_m > 0 ? RING_DOWN_M : MARGIN_M;
+    return c->setup != PILOT_BARE ? RING_DOWN_M : MARGIN_M;
 }
 
 bool pilot_run(const struct pilot_case *c, struct pilot_result *result, struct pilot_track *track)
@@ -344,11 +374,13 @@ bool pilot_run(const struct pilot_case *c, struct pilot_result *result, struct p
     struct methods_env *d = calloc(1, sizeof *d);
     if (!r || !d)
         abort();
-    *r = (struct drive){.c = c, .d = d, .dice = dice_of(c->seed, 1000), .result = result, .track = track};
+    *r = (struct drive){
+        .c = c, .d = d, .dice = dice_of(c->seed, 1000), .aside_s = ASIDE_S, .result = result, .track = track};
     *result = (struct pilot_result){.touched_mps = -1, .nearest_m = INFINITY};
     pilot_world_draw(&r->world, c->place, c->seed, &pilot_hull, pilot_free_m(c));
-    for (double room_m = ROOM_M; r->corners == 0 && room_m >= ROOM_LEAST_M; room_m /= 2)
+    for (double room_m = ROOM_M; r->corners == 0 && room_m >= ROOM_LEAST_M; room_m -= 0.1)
         r->corners = pilot_world_route(&r->world, &pilot_hull, room_m, r->route_m);
+    pilot_instruments_init(&r->instruments, c->poor, dice_of(c->seed, 1001));
     const double to = GEO_TURN * dice_uniform(&r->dice);
     r->v.current_mps[0] = c->current_mps * cos(to);
     r->v.current_mps[1] = c->current_mps * sin(to);
@@ -358,7 +390,9 @@ bool pilot_run(const struct pilot_case *c, struct pilot_result *result, struct p
         run(r);
         for (int i = 0; i < 3; i++)
             result->share[i] = (double)r->held[i] / fmax(1, (double)r->asked);
-        result->collided = result->touched_mps > harmless_mps(c);
+        const bool hard = result->touched_mps > harmless_mps(c);
+        result->collided = hard && !result->struck;
+        result->struck = hard && result->struck;
         end(d);
     }
     free(d);
@@ -366,25 +400,49 @@ bool pilot_run(const struct pilot_case *c, struct pilot_result *result, struct p
     return drives;
 }
 
-const char *pilot_name(const struct pilot_case *c, char text[128])
+const char *pilot_name(const struct pilot_case *c, char text[PILOT_NAME_SIZE])
 {
-    snprintf(text, 128, "%s, %s, %s, %s%s, current %.2f, near %.1f, seed %llu", pilot_place_name[c->place],
-             pilot_sonar_name[c->sonar], pilot_nav_name[c->nav], c->chart ? "chart" : "straight",
-             c->faults ? ", faults" : "", c->current_mps, c->near_m, (unsigned long long)c->seed);
+    snprintf(text, PILOT_NAME_SIZE, "%s, %s, %s, %s, %s, fault: %s, current %.2f, seed %llu",
+             pilot_place_name[c->place], pilot_sonar_name[c->sonar], pilot_nav_name[c->nav],
+             pilot_setup_name[c->setup], c->chart ? "chart" : "straight", pilot_fault_name[c->fault],
+             c->current_mps, (unsigned long long)c->seed);
     return text;
 }
+
+/* Half of the drives have one, of those that such poses can have. */
+static enum pilot_fault draw_fault(struct dice *dice, enum pilot_nav nav)
+{
+    if (dice_uniform(dice) < 0.5)
+        return PILOT_SOUND;
+    for (;;) {
+        const enum pilot_fault fault = (enum pilot_fault)(1 + (int)((PILOT_FAULTS - 1) * dice_uniform(dice)));
+        if ((fault != PILOT_JUMP || nav == PILOT_POSITION) && (fault != PILOT_NO_SPEED || nav != PILOT_ATTITUDE))
+            return fault;
+    }
+}
+
+/* near is a promise that holds where all that stands reaches from the bottom to the surface. */
+static bool may_promise(const struct pilot_case *c)
+{
+    return c->place != PILOT_HARBOUR && c->place != PILOT_SHAFT && pilot_sonar_near_m(c->sonar) > 0;
+}
+
+#define PAIRS (PILOT_SONARS * PILOT_NAVS)
 
 void pilot_draw_case(uint64_t seed, unsigned number, struct pilot_case *c)
 {
     struct dice dice = dice_of(seed, 2000 + number);
-    *c = (struct pilot_case){.place = (enum pilot_place)(number % PILOT_PLACES),
-                             .sonar = (enum pilot_sonar)(number / PILOT_PLACES % PILOT_SONARS),
-                             .nav = (enum pilot_nav)(number / (PILOT_PLACES * PILOT_SONARS) % PILOT_NAVS),
-                             .chart = dice_uniform(&dice) < 0.5,
-                             .faults = dice_uniform(&dice) < 0.5,
-                             .limit_s = 120,
+    *c = (struct pilot_case){.place = (enum pilot_place)((number + number / PAIRS) % PILOT_PLACES),
+                             .sonar = (enum pilot_sonar)(number % PILOT_SONARS),
+                             .nav = (enum pilot_nav)(number / PILOT_SONARS % PILOT_NAVS),
+                             .chart = dice_uniform(&dice) < 0.7,
+                             .poor = dice_uniform(&dice),
                              .seed = seed + number};
-    /* a promise that holds where all that stands reaches from the bottom to the surface */
-    c->near_m = c->place != PILOT_HARBOUR && c->place != PILOT_SHAFT && dice_uniform(&dice) < 0.6 ? 3.4 : 0;
+    const double setup = dice_uniform(&dice);
+    if (!may_promise(c) && setup < 0.8)
+        c->sonar = PILOT_MATRIX; /* a level beam does not take a vehicle through such a place */
+    if (may_promise(c))
+        c->setup = setup < 0.1 ? PILOT_BARE : setup < 0.3 ? PILOT_NEAR : PILOT_LEVEL;
+    c->fault = draw_fault(&dice, c->nav);
     c->current_mps = (c->nav == PILOT_ATTITUDE ? 0.08 : 0.2) * dice_uniform(&dice);
 }

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * sonars - the virtual sonars of a vehicle that is steered: two turning heads with the sound of tests/sim/lib/water.h,
- * and a fan that picks ranges itself. Pings are made as their devices make them.
+ * sonars - the virtual sonars of a vehicle that is steered: two turning heads with the sound of tests/sim/lib/water.h, a
+ * fan that picks ranges itself, and a matrix of beams that does so up to 44 degrees above and below. Pings are made as
+ * their devices make them.
  */
 #ifndef SONARD_PILOT_SONARS_H
 #define SONARD_PILOT_SONARS_H
@@ -9,22 +10,35 @@
 #include "grid/ping.h"
 #include "world.h"
 
-enum pilot_sonar { PILOT_PING360, PILOT_MICRON, PILOT_FAN, PILOT_SONARS };
+enum pilot_sonar { PILOT_PING360, PILOT_MICRON, PILOT_FAN, PILOT_MATRIX, PILOT_SONARS };
 
 extern const char *const pilot_sonar_name[PILOT_SONARS];
 
-/** pilot_sonar_conf - its section of the configuration, named `front`. */
+/** pilot_sonar_conf - its sections of the configuration. */
 const char *pilot_sonar_conf(enum pilot_sonar sonar);
+
+/**
+ * pilot_sonar_near_m - [vehicle] near that `sonard --check` wants for it, with the vehicle of run.c; 0: none, since it
+ * looks up and down.
+ */
+double pilot_sonar_near_m(enum pilot_sonar sonar);
 
 /** pilot_sonar_period_ns - from one ping to the next. pilot_sonar_turn_s - until all has been pinged once. */
 uint64_t pilot_sonar_period_ns(enum pilot_sonar sonar);
 double pilot_sonar_turn_s(enum pilot_sonar sonar);
 
-/**
- * pilot_sonar_hear - ping `number` (from 1), sent at t_s of the world from place_m, the sonar level and looking to
- * heading_rad. Its time and pose are the caller's.
- */
-void pilot_sonar_hear(enum pilot_sonar sonar, const struct pilot_world *w, uint64_t seed, const double place_m[3],
-                      double heading_rad, double t_s, uint32_t number, struct ping *ping);
+/* A ping: in which world, when, from where. */
+struct pilot_shot {
+    const struct pilot_world *world;
+    uint64_t seed;
+    const struct mount *mount; /* of the sonar, on a level vehicle that is ... */
+    double place_m[3], heading_rad;
+    double t_s;      /* of the world */
+    uint32_t number; /* from 1 */
+    double stray;    /* so many of the beams hear another sonar: [0, 1] */
+};
+
+/** pilot_sonar_hear - what the ping holds but its time and pose. */
+void pilot_sonar_hear(enum pilot_sonar sonar, const struct pilot_shot *shot, struct ping *ping);
 
 #endif

@@ -75,7 +75,7 @@ static void line(FILE *f, int number, const char *form, ...)
 
 static void words(FILE *f, const struct pilot_case *c, const struct pilot_result *r)
 {
-    char name[128];
+    char name[PILOT_NAME_SIZE];
     line(f, 1, "%s", pilot_name(c, name));
     line(f, 2, "%s after %.0f s, with a chart of all %.0f s; least clearance %.2f m",
          r->arrived ? "arrived" : "under way", r->time_s, r->known_s, r->nearest_m);
@@ -99,7 +99,7 @@ bool track_write(const char *path, const struct pilot_case *c, const struct pilo
     if (w.walled)
         box(f, w.room, "fill='none' stroke='#56657a' stroke-width='4'");
     for (int i = 0; i < w.solids; i++)
-        solid(f, &w.solid[i], result->time_s);
+        solid(f, &w.solid[i], result->end_s);
     for (int i = 0; i < track->n; i += 25)
         circle(f, (double)track->at[i].x_m, (double)track->at[i].y_m, pilot_hull.radius_m,
                "fill='none' stroke='#9ab' stroke-width='1'");

@@ -47,6 +47,17 @@ double pilot_world_clearance(const struct pilot_world *w, const double place_m[3
     return clear_m;
 }
 
+void pilot_world_still(const struct pilot_world *w, struct pilot_world *out)
+{
+    memset(out, 0, sizeof *out);
+    out->walled = w->walled;
+    memcpy(out->room, w->room, sizeof out->room);
+    memcpy(out->goal_m, w->goal_m, sizeof out->goal_m);
+    for (int i = 0; i < w->solids; i++)
+        if (!w->solid[i].upright || (w->solid[i].p[3] == 0 && w->solid[i].p[4] == 0))
+            out->solid[out->solids++] = w->solid[i];
+}
+
 /* ---- drawing ---- */
 
 struct drawing {
@@ -90,6 +101,16 @@ static void add_beam(struct drawing *d, double half_m)
     add_box(d, x, x + thick, -half_m, between(d, -0.5, half_m), down, down + thick);
 }
 
+/* Across, along, or hanging from above with a free edge below. */
+static void add_net(struct drawing *d, double half_m)
+{
+    const double x = between(d, 2, 11), y = between(d, -half_m, half_m - 1), low = between(d, -0.2, 6);
+    if (dice_uniform(&d->dice) < 0.5)
+        add_box(d, x, x + 0.05, y, y + between(d, 1, 3), -4, low);
+    else
+        add_box(d, x, x + between(d, 1, 3), y, y + 0.05, -4, low);
+}
+
 static void draw_open(struct drawing *d)
 {
     add_piles(d, 3, 0.1, 0.4, 5);
@@ -103,6 +124,8 @@ static void draw_harbour(struct drawing *d)
     add_piles(d, 8, 0.15, 0.4, 5);
     for (int i = 0; i < 3; i++)
         add_beam(d, 2.5);
+    for (int i = 0; i < 2; i++)
+        add_net(d, 4);
 }
 
 static void draw_walls(struct drawing *d, double half_m)
@@ -249,11 +272,8 @@ static void relax(struct chart *c, int node)
 
 static void read_chart(struct chart *c, const struct pilot_world *w, const struct pilot_hull *hull, double off_m)
 {
-    struct pilot_world still = *w;
-    still.solids = 0;
-    for (int i = 0; i < w->solids; i++)
-        if (!w->solid[i].upright || (w->solid[i].p[3] == 0 && w->solid[i].p[4] == 0))
-            still.solid[still.solids++] = w->solid[i];
+    struct pilot_world still;
+    pilot_world_still(w, &still);
     for (int i = 0; i < NODES; i++) {
         double place[3];
         place_of(i, place);

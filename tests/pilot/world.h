@@ -15,7 +15,7 @@
 
 enum pilot_place {
     PILOT_OPEN,     /* a pile or two */
-    PILOT_HARBOUR,  /* a quay, piles, beams across below and above, a bed */
+    PILOT_HARBOUR,  /* a quay, piles, nets with free edges, beams across below and above, a bed */
     PILOT_SHAFT,    /* of a dam: four walls with ledges */
     PILOT_BASIN,    /* thin posts and nets within four walls */
     PILOT_DEAD_END, /* between the start and the goal */
@@ -57,6 +57,9 @@ void pilot_world_draw(struct pilot_world *w, enum pilot_place place, uint64_t se
 /** pilot_world_clearance - from the hull at a place to what is nearest at time t_s; negative: within it. */
 double pilot_world_clearance(const struct pilot_world *w, const double place_m[3], const struct pilot_hull *hull,
                              double t_s);
+
+/** pilot_world_still - the same without what moves. out->scene is not set. */
+void pilot_world_still(const struct pilot_world *w, struct pilot_world *out);
 
 /**
  * pilot_world_route - corners of a short way from the start to the goal that keeps off_m from all that does not move.

@@ -11,13 +11,14 @@
 #define DRIVES  6
 #define DRIVE_S 20
 
-/* Straight for the goal, whatever stands in the way. */
+/* Straight for the goal, whatever stands in the way: six drives have each place, and all sonars and poses. */
 static struct pilot_case short_case(uint64_t seed, unsigned i)
 {
     struct pilot_case c;
-    pilot_draw_case(seed, 7 * i, &c); /* 7: places, sonars and navigations all differ from one to the next */
+    pilot_draw_case(seed, i, &c);
     c.sonar = (enum pilot_sonar)(i % PILOT_SONARS);
     c.nav = (enum pilot_nav)((i + i / PILOT_SONARS) % PILOT_NAVS);
+    c.fault = (enum pilot_fault)(i % PILOT_FAULTS);
     c.chart = false;
     c.current_mps = fmin(c.current_mps, 0.08);
     c.limit_s = DRIVE_S;
@@ -36,14 +37,14 @@ TEST(no_drive_ends_in_a_collision)
     for (unsigned i = 0; i < drives(); i++) {
         const struct pilot_case c = short_case(seed, i);
         struct pilot_result r;
-        char name[128];
+        char name[PILOT_NAME_SIZE];
         if (!pilot_run(&c, &r, NULL))
             continue;
         driven++;
         went += r.share[PILOT_GOING] > 0.2;
         printf("# %s: least clearance %.2f m\n", pilot_name(&c, name), r.nearest_m);
         if (r.collided)
-            printf("collided at %.2f m/s after %.1f s\n", r.touched_mps, r.touched_s);
+            printf("collided at %.2f m/s after %.1f s\n", r.touched_mps, r.end_s);
         CHECK(!r.collided);
     }
     CHECK(driven > 0);
@@ -62,9 +63,77 @@ TEST(a_vehicle_that_heeds_nothing_collides)
     CHECK(pilot_run(&c, &r, NULL) && r.collided);
 }
 
+/* In the first world of a place that has a way to the goal, with sound instruments and a chart. */
+static bool arrives(enum pilot_place place, enum pilot_sonar sonar, enum pilot_nav nav, enum pilot_setup setup)
+{
+    struct pilot_result r;
+    struct pilot_case c = {.place = place,
+                           .sonar = sonar,
+                           .nav = nav,
+                           .setup = setup,
+                           .chart = true,
+                           .limit_s = 40,
+                           .seed = 20260101};
+    while (!pilot_run(&c, &r, NULL))
+        c.seed++;
+    return r.arrived && !r.collided;
+}
+
+TEST(a_vehicle_set_up_as_documented_arrives)
+{
+    CHECK(arrives(PILOT_BASIN, PILOT_PING360, PILOT_POSITION, PILOT_LEVEL));
+    CHECK(arrives(PILOT_OPEN, PILOT_FAN, PILOT_ATTITUDE, PILOT_LEVEL));
+}
+
+TEST(a_sonar_that_looks_up_and_down_needs_no_promise)
+{
+    CHECK(sanitized() || arrives(PILOT_OPEN, PILOT_MATRIX, PILOT_POSITION, PILOT_BARE));
+    CHECK(!arrives(PILOT_OPEN, PILOT_FAN, PILOT_POSITION, PILOT_BARE));
+}
+
+/* Or a collision would be no fault of the answers. */
+TEST(instruments_are_as_wrong_as_is_allowed_for)
+{
+    const uint64_t seed = test_seed();
+    struct pilot_instruments n;
+    struct pilot_vehicle v = {.place_m = {10, -5, 0}, .velocity_mps = {0.5, 0.2}, .heading_rad = 1};
+    for (unsigned i = 0; i < 1000; i++) {
+        const double t_s = i * 0.1;
+        struct pose p;
+        double heading_rad;
+        if (i % 100 == 0)
+            pilot_instruments_init(&n, 1, dice_of(seed, i));
+        pilot_instruments_read(&n, &v, POSE_ATTITUDE | POSE_DEPTH | POSE_VELOCITY | POSE_POSITION, t_s, &p,
+                               &heading_rad);
+        CHECK(hypot(p.position_m[0] - 10, p.position_m[1] + 5) < 0.01 * hypot(10, 5) + 0.03);
+        CHECK(hypot(p.velocity_mps[0] - 0.5, p.velocity_mps[1] - 0.2) < 0.05 * hypot(0.5, 0.2) + 0.02);
+        CHECK(fabs(heading_rad - 1) < geo_rad(0.01) * t_s + 0.006);
+    }
+}
+
+/* A diver who swims against the vehicle is not what it ran into. */
+TEST(what_stands_still_is_told_from_what_swims)
+{
+    static struct pilot_world w, still;
+    const double start_m[3] = {0};
+    pilot_world_draw(&w, PILOT_DIVER, 20260101, &pilot_hull, 1);
+    pilot_world_still(&w, &still);
+    CHECK(still.solids == w.solids - 1);
+    const double *diver = w.solid[w.solids - 1].p, meets_s = -diver[1] / diver[4];
+    const double there_m[3] = {diver[0] + diver[3] * meets_s, 0, 0};
+    CHECK(pilot_world_clearance(&w, there_m, &pilot_hull, meets_s) < 0);
+    CHECK(pilot_world_clearance(&w, start_m, &pilot_hull, 0) > 0);
+    CHECK(pilot_world_clearance(&still, there_m, &pilot_hull, meets_s) >
+          pilot_world_clearance(&w, there_m, &pilot_hull, meets_s));
+}
+
 int main(void)
 {
     RUN(no_drive_ends_in_a_collision);
     RUN(a_vehicle_that_heeds_nothing_collides);
+    RUN(a_vehicle_set_up_as_documented_arrives);
+    RUN(a_sonar_that_looks_up_and_down_needs_no_promise);
+    RUN(instruments_are_as_wrong_as_is_allowed_for);
+    RUN(what_stands_still_is_told_from_what_swims);
     return test_end();
 }
