@@ -47,7 +47,7 @@ from page import HERE, markdown_table, number, read
 
 
 # What takes longest, begun first so that no processor waits for it at the end. Only the order depends on it.
-LONGEST = ("long", "extract_count", "voxel_settings", "voxel_shaft", "voxel_errors", "drift", "stability", "sphere_count", "left_out_count", "plan_count",
+LONGEST = ("long", "pilot_drives", "extract_count", "voxel_settings", "voxel_shaft", "voxel_errors", "drift", "stability", "sphere_count", "left_out_count", "plan_count",
            "chain_count", "voxel_slices", "voxel_false", "sphere_errors", "chain_errors")
 
 
