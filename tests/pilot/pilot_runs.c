@@ -7,7 +7,8 @@
  *                                         of every collision
  *
  * PILOT_SETUP=number leaves out the other setups (enum pilot_setup), PILOT_CONF=text is added to the configuration,
- * PILOT_ONLY=number drives one, PILOT_TRACE=1 shows each answer. The status is 1 when there was a collision.
+ * PILOT_ONLY=number drives one, PILOT_TRACE=1 shows each answer, PILOT_ASK='SECONDS {"jsonrpc":"2.0",...}' asks that
+ * then, too. The status is 1 when there was a collision.
  */
 #include <stdlib.h>
 #include <string.h>
@@ -78,7 +79,7 @@ int main(int argc, char **argv)
     static struct pilot_track track;
     const unsigned drives = argc > 1 ? (unsigned)atoi(argv[1]) : DRAWN;
     const uint64_t seed = argc > 2 ? strtoull(argv[2], NULL, 10) : 20260101;
-    const char *setup = getenv("PILOT_SETUP"), *only = getenv("PILOT_ONLY");
+    const char *setup = getenv("PILOT_SETUP"), *only = getenv("PILOT_ONLY"), *question = getenv("PILOT_ASK");
 
     for (unsigned i = only ? (unsigned)atoi(only) : 0; i < drives; i++) {
         struct pilot_case c;
@@ -88,6 +89,8 @@ int main(int argc, char **argv)
             continue;
         c.conf = getenv("PILOT_CONF");
         c.trace = getenv("PILOT_TRACE") != NULL;
+        c.question = question ? strchr(question, '{') : NULL;
+        c.question_s = question ? atof(question) : 0;
         track.n = 0;
         if (pilot_run(&c, &r, &track)) {
             print_drive(i, &c, &r);

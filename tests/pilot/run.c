@@ -165,20 +165,28 @@ static void hear(struct drive *r, uint64_t t_ns, double t_s)
     pipeline_submit(r->d->pipeline, ping);
 }
 
-/* The law of examples/autopilot.c: as fast as it may go into a direction of the body's. */
-static double ask_limit(struct drive *r, double bearing_rad, enum pilot_held *held, char reason[PILOT_REASON_SIZE])
+/* What the daemon answers to a line; for the caller to free. */
+static char *ask(struct drive *r, const char *line)
 {
     const struct rpc_call call = {.daemon = r->d, .now_ns = loop_now(r->d->loop)};
-    const double az = bearing_rad - r->measured_rad;
-    char line[200], *text = NULL;
-    const int n = snprintf(line, sizeof line,
-                           "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"limit\",\"params\":{\"velocity_mps\":"
-                           "[%.9f,%.9f,0]}}",
-                           WANTED_MPS * cos(az), WANTED_MPS * sin(az));
-    struct rpc_job *job = rpc_begin(&call, line, (size_t)n);
+    char *text = NULL;
+    struct rpc_job *job = rpc_begin(&call, line, strlen(line));
     while (rpc_step(job, daemon_methods, &call))
         ;
     rpc_end(job, &text);
+    return text;
+}
+
+/* The law of examples/autopilot.c: as fast as it may go into a direction of the body's. */
+static double ask_limit(struct drive *r, double bearing_rad, enum pilot_held *held, char reason[PILOT_REASON_SIZE])
+{
+    const double az = bearing_rad - r->measured_rad;
+    char line[200];
+    snprintf(line, sizeof line,
+             "{\"jsonrpc\":\"2.0\",\"id\":1,\"method\":\"limit\",\"params\":{\"velocity_mps\":"
+             "[%.9f,%.9f,0]}}",
+             WANTED_MPS * cos(az), WANTED_MPS * sin(az));
+    char *text = ask(r, line);
     json_t *reply = json_loads(text, 0, NULL), *answer = json_object_get(reply, "result");
     const char *by = json_string_value(json_object_get(answer, "limited_by")),
                *why = json_string_value(json_object_get(answer, "reason"));
@@ -284,6 +292,11 @@ static void fly(struct drive *r, double t_s)
     if (r->c->trace)
         printf("%6.1f s  north %6.2f m  east %6.2f m  bearing %4.0f  %.2f m/s  %s\n", t_s, r->v.place_m[0],
                r->v.place_m[1], geo_deg(bearing), speed_mps, r->result->last);
+    if (r->c->question && t_s >= r->c->question_s && t_s < r->c->question_s + ASK_NS * 1e-9) {
+        char *text = ask(r, r->c->question);
+        printf("%6.1f s  heading %4.0f  %s\n", t_s, geo_deg(r->v.heading_rad), text);
+        free(text);
+    }
     lose_patience(r, way, t_s, speed_mps);
     held = speed_mps >= WANTED_MPS / 2 ? PILOT_GOING : held;
     r->asked++;

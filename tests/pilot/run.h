@@ -54,9 +54,11 @@ struct pilot_case {
     bool chart;    /* the pilot has a chart of what stands still; otherwise it makes straight for the goal */
     bool heedless; /* it goes as fast as it wants to */
     double current_mps;
-    double poor;      /* instruments: 0..1, of what is allowed for */
-    double limit_s;   /* the drive ends after so long; 0: 4 times that of a pilot who knows the world */
-    bool trace;       /* show what is asked and answered */
+    double poor;          /* instruments: 0..1, of what is allowed for */
+    double limit_s;       /* the drive ends after so long; 0: 4 times that of a pilot who knows the world */
+    bool trace;           /* show what is asked and answered */
+    const char *question; /* a line of JSON-RPC that is asked, too, at question_s; NULL: none */
+    double question_s;
     const char *conf; /* more of the configuration; NULL: nothing */
     uint64_t seed;
 };

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * sonars - the virtual sonars of a vehicle that is steered: two turning heads with the sound of tests/sim/lib/water.h, a
- * fan that picks ranges itself, and a matrix of beams that does so up to 44 degrees above and below. Pings are made as
- * their devices make them.
+ * sonars - the virtual sonars of a vehicle that is steered: two turning heads with the sound of tests/sim/lib/water.h,
+ * a fan that picks ranges itself, and a matrix of beams that does so up to 44 degrees above and below. Pings are made
+ * as their devices make them.
  */
 #ifndef SONARD_PILOT_SONARS_H
 #define SONARD_PILOT_SONARS_H
