@@ -66,7 +66,7 @@ static void show_solid(unsigned drive, const struct pilot_solid *s, double end_s
         return;
     }
     printf("%u,pile,0,%.2f,%.2f,%.2f,\n", drive, p[0], p[1], p[2]);
-    if (p[3] != 0 || p[4] != 0)
+    if (pilot_solid_swims(s))
         printf("%u,swim,0,%.2f,%.2f,%.2f,%.2f\n", drive, p[0], p[1], p[3] * end_s, p[4] * end_s);
 }
 

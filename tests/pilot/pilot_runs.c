@@ -54,6 +54,8 @@ static void print_drive(unsigned number, const struct pilot_case *c, const struc
                : r->struck ? "STRUCK"
                            : "touched",
                r->touched_mps, r->end_s);
+    if (r->struck)
+        printf(", by a diver last in a beam %.1f s before", r->unseen_s);
     printf("%s%s\n", r->arrived ? "" : "; ", r->arrived ? "" : r->last);
     fflush(stdout);
 }

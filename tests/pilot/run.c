@@ -46,6 +46,7 @@ struct drive {
     int stuck;           /* so often */
     double measured_rad; /* heading, as the compass says */
     double fault_s;      /* when the next fault begins */
+    double diver_s;      /* when one was last in a beam */
     uint32_t pings;
     struct pilot_result *result;
     struct pilot_track *track;
@@ -145,6 +146,16 @@ static void tell_pose(struct drive *r, uint64_t t_ns, double t_s)
     pose_log_put(&r->d->poses, &p);
 }
 
+static void look_for_divers(struct drive *r, const struct pilot_shot *shot)
+{
+    for (int i = 0; i < r->world.solids; i++) {
+        const double *p = r->world.solid[i].p;
+        const double at_m[2] = {p[0] + p[3] * shot->t_s, p[1] + p[4] * shot->t_s};
+        if (pilot_solid_swims(&r->world.solid[i]) && pilot_sonar_points_at(r->c->sonar, shot, at_m, p[2]))
+            r->diver_s = shot->t_s;
+    }
+}
+
 static void hear(struct drive *r, uint64_t t_ns, double t_s)
 {
     struct pilot_shot shot = {.world = &r->world,
@@ -161,6 +172,7 @@ static void hear(struct drive *r, uint64_t t_ns, double t_s)
     memcpy(shot.place_m, r->v.place_m, sizeof shot.place_m);
     ping->t_ns = ping->t_in_ns = t_ns;
     pilot_sonar_hear(r->c->sonar, &shot, ping);
+    look_for_divers(r, &shot);
     pose_log_at(&r->d->poses, t_ns, &ping->pose);
     pipeline_submit(r->d->pipeline, ping);
 }
@@ -323,6 +335,7 @@ static void watch(struct drive *r, double t_s)
     if (clear_m > 0)
         return;
     pilot_world_still(&r->world, &still);
+    out->unseen_s = t_s - r->diver_s;
     out->struck = pilot_world_clearance(&still, r->v.place_m, &pilot_hull, t_s) > 0;
     out->touched_mps = speed_mps;
 }

@@ -70,7 +70,8 @@ enum pilot_held { PILOT_GOING, PILOT_UNKNOWN, PILOT_BLOCKED };
 
 struct pilot_result {
     bool arrived, collided; /* with what stands still */
-    bool struck;            /* at more than `slow`, but by a diver, who moves between two pings of a head */
+    bool struck;            /* at more than `slow`, but by a diver, who moves between two pings of a head, ... */
+    double unseen_s;        /* ... and was last in a beam so long ago */
     double time_s, known_s; /* from the first command; of a pilot who knows the world, at the same speed */
     double touched_mps; /* fastest that the vehicle went over ground when it touched something; negative: never */
     double end_s;       /* when it ended, on the clock of the world */

@@ -190,6 +190,19 @@ static void go_to_mount(struct pilot_shot *from, const struct mount *mount)
     from->place_m[2] += m[2];
 }
 
+bool pilot_sonar_points_at(enum pilot_sonar sonar, const struct pilot_shot *shot, const double at_m[2],
+                           double radius_m)
+{
+    struct pilot_shot from = *shot;
+    go_to_mount(&from, shot->mount);
+    const double north_m = at_m[0] - from.place_m[0], east_m = at_m[1] - from.place_m[1];
+    const double half_rad = asin(fmin(1, radius_m / hypot(north_m, east_m)));
+    const uint32_t steps = kinds[sonar].turn ? kinds[sonar].turn / kinds[sonar].units : 1;
+    const double axis_rad = shot->heading_rad + shot->number % steps * GEO_TURN / steps;
+    const double wide_deg = fmax(kinds[sonar].wide_deg, kinds[sonar].columns * kinds[sonar].column_deg);
+    return fabs(geo_wrap_pi(atan2(east_m, north_m) - axis_rad)) < geo_rad(wide_deg) / 2 + half_rad;
+}
+
 void pilot_sonar_hear(enum pilot_sonar sonar, const struct pilot_shot *shot, struct ping *ping)
 {
     struct pilot_shot from = *shot;

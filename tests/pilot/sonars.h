@@ -38,6 +38,10 @@ struct pilot_shot {
     double stray;    /* so many of the beams hear another sonar: [0, 1] */
 };
 
+/** pilot_sonar_points_at - is something of that radius and place (north, east) in the ping's beams, by its bearing? */
+bool pilot_sonar_points_at(enum pilot_sonar sonar, const struct pilot_shot *shot, const double at_m[2],
+                           double radius_m);
+
 /** pilot_sonar_hear - what the ping holds but its time and pose. */
 void pilot_sonar_hear(enum pilot_sonar sonar, const struct pilot_shot *shot, struct ping *ping);
 

@@ -47,7 +47,7 @@ static void solid(FILE *f, const struct pilot_solid *s, double end_s)
         return;
     }
     circle(f, p[0], p[1], p[2], "fill='#56657a'");
-    if (p[3] == 0 && p[4] == 0)
+    if (!pilot_solid_swims(s))
         return;
     fprintf(f, "<line x1='%.1f' y1='%.1f' x2='%.1f' y2='%.1f' stroke='#56657a' stroke-dasharray='4'/>\n",
             x_of(p[1]), y_of(p[0]), x_of(p[1] + p[4] * end_s), y_of(p[0] + p[3] * end_s));

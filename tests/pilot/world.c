@@ -47,6 +47,11 @@ double pilot_world_clearance(const struct pilot_world *w, const double place_m[3
     return clear_m;
 }
 
+bool pilot_solid_swims(const struct pilot_solid *s)
+{
+    return s->upright && (s->p[3] != 0 || s->p[4] != 0);
+}
+
 void pilot_world_still(const struct pilot_world *w, struct pilot_world *out)
 {
     memset(out, 0, sizeof *out);
@@ -54,7 +59,7 @@ void pilot_world_still(const struct pilot_world *w, struct pilot_world *out)
     memcpy(out->room, w->room, sizeof out->room);
     memcpy(out->goal_m, w->goal_m, sizeof out->goal_m);
     for (int i = 0; i < w->solids; i++)
-        if (!w->solid[i].upright || (w->solid[i].p[3] == 0 && w->solid[i].p[4] == 0))
+        if (!pilot_solid_swims(&w->solid[i]))
             out->solid[out->solids++] = w->solid[i];
 }
 

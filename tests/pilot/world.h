@@ -58,6 +58,9 @@ void pilot_world_draw(struct pilot_world *w, enum pilot_place place, uint64_t se
 double pilot_world_clearance(const struct pilot_world *w, const double place_m[3], const struct pilot_hull *hull,
                              double t_s);
 
+/** pilot_solid_swims - does it move? */
+bool pilot_solid_swims(const struct pilot_solid *s);
+
 /** pilot_world_still - the same without what moves. out->scene is not set. */
 void pilot_world_still(const struct pilot_world *w, struct pilot_world *out);
 

@@ -127,6 +127,20 @@ TEST(what_stands_still_is_told_from_what_swims)
           pilot_world_clearance(&w, there_m, &pilot_hull, meets_s));
 }
 
+/* When a diver was last in a beam says whether the daemon could know of him. */
+TEST(a_head_points_at_a_diver_once_in_a_revolution)
+{
+    const struct mount mount = mount_identity;
+    const double north_m[2] = {5, 0}, east_m[2] = {0, 5};
+    struct pilot_shot shot = {.mount = &mount};
+    unsigned pointed = 0;
+    for (shot.number = 1; shot.number <= 200; shot.number++) /* 1.8 degrees */
+        pointed += pilot_sonar_points_at(PILOT_PING360, &shot, east_m, 0.3);
+    CHECK(pointed >= 4 && pointed <= 6); /* 2 and twice 3.4 degrees */
+    CHECK(pilot_sonar_points_at(PILOT_FAN, &shot, north_m, 0.3));
+    CHECK(!pilot_sonar_points_at(PILOT_FAN, &shot, east_m, 0.3));
+}
+
 int main(void)
 {
     RUN(no_drive_ends_in_a_collision);
@@ -135,5 +149,6 @@ int main(void)
     RUN(a_sonar_that_looks_up_and_down_needs_no_promise);
     RUN(instruments_are_as_wrong_as_is_allowed_for);
     RUN(what_stands_still_is_told_from_what_swims);
+    RUN(a_head_points_at_a_diver_once_in_a_revolution);
     return test_end();
 }
