@@ -19,7 +19,7 @@ do for [drive = 0:5] {
     d = sprintf('%d', drive)
     plot of(d, 'box', '0') using 3:1:3:4:1:2 with boxxyerror fs solid 1 noborder lc rgb '#56657a', \
          of(d, 'box', '1') using 3:1:3:4:1:2 with boxxyerror fs transparent solid 0.15 noborder lc rgb '#4a7fb5', \
-         of(d, 'room', '0') using 3:1:3:4:1:2 with boxxyerror fs empty border rgb '#56657a', \
+         of(d, 'room', '0') using 3:1:3:4:1:2 with boxxyerror lc rgb '#56657a' fs empty, \
          of(d, 'pile', '0') using 2:1:3 with circles fs solid 1 lc rgb '#56657a', \
          of(d, 'swim', '0') using 2:1:4:3 with vectors nohead dt 2 lc rgb '#56657a', \
          of(d, 'way', '0') using 2:1 with points pt 7 ps 0.35 lc rgb '#2a9d5c', \

@@ -86,9 +86,11 @@ static void add(struct drawing *d, const struct pilot_solid *s)
         d->world->solid[d->world->solids++] = *s;
 }
 
-static void add_box(struct drawing *d, double x, double x_end, double y, double y_end, double z, double z_end)
+static void add_box(struct drawing *d, const double p[6])
 {
-    add(d, &(struct pilot_solid){.p = {x, x_end, y, y_end, z, z_end}});
+    struct pilot_solid s = {.upright = false};
+    memcpy(s.p, p, sizeof s.p);
+    add(d, &s);
 }
 
 static void add_piles(struct drawing *d, int n, double thin_m, double thick_m, double half_m)
@@ -103,7 +105,7 @@ static void add_piles(struct drawing *d, int n, double thin_m, double thick_m, d
 static void add_beam(struct drawing *d, double half_m)
 {
     const double x = between(d, 0.8, 11), down = between(d, -1.4, 1.4), thick = between(d, 0.1, 0.3);
-    add_box(d, x, x + thick, -half_m, between(d, -0.5, half_m), down, down + thick);
+    add_box(d, (const double[]){x, x + thick, -half_m, between(d, -0.5, half_m), down, down + thick});
 }
 
 /* Across, along, or hanging from above with a free edge below. */
@@ -111,9 +113,9 @@ static void add_net(struct drawing *d, double half_m)
 {
     const double x = between(d, 2, 11), y = between(d, -half_m, half_m - 1), low = between(d, -0.2, 6);
     if (dice_uniform(&d->dice) < 0.5)
-        add_box(d, x, x + 0.05, y, y + between(d, 1, 3), -4, low);
+        add_box(d, (const double[]){x, x + 0.05, y, y + between(d, 1, 3), -4, low});
     else
-        add_box(d, x, x + between(d, 1, 3), y, y + 0.05, -4, low);
+        add_box(d, (const double[]){x, x + between(d, 1, 3), y, y + 0.05, -4, low});
 }
 
 static void draw_open(struct drawing *d)
@@ -124,8 +126,8 @@ static void draw_open(struct drawing *d)
 static void draw_harbour(struct drawing *d)
 {
     const double quay_m = between(d, 3.5, 6);
-    add_box(d, -30, 40, quay_m, quay_m + 10, -10, 10);
-    add_box(d, -30, 40, -30, 30, between(d, 2.2, 4), 10);
+    add_box(d, (const double[]){-30, 40, quay_m, quay_m + 10, -10, 10});
+    add_box(d, (const double[]){-30, 40, -30, 30, between(d, 2.2, 4), 10});
     add_piles(d, 8, 0.15, 0.4, 5);
     for (int i = 0; i < 3; i++)
         add_beam(d, 2.5);
@@ -147,9 +149,9 @@ static void draw_shaft(struct drawing *d)
     for (int i = 0; i < 4; i++) {
         const double x = between(d, 1, 12), out_m = between(d, 0.3, half_m - 0.8);
         if (i % 2)
-            add_box(d, x, x + 0.5, half_m - out_m, half_m, -4, 4);
+            add_box(d, (const double[]){x, x + 0.5, half_m - out_m, half_m, -4, 4});
         else
-            add_box(d, x, x + 0.5, -half_m, -half_m + out_m, -4, 4);
+            add_box(d, (const double[]){x, x + 0.5, -half_m, -half_m + out_m, -4, 4});
     }
     add_beam(d, half_m);
 }
@@ -161,18 +163,18 @@ static void draw_basin(struct drawing *d)
     for (int i = 0; i < 2; i++) {
         const double x = between(d, 2, 11), y = between(d, -4, 3);
         if (dice_uniform(&d->dice) < 0.5)
-            add_box(d, x, x + 0.05, y, y + 3, -4, 4);
+            add_box(d, (const double[]){x, x + 0.05, y, y + 3, -4, 4});
         else
-            add_box(d, x, x + 3, y, y + 0.05, -4, 4);
+            add_box(d, (const double[]){x, x + 3, y, y + 0.05, -4, 4});
     }
 }
 
 static void draw_dead_end(struct drawing *d)
 {
     const double half_m = between(d, 1.5, 2.5), from_m = between(d, 2, 4), to_m = between(d, 6.5, 8.4);
-    add_box(d, from_m, to_m, half_m, half_m + 0.3, -5, 5);
-    add_box(d, from_m, to_m, -half_m - 0.3, -half_m, -5, 5);
-    add_box(d, to_m, to_m + 0.3, -half_m - 0.3, half_m + 0.3, -5, 5);
+    add_box(d, (const double[]){from_m, to_m, half_m, half_m + 0.3, -5, 5});
+    add_box(d, (const double[]){from_m, to_m, -half_m - 0.3, -half_m, -5, 5});
+    add_box(d, (const double[]){to_m, to_m + 0.3, -half_m - 0.3, half_m + 0.3, -5, 5});
     add_piles(d, 2, 0.1, 0.3, 6);
 }
 
