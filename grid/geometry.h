@@ -43,9 +43,9 @@ struct pose {
     double velocity_mps[3]; /* NED */
     double path_m;          /* distance travelled since start; never falls */
     uint64_t jumps;         /* its attitude had made: what lay where before one, nobody knows */
-    uint64_t withdrawn; /* so often all poses were withdrawn before: a grid turned by earlier ones starts anew */
-    double slack_m;     /* pose uncertainty, a bound: how far from position_m the body may be by now */
-    double slack_rad;   /* likewise: how far from attitude it may be turned */
+    uint64_t withdrawn;   /* so often all poses were withdrawn before: a grid turned by earlier ones starts anew */
+    double uncertain_m;   /* pose uncertainty, a bound: how far from position_m the body may be by now */
+    double uncertain_rad; /* likewise: how far from attitude it may be turned */
     /* How far the vehicle has drifted since start, at most, level and in depth: between two poses it has gone no
      * farther beside what their positions say than the difference. Neither falls. */
     double drift_m[2];

@@ -396,9 +396,10 @@ static void loosen(const struct pose_log *log, const bool known[], const struct 
         const double mps = !told ? rate(log, part) : part == POSE_TRACK_DEPTH ? fabs(v[2]) : hypot(v[0], v[1]);
         way_m[part - POSE_TRACK_PLACE] = fmax(log->most_mps, mps) * then[part].since_s;
     }
-    p->slack_m = hypot(way_m[0], way_m[1]);
+    p->uncertain_m = hypot(way_m[0], way_m[1]);
     if (known[POSE_TRACK_ATTITUDE] && then[POSE_TRACK_ATTITUDE].since_s > 0)
-        p->slack_rad = fmax(log->most_radps, rate(log, POSE_TRACK_ATTITUDE)) * then[POSE_TRACK_ATTITUDE].since_s;
+        p->uncertain_rad =
+            fmax(log->most_radps, rate(log, POSE_TRACK_ATTITUDE)) * then[POSE_TRACK_ATTITUDE].since_s;
 }
 
 /* How fast a part of the place drifts off: not at all where it is given, else by the error of the velocity or as an
@@ -460,8 +461,8 @@ static void cover(const struct pose_log *log, uint64_t t_ns, struct pose *p)
     for (int i = 0; i < 4; i++)
         half += other.attitude[i] * p->attitude[i];
     p->has &= other.has;
-    p->slack_m = fmax(p->slack_m, geo_length(off_m) + other.slack_m);
-    p->slack_rad = fmax(p->slack_rad, 2 * acos(fmin(1, fabs(half))) + other.slack_rad);
+    p->uncertain_m = fmax(p->uncertain_m, geo_length(off_m) + other.uncertain_m);
+    p->uncertain_rad = fmax(p->uncertain_rad, 2 * acos(fmin(1, fabs(half))) + other.uncertain_rad);
 }
 
 bool pose_log_within(const struct pose_log *log, uint64_t from_ns, uint64_t to_ns, struct pose *out)

@@ -142,7 +142,7 @@ static bool place(struct source *s, struct ping *ping)
     }
     s->stats.undated_pings++;
     pose_log_within(s->env.poses, ping->t_ns, t_ns, &ping->pose);
-    return ping->pose.slack_rad <= geo_rad(UNDATED_MAX_DEG) && ping->pose.slack_m <= UNDATED_MAX_M;
+    return ping->pose.uncertain_rad <= geo_rad(UNDATED_MAX_DEG) && ping->pose.uncertain_m <= UNDATED_MAX_M;
 }
 
 static void io_ping_done(void *ctx, struct ping *ping)

@@ -183,7 +183,7 @@ static void write_limit(struct json_out *out, const struct movement *m, const st
     json_member_known(out, "azimuth_deg", placed, geo_deg(az_rad), PER_DEGREES);
     json_member_known(out, "elevation_deg", placed, geo_deg(el_rad), PER_DEGREES);
     json_member_metres(out, "stop_m", l->stop_m);
-    json_member_metres(out, "uncertain_m", l->stale_m + c->slack_m);
+    json_member_metres(out, "uncertain_m", l->stale_m + c->uncertain_m);
     json_member_known(out, "blocked_m", isfinite(c->blocked_m - c->front_m), c->blocked_m - c->front_m,
                       PER_METRES);
     json_member_metres(out, "free_m", fmax(0, fmin(c->known_m, c->blocked_m) - c->front_m));

@@ -104,19 +104,19 @@ static void write_drift(const struct pose *pose, double evidence_age_s, char *te
 }
 
 /* How far an old pose may be off, while it counts. */
-static void write_slack(const struct answer_now *now, char *text, size_t size)
+static void write_uncertainty(const struct answer_now *now, char *text, size_t size)
 {
     const struct pose *pose = &now->pose;
-    const bool moved = pose->slack_m >= MOVED_LEAST_M, turned = pose->slack_rad >= TURNED_LEAST_RAD;
-    const double turned_deg = geo_deg(fmin(pose->slack_rad, GEO_PI));
+    const bool moved = pose->uncertain_m >= MOVED_LEAST_M, turned = pose->uncertain_rad >= TURNED_LEAST_RAD;
+    const double turned_deg = geo_deg(fmin(pose->uncertain_rad, GEO_PI));
     text[0] = '\0';
     if (!now->pose_fresh)
         return;
     if (moved && turned)
         snprintf(text, size, "; since the last pose the vehicle may have moved %.1f m and turned %.0f deg",
-                 pose->slack_m, turned_deg);
+                 pose->uncertain_m, turned_deg);
     else if (moved)
-        snprintf(text, size, "; since the last pose the vehicle may have moved %.1f m", pose->slack_m);
+        snprintf(text, size, "; since the last pose the vehicle may have moved %.1f m", pose->uncertain_m);
     else if (turned)
         snprintf(text, size, "; since the last pose the vehicle may have turned %.0f deg", turned_deg);
 }
@@ -124,10 +124,10 @@ static void write_slack(const struct answer_now *now, char *text, size_t size)
 const char *reason_with_pose(const struct answer_now *now, const char *why, double evidence_age_s,
                              char text[REASON_SIZE])
 {
-    char drift[80], slack[100];
+    char drift[80], uncertain[100];
     write_drift(&now->pose, evidence_age_s, drift, sizeof drift);
-    write_slack(now, slack, sizeof slack);
-    snprintf(text, REASON_SIZE, "%s%s%s", why, drift, slack);
+    write_uncertainty(now, uncertain, sizeof uncertain);
+    snprintf(text, REASON_SIZE, "%s%s%s", why, drift, uncertain);
     return text;
 }
 

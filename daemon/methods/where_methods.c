@@ -36,12 +36,12 @@ static void place_by(const struct pose *pose, double at_m[3])
 
 /* How far a place of the body's may be from where the pose puts it: the vehicle may have moved,
  * and turned about itself. */
-static double slack_m(const struct pose *pose, const double at_m[3])
+static double uncertain_m(const struct pose *pose, const double at_m[3])
 {
     double way2 = 0;
     for (int a = 0; a < 3; a++)
         way2 += (at_m[a] - pose->position_m[a]) * (at_m[a] - pose->position_m[a]);
-    return pose->slack_m + pose->slack_rad * sqrt(way2);
+    return pose->uncertain_m + pose->uncertain_rad * sqrt(way2);
 }
 
 /* ---- answers ---- */
@@ -208,7 +208,7 @@ static bool small_enough(const struct methods_env *d, const double extent_m[3], 
 /* The box around all places where a point of the body's may be. */
 static bool ask_around(const struct pose *pose, struct question *q, struct rpc_error *error)
 {
-    const double most_m = slack_m(pose, q->at_m), extent[3] = {2 * most_m, 2 * most_m, 2 * most_m};
+    const double most_m = uncertain_m(pose, q->at_m), extent[3] = {2 * most_m, 2 * most_m, 2 * most_m};
     double low[3], high[3];
     for (int a = 0; a < 3; a++) {
         low[a] = q->at_m[a] - most_m;
@@ -259,7 +259,7 @@ static void path_of(const json_t *params, const struct pose *pose, struct questi
     q->n = params_places(params, "points_m", q->path_m);
     for (uint32_t i = 0; i < q->n; i++) {
         place_by(pose, q->path_m[i]);
-        most_m = fmax(most_m, slack_m(pose, q->path_m[i]));
+        most_m = fmax(most_m, uncertain_m(pose, q->path_m[i]));
     }
     q->radius_m = params_number(params, "radius_m") + most_m;
 }

@@ -215,7 +215,7 @@ struct sectors {
     struct sight_place place;
     struct overlap_band band; /* of the body when `turned` */
     double near_m, need_m;
-    double slack_rad; /* uncertainty of the attitude, when the angles are the body's */
+    double uncertain_rad; /* uncertainty of the attitude, when the angles are the body's */
     /* how far beside a direction its observed water may lie; an obstacle may lie farther */
     double water_rad;
     struct heights any,
@@ -251,7 +251,7 @@ static void add_to_sectors(struct sectors *s, uint32_t d, struct overlap_cell *c
     if (!view.obstacle)
         return;
     const double aside = sight_aside_rad(&s->place, view.near_m + s->place.moved_m);
-    const struct overlap_run blocked = overlap_run(&s->band, cell, s->slack_rad + aside);
+    const struct overlap_run blocked = overlap_run(&s->band, cell, s->uncertain_rad + aside);
     for (size_t k = 0; k < blocked.n; k++)
         add_obstacle(tally_of(s, &blocked, k), &view, s->now, s->place.moved_m);
 }
@@ -365,13 +365,13 @@ static void sectors_once(struct picture *p, const struct answer_conf *conf, cons
     if (s.turned)
         quat_rotate(s.attitude, s.up, s.up);
     s.tilt_rad = s.turned ? sight_tilt(now->pose.attitude) : 0;
-    s.slack_rad = (s.turned ? s.place.turned_rad : 0) + s.place.adrift_rad * sin(s.tilt_rad);
-    s.water_rad = s.slack_rad + sight_aside_rad(&s.place, s.need_m);
+    s.uncertain_rad = (s.turned ? s.place.turned_rad : 0) + s.place.adrift_rad * sin(s.tilt_rad);
+    s.water_rad = s.uncertain_rad + sight_aside_rad(&s.place, s.need_m);
     /* the rings that reach into the band, however the body is tilted */
-    const double half = p->rings->height_rad / 2, most = half + s.slack_rad + sight_aside_rad(&s.place, 0);
+    const double half = p->rings->height_rad / 2, most = half + s.uncertain_rad + sight_aside_rad(&s.place, 0);
     s.any = heights_of(band->lo_rad - most, band->hi_rad + most);
     s.far_m = fmin(FAR * s.place.moved_m, s.need_m);
-    const double far = half + s.slack_rad + sight_aside_rad(&s.place, s.far_m);
+    const double far = half + s.uncertain_rad + sight_aside_rad(&s.place, s.far_m);
     s.far = heights_of(band->lo_rad - far, band->hi_rad + far);
     s.water = heights_of(band->lo_rad - half - s.water_rad, band->hi_rad + half + s.water_rad);
     for (uint32_t ring = 0; ring < p->rings->n_rings; ring++) {
@@ -380,8 +380,8 @@ static void sectors_once(struct picture *p, const struct answer_conf *conf, cons
             el - most - s.tilt_rad < band->hi_rad + ROUNDING_RAD)
             add_ring(&s, ring);
     }
-    const bool kept =
-        sight_keeps(p->rings, band->lo_rad - s.tilt_rad - s.slack_rad, band->hi_rad + s.tilt_rad + s.slack_rad);
+    const bool kept = sight_keeps(p->rings, band->lo_rad - s.tilt_rad - s.uncertain_rad,
+                                  band->hi_rad + s.tilt_rad + s.uncertain_rad);
     for (size_t k = 0; k < band->count; k++) {
         if (!kept)
             doubt(&tally[k], ANSWER_OUTSIDE);

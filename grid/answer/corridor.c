@@ -327,7 +327,7 @@ static void set_off(struct tunnel *t, struct sight_place *place)
     t->off_m[0] = dot(place->offset_m, t->along);
     t->off_m[1] = dot(place->offset_m, t->side);
     t->off_m[2] = dot(place->offset_m, t->up);
-    t->loose_m = place->slack_m + place->turned_rad * (place->moved_m - place->slack_m);
+    t->loose_m = place->uncertain_m + place->turned_rad * (place->moved_m - place->uncertain_m);
     if (t->near_m > 0)
         t->near_m = fmax(OWN_LEAST_M, t->near_m - place->moved_m);
     t->own_m = fmax(OWN_LEAST_M, t->own_m + t->off_m[0] - t->loose_m);
@@ -349,7 +349,7 @@ static void look_once(struct picture *p, const struct answer_conf *conf, const s
         return;
     }
     sight_locate(frame, conf, now, &l.place);
-    out->slack_m = l.place.slack_m;
+    out->uncertain_m = l.place.uncertain_m;
     set_off(t, &l.place);
     struct rings_visit visit =
         rings_visit(p->rings, t->along,

@@ -46,7 +46,7 @@ struct corridor {
     enum answer_reason reason; /* why not farther; ANSWER_HEARD: known as far as asked */
     double known_at[3];        /* in which direction: in the axes asked about; 0 0 0: in none of its own */
     double age_s;              /* of the oldest ping that counts; negative: none */
-    double slack_m;            /* pose uncertainty; already subtracted from every distance here */
+    double uncertain_m;        /* pose uncertainty; already subtracted from every distance here */
 };
 
 /** corridor_look - blocked_m and known_m are both from the reference point:

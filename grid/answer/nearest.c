@@ -40,7 +40,7 @@ static double tilt_rad(const struct scene *s)
 }
 
 /* How far those axes may lie beside where they are taken to be, but about the vertical. */
-static double slack_rad(const struct scene *s)
+static double uncertain_rad(const struct scene *s)
 {
     return (s->query->ned ? 0 : s->place.turned_rad) + s->place.adrift_rad * sin(tilt_rad(s));
 }
@@ -49,7 +49,7 @@ static double slack_rad(const struct scene *s)
 static struct window window_at(const struct scene *s, double range_m)
 {
     const struct nearest_query *q = s->query;
-    const double aside = sight_aside_rad(&s->place, range_m) + slack_rad(s);
+    const double aside = sight_aside_rad(&s->place, range_m) + uncertain_rad(s);
     const double lo = fmax(q->lo_rad - aside, -GEO_PI / 2), hi = fmin(q->hi_rad + aside, GEO_PI / 2);
     const double width = q->width_rad > 0 ? q->width_rad : GEO_TURN;
     return (struct window){.lo = sin(lo) - 1e-12,
@@ -198,7 +198,7 @@ static void look_once(struct scene *s, struct nearest *out)
     sight_locate(&s->frame, s->conf, s->now, &s->place);
     s->turned = sight_attitude(&s->frame, s->now, s->query->ned, s->attitude);
     const double near_m = find_nearest(s, out);
-    const double tilt = tilt_rad(s) + slack_rad(s);
+    const double tilt = tilt_rad(s) + uncertain_rad(s);
     weigh(s, isfinite(near_m) ? near_m : s->query->reach_m > 0 ? s->query->reach_m : s->frame.range_max_m, out);
     if (!sight_keeps(s->picture->rings, s->query->lo_rad - tilt, s->query->hi_rad + tilt) &&
         out->reason < ANSWER_OUTSIDE)

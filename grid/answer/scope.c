@@ -44,7 +44,7 @@ static double towards_m(const struct scope *s, const double v[3], const struct s
 static double off_m(const struct scope *s, const double v[3], double reach)
 {
     const struct scope_bearing b = bearing_of(dot(v, s->axis));
-    return fmax(0, s->cos_wall * towards_m(s, v, &b, reach) - s->sin_wall * s->ahead_m) + s->place.slack_m;
+    return fmax(0, s->cos_wall * towards_m(s, v, &b, reach) - s->sin_wall * s->ahead_m) + s->place.uncertain_m;
 }
 
 static struct scope_share share_of(const struct scope *s, const double v[3])

@@ -36,7 +36,7 @@ static enum answer_reason against(const struct free_interval *c, const struct an
         return ANSWER_SILENT;
     if (sight_seconds(now->now_ns, c->t_ping_ns) > conf->clear_for_s)
         return ANSWER_STALE;
-    if (place->away || now->pose.path_m + place->slack_m - c->path_m > conf->move_limit_m)
+    if (place->away || now->pose.path_m + place->uncertain_m - c->path_m > conf->move_limit_m)
         return ANSWER_MOVED;
     return ANSWER_HEARD;
 }
@@ -133,7 +133,7 @@ void sight_locate(const struct picture_frame *frame, const struct answer_conf *c
     /* in the time between two pings; more than that since the last one */
     const double drift_m = hypot(fmax(now->pose.drift_m[0] - frame->drift_m[0], 0),
                                  fmax(now->pose.drift_m[1] - frame->drift_m[1], 0));
-    *place = (struct sight_place){.slack_m = drift_m, .moved_m = drift_m};
+    *place = (struct sight_place){.uncertain_m = drift_m, .moved_m = drift_m};
     if (!frame->ned)
         return;
     for (int i = 0; i < 3; i++) {
@@ -144,10 +144,11 @@ void sight_locate(const struct picture_frame *frame, const struct answer_conf *c
     place->adrift_rad = fmin(now->pose.heading_radps * conf->clear_for_s, GEO_PI);
     place->adrift_cos = cos(place->adrift_rad);
     place->adrift_sin = sin(place->adrift_rad);
-    place->turned_rad = now->pose.slack_rad;
-    place->slack_m += now->pose.slack_m + POSE_WAY_ERROR * fmax(now->pose.path_m - frame->path_m, 0);
-    place->slack_m += place->adrift_rad * sqrt(way2); /* the way since the centre was set, in a wrong direction */
-    place->moved_m = sqrt(way2) + place->slack_m;
+    place->turned_rad = now->pose.uncertain_rad;
+    place->uncertain_m += now->pose.uncertain_m + POSE_WAY_ERROR * fmax(now->pose.path_m - frame->path_m, 0);
+    place->uncertain_m +=
+        place->adrift_rad * sqrt(way2); /* the way since the centre was set, in a wrong direction */
+    place->moved_m = sqrt(way2) + place->uncertain_m;
     place->away = sqrt(way2) > POSE_STEP_MOST_M || now->pose.jumps != frame->jumps ||
                   now->pose.withdrawn != frame->withdrawn;
 }

@@ -11,7 +11,7 @@
 /* Where the vehicle is now, as far as the picture is concerned. */
 struct sight_place {
     double offset_m[3]; /* from the grid's centre, in the grid's axes */
-    double slack_m;     /* pose uncertainty: how far from there it may be */
+    double uncertain_m; /* pose uncertainty: how far from there it may be */
     double moved_m;     /* from the grid's centre, at most */
     double turned_rad;  /* the body's axes may be turned so far from what its attitude says */
     double adrift_rad; /* its heading may have drifted so far since what was observed: turned about the vertical */

@@ -44,8 +44,8 @@ static uint32_t world_row(const struct own_echo_look *look)
 static struct own_echo_look look_of(const struct echoes *e, const struct beam_echoes *b, const struct mount *mount)
 {
     struct own_echo_look look = {.t_ns = e->t_ns,
-                                 .slack_m = e->pose.slack_m,
-                                 .slack_rad = e->pose.slack_rad,
+                                 .uncertain_m = e->pose.uncertain_m,
+                                 .uncertain_rad = e->pose.uncertain_rad,
                                  .drift_m = e->pose.drift_m[0] + e->pose.drift_m[1],
                                  .az_rad = b->az_rad,
                                  .heard_from_m = b->heard_from_m,
@@ -92,11 +92,11 @@ static bool is_other(const struct own_echo_look *old, const struct question *q)
     double off_m[3];
 
     if (old->t_ns == 0 || old->t_ns >= now->t_ns || now->t_ns - old->t_ns > FRESH_NS ||
-        apart_rad(old, now) <= 2.0 * q->width_rad || old->slack_rad + now->slack_rad > q->width_rad / 2.0)
+        apart_rad(old, now) <= 2.0 * q->width_rad || old->uncertain_rad + now->uncertain_rad > q->width_rad / 2.0)
         return false;
     for (int i = 0; i < 3; i++)
         off_m[i] = now->place_m[i] - old->place_m[i];
-    return geo_length(off_m) + old->slack_m + now->slack_m + (now->drift_m - old->drift_m) <=
+    return geo_length(off_m) + old->uncertain_m + now->uncertain_m + (now->drift_m - old->drift_m) <=
            PLACE_SHARE * q->range_m;
 }
 
@@ -111,7 +111,7 @@ static double same_within(double range_m)
 static bool is_sure(const struct own_echo_look *old, const struct question *q)
 {
     return apart_rad(old, q->now) > 2.0 * (q->width_rad + ASIDE_RAD) &&
-           old->slack_rad + q->now->slack_rad + adrift_rad(old, q) <= q->width_rad / 2.0;
+           old->uncertain_rad + q->now->uncertain_rad + adrift_rad(old, q) <= q->width_rad / 2.0;
 }
 
 static enum word says(const struct own_echo_look *old, const struct question *q)

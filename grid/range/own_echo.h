@@ -23,7 +23,7 @@
 struct own_echo_look {
     uint64_t t_ns;              /* 0: none yet */
     double place_m[3], axis[3]; /* of the head and the beam, NED */
-    double slack_m, slack_rad, drift_m;
+    double uncertain_m, uncertain_rad, drift_m;
     float az_rad;                   /* of the beam in the sensor frame */
     float heard_from_m, heard_to_m; /* as in struct beam_echoes */
     uint8_t n;

@@ -153,11 +153,12 @@ bool beam_sees(const struct beam *b, const struct beam_cell *cell, const struct 
     /* An angle is at least its sine, and two angles differ at least as much as their sines.
      * The sides reach no farther. */
     const double skewed = 1 + lever_m / fmax(range - 2 * lever_m, 1e-9 * range);
-    const double slack_m = (range + lever_m) * cell->across * skewed + 1e-9 * range;
-    if (fabs(upward - b->sin_el * range) > most_el * range + slack_m || fabs(y) > most_az * range + slack_m)
+    const double tolerance_m = (range + lever_m) * cell->across * skewed + 1e-9 * range;
+    if (fabs(upward - b->sin_el * range) > most_el * range + tolerance_m ||
+        fabs(y) > most_az * range + tolerance_m)
         return false;
     const double x = dot(v, b->ahead), level = sqrt(x * x + y * y);
-    if (fabs(y) > most_az * level + slack_m)
+    if (fabs(y) > most_az * level + tolerance_m)
         return false;
     const struct sides sides = sides_of(b, cell, u, sqrt(dot(place_m, place_m)));
     double aside[3], up[3];
@@ -330,15 +331,15 @@ struct beam_sieve beam_sieve(const struct beam *b, const struct beam_opening *op
     return s;
 }
 
-struct beam_sieve beam_sieve_wider(const struct beam_sieve *s, double slack_rad)
+struct beam_sieve beam_sieve_wider(const struct beam_sieve *s, double by_rad)
 {
     struct beam_sieve wider = *s;
     for (int k = 0; k < 2; k++) {
-        wider.from[k] -= slack_rad;
-        wider.to[k] += slack_rad;
+        wider.from[k] -= by_rad;
+        wider.to[k] += by_rad;
     }
-    wider.most += slack_rad;
-    wider.off_rad += slack_rad;
+    wider.most += by_rad;
+    wider.off_rad += by_rad;
     return wider;
 }
 

@@ -171,8 +171,8 @@ struct beam_sieve {
 /** beam_sieve - of this opening (the beam's own or a wider one) and the parallax of a sensor that is off the centre. */
 struct beam_sieve beam_sieve(const struct beam *b, const struct beam_opening *opening, double range_m);
 
-/** beam_sieve_wider - directions up to slack_rad away from one that passes `s` pass for certain. */
-struct beam_sieve beam_sieve_wider(const struct beam_sieve *s, double slack_rad);
+/** beam_sieve_wider - directions up to by_rad away from one that passes `s` pass for certain. */
+struct beam_sieve beam_sieve_wider(const struct beam_sieve *s, double by_rad);
 
 /** beam_sieve_either - what passes one of two sieves of a beam passes. */
 struct beam_sieve beam_sieve_either(const struct beam_sieve *a, const struct beam_sieve *b);

@@ -193,7 +193,7 @@ static void take_in(struct run *r, const struct drift_look *look)
     const struct wedge_ping *ping = ping_of(r->wedges, look);
     r->from_m = fmax(r->from_m, (double)wedge->from_m);
     r->to_m = fmin(r->to_m, (double)wedge->to_m);
-    r->apart_m = fmax(r->apart_m, apart_m(ping, ping_of(r->wedges, r->middle)) + (double)ping->slack_m);
+    r->apart_m = fmax(r->apart_m, apart_m(ping, ping_of(r->wedges, r->middle)) + (double)ping->uncertain_m);
     r->tilt_rad = fmax(r->tilt_rad, acos(fmin(1, dot(look->down, r->middle->down))));
 }
 

@@ -136,7 +136,7 @@ static void raise(struct sphere *s, const struct look *l, uint16_t layer, double
     for (int i = 0; i < 3; i++)
         z[i] = range_m * s->axis[l->direction][i] + s->frame.centre_m[i] - s->anchor_m[i];
     interpolate(s, c, z, range_m, echo, echo_variance(s, l->ring, range_m, echo));
-    c->near_m += (float)(ping->pose.slack_m + s->ahead_m);
+    c->near_m += (float)(ping->pose.uncertain_m + s->ahead_m);
     if (!c->echoes)
         c->t_first_ms = state_ms(s, ping->t_ns);
     if (ping->t_ns > c->t_echo_ns)
@@ -259,7 +259,7 @@ static void carve_direction(struct sphere *s, const struct look *l)
     const struct beam *b = l->beam;
     const struct beam_cell *cell = &s->ring[l->ring];
     const double half_az = b->opening->half_az, half_el = b->opening->half_el;
-    const double slack_m = b->ping->pose.slack_m, slack_rad = b->ping->pose.slack_rad;
+    const double uncertain_m = b->ping->pose.uncertain_m, uncertain_rad = b->ping->pose.uncertain_rad;
     for (uint32_t i = s->cells.first[l->direction], next; i != CELLS_NONE; i = next) {
         struct cell *c = &s->cells.cell[i];
         struct beam_view view;
@@ -269,7 +269,7 @@ static void carve_direction(struct sphere *s, const struct look *l)
             return;
         state_place(s, c, place);
         double thick = s->layers.edge[c->layer + 1] - s->layers.edge[c->layer], range = beam_range(b, place);
-        double doubt_m = 2.0 * c->sd_m + slack_m, aside = slack_rad + slack_m / fmax(range, NEAREST_M);
+        double doubt_m = 2.0 * c->sd_m + uncertain_m, aside = uncertain_rad + uncertain_m / fmax(range, NEAREST_M);
         if (range - doubt_m < b->heard->blind_m || range + doubt_m + thick / 2 > b->heard->free_to_m ||
             !beam_sees(b, cell, &(struct beam_spot){l->ray.u, place, range}, half_az, half_el, &view))
             continue;
@@ -288,7 +288,7 @@ static void carve_direction(struct sphere *s, const struct look *l)
 /* A ping whose place is known worse than the centre's, or whose bearing worse than to half a cell. */
 static bool is_loose(const struct sphere *s, const struct pose *pose)
 {
-    return pose->slack_m > s->conf.recentre_m || pose->slack_rad > s->rings.height_rad / 2;
+    return pose->uncertain_m > s->conf.recentre_m || pose->uncertain_rad > s->rings.height_rad / 2;
 }
 
 /* Beams' openings as far as echoes are entered: eq. (1) reaches beyond them. */
@@ -309,7 +309,8 @@ struct sieves {
 static struct water water_of(const struct beam *b, bool loose)
 {
     const struct beam_echoes *h = b->heard;
-    const double slack_m = b->ping->pose.slack_m, from_m = h->blind_m + slack_m, to_m = h->free_to_m - slack_m;
+    const double uncertain_m = b->ping->pose.uncertain_m, from_m = h->blind_m + uncertain_m,
+                 to_m = h->free_to_m - uncertain_m;
     const bool own = h->n > 0 && h->echo[0].flags & ECHO_OWN;
     if (to_m > from_m && !loose)
         return (struct water){.from_m = from_m, .to_m = to_m, .said = SAID_FREE, .ends_at_echo = h->n > 0};
@@ -392,7 +393,7 @@ static bool wedge_of(const struct beam *b, bool loose, struct wedge *out)
         return false;
     *out = (struct wedge){.az_rad = b->heard->az_rad,
                           .el_rad = b->heard->el_rad,
-                          .half_az_rad = (float)fmax(0, b->opening->half_az - b->ping->pose.slack_rad),
+                          .half_az_rad = (float)fmax(0, b->opening->half_az - b->ping->pose.uncertain_rad),
                           .from_m = (float)water.from_m,
                           .to_m = (float)water.to_m,
                           .kind = kinds[water.said],
@@ -409,8 +410,8 @@ static void keep_wedges(struct sphere *s, const struct echoes *e, const double t
     struct wedge_ping ping = {.t_ns = e->t_ns,
                               .path_m = e->pose.path_m,
                               .drift_m = {e->pose.drift_m[0], e->pose.drift_m[1]},
-                              .slack_m = (float)e->pose.slack_m,
-                              .el_aperture_rad = (float)fmax(0, e->el_aperture_rad - 2 * e->pose.slack_rad),
+                              .uncertain_m = (float)e->pose.uncertain_m,
+                              .el_aperture_rad = (float)fmax(0, e->el_aperture_rad - 2 * e->pose.uncertain_rad),
                               .sensor = e->sensor};
     struct wedge fan, one;
     bool any = false;
@@ -558,7 +559,7 @@ static void free_again(struct sphere *s, struct again *a, const struct wedge_pin
     for (int i = 0; i < 3; i++)
         origin_m[i] = ping->place_m[i] - s->frame.centre_m[i];
     beam_place(&b, w->az_rad, w->el_rad, &a->own, ping->attitude, origin_m);
-    b.margin_m = free ? ping->slack_m : 0;
+    b.margin_m = free ? ping->uncertain_m : 0;
     b.margin_el_m = drift_across(&b, shrunk);
     const double sees_m = fmax(fmax(seen.from_m, NEAREST_M), SEEN_LEVERS * b.lever_m);
     const struct beam_sieve sieve = beam_sieve(&b, &a->freed, fmin(sees_m, seen.to_m));

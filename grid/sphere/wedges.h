@@ -40,7 +40,7 @@ struct wedge_ping {
     double place_m[3];  /* of the sensor, NED */
     double attitude[4]; /* of the sensor frame, in NED */
     /* the sensor may have been so far from place_m: the wedges' sides count as so much farther in */
-    float slack_m;
+    float uncertain_m;
     float el_aperture_rad;
     uint32_t sensor;
     uint32_t first, n; /* its wedges: in the ring of all, from that number on */

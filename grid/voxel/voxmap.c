@@ -364,7 +364,7 @@ static void enter_echo(struct voxmap *m, const struct beam_echoes *heard, const 
                        const struct pose *pose, const struct lattice_place *apex, const double attitude[4])
 {
     struct submap *map = &m->current->map;
-    const double voxel_m = m->set.voxel_m, more_m = voxel_m / 2 + pose->slack_m;
+    const double voxel_m = m->set.voxel_m, more_m = voxel_m / 2 + pose->uncertain_m;
     const double near_m = fmax((double)echo->near_m - more_m, 0);
     const double far_m = (double)echo->range_m + (double)echo->sd_m + more_m;
     const struct submap_stats before = map->stats;
@@ -378,7 +378,7 @@ static void enter_echo(struct voxmap *m, const struct beam_echoes *heard, const 
     struct cast_beam beam;
     if (!cast_aim(&beam, &m->heard, &shell))
         return;
-    beam.tolerance += fmin((pose->slack_m + pose->slack_rad * far_m) / voxel_m, ASIDE_VOXELS);
+    beam.tolerance += fmin((pose->uncertain_m + pose->uncertain_rad * far_m) / voxel_m, ASIDE_VOXELS);
     submap_cast(map, &beam, SUBMAP_ECHOES);
     const bool starved = map->stats.starved != before.starved;
     if (starved || map->stats.clipped != before.clipped)
@@ -388,8 +388,8 @@ static void enter_echo(struct voxmap *m, const struct beam_echoes *heard, const 
 /* From here on the pose uncertainty may put a beam farther than that beside its place. */
 static double placed_to_m(const struct voxmap *m, const struct pose *pose)
 {
-    const double left_m = ASIDE_VOXELS * m->set.voxel_m - pose->slack_m;
-    return left_m < 0 ? 0 : pose->slack_rad > 0 ? left_m / pose->slack_rad : (double)INFINITY;
+    const double left_m = ASIDE_VOXELS * m->set.voxel_m - pose->uncertain_m;
+    return left_m < 0 ? 0 : pose->uncertain_rad > 0 ? left_m / pose->uncertain_rad : (double)INFINITY;
 }
 
 /* Not a number where b is none. */
@@ -418,15 +418,15 @@ static bool enter_stretch(struct voxmap *m, enum voxmap_part_of_beam part, struc
 static void enter_water(struct voxmap *m, const struct beam_echoes *heard, const struct pose *pose,
                         struct cast_look *look)
 {
-    const double slack_m = pose->slack_m, placed_m = placed_to_m(m, pose);
-    const double axis_m = lesser(placed_m, (double)heard->free_to_m - slack_m);
+    const double uncertain_m = pose->uncertain_m, placed_m = placed_to_m(m, pose);
+    const double axis_m = lesser(placed_m, (double)heard->free_to_m - uncertain_m);
     bool any = false;
 
-    look->near_m = (double)heard->blind_m + slack_m;
+    look->near_m = (double)heard->blind_m + uncertain_m;
     if (heard->off_axis) {
-        const double side_m = lesser(axis_m, (double)heard->side_to_m - slack_m);
-        const double edge_m = lesser(axis_m, (double)heard->edge_to_m - slack_m);
-        const double edge_from_m = (double)heard->edge_from_m + slack_m;
+        const double side_m = lesser(axis_m, (double)heard->side_to_m - uncertain_m);
+        const double edge_m = lesser(axis_m, (double)heard->edge_to_m - uncertain_m);
+        const double edge_from_m = (double)heard->edge_from_m + uncertain_m;
         if (edge_m > edge_from_m) {
             any |= enter_stretch(m, VOXMAP_SIDE, look, lesser(edge_from_m, side_m));
             look->near_m = fmax(look->near_m, edge_from_m);
@@ -461,7 +461,7 @@ static void enter_body(struct voxmap *m, const struct pose *pose, const struct l
     double radius = m->set.body_radius_m / m->set.voxel_m, apart2 = 0;
     const struct lattice_place *from = &m->body;
 
-    if (pose->slack_m > m->set.voxel_m) {
+    if (pose->uncertain_m > m->set.voxel_m) {
         m->body_ns = 0;
         return;
     }

@@ -65,11 +65,11 @@ TEST(max_speed_and_max_turn_bound_the_vehicle_at_once)
     pose_once();
     reload(OLD "[vehicle]\nmax_speed = 1 m/s\nmax_turn = 10 deg\n", 2);
     const struct pose slow = now();
-    CHECK(slow.slack_m > 1 && slow.slack_rad > geo_rad(10));
+    CHECK(slow.uncertain_m > 1 && slow.uncertain_rad > geo_rad(10));
     reload(OLD "[vehicle]\nmax_speed = 4 m/s\nmax_turn = 30 deg\n", 2);
     const struct pose fast = now();
-    CHECK_NEAR(fast.slack_m / slow.slack_m, 4, 1e-6, 0);
-    CHECK_NEAR(fast.slack_rad / slow.slack_rad, 3, 1e-6, 0);
+    CHECK_NEAR(fast.uncertain_m / slow.uncertain_m, 4, 1e-6, 0);
+    CHECK_NEAR(fast.uncertain_rad / slow.uncertain_rad, 3, 1e-6, 0);
     end();
 }
 

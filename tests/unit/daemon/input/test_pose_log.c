@@ -51,11 +51,11 @@ TEST(a_time_that_is_known_within_bounds_has_the_poses_of_all_of_them)
     CHECK(pose_log_within(&poses, 1000 * MS, 2000 * MS, &p));
     CHECK_INT(p.t_ns, 1000 * MS);
     CHECK_NEAR(yaw(&p), 0, 0, 1e-9);
-    CHECK_NEAR(p.slack_rad, 1, 1e-6, 0);
-    CHECK_NEAR(p.slack_m, 5, 1e-9, 0);
+    CHECK_NEAR(p.uncertain_rad, 1, 1e-6, 0);
+    CHECK_NEAR(p.uncertain_m, 5, 1e-9, 0);
     CHECK(pose_log_within(&poses, 1420 * MS, 1440 * MS, &p)); /* between two samples: the ends count */
-    CHECK_NEAR(p.slack_rad, 0.04, 1e-6, 0);
-    CHECK_NEAR(p.slack_m, 0.2, 1e-6, 0);
+    CHECK_NEAR(p.uncertain_rad, 0.04, 1e-6, 0);
+    CHECK_NEAR(p.uncertain_m, 0.2, 1e-6, 0);
     CHECK(pose_log_within(&poses, 2000 * MS, 3500 * MS,
                           &p)); /* at the end too old: no part is known all the while */
     CHECK_INT(p.has, 0);
@@ -418,20 +418,20 @@ TEST(behind_the_last_sample_the_vehicle_may_be_as_far_as_it_goes)
     pose_log_init(&poses, 2000 * MS);
     put(1000 * MS, all, 0, 0, 0.5);
     pose_log_at(&poses, 1600 * MS, &p); /* one sample: nothing to go on from, and no turn known */
-    CHECK_NEAR(p.slack_m, 0.3, 1e-12, 0);
-    CHECK_NEAR(p.slack_rad, 0, 0, 0);
+    CHECK_NEAR(p.uncertain_m, 0.3, 1e-12, 0);
+    CHECK_NEAR(p.uncertain_rad, 0, 0, 0);
     put(1200 * MS, all, 0.1, 0.04, 0.5);
     pose_log_at(&poses, 1100 * MS, &p);
-    CHECK_NEAR(p.slack_m, 0, 0, 0);
+    CHECK_NEAR(p.uncertain_m, 0, 0, 0);
     pose_log_at(&poses, 1300 * MS, &p); /* so far it goes on as before */
-    CHECK_NEAR(p.slack_m, 0, 0, 0);
+    CHECK_NEAR(p.uncertain_m, 0, 0, 0);
     pose_log_at(&poses, 1800 * MS, &p);
-    CHECK_NEAR(p.slack_m, 0.25, 1e-12, 0);
-    CHECK_NEAR(p.slack_rad, 0.1, 1e-12, 0);
+    CHECK_NEAR(p.uncertain_m, 0.25, 1e-12, 0);
+    CHECK_NEAR(p.uncertain_rad, 0.1, 1e-12, 0);
     pose_log_set_most(&poses, 2, 1);
     pose_log_at(&poses, 1800 * MS, &p);
-    CHECK(p.slack_m >= 1 && p.slack_m <= 1.5);
-    CHECK_NEAR(p.slack_rad, 0.5, 1e-12, 0);
+    CHECK(p.uncertain_m >= 1 && p.uncertain_m <= 1.5);
+    CHECK_NEAR(p.uncertain_rad, 0.5, 1e-12, 0);
 }
 
 TEST(nothing_lies_between_the_attitudes_before_and_after_a_jump)
@@ -448,7 +448,7 @@ TEST(nothing_lies_between_the_attitudes_before_and_after_a_jump)
     pose_log_at(&poses, 1150 * MS, &p);
     CHECK_INT(p.jumps, 0);
     CHECK_NEAR(yaw(&p), 0.12, 1e-12, 0);
-    CHECK(p.slack_rad > 0);
+    CHECK(p.uncertain_rad > 0);
     pose_log_at(&poses, 1250 * MS, &p);
     CHECK_INT(p.jumps, 1);
     CHECK_NEAR(yaw(&p), 1, 1e-12, 0);
@@ -470,7 +470,7 @@ TEST(without_a_velocity_the_way_between_places_is_the_speed)
     put(1501 * MS, POSE_ATTITUDE | POSE_POSITION, 0.52, 0,
         0); /* noise of two samples close together is no speed */
     pose_log_at(&poses, 2002 * MS, &p);
-    CHECK_NEAR(p.slack_m, 0.52 / 0.501 * 0.5, 1e-9, 0);
+    CHECK_NEAR(p.uncertain_m, 0.52 / 0.501 * 0.5, 1e-9, 0);
 }
 
 /* ---- drift ---- */

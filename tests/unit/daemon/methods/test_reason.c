@@ -166,16 +166,16 @@ TEST(an_old_pose_that_counts_says_what_it_leaves_open)
     struct answer_now now = {.pose = pose_identity, .pose_fresh = true};
     char text[REASON_SIZE];
     set_up();
-    now.pose.slack_m = 0.1;
-    now.pose.slack_rad = geo_rad(1);
+    now.pose.uncertain_m = 0.1;
+    now.pose.uncertain_rad = geo_rad(1);
     CHECK_STR(reason_with_pose(&now, "never observed", -1, text), "never observed");
-    now.pose.slack_rad = geo_rad(62);
+    now.pose.uncertain_rad = geo_rad(62);
     CHECK_STR(reason_with_pose(&now, "never observed", -1, text),
               "never observed; since the last pose the vehicle may have turned 62 deg");
-    now.pose.slack_m = 4.4;
+    now.pose.uncertain_m = 4.4;
     CHECK_STR(reason_with_pose(&now, "never observed", -1, text),
               "never observed; since the last pose the vehicle may have moved 4.4 m and turned 62 deg");
-    now.pose.slack_rad = 0;
+    now.pose.uncertain_rad = 0;
     CHECK_STR(said(ANSWER_BLOCKED, ANSWER_HEARD, &now),
               "echo at 4.20 m; since the last pose the vehicle may have moved 4.4 m");
     now.pose_fresh = false;
@@ -200,8 +200,8 @@ TEST(nothing_is_cut_off)
     set_up();
     memset(env.conf.sonar[0].name, 'x', sizeof env.conf.sonar[0].name - 1);
     now.pose.drift_mps = 5;
-    now.pose.slack_m = 100;
-    now.pose.slack_rad = GEO_PI;
+    now.pose.uncertain_m = 100;
+    now.pose.uncertain_rad = GEO_PI;
     now.pose_fresh = true;
     const char *text = said(ANSWER_UNKNOWN, ANSWER_SILENT, &now);
     CHECK(strstr(text,

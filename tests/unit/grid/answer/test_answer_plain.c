@@ -68,8 +68,8 @@ static void move(void)
     now.pose = pose_identity;
     quat_from_rpy(uniform(-0.3, 0.3), uniform(-0.3, 0.3), uniform(0, GEO_TURN), now.pose.attitude);
     now.pose.position_m[0] = one_in(3) ? 0 : uniform(-0.15, 0.15);
-    now.pose.slack_m = one_in(2) ? 0 : uniform(0, 0.2);
-    now.pose.slack_rad = one_in(2) ? 0 : uniform(0, 0.1);
+    now.pose.uncertain_m = one_in(2) ? 0 : uniform(0, 0.2);
+    now.pose.uncertain_rad = one_in(2) ? 0 : uniform(0, 0.1);
     now.pose.heading_radps = one_in(2) ? 0 : uniform(0, 0.3) / limits.clear_for_s;
 }
 
@@ -217,7 +217,7 @@ static double towards(const struct sight_place *place, const double line[3], con
     across = sqrt(across);
     const double beside = across > 0 ? acos(fmax(-1, fmin(1, along / across))) : 0;
     const double spread = sin(angle) > sin(cell_rad) ? asin(sin(cell_rad) / sin(angle)) : GEO_PI;
-    return fmax(0, cos(wall) * across * cos(fmax(0, beside - spread)) - sin(wall) * ahead) + place->slack_m;
+    return fmax(0, cos(wall) * across * cos(fmax(0, beside - spread)) - sin(wall) * ahead) + place->uncertain_m;
 }
 
 /* As in sight.h and answer.h, by angles; gamma, far: of the direction's rays the one nearest to the line and no less

@@ -138,11 +138,11 @@ TEST(a_place_is_known_worse_by_the_way_in_a_wrong_direction)
     picture_get_frame(&picture, &frame);
     now.pose.position_m[0] = 0.08;
     sight_locate(&frame, &limits, &now, &place);
-    CHECK_NEAR(place.slack_m, 0, 1e-12, 0);
+    CHECK_NEAR(place.uncertain_m, 0, 1e-12, 0);
     drift(10);
     sight_locate(&frame, &limits, &now, &place);
     CHECK_NEAR(place.adrift_rad, geo_rad(10), 1e-12, 0);
-    CHECK_NEAR(place.slack_m, 0.08 * geo_rad(10), 1e-12, 0);
+    CHECK_NEAR(place.uncertain_m, 0.08 * geo_rad(10), 1e-12, 0);
     drift(400);
     sight_locate(&frame, &limits, &now, &place);
     CHECK_NEAR(place.adrift_rad, GEO_PI, 1e-12, 0); /* then it may lie anywhere around */

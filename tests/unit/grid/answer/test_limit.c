@@ -628,9 +628,9 @@ TEST(what_it_may_have_moved_is_taken_off)
     for (uint32_t d = 0; d < rings.n; d++)
         set(d, 0.3, 4.9, 5, 1);
     const struct corridor before = look(&body, 1, 0, 0, 10);
-    now.pose.slack_m = 1;
+    now.pose.uncertain_m = 1;
     const struct corridor after = look(&body, 1, 0, 0, 10);
-    now.pose.slack_m = 0;
+    now.pose.uncertain_m = 0;
     CHECK(before.blocked_m < 5 && after.blocked_m <= before.blocked_m - 1);
     CHECK(after.known_m <= before.known_m - 1);
 }

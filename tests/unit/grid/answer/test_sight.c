@@ -108,7 +108,7 @@ TEST(what_is_too_old_ends_the_water_there_alone)
     CHECK_NEAR(a.free_to_m, END_M, 0, 1e-6);
     CHECK_INT(cone(0, 8.005).state, ANSWER_UNKNOWN);
     start(SLIVER_S);
-    now.pose.slack_m = 0.3;
+    now.pose.uncertain_m = 0.3;
     CHECK_NEAR(cone(1, 5).age_s, FRESH_S, 0, 1e-9);
     CHECK_NEAR(cone(0.5, 5).age_s, SLIVER_S, 0, 1e-9);
 }

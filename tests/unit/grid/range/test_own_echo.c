@@ -256,11 +256,11 @@ TEST(an_uncertain_pose_proves_nothing)
 {
     begin();
     frame_astern();
-    pose.slack_m = 0.1;
+    pose.uncertain_m = 0.1;
     CHECK_INT(turns(20, 40.0), 0);
     begin();
     frame_astern();
-    pose.slack_rad = geo_rad(1.0);
+    pose.uncertain_rad = geo_rad(1.0);
     CHECK_INT(turns(20, 40.0), 0);
     begin();
     frame_astern();

@@ -227,11 +227,11 @@ TEST(a_removed_obstacle_is_cleared_by_beams_that_pass_it)
     CHECK_NEAR(ask(0, 10).range_m, 8, 0, 0.05);
 }
 
-/* Where a beam was is known to the slack of its pose: it may have passed beside the pile, or ended before the wall. */
+/* Where a beam was is known to the uncertainty of its pose: it may have passed beside the pile, or ended before the wall. */
 TEST(what_a_beam_may_have_missed_within_its_slack_stays)
 {
     static const struct {
-        double slack_m, slack_rad, free_m;
+        double uncertain_m, uncertain_rad, free_m;
         bool stays;
     } row[] = {
         {0, 0, 20, false},     {0, 0.9 * GEO_PI / 180, 20, true}, {0.09, 0, 20, true}, {0, 0, 5.15, false},
@@ -242,11 +242,11 @@ TEST(what_a_beam_may_have_missed_within_its_slack_stays)
         turn_of(0, 20);
         for (int n = 0; n < 3; n++)
             ping(0, 5, 0);
-        now.pose.slack_m = row[i].slack_m;
-        now.pose.slack_rad = row[i].slack_rad;
+        now.pose.uncertain_m = row[i].uncertain_m;
+        now.pose.uncertain_rad = row[i].uncertain_rad;
         for (int n = 0; n < 20; n++)
             ping(0.5 * (n % 5 - 2), 0, row[i].free_m);
-        now.pose.slack_m = now.pose.slack_rad = 0;
+        now.pose.uncertain_m = now.pose.uncertain_rad = 0;
         CHECK_INT(ask(0, 10).state == ANSWER_BLOCKED, row[i].stays);
         if (test_case_failed)
             printf("(row %zu)\n", i);
@@ -377,16 +377,16 @@ TEST(what_came_when_another_sonar_was_due_blocks_once_a_third_one_shows_it)
 /* Beside it another thing may be that does not block either. Near the head, and where the place is uncertain. */
 TEST(an_echo_of_the_vehicles_own_takes_water_back_whatever_its_beam_frees)
 {
-    static const double range_m[] = {5, 0.35}, slack_m[] = {0.3, 0.06};
+    static const double range_m[] = {5, 0.35}, uncertain_m[] = {0.3, 0.06};
     for (int i = 0; i < 2; i++) {
         start(&usual);
         turn_of(0, 20);
         CHECK_INT(ask(0, 10).state, ANSWER_CLEAR);
         flags = ECHO_OWN;
-        now.pose.slack_m = slack_m[i];
+        now.pose.uncertain_m = uncertain_m[i];
         for (double az_deg = -6; az_deg <= 6; az_deg += 0.9)
             ping(az_deg, range_m[i], 0);
-        now.pose.slack_m = 0;
+        now.pose.uncertain_m = 0;
         CHECK_INT(ask(0, 10).state, ANSWER_UNKNOWN);
         CHECK_INT(ask(90, 10).state, ANSWER_CLEAR);
     }
@@ -743,22 +743,22 @@ TEST(a_ping_of_no_certain_place_frees_nothing_and_takes_nothing_back)
     static const double slack[][2] = {{0.15, 0}, {0, 1.1 * GEO_PI / 180}};
     for (size_t i = 0; i < sizeof slack / sizeof slack[0]; i++) {
         start(&usual);
-        now.pose.slack_m = slack[i][0];
-        now.pose.slack_rad = slack[i][1];
+        now.pose.uncertain_m = slack[i][0];
+        now.pose.uncertain_rad = slack[i][1];
         turn_of(0, 8);
-        now.pose.slack_m = now.pose.slack_rad = 0;
+        now.pose.uncertain_m = now.pose.uncertain_rad = 0;
         CHECK_INT(ask(0, 5).state, ANSWER_UNKNOWN);
         turn_of(0, 8);
         now.now_ns += SECOND;
-        now.pose.slack_m = slack[i][0];
-        now.pose.slack_rad = slack[i][1];
+        now.pose.uncertain_m = slack[i][0];
+        now.pose.uncertain_rad = slack[i][1];
         turn_of(0, 8);
-        now.pose.slack_m = now.pose.slack_rad = 0;
+        now.pose.uncertain_m = now.pose.uncertain_rad = 0;
         CHECK_INT(ask(0, 5).state, ANSWER_CLEAR);
         CHECK_NEAR(ask(0, 5).age_s, 1, 1e-9, 0);
-        now.pose.slack_m = slack[i][0];
+        now.pose.uncertain_m = slack[i][0];
         turn_of(4, 0);
-        now.pose.slack_m = 0;
+        now.pose.uncertain_m = 0;
         CHECK_INT(ask(0, 5).state, ANSWER_BLOCKED);
         CHECK_NEAR(ask(0, 5).free_to_m, 4 - 0.02 - slack[i][0], 0, 0.01);
     }

@@ -251,7 +251,7 @@ TEST(off_the_axis_an_uncertain_pose_and_nonsense_free_less)
     struct rig *r = rig_new(&s);
     struct rig_ping p;
     aim_off_the_axis(&p);
-    const double slack_m = p.echoes.pose.slack_m = 0.018;
+    const double uncertain_m = p.echoes.pose.uncertain_m = 0.018;
     CHECK(rig_enter(r, &p, 0));
     uint64_t edge = 0, side = 0;
     for (int64_t i = 0; i < 160; i++)
@@ -262,8 +262,9 @@ TEST(off_the_axis_an_uncertain_pose_and_nonsense_free_less)
                 const double range_m = hypot(hypot(at[0], at[1]), at[2]), el_deg = geo_deg(asin(at[2] / range_m));
                 if (merge_sum(&r->map, (const int64_t[3]){i, j, k}).vacancy == 0 || fabs(el_deg) < 5)
                     continue;
-                CHECK(range_m > slack_m && range_m <= 2 - slack_m);
-                CHECK(fabs(el_deg) < 8.8 || (range_m > 0.8 + slack_m - 1e-6 && range_m < 1.5 - slack_m + 1e-6));
+                CHECK(range_m > uncertain_m && range_m <= 2 - uncertain_m);
+                CHECK(fabs(el_deg) < 8.8 ||
+                      (range_m > 0.8 + uncertain_m - 1e-6 && range_m < 1.5 - uncertain_m + 1e-6));
                 edge += fabs(el_deg) > 8.8;
                 side += fabs(el_deg) < 8.7 && range_m > 1.6;
             }
@@ -271,7 +272,7 @@ TEST(off_the_axis_an_uncertain_pose_and_nonsense_free_less)
     rig_free(r);
     r = rig_new(&s);
     aim_off_the_axis(&p);
-    p.echoes.pose.slack_m = 0.15;
+    p.echoes.pose.uncertain_m = 0.15;
     CHECK(rig_enter(r, &p, 0));
     CHECK_INT(r->map.stats.beams, 0); /* farther off than a voxel */
     aim_off_the_axis(&p);
@@ -633,7 +634,7 @@ TEST(the_body_is_stamped_along_its_way_but_not_over_jumps)
 TEST(water_is_free_where_its_place_is_known_to_a_voxel)
 {
     static const struct {
-        double slack_m, slack_rad, free_m;
+        double uncertain_m, uncertain_rad, free_m;
         double within, beyond; /* free along the beam, and not; 0: nowhere */
         bool body;
     } row[] = {
@@ -647,8 +648,8 @@ TEST(water_is_free_where_its_place_is_known_to_a_voxel)
         struct rig *r = rig_new(&s);
         struct rig_ping p;
         rig_aim(&p, at_origin, 0, row[i].free_m);
-        p.echoes.pose.slack_m = row[i].slack_m;
-        p.echoes.pose.slack_rad = row[i].slack_rad;
+        p.echoes.pose.uncertain_m = row[i].uncertain_m;
+        p.echoes.pose.uncertain_rad = row[i].uncertain_rad;
         for (int n = 0; n < 5; n++)
             CHECK(rig_enter(r, &p, 1000000000));
         CHECK(row[i].within == 0 || rig_state(r, row[i].within, 0.05, 0.05) == VOXEL_FREE);
@@ -667,7 +668,7 @@ TEST(an_echo_reaches_farther_by_the_slack)
     struct rig_ping p;
     rig_aim(&p, at_origin, 0, 3);
     rig_hear(&p, 3);
-    p.echoes.pose.slack_m = 0.5;
+    p.echoes.pose.uncertain_m = 0.5;
     rig_enter(r, &p, 0);
     CHECK_INT(rig_state(r, 2.65, 0.05, 0.05), VOXEL_OCCUPIED);
     CHECK_INT(rig_state(r, 3.45, 0.05, 0.05), VOXEL_OCCUPIED);
@@ -693,7 +694,7 @@ TEST(what_looks_beside_it_heard_free_is_no_pole)
                     rig_aim(&p, at_origin, geo_rad(az_deg), 6);
                     if (meets)
                         rig_hear(&p, 4);
-                    p.echoes.pose.slack_rad = off_rad;
+                    p.echoes.pose.uncertain_rad = off_rad;
                     rig_enter(r, &p, 0);
                 }
             CHECK(rig_state(r, 4, 0.01, 0.05) != VOXEL_FREE);
