@@ -37,12 +37,12 @@ enum pose_part {
 
 /* Where the body is at one time. Parts that are not in `has` hold the identity or zero. */
 struct pose {
-    uint64_t t_ns;          /* monotonic */
-    double position_m[3];   /* NED */
-    double attitude[4];     /* unit quaternion, body to NED */
-    double velocity_mps[3]; /* NED */
-    double path_m;          /* distance travelled since start; never falls */
-    uint64_t jumps;         /* its attitude had made: what lay where before one, nobody knows */
+    uint64_t t_ns;            /* monotonic */
+    double position_m[3];     /* NED */
+    double attitude[4];       /* unit quaternion, body to NED */
+    double velocity_mps[3];   /* NED */
+    double path_m;            /* distance travelled since start; never falls */
+    uint64_t discontinuities; /* its attitude had made: what lay where before one, nobody knows */
     uint64_t withdrawn;   /* so often all poses were withdrawn before: a grid turned by earlier ones starts anew */
     double uncertain_m;   /* pose uncertainty, a bound: how far from position_m the body may be by now */
     double uncertain_rad; /* likewise: how far from attitude it may be turned */

@@ -142,7 +142,8 @@ static uint64_t go_on(const struct pose_log *log, int part, uint64_t t_ns, doubl
         left_ns = ahead_ns - most_ns;
         ahead_ns = most_ns;
     }
-    if (gap_ns == 0 || gap_ns > max_age_of(log, part) || a->jumps != b->jumps || part == POSE_TRACK_VELOCITY) {
+    if (gap_ns == 0 || gap_ns > max_age_of(log, part) || a->discontinuities != b->discontinuities ||
+        part == POSE_TRACK_VELOCITY) {
         memcpy(v, b->v, sizeof b->v);
         return t_ns - b->t_ns;
     }
@@ -155,7 +156,7 @@ struct part_then {
     double v[4];
     bool good;      /* somebody gave it, and it is fresh */
     double since_s; /* for so long nobody knows how it went on */
-    uint64_t jumps;
+    uint64_t discontinuities;
 };
 
 /* False: the part was never known until then. */
@@ -174,7 +175,7 @@ static bool look_up(const struct pose_log *log, int part, uint64_t t_ns, struct 
         return false;
     const struct pose_sample *a = at(track, lo - 1), *b = lo < track->n ? at(track, lo) : NULL;
     const uint64_t max_age_ns = max_age_of(log, part);
-    bool between = b && b->jumps == a->jumps && b->t_ns - a->t_ns <= max_age_ns;
+    bool between = b && b->discontinuities == a->discontinuities && b->t_ns - a->t_ns <= max_age_ns;
     uint64_t since_ns = 0;
     out->good = a->given && (between || t_ns - a->t_ns <= max_age_ns);
     if (between)
@@ -187,7 +188,7 @@ static bool look_up(const struct pose_log *log, int part, uint64_t t_ns, struct 
         if (drift_at[part])
             out->v[drift_at[part]] = a->v[drift_at[part]];
     }
-    out->jumps = a->jumps;
+    out->discontinuities = a->discontinuities;
     out->since_s = (double)since_ns * 1e-9;
     return true;
 }
@@ -277,12 +278,12 @@ static void copy_part(int part, const struct pose *given, double v[4])
 }
 
 /* Counts the attitude's jumps alone: what a place that jumps means for the view is the grid's to see. */
-static void count_jumps(struct pose_log *log, const struct pose *given)
+static void count_discontinuities(struct pose_log *log, const struct pose *given)
 {
     struct pose attitude = *given;
     struct jump jump;
     attitude.has &= POSE_ATTITUDE;
-    log->jumps += discontinuity_take(&log->turns, &attitude, log->most_mps, log->most_radps, &jump);
+    log->discontinuities += discontinuity_take(&log->turns, &attitude, log->most_mps, log->most_radps, &jump);
 }
 
 bool pose_log_put(struct pose_log *log, const struct pose *given)
@@ -292,13 +293,13 @@ bool pose_log_put(struct pose_log *log, const struct pose *given)
     const struct pose_sample *told = last(&log->track[POSE_TRACK_VELOCITY]);
     if (told)
         memcpy(velocity, told->v, sizeof velocity);
-    count_jumps(log, given);
+    count_discontinuities(log, given);
     for (int part = 0; part < POSE_TRACKS; part++) {
         struct pose_sample s = {.t_ns = given->t_ns, .given = true};
         if (!(given->has & parts[part]))
             continue;
         first |= (parts[part] & (POSE_POSITION | POSE_DEPTH)) && !log->track[part].t_given_ns;
-        s.jumps = part == POSE_TRACK_ATTITUDE ? log->jumps : 0;
+        s.discontinuities = part == POSE_TRACK_ATTITUDE ? log->discontinuities : 0;
         copy_part(part, given, s.v);
         if (drift_at[part])
             s.v[drift_at[part]] = drift_of(log, part, given->t_ns);
@@ -442,7 +443,7 @@ bool pose_log_at(const struct pose_log *log, uint64_t t_ns, struct pose *out)
     }
     loosen(log, known, then, &p);
     p.path_m = log->path_m;
-    p.jumps = known[POSE_TRACK_ATTITUDE] ? then[POSE_TRACK_ATTITUDE].jumps : 0;
+    p.discontinuities = known[POSE_TRACK_ATTITUDE] ? then[POSE_TRACK_ATTITUDE].discontinuities : 0;
     *out = any ? p : pose_identity;
     take_drift(log, t_ns, known, then, out);
     out->t_ns = t_ns;

@@ -42,9 +42,9 @@ enum { POSE_TRACK_ATTITUDE, POSE_TRACK_PLACE, POSE_TRACK_DEPTH, POSE_TRACK_VELOC
 
 struct pose_sample {
     uint64_t t_ns;
-    double v[4];    /* quaternion; north, east, drift; down, drift; velocity */
-    bool given;     /* false: carried along by the velocity */
-    uint64_t jumps; /* of the attitude, with this sample; 0 of other parts */
+    double v[4];              /* quaternion; north, east, drift; down, drift; velocity */
+    bool given;               /* false: carried along by the velocity */
+    uint64_t discontinuities; /* of the attitude, with this sample; 0 of other parts */
 };
 
 #define POSE_LOG_GAPS 7 /* of which the middle one is usual: odd */
@@ -79,7 +79,7 @@ struct pose_log {
     uint64_t max_age_ns;          /* POSE_LOG_AUTO: see there */
     double most_mps, most_radps;  /* the vehicle may be so fast at any time; 0: as fast as was last reported */
     struct discontinuities turns; /* of the attitude */
-    uint64_t jumps;               /* it made */
+    uint64_t discontinuities;     /* it made */
     struct pose_track track[POSE_TRACKS]; /* in the order of the bits of enum pose_part */
     struct pose_drift drift;
     double unseen_m;      /* drift while no pose came, until ... */

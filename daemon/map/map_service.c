@@ -49,7 +49,7 @@ static void hold(void *ctx, struct pipeline_map *m)
 /* Even where it stays as it is: pings that wait may have poses of before. */
 static void settle_hold(struct map_service *s)
 {
-    s->frame_lost = !discontinuity_same(&s->counts_from, &s->jumps.sum);
+    s->frame_lost = !discontinuity_same(&s->counts_from, &s->discontinuities.sum);
     struct hold_setting v = {.held = s->frame_lost || s->filling, .now_ns = loop_now(s->env.loop)};
     owner_run_map_now(s->env.pipeline, hold, &v);
 }
@@ -69,9 +69,9 @@ static void settle_load(struct map_task *task)
     const bool filled = s->filling;
     s->filling = false;
     if (task->job.good)
-        map_service_trust(s, &task->jumps);
+        map_service_trust(s, &task->discontinuities);
     else if (s->frame_lost && !any_submap(s)) /* nothing counts from elsewhere */
-        map_service_trust(s, &s->jumps.sum);
+        map_service_trust(s, &s->discontinuities.sum);
     else if (filled)
         settle_hold(s);
 }
@@ -170,7 +170,7 @@ static bool prepare(struct map_task *task, enum map_service_what what, const cha
                                 .t_unix_ns = loop_now(s->env.loop) + s->env.unix_offset_ns};
         snprintf(job->path, sizeof job->path, "%s/%s%s", folder, name, ending);
         snprintf(job->folder, sizeof job->folder, "%s", folder);
-        task->jumps = s->jumps.sum;
+        task->discontinuities = s->discontinuities.sum;
         task->number++;
         task->copied = what == MAP_SERVICE_LOAD;
         return true;
@@ -251,11 +251,11 @@ void map_service_pose(struct map_service *s, const struct pose *pose)
     const bool was = s->frame_lost, loads = job->state == MAP_SERVICE_RUNNING && job->what == MAP_SERVICE_LOAD;
     struct jump jump;
     if (!pipeline_has_map(s->env.pipeline) ||
-        !discontinuity_take(&s->jumps, pose, c->max_speed_mps, c->max_turn_radps, &jump))
+        !discontinuity_take(&s->discontinuities, pose, c->max_speed_mps, c->max_turn_radps, &jump))
         return;
     settle_hold(s);
     if (s->frame_lost && !loads && !any_submap(s)) /* seen while nothing can enter it */
-        map_service_trust(s, &s->jumps.sum);
+        map_service_trust(s, &s->discontinuities.sum);
     tell_hold(s, was, &jump);
 }
 
@@ -353,8 +353,8 @@ static void start_keeping(struct map_service *s)
 void map_service_start(struct map_service *s, const struct map_service_env *env)
 {
     s->env = *env;
-    discontinuity_init(&s->jumps, geo_rad(DISCONTINUITY_DEG));
-    s->counts_from = s->jumps.sum;
+    discontinuity_init(&s->discontinuities, geo_rad(DISCONTINUITY_DEG));
+    s->counts_from = s->discontinuities.sum;
     if (!pipeline_has_map(s->env.pipeline))
         return;
     s->origin.run = loop_now(s->env.loop) + s->env.unix_offset_ns;

@@ -80,8 +80,8 @@ struct map_task {
     bool copied;                /* so is the map, or that will never be */
     struct rpc_waiters waiters; /* requests, until it is copied */
     struct worker_job worker;
-    pipeline_owner_fn *left;        /* what the end of all jobs has kept from being done; NULL: nothing */
-    struct discontinuity_sum jumps; /* of the poses, when it was asked for */
+    pipeline_owner_fn *left; /* what the end of all jobs has kept from being done; NULL: nothing */
+    struct discontinuity_sum discontinuities; /* of the poses, when it was asked for */
 };
 
 /* How many pings the map has. */
@@ -103,12 +103,12 @@ struct map_service_env {
 
 struct map_service {
     struct map_service_env env;
-    struct discontinuities jumps;         /* of the poses, since the start */
-    struct discontinuity_sum counts_from; /* the map's places do: those until then */
-    bool frame_lost;                      /* poses count from elsewhere: the map is held, ... */
-    bool filling;                         /* ... and stays so while a file is put in */
-    struct map_origin origin;             /* what the places of this run count from */
-    struct map_task asked, kept;          /* by a client; by `save_every` and `load` in [map] */
+    struct discontinuities discontinuities; /* of the poses, since the start */
+    struct discontinuity_sum counts_from;   /* the map's places do: those until then */
+    bool frame_lost;                        /* poses count from elsewhere: the map is held, ... */
+    bool filling;                           /* ... and stays so while a file is put in */
+    struct map_origin origin;               /* what the places of this run count from */
+    struct map_task asked, kept;            /* by a client; by `save_every` and `load` in [map] */
     struct loop_timer save;
     struct map_service_count count; /* whether to keep it again */
     uint64_t saved_pings;           /* in the map when it was kept last */

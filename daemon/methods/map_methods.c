@@ -95,9 +95,9 @@ static void write_state(struct json_out *out, struct methods_env *d, const struc
 struct deed {
     struct owner_job call;
     struct methods_env *d;
-    pipeline_map_fn *fn;            /* NULL: nothing is done to it */
-    struct discontinuity_sum jumps; /* of the poses, when it was sent */
-    uint64_t job;                   /* that has started; 0: none */
+    pipeline_map_fn *fn;                      /* NULL: nothing is done to it */
+    struct discontinuity_sum discontinuities; /* of the poses, when it was sent */
+    uint64_t job;                             /* that has started; 0: none */
     bool done;
     struct map_state state;
 };
@@ -118,7 +118,7 @@ static void settle_deed(struct deed *deed)
     if (!deed->fn || !deed->done)
         return;
     d->map_service.changed = true;
-    map_service_trust(&d->map_service, &deed->jumps);
+    map_service_trust(&d->map_service, &deed->discontinuities);
     deed->fn = NULL;
 }
 
@@ -141,7 +141,7 @@ static struct deed *begin_deed(const struct rpc_call *call, pipeline_map_fn *fn,
         rpc_refuse(error, RPC_INTERNAL_ERROR, "out of memory");
         return NULL;
     }
-    *deed = (struct deed){.d = d, .fn = fn, .jumps = d->map_service.jumps.sum};
+    *deed = (struct deed){.d = d, .fn = fn, .discontinuities = d->map_service.discontinuities.sum};
     rpc_work_keep(call->work, deed, fn ? leave_deed : request_job_free);
     return deed;
 }

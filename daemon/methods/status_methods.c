@@ -249,7 +249,7 @@ static void write_pose(struct json_out *out, const struct methods_env *d)
     write_attitude(out, d, &p);
     json_member_count(out, "count", d->poses.taken);
     json_member_count(out, "refused", d->poses.refused);
-    json_member_count(out, "jumps", d->poses.jumps);
+    json_member_count(out, "jumps", d->poses.discontinuities);
     json_member_count(out, "withdrawn", d->poses.withdrawn);
     json_member_text(out, "missing", query_pose_missing(d, missing));
     json_member_text(out, "drift", query_pose_drift(d, drift));

@@ -149,7 +149,7 @@ void sight_locate(const struct picture_frame *frame, const struct answer_conf *c
     place->uncertain_m +=
         place->adrift_rad * sqrt(way2); /* the way since the centre was set, in a wrong direction */
     place->moved_m = sqrt(way2) + place->uncertain_m;
-    place->away = sqrt(way2) > POSE_STEP_MOST_M || now->pose.jumps != frame->jumps ||
+    place->away = sqrt(way2) > POSE_STEP_MOST_M || now->pose.discontinuities != frame->discontinuities ||
                   now->pose.withdrawn != frame->withdrawn;
 }
 

@@ -43,18 +43,18 @@ _Static_assert(sizeof(struct picture_entry) == FREE_INTERVALS * 32 + PICTURE_OBS
 
 /* The same for all directions. */
 struct picture_frame {
-    double centre_m[3]; /* NED place of the grid's centre when the pings carried positions */
-    double range_max_m; /* farthest that any sonar listened */
-    uint64_t pings;     /* entered so far */
-    uint64_t t_ping_ns; /* of the newest */
-    double path_m;      /* distance travelled by then */
-    double recentre_m;  /* the centre lies at most so far from the vehicle at its last ping */
-    uint64_t ned;       /* 1: the axes are fixed in the world; 0: they are the body's */
-    uint64_t jumps;     /* of the attitude, until the newest ping: no free interval is from before them */
-    uint64_t withdrawn; /* so often poses had been withdrawn, until the newest ping */
-    double drift_m[2];  /* of the vehicle, level and in depth, by which every reported distance is less */
-    double turn_s;      /* longest that a turn of a sonar took; 0: none is over yet */
-    double axes_rad;    /* azimuth, in NED, of the grid's azimuth 0: not 0 only where the axes follow the course */
+    double centre_m[3];       /* NED place of the grid's centre when the pings carried positions */
+    double range_max_m;       /* farthest that any sonar listened */
+    uint64_t pings;           /* entered so far */
+    uint64_t t_ping_ns;       /* of the newest */
+    double path_m;            /* distance travelled by then */
+    double recentre_m;        /* the centre lies at most so far from the vehicle at its last ping */
+    uint64_t ned;             /* 1: the axes are fixed in the world; 0: they are the body's */
+    uint64_t discontinuities; /* of the attitude, until the newest ping: no free interval is from before them */
+    uint64_t withdrawn;       /* so often poses had been withdrawn, until the newest ping */
+    double drift_m[2];        /* of the vehicle, level and in depth, by which every reported distance is less */
+    double turn_s;            /* longest that a turn of a sonar took; 0: none is over yet */
+    double axes_rad; /* azimuth, in NED, of the grid's azimuth 0: not 0 only where the axes follow the course */
     struct bearings_looks looks; /* bearings of the body */
 };
 

@@ -253,11 +253,11 @@ static void begin_ping(struct own_echo *own, const struct echoes *e)
 {
     if (own->bin_m != e->bin_m)
         own_echo_init(own);
-    if (own->jumps != e->pose.jumps || own->withdrawn != e->pose.withdrawn)
+    if (own->discontinuities != e->pose.discontinuities || own->withdrawn != e->pose.withdrawn)
         memset(own->look, 0, sizeof own->look);
     own->bin_m = e->bin_m;
     own->heading_radps = e->pose.heading_radps;
-    own->jumps = e->pose.jumps;
+    own->discontinuities = e->pose.discontinuities;
     own->withdrawn = e->pose.withdrawn;
 }
 

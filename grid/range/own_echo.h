@@ -40,9 +40,9 @@ struct own_echo_row {
 };
 
 struct own_echo {
-    float bin_m;               /* of the setting that it was learnt under */
-    double heading_radps;      /* as in struct pose, of the ping */
-    uint64_t jumps, withdrawn; /* likewise, of the looks */
+    float bin_m;                         /* of the setting that it was learnt under */
+    double heading_radps;                /* as in struct pose, of the ping */
+    uint64_t discontinuities, withdrawn; /* likewise, of the looks */
     struct own_echo_row row[OWN_ECHO_ROWS];
     struct own_echo_look look[OWN_ECHO_ROWS];
 };

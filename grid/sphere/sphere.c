@@ -159,11 +159,11 @@ void sphere_stats(const struct sphere *s, struct sphere_stats *out)
 }
 
 /* The attitude has jumped: where the free water lies is unknown. Echoes stay where they would be. */
-static void heed_jumps(struct sphere *s, const struct pose *pose)
+static void heed_discontinuities(struct sphere *s, const struct pose *pose)
 {
-    if (pose->jumps == s->frame.jumps)
+    if (pose->discontinuities == s->frame.discontinuities)
         return;
-    s->frame.jumps = pose->jumps;
+    s->frame.discontinuities = pose->discontinuities;
     s->stats.pinged = 0;
     wedges_clear(&s->wedges);
     for (uint32_t d = 0; d < s->rings.n; d++) {
@@ -197,7 +197,7 @@ static bool set_axes(struct sphere *s, const struct pose *pose, uint64_t t_ns)
             forget_everything(s);
             s->frame.ned = 1;
         }
-        heed_jumps(s, pose);
+        heed_discontinuities(s, pose);
         motion_follow(s, pose, t_ns);
         if (s->conf.axes == SPHERE_COURSE)
             course_follow(s, pose, t_ns);
@@ -267,8 +267,9 @@ static bool is_near_centre(const struct sphere *s, const double position_m[3])
 void sphere_follow(struct sphere *s, const struct pose *pose)
 {
     const uint64_t steps = s->stats.recentred;
-    if (!s->frame.ned || s->drifts || pose->t_ns < s->frame.t_ping_ns || pose->jumps != s->frame.jumps ||
-        pose->withdrawn != s->frame.withdrawn || !is_near_centre(s, pose->position_m))
+    if (!s->frame.ned || s->drifts || pose->t_ns < s->frame.t_ping_ns ||
+        pose->discontinuities != s->frame.discontinuities || pose->withdrawn != s->frame.withdrawn ||
+        !is_near_centre(s, pose->position_m))
         return;
     motion_follow(s, pose, pose->t_ns);
     if (s->stats.recentred == steps)

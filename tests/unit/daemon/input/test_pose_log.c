@@ -443,22 +443,22 @@ TEST(nothing_lies_between_the_attitudes_before_and_after_a_jump)
     put(1100 * MS, POSE_ATTITUDE, 0, 0.12, 0); /* less than 5 degrees more than it can turn */
     put(1200 * MS, POSE_ATTITUDE, 0, 1, 0);
     pose_log_at(&poses, 1050 * MS, &p);
-    CHECK_INT(p.jumps, 0);
+    CHECK_INT(p.discontinuities, 0);
     CHECK_NEAR(yaw(&p), 0.06, 1e-12, 0);
     pose_log_at(&poses, 1150 * MS, &p);
-    CHECK_INT(p.jumps, 0);
+    CHECK_INT(p.discontinuities, 0);
     CHECK_NEAR(yaw(&p), 0.12, 1e-12, 0);
     CHECK(p.uncertain_rad > 0);
     pose_log_at(&poses, 1250 * MS, &p);
-    CHECK_INT(p.jumps, 1);
+    CHECK_INT(p.discontinuities, 1);
     CHECK_NEAR(yaw(&p), 1, 1e-12, 0);
     put(1300 * MS, POSE_ATTITUDE, 0, 1.02, 0);
     pose_log_at(&poses, 1250 * MS, &p);
-    CHECK_INT(p.jumps, 1);
+    CHECK_INT(p.discontinuities, 1);
     CHECK_NEAR(yaw(&p), 1.01, 1e-12, 0);
     put(1400 * MS, POSE_ATTITUDE, 0, 0.12, 0); /* back is a jump, too */
     pose_log_at(&poses, 1400 * MS, &p);
-    CHECK_INT(p.jumps, 2);
+    CHECK_INT(p.discontinuities, 2);
 }
 
 TEST(without_a_velocity_the_way_between_places_is_the_speed)

@@ -272,7 +272,7 @@ TEST(an_uncertain_pose_proves_nothing)
         begin();
         frame_astern();
         for (int i = 0; i < 20; i++) {
-            pose.jumps += !withdrawn;
+            pose.discontinuities += !withdrawn;
             pose.withdrawn += (uint64_t)withdrawn;
             CHECK_INT(turns(1, 40.0), 0);
         }

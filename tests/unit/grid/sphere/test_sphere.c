@@ -621,7 +621,7 @@ TEST(nothing_that_was_clear_is_so_after_the_heading_jumped)
         ping(90, 3, 0);
     quat_from_rpy(0, 0, geo_rad(90),
                   now.pose.attitude); /* and no ping since: what is to starboard now lies ahead */
-    now.pose.jumps = 1;
+    now.pose.discontinuities = 1;
     CHECK_INT(ask(180, 8).state, ANSWER_UNKNOWN);
     CHECK_INT(ask(180, 8).reason, ANSWER_MOVED);
     CHECK_INT(ask(0, 8).state, ANSWER_BLOCKED);
@@ -913,9 +913,9 @@ TEST(the_centre_does_not_follow_what_the_next_ping_must_judge)
     now.pose.has = POSE_ATTITUDE | POSE_POSITION;
     go_without_pings(0.5, true); /* before the first ping */
     look_around();
-    now.pose.jumps = 1;
+    now.pose.discontinuities = 1;
     go_without_pings(0.5, true);
-    now.pose.jumps = 0;
+    now.pose.discontinuities = 0;
     now.pose.withdrawn = 1;
     go_without_pings(1, true);
     sphere_stats(sphere, &stats);
