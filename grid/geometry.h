@@ -102,6 +102,12 @@ static inline double geo_rough_angle(double y, double x)
 /** geo_wrap - the angle in [0, 2pi); exact turns and -1e-17 give 0, never 2pi. */
 double geo_wrap(double a_rad);
 
+/** geo_dot - a . b. */
+static inline double geo_dot(const double a[3], const double b[3])
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
 /** geo_length - of a vector, in its unit. */
 double geo_length(const double v[3]);
 

@@ -61,7 +61,7 @@ static void add_obstacle(struct tally *t, const struct sight *v, const struct an
 }
 
 /* Reasons against clear; the gravest is reported. */
-static void doubt(struct tally *t, enum answer_reason why)
+static void doubt_answer(struct tally *t, enum answer_reason why)
 {
     t->against = why > t->against ? why : t->against;
     if (t->a.state == ANSWER_BLOCKED)
@@ -97,7 +97,7 @@ static void add_water(struct tally *t, const struct sight *v, double need_m, boo
         t->a.free_to_m = fmin(t->a.free_to_m, v->clear_m);
     t->oldest_s = fmax(t->oldest_s, v->age_s);
     if (why != ANSWER_HEARD)
-        doubt(t, why);
+        doubt_answer(t, why);
 }
 
 static void finish_tally(struct tally *t, const struct answer_conf *conf, struct answer *out)
@@ -181,9 +181,9 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
             add_water(&tally, &view, share.need_m, share.side, q->near_m - place.moved_m);
     }
     if (!sight_keeps(p->rings, scope.lo_rad, scope.hi_rad))
-        doubt(&tally, ANSWER_OUTSIDE);
+        doubt_answer(&tally, ANSWER_OUTSIDE);
     if (tally.a.blind_to_m >= q->distance_m)
-        doubt(&tally, ANSWER_BLIND);
+        doubt_answer(&tally, ANSWER_BLIND);
     finish_tally(&tally, conf, out);
 }
 
@@ -384,9 +384,9 @@ static void sectors_once(struct picture *p, const struct answer_conf *conf, cons
                                   band->hi_rad + s.tilt_rad + s.uncertain_rad);
     for (size_t k = 0; k < band->count; k++) {
         if (!kept)
-            doubt(&tally[k], ANSWER_OUTSIDE);
+            doubt_answer(&tally[k], ANSWER_OUTSIDE);
         if (tally[k].a.blind_to_m >= s.need_m)
-            doubt(&tally[k], ANSWER_BLIND);
+            doubt_answer(&tally[k], ANSWER_BLIND);
         pass_over(&tally[k], s.need_m);
         finish_tally(&tally[k], conf, &sectors[k]);
     }

@@ -20,11 +20,6 @@ struct tunnel {
     double round_m, across, flat_m; /* its radius; share of it along a sloping line, and what the slope takes */
 };
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 static void cross(const double a[3], const double b[3], double out[3])
 {
     out[0] = a[1] * b[2] - a[2] * b[1];
@@ -56,22 +51,22 @@ static void dig(const struct corridor_body *body, const struct picture_frame *fr
     double axis[3] = {0, 0, -1}, forward[3] = {1, 0, 0}, drift[3];
     memcpy(drift, q->drift_m, sizeof drift);
     memcpy(t->along, q->direction, sizeof t->along);
-    scale(t->along, 1 / sqrt(dot(t->along, t->along)));
+    scale(t->along, 1 / sqrt(geo_dot(t->along, t->along)));
     sight_to_grid(frame, now, q->ned, t->along);
     sight_to_grid(frame, now, q->ned, drift);
     sight_to_grid(frame, now, false, axis);
     sight_to_grid(frame, now, false, forward);
-    const double slope = dot(axis, t->along);
+    const double slope = geo_dot(axis, t->along);
     cross(t->along, axis, t->side);
-    if (dot(t->side, t->side) < STEEP * STEEP)
+    if (geo_dot(t->side, t->side) < STEEP * STEEP)
         cross(t->along, forward, t->side);
-    scale(t->side, 1 / sqrt(dot(t->side, t->side)));
+    scale(t->side, 1 / sqrt(geo_dot(t->side, t->side)));
     cross(t->side, t->along, t->up);
     *front_m = extent(body, slope);
     t->half_width_m = body->radius_m + body->margin_m;
     t->half_height_m = extent(body, sqrt(fmax(0, 1 - slope * slope)));
-    t->drift_side_m = dot(drift, t->side);
-    t->drift_up_m = dot(drift, t->up);
+    t->drift_side_m = geo_dot(drift, t->side);
+    t->drift_up_m = geo_dot(drift, t->up);
     t->round_m = body->radius_m + body->margin_m;
     t->flat_m = body->margin_m * fabs(slope);
     t->across = sqrt(fmax(0, 1 - slope * slope));
@@ -125,8 +120,8 @@ static struct reaches reaches_of(const struct tunnel *t, double rad, double adri
 static double leaves_side(const struct tunnel *t, const double v[3], const struct reaches *reach)
 {
     const double wide_m = t->half_width_m + t->loose_m, high_m = t->half_height_m + t->loose_m;
-    const double aside_m = leaves_wall(wide_m, t->drift_side_m, t->off_m[1], dot(v, t->side), reach->any);
-    return clamped(leaves_wall(high_m, t->drift_up_m, t->off_m[2], dot(v, t->up), reach->up), 0, aside_m);
+    const double aside_m = leaves_wall(wide_m, t->drift_side_m, t->off_m[1], geo_dot(v, t->side), reach->any);
+    return clamped(leaves_wall(high_m, t->drift_up_m, t->off_m[2], geo_dot(v, t->up), reach->up), 0, aside_m);
 }
 
 static void meet(struct corridor *out, const struct sight *s, const struct answer_now *now, const double axis[3],
@@ -141,7 +136,7 @@ static void meet(struct corridor *out, const struct sight *s, const struct answe
     out->blocked_age_s = sight_seconds(now->now_ns, s->obstacle->t_echo_ns);
 }
 
-static void doubt(struct corridor *out, enum answer_reason why, const double axis[3], double at_m)
+static void doubt_corridor(struct corridor *out, enum answer_reason why, const double axis[3], double at_m)
 {
     if (at_m >= out->known_m)
         return;
@@ -176,7 +171,7 @@ static double behind_front_m(const struct tunnel *t, double range_m, double shar
 static double place_m(const struct tunnel *t, double range_m, const double v[3], double foreshortened,
                       struct reach reach)
 {
-    return along_m(t, range_m, foreshortened) + behind_front_m(t, range_m, dot(v, t->side), reach);
+    return along_m(t, range_m, foreshortened) + behind_front_m(t, range_m, geo_dot(v, t->side), reach);
 }
 
 /* A question about a tunnel, while directions are added to the answer. */
@@ -255,7 +250,7 @@ static void add(const struct look *l, uint32_t direction, const struct reaches *
     const struct tunnel *t = &l->tunnel;
     struct corridor *out = l->out;
     const double *v = l->picture->axis[direction];
-    const double ahead = clamped(dot(v, t->along), -1, 1), off = sqrt(1 - ahead * ahead);
+    const double ahead = clamped(geo_dot(v, t->along), -1, 1), off = sqrt(1 - ahead * ahead);
     const double foreshortened = clamped(ahead * reach.cos - off * reach.sin, 0, 1);
     const double most_ahead = ahead > reach.cos ? 1 : ahead * reach.cos + off * reach.sin;
     if (most_ahead <= 0) /* no ray of the cell leads ahead */
@@ -279,7 +274,7 @@ static void add(const struct look *l, uint32_t direction, const struct reaches *
         meet(out, &s, l->now, v, place_m(t, s.near_m, v, foreshortened, reach));
     const double sure_m = s.obstacle ? s.near_m : INFINITY;
     if (s.hint_m < fmin(sure_m, fmin(exit_m, own_m))) /* too weak to block, but no water to be sure of */
-        doubt(out, ANSWER_BEYOND, v, place_m(t, s.hint_m, v, foreshortened, reach));
+        doubt_corridor(out, ANSWER_BEYOND, v, place_m(t, s.hint_m, v, foreshortened, reach));
     if (looked && drifts && !goes_on(&s, t, own_m)) {
         own_m = adrift_m(l, &s, own_m);
         near_m = place_m(t, own_m, v, foreshortened, reach);
@@ -288,11 +283,11 @@ static void add(const struct look *l, uint32_t direction, const struct reaches *
         return;
     out->age_s = fmax(out->age_s, s.age_s);
     if (s.reason != ANSWER_HEARD)
-        doubt(out, s.reason, v, near_m);
+        doubt_corridor(out, s.reason, v, near_m);
     else if (s.blind_m - t->loose_m > own_m)
-        doubt(out, ANSWER_BLIND, v, near_m);
+        doubt_corridor(out, ANSWER_BLIND, v, near_m);
     else if (s.clear_m < exit_m)
-        doubt(out, ANSWER_BEYOND, v, place_m(t, fmax(s.clear_m, own_m), v, foreshortened, reach));
+        doubt_corridor(out, ANSWER_BEYOND, v, place_m(t, fmax(s.clear_m, own_m), v, foreshortened, reach));
 }
 
 /* The tunnel's place along the line where its corner is farther than what is the vehicle's own place. */
@@ -318,15 +313,15 @@ static void heed_band(const struct rings *rings, const struct tunnel *t, double 
     const double edge = fmax(0, fmin(rings->top_rad - el, el - bottom) - tilt);
     const double wall_m = t->half_height_m + fabs(t->off_m[2]) + t->loose_m;
     if (leaves_wall(wall_m, fabs(t->drift_up_m), 0, sin(fmin(edge, GEO_PI / 2)), reach_of(0)) > t->near_m)
-        doubt(out, ANSWER_OUTSIDE, nowhere, corner_m(t));
+        doubt_corridor(out, ANSWER_OUTSIDE, nowhere, corner_m(t));
 }
 
 /* From now on ranges are from the grid's centre, and shorter by what is not known of the vehicle's place alone. */
 static void set_off(struct tunnel *t, struct sight_place *place)
 {
-    t->off_m[0] = dot(place->offset_m, t->along);
-    t->off_m[1] = dot(place->offset_m, t->side);
-    t->off_m[2] = dot(place->offset_m, t->up);
+    t->off_m[0] = geo_dot(place->offset_m, t->along);
+    t->off_m[1] = geo_dot(place->offset_m, t->side);
+    t->off_m[2] = geo_dot(place->offset_m, t->up);
     t->loose_m = place->uncertain_m + place->turned_rad * (place->moved_m - place->uncertain_m);
     if (t->near_m > 0)
         t->near_m = fmax(OWN_LEAST_M, t->near_m - place->moved_m);

@@ -16,11 +16,6 @@
 #define EDGE_SHARE   0.2  /* ... and this share of the nearer one's range, have an edge between them */
 #define MOVED_M      1.0  /* farther than this, and the centre's step, is not stationary */
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 static double at_most_1(double x)
 {
     return x < 0 ? 0 : x > 1 ? 1 : x;
@@ -75,8 +70,8 @@ static bool is_recent(const struct cluster_gone *gone, uint64_t now_ns, double s
 /* axis: in NED or the body's axes, as places are. */
 static bool at_place(const double axis[3], const double place_m[3])
 {
-    const double range_m = sqrt(dot(place_m, place_m));
-    return range_m > 0 && dot(axis, place_m) >= cos(geo_rad(VANISHED_DEG)) * range_m;
+    const double range_m = sqrt(geo_dot(place_m, place_m));
+    return range_m > 0 && geo_dot(axis, place_m) >= cos(geo_rad(VANISHED_DEG)) * range_m;
 }
 
 /* age_score: of the direction, before clusters were judged. */
@@ -105,8 +100,8 @@ static void judge_features(const struct next_look_conf *conf, uint64_t now_ns, d
 
 static double ahead(const double axis[3], const double velocity_mps[3])
 {
-    const double speed = sqrt(dot(velocity_mps, velocity_mps));
-    return speed > AT_REST_MPS ? at_most_1(dot(axis, velocity_mps) / speed) : 0;
+    const double speed = sqrt(geo_dot(velocity_mps, velocity_mps));
+    return speed > AT_REST_MPS ? at_most_1(geo_dot(axis, velocity_mps) / speed) : 0;
 }
 
 static bool is_apart(const struct next_look *a, const struct next_look *b, double apart_rad)
@@ -114,7 +109,7 @@ static bool is_apart(const struct next_look *a, const struct next_look *b, doubl
     double u[3], v[3];
     geo_direction(a->az_rad, a->el_rad, u);
     geo_direction(b->az_rad, b->el_rad, v);
-    return dot(u, v) < cos(apart_rad);
+    return geo_dot(u, v) < cos(apart_rad);
 }
 
 /* Azimuth, in NED or the body's axes, of the grid's azimuth 0. */

@@ -7,11 +7,6 @@
  * directions lies in both. */
 #define RAY_RAD 1e-4
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 static struct scope_bearing bearing_of(double cosine)
 {
     const double c = fmax(-1, fmin(1, cosine));
@@ -33,7 +28,7 @@ static double towards_m(const struct scope *s, const double v[3], const struct s
 {
     if (b->sin <= reach)
         return s->across_m;
-    const double sine = reach / b->sin, middle_m = (dot(s->place.offset_m, v) - b->cos * s->ahead_m) / b->sin;
+    const double sine = reach / b->sin, middle_m = (geo_dot(s->place.offset_m, v) - b->cos * s->ahead_m) / b->sin;
     const double aside_m = sqrt(fmax(0, s->across_m * s->across_m - middle_m * middle_m));
     if (middle_m > 0 && aside_m <= sine * s->across_m)
         return s->across_m;
@@ -43,7 +38,7 @@ static double towards_m(const struct scope *s, const double v[3], const struct s
 /* How far it may be off the centre across the wall of the question, towards a ray of the cell. */
 static double off_m(const struct scope *s, const double v[3], double reach)
 {
-    const struct scope_bearing b = bearing_of(dot(v, s->axis));
+    const struct scope_bearing b = bearing_of(geo_dot(v, s->axis));
     return fmax(0, s->cos_wall * towards_m(s, v, &b, reach) - s->sin_wall * s->ahead_m) + s->place.uncertain_m;
 }
 
@@ -99,8 +94,8 @@ bool scope_begin(struct scope *s, const struct rings *rings, const struct scope_
                         .beside_m = beside > 0 ? SIGHT_BESIDE * place->moved_m : 0};
     geo_direction(query->az_rad, query->el_rad, s->axis);
     sight_to_grid(by->frame, by->now, query->ned, s->axis);
-    s->ahead_m = dot(place->offset_m, s->axis);
-    s->across_m = sqrt(fmax(0, dot(place->offset_m, place->offset_m) - s->ahead_m * s->ahead_m));
+    s->ahead_m = geo_dot(place->offset_m, s->axis);
+    s->across_m = sqrt(fmax(0, geo_dot(place->offset_m, place->offset_m) - s->ahead_m * s->ahead_m));
     geo_angles(s->axis, &az, &el);
     const double wall = fmin(wall_rad + s->turned_rad, GEO_PI);
     s->edge.wall = (struct scope_bearing){cos(wall), sin(wall)};

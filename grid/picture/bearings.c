@@ -47,7 +47,7 @@ static double level_rad(const struct beam_echoes *beam, const struct echoes *e, 
 #define LEAST_RAD (5 * GEO_PI / 180) /* a beam that hears no more above and below level shows no bearing */
 
 /* From the last level beam to this one: the head passed there, or the fan has no beam between. */
-static void join(struct bearings *b, struct bearings_sensor *sensor, double az_rad)
+static void join_bearings(struct bearings *b, struct bearings_sensor *sensor, double az_rad)
 {
     const float step_rad = (float)fabs(geo_wrap_pi(az_rad - (double)sensor->last_rad));
     if (step_rad > 0 && (sensor->step_rad <= 0 || step_rad < sensor->step_rad))
@@ -75,7 +75,7 @@ void bearings_enter(struct bearings *b, const struct echoes *e, const struct mou
         b->level_rad = b->seen ? fmin(b->level_rad, heard_rad) : heard_rad;
         b->seen |= part(az_rad);
         if (joins)
-            join(b, sensor, az_rad);
+            join_bearings(b, sensor, az_rad);
         sensor->last_rad = (float)az_rad;
         sensor->first_rad = first ? (float)az_rad : sensor->first_rad;
         first = false;

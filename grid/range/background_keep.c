@@ -82,7 +82,7 @@ static uint32_t find_clusters(const struct background_shape *s, const struct bac
     return dbscan_run(&d, w->point, w->dbscan, w->label);
 }
 
-static void measure(const struct background *b, const int32_t *label, struct cluster *cluster)
+static void measure_cluster(const struct background *b, const int32_t *label, struct cluster *cluster)
 {
     const struct background_shape *s = &b->shape;
     for (uint32_t row = 0; row < s->rows; row++) {
@@ -120,7 +120,7 @@ void background_keep(struct background *b, const struct background_rule *rule, v
     mark_points(b, ring <= 0 ? 0 : ring < s->bins ? (uint32_t)ring : s->bins, w.point);
     *kept = (struct background_kept){.clusters = find_clusters(s, rule, &w)};
     memset(w.cluster, 0, kept->clusters * sizeof *w.cluster);
-    measure(b, w.label, w.cluster);
+    measure_cluster(b, w.label, w.cluster);
     for (uint32_t k = 0; k < kept->clusters; k++)
         kept->kept += is_vehicle(s, rule, &w.cluster[k]);
     for (size_t i = 0; i < cells; i++) {

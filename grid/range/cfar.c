@@ -138,7 +138,7 @@ static uint32_t rank_among(const struct cfar *cfar, uint32_t n)
 }
 
 /* The span's cells behind those already gathered; returns how many there are now. */
-static uint32_t gather(const struct cfar_profile *p, struct span s, uint64_t *cell, uint32_t n)
+static uint32_t gather_cells(const struct cfar_profile *p, struct span s, uint64_t *cell, uint32_t n)
 {
     for (uint32_t i = s.begin; i < s.end; i++)
         if (!p->excluded || !p->excluded[i])
@@ -176,7 +176,7 @@ static uint64_t select_cell(uint64_t *cell, uint32_t n, uint32_t k)
 static struct cfar_reference rank_of(const struct cfar *cfar, const struct cfar_profile *p, struct sides s)
 {
     uint64_t *cell = p->work;
-    const uint32_t n_lead = gather(p, s.lead, cell, 0), n = gather(p, s.lag, cell, n_lead);
+    const uint32_t n_lead = gather_cells(p, s.lead, cell, 0), n = gather_cells(p, s.lag, cell, n_lead);
 
     if (n == 0)
         return (struct cfar_reference){0};

@@ -238,7 +238,7 @@ static void search(struct comb *c)
 
 /* ---- the known one ---- */
 
-static void doubt(struct comb *c)
+static void doubt_period(struct comb *c)
 {
     c->credit -= MISS;
     c->known = c->credit >= 0.0;
@@ -249,7 +249,7 @@ static void follow(struct comb *c, double arrival_s)
     const double off_s = off_by(arrival_s - c->pulse_s, c->period_s);
 
     if (!begins(c, arrival_s)) {
-        doubt(c);
+        doubt_period(c);
         return;
     }
     c->pulse_s = arrival_s - (1.0 - GAIN) * off_s;
@@ -271,7 +271,7 @@ void comb_learn(struct comb *c, const float *near_m, unsigned n, uint8_t lone)
     if (is_stale(c, now_s))
         c->known = false;
     if (c->known && is_alias(c, c->period_s, width_of(c)))
-        doubt(c);
+        doubt_period(c);
     for (unsigned i = 0, next; i < n; i = next) {
         const struct comb_arrival a = {now_s, (double)near_m[i] / c->second_m};
         double length_s = 0.0;

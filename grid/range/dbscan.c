@@ -157,7 +157,7 @@ static uint32_t root_of(uint32_t *parent, uint32_t i)
     return i;
 }
 
-static void join(uint32_t *parent, uint32_t a, uint32_t b)
+static void join_clusters(uint32_t *parent, uint32_t a, uint32_t b)
 {
     a = root_of(parent, a);
     b = root_of(parent, b);
@@ -172,7 +172,7 @@ static void join_stretch(struct field *f, uint32_t core, uint32_t col, struct st
 {
     for (uint32_t row = f->next[at(f, col, part.lo)]; row <= part.hi;
          row = f->next[at(f, col, f->chain[at(f, col, row)] + 1u)])
-        join(f->parent, core, row * f->conf->cols + col);
+        join_clusters(f->parent, core, row * f->conf->cols + col);
 }
 
 static void join_core(struct field *f, uint32_t row, uint32_t col)
@@ -196,7 +196,7 @@ static void join_all(struct field *f)
         while (row < rows) {
             const uint32_t next = f->next[at(f, col, row + 1)];
             if (next <= f->chain[at(f, col, row)])
-                join(f->parent, row * cols + col, next * cols + col);
+                join_clusters(f->parent, row * cols + col, next * cols + col);
             row = next;
         }
     }

@@ -93,7 +93,7 @@ static struct exact exact_of(const struct values *v, int i, int k)
     return j;
 }
 
-static bool greater(const struct exact *a, const struct exact *b)
+static bool is_greater(const struct exact *a, const struct exact *b)
 {
     if (a->whole != b->whole)
         return a->whole > b->whole;
@@ -120,7 +120,7 @@ bool otsu_two(const uint64_t count[256], uint8_t *t)
         if (j[k] < best * SURELY_LESS)
             continue;
         const struct exact here = exact_of(&v, k, k);
-        if (found == 0 || greater(&here, &most)) {
+        if (found == 0 || is_greater(&here, &most)) {
             most = here;
             found = k;
         }
@@ -175,7 +175,7 @@ bool otsu_three(const uint64_t count[256], uint8_t t[2])
             if (part(&v, 0, i) + part(&v, i, k) + last < best * SURELY_LESS)
                 continue;
             const struct exact here = exact_of(&v, i, k);
-            if (end == 0 || greater(&here, &most) || (i < begin && !greater(&most, &here))) {
+            if (end == 0 || is_greater(&here, &most) || (i < begin && !is_greater(&most, &here))) {
                 most = here;
                 begin = i;
                 end = k;

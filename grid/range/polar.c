@@ -57,7 +57,7 @@ bool polar_fits(const struct polar *p, const struct ping *ping)
     return !judge(p, ping).anew;
 }
 
-static void begin(struct polar *p, const struct ping *ping, const struct verdict *v)
+static void begin_ping(struct polar *p, const struct ping *ping, const struct verdict *v)
 {
     p->turn = turn_of(ping);
     p->step = v->step;
@@ -76,7 +76,7 @@ uint32_t polar_place(struct polar *p, const struct ping *ping)
     const struct verdict v = judge(p, ping);
 
     if (v.anew)
-        begin(p, ping, &v);
+        begin_ping(p, ping, &v);
     p->odd_step = v.odd_step;
     p->odd_steps = v.odd_steps;
     p->units = ping->head_units % p->turn;

@@ -242,7 +242,7 @@ static void measure_lead(const struct profile *p, const struct detection *d, str
     }
 }
 
-static void measure(const struct profile *p, const struct detection *d, struct reflection *r)
+static void measure_reflection(const struct profile *p, const struct detection *d, struct reflection *r)
 {
     const struct profile_axis *a = p->axis;
     uint32_t peak = r->begin;
@@ -288,7 +288,7 @@ bool reflection_next(const struct profile *p, const struct detection *d, uint32_
         return false;
     const uint32_t begin = (uint32_t)(at - d->mask);
     *out = (struct reflection){.begin = begin, .last = group_end(p, d, begin)};
-    measure(p, d, out);
+    measure_reflection(p, d, out);
     return true;
 }
 

@@ -6,11 +6,6 @@
 
 #define ROUNDING 1e-12
 
-static double dot(const double a[3], const double b[3])
-{
-    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
-}
-
 #define WIDEST_HALF_RAD 1.45 /* of a beam with flat sides */
 
 /* From the axis to a direction with these components to the side and upward, at most; pi where they bound nothing. */
@@ -54,7 +49,7 @@ void beam_place(struct beam *b, double az_rad, double el_rad, const struct beam_
     const double sin_az = sin(az_rad), cos_az = cos(az_rad), cos_el = cos(el_rad);
     *b = (struct beam){.opening = opening,
                        .origin_m = {origin_m[0], origin_m[1], origin_m[2]},
-                       .lever_m = sqrt(dot(origin_m, origin_m)),
+                       .lever_m = sqrt(geo_dot(origin_m, origin_m)),
                        .sin_el = sin(el_rad),
                        .sin_low = sin(fmax(el_rad - opening->half_el, -GEO_PI / 2)),
                        .sin_high = sin(fmin(el_rad + opening->half_el, GEO_PI / 2))};
@@ -70,9 +65,9 @@ void beam_place(struct beam *b, double az_rad, double el_rad, const struct beam_
         b->left[i] = opening->sin_az * b->ahead[i] + opening->cos_az * b->side[i];
         b->right[i] = opening->sin_az * b->ahead[i] - opening->cos_az * b->side[i];
     }
-    b->offset_m[0] = dot(origin_m, b->axis);
-    b->offset_m[1] = dot(origin_m, b->side);
-    b->offset_m[2] = dot(origin_m, b->up);
+    b->offset_m[0] = geo_dot(origin_m, b->axis);
+    b->offset_m[1] = geo_dot(origin_m, b->side);
+    b->offset_m[2] = geo_dot(origin_m, b->up);
 }
 
 void beam_of(struct beam *b, const struct echoes *ping, uint16_t index, const struct beam_opening *opening,
@@ -127,8 +122,8 @@ static struct sides sides_of(const struct beam *b, const struct beam_cell *cell,
                       .up = {high * u[2] * cos_az, high * u[2] * sin_az, -high * (u[0] * cos_az + u[1] * sin_az)},
                       .bulge_m = at_m * cell->inward};
     if (b->lever_m > 0) {
-        const double depth = fmax(at_m - dot(u, b->origin_m), 1e-9 * at_m),
-                     along = dot(s.along, b->origin_m) / depth, up = dot(s.up, b->origin_m) / depth;
+        const double depth = fmax(at_m - geo_dot(u, b->origin_m), 1e-9 * at_m),
+                     along = geo_dot(s.along, b->origin_m) / depth, up = geo_dot(s.up, b->origin_m) / depth;
         for (int i = 0; i < 3; i++) {
             s.along[i] += along * u[i];
             s.up[i] += up * u[i];
@@ -141,7 +136,7 @@ static struct sides sides_of(const struct beam *b, const struct beam_cell *cell,
 /* How far the cell reaches along a unit vector, from its middle. */
 static double reach(const struct sides *s, const double n[3])
 {
-    return fabs(dot(n, s->along)) + fabs(dot(n, s->up));
+    return fabs(geo_dot(n, s->along)) + fabs(geo_dot(n, s->up));
 }
 
 bool beam_sees(const struct beam *b, const struct beam_cell *cell, const struct beam_spot *spot, double most_az,
@@ -149,7 +144,7 @@ bool beam_sees(const struct beam *b, const struct beam_cell *cell, const struct 
 {
     const double *u = spot->u, *place_m = spot->place_m, range = spot->range_m;
     const double v[3] = {place_m[0] - b->origin_m[0], place_m[1] - b->origin_m[1], place_m[2] - b->origin_m[2]};
-    const double upward = -dot(v, b->down), y = dot(v, b->side), lever_m = b->lever_m;
+    const double upward = -geo_dot(v, b->down), y = geo_dot(v, b->side), lever_m = b->lever_m;
     /* An angle is at least its sine, and two angles differ at least as much as their sines.
      * The sides reach no farther. */
     const double skewed = 1 + lever_m / fmax(range - 2 * lever_m, 1e-9 * range);
@@ -157,10 +152,10 @@ bool beam_sees(const struct beam *b, const struct beam_cell *cell, const struct 
     if (fabs(upward - b->sin_el * range) > most_el * range + tolerance_m ||
         fabs(y) > most_az * range + tolerance_m)
         return false;
-    const double x = dot(v, b->ahead), level = sqrt(x * x + y * y);
+    const double x = geo_dot(v, b->ahead), level = sqrt(x * x + y * y);
     if (fabs(y) > most_az * level + tolerance_m)
         return false;
-    const struct sides sides = sides_of(b, cell, u, sqrt(dot(place_m, place_m)));
+    const struct sides sides = sides_of(b, cell, u, sqrt(geo_dot(place_m, place_m)));
     double aside[3], up[3];
     for (int i = 0; i < 3; i++) {
         aside[i] = (x * b->side[i] - y * b->ahead[i]) / fmax(level, 1e-12);
@@ -177,7 +172,7 @@ bool beam_sees(const struct beam *b, const struct beam_cell *cell, const struct 
 double beam_meet(const struct beam *b, const double u[3], double range_m)
 {
     const double *o = b->origin_m;
-    double along = dot(u, o);
+    double along = geo_dot(u, o);
     double d = along * along - b->lever_m * b->lever_m + range_m * range_m;
     return d < 0 ? -1 : along + sqrt(d);
 }
@@ -214,7 +209,7 @@ static bool cut_side(struct stretch *st, double slope, double offset)
 /* Does any of the cell, with its middle at v from the sensor, lie on the inner side of a plane through the sensor? */
 static bool inside(const struct sides *s, const double n[3], const double v[3])
 {
-    return dot(n, v) + reach(s, n) + s->bulge_m >= 0;
+    return geo_dot(n, v) + reach(s, n) + s->bulge_m >= 0;
 }
 
 bool beam_holds(const struct beam *b, const struct beam_cell *cell, const double u[3], double at_m)
@@ -223,7 +218,8 @@ bool beam_holds(const struct beam *b, const struct beam_cell *cell, const double
     double v[3];
     for (int i = 0; i < 3; i++)
         v[i] = at_m * u[i] - b->origin_m[i];
-    const double upward = -dot(v, b->down), range = sqrt(dot(v, v)), more = reach(&sides, b->down) + sides.bulge_m;
+    const double upward = -geo_dot(v, b->down), range = sqrt(geo_dot(v, v)),
+                 more = reach(&sides, b->down) + sides.bulge_m;
     if (upward + more < range * b->sin_low || upward - more > range * b->sin_high)
         return false;
     const bool left = inside(&sides, b->left, v), right = inside(&sides, b->right, v);

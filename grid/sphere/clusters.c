@@ -203,7 +203,7 @@ static void measure_cell(struct clusters *c, uint32_t i, struct cluster *k)
     k->near_m = fmin(k->near_m, cell->near_m);
 }
 
-static void measure(struct clusters *c, uint32_t root, struct cluster *k)
+static void measure_extent(struct clusters *c, uint32_t root, struct cluster *k)
 {
     const struct component *own = components_of(&c->components, root);
     *k = (struct cluster){.label = own->label,
@@ -335,7 +335,7 @@ uint32_t clusters_look(struct clusters *c, const struct sphere *s, uint64_t now_
         struct cluster k;
         if (!components_of(&c->components, root)->seeds)
             continue;
-        measure(c, root, &k);
+        measure_extent(c, root, &k);
         set_trend(c, &k, long_ago, dt_s);
         enlist(c, &k);
         ++*all;

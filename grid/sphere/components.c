@@ -99,7 +99,7 @@ static bool outranks(const struct component *a, const struct component *b)
     return a->cells > b->cells || (a->cells == b->cells && a->label < b->label);
 }
 
-static void join(struct components *c, uint32_t a, uint32_t b)
+static void join_components(struct components *c, uint32_t a, uint32_t b)
 {
     a = root_of(c, a);
     b = root_of(c, b);
@@ -181,7 +181,7 @@ static void join_touching(struct components *c, uint32_t i)
 {
     struct touch t = touch_begin(c, i);
     for (uint32_t other; (other = touch_next(&t)) != COMPONENTS_NONE;)
-        join(c, i, other);
+        join_components(c, i, other);
 }
 
 static void come_in(struct components *c, uint32_t i)

@@ -70,7 +70,8 @@ static bool is_free(const bool *taken, uint32_t n, uint32_t first, uint32_t coun
 }
 
 /* The run of `count` bearings as a region; they are taken. */
-static struct depth_region take(const double *range_m, uint32_t n, bool *taken, uint32_t first, uint32_t count)
+static struct depth_region take_region(const double *range_m, uint32_t n, bool *taken, uint32_t first,
+                                       uint32_t count)
 {
     struct depth_region region = {.first = first, .n = count, .least_m = INFINITY, .most_m = 0};
     for (uint32_t k = 0; k < count; k++) {
@@ -98,7 +99,7 @@ uint32_t depth_regions(const double *range_m, uint32_t n, double window_m, uint3
         if (best == n)
             return found;
         if (is_free(taken, n, best, length[best])) {
-            const struct depth_region r = take(range_m, n, taken, best, length[best]);
+            const struct depth_region r = take_region(range_m, n, taken, best, length[best]);
             if (found < room)
                 region[found] = r;
             found++;

@@ -149,8 +149,8 @@ static double apart_m(const struct wedge_ping *a, const struct wedge_ping *b)
 }
 
 /* False: they do not overlap, or are no neighbours. */
-static bool join(const struct wedges *w, const struct drift_look *earlier, const struct drift_look *later,
-                 struct joint *out)
+static bool join_looks(const struct wedges *w, const struct drift_look *earlier, const struct drift_look *later,
+                       struct joint *out)
 {
     const struct wedge *a = wedge_of(w, earlier), *b = wedge_of(w, later);
     const struct wedge_ping *pa = ping_of(w, earlier), *pb = ping_of(w, later);
@@ -203,7 +203,7 @@ static bool grow(struct run *r, int side)
     const struct drift_look *all = r->drift->look, *end = &all[r->end[side]];
     const uint16_t next = side ? end->behind : end->before;
     struct joint joint;
-    if (next == DRIFT_LOOKS || !join(r->wedges, side ? end : &all[next], side ? &all[next] : end, &joint))
+    if (next == DRIFT_LOOKS || !join_looks(r->wedges, side ? end : &all[next], side ? &all[next] : end, &joint))
         return false;
     const double sense = fabs(joint.turn_rad) < AHEAD_RAD ? 0 : joint.turn_rad > 0 ? 1 : -1;
     if (sense * r->sense < 0) /* the head turned back */

@@ -46,7 +46,7 @@ static void gather_own(const struct sphere *s, uint32_t d, uint64_t t_ns, struct
 }
 
 /* What the cells of a direction that touches have more than the cells that they touch: of up to three the strongest. */
-static void gather(const struct sphere *s, uint32_t d, uint64_t t_ns, struct extent *e)
+static void gather_beside(const struct sphere *s, uint32_t d, uint64_t t_ns, struct extent *e)
 {
     for (uint32_t i = s->cells.first[d]; i != CELLS_NONE; i = s->cells.cell[i].next) {
         const struct cell *c = &s->cells.cell[i];
@@ -104,7 +104,7 @@ static uint32_t gather_around(const struct sphere *s, uint32_t d, uint64_t t_ns,
         touching += run[r].n;
         for (uint32_t k = 0; k < run[r].n; k++)
             if (rings_in(&run[r], k) != d)
-                gather(s, rings_in(&run[r], k), t_ns, e);
+                gather_beside(s, rings_in(&run[r], k), t_ns, e);
     }
     return touching - 1;
 }

@@ -177,8 +177,8 @@ static void grow(const struct tangents_conf *conf, const struct tangent_point *p
 }
 
 /* How far a wall is seen, and by how many points. */
-static void measure(const struct tangent_point *points, uint32_t n, const uint32_t *of, uint32_t w,
-                    struct wall *wall)
+static void measure_wall(const struct tangent_point *points, uint32_t n, const uint32_t *of, uint32_t w,
+                         struct wall *wall)
 {
     const double nx = cos(wall->normal_rad), ny = sin(wall->normal_rad);
     wall->points = 0;
@@ -253,7 +253,7 @@ uint32_t tangents_walls(const struct tangents_conf *conf, const struct tangent_p
                 of[i] = found;
         if (fit(conf, points, n, of, found, &wall[found])) {
             grow(conf, points, n, &wall[found], found, of);
-            measure(points, n, of, found, &wall[found]);
+            measure_wall(points, n, of, found, &wall[found]);
             found++;
             continue;
         }

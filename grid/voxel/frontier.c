@@ -35,7 +35,7 @@ static void columns_of(int step, int *ring, int *own, int *n)
     *n = step == 0 ? BLOCK_SIDE : 1;
 }
 
-static void gather(struct voxmask *mask, const struct block_key *key, struct surroundings *s)
+static void gather_blocks(struct voxmask *mask, const struct block_key *key, struct surroundings *s)
 {
     for (int n = 0; n < 27; n++) {
         struct block_key at = beside(key, n);
@@ -108,7 +108,7 @@ const struct frontier_block *frontier_block(struct frontier *f, const struct blo
     if (b->head.checked == now)
         return b;
     if (is_stale(f, b, key)) {
-        gather(f->mask, key, &s);
+        gather_blocks(f->mask, key, &s);
         extract(&s, b);
         b->made = now;
         f->computed++;
@@ -149,7 +149,7 @@ void frontier_points(struct frontier *f, const struct block_key *key, frontier_t
                 .tag = b->echo[column] >> k & 1 ? FRONTIER_ECHO : FRONTIER_LIMIT,
             };
             if (!gathered)
-                gather(f->mask, key, &s);
+                gather_blocks(f->mask, key, &s);
             gathered = true;
             for (int a = 0; a < 3; a++)
                 point.position_m[a] = ((double)point.cell[a] + 0.5) * voxel_m;
