@@ -133,12 +133,12 @@ unsigned pose_log_missing(const struct pose_log *log, uint64_t now_ns, double *a
  * not fresh stays what it was, without being in `has`. path_m is the distance travelled until now. False with *out the
  * identity (has = 0) when no part is known.
  *
- * An attitude that the vehicle cannot have turned to has jumped (discontinuity.h; POSE_LOG_JUMP_DEG). `jumps` tells how
- * often it had by then, and nothing lies between the samples before and after: it is as the one before.
+ * An attitude that the vehicle cannot have turned to has jumped (discontinuity.h; POSE_LOG_JUMP_DEG). `discontinuities`
+ * tells how often it had by then, and nothing lies between the samples before and after: it is as the one before.
  *
- * uncertain_m, uncertain_rad: where a part went on from the last sample for longer than it could be continued, the vehicle may
- * have moved on all that time as fast as the velocity says (without one: as between samples at least 0.1 s apart), or
- * as fast as it ever does, whichever is more.
+ * uncertain_m, uncertain_rad: where a part went on from the last sample for longer than it could be continued, the
+ * vehicle may have moved on all that time as fast as the velocity says (without one: as between samples at least 0.1 s
+ * apart), or as fast as it ever does, whichever is more.
  *
  * drift_m, drift_mps, heading_adrift, heading_radps are set in any case.
  */
@@ -146,7 +146,8 @@ bool pose_log_at(const struct pose_log *log, uint64_t t_ns, struct pose *out);
 
 /**
  * pose_log_within - the pose of a time that is only known to lie from from_ns to to_ns: that at from_ns, with the parts
- * that are known all the while, and uncertain_m and uncertain_rad that cover every pose until to_ns. False as pose_log_at.
+ * that are known all the while, and uncertain_m and uncertain_rad that cover every pose until to_ns. False as
+ * pose_log_at.
  */
 bool pose_log_within(const struct pose_log *log, uint64_t from_ns, uint64_t to_ns, struct pose *out);
 

@@ -227,7 +227,8 @@ TEST(a_removed_obstacle_is_cleared_by_beams_that_pass_it)
     CHECK_NEAR(ask(0, 10).range_m, 8, 0, 0.05);
 }
 
-/* Where a beam was is known to the uncertainty of its pose: it may have passed beside the pile, or ended before the wall. */
+/* Where a beam was is known to the uncertainty of its pose: it may have passed beside the pile, or ended before the
+ * wall. */
 TEST(what_a_beam_may_have_missed_within_its_slack_stays)
 {
     static const struct {
