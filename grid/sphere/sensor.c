@@ -155,9 +155,9 @@ static void raise(struct sphere *s, const struct look *l, uint16_t layer, double
 }
 
 /*
- * What the beam observed of the water in a direction. One look that receives nothing usable may be a burst of noise or
- * a lost pulse: what was free stays, as of then. If the next one is deaf as well, something may be in front of the
- * sonar: the two take it back.
+ * What the beam observed of the water in a direction. One ping that receives nothing usable may be a burst of noise or
+ * a lost pulse: what was free stays, as of then. If the next one in this direction is deaf as well, something may be in
+ * front of the sonar: the two take it back. So does the sonar's next ping wherever it points: deaf_again.
  */
 static void clear_direction(struct sphere *s, const struct look *l)
 {
@@ -167,8 +167,9 @@ static void clear_direction(struct sphere *s, const struct look *l)
     if (!beam_stretch(l->beam, &s->ring[l->ring], &l->ray, l->water.from_m, l->water.to_m, &st))
         return;
     st.ends_at_echo = l->water.ends_at_echo;
-    const bool deaf = l->water.said == SAID_DEAF, forgiven = deaf && !first && !dir->deaf;
-    dir->deaf = deaf;
+    const bool deaf = l->water.said == SAID_DEAF, alone = !dir->deaf_ns || dir->deaf_ns == l->ping.t_ns,
+               forgiven = deaf && !first && alone;
+    dir->deaf_ns = deaf ? l->ping.t_ns : 0;
     if (forgiven)
         return;
     if (l->water.said == SAID_FREE) {
@@ -304,20 +305,35 @@ struct sieves {
     struct beam_sieve any, carves, clears, hits;
 };
 
+static bool is_own(const struct beam_echoes *h)
+{
+    return h->n > 0 && h->echo[0].flags & ECHO_OWN;
+}
+
+/* Is this ping deaf in every beam, as the last one of its sensor? */
+static bool is_deaf_again(struct sphere *s, const struct echoes *e)
+{
+    const uint64_t sensor = UINT64_C(1) << e->sensor % SPHERE_SENSORS;
+    const bool before = s->deaf_sensors & sensor;
+    bool deaf = true;
+    for (uint16_t i = 0; i < e->n_beams; i++)
+        deaf = deaf && e->beam[i].free_to_m <= e->beam[i].blind_m && !is_own(&e->beam[i]);
+    s->deaf_sensors = deaf ? s->deaf_sensors | sensor : s->deaf_sensors & ~sensor;
+    return deaf && before;
+}
+
 /* loose: the pose of the ping is too uncertain to make any water free; what older pings found free only ages, but for
  * an echo of the vehicle's own: it does not block, so the water behind it must not stay free. */
-static struct water water_of(const struct beam *b, bool loose)
+static struct water water_of(const struct sphere *s, const struct beam *b, bool loose)
 {
     const struct beam_echoes *h = b->heard;
     const double uncertain_m = b->ping->pose.uncertain_m, from_m = h->blind_m + uncertain_m,
                  to_m = h->free_to_m - uncertain_m;
-    const bool own = h->n > 0 && h->echo[0].flags & ECHO_OWN;
     if (to_m > from_m && !loose)
         return (struct water){.from_m = from_m, .to_m = to_m, .said = SAID_FREE, .ends_at_echo = h->n > 0};
+    const enum said lost = s->deaf_again || is_own(h) ? SAID_UNKNOWN : SAID_DEAF;
     return (struct water){.to_m = b->ping->range_max_m,
-                          .said = own                         ? SAID_UNKNOWN
-                                  : h->free_to_m > h->blind_m ? SAID_NOTHING
-                                                              : SAID_DEAF};
+                          .said = h->free_to_m > h->blind_m && !is_own(h) ? SAID_NOTHING : lost};
 }
 
 /*
@@ -355,7 +371,7 @@ static void enter_beam(struct sphere *s, const struct beam *b, const struct beam
     const bool loose = is_loose(s, &b->ping->pose);
     const double cells_m = s->nearest_m * s->nearer_share - b->lever_m;
     const bool carves = h->free_to_m > h->blind_m && !loose && cells_m < h->free_to_m;
-    l.water = water_of(b, loose);
+    l.water = water_of(s, b, loose);
     /* while the vehicle drifts no beam frees water by itself: motion_drift judges it together with its neighbours */
     const bool speaks = l.water.said == SAID_FREE ? !s->drifts : l.water.said != SAID_NOTHING;
     const struct sieves sieves = sieves_of(s, b, widest, freed, &l.water, carves ? cells_m : INFINITY);
@@ -386,9 +402,9 @@ static const uint8_t kinds[] = {
     [SAID_FREE] = WEDGE_FREE, [SAID_UNKNOWN] = WEDGE_UNKNOWN, [SAID_DEAF] = WEDGE_DEAF};
 
 /* What a beam says of the water, as a wedge; false: nothing. */
-static bool wedge_of(const struct beam *b, bool loose, struct wedge *out)
+static bool wedge_of(const struct sphere *s, const struct beam *b, bool loose, struct wedge *out)
 {
-    const struct water water = water_of(b, loose);
+    const struct water water = water_of(s, b, loose);
     if (water.said == SAID_NOTHING)
         return false;
     *out = (struct wedge){.az_rad = b->heard->az_rad,
@@ -421,7 +437,7 @@ static void keep_wedges(struct sphere *s, const struct echoes *e, const double t
     wedges_begin(&s->wedges, &ping);
     for (uint16_t i = 0; i < e->n_beams; i++) {
         struct beam b = {.ping = e, .heard = &e->beam[i], .opening = &own};
-        if (!wedge_of(&b, loose, &one) || (any && wedges_join(&fan, &one, s->rings.height_rad)))
+        if (!wedge_of(s, &b, loose, &one) || (any && wedges_join(&fan, &one, s->rings.height_rad)))
             continue;
         if (any)
             wedges_add(&s->wedges, &fan);
@@ -439,6 +455,7 @@ void sensor_enter(struct sphere *s, const struct echoes *e, const double turn[4]
     const struct beam_opening own =
         beam_opening(e->az_aperture_rad, e->el_aperture_rad, s->rings.height_rad, s->conf.level);
     const struct beam_opening freed = beam_opening_freed(&own, s->widest_rad);
+    s->deaf_again = is_deaf_again(s, e);
     for (uint16_t i = 0; i < e->n_beams; i++) {
         struct beam b;
         beam_of(&b, e, i, &own, turn, origin_m);
@@ -473,14 +490,14 @@ struct seen_again {
 };
 
 /* A look that received nothing usable or something: as in clear_direction, from the newest to the oldest. */
-static void fill_deaf(struct direction *dir, struct refill *refill, bool deaf)
+static void fill_deaf(struct direction *dir, struct refill *refill, bool deaf, uint64_t t_ns)
 {
-    if (deaf && !refill->told)
-        dir->deaf = true;
-    if (deaf && refill->deaf)
+    if (deaf && !refill->told && !dir->deaf_ns)
+        dir->deaf_ns = t_ns;
+    if (deaf && refill->deaf_ns && refill->deaf_ns != t_ns)
         refill->limit_m = 0;
     refill->told |= !deaf;
-    refill->deaf = deaf;
+    refill->deaf_ns = deaf ? t_ns : 0;
 }
 
 /* What it says of a direction, of which newer ones have spoken. */
@@ -494,7 +511,7 @@ static void fill_direction(struct sphere *s, const struct seen_again *seen, cons
     if (refill->limit_m <= 0 || !beam_stretch(seen->beam, &s->ring[v->ring], ray, seen->from_m, seen->to_m, &st))
         return;
     st.ends_at_echo = w->ends_at_echo;
-    fill_deaf(dir, refill, w->kind == WEDGE_DEAF);
+    fill_deaf(dir, refill, w->kind == WEDGE_DEAF, seen->by.t_ns);
     if (w->kind == WEDGE_FREE) {
         sides_see(
             s, v->direction, v->ring,
@@ -577,7 +594,7 @@ static void forget_intervals(struct sphere *s)
 {
     for (uint32_t d = 0; d < s->rings.n; d++) {
         s->refill[d] = (struct refill){.limit_m = INFINITY};
-        s->direction[d].deaf = false;
+        s->direction[d].deaf_ns = 0;
         if (!s->direction[d].free[0].t_ping_ns && s->cells.first[d] == CELLS_NONE)
             continue;
         state_forget_free(&s->direction[d]);

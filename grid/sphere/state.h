@@ -27,14 +27,14 @@ struct direction {
     struct free_interval free[FREE_INTERVALS];
     struct reach side[2]; /* of its cell, left and right: where it was in beams that freed the middle */
     bool dirty;           /* on the list of directions to publish */
-    bool deaf;            /* the last look at it received nothing usable */
+    uint64_t deaf_ns;     /* time of the last look at it, if that received nothing usable; 0: it did not */
 };
 
 /* Of a direction, while its free intervals are made anew, from the newest look to the oldest. */
 struct refill {
-    float limit_m; /* free_fill's */
-    bool told;     /* a look that received something has been entered */
-    bool deaf;     /* as in struct direction, of the look that was entered last */
+    float limit_m;    /* free_fill's */
+    bool told;        /* a look that received something has been entered */
+    uint64_t deaf_ns; /* as in struct direction, of the look that was entered last */
 };
 
 /* Bounds how long the past can outvote the present: a few turns. */
@@ -75,6 +75,8 @@ struct sphere {
     double blocked_logodds; /* conf.blocked_above as log-odds */
     double fade_s;       /* time constant of fading: from LOGODDS_MAX to blocked_logodds within sphere_forget_s */
     uint64_t t_start_ns; /* first ping since the axes were set */
+    uint64_t deaf_sensors; /* set of those whose last ping received nothing usable in any beam */
+    bool deaf_again;       /* the ping that is being entered and the one before of its sensor were such */
     uint32_t turn_took_ms[SPHERE_SENSORS];
     uint32_t turn_ms[SPHERE_SENSORS]; /* each sensor's turn began so long after t_start_ns */
     struct bearings bearings;

@@ -58,13 +58,14 @@ static bool is_near(const struct wedge_ping *a, const struct wedge_ping *b, doub
     return d2 <= apart_m * apart_m;
 }
 
-/* No echo of the older ping is missing in the newer one, whose wedges are as many. */
+/* Both are free all over, and no echo of the older ping is missing in the newer one, whose wedges are as many. */
 static bool shows_its_echoes(const struct wedges *w, const struct wedge_ping *older,
                              const struct wedge_ping *newer)
 {
     for (uint32_t i = 0; i < older->n; i++) {
         const struct wedge *was = wedges_of(w, older, i), *is = wedges_of(w, newer, i);
-        if (was->kind != WEDGE_FREE || (was->ends_at_echo && is->to_m > was->to_m + ALIKE_M))
+        if (was->kind != WEDGE_FREE || is->kind != WEDGE_FREE ||
+            (was->ends_at_echo && is->to_m > was->to_m + ALIKE_M))
             return false;
     }
     return true;

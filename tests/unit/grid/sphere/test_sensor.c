@@ -27,7 +27,8 @@ static void *memory, *before; /* the grid's; as it was */
 static size_t bytes;
 static uint64_t cells[MAX_DIRECTIONS];
 static struct free_interval claims[MAX_DIRECTIONS][FREE_INTERVALS];
-static bool free_to_differ[MAX_DIRECTIONS], deaf[MAX_DIRECTIONS];
+static bool free_to_differ[MAX_DIRECTIONS];
+static uint64_t deaf_ns[MAX_DIRECTIONS];
 static int claimed;
 
 /* max_cells is never reached: with each cell that it gives up, a full grid takes the claims of its direction back. */
@@ -67,6 +68,15 @@ static struct beam_echoes beam_at_random(uint64_t *seed, bool blind, bool hears)
     return b;
 }
 
+/* All beams of this ping hear nothing usable, as all of the last one. */
+static bool is_deaf_again(const struct echoes *e)
+{
+    bool deaf = grid->deaf_sensors >> e->sensor & 1;
+    for (uint16_t i = 0; i < e->n_beams; i++)
+        deaf = deaf && e->beam[i].free_to_m <= e->beam[i].blind_m;
+    return deaf;
+}
+
 /* What a beam says of the water in a direction. What a side of the beam ends within 0.1 m may be left unsaid. */
 static void clear_one(const struct beam *b, uint32_t d)
 {
@@ -82,8 +92,9 @@ static void clear_one(const struct beam *b, uint32_t d)
         return;
     st.ends_at_echo = h->n > 0;
     free_to_differ[d] |= st.leaves_aside && !beam_stretch(b, cell, &ray, fmax(from_m, 0.1), to_m, &beyond);
-    const bool forgiven = !frees && claims[d][0].t_ping_ns && !deaf[d];
-    deaf[d] = !frees;
+    const bool alone = (!deaf_ns[d] || deaf_ns[d] == e->t_ns) && !is_deaf_again(e);
+    const bool forgiven = !frees && claims[d][0].t_ping_ns && alone;
+    deaf_ns[d] = frees || is_deaf_again(e) ? 0 : e->t_ns;
     if (frees)
         free_add(claims[d], &st, &by);
     else if (!forgiven)
@@ -99,7 +110,7 @@ static void foresee(const struct echoes *e, const double turn[4], const double o
     memset(free_to_differ, 0, sizeof free_to_differ);
     for (uint32_t d = 0; d < grid->rings.n; d++) {
         memcpy(claims[d], grid->direction[d].free, sizeof claims[d]);
-        deaf[d] = grid->direction[d].deaf;
+        deaf_ns[d] = grid->direction[d].deaf_ns;
     }
     for (uint16_t i = 0; i < e->n_beams; i++) {
         struct beam b;

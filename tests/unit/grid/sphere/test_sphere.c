@@ -1047,6 +1047,21 @@ TEST(one_look_that_receives_nothing_usable_is_forgiven_and_a_second_is_not)
     }
 }
 
+TEST(a_sonar_that_stays_deaf_takes_back_what_it_points_at)
+{
+    start(&usual);
+    turn_of(0, 5);
+    for (int k = 0; k < 4; k++)
+        look_again(20 + 10 * k, 2.4, 0, 0);
+    CHECK_INT(along(20, 4), ANSWER_CLEAR); /* one ping may be noisy */
+    for (int k = 1; k < 4; k++)
+        CHECK_INT(along(20 + 10 * k, 4), ANSWER_UNKNOWN);
+    CHECK_INT(along(60, 4), ANSWER_CLEAR);
+    look_again(100, 2.4, 0, 5);
+    look_again(120, 2.4, 0, 0);
+    CHECK_INT(along(120, 4), ANSWER_CLEAR);
+}
+
 TEST(the_side_of_a_cell_is_taken_back_like_its_middle)
 {
     start(&usual);
@@ -1496,6 +1511,7 @@ int main(void)
     RUN(a_place_far_off_for_a_moment_is_not_followed);
     RUN(beside_a_sector_that_was_wider_long_ago_nothing_is_free);
     RUN(one_look_that_receives_nothing_usable_is_forgiven_and_a_second_is_not);
+    RUN(a_sonar_that_stays_deaf_takes_back_what_it_points_at);
     RUN(the_side_of_a_cell_is_taken_back_like_its_middle);
     RUN(a_longer_look_at_a_side_makes_it_new);
     RUN(a_single_beam_of_two_cells_frees_a_cell);
