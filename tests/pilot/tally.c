@@ -33,15 +33,15 @@ static int ascending(const void *a, const void *b)
 }
 
 /* Empty: no such drives; "late": it is among those that did not arrive. */
-static const char *quantile(struct pilot_row *row, int chart, double q, char text[16])
+static void quantile(struct pilot_row *row, int chart, double q, char text[16])
 {
     const int n = row->ratio[chart].n;
+    text[0] = '\0';
     if (n == 0)
-        return "";
+        return;
     qsort(row->ratio[chart].of, (size_t)n, sizeof row->ratio[chart].of[0], ascending);
     const double ratio = row->ratio[chart].of[(int)(q * n)];
     snprintf(text, 16, isfinite(ratio) ? "%.1f" : "late", ratio);
-    return text;
 }
 
 #define ROWS (PILOT_KINDS + PILOT_PLACES + PILOT_FAULTS + 1)
@@ -66,24 +66,43 @@ static struct pilot_row *row_at(struct pilot_tally *t, int i, const char **by, c
     return fault < PILOT_FAULTS ? &t->fault[fault] : &t->all;
 }
 
+/* A row as it is shown. */
+struct shown {
+    const struct pilot_row *row;
+    const char *by;
+    char name[80], median[16], most[16], straight[16];
+    double unknown, blocked; /* shares of the time */
+};
+
+/* False: nobody drove there. */
+static bool show_row(struct pilot_tally *t, int i, struct shown *s)
+{
+    struct pilot_row *row = row_at(t, i, &s->by, s->name);
+    s->row = row;
+    if (row->drives == 0)
+        return false;
+    quantile(row, 1, 0.5, s->median);
+    quantile(row, 1, 0.9, s->most);
+    quantile(row, 0, 0.5, s->straight);
+    s->unknown = row->share[PILOT_UNKNOWN] / (double)row->drives;
+    s->blocked = row->share[PILOT_BLOCKED] / (double)row->drives;
+    return true;
+}
+
 void pilot_tally_print(struct pilot_tally *t, FILE *out)
 {
     const char *last = "";
     for (int i = 0; i < ROWS; i++) {
-        char name[80], median[16], most[16], straight[16];
-        const char *by;
-        struct pilot_row *row = row_at(t, i, &by, name);
-        if (row->drives == 0)
+        struct shown s;
+        if (!show_row(t, i, &s))
             continue;
-        if (by != last)
-            fprintf(out, "\n%-36s %6s %10s %7s %7s %7s %7s %7s %8s %8s %8s\n", by, "drives", "collisions",
+        if (s.by != last)
+            fprintf(out, "\n%-36s %6s %10s %7s %7s %7s %7s %7s %8s %8s %8s\n", s.by, "drives", "collisions",
                     "struck", "touches", "arrived", "chart", "90 %", "straight", "unknown", "blocked");
-        last = by;
-        fprintf(out, "%-36s %6ld %10ld %7ld %7ld %7ld %7s %7s %8s %6.0f %% %6.0f %%\n", name, row->drives,
-                row->collided, row->struck, row->touched, row->arrived, quantile(row, 1, 0.5, median),
-                quantile(row, 1, 0.9, most), quantile(row, 0, 0.5, straight),
-                100 * row->share[PILOT_UNKNOWN] / (double)row->drives,
-                100 * row->share[PILOT_BLOCKED] / (double)row->drives);
+        last = s.by;
+        fprintf(out, "%-36s %6ld %10ld %7ld %7ld %7ld %7s %7s %8s %6.0f %% %6.0f %%\n", s.name, s.row->drives,
+                s.row->collided, s.row->struck, s.row->touched, s.row->arrived, s.median, s.most, s.straight,
+                100 * s.unknown, 100 * s.blocked);
     }
 }
 
@@ -91,14 +110,10 @@ void pilot_tally_csv(struct pilot_tally *t, FILE *out)
 {
     fprintf(out, "by,name,drives,collisions,struck,touches,arrived,chart,chart_90,straight,unknown,blocked\n");
     for (int i = 0; i < ROWS; i++) {
-        char name[80], median[16], most[16], straight[16];
-        const char *by;
-        struct pilot_row *row = row_at(t, i, &by, name);
-        if (row->drives == 0)
-            continue;
-        fprintf(out, "%s,%s,%ld,%ld,%ld,%ld,%ld,%s,%s,%s,%.3f,%.3f\n", by, name, row->drives, row->collided,
-                row->struck, row->touched, row->arrived, quantile(row, 1, 0.5, median),
-                quantile(row, 1, 0.9, most), quantile(row, 0, 0.5, straight),
-                row->share[PILOT_UNKNOWN] / (double)row->drives, row->share[PILOT_BLOCKED] / (double)row->drives);
+        struct shown s;
+        if (show_row(t, i, &s))
+            fprintf(out, "%s,%s,%ld,%ld,%ld,%ld,%ld,%s,%s,%s,%.3f,%.3f\n", s.by, s.name, s.row->drives,
+                    s.row->collided, s.row->struck, s.row->touched, s.row->arrived, s.median, s.most, s.straight,
+                    s.unknown, s.blocked);
     }
 }
