@@ -125,9 +125,9 @@ uint32_t rings_ring(const struct rings *rings, uint32_t direction)
 
 void rings_beside(const struct rings *rings, uint32_t d, uint32_t beside[2])
 {
-    const uint32_t ring = rings_ring(rings, d), first = rings->start[ring], last = rings->start[ring + 1] - 1;
-    beside[0] = d > first ? d - 1 : last;
-    beside[1] = d < last ? d + 1 : first;
+    const uint32_t ring = rings_ring(rings, d);
+    for (int side = 0; side < 2; side++)
+        beside[side] = rings_aside(rings, ring, d, side);
 }
 
 double rings_width(const struct rings *rings, uint32_t ring)

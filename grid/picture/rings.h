@@ -50,6 +50,15 @@ void rings_centre(const struct rings *rings, uint32_t direction, double *az_rad,
 /** rings_ring - the ring of a direction. */
 uint32_t rings_ring(const struct rings *rings, uint32_t direction);
 
+/** rings_aside - the direction beside d to the left (0) or right (1), in its ring; d itself where it is alone there. */
+static inline uint32_t rings_aside(const struct rings *rings, uint32_t ring, uint32_t d, int side)
+{
+    const uint32_t first = rings->start[ring], last = rings->start[ring + 1] - 1;
+    if (side)
+        return d < last ? d + 1 : first;
+    return d > first ? d - 1 : last;
+}
+
 /** rings_beside - the two directions on both sides of d in its ring; d itself where it is alone there. */
 void rings_beside(const struct rings *rings, uint32_t d, uint32_t beside[2]);
 

@@ -38,7 +38,7 @@ struct beam_opening beam_opening(double az_rad, double el_rad, double height_rad
 
 struct beam_opening beam_opening_freed(const struct beam_opening *own, double cell_width_rad)
 {
-    const double half_az = fmax(own->half_az, cell_width_rad / 2), tan_el = fmax(own->tan_el, 0);
+    const double half_az = (1 + BEAM_EDGE) * fmax(own->half_az, cell_width_rad / 2), tan_el = fmax(own->tan_el, 0);
     const double aside = sin(fmin(half_az, WIDEST_HALF_RAD)), upward = tan_el / sqrt(1 + tan_el * tan_el);
     return (struct beam_opening){.aside = aside, .upward = upward, .off_rad = off_axis(aside, upward)};
 }

@@ -23,8 +23,12 @@ struct beam_opening {
     double widest_rad;     /* a cell that is wider is never in the beam */
 };
 
+/* What lies at the left or right edge of a beam but for rounding, of azimuths in float, is within so much of half the
+ * beam's width, relative to it. */
+#define BEAM_EDGE 1e-4
+
 /** beam_opening_freed - the bounds alone of an opening in which lie all rays with a beam_stretch,
- * in cells up to so wide. */
+ * in cells up to so wide, and those at its edge. */
 struct beam_opening beam_opening_freed(const struct beam_opening *own, double cell_width_rad);
 
 /**

@@ -5,7 +5,6 @@
 
 #include "motion.h"
 #include "sensor.h"
-#include "sides.h"
 
 #define OFF_LEAST_DEG   10.0 /* a heading that swings by less turns nothing */
 #define OFF_LEAST_STEPS 2.0  /* each turn makes all free intervals anew: not for less */
@@ -54,7 +53,6 @@ static void cut_ring(struct sphere *s, uint32_t ring, double turn_rad)
             struct free_interval *f = &s->direction[start + i].free[k];
             f->to_m = fminf(f->to_m, to_m);
         }
-        sides_end(&s->direction[start + i], to_m);
     }
 }
 

@@ -164,8 +164,12 @@ static void clear_direction(struct sphere *s, const struct look *l)
     struct direction *dir = &s->direction[l->direction];
     const bool first = !dir->free[0].t_ping_ns;
     struct stretch st;
-    if (!beam_stretch(l->beam, &s->ring[l->ring], &l->ray, l->water.from_m, l->water.to_m, &st))
+    const struct side_look aside = {l->beam, l->ping, l->water.from_m, l->water.to_m, l->direction, l->ring};
+    if (!beam_stretch(l->beam, &s->ring[l->ring], &l->ray, l->water.from_m, l->water.to_m, &st)) {
+        if (l->water.said == SAID_FREE)
+            sides_see(s, &aside, NULL);
         return;
+    }
     st.ends_at_echo = l->water.ends_at_echo;
     const bool deaf = l->water.said == SAID_DEAF, alone = !dir->deaf_ns || dir->deaf_ns == l->ping.t_ns,
                forgiven = deaf && !first && alone;
@@ -174,12 +178,9 @@ static void clear_direction(struct sphere *s, const struct look *l)
         return;
     if (l->water.said == SAID_FREE) {
         free_add(dir->free, &st, &l->ping);
-        if (st.ends_at_echo && !st.leaves_aside)
-            sides_end(dir, (float)st.to_m);
-        sides_see(s, l->direction, l->ring,
-                  &(struct side_look){l->beam, l->ping.t_ns, l->water.from_m, l->water.to_m, INFINITY}, &st);
+        sides_see(s, &aside, &st);
     } else {
-        state_forget_free(dir);
+        sides_withdraw(s, l->direction, l->ping.t_ns);
         free_withdraw(dir->free, &l->ping);
     }
     s->stats.pinged += first;
@@ -490,12 +491,16 @@ struct seen_again {
 };
 
 /* A look that received nothing usable or something: as in clear_direction, from the newest to the oldest. */
-static void fill_deaf(struct direction *dir, struct refill *refill, bool deaf, uint64_t t_ns)
+static void fill_deaf(struct sphere *s, uint32_t d, bool deaf, uint64_t t_ns)
 {
+    struct direction *dir = &s->direction[d];
+    struct refill *refill = &s->refill[d];
     if (deaf && !refill->told && !dir->deaf_ns)
         dir->deaf_ns = t_ns;
-    if (deaf && refill->deaf_ns && refill->deaf_ns != t_ns)
+    if (deaf && refill->deaf_ns && refill->deaf_ns != t_ns) {
+        sides_withdraw(s, d, refill->deaf_ns);
         refill->limit_m = 0;
+    }
     refill->told |= !deaf;
     refill->deaf_ns = deaf ? t_ns : 0;
 }
@@ -508,20 +513,25 @@ static void fill_direction(struct sphere *s, const struct seen_again *seen, cons
     struct direction *dir = &s->direction[v->direction];
     struct refill *refill = &s->refill[v->direction];
     struct stretch st;
-    if (refill->limit_m <= 0 || !beam_stretch(seen->beam, &s->ring[v->ring], ray, seen->from_m, seen->to_m, &st))
+    const struct side_look aside = {seen->beam, seen->by, seen->from_m, seen->to_m, v->direction, v->ring};
+    if (refill->limit_m <= 0)
         return;
+    if (!beam_stretch(seen->beam, &s->ring[v->ring], ray, seen->from_m, seen->to_m, &st)) {
+        if (w->kind == WEDGE_FREE)
+            sides_fill(s, &aside, NULL);
+        return;
+    }
     st.ends_at_echo = w->ends_at_echo;
-    fill_deaf(dir, refill, w->kind == WEDGE_DEAF, seen->by.t_ns);
+    fill_deaf(s, v->direction, w->kind == WEDGE_DEAF, seen->by.t_ns);
     if (w->kind == WEDGE_FREE) {
-        sides_see(
-            s, v->direction, v->ring,
-            &(struct side_look){seen->beam, seen->by.t_ns, seen->from_m, seen->to_m, (double)refill->limit_m},
-            &st);
+        sides_fill(s, &aside, &st);
         free_fill(dir->free, &st, &seen->by, &refill->limit_m);
         return;
     }
-    if (w->kind == WEDGE_UNKNOWN)
+    if (w->kind == WEDGE_UNKNOWN) {
+        sides_withdraw(s, v->direction, seen->by.t_ns);
         refill->limit_m = 0;
+    }
     if (!dir->free[0].t_ping_ns)
         (w->kind == WEDGE_SPENT ? free_spend : free_withdraw)(dir->free, &seen->by);
 }
@@ -593,11 +603,14 @@ static void free_again(struct sphere *s, struct again *a, const struct wedge_pin
 static void forget_intervals(struct sphere *s)
 {
     for (uint32_t d = 0; d < s->rings.n; d++) {
+        struct direction *dir = &s->direction[d];
         s->refill[d] = (struct refill){.limit_m = INFINITY};
-        s->direction[d].deaf_ns = 0;
-        if (!s->direction[d].free[0].t_ping_ns && s->cells.first[d] == CELLS_NONE)
+        dir->deaf_ns = 0;
+        free_none(dir->side);
+        memset(dir->end, 0, sizeof dir->end);
+        if (!dir->free[0].t_ping_ns && s->cells.first[d] == CELLS_NONE)
             continue;
-        state_forget_free(&s->direction[d]);
+        free_none(dir->free);
         state_mark(s, d);
     }
 }

@@ -2,29 +2,34 @@
 /*
  * sides - how far the water of a direction was seen from one side of its cell to the other. A beam frees the directions
  * whose middles it holds, and of one at its edge up to half lies in the next beam, or in none: beside the last beam of
- * a fan, or ahead of a head in its first scan. What is published of a direction is free no farther than both sides of
- * its cell were seen by beams that held its middle, or the middle of the neighbour on that side is free. Between beams
- * that leave gaps, a gap of up to a cell stays free.
+ * a fan, ahead of a head in its first scan, or where a ping was lost. So the rays along the sides of cells are kept
+ * like those along their middles, as far as beams that freed either neighbour had them. What is published of a
+ * direction is free no farther than both its sides. An echo ends them for those neighbours alone whose middles its beam
+ * had, until a newer look. Between beams that leave a gap, less than half a cell of it may be free.
  */
 #ifndef SONARD_SIDES_H
 #define SONARD_SIDES_H
 
 #include "state.h"
 
-/* A beam that heard from near_m to far_m at t_ns; from most_m on, seen from the grid's centre, an echo came since. */
+/* A beam that heard from near_m to far_m looks at a direction, in this ring. */
 struct side_look {
     const struct beam *beam;
-    uint64_t t_ns;
-    double near_m, far_m, most_m;
+    struct free_ping by;
+    double near_m, far_m;
+    uint32_t direction, ring;
 };
 
-/** sides_see - it freed the stretch of direction d, in this ring. Looks may be entered from the newest to the oldest,
- * too. */
-void sides_see(struct sphere *s, uint32_t d, uint32_t ring, const struct side_look *look,
-               const struct stretch *stretch);
+/** sides_see - it freed the stretch of the direction, and is the newest to do so. NULL: nothing of it, but may have
+ * freed a side: where it points at one and is, but for rounding, no wider than a cell. */
+void sides_see(struct sphere *s, const struct side_look *look, const struct stretch *stretch);
 
-/** sides_end - an echo ended at to_m what was free in direction d. */
-void sides_end(struct direction *d, float to_m);
+/** sides_fill - the same, and is older than all others so far: while free intervals are made anew. */
+void sides_fill(struct sphere *s, const struct side_look *look, const struct stretch *stretch);
+
+/** sides_withdraw - a look at t_ns took back what was free of direction d: nothing that is older counts for it. Looks
+ * may be told from the newest to the oldest, too. */
+void sides_withdraw(struct sphere *s, uint32_t d, uint64_t t_ns);
 
 /** sides_mark - neighbours of what is to be published are, too, where that changes what is said of them. */
 void sides_mark(struct sphere *s, uint64_t t_ns);

@@ -167,7 +167,7 @@ static void heed_discontinuities(struct sphere *s, const struct pose *pose)
     s->stats.pinged = 0;
     wedges_clear(&s->wedges);
     for (uint32_t d = 0; d < s->rings.n; d++) {
-        state_forget_free(&s->direction[d]);
+        state_forget_free(s, d);
         state_mark(s, d);
     }
 }

@@ -2,6 +2,7 @@
 #include "state.h"
 
 #include <math.h>
+#include <string.h>
 
 void state_mark(struct sphere *s, uint32_t d)
 {
@@ -56,10 +57,14 @@ uint64_t state_keep_ns(const struct sphere *s)
     return (uint64_t)fmin(1e9 * keep_s, 9e18);
 }
 
-void state_forget_free(struct direction *d)
+void state_forget_free(struct sphere *s, uint32_t d)
 {
-    free_none(d->free);
-    d->side[0] = d->side[1] = (struct reach){0};
+    uint32_t beside[2];
+    rings_beside(&s->rings, d, beside);
+    free_none(s->direction[d].free);
+    free_none(s->direction[d].side);
+    memset(s->direction[d].end, 0, sizeof s->direction[d].end);
+    free_none(s->direction[beside[0]].side);
 }
 
 void state_release(struct sphere *s, uint32_t i)
@@ -72,7 +77,7 @@ struct cell *state_take(struct sphere *s, uint32_t direction, uint16_t layer)
 {
     uint32_t evicted, i = cells_take(&s->cells, direction, layer, &evicted);
     if (evicted != RINGS_NONE) { /* what that cell said is lost */
-        state_forget_free(&s->direction[evicted]);
+        state_forget_free(s, evicted);
         state_mark(s, evicted);
         s->stats.cells_lost++;
     }
@@ -80,7 +85,7 @@ struct cell *state_take(struct sphere *s, uint32_t direction, uint16_t layer)
         s->nearest_m = fmin(s->nearest_m, s->layers.edge[layer]);
         return &s->cells.cell[i];
     }
-    state_forget_free(&s->direction[direction]);
+    state_forget_free(s, direction);
     state_mark(s, direction);
     s->stats.cells_lost++;
     return NULL;

@@ -17,17 +17,18 @@
 
 struct relaxed;
 
-/* Water that beams saw since t_ns; to_m <= from_m: none. */
-struct reach {
-    uint64_t t_ns;
-    float from_m, to_m;
+/* From to_m on, what was free by t_ns is so no more. */
+struct side_end {
+    uint64_t t_ns; /* 0: none */
+    float to_m;
 };
 
 struct direction {
     struct free_interval free[FREE_INTERVALS];
-    struct reach side[2]; /* of its cell, left and right: where it was in beams that freed the middle */
-    bool dirty;           /* on the list of directions to publish */
-    uint64_t deaf_ns;     /* time of the last look at it, if that received nothing usable; 0: it did not */
+    struct free_interval side[FREE_INTERVALS]; /* likewise of the right side of its cell (sides.h) */
+    struct side_end end[2];                    /* for this direction alone, of its left and right side */
+    bool dirty;                                /* on the list of directions to publish */
+    uint64_t deaf_ns; /* time of the last look at it, if that received nothing usable; 0: it did not */
 };
 
 /* Of a direction, while its free intervals are made anew, from the newest look to the oldest. */
@@ -112,8 +113,8 @@ double state_way_error_m(const struct sphere *s, double way_m, uint64_t then_ns,
 /** state_keep_ns - what was found free longer ago is forgotten. */
 uint64_t state_keep_ns(const struct sphere *s);
 
-/** state_forget_free - nothing was seen of a direction: neither of its free intervals nor of its sides. */
-void state_forget_free(struct direction *d);
+/** state_forget_free - nothing was seen of direction d: its free intervals go, and what was seen of its sides. */
+void state_forget_free(struct sphere *s, uint32_t d);
 
 /**
  * state_take - the cell of (direction, layer), made when it does not exist; a direction that loses a cell for it

@@ -1062,6 +1062,21 @@ TEST(a_sonar_that_stays_deaf_takes_back_what_it_points_at)
     CHECK_INT(along(120, 4), ANSWER_CLEAR);
 }
 
+/* Its neighbours' beams end just beyond the middles of two cells: what stands between them was in no beam. */
+TEST(the_gap_that_a_lost_ping_leaves_is_not_free)
+{
+    for (int lost = 0; lost < 2; lost++) {
+        start(&usual);
+        for (int k = -6; k <= 6; k++)
+            if (k || !lost)
+                ping_el(10 + k * 2.45, 0, 0, 5, 3, 25);
+        CHECK_INT(along(9.5, 4), lost ? ANSWER_UNKNOWN : ANSWER_CLEAR);
+        CHECK_INT(along(10.5, 4), lost ? ANSWER_UNKNOWN : ANSWER_CLEAR);
+        CHECK_INT(along(7, 4), ANSWER_CLEAR);
+        CHECK_INT(along(13, 4), ANSWER_CLEAR);
+    }
+}
+
 TEST(the_side_of_a_cell_is_taken_back_like_its_middle)
 {
     start(&usual);
@@ -1512,6 +1527,7 @@ int main(void)
     RUN(beside_a_sector_that_was_wider_long_ago_nothing_is_free);
     RUN(one_look_that_receives_nothing_usable_is_forgiven_and_a_second_is_not);
     RUN(a_sonar_that_stays_deaf_takes_back_what_it_points_at);
+    RUN(the_gap_that_a_lost_ping_leaves_is_not_free);
     RUN(the_side_of_a_cell_is_taken_back_like_its_middle);
     RUN(a_longer_look_at_a_side_makes_it_new);
     RUN(a_single_beam_of_two_cells_frees_a_cell);
