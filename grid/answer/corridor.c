@@ -206,13 +206,13 @@ static bool looked_at(const struct look *l, uint32_t direction, struct reach rea
     return fabs(u[2]) <= sin(looks->level_rad - step_rad) && bearings_has(looks->bearings, atan2(u[1], u[0]));
 }
 
-/* Do the looks leave out no more than lies between two of them? What stands there no beam shows. */
+/* Do the looks leave out no more than lies between two of a sonar's beams? What stands there no beam shows. */
 static bool is_between_looks(const struct look *l, uint32_t direction)
 {
     const struct rings *rings = l->picture->rings;
     const uint32_t ring = rings_ring(rings, direction), first = rings->start[ring];
     const uint32_t n = rings->start[ring + 1] - first, at = direction - first;
-    const uint32_t most = (uint32_t)fmin(ceil(l->frame.looks.step_rad / rings_width(rings, ring)), n / 2);
+    const uint32_t most = (uint32_t)fmin(ceil(l->frame.looks.gap_rad / rings_width(rings, ring)), n / 2);
     for (uint32_t k = 1; k <= most; k++)
         if (!picture_blank(l->picture, first + (at + k) % n) ||
             !picture_blank(l->picture, first + (at + n - k) % n))

@@ -62,6 +62,7 @@ void bearings_enter(struct bearings *b, const struct echoes *e, const struct mou
     const float before_rad = sensor->first_rad;
     double az_rad;
     bool first = true;
+    sensor->wide_rad = e->az_aperture_rad;
     if (e->flags & PING_NEW_TURN && sensor->turns < 2)
         sensor->turns++;
     for (unsigned i = 0; i < e->n_beams; i++) {
@@ -86,13 +87,18 @@ void bearings_enter(struct bearings *b, const struct echoes *e, const struct mou
     sensor->pings = sensor->pings ? 2 : 1;
 }
 
+#define TOUCH_RAD 1e-3 /* beams that are no farther apart leave no gap: their bearings are rounded */
+
 void bearings_tell(const struct bearings *b, struct bearings_looks *out)
 {
     *out = (struct bearings_looks){.bearings = b->seen, .level_rad = b->level_rad};
     for (int k = 0; k < BEARINGS_SENSORS; k++) {
         const struct bearings_sensor *sensor = &b->sensor[k];
-        if (sensor->pings == 1 || (sensor->moves && sensor->turns < 2))
+        const bool first_turn = sensor->pings == 1 || (sensor->moves && sensor->turns < 2);
+        const double gap_rad = (double)sensor->step_rad - (first_turn ? (double)sensor->wide_rad : 0);
+        if (first_turn)
             out->bearings = UINT64_MAX;
-        out->step_rad = fmax(out->step_rad, (double)sensor->step_rad);
+        if (gap_rad > TOUCH_RAD)
+            out->gap_rad = fmax(out->gap_rad, gap_rad);
     }
 }
