@@ -408,9 +408,11 @@ static bool wedge_of(const struct sphere *s, const struct beam *b, bool loose, s
     const struct water water = water_of(s, b, loose);
     if (water.said == SAID_NOTHING)
         return false;
+    /* free is what the beam saw wherever it pointed; what it takes back it takes back in full */
+    const double aside_rad = water.said == SAID_FREE ? b->ping->pose.uncertain_rad : 0;
     *out = (struct wedge){.az_rad = b->heard->az_rad,
                           .el_rad = b->heard->el_rad,
-                          .half_az_rad = (float)fmax(0, b->opening->half_az - b->ping->pose.uncertain_rad),
+                          .half_az_rad = (float)fmax(0, b->opening->half_az - aside_rad),
                           .from_m = (float)water.from_m,
                           .to_m = (float)water.to_m,
                           .kind = kinds[water.said],
@@ -428,7 +430,8 @@ static void keep_wedges(struct sphere *s, const struct echoes *e, const double t
                               .path_m = e->pose.path_m,
                               .drift_m = {e->pose.drift_m[0], e->pose.drift_m[1]},
                               .uncertain_m = (float)e->pose.uncertain_m,
-                              .el_aperture_rad = (float)fmax(0, e->el_aperture_rad - 2 * e->pose.uncertain_rad),
+                              .uncertain_rad = (float)e->pose.uncertain_rad,
+                              .el_aperture_rad = e->el_aperture_rad,
                               .sensor = e->sensor};
     struct wedge fan, one;
     bool any = false;
@@ -572,6 +575,7 @@ static void free_again(struct sphere *s, struct again *a, const struct wedge_pin
                        const struct shrunk *shrunk)
 {
     const bool free = w->kind == WEDGE_FREE;
+    const float aside_rad = free || w->kind == WEDGE_SPENT ? ping->uncertain_rad : 0;
     const double margin_m = shrunk->margin_m;
     double origin_m[3], middle[3], about[3];
     struct beam b;
@@ -582,7 +586,7 @@ static void free_again(struct sphere *s, struct again *a, const struct wedge_pin
                                     .by = {ping->t_ns, ping->path_m, ping->sensor}};
     if (!(seen.to_m > seen.from_m))
         return;
-    open_again(s, a, w->half_az_rad, fmaxf(0, ping->el_aperture_rad - 2 * (float)shrunk->tilt_rad));
+    open_again(s, a, w->half_az_rad, fmaxf(0, ping->el_aperture_rad - 2 * (aside_rad + (float)shrunk->tilt_rad)));
     for (int i = 0; i < 3; i++)
         origin_m[i] = ping->place_m[i] - s->frame.centre_m[i];
     beam_place(&b, w->az_rad, w->el_rad, &a->own, ping->attitude, origin_m);

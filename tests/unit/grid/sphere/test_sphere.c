@@ -1047,6 +1047,25 @@ TEST(one_look_that_receives_nothing_usable_is_forgiven_and_a_second_is_not)
     }
 }
 
+TEST(what_a_deaf_sonar_takes_back_stays_so_however_well_its_bearing_was_known)
+{
+    for (int i = 0; i < 4; i++) {
+        const double way[] = {5};
+        free_after(way, 1);
+        CHECK_NEAR(free_end_m(1), 5, 0, 1e-6);
+        now.pose.uncertain_rad = 0.03 * i;
+        look_again(1, 8, 0, 0);
+        look_again(1, 8, 0, 0);
+        now.pose.uncertain_rad = 0;
+        CHECK(free_end_m(1) <= 0);
+        now.pose.position_m[0] += 0.3;
+        now.pose.path_m += 0.3;
+        now.pose.t_ns = now.now_ns;
+        sphere_follow(sphere, &now.pose);
+        CHECK(free_end_m(1) <= 0);
+    }
+}
+
 TEST(a_sonar_that_stays_deaf_takes_back_what_it_points_at)
 {
     start(&usual);
@@ -1528,6 +1547,7 @@ int main(void)
     RUN(a_place_far_off_for_a_moment_is_not_followed);
     RUN(beside_a_sector_that_was_wider_long_ago_nothing_is_free);
     RUN(one_look_that_receives_nothing_usable_is_forgiven_and_a_second_is_not);
+    RUN(what_a_deaf_sonar_takes_back_stays_so_however_well_its_bearing_was_known);
     RUN(a_sonar_that_stays_deaf_takes_back_what_it_points_at);
     RUN(the_gap_that_a_lost_ping_leaves_is_not_free);
     RUN(the_side_of_a_cell_is_taken_back_like_its_middle);
