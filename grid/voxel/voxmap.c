@@ -302,13 +302,14 @@ static float cut_elevation(const struct echoes *e)
 }
 
 /* The edge's water is free so much farther aside than half power: to where the two-way pattern has lost 9 dB. What
- * stands there would be heard as far as edge_to_m: free_water_aside. */
+ * stands there would be heard as far as edge_to_m: free_water_aside. Of a beam that reaches as far as across it nobody
+ * knows what it hears beyond. */
 #define EDGE_WIDER 1.22f
 
 static struct voxmap_width width_of(const struct echoes *e, enum cast_shape shape)
 {
     const float az_rad = e->az_aperture_rad / 2, wider_rad = EDGE_WIDER * az_rad;
-    const bool is_wider = shape == CAST_WEDGE && wider_rad < (float)GEO_PI;
+    const bool is_wider = shape == CAST_WEDGE && wider_rad < (float)GEO_PI / 2;
 
     return (struct voxmap_width){.az_rad = cut_azimuth(e, az_rad),
                                  .el_rad = cut_elevation(e),

@@ -233,6 +233,15 @@ TEST(the_edge_is_wider_than_the_beam_where_no_other_beam_is)
     CHECK_INT(looks_at(r, 0.5, 11.5, 1.8), 0);
     rig_free(r);
 
+    r = rig_new(&s);
+    p.echoes.az_aperture_rad = (float)geo_rad(160); /* nothing abreast and behind */
+    CHECK(rig_enter(r, &p, 0));
+    CHECK_INT(looks_at(r, 0.5, 75, 1.2), 1);
+    CHECK_INT(looks_at(r, 0.5, 84, 1.2), 0);
+    CHECK_INT(looks_at(r, 0.5, 94, 1.2), 0);
+    rig_free(r);
+
+    p.echoes.az_aperture_rad = (float)geo_rad(20);
     struct beam_echoes beam[2] = {p.beam, p.beam};
     r = rig_new(&s);
     beam[1].az_rad = (float)geo_rad(21);
