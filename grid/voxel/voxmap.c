@@ -393,10 +393,10 @@ static double placed_to_m(const struct voxmap *m, const struct pose *pose)
     return left_m < 0 ? 0 : pose->uncertain_rad > 0 ? left_m / pose->uncertain_rad : (double)INFINITY;
 }
 
-/* Not a number where b is none. */
+/* Not a number where either is none. */
 static double lesser(double a, double b)
 {
-    return a < b ? a : b;
+    return a <= b ? a : b <= a ? b : (double)NAN;
 }
 
 /* The water of one part of a beam from where the last stretch ended to to_m; false: there is none. */

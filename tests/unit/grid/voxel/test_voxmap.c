@@ -290,6 +290,12 @@ TEST(off_the_axis_an_uncertain_pose_and_nonsense_free_less)
     CHECK_INT(looks_at(r, 7, 0.5, 1.2), 0);
     CHECK_INT(looks_at(r, 15, 0.5, 1.2), 0);
     rig_free(r);
+    r = rig_new(&s);
+    aim_off_the_axis(&p);
+    p.beam.free_to_m = NAN;
+    CHECK(rig_enter(r, &p, 0));
+    CHECK_INT(r->map.stats.beams, 0);
+    rig_free(r);
 }
 
 TEST(an_echo_always_lies_in_some_voxel)
