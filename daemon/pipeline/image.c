@@ -61,7 +61,7 @@ static struct image_end end_of(const struct echoes *echoes, uint16_t beam)
                             .half_az_rad = echoes->az_aperture_rad / 2,
                             .half_el_rad = echoes->el_aperture_rad / 2,
                             .at_m = at_m > 0 ? at_m : 0,
-                            .hides = hides};
+                            .hides = (uint16_t)hides};
     for (int i = 0; i < 4; i++)
         end.attitude[i] = (float)echoes->pose.attitude[i];
     return end;
