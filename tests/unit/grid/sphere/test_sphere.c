@@ -1248,6 +1248,37 @@ TEST(with_any_mount_and_on_the_move_only_freed_water_is_claimed)
     }
 }
 
+/* At random places across all cells: rays at their middles and sides alone would not show a gap between. */
+static int claimed_at_random(uint64_t *seed, double more_deg, int *claimed)
+{
+    int wrong = 0;
+    for (uint32_t d = 0; d < sphere_picture(sphere)->n; d++)
+        for (int k = 0; k < 3; k++)
+            wrong += ray_claimed_and_not_freed(d, 1.99 * test_uniform(seed) - 0.995, more_deg, claimed);
+    return wrong;
+}
+
+TEST(between_overlapping_beams_all_of_a_cell_was_freed)
+{
+    uint64_t seed = test_seed();
+    for (int trial = 0; trial < 6; trial++) {
+        const double step_deg = 0.6 + 1.3 * test_uniform(&seed), from_deg = 360 * test_uniform(&seed);
+        int claimed = 0;
+        start(&usual);
+        n_beams = 0;
+        now.pose.has = POSE_ATTITUDE | POSE_POSITION;
+        quat_from_rpy(0, 0, 6 * test_uniform(&seed), now.pose.attitude);
+        for (int i = 0; i < 2 && trial % 2; i++)
+            mount.position_m[i] = test_uniform(&seed) - 0.5;
+        for (int u = 0; u < 60; u++) {
+            now.now_ns += SECOND / 20;
+            look_at(geo_rad(from_deg + u * step_deg), 5);
+        }
+        CHECK_INT(claimed_at_random(&seed, 0.02, &claimed), 0);
+        CHECK(claimed > 1000);
+    }
+}
+
 /* A head that hears one side of the vehicle alone leaves a gap ahead.
  * On a long way the rays beside it come to lie in it. */
 TEST(where_nobody_looked_ahead_nothing_becomes_free_on_the_way_there)
@@ -1554,6 +1585,7 @@ int main(void)
     RUN(a_longer_look_at_a_side_makes_it_new);
     RUN(a_single_beam_of_two_cells_frees_a_cell);
     RUN(with_any_mount_and_on_the_move_only_freed_water_is_claimed);
+    RUN(between_overlapping_beams_all_of_a_cell_was_freed);
     RUN(where_nobody_looked_ahead_nothing_becomes_free_on_the_way_there);
     RUN(in_a_room_sectors_are_its_walls_and_never_clear_beyond);
     RUN(asking_for_more_never_turns_blocked_or_unknown_into_clear);
