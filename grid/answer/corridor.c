@@ -240,6 +240,19 @@ static double adrift_m(const struct look *l, const struct sight *s, double near_
     return s->showed && !pose->heading_adrift ? fmax(0, near_m - pose->drift_mps * s->age_s) : 0;
 }
 
+/*
+ * Up to where near_m holds in a direction at which a sonar looks. Until its head has been everywhere twice, water that
+ * ends before near_m may be the gap of a lost ping; from then on a direction has what an earlier turn showed of it.
+ */
+static double promised_m(const struct look *l, uint32_t direction, const struct sight *s, double near_m)
+{
+    if (l->now->pose.drift_mps > 0)
+        return goes_on(s, &l->tunnel, near_m) ? near_m : adrift_m(l, s, near_m);
+    if (!l->frame.looks.first_turns || is_between_looks(l, direction))
+        return near_m;
+    return fmin(near_m, s->reason == ANSWER_HEARD ? s->clear_m : 0);
+}
+
 /* Cosine of 45 degrees. Farther to the side a ray leaves the tunnel beside the body's own front. */
 #define BOW 0.7071
 
@@ -255,8 +268,9 @@ static void add(const struct look *l, uint32_t direction, const struct reaches *
     const double most_ahead = ahead > reach.cos ? 1 : ahead * reach.cos + off * reach.sin;
     if (most_ahead <= 0) /* no ray of the cell leads ahead */
         return;
-    const bool blank = picture_blank(l->picture, direction), drifts = l->now->pose.drift_mps > 0;
-    const bool looked = (blank || drifts) && ahead > BOW && looked_at(l, direction, reaches->up);
+    const bool blank = picture_blank(l->picture, direction);
+    const bool ends = l->now->pose.drift_mps > 0 || l->frame.looks.first_turns; /* the promise, where water does */
+    const bool looked = (blank || ends) && ahead > BOW && looked_at(l, direction, reaches->up);
     const bool unseen = looked && blank && !is_between_looks(l, direction);
     double own_m = unseen ? 0 : own_range_m(t, most_ahead);
     double near_m = place_m(t, own_m, v, foreshortened, reach);
@@ -275,8 +289,8 @@ static void add(const struct look *l, uint32_t direction, const struct reaches *
     const double sure_m = s.obstacle ? s.near_m : INFINITY;
     if (s.hint_m < fmin(sure_m, fmin(exit_m, own_m))) /* too weak to block, but no water to be sure of */
         doubt_corridor(out, ANSWER_BEYOND, v, place_m(t, s.hint_m, v, foreshortened, reach));
-    if (looked && drifts && !goes_on(&s, t, own_m)) {
-        own_m = adrift_m(l, &s, own_m);
+    if (looked && ends) {
+        own_m = promised_m(l, direction, &s, own_m);
         near_m = place_m(t, own_m, v, foreshortened, reach);
     }
     if (exit_m <= own_m)
@@ -284,7 +298,7 @@ static void add(const struct look *l, uint32_t direction, const struct reaches *
     out->age_s = fmax(out->age_s, s.age_s);
     if (s.reason != ANSWER_HEARD)
         doubt_corridor(out, s.reason, v, near_m);
-    else if (s.blind_m - t->loose_m > own_m)
+    else if (s.blind_m - t->loose_m > own_m && s.clear_m > own_m)
         doubt_corridor(out, ANSWER_BLIND, v, near_m);
     else if (s.clear_m < exit_m)
         doubt_corridor(out, ANSWER_BEYOND, v, place_m(t, fmax(s.clear_m, own_m), v, foreshortened, reach));

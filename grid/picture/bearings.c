@@ -63,7 +63,7 @@ void bearings_enter(struct bearings *b, const struct echoes *e, const struct mou
     double az_rad;
     bool first = true;
     sensor->wide_rad = e->az_aperture_rad;
-    if (e->flags & PING_NEW_TURN && sensor->turns < 2)
+    if (e->flags & PING_NEW_TURN && sensor->turns < 3)
         sensor->turns++;
     for (unsigned i = 0; i < e->n_beams; i++) {
         const double heard_rad = level_rad(&e->beam[i], e, mount, &az_rad);
@@ -94,10 +94,11 @@ void bearings_tell(const struct bearings *b, struct bearings_looks *out)
     *out = (struct bearings_looks){.bearings = b->seen, .level_rad = b->level_rad};
     for (int k = 0; k < BEARINGS_SENSORS; k++) {
         const struct bearings_sensor *sensor = &b->sensor[k];
-        const bool first_turn = sensor->pings == 1 || (sensor->moves && sensor->turns < 2);
-        const double gap_rad = (double)sensor->step_rad - (first_turn ? (double)sensor->wide_rad : 0);
-        if (first_turn)
+        const bool turns = sensor->pings == 1 || sensor->moves, first_turns = turns && sensor->turns < 3;
+        const double gap_rad = (double)sensor->step_rad - (first_turns ? (double)sensor->wide_rad : 0);
+        if (turns && sensor->turns < 2)
             out->bearings = UINT64_MAX;
+        out->first_turns |= first_turns;
         if (gap_rad > TOUCH_RAD)
             out->gap_rad = fmax(out->gap_rad, gap_rad);
     }

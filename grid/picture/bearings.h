@@ -19,6 +19,7 @@ struct bearings_looks {
     uint64_t bearings; /* a sonar looks there, or may yet */
     double level_rad;  /* so far above and below the body's level plane they hear at all these bearings */
     double gap_rad;    /* so wide a gap between two beams is a sonar's own, not a lost ping's; 0: none is */
+    bool first_turns;  /* some head has not been everywhere twice, so that a ping it lost may have left a gap */
 };
 
 struct bearings_sensor {
@@ -26,7 +27,7 @@ struct bearings_sensor {
     float step_rad;            /* the least from one level beam to the next; 0: unknown */
     float wide_rad;            /* of its last ping's beams */
     uint8_t pings;             /* with a level beam, up to 2 */
-    uint8_t turns;             /* begun, up to 2: the first may begin in the middle of one */
+    uint8_t turns;             /* begun, up to 3: before the first it may have begun in the middle of one */
     bool level;                /* its last beam was */
     bool moves;                /* its pings begin at more than one bearing */
 };
@@ -40,8 +41,8 @@ struct bearings {
 /** bearings_enter - a ping of a sensor with that mount. A head passes from one bearing to the next the shorter way. */
 void bearings_enter(struct bearings *b, const struct echoes *e, const struct mount *mount);
 
-/** bearings_tell - all bearings while a head is in its first turn: nobody knows yet where it will look. Until then only
- * a step that is wider than the beam leaves a gap; later the vehicle has turned as well. */
+/** bearings_tell - all bearings while a head is in its first turn: nobody knows yet where it will look. In its first
+ * turns only a step that is wider than the beam leaves a gap; later the vehicle has turned as well. */
 void bearings_tell(const struct bearings *b, struct bearings_looks *out);
 
 /** bearings_has - does the set hold an azimuth of the body, and a part to either side? At its edge nobody may look. */

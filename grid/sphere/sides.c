@@ -251,15 +251,6 @@ static void keep_seen(struct free_interval *f, const struct free_interval *side)
     rest_on(f, &longest);
 }
 
-/* Did any beam ever see each side? If not, the direction as a whole was not looked at yet. While the vehicle drifts
- * most beams free too little of a direction to tell. */
-static bool was_looked_at(const struct sphere *s, uint32_t d)
-{
-    uint32_t beside[2];
-    rings_beside(&s->rings, d, beside);
-    return s->direction[beside[0]].side[0].t_ping_ns && s->direction[d].side[0].t_ping_ns;
-}
-
 void sides_cut(const struct sphere *s, uint32_t d, uint64_t t_ns, struct free_interval *list)
 {
     struct seen seen;
@@ -269,6 +260,4 @@ void sides_cut(const struct sphere *s, uint32_t d, uint64_t t_ns, struct free_in
     for (int side = 0; side < 2; side++)
         for (int k = 0; k < FREE_INTERVALS; k++)
             keep_seen(&list[k], seen.side[side]);
-    if (!s->drifts && !was_looked_at(s, d))
-        free_none(list);
 }

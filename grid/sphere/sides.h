@@ -35,8 +35,7 @@ void sides_withdraw(struct sphere *s, uint32_t d, uint64_t t_ns);
 void sides_mark(struct sphere *s, uint64_t t_ns);
 
 /** sides_cut - cuts free intervals of direction d (list[FREE_INTERVALS]) to what was seen of both sides by t_ns and not
- * longer ago than what is kept. Their times stay those of the middle. None is left where no beam ever had one of the
- * sides: the direction counts as not looked at. After sides_mark. */
+ * longer ago than what is kept. Their times stay those of the middle. After sides_mark. */
 void sides_cut(const struct sphere *s, uint32_t d, uint64_t t_ns, struct free_interval *list);
 
 #endif

@@ -77,11 +77,11 @@ TEST(the_front_is_the_bodys_extent_along_the_line)
 }
 
 /* Sonars look at these bearings, 10 degrees up and down. */
-static void looks_at(uint64_t bearings, double step_deg)
+static void looks_at(uint64_t bearings, double gap_deg, bool first_turns)
 {
     struct picture_frame frame;
     picture_get_frame(&picture, &frame);
-    frame.looks = (struct bearings_looks){bearings, geo_rad(10), geo_rad(step_deg)};
+    frame.looks = (struct bearings_looks){bearings, geo_rad(10), geo_rad(gap_deg), first_turns};
     picture_begin(&picture);
     picture_set_frame(&picture, &frame);
     picture_end(&picture);
@@ -110,7 +110,7 @@ TEST(near_is_no_leave_where_a_sonar_looks_and_has_not_looked)
     for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         start();
         all_free(20);
-        looks_at(row[i].bearings, 0);
+        looks_at(row[i].bearings, 0, false);
         forget(at(row[i].az_deg, row[i].el_deg));
         const struct corridor c = look(&promised, 1, 0, 0, 2);
         CHECK_INT(c.reason, row[i].known ? ANSWER_HEARD : ANSWER_NEVER);
@@ -133,7 +133,7 @@ TEST(near_shrinks_as_a_vehicle_drifts)
     for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         start();
         all_free(20);
-        looks_at(UINT64_MAX, 0);
+        looks_at(UINT64_MAX, 0, false);
         now.pose.drift_mps = 0.1;
         now.pose.heading_adrift = row[i].turned;
         const struct picture_entry e = {
@@ -152,10 +152,36 @@ TEST(near_covers_what_lies_between_two_looks)
     for (int gap = 1; gap < 6; gap++) { /* cells of 3 degrees, looks 5.5 degrees apart */
         start();
         all_free(20);
-        looks_at(UINT64_MAX, 5.5);
+        looks_at(UINT64_MAX, 5.5, false);
         for (int i = 0; i < gap; i++)
             forget(at(3 * i + 1.5, 0));
         CHECK_INT(look(&promised, 1, 0, 0, 2).reason, gap <= 4 ? ANSWER_HEARD : ANSWER_NEVER);
+    }
+}
+
+/* What a lost ping leaves: nothing, all but a piece, half a cell of which no more was kept than its age. */
+TEST(near_covers_no_lost_ping_in_the_first_turns)
+{
+    static const struct corridor_body promised = {
+        .radius_m = 0.3, .half_height_m = 0.2, .margin_m = 0.1, .near_m = 3};
+    static const struct {
+        double to_m, known_m;
+        bool first_turns;
+        double gap_deg, az_deg;
+        enum answer_reason reason;
+    } row[] = {{1.5, 1.5, true, 0, 0, ANSWER_BEYOND}, {1.5, 2, false, 0, 0, ANSWER_HEARD},
+               {1.5, 2, true, 3, 0, ANSWER_HEARD},  /* the sonar's own gap between two beams */
+               {1.5, 2, true, 0, 60, ANSWER_HEARD}, /* beside the body's own front */
+               {3.5, 2, true, 0, 0, ANSWER_HEARD},    {-1, 0, true, 0, 0, ANSWER_BEYOND},
+               {-1, 2, false, 0, 0, ANSWER_HEARD}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        start();
+        all_free(20);
+        looks_at(UINT64_MAX, row[i].gap_deg, row[i].first_turns);
+        set(at(row[i].az_deg, 0), 0.3, row[i].to_m, 0, 1);
+        const struct corridor c = look(&promised, 1, 0, 0, 2);
+        CHECK_NEAR(c.known_m, row[i].known_m, 0, 0.02);
+        CHECK_INT(c.reason, row[i].reason);
     }
 }
 
@@ -642,6 +668,7 @@ int main(void)
     RUN(near_is_no_leave_where_a_sonar_looks_and_has_not_looked);
     RUN(near_shrinks_as_a_vehicle_drifts);
     RUN(near_covers_what_lies_between_two_looks);
+    RUN(near_covers_no_lost_ping_in_the_first_turns);
     RUN(what_stands_in_the_tunnel_blocks_and_what_stands_beside_it_does_not);
     RUN(a_vehicle_off_the_grids_centre_sweeps_its_own_tunnel);
     RUN(the_bodys_own_place_is_not_asked_for);
