@@ -159,7 +159,7 @@ TEST(near_covers_what_lies_between_two_looks)
     }
 }
 
-/* What a lost ping leaves: nothing, all but a piece, half a cell of which no more was kept than its age. */
+/* A lost ping leaves a piece of a direction's water, or none of it (to_m = -1) where a side was in no beam. */
 TEST(near_covers_no_lost_ping_in_the_first_turns)
 {
     static const struct corridor_body promised = {
