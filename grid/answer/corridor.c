@@ -4,6 +4,7 @@
 #include <math.h>
 #include <string.h>
 
+#include "promise.h"
 #include "sight.h"
 
 /* The tunnel in the grid's axes. `up` is across the line, as nearly up in the body as may be. */
@@ -182,6 +183,7 @@ struct look {
     struct picture_frame frame;
     struct sight_place place;
     struct tunnel tunnel;
+    struct promise promise;
     struct corridor *out;
 };
 
@@ -189,68 +191,6 @@ struct look {
 static double own_range_m(const struct tunnel *t, double ahead)
 {
     return t->near_m > 0 ? t->near_m : t->own_m / ahead;
-}
-
-/*
- * Is it a level direction in which a sonar looks, whatever the body's tilt? The sonar will show what is there, so
- * near_m is no reason to pass there before it has.
- */
-static bool looked_at(const struct look *l, uint32_t direction, struct reach reach)
-{
-    const struct bearings_looks *looks = &l->frame.looks;
-    const double *v = l->picture->axis[direction], step_rad = l->picture->rings->step_rad;
-    double u[3] = {v[0], v[1], v[2]};
-    if (l->tunnel.near_m <= 0 || fabs(v[2]) > reach.sin)
-        return false;
-    sight_from_grid(&l->frame, l->now, false, u);
-    return fabs(u[2]) <= sin(looks->level_rad - step_rad) && bearings_has(looks->bearings, atan2(u[1], u[0]));
-}
-
-/* Do the looks leave out no more than lies between two of a sonar's beams? What stands there no beam shows. */
-static bool is_between_looks(const struct look *l, uint32_t direction)
-{
-    const struct rings *rings = l->picture->rings;
-    const uint32_t ring = rings_ring(rings, direction), first = rings->start[ring];
-    const uint32_t n = rings->start[ring + 1] - first, at = direction - first;
-    const uint32_t most = (uint32_t)fmin(ceil(l->frame.looks.gap_rad / rings_width(rings, ring)), n / 2);
-    for (uint32_t k = 1; k <= most; k++)
-        if (!picture_blank(l->picture, first + (at + k) % n) ||
-            !picture_blank(l->picture, first + (at + n - k) % n))
-            return true;
-    return false;
-}
-
-/*
- * Is the water free, at this moment, where near_m ends? Of a vehicle that drifts it must be: what a beam showed farther
- * out may by now have come nearer than near_m, and nothing tells where it is.
- */
-static bool goes_on(const struct sight *s, const struct tunnel *t, double own_m)
-{
-    return s->reason == ANSWER_HEARD && s->blind_m - t->loose_m <= own_m && s->clear_m > own_m;
-}
-
-/*
- * What is left of near_m where it does not: what stood beyond it when a beam showed water there last has come nearer by
- * the drift since, at the most. Nothing of it where the last look showed none, as of a sonar that is drowned in noise;
- * nor if the vehicle may have turned since: what a beam showed at another bearing may be at this one now.
- */
-static double adrift_m(const struct look *l, const struct sight *s, double near_m)
-{
-    const struct pose *pose = &l->now->pose;
-    return s->showed && !pose->heading_adrift ? fmax(0, near_m - pose->drift_mps * s->age_s) : 0;
-}
-
-/*
- * Up to where near_m holds in a direction at which a sonar looks. Until its head has been everywhere twice, water that
- * ends before near_m may be the gap of a lost ping; from then on a direction has what an earlier turn showed of it.
- */
-static double promised_m(const struct look *l, uint32_t direction, const struct sight *s, double near_m)
-{
-    if (l->now->pose.drift_mps > 0)
-        return goes_on(s, &l->tunnel, near_m) ? near_m : adrift_m(l, s, near_m);
-    if (!l->frame.looks.first_turns || is_between_looks(l, direction))
-        return near_m;
-    return fmin(near_m, s->reason == ANSWER_HEARD ? s->clear_m : 0);
 }
 
 /* Cosine of 45 degrees. Farther to the side a ray leaves the tunnel beside the body's own front. */
@@ -268,11 +208,10 @@ static void add(const struct look *l, uint32_t direction, const struct reaches *
     const double most_ahead = ahead > reach.cos ? 1 : ahead * reach.cos + off * reach.sin;
     if (most_ahead <= 0) /* no ray of the cell leads ahead */
         return;
-    const bool blank = picture_blank(l->picture, direction);
-    const bool ends = l->now->pose.drift_mps > 0 || l->frame.looks.first_turns; /* the promise, where water does */
-    const bool looked = (blank || ends) && ahead > BOW && looked_at(l, direction, reaches->up);
-    const bool unseen = looked && blank && !is_between_looks(l, direction);
-    double own_m = unseen ? 0 : own_range_m(t, most_ahead);
+    const bool blank = picture_blank(l->picture, direction), promised = t->near_m > 0 && ahead > BOW;
+    double own_m = own_range_m(t, most_ahead);
+    if (blank && promised)
+        own_m = promise_m(&l->promise, direction, reaches->up.sin, NULL, own_m);
     double near_m = place_m(t, own_m, v, foreshortened, reach);
     if (blank && near_m >= out->known_m) /* a doubt from there on is no news */
         return;
@@ -289,8 +228,8 @@ static void add(const struct look *l, uint32_t direction, const struct reaches *
     const double sure_m = s.obstacle ? s.near_m : INFINITY;
     if (s.hint_m < fmin(sure_m, fmin(exit_m, own_m))) /* too weak to block, but no water to be sure of */
         doubt_corridor(out, ANSWER_BEYOND, v, place_m(t, s.hint_m, v, foreshortened, reach));
-    if (looked && ends) {
-        own_m = promised_m(l, direction, &s, own_m);
+    if (!blank && promised) {
+        own_m = promise_m(&l->promise, direction, reaches->up.sin, &s, own_m);
         near_m = place_m(t, own_m, v, foreshortened, reach);
     }
     if (exit_m <= own_m)
@@ -360,6 +299,12 @@ static void look_once(struct picture *p, const struct answer_conf *conf, const s
     sight_locate(frame, conf, now, &l.place);
     out->uncertain_m = l.place.uncertain_m;
     set_off(t, &l.place);
+    l.promise = (struct promise){.picture = p,
+                                 .frame = frame,
+                                 .now = now,
+                                 .offset_m = geo_length(l.place.offset_m),
+                                 .loose_m = t->loose_m,
+                                 .turned_rad = l.place.turned_rad};
     struct rings_visit visit =
         rings_visit(p->rings, t->along,
                     fmin(GEO_PI / 2 + p->rings->height_rad + l.place.turned_rad + l.place.adrift_rad, GEO_PI));

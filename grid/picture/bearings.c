@@ -2,6 +2,7 @@
 #include "bearings.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "grid/geometry.h"
 #include "grid/ping.h"
@@ -47,12 +48,42 @@ static double level_rad(const struct beam_echoes *beam, const struct echoes *e, 
 #define LEAST_RAD (5 * GEO_PI / 180) /* a beam that hears no more above and below level shows no bearing */
 
 /* From the last level beam to this one: the head passed there, or the fan has no beam between. */
-static void join_bearings(struct bearings *b, struct bearings_sensor *sensor, double az_rad)
+static void join_bearings(struct bearings_sensor *sensor, double az_rad)
 {
     const float step_rad = (float)fabs(geo_wrap_pi(az_rad - (double)sensor->last_rad));
     if (step_rad > 0 && (sensor->step_rad <= 0 || step_rad < sensor->step_rad))
         sensor->step_rad = step_rad;
-    b->seen |= between((double)sensor->last_rad, az_rad);
+    sensor->seen |= between((double)sensor->last_rad, az_rad);
+}
+
+static bool is_deaf(const struct beam_echoes *beam)
+{
+    return beam->state == BEAM_BLIND || (beam->n == 0 && beam->heard_from_m >= beam->heard_to_m);
+}
+
+/* A ping that is deaf all over leaves what the last one had in view. */
+static void keep_view(struct bearings_sensor *sensor, const struct echoes *e, const struct mount *mount)
+{
+    struct bearings_view *view = &sensor->view;
+    uint64_t bearings = sensor->seen;
+    double az_rad;
+    for (unsigned i = 0; i < e->n_beams; i++)
+        if (is_deaf(&e->beam[i]) && level_rad(&e->beam[i], e, mount, &az_rad) > 0)
+            bearings &= ~part(az_rad);
+    if (!bearings)
+        return;
+    *view = (struct bearings_view){.bearings = bearings,
+                                   .range_m = (double)e->range_max_m,
+                                   .mount_m = geo_length(mount->position_m),
+                                   .path_m = e->pose.path_m,
+                                   .drift_m = {e->pose.drift_m[0], e->pose.drift_m[1]},
+                                   .t_ns = e->t_ns,
+                                   .discontinuities = e->pose.discontinuities,
+                                   .withdrawn = e->pose.withdrawn};
+    memcpy(view->attitude, e->pose.attitude, sizeof view->attitude);
+    quat_rotate(view->attitude, mount->position_m, view->position_m);
+    for (int k = 0; k < 3; k++)
+        view->position_m[k] += e->pose.position_m[k];
 }
 
 void bearings_enter(struct bearings *b, const struct echoes *e, const struct mount *mount)
@@ -65,6 +96,8 @@ void bearings_enter(struct bearings *b, const struct echoes *e, const struct mou
     sensor->wide_rad = e->az_aperture_rad;
     if (e->flags & PING_NEW_TURN && sensor->turns < 3)
         sensor->turns++;
+    if (!sensor->moves)
+        keep_view(sensor, e, mount);
     for (unsigned i = 0; i < e->n_beams; i++) {
         const double heard_rad = level_rad(&e->beam[i], e, mount, &az_rad);
         const bool joins = sensor->level && (one_beam || !first);
@@ -73,10 +106,10 @@ void bearings_enter(struct bearings *b, const struct echoes *e, const struct mou
             continue;
         if (first && sensor->pings == 2 && !sensor->moves && (float)az_rad == before_rad)
             return; /* a fan that looks where it did before */
-        b->level_rad = b->seen ? fmin(b->level_rad, heard_rad) : heard_rad;
-        b->seen |= part(az_rad);
+        b->level_rad = b->level_rad > 0 ? fmin(b->level_rad, heard_rad) : heard_rad;
+        sensor->seen |= part(az_rad);
         if (joins)
-            join_bearings(b, sensor, az_rad);
+            join_bearings(sensor, az_rad);
         sensor->last_rad = (float)az_rad;
         sensor->first_rad = first ? (float)az_rad : sensor->first_rad;
         first = false;
@@ -91,15 +124,70 @@ void bearings_enter(struct bearings *b, const struct echoes *e, const struct mou
 
 void bearings_tell(const struct bearings *b, struct bearings_looks *out)
 {
-    *out = (struct bearings_looks){.bearings = b->seen, .level_rad = b->level_rad};
+    *out = (struct bearings_looks){.level_rad = b->level_rad};
     for (int k = 0; k < BEARINGS_SENSORS; k++) {
         const struct bearings_sensor *sensor = &b->sensor[k];
         const bool turns = sensor->pings == 1 || sensor->moves, first_turns = turns && sensor->turns < 3;
         const double gap_rad = (double)sensor->step_rad - (first_turns ? (double)sensor->wide_rad : 0);
-        if (turns && sensor->turns < 2)
-            out->bearings = UINT64_MAX;
+        out->bearings |= turns && sensor->turns < 2 ? UINT64_MAX : sensor->seen;
+        out->heads |= turns && !first_turns ? sensor->seen : 0;
+        out->fans |= turns ? 0 : sensor->seen;
+        if (!turns)
+            out->view[k] = sensor->view;
         out->first_turns |= first_turns;
         if (gap_rad > TOUCH_RAD)
             out->gap_rad = fmax(out->gap_rad, gap_rad);
     }
+}
+
+void bearings_forget(struct bearings *b)
+{
+    for (int k = 0; k < BEARINGS_SENSORS; k++)
+        b->sensor[k].view.bearings = 0;
+}
+
+bool bearings_have(uint64_t set, double az_rad, double within_rad)
+{
+    const int64_t first = (int64_t)floor((az_rad - within_rad) / PART_RAD) - 1,
+                  last = (int64_t)floor((az_rad + within_rad) / PART_RAD) + 1;
+    uint64_t parts = 0;
+    for (int64_t k = first; k <= last; k++)
+        parts |= UINT64_C(1) << ((uint64_t)k % BEARINGS); /* BEARINGS divides 2^64 */
+    return (parts & ~set) == 0;
+}
+
+/* A place in the body's axes as the fan saw it: its azimuth, and how far aside it may be for being off_m off. */
+static double azimuth(const struct bearings_view *view, const double ned_m[3], double off_m, double *aside_rad,
+                      double *far_m)
+{
+    double v[3];
+    for (int k = 0; k < 3; k++)
+        v[k] = ned_m[k] - view->position_m[k];
+    quat_rotate_inverse(view->attitude, v, v);
+    const double level_m = hypot(v[0], v[1]);
+    *aside_rad = fmax(*aside_rad, off_m < level_m ? asin(off_m / level_m) : GEO_PI);
+    *far_m = fmax(*far_m, geo_length(v) + off_m);
+    return atan2(v[1], v[0]);
+}
+
+/* Nobody knows where what it had in view lies from there. */
+static bool is_lost(const struct bearings_view *view, const struct pose *pose)
+{
+    return view->discontinuities != pose->discontinuities || view->withdrawn != pose->withdrawn ||
+           pose->drift_m[0] > view->drift_m[0] || pose->drift_m[1] > view->drift_m[1];
+}
+
+bool bearings_had(const struct bearings_view *view, const struct pose *pose, uint64_t now_ns,
+                  const double line_m[2][3], double off_m, double off_rad)
+{
+    if (!view->bearings || is_lost(view, pose))
+        return false;
+    const double since_s = now_ns > view->t_ns ? (double)(now_ns - view->t_ns) * 1e-9 : 0;
+    const double way_m = fmax(pose->path_m - view->path_m, 0), turned_rad = pose->heading_radps * since_s;
+    double aside_rad = 0, far_m = 0;
+    off_m += (POSE_WAY_ERROR + turned_rad) * way_m;
+    const double first_rad = azimuth(view, line_m[0], off_m, &aside_rad, &far_m),
+                 half_rad = geo_wrap_pi(azimuth(view, line_m[1], off_m, &aside_rad, &far_m) - first_rad) / 2;
+    const double within_rad = fabs(half_rad) + aside_rad + off_rad + turned_rad;
+    return far_m <= view->range_m && bearings_have(view->bearings, first_rad + half_rad, fmin(within_rad, GEO_PI));
 }

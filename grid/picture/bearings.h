@@ -10,19 +10,34 @@
 #include <stdint.h>
 
 #include "grid/echoes.h"
+#include "grid/geometry.h"
 
 #define BEARINGS         64 /* a bit each: bit k is azimuth k to k + 1 of so many parts of the body's circle */
 #define BEARINGS_SENSORS 16
 
+/* What a fan, a sensor whose pings all look at the same bearings, had in view at its last ping. */
+struct bearings_view {
+    uint64_t bearings;                 /* of the body, without those of deaf beams; 0: of no fan */
+    double position_m[3], attitude[4]; /* the sensor's place, NED, and the body's attitude */
+    double range_m;                    /* it listened so far */
+    double mount_m;                    /* the sensor from the body's reference point */
+    double path_m, drift_m[2];         /* as in struct pose */
+    uint64_t t_ns, discontinuities, withdrawn;
+};
+
 /* What the sonars look at, for the picture. */
 struct bearings_looks {
-    uint64_t bearings; /* a sonar looks there, or may yet */
-    double level_rad;  /* so far above and below the body's level plane they hear at all these bearings */
-    double gap_rad;    /* so wide a gap between two beams is a sonar's own, not a lost ping's; 0: none is */
-    bool first_turns;  /* some head has not been everywhere twice, so that a ping it lost may have left a gap */
+    uint64_t bearings;    /* a sonar looks there, or may yet */
+    double level_rad;     /* so far above and below the body's level plane they hear at all these bearings */
+    double gap_rad;       /* so wide a gap between two beams is a sonar's own, not a lost ping's; 0: none is */
+    bool first_turns;     /* some head has not been everywhere twice, so that a ping it lost may have left a gap */
+    uint64_t fans, heads; /* of the bearings: a fan looks there, or a head that has been everywhere twice */
+    struct bearings_view view[BEARINGS_SENSORS];
 };
 
 struct bearings_sensor {
+    uint64_t seen; /* a level beam was there, or its head passed there between two pings */
+    struct bearings_view view;
     float first_rad, last_rad; /* azimuth in the body of the first and last level beam of its last ping with one */
     float step_rad;            /* the least from one level beam to the next; 0: unknown */
     float wide_rad;            /* of its last ping's beams */
@@ -33,8 +48,7 @@ struct bearings_sensor {
 };
 
 struct bearings {
-    double level_rad; /* as in bearings_looks */
-    uint64_t seen;    /* a level beam was there, or its head passed there between two pings */
+    double level_rad; /* as in bearings_looks; 0: no beam was level yet */
     struct bearings_sensor sensor[BEARINGS_SENSORS];
 };
 
@@ -45,11 +59,16 @@ void bearings_enter(struct bearings *b, const struct echoes *e, const struct mou
  * turns only a step that is wider than the beam leaves a gap; later the vehicle has turned as well. */
 void bearings_tell(const struct bearings *b, struct bearings_looks *out);
 
-/** bearings_has - does the set hold an azimuth of the body, and a part to either side? At its edge nobody may look. */
-static inline bool bearings_has(uint64_t set, double az_rad)
-{
-    const unsigned k = (unsigned)(geo_wrap(az_rad) / GEO_TURN * BEARINGS) % BEARINGS;
-    return set >> k & set >> (k + 1) % BEARINGS & set >> (k + BEARINGS - 1) % BEARINGS & 1;
-}
+/** bearings_forget - nobody knows any more where what the fans had in view lies: the vehicle has jumped. */
+void bearings_forget(struct bearings *b);
+
+/** bearings_have - does the set hold all azimuths of the body within so much of one, and a part to either side? At its
+ * edges nobody may look. within_rad: up to half a turn. */
+bool bearings_have(uint64_t set, double az_rad, double within_rad);
+
+/** bearings_had - had that fan in view all that lies on a line from one place to another (NED, as of a pose at now_ns),
+ * though that may be off by off_m and off_rad? The errors of way and heading since its ping come on top. */
+bool bearings_had(const struct bearings_view *view, const struct pose *pose, uint64_t now_ns,
+                  const double line_m[2][3], double off_m, double off_rad);
 
 #endif

@@ -75,6 +75,7 @@ static void forget_everything(struct sphere *s)
 {
     cells_clear(&s->cells);
     wedges_clear(&s->wedges);
+    bearings_forget(&s->bearings);
     s->nearest_m = INFINITY;
     s->n_dirty = s->rings.n;
     for (uint32_t d = 0; d < s->rings.n; d++) {
@@ -285,8 +286,6 @@ void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *
         return;
     motion_drifted(s, &e->pose);
     begin_turn(s, e);
-    bearings_enter(&s->bearings, e, mount);
-    bearings_tell(&s->bearings, &s->frame.looks);
     double turn[4], origin_m[3];
     memcpy(turn, mount->attitude, sizeof turn);
     memcpy(origin_m, mount->position_m, sizeof origin_m);
@@ -297,6 +296,8 @@ void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *
             origin_m[i] += e->pose.position_m[i] - s->frame.centre_m[i];
     }
     sensor_enter(s, e, turn, origin_m);
+    bearings_enter(&s->bearings, e, mount); /* of a vehicle that jumped, from there on */
+    bearings_tell(&s->bearings, &s->frame.looks);
     motion_drift(s, &e->pose, e->t_ns);
     publish_ping(s, e);
 }

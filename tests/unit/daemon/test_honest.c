@@ -198,6 +198,22 @@ TEST(in_the_first_scan)
             1, 4);
 }
 
+/*
+ * `near` is no leave to go where a turn brings new water into a fan's sight while the fan is silent. In this world a
+ * post stands there, 3 m away.
+ */
+TEST(a_post_that_comes_into_the_sight_of_a_silent_fan)
+{
+    const uint64_t rest = seed;
+    seed = 2383898179738310679;
+    run_with(
+        &(struct trial){
+            .vehicle = &slow_fan, .period_ns = SECOND / 10, .late_ns = SECOND / 50, .early = true, .basin = true},
+        1, 1);
+    USEFUL(told_share(LIMIT) > 0.85);
+    seed = rest;
+}
+
 /* What the slow vehicle's answers hold back, and how much less that is when one thing is easier. */
 static void tell_causes(void)
 {
@@ -242,5 +258,6 @@ int main(int argc, char **argv)
     RUN(with_sonars_on_their_sides);
     RUN(in_the_first_scan);
     RUN(posts_that_are_nearer_than_near);
+    RUN(a_post_that_comes_into_the_sight_of_a_silent_fan);
     return test_end();
 }

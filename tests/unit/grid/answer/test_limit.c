@@ -81,7 +81,8 @@ static void looks_at(uint64_t bearings, double gap_deg, bool first_turns)
 {
     struct picture_frame frame;
     picture_get_frame(&picture, &frame);
-    frame.looks = (struct bearings_looks){bearings, geo_rad(10), geo_rad(gap_deg), first_turns};
+    frame.looks = (struct bearings_looks){
+        .bearings = bearings, .level_rad = geo_rad(10), .gap_rad = geo_rad(gap_deg), .first_turns = first_turns};
     picture_begin(&picture);
     picture_set_frame(&picture, &frame);
     picture_end(&picture);
@@ -182,6 +183,83 @@ TEST(near_covers_no_lost_ping_in_the_first_turns)
         const struct corridor c = look(&promised, 1, 0, 0, 2);
         CHECK_NEAR(c.known_m, row[i].known_m, 0, 0.02);
         CHECK_INT(c.reason, row[i].reason);
+    }
+}
+
+#define FAN UINT64_C(0xff800000000001ff) /* 100 degrees about the bow */
+
+/*
+ * A fan that hears 100 degrees had the water ahead in view from somewhere: of a direction 13 degrees to the side it
+ * shows 1.5 m, or nothing. A larger body is promised no more.
+ */
+TEST(near_covers_no_water_that_came_into_view)
+{
+    static const struct corridor_body promised = {
+        .radius_m = 0.3, .half_height_m = 0.2, .margin_m = 0.1, .near_m = 3};
+    static const struct {
+        double from_yaw_deg, from_m[2], range_m, uncertain_m, uncertain_rad, axes_deg;
+        double to_m;                                        /* what it shows; 0: 1.5 m */
+        uint64_t discontinuities, withdrawn, second, heads; /* bearings of another fan, from here, and of heads */
+        bool blank, known;
+    } row[] = {{.range_m = 10, .known = true},
+               {.range_m = 10, .blank = true, .known = true}, /* between two beams */
+               {.range_m = 10, .from_yaw_deg = -36},
+               {.range_m = 10, .from_yaw_deg = -36, .blank = true},
+               {.range_m = 10, .from_yaw_deg = 36, .known = true},
+               {.range_m = 10, .from_yaw_deg = -36, .second = UINT64_MAX, .known = true},
+               {.range_m = 10, .from_yaw_deg = -36, .second = UINT64_C(0x3ffffffffffc00)},
+               {.range_m = 10, .from_yaw_deg = -36, .heads = UINT64_MAX, .known = true},
+               {.range_m = 10, .from_m = {0, -2}},
+               {.range_m = 10, .from_m = {1.2, 0}},
+               {.range_m = 10, .from_m = {-2, 0}, .known = true},
+               {.range_m = 4, .from_m = {-2, 0}},
+               {.range_m = 10, .from_m = {-2, 0}, .uncertain_m = 0.1, .known = true},
+               {.range_m = 10, .from_yaw_deg = -25, .known = true},
+               {.range_m = 10, .from_yaw_deg = -25, .uncertain_m = 0.3},
+               {.range_m = 10, .from_yaw_deg = -25, .uncertain_rad = 0.15},
+               {.range_m = 10, .from_yaw_deg = -25, .axes_deg = -30, .known = true},
+               {.range_m = 10, .from_yaw_deg = -36, .axes_deg = 30},
+               {.range_m = 10, .discontinuities = 1},
+               {.range_m = 10, .withdrawn = 1},
+               {.range_m = 10, .from_m = {0.6, 0}, .to_m = 0.4}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct picture_frame frame;
+        start_with(rings_full(&rings, geo_rad(3)), true);
+        all_free(20);
+        picture_get_frame(&picture, &frame);
+        frame.axes_rad = geo_rad(row[i].axes_deg);
+        frame.discontinuities = now.pose.discontinuities = row[i].discontinuities;
+        frame.withdrawn = now.pose.withdrawn = row[i].withdrawn;
+        frame.looks = (struct bearings_looks){.bearings = FAN | row[i].second,
+                                              .level_rad = geo_rad(10),
+                                              .gap_rad = geo_rad(3),
+                                              .fans = FAN | row[i].second,
+                                              .heads = row[i].heads};
+        struct bearings_view *view = frame.looks.view;
+        view[0] = (struct bearings_view){
+            .bearings = FAN, .position_m = {row[i].from_m[0], row[i].from_m[1]}, .range_m = row[i].range_m};
+        quat_from_rpy(0, 0, geo_rad(row[i].from_yaw_deg), view[0].attitude);
+        view[1] = (struct bearings_view){.bearings = row[i].second, .attitude = {1}, .range_m = 10};
+        picture_begin(&picture);
+        picture_set_frame(&picture, &frame);
+        picture_end(&picture);
+        now.pose.uncertain_m = row[i].uncertain_m;
+        now.pose.uncertain_rad = row[i].uncertain_rad;
+        const uint32_t there = at(13.5 - row[i].axes_deg, 0);
+        if (row[i].blank)
+            forget(there);
+        else
+            set(there, 0.1, row[i].to_m > 0 ? row[i].to_m : 1.5, 0, 1);
+        const struct corridor c = look(&promised, 1, 0, 0, 2);
+        if (row[i].known)
+            CHECK(c.reason == ANSWER_HEARD && c.known_m == 2);
+        else
+            CHECK(c.reason == (row[i].blank ? ANSWER_NEVER : ANSWER_BEYOND) &&
+                  c.known_m < (row[i].blank ? 0.1 : 1.6));
+        struct corridor_body larger = promised;
+        larger.radius_m *= 3;
+        const struct corridor by = look(&larger, 1, 0, 0, 2);
+        CHECK(by.known_m - by.front_m <= c.known_m - c.front_m);
     }
 }
 
@@ -669,6 +747,7 @@ int main(void)
     RUN(near_shrinks_as_a_vehicle_drifts);
     RUN(near_covers_what_lies_between_two_looks);
     RUN(near_covers_no_lost_ping_in_the_first_turns);
+    RUN(near_covers_no_water_that_came_into_view);
     RUN(what_stands_in_the_tunnel_blocks_and_what_stands_beside_it_does_not);
     RUN(a_vehicle_off_the_grids_centre_sweeps_its_own_tunnel);
     RUN(the_bodys_own_place_is_not_asked_for);

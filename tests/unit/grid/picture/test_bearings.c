@@ -7,10 +7,17 @@
 
 static struct bearings b;
 static struct mount mount;
+static struct pose pose;
+static uint8_t state;
+static int deaf_from; /* the beams from this one on hear nothing */
 
 static void start(double roll_deg, double pitch_deg, double yaw_deg)
 {
     b = (struct bearings){0};
+    pose = pose_identity;
+    mount = mount_identity;
+    state = BEAM_SILENT;
+    deaf_from = 64;
     quat_from_rpy(geo_rad(roll_deg), geo_rad(pitch_deg), geo_rad(yaw_deg), mount.attitude);
 }
 
@@ -23,10 +30,15 @@ static void ping(unsigned sensor, int beams, double from_deg, double to_deg, dou
                        .flags = new_turn ? PING_NEW_TURN : 0,
                        .az_aperture_rad = (float)geo_rad(3),
                        .el_aperture_rad = (float)geo_rad(high_deg),
+                       .range_max_m = 10,
+                       .pose = pose,
+                       .t_ns = pose.t_ns,
                        .beam = beam};
     for (int i = 0; i < beams; i++) {
         const double share = beams > 1 ? (double)i / (beams - 1) : 0;
-        beam[i] = (struct beam_echoes){.az_rad = (float)geo_wrap(geo_rad(from_deg + share * (to_deg - from_deg)))};
+        beam[i] = (struct beam_echoes){.az_rad = (float)geo_wrap(geo_rad(from_deg + share * (to_deg - from_deg))),
+                                       .state = state,
+                                       .heard_to_m = i < deaf_from ? 10 : 0};
     }
     bearings_enter(&b, &e, &mount);
 }
@@ -35,7 +47,7 @@ static bool at(double deg)
 {
     struct bearings_looks looks;
     bearings_tell(&b, &looks);
-    return bearings_has(looks.bearings, geo_rad(deg));
+    return bearings_have(looks.bearings, geo_rad(deg), 0);
 }
 
 TEST(a_fan_looks_within_its_opening_from_its_second_ping_on)
@@ -111,7 +123,7 @@ TEST(a_beam_that_stays_looks_where_it_points)
     struct bearings_looks looks;
     bearings_tell(&b, &looks);
     CHECK(!looks.first_turns);
-    CHECK(b.seen != 0 && !at(210));
+    CHECK(b.sensor[0].seen != 0 && !at(210));
 }
 
 TEST(what_hears_little_above_and_below_level_shows_no_bearing)
@@ -143,6 +155,146 @@ TEST(sensors_add_up_and_the_least_opening_counts)
     CHECK(at(200));
 }
 
+/* What lies on the line from one place to another, NED. */
+static bool had_line(unsigned sensor, double north_m, double east_m, double to_north_m, double to_east_m,
+                     double off_m, double off_rad)
+{
+    struct bearings_looks looks;
+    bearings_tell(&b, &looks);
+    return bearings_had(&looks.view[sensor], &pose, pose.t_ns,
+                        (const double[2][3]){{north_m, east_m, 0}, {to_north_m, to_east_m, 0}}, off_m, off_rad);
+}
+
+static bool had(unsigned sensor, double north_m, double east_m, double off_m, double off_rad)
+{
+    return had_line(sensor, north_m, east_m, north_m, east_m, off_m, off_rad);
+}
+
+static void fan(uint8_t beams_state)
+{
+    state = beams_state;
+    ping(0, 32, -48, 48, 20, true);
+}
+
+TEST(a_fan_had_in_view_what_its_last_ping_looked_at)
+{
+    start(0, 0, 0);
+    CHECK(!had(0, 5, 0, 0, 0));
+    fan(BEAM_SILENT);
+    CHECK(!had(0, 5, 0, 0, 0)); /* it may be a head */
+    fan(BEAM_SILENT);
+    CHECK(had(0, 5, 0, 0, 0) && had(0, 5, 4, 0, 0) && !had(0, 5, 6, 0, 0) && !had(0, -5, 0, 0, 0));
+    CHECK(had(0, 9.9, 0, 0, 0) && !had(0, 10.1, 0, 0, 0) && !had(0, 9.9, 0, 0.2, 0));
+    CHECK(had(0, 5, 3, 0.5, 0) && !had(0, 5, 3, 1.6, 0) && !had(0, 5, 3, 6, 0));
+    CHECK(had(0, 5, 3, 0, 0.1) && !had(0, 5, 3, 0, 0.3) && !had(0, 5, 3, 0, 4));
+    pose.position_m[0] = 3;
+    quat_from_rpy(0, 0, GEO_PI / 2, pose.attitude);
+    CHECK(had(0, 5, 0, 0, 0));
+    fan(BEAM_BLIND);
+    CHECK(had(0, 5, 0, 0, 0)); /* as of its last ping that was not deaf */
+    fan(BEAM_SILENT);
+    CHECK(!had(0, 5, 0, 0, 0) && had(0, 3, 5, 0, 0) && had(0, 3, 9.9, 0, 0) && !had(1, 3, 5, 0, 0));
+}
+
+TEST(a_fan_had_a_line_in_view_that_lies_in_it_all_the_way)
+{
+    start(0, 0, 0);
+    fan(BEAM_SILENT);
+    fan(BEAM_SILENT);
+    CHECK(had_line(0, 5, -4, 5, 4, 0, 0) && !had_line(0, 5, -4, 5, 6, 0, 0) && !had_line(0, 1, 3, 5, 3, 0, 0));
+    CHECK(!had_line(0, 5, 0, 11, 0, 0, 0));
+    start(0, 0, 0);
+    for (int i = 0; i < 2; i++)
+        ping(0, 64, -150, 150, 20, true);
+    CHECK(had_line(0, 0, 5, -5, 5, 0, 0) && had_line(0, 0, -5, -5, -5, 0, 0));
+    CHECK(!had_line(0, -5, 5, -5, -5, 0, 0)); /* astern it passes between the ends of the fan */
+}
+
+TEST(a_fan_had_nothing_in_view_at_the_bearings_of_deaf_beams)
+{
+    start(0, 0, 0);
+    for (int i = 0; i < 3; i++) {
+        ping(0, 32, -48, 48, 20, true);
+        deaf_from = 20; /* from 12 degrees on */
+    }
+    CHECK(had(0, 5, -3, 0, 0) && had(0, 5, 0, 0, 0) && !had(0, 5, 3, 0, 0));
+    struct bearings_looks looks;
+    bearings_tell(&b, &looks);
+    CHECK(bearings_have(looks.fans, geo_rad(30), 0)); /* it looks there all the same */
+}
+
+TEST(a_fan_had_in_view_what_lies_before_the_sensor)
+{
+    start(0, 0, 0);
+    mount.position_m[0] = 0.6;
+    for (int i = 0; i < 2; i++) {
+        quat_from_rpy(0, 0, GEO_PI / 2, pose.attitude); /* the sensor is east of the vehicle */
+        fan(BEAM_SILENT);
+    }
+    CHECK(had(0, 0, 1, 0, 0) && !had(0, -0.5, 0.8, 0, 0) && had(0, -0.5, 1.4, 0, 0) && had(0, 0, 10.5, 0, 0));
+}
+
+/* The error of the way and of the heading since is the view's, and in other axes or adrift nothing is left of it. */
+TEST(what_a_fan_had_in_view_gets_less_sure)
+{
+    static const struct {
+        double path_m, radps, age_s, drift_m[2];
+        int discontinuities, withdrawn;
+        bool had;
+    } row[] = {{.had = true},
+               {.path_m = 50, .had = true},
+               {.path_m = 200},
+               {.radps = 0.01, .age_s = 5, .had = true},
+               {.radps = 0.01, .age_s = 40},
+               {.path_m = 50, .radps = 0.01, .age_s = 5},
+               {.drift_m = {0.1, 0}},
+               {.drift_m = {0, 0.1}},
+               {.discontinuities = 1},
+               {.withdrawn = 1}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        start(0, 0, 0);
+        fan(BEAM_SILENT);
+        fan(BEAM_SILENT);
+        pose.t_ns += (uint64_t)(row[i].age_s * 1e9);
+        pose.path_m = row[i].path_m;
+        pose.heading_radps = row[i].radps;
+        memcpy(pose.drift_m, row[i].drift_m, sizeof pose.drift_m);
+        pose.discontinuities += (uint64_t)row[i].discontinuities;
+        pose.withdrawn += (uint64_t)row[i].withdrawn;
+        CHECK(had(0, 5, 3, 0, 0) == row[i].had);
+        fan(BEAM_SILENT);
+        CHECK(had(0, 5, 3, 0, 0));
+        bearings_forget(&b);
+        CHECK(!had(0, 5, 3, 0, 0));
+    }
+}
+
+TEST(a_head_that_was_everywhere_twice_looks_where_it_does)
+{
+    start(0, 0, 0);
+    for (int turn = 0; turn < 4; turn++)
+        for (int deg = -60; deg < 60; deg += 3) {
+            struct bearings_looks looks;
+            ping(0, 1, deg, deg, 25, deg == -60);
+            bearings_tell(&b, &looks);
+            CHECK(bearings_have(looks.heads, 0, 0) == (turn > 1) && !bearings_have(looks.heads, GEO_PI, 0));
+            CHECK(looks.view[0].bearings == 0 && looks.fans == 0);
+        }
+}
+
+TEST(a_set_has_the_bearings_within_so_much_of_one_and_a_part_more)
+{
+    const double part_deg = 360.0 / BEARINGS;
+    for (int n = 1; n <= BEARINGS; n++) { /* parts, about north */
+        const uint64_t set = n < BEARINGS ? (UINT64_C(1) << n) - 1 : UINT64_MAX;
+        for (double az = 0.4; az < 360; az += 7)
+            for (double within = 0; within < 180; within += 11) {
+                const bool all = az - within - part_deg >= 0 && az + within + part_deg < n * part_deg;
+                CHECK(bearings_have(set, geo_rad(az), geo_rad(within)) == (all || n == BEARINGS));
+            }
+    }
+}
+
 int main(void)
 {
     RUN(a_fan_looks_within_its_opening_from_its_second_ping_on);
@@ -153,5 +305,12 @@ int main(void)
     RUN(a_beam_that_stays_looks_where_it_points);
     RUN(what_hears_little_above_and_below_level_shows_no_bearing);
     RUN(sensors_add_up_and_the_least_opening_counts);
+    RUN(a_fan_had_in_view_what_its_last_ping_looked_at);
+    RUN(a_fan_had_a_line_in_view_that_lies_in_it_all_the_way);
+    RUN(a_fan_had_nothing_in_view_at_the_bearings_of_deaf_beams);
+    RUN(a_fan_had_in_view_what_lies_before_the_sensor);
+    RUN(what_a_fan_had_in_view_gets_less_sure);
+    RUN(a_head_that_was_everywhere_twice_looks_where_it_does);
+    RUN(a_set_has_the_bearings_within_so_much_of_one_and_a_part_more);
     return test_end();
 }

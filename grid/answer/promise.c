@@ -1,0 +1,116 @@
+/* SPDX-License-Identifier: MIT */
+#include "promise.h"
+
+#include <math.h>
+
+/* Is it a level direction in which a sonar looks, whatever the body's tilt? */
+static bool is_looked_at(const struct promise *p, uint32_t direction, double slack)
+{
+    const struct bearings_looks *looks = &p->frame->looks;
+    const double *v = p->picture->axis[direction];
+    double u[3] = {v[0], v[1], v[2]};
+    if (fabs(v[2]) > slack)
+        return false;
+    sight_from_grid(p->frame, p->now, false, u);
+    return fabs(u[2]) <= sin(looks->level_rad - p->picture->rings->step_rad) &&
+           bearings_have(looks->bearings, atan2(u[1], u[0]), 0);
+}
+
+/* Do the looks leave out no more than lies between two of a sonar's beams? What stands there no beam shows. */
+static bool is_between_looks(const struct promise *p, uint32_t direction)
+{
+    const struct rings *rings = p->picture->rings;
+    const uint32_t ring = rings_ring(rings, direction), first = rings->start[ring];
+    const uint32_t n = rings->start[ring + 1] - first, at = direction - first;
+    const uint32_t most = (uint32_t)fmin(ceil(p->frame->looks.gap_rad / rings_width(rings, ring)), n / 2);
+    for (uint32_t k = 1; k <= most; k++)
+        if (!picture_blank(p->picture, first + (at + k) % n) ||
+            !picture_blank(p->picture, first + (at + n - k) % n))
+            return true;
+    return false;
+}
+
+static void to_ned(const struct promise *p, const double axis[3], double range_m, double ned_m[3])
+{
+    const double axes[4] = {cos(p->frame->axes_rad / 2), 0, 0, sin(p->frame->axes_rad / 2)};
+    for (int k = 0; k < 3; k++)
+        ned_m[k] = axis[k] * range_m;
+    quat_rotate(axes, ned_m, ned_m);
+    for (int k = 0; k < 3; k++)
+        ned_m[k] += p->frame->centre_m[k];
+}
+
+/*
+ * Nearer to the vehicle or a sensor than this there is the vehicle itself. The same for every body that is asked for:
+ * a larger one is never promised more. Farther by what is not known of its place, for nearer azimuths say nothing.
+ */
+#define LEAST_M 0.15
+
+static double least_m(const struct promise *p, const struct bearings_view *view)
+{
+    return LEAST_M + p->offset_m + view->mount_m + 2 * p->loose_m;
+}
+
+/*
+ * Has the vehicle brought water into a fan's sight that no fan had in it at its last ping? Where a head looks, too, the
+ * head has shown it. In the body's axes nothing is known of the vehicle's way.
+ */
+static bool is_new(const struct promise *p, uint32_t direction, double from_m, double to_m)
+{
+    const struct bearings_looks *looks = &p->frame->looks;
+    const double *axis = p->picture->axis[direction];
+    double u[3] = {axis[0], axis[1], axis[2]}, line_m[2][3];
+    sight_from_grid(p->frame, p->now, false, u);
+    const double az_rad = atan2(u[1], u[0]);
+    if (!p->frame->ned || !bearings_have(looks->fans, az_rad, 0) || bearings_have(looks->heads, az_rad, 0))
+        return false;
+    to_ned(p, axis, to_m, line_m[1]);
+    for (int k = 0; k < BEARINGS_SENSORS; k++) {
+        const struct bearings_view *view = &looks->view[k];
+        if (!view->bearings)
+            continue;
+        to_ned(p, axis, fmin(fmax(from_m, least_m(p, view)), to_m), line_m[0]);
+        if (bearings_had(view, &p->now->pose, p->now->now_ns, line_m, p->loose_m, p->turned_rad))
+            return false;
+    }
+    return true;
+}
+
+/*
+ * Is the water free, at this moment, where near_m ends? Of a vehicle that drifts it must be: what a beam showed farther
+ * out may by now have come nearer than near_m, and nothing tells where it is.
+ */
+static bool goes_on(const struct promise *p, const struct sight *s, double near_m)
+{
+    return s->reason == ANSWER_HEARD && s->blind_m - p->loose_m <= near_m && s->clear_m > near_m;
+}
+
+/*
+ * What is left of near_m where it does not: what stood beyond it when a beam showed water there last has come nearer by
+ * the drift since, at the most. Nothing of it where the last look showed none, as of a sonar that is drowned in noise;
+ * nor if the vehicle may have turned since: what a beam showed at another bearing may be at this one now.
+ */
+static double adrift_m(const struct promise *p, const struct sight *s, double near_m)
+{
+    const struct pose *pose = &p->now->pose;
+    return s->showed && !pose->heading_adrift ? fmax(0, near_m - pose->drift_mps * s->age_s) : 0;
+}
+
+/*
+ * Until every head has been everywhere twice, water that ends before near_m may be the gap of a lost ping; from then on
+ * a direction has what an earlier turn showed of it.
+ */
+double promise_m(const struct promise *p, uint32_t direction, double slack, const struct sight *s, double near_m)
+{
+    const bool blank = !s;
+    s = blank ? &sight_never : s;
+    const double sure_m = s->reason == ANSWER_HEARD ? fmin(s->clear_m, near_m) : 0;
+    const bool drifts = p->now->pose.drift_mps > 0;
+    if ((drifts ? goes_on(p, s, near_m) : sure_m >= near_m) || !is_looked_at(p, direction, slack))
+        return near_m;
+    if (drifts)
+        return adrift_m(p, s, near_m);
+    if (is_new(p, direction, sure_m, near_m))
+        return sure_m;
+    return (blank || p->frame->looks.first_turns) && !is_between_looks(p, direction) ? sure_m : near_m;
+}

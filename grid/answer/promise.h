@@ -1,0 +1,27 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * promise - up to where `near` in [vehicle] holds along a direction. It is the user's promise about what no beam shows:
+ * where a sonar looks it is no leave to pass before the sonar has shown what is there.
+ */
+#ifndef SONARD_PROMISE_H
+#define SONARD_PROMISE_H
+
+#include "sight.h"
+
+/* To whom it is given: a vehicle at that place in that picture. */
+struct promise {
+    struct picture *picture;
+    const struct picture_frame *frame;
+    const struct answer_now *now;
+    double offset_m;   /* how far it is from the grid's centre */
+    double loose_m;    /* pose uncertainty: how far off the vehicle's place may be ... */
+    double turned_rad; /* ... and its axes */
+};
+
+/**
+ * promise_m - how far along the direction nobody needs to have looked, from 0 to near_m; ranges are from the grid's
+ * centre. s: what the direction says; NULL: nothing. slack: sine of how far its rays may lie above or below its middle.
+ */
+double promise_m(const struct promise *p, uint32_t direction, double slack, const struct sight *s, double near_m);
+
+#endif
