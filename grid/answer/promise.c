@@ -3,7 +3,7 @@
 
 #include <math.h>
 
-/* Is it a level direction in which a sonar looks, whatever the body's tilt? */
+/* Is it a level direction in which a sonar looks, whatever the body's tilt? What is there the sonar will show. */
 static bool is_looked_at(const struct promise *p, uint32_t direction, double slack)
 {
     const struct bearings_looks *looks = &p->frame->looks;
