@@ -411,12 +411,12 @@ const struct conf_key conf_keys[] = {
          "out of the sonars' sight. An echo there still blocks, or makes the answer unknown if it is too faint "
          "to\n"
          "block. `limit` and `time_to_collision` do not take the promise for a level bearing at which a sonar\n"
-         "looks, but has not looked yet. auto: no promise; known is the vehicle's own place with its margin, and\n"
-         "what was observed. A level head does not observe water close above and below, so `limit` allows only\n"
-         "`slow` until beams have passed there. They are as high as the vehicle from (height / 2 + margin +\n"
-         "height of mount) / sin(half the height of the fan) on, with 1.5 angular_step subtracted from that half\n"
-         "(docs/grid.md); --check works it out, and says if `near` is less. Also applies to\n"
-         "corridors in `blocked`, and to what sonard-mavlink reports as free."},
+         "looks, but has not looked yet or is offline. auto: no promise; known is the vehicle's own place with\n"
+         "its margin, and what was observed. A level head does not observe water close above and below, so\n"
+         "`limit` allows only `slow` until beams have passed there. They are as high as the vehicle from\n"
+         "(height / 2 + margin + height of mount) / sin(half the height of the fan) on, with 1.5 angular_step\n"
+         "subtracted from that half (docs/grid.md); --check works it out, and says if `near` is less. Also\n"
+         "applies to corridors in `blocked`, and to what sonard-mavlink reports as free."},
     {"vehicle", "max_speed", LIVE, QUANTITY(1, "m/s", 0.01, 50), .standard = "told", .instead = "told",
      .instead_value = 0, CONF(vehicle.max_speed_mps),
      .help = "Maximum speed over ground. Without a fresh pose the vehicle may be anywhere reachable at this\n"

@@ -3,17 +3,32 @@
 
 #include <math.h>
 
-/* Is it a level direction in which a sonar looks, whatever the body's tilt? What is there the sonar will show. */
-static bool is_looked_at(const struct promise *p, uint32_t direction, double slack)
+struct promise promise_begin(struct picture *picture, const struct picture_frame *frame,
+                             const struct answer_now *now, const struct sight_place *place, double loose_m)
 {
-    const struct bearings_looks *looks = &p->frame->looks;
+    const struct bearings_looks *looks = &frame->looks;
+    return (struct promise){.picture = picture,
+                            .frame = frame,
+                            .now = now,
+                            .offset_m = geo_length(place->offset_m),
+                            .loose_m = loose_m,
+                            .turned_rad = place->turned_rad,
+                            .shown = bearings_of(looks, ~now->lost),
+                            .fans = bearings_of(looks, looks->fans & ~now->lost),
+                            .heads = bearings_of(looks, looks->heads & ~now->lost)};
+}
+
+/* Is it a level direction in which a sonar looks, whatever the body's tilt? What is there the sonar will show. */
+static bool is_looked_at(const struct promise *p, uint32_t direction, double slack, double *az_rad)
+{
     const double *v = p->picture->axis[direction];
     double u[3] = {v[0], v[1], v[2]};
     if (fabs(v[2]) > slack)
         return false;
     sight_from_grid(p->frame, p->now, false, u);
-    return fabs(u[2]) <= sin(looks->level_rad - p->picture->rings->step_rad) &&
-           bearings_have(looks->bearings, atan2(u[1], u[0]), 0);
+    *az_rad = atan2(u[1], u[0]);
+    return fabs(u[2]) <= sin(p->frame->looks.level_rad - p->picture->rings->step_rad) &&
+           bearings_have(p->frame->looks.bearings, *az_rad, 0);
 }
 
 /* Do the looks leave out no more than lies between two of a sonar's beams? What stands there no beam shows. */
@@ -55,19 +70,16 @@ static double least_m(const struct promise *p, const struct bearings_view *view)
  * Has the vehicle brought water into a fan's sight that no fan had in it at its last ping? Where a head looks, too, the
  * head has shown it. In the body's axes nothing is known of the vehicle's way.
  */
-static bool is_new(const struct promise *p, uint32_t direction, double from_m, double to_m)
+static bool is_new(const struct promise *p, uint32_t direction, double az_rad, double from_m, double to_m)
 {
-    const struct bearings_looks *looks = &p->frame->looks;
     const double *axis = p->picture->axis[direction];
-    double u[3] = {axis[0], axis[1], axis[2]}, line_m[2][3];
-    sight_from_grid(p->frame, p->now, false, u);
-    const double az_rad = atan2(u[1], u[0]);
-    if (!p->frame->ned || !bearings_have(looks->fans, az_rad, 0) || bearings_have(looks->heads, az_rad, 0))
+    double line_m[2][3];
+    if (!p->frame->ned || !bearings_have(p->fans, az_rad, 0) || bearings_have(p->heads, az_rad, 0))
         return false;
     to_ned(p, axis, to_m, line_m[1]);
     for (int k = 0; k < BEARINGS_SENSORS; k++) {
-        const struct bearings_view *view = &looks->view[k];
-        if (!view->bearings)
+        const struct bearings_view *view = &p->frame->looks.view[k];
+        if (!view->bearings || p->now->lost >> k & 1)
             continue;
         to_ned(p, axis, fmin(fmax(from_m, least_m(p, view)), to_m), line_m[0]);
         if (bearings_had(view, &p->now->pose, p->now->now_ns, line_m, p->loose_m, p->turned_rad))
@@ -106,11 +118,14 @@ double promise_m(const struct promise *p, uint32_t direction, double slack, cons
     s = blank ? &sight_never : s;
     const double sure_m = s->reason == ANSWER_HEARD ? fmin(s->clear_m, near_m) : 0;
     const bool drifts = p->now->pose.drift_mps > 0;
-    if ((drifts ? goes_on(p, s, near_m) : sure_m >= near_m) || !is_looked_at(p, direction, slack))
+    double az_rad;
+    if ((drifts ? goes_on(p, s, near_m) : sure_m >= near_m) || !is_looked_at(p, direction, slack, &az_rad))
         return near_m;
+    if (!bearings_have(p->shown, az_rad, 0)) /* nothing will show what is there */
+        return sure_m;
     if (drifts)
         return adrift_m(p, s, near_m);
-    if (is_new(p, direction, sure_m, near_m))
+    if (is_new(p, direction, az_rad, sure_m, near_m))
         return sure_m;
     return (blank || p->frame->looks.first_turns) && !is_between_looks(p, direction) ? sure_m : near_m;
 }

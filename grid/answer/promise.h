@@ -13,10 +13,16 @@ struct promise {
     struct picture *picture;
     const struct picture_frame *frame;
     const struct answer_now *now;
-    double offset_m;   /* how far it is from the grid's centre */
-    double loose_m;    /* pose uncertainty: how far off the vehicle's place may be ... */
-    double turned_rad; /* ... and its axes */
+    double offset_m;      /* how far it is from the grid's centre */
+    double loose_m;       /* pose uncertainty: how far off the vehicle's place may be ... */
+    double turned_rad;    /* ... and its axes */
+    uint64_t shown;       /* bearings at which a sonar that is online hears */
+    uint64_t fans, heads; /* of those, a fan, and a head that has been everywhere twice */
 };
+
+/** promise_begin - the promise to a vehicle at that place, whose own place is known but for loose_m. */
+struct promise promise_begin(struct picture *picture, const struct picture_frame *frame,
+                             const struct answer_now *now, const struct sight_place *place, double loose_m);
 
 /**
  * promise_m - how far along the direction nobody needs to have looked, from 0 to near_m; ranges are from the grid's

@@ -61,6 +61,17 @@ static bool is_deaf(const struct beam_echoes *beam)
     return beam->state == BEAM_BLIND || (beam->n == 0 && beam->heard_from_m >= beam->heard_to_m);
 }
 
+/* A head's; a fan's view knows its deaf beams. */
+static void mind_deaf(struct bearings_sensor *sensor, const struct beam_echoes *beam, double az_rad)
+{
+    const bool deaf = is_deaf(beam);
+    if (!deaf)
+        sensor->deaf &= ~part(az_rad);
+    else if (sensor->was_deaf)
+        sensor->deaf |= part(az_rad);
+    sensor->was_deaf = deaf;
+}
+
 /* A ping that is deaf all over leaves what the last one had in view. */
 static void keep_view(struct bearings_sensor *sensor, const struct echoes *e, const struct mount *mount)
 {
@@ -108,6 +119,7 @@ void bearings_enter(struct bearings *b, const struct echoes *e, const struct mou
             return; /* a fan that looks where it did before */
         b->level_rad = b->level_rad > 0 ? fmin(b->level_rad, heard_rad) : heard_rad;
         sensor->seen |= part(az_rad);
+        mind_deaf(sensor, &e->beam[i], az_rad);
         if (joins)
             join_bearings(sensor, az_rad);
         sensor->last_rad = (float)az_rad;
@@ -129,15 +141,28 @@ void bearings_tell(const struct bearings *b, struct bearings_looks *out)
         const struct bearings_sensor *sensor = &b->sensor[k];
         const bool turns = sensor->pings == 1 || sensor->moves, first_turns = turns && sensor->turns < 3;
         const double gap_rad = (double)sensor->step_rad - (first_turns ? (double)sensor->wide_rad : 0);
-        out->bearings |= turns && sensor->turns < 2 ? UINT64_MAX : sensor->seen;
-        out->heads |= turns && !first_turns ? sensor->seen : 0;
-        out->fans |= turns ? 0 : sensor->seen;
-        if (!turns)
+        const uint64_t at = turns && sensor->turns < 2 ? UINT64_MAX : sensor->seen;
+        out->bearings |= at;
+        out->shows[k] = turns ? at & ~sensor->deaf : at;
+        if (turns && !first_turns)
+            out->heads |= UINT64_C(1) << k;
+        if (!turns && sensor->pings) {
+            out->fans |= UINT64_C(1) << k;
             out->view[k] = sensor->view;
+        }
         out->first_turns |= first_turns;
         if (gap_rad > TOUCH_RAD)
             out->gap_rad = fmax(out->gap_rad, gap_rad);
     }
+}
+
+uint64_t bearings_of(const struct bearings_looks *looks, uint64_t sensors)
+{
+    uint64_t bearings = 0;
+    for (int k = 0; k < BEARINGS_SENSORS; k++)
+        if (sensors >> k & 1)
+            bearings |= looks->shows[k];
+    return bearings;
 }
 
 void bearings_forget(struct bearings *b)

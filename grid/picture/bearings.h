@@ -27,23 +27,25 @@ struct bearings_view {
 
 /* What the sonars look at, for the picture. */
 struct bearings_looks {
-    uint64_t bearings;    /* a sonar looks there, or may yet */
+    uint64_t bearings;                /* a sonar looks there, or may yet */
+    uint64_t shows[BEARINGS_SENSORS]; /* where each does and hears: not where a head's last beams were deaf */
+    uint64_t fans, heads; /* sets of sensors: the fans, and the heads that have been everywhere twice */
     double level_rad;     /* so far above and below the body's level plane they hear at all these bearings */
     double gap_rad;       /* so wide a gap between two beams is a sonar's own, not a lost ping's; 0: none is */
     bool first_turns;     /* some head has not been everywhere twice, so that a ping it lost may have left a gap */
-    uint64_t fans, heads; /* of the bearings: a fan looks there, or a head that has been everywhere twice */
     struct bearings_view view[BEARINGS_SENSORS];
 };
 
 struct bearings_sensor {
     uint64_t seen; /* a level beam was there, or its head passed there between two pings */
+    uint64_t deaf; /* the last level beam there was, and the one before it: a single one is forgiven */
     struct bearings_view view;
     float first_rad, last_rad; /* azimuth in the body of the first and last level beam of its last ping with one */
     float step_rad;            /* the least from one level beam to the next; 0: unknown */
     float wide_rad;            /* of its last ping's beams */
     uint8_t pings;             /* with a level beam, up to 2 */
     uint8_t turns;             /* begun, up to 3: before the first it may have begun in the middle of one */
-    bool level;                /* its last beam was */
+    bool level, was_deaf;      /* its last beam was; its last level beam was */
     bool moves;                /* its pings begin at more than one bearing */
 };
 
@@ -58,6 +60,9 @@ void bearings_enter(struct bearings *b, const struct echoes *e, const struct mou
 /** bearings_tell - all bearings while a head is in its first turn: nobody knows yet where it will look. In its first
  * turns only a step that is wider than the beam leaves a gap; later the vehicle has turned as well. */
 void bearings_tell(const struct bearings *b, struct bearings_looks *out);
+
+/** bearings_of - at which bearings the sensors of that set show what is there, or may yet. */
+uint64_t bearings_of(const struct bearings_looks *looks, uint64_t sensors);
 
 /** bearings_forget - nobody knows any more where what the fans had in view lies: the vehicle has jumped. */
 void bearings_forget(struct bearings *b);

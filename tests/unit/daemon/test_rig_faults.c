@@ -80,7 +80,7 @@ static void play(const char *mode, const struct line_fault *f)
         rig_command(f->then);
     rig_run(f->lasts_s);
     for (int i = 0; i < 200 && !grown(f, &before); i++)
-        rig_run(0.1);
+        rig_run(5);
     RIG_UNTIL(strcmp(rig_status("state", true), "running") == 0, 20);
     rig_run_pings(25);
     const struct counters after = counters();
@@ -184,7 +184,7 @@ TEST(a_port_that_is_pulled_is_tried_until_it_is_back)
     rig_run(70);
     for (uint64_t i = 1; i <= 3; i++) {
         rig_unplug();
-        rig_run(0.1);
+        rig_run(5);
         CHECK_STR(rig_status("state", true), "no port");
         CHECK(!(rig_states() & RIG_CLEAR));
         rig_run(2.4);
@@ -207,7 +207,7 @@ TEST(a_message_that_the_loss_of_the_port_cuts_off_is_no_garbage)
     RIG_UNTIL(rig_stats().bytes_in > bytes, 1); /* in the middle of a message */
     const uint64_t garbage = rig_stats().device.garbage_bytes;
     rig_unplug();
-    rig_run(0.1);
+    rig_run(5);
     CHECK(rig_stats().device.cut_bytes > 0);
     CHECK_INT(rig_stats().device.garbage_bytes, garbage);
     rig_end();
@@ -265,6 +265,25 @@ TEST(a_vehicle_whose_place_is_old_is_nearer_to_the_wall)
     rig_end();
 }
 
+static bool may_go(double mps)
+{
+    return number_of("limit", "\"velocity_mps\":[1,0,0]", "speed_mps") >= mps;
+}
+
+/* `near` is about what no beam shows. A sonar that is offline shows nothing, however often it was everywhere. */
+TEST(near_lets_nobody_drive_on_when_the_sonar_is_lost)
+{
+    rig_start(BOX, "[grid]\nelevation = level\n[vehicle]\nnear = 4.6 m\nslow = 0.1 m/s\n");
+    rig.pose_every_ns = RIG_S / 10;
+    rig_run(190); /* three turns */
+    CHECK(may_go(1));
+    rig_command("silent 8");
+    rig_run(3);
+    CHECK(may_go(0.099) && !may_go(0.101));
+    RIG_UNTIL(may_go(1), 90);
+    rig_end();
+}
+
 int main(void)
 {
     RUN(faults_of_a_line_are_counted_and_outlived_by_a_head_that_scans);
@@ -276,5 +295,6 @@ int main(void)
     RUN(a_message_that_the_loss_of_the_port_cuts_off_is_no_garbage);
     RUN(a_lost_pose_makes_all_unknown_until_the_next);
     RUN(a_vehicle_whose_place_is_old_is_nearer_to_the_wall);
+    RUN(near_lets_nobody_drive_on_when_the_sonar_is_lost);
     return test_end();
 }

@@ -81,8 +81,11 @@ static void looks_at(uint64_t bearings, double gap_deg, bool first_turns)
 {
     struct picture_frame frame;
     picture_get_frame(&picture, &frame);
-    frame.looks = (struct bearings_looks){
-        .bearings = bearings, .level_rad = geo_rad(10), .gap_rad = geo_rad(gap_deg), .first_turns = first_turns};
+    frame.looks = (struct bearings_looks){.bearings = bearings,
+                                          .shows = {bearings},
+                                          .level_rad = geo_rad(10),
+                                          .gap_rad = geo_rad(gap_deg),
+                                          .first_turns = first_turns};
     picture_begin(&picture);
     picture_set_frame(&picture, &frame);
     picture_end(&picture);
@@ -231,10 +234,11 @@ TEST(near_covers_no_water_that_came_into_view)
         frame.discontinuities = now.pose.discontinuities = row[i].discontinuities;
         frame.withdrawn = now.pose.withdrawn = row[i].withdrawn;
         frame.looks = (struct bearings_looks){.bearings = FAN | row[i].second,
+                                              .shows = {FAN, row[i].second, row[i].heads},
+                                              .fans = 3,
+                                              .heads = 4,
                                               .level_rad = geo_rad(10),
-                                              .gap_rad = geo_rad(3),
-                                              .fans = FAN | row[i].second,
-                                              .heads = row[i].heads};
+                                              .gap_rad = geo_rad(3)};
         struct bearings_view *view = frame.looks.view;
         view[0] = (struct bearings_view){
             .bearings = FAN, .position_m = {row[i].from_m[0], row[i].from_m[1]}, .range_m = row[i].range_m};
@@ -260,6 +264,66 @@ TEST(near_covers_no_water_that_came_into_view)
         larger.radius_m *= 3;
         const struct corridor by = look(&larger, 1, 0, 0, 2);
         CHECK(by.known_m - by.front_m <= c.known_m - c.front_m);
+    }
+}
+
+/* What a sonar that is offline, or deaf there, has not shown it will not show. */
+TEST(near_covers_nothing_more_where_no_sonar_hears)
+{
+    static const struct corridor_body promised = {
+        .radius_m = 0.3, .half_height_m = 0.2, .margin_m = 0.1, .near_m = 3};
+    static const uint64_t all = UINT64_MAX;
+    static const struct {
+        uint64_t bearings, shows[2], fans, heads, lost; /* of two sonars */
+        double drift_mps;
+        bool blank, first_turns, known;
+    } row[] = {{.bearings = FAN, .shows = {FAN}, .fans = 1, .known = true},
+               {.bearings = FAN, .shows = {FAN}, .fans = 1, .lost = 1},
+               {.bearings = FAN, .shows = {FAN}, .fans = 1, .lost = 1, .blank = true},
+               {.bearings = FAN, .shows = {FAN}, .fans = 1, .lost = 2, .known = true}, /* another one */
+               {.bearings = all, .shows = {all}, .heads = 1, .known = true},
+               {.bearings = all, .shows = {all}, .heads = 1, .lost = 1},
+               {.bearings = all, .shows = {~FAN}, .heads = 1},
+               {.bearings = all, .shows = {~FAN}, .heads = 1, .blank = true},
+               {.bearings = all, .shows = {FAN}, .heads = 1, .known = true},
+               {.bearings = all, .shows = {all}, .lost = 1, .first_turns = true},
+               {.bearings = all, .shows = {all}, .heads = 1, .drift_mps = 0.1, .known = true},
+               {.bearings = all, .shows = {all}, .heads = 1, .drift_mps = 0.1, .lost = 1},
+               {.bearings = all, .shows = {FAN, all}, .fans = 1, .heads = 2, .lost = 1, .known = true},
+               {.bearings = all, .shows = {FAN, all}, .fans = 1, .heads = 2, .lost = 2, .known = true},
+               {.bearings = all, .shows = {FAN, all}, .fans = 1, .heads = 2, .lost = 3},
+               {.bearings = all, .shows = {FAN, ~FAN}, .fans = 1, .heads = 2, .lost = 1},
+               {.bearings = FAN, .shows = {FAN, FAN}, .fans = 3, .lost = 2, .known = true},
+               {.bearings = ~FAN, .shows = {~FAN}, .fans = 1, .lost = 1, .known = true}}; /* none looks there */
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct picture_frame frame;
+        start_with(rings_full(&rings, geo_rad(3)), true);
+        all_free(20);
+        picture_get_frame(&picture, &frame);
+        frame.looks = (struct bearings_looks){.bearings = row[i].bearings,
+                                              .shows = {row[i].shows[0], row[i].shows[1]},
+                                              .fans = row[i].fans,
+                                              .heads = row[i].heads,
+                                              .level_rad = geo_rad(10),
+                                              .gap_rad = geo_rad(3),
+                                              .first_turns = row[i].first_turns};
+        for (int k = 0; k < 2; k++)
+            frame.looks.view[k] = (struct bearings_view){
+                .bearings = row[i].fans >> k & 1 ? row[i].shows[k] : 0, .attitude = {1}, .range_m = 10};
+        picture_begin(&picture);
+        picture_set_frame(&picture, &frame);
+        picture_end(&picture);
+        now.lost = row[i].lost;
+        now.pose.drift_mps = row[i].drift_mps;
+        if (row[i].blank)
+            forget(at(13.5, 0));
+        else
+            set(at(13.5, 0), 0.1, 1.5, 0, 1);
+        const struct corridor c = look(&promised, 1, 0, 0, 2);
+        if (row[i].known)
+            CHECK(c.reason == ANSWER_HEARD && c.known_m == 2);
+        else
+            CHECK(c.reason != ANSWER_HEARD && c.known_m < (row[i].blank ? 0.1 : 1.6));
     }
 }
 
@@ -748,6 +812,7 @@ int main(void)
     RUN(near_covers_what_lies_between_two_looks);
     RUN(near_covers_no_lost_ping_in_the_first_turns);
     RUN(near_covers_no_water_that_came_into_view);
+    RUN(near_covers_nothing_more_where_no_sonar_hears);
     RUN(what_stands_in_the_tunnel_blocks_and_what_stands_beside_it_does_not);
     RUN(a_vehicle_off_the_grids_centre_sweeps_its_own_tunnel);
     RUN(the_bodys_own_place_is_not_asked_for);

@@ -220,7 +220,7 @@ TEST(a_fan_had_nothing_in_view_at_the_bearings_of_deaf_beams)
     CHECK(had(0, 5, -3, 0, 0) && had(0, 5, 0, 0, 0) && !had(0, 5, 3, 0, 0));
     struct bearings_looks looks;
     bearings_tell(&b, &looks);
-    CHECK(bearings_have(looks.fans, geo_rad(30), 0)); /* it looks there all the same */
+    CHECK(bearings_have(bearings_of(&looks, looks.fans), geo_rad(30), 0)); /* it looks there all the same */
 }
 
 TEST(a_fan_had_in_view_what_lies_before_the_sensor)
@@ -277,9 +277,41 @@ TEST(a_head_that_was_everywhere_twice_looks_where_it_does)
             struct bearings_looks looks;
             ping(0, 1, deg, deg, 25, deg == -60);
             bearings_tell(&b, &looks);
-            CHECK(bearings_have(looks.heads, 0, 0) == (turn > 1) && !bearings_have(looks.heads, GEO_PI, 0));
+            const uint64_t heads = bearings_of(&looks, looks.heads);
+            CHECK(bearings_have(heads, 0, 0) == (turn > 1) && !bearings_have(heads, GEO_PI, 0));
             CHECK(looks.view[0].bearings == 0 && looks.fans == 0);
         }
+}
+
+/* A single deaf beam is forgiven; two in a row are not, until a beam hears there again. */
+TEST(a_head_shows_nothing_where_it_is_deaf)
+{
+    static const struct {
+        int from_deg, to_deg; /* deaf in the fourth turn */
+        bool shown;
+    } row[] = {{0, 0, true}, {3, 6, true}, {-12, 15, false}, {-60, 60, false}, {30, 60, true}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct bearings_looks looks;
+        start(0, 0, 0);
+        for (int turn = 0; turn < 5; turn++) {
+            for (int deg = -60; deg < 60; deg += 3) {
+                state = turn == 3 && deg >= row[i].from_deg && deg < row[i].to_deg ? BEAM_BLIND : BEAM_SILENT;
+                ping(0, 1, deg, deg, 25, deg == -60);
+            }
+            bearings_tell(&b, &looks);
+            const bool shown = turn != 3 || row[i].shown;
+            CHECK(bearings_have(bearings_of(&looks, 1), 0, 0) == shown);
+            CHECK(bearings_have(looks.bearings, 0, 0)); /* it looks there all the same */
+        }
+    }
+    start(0, 0, 0);
+    state = BEAM_BLIND; /* from the start on */
+    for (int turn = 0; turn < 3; turn++)
+        for (int deg = -60; deg < 60; deg += 3)
+            ping(0, 1, deg, deg, 25, deg == -60);
+    struct bearings_looks looks;
+    bearings_tell(&b, &looks);
+    CHECK(at(0) && !bearings_have(bearings_of(&looks, 1), 0, 0));
 }
 
 TEST(a_set_has_the_bearings_within_so_much_of_one_and_a_part_more)
@@ -311,6 +343,7 @@ int main(void)
     RUN(a_fan_had_in_view_what_lies_before_the_sensor);
     RUN(what_a_fan_had_in_view_gets_less_sure);
     RUN(a_head_that_was_everywhere_twice_looks_where_it_does);
+    RUN(a_head_shows_nothing_where_it_is_deaf);
     RUN(a_set_has_the_bearings_within_so_much_of_one_and_a_part_more);
     return test_end();
 }
