@@ -410,13 +410,14 @@ const struct conf_key conf_keys[] = {
          "Water within this distance of the reference point counts as known: a promise that nothing stands there\n"
          "out of the sonars' sight. An echo there still blocks, or makes the answer unknown if it is too faint "
          "to\n"
-         "block. `limit` and `time_to_collision` do not take the promise for a level bearing at which a sonar\n"
-         "looks, but has not looked yet or is offline. auto: no promise; known is the vehicle's own place with\n"
-         "its margin, and what was observed. A level head does not observe water close above and below, so\n"
-         "`limit` allows only `slow` until beams have passed there. They are as high as the vehicle from\n"
-         "(height / 2 + margin + height of mount) / sin(half the height of the fan) on, with 1.5 angular_step\n"
-         "subtracted from that half (docs/grid.md); --check works it out, and says if `near` is less. Also\n"
-         "applies to corridors in `blocked`, and to what sonard-mavlink reports as free."},
+         "block. `limit` and `time_to_collision` do not take the promise for a level bearing at which a\n"
+         "sonar looks, while all that do have not looked yet, are offline or receive nothing usable. auto: no\n"
+         "promise; known is the vehicle's own place with its margin, and what was observed. A level head does\n"
+         "not observe water close above and below, so `limit` allows only `slow` until beams have passed there.\n"
+         "They are as high as the vehicle from (height / 2 + margin + height of mount) / sin(half the height of\n"
+         "the fan) on, with 1.5 angular_step subtracted from that half (docs/grid.md); --check works it out, and\n"
+         "says if `near` is less. Also applies to corridors in `blocked`, and to what sonard-mavlink reports as\n"
+         "free."},
     {"vehicle", "max_speed", LIVE, QUANTITY(1, "m/s", 0.01, 50), .standard = "told", .instead = "told",
      .instead_value = 0, CONF(vehicle.max_speed_mps),
      .help = "Maximum speed over ground. Without a fresh pose the vehicle may be anywhere reachable at this\n"

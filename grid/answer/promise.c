@@ -7,12 +7,14 @@ struct promise promise_begin(struct picture *picture, const struct picture_frame
                              const struct answer_now *now, const struct sight_place *place, double loose_m)
 {
     const struct bearings_looks *looks = &frame->looks;
+    const bool unheard = now->lost & ~looks->pinged; /* nobody knows where it would look */
     return (struct promise){.picture = picture,
                             .frame = frame,
                             .now = now,
                             .offset_m = geo_length(place->offset_m),
                             .loose_m = loose_m,
                             .turned_rad = place->turned_rad,
+                            .looks = unheard ? UINT64_MAX : looks->bearings,
                             .shown = bearings_of(looks, ~now->lost),
                             .fans = bearings_of(looks, looks->fans & ~now->lost),
                             .heads = bearings_of(looks, looks->heads & ~now->lost)};
@@ -28,7 +30,7 @@ static bool is_looked_at(const struct promise *p, uint32_t direction, double sla
     sight_from_grid(p->frame, p->now, false, u);
     *az_rad = atan2(u[1], u[0]);
     return fabs(u[2]) <= sin(p->frame->looks.level_rad - p->picture->rings->step_rad) &&
-           bearings_have(p->frame->looks.bearings, *az_rad, 0);
+           bearings_have(p->looks, *az_rad, 0);
 }
 
 /* Do the looks leave out no more than lies between two of a sonar's beams? What stands there no beam shows. */
@@ -121,10 +123,11 @@ double promise_m(const struct promise *p, uint32_t direction, double slack, cons
     double az_rad;
     if ((drifts ? goes_on(p, s, near_m) : sure_m >= near_m) || !is_looked_at(p, direction, slack, &az_rad))
         return near_m;
+    const double left_m = drifts ? adrift_m(p, s, near_m) : near_m;
     if (!bearings_have(p->shown, az_rad, 0)) /* nothing will show what is there */
-        return sure_m;
+        return fmin(sure_m, left_m);
     if (drifts)
-        return adrift_m(p, s, near_m);
+        return left_m;
     if (is_new(p, direction, az_rad, sure_m, near_m))
         return sure_m;
     return (blank || p->frame->looks.first_turns) && !is_between_looks(p, direction) ? sure_m : near_m;

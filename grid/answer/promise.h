@@ -13,11 +13,12 @@ struct promise {
     struct picture *picture;
     const struct picture_frame *frame;
     const struct answer_now *now;
-    double offset_m;      /* how far it is from the grid's centre */
-    double loose_m;       /* pose uncertainty: how far off the vehicle's place may be ... */
-    double turned_rad;    /* ... and its axes */
-    uint64_t shown;       /* bearings at which a sonar that is online hears */
-    uint64_t fans, heads; /* of those, a fan, and a head that has been everywhere twice */
+    double offset_m;   /* how far it is from the grid's centre */
+    double loose_m;    /* pose uncertainty: how far off the vehicle's place may be ... */
+    double turned_rad; /* ... and its axes */
+    /* bearings of the body: where sonars look, and of those that are online and not deaf all, the fans, and the heads
+     * that have been everywhere twice */
+    uint64_t looks, shown, fans, heads;
 };
 
 /** promise_begin - the promise to a vehicle at that place, whose own place is known but for loose_m. */

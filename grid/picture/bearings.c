@@ -58,18 +58,30 @@ static void join_bearings(struct bearings_sensor *sensor, double az_rad)
 
 static bool is_deaf(const struct beam_echoes *beam)
 {
-    return beam->state == BEAM_BLIND || (beam->n == 0 && beam->heard_from_m >= beam->heard_to_m);
+    return beam->state == BEAM_BLIND || beam->hides == BEAM_HIDES_RING ||
+           (beam->n == 0 && beam->heard_from_m >= beam->heard_to_m);
 }
 
-/* A head's; a fan's view knows its deaf beams. */
-static void mind_deaf(struct bearings_sensor *sensor, const struct beam_echoes *beam, double az_rad)
+/* A head's beam. A part is deaf where no beam of a pass hears, and where the first of them is not forgiven. */
+static void mind_deaf_beam(struct bearings_sensor *sensor, const struct beam_echoes *beam, double az_rad)
 {
-    const bool deaf = is_deaf(beam);
-    if (!deaf)
-        sensor->deaf &= ~part(az_rad);
-    else if (sensor->was_deaf)
-        sensor->deaf |= part(az_rad);
-    sensor->was_deaf = deaf;
+    const uint64_t at = part(az_rad);
+    if (!is_deaf(beam)) {
+        sensor->deaf &= ~at;
+        sensor->deaf_before = 0;
+        sensor->heard = at;
+        return;
+    }
+    if (sensor->deaf_before && at != sensor->heard)
+        sensor->deaf |= at;
+    sensor->deaf_before = at;
+}
+
+/* A fan's ping is deaf there. */
+static void mind_deaf_beams(struct bearings_sensor *sensor, uint64_t deaf)
+{
+    sensor->deaf = deaf & sensor->deaf_before;
+    sensor->deaf_before = deaf;
 }
 
 /* A ping that is deaf all over leaves what the last one had in view. */
@@ -81,6 +93,7 @@ static void keep_view(struct bearings_sensor *sensor, const struct echoes *e, co
     for (unsigned i = 0; i < e->n_beams; i++)
         if (is_deaf(&e->beam[i]) && level_rad(&e->beam[i], e, mount, &az_rad) > 0)
             bearings &= ~part(az_rad);
+    mind_deaf_beams(sensor, sensor->seen & ~bearings);
     if (!bearings)
         return;
     *view = (struct bearings_view){.bearings = bearings,
@@ -97,6 +110,32 @@ static void keep_view(struct bearings_sensor *sensor, const struct echoes *e, co
         view->position_m[k] += e->pose.position_m[k];
 }
 
+#define SECOND  UINT64_C(1000000000)
+#define TURN_NS (20 * SECOND) /* of a head whose turn nobody knows yet: free_clear_for_s' least is 1.5 of them */
+
+/*
+ * A head that was silent for half a turn starts again: what has come into its way since it has not shown, and some of
+ * what it had shown is older than a turn and a half, which is what counts as clear by default. What turns within a
+ * second or two will soon have been everywhere.
+ */
+static void mind_silence(struct bearings_sensor *sensor, uint64_t t_ns)
+{
+    const uint64_t turn_ns = sensor->turn_ns ? sensor->turn_ns : TURN_NS;
+    const uint64_t most_ns = turn_ns / 2 > SECOND ? turn_ns / 2 : SECOND;
+    if (sensor->moves && t_ns > sensor->last_ns && t_ns - sensor->last_ns > most_ns)
+        sensor->turns = 0;
+    sensor->last_ns = t_ns;
+}
+
+static void begin_turn(struct bearings_sensor *sensor, uint64_t t_ns)
+{
+    if (sensor->turns && t_ns > sensor->turn_begun_ns)
+        sensor->turn_ns = t_ns - sensor->turn_begun_ns;
+    sensor->turn_begun_ns = t_ns;
+    if (sensor->turns < 3)
+        sensor->turns++;
+}
+
 void bearings_enter(struct bearings *b, const struct echoes *e, const struct mount *mount)
 {
     struct bearings_sensor *sensor = &b->sensor[e->sensor % BEARINGS_SENSORS];
@@ -105,8 +144,9 @@ void bearings_enter(struct bearings *b, const struct echoes *e, const struct mou
     double az_rad;
     bool first = true;
     sensor->wide_rad = e->az_aperture_rad;
-    if (e->flags & PING_NEW_TURN && sensor->turns < 3)
-        sensor->turns++;
+    mind_silence(sensor, e->t_ns);
+    if (e->flags & PING_NEW_TURN)
+        begin_turn(sensor, e->t_ns);
     if (!sensor->moves)
         keep_view(sensor, e, mount);
     for (unsigned i = 0; i < e->n_beams; i++) {
@@ -119,7 +159,8 @@ void bearings_enter(struct bearings *b, const struct echoes *e, const struct mou
             return; /* a fan that looks where it did before */
         b->level_rad = b->level_rad > 0 ? fmin(b->level_rad, heard_rad) : heard_rad;
         sensor->seen |= part(az_rad);
-        mind_deaf(sensor, &e->beam[i], az_rad);
+        if (sensor->moves)
+            mind_deaf_beam(sensor, &e->beam[i], az_rad);
         if (joins)
             join_bearings(sensor, az_rad);
         sensor->last_rad = (float)az_rad;
@@ -142,8 +183,10 @@ void bearings_tell(const struct bearings *b, struct bearings_looks *out)
         const bool turns = sensor->pings == 1 || sensor->moves, first_turns = turns && sensor->turns < 3;
         const double gap_rad = (double)sensor->step_rad - (first_turns ? (double)sensor->wide_rad : 0);
         const uint64_t at = turns && sensor->turns < 2 ? UINT64_MAX : sensor->seen;
+        if (sensor->last_ns)
+            out->pinged |= UINT64_C(1) << k;
         out->bearings |= at;
-        out->shows[k] = turns ? at & ~sensor->deaf : at;
+        out->shows[k] = at & ~sensor->deaf;
         if (turns && !first_turns)
             out->heads |= UINT64_C(1) << k;
         if (!turns && sensor->pings) {

@@ -28,24 +28,27 @@ struct bearings_view {
 /* What the sonars look at, for the picture. */
 struct bearings_looks {
     uint64_t bearings;                /* a sonar looks there, or may yet */
-    uint64_t shows[BEARINGS_SENSORS]; /* where each does and hears: not where a head's last beams were deaf */
-    uint64_t fans, heads; /* sets of sensors: the fans, and the heads that have been everywhere twice */
-    double level_rad;     /* so far above and below the body's level plane they hear at all these bearings */
-    double gap_rad;       /* so wide a gap between two beams is a sonar's own, not a lost ping's; 0: none is */
-    bool first_turns;     /* some head has not been everywhere twice, so that a ping it lost may have left a gap */
+    uint64_t shows[BEARINGS_SENSORS]; /* where each of them looks and is not deaf, or may yet */
+    uint64_t pinged;                  /* set of sensors that have pinged */
+    uint64_t fans, heads;             /* likewise: the fans, and the heads that have been everywhere twice */
+    double level_rad; /* so far above and below the body's level plane they hear at all these bearings */
+    double gap_rad;   /* so wide a gap between two beams is a sonar's own, not a lost ping's; 0: none is */
+    bool first_turns; /* some head has not been everywhere twice, so that a ping it lost may have left a gap */
     struct bearings_view view[BEARINGS_SENSORS];
 };
 
 struct bearings_sensor {
     uint64_t seen; /* a level beam was there, or its head passed there between two pings */
-    uint64_t deaf; /* the last level beam there was, and the one before it: a single one is forgiven */
+    uint64_t deaf; /* nothing usable was received there: by a head's last pass, or a fan's last two pings */
+    uint64_t deaf_before, heard;              /* where its last beams were deaf; where a head's beam heard last */
+    uint64_t last_ns, turn_begun_ns, turn_ns; /* last ping; last turn's begin; a whole turn's time, 0: unknown */
     struct bearings_view view;
     float first_rad, last_rad; /* azimuth in the body of the first and last level beam of its last ping with one */
     float step_rad;            /* the least from one level beam to the next; 0: unknown */
     float wide_rad;            /* of its last ping's beams */
     uint8_t pings;             /* with a level beam, up to 2 */
     uint8_t turns;             /* begun, up to 3: before the first it may have begun in the middle of one */
-    bool level, was_deaf;      /* its last beam was; its last level beam was */
+    bool level;                /* its last beam was */
     bool moves;                /* its pings begin at more than one bearing */
 };
 

@@ -80,7 +80,7 @@ static void play(const char *mode, const struct line_fault *f)
         rig_command(f->then);
     rig_run(f->lasts_s);
     for (int i = 0; i < 200 && !grown(f, &before); i++)
-        rig_run(5);
+        rig_run(0.1);
     RIG_UNTIL(strcmp(rig_status("state", true), "running") == 0, 20);
     rig_run_pings(25);
     const struct counters after = counters();
@@ -184,7 +184,7 @@ TEST(a_port_that_is_pulled_is_tried_until_it_is_back)
     rig_run(70);
     for (uint64_t i = 1; i <= 3; i++) {
         rig_unplug();
-        rig_run(5);
+        rig_run(0.1);
         CHECK_STR(rig_status("state", true), "no port");
         CHECK(!(rig_states() & RIG_CLEAR));
         rig_run(2.4);
@@ -207,7 +207,7 @@ TEST(a_message_that_the_loss_of_the_port_cuts_off_is_no_garbage)
     RIG_UNTIL(rig_stats().bytes_in > bytes, 1); /* in the middle of a message */
     const uint64_t garbage = rig_stats().device.garbage_bytes;
     rig_unplug();
-    rig_run(5);
+    rig_run(0.1);
     CHECK(rig_stats().device.cut_bytes > 0);
     CHECK_INT(rig_stats().device.garbage_bytes, garbage);
     rig_end();
@@ -280,7 +280,12 @@ TEST(near_lets_nobody_drive_on_when_the_sonar_is_lost)
     rig_command("silent 8");
     rig_run(3);
     CHECK(may_go(0.099) && !may_go(0.101));
-    RIG_UNTIL(may_go(1), 90);
+    RIG_UNTIL(may_go(1), 30); /* back in less than half a turn */
+    rig_command("silent 200");
+    rig_run(230);
+    CHECK_STR(rig_status("state", true), "running");
+    CHECK(!may_go(0.101)); /* it has yet to show what has come into its way */
+    RIG_UNTIL(may_go(1), 150);
     rig_end();
 }
 

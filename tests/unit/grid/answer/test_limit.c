@@ -276,7 +276,8 @@ TEST(near_covers_nothing_more_where_no_sonar_hears)
     static const struct {
         uint64_t bearings, shows[2], fans, heads, lost; /* of two sonars */
         double drift_mps;
-        bool blank, first_turns, known;
+        bool blank, first_turns, known, none;
+        bool unheard; /* the second has never pinged */
     } row[] = {{.bearings = FAN, .shows = {FAN}, .fans = 1, .known = true},
                {.bearings = FAN, .shows = {FAN}, .fans = 1, .lost = 1},
                {.bearings = FAN, .shows = {FAN}, .fans = 1, .lost = 1, .blank = true},
@@ -289,12 +290,16 @@ TEST(near_covers_nothing_more_where_no_sonar_hears)
                {.bearings = all, .shows = {all}, .lost = 1, .first_turns = true},
                {.bearings = all, .shows = {all}, .heads = 1, .drift_mps = 0.1, .known = true},
                {.bearings = all, .shows = {all}, .heads = 1, .drift_mps = 0.1, .lost = 1},
+               {.bearings = all, .shows = {all}, .heads = 1, .drift_mps = 3, .lost = 1, .none = true},
                {.bearings = all, .shows = {FAN, all}, .fans = 1, .heads = 2, .lost = 1, .known = true},
                {.bearings = all, .shows = {FAN, all}, .fans = 1, .heads = 2, .lost = 2, .known = true},
                {.bearings = all, .shows = {FAN, all}, .fans = 1, .heads = 2, .lost = 3},
                {.bearings = all, .shows = {FAN, ~FAN}, .fans = 1, .heads = 2, .lost = 1},
                {.bearings = FAN, .shows = {FAN, FAN}, .fans = 3, .lost = 2, .known = true},
-               {.bearings = ~FAN, .shows = {~FAN}, .fans = 1, .lost = 1, .known = true}}; /* none looks there */
+               {.bearings = ~FAN, .shows = {~FAN}, .fans = 1, .lost = 1, .known = true}, /* none looks there */
+               {.bearings = ~FAN, .shows = {~FAN}, .fans = 1, .unheard = true, .known = true},
+               {.bearings = ~FAN, .shows = {~FAN}, .fans = 1, .lost = 2, .unheard = true}, /* it might */
+               {.bearings = FAN, .shows = {FAN}, .fans = 1, .lost = 2, .unheard = true, .known = true}};
     for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         struct picture_frame frame;
         start_with(rings_full(&rings, geo_rad(3)), true);
@@ -302,6 +307,7 @@ TEST(near_covers_nothing_more_where_no_sonar_hears)
         picture_get_frame(&picture, &frame);
         frame.looks = (struct bearings_looks){.bearings = row[i].bearings,
                                               .shows = {row[i].shows[0], row[i].shows[1]},
+                                              .pinged = row[i].unheard ? 1 : 3,
                                               .fans = row[i].fans,
                                               .heads = row[i].heads,
                                               .level_rad = geo_rad(10),
@@ -322,8 +328,10 @@ TEST(near_covers_nothing_more_where_no_sonar_hears)
         const struct corridor c = look(&promised, 1, 0, 0, 2);
         if (row[i].known)
             CHECK(c.reason == ANSWER_HEARD && c.known_m == 2);
+        else if (row[i].blank || row[i].none)
+            CHECK(c.reason != ANSWER_HEARD && c.known_m < 0.1);
         else
-            CHECK(c.reason != ANSWER_HEARD && c.known_m < (row[i].blank ? 0.1 : 1.6));
+            CHECK(c.reason != ANSWER_HEARD && c.known_m > 1.4 && c.known_m < 1.6);
     }
 }
 

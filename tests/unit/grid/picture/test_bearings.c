@@ -8,7 +8,7 @@
 static struct bearings b;
 static struct mount mount;
 static struct pose pose;
-static uint8_t state;
+static uint8_t state, hides;
 static int deaf_from; /* the beams from this one on hear nothing */
 
 static void start(double roll_deg, double pitch_deg, double yaw_deg)
@@ -17,6 +17,7 @@ static void start(double roll_deg, double pitch_deg, double yaw_deg)
     pose = pose_identity;
     mount = mount_identity;
     state = BEAM_SILENT;
+    hides = BEAM_HIDES_NOTHING;
     deaf_from = 64;
     quat_from_rpy(geo_rad(roll_deg), geo_rad(pitch_deg), geo_rad(yaw_deg), mount.attitude);
 }
@@ -38,9 +39,18 @@ static void ping(unsigned sensor, int beams, double from_deg, double to_deg, dou
         const double share = beams > 1 ? (double)i / (beams - 1) : 0;
         beam[i] = (struct beam_echoes){.az_rad = (float)geo_wrap(geo_rad(from_deg + share * (to_deg - from_deg))),
                                        .state = state,
+                                       .hides = hides,
+                                       .n = state == BEAM_ECHO,
                                        .heard_to_m = i < deaf_from ? 10 : 0};
     }
     bearings_enter(&b, &e, &mount);
+}
+
+static bool shows(double deg)
+{
+    struct bearings_looks looks;
+    bearings_tell(&b, &looks);
+    return bearings_have(bearings_of(&looks, 1), geo_rad(deg), 0);
 }
 
 static bool at(double deg)
@@ -220,7 +230,7 @@ TEST(a_fan_had_nothing_in_view_at_the_bearings_of_deaf_beams)
     CHECK(had(0, 5, -3, 0, 0) && had(0, 5, 0, 0, 0) && !had(0, 5, 3, 0, 0));
     struct bearings_looks looks;
     bearings_tell(&b, &looks);
-    CHECK(bearings_have(bearings_of(&looks, looks.fans), geo_rad(30), 0)); /* it looks there all the same */
+    CHECK(bearings_have(looks.bearings, geo_rad(30), 0)); /* it looks there all the same */
 }
 
 TEST(a_fan_had_in_view_what_lies_before_the_sensor)
@@ -300,7 +310,7 @@ TEST(a_head_shows_nothing_where_it_is_deaf)
             }
             bearings_tell(&b, &looks);
             const bool shown = turn != 3 || row[i].shown;
-            CHECK(bearings_have(bearings_of(&looks, 1), 0, 0) == shown);
+            CHECK(shows(0) == shown);
             CHECK(bearings_have(looks.bearings, 0, 0)); /* it looks there all the same */
         }
     }
@@ -309,9 +319,83 @@ TEST(a_head_shows_nothing_where_it_is_deaf)
     for (int turn = 0; turn < 3; turn++)
         for (int deg = -60; deg < 60; deg += 3)
             ping(0, 1, deg, deg, 25, deg == -60);
-    struct bearings_looks looks;
-    bearings_tell(&b, &looks);
-    CHECK(at(0) && !bearings_have(bearings_of(&looks, 1), 0, 0));
+    CHECK(at(0) && !shows(0));
+}
+
+/* Parts of 5.6 degrees: a burst that leaves a beam of each part alone darkens none. */
+TEST(a_burst_darkens_only_parts_in_which_no_beam_hears)
+{
+    static const struct {
+        int from_deg, to_deg; /* deaf, in steps of a degree */
+        bool dark;
+    } row[] = {{7, 12, false}, {4, 10, false}, {6, 11, true}, {5, 12, true}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        start(0, 0, 0);
+        for (int turn = 0; turn < 4; turn++)
+            for (int deg = -60; deg < 60; deg++) {
+                state = turn == 3 && deg >= row[i].from_deg && deg < row[i].to_deg ? BEAM_BLIND : BEAM_SILENT;
+                ping(0, 1, deg + 0.5, deg + 0.5, 25, deg == -60);
+            }
+        CHECK(shows(8) == !row[i].dark);
+    }
+}
+
+/* Something close by rings: what is behind it has an echo, and nothing is known to be free. */
+TEST(a_beam_that_rings_shows_nothing_though_it_has_an_echo)
+{
+    start(0, 0, 0);
+    for (int turn = 0; turn < 4; turn++)
+        for (int deg = -60; deg < 60; deg += 3) {
+            hides = turn == 3 ? BEAM_HIDES_RING : BEAM_HIDES_NOTHING;
+            state = BEAM_ECHO;
+            ping(0, 1, deg, deg, 25, deg == -60);
+            if (turn == 2)
+                CHECK(shows(0));
+        }
+    CHECK(!shows(0));
+}
+
+/* One deaf ping is forgiven a fan, too. */
+TEST(a_fan_that_is_deaf_twice_shows_nothing_there)
+{
+    start(0, 0, 0);
+    for (int i = 0; i < 6; i++) {
+        static const bool shown[6] = {true, true, true, false, false, true};
+        state = i >= 2 && i < 5 ? BEAM_BLIND : BEAM_SILENT;
+        ping(0, 32, -48, 48, 20, true);
+        CHECK(shows(0) == shown[i]);
+    }
+    for (int i = 0; i < 2; i++) {
+        deaf_from = 20; /* from 12 degrees on */
+        ping(0, 32, -48, 48, 20, true);
+    }
+    CHECK(shows(-10) && !shows(20));
+}
+
+/* What came into the way of a head that was silent for half a turn it has not shown. */
+TEST(a_head_that_was_silent_for_long_starts_again)
+{
+    static const struct {
+        double turn_s, silent_s;
+        bool again;
+    } row[] = {{20, 0, false},  {20, 9, false},    {20, 11, true},
+               {20, 300, true}, {0.4, 0.9, false}, {0.4, 1.1, true}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct bearings_looks looks;
+        start(0, 0, 0);
+        pose.t_ns = 1;
+        for (int turn = 0; turn < 7; turn++)
+            for (int deg = -60; deg < 60; deg += 3) {
+                if (turn == 3 && deg == 0)
+                    pose.t_ns += (uint64_t)(row[i].silent_s * 1e9);
+                pose.t_ns += (uint64_t)(row[i].turn_s / 40 * 1e9);
+                ping(0, 1, deg, deg, 25, deg == -60);
+                bearings_tell(&b, &looks);
+                const bool first =
+                    turn < 2 || (row[i].again && (turn == 4 || turn == 5 || (turn == 3 && deg >= 0)));
+                CHECK(looks.first_turns == first && !looks.heads == first);
+            }
+    }
 }
 
 TEST(a_set_has_the_bearings_within_so_much_of_one_and_a_part_more)
@@ -344,6 +428,10 @@ int main(void)
     RUN(what_a_fan_had_in_view_gets_less_sure);
     RUN(a_head_that_was_everywhere_twice_looks_where_it_does);
     RUN(a_head_shows_nothing_where_it_is_deaf);
+    RUN(a_burst_darkens_only_parts_in_which_no_beam_hears);
+    RUN(a_beam_that_rings_shows_nothing_though_it_has_an_echo);
+    RUN(a_fan_that_is_deaf_twice_shows_nothing_there);
+    RUN(a_head_that_was_silent_for_long_starts_again);
     RUN(a_set_has_the_bearings_within_so_much_of_one_and_a_part_more);
     return test_end();
 }
