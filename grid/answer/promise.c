@@ -3,21 +3,33 @@
 
 #include <math.h>
 
-struct promise promise_begin(struct picture *picture, const struct picture_frame *frame,
-                             const struct answer_now *now, const struct sight_place *place, double loose_m)
+/* The sensors that are offline, and those that have been silent for so long that nothing they cleared is clear. */
+static uint64_t silent(const struct bearings_looks *looks, const struct answer_conf *conf,
+                       const struct answer_now *now)
+{
+    uint64_t sensors = now->lost;
+    for (int k = 0; k < BEARINGS_SENSORS; k++)
+        if (sight_seconds(now->now_ns, looks->last_ns[k]) > conf->clear_for_s)
+            sensors |= UINT64_C(1) << k;
+    return sensors;
+}
+
+struct promise promise_begin(struct picture *picture, const struct answer_conf *conf,
+                             const struct picture_frame *frame, const struct answer_now *now,
+                             const struct sight_place *place, double loose_m)
 {
     const struct bearings_looks *looks = &frame->looks;
-    const bool unheard = now->lost & ~looks->pinged; /* nobody knows where it would look */
+    const uint64_t heard = ~silent(looks, conf, now);
     return (struct promise){.picture = picture,
                             .frame = frame,
                             .now = now,
                             .offset_m = geo_length(place->offset_m),
                             .loose_m = loose_m,
                             .turned_rad = place->turned_rad,
-                            .looks = unheard ? UINT64_MAX : looks->bearings,
-                            .shown = bearings_of(looks, ~now->lost),
-                            .fans = bearings_of(looks, looks->fans & ~now->lost),
-                            .heads = bearings_of(looks, looks->heads & ~now->lost)};
+                            .heard = heard,
+                            .shown = bearings_of(looks, heard),
+                            .fans = bearings_of(looks, looks->fans & heard),
+                            .heads = bearings_of(looks, looks->heads & heard)};
 }
 
 /* Is it a level direction in which a sonar looks, whatever the body's tilt? What is there the sonar will show. */
@@ -30,7 +42,7 @@ static bool is_looked_at(const struct promise *p, uint32_t direction, double sla
     sight_from_grid(p->frame, p->now, false, u);
     *az_rad = atan2(u[1], u[0]);
     return fabs(u[2]) <= sin(p->frame->looks.level_rad - p->picture->rings->step_rad) &&
-           bearings_have(p->looks, *az_rad, 0);
+           bearings_have(p->frame->looks.bearings, *az_rad, 0);
 }
 
 /* Do the looks leave out no more than lies between two of a sonar's beams? What stands there no beam shows. */
@@ -81,7 +93,7 @@ static bool is_new(const struct promise *p, uint32_t direction, double az_rad, d
     to_ned(p, axis, to_m, line_m[1]);
     for (int k = 0; k < BEARINGS_SENSORS; k++) {
         const struct bearings_view *view = &p->frame->looks.view[k];
-        if (!view->bearings || p->now->lost >> k & 1)
+        if (!view->bearings || !(p->heard >> k & 1))
             continue;
         to_ned(p, axis, fmin(fmax(from_m, least_m(p, view)), to_m), line_m[0]);
         if (bearings_had(view, &p->now->pose, p->now->now_ns, line_m, p->loose_m, p->turned_rad))

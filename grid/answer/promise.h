@@ -13,17 +13,18 @@ struct promise {
     struct picture *picture;
     const struct picture_frame *frame;
     const struct answer_now *now;
-    double offset_m;   /* how far it is from the grid's centre */
-    double loose_m;    /* pose uncertainty: how far off the vehicle's place may be ... */
-    double turned_rad; /* ... and its axes */
-    /* bearings of the body: where sonars look, and of those that are online and not deaf all, the fans, and the heads
-     * that have been everywhere twice */
-    uint64_t looks, shown, fans, heads;
+    double offset_m;      /* how far it is from the grid's centre */
+    double loose_m;       /* pose uncertainty: how far off the vehicle's place may be ... */
+    double turned_rad;    /* ... and its axes */
+    uint64_t heard;       /* set of the sensors that are neither offline nor silent for clear_for */
+    uint64_t shown;       /* bearings of the body: where those show what is there ... */
+    uint64_t fans, heads; /* ... and of them a fan, and a head that has been everywhere twice */
 };
 
 /** promise_begin - the promise to a vehicle at that place, whose own place is known but for loose_m. */
-struct promise promise_begin(struct picture *picture, const struct picture_frame *frame,
-                             const struct answer_now *now, const struct sight_place *place, double loose_m);
+struct promise promise_begin(struct picture *picture, const struct answer_conf *conf,
+                             const struct picture_frame *frame, const struct answer_now *now,
+                             const struct sight_place *place, double loose_m);
 
 /**
  * promise_m - how far along the direction nobody needs to have looked, from 0 to near_m; ranges are from the grid's

@@ -77,6 +77,17 @@ static void mind_deaf_beam(struct bearings_sensor *sensor, const struct beam_ech
     sensor->deaf_before = at;
 }
 
+/* A beam received something usable there, and in the parts that the head has passed by a step. */
+static void hear(struct bearings_sensor *sensor, double az_rad, bool joins, uint64_t t_ns)
+{
+    const double last_rad = (double)sensor->last_rad, way_rad = fabs(geo_wrap_pi(az_rad - last_rad));
+    const bool step = joins && way_rad < 1.5 * (double)sensor->step_rad;
+    const uint64_t parts = part(az_rad) | (step ? between(last_rad, az_rad) & ~part(last_rad) : 0);
+    for (int k = 0; k < BEARINGS; k++)
+        if (parts >> k & 1)
+            sensor->heard_ns[k] = t_ns;
+}
+
 /* A fan's ping is deaf there. */
 static void mind_deaf_beams(struct bearings_sensor *sensor, uint64_t deaf)
 {
@@ -110,32 +121,6 @@ static void keep_view(struct bearings_sensor *sensor, const struct echoes *e, co
         view->position_m[k] += e->pose.position_m[k];
 }
 
-#define SECOND  UINT64_C(1000000000)
-#define TURN_NS (20 * SECOND) /* of a head whose turn nobody knows yet: free_clear_for_s' least is 1.5 of them */
-
-/*
- * A head that was silent for half a turn starts again: what has come into its way since it has not shown, and some of
- * what it had shown is older than a turn and a half, which is what counts as clear by default. What turns within a
- * second or two will soon have been everywhere.
- */
-static void mind_silence(struct bearings_sensor *sensor, uint64_t t_ns)
-{
-    const uint64_t turn_ns = sensor->turn_ns ? sensor->turn_ns : TURN_NS;
-    const uint64_t most_ns = turn_ns / 2 > SECOND ? turn_ns / 2 : SECOND;
-    if (sensor->moves && t_ns > sensor->last_ns && t_ns - sensor->last_ns > most_ns)
-        sensor->turns = 0;
-    sensor->last_ns = t_ns;
-}
-
-static void begin_turn(struct bearings_sensor *sensor, uint64_t t_ns)
-{
-    if (sensor->turns && t_ns > sensor->turn_begun_ns)
-        sensor->turn_ns = t_ns - sensor->turn_begun_ns;
-    sensor->turn_begun_ns = t_ns;
-    if (sensor->turns < 3)
-        sensor->turns++;
-}
-
 void bearings_enter(struct bearings *b, const struct echoes *e, const struct mount *mount)
 {
     struct bearings_sensor *sensor = &b->sensor[e->sensor % BEARINGS_SENSORS];
@@ -144,9 +129,9 @@ void bearings_enter(struct bearings *b, const struct echoes *e, const struct mou
     double az_rad;
     bool first = true;
     sensor->wide_rad = e->az_aperture_rad;
-    mind_silence(sensor, e->t_ns);
-    if (e->flags & PING_NEW_TURN)
-        begin_turn(sensor, e->t_ns);
+    sensor->last_ns = e->t_ns;
+    if (e->flags & PING_NEW_TURN && sensor->turns < 3)
+        sensor->turns++;
     if (!sensor->moves)
         keep_view(sensor, e, mount);
     for (unsigned i = 0; i < e->n_beams; i++) {
@@ -159,10 +144,12 @@ void bearings_enter(struct bearings *b, const struct echoes *e, const struct mou
             return; /* a fan that looks where it did before */
         b->level_rad = b->level_rad > 0 ? fmin(b->level_rad, heard_rad) : heard_rad;
         sensor->seen |= part(az_rad);
-        if (sensor->moves)
-            mind_deaf_beam(sensor, &e->beam[i], az_rad);
         if (joins)
             join_bearings(sensor, az_rad);
+        if (sensor->moves)
+            mind_deaf_beam(sensor, &e->beam[i], az_rad);
+        if (!is_deaf(&e->beam[i]))
+            hear(sensor, az_rad, joins, e->t_ns);
         sensor->last_rad = (float)az_rad;
         sensor->first_rad = first ? (float)az_rad : sensor->first_rad;
         first = false;
@@ -175,18 +162,26 @@ void bearings_enter(struct bearings *b, const struct echoes *e, const struct mou
 
 #define TOUCH_RAD 1e-3 /* beams that are no farther apart leave no gap: their bearings are rounded */
 
-void bearings_tell(const struct bearings *b, struct bearings_looks *out)
+/* Where the beams of a head have heard, no longer ago than keep_ns. */
+static uint64_t heard_since(const struct bearings_sensor *sensor, uint64_t t_ns, uint64_t keep_ns)
+{
+    uint64_t parts = 0;
+    for (int k = 0; k < BEARINGS; k++)
+        if (sensor->heard_ns[k] && (sensor->heard_ns[k] >= t_ns || t_ns - sensor->heard_ns[k] <= keep_ns))
+            parts |= UINT64_C(1) << k;
+    return parts;
+}
+
+void bearings_tell(const struct bearings *b, uint64_t t_ns, uint64_t keep_ns, struct bearings_looks *out)
 {
     *out = (struct bearings_looks){.level_rad = b->level_rad};
     for (int k = 0; k < BEARINGS_SENSORS; k++) {
         const struct bearings_sensor *sensor = &b->sensor[k];
         const bool turns = sensor->pings == 1 || sensor->moves, first_turns = turns && sensor->turns < 3;
         const double gap_rad = (double)sensor->step_rad - (first_turns ? (double)sensor->wide_rad : 0);
-        const uint64_t at = turns && sensor->turns < 2 ? UINT64_MAX : sensor->seen;
-        if (sensor->last_ns)
-            out->pinged |= UINT64_C(1) << k;
-        out->bearings |= at;
-        out->shows[k] = at & ~sensor->deaf;
+        out->bearings |= turns && sensor->turns < 2 ? UINT64_MAX : sensor->seen;
+        out->shows[k] = (turns ? heard_since(sensor, t_ns, keep_ns) : sensor->seen) & ~sensor->deaf;
+        out->last_ns[k] = turns ? sensor->last_ns : sensor->view.t_ns;
         if (turns && !first_turns)
             out->heads |= UINT64_C(1) << k;
         if (!turns && sensor->pings) {

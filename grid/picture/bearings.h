@@ -27,21 +27,22 @@ struct bearings_view {
 
 /* What the sonars look at, for the picture. */
 struct bearings_looks {
-    uint64_t bearings;                /* a sonar looks there, or may yet */
-    uint64_t shows[BEARINGS_SENSORS]; /* where each of them looks and is not deaf, or may yet */
-    uint64_t pinged;                  /* set of sensors that have pinged */
-    uint64_t fans, heads;             /* likewise: the fans, and the heads that have been everywhere twice */
-    double level_rad; /* so far above and below the body's level plane they hear at all these bearings */
-    double gap_rad;   /* so wide a gap between two beams is a sonar's own, not a lost ping's; 0: none is */
-    bool first_turns; /* some head has not been everywhere twice, so that a ping it lost may have left a gap */
+    uint64_t bearings;                  /* a sonar looks there, or may yet */
+    uint64_t shows[BEARINGS_SENSORS];   /* where each of them hears: a fan now, a head within keep_ns */
+    uint64_t last_ns[BEARINGS_SENSORS]; /* of each, the last ping, of a fan that was not deaf all over; 0: none */
+    uint64_t fans, heads; /* sets of sensors: the fans, and the heads that have been everywhere twice */
+    double level_rad;     /* so far above and below the body's level plane they hear at all these bearings */
+    double gap_rad;       /* so wide a gap between two beams is a sonar's own, not a lost ping's; 0: none is */
+    bool first_turns;     /* some head has not been everywhere twice, so that a ping it lost may have left a gap */
     struct bearings_view view[BEARINGS_SENSORS];
 };
 
 struct bearings_sensor {
     uint64_t seen; /* a level beam was there, or its head passed there between two pings */
     uint64_t deaf; /* nothing usable was received there: by a head's last pass, or a fan's last two pings */
-    uint64_t deaf_before, heard;              /* where its last beams were deaf; where a head's beam heard last */
-    uint64_t last_ns, turn_begun_ns, turn_ns; /* last ping; last turn's begin; a whole turn's time, 0: unknown */
+    uint64_t deaf_before, heard; /* where its last beams were deaf; where a head's beam heard last */
+    uint64_t heard_ns[BEARINGS]; /* when a head's beam did there; 0: never */
+    uint64_t last_ns;            /* of its last ping */
     struct bearings_view view;
     float first_rad, last_rad; /* azimuth in the body of the first and last level beam of its last ping with one */
     float step_rad;            /* the least from one level beam to the next; 0: unknown */
@@ -60,11 +61,12 @@ struct bearings {
 /** bearings_enter - a ping of a sensor with that mount. A head passes from one bearing to the next the shorter way. */
 void bearings_enter(struct bearings *b, const struct echoes *e, const struct mount *mount);
 
-/** bearings_tell - all bearings while a head is in its first turn: nobody knows yet where it will look. In its first
- * turns only a step that is wider than the beam leaves a gap; later the vehicle has turned as well. */
-void bearings_tell(const struct bearings *b, struct bearings_looks *out);
+/** bearings_tell - as of t_ns. A head looks at all bearings while it is in its first turn: nobody knows yet where it
+ * will look. In its first turns only a step that is wider than the beam leaves a gap; later the vehicle has turned as
+ * well. keep_ns: what a head heard is shown for so long, as its water is clear. */
+void bearings_tell(const struct bearings *b, uint64_t t_ns, uint64_t keep_ns, struct bearings_looks *out);
 
-/** bearings_of - at which bearings the sensors of that set show what is there, or may yet. */
+/** bearings_of - at which bearings the sensors of that set show what is there. */
 uint64_t bearings_of(const struct bearings_looks *looks, uint64_t sensors);
 
 /** bearings_forget - nobody knows any more where what the fans had in view lies: the vehicle has jumped. */

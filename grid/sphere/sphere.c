@@ -297,7 +297,7 @@ void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *
     }
     sensor_enter(s, e, turn, origin_m);
     bearings_enter(&s->bearings, e, mount); /* of a vehicle that jumped, from there on */
-    bearings_tell(&s->bearings, &s->frame.looks);
+    bearings_tell(&s->bearings, e->t_ns, state_keep_ns(s), &s->frame.looks);
     motion_drift(s, &e->pose, e->t_ns);
     publish_ping(s, e);
 }

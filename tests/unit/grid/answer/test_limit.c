@@ -83,6 +83,7 @@ static void looks_at(uint64_t bearings, double gap_deg, bool first_turns)
     picture_get_frame(&picture, &frame);
     frame.looks = (struct bearings_looks){.bearings = bearings,
                                           .shows = {bearings},
+                                          .last_ns = {NOW},
                                           .level_rad = geo_rad(10),
                                           .gap_rad = geo_rad(gap_deg),
                                           .first_turns = first_turns};
@@ -235,6 +236,7 @@ TEST(near_covers_no_water_that_came_into_view)
         frame.withdrawn = now.pose.withdrawn = row[i].withdrawn;
         frame.looks = (struct bearings_looks){.bearings = FAN | row[i].second,
                                               .shows = {FAN, row[i].second, row[i].heads},
+                                              .last_ns = {NOW, NOW, NOW},
                                               .fans = 3,
                                               .heads = 4,
                                               .level_rad = geo_rad(10),
@@ -277,7 +279,7 @@ TEST(near_covers_nothing_more_where_no_sonar_hears)
         uint64_t bearings, shows[2], fans, heads, lost; /* of two sonars */
         double drift_mps;
         bool blank, first_turns, known, none;
-        bool unheard; /* the second has never pinged */
+        double silent_s; /* the first */
     } row[] = {{.bearings = FAN, .shows = {FAN}, .fans = 1, .known = true},
                {.bearings = FAN, .shows = {FAN}, .fans = 1, .lost = 1},
                {.bearings = FAN, .shows = {FAN}, .fans = 1, .lost = 1, .blank = true},
@@ -297,9 +299,10 @@ TEST(near_covers_nothing_more_where_no_sonar_hears)
                {.bearings = all, .shows = {FAN, ~FAN}, .fans = 1, .heads = 2, .lost = 1},
                {.bearings = FAN, .shows = {FAN, FAN}, .fans = 3, .lost = 2, .known = true},
                {.bearings = ~FAN, .shows = {~FAN}, .fans = 1, .lost = 1, .known = true}, /* none looks there */
-               {.bearings = ~FAN, .shows = {~FAN}, .fans = 1, .unheard = true, .known = true},
-               {.bearings = ~FAN, .shows = {~FAN}, .fans = 1, .lost = 2, .unheard = true}, /* it might */
-               {.bearings = FAN, .shows = {FAN}, .fans = 1, .lost = 2, .unheard = true, .known = true}};
+               {.bearings = all, .shows = {all}, .heads = 1, .silent_s = 29, .known = true},
+               {.bearings = all, .shows = {all}, .heads = 1, .silent_s = 31},
+               {.bearings = FAN, .shows = {FAN}, .fans = 1, .silent_s = 31},
+               {.bearings = all, .shows = {all, FAN}, .heads = 1, .fans = 2, .silent_s = 31, .known = true}};
     for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         struct picture_frame frame;
         start_with(rings_full(&rings, geo_rad(3)), true);
@@ -307,7 +310,7 @@ TEST(near_covers_nothing_more_where_no_sonar_hears)
         picture_get_frame(&picture, &frame);
         frame.looks = (struct bearings_looks){.bearings = row[i].bearings,
                                               .shows = {row[i].shows[0], row[i].shows[1]},
-                                              .pinged = row[i].unheard ? 1 : 3,
+                                              .last_ns = {NOW - (uint64_t)(row[i].silent_s * 1e9), NOW},
                                               .fans = row[i].fans,
                                               .heads = row[i].heads,
                                               .level_rad = geo_rad(10),

@@ -9,12 +9,16 @@ static struct bearings b;
 static struct mount mount;
 static struct pose pose;
 static uint8_t state, hides;
+
+#define SECOND  UINT64_C(1000000000)
+#define KEEP_NS (30 * SECOND)
 static int deaf_from; /* the beams from this one on hear nothing */
 
 static void start(double roll_deg, double pitch_deg, double yaw_deg)
 {
     b = (struct bearings){0};
     pose = pose_identity;
+    pose.t_ns = 1000 * SECOND;
     mount = mount_identity;
     state = BEAM_SILENT;
     hides = BEAM_HIDES_NOTHING;
@@ -49,14 +53,14 @@ static void ping(unsigned sensor, int beams, double from_deg, double to_deg, dou
 static bool shows(double deg)
 {
     struct bearings_looks looks;
-    bearings_tell(&b, &looks);
+    bearings_tell(&b, pose.t_ns, KEEP_NS, &looks);
     return bearings_have(bearings_of(&looks, 1), geo_rad(deg), 0);
 }
 
 static bool at(double deg)
 {
     struct bearings_looks looks;
-    bearings_tell(&b, &looks);
+    bearings_tell(&b, pose.t_ns, KEEP_NS, &looks);
     return bearings_have(looks.bearings, geo_rad(deg), 0);
 }
 
@@ -107,7 +111,7 @@ TEST(a_lost_ping_in_the_first_turns_is_no_gap_between_beams)
             for (int k = -5; k < 5; k++)
                 if (k || !row[i].lost)
                     ping(0, 1, row[i].step_deg * k, row[i].step_deg * k, 25, k == -5);
-        bearings_tell(&b, &looks);
+        bearings_tell(&b, pose.t_ns, KEEP_NS, &looks);
         CHECK_NEAR(geo_deg(looks.gap_rad), row[i].gap_deg, 1e-3, 0);
         CHECK(looks.first_turns == (row[i].turns < 3));
     }
@@ -131,7 +135,7 @@ TEST(a_beam_that_stays_looks_where_it_points)
         ping(0, 1, 0, 0, 25, false);
     CHECK(!at(30)); /* narrower than what counts as looked at */
     struct bearings_looks looks;
-    bearings_tell(&b, &looks);
+    bearings_tell(&b, pose.t_ns, KEEP_NS, &looks);
     CHECK(!looks.first_turns);
     CHECK(b.sensor[0].seen != 0 && !at(210));
 }
@@ -170,7 +174,7 @@ static bool had_line(unsigned sensor, double north_m, double east_m, double to_n
                      double off_m, double off_rad)
 {
     struct bearings_looks looks;
-    bearings_tell(&b, &looks);
+    bearings_tell(&b, pose.t_ns, KEEP_NS, &looks);
     return bearings_had(&looks.view[sensor], &pose, pose.t_ns,
                         (const double[2][3]){{north_m, east_m, 0}, {to_north_m, to_east_m, 0}}, off_m, off_rad);
 }
@@ -229,7 +233,7 @@ TEST(a_fan_had_nothing_in_view_at_the_bearings_of_deaf_beams)
     }
     CHECK(had(0, 5, -3, 0, 0) && had(0, 5, 0, 0, 0) && !had(0, 5, 3, 0, 0));
     struct bearings_looks looks;
-    bearings_tell(&b, &looks);
+    bearings_tell(&b, pose.t_ns, KEEP_NS, &looks);
     CHECK(bearings_have(looks.bearings, geo_rad(30), 0)); /* it looks there all the same */
 }
 
@@ -286,7 +290,7 @@ TEST(a_head_that_was_everywhere_twice_looks_where_it_does)
         for (int deg = -60; deg < 60; deg += 3) {
             struct bearings_looks looks;
             ping(0, 1, deg, deg, 25, deg == -60);
-            bearings_tell(&b, &looks);
+            bearings_tell(&b, pose.t_ns, KEEP_NS, &looks);
             const uint64_t heads = bearings_of(&looks, looks.heads);
             CHECK(bearings_have(heads, 0, 0) == (turn > 1) && !bearings_have(heads, GEO_PI, 0));
             CHECK(looks.view[0].bearings == 0 && looks.fans == 0);
@@ -308,7 +312,7 @@ TEST(a_head_shows_nothing_where_it_is_deaf)
                 state = turn == 3 && deg >= row[i].from_deg && deg < row[i].to_deg ? BEAM_BLIND : BEAM_SILENT;
                 ping(0, 1, deg, deg, 25, deg == -60);
             }
-            bearings_tell(&b, &looks);
+            bearings_tell(&b, pose.t_ns, KEEP_NS, &looks);
             const bool shown = turn != 3 || row[i].shown;
             CHECK(shows(0) == shown);
             CHECK(bearings_have(looks.bearings, 0, 0)); /* it looks there all the same */
@@ -362,8 +366,12 @@ TEST(a_fan_that_is_deaf_twice_shows_nothing_there)
     for (int i = 0; i < 6; i++) {
         static const bool shown[6] = {true, true, true, false, false, true};
         state = i >= 2 && i < 5 ? BEAM_BLIND : BEAM_SILENT;
+        pose.t_ns += SECOND;
         ping(0, 32, -48, 48, 20, true);
         CHECK(shows(0) == shown[i]);
+        struct bearings_looks looks;
+        bearings_tell(&b, pose.t_ns, KEEP_NS, &looks);
+        CHECK(looks.last_ns[0] == pose.t_ns - (i >= 2 && i < 5 ? (uint64_t)(i - 1) * SECOND : 0));
     }
     for (int i = 0; i < 2; i++) {
         deaf_from = 20; /* from 12 degrees on */
@@ -372,29 +380,43 @@ TEST(a_fan_that_is_deaf_twice_shows_nothing_there)
     CHECK(shows(-10) && !shows(20));
 }
 
-/* What came into the way of a head that was silent for half a turn it has not shown. */
-TEST(a_head_that_was_silent_for_long_starts_again)
+/* A head shows what it has heard for as long as its water is clear. After a silence it has to pass again. */
+TEST(a_head_shows_what_it_heard_of_late)
 {
     static const struct {
         double turn_s, silent_s;
-        bool again;
-    } row[] = {{20, 0, false},  {20, 9, false},    {20, 11, true},
-               {20, 300, true}, {0.4, 0.9, false}, {0.4, 1.1, true}};
+        bool kept;
+    } row[] = {{20, 0, true}, {20, 9, true}, {20, 25, false}, {20, 300, false}, {2, 27, true}, {2, 31, false}};
     for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
-        struct bearings_looks looks;
         start(0, 0, 0);
-        pose.t_ns = 1;
-        for (int turn = 0; turn < 7; turn++)
+        for (int turn = 0; turn < 5; turn++)
             for (int deg = -60; deg < 60; deg += 3) {
-                if (turn == 3 && deg == 0)
+                if (turn == 3 && deg == 30)
                     pose.t_ns += (uint64_t)(row[i].silent_s * 1e9);
                 pose.t_ns += (uint64_t)(row[i].turn_s / 40 * 1e9);
                 ping(0, 1, deg, deg, 25, deg == -60);
-                bearings_tell(&b, &looks);
-                const bool first =
-                    turn < 2 || (row[i].again && (turn == 4 || turn == 5 || (turn == 3 && deg >= 0)));
-                CHECK(looks.first_turns == first && !looks.heads == first);
+                const bool gone = !row[i].kept && ((turn == 3 && deg >= 30) || (turn == 4 && deg < 6));
+                if (turn > 0)
+                    CHECK(shows(0) == !gone);
             }
+    }
+}
+
+/* It steps over whole parts: it has passed them, but not those in the way back to where its sector begins. */
+TEST(a_head_has_heard_where_it_passes_in_a_step)
+{
+    static const struct {
+        int step_deg, from_deg;
+        bool shown;
+    } row[] = {{12, -60, true}, {25, -100, true}, {12, 24, false}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        start(0, 0, 0);
+        for (int turn = 0; turn < 3; turn++)
+            for (int k = 0; k < 9; k++) {
+                const double deg = row[i].from_deg + row[i].step_deg * k;
+                ping(0, 1, deg, deg, 25, k == 0);
+            }
+        CHECK(shows(0) == row[i].shown);
     }
 }
 
@@ -431,7 +453,8 @@ int main(void)
     RUN(a_burst_darkens_only_parts_in_which_no_beam_hears);
     RUN(a_beam_that_rings_shows_nothing_though_it_has_an_echo);
     RUN(a_fan_that_is_deaf_twice_shows_nothing_there);
-    RUN(a_head_that_was_silent_for_long_starts_again);
+    RUN(a_head_shows_what_it_heard_of_late);
+    RUN(a_head_has_heard_where_it_passes_in_a_step);
     RUN(a_set_has_the_bearings_within_so_much_of_one_and_a_part_more);
     return test_end();
 }
