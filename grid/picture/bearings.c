@@ -77,12 +77,15 @@ static void mind_deaf_beam(struct bearings_sensor *sensor, const struct beam_ech
     sensor->deaf_before = at;
 }
 
-/* A beam received something usable there, and in the parts that the head has passed by a step. */
+/*
+ * A beam received something usable there, and in the parts that the head has passed by a step. A single deaf beam in
+ * the part before is forgiven.
+ */
 static void hear(struct bearings_sensor *sensor, double az_rad, bool joins, uint64_t t_ns)
 {
     const double last_rad = (double)sensor->last_rad, way_rad = fabs(geo_wrap_pi(az_rad - last_rad));
     const bool step = joins && way_rad < 1.5 * (double)sensor->step_rad;
-    const uint64_t parts = part(az_rad) | (step ? between(last_rad, az_rad) & ~part(last_rad) : 0);
+    const uint64_t parts = part(az_rad) | (step ? between(last_rad, az_rad) : 0);
     for (int k = 0; k < BEARINGS; k++)
         if (parts >> k & 1)
             sensor->heard_ns[k] = t_ns;

@@ -28,7 +28,7 @@ struct bearings_view {
 /* What the sonars look at, for the picture. */
 struct bearings_looks {
     uint64_t bearings;                  /* a sonar looks there, or may yet */
-    uint64_t shows[BEARINGS_SENSORS];   /* where each of them hears: a fan now, a head within keep_ns */
+    uint64_t shows[BEARINGS_SENSORS];   /* where each of them hears: a fan now, a head of late */
     uint64_t last_ns[BEARINGS_SENSORS]; /* of each, the last ping, of a fan that was not deaf all over; 0: none */
     uint64_t fans, heads; /* sets of sensors: the fans, and the heads that have been everywhere twice */
     double level_rad;     /* so far above and below the body's level plane they hear at all these bearings */
@@ -41,7 +41,7 @@ struct bearings_sensor {
     uint64_t seen; /* a level beam was there, or its head passed there between two pings */
     uint64_t deaf; /* nothing usable was received there: by a head's last pass, or a fan's last two pings */
     uint64_t deaf_before, heard; /* where its last beams were deaf; where a head's beam heard last */
-    uint64_t heard_ns[BEARINGS]; /* when a head's beam did there; 0: never */
+    uint64_t heard_ns[BEARINGS]; /* when a beam of a head last heard there; 0: never */
     uint64_t last_ns;            /* of its last ping */
     struct bearings_view view;
     float first_rad, last_rad; /* azimuth in the body of the first and last level beam of its last ping with one */
@@ -63,7 +63,7 @@ void bearings_enter(struct bearings *b, const struct echoes *e, const struct mou
 
 /** bearings_tell - as of t_ns. A head looks at all bearings while it is in its first turn: nobody knows yet where it
  * will look. In its first turns only a step that is wider than the beam leaves a gap; later the vehicle has turned as
- * well. keep_ns: what a head heard is shown for so long, as its water is clear. */
+ * well. keep_ns: where a head heard it shows what is there for so long. */
 void bearings_tell(const struct bearings *b, uint64_t t_ns, uint64_t keep_ns, struct bearings_looks *out);
 
 /** bearings_of - at which bearings the sensors of that set show what is there. */

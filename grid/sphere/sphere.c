@@ -227,13 +227,14 @@ static void keep_counting(struct sphere *s, uint64_t t_ns)
         s->turn_ms[k] = s->turn_ms[k] > later_ms ? (uint32_t)(s->turn_ms[k] - later_ms) : 0;
 }
 
-#define TURN_MOST_MS 600000u /* longer: the sonar was away */
+#define TURN_MOST_MS 600000u                     /* longer: the sonar was away */
+#define AWAY_NS      (UINT64_C(10) * 1000000000) /* likewise from one ping to the next */
 
 /* A turn of that sensor is over: how long the longest of all sensors' last turns took. */
 static void measure_turn(struct sphere *s, uint32_t sensor, uint32_t now_ms)
 {
     const uint32_t took_ms = now_ms - s->turn_ms[sensor];
-    if (!s->turn_ms[sensor] || took_ms > TURN_MOST_MS)
+    if (!s->turn_ms[sensor] || took_ms > TURN_MOST_MS || s->away_sensors >> sensor & 1)
         return;
     s->turn_took_ms[sensor] = took_ms;
     uint32_t longest_ms = 0;
@@ -246,14 +247,20 @@ static void measure_turn(struct sphere *s, uint32_t sensor, uint32_t now_ms)
 
 static void begin_turn(struct sphere *s, const struct echoes *e)
 {
+    const uint32_t sensor = e->sensor % SPHERE_SENSORS;
+    const uint64_t last_ns = s->t_pinged_ns[sensor];
     if (!s->t_start_ns)
         s->t_start_ns = e->t_ns;
     keep_counting(s, e->t_ns);
+    if (last_ns && e->t_ns > last_ns && e->t_ns - last_ns > AWAY_NS)
+        s->away_sensors |= UINT64_C(1) << sensor;
+    s->t_pinged_ns[sensor] = e->t_ns;
     if (!(e->flags & PING_NEW_TURN))
         return;
-    measure_turn(s, e->sensor % SPHERE_SENSORS, state_ms(s, e->t_ns));
-    s->turn_ms[e->sensor % SPHERE_SENSORS] = state_ms(s, e->t_ns);
-    cells_forget_gone(&s->cells, e->sensor % SPHERE_SENSORS);
+    measure_turn(s, sensor, state_ms(s, e->t_ns));
+    s->turn_ms[sensor] = state_ms(s, e->t_ns);
+    s->away_sensors &= ~(UINT64_C(1) << sensor);
+    cells_forget_gone(&s->cells, sensor);
 }
 
 /* May the vehicle have gone there from the centre, by one pose after another? */
@@ -279,6 +286,14 @@ void sphere_follow(struct sphere *s, const struct pose *pose)
     publish_changes(s, pose->t_ns);
 }
 
+/* Where a head hears it shows what is there as long as its water is clear, and until it has passed again: one that
+ * sweeps to and fro begins a turn each way. */
+static uint64_t shown_for_ns(const struct sphere *s)
+{
+    const uint64_t turns_ns = (uint64_t)(2.2e9 * s->frame.turn_s), keep_ns = state_keep_ns(s);
+    return keep_ns > turns_ns ? keep_ns : turns_ns;
+}
+
 void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *mount)
 {
     s->heading_radps = e->pose.heading_radps;
@@ -297,7 +312,7 @@ void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *
     }
     sensor_enter(s, e, turn, origin_m);
     bearings_enter(&s->bearings, e, mount); /* of a vehicle that jumped, from there on */
-    bearings_tell(&s->bearings, e->t_ns, state_keep_ns(s), &s->frame.looks);
+    bearings_tell(&s->bearings, e->t_ns, shown_for_ns(s), &s->frame.looks);
     motion_drift(s, &e->pose, e->t_ns);
     publish_ping(s, e);
 }

@@ -683,7 +683,10 @@ static enum answer_state after(const struct sphere_conf *conf, double turn_s, do
         new_turn = false;
         for (int n = 0; n < 30; n++) /* as sure as can be */
             ping(0, 5, 0);
-        now.now_ns += (uint64_t)(turn_s * 1e9);
+        for (int n = 0; n < 20; n++) {
+            now.now_ns += (uint64_t)(turn_s / 20 * 1e9);
+            ping(180, 0, 0);
+        }
     }
     now.now_ns += (uint64_t)((age_s - turn_s) * 1e9);
     return ask(0, 6).state;
@@ -1441,17 +1444,24 @@ static double turn_s(void)
     return frame.turn_s;
 }
 
-/* Pings that begin a turn, so far apart, and a silent one between. */
-static void turns(int n, double apart_s)
+/* Pings that begin a turn, so far apart, and silent ones between, after a time in which there are none. */
+static void turns_after(int n, double apart_s, double away_s)
 {
     for (int i = 0; i < n; i++) {
-        now.now_ns += (uint64_t)(apart_s / 2 * 1e9);
-        ping(180, 0, 0);
-        now.now_ns += (uint64_t)(apart_s / 2 * 1e9);
+        now.now_ns += (uint64_t)(away_s * 1e9);
+        for (int k = 0; k < 20; k++) {
+            now.now_ns += (uint64_t)((apart_s - away_s) / 20 * 1e9);
+            ping(180, 0, 0);
+        }
         new_turn = true;
         ping(180, 0, 0);
         new_turn = false;
     }
+}
+
+static void turns(int n, double apart_s)
+{
+    turns_after(n, apart_s, 0);
 }
 
 TEST(the_longest_turn_is_measured)
@@ -1461,8 +1471,12 @@ TEST(the_longest_turn_is_measured)
     CHECK_NEAR(turn_s(), 0, 0, 0);
     turns(1, 63);
     CHECK_NEAR(turn_s(), 63, 0.01, 0);
-    turns(1, 700); /* it was switched off */
+    turns_after(1, 700, 650); /* it was switched off */
     CHECK_NEAR(turn_s(), 63, 0.01, 0);
+    turns_after(1, 300, 240);
+    CHECK_NEAR(turn_s(), 63, 0.01, 0);
+    turns_after(1, 66, 5); /* a ping is late */
+    CHECK_NEAR(turn_s(), 66, 0.01, 0);
     turns(1, 20);
     CHECK_NEAR(turn_s(), 20, 0.01, 0);
 }
