@@ -179,6 +179,15 @@ static int take_option(struct options *o, int c, const char *value)
     }
 }
 
+/* An option that stands where the text of the one before it belongs, as in --check -c FILE. */
+static bool is_bare(int c, int argc, char **argv)
+{
+    for (size_t i = 0; i < sizeof texts / sizeof texts[0]; i++)
+        if (texts[i].c == c)
+            return optind >= 2 && optind <= argc && optarg == argv[optind - 1] && optarg[0] == '-' && optarg[1];
+    return false;
+}
+
 /* Do they go together, and do they fit? */
 static int check_options(const struct options *o)
 {
@@ -232,9 +241,10 @@ int options_parse(int argc, char **argv, struct options *o)
     int status = -1;
     opterr = 0;
     for (int c; status < 0 && (c = getopt_long(argc, argv, ":c:h", longs, NULL)) != -1;)
-        status = c == '?'   ? refuse_option(argv[optind - 1])
-                 : c == ':' ? refuse_bare(optopt, argv[optind - 1])
-                            : take_option(o, c, optarg);
+        status = c == '?'                 ? refuse_option(argv[optind - 1])
+                 : c == ':'               ? refuse_bare(optopt, argv[optind - 1])
+                 : is_bare(c, argc, argv) ? refuse_bare(c, argv[optind - 2])
+                                          : take_option(o, c, optarg);
     if (status < 0 && optind < argc) {
         fprintf(stderr,
                 "sonard: %s: want options only; a configuration is given as -c %s, a capture as --replay %s\n",
