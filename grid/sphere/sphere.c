@@ -248,13 +248,12 @@ static void measure_turn(struct sphere *s, uint32_t sensor, uint32_t now_ms)
 static void begin_turn(struct sphere *s, const struct echoes *e)
 {
     const uint32_t sensor = e->sensor % SPHERE_SENSORS;
-    const uint64_t last_ns = s->t_pinged_ns[sensor];
+    const uint64_t last_ns = s->bearings.sensor[e->sensor % BEARINGS_SENSORS].last_ns;
     if (!s->t_start_ns)
         s->t_start_ns = e->t_ns;
     keep_counting(s, e->t_ns);
     if (last_ns && e->t_ns > last_ns && e->t_ns - last_ns > AWAY_NS)
         s->away_sensors |= UINT64_C(1) << sensor;
-    s->t_pinged_ns[sensor] = e->t_ns;
     if (!(e->flags & PING_NEW_TURN))
         return;
     measure_turn(s, sensor, state_ms(s, e->t_ns));

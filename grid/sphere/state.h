@@ -79,8 +79,7 @@ struct sphere {
     uint64_t deaf_sensors; /* set of those whose last ping received nothing usable in any beam */
     bool deaf_again;       /* the ping that is being entered and the one before of its sensor were such */
     uint32_t turn_took_ms[SPHERE_SENSORS];
-    uint32_t turn_ms[SPHERE_SENSORS];     /* each sensor's turn began so long after t_start_ns */
-    uint64_t t_pinged_ns[SPHERE_SENSORS]; /* of each sensor's last ping; 0: none */
+    uint32_t turn_ms[SPHERE_SENSORS]; /* each sensor's turn began so long after t_start_ns */
     uint64_t away_sensors; /* those that were silent in their present turn: it does not say how long one takes */
     struct bearings bearings;
     struct sphere_stats stats;
