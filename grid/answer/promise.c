@@ -14,22 +14,27 @@ static uint64_t silent(const struct bearings_looks *looks, const struct answer_c
     return sensors;
 }
 
+/* Where a head has heard it shows what is there as long as its water is clear, and until it has passed again: one that
+ * sweeps to and fro begins a turn each way. A tenth more for pings that are lost. */
+#define SHOWN_TURNS 2.2
+
 struct promise promise_begin(struct picture *picture, const struct answer_conf *conf,
                              const struct picture_frame *frame, const struct answer_now *now,
                              const struct sight_place *place, double loose_m)
 {
     const struct bearings_looks *looks = &frame->looks;
-    const uint64_t heard = ~silent(looks, conf, now);
+    const uint64_t online = ~silent(looks, conf, now);
+    const double keep_s = fmax(conf->clear_for_s, SHOWN_TURNS * frame->turn_s);
     return (struct promise){.picture = picture,
                             .frame = frame,
                             .now = now,
                             .offset_m = geo_length(place->offset_m),
                             .loose_m = loose_m,
                             .turned_rad = place->turned_rad,
-                            .heard = heard,
-                            .shown = bearings_of(looks, heard),
-                            .fans = bearings_of(looks, looks->fans & heard),
-                            .heads = bearings_of(looks, looks->heads & heard)};
+                            .online = online,
+                            .shown = bearings_of(looks, online, now->now_ns, keep_s),
+                            .fans = bearings_of(looks, looks->fans & online, now->now_ns, keep_s),
+                            .heads = bearings_of(looks, looks->heads & online, now->now_ns, keep_s)};
 }
 
 /* Is it a level direction in which a sonar looks, whatever the body's tilt? What is there the sonar will show. */
@@ -93,7 +98,7 @@ static bool is_new(const struct promise *p, uint32_t direction, double az_rad, d
     to_ned(p, axis, to_m, line_m[1]);
     for (int k = 0; k < BEARINGS_SENSORS; k++) {
         const struct bearings_view *view = &p->frame->looks.view[k];
-        if (!view->bearings || !(p->heard >> k & 1))
+        if (!view->bearings || !(p->online >> k & 1))
             continue;
         to_ned(p, axis, fmin(fmax(from_m, least_m(p, view)), to_m), line_m[0]);
         if (bearings_had(view, &p->now->pose, p->now->now_ns, line_m, p->loose_m, p->turned_rad))

@@ -16,7 +16,7 @@ struct promise {
     double offset_m;      /* how far it is from the grid's centre */
     double loose_m;       /* pose uncertainty: how far off the vehicle's place may be ... */
     double turned_rad;    /* ... and its axes */
-    uint64_t heard;       /* set of the sensors that are neither offline nor silent for clear_for */
+    uint64_t online;      /* set of the sensors that are neither offline nor silent for clear_for */
     uint64_t shown;       /* bearings of the body: where those show what is there ... */
     uint64_t fans, heads; /* ... and of them a fan, and a head that has been everywhere twice */
 };

@@ -78,8 +78,9 @@ static void mind_deaf_beam(struct bearings_sensor *sensor, const struct beam_ech
 }
 
 /*
- * A beam received something usable there, and in the parts that the head has passed by a step. A single deaf beam in
- * the part before is forgiven.
+ * A beam received something usable there, and in the parts that the head has passed by a step. One that is longer than
+ * its least is a jump, or a ping was lost: jumps from here to there and back are all as long. A single deaf beam in the
+ * part before is forgiven.
  */
 static void hear(struct bearings_sensor *sensor, double az_rad, bool joins, uint64_t t_ns)
 {
@@ -165,25 +166,26 @@ void bearings_enter(struct bearings *b, const struct echoes *e, const struct mou
 
 #define TOUCH_RAD 1e-3 /* beams that are no farther apart leave no gap: their bearings are rounded */
 
-/* Where the beams of a head have heard, no longer ago than keep_ns. */
-static uint64_t heard_since(const struct bearings_sensor *sensor, uint64_t t_ns, uint64_t keep_ns)
+#define NEVER UINT16_MAX
+
+/* How long ago that was, rounded up. */
+static uint16_t tenths(uint64_t t_ns, uint64_t heard_ns)
 {
-    uint64_t parts = 0;
-    for (int k = 0; k < BEARINGS; k++)
-        if (sensor->heard_ns[k] && (sensor->heard_ns[k] >= t_ns || t_ns - sensor->heard_ns[k] <= keep_ns))
-            parts |= UINT64_C(1) << k;
-    return parts;
+    const uint64_t tenth_ns = 100000000, since_ns = t_ns > heard_ns ? t_ns - heard_ns : 0;
+    return heard_ns && since_ns < NEVER * tenth_ns ? (uint16_t)((since_ns + tenth_ns - 1) / tenth_ns) : NEVER;
 }
 
-void bearings_tell(const struct bearings *b, uint64_t t_ns, uint64_t keep_ns, struct bearings_looks *out)
+void bearings_tell(const struct bearings *b, uint64_t t_ns, struct bearings_looks *out)
 {
-    *out = (struct bearings_looks){.level_rad = b->level_rad};
+    *out = (struct bearings_looks){.t_ns = t_ns, .level_rad = b->level_rad};
     for (int k = 0; k < BEARINGS_SENSORS; k++) {
         const struct bearings_sensor *sensor = &b->sensor[k];
         const bool turns = sensor->pings == 1 || sensor->moves, first_turns = turns && sensor->turns < 3;
         const double gap_rad = (double)sensor->step_rad - (first_turns ? (double)sensor->wide_rad : 0);
         out->bearings |= turns && sensor->turns < 2 ? UINT64_MAX : sensor->seen;
-        out->shows[k] = (turns ? heard_since(sensor, t_ns, keep_ns) : sensor->seen) & ~sensor->deaf;
+        out->hears[k] = sensor->seen & ~sensor->deaf;
+        for (int i = 0; turns && i < BEARINGS; i++)
+            out->heard_ds[k][i] = tenths(t_ns, sensor->heard_ns[i]);
         out->last_ns[k] = turns ? sensor->last_ns : sensor->view.t_ns;
         if (turns && !first_turns)
             out->heads |= UINT64_C(1) << k;
@@ -197,12 +199,24 @@ void bearings_tell(const struct bearings *b, uint64_t t_ns, uint64_t keep_ns, st
     }
 }
 
-uint64_t bearings_of(const struct bearings_looks *looks, uint64_t sensors)
+/* Where a sensor has heard within so many tenths of a second. */
+static uint64_t heard_within(const uint16_t heard_ds[BEARINGS], double most_ds)
 {
+    uint64_t parts = 0;
+    for (int k = 0; k < BEARINGS; k++)
+        if (heard_ds[k] <= most_ds)
+            parts |= UINT64_C(1) << k;
+    return parts;
+}
+
+uint64_t bearings_of(const struct bearings_looks *looks, uint64_t sensors, uint64_t now_ns, double keep_s)
+{
+    const double since_s = now_ns > looks->t_ns ? (double)(now_ns - looks->t_ns) * 1e-9 : 0,
+                 most_ds = fmin(10 * (keep_s - since_s), NEVER - 1);
     uint64_t bearings = 0;
     for (int k = 0; k < BEARINGS_SENSORS; k++)
         if (sensors >> k & 1)
-            bearings |= looks->shows[k];
+            bearings |= looks->hears[k] & heard_within(looks->heard_ds[k], most_ds);
     return bearings;
 }
 

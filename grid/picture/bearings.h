@@ -28,12 +28,15 @@ struct bearings_view {
 /* What the sonars look at, for the picture. */
 struct bearings_looks {
     uint64_t bearings;                  /* a sonar looks there, or may yet */
-    uint64_t shows[BEARINGS_SENSORS];   /* where each of them hears: a fan now, a head of late */
+    uint64_t t_ns;                      /* as of then, the newest ping */
+    uint64_t hears[BEARINGS_SENSORS];   /* where each of them was not deaf at its last look */
     uint64_t last_ns[BEARINGS_SENSORS]; /* of each, the last ping, of a fan that was not deaf all over; 0: none */
-    uint64_t fans, heads; /* sets of sensors: the fans, and the heads that have been everywhere twice */
-    double level_rad;     /* so far above and below the body's level plane they hear at all these bearings */
-    double gap_rad;       /* so wide a gap between two beams is a sonar's own, not a lost ping's; 0: none is */
-    bool first_turns;     /* some head has not been everywhere twice, so that a ping it lost may have left a gap */
+    uint16_t heard_ds[BEARINGS_SENSORS]
+                     [BEARINGS]; /* tenths of a second before t_ns a head heard there; 0 of a fan */
+    uint64_t fans, heads;        /* sets of sensors: the fans, and the heads that have been everywhere twice */
+    double level_rad; /* so far above and below the body's level plane they hear at all these bearings */
+    double gap_rad;   /* so wide a gap between two beams is a sonar's own, not a lost ping's; 0: none is */
+    bool first_turns; /* some head has not been everywhere twice, so that a ping it lost may have left a gap */
     struct bearings_view view[BEARINGS_SENSORS];
 };
 
@@ -63,11 +66,12 @@ void bearings_enter(struct bearings *b, const struct echoes *e, const struct mou
 
 /** bearings_tell - as of t_ns. A head looks at all bearings while it is in its first turn: nobody knows yet where it
  * will look. In its first turns only a step that is wider than the beam leaves a gap; later the vehicle has turned as
- * well. keep_ns: where a head heard it shows what is there for so long. */
-void bearings_tell(const struct bearings *b, uint64_t t_ns, uint64_t keep_ns, struct bearings_looks *out);
+ * well. */
+void bearings_tell(const struct bearings *b, uint64_t t_ns, struct bearings_looks *out);
 
-/** bearings_of - at which bearings the sensors of that set show what is there. */
-uint64_t bearings_of(const struct bearings_looks *looks, uint64_t sensors);
+/** bearings_of - at which bearings the sensors of that set show what is there: at now_ns a head does where it has heard
+ * within keep_s, to a tenth of a second, and within 6553 s. */
+uint64_t bearings_of(const struct bearings_looks *looks, uint64_t sensors, uint64_t now_ns, double keep_s);
 
 /** bearings_forget - nobody knows any more where what the fans had in view lies: the vehicle has jumped. */
 void bearings_forget(struct bearings *b);

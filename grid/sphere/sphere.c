@@ -285,14 +285,6 @@ void sphere_follow(struct sphere *s, const struct pose *pose)
     publish_changes(s, pose->t_ns);
 }
 
-/* Where a head hears it shows what is there as long as its water is clear, and until it has passed again: one that
- * sweeps to and fro begins a turn each way. */
-static uint64_t shown_for_ns(const struct sphere *s)
-{
-    const uint64_t turns_ns = (uint64_t)(2.2e9 * s->frame.turn_s), keep_ns = state_keep_ns(s);
-    return keep_ns > turns_ns ? keep_ns : turns_ns;
-}
-
 void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *mount)
 {
     s->heading_radps = e->pose.heading_radps;
@@ -311,7 +303,7 @@ void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *
     }
     sensor_enter(s, e, turn, origin_m);
     bearings_enter(&s->bearings, e, mount); /* of a vehicle that jumped, from there on */
-    bearings_tell(&s->bearings, e->t_ns, shown_for_ns(s), &s->frame.looks);
+    bearings_tell(&s->bearings, e->t_ns, &s->frame.looks);
     motion_drift(s, &e->pose, e->t_ns);
     publish_ping(s, e);
 }

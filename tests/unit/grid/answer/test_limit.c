@@ -82,7 +82,8 @@ static void looks_at(uint64_t bearings, double gap_deg, bool first_turns)
     struct picture_frame frame;
     picture_get_frame(&picture, &frame);
     frame.looks = (struct bearings_looks){.bearings = bearings,
-                                          .shows = {bearings},
+                                          .t_ns = NOW,
+                                          .hears = {bearings},
                                           .last_ns = {NOW},
                                           .level_rad = geo_rad(10),
                                           .gap_rad = geo_rad(gap_deg),
@@ -235,7 +236,8 @@ TEST(near_covers_no_water_that_came_into_view)
         frame.discontinuities = now.pose.discontinuities = row[i].discontinuities;
         frame.withdrawn = now.pose.withdrawn = row[i].withdrawn;
         frame.looks = (struct bearings_looks){.bearings = FAN | row[i].second,
-                                              .shows = {FAN, row[i].second, row[i].heads},
+                                              .t_ns = NOW,
+                                              .hears = {FAN, row[i].second, row[i].heads},
                                               .last_ns = {NOW, NOW, NOW},
                                               .fans = 3,
                                               .heads = 4,
@@ -276,49 +278,61 @@ TEST(near_covers_nothing_more_where_no_sonar_hears)
         .radius_m = 0.3, .half_height_m = 0.2, .margin_m = 0.1, .near_m = 3};
     static const uint64_t all = UINT64_MAX;
     static const struct {
-        uint64_t bearings, shows[2], fans, heads, lost; /* of two sonars */
+        uint64_t bearings, hears[2], fans, heads, lost; /* of two sonars */
         double drift_mps;
         bool blank, first_turns, known, none;
-        double silent_s; /* the first */
-    } row[] = {{.bearings = FAN, .shows = {FAN}, .fans = 1, .known = true},
-               {.bearings = FAN, .shows = {FAN}, .fans = 1, .lost = 1},
-               {.bearings = FAN, .shows = {FAN}, .fans = 1, .lost = 1, .blank = true},
-               {.bearings = FAN, .shows = {FAN}, .fans = 1, .lost = 2, .known = true}, /* another one */
-               {.bearings = all, .shows = {all}, .heads = 1, .known = true},
-               {.bearings = all, .shows = {all}, .heads = 1, .lost = 1},
-               {.bearings = all, .shows = {~FAN}, .heads = 1},
-               {.bearings = all, .shows = {~FAN}, .heads = 1, .blank = true},
-               {.bearings = all, .shows = {FAN}, .heads = 1, .known = true},
-               {.bearings = all, .shows = {all}, .lost = 1, .first_turns = true},
-               {.bearings = all, .shows = {all}, .heads = 1, .drift_mps = 0.1, .known = true},
-               {.bearings = all, .shows = {all}, .heads = 1, .drift_mps = 0.1, .lost = 1},
-               {.bearings = all, .shows = {all}, .heads = 1, .drift_mps = 3, .lost = 1, .none = true},
-               {.bearings = all, .shows = {FAN, all}, .fans = 1, .heads = 2, .lost = 1, .known = true},
-               {.bearings = all, .shows = {FAN, all}, .fans = 1, .heads = 2, .lost = 2, .known = true},
-               {.bearings = all, .shows = {FAN, all}, .fans = 1, .heads = 2, .lost = 3},
-               {.bearings = all, .shows = {FAN, ~FAN}, .fans = 1, .heads = 2, .lost = 1},
-               {.bearings = FAN, .shows = {FAN, FAN}, .fans = 3, .lost = 2, .known = true},
-               {.bearings = ~FAN, .shows = {~FAN}, .fans = 1, .lost = 1, .known = true}, /* none looks there */
-               {.bearings = all, .shows = {all}, .heads = 1, .silent_s = 29, .known = true},
-               {.bearings = all, .shows = {all}, .heads = 1, .silent_s = 31},
-               {.bearings = FAN, .shows = {FAN}, .fans = 1, .silent_s = 31},
-               {.bearings = all, .shows = {all, FAN}, .heads = 1, .fans = 2, .silent_s = 31, .known = true}};
+        double silent_s;   /* the first */
+        uint16_t heard_ds; /* ago, by it, ... */
+        double told_s;     /* ... as of so long ago */
+        double turn_s;
+    } row[] = {{.bearings = FAN, .hears = {FAN}, .fans = 1, .known = true},
+               {.bearings = FAN, .hears = {FAN}, .fans = 1, .lost = 1},
+               {.bearings = FAN, .hears = {FAN}, .fans = 1, .lost = 1, .blank = true},
+               {.bearings = FAN, .hears = {FAN}, .fans = 1, .lost = 2, .known = true}, /* another one */
+               {.bearings = all, .hears = {all}, .heads = 1, .known = true},
+               {.bearings = all, .hears = {all}, .heads = 1, .lost = 1},
+               {.bearings = all, .hears = {~FAN}, .heads = 1},
+               {.bearings = all, .hears = {~FAN}, .heads = 1, .blank = true},
+               {.bearings = all, .hears = {FAN}, .heads = 1, .known = true},
+               {.bearings = all, .hears = {all}, .lost = 1, .first_turns = true},
+               {.bearings = all, .hears = {all}, .heads = 1, .drift_mps = 0.1, .known = true},
+               {.bearings = all, .hears = {all}, .heads = 1, .drift_mps = 0.1, .lost = 1},
+               {.bearings = all, .hears = {all}, .heads = 1, .drift_mps = 3, .lost = 1, .none = true},
+               {.bearings = all, .hears = {FAN, all}, .fans = 1, .heads = 2, .lost = 1, .known = true},
+               {.bearings = all, .hears = {FAN, all}, .fans = 1, .heads = 2, .lost = 2, .known = true},
+               {.bearings = all, .hears = {FAN, all}, .fans = 1, .heads = 2, .lost = 3},
+               {.bearings = all, .hears = {FAN, ~FAN}, .fans = 1, .heads = 2, .lost = 1},
+               {.bearings = FAN, .hears = {FAN, FAN}, .fans = 3, .lost = 2, .known = true},
+               {.bearings = ~FAN, .hears = {~FAN}, .fans = 1, .lost = 1, .known = true}, /* none looks there */
+               {.bearings = all, .hears = {all}, .heads = 1, .silent_s = 29, .known = true},
+               {.bearings = all, .hears = {all}, .heads = 1, .silent_s = 31},
+               {.bearings = FAN, .hears = {FAN}, .fans = 1, .silent_s = 31},
+               {.bearings = all, .hears = {all, FAN}, .heads = 1, .fans = 2, .silent_s = 31, .known = true},
+               {.bearings = all, .hears = {all}, .heads = 1, .heard_ds = 299, .known = true},
+               {.bearings = all, .hears = {all}, .heads = 1, .heard_ds = 301},
+               {.bearings = all, .hears = {all}, .heads = 1, .heard_ds = 299, .told_s = 1},
+               {.bearings = all, .hears = {all}, .heads = 1, .heard_ds = 301, .turn_s = 20, .known = true},
+               {.bearings = all, .hears = {all}, .heads = 1, .heard_ds = 441, .turn_s = 20}};
     for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         struct picture_frame frame;
         start_with(rings_full(&rings, geo_rad(3)), true);
         all_free(20);
         picture_get_frame(&picture, &frame);
         frame.looks = (struct bearings_looks){.bearings = row[i].bearings,
-                                              .shows = {row[i].shows[0], row[i].shows[1]},
+                                              .t_ns = NOW - (uint64_t)(row[i].told_s * 1e9),
+                                              .hears = {row[i].hears[0], row[i].hears[1]},
                                               .last_ns = {NOW - (uint64_t)(row[i].silent_s * 1e9), NOW},
                                               .fans = row[i].fans,
                                               .heads = row[i].heads,
                                               .level_rad = geo_rad(10),
                                               .gap_rad = geo_rad(3),
                                               .first_turns = row[i].first_turns};
+        frame.turn_s = row[i].turn_s;
+        for (int k = 0; k < BEARINGS; k++)
+            frame.looks.heard_ds[0][k] = row[i].heard_ds;
         for (int k = 0; k < 2; k++)
             frame.looks.view[k] = (struct bearings_view){
-                .bearings = row[i].fans >> k & 1 ? row[i].shows[k] : 0, .attitude = {1}, .range_m = 10};
+                .bearings = row[i].fans >> k & 1 ? row[i].hears[k] : 0, .attitude = {1}, .range_m = 10};
         picture_begin(&picture);
         picture_set_frame(&picture, &frame);
         picture_end(&picture);

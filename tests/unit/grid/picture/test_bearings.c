@@ -10,8 +10,8 @@ static struct mount mount;
 static struct pose pose;
 static uint8_t state, hides;
 
-#define SECOND  UINT64_C(1000000000)
-#define KEEP_NS (30 * SECOND)
+#define SECOND UINT64_C(1000000000)
+#define KEEP_S 30.0
 static int deaf_from; /* the beams from this one on hear nothing */
 
 static void start(double roll_deg, double pitch_deg, double yaw_deg)
@@ -53,14 +53,14 @@ static void ping(unsigned sensor, int beams, double from_deg, double to_deg, dou
 static bool shows(double deg)
 {
     struct bearings_looks looks;
-    bearings_tell(&b, pose.t_ns, KEEP_NS, &looks);
-    return bearings_have(bearings_of(&looks, 1), geo_rad(deg), 0);
+    bearings_tell(&b, pose.t_ns, &looks);
+    return bearings_have(bearings_of(&looks, 1, pose.t_ns, KEEP_S), geo_rad(deg), 0);
 }
 
 static bool at(double deg)
 {
     struct bearings_looks looks;
-    bearings_tell(&b, pose.t_ns, KEEP_NS, &looks);
+    bearings_tell(&b, pose.t_ns, &looks);
     return bearings_have(looks.bearings, geo_rad(deg), 0);
 }
 
@@ -111,7 +111,7 @@ TEST(a_lost_ping_in_the_first_turns_is_no_gap_between_beams)
             for (int k = -5; k < 5; k++)
                 if (k || !row[i].lost)
                     ping(0, 1, row[i].step_deg * k, row[i].step_deg * k, 25, k == -5);
-        bearings_tell(&b, pose.t_ns, KEEP_NS, &looks);
+        bearings_tell(&b, pose.t_ns, &looks);
         CHECK_NEAR(geo_deg(looks.gap_rad), row[i].gap_deg, 1e-3, 0);
         CHECK(looks.first_turns == (row[i].turns < 3));
     }
@@ -135,7 +135,7 @@ TEST(a_beam_that_stays_looks_where_it_points)
         ping(0, 1, 0, 0, 25, false);
     CHECK(!at(30)); /* narrower than what counts as looked at */
     struct bearings_looks looks;
-    bearings_tell(&b, pose.t_ns, KEEP_NS, &looks);
+    bearings_tell(&b, pose.t_ns, &looks);
     CHECK(!looks.first_turns);
     CHECK(b.sensor[0].seen != 0 && !at(210));
 }
@@ -174,7 +174,7 @@ static bool had_line(unsigned sensor, double north_m, double east_m, double to_n
                      double off_m, double off_rad)
 {
     struct bearings_looks looks;
-    bearings_tell(&b, pose.t_ns, KEEP_NS, &looks);
+    bearings_tell(&b, pose.t_ns, &looks);
     return bearings_had(&looks.view[sensor], &pose, pose.t_ns,
                         (const double[2][3]){{north_m, east_m, 0}, {to_north_m, to_east_m, 0}}, off_m, off_rad);
 }
@@ -233,7 +233,7 @@ TEST(a_fan_had_nothing_in_view_at_the_bearings_of_deaf_beams)
     }
     CHECK(had(0, 5, -3, 0, 0) && had(0, 5, 0, 0, 0) && !had(0, 5, 3, 0, 0));
     struct bearings_looks looks;
-    bearings_tell(&b, pose.t_ns, KEEP_NS, &looks);
+    bearings_tell(&b, pose.t_ns, &looks);
     CHECK(bearings_have(looks.bearings, geo_rad(30), 0)); /* it looks there all the same */
 }
 
@@ -290,8 +290,8 @@ TEST(a_head_that_was_everywhere_twice_looks_where_it_does)
         for (int deg = -60; deg < 60; deg += 3) {
             struct bearings_looks looks;
             ping(0, 1, deg, deg, 25, deg == -60);
-            bearings_tell(&b, pose.t_ns, KEEP_NS, &looks);
-            const uint64_t heads = bearings_of(&looks, looks.heads);
+            bearings_tell(&b, pose.t_ns, &looks);
+            const uint64_t heads = bearings_of(&looks, looks.heads, pose.t_ns, KEEP_S);
             CHECK(bearings_have(heads, 0, 0) == (turn > 1) && !bearings_have(heads, GEO_PI, 0));
             CHECK(looks.view[0].bearings == 0 && looks.fans == 0);
         }
@@ -312,7 +312,7 @@ TEST(a_head_shows_nothing_where_it_is_deaf)
                 state = turn == 3 && deg >= row[i].from_deg && deg < row[i].to_deg ? BEAM_BLIND : BEAM_SILENT;
                 ping(0, 1, deg, deg, 25, deg == -60);
             }
-            bearings_tell(&b, pose.t_ns, KEEP_NS, &looks);
+            bearings_tell(&b, pose.t_ns, &looks);
             const bool shown = turn != 3 || row[i].shown;
             CHECK(shows(0) == shown);
             CHECK(bearings_have(looks.bearings, 0, 0)); /* it looks there all the same */
@@ -370,7 +370,7 @@ TEST(a_fan_that_is_deaf_twice_shows_nothing_there)
         ping(0, 32, -48, 48, 20, true);
         CHECK(shows(0) == shown[i]);
         struct bearings_looks looks;
-        bearings_tell(&b, pose.t_ns, KEEP_NS, &looks);
+        bearings_tell(&b, pose.t_ns, &looks);
         CHECK(looks.last_ns[0] == pose.t_ns - (i >= 2 && i < 5 ? (uint64_t)(i - 1) * SECOND : 0));
     }
     for (int i = 0; i < 2; i++) {
@@ -402,6 +402,44 @@ TEST(a_head_shows_what_it_heard_of_late)
     }
 }
 
+/* And it is asked when it pings no more. A fan shows what it did at its last ping. */
+TEST(what_a_head_heard_grows_old_without_a_ping)
+{
+    struct bearings_looks looks;
+    start(0, 0, 0);
+    for (int turn = 0; turn < 3; turn++)
+        for (int deg = -60; deg < 60; deg += 3) { /* in 20 s */
+            pose.t_ns += SECOND / 2;
+            ping(0, 1, deg, deg, 25, deg == -60);
+        }
+    bearings_tell(&b, pose.t_ns, &looks);
+    for (int deg = -54; deg < 54; deg += 6)
+        for (unsigned later_s = 1; later_s < 40; later_s++) {
+            const uint64_t shown = bearings_of(&looks, 1, pose.t_ns + later_s * SECOND, KEEP_S);
+            const double since_s = later_s + (57 - deg) / 3 * 0.5;
+            if (fabs(since_s - KEEP_S) > 1.5) /* a part is as old as the beams in it */
+                CHECK(bearings_have(shown, geo_rad(deg), 0) == (since_s < KEEP_S));
+        }
+}
+
+TEST(the_age_of_what_a_head_heard_is_rounded_up_and_has_an_end)
+{
+    static const struct {
+        double since_s, keep_s;
+        bool kept;
+    } row[] = {{0, 0, true},       {0, -0.1, false},    {0.01, 0.05, false}, {0.01, 0.1, true},
+               {6553, 7000, true}, {6554, 7000, false}, {1e6, 1e7, false}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct bearings_looks looks;
+        start(0, 0, 0);
+        for (int turn = 0; turn < 3; turn++)
+            for (int deg = -60; deg < 60; deg += 3)
+                ping(0, 1, deg, deg, 25, deg == -60);
+        bearings_tell(&b, pose.t_ns + (uint64_t)(row[i].since_s * 1e9), &looks);
+        CHECK((bearings_of(&looks, 1, looks.t_ns, row[i].keep_s) != 0) == row[i].kept);
+    }
+}
+
 /* It steps over whole parts: it has passed them, but not those in the way back to where its sector begins. */
 TEST(a_head_has_heard_where_it_passes_in_a_step)
 {
@@ -418,6 +456,20 @@ TEST(a_head_has_heard_where_it_passes_in_a_step)
             }
         CHECK(shows(0) == row[i].shown);
     }
+}
+
+/* A head that pings ahead between any two steps of its scan has not heard what lies between there and here. */
+TEST(what_a_head_jumps_over_it_has_not_heard)
+{
+    start(0, 0, 0);
+    ping(0, 1, 170, 170, 25, true);
+    for (int turn = 0; turn < 3; turn++)
+        for (int deg = 176; deg <= 270; deg += 3) {
+            ping(0, 1, deg, deg, 25, deg == 176);
+            ping(0, 1, 0, 0, 25, false);
+        }
+    for (int deg = 20; deg < 160; deg++)
+        CHECK(!shows(deg));
 }
 
 TEST(a_set_has_the_bearings_within_so_much_of_one_and_a_part_more)
@@ -454,7 +506,10 @@ int main(void)
     RUN(a_beam_that_rings_shows_nothing_though_it_has_an_echo);
     RUN(a_fan_that_is_deaf_twice_shows_nothing_there);
     RUN(a_head_shows_what_it_heard_of_late);
+    RUN(what_a_head_heard_grows_old_without_a_ping);
+    RUN(the_age_of_what_a_head_heard_is_rounded_up_and_has_an_end);
     RUN(a_head_has_heard_where_it_passes_in_a_step);
+    RUN(what_a_head_jumps_over_it_has_not_heard);
     RUN(a_set_has_the_bearings_within_so_much_of_one_and_a_part_more);
     return test_end();
 }
