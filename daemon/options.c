@@ -109,11 +109,9 @@ static const struct {
 static const struct {
     int c;
     const char *what;
-} needs[] = {{'c', "a configuration: -c FILE"},
-             {CHECK, "a configuration: --check FILE"},
-             {RECORD, "a folder: --record DIR"},
-             {REPLAY, "a capture: --replay CAPTURE.mcap"},
-             {SOCKET, "a path, or none: --socket PATH"}};
+} needs[] = {{'c', "a configuration: -c FILE"},         {CHECK, "a configuration: --check FILE"},
+             {RECORD, "a folder: --record DIR"},        {REPLAY, "a capture: --replay CAPTURE.mcap"},
+             {ANSWERS, "a file, or -: --answers FILE"}, {SOCKET, "a path, or none: --socket PATH"}};
 
 static int take_number(struct options *o, int c, const char *value)
 {
@@ -179,12 +177,12 @@ static int take_option(struct options *o, int c, const char *value)
     }
 }
 
-/* An option that stands where the text of the one before it belongs, as in --check -c FILE. */
-static bool is_bare(int c, int argc, char **argv)
+/* Is the option's text the next option, as in --check -c FILE? A file of such a name is ./-c. */
+static bool is_bare(int c, char **argv)
 {
     for (size_t i = 0; i < sizeof texts / sizeof texts[0]; i++)
         if (texts[i].c == c)
-            return optind >= 2 && optind <= argc && optarg == argv[optind - 1] && optarg[0] == '-' && optarg[1];
+            return optind >= 2 && optarg == argv[optind - 1] && optarg[0] == '-' && optarg[1];
     return false;
 }
 
@@ -241,10 +239,10 @@ int options_parse(int argc, char **argv, struct options *o)
     int status = -1;
     opterr = 0;
     for (int c; status < 0 && (c = getopt_long(argc, argv, ":c:h", longs, NULL)) != -1;)
-        status = c == '?'                 ? refuse_option(argv[optind - 1])
-                 : c == ':'               ? refuse_bare(optopt, argv[optind - 1])
-                 : is_bare(c, argc, argv) ? refuse_bare(c, argv[optind - 2])
-                                          : take_option(o, c, optarg);
+        status = c == '?'           ? refuse_option(argv[optind - 1])
+                 : c == ':'         ? refuse_bare(optopt, argv[optind - 1])
+                 : is_bare(c, argv) ? refuse_bare(c, argv[optind - 2])
+                                    : take_option(o, c, optarg);
     if (status < 0 && optind < argc) {
         fprintf(stderr,
                 "sonard: %s: want options only; a configuration is given as -c %s, a capture as --replay %s\n",

@@ -104,7 +104,7 @@ OPTIONS = (
     (("--chekc",), "no option --chekc; did you mean --check?"),
     (("stray",), "stray: want options only; a configuration is given as -c stray"),
     (("--check", "-c", "x"), "--check needs a configuration: --check FILE"),
-    (("--answers", "--stay"), "--answers needs a value"),
+    (("--answers", "--stay"), "--answers needs a file, or -: --answers FILE"),
     (("--threads", "3"), "--threads '3': wanted 0, 1 or 2"),
     (("--speed", "fast", "--replay", "x"), "--speed 'fast': wanted a factor from 0.001 to 1e6"),
     (("--speed", "1e-300", "--replay", "x"), "--speed '1e-300': wanted a factor from 0.001 to 1e6"),
