@@ -7,11 +7,14 @@
 
 #include "core/loop.h"
 #include "core/memory.h"
+#include "grid/picture/bearings.h"
 #include "pipeline_state.h"
 
 #define STACK_TOUCHED (160 * 1024) /* shapes_look and tangents_walls, the deepest, take 155 KiB */
 
 #define NONE UINT32_MAX
+
+_Static_assert(PIPELINE_MAX_SENSORS <= BEARINGS_SENSORS, "bearings tell all sensors apart");
 
 /* ---- stages ---- */
 

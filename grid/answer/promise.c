@@ -14,17 +14,12 @@ static uint64_t silent(const struct bearings_looks *looks, const struct answer_c
     return sensors;
 }
 
-/* Where a head has heard it shows what is there as long as its water is clear, and until it has passed again: one that
- * sweeps to and fro begins a turn each way. A tenth more for pings that are lost. */
-#define SHOWN_TURNS 2.2
-
 struct promise promise_begin(struct picture *picture, const struct answer_conf *conf,
                              const struct picture_frame *frame, const struct answer_now *now,
                              const struct sight_place *place, double loose_m)
 {
     const struct bearings_looks *looks = &frame->looks;
     const uint64_t online = ~silent(looks, conf, now);
-    const double keep_s = fmax(conf->clear_for_s, SHOWN_TURNS * frame->turn_s);
     return (struct promise){.picture = picture,
                             .frame = frame,
                             .now = now,
@@ -32,9 +27,9 @@ struct promise promise_begin(struct picture *picture, const struct answer_conf *
                             .loose_m = loose_m,
                             .turned_rad = place->turned_rad,
                             .online = online,
-                            .shown = bearings_of(looks, online, now->now_ns, keep_s),
-                            .fans = bearings_of(looks, looks->fans & online, now->now_ns, keep_s),
-                            .heads = bearings_of(looks, looks->heads & online, now->now_ns, keep_s)};
+                            .shown = bearings_of(looks, online, now->now_ns, conf->clear_for_s),
+                            .fans = bearings_of(looks, looks->fans & online, now->now_ns, conf->clear_for_s),
+                            .heads = bearings_of(looks, looks->heads & online, now->now_ns, conf->clear_for_s)};
 }
 
 /* Is it a level direction in which a sonar looks, whatever the body's tilt? What is there the sonar will show. */

@@ -47,11 +47,13 @@ static double level_rad(const struct beam_echoes *beam, const struct echoes *e, 
 
 #define LEAST_RAD (5 * GEO_PI / 180) /* a beam that hears no more above and below level shows no bearing */
 
+#define TOUCH_RAD 1e-3 /* beams that are no farther apart point the same way: their bearings are rounded */
+
 /* From the last level beam to this one: the head passed there, or the fan has no beam between. */
 static void join_bearings(struct bearings_sensor *sensor, double az_rad)
 {
     const float step_rad = (float)fabs(geo_wrap_pi(az_rad - (double)sensor->last_rad));
-    if (step_rad > 0 && (sensor->step_rad <= 0 || step_rad < sensor->step_rad))
+    if ((double)step_rad > TOUCH_RAD && (sensor->step_rad <= 0 || step_rad < sensor->step_rad))
         sensor->step_rad = step_rad;
     sensor->seen |= between((double)sensor->last_rad, az_rad);
 }
@@ -62,31 +64,38 @@ static bool is_deaf(const struct beam_echoes *beam)
            (beam->n == 0 && beam->heard_from_m >= beam->heard_to_m);
 }
 
-/* A head's beam. A part is deaf where no beam of a pass hears, and where the first of them is not forgiven. */
-static void mind_deaf_beam(struct bearings_sensor *sensor, const struct beam_echoes *beam, double az_rad)
+/*
+ * What a head has passed on its way from the last beam to this one: the parts of both and those between, if the way was
+ * a step. A step is less than one and a half times as long as its least, for after a lost ping it is twice as long. No
+ * longer way is one, however often the head makes it: of evenly spaced pings most may have been lost.
+ */
+static uint64_t passed(const struct bearings_sensor *sensor, double az_rad, bool joins)
 {
-    const uint64_t at = part(az_rad);
+    const double last_rad = (double)sensor->last_rad, way_rad = fabs(geo_wrap_pi(az_rad - last_rad));
+    return joins && way_rad < 1.5 * (double)sensor->step_rad ? between(last_rad, az_rad) : part(az_rad);
+}
+
+/* A head's beam. A part is deaf where no beam of a pass hears, and where the first of them is not forgiven. */
+static void mind_deaf_beam(struct bearings_sensor *sensor, const struct beam_echoes *beam, double az_rad,
+                           bool joins)
+{
+    const uint64_t at = part(az_rad), last = part((double)sensor->last_rad);
+    const uint64_t way = (passed(sensor, az_rad, joins) & ~last) | at;
     if (!is_deaf(beam)) {
-        sensor->deaf &= ~at;
+        sensor->deaf &= ~way;
         sensor->deaf_before = 0;
         sensor->heard = at;
         return;
     }
     if (sensor->deaf_before && at != sensor->heard)
-        sensor->deaf |= at;
+        sensor->deaf |= way;
     sensor->deaf_before = at;
 }
 
-/*
- * A beam received something usable there, and in the parts that the head has passed by a step. One that is longer than
- * its least is a jump, or a ping was lost: jumps from here to there and back are all as long. A single deaf beam in the
- * part before is forgiven.
- */
+/* A beam received something usable. A single deaf beam before it is forgiven. */
 static void hear(struct bearings_sensor *sensor, double az_rad, bool joins, uint64_t t_ns)
 {
-    const double last_rad = (double)sensor->last_rad, way_rad = fabs(geo_wrap_pi(az_rad - last_rad));
-    const bool step = joins && way_rad < 1.5 * (double)sensor->step_rad;
-    const uint64_t parts = part(az_rad) | (step ? between(last_rad, az_rad) : 0);
+    const uint64_t parts = passed(sensor, az_rad, joins);
     for (int k = 0; k < BEARINGS; k++)
         if (parts >> k & 1)
             sensor->heard_ns[k] = t_ns;
@@ -133,7 +142,10 @@ void bearings_enter(struct bearings *b, const struct echoes *e, const struct mou
     double az_rad;
     bool first = true;
     sensor->wide_rad = e->az_aperture_rad;
+    if (sensor->last_ns && e->t_ns > sensor->last_ns && e->t_ns - sensor->last_ns > BEARINGS_AWAY_NS)
+        sensor->back_ns = e->t_ns;
     sensor->last_ns = e->t_ns;
+    b->t_ns = e->t_ns > b->t_ns ? e->t_ns : b->t_ns;
     if (e->flags & PING_NEW_TURN && sensor->turns < 3)
         sensor->turns++;
     if (!sensor->moves)
@@ -151,7 +163,7 @@ void bearings_enter(struct bearings *b, const struct echoes *e, const struct mou
         if (joins)
             join_bearings(sensor, az_rad);
         if (sensor->moves)
-            mind_deaf_beam(sensor, &e->beam[i], az_rad);
+            mind_deaf_beam(sensor, &e->beam[i], az_rad, joins);
         if (!is_deaf(&e->beam[i]))
             hear(sensor, az_rad, joins, e->t_ns);
         sensor->last_rad = (float)az_rad;
@@ -164,20 +176,17 @@ void bearings_enter(struct bearings *b, const struct echoes *e, const struct mou
     sensor->pings = sensor->pings ? 2 : 1;
 }
 
-#define TOUCH_RAD 1e-3 /* beams that are no farther apart leave no gap: their bearings are rounded */
-
-#define NEVER UINT16_MAX
-
-/* How long ago that was, rounded up. */
-static uint16_t tenths(uint64_t t_ns, uint64_t heard_ns)
+/* From then_ns (0: never) to t_ns, rounded up. */
+static uint16_t tenths(uint64_t t_ns, uint64_t then_ns)
 {
-    const uint64_t tenth_ns = 100000000, since_ns = t_ns > heard_ns ? t_ns - heard_ns : 0;
-    return heard_ns && since_ns < NEVER * tenth_ns ? (uint16_t)((since_ns + tenth_ns - 1) / tenth_ns) : NEVER;
+    const uint64_t tenth_ns = 100000000, since_ns = t_ns > then_ns ? t_ns - then_ns : 0;
+    return then_ns && since_ns < BEARINGS_NEVER * tenth_ns ? (uint16_t)((since_ns + tenth_ns - 1) / tenth_ns)
+                                                           : BEARINGS_NEVER;
 }
 
-void bearings_tell(const struct bearings *b, uint64_t t_ns, struct bearings_looks *out)
+void bearings_tell(const struct bearings *b, const uint32_t turn_ms[BEARINGS_SENSORS], struct bearings_looks *out)
 {
-    *out = (struct bearings_looks){.t_ns = t_ns, .level_rad = b->level_rad};
+    *out = (struct bearings_looks){.t_ns = b->t_ns, .level_rad = b->level_rad};
     for (int k = 0; k < BEARINGS_SENSORS; k++) {
         const struct bearings_sensor *sensor = &b->sensor[k];
         const bool turns = sensor->pings == 1 || sensor->moves, first_turns = turns && sensor->turns < 3;
@@ -185,7 +194,9 @@ void bearings_tell(const struct bearings *b, uint64_t t_ns, struct bearings_look
         out->bearings |= turns && sensor->turns < 2 ? UINT64_MAX : sensor->seen;
         out->hears[k] = sensor->seen & ~sensor->deaf;
         for (int i = 0; turns && i < BEARINGS; i++)
-            out->heard_ds[k][i] = tenths(t_ns, sensor->heard_ns[i]);
+            out->heard_ds[k][i] = tenths(b->t_ns, sensor->heard_ns[i]);
+        out->back_ds[k] = tenths(b->t_ns, sensor->back_ns);
+        out->turn_s[k] = turn_ms[k] * 1e-3;
         out->last_ns[k] = turns ? sensor->last_ns : sensor->view.t_ns;
         if (turns && !first_turns)
             out->heads |= UINT64_C(1) << k;
@@ -199,24 +210,29 @@ void bearings_tell(const struct bearings *b, uint64_t t_ns, struct bearings_look
     }
 }
 
-/* Where a sensor has heard within so many tenths of a second. */
-static uint64_t heard_within(const uint16_t heard_ds[BEARINGS], double most_ds)
+/* A head that sweeps to and fro begins a turn each way; a tenth more for pings that are lost. */
+#define SHOWN_TURNS 2.2
+
+/* How old, in tenths of a second at looks->t_ns, what a sensor heard may be to be shown since_s later: as old as clear
+ * water, or as old as a head lets it become that has not been away. */
+static double shown_ds(const struct bearings_looks *looks, int k, double since_s, double clear_for_s)
 {
-    uint64_t parts = 0;
-    for (int k = 0; k < BEARINGS; k++)
-        if (heard_ds[k] <= most_ds)
-            parts |= UINT64_C(1) << k;
-    return parts;
+    const double turns_ds = 10 * (SHOWN_TURNS * looks->turn_s[k] - since_s);
+    return fmin(fmax(10 * (clear_for_s - since_s), fmin(turns_ds, looks->back_ds[k])), BEARINGS_NEVER - 1);
 }
 
-uint64_t bearings_of(const struct bearings_looks *looks, uint64_t sensors, uint64_t now_ns, double keep_s)
+uint64_t bearings_of(const struct bearings_looks *looks, uint64_t sensors, uint64_t now_ns, double clear_for_s)
 {
-    const double since_s = now_ns > looks->t_ns ? (double)(now_ns - looks->t_ns) * 1e-9 : 0,
-                 most_ds = fmin(10 * (keep_s - since_s), NEVER - 1);
+    const double since_s = now_ns > looks->t_ns ? (double)(now_ns - looks->t_ns) * 1e-9 : 0;
     uint64_t bearings = 0;
-    for (int k = 0; k < BEARINGS_SENSORS; k++)
-        if (sensors >> k & 1)
-            bearings |= looks->hears[k] & heard_within(looks->heard_ds[k], most_ds);
+    for (int k = 0; k < BEARINGS_SENSORS; k++) {
+        if (!(sensors >> k & 1))
+            continue;
+        const double most_ds = shown_ds(looks, k, since_s, clear_for_s);
+        for (int i = 0; i < BEARINGS; i++)
+            if (looks->heard_ds[k][i] <= most_ds)
+                bearings |= looks->hears[k] & UINT64_C(1) << i;
+    }
     return bearings;
 }
 

@@ -13,7 +13,9 @@
 #include "grid/geometry.h"
 
 #define BEARINGS         64 /* a bit each: bit k is azimuth k to k + 1 of so many parts of the body's circle */
-#define BEARINGS_SENSORS 16
+#define BEARINGS_SENSORS 8
+#define BEARINGS_NEVER   UINT16_MAX
+#define BEARINGS_AWAY_NS (UINT64_C(10) * 1000000000) /* from one ping to the next: the sonar was away */
 
 /* What a fan, a sensor whose pings all look at the same bearings, had in view at its last ping. */
 struct bearings_view {
@@ -27,16 +29,20 @@ struct bearings_view {
 
 /* What the sonars look at, for the picture. */
 struct bearings_looks {
-    uint64_t bearings;                  /* a sonar looks there, or may yet */
-    uint64_t t_ns;                      /* as of then, the newest ping */
-    uint64_t hears[BEARINGS_SENSORS];   /* where each of them was not deaf at its last look */
+    uint64_t bearings;                /* a sonar looks there, or may yet */
+    uint64_t t_ns;                    /* as of then, the newest ping */
+    uint64_t hears[BEARINGS_SENSORS]; /* where each of them looks, or passes, and was not deaf at its last look */
     uint64_t last_ns[BEARINGS_SENSORS]; /* of each, the last ping, of a fan that was not deaf all over; 0: none */
-    uint16_t heard_ds[BEARINGS_SENSORS]
-                     [BEARINGS]; /* tenths of a second before t_ns a head heard there; 0 of a fan */
-    uint64_t fans, heads;        /* sets of sensors: the fans, and the heads that have been everywhere twice */
-    double level_rad; /* so far above and below the body's level plane they hear at all these bearings */
-    double gap_rad;   /* so wide a gap between two beams is a sonar's own, not a lost ping's; 0: none is */
-    bool first_turns; /* some head has not been everywhere twice, so that a ping it lost may have left a gap */
+    double turn_s[BEARINGS_SENSORS];    /* how long its last turn took; 0: not known */
+    /* Tenths of a second before t_ns, rounded up, BEARINGS_NEVER at most: when a head last heard there (of a fan 0),
+     * and when the sensor last came back after it had been away. */
+    uint16_t heard_ds[BEARINGS_SENSORS][BEARINGS];
+    uint16_t back_ds[BEARINGS_SENSORS];
+    uint64_t fans, heads; /* sets of sensors: the fans, and the heads that have been everywhere twice */
+    double level_rad;     /* so far above and below the body's level plane they hear at all these bearings */
+    double gap_rad;       /* so wide a gap between two beams is a sonar's own, not a lost ping's; 0: none is */
+    uint64_t
+        first_turns; /* a whole word; 1: some head has not been everywhere twice: a ping it lost may have left a gap */
     struct bearings_view view[BEARINGS_SENSORS];
 };
 
@@ -46,6 +52,7 @@ struct bearings_sensor {
     uint64_t deaf_before, heard; /* where its last beams were deaf; where a head's beam heard last */
     uint64_t heard_ns[BEARINGS]; /* when a beam of a head last heard there; 0: never */
     uint64_t last_ns;            /* of its last ping */
+    uint64_t back_ns;            /* of the first after it had been away; 0: none */
     struct bearings_view view;
     float first_rad, last_rad; /* azimuth in the body of the first and last level beam of its last ping with one */
     float step_rad;            /* the least from one level beam to the next; 0: unknown */
@@ -57,6 +64,7 @@ struct bearings_sensor {
 };
 
 struct bearings {
+    uint64_t t_ns;    /* of the newest ping */
     double level_rad; /* as in bearings_looks; 0: no beam was level yet */
     struct bearings_sensor sensor[BEARINGS_SENSORS];
 };
@@ -64,14 +72,15 @@ struct bearings {
 /** bearings_enter - a ping of a sensor with that mount. A head passes from one bearing to the next the shorter way. */
 void bearings_enter(struct bearings *b, const struct echoes *e, const struct mount *mount);
 
-/** bearings_tell - as of t_ns. A head looks at all bearings while it is in its first turn: nobody knows yet where it
- * will look. In its first turns only a step that is wider than the beam leaves a gap; later the vehicle has turned as
- * well. */
-void bearings_tell(const struct bearings *b, uint64_t t_ns, struct bearings_looks *out);
+/** bearings_tell - as of the newest ping. A head looks at all bearings while it is in its first turn: nobody knows yet
+ * where it will look. In its first turns only a step that is wider than the beam leaves a gap; later the vehicle has
+ * turned as well. turn_ms: how long the last turn of each sensor took; 0: not known. */
+void bearings_tell(const struct bearings *b, const uint32_t turn_ms[BEARINGS_SENSORS], struct bearings_looks *out);
 
-/** bearings_of - at which bearings the sensors of that set show what is there: at now_ns a head does where it has heard
- * within keep_s, to a tenth of a second, and within 6553 s. */
-uint64_t bearings_of(const struct bearings_looks *looks, uint64_t sensors, uint64_t now_ns, double keep_s);
+/** bearings_of - at which bearings the sensors of that set show what is there. At now_ns a head does where it has heard
+ * within clear_for_s, or within 2.2 of its turns and without having been away since; no longer ago than 6553 s before
+ * t_ns. A fan does where it did at its last ping; whether that was long ago last_ns tells. */
+uint64_t bearings_of(const struct bearings_looks *looks, uint64_t sensors, uint64_t now_ns, double clear_for_s);
 
 /** bearings_forget - nobody knows any more where what the fans had in view lies: the vehicle has jumped. */
 void bearings_forget(struct bearings *b);

@@ -59,6 +59,7 @@ struct picture_frame {
 };
 
 #define PICTURE_FRAME_WORDS (sizeof(struct picture_frame) / 8)
+_Static_assert(sizeof(struct picture_frame) % 8 == 0, "a frame is whole words");
 
 /* A summary of directions 64 k to 64 k + 63, a bit each. */
 struct picture_block {

@@ -227,8 +227,7 @@ static void keep_counting(struct sphere *s, uint64_t t_ns)
         s->turn_ms[k] = s->turn_ms[k] > later_ms ? (uint32_t)(s->turn_ms[k] - later_ms) : 0;
 }
 
-#define TURN_MOST_MS 600000u                     /* longer: the sonar was away */
-#define AWAY_NS      (UINT64_C(10) * 1000000000) /* likewise from one ping to the next */
+#define TURN_MOST_MS 600000u /* longer: the sonar was away */
 
 /* A turn of that sensor is over: how long the longest of all sensors' last turns took. */
 static void measure_turn(struct sphere *s, uint32_t sensor, uint32_t now_ms)
@@ -252,7 +251,7 @@ static void begin_turn(struct sphere *s, const struct echoes *e)
     if (!s->t_start_ns)
         s->t_start_ns = e->t_ns;
     keep_counting(s, e->t_ns);
-    if (last_ns && e->t_ns > last_ns && e->t_ns - last_ns > AWAY_NS)
+    if (last_ns && e->t_ns > last_ns && e->t_ns - last_ns > BEARINGS_AWAY_NS)
         s->away_sensors |= UINT64_C(1) << sensor;
     if (!(e->flags & PING_NEW_TURN))
         return;
@@ -303,7 +302,7 @@ void sphere_enter(struct sphere *s, const struct echoes *e, const struct mount *
     }
     sensor_enter(s, e, turn, origin_m);
     bearings_enter(&s->bearings, e, mount); /* of a vehicle that jumped, from there on */
-    bearings_tell(&s->bearings, e->t_ns, &s->frame.looks);
+    bearings_tell(&s->bearings, s->turn_took_ms, &s->frame.looks);
     motion_drift(s, &e->pose, e->t_ns);
     publish_ping(s, e);
 }

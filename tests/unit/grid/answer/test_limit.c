@@ -50,6 +50,17 @@ static struct corridor look_drifting(const struct corridor_body *body, double x,
     return c;
 }
 
+/* clear_for_s: 0: as usual. */
+static struct corridor look_within(double clear_for_s, const struct corridor_body *body, double most_m)
+{
+    const struct corridor_query q = {.direction = {1, 0, 0}, .most_m = most_m};
+    struct answer_conf conf = limits;
+    struct corridor c;
+    conf.clear_for_s = clear_for_s > 0 ? clear_for_s : conf.clear_for_s;
+    corridor_look(&picture, &conf, &now, body, &q, &c);
+    return c;
+}
+
 static struct corridor look(const struct corridor_body *body, double x, double y, double z, double most_m)
 {
     return look_drifting(body, x, y, z, most_m, (const double[3]){0, 0, 0});
@@ -284,7 +295,7 @@ TEST(near_covers_nothing_more_where_no_sonar_hears)
         double silent_s;   /* the first */
         uint16_t heard_ds; /* ago, by it, ... */
         double told_s;     /* ... as of so long ago */
-        double turn_s;
+        double turn_s, clear_for_s;
     } row[] = {{.bearings = FAN, .hears = {FAN}, .fans = 1, .known = true},
                {.bearings = FAN, .hears = {FAN}, .fans = 1, .lost = 1},
                {.bearings = FAN, .hears = {FAN}, .fans = 1, .lost = 1, .blank = true},
@@ -312,7 +323,8 @@ TEST(near_covers_nothing_more_where_no_sonar_hears)
                {.bearings = all, .hears = {all}, .heads = 1, .heard_ds = 301},
                {.bearings = all, .hears = {all}, .heads = 1, .heard_ds = 299, .told_s = 1},
                {.bearings = all, .hears = {all}, .heads = 1, .heard_ds = 301, .turn_s = 20, .known = true},
-               {.bearings = all, .hears = {all}, .heads = 1, .heard_ds = 441, .turn_s = 20}};
+               {.bearings = all, .hears = {all}, .heads = 1, .heard_ds = 441, .turn_s = 20},
+               {.bearings = all, .hears = {all}, .heads = 1, .heard_ds = 299, .clear_for_s = 20}};
     for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         struct picture_frame frame;
         start_with(rings_full(&rings, geo_rad(3)), true);
@@ -327,7 +339,8 @@ TEST(near_covers_nothing_more_where_no_sonar_hears)
                                               .level_rad = geo_rad(10),
                                               .gap_rad = geo_rad(3),
                                               .first_turns = row[i].first_turns};
-        frame.turn_s = row[i].turn_s;
+        frame.looks.turn_s[0] = row[i].turn_s;
+        frame.looks.back_ds[0] = BEARINGS_NEVER;
         for (int k = 0; k < BEARINGS; k++)
             frame.looks.heard_ds[0][k] = row[i].heard_ds;
         for (int k = 0; k < 2; k++)
@@ -342,7 +355,7 @@ TEST(near_covers_nothing_more_where_no_sonar_hears)
             forget(at(13.5, 0));
         else
             set(at(13.5, 0), 0.1, 1.5, 0, 1);
-        const struct corridor c = look(&promised, 1, 0, 0, 2);
+        const struct corridor c = look_within(row[i].clear_for_s, &promised, 2);
         if (row[i].known)
             CHECK(c.reason == ANSWER_HEARD && c.known_m == 2);
         else if (row[i].blank || row[i].none)

@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /* test_bearings - at which level bearings of the vehicle its sonars look, from the beams of their pings. */
+#include <stdlib.h>
+#include <string.h>
+
 #include "grid/geometry.h"
 #include "grid/ping.h"
 #include "grid/picture/bearings.h"
@@ -9,6 +12,7 @@ static struct bearings b;
 static struct mount mount;
 static struct pose pose;
 static uint8_t state, hides;
+static uint32_t turn_ms[BEARINGS_SENSORS];
 
 #define SECOND UINT64_C(1000000000)
 #define KEEP_S 30.0
@@ -20,6 +24,7 @@ static void start(double roll_deg, double pitch_deg, double yaw_deg)
     pose = pose_identity;
     pose.t_ns = 1000 * SECOND;
     mount = mount_identity;
+    memset(turn_ms, 0, sizeof turn_ms);
     state = BEAM_SILENT;
     hides = BEAM_HIDES_NOTHING;
     deaf_from = 64;
@@ -50,17 +55,27 @@ static void ping(unsigned sensor, int beams, double from_deg, double to_deg, dou
     bearings_enter(&b, &e, &mount);
 }
 
+/* A head looks ahead, 60 degrees to each side, so many times. */
+static void sweeps(unsigned sensor, int turns, double turn_s)
+{
+    for (int turn = 0; turn < turns; turn++)
+        for (int deg = -60; deg < 60; deg += 3) {
+            pose.t_ns += (uint64_t)(turn_s / 40 * 1e9);
+            ping(sensor, 1, deg, deg, 25, deg == -60);
+        }
+}
+
 static bool shows(double deg)
 {
     struct bearings_looks looks;
-    bearings_tell(&b, pose.t_ns, &looks);
+    bearings_tell(&b, turn_ms, &looks);
     return bearings_have(bearings_of(&looks, 1, pose.t_ns, KEEP_S), geo_rad(deg), 0);
 }
 
 static bool at(double deg)
 {
     struct bearings_looks looks;
-    bearings_tell(&b, pose.t_ns, &looks);
+    bearings_tell(&b, turn_ms, &looks);
     return bearings_have(looks.bearings, geo_rad(deg), 0);
 }
 
@@ -111,7 +126,7 @@ TEST(a_lost_ping_in_the_first_turns_is_no_gap_between_beams)
             for (int k = -5; k < 5; k++)
                 if (k || !row[i].lost)
                     ping(0, 1, row[i].step_deg * k, row[i].step_deg * k, 25, k == -5);
-        bearings_tell(&b, pose.t_ns, &looks);
+        bearings_tell(&b, turn_ms, &looks);
         CHECK_NEAR(geo_deg(looks.gap_rad), row[i].gap_deg, 1e-3, 0);
         CHECK(looks.first_turns == (row[i].turns < 3));
     }
@@ -135,7 +150,7 @@ TEST(a_beam_that_stays_looks_where_it_points)
         ping(0, 1, 0, 0, 25, false);
     CHECK(!at(30)); /* narrower than what counts as looked at */
     struct bearings_looks looks;
-    bearings_tell(&b, pose.t_ns, &looks);
+    bearings_tell(&b, turn_ms, &looks);
     CHECK(!looks.first_turns);
     CHECK(b.sensor[0].seen != 0 && !at(210));
 }
@@ -174,7 +189,7 @@ static bool had_line(unsigned sensor, double north_m, double east_m, double to_n
                      double off_m, double off_rad)
 {
     struct bearings_looks looks;
-    bearings_tell(&b, pose.t_ns, &looks);
+    bearings_tell(&b, turn_ms, &looks);
     return bearings_had(&looks.view[sensor], &pose, pose.t_ns,
                         (const double[2][3]){{north_m, east_m, 0}, {to_north_m, to_east_m, 0}}, off_m, off_rad);
 }
@@ -233,7 +248,7 @@ TEST(a_fan_had_nothing_in_view_at_the_bearings_of_deaf_beams)
     }
     CHECK(had(0, 5, -3, 0, 0) && had(0, 5, 0, 0, 0) && !had(0, 5, 3, 0, 0));
     struct bearings_looks looks;
-    bearings_tell(&b, pose.t_ns, &looks);
+    bearings_tell(&b, turn_ms, &looks);
     CHECK(bearings_have(looks.bearings, geo_rad(30), 0)); /* it looks there all the same */
 }
 
@@ -290,7 +305,7 @@ TEST(a_head_that_was_everywhere_twice_looks_where_it_does)
         for (int deg = -60; deg < 60; deg += 3) {
             struct bearings_looks looks;
             ping(0, 1, deg, deg, 25, deg == -60);
-            bearings_tell(&b, pose.t_ns, &looks);
+            bearings_tell(&b, turn_ms, &looks);
             const uint64_t heads = bearings_of(&looks, looks.heads, pose.t_ns, KEEP_S);
             CHECK(bearings_have(heads, 0, 0) == (turn > 1) && !bearings_have(heads, GEO_PI, 0));
             CHECK(looks.view[0].bearings == 0 && looks.fans == 0);
@@ -312,7 +327,7 @@ TEST(a_head_shows_nothing_where_it_is_deaf)
                 state = turn == 3 && deg >= row[i].from_deg && deg < row[i].to_deg ? BEAM_BLIND : BEAM_SILENT;
                 ping(0, 1, deg, deg, 25, deg == -60);
             }
-            bearings_tell(&b, pose.t_ns, &looks);
+            bearings_tell(&b, turn_ms, &looks);
             const bool shown = turn != 3 || row[i].shown;
             CHECK(shows(0) == shown);
             CHECK(bearings_have(looks.bearings, 0, 0)); /* it looks there all the same */
@@ -370,7 +385,7 @@ TEST(a_fan_that_is_deaf_twice_shows_nothing_there)
         ping(0, 32, -48, 48, 20, true);
         CHECK(shows(0) == shown[i]);
         struct bearings_looks looks;
-        bearings_tell(&b, pose.t_ns, &looks);
+        bearings_tell(&b, turn_ms, &looks);
         CHECK(looks.last_ns[0] == pose.t_ns - (i >= 2 && i < 5 ? (uint64_t)(i - 1) * SECOND : 0));
     }
     for (int i = 0; i < 2; i++) {
@@ -412,7 +427,7 @@ TEST(what_a_head_heard_grows_old_without_a_ping)
             pose.t_ns += SECOND / 2;
             ping(0, 1, deg, deg, 25, deg == -60);
         }
-    bearings_tell(&b, pose.t_ns, &looks);
+    bearings_tell(&b, turn_ms, &looks);
     for (int deg = -54; deg < 54; deg += 6)
         for (unsigned later_s = 1; later_s < 40; later_s++) {
             const uint64_t shown = bearings_of(&looks, 1, pose.t_ns + later_s * SECOND, KEEP_S);
@@ -425,18 +440,63 @@ TEST(what_a_head_heard_grows_old_without_a_ping)
 TEST(the_age_of_what_a_head_heard_is_rounded_up_and_has_an_end)
 {
     static const struct {
-        double since_s, keep_s;
+        double since_s, clear_for_s;
         bool kept;
-    } row[] = {{0, 0, true},       {0, -0.1, false},    {0.01, 0.05, false}, {0.01, 0.1, true},
-               {6553, 7000, true}, {6554, 7000, false}, {1e6, 1e7, false}};
+    } row[] = {{0, 0, true},        {0.01, 0.05, false}, {0.01, 0.1, true}, {6553, 7000, true},
+               {6554, 7000, false}, {1e6, 1e7, false},   {-5, 0.1, true}};
     for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         struct bearings_looks looks;
         start(0, 0, 0);
-        for (int turn = 0; turn < 3; turn++)
-            for (int deg = -60; deg < 60; deg += 3)
-                ping(0, 1, deg, deg, 25, deg == -60);
-        bearings_tell(&b, pose.t_ns + (uint64_t)(row[i].since_s * 1e9), &looks);
-        CHECK((bearings_of(&looks, 1, looks.t_ns, row[i].keep_s) != 0) == row[i].kept);
+        sweeps(0, 3, 0);
+        const uint64_t heard_ns = pose.t_ns;
+        pose.t_ns += (uint64_t)(int64_t)(row[i].since_s * 1e9);
+        const uint64_t now_ns = pose.t_ns > heard_ns ? pose.t_ns : heard_ns;
+        ping(1, 1, 90, 90, 25, true); /* of another sonar, whose clock may be late */
+        bearings_tell(&b, turn_ms, &looks);
+        CHECK((bearings_of(&looks, 1, now_ns, row[i].clear_for_s) != 0) == row[i].kept);
+    }
+}
+
+TEST(of_two_heads_each_has_its_own_age)
+{
+    struct bearings_looks looks;
+    start(0, 0, 0);
+    sweeps(1, 3, 20);
+    pose.t_ns += 8 * SECOND;
+    sweeps(0, 2, 20);
+    bearings_tell(&b, turn_ms, &looks);
+    CHECK(bearings_have(bearings_of(&looks, 1, pose.t_ns, KEEP_S), 0, 0));
+    CHECK(!bearings_have(bearings_of(&looks, 2, pose.t_ns, KEEP_S), 0, 0));
+    turn_ms[0] = 20000;
+    bearings_tell(&b, turn_ms, &looks);
+    CHECK(!bearings_have(bearings_of(&looks, 2, pose.t_ns, KEEP_S), 0, 0));
+    turn_ms[1] = 30000;
+    bearings_tell(&b, turn_ms, &looks);
+    CHECK(bearings_have(bearings_of(&looks, 2, pose.t_ns, KEEP_S), 0, 0));
+}
+
+/* Until it has come round again, though its turn is longer than water stays clear; but not if it was away. */
+TEST(a_slow_head_shows_what_it_heard_for_its_own_turns)
+{
+    static const struct {
+        double silent_s;  /* before it pings again */
+        double asked_s;   /* so long after it heard at 0 degrees */
+        uint32_t turn_ms; /* of this head, the other's is 200 s */
+        bool shown;
+    } row[] = {{0, 95, 60000, true}, {0, 131, 60000, true},  {0, 133, 60000, false}, {0, 40, 6000, false},
+               {9, 95, 60000, true}, {11, 95, 60000, false}, {0, 40, 0, false}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct bearings_looks looks;
+        start(0, 0, 0);
+        turn_ms[0] = row[i].turn_ms;
+        turn_ms[1] = 200000;
+        sweeps(0, 2, 60);
+        pose.t_ns += (uint64_t)(row[i].silent_s * 1e9);
+        ping(0, 1, -60, -60, 25, true);
+        const uint64_t heard_ns = b.sensor[0].heard_ns[0];
+        bearings_tell(&b, turn_ms, &looks);
+        const uint64_t shown = bearings_of(&looks, 1, heard_ns + (uint64_t)(row[i].asked_s * 1e9), KEEP_S);
+        CHECK((shown & 1) == row[i].shown);
     }
 }
 
@@ -458,18 +518,70 @@ TEST(a_head_has_heard_where_it_passes_in_a_step)
     }
 }
 
-/* A head that pings ahead between any two steps of its scan has not heard what lies between there and here. */
+/* Whatever lies between pings here and there. Its least step is a degree. */
 TEST(what_a_head_jumps_over_it_has_not_heard)
 {
-    start(0, 0, 0);
-    ping(0, 1, 170, 170, 25, true);
-    for (int turn = 0; turn < 3; turn++)
-        for (int deg = 176; deg <= 270; deg += 3) {
-            ping(0, 1, deg, deg, 25, deg == 176);
-            ping(0, 1, 0, 0, 25, false);
+    static const struct {
+        int deg[6];                                      /* after the scan from -60 to -20 */
+        int from_deg, to_deg;                            /* not heard */
+    } row[] = {{{100, -21, 101, -22, 102, -23}, -8, 90}, /* to and fro */
+               {{8, -21, 7, -22, 6, -23}, -12, -2},
+               {{5, 15, 16, 17, 18, 19}, -12, 0}, /* on, and then in shorter ways */
+               {{5, 20, 30, 31, 32, 33}, 7, 10},
+               {{-19, -7, 5, 17, 29, 41}, -16, 30},   /* evenly */
+               {{-19, -7, -6, -5, -4, -3}, -16, -12}, /* a few pings were lost */
+               {{20, 60, 100, 140, 180, 220}, -8, 10}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        start(0, 0, 0);
+        for (int turn = 0; turn < 3; turn++) {
+            for (int deg = -60; deg <= -20; deg++)
+                ping(0, 1, deg, deg, 25, deg == -60);
+            for (int k = 0; k < 6; k++)
+                ping(0, 1, row[i].deg[k], row[i].deg[k], 25, false);
         }
-    for (int deg = 20; deg < 160; deg++)
-        CHECK(!shows(deg));
+        for (int deg = row[i].from_deg; deg < row[i].to_deg; deg++)
+            CHECK(!shows(deg));
+    }
+}
+
+TEST(a_ping_that_is_always_lost_shows_nothing)
+{
+    start(0, 0, 0);
+    for (int turn = 0; turn < 3; turn++)
+        for (int deg = -90; deg <= 90; deg += 9)
+            if (deg != 0)
+                ping(0, 1, deg, deg, 25, deg == -90);
+    for (int deg = -70; deg <= 70; deg++)
+        if (abs(deg) < 4 || abs(deg) > 20)
+            CHECK(shows(deg) == (deg < -4 || deg > 4));
+}
+
+TEST(a_deaf_pass_in_long_steps_shows_nothing)
+{
+    for (int step_deg = 6; step_deg <= 45; step_deg += 13) {
+        start(0, 0, 0);
+        for (int turn = 0; turn < 4; turn++) {
+            state = turn == 3 ? BEAM_BLIND : BEAM_SILENT;
+            for (int deg = -90; deg <= 90; deg += step_deg)
+                ping(0, 1, deg, deg, 25, deg == -90);
+            for (int deg = -30; deg <= 30; deg++)
+                CHECK(shows(deg) == (turn < 3));
+        }
+    }
+}
+
+/* Its azimuth in double and in single precision differ. */
+TEST(a_bearing_that_is_pinged_twice_is_no_step)
+{
+    start(0, 0, 0);
+    for (int turn = 0; turn < 3; turn++)
+        for (int deg = 180; deg <= 270; deg += 9) {
+            ping(0, 1, deg, deg, 25, deg == 180);
+            ping(0, 1, deg, deg, 25, false);
+        }
+    for (int deg = 190; deg <= 260; deg++)
+        CHECK(shows(deg));
+    CHECK_NEAR(geo_deg((double)b.sensor[0].step_rad), 9, 1e-5, 0);
 }
 
 TEST(a_set_has_the_bearings_within_so_much_of_one_and_a_part_more)
@@ -508,7 +620,12 @@ int main(void)
     RUN(a_head_shows_what_it_heard_of_late);
     RUN(what_a_head_heard_grows_old_without_a_ping);
     RUN(the_age_of_what_a_head_heard_is_rounded_up_and_has_an_end);
+    RUN(of_two_heads_each_has_its_own_age);
+    RUN(a_slow_head_shows_what_it_heard_for_its_own_turns);
     RUN(a_head_has_heard_where_it_passes_in_a_step);
+    RUN(a_ping_that_is_always_lost_shows_nothing);
+    RUN(a_deaf_pass_in_long_steps_shows_nothing);
+    RUN(a_bearing_that_is_pinged_twice_is_no_step);
     RUN(what_a_head_jumps_over_it_has_not_heard);
     RUN(a_set_has_the_bearings_within_so_much_of_one_and_a_part_more);
     return test_end();

@@ -1479,6 +1479,11 @@ TEST(the_longest_turn_is_measured)
     CHECK_NEAR(turn_s(), 66, 0.01, 0);
     turns(1, 20);
     CHECK_NEAR(turn_s(), 20, 0.01, 0);
+    struct picture_frame frame;
+    picture_get_frame(sphere_picture(sphere), &frame);
+    CHECK_NEAR(frame.looks.turn_s[0], 20, 0.01, 0);
+    CHECK(frame.looks.t_ns == now.now_ns);
+    CHECK_NEAR(frame.looks.back_ds[0], 10 * (57 + 66 + 20), 0, 5);
 }
 
 TEST(a_single_echo_blocks_until_the_head_has_passed_again)
