@@ -159,8 +159,11 @@ static void run_both(struct pipeline *p, const struct ping *came)
 
 /* ---- between threads ---- */
 
-static void count_drop(struct pipeline *p, uint16_t sensor)
+/* A turn is not lost with its first ping: one that seems twice as long would keep water clear for twice as long. */
+static void count_drop(struct pipeline *p, struct stage_queue *queue, uint16_t sensor, uint8_t flags)
 {
+    if (flags & PING_NEW_TURN)
+        queue->lost_turns |= UINT64_C(1) << sensor;
     atomic_fetch_add_explicit(&p->dropped[sensor], 1, memory_order_relaxed);
     atomic_fetch_add_explicit(&p->finished, 1, memory_order_release);
 }
@@ -180,6 +183,15 @@ static uint32_t obtain(struct pipeline *p, struct stage_queue *queue, bool *drop
         if (p->conf.patient)
             pipeline_rest();
     }
+}
+
+/* The flags of that sensor's next ping. */
+static uint8_t take_lost_turn(struct stage_queue *queue, uint16_t sensor, uint8_t flags)
+{
+    const uint64_t bit = UINT64_C(1) << sensor;
+    flags |= queue->lost_turns & bit ? PING_NEW_TURN : 0;
+    queue->lost_turns &= ~bit;
+    return flags;
 }
 
 static void pass_on(struct stage_queue *queue, uint32_t index)
@@ -272,8 +284,9 @@ static void *extract_stage(void *arg)
             bool dropped;
             uint32_t e = obtain(p, &p->found, &dropped);
             if (dropped)
-                count_drop(p, p->echoes[e].sensor);
+                count_drop(p, &p->found, p->echoes[e].sensor, p->echoes[e].flags);
             run_extract(p, ping, &aid, &p->echoes[e]);
+            p->echoes[e].flags = take_lost_turn(&p->found, ping->sensor, p->echoes[e].flags);
             pass_on(&p->found, e);
         }
     }
@@ -297,7 +310,7 @@ struct ping *pipeline_begin(struct pipeline *p)
         bool dropped;
         p->filling = obtain(p, &p->pings, &dropped);
         if (dropped)
-            count_drop(p, p->ping[p->filling].sensor);
+            count_drop(p, &p->pings, p->ping[p->filling].sensor, p->ping[p->filling].flags);
     }
     struct ping *ping = &p->ping[p->filling];
     struct ping fresh = {.max_beams = ping->max_beams,
@@ -311,6 +324,7 @@ struct ping *pipeline_begin(struct pipeline *p)
 
 void pipeline_submit(struct pipeline *p, struct ping *ping)
 {
+    ping->flags = take_lost_turn(&p->pings, ping->sensor, ping->flags);
     follow_ping(p, ping);
     atomic_fetch_add_explicit(&p->submitted, 1, memory_order_relaxed);
     if (p->conf.threads == 0) {

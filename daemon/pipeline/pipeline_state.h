@@ -20,6 +20,7 @@ struct stage_queue {
     struct ring waiting, idle;
     sem_t news; /* posted for every entry put into waiting, for a synchronous call, to count a turn, and to stop */
     _Atomic uint64_t turns; /* of the thread behind it */
+    uint64_t lost_turns;    /* the producer's: sensors of which the first ping of a turn was dropped */
 };
 
 /* How far learning has come. */

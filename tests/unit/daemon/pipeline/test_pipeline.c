@@ -43,6 +43,8 @@ static struct pipeline *make(int threads, bool patient, uint32_t queue)
     return p;
 }
 
+static uint8_t flags; /* of the next pings */
+
 /* The ping after `before` others: noise with a wall of 0.2 m at a range that changes with the angle. */
 static void send(struct pipeline *p, uint64_t *seed, uint16_t sensor, uint32_t before)
 {
@@ -54,6 +56,7 @@ static void send(struct pipeline *p, uint64_t *seed, uint16_t sensor, uint32_t b
     ping->t_ns = ping->t_in_ns = 1000000000ull + before * 20000000ull;
     ping->seq = before + 1;
     ping->sensor = sensor;
+    ping->flags = flags;
     ping->sample_bytes = 1;
     ping->n_beams = 1;
     ping->n_bins = 1200;
@@ -147,6 +150,34 @@ TEST(what_is_dropped_counts_for_its_own_sonar)
     }
 }
 
+/* The next of its sonar tells of it, and only that, also when this one is dropped in its turn. */
+TEST(a_turn_is_not_lost_with_its_first_ping)
+{
+    for (int threads = 1; threads <= 2; threads++) {
+        static struct hold hold;
+        uint64_t seed = 7;
+        struct pipeline *p = make(threads, false, 2);
+        const uint32_t room = p->n_buffers;
+        hold_owner(&hold, p);
+        for (uint32_t i = 0; i < 4 * room; i++) {
+            flags = i == 0 ? PING_NEW_TURN : 0;
+            send(p, &seed, i % 2, i);
+            WAIT_UNTIL(threads == 1 || ring_count(&p->pings.idle) == room); /* extracted */
+        }
+        uint32_t begun[2] = {0, 0};
+        for (uint32_t i = 0; i < room; i++)
+            if (threads == 1)
+                begun[p->ping[i].sensor] += p->ping[i].flags & PING_NEW_TURN;
+            else
+                begun[p->echoes[i].sensor] += p->echoes[i].flags & PING_NEW_TURN;
+        CHECK_INT(begun[0], 1);
+        CHECK_INT(begun[1], 0);
+        sem_post(&hold.go);
+        pipeline_drain(p);
+        pipeline_free(p);
+    }
+}
+
 static atomic_bool done;
 
 static void *read_on(void *arg)
@@ -213,6 +244,7 @@ int main(void)
     RUN(any_number_of_threads_gives_the_same_picture);
     RUN(overload_drops_the_oldest_and_counts_them);
     RUN(what_is_dropped_counts_for_its_own_sonar);
+    RUN(a_turn_is_not_lost_with_its_first_ping);
     RUN(readers_see_whole_entries_while_the_maps_write);
     RUN(the_longest_queue_loses_no_buffer);
     RUN(it_ends_while_pings_wait);
