@@ -94,6 +94,19 @@ static void check_sonar(const struct rules *r, int i)
          "minimum_range not beyond range");
 }
 
+/* Beyond the range of every sonar none will ever show what stands there. */
+static void check_near(const struct rules *r)
+{
+    const struct conf *conf = r->conf;
+    int farthest = 0;
+    for (int i = 1; i < conf->n_sonars; i++)
+        if (conf->sonar[i].range_m > conf->sonar[farthest].range_m)
+            farthest = i;
+    rule(r, (struct place){"vehicle", "near", 0}, (struct place){"sonar", "range", farthest},
+         conf->n_sonars == 0 || conf->vehicle.near_m <= conf->sonar[farthest].range_m,
+         "near not beyond the range of every sonar");
+}
+
 /* Length of "serial:DEVICE" in a port; 0: no serial line. */
 static size_t serial_line(const char *port)
 {
@@ -191,6 +204,7 @@ void conf_rules_check(const struct conf *conf, const struct conf_source *source,
         check_sonar(&r, i);
     for (int i = 0; checks && checks->sonar && i < conf->n_sonars; i++)
         check_device(&r, checks, i);
+    check_near(&r);
     check_lines(&r);
     check_processors(&r);
     rule(&r, (struct place){"extract", "guard", 0}, (struct place){"extract", "window", 0},

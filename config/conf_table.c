@@ -416,8 +416,8 @@ const struct conf_key conf_keys[] = {
          "not observe water close above and below, so `limit` allows only `slow` until beams have passed there.\n"
          "They are as high as the vehicle from (height / 2 + margin + height of mount) / sin(half the height of\n"
          "the fan) on, with 1.5 angular_step subtracted from that half (docs/grid.md); --check works it out, and\n"
-         "says if `near` is less. Also applies to corridors in `blocked`, and to what sonard-mavlink reports as\n"
-         "free."},
+         "says if `near` is less. At most the longest range of a sonar. Also applies to corridors in `blocked`,\n"
+         "and to what sonard-mavlink reports as free."},
     {"vehicle", "max_speed", LIVE, QUANTITY(1, "m/s", 0.01, 50), .standard = "told", .instead = "told",
      .instead_value = 0, CONF(vehicle.max_speed_mps),
      .help = "Maximum speed over ground. Without a fresh pose the vehicle may be anywhere reachable at this\n"

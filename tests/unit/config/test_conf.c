@@ -347,6 +347,9 @@ TEST(broken_together)
         {"free beyond the range", BASE "range = 2 m\n[extract]\nminimum_range = 3 m\n",
          "t.conf:6: [extract] minimum_range = 3 m: does not go with [sonar a] range = 2 m; want minimum_range not "
          "beyond range"},
+        {"near beyond the range", BASE "range = 5 m\n[vehicle]\nnear = 46 m\n",
+         "t.conf:6: [vehicle] near = 46 m: does not go with [sonar a] range = 5 m; want near not beyond the range "
+         "of every sonar"},
         {"guard as long as the window", BASE "[extract]\nguard = 0.4 m\n",
          "t.conf:5: [extract] guard = 0.4 m: does not go with [extract] window = 0.4 m; want guard smaller than "
          "window"},
@@ -890,6 +893,7 @@ static void random_conf(struct conf *conf, uint64_t *seed)
         if (s->amplitude == CONF_AMPLITUDE_LOG && s->db_per_count == 0)
             s->db_per_count = 0.3137;
     }
+    conf->vehicle.near_m = fmin(conf->vehicle.near_m, conf->sonar[0].range_m);
 }
 
 TEST(print_loads_to_the_same_bits)
