@@ -165,6 +165,11 @@ static const char *limit_reason(const struct methods_env *d, const struct moveme
     return reason_with_pose(&m->now, why, l->by == LIMIT_BY_BLOCKED ? c->blocked_age_s : c->age_s, text);
 }
 
+static enum limit_pose pose_of(const struct movement *m)
+{
+    return m->drifts ? LIMIT_POSE_ADRIFT : m->follows ? LIMIT_POSE_PLACED : LIMIT_POSE_NONE;
+}
+
 static void write_limit(struct json_out *out, const struct movement *m, const struct limit *l, const char *reason)
 {
     double at_m, az_rad = 0, el_rad = 0;
@@ -189,7 +194,7 @@ static void write_limit(struct json_out *out, const struct movement *m, const st
     json_member_metres(out, "free_m", fmax(0, fmin(c->known_m, c->blocked_m) - c->front_m));
     json_member_age(out, "age_s", c->age_s);
     json_member_text(out, "reason", reason);
-    json_member_text(out, "remedy", limit_remedy(l->by, c->reason, m->drifts));
+    json_member_text(out, "remedy", limit_remedy(l->by, c->reason, pose_of(m)));
     json_out_close(out, '}');
 }
 

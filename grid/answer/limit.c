@@ -56,7 +56,7 @@ const char *limit_word(enum limit_by by)
     return words[by];
 }
 
-const char *limit_remedy(enum limit_by by, enum answer_reason reason, bool drifts)
+const char *limit_remedy(enum limit_by by, enum answer_reason reason, enum limit_pose pose)
 {
     static const char *const texts[] = {
         [ANSWER_HEARD] = "a larger distance to ask for",
@@ -66,7 +66,7 @@ const char *limit_remedy(enum limit_by by, enum answer_reason reason, bool drift
         [ANSWER_MOVED] = "a new scan of that direction, or a larger move_limit",
         [ANSWER_STALE] = "a new scan of that direction, or a longer clear_for",
         [ANSWER_SILENT] = "the sonar that covers that direction, back online",
-        [ANSWER_NEVER] = "a scan of that direction, or a larger near in [vehicle]",
+        [ANSWER_NEVER] = "a scan of that direction; where no sonar looks, a larger near in [vehicle]",
         [ANSWER_OUTSIDE] = "a grid with elevation = full",
         [ANSWER_NO_FRAME] = "a pose with an attitude, or a question in the body's frame",
         [ANSWER_POSE_LOST] = "a fresh pose",
@@ -74,8 +74,11 @@ const char *limit_remedy(enum limit_by by, enum answer_reason reason, bool drift
     if (by == LIMIT_BY_NOTHING)
         return "";
     if (by == LIMIT_BY_BLOCKED)
-        return "beams that pass that place without an echo, or another direction";
-    return drifts && (reason == ANSWER_BEYOND || reason == ANSWER_BLIND || reason == ANSWER_NEVER)
-               ? "a newer scan, a position or velocity in the poses, or station_keeping"
-               : texts[reason];
+        return pose == LIMIT_POSE_PLACED
+                   ? "beams that pass that place without an echo, or another direction"
+                   : "beams that pass that place without an echo, another direction, or poses with a position";
+    if (pose == LIMIT_POSE_PLACED || (reason != ANSWER_BEYOND && reason != ANSWER_BLIND && reason != ANSWER_NEVER))
+        return texts[reason];
+    return pose == LIMIT_POSE_ADRIFT ? "a newer scan, a position or velocity in the poses, or station_keeping"
+                                     : "a newer scan, or poses with a position";
 }

@@ -54,9 +54,15 @@ double limit_speed(double braking_mps2, double t_s, double way_m);
 void limit_of(const struct limit_conf *conf, const struct corridor *corridor, double asked_mps, double stale_s,
               struct limit *out);
 
-/** limit_remedy - what would lift it, for a person; drifts: poses have no position. Empty: nothing
- * limits. */
-const char *limit_remedy(enum limit_by by, enum answer_reason reason, bool drifts);
+/* Where the vehicle is. */
+enum limit_pose {
+    LIMIT_POSE_PLACED,
+    LIMIT_POSE_ADRIFT, /* poses have no position: its drift is allowed for */
+    LIMIT_POSE_NONE /* likewise, or there is no pose: it is taken to have kept its place, or to have gone as asked */
+};
+
+/** limit_remedy - what would lift it, for a person. Empty: nothing limits. */
+const char *limit_remedy(enum limit_by by, enum answer_reason reason, enum limit_pose pose);
 
 /** limit_drift_m - how far a speed across the line carries the vehicle off, until braking has ended it. */
 double limit_drift_m(const struct limit_conf *conf, double across_mps, double stale_s);

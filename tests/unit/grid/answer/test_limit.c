@@ -841,6 +841,25 @@ TEST(what_it_may_have_moved_is_taken_off)
     CHECK(after.known_m <= before.known_m - 1);
 }
 
+TEST(the_remedy_names_the_poses_where_they_are_what_is_missing)
+{
+    static const struct {
+        enum limit_by by;
+        enum answer_reason reason;
+        enum limit_pose pose;
+        const char *said;
+    } row[] = {{LIMIT_BY_NOTHING, ANSWER_HEARD, LIMIT_POSE_NONE, ""},
+               {LIMIT_BY_BLOCKED, ANSWER_HEARD, LIMIT_POSE_PLACED, "or another direction"},
+               {LIMIT_BY_BLOCKED, ANSWER_HEARD, LIMIT_POSE_NONE, "or poses with a position"},
+               {LIMIT_BY_UNKNOWN, ANSWER_BEYOND, LIMIT_POSE_PLACED, "no_echo"},
+               {LIMIT_BY_UNKNOWN, ANSWER_BEYOND, LIMIT_POSE_NONE, "poses with a position"},
+               {LIMIT_BY_UNKNOWN, ANSWER_BEYOND, LIMIT_POSE_ADRIFT, "station_keeping"},
+               {LIMIT_BY_UNKNOWN, ANSWER_NEVER, LIMIT_POSE_PLACED, "where no sonar looks, a larger near"},
+               {LIMIT_BY_UNKNOWN, ANSWER_STALE, LIMIT_POSE_NONE, "clear_for"}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++)
+        CHECK(strstr(limit_remedy(row[i].by, row[i].reason, row[i].pose), row[i].said) != NULL);
+}
+
 int main(void)
 {
     RUN(open_water_is_known_as_far_as_asked);
@@ -849,6 +868,7 @@ int main(void)
     RUN(near_shrinks_as_a_vehicle_drifts);
     RUN(near_covers_what_lies_between_two_looks);
     RUN(near_covers_no_lost_ping_in_the_first_turns);
+    RUN(the_remedy_names_the_poses_where_they_are_what_is_missing);
     RUN(near_covers_no_water_that_came_into_view);
     RUN(near_covers_nothing_more_where_no_sonar_hears);
     RUN(what_stands_in_the_tunnel_blocks_and_what_stands_beside_it_does_not);
