@@ -109,7 +109,7 @@ static const struct {
 static const struct {
     int c;
     const char *what;
-} needs[] = {{'c', "a configuration: -c FILE"},         {CHECK, "a configuration: --check FILE"},
+} needs[] = {{'c', "a configuration: -c FILE"},         {CHECK, "a configuration, without -c: --check FILE"},
              {RECORD, "a folder: --record DIR"},        {REPLAY, "a capture: --replay CAPTURE.mcap"},
              {ANSWERS, "a file, or -: --answers FILE"}, {SOCKET, "a path, or none: --socket PATH"}};
 

@@ -62,7 +62,7 @@ static void tell_doubt(struct methods_env *d, const json_t *params)
     if (params_numbers(params, "attitude_deg", rpy_deg) &&
         pose_doubt_attitude(&d->pose_doubt, rpy_deg, loop_now(d->loop)))
         log_line(LOG_WARNING, "pose_doubt",
-                 "pose: all angles of attitude_deg have been below %g for a minute: send degrees, not radians",
+                 "pose: all angles of attitude_deg have been below %g for a minute, as radians are: want degrees",
                  POSE_DOUBT_ANGLE_DEG);
     if (params_has(params, "depth_m") && pose_doubt_depth(&d->pose_doubt, params_number(params, "depth_m")))
         log_line(LOG_WARNING, "pose_doubt",

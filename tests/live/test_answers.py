@@ -98,7 +98,7 @@ def radians(bench):
             made.write([(1, (1700000000 + second) * 10**9, json.dumps(pose).encode())])
         made.end()
         said = bench.run(SONARD, "--replay", bench.path(name), "-c", conf, "--socket", "none").stderr
-        check(("send degrees, not radians" in said) == told, "%s: %s" % (name, said))
+        check(("as radians are: want degrees" in said) == told, "%s: %s" % (name, said))
 
 
 def unmeasured(bench):

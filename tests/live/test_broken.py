@@ -103,7 +103,7 @@ OPTIONS = (
     (("--nonsense",), "no option --nonsense; see 'sonard --help'"),
     (("--chekc",), "no option --chekc; did you mean --check?"),
     (("stray",), "stray: want options only; a configuration is given as -c stray"),
-    (("--check", "-c", "x"), "--check needs a configuration: --check FILE"),
+    (("--check", "-c", "x"), "--check needs a configuration, without -c: --check FILE"),
     (("--answers", "--stay"), "--answers needs a file, or -: --answers FILE"),
     (("--threads", "3"), "--threads '3': wanted 0, 1 or 2"),
     (("--speed", "fast", "--replay", "x"), "--speed 'fast': wanted a factor from 0.001 to 1e6"),
