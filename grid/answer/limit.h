@@ -54,11 +54,11 @@ double limit_speed(double braking_mps2, double t_s, double way_m);
 void limit_of(const struct limit_conf *conf, const struct corridor *corridor, double asked_mps, double stale_s,
               struct limit *out);
 
-/* Where the vehicle is. */
+/* What is known of the vehicle's place. */
 enum limit_pose {
-    LIMIT_POSE_PLACED,
-    LIMIT_POSE_ADRIFT, /* poses have no position: its drift is allowed for */
-    LIMIT_POSE_NONE /* likewise, or there is no pose: it is taken to have kept its place, or to have gone as asked */
+    LIMIT_POSE_PLACED, /* a fresh position */
+    LIMIT_POSE_ADRIFT, /* poses without one: its drift is allowed for */
+    LIMIT_POSE_NONE    /* nothing: it is taken to have kept its place until it goes as asked */
 };
 
 /** limit_remedy - what would lift it, for a person. Empty: nothing limits. */

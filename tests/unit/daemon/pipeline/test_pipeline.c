@@ -123,6 +123,13 @@ TEST(overload_drops_the_oldest_and_counts_them)
     }
 }
 
+/* Waits until the thread that extracts, where there is one, is done with it: the maps' owner is busy. */
+static void send_and_wait(struct pipeline *p, int threads, uint64_t *seed, uint16_t sensor, uint32_t before)
+{
+    send(p, seed, sensor, before);
+    WAIT_UNTIL(threads == 1 || ring_count(&p->pings.idle) == p->n_buffers);
+}
+
 /* The maps' owner is busy. As much of one sonar as there is room for waits for it: pings where one thread does all,
  * echoes where another one extracts. The other sonar's then take the place of them. */
 TEST(what_is_dropped_counts_for_its_own_sonar)
@@ -134,10 +141,8 @@ TEST(what_is_dropped_counts_for_its_own_sonar)
         const uint32_t room = p->n_buffers;
         struct pipeline_stats s;
         hold_owner(&hold, p);
-        for (uint32_t i = 0; i < 2 * room; i++) {
-            send(p, &seed, i < room, i);
-            WAIT_UNTIL(threads == 1 || ring_count(&p->pings.idle) == room); /* extracted */
-        }
+        for (uint32_t i = 0; i < 2 * room; i++)
+            send_and_wait(p, threads, &seed, i < room, i);
         pipeline_stats(p, &s);
         CHECK_INT(s.dropped[1], room);
         CHECK_INT(s.dropped[0], 0);
@@ -161,8 +166,7 @@ TEST(a_turn_is_not_lost_with_its_first_ping)
         hold_owner(&hold, p);
         for (uint32_t i = 0; i < 4 * room; i++) {
             flags = i == 0 ? PING_NEW_TURN : 0;
-            send(p, &seed, i % 2, i);
-            WAIT_UNTIL(threads == 1 || ring_count(&p->pings.idle) == room); /* extracted */
+            send_and_wait(p, threads, &seed, i % 2, i);
         }
         uint32_t begun[2] = {0, 0};
         for (uint32_t i = 0; i < room; i++)
