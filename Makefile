@@ -263,10 +263,10 @@ guarded: $(GUARDED:%=$(BUILD)/tests/%) $(CORPUS)
 
 # ---- everything else ----
 
-LONG     := check-code check-clang check-live check-web check-san fuzz check-peers model valgrind check-report check-vm check-deb check-arm64 check-blueos soak
+PARTS    := check-code check-clang check-live check-web check-san fuzz check-peers model valgrind check-report check-vm check-deb check-arm64 check-blueos soak
 # Each part to its end, whatever becomes of the others.
 check-long:
-	@BUILD=$(BUILD) MAKE='$(MAKE)' tests/long.sh $(or $(ONLY),$(LONG))
+	@BUILD=$(BUILD) MAKE='$(MAKE)' tests/long.sh $(or $(ONLY),$(PARTS))
 
 check-clang: deps-long
 	@$(MAKE) --no-print-directory $(PARALLEL) CC=clang BUILD=$(BUILD)/clang programs tests measures
