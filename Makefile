@@ -75,8 +75,8 @@ HELPERS  := $(patsubst tests/tools/%.c,$(BUILD)/tests/%,$(wildcard tests/tools/*
 TOOLS    := $(patsubst tests/lib/%.c,$(BUILD)/tests/%.so,$(wildcard tests/lib/*.c))
 
 .PHONY: all help deps deps-check deps-long clean programs unit tests measures corpus demo check check-long check-clang check-san check-live check-code \
-        check-peers check-vm check-arm64 check-deb check-blueos check-web deb blueos layers format lint coverage mutants fuzz model valgrind bench \
-        pilot report prose man install install-built uninstall soak
+        check-honest check-peers check-vm check-arm64 check-deb check-blueos check-web deb blueos layers format lint coverage mutants \
+        fuzz model valgrind bench pilot report prose man install install-built uninstall soak
 all: programs
 
 programs: $(PROGRAMS) $(LIBRARY)
@@ -199,6 +199,7 @@ help:
 	@echo 'make demo       install what is missing, build, replay a real recording, print its sectors, draw them'
 	@echo 'make check      install what is missing, build, run every test whose verdict depends on no clock: what a change must pass'
 	@echo 'make check-long everything else, part by part, and a table of it (ONLY="check-live fuzz": these parts); wants an idle machine'
+	@echo 'make check-honest no clear is false, in all worlds of test_honest (the gate asks in a few)'
 	@echo 'make check-live the daemon with virtual sonars and real clients, against the clock; check-web the page in a browser'
 	@echo 'make check-san  the tests under address+undefined and under thread sanitizer; check-clang the unit tests built by clang'
 	@echo 'make check-code layout, clang-tidy, prose, what may go; check-peers the formats against peers from npm'
@@ -263,7 +264,7 @@ guarded: $(GUARDED:%=$(BUILD)/tests/%) $(CORPUS)
 
 # ---- everything else ----
 
-PARTS    := check-code check-clang check-live check-web check-san fuzz check-peers model valgrind check-report check-vm check-deb check-arm64 check-blueos soak
+PARTS    := check-code check-clang check-honest check-live check-web check-san fuzz check-peers model valgrind check-report check-vm check-deb check-arm64 check-blueos soak
 # Each part to its end, whatever becomes of the others.
 check-long:
 	@BUILD=$(BUILD) MAKE='$(MAKE)' tests/long.sh $(or $(ONLY),$(PARTS))
@@ -271,6 +272,11 @@ check-long:
 check-clang: deps-long
 	@$(MAKE) --no-print-directory $(PARALLEL) CC=clang BUILD=$(BUILD)/clang programs tests measures
 	@BUILD=$(BUILD)/clang LIMIT=1800 $(RUN_TESTS) $(UNIT:$(BUILD)/%=$(BUILD)/clang/%) tests/replay/box.sh tests/replay/cleanup.sh
+
+# The gate asks in a few of these worlds.
+check-honest: deps-check
+	@$(MAKE) --no-print-directory $(PARALLEL) CC=gcc programs tests
+	@LONG=1 BUILD=$(BUILD) LIMIT=1800 $(RUN_TESTS) $(BUILD)/tests/test_honest
 
 # What fails is tried once more, alone: these measure, and a machine that others use may miss a bound.
 check-live: deps-long
