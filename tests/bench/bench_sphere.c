@@ -75,6 +75,41 @@ static void fan(double az_rad, double range_m, double opening_deg, double north_
     sphere_enter(sphere, &e, &mount_identity);
 }
 
+/* A level beam that is high, as of a turning head, ten times a second. */
+static void look(double az_rad, double range_m, double north_m)
+{
+    struct beam_echoes beam = {
+        .az_rad = (float)az_rad, .blind_m = 0.3f, .free_to_m = (float)(range_m - 0.1), .state = BEAM_ECHO, .n = 1};
+    beam.echo[0] = (struct echo){
+        .range_m = (float)range_m, .near_m = (float)(range_m - 0.1), .sd_m = 0.02f, .confidence = 0.9f};
+    struct echoes e = {.t_ns = t_ns += 100000000,
+                       .seq = ++seq,
+                       .n_beams = 1,
+                       .range_max_m = 100,
+                       .az_aperture_rad = (float)geo_rad(2.5),
+                       .el_aperture_rad = (float)geo_rad(25),
+                       .pose = pose_identity,
+                       .beam = &beam};
+    e.pose.has = POSE_ATTITUDE | POSE_POSITION;
+    e.pose.position_m[0] = north_m;
+    sphere_enter(sphere, &e, &mount_identity);
+}
+
+#define TURN 360 /* looks of a head per turn */
+
+/* Microseconds per look of a head while the vehicle goes way_m between one and the next, after a turn of it. */
+static double look_us(double way_m)
+{
+    double north_m = 0, began_ns = 0;
+    start(2.5, 65536, SPHERE_OPENING);
+    for (int i = 0; i < 2 * TURN; i++) {
+        if (i == TURN)
+            began_ns = cpu_ns();
+        look(i * GEO_TURN / TURN, 20 * (1 + 0.01 * (i % 7)), north_m += way_m);
+    }
+    return (cpu_ns() - began_ns) * 1e-3 / TURN;
+}
+
 #define LOOK_FANS 10 /* clusters are asked for once per second of an EM 1000's pings */
 
 static struct clusters *clusters;
@@ -152,6 +187,10 @@ int main(void)
     say("opening, 6.5 deg beams, standing still", rate(40, 6.5, 0, 20));
 
     all_four();
+    for (int i = 0; i < 3; i++) {
+        static const int mm[] = {0, 10, 30};
+        printf("head, 2.5 x 25 deg beam, %2d mm per ping %21.0f us per ping\n", mm[i], look_us(mm[i] * 1e-3));
+    }
 
     puts("\ndirections of 1 degree");
     printf("%9s %9s %14s %16s %12s\n", "cells", "room", "echoes/s", "recentre ms", "bytes/room");
