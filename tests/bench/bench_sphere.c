@@ -49,25 +49,27 @@ static void start(double step_deg, uint32_t max_cells, enum sphere_model model)
     seq = 0;
 }
 
-/* A fan of narrow beams across, swept about the vertical: every beam hears the bottom at a range of its own. */
-static void fan(double az_rad, double range_m, double opening_deg, double north_m)
+static struct beam_echoes heard(double az_rad, double el_rad, double range_m)
 {
-    for (int i = 0; i < BEAMS; i++) {
-        float r = (float)(range_m * (1 + 0.002 * i));
-        beams[i] = (struct beam_echoes){.az_rad = (float)az_rad,
-                                        .el_rad = (float)geo_rad(2.5 * i - 75),
-                                        .blind_m = 0.3f,
-                                        .free_to_m = r - 0.1f,
-                                        .state = BEAM_ECHO,
-                                        .n = 1};
-        beams[i].echo[0] = (struct echo){.range_m = r, .near_m = r - 0.1f, .sd_m = 0.02f, .confidence = 0.9f};
-    }
-    struct echoes e = {.t_ns = t_ns += 1000000,
+    const float r = (float)range_m;
+    return (struct beam_echoes){.az_rad = (float)az_rad,
+                                .el_rad = (float)el_rad,
+                                .blind_m = 0.3f,
+                                .free_to_m = r - 0.1f,
+                                .state = BEAM_ECHO,
+                                .n = 1,
+                                .echo = {{.range_m = r, .near_m = r - 0.1f, .sd_m = 0.02f, .confidence = 0.9f}}};
+}
+
+/* The first n beams are a ping, so long after the last one. */
+static void enter(uint16_t n, uint64_t after_ns, double wide_deg, double high_deg, double north_m)
+{
+    struct echoes e = {.t_ns = t_ns += after_ns,
                        .seq = ++seq,
-                       .n_beams = BEAMS,
+                       .n_beams = n,
                        .range_max_m = 100,
-                       .az_aperture_rad = (float)geo_rad(opening_deg),
-                       .el_aperture_rad = (float)geo_rad(opening_deg),
+                       .az_aperture_rad = (float)geo_rad(wide_deg),
+                       .el_aperture_rad = (float)geo_rad(high_deg),
                        .pose = pose_identity,
                        .beam = beams};
     e.pose.has = POSE_ATTITUDE | POSE_POSITION;
@@ -75,24 +77,19 @@ static void fan(double az_rad, double range_m, double opening_deg, double north_
     sphere_enter(sphere, &e, &mount_identity);
 }
 
+/* A fan of narrow beams across, swept about the vertical: every beam hears the bottom at a range of its own. */
+static void fan(double az_rad, double range_m, double opening_deg, double north_m)
+{
+    for (int i = 0; i < BEAMS; i++)
+        beams[i] = heard(az_rad, geo_rad(2.5 * i - 75), range_m * (1 + 0.002 * i));
+    enter(BEAMS, 1000000, opening_deg, opening_deg, north_m);
+}
+
 /* A level beam that is high, as of a turning head, ten times a second. */
 static void look(double az_rad, double range_m, double north_m)
 {
-    struct beam_echoes beam = {
-        .az_rad = (float)az_rad, .blind_m = 0.3f, .free_to_m = (float)(range_m - 0.1), .state = BEAM_ECHO, .n = 1};
-    beam.echo[0] = (struct echo){
-        .range_m = (float)range_m, .near_m = (float)(range_m - 0.1), .sd_m = 0.02f, .confidence = 0.9f};
-    struct echoes e = {.t_ns = t_ns += 100000000,
-                       .seq = ++seq,
-                       .n_beams = 1,
-                       .range_max_m = 100,
-                       .az_aperture_rad = (float)geo_rad(2.5),
-                       .el_aperture_rad = (float)geo_rad(25),
-                       .pose = pose_identity,
-                       .beam = &beam};
-    e.pose.has = POSE_ATTITUDE | POSE_POSITION;
-    e.pose.position_m[0] = north_m;
-    sphere_enter(sphere, &e, &mount_identity);
+    beams[0] = heard(az_rad, 0, range_m);
+    enter(1, 100000000, 2.5, 25, north_m);
 }
 
 #define TURN 360 /* looks of a head per turn */
