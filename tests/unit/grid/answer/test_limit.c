@@ -848,8 +848,7 @@ TEST(the_remedy_names_the_poses_where_they_are_what_is_missing)
         enum answer_reason reason;
         enum limit_pose pose;
         const char *said;
-    } row[] = {{LIMIT_BY_NOTHING, ANSWER_HEARD, LIMIT_POSE_NONE, ""},
-               {LIMIT_BY_BLOCKED, ANSWER_HEARD, LIMIT_POSE_PLACED, "or another direction"},
+    } row[] = {{LIMIT_BY_BLOCKED, ANSWER_HEARD, LIMIT_POSE_PLACED, "or another direction"},
                {LIMIT_BY_BLOCKED, ANSWER_HEARD, LIMIT_POSE_NONE, "or poses with a position"},
                {LIMIT_BY_UNKNOWN, ANSWER_BEYOND, LIMIT_POSE_PLACED, "no_echo"},
                {LIMIT_BY_UNKNOWN, ANSWER_BEYOND, LIMIT_POSE_NONE, "poses with a position"},
@@ -858,6 +857,7 @@ TEST(the_remedy_names_the_poses_where_they_are_what_is_missing)
                {LIMIT_BY_UNKNOWN, ANSWER_STALE, LIMIT_POSE_NONE, "clear_for"}};
     for (size_t i = 0; i < sizeof row / sizeof row[0]; i++)
         CHECK(strstr(limit_remedy(row[i].by, row[i].reason, row[i].pose), row[i].said) != NULL);
+    CHECK_STR(limit_remedy(LIMIT_BY_NOTHING, ANSWER_HEARD, LIMIT_POSE_NONE), "");
 }
 
 int main(void)
