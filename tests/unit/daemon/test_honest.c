@@ -49,7 +49,7 @@ static const struct vehicle rarely_told = {
     .tilt_deg = 2,
     .ahead_deg = 40};
 
-static bool in_all(void)
+static bool is_long(void)
 {
     return getenv("LONG") != NULL;
 }
@@ -57,7 +57,7 @@ static bool in_all(void)
 /* One, if not all of them. */
 static int worlds(int all)
 {
-    return in_all() ? all : 1;
+    return is_long() ? all : 1;
 }
 
 /* As many of the questions whose water is truly clear are answered so. */
@@ -204,7 +204,7 @@ TEST(posts_that_are_nearer_than_near)
 TEST(in_the_first_scan)
 {
     static const struct vehicle *const v[] = {&hovering, &slow_head, &slow_fan};
-    for (size_t i = in_all() ? 0 : 1; i < sizeof v / sizeof v[0]; i++)
+    for (size_t i = is_long() ? 0 : 1; i < sizeof v / sizeof v[0]; i++)
         run_with(
             &(struct trial){
                 .vehicle = v[i], .period_ns = SECOND / 10, .late_ns = SECOND / 50, .early = true, .basin = true},
@@ -262,12 +262,12 @@ int main(int argc, char **argv)
     RUN(a_slow_vehicle_with_a_fan_ahead);
     RUN(a_slow_vehicle_with_a_turning_head);
     RUN(with_poses_often);
-    if (in_all()) {
+    if (is_long()) {
         RUN(with_poses_late_and_lost);
         RUN(with_poses_seldom);
     }
     RUN(with_poses_that_max_age_follows);
-    if (in_all()) {
+    if (is_long()) {
         RUN(with_poses_that_are_off);
         RUN(among_things_that_move);
         RUN(in_waves);
