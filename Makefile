@@ -199,7 +199,7 @@ help:
 	@echo 'make demo       install what is missing, build, replay a real recording, print its sectors, draw them'
 	@echo 'make check      install what is missing, build, run every test whose verdict depends on no clock: what a change must pass'
 	@echo 'make check-long everything else, part by part, and a table of it (ONLY="check-live fuzz": these parts); wants an idle machine'
-	@echo 'make check-honest no clear is false, in all worlds of test_honest (the gate asks in a few)'
+	@echo 'make check-honest no clear is false, in all worlds of test_honest_* and all voyages of test_course (the gate has a few)'
 	@echo 'make check-live the daemon with virtual sonars and real clients, against the clock; check-web the page in a browser'
 	@echo 'make check-san  the tests under address+undefined and under thread sanitizer; check-clang the unit tests built by clang'
 	@echo 'make check-code layout, clang-tidy, prose, what may go; check-peers the formats against peers from npm'
@@ -273,10 +273,10 @@ check-clang: deps-long
 	@$(MAKE) --no-print-directory $(PARALLEL) CC=clang BUILD=$(BUILD)/clang programs tests measures
 	@BUILD=$(BUILD)/clang LIMIT=1800 $(RUN_TESTS) $(UNIT:$(BUILD)/%=$(BUILD)/clang/%) tests/replay/box.sh tests/replay/cleanup.sh
 
-# The gate asks in a few of these worlds.
+# The gate has a few of these worlds and voyages.
 check-honest: deps-check
 	@$(MAKE) --no-print-directory $(PARALLEL) CC=gcc programs tests
-	@LONG=1 BUILD=$(BUILD) LIMIT=1800 $(RUN_TESTS) $(BUILD)/tests/test_honest
+	@LONG=1 BUILD=$(BUILD) LIMIT=1800 $(RUN_TESTS) $(UNIT_SLOW)
 
 # What fails is tried once more, alone: these measure, and a machine that others use may miss a bound.
 check-live: deps-long

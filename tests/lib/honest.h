@@ -971,6 +971,18 @@ static void run_with(const struct trial *t, int vehicles, int worlds)
     USEFUL(!trial->provokes || false_clear > 0);
 }
 
+/* The gate runs a part of the worlds, and LONG=1 all of them. */
+static inline bool is_long(void)
+{
+    return getenv("LONG") != NULL;
+}
+
+/* One, if not all of them. */
+static inline int worlds(int all)
+{
+    return is_long() ? all : 1;
+}
+
 /* The share of what is amply clear that is said. */
 static double amply_told_share(enum question q)
 {

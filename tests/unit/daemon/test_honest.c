@@ -49,17 +49,6 @@ static const struct vehicle rarely_told = {
     .tilt_deg = 2,
     .ahead_deg = 40};
 
-static bool is_long(void)
-{
-    return getenv("LONG") != NULL;
-}
-
-/* One, if not all of them. */
-static int worlds(int all)
-{
-    return is_long() ? all : 1;
-}
-
 /* As many of the questions whose water is truly clear are answered so. */
 static double told_share(enum question q)
 {
