@@ -21,6 +21,7 @@ void nmea_parser_reset(struct nmea_parser *p)
 {
     p->inside = false;
     p->n = 0;
+    p->head = 0;
 }
 
 /* ---- fields ---- */
@@ -163,46 +164,60 @@ static int hex(char c)
                                   : -1;
 }
 
+enum checksum { GOOD, WRONG, MISSING };
+
 /* Takes the checksum off the line's end. */
-static bool checksum_good(struct nmea_parser *p, char *line)
+static enum checksum take_checksum(char *line)
 {
     unsigned sum = 0;
     char *c = line;
     for (; *c && *c != '*'; c++)
         sum ^= (unsigned char)*c;
-    if (!*c) {
-        p->counts.no_checksum += p->checksum_required;
-        return !p->checksum_required;
-    }
+    if (!*c)
+        return MISSING;
     *c = '\0';
     for (size_t n = strlen(c + 1); n > 0 && c[n] == ' '; n--)
         c[n] = '\0'; /* some instruments put blanks there */
-    return strlen(c + 1) == 2 && hex(c[1]) >= 0 && hex(c[2]) >= 0 && (unsigned)(hex(c[1]) * 16 + hex(c[2])) == sum;
+    const bool good =
+        strlen(c + 1) == 2 && hex(c[1]) >= 0 && hex(c[2]) >= 0 && (unsigned)(hex(c[1]) * 16 + hex(c[2])) == sum;
+    return good ? GOOD : WRONG;
 }
 
-/* p->line holds what stood between the $ and the end of the line. */
-static bool take_line(struct nmea_parser *p, struct nmea_value *value)
+static void split(char *line, const char *fields[FIELDS_MAX])
 {
-    const char *fields[FIELDS_MAX];
     int n = 0;
-    p->line[p->n] = '\0';
-    if (!checksum_good(p, p->line)) {
-        p->counts.bad_checksum++;
-        return false;
-    }
-    p->counts.sentences++;
     for (int i = 0; i < FIELDS_MAX; i++)
         fields[i] = "";
-    for (char *at = p->line; at && n < FIELDS_MAX; n++) {
+    for (char *at = line; at && n < FIELDS_MAX; n++) {
         char *comma = strchr(at, ',');
         fields[n] = at;
         if (comma)
             *comma = '\0';
         at = comma ? comma + 1 : NULL;
     }
+}
+
+/* p->line holds what stood between the $ or ! and the end of the line. */
+static bool take_line(struct nmea_parser *p, struct nmea_value *value)
+{
+    const char *fields[FIELDS_MAX];
+    p->line[p->n] = '\0';
+    const enum checksum sum = take_checksum(p->line);
+    if (sum == WRONG) {
+        p->counts.bad_checksum++;
+        return false;
+    }
+    split(p->line, fields);
     *value = (struct nmea_value){0};
     snprintf(value->name, sizeof value->name, "%.5s", fields[0]);
-    switch (understand(fields, value)) {
+    const enum verdict verdict = p->start == '!' ? OTHER : understand(fields, value);
+    if (sum == MISSING && p->checksum_required && verdict != OTHER) {
+        p->counts.bad_checksum++;
+        p->counts.no_checksum++;
+        return false;
+    }
+    p->counts.sentences++;
+    switch (verdict) {
     case VALUE:
         p->counts.values++;
         p->counts.odd += value->odd;
@@ -220,30 +235,79 @@ static bool take_line(struct nmea_parser *p, struct nmea_value *value)
     return false;
 }
 
+/* Its source and time are not used, so a damaged one costs nothing: the sentence behind it has its own checksum. */
+static void take_tag_block(struct nmea_parser *p)
+{
+    p->line[p->n] = '\0';
+    p->counts.bad_checksum += take_checksum(p->line) == WRONG;
+    p->inside = false;
+}
+
+/* ---- bytes ---- */
+
+/* With its zero: before the first tag block or sentence of an IEC 61162-450 datagram. */
+static const char datagram_head[] = "UdPbC";
+
+/* What was taken for a start was none. */
+static void drop_head(struct nmea_parser *p)
+{
+    p->counts.garbage_bytes += p->head;
+    p->head = 0;
+}
+
+static void take_outside(struct nmea_parser *p, char c)
+{
+    if (c != datagram_head[p->head])
+        drop_head(p);
+    if (c == datagram_head[p->head])
+        p->head = (p->head + 1) % sizeof datagram_head;
+    else
+        p->counts.garbage_bytes += c != '\r' && c != '\n';
+}
+
+static void start(struct nmea_parser *p, char c)
+{
+    drop_head(p);
+    p->counts.garbage_bytes += p->inside ? p->n + 1 : 0; /* what came before was cut off */
+    p->inside = true;
+    p->start = c;
+    p->n = 0;
+}
+
+/* Inside, and c is no $. True: the end of a sentence with a value. */
+static bool take_inside(struct nmea_parser *p, char c, struct nmea_value *value)
+{
+    const bool tag_block = p->start == '\\', end = c == '\r' || c == '\n';
+    if (tag_block && c == '\\') {
+        take_tag_block(p);
+    } else if (end && !tag_block) {
+        p->inside = false;
+        return take_line(p, value);
+    } else if (c < ' ' || c > '~') { /* or a tag block without its end */
+        p->counts.garbage_bytes += p->n + 1 + !end;
+        p->inside = false;
+    } else if (p->n == NMEA_LINE_MAX) {
+        p->counts.overlong++;
+        p->inside = false;
+    } else {
+        p->line[p->n++] = c;
+    }
+    return false;
+}
+
+/* A $ starts a sentence wherever it stands: nothing may cost the next depth. Within a sentence the other two are text:
+ * a sentence that one of them cut off fails its checksum. */
 bool nmea_parser_next(struct nmea_parser *p, const uint8_t **bytes, size_t *n, struct nmea_value *value)
 {
     while (*n > 0) {
-        char c = (char)*(*bytes)++;
+        const char c = (char)*(*bytes)++;
         --*n;
-        if (c == '$') {
-            p->counts.garbage_bytes += p->inside ? p->n + 1 : 0; /* the sentence before was cut off */
-            p->inside = true;
-            p->n = 0;
-        } else if (!p->inside) {
-            p->counts.garbage_bytes += c != '\r' && c != '\n';
-        } else if (c == '\r' || c == '\n') {
-            p->inside = false;
-            if (take_line(p, value))
-                return true;
-        } else if (c < ' ' || c > '~') {
-            p->counts.garbage_bytes += p->n + 2;
-            p->inside = false;
-        } else if (p->n == NMEA_LINE_MAX) {
-            p->counts.overlong++;
-            p->inside = false;
-        } else {
-            p->line[p->n++] = c;
-        }
+        if (c == '$' || (!p->inside && (c == '!' || c == '\\')))
+            start(p, c);
+        else if (!p->inside)
+            take_outside(p, c);
+        else if (take_inside(p, c, value))
+            return true;
     }
     return false;
 }

@@ -2,7 +2,8 @@
 /*
  * nmea0183 - depth and heading out of NMEA 0183 sentences (IEC 61162-1): DPT, DBT, HDT, THS, HDG, HDM. Bytes in, values
  * out; knows no port, no clock and no pose. Any talker is listened to; proprietary ($P...) and encapsulated (!...)
- * sentences and those not listed are counted and skipped.
+ * sentences, as of AIS, and those not listed are counted and skipped. So are tag blocks (NMEA 4.0: \...\ before a
+ * sentence) and the head of IEC 61162-450 datagrams: all of this is traffic of the line, and none of it is garbage.
  */
 #ifndef SONARD_NMEA0183_H
 #define SONARD_NMEA0183_H
@@ -11,7 +12,9 @@
 #include <stddef.h>
 #include <stdint.h>
 
-#define NMEA_LINE_MAX 128 /* the standard has 82 with the end of the line; instruments exceed it a little */
+/* The standard has 82 with the end of the line. Instruments exceed it a little, and proprietary lists of satellites by
+ * far: they are to be told from noise by their checksum. */
+#define NMEA_LINE_MAX 1024
 
 enum nmea_part {
     NMEA_DEPTH = 1,
@@ -33,21 +36,23 @@ struct nmea_value {
 
 /* Counters only grow. */
 struct nmea_counts {
-    uint64_t sentences;     /* whole, with a good checksum or none where none is needed, of any kind */
+    uint64_t sentences;     /* whole, of any kind, with a good checksum, or none where none is needed */
     uint64_t values;        /* of them: with a value for us */
     uint64_t odd;           /* of these: malformed in a part that was not needed, or with a negative heading */
     uint64_t not_available; /* of the listed kinds, with empty fields, or whose mode says not valid */
     uint64_t other;         /* of other kinds */
-    uint64_t bad_checksum;  /* wrong, or missing where one is required */
-    uint64_t no_checksum;   /* of them: missing */
+    uint64_t bad_checksum;  /* wrong, also of a tag block, or missing where one is required */
+    uint64_t no_checksum;   /* of them: missing; of the listed kinds only */
     uint64_t bad_sentence;  /* of the listed kinds, senseless content */
     uint64_t overlong;      /* lines of more than NMEA_LINE_MAX bytes */
-    uint64_t garbage_bytes; /* outside sentences */
+    uint64_t garbage_bytes; /* outside sentences and tag blocks */
 };
 
 struct nmea_parser {
     bool checksum_required;
-    bool inside; /* a sentence has started */
+    bool inside;   /* a sentence or a tag block has started, */
+    char start;    /* with this: '$', '!' or '\\' */
+    unsigned head; /* bytes of a datagram's head that came outside of both */
     size_t n;
     char line[NMEA_LINE_MAX + 1];
     char other[8]; /* name of the last sentence of another kind; empty: none */

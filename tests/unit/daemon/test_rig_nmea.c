@@ -1,5 +1,8 @@
 /* SPDX-License-Identifier: MIT */
-/* test_rig_nmea - headings that waited while the process was held up: nobody knows since when, so none is a pose. */
+/*
+ * test_rig_nmea - headings that waited while the process was held up: nobody knows since when, so none is a pose. And
+ * what else comes over the line: it is no reason to check the baud rate.
+ */
 #include "tests/lib/rig.h"
 
 static void say(const char *text)
@@ -97,8 +100,29 @@ TEST(a_short_wait_makes_nothing_late)
     rig_end();
 }
 
+TEST(what_a_multiplexer_sends_beside_is_no_garbage)
+{
+    begin();
+    rig_log_begin();
+    for (int i = 0; i < 10; i++) {
+        say("!AIVDM,1,1,,A,13aGua?P00PHfERNFruh0?vN289E,0*36\r\n\\s:r1*0A\\!AIVDM,1,1,,A,x,0*5E\r\n");
+        rig_run(1);
+    }
+    CHECK_INT(count("garbage_bytes"), 0);
+    CHECK_INT(count("bad_checksum"), 0);
+    CHECK_INT(count("other"), 20);
+    CHECK_INT(rig_log_count("discarded"), 0);
+    CHECK_INT(rig_log_count("baud rate"), 0);
+    rig_log_end();
+    say("\\s:r1*0A\\$GPHDT,200.0,T*37\r\n");
+    rig_run(0.1);
+    CHECK_NEAR(heading_deg(), 200, 0, 5);
+    rig_end();
+}
+
 int main(void)
 {
+    RUN(what_a_multiplexer_sends_beside_is_no_garbage);
     RUN(what_waited_is_counted_and_not_used);
     RUN(half_a_sentence_that_waited_is_none);
     RUN(all_that_waited_is_left_out_however_much_it_is);

@@ -88,6 +88,20 @@ TEST(what_is_broken_or_foreign_is_no_ping)
     }
 }
 
+/* A multiplexer sends AIS and more beside the depths, and lines of makers have no checksum. */
+TEST(what_a_multiplexer_sends_beside_is_no_garbage)
+{
+    open_sounder();
+    hear_bytes("!AIVDM,1,1,,A,13aGua?P00PHfERNFruh0?vN289E,0*36\r\n\\s:r1*0A\\!AIVDM,1,1,,A,x,0*5E\r\n");
+    CHECK_STR(rig_status().what, "NMEA 0183 AIVDM, no depth");
+    hear_bytes("$PFEC,GPatt,1,2\r\n\\s:r1*0A\\$SDDPT,7.25,0.50,100.0*51\r\n!AIVDM,1,1,,A,x,0*5F\r\n");
+    CHECK_INT(rig.pings, 1);
+    CHECK_INT(rig.warnings, 0);
+    CHECK_INT(rig_status().garbage_bytes, 0);
+    CHECK_INT(rig_status().bad_checksum, 1);
+    CHECK_INT(rig_status().frames, 4);
+}
+
 TEST(missing_checksums_are_a_warning_once)
 {
     open_sounder();
@@ -179,6 +193,7 @@ int main(void)
     RUN(offset_is_told_and_not_added);
     RUN(what_is_no_depth_takes_back_what_was_clear);
     RUN(what_is_broken_or_foreign_is_no_ping);
+    RUN(what_a_multiplexer_sends_beside_is_no_garbage);
     RUN(missing_checksums_are_a_warning_once);
     RUN(one_measurement_in_two_sentences_is_one_ping);
     RUN(a_display_without_depths_takes_nothing_back);

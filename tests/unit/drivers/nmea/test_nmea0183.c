@@ -156,30 +156,113 @@ TEST(odd_values_are_counted)
     CHECK_INT(parser.counts.odd, 2);
 }
 
-TEST(encapsulated_lines_are_skipped)
+/* A sentence without its checksum, with it. */
+static size_t sum_up(char *out, size_t room, char start, const char *body)
 {
-    static const char text[] = "!AIVDM,1,1,,A,x,0*00\r\n$GPHDT,274.07,T*03\r\n";
-    struct nmea_value v;
+    unsigned sum = 0;
+    for (const char *c = body; *c; c++)
+        sum ^= (unsigned char)*c;
+    return (size_t)snprintf(out, room, "%c%s*%02X", start, body, sum);
+}
+
+/* What else comes over the line of a boat. */
+static const struct {
+    const char *name, *line;
+    unsigned sentences, bad_checksum;
+} beside[] = {
+    {"AIS", "!AIVDM,1,1,,A,13aGua?P00PHfERNFruh0?vN289E,0*36", 1, 0},
+    {"AIS, damaged", "!AIVDM,1,1,,A,13aGua?P00PHfERNFruh0?vN289E,0*37", 0, 1},
+    {"own ship", "!AIVDO,1,1,,,x,0*1D", 1, 0},
+    {"encapsulated, without checksum", "!BSVDM,1,1,,A,x,0", 1, 0},
+    {"an encapsulated sentence named like a depth", "!SDDPT,7.25,0.50,100.0*51", 1, 0},
+    {"a tag block and AIS", "\\s:r003669945,c:1241544035*79\\!AIVDM,1,1,,A,x,0*5E", 1, 0},
+    {"a tag block, damaged", "\\s:r003669945,c:1241544035*78\\!AIVDM,1,1,,A,x,0*5E", 1, 1},
+    {"two tag blocks", "\\g:1-2-3*6D\\\\s:r1*0A\\$GPGGA,1,2,3*4A", 1, 0},
+    {"a tag block alone", "\\s:r003669945,c:1241544035*79\\", 0, 0},
+    {"a proprietary sentence", "$PASHR,1,2,3*44", 1, 0},
+    {"a proprietary sentence without checksum", "$PFEC,GPatt,1,2", 1, 0},
+    {"a proprietary sentence with the other starts in it", "$PTXT,a!b\\c*39", 1, 0},
+    {"a query", "$CCGPQ,GGA*2B", 1, 0},
+    {"a sentence with more fields than are kept", "$GPXXX,,,,,,,,,,,,,,,,,,,,,,,,,,,,,,*4F", 1, 0},
+};
+
+TEST(what_comes_beside_is_no_garbage)
+{
+    for (size_t i = 0; i < sizeof beside / sizeof *beside; i++) {
+        struct nmea_value v;
+        char text[200];
+        const int n = snprintf(text, sizeof text, "%s\r\n$GPHDT,274.07,T*03\r\n", beside[i].line);
+        nmea_parser_init(&parser, true);
+        if (feed(text, (size_t)n, &v, 1) != 1 || parser.counts.garbage_bytes != 0 ||
+            parser.counts.sentences != beside[i].sentences + 1u ||
+            parser.counts.bad_checksum != beside[i].bad_checksum || parser.counts.no_checksum != 0) {
+            printf("%s: %d garbage bytes, %d sentences, %d bad checksums\n", beside[i].name,
+                   (int)parser.counts.garbage_bytes, (int)parser.counts.sentences,
+                   (int)parser.counts.bad_checksum);
+            test_case_failed = true;
+        }
+    }
+}
+
+TEST(a_value_behind_a_tag_block_is_taken)
+{
+    static const char text[] = "UdPbC\0\\s:SD0001,n:23*26\\$SDDPT,7.25,0.50,100.0*51\r\n"
+                               "UdPbC\0\\s:SD0001,n:24*00\\$SDDPT,7.25,0.50,100.0*51\r\n";
+    struct nmea_value v[2];
     nmea_parser_init(&parser, true);
-    CHECK_INT(feed(text, sizeof text - 1, &v, 1), 1);
-    CHECK_INT(parser.counts.garbage_bytes, 20);
+    CHECK_INT(feed(text, sizeof text - 1, v, 2), 2);
+    CHECK_NEAR(v[0].below_m, 7.25, 1e-9, 0);
+    CHECK_NEAR(v[1].below_m, 7.25, 1e-9, 0);
+    CHECK_INT(parser.counts.bad_checksum, 1);
+    CHECK_INT(parser.counts.garbage_bytes, 0);
+}
+
+/* A list of satellites in view, of several hundred bytes. */
+TEST(a_long_sentence_of_no_interest_is_one)
+{
+    char body[900] = "PUBX,03,40", text[1000];
+    struct nmea_value v;
+    for (int i = 0; i < 40; i++)
+        strcat(body, ",23,-,,,45,010");
+    const size_t n = sum_up(text, sizeof text - 2, '$', body);
+    memcpy(text + n, "\r\n", 2);
+    nmea_parser_init(&parser, true);
+    CHECK_INT(feed(text, n + 2, &v, 1), 0);
+    CHECK_INT(parser.counts.other, 1);
+    CHECK_INT(parser.counts.garbage_bytes + parser.counts.overlong, 0);
+}
+
+/* What starts like traffic and is none. */
+TEST(what_is_cut_off_or_no_text_is_garbage)
+{
+    static const struct {
+        const char *text;
+        unsigned n, garbage;
+    } cases[] = {{"\\s:r1*3\r\n", 9, 7}, {"\\s:r\x01", 5, 5},   {"!AIV\xff", 5, 5},     {"UdPbD$GPHDT", 11, 5},
+                 {"UUdPbC\0", 7, 1},     {"!AIV$GPHDT", 10, 4}, {"\\s:r$GPHDT", 10, 4}, {"UdPbC$GPHDT", 11, 5}};
+    for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
+        struct nmea_value v;
+        nmea_parser_init(&parser, true);
+        feed(cases[i].text, cases[i].n, &v, 1);
+        CHECK_INT(parser.counts.garbage_bytes, cases[i].garbage);
+    }
 }
 
 TEST(an_overlong_line_costs_itself_only)
 {
-    char text[400];
+    char text[NMEA_LINE_MAX + 400];
     struct nmea_value v;
     memset(text, 'x', sizeof text);
     memcpy(text, "$GPHDT,", 7);
-    memcpy(text + 300, "\r\n$GPHDT,274.07,T*03\r\n", 23);
+    memcpy(text + NMEA_LINE_MAX + 300, "\r\n$GPHDT,274.07,T*03\r\n", 23);
     nmea_parser_init(&parser, true);
-    CHECK_INT(feed(text, 322, &v, 1), 1);
+    CHECK_INT(feed(text, NMEA_LINE_MAX + 322, &v, 1), 1);
     CHECK_INT(parser.counts.overlong, 1);
 }
 
 TEST(a_line_of_just_the_limit_is_read)
 {
-    char text[200];
+    char text[NMEA_LINE_MAX + 72];
     struct nmea_value v;
     int n = snprintf(text, sizeof text, "$GPHDT,10.0,T,");
     memset(text + n, 'x', (size_t)(NMEA_LINE_MAX + 1 - n));
@@ -245,7 +328,10 @@ int main(void)
     RUN(a_depth_that_is_not_available_is_told);
     RUN(what_was_measured_is_kept_beside_the_offset);
     RUN(odd_values_are_counted);
-    RUN(encapsulated_lines_are_skipped);
+    RUN(what_comes_beside_is_no_garbage);
+    RUN(a_value_behind_a_tag_block_is_taken);
+    RUN(a_long_sentence_of_no_interest_is_one);
+    RUN(what_is_cut_off_or_no_text_is_garbage);
     RUN(an_overlong_line_costs_itself_only);
     RUN(a_line_of_just_the_limit_is_read);
     RUN(a_sentence_cut_off_by_the_next_is_dropped);
