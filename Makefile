@@ -468,7 +468,7 @@ FILES     = $(BUILD)/sonard:$(PREFIX)/sbin/sonard:755 $(BUILD)/sonarctl:$(PREFIX
             systemd/sysusers.conf:$(PREFIX)/lib/sysusers.d/sonard.conf:644 \
             systemd/tmpfiles.conf:$(PREFIX)/lib/tmpfiles.d/sonard.conf:644 \
             systemd/modules-load.conf:$(PREFIX)/lib/modules-load.d/sonard.conf:644 \
-            systemd/udev.rules:$(UDEVDIR)/70-sonard.rules:644 \
+            systemd/udev.rules:$(UDEVDIR)/91-sonard.rules:644 \
             $(foreach s,$(SHARED),$(s):$(PREFIX)/share/sonard/$(notdir $(s)):644) \
             $(foreach g,$(GUIDES),$(g):$(PREFIX)/share/doc/sonard/$(notdir $(g)):644) \
             $(foreach p,$(PAPERS),$(p):$(PREFIX)/share/doc/sonard/$(p:docs/%=%):644) \

@@ -51,7 +51,19 @@ said=$(systemd-sysusers --root="$root" "$root/usr/lib/sysusers.d/sonard.conf" 2>
 verdict makes_its_user $? "$said"
 said=$(systemd-tmpfiles --root="$root" --create "$root/usr/lib/tmpfiles.d/sonard.conf" 2>&1 && ls -d "$root"/{run/sonard,var/lib/sonard/maps} 2>&1)
 [ "$(id -u)" -eq 0 ] && verdict makes_its_folders $? "$said"
-udevadm verify --help > /dev/null 2>&1 && { said=$(udevadm verify "$root/usr/lib/udev/rules.d/70-sonard.rules" 2>&1); verdict udev_rules $? "$said"; }
+rules=$root/usr/lib/udev/rules.d/91-sonard.rules
+udevadm verify --help > /dev/null 2>&1 && { said=$(udevadm verify "$rules" 2>&1); verdict udev_rules $? "$said"; }
+# Neither ModemManager nor brltty takes a plain adapter, and both are left a modem of its own.
+if command -v udevadm > /dev/null && unshare -m true 2> /dev/null; then
+    said=$(unshare -m tests/udev.sh "$rules" 1a86:7523 2>&1)
+    [ "$(grep -cx ID_MM_DEVICE_IGNORE=1 <<< "$said")" -eq 2 ] && ! grep -qE '^(BRLTTY|SYSTEMD_WANTS)' <<< "$said"
+    verdict an_adapter_is_no_modem_and_no_braille_display $? "$said"
+    said=$(unshare -m tests/udev.sh "$rules" 1199:68a2 2>&1)
+    ! grep -q '^ID_MM_DEVICE_IGNORE' <<< "$said" && grep -q '^SYSTEMD_WANTS=brltty' <<< "$said"
+    verdict other_devices_are_left_to_them $? "$said"
+else
+    echo "skip service: the rules of udev, which want udevadm and root"
+fi
 
 echo '# mine' >> "$root/etc/sonard/sonard.conf"
 said=$(MAKEFLAGS='' make -s BUILD="${BUILD:-build}" DESTDIR="$root" PREFIX=/usr install-built 2>&1 && tail -n 1 "$root/etc/sonard/sonard.conf" | grep mine)

@@ -189,13 +189,19 @@ static bool fail(struct port *port, int fd, const struct address *a, const char 
     return fault_set(fault, "%s at %u baud: %s: %s", a->path, a->baud, what, strerror(port->error));
 }
 
+static const char in_use[] = "in use by another process (ModemManager? see devices/serial.md)";
+
 static const char *why_not_opened(int error)
 {
     switch (error) {
     case EBUSY:
-        return "in use by another process";
+        return in_use;
     case EACCES:
         return "cannot be opened (is this user in the port's group, often dialout?)";
+    case ENOENT:
+    case ENODEV:
+    case ENXIO:
+        return "cannot be opened (not plugged in, or taken by brltty? see devices/serial.md)";
     default:
         return "cannot be opened";
     }
@@ -217,7 +223,7 @@ static bool serial_open(struct port *port, const char *rest, struct fault *fault
     if (!isatty(fd))
         return fail(port, fd, &a, "not a serial port", fault);
     if (!claim(fd))
-        return fail(port, fd, &a, "in use by another process", fault);
+        return fail(port, fd, &a, in_use, fault);
     const char *why = set_line(fd, &a);
     if (!why && a.rs485)
         why = set_direction_control(fd);

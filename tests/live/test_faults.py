@@ -99,7 +99,7 @@ def absent(bench):
     time.sleep(1.5)
     sensor = client.sensor()
     check(sensor["state"] == "no port", "state is %s" % sensor["state"])
-    check("cannot be opened: No such file" in sensor["port_error"], "error is %s" % sensor["port_error"])
+    check("cannot be opened (not plugged in, or taken by brltty? see devices/serial.md): No such file" in sensor["port_error"], "error is %s" % sensor["port_error"])
     check(daemon.log().count("warning:") == 1, "not one warning")
     check(client.call("status")["data"] == "no data from the sonar", "status has data")
     bench.sim()

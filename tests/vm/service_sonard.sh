@@ -10,6 +10,10 @@ judge "user, folders, device names"
 cat > /etc/udev/rules.d/71-sonar.rules <<'RULE'
 SUBSYSTEM=="tty", ENV{ID_VENDOR_ID}=="0403", ENV{ID_MODEL_ID}=="6001", ENV{ID_SERIAL_SHORT}=="A1B2C3", SYMLINK+="sonar-ping360"
 RULE
+# As brltty's package has it on Ubuntu, for this adapter.
+cat > /etc/udev/rules.d/90-brltty-device.rules <<'RULE'
+SUBSYSTEM=="usb", KERNEL!="*:*", ENV{PRODUCT}=="403/6001/*", ENV{BRLTTY_BRAILLE_DRIVER}="bm", TAG+="systemd", ENV{SYSTEMD_WANTS}+="brltty-device@.service"
+RULE
 udevadm control --reload
 ip link add vcan0 type vcan && ip link set vcan0 up
 chip=/sys/kernel/config/gpio-sim/service
@@ -86,6 +90,11 @@ judge "its entries in the journal have fields"
 touch /run/out/plug
 soon test -e /dev/sonar-ping360
 judge "an adapter plugged in after the start has its name"
+device=$(realpath "/sys$(udevadm info -q path /dev/sonar-ping360)/../../../..")
+udevadm info -q property /dev/sonar-ping360 | grep -qx ID_MM_DEVICE_IGNORE=1 && udevadm info -q property "$device" | grep -qx ID_MM_DEVICE_IGNORE=1
+judge "ModemManager is to leave it alone"
+udevadm info -q property "$device" | grep -q ID_VENDOR_ID && ! udevadm info -q property "$device" | grep -E '^(BRLTTY|SYSTEMD_WANTS)'
+judge "brltty is not started for it"
 soon pings_again
 judge "the Ping360 behind it pings"
 rm /run/out/plug
