@@ -61,12 +61,14 @@ static void tell_doubt(struct methods_env *d, const json_t *params)
     double rpy_deg[3];
     if (params_numbers(params, "attitude_deg", rpy_deg) &&
         pose_doubt_attitude(&d->pose_doubt, rpy_deg, loop_now(d->loop)))
-        log_line(LOG_WARNING, "pose_doubt",
-                 "pose: all angles of attitude_deg have been below %g for a minute, as radians are: want degrees",
-                 POSE_DOUBT_ANGLE_DEG);
+        log_line(
+            LOG_WARNING, "pose_doubt",
+            "pose: the heading in attitude_deg has gone round the circle and stayed below 6.3, as one in radians "
+            "does: want degrees");
     if (params_has(params, "depth_m") && pose_doubt_depth(&d->pose_doubt, params_number(params, "depth_m")))
         log_line(LOG_WARNING, "pose_doubt",
-                 "pose: depth_m = %g is above the surface: send metres below it as a positive number",
+                 "pose: depth_m = %g is above the surface: if the vehicle is in the water, send metres below the "
+                 "surface as a positive number",
                  params_number(params, "depth_m"));
 }
 

@@ -2,6 +2,7 @@
 # SPDX-License-Identifier: MIT
 """Answers of a running daemon, its counters and latencies. tests/voyage/test_answers.py asks about moving."""
 import json
+import math
 import re
 import socket
 import threading
@@ -92,16 +93,17 @@ def doubted(bench):
 
 
 def radians(bench):
-    """An attitude that is in radians by the looks of it for more than a minute is taken, and told; one in degrees is not."""
+    """An attitude that turns around in radians is taken, and told; one in degrees, and one that points north, is not."""
     conf = bench.conf()
-    for name, heading, told in (("radians", 3.1, True), ("degrees", 178, False)):
+    for name, heading, told in (("radians", lambda t: math.remainder(t / 10, math.tau), True), ("degrees", lambda t: 178 + t, False),
+                                ("north", lambda t: 0, False)):
         made = MadeCapture(bench.path(name), ("/pose", "json"))
         for second in range(70):
-            pose = {"t_unix": 1.7e9 + second, "attitude_deg": [0.05, -0.1, heading]}
+            pose = {"t_unix": 1.7e9 + second, "attitude_deg": [0.05, -0.1, heading(second)] if name != "north" else [0, 0, 0]}
             made.write([(1, (1700000000 + second) * 10**9, json.dumps(pose).encode())])
         made.end()
         said = bench.run(SONARD, "--replay", bench.path(name), "-c", conf, "--socket", "none").stderr
-        check(("as radians are: want degrees" in said) == told, "%s: %s" % (name, said))
+        check(("as one in radians does: want degrees" in said) == told, "%s: %s" % (name, said))
 
 
 def unmeasured(bench):
