@@ -68,7 +68,7 @@ BENCH    := $(patsubst tests/bench/%.c,$(BUILD)/tests/%,$(wildcard tests/bench/b
 # Each fuzz target, run over its corpus alone.
 CORPUS   := $(patsubst tests/fuzz/fuzz_%.c,$(BUILD)/tests/corpus_%,$(filter-out $(if $(WEB),,tests/fuzz/fuzz_web.c),$(wildcard tests/fuzz/fuzz_*.c)))
 REPORT   := $(patsubst report/%.c,$(BUILD)/tests/%,$(wildcard report/report_*.c))
-# A peer to measure against, where Debian's liboctomap-dev is installed.
+# A peer to measure against, where Debian's liboctomap-dev is installed, as make deps-long does.
 OCTOMAP  := $(wildcard /usr/include/octomap/octomap.h)
 PEER     := $(if $(OCTOMAP),$(BUILD)/tests/bench_octomap_peer)
 HELPERS  := $(patsubst tests/tools/%.c,$(BUILD)/tests/%,$(wildcard tests/tools/*.c))
@@ -83,7 +83,7 @@ programs: $(PROGRAMS) $(LIBRARY)
 	@:
 unit: $(UNIT)
 tests: $(SCHEMA) $(BUILD)/sonard-protocol.7 $(BUILD)/sonard.conf.5 $(UNIT) $(SIM) $(HELPERS) $(TOOLS)
-measures: $(BENCH) $(REPORT)
+measures: $(BENCH) $(REPORT) $(PEER)
 corpus: $(CORPUS)
 
 # What a file was made with. It is written only when that changes, so that what depends on it is made anew then: other
@@ -179,11 +179,11 @@ $(BUILD)/tests/report_water: private LIBS += $(if $(OCTOMAP),-loctomap -loctomat
 $(BUILD)/report/peer_octomap.o: report/peer_octomap.cc report/peer.h
 	@mkdir -p $(@D)
 	@echo '  CXX   $<'
-	@$(CXX) -std=c++17 -iquote . -Wall -Wextra -O2 -c -o $@ $<
+	@$(CXX) -std=c++17 -iquote . -Wall -Wextra -Werror -O2 -c -o $@ $<
 $(BUILD)/tests/bench_octomap_peer: tests/bench/octomap_peer.cc tests/bench/voxel_scene.h $(GRID) $(CORE)
 	@mkdir -p $(@D)
 	@echo '  CXX   $@'
-	@$(CXX) -std=c++17 -iquote . -Wall -Wextra $(CFLAGS) -o $@ $< $(GRID) $(CORE) -loctomap -loctomath
+	@$(CXX) -std=c++17 -iquote . -Wall -Wextra -Werror $(CFLAGS) -o $@ $< $(GRID) $(CORE) -loctomap -loctomath
 $(HELPERS): $(BUILD)/tests/%: $(BUILD)/tests/tools/%.o $(CLIENT) $(CONFIG) $(DRIVERS) $(GRID) $(CORE) $(BUILD)/link.stamp
 	$(link)
 $(BUILD)/tests/pilot_runs: $(BUILD)/tests/pilot/pilot_runs.o $(ALL_A) $(BUILD)/link.stamp

@@ -116,10 +116,11 @@ static double compare(char which, double voxel_m, int turns, int pings)
             for (int n = 0; n < pings; n++)
                 ping[n] = scene_at(which, turn, turns, n);
             start = now_ns();
-            for (int n = 0; n < pings; n++)
-                if (lattice_place(ping[n].position_m, voxel_m, &at) &&
-                    cast_aim(&beam, &o, &at, ping[n].attitude, 0, 0, 0, ping[n].range_m, voxel_m))
+            for (int n = 0; n < pings; n++) {
+                const cast_look look = {&at, ping[n].attitude, 0, 0, 0, ping[n].range_m, voxel_m};
+                if (lattice_place(ping[n].position_m, voxel_m, &at) && cast_aim(&beam, &o, &look))
                     submap_cast(&map, &beam, SUBMAP_VACANCY);
+            }
             ours_ns += pass * (now_ns() - start);
         }
 
