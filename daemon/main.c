@@ -17,6 +17,7 @@
 #include "daemon/methods/methods.h"
 #include "request_job.h"
 #include "daemon/input/aux_sensors.h"
+#include "daemon/record/clock_note.h"
 #include "daemon/rpc/listen.h"
 #include "core/log.h"
 #include "fit.h"
@@ -39,6 +40,7 @@ _Static_assert(LOG_SONAR_MAX >= CONF_NAME_MAX, "a sonar's name fits into a line 
 /* The process: what the methods work with, and what they need not know of. */
 struct process {
     struct methods_env env;
+    struct clock_note clock_note;
     const struct options *options;
     struct worker *worker;
     struct request_jobs jobs;
@@ -297,6 +299,8 @@ static bool make_record(struct process *d, const struct conf_source *source, str
     d->env.record = record_open(&conf, loop_now(d->env.loop), fault);
     if (d->env.record)
         d->env.pose_channel = record_channel(d->env.record, "/pose", "json");
+    if (d->env.record)
+        clock_note_start(&d->clock_note, d->env.loop, d->env.record, d->env.unix_offset_ns);
     return d->env.record != NULL;
 }
 
@@ -600,6 +604,7 @@ static int end(struct process *d)
     pipeline_free(d->env.pipeline);
     template_keep_end(&d->env.keep);
     template_end(&d->env.templates);
+    clock_note_end(&d->clock_note);
     record_close(d->env.record, RECORD_PATIENCE_MS);
     /* A write that failed before left its mark, and what it could not write is in no buffer any more. */
     const bool answers_lost = d->answers.file && ferror(d->answers.file);

@@ -13,6 +13,7 @@
 #include <string.h>
 
 #include "capture.h"
+#include "capture_clock.h"
 #include "capture_file.h"
 #include "core/fault.h"
 #include "drivers/capture/mcap.h"
@@ -20,6 +21,13 @@
 #define LINE_BYTES  4096
 #define UNIX_MOST_S 9e9         /* so that nanoseconds fit, and to spare */
 #define BEFORE_NS   1000000000u /* poses of the second before the first message count too: a ping may need them */
+
+/* The capture that poses are to meet. */
+struct span {
+    uint64_t start_ns, end_ns;
+    size_t largest; /* message */
+    struct capture_clock clock;
+};
 
 struct pose_line {
     uint64_t t_ns;
@@ -29,7 +37,9 @@ struct pose_line {
 struct poses {
     struct pose_line *line;
     size_t n, room;
-    uint64_t left_out; /* not within the capture */
+    uint64_t left_out;       /* not within the capture */
+    const struct span *span; /* by whose clock they are dated */
+    double offset_s;
 };
 
 static void free_poses(struct poses *poses)
@@ -37,6 +47,21 @@ static void free_poses(struct poses *poses)
     for (size_t i = 0; i < poses->n; i++)
         free(poses->line[i].text);
     free(poses->line);
+}
+
+/* From when on a pose can be of use. */
+static uint64_t from_ns(const struct span *span)
+{
+    return span->start_ns > BEFORE_NS ? span->start_ns - BEFORE_NS : 0;
+}
+
+/* By the capture's clock. */
+static double date(const struct poses *poses, double t_unix)
+{
+    const struct span *span = poses->span;
+    const int64_t given_ns = (int64_t)(t_unix * 1e9),
+                  t_ns = capture_clock_date(&span->clock, given_ns, from_ns(span), span->end_ns);
+    return t_ns == given_ns ? t_unix : (double)t_ns * 1e-9;
 }
 
 static bool keep_pose(struct poses *poses, json_t *pose, double t_unix)
@@ -50,17 +75,22 @@ static bool keep_pose(struct poses *poses, json_t *pose, double t_unix)
         poses->line = more;
         poses->room = room;
     }
-    json_object_set_new(pose, "t_unix", json_real(t_unix));
+    const double t_s = date(poses, t_unix);
+    if (t_s < 0) { /* long before the capture */
+        poses->left_out++;
+        return true;
+    }
+    json_object_set_new(pose, "t_unix", json_real(t_s));
     poses->line[poses->n] =
-        (struct pose_line){(uint64_t)(t_unix * 1e9), json_dumps(pose, JSON_COMPACT | JSON_REAL_PRECISION(17))};
+        (struct pose_line){(uint64_t)(t_s * 1e9), json_dumps(pose, JSON_COMPACT | JSON_REAL_PRECISION(17))};
     return poses->line[poses->n].text != NULL && ++poses->n > 0;
 }
 
-static bool take_line(struct poses *poses, const char *text, double offset_s, double *last_s, struct fault *fault)
+static bool take_line(struct poses *poses, const char *text, double *last_s, struct fault *fault)
 {
     json_t *pose = json_loads(text, JSON_REJECT_DUPLICATES, NULL);
     const json_t *t = json_object_get(pose, "t_unix");
-    const double t_unix = json_number_value(t) + offset_s;
+    const double t_unix = json_number_value(t) + poses->offset_s;
     bool good = false;
 
     if (!json_is_number(t) || json_object_size(pose) < 2)
@@ -77,7 +107,14 @@ static bool take_line(struct poses *poses, const char *text, double offset_s, do
     return good;
 }
 
-static bool read_poses(const char *path, double offset_s, struct poses *poses, struct fault *fault)
+/* Before and after a step of the clock they may be dated by different ones. */
+static int by_time(const void *a, const void *b)
+{
+    const struct pose_line *one = a, *other = b;
+    return (one->t_ns > other->t_ns) - (one->t_ns < other->t_ns);
+}
+
+static bool read_poses(const char *path, struct poses *poses, struct fault *fault)
 {
     FILE *file = fopen(path, "re");
     char text[LINE_BYTES];
@@ -87,12 +124,14 @@ static bool read_poses(const char *path, double offset_s, struct poses *poses, s
     if (!file)
         return fault_set(fault, "%s: %s", path, strerror(errno));
     for (unsigned line = 1; fgets(text, sizeof text, file); line++) {
-        if (text[strspn(text, " \t\r\n")] == '\0' || take_line(poses, text, offset_s, &last_s, &why))
+        if (text[strspn(text, " \t\r\n")] == '\0' || take_line(poses, text, &last_s, &why))
             continue;
         fclose(file);
         return fault_set(fault, "%s:%u: %s", path, line, why.text);
     }
     fclose(file);
+    if (poses->n > 0)
+        qsort(poses->line, poses->n, sizeof *poses->line, by_time);
     return poses->n > 0 || fault_set(fault, "%s: no pose in it", path);
 }
 
@@ -152,8 +191,8 @@ static bool copy_all(struct copying *c, const struct poses *poses, struct fault 
     return true;
 }
 
-/* When the capture begins and ends, and its largest message. */
-static bool survey(const char *path, uint64_t *start_ns, uint64_t *end_ns, size_t *largest)
+/* When the capture begins and ends, its largest message, and its clock. */
+static bool survey(const char *path, struct span *span)
 {
     struct mcap_reader *r = capture_open(path);
     struct mcap_message m;
@@ -161,9 +200,10 @@ static bool survey(const char *path, uint64_t *start_ns, uint64_t *end_ns, size_
     bool any = false;
 
     while (opened && mcap_next(r, &m)) {
-        *start_ns = !any || m.log_ns < *start_ns ? m.log_ns : *start_ns;
-        *end_ns = !any || m.log_ns > *end_ns ? m.log_ns : *end_ns;
-        *largest = m.size > *largest ? m.size : *largest;
+        span->start_ns = !any || m.log_ns < span->start_ns ? m.log_ns : span->start_ns;
+        span->end_ns = !any || m.log_ns > span->end_ns ? m.log_ns : span->end_ns;
+        span->largest = m.size > span->largest ? m.size : span->largest;
+        capture_clock_take(&span->clock, &m);
         any = true;
     }
     mcap_close(r);
@@ -171,26 +211,26 @@ static bool survey(const char *path, uint64_t *start_ns, uint64_t *end_ns, size_
 }
 
 /* Those that fall into the capture; false with a sentence where none does. */
-static bool cut_to(struct poses *poses, uint64_t start_ns, uint64_t end_ns, struct fault *fault)
+static bool cut_to(struct poses *poses, struct fault *fault)
 {
-    const uint64_t from_ns = start_ns > BEFORE_NS ? start_ns - BEFORE_NS : 0;
+    const struct span *span = poses->span;
     const double first_s = (double)poses->line[0].t_ns * 1e-9,
                  last_s = (double)poses->line[poses->n - 1].t_ns * 1e-9;
     size_t kept = 0;
 
     for (size_t i = 0; i < poses->n; i++) {
-        if (poses->line[i].t_ns >= from_ns && poses->line[i].t_ns <= end_ns)
+        if (poses->line[i].t_ns >= from_ns(span) && poses->line[i].t_ns <= span->end_ns)
             poses->line[kept++] = poses->line[i];
         else
             free(poses->line[i].text);
     }
-    poses->left_out = poses->n - kept;
+    poses->left_out += poses->n - kept;
     poses->n = kept;
     return kept > 0 ||
            fault_set(fault,
                      "no pose falls into the capture: it is from %.3f to %.3f s, they are from %.3f to %.3f "
                      "s; --offset S moves them",
-                     (double)start_ns * 1e-9, (double)end_ns * 1e-9, first_s, last_s);
+                     (double)span->start_ns * 1e-9, (double)span->end_ns * 1e-9, first_s, last_s);
 }
 
 static bool copy_attachments(const struct copying *c, struct fault *fault)
@@ -220,18 +260,20 @@ static int write_capture(const char *path, const char *out_path, const struct po
 
 int capture_add_pose(const char *path, const char *poses_path, const char *out_path, double offset_s)
 {
-    struct poses poses = {0};
+    struct span span = {0};
+    struct poses poses = {.span = &span, .offset_s = offset_s};
     struct fault fault;
-    uint64_t start_ns = 0, end_ns = 0;
-    size_t largest = 0;
     int status = 1;
 
-    if (!survey(path, &start_ns, &end_ns, &largest))
+    if (!survey(path, &span))
         return 1;
-    if (!read_poses(poses_path, offset_s, &poses, &fault) || !cut_to(&poses, start_ns, end_ns, &fault))
+    if (!read_poses(poses_path, &poses, &fault) || !cut_to(&poses, &fault))
         fprintf(stderr, "sonarctl capture: %s\n", fault.text);
     else
-        status = write_capture(path, out_path, &poses, largest);
+        status = write_capture(path, out_path, &poses, span.largest);
+    if (status == 0 && span.clock.n)
+        printf("the computer's clock was set during the capture, %+.3f s in all: poses are dated by it\n",
+               (double)capture_clock_ahead_ns(&span.clock) * 1e-9);
     if (status == 0)
         printf("%zu poses added, %" PRIu64 " are of other times\n", poses.n, poses.left_out);
     free_poses(&poses);

@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /* capture_show - the two commands of the capture tool that read a capture for people: info and export. */
 #include "capture.h"
+#include "capture_clock.h"
 #include "capture_file.h"
 
 #include <errno.h>
@@ -89,14 +90,27 @@ static bool print_condition(const struct mcap_info *info)
     return good;
 }
 
+static void print_clock(const struct capture_clock *clock)
+{
+    for (size_t i = 0; i < clock->n; i++) {
+        const int64_t before_ns = i > 0 ? clock->step[i - 1].ahead_ns : 0;
+        printf("the computer's clock was set at ");
+        print_time(clock->step[i].from_ns);
+        printf(" by %+.3f s, to ", (double)(clock->step[i].ahead_ns - before_ns) * 1e-9);
+        print_time(clock->step[i].from_ns + (uint64_t)clock->step[i].ahead_ns);
+        printf("\n");
+    }
+}
+
 int capture_info(const char *path)
 {
+    struct capture_clock clock = {0};
     struct mcap_message m;
     struct mcap_reader *r = capture_open(path);
     if (!r)
         return 1;
-    while (mcap_next(r, &m)) {
-    }
+    while (mcap_next(r, &m))
+        capture_clock_take(&clock, &m);
     const struct mcap_info *info = mcap_info(r);
     printf("%s: %" PRIu64 " bytes, profile \"", path, info->file_bytes);
     capture_text(stdout, info->profile);
@@ -110,6 +124,7 @@ int capture_info(const char *path)
         print_time(info->end_ns);
         printf(", %.3f s\n", (double)(info->end_ns - info->start_ns) * 1e-9);
     }
+    print_clock(&clock);
     print_channels(r);
     print_attachments(r);
     printf("%" PRIu64 " message%s in %" PRIu64 " chunk%s\n", info->messages, plural(info->messages), info->chunks,

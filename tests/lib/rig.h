@@ -25,6 +25,7 @@
 
 #include "daemon/methods/environment.h"
 #include "daemon/methods/methods.h"
+#include "daemon/record/clock_note.h"
 #include "daemon/request_job.h"
 #include "daemon/replay.h"
 #include "daemon/wiring.h"
@@ -55,8 +56,9 @@ struct rig {
     bool unplaced;                        /* poses tell the attitude alone */
     double turn_dps;                      /* of the vehicle, from the next step on */
     int64_t clock_off_ns;                 /* by what the computer's clock was set */
-    char path[64], dir[48];               /* of the socket */
-    int client, pilot;                    /* who asks; who sends poses */
+    struct clock_note clock_note;
+    char path[64], dir[48]; /* of the socket */
+    int client, pilot;      /* who asks; who sends poses */
     char answer[1 << 20];
     int log_was; /* standard error of the program, while rig_log_begin holds */
     char log_path[80];
@@ -67,6 +69,7 @@ static _Atomic uint64_t rig_now_ns; /* the thread that writes captures reads it,
 
 /* Of the next rig_start: the folder of captures; NULL: none is recorded. */
 static const char *rig_captures;
+static uint64_t rig_file_size = 1u << 30; /* of their segments */
 /* Likewise. */
 static struct head_conf rig_head = {
     .id = 2, .lag = 2, .ms_per_gradian = 6.0, .processing_ms = 18.0, .sound_speed_mps = 1500.0};
@@ -294,11 +297,14 @@ static void rig_make_parts(void)
                                                                  .conf = &d->conf,
                                                                  .unix_offset_ns = d->unix_offset_ns});
     if (rig_captures && !d->replay) {
-        const struct segments_conf conf = {
-            .directory = rig_captures, .file_size = 1u << 30, .conf_text = "", .unix_offset_ns = RIG_EPOCH_NS};
+        const struct segments_conf conf = {.directory = rig_captures,
+                                           .file_size = rig_file_size,
+                                           .conf_text = "",
+                                           .unix_offset_ns = RIG_EPOCH_NS};
         d->record = record_open(&conf, rig_now_ns, &fault);
         rig_must(d->record != NULL, "capture", &fault);
         d->pose_channel = record_channel(d->record, "/pose", "json");
+        clock_note_start(&rig.clock_note, d->loop, d->record, RIG_EPOCH_NS);
     }
     const struct source_env env = {.loop = d->loop,
                                    .pipeline = d->pipeline,
@@ -372,6 +378,7 @@ static void rig_end(void)
     source_free(d->source[0]);
     map_service_end(&d->map_service);
     pipeline_free(d->pipeline);
+    clock_note_end(&rig.clock_note);
     record_close(d->record, 60000);
     template_end(&d->templates);
     worker_free(rig.worker);

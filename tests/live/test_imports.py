@@ -118,6 +118,33 @@ def poses_are_added_and_replayed(bench):
         check(done.returncode == 1 and wanted in done.stderr, "%s: %s" % (text, done.stderr))
 
 
+def poses_meet_a_capture_whose_clock_was_set(bench):
+    """It began in 1970, and the clock was set after 40 s: poses of a right clock meet all of it, those of this computer as well."""
+    def made_capture(*notes):
+        path = bench.path("late%d.mcap" % len(notes))
+        made = MadeCapture(path, ("/head/rx", "octet-stream"), ("/clock", "json"))
+        for second in range(100):
+            made.write([(1, second * 10**9, b"x")] + [(2, second * 10**9, note.encode()) for at, note in notes if at == second])
+        made.end()
+        return path
+    ahead = 1790000000
+    capture = made_capture((40, '{"ahead_ns":%d,"was_ahead_ns":0}' % (ahead * 10**9)))
+    info = bench.run(SONARCTL, "capture", "info", capture).stdout
+    check("the computer's clock was set at 1970-01-01T00:00:40.000Z by +1790000000.000 s, to 2026-09-21T14:14:00.000Z" in info, info)
+    for name, times in (("right", [ahead + t for t in range(100)]), ("own", list(range(40)) + [ahead + t for t in range(40, 100)])):
+        poses = bench.write(name + ".jsonl", "".join('{"t_unix":%d,"depth_m":%d}\n' % (t, i) for i, t in enumerate(times)))
+        posed = bench.path(name + ".mcap")
+        done = bench.run(SONARCTL, "capture", "add-pose", capture, poses, posed)
+        check("100 poses added, 0 are of other times" in done.stdout and "clock was set during the capture, +1790000000.000 s" in done.stdout, done.stdout + done.stderr)
+        rows = bench.run(SONARCTL, "capture", "export", "--csv", posed).stdout.splitlines()
+        got = [(float(t), json.loads(bytes.fromhex(text))) for topic, t, text in (r.split(",") for r in rows if r.startswith("/pose,"))]
+        check(len(got) == 100 and all(abs(t - i) < 1e-5 and abs(pose["t_unix"] - i) < 1e-6 and pose["depth_m"] == i for i, (t, pose) in enumerate(got)), str(rows)[:300])
+    never = made_capture()
+    check("clock was set" not in bench.run(SONARCTL, "capture", "info", never).stdout, "a step from nowhere")
+    done = bench.run(SONARCTL, "capture", "add-pose", never, poses, bench.path("never.mcap"))
+    check("40 poses added, 60 are of other times" in done.stdout, done.stdout)
+
+
 def recording_of_ping_viewer_2_plays_with_its_attitude(bench):
     """Fields as JSON, in another program's MCAP: pings that stand in the grid, each with the attitude of its time."""
     path = bench.path("device.mcap")
@@ -319,7 +346,7 @@ def poses_of_a_relay(bench):
     check(seen[-1]["sectors"]["pose_age_s"] < 1, said)
 
 
-run([("poses_of_a_relay", poses_of_a_relay), ("poses_are_added_and_replayed", poses_are_added_and_replayed), ("poses_of_a_tlog", poses_of_a_tlog),
+run([("poses_of_a_relay", poses_of_a_relay), ("poses_are_added_and_replayed", poses_are_added_and_replayed), ("poses_meet_a_capture_whose_clock_was_set", poses_meet_a_capture_whose_clock_was_set), ("poses_of_a_tlog", poses_of_a_tlog),
      ("depths_of_a_tlog", depths_of_a_tlog), ("poses_of_a_tlog_beside_a_viewer_log", poses_of_a_tlog_beside_a_viewer_log), ("poses_of_a_dataflash_log", poses_of_a_dataflash_log), ("text_dump", plays(os.path.abspath("tests/replay/box-head.txt"), "ping360")),
      ("ping_viewer", plays("ping360-openwater-pingviewer/20240814-094253162.bin", "ping360")),
      ("ping_viewer_at_60_m", plays("ping360-openwater-pingviewer/20240814-094407726.bin", "ping360, range = 50.0 m")),
