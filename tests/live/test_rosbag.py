@@ -3,7 +3,10 @@
 """Bags of ROS 1 and ROS 2 become captures: recordings of real heads line by line as an independent decoder has them,
 bags that are made up here in every form, and files that are none, cut off, or damaged."""
 import bz2
+import collections
 import glob
+import importlib.machinery
+import importlib.util
 import json
 import math
 import os
@@ -471,6 +474,90 @@ def too_much(bench):
     check("a chunk is left out: a chunk within a chunk" in done.stderr, done.stderr)
 
 
+def work_of(tool, reader, data):
+    """How many reads of bytes, and how many of these, it takes to go through a recording to its end."""
+    class Counted(tool.Bytes):
+        reads = read = 0
+
+        def take(self, n):
+            piece = super().take(n)
+            Counted.reads += 1
+            Counted.read += len(piece) if len(piece) <= 4096 else 0  # longer ones are not copied
+            return piece
+    plain, tool.Bytes = tool.Bytes, Counted
+    notes = collections.Counter()
+    try:
+        for _ in reader(memoryview(data), notes):
+            pass
+    finally:
+        tool.Bytes = plain
+    check(len(notes) < 50, "%d notes" % len(notes))
+    return Counted.reads + Counted.read / 64
+
+
+def work_grows_with_the_file(bench):
+    """Heads of chunks without end, chunks that hold each other, headers without end: four times the bytes take four times the work."""
+    loader = importlib.machinery.SourceFileLoader("sonard_rosbag", TOOL)
+    tool = importlib.util.module_from_spec(importlib.util.spec_from_loader("sonard_rosbag", loader))
+    loader.exec_module(tool)
+
+    def to_the_end(unit, tail, count, head):
+        """Units that each begin with the head of a chunk whose body ends where all ends, and damage behind that."""
+        size = len(head(0)) + len(unit)
+        return b"".join(head(size * (count - i) - len(head(0))) + unit for i in range(count)) + tail
+
+    def ros1_head(size, packing=b"none"):
+        fields = ros1_fields(op=b"\5", compression=packing, size=struct.pack("<I", size & 0xFFFFFFFF))
+        return struct.pack("<I", len(fields)) + fields + struct.pack("<I", size)
+
+    def mcap_head(size, packing=b""):
+        body = struct.pack("<QQQII", 0, 0, size, 0, len(packing)) + packing + struct.pack("<Q", size)
+        return b"\x06" + struct.pack("<Q", len(body) + size) + body
+    def hidden(wrap, count, head):
+        """A chunk of records, each of which has the head of a chunk for its body: of one that holds the records behind it."""
+        size = len(wrap(head(0)))
+        return head(size * count) + b"".join(wrap(head(size * (count - 1 - i))) for i in range(count)) + b"\xff" * 9
+    small = ros1_record(b"x", op=b"\2", conn=bytes(4), time=bytes(8))
+    endless = struct.pack("<I", 0x7FFFFF00)
+    ros1 = {"tokens": lambda n: b"\x04\0\0\0op=\x05" * n,
+            "heads": lambda n: (struct.pack("<I", 70) + b"\x04\0\0\0op=\x05") * n,
+            "other fields": lambda n: (struct.pack("<I", 200) + b"\x04\0\0\0op=\x05" + b"\1\0\0\0=" * 8) * n,
+            "headers": lambda n: (ros1_record(b"x", op=b"\5", compression=b"none", size=bytes(4)) + struct.pack("<I", 3000) + b"\1\0\0\0=" * 4) * n,
+            "endless headers": lambda n: (ros1_record(b"x", op=b"\5", compression=b"none", size=bytes(4)) + endless) * n,
+            "chunks in chunks": lambda n: to_the_end(b"", b"\xff" * 9, n, ros1_head),
+            "chunks of records": lambda n: to_the_end(small * 8, b"\xff" * 9, n, ros1_head),
+            "hidden chunks": lambda n: hidden(lambda body: ros1_record(body, op=b"\2", conn=bytes(4), time=bytes(8)), n, ros1_head),
+            "packed chunks in chunks": lambda n: to_the_end(b"", b"\xff" * 9, n, lambda size: ros1_head(size, b"lz4"))}
+    mcap = {"tokens": lambda n: (b"\x06" + bytes(8)) * n,
+            "names": lambda n: (b"\x06" + struct.pack("<Q", 1 << 20) + bytes(28) + struct.pack("<I", 1 << 19)) * n,
+            "chunks in chunks": lambda n: to_the_end(b"", b"\xff" * 9, n, mcap_head),
+            "chunks of records": lambda n: to_the_end(record(5, bytes(22)) * 8, b"\xff" * 9, n, mcap_head),
+            "hidden chunks": lambda n: hidden(lambda body: record(5, bytes(22) + body), n, mcap_head),
+            "packed chunks in chunks": lambda n: to_the_end(b"", b"\xff" * 9, n, lambda size: mcap_head(size, b"lz4"))}
+    for reader, magic, shapes in ((tool.ros1_messages, tool.ROS1_MAGIC, ros1), (tool.mcap_messages, tool.MCAP_MAGIC, mcap)):
+        for name, shape in shapes.items():
+            once, more = (work_of(tool, reader, magic + shape(n)) for n in (200, 800))
+            check(more <= 6 * once + 200, "%s of %s: %g, then %g" % (name, magic[:8], once, more))
+
+
+def chunks_that_unpack_to_much(bench):
+    """A small file cannot hold chunks that unpack to more than any recording of its size."""
+    with open(TOOL, encoding="utf-8") as f:
+        source = f.read()
+    check("UNPACKED_MAX = 1 << 30" in source and "PIECE_MAX = 64 << 20" in source, "other bounds")
+    small = bench.write("small", source.replace("UNPACKED_MAX = 1 << 30", "UNPACKED_MAX = 1 << 22").replace("RATIO_MAX = 256 ", "RATIO_MAX = 1 "))
+    good = ros1_bag([("/scan", SCAN, "")], [(0, START_NS, scan(True, START_NS, RANGES))])
+    bomb = ros1_chunk(bytes(1 << 20), "bz2")
+    capture = bench.path("small.mcap")
+    done = bench.run("python3", small, bench.write("x.bag", good + bomb * 8), capture)
+    check(done.returncode == 1 and "its chunks unpack to more than 4 MiB" in done.stderr and not os.path.exists(capture), done.stderr)
+    done = bench.run("python3", small, bench.write("x.bag", good + bomb * 3), capture)
+    check(done.returncode == 0, done.stderr)
+    huge = ros1_record(b"x" * 99, op=b"\5", compression=b"bz2", size=struct.pack("<I", (64 << 20) + 1))
+    _, done = imported(bench, bench.write("x.bag", good + huge))
+    check("a chunk is left out: a chunk of 67108865 bytes" in done.stderr, done.stderr)
+
+
 def hostile_fields(bench):
     """Fields of other types than their names say: the message is left out and counted, the rest is taken."""
     no_header, no_covariance = "uint8 header\nfloat32[] ranges\n", "Header header\ngeometry_msgs/Quaternion orientation\nfloat64[] orientation_covariance\n"
@@ -539,7 +626,7 @@ run([("quay_10_m", same_lines("micron-quay-rosbag/2014-07-18-20-59-31.bag", "mic
      ("quay_20_m", same_lines("micron-quay-rosbag/2014-07-18-21-11-13.bag", "micron-quay-rosbag/2014-07-18-21-11-13.csv", 1690)),
      ("tank", same_lines("micron-tank-rosbag/static_sonar.bag", "micron-tank-rosbag/static_sonar.csv", 553)),
      ("heading_of_the_head_is_no_pose", heading_of_the_head_is_no_pose), ("ros1_forms", ros1_forms), ("ros2_sqlite", ros2_sqlite),
-     ("ros2_mcap", ros2_mcap), ("names_that_write_on_the_terminal", names_that_write_on_the_terminal), ("damaged_chunks", damaged_chunks), ("hostile_tables", hostile_tables), ("too_much", too_much),
+     ("ros2_mcap", ros2_mcap), ("names_that_write_on_the_terminal", names_that_write_on_the_terminal), ("damaged_chunks", damaged_chunks), ("hostile_tables", hostile_tables), ("work_grows_with_the_file", work_grows_with_the_file), ("chunks_that_unpack_to_much", chunks_that_unpack_to_much), ("too_much", too_much),
      ("hostile_fields", hostile_fields), ("beams_that_are_none", beams_that_are_none),
      ("topics_of_one_name", topics_of_one_name), ("refusals", refusals)], parallel=2,
-    gate=("tank", "heading_of_the_head_is_no_pose", "ros1_forms", "ros2_sqlite", "ros2_mcap", "names_that_write_on_the_terminal", "damaged_chunks", "hostile_tables", "too_much", "hostile_fields", "beams_that_are_none", "topics_of_one_name", "refusals"))
+    gate=("tank", "heading_of_the_head_is_no_pose", "ros1_forms", "ros2_sqlite", "ros2_mcap", "names_that_write_on_the_terminal", "damaged_chunks", "hostile_tables", "work_grows_with_the_file", "chunks_that_unpack_to_much", "too_much", "hostile_fields", "beams_that_are_none", "topics_of_one_name", "refusals"))
