@@ -29,8 +29,10 @@
 struct content {
     const uint8_t *p;
     size_t n;
-    bool unpacked;       /* on the heap; else mapped */
-    bool is_mostly_lost; /* in unpacking */
+    bool unpacked;         /* on the heap; else mapped */
+    bool is_mostly_lost;   /* in unpacking */
+    const uint8_t *packed; /* mapped: p is the first piece of what is in it; NULL: p is all */
+    size_t packed_n;
 };
 
 /* The file mapped into memory; false after a message. */
@@ -59,6 +61,49 @@ static void unload(struct content c)
         free((void *)(uintptr_t)c.p);
     else if (c.p)
         munmap((void *)(uintptr_t)c.p, c.n);
+    if (c.packed)
+        munmap((void *)(uintptr_t)c.packed, c.packed_n);
+}
+
+static void tell_unpacked(const char *path, const struct unpacked *unpacked, size_t packed_n)
+{
+    if (unpacked->damaged && unpacked->lost > 0)
+        fprintf(stderr, "%s: packed, and damaged: %" PRIu64 " bytes could be unpacked, %zu of %zu are left out\n",
+                path, unpacked->n, unpacked->lost, packed_n);
+    else if (unpacked->damaged)
+        fprintf(stderr, "%s: packed, and cut off: %" PRIu64 " bytes could be unpacked\n", path, unpacked->n);
+}
+
+static bool is_mostly_lost(const struct unpacked *unpacked, size_t packed_n)
+{
+    return unpacked->lost > packed_n / 2;
+}
+
+static bool keep_first(void *ctx, const uint8_t *bytes, size_t n)
+{
+    struct content *first = ctx;
+    uint8_t *p = malloc(n);
+    if (p)
+        memcpy(p, bytes, n);
+    *first = (struct content){.p = p, .n = p ? n : 0, .unpacked = true};
+    return false;
+}
+
+/* Long recordings are taken piece by piece. Of these *c becomes the first. */
+static bool unpack_first(struct content *c)
+{
+    struct unpacked unpacked;
+    struct content first = {0};
+    struct fault fault;
+    gunzip_pieces(c->p, c->n, keep_first, &first, &unpacked, &fault);
+    if (!first.p || import_kind(first.p, first.n) != IMPORT_SVLOG) {
+        unload(first);
+        return false;
+    }
+    first.packed = c->p;
+    first.packed_n = c->n;
+    *c = first;
+    return true;
 }
 
 /* What a packed file holds takes its place; false after a message. */
@@ -66,20 +111,16 @@ static bool unpack(const char *path, struct content *c)
 {
     struct unpacked unpacked;
     struct fault fault;
-    if (!gunzip_is(c->p, c->n))
+    if (!gunzip_is(c->p, c->n) || unpack_first(c))
         return true;
     if (!gunzip(c->p, c->n, &unpacked, &fault)) {
         capture_failed("%s: %s", path, fault.text);
         return false;
     }
-    if (unpacked.damaged && unpacked.lost > 0)
-        fprintf(stderr, "%s: packed, and damaged: %zu bytes could be unpacked, %zu of %zu are left out\n", path,
-                unpacked.n, unpacked.lost, c->n);
-    else if (unpacked.damaged)
-        fprintf(stderr, "%s: packed, and cut off: %zu bytes could be unpacked\n", path, unpacked.n);
-    const bool is_mostly_lost = unpacked.lost > c->n / 2;
+    tell_unpacked(path, &unpacked, c->n);
+    const bool lost = is_mostly_lost(&unpacked, c->n);
     unload(*c);
-    *c = (struct content){unpacked.p, unpacked.n, true, is_mostly_lost};
+    *c = (struct content){.p = unpacked.p, .n = (size_t)unpacked.n, .unpacked = true, .is_mostly_lost = lost};
     return true;
 }
 
@@ -105,10 +146,12 @@ struct importing {
     uint32_t sequence;
     uint64_t first_ns, last_ns;
     uint64_t pings, poses, left_out_bytes;
-    int pose_channel;   /* of the first pose on */
-    const char *device; /* of the newest ping, as in sonard.conf; NULL: none came */
-    double range_m;     /* the longest; 0: unknown */
-    bool has_atof;      /* points of the Surveyor's newer form, which the older one repeats */
+    uint64_t content_bytes; /* unpacked */
+    bool is_mostly_lost;    /* in unpacking */
+    int pose_channel;       /* of the first pose on */
+    const char *device;     /* of the newest ping, as in sonard.conf; NULL: none came */
+    double range_m;         /* the longest; 0: unknown */
+    bool has_atof;          /* points of the Surveyor's newer form, which the older one repeats */
     enum import_kind kind;
     struct ping_parser ping; /* only count: the bytes are kept as they are */
     struct seanet_parser seanet;
@@ -214,6 +257,29 @@ static const char *const source_name[] = {
     [IMPORT_VIEWER2] = "Ping Viewer 2 MCAP file",
 };
 
+static bool take_piece(void *ctx, const uint8_t *bytes, size_t n)
+{
+    return import_svlog_take(ctx, bytes, n);
+}
+
+/* Of a packed file, piece by piece. */
+static bool import_packed_svlog(struct importing *im, struct content in, const struct import_sink *sink,
+                                struct import_result *result)
+{
+    static struct svlog_stream stream;
+    struct unpacked unpacked;
+    uint64_t start_ns = 0;
+    import_svlog_start(in.p, in.n, &start_ns);
+    import_svlog_begin(&stream, sink, start_ns, result);
+    if (!gunzip_pieces(in.packed, in.packed_n, take_piece, &stream, &unpacked, &im->fault))
+        return false;
+    import_svlog_end(&stream);
+    tell_unpacked(im->in, &unpacked, in.packed_n);
+    im->content_bytes = unpacked.n;
+    im->is_mostly_lost = is_mostly_lost(&unpacked, in.packed_n);
+    return true;
+}
+
 /* All records of the file; false with a sentence in im->fault when it is not what it looked like. */
 static bool import_records(struct importing *im, struct content in, const struct import_sink *sink,
                            struct import_result *result)
@@ -232,6 +298,8 @@ static bool import_records(struct importing *im, struct content in, const struct
         import_viewer2(in.p, in.n, sink, import_pose, result);
         return true;
     case IMPORT_SVLOG:
+        if (in.packed)
+            return import_packed_svlog(im, in, sink, result);
         import_svlog(in.p, in.n, sink, result);
         return true;
     case IMPORT_SEANET_RELAY:
@@ -333,11 +401,11 @@ static bool import_all(struct importing *im, struct content in, const char *sens
 }
 
 /* The exit status of an import that was written: scripts are not to take next to nothing for a recording. */
-static int judge_import(const struct importing *im, const struct content *in)
+static int judge_import(const struct importing *im)
 {
     if (im->pings == 0)
         return capture_failed("%s: no ping in it; the capture holds its bytes as they are", im->in);
-    if (in->is_mostly_lost || im->left_out_bytes + no_frame_bytes(im) > in->n / 2)
+    if (im->is_mostly_lost || im->left_out_bytes + no_frame_bytes(im) > im->content_bytes / 2)
         return capture_failed("%s: most of it is lost: %" PRIu64 " pings could be read", im->in, im->pings);
     return 0;
 }
@@ -366,7 +434,11 @@ int capture_import(const char *in_path, const char *out_path, const char *sensor
     if (conf.p && !memmem(conf.p, conf.n, section, strlen(section)))
         fprintf(stderr, "%s: there is no %s: a replay will find no sensor for /%s/rx\n", conf_path, section,
                 sensor);
-    im = (struct importing){.in = in_path, .kind = kind, .w = capture_create(out_path, 0)};
+    im = (struct importing){.in = in_path,
+                            .kind = kind,
+                            .content_bytes = in.n,
+                            .is_mostly_lost = in.is_mostly_lost,
+                            .w = capture_create(out_path, 0)};
     ping_parser_init(&im.ping, kind == IMPORT_SVLOG ? PING_PAYLOAD_LIMIT : PING_PAYLOAD_MAX);
     seanet_parser_init(&im.seanet);
     if (im.w) {
@@ -374,7 +446,7 @@ int capture_import(const char *in_path, const char *out_path, const char *sensor
         status = capture_finish(im.w, out_path, ok, &im.fault);
     }
     if (status == 0)
-        status = judge_import(&im, &in);
+        status = judge_import(&im);
 done:
     unload(in);
     unload(conf);

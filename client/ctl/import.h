@@ -11,6 +11,8 @@
 #include <stddef.h>
 #include <stdint.h>
 
+#include "drivers/devices/ping_frame.h"
+
 struct seanet_frame;
 
 enum import_kind {
@@ -103,6 +105,27 @@ bool import_is_svlog(const uint8_t *data, size_t size);
  * points of a Surveyor, atof or yz; without any, all at the start. That is import_svlog_start, else 0.
  */
 void import_svlog(const uint8_t *data, size_t size, const struct import_sink *sink, struct import_result *out);
+
+/* The same of a file that comes in pieces. */
+struct svlog_stream {
+    const struct import_sink *sink;
+    struct import_result *out;
+    bool timed; /* by points of a Surveyor, the last of which had this: */
+    uint32_t last_ms;
+    uint64_t t_ns;
+    struct ping_parser parser;
+    size_t n; /* bytes of no whole frame yet, not handed on */
+    uint8_t held[4 * PING_FRAME_LIMIT];
+};
+
+/** import_svlog_begin - sink and out stay until the end; start_ns: of import_svlog_start on the first piece, else 0. */
+void import_svlog_begin(struct svlog_stream *s, const struct import_sink *sink, uint64_t start_ns,
+                        struct import_result *out);
+
+/** import_svlog_take - the next bytes. False: the sink wants no more. */
+bool import_svlog_take(struct svlog_stream *s, const uint8_t *bytes, size_t n);
+
+void import_svlog_end(struct svlog_stream *s);
 
 /** import_svlog_start - "timestamp" of the text about the recording, where it is in UTC; false: there is none. */
 bool import_svlog_start(const uint8_t *data, size_t size, uint64_t *t_ns);

@@ -77,45 +77,84 @@ bool import_svlog_start(const uint8_t *data, size_t size, uint64_t *t_ns)
     return read_stamp(at, (size_t)(end - at), t_ns);
 }
 
-struct times {
-    bool known;
-    uint32_t last_ms;
-    uint64_t t_ns;
-};
-
-static void follow_times(struct times *times, const struct ping_frame *f)
+static void follow_times(struct svlog_stream *s, const struct ping_frame *f)
 {
     if ((f->id != SURVEYOR_ATOF_POINTS && f->id != SURVEYOR_YZ_POINTS) || f->length < 4)
         return;
     uint32_t ms = get_u32(f->payload); /* both forms of points begin with it */
-    uint32_t step_ms = ms - times->last_ms;
-    if (times->known && step_ms < HOUR_MS)
-        times->t_ns += step_ms * 1000000ull;
-    times->known = true;
-    times->last_ms = ms;
+    uint32_t step_ms = ms - s->last_ms;
+    if (s->timed && step_ms < HOUR_MS)
+        s->t_ns += step_ms * 1000000ull;
+    s->timed = true;
+    s->last_ms = ms;
+}
+
+static void sink_bytes(struct svlog_stream *s, const uint8_t *bytes, size_t n)
+{
+    s->out->stopped = s->out->stopped || !s->sink->bytes(s->sink->ctx, s->t_ns, bytes, n);
+}
+
+static bool hold(struct svlog_stream *s, const uint8_t *bytes, size_t n)
+{
+    if (n > sizeof s->held - s->n)
+        return false;
+    memcpy(s->held + s->n, bytes, n);
+    s->n += n;
+    return true;
+}
+
+/* What is held and these bytes, as one record where there is room for that. */
+static void hand_on(struct svlog_stream *s, const uint8_t *bytes, size_t n)
+{
+    const bool apart = n > 0 && (s->n == 0 || !hold(s, bytes, n));
+    if (s->n > 0)
+        sink_bytes(s, s->held, s->n);
+    if (apart)
+        sink_bytes(s, bytes, n);
+    s->n = 0;
+    s->out->records++;
+}
+
+void import_svlog_begin(struct svlog_stream *s, const struct import_sink *sink, uint64_t start_ns,
+                        struct import_result *out)
+{
+    *out = (struct import_result){0};
+    s->sink = sink;
+    s->out = out;
+    s->timed = false;
+    s->t_ns = start_ns;
+    s->n = 0;
+    ping_parser_init(&s->parser, PING_PAYLOAD_LIMIT);
+}
+
+bool import_svlog_take(struct svlog_stream *s, const uint8_t *bytes, size_t n)
+{
+    const uint8_t *at = bytes, *begin = bytes, *end = bytes + n;
+    struct ping_frame frame;
+    while (!s->out->stopped && ping_parser_next(&s->parser, &at, &n, 0, &frame)) {
+        follow_times(s, &frame);
+        if (at == begin)
+            continue; /* it was found in bytes that were handed out with the frame before it */
+        hand_on(s, begin, (size_t)(at - begin));
+        begin = at;
+    }
+    if (!s->out->stopped && begin < end && !hold(s, begin, (size_t)(end - begin)))
+        hand_on(s, begin, (size_t)(end - begin));
+    return !s->out->stopped;
+}
+
+void import_svlog_end(struct svlog_stream *s)
+{
+    if (!s->out->stopped && s->n > 0)
+        hand_on(s, NULL, 0);
 }
 
 void import_svlog(const uint8_t *data, size_t size, const struct import_sink *sink, struct import_result *out)
 {
-    static struct ping_parser parser;
-    struct times times = {0};
-    struct ping_frame frame;
-    const uint8_t *at = data, *begin = data;
-    size_t left = size;
-
-    *out = (struct import_result){0};
-    import_svlog_start(data, size, &times.t_ns);
-    ping_parser_init(&parser, PING_PAYLOAD_LIMIT);
-    while (!out->stopped && ping_parser_next(&parser, &at, &left, 0, &frame)) {
-        follow_times(&times, &frame);
-        if (at == begin)
-            continue; /* it was found in bytes that were handed out with the frame before it */
-        out->stopped = !sink->bytes(sink->ctx, times.t_ns, begin, (size_t)(at - begin));
-        out->records++;
-        begin = at;
-    }
-    if (!out->stopped && begin < data + size) {
-        out->stopped = !sink->bytes(sink->ctx, times.t_ns, begin, (size_t)(data + size - begin));
-        out->records++;
-    }
+    static struct svlog_stream stream;
+    uint64_t start_ns = 0;
+    import_svlog_start(data, size, &start_ns);
+    import_svlog_begin(&stream, sink, start_ns, out);
+    import_svlog_take(&stream, data, size);
+    import_svlog_end(&stream);
 }

@@ -606,6 +606,44 @@ TEST(svlog_is_imported_as_it_is_and_packed)
     remove_dir();
 }
 
+/* 40 members of 60 KB make several pieces, whose ends cut frames. */
+TEST(a_long_packed_svlog_is_imported_piece_by_piece)
+{
+    static uint8_t gz[1 << 16];
+    size_t n = 0;
+    make_dir();
+    file.n = ping_frame_build(file.p, sizeof file.p, 10, 0, "{}", 2);
+    for (unsigned i = 0; i < 4; i++) {
+        static uint8_t points[15000];
+        put_u32(points, 1000 + 10 * i);
+        file.n += ping_frame_build(file.p + file.n, sizeof file.p - file.n, SURVEYOR_ATOF_POINTS, 0, points,
+                                   sizeof points);
+    }
+    for (int i = 0; i < 40; i++)
+        n += packed(&file, gz + n, sizeof gz - n);
+    save(path_b, gz, n);
+    CHECK_INT(capture("import", path_b, path_a, NULL, NULL, NULL), 0);
+    CHECK(strstr(said, "160 pings in 200 records") && !strstr(said, "no frame"));
+    remove_dir();
+}
+
+TEST(a_packed_file_of_another_kind_is_not_unpacked_without_end)
+{
+    static uint8_t gz[1 << 20];
+    make_dir();
+    memset(&file, 0, sizeof file);
+    file.n = sizeof file.p;
+    const size_t one = packed(&file, gz, sizeof gz), members = 1025; /* 64 MiB and a little more */
+    CHECK(one * members <= sizeof gz);
+    for (size_t i = 1; i < members; i++)
+        memcpy(gz + i * one, gz, one);
+    save(path_b, gz, members * one);
+    CHECK_INT(capture("import", path_b, path_a, NULL, NULL, NULL), 1);
+    CHECK(strstr(said, "it unpacks to more than 64 MiB: unpack it with gunzip"));
+    CHECK(access(path_a, F_OK) != 0);
+    remove_dir();
+}
+
 /* What is taken for a recording is told from what came to nothing: by the exit status. */
 TEST(import_without_a_ping_fails_and_keeps_the_bytes)
 {
@@ -867,6 +905,8 @@ int main(void)
     RUN(of_a_cut_chunk_what_can_be_read_is_saved);
     RUN(export_of_another_device_refuses);
     RUN(svlog_is_imported_as_it_is_and_packed);
+    RUN(a_long_packed_svlog_is_imported_piece_by_piece);
+    RUN(a_packed_file_of_another_kind_is_not_unpacked_without_end);
     RUN(import_without_a_ping_fails_and_keeps_the_bytes);
     RUN(import_of_a_file_that_is_mostly_no_frames_fails);
     RUN(a_capture_is_not_imported_again);

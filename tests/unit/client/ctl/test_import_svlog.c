@@ -7,7 +7,7 @@
 #include "drivers/devices/ping_frame.h"
 #include "tests/lib/test.h"
 
-static uint8_t file[1 << 16], heard[1 << 16];
+static uint8_t file[1 << 16], heard[1 << 17];
 static size_t size, heard_n;
 static uint64_t times[64];
 static unsigned records, stop_at;
@@ -162,8 +162,59 @@ TEST(the_sink_stops_it)
     CHECK_INT(result.records, 2);
 }
 
+/* The same records at the same times, wherever it is cut; garbage is kept, too, however much there is. */
+TEST(any_pieces_give_the_same)
+{
+    static const struct import_sink sink = {NULL, hear, problem};
+    static struct svlog_stream stream;
+    struct import_result result;
+    uint64_t seed = test_seed(), want_times[64];
+    begin();
+    add_points(7000);
+    memcpy(file + size, "BRnoise", 7);
+    size += 7;
+    add_points(7050);
+    add_points(7100);
+    file[size - 100] ^= 1;
+    add_points(7200);
+    memcpy(file + size, "BR\x10\0the end", 11);
+    size += 11;
+    const uint64_t want = import().records;
+    memcpy(want_times, times, sizeof times);
+    for (size_t most = 1; most <= size; most *= 7) {
+        heard_n = records = 0;
+        import_svlog_begin(&stream, &sink, 0, &result);
+        for (size_t at = 0, n; at < size; at += n) {
+            n = 1 + test_random(&seed) % most;
+            n = n < size - at ? n : size - at;
+            CHECK(import_svlog_take(&stream, file + at, n));
+        }
+        import_svlog_end(&stream);
+        all_is_there();
+        CHECK_INT(result.records, want);
+        CHECK(memcmp(want_times, times, want * sizeof *times) == 0);
+    }
+}
+
+TEST(garbage_is_handed_on_before_it_fills_the_memory)
+{
+    static const struct import_sink sink = {NULL, hear, problem};
+    static const uint8_t zeros[5000] = {0};
+    static struct svlog_stream stream;
+    struct import_result result;
+    begin();
+    import_svlog_begin(&stream, &sink, 0, &result);
+    for (int round = 0; round < 100; round++) {
+        CHECK(import_svlog_take(&stream, zeros, sizeof zeros));
+        heard_n = heard_n > 40000 ? 0 : heard_n;
+    }
+    CHECK(records > 0);
+}
+
 int main(void)
 {
+    RUN(any_pieces_give_the_same);
+    RUN(garbage_is_handed_on_before_it_fills_the_memory);
     RUN(pings_have_the_sonars_time);
     RUN(points_of_the_older_form_have_the_sonars_time);
     RUN(the_date_of_the_recording_is_kept);
