@@ -4,7 +4,7 @@
  *
  * A ping lives in a fixed buffer of the pipeline's pool. It holds n_beams beams that were received at the same time; a
  * scanning head has one, a multibeam up to PING_MAX_BEAMS. Either each beam has n_bins intensities (a profile), or
- * the sonar has picked the ranges itself.
+ * the sonar has picked the ranges itself, or both.
  */
 #ifndef SONARD_PING_H
 #define SONARD_PING_H
@@ -30,6 +30,9 @@ enum ping_kind {
     /* Ready ranges in beam[].range_m. Several of one beam: entries one after the other with the same direction (the
      * very same az_rad and el_rad), in order of range. */
     PING_RANGES,
+    /* Both, one range a beam: what the device has chosen in intensities whose scale is that of this ping alone. It is
+     * judged by them, and never without: see grid/range/choice.h. */
+    PING_CHOICE,
 };
 
 enum ping_flag {
@@ -39,7 +42,7 @@ enum ping_flag {
 
 struct ping_beam {
     float az_rad, el_rad; /* axis of the beam in the sensor frame */
-    float range_m;        /* PING_RANGES: the device's own pick; 0: no echo */
+    float range_m;        /* but for PING_PROFILE: the device's own pick; 0: no echo */
     float range_sd_m;
     float confidence; /* 0..1 */
 };
@@ -60,7 +63,8 @@ struct ping {
     float gain_db;        /* of the receiver, against the device's normal setting */
     float r0_m, dr_m;     /* near edge of bin 0, where listening begins; length of a bin */
     float pulse_m;        /* c * transmit duration / 2: what cannot be resolved */
-    float deaf_m;         /* nearer the receiver is locked out, whatever its bins hold; 0: it is not */
+    float deaf_m;         /* nearer nothing is heard, whatever the bins hold: the receiver is locked out, or the
+                           * transducer of a PING_CHOICE may still ring; 0: not known, or it hears */
     float az_aperture_rad, el_aperture_rad; /* full width of one beam, half power */
     uint32_t head_units;                    /* head angle in units of the head ... */
     uint32_t head_turn;                     /* ... of which this many make a turn; 0: the head does not turn */

@@ -10,6 +10,7 @@
 
 #include "amplitude.h"
 #include "cfar.h"
+#include "choice.h"
 #include "law_check.h"
 #include "own_ring.h"
 #include "reflection.h"
@@ -32,7 +33,8 @@
  * cell), and of that where it is loud for the shortest time (a cell). */
 struct of_ping {
     uint64_t ring_down, ring_power, ring_loud;
-    double echo_power; /* of the loudest first echo; 0: none */
+    uint64_t choice_ring; /* as of the setting */
+    double echo_power;    /* of the loudest first echo; 0: none */
 };
 
 struct extract {
@@ -571,10 +573,26 @@ static uint16_t echoes_of_beam(const struct ping *ping, uint16_t b)
  * lies at most so many standard deviations before its middle. */
 #define RANGES_NEARER_SDS 1.7320508f
 
-/* The device has picked the ranges itself, listening from begin_m on: n of them in one beam. */
-static void extract_ranges(const struct extract *e, double begin_m, float range_max_m,
+/* near_m: where it begins at the latest. */
+static struct echo echo_at(float range_m, float near_m, const struct ping_beam *beam)
+{
+    const float sd = beam->range_sd_m >= 0.0f && beam->range_sd_m < 1e5f ? beam->range_sd_m : 0.0f;
+
+    return (struct echo){
+        .range_m = range_m,
+        .near_m = fmaxf(fminf(near_m, range_m - RANGES_NEARER_SDS * sd), 0.0f),
+        .sd_m = sd,
+        .strength = 1.0f,
+        .confidence = beam->confidence >= 0.0f ? fminf(beam->confidence, 1.0f) : 0.0f,
+    };
+}
+
+/* The device has picked the ranges itself: n of them in one beam. */
+static void extract_ranges(const struct extract *e, const struct ping *ping, float range_max_m,
                            const struct ping_beam *beam, uint16_t n, struct beam_echoes *out)
 {
+    const double begin_m = fmax((double)ping->r0_m, (double)ping->deaf_m);
+
     if (!is_range(beam->range_m) && beam->range_m != 0.0f)
         return;
     out->state = BEAM_SILENT;
@@ -587,20 +605,52 @@ static void extract_ranges(const struct extract *e, double begin_m, float range_
         return;
     }
     out->state = BEAM_ECHO;
-    for (; out->n < n && out->n < ECHOES_PER_BEAM; out->n++, beam++) {
-        const float sd = beam->range_sd_m >= 0.0f && beam->range_sd_m < 1e5f ? beam->range_sd_m : 0.0f;
-        const float confidence = beam->confidence >= 0.0f ? fminf(beam->confidence, 1.0f) : 0.0f;
-        out->echo[out->n] = (struct echo){
-            .range_m = beam->range_m,
-            .near_m = fmaxf(beam->range_m - RANGES_NEARER_SDS * sd, 0.0f),
-            .sd_m = sd,
-            .strength = 1.0f,
-            .confidence = confidence,
-        };
-    }
+    for (; out->n < n && out->n < ECHOES_PER_BEAM; out->n++, beam++)
+        out->echo[out->n] = echo_at(beam->range_m, INFINITY, beam);
+    if (ping->deaf_m > 0.0f && choice_may_be_double(out->echo[0].near_m, out->blind_m))
+        return;
     out->free_to_m = out->echo[0].near_m;
     out->heard_from_m = out->blind_m;
     out->heard_to_m = out->echo[0].range_m;
+}
+
+/* What the profile shows to be free, before the echoes that are entered. */
+static void free_by_choice(const struct extract *e, const struct choice *c, struct beam_echoes *out)
+{
+    const float most = out->n > 0 ? out->echo[0].near_m : (float)e->conf.minimum_range_m;
+
+    out->blind_m = (float)c->from_m;
+    out->hides = c->rings ? BEAM_HIDES_RING : BEAM_HIDES_NOTHING;
+    out->free_to_m = fminf((float)c->to_m, most);
+    if (out->free_to_m > out->blind_m) {
+        out->heard_from_m = out->blind_m;
+        out->heard_to_m = out->free_to_m;
+    }
+}
+
+/* The device has picked a range in a profile. An echo that it reports is kept, whatever the profile shows. */
+static void extract_choice(const struct extract *e, const struct ping *ping, uint16_t b, struct of_ping *of_ping,
+                           struct beam_echoes *out)
+{
+    const struct ping_beam *beam = &ping->beam[b];
+    struct choice_ring ring = {.promised_m = e->conf.ring_down_m};
+    struct choice c;
+
+    if (!is_range(beam->range_m) && beam->range_m != 0.0f)
+        return;
+    ring.learnt = usual_get(&e->now->choice_ring, &ring.usual);
+    choice_judge(ping, b, (double)beam->range_m, &ring, &c);
+    of_ping->choice_ring = c.loud_until < of_ping->choice_ring ? c.loud_until : of_ping->choice_ring;
+    out->state = is_range(beam->range_m) ? BEAM_ECHO : BEAM_SILENT;
+    if (c.echo_m > 0.0) {
+        out->echo[out->n] = echo_at((float)c.echo_m, (float)c.echo_near_m, beam);
+        out->echo[out->n++].flags = c.weaker ? ECHO_FAINT : 0;
+    }
+    if (is_range(beam->range_m)) {
+        const bool begins_before = c.echo_m <= 0.0 && c.to_m > 0.0;
+        out->echo[out->n++] = echo_at(beam->range_m, begins_before ? (float)c.to_m : INFINITY, beam);
+    }
+    free_by_choice(e, &c, out);
 }
 
 /* ---- one ping ---- */
@@ -614,6 +664,8 @@ static void learn_ring(struct setting *now, const struct of_ping *of_ping)
         usual_add(&now->ring_power, of_ping->ring_power);
     if (of_ping->ring_loud != UINT64_MAX)
         usual_add(&now->ring_loud, of_ping->ring_loud);
+    if (of_ping->choice_ring != UINT64_MAX)
+        usual_add(&now->choice_ring, of_ping->choice_ring);
     if (of_ping->echo_power > 0.0)
         usual_add(&now->echo_power, (uint64_t)of_ping->echo_power);
 }
@@ -622,7 +674,9 @@ void extract_run(struct extract *extract, const struct ping *ping, const struct 
                  struct echoes *out)
 {
     const bool ready = ping->kind == PING_RANGES;
-    const bool profile = !ready && amplitude_for(extract, ping) && axis_for(extract, ping);
+    const bool choice = ping->kind == PING_CHOICE && (ping->sample_bytes == 1 || ping->sample_bytes == 2) &&
+                        axis_for(extract, ping);
+    const bool profile = ping->kind == PING_PROFILE && amplitude_for(extract, ping) && axis_for(extract, ping);
     const double end_m = (double)ping->r0_m + (double)ping->n_bins * (double)ping->dr_m;
 
     out->t_ns = ping->t_ns;
@@ -638,7 +692,7 @@ void extract_run(struct extract *extract, const struct ping *ping, const struct 
     out->el_aperture_rad = ping->el_aperture_rad;
     out->pose = ping->pose;
 
-    struct of_ping of_ping = {UINT64_MAX, UINT64_MAX, UINT64_MAX, 0.0};
+    struct of_ping of_ping = {UINT64_MAX, UINT64_MAX, UINT64_MAX, UINT64_MAX, 0.0};
     if (profile && !(ping->flags & PING_UNHEARD))
         baseline_learn(&extract->now->baseline, ping, &extract->now->axis, &extract->amplitude,
                        (double *)extract->work);
@@ -649,8 +703,9 @@ void extract_run(struct extract *extract, const struct ping *ping, const struct 
         if (ping->flags & PING_UNHEARD)
             continue;
         if (ready)
-            extract_ranges(extract, (double)ping->r0_m, out->range_max_m, &ping->beam[b],
-                           n = echoes_of_beam(ping, b), beam);
+            extract_ranges(extract, ping, out->range_max_m, &ping->beam[b], n = echoes_of_beam(ping, b), beam);
+        else if (choice)
+            extract_choice(extract, ping, b, &of_ping, beam);
         else if (profile)
             extract_profile(extract, ping, b, aid, &of_ping, beam);
     }

@@ -109,7 +109,11 @@ struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_
  *
  * Pings that are PING_UNHEARD are BEAM_BLIND. Pings with ready ranges: range > 0 becomes one echo with the device's own
  * deviation and confidence, 0 is silence, and anything else BEAM_BLIND; entries of the same direction in order of range
- * become one beam, whose first ECHOES_PER_BEAM are kept.
+ * become one beam, whose first ECHOES_PER_BEAM are kept. Where deaf_m is known, a first echo nearer than twice the
+ * blind range frees nothing.
+ *
+ * Pings with a choice: likewise, but the water is free only as far as the profile shows it (choice.h), and an earlier
+ * echo that is as strong as the chosen one is an echo, too; a weaker one is ECHO_FAINT.
  * Allocates nothing; O(bins).
  */
 void extract_run(struct extract *extract, const struct ping *ping, const struct extract_aid *aid,

@@ -48,6 +48,7 @@ static struct setting *find(struct settings *s, const struct profile_axis *axis,
     usual_init(&oldest->ring_down, SOON_PINGS, 4);
     usual_init(&oldest->ring_power, TURN_PINGS, 1);
     usual_init(&oldest->ring_loud, SOON_PINGS, 4);
+    usual_init(&oldest->choice_ring, TURN_PINGS, 1);
     usual_init(&oldest->echo_power, TURN_PINGS, 4);
     return oldest;
 }

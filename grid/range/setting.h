@@ -20,6 +20,9 @@ struct setting {
     struct usual ring_power; /* its loudest cell, in the beam of a ping that has the quietest one */
     /* a cell: until where it is within 3 dB of that, in the beam of a ping where that is earliest */
     struct usual ring_loud;
+    /* of pings with a choice, a bin: until where their near end is loud (choice.h), as an eighth of them have it, since
+     * something near may be there most of the time */
+    struct usual choice_ring;
     struct usual
         echo_power; /* of the loudest cell of the first echo, in the beam of a ping that has the loudest */
     uint64_t used;  /* which of the pings last had it, from 1; 0: it is free */

@@ -982,6 +982,113 @@ TEST(more_ready_ranges_than_a_beam_holds)
     CHECK(found[0].echo[ECHOES_PER_BEAM - 1].range_m == ECHOES_PER_BEAM);
 }
 
+/* 200 counts of quiet water in 10 m from 0 on, where the transducer rings to 0.25 m. */
+static void begin_choice(float range_m)
+{
+    begin();
+    ping.kind = PING_CHOICE;
+    ping.law = AMPLITUDE_LINEAR;
+    ping.n_bins = 200;
+    ping.dr_m = 0.05f;
+    ping.pulse_m = 0.075f;
+    ping.deaf_m = 0.5f;
+    memset(bytes, 6, 200);
+    memset(bytes, 255, 5);
+    axis[0] = (struct ping_beam){.range_m = range_m, .range_sd_m = 0.02f, .confidence = 0.9f};
+}
+
+TEST(what_a_device_chose_is_free_as_far_as_its_profile_shows)
+{
+    begin_choice(8);
+    memset(bytes + 160, 250, 5);
+    CHECK_INT(run()->state, BEAM_ECHO);
+    CHECK_INT(found[0].n, 1);
+    CHECK_NEAR(found[0].blind_m, 0.5, 1e-6, 0);
+    CHECK_NEAR(found[0].free_to_m, 8 - 0.02 * sqrt(3), 1e-6, 0); /* in the first ping already */
+    CHECK_NEAR(found[0].echo[0].confidence, 0.9, 1e-6, 0);
+    CHECK(found[0].heard_from_m == found[0].blind_m && found[0].heard_to_m == found[0].free_to_m);
+    for (int confidence = 0; confidence < 2; confidence++) { /* no proof */
+        axis[0].confidence = (float)confidence;
+        memset(bytes + 60, 255, 4); /* 3 m */
+        CHECK_INT(run()->n, 2);
+        CHECK(found[0].echo[0].range_m > 3 && found[0].echo[0].range_m < 3.2f && found[0].echo[0].flags == 0);
+        CHECK_NEAR(found[0].echo[1].range_m, 8, 1e-6, 0);
+        CHECK(found[0].free_to_m > 2.9f && found[0].free_to_m <= found[0].echo[0].near_m);
+    }
+    memset(bytes + 60, 180, 4);
+    CHECK_INT(run()->n, 2);
+    CHECK_INT(found[0].echo[0].flags, ECHO_FAINT);
+    CHECK(found[0].free_to_m < 3);
+    memset(bytes + 60, 100, 4);
+    CHECK_INT(run()->n, 1);
+    CHECK(found[0].free_to_m > 7.9f);
+}
+
+/* An obstacle that is reported is kept. */
+TEST(a_choice_without_an_echo_blocks_and_frees_nothing)
+{
+    begin_choice(8);
+    CHECK_INT(run()->n, 1);
+    CHECK_NEAR(found[0].echo[0].range_m, 8, 1e-6, 0);
+    CHECK(found[0].free_to_m <= found[0].blind_m && found[0].heard_to_m <= found[0].heard_from_m);
+    memset(bytes + 60, 255, 4);
+    CHECK_INT(run()->n, 2);
+    CHECK_INT(found[0].echo[0].flags, ECHO_FAINT);
+    CHECK(found[0].free_to_m <= found[0].blind_m);
+    ping.flags = PING_UNHEARD;
+    CHECK_INT(run()->state, BEAM_BLIND);
+    ping.flags = 0;
+    axis[0].range_m = NAN;
+    CHECK_INT(run()->state, BEAM_BLIND);
+    axis[0].range_m = 0; /* it chose none */
+    memset(bytes + 60, 6, 4);
+    memset(bytes + 160, 250, 5);
+    CHECK_INT(run()->state, BEAM_SILENT);
+    CHECK_NEAR(found[0].free_to_m, 0.75, 1e-6, 0);
+    memset(bytes + 12, 255, 2); /* 0.6 m */
+    run();
+    CHECK(found[0].n == 0 && found[0].free_to_m <= found[0].blind_m);
+}
+
+/* From the first ping on, and for however long. */
+TEST(something_near_is_not_learnt_as_the_ring_down)
+{
+    begin_choice(8);
+    memset(bytes + 160, 250, 5);
+    memset(bytes, 255, 13); /* to 0.65 m */
+    for (int k = 0; k < 1000; k++) {
+        CHECK(run()->free_to_m <= found[0].blind_m);
+        CHECK_INT(found[0].hides, BEAM_HIDES_RING);
+    }
+    memset(bytes + 5, 6, 8);
+    CHECK(run()->free_to_m > 7.9f);
+    for (int k = 0; k < 200; k++)
+        run();
+    memset(bytes, 255, 9); /* to 0.45 m: no longer than a transducer may ring, and longer than this one does */
+    for (int k = 0; k < 300; k++) {
+        CHECK(run()->free_to_m <= found[0].blind_m);
+        CHECK_INT(found[0].hides, BEAM_HIDES_RING);
+    }
+}
+
+/* 0.2 m is read as 0.7 m. Without a profile too, where it is known how near the device hears. */
+TEST(what_may_be_the_second_bounce_off_something_too_near_frees_nothing)
+{
+    begin_choice(0.7f);
+    memset(bytes + 14, 250, 3);
+    CHECK_INT(run()->n, 1);
+    CHECK(found[0].free_to_m <= found[0].blind_m);
+    ping.kind = PING_RANGES;
+    ping.r0_m = 0.5f;
+    CHECK_INT(run()->n, 1);
+    CHECK(found[0].free_to_m <= found[0].blind_m);
+    axis[0].range_m = 1.2f;
+    CHECK_NEAR(run()->free_to_m, 1.2 - 0.02 * sqrt(3), 1e-6, 0);
+    axis[0].range_m = 0.7f;
+    ping.deaf_m = 0;
+    CHECK_NEAR(run()->free_to_m, 0.7 - 0.02 * sqrt(3), 1e-6, 0);
+}
+
 TEST(settings_may_change_between_pings)
 {
     uint64_t seed = test_seed();
@@ -1151,6 +1258,10 @@ int main(void)
     RUN(nothing_is_free_within_the_pulse_or_the_lock_out);
     RUN(ready_ranges_of_one_direction_are_one_beam);
     RUN(more_ready_ranges_than_a_beam_holds);
+    RUN(what_a_device_chose_is_free_as_far_as_its_profile_shows);
+    RUN(a_choice_without_an_echo_blocks_and_frees_nothing);
+    RUN(something_near_is_not_learnt_as_the_ring_down);
+    RUN(what_may_be_the_second_bounce_off_something_too_near_frees_nothing);
     RUN(settings_may_change_between_pings);
     RUN(any_samples_give_sane_echoes);
     RUN(wrong_configurations_are_refused);
