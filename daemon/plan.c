@@ -32,7 +32,7 @@ static void put_cleanup(struct plan *plan, const struct conf_extract *c, const s
 {
     if (c->median == CONF_MEDIAN_OFF && c->otsu == CONF_OFF && c->clahe == CONF_OFF && c->classes == CONF_OFF)
         put_stage(plan, PLAN_CLEANUP, i, PLAN_BOUNDED, "[extract] median, otsu, clahe and classes are off");
-    else if (ops->max_beams != 1 || ops->max_bins <= 1)
+    else if (ops->max_beams != 1 || ops->max_bins <= 1 || ops->chooses)
         put_stage(plan, PLAN_CLEANUP, i, PLAN_IDENTICAL, "%s makes no image of single beams", ops->name);
     else
         put_stage(plan, PLAN_CLEANUP, i, PLAN_NONE, "[extract] asks for%s%s%s%s",
@@ -46,7 +46,9 @@ static void put_sonar(struct plan *plan, const struct conf *conf, int i)
     const struct device_ops *ops = device_find(sonar->device);
     put_stage(plan, PLAN_DEVICE, i, PLAN_NONE, "%s, up to %u x %u samples a ping", ops->name, ops->max_beams,
               ops->max_bins);
-    if (ops->max_bins > 1)
+    if (ops->chooses)
+        put_stage(plan, PLAN_EXTRACT, i, PLAN_NONE, "it sends the range that it has chosen in its intensities");
+    else if (ops->max_bins > 1)
         put_stage(plan, PLAN_EXTRACT, i, PLAN_NONE, "it sends intensities");
     else
         put_stage(plan, PLAN_EXTRACT, i, PLAN_NONE, "it sends ready ranges: they are only checked");

@@ -20,7 +20,9 @@ static double of_sonar(enum plan_id id, const struct conf *conf, int i)
         return (double)extract_size(ops->max_bins);
     case PLAN_CLEANUP:
         wiring_cleanup(&conf->extract, &asked);
-        return ops->max_bins > 1 ? (double)cleanup_size(cleanup_wanted(&asked) ? &asked : &all, ops->max_bins) : 0;
+        return ops->max_bins > 1 && !ops->chooses
+                   ? (double)cleanup_size(cleanup_wanted(&asked) ? &asked : &all, ops->max_bins)
+                   : 0;
     case PLAN_MARKS:
         return (double)(sizeof(struct marks) + sizeof(struct own_echo));
     case PLAN_IMAGE:

@@ -112,6 +112,7 @@ struct device_ops {
     uint32_t max_beams, max_bins;  /* largest ping that it can make: the pool's buffers are sized by it */
     bool round;                    /* one round transducer: its beam is a cone and not a fan */
     bool listens;                  /* it sends nothing, ever */
+    bool chooses;                  /* it picks the ranges itself, whatever samples come with them (PING_CHOICE) */
     bool axial;                    /* its only beam lies along the sensor's x axis: it has no sides */
     double beam_deg[2]; /* width and height of its usual beam at half power; 0 0: only its pings can tell */
 

@@ -5,6 +5,7 @@
 #include "ping1d.h"
 
 #include <math.h>
+#include <string.h>
 
 #include "drivers/ports/line_time.h"
 #include "ping_bytes.h"
@@ -108,6 +109,21 @@ bool ping1d_decode_firmware(const struct ping_frame *f, unsigned *major, unsigne
     return true;
 }
 
+/* What the protocol calls relative strength, taken for pressure: only ratios within a profile are looked at. */
+static void fill_profile(struct ping *ping, const struct ping1d_reading *r, double start_m, double cell_m)
+{
+    const uint32_t n = r->n_samples < ping->max_samples ? r->n_samples : ping->max_samples;
+
+    ping->kind = PING_CHOICE;
+    ping->law = AMPLITUDE_LINEAR;
+    ping->sample_bytes = 1;
+    ping->n_bins = n;
+    ping->r0_m = (float)start_m;
+    ping->dr_m = (float)cell_m;
+    if (n > 0)
+        memcpy(ping->samples, r->samples, n);
+}
+
 void ping1d_fill_ping(struct ping *ping, const struct ping_frame *frame, const struct ping1d_reading *r,
                       const struct ping1d_view *view)
 {
@@ -116,6 +132,7 @@ void ping1d_fill_ping(struct ping *ping, const struct ping_frame *frame, const s
     const double end_m = r->simple ? view->range_m : start_m + r->length_mm * 1e-3 * view->scale;
     const double scan_m = r->simple ? fmax(end_m - begin_m, 0.0) : r->length_mm * 1e-3 * view->scale;
     double pulse_m = view->sound_speed_mps * r->transmit_us * 1e-6 / 2.0;
+    double deaf_m = fmax(PING1D_START_MM * 1e-3 * view->scale, PING1D_RINGS_MM * 1e-3 * view->scale + pulse_m);
     double cell_m = scan_m / (r->n_samples > 0 ? r->n_samples : PING1D_SAMPLES);
     double confidence = r->confidence_percent / 100.0;
     bool heard = r->distance_mm > 0 && r->confidence_percent > 0 && confidence >= view->min_confidence;
@@ -131,6 +148,10 @@ void ping1d_fill_ping(struct ping *ping, const struct ping_frame *frame, const s
     ping->r0_m = (float)begin_m;
     ping->dr_m = (float)fmax(end_m - begin_m, 0.0);
     ping->pulse_m = (float)pulse_m;
+    ping->deaf_m = (float)deaf_m;
+    ping->gain = (uint8_t)(r->gain < UINT8_MAX ? r->gain : UINT8_MAX);
+    if (r->n_samples > 0)
+        fill_profile(ping, r, start_m, cell_m);
     ping->az_aperture_rad = ping->el_aperture_rad = (float)view->beam_rad;
     ping->beam[0] = (struct ping_beam){.range_m = heard ? (float)(r->distance_mm * 1e-3 * view->scale) : 0.0f,
                                        .range_sd_m = (float)(fmax(pulse_m, cell_m) / sqrt(12.0)),

@@ -6,11 +6,11 @@
  *   range            1.5 .. 200 m: what is listened to with a gain of one's own, and how often is pinged
  *   gain             0 .. 6; -1: the echosounder chooses gain and range by itself
  *   min_confidence   readings below count as no echo
- *   request_response ask for every distance instead of letting the device send its profiles
+ *   request_response ask for every profile instead of letting the device send them by itself
  *
- * The intensities of its profiles are scaled anew for every ping, so no threshold could be held against them; the
- * distance that the device picks itself, with its confidence, is the reading. Source: the public definition of the
- * Blue Robotics Ping protocol.
+ * The intensities of its profiles are scaled anew for every ping, so no threshold could be held against them: the
+ * reading is the distance that the device picks itself, with its confidence, and the profile that it was picked in.
+ * Source: the public definition of the Blue Robotics Ping protocol.
  */
 #ifndef SONARD_PING1D_H
 #define SONARD_PING1D_H
@@ -23,6 +23,7 @@
 #include "ping_frame.h"
 
 #define PING1D_START_MM        500    /* these transducers detect nothing nearer */
+#define PING1D_RINGS_MM        400    /* for so long they ring behind a pulse: a longer one ends later */
 #define PING1D_LENGTH_MIN_MM   1000   /* of a scan */
 #define PING1D_SOUND_SPEED_MPS 1500.0 /* when switched on */
 #define PING1D_SAMPLES         200    /* of a profile, in practice */
@@ -88,8 +89,9 @@ struct ping1d_view {
 
 /**
  * ping1d_fill_ping - the reading as a ping of one ready range along x of the sensor; no echo when its confidence
- * is below the least. One bin without samples spans what was listened to and what these transducers can detect. sd: of
- * a reflector anywhere within the pulse and a profile's bin. Everything but flags, seq, sensor and pose is set.
+ * is below the least. A profile's samples come with it (PING_CHOICE; those that the ping has room for); else one bin
+ * without samples spans what was listened to and what these transducers can detect. sd: of a reflector anywhere within
+ * the pulse and a profile's bin. Everything but flags, seq, sensor and pose is set.
  */
 void ping1d_fill_ping(struct ping *ping, const struct ping_frame *frame, const struct ping1d_reading *r,
                       const struct ping1d_view *view);

@@ -1,11 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * ping1d_device - the Blue Robotics Ping1D and Ping2 echosounders as a state machine: asks who is there, sets it up one
- * acknowledged setting after the other, keeps its profiles coming or asks for distances, and turns readings into pings.
+ * acknowledged setting after the other, keeps its profiles coming or asks for them, and turns readings into pings. Only
+ * a device that has no profiles is asked for distances, which cannot be checked.
  * See poller.h for the steps, device.h for the rules and ping1d.h for the configuration.
  * Knows no descriptor, no clock and no grid.
  *
- *   opened -> IDENTIFY -> SETTING (each) -> STREAM, or REQUEST and PAUSE in turn      (stop: STOP)
+ *   opened -> IDENTIFY -> SETTING (each) -> STREAM, or REQUEST (or DISTANCE) and PAUSE in turn      (stop: STOP)
  *               ^  | \refused     ^                        | silence, or it was started anew
  *               |  |  FIRMWARE ---+                        |
  *              a wait <------------------------------------+
@@ -28,6 +29,7 @@
 #define PING_MARGIN_NS (25 * MS) /* of the device's own work and the line, beside listening */
 #define LATE_MAX       8         /* pings; datagrams may overtake each other */
 #define PING_LEAST_NS  (50 * MS)
+#define PROFILES_NS    (5000 * MS) /* for so long after a profile a distance alone says nothing */
 
 #define REVISION_PING2  2
 #define BEAM_DEG        30.0
@@ -36,7 +38,7 @@
 #define SLACK_MM        50 /* how exactly a device takes the scan that it is set to is not known: */
 #define SLACK_SHARE     20 /* this, and a part in so many */
 
-enum step { IDENTIFY, FIRMWARE, SETTING, STREAM, REQUEST, PAUSE, STOP, N_STEPS };
+enum step { IDENTIFY, FIRMWARE, SETTING, STREAM, REQUEST, DISTANCE, PAUSE, STOP, N_STEPS };
 
 static const struct poller_step steps[N_STEPS];
 
@@ -58,6 +60,10 @@ struct ping1d {
 
     unsigned setting; /* of settings[], at SETTING */
     struct ping_count count;
+
+    bool profiled;       /* a profile came since it was opened or found silent */
+    bool alone;          /* it has none: distances are asked for */
+    uint64_t profile_ns; /* of the last one; with profiled */
 };
 
 static void go(struct ping1d *d, enum step step, uint64_t now_ns, const struct device_io *io)
@@ -165,6 +171,13 @@ static uint64_t start_profiles(void *device, uint64_t now_ns, const struct devic
     return SILENCE_NS;
 }
 
+static uint64_t ask_profile(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    (void)device, (void)now_ns;
+    ping_talk_request(PING1D_PROFILE, io);
+    return ANSWER_NS;
+}
+
 static uint64_t ask_distance(void *device, uint64_t now_ns, const struct device_io *io)
 {
     (void)device, (void)now_ns;
@@ -231,6 +244,7 @@ static void setting_missed(void *device, uint64_t now_ns, const struct device_io
 static void readings_missed(void *device, uint64_t now_ns, const struct device_io *io)
 {
     struct ping1d *d = device;
+    d->profiled = d->alone = false;
     takeover_forget(&d->takeover, &d->talk.poller.status);
     poller_restart(&d->talk.poller,
                    d->talk.poller.answered ? "the echosounder stopped sending readings"
@@ -238,9 +252,25 @@ static void readings_missed(void *device, uint64_t now_ns, const struct device_i
                    now_ns, io);
 }
 
+static void go_without_profiles(struct ping1d *d, uint64_t now_ns, const struct device_io *io)
+{
+    d->alone = true;
+    go(d, DISTANCE, now_ns, io);
+}
+
+static void profiles_missed(void *device, uint64_t now_ns, const struct device_io *io)
+{
+    struct ping1d *d = device;
+    if (d->profiled)
+        readings_missed(d, now_ns, io);
+    else
+        go_without_profiles(d, now_ns, io);
+}
+
 static void ask_again(void *device, uint64_t now_ns, const struct device_io *io)
 {
-    go(device, REQUEST, now_ns, io);
+    struct ping1d *d = device;
+    go(d, d->alone ? DISTANCE : REQUEST, now_ns, io);
 }
 
 static void never_stopped(void *device, uint64_t now_ns, const struct device_io *io)
@@ -254,7 +284,8 @@ static const struct poller_step steps[N_STEPS] = {
     [FIRMWARE] = {DEVICE_IDENTIFY, .tries = 2, .ask = ask_firmware, .missed = set_up_nameless},
     [SETTING] = {DEVICE_SETUP, .tries = 2, .ask = send_setting, .missed = setting_missed},
     [STREAM] = {DEVICE_SETUP, .tries = 1, .ask = start_profiles, .missed = readings_missed},
-    [REQUEST] = {DEVICE_SETUP, .tries = 3, .ask = ask_distance, .missed = readings_missed},
+    [REQUEST] = {DEVICE_SETUP, .tries = 3, .ask = ask_profile, .missed = profiles_missed},
+    [DISTANCE] = {DEVICE_SETUP, .tries = 3, .ask = ask_distance, .missed = readings_missed},
     [PAUSE] = {DEVICE_SETUP, .ask = wait_for_ping, .missed = ask_again},
     [STOP] = {DEVICE_CLOSED, .tries = 3, .ask = send_stop, .missed = never_stopped},
 };
@@ -309,6 +340,26 @@ static bool is_taken_over(struct ping1d *d, const struct ping1d_reading *r, uint
                          io);
 }
 
+/* While profiles come, what somebody else asks for without one is left out: nothing could be held against it. */
+static bool is_unchecked(struct ping1d *d, const struct ping1d_reading *r, uint64_t now_ns)
+{
+    if (r->n_samples > 0) {
+        d->profiled = true;
+        d->alone = false;
+        d->profile_ns = now_ns;
+    }
+    return r->n_samples == 0 && d->profiled && now_ns - d->profile_ns < PROFILES_NS;
+}
+
+static void tell_first(const struct ping1d *d, const struct ping1d_reading *r, bool asked,
+                       const struct device_io *io)
+{
+    const struct device_status *s = &d->talk.poller.status;
+    io->note(io->ctx, r->n_samples > 0 ? NOTE_INFO : NOTE_WARNING, "%s, %s, range %.4g m%s",
+             s->what[0] ? s->what : "Ping1D", asked ? "polled mode" : "auto-transmit mode", s->range_m,
+             r->n_samples > 0 ? "" : "; it sends distances without profiles, which cannot be checked");
+}
+
 static void on_reading(struct ping1d *d, const struct ping_frame *frame, uint64_t now_ns,
                        const struct device_io *io)
 {
@@ -319,24 +370,26 @@ static void on_reading(struct ping1d *d, const struct ping_frame *frame, uint64_
         poller->status.bad_frame++;
         return;
     }
-    if (started_anew(d, &r) && (at(d, STREAM) || at(d, REQUEST))) {
+    if (started_anew(d, &r) && (at(d, STREAM) || at(d, REQUEST) || at(d, DISTANCE))) {
         d->count.known = false;
         poller_restart(poller, "the echosounder has restarted (power?)", now_ns, io);
         return;
     }
+    if (is_unchecked(d, &r, now_ns))
+        return;
     /* A distance that is reported twice would make old evidence young. */
-    const bool asked = at(d, REQUEST);
+    const bool asked = at(d, REQUEST) || at(d, DISTANCE);
     uint64_t *lost = asked || at(d, PAUSE) ? NULL : &poller->status.lost_frames;
     if (r.simple || ping_count_is_new(&d->count, r.ping_number, lost))
         make_ping(d, &r, frame, io);
     if (poller_pinged(poller))
-        io->note(io->ctx, NOTE_INFO, "%s, %s, range %.4g m",
-                 poller->status.what[0] ? poller->status.what : "Ping1D",
-                 asked ? "polled mode" : "auto-transmit mode", poller->status.range_m);
+        tell_first(d, &r, asked, io);
     if ((at(d, STREAM) || asked) && is_taken_over(d, &r, now_ns, io)) {
         poller->status.restarts++;
         set_up_from(d, 0, now_ns, io);
-    } else if (at(d, STREAM))
+    } else if (r.n_samples == 0 && !at(d, DISTANCE))
+        return; /* not what was asked for */
+    else if (at(d, STREAM))
         poller_expect(poller, &steps[STREAM], now_ns + SILENCE_NS);
     else if (asked)
         go(d, PAUSE, now_ns, io);
@@ -409,6 +462,8 @@ static void on_answer(struct ping1d *d, uint16_t id, bool refused, uint64_t now_
         set_up_from(d, d->setting + 1, now_ns, io);
     else if (refused && at(d, STREAM) && id == PING1D_CONTINUOUS_START)
         go(d, REQUEST, now_ns, io);
+    else if (refused && at(d, REQUEST) && id == PING1D_PROFILE && !d->profiled)
+        go_without_profiles(d, now_ns, io);
     else if (at(d, STOP) && id == PING1D_CONTINUOUS_STOP)
         poller_quiet(&d->talk.poller);
 }
@@ -448,6 +503,7 @@ static void ping1d_opened(void *state, uint64_t now_ns, const struct device_io *
     struct ping1d *d = state;
     takeover_forget(&d->takeover, &d->talk.poller.status);
     d->count = (struct ping_count){0};
+    d->profiled = d->alone = false;
     d->device_speed_mps = PING1D_SOUND_SPEED_MPS;
     forget_scan(d);
     ping_talk_opened(&d->talk, now_ns, io);
@@ -466,7 +522,8 @@ const struct device_ops device_ping1d = {
     .keys = keys,
     .state_size = sizeof(struct ping1d),
     .max_beams = 1,
-    .max_bins = 1,
+    .max_bins = PING1D_SAMPLES_MAX,
+    .chooses = true,
     .round = true,
     .axial = true,
     .init = ping1d_init,

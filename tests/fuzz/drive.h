@@ -14,12 +14,14 @@
 #include "core/fault.h"
 #include "drivers/devices/device.h"
 #include "drivers/devices/ping_frame.h"
+#include "grid/range/choice.h"
 
 #define MS 1000000ull
 
 static uint64_t drive_now_ns, drive_pings, drive_asked;
 static struct ping drive_ping;
 static struct ping_beam drive_beam[PING_MAX_BEAMS];
+static uint8_t drive_samples[PING_PAYLOAD_MAX];
 static volatile double drive_sink;
 
 static void must(bool fact)
@@ -48,17 +50,37 @@ static struct ping *drive_begin(void *ctx)
     (void)ctx;
     if (++drive_asked % 7 == 0)
         return NULL;
-    drive_ping = (struct ping){.beam = drive_beam, .max_beams = drive_asked % 5 ? PING_MAX_BEAMS : 1};
+    drive_ping = (struct ping){.beam = drive_beam,
+                               .max_beams = drive_asked % 5 ? PING_MAX_BEAMS : 1,
+                               .samples = drive_samples,
+                               .max_samples = drive_asked % 3 ? sizeof(drive_samples) : 100};
     return &drive_ping;
+}
+
+/* A range that was chosen in samples comes with them; ready ones come alone. */
+static void drive_judge(const struct ping *p)
+{
+    const struct choice_ring ring = {.promised_m = -1.0};
+    struct choice choice;
+
+    must(p->kind == PING_RANGES || p->kind == PING_CHOICE);
+    must(ping_bytes(p) <= p->max_samples && (ping_bytes(p) == 0) == (p->kind == PING_RANGES));
+    if (p->kind == PING_RANGES) {
+        must(p->n_bins == 1);
+        return;
+    }
+    choice_judge(p, 0, (double)p->beam[0].range_m, &ring, &choice);
+    must(choice.to_m >= 0.0 && choice.to_m <= (double)p->r0_m + p->n_bins * (double)p->dr_m);
 }
 
 static void drive_done(void *ctx, struct ping *p)
 {
     (void)ctx;
     drive_pings++;
-    must(p == &drive_ping && p->kind == PING_RANGES && p->n_beams >= 1 && p->n_beams <= p->max_beams);
-    must(p->t_ns <= p->t_in_ns && p->t_in_ns <= drive_now_ns && ping_bytes(p) == 0);
-    must(p->n_bins == 1 && p->r0_m >= 0.0f && p->dr_m > 0.0f && p->r0_m + p->dr_m < 2000.0f);
+    must(p == &drive_ping && p->n_beams >= 1 && p->n_beams <= p->max_beams);
+    must(p->t_ns <= p->t_in_ns && p->t_in_ns <= drive_now_ns);
+    must(p->r0_m >= 0.0f && p->dr_m > 0.0f && p->r0_m + (float)p->n_bins * p->dr_m < 2000.0f);
+    drive_judge(p);
     must(p->pulse_m >= 0.0f && p->az_aperture_rad > 0.0f && p->el_aperture_rad > 0.0f);
     for (uint16_t i = 0; i < p->n_beams; i++) {
         must(p->beam[i].range_m >= 0.0f && p->beam[i].range_m < 2000.0f && p->beam[i].range_sd_m > 0.0f);

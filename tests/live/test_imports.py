@@ -167,6 +167,26 @@ def recording_of_ping_viewer_2_plays_with_its_attitude(bench):
     check("2025-06-15T15:06:40" in bench.run(SONARCTL, "capture", "info", capture).stdout, "the date is not kept")
 
 
+def echosounder_of_ping_viewer_2_is_held_against_its_profile(bench):
+    """It chose 8 m, ever so surely. What it was chosen in ends the free water, and a profile without that echo frees none."""
+    for echoes, free_to_m, range_m in (((150,), (7.8, 8), 8), ((50, 150), (2.8, 3), 3), ((), (0, 0), 8), ((150, 3), (0, 0), 0.7)):
+        path, profile = bench.path("device.mcap"), [5] * 200
+        for bin_of_it in echoes:
+            profile[bin_of_it:bin_of_it + 5] = [250] * 5
+        made = MadeCapture(path, ("/device_0f8e/Ping1D", "json"))
+        made.write([(1, 1750000000 * 10**9 + i * 10**8, json.dumps({
+            "distance": 8000, "confidence": 100, "transmit_duration": 100, "ping_number": 1 + i, "scan_start": 500, "scan_length": 10000,
+            "gain_setting": 3, "profile_data_length": 200, "profile_data": profile}).encode()) for i in range(30)])
+        made.end()
+        capture, told = imported(bench, path)
+        check("device = ping1d" in told and "30 pings in 30 records" in told, told)
+        ahead = answers(bench, capture)[0][-1]["sectors"]["sectors"][0]
+        check(free_to_m[0] <= (ahead["free_to_m"] or 0) <= free_to_m[1], "echoes in %s: %s" % (echoes, ahead))
+        check(abs(ahead["range_m"] - range_m) < 0.2, "what it reports is kept: %s" % ahead)
+        os.remove(path)
+        os.remove(capture)
+
+
 def cerulean(kind, payload):
     frame = b"BR" + struct.pack("<HHBB", len(payload), kind, 0, 0) + payload
     return frame + struct.pack("<H", sum(frame) & 0xFFFF)
@@ -353,6 +373,7 @@ run([("poses_of_a_relay", poses_of_a_relay), ("poses_are_added_and_replayed", po
      ("seanet_relay", plays("tritech-seanet-rov-seabed/UdpHubLog*.csv", "micron")),
      ("seanet_raw", plays("tritech-v4log-target/*.rebuilt.stream", "micron")),
      ("ping_viewer_2", recording_of_ping_viewer_2_plays_with_its_attitude),
+     ("ping_viewer_2_echosounder", echosounder_of_ping_viewer_2_is_held_against_its_profile),
      ("dates_are_kept", dates_are_kept),
      ("surveyor_port_is_port", surveyor_port_is_port), ("surveyor_mirrored", surveyor_mirrored), ("head_mirrored", head_mirrored), ("surveyor_hears_from_its_start", surveyor_hears_from_its_start),
      ("imagenex", plays("imagenex852-echosounder/hydroball.852", "imagenex852")),

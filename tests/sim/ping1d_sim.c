@@ -16,6 +16,7 @@
 #define BOTTOM_LENGTH 6 /* samples */
 
 static double distance_m = 6.0, confidence = 95.0, water_mps = 1500.0, ping2, old, refuse, reboot;
+static double bottom_counts = 240.0, echo_m, echo_counts = 240.0, without_profiles;
 
 static struct {
     struct ping_parser parser;
@@ -58,18 +59,34 @@ static void reply(struct line *line, uint16_t id, const void *payload, size_t n,
     line_send(line, frame, ping_frame_build(frame, sizeof frame, id, ID, payload, n), now_ns);
 }
 
+/* The time of flight is what the device's own sound speed makes of it. */
+static double on_its_speed_mm(double metres)
+{
+    return metres * 1e3 * (sonar.speed_mmps * 1e-3) / water_mps;
+}
+
+static void add_echo(uint8_t *samples, double said_mm, double counts)
+{
+    const double from = floor((said_mm - sonar.start_mm) * PING1D_SAMPLES / sonar.length_mm);
+    for (unsigned i = 0; i < PING1D_SAMPLES; i++)
+        if (i >= from && i < from + BOTTOM_LENGTH)
+            samples[i] = (uint8_t)(samples[i] + counts);
+}
+
 static void send_reading(struct line *line, bool simple, bool profile, uint64_t now_ns)
 {
     uint8_t samples[PING1D_SAMPLES], frame[PING_FRAME_MAX];
-    /* the device takes the time of flight for what its own sound speed makes of it */
-    double said_mm = distance_m * 1e3 * (sonar.speed_mmps * 1e-3) / water_mps;
+    double said_mm = on_its_speed_mm(distance_m);
 
     if (sonar.automatic)
         sonar.length_mm = (uint32_t)fmax(5000.0, 1.5 * said_mm);
     bool reached = said_mm > sonar.start_mm && said_mm < sonar.start_mm + sonar.length_mm;
-    unsigned bottom = (unsigned)((said_mm - sonar.start_mm) * PING1D_SAMPLES / sonar.length_mm);
     for (unsigned i = 0; i < PING1D_SAMPLES; i++)
-        samples[i] = (uint8_t)(dice(12) + (reached && i >= bottom && i < bottom + BOTTOM_LENGTH ? 240 : 0));
+        samples[i] = (uint8_t)dice(12);
+    if (reached)
+        add_echo(samples, said_mm, bottom_counts);
+    if (echo_m > 0.0)
+        add_echo(samples, on_its_speed_mm(echo_m), echo_counts);
     const struct ping1d_reading r = {
         .distance_mm = reached ? (uint32_t)lround(said_mm) : dice(sonar.length_mm),
         .confidence_percent = (uint16_t)(reached ? confidence : 0.0),
@@ -107,6 +124,8 @@ static void answer(struct line *line, uint16_t id, uint64_t now_ns)
         reply(line, id, version, sizeof version, now_ns);
     else if (id == PING1D_SPEED_OF_SOUND)
         reply(line, id, speed, sizeof speed, now_ns);
+    else if (id == PING1D_PROFILE && without_profiles > 0.0)
+        reply(line, PING_NACK, refusal, sizeof refusal, now_ns);
     else if (ping1d_is_reading(id))
         send_reading(line, id == PING1D_DISTANCE_SIMPLE, id == PING1D_PROFILE, now_ns);
 }
@@ -203,6 +222,10 @@ int main(int argc, char **argv)
     static const struct responder_number numbers[] = {
         {"distance", "metres to the bottom", &distance_m, 0, 300},
         {"confidence", "percent that a reading of it has", &confidence, 0, 100},
+        {"bottom", "counts of its echo in the profile", &bottom_counts, 0, 240},
+        {"echo", "metres to another echo, which is in the profile alone; 0: there is none", &echo_m, 0, 300},
+        {"echo-counts", "of that one", &echo_counts, 0, 240},
+        {"without-profiles", "1: firmware that refuses to send them when asked", &without_profiles, 0, 1},
         {"sound-speed", "m/s, of the water", &water_mps, 1000, 2000},
         {"ping2", "1: answer as a Ping2", &ping2, 0, 1},
         {"old", "1: firmware that refuses to tell its name by message 4", &old, 0, 1},

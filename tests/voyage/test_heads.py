@@ -1,6 +1,7 @@
 #!/usr/bin/env -S python3 -B
 # SPDX-License-Identifier: MIT
-"""Echo lists, Imagenex and Micron end to end, in a basin from 6 m behind to 9 m ahead and from 5 m left to 4 m right."""
+"""Echo lists, Imagenex and Micron end to end, in a basin from 6 m behind to 9 m ahead and from 5 m left to 4 m right, and an
+echosounder that looks ahead."""
 from voyage import Voyage
 
 from lib import check, run
@@ -154,6 +155,82 @@ def case_micron_range_changes(bench):
     client = trip.client()
     check(abs(client.sensor()["range_m"] - 5) < 0.2, "told 5 m: %s" % client.sensor())
     check_walls(client)
+
+
+# ---- Ping1D and Ping2 ----
+
+def ping1d(bench, *arguments, pings=60, **keys):
+    """An echosounder that chooses 8 m."""
+    bench.conf(sonar=dict({"device": "ping1d", "range": "20 m"}, **keys))
+    trip = Voyage(bench, "ping1d_sim", "--distance", "8", *arguments)
+    trip.pings(pings)
+    return trip
+
+
+def ask(trip, *distances_m):
+    """How far it is free ahead, in m, and the states to these distances."""
+    daemon = trip.daemon()
+    client = daemon.client()
+    sector = client.call("sectors", distance_m=0)["sectors"][0]
+    states = [blocked(client, 0, distance_m, half_angle_deg=2) for distance_m in distances_m]
+    client.close()
+    daemon.stop()
+    return sector["free_to_m"] or 0, states
+
+
+WAYS = (("--confidence", "100"), ("--ping2", "1"))  # what changes nothing
+MODES = ({}, {"mode": "request"}, {"gain": "3"})
+
+
+def case_ping1d_honest(bench):
+    """What its profile shows to be free is free up to the chosen echo; one that is clearly weaker is nothing."""
+    for keys in MODES:
+        for side in ("0", "110"):
+            free_m, states = ask(ping1d(bench, "--echo", "3", "--echo-counts", side, **keys), 9)
+            check(7.9 < free_m <= 8 and states == ["blocked"], "%s, %s counts at 3 m: free to %g m, %s" % (keys, side, free_m, states))
+
+
+def case_ping1d_chooses_beyond_an_echo(bench):
+    for way in WAYS:
+        for keys in MODES:
+            for pings in (1, 100):
+                free_m, states = ask(ping1d(bench, "--echo", "3", *way, pings=pings, **keys), 3.3, 4, 7.9)
+                told = "%s %s, %d pings: free to %g m, %s" % (way, keys, pings, free_m, states)
+                check(2.8 < free_m <= 3 and "clear" not in states, told)
+                check(pings == 1 or states == ["blocked"] * 3, told)
+
+
+def case_ping1d_chooses_without_an_echo(bench):
+    """Nothing is free, and what it reports blocks."""
+    for way in WAYS:
+        for also in ((), ("--echo", "3")):
+            free_m, states = ask(ping1d(bench, "--bottom", "0", *also, *way), 1, 2.5, 7.9, 8.5)
+            told = "%s %s: free to %g m, %s" % (way, also, free_m, states)
+            check(free_m == 0 and "clear" not in states and states[3] == "blocked", told)
+            check(not also or states[2] == "blocked", "the echo at 3 m: " + told)
+
+
+def case_ping1d_reads_something_too_near(bench):
+    """0.2 m read as 0.7 m."""
+    for keys in MODES:
+        free_m, states = ask(ping1d(bench, "--distance", "0.7", **keys), 0.6, 0.8)
+        check(free_m == 0 and states == ["unknown", "blocked"], "%s: free to %g m, %s" % (keys, free_m, states))
+
+
+def case_ping1d_profiles_show_an_echo_later(bench):
+    """The water that a choice has freed ends there."""
+    trip = ping1d(bench)
+    trip.sonar("echo 3")
+    trip.pings(20)
+    check(ask(trip, 5)[1] == ["blocked"], "behind an echo of the profile")
+
+
+def case_ping1d_without_profiles(bench):
+    """Its distances cannot be checked, and it says so."""
+    trip = ping1d(bench, "--without-profiles", "1", mode="request")
+    check("cannot be checked" in trip.log(), trip.log())
+    free_m, states = ask(trip, 9)
+    check(7.9 < free_m <= 8 and states == ["blocked"], "free to %g m, %s" % (free_m, states))
 
 
 run([(name[5:], function) for name, function in list(globals().items()) if name.startswith("case_")])

@@ -765,7 +765,8 @@ TEST(devices_declare_keys_of_the_table)
 {
     for (const struct device_ops *const *ops = device_table; *ops; ops++) {
         CHECK((device_key_find(*ops, "scan") != NULL) == ((*ops)->steer != NULL));
-        CHECK((device_key_find(*ops, "amplitude") != NULL) == ((*ops)->max_bins > 1)); /* it has intensities */
+        CHECK((device_key_find(*ops, "amplitude") != NULL) ==
+              ((*ops)->max_bins > 1 && !(*ops)->chooses)); /* it has intensities */
         for (const struct device_key *key = (*ops)->keys; key && key->name; key++) {
             const struct conf_key *row = conf_key_find("sonar", key->name);
             CHECK(row != NULL && row->standard != NULL && key->lo <= key->hi);

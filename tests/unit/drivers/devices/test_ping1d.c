@@ -27,7 +27,7 @@ static struct rig {
 
     /* what the echosounder does */
     bool mute, no_acks, nack_all, deaf_to_speed, no_stream;
-    bool refuses_4, refuses_1200, deaf_to_1200, refuses_stream, no_distances;
+    bool refuses_4, refuses_1200, deaf_to_1200, refuses_stream, no_distances, no_profiles, refuses_profiles;
     uint16_t refused_as; /* id in the refusal of a request; 0: of the wanted message */
     uint8_t type, revision;
     uint32_t distance_mm;
@@ -52,6 +52,7 @@ static struct rig {
     char notes[4096];
     struct ping buffer;
     struct ping_beam beam;
+    uint8_t samples[PING1D_SAMPLES_MAX];
 } rig;
 
 static void answer(const uint8_t *bytes, size_t n)
@@ -119,6 +120,10 @@ static void on_request(uint16_t id)
         answer_message(id, speed, sizeof(speed));
     else if (id == PING1D_DISTANCE && !rig.no_distances)
         answer_reading(false);
+    else if (id == PING1D_PROFILE && rig.refuses_profiles)
+        refuse(rig.refused_as ? rig.refused_as : id, "bad request");
+    else if (id == PING1D_PROFILE && !rig.no_profiles)
+        answer_reading(true);
 }
 
 static void on_set(uint16_t id, uint32_t value, uint32_t second)
@@ -177,7 +182,8 @@ static void take_break(void *ctx, bool on)
 static struct ping *begin_ping(void *ctx)
 {
     (void)ctx;
-    rig.buffer = (struct ping){.beam = &rig.beam, .max_beams = 1};
+    rig.buffer = (struct ping){
+        .beam = &rig.beam, .max_beams = 1, .samples = rig.samples, .max_samples = sizeof(rig.samples)};
     return &rig.buffer;
 }
 
@@ -335,15 +341,19 @@ TEST(worked_profile_is_read)
     const struct device_conf conf = usual_conf();
     hear(&conf, worked_profile, sizeof(worked_profile));
     CHECK_INT(rig.pings, 1);
-    CHECK_INT(rig.last.kind, PING_RANGES);
+    CHECK_INT(rig.last.kind, PING_CHOICE);
+    CHECK_INT(rig.last.law, AMPLITUDE_LINEAR);
     CHECK_INT(rig.last.n_beams, 1);
+    CHECK_INT(rig.last.gain, 3);
     CHECK_NEAR(rig.last_beam.range_m, 7.25, 1e-6, 0);
     CHECK_NEAR(rig.last_beam.confidence, 0.95, 1e-6, 0);
     CHECK_NEAR(rig.last_beam.range_sd_m, 10.0 / 8 / sqrt(12.0), 1e-6, 0);
     CHECK_NEAR(rig.last.pulse_m, 0.075, 1e-6, 0);
     CHECK_NEAR(rig.last.r0_m, 0.5, 1e-6, 0);
-    CHECK_NEAR(rig.last.r0_m + rig.last.dr_m, 10.5, 1e-6, 0);
-    CHECK_INT(ping_bytes(&rig.last), 0);
+    CHECK_NEAR(rig.last.dr_m, 10.0 / 8, 1e-6, 0);
+    CHECK_NEAR(rig.last.deaf_m, 0.5, 1e-6, 0);
+    CHECK_INT(ping_bytes(&rig.last), 8);
+    CHECK(memcmp(rig.samples, worked_profile + 34, 8) == 0);
     CHECK_NEAR(rig.last.az_aperture_rad, geo_rad(30), 1e-6, 0);
     CHECK_INT(rig.last.t_in_ns, rig.now_ns);
     CHECK_NEAR((double)(rig.now_ns - rig.last.t_ns) * 1e-9, 44 * 10 / 115200.0 + 2 * 10.5 / 1500.0, 1e-6, 0);
@@ -355,9 +365,73 @@ TEST(worked_simple_distance_is_read)
     const struct device_conf conf = usual_conf();
     hear(&conf, worked_simple, sizeof(worked_simple));
     CHECK_INT(rig.pings, 1);
+    CHECK_INT(rig.last.kind, PING_RANGES);
+    CHECK_INT(ping_bytes(&rig.last), 0);
     CHECK_NEAR(rig.last_beam.range_m, 7.25, 1e-6, 0);
     CHECK_NEAR(rig.last.r0_m, 0.5, 1e-6, 0);
     CHECK_NEAR(rig.last.r0_m + rig.last.dr_m, 10.5, 1e-6, 0);
+    CHECK_INT(rig.warnings, 1);
+    CHECK(strstr(rig.notes, "distances without profiles, which cannot be checked") != NULL);
+}
+
+/* A profile comes as it is, on the axis of its scan; a longer pulse rings for longer. */
+TEST(a_profile_is_what_the_choice_is_judged_by)
+{
+    static const struct {
+        uint32_t start_mm;
+        uint16_t transmit_us, n;
+        double deaf_m;
+    } row[] = {{0, 100, 200, 0.5}, {500, 50, 200, 0.5}, {0, 400, 200, 0.7}, {700, 100, PING1D_SAMPLES_MAX, 0.5}};
+    static uint8_t samples[PING1D_SAMPLES_MAX];
+    const struct device_conf conf = usual_conf();
+
+    for (size_t i = 0; i < sizeof(row) / sizeof(row[0]); i++) {
+        uint8_t b[PING_FRAME_MAX];
+        for (unsigned k = 0; k < row[i].n; k++)
+            samples[k] = (uint8_t)(k + i);
+        const struct ping1d_reading reading = {.distance_mm = 7250,
+                                               .confidence_percent =
+                                                   20, /* no choice, and a profile all the same */
+                                               .transmit_us = row[i].transmit_us,
+                                               .ping_number = 1,
+                                               .start_mm = row[i].start_mm,
+                                               .length_mm = 10000,
+                                               .gain = 700,
+                                               .n_samples = row[i].n,
+                                               .samples = samples};
+        hear(&conf, b, ping1d_encode_reading(b, sizeof(b), 1, &reading));
+        CHECK_INT(rig.pings, 1);
+        CHECK_INT(rig.last.kind, PING_CHOICE);
+        CHECK_INT(rig.last.n_bins, row[i].n);
+        CHECK(memcmp(rig.samples, samples, row[i].n) == 0);
+        CHECK_NEAR(rig.last.r0_m, row[i].start_mm * 1e-3, 1e-6, 0);
+        CHECK_NEAR((double)rig.last.dr_m * row[i].n, 10, 1e-6, 0);
+        CHECK_NEAR(rig.last.deaf_m, row[i].deaf_m, 1e-6, 0);
+        CHECK_INT(rig.last.gain, UINT8_MAX);
+        CHECK(rig.last_beam.range_m == 0.0f);
+    }
+}
+
+/* What another program asks for would be believed unchecked. When profiles stay away it is all that there is. */
+TEST(distances_are_left_out_while_profiles_come)
+{
+    const struct ping1d_reading simple = {.distance_mm = 9000, .confidence_percent = 100, .simple = true};
+    const struct ping1d_reading whole = {
+        .distance_mm = 9000, .confidence_percent = 100, .ping_number = 4712, .start_mm = 500, .length_mm = 10000};
+    const struct device_conf conf = usual_conf();
+    uint8_t b[PING_FRAME_MAX];
+
+    for (int k = 0; k < 2; k++) {
+        const struct ping1d_reading *alone = k ? &simple : &whole;
+        hear(&conf, worked_profile, sizeof(worked_profile));
+        const size_t n = ping1d_encode_reading(b, sizeof(b), 1, alone);
+        rig.now_ns += 4 * SEC;
+        device_ping1d.feed(rig.state, b, n, rig.now_ns, &rig.io);
+        CHECK_INT(rig.pings, 1);
+        rig.now_ns += 2 * SEC;
+        device_ping1d.feed(rig.state, b, n, rig.now_ns, &rig.io);
+        CHECK_INT(rig.pings, 2);
+    }
 }
 
 /* It detects nothing nearer than its scan begins, as last told, and than its transducer does. */
@@ -513,12 +587,13 @@ TEST(a_distance_told_twice_is_one_ping)
     conf.request_response = true;
     rig_open(&conf);
     run_for(SEC);
-    unsigned pings = rig.pings, asked = times_sent(PING1D_DISTANCE);
+    unsigned pings = rig.pings, asked = times_sent(PING1D_PROFILE);
     CHECK(pings > 5);
     rig.same_number = true;
     run_for(SEC);
     CHECK(rig.pings <= pings + 1);
-    CHECK(times_sent(PING1D_DISTANCE) > asked + 5);
+    CHECK(times_sent(PING1D_PROFILE) > asked + 5);
+    CHECK_INT(times_sent(PING1D_DISTANCE), 0);
     CHECK_INT(status().state, DEVICE_RUNNING);
 }
 
@@ -650,16 +725,43 @@ TEST(profiles_that_are_refused_are_asked_for_one_by_one)
     device_ping1d.opened(rig.state, rig.now_ns, &rig.io);
     run_for(2 * SEC);
     CHECK_INT(status().state, DEVICE_RUNNING);
-    CHECK(times_sent(PING1D_DISTANCE) > 10 && rig.pings > 10);
+    CHECK(times_sent(PING1D_PROFILE) > 10 && rig.pings > 10);
+    CHECK_INT(times_sent(PING1D_DISTANCE), 0);
+    CHECK_INT(rig.last.kind, PING_CHOICE);
     CHECK(strstr(rig.notes, "polled mode") != NULL);
     CHECK_INT(rig.warnings, 0);
+}
+
+/* Distances alone are the last resort, and said to be one. Once profiles come it is asked for these again. */
+TEST(a_device_without_profiles_is_asked_for_distances)
+{
+    for (int refuses = 0; refuses < 2; refuses++) {
+        struct device_conf conf = usual_conf();
+        conf.request_response = true;
+        rig_new(&conf);
+        rig.no_profiles = !refuses;
+        rig.refuses_profiles = refuses;
+        device_ping1d.opened(rig.state, rig.now_ns, &rig.io);
+        run_for(4 * SEC);
+        CHECK_INT(status().state, DEVICE_RUNNING);
+        CHECK(times_sent(PING1D_DISTANCE) > 10 && rig.pings > 10);
+        CHECK_INT(times_sent(PING1D_PROFILE), refuses ? 1 : 3);
+        CHECK_INT(rig.last.kind, PING_RANGES);
+        CHECK_INT(rig.warnings, 1);
+        CHECK(strstr(rig.notes, "distances without profiles, which cannot be checked") != NULL);
+        rig.no_profiles = rig.refuses_profiles = false;
+        answer_reading(true);
+        run_for(SEC);
+        CHECK(times_sent(PING1D_PROFILE) > 10);
+        CHECK_INT(rig.last.kind, PING_CHOICE);
+    }
 }
 
 TEST(an_echosounder_without_readings_is_not_called_one_that_stopped)
 {
     const struct device_conf conf = usual_conf();
     rig_new(&conf);
-    rig.refuses_stream = rig.no_distances = true;
+    rig.refuses_stream = rig.no_distances = rig.no_profiles = true;
     device_ping1d.opened(rig.state, rig.now_ns, &rig.io);
     run_for(5 * SEC);
     CHECK_INT(status().state, DEVICE_SILENT);
@@ -783,7 +885,8 @@ TEST(an_echosounder_with_settings_of_others_is_set_up_again)
         const unsigned before = rig.pings;
         for (int i = 0; i < 2000 && rig.pings < before + 4; i++)
             run_for(MS);
-        CHECK_NEAR(rig.last.r0_m + rig.last.dr_m, 2, 1e-6, 0); /* free up to there, not to what was sent */
+        CHECK_NEAR(rig.last.r0_m + rig.last.dr_m * PING1D_SAMPLES, 2, 1e-6,
+                   0); /* free up to there, not to what was sent */
         CHECK_NEAR(status().range_m, 2, 1e-9, 0);
         run_for(3 * SEC);
         CHECK_INT(times_sent(PING1D_SET_RANGE), settings + 1);
@@ -824,13 +927,8 @@ TEST(a_scan_that_the_echosounder_chose_is_no_takeover)
 /* distance_simple says no scan: it is the one that the last reading said, and no more is called free. */
 TEST(a_simple_distance_is_of_the_scan_that_was_told_last)
 {
-    const struct ping1d_reading profile = {.distance_mm = 1200,
-                                           .confidence_percent = 95,
-                                           .ping_number = 5,
-                                           .start_mm = 700,
-                                           .length_mm = 1500,
-                                           .n_samples = 8,
-                                           .samples = worked_profile + 34};
+    const struct ping1d_reading whole = {
+        .distance_mm = 1200, .confidence_percent = 95, .ping_number = 5, .start_mm = 700, .length_mm = 1500};
     const struct ping1d_reading nothing = {.simple = true};
     const struct device_conf conf = usual_conf();
     uint8_t b[PING_FRAME_MAX];
@@ -838,7 +936,7 @@ TEST(a_simple_distance_is_of_the_scan_that_was_told_last)
     hear(&conf, b, ping1d_encode_reading(b, sizeof(b), 1, &nothing));
     CHECK_NEAR(rig.last.r0_m, 0.5, 1e-6, 0);
     CHECK_NEAR(rig.last.r0_m + rig.last.dr_m, 10.5, 1e-6, 0);
-    hear(&conf, b, ping1d_encode_reading(b, sizeof(b), 1, &profile));
+    hear(&conf, b, ping1d_encode_reading(b, sizeof(b), 1, &whole));
     device_ping1d.feed(rig.state, b, ping1d_encode_reading(b, sizeof(b), 1, &nothing), rig.now_ns, &rig.io);
     CHECK_INT(rig.pings, 2);
     CHECK_NEAR(rig.last.r0_m, 0.7, 1e-6, 0);
@@ -900,6 +998,8 @@ int main(void)
     RUN(worked_frames_are_written);
     RUN(worked_profile_is_read);
     RUN(worked_simple_distance_is_read);
+    RUN(a_profile_is_what_the_choice_is_judged_by);
+    RUN(distances_are_left_out_while_profiles_come);
     RUN(water_nearer_than_the_scan_is_not_heard);
     RUN(frames_that_are_too_short_or_senseless);
     RUN(more_samples_said_than_there);
@@ -914,6 +1014,7 @@ int main(void)
     RUN(old_firmware_that_refuses_its_name_is_set_up_all_the_same);
     RUN(a_name_that_comes_late_is_taken);
     RUN(profiles_that_are_refused_are_asked_for_one_by_one);
+    RUN(a_device_without_profiles_is_asked_for_distances);
     RUN(an_echosounder_without_readings_is_not_called_one_that_stopped);
     RUN(settings_without_ack_are_done_without);
     RUN(refusals_are_counted_and_end_nothing);
