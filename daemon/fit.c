@@ -159,6 +159,20 @@ void fit_judge(const struct conf *conf, fit_fn tell, void *ctx)
     judge_drift(conf, tell, ctx);
 }
 
+void fit_unchecked(const struct conf *conf, fit_fn tell, void *ctx)
+{
+    for (int i = 0; i < conf->n_sonars; i++) {
+        struct fault f;
+        if (device_find(conf->sonar[i].device)->max_bins > 1)
+            continue;
+        fault_set(&f,
+                  "[sonar %s] %s sends ranges without samples: nothing shows that its receiver works, or that no "
+                  "echo came before the range that it chose",
+                  conf->sonar[i].name, conf->sonar[i].device);
+        tell(ctx, f.text);
+    }
+}
+
 static void log_one(void *ctx, const char *sentence)
 {
     (void)ctx;

@@ -14,7 +14,11 @@ typedef void (*fit_fn)(void *ctx, const char *sentence);
 /** fit_judge - of a checked configuration: a sentence for each, which begins with the key that is to be changed. */
 void fit_judge(const struct conf *conf, fit_fn tell, void *ctx);
 
-/** fit_log - the same as warnings, event misfit. */
+/** fit_unchecked - a sentence for each sonar that sends ranges without the samples that they were chosen in. No setting
+ * changes that. */
+void fit_unchecked(const struct conf *conf, fit_fn tell, void *ctx);
+
+/** fit_log - what fit_judge says as warnings, event misfit. */
 void fit_log(const struct conf *conf);
 
 #endif

@@ -85,6 +85,7 @@ static int check_file(const char *path)
     if (faults == 0) {
         conf_idle(&conf, &settings_checks, print_sentence, &path);
         fit_judge(&conf, print_sentence, &path);
+        fit_unchecked(&conf, print_sentence, &path);
         printf("%s: no faults\n", path);
     }
     return faults == 0 ? OK : FAILED;

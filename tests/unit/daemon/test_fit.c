@@ -92,8 +92,34 @@ TEST(what_does_not_go_together_is_named)
     }
 }
 
+/* A Ping1D sends the profile beside its choice. */
+TEST(sonars_that_send_ranges_alone_are_named)
+{
+    static const struct {
+        const char *text;
+        bool unchecked;
+    } row[] = {{HEAD, false},
+               {"[sonar a]\ndevice = ping1d\n" PORT "mode = request\n", false},
+               {"[sonar a]\ndevice = nmea0183\n" PORT, true},
+               {"[sonar a]\ndevice = echolist\n" PORT, true},
+               {"[sonar a]\ndevice = surveyor\nport = udp:192.168.2.86:62312\n", true}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct conf conf;
+        struct conf_source *source;
+        conf_load_text(&conf, &source, &(struct conf_text){"test", row[i].text, strlen(row[i].text)},
+                       &settings_checks, fault, NULL);
+        conf_source_free(source);
+        n_said = 0;
+        fit_unchecked(&conf, note, NULL);
+        CHECK_INT(n_said, row[i].unchecked);
+        CHECK(!row[i].unchecked || strstr(said, "[sonar a] "));
+        CHECK(!row[i].unchecked || strstr(said, "sends ranges without samples"));
+    }
+}
+
 int main(void)
 {
     RUN(what_does_not_go_together_is_named);
+    RUN(sonars_that_send_ranges_alone_are_named);
     return test_end();
 }
