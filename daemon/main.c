@@ -168,7 +168,7 @@ static void on_signal(void *ctx, uint32_t events, uint64_t now_ns)
 struct recorder_timer {
     struct loop_timer timer;
     struct process *d;
-    uint64_t errors; /* already logged */
+    uint64_t errors, resumed; /* already logged */
     uint64_t overflows;
 };
 
@@ -179,12 +179,16 @@ static void on_record_tick(void *ctx, uint64_t now_ns)
     record_tick(t->d->env.record);
     record_status(t->d->env.record, &s);
     if (s.segments.errors > t->errors)
-        log_line(LOG_ERR, "record_failed", "%s", s.segments.error.text);
+        log_line(LOG_ERR, "record_failed", "%s; retrying", s.segments.error.text);
+    if (s.segments.resumed > t->resumed)
+        log_line(LOG_NOTICE, "record_resumed", "recording again, to %s; %llu messages were lost", s.segments.path,
+                 (unsigned long long)s.segments.lost_in_gap);
     if (s.overflows > t->overflows)
         log_limited(now_ns, LOG_WARNING, LOG_ABOUT(.event = "record_lost", .count = s.overflows - t->overflows),
                     "recording: the disk is too slow: %llu messages lost",
                     (unsigned long long)(s.overflows - t->overflows));
     t->errors = s.segments.errors;
+    t->resumed = s.segments.resumed;
     t->overflows = s.overflows;
     loop_arm(t->d->env.loop, &t->timer, now_ns + RECORD_TICK_NS);
 }

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * segments - see the header. A segment that cannot be continued (disk full, file or folder gone) is closed as well as
- * it goes; the next one is tried after SEGMENTS_RETRY_NS.
+ * segments - see the header. A segment that cannot be continued (disk full or broken, file or folder gone) is closed as
+ * well as it goes, and the next one is tried soon, then less and less often until a chunk of one is on disk.
  */
 #include "segments.h"
 
@@ -43,7 +43,11 @@ struct segments {
     struct mcap_writer *file; /* NULL: recording stands still */
     uint64_t chunk_since_ns;  /* of the oldest message in the open chunk */
     uint64_t lost_in_file;    /* what was already counted of the file's losses */
-    uint64_t retry_ns;
+    uint64_t kept_in_file;    /* messages on disk when the file was last seen in its place */
+    uint64_t retry_ns;        /* the next segment is tried then, ... */
+    uint64_t wait_ns; /* ... and the one after that so much later; 0: a chunk is on disk since the last error */
+    uint64_t lost_at_good; /* lost_messages when the last chunk went to disk, ... */
+    uint64_t lost_before;  /* ... before recording stopped */
     struct segments_status status;
 };
 
@@ -114,10 +118,20 @@ static int oldest_segment(const struct segments *segments, char *name, size_t na
     return n;
 }
 
+/* What failed with which numbers differs from try to try; the cause comes last. */
+static const char *cause_in(const char *sentence)
+{
+    const char *colon = strrchr(sentence, ':');
+    return colon ? colon : sentence;
+}
+
+/* While one cause lasts, the tries in between are no news. */
 static void note_error(struct segments *segments, const char *sentence)
 {
-    fault_set(&segments->status.error, "recording to %s: %s", segments->directory, sentence);
-    segments->status.errors++;
+    struct fault *error = &segments->status.error;
+    const bool news = !segments->wait_ns || strcmp(cause_in(error->text), cause_in(sentence)) != 0;
+    fault_set(error, "recording to %s: %s", segments->directory, sentence);
+    segments->status.errors += news;
 }
 
 static void remove_old_segments(struct segments *segments)
@@ -167,11 +181,32 @@ static bool add_topic(struct segments *segments, struct topic *topic, struct fau
     return topic->in_file >= 0;
 }
 
+static bool in_its_place(const struct segments *segments)
+{
+    struct stat open, there;
+    return fstat(mcap_fd(segments->file), &open) == 0 && stat(segments->status.path, &there) == 0 &&
+           there.st_ino == open.st_ino && there.st_dev == open.st_dev;
+}
+
+/* Close a segment that cannot be continued. One of which the disk has kept nothing is removed: while it takes none,
+ * such files would gather, and push out the older ones. */
+static void give_up_part(struct segments *segments)
+{
+    struct fault ignored;
+    const bool empty = segments->kept_in_file == 0 && in_its_place(segments);
+    mcap_finish(segments->file, &ignored);
+    segments->file = NULL;
+    if (empty && unlink(segments->status.path) == 0)
+        segments->segment--;
+}
+
 /* Begin the next segment with channels and configuration. False with a sentence in fault, and no segment open. */
 static bool begin_part(struct segments *segments, uint64_t now_ns, struct fault *fault)
 {
     const struct mcap_options options = {.library = "sonard " SONARD_VERSION,
                                          .message_bytes = SEGMENTS_MESSAGE_BYTES};
+    if (mkdir(segments->directory, 0750) != 0 && errno != EEXIST)
+        return fault_set(fault, "making the folder: %s", strerror(errno));
     int fd = create_file(segments);
     if (fd < 0)
         return fault_set(fault, "a new file: %s", strerror(errno));
@@ -190,36 +225,57 @@ static bool begin_part(struct segments *segments, uint64_t now_ns, struct fault 
         if (segments->file)
             mcap_finish(segments->file, &ignored);
         segments->file = NULL;
-        unlink(segments->status.path); /* it holds nothing */
+        if (unlink(segments->status.path) == 0) /* it holds nothing */
+            segments->segment--;
         return false;
     }
-    segments->lost_in_file = 0;
-    segments->status.recording = true;
+    segments->lost_in_file = segments->kept_in_file = 0;
+    segments->status.recording = segments->wait_ns == 0; /* else when the disk has taken something */
     segments->status.segments++;
     sync_directory(segments);
     remove_old_segments(segments);
     return true;
 }
 
-static void count_lost(struct segments *segments)
+/* What a chunk took along that could not be written, or went to a file that nobody finds any more. */
+static void count_lost(struct segments *segments, bool gone)
 {
-    uint64_t lost = mcap_written(segments->file).lost;
-    segments->status.lost_messages += lost - segments->lost_in_file;
-    segments->lost_in_file = lost;
+    const struct mcap_written written = mcap_written(segments->file);
+    segments->status.lost_messages += written.lost - segments->lost_in_file;
+    segments->lost_in_file = written.lost;
+    if (gone)
+        segments->status.lost_messages += written.messages - segments->kept_in_file + written.waiting;
 }
 
-/* Recording stands still from here on. */
+/* Recording stands still from here on, until the next try. */
 static void stop(struct segments *segments, uint64_t now_ns, const char *why)
 {
-    struct fault ignored;
     note_error(segments, why);
-    if (segments->file) {
-        count_lost(segments);
-        mcap_finish(segments->file, &ignored);
+    if (!segments->wait_ns) {
+        segments->lost_before = segments->lost_at_good;
+        segments->wait_ns = SEGMENTS_RETRY_FIRST_NS;
     }
-    segments->file = NULL;
+    if (segments->file) {
+        count_lost(segments, false);
+        give_up_part(segments);
+    }
     segments->status.recording = false;
-    segments->retry_ns = now_ns + SEGMENTS_RETRY_NS;
+    segments->retry_ns = now_ns + segments->wait_ns;
+    segments->wait_ns =
+        2 * segments->wait_ns < SEGMENTS_RETRY_MOST_NS ? 2 * segments->wait_ns : SEGMENTS_RETRY_MOST_NS;
+}
+
+/* A chunk is on disk, and the file in its place. */
+static void kept(struct segments *segments, uint64_t messages)
+{
+    segments->kept_in_file = messages;
+    if (segments->wait_ns) {
+        segments->status.lost_in_gap = segments->status.lost_messages - segments->lost_before;
+        segments->status.resumed++;
+    }
+    segments->wait_ns = 0;
+    segments->status.recording = true;
+    segments->lost_at_good = segments->status.lost_messages;
 }
 
 static void start_part(struct segments *segments, uint64_t now_ns)
@@ -232,10 +288,10 @@ static void start_part(struct segments *segments, uint64_t now_ns)
 static void rotate(struct segments *segments, uint64_t now_ns)
 {
     struct fault fault;
-    uint64_t waiting = mcap_written(segments->file).waiting;
-    bool ok = mcap_finish(segments->file, &fault);
+    const uint64_t waiting = mcap_written(segments->file).waiting;
+    const bool good = mcap_finish(segments->file, &fault);
     segments->file = NULL;
-    if (ok) {
+    if (good) {
         start_part(segments, now_ns);
     } else {
         segments->status.lost_messages += waiting;
@@ -243,16 +299,36 @@ static void rotate(struct segments *segments, uint64_t now_ns)
     }
 }
 
-/* After a chunk was written: is the segment still to be found, and is it large enough? */
-static void look_after_part(struct segments *segments, uint64_t now_ns)
+/* What became of a file that is not where it was. */
+static const char *misplaced(const struct segments *segments)
 {
     struct stat st;
-    struct mcap_written written = mcap_written(segments->file);
-    int fd = mcap_fd(segments->file);
-    sync_file_range(fd, 0, 0, SYNC_FILE_RANGE_WRITE);
-    if (fstat(fd, &st) == 0 && st.st_nlink == 0)
-        stop(segments, now_ns, "the file or the folder was removed");
-    else if (written.bytes >= segments->file_size || written.full)
+    if (fstat(mcap_fd(segments->file), &st) == 0 && st.st_nlink == 0)
+        return "the file or the folder was removed";
+    return stat(segments->status.path, &st) == 0 ? "another file or folder is in its place"
+                                                 : "the file or the folder was moved";
+}
+
+/*
+ * After a chunk was written. The disk begins to write it; how it fared with the chunk before, which the kernel had
+ * taken into its memory, shows now.
+ */
+static void look_after_part(struct segments *segments, uint64_t now_ns)
+{
+    char text[96];
+    const struct mcap_written written = mcap_written(segments->file);
+    const bool failed =
+        sync_file_range(mcap_fd(segments->file), 0, 0, SYNC_FILE_RANGE_WAIT_BEFORE | SYNC_FILE_RANGE_WRITE) != 0 &&
+        (errno == EIO || errno == ENOSPC);
+    snprintf(text, sizeof text, "the disk took a chunk and lost it: %s", strerror(errno));
+    const char *why = failed ? text : in_its_place(segments) ? NULL : misplaced(segments);
+    if (why) {
+        count_lost(segments, true);
+        stop(segments, now_ns, why);
+        return;
+    }
+    kept(segments, written.messages);
+    if (written.bytes >= segments->file_size || written.full)
         rotate(segments, now_ns);
 }
 
@@ -296,12 +372,9 @@ struct segments *segments_open(const struct segments_conf *conf, uint64_t now_ns
         snprintf(segments->stamp, sizeof segments->stamp, "00000000T000000Z");
 
     struct fault why;
-    if (mkdir(conf->directory, 0750) != 0 && errno != EEXIST)
-        fault_set(fault, "recording to %s: making the folder: %s", conf->directory, strerror(errno));
-    else if (begin_part(segments, now_ns, &why))
+    if (begin_part(segments, now_ns, &why))
         return segments;
-    else
-        fault_set(fault, "recording to %s: %s", conf->directory, why.text);
+    fault_set(fault, "recording to %s: %s", conf->directory, why.text);
     segments_close(segments);
     return NULL;
 }

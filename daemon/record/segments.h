@@ -19,15 +19,20 @@
 #define SEGMENTS_CHANNELS_MAX  64
 #define SEGMENTS_MESSAGE_BYTES 65536 /* longest message */
 #define SEGMENTS_CHUNK_AGE_NS  1000000000ull
-#define SEGMENTS_RETRY_NS      60000000000ull /* after a failure recording starts again so much later */
+
+/* After a failure recording starts again so much later, then after twice the time, and so on. */
+#define SEGMENTS_RETRY_FIRST_NS 1000000000ull
+#define SEGMENTS_RETRY_MOST_NS  30000000000ull
 
 /* Counters only grow. */
 struct segments_status {
-    bool recording;         /* false: stopped by an error, a new segment is tried later */
+    bool recording;         /* false: stopped by an error; a new segment is tried at growing intervals */
     uint64_t segments;      /* files started */
     uint64_t messages;      /* handed in */
     uint64_t lost_messages; /* refused, or in a chunk that could not be written */
-    uint64_t errors;        /* a log line is due when this has grown */
+    uint64_t errors;        /* a log line is due when this has grown: recording stopped, or has another cause to */
+    uint64_t resumed;       /* likewise: a chunk went to disk again, ... */
+    uint64_t lost_in_gap;   /* ... after so many messages were lost */
     struct fault error;     /* the newest error; empty: none yet */
     char path[512];         /* of the newest segment */
 };
@@ -41,7 +46,7 @@ struct record_time {
 };
 
 struct segments_conf {
-    const char *directory; /* made if only its last component is missing */
+    const char *directory; /* made if only its last component is missing, at the start and whenever it has gone */
     uint64_t
         file_size; /* bytes after which another segment begins, exceeded by less than a chunk and the summary */
     int files;     /* segments kept in the folder, of this and earlier runs; <= 0: all */
@@ -57,7 +62,6 @@ struct segments_conf {
  * NULL with a sentence in fault. Allocates what a segment needs; later segments allocate anew when they begin.
  */
 struct segments *segments_open(const struct segments_conf *conf, uint64_t now_ns, struct fault *fault);
-;
 
 /**
  * segments_channel - a channel of all segments, for instance "/front/rx" with "octet-stream" or "/pose" with "json".
