@@ -272,6 +272,7 @@ static bool make_pipeline(struct process *d, struct fault *fault)
 static bool make_sources(struct process *d, struct fault *fault)
 {
     struct source_env env = {.loop = d->env.loop,
+                             .worker = d->worker,
                              .pipeline = d->env.pipeline,
                              .poses = &d->env.poses,
                              .record = d->env.record,
@@ -495,6 +496,7 @@ static void on_leak(void *ctx)
 static bool make_aux_sensors(struct process *d, struct fault *fault)
 {
     const struct aux_sensors_env env = {.loop = d->env.loop,
+                                        .worker = d->worker,
                                         .conf = &d->env.conf,
                                         .poses = &d->env.poses,
                                         .record = d->env.record,

@@ -11,7 +11,7 @@ static bool make_sources_of_poses(struct aux_sensors *a, struct fault *fault)
     if (conf->depth.source[0] &&
         !(a->depth = depth_new(&conf->depth, conf->water.density_kgpm3, &a->pose_input, fault)))
         return false;
-    return !conf->nmea.port[0] || (a->nmea = nmea_new(&conf->nmea, &a->pose_input, fault));
+    return !conf->nmea.port[0] || (a->nmea = nmea_new(&conf->nmea, &a->pose_input, a->env.worker, fault));
 }
 
 bool aux_sensors_make(struct aux_sensors *a, const struct aux_sensors_env *env, struct fault *fault)

@@ -26,6 +26,7 @@
 /* What they need; all of it outlives them. */
 struct aux_sensors_env {
     struct loop *loop;
+    struct worker *worker; /* looks up names of hosts */
     const struct conf *conf;
     struct pose_log *poses;
     struct record *record;        /* NULL: not recording */

@@ -15,6 +15,7 @@
 
 #include "core/log.h"
 #include "core/ring.h"
+#include "dead_line.h"
 
 #define SAMPLES        8
 #define GRAVITY_MPS2   9.80665
@@ -28,6 +29,7 @@ struct sample {
     enum modbus_result result;
     double value;
     unsigned oddities;
+    bool reopened; /* the port was closed behind it, to be opened again: nothing has been heard for too long */
     struct fault fault;
 };
 
@@ -44,6 +46,7 @@ struct depth {
 
     /* the thread's */
     struct modbus_depth *modbus;
+    struct dead_line dead;
     pthread_t thread;
     bool started;
     int stop_fd;
@@ -137,17 +140,32 @@ static void ask_slave(struct depth *d, struct sample *s)
               d->conf.slave, (double)took_ns * 1e-9);
 }
 
+/* Whatever the slave says shows that the line is alive. */
+static void look_after_line(struct depth *d, struct sample *s)
+{
+    const bool heard = s->result == MODBUS_OK || s->result == MODBUS_EXCEPTION || s->result == MODBUS_NO_NUMBER;
+    const uint64_t now_ns = loop_clock();
+    if (s->result == MODBUS_NO_LINK)
+        dead_line_opened(&d->dead, now_ns);
+    else if (dead_line_look(&d->dead, now_ns, heard)) {
+        modbus_depth_disconnect(d->modbus);
+        s->reopened = d->dead.due == 1;
+    }
+}
+
 static void *poller(void *ctx)
 {
     struct depth *d = ctx;
     const int period_ms = (int)(1000 / d->conf.rate_hz);
     int retry_ms = RETRY_FIRST_MS, wait_ms;
+    dead_line_opened(&d->dead, loop_clock());
     do {
         struct sample s = {0};
         uint64_t start = loop_clock();
         ask_slave(d, &s);
         if (s.result == MODBUS_STOPPED)
             break;
+        look_after_line(d, &s);
         hand_over(d, &s);
         if (s.result == MODBUS_NO_LINK) {
             wait_ms = retry_ms;
@@ -249,6 +267,10 @@ static void on_wake(void *ctx, uint32_t events, uint64_t now_ns)
         struct sample s = d->sample[i];
         ring_put(&d->idle, i);
         take_oddities(d, s.oddities);
+        if (s.reopened)
+            log_line(LOG_WARNING, "depth_dead",
+                     "depth: %s: no answer for %d s or more; closing and opening the port", d->conf.source,
+                     (int)(DEAD_LINE_LEAST_NS / 1000000000u));
         if (s.result == MODBUS_OK)
             take_value(d, &s);
         else
@@ -291,6 +313,7 @@ struct depth *depth_new(const struct conf_depth *conf, double density_kgpm3, str
     d->conf = *conf;
     d->density_kgpm3 = density_kgpm3;
     d->input = input;
+    d->dead.asked = true;
     d->stop_fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK);
     d->wake = (struct loop_fd){.fd = eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK), .ready = on_wake, .ctx = d};
     ring_init(&d->idle, SAMPLES, 0);

@@ -1,12 +1,12 @@
 /* SPDX-License-Identifier: MIT */
 #include "nmea.h"
 
-#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/epoll.h>
 
 #include "garbage.h"
+#include "input_port.h"
 #include "nmea_unused.h"
 #include "core/log.h"
 
@@ -15,18 +15,10 @@
 
 #define LATE_READS 4096 /* a terminal has waiting what 17 of them take, a socket a datagram for each */
 
-#define RETRY_FIRST_NS 100000000u
-#define RETRY_MOST_NS  1000000000u
-
 struct nmea {
     struct conf_nmea conf;
     struct pose_input *input;
-    const char *rest; /* of conf.port, behind the kind */
-    struct port port;
-    struct loop_fd fd;
-    struct loop_timer retry;
-    uint64_t retry_ns;
-    bool announced, was_open, stranger_told;
+    struct input_port line;
     struct nmea_parser parser;
     uint64_t t_ns; /* of the bytes read last */
     struct garbage garbage;
@@ -97,16 +89,6 @@ static void take_value(struct nmea *nmea, const struct nmea_value *value)
         nmea->status.t_value_ns = now;
 }
 
-static void lost(struct nmea *nmea, const char *why)
-{
-    if (!nmea->announced)
-        log_line(LOG_WARNING, "nmea_failed", "nmea: %s; retrying until it opens", why);
-    nmea->announced = true;
-    fault_set(&nmea->status.port_error, "%s", why);
-    loop_arm(nmea->input->loop, &nmea->retry, loop_now(nmea->input->loop) + nmea->retry_ns);
-    nmea->retry_ns = nmea->retry_ns * 2 < RETRY_MOST_NS ? nmea->retry_ns * 2 : RETRY_MOST_NS;
-}
-
 static void count_garbage(const void *owner, struct garbage_count *now)
 {
     const struct nmea *nmea = owner;
@@ -115,22 +97,13 @@ static void count_garbage(const void *owner, struct garbage_count *now)
         .bytes = nmea->status.bytes_in, .garbage = counts->garbage_bytes, .messages = counts->sentences};
 }
 
-static void tell_stranger(struct nmea *nmea)
-{
-    if (nmea->stranger_told || nmea->port.strangers == 0)
-        return;
-    nmea->stranger_told = true;
-    log_line(LOG_WARNING, "nmea_stranger", "nmea: %s: dropping datagrams of %s, which the port does not listen to",
-             nmea->conf.port, nmea->port.stranger);
-}
-
 /* When the bytes just read came. False: nobody knows, for they waited while the process was held up. A heading or a
  * depth of no known time is none; the next comes soon. */
 static bool arrival(struct nmea *nmea)
 {
     const uint64_t now_ns = loop_reread(nmea->input->loop);
-    const bool noted = nmea->port.t_ns && nmea->port.t_ns < now_ns;
-    nmea->t_ns = noted ? nmea->port.t_ns : now_ns;
+    const bool noted = nmea->line.port.t_ns && nmea->line.port.t_ns < now_ns;
+    nmea->t_ns = noted ? nmea->line.port.t_ns : now_ns;
     return noted || now_ns - loop_since(nmea->input->loop) <= LOOP_TIMELY_NS;
 }
 
@@ -139,7 +112,7 @@ static void leave_out(struct nmea *nmea, uint8_t *in, size_t size, ssize_t got)
 {
     nmea_parser_reset(&nmea->parser);
     nmea->status.late_bytes += (size_t)got;
-    for (int i = 0; i < LATE_READS && (got = nmea->port.ops->read(&nmea->port, in, size)) > 0; i++) {
+    for (int i = 0; i < LATE_READS && (got = input_port_read(&nmea->line, in, size)) > 0; i++) {
         nmea->status.bytes_in += (size_t)got;
         nmea->status.late_bytes += (size_t)got;
     }
@@ -152,17 +125,9 @@ static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
     struct nmea_value value;
     (void)events;
     (void)now_ns;
-    ssize_t got = nmea->port.ops->read(&nmea->port, in, sizeof in);
-    if (got < 0) {
-        struct fault why;
-        fault_set(&why, "%.200s: lost: %s", nmea->conf.port,
-                  nmea->port.error ? strerror(nmea->port.error) : "hung up");
-        loop_remove(nmea->input->loop, &nmea->fd);
-        nmea->port.ops->close(&nmea->port);
-        lost(nmea, why.text);
+    ssize_t got = input_port_read(&nmea->line, in, sizeof in);
+    if (got < 0)
         return;
-    }
-    tell_stranger(nmea);
     const uint8_t *bytes = in;
     size_t n = (size_t)got;
     nmea->status.bytes_in += n;
@@ -173,40 +138,41 @@ static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
     while (nmea_parser_next(&nmea->parser, &bytes, &n, &value))
         take_value(nmea, &value);
     if (got > 0) {
-        nmea->retry_ns = RETRY_FIRST_NS;
         garbage_heard(&nmea->garbage);
         tell_unused(nmea);
     }
 }
 
-static void try_open(void *ctx, uint64_t now_ns)
+static void on_opened(void *ctx, uint64_t now_ns, bool again)
 {
     struct nmea *nmea = ctx;
-    struct fault fault = {""};
-    (void)now_ns;
-    if (!nmea->port.ops->open(&nmea->port, nmea->rest, &fault)) {
-        lost(nmea, fault.text);
-        return;
-    }
-    nmea->fd.fd = nmea->port.fd;
-    if (!loop_add(nmea->input->loop, &nmea->fd, EPOLLIN)) {
-        fault_set(&fault, "%.200s: cannot wait for input: %s", nmea->conf.port, strerror(errno));
-        nmea->port.ops->close(&nmea->port);
-        lost(nmea, fault.text);
-        return;
-    }
+    (void)again;
     nmea_parser_reset(&nmea->parser);
-    log_line(LOG_NOTICE, "nmea_open", "nmea: %s %s", nmea->conf.port, nmea->was_open ? "is back" : "open");
-    nmea->status.reconnects += nmea->was_open;
-    nmea->status.port_error.text[0] = '\0';
-    nmea->was_open = true;
-    nmea->since_ns = loop_now(nmea->input->loop);
+    nmea->since_ns = now_ns;
     nmea->before = came(nmea);
-    nmea->announced = false;
 }
 
-struct nmea *nmea_new(const struct conf_nmea *conf, struct pose_input *input, struct fault *fault)
+static void on_closed(void *ctx, uint64_t now_ns)
 {
+    (void)ctx;
+    (void)now_ns;
+}
+
+/* What came late is no value, but shows that the line is alive. */
+static uint64_t count_messages(const void *ctx)
+{
+    const struct nmea *nmea = ctx;
+    return nmea->parser.counts.sentences + nmea->status.late_bytes;
+}
+
+struct nmea *nmea_new(const struct conf_nmea *conf, struct pose_input *input, struct worker *worker,
+                      struct fault *fault)
+{
+    static const struct input_port_events events = {.open = "nmea_open",
+                                                    .failed = "nmea_failed",
+                                                    .lost = "nmea_failed",
+                                                    .dead = "nmea_dead",
+                                                    .stranger = "nmea_stranger"};
     struct nmea *nmea = calloc(1, sizeof *nmea);
     if (!nmea) {
         fault_set(fault, "[nmea]: out of memory");
@@ -214,11 +180,7 @@ struct nmea *nmea_new(const struct conf_nmea *conf, struct pose_input *input, st
     }
     nmea->conf = *conf;
     nmea->input = input;
-    nmea->port.fd = -1;
-    nmea->port.only_listens = true;
-    nmea->retry_ns = RETRY_FIRST_NS;
-    nmea->fd = (struct loop_fd){.fd = -1, .ready = on_ready, .ctx = nmea};
-    nmea->retry = (struct loop_timer){.fire = try_open, .ctx = nmea};
+    nmea->line.port.only_listens = true;
     nmea->garbage = (struct garbage){.loop = input->loop,
                                      .whose = "nmea: ",
                                      .port = nmea->conf.port,
@@ -226,30 +188,37 @@ struct nmea *nmea_new(const struct conf_nmea *conf, struct pose_input *input, st
                                      .count = count_garbage,
                                      .owner = nmea};
     nmea_parser_init(&nmea->parser, conf->checksum == CONF_CHECKSUM_REQUIRED);
-    nmea->port.ops = port_find(nmea->conf.port, &nmea->rest, fault);
-    if (nmea->port.ops && strcmp(nmea->port.ops->encoding, "octet-stream") == 0)
+    const struct input_port_env line = {.loop = input->loop,
+                                        .worker = worker,
+                                        .whose = "nmea: ",
+                                        .address = nmea->conf.port,
+                                        .events = &events,
+                                        .ctx = nmea,
+                                        .opened = on_opened,
+                                        .ready = on_ready,
+                                        .closed = on_closed,
+                                        .messages = count_messages};
+    const bool good = input_port_init(&nmea->line, &line, fault);
+    if (good && strcmp(nmea->line.port.ops->encoding, "octet-stream") == 0)
         return nmea;
-    if (nmea->port.ops)
-        fault_set(fault, "[nmea] port = %.200s: wanted a port that carries bytes, as serial or udp", conf->port);
-    free(nmea);
+    if (good)
+        fault_set(fault, "[nmea] port = %.200s: wanted a port that carries bytes, as serial, udp or tcp",
+                  conf->port);
+    nmea_free(nmea);
     return NULL;
 }
 
 void nmea_start(struct nmea *nmea)
 {
-    try_open(nmea, loop_now(nmea->input->loop));
+    input_port_start(&nmea->line);
 }
 
 void nmea_free(struct nmea *nmea)
 {
     if (!nmea)
         return;
-    loop_arm(nmea->input->loop, &nmea->retry, LOOP_NEVER);
     garbage_end(&nmea->garbage);
-    if (nmea->port.fd >= 0) {
-        loop_remove(nmea->input->loop, &nmea->fd);
-        nmea->port.ops->close(&nmea->port);
-    }
+    input_port_end(&nmea->line);
     free(nmea);
 }
 
@@ -258,6 +227,8 @@ void nmea_status(const struct nmea *nmea, struct nmea_status *out)
     *out = nmea->status;
     out->counts = nmea->parser.counts;
     unused(nmea, &out->unused);
-    out->strangers = nmea->port.strangers;
-    out->open = nmea->port.fd >= 0;
+    out->reconnects = nmea->line.reconnects;
+    out->port_error = nmea->line.error;
+    out->strangers = nmea->line.port.strangers;
+    out->open = input_port_is_open(&nmea->line);
 }

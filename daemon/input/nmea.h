@@ -1,13 +1,14 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * nmea - one port on which a sensor speaks NMEA 0183, tied to the loop: opens it, tries again with a growing
- * delay (said once), and hands depth and heading on as pose. Sends nothing.
+ * nmea - one port (input_port.h) on which a sensor speaks NMEA 0183, tied to the loop: hands depth and heading on as
+ * pose. Sends nothing.
  */
 #ifndef SONARD_NMEA_H
 #define SONARD_NMEA_H
 
 #include "config/conf.h"
 #include "core/fault.h"
+#include "core/worker.h"
 #include "drivers/nmea/nmea0183.h"
 #include "drivers/ports/port.h"
 #include "pose_input.h"
@@ -27,8 +28,9 @@ struct nmea_status {
     struct fault port_error;
 };
 
-/** nmea_new - NULL with a sentence in fault. Nothing is opened. */
-struct nmea *nmea_new(const struct conf_nmea *conf, struct pose_input *input, struct fault *fault);
+/** nmea_new - NULL with a sentence in fault. Nothing is opened. The worker looks up the host's name, if it has one. */
+struct nmea *nmea_new(const struct conf_nmea *conf, struct pose_input *input, struct worker *worker,
+                      struct fault *fault);
 
 void nmea_start(struct nmea *nmea);
 void nmea_free(struct nmea *nmea); /* NULL is allowed */

@@ -10,10 +10,8 @@
 
 #include "drivers/devices/mirror.h"
 #include "garbage.h"
+#include "input_port.h"
 
-/* Running again within 2 s of a plug: the longest delay plus the handshake must stay below that. */
-#define RETRY_FIRST_NS  100000000u
-#define RETRY_MOST_NS   1000000000u
 #define READ_BYTES      65536 /* a datagram is taken whole or cut; after so many the others get their turn, ... */
 #define READS_PER_EVENT 8     /* ... and after so many of fewer bytes */
 #define OUT_BYTES       4096
@@ -28,24 +26,18 @@ struct source {
     struct source_env env;
     char name[CONF_NAME_MAX];
     char address[CONF_TEXT_MAX];
-    const char *rest; /* of the address, behind the kind */
     uint16_t index;
     uint32_t seq;
     double aperture_rad[2];          /* in place of the device's; 0: the device's */
     bool mirrored;                   /* port and starboard swapped */
     char mirror_path[CONF_TEXT_MAX]; /* empty: none */
     struct serial_mirror *mirror;    /* NULL: none, or it could not be made */
-    struct port port;
-    struct loop_fd fd;
-    struct loop_timer deadline, retry;
-    uint64_t retry_ns;
+    struct input_port line;
+    struct loop_timer deadline;
     uint64_t due_ns, lag_ns; /* the device's deadline, and how much later than that it is called */
-    bool announced;          /* that the port is missing */
-    bool was_open, stopping, stranger_told;
-    uint8_t out[OUT_BYTES]; /* not yet taken by the port */
+    uint8_t out[OUT_BYTES];  /* not yet taken by the port */
     size_t n_out;
     bool waits_for_room;
-    bool write_lost; /* the port refused bytes: it is lost, and the retry timer tells */
     const struct device_ops *ops;
     void *device;
     struct device_io io;
@@ -77,14 +69,10 @@ static void rearm(struct source *s, uint64_t lag_ns)
 static void flush(struct source *s)
 {
     while (s->n_out) {
-        ssize_t n = s->port.ops->write(&s->port, s->out, s->n_out);
-        if (n < 0) { /* not in the middle of the device's doing: it is reported from the loop */
-            s->write_lost = true;
+        ssize_t n = input_port_write(&s->line, s->out, s->n_out);
+        if (n < 0)
             s->n_out = 0;
-            loop_arm(s->env.loop, &s->retry, loop_now(s->env.loop));
-            break;
-        }
-        if (n == 0)
+        if (n <= 0)
             break;
         memmove(s->out, s->out + n, s->n_out - (size_t)n);
         s->n_out -= (size_t)n;
@@ -92,14 +80,14 @@ static void flush(struct source *s)
     bool wait = s->n_out > 0;
     if (wait != s->waits_for_room) {
         s->waits_for_room = wait;
-        loop_change(s->env.loop, &s->fd, wait ? EPOLLIN | EPOLLOUT : EPOLLIN);
+        input_port_wait_for_room(&s->line, wait);
     }
 }
 
 static void io_send(void *ctx, const uint8_t *bytes, size_t n)
 {
     struct source *s = ctx;
-    if (s->port.fd < 0)
+    if (!input_port_is_open(&s->line))
         return;
     if (n > OUT_BYTES - s->n_out) {
         s->stats.bytes_not_sent += n;
@@ -116,8 +104,8 @@ static void io_send(void *ctx, const uint8_t *bytes, size_t n)
 static void io_hold_break(void *ctx, bool on)
 {
     struct source *s = ctx;
-    if (s->port.fd >= 0)
-        s->port.ops->hold_break(&s->port, on);
+    if (input_port_is_open(&s->line))
+        s->line.port.ops->hold_break(&s->line.port, on);
 }
 
 static struct ping *io_ping_begin(void *ctx)
@@ -180,59 +168,31 @@ static void io_note(void *ctx, enum device_note level, const char *fmt, ...)
 
 /* ---- the port comes and goes ---- */
 
-static void retry_later(struct source *s)
+static void on_opened(void *ctx, uint64_t now_ns, bool again)
 {
-    loop_arm(s->env.loop, &s->retry, loop_now(s->env.loop) + s->retry_ns);
-    s->retry_ns = s->retry_ns * 2 < RETRY_MOST_NS ? s->retry_ns * 2 : RETRY_MOST_NS;
-}
-
-static void try_open(struct source *s)
-{
-    struct fault fault = {""};
-    if (!s->port.ops->open(&s->port, s->rest, &fault)) {
-        s->stats.port_error = fault;
-        if (!s->announced)
-            log_sonar(LOG_WARNING, "port_failed", s->name, "%s; retrying until it opens", fault.text);
-        s->announced = true;
-        retry_later(s);
-        return;
-    }
-    s->fd.fd = s->port.fd;
+    struct source *s = ctx;
     s->n_out = 0;
     s->waits_for_room = s->unread = false;
     s->backlog_ns = 0;
-    if (!loop_add(s->env.loop, &s->fd, EPOLLIN)) {
-        fault_set(&s->stats.port_error, "%s: cannot wait for input: %s", s->address, strerror(errno));
-        log_sonar(LOG_ERR, "port_failed", s->name, "%s", s->stats.port_error.text);
-        s->port.ops->close(&s->port);
-        retry_later(s);
+    if (again) /* the device goes on asking */
         return;
-    }
-    if (s->was_open)
-        s->stats.reconnects++;
-    log_sonar(LOG_NOTICE, "port_open", s->name, "%s %s", s->address, s->was_open ? "is back" : "open");
-    s->was_open = true;
-    s->announced = false;
-    s->stats.port_error.text[0] = '\0';
-    s->ops->opened(s->device, loop_now(s->env.loop), &s->io);
+    s->ops->opened(s->device, now_ns, &s->io);
     rearm(s, 0);
 }
 
-static void port_lost(struct source *s)
+static void on_closed(void *ctx, uint64_t now_ns)
 {
-    fault_set(&s->stats.port_error, "%s: lost: %s", s->address,
-              s->port.bus.state == BUS_OFF ? "the CAN bus is off"
-              : s->port.error              ? strerror(s->port.error)
-                                           : "hung up");
-    log_sonar(LOG_WARNING, "port_lost", s->name, "%s; retrying until it opens", s->stats.port_error.text);
-    s->announced = true;
-    loop_remove(s->env.loop, &s->fd);
-    s->port.ops->close(&s->port);
-    s->ops->closed(s->device, loop_now(s->env.loop));
+    struct source *s = ctx;
+    s->ops->closed(s->device, now_ns);
     rearm(s, 0);
-    s->retry_ns = RETRY_FIRST_NS;
-    if (!s->stopping)
-        retry_later(s);
+}
+
+static uint64_t count_messages(const void *ctx)
+{
+    const struct source *s = ctx;
+    struct device_status status;
+    s->ops->status(s->device, &status);
+    return status.frames;
 }
 
 static void count_garbage(const void *source, struct garbage_count *now)
@@ -266,9 +226,9 @@ static void take_bytes(struct source *s, const uint8_t *bytes, size_t n, const s
  * nothing, they came since they were last seen not to wait. */
 static struct record_time arrival(struct source *s, uint64_t now_ns)
 {
-    const uint64_t t_ns = s->port.t_ns && s->port.t_ns < now_ns ? s->port.t_ns : now_ns;
+    const uint64_t noted_ns = s->line.port.t_ns, t_ns = noted_ns && noted_ns < now_ns ? noted_ns : now_ns;
     s->arrived_ns = t_ns > s->arrived_ns ? t_ns : s->arrived_ns;
-    const bool known = s->port.t_ns || s->arrived_ns <= s->unread_ns + LOOP_TIMELY_NS;
+    const bool known = noted_ns || s->arrived_ns <= s->unread_ns + LOOP_TIMELY_NS;
     return (struct record_time){.t_ns = s->arrived_ns, .since_ns = known ? s->arrived_ns : s->unread_ns};
 }
 
@@ -286,15 +246,6 @@ static bool gives_way(struct source *s, uint64_t now_ns)
     return true;
 }
 
-static void tell_stranger(struct source *s)
-{
-    if (s->stranger_told || s->port.strangers == 0)
-        return;
-    s->stranger_told = true;
-    log_sonar(LOG_WARNING, "port_stranger", s->name, "dropping datagrams of %s, which the port does not listen to",
-              s->port.stranger);
-}
-
 static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
 {
     struct source *s = ctx;
@@ -302,24 +253,20 @@ static void on_ready(void *ctx, uint32_t events, uint64_t now_ns)
     if (gives_way(s, now_ns))
         return;
     for (int i = 0; i < READS_PER_EVENT && taken < READ_BYTES; i++) {
-        ssize_t n = s->port.ops->read(&s->port, s->in, sizeof s->in);
-        if (n < 0) {
-            port_lost(s);
+        ssize_t n = input_port_read(&s->line, s->in, sizeof s->in);
+        if (n < 0)
             return;
-        }
         if (n == 0) {
             s->unread = false;
             s->backlog_ns = 0;
             break;
         }
-        s->retry_ns = RETRY_FIRST_NS; /* it speaks: the next loss starts over */
         taken += (size_t)n;
         const struct record_time came = arrival(s, loop_reread(s->env.loop));
         take_bytes(s, s->in, (size_t)n, &came);
-        if (s->port.fd < 0)
+        if (!input_port_is_open(&s->line))
             return;
     }
-    tell_stranger(s);
     if (events & EPOLLOUT)
         flush(s);
 }
@@ -334,17 +281,6 @@ static void on_deadline(void *ctx, uint64_t now_ns)
     }
     s->ops->tick(s->device, now_ns, &s->io);
     rearm(s, 0);
-}
-
-static void on_retry(void *ctx, uint64_t now_ns)
-{
-    struct source *s = ctx;
-    (void)now_ns;
-    if (s->write_lost && s->port.fd >= 0)
-        port_lost(s);
-    else
-        try_open(s);
-    s->write_lost = false;
 }
 
 /* ---- life ---- */
@@ -381,6 +317,7 @@ static void sector_of(const struct conf_sonar *conf, struct device_conf *d)
 static void describe_device(const struct source *s, const struct conf_sonar *conf, const struct conf_water *water,
                             struct device_conf *d)
 {
+    const struct port_ops *port = s->line.port.ops;
     const bool has_line = !(s->env.no_line >> s->index & 1);
     *d = (struct device_conf){.range_m = conf->range_m,
                               .sound_speed_mps = water->sound_speed_mps,
@@ -394,8 +331,8 @@ static void describe_device(const struct source *s, const struct conf_sonar *con
                               .listen_only = s->env.replay,
                               .node = conf->node,
                               .sensor_id = conf->sensor_id,
-                              .baud = has_line && s->port.ops->baud ? s->port.ops->baud(s->rest) : 0,
-                              .least_baud = s->port.ops->least_baud};
+                              .baud = has_line && port->baud ? port->baud(s->line.rest) : 0,
+                              .least_baud = port->least_baud};
     sector_of(conf, d);
 }
 
@@ -403,25 +340,42 @@ static void open_channels(struct source *s)
 {
     char topic[CONF_NAME_MAX + 8];
     snprintf(topic, sizeof topic, "/%s/rx", s->name);
-    s->rx_channel = record_channel(s->env.record, topic, s->port.ops->encoding);
+    s->rx_channel = record_channel(s->env.record, topic, s->line.port.ops->encoding);
     snprintf(topic, sizeof topic, "/%s/tx", s->name);
-    s->tx_channel = record_channel(s->env.record, topic, s->port.ops->encoding);
+    s->tx_channel = record_channel(s->env.record, topic, s->line.port.ops->encoding);
 }
 
 /* Finds port and device, sees to it that they fit together, and hands the device its configuration. */
 static bool set_device(struct source *s, const struct conf_sonar *conf, const struct conf_water *water,
                        struct fault *fault)
 {
+    static const struct input_port_events events = {.open = "port_open",
+                                                    .failed = "port_failed",
+                                                    .lost = "port_lost",
+                                                    .dead = "port_dead",
+                                                    .stranger = "port_stranger"};
+    const struct input_port_env line = {.loop = s->env.loop,
+                                        .worker = s->env.worker,
+                                        .sonar = s->name,
+                                        .address = s->address,
+                                        .events = &events,
+                                        .ctx = s,
+                                        .opened = on_opened,
+                                        .ready = on_ready,
+                                        .closed = on_closed,
+                                        .messages = count_messages};
     struct device_conf d;
-    s->port.ops = port_find(s->address, &s->rest, fault);
     s->ops = device_find(conf->device);
-    if (!s->port.ops)
+    if (!input_port_init(&s->line, &line, fault))
         return false;
     if (!s->ops)
         return fault_set(fault, "device = %s: there is none", conf->device);
-    s->port.only_listens = s->ops->listens;
+    s->line.port.only_listens = s->ops->listens;
+    s->line.dead.asked = !s->ops->listens;
+    if (conf->power[0] && conf->power_cycle_after_s > 0) /* that may be all it takes */
+        s->line.dead.first_ns = (uint64_t)(conf->power_cycle_after_s * 0.5e9);
     bool wants_frames = s->ops->can_match != NULL;
-    if (wants_frames != (strcmp(s->port.ops->encoding, "socketcan") == 0))
+    if (wants_frames != (strcmp(s->line.port.ops->encoding, "socketcan") == 0))
         return fault_set(fault, "device = %s: does not work over %s; it needs %s", conf->device, s->address,
                          wants_frames ? "a CAN bus, as port = can:can0"
                                       : "a stream of bytes; on a CAN bus that is isotp: or canstream:");
@@ -435,7 +389,7 @@ static bool set_device(struct source *s, const struct conf_sonar *conf, const st
     if (!s->device || !s->ops->init(s->device, &d, fault))
         return false;
     if (wants_frames)
-        s->port.can_match = s->ops->can_match(s->device);
+        s->line.port.can_match = s->ops->can_match(s->device);
     return true;
 }
 
@@ -453,6 +407,7 @@ bool source_check(const struct conf_sonar *conf, const struct conf_water *water,
         return fault_set(fault, "device: out of memory");
     snprintf(s->address, sizeof s->address, "%s", conf->port);
     const bool good = set_device(s, conf, water, fault);
+    input_port_end(&s->line);
     free(s->device);
     free(s);
     return good;
@@ -473,11 +428,7 @@ struct source *source_new(const struct source_env *env, const struct conf_sonar 
     snprintf(s->mirror_path, sizeof s->mirror_path, "%s", conf->tap);
     memcpy(s->aperture_rad, conf->aperture_rad, sizeof s->aperture_rad);
     s->mirrored = conf->mirror;
-    s->port.fd = -1;
-    s->retry_ns = RETRY_FIRST_NS;
-    s->fd = (struct loop_fd){.fd = -1, .ready = on_ready, .ctx = s};
     s->deadline = (struct loop_timer){.fire = on_deadline, .ctx = s};
-    s->retry = (struct loop_timer){.fire = on_retry, .ctx = s};
     s->io = (struct device_io){.ctx = s,
                                .send = io_send,
                                .hold_break = io_hold_break,
@@ -518,7 +469,7 @@ void source_start(struct source *s)
         rearm(s, 0);
     } else {
         open_mirror(s);
-        try_open(s);
+        input_port_start(&s->line);
     }
 }
 
@@ -529,9 +480,8 @@ void source_feed(struct source *s, const uint8_t *bytes, size_t n, const struct 
 
 void source_stop(struct source *s)
 {
-    s->stopping = true;
-    loop_arm(s->env.loop, &s->retry, LOOP_NEVER);
-    if (s->port.fd >= 0) {
+    input_port_stop(&s->line);
+    if (input_port_is_open(&s->line)) {
         s->ops->stop(s->device, loop_now(s->env.loop), &s->io);
         rearm(s, 0);
     }
@@ -539,19 +489,15 @@ void source_stop(struct source *s)
 
 bool source_stopped(const struct source *s)
 {
-    return s->port.fd < 0 || (s->ops->deadline(s->device) == LOOP_NEVER && s->n_out == 0);
+    return !input_port_is_open(&s->line) || (s->ops->deadline(s->device) == LOOP_NEVER && s->n_out == 0);
 }
 
 void source_free(struct source *s)
 {
     if (!s)
         return;
-    if (s->port.fd >= 0) {
-        loop_remove(s->env.loop, &s->fd);
-        s->port.ops->close(&s->port);
-    }
+    input_port_end(&s->line);
     loop_arm(s->env.loop, &s->deadline, LOOP_NEVER);
-    loop_arm(s->env.loop, &s->retry, LOOP_NEVER);
     garbage_end(&s->garbage);
     serial_mirror_close(s->mirror);
     free(s->device);
@@ -571,11 +517,13 @@ uint16_t source_index(const struct source *s)
 void source_stats(const struct source *s, struct source_stats *out)
 {
     *out = s->stats;
-    out->open = s->port.fd >= 0;
-    out->port_lost = s->port.lost;
-    out->port_refused = s->port.refused;
-    out->port_strangers = s->port.strangers;
-    out->bus = s->port.bus;
+    out->open = input_port_is_open(&s->line);
+    out->reconnects = s->line.reconnects;
+    out->port_error = s->line.error;
+    out->port_lost = s->line.port.lost;
+    out->port_refused = s->line.port.refused;
+    out->port_strangers = s->line.port.strangers;
+    out->bus = s->line.port.bus;
     out->mostly_garbage = s->garbage.mostly;
     if (s->mirror)
         serial_mirror_status(s->mirror, &out->tap);

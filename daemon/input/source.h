@@ -1,8 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * source - one configured sensor: its port and its device, tied to the loop. Opens the port, tries again with a
- * growing delay when it is not there or goes away (said once, not every try), records the bytes, gives each ping its
- * pose and hands it to the pipeline. In a replay it has no port: the capture's bytes are fed to it.
+ * source - one configured sensor: its port (input_port.h) and its device, tied to the loop. Records the bytes, gives
+ * each ping its pose and hands it to the pipeline. In a replay it has no port: the capture's bytes are fed to it.
  */
 #ifndef SONARD_SOURCE_H
 #define SONARD_SOURCE_H
@@ -17,6 +16,7 @@
 #include "drivers/ports/port.h"
 #include "core/log.h"
 #include "core/loop.h"
+#include "core/worker.h"
 #include "daemon/pipeline/pipeline.h"
 #include "pose_log.h"
 #include "daemon/record/record.h"
@@ -27,6 +27,7 @@ struct source;
 /* Everything that a source needs of the daemon; lives longer than the source. */
 struct source_env {
     struct loop *loop;
+    struct worker *worker; /* looks up names of hosts */
     struct pipeline *pipeline;
     const struct pose_log *poses;
     struct record *record; /* NULL: nothing is recorded */

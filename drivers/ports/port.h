@@ -12,6 +12,7 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <sys/socket.h>
 #include <sys/types.h>
 
 #include "can_frame.h"
@@ -19,7 +20,15 @@
 
 #define PORT_ADDRESS_MAX 256
 
+#define PORT_FAR_MAX 4
+
 struct port;
+
+/* The far ends that a host's name stands for; they are tried in turn. */
+struct port_far {
+    unsigned n;
+    struct sockaddr_storage at[PORT_FAR_MAX];
+};
 
 struct port_ops {
     const char *kind; /* what stands before the first colon of an address */
@@ -39,8 +48,20 @@ struct port_ops {
     /* Of wires without baud, a line that is no faster than they are at the least; 0: their time does not count. */
     unsigned least_baud;
 
-    /* Open; port->fd on success. False with a sentence in fault; errno of the cause is left in port->error. */
+    /* Must a checked `rest` be looked up before each open, into port->far? NULL: such wires have no names. */
+    bool (*named)(const char *rest);
+
+    /* Ask the name service, which may take many seconds: not in the loop. False with a sentence in fault. */
+    bool (*look_up)(const char *rest, struct port_far *far, struct fault *fault);
+
+    /*
+     * Open; port->fd on success. False with a sentence in fault; errno of the cause is left in port->error. With
+     * port->connecting the wire is on its way: once fd is writable, `connected` tells whether it is there.
+     */
     bool (*open)(struct port *port, const char *rest, struct fault *fault);
+
+    /* As open; NULL: such wires need not connect. False: close the port. */
+    bool (*connected)(struct port *port, const char *rest, struct fault *fault);
 
     /* Bytes read; 0: nothing now; -1: the wire is gone (port->error says why) and the port must be closed. */
     ssize_t (*read)(struct port *port, void *buf, size_t size);
@@ -79,6 +100,9 @@ struct port {
     int fd;                     /* -1: closed. Readable means: call ops->read */
     int error;                  /* errno of the last failure */
     unsigned baud;              /* serial only */
+    bool connecting;            /* open, but not connected yet: neither read nor write */
+    struct port_far far;        /* of a name: set before open */
+    unsigned connects;          /* tries so far */
     uint64_t lost;              /* datagrams or frames that came and found no room in the kernel; only grows */
     uint32_t lost_here;         /* of these, the kernel's own count for this descriptor */
     uint64_t refused;           /* datagrams sent that nobody was there to take, as far as the network said so */
@@ -99,6 +123,7 @@ struct port {
 extern const struct port_ops *const port_table[]; /* NULL at its end */
 extern const struct port_ops port_serial;
 extern const struct port_ops port_udp;
+extern const struct port_ops port_tcp;
 extern const struct port_ops port_can;
 extern const struct port_ops port_canstream;
 extern const struct port_ops port_isotp;

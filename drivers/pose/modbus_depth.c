@@ -163,7 +163,7 @@ struct modbus_depth *modbus_depth_new(const struct modbus_depth_conf *conf, stru
     return m;
 }
 
-static void disconnect(struct modbus_depth *m)
+void modbus_depth_disconnect(struct modbus_depth *m)
 {
     if (m->open)
         modbus_close(m->link);
@@ -174,7 +174,7 @@ void modbus_depth_free(struct modbus_depth *m)
 {
     if (!m)
         return;
-    disconnect(m);
+    modbus_depth_disconnect(m);
     if (m->link)
         modbus_free(m->link);
     free(m);
@@ -188,7 +188,7 @@ static bool connect_link(struct modbus_depth *m, struct fault *fault)
         fault_set(fault, "%s: cannot be opened: %s", m->conf.source, modbus_strerror(errno));
     } else if (!m->address.tcp && flock(fd, LOCK_EX | LOCK_NB) < 0) {
         fault_set(fault, "%s: in use by another process", m->conf.source);
-        disconnect(m);
+        modbus_depth_disconnect(m);
     } else {
         m->out_of_step = !m->address.tcp; /* somebody may have asked before us */
         m->timeouts = 0;
@@ -208,7 +208,7 @@ static uint32_t passed_ms(const struct timespec *start)
 static enum modbus_result lost(struct modbus_depth *m, struct fault *fault)
 {
     fault_set(fault, "%s: lost", m->conf.source);
-    disconnect(m);
+    modbus_depth_disconnect(m);
     return MODBUS_NO_LINK;
 }
 
@@ -248,7 +248,7 @@ static enum modbus_result wait_for_quiet(struct modbus_depth *m, bool *heard, st
         *heard |= strays(waste, (size_t)n) < (size_t)n || forgiven > STRAYS_MAX;
         if (passed_ms(&start) > QUIET_PATIENCE * m->conf.turnaround_ms) {
             fault_set(fault, "%s: the line does not fall quiet", m->conf.source);
-            disconnect(m);
+            modbus_depth_disconnect(m);
             return MODBUS_OUT_OF_STEP;
         }
     }
@@ -426,7 +426,7 @@ static enum modbus_result failed(struct modbus_depth *m, int cause, struct fault
         return MODBUS_TIMEOUT;
     if (cause > MODBUS_ENOBASE)
         return MODBUS_BAD_ANSWER;
-    disconnect(m);
+    modbus_depth_disconnect(m);
     return cause == ETIMEDOUT ? MODBUS_TIMEOUT : MODBUS_NO_LINK;
 }
 

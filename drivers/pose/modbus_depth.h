@@ -78,6 +78,9 @@ enum modbus_result modbus_depth_read(struct modbus_depth *m, double *value, stru
 /** modbus_depth_oddities - bits of enum modbus_oddity that were seen since the link was opened. */
 unsigned modbus_depth_oddities(const struct modbus_depth *m);
 
+/** modbus_depth_disconnect - the next modbus_depth_prepare opens the link anew. */
+void modbus_depth_disconnect(struct modbus_depth *m);
+
 void modbus_depth_free(struct modbus_depth *m); /* NULL is allowed */
 
 #endif

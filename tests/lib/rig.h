@@ -45,6 +45,7 @@ struct rig {
     struct request_jobs jobs;
     struct sim sim;
     bool unplugged;
+    bool dead, instrument_dead;           /* the port is open and deaf, and swallows what is written, until ... */
     bool noted;                           /* the port tells when bytes came, as a socket's does: ... */
     uint64_t came_ns;                     /* ... the last ones, then ... */
     int port_fd, there;                   /* ... when more than these were there to read */
@@ -139,6 +140,12 @@ static inline void rig_unplug(void)
     rig.unplugged = true;
 }
 
+/* ... it is closed, as a USB adapter's is whose transfers have stopped. */
+static inline void rig_dead(bool dead)
+{
+    rig.dead = dead;
+}
+
 static inline void rig_plug(void)
 {
     rig.unplugged = false;
@@ -162,6 +169,11 @@ static bool rig_open(struct port *port, const char *rest, struct fault *fault)
     return true;
 }
 
+static bool rig_is_dead(const struct port *port)
+{
+    return port->fd == rig.port_fd ? rig.dead : rig.instrument_dead;
+}
+
 static ssize_t rig_done(struct port *port, ssize_t n)
 {
     if (n > 0 || (n < 0 && errno == EAGAIN))
@@ -178,7 +190,11 @@ static ssize_t rig_read(struct port *port, void *buf, size_t size)
     rig.hold_in_turn_s = 0;
     for (const uint64_t end_ns = rig_now_ns + (uint64_t)(hold_s * 1e9); rig_now_ns < end_ns;)
         rig_world();
-    const ssize_t n = recv(port->fd, buf, size, 0);
+    ssize_t n = recv(port->fd, buf, size, 0);
+    if (n > 0 && rig_is_dead(port)) {
+        n = -1;
+        errno = EAGAIN;
+    }
     rig.there = 0;
     port->t_ns = rig.noted ? rig.came_ns : 0;
     return rig_done(port, n);
@@ -186,7 +202,7 @@ static ssize_t rig_read(struct port *port, void *buf, size_t size)
 
 static ssize_t rig_write(struct port *port, const void *buf, size_t size)
 {
-    return rig_done(port, send(port->fd, buf, size, MSG_NOSIGNAL));
+    return rig_is_dead(port) ? (ssize_t)size : rig_done(port, send(port->fd, buf, size, MSG_NOSIGNAL));
 }
 
 static inline void rig_hold_break(struct port *port, bool on)
@@ -196,8 +212,10 @@ static inline void rig_hold_break(struct port *port, bool on)
 
 static void rig_close(struct port *port)
 {
-    if (port->fd >= 0)
+    if (port->fd >= 0) {
+        *(port->fd == rig.port_fd ? &rig.dead : &rig.instrument_dead) = false;
         close(port->fd);
+    }
     port->fd = -1;
 }
 
@@ -307,6 +325,7 @@ static void rig_make_parts(void)
         clock_note_start(&rig.clock_note, d->loop, d->record, RIG_EPOCH_NS);
     }
     const struct source_env env = {.loop = d->loop,
+                                   .worker = rig.worker,
                                    .pipeline = d->pipeline,
                                    .poses = &d->poses,
                                    .record = d->record,
@@ -317,6 +336,7 @@ static void rig_make_parts(void)
     d->source[0] = source_new(&env, &d->conf.sonar[0], &d->conf.water, 0, &fault);
     rig_must(d->source[0] != NULL, "source", &fault);
     const struct aux_sensors_env aux = {.loop = d->loop,
+                                        .worker = rig.worker,
                                         .conf = &d->conf,
                                         .poses = &d->poses,
                                         .record = d->record,

@@ -19,6 +19,17 @@ static sem_t asked;
 static enum modbus_result result;
 static double value;
 static int stop_fd;
+static _Atomic unsigned disconnects;
+
+/* The thread's clock runs ahead by what the test says (linked with --wrap=loop_clock). */
+static _Atomic uint64_t ahead_ns;
+
+uint64_t __real_loop_clock(void);
+uint64_t __wrap_loop_clock(void);
+uint64_t __wrap_loop_clock(void)
+{
+    return __real_loop_clock() + ahead_ns;
+}
 
 bool modbus_depth_check(const char *source, struct fault *fault)
 {
@@ -68,6 +79,12 @@ unsigned modbus_depth_oddities(const struct modbus_depth *m)
 {
     (void)m;
     return 0;
+}
+
+void modbus_depth_disconnect(struct modbus_depth *m)
+{
+    (void)m;
+    disconnects++;
 }
 
 void modbus_depth_free(struct modbus_depth *m)
@@ -229,6 +246,29 @@ TEST(a_link_that_comes_back_is_counted)
     end();
 }
 
+/* As behind a USB adapter whose transfers have stopped. */
+TEST(a_line_that_answers_nothing_for_10_s_is_opened_anew)
+{
+    begin((const double[3]){0, 0, 0});
+    disconnects = 0;
+    hear(MODBUS_OK, 10);
+    for (int i = 1; i <= 3; i++) {
+        ahead_ns += 3 * SECOND;
+        CHECK_INT(hear(MODBUS_TIMEOUT, 0).timeouts, i);
+        CHECK_INT(disconnects, 0);
+    }
+    ahead_ns += 3 * SECOND;
+    hear(MODBUS_TIMEOUT, 0);
+    CHECK_INT(disconnects, 1);
+    for (int i = 0; i < 8; i++) {
+        ahead_ns += 3 * SECOND;
+        hear(MODBUS_EXCEPTION, 0); /* it refuses, and so it is there */
+    }
+    CHECK_INT(disconnects, 1);
+    end();
+    ahead_ns = 0;
+}
+
 /* Behind "skipped:" in status. */
 TEST(what_is_skipped_is_named)
 {
@@ -247,6 +287,7 @@ int main(void)
     RUN(a_lie_is_counted_and_goes_no_farther);
     RUN(failures_in_a_row_are_silence_and_one_answer_ends_it);
     RUN(a_link_that_comes_back_is_counted);
+    RUN(a_line_that_answers_nothing_for_10_s_is_opened_anew);
     RUN(what_is_skipped_is_named);
     return test_end();
 }

@@ -46,7 +46,7 @@ static void begin(int use, double variation_deg)
     loop = loop_new(false);
     pose_log_init(&poses, 3600 * SECOND);
     input = (struct pose_input){.loop = loop, .poses = &poses, .taken = nobody};
-    nmea = nmea_new(&conf.nmea, &input, &fault);
+    nmea = nmea_new(&conf.nmea, &input, NULL, &fault);
     if (!nmea) {
         printf("FAIL %s\n", fault.text);
         exit(1);
