@@ -160,6 +160,7 @@ $(UNIT): $(BUILD)/tests/%: $$(call unit_obj,$$*) $(ALL_A) $(BUILD)/link.stamp
 	$(link)
 $(BUILD)/tests/test_template: private LDFLAGS += -Wl,--wrap=malloc,--wrap=calloc
 $(BUILD)/tests/test_query_context: private LDFLAGS += -Wl,--wrap=source_stats
+$(BUILD)/tests/test_input_port: private LDFLAGS += -Wl,--wrap=port_find
 $(BUILD)/tests/test_depth: private LDFLAGS += -Wl,--wrap=loop_clock
 # What the disk says is the test's.
 $(BUILD)/tests/test_segments_outage: private LDFLAGS += -Wl,--wrap=open,--wrap=write,--wrap=ftruncate,--wrap=sync_file_range

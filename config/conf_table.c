@@ -67,7 +67,8 @@ const struct conf_key conf_keys[] = {
              "numeric address, such as udp:192.168.2.2:9092 or udp:[fe80::1%eth0]:9092. Append :LOCALPORT if the\n"
              "sonar answers to a fixed port only. udp:HOST:PORT:listen only listens, on the local port PORT, to\n"
              "HOST with any port of its own; 0.0.0.0 and [::] are any host. A device that sends nothing\n"
-             "listens like that in every form."},
+             "listens like that in every form. tcp:HOST:PORT is a serial line behind a device server, such as\n"
+             "tcp:192.168.2.5:4001; HOST may be a name, and the server has the baud rate."},
     {"sonar", "tap", .kind = CONF_PATH, .standard = "none", .instead = "none", SONAR(tap),
      .form = "an absolute path",
      .help = "Symbolic link to a pseudo-terminal that mirrors what the sonar sends, for a viewer or a logger.\n"
@@ -504,7 +505,7 @@ const struct conf_key conf_keys[] = {
     {"nmea", "port", .kind = CONF_TEXT, .form = "KIND:ADDRESS, for instance serial:/dev/ttyS1:4800",
      .standard = "none", .instead = "none", CONF(nmea.port),
      .help = "Where the sensor is connected; see port of [sonar]. udp:192.168.2.9:10110:listen takes what\n"
-             "192.168.2.9 sends to port 10110. none: no sensor."},
+             "192.168.2.9 sends to port 10110; tcp:192.168.2.9:10110 connects there. none: no sensor."},
     {"nmea", "use", WORDS("heading", "depth", "both"), .standard = "heading", CONF(nmea.use),
      .help =
          "heading: use HDT, THS, HDG and HDM as the heading while no client sends an attitude; the vehicle\n"

@@ -387,7 +387,7 @@ static int write_out(const struct setup *s)
     fprintf(stderr, "written: %s\nCheck it: sonard --check %s\n", path, is_drop_in ? CONF_FILE : path);
     if (is_drop_in)
         fprintf(stderr, "Use it: %ssudo systemctl restart sonard\n",
-                strncmp(s->port, "udp:", 4) == 0
+                strncmp(s->port, "udp:", 4) == 0 || strncmp(s->port, "tcp:", 4) == 0
                     ? "permit the service to use the network (sonard(8), RUNNING), then "
                     : "");
     else

@@ -21,6 +21,7 @@
 #define BREAK_MS       15 /* what a Ping360 needs to take the line's speed anew: a break, a pause, some 'U' */
 #define AUTOBAUD_BYTES 10
 #define AUTOBAUD_MS    15
+#define CONNECT_MS     5000
 
 enum { TYPE_ECHOSOUNDER = 1, TYPE_PING360 = 2 }; /* of struct ping_device_information */
 
@@ -175,6 +176,27 @@ static void autobaud(struct search *s)
 
 enum method { LISTEN, LISTEN_AND_ASK, WAKE_AND_ASK };
 
+/* Open, and connected where the wire needs that: here one may wait. */
+static bool open_port(struct port *port, const char *rest, struct fault *fault)
+{
+    const struct port_ops *ops = port->ops;
+
+    if (ops->named && ops->named(rest) && !ops->look_up(rest, &port->far, fault))
+        return false;
+    if (!ops->open(port, rest, fault) || !port->connecting)
+        return port->fd >= 0;
+
+    struct pollfd fd = {.fd = port->fd, .events = POLLOUT};
+    const bool answered = poll(&fd, 1, CONNECT_MS) > 0;
+
+    if (answered && ops->connected(port, rest, fault))
+        return true;
+    if (!answered)
+        fault_set(fault, "%s: cannot connect: no answer", rest);
+    ops->close(port);
+    return false;
+}
+
 /* False: the port cannot be opened. What is known then is in *found, nothing where its device is NULL. */
 static bool search(const char *address, enum method method, struct found_sonar *found, struct fault *fault)
 {
@@ -187,8 +209,8 @@ static bool search(const char *address, enum method method, struct found_sonar *
     if (!s.port.ops)
         return false;
     if (strcmp(s.port.ops->encoding, "octet-stream") != 0)
-        return fault_set(fault, "%s: sonars are found on serial lines and UDP only; give --device", address);
-    if (!s.port.ops->open(&s.port, rest, fault)) {
+        return fault_set(fault, "%s: sonars are found on serial lines, UDP and TCP only; give --device", address);
+    if (!open_port(&s.port, rest, fault)) {
         found->error = s.port.error;
         return false;
     }

@@ -2,6 +2,8 @@
 #include "dead_line.h"
 
 #define USUAL_TIMES 3
+#define AGAIN_NS    2000000000u /* a cured line is heard within this and a usual interval, ... */
+#define SETUP_NS    6000000000u /* ... or what it takes to set up a device that is asked */
 
 static uint64_t greater(uint64_t a, uint64_t b)
 {
@@ -31,11 +33,12 @@ void dead_line_opened(struct dead_line *d, uint64_t now_ns)
     d->due = 0;
 }
 
-/* A silence that the new port ended says nothing of the talker. One that went on for longer than usual after that ended
- * by itself: the talker has become slower. */
+/* A silence that the new port ended says nothing of the talker. One that went on for longer after that ended by itself:
+ * the talker has become slower. */
 static bool ended_by_itself(const struct dead_line *d)
 {
-    return d->heard && (d->due == 0 || d->since_ns > d->usual_ns + 2 * DEAD_LINE_LOOK_NS);
+    const uint64_t cured_ns = greater(d->usual_ns, d->asked ? SETUP_NS : 0) + AGAIN_NS;
+    return d->heard && (d->due == 0 || d->since_ns > cured_ns);
 }
 
 static void learn(struct dead_line *d)

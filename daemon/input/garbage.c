@@ -25,6 +25,8 @@ const char *garbage_word(const char *port)
         return MOSTLY "check the baud rate";
     if (has_kind(port, "udp"))
         return MOSTLY "check the address and the port";
+    if (has_kind(port, "tcp"))
+        return MOSTLY "check the port and the baud rate that its device server is set to";
     return MOSTLY "check the device and its identifiers on the bus";
 }
 

@@ -9,7 +9,7 @@
 #include "core/fault.h"
 
 const struct port_ops *const port_table[] = {
-    &port_serial, &port_udp, &port_can, &port_canstream, &port_isotp, NULL,
+    &port_serial, &port_udp, &port_tcp, &port_can, &port_canstream, &port_isotp, NULL,
 };
 
 const struct port_ops *port_find(const char *address, const char **rest, struct fault *fault)

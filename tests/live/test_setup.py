@@ -104,7 +104,7 @@ def refused(bench):
                                   (("--device", "micron", "--port", "/dev/null", "--name", "a b"), 3, "--name wants"),
                                   (("--range", "500"), 3, "0.75 to 200"),
                                   (("--port", "/dev/null"), 2, "no sonar found at /dev/null; power, wiring, right port?"),
-                                  (("--port", "can:can0"), 2, "serial lines and UDP only; give --device"),
+                                  (("--port", "can:can0"), 2, "serial lines, UDP and TCP only; give --device"),
                                   (("--port", bench.path("ttyUSB9")), 2, "no such port; find it with `ls /dev/serial/by-id`")):
         done = setup(bench, *words, "--output", "-")
         check(done.returncode == status and done.stderr.count(wanted) == 1, "%s: %d %s" % (words, done.returncode, done.stderr))

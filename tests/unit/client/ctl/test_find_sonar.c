@@ -289,7 +289,7 @@ TEST(a_port_that_cannot_be_had)
     CHECK(!find("/dev/ttyUSB0", true, (struct far){.breaks = true})); /* pulled meanwhile: it ends */
     wire.encoding = "socketcan";
     CHECK(!find("can:can0", true, (struct far){0}));
-    CHECK_STR(fault.text, "can:can0: sonars are found on serial lines and UDP only; give --device");
+    CHECK_STR(fault.text, "can:can0: sonars are found on serial lines, UDP and TCP only; give --device");
     wire.encoding = "octet-stream";
 }
 
