@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "memory.h"
 
+#include <malloc.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
@@ -32,4 +33,9 @@ void *memory_touched(size_t n)
     put_in_place(block, n);
     memset(block, 0, n);
     return block;
+}
+
+void memory_return_large(void)
+{
+    mallopt(M_MMAP_THRESHOLD, MEMORY_LARGE_BYTES);
 }

@@ -20,6 +20,7 @@
 #include "daemon/record/clock_note.h"
 #include "daemon/rpc/listen.h"
 #include "core/log.h"
+#include "core/memory.h"
 #include "fit.h"
 #include "options.h"
 #include "plan_show.h"
@@ -707,6 +708,7 @@ int main(int argc, char **argv)
     if (!keep_standard_descriptors())
         return FAILED;
     log_open();
+    memory_return_large();
     int status = options_parse(argc, argv, &o);
     if (status >= 0)
         return written(status);

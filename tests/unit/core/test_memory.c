@@ -1,5 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /* Memory that is there: zeros, aligned, and no page fault when it is used. */
+#include <malloc.h>
 #include <stdint.h>
 #include <stdlib.h>
 #include <sys/mman.h>
@@ -7,6 +8,7 @@
 #include <unistd.h>
 
 #include "core/memory.h"
+#include "tests/lib/sanitized.h"
 #include "tests/lib/test.h"
 
 static long faults(void)
@@ -67,10 +69,35 @@ TEST(what_cannot_be_had_is_refused)
     CHECK(memory_touched(SIZE_MAX - 64) == NULL);
 }
 
+/* As the buffers of clients grow, with small blocks of others between them. */
+TEST(large_blocks_leave_no_trace)
+{
+    enum { N = 200 };
+    static void *large[N], *small[N];
+    memory_return_large();
+    for (int times = 0; times < 3; times++) {
+        const struct mallinfo2 before = mallinfo2();
+        for (size_t i = 0; i < N; i++) {
+            large[i] = realloc(malloc(1000), MEMORY_LARGE_BYTES + 5000 * i);
+            small[i] = malloc(100);
+            CHECK(large[i] && small[i]);
+        }
+        const struct mallinfo2 most = mallinfo2();
+        CHECK(sanitized() || most.hblkhd - before.hblkhd >= (size_t)N * MEMORY_LARGE_BYTES);
+        for (int i = 0; i < N; i++)
+            free(large[i]);
+        CHECK_INT(mallinfo2().hblkhd, before.hblkhd);
+        CHECK(mallinfo2().arena - before.arena <= 1 << 20);
+        for (int i = 0; i < N; i++)
+            free(small[i]);
+    }
+}
+
 int main(void)
 {
     RUN(it_is_zero_and_aligned);
     RUN(its_pages_are_in_place);
     RUN(what_cannot_be_had_is_refused);
+    RUN(large_blocks_leave_no_trace);
     return test_end();
 }

@@ -8,6 +8,7 @@
 #include <errno.h>
 #include <fcntl.h>
 #include <grp.h>
+#include <malloc.h>
 #include <pwd.h>
 #include <semaphore.h>
 #include <sys/file.h>
@@ -1269,6 +1270,44 @@ TEST(a_server_may_stop_while_names_are_looked_up)
     CHECK_INT(asked_last, 1); /* nobody wants them any more */
 }
 
+/* The library's own bookkeeping may keep a little. */
+#define KEPT_BYTES (64 << 10)
+
+static size_t in_use(void)
+{
+    const struct mallinfo2 m = mallinfo2();
+    return m.uordblks + m.hblkhd;
+}
+
+/* Clients that leave with a long reply on its way to them. */
+static void ask_and_leave(int clients)
+{
+    static struct peer peer[15];
+
+    for (int i = 0; i < clients; i++) {
+        peer[i] = join();
+        for (int k = 0; k < 3; k++) /* more than any kernel holds */
+            say(&peer[i], LARGE(900000, 1) "\n");
+    }
+    turn(3 * clients);
+    for (int i = 0; i < clients; i++)
+        leave(&peer[i]);
+    turn(3 * clients);
+}
+
+TEST(what_clients_needed_goes_with_them)
+{
+    set_up(15);
+    ask_and_leave(1); /* what is made once */
+
+    const size_t before = in_use();
+
+    ask_and_leave(15);
+    CHECK_INT(stats().clients_now, 0);
+    CHECK(in_use() <= before + KEPT_BYTES);
+    tear_down();
+}
+
 int main(void)
 {
     const struct rlimit few = {.rlim_cur = FILES_MAX, .rlim_max = FILES_MAX};
@@ -1317,6 +1356,7 @@ int main(void)
     RUN(a_directory_that_another_keeps_locked_is_an_error);
     RUN(what_is_no_socket_is_left_alone);
     RUN(paths_that_cannot_be_are_refused);
+    RUN(what_clients_needed_goes_with_them);
     RUN(nobody_waits_for_names);
     RUN(a_server_may_stop_while_names_are_looked_up);
     RUN(a_socket_that_is_another_s_by_now_is_not_removed);
