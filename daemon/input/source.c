@@ -522,7 +522,7 @@ void source_stats(const struct source *s, struct source_stats *out)
     out->port_error = s->line.error;
     out->port_lost = s->line.port.lost;
     out->port_refused = s->line.port.refused;
-    out->port_strangers = s->line.port.strangers;
+    out->port_strangers = s->line.port.strangers + out->device.strangers;
     out->bus = s->line.port.bus;
     out->mostly_garbage = s->garbage.mostly;
     if (s->mirror)

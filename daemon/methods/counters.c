@@ -27,7 +27,7 @@ unsigned counters_sensor(const struct source_stats *s, uint64_t dropped, struct 
          {"tap_refused_bytes", "bytes written to the tap and discarded", s->tap.refused},
          {"port_lost", "bytes or frames lost in the port", s->port_lost},
          {"port_refused", "bytes or frames that the port did not take", s->port_refused},
-         {"port_strangers", "datagrams of others, dropped by a listening port", s->port_strangers},
+         {"port_strangers", "datagrams or messages of others than who is believed: dropped", s->port_strangers},
          {"bytes_in", "bytes received", s->bytes_in}, {"bytes_out", "bytes sent", s->bytes_out},
          {"dropped", "pings dropped because newer ones came", dropped});
 }

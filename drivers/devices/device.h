@@ -85,6 +85,7 @@ struct device_status {
     uint64_t bad_checksum;
     uint64_t bad_frame;   /* right checksum, senseless or short content */
     uint64_t lost_frames; /* expected and never came */
+    uint64_t strangers;   /* of another sender than the one that is believed: not used */
     uint64_t nacks;
     uint64_t timeouts;
     uint64_t restarts;   /* set up anew, after silence or a takeover */

@@ -19,7 +19,7 @@
 struct dronecan {
     struct receiver receiver; /* first: see receiver.h */
     struct dronecan_receiver transfers;
-    bool other_told;
+    bool other_told, several_told;
 };
 
 static bool dronecan_init(void *state, const struct device_conf *conf, struct fault *fault)
@@ -74,6 +74,23 @@ static void on_measurement(struct dronecan *d, const struct dronecan_measurement
     }
 }
 
+/* Two sensors have two places and two directions, and only one is configured. */
+static bool is_believed(struct dronecan *d, unsigned node, unsigned sensor, uint64_t now_ns,
+                        const struct device_io *io)
+{
+    const unsigned talker = node << 8 | sensor;
+    if (receiver_hears(&d->receiver, talker, now_ns))
+        return true;
+    if (!d->several_told)
+        io->note(
+            io->ctx, NOTE_WARNING,
+            "ranges come from sensor %u of node %u and from sensor %u of node %u; the latter are not used; set "
+            "node and sensor_id",
+            d->receiver.talker & 0xFF, d->receiver.talker >> 8, sensor, node);
+    d->several_told = true;
+    return false;
+}
+
 static void on_transfer(struct dronecan *d, const struct dronecan_transfer *t, uint64_t now_ns,
                         const struct device_io *io)
 {
@@ -93,6 +110,8 @@ static void on_transfer(struct dronecan *d, const struct dronecan_transfer *t, u
         d->other_told = true;
         return;
     }
+    if (!is_believed(d, t->node, m.sensor_id, now_ns, io))
+        return;
     snprintf(l->status.what, sizeof(l->status.what), "DroneCAN node %u sensor %u", t->node, m.sensor_id);
     receiver_heard(l, now_ns, io);
     on_measurement(d, &m, now_ns, io);

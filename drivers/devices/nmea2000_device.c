@@ -9,8 +9,8 @@
  * The depth is the range below the transducer. The offset to water line or keel in the message is not added: where the
  * transducer sits is configured. A depth that is "not available" is no ping: it does not say that the water is free.
  *
- * Displays repeat the message without ever having a depth. So talkers are kept apart: "not available" of an address
- * that never had a depth says nothing while another address has one.
+ * Displays repeat the message without ever having a depth, and there may be a second transducer. So one address is used
+ * at a time: the first that has a depth, until it has been silent.
  */
 #include <math.h>
 #include <stdio.h>
@@ -35,16 +35,14 @@
 #define OFFSET_GOOD_MAX 0x7FFC
 
 struct talker {
-    bool had_depth;     /* ever */
-    bool has_depth;     /* in its newest message */
-    bool short_told;    /* that its frames are too short */
-    bool several_told;  /* that it is not the only one with depths */
-    uint64_t t_last_ns; /* of its newest message */
+    bool short_told;   /* that its frames are too short */
+    bool several_told; /* that it has depths as well, and is not used */
 };
 
 struct nmea2000 {
     struct receiver receiver; /* first: see receiver.h */
     struct talker talker[ADDRESSES];
+    int also; /* an address whose depths are not used, beside the one whose are; -1: none */
 };
 
 static bool nmea2000_init(void *state, const struct device_conf *conf, struct fault *fault)
@@ -52,6 +50,7 @@ static bool nmea2000_init(void *state, const struct device_conf *conf, struct fa
     struct nmea2000 *d = state;
     if (!device_conf_check(&device_nmea2000, conf, fault))
         return false;
+    d->also = -1;
     receiver_init(&d->receiver, conf, "NMEA 2000 depth transducer", PATIENCE_NS);
     return true;
 }
@@ -69,46 +68,54 @@ static struct can_match nmea2000_can_match(const void *state)
     return match;
 }
 
-/* An address other than `source` that has a depth now, -1: none. One that fell silent may have changed its address. */
-static int other_with_depth(const struct nmea2000 *d, int source, uint64_t now_ns)
-{
-    for (int i = 0; i < ADDRESSES; i++) {
-        const struct talker *t = &d->talker[i];
-        if (i != source && t->has_depth && now_ns - t->t_last_ns <= PATIENCE_NS)
-            return i;
-    }
-    return -1;
-}
-
-/* `other`: another address that has depths, -1: none. */
-static void describe_source(struct receiver *l, int source, int other, int16_t offset_mm)
+/* `also`: another address that has depths, or has had them: -1: none. */
+static void describe_source(struct receiver *l, unsigned source, int also, int16_t offset_mm)
 {
     char *what = l->status.what;
     const size_t room = sizeof(l->status.what);
-    int n = snprintf(what, room, "NMEA 2000 address %d", source);
-    if (other >= 0)
-        n += snprintf(what + n, room - (size_t)n, " (depths also from %d)", other);
+    int n = snprintf(what, room, "NMEA 2000 address %u", source);
+    if (also >= 0)
+        n += snprintf(what + n, room - (size_t)n, " (depths also from %d)", also);
     /* -1 mm is sent by devices that mean "not available" and say so with the wrong number. */
     if (offset_mm <= OFFSET_GOOD_MAX && offset_mm != 0 && offset_mm != -1)
         snprintf(what + n, room - (size_t)n, ", %.3f m %s", fabs(offset_mm * 1e-3),
                  offset_mm > 0 ? "below the water line" : "above the keel");
 }
 
-static void tell_several(struct nmea2000 *d, int source, int other, const struct device_io *io)
+static void tell_several(struct nmea2000 *d, unsigned source, const struct device_io *io)
 {
+    d->also = (int)source;
     if (d->talker[source].several_told)
         return;
-    d->talker[source].several_told = d->talker[other].several_told = true;
+    d->talker[source].several_told = true;
     io->note(io->ctx, NOTE_WARNING,
-             "depths come from NMEA 2000 addresses %d and %d, taken as one transducer; set node to one of them",
-             other, source);
+             "depths come from NMEA 2000 addresses %u and %u; those of %u are not used; set node to one of them",
+             d->receiver.talker, source, source);
+}
+
+/* One that says "not available" holds nobody's place: displays do so all the time. */
+static bool is_believed(struct nmea2000 *d, unsigned source, bool heard, uint64_t now_ns,
+                        const struct device_io *io)
+{
+    unsigned held;
+    const bool talks = receiver_talks(&d->receiver, now_ns, &held);
+    if (!talks || held == source)
+        d->also = talks ? d->also : -1;
+    else if (!heard)
+        return false;
+    if (!heard && !talks)
+        return true;
+    if (receiver_hears(&d->receiver, source, now_ns))
+        return true;
+    tell_several(d, source, io);
+    return false;
 }
 
 static void on_depth(struct nmea2000 *d, const struct canfd_frame *frame, uint64_t now_ns,
                      const struct device_io *io)
 {
     const uint8_t *b = frame->data;
-    const int source = (int)(frame->can_id & 0xFF), other = other_with_depth(d, source, now_ns);
+    const unsigned source = frame->can_id & 0xFF;
     const uint32_t depth = b[1] | (uint32_t)b[2] << 8 | (uint32_t)b[3] << 16 | (uint32_t)b[4] << 24;
     const bool heard = depth > 0 && depth <= DEPTH_GOOD_MAX; /* else "not available" */
     const struct receiver_range range = {.range_m = heard ? depth * 0.01 : 0,
@@ -116,18 +123,12 @@ static void on_depth(struct nmea2000 *d, const struct canfd_frame *frame, uint64
                                          .range_max_m = b[7] <= RANGE_GOOD_MAX ? b[7] * 10.0 : 0,
                                          .resolution_m = 0.01,
                                          .aperture_rad = geo_rad(APERTURE_DEG)};
-    struct talker *talker = &d->talker[source];
 
-    talker->has_depth = heard;
-    talker->had_depth |= heard;
-    talker->t_last_ns = now_ns;
-    if (!talker->had_depth && other >= 0)
+    if (!is_believed(d, source, heard, now_ns, io))
         return;
-    describe_source(&d->receiver, source, other, (int16_t)(b[5] | b[6] << 8));
+    describe_source(&d->receiver, source, d->also, (int16_t)(b[5] | b[6] << 8));
     receiver_heard(&d->receiver, now_ns, io);
     receiver_ping(&d->receiver, &range, now_ns, io);
-    if (heard && other >= 0)
-        tell_several(d, source, other, io);
 }
 
 /* Some instruments leave the last byte out. They are named once, and in `what` while nothing better comes. */

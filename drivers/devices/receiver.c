@@ -17,6 +17,25 @@ static void wait_for_more(struct receiver *l, uint64_t now_ns)
     l->due_ns = l->conf.listen_only ? NEVER : now_ns + l->patience_ns;
 }
 
+bool receiver_talks(const struct receiver *l, uint64_t now_ns, unsigned *talker)
+{
+    *talker = l->talker;
+    return l->talking && now_ns - l->t_talker_ns <= l->patience_ns;
+}
+
+bool receiver_hears(struct receiver *l, unsigned talker, uint64_t now_ns)
+{
+    unsigned held;
+    if (receiver_talks(l, now_ns, &held) && held != talker) {
+        l->status.strangers++;
+        return false;
+    }
+    l->talking = true;
+    l->talker = talker;
+    l->t_talker_ns = now_ns;
+    return true;
+}
+
 void receiver_heard(struct receiver *l, uint64_t now_ns, const struct device_io *io)
 {
     if (!l->heard || l->silent)

@@ -15,6 +15,9 @@ struct receiver {
     uint64_t patience_ns; /* silence is reported after so long */
     bool open, heard, silent;
     uint64_t due_ns;
+    bool talking;                /* somebody was heard: ... */
+    unsigned talker;             /* ... on a bus where any may speak, that one */
+    uint64_t t_talker_ns;        /* of its newest message */
     struct device_status status; /* state is filled in by receiver_status */
 };
 
@@ -29,6 +32,15 @@ struct receiver_range {
 };
 
 void receiver_init(struct receiver *l, const struct device_conf *conf, const char *subject, uint64_t patience_ns);
+
+/** receiver_talks - is anybody held who spoke within the patience? Then *talker is that one. */
+bool receiver_talks(const struct receiver *l, uint64_t now_ns, unsigned *talker);
+
+/**
+ * receiver_hears - is a message of `talker` to be believed? Two instruments are no single one that knows more: the
+ * first that speaks is held, and is replaced only after its silence. Messages of others are counted.
+ */
+bool receiver_hears(struct receiver *l, unsigned talker, uint64_t now_ns);
 
 /** receiver_heard - something for us came in, with or without a range. */
 void receiver_heard(struct receiver *l, uint64_t now_ns, const struct device_io *io);

@@ -94,8 +94,9 @@ TEST(a_display_without_depths_takes_nothing_back)
     CHECK_STR(rig_status().what, "NMEA 2000 address 36, 0.500 m below the water line");
     rig_hear("15F50B24#67FFFFFFFFF401FF"); /* the transducer itself */
     CHECK_INT(rig.unheard, 1);
-    rig_hear("0DF50B0C#FFFFFFFFFFFF7FFF"); /* nobody has a depth now */
-    CHECK_INT(rig.unheard, 2);
+    rig_hear("0DF50B0C#FFFFFFFFFFFF7FFF"); /* nobody has a depth now, and the transducer has said so */
+    CHECK_INT(rig.unheard, 1);
+    CHECK_INT(rig_status().strangers, 0);
     CHECK_INT(rig.warnings, 0);
 }
 
@@ -108,19 +109,29 @@ TEST(a_display_counts_again_when_the_transducer_is_silent)
     CHECK_INT(rig.unheard, 1);
 }
 
-TEST(two_with_depths_are_a_warning)
+TEST(of_two_with_depths_the_first_is_used_until_it_is_silent)
 {
     CHECK(rig_open(&device_nmea2000, -1, -1));
     for (int i = 0; i < 3; i++) {
         rig_hear("0DF50B0B#11D50200000000FF");
         rig_hear("0DF50B23#11BC0100000000FF");
     }
-    CHECK_INT(rig.pings, 6);
+    CHECK_INT(rig.pings, 3);
+    CHECK_INT(rig_status().strangers, 3);
     CHECK_INT(rig.warnings, 1);
-    CHECK(strstr(rig.note, "addresses 11 and 35"));
-    CHECK_STR(rig_status().what, "NMEA 2000 address 35 (depths also from 11)");
-    rig_hear("0DF50B23#11FFFFFFFF0000FF"); /* it had depths: what it cleared is taken back */
+    CHECK(strstr(rig.note, "addresses 11 and 35; those of 35 are not used"));
+    rig_hear("0DF50B0B#11D50200000000FF");
+    CHECK_STR(rig_status().what, "NMEA 2000 address 11 (depths also from 35)");
+    rig_hear("0DF50B23#11FFFFFFFF0000FF");
+    CHECK_INT(rig.unheard, 0);
+    rig_hear("0DF50B0B#11FFFFFFFF0000FF"); /* what it cleared is taken back */
     CHECK_INT(rig.unheard, 1);
+    rig_hear("0DF50B23#11BC0100000000FF"); /* it is still there, though it has no depth */
+    CHECK_INT(rig.pings, 4);
+    rig_wait(5001);
+    rig_hear("0DF50B23#11BC0100000000FF");
+    CHECK_INT(rig.pings, 5);
+    CHECK_STR(rig_status().what, "NMEA 2000 address 35");
 }
 
 TEST(a_changed_address_is_no_second_transducer)
@@ -245,7 +256,7 @@ int main(void)
     RUN(source_is_chosen);
     RUN(a_display_without_depths_takes_nothing_back);
     RUN(a_display_counts_again_when_the_transducer_is_silent);
-    RUN(two_with_depths_are_a_warning);
+    RUN(of_two_with_depths_the_first_is_used_until_it_is_silent);
     RUN(a_changed_address_is_no_second_transducer);
     RUN(short_frames_are_named_once);
     FILE *data = fopen(DATA "README.md", "r");
