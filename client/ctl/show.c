@@ -178,7 +178,7 @@ static void show_faults(const struct page *page, const json_t *sensor)
                   {"port_refused",
                    "datagram refused: nothing listens there (is the bridge running, on this port?)",
                    "datagrams refused: nothing listens there (is the bridge running, on this port?)"},
-                  {"port_strangers", "datagram of another host", "datagrams of other hosts"},
+                  {"port_strangers", "message of another sender", "messages of other senders"},
                   {"tap_lost_bytes", "byte not read from the tap", "bytes not read from the tap"},
                   {"tap_refused_bytes", "byte written to the tap", "bytes written to the tap"},
                   {"dropped", "ping dropped", "pings dropped"}};

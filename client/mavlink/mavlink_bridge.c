@@ -31,6 +31,7 @@ enum alert {
     ALERT_LEAK,
     ALERT_POSE,
     ALERT_BAROMETERS,
+    ALERT_CLOCKS,
     ALERT_SENSOR,
     ALERTS = ALERT_SENSOR + MAVLINK_SENSORS_MAX
 };
@@ -38,7 +39,9 @@ enum alert {
 struct mavlink_bridge {
     const struct mavlink_bridge_conf *conf;
     struct mavlink_link *link;
+    struct mavlink_peer peer;
     struct mavlink_parser parser;
+    struct mavlink_source parsed; /* whose bytes the parser holds */
     struct mavlink_sender sender;
     struct mavlink_vehicle vehicle;
     struct mavlink_feed feed;
@@ -48,7 +51,7 @@ struct mavlink_bridge {
     double reach_m;    /* last known */
     uint64_t sent;
     uint64_t start_ns;
-    bool had_vehicle;
+    bool had_vehicle, two_clocks;
     bool had_daemon, had_data, had_pose, had_ping[MAVLINK_SENSORS_MAX]; /* what was never there is not lost */
     enum told link_told, daemon_told, vehicle_told, below_told;
 };
@@ -220,6 +223,14 @@ static void send_below(struct mavlink_bridge *b, uint64_t now_ns)
 
 /* ---- what is wrong ---- */
 
+static void update_pose_alerts(struct mavlink_bridge *b, uint64_t now_ns)
+{
+    const bool two = mavlink_clock_two(&b->vehicle.clock, now_ns);
+
+    mavlink_alert_set(&b->alert[ALERT_CLOCKS], two, now_ns,
+                      two ? "sonard: two autopilots, one system id: no pose" : "sonard: one autopilot again");
+}
+
 static void update_alerts(struct mavlink_bridge *b, uint64_t now_ns)
 {
     const struct mavlink_feed *feed = &b->feed;
@@ -252,6 +263,7 @@ static void update_alerts(struct mavlink_bridge *b, uint64_t now_ns)
                       !doubtful                     ? "sonard: barometers agree again"
                       : b->vehicle.barometers.named ? "sonard: barometers disagree: depth right?"
                                                     : "sonard: barometers disagree: no depth");
+    update_pose_alerts(b, now_ns);
     for (int i = 0; alive && i < feed->n_sensors; i++) {
         const struct mavlink_sensor *s = &feed->sensor[i];
         const bool had_ping = b->had_ping[i];
@@ -332,11 +344,47 @@ static void take_frame(struct mavlink_bridge *b, const struct mavlink_frame *fra
 
     if (!mavlink_vehicle_take(&b->vehicle, frame, now_ns))
         return;
-    mavlink_link_trust(b->link, now_ns);
+    mavlink_peer_hold(&b->peer, &b->link->sender, now_ns);
     if (frame->message->id == MAVLINK_TIMESYNC)
         answer_timesync(b, frame, now_ns);
     if (mavlink_vehicle_pose(&b->vehicle, now_ns, &pose))
         mavlink_feed_pose(&b->feed, &pose, now_ns);
+}
+
+/* There is no peer: only that an autopilot says that it is there makes one. */
+static bool meet_peer(struct mavlink_bridge *b, const struct mavlink_frame *frame, uint64_t now_ns)
+{
+    char text[400];
+
+    if (!mavlink_vehicle_speaks(&b->vehicle, frame))
+        return false;
+    if (!mavlink_source_same_host(&b->peer.source, &b->link->sender))
+        mavlink_vehicle_moved(&b->vehicle);
+    mavlink_peer_hold(&b->peer, &b->link->sender, now_ns);
+    mavlink_link_answer(b->link);
+    say("%s", mavlink_peer_text(&b->peer, text, sizeof text));
+    return true;
+}
+
+/* What one read gave, of one sender. A frame may be cut by its sender, but never goes on with the bytes of another. */
+static void take_bytes(struct mavlink_bridge *b, const uint8_t *bytes, size_t n, uint64_t now_ns)
+{
+    const enum mavlink_whose whose = mavlink_peer_judge(&b->peer, &b->link->sender, now_ns);
+    bool peers = whose == MAVLINK_PEERS;
+    struct mavlink_frame frame;
+
+    if (whose == MAVLINK_SOMEBODYS)
+        return;
+    b->link->received = true;
+    if (!mavlink_source_same(&b->parsed, &b->link->sender)) {
+        mavlink_parser_restart(&b->parser);
+        b->parsed = b->link->sender;
+    }
+    while (mavlink_parser_next(&b->parser, &bytes, &n, &frame)) {
+        peers = peers || meet_peer(b, &frame, now_ns);
+        if (peers)
+            take_frame(b, &frame, now_ns);
+    }
 }
 
 /* A frame counts from when it was read, not from before: one of later than its arrival would set the autopilot's clock
@@ -346,15 +394,12 @@ static void read_link(struct mavlink_bridge *b, mavlink_now_fn *now)
     uint8_t buffer[2048];
 
     for (int i = 0; i < READS_PER_TURN; i++) {
-        size_t n = mavlink_link_read(b->link, buffer, sizeof buffer, now().now_ns);
+        const size_t n = mavlink_link_read(b->link, buffer, sizeof buffer, now().now_ns);
         const uint64_t now_ns = now().now_ns;
-        const uint8_t *bytes = buffer;
-        struct mavlink_frame frame;
 
         if (n == 0)
             return;
-        while (mavlink_parser_next(&b->parser, &bytes, &n, &frame))
-            take_frame(b, &frame, now_ns);
+        take_bytes(b, buffer, n, now_ns);
     }
 }
 
@@ -369,6 +414,19 @@ static bool is_due(uint64_t *due_ns, uint64_t period_ns, uint64_t now_ns)
     return true;
 }
 
+static void say_clocks(struct mavlink_bridge *b, uint64_t now_ns)
+{
+    const bool two = mavlink_clock_two(&b->vehicle.clock, now_ns);
+
+    if (two != b->two_clocks)
+        say(two ? "warning: the time of system %u jumps, as that of two autopilots with one id does (a simulator, "
+                  "a "
+                  "second vehicle), or of two links whose delays differ: no pose until it stops"
+                : "the time of system %u no longer jumps",
+            b->vehicle.system_id);
+    b->two_clocks = two;
+}
+
 static void do_second(struct mavlink_bridge *b, uint64_t now_ns)
 {
     const struct mavlink_timesync question = {.ts1 = (int64_t)now_ns};
@@ -381,10 +439,13 @@ static void do_second(struct mavlink_bridge *b, uint64_t now_ns)
     if (b->had_vehicle && !had_vehicle)
         b->ask_due_ns = now_ns;
     send_heartbeat(b, now_ns);
+    if (mavlink_peer_news(&b->peer, now_ns, news, sizeof news))
+        say("%s", news);
     if (!b->had_vehicle)
         return;
     if (mavlink_vehicle_depth_news(&b->vehicle, now_ns, news, sizeof news))
         say("%s", news);
+    say_clocks(b, now_ns);
     send_message(b, MAVLINK_TIMESYNC, &question, now_ns);
     if (now_ns > b->vehicle.attitude_ns + ATTITUDE_DUE && is_due(&b->ask_due_ns, ASK_EVERY_NS, now_ns))
         ask_for_rates(b, now_ns);
@@ -455,6 +516,7 @@ struct mavlink_bridge *mavlink_bridge_new(const struct mavlink_bridge_conf *conf
         return NULL;
     *b = (struct mavlink_bridge){.conf = conf,
                                  .link = link,
+                                 .peer = {.network = conf->network},
                                  .parser = {.signing = conf->signing},
                                  .sender = {.component_id = conf->component_id, .signing = conf->signing},
                                  .alert = {[ALERT_LEAK] = {.grave = true}},
@@ -472,10 +534,12 @@ void mavlink_bridge_end(struct mavlink_bridge *b)
     const struct mavlink_counters *in = &b->parser.counters;
 
     say("in: %" PRIu64 " frames, %" PRIu64 " of unknown id, %" PRIu64 " bad CRC, %" PRIu64 " bad flags, %" PRIu64
-        " bad signature, %" PRIu64 " bytes of garbage; out: %" PRIu64 " frames, %" PRIu64
-        " dropped; poses: %" PRIu64 ", %" PRIu64 " refused, %" PRIu64 " kept back",
-        in->frames, in->unknown, in->bad_crc, in->bad_flags, in->bad_signature, in->garbage_bytes, b->sent,
-        b->link->dropped, b->feed.poses, b->feed.poses_refused + b->vehicle.refused, b->feed.poses_held);
+        " bad signature, %" PRIu64 " bytes of garbage, %" PRIu64 " datagrams of others; out: %" PRIu64
+        " frames, %" PRIu64 " dropped; poses: %" PRIu64 ", %" PRIu64 " refused, %" PRIu64 " kept back, %" PRIu64
+        " messages of doubtful time",
+        in->frames, in->unknown, in->bad_crc, in->bad_flags, in->bad_signature, in->garbage_bytes,
+        b->peer.strangers, b->sent, b->link->dropped, b->feed.poses, b->feed.poses_refused + b->vehicle.refused,
+        b->feed.poses_held, b->vehicle.undated);
     mavlink_feed_close(&b->feed);
     mavlink_link_close(b->link);
     free(b);

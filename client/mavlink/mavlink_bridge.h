@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * mavlink_bridge - carries poses from an autopilot to the daemon and obstacles from the daemon to the autopilot. The
- * one place where link, vehicle, feed and alerts meet. Waits for nothing: who owns it polls its descriptors,
+ * one place where link, peer, vehicle, feed and alerts meet. Waits for nothing: who owns it polls its descriptors,
  * and hands the clock in.
  */
 #ifndef SONARD_MAVLINK_BRIDGE_H
@@ -12,6 +12,7 @@
 
 #include "mavlink_feed.h"
 #include "mavlink_link.h"
+#include "mavlink_peer.h"
 
 #define MAVLINK_BRIDGE_FDS 2
 
@@ -19,6 +20,7 @@ struct mavlink_bridge_conf {
     struct mavlink_feed_conf feed; /* its rate is also that of the obstacles sent */
     struct mavlink_vehicle_conf vehicle;
     struct mavlink_obstacle_conf obstacles;
+    struct mavlink_network network;  /* whose frames may be believed */
     uint8_t component_id;            /* ours */
     struct mavlink_signing *signing; /* NULL: frames are not signed */
 };

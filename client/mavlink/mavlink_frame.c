@@ -145,6 +145,13 @@ bool mavlink_parser_next(struct mavlink_parser *parser, const uint8_t **bytes, s
     }
 }
 
+void mavlink_parser_restart(struct mavlink_parser *parser)
+{
+    parser->counters.garbage_bytes += parser->n_held;
+    parser->n_held = 0;
+    parser->searching = false;
+}
+
 size_t mavlink_build(struct mavlink_sender *sender, const struct mavlink_message *message, const void *content,
                      uint8_t out[MAVLINK_FRAME_MAX])
 {

@@ -50,6 +50,9 @@ struct mavlink_parser {
 bool mavlink_parser_next(struct mavlink_parser *parser, const uint8_t **bytes, size_t *n,
                          struct mavlink_frame *out);
 
+/** mavlink_parser_restart - forget the start of a frame that was held: what comes is of another sender. */
+void mavlink_parser_restart(struct mavlink_parser *parser);
+
 struct mavlink_sender {
     uint8_t system_id, component_id, sequence;
     struct mavlink_signing *signing; /* NULL: unsigned */

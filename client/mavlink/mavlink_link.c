@@ -12,9 +12,8 @@
 #include <termios.h>
 #include <unistd.h>
 
-#define RETRY_NS     1000000000u
-#define RETRY_MOST   30 /* seconds between attempts at a name that is not known: asking may take long */
-#define PEER_HOLD_NS 5000000000u
+#define RETRY_NS   1000000000u
+#define RETRY_MOST 30 /* seconds between attempts at a name that is not known: asking may take long */
 
 static const struct {
     unsigned baud;
@@ -210,12 +209,11 @@ size_t mavlink_link_read(struct mavlink_link *link, void *buffer, size_t size, u
         if (n == 0)
             errno = ENODEV;
     } else {
-        link->sender_size = sizeof link->sender;
-        n = recvfrom(link->fd, buffer, size, 0, (struct sockaddr *)&link->sender, &link->sender_size);
+        link->sender = (struct mavlink_source){.size = sizeof link->sender.address};
+        n = recvfrom(link->fd, buffer, size, 0, (struct sockaddr *)&link->sender.address, &link->sender.size);
     }
     if (n > 0) {
         link->error[0] = '\0';
-        link->received = true;
         return (size_t)n;
     }
     if (n < 0 || link->kind == MAVLINK_SERIAL)
@@ -223,24 +221,17 @@ size_t mavlink_link_read(struct mavlink_link *link, void *buffer, size_t size, u
     return 0;
 }
 
-void mavlink_link_trust(struct mavlink_link *link, uint64_t now_ns)
+void mavlink_link_answer(struct mavlink_link *link)
 {
-    const bool same =
-        link->peer_size == link->sender_size && memcmp(&link->peer, &link->sender, link->peer_size) == 0;
-
-    if (link->kind != MAVLINK_UDPIN ||
-        (link->peer_size > 0 && !same && now_ns < link->peer_heard_ns + PEER_HOLD_NS))
-        return;
     link->peer = link->sender;
-    link->peer_size = link->sender_size;
-    link->peer_heard_ns = now_ns;
 }
 
 /* Hands a datagram over, to `peer` where the socket has none of its own. */
-static bool sent(struct mavlink_link *link, const void *frame, size_t n, const struct sockaddr_storage *peer,
-                 socklen_t peer_size, uint64_t now_ns)
+static bool sent(struct mavlink_link *link, const void *frame, size_t n, const struct mavlink_source *peer,
+                 uint64_t now_ns)
 {
-    const ssize_t k = sendto(link->fd, frame, n, MSG_NOSIGNAL, (const struct sockaddr *)peer, peer_size);
+    const struct sockaddr *to = peer ? (const struct sockaddr *)&peer->address : NULL;
+    const ssize_t k = sendto(link->fd, frame, n, MSG_NOSIGNAL, to, peer ? peer->size : 0);
 
     if (k < 0)
         failed(link, now_ns);
@@ -252,9 +243,9 @@ void mavlink_link_write(struct mavlink_link *link, const void *frame, size_t n, 
     bool taken = false;
 
     if (link->fd >= 0 && link->kind == MAVLINK_UDP) {
-        taken = sent(link, frame, n, NULL, 0, now_ns);
-    } else if (link->fd >= 0 && link->kind == MAVLINK_UDPIN && link->peer_size > 0) {
-        taken = sent(link, frame, n, &link->peer, link->peer_size, now_ns);
+        taken = sent(link, frame, n, NULL, now_ns);
+    } else if (link->fd >= 0 && link->kind == MAVLINK_UDPIN && link->peer.size > 0) {
+        taken = sent(link, frame, n, &link->peer, now_ns);
     } else if (link->fd >= 0 && link->kind == MAVLINK_SERIAL && n <= sizeof link->out - link->n_out) {
         memcpy(link->out + link->n_out, frame, n);
         link->n_out += n;

@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * mavlink_link - the way to the autopilot: UDP to a known place, UDP to whoever speaks to our port, or a serial line.
- * Never blocks but for the look-up of a name; reopens by itself what was lost. Moves bytes, knows no frames.
+ * Never blocks but for the look-up of a name; reopens by itself what was lost. Moves bytes, and says whose they are;
+ * knows no frames, and believes nobody.
  */
 #ifndef SONARD_MAVLINK_LINK_H
 #define SONARD_MAVLINK_LINK_H
@@ -9,9 +10,9 @@
 #include <stdbool.h>
 #include <stddef.h>
 #include <stdint.h>
-#include <sys/socket.h>
 
 #include "core/fault.h"
+#include "mavlink_peer.h"
 
 #define MAVLINK_LINK_OUT_BYTES 4096
 
@@ -24,12 +25,10 @@ struct mavlink_link {
     unsigned baud;   /* serial */
     int fd;          /* -1: not open; may be polled for mavlink_link_events */
     uint64_t retry_ns;
-    unsigned retry_s;                     /* between attempts at the name; 0: it is known */
-    char error[256];                      /* why it is not open, or deaf, one sentence; "": all is well */
-    bool received;                        /* something, since it was opened */
-    struct sockaddr_storage peer, sender; /* udpin: who gets our frames; whose datagram came last */
-    socklen_t peer_size, sender_size;
-    uint64_t peer_heard_ns;
+    unsigned retry_s; /* between attempts at the name; 0: it is known */
+    char error[256];  /* why it is not open, or deaf, one sentence; "": all is well */
+    bool received;    /* something of those who may be believed, since it was opened; the owner's */
+    struct mavlink_source peer, sender;  /* udpin: who gets our frames; whose datagram came last */
     uint8_t out[MAVLINK_LINK_OUT_BYTES]; /* serial: not yet written */
     size_t n_out;
     uint64_t dropped; /* frames for which there was no room, or no way */
@@ -56,11 +55,8 @@ short mavlink_link_events(const struct mavlink_link *link);
  */
 size_t mavlink_link_read(struct mavlink_link *link, void *buffer, size_t size, uint64_t now_ns);
 
-/**
- * mavlink_link_trust - what was read last made sense. udpin: its sender gets our frames, unless another one that did
- * was heard within five seconds.
- */
-void mavlink_link_trust(struct mavlink_link *link, uint64_t now_ns);
+/** mavlink_link_answer - udpin: from now on the sender of what was read last gets our frames. */
+void mavlink_link_answer(struct mavlink_link *link);
 
 /** mavlink_link_write - send a frame, whole or not at all (then counted as dropped). */
 void mavlink_link_write(struct mavlink_link *link, const void *frame, size_t n, uint64_t now_ns);

@@ -35,16 +35,28 @@ bool mavlink_vehicle_present(struct mavlink_vehicle *vehicle, uint64_t now_ns)
     return vehicle->present;
 }
 
-/* A heartbeat of an autopilot takes the vehicle's place when that is free. */
-static void meet(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame, uint64_t now_ns)
+bool mavlink_vehicle_speaks(const struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame)
 {
     struct mavlink_heartbeat heartbeat;
 
+    if (frame->component_id != AUTOPILOT || frame->message->id != MAVLINK_HEARTBEAT)
+        return false;
     mavlink_unpack(frame->message, frame->payload, &heartbeat);
-    if (heartbeat.autopilot == MAVLINK_AUTOPILOT_INVALID || heartbeat.type == MAVLINK_TYPE_GCS)
+    return heartbeat.autopilot != MAVLINK_AUTOPILOT_INVALID && heartbeat.type != MAVLINK_TYPE_GCS &&
+           (vehicle->conf.system_id == 0 || vehicle->conf.system_id == frame->system_id);
+}
+
+void mavlink_vehicle_moved(struct mavlink_vehicle *vehicle)
+{
+    mavlink_barometers_forget(&vehicle->barometers);
+}
+
+/* A heartbeat of an autopilot takes the vehicle's place when that is free. */
+static void meet(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame, uint64_t now_ns)
+{
+    if (!mavlink_vehicle_speaks(vehicle, frame))
         return;
-    if (!mavlink_vehicle_present(vehicle, now_ns) &&
-        (vehicle->conf.system_id == 0 || vehicle->conf.system_id == frame->system_id)) {
+    if (!mavlink_vehicle_present(vehicle, now_ns)) {
         if (vehicle->system_id != frame->system_id)
             mavlink_barometers_forget(&vehicle->barometers);
         vehicle->present = true;
@@ -54,11 +66,17 @@ static void meet(struct mavlink_vehicle *vehicle, const struct mavlink_frame *fr
         vehicle->heartbeat_ns = now_ns;
 }
 
-/* The sample's own time; 0, counted, when it is too old to be of use. */
+/* The sample's own time; 0, counted, when it is too old to be of use, or nobody knows whose clock it is of. Then
+ * nothing that came before it counts either. */
 static uint64_t sampled(struct mavlink_vehicle *vehicle, uint32_t boot_ms, uint64_t now_ns)
 {
     const uint64_t t_ns = mavlink_clock_heard(&vehicle->clock, boot_ms, now_ns);
 
+    if (mavlink_clock_doubtful(&vehicle->clock, now_ns)) {
+        vehicle->next.has = 0;
+        vehicle->undated++;
+        return 0;
+    }
     if (now_ns <= t_ns + TOO_OLD_NS)
         return t_ns;
     vehicle->refused++;

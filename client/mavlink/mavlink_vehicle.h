@@ -49,9 +49,16 @@ struct mavlink_vehicle {
     uint64_t due_ns;                                 /* the next pose not before */
     uint64_t t_pose_ns;                              /* of the last pose */
     uint64_t refused;                                /* messages with values that cannot be, or too old */
+    uint64_t undated;                                /* messages left out while the clock is doubtful */
 };
 
 void mavlink_vehicle_init(struct mavlink_vehicle *vehicle, const struct mavlink_vehicle_conf *conf);
+
+/** mavlink_vehicle_speaks - is that the heartbeat of an autopilot which may be the vehicle's? Changes nothing. */
+bool mavlink_vehicle_speaks(const struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame);
+
+/** mavlink_vehicle_moved - frames come from another computer: what the barometers showed may be another's. */
+void mavlink_vehicle_moved(struct mavlink_vehicle *vehicle);
 
 /**
  * mavlink_vehicle_take - a frame that arrived at now_ns. True when the vehicle's autopilot sent it; frames of other
@@ -64,8 +71,10 @@ bool mavlink_vehicle_present(struct mavlink_vehicle *vehicle, uint64_t now_ns);
 
 /**
  * mavlink_vehicle_pose - the parts that came since the last pose, at the time of the attitude: true at most 50 times
- * a second. Without attitude the other parts go out alone, after half a second. A depth by pressure is left out while
- * positions come, while it is not known which barometer is in the water, and while the surface is not known.
+ * a second. Without attitude the other parts go out alone, after half a second. Everything is left out while
+ * its clock is doubtful. A depth by pressure
+ * is left out while positions come, while it is not known which barometer is in the water, and while the surface is not
+ * known.
  */
 bool mavlink_vehicle_pose(struct mavlink_vehicle *vehicle, uint64_t now_ns, struct mavlink_pose *out);
 

@@ -35,6 +35,8 @@ static void on_stop(int signal)
 static const struct argument options[] = {
     {"--link", "link", "LINK", "udp:HOST:PORT, udpin:PORT or serial:/dev/NAME:BAUD; must be given", ARGUMENT_TEXT,
      0, 0, 0},
+    {"--peer", "peer", "ADDRESS[/BITS]", "udpin: believe only senders there; else the first autopilot",
+     ARGUMENT_TEXT, 0, 0, 0},
     {"--socket", "socket", "PATH", "of the daemon; else $SONARD_SOCKET, else " SONARD_DEFAULT_SOCKET,
      ARGUMENT_TEXT, 0, 0, 0},
     {"--system-id", "system-id", "N", "of the vehicle, and ours; else the first autopilot's", ARGUMENT_INTEGER, 0,
@@ -127,6 +129,7 @@ static bool parse_conf(const struct arguments *arguments, struct mavlink_bridge_
     const char *socket = json_string_value(json_object_get(given, "socket")), *set = getenv("SONARD_SOCKET");
     const char *address = json_string_value(json_object_get(given, "link"));
     const char *key_file = json_string_value(json_object_get(given, "sign"));
+    const char *peer = json_string_value(json_object_get(given, "peer"));
 
     *conf =
         (struct mavlink_bridge_conf){.feed = {.socket = socket        ? socket
@@ -149,6 +152,9 @@ static bool parse_conf(const struct arguments *arguments, struct mavlink_bridge_
         fault_set(fault, address ? "'%.100s' is no option" : "--link LINK is missing",
                   arguments->n_words > 0 ? arguments->word[0] : "");
     }
+    if (!fault->text[0] && peer && mavlink_network_parse(peer, &conf->network, fault) &&
+        strncmp(address, "udpin:", 6) != 0)
+        fault_set(fault, "--peer %.60s: only --link udpin:PORT has more than one sender", peer);
     return !fault->text[0] && mavlink_link_init(link, address, fault);
 }
 

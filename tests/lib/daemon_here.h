@@ -6,6 +6,7 @@
 #ifndef SONARD_TEST_DAEMON_HERE_H
 #define SONARD_TEST_DAEMON_HERE_H
 
+#include <math.h>
 #include <sys/socket.h>
 #include <sys/un.h>
 #include <unistd.h>
@@ -34,6 +35,7 @@ struct daemon_here {
     int listener, fd;
     json_int_t watches, leaks;
     double pose_unix; /* t_unix of the last pose */
+    double rolled;    /* the most that a pose was, by its quaternion's x */
     int clear;        /* so many sectors, the last ones */
     bool wet, replay;
     int status_watch; /* what the client counts as its watch of status */
@@ -83,8 +85,12 @@ static int agree(struct daemon_here *d)
             pose ? json_pack("{s:b}", "taken", 1) : json_pack("{s:I}", "watch", (json_int_t)++d->watches);
 
         poses += pose;
-        if (pose)
-            d->pose_unix = json_number_value(json_object_get(json_object_get(request, "params"), "t_unix"));
+        if (pose) {
+            const json_t *params = json_object_get(request, "params");
+            const json_t *x = json_array_get(json_object_get(params, "quaternion"), 1);
+            d->pose_unix = json_number_value(json_object_get(params, "t_unix"));
+            d->rolled = fmax(d->rolled, fabs(json_number_value(x)));
+        }
         say(d, json_pack("{s:o, s:O}", "result", result, "id", json_object_get(request, "id")));
         json_decref(request);
     }

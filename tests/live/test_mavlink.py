@@ -146,6 +146,15 @@ class SigningAutopilot(UdpAutopilot):
         self.key = bytes(range(32))
 
 
+class SendingAutopilot(UdpAutopilot):
+    """Knows where the bridge listens."""
+
+    def __init__(self):
+        super().__init__()
+        self.peer = ("127.0.0.1", free_port())
+        self.link = "udpin:%d" % self.peer[1]
+
+
 class SerialAutopilot(Autopilot):
     """At the far end of a pseudo-terminal."""
 
@@ -481,7 +490,41 @@ def signed(bench, autopilot):
             pass
     until(lambda: client.call("status")["pose"]["count"] > 5, "poses")
     check(process.stop() == 0 and "0 bad CRC" in process.log(), "end of the bridge: " + process.log())
-    check("0 bad signature" not in process.log(), "the stranger was not counted: " + process.log())
+    check(" 0 datagrams of others" not in process.log(), "the stranger was not counted: " + process.log())
+
+
+def stranger(bench, autopilot):
+    """Another socket that speaks as the autopilot does is dropped, counted and named; --peer says whom to believe at all."""
+    bench.conf()
+    client = bench.sonard().client()
+    autopilot.start()
+    process = bridge(bench, autopilot.link)
+
+    def poses():
+        return client.call("status")["pose"]["count"]
+    until(lambda: poses() > 5, "poses")
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as other:
+        other.bind(("127.0.0.1", 0))
+
+        def speak(awaited):
+            other.sendto(frame(HEARTBEAT, struct.pack("<IBBBBB", 0, 12, 3, 0, 4, 3), 1), autopilot.peer)
+            other.sendto(frame(ATTITUDE, struct.pack("<I6f", autopilot.boot_ms() + 900, 1, 0, 2, 0, 0, 0), 2), autopilot.peer)
+            pose = client.call("status")["pose"]
+            check(pose["attitude_deg"] in ([0.0, 0.0, 0.0], None), "the stranger is believed: %s" % pose)
+            return awaited()
+        enough = poses() + 50
+        until(lambda: speak(lambda: poses() > enough), "poses beside a stranger")
+        name = "127.0.0.1:%d" % other.getsockname()[1]
+        until(lambda: "dropping what %s sends: the autopilot is at 127.0.0.1:" % name in process.log(), "its name: " + process.log())
+        check(process.stop() == 0 and process.log().count("dropping") == 1, process.log())
+        check(" 0 datagrams of others" not in process.log(), "not counted: " + process.log())
+        closed = bridge(bench, autopilot.link, "--peer", "127.0.0.2/32")
+        before = poses()
+        until(lambda: "--peer does not name it" in closed.log(), "whom --peer leaves out: " + closed.log())
+        check(poses() == before and not closed.log().count("vehicle: connected"), "a pose of whom --peer does not name")
+        closed.stop()
+        bridge(bench, autopilot.link, "--peer", "127.0.0.0/8")
+        until(lambda: poses() > before, "poses of whom --peer names")
 
 
 def downward(bench, autopilot):
@@ -526,6 +569,8 @@ def usage(bench):
                           (("--link", "udp:14550"), "want udp:HOST:PORT"),
                           (("--link", "udpin:70000"), "UDP port from 1 to 65535"),
                           (("--link", "serial:/dev/null:12345"), "no baud rate"),
+                          (good + ("--peer", "127.0.0.1"), "only --link udpin:PORT has more than one sender"),
+                          (("--link", "udpin:14550", "--peer", "blueos.local"), "want an IPv4 address, or a network"),
                           (good + ("--rate", "1"), "number from 5 to 50"),
                           (good + ("--system-id", "100000"), "whole number from 1 to 255"),
                           (good + ("--system-id", "1e5"), "--system-id 1e5: want N"),
@@ -590,6 +635,7 @@ run([("rates_udp", with_autopilot(UdpAutopilot, rates)), ("rates_serial", with_a
      ("near", with_autopilot(UdpAutopilot, near)),
      ("signed", with_autopilot(SigningAutopilot, signed)), ("downward", with_autopilot(UdpAutopilot, downward)),
      ("nosuch", with_autopilot(UdpAutopilot, nosuch)),
+     ("stranger", with_autopilot(SendingAutopilot, stranger)),
      ("barometers", with_autopilot(ThreeBarometers, barometers)),
      ("usage", usage)], parallel=3,
-    gate=("signed", "nosuch", "barometers", "usage"))
+    gate=("signed", "stranger", "nosuch", "barometers", "usage"))

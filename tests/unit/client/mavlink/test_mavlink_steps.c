@@ -322,6 +322,85 @@ TEST(poses_have_the_time_of_their_measurement)
     end();
 }
 
+/* The autopilot sends to a port of ours, from `f.fd`. */
+static void begin_flight_to_us(void)
+{
+    struct fault fault;
+    socklen_t size = sizeof f.bridge_at;
+
+    begin();
+    CHECK(mavlink_link_init(&f.link, "udpin:14550", &fault));
+    strcpy(f.link.port, "0"); /* any that is free */
+    CHECK(mavlink_link_open(&f.link, f.now_ns));
+    CHECK(getsockname(f.link.fd, (struct sockaddr *)&f.bridge_at, &size) == 0);
+    f.bridge_at.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    f.flies = f.answers = true;
+}
+
+/* Speaks from a socket of its own as the vehicle does, but of a roll that the vehicle never has; `stranger`: its fd. */
+static void say_rolled(int stranger, bool beats)
+{
+    const int own = f.fd;
+    const struct mavlink_heartbeat beat = {.type = 12, .autopilot = 3, .mavlink_version = 3};
+    const struct mavlink_attitude attitude = {.time_boot_ms = (uint32_t)(100900 + (f.now_ns - START) / MS),
+                                              .roll = 1};
+
+    f.fd = stranger;
+    if (beats)
+        say_frame(MAVLINK_HEARTBEAT, &beat);
+    say_frame(MAVLINK_ATTITUDE, &attitude);
+    f.fd = own;
+    patience_for(f.link.fd, POLLIN);
+}
+
+TEST(a_stranger_is_not_believed_beside_the_autopilot)
+{
+    const int stranger = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+    uint8_t cut[] = {0xFD, 40, 0, 0, 0, 7, 1};
+
+    begin_flight_to_us();
+    say_rolled(stranger, false); /* no heartbeat: this is nobody */
+    seconds(2);
+    f.poses = 0;
+    for (int i = 0; i < 60; i++) {
+        struct heard h = {0};
+
+        say_rolled(stranger, i > 30);
+        /* the start of a frame, which would take the vehicle's next one in */
+        CHECK(sendto(stranger, cut, sizeof cut, 0, (struct sockaddr *)&f.bridge_at, sizeof f.bridge_at) > 0);
+        step();
+        if (i % 10 == 9)
+            while (hear(&h)) {
+            }
+    }
+    CHECK(f.poses >= 59);
+    CHECK_NEAR(f.daemon.rolled, 0, 0, 1e-9);
+    CHECK(recv(stranger, cut, sizeof cut, 0) < 0); /* nor answered */
+    end();
+    close(stranger);
+}
+
+/* A router that has restarted sends from another port. */
+TEST(a_peer_that_is_silent_is_replaced)
+{
+    const int next = socket(AF_INET, SOCK_DGRAM | SOCK_NONBLOCK | SOCK_CLOEXEC, 0);
+
+    begin_flight_to_us();
+    seconds(2);
+    const int before = f.fd;
+    f.fd = next;
+    f.poses = 0;
+    for (int i = 0; i < 48; i++)
+        step();
+    CHECK_INT(f.poses, 0);
+    for (int i = 0; i < 30; i++)
+        step();
+    CHECK(f.poses >= 20);
+    f.fd = before;
+    end();
+    close(next);
+}
+
 TEST(nor_do_poses_lose_it_when_the_bridge_is_held_up)
 {
     begin_flight();
@@ -455,6 +534,8 @@ int main(void)
     RUN(a_silent_sonar_is_told_and_its_obstacles_keep_their_time);
     RUN(what_is_late_at_the_start_is_no_fault);
     RUN(poses_have_the_time_of_their_measurement);
+    RUN(a_stranger_is_not_believed_beside_the_autopilot);
+    RUN(a_peer_that_is_silent_is_replaced);
     RUN(nor_do_poses_lose_it_when_the_bridge_is_held_up);
     RUN(nothing_is_said_to_a_vehicle_that_is_not_there);
     RUN(the_next_deadline_is_a_tenth_of_a_second_away);
