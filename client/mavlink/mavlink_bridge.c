@@ -32,6 +32,7 @@ enum alert {
     ALERT_POSE,
     ALERT_BAROMETERS,
     ALERT_CLOCKS,
+    ALERT_POSITION,
     ALERT_SENSOR,
     ALERTS = ALERT_SENSOR + MAVLINK_SENSORS_MAX
 };
@@ -52,7 +53,8 @@ struct mavlink_bridge {
     uint64_t sent;
     uint64_t start_ns;
     bool had_vehicle, two_clocks;
-    bool had_daemon, had_data, had_pose, had_ping[MAVLINK_SENSORS_MAX]; /* what was never there is not lost */
+    bool had_daemon, had_data, had_pose, had_position,
+        had_ping[MAVLINK_SENSORS_MAX]; /* what was never there is not lost */
     enum told link_told, daemon_told, vehicle_told, below_told;
 };
 
@@ -120,9 +122,10 @@ static void ask_for_rates(struct mavlink_bridge *b, uint64_t now_ns)
     static const struct {
         enum mavlink_id id;
         float interval_us;
-    } wanted[] = {{MAVLINK_ATTITUDE, 20000},          {MAVLINK_LOCAL_POSITION_NED, 50000},
-                  {MAVLINK_SCALED_PRESSURE, 100000},  {MAVLINK_SCALED_PRESSURE2, 100000},
-                  {MAVLINK_SCALED_PRESSURE3, 100000}, {MAVLINK_VFR_HUD, 200000}};
+    } wanted[] = {{MAVLINK_ATTITUDE, 20000},           {MAVLINK_LOCAL_POSITION_NED, 50000},
+                  {MAVLINK_SCALED_PRESSURE, 100000},   {MAVLINK_SCALED_PRESSURE2, 100000},
+                  {MAVLINK_SCALED_PRESSURE3, 100000},  {MAVLINK_VFR_HUD, 200000},
+                  {MAVLINK_EKF_STATUS_REPORT, 200000}, {MAVLINK_ESTIMATOR_STATUS, 200000}};
 
     for (size_t i = 0; i < sizeof wanted / sizeof *wanted; i++) {
         const struct mavlink_command_long m = {.param = {(float)wanted[i].id, wanted[i].interval_us},
@@ -223,12 +226,20 @@ static void send_below(struct mavlink_bridge *b, uint64_t now_ns)
 
 /* ---- what is wrong ---- */
 
+/* A vehicle that never had a measured position lacks nothing. */
 static void update_pose_alerts(struct mavlink_bridge *b, uint64_t now_ns)
 {
     const bool two = mavlink_clock_two(&b->vehicle.clock, now_ns);
+    const enum mavlink_position position = b->vehicle.aiding.position;
+    const bool believed = position == MAVLINK_POSITION_AIDED || position == MAVLINK_POSITION_UNREPORTED;
 
     mavlink_alert_set(&b->alert[ALERT_CLOCKS], two, now_ns,
                       two ? "sonard: two autopilots, one system id: no pose" : "sonard: one autopilot again");
+    b->had_position |= believed;
+    if (b->had_position && position != MAVLINK_POSITION_NONE && position != MAVLINK_POSITION_WAITING)
+        mavlink_alert_set(&b->alert[ALERT_POSITION], !believed, now_ns,
+                          believed ? "sonard: position measured again"
+                                   : "sonard: position not measured, not used");
 }
 
 static void update_alerts(struct mavlink_bridge *b, uint64_t now_ns)
@@ -445,9 +456,12 @@ static void do_second(struct mavlink_bridge *b, uint64_t now_ns)
         return;
     if (mavlink_vehicle_depth_news(&b->vehicle, now_ns, news, sizeof news))
         say("%s", news);
+    if (mavlink_aiding_news(&b->vehicle.aiding, now_ns, news, sizeof news))
+        say("%s", news);
     say_clocks(b, now_ns);
     send_message(b, MAVLINK_TIMESYNC, &question, now_ns);
-    if (now_ns > b->vehicle.attitude_ns + ATTITUDE_DUE && is_due(&b->ask_due_ns, ASK_EVERY_NS, now_ns))
+    if ((now_ns > b->vehicle.attitude_ns + ATTITUDE_DUE || mavlink_aiding_wanted(&b->vehicle.aiding, now_ns)) &&
+        is_due(&b->ask_due_ns, ASK_EVERY_NS, now_ns))
         ask_for_rates(b, now_ns);
 }
 
@@ -536,10 +550,10 @@ void mavlink_bridge_end(struct mavlink_bridge *b)
     say("in: %" PRIu64 " frames, %" PRIu64 " of unknown id, %" PRIu64 " bad CRC, %" PRIu64 " bad flags, %" PRIu64
         " bad signature, %" PRIu64 " bytes of garbage, %" PRIu64 " datagrams of others; out: %" PRIu64
         " frames, %" PRIu64 " dropped; poses: %" PRIu64 ", %" PRIu64 " refused, %" PRIu64 " kept back, %" PRIu64
-        " messages of doubtful time",
+        " positions not measured, %" PRIu64 " messages of doubtful time",
         in->frames, in->unknown, in->bad_crc, in->bad_flags, in->bad_signature, in->garbage_bytes,
         b->peer.strangers, b->sent, b->link->dropped, b->feed.poses, b->feed.poses_refused + b->vehicle.refused,
-        b->feed.poses_held, b->vehicle.undated);
+        b->feed.poses_held, b->vehicle.unaided, b->vehicle.undated);
     mavlink_feed_close(&b->feed);
     mavlink_link_close(b->link);
     free(b);

@@ -145,6 +145,31 @@ static const struct mavlink_field ahrs2[] = {
     {0},
 };
 
+static const struct mavlink_field ekf_status_report[] = {
+    FIELD(ekf_status_report, velocity_variance, MAVLINK_F32),
+    FIELD(ekf_status_report, pos_horiz_variance, MAVLINK_F32),
+    FIELD(ekf_status_report, pos_vert_variance, MAVLINK_F32),
+    FIELD(ekf_status_report, compass_variance, MAVLINK_F32),
+    FIELD(ekf_status_report, terrain_alt_variance, MAVLINK_F32),
+    FIELD(ekf_status_report, flags, MAVLINK_U16),
+    EXTRA(ekf_status_report, airspeed_variance, MAVLINK_F32),
+    {0},
+};
+
+static const struct mavlink_field estimator_status[] = {
+    FIELD(estimator_status, time_usec, MAVLINK_U64),
+    FIELD(estimator_status, vel_ratio, MAVLINK_F32),
+    FIELD(estimator_status, pos_horiz_ratio, MAVLINK_F32),
+    FIELD(estimator_status, pos_vert_ratio, MAVLINK_F32),
+    FIELD(estimator_status, mag_ratio, MAVLINK_F32),
+    FIELD(estimator_status, hagl_ratio, MAVLINK_F32),
+    FIELD(estimator_status, tas_ratio, MAVLINK_F32),
+    FIELD(estimator_status, pos_horiz_accuracy, MAVLINK_F32),
+    FIELD(estimator_status, pos_vert_accuracy, MAVLINK_F32),
+    FIELD(estimator_status, flags, MAVLINK_U16),
+    {0},
+};
+
 static const struct mavlink_field statustext[] = {
     FIELD(statustext, severity, MAVLINK_U8),
     ARRAY(statustext, text, MAVLINK_CHAR, 50),
@@ -194,6 +219,8 @@ const struct mavlink_message mavlink_messages[] = {
     {MAVLINK_SCALED_PRESSURE2, "SCALED_PRESSURE2", 195, 14, scaled_pressure},
     {MAVLINK_SCALED_PRESSURE3, "SCALED_PRESSURE3", 131, 14, scaled_pressure},
     {MAVLINK_AHRS2, "AHRS2", 47, 24, ahrs2},
+    {MAVLINK_EKF_STATUS_REPORT, "EKF_STATUS_REPORT", 71, 26, ekf_status_report},
+    {MAVLINK_ESTIMATOR_STATUS, "ESTIMATOR_STATUS", 163, 42, estimator_status},
     {MAVLINK_STATUSTEXT, "STATUSTEXT", 83, 54, statustext},
     {MAVLINK_OBSTACLE_DISTANCE, "OBSTACLE_DISTANCE", 23, 167, obstacle_distance},
     {MAVLINK_OBSTACLE_DISTANCE_3D, "OBSTACLE_DISTANCE_3D", 130, 28, obstacle_distance_3d},

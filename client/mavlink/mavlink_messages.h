@@ -30,6 +30,8 @@ enum mavlink_id {
     MAVLINK_SCALED_PRESSURE2 = 137,
     MAVLINK_SCALED_PRESSURE3 = 143,
     MAVLINK_AHRS2 = 178,
+    MAVLINK_EKF_STATUS_REPORT = 193,
+    MAVLINK_ESTIMATOR_STATUS = 230,
     MAVLINK_STATUSTEXT = 253,
     MAVLINK_OBSTACLE_DISTANCE = 330,
     MAVLINK_OBSTACLE_DISTANCE_3D = 11037,
@@ -130,6 +132,19 @@ struct mavlink_ahrs2 {
     float roll, pitch, yaw; /* rad */
     float altitude;         /* m, upward */
     int32_t lat, lng;       /* 1e-7 deg */
+};
+
+struct mavlink_ekf_status_report {
+    float velocity_variance, pos_horiz_variance, pos_vert_variance, compass_variance, terrain_alt_variance;
+    uint16_t flags; /* EKF_STATUS_FLAGS */
+    float airspeed_variance;
+};
+
+struct mavlink_estimator_status {
+    uint64_t time_usec;
+    float vel_ratio, pos_horiz_ratio, pos_vert_ratio, mag_ratio, hagl_ratio, tas_ratio;
+    float pos_horiz_accuracy, pos_vert_accuracy; /* m */
+    uint16_t flags;                              /* ESTIMATOR_STATUS_FLAGS */
 };
 
 struct mavlink_statustext {

@@ -30,6 +30,7 @@ bool mavlink_vehicle_present(struct mavlink_vehicle *vehicle, uint64_t now_ns)
     if (vehicle->present && now_ns > vehicle->heartbeat_ns + PRESENT_NS) {
         vehicle->present = false;
         vehicle->clock.known = false;
+        vehicle->aiding = (struct mavlink_aiding){0};
         vehicle->next.has = 0;
     }
     return vehicle->present;
@@ -159,11 +160,32 @@ static void take_position(struct mavlink_vehicle *vehicle, const struct mavlink_
         vehicle->refused++;
         return;
     }
-    memcpy(vehicle->next.position_m, position_m, sizeof position_m);
+    const unsigned aided = mavlink_aiding_offer(&vehicle->aiding, now_ns);
+
     memcpy(vehicle->next.velocity_mps, velocity_mps, sizeof velocity_mps);
+    if (aided & MAVLINK_AIDED_VELOCITY)
+        add_part(vehicle, MAVLINK_POSE_VELOCITY, t_ns);
+    if (!(aided & MAVLINK_AIDED_POSITION)) {
+        vehicle->unaided++;
+        return;
+    }
+    memcpy(vehicle->next.position_m, position_m, sizeof position_m);
     vehicle->next.has &= ~(unsigned)MAVLINK_POSE_DEPTH;
-    add_part(vehicle, MAVLINK_POSE_POSITION | MAVLINK_POSE_VELOCITY, t_ns);
+    add_part(vehicle, MAVLINK_POSE_POSITION, t_ns);
     vehicle->position_ns = now_ns;
+}
+
+static void take_report(struct mavlink_vehicle *vehicle, const struct mavlink_frame *frame, uint64_t now_ns)
+{
+    union {
+        struct mavlink_ekf_status_report ekf;
+        struct mavlink_estimator_status estimator;
+    } m;
+
+    mavlink_unpack(frame->message, frame->payload, &m);
+    mavlink_aiding_report(&vehicle->aiding,
+                          frame->message->id == MAVLINK_EKF_STATUS_REPORT ? m.ekf.flags : m.estimator.flags,
+                          now_ns);
 }
 
 /* Do positions come? They hold the depth, and it is not taken from pressure then. */
@@ -279,6 +301,10 @@ bool mavlink_vehicle_take(struct mavlink_vehicle *vehicle, const struct mavlink_
     case MAVLINK_GLOBAL_POSITION_INT:
     case MAVLINK_AHRS2:
         take_altitude(vehicle, frame, now_ns);
+        break;
+    case MAVLINK_EKF_STATUS_REPORT:
+    case MAVLINK_ESTIMATOR_STATUS:
+        take_report(vehicle, frame, now_ns);
         break;
     case MAVLINK_SYSTEM_TIME:
     case MAVLINK_TIMESYNC:

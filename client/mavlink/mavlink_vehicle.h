@@ -10,6 +10,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
+#include "mavlink_aiding.h"
 #include "mavlink_barometer.h"
 #include "mavlink_clock.h"
 #include "mavlink_frame.h"
@@ -41,6 +42,7 @@ struct mavlink_vehicle {
     struct mavlink_vehicle_conf conf;
     struct mavlink_clock clock;
     struct mavlink_barometers barometers;
+    struct mavlink_aiding aiding;
     int told_surface; /* of this one it was said that its first reading is no surface */
     bool present;
     uint8_t system_id; /* of the vehicle last present, or the configured; 0: none yet */
@@ -49,6 +51,7 @@ struct mavlink_vehicle {
     uint64_t due_ns;                                 /* the next pose not before */
     uint64_t t_pose_ns;                              /* of the last pose */
     uint64_t refused;                                /* messages with values that cannot be, or too old */
+    uint64_t unaided;                                /* positions that nothing confirms as measured */
     uint64_t undated;                                /* messages left out while the clock is doubtful */
 };
 
@@ -71,8 +74,8 @@ bool mavlink_vehicle_present(struct mavlink_vehicle *vehicle, uint64_t now_ns);
 
 /**
  * mavlink_vehicle_pose - the parts that came since the last pose, at the time of the attitude: true at most 50 times
- * a second. Without attitude the other parts go out alone, after half a second. Everything is left out while
- * its clock is doubtful. A depth by pressure
+ * a second. Without attitude the other parts go out alone, after half a second. Positions and velocities that the
+ * autopilot's estimator does not confirm are left out, and everything while its clock is doubtful. A depth by pressure
  * is left out while positions come, while it is not known which barometer is in the water, and while the surface is not
  * known.
  */

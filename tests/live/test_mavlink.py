@@ -16,7 +16,7 @@ import time
 import tty
 
 from lib import BUILD, Client, PATIENCE, Process, SANITIZER, SIM, check, free_port, note, pings_until, run, until
-from mavlink_frame import (ATTITUDE, COMMAND_LONG, CRC_EXTRA, DISTANCE_SENSOR, HEARTBEAT, OBSTACLE_DISTANCE,
+from mavlink_frame import (ATTITUDE, COMMAND_LONG, CRC_EXTRA, DISTANCE_SENSOR, EKF_STATUS_REPORT, HEARTBEAT, LOCAL_POSITION_NED, OBSTACLE_DISTANCE,
                            OBSTACLE_DISTANCE_3D, SCALED_PRESSURE, SCALED_PRESSURE2, SCALED_PRESSURE3, STATUSTEXT, TIMESYNC, crc16, frame, signature)
 
 BRIDGE = os.path.join(BUILD, "sonard-mavlink")
@@ -147,12 +147,20 @@ class SigningAutopilot(UdpAutopilot):
 
 
 class SendingAutopilot(UdpAutopilot):
-    """Knows where the bridge listens."""
+    """Knows where the bridge listens; a position and a report of its estimator go with its attitudes where it has them."""
 
     def __init__(self):
         super().__init__()
         self.peer = ("127.0.0.1", free_port())
         self.link = "udpin:%d" % self.peer[1]
+        self.flags, self.places = None, False
+
+    def send(self, message_id, payload):
+        super().send(message_id, payload)
+        if message_id == ATTITUDE and self.flags is not None:
+            super().send(EKF_STATUS_REPORT, struct.pack("<5fH", 0, 0, 0, 0, 0, self.flags))
+        if message_id == ATTITUDE and self.places:
+            super().send(LOCAL_POSITION_NED, struct.pack("<I6f", self.boot_ms(), 1, 2, 3, 0.01, 0, 0))
 
 
 class SerialAutopilot(Autopilot):
@@ -322,7 +330,7 @@ def rates(bench, autopilot):
     check((-2 if SANITIZER else -0.05) < behind_s < 2 * PATIENCE, "the stamp is %.3f s behind" % behind_s)
     asked = {struct.unpack_from("<f", p)[0] for _, p in autopilot.of(COMMAND_LONG)}
     check(not autopilot.texts(), "texts without need: %s" % autopilot.texts())
-    check(asked <= {29.0, 30.0, 32.0, 74.0, 137.0, 143.0}, "asked for messages %s" % asked)
+    check(asked <= {29.0, 30.0, 32.0, 74.0, 137.0, 143.0, 193.0, 230.0}, "asked for messages %s" % asked)
     check(client.call("status")["pose"]["count"] > 40, "poses: %s" % client.call("status")["pose"])
     check(process.stop() == 0 and "0 bad CRC" in process.log(), "end of the bridge: " + process.log())
 
@@ -527,6 +535,27 @@ def stranger(bench, autopilot):
         until(lambda: poses() > before, "poses of whom --peer names")
 
 
+def unaided(bench, autopilot):
+    """A position counts while the autopilot's estimator says that something measures it."""
+    autopilot.places = True
+    bench.conf()
+    client = bench.sonard().client()
+    autopilot.start()
+    process = bridge(bench, autopilot.link)
+
+    def has():
+        return client.call("status")["pose"]["has"]
+    until(lambda: {EKF_STATUS_REPORT, 230} <= {int(struct.unpack_from("<f", p)[0]) for _, p in autopilot.of(COMMAND_LONG)}, "requests")
+    autopilot.flags = 0x33F
+    until(lambda: {"position", "velocity"} <= set(has()), "the position")
+    autopilot.flags = 0x0A7
+    until(lambda: not {"position", "velocity"} & set(has()), "a constant position to be left out")
+    until(lambda: "position: not used: nothing measures it" in process.log(), "the line: " + process.log())
+    until(lambda: "sonard: position not measured, not used" in autopilot.texts(), "the text: %s" % autopilot.texts())
+    autopilot.flags = 0x2F
+    until(lambda: {"position", "velocity"} <= set(has()), "the position again")
+
+
 def downward(bench, autopilot):
     """An echosounder that looks down becomes DISTANCE_SENSOR, each ping once."""
     sounder = bench.twin("ping1d_sim", "--distance", "6")
@@ -635,7 +664,7 @@ run([("rates_udp", with_autopilot(UdpAutopilot, rates)), ("rates_serial", with_a
      ("near", with_autopilot(UdpAutopilot, near)),
      ("signed", with_autopilot(SigningAutopilot, signed)), ("downward", with_autopilot(UdpAutopilot, downward)),
      ("nosuch", with_autopilot(UdpAutopilot, nosuch)),
-     ("stranger", with_autopilot(SendingAutopilot, stranger)),
+     ("stranger", with_autopilot(SendingAutopilot, stranger)), ("unaided", with_autopilot(SendingAutopilot, unaided)),
      ("barometers", with_autopilot(ThreeBarometers, barometers)),
      ("usage", usage)], parallel=3,
-    gate=("signed", "stranger", "nosuch", "barometers", "usage"))
+    gate=("signed", "stranger", "unaided", "nosuch", "barometers", "usage"))

@@ -235,10 +235,12 @@ TEST(euler_angles_become_the_quaternion)
 TEST(parts_go_out_together_at_the_time_of_the_attitude)
 {
     struct mavlink_vehicle v = vehicle_at_start(1013.25);
+    const struct mavlink_ekf_status_report aided = {.flags = 0x33F};
     const struct mavlink_local_position_ned place = {100010, 1, 2, 3, 0.1f, 0.2f, 0.3f};
     const struct mavlink_scaled_pressure pressure = {.time_boot_ms = 100005, .press_abs = 2013.25f};
     struct mavlink_pose pose;
 
+    CHECK(give(&v, 7, 1, MAVLINK_EKF_STATUS_REPORT, &aided, START));
     give_attitude(&v, 0, 0, 0, 0);
     CHECK(mavlink_vehicle_pose(&v, START, &pose) && pose.has == MAVLINK_POSE_ATTITUDE);
     CHECK(give(&v, 7, 1, MAVLINK_SCALED_PRESSURE2, &pressure, START + 5 * MS));

@@ -1,0 +1,147 @@
+/* SPDX-License-Identifier: MIT */
+/* What of an autopilot's position is believed, by what its estimator says of itself. */
+#include "client/mavlink/mavlink_vehicle.h"
+#include "tests/lib/test.h"
+
+#define MS    1000000ull
+#define S     1000000000ull
+#define START (1000 * S)
+
+static bool give(struct mavlink_vehicle *v, enum mavlink_id id, const void *content, uint64_t now_ns)
+{
+    struct mavlink_frame frame = {.message = mavlink_message(id), .system_id = 7, .component_id = 1};
+
+    mavlink_pack(frame.message, content, frame.payload);
+    return mavlink_vehicle_take(v, &frame, now_ns);
+}
+
+static void beat(struct mavlink_vehicle *v, uint64_t now_ns)
+{
+    const struct mavlink_heartbeat submarine = {.type = 12, .autopilot = 3, .mavlink_version = 3};
+
+    CHECK(give(v, MAVLINK_HEARTBEAT, &submarine, now_ns));
+}
+
+static struct mavlink_vehicle vehicle_at_start(void)
+{
+    const struct mavlink_vehicle_conf conf = {.barometer = 2, .surface_hpa = 1013.25, .density_kgpm3 = 1025};
+    struct mavlink_vehicle v;
+
+    mavlink_vehicle_init(&v, &conf);
+    beat(&v, START);
+    return v;
+}
+
+static unsigned place(struct mavlink_vehicle *v, uint64_t ms)
+{
+    const uint64_t now_ns = START + ms * MS;
+    const struct mavlink_local_position_ned m = {
+        .time_boot_ms = 100000 + (uint32_t)ms, .x = 1, .y = 2, .z = 3, .vx = 0.5f};
+    const struct mavlink_attitude level = {.time_boot_ms = 100000 + (uint32_t)ms};
+    struct mavlink_pose pose = {0};
+
+    beat(v, now_ns);
+    give(v, MAVLINK_LOCAL_POSITION_NED, &m, now_ns);
+    give(v, MAVLINK_ATTITUDE, &level, now_ns);
+    CHECK(mavlink_vehicle_pose(v, now_ns, &pose));
+    CHECK(pose.has & MAVLINK_POSE_ATTITUDE);
+    return pose.has & (MAVLINK_POSE_POSITION | MAVLINK_POSE_VELOCITY);
+}
+
+TEST(what_the_estimator_confirms_is_believed)
+{
+    static const unsigned both = MAVLINK_POSE_POSITION | MAVLINK_POSE_VELOCITY;
+    static const struct {
+        const char *name;
+        uint16_t flags;
+        unsigned has;
+    } rows[] = {
+        {"aided by GPS, as recorded", 831, both},
+        {"relative only, as by a DVL", 0x2F, both},
+        {"absolute only", 0x37, both},
+        {"constant, as recorded", 167, 0},
+        {"constant, although the bits are there", 831 | 0x80, 0},
+        {"not aided", 0x27, MAVLINK_POSE_VELOCITY},
+        {"predicted bits only", 0x327, MAVLINK_POSE_VELOCITY},
+        {"no horizontal velocity", 831 & ~2, MAVLINK_POSE_POSITION},
+        {"no vertical velocity", 831 & ~4, MAVLINK_POSE_POSITION},
+        {"uninitialised", 0x400, 0},
+        {"nothing", 0, 0},
+    };
+
+    for (size_t i = 0; i < 2 * (sizeof rows / sizeof *rows); i++) {
+        struct mavlink_vehicle v = vehicle_at_start();
+        const uint16_t flags = rows[i / 2].flags;
+        const struct mavlink_ekf_status_report ekf = {.flags = flags, .airspeed_variance = 1};
+        const struct mavlink_estimator_status estimator = {.flags = flags, .time_usec = 1};
+
+        if (i % 2)
+            give(&v, MAVLINK_ESTIMATOR_STATUS, &estimator, START);
+        else
+            give(&v, MAVLINK_EKF_STATUS_REPORT, &ekf, START);
+        const unsigned has = place(&v, 100);
+
+        if (has != rows[i / 2].has)
+            printf("# %s\n", rows[i / 2].name);
+        CHECK_INT(has, rows[i / 2].has);
+        CHECK_INT(v.unaided, !(has & MAVLINK_POSE_POSITION));
+    }
+}
+
+TEST(a_report_that_has_stopped_confirms_nothing)
+{
+    struct mavlink_vehicle v = vehicle_at_start();
+    const struct mavlink_ekf_status_report aided = {.flags = 831};
+    char text[300];
+
+    give(&v, MAVLINK_EKF_STATUS_REPORT, &aided, START);
+    CHECK(place(&v, 2900) != 0);
+    CHECK(mavlink_aiding_news(&v.aiding, START + 3 * S, text, sizeof text) && strstr(text, "it is measured"));
+    CHECK(place(&v, 3100) == 0 && mavlink_aiding_wanted(&v.aiding, START + 3100 * MS));
+    for (uint64_t s = 4; s <= 60; s++)
+        CHECK(place(&v, s * 1000) == 0); /* however long it is silent */
+    CHECK(mavlink_aiding_news(&v.aiding, START + 60 * S, text, sizeof text) && strstr(text, "stopped"));
+    CHECK(!mavlink_aiding_news(&v.aiding, START + 61 * S, text, sizeof text));
+    give(&v, MAVLINK_EKF_STATUS_REPORT, &aided, START + 62 * S);
+    CHECK(place(&v, 62500) != 0);
+}
+
+TEST(an_autopilot_that_cannot_report_is_believed_after_two_requests)
+{
+    struct mavlink_vehicle v = vehicle_at_start();
+    char text[300];
+
+    for (uint64_t ms = 0; ms < 20000; ms += 500) {
+        CHECK((place(&v, ms) != 0) == (ms >= 12000));
+        CHECK(mavlink_aiding_wanted(&v.aiding, START + ms * MS));
+        CHECK(mavlink_aiding_news(&v.aiding, START + ms * MS, text, sizeof text) == (ms == 12000));
+    }
+    CHECK(strstr(text, "believed without a report"));
+}
+
+/* A depth is measured, whatever becomes of the position. */
+TEST(without_a_measured_position_the_depth_is_the_barometers)
+{
+    struct mavlink_vehicle v = vehicle_at_start();
+    const struct mavlink_ekf_status_report constant = {.flags = 167};
+    const struct mavlink_scaled_pressure pressure = {.time_boot_ms = 100200, .press_abs = 2013.25f};
+    const struct mavlink_attitude level = {.time_boot_ms = 100220};
+    struct mavlink_pose pose;
+
+    give(&v, MAVLINK_EKF_STATUS_REPORT, &constant, START);
+    CHECK_INT(place(&v, 100), 0);
+    give(&v, MAVLINK_SCALED_PRESSURE2, &pressure, START + 200 * MS);
+    give(&v, MAVLINK_ATTITUDE, &level, START + 220 * MS);
+    CHECK(mavlink_vehicle_pose(&v, START + 220 * MS, &pose));
+    CHECK_INT(pose.has, MAVLINK_POSE_ATTITUDE | MAVLINK_POSE_DEPTH);
+    CHECK_NEAR(pose.depth_m, 9.948, 1e-3, 0);
+}
+
+int main(void)
+{
+    RUN(what_the_estimator_confirms_is_believed);
+    RUN(a_report_that_has_stopped_confirms_nothing);
+    RUN(an_autopilot_that_cannot_report_is_believed_after_two_requests);
+    RUN(without_a_measured_position_the_depth_is_the_barometers);
+    return test_end();
+}
