@@ -484,7 +484,7 @@ static bool make_map(struct process *d, struct fault *fault)
 static void on_own_pose(void *ctx, const struct pose *pose)
 {
     struct process *d = ctx;
-    pose_taken(&d->env, pose);
+    pose_own(&d->env, pose);
 }
 
 static void on_leak(void *ctx)

@@ -307,6 +307,8 @@ static void show_pose(const struct page *page, const json_t *pose)
         fprintf(page->out,
                 "             %s; send one of them; max_speed and station_keeping in [vehicle] bound it\n",
                 page_text(a, pose, "drift"));
+    if (json_string_length(json_object_get(pose, "doubt")) > 0)
+        fprintf(page->out, "             %s\n", page_text(a, pose, "doubt"));
 }
 
 /* Depth, NMEA 0183 and leak probe, where there are any. */

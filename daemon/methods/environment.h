@@ -15,6 +15,7 @@
 #include "daemon/background/template_keep.h"
 #include "daemon/input/aux_sensors.h"
 #include "daemon/input/pose_doubt.h"
+#include "daemon/input/velocity_doubt.h"
 #include "daemon/input/pose_log.h"
 #include "daemon/input/source.h"
 #include "daemon/map/map_service.h"
@@ -38,6 +39,7 @@ struct methods_env {
     struct mount mount[CONF_MAX_SONARS];
     struct pose_log poses;
     struct pose_doubt pose_doubt;
+    struct velocity_doubt velocity_doubt;
     struct aux_sensors aux;
     struct templates templates;
     struct template_keep keep;

@@ -26,6 +26,10 @@ struct answer_query;
  * *error set. */
 bool pose_replay(struct methods_env *d, json_t *params, struct rpc_error *error);
 
+/** pose_own - the log has taken a pose of the daemon's own sources (depth, NMEA): as pose_taken, and it may contradict
+ * the velocity of a client. */
+void pose_own(struct methods_env *d, const struct pose *pose);
+
 /** pose_taken - the log has taken a pose: the map hears of it, and the grids follow it while no ping comes. */
 void pose_taken(struct methods_env *d, const struct pose *pose);
 

@@ -87,6 +87,22 @@ void pose_taken(struct methods_env *d, const struct pose *pose)
         pipeline_follow(d->pipeline, &whole);
 }
 
+static void tell_velocity(bool doubted)
+{
+    if (doubted)
+        log_line(
+            LOG_WARNING, "velocity_doubt",
+            "pose: velocity_mps is exactly 0 while attitude, depth or position change, as a DVL without bottom "
+            "lock sends it: it is not used until one comes that is not 0; leave out what is not measured");
+}
+
+void pose_own(struct methods_env *d, const struct pose *pose)
+{
+    struct pose witness = *pose;
+    tell_velocity(velocity_doubt_take(&d->velocity_doubt, &witness));
+    pose_taken(d, pose);
+}
+
 /* A pose of a client or of a capture; sender: constant text. */
 static bool pose_take(struct methods_env *d, const char *sender, json_t *params, struct rpc_error *error)
 {
@@ -100,8 +116,19 @@ static bool pose_take(struct methods_env *d, const char *sender, json_t *params,
     if (!p.has)
         return rpc_refuse(error, RPC_INVALID_PARAMS,
                           "empty pose: want attitude_deg, quaternion, position_m, depth_m or velocity_mps");
+    struct velocity_doubt doubt = d->velocity_doubt;
+    const bool doubted = velocity_doubt_take(&doubt, &p);
+    if (!p.has) {
+        d->velocity_doubt = doubt;
+        d->poses.refused++;
+        return rpc_refuse(
+            error, RPC_INVALID_PARAMS,
+            "velocity_mps is exactly 0 while the vehicle moves: leave it out while it is not measured");
+    }
     if (!pose_log_put(&d->poses, &p))
         return rpc_refuse(error, RPC_INVALID_PARAMS, "t_unix is not after that of the last pose");
+    d->velocity_doubt = doubt;
+    tell_velocity(doubted);
     if (json_object_get(params, "t_unix") && !d->replay) {
         /* what is recorded goes by the capture's clock, which does not step when the computer's is set */
         json_object_set_new(params, "t_unix", json_real((double)(p.t_ns + d->unix_offset_ns) * 1e-9));
@@ -115,6 +142,7 @@ static bool pose_take(struct methods_env *d, const char *sender, json_t *params,
 static void withdraw(struct methods_env *d)
 {
     pose_log_withdraw(&d->poses, loop_now(d->loop));
+    d->velocity_doubt = (struct velocity_doubt){0};
     d->aux.pose_input.t_attitude_ns = 0;
 }
 

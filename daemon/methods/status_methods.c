@@ -253,6 +253,7 @@ static void write_pose(struct json_out *out, const struct methods_env *d)
     json_member_count(out, "withdrawn", d->poses.withdrawn);
     json_member_text(out, "missing", query_pose_missing(d, missing));
     json_member_text(out, "drift", query_pose_drift(d, drift));
+    json_member_text(out, "doubt", d->velocity_doubt.doubted ? VELOCITY_DOUBT_TEXT : "");
     json_out_close(out, '}');
 }
 

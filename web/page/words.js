@@ -120,6 +120,7 @@ export function warnings(status, rates) {
   const pose = status.pose.age_s;
   if (pose !== null && pose > 1) add(`The pose is ${seconds(pose)} old`, "Keep sending poses: directions are unknown while the last one is too old. Check sonard-mavlink, or the program that sends them.", true);
   if (status.pose.drift) add(`Poses have ${status.pose.drift}`, "Send a position or a velocity with the poses, or set max_speed or station_keeping in [vehicle].");
+  if (status.pose.doubt) add(`Poses: ${status.pose.doubt}`, "A DVL without bottom lock sends zeros: let its program leave the velocity out meanwhile.", true);
   if (rates.get("dropped") > 0) add("Pings are dropped: the computer is too slow", "Set [pipeline] threads, or find cheaper settings with sonard-tune.");
   if (status.grid.cells_lost > 0) add(`${status.grid.cells_lost} cells of the grid were lost`, "Raise max_cells in [grid].");
   if (status.record && status.record.error) add(`Recording: ${status.record.error}`, "Check the disk of [record] directory.");

@@ -265,6 +265,32 @@ TEST(a_vehicle_whose_place_is_old_is_nearer_to_the_wall)
     rig_end();
 }
 
+static bool velocity_doubted(void)
+{
+    json_t *status = rig_ask("status", "%s", "");
+    const char *doubt = json_string_value(json_object_get(json_object_get(status, "pose"), "doubt"));
+    const bool is = doubt && strstr(doubt, "exactly 0");
+
+    CHECK(doubt != NULL);
+    json_decref(status);
+    return is;
+}
+
+/* It sinks by 0.1 m a second, and a DVL without bottom lock says that it stands still. */
+TEST(zeros_of_a_vehicle_that_moves_are_told_in_status)
+{
+    rig_start(BOX, "");
+    for (int i = 0; i < 10; i++) {
+        rig_run(1);
+        json_decref(
+            rig_ask("pose", "\"attitude_deg\":[0,0,0],\"depth_m\":%.1f,\"velocity_mps\":[0,0,0]", 5 + 0.1 * i));
+        CHECK_INT(velocity_doubted(), i >= 6);
+    }
+    json_decref(rig_ask("pose", "\"attitude_deg\":[0,0,0],\"depth_m\":6,\"velocity_mps\":[0,0,0.1]"));
+    CHECK(!velocity_doubted());
+    rig_end();
+}
+
 static bool may_go(double mps)
 {
     return number_of("limit", "\"velocity_mps\":[1,0,0]", "speed_mps") >= mps;
@@ -300,6 +326,7 @@ int main(void)
     RUN(a_message_that_the_loss_of_the_port_cuts_off_is_no_garbage);
     RUN(a_lost_pose_makes_all_unknown_until_the_next);
     RUN(a_vehicle_whose_place_is_old_is_nearer_to_the_wall);
+    RUN(zeros_of_a_vehicle_that_moves_are_told_in_status);
     RUN(near_lets_nobody_drive_on_when_the_sonar_is_lost);
     return test_end();
 }

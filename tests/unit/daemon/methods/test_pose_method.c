@@ -28,6 +28,32 @@ static void check_axis(const struct pose *pose, const double body[3], double nor
     CHECK_NEAR(v[2], down, 0, 1e-9);
 }
 
+static json_t *turn_to(double yaw_deg, double north_mps)
+{
+    return json_pack("{s:[f, f, f], s:[f, f, f]}", "attitude_deg", 0.0, 0.0, yaw_deg, "velocity_mps", north_mps,
+                     0.0, 0.0);
+}
+
+TEST(a_velocity_of_zero_is_not_used_while_the_vehicle_turns)
+{
+    CHECK(rig_start(CONF));
+    for (int i = 0; i < 20; i++) {
+        loop_advance(d.loop, (100 + (uint64_t)i) * SECOND);
+        const struct pose pose = told(turn_to(2.0 * i, 0)); /* 12 degrees at the sixth */
+        CHECK_INT((pose.has & POSE_VELOCITY) != 0, i < 7);  /* the sixth is a second old then */
+        CHECK_INT(d.velocity_doubt.doubted, i >= 6);
+    }
+    loop_advance(d.loop, 130 * SECOND);
+    json_t *alone = json_pack("{s:[f, f, f]}", "velocity_mps", 0.0, 0.0, 0.0);
+    const struct rpc_call call = {.daemon = &d, .now_ns = loop_now(d.loop)};
+    struct rpc_error error;
+    CHECK(!method_pose(&call, alone, NULL, &error) && strstr(error.message, "exactly 0"));
+    json_decref(alone);
+    CHECK(told(turn_to(60, 0.001)).has & POSE_VELOCITY);
+    CHECK(!d.velocity_doubt.doubted);
+    rig_end();
+}
+
 static const double forward[3] = {1, 0, 0}, right[3] = {0, 1, 0}, down[3] = {0, 0, 1};
 
 TEST(angles_are_roll_pitch_and_heading_in_degrees)
@@ -120,6 +146,7 @@ int main(void)
     RUN(the_grids_follow_poses_while_no_ping_comes);
     RUN(the_grids_do_not_follow_a_pose_from_before_the_last);
     RUN(angles_are_roll_pitch_and_heading_in_degrees);
+    RUN(a_velocity_of_zero_is_not_used_while_the_vehicle_turns);
     RUN(places_and_speeds_are_north_east_down);
     return test_end();
 }
