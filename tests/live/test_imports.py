@@ -330,11 +330,79 @@ def poses_of_a_dataflash_log(bench):
     check(done.returncode == 0 and [json.loads(line) for line in done.stdout.splitlines()] == [
         {"t_unix": zero + 3.0, "attitude_deg": [1.5, -2.5, 90.0]},
         {"t_unix": zero + 4.0, "position_m": [1.0, 2.0, 3.0], "velocity_mps": [0.5, 0.0, 0.0]}], done.stdout + done.stderr)
+    check("nothing tells whether its positions were measured" in done.stderr, done.stderr)
     done = bench.run("python/sonard-poses", "--no-position", log)
     check("position_m" not in done.stdout and "bytes are no message" in done.stderr, done.stderr)
     for text, wanted in ((b"hello, world", "neither a MAVLink"), (data[:89], "no pose in it")):
         done = bench.run("python/sonard-poses", bench.write("bad.bin", text))
         check(done.returncode == 1 and wanted in done.stderr, done.stderr)
+
+
+def kept(bench, log, *options):
+    """What sonard-poses makes of the positions of a log: the parts that are there, by the second; and what it says."""
+    done = bench.run("python/sonard-poses", *options, bench.write("kept.log", log))
+    check(done.returncode == 0, done.stderr)
+    poses = [json.loads(line) for line in done.stdout.splitlines()]
+    return [(round(p["t_unix"]), "".join(sorted(k[0] for k in p if k != "t_unix"))) for p in poses if "attitude_deg" not in p], done.stderr
+
+
+def unmeasured_positions_of_a_dataflash_log(bench):
+    """XKF4.SS says what was measured, XKF4.PI whose estimate flies; a status that has stopped confirms nothing."""
+    def fmt(kind, name, form, labels, length):
+        return b"\xa3\x95\x80" + struct.pack("<BB4s16s64s", kind, length, name, form, labels)
+
+    def place(second, core, north=1):
+        return b"\xa3\x95\x0c" + struct.pack("<QBffffff", second * 1000000, core, north, 2, 3, 0.5, 0, 0)
+
+    def status(second, core, flags, primary):
+        return b"\xa3\x95\x0d" + struct.pack("<QBIb", second * 1000000, core, flags, primary)
+    head = (fmt(12, b"XKF1", b"QBffffff", b"TimeUS,C,PN,PE,PD,VN,VE,VD", 36) + fmt(13, b"XKF4", b"QBIb", b"TimeUS,C,SS,PI", 17))
+    states = ((0x100A7, "d"), (0x1033F, "pv"), (0x2F, "pv"), (0x27, "dv"), (0x1033F | 0x80, "d"), (0x3D, "p"), (0x327, "dv"), (0, ""))
+    log = head + b"".join(place(s, 0) + status(s, 0, flags, 0) for s, (flags, _) in enumerate(states, 1))
+    seen, said = kept(bench, log, "--start", "0")
+    check(seen == [(s, parts) for s, (_, parts) in enumerate(states, 1) if parts], (seen, said))
+    check("left out 5 of 8 positions, which nothing measured (XKF4)" in said, said)
+    both = head + b"".join(place(s, 0) + place(s, 1, 9) + status(s, 0, 0x33F if s < 3 else 0xA7, int(s > 1)) + status(s, 1, 0x33F, int(s > 1))
+                           for s in range(1, 5))
+    done = bench.run("python/sonard-poses", "--start", "0", bench.write("both.bin", both))
+    check([json.loads(line)["position_m"][0] for line in done.stdout.splitlines()] == [1.0, 9.0, 9.0, 9.0], done.stdout + done.stderr)
+    stopped = head + status(1, 0, 0x33F, 0) + b"".join(place(s, 0) for s in range(1, 9))
+    check([s for s, _ in kept(bench, stopped, "--start", "0")[0]] == [1, 2, 3, 4], kept(bench, stopped, "--start", "0"))
+
+
+def unmeasured_positions_of_a_tlog(bench):
+    """EKF_STATUS_REPORT and PX4's ESTIMATOR_STATUS; a log without either is taken with a warning."""
+    def packet(second, message, extra, payload):
+        payload = payload.rstrip(b"\0") or b"\0"
+        head = struct.pack("<BBBBBBB", len(payload), 0, 0, 0, 1, 1, message & 255) + (message >> 8).to_bytes(2, "little")
+        crc = 0xFFFF
+        for byte in head + payload + bytes([extra]):
+            byte ^= crc & 0xFF
+            byte ^= (byte << 4) & 0xFF
+            crc = (crc >> 8) ^ (byte << 8) ^ (byte << 3) ^ (byte >> 4)
+        return (second * 10 ** 6).to_bytes(8, "big") + b"\xfd" + head + payload + struct.pack("<H", crc)
+
+    def place(second):
+        return packet(second, 32, 185, struct.pack("<I6f", 1000 * second, 1, 2, 3, 0.5, 0, 0))
+    beat = packet(1, 0, 50, struct.pack("<IBBBBB", 0, 12, 3, 0, 4, 3))
+    for report in (lambda s, flags: packet(s, 193, 71, struct.pack("<5fHf", 0, 0, 0, 0, 0, flags, 1)),
+                   lambda s, flags: packet(s, 230, 163, struct.pack("<Q8fH", 1, 0, 0, 0, 0, 0, 0, 0, 0, flags))):
+        log = beat + b"".join(report(s, flags) + place(s) for s, flags in ((1, 831), (2, 167), (3, 0x27), (4, 0x3D), (5, 831)))
+        log += b"".join(place(s) for s in (6, 8, 9, 12))
+        seen, said = kept(bench, log)
+        check(seen == [(1, "pv"), (3, "v"), (4, "p"), (5, "pv"), (6, "pv"), (8, "pv")], (seen, said))
+        check("left out 4 of 9 positions" in said, said)
+    seen, said = kept(bench, beat + place(1) + place(2))
+    check(seen == [(1, "pv"), (2, "pv")] and "no EKF_STATUS_REPORT or ESTIMATOR_STATUS" in said, (seen, said))
+
+
+def constant_position_of_a_real_log(bench):
+    """ArduSub 4.1: the estimator held a constant position throughout; attitude and depth are all there is."""
+    done = bench.run("python/sonard-poses", recording("ardusub-dataflash/small.BIN"))
+    poses = [json.loads(line) for line in done.stdout.splitlines()]
+    check(sum("attitude_deg" in p for p in poses) == 237 and sum("depth_m" in p for p in poses) == 237, done.stderr)
+    check(not any("position_m" in p or "velocity_mps" in p for p in poses), "a position that nothing measured")
+    check("left out 237 of 237 positions" in done.stderr, done.stderr)
 
 
 ROV_HEAD = "2017.11.02 09.00.09.500;10.3.0.40;13102;"
@@ -367,7 +435,9 @@ def poses_of_a_relay(bench):
 
 
 run([("poses_of_a_relay", poses_of_a_relay), ("poses_are_added_and_replayed", poses_are_added_and_replayed), ("poses_meet_a_capture_whose_clock_was_set", poses_meet_a_capture_whose_clock_was_set), ("poses_of_a_tlog", poses_of_a_tlog),
-     ("depths_of_a_tlog", depths_of_a_tlog), ("poses_of_a_tlog_beside_a_viewer_log", poses_of_a_tlog_beside_a_viewer_log), ("poses_of_a_dataflash_log", poses_of_a_dataflash_log), ("text_dump", plays(os.path.abspath("tests/replay/box-head.txt"), "ping360")),
+     ("depths_of_a_tlog", depths_of_a_tlog), ("poses_of_a_tlog_beside_a_viewer_log", poses_of_a_tlog_beside_a_viewer_log), ("poses_of_a_dataflash_log", poses_of_a_dataflash_log),
+     ("unmeasured_positions_of_a_dataflash_log", unmeasured_positions_of_a_dataflash_log), ("unmeasured_positions_of_a_tlog", unmeasured_positions_of_a_tlog),
+     ("constant_position_of_a_real_log", constant_position_of_a_real_log), ("text_dump", plays(os.path.abspath("tests/replay/box-head.txt"), "ping360")),
      ("ping_viewer", plays("ping360-openwater-pingviewer/20240814-094253162.bin", "ping360")),
      ("ping_viewer_at_60_m", plays("ping360-openwater-pingviewer/20240814-094407726.bin", "ping360, range = 50.0 m")),
      ("seanet_relay", plays("tritech-seanet-rov-seabed/UdpHubLog*.csv", "micron")),
