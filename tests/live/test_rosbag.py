@@ -148,10 +148,12 @@ def scan(ros1, t_ns, ranges, echoes=False):
     return w.put("I", 0).done()
 
 
-def odometry(ros1, t_ns, yaw_rad, at, speed):
+def odometry(ros1, t_ns, yaw_rad, at, speed, variances=(0, 0)):
+    """variances: of the position, of the velocity; on the diagonals of their covariances."""
+    diagonals = [[v if i % 7 == 0 else 0 for i in range(36)] for v in variances]
     w = Writer(ros1).header(t_ns, "odom").string("base_link").put("d", *at)
-    w.put("d", 0, 0, math.sin(yaw_rad / 2), math.cos(yaw_rad / 2)).put("d", *[0] * 36)
-    return w.put("d", speed, 0, 0, 0, 0, 0).put("d", *[0] * 36).done()
+    w.put("d", 0, 0, math.sin(yaw_rad / 2), math.cos(yaw_rad / 2)).put("d", *diagonals[0])
+    return w.put("d", speed, 0, 0, 0, 0, 0).put("d", *diagonals[1]).done()
 
 
 def imu(ros1, t_ns, quaternion, known=True):
@@ -278,6 +280,25 @@ def ros1_forms(bench):
         check("position_m" not in messages(bench, capture, "/pose")[0][1], "a position")
         _, done = imported(bench, bag, "--topic", "/other", status=1)
         check("no sonar in it" in done.stderr and "/sonar/scan (sensor_msgs/LaserScan)" in done.stderr, done.stderr)
+
+
+def covariances_say_what_was_measured(bench):
+    """Huge, negative and NaN are no position; zeros are none where other messages of the topic are filled in."""
+    def parts(*variances):
+        entries = []
+        for i, both in enumerate(variances):
+            t_ns = START_NS + i * 10**8
+            entries += [(0, t_ns, scan(True, t_ns, RANGES)), (1, t_ns, odometry(True, t_ns, 0, (1, 2, -3), 0.5, both))]
+        capture, done = imported(bench, bench.write("c.bag", ros1_bag([("/scan", SCAN, ""), ("/odom", ODOMETRY, "")], entries)))
+        poses = [json.loads(text) for _, text in messages(bench, capture, "/pose")]
+        check(all("attitude_deg" in p for p in poses), str(poses))
+        os.remove(capture)
+        return ["".join(k[0] for k in ("position_m", "velocity_mps") if k in p) for p in poses], done.stdout
+    seen, said = parts((0.01, 0.01), (99, 0.9), (1e6, 0.01), (1e6, 1e6), (-1, 0.01), (math.nan, math.nan), (0, 0), (101, 1.1), (0.01, 9999))
+    check(seen == ["pv", "pv", "v", "", "v", "", "", "", "p"], (seen, said))
+    check("/odom: left out 6 of 9 positions, whose covariance says that nothing measured them" in said, said)
+    seen, said = parts((0, 0), (0, 0))
+    check(seen == ["pv", "pv"] and "nothing tells whether its positions were measured" in said, (seen, said))
 
 
 def ros2_sqlite(bench):
@@ -625,8 +646,8 @@ def refusals(bench):
 run([("quay_10_m", same_lines("micron-quay-rosbag/2014-07-18-20-59-31.bag", "micron-quay-rosbag/2014-07-18-20-59-31.csv", 3616)),
      ("quay_20_m", same_lines("micron-quay-rosbag/2014-07-18-21-11-13.bag", "micron-quay-rosbag/2014-07-18-21-11-13.csv", 1690)),
      ("tank", same_lines("micron-tank-rosbag/static_sonar.bag", "micron-tank-rosbag/static_sonar.csv", 553)),
-     ("heading_of_the_head_is_no_pose", heading_of_the_head_is_no_pose), ("ros1_forms", ros1_forms), ("ros2_sqlite", ros2_sqlite),
+     ("heading_of_the_head_is_no_pose", heading_of_the_head_is_no_pose), ("ros1_forms", ros1_forms), ("covariances_say_what_was_measured", covariances_say_what_was_measured), ("ros2_sqlite", ros2_sqlite),
      ("ros2_mcap", ros2_mcap), ("names_that_write_on_the_terminal", names_that_write_on_the_terminal), ("damaged_chunks", damaged_chunks), ("hostile_tables", hostile_tables), ("work_grows_with_the_file", work_grows_with_the_file), ("chunks_that_unpack_to_much", chunks_that_unpack_to_much), ("too_much", too_much),
      ("hostile_fields", hostile_fields), ("beams_that_are_none", beams_that_are_none),
      ("topics_of_one_name", topics_of_one_name), ("refusals", refusals)], parallel=2,
-    gate=("tank", "heading_of_the_head_is_no_pose", "ros1_forms", "ros2_sqlite", "ros2_mcap", "names_that_write_on_the_terminal", "damaged_chunks", "hostile_tables", "work_grows_with_the_file", "chunks_that_unpack_to_much", "too_much", "hostile_fields", "beams_that_are_none", "topics_of_one_name", "refusals"))
+    gate=("tank", "heading_of_the_head_is_no_pose", "ros1_forms", "covariances_say_what_was_measured", "ros2_sqlite", "ros2_mcap", "names_that_write_on_the_terminal", "damaged_chunks", "hostile_tables", "work_grows_with_the_file", "chunks_that_unpack_to_much", "too_much", "hostile_fields", "beams_that_are_none", "topics_of_one_name", "refusals"))
