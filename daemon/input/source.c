@@ -517,6 +517,7 @@ uint16_t source_index(const struct source *s)
 void source_stats(const struct source *s, struct source_stats *out)
 {
     *out = s->stats;
+    s->ops->status(s->device, &out->device);
     out->open = input_port_is_open(&s->line);
     out->reconnects = s->line.reconnects;
     out->port_error = s->line.error;
@@ -527,5 +528,4 @@ void source_stats(const struct source *s, struct source_stats *out)
     out->mostly_garbage = s->garbage.mostly;
     if (s->mirror)
         serial_mirror_status(s->mirror, &out->tap);
-    s->ops->status(s->device, &out->device);
 }
