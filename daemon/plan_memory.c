@@ -6,7 +6,6 @@
 
 #include "core/fault.h"
 #include "drivers/devices/device.h"
-#include "grid/sphere/clusters.h"
 #include "wiring.h"
 
 static double of_sonar(enum plan_id id, const struct conf *conf, int i)
@@ -65,7 +64,7 @@ static double of_clusters(const struct conf *conf)
     struct grid_setting setting;
     struct rings rings;
     wiring_grid(conf, &conf->grid, &setting);
-    return sphere_rings(&setting.sphere, &rings) ? (double)clusters_bytes(&rings, setting.sphere.max_cells) : -1;
+    return sphere_rings(&setting.sphere, &rings) ? (double)grid_looks_bytes(&rings, setting.sphere.max_cells) : -1;
 }
 
 static double of_stage(const struct plan_stage *s, const struct conf *conf)

@@ -1,6 +1,7 @@
 #!/bin/sh
 # SPDX-License-Identifier: MIT
-# valgrind.sh - a whole replay and the tests that finish in reasonable time under memcheck: no error, no leak.
+# valgrind.sh - a whole replay and the tests that finish in reasonable time under memcheck: no error, no leak. And the
+# instructions of the longest turn of the loop that a question of each method takes, under callgrind: at most 10 million.
 set -u
 build=${BUILD:-build}
 status=0
@@ -26,4 +27,35 @@ check replay_threads "$build/sonard" --replay tests/replay/box.mcap --socket non
 for t in conf rpc loop pose_log layers ping_frame ping360 record capture_import; do
     check "$t" "$build/tests/test_$t"
 done
+
+# METHOD MILLIONS: an answer about all directions is of one picture, so it has one part. Of 41253 directions of 1 degree,
+# all told, at the greatest parameters. A template of 64 pings of each row has its memory cleared.
+longer='blocked 50 explain 50 nearest 50 sectors 100 limit 30 time_to_collision 30 grid_lock 60 background_learn 40'
+if valgrind -q --tool=callgrind --instr-atstart=no --callgrind-out-file="$tmp/turn" "$build/tests/test_rig_turns" \
+    >"$tmp/out" 2>&1; then
+    awk -v longer="$longer" '
+        BEGIN { n = split(longer, word, " "); for (i = 1; i < n; i += 2) limit[word[i]] = word[i + 1] }
+        /^desc: Trigger: Client Request:/ { question = substr($0, 32) }
+        /^totals:/ {
+            method = question
+            sub(/.*"method":"/, "", method)
+            sub(/".*/, "", method)
+            if ($2 > most[method]) { most[method] = $2; asked[method] = question }
+            question = ""
+        }
+        END {
+            for (method in most) {
+                bad = most[method] > 1e6 * (method in limit ? limit[method] : 10)
+                printf "%s valgrind_turn_%s: at most %.1f million instructions%s\n", bad ? "FAIL" : "ok", method,
+                    most[method] / 1e6, bad ? ": " asked[method] : ""
+                failed += bad
+                methods++
+            }
+            exit failed > 0 || methods < 40
+        }' "$tmp"/turn.* || status=1
+else
+    tail -n 30 "$tmp/out"
+    echo "FAIL valgrind_turns"
+    status=1
+fi
 exit $status

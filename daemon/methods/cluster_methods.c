@@ -30,9 +30,9 @@ struct look {
     struct cluster_gone gone[CLUSTERS_GONE_MAX];
     struct shapes shapes;       /* of clusters */
     uint32_t wanted, written;   /* clusters */
+    bool begun, looked;         /* at the clusters */
     struct next_look_conf conf; /* of next_look ... */
-    struct next_look view[NEXT_LOOK_MAX];
-    uint32_t views;
+    struct next_look_ranking ranking;
 };
 
 static void write_since(struct json_out *out, const char *name, const struct look *l, uint64_t t_ns)
@@ -55,22 +55,30 @@ static struct clusters *clusters_of(struct methods_env *d, struct grid *grid, st
     return clusters;
 }
 
-/* The part of the grid's owner: all that is reported, as of one time. */
-static void look_at(struct look *l)
+/* The part of the grid's owner, in steps. False: there are more. */
+static bool look_at(struct look *l)
 {
     const struct cluster_gone *g;
     const struct cluster *list;
-    l->n = clusters_look(l->known, l->grid->sphere, l->now_ns, &list, &l->all);
+    if (!l->begun)
+        clusters_begin(l->known, l->now_ns);
+    l->begun = true;
+    if (clusters_step(l->known, l->grid->sphere))
+        return false;
+    l->n = clusters_list(l->known, &list, &l->all);
     memcpy(l->list, list, l->n * sizeof *list);
     for (l->n_gone = 0; (g = clusters_gone(l->known, l->n_gone)); l->n_gone++)
         l->gone[l->n_gone] = *g;
+    return true;
 }
 
 static void look_at_shapes(void *ctx, const struct pipeline_owned *owned)
 {
     struct look *l = ctx;
     (void)owned;
-    look_at(l);
+    l->call.more = !look_at(l);
+    if (l->call.more)
+        return;
     picture_get_frame(grid_picture(l->grid), &l->frame);
     shapes_look(&l->shapes, grid_picture(l->grid), l->now_ns);
 }
@@ -79,12 +87,17 @@ static void look_at_ways(void *ctx, const struct pipeline_owned *owned)
 {
     struct look *l = ctx;
     (void)owned;
-    look_at(l);
-    l->conf.clusters = l->list;
-    l->conf.n_clusters = l->n;
-    l->conf.gone = l->gone;
-    l->conf.n_gone = l->n_gone;
-    l->views = next_look(grid_picture(l->grid), l->now_ns, &l->conf, l->view, l->wanted);
+    l->call.more = true;
+    if (l->looked) {
+        l->call.more = next_look_step(&l->ranking, grid_picture(l->grid));
+    } else if (look_at(l)) {
+        l->looked = true;
+        l->conf.clusters = l->list;
+        l->conf.n_clusters = l->n;
+        l->conf.gone = l->gone;
+        l->conf.n_gone = l->n_gone;
+        next_look_begin(&l->ranking, l->now_ns, &l->conf, l->grid->look_score, l->wanted);
+    }
 }
 
 /* NULL with *error set. */
@@ -369,8 +382,8 @@ static bool write_ways(const struct rpc_call *call, struct json_out *out, struct
     json_out_open(out, '{');
     json_member_word(out, "frame", l->frame.ned ? "ned" : "body");
     json_member_open(out, "directions", '[');
-    for (uint32_t i = 0; i < l->views; i++) {
-        const struct next_look *w = &l->view[i];
+    for (uint32_t i = 0; i < l->ranking.n; i++) {
+        const struct next_look *w = &l->ranking.look[i];
         json_out_open(out, '{');
         json_member_degrees(out, "azimuth_deg", w->az_rad);
         json_member_degrees(out, "elevation_deg", w->el_rad);

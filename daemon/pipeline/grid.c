@@ -81,9 +81,14 @@ void grid_stats(struct grid *g, struct sphere_stats *out)
     snapshot_read(&g->stats, out);
 }
 
+size_t grid_looks_bytes(const struct rings *rings, uint32_t max_cells)
+{
+    return lines(clusters_bytes(rings, max_cells)) + lines(rings->n * sizeof(struct next_look_score));
+}
+
 size_t grid_clusters_bytes(struct grid *g)
 {
-    return g->clusters ? 0 : lines(clusters_bytes(grid_picture(g)->rings, g->setting.sphere.max_cells));
+    return g->clusters ? 0 : grid_looks_bytes(grid_picture(g)->rings, g->setting.sphere.max_cells);
 }
 
 struct clusters *grid_clusters(struct grid *g)
@@ -95,6 +100,9 @@ struct clusters *grid_clusters(struct grid *g)
         return g->clusters;
     g->clusters =
         clusters_init(memory, picture->rings, g->setting.sphere.max_cells, (double)picture->blocked_logodds);
+    g->look_score =
+        (struct next_look_score *)(void *)((char *)memory +
+                                           lines(clusters_bytes(picture->rings, g->setting.sphere.max_cells)));
     g->bytes += bytes;
     return g->clusters;
 }

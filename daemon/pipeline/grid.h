@@ -12,6 +12,7 @@
 #include "core/fault.h"
 #include "core/snapshot.h"
 #include "grid/answer/answer.h"
+#include "grid/answer/next_look.h"
 #include "grid/sphere/clusters.h"
 #include "grid/sphere/sphere.h"
 
@@ -30,6 +31,7 @@ struct grid {
     struct sphere *sphere;                  /* of the maps' owner; of the loop while the pipeline is at rest */
     SNAPSHOT_OF(struct sphere_stats) stats; /* from the owner to the loop */
     struct clusters *clusters; /* made by the loop, and the owner's from then on; NULL until somebody asks */
+    struct next_look_score *look_score; /* [directions], likewise, in the same memory */
 };
 
 /** grid_new - NULL with a sentence in fault. */
@@ -53,7 +55,10 @@ struct answer_conf grid_limits(const struct grid *g);
 /** grid_stats - as of the last ping. Loop thread. */
 void grid_stats(struct grid *g, struct sphere_stats *out);
 
-/** grid_clusters_bytes - what the clusters will take in addition; 0: they are made. Loop thread. */
+/** grid_looks_bytes - memory for clusters, and for the scores of next_look, of a grid of these rings. */
+size_t grid_looks_bytes(const struct rings *rings, uint32_t max_cells);
+
+/** grid_clusters_bytes - what they will take in addition; 0: they are made. Loop thread. */
 size_t grid_clusters_bytes(struct grid *g);
 
 /** grid_clusters - made at the first call; NULL without memory. Loop thread. */

@@ -14,6 +14,7 @@
 #define VANISHED_DEG 5.0  /* ... and at a vanished one within this angle */
 #define EDGE_M       0.5  /* neighbouring slices whose obstacles are so far apart in range, ... */
 #define EDGE_SHARE   0.2  /* ... and this share of the nearer one's range, have an edge between them */
+#define JUDGE_WORK   40   /* what a direction costs beside its clusters */
 #define MOVED_M      1.0  /* farther than this, and the centre's step, is not stationary */
 
 static double at_most_1(double x)
@@ -30,14 +31,16 @@ static void judge_age(const struct picture_entry *e, uint64_t now_ns, double sta
     l->score = t_ns ? at_most_1(l->age_s / stale_s) : 1;
 }
 
-static void judge_clusters(const struct cluster *clusters, uint32_t n, struct next_look *l)
+static void judge_clusters(const struct next_look_ranking *r, struct next_look *l)
 {
-    for (uint32_t i = 0; i < n; i++) {
-        const struct cluster *k = &clusters[i];
-        if (geo_wrap(l->az_rad - k->from_rad) > k->width_rad || l->el_rad < k->low_rad || l->el_rad > k->high_rad)
-            continue;
+    for (uint32_t i = 0; i < r->n_here; i++) {
+        const struct cluster *k = r->here[i];
         const double approach = at_most_1(k->approach_mps / APPROACH_MPS);
         const double growth = at_most_1(k->growth_directions_ps / GROWTH_PS);
+        if (approach <= l->score && growth <= l->score)
+            continue;
+        if (geo_wrap(l->az_rad - k->from_rad) > k->width_rad || l->el_rad < k->low_rad || l->el_rad > k->high_rad)
+            continue;
         if (approach > l->score) {
             l->score = approach;
             l->why = LOOK_APPROACHING;
@@ -54,11 +57,19 @@ static double as_feature(double age_score)
     return at_most_1(FEATURE_GAIN * age_score);
 }
 
+/* Between two azimuths in [0, 4 pi). */
+static double between_rad(double a_rad, double b_rad)
+{
+    double d = fabs(a_rad - b_rad);
+    if (d >= GEO_TURN)
+        d -= GEO_TURN;
+    return d > GEO_PI ? GEO_TURN - d : d;
+}
+
 static bool at_edge(const struct cluster *k, double az_rad)
 {
-    const double from_rad = fabs(geo_wrap_pi(az_rad - k->from_rad));
-    const double to_rad = fabs(geo_wrap_pi(az_rad - k->from_rad - k->width_rad));
-    return fmin(from_rad, to_rad) <= geo_rad(EDGE_DEG);
+    return fmin(between_rad(az_rad, k->from_rad), between_rad(az_rad, k->from_rad + k->width_rad)) <=
+           geo_rad(EDGE_DEG);
 }
 
 /* Its place is as of then: the vehicle moves on, and soon nobody knows in which direction it was. */
@@ -75,22 +86,21 @@ static bool at_place(const double axis[3], const double place_m[3])
 }
 
 /* age_score: of the direction, before clusters were judged. */
-static void judge_features(const struct next_look_conf *conf, uint64_t now_ns, double age_score,
-                           struct next_look *l)
+static void judge_features(const struct next_look_ranking *r, double age_score, struct next_look *l)
 {
-    const struct cluster *clusters = conf->clusters;
+    const struct next_look_conf *conf = &r->conf;
     const double score = as_feature(age_score);
     enum next_look_why why = l->why;
     double axis[3];
     if (score <= l->score)
         return;
     geo_direction(l->az_rad, l->el_rad, axis);
-    for (uint32_t i = 0; i < conf->n_clusters && why != LOOK_EDGE; i++)
-        if (l->el_rad >= clusters[i].low_rad && l->el_rad <= clusters[i].high_rad &&
-            at_edge(&clusters[i], l->az_rad))
+    for (uint32_t i = 0; i < r->n_here && why != LOOK_EDGE; i++)
+        if (l->el_rad >= r->here[i]->low_rad && l->el_rad <= r->here[i]->high_rad &&
+            at_edge(r->here[i], l->az_rad))
             why = LOOK_EDGE;
     for (uint32_t i = 0; i < conf->n_gone && why != LOOK_VANISHED; i++)
-        if (is_recent(&conf->gone[i], now_ns, conf->stale_s) && at_place(axis, conf->gone[i].place_m))
+        if (is_recent(&conf->gone[i], r->now_ns, conf->stale_s) && at_place(axis, conf->gone[i].place_m))
             why = LOOK_VANISHED;
     if (why == LOOK_EDGE || why == LOOK_VANISHED) {
         l->score = score;
@@ -102,14 +112,6 @@ static double ahead(const double axis[3], const double velocity_mps[3])
 {
     const double speed = sqrt(geo_dot(velocity_mps, velocity_mps));
     return speed > AT_REST_MPS ? at_most_1(geo_dot(axis, velocity_mps) / speed) : 0;
-}
-
-static bool is_apart(const struct next_look *a, const struct next_look *b, double apart_rad)
-{
-    double u[3], v[3];
-    geo_direction(a->az_rad, a->el_rad, u);
-    geo_direction(b->az_rad, b->el_rad, v);
-    return geo_dot(u, v) < cos(apart_rad);
 }
 
 /* Azimuth, in NED or the body's axes, of the grid's azimuth 0. */
@@ -136,45 +138,128 @@ static void place_look(const struct picture *picture, double axes_rad, uint32_t 
         l->az_rad = geo_wrap(l->az_rad + axes_rad);
 }
 
-/* The best direction that is apart from those found; of equals the one in the middle of the band. */
-static bool best_of(struct picture *picture, uint64_t now_ns, const struct next_look_conf *conf,
-                    const struct next_look *found, uint32_t n, struct next_look *best)
+/* ---- a ranking ---- */
+
+void next_look_begin(struct next_look_ranking *r, uint64_t now_ns, const struct next_look_conf *conf,
+                     struct next_look_score *score, uint32_t room)
 {
-    const double middle = (conf->low_rad + conf->high_rad) / 2, axes_rad = axes_of(picture);
-    double velocity_mps[3];
-    velocity_in_grid(conf, axes_rad, velocity_mps);
-    best->score = 0;
-    for (uint32_t d = 0; d < picture->n; d++) {
-        struct next_look l = {.score = 0};
-        struct picture_entry e;
-        bool apart = true;
-        place_look(picture, axes_rad, d, &l);
-        if (l.el_rad < conf->low_rad || l.el_rad > conf->high_rad)
-            continue;
-        for (uint32_t i = 0; i < n && apart; i++)
-            apart = is_apart(&l, &found[i], conf->apart_rad);
-        if (!apart)
-            continue;
-        picture_get(picture, d, &e);
-        judge_age(&e, now_ns, conf->stale_s, &l);
-        const double age_score = l.score;
-        judge_clusters(conf->clusters, conf->n_clusters, &l);
-        judge_features(conf, now_ns, age_score, &l);
-        l.score *= 1 + AHEAD_GAIN * ahead(picture->axis[d], velocity_mps);
-        const double off = fabs(l.el_rad - middle), best_off = fabs(best->el_rad - middle);
-        if (l.score > best->score || (l.score > 0 && l.score == best->score && off < best_off))
-            *best = l;
-    }
-    return best->score > 0;
+    r->conf = *conf;
+    r->now_ns = now_ns;
+    r->score = score;
+    r->room = room;
+    r->n = 0;
+    r->started = r->judged = false;
 }
 
-uint32_t next_look(struct picture *picture, uint64_t now_ns, const struct next_look_conf *conf,
-                   struct next_look *out, uint32_t room)
+/* Those of which a direction of the ring may be a part. */
+static void enter_ring(struct next_look_ranking *r, const struct picture *picture, uint32_t ring)
 {
-    uint32_t n = 0;
-    while (n < room && best_of(picture, now_ns, conf, out, n, &out[n]))
-        n++;
-    return n;
+    const struct rings *rings = picture->rings;
+    const double top = rings->top_rad - ring * rings->height_rad, bottom = top - rings->height_rad;
+    r->ring = ring;
+    r->n_here = 0;
+    for (uint32_t i = 0; i < r->conf.n_clusters; i++)
+        if (r->conf.clusters[i].low_rad <= top && r->conf.clusters[i].high_rad >= bottom)
+            r->here[r->n_here++] = &r->conf.clusters[i];
+    r->work += r->conf.n_clusters;
+}
+
+static void judge(struct next_look_ranking *r, struct picture *picture, const double velocity_mps[3], uint32_t d)
+{
+    struct next_look l = {.score = 0};
+    struct picture_entry e;
+    r->score[d] = (struct next_look_score){.score = 0};
+    place_look(picture, r->axes_rad, d, &l);
+    if (l.el_rad < r->conf.low_rad || l.el_rad > r->conf.high_rad)
+        return;
+    picture_get(picture, d, &e);
+    judge_age(&e, r->now_ns, r->conf.stale_s, &l);
+    const double age_score = l.score;
+    judge_clusters(r, &l);
+    judge_features(r, age_score, &l);
+    l.score *= 1 + AHEAD_GAIN * ahead(picture->axis[d], velocity_mps);
+    r->score[d] = (struct next_look_score){.score = l.score, .age_s = (float)l.age_s, .why = l.why};
+}
+
+/* Some directions. Axes that have turned since the first make the azimuths of all others: then it begins anew. */
+static void judge_some(struct next_look_ranking *r, struct picture *picture)
+{
+    const double axes_rad = axes_of(picture);
+    double velocity_mps[3];
+    if (!r->started || axes_rad != r->axes_rad) {
+        r->started = true;
+        r->axes_rad = axes_rad;
+        r->next = 0;
+    }
+    velocity_in_grid(&r->conf, axes_rad, velocity_mps);
+    for (; r->next < picture->n && r->work < NEXT_LOOK_STEP; r->next++) {
+        const uint32_t ring = rings_ring(picture->rings, r->next);
+        if (r->next == 0 || ring != r->ring)
+            enter_ring(r, picture, ring);
+        judge(r, picture, velocity_mps, r->next);
+        r->work += JUDGE_WORK + r->n_here + r->conf.n_gone;
+    }
+    r->judged = r->next == picture->n;
+}
+
+/* Some directions of a round, in which the best of what is apart from those chosen before is found; of equals the one
+ * in the middle of the band. */
+static void choose_some(struct next_look_ranking *r, const struct picture *picture)
+{
+    const struct rings *rings = picture->rings;
+    const double near = cos(r->conf.apart_rad), middle = (r->conf.low_rad + r->conf.high_rad) / 2;
+    const double *from = r->n > 0 ? picture->axis[r->chosen] : NULL;
+    for (; r->next < picture->n && r->work < NEXT_LOOK_STEP; r->next++) {
+        struct next_look_score *s = &r->score[r->next];
+        r->work++;
+        while (r->next >= rings->start[r->ring + 1])
+            r->ring++;
+        if (s->score > 0 && from && geo_dot(picture->axis[r->next], from) >= near)
+            s->score = 0;
+        if (s->score <= 0 || s->score < r->best_score)
+            continue;
+        const double off = fabs(rings->top_rad - (r->ring + 0.5) * rings->height_rad - middle);
+        if (s->score > r->best_score || off < r->best_off) {
+            r->best = r->next;
+            r->best_score = s->score;
+            r->best_off = off;
+        }
+    }
+}
+
+static void begin_round(struct next_look_ranking *r)
+{
+    r->next = r->ring = 0;
+    r->best_score = 0;
+}
+
+static void take_best(struct next_look_ranking *r, const struct picture *picture)
+{
+    struct next_look_score *s = &r->score[r->best];
+    struct next_look *l = &r->look[r->n++];
+    *l = (struct next_look){.score = s->score, .age_s = (double)s->age_s, .why = s->why};
+    place_look(picture, r->axes_rad, r->best, l);
+    s->score = 0;
+    r->chosen = r->best;
+}
+
+bool next_look_step(struct next_look_ranking *r, struct picture *picture)
+{
+    r->work = 0;
+    if (!r->judged) {
+        judge_some(r, picture);
+        if (r->judged)
+            begin_round(r);
+        return true;
+    }
+    choose_some(r, picture);
+    if (r->next < picture->n)
+        return true;
+    if (r->best_score <= 0)
+        return false;
+    take_best(r, picture);
+    begin_round(r);
+    return r->n < r->room;
 }
 
 /* ---- sectors ---- */

@@ -24,8 +24,8 @@ struct next_look_conf {
     double low_rad, high_rad; /* elevations of the directions' centres that are wanted */
     double apart_rad;         /* directions nearer to a better one are left out */
     double velocity_mps[3];   /* in the grid's axes; zeros: unknown or at rest, nothing is ahead */
-    const struct cluster *clusters; /* what next_look looks at beside ages; next_look_sector does not */
-    uint32_t n_clusters;
+    const struct cluster *clusters;  /* what a ranking looks at beside ages; next_look_sector does not */
+    uint32_t n_clusters;             /* at most CLUSTERS_MAX */
     const struct cluster_gone *gone; /* clusters that vanished */
     uint32_t n_gone;
 };
@@ -37,9 +37,45 @@ struct next_look {
     enum next_look_why why;
 };
 
-/** next_look - the best first; returns how many were found, at most room <= NEXT_LOOK_MAX. O(directions * room). */
-uint32_t next_look(struct picture *picture, uint64_t now_ns, const struct next_look_conf *conf,
-                   struct next_look *out, uint32_t room);
+/* What a direction is worth, while the best are chosen. */
+struct next_look_score {
+    double score; /* 0: nothing, not wanted, or too near to a better one */
+    float age_s;
+    uint32_t why;
+};
+
+/*
+ * A ranking on its way, in steps between which pings may come. All clusters and scores in it are the caller's, and stay
+ * until it is over.
+ */
+struct next_look_ranking {
+    struct next_look_conf conf;
+    uint64_t now_ns;
+    struct next_look_score *score; /* [directions] */
+    uint32_t room, n;              /* found so far: */
+    struct next_look look[NEXT_LOOK_MAX];
+    bool started, judged;
+    double axes_rad;     /* of the grid, by which all scores are */
+    uint32_t next, ring; /* direction */
+    uint32_t best;       /* of this round ... */
+    double best_score, best_off;
+    uint32_t chosen; /* ... and of the one before: directions near to it are left out */
+    uint32_t n_here;
+    const struct cluster *here[CLUSTERS_MAX]; /* at the elevation of that ring, in their order */
+    uint32_t work; /* of the last step, in judgements of one direction and one cluster */
+};
+
+#define NEXT_LOOK_STEP 100000u /* a step ends with so much work, and at most what one ring's clusters take more */
+
+/** next_look_begin - room: at most NEXT_LOOK_MAX; score: of all directions of the picture. */
+void next_look_begin(struct next_look_ranking *r, uint64_t now_ns, const struct next_look_conf *conf,
+                     struct next_look_score *score, uint32_t room);
+
+/**
+ * next_look_step - a step of it. True: there is more. Otherwise look[0..n-1] are the best, the best first. Together
+ * O(directions * (room + clusters at their elevation)).
+ */
+bool next_look_step(struct next_look_ranking *r, struct picture *picture);
 
 #define NEXT_LOOK_SLICES 72 /* of the circle, by which a sector is moved */
 

@@ -16,12 +16,25 @@
 /* What a look finds in a direction. */
 enum look { LOOKED_AT = 1, HOLDS_MEMBER = 2, COUNTED = 4 };
 
+/* Of a look, in their order. */
+enum stage { STAGE_NONE, STAGE_PUT, STAGE_LEAVE, STAGE_MEASURE };
+
+#define BEGUN_MAX 4
+
 struct clusters {
     struct components components;
     struct sphere_cell *cell; /* by the components' index */
     uint32_t max_cells;       /* of the grid */
     double blocked_logodds;
-    uint32_t n, n_before;
+    /* the look: */
+    uint64_t now_ns;
+    enum stage stage;
+    uint32_t at;          /* the next direction, or cell, of its stage */
+    uint32_t begun;       /* so often it was, because the grid had moved */
+    uint64_t moves;       /* of the grid, as it began ... */
+    double centre_m[3];   /* ... with its centre there */
+    uint32_t raised_left; /* room for cells that only their neighbours make */
+    uint32_t all, n, n_before;
     struct cluster list[CLUSTERS_MAX];
     struct cluster before[CLUSTERS_MAX]; /* of the look from which the next trend is counted */
     uint8_t *then;                       /* [directions] set of enum look at that look ... */
@@ -39,6 +52,12 @@ struct clusters {
     double known_near_m;                  /* its near edge where somebody had looked */
     uint64_t turn[(TURN_BINS + 63) / 64]; /* azimuths of one cluster, a bit each */
 };
+
+static void enter_stage(struct clusters *c, enum stage stage)
+{
+    c->stage = stage;
+    c->at = 0;
+}
 
 static size_t rounded(size_t n)
 {
@@ -94,8 +113,7 @@ static void follow_axes(struct clusters *c, double axes_rad)
 struct putting {
     struct clusters *c;
     uint32_t direction;
-    uint32_t raised_left; /* room for cells that only their neighbours make */
-    uint64_t now_ns;
+    uint32_t cells; /* looked at */
 };
 
 static void put_cell(void *context, const struct sphere_cell *cell)
@@ -103,33 +121,54 @@ static void put_cell(void *context, const struct sphere_cell *cell)
     struct putting *p = context;
     struct clusters *c = p->c;
     const bool raised = cell->echoes == 0;
-    if (cell->logodds <= MEMBER_ODDS * c->blocked_logodds || (raised && p->raised_left == 0))
+    p->cells++;
+    if (cell->logodds <= MEMBER_ODDS * c->blocked_logodds || (raised && c->raised_left == 0))
         return;
-    p->raised_left -= raised;
+    c->raised_left -= raised;
     c->today[p->direction] |= HOLDS_MEMBER;
     c->cell[components_put(&c->components, p->direction, cell->layer,
-                           !cell->pending && cell->logodds > c->blocked_logodds, p->now_ns)] = *cell;
+                           !cell->pending && cell->logodds > c->blocked_logodds, c->now_ns)] = *cell;
 }
 
-static void put_cells(struct clusters *c, const struct sphere *s, uint64_t now_ns)
+static void put_direction(struct putting *p, const struct sphere *s, double mu)
 {
-    const double mu = sphere_cluster_relaxation(s);
-    struct putting p = {.c = c, .now_ns = now_ns};
-    struct sphere_stats stats;
     struct sphere_cell cell;
-    sphere_stats(s, &stats);
-    p.raised_left = c->max_cells - stats.cells;
+    p->c->today[p->direction] = sphere_pinged(s, p->direction) ? LOOKED_AT : 0;
+    if (mu > 0)
+        relax_cells(s, p->direction, mu, p->c->now_ns, put_cell, p);
+    for (uint32_t k = 0; !(mu > 0) && sphere_cell(s, p->direction, k, p->c->now_ns, &cell); k++)
+        put_cell(p, &cell);
+}
+
+/* All cells have to be of one grid: its centre and its axes may move between two steps. */
+static void begin_putting(struct clusters *c, const struct sphere *s, const struct sphere_stats *stats)
+{
+    c->moves = stats->recentred + stats->turned;
+    sphere_centre(s, c->centre_m);
+    c->raised_left = c->max_cells - stats->cells;
+    c->at = 0;
+    c->begun++;
     follow_axes(c, sphere_axes(s));
     components_begin(&c->components);
-    for (uint32_t d = 0; d < c->components.rings->n; d++) {
-        p.direction = d;
-        c->today[d] = sphere_pinged(s, d) ? LOOKED_AT : 0;
-        if (mu > 0)
-            relax_cells(s, d, mu, now_ns, put_cell, &p);
-        for (uint32_t k = 0; !(mu > 0) && sphere_cell(s, d, k, now_ns, &cell); k++)
-            put_cell(&p, &cell);
+}
+
+static void put_some(struct clusters *c, const struct sphere *s)
+{
+    const double mu = sphere_cluster_relaxation(s);
+    const uint32_t n = c->components.rings->n;
+    struct putting p = {.c = c};
+    struct sphere_stats stats;
+    sphere_stats(s, &stats);
+    if (c->begun == 0 || c->moves != stats.recentred + stats.turned)
+        begin_putting(c, s, &stats);
+    const uint32_t room = c->begun < BEGUN_MAX ? CLUSTERS_STEP : UINT32_MAX;
+    for (; c->at < n && p.cells < room; c->at++) {
+        p.direction = c->at;
+        put_direction(&p, s, mu);
+        p.cells++; /* an empty one takes time, too */
     }
-    components_end(&c->components, now_ns);
+    if (c->at == n)
+        enter_stage(c, STAGE_LEAVE);
 }
 
 /* ---- measuring one ---- */
@@ -147,20 +186,28 @@ static void mark_azimuths(struct clusters *c, uint32_t ring, uint32_t direction)
     }
 }
 
-static bool marked(const struct clusters *c, uint32_t bin)
+/* Azimuths alike from `bin` on, as many as are in one word: at least 1. */
+static uint32_t run_from(const struct clusters *c, uint32_t bin, bool *marked)
 {
-    return c->turn[bin % TURN_BINS / 64] >> (bin % TURN_BINS % 64) & 1;
+    const uint64_t word = c->turn[bin / 64] >> bin % 64;
+    const uint32_t end = bin / 64 * 64 + 64 < TURN_BINS ? bin / 64 * 64 + 64 : TURN_BINS;
+    *marked = word & 1;
+    const uint64_t differ = *marked ? ~word : word;
+    const uint32_t alike = differ ? (uint32_t)__builtin_ctzll(differ) : 64;
+    return alike < end - bin ? alike : end - bin;
 }
 
 /* The turn without the largest gap: between the least and the greatest azimuth would fail at north. */
 static void measure_width(const struct clusters *c, struct cluster *k)
 {
     uint32_t gap = 0, longest = 0, end = 0;
-    for (uint32_t b = 0; b < 2 * TURN_BINS; b++) {
-        gap = marked(c, b) ? 0 : gap + 1;
+    bool marked;
+    for (uint32_t b = 0, n; b < 2 * TURN_BINS; b += n) {
+        n = run_from(c, b % TURN_BINS, &marked);
+        gap = marked ? 0 : gap + n;
         if (gap > longest) {
             longest = gap;
-            end = b + 1;
+            end = b + n;
         }
     }
     k->from_rad = geo_wrap(end % TURN_BINS * (GEO_TURN / TURN_BINS) + c->axes_rad);
@@ -224,6 +271,8 @@ static void measure_extent(struct clusters *c, uint32_t root, struct cluster *k)
     } while (i != root);
     for (int a = 0; a < 3; a++)
         k->centre_m[a] /= c->heard;
+    k->approach_mps = c->known_near_m; /* until set_trend */
+    k->growth_directions_ps = c->grown;
     measure_width(c, k);
 }
 
@@ -247,20 +296,22 @@ static void enlist(struct clusters *c, const struct cluster *k)
 
 /*
  * Over too short a time a trend is noise: what was found before stands. What is seen because somebody looks there for
- * the first time is no trend.
+ * the first time is no trend. Until then the cluster's approach and growth are what was measured: its near edge where
+ * somebody had looked, and directions that are new.
  */
 static void set_trend(const struct clusters *c, struct cluster *k, bool long_ago, double dt_s)
 {
-    if (long_ago)
-        k->growth_directions_ps = c->grown / dt_s;
+    const double known_near_m = k->approach_mps, grown = k->growth_directions_ps;
+    k->approach_mps = 0;
+    k->growth_directions_ps = long_ago ? grown / dt_s : 0;
     for (uint32_t i = 0; i < c->n_before; i++) {
         const struct cluster *old = &c->before[i];
         if (old->label != k->label)
             continue;
         if (!long_ago)
             k->growth_directions_ps = old->growth_directions_ps;
-        if (!long_ago || c->known_near_m < INFINITY)
-            k->approach_mps = long_ago ? (old->near_m - c->known_near_m) / dt_s : old->approach_mps;
+        if (!long_ago || known_near_m < INFINITY)
+            k->approach_mps = long_ago ? (old->near_m - known_near_m) / dt_s : old->approach_mps;
     }
 }
 
@@ -272,50 +323,70 @@ static bool is_listed(const struct clusters *c, uint32_t label)
     return false;
 }
 
-/* Is its label that of a component in which no cell blocks any more? */
-static bool is_fading(struct clusters *c, uint32_t label)
+/* Clusters that are in the list no more. */
+struct missing {
+    uint32_t n;
+    struct cluster old[CLUSTERS_MAX + CLUSTERS_GONE_MAX]; /* places as of now */
+    bool fading[CLUSTERS_MAX + CLUSTERS_GONE_MAX];        /* still a component, in which no cell blocks any more */
+    uint64_t labels[16];                                  /* a bit for the lowest of each: most others have none */
+};
+
+static void add_missing(struct missing *m, const struct cluster *old, const double moved_m[3])
+{
+    struct cluster *k = &m->old[m->n];
+    *k = *old;
+    for (int a = 0; a < 3; a++)
+        k->nearest_m[a] += moved_m[a];
+    m->fading[m->n++] = false;
+    m->labels[k->label / 64 % 16] |= 1ull << k->label % 64;
+}
+
+static void find_fading(struct clusters *c, struct missing *m)
 {
     COMPONENTS_EACH(&c->components, root)
     {
         const struct component *own = components_of(&c->components, root);
-        if (own->label == label)
-            return !own->seeds;
+        if (own->seeds || !(m->labels[own->label / 64 % 16] >> own->label % 64 & 1))
+            continue;
+        for (uint32_t i = 0; i < m->n; i++)
+            m->fading[i] |= m->old[i].label == own->label;
     }
-    return false;
 }
 
 /* `old` is in the list no more: it still fades, or is gone, or has joined something. */
-static void judge(struct clusters *c, const struct sphere *s, uint64_t now_ns, const struct cluster *old)
+static void judge(struct clusters *c, const struct sphere *s, const struct cluster *old, bool fading)
 {
-    if (is_fading(c, old->label) && c->n_fading < CLUSTERS_GONE_MAX) {
+    if (fading && c->n_fading < CLUSTERS_GONE_MAX) {
         c->fading[c->n_fading++] = *old;
         return;
     }
     struct cluster_gone g = {
-        .label = old->label, .cells = old->cells, .t_gone_ns = now_ns, .t_echo_ns = old->t_echo_ns};
+        .label = old->label, .cells = old->cells, .t_gone_ns = c->now_ns, .t_echo_ns = old->t_echo_ns};
     memcpy(g.place_m, old->nearest_m, sizeof g.place_m);
-    g.why = vanish_why(s, g.place_m, g.t_echo_ns, now_ns, MEMBER_ODDS * c->blocked_logodds, c->blocked_logodds);
+    g.why = vanish_why(s, g.place_m, g.t_echo_ns, c->now_ns, MEMBER_ODDS * c->blocked_logodds, c->blocked_logodds);
     if (g.why != VANISH_NOT)
         c->gone[c->n_gone++ % CLUSTERS_GONE_MAX] = g;
 }
 
 /* Which of the clusters before are in the list no more, and why. */
-static void find_gone(struct clusters *c, const struct sphere *s, uint64_t now_ns)
+static void find_gone(struct clusters *c, const struct sphere *s)
 {
-    struct cluster faded[CLUSTERS_GONE_MAX];
-    const uint32_t n_faded = c->n_fading;
-    double centre_m[3];
-    sphere_centre(s, centre_m);
-    memcpy(faded, c->fading, n_faded * sizeof *faded);
+    struct missing missing = {.n = 0};
+    double moved_m[3];
+    sphere_centre(s, moved_m);
+    for (int a = 0; a < 3; a++)
+        moved_m[a] = c->centre_before_m[a] - moved_m[a];
+    for (uint32_t i = 0; i < c->n_fading; i++)
+        if (!is_listed(c, c->fading[i].label))
+            add_missing(&missing, &c->fading[i], moved_m);
+    for (uint32_t i = 0; i < c->n_before; i++)
+        if (!is_listed(c, c->before[i].label))
+            add_missing(&missing, &c->before[i], moved_m);
     c->n_fading = 0;
-    for (uint32_t i = 0; i < n_faded + c->n_before; i++) {
-        struct cluster old = i < n_faded ? faded[i] : c->before[i - n_faded];
-        if (is_listed(c, old.label))
-            continue;
-        for (int a = 0; a < 3; a++)
-            old.nearest_m[a] += c->centre_before_m[a] - centre_m[a];
-        judge(c, s, now_ns, &old);
-    }
+    if (missing.n)
+        find_fading(c, &missing);
+    for (uint32_t i = 0; i < missing.n; i++)
+        judge(c, s, &missing.old[i], missing.fading[i]);
 }
 
 const struct cluster_gone *clusters_gone(const struct clusters *c, uint32_t k)
@@ -323,32 +394,73 @@ const struct cluster_gone *clusters_gone(const struct clusters *c, uint32_t k)
     return k < c->n_gone && k < CLUSTERS_GONE_MAX ? &c->gone[(c->n_gone - 1 - k) % CLUSTERS_GONE_MAX] : NULL;
 }
 
-uint32_t clusters_look(struct clusters *c, const struct sphere *s, uint64_t now_ns, const struct cluster **list,
-                       uint32_t *all)
+/* ---- a look ---- */
+
+void clusters_begin(struct clusters *c, uint64_t now_ns)
 {
-    const bool long_ago = now_ns >= c->t_before_ns + TREND_NS;
-    const double dt_s = (double)(now_ns - c->t_before_ns) * 1e-9;
-    put_cells(c, s, now_ns);
-    c->n = *all = 0;
-    COMPONENTS_EACH(&c->components, root)
-    {
+    c->now_ns = now_ns;
+    c->begun = c->n = c->all = 0;
+    enter_stage(c, STAGE_PUT);
+}
+
+static void leave_some(struct clusters *c)
+{
+    if (!components_leave(&c->components, &c->at, CLUSTERS_STEP))
+        return;
+    components_end(&c->components, c->now_ns);
+    enter_stage(c, STAGE_MEASURE);
+}
+
+#define CLUSTER_WORK 16 /* so many cells take as long to measure as what is done once for each cluster */
+
+/* False: that was the last. */
+static bool measure_some(struct clusters *c)
+{
+    const uint32_t high = c->components.high;
+    for (uint32_t work = 0; c->at < high && work < CLUSTERS_STEP; c->at++) {
         struct cluster k;
-        if (!components_of(&c->components, root)->seeds)
+        if (!components_is_root(&c->components, c->at) || !components_of(&c->components, c->at)->seeds)
             continue;
-        measure_extent(c, root, &k);
-        set_trend(c, &k, long_ago, dt_s);
+        measure_extent(c, c->at, &k);
         enlist(c, &k);
-        ++*all;
+        c->all++;
+        work += CLUSTER_WORK + k.cells;
     }
+    return c->at < high;
+}
+
+static void end_look(struct clusters *c, const struct sphere *s)
+{
+    const bool long_ago = c->now_ns >= c->t_before_ns + TREND_NS;
+    const double dt_s = (double)(c->now_ns - c->t_before_ns) * 1e-9;
+    for (uint32_t i = 0; i < c->n; i++)
+        set_trend(c, &c->list[i], long_ago, dt_s);
     if (long_ago) {
-        if (*all == c->n) /* else one that is missing may only have made room in the list */
-            find_gone(c, s, now_ns);
-        sphere_centre(s, c->centre_before_m);
+        if (c->all == c->n) /* else one that is missing may only have made room in the list */
+            find_gone(c, s);
+        memcpy(c->centre_before_m, c->centre_m, sizeof c->centre_m);
         memcpy(c->before, c->list, c->n * sizeof *c->list);
         c->n_before = c->n;
-        c->t_before_ns = now_ns;
+        c->t_before_ns = c->now_ns;
         memcpy(c->then, c->today, c->components.rings->n);
     }
+    enter_stage(c, STAGE_NONE);
+}
+
+bool clusters_step(struct clusters *c, const struct sphere *s)
+{
+    if (c->stage == STAGE_PUT)
+        put_some(c, s);
+    else if (c->stage == STAGE_LEAVE)
+        leave_some(c);
+    else if (c->stage == STAGE_MEASURE && !measure_some(c))
+        end_look(c, s);
+    return c->stage != STAGE_NONE;
+}
+
+uint32_t clusters_list(const struct clusters *c, const struct cluster **list, uint32_t *all)
+{
     *list = c->list;
+    *all = c->all;
     return c->n;
 }

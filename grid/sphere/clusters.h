@@ -70,12 +70,35 @@ struct clusters *clusters_init(void *memory, const struct rings *rings, uint32_t
                                double blocked_logodds);
 
 /**
- * clusters_look - the clusters of the grid as of now_ns: list[0..n-1], nearest first, with n <= CLUSTERS_MAX returned
- * and *all set to how many there are. The list holds until the next look. Looks of less than a second after one
- * another do not count for approach and growth. Cost: all cells of the grid, and their neighbours.
+ * clusters_begin - a look at the clusters of the grid as of now_ns, in steps between which pings may come. A look that
+ * was not over is forgotten. Looks of less than a second after one another do not count for approach and growth.
  */
-uint32_t clusters_look(struct clusters *c, const struct sphere *s, uint64_t now_ns, const struct cluster **list,
-                       uint32_t *all);
+void clusters_begin(struct clusters *c, uint64_t now_ns);
+
+/**
+ * clusters_step - a step of it: some CLUSTERS_STEP cells, of one that fell apart all. True: there is more. When the grid
+ * moves again and again meanwhile, the last step puts all its cells at once. Cost of all: all cells of the grid, and
+ * their neighbours.
+ */
+bool clusters_step(struct clusters *c, const struct sphere *s);
+
+#define CLUSTERS_STEP 4096
+
+/**
+ * clusters_list - what the last whole look found: list[0..n-1], nearest first, with n <= CLUSTERS_MAX returned and *all
+ * set to how many there are. It holds until the next look begins.
+ */
+uint32_t clusters_list(const struct clusters *c, const struct cluster **list, uint32_t *all);
+
+/** clusters_look - a whole look at once, and its list. */
+static inline uint32_t clusters_look(struct clusters *c, const struct sphere *s, uint64_t now_ns,
+                                     const struct cluster **list, uint32_t *all)
+{
+    clusters_begin(c, now_ns);
+    while (clusters_step(c, s))
+        ;
+    return clusters_list(c, list, all);
+}
 
 /**
  * clusters_gone - the k-th of those that vanished between two looks at least a second apart, the newest first; NULL:

@@ -422,11 +422,19 @@ void components_begin(struct components *c)
     c->round++;
 }
 
+bool components_leave(struct components *c, uint32_t *at, uint32_t most)
+{
+    const uint32_t left = c->leaving;
+    for (; *at < c->high && c->leaving - left < most; ++*at)
+        if (c->cell[*at].state == CELL_IN && c->cell[*at].round != c->round)
+            take_out(c, *at);
+    return *at >= c->high;
+}
+
 void components_end(struct components *c, uint64_t now_ns)
 {
-    for (uint32_t i = 0; i < c->high; i++)
-        if (c->cell[i].state == CELL_IN && c->cell[i].round != c->round)
-            take_out(c, i);
+    for (uint32_t at = 0; !components_leave(c, &at, c->room);)
+        ;
     if (c->turned)
         touch_anew(c);
     components_settle(c, now_ns);

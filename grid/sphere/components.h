@@ -78,9 +78,13 @@ bool components_remove(struct components *c, uint32_t direction, uint16_t layer)
  */
 void components_settle(struct components *c, uint64_t now_ns);
 
-/** components_begin, components_end - between them every cell that is in is put;
- * the end removes the others, settles. */
+/**
+ * components_begin, components_end - between them every cell that is in is put;
+ * the end removes the others, settles. components_leave - before the end: removes at most so many of the others, from
+ * cell *at on, which is 0 at first. True: there are no more.
+ */
 void components_begin(struct components *c);
+bool components_leave(struct components *c, uint32_t *at, uint32_t most);
 void components_end(struct components *c, uint64_t now_ns);
 
 /**

@@ -4,6 +4,7 @@
 
 #include "grid/answer/next_look.h"
 #include "grid/geometry.h"
+#include "tests/lib/ranking.h"
 
 #define SECOND 1000000000ull
 #define NOW    (1000 * SECOND)
@@ -47,7 +48,7 @@ TEST(what_was_never_looked_at_comes_first_and_ahead_of_all)
 {
     start(true);
     conf.velocity_mps[1] = 0.5;
-    CHECK_INT(next_look(&picture, NOW, &conf, look, 4), 4);
+    CHECK_INT(rank_looks(&picture, NOW, &conf, look, 4), 4);
     CHECK_NEAR(look[0].az_rad, geo_rad(90), 0, geo_rad(3));
     CHECK_INT(look[0].why, LOOK_NEVER);
     CHECK_NEAR(look[0].score, 3, 0.01, 0);
@@ -67,7 +68,7 @@ TEST(a_sector_ahead_comes_first_and_a_direction_that_no_look_reaches_does_not_dr
     looked(6, 180, 1000); /* 6 s of 30 s three times ahead, and astern one that counts in full */
     CHECK(next_look_sector(&picture, NOW, &conf, NULL, geo_rad(40), &az));
     CHECK_NEAR(geo_wrap_pi(az), 0, 0, geo_rad(5.1));
-    CHECK_INT(next_look(&picture, NOW, &conf, look, 1), 1);
+    CHECK_INT(rank_looks(&picture, NOW, &conf, look, 1), 1);
     CHECK_NEAR(look[0].az_rad, geo_rad(180), 0, geo_rad(5)); /* as one direction it is the first */
     looked(0, 180, 0);
     CHECK(!next_look_sector(&picture, NOW, &conf, NULL, geo_rad(40), &az));
@@ -77,7 +78,7 @@ TEST(the_stalest_comes_first_when_nothing_moves)
 {
     start(true);
     looked(3, 222, 12);
-    CHECK_INT(next_look(&picture, NOW, &conf, look, 1), 1);
+    CHECK_INT(rank_looks(&picture, NOW, &conf, look, 1), 1);
     CHECK_INT(rings_index(&rings, look[0].az_rad, 0), rings_index(&rings, geo_rad(222), 0));
     CHECK_INT(look[0].why, LOOK_STALE);
     CHECK_NEAR(look[0].age_s, 12, 1e-9, 0);
@@ -92,15 +93,15 @@ TEST(what_comes_nearer_or_grows_is_looked_at_wherever_it_is)
     conf.clusters = &k;
     conf.n_clusters = 1;
     k.approach_mps = 0.08;
-    CHECK_INT(next_look(&picture, NOW, &conf, look, 1), 1);
+    CHECK_INT(rank_looks(&picture, NOW, &conf, look, 1), 1);
     CHECK(fabs(geo_wrap_pi(look[0].az_rad)) <= geo_rad(10));
     CHECK_INT(look[0].why, LOOK_APPROACHING);
     k.approach_mps = -0.08; /* it goes away */
     k.growth_directions_ps = 9;
-    next_look(&picture, NOW, &conf, look, 1);
+    rank_looks(&picture, NOW, &conf, look, 1);
     CHECK_INT(look[0].why, LOOK_GROWING);
     k.growth_directions_ps = 0;
-    next_look(&picture, NOW, &conf, look, 1);
+    rank_looks(&picture, NOW, &conf, look, 1);
     CHECK_INT(look[0].why, LOOK_STALE);
 }
 
@@ -111,7 +112,7 @@ TEST(the_edges_of_a_cluster_and_what_vanished_count_twice_their_age)
     struct cluster k = {.from_rad = geo_rad(350), .width_rad = geo_rad(20), .low_rad = -1, .high_rad = 1};
     conf.clusters = &k;
     conf.n_clusters = 1;
-    CHECK_INT(next_look(&picture, NOW, &conf, look, 3), 3);
+    CHECK_INT(rank_looks(&picture, NOW, &conf, look, 3), 3);
     for (int i = 0; i < 2; i++) { /* 12 s of 30 at both edges, 11 s at 222 degrees, 6 s inside */
         CHECK_INT(look[i].why, LOOK_EDGE);
         CHECK_NEAR(look[i].score, 0.4, 1e-9, 0);
@@ -119,20 +120,20 @@ TEST(the_edges_of_a_cluster_and_what_vanished_count_twice_their_age)
     }
     CHECK_INT(look[2].why, LOOK_STALE);
     k.low_rad = 0.5; /* not at these elevations */
-    next_look(&picture, NOW, &conf, look, 1);
+    rank_looks(&picture, NOW, &conf, look, 1);
     CHECK_INT(look[0].why, LOOK_STALE);
     struct cluster_gone gone = {.place_m = {0, -7, 0}, .t_gone_ns = NOW - 29 * SECOND};
     conf.gone = &gone;
     conf.n_gone = 1;
-    next_look(&picture, NOW, &conf, look, 1);
+    rank_looks(&picture, NOW, &conf, look, 1);
     CHECK_INT(look[0].why, LOOK_VANISHED);
     CHECK_NEAR(look[0].az_rad, geo_rad(270), 0, geo_rad(5));
     CHECK_NEAR(look[0].age_s, 6, 1e-9, 0);
     gone.t_gone_ns = NOW - 31 * SECOND; /* the vehicle has moved on since */
-    next_look(&picture, NOW, &conf, look, 1);
+    rank_looks(&picture, NOW, &conf, look, 1);
     CHECK_INT(look[0].why, LOOK_STALE);
     gone = (struct cluster_gone){.t_gone_ns = NOW}; /* at the centre it is in no direction */
-    next_look(&picture, NOW, &conf, look, 1);
+    rank_looks(&picture, NOW, &conf, look, 1);
     CHECK_INT(look[0].why, LOOK_STALE);
 }
 
@@ -196,25 +197,69 @@ TEST(only_the_wanted_elevations)
     start(false);
     conf.low_rad = geo_rad(20);
     conf.high_rad = geo_rad(40);
-    const uint32_t n = next_look(&picture, NOW, &conf, look, NEXT_LOOK_MAX);
+    const uint32_t n = rank_looks(&picture, NOW, &conf, look, NEXT_LOOK_MAX);
     CHECK(n > 10);
     for (uint32_t i = 0; i < n; i++)
         CHECK(look[i].el_rad >= geo_rad(20) && look[i].el_rad <= geo_rad(40));
     CHECK_NEAR(look[0].el_rad, geo_rad(30), 0, geo_rad(2.51));
     conf.low_rad = 2;
     conf.high_rad = 3;
-    CHECK_INT(next_look(&picture, NOW, &conf, look, NEXT_LOOK_MAX), 0);
+    CHECK_INT(rank_looks(&picture, NOW, &conf, look, NEXT_LOOK_MAX), 0);
 }
 
 TEST(nothing_is_worth_a_look_right_after_one)
 {
     start(true);
     looked(0, 0, 0);
-    CHECK_INT(next_look(&picture, NOW, &conf, look, 5), 0);
+    CHECK_INT(rank_looks(&picture, NOW, &conf, look, 5), 0);
+}
+
+/* Clusters that cross one another all over a fine sphere. */
+static void many_clusters(struct cluster *clusters, uint32_t n)
+{
+    uint64_t state = 7;
+    for (uint32_t i = 0; i < n; i++)
+        clusters[i] = (struct cluster){.label = i + 1,
+                                       .from_rad = GEO_TURN * test_uniform(&state),
+                                       .width_rad = GEO_TURN * test_uniform(&state),
+                                       .low_rad = -GEO_PI / 2,
+                                       .high_rad = GEO_PI / 2,
+                                       .approach_mps = 0.02 * test_uniform(&state)};
+}
+
+TEST(no_step_is_long_and_the_best_of_all_are_found)
+{
+    static struct cluster clusters[CLUSTERS_MAX];
+    static struct next_look_score score[RANKING_DIRECTIONS];
+    unsigned steps = 0;
+    start(false);
+    looked(12, 0, 12);
+    many_clusters(clusters, CLUSTERS_MAX);
+    conf.clusters = clusters;
+    conf.n_clusters = CLUSTERS_MAX;
+    conf.low_rad = -GEO_PI / 2;
+    conf.high_rad = GEO_PI / 2;
+    conf.apart_rad = 0;
+    next_look_begin(&ranking, NOW, &conf, score, NEXT_LOOK_MAX);
+    for (bool more = true; more; steps++) {
+        more = next_look_step(&ranking, &picture);
+        CHECK(ranking.work <= NEXT_LOOK_STEP + 3 * CLUSTERS_MAX);
+    }
+    CHECK(steps > NEXT_LOOK_MAX);
+    CHECK_INT(ranking.n, NEXT_LOOK_MAX);
+    for (uint32_t i = 1; i < ranking.n; i++)
+        CHECK(ranking.look[i - 1].score >= ranking.look[i].score);
+    for (uint32_t d = 0; d < rings.n; d++) /* those that are left are no better */
+        CHECK(score[d].score <= ranking.look[ranking.n - 1].score);
+    for (uint32_t i = 0; i < ranking.n; i++) /* no direction is named twice */
+        for (uint32_t k = 0; k < i; k++)
+            CHECK(ranking.look[i].az_rad != ranking.look[k].az_rad ||
+                  ranking.look[i].el_rad != ranking.look[k].el_rad);
 }
 
 int main(void)
 {
+    RUN(no_step_is_long_and_the_best_of_all_are_found);
     RUN(what_was_never_looked_at_comes_first_and_ahead_of_all);
     RUN(a_sector_ahead_comes_first_and_a_direction_that_no_look_reaches_does_not_draw_all);
     RUN(the_stalest_comes_first_when_nothing_moves);

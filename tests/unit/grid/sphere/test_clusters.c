@@ -18,6 +18,7 @@ static struct clusters *clusters;
 static uint64_t now_ns;
 static const struct cluster *list;
 static uint32_t n, all;
+static struct pose vehicle = {.attitude = {1, 0, 0, 0}};
 static double wide_deg; /* of a beam; below 1.5 it says nothing of free water in directions of 3 */
 
 static void start_as(const struct sphere_conf *as)
@@ -48,7 +49,7 @@ static void hear(double az_deg, double range_m, double confidence)
                              .range_max_m = 20,
                              .az_aperture_rad = (float)geo_rad(wide_deg),
                              .el_aperture_rad = (float)geo_rad(25),
-                             .pose = pose_identity,
+                             .pose = vehicle,
                              .max_beams = 1,
                              .beam = &beam};
     sphere_enter(sphere, &e, &mount_identity);
@@ -345,8 +346,71 @@ TEST(of_too_many_the_nearest_are_listed)
         CHECK(list[i - 1].near_m <= list[i].near_m);
 }
 
+/* A whole sphere, and a vehicle that knows where it is. */
+static void start_full(void)
+{
+    struct sphere_conf full = conf;
+    full.level = false;
+    full.angular_step_rad = geo_rad(2);
+    start_as(&full);
+    wide_deg = 4;
+    vehicle.has = POSE_ATTITUDE | POSE_POSITION;
+    arc(-30, 30, 5.03);
+    arc(90, 120, 4.03);
+    hear(181.5, 3.03, 0.9);
+}
+
+static void end_full(void)
+{
+    vehicle = pose_identity;
+}
+
+TEST(a_look_in_steps_is_of_one_grid_when_the_vehicle_moves_meanwhile)
+{
+    static struct cluster first[CLUSTERS_MAX];
+    unsigned steps = 1;
+    start_full();
+    clusters_begin(clusters, now_ns);
+    while (clusters_step(clusters, sphere)) {
+        if (steps++ % 2 == 1 && steps < 4) { /* it moves on by a step of the grid, and is heard there */
+            vehicle.position_m[0] += 0.15;
+            hear(181.5, 3.03 + vehicle.position_m[0], 0.9);
+        }
+    }
+    CHECK(steps > 5);
+    const uint32_t n_first = clusters_list(clusters, &list, &all);
+    CHECK(n_first >= 3);
+    memcpy(first, list, n_first * sizeof *list);
+    look();
+    CHECK_INT(n, n_first);
+    for (uint32_t i = 0; i < n && i < n_first; i++) {
+        CHECK_INT(list[i].label, first[i].label);
+        CHECK_INT(list[i].cells, first[i].cells);
+        CHECK_NEAR(list[i].near_m, first[i].near_m, 0, 1e-6);
+    }
+    end_full();
+}
+
+TEST(a_look_ends_however_often_the_vehicle_moves_and_a_dropped_one_leaves_nothing)
+{
+    unsigned steps = 0;
+    start_full();
+    clusters_begin(clusters, now_ns);
+    CHECK(clusters_step(clusters, sphere));
+    clusters_begin(clusters, now_ns); /* the one before was dropped */
+    for (; clusters_step(clusters, sphere) && steps < 1000; steps++) {
+        vehicle.position_m[0] += 0.15;
+        hear(1.5, 5.03 - vehicle.position_m[0], 0.9);
+    }
+    CHECK(steps < 1000);
+    CHECK(clusters_list(clusters, &list, &all) >= 3);
+    end_full();
+}
+
 int main(void)
 {
+    RUN(a_look_in_steps_is_of_one_grid_when_the_vehicle_moves_meanwhile);
+    RUN(a_look_ends_however_often_the_vehicle_moves_and_a_dropped_one_leaves_nothing);
     RUN(an_arc_across_north_and_a_post_are_two);
     RUN(a_full_circle_is_a_whole_turn_wide);
     RUN(weak_cells_belong_to_a_strong_neighbour_and_form_nothing_alone);

@@ -9,6 +9,7 @@
 #include "grid/answer/corridor.h"
 #include "grid/answer/nearest.h"
 #include "grid/answer/next_look.h"
+#include "tests/lib/ranking.h"
 
 #define STEP_DEG 2.0
 
@@ -224,8 +225,8 @@ static void check_next_look(void)
         .stale_s = 30, .low_rad = -0.1, .high_rad = 0.1, .apart_rad = 0.2, .velocity_mps = {0.3, 0.17, 0}};
     struct next_look a[4], b[4];
     double middle[2] = {0};
-    CHECK_INT(next_look(sphere_picture(fixed), now.now_ns, &conf, a, 4), 4);
-    CHECK_INT(next_look(sphere_picture(follow), now.now_ns, &conf, b, 4), 4);
+    CHECK_INT(rank_looks(sphere_picture(fixed), now.now_ns, &conf, a, 4), 4);
+    CHECK_INT(rank_looks(sphere_picture(follow), now.now_ns, &conf, b, 4), 4);
     for (int i = 0; i < 4; i++) {
         CHECK_NEAR(geo_wrap_pi(a[i].az_rad - b[i].az_rad), 0, 0, 1e-9);
         CHECK_NEAR(a[i].score, b[i].score, 1e-9, 0);
