@@ -325,6 +325,17 @@ static bool replay_without_socket(const struct process *d, struct fault *fault)
     return true;
 }
 
+/* Grows with every picture of any grid. */
+static uint64_t count_pictures(void *env)
+{
+    struct methods_env *d = env;
+    uint64_t n = 0;
+    struct grid *g;
+    for (int i = 0; (g = pipeline_grid(d->pipeline, i)); i++)
+        n += picture_now(grid_picture(g));
+    return n;
+}
+
 static bool make_server(struct process *d, struct fault *fault)
 {
     struct server_conf c = {.path = d->env.conf.server.socket,
@@ -334,6 +345,7 @@ static bool make_server(struct process *d, struct fault *fault)
                             .max_clients = d->env.conf.server.max_clients,
                             .kept_clients = KEPT_CLIENTS,
                             .client_timeout_ns = (uint64_t)(d->env.conf.server.client_timeout_s * 1e9),
+                            .pings = count_pictures,
                             .no_rate_limit = d->env.replay};
     if (!plan_has(&d->env.plan, PLAN_SERVER, 0))
         return true;

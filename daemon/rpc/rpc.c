@@ -140,6 +140,23 @@ bool rpc_postpone(const struct rpc_call *call, struct rpc_waiters *waiters)
     return false;
 }
 
+/* What takes its parameters as they come may tell by more than these. */
+static bool is_shared(const struct rpc_call *call, const struct rpc_method *m)
+{
+    return call->shared && m->right == RPC_ASKS && m->row;
+}
+
+static bool call_method(const struct rpc_call *call, const struct rpc_method *m, json_t *named,
+                        struct json_out *out, struct rpc_error *error)
+{
+    call->work->changes = m->right == RPC_CHANGES;
+    if (m->row && !params_take(m->row->params, named, error))
+        return false;
+    const enum shared_outcome outcome =
+        is_shared(call, m) ? shared_ask(call->shared, call->work, m, named, out) : SHARED_MAKE;
+    return outcome == SHARED_TAKEN || (outcome == SHARED_MAKE && m->fn(call, named, out, error));
+}
+
 /* The first part of a method. */
 static bool begin_method(const struct rpc_method *methods, const struct rpc_call *call, const char *method,
                          json_t *params, struct json_out *out, struct rpc_error *error)
@@ -151,7 +168,7 @@ static bool begin_method(const struct rpc_method *methods, const struct rpc_call
     if (m->right == RPC_CHANGES && call->refusal)
         return rpc_refuse(error, RPC_FORBIDDEN, "'%s': %s", m->name, call->refusal);
     json_t *named = params ? json_incref(params) : json_object();
-    const bool good = (!m->row || params_take(m->row->params, named, error)) && m->fn(call, named, out, error);
+    const bool good = call_method(call, m, named, out, error);
 
     json_decref(named);
     return good;
@@ -172,13 +189,17 @@ enum rpc_outcome rpc_answer(const struct rpc_method *methods, const struct rpc_c
 
     bool good = part ? part(call, out, error) : begin_method(methods, call, method, params, out, error);
 
+    if (work->changes && call->shared)
+        shared_changed(call->shared);
     if (!good && (work->part || work->postponed))
         return RPC_MORE;
     if (!good && error->code == 0)
         rpc_refuse(error, RPC_INTERNAL_ERROR, "method '%.64s' gave no result", method);
     if (good && out->failed)
         good = rpc_refuse(error, RPC_INTERNAL_ERROR, "the result cannot be written as JSON");
-    if (!good)
+    if (good)
+        shared_made(work, out->bytes + work->before, out->n - work->before);
+    else
         json_out_cut(out, work->before);
     return good ? RPC_ANSWERED : RPC_FAILED;
 }

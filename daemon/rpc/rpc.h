@@ -14,6 +14,7 @@
 #include "params.h"
 #include "json_out.h"
 #include "rpc_error.h"
+#include "shared.h"
 #include "work.h"
 
 #define RPC_LINE_MAX  65536 /* longest request line, without the newline */
@@ -35,6 +36,7 @@ struct rpc_call {
     void (*resume)(void *client); /* what waits goes on; NULL: it is called in any case */
     struct rpc_counts *counts;    /* counted up by rpc_begin and rpc_step; may be NULL */
     struct rpc_work *work;        /* of this request, or of what is watched */
+    struct shared *shared;        /* answers that others may have, too; NULL: none */
 };
 
 /* Writes the result behind what is in *out. False with *error set: what was written is cut away. A long answer is
@@ -47,6 +49,7 @@ typedef bool rpc_method_fn(const struct rpc_call *call, json_t *params, struct j
 enum rpc_right {
     RPC_ASKS,    /* everybody who may connect */
     RPC_CHANGES, /* something in the daemon or on its disk: not for everybody, and cannot be watched */
+    RPC_OWN,     /* everybody, about himself: nobody else has that answer, and it cannot be watched */
 };
 
 struct rpc_method {

@@ -137,8 +137,8 @@ static void on_connection(void *ctx, uint32_t epoll_events, uint64_t now_ns)
 static struct rpc_method *add_own_methods(const struct rpc_method *methods)
 {
     static const struct rpc_method own[] = {
-        {"watch", method_watch, RPC_ASKS, &protocol_methods[PROTOCOL_watch]},
-        {"unwatch", method_unwatch, RPC_ASKS, &protocol_methods[PROTOCOL_unwatch]},
+        {"watch", method_watch, RPC_OWN, &protocol_methods[PROTOCOL_watch]},
+        {"unwatch", method_unwatch, RPC_OWN, &protocol_methods[PROTOCOL_unwatch]},
         {.name = NULL}};
     struct rpc_method *all;
     size_t n = 0;
@@ -205,7 +205,8 @@ static struct server *new_server(struct loop *loop, const struct server_conf *co
                                          .daemon = daemon,
                                          .no_rate_limit = conf->no_rate_limit,
                                          .client_timeout_ns = conf->client_timeout_ns,
-                                         .clock = conf->clock ? conf->clock : loop_clock};
+                                         .clock = conf->clock ? conf->clock : loop_clock,
+                                         .shared = {.loop = loop, .pings = conf->pings, .daemon = daemon}};
     server->listener = (struct loop_fd){.ready = on_connection, .ctx = server};
     server->resume = (struct loop_timer){.fire = resume_accepting, .ctx = server};
     if (!server->methods || !server->path || !server->sessions || !server->lookup) {
@@ -312,6 +313,7 @@ void server_stop(struct server *server)
         return;
     for (int i = 0; i < server->n_slots; i++)
         session_close(server->sessions[i]);
+    shared_end(&server->host.shared);
     loop_arm(server->host.loop, &server->resume, LOOP_NEVER);
     loop_remove(server->host.loop, &server->listener);
     remove_file(server);

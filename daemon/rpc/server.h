@@ -31,6 +31,8 @@ struct server_conf {
     uint64_t client_timeout_ns;
     /* for a replay, whose clock may stand: then nothing would end the pause of a busy client */
     bool no_rate_limit;
+    /* counts what changes answers beside clients and the loop's turns; NULL: nothing does */
+    uint64_t (*pings)(void *daemon);
     uint64_t (*clock)(void); /* measures the work done for clients, in nanoseconds; NULL: loop_clock */
 };
 

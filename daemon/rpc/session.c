@@ -261,7 +261,8 @@ static void handle_lines(struct session *session, uint64_t now_ns)
                                   .now_ns = now_ns,
                                   .waited_ns = now_ns - session->since_ns,
                                   .refusal = session->refusal.text[0] ? session->refusal.text : NULL,
-                                  .counts = &host->counts};
+                                  .counts = &host->counts,
+                                  .shared = &host->shared};
     size_t at = 0;
 
     while (may_handle(session) && !turn_over(session)) {
@@ -499,6 +500,7 @@ bool session_open(struct session_host *host, int fd, struct session **slot)
                     .methods = host->methods,
                     .daemon = host->daemon,
                     .all = &host->watches,
+                    .shared = &host->shared,
                     .due = on_watch,
                     .resume = on_resume,
                     .ctx = session},

@@ -28,6 +28,7 @@ struct session_host {
     uint64_t client_timeout_ns;
     struct rights rights;
     struct watch_sum watches;
+    struct shared shared;
     uint64_t (*clock)(void); /* measures the work done for clients, in nanoseconds */
     struct server_stats stats;
     struct rpc_counts counts;

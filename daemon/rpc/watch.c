@@ -4,9 +4,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* The watches themselves; what changes something cannot be watched either, it would do so at every turn. */
-static const char *const not_watchable[] = {"watch", "unwatch", NULL};
-
 /* The timer is not armed again before the notification is taken: a client that reads nothing costs nothing. */
 static void on_timer(void *ctx, uint64_t now_ns)
 {
@@ -19,15 +16,13 @@ static void on_timer(void *ctx, uint64_t now_ns)
     watch->set->due(watch->set->ctx, now_ns);
 }
 
-/* The name as the table of methods has it, NULL with *error set. */
+/* The name as the table of methods has it, NULL with *error set: not the watches themselves, nor what changes something,
+ * for it would do so at every turn. */
 static const char *find_watchable(const struct rpc_method *methods, const char *name, struct rpc_error *error)
 {
     const struct rpc_method *method = rpc_find(methods, name);
-    bool watchable = method && method->right != RPC_CHANGES;
 
-    for (int i = 0; not_watchable[i]; i++)
-        watchable = watchable && strcmp(name, not_watchable[i]) != 0;
-    if (watchable)
+    if (method && method->right == RPC_ASKS)
         return method->name;
     if (method)
         rpc_refuse(error, RPC_INVALID_PARAMS, "method '%s' cannot be watched", method->name);
@@ -184,7 +179,8 @@ static void write_error(struct json_out *out, const struct rpc_error *error)
 
 bool watch_write(struct watch *watch, uint64_t now_ns)
 {
-    const struct rpc_call call = {.daemon = watch->set->daemon, .now_ns = now_ns, .work = &watch->work};
+    const struct rpc_call call = {
+        .daemon = watch->set->daemon, .now_ns = now_ns, .work = &watch->work, .shared = watch->set->shared};
     struct json_out *out = &watch->text;
     struct rpc_error error;
     watch->work.resume = watch->set->resume;

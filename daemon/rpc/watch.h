@@ -48,6 +48,7 @@ struct watch_set {
     const struct rpc_method *methods;
     void *daemon;
     struct watch_sum *all;                   /* shared with the other clients */
+    struct shared *shared;                   /* likewise; may be NULL */
     bool kept;                               /* may use what is kept for those that may change something */
     void (*due)(void *ctx, uint64_t now_ns); /* a watch has become late; must not remove watches */
     void (*resume)(void *ctx);               /* what a watch waits for is done */

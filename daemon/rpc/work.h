@@ -8,10 +8,13 @@
 
 #include <stdbool.h>
 #include <stddef.h>
+#include <stdint.h>
 
 struct rpc_call;
 struct rpc_error;
 struct json_out;
+struct shared;
+struct shared_answer;
 
 /* What follows the first part of a method (rpc_continue): as rpc_method_fn, with what was kept in work->state. */
 typedef bool rpc_part_fn(const struct rpc_call *call, struct json_out *out, struct rpc_error *error);
@@ -26,6 +29,10 @@ struct rpc_work {
     void *ctx;
     bool waits;                /* nothing need be called before it is resumed */
     struct rpc_waiters *among; /* of these; NULL: of nobody else */
+    struct shared *shared;     /* what it makes is for others as well (shared.h): ... */
+    struct shared_answer *making;
+    uint64_t awaited; /* ... or it waits for the making of that number or a later one; 0: it does not */
+    bool changes;     /* it changes something */
     struct rpc_work *next;
 };
 
