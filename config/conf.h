@@ -246,6 +246,7 @@ struct conf_server {
     char socket[108];           /* socket = /run/sonard/sonard.sock */
     int mode;                   /* mode = 0660: permission bits, octal in the file */
     char change[CONF_TEXT_MAX]; /* change = group | all | root, pilot, @sonar, 1000; group: empty */
+    char keep[CONF_TEXT_MAX];   /* keep = sonard-mavlink, sonard-web; none: empty */
     int max_clients;            /* max_clients = 64 */
     double client_timeout_s;    /* client_timeout = 10 s  [1 .. 3600] */
 };

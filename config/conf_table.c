@@ -540,8 +540,14 @@ const struct conf_key conf_keys[] = {
      .help = "Users who may also make changes: send poses, make and lock grids, learn backgrounds, save and\n"
              "clear the map, reload. group: the group of the socket file. all: everybody who may query. root and\n"
              "sonard's own user always may."},
+    {"server", "keep", LIVE, .kind = CONF_NAMES, .standard = "sonard-mavlink, sonard-web", .instead = "none",
+     CONF(server.keep), .form = "none, or names of programs or users, for instance sonard-mavlink, pilot",
+     .help = "Programs, and users, whose place and watches are kept: two connections of each never make room for\n"
+             "others, and get room when there is none. A program is known by its name in ps(1), which it can\n"
+             "choose: that guards against greed, not against malice."},
     {"server", "max_clients", INTEGER(1, 1024), .standard = "64", CONF(server.max_clients),
-     .help = "Most connections at a time. A further one replaces a client idle for client_timeout, or is\n"
+     .help = "Most connections at a time. A further one replaces a client idle for client_timeout; or one of\n"
+             "the user, or of the user's programs, that has most connections, if its own has fewer; or is\n"
              "refused. One extra place is reserved for clients that may make changes."},
     {"server", "client_timeout", QUANTITY(1, "s", 1, 3600), .standard = "10 s", CONF(server.client_timeout_s),
      .help = "Disconnect a client that has not read pending replies for this long. A client without requests and\n"

@@ -341,6 +341,7 @@ static bool make_server(struct process *d, struct fault *fault)
     struct server_conf c = {.path = d->env.conf.server.socket,
                             .mode = (unsigned)d->env.conf.server.mode,
                             .change = d->env.conf.server.change,
+                            .keep = d->env.conf.server.keep,
                             .worker = d->worker,
                             .max_clients = d->env.conf.server.max_clients,
                             .kept_clients = KEPT_CLIENTS,

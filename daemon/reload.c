@@ -113,7 +113,7 @@ static void put_in_force(const struct reload_env *env, const struct conf *conf, 
     settings_log_idle(conf);
     fit_log(conf);
     if (env->server)
-        server_set_change(env->server, conf->server.change);
+        server_set_names(env->server, conf->server.change, conf->server.keep);
     for (int i = 0; i < conf->n_sonars; i++)
         if (extract[i])
             renew_extract(env, i);

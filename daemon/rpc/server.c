@@ -13,10 +13,14 @@
 
 #include "listen.h"
 #include "core/log.h"
+#include "peer.h"
 #include "session.h"
+#include "shares.h"
 
 #define ACCEPTS_PER_TURN 16
-#define ACCEPT_PAUSE_NS  200000000u /* without descriptors or memory: a listening socket stays ready meanwhile */
+#define KEPT_PER_PROGRAM 2            /* connections of a program for which places are kept: sonard-web has two */
+#define LOOK_AGAIN_NS    10000000000u /* a user that was not there when names were looked up may be by now */
+#define ACCEPT_PAUSE_NS  200000000u   /* without descriptors or memory: a listening socket stays ready meanwhile */
 
 /* Names that the worker looks up: the user database may be on another machine.
  * It outlives a server that stops meanwhile. */
@@ -24,9 +28,10 @@ struct lookup {
     struct worker_job job;
     struct server *server; /* NULL: it has stopped */
     bool busy, again;      /* at the worker; what was set meanwhile comes after it */
-    char change[RIGHTS_TEXT_MAX];
+    char change[RIGHTS_TEXT_MAX], keep[KEEP_TEXT_MAX];
     gid_t socket_group;
     struct rights found;
+    struct keep kept;
 };
 
 struct server {
@@ -40,6 +45,10 @@ struct server {
     struct worker *worker;
     struct lookup *lookup;        /* one at a time */
     char change[RIGHTS_TEXT_MAX]; /* who may change something, as it is set */
+    char keep_text[KEEP_TEXT_MAX];
+    struct keep keep;
+    uint64_t looked_ns;   /* names were looked up last */
+    struct share *shares; /* [n_slots], while they are compared */
     int max_clients, n_slots;
     struct session **sessions; /* [n_slots], NULL: free */
 };
@@ -60,8 +69,69 @@ static struct session **idle_slot(struct server *server, bool for_owner)
     return idlest;
 }
 
-/* A place for the client, which may cost an idle one its own; NULL: all are busy. */
-static struct session **slot_for(struct server *server, int fd)
+/* ---- shares ---- */
+
+/* Is one more connection of this peer to be kept? */
+static bool is_for_keeping(const struct server *server, const struct peer *peer)
+{
+    int kept = 0;
+
+    for (int i = 0; i < server->n_slots; i++)
+        if (server->sessions[i] && session_is_kept(server->sessions[i]))
+            kept += peer_same_program(session_peer(server->sessions[i]), peer);
+    return kept < KEPT_PER_PROGRAM && keep_has(&server->keep, peer);
+}
+
+static void keep_anew(struct server *server)
+{
+    for (int i = 0; i < server->n_slots; i++)
+        if (server->sessions[i])
+            session_keep(server->sessions[i], false);
+    for (int i = 0; i < server->n_slots; i++)
+        if (server->sessions[i])
+            session_keep(server->sessions[i], is_for_keeping(server, session_peer(server->sessions[i])));
+}
+
+typedef double amount_fn(const struct session *session);
+
+static double one_place(const struct session *session)
+{
+    (void)session;
+    return 1;
+}
+
+/* The client that makes room for what is wanted, and was told why; the slot, which is free now. NULL: there is none. */
+static struct session **displace(struct server *server, amount_fn *amount, const char *what,
+                                 const struct share *wanted)
+{
+    struct session **slot = server->sessions;
+    char who[PEER_WHO_SIZE], why[2 * PEER_WHO_SIZE];
+    int n = 0;
+
+    for (int i = 0; i < server->n_slots; i++)
+        if (server->sessions[i])
+            server->shares[n++] = session_share(server->sessions[i], amount(server->sessions[i]));
+    int victim = shares_victim(server->shares, n, wanted);
+    if (victim < 0)
+        return NULL;
+    for (; !*slot || victim-- > 0; slot++)
+        ;
+    snprintf(why, sizeof why, "its user or program has most %s, and makes room for %s", what,
+             peer_who(wanted->peer, who));
+    session_displace(*slot, why);
+    return slot;
+}
+
+static bool make_watch_room(void *ctx, const struct session *session, double share)
+{
+    struct server *server = ctx;
+    const struct share wanted = {.peer = session_peer(session), .amount = share, .kept = session_is_kept(session)};
+
+    return displace(server, session_watch_share, "watches", &wanted) != NULL;
+}
+
+/* A place for the client, which may cost another its own: an idle one, or one of who has most. NULL: there is none. */
+static struct session **slot_for(struct server *server, int fd, const struct peer *peer, bool kept)
 {
     struct session **slot;
     struct fault why;
@@ -71,8 +141,10 @@ static struct session **slot_for(struct server *server, int fd)
         if (!is_owner || server->host.stats.clients_now >= (uint64_t)server->n_slots) {
             slot = idle_slot(server, is_owner);
             if (slot)
-                session_displace(*slot);
-            return slot;
+                session_displace(*slot, "idle, and another client needed its place");
+            return slot ? slot
+                        : displace(server, one_place, "places",
+                                   &(struct share){.peer = peer, .amount = 1, .kept = kept});
         }
     }
     for (int i = 0; i < server->n_slots; i++)
@@ -96,6 +168,30 @@ static void refuse_client(struct server *server, int fd, uint64_t now_ns)
     log_limited(now_ns, LOG_NOTICE, LOG_ABOUT(.event = "client_refused"), "client refused: %s", message);
 }
 
+static void look_up_names(struct server *server);
+
+/* False: what else waits to be accepted is for the next turn, for a place had to be found. */
+static bool take_client(struct server *server, int fd, uint64_t now_ns)
+{
+    const bool full = server->host.stats.clients_now >= (uint64_t)server->max_clients;
+    struct peer peer;
+
+    peer_of(fd, &peer);
+    if (server->keep.unknown && server->worker && now_ns >= server->looked_ns + LOOK_AGAIN_NS)
+        look_up_names(server);
+    const bool kept = is_for_keeping(server, &peer);
+    struct session **slot = slot_for(server, fd, &peer, kept);
+
+    if (!slot)
+        refuse_client(server, fd, now_ns);
+    else if (session_open(&server->host, fd, slot))
+        session_keep(*slot, kept);
+    else
+        log_limited(now_ns, LOG_WARNING, LOG_ABOUT(.event = "client_failed"),
+                    "cannot serve a client: out of memory");
+    return !full;
+}
+
 static void resume_accepting(void *ctx, uint64_t now_ns)
 {
     struct server *server = ctx;
@@ -111,7 +207,6 @@ static void on_connection(void *ctx, uint32_t epoll_events, uint64_t now_ns)
     (void)epoll_events;
     for (int i = 0; i < ACCEPTS_PER_TURN; i++) {
         const int fd = accept4(server->listener.fd, NULL, NULL, SOCK_NONBLOCK | SOCK_CLOEXEC);
-        struct session **slot;
 
         if (fd < 0 && (errno == EINTR || errno == ECONNABORTED))
             continue;
@@ -124,12 +219,8 @@ static void on_connection(void *ctx, uint32_t epoll_events, uint64_t now_ns)
             loop_arm(server->host.loop, &server->resume, now_ns + ACCEPT_PAUSE_NS);
             return;
         }
-        slot = slot_for(server, fd);
-        if (!slot)
-            refuse_client(server, fd, now_ns);
-        else if (!session_open(&server->host, fd, slot))
-            log_limited(now_ns, LOG_WARNING, LOG_ABOUT(.event = "client_failed"),
-                        "cannot serve a client: out of memory");
+        if (!take_client(server, fd, now_ns))
+            return;
     }
 }
 
@@ -157,6 +248,7 @@ static void free_server(struct server *server)
 {
     free(server->methods);
     free(server->sessions);
+    free(server->shares);
     free(server->path);
     if (server->lookup && server->lookup->busy)
         server->lookup->server = NULL;
@@ -200,16 +292,19 @@ static struct server *new_server(struct loop *loop, const struct server_conf *co
     server->worker = conf->worker;
     server->lookup = calloc(1, sizeof *server->lookup);
     server->sessions = calloc((size_t)server->n_slots, sizeof *server->sessions);
+    server->shares = calloc((size_t)server->n_slots, sizeof *server->shares);
     server->host = (struct session_host){.loop = loop,
                                          .methods = server->methods,
                                          .daemon = daemon,
                                          .no_rate_limit = conf->no_rate_limit,
                                          .client_timeout_ns = conf->client_timeout_ns,
                                          .clock = conf->clock ? conf->clock : loop_clock,
+                                         .make_room = make_watch_room,
+                                         .server = server,
                                          .shared = {.loop = loop, .pings = conf->pings, .daemon = daemon}};
     server->listener = (struct loop_fd){.ready = on_connection, .ctx = server};
     server->resume = (struct loop_timer){.fire = resume_accepting, .ctx = server};
-    if (!server->methods || !server->path || !server->sessions || !server->lookup) {
+    if (!server->methods || !server->path || !server->sessions || !server->shares || !server->lookup) {
         free_server(server);
         return NULL;
     }
@@ -218,8 +313,10 @@ static struct server *new_server(struct loop *loop, const struct server_conf *co
 
 static void take_rights(struct server *server, const struct rights *rights)
 {
+    const bool known = strcmp(server->host.rights.unknown, rights->unknown) == 0;
+
     server->host.rights = *rights;
-    if (rights->unknown[0])
+    if (rights->unknown[0] && !known)
         log_line(LOG_WARNING, "right_unknown", "[server] change: there is %s here: that gives nobody a right",
                  rights->unknown);
     for (int i = 0; i < server->n_slots; i++)
@@ -251,6 +348,8 @@ struct server *server_start(struct loop *loop, const struct server_conf *conf, c
     snprintf(server->change, sizeof server->change, "%s", conf->change ? conf->change : "");
     *server->lookup = (struct lookup){.server = server, .socket_group = server->file.st_gid};
     struct rights rights;
+    snprintf(server->keep_text, sizeof server->keep_text, "%s", conf->keep ? conf->keep : "");
+    keep_set(&server->keep, server->keep_text, true);
     rights_set(&rights, server->change, server->file.st_gid); /* nobody is served yet, and may wait for it */
     take_rights(server, &rights);
     return server;
@@ -260,9 +359,8 @@ static void look_up(void *ctx)
 {
     struct lookup *l = ctx;
     rights_set(&l->found, l->change, l->socket_group);
+    keep_set(&l->kept, l->keep, true);
 }
-
-static void look_up_names(struct server *server);
 
 static void on_looked_up(void *ctx)
 {
@@ -272,8 +370,11 @@ static void on_looked_up(void *ctx)
         free(l);
     else if (l->again)
         look_up_names(l->server);
-    else
+    else {
         take_rights(l->server, &l->found);
+        l->server->keep = l->kept;
+        keep_anew(l->server);
+    }
 }
 
 static void look_up_names(struct server *server)
@@ -284,11 +385,22 @@ static void look_up_names(struct server *server)
         return;
     l->busy = true;
     memcpy(l->change, server->change, sizeof l->change);
+    memcpy(l->keep, server->keep_text, sizeof l->keep);
+    server->looked_ns = loop_now(server->host.loop);
     worker_run(server->worker, &l->job, look_up, on_looked_up, l);
 }
 
+static void set_keep(struct server *server, const char *keep)
+{
+    if (strcmp(keep, server->keep_text) == 0)
+        return;
+    snprintf(server->keep_text, sizeof server->keep_text, "%s", keep);
+    keep_set(&server->keep, keep, false);
+    keep_anew(server);
+}
+
 /* Until names are looked up they give nobody a right, unless nothing has changed. */
-void server_set_change(struct server *server, const char *change)
+void server_set_names(struct server *server, const char *change, const char *keep)
 {
     struct rights known;
     const bool complete = rights_set_numbers(&known, change, server->file.st_gid);
@@ -298,7 +410,8 @@ void server_set_change(struct server *server, const char *change)
     if (complete || !same)
         take_rights(server, &known);
     snprintf(server->change, sizeof server->change, "%s", change);
-    if (!complete || server->lookup->busy)
+    set_keep(server, keep);
+    if (!complete || server->keep.unknown || server->lookup->busy)
         look_up_names(server);
 }
 

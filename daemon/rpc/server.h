@@ -24,7 +24,8 @@ struct server_conf {
     unsigned mode;         /* permission bits of the socket */
     int inherited_fd;      /* listens already and belongs to others: path and mode are theirs; 0: none */
     const char *change;    /* who may change something, see rights_set, ... */
-    struct worker *worker; /* ... and who looks names up that server_set_change tells; it ends after the server */
+    const char *keep;      /* for whom places and watches are kept, see keep_set, ... */
+    struct worker *worker; /* ... and who looks names up that server_set_names tells; it ends after the server */
     int max_clients;
     int kept_clients; /* places beyond max_clients for those that may change something */
     /* who reads nothing for so long is cut off; who asks nothing for so long makes room for others */
@@ -50,10 +51,11 @@ struct server *server_start(struct loop *loop, const struct server_conf *conf, c
                             void *daemon, struct fault *fault);
 
 /**
- * server_set_change - from now on these may change something, see rights_set; also of the clients that are there. Names
- * are looked up by the worker; until it has them, new ones give nobody a right.
+ * server_set_names - from now on these may change something, see rights_set, and for those places are kept, see
+ * keep_set; also of the clients that are there. Names are looked up by the worker; until it has them, new ones give
+ * nobody a right, and only programs are known by them.
  */
-void server_set_change(struct server *server, const char *change);
+void server_set_names(struct server *server, const char *change, const char *keep);
 
 /** server_path - where it listens; lives as long as the server. */
 const char *server_path(const struct server *server);

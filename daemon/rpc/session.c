@@ -49,7 +49,9 @@ struct session {
     bool closing;                    /* ends when the output is flushed */
     bool dead;                       /* ends now */
     bool working;                    /* on its requests and notifications */
-    struct fault refusal;            /* why it may not change anything; empty: it may */
+    struct peer peer;
+    bool kept;            /* never displaced */
+    struct fault refusal; /* why it may not change anything; empty: it may */
     struct watch_set watches;
 };
 
@@ -61,13 +63,11 @@ static size_t waiting(const struct session *session)
 /* Counts and tells it; who it was is for people, to find the program. */
 static void tell_cut(struct session *session, uint64_t now_ns, const char *why)
 {
-    struct ucred peer = {0};
-    socklen_t size = sizeof peer;
+    char who[PEER_WHO_SIZE];
 
-    getsockopt(session->io.fd, SOL_SOCKET, SO_PEERCRED, &peer, &size);
     session->host->stats.clients_cut++;
-    log_limited(now_ns, LOG_NOTICE, LOG_ABOUT(.event = "client_cut"),
-                "client cut off (process %lld of user %lld): %s", (long long)peer.pid, (long long)peer.uid, why);
+    log_limited(now_ns, LOG_NOTICE, LOG_ABOUT(.event = "client_cut"), "client cut off (%s): %s",
+                peer_who(&session->peer, who), why);
 }
 
 static void cut(struct session *session, uint64_t now_ns, const char *why)
@@ -465,6 +465,13 @@ static void on_wake(void *ctx, uint64_t now_ns)
     work(session, now_ns);
 }
 
+static bool on_watches_full(void *ctx, double share)
+{
+    const struct session *session = ctx;
+
+    return session->host->make_room(session->host->server, session, share);
+}
+
 static void on_watch(void *ctx, uint64_t now_ns)
 {
     struct session *session = ctx;
@@ -502,9 +509,11 @@ bool session_open(struct session_host *host, int fd, struct session **slot)
                     .all = &host->watches,
                     .shared = &host->shared,
                     .due = on_watch,
+                    .make_room = host->make_room ? on_watches_full : NULL,
                     .resume = on_resume,
                     .ctx = session},
     };
+    peer_of(fd, &session->peer);
     if (!loop_add(host->loop, &session->io, EPOLLIN))
         goto fail;
     session_judge(session);
@@ -545,9 +554,41 @@ uint64_t session_idle_since(const struct session *session, bool for_owner)
     return now_ns - since_ns >= (stuck ? STUCK_NS : session->host->client_timeout_ns) ? since_ns : LOOP_NEVER;
 }
 
-void session_displace(struct session *session)
+const struct peer *session_peer(const struct session *session)
 {
-    tell_cut(session, loop_now(session->host->loop), "idle, and another client needed its place");
+    return &session->peer;
+}
+
+void session_keep(struct session *session, bool kept)
+{
+    session->kept = kept;
+}
+
+bool session_is_kept(const struct session *session)
+{
+    return session->kept;
+}
+
+double session_watch_share(const struct session *session)
+{
+    return watch_share(&session->watches);
+}
+
+struct share session_share(const struct session *session, double amount)
+{
+    return (struct share){.peer = &session->peer,
+                          .amount = amount,
+                          .kept = session->kept || session->working,
+                          .since_ns = session->active_ns};
+}
+
+void session_displace(struct session *session, const char *why)
+{
+    const uint64_t now_ns = loop_now(session->host->loop);
+
+    tell_cut(session, now_ns, why);
+    queue(session, rpc_refusal(why), now_ns);
+    flush(session);
     end(session);
 }
 

@@ -12,7 +12,9 @@
 #include "core/latency.h"
 #include "core/log.h"
 #include "core/loop.h"
+#include "peer.h"
 #include "rights.h"
+#include "shares.h"
 #include "rpc.h"
 #include "server.h"
 #include "watch.h"
@@ -27,6 +29,9 @@ struct session_host {
     bool no_rate_limit;
     uint64_t client_timeout_ns;
     struct rights rights;
+    /* ends a client that has a greater share of all watches than `session` with such a share more; false: none has */
+    bool (*make_room)(void *server, const struct session *session, double share);
+    void *server;
     struct watch_sum watches;
     struct shared shared;
     uint64_t (*clock)(void); /* measures the work done for clients, in nanoseconds */
@@ -54,8 +59,21 @@ void session_judge(struct session *session);
  */
 uint64_t session_idle_since(const struct session *session, bool for_owner);
 
-/** session_displace - end it now for another client; counted and logged as cut off. */
-void session_displace(struct session *session);
+/** session_peer - who it is, as of when it came. */
+const struct peer *session_peer(const struct session *session);
+
+/** session_keep, session_is_kept - its place and its watches are kept for it. */
+void session_keep(struct session *session, bool kept);
+bool session_is_kept(const struct session *session);
+
+/** session_watch_share - what its watches take of all that there is. */
+double session_watch_share(const struct session *session);
+
+/** session_share - its share, with that amount, of what others want; one that is working now is kept. */
+struct share session_share(const struct session *session, double amount);
+
+/** session_displace - tell it why, and end it now for another client; counted and logged as cut off. */
+void session_displace(struct session *session, const char *why);
 
 /** session_skipped - notifications that have been left out since those that were sent last. */
 uint64_t session_skipped(const struct session *session);

@@ -72,6 +72,16 @@ static void resume_soon(struct shared *s)
     loop_arm(s->loop, &s->resume, loop_now(s->loop));
 }
 
+/* There will be no answer: who waits makes another. */
+static void abandon(struct rpc_work *work)
+{
+    struct shared_answer *a = work->making;
+    a->making = false;
+    work->making = NULL;
+    if (a->waiters.first)
+        resume_soon(work->shared);
+}
+
 /* Those who wait asked before this one begins. */
 static enum shared_outcome begin_making(struct shared *s, struct shared_answer *a, struct rpc_work *work)
 {
@@ -81,6 +91,7 @@ static enum shared_outcome begin_making(struct shared *s, struct shared_answer *
     a->making = true;
     work->making = a;
     work->shared = s;
+    work->abandon = abandon;
     return SHARED_MAKE;
 }
 
@@ -129,17 +140,6 @@ void shared_made(struct rpc_work *work, const char *text, size_t n)
     a->n = n;
     if (a->made)
         memcpy(a->text, text, n);
-    work->making = NULL;
-    if (a->waiters.first)
-        resume_soon(work->shared);
-}
-
-void shared_abandon(struct rpc_work *work)
-{
-    struct shared_answer *a = work->making;
-    if (!a)
-        return;
-    a->making = false;
     work->making = NULL;
     if (a->waiters.first)
         resume_soon(work->shared);

@@ -60,9 +60,8 @@ enum shared_outcome {
 enum shared_outcome shared_ask(struct shared *s, struct rpc_work *work, const struct rpc_method *method,
                                json_t *params, struct json_out *out);
 
-/** shared_made - the answer that the request made. shared_abandon - there will be none: who waits makes another. */
+/** shared_made - the answer of the request, for which others may wait. */
 void shared_made(struct rpc_work *work, const char *text, size_t n);
-void shared_abandon(struct rpc_work *work);
 
 /** shared_changed - a client has changed something: what was answered before holds no longer. */
 void shared_changed(struct shared *s);

@@ -48,19 +48,40 @@ static double client_rate_hz(const struct watch_set *set)
     return rate_hz;
 }
 
-/* One more of this rate. */
-static bool check_bounds(const struct watch_set *set, double rate_hz, struct rpc_error *error)
+double watch_share_of(double rate_hz)
+{
+    return rate_hz / WATCH_ALL_HZ + 1.0 / WATCH_ALL_MAX;
+}
+
+double watch_share(const struct watch_set *set)
+{
+    double share = 0.0;
+
+    for (int i = 0; i < WATCH_MAX; i++)
+        share += set->watch[i].id != 0 ? watch_share_of(set->watch[i].rate_hz) : 0.0;
+    return share;
+}
+
+static bool is_full(const struct watch_set *set, double rate_hz)
 {
     const int n = WATCH_ALL_MAX + (set->kept ? WATCH_MAX : 0);
     const double all_hz = WATCH_ALL_HZ + (set->kept ? WATCH_CLIENT_HZ : 0.0);
 
+    return set->all->n >= n || set->all->rate_hz + rate_hz > all_hz;
+}
+
+/* One more of this rate. */
+static bool check_bounds(const struct watch_set *set, double rate_hz, struct rpc_error *error)
+{
     if (client_rate_hz(set) + rate_hz > WATCH_CLIENT_HZ)
         return rpc_refuse(error, RPC_LIMIT, "the watches of a client may together have at most %g Hz",
                           WATCH_CLIENT_HZ);
-    if (set->all->n >= n || set->all->rate_hz + rate_hz > all_hz)
-        return rpc_refuse(error, RPC_LIMIT,
-                          "all clients together may have at most %d watches and %g Hz; use fewer, or a lower rate",
-                          WATCH_ALL_MAX, WATCH_ALL_HZ);
+    while (is_full(set, rate_hz))
+        if (!set->make_room || !set->make_room(set->ctx, watch_share_of(rate_hz)))
+            return rpc_refuse(
+                error, RPC_LIMIT,
+                "all clients together may have at most %d watches and %g Hz; use fewer, or a lower rate",
+                WATCH_ALL_MAX, WATCH_ALL_HZ);
     return true;
 }
 

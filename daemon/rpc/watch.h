@@ -18,7 +18,8 @@
 #define WATCH_ALL_MAX   1024   /* of all clients together ... */
 #define WATCH_ALL_HZ    4000.0 /* 64 clients with one at the greatest rate, and more */
 
-/* The watches of all clients together. As much as one client may have is kept for those that may change something. */
+/* The watches of all clients together. As much as one client may have is kept for those that may change something, and
+ * whoever has less may have room made by who has most (make_room). */
 struct watch_sum {
     int n;
     double rate_hz;
@@ -51,7 +52,9 @@ struct watch_set {
     struct shared *shared;                   /* likewise; may be NULL */
     bool kept;                               /* may use what is kept for those that may change something */
     void (*due)(void *ctx, uint64_t now_ns); /* a watch has become late; must not remove watches */
-    void (*resume)(void *ctx);               /* what a watch waits for is done */
+    /* end another client that has more, for a further watch of such a share of all; false: there is none; NULL: never */
+    bool (*make_room)(void *ctx, double share);
+    void (*resume)(void *ctx); /* what a watch waits for is done */
     void *ctx;
     int64_t last_id;
     struct watch watch[WATCH_MAX];
@@ -69,6 +72,10 @@ bool watch_remove(struct watch_set *set, json_t *params, struct json_out *out, s
 
 /** watch_due_now - what this method tells has changed: its watches are due at once. */
 void watch_due_now(struct watch_set *set, const char *method, uint64_t now_ns);
+
+/** watch_share - what the watches of a client take of all that there is; watch_share_of - what one of that rate does. */
+double watch_share(const struct watch_set *set);
+double watch_share_of(double rate_hz);
 
 bool watch_any(const struct watch_set *set);
 

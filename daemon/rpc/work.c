@@ -3,8 +3,6 @@
 
 #include <stddef.h>
 
-#include "shared.h"
-
 void rpc_work_keep(struct rpc_work *work, void *state, void (*drop)(void *state))
 {
     work->state = state;
@@ -61,7 +59,8 @@ void rpc_work_resume_all(struct rpc_waiters *waiters)
 void rpc_work_end(struct rpc_work *work)
 {
     rpc_work_go_on(work);
-    shared_abandon(work);
+    if (work->making)
+        work->abandon(work);
     if (work->state)
         work->drop(work->state);
     *work = (struct rpc_work){.resume = work->resume, .ctx = work->ctx};

@@ -31,6 +31,7 @@ struct rpc_work {
     struct rpc_waiters *among; /* of these; NULL: of nobody else */
     struct shared *shared;     /* what it makes is for others as well (shared.h): ... */
     struct shared_answer *making;
+    void (*abandon)(struct rpc_work *work); /* nobody makes it any more */
     uint64_t awaited; /* ... or it waits for the making of that number or a later one; 0: it does not */
     bool changes;     /* it changes something */
     struct rpc_work *next;

@@ -13,6 +13,7 @@
 #include <semaphore.h>
 #include <sys/file.h>
 #include <sys/resource.h>
+#include <sys/prctl.h>
 #include <sys/socket.h>
 #include <sys/stat.h>
 #include <sys/un.h>
@@ -93,6 +94,7 @@ static struct server *start(int max_clients, struct fault *fault)
     const struct server_conf conf = {.path = path,
                                      .mode = 0640,
                                      .change = "",
+                                     .keep = "bridge, none-such-user",
                                      .worker = worker,
                                      .max_clients = max_clients,
                                      .kept_clients = kept_clients,
@@ -905,6 +907,97 @@ TEST(one_client_too_many_is_told)
     tear_down();
 }
 
+/* Whoever joins from now on is of that program. */
+static void be(const char *program)
+{
+    prctl(PR_SET_NAME, program);
+}
+
+TEST(a_program_that_has_less_displaces_one_of_the_program_that_has_most)
+{
+    set_up(4);
+    be("hog");
+    struct peer hog[4] = {join(), join(), join(), join()}, more = join();
+    CHECK(strstr(HEAR(more), "at most 4 clients") != NULL);
+    be("pilot");
+    struct peer pilot = join(), second = join(), third = join();
+    CHECK(strstr(HEAR(hog[0]), ", pilot\"") != NULL); /* told by whom */
+    CHECK_STR(HEAR(hog[0]), "end");
+    CHECK(strstr(HEAR(hog[1]), ", pilot\"") != NULL);
+    CHECK_STR(HEAR(hog[2]), "-");
+    CHECK(strstr(HEAR(third), "at most 4 clients") != NULL); /* both have two */
+    say(&pilot, ASK("state", 1));
+    CHECK_STR(HEAR(pilot), STATE(0, 1));
+    CHECK_INT(stats().clients_now, 4);
+    for (int i = 0; i < 4; i++)
+        leave(&hog[i]);
+    leave(&more);
+    leave(&pilot);
+    leave(&second);
+    leave(&third);
+    be("test_server");
+    tear_down();
+}
+
+TEST(two_connections_of_what_is_kept_find_places_and_are_never_displaced)
+{
+    set_up(3);
+    be("bridge");
+    struct peer bridge = join();
+    be("a");
+    struct peer a = join();
+    be("b");
+    struct peer b = join();
+    be("bridge");
+    struct peer second = join();
+    CHECK(strstr(HEAR(a), ", bridge\"") != NULL);
+    be("c");
+    struct peer c = join();
+    CHECK(strstr(HEAR(c), "at most 3 clients") != NULL); /* b has one, as c would */
+    CHECK_STR(HEAR(bridge), "-");
+    be("bridge");
+    struct peer third = join(); /* is not kept any more */
+    CHECK(strstr(HEAR(third), "at most 3 clients") != NULL);
+    leave(&bridge);
+    leave(&a);
+    leave(&b);
+    leave(&second);
+    leave(&c);
+    leave(&third);
+    be("test_server");
+    tear_down();
+}
+
+#define HOGS                                                                                                      \
+    21 /* times 4 watches of 50 Hz: all that there is, and what is kept for those that may change something */
+
+TEST(watches_of_who_has_most_make_room_for_those_of_who_has_none)
+{
+    set_up(HOGS + 4);
+    struct peer hog[HOGS], pilot;
+    be("hog");
+    for (int i = 0; i < HOGS; i++) {
+        hog[i] = join();
+        for (int k = 0; k < 4; k++) {
+            say(&hog[i], WATCH("state", 50));
+            CHECK(strstr(HEAR(hog[i]), "\"result\"") != NULL);
+        }
+    }
+    say(&hog[0], WATCH("state", 0.1)); /* it has most itself */
+    turn(20);
+    be("pilot");
+    pilot = join();
+    say(&pilot, WATCH("state", 20));
+    CHECK(strstr(HEAR(pilot), "{\"watch\":1}") != NULL);
+    CHECK_INT(stats().clients_now, HOGS);
+    CHECK_INT(stats().clients_cut, 1);
+    for (int i = 0; i < HOGS; i++)
+        leave(&hog[i]);
+    leave(&pilot);
+    be("test_server");
+    tear_down();
+}
+
 TEST(an_idle_client_makes_room_for_another)
 {
     set_up(3);
@@ -924,6 +1017,7 @@ TEST(an_idle_client_makes_room_for_another)
     struct peer late = join();
     CHECK_INT(stats().clients_refused, 1);
     CHECK_INT(stats().clients_cut, 1);
+    CHECK(strstr(HEAR(idle), "idle, and another client needed its place") != NULL);
     CHECK_STR(HEAR(idle), "end");
     say(&late, ASK("state", 1));
     CHECK_STR(HEAR(late), STATE(0, 1));
@@ -1007,6 +1101,7 @@ TEST(a_place_is_kept_for_those_that_may_change_something)
     struct peer d = join_as(65534); /* in the place of a, not of the owner */
     CHECK_STR(HEAR(owner), "-");
     CHECK_INT(stats().clients_now, 3);
+    CHECK(strstr(HEAR(a), "another client needed its place") != NULL);
     CHECK_STR(HEAR(a), "end");
     leave(&a);
     leave(&b);
@@ -1243,9 +1338,9 @@ TEST(nobody_waits_for_names)
     sem_init(&answered, 0, 0);
     set_up(1);
     struct peer peer = join();
-    server_set_change(server, "far-away");
-    server_set_change(server, "first");
-    server_set_change(server, "last");
+    server_set_names(server, "far-away", "");
+    server_set_names(server, "first", "");
+    server_set_names(server, "last", "");
     say(&peer, ASK("state", 1));
     turn(3);
     CHECK_INT(lines_of(&peer), 1);
@@ -1260,8 +1355,8 @@ TEST(nobody_waits_for_names)
 TEST(a_server_may_stop_while_names_are_looked_up)
 {
     set_up(1);
-    server_set_change(server, "far-away");
-    server_set_change(server, "last");
+    server_set_names(server, "far-away", "");
+    server_set_names(server, "last", "");
     turn(1);
     server_stop(server);
     server = NULL;
@@ -1345,6 +1440,9 @@ int main(void)
     RUN(what_a_client_said_before_it_left_is_done);
     RUN(one_client_too_many_is_told);
     RUN(an_idle_client_makes_room_for_another);
+    RUN(a_program_that_has_less_displaces_one_of_the_program_that_has_most);
+    RUN(two_connections_of_what_is_kept_find_places_and_are_never_displaced);
+    RUN(watches_of_who_has_most_make_room_for_those_of_who_has_none);
     RUN(a_client_that_does_not_read_makes_room_sooner);
     RUN(a_place_is_kept_for_those_that_may_change_something);
     RUN(the_rate_of_a_client_s_watches_is_bounded);
