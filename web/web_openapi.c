@@ -78,11 +78,18 @@ static json_t *describe_method(const struct protocol_method *method, const json_
     json_t *params = json_array(), *answers = json_object();
 
     snprintf(result, sizeof result, "%s.result", method->name);
+    if (!web_query_is_cheap(method))
+        json_array_append_new(params,
+                              json_pack("{s:s, s:s, s:s, s:b, s:{s:s}}", "name", "X-Sonard", "in", "header",
+                                        "description", "any value: a page of another site cannot send it",
+                                        "required", true, "schema", "type", "string"));
     for (const struct protocol_param *p = method->params; p->name; p++)
         json_array_append_new(params, describe_param(p, schemas, method->name));
     json_object_set_new(answers, "200", describe_answer("the result", result));
     json_object_set_new(answers, "400", describe_answer("a parameter is missing, unknown or wrong", "refusal"));
-    json_object_set_new(answers, "403", describe_answer("the Host or the Origin is not accepted", "refusal"));
+    json_object_set_new(
+        answers, "403",
+        describe_answer("the Host or the Origin is not accepted, or X-Sonard is missing", "refusal"));
     json_object_set_new(answers, "429", describe_answer("a limit was reached", "refusal"));
     json_object_set_new(answers, "503", describe_answer("the daemon does not answer", "refusal"));
     return json_pack("{s:{s:s, s:s, s:o, s:o}}", "get", "operationId", method->name, "summary", method->help,

@@ -15,6 +15,20 @@ const struct protocol_method *web_query_method(const char *name)
     return method;
 }
 
+/* A new method costs until it is named here. */
+bool web_query_is_cheap(const struct protocol_method *method)
+{
+    static const enum protocol_index cheap[] = {PROTOCOL_blocked, PROTOCOL_limit,    PROTOCOL_time_to_collision,
+                                                PROTOCOL_point,   PROTOCOL_version,  PROTOCOL_status,
+                                                PROTOCOL_sensors, PROTOCOL_stats,    PROTOCOL_plan,
+                                                PROTOCOL_map,     PROTOCOL_grid_list};
+
+    for (size_t i = 0; i < sizeof cheap / sizeof *cheap; i++)
+        if (method == &protocol_methods[cheap[i]])
+            return true;
+    return false;
+}
+
 static const struct protocol_param *find_param(const struct protocol_method *method, const char *name, size_t n)
 {
     for (const struct protocol_param *p = method->params; p->name; p++)

@@ -19,6 +19,14 @@
 const struct protocol_method *web_query_method(const char *name);
 
 /**
+ * web_query_is_cheap - whatever its parameters are, the daemon has answered it soon; any page may have a browser ask it.
+ * The others want WEB_QUERY_HEADER, which a page of another site cannot have a browser send.
+ */
+bool web_query_is_cheap(const struct protocol_method *method);
+
+#define WEB_QUERY_HEADER "x-sonard"
+
+/**
  * web_query_add - add "name=value" of n bytes, already decoded, to params, an object. Numbers of an array are separated
  * by commas; places are a JSON array of arrays, and so is an object JSON. False with a sentence in fault.
  */

@@ -234,6 +234,15 @@ static bool is_cross_site(struct lws *wsi)
     return n > 0 && strcmp(value, "same-origin") != 0 && strcmp(value, "none") != 0;
 }
 
+/* Over plain HTTP a browser does not say for which site it loads something. But what another site's page has it load, an
+ * image for instance, comes without this header, and for a script of that page it would have to be allowed. */
+static bool has_own_header(struct lws *wsi)
+{
+    static const char name[] = WEB_QUERY_HEADER ":";
+
+    return lws_hdr_custom_length(wsi, name, (int)sizeof name - 1) > 0;
+}
+
 static void ask_daemon(struct exchange *e, const char *method, json_t *params)
 {
     const char *why;
@@ -255,6 +264,11 @@ static void serve_method(struct exchange *e, const char *name)
 
     if (!method) {
         refuse(e, 404, -32601, "no such method, or one that changes something; see /api/openapi.json");
+        return;
+    }
+    if (!web_query_is_cheap(method) && !has_own_header(e->wsi)) {
+        refuse(e, 403, -32001,
+               "this question costs: send the header X-Sonard, with any value (curl -H 'X-Sonard: 1')");
         return;
     }
     params = json_object();

@@ -329,6 +329,12 @@ def who_may_ask(bench):
         got, headers, _ = web.request("/api/version", headers=["Sec-Fetch-Site: " + site])
         check(got == status, "%s: %s" % (site, got))
         check("access-control-allow-origin" not in headers, "other sites may read it")
+    for method, params, cheap in (("version", "", True), ("blocked", "?azimuth_deg=0&distance_m=3", True), ("sectors", "", False),
+                                  ("next_look", "?count=64&elevation_deg=-90,90", False), ("clusters", "", False), ("image", "", False)):
+        status, _, body = web.request("/api/" + method + params)  # as for an <img> of any page, over plain HTTP
+        check(status == (200 if cheap else 403), "%s without the header: %d" % (method, status))
+        check(cheap or "X-Sonard" in json.loads(body)["error"]["message"], body)
+        check(web.request("/api/" + method + params, headers=["X-Sonard: 1"])[0] == 200, "%s with the header" % method)
     _, headers, _ = web.request("/")
     policy = headers["content-security-policy"]
     check("default-src 'none'" in policy and "unsafe" not in policy and headers["x-content-type-options"] == "nosniff", headers)
@@ -460,7 +466,9 @@ def openapi(bench):
     walk(document)
     for path, entry in document["paths"].items():
         table = SCHEMAS.document["$defs"][path.split("/")[-1] + ".params"]
-        params = entry["get"]["parameters"]
+        params = [p for p in entry["get"]["parameters"] if p["in"] == "query"]
+        costs = [p["name"] for p in entry["get"]["parameters"] if p["in"] == "header"]
+        check(costs in ([], ["X-Sonard"]) and (costs or path not in ("/api/sectors", "/api/next_look")), path)
         check([p["name"] for p in params] == list(table["properties"]), path)
         check({p["name"] for p in params if p["required"]} == set(table["required"]), path)
     service = web.get("/register_service")[1]

@@ -48,7 +48,7 @@ class Web(Process):
 
     def get(self, path, **params):
         query = "&".join("%s=%s" % (k, ",".join(map(str, v)) if isinstance(v, list) else v) for k, v in params.items())
-        status, _, body = self.request(path + ("?" + query if query else ""))
+        status, _, body = self.request(path + ("?" + query if query else ""), headers=["X-Sonard: 1"])
         return status, json.loads(body)
 
     def rss(self):

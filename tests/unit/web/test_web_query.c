@@ -87,8 +87,20 @@ TEST(a_value_that_is_too_long)
     json_decref(params);
 }
 
+/* What is not named as cheap costs: a new method does until somebody thinks of it. */
+TEST(only_named_methods_are_cheap)
+{
+    unsigned cheap = 0;
+    for (const struct protocol_method *m = protocol_methods; m->name; m++)
+        cheap += web_query_is_cheap(m);
+    CHECK_INT(cheap, 11);
+    CHECK(web_query_is_cheap(protocol_find("blocked")));
+    CHECK(!web_query_is_cheap(protocol_find("next_look")));
+}
+
 int main(void)
 {
+    RUN(only_named_methods_are_cheap);
     RUN(only_what_asks);
     RUN(values);
     RUN(what_is_wrong);
