@@ -30,7 +30,7 @@ done
 
 # METHOD MILLIONS: an answer about all directions is of one picture, so it has one part. Of 41253 directions of 1 degree,
 # all told, at the greatest parameters. A template of 64 pings of each row has its memory cleared.
-longer='blocked 50 explain 50 nearest 50 sectors 100 limit 30 time_to_collision 30 grid_lock 60 background_learn 40'
+longer='blocked 40 explain 40 nearest 45 sectors 70 limit 25 time_to_collision 25 grid_lock 25 background_learn 40'
 if valgrind -q --tool=callgrind --instr-atstart=no --callgrind-out-file="$tmp/turn" "$build/tests/test_rig_turns" \
     >"$tmp/out" 2>&1; then
     awk -v longer="$longer" '
