@@ -40,6 +40,16 @@ double geo_wrap_pi(double a_rad)
     return a >= GEO_PI ? a - GEO_TURN : a;
 }
 
+struct pose_blur pose_blur_of(const double blur_m[3], const double axis[3], double spread_rad)
+{
+    const double length_m = geo_length(blur_m);
+    if (!(length_m > 0))
+        return (struct pose_blur){0, 0};
+    const double off_rad = acos(fmin(fabs(geo_dot(blur_m, axis)) / length_m, 1));
+    return (struct pose_blur){length_m * cos(fmax(off_rad - spread_rad, 0)),
+                              length_m * sin(fmin(off_rad + spread_rad, GEO_PI / 2))};
+}
+
 void quat_multiply(const double a[4], const double b[4], double out[4])
 {
     double w = a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3];

@@ -46,6 +46,10 @@ struct pose {
     uint64_t withdrawn;   /* so often all poses were withdrawn before: a grid turned by earlier ones starts anew */
     double uncertain_m;   /* pose uncertainty, a bound: how far from position_m the body may be by now */
     double uncertain_rad; /* likewise: how far from attitude it may be turned */
+    /* Of a ping whose time is uncertain. Wherever within it the ping was sent, the body was on the line from
+     * position_m - blur_m to position_m + blur_m (NED), or no farther than blur_any_m from there. */
+    double blur_m[3], blur_any_m;
+    double blur_rad; /* and turned no farther than this from attitude */
     /* How far the vehicle has drifted since start, at most, level and in depth: between two poses it has gone no
      * farther beside what their positions say than the difference. Neither falls. */
     double drift_m[2];
@@ -65,6 +69,14 @@ struct pose {
 
 /* A place that is farther away at once has jumped: nobody knows where what was observed from the old one lies. */
 #define POSE_STEP_MOST_M 1.0
+
+/* How far off a beam may be for the blur of its pose: along it, and across. */
+struct pose_blur {
+    double along_m, across_m;
+};
+
+/** pose_blur_of - seen along all directions up to spread_rad from unit vector axis, in the frame of blur_m. */
+struct pose_blur pose_blur_of(const double blur_m[3], const double axis[3], double spread_rad);
 
 /* A sensor's place in the body. */
 struct mount {

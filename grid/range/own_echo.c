@@ -44,8 +44,9 @@ static uint32_t world_row(const struct own_echo_look *look)
 static struct own_echo_look look_of(const struct echoes *e, const struct beam_echoes *b, const struct mount *mount)
 {
     struct own_echo_look look = {.t_ns = e->t_ns,
-                                 .uncertain_m = e->pose.uncertain_m,
-                                 .uncertain_rad = e->pose.uncertain_rad,
+                                 .uncertain_m =
+                                     e->pose.uncertain_m + e->pose.blur_any_m + geo_length(e->pose.blur_m),
+                                 .uncertain_rad = e->pose.uncertain_rad + e->pose.blur_rad,
                                  .drift_m = e->pose.drift_m[0] + e->pose.drift_m[1],
                                  .az_rad = b->az_rad,
                                  .heard_from_m = b->heard_from_m,

@@ -79,6 +79,26 @@ void beam_of(struct beam *b, const struct echoes *ping, uint16_t index, const st
     b->heard = h;
 }
 
+void beam_blur(struct beam *b, const double blur_m[3], double any_m)
+{
+    memcpy(b->blur_m, blur_m, sizeof b->blur_m);
+    b->margin_m = any_m;
+}
+
+/*
+ * A place r from the sensor, with the line's components `along` and `across` as seen there, is at most
+ * hypot(r + along, across) and at least r - along from wherever on the line the sensor is.
+ */
+void beam_surely_free(const struct beam *b, double *from_m, double *to_m)
+{
+    const struct pose_blur blur = pose_blur_of(b->blur_m, b->axis, b->opening->off_rad);
+    const double off_m = blur.along_m + b->margin_m;
+    if (!(off_m > 0 || blur.across_m > 0))
+        return;
+    *from_m += off_m;
+    *to_m = sqrt(fmax(*to_m * *to_m - blur.across_m * blur.across_m, 0)) - off_m;
+}
+
 struct beam_cell beam_cell_of(double width_rad, double height_rad, double el_rad)
 {
     const double across_rad = width_rad * cos(el_rad), half = fmin(width_rad / 2, GEO_PI);
@@ -232,9 +252,12 @@ bool beam_sides(const struct beam *b, const struct beam_cell *cell, struct beam_
     if (cell->across_rad > b->opening->widest_rad || !(f->tan_el > 0))
         return false;
     const double margin_el_m = b->margin_m + b->margin_el_m;
+    const double along_m = fabs(geo_dot(b->blur_m, b->axis));
     f->tan_az = cell->tan_across > b->opening->tan_az ? cell->tan_across : b->opening->tan_az;
     f->in_az = b->margin_m > 0 ? b->margin_m * sqrt(1 + f->tan_az * f->tan_az) : 0;
     f->in_el = margin_el_m > 0 ? margin_el_m * sqrt(1 + f->tan_el * f->tan_el) : 0;
+    f->in_az += f->tan_az * along_m + fabs(geo_dot(b->blur_m, b->side));
+    f->in_el += f->tan_el * along_m + fabs(geo_dot(b->blur_m, b->up));
     return true;
 }
 

@@ -47,6 +47,7 @@ struct beam {
     double lever_m;                 /* its length */
     double margin_m;                /* its flat sides are so much farther in; for beam_stretch alone */
     double margin_el_m;             /* and its upper and lower side by so much more */
+    double blur_m[3];               /* as of a pose, in the grid's axes: the sides are farther in by it as well */
     double offset_m[3];             /* its components along axis, side and up */
     double axis[3], side[3], up[3]; /* of the beam: along it, to its right, upward */
     double ahead[3], down[3];       /* of the sensor: level, at the beam's azimuth; along its z */
@@ -63,6 +64,12 @@ void beam_place(struct beam *b, double az_rad, double el_rad, const struct beam_
 /** beam_of - beam `index` of a ping, placed likewise. */
 void beam_of(struct beam *b, const struct echoes *ping, uint16_t index, const struct beam_opening *opening,
              const double turn[4], const double origin_m[3]);
+
+/** beam_blur - of a placed beam: its sensor may be anywhere on the line by +-blur_m, or any_m from there. */
+void beam_blur(struct beam *b, const double blur_m[3], double any_m);
+
+/** beam_surely_free - of water free from *from_m to *to_m, what is so wherever within its blur the sensor is. */
+void beam_surely_free(const struct beam *b, double *from_m, double *to_m);
 
 /* A ray from the grid's centre: the direction of a cell's middle; its components along the beam's axis, side and up. */
 struct beam_ray {

@@ -116,6 +116,8 @@ static void count_drift(struct sphere *s, const double drift_m[2])
 
 void motion_drifted(struct sphere *s, const struct pose *pose)
 {
+    for (int k = 0; k < 2; k++)
+        s->drifted_m[k] = fmax(s->drifted_m[k], pose->drift_m[k]);
     s->drifts = pose->drift_mps > 0;
     s->outrun = pose->drift_m[0] > s->frame.drift_m[0] || pose->drift_m[1] > s->frame.drift_m[1];
     if (s->outrun)
@@ -128,14 +130,19 @@ void motion_drifted(struct sphere *s, const struct pose *pose)
 
 #define JUDGE_NS 200000000u /* pings free nothing by themselves while the vehicle drifts */
 
-/* The picture is made for a drift that the vehicle has not made yet, so that it holds until the next time. */
+/*
+ * The picture is made for a drift that the vehicle has not made yet, so that it holds until the next time; once poses
+ * have a position, for what it was in the end. Of all pings the greatest counts: one that was dated back brings less.
+ */
 void motion_drift(struct sphere *s, const struct pose *pose, uint64_t t_ns)
 {
-    if (!s->outrun && (!s->drifts || t_ns < s->t_judged_ns + JUDGE_NS))
-        return;
     const double ahead_m = s->drifts ? s->conf.recentre_m : 0;
+    const double *made_m = s->drifted_m, *counts_m = s->frame.drift_m;
+    const bool over = !s->drifts && (counts_m[0] > made_m[0] || counts_m[1] > made_m[1]);
+    if (!s->outrun && !over && (!s->drifts || t_ns < s->t_judged_ns + JUDGE_NS))
+        return;
     s->t_judged_ns = t_ns;
-    count_drift(s, (const double[2]){pose->drift_m[0] + ahead_m, pose->drift_m[1] + ahead_m});
+    count_drift(s, (const double[2]){made_m[0] + ahead_m, made_m[1] + ahead_m});
     sensor_free_again(s, t_ns, pose->path_m);
 }
 
@@ -180,6 +187,9 @@ static double distance(const double a[3], const double b[3])
 
 void motion_follow(struct sphere *s, const struct pose *pose, uint64_t t_ns)
 {
+    if (t_ns < s->t_centre_ns) /* it was dated back: the centre has gone on since */
+        return;
+    s->t_centre_ns = t_ns;
     if (!s->placed) {
         memcpy(s->frame.centre_m, pose->position_m, sizeof s->frame.centre_m);
         memcpy(s->anchor_m, pose->position_m, sizeof s->anchor_m);

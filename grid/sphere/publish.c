@@ -73,7 +73,8 @@ void publish_ping(struct sphere *s, const struct echoes *e)
 {
     s->frame.range_max_m = fmax(s->frame.range_max_m, e->range_max_m);
     s->frame.pings++;
-    s->frame.t_ping_ns = e->t_ns;
+    if (e->t_ns > s->frame.t_ping_ns) /* or it was dated back */
+        s->frame.t_ping_ns = e->t_ns;
     s->frame.path_m = e->pose.path_m;
-    publish_changes(s, e->t_ns);
+    publish_changes(s, s->frame.t_ping_ns);
 }

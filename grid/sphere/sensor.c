@@ -95,7 +95,10 @@ struct water {
 
 /* The beam that is being entered, and what is the same for all directions that it may concern. */
 struct look {
-    const struct beam *beam;
+    const struct beam *beam;        /* as it surely was, wherever its pose may be within its blur ... */
+    const struct beam *clears;      /* ... or all that it may have been, where it takes free water back ... */
+    const struct beam *hits;        /* ... as its echoes do */
+    struct pose_blur blur;          /* of the beam; all directions counted in both */
     double weight[ECHOES_PER_BEAM]; /* of each echo in full */
     double beyond_m;                /* no layer from here on can hold a point in free water */
     uint32_t direction, ring;       /* that is looked at ... */
@@ -136,7 +139,7 @@ static void raise(struct sphere *s, const struct look *l, uint16_t layer, double
     for (int i = 0; i < 3; i++)
         z[i] = range_m * s->axis[l->direction][i] + s->frame.centre_m[i] - s->anchor_m[i];
     interpolate(s, c, z, range_m, echo, echo_variance(s, l->ring, range_m, echo));
-    c->near_m += (float)(ping->pose.uncertain_m + s->ahead_m);
+    c->near_m += (float)(ping->pose.uncertain_m + l->blur.along_m + s->ahead_m);
     if (!c->echoes)
         c->t_first_ms = state_ms(s, ping->t_ns);
     if (ping->t_ns > c->t_echo_ns)
@@ -164,8 +167,8 @@ static void clear_direction(struct sphere *s, const struct look *l)
     struct direction *dir = &s->direction[l->direction];
     const bool first = !dir->free[0].t_ping_ns;
     struct stretch st;
-    const struct side_look aside = {l->beam, l->ping, l->water.from_m, l->water.to_m, l->direction, l->ring};
-    if (!beam_stretch(l->beam, &s->ring[l->ring], &l->ray, l->water.from_m, l->water.to_m, &st)) {
+    const struct side_look aside = {l->clears, l->ping, l->water.from_m, l->water.to_m, l->direction, l->ring};
+    if (!beam_stretch(l->clears, &s->ring[l->ring], &l->ray, l->water.from_m, l->water.to_m, &st)) {
         if (l->water.said == SAID_FREE)
             sides_see(s, &aside, NULL);
         return;
@@ -210,7 +213,7 @@ static void raise_layers(struct sphere *s, const struct look *l, double at, cons
 static void spread_echo(struct sphere *s, const struct look *l, const double place[3], double at, int32_t layer,
                         const struct echo *echo)
 {
-    const struct beam *b = l->beam;
+    const struct beam *b = l->hits;
     const struct beam_cell *cell = &s->ring[l->ring];
     const double *u = s->axis[l->direction], half_az = b->opening->half_az, half_el = b->opening->half_el;
     const bool held = beam_holds(b, cell, u, at);
@@ -229,11 +232,11 @@ static void spread_echo(struct sphere *s, const struct look *l, const double pla
 
 static void hit_direction(struct sphere *s, const struct look *l, uint8_t i)
 {
-    const struct echo *echo = &l->beam->heard->echo[i];
+    const struct echo *echo = &l->hits->heard->echo[i];
     const double *u = s->axis[l->direction];
-    double at = beam_meet(l->beam, u, echo->range_m), place[3] = {at * u[0], at * u[1], at * u[2]};
+    double at = beam_meet(l->hits, u, echo->range_m), place[3] = {at * u[0], at * u[1], at * u[2]};
     bool opening = s->conf.model == SPHERE_OPENING;
-    if (at <= 0 || (opening && !beam_holds(l->beam, &s->ring[l->ring], u, at)))
+    if (at <= 0 || (opening && !beam_holds(l->hits, &s->ring[l->ring], u, at)))
         return;
     int32_t layer = layers_index(&s->layers, at);
     if (layer < 0)
@@ -271,7 +274,8 @@ static void carve_direction(struct sphere *s, const struct look *l)
             return;
         state_place(s, c, place);
         double thick = s->layers.edge[c->layer + 1] - s->layers.edge[c->layer], range = beam_range(b, place);
-        double doubt_m = 2.0 * c->sd_m + uncertain_m, aside = uncertain_rad + uncertain_m / fmax(range, NEAREST_M);
+        double doubt_m = 2.0 * c->sd_m + uncertain_m + l->blur.along_m;
+        double aside = uncertain_rad + (uncertain_m + l->blur.across_m) / fmax(range, NEAREST_M);
         if (range - doubt_m < b->heard->blind_m || range + doubt_m + thick / 2 > b->heard->free_to_m ||
             !beam_sees(b, cell, &(struct beam_spot){l->ray.u, place, range}, half_az, half_el, &view))
             continue;
@@ -287,18 +291,52 @@ static void carve_direction(struct sphere *s, const struct look *l)
     }
 }
 
-/* A ping whose place is known worse than the centre's, or whose bearing worse than to half a cell. */
+/* The blur of a ping's pose in the grid's axes. */
+struct blur {
+    double m[3], any_m;
+    double aside_rad; /* the beams are so much narrower, wherever they point */
+    bool any;
+};
+
+#define BLUR_HALF_RAD 1.2 /* half the width of a beam, at most, that the next sentence is worked out for */
+
+/* An edge of equal azimuth is no great circle: a turn of the sensor moves its upper end by more than the turn. Before
+ * there are axes of the world nobody knows how those of the pose lie in the grid's. */
+static struct blur blur_of(const struct sphere *s, const struct echoes *e)
+{
+    const double widest_rad = (double)fmaxf(e->az_aperture_rad, e->el_aperture_rad);
+    const double half_rad = fmin(widest_rad / 2, BLUR_HALF_RAD);
+    struct blur b = {.any_m = e->pose.blur_any_m, .aside_rad = e->pose.blur_rad / cos(half_rad)};
+    if (s->frame.ned)
+        memcpy(b.m, e->pose.blur_m, sizeof b.m);
+    else
+        b.any_m += geo_length(e->pose.blur_m);
+    b.any = b.any_m > 0 || b.aside_rad > 0 || geo_length(b.m) > 0;
+    return b;
+}
+
+/* A ping whose place is known worse than the centre's, or whose bearing worse than to half a cell. What the vehicle
+ * does within the time of a late reading is no reason: its way is known. */
 static bool is_loose(const struct sphere *s, const struct pose *pose)
 {
     return pose->uncertain_m > s->conf.recentre_m || pose->uncertain_rad > s->rings.height_rad / 2;
 }
 
-/* Beams' openings as far as echoes are entered: eq. (1) reaches beyond them. */
-static struct beam_opening hit_opening(const struct sphere *s, const struct echoes *e)
+/* Of the beams of a ping: their own; as far as echoes are entered, for eq. (1) reaches beyond; of what is freed. */
+struct openings {
+    struct beam_opening own, widest, freed;
+};
+
+/* More or less wide than they are, by so much to each side. */
+static struct openings openings_of(const struct sphere *s, const struct echoes *e, double more_rad)
 {
-    const double reach = s->conf.model == SPHERE_OPENING ? 1 : s->widest;
-    return beam_opening(reach * e->az_aperture_rad, reach * e->el_aperture_rad, s->rings.height_rad,
-                        s->conf.level);
+    const double reach = s->conf.model == SPHERE_OPENING ? 1 : s->widest, high_rad = s->rings.height_rad;
+    const double az_rad = fmax(e->az_aperture_rad + 2 * more_rad, 0),
+                 el_rad = fmax(e->el_aperture_rad + 2 * more_rad, 0);
+    struct openings o = {.own = beam_opening(az_rad, el_rad, high_rad, s->conf.level),
+                         .widest = beam_opening(reach * az_rad, reach * el_rad, high_rad, s->conf.level)};
+    o.freed = beam_opening_freed(&o.own, s->widest_rad);
+    return o;
 }
 
 /* Where a beam looks for what, and where for anything. */
@@ -328,8 +366,9 @@ static bool is_deaf_again(struct sphere *s, const struct echoes *e)
 static struct water water_of(const struct sphere *s, const struct beam *b, bool loose)
 {
     const struct beam_echoes *h = b->heard;
-    const double uncertain_m = b->ping->pose.uncertain_m, from_m = h->blind_m + uncertain_m,
-                 to_m = h->free_to_m - uncertain_m;
+    const double uncertain_m = b->ping->pose.uncertain_m;
+    double from_m = h->blind_m + uncertain_m, to_m = h->free_to_m - uncertain_m;
+    beam_surely_free(b, &from_m, &to_m);
     if (to_m > from_m && !loose)
         return (struct water){.from_m = from_m, .to_m = to_m, .said = SAID_FREE, .ends_at_echo = h->n > 0};
     const enum said lost = s->deaf_again || is_own(h) ? SAID_UNKNOWN : SAID_DEAF;
@@ -361,21 +400,33 @@ static struct sieves sieves_of(const struct sphere *s, const struct beam *b, con
     return out;
 }
 
-static void enter_beam(struct sphere *s, const struct beam *b, const struct beam_opening *widest,
-                       const struct beam_opening *freed)
+/* One beam and what it may have been. */
+struct placed_beam {
+    struct beam surely, perhaps;
+    struct openings surely_open, perhaps_open;
+    struct pose_blur blur;
+};
+
+static void enter_beam(struct sphere *s, const struct placed_beam *p, bool loose)
 {
+    const struct beam *b = &p->surely;
     const struct beam_echoes *h = b->heard;
     const struct echoes *e = b->ping;
     struct look l = {.beam = b,
+                     .hits = &p->perhaps,
+                     .blur = p->blur,
                      .beyond_m = (h->free_to_m + b->lever_m) / s->nearer_share,
                      .ping = {e->t_ns, e->pose.path_m, e->sensor}};
-    const bool loose = is_loose(s, &b->ping->pose);
     const double cells_m = s->nearest_m * s->nearer_share - b->lever_m;
     const bool carves = h->free_to_m > h->blind_m && !loose && cells_m < h->free_to_m;
     l.water = water_of(s, b, loose);
+    const bool frees = l.water.said == SAID_FREE;
+    l.clears = frees ? b : &p->perhaps;
     /* while the vehicle drifts no beam frees water by itself: motion_drift judges it together with its neighbours */
-    const bool speaks = l.water.said == SAID_FREE ? !s->drifts : l.water.said != SAID_NOTHING;
-    const struct sieves sieves = sieves_of(s, b, widest, freed, &l.water, carves ? cells_m : INFINITY);
+    const bool speaks = frees ? !s->drifts : l.water.said != SAID_NOTHING;
+    const struct sieves sieves =
+        sieves_of(s, b, &p->perhaps_open.widest, frees ? &p->surely_open.freed : &p->perhaps_open.freed, &l.water,
+                  carves ? cells_m : INFINITY);
     double middle[3], about[3], radius = beam_sieve_cap(b, &sieves.any, middle);
     for (uint8_t i = 0; i < h->n; i++)
         l.weight[i] = weight_of(s, &h->echo[i], 1);
@@ -402,17 +453,17 @@ static void enter_beam(struct sphere *s, const struct beam *b, const struct beam
 static const uint8_t kinds[] = {
     [SAID_FREE] = WEDGE_FREE, [SAID_UNKNOWN] = WEDGE_UNKNOWN, [SAID_DEAF] = WEDGE_DEAF};
 
-/* What a beam says of the water, as a wedge; false: nothing. */
-static bool wedge_of(const struct sphere *s, const struct beam *b, bool loose, struct wedge *out)
+/* What a beam says of the water, as a wedge; false: nothing. aside_rad: its bearing is uncertain by so much. */
+static bool wedge_of(const struct sphere *s, const struct beam *b, double aside_rad, struct wedge *out)
 {
-    const struct water water = water_of(s, b, loose);
+    const struct water water = water_of(s, b, is_loose(s, &b->ping->pose));
     if (water.said == SAID_NOTHING)
         return false;
     /* free is what the beam saw wherever it pointed; what it takes back it takes back in full */
-    const double aside_rad = water.said == SAID_FREE ? b->ping->pose.uncertain_rad : 0;
+    const double half_az = b->opening->half_az - (water.said == SAID_FREE ? aside_rad : 0);
     *out = (struct wedge){.az_rad = b->heard->az_rad,
                           .el_rad = b->heard->el_rad,
-                          .half_az_rad = (float)fmax(0, b->opening->half_az - aside_rad),
+                          .half_az_rad = (float)fmax(0, half_az),
                           .from_m = (float)water.from_m,
                           .to_m = (float)water.to_m,
                           .kind = kinds[water.said],
@@ -425,12 +476,13 @@ static void keep_wedges(struct sphere *s, const struct echoes *e, const double t
 {
     const struct beam_opening own =
         beam_opening(e->az_aperture_rad, e->el_aperture_rad, s->rings.height_rad, s->conf.level);
-    const bool loose = is_loose(s, &e->pose);
+    const struct blur blur = blur_of(s, e);
     struct wedge_ping ping = {.t_ns = e->t_ns,
                               .path_m = e->pose.path_m,
                               .drift_m = {e->pose.drift_m[0], e->pose.drift_m[1]},
-                              .uncertain_m = (float)e->pose.uncertain_m,
-                              .uncertain_rad = (float)e->pose.uncertain_rad,
+                              .uncertain_m = (float)(e->pose.uncertain_m + blur.any_m),
+                              .blur_m = {(float)blur.m[0], (float)blur.m[1], (float)blur.m[2]},
+                              .uncertain_rad = (float)(e->pose.uncertain_rad + blur.aside_rad),
                               .el_aperture_rad = e->el_aperture_rad,
                               .sensor = e->sensor};
     struct wedge fan, one;
@@ -441,7 +493,12 @@ static void keep_wedges(struct sphere *s, const struct echoes *e, const double t
     wedges_begin(&s->wedges, &ping);
     for (uint16_t i = 0; i < e->n_beams; i++) {
         struct beam b = {.ping = e, .heard = &e->beam[i], .opening = &own};
-        if (!wedge_of(s, &b, loose, &one) || (any && wedges_join(&fan, &one, s->rings.height_rad)))
+        if (blur.any) {
+            beam_of(&b, e, i, &own, turn, origin_m);
+            beam_blur(&b, blur.m, blur.any_m);
+        }
+        if (!wedge_of(s, &b, e->pose.uncertain_rad + blur.aside_rad, &one) ||
+            (any && wedges_join(&fan, &one, s->rings.height_rad)))
             continue;
         if (any)
             wedges_add(&s->wedges, &fan);
@@ -453,17 +510,37 @@ static void keep_wedges(struct sphere *s, const struct echoes *e, const double t
     wedges_end(&s->wedges, s->conf.recentre_m);
 }
 
+/* What the beam may have been, for its pose is blurred: turned to either side, and beside its place, which counts where
+ * its nearest echo is. What it surely was is as much narrower. */
+static void blur_beam(const struct sphere *s, struct placed_beam *p, const struct blur *blur, const double turn[4])
+{
+    const struct beam_echoes *h = p->surely.heard;
+    beam_blur(&p->surely, blur->m, blur->any_m);
+    p->blur = pose_blur_of(blur->m, p->surely.axis, p->surely.opening->off_rad);
+    p->blur.along_m += blur->any_m;
+    p->blur.across_m += blur->any_m;
+    const double aside_rad = h->n ? atan(p->blur.across_m / fmax(h->echo[0].range_m, NEAREST_M)) : 0;
+    p->surely_open = openings_of(s, p->surely.ping, -blur->aside_rad);
+    p->perhaps_open = openings_of(s, p->surely.ping, blur->aside_rad + aside_rad);
+    beam_place(&p->perhaps, h->az_rad, h->el_rad, &p->perhaps_open.own, turn, p->surely.origin_m);
+    p->perhaps.ping = p->surely.ping;
+    p->perhaps.heard = h;
+}
+
 void sensor_enter(struct sphere *s, const struct echoes *e, const double turn[4], const double origin_m[3])
 {
-    const struct beam_opening widest = hit_opening(s, e);
-    const struct beam_opening own =
-        beam_opening(e->az_aperture_rad, e->el_aperture_rad, s->rings.height_rad, s->conf.level);
-    const struct beam_opening freed = beam_opening_freed(&own, s->widest_rad);
+    const struct blur blur = blur_of(s, e);
+    const struct openings open = openings_of(s, e, 0);
+    const bool loose = is_loose(s, &e->pose);
+    struct placed_beam p = {.surely_open = open, .perhaps_open = open};
     s->deaf_again = is_deaf_again(s, e);
     for (uint16_t i = 0; i < e->n_beams; i++) {
-        struct beam b;
-        beam_of(&b, e, i, &own, turn, origin_m);
-        enter_beam(s, &b, &widest, &freed);
+        beam_of(&p.surely, e, i, &p.surely_open.own, turn, origin_m);
+        if (blur.any)
+            blur_beam(s, &p, &blur, turn);
+        else
+            p.perhaps = p.surely;
+        enter_beam(s, &p, loose);
     }
     if (s->frame.ned || (s->drifts && !e->pose.heading_adrift))
         keep_wedges(s, e, turn, origin_m);
@@ -590,7 +667,8 @@ static void free_again(struct sphere *s, struct again *a, const struct wedge_pin
     for (int i = 0; i < 3; i++)
         origin_m[i] = ping->place_m[i] - s->frame.centre_m[i];
     beam_place(&b, w->az_rad, w->el_rad, &a->own, ping->attitude, origin_m);
-    b.margin_m = free ? ping->uncertain_m : 0;
+    if (free)
+        beam_blur(&b, (const double[3]){ping->blur_m[0], ping->blur_m[1], ping->blur_m[2]}, ping->uncertain_m);
     b.margin_el_m = drift_across(&b, shrunk);
     const double sees_m = fmax(fmax(seen.from_m, NEAREST_M), SEEN_LEVERS * b.lever_m);
     const struct beam_sieve sieve = beam_sieve(&b, &a->freed, fmin(sees_m, seen.to_m));

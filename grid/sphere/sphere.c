@@ -83,7 +83,7 @@ static void forget_everything(struct sphere *s)
         s->dirty[d] = d;
     }
     memset(s->turn_ms, 0, sizeof s->turn_ms);
-    s->t_start_ns = 0;
+    s->t_start_ns = s->t_centre_ns = 0;
     s->stats.pinged = 0;
     s->placed = false;
 }

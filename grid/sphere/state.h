@@ -62,12 +62,14 @@ struct sphere {
     double axes_cos, axes_sin; /* of frame.axes_rad */
     bool drifts;               /* poses have no position, ... */
     bool outrun;               /* the drift at the ping was more than the picture counted */
+    double drifted_m[2];       /* the greatest drift of a ping's pose, level and in depth */
     double ahead_m;            /* ... and what the picture counts as its drift is so much more than at the ping */
     double heading_radps;      /* of the newest ping's pose */
     bool under_way;            /* fast enough to have a course over ground */
     struct wedges wedges;      /* what is free, as it was observed; empty while the axes are the body's */
     struct drift drift;        /* their looks, while they are judged by the drift since */
     uint64_t t_judged_ns;      /* that was so last */
+    uint64_t t_centre_ns;      /* of the newest pose that the centre has followed */
     struct refill *refill;     /* of each direction */
     float *stands_m;           /* of each direction, while the axes turn; NULL: they never do */
     struct relaxed *relax; /* [layers], of the direction in work, all zero between; NULL: there is no relaxation */

@@ -41,6 +41,7 @@ struct wedge_ping {
     double attitude[4]; /* of the sensor frame, in NED */
     /* the sensor may have been so far from place_m: the wedges' sides count as so much farther in */
     float uncertain_m;
+    float blur_m[3];     /* and by the blur of its pose, NED */
     float uncertain_rad; /* of its bearing: what it made free is so much less high above and below */
     float el_aperture_rad;
     uint32_t sensor;

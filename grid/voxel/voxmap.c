@@ -359,27 +359,43 @@ static bool open_beam(struct voxmap *m, enum cast_shape shape, const struct voxm
     return true;
 }
 
+/* How far a beam may be off, pose uncertainty and blur together. */
+struct beam_off {
+    double along_m, across_m, turned_rad;
+};
+
+static struct beam_off off_of(const struct voxmap *m, const struct pose *pose, const struct cast_look *look)
+{
+    const double widest_rad = hypot((double)m->opening_width.edge_az_rad, (double)m->opening_width.el_rad);
+    const double any_m = pose->uncertain_m + pose->blur_any_m;
+    struct beam_off off = {any_m, any_m, pose->uncertain_rad + pose->blur_rad};
+    double axis[3];
+    if (!(geo_length(pose->blur_m) > 0))
+        return off;
+    geo_direction(look->az_rad, look->el_rad, axis);
+    quat_rotate(look->attitude, axis, axis);
+    off.along_m += pose_blur_of(pose->blur_m, axis, widest_rad).along_m;
+    off.across_m += pose_blur_of(pose->blur_m, axis, 0).across_m;
+    return off;
+}
+
 /* An echo fills all that it may lie in: along the beam by the whole pose uncertainty, across it as far as a beam that
  * frees water may be off. */
-static void enter_echo(struct voxmap *m, const struct beam_echoes *heard, const struct echo *echo,
-                       const struct pose *pose, const struct lattice_place *apex, const double attitude[4])
+static void enter_echo(struct voxmap *m, const struct echo *echo, const struct cast_look *look,
+                       const struct beam_off *off)
 {
     struct submap *map = &m->current->map;
-    const double voxel_m = m->set.voxel_m, more_m = voxel_m / 2 + pose->uncertain_m;
+    const double voxel_m = m->set.voxel_m, more_m = voxel_m / 2 + off->along_m;
     const double near_m = fmax((double)echo->near_m - more_m, 0);
     const double far_m = (double)echo->range_m + (double)echo->sd_m + more_m;
     const struct submap_stats before = map->stats;
-    const struct cast_look shell = {.apex = apex,
-                                    .attitude = attitude,
-                                    .az_rad = (double)heard->az_rad,
-                                    .el_rad = (double)heard->el_rad,
-                                    .near_m = near_m,
-                                    .far_m = far_m,
-                                    .voxel_m = voxel_m};
+    struct cast_look shell = *look;
     struct cast_beam beam;
+    shell.near_m = near_m;
+    shell.far_m = far_m;
     if (!cast_aim(&beam, &m->heard, &shell))
         return;
-    beam.tolerance += fmin((pose->uncertain_m + pose->uncertain_rad * far_m) / voxel_m, ASIDE_VOXELS);
+    beam.tolerance += fmin((off->across_m + off->turned_rad * far_m) / voxel_m, ASIDE_VOXELS);
     submap_cast(map, &beam, SUBMAP_ECHOES);
     const bool starved = map->stats.starved != before.starved;
     if (starved || map->stats.clipped != before.clipped)
@@ -387,10 +403,10 @@ static void enter_echo(struct voxmap *m, const struct beam_echoes *heard, const 
 }
 
 /* From here on the pose uncertainty may put a beam farther than that beside its place. */
-static double placed_to_m(const struct voxmap *m, const struct pose *pose)
+static double placed_to_m(const struct voxmap *m, const struct beam_off *off)
 {
-    const double left_m = ASIDE_VOXELS * m->set.voxel_m - pose->uncertain_m;
-    return left_m < 0 ? 0 : pose->uncertain_rad > 0 ? left_m / pose->uncertain_rad : (double)INFINITY;
+    const double left_m = ASIDE_VOXELS * m->set.voxel_m - off->across_m;
+    return left_m < 0 ? 0 : off->turned_rad > 0 ? left_m / off->turned_rad : (double)INFINITY;
 }
 
 /* Not a number where either is none. */
@@ -416,10 +432,10 @@ static bool enter_stretch(struct voxmap *m, enum voxmap_part_of_beam part, struc
 }
 
 /* Every range in the widest part of the beam that is free there. */
-static void enter_water(struct voxmap *m, const struct beam_echoes *heard, const struct pose *pose,
+static void enter_water(struct voxmap *m, const struct beam_echoes *heard, const struct beam_off *off,
                         struct cast_look *look)
 {
-    const double uncertain_m = pose->uncertain_m, placed_m = placed_to_m(m, pose);
+    const double uncertain_m = off->along_m, placed_m = placed_to_m(m, off);
     const double axis_m = lesser(placed_m, (double)heard->free_to_m - uncertain_m);
     bool any = false;
 
@@ -443,17 +459,19 @@ static void enter_water(struct voxmap *m, const struct beam_echoes *heard, const
 static void enter_beam(struct voxmap *m, const struct beam_echoes *heard, const struct pose *pose,
                        const struct lattice_place *apex, const double attitude[4])
 {
+    const struct cast_look look = {.apex = apex,
+                                   .attitude = attitude,
+                                   .az_rad = (double)heard->az_rad,
+                                   .el_rad = (double)heard->el_rad,
+                                   .voxel_m = m->set.voxel_m};
+    struct cast_look water = look;
     if (heard->state == BEAM_BLIND)
         return;
-    enter_water(m, heard, pose,
-                &(struct cast_look){.apex = apex,
-                                    .attitude = attitude,
-                                    .az_rad = (double)heard->az_rad,
-                                    .el_rad = (double)heard->el_rad,
-                                    .voxel_m = m->set.voxel_m});
+    const struct beam_off off = off_of(m, pose, &look);
+    enter_water(m, heard, &off, &water);
     for (int n = 0; m->set.keep_echoes && n < heard->n; n++)
         if (!(heard->echo[n].flags & ECHO_OWN))
-            enter_echo(m, heard, &heard->echo[n], pose, apex, attitude);
+            enter_echo(m, &heard->echo[n], &look, &off);
 }
 
 /* Where it went, as far as that is known to a voxel. */
@@ -462,7 +480,7 @@ static void enter_body(struct voxmap *m, const struct pose *pose, const struct l
     double radius = m->set.body_radius_m / m->set.voxel_m, apart2 = 0;
     const struct lattice_place *from = &m->body;
 
-    if (pose->uncertain_m > m->set.voxel_m) {
+    if (pose->uncertain_m + pose->blur_any_m + geo_length(pose->blur_m) > m->set.voxel_m) {
         m->body_ns = 0;
         return;
     }

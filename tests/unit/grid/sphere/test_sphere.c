@@ -254,6 +254,93 @@ TEST(what_a_beam_may_have_missed_within_its_slack_stays)
     }
 }
 
+static double free_start_m(double az_deg)
+{
+    struct picture *p = sphere_picture(sphere);
+    struct picture_entry e;
+    picture_get(p, rings_index(p->rings, geo_rad(az_deg), 0), &e);
+    double start_m = INFINITY;
+    for (int k = 0; k < FREE_INTERVALS; k++)
+        if (e.free[k].to_m > e.free[k].from_m)
+            start_m = fmin(start_m, (double)e.free[k].from_m);
+    return start_m;
+}
+
+/* The last direction on the right that has water. */
+static double free_aside_deg(void)
+{
+    double az_deg = 1;
+    while (az_deg < 89 && free_end_m(az_deg) > 0)
+        az_deg += 2;
+    return az_deg - 2;
+}
+
+/*
+ * A cone of 30 degrees, of a vehicle that goes and turns within the time of a late reading. Along its way the water is
+ * shorter at both ends, across it is narrower, and an echo is nearer and wider. The wedges say the same later on.
+ */
+TEST(a_blurred_ping_frees_what_is_free_wherever_it_was)
+{
+    static const struct {
+        double m[3], any_m, turned_deg;
+        double from_m, to_m, near_m, aside_deg, seen_deg;
+    } row[] = {
+        {{0, 0, 0}, 0, 0, 0.3, 4.98, 4.98, 13, 17},   {{0.4, 0, 0}, 0, 0, 0.7, 4.58, 4.58, 11, 17},
+        {{0, 0.4, 0}, 0, 0, 1.72, 4.81, 4.82, 9, 21}, {{0, 0, 0}, 0.4, 0, 1.78, 4.58, 4.58, 7, 21},
+        {{0, 0, 0}, 0, 6, 0.3, 4.98, 4.98, 7, 23},    {{0, 0, 0}, 0, 13.9, INFINITY, 0, 4.98, -1, 29},
+    };
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++)
+        for (int again = 0; again < 2; again++) {
+            start(&usual);
+            now.pose.has = POSE_ATTITUDE | POSE_POSITION;
+            memcpy(now.pose.blur_m, row[i].m, sizeof row[i].m);
+            now.pose.blur_any_m = row[i].any_m;
+            now.pose.blur_rad = geo_rad(row[i].turned_deg);
+            for (int n = 0; n < 3; n++)
+                ping_el(0, 0, 5, 0, 30, 30);
+            if (again) { /* recentres */
+                struct pose moved = now.pose;
+                moved.position_m[2] = 0.101;
+                moved.t_ns = now.now_ns + 1;
+                sphere_follow(sphere, &moved);
+            }
+            const double slack_m = again ? 0.02 : 0.01;
+            CHECK(again || free_start_m(1) == row[i].from_m || fabs(free_start_m(1) - row[i].from_m) <= slack_m);
+            CHECK_NEAR(free_end_m(1), row[i].to_m, 0, slack_m);
+            CHECK_NEAR(edge_m(1), row[i].near_m, 0, 0.02);
+            CHECK_NEAR(free_aside_deg(), row[i].aside_deg, 0, 0);
+            CHECK(edge_m(row[i].seen_deg - 2) > 0 && edge_m(row[i].seen_deg + 2) == 0);
+            if (test_case_failed)
+                printf("(row %zu, %d: %g %g %g %g)\n", i, again, free_start_m(1), free_end_m(1), edge_m(1),
+                       free_aside_deg());
+        }
+}
+
+/* Another sonar's newer ping has brought the centre on; what the late reading says lies where it was. */
+TEST(a_ping_that_was_dated_back_does_not_bring_the_centre_back)
+{
+    struct sphere_stats stats;
+    start(&usual);
+    now.pose.has = POSE_ATTITUDE | POSE_POSITION;
+    ping_el(0, 0, 5, 0, 30, 30);
+    now.now_ns += SECOND;
+    now.pose.position_m[0] = 1;
+    ping_el(90, 0, 5, 0, 30, 30);
+    sphere_stats(sphere, &stats);
+    CHECK_INT(stats.recentred, 1);
+    now.now_ns -= SECOND / 2;
+    now.pose.position_m[0] = 0.5;
+    for (int n = 0; n < 3; n++)
+        ping_el(0, 0, 4.5, 0, 30, 30);
+    sphere_stats(sphere, &stats);
+    CHECK_INT(stats.recentred, 1);
+    CHECK_NEAR(edge_m(1), 4 - 0.02, 0, 0.05);
+    CHECK_NEAR(free_end_m(1), 4 - 0.02, 0, 0.03);
+    struct picture_frame frame;
+    picture_get_frame(sphere_picture(sphere), &frame);
+    CHECK_INT(frame.t_ping_ns, 1001 * SECOND);
+}
+
 /* One that has drifted since the echo may have taken the pile out of the beam; but a whole turn would have shown it. */
 TEST(what_a_beam_may_have_missed_for_the_headings_drift_stays)
 {
@@ -1556,6 +1643,8 @@ int main(void)
     RUN(fading_is_the_closed_form_however_often_it_is_read);
     RUN(a_removed_obstacle_is_cleared_by_beams_that_pass_it);
     RUN(what_a_beam_may_have_missed_within_its_slack_stays);
+    RUN(a_blurred_ping_frees_what_is_free_wherever_it_was);
+    RUN(a_ping_that_was_dated_back_does_not_bring_the_centre_back);
     RUN(what_a_beam_may_have_missed_for_the_headings_drift_stays);
     RUN(a_marked_echo_blocks_until_the_next_look);
     RUN(an_unconfirmed_echo_blocks_once_a_second_one_shows_it);

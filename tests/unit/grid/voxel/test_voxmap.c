@@ -645,6 +645,35 @@ TEST(the_body_is_stamped_along_its_way_but_not_over_jumps)
     rig_free(r);
 }
 
+/* Within the time of a late reading it went along the beam, across it, somewhere, or turned. */
+TEST(water_is_free_wherever_within_its_blur_the_ping_was_sent)
+{
+    static const struct {
+        double m[3], any_m, turned_rad;
+        double within, beyond; /* free along the beam, and not; 0: nowhere */
+    } row[] = {
+        {{0.4, 0, 0}, 0, 0, 2.45, 2.75},       {{0, 0.05, 0}, 0, 0, 2.85, 3.15}, {{0, 0.15, 0}, 0, 0, 0, 0.65},
+        {{0, 0, 0}, 0.09, 0, 2.75, 3.05},      {{0, 0, 0}, 0.15, 0, 0, 0.65},    {{0, 0, 0}, 0, 0.05, 1.95, 2.25},
+        {{0.4, 0.05, 0}, 0, 0.05, 0.85, 1.25},
+    };
+    const struct voxmap_setting s = rig_setting();
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        struct rig *r = rig_new(&s);
+        struct rig_ping p;
+        rig_aim(&p, at_origin, 0, 3);
+        memcpy(p.echoes.pose.blur_m, row[i].m, sizeof row[i].m);
+        p.echoes.pose.blur_any_m = row[i].any_m;
+        p.echoes.pose.blur_rad = row[i].turned_rad;
+        for (int n = 0; n < 5; n++)
+            CHECK(rig_enter(r, &p, 1000000000));
+        CHECK(row[i].within == 0 || rig_state(r, row[i].within, 0.05, 0.05) == VOXEL_FREE);
+        CHECK_INT(rig_state(r, row[i].beyond, 0.05, 0.05), VOXEL_UNKNOWN);
+        if (test_case_failed)
+            printf("(row %zu)\n", i);
+        rig_free(r);
+    }
+}
+
 /* Since the pose was told the vehicle may have gone and turned: a voxel is 0.1 m. */
 TEST(water_is_free_where_its_place_is_known_to_a_voxel)
 {
@@ -1492,6 +1521,7 @@ int main(void)
     RUN(V10_a_corrected_submap_has_no_holes);
     RUN(V10_moved_by_whole_voxels_is_exact);
     RUN(the_body_is_stamped_along_its_way_but_not_over_jumps);
+    RUN(water_is_free_wherever_within_its_blur_the_ping_was_sent);
     RUN(water_is_free_where_its_place_is_known_to_a_voxel);
     RUN(an_echo_reaches_farther_by_the_slack);
     RUN(what_looks_beside_it_heard_free_is_no_pole);
