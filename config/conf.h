@@ -77,6 +77,7 @@ struct conf_sonar {
     int amplitude;              /* amplitude = auto | linear | power | sqrt | log */
     double db_per_count;        /* decibels_per_count = 0.3137 dB; auto: 0; positive when amplitude = log */
     double min_confidence;      /* min_confidence = 0.5: of ranges that the device picks itself [0.01 .. 1] */
+    double delay_s[2];          /* delay = 0.4 0.4 s: of its readings, and uncertain by; auto: -1, the device's */
     double ring_down_m; /* ring_down = 0.3 m; auto: -1, found from the device and the beam; less than range */
     char background[CONF_TEXT_MAX]; /* background = /var/lib/sonard/front.bg; none: empty */
     char power[CONF_NAME_MAX];      /* power = LINE: GPIO line that switches it; none: empty */
@@ -181,6 +182,7 @@ struct conf_map {
 struct conf_pose {
     double max_age_s;           /* max_age = 1 s: older is stale; auto: 0 */
     double heading_drift_radps; /* heading_drift = 0.01 deg/s: of the attitude's heading, at most */
+    double delay_s[2];          /* delay = 0.1 0.05 s: a pose is so much older than its time, and uncertain by */
 };
 
 /* [vehicle]: what `limit` and `time_to_collision` need to know; see grid/answer/corridor.h and limit.h */

@@ -130,6 +130,13 @@ const struct conf_key conf_keys[] = {
      .help = "Required by amplitude = log: decibels per count, for instance 0.3137 dB where 80 dB span 0 to 255."},
     {"sonar", "min_confidence", OF_DEVICE, NUMBER(0.01, 1), .standard = "0.5", SONAR(min_confidence),
      .help = "Of ranges that the sonar reports with a confidence: a lower one counts as no echo."},
+    {"sonar", "delay", OF_DEVICE, QUANTITY(2, "s", 0, 2), .standard = "auto", .instead = "auto",
+     .instead_value = -1, SONAR(delay_s),
+     .help =
+         "Of ready ranges: how long after its echo a reading comes, beside the time that sound takes, and by how\n"
+         "much that is uncertain. 0.5 0.3 s is 0.2 to 0.8 s. Pings are dated back by the delay. Free space is\n"
+         "shorter, and obstacles are nearer, by what the vehicle may have moved in the uncertain time. auto:\n"
+         "what is published of the device, or an assumption, which --check names (docs/devices)."},
     {"sonar", "ring_down", LIVE, QUANTITY(1, "m", 0.01, 20), .standard = "auto", .instead = "auto",
      .instead_value = -1, SONAR(ring_down_m),
      .help = "Ignore returns closer than this (transducer ring-down); less than range. auto: measured from the\n"
@@ -398,6 +405,12 @@ const struct conf_key conf_keys[] = {
          "space shrinks by the drift since each ping, times the distance travelled since. 0.01 deg/s suits an\n"
          "IMU with a compass. Without a compass it is the bias of the gyro, 0.1 deg/s and more for a cheap\n"
          "one: set what you measured, and a short clear_for."},
+    {"pose", "delay", LIVE, QUANTITY(2, "s", 0, 2), .standard = "0 0 s", CONF(pose.delay_s),
+     .help =
+         "How much older every pose is than the time it comes with (t_unix, or else its arrival), and by\n"
+         "how much that is uncertain. Headings and depths count as poses. 0.1 0.05 s is 0.05 to 0.15 s. Poses\n"
+         "are dated back by the delay. What the vehicle moves and turns in the uncertain time is pose\n"
+         "uncertainty: free space is shorter and obstacles are nearer by it."},
 
     {"vehicle", "radius", LIVE, QUANTITY(1, "m", 0.05, 50), .standard = "0.4 m", CONF(vehicle.radius_m),
      .help = "Radius of the upright cylinder around the reference point that contains the whole vehicle."},

@@ -65,6 +65,21 @@ static void judge_cells(const struct conf *conf, const struct conf_sonar *c, fit
 /* So much of a beam's height, in directions, its edges do not free (docs/grid.md, Water close by). */
 #define EDGE_CELLS 1.5
 
+/* Nothing tells how late its readings are, neither a key nor anything published. */
+static void judge_delay(const struct conf_sonar *c, fit_fn tell, void *ctx)
+{
+    const struct device_delay *delay = &device_find(c->device)->delay;
+    struct fault f;
+    if (!delay->assumed || c->delay_s[0] >= 0)
+        return;
+    fault_set(
+        &f,
+        "[sonar %s] delay = auto: how late the readings of %s come is not published; %g s, give or take %g s, "
+        "is assumed, and a moving vehicle has that much less free space; measure it and set delay",
+        c->name, c->device, delay->s, delay->uncertain_s);
+    tell(ctx, f.text);
+}
+
 /* From where on a level beam is as high as the vehicle with its margin; INFINITY: nowhere, or it is not level. */
 static double opens_m(const struct conf *conf, const struct conf_sonar *c)
 {
@@ -149,6 +164,7 @@ void fit_judge(const struct conf *conf, fit_fn tell, void *ctx)
         judge_step(&conf->sonar[i], tell, ctx);
         judge_cells(conf, &conf->sonar[i], tell, ctx);
         judge_circle(conf, &conf->sonar[i], tell, ctx);
+        judge_delay(&conf->sonar[i], tell, ctx);
     }
     judge_forget(&conf->grid, tell, ctx);
     for (int i = 0; i < conf->n_more_grids; i++)

@@ -594,6 +594,7 @@ static bool make_parts(struct process *d, const struct options *o, const struct 
     struct fault fault = {""};
     struct pose_drift drift;
     pose_log_init(&d->env.poses, (uint64_t)(d->env.conf.pose.max_age_s * 1e9));
+    wiring_pose_delay(&d->env.conf, &d->env.poses);
     pose_log_set_most(&d->env.poses, d->env.conf.vehicle.max_speed_mps, d->env.conf.vehicle.max_turn_radps);
     wiring_drift(&d->env.conf, &drift);
     pose_log_set_drift(&d->env.poses, loop_now(d->env.loop), &drift);

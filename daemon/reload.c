@@ -107,6 +107,7 @@ static void put_in_force(const struct reload_env *env, const struct conf *conf, 
     set_limits(env);
     log_set_level(settings_log_level(conf));
     pose_log_set_max_age(env->poses, (uint64_t)(conf->pose.max_age_s * 1e9));
+    wiring_pose_delay(conf, env->poses);
     pose_log_set_most(env->poses, conf->vehicle.max_speed_mps, conf->vehicle.max_turn_radps);
     wiring_drift(conf, &drift);
     pose_log_set_drift(env->poses, loop_now(env->loop), &drift);

@@ -118,6 +118,11 @@ void wiring_drift(const struct conf *conf, struct pose_drift *out)
                                .heading_radps = conf->pose.heading_drift_radps};
 }
 
+void wiring_pose_delay(const struct conf *conf, struct pose_log *poses)
+{
+    pose_log_set_delay(poses, (uint64_t)(conf->pose.delay_s[0] * 1e9), (uint64_t)(conf->pose.delay_s[1] * 1e9));
+}
+
 void wiring_grid(const struct conf *conf, const struct conf_grid *grid, struct grid_setting *out)
 {
     *out =

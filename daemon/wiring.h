@@ -14,6 +14,9 @@
 /** wiring_drift - what the vehicle is taken to do while nobody tells position or velocity, and its heading. */
 void wiring_drift(const struct conf *conf, struct pose_drift *out);
 
+/** wiring_pose_delay - how late poses are. */
+void wiring_pose_delay(const struct conf *conf, struct pose_log *poses);
+
 /** wiring_grid - how a grid is set that `grid` describes. */
 void wiring_grid(const struct conf *conf, const struct conf_grid *grid, struct grid_setting *out);
 

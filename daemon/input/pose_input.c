@@ -6,7 +6,7 @@
 
 #define TEXT_MAX 200
 
-/* 17 digits read back to the same bits. */
+/* As it came: a replay dates it back. 17 digits read back to the same bits. */
 static void record_pose(struct pose_input *in, const struct pose *p)
 {
     char text[TEXT_MAX];
@@ -22,13 +22,15 @@ static void record_pose(struct pose_input *in, const struct pose *p)
     record_message(in->record, in->channel, loop_now(in->loop), text, (size_t)n);
 }
 
-static bool take_pose(struct pose_input *in, const char *sender, const struct pose *p)
+static bool take_pose(struct pose_input *in, const char *sender, const struct pose *came)
 {
-    if (!pose_log_put(in->poses, p))
+    struct pose p = *came;
+    p.t_ns = pose_log_dated(in->poses, came->t_ns);
+    if (!pose_log_put(in->poses, &p))
         return false;
-    pose_log_sent_by(in->poses, p->has, sender);
-    in->taken(in->ctx, p);
-    record_pose(in, p);
+    pose_log_sent_by(in->poses, p.has, sender);
+    in->taken(in->ctx, &p);
+    record_pose(in, came);
     return true;
 }
 

@@ -24,6 +24,17 @@ void pose_log_set_most(struct pose_log *log, double most_mps, double most_radps)
     log->most_radps = most_radps;
 }
 
+void pose_log_set_delay(struct pose_log *log, uint64_t delay_ns, uint64_t doubt_ns)
+{
+    log->delay_ns = delay_ns;
+    log->doubt_ns = doubt_ns;
+}
+
+uint64_t pose_log_dated(const struct pose_log *log, uint64_t t_ns)
+{
+    return t_ns > log->delay_ns ? t_ns - log->delay_ns : 0;
+}
+
 /* ---- drift ---- */
 
 /* What of a part's samples is the drift up to them. */
@@ -159,10 +170,9 @@ struct part_then {
     uint64_t discontinuities;
 };
 
-/* False: the part was never known until then. */
-static bool look_up(const struct pose_log *log, int part, uint64_t t_ns, struct part_then *out)
+/* The first sample after t_ns. */
+static uint32_t first_after(const struct pose_track *track, uint64_t t_ns)
 {
-    const struct pose_track *track = &log->track[part];
     uint32_t lo = 0, hi = track->n; /* samples before lo are at or before t_ns */
     while (lo < hi) {
         uint32_t mid = lo + (hi - lo) / 2;
@@ -171,6 +181,14 @@ static bool look_up(const struct pose_log *log, int part, uint64_t t_ns, struct 
         else
             hi = mid;
     }
+    return lo;
+}
+
+/* False: the part was never known until then. */
+static bool look_up(const struct pose_log *log, int part, uint64_t t_ns, struct part_then *out)
+{
+    const struct pose_track *track = &log->track[part];
+    const uint32_t lo = first_after(track, t_ns);
     if (lo == 0)
         return false;
     const struct pose_sample *a = at(track, lo - 1), *b = lo < track->n ? at(track, lo) : NULL;
@@ -426,7 +444,8 @@ static void take_drift(const struct pose_log *log, uint64_t t_ns, const bool kno
     p->heading_radps = known[POSE_TRACK_ATTITUDE] ? log->drift.heading_radps : 0;
 }
 
-bool pose_log_at(const struct pose_log *log, uint64_t t_ns, struct pose *out)
+/* The pose at t_ns, if the samples' times are true. */
+static bool pose_then(const struct pose_log *log, uint64_t t_ns, struct pose *out)
 {
     bool any = false, known[POSE_TRACKS];
     struct part_then then[POSE_TRACKS] = {{.good = false}};
@@ -451,31 +470,100 @@ bool pose_log_at(const struct pose_log *log, uint64_t t_ns, struct pose *out)
     return any;
 }
 
-/* The vehicle may as well be where it was at t_ns. */
-static void cover(const struct pose_log *log, uint64_t t_ns, struct pose *p)
+/* How far `other` is turned from p. */
+static double turned_rad(const struct pose *p, const struct pose *other)
+{
+    double half = 0;
+    for (int i = 0; i < 4; i++)
+        half += other->attitude[i] * p->attitude[i];
+    return 2 * acos(fmin(1, fabs(half)));
+}
+
+static void way_to(const struct pose *p, const struct pose *other, double way_m[3])
+{
+    for (int i = 0; i < 3; i++)
+        way_m[i] = other->position_m[i] - p->position_m[i];
+}
+
+typedef void other_pose_fn(struct pose *p, const struct pose *other);
+
+/* All that the log knows of the time between: at the samples, and at the end. */
+static void each_between(const struct pose_log *log, uint64_t from_ns, uint64_t to_ns, other_pose_fn *take,
+                         struct pose *p)
 {
     struct pose other;
-    double off_m[3], half = 0;
-    pose_log_at(log, t_ns, &other);
-    for (int i = 0; i < 3; i++)
-        off_m[i] = other.position_m[i] - p->position_m[i];
-    for (int i = 0; i < 4; i++)
-        half += other.attitude[i] * p->attitude[i];
-    p->has &= other.has;
-    p->uncertain_m = fmax(p->uncertain_m, geo_length(off_m) + other.uncertain_m);
-    p->uncertain_rad = fmax(p->uncertain_rad, 2 * acos(fmin(1, fabs(half))) + other.uncertain_rad);
+    for (int part = 0; part < POSE_TRACKS; part++) {
+        const struct pose_track *track = &log->track[part];
+        for (uint32_t i = first_after(track, from_ns); i < track->n && at(track, i)->t_ns < to_ns; i++) {
+            pose_then(log, at(track, i)->t_ns, &other);
+            take(p, &other);
+        }
+    }
+    pose_then(log, to_ns, &other);
+    take(p, &other);
+}
+
+/* The vehicle may as well be as in the other pose. */
+static void cover(struct pose *p, const struct pose *other)
+{
+    double way_m[3];
+    way_to(p, other, way_m);
+    p->has &= other->has;
+    p->uncertain_m = fmax(p->uncertain_m, geo_length(way_m) + other->uncertain_m);
+    p->uncertain_rad = fmax(p->uncertain_rad, turned_rad(p, other) + other->uncertain_rad);
+}
+
+static uint64_t earlier(uint64_t t_ns, uint64_t by_ns)
+{
+    return t_ns > by_ns ? t_ns - by_ns : 0;
 }
 
 bool pose_log_within(const struct pose_log *log, uint64_t from_ns, uint64_t to_ns, struct pose *out)
 {
-    const bool any = pose_log_at(log, from_ns, out);
-    for (int part = 0; part < POSE_TRACKS; part++)
-        for (uint32_t i = 0; i < log->track[part].n; i++) {
-            const uint64_t t_ns = at(&log->track[part], i)->t_ns;
-            if (t_ns > from_ns && t_ns < to_ns)
-                cover(log, t_ns, out);
-        }
-    cover(log, to_ns, out);
+    const bool any = pose_then(log, from_ns, out);
+    struct pose first;
+    if (log->doubt_ns && pose_then(log, earlier(from_ns, log->doubt_ns), &first))
+        cover(out, &first);
+    each_between(log, earlier(from_ns, log->doubt_ns), to_ns + log->doubt_ns, cover, out);
+    return any;
+}
+
+bool pose_log_at(const struct pose_log *log, uint64_t t_ns, struct pose *out)
+{
+    return log->doubt_ns ? pose_log_within(log, t_ns, t_ns, out) : pose_then(log, t_ns, out);
+}
+
+/* The line grows to where the other pose is along it, and what that is off it counts in all directions. */
+static void blur(struct pose *p, const struct pose *other)
+{
+    double way_m[3];
+    const double line_m = geo_length(p->blur_m);
+    way_to(p, other, way_m);
+    const double along_m = line_m > 0 ? fabs(geo_dot(way_m, p->blur_m)) / line_m : 0;
+    const double off_m = sqrt(fmax(geo_dot(way_m, way_m) - along_m * along_m, 0));
+    if (along_m > line_m)
+        for (int i = 0; i < 3; i++)
+            p->blur_m[i] *= along_m / line_m;
+    p->has &= other->has;
+    p->blur_any_m = fmax(p->blur_any_m, off_m + fmax(other->uncertain_m - p->uncertain_m, 0));
+    p->blur_rad = fmax(p->blur_rad, turned_rad(p, other) + fmax(other->uncertain_rad - p->uncertain_rad, 0));
+}
+
+bool pose_log_blurred(const struct pose_log *log, uint64_t t_ns, uint64_t by_ns, struct pose *out)
+{
+    const uint64_t most_ns = by_ns + log->doubt_ns, from_ns = earlier(t_ns, most_ns), to_ns = t_ns + most_ns;
+    const bool any = pose_log_at(log, t_ns, out);
+    struct pose first, last;
+    if (by_ns == 0)
+        return any;
+    pose_then(log, from_ns, &first);
+    pose_then(log, to_ns, &last);
+    way_to(&first, &last, out->blur_m);
+    for (int i = 0; i < 3; i++)
+        out->blur_m[i] /= 2;
+    blur(out, &first);
+    each_between(log, from_ns, to_ns, blur, out);
+    memcpy(out->drift_m, first.drift_m, sizeof out->drift_m);
     return any;
 }
 

@@ -20,7 +20,9 @@
 #include "grid/geometry.h"
 #include "discontinuity.h"
 
-#define POSE_LOG_SAMPLES 256
+/* Pings are dated back by up to 4 s: a log of poses that come 400 times a second reaches so far. A ping from before the
+ * log's first sample has no pose. */
+#define POSE_LOG_SAMPLES 2048
 
 /* Behind the newest sample a part goes on as it went between the last two, for so long and no longer than the time
  * between them. A ping is over within this time, so waiting for the sample behind it would gain little. */
@@ -81,6 +83,7 @@ struct pose_log {
     struct discontinuities turns; /* of the attitude */
     uint64_t discontinuities;     /* it made */
     struct pose_track track[POSE_TRACKS]; /* in the order of the bits of enum pose_part */
+    uint64_t delay_ns, doubt_ns;          /* pose_log_set_delay */
     struct pose_drift drift;
     double unseen_m;      /* drift while no pose came, until ... */
     uint64_t t_unseen_ns; /* ... then: pose_log_set_drift came */
@@ -102,6 +105,16 @@ uint64_t pose_log_max_age_ns(const struct pose_log *log, unsigned part);
 
 /** pose_log_set_most - the fastest that the vehicle goes and turns, [0, inf); 0: nobody says. */
 void pose_log_set_most(struct pose_log *log, double most_mps, double most_radps);
+
+/**
+ * pose_log_set_delay - poses are older than the time that they come with, by delay_ns, give or take doubt_ns. The log
+ * does not know by when a sample came: who puts one dates it by pose_log_dated. What the vehicle does within doubt_ns
+ * is part of uncertain_m and uncertain_rad of every pose.
+ */
+void pose_log_set_delay(struct pose_log *log, uint64_t delay_ns, uint64_t doubt_ns);
+
+/** pose_log_dated - when a pose was true that comes with the time t_ns. */
+uint64_t pose_log_dated(const struct pose_log *log, uint64_t t_ns);
 
 /** pose_log_set_drift - from now_ns on; at first the vehicle keeps its place. mps, heading_radps: [0, inf). */
 void pose_log_set_drift(struct pose_log *log, uint64_t now_ns, const struct pose_drift *drift);
@@ -143,6 +156,13 @@ unsigned pose_log_missing(const struct pose_log *log, uint64_t now_ns, double *a
  * drift_m, drift_mps, heading_adrift, heading_radps are set in any case.
  */
 bool pose_log_at(const struct pose_log *log, uint64_t t_ns, struct pose *out);
+
+/**
+ * pose_log_blurred - the pose of a ping that was sent at t_ns, give or take by_ns: that at t_ns, with the parts that
+ * are known all the while, and blur_m, blur_any_m and blur_rad that cover every pose in between. The drift is that of
+ * the beginning, for what was observed may be as old. False as pose_log_at.
+ */
+bool pose_log_blurred(const struct pose_log *log, uint64_t t_ns, uint64_t by_ns, struct pose *out);
 
 /**
  * pose_log_within - the pose of a time that is only known to lie from from_ns to to_ns: that at from_ns, with the parts

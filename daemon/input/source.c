@@ -29,6 +29,8 @@ struct source {
     uint16_t index;
     uint32_t seq;
     double aperture_rad[2];          /* in place of the device's; 0: the device's */
+    uint64_t delay_ns, by_ns;        /* of its readings, and how uncertain that is */
+    double lever_m;                  /* of the sensor, from the vehicle's reference point */
     bool mirrored;                   /* port and starboard swapped */
     char mirror_path[CONF_TEXT_MAX]; /* empty: none */
     struct serial_mirror *mirror;    /* NULL: none, or it could not be made */
@@ -114,22 +116,32 @@ static struct ping *io_ping_begin(void *ctx)
     return pipeline_begin(s->env.pipeline);
 }
 
+/* What a sensor that is not in the middle moves when the vehicle turns. */
+static void blur_lever(const struct source *s, struct pose *pose)
+{
+    pose->blur_any_m += s->lever_m * fmin(pose->blur_rad, GEO_PI);
+}
+
 /*
- * A ping whose bytes waited while the process was held up may be as old as they: it gets that time, and a pose that
- * allows for every other until they were read. False: it may have looked from so many places or in so many directions
- * that it says nothing of any.
+ * A reading that comes late is dated back, and its pose allows for all the time that it may be from. A ping whose bytes
+ * waited while the process was held up may be as old as they: it gets that time, and a pose that allows for every other
+ * until they were read. False: it may have looked from so many places or in so many directions that it says nothing of
+ * any.
  */
 static bool place(struct source *s, struct ping *ping)
 {
     const uint64_t doubt_ns = ping->t_ns <= s->late_ns ? s->doubt_ns : 0;
-    const uint64_t t_ns = s->env.ping_time(s->env.ctx, s, ping);
-    ping->t_ns = t_ns > doubt_ns ? t_ns - doubt_ns : 0;
+    const uint64_t came_ns = s->env.ping_time(s->env.ctx, s, ping);
+    const uint64_t t_ns = came_ns > s->delay_ns ? came_ns - s->delay_ns : 0;
     if (!doubt_ns) {
-        pose_log_at(s->env.poses, t_ns, &ping->pose);
+        ping->t_ns = t_ns;
+        pose_log_blurred(s->env.poses, t_ns, s->by_ns, &ping->pose);
+        blur_lever(s, &ping->pose);
         return true;
     }
     s->stats.undated_pings++;
-    pose_log_within(s->env.poses, ping->t_ns, t_ns, &ping->pose);
+    ping->t_ns = t_ns > doubt_ns + s->by_ns ? t_ns - doubt_ns - s->by_ns : 0;
+    pose_log_within(s->env.poses, ping->t_ns, t_ns + s->by_ns, &ping->pose);
     return ping->pose.uncertain_rad <= geo_rad(UNDATED_MAX_DEG) && ping->pose.uncertain_m <= UNDATED_MAX_M;
 }
 
@@ -400,6 +412,12 @@ void source_steer(struct source *s, double from_rad, double to_rad)
     s->ops->steer(s->device, from_rad, to_rad);
 }
 
+struct device_delay source_delay(const struct conf_sonar *conf, const struct device_ops *ops)
+{
+    return conf->delay_s[0] < 0 ? ops->delay
+                                : (struct device_delay){.s = conf->delay_s[0], .uncertain_s = conf->delay_s[1]};
+}
+
 bool source_check(const struct conf_sonar *conf, const struct conf_water *water, struct fault *fault)
 {
     struct source *s = calloc(1, sizeof *s);
@@ -427,6 +445,7 @@ struct source *source_new(const struct source_env *env, const struct conf_sonar 
     snprintf(s->address, sizeof s->address, "%s", conf->port);
     snprintf(s->mirror_path, sizeof s->mirror_path, "%s", conf->tap);
     memcpy(s->aperture_rad, conf->aperture_rad, sizeof s->aperture_rad);
+    s->lever_m = geo_length(conf->mount_m);
     s->mirrored = conf->mirror;
     s->deadline = (struct loop_timer){.fire = on_deadline, .ctx = s};
     s->io = (struct device_io){.ctx = s,
@@ -439,6 +458,9 @@ struct source *source_new(const struct source_env *env, const struct conf_sonar 
         source_free(s);
         return NULL;
     }
+    const struct device_delay delay = source_delay(conf, s->ops);
+    s->delay_ns = (uint64_t)(delay.s * 1e9);
+    s->by_ns = (uint64_t)(delay.uncertain_s * 1e9);
     s->garbage = (struct garbage){.loop = env->loop,
                                   .sonar = s->name,
                                   .whose = "",

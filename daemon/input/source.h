@@ -57,6 +57,9 @@ struct source_stats {
 struct source *source_new(const struct source_env *env, const struct conf_sonar *conf,
                           const struct conf_water *water, uint16_t index, struct fault *fault);
 
+/** source_delay - of a sonar's readings: as configured, or as its device says. */
+struct device_delay source_delay(const struct conf_sonar *conf, const struct device_ops *ops);
+
 /** source_check - would source_new make one of it? Else false with a sentence in fault that begins with a key. */
 bool source_check(const struct conf_sonar *conf, const struct conf_water *water, struct fault *fault);
 

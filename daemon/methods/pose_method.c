@@ -107,12 +107,14 @@ void pose_own(struct methods_env *d, const struct pose *pose)
 static bool pose_take(struct methods_env *d, const char *sender, json_t *params, struct rpc_error *error)
 {
     struct pose p = pose_identity;
+    uint64_t given_ns;
     if (!params_take(protocol_methods[PROTOCOL_pose].params, params, error) ||
-        !pose_time(d, params, &p.t_ns, error) || !pose_attitude(params, &p, error)) {
+        !pose_time(d, params, &given_ns, error) || !pose_attitude(params, &p, error)) {
         d->poses.refused++;
         return false;
     }
     pose_place(params, &p);
+    p.t_ns = pose_log_dated(&d->poses, given_ns);
     if (!p.has)
         return rpc_refuse(error, RPC_INVALID_PARAMS,
                           "empty pose: want attitude_deg, quaternion, position_m, depth_m or velocity_mps");
@@ -130,8 +132,9 @@ static bool pose_take(struct methods_env *d, const char *sender, json_t *params,
     d->velocity_doubt = doubt;
     tell_velocity(doubted);
     if (json_object_get(params, "t_unix") && !d->replay) {
-        /* what is recorded goes by the capture's clock, which does not step when the computer's is set */
-        json_object_set_new(params, "t_unix", json_real((double)(p.t_ns + d->unix_offset_ns) * 1e-9));
+        /* what is recorded goes by the capture's clock, which does not step when the computer's is set; a replay dates
+         * it back as its configuration says */
+        json_object_set_new(params, "t_unix", json_real((double)(given_ns + d->unix_offset_ns) * 1e-9));
     }
     pose_log_sent_by(&d->poses, p.has, sender);
     tell_doubt(d, params);

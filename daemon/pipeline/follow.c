@@ -22,8 +22,11 @@ static bool recentres(struct pipeline *p, const struct pose *pose)
 
 void follow_ping(struct pipeline *p, const struct ping *ping)
 {
-    p->follow.t_ping_ns = ping->t_ns;
-    if (ping->pose.has & POSE_POSITION)
+    /* a ping that was dated back does not bring the centre back */
+    const bool newest = ping->t_ns >= p->follow.t_ping_ns && ping->t_ns >= p->follow.pose.t_ns;
+    if (ping->t_ns > p->follow.t_ping_ns)
+        p->follow.t_ping_ns = ping->t_ns;
+    if (newest && (ping->pose.has & POSE_POSITION))
         recentres(p, &ping->pose);
 }
 

@@ -106,6 +106,12 @@ struct device_key {
         *help; /* what the numbers and auto mean to this device, in a few words; NULL: what they mean to all */
 };
 
+/* How long after its echo a reading of ready ranges comes, beside the time that sound takes. */
+struct device_delay {
+    double s, uncertain_s; /* it is from s - uncertain_s to s + uncertain_s; both 0: pings carry their true time */
+    bool assumed;          /* nothing is published: whoever knows better should say so */
+};
+
 struct device_ops {
     const char *name;
     const struct device_key *keys; /* of those that not every device has, and of `range`; ends with name NULL */
@@ -115,7 +121,8 @@ struct device_ops {
     bool listens;                  /* it sends nothing, ever */
     bool chooses;                  /* it picks the ranges itself, whatever samples come with them (PING_CHOICE) */
     bool axial;                    /* its only beam lies along the sensor's x axis: it has no sides */
-    double beam_deg[2]; /* width and height of its usual beam at half power; 0 0: only its pings can tell */
+    double beam_deg[2];        /* width and height of its usual beam at half power; 0 0: only its pings can tell */
+    struct device_delay delay; /* of devices with the key `delay`, which stands for it */
 
     /* Take the configuration. False with a sentence in fault (which key, what is allowed) when it cannot be met. */
     bool (*init)(void *state, const struct device_conf *conf, struct fault *fault);

@@ -152,12 +152,14 @@ static void dronecan_feed(void *state, const uint8_t *bytes, size_t n, uint64_t 
 static const struct device_key keys[] = {
     {.name = "node", .lo = 1, .hi = DRONECAN_NODES - 1},
     {.name = "sensor_id"},
+    {.name = "delay", .help = "auto: 0.4 0.4 s, assumed"},
     {.name = NULL},
 };
 
 const struct device_ops device_dronecan = {
     .name = "dronecan",
     .keys = keys,
+    .delay = {.s = 0.4, .uncertain_s = 0.4, .assumed = true},
     .state_size = sizeof(struct dronecan),
     .max_beams = 1,
     .max_bins = 1,

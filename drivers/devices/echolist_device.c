@@ -342,6 +342,7 @@ static void echolist_status(const void *state, struct device_status *out)
 
 static const struct device_key keys[] = {
     {.name = "range", .lo = 0.75, .hi = 200},
+    {.name = "delay", .help = "auto: none, a line comes when its ping is over"},
     {.name = NULL},
 };
 

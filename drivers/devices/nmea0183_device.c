@@ -139,8 +139,15 @@ static void nmea0183_closed(void *state, uint64_t now_ns)
     receiver_closed(state, now_ns);
 }
 
+static const struct device_key keys[] = {
+    {.name = "delay", .help = "auto: 1 1 s, assumed"},
+    {.name = NULL},
+};
+
 const struct device_ops device_nmea0183 = {
     .name = "nmea0183",
+    .keys = keys,
+    .delay = {.s = 1, .uncertain_s = 1, .assumed = true},
     .beam_deg = {APERTURE_DEG, APERTURE_DEG},
     .state_size = sizeof(struct nmea0183),
     .max_beams = 1,

@@ -163,12 +163,14 @@ static void nmea2000_feed(void *state, const uint8_t *bytes, size_t n, uint64_t 
 
 static const struct device_key keys[] = {
     {.name = "node", .lo = 0, .hi = ADDRESS_MAX},
+    {.name = "delay", .help = "auto: 0.5 0.5 s, assumed"},
     {.name = NULL},
 };
 
 const struct device_ops device_nmea2000 = {
     .name = "nmea2000",
     .keys = keys,
+    .delay = {.s = 0.5, .uncertain_s = 0.5, .assumed = true},
     .beam_deg = {APERTURE_DEG, APERTURE_DEG},
     .state_size = sizeof(struct nmea2000),
     .max_beams = 1,

@@ -514,6 +514,7 @@ static const struct device_key keys[] = {
     {.name = "gain", .lo = 0, .hi = 6, .help = "auto: the device chooses"},
     {.name = "mode"},
     {.name = "min_confidence", .lo = 0.01, .hi = 1},
+    {.name = "delay", .help = "auto: 0.4 0.4 s, a Ping1D smooths"},
     {.name = NULL},
 };
 
@@ -526,6 +527,7 @@ const struct device_ops device_ping1d = {
     .chooses = true,
     .round = true,
     .axial = true,
+    .delay = {.s = 0.4, .uncertain_s = 0.4},
     .init = ping1d_init,
     .opened = ping1d_opened,
     .closed = ping_talk_closed,

@@ -118,13 +118,15 @@ struct trial {
     bool basin; /* walls all around; distances are what a pilot asks for, not what is nearly false */
     /* nothing stands in so much of the middle: `near` is a promise that nothing is nearer unheard */
     double hollow_m;
-    double off_m, off_deg; /* what poses say is off by no more, along and about each axis */
-    double excuse_m;       /* and for that no clear is wrong by more */
-    double drift_mps;      /* balls and poles go so fast, at most */
-    double north_deg;      /* now and then their north turns by at least so much; 0: never */
-    double heading_dps;    /* their north turns so far every second, and their positions are reckoned by it */
-    bool provokes;         /* poses are worse than the configuration says: something clear will be false */
-    unsigned untold;       /* parts that poses do not tell */
+    double off_m, off_deg;      /* what poses say is off by no more, along and about each axis */
+    double excuse_m;            /* and for that no clear is wrong by more */
+    double drift_mps;           /* balls and poles go so fast, at most */
+    double north_deg;           /* now and then their north turns by at least so much; 0: never */
+    double heading_dps;         /* their north turns so far every second, and their positions are reckoned by it */
+    bool provokes;              /* poses are worse than the configuration says: something clear will be false */
+    unsigned untold;            /* parts that poses do not tell */
+    double delay_s, delay_by_s; /* readings come so late, give or take as much, which is all that sonard knows */
+    double doubt_s;             /* the time of poses is off by no more, either way */
 };
 
 static const struct trial *trial;
@@ -420,14 +422,16 @@ static void hear(int which, struct ping *ping)
             ping->beam[b].range_m += (float)uniform(-RANGE_SD_M, RANGE_SD_M);
 }
 
-static void send_ping(int which, uint64_t t_ns, uint32_t number)
+/* Sent at t_ns; its reading has just come, so much later. */
+static void send_ping(int which, uint64_t t_ns, uint64_t late_ns, uint32_t number)
 {
     const struct head *h = &vehicle->head[which];
     struct ping *ping = pipeline_begin(d.pipeline);
     struct pose p;
     truth((double)t_ns * 1e-9, &p);
     look_from(&p, &d.mount[which]);
-    ping->t_ns = ping->t_in_ns = t_ns;
+    ping->t_in_ns = t_ns + late_ns;
+    ping->t_ns = ping->t_in_ns - (uint64_t)(trial->delay_s * 1e9);
     ping->kind = PING_RANGES;
     ping->seq = number;
     ping->sensor = (uint16_t)which;
@@ -443,7 +447,8 @@ static void send_ping(int which, uint64_t t_ns, uint32_t number)
                                            .range_sd_m = (float)RANGE_SD_M,
                                            .confidence = 0.95f};
     hear(which, ping);
-    pose_log_at(&d.poses, t_ns, &ping->pose);
+    pose_log_blurred(&d.poses, ping->t_ns, (uint64_t)(trial->delay_by_s * 1e9), &ping->pose);
+    ping->pose.blur_any_m += geo_length(d.mount[which].position_m) * ping->pose.blur_rad;
     pipeline_submit(d.pipeline, ping);
 }
 
@@ -882,6 +887,13 @@ static void run_world(void)
     uint64_t next_pose = started_ns, next_ping[HEADS];
     uint64_t next_ask = started_ns + (trial->early ? SECOND + SECOND / 5 : 8 * SECOND);
     uint32_t pings[HEADS] = {0};
+    uint64_t late_ns[HEADS];
+    const double pose_off_s = trial->doubt_s > 0 ? uniform(-trial->doubt_s, trial->doubt_s) : 0;
+    for (int i = 0; i < HEADS; i++) {
+        const double by_s = trial->delay_by_s > 0 ? uniform(-trial->delay_by_s, trial->delay_by_s) : 0;
+        late_ns[i] = (uint64_t)((trial->delay_s + by_s) * 1e9);
+    }
+    pose_log_set_delay(&d.poses, 0, (uint64_t)(trial->doubt_s * 1e9));
     const uint64_t out_ns = started_ns + (uint64_t)(uniform(5, WORLD_S - OUT_S) * 1e9);
     make_world();
     begin_true(started_ns);
@@ -894,7 +906,7 @@ static void run_world(void)
         loop_advance(d.loop, t);
         for (; next_pose + trial->late_ns <= t; next_pose += trial->period_ns) {
             struct pose p;
-            truth((double)next_pose * 1e-9, &p);
+            truth((double)next_pose * 1e-9 - pose_off_s, &p);
             p.t_ns = next_pose;
             be_off(&p);
             turn_north(&p);
@@ -903,11 +915,11 @@ static void run_world(void)
                 pose_taken(&d, &p);
         }
         for (int i = 0; i < vehicle->heads; i++)
-            for (; next_ping[i] + SECOND / 50 <= t; next_ping[i] += vehicle->head[i].period_ns) {
+            for (; next_ping[i] + late_ns[i] + SECOND / 50 <= t; next_ping[i] += vehicle->head[i].period_ns) {
                 pings[i]++;
                 if (uniform(0, 1) >= 0.05 &&
                     (next_ping[i] < out_ns || next_ping[i] > out_ns + (uint64_t)(OUT_S * 1e9)))
-                    send_ping(i, next_ping[i], pings[i]);
+                    send_ping(i, next_ping[i], late_ns[i], pings[i]);
             }
         if (t >= next_ask) {
             ask_everything(t);

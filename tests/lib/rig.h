@@ -56,6 +56,7 @@ struct rig {
     bool dated;                           /* poses tell their time */
     bool unplaced;                        /* poses tell the attitude alone */
     double turn_dps;                      /* of the vehicle, from the next step on */
+    double north_mps, north_m;            /* likewise; poses tell where it is, the scene does not move */
     int64_t clock_off_ns;                 /* by what the computer's clock was set */
     struct clock_note clock_note;
     char path[64], dir[48]; /* of the socket */
@@ -305,6 +306,7 @@ static void rig_make_parts(void)
     rig_must(request_jobs_start(&rig.jobs, d->loop, d->pipeline, &fault), "jobs", &fault);
     pose_log_init(&d->poses, (uint64_t)(d->conf.pose.max_age_s * 1e9));
     pose_log_set_most(&d->poses, d->conf.vehicle.max_speed_mps, d->conf.vehicle.max_turn_radps);
+    wiring_pose_delay(&d->conf, &d->poses);
     wiring_drift(&d->conf, &drift);
     pose_log_set_drift(&d->poses, loop_now(d->loop), &drift);
     template_start(&d->templates, &(struct template_env){.conf = &d->conf,
@@ -422,10 +424,12 @@ static void rig_end(void)
 
 static void rig_tell_pose(void)
 {
-    char line[256], none[4096];
+    char line[256], none[4096], place[64] = "";
+    if (!rig.unplaced)
+        snprintf(place, sizeof place, ",\"position_m\":[%.6f,0,0]", rig.north_m);
     int n = snprintf(line, sizeof line,
                      "{\"jsonrpc\":\"2.0\",\"method\":\"pose\",\"params\":{\"attitude_deg\":[0,0,%.6f]%s",
-                     rig.sim.pose.yaw_deg, rig.unplaced ? "" : ",\"position_m\":[0,0,0]");
+                     rig.sim.pose.yaw_deg, place);
     if (rig.dated)
         n += snprintf(line + n, sizeof line - (size_t)n, ",\"t_unix\":%.9f",
                       (double)(rig_now_ns + RIG_EPOCH_NS) * 1e-9);
@@ -441,6 +445,7 @@ static void rig_world(void)
 {
     rig_now_ns += RIG_STEP_NS;
     rig.sim.pose.yaw_deg = fmod(rig.sim.pose.yaw_deg + rig.turn_dps * RIG_STEP_NS * 1e-9, 360);
+    rig.north_m += rig.north_mps * RIG_STEP_NS * 1e-9;
     if (rig.pose_every_ns && rig_now_ns >= rig.next_pose_ns)
         rig_tell_pose();
     rig_far->turn(rig_now_ns);

@@ -702,6 +702,30 @@ static int load_for_devices(struct conf *conf, const char *text, bool recorded, 
                           NULL);
 }
 
+TEST(how_late_readings_and_poses_come)
+{
+    struct conf conf;
+    CHECK_INT(load(&conf, BASE), 0);
+    CHECK_NEAR(conf.sonar[0].delay_s[0], -1, 0, 0);
+    CHECK_NEAR(conf.pose.delay_s[0], 0, 0, 0);
+    CHECK_NEAR(conf.pose.delay_s[1], 0, 0, 0);
+    CHECK_INT(load(&conf, BASE "delay = 500 300 ms\n[pose]\ndelay = 0.1 0.05 s\n"), 0);
+    CHECK_NEAR(conf.sonar[0].delay_s[0], 0.5, 0, 0);
+    CHECK_NEAR(conf.sonar[0].delay_s[1], 0.3, 0, 0);
+    CHECK_NEAR(conf.pose.delay_s[0], 0.1, 0, 0);
+    CHECK_NEAR(conf.pose.delay_s[1], 0.05, 0, 0);
+    static const struct broken cases[] = {
+        {"no uncertainty", BASE "delay = 0.5 s\n",
+         "t.conf:4: [sonar a] delay = 0.5 s: 1 of 2 numbers before 's'; want 2 numbers and one unit, each 0 to 2 "
+         "s "
+         "(s, ms, min, h), or auto"},
+        {"too late", BASE "[pose]\ndelay = 3 0 s\n",
+         "t.conf:5: [pose] delay = 3 0 s: out of range; want 2 numbers and one unit, each 0 to 2 s (s, ms, min, "
+         "h)"},
+    };
+    CHECK_BROKEN(cases);
+}
+
 TEST(a_key_without_use_for_the_device_is_refused)
 {
     static const struct broken cases[] = {
@@ -1028,6 +1052,7 @@ int main(void)
         RUN(a_decimal_comma_outside_changes_nothing);
     else
         printf("skip a_decimal_comma_outside_changes_nothing: no locale with a decimal comma is installed\n");
+    RUN(how_late_readings_and_poses_come);
     RUN(a_key_without_use_for_the_device_is_refused);
     RUN(a_recording_may_have_keys_without_use);
     RUN(print_leaves_keys_without_use_out);

@@ -7,6 +7,7 @@
 #include "config/conf_source.h"
 #include "daemon/fit.h"
 #include "daemon/settings.h"
+#include "drivers/devices/device.h"
 
 #define PORT "port = serial:/dev/x:115200\n"
 #define HEAD "[sonar a]\ndevice = ping360\n" PORT
@@ -26,12 +27,19 @@ static const struct {
      "step = 1.2 deg is wider than the beam of 1 deg"},
     {"[sonar a]\ndevice = imagenex852\n" PORT, NULL}, /* it makes no steps */
     /* a beam that never turns against the directions of the grid */
-    {"[sonar a]\ndevice = nmea0183\n" PORT, NULL},
-    {"[sonar a]\ndevice = nmea0183\n" PORT "[grid]\nangular_step = 4 deg\n",
+    {"[sonar a]\ndevice = nmea0183\n" PORT "delay = 1 1 s\n", NULL},
+    {"[sonar a]\ndevice = nmea0183\n" PORT "delay = 0 0 s\n[grid]\nangular_step = 4 deg\n",
      "[grid] angular_step = 4 deg is too wide for sonar a"},
     {"[sonar a]\ndevice = ping1d\n" PORT, NULL}, /* it says itself how wide it is */
     {"[sonar a]\ndevice = ping1d\n" PORT "aperture = 5 5 deg\n", "want at most 1.7 deg"},
     {HEAD "[grid]\nangular_step = 4 deg\n", NULL},
+    /* how late readings come */
+    {"[sonar a]\ndevice = nmea0183\n" PORT,
+     "[sonar a] delay = auto: how late the readings of nmea0183 come is not published; 1 s, give or take 1 s"},
+    {"[sonar a]\ndevice = nmea2000\nport = can:can0\n", "0.5 s, give or take 0.5 s, is assumed"},
+    {"[sonar a]\ndevice = dronecan\nport = can:can0\n", "0.4 s, give or take 0.4 s, is assumed"},
+    {"[sonar a]\ndevice = dronecan\nport = can:can0\ndelay = 0.1 0 s\n", NULL},
+    {"[sonar a]\ndevice = echolist\n" PORT, NULL}, /* its line is sent when its ping is over */
     /* how far off the beams are as high as the vehicle: 0.55 m / sin(9.5 deg) */
     {HEAD "[vehicle]\nnear = 1.5 m\n", "[vehicle] near = 1.5 m ends before 3.3 m"},
     {HEAD "[vehicle]\nnear = 3.4 m\n", NULL},
@@ -117,9 +125,25 @@ TEST(sonars_that_send_ranges_alone_are_named)
     }
 }
 
+/* What is published of a device, or assumed, stands in its key's help as well. Others have no delay. */
+TEST(each_device_says_how_late_its_readings_come)
+{
+    for (const struct device_ops *const *d = device_table; *d; d++) {
+        const struct device_key *key = device_key_find(*d, "delay");
+        char want[40];
+        CHECK(key || ((*d)->delay.s <= 0 && (*d)->delay.uncertain_s <= 0 && !(*d)->delay.assumed));
+        snprintf(want, sizeof want, (*d)->delay.s > 0 ? "auto: %g %g s" : "auto: none", (*d)->delay.s,
+                 (*d)->delay.uncertain_s);
+        CHECK(!key || strncmp(key->help, want, strlen(want)) == 0);
+        CHECK(!key || (strstr(key->help, "assumed") != NULL) == (*d)->delay.assumed);
+    }
+    CHECK_NEAR(device_find("ping1d")->delay.s + device_find("ping1d")->delay.uncertain_s, 0.8, 1e-12, 0);
+}
+
 int main(void)
 {
     RUN(what_does_not_go_together_is_named);
     RUN(sonars_that_send_ranges_alone_are_named);
+    RUN(each_device_says_how_late_its_readings_come);
     return test_end();
 }

@@ -173,6 +173,33 @@ TEST(with_sonars_on_their_sides)
     USEFUL(amply_told_share(CONE) > 0.3 && amply_told_share(CORRIDOR) > 0.3 && amply_told_share(SECTORS) > 0.3);
 }
 
+/* A sounder ahead, off the middle, whose readings are smoothed; and poses whose clock is off. */
+#define NOSE                                                                                                      \
+    "[sonar nose]\ndevice = echolist\nport = can:can0\nrange = 10 m\nmount = 0.3 0.2 -0.1 m\n" CONF_SLOW("30")
+static const struct vehicle nose[] = {
+    {.conf = NOSE,
+     .head = {{1, 0, 0, 30, 30, SECOND / 10, false}},
+     .heads = 1,
+     .pace = 0.5,
+     .tilt_deg = 2,
+     .ahead_deg = 8},
+    {.conf = NOSE, .head = {{1, 0, 0, 40, 40, SECOND / 10, false}}, .heads = 1, .pace = 0.2, .ahead_deg = 8},
+};
+
+TEST(with_late_readings)
+{
+    run_with(
+        &(struct trial){
+            .vehicle = nose, .period_ns = SECOND / 10, .late_ns = SECOND / 50, .delay_s = 0.4, .delay_by_s = 0.4},
+        2, worlds(4) * 2);
+    USEFUL(count[FREE_TO].clear > 100 && count[CONE].clear > 50);
+    run_with(
+        &(struct trial){
+            .vehicle = nose, .period_ns = SECOND / 10, .late_ns = SECOND / 50, .delay_s = 0.4, .doubt_s = 0.05},
+        2, worlds(4) * 2);
+    USEFUL(count[FREE_TO].clear > 100);
+}
+
 /*
  * `near` is no leave to pass an echo that does not suffice to block. These worlds have a post 2.2 m away that had one,
  * and nothing else.
@@ -251,6 +278,7 @@ int main(int argc, char **argv)
     RUN(a_slow_vehicle_with_a_fan_ahead);
     RUN(a_slow_vehicle_with_a_turning_head);
     RUN(with_poses_often);
+    RUN(with_late_readings);
     if (is_long()) {
         RUN(with_poses_late_and_lost);
         RUN(with_poses_seldom);

@@ -328,14 +328,99 @@ TEST(a_place_is_no_newer_for_an_attitude_that_is)
     CHECK(pose_log_last_ns(&poses, POSE_ATTITUDE | POSE_VELOCITY) == 0);
 }
 
+/* The vehicle goes north and turns: the line is its way within the time. What is off it counts all round. */
+TEST(a_ping_whose_time_is_uncertain_is_blurred_by_the_way_within_it)
+{
+    struct pose p, q;
+    pose_log_init(&poses, 1000 * MS);
+    for (uint64_t i = 0; i <= 20; i++)
+        put((1000 + i * 100) * MS, POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH, 0.1 * (double)i, 0.02 * (double)i,
+            0);
+    CHECK(pose_log_blurred(&poses, 2000 * MS, 400 * MS, &p));
+    CHECK_INT(p.t_ns, 2000 * MS);
+    CHECK_NEAR(p.position_m[0], 1, 1e-9, 0);
+    CHECK_NEAR(fabs(p.blur_m[0]), 0.4, 1e-9, 0);
+    CHECK_NEAR(p.blur_m[1], 0, 0, 1e-9);
+    CHECK_NEAR(p.blur_any_m, 0, 0, 1e-9);
+    CHECK_NEAR(p.blur_rad, 0.08, 1e-6, 0);
+    CHECK_NEAR(p.uncertain_m, 0, 0, 0);
+    CHECK(pose_log_blurred(&poses, 2000 * MS, 0, &p) && pose_log_at(&poses, 2000 * MS, &q));
+    CHECK(memcmp(&p, &q, sizeof p) == 0);
+    /* there and back: the middle is at the end of the line */
+    pose_log_init(&poses, 1000 * MS);
+    for (int i = 0; i <= 10; i++)
+        put((1000 + (uint64_t)i * 100) * MS, POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH, -fabs(i - 5.0), 0, 0);
+    CHECK(pose_log_blurred(&poses, 1500 * MS, 300 * MS, &p));
+    CHECK_NEAR(geo_length(p.blur_m) + p.blur_any_m, 3, 1e-9, 0);
+}
+
+/* Behind the last sample it may have gone as fast as it ever does, and nobody knows where to. */
+TEST(a_ping_of_whose_time_no_pose_tells_is_blurred_by_the_greatest_speed)
+{
+    struct pose p;
+    pose_log_init(&poses, 3000 * MS);
+    pose_log_set_most(&poses, 2, 0.5);
+    for (uint64_t i = 0; i <= 10; i++)
+        put((1000 + i * 100) * MS, POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH, 0, 0, 0);
+    CHECK(pose_log_blurred(&poses, 2000 * MS, 500 * MS, &p)); /* 0.1 s of it the log goes on */
+    CHECK_NEAR(p.blur_any_m, hypot(0.8, 0.8), 1e-9, 0);
+    CHECK_NEAR(p.blur_rad, 0.2, 1e-6, 0);
+    /* without position and velocity it drifts, and may have begun to */
+    pose_log_init(&poses, 3000 * MS);
+    pose_log_set_drift(&poses, 1, &(struct pose_drift){.mps = 1});
+    for (uint64_t i = 0; i <= 20; i++)
+        put((1000 + i * 100) * MS, POSE_ATTITUDE, 0, 0, 0);
+    CHECK(pose_log_blurred(&poses, 2000 * MS, 500 * MS, &p));
+    CHECK_NEAR(p.drift_m[0], 1.5, 1e-6, 0);
+}
+
+/* Before the log begins there is no pose, and so none of a ping that may be as old. */
+TEST(a_ping_that_may_be_older_than_the_log_has_no_pose)
+{
+    struct pose p;
+    pose_log_init(&poses, 1000 * MS);
+    put(1000 * MS, POSE_ATTITUDE | POSE_POSITION, 0, 0, 0);
+    put(1500 * MS, POSE_ATTITUDE | POSE_POSITION, 0, 0, 0);
+    pose_log_blurred(&poses, 1300 * MS, 200 * MS, &p);
+    CHECK_INT(p.has, POSE_ATTITUDE | POSE_POSITION);
+    pose_log_blurred(&poses, 1300 * MS, 400 * MS, &p);
+    CHECK_INT(p.has, 0);
+}
+
+TEST(poses_that_come_late_are_older_and_as_uncertain_as_their_delay)
+{
+    struct pose p;
+    pose_log_init(&poses, 1000 * MS);
+    pose_log_set_delay(&poses, 300 * MS, 100 * MS);
+    CHECK_INT(pose_log_dated(&poses, 1000 * MS), 700 * MS);
+    CHECK_INT(pose_log_dated(&poses, 100 * MS), 0);
+    for (uint64_t i = 0; i <= 20; i++)
+        put((1000 + i * 100) * MS, POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH, 0.1 * (double)i, 0.02 * (double)i,
+            0);
+    CHECK(pose_log_at(&poses, 2000 * MS, &p));
+    CHECK_NEAR(p.position_m[0], 1, 1e-9, 0);
+    CHECK_NEAR(p.uncertain_m, 0.1, 1e-9, 0); /* 1 m/s and 0.2 rad/s for 0.1 s */
+    CHECK_NEAR(p.uncertain_rad, 0.02, 1e-6, 0);
+    CHECK(pose_log_blurred(&poses, 2000 * MS, 0, &p));
+    CHECK_NEAR(p.uncertain_m, 0.1, 1e-9, 0);
+    CHECK_NEAR(geo_length(p.blur_m), 0, 0, 0);
+    CHECK(pose_log_blurred(&poses, 2000 * MS, 400 * MS, &p));
+    CHECK(geo_length(p.blur_m) + p.uncertain_m > 0.5 - 1e-9);
+    CHECK(pose_log_within(&poses, 1800 * MS, 2000 * MS, &p));
+    CHECK_NEAR(p.position_m[0], 0.8, 1e-9, 0);
+    CHECK_NEAR(p.uncertain_m, 0.3, 1e-9, 0);
+}
+
 TEST(the_log_keeps_the_newest)
 {
     struct pose p;
     pose_log_init(&poses, 500 * MS);
-    for (uint64_t i = 1; i <= 1000; i++)
-        put(i * 10 * MS, POSE_ATTITUDE | POSE_POSITION, (double)i, 0, 0);
+    for (uint64_t i = 1; i <= 4000; i++)
+        put(i * 5 * MS / 2, POSE_ATTITUDE | POSE_POSITION, (double)i, 0, 0);
     CHECK(pose_log_at(&poses, 9995 * MS, &p));
-    CHECK_NEAR(p.position_m[0], 999.5, 1e-12, 0);
+    CHECK_NEAR(p.position_m[0], 3998, 1e-12, 0);
+    CHECK(pose_log_at(&poses, 5000 * MS, &p)); /* as far back as a ping is dated at most, at 400 poses a second */
+    CHECK_NEAR(p.position_m[0], 2000, 1e-12, 0);
     CHECK(!pose_log_at(&poses, 100 * MS, &p));
 }
 
@@ -588,6 +673,10 @@ int main(void)
     RUN(by_itself_max_age_has_limits_and_passes_over_a_pause);
     RUN(poses_rarer_than_max_age_are_sparse);
     RUN(the_way_driven_counts_back_and_forth);
+    RUN(a_ping_whose_time_is_uncertain_is_blurred_by_the_way_within_it);
+    RUN(a_ping_of_whose_time_no_pose_tells_is_blurred_by_the_greatest_speed);
+    RUN(a_ping_that_may_be_older_than_the_log_has_no_pose);
+    RUN(poses_that_come_late_are_older_and_as_uncertain_as_their_delay);
     RUN(the_log_keeps_the_newest);
     RUN(a_place_is_no_newer_for_an_attitude_that_is);
     RUN(behind_the_last_sample_the_vehicle_may_be_as_far_as_it_goes);
