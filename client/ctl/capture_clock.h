@@ -12,9 +12,11 @@
 
 #include "drivers/capture/mcap.h"
 
-#define CAPTURE_CLOCK_STEPS 64 /* of more the newest counts */
+#define CAPTURE_CLOCK_STEPS 64 /* of more the newest are kept */
 
 struct capture_clock {
+    bool noted;
+    int64_t before_ns; /* how far it was ahead before the steps */
     size_t n;
     struct {
         uint64_t from_ns; /* of the capture */
@@ -28,12 +30,15 @@ bool capture_clock_take(struct capture_clock *clock, const struct mcap_message *
 /** capture_clock_ahead_ns - how far the clock was ahead when it had been set for the last time; 0: it never was. */
 int64_t capture_clock_ahead_ns(const struct capture_clock *clock);
 
-/**
- * capture_clock_date - the capture's time of what another log has at unix_ns. That log's clock was right all the time,
- * or it was this computer's: the first is tried first, for a capture from start_ns to end_ns, then the clock as it was
- * before each step, and the capture's own, into whose time somebody may have moved it. What falls into none is dated by
- * the first.
- */
-int64_t capture_clock_date(const struct capture_clock *clock, int64_t unix_ns, uint64_t start_ns, uint64_t end_ns);
+/* Whose clock gave another log its times. A log has one from its beginning to its end. */
+enum capture_clock_of {
+    CAPTURE_CLOCK_RIGHT, /* one that was right all the time, as this computer's after the last step */
+    CAPTURE_CLOCK_OWN,   /* this computer's, before and after each step */
+    CAPTURE_CLOCK_NONE   /* somebody has moved the log into the capture's time */
+};
+
+/** capture_clock_date - the capture's time of what the log has at unix_ns; false: no such time is in the capture. */
+bool capture_clock_date(const struct capture_clock *clock, enum capture_clock_of of, int64_t unix_ns,
+                        uint64_t *t_ns);
 
 #endif

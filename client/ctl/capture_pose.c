@@ -37,9 +37,8 @@ struct pose_line {
 struct poses {
     struct pose_line *line;
     size_t n, room;
-    uint64_t left_out;       /* not within the capture */
-    const struct span *span; /* by whose clock they are dated */
-    double offset_s;
+    uint64_t left_out; /* not within the capture */
+    enum capture_clock_of of;
 };
 
 static void free_poses(struct poses *poses)
@@ -55,15 +54,6 @@ static uint64_t from_ns(const struct span *span)
     return span->start_ns > BEFORE_NS ? span->start_ns - BEFORE_NS : 0;
 }
 
-/* By the capture's clock. */
-static double date(const struct poses *poses, double t_unix)
-{
-    const struct span *span = poses->span;
-    const int64_t given_ns = (int64_t)(t_unix * 1e9),
-                  t_ns = capture_clock_date(&span->clock, given_ns, from_ns(span), span->end_ns);
-    return t_ns == given_ns ? t_unix : (double)t_ns * 1e-9;
-}
-
 static bool keep_pose(struct poses *poses, json_t *pose, double t_unix)
 {
     if (poses->n == poses->room) {
@@ -75,22 +65,17 @@ static bool keep_pose(struct poses *poses, json_t *pose, double t_unix)
         poses->line = more;
         poses->room = room;
     }
-    const double t_s = date(poses, t_unix);
-    if (t_s < 0) { /* long before the capture */
-        poses->left_out++;
-        return true;
-    }
-    json_object_set_new(pose, "t_unix", json_real(t_s));
+    json_object_set_new(pose, "t_unix", json_real(t_unix));
     poses->line[poses->n] =
-        (struct pose_line){(uint64_t)(t_s * 1e9), json_dumps(pose, JSON_COMPACT | JSON_REAL_PRECISION(17))};
+        (struct pose_line){(uint64_t)(t_unix * 1e9), json_dumps(pose, JSON_COMPACT | JSON_REAL_PRECISION(17))};
     return poses->line[poses->n].text != NULL && ++poses->n > 0;
 }
 
-static bool take_line(struct poses *poses, const char *text, double *last_s, struct fault *fault)
+static bool take_line(struct poses *poses, const char *text, double offset_s, double *last_s, struct fault *fault)
 {
     json_t *pose = json_loads(text, JSON_REJECT_DUPLICATES, NULL);
     const json_t *t = json_object_get(pose, "t_unix");
-    const double t_unix = json_number_value(t) + poses->offset_s;
+    const double t_unix = json_number_value(t) + offset_s;
     bool good = false;
 
     if (!json_is_number(t) || json_object_size(pose) < 2)
@@ -107,14 +92,7 @@ static bool take_line(struct poses *poses, const char *text, double *last_s, str
     return good;
 }
 
-/* Before and after a step of the clock they may be dated by different ones. */
-static int by_time(const void *a, const void *b)
-{
-    const struct pose_line *one = a, *other = b;
-    return (one->t_ns > other->t_ns) - (one->t_ns < other->t_ns);
-}
-
-static bool read_poses(const char *path, struct poses *poses, struct fault *fault)
+static bool read_poses(const char *path, double offset_s, struct poses *poses, struct fault *fault)
 {
     FILE *file = fopen(path, "re");
     char text[LINE_BYTES];
@@ -124,14 +102,12 @@ static bool read_poses(const char *path, struct poses *poses, struct fault *faul
     if (!file)
         return fault_set(fault, "%s: %s", path, strerror(errno));
     for (unsigned line = 1; fgets(text, sizeof text, file); line++) {
-        if (text[strspn(text, " \t\r\n")] == '\0' || take_line(poses, text, &last_s, &why))
+        if (text[strspn(text, " \t\r\n")] == '\0' || take_line(poses, text, offset_s, &last_s, &why))
             continue;
         fclose(file);
         return fault_set(fault, "%s:%u: %s", path, line, why.text);
     }
     fclose(file);
-    if (poses->n > 0)
-        qsort(poses->line, poses->n, sizeof *poses->line, by_time);
     return poses->n > 0 || fault_set(fault, "%s: no pose in it", path);
 }
 
@@ -210,27 +186,95 @@ static bool survey(const char *path, struct span *span)
     return opened;
 }
 
-/* Those that fall into the capture; false with a sentence where none does. */
-static bool cut_to(struct poses *poses, struct fault *fault)
+/* Does a pose that the log dates t_unix_ns fall into the capture? *t_ns: the capture's time of it. */
+static bool meets(const struct span *span, enum capture_clock_of of, uint64_t t_unix_ns, uint64_t *t_ns)
 {
-    const struct span *span = poses->span;
+    *t_ns = t_unix_ns;
+    return (!span->clock.noted || capture_clock_date(&span->clock, of, (int64_t)t_unix_ns, t_ns)) &&
+           *t_ns >= from_ns(span) && *t_ns <= span->end_ns;
+}
+
+/* A log says nothing of its clock. Of those it may have been dated by, the one by which most poses meet the capture:
+ * this computer's shows no time that it was set past, and other logs have poses there. A right clock goes first. */
+static enum capture_clock_of clock_of(const struct span *span, const struct poses *poses)
+{
+    static const enum capture_clock_of all[] = {CAPTURE_CLOCK_RIGHT, CAPTURE_CLOCK_OWN, CAPTURE_CLOCK_NONE};
+    enum capture_clock_of best = all[0];
+    size_t best_n = 0;
+    for (size_t k = 0; k < sizeof all / sizeof *all; k++) {
+        uint64_t t_ns;
+        size_t n = 0;
+        for (size_t i = 0; i < poses->n; i++)
+            n += meets(span, all[k], poses->line[i].t_ns, &t_ns);
+        if (n > best_n + (best_n > 0 ? span->clock.n : 0)) { /* a pose at each step counts for rounding */
+            best = all[k];
+            best_n = n;
+        }
+    }
+    return best;
+}
+
+static bool redate(struct pose_line *line, uint64_t t_ns)
+{
+    if (t_ns == line->t_ns)
+        return true;
+    json_t *pose = json_loads(line->text, 0, NULL);
+    json_object_set_new(pose, "t_unix", json_real((double)t_ns / 1e9));
+    free(line->text);
+    *line = (struct pose_line){t_ns, json_dumps(pose, JSON_COMPACT | JSON_REAL_PRECISION(17))};
+    json_decref(pose);
+    return line->text != NULL;
+}
+
+/* A log of a clock that was set back has come by the same time twice. */
+static int by_time(const void *a, const void *b)
+{
+    const struct pose_line *one = a, *other = b;
+    return (one->t_ns > other->t_ns) - (one->t_ns < other->t_ns);
+}
+
+/* Those that fall into the capture, by its times; false with a sentence where none does. */
+static bool cut_to(const struct span *span, struct poses *poses, struct fault *fault)
+{
     const double first_s = (double)poses->line[0].t_ns * 1e-9,
                  last_s = (double)poses->line[poses->n - 1].t_ns * 1e-9;
-    size_t kept = 0;
+    const size_t n = poses->n;
+    bool good = true;
 
-    for (size_t i = 0; i < poses->n; i++) {
-        if (poses->line[i].t_ns >= from_ns(span) && poses->line[i].t_ns <= span->end_ns)
-            poses->line[kept++] = poses->line[i];
-        else
-            free(poses->line[i].text);
+    poses->of = clock_of(span, poses);
+    poses->n = 0;
+    for (size_t i = 0; i < n; i++) {
+        uint64_t t_ns;
+        struct pose_line line = poses->line[i];
+        if (meets(span, poses->of, line.t_ns, &t_ns)) {
+            good = redate(&line, t_ns) && good;
+            poses->line[poses->n++] = line;
+        } else {
+            free(line.text);
+        }
     }
-    poses->left_out += poses->n - kept;
-    poses->n = kept;
-    return kept > 0 ||
-           fault_set(fault,
-                     "no pose falls into the capture: it is from %.3f to %.3f s, they are from %.3f to %.3f "
-                     "s; --offset S moves them",
-                     (double)span->start_ns * 1e-9, (double)span->end_ns * 1e-9, first_s, last_s);
+    poses->left_out = n - poses->n;
+    if (!good)
+        return fault_set(fault, "out of memory");
+    if (poses->n == 0)
+        return fault_set(fault,
+                         "no pose falls into the capture: it is from %.3f to %.3f s, they are from %.3f to %.3f "
+                         "s; --offset S moves them",
+                         (double)span->start_ns * 1e-9, (double)span->end_ns * 1e-9, first_s, last_s);
+    qsort(poses->line, poses->n, sizeof *poses->line, by_time);
+    return true;
+}
+
+/* Nobody can know by which clock: whoever reads this may, and has --offset. */
+static void tell_clock(const struct span *span, const struct poses *poses)
+{
+    static const char *const whose[] = {[CAPTURE_CLOCK_RIGHT] = "a clock that was right all the time",
+                                        [CAPTURE_CLOCK_OWN] =
+                                            "this computer's clock, which was not right at first",
+                                        [CAPTURE_CLOCK_NONE] = "the capture's own times"};
+    if (span->clock.noted)
+        printf("the computer's clock was set, by %+.3f s in all; the poses are taken to be dated by %s\n",
+               (double)capture_clock_ahead_ns(&span->clock) * 1e-9, whose[poses->of]);
 }
 
 static bool copy_attachments(const struct copying *c, struct fault *fault)
@@ -261,21 +305,20 @@ static int write_capture(const char *path, const char *out_path, const struct po
 int capture_add_pose(const char *path, const char *poses_path, const char *out_path, double offset_s)
 {
     struct span span = {0};
-    struct poses poses = {.span = &span, .offset_s = offset_s};
+    struct poses poses = {0};
     struct fault fault;
     int status = 1;
 
     if (!survey(path, &span))
         return 1;
-    if (!read_poses(poses_path, &poses, &fault) || !cut_to(&poses, &fault))
+    if (!read_poses(poses_path, offset_s, &poses, &fault) || !cut_to(&span, &poses, &fault))
         fprintf(stderr, "sonarctl capture: %s\n", fault.text);
     else
         status = write_capture(path, out_path, &poses, span.largest);
-    if (status == 0 && span.clock.n)
-        printf("the computer's clock was set during the capture, %+.3f s in all: poses are dated by it\n",
-               (double)capture_clock_ahead_ns(&span.clock) * 1e-9);
-    if (status == 0)
+    if (status == 0) {
+        tell_clock(&span, &poses);
         printf("%zu poses added, %" PRIu64 " are of other times\n", poses.n, poses.left_out);
+    }
     free_poses(&poses);
     return status;
 }

@@ -92,8 +92,10 @@ static bool print_condition(const struct mcap_info *info)
 
 static void print_clock(const struct capture_clock *clock)
 {
-    for (size_t i = 0; i < clock->n; i++) {
-        const int64_t before_ns = i > 0 ? clock->step[i - 1].ahead_ns : 0;
+    int64_t before_ns = clock->before_ns;
+    if (before_ns != 0)
+        printf("the computer's clock had been set by %+.3f s before\n", (double)before_ns * 1e-9);
+    for (size_t i = 0; i < clock->n; before_ns = clock->step[i++].ahead_ns) {
         printf("the computer's clock was set at ");
         print_time(clock->step[i].from_ns);
         printf(" by %+.3f s, to ", (double)(clock->step[i].ahead_ns - before_ns) * 1e-9);

@@ -131,11 +131,12 @@ def poses_meet_a_capture_whose_clock_was_set(bench):
     capture = made_capture((40, '{"ahead_ns":%d,"was_ahead_ns":0}' % (ahead * 10**9)))
     info = bench.run(SONARCTL, "capture", "info", capture).stdout
     check("the computer's clock was set at 1970-01-01T00:00:40.000Z by +1790000000.000 s, to 2026-09-21T14:14:00.000Z" in info, info)
-    for name, times in (("right", [ahead + t for t in range(100)]), ("own", list(range(40)) + [ahead + t for t in range(40, 100)])):
+    for name, whose, times in (("right", "a clock that was right all the time", [ahead + t for t in range(100)]),
+                               ("own", "this computer's clock", list(range(40)) + [ahead + t for t in range(40, 100)])):
         poses = bench.write(name + ".jsonl", "".join('{"t_unix":%d,"depth_m":%d}\n' % (t, i) for i, t in enumerate(times)))
         posed = bench.path(name + ".mcap")
         done = bench.run(SONARCTL, "capture", "add-pose", capture, poses, posed)
-        check("100 poses added, 0 are of other times" in done.stdout and "clock was set during the capture, +1790000000.000 s" in done.stdout, done.stdout + done.stderr)
+        check("100 poses added, 0 are of other times" in done.stdout and "clock was set, by +1790000000.000 s in all" in done.stdout and whose in done.stdout, done.stdout + done.stderr)
         rows = bench.run(SONARCTL, "capture", "export", "--csv", posed).stdout.splitlines()
         got = [(float(t), json.loads(bytes.fromhex(text))) for topic, t, text in (r.split(",") for r in rows if r.startswith("/pose,"))]
         check(len(got) == 100 and all(abs(t - i) < 1e-5 and abs(pose["t_unix"] - i) < 1e-6 and pose["depth_m"] == i for i, (t, pose) in enumerate(got)), str(rows)[:300])
@@ -143,6 +144,38 @@ def poses_meet_a_capture_whose_clock_was_set(bench):
     check("clock was set" not in bench.run(SONARCTL, "capture", "info", never).stdout, "a step from nowhere")
     done = bench.run(SONARCTL, "capture", "add-pose", never, poses, bench.path("never.mcap"))
     check("40 poses added, 60 are of other times" in done.stdout, done.stdout)
+
+
+def a_log_has_one_clock_all_along(bench):
+    """Set by 30 s after 40 s: what a log has of the time before the capture, or of before the step, does not come between."""
+    capture = bench.path("stepped.mcap")
+    made = MadeCapture(capture, ("/head/rx", "octet-stream"), ("/clock", "json"))
+    made.write([(1, (1000 + t) * 10**9, b"x") for t in range(40)] + [(2, 1040 * 10**9, b'{"ahead_ns":30000000000,"was_ahead_ns":0}')] +
+               [(1, (1000 + t) * 10**9, b"x") for t in range(40, 101)])
+    made.end()
+    for whose, times, wanted in (("a clock that was right all the time", range(900, 1300), [(t - 30, t) for t in range(1029, 1131)]),
+                                 ("a clock that was right all the time", range(1030, 1131), [(t - 30, t) for t in range(1030, 1131)]),
+                                 ("this computer's clock", [*range(900, 1040), *range(1070, 1300)], [(t, t) for t in range(999, 1040)] + [(t - 30, t) for t in range(1070, 1131)]),
+                                 ("the capture's own times", range(1000, 1100), [(t, t) for t in range(1000, 1100)])):
+        poses = bench.write("poses.jsonl", "".join('{"t_unix":%d,"depth_m":%d}\n' % (t, t) for t in times))
+        posed = bench.path("posed%d.mcap" % len(times))
+        done = bench.run(SONARCTL, "capture", "add-pose", capture, poses, posed)
+        check(whose in done.stdout, "%s: %s" % (whose, done.stdout + done.stderr))
+        rows = bench.run(SONARCTL, "capture", "export", "--csv", posed).stdout.splitlines()
+        got = [(json.loads(text)["t_unix"], json.loads(text)["depth_m"]) for text in (bytes.fromhex(r.split(",")[2]) for r in rows if r.startswith("/pose,"))]
+        check(got == wanted, "%s: %s" % (whose, got))
+    poses = bench.write("poses.jsonl", '{"t_unix":5,"depth_m":1}\n{"t_unix":2000,"depth_m":1}\n')
+    done = bench.run(SONARCTL, "capture", "add-pose", capture, poses, bench.path("none.mcap"))
+    check(done.returncode == 1 and "it is from 1000.000 to 1100.000 s, they are from 5.000 to 2000.000 s" in done.stderr, done.stderr)
+
+
+def a_later_segment_says_when_the_clock_was_set(bench):
+    capture = bench.path("later.mcap")
+    made = MadeCapture(capture, ("/head/rx", "octet-stream"), ("/clock", "json"))
+    made.write([(1, 10**12, b"x"), (2, 10**12 + 1, b'{"ahead_ns":5000000000,"was_ahead_ns":5000000000}')])
+    made.end()
+    info = bench.run(SONARCTL, "capture", "info", capture).stdout
+    check("the computer's clock had been set by +5.000 s before\n" in info and "clock was set at" not in info, info)
 
 
 def recording_of_ping_viewer_2_plays_with_its_attitude(bench):
@@ -434,7 +467,8 @@ def poses_of_a_relay(bench):
     check(seen[-1]["sectors"]["pose_age_s"] < 1, said)
 
 
-run([("poses_of_a_relay", poses_of_a_relay), ("poses_are_added_and_replayed", poses_are_added_and_replayed), ("poses_meet_a_capture_whose_clock_was_set", poses_meet_a_capture_whose_clock_was_set), ("poses_of_a_tlog", poses_of_a_tlog),
+run([("poses_of_a_relay", poses_of_a_relay), ("poses_are_added_and_replayed", poses_are_added_and_replayed), ("poses_meet_a_capture_whose_clock_was_set", poses_meet_a_capture_whose_clock_was_set), ("a_log_has_one_clock_all_along", a_log_has_one_clock_all_along),
+     ("a_later_segment_says_when_the_clock_was_set", a_later_segment_says_when_the_clock_was_set), ("poses_of_a_tlog", poses_of_a_tlog),
      ("depths_of_a_tlog", depths_of_a_tlog), ("poses_of_a_tlog_beside_a_viewer_log", poses_of_a_tlog_beside_a_viewer_log), ("poses_of_a_dataflash_log", poses_of_a_dataflash_log),
      ("unmeasured_positions_of_a_dataflash_log", unmeasured_positions_of_a_dataflash_log), ("unmeasured_positions_of_a_tlog", unmeasured_positions_of_a_tlog),
      ("constant_position_of_a_real_log", constant_position_of_a_real_log), ("text_dump", plays(os.path.abspath("tests/replay/box-head.txt"), "ping360")),
