@@ -43,8 +43,6 @@ static bool unpack_member(struct unpacking *u, const uint8_t *data, size_t size)
     z->avail_in = (uInt)(size < INPUT_BYTES ? size : INPUT_BYTES);
     while (status == Z_OK && !u->out->stopped) {
         status = inflate(z, Z_NO_FLUSH);
-        if (status == Z_BUF_ERROR && z->avail_out == 0)
-            status = Z_OK; /* it wants more room */
         if (z->avail_out == 0)
             hand_out(u);
         const size_t read = (size_t)(z->next_in - data);
@@ -69,7 +67,9 @@ static void unpack_all(struct unpacking *u, const uint8_t *data, size_t size)
     for (size_t at = 0; at < size && !u->out->stopped;) {
         inflateReset(&u->z);
         const bool whole = unpack_member(u, data + at, size - at);
-        const size_t end = (size_t)(u->z.next_in - data);
+        size_t end = (size_t)(u->z.next_in - data);
+        while (whole && end < size && data[end] == 0)
+            end++; /* some fill up the last block of a tape or a disk */
         at = find_member(data, size, whole || end > at ? end : at + 1);
         u->out->lost += at - end;
         u->out->damaged |= !whole && !u->out->stopped;

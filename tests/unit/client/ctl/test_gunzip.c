@@ -117,11 +117,28 @@ TEST(of_a_damaged_member_comes_what_is_before_the_damage)
     CHECK(in_pieces(0).damaged);
 }
 
+/* As gzip itself takes it. */
+TEST(zeros_behind_a_member_are_no_loss)
+{
+    gz_n = 0;
+    pack(1000, 0);
+    memset(gz + gz_n, 0, 100000);
+    gz_n += 100000;
+    pack(1000, 0);
+    memset(gz + gz_n, 0, 100000);
+    gz_n += 100000;
+    const struct unpacked u = in_pieces(0);
+    CHECK(!u.damaged && u.lost == 0 && u.n == 2000);
+    gz[gz_n++] = 1;
+    CHECK_INT(in_pieces(0).lost, 1);
+}
+
 int main(void)
 {
     RUN(all_members_come_in_pieces_of_bounded_size);
     RUN(who_takes_the_pieces_may_stop);
     RUN(the_whole_is_refused_where_it_is_large);
     RUN(of_a_damaged_member_comes_what_is_before_the_damage);
+    RUN(zeros_behind_a_member_are_no_loss);
     return test_end();
 }
