@@ -286,8 +286,9 @@ static bool take_inside(struct nmea_parser *p, char c, struct nmea_value *value)
     } else if (c < ' ' || c > '~') { /* or a tag block without its end */
         p->counts.garbage_bytes += p->n + 1 + !end;
         p->inside = false;
-    } else if (p->n == NMEA_LINE_MAX) {
+    } else if (p->n == NMEA_LINE_MAX) { /* as no line of a talker is: it is told from noise by nothing */
         p->counts.overlong++;
+        p->counts.garbage_bytes += p->n + 2;
         p->inside = false;
     } else {
         p->line[p->n++] = c;

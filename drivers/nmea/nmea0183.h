@@ -45,7 +45,7 @@ struct nmea_counts {
     uint64_t no_checksum;   /* of them: missing; of the listed kinds only */
     uint64_t bad_sentence;  /* of the listed kinds, senseless content */
     uint64_t overlong;      /* lines of more than NMEA_LINE_MAX bytes */
-    uint64_t garbage_bytes; /* outside sentences and tag blocks */
+    uint64_t garbage_bytes; /* outside sentences and tag blocks, and all of an overlong line */
 };
 
 struct nmea_parser {

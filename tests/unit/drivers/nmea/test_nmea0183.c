@@ -258,6 +258,23 @@ TEST(an_overlong_line_costs_itself_only)
     nmea_parser_init(&parser, true);
     CHECK_INT(feed(text, NMEA_LINE_MAX + 322, &v, 1), 1);
     CHECK_INT(parser.counts.overlong, 1);
+    CHECK_INT(parser.counts.garbage_bytes, NMEA_LINE_MAX + 300);
+}
+
+/* Each is the start of a line that never ends: a port that brings nothing else has the wrong baud rate. */
+TEST(starts_without_an_end_are_garbage)
+{
+    char text[4 * (NMEA_LINE_MAX + 2)];
+    struct nmea_value v;
+    for (const char *start = "!\\"; *start; start++) {
+        memset(text, *start == '!' ? '!' : 'x', sizeof text);
+        for (size_t i = 0; i < sizeof text; i += NMEA_LINE_MAX + 2)
+            text[i] = *start;
+        nmea_parser_init(&parser, true);
+        CHECK_INT(feed(text, sizeof text, &v, 1), 0);
+        CHECK_INT(parser.counts.overlong, 4);
+        CHECK_INT(parser.counts.garbage_bytes, sizeof text);
+    }
 }
 
 TEST(a_line_of_just_the_limit_is_read)
@@ -333,6 +350,7 @@ int main(void)
     RUN(a_long_sentence_of_no_interest_is_one);
     RUN(what_is_cut_off_or_no_text_is_garbage);
     RUN(an_overlong_line_costs_itself_only);
+    RUN(starts_without_an_end_are_garbage);
     RUN(a_line_of_just_the_limit_is_read);
     RUN(a_sentence_cut_off_by_the_next_is_dropped);
     RUN(a_reset_forgets_the_half_sentence);
