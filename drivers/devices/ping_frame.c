@@ -1,6 +1,6 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * ping_frame - see ping_frame.h. The parser holds at most one unfinished frame: buf[0] is always a 'B' that may
+ * ping_frame - see ping_frame.h. The parser holds at most one unfinished frame: buf[at] is always a 'B' that may
  * begin one. Whatever turns out not to be a frame is left one byte at a time, so no byte is judged only once.
  */
 #include "ping_frame.h"
@@ -23,15 +23,15 @@ static uint16_t checksum(const uint8_t *b, size_t n)
 void ping_parser_init(struct ping_parser *p, size_t payload_max)
 {
     p->payload_max = payload_max < PING_PAYLOAD_LIMIT ? payload_max : PING_PAYLOAD_LIMIT;
-    p->n = p->taken = 0;
+    p->at = p->n = p->taken = 0;
+    p->sum = 0;
     p->frames = p->garbage_bytes = p->cut_bytes = p->bad_checksum = 0;
 }
 
 static void drop_bytes(struct ping_parser *p, size_t count)
 {
+    p->at += count;
     p->n -= count;
-    memmove(p->buf, p->buf + count, p->n);
-    memmove(p->t_ns, p->t_ns + count, p->n * sizeof(p->t_ns[0]));
 }
 
 static void drop_taken(struct ping_parser *p)
@@ -57,7 +57,7 @@ static bool may_begin(const struct ping_parser *p, const uint8_t *b, size_t n)
 static void skip_garbage(struct ping_parser *p, size_t from)
 {
     size_t i = from;
-    while (i < p->n && !may_begin(p, p->buf + i, p->n - i))
+    while (i < p->n && !may_begin(p, p->buf + p->at + i, p->n - i))
         i++;
     if (i > 0) {
         p->garbage_bytes += i;
@@ -68,14 +68,16 @@ static void skip_garbage(struct ping_parser *p, size_t from)
 void ping_parser_give_up(struct ping_parser *p, uint64_t then_ns)
 {
     drop_taken(p);
-    if (p->n > 0 && p->t_ns[p->n - 1] <= then_ns)
+    if (p->n > 0 && p->t_ns[p->at + p->n - 1] <= then_ns)
         skip_garbage(p, 1);
 }
 
-/* The whole frame at buf[0], of `total` bytes: hand it out when its sum is right, else leave its first byte. */
+/* The whole frame at buf[at], of `total` bytes: hand it out when its sum is right, else leave its first byte. */
 static bool finish_frame(struct ping_parser *p, size_t total, struct ping_frame *out)
 {
-    if (checksum(p->buf, total - 2) != get_u16(p->buf + total - 2)) {
+    const uint8_t *b = p->buf + p->at;
+    const uint16_t sum = (uint16_t)(p->sum_before[p->at + total - 2] - p->sum_before[p->at]);
+    if (sum != get_u16(b + total - 2)) {
         p->bad_checksum++;
         skip_garbage(p, 1);
         return false;
@@ -83,15 +85,37 @@ static bool finish_frame(struct ping_parser *p, size_t total, struct ping_frame 
     p->frames++;
     p->taken = total;
     *out = (struct ping_frame){
-        .id = get_u16(p->buf + 4),
-        .src = p->buf[6],
-        .dst = p->buf[7],
-        .length = get_u16(p->buf + 2),
-        .payload = p->buf + HEADER_BYTES,
-        .t_first_ns = p->t_ns[0],
-        .t_last_ns = p->t_ns[total - 1],
+        .id = get_u16(b + 4),
+        .src = b[6],
+        .dst = b[7],
+        .length = get_u16(b + 2),
+        .payload = b + HEADER_BYTES,
+        .t_first_ns = p->t_ns[p->at],
+        .t_last_ns = p->t_ns[p->at + total - 1],
     };
     return true;
+}
+
+static void move_to_front(struct ping_parser *p)
+{
+    memmove(p->buf, p->buf + p->at, p->n);
+    memmove(p->sum_before, p->sum_before + p->at, p->n * sizeof(p->sum_before[0]));
+    memmove(p->t_ns, p->t_ns + p->at, p->n * sizeof(p->t_ns[0]));
+    p->at = 0;
+}
+
+/* No more of them than a frame of the largest size has room for. */
+static void append(struct ping_parser *p, const uint8_t *bytes, size_t n, uint64_t now_ns)
+{
+    if (p->n == 0 || n > PING_PARSER_ROOM - p->at - p->n)
+        move_to_front(p);
+    for (size_t i = 0, to = p->at + p->n; i < n; i++, to++) {
+        p->buf[to] = bytes[i];
+        p->sum_before[to] = p->sum;
+        p->t_ns[to] = now_ns;
+        p->sum = (uint16_t)(p->sum + bytes[i]);
+    }
+    p->n += n;
 }
 
 bool ping_parser_next(struct ping_parser *p, const uint8_t **bytes, size_t *n, uint64_t now_ns,
@@ -100,7 +124,7 @@ bool ping_parser_next(struct ping_parser *p, const uint8_t **bytes, size_t *n, u
     drop_taken(p);
     skip_garbage(p, 0);
     for (;;) {
-        size_t total = p->n < 4 ? 0 : (size_t)PING_OVERHEAD + get_u16(p->buf + 2);
+        size_t total = p->n < 4 ? 0 : (size_t)PING_OVERHEAD + get_u16(p->buf + p->at + 2);
         if (total > 0 && p->n >= total) {
             if (finish_frame(p, total, out))
                 return true;
@@ -110,10 +134,7 @@ bool ping_parser_next(struct ping_parser *p, const uint8_t **bytes, size_t *n, u
             return false;
         size_t want = (total > 0 ? total : 4) - p->n;
         size_t take = want < *n ? want : *n;
-        memcpy(p->buf + p->n, *bytes, take);
-        for (size_t i = 0; i < take; i++)
-            p->t_ns[p->n + i] = now_ns;
-        p->n += take;
+        append(p, *bytes, take, now_ns);
         *bytes += take;
         *n -= take;
         skip_garbage(p, 0);

@@ -47,14 +47,20 @@ struct ping_frame {
     uint64_t t_last_ns;  /* ... and of its last */
 };
 
-/* Finds frames in a stream that was cut anywhere. Counters only grow. */
+/* Bytes are moved to the front when a quarter of a frame has been left, and not for each. */
+#define PING_PARSER_ROOM (PING_FRAME_LIMIT + PING_FRAME_LIMIT / 4)
+
+/* Finds frames in a stream that was cut anywhere, in a time that its length sets, whatever is in it: each byte may
+ * begin a frame of the largest size. Counters only grow. */
 struct ping_parser {
     size_t payload_max;
-    size_t n;     /* bytes held: the beginning of what may be a frame */
+    size_t at, n; /* bytes held, from buf[at] on: the beginning of what may be a frame */
     size_t taken; /* of these, how many were handed out as a frame by the last call */
     uint64_t frames, garbage_bytes, cut_bytes, bad_checksum;
-    uint8_t buf[PING_FRAME_LIMIT];
-    uint64_t t_ns[PING_FRAME_LIMIT]; /* arrival of each byte in buf */
+    uint16_t sum; /* of all bytes so far, modulo 65536 */
+    uint8_t buf[PING_PARSER_ROOM];
+    uint16_t sum_before[PING_PARSER_ROOM]; /* of all bytes before each in buf */
+    uint64_t t_ns[PING_PARSER_ROOM];       /* arrival of each */
 };
 
 /** ping_parser_init - empty, counters 0; payload_max (at most PING_PAYLOAD_LIMIT) is the longest payload to believe. */

@@ -329,6 +329,27 @@ TEST(noise_never_loses_a_byte_of_the_account)
     }
 }
 
+/* Every fourth byte may begin a frame of the largest size, and none does but a few in between. */
+TEST(starts_of_frames_without_end_cost_none)
+{
+    static struct ping_parser p;
+    static uint8_t stream[1 << 22];
+    const uint8_t *bytes = stream;
+    size_t left = sizeof stream, n_good = 0;
+    struct ping_frame f;
+    for (size_t i = 0; i < sizeof stream; i += 4)
+        memcpy(stream + i, "BR\0\x40", 4);
+    for (size_t at = 0; at < sizeof stream - 20000; at += 19999) {
+        const size_t n = unhex(worked[n_good++ % N_WORKED].hex, stream + at);
+        memset(stream + at + n, 'x', 3);
+    }
+    ping_parser_init(&p, PING_PAYLOAD_LIMIT);
+    for (size_t i = 0; ping_parser_next(&p, &bytes, &left, 1, &f); i++)
+        CHECK_INT(f.id, worked[i % N_WORKED].id);
+    CHECK_INT(p.frames, n_good);
+    CHECK(p.bad_checksum > sizeof stream / 5);
+}
+
 static void check_hex(const uint8_t *got, size_t n, const char *name)
 {
     uint8_t want[64];
@@ -516,6 +537,7 @@ int main(void)
     RUN(given_up_frame_uncovers_the_one_behind);
     RUN(reset_forgets_half_a_frame);
     RUN(noise_never_loses_a_byte_of_the_account);
+    RUN(starts_of_frames_without_end_cost_none);
     RUN(encoders_give_the_worked_frames);
     RUN(encoders_refuse_a_short_buffer);
     RUN(texts_of_the_line_can_be_logged);
