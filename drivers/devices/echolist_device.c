@@ -221,33 +221,32 @@ static void on_report(struct echolist *d, const struct report *r, uint64_t now_n
     watch(d, now_ns);
 }
 
-/* A whole line is in d->line, without its end. Other talkers' sentences on the same wire are passed over. */
+/* A whole line is in d->line, without its end. Other talkers' sentences on the same wire, as of AIS, are passed over:
+ * one with a good checksum says that the baud rate is right. */
 static void on_line(struct echolist *d, uint64_t now_ns, const struct device_io *io)
 {
     static const char name[] = "$ECHO";
     struct report report;
 
     d->line[d->n] = '\0';
-    if (strncmp(d->line, name, sizeof(name) - 1) != 0) {
-        forget_line(d);
-        return;
-    }
-    if (!take_checksum(d->line)) {
-        d->status.bad_checksum++;
+    const bool ours = strncmp(d->line, name, sizeof(name) - 1) == 0;
+    const bool summed = strchr(d->line, '*') != NULL, good = take_checksum(d->line);
+    if (!good || (!ours && !summed)) {
+        d->status.bad_checksum += !good;
         forget_line(d);
         return;
     }
     d->status.frames++;
-    if (read_report(d->line + sizeof(name) - 1, &report))
+    if (ours && read_report(d->line + sizeof(name) - 1, &report))
         on_report(d, &report, now_ns, io);
     else
-        d->status.bad_frame++;
+        d->status.bad_frame += ours;
     d->n = 0;
 }
 
 static void take_byte(struct echolist *d, char c, uint64_t now_ns, const struct device_io *io)
 {
-    if (c == '$') {
+    if (c == '$' || (c == '!' && d->n == 0)) {
         forget_line(d);
         d->t_first_ns = now_ns;
     } else if (d->n == 0) {
