@@ -197,6 +197,13 @@ static void split(char *line, const char *fields[FIELDS_MAX])
     }
 }
 
+/* Of a line without a checksum its name alone shows that it is a sentence and no noise: "AIVDM", "PFEC". */
+static bool is_name(const char *s)
+{
+    const size_t n = strspn(s, "ABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789");
+    return n >= 3 && s[n] == '\0';
+}
+
 /* p->line holds what stood between the $ or ! and the end of the line. */
 static bool take_line(struct nmea_parser *p, struct nmea_value *value)
 {
@@ -208,6 +215,10 @@ static bool take_line(struct nmea_parser *p, struct nmea_value *value)
         return false;
     }
     split(p->line, fields);
+    if (sum == MISSING && !is_name(fields[0])) {
+        p->counts.garbage_bytes += p->n + 1;
+        return false;
+    }
     *value = (struct nmea_value){0};
     snprintf(value->name, sizeof value->name, "%.5s", fields[0]);
     const enum verdict verdict = p->start == '!' ? OTHER : understand(fields, value);

@@ -36,7 +36,7 @@ struct nmea_value {
 
 /* Counters only grow. */
 struct nmea_counts {
-    uint64_t sentences;     /* whole, of any kind, with a good checksum, or none where none is needed */
+    uint64_t sentences;     /* whole, of any kind, with a good checksum, or a name and none where none is needed */
     uint64_t values;        /* of them: with a value for us */
     uint64_t odd;           /* of these: malformed in a part that was not needed, or with a negative heading */
     uint64_t not_available; /* of the listed kinds, with empty fields, or whose mode says not valid */

@@ -97,7 +97,7 @@ static const struct {
     {"another sentence", "$GPGGA,1,2,3\r\n", false, COUNT(other)},
     {"proprietary", "$PDHDT,10.0,T\r\n", false, COUNT(other)},
     {"a longer name", "$XXHDTX,10.0,T\r\n", false, COUNT(other)},
-    {"just a dollar", "$\r\n", false, COUNT(other)},
+    {"just a dollar", "$\r\n", false, COUNT(garbage_bytes)},
 };
 
 TEST(refused_sentences)
@@ -239,7 +239,8 @@ TEST(what_is_cut_off_or_no_text_is_garbage)
         const char *text;
         unsigned n, garbage;
     } cases[] = {{"\\s:r1*3\r\n", 9, 7}, {"\\s:r\x01", 5, 5},   {"!AIV\xff", 5, 5},     {"UdPbD$GPHDT", 11, 5},
-                 {"UUdPbC\0", 7, 1},     {"!AIV$GPHDT", 10, 4}, {"\\s:r$GPHDT", 10, 4}, {"UdPbC$GPHDT", 11, 5}};
+                 {"UUdPbC\0", 7, 1},     {"!AIV$GPHDT", 10, 4}, {"\\s:r$GPHDT", 10, 4}, {"UdPbC$GPHDT", 11, 5},
+                 {"$ ls -l\r\n", 9, 7},  {"!~\n", 3, 2},        {"$Gp,1\n", 6, 5},      {"$\n", 2, 1}};
     for (size_t i = 0; i < sizeof cases / sizeof *cases; i++) {
         struct nmea_value v;
         nmea_parser_init(&parser, true);
