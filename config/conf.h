@@ -34,7 +34,6 @@ enum conf_detector { CONF_CA, CONF_GOCA, CONF_SOCA, CONF_OS };
 enum conf_order { CONF_ORDER_SAFE, CONF_ORDER_PAPER };
 enum conf_median { CONF_MEDIAN_OFF, CONF_MEDIAN_3, CONF_MEDIAN_5 };
 enum conf_no_echo { CONF_NO_ECHO_MINIMUM, CONF_NO_ECHO_HEARD, CONF_NO_ECHO_RANGE };
-enum conf_target { CONF_TARGET_WALL, CONF_TARGET_PILE, CONF_TARGET_NET, CONF_TARGET_LINE };
 enum conf_sensor_model { CONF_OPENING, CONF_GAUSS, CONF_MIDPOINT };
 enum conf_update { CONF_BAYES, CONF_MAX };
 enum conf_elevation { CONF_ELEVATION_FULL, CONF_ELEVATION_LEVEL };
@@ -110,7 +109,7 @@ struct conf_extract {
     int classes;            /* classes = off | on */
     int marks;              /* marks = on | off: bursts, ghosts, own echoes */
     int no_echo;            /* no_echo = heard | minimum | range */
-    int target;             /* target = wall | pile | net | line */
+    double target_db;       /* target = wall: less than a wall returns [0 .. 40] */
     /* minimum_range = 0.75 m: free interval of a beam without an echo; <= every sonar's range */
     double minimum_range_m;
 };

@@ -16,6 +16,14 @@
     {                                                                                                             \
         __VA_ARGS__, NULL                                                                                         \
     }
+#define NAMED(...)                                                                                                \
+    .named = (const struct conf_named[])                                                                          \
+    {                                                                                                             \
+        __VA_ARGS__,                                                                                              \
+        {                                                                                                         \
+            NULL, 0                                                                                               \
+        }                                                                                                         \
+    }
 #define LIVE                     .live = true
 #define OF_DEVICE                .of_device = true
 #define LINE_FORM                "name of a GPIO line, for instance GPIO17"
@@ -224,9 +232,11 @@ const struct conf_key conf_keys[] = {
              "minimum_range, as in the paper. heard (noise-limited): as far as the target would have been\n"
              "detected. range (full range): to the end of the beam; may call water free that reverberation\n"
              "masks. Of sonars that report ready ranges always minimum."},
-    {"extract", "target", LIVE, WORDS("wall", "pile", "net", "line"), .standard = "wall", CONF(extract.target),
-     .help = "Weakest obstacle that free space must not contain. A pile returns 6 dB less than a wall, a net\n"
-             "12 dB, a line 18 dB. The weaker the target, the shorter the free space."},
+    {"extract", "target", LIVE, QUANTITY(1, "dB", 0, 40), .standard = "wall", CONF(extract.target_db),
+     NAMED({"wall", 0}, {"pile", 6}, {"net", 12}, {"line", 18}),
+     .help = "Weakest obstacle that free space must not contain: how much less than a wall it returns. A pile\n"
+             "returns 6 dB less, a net 12 dB, a line 18 dB. The weaker the target, the shorter the free space;\n"
+             "docs/extract.md has the curve. Every answer names the target."},
     {"extract", "minimum_range", LIVE, QUANTITY(1, "m", 0.1, 200), .standard = "0.75 m",
      CONF(extract.minimum_range_m),
      .help = "For no_echo = minimum: how far water is free where a beam received no echo. Not beyond the range\n"

@@ -22,6 +22,11 @@ enum conf_kind {
     CONF_NAMES,    /* char[size], names with blanks or commas between */
 };
 
+struct conf_named {
+    const char *word;
+    double value; /* in SI */
+};
+
 struct conf_section {
     const char *name; /* "sonar" stands for every [sonar NAME] */
     const char *help; /* one paragraph, lines of at most 100 columns */
@@ -44,6 +49,9 @@ struct conf_key {
     bool of_device;           /* [sonar NAME]: not every device has a use for it, see conf_checks.uses */
     size_t offset, size;      /* of the field in struct conf, or in struct conf_sonar for section sonar */
     const char *help;         /* what it is and why one would change it; lines of at most 100 columns */
+
+    /* CONF_QUANTITY of one number: words for some of its values, the last with word NULL; or NULL */
+    const struct conf_named *named;
 };
 
 extern const struct conf_section conf_sections[]; /* ends with name NULL; in the order of the sample */

@@ -198,6 +198,16 @@ static void instead_read(const struct conf_key *key, void *field)
         memset(field, 0, key->size);
 }
 
+static bool named_read(const struct conf_key *key, const char *text, double *field)
+{
+    for (const struct conf_named *named = key->named; named && named->word; named++)
+        if (strcmp(named->word, text) == 0) {
+            *field = named->value;
+            return true;
+        }
+    return false;
+}
+
 bool conf_value_read(const struct conf_key *key, const char *text, void *base, struct fault *fault)
 {
     void *field = (char *)base + key->offset;
@@ -209,7 +219,7 @@ bool conf_value_read(const struct conf_key *key, const char *text, void *base, s
     }
     switch (key->kind) {
     case CONF_QUANTITY:
-        return quantity_read(key, text, field, fault);
+        return named_read(key, text, field) || quantity_read(key, text, field, fault);
     case CONF_INTEGER:
     case CONF_OCTAL:
         return integer_read(key, text, field, fault);
@@ -254,10 +264,15 @@ static bool quantity_write_in(const struct conf_key *key, const double *value, c
     return exact;
 }
 
-/* In the key's own unit, unless only another one takes few digits: 36 deg/h is no round number of deg/s. */
+/* By its name; else in the key's own unit, unless only another one takes few digits: 36 deg/h is no round number of deg/s. */
 static void quantity_write(const struct conf_key *key, const double *value, char *text, size_t size)
 {
     const struct unit *own = key->unit ? unit_find(key->unit) : NULL;
+    for (const struct conf_named *named = key->named; named && named->word; named++)
+        if (named->value == *value) {
+            snprintf(text, size, "%s", named->word);
+            return;
+        }
     if (quantity_write_in(key, value, own, DIGITS_SHORT, text, size))
         return;
     for (size_t i = 0; own && i < N_UNITS; i++)
@@ -336,6 +351,10 @@ void conf_value_allowed(const struct conf_key *key, char *text, size_t size)
     size_t used = 0;
     switch (key->kind) {
     case CONF_QUANTITY:
+        for (const struct conf_named *named = key->named; named && named->word; named++)
+            used = append(text, size, used, "%s, ", named->word);
+        if (key->named)
+            used = append(text, size, used, "or ");
         if (key->n > 1)
             used = append(text, size, used, "%d numbers and one unit, each ", key->n);
         used = append(text, size, used, "%.9g to %.9g", key->lo, key->hi);

@@ -30,10 +30,6 @@ void wiring_extract(const struct conf *conf, int i, struct extract_conf *e)
     static const enum extract_no_echo rules[] = {[CONF_NO_ECHO_MINIMUM] = EXTRACT_MINIMUM,
                                                  [CONF_NO_ECHO_HEARD] = EXTRACT_HEARD,
                                                  [CONF_NO_ECHO_RANGE] = EXTRACT_RANGE};
-    static const enum extract_target targets[] = {[CONF_TARGET_WALL] = EXTRACT_WALL,
-                                                  [CONF_TARGET_PILE] = EXTRACT_PILE,
-                                                  [CONF_TARGET_NET] = EXTRACT_NET,
-                                                  [CONF_TARGET_LINE] = EXTRACT_LINE};
     static const int laws[] = {[CONF_AMPLITUDE_AUTO] = EXTRACT_LAW_OF_PING,
                                [CONF_AMPLITUDE_LINEAR] = AMPLITUDE_LINEAR,
                                [CONF_AMPLITUDE_POWER] = AMPLITUDE_POWER,
@@ -48,7 +44,7 @@ void wiring_extract(const struct conf *conf, int i, struct extract_conf *e)
                                .floor_counts = (uint32_t)c->floor_counts,
                                .min_contrast_db = c->min_contrast_db,
                                .no_echo = rules[c->no_echo],
-                               .target = targets[c->target],
+                               .target_db = c->target_db,
                                .minimum_range_m = c->minimum_range_m,
                                .off_axis = conf->map.voxel_m > 0,
                                .learn_ring_down = c->learn_ring_down == CONF_ON,

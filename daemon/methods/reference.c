@@ -1,17 +1,33 @@
 /* SPDX-License-Identifier: MIT */
 #include "reference.h"
 
+#include <stdio.h>
+
+#include "config/conf_table.h"
 #include "daemon/pipeline/pipeline.h"
 #include "json_units.h"
+
+#define REFERENCE_TARGET_SIZE 64
+
+/* "wall", or "20 dB below a wall". */
+static const char *target_of(const struct conf_extract *c, char text[REFERENCE_TARGET_SIZE])
+{
+    const struct conf_named *named = conf_key_find("extract", "target")->named;
+
+    while (named->word && named->value != c->target_db)
+        named++;
+    if (named->word)
+        snprintf(text, REFERENCE_TARGET_SIZE, "%s", named->word);
+    else
+        snprintf(text, REFERENCE_TARGET_SIZE, "%.6g dB below a wall", c->target_db);
+    return text;
+}
 
 static void write_members(struct json_out *out, const struct methods_env *d,
                           const struct extract_reference *reference)
 {
-    static const char *const words[] = {[CONF_TARGET_WALL] = "wall",
-                                        [CONF_TARGET_PILE] = "pile",
-                                        [CONF_TARGET_NET] = "net",
-                                        [CONF_TARGET_LINE] = "line"};
-    json_member_word(out, "target", words[d->conf.extract.target]);
+    char text[REFERENCE_TARGET_SIZE];
+    json_member_text(out, "target", target_of(&d->conf.extract, text));
     json_member_real(out, "level_db", reference->level_db, 10);
     json_member_count(out, "counts", reference->counts);
     json_member_word(out, "from", reference->shown ? "its echoes" : "prior");

@@ -73,7 +73,7 @@ void extract_defaults(struct extract_conf *conf)
         .floor_counts = 8,
         .min_contrast_db = 14.0,
         .no_echo = EXTRACT_HEARD,
-        .target = EXTRACT_WALL,
+        .target_db = 0.0,
         .minimum_range_m = 0.75,
         .ring_down_m = -1.0,
         .law = EXTRACT_LAW_OF_PING,
@@ -99,7 +99,7 @@ static bool conf_ok(const struct extract_conf *c, struct fault *fault)
            in_range(c->floor_counts, 0.0, 65535.0, "floor", fault) &&
            in_range(c->min_contrast_db, 0.0, 100.0, "min_contrast", fault) &&
            in_range(c->no_echo, EXTRACT_MINIMUM, EXTRACT_RANGE, "no_echo", fault) &&
-           in_range(c->target, EXTRACT_WALL, EXTRACT_LINE, "target", fault) &&
+           in_range(c->target_db, 0.0, 60.0, "target", fault) &&
            in_range(c->minimum_range_m, 0.0, 1000.0, "minimum_range", fault) &&
            in_range(c->ring_down_m, -1e9, 100.0, "ring_down", fault) &&
            in_range(c->law, EXTRACT_LAW_OF_PING, AMPLITUDE_LOG, "amplitude", fault) &&
@@ -374,6 +374,13 @@ static bool is_near_shadow(const struct extract *e, const struct profile *p, con
     return false;
 }
 
+/* Powers of a resolution cell that obstacles exceed. */
+struct levels {
+    double prior;  /* a wall where no sonar is set up to show less */
+    double wall;   /* the same, or a wall as this sonar has shown them where that is more */
+    double target; /* the target */
+};
+
 /* How far the water is free off the axis, of cells begin .. where it is on it. */
 static void find_free_aside(const struct extract *e, const struct profile *p, const struct baseline *b,
                             uint32_t begin, double detectable, struct beam_echoes *out)
@@ -390,13 +397,14 @@ static void find_free_aside(const struct extract *e, const struct profile *p, co
 
 /* How far the beam shows free water. Needs the raw cells. */
 static void find_free_interval(const struct extract *e, const struct profile *p, const struct baseline *b,
-                               double detectable, const struct reflection *first, struct beam_echoes *out)
+                               const struct levels *levels, const struct reflection *first,
+                               struct beam_echoes *out)
 {
     const bool bold = e->conf.no_echo == EXTRACT_RANGE;
     uint32_t begin = p->first;
 
     if (b && e->conf.ring_down_m < 0.0)
-        begin = free_water_begin(p, b, detectable);
+        begin = free_water_begin(p, b, levels->target);
     const bool rings = b && free_water_rings_on(p, b, begin);
     if ((!b && !bold) || rings) {
         out->free_to_m = 0.0f;
@@ -411,7 +419,7 @@ static void find_free_interval(const struct extract *e, const struct profile *p,
         out->free_to_m = 0.0f;
         return;
     }
-    const struct free_water w = free_water_find(p, b, begin, bold && out->n == 0 ? INFINITY : detectable,
+    const struct free_water w = free_water_find(p, b, begin, bold && out->n == 0 ? INFINITY : levels->target,
                                                 e->contrast, out->n ? first->near : 0);
     out->heard_from_m = out->blind_m = (float)profile_m(p, w.begin);
     out->free_to_m = fminf(out->free_to_m, (float)profile_m(p, w.end));
@@ -427,7 +435,7 @@ static void find_free_interval(const struct extract *e, const struct profile *p,
         out->hides = BEAM_HIDES_BEFORE;
     out->heard_to_m = out->free_to_m;
     if (e->conf.off_axis)
-        find_free_aside(e, p, b, w.begin, detectable, out);
+        find_free_aside(e, p, b, w.begin, levels->target, out);
 }
 
 /* The echoes of the beam; out->free_to_m ends at what is doubtful. survivors: those of the class step, or NULL. */
@@ -457,21 +465,26 @@ static void detect(struct extract *e, struct profile *p, struct detection *d, st
  */
 #define BELOW_ECHOES 0.03
 
-/* From what the sonar has shown, and from what no sonar is set up below; kept as the reference of this ping. wall: what
- * the weakest wall exceeds. */
-static double detectable_power(struct extract *e, const struct ping *ping, double full, double wall)
+/* Kept as the reference of this ping. full: power at full scale. */
+static struct levels levels_of(struct extract *e, const struct ping *ping, double full)
 {
-    const bool of_walls = e->conf.target == EXTRACT_WALL;
-    const double prior =
-        of_walls ? wall : full * free_water_detectable(e->amplitude.law, (double)ping->gain_db, e->conf.target);
+    const struct extract_conf *c = &e->conf;
+    const double prior = full * free_water_detectable(e->amplitude.law, (double)ping->gain_db, 0.0);
     uint64_t usual;
-    const double shown = of_walls && usual_get(&e->now->echo_power, &usual) ? BELOW_ECHOES * (double)usual : 0.0;
+    const double shown = usual_get(&e->now->echo_power, &usual) ? BELOW_ECHOES * (double)usual : 0.0;
+    const double wall = fmax(prior, shown);
+    const struct levels levels = {
+        .prior = prior,
+        .wall = wall,
+        .target = c->target_db > 0.0
+                      ? full * free_water_detectable(e->amplitude.law, (double)ping->gain_db, c->target_db)
+                      : wall};
 
-    e->reference.power = fmax(prior, shown);
+    e->reference.power = levels.target;
     e->reference.full = full;
     e->reference.bins = 2 * (uint64_t)e->now->axis.half + 1;
-    e->reference.shown = shown > prior;
-    return e->reference.power;
+    e->reference.shown = levels.target > prior;
+    return levels;
 }
 
 bool extract_reference(const struct extract *e, struct extract_reference *out)
@@ -507,16 +520,15 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
 
     profile_sum(&p, &e->amplitude, p.samples, e->conf.floor_counts, e->work);
     const double full = (double)amplitude_of(&e->amplitude, e->amplitude.max_count) * (2.0 * p.axis->half + 1.0);
-    const double wall = full * free_water_detectable(e->amplitude.law, (double)ping->gain_db, EXTRACT_WALL);
-    const double detectable = detectable_power(e, ping, full, wall);
+    const struct levels levels = levels_of(e, ping, full);
     struct detection d = {.mask = e->mask,
                           .baseline = usual,
-                          .loud = detectable,
-                          .wall = wall,
+                          .loud = levels.target,
+                          .wall = levels.prior,
                           .one_q16 = e->one_q16,
                           .factors = MAX_FACTORS};
     const struct late_ring late = end_ring_down(e, &p, of_ping);
-    const uint32_t hidden = usual && e->conf.ring_down_m < 0.0 ? free_water_begin(&p, usual, detectable) : 0;
+    const uint32_t hidden = usual && e->conf.ring_down_m < 0.0 ? free_water_begin(&p, usual, levels.target) : 0;
     p.first = hidden > p.first ? hidden : p.first; /* no echo is looked for where the baseline hides one */
     if (p.first < p.axis->n)
         pass_mask_of_ring(&p);
@@ -541,7 +553,7 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
         out->free_to_m = 0.0f;
         out->hides = BEAM_HIDES_RING;
     } else {
-        find_free_interval(e, &p, usual, detectable, &shown.first, out);
+        find_free_interval(e, &p, usual, &levels, &shown.first, out);
     }
 }
 

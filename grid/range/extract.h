@@ -36,7 +36,8 @@ struct extract_conf {
     uint32_t floor_counts;  /* [0, 65535] the receiver's own noise: a quieter reference is taken as this loud */
     double min_contrast_db; /* [0, 100] an echo's peak rises at least so much (power) above its reference */
     enum extract_no_echo no_echo;
-    enum extract_target target;
+    double
+        target_db; /* [0, 60] how much less than a wall the weakest obstacle returns that free water is without */
     double minimum_range_m; /* [0, 1000] */
     bool off_axis;          /* also find how far the water is free off the axis, for a voxel map */
     double ring_down_m;     /* end of the ring-down, <= 100; < 0: found in every beam */
@@ -94,11 +95,11 @@ struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_
  * as the peak; that covers devices that count from the beginning of their transmission and not from its middle.
  * strength: peak over threshold. confidence: rises with how far the peak stands above its reference, 0.5 at 13 dB and
  * 0.9 at 22.6 dB, whatever the threshold is. level: of the strongest cell over what the weakest wall exceeds at the
- * ping's gain, whatever conf.target is and the sonar has shown.
+ * ping's gain, whatever conf.target_db is and the sonar has shown.
  * Saturated bins beyond the ring-down are echoes. Beams without geometry, without samples, too short, saturated
  * or zero throughout are BEAM_BLIND.
  *
- * The water from blind_m to free_to_m is free: an obstacle of the reference strength (conf.target) would have been
+ * The water from blind_m to free_to_m is free: an obstacle of the reference strength (conf.target_db) would have been
  * detected there. It ends at the first echo, at a group that lacks up to 1.5 dB of the contrast of one, at what is as
  * loud as the reference or stands out of the baseline, and by the no_echo rule. Nothing is free in the first 16 beams
  * of a range axis and gain, while the baseline is not known (except under EXTRACT_RANGE), nor where the ring-down is

@@ -31,14 +31,11 @@
 #define EDGE_LOSS         4.0
 #define EDGE_SURFACE_LOSS 40.0
 
-static const double below_wall_db[] = {
-    [EXTRACT_WALL] = 0.0, [EXTRACT_PILE] = 6.0, [EXTRACT_NET] = 12.0, [EXTRACT_LINE] = 18.0};
-
-double free_water_detectable(enum amplitude_law law, double gain_db, enum extract_target target)
+double free_water_detectable(enum amplitude_law law, double gain_db, double below_wall_db)
 {
     const double wall_db = law == AMPLITUDE_LOG ? WALL_LOG_DB : WALL_DB;
 
-    return pow(10.0, (wall_db + gain_db - FADING_DB - below_wall_db[target]) / 10.0);
+    return pow(10.0, (wall_db + gain_db - FADING_DB - below_wall_db) / 10.0);
 }
 
 bool free_water_is_dumb(const struct profile *p)

@@ -15,15 +15,12 @@ enum extract_no_echo {
     EXTRACT_RANGE,   /* to the end of the beam or the first doubtful cell, whatever is masked there */
 };
 
-/* The weakest obstacle that must not be missed. */
-enum extract_target { EXTRACT_WALL, EXTRACT_PILE, EXTRACT_NET, EXTRACT_LINE };
-
 /**
- * free_water_detectable - the power, as a share of full scale, that such a target exceeds with a probability of
- * 0.99: its mean level at the most unfavourable range, less what speckle takes away. gain_db: of the receiver,
- * against the device's normal setting.
+ * free_water_detectable - the power, as a share of full scale, that a target exceeds with a probability of 0.99: its
+ * mean level at the most unfavourable range, less what speckle takes away. gain_db: of the receiver, against the
+ * device's normal setting. below_wall_db: how much less than the weakest wall the target returns; 0: that wall.
  */
-double free_water_detectable(enum amplitude_law law, double gain_db, enum extract_target target);
+double free_water_detectable(enum amplitude_law law, double gain_db, double below_wall_db);
 
 /** free_water_is_dumb - every bin from p->first on at full scale, or every bin at zero: the receiver said nothing. */
 bool free_water_is_dumb(const struct profile *p);

@@ -840,6 +840,10 @@ static void random_value(const struct conf_key *key, uint64_t *seed, void *base)
     size_t used = 0, length = 1 + test_random(seed) % (key->size < 170 ? key->size - 1 : 170);
     switch (key->kind) {
     case CONF_QUANTITY:
+        if (key->named && test_random(seed) % 2) {
+            CHECK(conf_value_read(key, key->named->word, base, &fault));
+            return;
+        }
         for (int i = 0; i < key->n; i++)
             used += (size_t)snprintf(text + used, sizeof text - used, "%.17g ",
                                      key->lo + (key->hi - key->lo) * test_uniform(seed));

@@ -585,17 +585,16 @@ TEST(nothing_is_free_before_the_baseline_is_known)
 TEST(water_is_free_as_far_as_the_target_would_be_detected)
 {
     static const struct {
-        enum extract_target target;
+        double target_db;
         float gain_db;
         int level;
         bool free;
-    } row[] = {{EXTRACT_WALL, 0, 45, true},  {EXTRACT_WALL, 0, 56, false},  {EXTRACT_PILE, 0, 45, false},
-               {EXTRACT_PILE, 0, 35, true},  {EXTRACT_NET, 0, 35, false},   {EXTRACT_NET, 0, 24, true},
-               {EXTRACT_LINE, 0, 24, false}, {EXTRACT_WALL, -6, 45, false}, {EXTRACT_WALL, -6, 35, true}};
+    } row[] = {{0, 0, 45, true},  {0, 0, 56, false},  {6, 0, 45, false},  {6, 0, 35, true}, {12, 0, 35, false},
+               {12, 0, 24, true}, {18, 0, 24, false}, {0, -6, 45, false}, {0, -6, 35, true}};
 
     for (size_t k = 0; k < sizeof row / sizeof row[0]; k++) {
         begin();
-        conf.target = row[k].target;
+        conf.target_db = row[k].target_db;
         set_up();
         ping.gain_db = row[k].gain_db;
         const struct scene quiet = {.floor = 12, .ring_down_m = 0.3};
@@ -679,14 +678,14 @@ TEST(off_the_axis_is_known_of_profiles_where_it_is_wanted)
 TEST(an_echo_weaker_than_the_target_is_faint)
 {
     static const struct {
-        enum extract_target target;
+        double target_db;
         double level;
         uint8_t flags;
-    } row[] = {{EXTRACT_WALL, 40, ECHO_FAINT}, {EXTRACT_WALL, 120, 0}, {EXTRACT_LINE, 40, 0}};
+    } row[] = {{0, 40, ECHO_FAINT}, {0, 120, 0}, {18, 40, 0}};
 
     for (size_t k = 0; k < sizeof row / sizeof row[0]; k++) {
         begin();
-        conf.target = row[k].target;
+        conf.target_db = row[k].target_db;
         set_up();
         const struct scene quiet = {.floor = 12, .ring_down_m = 0.3}, wall = {12, 0.3, {5.0}, row[k].level, 1};
         know(&quiet);

@@ -436,7 +436,7 @@ TEST(the_reference_is_the_prior_or_what_the_echoes_say)
     CHECK(extract_reference(extract, &r));
     CHECK_NEAR(r.level_db, 40 * log10(250.0 / 255.0) - 15.2, 0, 0.1);
     CHECK_INT(r.shown, 1);
-    conf.target = EXTRACT_LINE;
+    conf.target_db = 18.0;
     set_up();
     run(NULL);
     CHECK(extract_reference(extract, &r));

@@ -148,7 +148,7 @@ static struct score score_of(const struct extract_conf *conf, uint64_t seed)
     struct score s = {.walls = BEAMS};
     double square = 0.0;
 
-    const double least = free_water_detectable(AMPLITUDE_SQRT, 0.0, EXTRACT_WALL);
+    const double least = free_water_detectable(AMPLITUDE_SQRT, 0.0, 0.0);
     struct water none = {0};
     for (int k = 0; k < BEAMS; k++) {
         if (k % SAME_WATER == 0) {
