@@ -528,8 +528,8 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
                           .one_q16 = e->one_q16,
                           .factors = MAX_FACTORS};
     const struct late_ring late = end_ring_down(e, &p, of_ping);
-    const uint32_t hidden = usual && e->conf.ring_down_m < 0.0 ? free_water_begin(&p, usual, levels.target) : 0;
-    p.first = hidden > p.first ? hidden : p.first; /* no echo is looked for where the baseline hides one */
+    const uint32_t hidden = usual && e->conf.ring_down_m < 0.0 ? free_water_begin(&p, usual, levels.wall) : 0;
+    p.first = hidden > p.first ? hidden : p.first; /* no echo is looked for where the baseline hides a wall */
     if (p.first < p.axis->n)
         pass_mask_of_ring(&p);
     if (p.first >= p.axis->n || free_water_is_dumb(&p) || !detector_for(e, &p, &d.cfar))

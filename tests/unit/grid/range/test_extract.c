@@ -608,6 +608,27 @@ TEST(water_is_free_as_far_as_the_target_would_be_detected)
     }
 }
 
+/* A weaker target makes the ring-down last longer, and must not make it last through a wall that all beams show. */
+TEST(a_weaker_target_does_not_hide_a_wall_next_to_the_head)
+{
+    for (double target_db = 0; target_db <= 18; target_db += 3)
+        for (double wall_m = 0.32; wall_m < 0.5; wall_m += 0.01) {
+            const struct scene scene = {12, 0.3, {wall_m}, 150, 1};
+            begin();
+            conf.target_db = target_db;
+            set_up();
+            know(&scene);
+            for (int n = 0; n < 40; n++)
+                run();
+            CHECK(found[0].free_to_m <= found[0].blind_m || (double)found[0].free_to_m <= wall_m);
+            if (test_case_failed) {
+                printf("(%g dB, %g m: free %g to %g)\n", target_db, wall_m, (double)found[0].blind_m,
+                       (double)found[0].free_to_m);
+                return;
+            }
+        }
+}
+
 /* The counts of some level over a stretch, in water of 12 counts, as all beams have it. */
 static const struct beam_echoes *hear_level(int from_bin, int end_bin, double level)
 {
@@ -1243,6 +1264,7 @@ int main(void)
     RUN(a_doubtful_group_ends_the_free_water);
     RUN(nothing_is_free_before_the_baseline_is_known);
     RUN(water_is_free_as_far_as_the_target_would_be_detected);
+    RUN(a_weaker_target_does_not_hide_a_wall_next_to_the_head);
     RUN(off_the_axis_water_is_free_as_far_as_less_would_be_heard);
     RUN(at_the_edge_nothing_is_free_behind_what_begins_at_the_head);
     RUN(off_the_axis_is_known_of_profiles_where_it_is_wanted);
