@@ -76,6 +76,7 @@ static const struct need needs[] = {
     {"extract", "classes", {PROFILES}},
     {"extract", "no_echo", {PROFILES}},
     {"extract", "target", {PROFILES}},
+    {"extract", "bottom", {PROFILES}},
     {"extract", "minimum_range", {IS("extract", "no_echo", "minimum"), RANGES}},
     {"background", NULL, {TEMPLATES}},
     {"grid", "range_error", {IS("grid", "sensor_model", "gauss|midpoint")}},

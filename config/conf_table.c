@@ -237,6 +237,13 @@ const struct conf_key conf_keys[] = {
      .help = "Weakest obstacle that free space must not contain: how much less than a wall it returns. A pile\n"
              "returns 6 dB less, a net 12 dB, a line 18 dB. The weaker the target, the shorter the free space;\n"
              "docs/extract.md has the curve. Every answer names the target."},
+    {"extract", "bottom", LIVE, QUANTITY(1, "dB", 0, 40), .standard = "12 dB", .instead = "off",
+     .instead_value = -1, CONF(extract.bottom_db),
+     .help =
+         "Weakest bottom that free space must not contain: how much less than a wall it returns where it\n"
+         "begins. The echo of a soft bottom has no edge; it is found because it lasts for longer than window.\n"
+         "A bottom that the beam grazes, or that is softer, is not found. off: bottoms are judged like any\n"
+         "other target, and mud may be called free."},
     {"extract", "minimum_range", LIVE, QUANTITY(1, "m", 0.1, 200), .standard = "0.75 m",
      CONF(extract.minimum_range_m),
      .help = "For no_echo = minimum: how far water is free where a beam received no echo. Not beyond the range\n"

@@ -45,6 +45,7 @@ void wiring_extract(const struct conf *conf, int i, struct extract_conf *e)
                                .min_contrast_db = c->min_contrast_db,
                                .no_echo = rules[c->no_echo],
                                .target_db = c->target_db,
+                               .bottom_db = c->bottom_db,
                                .minimum_range_m = c->minimum_range_m,
                                .off_axis = conf->map.voxel_m > 0,
                                .learn_ring_down = c->learn_ring_down == CONF_ON,

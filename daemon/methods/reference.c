@@ -5,9 +5,12 @@
 
 #include "config/conf_table.h"
 #include "daemon/pipeline/pipeline.h"
+#include "daemon/settings.h"
 #include "json_units.h"
 
 #define REFERENCE_TARGET_SIZE 64
+
+#define OF_RANGES "what the sonar reports"
 
 /* "wall", or "20 dB below a wall". */
 static const char *target_of(const struct conf_extract *c, char text[REFERENCE_TARGET_SIZE])
@@ -23,11 +26,31 @@ static const char *target_of(const struct conf_extract *c, char text[REFERENCE_T
     return text;
 }
 
+static void write_bottom(struct json_out *out, bool looked_for, double below_wall_db)
+{
+    json_member_known(out, "bottom_db", looked_for && below_wall_db >= 0, below_wall_db, 1e3);
+}
+
+void reference_write_target(struct json_out *out, const struct methods_env *d)
+{
+    char text[REFERENCE_TARGET_SIZE], both[2 * REFERENCE_TARGET_SIZE];
+    int ranges = 0;
+
+    for (int i = 0; i < d->conf.n_sonars; i++)
+        ranges += !settings_checks.uses(d->conf.sonar[i].device, "amplitude");
+    target_of(&d->conf.extract, text);
+    snprintf(both, sizeof both, "%s%s%s", ranges < d->conf.n_sonars ? text : "",
+             ranges > 0 && ranges < d->conf.n_sonars ? ", or " : "", ranges > 0 ? OF_RANGES : "");
+    json_member_text(out, "target", both);
+    write_bottom(out, ranges < d->conf.n_sonars, d->conf.extract.bottom_db);
+}
+
 static void write_members(struct json_out *out, const struct methods_env *d,
                           const struct extract_reference *reference)
 {
     char text[REFERENCE_TARGET_SIZE];
     json_member_text(out, "target", target_of(&d->conf.extract, text));
+    write_bottom(out, true, d->conf.extract.bottom_db);
     json_member_real(out, "level_db", reference->level_db, 10);
     json_member_count(out, "counts", reference->counts);
     json_member_word(out, "from", reference->shown ? "its echoes" : "prior");

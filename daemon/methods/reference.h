@@ -9,6 +9,12 @@
 #include "daemon/methods/environment.h"
 #include "daemon/rpc/json_out.h"
 
+/**
+ * reference_write_target - the members `target` and `bottom_db`: what a clear answer is clear of. Sonars that report
+ * ready ranges detect what they detect, and nobody has told what.
+ */
+void reference_write_target(struct json_out *out, const struct methods_env *d);
+
 /** reference_write - the member `detects`: of a sonar, as of its last ping; null: none was judged by its level. */
 void reference_write(struct json_out *out, const struct methods_env *d, const struct extract_reference *reference);
 

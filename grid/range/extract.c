@@ -74,6 +74,7 @@ void extract_defaults(struct extract_conf *conf)
         .min_contrast_db = 14.0,
         .no_echo = EXTRACT_HEARD,
         .target_db = 0.0,
+        .bottom_db = 12.0,
         .minimum_range_m = 0.75,
         .ring_down_m = -1.0,
         .law = EXTRACT_LAW_OF_PING,
@@ -100,6 +101,7 @@ static bool conf_ok(const struct extract_conf *c, struct fault *fault)
            in_range(c->min_contrast_db, 0.0, 100.0, "min_contrast", fault) &&
            in_range(c->no_echo, EXTRACT_MINIMUM, EXTRACT_RANGE, "no_echo", fault) &&
            in_range(c->target_db, 0.0, 60.0, "target", fault) &&
+           in_range(c->bottom_db, -1.0, 60.0, "bottom", fault) &&
            in_range(c->minimum_range_m, 0.0, 1000.0, "minimum_range", fault) &&
            in_range(c->ring_down_m, -1e9, 100.0, "ring_down", fault) &&
            in_range(c->law, EXTRACT_LAW_OF_PING, AMPLITUDE_LOG, "amplitude", fault) &&
@@ -379,6 +381,7 @@ struct levels {
     double prior;  /* a wall where no sonar is set up to show less */
     double wall;   /* the same, or a wall as this sonar has shown them where that is more */
     double target; /* the target */
+    double bottom; /* a bottom, on average over a window; INFINITY: none is looked for */
 };
 
 /* How far the water is free off the axis, of cells begin .. where it is on it. */
@@ -400,7 +403,7 @@ static void find_free_interval(const struct extract *e, const struct profile *p,
                                const struct levels *levels, const struct reflection *first,
                                struct beam_echoes *out)
 {
-    const bool bold = e->conf.no_echo == EXTRACT_RANGE;
+    const bool bold = e->conf.no_echo == EXTRACT_RANGE, deaf = bold && out->n == 0;
     uint32_t begin = p->first;
 
     if (b && e->conf.ring_down_m < 0.0)
@@ -419,8 +422,10 @@ static void find_free_interval(const struct extract *e, const struct profile *p,
         out->free_to_m = 0.0f;
         return;
     }
-    const struct free_water w = free_water_find(p, b, begin, bold && out->n == 0 ? INFINITY : levels->target,
-                                                e->contrast, out->n ? first->near : 0);
+    struct free_water w =
+        free_water_find(p, b, begin, deaf ? INFINITY : levels->target, e->contrast, out->n ? first->near : 0);
+    if (!deaf && isfinite(levels->bottom))
+        w = free_water_before_surface(p, w, levels->bottom);
     out->heard_from_m = out->blind_m = (float)profile_m(p, w.begin);
     out->free_to_m = fminf(out->free_to_m, (float)profile_m(p, w.end));
     if (e->conf.no_echo == EXTRACT_MINIMUM && out->n == 0)
@@ -478,7 +483,8 @@ static struct levels levels_of(struct extract *e, const struct ping *ping, doubl
         .wall = wall,
         .target = c->target_db > 0.0
                       ? full * free_water_detectable(e->amplitude.law, (double)ping->gain_db, c->target_db)
-                      : wall};
+                      : wall,
+        .bottom = c->bottom_db < 0.0 ? INFINITY : wall * free_water_bottom_over_wall(c->bottom_db)};
 
     e->reference.power = levels.target;
     e->reference.full = full;

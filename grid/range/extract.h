@@ -38,6 +38,7 @@ struct extract_conf {
     enum extract_no_echo no_echo;
     double
         target_db; /* [0, 60] how much less than a wall the weakest obstacle returns that free water is without */
+    double bottom_db;       /* the same of a bottom, whose echo has no edge; < 0: not looked for */
     double minimum_range_m; /* [0, 1000] */
     bool off_axis;          /* also find how far the water is free off the axis, for a voxel map */
     double ring_down_m;     /* end of the ring-down, <= 100; < 0: found in every beam */
@@ -101,7 +102,8 @@ struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_
  *
  * The water from blind_m to free_to_m is free: an obstacle of the reference strength (conf.target_db) would have been
  * detected there. It ends at the first echo, at a group that lacks up to 1.5 dB of the contrast of one, at what is as
- * loud as the reference or stands out of the baseline, and by the no_echo rule. Nothing is free in the first 16 beams
+ * loud as the reference or stands out of the baseline, where the mean of the next window is as loud as a bottom
+ * (conf.bottom_db), and by the no_echo rule. Nothing is free in the first 16 beams
  * of a range axis and gain, while the baseline is not known (except under EXTRACT_RANGE), nor where the ring-down is
  * louder than usual: something near may hide the rest.
  *

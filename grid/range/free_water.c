@@ -38,6 +38,11 @@ double free_water_detectable(enum amplitude_law law, double gain_db, double belo
     return pow(10.0, (wall_db + gain_db - FADING_DB - below_wall_db) / 10.0);
 }
 
+double free_water_bottom_over_wall(double below_wall_db)
+{
+    return pow(10.0, (FADING_DB - below_wall_db) / 10.0);
+}
+
 bool free_water_is_dumb(const struct profile *p)
 {
     const uint32_t n = p->axis->n;
@@ -151,37 +156,35 @@ struct free_water free_water_find(const struct profile *p, const struct baseline
     return free_from(p, b, begin, detectable, contrast);
 }
 
-/* ---- off the axis ---- */
-
-/*
- * The part of w before a reference window that is louder on average than `power`. A window that the end of the
- * ring-down raises is passed, unless that takes more cells than it has.
- */
-static struct free_water before_surface(const struct profile *p, struct free_water w, double power)
+static uint32_t sooner(uint32_t a, uint32_t b)
 {
-    const uint32_t window = p->axis->window;
+    return a < b ? a : b;
+}
+
+struct free_water free_water_before_surface(const struct profile *p, struct free_water w, double power)
+{
+    const uint32_t window = w.begin < w.end ? sooner(p->axis->window, w.end - w.begin) : 0;
     const uint64_t most = profile_below(p, power * (double)window);
     uint64_t sum = 0;
 
-    if (w.begin > w.end || w.end - w.begin < window)
-        return (struct free_water){w.begin, w.begin};
-    const uint32_t last = w.end - window, latest = w.begin + window < last ? w.begin + window : last;
-    for (uint32_t i = w.begin; i < w.begin + window; i++)
+    /* no mean is louder than all of its cells */
+    const uint32_t loud = window ? profile_next_above(p, w.begin, w.end, profile_below(p, power)) : w.end;
+    if (loud >= w.end)
+        return w;
+    uint32_t at = loud - w.begin >= window ? loud - window + 1 : w.begin;
+    const uint32_t last = w.end - window, latest = sooner(w.begin + window, last);
+    for (uint32_t i = at; i < at + window; i++)
         sum += p->cell[i];
-    while (sum > most && w.begin < latest) {
+    while (at == w.begin && sum > most && w.begin < latest) {
         sum += p->cell[w.begin + window] - p->cell[w.begin];
-        w.begin++;
+        at = ++w.begin;
     }
-    uint32_t at = w.begin;
     for (; sum <= most && at < last; at++)
         sum += p->cell[at + window] - p->cell[at];
     return (struct free_water){w.begin, sum > most ? at : w.end};
 }
 
-static uint32_t sooner(uint32_t a, uint32_t b)
-{
-    return a < b ? a : b;
-}
+/* ---- off the axis ---- */
 
 struct free_water_aside free_water_aside(const struct profile *p, const struct baseline *b, struct free_water w,
                                          double detectable, double contrast)
@@ -190,5 +193,7 @@ struct free_water_aside free_water_aside(const struct profile *p, const struct b
     struct free_water edge = free_from(p, b, w.begin, detectable / EDGE_LOSS, contrast);
 
     edge.end = sooner(edge.end, side_end);
-    return (struct free_water_aside){side_end, before_surface(p, edge, detectable / EDGE_SURFACE_LOSS)};
+    if (edge.begin >= edge.end || edge.end - edge.begin < p->axis->window)
+        edge.end = edge.begin; /* too short to tell a surface that the edge grazes */
+    return (struct free_water_aside){side_end, free_water_before_surface(p, edge, detectable / EDGE_SURFACE_LOSS)};
 }

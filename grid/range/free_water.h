@@ -22,6 +22,12 @@ enum extract_no_echo {
  */
 double free_water_detectable(enum amplitude_law law, double gain_db, double below_wall_db);
 
+/**
+ * free_water_bottom_over_wall - what a bottom returns where it begins, on average over many cells, over what the wall
+ * exceeds in each cell: free_water_detectable allows for speckle, which a mean of many has none of.
+ */
+double free_water_bottom_over_wall(double below_wall_db);
+
 /** free_water_is_dumb - every bin from p->first on at full scale, or every bin at zero: the receiver said nothing. */
 bool free_water_is_dumb(const struct profile *p);
 
@@ -53,6 +59,13 @@ struct free_water {
  */
 struct free_water free_water_find(const struct profile *p, const struct baseline *b, uint32_t begin,
                                   double detectable, double contrast, uint32_t passed);
+
+/**
+ * free_water_before_surface - the part of w before a reference window (or all of w, where that is shorter) that is
+ * louder on average than `power`: what has no edge, such as a soft bottom, answers weakly and for long. A window that
+ * the end of the ring-down raises is passed, unless that takes more cells than it has.
+ */
+struct free_water free_water_before_surface(const struct profile *p, struct free_water w, double power);
 
 /* Of the water that is free on a beam's axis, what is free off it, where the two-way pattern weakens all echoes. */
 struct free_water_aside {

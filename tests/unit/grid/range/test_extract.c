@@ -595,6 +595,7 @@ TEST(water_is_free_as_far_as_the_target_would_be_detected)
     for (size_t k = 0; k < sizeof row / sizeof row[0]; k++) {
         begin();
         conf.target_db = row[k].target_db;
+        conf.bottom_db = -1;
         set_up();
         ping.gain_db = row[k].gain_db;
         const struct scene quiet = {.floor = 12, .ring_down_m = 0.3};
@@ -606,6 +607,55 @@ TEST(water_is_free_as_far_as_the_target_would_be_detected)
         CHECK_INT(found[0].n, 0);
         CHECK(row[k].free ? found[0].free_to_m > 9.9f : found[0].free_to_m > 7.0f && found[0].free_to_m < 9.1f);
     }
+}
+
+/*
+ * Of full scale the weakest wall returns -21 dB, a bottom 12 dB less: 38 counts, where it lasts for longer than a
+ * window of 40 bins. 20 dB less are 24 counts. None of it is as loud as the target, and all beams have it.
+ */
+TEST(water_is_free_as_far_as_a_bottom_would_be_detected)
+{
+    static const struct {
+        double bottom_db;
+        float gain_db;
+        int level, bins;
+        bool free;
+    } row[] = {{12, 0, 36, 400, true}, {12, 0, 40, 400, false}, {12, 0, 40, 20, true},
+               {-1, 0, 40, 400, true}, {20, 0, 22, 400, true},  {20, 0, 26, 400, false},
+               {20, 0, 26, 20, true},  {12, -6, 26, 400, true}, {12, -6, 29, 400, false}};
+
+    for (size_t k = 0; k < sizeof row / sizeof row[0]; k++) {
+        begin();
+        conf.bottom_db = row[k].bottom_db;
+        set_up();
+        ping.gain_db = row[k].gain_db;
+        const struct scene quiet = {.floor = 12, .ring_down_m = 0.3};
+        render(&quiet, NULL);
+        memset(bytes + 500, row[k].level, (size_t)row[k].bins);
+        for (int n = 0; n < 200; n++)
+            run();
+        CHECK_INT(found[0].n, 0);
+        CHECK(row[k].free ? found[0].free_to_m > 9.9f : found[0].free_to_m > 4.5f && found[0].free_to_m < 5.1f);
+        if (test_case_failed)
+            printf("(row %zu: free to %g)\n", k, (double)found[0].free_to_m);
+    }
+}
+
+/* A bottom that begins at the head leaves nothing free; what is free before an echo keeps its end. */
+TEST(a_bottom_next_to_the_head_leaves_nothing_free)
+{
+    begin();
+    know(&(struct scene){.floor = 12, .ring_down_m = 0.3});
+    memset(bytes + 30, 42, 300);
+    for (int n = 0; n < 200; n++)
+        run();
+    CHECK(found[0].free_to_m <= found[0].blind_m);
+    begin();
+    const struct scene wall = {12, 0.3, {0.7}, 150, 1}; /* nearer than a window behind the ring-down */
+    know(&(struct scene){.floor = 12, .ring_down_m = 0.3});
+    render(&wall, NULL);
+    run();
+    CHECK(found[0].free_to_m > 0.6f && found[0].free_to_m <= 0.7f && found[0].blind_m < 0.4f);
 }
 
 /* A weaker target makes the ring-down last longer, and must not make it last through a wall that all beams show. */
@@ -634,6 +684,7 @@ static const struct beam_echoes *hear_level(int from_bin, int end_bin, double le
 {
     begin();
     conf.off_axis = true;
+    conf.bottom_db = -1;
     set_up();
     know(&(struct scene){.floor = 12, .ring_down_m = 0.3});
     memset(bytes + from_bin, (int)level, (size_t)(end_bin - from_bin));
@@ -1264,6 +1315,8 @@ int main(void)
     RUN(a_doubtful_group_ends_the_free_water);
     RUN(nothing_is_free_before_the_baseline_is_known);
     RUN(water_is_free_as_far_as_the_target_would_be_detected);
+    RUN(water_is_free_as_far_as_a_bottom_would_be_detected);
+    RUN(a_bottom_next_to_the_head_leaves_nothing_free);
     RUN(a_weaker_target_does_not_hide_a_wall_next_to_the_head);
     RUN(off_the_axis_water_is_free_as_far_as_less_would_be_heard);
     RUN(at_the_edge_nothing_is_free_behind_what_begins_at_the_head);
