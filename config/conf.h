@@ -365,6 +365,11 @@ void conf_idle(const struct conf *conf, const struct conf_checks *checks, conf_f
 /** conf_defaults - what an empty file means: no sonars; every element of sonar[] is at its defaults, too. */
 void conf_defaults(struct conf *conf);
 
+#define CONF_TARGET_SIZE 64
+
+/** conf_target_text - the target in words: "wall", "20 dB below a wall". Returns text. */
+const char *conf_target_text(const struct conf_extract *extract, char text[CONF_TARGET_SIZE]);
+
 /**
  * conf_print - effective values with units, each with where it came from: `key = value  ; file:line` or `; default`.
  * The output is a configuration itself and loads to the same values, bit for bit; keys without use are not in it.

@@ -80,6 +80,19 @@ void conf_print(const struct conf *conf, const struct conf_source *source, FILE 
     conf_locale_leave(outside);
 }
 
+const char *conf_target_text(const struct conf_extract *extract, char text[CONF_TARGET_SIZE])
+{
+    const struct conf_named *named = conf_key_find("extract", "target")->named;
+
+    while (named->word && named->value != extract->target_db)
+        named++;
+    if (named->word)
+        snprintf(text, CONF_TARGET_SIZE, "%s", named->word);
+    else
+        snprintf(text, CONF_TARGET_SIZE, "%.6g dB below a wall", extract->target_db);
+    return text;
+}
+
 static void put_comment(const char *line, int n, FILE *out)
 {
     fprintf(out, "# %.*s\n", n, line);

@@ -44,6 +44,7 @@ static void put_sonar(struct plan *plan, const struct conf *conf, int i)
 {
     const struct conf_sonar *sonar = &conf->sonar[i];
     const struct device_ops *ops = device_find(sonar->device);
+    plan->ranges[i] = device_key_find(ops, "amplitude") == NULL;
     put_stage(plan, PLAN_DEVICE, i, PLAN_NONE, "%s, up to %u x %u samples a ping", ops->name, ops->max_beams,
               ops->max_bins);
     if (ops->chooses)

@@ -58,6 +58,7 @@ struct plan_stage {
 struct plan {
     int n;
     struct plan_stage stage[PLAN_STAGES_MAX]; /* sonar by sonar, then what all share */
+    bool ranges[CONF_MAX_SONARS]; /* the sonar reports ready ranges: what it detects is its own choice */
 };
 
 /** plan_make - of a checked configuration. */

@@ -72,6 +72,8 @@ class Blocked:
     blind_to_m: float  # nothing is known nearer than this
     age_s: Optional[float]  # of the oldest evidence that counts; None: there is none
     reason: str
+    target: str  # the weakest obstacle that free water is without; a weaker one may be there
+    bottom_db: Optional[float]  # the softest bottom likewise, in dB below a wall; None: soft bottoms are not looked for
 
 
 @dataclasses.dataclass(frozen=True)
@@ -100,6 +102,8 @@ class Limit:
     age_s: Optional[float]
     reason: str
     remedy: str  # what would lift it
+    target: str  # the weakest obstacle that free water is without; a weaker one may be there
+    bottom_db: Optional[float]  # the softest bottom likewise, in dB below a wall; None: soft bottoms are not looked for
 
 
 @dataclasses.dataclass(frozen=True)
@@ -114,6 +118,8 @@ class Collision:
     ahead_s: float
     age_s: Optional[float]
     reason: str
+    target: str  # the weakest obstacle that free water is without; a weaker one may be there
+    bottom_db: Optional[float]  # the softest bottom likewise, in dB below a wall; None: soft bottoms are not looked for
 
 
 def _typed(kind: Any, result: Any) -> Any:

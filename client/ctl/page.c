@@ -73,6 +73,20 @@ const char *page_plural(long long n)
     return n == 1 ? "" : "s";
 }
 
+void page_target(const struct page *page, const json_t *result)
+{
+    char target[PAGE_CELL];
+
+    if (!json_is_string(json_object_get(result, "target")))
+        return;
+    fprintf(page->out, "  free of  %s; ", page_text(target, result, "target"));
+    if (json_is_number(json_object_get(result, "bottom_db")))
+        fprintf(page->out, "bottoms down to %.4g dB below a wall, not softer ones\n",
+                page_number(result, "bottom_db"));
+    else
+        fputs("soft bottoms are not looked for\n", page->out);
+}
+
 void page_word(const struct page *page, enum page_colour colour, int width, const char *word)
 {
     static const char *const codes[] = {

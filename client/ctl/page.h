@@ -31,6 +31,9 @@ const char *page_utc(char cell[PAGE_CELL], double t_unix);
 /** page_plural - what a noun has behind it after this number: "s", or nothing after 1. */
 const char *page_plural(long long n);
 
+/** page_target - a line that says what free water is free of; nothing where the answer does not say it. */
+void page_target(const struct page *page, const json_t *result);
+
 /** page_word - at least width wide, from the left. */
 void page_word(const struct page *page, enum page_colour colour, int width, const char *word);
 

@@ -32,6 +32,7 @@ static void show_blocked(const struct page *page, const json_t *result)
                 page_metres(b, rounded_in(page_number(result, "free_to_m"), floor)));
     fprintf(page->out, "  age      %s\n", page_duration(a, page_number(result, "age_s")));
     fprintf(page->out, "  because  %s\n", page_text(a, result, "reason"));
+    page_target(page, result);
 }
 
 /* Behind a ring without any answer. */
@@ -79,6 +80,7 @@ static void show_sectors(const struct page *page, const json_t *result)
     }
     fprintf(page->out, "%zu blocked, %zu clear, %zu unknown%s\n", total[0], total[1], total[2],
             total[0] + total[1] == 0 ? why_nothing(north && no_pose) : "");
+    page_target(page, result);
     if (total[0] >= MANY && 4 * total[0] >= 3 * (total[0] + total[1] + total[2]))
         fprintf(page->out,
                 "Blocked all around, though the water looks free? See docs/everything-is-blocked.md.\n");
@@ -223,9 +225,13 @@ static void show_evidence(const struct page *page, const json_t *sensor)
 
     if (json_is_object(detects)) {
         const bool prior = strcmp(page_text(b, detects, "from"), "prior") == 0;
-        fprintf(page->out, "             detects a %s of %.1f dB (%lld counts) or more, going by %s\n",
-                page_text(a, detects, "target"), page_number(detects, "level_db"), page_count(detects, "counts"),
-                prior ? "what holds for all sonars" : "its own echoes");
+        const char *target = page_text(a, detects, "target");
+        fprintf(page->out, "             detects %s %s of %.1f dB (%lld counts) or more, going by %s\n",
+                strstr(target, "below") ? "an obstacle" : "a", target, page_number(detects, "level_db"),
+                page_count(detects, "counts"), prior ? "what holds for all sonars" : "its own echoes");
+        if (json_is_number(json_object_get(detects, "bottom_db")))
+            fprintf(page->out, "             detects a bottom down to %.4g dB below a wall, none that is softer\n",
+                    page_number(detects, "bottom_db"));
     }
     if (own > 0)
         fprintf(page->out, "             an echo of the vehicle itself at %lld of 400 bearings\n", own);

@@ -37,6 +37,7 @@ void show_nearest(const struct page *page, const json_t *result)
             100 * page_number(result, "unknown_share"));
     fprintf(page->out, "  age      %s\n", page_duration(a, page_number(result, "age_s")));
     fprintf(page->out, "  because  %s\n", because(a, result));
+    page_target(page, result);
 }
 
 void show_limit(const struct page *page, const json_t *result)
@@ -61,6 +62,7 @@ void show_limit(const struct page *page, const json_t *result)
     fprintf(page->out, "  because  %s\n", because(b, result));
     if (*page_text(b, result, "remedy"))
         fprintf(page->out, "  remedy   %s\n", page_text(b, result, "remedy"));
+    page_target(page, result);
 }
 
 void show_collision(const struct page *page, const json_t *result)
@@ -85,6 +87,7 @@ void show_collision(const struct page *page, const json_t *result)
             speed_mps);
     fprintf(page->out, "  age      %s\n", page_duration(a, page_number(result, "age_s")));
     fprintf(page->out, "  because  %s\n", because(a, result));
+    page_target(page, result);
 }
 
 void show_sensors(const struct page *page, const json_t *result)

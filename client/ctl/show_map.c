@@ -5,6 +5,8 @@
 #include <math.h>
 #include <string.h>
 
+#include "page.h"
+
 #define SVG_SIDE   640.0 /* pixels of the picture's longer side */
 #define MARGIN     44.0
 #define SLICE_MAX  1024 /* rows and columns that are drawn */
@@ -55,6 +57,7 @@ void show_map_place(FILE *out, const json_t *result, bool colour)
     fputs("  because  ", out);
     print_text(out, result, "reason");
     fputc('\n', out);
+    page_target(&(struct page){.out = out}, result);
 }
 
 /* A count with what it is of; one that is 0 and tells of losses is left out. */

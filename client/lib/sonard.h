@@ -116,6 +116,16 @@ enum sonard_frame { SONARD_BODY, SONARD_NED }; /* forward, right, down; or north
 
 #define SONARD_REASON_SIZE 256
 
+#define SONARD_TARGET_SIZE 160
+
+/*
+ * What free and clear water is free of. Weaker obstacles and softer bottoms may be there: mud is no wall.
+ */
+struct sonard_target {
+    char name[SONARD_TARGET_SIZE]; /* "wall", "20 dB below a wall"; empty: not told */
+    double bottom_db; /* the softest bottom, in dB below a wall; NaN: soft bottoms are not looked for */
+};
+
 struct sonard_blocked {
     enum sonard_state state;
     double range_m, range_sd_m; /* of the nearest obstacle; NaN unless blocked */
@@ -124,6 +134,7 @@ struct sonard_blocked {
     double blind_to_m;          /* nothing is known nearer than this */
     double age_s;               /* of the oldest evidence that counts; NaN: none */
     char reason[SONARD_REASON_SIZE];
+    struct sonard_target target;
 };
 
 /* Water around a direction, from the vehicle to a distance. */
@@ -155,6 +166,7 @@ struct sonard_sectors {
     double pose_age_s; /* NaN: no pose was given */
     /* nearer water is the vehicle's own; where blind_to_m is beyond it, the first water is unknown */
     double near_m;
+    struct sonard_target target;
     int count; /* 0 when there is no answer */
     struct sonard_sector sector[SONARD_SECTORS_MAX];
 };
@@ -173,6 +185,7 @@ struct sonard_limit {
     double free_m;                /* known to be free in front of the body and its margin */
     double age_s;                 /* of the oldest ping that counts; NaN: none */
     char reason[SONARD_REASON_SIZE];
+    struct sonard_target target;
 };
 
 /** sonard_limit - the velocity made so short that the vehicle can still stop in water known to be free. */
@@ -187,6 +200,7 @@ struct sonard_collision {
     double unknown_after_s;        /* the corridor is unknown from then on; NaN: it is not */
     double age_s;
     char reason[SONARD_REASON_SIZE];
+    struct sonard_target target;
 };
 
 /**

@@ -31,6 +31,14 @@ static void copy_reason(char reason[SONARD_REASON_SIZE], const json_t *object)
     snprintf(reason, SONARD_REASON_SIZE, "%s", text ? text : "");
 }
 
+static void copy_target(struct sonard_target *target, const json_t *object)
+{
+    const char *text = json_string_value(json_object_get(object, "target"));
+
+    snprintf(target->name, sizeof target->name, "%s", text ? text : "");
+    target->bottom_db = number(object, "bottom_db");
+}
+
 static bool read_state(const json_t *object, const char *key, const char *clear, enum sonard_state *state)
 {
     const char *text = json_string_value(json_object_get(object, key));
@@ -62,6 +70,7 @@ static bool read_blocked(const json_t *result, struct sonard_blocked *out)
     const bool good = read_state(result, "state", "clear", &read.state);
 
     copy_reason(read.reason, result);
+    copy_target(&read.target, result);
     *out = good ? read : (struct sonard_blocked){0};
     return good;
 }
@@ -95,6 +104,7 @@ static bool read_sectors(const json_t *result, struct sonard_sectors *out)
     out->t_unix = number(result, "t_unix");
     out->pose_age_s = number(result, "pose_age_s");
     out->near_m = number(result, "near_m");
+    copy_target(&out->target, result);
     for (size_t i = 0; good && i < n; i++)
         good = read_sector(json_array_get(list, i), &out->sector[i]);
     if (!good)
@@ -131,6 +141,7 @@ static bool read_limit(const json_t *result, struct sonard_limit *out)
         read.velocity_mps[i] = json_number_value(part);
     }
     copy_reason(read.reason, result);
+    copy_target(&read.target, result);
     *out = good ? read : (struct sonard_limit){0};
     return good;
 }
@@ -155,6 +166,7 @@ static bool read_collision(const json_t *result, struct sonard_collision *out)
     const bool good = read_state(result, "state", "clear", &read.state);
 
     copy_reason(read.reason, result);
+    copy_target(&read.target, result);
     *out = good ? read : (struct sonard_collision){0};
     return good;
 }

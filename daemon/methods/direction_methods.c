@@ -6,6 +6,7 @@
 #include "methods.h"
 #include "query_context.h"
 #include "reason.h"
+#include "reference.h"
 #include "json_units.h"
 
 #include <math.h>
@@ -37,6 +38,7 @@ void direction_answer(const struct methods_env *d, struct json_out *out, const s
     json_member_metres(out, "blind_to_m", a->blind_to_m);
     json_member_age(out, "age_s", a->age_s);
     json_member_text(out, "reason", reason_sentence(d, now, &why, text));
+    reference_write_target(out, d);
     json_out_close(out, '}');
 }
 
@@ -121,6 +123,7 @@ bool method_sectors(const struct rpc_call *call, json_t *params, struct json_out
     json_member_age(out, "pose_age_s", query_pose_age_s(d));
     json_member_metres(out, "near_m", query_near_m(d));
     json_member_metres(out, "distance_m", reach_m);
+    reference_write_target(out, d);
     json_out_name(out, "sectors");
     json_out_open(out, '[');
     for (int64_t k = 0; k < count; k++)
@@ -180,6 +183,7 @@ bool method_nearest(const struct rpc_call *call, json_t *params, struct json_out
     json_member_age(out, "age_s", n.age_s);
     json_member_real(out, "unknown_share", n.unknown_share, 1e4);
     json_member_text(out, "reason", nearest_reason(d, &now, &limits, &n, text));
+    reference_write_target(out, d);
     json_out_close(out, '}');
     return true;
 }

@@ -10,6 +10,7 @@
 #include "methods.h"
 #include "query_context.h"
 #include "reason.h"
+#include "reference.h"
 #include "json_units.h"
 
 #define AT_REST_MPS 1e-3 /* slower is no direction */
@@ -170,7 +171,8 @@ static enum limit_pose pose_of(const struct movement *m)
     return m->drifts ? LIMIT_POSE_ADRIFT : m->follows ? LIMIT_POSE_PLACED : LIMIT_POSE_NONE;
 }
 
-static void write_limit(struct json_out *out, const struct movement *m, const struct limit *l, const char *reason)
+static void write_limit(const struct methods_env *d, struct json_out *out, const struct movement *m,
+                        const struct limit *l, const char *reason)
 {
     double at_m, az_rad = 0, el_rad = 0;
     const bool placed = limit_place(m, l, &at_m, &az_rad, &el_rad);
@@ -195,6 +197,7 @@ static void write_limit(struct json_out *out, const struct movement *m, const st
     json_member_age(out, "age_s", c->age_s);
     json_member_text(out, "reason", reason);
     json_member_text(out, "remedy", limit_remedy(l->by, c->reason, pose_of(m)));
+    reference_write_target(out, d);
     json_out_close(out, '}');
 }
 
@@ -212,7 +215,7 @@ bool method_limit(const struct rpc_call *call, json_t *params, struct json_out *
     limit_conf(&d->conf.vehicle, &conf);
     if (m.speed_mps < AT_REST_MPS) {
         m.corridor = (struct corridor){.blocked_m = INFINITY, .age_s = -1};
-        write_limit(out, &m, &l, "no speed was asked for");
+        write_limit(d, out, &m, &l, "no speed was asked for");
         return true;
     }
     /* as far as it would be for the oldest picture that may count: farther than needed changes nothing */
@@ -222,7 +225,7 @@ bool method_limit(const struct rpc_call *call, json_t *params, struct json_out *
                limit_drift_m(&conf, sqrt(dot(m.across, m.across)), longest_stale_s(d, &m)));
     limit_of(&conf, &m.corridor, m.speed_mps, m.stale_s, &l);
     char text[REASON_SIZE];
-    write_limit(out, &m, &l, limit_reason(d, &m, &l, text));
+    write_limit(d, out, &m, &l, limit_reason(d, &m, &l, text));
     return true;
 }
 
@@ -279,6 +282,7 @@ static void write_collision(const struct methods_env *d, struct json_out *out, c
                  : blind ? reason_cause(d, &m->now, c->reason, cause)
                          : "the path is free");
     json_member_text(out, "reason", reason_with_pose(&m->now, why, hits ? c->blocked_age_s : c->age_s, text));
+    reference_write_target(out, d);
     json_out_close(out, '}');
 }
 

@@ -3,28 +3,10 @@
 
 #include <stdio.h>
 
-#include "config/conf_table.h"
 #include "daemon/pipeline/pipeline.h"
-#include "daemon/settings.h"
 #include "json_units.h"
 
-#define REFERENCE_TARGET_SIZE 64
-
 #define OF_RANGES "what the sonar reports"
-
-/* "wall", or "20 dB below a wall". */
-static const char *target_of(const struct conf_extract *c, char text[REFERENCE_TARGET_SIZE])
-{
-    const struct conf_named *named = conf_key_find("extract", "target")->named;
-
-    while (named->word && named->value != c->target_db)
-        named++;
-    if (named->word)
-        snprintf(text, REFERENCE_TARGET_SIZE, "%s", named->word);
-    else
-        snprintf(text, REFERENCE_TARGET_SIZE, "%.6g dB below a wall", c->target_db);
-    return text;
-}
 
 static void write_bottom(struct json_out *out, bool looked_for, double below_wall_db)
 {
@@ -33,12 +15,12 @@ static void write_bottom(struct json_out *out, bool looked_for, double below_wal
 
 void reference_write_target(struct json_out *out, const struct methods_env *d)
 {
-    char text[REFERENCE_TARGET_SIZE], both[2 * REFERENCE_TARGET_SIZE];
+    char text[CONF_TARGET_SIZE], both[2 * CONF_TARGET_SIZE];
     int ranges = 0;
 
     for (int i = 0; i < d->conf.n_sonars; i++)
-        ranges += !settings_checks.uses(d->conf.sonar[i].device, "amplitude");
-    target_of(&d->conf.extract, text);
+        ranges += d->plan.ranges[i];
+    conf_target_text(&d->conf.extract, text);
     snprintf(both, sizeof both, "%s%s%s", ranges < d->conf.n_sonars ? text : "",
              ranges > 0 && ranges < d->conf.n_sonars ? ", or " : "", ranges > 0 ? OF_RANGES : "");
     json_member_text(out, "target", both);
@@ -48,8 +30,8 @@ void reference_write_target(struct json_out *out, const struct methods_env *d)
 static void write_members(struct json_out *out, const struct methods_env *d,
                           const struct extract_reference *reference)
 {
-    char text[REFERENCE_TARGET_SIZE];
-    json_member_text(out, "target", target_of(&d->conf.extract, text));
+    char text[CONF_TARGET_SIZE];
+    json_member_text(out, "target", conf_target_text(&d->conf.extract, text));
     write_bottom(out, true, d->conf.extract.bottom_db);
     json_member_real(out, "level_db", reference->level_db, 10);
     json_member_count(out, "counts", reference->counts);

@@ -10,6 +10,7 @@
 #include "daemon/map/map_service.h"
 #include "methods.h"
 #include "query_context.h"
+#include "reference.h"
 #include "json_units.h"
 
 #define QUESTION_VOXELS 2e6 /* in one question */
@@ -105,6 +106,7 @@ static void write_answer(struct json_out *out, const struct question *q)
                      reason_of(a, q->n > 0, q->d->conf.map.body_m <= 0, q->d->map_service.frame_lost));
     if (q->point)
         json_member_known(out, "age_s", q->since_ns != 0, age_s, 1e3);
+    reference_write_target(out, q->d);
     json_out_close(out, '}');
 }
 

@@ -39,6 +39,8 @@ def case_echolist_walls(bench):
     check(sensor["state"] == "running" and sensor["what"] == "echo list" and sensor["pings"] == 130, str(sensor))
     check(sensor["garbage_bytes"] == 0 and sensor["bad_frame"] == 0, str(sensor))
     check(blocked(client, 180, 3) == "unknown", "it never looked aft")
+    answer = client.call("blocked", azimuth_deg=0, distance_m=3)
+    check((answer["target"], answer["bottom_db"]) == ("what the sonar reports", None), str(answer))
 
 
 def case_echolist_tilt(bench):

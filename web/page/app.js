@@ -331,6 +331,12 @@ function showWarnings() {
   }));
 }
 
+// The key to the picture says what clear water is clear of.
+function showTarget() {
+  const text = words.target(fresh() ? shown() : null);
+  $("clear-of").lastChild.textContent = text ? `clear of: ${text}` : "clear";
+}
+
 function showTiles() {
   const sides = [["Ahead", 0], ["Starboard", 90], ["Astern", 180], ["Port", 270]], good = fresh();
   fill($("tiles"), ...sides.map(([name, azimuth]) => {
@@ -457,6 +463,7 @@ function show() {
     showHead();
     showWarnings();
     showTiles();
+    showTarget();
     showSonars();
     showVehicle();
     showCompass();

@@ -60,6 +60,13 @@ export function summary(sectors, azimuth, half) {
   return { state: clear ? "clear" : "unknown", free_to_m: isFinite(free_to_m) ? free_to_m : 0, age_s };
 }
 
+// What clear water is clear of, as an answer says it: mud is no wall.
+export function target(a) {
+  if (!a || !a.target) return "";
+  const bottoms = a.bottom_db === null ? "soft bottoms were not looked for" : `bottoms down to ${a.bottom_db} dB below a wall; softer mud may be there`;
+  return `${a.target}, and ${bottoms}`;
+}
+
 // An answer of the method explain as {verdict, state, text, points}.
 export function explain(e, azimuth, distance) {
   const a = e.answer, points = [];
@@ -69,7 +76,7 @@ export function explain(e, azimuth, distance) {
     a.state === "blocked"
       ? `An obstacle stands at ${metres(a.range_m)} ± ${metres(a.range_sd_m)}, ${Math.round(a.confidence * 100)} % sure. Its last echo came ${seconds(a.age_s)} ago.`
       : a.state === "clear"
-        ? `Beams passed without an echo, the oldest ${seconds(a.age_s)} ago. Nearer than ${metres(a.blind_to_m)} nothing is known.`
+        ? `Beams passed without an echo, the oldest ${seconds(a.age_s)} ago. Nearer than ${metres(a.blind_to_m)} nothing is known.${target(a) && ` Clear of: ${target(a)}.`}`
         : `Because: ${a.reason}. Known to be free up to ${metres(a.free_to_m)}. ${remedy(a.reason)}`;
   const nearest = e.cells.nearest[0];
   if (nearest)

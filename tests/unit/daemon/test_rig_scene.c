@@ -111,6 +111,43 @@ TEST(near_is_no_promise_to_a_vehicle_that_may_have_moved)
 }
 
 /* Which obstacles free water speaks of: of the prior, by the keys, until the sonar's own echoes say more. */
+/* Every answer that may say clear or free names what it holds for. */
+TEST(answers_name_their_target)
+{
+    static const struct {
+        const char *method, *params;
+    } ask[] = {{"blocked", "\"azimuth_deg\":0,\"distance_m\":3"},
+               {"sectors", ""},
+               {"nearest", ""},
+               {"limit", "\"velocity_mps\":[1,0,0]"},
+               {"limit", "\"velocity_mps\":[0,0,0]"},
+               {"time_to_collision", "\"velocity_mps\":[1,0,0]"}};
+    static const struct {
+        const char *extract, *target;
+        double bottom_db; /* 0: null */
+    } conf[] = {{"", "wall", 12},
+                {"[extract]\ntarget = net\nbottom = off\n", "net", 0},
+                {"[extract]\ntarget = 20 dB\nbottom = 20 dB\n", "20 dB below a wall", 20}};
+
+    for (size_t c = 0; c < sizeof conf / sizeof *conf; c++) {
+        rig_start(BOX, conf[c].extract);
+        for (size_t k = 0; k < sizeof ask / sizeof *ask; k++) {
+            json_t *answer = rig_ask(ask[k].method, "%s", ask[k].params);
+            CHECK_STR(json_string_value(json_object_get(answer, "target")), conf[c].target);
+            const json_t *bottom = json_object_get(answer, "bottom_db");
+            CHECK(conf[c].bottom_db > 0 ? json_number_value(bottom) == conf[c].bottom_db : json_is_null(bottom));
+            if (test_case_failed)
+                printf("(%s)\n", ask[k].method);
+            json_decref(answer);
+        }
+        json_t *of = rig_ask("explain", "\"azimuth_deg\":0,\"distance_m\":3");
+        CHECK_STR(json_string_value(json_object_get(json_object_get(of, "answer"), "target")), conf[c].target);
+        json_decref(of);
+        rig_end();
+    }
+}
+
+/* Which obstacles free water speaks of: of the prior, by the keys, until the sonar's own echoes say more. */
 TEST(answers_say_which_obstacles_they_speak_of)
 {
     rig_start(BOX, "[extract]\ntarget = pile\n");
@@ -133,6 +170,7 @@ int main(void)
 {
     RUN(what_was_seen_stays_where_it_is_when_the_vehicle_turns);
     RUN(near_is_no_promise_to_a_vehicle_that_may_have_moved);
+    RUN(answers_name_their_target);
     RUN(answers_say_which_obstacles_they_speak_of);
     RUN(before_the_first_ping_all_is_unknown_and_what_no_beam_reaches_stays_so);
     return test_end();

@@ -372,6 +372,14 @@ TEST(results_are_readable)
          "\"free up to 9.12 m\"}",
          true,
          "\033[32mclear\033[0m\n  free     0.21 m to 9.12 m\n  age      75 s\n  because  free up to 9.12 m\n"},
+        {"blocked", "{\"state\":\"clear\",\"target\":\"wall\",\"bottom_db\":12}", false,
+         "clear\n  free     - to -\n  age      -\n  because  -\n  free of  wall; bottoms down to 12 dB below a "
+         "wall, not "
+         "softer ones\n"},
+        {"nearest", "{\"state\":\"clear\",\"target\":\"20 dB below a wall\",\"bottom_db\":null}", false,
+         "clear\n  unknown  nan % of the directions before it\n  age      -\n  because  -\n  free of  20 dB below "
+         "a "
+         "wall; soft bottoms are not looked for\n"},
         {"blocked", "{\"state\":\"\\u001b[2J\\u009b\"}", false,
          "?[2J\xc2?\n  free     - to -\n  age      -\n  because  -\n"},
         {"version", "{\"version\":\"1.2\"}", false, "sonard 1.2\n"},
