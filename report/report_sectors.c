@@ -28,9 +28,10 @@
 
 /* What is true of a sector, of beams all over it from where the vehicle is in the end. */
 struct truth {
-    bool looked;         /* by the last turn, at all of it */
-    double wall_m;       /* nearest that is heard like a wall */
-    double solid_m;      /* nearest of anything, down to the beams' skirts */
+    bool looked;    /* by the last turn, at all of it */
+    double wall_m;  /* nearest that is heard like a wall */
+    double solid_m; /* nearest of anything, down to the beams' skirts */
+    double plane_m; /* nearest of a surface, bottom or slope, heard or not, within the band that is asked about */
     double from_m, to_m; /* a wall would be heard from and to here, without a gap, before anything solid */
 };
 
@@ -41,7 +42,7 @@ struct said {
 };
 
 struct count {
-    unsigned sectors, clear, said_clear, said_blocked, blocked, of_nothing, wrong;
+    unsigned sectors, clear, said_clear, said_blocked, blocked, of_nothing, wrong, through;
     double free_m, said_m;
 };
 
@@ -62,6 +63,23 @@ static double look_m(void)
     return fmin(LOOK_M, 0.8 * sound.world.range_m);
 }
 
+/* The nearest point of the planes along az_rad, up or down by LEVEL_RAD at most. They keep their depth below the head. */
+static double nearest_plane(double az_rad)
+{
+    double nearest_m = INFINITY;
+
+    for (unsigned i = 0; i < sound.world.planes; i++) {
+        const struct drawn_plane *p = &sound.world.plane[i];
+        const double rise = tan(p->slope_rad) * cos(az_rad - p->az_rad);
+        for (int k = -1; k <= 1; k++) {
+            const double down = sin(k * LEVEL_RAD) + cos(k * LEVEL_RAD) * rise;
+            if (p->depth_m / down > 0.0)
+                nearest_m = fmin(nearest_m, p->depth_m / down);
+        }
+    }
+    return nearest_m;
+}
+
 /* What a beam that is sent now along az_rad adds to the truth of a sector. */
 static void learn_truth(struct truth *of, double az_rad)
 {
@@ -78,6 +96,7 @@ static void learn_truth(struct truth *of, double az_rad)
         to++;
     of->wall_m = fmin(of->wall_m, hearable.target_m[DRAWN_WALL]);
     of->solid_m = fmin(of->solid_m, beam.skirt_m);
+    of->plane_m = fmin(of->plane_m, nearest_plane(az_rad));
     of->from_m = fmax(of->from_m, from * cell_m);
     of->to_m = fmin(of->to_m, fmin(to * cell_m, beam.skirt_m));
 }
@@ -88,7 +107,8 @@ static void learn_truths(void)
 {
     for (int i = 0; i < SECTORS; i++) {
         struct truth *of = &truth[i];
-        *of = (struct truth){of->looked, INFINITY, INFINITY, 0.0, INFINITY};
+        *of = (struct truth){
+            .looked = of->looked, .wall_m = INFINITY, .solid_m = INFINITY, .plane_m = INFINITY, .to_m = INFINITY};
         for (int k = 0; k < RAYS && of->looked; k++)
             learn_truth(of, GEO_TURN / SECTORS * (i - 0.5 + (double)k / (RAYS - 1)));
     }
@@ -181,6 +201,8 @@ static void count_sector(struct count *n, const struct truth *t, const struct sa
     n->blocked += s->state == ANSWER_BLOCKED;
     n->of_nothing += s->state == ANSWER_BLOCKED && s->range_m < t->solid_m - SLACK_M - sound.world.pulse_m;
     n->wrong += s->free_to_m > t->wall_m + PAST_M || (s->state == ANSWER_CLEAR && t->wall_m < look_m() - PAST_M);
+    n->through +=
+        s->free_to_m > t->plane_m + PAST_M || (s->state == ANSWER_CLEAR && t->plane_m < look_m() - PAST_M);
     if (t->to_m > t->from_m) {
         n->free_m += t->to_m - t->from_m;
         n->said_m += fmax(0.0, fmin(s->free_to_m, t->to_m) - t->from_m);
@@ -253,6 +275,11 @@ static double wrong(const struct count *n)
     return percent(n->wrong, n->sectors);
 }
 
+static double through(const struct count *n)
+{
+    return percent(n->through, n->sectors);
+}
+
 static const struct {
     const char *name;
     double (*of)(const struct count *n);
@@ -263,6 +290,7 @@ static const struct {
     {"sectors blocked at any range: %", blocked},
     {"sectors blocked by nothing: %", of_nothing},
     {"sectors with free water past a wall that is heard: %", wrong},
+    {"sectors with free water past a bottom or surface that is there: %", through},
 };
 #define MEASURES (sizeof measures / sizeof measures[0])
 
@@ -282,6 +310,7 @@ static struct count all_of(int c)
         all.blocked += n->blocked;
         all.of_nothing += n->of_nothing;
         all.wrong += n->wrong;
+        all.through += n->through;
         all.free_m += n->free_m;
         all.said_m += n->said_m;
     }

@@ -24,17 +24,23 @@ const unsigned shipped_knob_default = 3;
 
 struct shipped *shipped_make(double knob, uint32_t max_bins)
 {
-    struct shipped *s = calloc(1, sizeof *s);
     struct extract_conf conf;
-    struct fault fault = {"no memory"};
 
     extract_defaults(&conf);
     conf.min_contrast_db = knob;
+    return shipped_make_as(&conf, max_bins);
+}
+
+struct shipped *shipped_make_as(const struct extract_conf *conf, uint32_t max_bins)
+{
+    struct shipped *s = calloc(1, sizeof *s);
+    struct fault fault = {"no memory"};
+
     if (s) {
         s->bytes = extract_size(max_bins);
         void *mem = calloc(1, s->bytes);
         s->fresh = calloc(1, s->bytes);
-        s->extract = mem && s->fresh ? extract_init(mem, &conf, max_bins, &fault) : NULL;
+        s->extract = mem && s->fresh ? extract_init(mem, conf, max_bins, &fault) : NULL;
     }
     if (!s || !s->extract) {
         fprintf(stderr, "shipped: %s\n", fault.text);
