@@ -110,7 +110,7 @@ struct conf_extract {
     int marks;              /* marks = on | off: bursts, ghosts, own echoes */
     int no_echo;            /* no_echo = heard | minimum | range */
     double target_db;       /* target = wall: less than a wall returns [0 .. 40] */
-    double bottom_db;       /* bottom = 12 dB: likewise, of a bottom [0 .. 40]; -1: off */
+    double bottom_db;       /* bottom = 15 dB: likewise, of a bottom [0 .. 40]; -1: off */
     /* minimum_range = 0.75 m: free interval of a beam without an echo; <= every sonar's range */
     double minimum_range_m;
 };

@@ -237,7 +237,7 @@ const struct conf_key conf_keys[] = {
      .help = "Weakest obstacle that free space must not contain: how much less than a wall it returns. A pile\n"
              "returns 6 dB less, a net 12 dB, a line 18 dB. The weaker the target, the shorter the free space;\n"
              "docs/extract.md has the curve. Every answer names the target."},
-    {"extract", "bottom", LIVE, QUANTITY(1, "dB", 0, 40), .standard = "12 dB", .instead = "off",
+    {"extract", "bottom", LIVE, QUANTITY(1, "dB", 0, 40), .standard = "15 dB", .instead = "off",
      .instead_value = -1, CONF(extract.bottom_db),
      .help =
          "Weakest bottom that free space must not contain: how much less than a wall it returns where it\n"

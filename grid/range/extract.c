@@ -74,7 +74,7 @@ void extract_defaults(struct extract_conf *conf)
         .min_contrast_db = 14.0,
         .no_echo = EXTRACT_HEARD,
         .target_db = 0.0,
-        .bottom_db = 12.0,
+        .bottom_db = 15.0,
         .minimum_range_m = 0.75,
         .ring_down_m = -1.0,
         .law = EXTRACT_LAW_OF_PING,

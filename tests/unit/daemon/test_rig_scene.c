@@ -125,7 +125,7 @@ TEST(answers_name_their_target)
     static const struct {
         const char *extract, *target;
         double bottom_db; /* 0: null */
-    } conf[] = {{"", "wall", 12},
+    } conf[] = {{"", "wall", 15},
                 {"[extract]\ntarget = net\nbottom = off\n", "net", 0},
                 {"[extract]\ntarget = 20 dB\nbottom = 20 dB\n", "20 dB below a wall", 20}};
 

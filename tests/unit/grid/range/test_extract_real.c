@@ -105,10 +105,14 @@ TEST(box_with_defaults)
     CHECK(side_share(&s) >= 0.8);
     CHECK_INT(s.open_water, 0);
     CHECK_INT(s.beyond, 0);
-    printf("# box: blind to %.3f m at least, beyond 0.31 m in %d beams; rms error at the end wall %.4f m\n",
-           s.blind_min_m, s.blind_far, sqrt(s.end_square_sum / 20));
-    CHECK(s.blind_min_m > 0.15 && s.blind_far <= 1);
     CHECK(sqrt(s.end_square_sum / 20) < 0.015);
+    conf.bottom_db = -1; /* what follows the ring-down is as loud as a soft bottom */
+    set_up(&conf);
+    const struct box_score ring = box_run(&ping360);
+    printf("# box: rings to %.3f m at least, beyond 0.31 m in %d beams (blind in %d); rms error at the end wall "
+           "%.4f m\n",
+           ring.blind_min_m, ring.blind_far, s.blind_far, sqrt(s.end_square_sum / 20));
+    CHECK(ring.blind_min_m > 0.15 && ring.blind_far <= 1);
 }
 
 /* The defaults do not sit on an edge: each number may be moved and the box still stands. */
