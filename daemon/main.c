@@ -194,12 +194,23 @@ static void on_record_tick(void *ctx, uint64_t now_ns)
     loop_arm(t->d->env.loop, &t->timer, now_ns + RECORD_TICK_NS);
 }
 
-/* Tells each doubt about a sonar's amplitude law once. */
+/* Tells each doubt about a sonar's amplitude law once, and about its receiver when it begins and when it ends. */
 struct law_timer {
     struct loop_timer timer;
     struct process *d;
     enum law_doubt told[PIPELINE_MAX_SENSORS];
+    enum hearing_doubt hearing[PIPELINE_MAX_SENSORS];
 };
+
+static void tell_hearing(uint64_t now_ns, const char *sonar, enum hearing_doubt doubt, enum hearing_doubt *told)
+{
+    if (doubt == *told)
+        return;
+    *told = doubt;
+    log_limited(now_ns, doubt == HEARING_HEARS ? LOG_NOTICE : LOG_WARNING,
+                LOG_ABOUT(.event = doubt == HEARING_HEARS ? "hears_again" : "hearing_doubted", .sonar = sonar),
+                "%s", doubt == HEARING_HEARS ? "the receiver hears again" : hearing_doubt_text(doubt));
+}
 
 static void on_law_tick(void *ctx, uint64_t now_ns)
 {
@@ -207,6 +218,7 @@ static void on_law_tick(void *ctx, uint64_t now_ns)
     struct pipeline_stats s;
     pipeline_stats(t->d->env.pipeline, &s);
     for (int i = 0; i < t->d->env.conf.n_sonars; i++) {
+        tell_hearing(now_ns, t->d->env.conf.sonar[i].name, s.hearing[i], &t->hearing[i]);
         if (s.law_doubt[i] == LAW_FITS || s.law_doubt[i] == t->told[i])
             continue;
         t->told[i] = s.law_doubt[i];

@@ -49,6 +49,7 @@ enum beam_hides {
     BEAM_HIDES_MASK,   /* the template of the vehicle's own echoes masks what follows ... */
     BEAM_HIDES_BEFORE, /* ... or what is right before it */
     BEAM_HIDES_RING,   /* the transducer rings longer or louder than usual: nothing is free at all */
+    BEAM_HIDES_DEAF,   /* the ping does not show that its receiver hears: nothing is free at all */
 };
 
 struct beam_echoes {

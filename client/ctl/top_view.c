@@ -115,6 +115,8 @@ static void warn_of_sensors(struct panel *panel, const json_t *sensors)
             warn(panel, "%.20s: %.40s", text(sensor, "name"), text(sensor, "state"));
         if (json_string_length(json_object_get(sensor, "port_error")) > 0)
             warn(panel, "%.20s: %.80s", text(sensor, "name"), text(sensor, "port_error"));
+        if (json_is_string(json_object_get(sensor, "hearing_doubt")))
+            warn(panel, "%.20s: %.100s", text(sensor, "name"), text(sensor, "hearing_doubt"));
         if (json_is_string(json_object_get(sensor, "amplitude_doubt")))
             warn(panel, "%.20s: %.80s", text(sensor, "name"), text(sensor, "amplitude_doubt"));
         if (json_is_string(json_object_get(sensor, "other_settings")))

@@ -62,6 +62,7 @@ static bool may_hide(const struct image_end *end, double at_m, const struct answ
     case IMAGE_HIDES_NOTHING:
         return false;
     case IMAGE_HIDES_RING:
+    case IMAGE_HIDES_DEAF:
         return !any;
     case IMAGE_HIDES_BEFORE:
         return (a->reason == ANSWER_BLIND || !any) && fabs(at_m - a->blind_to_m) <= NEAR_M;
@@ -99,7 +100,8 @@ const char *hidden_cause(const struct methods_env *d, const struct answer_now *n
                                         [IMAGE_HIDES_OWN] = "the vehicle's own echo",
                                         [IMAGE_HIDES_MASK] = "the background template",
                                         [IMAGE_HIDES_BEFORE] = "the background template",
-                                        [IMAGE_HIDES_RING] = "a ring-down that is longer or louder than usual"};
+                                        [IMAGE_HIDES_RING] = "a ring-down that is longer or louder than usual",
+                                        [IMAGE_HIDES_DEAF] = "a receiver that may hear nothing (see status)"};
     const bool attitude = (now->pose.has & POSE_ATTITUDE) != 0;
     struct asked asked = {.half_rad = query->corridor ? 0 : query->half_angle_rad, .ned = attitude || query->ned};
     text[0] = '\0';

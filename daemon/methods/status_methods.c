@@ -133,6 +133,11 @@ static void write_open_sensor(struct json_out *out, const struct methods_env *d,
         json_member_text(out, "amplitude_doubt", doubt);
     else
         json_member_null(out, "amplitude_doubt");
+    const char *deaf = hearing_doubt_text(pipe->hearing[i]);
+    if (deaf)
+        json_member_text(out, "hearing_doubt", deaf);
+    else
+        json_member_null(out, "hearing_doubt");
     reference_write(out, d, &pipe->reference[i]);
     if (s.device.other_settings[0])
         json_member_text(out, "other_settings", s.device.other_settings);
@@ -190,9 +195,14 @@ const char *status_data_word(const struct methods_env *d)
     if (now > frame.t_ping_ns &&
         (double)(now - frame.t_ping_ns) * 1e-9 > grid_limits(pipeline_grid(d->pipeline, 0)).clear_for_s)
         return "the sonar has stopped sending pings";
+    struct pipeline_stats pipe;
+    pipeline_stats(d->pipeline, &pipe);
     for (int i = 0; i < d->conf.n_sonars; i++) {
         struct source_stats s;
         source_stats(d->source[i], &s);
+        if (pipe.hearing[i] != HEARING_HEARS)
+            return d->conf.n_sonars > 1 ? "one of the sonars may hear nothing (hearing_doubt)"
+                                        : "the sonar may hear nothing (hearing_doubt)";
         if (s.mostly_garbage)
             return garbage_word(d->conf.sonar[i].port);
         if (s.device.other_settings[0])

@@ -51,7 +51,8 @@ static struct image_end end_of(const struct echoes *echoes, uint16_t beam)
     static const enum image_hides words[] = {[BEAM_HIDES_NOTHING] = IMAGE_HIDES_NOTHING,
                                              [BEAM_HIDES_MASK] = IMAGE_HIDES_MASK,
                                              [BEAM_HIDES_BEFORE] = IMAGE_HIDES_BEFORE,
-                                             [BEAM_HIDES_RING] = IMAGE_HIDES_RING};
+                                             [BEAM_HIDES_RING] = IMAGE_HIDES_RING,
+                                             [BEAM_HIDES_DEAF] = IMAGE_HIDES_DEAF};
     const struct beam_echoes *heard = &echoes->beam[beam];
     const enum image_hides hides = ends_with_own(heard) ? IMAGE_HIDES_OWN : words[heard->hides];
     const float at_m = hides == IMAGE_HIDES_BEFORE ? heard->blind_m : heard->free_to_m;

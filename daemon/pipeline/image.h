@@ -40,6 +40,7 @@ enum image_hides {
     IMAGE_HIDES_MASK,
     IMAGE_HIDES_BEFORE,
     IMAGE_HIDES_RING,
+    IMAGE_HIDES_DEAF,
 };
 
 /* That, and where. */

@@ -126,6 +126,8 @@ static void publish_extract(struct pipeline *p, int sensor)
     extract_reference(p->extract[sensor], &reference);
     snapshot_publish(&p->reference[sensor], &reference);
     atomic_store_explicit(&p->law_doubt[sensor], (int)extract_law_doubt(p->extract[sensor]), memory_order_relaxed);
+    atomic_store_explicit(&p->hearing[sensor], (int)extract_hearing_doubt(p->extract[sensor]),
+                          memory_order_relaxed);
 }
 
 static void run_extract(struct pipeline *p, const struct ping *ping, const struct extract_aid *aid,
@@ -411,6 +413,8 @@ void pipeline_stats(struct pipeline *p, struct pipeline_stats *out)
         out->own_bearings[i] = atomic_load_explicit(&p->own_bearings[i], memory_order_relaxed);
     for (int i = 0; i < PIPELINE_MAX_SENSORS; i++)
         out->law_doubt[i] = (enum law_doubt)atomic_load_explicit(&p->law_doubt[i], memory_order_relaxed);
+    for (int i = 0; i < PIPELINE_MAX_SENSORS; i++)
+        out->hearing[i] = (enum hearing_doubt)atomic_load_explicit(&p->hearing[i], memory_order_relaxed);
     for (int i = 0; i < PIPELINE_MAX_SENSORS; i++)
         snapshot_read(&p->cleanup_state[i], &out->cleanup[i]);
     for (int i = 0; i < PIPELINE_MAX_SENSORS; i++)

@@ -79,6 +79,7 @@ struct pipeline_stats {
     struct extract_reference reference[PIPELINE_MAX_SENSORS]; /* level_db is 0 where none is known */
     uint32_t own_bearings[PIPELINE_MAX_SENSORS];              /* as own_echo_known */
     enum law_doubt law_doubt[PIPELINE_MAX_SENSORS];           /* what the counts say against their amplitude law */
+    enum hearing_doubt hearing[PIPELINE_MAX_SENSORS];         /* as extract_hearing_doubt */
 };
 
 /* The voxel map, and its judged form for questions. */

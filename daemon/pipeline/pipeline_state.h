@@ -77,7 +77,7 @@ struct pipeline {
     _Atomic uint64_t submitted, finished;
     _Atomic uint64_t held; /* by the clean-ups: submitted, and finished when later pings come */
     _Atomic uint64_t dropped[PIPELINE_MAX_SENSORS];
-    _Atomic int law_doubt[PIPELINE_MAX_SENSORS];
+    _Atomic int law_doubt[PIPELINE_MAX_SENSORS], hearing[PIPELINE_MAX_SENSORS];
     _Atomic uint32_t own_bearings[PIPELINE_MAX_SENSORS];
     SNAPSHOT_OF(struct cleanup_state) cleanup_state[PIPELINE_MAX_SENSORS]; /* from the thread that extracts */
     SNAPSHOT_OF(struct extract_reference) reference[PIPELINE_MAX_SENSORS]; /* likewise */

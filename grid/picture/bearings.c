@@ -60,7 +60,7 @@ static void join_bearings(struct bearings_sensor *sensor, double az_rad)
 
 static bool is_deaf(const struct beam_echoes *beam)
 {
-    return beam->state == BEAM_BLIND || beam->hides == BEAM_HIDES_RING ||
+    return beam->state == BEAM_BLIND || beam->hides == BEAM_HIDES_RING || beam->hides == BEAM_HIDES_DEAF ||
            (beam->n == 0 && beam->heard_from_m >= beam->heard_to_m);
 }
 

@@ -11,6 +11,7 @@
 #include "amplitude.h"
 #include "cfar.h"
 #include "choice.h"
+#include "hearing.h"
 #include "law_check.h"
 #include "own_ring.h"
 #include "reflection.h"
@@ -35,6 +36,7 @@ struct of_ping {
     uint64_t ring_down, ring_power, ring_loud;
     uint64_t choice_ring; /* as of the setting */
     double echo_power;    /* of the loudest first echo; 0: none */
+    bool strong;          /* one is as loud as a target that must be detected */
 };
 
 struct extract {
@@ -49,6 +51,8 @@ struct extract {
     struct settings settings;   /* under this law */
     struct setting *now;        /* of the last ping; NULL: none yet */
     struct law_check law_check; /* under this law */
+    enum hearing_doubt doubt;   /* what the ping lacks: unless it hears, it frees no water */
+    struct hearing_alarm alarm;
     struct {
         double power, full; /* of a resolution cell: the target's, and at full scale; 0: no beam was judged yet */
         uint64_t bins;      /* of the cell */
@@ -409,7 +413,7 @@ static void find_free_interval(const struct extract *e, const struct profile *p,
     if (b && e->conf.ring_down_m < 0.0)
         begin = free_water_begin(p, b, levels->target);
     const bool rings = b && free_water_rings_on(p, b, begin);
-    if ((!b && !bold) || rings) {
+    if (((!b || e->doubt == HEARING_NOT_LEARNT) && !bold) || rings) {
         out->free_to_m = 0.0f;
         out->hides = rings ? BEAM_HIDES_RING : BEAM_HIDES_NOTHING;
         return;
@@ -507,6 +511,12 @@ bool extract_reference(const struct extract *e, struct extract_reference *out)
     return true;
 }
 
+/* The ping lacks something, and not only pings before it to compare it with. */
+static bool doubted(const struct extract *e)
+{
+    return e->doubt > HEARING_NOT_LEARNT;
+}
+
 static void extract_profile(struct extract *e, const struct ping *ping, uint16_t b, const struct extract_aid *aid,
                             struct of_ping *of_ping, struct beam_echoes *out)
 {
@@ -538,10 +548,12 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
     p.first = hidden > p.first ? hidden : p.first; /* no echo is looked for where the baseline hides a wall */
     if (p.first < p.axis->n)
         pass_mask_of_ring(&p);
-    if (p.first >= p.axis->n || free_water_is_dumb(&p) || !detector_for(e, &p, &d.cfar))
+    if (p.first >= p.axis->n || free_water_is_dumb(&p) ||
+        !hearing_varies(&e->amplitude, p.samples, p.first, p.axis->n) || !detector_for(e, &p, &d.cfar))
         return;
 
-    law_check_add(&e->law_check, &p);
+    if (!doubted(e))
+        law_check_add(&e->law_check, &p);
     const bool near_shadow = is_near_shadow(e, &p, usual, late, of_ping);
     const bool on_clean = e->conf.order == EXTRACT_PAPER && p.clean && ping->sample_bytes == 1;
     if (on_clean)
@@ -553,9 +565,14 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
         detect(e, &p, &d, on_clean ? aid->survivors : NULL, out, &shown);
     out->state = out->n > 0 ? BEAM_ECHO : BEAM_SILENT;
     of_ping->echo_power = fmax(of_ping->echo_power, shown.power * (double)(UINT64_C(1) << p.shift));
+    of_ping->strong |= out->n > 0 && !(out->echo[0].flags & ECHO_FAINT);
     if (on_clean)
         profile_sum(&p, &e->amplitude, p.samples, e->conf.floor_counts, e->work);
-    if (near_shadow) {
+    if (doubted(e)) {
+        out->state = out->n > 0 ? BEAM_ECHO : BEAM_BLIND;
+        out->free_to_m = 0.0f;
+        out->hides = BEAM_HIDES_DEAF;
+    } else if (near_shadow) {
         out->free_to_m = 0.0f;
         out->hides = BEAM_HIDES_RING;
     } else {
@@ -688,6 +705,27 @@ static void learn_ring(struct setting *now, const struct of_ping *of_ping)
         usual_add(&now->echo_power, (uint64_t)of_ping->echo_power);
 }
 
+/* Does the ping show that its receiver hears? One that does not teaches nothing. */
+static struct hearing_levels listen(struct extract *e, const struct ping *ping)
+{
+    const struct hearing_levels levels = hearing_levels_of(
+        &e->now->axis, &e->amplitude, ping->samples, ping->n_beams, (double)ping->deaf_m, e->conf.floor_counts);
+
+    e->doubt = hearing_take(&e->now->hearing, &levels);
+    hearing_alarm_take(&e->alarm, e->doubt);
+    if (!doubted(e))
+        baseline_learn(&e->now->baseline, ping, &e->now->axis, &e->amplitude, (double *)e->work);
+    return levels;
+}
+
+static void learn(struct extract *e, const struct of_ping *of_ping, const struct hearing_levels *levels)
+{
+    if (!doubted(e))
+        learn_ring(e->now, of_ping);
+    else if (of_ping->strong)
+        hearing_prove(&e->now->hearing, levels);
+}
+
 void extract_run(struct extract *extract, const struct ping *ping, const struct extract_aid *aid,
                  struct echoes *out)
 {
@@ -710,10 +748,11 @@ void extract_run(struct extract *extract, const struct ping *ping, const struct 
     out->el_aperture_rad = ping->el_aperture_rad;
     out->pose = ping->pose;
 
-    struct of_ping of_ping = {UINT64_MAX, UINT64_MAX, UINT64_MAX, UINT64_MAX, 0.0};
-    if (profile && !(ping->flags & PING_UNHEARD))
-        baseline_learn(&extract->now->baseline, ping, &extract->now->axis, &extract->amplitude,
-                       (double *)extract->work);
+    const bool heard = profile && !(ping->flags & PING_UNHEARD) && ping->n_beams > 0;
+    struct of_ping of_ping = {UINT64_MAX, UINT64_MAX, UINT64_MAX, UINT64_MAX, 0.0, false};
+    struct hearing_levels levels;
+    if (heard)
+        levels = listen(extract, ping);
     for (uint16_t b = 0, n = 1; b < ping->n_beams && out->n_beams < out->max_beams; b = (uint16_t)(b + n)) {
         struct beam_echoes *beam = &out->beam[out->n_beams++];
         *beam = (struct beam_echoes){
@@ -727,7 +766,15 @@ void extract_run(struct extract *extract, const struct ping *ping, const struct 
         else if (profile)
             extract_profile(extract, ping, b, aid, &of_ping, beam);
     }
-    learn_ring(extract->now, &of_ping);
+    if (heard)
+        learn(extract, &of_ping, &levels);
+    else
+        learn_ring(extract->now, &of_ping);
+}
+
+enum hearing_doubt extract_hearing_doubt(const struct extract *extract)
+{
+    return extract->alarm.doubt;
 }
 
 enum law_doubt extract_law_doubt(const struct extract *extract)

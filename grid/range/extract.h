@@ -15,6 +15,7 @@
 #include "grid/echoes.h"
 #include "grid/ping.h"
 #include "cfar_factor.h"
+#include "hearing.h"
 #include "law_check.h"
 #include "free_water.h"
 
@@ -105,7 +106,8 @@ struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_
  * loud as the reference or stands out of the baseline, where the mean of the next window is as loud as a bottom
  * (conf.bottom_db), and by the no_echo rule. Nothing is free in the first 16 beams
  * of a range axis and gain, while the baseline is not known (except under EXTRACT_RANGE), nor where the ring-down is
- * louder than usual: something near may hide the rest.
+ * louder than usual: something near may hide the rest. Nothing is free in a ping that does not show that its receiver
+ * hears (hearing.h): its beams with an echo keep it, and the others are BEAM_BLIND.
  *
  * With conf.off_axis the same for what stands off the axis of the beam: see free_water_aside. It changes nothing else,
  * and pings with ready ranges have none of it.
@@ -124,6 +126,9 @@ void extract_run(struct extract *extract, const struct ping *ping, const struct 
 
 /** extract_reference - of the last ping with a beam that could be judged. False, *out zero: there was none. */
 bool extract_reference(const struct extract *extract, struct extract_reference *out);
+
+/** extract_hearing_doubt - why the last pings do not show that their receiver hears; HEARING_HEARS: they do. */
+enum hearing_doubt extract_hearing_doubt(const struct extract *extract);
 
 /** extract_law_doubt - what the pings so far say against the amplitude law that they are taken under. */
 enum law_doubt extract_law_doubt(const struct extract *extract);

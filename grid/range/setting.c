@@ -45,6 +45,7 @@ static struct setting *find(struct settings *s, const struct profile_axis *axis,
     oldest->axis = *axis;
     oldest->gain = gain;
     baseline_clear(&oldest->baseline);
+    hearing_clear(&oldest->hearing);
     usual_init(&oldest->ring_down, SOON_PINGS, 4);
     usual_init(&oldest->ring_power, TURN_PINGS, 1);
     usual_init(&oldest->ring_loud, SOON_PINGS, 4);

@@ -7,6 +7,7 @@
 #define SONARD_SETTING_H
 
 #include "baseline.h"
+#include "hearing.h"
 #include "profile.h"
 #include "usual.h"
 
@@ -16,6 +17,7 @@ struct setting {
     struct profile_axis axis;
     uint8_t gain; /* as in struct ping */
     struct baseline baseline;
+    struct hearing hearing;
     struct usual ring_down;  /* a cell: its earliest end among a ping's beams */
     struct usual ring_power; /* its loudest cell, in the beam of a ping that has the quietest one */
     /* a cell: until where it is within 3 dB of that, in the beam of a ping where that is earliest */

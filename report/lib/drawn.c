@@ -8,6 +8,10 @@
 
 #define TIMING_STREAM 2000000u
 
+/* No receiver of a recording is switched on later: the first zeros of a Micron, a SeaNet and an older Tritech head end
+ * there, whatever their bins. A receiver that sleeps through its own ring-down is no head's. */
+#define DEAD_MOST_M 0.1
+
 const char *const drawn_class_name[DRAWN_CLASSES] = {"wall", "pile", "net", "line"};
 
 /* How far the reference of a class lies below a wall seen square on, and how much faster it falls with range. */
@@ -117,6 +121,7 @@ static void draw_receiver(struct drawn_world *w, struct dice *d)
     w->ripple_phase = between(d, 0.0, GEO_TURN);
     w->ring_speckle = between(d, 0.02, 0.3);
     w->dead_bins = chance(d, 0.4) ? (unsigned)between(d, 0.0, 4.0) : 0;
+    w->dead_bins = (unsigned)fmin(w->dead_bins, DEAD_MOST_M / (w->range_m / w->bins));
     w->lost_share = chance(d, 0.3) ? between(d, 0.0, 0.05) : 0.0;
     w->dead_share = chance(d, 0.1) ? 0.01 : 0.0;
     w->raised_share = chance(d, 0.2) ? between(d, 0.01, 0.15) : 0.0;

@@ -120,6 +120,7 @@ export function warnings(status, rates) {
     if (s.state === "no port") add(`${s.name}: no port. ${s.port_error || ""}`, "Is the adapter plugged in, and user sonard in group dialout? It is tried again every second.", true);
     else if (s.state === "silent") add(`${s.name} sends no pings`, "Check its power, its cable and the baud rate. It is tried again by itself.", true);
     else if (s.state !== "running") add(`${s.name}: ${s.state}`, "Wait some seconds. If it stays so: power, cable, baud rate.");
+    if (s.hearing_doubt) add(`${s.name}: ${s.hearing_doubt}`, "Nothing that it reports as free is believed. Check the transducer, its cable and whether the head is in the water.");
     if (s.amplitude_doubt) add(`${s.name}: ${s.amplitude_doubt}`, "See the sonar's page in docs/devices: the amplitude law decides what counts as an echo.");
     if (rates.get(s.name + ".bad_checksum") > 0.2) add(`${s.name}: frames arrive damaged`, "Check cable, ground and baud rate.");
   }

@@ -57,6 +57,25 @@ static void add_frame(const struct sim_frame *frame, double azimuth_deg, double 
         samples[i] = samples[i] > FRAME_COUNT ? samples[i] : FRAME_COUNT;
 }
 
+#define AIR_RING_M 0.4
+
+/* In place of what the water returned. */
+static void break_receiver(const struct sim *sim, const struct water_shot *beam, uint8_t *samples)
+{
+    const double bin_m = beam->sample_s * sim->water.sound_speed_mps / 2.0,
+                 pulse_m = beam->transmit_s * sim->water.sound_speed_mps / 2.0;
+    const double loud_m = sim->hears == SIM_HEARS_AIR ? AIR_RING_M : sim->hears == SIM_HEARS_LEAK ? pulse_m : 0.0;
+    uint64_t dice = sim->water.seed + beam->number;
+
+    for (uint32_t i = 0; i < beam->n_samples && sim->hears != SIM_HEARS; i++) {
+        dice = dice * 6364136223846793005u + 1442695040888963407u;
+        samples[i] = sim->hears == SIM_HEARS_ZEROS      ? 0
+                     : sim->hears == SIM_HEARS_CONSTANT ? 7
+                     : i * bin_m < loud_m               ? 255
+                                                        : (uint8_t)(2 + (dice >> 33) % 3);
+    }
+}
+
 static void on_listen(void *ctx, const struct head_shot *shot, uint8_t *samples)
 {
     struct sim *sim = ctx;
@@ -76,6 +95,7 @@ static void on_listen(void *ctx, const struct head_shot *shot, uint8_t *samples)
     memcpy(beam.origin_m, sim->pose.position_m, sizeof beam.origin_m);
     water_listen(&sim->water, &sim->scene, &beam, samples);
     add_frame(&sim->frame, azimuth_deg, beam.sample_s * sim->water.sound_speed_mps / 2.0, beam.n_samples, samples);
+    break_receiver(sim, &beam, samples);
     if (sim->truth != NULL)
         write_truth(sim, shot, &beam, azimuth_deg);
 }
@@ -197,6 +217,13 @@ static const char *do_range(struct sim *sim, const double *arg, uint64_t now_ns)
     return NULL;
 }
 
+static const char *do_hears(struct sim *sim, const double *arg, uint64_t now_ns)
+{
+    (void)now_ns;
+    sim->hears = (enum sim_hears)arg[0];
+    return NULL;
+}
+
 static const char *do_unplug(struct sim *sim, const double *arg, uint64_t now_ns)
 {
     (void)arg;
@@ -252,6 +279,8 @@ static const struct command {
     {"stall", "S", "do not read the line for S seconds", 1, 0, 3600, do_stall},
     {"flood", "S", "random bytes without a pause for S seconds", 1, 0, 3600, do_flood},
     {"range", "M", "ping with a range of M metres whatever is asked for; 0: end that", 1, 0, 200, do_range},
+    {"hears", "N", "1: noise alone, 2: a constant, 3: zeros, 4: air, 5: its transmission and noise; 0: the water",
+     1, 0, SIM_HEARS_END - 1, do_hears},
     {"unplug", "", "pull the adapter: close the line, remove the link; the head keeps running", 0, 0, 0,
      do_unplug},
     {"plug", "", "put it back, as a new pseudo-terminal", 0, 0, 0, do_plug},

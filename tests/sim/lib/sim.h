@@ -26,6 +26,17 @@ struct sim_frame {
     double range_m;                /* near side; 0: no such bar */
 };
 
+/* What the receiver of a broken head sends. */
+enum sim_hears {
+    SIM_HEARS,
+    SIM_HEARS_NOTHING,  /* the transducer is dead: noise of 2 to 4 counts, and no ring-down */
+    SIM_HEARS_CONSTANT, /* the receiver is stuck: 7 counts */
+    SIM_HEARS_ZEROS,
+    SIM_HEARS_AIR,  /* a ring-down of 0.4 m, and that noise: the head is out of the water */
+    SIM_HEARS_LEAK, /* the transducer's cable is off: the transmission itself, and that noise */
+    SIM_HEARS_END
+};
+
 struct sim {
     struct scene scene;
     struct water water;
@@ -33,6 +44,7 @@ struct sim {
     struct sim_pose pose; /* head angle 200 gradians looks ahead */
     struct head head;
     struct line line;
+    enum sim_hears hears;
     FILE *truth;       /* one JSON object per ping; NULL: none */
     uint64_t start_ns; /* time 0 of the scene */
 };

@@ -30,11 +30,14 @@ static void set_up(void)
     }
 }
 
-/* A floor of `level` behind a ring-down that ends at about 0.3 m; the rule trusts silence. */
+/* A floor of `level` behind a ring-down that ends at about 0.3 m; the rule trusts silence. From 6 to 7 m the floor
+ * varies, as a receiver's does that hears. */
 static void water(uint8_t *sample, int level)
 {
-    for (int i = 0; i < BINS; i++)
-        sample[i] = (uint8_t)(i < 12 ? 255 : fmax(level, 255.0 * pow(10.0, -(i - 12) / 12.0)));
+    for (int i = 0; i < BINS; i++) {
+        const double vary = i >= 600 && i < 700 ? (i * 7 % 5 - 2.0) / 2.0 * fmax(1.0, level / 10.0) : 0.0;
+        sample[i] = (uint8_t)(i < 12 ? 255 : fmax(level + vary, 255.0 * pow(10.0, -(i - 12) / 12.0)));
+    }
 }
 
 static void wall(uint8_t *sample, double at_m, int level)
