@@ -67,6 +67,15 @@ struct beam_echoes {
     struct echo echo[ECHOES_PER_BEAM];
 };
 
+/** beam_frees_nothing - it does not show that its receiver hears: its echoes stay, its silence says nothing. */
+static inline void beam_frees_nothing(struct beam_echoes *beam)
+{
+    beam->state = beam->n > 0 ? BEAM_ECHO : BEAM_BLIND;
+    beam->free_to_m = beam->heard_from_m = beam->heard_to_m = 0.0f;
+    beam->off_axis = false;
+    beam->hides = BEAM_HIDES_DEAF;
+}
+
 /* As struct ping: a fixed buffer of the pipeline's pool with room for max_beams. */
 struct echoes {
     uint64_t t_ns, t_in_ns; /* of the ping */

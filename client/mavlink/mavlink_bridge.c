@@ -34,7 +34,8 @@ enum alert {
     ALERT_CLOCKS,
     ALERT_POSITION,
     ALERT_SENSOR,
-    ALERTS = ALERT_SENSOR + MAVLINK_SENSORS_MAX
+    ALERT_HEARING = ALERT_SENSOR + MAVLINK_SENSORS_MAX,
+    ALERTS = ALERT_HEARING + MAVLINK_SENSORS_MAX
 };
 
 struct mavlink_bridge {
@@ -287,6 +288,8 @@ static void update_alerts(struct mavlink_bridge *b, uint64_t now_ns)
                           : had_ping ? "sonar %s: online again"
                                      : "sonar %s: first ping",
                           s->name, s->state);
+        mavlink_alert_set(&b->alert[ALERT_HEARING + i], s->deaf, now_ns,
+                          s->deaf ? "sonar %s: may hear nothing" : "sonar %s: hears again", s->name);
         b->had_ping[i] |= s->ping_ns > 0;
     }
     b->had_daemon |= alive;

@@ -138,6 +138,7 @@ static void take_sensor(struct mavlink_sensor *sensor, const json_t *object, uin
 
     snprintf(sensor->name, sizeof sensor->name, "%s", name ? name : "?");
     snprintf(sensor->state, sizeof sensor->state, "%s", state ? state : "?");
+    sensor->deaf = json_is_string(json_object_get(object, "hearing_doubt"));
     sensor->range_m = json_number_value(json_object_get(object, "range_m"));
     sensor->ping_ns = json_is_number(age) ? before(said_ns, fmax(0, json_number_value(age))) : 0;
 }

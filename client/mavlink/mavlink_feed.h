@@ -41,6 +41,7 @@ struct mavlink_sensor {
     char name[32], state[32];
     double range_m;
     uint64_t ping_ns; /* of the newest; 0: none */
+    bool deaf;        /* its pings do not show that its receiver hears */
 };
 
 /* What the downward sonar said last. */

@@ -8,6 +8,7 @@
 #include "core/loop.h"
 #include "core/memory.h"
 #include "grid/picture/bearings.h"
+#include "grid/range/immersion.h"
 #include "pipeline_state.h"
 
 #define STACK_TOUCHED (160 * 1024) /* shapes_look and tangents_walls, the deepest, take 155 KiB */
@@ -126,8 +127,18 @@ static void publish_extract(struct pipeline *p, int sensor)
     extract_reference(p->extract[sensor], &reference);
     snapshot_publish(&p->reference[sensor], &reference);
     atomic_store_explicit(&p->law_doubt[sensor], (int)extract_law_doubt(p->extract[sensor]), memory_order_relaxed);
-    atomic_store_explicit(&p->hearing[sensor], (int)extract_hearing_doubt(p->extract[sensor]),
-                          memory_order_relaxed);
+}
+
+/* Withdraws free water that the receiver may not have heard; status and log tell what lasts. */
+static void doubt_hearing(struct pipeline *p, struct echoes *e)
+{
+    enum hearing_doubt doubt = extract_hearing_doubt(p->extract[e->sensor]);
+    const bool out = immersion_is_out(&e->pose, &p->conf.mount[e->sensor]);
+    for (unsigned i = 0; out && i < e->n_beams; i++)
+        beam_frees_nothing(&e->beam[i]);
+    if (lost_echo_run(&p->lost_echo[e->sensor], e) && doubt == HEARING_HEARS)
+        doubt = HEARING_LOST;
+    atomic_store_explicit(&p->hearing[e->sensor], out ? (int)HEARING_AIR : (int)doubt, memory_order_relaxed);
 }
 
 static void run_extract(struct pipeline *p, const struct ping *ping, const struct extract_aid *aid,
@@ -138,6 +149,7 @@ static void run_extract(struct pipeline *p, const struct ping *ping, const struc
     publish_extract(p, ping->sensor);
     if (p->marks[ping->sensor])
         marks_run(p->marks[ping->sensor], e);
+    doubt_hearing(p, e);
     if (p->own_echo[ping->sensor]) {
         own_echo_run(p->own_echo[ping->sensor], e, &p->conf.mount[ping->sensor]);
         atomic_store_explicit(&p->own_bearings[ping->sensor], own_echo_known(p->own_echo[ping->sensor]),

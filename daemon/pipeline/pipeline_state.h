@@ -14,6 +14,7 @@
 #include "pipeline.h"
 #include "core/ring.h"
 #include "core/snapshot.h"
+#include "grid/range/lost_echo.h"
 
 /* A pool of buffers on its way: `waiting` from producer to consumer, `idle` back. */
 struct stage_queue {
@@ -72,6 +73,7 @@ struct pipeline {
     struct pipeline_map *map;                        /* NULL: not configured */
     struct marks *marks[PIPELINE_MAX_SENSORS];       /* NULL: not configured */
     struct own_echo *own_echo[PIPELINE_MAX_SENSORS]; /* with marks */
+    struct lost_echo lost_echo[PIPELINE_MAX_SENSORS];
     struct image *image[PIPELINE_MAX_SENSORS];       /* NULL: nobody can ask for it */
     struct latency latency[PIPELINE_STAGES];
     _Atomic uint64_t submitted, finished;

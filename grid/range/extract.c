@@ -569,9 +569,7 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
     if (on_clean)
         profile_sum(&p, &e->amplitude, p.samples, e->conf.floor_counts, e->work);
     if (doubted(e)) {
-        out->state = out->n > 0 ? BEAM_ECHO : BEAM_BLIND;
-        out->free_to_m = 0.0f;
-        out->hides = BEAM_HIDES_DEAF;
+        beam_frees_nothing(out);
     } else if (near_shadow) {
         out->free_to_m = 0.0f;
         out->hides = BEAM_HIDES_RING;

@@ -290,6 +290,12 @@ const char *hearing_doubt_text(enum hearing_doubt doubt)
         return "the ring-down of its own pulse is missing: the transducer, its cable or the receiver has failed";
     case HEARING_FAINT:
         return "its noise is far below what it was: the receiver has failed";
+    case HEARING_LOST:
+        return "the echoes of many directions are gone at once, and the vehicle has not moved: the receiver may "
+               "have "
+               "failed, or the head is out of the water";
+    case HEARING_AIR:
+        return "by depth and mount the head is out of the water";
     case HEARING_NOT_LEARNT:
     case HEARING_HEARS:
         break;

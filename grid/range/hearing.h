@@ -24,6 +24,8 @@ enum hearing_doubt {
     HEARING_FAINT,      /* its noise is far below what it was */
     HEARING_NO_RING,    /* its own pulse's ring-down is missing, or far below what it was */
     HEARING_CONSTANT,   /* its samples do not vary */
+    HEARING_LOST,       /* what it showed is gone in many directions at once (lost_echo.h) */
+    HEARING_AIR,        /* depth and mount say that the head is out of the water (immersion.h) */
 };
 
 /* What one ping shows, the mean of its beams: powers of a bin under the amplitude law. */

@@ -64,15 +64,16 @@ static void break_receiver(const struct sim *sim, const struct water_shot *beam,
 {
     const double bin_m = beam->sample_s * sim->water.sound_speed_mps / 2.0,
                  pulse_m = beam->transmit_s * sim->water.sound_speed_mps / 2.0;
-    const double loud_m = sim->hears == SIM_HEARS_AIR ? AIR_RING_M : sim->hears == SIM_HEARS_LEAK ? pulse_m : 0.0;
+    const uint32_t ring = sim->hears == SIM_HEARS_AIR ? (uint32_t)(AIR_RING_M / bin_m) : 0,
+                   leak = sim->hears == SIM_HEARS_LEAK ? (uint32_t)(pulse_m / bin_m) : 0;
     uint64_t dice = sim->water.seed + beam->number;
 
-    for (uint32_t i = 0; i < beam->n_samples && sim->hears != SIM_HEARS; i++) {
+    for (uint32_t i = ring; i < beam->n_samples && sim->hears != SIM_HEARS; i++) {
         dice = dice * 6364136223846793005u + 1442695040888963407u;
         samples[i] = sim->hears == SIM_HEARS_ZEROS      ? 0
                      : sim->hears == SIM_HEARS_CONSTANT ? 7
-                     : i * bin_m < loud_m               ? 255
-                                                        : (uint8_t)(2 + (dice >> 33) % 3);
+                     : i < leak                         ? 255
+                                : (uint8_t)((ring > 0 ? 5 : 2) + (dice >> 33) % (ring > 0 ? 8 : 3));
     }
 }
 

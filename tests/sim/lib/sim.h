@@ -32,7 +32,7 @@ enum sim_hears {
     SIM_HEARS_NOTHING,  /* the transducer is dead: noise of 2 to 4 counts, and no ring-down */
     SIM_HEARS_CONSTANT, /* the receiver is stuck: 7 counts */
     SIM_HEARS_ZEROS,
-    SIM_HEARS_AIR,  /* a ring-down of 0.4 m, and that noise: the head is out of the water */
+    SIM_HEARS_AIR,  /* the ring-down, and noise of 5 to 12 counts: the head is out of the water */
     SIM_HEARS_LEAK, /* the transducer's cable is off: the transmission itself, and that noise */
     SIM_HEARS_END
 };

@@ -40,6 +40,7 @@ static void feed(struct extract *extract, const uint8_t *counts, uint32_t n, dou
                               .n_bins = n,
                               .dr_m = (float)dr_m,
                               .pulse_m = (float)pulse_m,
+                              .deaf_m = 0.15f, /* of a ring-down nothing is asked */
                               .beam = &axis,
                               .samples = (void *)counts};
     struct echoes out = {.max_beams = 1, .beam = &found};

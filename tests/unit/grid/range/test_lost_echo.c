@@ -1,0 +1,207 @@
+/* SPDX-License-Identifier: MIT */
+/* test_lost_echo - when directions that lose their echoes are a doubt about the receiver, and when something left. And
+ * whether a head is in the water. */
+#include "tests/lib/test.h"
+
+#include <string.h>
+
+#include "grid/range/immersion.h"
+#include "grid/range/lost_echo.h"
+
+#define FAN 32
+
+static struct lost_echo lost;
+static struct beam_echoes beam[FAN];
+static struct echoes ping;
+static struct pose pose;
+
+static void begin(void)
+{
+    lost_echo_init(&lost);
+    pose = pose_identity;
+    pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
+    ping = (struct echoes){.beam = beam, .max_beams = FAN};
+}
+
+static void look(struct beam_echoes *b, double az_deg, double range_m)
+{
+    *b = (struct beam_echoes){.az_rad = (float)geo_rad(az_deg),
+                              .state = (uint8_t)(range_m > 0 ? BEAM_ECHO : BEAM_SILENT),
+                              .n = (uint8_t)(range_m > 0),
+                              .blind_m = 0.3f,
+                              .heard_from_m = 0.3f,
+                              .free_to_m = range_m > 0 ? (float)range_m : 10.0f,
+                              .heard_to_m = range_m > 0 ? (float)range_m : 10.0f};
+    b->echo[0].range_m = (float)range_m;
+}
+
+static bool run(uint16_t beams)
+{
+    ping.t_ns += 100000000;
+    ping.n_beams = beams;
+    ping.pose = pose;
+    return lost_echo_run(&lost, &ping);
+}
+
+/* A head looks from one azimuth to another, in steps of 3.6 degrees, at a wall at range_m; 0: at nothing. Returns how
+ * many beams free water. */
+static int sweep(double from_deg, double to_deg, double range_m)
+{
+    int n = 0;
+    for (double az = from_deg; az < to_deg; az += 3.6) {
+        look(&beam[0], az, range_m);
+        run(1);
+        n += beam[0].free_to_m > beam[0].blind_m;
+    }
+    return n;
+}
+
+TEST(echoes_that_are_gone_on_all_sides_are_a_doubt_until_the_next)
+{
+    begin();
+    CHECK_INT(sweep(0, 360, 3), 100);
+    CHECK_INT(sweep(0, 720, 0), 0);
+    CHECK(lost.doubt);
+    CHECK_INT(sweep(0, 3, 3), 1);
+    CHECK(!lost.doubt);
+    CHECK(sweep(3.6, 360, 0) > 95); /* what was lost until then had left */
+}
+
+/* Its directions free nothing in the pass that loses it, unless another one answers, and then do. */
+TEST(one_obstacle_may_leave)
+{
+    begin();
+    sweep(0, 360, 0);
+    sweep(0, 50, 3);
+    CHECK_INT(sweep(50, 360, 0), 87);
+    CHECK(sweep(0, 50, 0) < 2);
+    CHECK_INT(sweep(50, 360, 0), 87);
+    ping.t_ns += 10000000000u;
+    CHECK(sweep(0, 50, 0) > 8);
+    CHECK_INT(sweep(0, 360, 0), 100);
+    CHECK(!lost.doubt);
+    for (int turn = 0; turn < 2; turn++) { /* a wall beside it answers all the while */
+        sweep(0, 120, turn ? 0 : 3);
+        sweep(120, 240, 4);
+        sweep(240, 360, 3);
+    }
+    CHECK(lost.doubt == false);
+}
+
+TEST(who_has_moved_expects_nothing)
+{
+    static const struct {
+        double north_m, yaw_deg, drift_m;
+        uint64_t discontinuities, withdrawn;
+        unsigned has;
+        bool adrift, doubt;
+    } row[] = {{0.2, 0, 0, 0, 0, 7, false, true}, {0.5, 0, 0, 0, 0, 7, false, false},
+               {0, 3, 0, 0, 0, 7, false, true},   {0, 8, 0, 0, 0, 7, false, false},
+               {0, 0, 0.2, 0, 0, 7, false, true}, {0, 0, 0.5, 0, 0, 7, false, false},
+               {0, 0, 0, 1, 0, 7, false, false},  {0, 0, 0, 0, 1, 7, false, false},
+               {0, 0, 0, 0, 0, 5, false, false},  {0, 0, 0, 0, 0, 7, true, false}};
+    for (size_t k = 0; k < sizeof row / sizeof row[0]; k++) {
+        begin();
+        sweep(0, 360, 3);
+        pose.position_m[0] = row[k].north_m;
+        quat_from_rpy(0, 0, geo_rad(row[k].yaw_deg), pose.attitude);
+        pose.drift_m[0] = row[k].drift_m;
+        pose.discontinuities = row[k].discontinuities;
+        pose.withdrawn = row[k].withdrawn;
+        pose.has = row[k].has;
+        pose.heading_adrift = row[k].adrift;
+        sweep(0, 360, 0);
+        if (lost.doubt != row[k].doubt)
+            CHECK_INT(k, -1);
+    }
+}
+
+/* What a mark speaks against, or one beam shows, is no echo to be missed; and who is masked or deaf there misses none. */
+TEST(only_what_was_shown_is_missed)
+{
+    static const uint8_t flags[] = {ECHO_BURST, ECHO_GHOST, ECHO_FAINT, ECHO_ALONE, ECHO_OTHER, ECHO_OWN};
+    for (size_t k = 0; k < sizeof flags; k++) {
+        begin();
+        for (double az = 0; az < 360; az += 3.6) {
+            look(&beam[0], az, 3);
+            beam[0].echo[0].flags = flags[k];
+            run(1);
+        }
+        CHECK_INT(sweep(0, 360, 0), 100);
+    }
+    begin();
+    for (double az = 5; az < 360; az += 10) {
+        look(&beam[0], az, 3);
+        run(1);
+    }
+    CHECK_INT(sweep(0, 360, 0), 100);
+    sweep(0, 360, 3);
+    for (double az = 0; az < 360; az += 3.6) {
+        look(&beam[0], az, 0);
+        beam[0].heard_to_m = 2.5f;
+        run(1);
+        CHECK(beam[0].state == BEAM_SILENT);
+    }
+    CHECK(!lost.doubt);
+}
+
+static int fan(double range_m, int from, int to)
+{
+    int n = 0;
+    for (int i = 0; i < FAN; i++)
+        look(&beam[i], 2 * i, i >= from && i < to ? range_m : 0);
+    run(FAN);
+    for (int i = 0; i < FAN; i++)
+        n += beam[i].free_to_m > beam[i].blind_m;
+    return n;
+}
+
+TEST(a_fan_that_loses_all_at_once_is_doubted)
+{
+    begin();
+    for (int i = 0; i < 3; i++)
+        CHECK_INT(fan(3, 0, FAN), FAN);
+    CHECK_INT(fan(0, 0, 0), 0);
+    CHECK(lost.doubt);
+    CHECK_INT(fan(3, 10, 12), FAN);
+    CHECK(!lost.doubt);
+    for (int i = 0; i < 3; i++)
+        fan(3, 0, FAN);
+    for (int left = FAN; left >= 0; left -= 4) /* what leaves it does so at an edge */
+        fan(3, 0, left);
+    CHECK(!lost.doubt);
+}
+
+TEST(a_head_is_in_air_where_depth_and_mount_say_so)
+{
+    static const struct {
+        double down_m, mount_m, roll_deg, uncertain_m;
+        unsigned has;
+        bool out;
+    } row[] = {{0, 0, 0, 0, 7, false},        {-0.2, 0, 0, 0, 7, false},   {-0.4, 0, 0, 0, 7, true},
+               {-0.4, 0, 0, 0.2, 7, false},   {-0.4, 0.2, 0, 0, 7, false}, {0.2, -0.6, 0, 0, 7, true},
+               {0.2, -0.6, 180, 0, 7, false}, {-0.4, 0, 0, 0, 3, false},   {-0.4, -0.2, 0, 0, 4, false},
+               {-0.7, -0.2, 0, 0, 4, true}};
+    for (size_t k = 0; k < sizeof row / sizeof row[0]; k++) {
+        struct mount mount = mount_identity;
+        begin();
+        pose.has = row[k].has;
+        pose.position_m[2] = row[k].down_m;
+        pose.uncertain_m = row[k].uncertain_m;
+        mount.position_m[2] = row[k].mount_m;
+        quat_from_rpy(geo_rad(row[k].roll_deg), 0, 0, pose.attitude);
+        if (immersion_is_out(&pose, &mount) != row[k].out)
+            CHECK_INT(k, -1);
+    }
+}
+
+int main(void)
+{
+    RUN(echoes_that_are_gone_on_all_sides_are_a_doubt_until_the_next);
+    RUN(one_obstacle_may_leave);
+    RUN(who_has_moved_expects_nothing);
+    RUN(only_what_was_shown_is_missed);
+    RUN(a_fan_that_loses_all_at_once_is_doubted);
+    RUN(a_head_is_in_air_where_depth_and_mount_say_so);
+    return test_end();
+}
