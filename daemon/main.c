@@ -209,7 +209,7 @@ static void tell_hearing(uint64_t now_ns, const char *sonar, enum hearing_doubt 
     *told = doubt;
     log_limited(now_ns, doubt == HEARING_HEARS ? LOG_NOTICE : LOG_WARNING,
                 LOG_ABOUT(.event = doubt == HEARING_HEARS ? "hears_again" : "hearing_doubted", .sonar = sonar),
-                "%s", doubt == HEARING_HEARS ? "the receiver hears again" : hearing_doubt_text(doubt));
+                "%s", doubt == HEARING_HEARS ? "the receiver works again" : hearing_doubt_text(doubt));
 }
 
 static void on_law_tick(void *ctx, uint64_t now_ns)

@@ -289,7 +289,8 @@ static void update_alerts(struct mavlink_bridge *b, uint64_t now_ns)
                                      : "sonar %s: first ping",
                           s->name, s->state);
         mavlink_alert_set(&b->alert[ALERT_HEARING + i], s->deaf, now_ns,
-                          s->deaf ? "sonar %s: may hear nothing" : "sonar %s: hears again", s->name);
+                          s->deaf ? "sonar %s: receiver may have failed" : "sonar %s: receiver works again",
+                          s->name);
         b->had_ping[i] |= s->ping_ns > 0;
     }
     b->had_daemon |= alive;
