@@ -534,6 +534,7 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
     };
     const struct baseline *usual = baseline_known(&e->now->baseline) ? &e->now->baseline : NULL;
 
+    out->hides = doubted(e) ? BEAM_HIDES_DEAF : BEAM_HIDES_NOTHING;
     profile_sum(&p, &e->amplitude, p.samples, e->conf.floor_counts, e->work);
     const double full = (double)amplitude_of(&e->amplitude, e->amplitude.max_count) * (2.0 * p.axis->half + 1.0);
     const struct levels levels = levels_of(e, ping, full);

@@ -118,7 +118,6 @@ struct hearing_levels hearing_levels_of(const struct profile_axis *axis, const s
                                  .parts = room < HEARING_PARTS ? room : HEARING_PARTS,
                                  .least = fmax((double)(int64_t)amplitude_of(law, floor_counts), 1.0),
                                  .count = fmax((double)(int64_t)amplitude_of(law, 1), 1.0),
-                                 .pulse_parts = (uint32_t)(axis->resolution_bins / bins),
                                  .hidden = axis->r0 > HIDDEN_M || deaf_m > HIDDEN_M};
     uint32_t constant = 0;
 
@@ -151,16 +150,15 @@ static uint32_t loudest_part(const double *part, uint32_t parts)
 }
 
 /*
- * A ring-down is loudest near the transmission, lasts at least as long as it, and decays by so many times. A constant
- * level does not, however loud, and noise that the time-varied gain raises does the opposite.
+ * A ring-down is loudest near the transmission, and decays by so many times. A constant level does not, however loud,
+ * and noise that the time-varied gain raises does the opposite.
  */
 static bool decays(const double *part, const struct hearing_levels *levels, double times)
 {
     const uint32_t peak = loudest_part(part, levels->parts);
     const double most = above(part[peak], levels->least) / times;
 
-    for (uint32_t i = levels->pulse_parts > peak ? levels->pulse_parts : peak; i + VALLEY_PARTS <= levels->parts;
-         i++) {
+    for (uint32_t i = peak; i + VALLEY_PARTS <= levels->parts; i++) {
         double valley = 0.0;
         for (uint32_t k = i; k < i + VALLEY_PARTS; k++)
             valley += above(part[k], levels->least) / VALLEY_PARTS;

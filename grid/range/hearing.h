@@ -35,7 +35,6 @@ struct hearing_levels {
     double noise;          /* of the quieter windows behind the parts; negative: too few bins */
     double least;          /* the receiver's own floor: a part that is quieter counts as so loud */
     double count;          /* of one count: what is quieter cannot be told from silence */
-    uint32_t pulse_parts;  /* that hold the transmission itself */
     bool hidden; /* the ring-down may lie before the first bin, or in the lock-out: it is not asked for */
     bool varies;
 };

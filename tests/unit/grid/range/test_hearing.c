@@ -108,6 +108,8 @@ TEST(without_a_ring_down_nothing_hears)
             for (int i = 0; i < 100; i++) {
                 noise(counts, 2, 3);
                 CHECK_INT(take(), HEARING_NO_RING);
+                memset(counts, 2 * i + 1, BINS);
+                CHECK_INT(take(), HEARING_CONSTANT);
                 noise(counts, 90, 40); /* loud first samples are none */
                 CHECK_INT(take(), HEARING_NO_RING);
                 for (int b = 0; b < BINS; b++) /* nor is noise that rises with the range */
@@ -151,7 +153,7 @@ TEST(what_rings_with_the_head_is_not_asked_for)
     begin(AMPLITUDE_SQRT);
     for (int i = 0; i < 1000; i++) {
         noise(counts, 6, 8);
-        ring(counts, 255, i % 100 < 50 ? 0.15 : 0.5);
+        ring(counts, 255, i % 100 < 50 ? 0.5 : 0.15);
         CHECK(take() <= HEARING_NOT_LEARNT);
     }
     CHECK_INT(water(6, 255), HEARING_HEARS);
@@ -248,6 +250,12 @@ TEST(echoes_prove_that_it_hears_otherwise_than_before)
         const struct hearing_levels l = levels(1);
         hearing_prove(&h, &l);
     }
+    CHECK_INT(water(6, 255), HEARING_HEARS); /* it does as before: these were others */
+    for (int i = 1; i < HEARING_LEAST; i++) {
+        CHECK_INT(water(6, 100), HEARING_NO_RING);
+        const struct hearing_levels l = levels(1);
+        hearing_prove(&h, &l);
+    }
     noise(counts, 6, 8); /* interference that looks like one proves nothing where there is no ring-down at all */
     for (int i = 0; i < 100; i++) {
         const struct hearing_levels l = levels(1);
@@ -262,8 +270,10 @@ TEST(echoes_prove_that_it_hears_otherwise_than_before)
 TEST(an_alarm_begins_and_ends_once)
 {
     struct hearing_alarm alarm = {0};
-    for (int i = 0; i < 100; i++) /* single pings are none */
+    for (int i = 0; i < 100; i++) { /* single pings are none */
         hearing_alarm_take(&alarm, i % 10 ? HEARING_HEARS : HEARING_NO_RING);
+        CHECK_INT(alarm.doubt, HEARING_HEARS);
+    }
     hearing_alarm_take(&alarm, HEARING_NOT_LEARNT);
     CHECK_INT(alarm.doubt, HEARING_HEARS);
     for (int i = 0; i < HEARING_LEAST; i++)
