@@ -54,24 +54,18 @@ static const struct echo *firm_echo(const struct beam_echoes *beam)
     return NULL;
 }
 
-/* The receiver hears; what was lost until now had gone. */
-static void hear(struct lost_echo *l)
-{
-    for (int i = 0; i < LOST_ECHO_ROWS && l->lost > 0; i++)
-        if (l->row[i].lost_ns)
-            l->row[i] = (struct lost_echo_row){0};
-    l->lost = 0;
-    l->doubt = false;
-}
-
 static void show(struct lost_echo_row *row, const struct echoes *e, const struct echo *echo)
 {
+    const bool known = row->shown > 0 && row->shown_ns == e->t_ns; /* another beam of the row has it already */
     const bool same = row->shown && stands(&row->pose, &e->pose) &&
                       fabsf(row->range_m - echo->range_m) <= SAME_M + SAME_SHARE * echo->range_m;
 
+    if (known)
+        return;
     row->shown = !same ? 1 : row->shown < SHOWN ? row->shown + 1 : SHOWN;
     if (!same)
         row->pose = e->pose;
+    row->shown_ns = e->t_ns;
     row->lost_ns = 0;
     row->range_m = echo->range_m;
 }
@@ -83,17 +77,37 @@ static bool misses(const struct lost_echo_row *row, const struct echoes *e, cons
            row->range_m > beam->heard_from_m && row->range_m < beam->heard_to_m && stands(&row->pose, &e->pose);
 }
 
-bool lost_echo_run(struct lost_echo *l, struct echoes *e)
+/* The receiver hears: what was lost until now has left, and so has what this ping does not show. */
+static void hear(struct lost_echo *l, const struct echoes *e)
 {
-    const uint32_t most = e->n_beams > 1 ? FAN_LOST : HEAD_LOST;
+    for (int i = 0; i < LOST_ECHO_ROWS && l->lost > 0; i++)
+        if (l->row[i].lost_ns)
+            l->row[i].shown = 0;
+    for (uint32_t i = 0; i < e->n_beams; i++) {
+        struct lost_echo_row *row = row_of(l, e, i);
+        if (row->shown_ns != e->t_ns && misses(row, e, &e->beam[i]))
+            row->shown = 0;
+    }
+    l->lost = 0;
+    l->doubt = false;
+}
+
+static bool take_echoes(struct lost_echo *l, const struct echoes *e)
+{
+    bool any = false;
 
     for (uint32_t i = 0; i < e->n_beams; i++) {
         const struct echo *echo = firm_echo(&e->beam[i]);
         if (!echo)
             continue;
-        hear(l);
+        any = true;
         show(row_of(l, e, i), e, echo);
     }
+    return any;
+}
+
+static void take_silence(struct lost_echo *l, struct echoes *e)
+{
     for (uint32_t i = 0; i < e->n_beams; i++) {
         struct lost_echo_row *row = row_of(l, e, i);
         if (!misses(row, e, &e->beam[i]))
@@ -105,7 +119,15 @@ bool lost_echo_run(struct lost_echo *l, struct echoes *e)
         else
             row->shown = 0;
     }
-    l->doubt |= l->lost >= most;
+}
+
+bool lost_echo_run(struct lost_echo *l, struct echoes *e)
+{
+    if (take_echoes(l, e))
+        hear(l, e);
+    else
+        take_silence(l, e);
+    l->doubt |= l->lost >= (e->n_beams > 1 ? FAN_LOST : HEAD_LOST);
     for (uint32_t i = 0; i < e->n_beams && l->doubt; i++)
         beam_frees_nothing(&e->beam[i]);
     return l->doubt;

@@ -18,10 +18,11 @@
 
 /* A direction of the sensor. */
 struct lost_echo_row {
-    uint64_t lost_ns; /* since when it should have an echo and has none; 0: it has */
-    struct pose pose; /* of the vehicle then */
+    uint64_t shown_ns; /* by its last ping with an echo */
+    uint64_t lost_ns;  /* since when it should have an echo and has none; 0: it has */
+    struct pose pose;  /* of the vehicle then */
     float range_m;
-    uint8_t shown; /* beams that showed it, up to 2 */
+    uint8_t shown; /* pings that showed it, up to 2 */
 };
 
 struct lost_echo {
@@ -34,12 +35,12 @@ struct lost_echo {
 void lost_echo_init(struct lost_echo *l);
 
 /**
- * lost_echo_run - a ping after its echoes were marked. Only echoes count that no mark speaks against, and that two beams
+ * lost_echo_run - a ping after its echoes were marked. Only echoes count that no mark speaks against, and that two pings
  * of a row have shown; and only rows count that were shown from where the vehicle is: within 0.3 m and 5 degrees, as its
  * pose and its drift have it.
  *
- * Where a row does not show what it has shown, its beams free nothing for 10 s, and no longer once any beam has an echo:
- * then what stood there has left. Six rows of a head (60 degrees) or 12 sixteenths of a fan without an echo between them
+ * A ping with an echo shows that the receiver hears: what is gone has left. In one without any, the beams of a row that
+ * does not show what it has shown free nothing for 10 s. Six rows of a head (60 degrees) or 12 sixteenths of a fan without an echo between them
  * are a doubt: nothing is free in any ping until the next echo. Returns whether there is one. O(beams).
  */
 bool lost_echo_run(struct lost_echo *l, struct echoes *echoes);

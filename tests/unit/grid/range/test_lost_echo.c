@@ -159,6 +159,9 @@ static int fan(double range_m, int from, int to)
 TEST(a_fan_that_loses_all_at_once_is_doubted)
 {
     begin();
+    fan(3, 0, FAN); /* two beams of a row in one ping are one look */
+    CHECK_INT(fan(0, 0, 0), FAN);
+    CHECK(!lost.doubt);
     for (int i = 0; i < 3; i++)
         CHECK_INT(fan(3, 0, FAN), FAN);
     CHECK_INT(fan(0, 0, 0), 0);
