@@ -13,20 +13,29 @@
 #define MOVED_M    0.3
 #define TURNED_RAD (5 * GEO_PI / 180)
 
-/* An echo of one thing in two beams: it need not stand square to them. */
-#define SAME_M     0.1f
-#define SAME_SHARE 0.1f
-
 void lost_echo_init(struct lost_echo *l)
 {
     memset(l, 0, sizeof *l);
 }
 
+static uint32_t share_of(const struct echoes *e, uint32_t beam, uint32_t of_turn, uint32_t of_fan)
+{
+    if (e->n_beams > 1)
+        return beam * of_fan / e->n_beams;
+    return (uint32_t)(geo_wrap((double)e->beam[beam].az_rad) / GEO_TURN * of_turn) % of_turn;
+}
+
+static struct lost_echo_part *part_of(struct lost_echo *l, const struct echoes *e, uint32_t beam)
+{
+    return &l->part[share_of(e, beam, LOST_ECHO_PARTS, LOST_ECHO_FAN)];
+}
+
+/* Bearings of a head lie in the middle of rows, or rounding would move them. */
 static struct lost_echo_row *row_of(struct lost_echo *l, const struct echoes *e, uint32_t beam)
 {
     if (e->n_beams > 1)
-        return &l->row[beam * LOST_ECHO_FAN / e->n_beams];
-    return &l->row[(uint32_t)(geo_wrap((double)e->beam[beam].az_rad) / GEO_TURN * LOST_ECHO_ROWS) %
+        return &l->row[beam % LOST_ECHO_ROWS];
+    return &l->row[(uint32_t)lround(geo_wrap((double)e->beam[beam].az_rad) / GEO_TURN * LOST_ECHO_ROWS) %
                    LOST_ECHO_ROWS];
 }
 
@@ -54,42 +63,33 @@ static const struct echo *firm_echo(const struct beam_echoes *beam)
     return NULL;
 }
 
-static void show(struct lost_echo_row *row, const struct echoes *e, const struct echo *echo)
+static void show(struct lost_echo *l, const struct echoes *e, uint32_t beam, const struct echo *echo)
 {
-    const bool known = row->shown > 0 && row->shown_ns == e->t_ns; /* another beam of the row has it already */
-    const bool same = row->shown && stands(&row->pose, &e->pose) &&
-                      fabsf(row->range_m - echo->range_m) <= SAME_M + SAME_SHARE * echo->range_m;
+    struct lost_echo_part *part = part_of(l, e, beam);
+    struct lost_echo_row *row = row_of(l, e, beam);
 
-    if (known)
-        return;
-    row->shown = !same ? 1 : row->shown < SHOWN ? row->shown + 1 : SHOWN;
-    if (!same)
-        row->pose = e->pose;
-    row->shown_ns = e->t_ns;
-    row->lost_ns = 0;
-    row->range_m = echo->range_m;
+    if (part->shown == 0 || !stands(&part->pose, &e->pose)) {
+        part->shown = 0;
+        part->since_ns = e->t_ns;
+        part->pose = e->pose;
+    }
+    if (part->shown == 0 || part->shown_ns != e->t_ns) /* beams of one ping are one look */
+        part->shown = part->shown < SHOWN ? part->shown + 1 : SHOWN;
+    part->shown_ns = e->t_ns;
+    part->lost_ns = 0;
+    *row = (struct lost_echo_row){e->t_ns, echo->range_m};
 }
 
 /* The beam should show what its row has, and has no echo at all. */
-static bool misses(const struct lost_echo_row *row, const struct echoes *e, const struct beam_echoes *beam)
+static bool misses(struct lost_echo *l, const struct echoes *e, uint32_t i)
 {
-    return row->shown >= SHOWN && beam->n == 0 && beam->state == BEAM_SILENT &&
-           row->range_m > beam->heard_from_m && row->range_m < beam->heard_to_m && stands(&row->pose, &e->pose);
-}
+    const struct beam_echoes *beam = &e->beam[i];
+    const struct lost_echo_part *part = part_of(l, e, i);
+    const struct lost_echo_row *row = row_of(l, e, i);
 
-/* The receiver hears: what was lost until now has left, and so has what this ping does not show. */
-static void hear(struct lost_echo *l, const struct echoes *e)
-{
-    for (int i = 0; i < LOST_ECHO_ROWS && l->lost > 0; i++)
-        if (l->row[i].lost_ns)
-            l->row[i].shown = 0;
-    for (uint32_t i = 0; i < e->n_beams; i++) {
-        struct lost_echo_row *row = row_of(l, e, i);
-        if (row->shown_ns != e->t_ns && misses(row, e, &e->beam[i]))
-            row->shown = 0;
-    }
-    l->lost = 0;
-    l->doubt = false;
+    return part->shown >= SHOWN && row->t_ns && row->t_ns >= part->since_ns && beam->n == 0 &&
+           beam->state == BEAM_SILENT && row->range_m > beam->heard_from_m && row->range_m < beam->heard_to_m &&
+           stands(&part->pose, &e->pose);
 }
 
 static bool take_echoes(struct lost_echo *l, const struct echoes *e)
@@ -101,23 +101,36 @@ static bool take_echoes(struct lost_echo *l, const struct echoes *e)
         if (!echo)
             continue;
         any = true;
-        show(row_of(l, e, i), e, echo);
+        show(l, e, i, echo);
     }
     return any;
+}
+
+/* The receiver hears: what was lost until now has left, and so has what this ping does not show. */
+static void hear(struct lost_echo *l, const struct echoes *e)
+{
+    for (int k = 0; k < LOST_ECHO_PARTS && l->lost > 0; k++)
+        if (l->part[k].lost_ns)
+            l->part[k] = (struct lost_echo_part){0};
+    for (uint32_t i = 0; i < e->n_beams; i++)
+        if (misses(l, e, i))
+            row_of(l, e, i)->t_ns = 0;
+    l->lost = 0;
+    l->doubt = false;
 }
 
 static void take_silence(struct lost_echo *l, struct echoes *e)
 {
     for (uint32_t i = 0; i < e->n_beams; i++) {
-        struct lost_echo_row *row = row_of(l, e, i);
-        if (!misses(row, e, &e->beam[i]))
+        struct lost_echo_part *part = part_of(l, e, i);
+        if (!misses(l, e, i))
             continue;
-        l->lost += row->lost_ns == 0;
-        row->lost_ns = row->lost_ns ? row->lost_ns : e->t_ns;
-        if (e->t_ns - row->lost_ns <= BELIEVED_NS)
+        l->lost += part->lost_ns == 0;
+        part->lost_ns = part->lost_ns ? part->lost_ns : e->t_ns;
+        if (e->t_ns - part->lost_ns <= BELIEVED_NS)
             beam_frees_nothing(&e->beam[i]);
         else
-            row->shown = 0;
+            row_of(l, e, i)->t_ns = 0;
     }
 }
 

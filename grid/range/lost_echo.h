@@ -13,21 +13,29 @@
 
 #include "grid/echoes.h"
 
-#define LOST_ECHO_ROWS 36 /* of a head's turn; a fan is divided into LOST_ECHO_FAN */
-#define LOST_ECHO_FAN  16
+#define LOST_ECHO_PARTS 36 /* of a head's turn; a fan is divided into LOST_ECHO_FAN */
+#define LOST_ECHO_FAN   16
+#define LOST_ECHO_ROWS  800 /* of a head's turn, half a step of the finest; or beams of a fan */
 
-/* A direction of the sensor. */
-struct lost_echo_row {
-    uint64_t shown_ns; /* by its last ping with an echo */
+/* A part of the sensor's directions. */
+struct lost_echo_part {
+    uint64_t since_ns; /* the vehicle has been where it is now since then: */
+    struct pose pose;
+    uint64_t shown_ns; /* its last ping with an echo */
     uint64_t lost_ns;  /* since when it should have an echo and has none; 0: it has */
-    struct pose pose;  /* of the vehicle then */
+    uint8_t shown;     /* pings with an echo since since_ns, up to 2 */
+};
+
+/* The last echo in a direction. */
+struct lost_echo_row {
+    uint64_t t_ns; /* 0: none */
     float range_m;
-    uint8_t shown; /* pings that showed it, up to 2 */
 };
 
 struct lost_echo {
-    uint32_t lost; /* rows, since the last echo */
+    uint32_t lost; /* parts, since the last echo */
     bool doubt;    /* until the next echo */
+    struct lost_echo_part part[LOST_ECHO_PARTS];
     struct lost_echo_row row[LOST_ECHO_ROWS];
 };
 
@@ -35,13 +43,13 @@ struct lost_echo {
 void lost_echo_init(struct lost_echo *l);
 
 /**
- * lost_echo_run - a ping after its echoes were marked. Only echoes count that no mark speaks against, and that two pings
- * of a row have shown; and only rows count that were shown from where the vehicle is: within 0.3 m and 5 degrees, as its
- * pose and its drift have it.
+ * lost_echo_run - a ping after its echoes were marked. Only echoes count that no mark speaks against, in parts that two
+ * pings have shown from where the vehicle is: within 0.3 m and 5 degrees, as its pose and its drift have it.
  *
- * A ping with an echo shows that the receiver hears: what is gone has left. In one without any, the beams of a row that
- * does not show what it has shown free nothing for 10 s. Six rows of a head (60 degrees) or 12 sixteenths of a fan without an echo between them
- * are a doubt: nothing is free in any ping until the next echo. Returns whether there is one. O(beams).
+ * A ping with an echo shows that the receiver hears: what is gone has left. In one without any, a beam that had an echo
+ * in its own direction frees nothing for 10 s. Six parts of a head (60 degrees) or 12 of a fan that lose theirs without
+ * an echo between them are a doubt: nothing is free in any ping until the next echo. Returns whether there is one.
+ * O(beams).
  */
 bool lost_echo_run(struct lost_echo *l, struct echoes *echoes);
 
