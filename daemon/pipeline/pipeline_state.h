@@ -74,7 +74,7 @@ struct pipeline {
     struct marks *marks[PIPELINE_MAX_SENSORS];       /* NULL: not configured */
     struct own_echo *own_echo[PIPELINE_MAX_SENSORS]; /* with marks */
     struct lost_echo lost_echo[PIPELINE_MAX_SENSORS];
-    struct image *image[PIPELINE_MAX_SENSORS];       /* NULL: nobody can ask for it */
+    struct image *image[PIPELINE_MAX_SENSORS]; /* NULL: nobody can ask for it */
     struct latency latency[PIPELINE_STAGES];
     _Atomic uint64_t submitted, finished;
     _Atomic uint64_t held; /* by the clean-ups: submitted, and finished when later pings come */
