@@ -269,6 +269,9 @@ static void truth(double t_s, struct pose *p)
                   0.8 * sin(w[3] * s) + 0.1 * t, p->attitude);
 }
 
+/* So far is the middle of the world below the surface. */
+#define DEPTH_M 10.0
+
 /* Poses as they are told. */
 static void be_off(struct pose *p)
 {
@@ -286,6 +289,7 @@ static void be_off(struct pose *p)
 static void leave_out(struct pose *p)
 {
     p->has &= ~trial->untold;
+    p->position_m[2] += DEPTH_M;
     for (int k = 0; k < 3; k++) {
         p->position_m[k] = p->has & (k < 2 ? POSE_POSITION : POSE_DEPTH) ? p->position_m[k] : 0;
         p->velocity_mps[k] = p->has & POSE_VELOCITY ? p->velocity_mps[k] : 0;
