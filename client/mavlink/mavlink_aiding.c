@@ -14,12 +14,6 @@
 #define POSITION_ABSOLUTE   0x010u
 #define POSITION_CONSTANT   0x080u
 
-void mavlink_aiding_report(struct mavlink_aiding *aiding, uint16_t flags, uint64_t now_ns)
-{
-    aiding->flags = flags;
-    aiding->report_ns = now_ns;
-}
-
 /* A constant position comes with a horizontal velocity of zero that is flagged as good. */
 static unsigned allowed(uint16_t flags)
 {
@@ -29,6 +23,22 @@ static unsigned allowed(uint16_t flags)
         return 0;
     return (flags & (POSITION_RELATIVE | POSITION_ABSOLUTE) ? MAVLINK_AIDED_POSITION : 0u) |
            ((flags & both) == both ? MAVLINK_AIDED_VELOCITY : 0u);
+}
+
+void mavlink_aiding_report(struct mavlink_aiding *aiding, uint16_t flags, uint64_t now_ns)
+{
+    const unsigned parts = allowed(flags);
+
+    aiding->report_ns = now_ns;
+    if (!(parts & MAVLINK_AIDED_POSITION))
+        aiding->denied_ns[0] = now_ns;
+    if (!(parts & MAVLINK_AIDED_VELOCITY))
+        aiding->denied_ns[1] = now_ns;
+}
+
+static bool denied(uint64_t denied_ns, uint64_t now_ns)
+{
+    return denied_ns > 0 && now_ns <= denied_ns + FRESH_NS;
 }
 
 unsigned mavlink_aiding_offer(struct mavlink_aiding *aiding, uint64_t now_ns)
@@ -45,7 +55,8 @@ unsigned mavlink_aiding_offer(struct mavlink_aiding *aiding, uint64_t now_ns)
         aiding->position = MAVLINK_POSITION_STOPPED;
         return 0;
     }
-    const unsigned parts = allowed(aiding->flags);
+    const unsigned parts = (denied(aiding->denied_ns[0], now_ns) ? 0u : MAVLINK_AIDED_POSITION) |
+                           (denied(aiding->denied_ns[1], now_ns) ? 0u : MAVLINK_AIDED_VELOCITY);
 
     aiding->position = parts & MAVLINK_AIDED_POSITION ? MAVLINK_POSITION_AIDED : MAVLINK_POSITION_UNAIDED;
     return parts;
@@ -64,7 +75,7 @@ bool mavlink_aiding_news(struct mavlink_aiding *aiding, uint64_t now_ns, char *t
             "warning: position: believed without a report of its source: the autopilot was asked for "
             "EKF_STATUS_REPORT and ESTIMATOR_STATUS and sends neither",
         [MAVLINK_POSITION_UNAIDED] = "position: not used: nothing measures it (EKF_STATUS_REPORT or "
-                                     "ESTIMATOR_STATUS: constant or not aided)",
+                                     "ESTIMATOR_STATUS: constant or not aided, now or within 3 s)",
         [MAVLINK_POSITION_STOPPED] =
             "warning: position: not used: EKF_STATUS_REPORT or ESTIMATOR_STATUS has stopped coming",
     };

@@ -5,7 +5,8 @@
  * tells them apart: EKF_STATUS_REPORT (ArduPilot) or ESTIMATOR_STATUS (PX4), whose flags have the same meaning. Pure.
  * Times are CLOCK_MONOTONIC nanoseconds.
  *
- * A report counts for three seconds: one that has stopped confirms nothing. An autopilot that was asked for reports and
+ * A report counts for three seconds: one that has stopped confirms nothing, and what one of them disowns is not confirmed
+ * by the next: an estimator that wavers, or two that speak under one id, have no position. An autopilot that was asked for reports and
  * has never sent one may have none to give; its positions are taken after twelve seconds, and the log says so. Once one
  * has come, every position needs a report.
  */
@@ -31,7 +32,7 @@ enum mavlink_position {
 /* All zeros: an autopilot that has said nothing. */
 struct mavlink_aiding {
     uint64_t report_ns, offered_ns; /* of the newest report, of the first position; 0: none */
-    uint16_t flags;                 /* of that report */
+    uint64_t denied_ns[2];          /* when a report disowned the position, the velocity; 0: none did */
     enum mavlink_position position, told;
     uint64_t told_ns;
 };

@@ -106,6 +106,31 @@ TEST(a_report_that_has_stopped_confirms_nothing)
     CHECK(place(&v, 62500) != 0);
 }
 
+/* As of an estimator that wavers, or of two under one system id. */
+TEST(reports_that_contradict_each_other_confirm_nothing)
+{
+    static const uint64_t every_ms[] = {100, 200, 1000};
+
+    for (size_t i = 0; i < sizeof every_ms / sizeof *every_ms; i++) {
+        struct mavlink_vehicle v = vehicle_at_start();
+        const uint64_t step_ms = every_ms[i];
+        uint64_t ms = 0;
+
+        for (unsigned k = 0; ms < 10000; ms += step_ms, k++) {
+            const struct mavlink_ekf_status_report report = {.flags = k % 2 ? 831 : 167};
+
+            give(&v, MAVLINK_EKF_STATUS_REPORT, &report, START + ms * MS);
+            CHECK_INT(place(&v, ms + 50), 0);
+        }
+        for (const uint64_t end_ms = ms + 4000; ms < end_ms; ms += step_ms) {
+            const struct mavlink_ekf_status_report aided = {.flags = 831};
+
+            give(&v, MAVLINK_EKF_STATUS_REPORT, &aided, START + ms * MS);
+        }
+        CHECK(place(&v, ms) != 0); /* it has made up its mind */
+    }
+}
+
 TEST(an_autopilot_that_cannot_report_is_believed_after_two_requests)
 {
     struct mavlink_vehicle v = vehicle_at_start();
@@ -141,6 +166,7 @@ int main(void)
 {
     RUN(what_the_estimator_confirms_is_believed);
     RUN(a_report_that_has_stopped_confirms_nothing);
+    RUN(reports_that_contradict_each_other_confirm_nothing);
     RUN(an_autopilot_that_cannot_report_is_believed_after_two_requests);
     RUN(without_a_measured_position_the_depth_is_the_barometers);
     return test_end();
