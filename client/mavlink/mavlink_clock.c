@@ -23,13 +23,13 @@ static bool is_another(struct mavlink_clock *clock, int64_t offset_ns, uint64_t 
 
 /* The message before was of a later time than messages overtake each other, or this one is of a time that had not come.
  * Delays do neither. */
-static bool jumps(const struct mavlink_clock *clock, uint32_t boot_ms, uint64_t now_ns)
+bool mavlink_clock_jumps(const struct mavlink_clock *clock, uint32_t boot_ms, uint64_t now_ns)
 {
     const int64_t back_ns = (int64_t)(int32_t)(clock->last_ms - boot_ms) * MS_NS;
     const int64_t ahead_ms = (int32_t)(boot_ms - (uint32_t)clock->boot_ms);
     const int64_t offset_ns = (int64_t)now_ns - ((int64_t)clock->boot_ms + ahead_ms) * MS_NS;
 
-    return back_ns > BACK_NS || offset_ns < clock->floor_ns - LATE_NS;
+    return clock->known && (back_ns > BACK_NS || offset_ns < clock->floor_ns - LATE_NS);
 }
 
 /* From the start, or from the jump. */
@@ -50,7 +50,7 @@ uint64_t mavlink_clock_heard(struct mavlink_clock *clock, uint32_t boot_ms, uint
 {
     int64_t offset_ns, t_ns;
 
-    if (!clock->known || jumps(clock, boot_ms, now_ns))
+    if (!clock->known || mavlink_clock_jumps(clock, boot_ms, now_ns))
         begin(clock, boot_ms, now_ns);
 
     const int32_t step_ms = (int32_t)(boot_ms - (uint32_t)clock->boot_ms);

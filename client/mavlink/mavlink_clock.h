@@ -29,6 +29,9 @@ struct mavlink_clock {
  */
 uint64_t mavlink_clock_heard(struct mavlink_clock *clock, uint32_t boot_ms, uint64_t now_ns);
 
+/** mavlink_clock_jumps - would a message of boot_ms that came at now_ns begin the clock anew? Changes nothing. */
+bool mavlink_clock_jumps(const struct mavlink_clock *clock, uint32_t boot_ms, uint64_t now_ns);
+
 /**
  * mavlink_clock_doubtful - has the clock jumped within a second? An autopilot that has started again jumps once. Two
  * clocks under one system id, as of a simulator beside the vehicle, make it jump again and again: after the second jump

@@ -84,6 +84,19 @@ static uint64_t sampled(struct mavlink_vehicle *vehicle, uint32_t boot_ms, uint6
     return 0;
 }
 
+/* PX4 stamps a pressure by its sensor: with 0 where that is missing, and always the same once it is dead. So while
+ * attitudes tell the time, a pressure of a time that jumps is left out, and makes no second clock. */
+static uint64_t pressed(struct mavlink_vehicle *vehicle, uint32_t boot_ms, uint64_t now_ns)
+{
+    const bool attitudes = vehicle->attitude_ns && now_ns <= vehicle->attitude_ns + ALONE_AFTER_NS;
+
+    if (attitudes && mavlink_clock_jumps(&vehicle->clock, boot_ms, now_ns)) {
+        vehicle->refused++;
+        return 0;
+    }
+    return sampled(vehicle, boot_ms, now_ns);
+}
+
 static bool within(const double *v, size_t n, double limit)
 {
     for (size_t i = 0; i < n; i++)
@@ -210,7 +223,7 @@ static void take_pressure(struct mavlink_vehicle *vehicle, int number, const str
 
     mavlink_unpack(frame->message, frame->payload, &m);
 
-    const uint64_t t_ns = sampled(vehicle, m.time_boot_ms, now_ns);
+    const uint64_t t_ns = pressed(vehicle, m.time_boot_ms, now_ns);
 
     if (!t_ns)
         return;

@@ -131,10 +131,9 @@ TEST(strangers_are_named_once_and_not_too_often)
     }
     CHECK(lines >= 1 && lines <= 5);
     peer.network = (struct mavlink_network){0xC0A80202, 0xFFFFFFFF};
-    mavlink_peer_judge(&peer, &two, START + 400 * S);
-    mavlink_peer_judge(&peer, &three, START + 400 * S);
-    CHECK(!mavlink_source_same(&peer.told, &three) ||
-          !mavlink_peer_news(&peer, START + 400 * S, text, sizeof text));
+    mavlink_peer_judge(&peer, mavlink_source_same(&peer.told, &two) ? &three : &two, START + 400 * S);
+    CHECK(mavlink_peer_news(&peer, START + 400 * S, text, sizeof text) && strstr(text, "--peer does not name it"));
+    CHECK(!mavlink_peer_news(&peer, START + 500 * S, text, sizeof text)); /* the same one again */
 }
 
 /* ---- the vehicle ---- */
@@ -244,6 +243,28 @@ TEST(two_clocks_under_one_system_id_give_no_pose)
     CHECK(poses_beside(-100, 100, &two) >= 300 && !two); /* one of them slower */
 }
 
+/* PX4 stamps a missing barometer with 0, a dead one with its last time; of another clock none is believed. */
+TEST(pressures_of_a_wrong_time_stop_no_pose)
+{
+    static const uint32_t boot_ms[] = {0, 1000000, 2000000};
+
+    for (size_t i = 0; i < sizeof boot_ms / sizeof *boot_ms; i++) {
+        const struct mavlink_scaled_pressure m = {.time_boot_ms = boot_ms[i], .press_abs = 1500};
+        struct mavlink_vehicle v = vehicle_at_start();
+
+        for (uint64_t ms = 1000; ms < 20000; ms += 50) {
+            const uint64_t now_ns = START + ms * MS;
+
+            if (ms % 1000 == 0)
+                beat(&v, now_ns);
+            CHECK(attitude(&v, 1000000 + (int64_t)ms, now_ns));
+            give(&v, MAVLINK_SCALED_PRESSURE2, &m, now_ns + 10 * MS);
+            CHECK(!(v.next.has & MAVLINK_POSE_DEPTH));
+        }
+        CHECK_INT(v.refused, 380);
+    }
+}
+
 TEST(an_autopilot_that_starts_again_gives_poses_within_seconds)
 {
     struct mavlink_vehicle v = vehicle_at_start();
@@ -297,6 +318,7 @@ int main(void)
     RUN(strangers_are_named_once_and_not_too_often);
     RUN(only_an_autopilots_heartbeat_makes_a_peer);
     RUN(two_clocks_under_one_system_id_give_no_pose);
+    RUN(pressures_of_a_wrong_time_stop_no_pose);
     RUN(an_autopilot_that_starts_again_gives_poses_within_seconds);
     RUN(a_link_that_sticks_makes_no_clock_doubtful);
     return test_end();
