@@ -36,6 +36,11 @@ void mavlink_aiding_report(struct mavlink_aiding *aiding, uint16_t flags, uint64
         aiding->denied_ns[1] = now_ns;
 }
 
+void mavlink_aiding_doubt(struct mavlink_aiding *aiding, uint64_t now_ns)
+{
+    aiding->denied_ns[0] = aiding->denied_ns[1] = now_ns;
+}
+
 static bool denied(uint64_t denied_ns, uint64_t now_ns)
 {
     return denied_ns > 0 && now_ns <= denied_ns + FRESH_NS;

@@ -40,6 +40,9 @@ struct mavlink_aiding {
 /** mavlink_aiding_report - the flags of a report that came at now_ns. */
 void mavlink_aiding_report(struct mavlink_aiding *aiding, uint16_t flags, uint64_t now_ns);
 
+/** mavlink_aiding_doubt - who reported may be another from now on: what it said before confirms nothing. */
+void mavlink_aiding_doubt(struct mavlink_aiding *aiding, uint64_t now_ns);
+
 /** mavlink_aiding_offer - a position came: which of position and velocity may be believed (enum mavlink_aided)? */
 unsigned mavlink_aiding_offer(struct mavlink_aiding *aiding, uint64_t now_ns);
 

@@ -74,6 +74,7 @@ static uint64_t sampled(struct mavlink_vehicle *vehicle, uint32_t boot_ms, uint6
     const uint64_t t_ns = mavlink_clock_heard(&vehicle->clock, boot_ms, now_ns);
 
     if (mavlink_clock_doubtful(&vehicle->clock, now_ns)) {
+        mavlink_aiding_doubt(&vehicle->aiding, now_ns);
         vehicle->next.has = 0;
         vehicle->undated++;
         return 0;

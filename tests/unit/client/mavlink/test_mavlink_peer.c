@@ -265,6 +265,27 @@ TEST(pressures_of_a_wrong_time_stop_no_pose)
     }
 }
 
+/* What its estimator said before it started again says nothing of what it says after. */
+TEST(an_autopilot_that_starts_again_reports_again)
+{
+    const struct mavlink_ekf_status_report aided = {.flags = 831};
+    struct mavlink_vehicle v = vehicle_at_start();
+
+    for (uint64_t ms = 0; ms < 8000; ms += 50) {
+        const uint64_t now_ns = START + ms * MS;
+        const bool restarted = ms >= 4000;
+        const struct mavlink_local_position_ned m = {.time_boot_ms = (uint32_t)(restarted ? ms : 900000 + ms),
+                                                     .x = 1};
+
+        if (ms % 1000 == 0)
+            beat(&v, now_ns);
+        if (!restarted)
+            give(&v, MAVLINK_EKF_STATUS_REPORT, &aided, now_ns);
+        give(&v, MAVLINK_LOCAL_POSITION_NED, &m, now_ns);
+        CHECK(!(v.next.has & MAVLINK_POSE_POSITION) == restarted);
+    }
+}
+
 TEST(an_autopilot_that_starts_again_gives_poses_within_seconds)
 {
     struct mavlink_vehicle v = vehicle_at_start();
@@ -319,6 +340,7 @@ int main(void)
     RUN(only_an_autopilots_heartbeat_makes_a_peer);
     RUN(two_clocks_under_one_system_id_give_no_pose);
     RUN(pressures_of_a_wrong_time_stop_no_pose);
+    RUN(an_autopilot_that_starts_again_reports_again);
     RUN(an_autopilot_that_starts_again_gives_poses_within_seconds);
     RUN(a_link_that_sticks_makes_no_clock_doubtful);
     return test_end();
