@@ -118,7 +118,8 @@ static void send_heartbeat(struct mavlink_bridge *b, uint64_t now_ns)
     send_message(b, MAVLINK_HEARTBEAT, &m, now_ns);
 }
 
-static void ask_for_rates(struct mavlink_bridge *b, uint64_t now_ns)
+/* Only for what is missing: a slow line may have been given lower rates for what comes. */
+static void ask_for_rates(struct mavlink_bridge *b, bool attitude, uint64_t now_ns)
 {
     static const struct {
         enum mavlink_id id;
@@ -134,7 +135,8 @@ static void ask_for_rates(struct mavlink_bridge *b, uint64_t now_ns)
                                                .target_system = b->vehicle.system_id,
                                                .target_component = 1};
 
-        send_message(b, MAVLINK_COMMAND_LONG, &m, now_ns);
+        if (!attitude || wanted[i].id == MAVLINK_EKF_STATUS_REPORT || wanted[i].id == MAVLINK_ESTIMATOR_STATUS)
+            send_message(b, MAVLINK_COMMAND_LONG, &m, now_ns);
     }
 }
 
@@ -434,9 +436,8 @@ static void say_clocks(struct mavlink_bridge *b, uint64_t now_ns)
     const bool two = mavlink_clock_two(&b->vehicle.clock, now_ns);
 
     if (two != b->two_clocks)
-        say(two ? "warning: the time of system %u jumps, as that of two autopilots with one id does (a simulator, "
-                  "a "
-                  "second vehicle), or of two links whose delays differ: no pose until it stops"
+        say(two ? "warning: the time of system %u jumps, as that of two autopilots with one id does (a "
+                  "simulator, a second vehicle), or of two links whose delays differ: no pose until it stops"
                 : "the time of system %u no longer jumps",
             b->vehicle.system_id);
     b->two_clocks = two;
@@ -464,9 +465,11 @@ static void do_second(struct mavlink_bridge *b, uint64_t now_ns)
         say("%s", news);
     say_clocks(b, now_ns);
     send_message(b, MAVLINK_TIMESYNC, &question, now_ns);
-    if ((now_ns > b->vehicle.attitude_ns + ATTITUDE_DUE || mavlink_aiding_wanted(&b->vehicle.aiding, now_ns)) &&
+    const bool attitude = now_ns <= b->vehicle.attitude_ns + ATTITUDE_DUE;
+
+    if ((!attitude || mavlink_aiding_wanted(&b->vehicle.aiding, now_ns)) &&
         is_due(&b->ask_due_ns, ASK_EVERY_NS, now_ns))
-        ask_for_rates(b, now_ns);
+        ask_for_rates(b, attitude, now_ns);
 }
 
 /* One that was just connected to gets the time to answer. */

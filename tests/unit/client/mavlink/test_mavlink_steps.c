@@ -24,6 +24,7 @@ struct heard {
     int below, points; /* messages of the water below, and of points */
     struct mavlink_distance_sensor last_below;
     struct mavlink_obstacle_distance_3d point[MAVLINK_SECTORS]; /* the first ones */
+    bool asked_reports, asked_rates;                            /* for the estimator's messages; for any other */
     int64_t synced_ns;                                          /* what it wrote into a question about its clock */
 };
 
@@ -168,6 +169,12 @@ static bool hear(struct heard *h)
         if (h->points < MAVLINK_SECTORS)
             h->point[h->points] = m;
         h->points++;
+    } else if (frame.message->id == MAVLINK_COMMAND_LONG) {
+        struct mavlink_command_long m;
+        mavlink_unpack(frame.message, frame.payload, &m);
+        const bool report = m.param[0] == MAVLINK_EKF_STATUS_REPORT || m.param[0] == MAVLINK_ESTIMATOR_STATUS;
+        h->asked_reports |= report;
+        h->asked_rates |= !report;
     } else if (frame.message->id == MAVLINK_TIMESYNC) {
         struct mavlink_timesync m;
         mavlink_unpack(frame.message, frame.payload, &m);
@@ -515,6 +522,26 @@ TEST(points_stand_where_the_obstacles_are)
     feed_conf.layers = false;
 }
 
+/* A slow line may have been given lower rates. */
+TEST(only_what_does_not_come_is_asked_for)
+{
+    bool reports = false;
+
+    begin_flight();
+    for (int s = 0; s < 15; s++) {
+        const struct mavlink_local_position_ned m = {.time_boot_ms = (uint32_t)(100000 + (f.now_ns - START) / MS),
+                                                     .vx = 0.1f};
+        struct heard h;
+
+        say_frame(MAVLINK_LOCAL_POSITION_NED, &m);
+        h = second();
+        reports |= h.asked_reports;
+        CHECK(!h.asked_rates);
+    }
+    CHECK(reports);
+    end();
+}
+
 TEST(the_autopilot_learns_our_time)
 {
     const struct mavlink_timesync question = {.ts1 = ASKED_NS};
@@ -542,6 +569,7 @@ int main(void)
     RUN(a_link_is_there_when_something_was_received);
     RUN(each_ping_below_is_told_once);
     RUN(points_stand_where_the_obstacles_are);
+    RUN(only_what_does_not_come_is_asked_for);
     RUN(the_autopilot_learns_our_time);
     rmdir(directory);
     return test_end();
