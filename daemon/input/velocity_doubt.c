@@ -41,12 +41,15 @@ static void remember(struct pose *since, const struct pose *now)
 bool velocity_doubt_take(struct velocity_doubt *doubt, struct pose *pose)
 {
     const bool velocity = pose->has & POSE_VELOCITY, was = doubt->doubted;
-    if (velocity && !zero(pose->velocity_mps))
+    const bool over = !velocity && pose->t_ns > doubt->t_zero_ns + VELOCITY_DOUBT_OVER_NS;
+    if (over || (velocity && !zero(pose->velocity_mps)))
         *doubt = (struct velocity_doubt){.left_out = doubt->left_out};
     else if (velocity && doubt->zeros < VELOCITY_DOUBT_ZEROS)
         doubt->zeros++;
     if (doubt->zeros == 0)
         return false;
+    if (velocity)
+        doubt->t_zero_ns = pose->t_ns;
     doubt->moved = doubt->moved || differs(&doubt->since, pose);
     doubt->doubted = doubt->moved && doubt->zeros >= VELOCITY_DOUBT_ZEROS;
     remember(&doubt->since, pose);

@@ -6,12 +6,14 @@
 
 static struct velocity_doubt doubt;
 static int told;
+static uint64_t t_ns; /* of the next sample */
 
 /* One sample; is there a velocity in it that is believed? */
 static bool sample(unsigned has, double yaw_rad, double north_m, double depth_m, double north_mps)
 {
     struct pose p = pose_identity;
     p.has = has;
+    p.t_ns = t_ns += 100000000;
     quat_from_rpy(0, 0, yaw_rad, p.attitude);
     p.position_m[0] = north_m;
     p.position_m[2] = depth_m;
@@ -89,11 +91,27 @@ TEST(who_has_no_velocity_of_zero_is_never_doubted)
     CHECK_INT(told, 0);
 }
 
+TEST(a_velocity_that_is_left_out_is_not_doubted)
+{
+    begin();
+    for (int k = 0; k < 50; k++)
+        sample(POSE_ATTITUDE | POSE_VELOCITY, 0.02 * k, 0, 0, 0);
+    CHECK(doubt.doubted && told == 1);
+    for (int k = 50; k < 145; k++) { /* 9.5 s: it may come back */
+        sample(POSE_ATTITUDE, 0.02 * k, 0, 0, 0);
+        CHECK(doubt.doubted);
+    }
+    for (int k = 145; k < 155; k++)
+        sample(POSE_ATTITUDE, 0.02 * k, 0, 0, 0);
+    CHECK(!doubt.doubted && told == 1);
+}
+
 int main(void)
 {
     RUN(zeros_at_rest_are_believed);
     RUN(zeros_that_something_contradicts_are_not);
     RUN(parts_that_come_apart_contradict_as_well);
     RUN(who_has_no_velocity_of_zero_is_never_doubted);
+    RUN(a_velocity_that_is_left_out_is_not_doubted);
     return test_end();
 }
