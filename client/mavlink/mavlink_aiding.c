@@ -46,15 +46,28 @@ static bool denied(uint64_t denied_ns, uint64_t now_ns)
     return denied_ns > 0 && now_ns <= denied_ns + FRESH_NS;
 }
 
-unsigned mavlink_aiding_offer(struct mavlink_aiding *aiding, uint64_t now_ns)
+/* A constant position does not change to the last bit, as recorded of ArduSub. */
+static bool stands(struct mavlink_aiding *aiding, const double place_m[2], uint64_t now_ns)
 {
+    if (!aiding->moved_ns || place_m[0] != aiding->place_m[0] || place_m[1] != aiding->place_m[1])
+        aiding->moved_ns = now_ns;
+    aiding->place_m[0] = place_m[0];
+    aiding->place_m[1] = place_m[1];
+    return now_ns >= aiding->moved_ns + FRESH_NS;
+}
+
+unsigned mavlink_aiding_offer(struct mavlink_aiding *aiding, const double place_m[2], uint64_t now_ns)
+{
+    const bool standing = stands(aiding, place_m, now_ns);
+
     if (!aiding->offered_ns)
         aiding->offered_ns = now_ns;
     if (!aiding->report_ns) {
-        const bool patient = now_ns < aiding->offered_ns + PATIENCE_NS;
-
-        aiding->position = patient ? MAVLINK_POSITION_WAITING : MAVLINK_POSITION_UNREPORTED;
-        return patient ? 0 : MAVLINK_AIDED_POSITION | MAVLINK_AIDED_VELOCITY;
+        aiding->position = now_ns < aiding->offered_ns + PATIENCE_NS ? MAVLINK_POSITION_WAITING
+                           : standing                                ? MAVLINK_POSITION_STANDING
+                                                                     : MAVLINK_POSITION_UNREPORTED;
+        return aiding->position == MAVLINK_POSITION_UNREPORTED ? MAVLINK_AIDED_POSITION | MAVLINK_AIDED_VELOCITY
+                                                               : 0;
     }
     if (now_ns > aiding->report_ns + FRESH_NS) {
         aiding->position = MAVLINK_POSITION_STOPPED;
@@ -79,6 +92,9 @@ bool mavlink_aiding_news(struct mavlink_aiding *aiding, uint64_t now_ns, char *t
         [MAVLINK_POSITION_UNREPORTED] =
             "warning: position: believed without a report of its source: the autopilot was asked for "
             "EKF_STATUS_REPORT and ESTIMATOR_STATUS and sends neither",
+        [MAVLINK_POSITION_STANDING] =
+            "warning: position: not used: it does not change at all, and no EKF_STATUS_REPORT or ESTIMATOR_STATUS "
+            "says that anything measures it",
         [MAVLINK_POSITION_UNAIDED] = "position: not used: nothing measures it (EKF_STATUS_REPORT or "
                                      "ESTIMATOR_STATUS: constant or not aided, now or within 3 s)",
         [MAVLINK_POSITION_STOPPED] =

@@ -174,7 +174,7 @@ static void take_position(struct mavlink_vehicle *vehicle, const struct mavlink_
         vehicle->refused++;
         return;
     }
-    const unsigned aided = mavlink_aiding_offer(&vehicle->aiding, now_ns);
+    const unsigned aided = mavlink_aiding_offer(&vehicle->aiding, position_m, now_ns);
 
     memcpy(vehicle->next.velocity_mps, velocity_mps, sizeof velocity_mps);
     if (aided & MAVLINK_AIDED_VELOCITY)

@@ -32,11 +32,11 @@ static struct mavlink_vehicle vehicle_at_start(void)
     return v;
 }
 
-static unsigned place(struct mavlink_vehicle *v, uint64_t ms)
+static unsigned place_at(struct mavlink_vehicle *v, uint64_t ms, float north_m)
 {
     const uint64_t now_ns = START + ms * MS;
     const struct mavlink_local_position_ned m = {
-        .time_boot_ms = 100000 + (uint32_t)ms, .x = 1, .y = 2, .z = 3, .vx = 0.5f};
+        .time_boot_ms = 100000 + (uint32_t)ms, .x = north_m, .y = 2, .z = 3, .vx = 0.5f};
     const struct mavlink_attitude level = {.time_boot_ms = 100000 + (uint32_t)ms};
     struct mavlink_pose pose = {0};
 
@@ -46,6 +46,12 @@ static unsigned place(struct mavlink_vehicle *v, uint64_t ms)
     CHECK(mavlink_vehicle_pose(v, now_ns, &pose));
     CHECK(pose.has & MAVLINK_POSE_ATTITUDE);
     return pose.has & (MAVLINK_POSE_POSITION | MAVLINK_POSE_VELOCITY);
+}
+
+/* As measured: never the same twice. */
+static unsigned place(struct mavlink_vehicle *v, uint64_t ms)
+{
+    return place_at(v, ms, 1 + (float)ms * 1e-3f);
 }
 
 TEST(what_the_estimator_confirms_is_believed)
@@ -144,6 +150,22 @@ TEST(an_autopilot_that_cannot_report_is_believed_after_two_requests)
     CHECK(strstr(text, "believed without a report"));
 }
 
+TEST(a_position_that_never_changes_is_not_believed_without_a_report)
+{
+    const struct mavlink_ekf_status_report aided = {.flags = 831};
+    struct mavlink_vehicle v = vehicle_at_start();
+    char text[300];
+
+    for (uint64_t ms = 0; ms < 20000; ms += 500)
+        CHECK_INT(place_at(&v, ms, 0), 0);
+    CHECK(mavlink_aiding_news(&v.aiding, START + 20 * S, text, sizeof text) &&
+          strstr(text, "does not change at all"));
+    for (uint64_t ms = 20000; ms < 30000; ms += 500) /* it moves, and is held from 25 s on */
+        CHECK((place_at(&v, ms, ms < 25000 ? (float)ms : 25000) != 0) == (ms < 28000));
+    give(&v, MAVLINK_EKF_STATUS_REPORT, &aided, START + 30 * S);
+    CHECK(place_at(&v, 30000, 25000) != 0); /* it is measured, says the estimator */
+}
+
 /* A depth is measured, whatever becomes of the position. */
 TEST(without_a_measured_position_the_depth_is_the_barometers)
 {
@@ -168,6 +190,7 @@ int main(void)
     RUN(a_report_that_has_stopped_confirms_nothing);
     RUN(reports_that_contradict_each_other_confirm_nothing);
     RUN(an_autopilot_that_cannot_report_is_believed_after_two_requests);
+    RUN(a_position_that_never_changes_is_not_believed_without_a_report);
     RUN(without_a_measured_position_the_depth_is_the_barometers);
     return test_end();
 }
