@@ -401,6 +401,10 @@ def unmeasured_positions_of_a_dataflash_log(bench):
     check([json.loads(line)["position_m"][0] for line in done.stdout.splitlines()] == [1.0, 9.0, 9.0, 9.0], done.stdout + done.stderr)
     stopped = head + status(1, 0, 0x33F, 0) + b"".join(place(s, 0) for s in range(1, 9))
     check([s for s, _ in kept(bench, stopped, "--start", "0")[0]] == [1, 2, 3, 4], kept(bench, stopped, "--start", "0"))
+    for north, parts, told in ((1, "d", "left out 12 positions, which never change"), (0.1, "pv", "nothing tells whether")):
+        still = head + b"".join(place(s, 0, north if parts == "d" else north * s) for s in range(1, 13))
+        seen, said = kept(bench, still, "--start", "0")
+        check(seen == [(s, parts) for s in range(1, 13)] and told in said, (seen, said))
 
 
 def unmeasured_positions_of_a_tlog(bench):
