@@ -5,6 +5,7 @@
 
 #define AS_STRONG  2    /* an echo with a count over this is as strong as one with the count */
 #define LEAST      16   /* no echo is less than full scale over this: the device scales profiles up */
+#define RAISED     8    /* of the water before an echo, less than a part in so many is near its counts */
 #define NOISE      4    /* more echoes in one profile, the chosen one among them, are none */
 #define RISE       1.5  /* a ring-down falls; what is so many times its lowest count so far is something else */
 #define NEAR_SHARE 0.05 /* how far from its echo a range is chosen: this share of it, the pulse and so many bins */
@@ -133,7 +134,7 @@ static bool rings_on(const struct beam *p, struct near_end e, uint32_t end, uint
     return ring->learnt && until > ring->usual + guard && next_loud(p, 0, e.most, loud) < e.most;
 }
 
-/* Half of the water before the first echo is well below it, and there are few as strong. */
+/* Most of the water before the first echo is well below it, and there are few as strong. */
 static bool stands_out(const struct beam *p, uint32_t begin, uint32_t first, uint32_t loud)
 {
     uint32_t raised = 0, echoes = 0, gap = NEAR_BINS + 1;
@@ -145,7 +146,7 @@ static bool stands_out(const struct beam *p, uint32_t begin, uint32_t first, uin
         echoes += is_loud && gap > NEAR_BINS;
         gap = is_loud ? 0 : gap + 1;
     }
-    return 2 * raised <= first - begin && echoes <= NOISE;
+    return RAISED * raised <= first - begin && echoes <= NOISE;
 }
 
 /* range_m 0: of the loudest echo. */

@@ -42,7 +42,7 @@ struct choice {
  * samples have 1 or 2 bytes. range_m: the chosen range; 0: the device has chosen none.
  *
  * An echo is heard within 5 % of the range, the pulse and two bins around it (devices smooth what they report) when it
- * reaches a 16th of full scale, and half of the water before the first echo as strong is below a quarter of its counts.
+ * reaches a 16th of full scale, and 7/8 of the water before the first echo as strong are below a quarter of its counts.
  * More than four echoes as strong in one profile, itself among them, are noise. Without an echo there nothing is free,
  * but the profile's own loudest one is still looked for.
  *

@@ -37,6 +37,7 @@ struct of_ping {
     uint64_t choice_ring; /* as of the setting */
     double echo_power;    /* of the loudest first echo; 0: none */
     bool strong;          /* one is as loud as a target that must be detected */
+    float choice_to_m;    /* the least that the profile of a choice shows to be free; INFINITY: none was judged */
 };
 
 struct extract {
@@ -58,6 +59,7 @@ struct extract {
         uint64_t bins;      /* of the cell */
         bool shown;         /* follows from the sonar's echoes */
     } reference;            /* of the last ping */
+    float choice_to_m;      /* of the last ping with a choice that was judged; 0: none yet */
 
     uint64_t *cell; /* power summed over the resolution cell around each bin */
     uint64_t *bits; /* of the cells in each block */
@@ -648,14 +650,15 @@ static void extract_ranges(const struct extract *e, const struct ping *ping, flo
     out->heard_to_m = out->echo[0].range_m;
 }
 
-/* What the profile shows to be free, before the echoes that are entered. */
+/* What this profile and the one before it show to be free, before the echoes that are entered: noise looks like an echo
+ * now and then, but hardly twice in a row. */
 static void free_by_choice(const struct extract *e, const struct choice *c, struct beam_echoes *out)
 {
     const float most = out->n > 0 ? out->echo[0].near_m : (float)e->conf.minimum_range_m;
 
     out->blind_m = (float)c->from_m;
     out->hides = c->rings ? BEAM_HIDES_RING : BEAM_HIDES_NOTHING;
-    out->free_to_m = fminf((float)c->to_m, most);
+    out->free_to_m = fminf(fminf((float)c->to_m, e->choice_to_m), most);
     if (out->free_to_m > out->blind_m) {
         out->heard_from_m = out->blind_m;
         out->heard_to_m = out->free_to_m;
@@ -674,6 +677,7 @@ static void extract_choice(const struct extract *e, const struct ping *ping, uin
         return;
     ring.learnt = usual_get(&e->now->choice_ring, &ring.usual);
     choice_judge(ping, b, (double)beam->range_m, &ring, &c);
+    of_ping->choice_to_m = fminf((float)c.to_m, of_ping->choice_to_m);
     of_ping->choice_ring = c.loud_until < of_ping->choice_ring ? c.loud_until : of_ping->choice_ring;
     out->state = is_range(beam->range_m) ? BEAM_ECHO : BEAM_SILENT;
     if (c.echo_m > 0.0) {
@@ -748,7 +752,7 @@ void extract_run(struct extract *extract, const struct ping *ping, const struct 
     out->pose = ping->pose;
 
     const bool heard = profile && !(ping->flags & PING_UNHEARD) && ping->n_beams > 0;
-    struct of_ping of_ping = {UINT64_MAX, UINT64_MAX, UINT64_MAX, UINT64_MAX, 0.0, false};
+    struct of_ping of_ping = {UINT64_MAX, UINT64_MAX, UINT64_MAX, UINT64_MAX, 0.0, false, INFINITY};
     struct hearing_levels levels;
     if (heard)
         levels = listen(extract, ping);
@@ -769,6 +773,8 @@ void extract_run(struct extract *extract, const struct ping *ping, const struct 
         learn(extract, &of_ping, &levels);
     else
         learn_ring(extract->now, &of_ping);
+    if (of_ping.choice_to_m < INFINITY)
+        extract->choice_to_m = of_ping.choice_to_m;
 }
 
 enum hearing_doubt extract_hearing_doubt(const struct extract *extract)

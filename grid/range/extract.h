@@ -117,7 +117,8 @@ struct extract *extract_init(void *mem, const struct extract_conf *conf, uint32_
  * become one beam, whose first ECHOES_PER_BEAM are kept. Where deaf_m is known, a first echo nearer than twice the
  * blind range frees nothing.
  *
- * Pings with a choice: likewise, but the water is free only as far as the profile shows it (choice.h), and an earlier
+ * Pings with a choice: likewise, but the water is free only as far as the profile shows it (choice.h), and the profile
+ * of the ping before showed it, too: the first ping frees nothing. An earlier
  * echo that is as strong as the chosen one is an echo, too; a weaker one is ECHO_FAINT.
  * Allocates nothing; O(bins).
  */
