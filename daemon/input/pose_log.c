@@ -40,21 +40,26 @@ uint64_t pose_log_dated(const struct pose_log *log, uint64_t t_ns)
 /* What of a part's samples is the drift up to them. */
 static const int drift_at[POSE_TRACKS] = {[POSE_TRACK_PLACE] = 2, [POSE_TRACK_DEPTH] = 1};
 
-/* Of a vehicle without any pose until t_ns. */
+/*
+ * Of a vehicle without any pose until t_ns. A ping that is dated back may be from before the drift was set, by a start
+ * or a reload under way: by then the vehicle had drifted as much less, below 0 even, for it has moved since.
+ */
 static double unseen_m(const struct pose_log *log, uint64_t t_ns)
 {
-    uint64_t from_ns = log->t_unseen_ns;
+    const uint64_t from_ns = log->t_unseen_ns, first_ns = log->drift.from_pose ? log->t_first_ns : 0;
+    const uint64_t then_ns = t_ns > first_ns ? t_ns : first_ns;
     if (log->drift.from_pose && !log->t_first_ns)
         return log->unseen_m;
-    if (log->drift.from_pose && log->t_first_ns > from_ns)
-        from_ns = log->t_first_ns;
-    return log->unseen_m + (t_ns > from_ns ? log->drift.mps * (double)(t_ns - from_ns) * 1e-9 : 0);
+    if (then_ns < from_ns)
+        return log->unseen_m - fmax(log->drift.mps, log->mps_before) * (double)(from_ns - then_ns) * 1e-9;
+    return log->unseen_m + log->drift.mps * (double)(then_ns - (first_ns > from_ns ? first_ns : from_ns)) * 1e-9;
 }
 
 void pose_log_set_drift(struct pose_log *log, uint64_t now_ns, const struct pose_drift *drift)
 {
     log->unseen_m = unseen_m(log, now_ns);
     log->t_unseen_ns = now_ns;
+    log->mps_before = log->drift.mps;
     log->drift = *drift;
 }
 

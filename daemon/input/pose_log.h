@@ -87,6 +87,7 @@ struct pose_log {
     struct pose_drift drift;
     double unseen_m;      /* drift while no pose came, until ... */
     uint64_t t_unseen_ns; /* ... then: pose_log_set_drift came */
+    double mps_before;    /* drift.mps until then */
     uint64_t t_first_ns;  /* first sample; 0: none */
     double path_m;        /* distance travelled so far: ... */
     double towed_m[3];    /* ... of what is towed, which is here */

@@ -374,6 +374,30 @@ TEST(a_ping_of_whose_time_no_pose_tells_is_blurred_by_the_greatest_speed)
     CHECK_NEAR(p.drift_m[0], 1.5, 1e-6, 0);
 }
 
+/* It has moved since, by as much as the fastest that it was said to go. */
+TEST(a_ping_from_before_the_drift_was_set_counts_its_drift_since)
+{
+    struct pose before, now;
+    for (int reloads = 0; reloads < 3; reloads++) {
+        pose_log_init(&poses, 3000 * MS);
+        for (int i = 0; i <= reloads; i++)
+            pose_log_set_drift(&poses, (4000 + (uint64_t)i * 2000) * MS,
+                               &(struct pose_drift){.mps = i == 1 ? 0 : 1});
+        const uint64_t set_ns = (4000 + (uint64_t)reloads * 2000) * MS;
+        pose_log_blurred(&poses, set_ns - 400 * MS, 400 * MS, &before);
+        pose_log_at(&poses, set_ns, &now);
+        CHECK_NEAR(now.drift_m[0] - before.drift_m[0], 0.8, 1e-9, 0);
+    }
+    /* what drifts from the first pose on had kept its place before that */
+    pose_log_init(&poses, 3000 * MS);
+    pose_log_set_drift(&poses, 1, &(struct pose_drift){.mps = 1, .from_pose = true});
+    put(3700 * MS, POSE_ATTITUDE, 0, 0, 0);
+    pose_log_set_drift(&poses, 4000 * MS, &(struct pose_drift){.mps = 1, .from_pose = true});
+    pose_log_blurred(&poses, 3600 * MS, 400 * MS, &before);
+    pose_log_at(&poses, 4000 * MS, &now);
+    CHECK_NEAR(now.drift_m[0] - before.drift_m[0], 0.3, 1e-9, 0);
+}
+
 /* Before the log begins there is no pose, and so none of a ping that may be as old. */
 TEST(a_ping_that_may_be_older_than_the_log_has_no_pose)
 {
@@ -675,6 +699,7 @@ int main(void)
     RUN(the_way_driven_counts_back_and_forth);
     RUN(a_ping_whose_time_is_uncertain_is_blurred_by_the_way_within_it);
     RUN(a_ping_of_whose_time_no_pose_tells_is_blurred_by_the_greatest_speed);
+    RUN(a_ping_from_before_the_drift_was_set_counts_its_drift_since);
     RUN(a_ping_that_may_be_older_than_the_log_has_no_pose);
     RUN(poses_that_come_late_are_older_and_as_uncertain_as_their_delay);
     RUN(the_log_keeps_the_newest);
