@@ -42,10 +42,11 @@ bool ping1d_decode(const struct ping_frame *f, struct ping1d_reading *out)
                                    .length_mm = get_u32(b + 16),
                                    .gain = get_u32(b + 20)};
     if (profile) {
-        size_t there = (size_t)f->length - PROFILE_BYTES;
-        uint16_t said = get_u16(b + 24);
-        out->n_samples = said < there ? said : (uint16_t)there;
+        out->n_samples = get_u16(b + 24);
         out->samples = b + PROFILE_BYTES;
+        /* with fewer than it says nobody knows where they lie, without any its choice could not be checked */
+        if (out->n_samples == 0 || out->n_samples > (size_t)f->length - PROFILE_BYTES)
+            return false;
     }
     return out->distance_mm <= FAR_MM && out->confidence_percent <= 100 && out->start_mm <= FAR_MM &&
            out->length_mm >= 1 && out->length_mm <= FAR_MM;

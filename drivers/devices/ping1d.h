@@ -61,7 +61,8 @@ struct ping1d_reading {
 /** ping1d_is_reading - is it one of the three messages that hold a distance? */
 bool ping1d_is_reading(uint16_t id);
 
-/** ping1d_decode - such a message. False: too short, or lengths or a confidence that cannot be. */
+/** ping1d_decode - such a message. False: too short, fewer samples than it says or none in a profile, or lengths or a
+ * confidence that cannot be. */
 bool ping1d_decode(const struct ping_frame *f, struct ping1d_reading *out);
 
 /** ping1d_encode_reading - what a device of id `src` says: a profile,

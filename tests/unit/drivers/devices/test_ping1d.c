@@ -502,15 +502,20 @@ TEST(frames_that_are_too_short_or_senseless)
     }
 }
 
-TEST(more_samples_said_than_there)
+TEST(a_profile_has_the_samples_that_it_says)
 {
     uint8_t b[sizeof(worked_profile)];
     struct ping1d_reading r;
     memcpy(b, worked_profile, sizeof(b));
     const struct ping_frame f = {.id = PING1D_PROFILE, .length = 26 + 8, .payload = b + 8};
-    put_u16(b + 32, 60000);
     CHECK(ping1d_decode(&f, &r));
     CHECK_INT(r.n_samples, 8);
+    put_u16(b + 32, 9);
+    CHECK(!ping1d_decode(&f, &r));
+    put_u16(b + 32, 60000);
+    CHECK(!ping1d_decode(&f, &r));
+    put_u16(b + 32, 0);
+    CHECK(!ping1d_decode(&f, &r));
     put_u16(b + 32, 5);
     CHECK(ping1d_decode(&f, &r));
     CHECK_INT(r.n_samples, 5);
@@ -1002,7 +1007,7 @@ int main(void)
     RUN(distances_are_left_out_while_profiles_come);
     RUN(water_nearer_than_the_scan_is_not_heard);
     RUN(frames_that_are_too_short_or_senseless);
-    RUN(more_samples_said_than_there);
+    RUN(a_profile_has_the_samples_that_it_says);
     RUN(configuration_faults_name_the_key);
     RUN(unsure_readings_are_nothing_heard);
     RUN(distances_are_on_the_speed_that_the_device_has);
