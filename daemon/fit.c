@@ -5,6 +5,7 @@
 
 #include "core/fault.h"
 #include "core/log.h"
+#include "daemon/input/pose_log.h"
 #include "drivers/devices/device.h"
 #include "grid/answer/answer.h"
 #include "grid/geometry.h"
@@ -158,6 +159,22 @@ static void judge_drift(const struct conf *conf, fit_fn tell, void *ctx)
     tell(ctx, f.text);
 }
 
+/* A pose that is dated back is as old when it comes. auto grows with the poses' interval, which nobody knows here. */
+static void judge_pose_delay(const struct conf *conf, fit_fn tell, void *ctx)
+{
+    const double auto_s = POSE_LOG_AUTO_LEAST_NS * 1e-9, delay_s = conf->pose.delay_s[0];
+    const double max_age_s = conf->pose.max_age_s > 0 ? conf->pose.max_age_s : auto_s;
+    struct fault f;
+    if (delay_s <= 0 || delay_s < max_age_s - EQUAL)
+        return;
+    fault_set(
+        &f,
+        "[pose] delay = %g s: every pose is older than max_age = %g s before the next one comes, and nothing is "
+        "clear; want max_age = %g s",
+        delay_s, max_age_s, delay_s + auto_s);
+    tell(ctx, f.text);
+}
+
 void fit_judge(const struct conf *conf, fit_fn tell, void *ctx)
 {
     for (int i = 0; i < conf->n_sonars; i++) {
@@ -173,6 +190,7 @@ void fit_judge(const struct conf *conf, fit_fn tell, void *ctx)
             judge_forget(&conf->more_grid[i], tell, ctx);
     judge_near(conf, tell, ctx);
     judge_drift(conf, tell, ctx);
+    judge_pose_delay(conf, tell, ctx);
 }
 
 void fit_unchecked(const struct conf *conf, fit_fn tell, void *ctx)

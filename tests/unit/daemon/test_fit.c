@@ -61,6 +61,11 @@ static const struct {
     {HEAD "[pose]\nheading_drift = 0.1 deg/s\n", NULL},
     {HEAD "[pose]\nheading_drift = 0.5 deg/s\n", "in the 30 s of clear_for that is 15 deg"},
     {HEAD "[grid]\nclear_for = 10 s\n[pose]\nheading_drift = 0.5 deg/s\n", NULL},
+    /* poses that are stale when they come */
+    {HEAD "[pose]\ndelay = 0.9 0.5 s\n", NULL},
+    {HEAD "[pose]\ndelay = 1 0 s\n", "[pose] delay = 1 s: every pose is older than max_age = 1 s"},
+    {HEAD "[pose]\ndelay = 0.2 0 s\nmax_age = 0.2 s\n", "want max_age = 1.2 s"},
+    {HEAD "[pose]\ndelay = 1 0 s\nmax_age = 2 s\n", NULL},
 };
 
 static char said[2000];
