@@ -359,24 +359,41 @@ static bool open_beam(struct voxmap *m, enum cast_shape shape, const struct voxm
     return true;
 }
 
-/* How far a beam may be off, pose uncertainty and blur together. */
+/*
+ * How far a beam may be off, pose uncertainty and blur together. What it sees wherever on the blur's line its apex is,
+ * it sees from the line's foremost point: the sides from any other lie outside of those. From there water is nearer by
+ * ahead_m on the axis, and by nearer_m at least.
+ */
 struct beam_off {
     double along_m, across_m, turned_rad;
+    double axis[3], ahead_m, nearer_m;
 };
 
 static struct beam_off off_of(const struct voxmap *m, const struct pose *pose, const struct cast_look *look)
 {
     const double widest_rad = hypot((double)m->opening_width.edge_az_rad, (double)m->opening_width.el_rad);
     const double any_m = pose->uncertain_m + pose->blur_any_m;
-    struct beam_off off = {any_m, any_m, pose->uncertain_rad + pose->blur_rad};
-    double axis[3];
+    struct beam_off off = {
+        .along_m = any_m, .across_m = any_m, .turned_rad = pose->uncertain_rad + pose->blur_rad};
     if (!(geo_length(pose->blur_m) > 0))
         return off;
-    geo_direction(look->az_rad, look->el_rad, axis);
-    quat_rotate(look->attitude, axis, axis);
-    off.along_m += pose_blur_of(pose->blur_m, axis, widest_rad).along_m;
-    off.across_m += pose_blur_of(pose->blur_m, axis, 0).across_m;
+    geo_direction(look->az_rad, look->el_rad, off.axis);
+    quat_rotate(look->attitude, off.axis, off.axis);
+    const struct pose_blur on_axis = pose_blur_of(pose->blur_m, off.axis, 0);
+    off.along_m += pose_blur_of(pose->blur_m, off.axis, widest_rad).along_m;
+    off.across_m += on_axis.across_m;
+    off.ahead_m = on_axis.along_m;
+    off.nearer_m = on_axis.along_m * fmax(cos(widest_rad), 0);
     return off;
+}
+
+static void go_ahead(struct lattice_place *apex, const struct beam_off *off, double voxel_m)
+{
+    for (int a = 0; a < 3; a++) {
+        const double offset = apex->offset[a] + off->ahead_m * off->axis[a] / voxel_m, cells = floor(offset);
+        apex->cell[a] += (int64_t)cells;
+        apex->offset[a] = offset - cells;
+    }
 }
 
 /* An echo fills all that it may lie in: along the beam by the whole pose uncertainty, across it as far as a beam that
@@ -435,15 +452,15 @@ static bool enter_stretch(struct voxmap *m, enum voxmap_part_of_beam part, struc
 static void enter_water(struct voxmap *m, const struct beam_echoes *heard, const struct beam_off *off,
                         struct cast_look *look)
 {
-    const double uncertain_m = off->along_m, placed_m = placed_to_m(m, off);
-    const double axis_m = lesser(placed_m, (double)heard->free_to_m - uncertain_m);
+    const double off_m = off->along_m - off->nearer_m, uncertain_m = off->along_m + off->ahead_m;
+    const double axis_m = lesser(placed_to_m(m, off) - off->ahead_m, (double)heard->free_to_m - uncertain_m);
     bool any = false;
 
-    look->near_m = (double)heard->blind_m + uncertain_m;
+    look->near_m = (double)heard->blind_m + off_m;
     if (heard->off_axis) {
         const double side_m = lesser(axis_m, (double)heard->side_to_m - uncertain_m);
         const double edge_m = lesser(axis_m, (double)heard->edge_to_m - uncertain_m);
-        const double edge_from_m = (double)heard->edge_from_m + uncertain_m;
+        const double edge_from_m = (double)heard->edge_from_m + off_m;
         if (edge_m > edge_from_m) {
             any |= enter_stretch(m, VOXMAP_SIDE, look, lesser(edge_from_m, side_m));
             look->near_m = fmax(look->near_m, edge_from_m);
@@ -468,6 +485,9 @@ static void enter_beam(struct voxmap *m, const struct beam_echoes *heard, const 
     if (heard->state == BEAM_BLIND)
         return;
     const struct beam_off off = off_of(m, pose, &look);
+    struct lattice_place foremost = *apex;
+    go_ahead(&foremost, &off, m->set.voxel_m);
+    water.apex = &foremost;
     enter_water(m, heard, &off, &water);
     for (int n = 0; m->set.keep_echoes && n < heard->n; n++)
         if (!(heard->echo[n].flags & ECHO_OWN))

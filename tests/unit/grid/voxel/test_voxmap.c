@@ -645,6 +645,33 @@ TEST(the_body_is_stamped_along_its_way_but_not_over_jumps)
     rig_free(r);
 }
 
+/* Backward and forward: beside the beam of the foremost place nothing is free, and up to its sides it is. */
+TEST(the_sides_of_a_blurred_beam_are_those_of_its_foremost_place)
+{
+    const struct voxmap_setting s = rig_setting();
+    const double tan_edge = tan(geo_rad(30));
+    for (int back = 0; back < 2; back++) {
+        struct rig *r = rig_new(&s);
+        struct rig_ping p;
+        int free = 0;
+        rig_aim(&p, at_origin, 0, 4);
+        p.echoes.az_aperture_rad = (float)geo_rad(60);
+        p.echoes.pose.blur_m[0] = back ? -0.8 : 0.8;
+        for (int n = 0; n < 5; n++)
+            CHECK(rig_enter(r, &p, 1000000000));
+        for (double north = 0.05; north < 4; north += 0.1)
+            for (double east = -1.95; east < 2; east += 0.1) {
+                const bool is_free = rig_state(r, north, east, 0.05) == VOXEL_FREE;
+                CHECK(!is_free || fabs(east - at_origin[1]) <= (north - at_origin[0] - 0.8) * tan_edge + 1e-9);
+                free += is_free;
+            }
+        CHECK(free > 150);
+        CHECK_INT(rig_state(r, 3.05, 0.05, 0.05), VOXEL_FREE);
+        CHECK_INT(rig_state(r, 2.55, 0.75, 0.05), VOXEL_FREE);
+        rig_free(r);
+    }
+}
+
 /* Within the time of a late reading it went along the beam, across it, somewhere, or turned. */
 TEST(water_is_free_wherever_within_its_blur_the_ping_was_sent)
 {
@@ -1521,6 +1548,7 @@ int main(void)
     RUN(V10_a_corrected_submap_has_no_holes);
     RUN(V10_moved_by_whole_voxels_is_exact);
     RUN(the_body_is_stamped_along_its_way_but_not_over_jumps);
+    RUN(the_sides_of_a_blurred_beam_are_those_of_its_foremost_place);
     RUN(water_is_free_wherever_within_its_blur_the_ping_was_sent);
     RUN(water_is_free_where_its_place_is_known_to_a_voxel);
     RUN(an_echo_reaches_farther_by_the_slack);
