@@ -1,7 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * test_rig_delay - a vehicle drives at a wall with an echosounder that smooths, so that its readings come late: nothing
- * beyond the wall is free, and the water before it still is. A capture of it gives the same answers.
+ * beyond the wall is free, and the water before it still is; likewise while it turns. A capture of it gives the same
+ * answers.
  */
 #include "tests/lib/rig.h"
 
@@ -15,10 +16,22 @@
 #define SMOOTHED "delay = 0.4 0.4 s\n"
 #define WORLD    "[vehicle]\nmax_speed = 1.2 m/s\nmax_turn = 30 deg/s\nnear = 2 m\n[grid]\nrange = 15 m\n"
 
-static double north_then_m[KEPT]; /* of every step of the clock */
+static double north_then_m[KEPT], yaw_then_deg[KEPT]; /* of every step of the clock */
 static size_t steps;
 static double late_s;
 static uint64_t next_ns;
+
+#define HALF_BEAM_DEG 15.0
+
+#define PLATE_M        6.0
+#define PLATE_HALF_DEG 20.0
+static bool plate; /* before the wall, of which it hides so much */
+
+static double heard_m(double north_m, double yaw_deg)
+{
+    const double off_deg = fabs(geo_deg(geo_wrap_pi(geo_rad(yaw_deg))));
+    return plate && off_deg < PLATE_HALF_DEG + HALF_BEAM_DEG ? PLATE_M : WALL_M - north_m;
+}
 
 static void sounder_start(uint64_t now_ns)
 {
@@ -31,9 +44,11 @@ static void sounder_turn(uint64_t now_ns)
     struct line *line = &rig.sim.line;
     char text[64];
     const size_t late = (size_t)(late_s * 1e9 / RIG_STEP_NS);
+    yaw_then_deg[steps % KEPT] = rig.sim.pose.yaw_deg;
     north_then_m[steps++ % KEPT] = rig.north_m;
     if (now_ns >= next_ns && steps > late) {
-        const double range_m = WALL_M - north_then_m[(steps - 1 - late) % KEPT];
+        const size_t then = (steps - 1 - late) % KEPT;
+        const double range_m = heard_m(north_then_m[then], yaw_then_deg[then]);
         unsigned sum = 0;
         int n = snprintf(text, sizeof text, "$SDDPT,%.2f,0.0", range_m);
         for (int i = 1; i < n; i++)
@@ -47,16 +62,23 @@ static void sounder_turn(uint64_t now_ns)
 
 static const struct rig_far sounder = {"nmea0183", sounder_start, sounder_turn};
 
-/* Straight ahead. */
-static double free_to_m(double *age_s)
+static double free_at_m(int az_deg, double *age_s)
 {
-    json_t *reply = rig_ask("blocked", "\"azimuth_deg\":0,\"frame\":\"ned\",\"distance_m\":12,\"radius_m\":0.05");
+    char what[120];
+    snprintf(what, sizeof what, "\"azimuth_deg\":%d,\"frame\":\"ned\",\"distance_m\":%g,\"radius_m\":0.05", az_deg,
+             WALL_M);
+    json_t *reply = rig_ask("blocked", what);
     const json_t *to = json_object_get(reply, "free_to_m");
     const double m = json_is_number(to) ? json_number_value(to) : 0;
     if (age_s)
         *age_s = json_number_value(json_object_get(reply, "age_s"));
     json_decref(reply);
     return m;
+}
+
+static double free_to_m(double *age_s)
+{
+    return free_at_m(0, age_s);
 }
 
 /* The most that anything was free beyond the wall, and the least that was not free before it, on the way. */
@@ -98,6 +120,38 @@ TEST(nothing_is_free_beyond_a_wall_for_a_reading_that_comes_late)
     CHECK(beyond_m <= 0.05);
     CHECK(before_m < 0.6);
     rig_end();
+}
+
+/* The most that anything is free beyond the plate, while the vehicle turns past it and back. */
+static double beyond_when_turning_m(const char *conf)
+{
+    double beyond_m = -INFINITY;
+    rig_start(OPEN, conf);
+    rig.pose_every_ns = RIG_S / 20;
+    rig.sim.pose.yaw_deg = -70;
+    rig_run(2);
+    for (int i = 0; i < 110; i++) {
+        rig.turn_dps = i < 55 ? 25 : -25;
+        rig_run(0.1);
+        for (int az_deg = -19; az_deg <= 19; az_deg += 2)
+            beyond_m = fmax(beyond_m, free_at_m(az_deg, NULL) - PLATE_M);
+    }
+    rig.turn_dps = 0;
+    rig_end();
+    return beyond_m;
+}
+
+TEST(nothing_is_free_beyond_a_plate_while_a_late_sounder_turns)
+{
+    rig_far = &sounder;
+    plate = true;
+    for (late_s = 0; late_s < 0.85; late_s += 0.4)
+        CHECK(beyond_when_turning_m(SMOOTHED WORLD) <= 0);
+    late_s = 0.8;
+    CHECK(beyond_when_turning_m("delay = 0 0 s\n" WORLD) > 1);
+    const double known_m = beyond_when_turning_m("delay = 0.8 0 s\n" WORLD);
+    CHECK(known_m <= 0 && known_m > -0.5);
+    plate = false;
 }
 
 TEST(poses_that_come_late_are_dated_back_as_well)
@@ -189,6 +243,7 @@ TEST(a_replay_dates_back_as_its_configuration_says)
 int main(void)
 {
     RUN(nothing_is_free_beyond_a_wall_for_a_reading_that_comes_late);
+    RUN(nothing_is_free_beyond_a_plate_while_a_late_sounder_turns);
     RUN(poses_that_come_late_are_dated_back_as_well);
     RUN(a_reading_is_as_old_as_its_delay);
     RUN(a_replay_dates_back_as_its_configuration_says);
