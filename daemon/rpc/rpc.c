@@ -339,6 +339,11 @@ bool rpc_step(struct rpc_job *job, const struct rpc_method *methods, const struc
     return job->next < job->end;
 }
 
+void rpc_let_go(struct rpc_job *job)
+{
+    rpc_work_let_go(&job->work);
+}
+
 bool rpc_waits(const struct rpc_job *job)
 {
     return job->work.waits;

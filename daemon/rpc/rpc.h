@@ -68,6 +68,9 @@ struct rpc_job;
 /** rpc_begin - read one line; any bytes are allowed, and they are not needed afterwards. NULL without memory. */
 struct rpc_job *rpc_begin(const struct rpc_call *call, const char *line, size_t n);
 
+/** rpc_let_go - it cannot go on for the present: nobody else is to wait for the answer that it makes. */
+void rpc_let_go(struct rpc_job *job);
+
 /**
  * rpc_step - handle the next request of the line, or the next part of it. True when more is left. A result beyond
  * RPC_REPLY_MAX, the others of the line included, is replaced by the error RPC_LIMIT.

@@ -386,6 +386,18 @@ static bool is_over(const struct session *session)
     return session->closing || (session->eof && !line_waiting(session) && !watch_any(&session->watches));
 }
 
+/* Others ask the same, and wait for the answer that this client makes. They wait no more when it cannot go on, for it
+ * leaves replies unread or has used up its requests; nor for a notification, when its lines come first. */
+static void let_go(struct session *session)
+{
+    const bool held = !may_handle(session) || waiting(session) > 0;
+
+    if (held && session->job)
+        rpc_let_go(session->job);
+    if (held || (line_waiting(session) && !line_held(session)))
+        watch_let_go(&session->watches);
+}
+
 static void settle_session(struct session *session, uint64_t now_ns)
 {
     const bool lines = line_waiting(session) && !session->closing;
@@ -396,6 +408,7 @@ static void settle_session(struct session *session, uint64_t now_ns)
         end(session);
         return;
     }
+    let_go(session);
     if (!lines && !session->eof && !session->closing)
         events |= EPOLLIN;
     if (waiting(session) > 0) {

@@ -166,6 +166,12 @@ bool watch_any(const struct watch_set *set)
     return false;
 }
 
+void watch_let_go(struct watch_set *set)
+{
+    for (int i = 0; i < WATCH_MAX; i++)
+        rpc_work_let_go(&set->watch[i].work);
+}
+
 void watch_clear(struct watch_set *set)
 {
     for (int i = 0; i < WATCH_MAX; i++)

@@ -77,6 +77,9 @@ void watch_due_now(struct watch_set *set, const char *method, uint64_t now_ns);
 double watch_share(const struct watch_set *set);
 double watch_share_of(double rate_hz);
 
+/** watch_let_go - nobody else is to wait for the notifications that are being written, see rpc_work_let_go. */
+void watch_let_go(struct watch_set *set);
+
 bool watch_any(const struct watch_set *set);
 
 /** watch_clear - remove all. */

@@ -56,11 +56,16 @@ void rpc_work_resume_all(struct rpc_waiters *waiters)
         rpc_work_resume(now.first);
 }
 
+void rpc_work_let_go(struct rpc_work *work)
+{
+    if (work->making)
+        work->abandon(work);
+}
+
 void rpc_work_end(struct rpc_work *work)
 {
     rpc_work_go_on(work);
-    if (work->making)
-        work->abandon(work);
+    rpc_work_let_go(work);
     if (work->state)
         work->drop(work->state);
     *work = (struct rpc_work){.resume = work->resume, .ctx = work->ctx};

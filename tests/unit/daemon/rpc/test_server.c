@@ -70,16 +70,32 @@ static bool busy(const struct rpc_call *call, json_t *params, struct json_out *o
     return json_out_take(out, json_true());
 }
 
+static bool finished; /* what is made in parts, each of which is a turn's work */
+
+static bool next_part(const struct rpc_call *call, struct json_out *out, struct rpc_error *error)
+{
+    (void)error;
+    work_ns += 2 * MS;
+    return finished ? json_out_take(out, json_pack("{s:i}", "state", state)) : rpc_continue(call, next_part);
+}
+
+static bool in_parts(const struct rpc_call *call, json_t *params, struct json_out *out, struct rpc_error *error)
+{
+    (void)params;
+    return next_part(call, out, error);
+}
+
+static const struct protocol_method parts_row = {.name = "parts", .params = (const struct protocol_param[]){{0}}};
+
 static const struct protocol_method large_row = {
     .name = "large",
     .params = (const struct protocol_param[]){
         {.name = "bytes", .type = PROTOCOL_INTEGER, .hi = 8 << 20, .need = PROTOCOL_REQUIRED}, {0}}};
 
-static const struct rpc_method methods[] = {{"state", get_state, RPC_ASKS, NULL},
-                                            {"large", large, RPC_ASKS, &large_row},
-                                            {"busy", busy, RPC_ASKS, NULL},
-                                            {"pose", get_state, RPC_CHANGES, NULL},
-                                            {.name = NULL}};
+static const struct rpc_method methods[] = {
+    {"state", get_state, RPC_ASKS, NULL},   {"large", large, RPC_ASKS, &large_row},
+    {"busy", busy, RPC_ASKS, NULL},         {"parts", in_parts, RPC_ASKS, &parts_row},
+    {"pose", get_state, RPC_CHANGES, NULL}, {.name = NULL}};
 
 static uint64_t asked_of_clock;
 
@@ -673,6 +689,56 @@ TEST(a_slow_reader_gets_the_newest_state)
 
 #define LARGE(bytes, id)                                                                                          \
     "{\"jsonrpc\":\"2.0\",\"method\":\"large\",\"params\":{\"bytes\":" #bytes "},\"id\":" #id "}"
+/* The client has a part of the kernel's room left, so that it is asked for the next line, and then none. */
+static void fill(const struct peer *peer)
+{
+    for (int i = 0; i < 8; i++)
+        say(peer, LARGE(60000, 7) "\n");
+}
+
+/* One makes what another asks, too, and then reads nothing: once in a notification, once in a reply. */
+TEST(who_does_not_read_holds_up_nobody_who_asks_the_same)
+{
+    for (int watched = 0; watched < 2; watched++) {
+        set_up(4);
+        finished = false;
+        struct peer slow = join(), other = join();
+        if (watched) {
+            say(&slow, WATCH("parts", 1));
+            turn(3);
+        }
+        fill(&slow);
+        say(&slow, ASK("parts", 1));
+        turn(40);
+        say(&other, ASK("parts", 2));
+        turn(40);
+        finished = true;
+        CHECK_STR(HEAR(other), STATE(0, 2));
+        leave(&slow);
+        leave(&other);
+        tear_down();
+    }
+}
+
+/* The lines of a client come before its notifications, and it has always more. */
+TEST(who_has_used_up_its_requests_holds_up_nobody_who_asks_the_same)
+{
+    set_up(4);
+    finished = false;
+    struct peer greedy = join(), other = join();
+    say(&greedy, WATCH("parts", 1));
+    HEAR(greedy);
+    say(&greedy, BUSY(2000) "}\n");
+    turn(5);
+    say(&other, ASK("parts", 2));
+    turn(5);
+    finished = true;
+    CHECK_STR(HEAR(other), STATE(0, 2));
+    leave(&greedy);
+    leave(&other);
+    tear_down();
+}
+
 #define TOO_LONG(id)                                                                                              \
     "{\"jsonrpc\":\"2.0\",\"error\":{\"code\":-32000,\"message\":\"with this result the reply would be longer "   \
     "than "                                                                                                       \
@@ -1428,6 +1494,8 @@ int main(void)
     RUN(watches_are_checked);
     RUN(a_watched_method_that_fails_says_so_in_the_notification);
     RUN(a_slow_reader_gets_the_newest_state);
+    RUN(who_does_not_read_holds_up_nobody_who_asks_the_same);
+    RUN(who_has_used_up_its_requests_holds_up_nobody_who_asks_the_same);
     RUN(a_result_beyond_the_bound_is_an_error);
     RUN(a_notification_beyond_the_bound_cuts_the_client);
     RUN(requests_wait_while_their_replies_are_not_read);
