@@ -115,7 +115,7 @@ enum shared_outcome shared_ask(struct shared *s, struct rpc_work *work, const st
     const bool fits =
         (work->awaited && a->number >= work->awaited) || (!work->awaited && is_same(&a->state, &now));
     a->used = ++s->uses;
-    if (fits && a->made) {
+    if (fits && a->made && now.now_ns - a->made_ns <= SHARED_KEPT_NS) {
         json_out_bytes(out, a->text, a->n);
         work->awaited = 0;
         return SHARED_TAKEN;
@@ -138,6 +138,7 @@ void shared_made(struct rpc_work *work, const char *text, size_t n)
     a->text = a->alone ? NULL : malloc(n + 1);
     a->made = a->text != NULL;
     a->n = n;
+    a->made_ns = loop_now(work->shared->loop);
     if (a->made)
         memcpy(a->text, text, n);
     work->making = NULL;

@@ -17,8 +17,9 @@
 #include "json_out.h"
 #include "work.h"
 
-#define SHARED_MAX       8         /* different questions at a time; those beyond are each answered alone */
-#define SHARED_BYTES_MAX (1 << 18) /* of an answer that is kept */
+#define SHARED_MAX       8          /* different questions at a time; those beyond are each answered alone */
+#define SHARED_BYTES_MAX (1 << 18)  /* of an answer that is kept */
+#define SHARED_KEPT_NS   500000000u /* for those who waited for it; whoever could not be served then has another */
 
 struct rpc_method;
 
@@ -37,6 +38,7 @@ struct shared_answer {
     bool making, made, alone;  /* alone: it was too long to be kept */
     char *text;                /* [n], when made */
     size_t n;
+    uint64_t made_ns;
     struct rpc_waiters waiters;
     uint64_t used; /* by which the one that was asked longest ago is replaced */
 };

@@ -86,9 +86,12 @@ static void go_on(struct asker *a)
         rpc_work_end(&a->work);
 }
 
+static bool reads; /* who is resumed goes on at once */
+
 static void resumed(void *ctx)
 {
-    go_on(ctx);
+    if (reads)
+        go_on(ctx);
 }
 
 /* The number of the answer that it has; 0: none yet, or a failure. */
@@ -121,6 +124,7 @@ static void start(void)
     memset(asker, 0, sizeof asker);
     made = 0;
     finished = false;
+    reads = true;
     padding = 0;
 }
 
@@ -199,6 +203,24 @@ TEST(when_whoever_makes_it_goes_another_does)
     end();
 }
 
+/* A client that leaves replies unread is served late: not with what was the state then. */
+TEST(who_cannot_be_served_in_time_has_a_newer_answer)
+{
+    start();
+    ask(0, "parts", "{}");
+    ask(1, "parts", "{}");
+    reads = false;
+    finished = true;
+    go_on(&asker[0]);
+    turn();
+    loop_skip(loop, loop_now(loop) + SHARED_KEPT_NS + 1);
+    go_on(&asker[1]);
+    CHECK_INT(told(&asker[1]), 0); /* it is being made */
+    go_on(&asker[1]);
+    CHECK_INT(told(&asker[1]), 2);
+    end();
+}
+
 TEST(failures_and_long_answers_are_each_askers_own)
 {
     start();
@@ -231,6 +253,7 @@ int main(void)
     RUN(after_a_ping_or_a_change_it_is_another_state);
     RUN(who_asks_later_than_an_answer_begins_has_the_next_with_all_others);
     RUN(when_whoever_makes_it_goes_another_does);
+    RUN(who_cannot_be_served_in_time_has_a_newer_answer);
     RUN(failures_and_long_answers_are_each_askers_own);
     RUN(more_questions_than_there_is_room_for_are_answered_all_the_same);
     return test_end();
