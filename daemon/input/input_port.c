@@ -32,6 +32,14 @@ struct input_port_lookup {
     struct fault fault;
 };
 
+/* A dead port that is closed; it may outlive its line, too. */
+struct input_port_closing {
+    struct worker_job job;
+    struct input_port *line; /* NULL: gone */
+    struct port port;
+    bool busy;
+};
+
 __attribute__((format(printf, 4, 5))) static void say(const struct input_port *line, enum log_level level,
                                                       const char *event, const char *fmt, ...)
 {
@@ -82,7 +90,7 @@ static void failed(struct input_port *line, const struct fault *why)
     not_there(line, line->env.events->failed, why, longest_delay(line));
 }
 
-static void close_port(struct input_port *line)
+static void leave_port(struct input_port *line)
 {
     loop_arm(line->env.loop, &line->look, LOOP_NEVER);
     loop_arm(line->env.loop, &line->retry, LOOP_NEVER);
@@ -90,6 +98,11 @@ static void close_port(struct input_port *line)
         loop_remove(line->env.loop, &line->fd);
     line->fd.fd = -1;
     line->lost_in_write = false;
+}
+
+static void close_port(struct input_port *line)
+{
+    leave_port(line);
     line->port.ops->close(&line->port);
 }
 
@@ -218,8 +231,12 @@ static void look_up(struct input_port *line)
     worker_run(line->env.worker, &l->job, ask_name_service, on_looked_up, l);
 }
 
-static bool make_lookup(struct input_port *line, struct fault *fault)
+static bool make_jobs(struct input_port *line, struct fault *fault)
 {
+    line->closing = calloc(1, sizeof *line->closing);
+    if (!line->closing)
+        return fault_set(fault, "out of memory");
+    line->closing->line = line;
     if (!line->port.ops->named || !line->port.ops->named(line->rest))
         return true;
     line->lookup = calloc(1, sizeof *line->lookup);
@@ -233,6 +250,35 @@ static bool make_lookup(struct input_port *line, struct fault *fault)
 
 /* ---- it is open, and dead ---- */
 
+static void close_dead(void *ctx)
+{
+    struct input_port_closing *c = ctx;
+    c->port.ops->close(&c->port);
+}
+
+static void on_dead_closed(void *ctx)
+{
+    struct input_port_closing *c = ctx;
+    struct input_port *line = c->line;
+    c->busy = false;
+    if (!line)
+        free(c);
+    else if (!line->stopping)
+        loop_arm(line->env.loop, &line->retry, loop_now(line->env.loop) + REVIVE_NS);
+}
+
+/* The kernel waits up to 30 s for a serial port to send what was written, which a dead one never does. Until then it
+ * cannot be opened again. */
+static void close_elsewhere(struct input_port *line)
+{
+    struct input_port_closing *c = line->closing;
+    leave_port(line);
+    c->port = line->port;
+    line->port.fd = -1;
+    c->busy = true;
+    worker_run(line->env.worker, &c->job, close_dead, on_dead_closed, c);
+}
+
 /* The device goes on asking meanwhile, and need not know. */
 static void open_again(struct input_port *line)
 {
@@ -240,9 +286,8 @@ static void open_again(struct input_port *line)
     if (line->dead.due == 1)
         say(line, LOG_WARNING, line->env.events->dead, "%s: no message for %.0f s; closing and opening the port",
             line->env.address, (double)line->dead.silent_ns * 1e-9);
-    close_port(line);
     line->open = false;
-    loop_arm(line->env.loop, &line->retry, loop_now(line->env.loop) + REVIVE_NS);
+    close_elsewhere(line);
 }
 
 static void on_look(void *ctx, uint64_t now_ns)
@@ -337,7 +382,7 @@ bool input_port_init(struct input_port *line, const struct input_port_env *env, 
     line->look.fire = on_look;
     line->fd.ctx = line->retry.ctx = line->look.ctx = line;
     line->port.ops = port_find(env->address, &line->rest, fault);
-    return line->port.ops && make_lookup(line, fault);
+    return line->port.ops && make_jobs(line, fault);
 }
 
 void input_port_start(struct input_port *line)
@@ -369,5 +414,10 @@ void input_port_end(struct input_port *line)
         line->lookup->line = NULL;
     else
         free(line->lookup);
+    if (line->closing && line->closing->busy)
+        line->closing->line = NULL;
+    else
+        free(line->closing);
     line->lookup = NULL;
+    line->closing = NULL;
 }

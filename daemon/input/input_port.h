@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * input_port - the port of one input: opens it, tries again with a growing delay when it is not there or goes away
- * (said once, not every try), has a host's name looked up by the worker, waits until a connection stands, and closes
- * and opens a line that has gone dead (dead_line.h). Knows no device.
+ * (said once, not every try), has a host's name looked up by the worker, waits until a connection stands, and opens a
+ * line that has gone dead (dead_line.h) again, once the worker has closed it. Knows no device.
  */
 #ifndef SONARD_INPUT_PORT_H
 #define SONARD_INPUT_PORT_H
@@ -40,6 +40,7 @@ struct input_port_env {
 };
 
 struct input_port_lookup;
+struct input_port_closing;
 
 /* Embedded in its owner; zeroed before input_port_init. What port and dead say is the owner's, it sets. */
 struct input_port {
@@ -55,6 +56,7 @@ struct input_port {
     uint64_t retry_ns;
     uint64_t messages; /* at the last look */
     struct input_port_lookup *lookup;
+    struct input_port_closing *closing;
     bool looked_up;
     bool failure_told, back_told; /* since it last brought something */
     bool reviving;                /* closed and opened because it was dead, and nothing heard since */

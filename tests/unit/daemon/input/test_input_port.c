@@ -7,6 +7,7 @@
 
 #include <errno.h>
 #include <poll.h>
+#include <semaphore.h>
 #include <string.h>
 #include <sys/epoll.h>
 #include <sys/socket.h>
@@ -25,7 +26,9 @@ static struct {
     bool missing;
     enum answer connects;
     unsigned lookups, opens;
-    int far; /* the other end; -1: none */
+    int far;     /* the other end; -1: none */
+    bool drains; /* closing it waits until `drained` is posted; read by the worker */
+    sem_t drained;
 } wire;
 
 static bool wire_named(const char *rest)
@@ -81,6 +84,8 @@ static ssize_t wire_write(struct port *port, const void *buf, size_t size)
 
 static void wire_close(struct port *port)
 {
+    if (port->fd >= 0 && wire.drains)
+        sem_wait(&wire.drained);
     if (port->fd >= 0)
         close(port->fd);
     port->fd = -1;
@@ -305,6 +310,31 @@ TEST(a_dead_line_is_opened_again_behind_its_owners_back)
     }
 }
 
+/* As a serial port does that still has something to send. */
+TEST(the_loop_does_not_wait_for_a_dead_port_to_close)
+{
+    for (int ends = 0; ends < 2; ends++) {
+        begin(false);
+        sem_init(&wire.drained, 0, 0);
+        start(false);
+        wire.drains = true;
+        for (int s = 0; s < 60; s++) {
+            loop_advance(loop, loop_now(loop) + SECOND);
+            loop_turn(loop, 0);
+        }
+        CHECK_INT(wire.opens, 1);
+        CHECK(!input_port_is_open(line));
+        if (ends)
+            input_port_end(line);
+        sem_post(&wire.drained);
+        pass(1);
+        CHECK_INT(wire.opens, ends ? 1 : 2);
+        wire.drains = false;
+        end();
+        sem_destroy(&wire.drained);
+    }
+}
+
 TEST(a_stopped_line_is_not_opened_again)
 {
     begin(true);
@@ -339,6 +369,7 @@ int main(void)
     RUN(a_far_end_that_refuses_or_says_nothing_is_tried_again);
     RUN(a_far_end_that_hangs_up_at_once_is_left_in_peace);
     RUN(a_dead_line_is_opened_again_behind_its_owners_back);
+    RUN(the_loop_does_not_wait_for_a_dead_port_to_close);
     RUN(a_stopped_line_is_not_opened_again);
     RUN(a_line_may_end_while_its_name_is_looked_up);
     return test_end();
