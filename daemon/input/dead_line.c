@@ -2,6 +2,7 @@
 #include "dead_line.h"
 
 #define USUAL_TIMES 3
+#define LATELY      100         /* times it was heard; between this and twice as many are looked back to */
 #define AGAIN_NS    2000000000u /* a cured line is heard within this and a usual interval, ... */
 #define SETUP_NS    6000000000u /* ... or what it takes to set up a device that is asked */
 
@@ -41,12 +42,24 @@ static bool ended_by_itself(const struct dead_line *d)
     return d->heard && (d->due == 0 || d->since_ns > cured_ns);
 }
 
+/* A device that was off for an hour, or a talker that was slow once, is soon what it was. */
+static void look_back(struct dead_line *d)
+{
+    if (++d->times_heard == LATELY) {
+        d->before_ns = d->longest_ns;
+        d->longest_ns = 0;
+        d->times_heard = 0;
+    }
+    d->usual_ns = greater(d->before_ns, d->longest_ns);
+}
+
 static void learn(struct dead_line *d)
 {
     if (ended_by_itself(d)) {
-        d->usual_ns = greater(d->usual_ns, d->silent_ns);
+        d->longest_ns = greater(d->longest_ns, d->silent_ns);
         d->heard_for_ns += d->silent_ns;
     }
+    look_back(d);
     d->heard = true;
     d->silent_ns = d->since_ns = 0;
     d->due = 0;

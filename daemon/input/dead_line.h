@@ -25,7 +25,10 @@ struct dead_line {
     uint64_t looked_ns;
     uint64_t silent_ns;    /* since the last message, or since it was opened */
     uint64_t since_ns;     /* the same since it was last due */
-    uint64_t usual_ns;     /* the longest silence that has ended by itself */
+    uint64_t usual_ns;     /* the longest silence that has ended by itself lately: the greater of ... */
+    uint64_t longest_ns;   /* ... this, since it was noted last, ... */
+    uint64_t before_ns;    /* ... and this, before */
+    unsigned times_heard;  /* since then */
     uint64_t heard_for_ns; /* time over which that was found out */
     bool heard;            /* at least once */
     unsigned due;          /* times in this silence */

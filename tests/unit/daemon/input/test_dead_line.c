@@ -86,6 +86,21 @@ TEST(a_talker_that_becomes_slower_is_soon_let_alone)
     CHECK_INT(due_after(), 135);
 }
 
+/* As a sonar is that was switched off: it was not the line. */
+TEST(a_long_silence_is_not_usual_for_ever)
+{
+    begin(true);
+    CHECK_INT(hear(1, 60), 0);
+    for (int s = 1; s < 3700; s++)
+        look(false);
+    CHECK(!look(true));
+    CHECK_INT(hear(1, 300), 0);
+    CHECK_INT(due_after(), 10);
+    begin(false);
+    CHECK_INT(hear(60, 300), 0); /* what is, is for ever */
+    CHECK_INT(due_after(), 180);
+}
+
 TEST(what_opening_it_again_has_cured_says_nothing_of_the_talker)
 {
     begin(true);
@@ -125,6 +140,7 @@ int main(void)
     RUN(a_slow_line_has_three_of_its_usual_intervals);
     RUN(a_line_that_is_listened_to_is_judged_once_its_interval_is_known);
     RUN(a_talker_that_becomes_slower_is_soon_let_alone);
+    RUN(a_long_silence_is_not_usual_for_ever);
     RUN(what_opening_it_again_has_cured_says_nothing_of_the_talker);
     RUN(before_the_power_is_switched_it_is_due);
     RUN(a_process_that_was_held_up_has_not_heard_silence);
