@@ -163,7 +163,7 @@ $(BUILD)/tests/test_query_context: private LDFLAGS += -Wl,--wrap=source_stats
 $(BUILD)/tests/test_input_port: private LDFLAGS += -Wl,--wrap=port_find
 $(BUILD)/tests/test_depth: private LDFLAGS += -Wl,--wrap=loop_clock
 # What the disk says is the test's.
-$(BUILD)/tests/test_segments_outage: private LDFLAGS += -Wl,--wrap=open,--wrap=write,--wrap=ftruncate,--wrap=sync_file_range
+$(BUILD)/tests/test_segments_outage: private LDFLAGS += -Wl,--wrap=open,--wrap=write,--wrap=ftruncate,--wrap=sync_file_range,--wrap=stat
 # Its port and its clock are the test's.
 $(BUILD)/tests/test_find_sonar: private LDFLAGS += -Wl,--wrap=port_find,--wrap=poll,--wrap=clock_gettime
 # Their clock is turned by the test: tests/lib/rig.h.

@@ -608,7 +608,8 @@ const struct conf_key conf_keys[] = {
      .help =
          "Where captures go. none: do not record. When the disk fails, is full, or the folder has gone, "
          "recording\n"
-         "is tried again after 1 s, then ever later up to every 30 s, in a new file; the folder is made again."},
+         "is tried again after 1 s, then ever later up to every 30 s, in a new file; the folder is made again.\n"
+         "A recording on a disk of its own waits for that one to be mounted again."},
     {"record", "file_size", QUANTITY(1, "MiB", 1, 65536), .standard = "256 MiB", CONF(record.file_size_bytes),
      .help = "Start a new file at this size."},
     {"record", "files", INTEGER(1, 1000000), .standard = "8", .instead = "all", .instead_value = -1,

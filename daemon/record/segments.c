@@ -36,6 +36,7 @@ struct segments {
     size_t conf_size;
     uint64_t file_size, unix_offset_ns;
     int files;
+    bool own_disk;          /* the folder was at first on another than the system's */
     char stamp[STAMP_SIZE]; /* of the start */
     unsigned segment;       /* number of the newest */
     struct topic topic[SEGMENTS_CHANNELS_MAX];
@@ -200,11 +201,26 @@ static void give_up_part(struct segments *segments)
         segments->segment--;
 }
 
+/* The folder, or the one that it would be made in: is it on the disk of the root folder? */
+static bool on_system_disk(const struct segments *segments)
+{
+    char parent[PATH_MAX];
+    struct stat there, root;
+    snprintf(parent, sizeof parent, "%s", segments->directory);
+    char *slash = strrchr(parent, '/');
+    if (slash)
+        slash[slash == parent] = '\0';
+    return (stat(segments->directory, &there) == 0 || stat(parent, &there) == 0) && stat("/", &root) == 0 &&
+           there.st_dev == root.st_dev;
+}
+
 /* Begin the next segment with channels and configuration. False with a sentence in fault, and no segment open. */
 static bool begin_part(struct segments *segments, uint64_t now_ns, struct fault *fault)
 {
     const struct mcap_options options = {.library = "sonard " SONARD_VERSION,
                                          .message_bytes = SEGMENTS_MESSAGE_BYTES};
+    if (segments->own_disk && on_system_disk(segments))
+        return fault_set(fault, "the folder's disk is not mounted: the captures would fill the system's");
     if (mkdir(segments->directory, 0750) != 0 && errno != EEXIST)
         return fault_set(fault, "making the folder: %s", strerror(errno));
     int fd = create_file(segments);
@@ -372,8 +388,10 @@ struct segments *segments_open(const struct segments_conf *conf, uint64_t now_ns
         snprintf(segments->stamp, sizeof segments->stamp, "00000000T000000Z");
 
     struct fault why;
-    if (begin_part(segments, now_ns, &why))
+    if (begin_part(segments, now_ns, &why)) {
+        segments->own_disk = !on_system_disk(segments);
         return segments;
+    }
     fault_set(fault, "recording to %s: %s", conf->directory, why.text);
     segments_close(segments);
     return NULL;

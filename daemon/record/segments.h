@@ -46,7 +46,9 @@ struct record_time {
 };
 
 struct segments_conf {
-    const char *directory; /* made if only its last component is missing, at the start and whenever it has gone */
+    /* Made if only its last component is missing, at the start and whenever it has gone; but never used on the system's
+     * disk when it was on another at the start: that one is not mounted any more. */
+    const char *directory;
     uint64_t
         file_size; /* bytes after which another segment begins, exceeded by less than a chunk and the summary */
     int files;     /* segments kept in the folder, of this and earlier runs; <= 0: all */

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * test_segments_outage - whatever ends a recording, it goes on by itself in a new file: what the disk says is the
- * test's (linked with --wrap=open,write,ftruncate,sync_file_range), and time is numbers.
+ * test's (linked with --wrap=open,write,ftruncate,sync_file_range,stat), and time is numbers.
  */
 #include "daemon/record/segments.h"
 
@@ -25,6 +25,7 @@ static struct {
     unsigned calls;
     int error;
     unsigned opened; /* tries to make a file, failed or not */
+    bool system;     /* the folder is on the disk of the root folder */
 } disk;
 
 static int refuse(void)
@@ -68,9 +69,21 @@ int __wrap_sync_file_range(int fd, off64_t from, off64_t n, unsigned flags)
     return disk.calls & SYNC ? refuse() : __real_sync_file_range(fd, from, n, flags);
 }
 
+static char base[64], dir[80], aside[80];
+
+int __real_stat(const char *path, struct stat *st);
+int __wrap_stat(const char *path, struct stat *st);
+int __wrap_stat(const char *path, struct stat *st)
+{
+    if (strcmp(path, "/") != 0)
+        return __real_stat(path, st);
+    const int done = __real_stat(base, st);
+    st->st_dev += !disk.system;
+    return done;
+}
+
 /* ---- a recording, and time ---- */
 
-static char base[64], dir[80], aside[80];
 static struct segments *segments;
 static const struct segments_status *status;
 static uint64_t now_ns;
@@ -80,6 +93,7 @@ static void begin(void)
 {
     struct fault fault;
     disk.calls = 0;
+    disk.system = false;
     snprintf(base, sizeof base, "/tmp/test_outage.XXXXXX");
     if (!mkdtemp(base))
         exit(2);
@@ -256,6 +270,51 @@ TEST(another_folder_in_its_place_gets_a_file)
     end(true);
 }
 
+/* A stick was pulled: the folder in which it was mounted is there, and on the system's own disk. */
+TEST(the_system_s_disk_is_not_filled_in_place_of_another)
+{
+    for (int was_made = 0; was_made < 2; was_made++) {
+        begin();
+        record_for(10);
+        CHECK_INT(rename(dir, aside), 0);
+        if (was_made)
+            CHECK_INT(mkdir(dir, 0700), 0);
+        disk.system = true;
+        record_for(60);
+        CHECK(!status->recording);
+        CHECK(strstr(status->error.text, "disk is not mounted") != NULL);
+        rmdir(dir);
+        CHECK_INT(rename(aside, dir), 0); /* it is there again */
+        disk.system = false;
+        record_for(31);
+        CHECK(status->recording);
+        CHECK_INT(status->resumed, 1);
+        unsigned files;
+        segments_close(segments);
+        CHECK(take_files(dir, &files) > 0);
+        CHECK_INT(files, 2);
+        rmdir(base);
+    }
+}
+
+TEST(a_recording_on_the_system_s_disk_goes_on_there)
+{
+    begin();
+    segments_close(segments);
+    struct fault fault;
+    unsigned files;
+    disk.system = true;
+    segments =
+        segments_open(&(struct segments_conf){.directory = dir, .file_size = 1 << 24, .files = 3, .conf_text = ""},
+                      now_ns, &fault);
+    status = segments_status(segments);
+    channel = segments_channel(segments, "/front/rx", "octet-stream");
+    record_for(10);
+    take_files(dir, &files);
+    record_for(10);
+    end(true);
+}
+
 int main(void)
 {
     RUN(recording_goes_on_after_every_error_of_the_disk);
@@ -264,5 +323,7 @@ int main(void)
     RUN(a_folder_that_was_removed_is_made_again);
     RUN(a_folder_that_was_moved_is_made_again);
     RUN(another_folder_in_its_place_gets_a_file);
+    RUN(the_system_s_disk_is_not_filled_in_place_of_another);
+    RUN(a_recording_on_the_system_s_disk_goes_on_there);
     return test_end();
 }
