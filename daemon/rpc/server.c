@@ -28,6 +28,7 @@ struct lookup {
     struct worker_job job;
     struct server *server; /* NULL: it has stopped */
     bool busy, again;      /* at the worker; what was set meanwhile comes after it */
+    bool rights;           /* wanted as well as places */
     char change[RIGHTS_TEXT_MAX], keep[KEEP_TEXT_MAX];
     gid_t socket_group;
     struct rights found;
@@ -108,6 +109,7 @@ static struct session **displace(struct server *server, amount_fn *amount, const
     char who[PEER_WHO_SIZE], why[2 * PEER_WHO_SIZE];
     int n = 0;
 
+    keep_anew(server); /* of two that were kept one may have gone */
     for (int i = 0; i < server->n_slots; i++)
         if (server->sessions[i])
             server->shares[n++] = session_share(server->sessions[i], amount(server->sessions[i]));
@@ -168,7 +170,7 @@ static void refuse_client(struct server *server, int fd, uint64_t now_ns)
     log_limited(now_ns, LOG_NOTICE, LOG_ABOUT(.event = "client_refused"), "client refused: %s", message);
 }
 
-static void look_up_names(struct server *server);
+static void look_up_names(struct server *server, bool rights);
 
 /* False: what else waits to be accepted is for the next turn, for a place had to be found. */
 static bool take_client(struct server *server, int fd, uint64_t now_ns)
@@ -178,7 +180,7 @@ static bool take_client(struct server *server, int fd, uint64_t now_ns)
 
     peer_of(fd, &peer);
     if (server->keep.unknown && server->worker && now_ns >= server->looked_ns + LOOK_AGAIN_NS)
-        look_up_names(server);
+        look_up_names(server, false);
     const bool kept = is_for_keeping(server, &peer);
     struct session **slot = slot_for(server, fd, &peer, kept);
 
@@ -358,7 +360,8 @@ struct server *server_start(struct loop *loop, const struct server_conf *conf, c
 static void look_up(void *ctx)
 {
     struct lookup *l = ctx;
-    rights_set(&l->found, l->change, l->socket_group);
+    if (l->rights)
+        rights_set(&l->found, l->change, l->socket_group);
     keep_set(&l->kept, l->keep, true);
 }
 
@@ -369,21 +372,25 @@ static void on_looked_up(void *ctx)
     if (!l->server)
         free(l);
     else if (l->again)
-        look_up_names(l->server);
+        look_up_names(l->server, true);
     else {
-        take_rights(l->server, &l->found);
+        if (l->rights)
+            take_rights(l->server, &l->found);
         l->server->keep = l->kept;
         keep_anew(l->server);
     }
 }
 
-static void look_up_names(struct server *server)
+/* Rights only when they were set: a user database that is away for a while takes nobody's. */
+static void look_up_names(struct server *server, bool rights)
 {
     struct lookup *l = server->lookup;
-    l->again = l->busy;
+    l->again = l->again || (l->busy && rights);
     if (l->busy)
         return;
+    l->again = false;
     l->busy = true;
+    l->rights = rights;
     memcpy(l->change, server->change, sizeof l->change);
     memcpy(l->keep, server->keep_text, sizeof l->keep);
     server->looked_ns = loop_now(server->host.loop);
@@ -412,7 +419,7 @@ void server_set_names(struct server *server, const char *change, const char *kee
     snprintf(server->change, sizeof server->change, "%s", change);
     set_keep(server, keep);
     if (!complete || server->keep.unknown || server->lookup->busy)
-        look_up_names(server);
+        look_up_names(server, true);
 }
 
 const char *server_path(const struct server *server)

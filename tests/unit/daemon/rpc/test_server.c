@@ -1034,6 +1034,27 @@ TEST(two_connections_of_what_is_kept_find_places_and_are_never_displaced)
     tear_down();
 }
 
+/* The third comes before one of the two is seen to have gone, as when a program starts again at once. */
+TEST(a_place_that_is_kept_goes_to_the_next_connection)
+{
+    set_up(3);
+    be("bridge");
+    struct peer bridge[] = {join(), join(), join()};
+    leave(&bridge[0]);
+    be("a");
+    struct peer a = join();
+    be("b");
+    struct peer b = join();
+    CHECK(strstr(HEAR(b), "at most 3 clients") != NULL); /* none of the bridge's makes room */
+    CHECK_STR(HEAR(bridge[2]), "-");
+    for (int i = 1; i < 3; i++)
+        leave(&bridge[i]);
+    leave(&a);
+    leave(&b);
+    be("test_server");
+    tear_down();
+}
+
 #define HOGS                                                                                                      \
     21 /* times 4 watches of 50 Hz: all that there is, and what is kept for those that may change something */
 
@@ -1387,7 +1408,8 @@ TEST(a_socket_that_is_another_s_by_now_is_not_removed)
 /* In the place of the C library's: it knows nobody, and one name is not answered for until it is told,
  * as where the user database is far away. */
 static sem_t answered;
-static _Atomic unsigned asked_first, asked_last;
+static _Atomic unsigned asked_first, asked_last, asked_bridge;
+static _Atomic bool knows_pilot; /* user 65534 */
 
 struct passwd *getpwnam(const char *name)
 {
@@ -1395,7 +1417,9 @@ struct passwd *getpwnam(const char *name)
     }
     asked_first += strcmp(name, "first") == 0;
     asked_last += strcmp(name, "last") == 0;
-    return NULL;
+    asked_bridge += strcmp(name, "bridge") == 0;
+    static struct passwd pilot = {.pw_uid = 65534};
+    return knows_pilot && strcmp(name, "pilot") == 0 ? &pilot : NULL;
 }
 
 /* What is set while names are looked up comes after that, the last of it only; clients are served meanwhile. */
@@ -1415,6 +1439,31 @@ TEST(nobody_waits_for_names)
     WAIT_UNTIL((turn(1), asked_last));
     CHECK(asked_last == 1 && asked_first == 0);
     leave(&peer);
+    tear_down();
+}
+
+/* For whom places are kept is looked up again and again, while somebody comes and one of them is unknown. */
+TEST(a_user_database_that_is_away_takes_nobody_s_rights)
+{
+    if (getuid() != 0)
+        return; /* to be somebody else takes root */
+    set_up(2);
+    knows_pilot = true;
+    asked_bridge = 0;
+    server_set_names(server, "pilot", "bridge");
+    worker_finish(worker);
+    struct peer pilot = join_as(65534);
+    say(&pilot, ASK("pose", 1));
+    CHECK_STR(HEAR(pilot), STATE(0, 1));
+    knows_pilot = false;
+    loop_advance(loop, loop_now(loop) + 10100 * MS);
+    struct peer other = join();
+    worker_finish(worker);
+    CHECK_INT(asked_bridge, 2);
+    say(&pilot, ASK("pose", 2));
+    CHECK_STR(HEAR(pilot), STATE(0, 2));
+    leave(&pilot);
+    leave(&other);
     tear_down();
 }
 
@@ -1510,6 +1559,7 @@ int main(void)
     RUN(an_idle_client_makes_room_for_another);
     RUN(a_program_that_has_less_displaces_one_of_the_program_that_has_most);
     RUN(two_connections_of_what_is_kept_find_places_and_are_never_displaced);
+    RUN(a_place_that_is_kept_goes_to_the_next_connection);
     RUN(watches_of_who_has_most_make_room_for_those_of_who_has_none);
     RUN(a_client_that_does_not_read_makes_room_sooner);
     RUN(a_place_is_kept_for_those_that_may_change_something);
@@ -1524,6 +1574,7 @@ int main(void)
     RUN(paths_that_cannot_be_are_refused);
     RUN(what_clients_needed_goes_with_them);
     RUN(nobody_waits_for_names);
+    RUN(a_user_database_that_is_away_takes_nobody_s_rights);
     RUN(a_server_may_stop_while_names_are_looked_up);
     RUN(a_socket_that_is_another_s_by_now_is_not_removed);
     rmdir(directory);
