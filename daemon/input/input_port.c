@@ -132,6 +132,7 @@ static void opened(struct input_port *line)
 {
     const bool again = line->told_open;
     const uint64_t now_ns = loop_now(line->env.loop);
+    line->opened_ns = now_ns;
     if (line->was_open)
         line->reconnects++;
     if (!again && !line->back_told)
@@ -341,10 +342,16 @@ static void on_retry(void *ctx, uint64_t now_ns)
     }
 }
 
+/* Whoever takes connections, says a word and ends them would be told and tried ten times a second. */
+static bool stands(const struct input_port *line)
+{
+    return !line->port.ops->connected || loop_now(line->env.loop) - line->opened_ns >= RETRY_NETWORK_NS;
+}
+
 ssize_t input_port_read(struct input_port *line, void *buf, size_t size)
 {
     const ssize_t n = line->port.ops->read(&line->port, buf, size);
-    if (n > 0) { /* it speaks: the next loss starts over */
+    if (n > 0 && stands(line)) { /* it speaks: the next loss starts over */
         line->retry_ns = RETRY_FIRST_NS;
         settled(line);
     }

@@ -53,7 +53,7 @@ struct input_port {
     /* the rest is the line's */
     struct loop_fd fd;
     struct loop_timer retry, look; /* of a connection that is being made, retry ends the wait */
-    uint64_t retry_ns;
+    uint64_t retry_ns, opened_ns;
     uint64_t messages; /* at the last look */
     struct input_port_lookup *lookup;
     struct input_port_closing *closing;

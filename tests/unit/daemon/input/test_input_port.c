@@ -267,19 +267,25 @@ TEST(a_far_end_that_refuses_or_says_nothing_is_tried_again)
     end();
 }
 
+/* With a word, or without. */
 TEST(a_far_end_that_hangs_up_at_once_is_left_in_peace)
 {
-    begin(true);
-    start(false);
-    for (int i = 0; i < 600; i++) {
-        pass(0.1);
-        if (wire.far >= 0)
-            close(wire.far);
-        wire.far = -1;
+    for (int speaks = 0; speaks < 2; speaks++) {
+        begin(true);
+        start(false);
+        for (int i = 0; i < 600; i++) {
+            if (speaks && wire.far >= 0)
+                CHECK_INT(write(wire.far, "ping", 4), 4);
+            pass(0.1);
+            if (wire.far >= 0)
+                close(wire.far);
+            wire.far = -1;
+        }
+        CHECK(opened >= 10 && opened <= 24);
+        CHECK(opened - closed <= 1);
+        CHECK(speaks == (messages > 0));
+        end();
     }
-    CHECK(opened >= 10 && opened <= 24);
-    CHECK(opened - closed <= 1);
-    end();
 }
 
 /* The owner of a dead line goes on asking: it need not know. */
