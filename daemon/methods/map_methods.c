@@ -11,7 +11,8 @@
 #include "json_units.h"
 #include "query_context.h"
 
-#define SLICE_ROW_VOXELS 100000 /* looked at in one step */
+#define SLICE_ROW_VOXELS  100000 /* of one row */
+#define SLICE_STEP_VOXELS 10000  /* looked at in one step, and of one line more */
 
 bool map_asked(const struct methods_env *d, struct rpc_error *error)
 {
@@ -181,23 +182,29 @@ bool method_map(const struct rpc_call *call, json_t *params, struct json_out *ou
 struct slice {
     struct owner_job call;
     uint64_t now_ns;
-    int64_t first[3]; /* cell of the row's north-west corner */
-    int32_t per_cell; /* voxels along a cell's side */
-    int32_t n, done;  /* cells of a row, which is how many rows there are, and rows written */
+    int64_t first[3];       /* cell of the row's north-west corner */
+    int32_t per_cell;       /* voxels along a cell's side */
+    int32_t n, done;        /* cells of a row, which is how many rows there are, and rows written */
+    int32_t looked;         /* cells of this row, ... */
+    int32_t line;           /* ... and lines of the next, of which ... */
+    enum voxel_state worst; /* ... this is the severest voxel so far */
     char text[PROTOCOL_SLICE_MAX + 1];
 };
 
-/* The severest of a cell's voxels: what is drawn free is all free. */
-static char look_at(struct voxmask *mask, const int64_t corner[3], int32_t per_cell)
+/* One line of voxels of the next cell, which is drawn as the severest of all its voxels: what is drawn free is all free. */
+static void look_at_line(struct voxmask *mask, struct slice *row)
 {
-    enum voxel_state worst = VOXEL_FREE;
-    for (int32_t i = 0; i < per_cell; i++)
-        for (int32_t j = 0; j < per_cell; j++) {
-            const int64_t cell[3] = {corner[0] - i, corner[1] + j, corner[2]};
-            const enum voxel_state state = voxmask_at(mask, cell);
-            worst = state > worst ? state : worst;
-        }
-    return worst == VOXEL_FREE ? '.' : worst == VOXEL_OCCUPIED ? '#' : ' ';
+    const int64_t east = row->first[1] + (int64_t)row->looked * row->per_cell;
+    for (int32_t j = 0; j < row->per_cell; j++) {
+        const int64_t cell[3] = {row->first[0] - row->line, east + j, row->first[2]};
+        const enum voxel_state state = voxmask_at(mask, cell);
+        row->worst = state > row->worst ? state : row->worst;
+    }
+    if (++row->line < row->per_cell)
+        return;
+    row->text[row->looked++] = row->worst == VOXEL_FREE ? '.' : row->worst == VOXEL_OCCUPIED ? '#' : ' ';
+    row->line = 0;
+    row->worst = VOXEL_FREE;
 }
 
 static void look_at_row(void *ctx, const struct pipeline_owned *owned)
@@ -205,11 +212,10 @@ static void look_at_row(void *ctx, const struct pipeline_owned *owned)
     struct pipeline_map *m = owned->map;
     struct slice *row = ctx;
     voxmap_pass(&m->map, row->now_ns);
-    for (int32_t c = 0; c < row->n; c++) {
-        const int64_t corner[3] = {row->first[0], row->first[1] + (int64_t)c * row->per_cell, row->first[2]};
-        row->text[c] = look_at(&m->mask, corner, row->per_cell);
-    }
-    row->text[row->n] = '\0';
+    for (int32_t voxels = 0; row->looked < row->n && voxels < SLICE_STEP_VOXELS; voxels += row->per_cell)
+        look_at_line(&m->mask, row);
+    row->text[row->looked] = '\0';
+    row->call.more = row->looked < row->n;
 }
 
 static void middle_of(const struct methods_env *d, const json_t *params, double middle[3])
@@ -294,6 +300,7 @@ static bool write_slice_row(const struct rpc_call *call, struct json_out *out, s
         return false;
     json_out_word(out, s->text);
     s->first[0] -= s->per_cell;
+    s->looked = 0;
     if (++s->done < s->n)
         return rpc_continue(call, write_slice_row);
     end_slice(d, out);
