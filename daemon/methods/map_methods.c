@@ -191,7 +191,7 @@ struct slice {
     char text[PROTOCOL_SLICE_MAX + 1];
 };
 
-/* One line of voxels of the next cell, which is drawn as the severest of all its voxels: what is drawn free is all free. */
+/* One line of voxels of the next cell, drawn as the severest of all its voxels: what is drawn free is all free. */
 static void look_at_line(struct voxmask *mask, struct slice *row)
 {
     const int64_t east = row->first[1] + (int64_t)row->looked * row->per_cell;

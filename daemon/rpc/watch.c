@@ -16,8 +16,8 @@ static void on_timer(void *ctx, uint64_t now_ns)
     watch->set->due(watch->set->ctx, now_ns);
 }
 
-/* The name as the table of methods has it, NULL with *error set: not the watches themselves, nor what changes something,
- * for it would do so at every turn. */
+/* The name as the table of methods has it, NULL with *error set: not the watches themselves, nor what changes
+ * something, for it would do so at every turn. */
 static const char *find_watchable(const struct rpc_method *methods, const char *name, struct rpc_error *error)
 {
     const struct rpc_method *method = rpc_find(methods, name);

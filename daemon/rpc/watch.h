@@ -52,7 +52,7 @@ struct watch_set {
     struct shared *shared;                   /* likewise; may be NULL */
     bool kept;                               /* may use what is kept for those that may change something */
     void (*due)(void *ctx, uint64_t now_ns); /* a watch has become late; must not remove watches */
-    /* end another client that has more, for a further watch of such a share of all; false: there is none; NULL: never */
+    /* end another client that has more, for a further watch of such a share of all; false: none has; NULL: never */
     bool (*make_room)(void *ctx, double share);
     void (*resume)(void *ctx); /* what a watch waits for is done */
     void *ctx;
@@ -73,7 +73,7 @@ bool watch_remove(struct watch_set *set, json_t *params, struct json_out *out, s
 /** watch_due_now - what this method tells has changed: its watches are due at once. */
 void watch_due_now(struct watch_set *set, const char *method, uint64_t now_ns);
 
-/** watch_share - what the watches of a client take of all that there is; watch_share_of - what one of that rate does. */
+/** watch_share - what the watches of a client take of all there is; watch_share_of - what one of that rate does. */
 double watch_share(const struct watch_set *set);
 double watch_share_of(double rate_hz);
 

@@ -55,7 +55,7 @@ void rpc_work_go_on(struct rpc_work *work);
 void rpc_work_resume(void *work);
 void rpc_work_resume_all(struct rpc_waiters *waiters);
 
-/** rpc_work_let_go - what it makes for others as well (shared.h) is for itself alone from now on: they make their own. */
+/** rpc_work_let_go - what it makes for others as well (shared.h) is its own from now on: they make theirs. */
 void rpc_work_let_go(struct rpc_work *work);
 
 /** rpc_work_end - the request is answered, or its client has gone: drops what it keeps. */
