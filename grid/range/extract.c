@@ -551,11 +551,13 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
     p.first = hidden > p.first ? hidden : p.first; /* no echo is looked for where the baseline hides a wall */
     if (p.first < p.axis->n)
         pass_mask_of_ring(&p);
-    if (p.first >= p.axis->n || free_water_is_dumb(&p) ||
-        !hearing_varies(&e->amplitude, p.samples, p.first, p.axis->n) || !detector_for(e, &p, &d.cfar))
+    if (p.first >= p.axis->n || free_water_is_dumb(&p) || !detector_for(e, &p, &d.cfar))
         return;
 
-    if (!doubted(e))
+    const bool stuck = !hearing_varies(&e->amplitude, p.samples, p.first, p.axis->n);
+    if (stuck)
+        out->hides = BEAM_HIDES_DEAF;
+    if (!doubted(e) && !stuck)
         law_check_add(&e->law_check, &p);
     const bool near_shadow = is_near_shadow(e, &p, usual, late, of_ping);
     const bool on_clean = e->conf.order == EXTRACT_PAPER && p.clean && ping->sample_bytes == 1;
@@ -571,7 +573,7 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
     of_ping->strong |= out->n > 0 && !(out->echo[0].flags & ECHO_FAINT);
     if (on_clean)
         profile_sum(&p, &e->amplitude, p.samples, e->conf.floor_counts, e->work);
-    if (doubted(e)) {
+    if (doubted(e) || stuck) {
         beam_frees_nothing(out);
     } else if (near_shadow) {
         out->free_to_m = 0.0f;
