@@ -200,11 +200,11 @@ const char *status_data_word(const struct methods_env *d)
     for (int i = 0; i < d->conf.n_sonars; i++) {
         struct source_stats s;
         source_stats(d->source[i], &s);
+        if (s.mostly_garbage)
+            return garbage_word(d->conf.sonar[i].port);
         if (pipe.hearing[i] != HEARING_HEARS)
             return d->conf.n_sonars > 1 ? "one of the sonars may hear nothing (hearing_doubt)"
                                         : "the sonar may hear nothing (hearing_doubt)";
-        if (s.mostly_garbage)
-            return garbage_word(d->conf.sonar[i].port);
         if (s.device.other_settings[0])
             return d->conf.n_sonars > 1 ? "one of the sonars has settings that were not sent: another program?"
                                         : "the sonar has settings that were not sent: another program?";
