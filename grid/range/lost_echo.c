@@ -2,7 +2,6 @@
 #include "lost_echo.h"
 
 #include <math.h>
-#include <string.h>
 
 #define HEAD_LOST 6
 #define FAN_LOST  12
@@ -12,11 +11,6 @@
 #define SHOWN      2
 #define MOVED_M    0.3
 #define TURNED_RAD (5 * GEO_PI / 180)
-
-void lost_echo_init(struct lost_echo *l)
-{
-    memset(l, 0, sizeof *l);
-}
 
 static uint32_t share_of(const struct echoes *e, uint32_t beam, uint32_t of_turn, uint32_t of_fan)
 {

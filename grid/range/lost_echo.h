@@ -32,15 +32,13 @@ struct lost_echo_row {
     float range_m;
 };
 
+/* All zero: nothing was heard yet. */
 struct lost_echo {
     uint32_t lost; /* parts, since the last echo */
     bool doubt;    /* until the next echo */
     struct lost_echo_part part[LOST_ECHO_PARTS];
     struct lost_echo_row row[LOST_ECHO_ROWS];
 };
-
-/** lost_echo_init - nothing was heard yet. */
-void lost_echo_init(struct lost_echo *l);
 
 /**
  * lost_echo_run - a ping after its echoes were marked. Only echoes count that no mark speaks against, in parts that two

@@ -17,7 +17,7 @@ static struct pose pose;
 
 static void begin(void)
 {
-    lost_echo_init(&lost);
+    memset(&lost, 0, sizeof lost);
     pose = pose_identity;
     pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
     ping = (struct echoes){.beam = beam, .max_beams = FAN};
