@@ -2,6 +2,7 @@
 #include "lost_echo.h"
 
 #include <math.h>
+#include <stddef.h>
 
 #define HEAD_LOST 6
 #define FAN_LOST  12
