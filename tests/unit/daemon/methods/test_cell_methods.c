@@ -9,6 +9,7 @@
 #define TURN_PINGS 144
 #define PING_NS    (SECOND / 25)
 #define WALL_M     3.0
+#define POST_M     6.0
 #define HALF_DEG   20.0
 
 #define CONF                                                                                                      \
@@ -23,7 +24,7 @@ static double range_m(double az_rad)
     return aside <= geo_rad(HALF_DEG) ? WALL_M / cos(aside) : 0;
 }
 
-/* One turn, and the bow once more. */
+/* One turn, and the bow once more. When the wall is gone, a post astern shows that the head hears. */
 static void turn(bool wall)
 {
     for (uint32_t i = 0; i <= TURN_PINGS; i++, pings++) {
@@ -34,7 +35,9 @@ static void turn(bool wall)
                                     .az_rad = az_rad,
                                     .wide_deg = 3,
                                     .high_deg = 25,
-                                    .range_m = wall ? range_m(az_rad) : 0});
+                                    .range_m = wall                  ? range_m(az_rad)
+                                               : i == TURN_PINGS / 2 ? POST_M
+                                                                     : 0});
     }
 }
 
@@ -96,7 +99,7 @@ TEST(what_is_gone_is_explained_as_far_as_was_asked)
         return;
     }
     CHECK_INT(gone(8), 0);
-    for (int i = 0; i < 4; i++)
+    for (int i = 0; i < 5; i++)
         turn(false);
     CHECK(gone(8) > 0);
     CHECK_INT(gone(2), 0);
