@@ -6,6 +6,7 @@
 
 #include "core/fault.h"
 #include "drivers/devices/device.h"
+#include "grid/range/lost_echo.h"
 #include "wiring.h"
 
 static double of_sonar(enum plan_id id, const struct conf *conf, int i)
@@ -16,7 +17,7 @@ static double of_sonar(enum plan_id id, const struct conf *conf, int i)
     case PLAN_DEVICE:
         return (double)ops->state_size;
     case PLAN_EXTRACT:
-        return (double)extract_size(ops->max_bins);
+        return (double)(extract_size(ops->max_bins) + sizeof(struct lost_echo));
     case PLAN_CLEANUP:
         wiring_cleanup(&conf->extract, &asked);
         return ops->max_bins > 1 && !ops->chooses
