@@ -54,6 +54,7 @@ struct extract {
     struct law_check law_check; /* under this law */
     enum hearing_doubt doubt;   /* what the ping lacks: unless it hears, it frees no water */
     struct hearing_alarm alarm;
+    struct hearing_prints prints;
     struct {
         double power, full; /* of a resolution cell: the target's, and at full scale; 0: no beam was judged yet */
         uint64_t bins;      /* of the cell */
@@ -713,9 +714,10 @@ static void learn_ring(struct setting *now, const struct of_ping *of_ping)
 /* Does the ping show that its receiver hears? One that does not teaches nothing. */
 static struct hearing_levels listen(struct extract *e, const struct ping *ping)
 {
-    const struct hearing_levels levels = hearing_levels_of(
-        &e->now->axis, &e->amplitude, ping->samples, ping->n_beams, (double)ping->deaf_m, e->conf.floor_counts);
+    struct hearing_levels levels = hearing_levels_of(&e->now->axis, &e->amplitude, ping->samples, ping->n_beams,
+                                                     (double)ping->deaf_m, e->conf.floor_counts);
 
+    levels.repeats = hearing_repeats(&e->prints, levels.print);
     e->doubt = hearing_take(&e->now->hearing, &levels);
     hearing_alarm_take(&e->alarm, e->doubt);
     if (!doubted(e))

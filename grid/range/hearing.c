@@ -37,12 +37,25 @@
 #define NOISE_WINDOWS     16
 #define NOISE_LEAST       64 /* beams before the noise is usual */
 
+/*
+ * A ring-down outlasts the transmission, which comes to a receiver whose transducer or cable is off as well: by 5 cm at
+ * least on all recorded heads. Longer parts than this may hold both.
+ */
+#define COARSE_M   0.1001
+#define LATE_PARTS 0.25 /* the first sample may be taken so late */
+
 /* A ring-down ends later than this on any head; one that hears nothing nearer may hide it. */
 #define HIDDEN_M 0.1
 
 /* Fewer samples that are not zero may be alike by chance, and quieter ones by rounding. */
 #define VARIES_BINS 64
 #define FEW_COUNTS  2
+
+/* So many samples that differ from the one before do not come again by chance. */
+#define TELLING_BINS 64
+
+/* Of the alarm's pings. */
+#define LATEST ((UINT64_C(1) << HEARING_LEAST) - 1)
 
 void hearing_clear(struct hearing *h)
 {
@@ -108,6 +121,23 @@ static double noise_of(const struct amplitude *law, const void *samples, uint32_
     return window[NOISE_WINDOWS / 4];
 }
 
+/* FNV-1a, one beam on. */
+static uint64_t print_on(uint64_t print, const struct amplitude *law, const uint8_t *samples, uint32_t n)
+{
+    for (uint32_t i = 0; i < n * law->sample_bytes; i++)
+        print = (print ^ samples[i]) * UINT64_C(0x100000001b3);
+    return print;
+}
+
+static uint32_t changes_of(const struct amplitude *law, const void *samples, uint32_t from, uint32_t n)
+{
+    uint32_t changes = 0;
+
+    for (uint32_t i = from + 1; i < n; i++)
+        changes += count_at(law, samples, i) != count_at(law, samples, i - 1);
+    return changes;
+}
+
 struct hearing_levels hearing_levels_of(const struct profile_axis *axis, const struct amplitude *law,
                                         const void *samples, uint32_t n_beams, double deaf_m,
                                         uint32_t floor_counts)
@@ -119,7 +149,10 @@ struct hearing_levels hearing_levels_of(const struct profile_axis *axis, const s
                                  .least = fmax((double)(int64_t)amplitude_of(law, floor_counts), 1.0),
                                  .count = fmax((double)(int64_t)amplitude_of(law, 1), 1.0),
                                  .hidden = axis->r0 > HIDDEN_M || deaf_m > HIDDEN_M};
-    uint32_t constant = 0;
+    if (bins * axis->dr <= COARSE_M)
+        out.behind_pulse = (uint32_t)ceil(axis->resolution_bins / bins + LATE_PARTS);
+    uint64_t print = UINT64_C(0xcbf29ce484222325);
+    uint32_t constant = 0, changes = 0;
 
     for (uint32_t k = 0; k < beams; k++) {
         const uint8_t *beam =
@@ -128,9 +161,21 @@ struct hearing_levels hearing_levels_of(const struct profile_axis *axis, const s
             out.part[i] += power_from(law, beam, i * bins, bins) / beams;
         out.noise += noise_of(law, beam, out.parts * bins, axis->n) / beams;
         constant += !hearing_varies(law, beam, out.parts * bins, axis->n);
+        changes += changes_of(law, beam, out.parts * bins, axis->n);
+        print = print_on(print, law, beam, axis->n);
     }
     out.varies = 2 * constant <= beams;
+    out.print = changes >= TELLING_BINS ? print : 0;
     return out;
+}
+
+bool hearing_repeats(struct hearing_prints *prints, uint64_t print)
+{
+    const bool repeats = print != 0 && (print == prints->last[0] || print == prints->last[1]);
+
+    prints->last[1] = prints->last[0];
+    prints->last[0] = print;
+    return repeats;
 }
 
 /* ---- what it says ---- */
@@ -140,11 +185,11 @@ static double above(double power, double least)
     return power > least ? power : least;
 }
 
-static uint32_t loudest_part(const double *part, uint32_t parts)
+static uint32_t loudest_part(const double *part, uint32_t from, uint32_t parts)
 {
-    uint32_t at = 0;
+    uint32_t at = from;
 
-    for (uint32_t i = 1; i < parts && i < PEAK_PARTS; i++)
+    for (uint32_t i = from + 1; i < parts && i < PEAK_PARTS; i++)
         at = part[i] > part[at] ? i : at;
     return at;
 }
@@ -153,9 +198,9 @@ static uint32_t loudest_part(const double *part, uint32_t parts)
  * A ring-down is loudest near the transmission, and decays by so many times. A constant level does not, however loud,
  * and noise that the time-varied gain raises does the opposite.
  */
-static bool decays(const double *part, const struct hearing_levels *levels, double times)
+static bool decays(const double *part, const struct hearing_levels *levels, uint32_t from, double times)
 {
-    const uint32_t peak = loudest_part(part, levels->parts);
+    const uint32_t peak = loudest_part(part, from, levels->parts);
     const double most = above(part[peak], levels->least) / times;
 
     for (uint32_t i = peak; i + VALLEY_PARTS <= levels->parts; i++) {
@@ -176,7 +221,7 @@ static bool core_is_missing(const struct hearing *h, const struct hearing_levels
 {
     if (h->rings < HEARING_TURN)
         return false;
-    const uint32_t peak = loudest_part(h->ring, levels->parts);
+    const uint32_t peak = loudest_part(h->ring, 0, levels->parts);
     uint32_t begin = peak, end = peak + 1, missing = 0;
 
     while (begin > 0 && h->ring[begin - 1] * CORE >= h->ring[peak])
@@ -197,15 +242,25 @@ static bool noise_is_lost(const struct hearing *h, const struct hearing_levels *
            lost * above(levels->noise, levels->count) < h->noise;
 }
 
-static enum hearing_doubt judge(const struct hearing *h, const struct hearing_levels *levels)
+/* Of a ping that lacks nothing. */
+static enum hearing_doubt what_is_known(const struct hearing *h, const struct hearing_levels *levels)
+{
+    if (levels->hidden || h->shown)
+        return HEARING_HEARS;
+    return h->refused ? HEARING_NO_RING : HEARING_NOT_LEARNT;
+}
+
+static enum hearing_doubt what_it_lacks(const struct hearing *h, const struct hearing_levels *levels)
 {
     if (!levels->varies)
         return HEARING_CONSTANT;
-    if (!levels->hidden && (!decays(levels->part, levels, DECAYS) || core_is_missing(h, levels)))
+    if (levels->repeats)
+        return HEARING_FROZEN;
+    if (!levels->hidden && (!decays(levels->part, levels, 0, DECAYS) || core_is_missing(h, levels)))
         return HEARING_NO_RING;
     if (noise_is_lost(h, levels) && (levels->hidden || h->faint + 1 >= NOISE_LOST_PINGS))
         return HEARING_FAINT;
-    return levels->hidden || h->shown ? HEARING_HEARS : HEARING_NOT_LEARNT;
+    return HEARING_HEARS;
 }
 
 /* ---- what is usual ---- */
@@ -232,7 +287,9 @@ static void learn_ring(struct hearing *h, const struct hearing_levels *levels)
     }
     if (h->shown || h->rings < HEARING_LEAST)
         return;
-    h->shown = decays(h->mean, levels, DECAYS_USUAL);
+    const bool rings = decays(h->mean, levels, 0, DECAYS_USUAL);
+    h->shown = rings && decays(h->mean, levels, levels->behind_pulse, DECAYS);
+    h->refused = rings && !h->shown;
     h->rings = h->shown ? h->rings : 0;
 }
 
@@ -250,21 +307,31 @@ static void learn_noise(struct hearing *h, const struct hearing_levels *levels)
 
 enum hearing_doubt hearing_take(struct hearing *h, const struct hearing_levels *levels)
 {
-    const enum hearing_doubt doubt = judge(h, levels);
+    const enum hearing_doubt doubt = what_it_lacks(h, levels);
 
-    if (doubt != HEARING_HEARS && doubt != HEARING_NOT_LEARNT)
+    if (doubt != HEARING_HEARS)
         return doubt;
     h->proofs = 0;
     learn_noise(h, levels);
     if (!levels->hidden)
         learn_ring(h, levels);
-    return levels->hidden || h->shown ? HEARING_HEARS : HEARING_NOT_LEARNT;
+    return what_is_known(h, levels);
 }
 
 void hearing_prove(struct hearing *h, const struct hearing_levels *levels)
 {
-    if (levels->varies && decays(levels->part, levels, DECAYS) && ++h->proofs >= HEARING_LEAST)
+    if (levels->varies && !levels->repeats && decays(levels->part, levels, 0, DECAYS) &&
+        ++h->proofs >= HEARING_LEAST)
         hearing_clear(h);
+}
+
+static int bits_of(uint64_t set)
+{
+    int n = 0;
+
+    for (; set; set &= set - 1)
+        n++;
+    return n;
 }
 
 void hearing_alarm_take(struct hearing_alarm *alarm, enum hearing_doubt doubt)
@@ -272,11 +339,12 @@ void hearing_alarm_take(struct hearing_alarm *alarm, enum hearing_doubt doubt)
     const bool doubted = doubt > HEARING_NOT_LEARNT;
 
     alarm->last = doubted ? doubt : alarm->last;
-    alarm->other = doubted == (alarm->doubt != HEARING_HEARS) ? 0 : alarm->other + 1;
-    if (alarm->other < HEARING_LEAST)
-        return;
-    alarm->doubt = doubted ? alarm->last : HEARING_HEARS;
-    alarm->other = 0;
+    alarm->doubted = alarm->doubted << 1 | doubted;
+    const uint64_t latest = alarm->doubted & LATEST;
+    if (latest == 0)
+        alarm->doubt = HEARING_HEARS;
+    else if (alarm->doubt == HEARING_HEARS && (latest == LATEST || bits_of(alarm->doubted) >= HEARING_OFTEN))
+        alarm->doubt = alarm->last;
 }
 
 const char *hearing_doubt_text(enum hearing_doubt doubt)
@@ -284,6 +352,8 @@ const char *hearing_doubt_text(enum hearing_doubt doubt)
     switch (doubt) {
     case HEARING_CONSTANT:
         return "its samples do not vary: the receiver is stuck";
+    case HEARING_FROZEN:
+        return "it sends the same samples again and again: the receiver is stuck";
     case HEARING_NO_RING:
         return "the ring-down of its own pulse is missing: the transducer, its cable or the receiver has failed";
     case HEARING_FAINT:

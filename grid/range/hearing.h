@@ -15,6 +15,7 @@
 
 #define HEARING_PARTS 32  /* of the axis near the head, each half a guard length long */
 #define HEARING_LEAST 16  /* beams before a ring-down is known; pings before doubt is an alarm */
+#define HEARING_OFTEN 24  /* pings of 64 before doubt is an alarm */
 #define HEARING_TURN  400 /* beams before a ring-down that is quieter than usual is missing: a turn of most heads */
 
 /* What a ping lacks. */
@@ -24,6 +25,7 @@ enum hearing_doubt {
     HEARING_FAINT,      /* its noise is far below what it was */
     HEARING_NO_RING,    /* its own pulse's ring-down is missing, or far below what it was */
     HEARING_CONSTANT,   /* its samples do not vary */
+    HEARING_FROZEN,     /* its samples are those of an earlier ping */
     HEARING_LOST,       /* what it showed is gone in many directions at once (lost_echo.h) */
     HEARING_AIR,        /* depth and mount say that the head is out of the water (immersion.h) */
 };
@@ -32,11 +34,20 @@ enum hearing_doubt {
 struct hearing_levels {
     double part[HEARING_PARTS];
     uint32_t parts, beams; /* beams that were looked at */
-    double noise;          /* of the quieter windows behind the parts; negative: too few bins */
-    double least;          /* the receiver's own floor: a part that is quieter counts as so loud */
-    double count;          /* of one count: what is quieter cannot be told from silence */
-    bool hidden; /* the ring-down may lie before the first bin, or in the lock-out: it is not asked for */
+    uint32_t
+        behind_pulse; /* the part from which a ring-down shows that it is more than the transmission; 0: none */
+    double noise;     /* of the quieter windows behind the parts; negative: too few bins */
+    double least;     /* the receiver's own floor: a part that is quieter counts as so loud */
+    double count;     /* of one count: what is quieter cannot be told from silence */
+    uint64_t print;   /* of the samples: others have another; 0: too few differ to tell pings apart */
+    bool hidden;      /* the ring-down may lie before the first bin, or in the lock-out: it is not asked for */
     bool varies;
+    bool repeats; /* hearing_repeats */
+};
+
+/* Of a sensor: the prints of its last pings. A receiver with two buffers may send the old ones in turn. */
+struct hearing_prints {
+    uint64_t last[2];
 };
 
 /* Of one setting. */
@@ -51,6 +62,7 @@ struct hearing {
     uint32_t faint;           /* pings in a row whose noise is lost */
     uint32_t proofs;          /* pings doubted since the last that was right that had an echo all the same */
     bool shown;               /* the ring-down is known */
+    bool refused;             /* it is not: the last HEARING_LEAST beams had the transmission alone */
 };
 
 /** hearing_clear - nothing is usual: another setting. */
@@ -68,6 +80,9 @@ struct hearing_levels hearing_levels_of(const struct profile_axis *axis, const s
  * O(bins) at most. */
 bool hearing_varies(const struct amplitude *law, const void *samples, uint32_t from, uint32_t n);
 
+/** hearing_repeats - has one of the last two pings the same samples? Noise never repeats. Enters the print of this one. */
+bool hearing_repeats(struct hearing_prints *prints, uint64_t print);
+
 /**
  * hearing_take - what a ping with these levels lacks, by the pings before it; and learn from it. A doubted ping teaches
  * nothing, or deafness would become usual.
@@ -84,10 +99,13 @@ void hearing_prove(struct hearing *h, const struct hearing_levels *levels);
 struct hearing_alarm {
     enum hearing_doubt doubt; /* that a person should know of; HEARING_HEARS: none */
     enum hearing_doubt last;  /* of the last ping that was doubted */
-    uint32_t other;           /* pings in a row that say otherwise than `doubt` */
+    uint64_t doubted;         /* of the last 64 pings, the newest in bit 0 */
 };
 
-/** hearing_alarm_take - one more ping. It takes HEARING_LEAST of them in a row to raise the alarm, and to end it. */
+/**
+ * hearing_alarm_take - one more ping. HEARING_LEAST doubted ones in a row raise the alarm, or HEARING_OFTEN of the last
+ * 64, as of a receiver that hears every second one. HEARING_LEAST right ones in a row end it.
+ */
 void hearing_alarm_take(struct hearing_alarm *alarm, enum hearing_doubt doubt);
 
 /** hearing_doubt_text - a sentence for people; NULL: there is nothing to say. */

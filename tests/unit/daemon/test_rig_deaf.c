@@ -102,7 +102,9 @@ TEST(out_of_the_water_nothing_is_clear)
 /* Nothing is known of the head but that every head rings. */
 TEST(a_head_that_never_heard_clears_nothing)
 {
-    for (int kind = 1; kind <= 3; kind++) {
+    static const int kinds[] = {1, 2, 3, 5};
+    for (size_t k = 0; k < sizeof kinds / sizeof *kinds; k++) {
+        const int kind = kinds[k];
         char command[16];
         snprintf(command, sizeof command, "hears %d", kind);
         rig_start("", STILL);
@@ -111,7 +113,7 @@ TEST(a_head_that_never_heard_clears_nothing)
         CHECK_INT(sectors("clear", 4), 0);
         check_doubt(kind == 2 ? "vary" : "ring-down");
         rig_command("hears 0");
-        rig_run(TURN);
+        rig_run(kind == 5 ? 2 * TURN : TURN); /* its first pings have shown the shorter one to be usual */
         check_doubt(NULL);
         CHECK_INT(sectors("clear", 3), 72);
         rig_end();

@@ -2,6 +2,7 @@
 /*
  * test_extract - the extractor on made-up beams whose truth is known, and on beams that no sonar should send.
  */
+#include "tests/lib/fresh.h"
 #include "tests/lib/test.h"
 
 #include "core/fault.h"
@@ -55,6 +56,7 @@ static const struct beam_echoes *run(void)
 {
     memset(found, 0xee, sizeof found);
     out = (struct echoes){.max_beams = MAX_BEAMS, .beam = found};
+    fresh_samples(&ping);
     extract_run(extract, &ping, NULL, &out);
     return &found[0];
 }

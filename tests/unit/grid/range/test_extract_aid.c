@@ -2,6 +2,7 @@
 /*
  * test_extract_aid - what extraction makes of masked cells, of a cleaned image, and of what is usual for the sensor.
  */
+#include "tests/lib/fresh.h"
 #include "tests/lib/test.h"
 
 #include "core/fault.h"
@@ -76,6 +77,7 @@ static const struct beam_echoes *run(const struct extract_aid *aid)
                               .beam = &axis,
                               .samples = counts};
     struct echoes out = {.max_beams = 1, .beam = &found};
+    fresh_samples(&ping);
     extract_run(extract, &ping, aid, &out);
     return &found;
 }

@@ -143,8 +143,57 @@ TEST(a_shorter_ring_down_is_another_ones)
     noise(counts, 6, 8);
     memset(counts, 255, 4);
     CHECK_INT(take(), HEARING_NO_RING);
-    hearing_clear(&h); /* which nobody can know who never heard the right one */
-    CHECK_INT(take(), HEARING_NOT_LEARNT);
+    hearing_clear(&h); /* nor from the first ping on: no head rings for no longer than it transmits */
+    for (int i = 1; i < 200; i++) {
+        noise(counts, 6, 8);
+        memset(counts, 255, (size_t)(3 + i % 3));
+        CHECK_INT(take(), i < HEARING_LEAST ? HEARING_NOT_LEARNT : HEARING_NO_RING);
+    }
+    for (int i = 1; i < 2 * HEARING_LEAST; i++) /* it is mended */
+        water(6, 255);
+    CHECK_INT(water(6, 255), HEARING_HEARS);
+}
+
+/* Where parts are long they hold the whole ring-down, and the transmission looks like it. */
+TEST(a_coarse_axis_asks_for_no_more_than_a_decay)
+{
+    const struct ping ping = {.n_bins = BINS, .dr_m = 0.25f, .pulse_m = 0.1f};
+    begin(AMPLITUDE_SQRT);
+    CHECK(profile_axis_of(&axis, &ping, 0.4, 0.1, BINS));
+    for (int i = 0; i < 20; i++) {
+        noise(counts, 6, 8);
+        counts[0] = 255;
+        CHECK_INT(take(), i + 1 < HEARING_LEAST ? HEARING_NOT_LEARNT : HEARING_HEARS);
+    }
+}
+
+/* Buffers that are sent again, whatever they show. */
+TEST(noise_never_repeats)
+{
+    struct hearing_prints prints = {{0}};
+    static uint8_t kept[2][BINS];
+    begin(AMPLITUDE_SQRT);
+    for (int i = 0; i < 500; i++) {
+        water(6, 255);
+        memcpy(kept[i % 2], counts, BINS);
+        CHECK(!hearing_repeats(&prints, levels(1).print));
+    }
+    for (int i = 0; i < 10; i++) {
+        struct hearing_levels l;
+        memcpy(counts, kept[i % 2], BINS);
+        l = levels(1);
+        l.repeats = hearing_repeats(&prints, l.print);
+        CHECK_INT(hearing_take(&h, &l), HEARING_FROZEN);
+        hearing_prove(&h, &l); /* an echo in it proves nothing */
+        CHECK_INT(h.proofs, 0);
+    }
+    CHECK_INT(water(6, 255), HEARING_HEARS);
+    for (int i = 0; i < 10; i++) { /* at low gain hardly a sample is not zero */
+        memset(counts, 0, BINS);
+        ring(counts, 255, 0.15);
+        memset(counts + 400, 90, 30);
+        CHECK(!hearing_repeats(&prints, levels(1).print));
+    }
 }
 
 /* Something near rings with the head at half of the bearings: the head's own is what the others have. */
@@ -285,6 +334,11 @@ TEST(an_alarm_begins_and_ends_once)
     for (int i = 0; i < HEARING_LEAST; i++)
         hearing_alarm_take(&alarm, HEARING_NOT_LEARNT);
     CHECK_INT(alarm.doubt, HEARING_HEARS);
+    alarm = (struct hearing_alarm){0};
+    for (int i = 0; i < 64; i++) { /* every second ping */
+        CHECK_INT(alarm.doubt, i < 2 * HEARING_OFTEN - 1 ? HEARING_HEARS : HEARING_NO_RING);
+        hearing_alarm_take(&alarm, i % 2 ? HEARING_HEARS : HEARING_NO_RING);
+    }
     CHECK(hearing_doubt_text(HEARING_HEARS) == NULL && hearing_doubt_text(HEARING_NOT_LEARNT) == NULL);
 }
 
@@ -295,6 +349,8 @@ int main(void)
     RUN(without_a_ring_down_nothing_hears);
     RUN(noise_is_learnt_as_no_ring_down);
     RUN(a_shorter_ring_down_is_another_ones);
+    RUN(a_coarse_axis_asks_for_no_more_than_a_decay);
+    RUN(noise_never_repeats);
     RUN(what_rings_with_the_head_is_not_asked_for);
     RUN(a_ring_down_that_dies_slowly_is_not_followed);
     RUN(noise_that_is_lost_for_some_pings_is_a_dead_amplifier);
