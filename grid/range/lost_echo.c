@@ -68,7 +68,7 @@ static void show(struct lost_echo *l, const struct echoes *e, uint32_t beam, con
         part->since_ns = e->t_ns;
         part->pose = e->pose;
     }
-    if (part->shown == 0 || part->shown_ns != e->t_ns) /* beams of one ping are one look */
+    if (part->shown_ns != e->t_ns) /* beams of one ping are one look */
         part->shown = part->shown < SHOWN ? part->shown + 1 : SHOWN;
     part->shown_ns = e->t_ns;
     part->lost_ns = 0;
@@ -82,9 +82,8 @@ static bool misses(struct lost_echo *l, const struct echoes *e, uint32_t i)
     const struct lost_echo_part *part = part_of(l, e, i);
     const struct lost_echo_row *row = row_of(l, e, i);
 
-    return part->shown >= SHOWN && row->t_ns && row->t_ns >= part->since_ns && beam->n == 0 &&
-           beam->state == BEAM_SILENT && row->range_m > beam->heard_from_m && row->range_m < beam->heard_to_m &&
-           stands(&part->pose, &e->pose);
+    return part->shown >= SHOWN && row->t_ns >= part->since_ns && beam->n == 0 && beam->state == BEAM_SILENT &&
+           row->range_m > beam->heard_from_m && row->range_m < beam->heard_to_m && stands(&part->pose, &e->pose);
 }
 
 static bool take_echoes(struct lost_echo *l, const struct echoes *e)
@@ -104,14 +103,13 @@ static bool take_echoes(struct lost_echo *l, const struct echoes *e)
 /* The receiver hears: what was lost until now has left, and so has what this ping does not show. */
 static void hear(struct lost_echo *l, const struct echoes *e)
 {
-    for (int k = 0; k < LOST_ECHO_PARTS && l->lost > 0; k++)
+    for (int k = 0; k < LOST_ECHO_PARTS; k++)
         if (l->part[k].lost_ns)
             l->part[k] = (struct lost_echo_part){0};
     for (uint32_t i = 0; i < e->n_beams; i++)
         if (misses(l, e, i))
             row_of(l, e, i)->t_ns = 0;
     l->lost = 0;
-    l->doubt = false;
 }
 
 static void take_silence(struct lost_echo *l, struct echoes *e)
@@ -135,7 +133,7 @@ bool lost_echo_run(struct lost_echo *l, struct echoes *e)
         hear(l, e);
     else
         take_silence(l, e);
-    l->doubt |= l->lost >= (e->n_beams > 1 ? FAN_LOST : HEAD_LOST);
+    l->doubt = l->lost >= (e->n_beams > 1 ? FAN_LOST : HEAD_LOST);
     for (uint32_t i = 0; i < e->n_beams && l->doubt; i++)
         beam_frees_nothing(&e->beam[i]);
     return l->doubt;

@@ -95,17 +95,18 @@ TEST(who_has_moved_expects_nothing)
         uint64_t discontinuities, withdrawn;
         unsigned has;
         bool adrift, doubt;
-    } row[] = {{0.2, 0, 0, 0, 0, 7, false, true}, {0.5, 0, 0, 0, 0, 7, false, false},
-               {0, 3, 0, 0, 0, 7, false, true},   {0, 8, 0, 0, 0, 7, false, false},
-               {0, 0, 0.2, 0, 0, 7, false, true}, {0, 0, 0.5, 0, 0, 7, false, false},
-               {0, 0, 0, 1, 0, 7, false, false},  {0, 0, 0, 0, 1, 7, false, false},
-               {0, 0, 0, 0, 0, 5, false, false},  {0, 0, 0, 0, 0, 7, true, false}};
+    } row[] = {{0.2, 0, 0, 0, 0, 7, false, true},   {0.5, 0, 0, 0, 0, 7, false, false},
+               {0, 3, 0, 0, 0, 7, false, true},     {0, 8, 0, 0, 0, 7, false, false},
+               {0, 0, 0.2, 0, 0, 7, false, true},   {0, 0, 0.5, 0, 0, 7, false, false},
+               {0, 0, -0.5, 0, 0, 7, false, false}, {0, 0, 0, 1, 0, 7, false, false},
+               {0, 0, 0, 0, 1, 7, false, false},    {0, 0, 0, 0, 0, 5, false, false},
+               {0, 0, 0, 0, 0, 7, true, false}};
     for (size_t k = 0; k < sizeof row / sizeof row[0]; k++) {
         begin();
         sweep(0, 360, 3);
         pose.position_m[0] = row[k].north_m;
         quat_from_rpy(0, 0, geo_rad(row[k].yaw_deg), pose.attitude);
-        pose.drift_m[0] = row[k].drift_m;
+        pose.drift_m[row[k].drift_m < 0] = fabs(row[k].drift_m);
         pose.discontinuities = row[k].discontinuities;
         pose.withdrawn = row[k].withdrawn;
         pose.has = row[k].has;
@@ -198,8 +199,137 @@ TEST(a_head_is_in_air_where_depth_and_mount_say_so)
     }
 }
 
+/* From where the vehicle is now, and not from where it was. */
+TEST(who_has_moved_begins_again)
+{
+    begin();
+    sweep(0, 360, 3);
+    pose.position_m[0] = 1;
+    for (double az = 1; az < 360; az += 10) /* one look is too few */
+        sweep(az, az + 1, 3);
+    CHECK_INT(sweep(1, 361, 0), 100);
+    for (double az = 1; az < 360; az += 10) {
+        sweep(az, az + 1, 3);
+        sweep(az, az + 1, 3);
+    }
+    for (double az = 0; az < 360; az += 3.6) /* what another place showed there is not missed */
+        if (fmod(az, 10) > 2)
+            CHECK_INT(sweep(az, az + 1, 0), 1);
+    sweep(0, 360, 3);
+    CHECK_INT(sweep(0, 360, 0), 0);
+    CHECK(lost.doubt);
+}
+
+TEST(so_many_parts_are_a_doubt)
+{
+    for (int parts = 5; parts <= 6; parts++) {
+        begin();
+        sweep(0, 180, 3);
+        sweep(0, 10 * parts - 1, 0);
+        CHECK(lost.doubt == (parts == 6));
+        CHECK_INT(sweep(200, 300, 0), parts == 6 ? 0 : 28); /* where nothing was shown, too */
+    }
+}
+
+/* What answers again is remembered, what has left is not, and nor is what was missed for long enough. */
+TEST(a_part_is_missed_until_another_answers)
+{
+    begin();
+    sweep(0, 30, 3);
+    CHECK_INT(sweep(0, 8, 0), 0);
+    sweep(0, 1, 3); /* the part itself */
+    CHECK_INT(sweep(3.6, 8, 0), 0);
+    sweep(10.8, 11, 3); /* another */
+    CHECK_INT(sweep(0, 8, 0), 3);
+    CHECK_INT(sweep(21.6, 28, 0), 0); /* a third is remembered */
+    begin();
+    sweep(0, 9, 3);
+    sweep(0, 9, 0);
+    ping.t_ns += 11000000000u;
+    CHECK_INT(sweep(0, 9, 0), 3);
+    sweep(0, 1, 3);
+    CHECK_INT(sweep(3.6, 9, 0), 2);
+}
+
+static bool doubt_after(void (*change)(struct beam_echoes *))
+{
+    begin();
+    sweep(0, 360, 3);
+    for (double az = 0; az < 360; az += 3.6) {
+        look(&beam[0], az, 0);
+        change(&beam[0]);
+        run(1);
+    }
+    return lost.doubt;
+}
+
+static void as_it_is(struct beam_echoes *b)
+{
+    (void)b;
+}
+
+static void deaf_near(struct beam_echoes *b)
+{
+    b->heard_from_m = 3.5f;
+}
+
+static void blind(struct beam_echoes *b)
+{
+    b->state = BEAM_BLIND;
+}
+
+static void faint(struct beam_echoes *b)
+{
+    b->n = 1;
+    b->echo[0].flags = ECHO_FAINT;
+}
+
+TEST(only_a_silent_beam_that_would_have_heard_it_misses_an_echo)
+{
+    CHECK(doubt_after(as_it_is));
+    CHECK(!doubt_after(deaf_near));
+    CHECK(!doubt_after(blind));
+    CHECK(!doubt_after(faint));
+}
+
+/* Behind the vehicle's own echo, which is none. */
+TEST(any_firm_echo_of_a_beam_counts)
+{
+    begin();
+    for (double az = 0; az < 360; az += 3.6) {
+        look(&beam[0], az, 1);
+        beam[0].n = 2;
+        beam[0].echo[0].flags = ECHO_OWN;
+        beam[0].echo[1] = (struct echo){.range_m = 3};
+        run(1);
+    }
+    CHECK_INT(sweep(0, 360, 0), 0);
+    CHECK(lost.doubt);
+}
+
+/* Of 32 beams in 16 parts. */
+TEST(beams_of_a_fan_miss_their_own_echoes)
+{
+    for (int parts = 11; parts <= 12; parts++) {
+        begin();
+        for (int n = 0; n < 256; n++) {
+            for (int i = 0; i < FAN; i++)
+                look(&beam[i], 2 * i, i % 2 == 0 && i < 2 * parts ? 3 : 0);
+            run(FAN);
+        }
+        CHECK_INT(fan(0, 0, 0), parts == 11 ? FAN - 11 : 0);
+        CHECK(lost.doubt == (parts == 12));
+    }
+}
+
 int main(void)
 {
+    RUN(who_has_moved_begins_again);
+    RUN(so_many_parts_are_a_doubt);
+    RUN(a_part_is_missed_until_another_answers);
+    RUN(only_a_silent_beam_that_would_have_heard_it_misses_an_echo);
+    RUN(any_firm_echo_of_a_beam_counts);
+    RUN(beams_of_a_fan_miss_their_own_echoes);
     RUN(echoes_that_are_gone_on_all_sides_are_a_doubt_until_the_next);
     RUN(one_obstacle_may_leave);
     RUN(who_has_moved_expects_nothing);
