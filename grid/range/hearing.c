@@ -23,11 +23,11 @@
  * hardly its core. */
 #define CORE 10.0
 
-/* A part so many times (10 dB) quieter than usual is missing; a ping is doubted where most parts of the core are. */
-#define MISSING 10.0
+/* A part so many times (8 dB) quieter than usual is missing; a ping is doubted where most parts of the core are. */
+#define MISSING 6.3
 
-/* A ring-down that is usual may grow so much quieter (6 dB), as slowly as it likes, and no more. */
-#define WORST 4.0
+/* A ring-down that is usual may grow so much quieter (3 dB), as slowly as it likes, and no more. */
+#define WORST 2.0
 
 /* Noise so many times less than it ever was (20 dB), four pings in a row, is an amplifier's that has died, and not a
  * thruster's that has stopped. Where the ring-down cannot be seen the noise is all there is: 12 dB, at once. */
