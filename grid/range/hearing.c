@@ -79,8 +79,9 @@ static double power_from(const struct amplitude *law, const void *samples, uint3
 }
 
 /*
- * Zeros are legitimate samples at low gain, and so are ones and twos of a noise that hardly reaches a count. Louder noise
- * takes more than two values, and values that differ by more than the rounding of something constant would make them.
+ * Zeros are legitimate samples at low gain, and so are ones and twos of a noise that hardly reaches a count. Louder
+ * noise takes more than two values, and values that differ by more than the rounding of something constant would
+ * make them.
  */
 bool hearing_varies(const struct amplitude *law, const void *samples, uint32_t from, uint32_t n)
 {

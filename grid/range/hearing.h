@@ -80,7 +80,7 @@ struct hearing_levels hearing_levels_of(const struct profile_axis *axis, const s
  * O(bins) at most. */
 bool hearing_varies(const struct amplitude *law, const void *samples, uint32_t from, uint32_t n);
 
-/** hearing_repeats - has one of the last two pings the same samples? Noise never repeats. Enters the print of this one. */
+/** hearing_repeats - has one of the last two pings the same samples? Noise never repeats. Enters this one's print. */
 bool hearing_repeats(struct hearing_prints *prints, uint64_t print);
 
 /**

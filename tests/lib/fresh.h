@@ -5,7 +5,8 @@
 
 #include "grid/ping.h"
 
-/** fresh_samples - the last sample, unless it is zero or saturated, by up to 3 counts otherwise than in the two calls before. */
+/** fresh_samples - changes the last sample by up to 3 counts, unless it is almost zero or saturated: of three
+ * calls no two give the same. */
 static inline void fresh_samples(const struct ping *ping)
 {
     static unsigned calls;

@@ -117,7 +117,7 @@ TEST(who_has_moved_expects_nothing)
     }
 }
 
-/* What a mark speaks against, or one beam shows, is no echo to be missed; and who is masked or deaf there misses none. */
+/* What a mark speaks against, or one beam shows, is no echo to be missed; who is masked or deaf there misses none. */
 TEST(only_what_was_shown_is_missed)
 {
     static const uint8_t flags[] = {ECHO_BURST, ECHO_GHOST, ECHO_FAINT, ECHO_ALONE, ECHO_OTHER, ECHO_OWN};
