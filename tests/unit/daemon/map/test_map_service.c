@@ -122,6 +122,19 @@ static void finish(struct request *r)
 
 /* ---- a position that jumps ---- */
 
+/* What a head hears: its own pulse that rings down, noise quieter than a bottom that never repeats, and an echo in the
+ * four bins around `bin`. */
+static void hear_echo(struct ping *ping, int bin)
+{
+    static const uint8_t ring[] = {250, 180, 90, 40, 20};
+    static uint64_t noise = 1;
+    uint8_t *sample = ping->samples;
+    for (int i = 0; i < 100; i++)
+        sample[i] = (uint8_t)(i < (int)sizeof ring ? ring[i]
+                              : i / 4 == bin / 4   ? 250
+                                                   : 1 + test_random(&noise) % 3);
+}
+
 /* The map is of there, and has an echo 8 m north of it. */
 static void ping_from(double north_m, double east_m)
 {
@@ -129,8 +142,7 @@ static void ping_from(double north_m, double east_m)
     ping->pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
     ping->pose.position_m[0] = north_m;
     ping->pose.position_m[1] = east_m;
-    for (int i = 0; i < 100; i++) /* equal ones would be the head's ringing */
-        ((uint8_t *)ping->samples)[i] = (uint8_t)(i / 4 == 20 ? 250 : 5 + i % 7);
+    hear_echo(ping, 80);
     pipeline_submit(d.pipeline, ping);
     pipeline_drain(d.pipeline);
 }
@@ -423,8 +435,7 @@ static void hear_wall(struct voyage *v)
     loop_turn(d.loop, 0);
     ping->t_ns = ping->t_in_ns = loop_now(d.loop);
     ping->pose = claimed(v);
-    for (int i = 0; i < 100; i++)
-        ((uint8_t *)ping->samples)[i] = (uint8_t)(i / 4 == bin / 4 ? 250 : 5 + i % 7);
+    hear_echo(ping, bin);
     pipeline_submit(d.pipeline, ping);
 }
 
