@@ -54,7 +54,7 @@ def measure(bench, threads, *arguments):
     after = page_faults(daemon.pid)
     pings = sim.pings() - first
     allocations, frees = counted(bench, daemon, 2)
-    expected = threads + 1 + ("--record" in arguments)  # one that writes captures
+    expected = threads + 2 + ("--record" in arguments)  # with the worker, and one that writes captures
     check(len(after) == expected, "%d threads, expected %d" % (len(after), expected))
     client = daemon.client()
     until(lambda: client.sensor()["pings"] >= first + pings, "the daemon to have taken the pings")
