@@ -264,7 +264,8 @@ static bool quantity_write_in(const struct conf_key *key, const double *value, c
     return exact;
 }
 
-/* By its name; else in the key's own unit, unless only another one takes few digits: 36 deg/h is no round number of deg/s. */
+/* By its name; else in the key's own unit, unless only another one takes few digits: 36 deg/h is no round number of
+ * deg/s. */
 static void quantity_write(const struct conf_key *key, const double *value, char *text, size_t size)
 {
     const struct unit *own = key->unit ? unit_find(key->unit) : NULL;

@@ -63,7 +63,8 @@ static double look_m(void)
     return fmin(LOOK_M, 0.8 * sound.world.range_m);
 }
 
-/* The nearest point of the planes along az_rad, up or down by LEVEL_RAD at most. They keep their depth below the head. */
+/* The nearest point of the planes along az_rad, up or down by LEVEL_RAD at most. They keep their depth below the
+ * head. */
 static double nearest_plane(double az_rad)
 {
     double nearest_m = INFINITY;

@@ -1,8 +1,8 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * report_target - what free water is free of: the keys `target` and `bottom` over the strengths that they may have, each
- * by itself. Free water that is said against free water that is false: behind bottoms and walls of a made-up sea, in
- * drawn waters, and on recordings, where only what is said is known.
+ * report_target - what free water is free of: the keys `target` and `bottom` over the strengths that they may have,
+ * each by itself. Free water that is said against free water that is false: behind bottoms and walls of a made-up sea,
+ * in drawn waters, and on recordings, where only what is said is known.
  *
  *   report_target seas [quick]           CSV by beam: both heads, eight seeds
  *   report_target waters [FIRST [LAST]]  CSV by beam: of seeds FIRST to LAST (1 to 8; quick: 1)

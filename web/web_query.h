@@ -19,8 +19,8 @@
 const struct protocol_method *web_query_method(const char *name);
 
 /**
- * web_query_is_cheap - whatever its parameters are, the daemon has answered it soon; any page may have a browser ask it.
- * The others want WEB_QUERY_HEADER, which a page of another site cannot have a browser send.
+ * web_query_is_cheap - whatever its parameters are, the daemon has answered it soon; any page may have a browser ask
+ * it. The others want WEB_QUERY_HEADER, which a page of another site cannot have a browser send.
  */
 bool web_query_is_cheap(const struct protocol_method *method);
 

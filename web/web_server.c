@@ -234,8 +234,8 @@ static bool is_cross_site(struct lws *wsi)
     return n > 0 && strcmp(value, "same-origin") != 0 && strcmp(value, "none") != 0;
 }
 
-/* Over plain HTTP a browser does not say for which site it loads something. But what another site's page has it load, an
- * image for instance, comes without this header, and for a script of that page it would have to be allowed. */
+/* Over plain HTTP a browser does not say for which site it loads something. But what another site's page has it load,
+ * an image for instance, comes without this header, and for a script of that page it would have to be allowed. */
 static bool has_own_header(struct lws *wsi)
 {
     static const char name[] = WEB_QUERY_HEADER ":";

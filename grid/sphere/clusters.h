@@ -76,9 +76,9 @@ struct clusters *clusters_init(void *memory, const struct rings *rings, uint32_t
 void clusters_begin(struct clusters *c, uint64_t now_ns);
 
 /**
- * clusters_step - a step of it: some CLUSTERS_STEP cells, of one that fell apart all. True: there is more. When the grid
- * moves again and again meanwhile, the last step puts all its cells at once. Cost of all: all cells of the grid, and
- * their neighbours.
+ * clusters_step - a step of it: some CLUSTERS_STEP cells, of one that fell apart all. True: there is more. When the
+ * grid moves again and again meanwhile, the last step puts all its cells at once. Cost of all: all cells of the grid,
+ * and their neighbours.
  */
 bool clusters_step(struct clusters *c, const struct sphere *s);
 

@@ -91,7 +91,7 @@ TEST(as_heard_little_behind_a_surface_is_free)
     } row[] = {
         {"box tank", 1, 0.0005, 0, 0, 1.2},        {"box tank", 7, 0.0005, 0, 0.0001, 1.2},
         {"round tank", 1, 0.0005, 0, 0.0001, 1.2}, {"harbour", 1, 0.0005, 0, 0.02, 0.95},
-        {"pier", 1, 0.0005, 0, 0.01, 0.95},       {"slope", 1, 0.0005, 0, 0, 1},
+        {"pier", 1, 0.0005, 0, 0.01, 0.95},        {"slope", 1, 0.0005, 0, 0, 1},
         {"soft bottom", 1, 0.002, 0, 0.02, 1.2},
     };
     const struct chart_setting set[] = {
