@@ -226,7 +226,7 @@ def journal(bench):
     until(lambda: said(SONARD_EVENT="started", PRIORITY="5", SYSLOG_IDENTIFIER="sonard"), "the start in the journal")
     opened = until(lambda: said(SONARD_EVENT="port_open"), "the port in the journal")[0]
     check(opened["MESSAGE"].startswith(opened["SONARD_SONAR"] + ": "), "no sonar in %s" % opened)
-    check(opened["CODE_FILE"] == "daemon/input/source.c" and int(opened["CODE_LINE"]) > 0 and opened["CODE_FUNC"], opened)
+    check(opened["CODE_FILE"] == "daemon/input/input_port.c" and int(opened["CODE_LINE"]) > 0 and opened["CODE_FUNC"], opened)
     for _ in range(30):
         client = Client(bench.socket_path)
         try:

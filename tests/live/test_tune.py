@@ -96,8 +96,8 @@ def refuses(bench):
     truth = bench.write("truth", "".join(json.dumps(line) + "\n" for line in lines))
     for line in lines:
         for sector in line["sectors"]["sectors"]:
-            free = sector["free_to_m"] > 0.4
-            sector.update({"state": "blocked", "range_m": 0.2} if free else {"state": "unknown"})
+            free = sector["free_to_m"] > 0.1
+            sector.update({"state": "blocked", "range_m": 0.05} if free else {"state": "unknown"})
     solid = bench.write("solid", "".join(json.dumps(line) + "\n" for line in lines))
     for arguments, why in ((("--reference", truth), "do not hold the bound"),
                            (("--reference", solid, "--share", "0", "--lost", "100", "--margin", "0", "--every", "0.05"), "do not hold the bound"),
