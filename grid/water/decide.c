@@ -1,0 +1,299 @@
+/* SPDX-License-Identifier: MIT */
+#include "decide.h"
+
+#include <math.h>
+#include <stddef.h>
+
+#include "grid/geometry.h"
+
+#define ROUNDING_M 1e-6
+
+/* A point of the tile's axis in the sensor's frame. */
+struct point {
+    double t_m; /* from the vehicle */
+    double ahead, right, up;
+    double level, range; /* its distance from the sensor's vertical axis, from the sensor */
+};
+
+/* The tile against the record. */
+struct deciding {
+    const struct water_view *view;
+    double v[3]; /* ahead, right, up */
+    double half_rad;
+    struct water_pieces *out;
+};
+
+static struct point point_at(const struct deciding *k, double t_m)
+{
+    const double *at = k->view->at_m;
+    const double ahead = at[0] + t_m * k->v[0], right = at[1] + t_m * k->v[1], up = t_m * k->v[2] - at[2];
+    const double level2 = ahead * ahead + right * right;
+    return (struct point){t_m, ahead, right, up, sqrt(level2), sqrt(level2 + up * up)};
+}
+
+static bool is_ended(const struct water_pieces *out)
+{
+    return out->n && out->piece[out->n - 1].says == WATER_ENDED;
+}
+
+/* The next piece; what stands behind an end does not count. Without room for it the water ends there. */
+static void add(struct water_pieces *out, const struct water_piece *next)
+{
+    struct water_piece *last = out->n ? &out->piece[out->n - 1] : NULL;
+    if (last && last->says == next->says && last->mixed == next->mixed)
+        last->to_m = next->to_m;
+    else if (out->n < WATER_PIECES)
+        out->piece[out->n++] = *next;
+    else {
+        last->says = WATER_ENDED;
+        last->mixed = true;
+    }
+}
+
+/* ---- where a stretch lies in the image ---- */
+
+struct span {
+    double low, high;
+};
+
+static void take(struct span *s, double x)
+{
+    s->low = x < s->low ? x : s->low;
+    s->high = x > s->high ? x : s->high;
+}
+
+/* Tangents of angles that reach atan(tau) farther on both sides; past a right angle infinite. */
+static struct span wider(struct span s, double tau)
+{
+    const double low = 1 + s.low * tau, high = 1 - s.high * tau;
+    return (struct span){low > 0 ? (s.low - tau) / low : -INFINITY, high > 0 ? (s.high + tau) / high : INFINITY};
+}
+
+/* Tangent of the angle under which a ball of radius_m is seen from so far; negative: from within. */
+static double tan_of_ball(double radius_m, double away_m)
+{
+    return away_m > radius_m ? radius_m / sqrt(away_m * away_m - radius_m * radius_m) : -1;
+}
+
+/* A stretch with all the water of the tile around it. */
+struct thick {
+    struct point a, b;
+    double thick_m;        /* the tile's water is no farther from its axis */
+    double close_m, far_m; /* from the sensor, at the least and at the most */
+};
+
+/* The least distance from the origin of the points from + t along, t in [0, most]. */
+static double least_away(const double *from, const double *along, int n, double most)
+{
+    double against = 0, size = 0, sum = 0;
+    for (int i = 0; i < n; i++) {
+        against -= from[i] * along[i];
+        size += along[i] * along[i];
+    }
+    const double t = size > 0 ? fmin(fmax(against / size, 0), most) : 0;
+    for (int i = 0; i < n; i++)
+        sum += (from[i] + t * along[i]) * (from[i] + t * along[i]);
+    return sqrt(sum);
+}
+
+static struct thick thick_of(const struct deciding *k, const struct point *a, const struct point *b)
+{
+    const double from[3] = {a->ahead, a->right, a->up};
+    const double close_m = least_away(from, k->v, 3, b->t_m - a->t_m), far_m = fmax(a->range, b->range);
+    const double thick_m =
+        k->view->margin_m + k->view->margin_rad * far_m + b->t_m * k->half_rad + ROUNDING_M;
+    return (struct thick){*a, *b, thick_m, close_m, far_m};
+}
+
+/* Tangents of the azimuths; false: all of them, for all that is known. */
+static bool azimuths(const struct deciding *k, const struct thick *s, struct span *out)
+{
+    const double from[2] = {s->a.ahead, s->a.right};
+    const double tau = tan_of_ball(s->thick_m, least_away(from, k->v, 2, s->b.t_m - s->a.t_m));
+    if (tau < 0 || s->a.ahead <= 0 || s->b.ahead <= 0)
+        return false;
+    *out = (struct span){INFINITY, -INFINITY};
+    take(out, s->a.right / s->a.ahead);
+    take(out, s->b.right / s->b.ahead);
+    *out = wider(*out, tau);
+    return true;
+}
+
+/* Tangents of the elevations. up / level has one extremum along a line at the most: where its derivative, which is
+ * linear in t but for a positive factor, is 0. */
+static bool elevations(const struct deciding *k, const struct thick *s, struct span *out)
+{
+    const double tau = tan_of_ball(s->thick_m, s->close_m);
+    if (tau < 0 || s->a.level <= 0 || s->b.level <= 0)
+        return false;
+    *out = (struct span){INFINITY, -INFINITY};
+    take(out, s->a.up / s->a.level);
+    take(out, s->b.up / s->b.level);
+    const double level2 = s->a.level * s->a.level, along = s->a.ahead * k->v[0] + s->a.right * k->v[1];
+    const double steep = k->v[0] * k->v[0] + k->v[1] * k->v[1];
+    const double slope = k->v[2] * level2 - s->a.up * along, bend = s->a.up * steep - k->v[2] * along;
+    if (bend != 0 && slope / bend > 0 && slope / bend < s->b.t_m - s->a.t_m) {
+        const struct point turn = point_at(k, s->a.t_m + slope / bend);
+        if (turn.level <= 0)
+            return false;
+        take(out, turn.up / turn.level);
+    }
+    *out = wider(*out, tau);
+    return true;
+}
+
+/* What of the image a stretch may touch. */
+struct touched {
+    struct water_part part;
+    bool any;    /* some of it */
+    bool inside; /* the stretch is in it wholly */
+};
+
+static void find_part(const double *between, int n, const struct span *s, int part[2])
+{
+    part[0] = water_image_find(between, n, s->low);
+    part[1] = water_image_find(between, n, s->high);
+}
+
+static struct touched touch(const struct deciding *k, const struct thick *s)
+{
+    const struct water_image *image = &k->view->record->image;
+    const int columns = image->columns, rows = image->rows;
+    struct touched t = {{{0, columns - 1}, {0, rows - 1}}, true, false};
+    struct span az = {-INFINITY, INFINITY}, el = az;
+    if (s->a.ahead < -s->thick_m && s->b.ahead < -s->thick_m) {
+        t.any = false;
+        return t;
+    }
+    const bool aimed = azimuths(k, s, &az), level = elevations(k, s, &el);
+    if (aimed) {
+        find_part(image->tan_az, columns, &az, t.part.column);
+        t.any = az.high >= image->tan_az[0] && az.low <= image->tan_az[columns];
+    }
+    if (level) {
+        find_part(image->tan_el, rows, &el, t.part.row);
+        t.any = t.any && el.high >= image->tan_el[0] && el.low <= image->tan_el[rows];
+    }
+    t.inside = aimed && level && az.low >= image->tan_az[0] && az.high <= image->tan_az[columns] &&
+               el.low >= image->tan_el[0] && el.high <= image->tan_el[rows];
+    return t;
+}
+
+/* ---- the decision ---- */
+
+/* From where on all rows of a part detect. */
+static double near_of(const struct water_image *image, const struct water_part *part)
+{
+    double near_m = 0;
+    for (int row = part->row[0]; row <= part->row[1]; row++)
+        near_m = fmax(near_m, image->near_m[row]);
+    return near_m;
+}
+
+/* What is said of a stretch as a whole; mixed: parts of it may be told otherwise. */
+static struct water_piece judge(const struct deciding *k, const struct thick *s)
+{
+    const struct water_record *r = k->view->record;
+    struct water_piece piece = {s->a.t_m, s->b.t_m, WATER_NOTHING, false};
+    const double nearest_m = s->close_m - s->thick_m, farthest_m = s->far_m + s->thick_m;
+    const struct touched t = touch(k, s);
+    if (!t.any)
+        return piece;
+    const struct water_cell cell = water_image_of(&r->image, &t.part);
+    const bool echo = cell.most & 1, one = t.part.column[0] == t.part.column[1] && t.part.row[0] == t.part.row[1];
+    const double near_m = near_of(&r->image, &t.part);
+    const double least_m = cell.least * WATER_UNIT_M, most_m = (cell.most & ~1u) * WATER_UNIT_M;
+    if (t.inside && nearest_m >= near_m && farthest_m <= least_m) {
+        piece.says = WATER_FREE;
+        return piece;
+    }
+    if (t.inside && echo && nearest_m > most_m) {
+        piece.says = WATER_ENDED;
+        piece.mixed = !one; /* cells without an echo end nothing */
+        return piece;
+    }
+    const bool may_end = echo && farthest_m > least_m;
+    const bool may_free = s->close_m < most_m && (!t.inside || s->far_m > near_m);
+    piece.says = may_end ? WATER_ENDED : WATER_NOTHING;
+    piece.mixed = may_end || may_free;
+    return piece;
+}
+
+/* The roundest multiple of the grid between two ranges; negative: there is none. */
+static double between(double from_m, double to_m)
+{
+    const long first = (long)floor(from_m / WATER_GRID_M) + 1;
+    long n = (long)ceil(to_m / WATER_GRID_M) - 1;
+    if (n < first)
+        return -1;
+    while ((n & (n - 1)) >= first)
+        n &= n - 1;
+    return (double)n * WATER_GRID_M;
+}
+
+static void decide(const struct deciding *k, const struct point *a, const struct point *b)
+{
+    if (is_ended(k->out))
+        return;
+    const struct thick s = thick_of(k, a, b);
+    const struct water_piece piece = judge(k, &s);
+    const double at_m = piece.mixed ? between(a->t_m, b->t_m) : -1;
+    if (at_m < 0) {
+        add(k->out, &piece);
+        return;
+    }
+    const struct point middle = point_at(k, at_m);
+    decide(k, a, &middle);
+    decide(k, &middle, b);
+}
+
+/* ---- what cannot touch the image ---- */
+
+/* Shortens [*from, *to] to where c + t s >= 0. */
+static void clip(double c, double s, double *from, double *to)
+{
+    if (s > 1e-12)
+        *from = fmax(*from, -c / s);
+    else if (s < -1e-12)
+        *to = fmin(*to, -c / s);
+    else if (c < 0)
+        *to = *from;
+}
+
+/* To the inner side of the vertical plane at a side of the image: 1, the right one; -1, the left one. */
+static void clip_side(const struct deciding *k, double tan_az, double side, double *from, double *to)
+{
+    const double *at = k->view->at_m, size = sqrt(1 + tan_az * tan_az), ahead = side * tan_az / size,
+                 right = -side / size;
+    /* the tile is no farther from its axis than thick + t half; bearings may be turned, too */
+    const double rad = k->view->margin_rad,
+                 thick_m = k->view->margin_m + ROUNDING_M + rad * sqrt(at[0] * at[0] + at[1] * at[1] + at[2] * at[2]);
+    clip(ahead * at[0] + right * at[1] + thick_m, ahead * k->v[0] + right * k->v[1] + k->half_rad + rad, from, to);
+}
+
+static struct deciding begin(const struct water_view *view, const struct water_tile *tile)
+{
+    struct deciding k = {.view = view, .half_rad = tile->half_rad};
+    for (int i = 0; i < 3; i++)
+        k.v[i] = (i < 2 ? 1 : -1) * geo_dot(tile->v, view->record->axis[i]);
+    return k;
+}
+
+bool water_touches(const struct water_view *view, const struct water_tile *tile, double *from_m, double *to_m)
+{
+    const struct water_image *image = &view->record->image;
+    const struct deciding k = begin(view, tile);
+    clip_side(&k, image->tan_az[0], -1, from_m, to_m);
+    clip_side(&k, image->tan_az[image->columns], 1, from_m, to_m);
+    return *from_m < *to_m;
+}
+
+void water_decide(const struct water_view *view, const struct water_tile *tile, double from_m, double to_m,
+                  struct water_pieces *out)
+{
+    struct deciding k = begin(view, tile);
+    k.out = out;
+    out->n = 0;
+    const struct point a = point_at(&k, from_m), b = point_at(&k, to_m);
+    decide(&k, &a, &b);
+}

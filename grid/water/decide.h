@@ -1,0 +1,58 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * decide - what a record says of a tile: all the water in a cone of directions from where the vehicle is now, between
+ * two ranges, larger by all that is uncertain. The one place where a record's water is judged.
+ *
+ * Free is what lies in the image wholly, nearer than the range of every cell that it may touch. Ended is what may touch
+ * a cell at or beyond its echo. Of anything else the record says nothing. What is uncertain makes free water smaller
+ * and ended water larger, by the same margin.
+ *
+ * Ranges are divided at multiples of WATER_GRID_M alone, the roundest first. So the answer about a stretch is never
+ * worse than that about a longer one: clear to d is clear to every shorter distance.
+ */
+#ifndef SONARD_WATER_DECIDE_H
+#define SONARD_WATER_DECIDE_H
+
+#include "record.h"
+
+#define WATER_GRID_M 0.0625
+#define WATER_PIECES 48
+
+enum water_says { WATER_NOTHING, WATER_FREE, WATER_ENDED };
+
+/* A stretch of ranges from the vehicle. */
+struct water_piece {
+    double from_m, to_m;
+    enum water_says says;
+    bool mixed; /* a smaller tile may be told otherwise */
+};
+
+/* In order of range, without gaps; the last one is ended, or reaches as far as was asked. */
+struct water_pieces {
+    struct water_piece piece[WATER_PIECES];
+    int n;
+};
+
+/* A record as a question sees it. */
+struct water_view {
+    const struct water_record *record;
+    double at_m[3];    /* the vehicle, from the sensor, in its axes */
+    double margin_m;   /* so far may the vehicle be from there */
+    double margin_rad; /* and directions turned so far */
+};
+
+/* Directions within half_rad (below 0.2) of the unit vector v, NED. */
+struct water_tile {
+    double v[3];
+    double half_rad;
+};
+
+/** water_touches - shortens the stretch to what of the tile may lie between the left and the right side of the image, and
+ * says of the rest nothing. False: none of it. */
+bool water_touches(const struct water_view *view, const struct water_tile *tile, double *from_m, double *to_m);
+
+/** water_decide - the tile from from_m (>= 0) to to_m; *out is emptied first. O(cells met x log range). */
+void water_decide(const struct water_view *view, const struct water_tile *tile, double from_m, double to_m,
+                  struct water_pieces *out);
+
+#endif

@@ -1,0 +1,70 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * record - what one ping of a sonar says of the water, in the frame in which it was observed: an image of ranges with a
+ * pyramid of the least and greatest of them over it. A fan is a row of columns, a matrix of beams an image, and the last
+ * beams of a turning head are a row as well. Written once, never resampled. Knows no question and no map.
+ *
+ * A column is as wide as the part of the water that is the beam's own: halfway to its neighbours, and the whole beam at
+ * the ends. Off its axis a beam detects less, so each beam is several rows of the image: axis, side and edge (struct
+ * beam_echoes). In a cell the water is free from its row's near_m to its range. From there on an echo ends what older records
+ * found free, and without an echo nothing is said.
+ *
+ * Azimuths and elevations are kept as tangents in the sensor's frame: no library's trigonometry decides an answer.
+ */
+#ifndef SONARD_WATER_RECORD_H
+#define SONARD_WATER_RECORD_H
+
+#include <stdbool.h>
+#include <stdint.h>
+
+#define WATER_COLUMNS 512
+#define WATER_ROWS    96
+#define WATER_CELLS   16384 /* of an image with its pyramid */
+#define WATER_UNIT_M  0.01  /* of ranges; free ones are rounded down */
+
+/* Of a part of the image: in all of it the water is free to `least` units, in none of it farther than to `most`. */
+struct water_cell {
+    uint16_t least;
+    uint16_t most; /* an even number; odd: an echo ends one of them */
+};
+
+struct water_image {
+    uint16_t columns, rows;
+    uint8_t levels;                  /* of the pyramid; 0 is the image, the last one cell */
+    const double *tan_az, *tan_el;   /* [columns + 1], [rows + 1]: where they begin and end, growing */
+    const double *near_m;            /* [rows]: from there on it detects */
+    const struct water_cell *cell;   /* level by level, row by row */
+};
+
+struct water_record {
+    uint64_t t_ns;      /* of the oldest beam */
+    uint32_t sensor, seq;
+    double path_m;      /* distance travelled by then */
+    double drift_m[2];  /* of the vehicle by then: struct pose */
+    double place_m[3];  /* of the sensor, NED */
+    double axis[3][3];  /* ahead, right and down of the sensor, in NED */
+    double uncertain_m; /* its place may be so far from place_m ... */
+    double tilt_rad;    /* ... and its beams turned so far against the axes */
+    bool echoes;        /* some cell ends at one */
+    struct water_image image;
+};
+
+/* Cells from (column[0], row[0]) to (column[1], row[1]). */
+struct water_part {
+    int column[2], row[2];
+};
+
+/** water_image_cells - cells of an image so large with its pyramid. */
+uint32_t water_image_cells(uint32_t columns, uint32_t rows);
+
+/** water_image_fill - level 0 of cell is filled: works out the others and the number of levels. */
+void water_image_fill(struct water_image *image, struct water_cell *cell);
+
+/** water_image_find - the last of n parts that begins at or before x: between[n + 1] are their ends, growing. Within
+ * 0 .. n - 1 for any x. */
+int water_image_find(const double *between, int n, double x);
+
+/** water_image_of - the least and greatest range, and an echo, of at least that part: up to 4 x 4 cells of a level. */
+struct water_cell water_image_of(const struct water_image *image, const struct water_part *part);
+
+#endif

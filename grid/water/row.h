@@ -1,0 +1,41 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * row - writes the image of a row of beams: a fan's, or the last ones of a turning head.
+ */
+#ifndef SONARD_WATER_ROW_H
+#define SONARD_WATER_ROW_H
+
+#include <stddef.h>
+
+#include "record.h"
+
+/* Of a beam: so far is the water free on its axis, halfway to its edge and at its edge (struct beam_echoes); <= 0:
+ * nothing is. */
+struct row_beam {
+    double az_rad; /* in the record's frame, within 80 degrees */
+    double axis_m, side_m, edge_m;
+    bool echo; /* it ends at one */
+};
+
+/* What all beams of a row have in common. */
+struct row_shape {
+    double half_az_rad;
+    double el_rad, half_el_rad;  /* together within 80 degrees */
+    double near_m, edge_near_m;  /* they detect from there on; at their edges */
+    double from_rad, to_rad;     /* azimuths where the first begins and the last ends */
+};
+
+/* Room for a row; the record's image points into it. */
+struct row_room {
+    double tan_az[WATER_COLUMNS + 1], tan_el[6], near_m[5];
+    struct water_cell cell[WATER_COLUMNS * 11];
+};
+
+/**
+ * row_write - the image of n beams, 1 .. WATER_COLUMNS / 2, whose azimuths grow. Between two that are farther apart
+ * than they are wide nothing is said.
+ */
+void row_write(struct water_record *record, struct row_room *room, const struct row_shape *shape,
+               const struct row_beam *beam, size_t n);
+
+#endif

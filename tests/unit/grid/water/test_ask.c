@@ -1,0 +1,440 @@
+/* SPDX-License-Identifier: MIT */
+/*
+ * test_ask - what is said to be free, against every ping by itself: a sonar on a vehicle that moves, turns and tilts
+ * pings in made-up water, its pings become records, and points in what a question calls free are looked up in all of
+ * the pings, from the newest to the oldest, in plain double arithmetic that knows nothing of records and tiles.
+ */
+#include "tests/lib/test.h"
+
+#include "grid/geometry.h"
+#include "grid/water/ask.h"
+#include "grid/water/row.h"
+
+#define PINGS   1200
+#define BEAMS   96
+#define RANGE_M 12.0
+#define NEAR_M  0.4
+#define FADE    0.8 /* the edge of a beam detects so much less far, where nothing echoes */
+
+static uint64_t seed;
+
+static double uniform(double low, double high)
+{
+    return low + (high - low) * test_uniform(&seed);
+}
+
+/* ---- the water ---- */
+
+struct post {
+    double north, east, radius;
+};
+static struct post post[16];
+static int posts;
+static double seen_share; /* of the pings, in which a rope echoes */
+
+static void furnish(void)
+{
+    posts = 0;
+    for (int i = 0; i < 12; i++) {
+        const double az = uniform(0, GEO_TURN), away = uniform(3, 11);
+        post[posts++] = (struct post){away * cos(az), away * sin(az), i % 3 ? uniform(0.05, 0.3) : 0.02};
+    }
+}
+
+static bool in_post(const double p[3])
+{
+    for (int i = 0; i < posts; i++)
+        if (hypot(p[0] - post[i].north, p[1] - post[i].east) < post[i].radius)
+            return true;
+    return false;
+}
+
+/* How far a ray from p goes; RANGE_M: farther. */
+static double cast(const double p[3], const double u[3], uint32_t unseen)
+{
+    const double level2 = u[0] * u[0] + u[1] * u[1];
+    double nearest = RANGE_M;
+    for (int i = 0; i < posts && level2 > 0; i++) {
+        const double x = post[i].north - p[0], y = post[i].east - p[1], along = x * u[0] + y * u[1];
+        const double root2 = along * along - level2 * (x * x + y * y - post[i].radius * post[i].radius);
+        if (!(unseen >> i & 1) && root2 > 0 && along > sqrt(root2))
+            nearest = fmin(nearest, (along - sqrt(root2)) / level2);
+    }
+    return nearest;
+}
+
+/* ---- pings ---- */
+
+struct sonar {
+    const char *name;
+    int beams;      /* of a ping */
+    double step_deg; /* between its beams, or a head's pings */
+    double wide_deg, high_deg;
+    bool turns;
+    double mps, yaw_dps, tilt_deg;
+};
+
+struct beam {
+    double az, axis_m, side_m, edge_m;
+    bool echo;
+};
+static struct ping {
+    double place[3], axis[3][3]; /* ahead, right, down in NED */
+    double path_m;
+    double half_az, half_el;
+    int n;
+    struct beam beam[BEAMS];
+} ping[PINGS];
+static int pings;
+
+static void to_frame(const double place[3], const double axis[3][3], const double p[3], double v[3])
+{
+    const double w[3] = {p[0] - place[0], p[1] - place[1], p[2] - place[2]};
+    for (int k = 0; k < 3; k++)
+        v[k] = geo_dot(w, axis[k]);
+}
+
+/* The nearest that a beam of the ping may hear in all of its opening. */
+static double heard_by(const struct ping *p, double az, uint32_t unseen)
+{
+    double nearest = RANGE_M;
+    for (int j = -2; j <= 2; j++)
+        for (int i = -6; i <= 6; i++) {
+            double v[3], u[3];
+            geo_direction(az + i * p->half_az / 6, j * p->half_el / 2, v);
+            for (int k = 0; k < 3; k++)
+                u[k] = v[0] * p->axis[0][k] + v[1] * p->axis[1][k] + v[2] * p->axis[2][k];
+            nearest = fmin(nearest, cast(p->place, u, unseen));
+        }
+    return nearest;
+}
+
+static void sound(const struct sonar *s, struct ping *p, double turned)
+{
+    uint32_t unseen = 0;
+    for (int i = 0; i < posts; i++)
+        unseen |= (uint32_t)(post[i].radius < 0.03 && uniform(0, 1) >= seen_share) << i;
+    p->half_az = geo_rad(s->wide_deg / 2);
+    p->half_el = geo_rad(s->high_deg / 2);
+    p->n = s->beams;
+    for (int i = 0; i < s->beams; i++) {
+        const double az = s->turns ? turned : (i - (s->beams - 1) / 2.0) * geo_rad(s->step_deg);
+        const double range = heard_by(p, az, unseen);
+        const bool echo = range < RANGE_M;
+        const double to = echo ? range - uniform(0.02, 0.08) : RANGE_M;
+        p->beam[i] = (struct beam){az, to, fmin(to, RANGE_M * 0.9), fmin(to, RANGE_M * FADE), echo};
+    }
+}
+
+static void attitude(double yaw, double pitch, double roll, double axis[3][3])
+{
+    double q[4];
+    quat_from_rpy(roll, pitch, yaw, q);
+    quat_axes(q, axis);
+}
+
+/* A head's frame turns with the head: its beam has azimuth 0. */
+static void sail(const struct sonar *s)
+{
+    double place[3] = {0, 0, 0}, path = 0, way = uniform(0, GEO_TURN), yaw = uniform(0, GEO_TURN), turned = 0;
+    const double phase = uniform(0, GEO_TURN);
+    for (pings = 0; pings < PINGS; pings++) {
+        struct ping *p = &ping[pings];
+        const double t = pings * 0.05;
+        memcpy(p->place, place, sizeof place);
+        p->path_m = path;
+        attitude(yaw + (s->turns ? turned : 0), geo_rad(s->tilt_deg) * sin(0.9 * t + phase),
+                 geo_rad(s->tilt_deg) * cos(0.7 * t), p->axis);
+        sound(s, p, 0);
+        turned += s->turns ? geo_rad(s->step_deg) : 0;
+        way += 0.02 * sin(t / 5 + phase);
+        yaw += geo_rad(s->yaw_dps) * 0.05 * sin(t / 4);
+        place[0] += 0.05 * s->mps * cos(way);
+        place[1] += 0.05 * s->mps * sin(way);
+        path += 0.05 * s->mps;
+    }
+}
+
+/* ---- the oracle: every ping by itself ---- */
+
+enum says { NOTHING, FREE, ENDED };
+
+/* Half of the way to another beam's axis, as this one sees it; its own edge where that is farther away. */
+static double halfway(const struct ping *p, double az, const double ahead[3])
+{
+    const double other = atan2(geo_dot(ahead, p->axis[1]), geo_dot(ahead, p->axis[0])) - az;
+    const double away = fabs(geo_wrap_pi(other));
+    return away > 2 * p->half_az ? p->half_az : away / 2;
+}
+
+/* Which beam of the ping has the place, and where; false: none. own: in the part alone that is nearer to its axis than to
+ * its neighbours'. */
+static bool holds(const struct sonar *s, int which, const double at[3], bool own, const struct beam **beam, double v[3])
+{
+    const struct ping *p = &ping[which];
+    to_frame(p->place, p->axis, at, v);
+    const double az = atan2(v[1], v[0]);
+    if (fabs(atan2(-v[2], hypot(v[0], v[1]))) > p->half_el)
+        return false;
+    for (int i = 0; i < p->n; i++) {
+        const double off = geo_wrap_pi(az - p->beam[i].az);
+        const int other = off < 0 ? which - 1 : which + 1; /* heads turn clockwise */
+        double side = p->half_az;
+        *beam = &p->beam[i];
+        if (s->turns && own && other >= 0 && other < pings)
+            side = halfway(p, p->beam[i].az, ping[other].axis[0]);
+        if (!s->turns && (off < 0 ? i > 0 : i + 1 < p->n))
+            side = geo_rad(s->step_deg / 2);
+        if (fabs(off) <= fmin(side, p->half_az))
+            return true;
+    }
+    return false;
+}
+
+static bool is_between(const struct sonar *s, int which, const double at[3])
+{
+    const struct beam *beam;
+    double v[3];
+    for (int k = which - 1; k <= which + 1; k++)
+        if (k >= 0 && k < pings && holds(s, k, at, true, &beam, v))
+            return false;
+    return s->turns && holds(s, which, at, false, &beam, v);
+}
+
+/* Beams of a head are sent from different places: between the own parts of two slivers are left, which lie in both. */
+static enum says ping_says(const struct sonar *s, int which, const double at[3])
+{
+    const struct ping *p = &ping[which];
+    const struct beam *beam;
+    double v[3];
+    if (!holds(s, which, at, true, &beam, v) &&
+        !(is_between(s, which, at) && holds(s, which, at, false, &beam, v)))
+        return NOTHING;
+    const double range = geo_length(v), share = fabs(atan2(-v[2], hypot(v[0], v[1]))) / p->half_el;
+    const double to = share <= 0.25 ? beam->axis_m : share <= 0.5 ? beam->side_m : beam->edge_m;
+    return range < NEAR_M ? NOTHING : range <= to ? FREE : beam->echo ? ENDED : NOTHING;
+}
+
+static enum says truth(const struct sonar *s, const double at[3])
+{
+    enum says said = NOTHING;
+    for (int k = pings - 1; k >= 0 && said == NOTHING; k--)
+        said = ping_says(s, k, at);
+    return said;
+}
+
+/* ---- records ---- */
+
+#define ROW  18 /* beams of a head that are a row ... */
+#define EACH 6  /* ... after so many more */
+
+static struct water_record record[ASK_RECORDS];
+static struct row_room room[ASK_RECORDS];
+static struct water_view view[ASK_RECORDS];
+static int records;
+
+static void begin_record(const struct ping *p, const double axis[3][3])
+{
+    struct water_record *r = &record[records];
+    *r = (struct water_record){.path_m = p->path_m};
+    memcpy(r->place_m, p->place, sizeof r->place_m);
+    memcpy(r->axis, axis, sizeof r->axis);
+}
+
+static struct row_shape shape_of(const struct ping *p)
+{
+    return (struct row_shape){.half_az_rad = p->half_az, .half_el_rad = p->half_el, .near_m = NEAR_M};
+}
+
+static void keep_fan(const struct ping *p)
+{
+    struct row_beam beam[BEAMS];
+    struct row_shape shape = shape_of(p);
+    shape.from_rad = p->beam[0].az - p->half_az;
+    shape.to_rad = p->beam[p->n - 1].az + p->half_az;
+    begin_record(p, p->axis);
+    for (int i = 0; i < p->n; i++)
+        beam[i] = (struct row_beam){p->beam[i].az, p->beam[i].axis_m, p->beam[i].side_m, p->beam[i].edge_m, p->beam[i].echo};
+    row_write(&record[records], &room[records], &shape, beam, (size_t)p->n);
+    records++;
+}
+
+/* The angle by which a ping is turned against another, but for its azimuth there. */
+static double tilted(const struct ping *p, const struct ping *against, double az)
+{
+    double trace = 0;
+    for (int k = 0; k < 3; k++) {
+        const double ahead = cos(az) * against->axis[0][k] + sin(az) * against->axis[1][k];
+        const double right = cos(az) * against->axis[1][k] - sin(az) * against->axis[0][k];
+        trace += ahead * p->axis[0][k] + right * p->axis[1][k] + against->axis[2][k] * p->axis[2][k];
+    }
+    return acos(fmax(-1, fmin(1, (trace - 1) / 2)));
+}
+
+static double azimuth(const struct ping *p, const struct ping *by)
+{
+    return atan2(geo_dot(p->axis[0], by->axis[1]), geo_dot(p->axis[0], by->axis[0]));
+}
+
+/* Where a run ends: halfway to its neighbour, if there is one. */
+static double run_end(const struct ping *end, const struct ping *beyond, const struct ping *by, double half)
+{
+    const double az = azimuth(end, by);
+    return beyond && fabs(azimuth(beyond, by) - az) <= 2 * fabs(half) + 1e-3 ? (az + azimuth(beyond, by)) / 2 : az + half;
+}
+
+/* The head's pings from first to last, as one of its middle ping sees them. */
+static void keep_run(int first, int last)
+{
+    const struct ping *middle = &ping[(first + last) / 2];
+    struct water_record *r = &record[records];
+    struct row_beam beam[ROW];
+    struct row_shape shape = shape_of(middle);
+    shape.from_rad = run_end(&ping[first], first ? &ping[first - 1] : NULL, middle, -middle->half_az);
+    shape.to_rad = run_end(&ping[last], last + 1 < pings ? &ping[last + 1] : NULL, middle, middle->half_az);
+    begin_record(middle, middle->axis);
+    for (int i = first; i <= last; i++) {
+        const struct ping *p = &ping[i];
+        const double az = azimuth(p, middle);
+        double away2 = 0;
+        for (int k = 0; k < 3; k++)
+            away2 += (p->place[k] - middle->place[k]) * (p->place[k] - middle->place[k]);
+        beam[i - first] = (struct row_beam){az, p->beam[0].axis_m, p->beam[0].side_m, p->beam[0].edge_m, p->beam[0].echo};
+        r->uncertain_m = fmax(r->uncertain_m, sqrt(away2));
+        r->tilt_rad = fmax(r->tilt_rad, tilted(p, middle, az));
+    }
+    row_write(r, &room[records], &shape, beam, (size_t)(last - first + 1));
+    records++;
+}
+
+/* From the newest to the oldest. */
+static void keep_all(const struct sonar *s)
+{
+    records = 0;
+    for (int i = pings - 1; i >= 0 && records < ASK_RECORDS; i -= s->turns ? EACH : 1) {
+        if (!s->turns)
+            keep_fan(&ping[i]);
+        else
+            keep_run(i < ROW ? 0 : i - ROW + 1, i);
+    }
+}
+
+static void look_from(const double from[3], double path_m, double way_error)
+{
+    for (int i = 0; i < records; i++) {
+        const struct water_record *r = &record[i];
+        view[i] = (struct water_view){.record = r,
+                                      .margin_m = r->uncertain_m + way_error * (path_m - r->path_m),
+                                      .margin_rad = r->tilt_rad};
+        to_frame(r->place_m, r->axis, from, view[i].at_m);
+    }
+}
+
+/* ---- tests ---- */
+
+struct score {
+    long points, wrong, in_post;
+    double said_m, free_m;
+};
+
+static void in_cone(const struct ask_question *q, double u[3])
+{
+    do
+        geo_direction(uniform(0, GEO_TURN), asin(uniform(-1, 1)), u);
+    while (geo_dot(u, q->axis) < cos(q->half_rad));
+}
+
+/* How far the least of some rays is free. */
+static double least_free(const struct sonar *s, const double from[3], const struct ask_question *q)
+{
+    double least = q->to_m;
+    for (int i = 0; i < 12; i++) {
+        double u[3], p[3], far = q->near_m;
+        in_cone(q, u);
+        for (; far < least; far += 0.1) {
+            for (int j = 0; j < 3; j++)
+                p[j] = from[j] + far * u[j];
+            if (truth(s, p) != FREE)
+                break;
+        }
+        least = fmin(least, far);
+    }
+    return least;
+}
+
+static void judge(const struct sonar *s, const double from[3], const struct ask_question *q, double to_m,
+                  struct score *score)
+{
+    for (int i = 0; i < 60 && to_m > q->near_m; i++) {
+        double u[3], p[3];
+        const double t = uniform(q->near_m, to_m);
+        in_cone(q, u);
+        for (int j = 0; j < 3; j++)
+            p[j] = from[j] + t * u[j];
+        score->points++;
+        score->wrong += truth(s, p) != FREE;
+        score->in_post += in_post(p);
+    }
+    score->free_m += least_free(s, from, q) - q->near_m;
+    score->said_m += to_m - q->near_m;
+}
+
+static struct score sail_and_ask(const struct sonar *s, double way_error, int questions)
+{
+    struct score score = {0};
+    furnish();
+    sail(s);
+    keep_all(s);
+    const struct ping *last = &ping[pings - 1];
+    double from[3];
+    for (int k = 0; k < 3; k++)
+        from[k] = last->place[k] + uniform(-0.03, 0.03);
+    look_from(from, last->path_m, way_error);
+    for (int i = 0; i < questions; i++) {
+        struct ask_question q = {.half_rad = geo_rad(uniform(0.5, 5)), .near_m = 0.5, .to_m = uniform(3, 10)};
+        /* mostly of what a fan has before it */
+        const double ahead = atan2(last->axis[0][1], last->axis[0][0]);
+        geo_direction(s->turns || i % 4 == 0 ? uniform(0, GEO_TURN) : ahead + uniform(-0.8, 0.8),
+                      geo_rad(uniform(-5, 5)), q.axis);
+        judge(s, from, &q, ask_free(view, records, &q).free_to_m, &score);
+    }
+    return score;
+}
+
+static const struct sonar sonars[] = {
+    {"fan, still", 96, 1.25, 1.25, 25, false, 0, 0, 0},
+    {"fan, 0.3 m/s, turning", 96, 1.25, 1.25, 25, false, 0.3, 15, 2},
+    {"fan with overlap, 0.1 m/s", 60, 1.5, 2.5, 25, false, 0.1, 10, 1},
+    {"fan with gaps", 30, 3, 2.5, 25, false, 0.1, 5, 1},
+    {"head, still", 1, 2.4, 2.5, 25, true, 0, 0, 0},
+    {"head, 0.1 m/s", 1, 1, 2.5, 25, true, 0.1, 0, 1},
+    {"head, 0.3 m/s, turning", 1, 1.8, 3, 35, true, 0.3, 3, 1.5},
+};
+
+TEST(what_is_said_to_be_free_was_free_in_the_newest_ping_that_knows)
+{
+    for (int share = 0; share < 2; share++)
+        for (size_t i = 0; i < sizeof sonars / sizeof *sonars; i++) {
+            struct score sum = {0};
+            seen_share = share ? 0.1 : 1;
+            for (int world = 0; world < 2; world++) {
+                const struct score one = sail_and_ask(&sonars[i], world ? 0.01 : 0, 40);
+                sum.points += one.points;
+                sum.wrong += one.wrong;
+                sum.in_post += one.in_post;
+                sum.said_m += one.said_m;
+                sum.free_m += one.free_m;
+            }
+            printf("# %-28s %ld points, %ld wrong, %ld in a post; said %.0f %% of the free metres\n", sonars[i].name,
+                   sum.points, sum.wrong, sum.in_post, 100 * sum.said_m / fmax(sum.free_m, 1e-9));
+            CHECK_INT(sum.wrong, 0);
+            CHECK(sum.points > 500);
+        }
+}
+
+int main(void)
+{
+    seed = test_seed();
+    RUN(what_is_said_to_be_free_was_free_in_the_newest_ping_that_knows);
+    return test_end();
+}
