@@ -32,7 +32,7 @@ struct row_room {
 };
 
 /**
- * row_write - the image of n beams, 1 .. WATER_COLUMNS / 2, whose azimuths grow. Between two that are farther apart
+ * row_write - the image of n beams, 1 .. WATER_COLUMNS (with gaps counted), whose azimuths grow. Between two that are farther apart
  * than they are wide nothing is said.
  */
 void row_write(struct water_record *record, struct row_room *room, const struct row_shape *shape,
