@@ -36,6 +36,7 @@ rule config $fault
 rule grid $fault
 rule grid/range "grid/$own" $fault
 rule grid/voxel "grid/$own" $fault
+rule grid/water "grid/$own" $fault
 # the picture is published as everything between threads is: core/snapshot.h is a header of pure functions, with no archive behind it
 rule grid/picture "grid/$own" $fault 'core/snapshot\.h'
 rule grid/sphere "grid/$own" "grid/picture/$own" $fault

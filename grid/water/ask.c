@@ -12,23 +12,19 @@ struct stretch {
     double from_m, to_m;
 };
 
+#define WORDS (ASK_RECORDS / 64)
+
 /* What is known of a tile before record `next`, and how far it is free by all of them. */
 struct work {
     struct tile_index tile;
-    uint64_t out[ASK_RECORDS / 64]; /* set of the records that it does not touch; nor do its parts */
-    int next, n, oldest;
+    uint64_t out[WORDS];  /* set of the records that it does not touch; nor do its parts */
+    uint64_t used[WORDS]; /* set of those that found it free ... */
+    uint64_t all[WORDS];  /* ... and that do so with record `next` and those behind it */
+    int next, n;
     double limit_m; /* nothing is free from there on */
     struct stretch open[OPEN];
     double free_to_m;
     bool mixed; /* its parts may be free farther */
-};
-
-struct asking {
-    const struct water_view *view;
-    int n;
-    const struct ask_question *question;
-    double best_m; /* of the tiles that are settled */
-    int oldest;
 };
 
 /* ---- one tile ---- */
@@ -102,7 +98,8 @@ static void ask_record(const struct water_view *view, const struct water_tile *c
     struct water_pieces said;
     for (int i = 0; i < w->n && w->open[i].from_m < s->limit_m; i++) {
         const double to_m = fmin(w->open[i].to_m, s->limit_m), from_m = w->open[i].from_m;
-        const double first_m = fmin(fmax(from_m, touched->from_m), to_m), last_m = fmax(fmin(to_m, touched->to_m), first_m);
+        const double first_m = fmin(fmax(from_m, touched->from_m), to_m),
+                     last_m = fmax(fmin(to_m, touched->to_m), first_m);
         keep_open(s, from_m, first_m);
         if (first_m < last_m) {
             water_decide(view, cone, first_m, last_m, &said);
@@ -116,7 +113,7 @@ static void take(struct work *w, const struct sieve *s, int record)
 {
     w->n = s->n;
     w->limit_m = s->limit_m;
-    w->oldest = s->used ? record : w->oldest;
+    w->used[record / 64] |= (uint64_t)s->used << (record % 64);
     memcpy(w->open, s->open, sizeof w->open);
 }
 
@@ -124,14 +121,14 @@ static void take(struct work *w, const struct sieve *s, int record)
  * All records from w->next on. At the first of which a part of the tile may be told more, w keeps what was known before
  * it: the parts go on from there.
  */
-static void pass(const struct asking *a, struct work *w)
+static void pass(const struct ask *a, struct work *w)
 {
     const struct water_tile cone = tiles_cone(&w->tile);
     struct work now = *w;
     struct mixed mixed = {.n = 0};
     bool parted = false;
     for (int i = w->next; i < a->n && now.n; i++) {
-        struct stretch touched = {a->question->near_m, a->question->to_m};
+        struct stretch touched = {a->question.near_m, a->question.to_m};
         struct sieve s = {.limit_m = now.limit_m, .mixed = &mixed};
         if (w->out[i / 64] >> (i % 64) & 1)
             continue;
@@ -145,35 +142,35 @@ static void pass(const struct asking *a, struct work *w)
             w->next = i;
             w->n = now.n;
             w->limit_m = now.limit_m;
-            w->oldest = now.oldest;
+            memcpy(w->used, now.used, sizeof w->used);
             memcpy(w->open, now.open, sizeof w->open);
         }
         take(&now, &s, i);
     }
     w->free_to_m = now.n && now.open[0].from_m < now.limit_m ? now.open[0].from_m : now.limit_m;
     w->mixed = is_mixed_at(&mixed, w->free_to_m);
-    if (!w->mixed)
-        w->oldest = now.oldest;
+    memcpy(w->all, now.used, sizeof w->all);
 }
 
 /* ---- all tiles ---- */
 
 /* Has the tile any direction of the question? */
-static bool is_asked(const struct asking *a, const struct tile_index *tile)
+static bool is_asked(const struct ask *a, const struct tile_index *tile)
 {
     const struct water_tile cone = tiles_cone(tile);
-    const double reach = a->question->half_rad + cone.half_rad;
-    return reach >= GEO_PI || geo_dot(cone.v, a->question->axis) >= cos(reach) - 1e-12;
+    const double reach = a->question.half_rad + cone.half_rad;
+    return reach >= GEO_PI || geo_dot(cone.v, a->question.axis) >= cos(reach) - 1e-12;
 }
 
-static void settle(struct asking *a, const struct work *w)
+static void settle(struct ask *a, const struct work *w)
 {
     a->best_m = fmin(a->best_m, w->free_to_m);
-    a->oldest = w->oldest > a->oldest ? w->oldest : a->oldest;
+    for (int i = 0; i < WORDS; i++)
+        a->used[i] |= w->all[i];
 }
 
 /* A tile that was passed: its parts, the worst first, where that can make the answer longer. */
-static void refine(struct asking *a, const struct work *w)
+static void refine(struct ask *a, const struct work *w)
 {
     if (w->free_to_m >= a->best_m || !w->mixed || w->tile.level + 1 == TILES_LEVELS) {
         settle(a, w);
@@ -198,40 +195,34 @@ static void refine(struct asking *a, const struct work *w)
         refine(a, &part[i]);
 }
 
-static void start(const struct asking *a, struct work *w, const struct tile_index *root)
+static void start(const struct ask *a, struct work *w, const struct tile_index *root)
 {
-    *w = (struct work){.tile = *root, .n = 1, .oldest = -1, .limit_m = a->best_m};
-    w->open[0] = (struct stretch){a->question->near_m, a->best_m};
+    *w = (struct work){.tile = *root, .n = 1, .limit_m = a->best_m};
+    w->open[0] = (struct stretch){a->question.near_m, a->best_m};
 }
 
-/* A root whose parts are to be asked, by what its first pass found. */
-struct rough {
-    double free_to_m;
-    struct tile_index root;
-};
-
-static void sort(struct rough *rough, int n)
+static void sort(struct ask_root *root, int n)
 {
     for (int gap = n / 2; gap > 0; gap /= 2)
         for (int i = gap; i < n; i++) {
-            const struct rough one = rough[i];
+            const struct ask_root one = root[i];
             int at = i;
-            for (; at >= gap && rough[at - gap].free_to_m > one.free_to_m; at -= gap)
-                rough[at] = rough[at - gap];
-            rough[at] = one;
+            for (; at >= gap && root[at - gap].free_to_m > one.free_to_m; at -= gap)
+                root[at] = root[at - gap];
+            root[at] = one;
         }
 }
 
 /* The columns of a row of roots that the question may touch: *n of them from the one that is returned on, past the last
  * one too. */
-static uint32_t columns_asked(const struct asking *a, uint32_t row, uint32_t *n)
+static uint32_t columns_asked(const struct ask *a, uint32_t row, uint32_t *n)
 {
     const struct tile_index first = {0, (uint16_t)row, 0};
     const struct water_tile cone = tiles_cone(&first);
     const uint32_t columns = tiles_columns(row);
-    const double reach = a->question->half_rad + cone.half_rad, wide = GEO_TURN / columns;
+    const double reach = a->question.half_rad + cone.half_rad, wide = GEO_TURN / columns;
     double az, el;
-    geo_angles(a->question->axis, &az, &el);
+    geo_angles(a->question.axis, &az, &el);
     const double row_el = asin(-cone.v[2]);
     *n = 0;
     if (fabs(row_el - el) > reach)
@@ -248,7 +239,7 @@ static uint32_t columns_asked(const struct asking *a, uint32_t row, uint32_t *n)
 }
 
 /* The first pass over a root: settled, or on the list. */
-static void try_root(struct asking *a, const struct tile_index *root, struct rough *rough, int *roughs)
+static void try_root(struct ask *a, const struct tile_index *root)
 {
     struct work w;
     if (!is_asked(a, root))
@@ -256,29 +247,63 @@ static void try_root(struct asking *a, const struct tile_index *root, struct rou
     start(a, &w, root);
     pass(a, &w);
     if (w.mixed && w.free_to_m < a->best_m)
-        rough[(*roughs)++] = (struct rough){w.free_to_m, *root};
+        a->root[a->roots++] = (struct ask_root){w.free_to_m, *root};
     else
         settle(a, &w);
 }
 
-struct ask_answer ask_free(const struct water_view *view, int n, const struct ask_question *question)
+void ask_begin(struct ask *a, const struct water_view *view, int n, const struct ask_question *question)
 {
-    struct asking a = {view, n, question, question->to_m, -1};
-    struct rough rough[TILES_ROOTS];
+    a->view = view;
+    a->n = n;
+    a->question = *question;
+    a->best_m = question->to_m;
+    memset(a->used, 0, sizeof a->used);
+    a->row = 0;
+    a->roots = a->next = 0;
+    a->sorted = false;
+    a->column = columns_asked(a, 0, &a->columns_left);
+}
+
+/* The next root of the rows; false: there is none left. */
+static bool next_root(struct ask *a, struct tile_index *root)
+{
+    while (a->columns_left == 0 && a->row + 1 < TILES_ROWS)
+        a->column = columns_asked(a, ++a->row, &a->columns_left);
+    if (a->columns_left == 0)
+        return false;
+    *root = (struct tile_index){0, (uint16_t)a->row, (uint16_t)a->column};
+    a->column = (a->column + 1) % tiles_columns(a->row);
+    a->columns_left--;
+    return true;
+}
+
+bool ask_step(struct ask *a)
+{
+    struct tile_index root;
     struct work w;
-    int roughs = 0;
-    for (uint32_t row = 0; row < TILES_ROWS; row++) {
-        uint32_t asked;
-        const uint32_t first = columns_asked(&a, row, &asked);
-        for (uint32_t i = 0; i < asked; i++)
-            try_root(&a, &(struct tile_index){0, (uint16_t)row, (uint16_t)((first + i) % tiles_columns(row))}, rough,
-                     &roughs);
+    if (!a->sorted && next_root(a, &root)) {
+        try_root(a, &root);
+        return true;
     }
-    sort(rough, roughs);
-    for (int i = 0; i < roughs; i++) {
-        start(&a, &w, &rough[i].root);
-        pass(&a, &w);
-        refine(&a, &w);
-    }
-    return (struct ask_answer){a.best_m, a.oldest};
+    if (!a->sorted)
+        sort(a->root, a->roots);
+    a->sorted = true;
+    if (a->next == a->roots)
+        return false;
+    start(a, &w, &a->root[a->next++].tile);
+    pass(a, &w);
+    refine(a, &w);
+    return true;
+}
+
+struct ask_answer ask_end(const struct ask *a)
+{
+    struct ask_answer answer = {.free_to_m = a->best_m, .oldest = -1};
+    for (int i = 0; i < a->n; i++)
+        if (a->used[i / 64] >> (i % 64) & 1) {
+            answer.records++;
+            answer.oldest = i;
+        }
+    return answer;
 }

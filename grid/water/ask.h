@@ -19,13 +19,37 @@ struct ask_question {
 
 struct ask_answer {
     double free_to_m; /* free from near_m to here; near_m: nothing is */
-    int oldest;       /* the oldest record that this rests on; -1: none */
+    int records;      /* it rests on so many ... */
+    int oldest;       /* ... of which this is the oldest; -1: none */
 };
 
-/**
- * ask_free - view[n] are the records, n <= ASK_RECORDS, from the newest to the oldest. Cost: some microseconds for
- * each record that a tile meets, where the newest does not decide all of it.
- */
-struct ask_answer ask_free(const struct water_view *view, int n, const struct ask_question *question);
+/* A root tile whose parts are to be asked, by what its first pass found. */
+struct ask_root {
+    double free_to_m;
+    struct tile_index tile;
+};
+
+/* A question on its way. */
+struct ask {
+    const struct water_view *view;
+    int n;
+    struct ask_question question;
+    double best_m;                      /* of the tiles that are settled */
+    uint64_t used[ASK_RECORDS / 64];    /* set of the records that these rest on */
+    uint32_t row, column, columns_left; /* of the roots: the next one */
+    bool sorted;
+    struct ask_root root[TILES_ROOTS]; /* not settled yet, the worst first once they are sorted */
+    int roots, next;
+};
+
+/** ask_begin - view[n] are the records, n <= ASK_RECORDS, from the newest to the oldest; they stay until the end. */
+void ask_begin(struct ask *a, const struct water_view *view, int n, const struct ask_question *question);
+
+/** ask_step - some of the work; false: all is done. Cost: some microseconds for each record that a root tile, or in the
+ * end each of its parts, meets, where the newest does not decide all of it. */
+bool ask_step(struct ask *a);
+
+/** ask_end - the answer, once ask_step has nothing left. */
+struct ask_answer ask_end(const struct ask *a);
 
 #endif

@@ -100,8 +100,7 @@ static struct thick thick_of(const struct deciding *k, const struct point *a, co
 {
     const double from[3] = {a->ahead, a->right, a->up};
     const double close_m = least_away(from, k->v, 3, b->t_m - a->t_m), far_m = fmax(a->range, b->range);
-    const double thick_m =
-        k->view->margin_m + k->view->margin_rad * far_m + b->t_m * k->half_rad + ROUNDING_M;
+    const double thick_m = k->view->margin_m + k->view->margin_rad * far_m + b->t_m * k->half_rad + ROUNDING_M;
     return (struct thick){*a, *b, thick_m, close_m, far_m};
 }
 
@@ -181,12 +180,12 @@ static struct touched touch(const struct deciding *k, const struct thick *s)
 
 /* ---- the decision ---- */
 
-/* From where on all rows of a part detect. */
-static double near_of(const struct water_image *image, const struct water_part *part)
+/* From where on the first and all rows of a part detect. */
+static struct span near_of(const struct water_image *image, const struct water_part *part)
 {
-    double near_m = 0;
+    struct span near_m = {INFINITY, 0};
     for (int row = part->row[0]; row <= part->row[1]; row++)
-        near_m = fmax(near_m, image->near_m[row]);
+        take(&near_m, image->near_m[row]);
     return near_m;
 }
 
@@ -201,10 +200,10 @@ static struct water_piece judge(const struct deciding *k, const struct thick *s)
         return piece;
     const struct water_cell cell = water_image_of(&r->image, &t.part);
     const bool echo = cell.most & 1, one = t.part.column[0] == t.part.column[1] && t.part.row[0] == t.part.row[1];
-    const double near_m = near_of(&r->image, &t.part);
+    const struct span near_m = near_of(&r->image, &t.part);
     const double least_m = cell.least * WATER_UNIT_M, most_m = (cell.most & ~1u) * WATER_UNIT_M;
-    if (t.inside && nearest_m >= near_m && farthest_m <= least_m) {
-        piece.says = WATER_FREE;
+    if (t.inside && nearest_m >= near_m.high && farthest_m <= least_m) {
+        piece.says = k->view->lost ? WATER_NOTHING : WATER_FREE;
         return piece;
     }
     if (t.inside && echo && nearest_m > most_m) {
@@ -213,7 +212,7 @@ static struct water_piece judge(const struct deciding *k, const struct thick *s)
         return piece;
     }
     const bool may_end = echo && farthest_m > least_m;
-    const bool may_free = s->close_m < most_m && (!t.inside || s->far_m > near_m);
+    const bool may_free = s->close_m < most_m && (!t.inside || s->far_m > near_m.low);
     piece.says = may_end ? WATER_ENDED : WATER_NOTHING;
     piece.mixed = may_end || may_free;
     return piece;
@@ -266,8 +265,8 @@ static void clip_side(const struct deciding *k, double tan_az, double side, doub
     const double *at = k->view->at_m, size = sqrt(1 + tan_az * tan_az), ahead = side * tan_az / size,
                  right = -side / size;
     /* the tile is no farther from its axis than thick + t half; bearings may be turned, too */
-    const double rad = k->view->margin_rad,
-                 thick_m = k->view->margin_m + ROUNDING_M + rad * sqrt(at[0] * at[0] + at[1] * at[1] + at[2] * at[2]);
+    const double rad = k->view->margin_rad, thick_m = k->view->margin_m + ROUNDING_M +
+                                                      rad * sqrt(at[0] * at[0] + at[1] * at[1] + at[2] * at[2]);
     clip(ahead * at[0] + right * at[1] + thick_m, ahead * k->v[0] + right * k->v[1] + k->half_rad + rad, from, to);
 }
 

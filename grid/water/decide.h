@@ -39,6 +39,7 @@ struct water_view {
     double at_m[3];    /* the vehicle, from the sensor, in its axes */
     double margin_m;   /* so far may the vehicle be from there */
     double margin_rad; /* and directions turned so far */
+    bool lost;         /* nothing is heard of its sonar: it ends water, and frees none */
 };
 
 /* Directions within half_rad (below 0.2) of the unit vector v, NED. */
@@ -47,8 +48,8 @@ struct water_tile {
     double half_rad;
 };
 
-/** water_touches - shortens the stretch to what of the tile may lie between the left and the right side of the image, and
- * says of the rest nothing. False: none of it. */
+/** water_touches - shortens the stretch to what of the tile may lie between the left and the right side of the image,
+ * and says of the rest nothing. False: none of it. */
 bool water_touches(const struct water_view *view, const struct water_tile *tile, double *from_m, double *to_m);
 
 /** water_decide - the tile from from_m (>= 0) to to_m; *out is emptied first. O(cells met x log range). */

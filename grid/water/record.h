@@ -1,13 +1,13 @@
 /* SPDX-License-Identifier: MIT */
 /*
- * record - what one ping of a sonar says of the water, in the frame in which it was observed: an image of ranges with a
- * pyramid of the least and greatest of them over it. A fan is a row of columns, a matrix of beams an image, and the last
- * beams of a turning head are a row as well. Written once, never resampled. Knows no question and no map.
+ * record - what one ping of a sonar says of the water, in the frame in which it was observed: an image of ranges with
+ * a pyramid of the least and greatest of them over it. A fan is a row of columns, a matrix of beams an image, and the
+ * last beams of a turning head are a row as well. Written once, never resampled. Knows no question and no map.
  *
  * A column is as wide as the part of the water that is the beam's own: halfway to its neighbours, and the whole beam at
  * the ends. Off its axis a beam detects less, so each beam is several rows of the image: axis, side and edge (struct
- * beam_echoes). In a cell the water is free from its row's near_m to its range. From there on an echo ends what older records
- * found free, and without an echo nothing is said.
+ * beam_echoes). In a cell the water is free from its row's near_m to its range. From there on an echo ends what older
+ * records found free, and without an echo nothing is said.
  *
  * Azimuths and elevations are kept as tangents in the sensor's frame: no library's trigonometry decides an answer.
  */
@@ -17,7 +17,7 @@
 #include <stdbool.h>
 #include <stdint.h>
 
-#define WATER_COLUMNS 512
+#define WATER_COLUMNS 520
 #define WATER_ROWS    96
 #define WATER_CELLS   16384 /* of an image with its pyramid */
 #define WATER_UNIT_M  0.01  /* of ranges; free ones are rounded down */
@@ -30,14 +30,15 @@ struct water_cell {
 
 struct water_image {
     uint16_t columns, rows;
-    uint8_t levels;                  /* of the pyramid; 0 is the image, the last one cell */
-    const double *tan_az, *tan_el;   /* [columns + 1], [rows + 1]: where they begin and end, growing */
-    const double *near_m;            /* [rows]: from there on it detects */
-    const struct water_cell *cell;   /* level by level, row by row */
+    uint8_t levels;                /* of the pyramid; 0 is the image, the last one cell */
+    const double *tan_az, *tan_el; /* [columns + 1], [rows + 1]: where they begin and end, growing */
+    const double *near_m;          /* [rows]: from there on it detects */
+    const struct water_cell *cell; /* level by level, row by row */
 };
 
 struct water_record {
-    uint64_t t_ns;      /* of the oldest beam */
+    uint64_t t_ns;      /* of the oldest beam ... */
+    uint64_t newest_ns; /* ... and of the newest */
     uint32_t sensor, seq;
     double path_m;      /* distance travelled by then */
     double drift_m[2];  /* of the vehicle by then: struct pose */

@@ -9,6 +9,9 @@
 
 #include "record.h"
 
+#define ROW_TOUCH_RAD 1e-3 /* beams that are no farther apart touch: their bearings are rounded */
+#define ROW_ROWS      5    /* of the image: edge, side, axis, side, edge */
+
 /* Of a beam: so far is the water free on its axis, halfway to its edge and at its edge (struct beam_echoes); <= 0:
  * nothing is. */
 struct row_beam {
@@ -20,20 +23,25 @@ struct row_beam {
 /* What all beams of a row have in common. */
 struct row_shape {
     double half_az_rad;
-    double el_rad, half_el_rad;  /* together within 80 degrees */
-    double near_m, edge_near_m;  /* they detect from there on; at their edges */
-    double from_rad, to_rad;     /* azimuths where the first begins and the last ends */
+    double el_rad, half_el_rad; /* together within 80 degrees */
+    double near_m, edge_near_m; /* they detect from there on; at their edges */
+    double from_rad, to_rad;    /* azimuths where the first begins and the last ends ... */
+    bool goes_on[2];            /* ... and whether there a beam follows that is not among them */
 };
 
 /* Room for a row; the record's image points into it. */
 struct row_room {
-    double tan_az[WATER_COLUMNS + 1], tan_el[6], near_m[5];
+    double tan_az[WATER_COLUMNS + 1], tan_el[ROW_ROWS + 1], near_m[ROW_ROWS];
     struct water_cell cell[WATER_COLUMNS * 11];
 };
 
+#define ROW_ENDS 5 /* columns of a beam that has no neighbour on either side */
+
 /**
- * row_write - the image of n beams, 1 .. WATER_COLUMNS (with gaps counted), whose azimuths grow. Between two that are farther apart
- * than they are wide nothing is said.
+ * row_write - the image of n beams whose azimuths grow. Between two that are farther apart than they are wide nothing
+ * is said. A beam that has no neighbour on a side is free there only as far as at its side and its edge, as above and
+ * below its axis. 1 <= n, and n, the gaps and ROW_ENDS for each beam beside one and for the ends are at most
+ * WATER_COLUMNS.
  */
 void row_write(struct water_record *record, struct row_room *room, const struct row_shape *shape,
                const struct row_beam *beam, size_t n);

@@ -29,7 +29,8 @@ struct water_tile tiles_cone(const struct tile_index *tile)
 {
     const double share = 1.0 / (1u << tile->level), half_el = geo_rad(ROW_DEG / 2) * share;
     const double el = geo_rad((tile->row + 0.5) * ROW_DEG * share - 90);
-    const double wide = GEO_TURN / tiles_columns(tile->row >> tile->level) * share, az = (tile->column + 0.5) * wide;
+    const double wide = GEO_TURN / tiles_columns(tile->row >> tile->level) * share,
+                 az = (tile->column + 0.5) * wide;
     const double most = cos(fmax(fabs(el) - half_el, 0)) * wide / 2;
     struct water_tile cone = {.half_rad = 1.001 * sqrt(half_el * half_el + most * most)};
     geo_direction(az, el, cone.v);

@@ -13,7 +13,7 @@
 #include "decide.h"
 
 #define TILES_ROWS   36
-#define TILES_LEVELS 4  /* 5, 2.5, 1.25 and 0.625 degrees */
+#define TILES_LEVELS 4    /* 5, 2.5, 1.25 and 0.625 degrees */
 #define TILES_ROOTS  2016 /* in all rows */
 
 /* Row 0 is the lowest, column 0 begins at north. */

@@ -1,0 +1,165 @@
+/* SPDX-License-Identifier: MIT */
+#include "beams.h"
+
+#include <math.h>
+#include <string.h>
+
+#define WIDEST_RAD (80 * GEO_PI / 180)
+
+void beams_begin(struct water_record *record, const struct echoes *e, const struct mount *mount)
+{
+    const struct pose *pose = &e->pose;
+    double turn[4];
+    *record = (struct water_record){.t_ns = e->t_ns,
+                                    .newest_ns = e->t_ns,
+                                    .sensor = e->sensor,
+                                    .seq = e->seq,
+                                    .path_m = pose->path_m,
+                                    .drift_m = {pose->drift_m[0], pose->drift_m[1]},
+                                    .uncertain_m = pose->uncertain_m + pose->blur_any_m + geo_length(pose->blur_m),
+                                    .tilt_rad = pose->uncertain_rad + pose->blur_rad};
+    quat_rotate(pose->attitude, mount->position_m, record->place_m);
+    for (int i = 0; i < 3; i++)
+        record->place_m[i] += pose->position_m[i];
+    quat_multiply(pose->attitude, mount->attitude, turn);
+    quat_axes(turn, record->axis);
+}
+
+/* ---- beams ---- */
+
+static bool frees(const struct beam_echoes *h)
+{
+    return h->free_to_m > h->blind_m;
+}
+
+static bool is_deaf(const struct beam_echoes *h)
+{
+    return !frees(h) && !(h->n > 0 && h->echo[0].flags & ECHO_OWN);
+}
+
+static bool was_deaf(const struct beams_deaf *deaf, const struct echoes *e, uint16_t i)
+{
+    return deaf->n == e->n_beams && deaf->beam[i / 64] >> (i % 64) & 1;
+}
+
+/* Deaf once, it says nothing: a burst of noise, a lost pulse. Twice, something may be in front of it. */
+static struct row_beam beam_of(const struct beam_echoes *h, bool deaf_before)
+{
+    struct row_beam b = {.az_rad = (double)h->az_rad, .echo = h->n > 0 || (is_deaf(h) && deaf_before)};
+    if (!frees(h))
+        return b;
+    b.axis_m = b.side_m = b.edge_m = (double)h->free_to_m;
+    if (!h->off_axis)
+        return b;
+    b.side_m = fmin((double)h->side_to_m, b.axis_m);
+    b.edge_m = h->edge_to_m > h->edge_from_m ? fmin((double)h->edge_to_m, b.side_m) : 0;
+    return b;
+}
+
+/* In order of azimuth; of two with the same one the worse counts. */
+static void add_beam(struct beams_row *row, const struct row_beam *b)
+{
+    size_t at = row->n;
+    while (at > 0 && row->beam[at - 1].az_rad > b->az_rad)
+        at--;
+    if (at > 0 && row->beam[at - 1].az_rad == b->az_rad) {
+        struct row_beam *same = &row->beam[at - 1];
+        same->axis_m = fmin(same->axis_m, b->axis_m);
+        same->side_m = fmin(same->side_m, b->side_m);
+        same->edge_m = fmin(same->edge_m, b->edge_m);
+        same->echo = same->echo || b->echo;
+        return;
+    }
+    memmove(row->beam + at + 1, row->beam + at, (row->n - at) * sizeof *b);
+    row->beam[at] = *b;
+    row->n++;
+}
+
+/* ---- rows ---- */
+
+#define LATE_M 0.5 /* a beam that begins to detect so much later than ... */
+#define LATE_TIMES                                                                                                \
+    2.0 /* ... so many times the first one's range frees nothing, rather than that all of the row begins there */
+
+static double near_of(const struct echoes *e, uint16_t first, uint16_t end)
+{
+    double near_m = INFINITY;
+    for (uint16_t i = first; i < end; i++)
+        if (frees(&e->beam[i]))
+            near_m = fmin(near_m, (double)e->beam[i].blind_m);
+    return near_m;
+}
+
+/* Where all of the row detects. */
+static void set_near(struct row_shape *shape, const struct beam_echoes *h, double late_m)
+{
+    if (!frees(h) || (double)h->blind_m > late_m)
+        return;
+    shape->near_m = fmax(shape->near_m, (double)h->blind_m);
+    if (h->off_axis && h->edge_to_m > h->edge_from_m)
+        shape->edge_near_m = fmax(shape->edge_near_m, (double)h->edge_from_m);
+}
+
+/* Columns that the image of the beams so far may take, with one more behind them. */
+static size_t columns_with(const struct beams_row *row, size_t gaps)
+{
+    return row->n + 1 + ROW_ENDS * (gaps + 1);
+}
+
+static size_t gaps_in(const struct beams_row *row, double half_rad)
+{
+    size_t gaps = 0;
+    for (size_t i = 1; i < row->n; i++)
+        gaps += row->beam[i].az_rad - row->beam[i - 1].az_rad > 2 * half_rad;
+    return gaps;
+}
+
+/* Beams of a row that has too many gaps: those to the right are left out. */
+static void fit(struct beams_row *row, double half_rad)
+{
+    while (row->n > 1 && columns_with(row, gaps_in(row, half_rad)) > WATER_COLUMNS)
+        row->n--;
+}
+
+static uint16_t end_of(const struct echoes *e, uint16_t first)
+{
+    uint16_t end = first;
+    while (end < e->n_beams && e->beam[end].el_rad == e->beam[first].el_rad)
+        end++;
+    return end;
+}
+
+bool beams_read(const struct echoes *e, const struct beams_deaf *deaf, uint16_t *next, struct beams_row *out)
+{
+    const uint16_t first = *next, end = end_of(e, first);
+    const double late_m = LATE_TIMES * near_of(e, first, end) + LATE_M, el_rad = (double)e->beam[first].el_rad;
+    struct row_shape *shape = &out->shape;
+    *next = end;
+    out->n = 0;
+    *shape = (struct row_shape){.half_az_rad = (double)e->az_aperture_rad / 2,
+                                .el_rad = el_rad,
+                                .half_el_rad = fmin((double)e->el_aperture_rad / 2, WIDEST_RAD - fabs(el_rad))};
+    for (uint16_t i = first; i < end; i++) {
+        const struct beam_echoes *h = &e->beam[i];
+        struct row_beam b = beam_of(h, was_deaf(deaf, e, i));
+        if (e->n_beams > 1 && fabs(b.az_rad) >= WIDEST_RAD)
+            continue;
+        if (frees(h) && (double)h->blind_m > late_m)
+            b.axis_m = b.side_m = b.edge_m = 0;
+        set_near(shape, h, late_m);
+        add_beam(out, &b);
+    }
+    if (!out->n || shape->half_el_rad <= 0 || shape->half_az_rad <= 0)
+        return false;
+    fit(out, shape->half_az_rad);
+    shape->from_rad = fmax(out->beam[0].az_rad - shape->half_az_rad, -WIDEST_RAD);
+    shape->to_rad = fmin(out->beam[out->n - 1].az_rad + shape->half_az_rad, WIDEST_RAD);
+    return true;
+}
+
+void beams_listen(struct beams_deaf *deaf, const struct echoes *e)
+{
+    *deaf = (struct beams_deaf){.n = e->n_beams};
+    for (uint16_t i = 0; i < e->n_beams && i < BEAMS_MAX; i++)
+        deaf->beam[i / 64] |= (uint64_t)is_deaf(&e->beam[i]) << (i % 64);
+}

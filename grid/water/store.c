@@ -1,0 +1,205 @@
+/* SPDX-License-Identifier: MIT */
+#include "store.h"
+
+#include <math.h>
+#include <string.h>
+
+#include "thin.h"
+
+_Static_assert(POOL_RECORDS <= ASK_RECORDS, "a question takes all records");
+
+size_t store_bytes(void)
+{
+    return (sizeof(struct store) + 7) / 8 * 8 + pool_bytes();
+}
+
+struct store *store_init(void *memory)
+{
+    struct store *s = memory;
+    memset(s, 0, sizeof *s);
+    pool_init(&s->pool, (char *)memory + (sizeof *s + 7) / 8 * 8);
+    return s;
+}
+
+struct store *store_copy(void *memory, const struct store *s)
+{
+    struct store *copy = memory;
+    *copy = *s;
+    pool_copy(&copy->pool, (char *)memory + (sizeof *s + 7) / 8 * 8, &s->pool);
+    return copy;
+}
+
+/* ---- where water lies ---- */
+
+static void forget_all(struct store *s)
+{
+    pool_clear(&s->pool);
+    memset(s->sensor, 0, sizeof s->sensor);
+}
+
+static double way_m(const struct store *s, const struct pose *pose)
+{
+    const double way[3] = {pose->position_m[0] - s->at_m[0], pose->position_m[1] - s->at_m[1],
+                           pose->position_m[2] - s->at_m[2]};
+    return geo_length(way);
+}
+
+/* Poses that were withdrawn, or whose attitude has jumped: nobody knows how the axes of earlier ones lay. */
+static void heed_breaks(struct store *s, const struct pose *pose)
+{
+    const bool ned = (pose->has & POSE_ATTITUDE) != 0, withdrawn = pose->withdrawn != s->withdrawn;
+    if ((s->ned && withdrawn) || (ned && !s->ned) || (ned && pose->discontinuities != s->discontinuities)) {
+        forget_all(s);
+        s->placed = false;
+    }
+    s->ned = ned || (s->ned && !withdrawn);
+    s->withdrawn = pose->withdrawn;
+    if (ned)
+        s->discontinuities = pose->discontinuities;
+}
+
+/* A ping that was dated back says nothing of where the vehicle is. */
+static void heed_jumps(struct store *s, const struct pose *pose, uint64_t t_ns)
+{
+    const unsigned has = pose->has & (POSE_POSITION | POSE_DEPTH);
+    if (s->placed && t_ns < s->t_at_ns)
+        return;
+    if (s->placed && (has != s->has || way_m(s, pose) > POSE_STEP_MOST_M))
+        forget_all(s);
+    s->placed = true;
+    s->has = has;
+    s->t_at_ns = t_ns;
+    memcpy(s->at_m, pose->position_m, sizeof s->at_m);
+}
+
+/* False when the ping cannot be placed. */
+static bool place_ping(struct store *s, const struct echoes *e)
+{
+    heed_breaks(s, &e->pose);
+    if (s->ned && !(e->pose.has & POSE_ATTITUDE))
+        return false;
+    heed_jumps(s, &e->pose, e->t_ns);
+    if (!s->ned && e->pose.heading_adrift)
+        forget_all(s);
+    return s->ned || !e->pose.heading_adrift;
+}
+
+void store_follow(struct store *s, const struct pose *pose)
+{
+    if (s->placed && s->ned && pose->has & POSE_ATTITUDE && pose->t_ns >= s->t_at_ns &&
+        pose->discontinuities == s->discontinuities && pose->withdrawn == s->withdrawn &&
+        (pose->has & (POSE_POSITION | POSE_DEPTH)) == s->has && way_m(s, pose) <= POSE_STEP_MOST_M) {
+        memcpy(s->at_m, pose->position_m, sizeof s->at_m);
+        s->t_at_ns = pose->t_ns;
+    }
+}
+
+/* ---- pings ---- */
+
+/* The record before goes if it is spared. */
+static void keep_thinned(struct store *s, const struct water_record *record)
+{
+    const struct water_record *middle = pool_of(&s->pool, record->sensor, 0),
+                              *before = pool_of(&s->pool, record->sensor, 1);
+    if (middle && before && middle->newest_ns <= record->t_ns && before->newest_ns <= middle->t_ns &&
+        thin_spares(before, middle, record))
+        pool_drop(&s->pool, record->sensor, middle->seq);
+    pool_keep(&s->pool, record);
+}
+
+static void enter_head(struct store *s, const struct echoes *e, const struct water_record *at)
+{
+    struct store_sensor *sensor = &s->sensor[e->sensor];
+    struct water_record record;
+    uint16_t next = 0;
+    if (!beams_read(e, &sensor->deaf, &next, &s->row))
+        return;
+    const bool joined = sweep_add(&sensor->sweep, at, &s->row);
+    sweep_write(&sensor->sweep, &record, &s->room);
+    if (joined && sensor->sweep.since > 1)
+        pool_drop(&s->pool, e->sensor, e->seq - 1);
+    if (joined)
+        pool_keep(&s->pool, &record);
+    else
+        keep_thinned(s, &record);
+}
+
+static void enter_fan(struct store *s, const struct echoes *e, const struct water_record *at)
+{
+    const struct beams_deaf *deaf = &s->sensor[e->sensor].deaf;
+    uint16_t next = 0;
+    for (int rows = 0; rows < STORE_ROWS && next < e->n_beams; rows++) {
+        struct water_record record = *at;
+        if (!beams_read(e, deaf, &next, &s->row))
+            continue;
+        row_write(&record, &s->room, &s->row.shape, s->row.beam, s->row.n);
+        if (rows == 0 && next == e->n_beams)
+            keep_thinned(s, &record);
+        else
+            pool_keep(&s->pool, &record);
+    }
+}
+
+void store_enter(struct store *s, const struct echoes *e, const struct mount *mount)
+{
+    struct water_record at;
+    if (e->sensor >= STORE_SENSORS || e->n_beams == 0 || e->n_beams > BEAMS_MAX || !place_ping(s, e))
+        return;
+    beams_begin(&at, e, mount);
+    if (e->n_beams == 1)
+        enter_head(s, e, &at);
+    else
+        enter_fan(s, e, &at);
+    beams_listen(&s->sensor[e->sensor].deaf, e);
+}
+
+/* ---- questions ---- */
+
+static double seconds_since(uint64_t t_ns, uint64_t now_ns)
+{
+    return now_ns > t_ns ? (double)(now_ns - t_ns) * 1e-9 : 0;
+}
+
+/* By what a record's water is uncertain now: all that was so when it was seen, and what came since. */
+static struct water_view look_at(const struct store_now *now, const struct water_record *r)
+{
+    const struct pose *pose = now->pose;
+    const double age_s = seconds_since(r->t_ns, now->now_ns), way = fmax(pose->path_m - r->path_m, 0);
+    const double drift_m =
+        hypot(fmax(pose->drift_m[0] - r->drift_m[0], 0), fmax(pose->drift_m[1] - r->drift_m[1], 0));
+    const double turned_rad = pose->heading_radps * age_s;
+    struct water_view view = {.record = r,
+                              .margin_m = r->uncertain_m + pose->uncertain_m + drift_m +
+                                          (POSE_WAY_ERROR + fmin(turned_rad, 2)) * way,
+                              .margin_rad = r->tilt_rad + turned_rad,
+                              .lost = (now->lost >> r->sensor & 1) || age_s > now->clear_for_s};
+    view.lost = view.lost || way + view.margin_m > now->move_limit_m;
+    double from[3];
+    for (int k = 0; k < 3; k++)
+        from[k] = pose->position_m[k] - r->place_m[k];
+    for (int k = 0; k < 3; k++)
+        view.at_m[k] = geo_dot(from, r->axis[k]);
+    return view;
+}
+
+/* From where the vehicle jumped to nobody knows where anything lies. */
+static bool is_away(const struct store *s, const struct pose *pose)
+{
+    return !s->placed || s->ned != ((pose->has & POSE_ATTITUDE) != 0) ||
+           pose->discontinuities != s->discontinuities || pose->withdrawn != s->withdrawn ||
+           way_m(s, pose) > POSE_STEP_MOST_M;
+}
+
+int store_view(const struct store *s, const struct store_now *now, struct water_view *view)
+{
+    int n = 0;
+    if (is_away(s, now->pose))
+        return 0;
+    for (uint32_t i = 0; i < s->pool.n; i++) {
+        const struct water_record *r = pool_at(&s->pool, i);
+        if (seconds_since(r->newest_ns, now->now_ns) > now->clear_for_s)
+            break;
+        view[n++] = look_at(now, r);
+    }
+    return n;
+}

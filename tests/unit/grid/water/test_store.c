@@ -1,0 +1,412 @@
+/* SPDX-License-Identifier: MIT */
+/* test_store - which records pings become, what of them is kept, and when their water is free no more. */
+#include "tests/lib/ask_free.h"
+#include "tests/lib/test.h"
+
+#include "grid/geometry.h"
+#include "grid/water/store.h"
+
+#define SECOND  UINT64_C(1000000000)
+#define TICK    (SECOND / 10)
+#define MOST    64
+#define START_M 0.75
+
+static struct store *store;
+static struct pose pose;
+static struct beam_echoes beam[MOST];
+static struct echoes ping;
+
+static void begin(uint16_t beams, double wide_deg)
+{
+    static void *memory;
+    memory = memory ? memory : malloc(store_bytes());
+    store = store_init(memory);
+    pose = pose_identity;
+    pose.has = POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH;
+    ping = (struct echoes){.n_beams = beams,
+                           .t_ns = 100 * SECOND,
+                           .range_max_m = 20,
+                           .az_aperture_rad = (float)geo_rad(wide_deg),
+                           .el_aperture_rad = (float)geo_rad(25),
+                           .beam = beam};
+    for (uint16_t i = 0; i < beams; i++)
+        beam[i] = (struct beam_echoes){
+            .az_rad = (float)geo_rad((i - (beams - 1) / 2.0) * wide_deg), .blind_m = 0.1f, .free_to_m = 10};
+}
+
+/* The next one, a tick later. */
+static void send(void)
+{
+    ping.seq++;
+    ping.t_ns += TICK;
+    ping.pose = pose;
+    store_enter(store, &ping, &mount_identity);
+}
+
+static void send_at(double az_deg)
+{
+    beam[0].az_rad = (float)geo_rad(az_deg);
+    send();
+}
+
+static int look(struct water_view view[ASK_RECORDS])
+{
+    const struct store_now now = {.now_ns = ping.t_ns, .pose = &pose, .clear_for_s = 30, .move_limit_m = 20};
+    return store_view(store, &now, view);
+}
+
+/* How far a thin cone is free, from from_m on. */
+static double free_from(double from_m, double az_deg, double el_deg)
+{
+    static struct water_view view[ASK_RECORDS];
+    struct ask_question q = {.half_rad = geo_rad(0.1), .near_m = from_m, .to_m = 12};
+    geo_direction(geo_rad(az_deg), geo_rad(el_deg), q.axis);
+    return ask_free(view, look(view), &q).free_to_m;
+}
+
+static double free_at(double az_deg, double el_deg)
+{
+    return free_from(START_M, az_deg, el_deg);
+}
+
+/* The newest record but for `back`. */
+static const struct water_record *newest(uint32_t back)
+{
+    return pool_at(&store->pool, back);
+}
+
+TEST(memory_is_bounded)
+{
+    CHECK(store_bytes() <= 3u << 20);
+    begin(MOST, 1);
+    for (int i = 0; i < 3 * POOL_RECORDS; i++) {
+        pose.position_m[0] += 0.5;
+        send();
+        CHECK(store->pool.n <= POOL_RECORDS);
+        CHECK_INT(newest(0)->seq, ping.seq);
+    }
+    CHECK(store->pool.n >= 128);
+}
+
+TEST(the_last_beams_of_a_head_are_a_row_that_is_kept_every_sixth)
+{
+    begin(1, 2.5);
+    for (int i = 0; i < 24; i++)
+        send_at(2 * i);
+    CHECK_INT(store->pool.n, 4);
+    CHECK_INT(newest(0)->seq, 24);
+    CHECK_INT(newest(0)->newest_ns - newest(0)->t_ns, 17 * TICK);
+    CHECK_INT(newest(3)->seq, 6);
+    send_at(48);
+    CHECK_INT(store->pool.n, 5);
+    send_at(50);
+    CHECK_INT(store->pool.n, 5);
+    CHECK_NEAR(free_at(25, 0), 10, 0, 0.13);
+    CHECK_NEAR(free_at(49, 0), 10, 0, 0.13);
+    CHECK(free_at(55, 0) <= START_M);
+}
+
+TEST(a_row_goes_round_north_and_back)
+{
+    for (int sense = -1; sense <= 1; sense += 2) {
+        begin(1, 2.5);
+        for (int i = -20; i < 20; i++)
+            send_at(180 + sense * 2 * i);
+        CHECK_NEAR(free_at(180, 0), 10, 0, 0.13);
+        CHECK_NEAR(free_at(179, 0), 10, 0, 0.13);
+        send_at(180 + sense * 36); /* turned back */
+        CHECK_INT(newest(0)->t_ns, newest(0)->newest_ns);
+        CHECK_INT(newest(1)->seq, ping.seq - 1);
+    }
+}
+
+TEST(a_lost_ping_parts_a_row)
+{
+    begin(1, 2.5);
+    for (int i = 0; i < 9; i++)
+        send_at(2 * i);
+    ping.seq++;
+    send_at(20);
+    CHECK_INT(newest(0)->t_ns, newest(0)->newest_ns);
+    CHECK_INT(newest(1)->seq, ping.seq - 2);
+    CHECK_NEAR(free_at(15, 0), 10, 0, 0.13);
+    CHECK(free_at(18, 0) <= START_M);
+    begin(1, 5); /* be there a gap or not */
+    for (int i = 0; i < 9; i++)
+        send_at(2 * i);
+    ping.seq++;
+    send_at(20);
+    CHECK_INT(newest(0)->t_ns, newest(0)->newest_ns);
+}
+
+/* Two beams that only touch, sent from two places: between them something may stand. */
+TEST(nearer_than_beams_overlap_nothing_is_free)
+{
+    begin(1, 2.5);
+    for (int i = 0; i < 9; i++) {
+        pose.position_m[1] = 0.02 * i;
+        send_at(2 * i);
+    }
+    const double slip_m = 0.02 / sin(geo_rad(0.5));
+    CHECK(free_at(8, 0) <= START_M);
+    CHECK(newest(0)->image.near_m[2] >= slip_m - 1e-3 && newest(0)->image.near_m[2] < slip_m + 0.1);
+}
+
+TEST(what_is_deaf_once_says_nothing_and_twice_ends_the_water)
+{
+    begin(9, 3);
+    send();
+    beam[4].free_to_m = 0;
+    send();
+    CHECK_NEAR(free_at(0, 0), 10, 0, 0.13);
+    beam[4].free_to_m = 10;
+    beam[5].free_to_m = 0;
+    send();
+    CHECK_NEAR(free_at(3, 0), 10, 0, 0.13);
+    send();
+    CHECK(free_at(3, 0) <= START_M);
+    CHECK_NEAR(free_at(0, 0), 10, 0, 0.13);
+}
+
+TEST(a_head_that_is_deaf_twice_ends_what_both_beams_looked_at)
+{
+    begin(1, 2.5);
+    for (int i = 0; i < 20; i++)
+        send_at(2 * i);
+    for (int i = 0; i < 20; i++) {
+        beam[0].free_to_m = i == 4 || i == 10 || i == 11 ? 0 : 10;
+        send_at(40 - 2 * i);
+    }
+    CHECK_NEAR(free_at(32, 0), 10, 0, 0.13);
+    CHECK(free_at(20, 0) <= START_M);
+    CHECK(free_at(18, 0) <= START_M);
+    CHECK_NEAR(free_at(24, 0), 10, 0, 0.13);
+}
+
+TEST(an_own_echo_ends_what_is_behind_it)
+{
+    begin(9, 3);
+    send();
+    beam[4].n = 1;
+    beam[4].echo[0] = (struct echo){.range_m = 2, .near_m = 1.9f, .flags = ECHO_OWN};
+    beam[4].free_to_m = 0;
+    send();
+    CHECK(free_at(0, 0) <= START_M);
+}
+
+static bool shows_echo(void)
+{
+    for (uint32_t i = 0; i < store->pool.n; i++)
+        if (pool_at(&store->pool, i)->echoes)
+            return true;
+    return false;
+}
+
+TEST(a_fan_is_thinned_and_what_one_ping_alone_shows_is_kept)
+{
+    begin(MOST, 1);
+    for (int i = 0; i < 40; i++)
+        send();
+    CHECK_INT(store->pool.n, 2);
+    beam[30].n = 1;
+    beam[30].echo[0] = (struct echo){.range_m = 4, .near_m = 3.9f};
+    beam[30].free_to_m = 3.9f;
+    send();
+    beam[30].n = 0;
+    beam[30].free_to_m = 10;
+    for (int i = 0; i < 40; i++)
+        send();
+    CHECK(shows_echo());
+    CHECK(store->pool.n <= 5);
+    /* what all of them show is no reason to keep them */
+    beam[30].n = 1;
+    beam[30].free_to_m = 3.9f;
+    for (int i = 0; i < 40; i++)
+        send();
+    CHECK(store->pool.n <= 7);
+    CHECK_NEAR(free_at(-1.5, 0), 3.9, 0, 0.13);
+}
+
+TEST(a_fan_that_moves_is_kept)
+{
+    begin(MOST, 1);
+    for (int i = 0; i < 40; i++) {
+        pose.position_m[0] += 0.1;
+        send();
+    }
+    CHECK(store->pool.n >= 20);
+}
+
+TEST(old_water_is_free_no_more)
+{
+    begin(9, 3);
+    send();
+    ping.t_ns += 29 * SECOND;
+    CHECK_NEAR(free_at(0, 0), 10, 0, 0.13);
+    ping.t_ns += 2 * SECOND;
+    CHECK(free_at(0, 0) <= START_M);
+    /* a row is as old as its oldest beam */
+    begin(1, 2.5);
+    for (int i = 0; i < 6; i++)
+        send_at(2 * i);
+    ping.t_ns += 30 * SECOND - 6 * TICK;
+    CHECK_NEAR(free_at(5, 0), 10, 0, 0.13);
+    ping.t_ns += 3 * TICK;
+    CHECK(free_at(5, 0) <= START_M);
+}
+
+TEST(poses_that_break_make_all_unknown)
+{
+    for (int kind = 0; kind < 4; kind++) {
+        begin(9, 3);
+        send();
+        pose.discontinuities += kind == 0;
+        pose.withdrawn += kind == 1;
+        pose.position_m[1] += kind == 2 ? 1.1 : 0;
+        pose.has &= kind == 3 ? ~(unsigned)POSE_ATTITUDE : ~0u;
+        CHECK(free_at(0, 0) <= START_M);
+        send();
+        CHECK_INT(store->pool.n, 1);
+        CHECK_INT(newest(0)->seq, kind == 3 ? 1 : 2);
+    }
+}
+
+TEST(small_steps_between_pings_are_no_jump)
+{
+    begin(9, 3);
+    send();
+    for (int i = 0; i < 20; i++) {
+        pose.position_m[0] += 0.1;
+        pose.t_ns = ping.t_ns + (unsigned)i;
+        store_follow(store, &pose);
+    }
+    CHECK(free_at(0, 0) > 7.5 && free_at(0, 0) < 8.1);
+}
+
+TEST(without_an_attitude_water_lies_in_the_bodys_axes)
+{
+    begin(9, 3);
+    pose.has = 0;
+    send();
+    CHECK_NEAR(free_at(0, 0), 10, 0, 0.13);
+    pose.drift_m[0] = 0.5;
+    CHECK(free_from(4, 0, 0) > 9 && free_from(4, 0, 0) < 9.6);
+    pose.heading_adrift = true;
+    send();
+    CHECK_INT(store->pool.n, 0);
+    pose = pose_identity;
+    send();
+    pose.has = POSE_ATTITUDE;
+    send();
+    CHECK_INT(store->pool.n, 1);
+}
+
+TEST(way_uncertainty_and_drift_make_water_smaller)
+{
+    begin(9, 3);
+    send();
+    pose.path_m = 15;
+    CHECK(free_at(0, 0) > 9.5 && free_at(0, 0) <= 9.85);
+    pose.path_m = 21;
+    CHECK(free_at(0, 0) <= START_M); /* farther than the limit */
+    pose.path_m = 0;
+    pose.uncertain_m = 0.5;
+    CHECK(free_from(4, 0, 0) > 9 && free_from(4, 0, 0) <= 9.5);
+    pose.uncertain_m = 0;
+    pose.heading_radps = geo_rad(2);
+    CHECK_NEAR(free_at(10, 0), 10, 0, 0.13);
+    ping.t_ns += 2 * SECOND;
+    CHECK(free_at(10, 0) <= START_M);
+    CHECK(free_at(7, 0) > 9);
+}
+
+TEST(a_lost_sonar_ends_water_and_frees_none)
+{
+    static struct water_view view[ASK_RECORDS];
+    begin(9, 3);
+    const struct ask_question q = {.axis = {1, 0, 0}, .half_rad = geo_rad(0.1), .near_m = START_M, .to_m = 9};
+    struct store_now now = {.pose = &pose, .clear_for_s = 30, .move_limit_m = 20, .lost = 2};
+    send();
+    ping.sensor = 1;
+    beam[4].n = 1;
+    beam[4].free_to_m = 5;
+    send();
+    now.now_ns = ping.t_ns;
+    CHECK_NEAR(ask_free(view, store_view(store, &now, view), &q).free_to_m, 5, 0, 0.13);
+    now.lost = 3;
+    CHECK(ask_free(view, store_view(store, &now, view), &q).free_to_m <= START_M);
+}
+
+/* A beam that is free to 10 m on its axis, and to 3 m at its edge. */
+TEST(off_its_axis_a_beam_frees_no_more_than_it_detects)
+{
+    begin(1, 25);
+    beam[0].off_axis = true;
+    beam[0].side_to_m = 7;
+    beam[0].edge_from_m = 0.1f;
+    beam[0].edge_to_m = 3;
+    send_at(0);
+    CHECK_NEAR(free_at(0, 0), 10, 0, 0.13);
+    for (int side = -1; side <= 1; side += 2) {
+        CHECK_NEAR(free_at(0, side * 9), 3, 0, 0.13);
+        CHECK_NEAR(free_at(0, side * 5), 7, 0, 0.13);
+        CHECK_NEAR(free_at(side * 9, 0), 3, 0, 0.13);
+        CHECK_NEAR(free_at(side * 5, 0), 7, 0, 0.13);
+        CHECK(free_at(side * 13.5, 0) <= START_M);
+    }
+    store_init(store);
+    beam[0].edge_from_m = 1;
+    send_at(0);
+    CHECK(free_at(9, 0) <= START_M && free_at(0, 9) <= START_M);
+    CHECK_NEAR(free_at(0, 0), 10, 0, 0.13);
+    CHECK_NEAR(free_at(0, 5), 7, 0, 0.13);
+}
+
+TEST(what_is_wider_than_a_row_is_cut)
+{
+    begin(1, 178);
+    send_at(0);
+    CHECK_NEAR(free_at(60, 0), 10, 0, 0.13);
+    CHECK(free_at(85, 0) <= START_M);
+    begin(MOST, 5.5);
+    send();
+    CHECK_NEAR(free_at(75, 0), 10, 0, 0.13);
+    CHECK(free_at(85, 0) <= START_M);
+}
+
+TEST(beams_at_other_elevations_are_rows_of_their_own)
+{
+    begin(10, 4);
+    for (int i = 0; i < 10; i++) {
+        beam[i].az_rad = (float)geo_rad(4 * (i % 5) - 8);
+        beam[i].el_rad = (float)geo_rad(i < 5 ? 0 : 20);
+    }
+    send();
+    CHECK_INT(store->pool.n, 2);
+    CHECK_NEAR(free_at(0, 30), 10, 0, 0.13);
+    CHECK_NEAR(free_at(0, -10), 10, 0, 0.13);
+}
+
+int main(void)
+{
+    RUN(memory_is_bounded);
+    RUN(the_last_beams_of_a_head_are_a_row_that_is_kept_every_sixth);
+    RUN(a_row_goes_round_north_and_back);
+    RUN(a_lost_ping_parts_a_row);
+    RUN(nearer_than_beams_overlap_nothing_is_free);
+    RUN(what_is_deaf_once_says_nothing_and_twice_ends_the_water);
+    RUN(a_head_that_is_deaf_twice_ends_what_both_beams_looked_at);
+    RUN(an_own_echo_ends_what_is_behind_it);
+    RUN(a_fan_is_thinned_and_what_one_ping_alone_shows_is_kept);
+    RUN(a_fan_that_moves_is_kept);
+    RUN(old_water_is_free_no_more);
+    RUN(poses_that_break_make_all_unknown);
+    RUN(small_steps_between_pings_are_no_jump);
+    RUN(without_an_attitude_water_lies_in_the_bodys_axes);
+    RUN(way_uncertainty_and_drift_make_water_smaller);
+    RUN(a_lost_sonar_ends_water_and_frees_none);
+    RUN(off_its_axis_a_beam_frees_no_more_than_it_detects);
+    RUN(what_is_wider_than_a_row_is_cut);
+    RUN(beams_at_other_elevations_are_rows_of_their_own);
+    return test_end();
+}
