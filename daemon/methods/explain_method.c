@@ -8,6 +8,7 @@
 
 #include "grid/answer/scope.h"
 #include "grid/sphere/view.h"
+#include "grid/water/store.h"
 #include "daemon/request_job.h"
 #include "grid_methods.h"
 #include "methods.h"
@@ -15,9 +16,14 @@
 #include "reference.h"
 #include "json_units.h"
 
-/* Looked at in one part: so long pings wait, and other clients. */
+/* Looked at in one part, or one root tile: so long pings wait, and other clients. */
 #define DIRECTIONS_PER_PART 512
 #define BEAMS_PER_PART      2048
+
+#define TILES_PER_PART 2
+/* The records are not asked about wider cones: that takes long; nor farther than they reach. */
+#define RECORDS_HALF_RAD (15 * GEO_PI / 180)
+#define RECORDS_TO_M     600.0
 
 struct blocking {
     uint32_t direction;
@@ -65,6 +71,11 @@ struct scene {
     json_int_t says[SAYINGS];
     uint32_t n_sayings;
     struct saying saying[PROTOCOL_EXPLAIN_MAX];
+    /* records of free water */
+    bool recorded, all_asked; /* they are asked; and have been */
+    struct water_view view[ASK_RECORDS];
+    struct ask ask;
+    /* behind it: room for a copy of the records */
 };
 
 static void write_age(struct json_out *out, const char *name, const struct scene *s, uint64_t t_ns)
@@ -390,7 +401,35 @@ static bool axes_turned(const struct scene *s)
     return frame.axes_rad != s->frame.axes_rad;
 }
 
-/* The next directions; when there are none left, the next beams. Older beams are forgotten while it goes on. */
+/* The records as they are now: later ones do not change what is asked of them in parts. */
+static void begin_records(struct scene *s, const struct store *water)
+{
+    struct ask_question question = {.half_rad = s->query.half_angle_rad + s->scope.turned_rad,
+                                    .near_m = s->query.near_m,
+                                    .to_m = fmin(s->query.distance_m, RECORDS_TO_M)};
+    const struct store_now now = {.now_ns = s->now.now_ns,
+                                  .pose = &s->now.pose,
+                                  .clear_for_s = s->limits.clear_for_s,
+                                  .move_limit_m = s->limits.move_limit_m,
+                                  .lost = s->now.lost};
+    enum answer_reason reason;
+    s->recorded = s->query.half_angle_rad <= RECORDS_HALF_RAD && question.to_m > question.near_m &&
+                  sight_possible(&s->frame, &s->now, s->query.ned, &reason);
+    s->all_asked = !s->recorded;
+    if (!s->recorded)
+        return;
+    memcpy(question.axis, s->axis, sizeof question.axis);
+    const struct store *copy = store_copy(s + 1, water);
+    ask_begin(&s->ask, s->view, store_view(copy, &now, s->view), &question);
+}
+
+static void ask_on(struct scene *s)
+{
+    s->all_asked = !ask_step(&s->ask);
+}
+
+/* The next directions; when there are none left, the next tiles, and then the next beams. Older beams are forgotten
+ * while it goes on. */
 static void look_on(struct scene *s, const struct witnesses *witnesses)
 {
     if (!s->all_visited && axes_turned(s))
@@ -403,6 +442,10 @@ static void look_on(struct scene *s, const struct witnesses *witnesses)
     }
     if (!s->all_visited)
         return;
+    if (!s->all_asked) {
+        ask_on(s);
+        return;
+    }
     for (int i = 0; i < BEAMS_PER_PART && !s->all_heard; i++) {
         const struct witness *w = witness_look(witnesses, witnesses->taken - s->beams_taken + s->beams);
         s->all_heard = !w;
@@ -414,11 +457,12 @@ static void look_on(struct scene *s, const struct witnesses *witnesses)
 }
 
 /* All that the answer is made of, as of one moment. */
-static void look_first(struct scene *s, const struct witnesses *witnesses)
+static void look_first(struct scene *s, const struct pipeline_owned *owned)
 {
     s->started = true;
-    s->beams_taken = witnesses->taken;
+    s->beams_taken = owned->witnesses->taken;
     begin_directions(s);
+    begin_records(s, owned->water);
 }
 
 /* A part of it, by the grid's owner. */
@@ -426,8 +470,23 @@ static void look_at_grid(void *ctx, const struct pipeline_owned *owned)
 {
     struct scene *s = ctx;
     if (!s->started)
-        look_first(s, owned->witnesses);
+        look_first(s, owned);
     look_on(s, owned->witnesses);
+}
+
+static void write_records(struct json_out *out, const struct scene *s)
+{
+    if (!s->recorded) {
+        json_member_null(out, "water");
+        return;
+    }
+    const struct ask_answer water = ask_end(&s->ask);
+    json_member_open(out, "water", '{');
+    json_member_metres(out, "free_from_m", s->ask.question.near_m);
+    json_member_metres(out, "free_to_m", water.free_to_m);
+    json_member_count(out, "records", (uint64_t)water.records);
+    write_age(out, "oldest_age_s", s, water.oldest >= 0 ? s->view[water.oldest].record->t_ns : 0);
+    json_out_close(out, '}');
 }
 
 /* By how much the pose may be off, which makes the cone wider and everything nearer. */
@@ -444,7 +503,7 @@ static struct scene *begin_scene(struct methods_env *d, json_t *params, struct r
     struct grid *grid = grid_asked(d, params, error);
     if (!grid)
         return NULL;
-    struct scene *s = calloc(1, sizeof *s);
+    struct scene *s = calloc(1, sizeof *s + store_bytes());
     if (!s) {
         rpc_refuse(error, RPC_INTERNAL_ERROR, "no memory to explain anything");
         return NULL;
@@ -478,6 +537,7 @@ static bool write_scene(const struct rpc_call *call, struct json_out *out, struc
     write_cells(out, s);
     write_gone(out, s);
     write_claims(out, s);
+    write_records(out, s);
     reference_write_all(out, d);
     write_pings(out, s);
     json_out_close(out, '}');

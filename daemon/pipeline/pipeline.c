@@ -50,6 +50,7 @@ static void run_maps(struct pipeline *p, struct echoes *e)
     if (p->map)
         enter_map(p, e);
     witness_take(&p->witnesses, e, &p->conf.mount[e->sensor]);
+    store_enter(p->water, e, &p->conf.mount[e->sensor]);
     const uint64_t ended_ns = now_of(p);
     measure_stage(p, PIPELINE_MAPS, started_ns, ended_ns);
     if (!p->conf.patient)
@@ -481,6 +482,14 @@ static bool make_witnesses(struct pipeline *p)
     return memory != NULL;
 }
 
+static bool make_water(struct pipeline *p)
+{
+    void *memory = own(p, store_bytes());
+    if (memory)
+        p->water = store_init(memory);
+    return memory != NULL;
+}
+
 static bool make_cleanup(struct pipeline *p, int i, struct fault *fault)
 {
     const struct cleanup_conf *c = &p->conf.cleanup[i];
@@ -569,7 +578,8 @@ struct pipeline *pipeline_new(const struct pipeline_conf *conf, struct fault *fa
         ring_init(&queues[i]->idle, conf->queue + PIPELINE_SPARE, 0);
         sem_init(&queues[i]->news, 0, 0);
     }
-    if (!owner_jobs_start(p) || !make_buffers(p) || !make_witnesses(p) || !make_stages(p, fault)) {
+    if (!owner_jobs_start(p) || !make_buffers(p) || !make_witnesses(p) || !make_water(p) ||
+        !make_stages(p, fault)) {
         pipeline_free(p);
         return NULL;
     }

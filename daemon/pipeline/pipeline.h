@@ -23,6 +23,7 @@
 #include "grid/range/marks.h"
 #include "grid/range/own_echo.h"
 #include "grid/voxel/voxmask.h"
+#include "grid/water/store.h"
 #include "grid.h"
 #include "image.h"
 #include "core/latency.h"
@@ -112,6 +113,7 @@ struct grid *pipeline_grid(struct pipeline *p, int i);
 struct pipeline_owned {
     struct pipeline_map *map; /* NULL: none is kept */
     const struct witnesses *witnesses;
+    const struct store *water;
 };
 
 /* What is done to it by that thread, between two pings. Pings wait meanwhile: some milliseconds at most. */

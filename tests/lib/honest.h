@@ -458,9 +458,9 @@ static void send_ping(int which, uint64_t t_ns, uint64_t late_ns, uint32_t numbe
 
 /* ---- asking ---- */
 
-enum question { CONE, CORRIDOR, SECTORS, NEAREST, COLLISION, LIMIT, FREE_TO, QUESTIONS };
-static const char *const names[] = {"cone",  "corridor", "sectors", "nearest", "time_to_collision",
-                                    "limit", "free_to_m"};
+enum question { CONE, CORRIDOR, SECTORS, NEAREST, COLLISION, LIMIT, FREE_TO, RECORDS, QUESTIONS };
+static const char *const names[] = {"cone",  "corridor",  "sectors", "nearest", "time_to_collision",
+                                    "limit", "free_to_m", "records"};
 /* Amply clear: no point is within so much of what was asked, nor so much behind it. */
 #define AMPLE_M 0.5
 
@@ -470,6 +470,9 @@ static struct {
     long amply_clear, amply_held_back, blocked,
         why[WHYS]; /* of the latter: said to be blocked, or unknown and why */
 } count[QUESTIONS];
+static struct {
+    double truly, grid, records;
+} free_metres; /* of cones, from where both ways of asking begin */
 
 static void judge_amply(enum question q, const json_t *answer, bool clear, bool amply)
 {
@@ -582,6 +585,29 @@ static double any_azimuth(void)
     return geo_wrap(uniform(-most, most));
 }
 
+/* The cone once more, of the records of pings: what they call free is held to the same. */
+static void ask_records(const double axis[3], double half, double to_m, const json_t *of_grid)
+{
+    double az, el;
+    geo_angles(axis, &az, &el);
+    json_t *a =
+        ask("explain", json_pack("{s:f, s:f, s:f, s:f, s:i}", "azimuth_deg", geo_deg(az), "elevation_deg",
+                                 geo_deg(el), "distance_m", to_m, "half_angle_deg", geo_deg(half), "count", 1));
+    const json_t *water = json_object_get(a, "water");
+    const bool any = json_is_object(water);
+    const double from_m = any ? number(water, "free_from_m") : 0, known_m = any ? number(water, "free_to_m") : 0;
+    const double truly_m = free_cone(axis, half, from_m, 0), off_m = excuse_m(of_grid);
+    judge(RECORDS, known_m > from_m, truly_m > known_m,
+          off_m > 0 && free_cone(axis, half, from_m + off_m, -off_m) > known_m - off_m,
+          words("azimuth %.1f, elevation %.1f, half %.1f: from %.2f, free to %.4f of %.2f m, truly to %.4f",
+                geo_deg(az), geo_deg(el), geo_deg(half), from_m, known_m, to_m, truly_m));
+    const double both_m = fmax(fmax(from_m, FROM_M), number(of_grid, "blind_to_m"));
+    free_metres.truly += fmax(0, fmin(to_m, free_cone(axis, half, both_m, 0)) - both_m);
+    free_metres.grid += fmax(0, fmin(to_m, number(of_grid, "free_to_m")) - both_m);
+    free_metres.records += fmax(0, known_m - both_m);
+    json_decref(a);
+}
+
 static void ask_cone(void)
 {
     const double az = any_azimuth(), most_el = fmax(0.03, geo_rad(vehicle->high_deg)),
@@ -600,6 +626,7 @@ static void ask_cone(void)
     judge_amply(CONE, a, says(a, "clear"), free_cone(axis, half, FROM_M, AMPLE_M) > to_m + AMPLE_M);
     judge(FREE_TO, known_m > from_m, free_cone(axis, half, from_m, 0) > known_m,
           off_m > 0 && free_cone(axis, half, from_m + off_m, -off_m) > known_m - off_m, what);
+    ask_records(axis, half, to_m, a);
     json_decref(a);
 }
 
@@ -941,6 +968,9 @@ static void tell(void)
                                            [ANSWER_NEVER] = "never"};
     printf("# %-18s %8s %8s %8s %8s %8s %10s %8s %10s  %s\n", "question", "asked", "clear", "false", "excused",
            "truly", "not said", "amply", "not said", "reasons");
+    printf("# free metres of cones: %.0f; said by the grid %.0f %%, by the records %.0f %%\n", free_metres.truly,
+           100 * free_metres.grid / fmax(free_metres.truly, 1e-9),
+           100 * free_metres.records / fmax(free_metres.truly, 1e-9));
     for (int q = 0; q < QUESTIONS; q++) {
         printf("# %-18s %8ld %8ld %8ld %8ld %8ld %8.0f %% %8ld %8.0f %%  blocked %ld", names[q], count[q].asked,
                count[q].clear, count[q].false_clear, count[q].excused, count[q].truly_clear,
@@ -965,6 +995,7 @@ static void run_with(const struct trial *t, int vehicles, int worlds)
     if (sanitized())
         worlds = (worlds + 1) / 2;
     memset(count, 0, sizeof count);
+    memset(&free_metres, 0, sizeof free_metres);
     trial = t;
     for (int i = 0; i < worlds; i++) {
         vehicle = &t->vehicle[i % vehicles];

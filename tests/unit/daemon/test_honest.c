@@ -62,6 +62,7 @@ TEST(a_hovering_vehicle_in_a_basin)
         2);
     USEFUL(told_share(CONE) > 0.5 && told_share(CORRIDOR) > 0.5 && told_share(SECTORS) > 0.5);
     USEFUL(count[CONE].clear > 10 && count[CORRIDOR].clear > 10 && count[NEAREST].clear > 10);
+    USEFUL(count[RECORDS].clear > 100);
 }
 
 TEST(with_poses_often)

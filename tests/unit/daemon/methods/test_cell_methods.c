@@ -106,6 +106,35 @@ TEST(what_is_gone_is_explained_as_far_as_was_asked)
     rig_end();
 }
 
+/* How far the records say that the cone ahead is free; NAN: they were not asked. */
+static double recorded(double half_deg)
+{
+    json_t *a = ask("explain", json_pack("{s:f, s:f, s:f}", "azimuth_deg", 0.0, "distance_m", 8.0,
+                                         "half_angle_deg", half_deg));
+    const json_t *water = json_object_get(a, "water");
+    const bool any = json_is_object(water);
+    const double to_m = any ? number(water, "free_to_m") : NAN;
+    CHECK(!any || (number(water, "records") > 0) == (to_m > number(water, "free_from_m")));
+    CHECK(!any || json_is_null(json_object_get(water, "oldest_age_s")) == (number(water, "records") == 0));
+    json_decref(a);
+    return to_m;
+}
+
+TEST(records_end_where_the_wall_is)
+{
+    if (!begin()) {
+        CHECK(false);
+        return;
+    }
+    const double to_m = recorded(3);
+    CHECK(to_m > WALL_M - 0.3 && to_m < WALL_M);
+    CHECK(isnan(recorded(16)));
+    for (int i = 0; i < 4; i++)
+        turn(false);
+    CHECK(recorded(3) > WALL_M);
+    rig_end();
+}
+
 TEST(a_cluster_reaches_from_its_near_edge_to_its_farthest_echo)
 {
     if (!begin()) {
@@ -151,6 +180,7 @@ int main(void)
 {
     RUN(cells_are_locked_within_the_cone_and_its_ranges_alone);
     RUN(what_is_gone_is_explained_as_far_as_was_asked);
+    RUN(records_end_where_the_wall_is);
     RUN(cells_tell_the_edges_of_what_reflects);
     RUN(a_cluster_reaches_from_its_near_edge_to_its_farthest_echo);
     return test_end();
