@@ -16,11 +16,10 @@
 #include "reference.h"
 #include "json_units.h"
 
-/* Looked at in one part, or one root tile: so long pings wait, and other clients. */
+/* Looked at in one part, or one step of asking the records: so long pings wait, and other clients. */
 #define DIRECTIONS_PER_PART 512
 #define BEAMS_PER_PART      2048
 
-#define TILES_PER_PART 2
 /* The records are not asked about wider cones: that takes long; nor farther than they reach. */
 #define RECORDS_HALF_RAD (15 * GEO_PI / 180)
 #define RECORDS_TO_M     600.0

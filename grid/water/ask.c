@@ -6,47 +6,20 @@
 
 #include "grid/geometry.h"
 
-#define OPEN 24 /* stretches of which nobody has said anything */
-
-struct stretch {
-    double from_m, to_m;
-};
-
-#define WORDS (ASK_RECORDS / 64)
-
-/* What is known of a tile before record `next`, and how far it is free by all of them. */
-struct work {
-    struct tile_index tile;
-    uint64_t out[WORDS];  /* set of the records that it does not touch; nor do its parts */
-    uint64_t used[WORDS]; /* set of those that found it free ... */
-    uint64_t all[WORDS];  /* ... and that do so with record `next` and those behind it */
-    int next, n;
-    double limit_m; /* nothing is free from there on */
-    struct stretch open[OPEN];
-    double free_to_m;
-    bool mixed; /* its parts may be free farther */
-};
+#define STEP_JUDGED 4096 /* stretches in one step, but for those of its last record */
 
 /* ---- one tile ---- */
 
-#define MIXED 16
-
-/* Stretches of which a part of the tile may be told more; of too many the last ones are one. */
-struct mixed {
-    struct stretch of[MIXED];
-    int n;
-};
-
-static void add_mixed(struct mixed *m, const struct water_piece *p)
+static void add_mixed(struct ask_mixed *m, const struct water_piece *p)
 {
-    if (m->n == MIXED) {
-        struct stretch *last = &m->of[MIXED - 1];
-        *last = (struct stretch){fmin(last->from_m, p->from_m), fmax(last->to_m, p->to_m)};
+    if (m->n == ASK_MIXED) {
+        struct ask_stretch *last = &m->of[ASK_MIXED - 1];
+        *last = (struct ask_stretch){fmin(last->from_m, p->from_m), fmax(last->to_m, p->to_m)};
     } else
-        m->of[m->n++] = (struct stretch){p->from_m, p->to_m};
+        m->of[m->n++] = (struct ask_stretch){p->from_m, p->to_m};
 }
 
-static bool is_mixed_at(const struct mixed *m, double at_m)
+static bool is_mixed_at(const struct ask_mixed *m, double at_m)
 {
     for (int i = 0; i < m->n; i++)
         if (m->of[i].from_m <= at_m && at_m <= m->of[i].to_m)
@@ -56,11 +29,12 @@ static bool is_mixed_at(const struct mixed *m, double at_m)
 
 /* The open stretches while a record is asked about them. */
 struct sieve {
-    struct stretch open[OPEN];
+    struct ask_stretch open[ASK_OPEN];
     int n;
     double limit_m;
     bool used;
-    struct mixed *mixed;
+    int judged;
+    struct ask_mixed *mixed;
 };
 
 static void keep_open(struct sieve *s, double from_m, double to_m)
@@ -69,8 +43,8 @@ static void keep_open(struct sieve *s, double from_m, double to_m)
         return;
     if (s->n && s->open[s->n - 1].to_m == from_m)
         s->open[s->n - 1].to_m = to_m;
-    else if (s->n < OPEN)
-        s->open[s->n++] = (struct stretch){from_m, to_m};
+    else if (s->n < ASK_OPEN)
+        s->open[s->n++] = (struct ask_stretch){from_m, to_m};
     else
         s->limit_m = fmin(s->limit_m, from_m); /* without room for it the water ends there */
 }
@@ -92,8 +66,8 @@ static void sift(struct sieve *s, const struct water_pieces *said)
 }
 
 /* What one record says of the open stretches, of those that it may touch. */
-static void ask_record(const struct water_view *view, const struct water_tile *cone, const struct stretch *touched,
-                       const struct work *w, struct sieve *s)
+static void ask_record(const struct water_view *view, const struct water_tile *cone,
+                       const struct ask_stretch *touched, const struct ask_tile *w, struct sieve *s)
 {
     struct water_pieces said;
     for (int i = 0; i < w->n && w->open[i].from_m < s->limit_m; i++) {
@@ -103,13 +77,14 @@ static void ask_record(const struct water_view *view, const struct water_tile *c
         keep_open(s, from_m, first_m);
         if (first_m < last_m) {
             water_decide(view, cone, first_m, last_m, &said);
+            s->judged += said.judged;
             sift(s, &said);
         }
         keep_open(s, last_m, fmin(to_m, s->limit_m));
     }
 }
 
-static void take(struct work *w, const struct sieve *s, int record)
+static void take(struct ask_tile *w, const struct sieve *s, int record)
 {
     w->n = s->n;
     w->limit_m = s->limit_m;
@@ -117,39 +92,62 @@ static void take(struct work *w, const struct sieve *s, int record)
     memcpy(w->open, s->open, sizeof w->open);
 }
 
-/*
- * All records from w->next on. At the first of which a part of the tile may be told more, w keeps what was known before
- * it: the parts go on from there.
- */
-static void pass(const struct ask *a, struct work *w)
+static void begin_pass(struct ask *a, const struct ask_tile *w)
 {
-    const struct water_tile cone = tiles_cone(&w->tile);
-    struct work now = *w;
-    struct mixed mixed = {.n = 0};
-    bool parted = false;
-    for (int i = w->next; i < a->n && now.n; i++) {
-        struct stretch touched = {a->question.near_m, a->question.to_m};
-        struct sieve s = {.limit_m = now.limit_m, .mixed = &mixed};
-        if (w->out[i / 64] >> (i % 64) & 1)
-            continue;
-        if (!water_touches(&a->view[i], &cone, &touched.from_m, &touched.to_m)) {
-            w->out[i / 64] |= UINT64_C(1) << (i % 64);
-            continue;
-        }
-        ask_record(&a->view[i], &cone, &touched, &now, &s);
-        if (mixed.n && !parted) {
-            parted = true;
-            w->next = i;
-            w->n = now.n;
-            w->limit_m = now.limit_m;
-            memcpy(w->used, now.used, sizeof w->used);
-            memcpy(w->open, now.open, sizeof w->open);
-        }
-        take(&now, &s, i);
+    a->pass.tile = a->pass.now = *w;
+    a->pass.mixed.n = 0;
+    a->pass.record = w->next;
+    a->pass.parted = false;
+}
+
+/* At the first record of which a part of the tile may be told more, the tile keeps what was known before it: the parts
+ * go on from there. */
+static void part_at(struct ask_tile *w, const struct ask_tile *now, int record)
+{
+    w->next = record;
+    w->n = now->n;
+    w->limit_m = now->limit_m;
+    memcpy(w->used, now->used, sizeof w->used);
+    memcpy(w->open, now->open, sizeof w->open);
+}
+
+static void pass_record(struct ask *a, const struct water_tile *cone, int i)
+{
+    struct ask_pass *p = &a->pass;
+    struct ask_stretch touched = {a->question.near_m, a->question.to_m};
+    struct sieve s = {.limit_m = p->now.limit_m, .mixed = &p->mixed};
+    a->judged++;
+    if (p->tile.out[i / 64] >> (i % 64) & 1)
+        return;
+    if (!water_touches(&a->view[i], cone, &touched.from_m, &touched.to_m)) {
+        p->tile.out[i / 64] |= UINT64_C(1) << (i % 64);
+        return;
     }
-    w->free_to_m = now.n && now.open[0].from_m < now.limit_m ? now.open[0].from_m : now.limit_m;
-    w->mixed = is_mixed_at(&mixed, w->free_to_m);
-    memcpy(w->all, now.used, sizeof w->all);
+    ask_record(&a->view[i], cone, &touched, &p->now, &s);
+    a->judged += s.judged;
+    if (p->mixed.n && !p->parted) {
+        p->parted = true;
+        part_at(&p->tile, &p->now, i);
+    }
+    take(&p->now, &s, i);
+}
+
+/* The records from the next one on; false: there are more than fit into this step. */
+static bool end_pass(struct ask *a)
+{
+    struct ask_pass *p = &a->pass;
+    struct ask_tile *w = &p->tile;
+    const struct ask_tile *now = &p->now;
+    const struct water_tile cone = tiles_cone(&w->tile);
+    for (; p->record < a->n && now->n; p->record++) {
+        if (a->judged >= STEP_JUDGED)
+            return false;
+        pass_record(a, &cone, p->record);
+    }
+    w->free_to_m = now->n && now->open[0].from_m < now->limit_m ? now->open[0].from_m : now->limit_m;
+    w->mixed = is_mixed_at(&p->mixed, w->free_to_m);
+    memcpy(w->all, now->used, sizeof w->all);
+    return true;
 }
 
 /* ---- all tiles ---- */
@@ -162,43 +160,64 @@ static bool is_asked(const struct ask *a, const struct tile_index *tile)
     return reach >= GEO_PI || geo_dot(cone.v, a->question.axis) >= cos(reach) - 1e-12;
 }
 
-static void settle(struct ask *a, const struct work *w)
+static void settle(struct ask *a, const struct ask_tile *w)
 {
     a->best_m = fmin(a->best_m, w->free_to_m);
-    for (int i = 0; i < WORDS; i++)
+    for (int i = 0; i < ASK_WORDS; i++)
         a->used[i] |= w->all[i];
 }
 
-/* A tile that was passed: its parts, the worst first, where that can make the answer longer. */
-static void refine(struct ask *a, const struct work *w)
+/* A tile that was passed: its parts are asked, where that can make the answer longer. */
+static void open_tile(struct ask *a, const struct ask_tile *w)
 {
     if (w->free_to_m >= a->best_m || !w->mixed || w->tile.level + 1 == TILES_LEVELS) {
         settle(a, w);
         return;
     }
-    struct work part[4];
-    int n = 0;
-    for (int i = 0; i < 4; i++) {
-        const struct tile_index tile = tiles_part(&w->tile, i);
-        if (!is_asked(a, &tile))
-            continue;
-        struct work one = *w;
-        one.tile = tile;
-        one.limit_m = fmin(one.limit_m, a->best_m);
-        pass(a, &one);
-        int at = n++;
-        for (; at > 0 && part[at - 1].free_to_m > one.free_to_m; at--)
-            part[at] = part[at - 1];
-        part[at] = one;
-    }
-    for (int i = 0; i < n; i++)
-        refine(a, &part[i]);
+    struct ask_level *level = &a->level[a->levels++];
+    level->whole = *w;
+    level->tried = level->n = level->next = 0;
 }
 
-static void start(const struct ask *a, struct work *w, const struct tile_index *root)
+static void begin_part(struct ask *a, struct ask_level *level)
 {
-    *w = (struct work){.tile = *root, .n = 1, .limit_m = a->best_m};
-    w->open[0] = (struct stretch){a->question.near_m, a->best_m};
+    struct ask_tile one = level->whole;
+    one.tile = tiles_part(&level->whole.tile, level->tried++);
+    if (!is_asked(a, &one.tile))
+        return;
+    one.limit_m = fmin(one.limit_m, a->best_m);
+    begin_pass(a, &one);
+    a->pass.of = ASK_PART;
+}
+
+/* A part that was passed, to its place among the others. */
+static void take_part(struct ask *a)
+{
+    struct ask_level *level = &a->level[a->levels - 1];
+    const struct ask_tile *one = &a->pass.tile;
+    int at = level->n++;
+    for (; at > 0 && level->part[at - 1].free_to_m > one->free_to_m; at--)
+        level->part[at] = level->part[at - 1];
+    level->part[at] = *one;
+}
+
+/* All parts of a tile, and then in turn the parts of these. */
+static void refine(struct ask *a)
+{
+    struct ask_level *level = &a->level[a->levels - 1];
+    if (level->tried < 4)
+        begin_part(a, level);
+    else if (level->next < level->n)
+        open_tile(a, &level->part[level->next++]);
+    else
+        a->levels--;
+}
+
+static void begin_root(struct ask *a, const struct tile_index *root)
+{
+    struct ask_tile w = {.tile = *root, .n = 1, .limit_m = a->best_m};
+    w.open[0] = (struct ask_stretch){a->question.near_m, a->best_m};
+    begin_pass(a, &w);
 }
 
 static void sort(struct ask_root *root, int n)
@@ -238,18 +257,14 @@ static uint32_t columns_asked(const struct ask *a, uint32_t row, uint32_t *n)
     return (uint32_t)(from + (int)columns) % columns;
 }
 
-/* The first pass over a root: settled, or on the list. */
-static void try_root(struct ask *a, const struct tile_index *root)
+/* After the first pass over a root: settled, or on the list. */
+static void list_root(struct ask *a)
 {
-    struct work w;
-    if (!is_asked(a, root))
-        return;
-    start(a, &w, root);
-    pass(a, &w);
-    if (w.mixed && w.free_to_m < a->best_m)
-        a->root[a->roots++] = (struct ask_root){w.free_to_m, *root};
+    const struct ask_tile *w = &a->pass.tile;
+    if (w->mixed && w->free_to_m < a->best_m)
+        a->root[a->roots++] = (struct ask_root){w->free_to_m, w->tile};
     else
-        settle(a, &w);
+        settle(a, w);
 }
 
 void ask_begin(struct ask *a, const struct water_view *view, int n, const struct ask_question *question)
@@ -260,7 +275,8 @@ void ask_begin(struct ask *a, const struct water_view *view, int n, const struct
     a->best_m = question->to_m;
     memset(a->used, 0, sizeof a->used);
     a->row = 0;
-    a->roots = a->next = 0;
+    a->roots = a->next = a->levels = 0;
+    a->pass.of = ASK_NO_TILE;
     a->sorted = false;
     a->column = columns_asked(a, 0, &a->columns_left);
 }
@@ -278,12 +294,19 @@ static bool next_root(struct ask *a, struct tile_index *root)
     return true;
 }
 
-bool ask_step(struct ask *a)
+/* The next tile, if it is one of the question; false: there is none left. */
+static bool begin_tile(struct ask *a)
 {
     struct tile_index root;
-    struct work w;
+    if (a->levels) {
+        refine(a);
+        return true;
+    }
     if (!a->sorted && next_root(a, &root)) {
-        try_root(a, &root);
+        if (is_asked(a, &root)) {
+            begin_root(a, &root);
+            a->pass.of = ASK_ROOT;
+        }
         return true;
     }
     if (!a->sorted)
@@ -291,9 +314,32 @@ bool ask_step(struct ask *a)
     a->sorted = true;
     if (a->next == a->roots)
         return false;
-    start(a, &w, &a->root[a->next++].tile);
-    pass(a, &w);
-    refine(a, &w);
+    begin_root(a, &a->root[a->next++].tile);
+    a->pass.of = ASK_ROOT_AGAIN;
+    return true;
+}
+
+static void end_tile(struct ask *a)
+{
+    if (a->pass.of == ASK_ROOT)
+        list_root(a);
+    else if (a->pass.of == ASK_ROOT_AGAIN)
+        open_tile(a, &a->pass.tile);
+    else
+        take_part(a);
+    a->pass.of = ASK_NO_TILE;
+}
+
+bool ask_step(struct ask *a)
+{
+    for (a->judged = 0; a->judged < STEP_JUDGED;) {
+        if (a->pass.of != ASK_NO_TILE) {
+            if (!end_pass(a))
+                return true;
+            end_tile(a);
+        } else if (!begin_tile(a))
+            return false;
+    }
     return true;
 }
 

@@ -29,24 +29,72 @@ struct ask_root {
     struct tile_index tile;
 };
 
+#define ASK_MIXED 16
+#define ASK_OPEN  24 /* stretches of a tile of which nobody has said anything */
+#define ASK_WORDS (ASK_RECORDS / 64)
+
+struct ask_stretch {
+    double from_m, to_m;
+};
+
+/* What is known of a tile before record `next`, and how far it is free by all of them. */
+struct ask_tile {
+    struct tile_index tile;
+    uint64_t out[ASK_WORDS];  /* set of the records that it does not touch; nor do its parts */
+    uint64_t used[ASK_WORDS]; /* set of those that found it free ... */
+    uint64_t all[ASK_WORDS];  /* ... and that do so with record `next` and those behind it */
+    int next, n;
+    double limit_m; /* nothing is free from there on */
+    struct ask_stretch open[ASK_OPEN];
+    double free_to_m;
+    bool mixed; /* its parts may be free farther */
+};
+
+/* Stretches of which a part of the tile may be told more; of too many the last ones are one. */
+struct ask_mixed {
+    struct ask_stretch of[ASK_MIXED];
+    int n;
+};
+
+/* A tile while one record after the other is asked about it. */
+struct ask_pass {
+    struct ask_tile tile, now; /* up to where its parts go on, up to `record` */
+    struct ask_mixed mixed;
+    int record;
+    bool parted;
+    enum { ASK_NO_TILE, ASK_ROOT, ASK_ROOT_AGAIN, ASK_PART } of;
+};
+
+/* A tile whose parts are being asked. */
+struct ask_level {
+    struct ask_tile whole;
+    struct ask_tile part[4]; /* the worst first */
+    int tried;               /* of its four */
+    int n, next;             /* parts that the question touches; the next one to be asked about its own parts */
+};
+
 /* A question on its way. */
 struct ask {
     const struct water_view *view;
     int n;
     struct ask_question question;
     double best_m;                      /* of the tiles that are settled */
-    uint64_t used[ASK_RECORDS / 64];    /* set of the records that these rest on */
+    uint64_t used[ASK_WORDS];           /* set of the records that these rest on */
     uint32_t row, column, columns_left; /* of the roots: the next one */
     bool sorted;
     struct ask_root root[TILES_ROOTS]; /* not settled yet, the worst first once they are sorted */
     int roots, next;
+    struct ask_level level[TILES_LEVELS - 1]; /* of the root at work ... */
+    int levels;                               /* ... so many */
+    struct ask_pass pass;
+    int judged; /* stretches in this step */
 };
 
 /** ask_begin - view[n] are the records, n <= ASK_RECORDS, from the newest to the oldest; they stay until the end. */
 void ask_begin(struct ask *a, const struct water_view *view, int n, const struct ask_question *question);
 
-/** ask_step - some of the work; false: all is done. Cost: some microseconds for each record that a root tile, or in the
- * end each of its parts, meets, where the newest does not decide all of it. */
+/** ask_step - some of the work; false: all is done. Cost: below a millisecond, as a rule; that of one record and tile
+ * at the most. */
 bool ask_step(struct ask *a);
 
 /** ask_end - the answer, once ask_step has nothing left. */

@@ -234,6 +234,7 @@ static void decide(const struct deciding *k, const struct point *a, const struct
 {
     if (is_ended(k->out))
         return;
+    k->out->judged++;
     const struct thick s = thick_of(k, a, b);
     const struct water_piece piece = judge(k, &s);
     const double at_m = piece.mixed ? between(a->t_m, b->t_m) : -1;
@@ -292,7 +293,7 @@ void water_decide(const struct water_view *view, const struct water_tile *tile, 
 {
     struct deciding k = begin(view, tile);
     k.out = out;
-    out->n = 0;
+    out->n = out->judged = 0;
     const struct point a = point_at(&k, from_m), b = point_at(&k, to_m);
     decide(&k, &a, &b);
 }

@@ -31,6 +31,7 @@ struct water_piece {
 struct water_pieces {
     struct water_piece piece[WATER_PIECES];
     int n;
+    int judged; /* stretches that were looked at for it */
 };
 
 /* A record as a question sees it. */
