@@ -92,6 +92,49 @@ static void take(struct ask_tile *w, const struct sieve *s, int record)
     memcpy(w->open, s->open, sizeof w->open);
 }
 
+/* ---- records that overlap in time ---- */
+
+/* Has another sensor's record found the tile free with beams that may be older than the newest of this one? */
+static bool is_contested(const struct ask *a, const struct ask_tile *w, int record)
+{
+    const struct water_record *r = a->view[record].record;
+    for (int i = 0; i < record; i++) {
+        const struct water_record *by = a->view[i].record;
+        if ((w->used[i / 64] >> (i % 64) & 1) && by->t_ns < r->newest_ns && by->sensor != r->sensor)
+            return true;
+    }
+    return false;
+}
+
+/* A row of a head stands where its newest beam does, and older ones of it have freed what this record may end. */
+static void contest(const struct ask *a, const struct water_tile *cone, int record,
+                    const struct ask_stretch *touched, struct sieve *s)
+{
+    struct water_pieces said;
+    const double to_m = fmin(touched->to_m, s->limit_m);
+    if (touched->from_m >= to_m)
+        return;
+    water_decide(&a->view[record], cone, touched->from_m, to_m, &said);
+    s->judged += said.judged;
+    for (int i = 0; i < said.n; i++)
+        if (said.piece[i].says == WATER_ENDED) {
+            s->limit_m = fmin(s->limit_m, said.piece[i].from_m);
+            if (said.piece[i].mixed)
+                add_mixed(s->mixed, &said.piece[i]);
+        }
+}
+
+/* Is nothing open any more, nor contested? */
+static bool is_said(const struct ask *a, const struct ask_tile *w, int record)
+{
+    if (w->n)
+        return false;
+    for (int i = 0; i < record; i++)
+        if ((w->used[i / 64] >> (i % 64) & 1) && a->view[i].record->t_ns < a->view[record].record->newest_ns)
+            return false; /* records come from the newest on: of those behind, none is newer than this one */
+    return true;
+}
+
 static void begin_pass(struct ask *a, const struct ask_tile *w)
 {
     a->pass.tile = a->pass.now = *w;
@@ -124,6 +167,8 @@ static void pass_record(struct ask *a, const struct water_tile *cone, int i)
         return;
     }
     ask_record(&a->view[i], cone, &touched, &p->now, &s);
+    if (is_contested(a, &p->now, i))
+        contest(a, cone, i, &touched, &s);
     a->judged += s.judged;
     if (p->mixed.n && !p->parted) {
         p->parted = true;
@@ -139,7 +184,7 @@ static bool end_pass(struct ask *a)
     struct ask_tile *w = &p->tile;
     const struct ask_tile *now = &p->now;
     const struct water_tile cone = tiles_cone(&w->tile);
-    for (; p->record < a->n && now->n; p->record++) {
+    for (; p->record < a->n && !is_said(a, now, p->record); p->record++) {
         if (a->judged >= STEP_JUDGED)
             return false;
         pass_record(a, &cone, p->record);

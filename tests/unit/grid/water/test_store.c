@@ -387,6 +387,32 @@ TEST(beams_at_other_elevations_are_rows_of_their_own)
     CHECK_NEAR(free_at(0, -10), 10, 0, 0.13);
 }
 
+/* A head's row stands at its newest beam: what another sonar has seen since its older ones freed the water counts. */
+TEST(what_another_sonar_saw_meanwhile_ends_older_beams_of_a_row)
+{
+    for (int echo = 0; echo < 2; echo++) {
+        begin(1, 2.5);
+        for (int i = 0; i < 6; i++)
+            send_at(2 * i);
+        struct beam_echoes one[9];
+        struct echoes fan = ping;
+        fan.sensor = 1;
+        fan.n_beams = 9;
+        fan.beam = one;
+        fan.t_ns += TICK / 2;
+        for (int i = 0; i < 9; i++)
+            one[i] = (struct beam_echoes){.az_rad = (float)geo_rad(2.5 * (i - 2)),
+                                          .blind_m = 0.1f,
+                                          .free_to_m = echo ? 4 : 9,
+                                          .n = (uint8_t)echo};
+        store_enter(store, &fan, &mount_identity);
+        CHECK_NEAR(free_at(4, 0), echo ? 4 : 10, 0, 0.2);
+        for (int i = 6; i < 12; i++)
+            send_at(2 * i);
+        CHECK_NEAR(free_at(4, 0), echo ? 4 : 10, 0, 0.2);
+    }
+}
+
 int main(void)
 {
     RUN(memory_is_bounded);
@@ -408,5 +434,6 @@ int main(void)
     RUN(off_its_axis_a_beam_frees_no_more_than_it_detects);
     RUN(what_is_wider_than_a_row_is_cut);
     RUN(beams_at_other_elevations_are_rows_of_their_own);
+    RUN(what_another_sonar_saw_meanwhile_ends_older_beams_of_a_row);
     return test_end();
 }
