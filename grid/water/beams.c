@@ -9,6 +9,7 @@
 void beams_begin(struct water_record *record, const struct echoes *e, const struct mount *mount)
 {
     const struct pose *pose = &e->pose;
+    const double lever_m = geo_length(mount->position_m), tilt_rad = pose->uncertain_rad + pose->blur_rad;
     double turn[4];
     *record = (struct water_record){.t_ns = e->t_ns,
                                     .newest_ns = e->t_ns,
@@ -16,8 +17,10 @@ void beams_begin(struct water_record *record, const struct echoes *e, const stru
                                     .seq = e->seq,
                                     .path_m = pose->path_m,
                                     .drift_m = {pose->drift_m[0], pose->drift_m[1]},
-                                    .uncertain_m = pose->uncertain_m + pose->blur_any_m + geo_length(pose->blur_m),
-                                    .tilt_rad = pose->uncertain_rad + pose->blur_rad};
+                                    .lever_m = lever_m,
+                                    .uncertain_m = pose->uncertain_m + pose->blur_any_m +
+                                                   geo_length(pose->blur_m) + lever_m * tilt_rad,
+                                    .tilt_rad = tilt_rad};
     quat_rotate(pose->attitude, mount->position_m, record->place_m);
     for (int i = 0; i < 3; i++)
         record->place_m[i] += pose->position_m[i];
@@ -149,7 +152,7 @@ bool beams_read(const struct echoes *e, const struct beams_deaf *deaf, uint16_t 
         set_near(shape, h, late_m);
         add_beam(out, &b);
     }
-    if (!out->n || shape->half_el_rad <= 0 || shape->half_az_rad <= 0)
+    if (!out->n || !(shape->half_el_rad > 0 && shape->half_az_rad > 0))
         return false;
     fit(out, shape->half_az_rad);
     shape->from_rad = fmax(out->beam[0].az_rad - shape->half_az_rad, -WIDEST_RAD);

@@ -44,6 +44,7 @@ struct water_record {
     double drift_m[2];  /* of the vehicle by then: struct pose */
     double place_m[3];  /* of the sensor, NED */
     double axis[3][3];  /* ahead, right and down of the sensor, in NED */
+    double lever_m;     /* its distance from the body's origin */
     double uncertain_m; /* its place may be so far from place_m ... */
     double tilt_rad;    /* ... and its beams turned so far against the axes */
     bool echoes;        /* some cell ends at one */

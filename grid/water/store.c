@@ -169,8 +169,8 @@ static struct water_view look_at(const struct store_now *now, const struct water
         hypot(fmax(pose->drift_m[0] - r->drift_m[0], 0), fmax(pose->drift_m[1] - r->drift_m[1], 0));
     const double turned_rad = pose->heading_radps * age_s;
     struct water_view view = {.record = r,
-                              .margin_m = r->uncertain_m + pose->uncertain_m + drift_m +
-                                          (POSE_WAY_ERROR + fmin(turned_rad, 2)) * way,
+                              .margin_m = r->uncertain_m + pose->uncertain_m + drift_m + POSE_WAY_ERROR * way +
+                                          fmin(turned_rad, 2) * (way + r->lever_m),
                               .margin_rad = r->tilt_rad + turned_rad,
                               .lost = (now->lost >> r->sensor & 1) || age_s > now->clear_for_s};
     view.lost = view.lost || way + view.margin_m > now->move_limit_m;
