@@ -142,7 +142,9 @@ bool beams_read(const struct echoes *e, const struct beams_deaf *deaf, uint16_t 
     *shape = (struct row_shape){.half_az_rad = (double)e->az_aperture_rad / 2,
                                 .el_rad = el_rad,
                                 .half_el_rad = fmin((double)e->el_aperture_rad / 2, WIDEST_RAD - fabs(el_rad))};
-    for (uint16_t i = first; i < end; i++) {
+    const bool falls = e->beam[first].az_rad > e->beam[end - 1].az_rad;
+    for (uint16_t k = first; k < end; k++) {
+        const uint16_t i = falls ? (uint16_t)(first + end - 1 - k) : k; /* they are sorted at no cost */
         const struct beam_echoes *h = &e->beam[i];
         struct row_beam b = beam_of(h, was_deaf(deaf, e, i));
         if (e->n_beams > 1 && fabs(b.az_rad) >= WIDEST_RAD)
