@@ -226,7 +226,7 @@ static void waters(uint64_t first, uint64_t last)
 /* ---- recordings ---- */
 
 /* What is said of a recording, by setting. */
-struct hearing {
+struct heard {
     struct shipped *shipped[SETTINGS];
     double said_m[SETTINGS];
     unsigned pings;
@@ -234,7 +234,7 @@ struct hearing {
 
 static void hear(void *ctx, const struct ping *ping, double bearing_deg)
 {
-    struct hearing *h = ctx;
+    struct heard *h = ctx;
 
     (void)bearing_deg;
     h->pings++;
@@ -259,7 +259,7 @@ static void recordings(void)
         {"ping360_60m", DATA "ping360-openwater-pingviewer/20240814-102337673.bin", NULL},
     };
     enum { N = sizeof of / sizeof of[0] };
-    static struct hearing h[N];
+    static struct heard h[N];
     bool here[N];
 
     printf("knob,below_wall_db,shipped");
