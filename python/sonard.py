@@ -73,7 +73,7 @@ class Blocked:
     age_s: Optional[float]  # of the oldest evidence that counts; None: there is none
     reason: str
     target: str  # the weakest obstacle that free water is without; a weaker one may be there
-    bottom_db: Optional[float]  # the softest bottom likewise, in dB below a wall; None: soft bottoms are not looked for
+    bottom_db: Optional[float]  # the softest bottom likewise, in dB below a wall; None: soft bottoms may be there
 
 
 @dataclasses.dataclass(frozen=True)
@@ -103,7 +103,7 @@ class Limit:
     reason: str
     remedy: str  # what would lift it
     target: str  # the weakest obstacle that free water is without; a weaker one may be there
-    bottom_db: Optional[float]  # the softest bottom likewise, in dB below a wall; None: soft bottoms are not looked for
+    bottom_db: Optional[float]  # the softest bottom likewise, in dB below a wall; None: soft bottoms may be there
 
 
 @dataclasses.dataclass(frozen=True)
@@ -119,7 +119,7 @@ class Collision:
     age_s: Optional[float]
     reason: str
     target: str  # the weakest obstacle that free water is without; a weaker one may be there
-    bottom_db: Optional[float]  # the softest bottom likewise, in dB below a wall; None: soft bottoms are not looked for
+    bottom_db: Optional[float]  # the softest bottom likewise, in dB below a wall; None: soft bottoms may be there
 
 
 def _typed(kind: Any, result: Any) -> Any:

@@ -84,7 +84,7 @@ void page_target(const struct page *page, const json_t *result)
         fprintf(page->out, "bottoms down to %.4g dB below a wall, not softer ones\n",
                 page_number(result, "bottom_db"));
     else
-        fputs("soft bottoms are not looked for\n", page->out);
+        fputs("soft bottoms may be there\n", page->out);
 }
 
 void page_word(const struct page *page, enum page_colour colour, int width, const char *word)

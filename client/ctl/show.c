@@ -232,6 +232,10 @@ static void show_evidence(const struct page *page, const json_t *sensor)
         if (json_is_number(json_object_get(detects, "bottom_db")))
             fprintf(page->out, "             detects a bottom down to %.4g dB below a wall, none that is softer\n",
                     page_number(detects, "bottom_db"));
+        if (json_is_true(json_object_get(detects, "noisy")))
+            fputs("             its noise is as loud as that bottom, so nothing is free: lower the gain, or set\n"
+                  "             bottom; see docs/everything-is-blocked.md\n",
+                  page->out);
     }
     if (own > 0)
         fprintf(page->out, "             an echo of the vehicle itself at %lld of 400 bearings\n", own);

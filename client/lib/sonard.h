@@ -123,7 +123,7 @@ enum sonard_frame { SONARD_BODY, SONARD_NED }; /* forward, right, down; or north
  */
 struct sonard_target {
     char name[SONARD_TARGET_SIZE]; /* "wall", "20 dB below a wall"; empty: not told */
-    double bottom_db; /* the softest bottom, in dB below a wall; NaN: soft bottoms are not looked for */
+    double bottom_db; /* the softest bottom, in dB below a wall; NaN: soft bottoms may be there */
 };
 
 struct sonard_blocked {

@@ -8,9 +8,11 @@
 
 #define OF_RANGES "what the sonar reports"
 
-static void write_bottom(struct json_out *out, bool looked_for, double below_wall_db)
+/* no_echo = range: a beam without an echo is free to its end, and no bottom is looked for there. */
+static void write_bottom(struct json_out *out, bool judged, const struct conf_extract *c)
 {
-    json_member_known(out, "bottom_db", looked_for && below_wall_db >= 0, below_wall_db, 1e3);
+    const bool looked_for = judged && c->no_echo != CONF_NO_ECHO_RANGE && c->bottom_db >= 0;
+    json_member_known(out, "bottom_db", looked_for, c->bottom_db, 1e3);
 }
 
 void reference_write_target(struct json_out *out, const struct methods_env *d)
@@ -24,7 +26,7 @@ void reference_write_target(struct json_out *out, const struct methods_env *d)
     snprintf(both, sizeof both, "%s%s%s", ranges < d->conf.n_sonars ? text : "",
              ranges > 0 && ranges < d->conf.n_sonars ? ", or " : "", ranges > 0 ? OF_RANGES : "");
     json_member_text(out, "target", both);
-    write_bottom(out, ranges < d->conf.n_sonars, d->conf.extract.bottom_db);
+    write_bottom(out, ranges == 0, &d->conf.extract);
 }
 
 static void write_members(struct json_out *out, const struct methods_env *d,
@@ -32,10 +34,11 @@ static void write_members(struct json_out *out, const struct methods_env *d,
 {
     char text[CONF_TARGET_SIZE];
     json_member_text(out, "target", conf_target_text(&d->conf.extract, text));
-    write_bottom(out, true, d->conf.extract.bottom_db);
+    write_bottom(out, true, &d->conf.extract);
     json_member_real(out, "level_db", reference->level_db, 10);
     json_member_count(out, "counts", reference->counts);
     json_member_word(out, "from", reference->shown ? "its echoes" : "prior");
+    json_member_flag(out, "noisy", reference->noisy);
 }
 
 void reference_write(struct json_out *out, const struct methods_env *d, const struct extract_reference *reference)

@@ -11,7 +11,7 @@
 
 /**
  * reference_write_target - the members `target` and `bottom_db`: what a clear answer is clear of. Sonars that report
- * ready ranges detect what they detect, and nobody has told what.
+ * ready ranges detect what they detect, and nobody has told what: with one of them no bottom is named.
  */
 void reference_write_target(struct json_out *out, const struct methods_env *d);
 

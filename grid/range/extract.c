@@ -59,6 +59,7 @@ struct extract {
         double power, full; /* of a resolution cell: the target's, and at full scale; 0: no beam was judged yet */
         uint64_t bins;      /* of the cell */
         bool shown;         /* follows from the sonar's echoes */
+        bool noisy;         /* no range is usually quieter than the bottom that is looked for */
     } reference;            /* of the last ping */
     float choice_to_m;      /* of the last ping with a choice that was judged; 0: none yet */
 
@@ -500,6 +501,17 @@ static struct levels levels_of(struct extract *e, const struct ping *ping, doubl
     return levels;
 }
 
+/* What the noise explains everywhere may still be mud that begins at the head: it is told, and frees nothing. */
+static bool is_noisy(const struct baseline *b, const struct profile *p, double bottom)
+{
+    const uint32_t half = p->axis->half;
+    uint32_t i = p->axis->n > half ? p->axis->n - half : 0; /* cells nearer to the ends have fewer bins */
+
+    while (i > half && b->level[i - 1] >= bottom)
+        i--;
+    return p->axis->n > 2 * half && i <= half;
+}
+
 bool extract_reference(const struct extract *e, struct extract_reference *out)
 {
     *out = (struct extract_reference){0};
@@ -507,6 +519,7 @@ bool extract_reference(const struct extract *e, struct extract_reference *out)
         return false;
     out->level_db = 10.0 * log10(e->reference.power / e->reference.full);
     out->shown = e->reference.shown;
+    out->noisy = e->reference.noisy;
     for (uint64_t step = (e->amplitude.max_count + 1) / 2; step > 0; step /= 2) /* no law falls with the count */
         if ((double)(amplitude_of(&e->amplitude, (uint32_t)(out->counts + step - 1)) * e->reference.bins) <
             e->reference.power)
@@ -541,6 +554,7 @@ static void extract_profile(struct extract *e, const struct ping *ping, uint16_t
     profile_sum(&p, &e->amplitude, p.samples, e->conf.floor_counts, e->work);
     const double full = (double)amplitude_of(&e->amplitude, e->amplitude.max_count) * (2.0 * p.axis->half + 1.0);
     const struct levels levels = levels_of(e, ping, full);
+    e->reference.noisy = usual && e->conf.no_echo != EXTRACT_RANGE && is_noisy(usual, &p, levels.bottom);
     struct detection d = {.mask = e->mask,
                           .baseline = usual,
                           .loud = levels.target,

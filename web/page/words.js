@@ -63,7 +63,7 @@ export function summary(sectors, azimuth, half) {
 // What clear water is clear of, as an answer says it: mud is no wall.
 export function target(a) {
   if (!a || !a.target) return "";
-  const bottoms = a.bottom_db === null ? "soft bottoms were not looked for" : `bottoms down to ${a.bottom_db} dB below a wall; softer mud may be there`;
+  const bottoms = a.bottom_db === null ? "soft bottoms may be there" : `bottoms down to ${a.bottom_db} dB below a wall; softer mud may be there`;
   return `${a.target}, and ${bottoms}`;
 }
 
@@ -122,6 +122,7 @@ export function warnings(status, rates) {
     else if (s.state !== "running") add(`${s.name}: ${s.state}`, "Wait some seconds. If it stays so: power, cable, baud rate.");
     if (s.hearing_doubt) add(`${s.name}: ${s.hearing_doubt}`, "Nothing that it reports as free is believed. Check the transducer, its cable and whether the head is in the water.");
     if (s.amplitude_doubt) add(`${s.name}: ${s.amplitude_doubt}`, "See the sonar's page in docs/devices: the amplitude law decides what counts as an echo.");
+    if (s.detects && s.detects.noisy) add(`${s.name}: its noise is as loud as the bottom that is looked for, so nothing is free`, "Lower its gain, or set bottom in [extract] to fewer decibels or to off.");
     if (rates.get(s.name + ".bad_checksum") > 0.2) add(`${s.name}: frames arrive damaged`, "Check cable, ground and baud rate.");
   }
   if (status.data !== "ok") add(status.data, "Answers use old data only.", true);

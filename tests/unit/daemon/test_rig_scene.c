@@ -110,7 +110,6 @@ TEST(near_is_no_promise_to_a_vehicle_that_may_have_moved)
     rig_end();
 }
 
-/* Which obstacles free water speaks of: of the prior, by the keys, until the sonar's own echoes say more. */
 /* Every answer that may say clear or free names what it holds for. */
 TEST(answers_name_their_target)
 {
@@ -127,6 +126,7 @@ TEST(answers_name_their_target)
         double bottom_db; /* 0: null */
     } conf[] = {{"", "wall", 15},
                 {"[extract]\ntarget = net\nbottom = off\n", "net", 0},
+                {"[extract]\nno_echo = range\n", "wall", 0}, /* looks for no bottom */
                 {"[extract]\ntarget = 20 dB\nbottom = 20 dB\n", "20 dB below a wall", 20}};
 
     for (size_t c = 0; c < sizeof conf / sizeof *conf; c++) {

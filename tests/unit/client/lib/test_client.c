@@ -379,7 +379,7 @@ TEST(results_are_readable)
         {"nearest", "{\"state\":\"clear\",\"target\":\"20 dB below a wall\",\"bottom_db\":null}", false,
          "clear\n  unknown  nan % of the directions before it\n  age      -\n  because  -\n  free of  20 dB below "
          "a "
-         "wall; soft bottoms are not looked for\n"},
+         "wall; soft bottoms may be there\n"},
         {"blocked", "{\"state\":\"\\u001b[2J\\u009b\"}", false,
          "?[2J\xc2?\n  free     - to -\n  age      -\n  because  -\n"},
         {"version", "{\"version\":\"1.2\"}", false, "sonard 1.2\n"},

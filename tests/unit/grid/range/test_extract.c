@@ -646,6 +646,35 @@ TEST(water_is_free_as_far_as_a_bottom_would_be_detected)
     }
 }
 
+/* Where noise is as loud as the bottom at every range, nothing is free, and it is told why. 36 dB less: 32 counts. */
+TEST(noise_as_loud_as_the_bottom_is_told)
+{
+    static const struct {
+        double bottom_db;
+        int noise, quiet_bins;
+        bool noisy;
+    } row[] = {
+        {15, 29, 0, false}, {15, 35, 0, true}, {15, 35, 100, false}, {10, 35, 0, false}, {-1, 35, 0, false}};
+
+    for (size_t k = 0; k < sizeof row / sizeof row[0]; k++) {
+        struct extract_reference reference;
+        begin();
+        conf.bottom_db = row[k].bottom_db;
+        set_up();
+        render(&(struct scene){.floor = 12, .ring_down_m = 0.3}, NULL);
+        for (int i = 30; i < (int)ping.n_bins; i++)
+            bytes[i] = (uint8_t)(row[k].noise + i % 7 - 3);
+        memset(bytes + 400, 12, (size_t)row[k].quiet_bins);
+        for (int n = 0; n < 200; n++)
+            run();
+        CHECK(extract_reference(extract, &reference));
+        CHECK_INT(reference.noisy, row[k].noisy);
+        CHECK(!row[k].noisy || found[0].free_to_m <= found[0].blind_m);
+        if (test_case_failed)
+            printf("(row %zu)\n", k);
+    }
+}
+
 /* A bottom that begins at the head leaves nothing free; what is free before an echo keeps its end. */
 TEST(a_bottom_next_to_the_head_leaves_nothing_free)
 {
@@ -1363,6 +1392,7 @@ int main(void)
     RUN(nothing_is_free_before_the_baseline_is_known);
     RUN(water_is_free_as_far_as_the_target_would_be_detected);
     RUN(water_is_free_as_far_as_a_bottom_would_be_detected);
+    RUN(noise_as_loud_as_the_bottom_is_told);
     RUN(a_bottom_next_to_the_head_leaves_nothing_free);
     RUN(a_weaker_target_does_not_hide_a_wall_next_to_the_head);
     RUN(off_the_axis_water_is_free_as_far_as_less_would_be_heard);
