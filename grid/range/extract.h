@@ -70,7 +70,8 @@ struct extract_reference {
     double level_db; /* of a resolution cell, against full scale: < 0 */
     uint64_t counts; /* of each of its bins, where all are alike: at least */
     uint64_t shown;  /* 1: it follows from the sonar's own echoes; 0: from the device's prior */
-    uint64_t noisy;  /* 1: at every range the baseline is as loud as the bottom that is looked for: nothing is free */
+    uint64_t
+        noisy; /* 1: at every range the baseline is as loud as the bottom that is looked for: nothing is free */
 };
 
 struct extract;
