@@ -56,7 +56,7 @@ static bool stands(struct mavlink_aiding *aiding, const double place_m[2], uint6
     return now_ns >= aiding->moved_ns + FRESH_NS;
 }
 
-unsigned mavlink_aiding_offer(struct mavlink_aiding *aiding, const double place_m[2], uint64_t now_ns)
+static unsigned judge(struct mavlink_aiding *aiding, const double place_m[2], uint64_t now_ns)
 {
     const bool standing = stands(aiding, place_m, now_ns);
 
@@ -77,6 +77,15 @@ unsigned mavlink_aiding_offer(struct mavlink_aiding *aiding, const double place_
                            (denied(aiding->denied_ns[1], now_ns) ? 0u : MAVLINK_AIDED_VELOCITY);
 
     aiding->position = parts & MAVLINK_AIDED_POSITION ? MAVLINK_POSITION_AIDED : MAVLINK_POSITION_UNAIDED;
+    return parts;
+}
+
+unsigned mavlink_aiding_offer(struct mavlink_aiding *aiding, const double place_m[2], uint64_t now_ns)
+{
+    const unsigned parts = judge(aiding, place_m, now_ns);
+
+    if (parts & MAVLINK_AIDED_POSITION)
+        aiding->believed_ever = true;
     return parts;
 }
 

@@ -38,6 +38,7 @@ struct mavlink_aiding {
     double place_m[2];              /* of the newest position: north, east, ... */
     uint64_t moved_ns;              /* ... and when it was another */
     enum mavlink_position position, told;
+    bool believed_ever; /* has any position been believed? */
     uint64_t told_ns;
 };
 

@@ -54,8 +54,7 @@ struct mavlink_bridge {
     uint64_t sent;
     uint64_t start_ns;
     bool had_vehicle, two_clocks;
-    bool had_daemon, had_data, had_pose, had_position,
-        had_ping[MAVLINK_SENSORS_MAX]; /* what was never there is not lost */
+    bool had_daemon, had_data, had_pose, had_ping[MAVLINK_SENSORS_MAX]; /* what was never there is not lost */
     enum told link_told, daemon_told, vehicle_told, below_told;
 };
 
@@ -238,8 +237,8 @@ static void update_pose_alerts(struct mavlink_bridge *b, uint64_t now_ns)
 
     mavlink_alert_set(&b->alert[ALERT_CLOCKS], two, now_ns,
                       two ? "sonard: two autopilots, one system id: no pose" : "sonard: one autopilot again");
-    b->had_position |= believed;
-    if (b->had_position && position != MAVLINK_POSITION_NONE && position != MAVLINK_POSITION_WAITING)
+    if (b->vehicle.aiding.believed_ever && position != MAVLINK_POSITION_NONE &&
+        position != MAVLINK_POSITION_WAITING)
         mavlink_alert_set(&b->alert[ALERT_POSITION], !believed, now_ns,
                           believed ? "sonard: position measured again"
                                    : "sonard: position not measured, not used");

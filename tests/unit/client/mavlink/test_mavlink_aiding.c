@@ -54,6 +54,20 @@ static unsigned place(struct mavlink_vehicle *v, uint64_t ms)
     return place_at(v, ms, 1 + (float)ms * 1e-3f);
 }
 
+/* The alert of a lost position must not hang on who looks when: one that was believed for one message was believed. */
+TEST(a_position_believed_once_is_remembered)
+{
+    struct mavlink_vehicle v = vehicle_at_start();
+    const struct mavlink_ekf_status_report aided = {.flags = 831}, constant = {.flags = 167};
+
+    give(&v, MAVLINK_EKF_STATUS_REPORT, &constant, START);
+    CHECK(place(&v, 50) == 0 && !v.aiding.believed_ever);
+    give(&v, MAVLINK_EKF_STATUS_REPORT, &aided, START + 3100 * MS);
+    CHECK(place(&v, 3150) != 0);
+    give(&v, MAVLINK_EKF_STATUS_REPORT, &constant, START + 3160 * MS);
+    CHECK(place(&v, 3200) == 0 && v.aiding.position == MAVLINK_POSITION_UNAIDED && v.aiding.believed_ever);
+}
+
 TEST(what_the_estimator_confirms_is_believed)
 {
     static const unsigned both = MAVLINK_POSE_POSITION | MAVLINK_POSE_VELOCITY;
@@ -186,6 +200,7 @@ TEST(without_a_measured_position_the_depth_is_the_barometers)
 
 int main(void)
 {
+    RUN(a_position_believed_once_is_remembered);
     RUN(what_the_estimator_confirms_is_believed);
     RUN(a_report_that_has_stopped_confirms_nothing);
     RUN(reports_that_contradict_each_other_confirm_nothing);
