@@ -123,7 +123,7 @@ static bool same_line(const char *a, const char *b)
 /* A serial line belongs to one device; the first of the others is reported. */
 static void check_lines(const struct rules *r)
 {
-    static const char want[] = "a serial line of its own for each";
+    static const char want[] = "another serial port: each device needs its own";
     const struct conf *conf = r->conf;
     for (int i = 0; i < conf->n_sonars; i++) {
         struct place here = {"sonar", "port", i};

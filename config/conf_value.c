@@ -109,7 +109,7 @@ static bool unit_read(const struct conf_key *key, const char *text, const struct
         return fault_set(fault, "the unit is missing");
     *unit = unit_find(text);
     if (!*unit || !is_unit_of(key, *unit))
-        return fault_set(fault, "'%s' is not a unit of it", text);
+        return fault_set(fault, "unknown unit '%s'", text);
     return true;
 }
 
@@ -171,6 +171,8 @@ static bool word_read(const struct conf_key *key, const char *text, int *out, st
 static bool text_read(const struct conf_key *key, const char *text, char *out, struct fault *fault)
 {
     bool letter = (*text >= 'a' && *text <= 'z') || (*text >= 'A' && *text <= 'Z');
+    if (key->kind == CONF_TEXT && *text == '/' && key->form && strncmp(key->form, "KIND:", 5) == 0)
+        return fault_set(fault, "no kind of port before the file");
     if (key->kind == CONF_TEXT && !letter)
         return fault_set(fault, "does not begin with a letter");
     if (key->kind == CONF_PATH && *text != '/')

@@ -216,8 +216,11 @@ static bool is_ours(struct lws *wsi, const struct web_guard *guard, char host[HO
     char origin[HOST_BYTES];
     const bool has_origin = lws_hdr_total_length(wsi, WSI_TOKEN_ORIGIN) > 0;
 
-    if (!header(wsi, WSI_TOKEN_HOST, host, HOST_BYTES) || !web_guard_host(guard, host))
-        return fault_set(fault, "this Host is not a name of this server; add it with --names");
+    if (!header(wsi, WSI_TOKEN_HOST, host, HOST_BYTES))
+        return fault_set(fault, "no host name, or one that is too long");
+    if (!web_guard_host(guard, host))
+        return fault_set(fault, "host name '%.*s' is not allowed; start sonard-web with --names followed by it",
+                         (int)strcspn(host, ":"), host);
     if (has_origin &&
         (!header(wsi, WSI_TOKEN_ORIGIN, origin, sizeof origin) || !web_guard_origin(guard, origin, host)))
         return fault_set(fault, "pages of this Origin may not ask; allow it with --origins");

@@ -395,8 +395,8 @@ static bool import_all(struct importing *im, struct content in, const char *sens
     seanet_parser_reset(&im->seanet); /* what is left of an unfinished frame */
     const uint64_t garbage = no_frame_bytes(im);
     if (garbage || im->ping.bad_checksum)
-        printf("%" PRIu64 " bytes are no frame, %" PRIu64 " frames have a wrong checksum: kept as they are\n",
-               garbage, im->ping.bad_checksum);
+        printf("%" PRIu64 " bytes outside valid frames, %" PRIu64 " checksum errors; kept unchanged\n", garbage,
+               im->ping.bad_checksum);
     return true;
 }
 

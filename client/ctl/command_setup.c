@@ -318,9 +318,8 @@ static void write_conf(const struct setup *s, FILE *out)
     const double radius_m = hypot(s->size_m[0], s->size_m[1]) / 2;
 
     fprintf(out,
-            "# Written by `sonarctl setup`; change it as you like. sonard reads it behind sonard.conf when it "
-            "stands in\n"
-            "# " CONF_FILE ".d/, and what it says wins, key by key. What each key means: sonard.conf(5).\n\n"
+            "# Written by `sonarctl setup`; change it as you like. Read after sonard.conf if it is in\n"
+            "# " CONF_FILE ".d/; keys set here override it. What each key means: sonard.conf(5).\n\n"
             "[sonar %s]\n",
             s->name);
     fprintf(out, "device = %s%s%s\n", s->device, s->how[0] ? "    ; " : "", s->how);

@@ -39,8 +39,8 @@ static const struct argument setup_options[] = {
     {"--range", "range_m", "M", "how far to listen, 0.75 to 200 m", ARGUMENT_NUMBER, 0, 0.75, 200},
     {"--output", "output", "FILE", "to write, - for standard output (/etc/sonard/sonard.conf.d/50-setup.conf)",
      ARGUMENT_TEXT, 0, 0, 0},
-    {"--yes", "yes", "", "ask nothing: what options do not say stays at the default of sonard.conf(5)",
-     ARGUMENT_FLAG, 0, 0, 0},
+    {"--yes", "yes", "", "ask nothing: everything not given keeps its default (sonard.conf(5))", ARGUMENT_FLAG, 0,
+     0, 0},
     {0},
 };
 

@@ -226,9 +226,10 @@ static void show_evidence(const struct page *page, const json_t *sensor)
     if (json_is_object(detects)) {
         const bool prior = strcmp(page_text(b, detects, "from"), "prior") == 0;
         const char *target = page_text(a, detects, "target");
-        fprintf(page->out, "             detects %s %s of %.1f dB (%lld counts) or more, going by %s\n",
-                strstr(target, "below") ? "an obstacle" : "a", target, page_number(detects, "level_db"),
-                page_count(detects, "counts"), prior ? "what holds for all sonars" : "its own echoes");
+        fprintf(page->out, "             detection threshold %.1f dB (%lld counts) for %s %s, %s\n",
+                page_number(detects, "level_db"), page_count(detects, "counts"),
+                strstr(target, "below") ? "an obstacle" : "a", target,
+                prior ? "the default of all sonars" : "measured on this sonar");
         if (json_is_number(json_object_get(detects, "bottom_db")))
             fprintf(page->out, "             detects a bottom down to %.4g dB below a wall, none that is softer\n",
                     page_number(detects, "bottom_db"));
@@ -304,14 +305,15 @@ static void show_pose(const struct page *page, const json_t *pose)
     if (json_array_size(has) == 0 && drifts)
         fputs("none given", page->out);
     else if (json_array_size(has) == 0)
-        fputs("none given: the vehicle counts as standing still, unless max_speed or station_keeping is set",
-              page->out);
+        fputs(
+            "no pose received: the vehicle is assumed to stand still, unless max_speed or station_keeping is set",
+            page->out);
     else
         fprintf(page->out, "; %s old", page_duration(a, page_number(pose, "age_s")));
     fprintf(page->out, "; %lld accepted, %lld refused\n", page_count(pose, "count"), page_count(pose, "refused"));
     show_max_age(page, json_object_get(pose, "max_age_s"));
     if (json_string_length(json_object_get(pose, "missing")) > 0)
-        fprintf(page->out, "             %s; it must keep coming, or give poses up: `sonarctl pose --withdraw`\n",
+        fprintf(page->out, "             %s; keep sending it, or stop using poses: `sonarctl pose --withdraw`\n",
                 page_text(a, pose, "missing"));
     if (drifts)
         fprintf(page->out,

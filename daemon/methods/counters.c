@@ -22,7 +22,7 @@ unsigned counters_sensor(const struct source_stats *s, uint64_t dropped, struct 
          {"restarts", "times the sonar was set up again", s->device.restarts},
          {"taken_over", "times the sonar had settings that were not sent", s->device.taken_over},
          {"reconnects", "times the port was reopened", s->reconnects},
-         {"undated_pings", "pings that waited while sonard was held up, nobody knows how long", s->undated_pings},
+         {"undated_pings", "pings received while sonard was stalled (arrival time unknown)", s->undated_pings},
          {"tap_lost_bytes", "bytes not read from the tap", s->tap.dropped},
          {"tap_refused_bytes", "bytes written to the tap and discarded", s->tap.refused},
          {"port_lost", "bytes or frames lost in the port", s->port_lost},

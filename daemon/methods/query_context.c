@@ -105,11 +105,9 @@ const char *query_pose_drift(const struct methods_env *d, char text[QUERY_REASON
     text[0] = '\0';
     if (now.pose.drift_mps > 0 && d->conf.vehicle.keep_mps < 0 && !pose_log_last_ns(&d->poses, POSE_POSITION) &&
         !pose_log_last_ns(&d->poses, POSE_VELOCITY))
-        snprintf(
-            text, QUERY_REASON_SIZE,
-            "no position and no velocity: the vehicle may go %.1f m/s unnoticed%s, which soon takes clear water "
-            "away",
-            d->poses.drift.mps, now.pose.has & POSE_DEPTH ? "" : ", and as fast up or down");
+        snprintf(text, QUERY_REASON_SIZE,
+                 "no position or velocity: assuming up to %.1f m/s of drift%s, so free water soon expires",
+                 d->poses.drift.mps, now.pose.has & POSE_DEPTH ? "" : " in every direction");
     return text;
 }
 

@@ -56,7 +56,7 @@ const char *reason_cause(const struct methods_env *d, const struct answer_now *n
 {
     char missing[QUERY_REASON_SIZE];
     if (why == ANSWER_BLIND && now->pose.drift_mps > 0)
-        return "next to the vehicle, where the sonar is blind or the water not known any more";
+        return "water next to the vehicle: in the blind zone, or scanned too long ago";
     if (why != ANSWER_POSE_LOST || !query_pose_missing(d, missing)[0])
         return answer_reason_text(why);
     snprintf(text, REASON_SIZE, "%s: %.100s", answer_reason_text(why), missing);

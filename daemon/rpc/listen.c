@@ -154,7 +154,7 @@ bool listen_inherited(int *fd, struct fault *fault)
     if (n > 1)
         return fault_set(fault, "the service manager hands over %ld sockets, want one ListenStream", n);
     if (!is_listening_unix(FIRST_FD))
-        return fault_set(fault, "what the service manager hands over is no listening UNIX stream socket");
+        return fault_set(fault, "the inherited file descriptor is not a listening UNIX stream socket");
     if (fcntl(FIRST_FD, F_SETFD, FD_CLOEXEC) < 0 || fcntl(FIRST_FD, F_SETFL, O_NONBLOCK) < 0)
         return fault_set(fault, "the socket that the service manager hands over: %s", strerror(errno));
     *fd = FIRST_FD;

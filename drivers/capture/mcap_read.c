@@ -189,11 +189,11 @@ static void skip_in_chunk(struct mcap_reader *r)
     r->chunk.p += find_in_chunk(r, (size_t)(r->chunk.end - from));
     r->info.left_out_bytes += (size_t)(r->chunk.p - from);
     if (r->chunk.p == r->chunk.end)
-        problem(r, "chunk at offset %zu: no whole record at its byte %td; the rest of it is left out", r->chunk_at,
+        problem(r, "chunk at offset %zu: truncated after its byte %td; the rest is skipped", r->chunk_at,
                 from - r->chunk_start);
     else
         problem(r,
-                "chunk at offset %zu: no whole record at its byte %td; %td bytes up to the next one are left out",
+                "chunk at offset %zu: no whole record at its byte %td; %td bytes up to the next one are skipped",
                 r->chunk_at, from - r->chunk_start, r->chunk.p - from);
 }
 

@@ -1,7 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 /*
  * promise - up to where `near` in [vehicle] holds along a direction. It is the user's promise about what no beam shows:
- * where a sonar looks it is no leave to pass before the sonar has shown what is there.
+ * where a sonar looks it does not permit passing before the sonar has looked.
  */
 #ifndef SONARD_PROMISE_H
 #define SONARD_PROMISE_H

@@ -114,8 +114,8 @@ def unmeasured(bench):
     check(client.call("status")["pipeline"]["latency_us"] is None, client.call("status")["pipeline"])
     said = bench.sonarctl("status").stdout
     check("0 pings dropped\n" in said, said)
-    check(re.search(r"\n +detects a wall of -\d+\.\d dB \(\d+ counts\) or more, going by its own echoes\n", said), said)
-    check("none given: the vehicle counts as standing still" in said and "keep sending" not in said, said)
+    check(re.search(r"\n +detection threshold -\d+\.\d dB \(\d+ counts\) for a wall, measured on this sonar\n", said), said)
+    check("no pose received: the vehicle is assumed to stand still" in said and "keep sending" not in said, said)
     judged = bench.sonarctl("sectors", "--distance", "1.5").stdout.splitlines()[0]
     check("azimuth clockwise from forward, judged to 1.50 m, no pose" in judged, judged)
     check(" 0 times" not in bench.sonarctl("stats").stdout, bench.sonarctl("stats").stdout)

@@ -25,7 +25,7 @@ CONFIGURATIONS = (
      (":3:", "the baud rate is set in the device server")),
     ("name of a host", PING360.replace("serial:/dev/ttyUSB0:115200", "udp:blueos.local:9092"), (":3:", "numeric address, as 192.168.2.2")),
     ("number without a unit", PING360 + "range = 20\n", (":4:", "range = 20", "the unit is missing", "0.75 to 200 m")),
-    ("unit that is none", PING360 + "range = 20 ft\n", (":4:", "'ft' is not a unit", "m, cm, mm, km")),
+    ("unit that is none", PING360 + "range = 20 ft\n", (":4:", "unknown unit 'ft'", "m, cm, mm, km")),
     ("range beyond the device", PING360 + "range = 500 m\n", (":4:", "out of range", "0.75 to 200 m")),
     ("typo in a key", PING360 + "rnage = 20 m\n", (":4:", "rnage", "did you mean range?")),
     ("typo in a section", "[sonra front]\n", (":1: [sonra front]", "did you mean [sonar NAME]?")),

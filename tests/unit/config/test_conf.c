@@ -227,7 +227,7 @@ TEST(broken_numbers_with_units)
         {"nothing", BASE "range =\n",
          "t.conf:4: [sonar a] range = : no value after =; want 0.75 to 200 m " LENGTHS},
         {"turn in another unit", BASE "[vehicle]\nmax_turn = 90 grad\n",
-         "t.conf:5: [vehicle] max_turn = 90 grad: 'grad' is not a unit of it; want 0.1 to 1000 deg/s (rad/s, "
+         "t.conf:5: [vehicle] max_turn = 90 grad: unknown unit 'grad'; want 0.1 to 1000 deg/s (rad/s, "
          "deg/s, "
          "deg/h), or as many deg, or told"},
         {"no number", BASE "range = far\n",
@@ -239,7 +239,7 @@ TEST(broken_numbers_with_units)
         {"hexadecimal", BASE "range = 0x10 m\n",
          "t.conf:4: [sonar a] range = 0x10 m: '0x10 m' is not a number; want 0.75 to 200 m " LENGTHS},
         {"decimal comma", BASE "range = 2,5 m\n",
-         "t.conf:4: [sonar a] range = 2,5 m: ',5 m' is not a unit of it; want 0.75 to 200 m " LENGTHS},
+         "t.conf:4: [sonar a] range = 2,5 m: unknown unit ',5 m'; want 0.75 to 200 m " LENGTHS},
         {"too large for a double", BASE "range = 1e999 m\n",
          "t.conf:4: [sonar a] range = 1e999 m: out of range; want 0.75 to 200 m " LENGTHS},
         {"out of range", BASE "range = 0.5 km\n",
@@ -251,9 +251,9 @@ TEST(broken_numbers_with_units)
         {"a zero has a unit, too", BASE "[grid]\nmove_limit = 0\n",
          "t.conf:5: [grid] move_limit = 0: the unit is missing; want 0.05 to 100 m " LENGTHS ", or auto"},
         {"wrong unit", BASE "range = 20 s\n",
-         "t.conf:4: [sonar a] range = 20 s: 's' is not a unit of it; want 0.75 to 200 m " LENGTHS},
+         "t.conf:4: [sonar a] range = 20 s: unknown unit 's'; want 0.75 to 200 m " LENGTHS},
         {"unknown unit", BASE "range = 20 feet\n",
-         "t.conf:4: [sonar a] range = 20 feet: 'feet' is not a unit of it; want 0.75 to 200 m " LENGTHS},
+         "t.conf:4: [sonar a] range = 20 feet: unknown unit 'feet'; want 0.75 to 200 m " LENGTHS},
         {"unit where none belongs", BASE "[extract]\nrank = 0.75 m\n",
          "t.conf:5: [extract] rank = 0.75 m: 'm' after a number without a unit; want 0.05 to 1"},
         {"too few numbers", BASE "mount = 0.2 0 m\n",
@@ -316,7 +316,8 @@ TEST(broken_whole_numbers_and_words)
          "t.conf:4: [sonar a] power = nowhere: there are no lines there\n"
          "t.conf:7: [gpio] leak = nowhere: there are no lines there"},
         {"port that is no address", "[sonar a]\ndevice = ping360\nport = /dev/ttyUSB0\n",
-         "t.conf:3: [sonar a] port = /dev/ttyUSB0: does not begin with a letter; want KIND:ADDRESS, for instance "
+         "t.conf:3: [sonar a] port = /dev/ttyUSB0: no kind of port before the file; want KIND:ADDRESS, for "
+         "instance "
          "serial:/dev/ttyUSB0:115200"},
     };
     CHECK_BROKEN(cases);
@@ -384,7 +385,7 @@ TEST(broken_together)
          "from"},
         {"one line for two sonars", BASE "[sonar b]\ndevice = ping360\nport = serial:/dev/x:9600\n",
          "t.conf:6: [sonar b] port = serial:/dev/x:9600: does not go with [sonar a] port = "
-         "serial:/dev/x:115200; want a serial line of its own for each"},
+         "serial:/dev/x:115200; want another serial port: each device needs its own"},
         {"told once where a value was refused", BASE "[grid]\nclear_for = 2 min\nforget = 90\n",
          "t.conf:6: [grid] forget = 90: the unit is missing; want 1 to 86400 s (s, ms, min, h), or auto"},
         {"all at once, in the order of lines",

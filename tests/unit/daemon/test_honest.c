@@ -202,7 +202,7 @@ TEST(with_late_readings)
 }
 
 /*
- * `near` is no leave to pass an echo that does not suffice to block. These worlds have a post 2.2 m away that had one,
+ * `near` does not permit passing an echo that does not suffice to block. These worlds have a post 2.2 m away that had one,
  * and nothing else.
  */
 TEST(posts_that_are_nearer_than_near)

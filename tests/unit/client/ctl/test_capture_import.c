@@ -664,7 +664,7 @@ TEST(import_of_a_file_that_is_mostly_no_frames_fails)
     memset(file.p + file.n / 5, 0x55, file.n - file.n / 5);
     save(path_b, file.p, file.n);
     CHECK_INT(capture("import", path_b, path_a, NULL, NULL, NULL), 1);
-    CHECK(strstr(said, "bytes are no frame") && strstr(said, "most of it is lost: "));
+    CHECK(strstr(said, "bytes outside valid frames") && strstr(said, "most of it is lost: "));
     CHECK_INT(capture("info", path_a, NULL, NULL, NULL, NULL), 0);
     unlink(path_a);
     make_svlog(&file);

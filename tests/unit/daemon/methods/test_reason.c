@@ -145,10 +145,10 @@ TEST(drift_is_named_beside_the_reason)
     CHECK_STR(reason_with_pose(&now, "never observed", -1, text), "never observed");
     /* what was asked about is no end of the blind zone: drift alone may have taken it away */
     CHECK_STR(said(ANSWER_UNKNOWN, ANSWER_BLIND, &now),
-              "next to the vehicle, where the sonar is blind or the water "
-              "not known any more; no position and no depth: 2.1 m of drift allowed for");
+              "water next to the vehicle: in the blind zone, or scanned too long ago; no position and no depth: "
+              "2.1 m of drift allowed for");
     CHECK_STR(reason_cause(&env, &now, ANSWER_BLIND, text),
-              "next to the vehicle, where the sonar is blind or the water not known any more");
+              "water next to the vehicle: in the blind zone, or scanned too long ago");
     now.pose.has = POSE_DEPTH;
     CHECK_STR(reason_with_pose(&now, "never observed", 2, text),
               "never observed; no position: 0.1 m of drift allowed for");

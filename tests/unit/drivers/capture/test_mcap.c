@@ -562,7 +562,7 @@ TEST(lies_in_chunks_are_refused)
         {"unknown compression", 11, "bz2", short_message, 11,
          "chunk at offset 8 is left out: its compression is none of \"\", lz4, zstd"},
         {"record beyond the chunk", 11, "", long_record, 11,
-         "chunk at offset 8: no whole record at its byte 0; the rest of it is left out"},
+         "chunk at offset 8: truncated after its byte 0; the rest is skipped"},
         {"message too short", 11, "", short_message, 11,
          "offset 8: a message record is too short for its own fields"},
         {"channel never announced", 31, "", stranger, 31,
