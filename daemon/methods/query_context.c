@@ -106,7 +106,7 @@ const char *query_pose_drift(const struct methods_env *d, char text[QUERY_REASON
     if (now.pose.drift_mps > 0 && d->conf.vehicle.keep_mps < 0 && !pose_log_last_ns(&d->poses, POSE_POSITION) &&
         !pose_log_last_ns(&d->poses, POSE_VELOCITY))
         snprintf(text, QUERY_REASON_SIZE,
-                 "no position or velocity: assuming up to %.1f m/s of drift%s, so free water soon expires",
+                 "no position or velocity: assuming up to %.1f m/s of drift%s, so free space soon expires",
                  d->poses.drift.mps, now.pose.has & POSE_DEPTH ? "" : " in every direction");
     return text;
 }

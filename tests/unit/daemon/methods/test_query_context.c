@@ -174,12 +174,12 @@ TEST(poses_without_position_and_velocity_are_named)
     check_drift(-1, 0, 0, ""); /* a fixed sonar */
     check_drift(
         -1, 0, POSE_ATTITUDE,
-        "no position or velocity: assuming up to 3.0 m/s of drift in every direction, so free water soon expires");
+        "no position or velocity: assuming up to 3.0 m/s of drift in every direction, so free space soon expires");
     check_drift(
         -1, 0.5, POSE_ATTITUDE,
-        "no position or velocity: assuming up to 0.5 m/s of drift in every direction, so free water soon expires");
+        "no position or velocity: assuming up to 0.5 m/s of drift in every direction, so free space soon expires");
     check_drift(-1, 0.5, POSE_ATTITUDE | POSE_DEPTH,
-                "no position or velocity: assuming up to 0.5 m/s of drift, so free water soon expires");
+                "no position or velocity: assuming up to 0.5 m/s of drift, so free space soon expires");
     check_drift(0.05, 0.5, POSE_ATTITUDE, "");
     check_drift(-1, 0.5, POSE_ATTITUDE | POSE_VELOCITY, "");
     check_drift(-1, 0.5, POSE_ATTITUDE | POSE_POSITION | POSE_DEPTH, "");
