@@ -30,7 +30,8 @@
 
 struct setup {
     const struct context *context;
-    bool asks; /* somebody sits at the terminal */
+    bool asks;  /* somebody sits at the terminal */
+    bool ended; /* ... and has left: the rest of the answers is not the defaults */
     char device[32], port[FIND_SONAR_PATH + 32], how[80], name[32];
     double mount_m[3], size_m[3], range_m;
     bool mount_answered, size_answered, range_answered; /* the others stay the defaults of sonard.conf */
@@ -44,13 +45,13 @@ static const json_t *given(const struct setup *s, const char *key)
 }
 
 /* A line of the user, without its end; false at the end of the input, and for an empty line: the default is meant. */
-static bool ask_person(const struct setup *s, const char *question, const char *standard, char *answer,
-                       size_t size)
+static bool ask_person(struct setup *s, const char *question, const char *standard, char *answer, size_t size)
 {
-    if (!s->asks)
+    if (!s->asks || s->ended)
         return false;
     fprintf(stderr, "%s [%s] ", question, standard);
-    if (!fgets(answer, (int)size, stdin))
+    s->ended = !fgets(answer, (int)size, stdin);
+    if (s->ended)
         return false;
     answer[strcspn(answer, "\r\n")] = '\0';
     return answer[0] != '\0';
@@ -255,7 +256,7 @@ static bool take_device(struct setup *s)
 }
 
 /* An empty line is no. */
-static bool ask_yes(const struct setup *s, const char *question)
+static bool ask_yes(struct setup *s, const char *question)
 {
     char answer[LINE_MAX_];
 
@@ -414,5 +415,9 @@ int command_setup(struct context *context)
     if (!take_device(&s))
         return EXIT_UNKNOWN;
     ask_all(&s);
+    if (s.ended) {
+        fprintf(stderr, "\nsonarctl setup: the input ended before the last answer: nothing is written\n");
+        return EXIT_OUTPUT;
+    }
     return write_out(&s);
 }

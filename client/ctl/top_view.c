@@ -44,6 +44,16 @@ static const char *short_number(char out[16], double v, const char *unit)
     return out;
 }
 
+/* Half a number is a wrong one: what does not fit is left out by whole words. */
+static void keep_whole_words(char *line, int width)
+{
+    if (width < 0 || strlen(line) <= (size_t)width)
+        return;
+    while (width > 0 && line[width] != ' ')
+        width--;
+    line[width] = '\0';
+}
+
 __attribute__((format(printf, 3, 4))) static void put(struct panel *panel, enum canvas_colour colour,
                                                       const char *fmt, ...)
 {
@@ -53,6 +63,7 @@ __attribute__((format(printf, 3, 4))) static void put(struct panel *panel, enum 
     va_start(args, fmt);
     vsnprintf(line, sizeof line, fmt, args);
     va_end(args);
+    keep_whole_words(line, panel->canvas->columns - panel->column);
     canvas_text(panel->canvas, panel->column, panel->row++, CANVAS_COLUMNS_MAX, colour, line);
 }
 
@@ -219,24 +230,50 @@ static void draw_pose(struct panel *panel, const json_t *pose)
         put(panel, CANVAS_PLAIN, "heading  %03.0f from north", fmod(round(json_number_value(heading)) + 360, 360));
 }
 
-/* Of the stages that took part: median, 99th percentile, longest. */
+#define STAGE_COLUMNS 15
+#define TIME_COLUMNS  8
+
+static const struct latency {
+    const char *title, *key;
+} latencies[] = {{"max", "max_us"}, {"median", "p50_us"}, {"99 %", "p99_us"}}; /* the first is shown the longest */
+
+static void draw_stage(struct panel *panel, const json_t *sample, int n)
+{
+    char line[STAGE_COLUMNS + 4 * TIME_COLUMNS];
+    int used = snprintf(line, sizeof line, "%-*.*s", STAGE_COLUMNS, STAGE_COLUMNS,
+                        text(json_object_get(sample, "labels"), "stage"));
+
+    for (int i = 0; i < n; i++) {
+        const double us = number(sample, latencies[i].key);
+        char value[TIME_COLUMNS] = "> 10 s";
+
+        if (!(us >= 1e7))
+            snprintf(value, sizeof value, "%.0f", us);
+        used += snprintf(line + used, sizeof line - (size_t)used, "%*s", TIME_COLUMNS, value);
+    }
+    put(panel, CANVAS_PLAIN, "%s", line);
+}
+
+/* Of the stages that took part: as many columns as fit. */
 static void draw_latencies(struct panel *panel, const json_t *stats)
 {
     const json_t *metrics = json_object_get(stats, "metrics");
+    const int room = (panel->canvas->columns - panel->column - STAGE_COLUMNS) / TIME_COLUMNS;
+    const int n = room < 1 ? 1 : room < 3 ? room : 3;
 
     for (size_t i = 0; i < json_array_size(metrics); i++) {
         const json_t *metric = json_array_get(metrics, i), *samples = json_object_get(metric, "samples");
 
         if (strcmp(text(metric, "name"), "sonard_latency_seconds") != 0)
             continue;
-        put(panel, CANVAS_DIM, "microseconds    median   99 %%     max");
+        put(panel, CANVAS_DIM, "%-*s%*s%*s%*s", STAGE_COLUMNS, "microseconds", TIME_COLUMNS, latencies[0].title,
+            n > 1 ? TIME_COLUMNS : 0, n > 1 ? latencies[1].title : "", n > 2 ? TIME_COLUMNS : 0,
+            n > 2 ? latencies[2].title : "");
         for (size_t k = 0; k < json_array_size(samples); k++) {
             const json_t *sample = json_array_get(samples, k);
 
             if (number(sample, "count") > 0)
-                put(panel, CANVAS_PLAIN, "%-15.15s %6.0f %6.0f %7.0f",
-                    text(json_object_get(sample, "labels"), "stage"), number(sample, "p50_us"),
-                    number(sample, "p99_us"), number(sample, "max_us"));
+                draw_stage(panel, sample, n);
         }
     }
 }

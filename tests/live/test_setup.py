@@ -138,16 +138,21 @@ def drained(leader):
     return said.decode()
 
 
-def questions(bench):
-    """At a terminal it asks; an empty line takes what stands in brackets, nonsense is asked again."""
+def asked(out, keys):
+    """What `setup` at a terminal returns and says to somebody who types `keys`."""
     leader, follower = pty.openpty()
-    out = bench.path("asked.conf")
     child = subprocess.Popen([SONARCTL, "setup", "--port", "/dev/null", "--output", out], stdin=follower,
                              stdout=follower, stderr=follower)
     os.close(follower)
-    os.write(leader, b"blueview\nping360\n0.3 0\n0.3 0 0.1\nja\nYes\n\n12\n")
+    os.write(leader, keys)
     status = child.wait(30 * PATIENCE)
-    said = drained(leader)
+    return status, drained(leader)
+
+
+def questions(bench):
+    """At a terminal it asks; an empty line takes what stands in brackets, nonsense is asked again."""
+    out = bench.path("asked.conf")
+    status, said = asked(out, b"blueview\nping360\n0.3 0\n0.3 0 0.1\nja\nYes\n\n12\n")
     check(status == 0, said)
     check("supported: micron" in said and "want 3 numbers" in said and "want y or n" in said, said)
     with open(out, encoding="ascii") as f:
@@ -157,10 +162,20 @@ def questions(bench):
         check("\n%s\n" % line in text, "no %s in %s" % (line, text))
 
 
+def hangs_up(bench):
+    """Who leaves before the last answer has not taken the defaults of the rest: nothing is written."""
+    for keys in (b"\x04", b"ping360\n\x04", b"ping360\n0.3 0 0.1\n\n\n\x04"):
+        out = bench.path("left.conf")
+        status, said = asked(out, keys)
+        check(status in (2, 7) and not os.path.exists(out), "%s: %d %s" % (keys, status, said))
+    check(status == 7 and "nothing is written" in said, said)
+
+
 run([("ping360", found("ping360_sim", "ping360")),
      ("ping360_that_wants_autobaud", found("ping360_sim", "ping360", "--strict-autobaud")),
      ("micron", found("micron_sim", "micron", quiet=True)),
      ("ping1d", found("ping1d_sim", "ping1d")),
      ("ping1d_with_old_firmware", found("ping1d_sim", "ping1d", "--old", "1")),
-     ("options", options), ("drop_in", drop_in), ("nothing_there", nothing_there), ("refused", refused), ("ports", ports), ("questions", questions)], parallel=2,
-    gate=("options", "drop_in", "nothing_there", "refused", "ports", "questions"))
+     ("options", options), ("drop_in", drop_in), ("nothing_there", nothing_there), ("refused", refused), ("ports", ports), ("questions", questions),
+     ("hangs_up", hangs_up)], parallel=2,
+    gate=("options", "drop_in", "nothing_there", "refused", "ports", "questions", "hangs_up"))

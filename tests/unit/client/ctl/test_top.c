@@ -202,6 +202,33 @@ TEST(a_pose_is_whole_at_80_columns)
     json_decref(status);
 }
 
+/* Digits are never cut off: there are fewer columns instead, the longest time first. */
+TEST(times_are_whole_at_any_width)
+{
+    struct top_rates rates = {0};
+    json_t *status = json_loads("{\"data\":\"ok\"}", 0, NULL);
+    json_t *stats = json_loads("{\"metrics\":[{\"name\":\"sonard_latency_seconds\",\"samples\":[{\"count\":9,"
+                               "\"labels\":{\"stage\":\"request\"},\"p50_us\":41234,\"p99_us\":49876,"
+                               "\"max_us\":5001777}]}]}",
+                               0, NULL);
+    struct top_frame frame = {.status = status, .stats = stats, .rates = &rates};
+
+    for (int columns = 60; columns < 200; columns++) {
+        canvas_clear(&canvas, columns, 40);
+        top_view_draw(&canvas, &frame);
+        for (int row = 0; row < 40; row++) {
+            const char *line = strstr(row_of(row, false, false), "request  ");
+            const int n = line ? (int)strlen(line) : 0;
+
+            if (line)
+                CHECK(n >= 23 && strcmp(line + n - 1, n > 31 ? "6" : n > 23 ? "4" : "7") == 0);
+        }
+    }
+    CHECK(shows("5001777   41234   49876"));
+    json_decref(stats);
+    json_decref(status);
+}
+
 TEST(a_frame_says_what_takes_clear_water_away)
 {
     struct top_rates rates = {0};
@@ -257,6 +284,7 @@ int main(void)
     RUN(a_frame_says_what_is_wrong);
     RUN(a_blocked_side_says_at_how_many_metres);
     RUN(a_pose_is_whole_at_80_columns);
+    RUN(times_are_whole_at_any_width);
     RUN(a_frame_says_what_takes_clear_water_away);
     RUN(any_size_and_any_answer);
     return test_end();
