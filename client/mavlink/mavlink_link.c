@@ -1,6 +1,7 @@
 /* SPDX-License-Identifier: MIT */
 #include "mavlink_link.h"
 
+#include <arpa/inet.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <netdb.h>
@@ -55,6 +56,28 @@ static bool refuse_tcp(const char *address, struct fault *fault)
         address);
 }
 
+/* What others write for it: "udp:14550" is both in one. */
+static bool refuse_udp_port(const char *address, const char *number, struct fault *fault)
+{
+    return fault_set(
+        fault, "link '%.100s': want udpin:%s to wait for datagrams at that port, or udp:HOST:%s to send to HOST",
+        address, number, number);
+}
+
+/* udpin: the address of this computer to listen at; none: all of them. */
+static bool check_own_address(const char *address, const char *place, struct fault *fault)
+{
+    struct in_addr own;
+
+    if (!place[0] || inet_pton(AF_INET, place, &own) == 1)
+        return true;
+    return fault_set(
+        fault,
+        "link '%.100s': '%.60s' is no IPv4 address: want udpin:PORT, or udpin:ADDRESS:PORT with an address "
+        "of this computer",
+        address, place);
+}
+
 bool mavlink_link_init(struct mavlink_link *link, const char *address, struct fault *fault)
 {
     static const char *const prefixes[] = {
@@ -79,9 +102,15 @@ bool mavlink_link_init(struct mavlink_link *link, const char *address, struct fa
     number = rest ? strrchr(rest, ':') : NULL;
     place_n = number ? (size_t)(number - rest) : 0;
     number = number ? number + 1 : rest;
-    if (!rest || (place_n > 0) == (link->kind == MAVLINK_UDPIN) || place_n >= sizeof link->place)
-        return fault_set(fault, "link '%.100s': want udp:HOST:PORT, udpin:PORT or serial:/dev/NAME:BAUD", address);
+    if (rest && link->kind == MAVLINK_UDP && number == rest && parse_number(number, 65535) > 0)
+        return refuse_udp_port(address, number, fault);
+    if (!rest || (place_n == 0 && link->kind != MAVLINK_UDPIN) || place_n >= sizeof link->place)
+        return fault_set(
+            fault, "link '%.100s': want udp:HOST:PORT, udpin:PORT, udpin:ADDRESS:PORT or serial:/dev/NAME:BAUD",
+            address);
     memcpy(link->place, rest, place_n);
+    if (link->kind == MAVLINK_UDPIN && !check_own_address(address, link->place, fault))
+        return false;
     if (link->kind == MAVLINK_SERIAL) {
         link->baud = parse_number(number, 4000000);
         if (speed_of(link->baud) != B0)
@@ -114,9 +143,9 @@ static void open_udp(struct mavlink_link *link, uint64_t now_ns)
     const bool in = link->kind == MAVLINK_UDPIN;
     const struct addrinfo hints = {.ai_family = in ? AF_INET : AF_UNSPEC,
                                    .ai_socktype = SOCK_DGRAM,
-                                   .ai_flags = AI_NUMERICSERV | (in ? AI_PASSIVE : 0)};
+                                   .ai_flags = AI_NUMERICSERV | (in ? AI_PASSIVE | AI_NUMERICHOST : 0)};
     struct addrinfo *found = NULL;
-    const int failure = getaddrinfo(in ? NULL : link->place, link->port, &hints, &found);
+    const int failure = getaddrinfo(link->place[0] ? link->place : NULL, link->port, &hints, &found);
 
     if (failure) {
         lose_link(link, "look-up", gai_strerror(failure), now_ns);

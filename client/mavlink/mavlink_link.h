@@ -35,8 +35,8 @@ struct mavlink_link {
 };
 
 /**
- * mavlink_link_init - from "udp:HOST:PORT", "udpin:PORT" or "serial:/dev/NAME:BAUD"; opens nothing. False with a
- * sentence in fault.
+ * mavlink_link_init - from "udp:HOST:PORT", "udpin:PORT", "udpin:ADDRESS:PORT" (an IPv4 address of this computer) or
+ * "serial:/dev/NAME:BAUD"; opens nothing. False with a sentence in fault.
  */
 bool mavlink_link_init(struct mavlink_link *link, const char *address, struct fault *fault);
 

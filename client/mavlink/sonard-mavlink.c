@@ -33,8 +33,8 @@ static void on_stop(int signal)
 }
 
 static const struct argument options[] = {
-    {"--link", "link", "LINK", "udp:HOST:PORT, udpin:PORT or serial:/dev/NAME:BAUD; must be given", ARGUMENT_TEXT,
-     0, 0, 0},
+    {"--link", "link", "LINK", "udp:HOST:PORT, udpin:[ADDRESS:]PORT or serial:/dev/NAME:BAUD; must be given",
+     ARGUMENT_TEXT, 0, 0, 0},
     {"--peer", "peer", "ADDRESS[/BITS]", "udpin: believe only senders there; else the first autopilot",
      ARGUMENT_TEXT, 0, 0, 0},
     {"--socket", "socket", "PATH", "of the daemon; else $SONARD_SOCKET, else " SONARD_DEFAULT_SOCKET,

@@ -142,7 +142,7 @@ class SigningAutopilot(UdpAutopilot):
     def __init__(self):
         super().__init__()
         self.peer = ("127.0.0.1", free_port())
-        self.link = "udpin:%d" % self.peer[1]
+        self.link = "udpin:127.0.0.1:%d" % self.peer[1]
         self.key = bytes(range(32))
 
 
@@ -595,7 +595,8 @@ def usage(bench):
     good = ("--link", "udp:127.0.0.1:14550")
     for words, wanted in (((), "--link LINK is missing"),
                           (("--link", "tcp:1.2.3.4:5"), "TCP is not supported"),
-                          (("--link", "udp:14550"), "want udp:HOST:PORT"),
+                          (("--link", "udp:14550"), "want udpin:14550 to wait for datagrams at that port, or udp:HOST:14550 to send"),
+                          (("--link", "udpin:rov:14550"), "'rov' is no IPv4 address"),
                           (("--link", "udpin:70000"), "UDP port from 1 to 65535"),
                           (("--link", "serial:/dev/null:12345"), "no baud rate"),
                           (good + ("--peer", "127.0.0.1"), "only --link udpin:PORT has more than one sender"),
