@@ -12,7 +12,9 @@ VERSION  := $(shell cat VERSION 2>/dev/null || echo 0)
 SAN      ?=
 PREFIX   ?= /usr/local
 
-WARN     := -Wall -Wextra -Wconversion -Wshadow -Wstrict-prototypes -Werror
+# In a checkout a warning is an error; a package is also built by compilers that warn of more.
+WERROR   ?= $(if $(wildcard .git),-Werror)
+WARN     := -Wall -Wextra -Wconversion -Wshadow -Wstrict-prototypes $(WERROR)
 # -ffp-contract=off: the same bits on every CPU. -fno-math-errno: lets sqrt be an instruction. -fno-trapping-math: lets
 # choices between floats be vectors; it changes no value.
 CFLAGS   ?= -O2 -g
@@ -200,7 +202,7 @@ $(TOOLS): $(BUILD)/tests/%.so: tests/lib/%.c
 
 help:
 	@echo 'make            build sonard, sonarctl, sonard-mavlink and (with libwebsockets) sonard-web into $(BUILD)/'
-	@echo 'make demo       install what is missing, build, replay a real recording, print its sectors, draw them'
+	@echo 'make demo       install what is missing (INSTALL=no: only name it), build, replay a real recording, print its sectors, draw them'
 	@echo 'make check      install what is missing, build, run every test whose verdict depends on no clock: what a change must pass'
 	@echo 'make check-long everything else, part by part, and a table of it (ONLY="check-live fuzz": these parts); wants an idle machine'
 	@echo 'make check-honest no clear is false, in all worlds of test_honest_* and all voyages of test_course (the gate has a few)'
@@ -345,8 +347,8 @@ check-deb:
 # The package for this machine, from this tree, into BUILD/deb; debian/control names what that needs.
 deb:
 	@tests/deps.sh deb
-	@rm -rf $(BUILD)/deb && mkdir -p $(BUILD)/deb/sonard
-	@git ls-files -z | xargs -0 cp --parents -t $(BUILD)/deb/sonard
+	@rm -rf $(BUILD)/deb
+	@packaging/copy.sh $(BUILD)/deb/sonard
 	@cd $(BUILD)/deb/sonard && dpkg-buildpackage -us -uc -b
 	@ls $(BUILD)/deb/*.deb
 
@@ -454,6 +456,7 @@ GUIDES   := NEWS README.md $(wildcard docs/*.md)
 PAPERS   := $(wildcard docs/devices/*.md docs/pictures/*)
 SCENES   := $(wildcard config/scenes/*.conf)
 EXAMPLES := $(wildcard examples/*.c examples/*.py)
+OPTIONED := sonard sonard-mavlink sonard-poses sonard-report sonard-rosbag sonard-tune $(if $(WEB),sonard-web)
 PAGE     := page.py page.html style.gp capture_answers.gp
 SHARED   := config/sonard.conf systemd/network.conf $(SCHEMA)
 FILES     = $(BUILD)/sonard:$(PREFIX)/sbin/sonard:755 $(BUILD)/sonarctl:$(PREFIX)/bin/sonarctl:755 \
@@ -467,7 +470,8 @@ FILES     = $(BUILD)/sonard:$(PREFIX)/sbin/sonard:755 $(BUILD)/sonarctl:$(PREFIX
             $(LIBRARY):$(LIBDIR)/$(notdir $(LIBRARY)):644 client/lib/sonard.h:$(PREFIX)/include/sonard.h:644 \
             $(BUILD)/libsonard.pc:$(LIBDIR)/pkgconfig/libsonard.pc:644 python/sonard.py:$(PYTHONDIR)/sonard.py:644 \
             completion/sonarctl.bash:$(PREFIX)/share/bash-completion/completions/sonarctl:644 \
-            completion/_sonarctl:$(ZSHDIR)/_sonarctl:644 \
+            completion/_sonarctl:$(ZSHDIR)/_sonarctl:644 completion/_sonard:$(ZSHDIR)/_sonard:644 \
+            $(foreach p,$(OPTIONED),completion/options.bash:$(PREFIX)/share/bash-completion/completions/$(p):644) \
             $(foreach e,$(EXAMPLES),$(e):$(PREFIX)/share/doc/sonard/examples/$(notdir $(e)):644) \
             systemd/sysusers.conf:$(PREFIX)/lib/sysusers.d/sonard.conf:644 \
             systemd/tmpfiles.conf:$(PREFIX)/lib/tmpfiles.d/sonard.conf:644 \

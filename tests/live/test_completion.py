@@ -126,6 +126,16 @@ def bash(bench):
         check(done.stdout.split() == want, "%s: %s %s" % (line, done.stdout, done.stderr))
 
 
+def programs(bench):
+    """The other programs: every option that their help tells, at the start of a line as a program beside this file."""
+    script = "source %s/completion/options.bash; _sonard_options \"$1\" \"$2\"; printf '%%s\\n' \"${COMPREPLY[@]}\"" % TOP
+    tools = [os.path.join(os.path.dirname(SONARCTL), name) for name in ("sonard", "sonard-mavlink")]
+    for program in tools + [os.path.join(TOP, "python", name) for name in ("sonard-tune", "sonard-poses", "sonard-rosbag", "sonard-report")]:
+        told = set(re.findall(r"^ +(?:-\w, )?(--[a-z-]+)", bench.run(program, "--help").stdout, re.M))
+        done = subprocess.run(["bash", "-c", script, "bash", program, "--"], capture_output=True, text=True, check=False)
+        check(len(told) >= 3 and set(done.stdout.split()) == told, "%s: %s %s" % (program, done.stdout, done.stderr))
+
+
 def typed(shell, setup, keys, want):
     """Types into an interactive shell until it shows what is wanted."""
     pid, terminal = pty.fork()
@@ -161,6 +171,7 @@ def shells(bench):
         raise Skipped("zsh is not installed")
     zsh = ["fpath=(%s/completion $fpath)" % TOP, "autoload -U compinit; compinit -D -u"]
     typed(["zsh", "-f"], zsh, "sonarctl time_", rb"time_to_collision")
+    typed(["zsh", "-f"], zsh, "sonard-mavlink --bar", rb"ometer")
     typed(["zsh", "-f"], zsh, "sonarctl watch sectors elev", rb"elevation_deg=")
 
 
@@ -173,5 +184,5 @@ def meant(bench):
     check(said.returncode == 3 and "no command 'zzzzzz'; see" in said.stderr, said.stderr)
 
 
-run([("completion_" + f.__name__, f) for f in (commands, helps, options, meant, protocol, words, names, bash, shells)],
-    gate=("completion_commands", "completion_helps", "completion_options", "completion_meant", "completion_protocol", "completion_words", "completion_bash"))
+run([("completion_" + f.__name__, f) for f in (commands, helps, options, meant, protocol, words, names, bash, programs, shells)],
+    gate=("completion_commands", "completion_helps", "completion_options", "completion_meant", "completion_protocol", "completion_words", "completion_bash", "completion_programs"))
