@@ -44,8 +44,7 @@ for run in amd64 again arm64; do
     arch=${run/again/amd64}
     root=$build/vm/$arch-$key
     rm -rf "${root:?}/$run"
-    mkdir -p "$root/$run/sonard"
-    git ls-files -z | xargs -0 cp --parents -t "$root/$run/sonard"
+    packaging/copy.sh "$root/$run/sonard"
     within "$arch" "/$run/sonard" "dpkg-buildpackage -us -uc -b -j2 -a$arch -d"
     verdict "built_$run" $?
 done

@@ -3,6 +3,7 @@
 # deps.sh [build|check|long|web|lint|report|vm|arm64|deb|blueos] - installs what is missing on a Debian 12: what building
 # needs, what the gate (make check) needs too, what all other tests need (long), or what check-web, lint, the report, the
 # virtual machine of check-vm, check-arm64, deb and check-deb, or blueos need. Needs root or sudo only when something is missing.
+# INSTALL=no: installs nothing, and fails where something is missing.
 set -eu
 build="gcc libc6-dev make pkg-config libinih-dev libjansson-dev liblz4-dev libzstd-dev zlib1g-dev libmodbus-dev libgpiod-dev libwebsockets-dev"
 check="$build python3 python3-jsonschema librsvg2-bin gnuplot-nox cmark-gfm systemd udev"
@@ -44,7 +45,11 @@ for package in $want; do
 done
 [ -z "$missing" ] && exit 0
 
-echo "installing:$missing"
+if [ "${INSTALL:-yes}" = no ]; then
+    echo "these packages are missing:$missing; install them, or leave INSTALL=no out" >&2
+    exit 1
+fi
+echo "installing:$missing (INSTALL=no prevents it)"
 sudo=
 if [ "$(id -u)" -ne 0 ]; then
     command -v sudo >/dev/null || { echo "these packages are missing, and there is neither root nor sudo:$missing" >&2; exit 1; }

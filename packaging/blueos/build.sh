@@ -1,11 +1,12 @@
 #!/bin/bash
 # SPDX-License-Identifier: MIT
 # build.sh [ARCH...] - the BlueOS extension for amd64 or arm64 (default: both) into BUILD/blueos/: for each
-# an archive that `docker load`, skopeo and umoci read. No registry is needed, only a mirror of Debian. A publisher sets
-# EXTENSION_README, EXTENSION_WEBSITE and EXTENSION_SUPPORT (addresses), EXTENSION_AUTHOR and EXTENSION_EMAIL.
+# an archive that `docker load`, skopeo and umoci read. No registry is needed, only a mirror of Debian. The publisher is
+# that of packaging/identity; EXTENSION_README and EXTENSION_SUPPORT are addresses, too.
 set -eu
 cd "$(dirname "$0")/../.."
 build=${BUILD:-build}
+. packaging/identity
 mkdir -p "$build/blueos" "$build/vm"
 build=$(cd "$build" && pwd)
 suite=bookworm
@@ -66,7 +67,7 @@ json() { # FORMAT of jq-like text, checked: a label that is no JSON hides the ex
 }
 
 label() { # LAYOUT, of the image in it
-    local author=${EXTENSION_AUTHOR:-sonard developers} email=${EXTENSION_EMAIL:-sonard@localhost}
+    local author=$MAINTAINER email=$EMAIL
     umoci config --image "$1:$version" --created "$(date -u -d "@$date" +%FT%TZ)" \
         --config.entrypoint /usr/share/sonard/blueos/start.sh --config.workingdir /data --config.env PATH=/usr/sbin:/usr/bin:/sbin:/bin --config.env SONARD_USER=sonard \
         --config.volume /data --config.exposedports 9360/tcp --config.stopsignal SIGTERM \
@@ -75,7 +76,7 @@ label() { # LAYOUT, of the image in it
             "Binds": ["/usr/blueos/extensions/sonard:/data"]}}')" \
         --config.label "authors=$(json "[{\"name\": \"$author\", \"email\": \"$email\"}]")" \
         --config.label "company=$(json "{\"name\": \"sonard\", \"about\": \"Obstacles and free water from the sonar\", \"email\": \"$email\"}")" \
-        --config.label "links=$(json "{\"website\": \"${EXTENSION_WEBSITE:-}\", \"support\": \"${EXTENSION_SUPPORT:-}\"}")" \
+        --config.label "links=$(json "{\"website\": \"$HOMEPAGE\", \"support\": \"${EXTENSION_SUPPORT:-}\"}")" \
         --config.label "readme=${EXTENSION_README:-}" --config.label "tags=$(json '["sonar", "navigation", "obstacle-avoidance"]')" \
         --no-history
 }
