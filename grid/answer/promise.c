@@ -15,34 +15,36 @@ static uint64_t silent(const struct bearings_looks *looks, const struct answer_c
 }
 
 struct promise promise_begin(struct picture *picture, const struct answer_conf *conf,
-                             const struct picture_frame *frame, const struct answer_now *now,
-                             const struct sight_place *place, double loose_m)
+                             const struct picture_frame *frame, const struct answer_now *now, double loose_m)
 {
     const struct bearings_looks *looks = &frame->looks;
     const uint64_t online = ~silent(looks, conf, now);
     return (struct promise){.picture = picture,
                             .frame = frame,
                             .now = now,
-                            .offset_m = geo_length(place->offset_m),
                             .loose_m = loose_m,
-                            .turned_rad = place->turned_rad,
-                            .online = online,
-                            .shown = bearings_of(looks, online, now->now_ns, conf->clear_for_s),
-                            .fans = bearings_of(looks, looks->fans & online, now->now_ns, conf->clear_for_s),
-                            .heads = bearings_of(looks, looks->heads & online, now->now_ns, conf->clear_for_s)};
+                            .shown = bearings_of(looks, online, now->now_ns, conf->clear_for_s)};
 }
+
+/*
+ * So much of a beam, in directions, frees none, for none lies wholly in it there. It is the operator's to promise; all
+ * the rest of a beam that does not turn frees its directions with each ping, so that there the beam is taken at its
+ * word.
+ */
+#define EDGE_CELLS 1.5
 
 /* Is it a level direction in which a sonar looks, whatever the body's tilt? What is there the sonar will show. */
 static bool is_looked_at(const struct promise *p, uint32_t direction, double slack, double *az_rad)
 {
-    const double *v = p->picture->axis[direction];
+    const struct bearings_looks *looks = &p->frame->looks;
+    const double *v = p->picture->axis[direction], step_rad = p->picture->rings->step_rad;
     double u[3] = {v[0], v[1], v[2]};
     if (fabs(v[2]) > slack)
         return false;
     sight_from_grid(p->frame, p->now, false, u);
     *az_rad = atan2(u[1], u[0]);
-    return fabs(u[2]) <= sin(p->frame->looks.level_rad - p->picture->rings->step_rad) &&
-           bearings_have(p->frame->looks.bearings, *az_rad, 0);
+    return fabs(u[2]) <= sin(looks->level_rad - step_rad) &&
+           (bearings_have(looks->bearings, *az_rad, 0) || bearings_still(looks, *az_rad, EDGE_CELLS * step_rad));
 }
 
 /* Do the looks leave out no more than lies between two of a sonar's beams? What stands there no beam shows. */
@@ -57,49 +59,6 @@ static bool is_between_looks(const struct promise *p, uint32_t direction)
             !picture_blank(p->picture, first + (at + n - k) % n))
             return true;
     return false;
-}
-
-static void to_ned(const struct promise *p, const double axis[3], double range_m, double ned_m[3])
-{
-    const double axes[4] = {cos(p->frame->axes_rad / 2), 0, 0, sin(p->frame->axes_rad / 2)};
-    for (int k = 0; k < 3; k++)
-        ned_m[k] = axis[k] * range_m;
-    quat_rotate(axes, ned_m, ned_m);
-    for (int k = 0; k < 3; k++)
-        ned_m[k] += p->frame->centre_m[k];
-}
-
-/*
- * Nearer to the vehicle or a sensor than this there is the vehicle itself. The same for every body that is asked for:
- * a larger one is never promised more. Farther by what is not known of its place, for nearer azimuths say nothing.
- */
-#define LEAST_M 0.15
-
-static double least_m(const struct promise *p, const struct bearings_view *view)
-{
-    return LEAST_M + p->offset_m + view->mount_m + 2 * p->loose_m;
-}
-
-/*
- * Has the vehicle brought water into a fan's sight that no fan had in it at its last ping? Where a head looks, too, the
- * head has shown it. In the body's axes nothing is known of the vehicle's way.
- */
-static bool is_new(const struct promise *p, uint32_t direction, double az_rad, double from_m, double to_m)
-{
-    const double *axis = p->picture->axis[direction];
-    double line_m[2][3];
-    if (!p->frame->ned || !bearings_have(p->fans, az_rad, 0) || bearings_have(p->heads, az_rad, 0))
-        return false;
-    to_ned(p, axis, to_m, line_m[1]);
-    for (int k = 0; k < BEARINGS_SENSORS; k++) {
-        const struct bearings_view *view = &p->frame->looks.view[k];
-        if (!view->bearings || !(p->online >> k & 1))
-            continue;
-        to_ned(p, axis, fmin(fmax(from_m, least_m(p, view)), to_m), line_m[0]);
-        if (bearings_had(view, &p->now->pose, p->now->now_ns, line_m, p->loose_m, p->turned_rad))
-            return false;
-    }
-    return true;
 }
 
 /*
@@ -136,11 +95,9 @@ double promise_m(const struct promise *p, uint32_t direction, double slack, cons
     if ((drifts ? goes_on(p, s, near_m) : sure_m >= near_m) || !is_looked_at(p, direction, slack, &az_rad))
         return near_m;
     const double left_m = drifts ? adrift_m(p, s, near_m) : near_m;
-    if (!bearings_have(p->shown, az_rad, 0)) /* nothing will show what is there */
+    if (!bearings_have(p->shown, az_rad, 0)) /* by no head: what nobody has shown nobody promises */
         return fmin(sure_m, left_m);
     if (drifts)
         return left_m;
-    if (is_new(p, direction, az_rad, sure_m, near_m))
-        return sure_m;
     return (blank || p->frame->looks.first_turns) && !is_between_looks(p, direction) ? sure_m : near_m;
 }

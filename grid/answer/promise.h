@@ -8,23 +8,18 @@
 
 #include "sight.h"
 
-/* To whom it is given: a vehicle at that place in that picture. */
+/* To whom it is given: a vehicle in that picture. */
 struct promise {
     struct picture *picture;
     const struct picture_frame *frame;
     const struct answer_now *now;
-    double offset_m;      /* how far it is from the grid's centre */
-    double loose_m;       /* pose uncertainty: how far off the vehicle's place may be ... */
-    double turned_rad;    /* ... and its axes */
-    uint64_t online;      /* set of the sensors that are neither offline nor silent for clear_for */
-    uint64_t shown;       /* bearings of the body: where those show what is there ... */
-    uint64_t fans, heads; /* ... and of them a fan, and a head that has been everywhere twice */
+    double loose_m; /* pose uncertainty: how far off the vehicle's place may be */
+    uint64_t shown; /* bearings of the body: where heads that are neither offline nor silent show what is there */
 };
 
-/** promise_begin - the promise to a vehicle at that place, whose own place is known but for loose_m. */
+/** promise_begin - the promise to a vehicle whose place is known but for loose_m. */
 struct promise promise_begin(struct picture *picture, const struct answer_conf *conf,
-                             const struct picture_frame *frame, const struct answer_now *now,
-                             const struct sight_place *place, double loose_m);
+                             const struct picture_frame *frame, const struct answer_now *now, double loose_m);
 
 /**
  * promise_m - how far along the direction nobody needs to have looked, from 0 to near_m; ranges are from the grid's

@@ -2,7 +2,6 @@
 #include "bearings.h"
 
 #include <math.h>
-#include <string.h>
 
 #include "grid/geometry.h"
 #include "grid/ping.h"
@@ -25,13 +24,36 @@ static uint64_t between(double from_rad, double to_rad)
     return parts;
 }
 
-/*
- * How far above and below the body's level plane the water at a beam's bearing is surely heard; negative: the beam
- * passes above or below. Where the sensor lies on its side that is the beam's width.
- */
-static double level_rad(const struct beam_echoes *beam, const struct echoes *e, const struct mount *mount,
-                        double *az_rad)
+static bool is_open(const uint64_t set[BEARINGS_FINE / 64], int64_t fine)
 {
+    const uint64_t k = (uint64_t)fine % BEARINGS_FINE; /* BEARINGS_FINE divides 2^64 */
+    return set[k / 64] >> k % 64 & 1;
+}
+
+#define FINE_RAD (GEO_TURN / BEARINGS_FINE)
+
+static int64_t fine_part(double az_rad)
+{
+    return (int64_t)floor(az_rad / FINE_RAD);
+}
+
+/* Where a beam passes the body's level plane. */
+struct level {
+    double az_rad, half_rad; /* middle and half the width */
+    double
+        high_rad; /* so far above and below the plane water is surely heard; negative: the beam passes beside it */
+};
+
+/* Half of a beam's extent along a unit vector. */
+static double half_along(const double v[3], const double side[3], const double up[3], const struct echoes *e)
+{
+    return fmin((double)e->el_aperture_rad / 2 / fmax(fabs(geo_dot(up, v)), 1e-9),
+                (double)e->az_aperture_rad / 2 / fmax(fabs(geo_dot(side, v)), 1e-9));
+}
+
+static struct level level_of(const struct beam_echoes *beam, const struct echoes *e, const struct mount *mount)
+{
+    static const double down[3] = {0, 0, 1};
     const double az = (double)beam->az_rad, el = (double)beam->el_rad;
     double axis[3], up[3], side[3] = {-sin(az), cos(az), 0};
     geo_direction(az, el, axis);
@@ -39,10 +61,17 @@ static double level_rad(const struct beam_echoes *beam, const struct echoes *e, 
     quat_rotate(mount->attitude, axis, axis);
     quat_rotate(mount->attitude, up, up);
     quat_rotate(mount->attitude, side, side);
-    *az_rad = atan2(axis[1], axis[0]);
-    const double high_rad = (double)e->el_aperture_rad / 2 / fmax(fabs(up[2]), 1e-9),
-                 wide_rad = (double)e->az_aperture_rad / 2 / fmax(fabs(side[2]), 1e-9);
-    return fmin(high_rad, wide_rad) - fabs(asin(fmax(-1, fmin(1, axis[2]))));
+    const double az_rad = atan2(axis[1], axis[0]), abreast[3] = {-sin(az_rad), cos(az_rad), 0};
+    return (struct level){.az_rad = az_rad,
+                          .half_rad = fmin(half_along(abreast, side, up, e), GEO_PI),
+                          .high_rad = half_along(down, side, up, e) - fabs(asin(fmax(-1, fmin(1, axis[2]))))};
+}
+
+/* All parts that the beam touches: beams whose edges are less than a part apart leave no gap. */
+static void open_beam(uint64_t set[BEARINGS_FINE / 64], const struct level *beam)
+{
+    for (int64_t k = fine_part(beam->az_rad - beam->half_rad); k <= fine_part(beam->az_rad + beam->half_rad); k++)
+        set[(uint64_t)k % BEARINGS_FINE / 64] |= UINT64_C(1) << (uint64_t)k % 64;
 }
 
 #define LEAST_RAD (5 * GEO_PI / 180) /* a beam that hears no more above and below level shows no bearing */
@@ -101,45 +130,11 @@ static void hear(struct bearings_sensor *sensor, double az_rad, bool joins, uint
             sensor->heard_ns[k] = t_ns;
 }
 
-/* A fan's ping is deaf there. */
-static void mind_deaf_beams(struct bearings_sensor *sensor, uint64_t deaf)
-{
-    sensor->deaf = deaf & sensor->deaf_before;
-    sensor->deaf_before = deaf;
-}
-
-/* A ping that is deaf all over leaves what the last one had in view. */
-static void keep_view(struct bearings_sensor *sensor, const struct echoes *e, const struct mount *mount)
-{
-    struct bearings_view *view = &sensor->view;
-    uint64_t bearings = sensor->seen;
-    double az_rad;
-    for (unsigned i = 0; i < e->n_beams; i++)
-        if (is_deaf(&e->beam[i]) && level_rad(&e->beam[i], e, mount, &az_rad) > 0)
-            bearings &= ~part(az_rad);
-    mind_deaf_beams(sensor, sensor->seen & ~bearings);
-    if (!bearings)
-        return;
-    *view = (struct bearings_view){.bearings = bearings,
-                                   .range_m = (double)e->range_max_m,
-                                   .mount_m = geo_length(mount->position_m),
-                                   .path_m = e->pose.path_m,
-                                   .drift_m = {e->pose.drift_m[0], e->pose.drift_m[1]},
-                                   .t_ns = e->t_ns,
-                                   .discontinuities = e->pose.discontinuities,
-                                   .withdrawn = e->pose.withdrawn};
-    memcpy(view->attitude, e->pose.attitude, sizeof view->attitude);
-    quat_rotate(view->attitude, mount->position_m, view->position_m);
-    for (int k = 0; k < 3; k++)
-        view->position_m[k] += e->pose.position_m[k];
-}
-
 void bearings_enter(struct bearings *b, const struct echoes *e, const struct mount *mount)
 {
     struct bearings_sensor *sensor = &b->sensor[e->sensor % BEARINGS_SENSORS];
     const bool one_beam = sensor->first_rad == sensor->last_rad;
     const float before_rad = sensor->first_rad;
-    double az_rad;
     bool first = true;
     sensor->wide_rad = e->az_aperture_rad;
     if (sensor->last_ns && e->t_ns > sensor->last_ns && e->t_ns - sensor->last_ns > BEARINGS_AWAY_NS)
@@ -148,18 +143,19 @@ void bearings_enter(struct bearings *b, const struct echoes *e, const struct mou
     b->t_ns = e->t_ns > b->t_ns ? e->t_ns : b->t_ns;
     if (e->flags & PING_NEW_TURN && sensor->turns < 3)
         sensor->turns++;
-    if (!sensor->moves)
-        keep_view(sensor, e, mount);
     for (unsigned i = 0; i < e->n_beams; i++) {
-        const double heard_rad = level_rad(&e->beam[i], e, mount, &az_rad);
+        const struct level beam = level_of(&e->beam[i], e, mount);
+        const double az_rad = beam.az_rad;
         const bool joins = sensor->level && (one_beam || !first);
-        sensor->level = heard_rad >= LEAST_RAD;
+        sensor->level = beam.high_rad >= LEAST_RAD;
         if (!sensor->level)
             continue;
         if (first && sensor->pings == 2 && !sensor->moves && (float)az_rad == before_rad)
             return; /* a fan that looks where it did before */
-        b->level_rad = b->level_rad > 0 ? fmin(b->level_rad, heard_rad) : heard_rad;
+        b->level_rad = b->level_rad > 0 ? fmin(b->level_rad, beam.high_rad) : beam.high_rad;
         sensor->seen |= part(az_rad);
+        if (!sensor->moves)
+            open_beam(sensor->opens, &beam);
         if (joins)
             join_bearings(sensor, az_rad);
         if (sensor->moves)
@@ -191,19 +187,17 @@ void bearings_tell(const struct bearings *b, const uint32_t turn_ms[BEARINGS_SEN
         const struct bearings_sensor *sensor = &b->sensor[k];
         const bool turns = sensor->pings == 1 || sensor->moves, first_turns = turns && sensor->turns < 3;
         const double gap_rad = (double)sensor->step_rad - (first_turns ? (double)sensor->wide_rad : 0);
-        out->bearings |= turns && sensor->turns < 2 ? UINT64_MAX : sensor->seen;
-        out->hears[k] = sensor->seen & ~sensor->deaf;
-        for (int i = 0; turns && i < BEARINGS; i++)
-            out->heard_ds[k][i] = tenths(b->t_ns, sensor->heard_ns[i]);
+        out->last_ns[k] = sensor->last_ns;
         out->back_ds[k] = tenths(b->t_ns, sensor->back_ns);
         out->turn_s[k] = turn_ms[k] * 1e-3;
-        out->last_ns[k] = turns ? sensor->last_ns : sensor->view.t_ns;
-        if (turns && !first_turns)
-            out->heads |= UINT64_C(1) << k;
-        if (!turns && sensor->pings) {
-            out->fans |= UINT64_C(1) << k;
-            out->view[k] = sensor->view;
-        }
+        for (int i = 0; !turns && i < BEARINGS_FINE / 64; i++)
+            out->still[i] |= sensor->opens[i];
+        if (!turns)
+            continue;
+        out->bearings |= sensor->turns < 2 ? UINT64_MAX : sensor->seen;
+        out->hears[k] = sensor->seen & ~sensor->deaf;
+        for (int i = 0; i < BEARINGS; i++)
+            out->heard_ds[k][i] = tenths(b->t_ns, sensor->heard_ns[i]);
         out->first_turns |= first_turns;
         if (gap_rad > TOUCH_RAD)
             out->gap_rad = fmax(out->gap_rad, gap_rad);
@@ -236,12 +230,6 @@ uint64_t bearings_of(const struct bearings_looks *looks, uint64_t sensors, uint6
     return bearings;
 }
 
-void bearings_forget(struct bearings *b)
-{
-    for (int k = 0; k < BEARINGS_SENSORS; k++)
-        b->sensor[k].view.bearings = 0;
-}
-
 bool bearings_have(uint64_t set, double az_rad, double within_rad)
 {
     const int64_t first = (int64_t)floor((az_rad - within_rad) / PART_RAD) - 1,
@@ -252,38 +240,19 @@ bool bearings_have(uint64_t set, double az_rad, double within_rad)
     return (parts & ~set) == 0;
 }
 
-/* A place in the body's axes as the fan saw it: its azimuth, and how far aside it may be for being off_m off. */
-static double azimuth(const struct bearings_view *view, const double ned_m[3], double off_m, double *aside_rad,
-                      double *far_m)
+/* How many parts from that one on are open, itself included, one way or the other (by = 1 or -1), up to so many. */
+static int open_parts(const uint64_t set[BEARINGS_FINE / 64], int64_t fine, int by, int most)
 {
-    double v[3];
-    for (int k = 0; k < 3; k++)
-        v[k] = ned_m[k] - view->position_m[k];
-    quat_rotate_inverse(view->attitude, v, v);
-    const double level_m = hypot(v[0], v[1]);
-    *aside_rad = fmax(*aside_rad, off_m < level_m ? asin(off_m / level_m) : GEO_PI);
-    *far_m = fmax(*far_m, geo_length(v) + off_m);
-    return atan2(v[1], v[0]);
+    int n = 0;
+    while (n < most && is_open(set, fine + by * n))
+        n++;
+    return n;
 }
 
-/* Nobody knows where what it had in view lies from there. */
-static bool is_lost(const struct bearings_view *view, const struct pose *pose)
+bool bearings_still(const struct bearings_looks *looks, double az_rad, double edge_rad)
 {
-    return view->discontinuities != pose->discontinuities || view->withdrawn != pose->withdrawn ||
-           pose->drift_m[0] > view->drift_m[0] || pose->drift_m[1] > view->drift_m[1];
-}
-
-bool bearings_had(const struct bearings_view *view, const struct pose *pose, uint64_t now_ns,
-                  const double line_m[2][3], double off_m, double off_rad)
-{
-    if (!view->bearings || is_lost(view, pose))
-        return false;
-    const double since_s = now_ns > view->t_ns ? (double)(now_ns - view->t_ns) * 1e-9 : 0;
-    const double way_m = fmax(pose->path_m - view->path_m, 0), turned_rad = pose->heading_radps * since_s;
-    double aside_rad = 0, far_m = 0;
-    off_m += (POSE_WAY_ERROR + turned_rad) * way_m;
-    const double first_rad = azimuth(view, line_m[0], off_m, &aside_rad, &far_m),
-                 half_rad = geo_wrap_pi(azimuth(view, line_m[1], off_m, &aside_rad, &far_m) - first_rad) / 2;
-    const double within_rad = fabs(half_rad) + aside_rad + off_rad + turned_rad;
-    return far_m <= view->range_m && bearings_have(view->bearings, first_rad + half_rad, fmin(within_rad, GEO_PI));
+    const int64_t at = fine_part(az_rad);
+    const int edge = (int)ceil(edge_rad / FINE_RAD), most = 2 * edge + 1;
+    const int left = open_parts(looks->still, at, -1, most), right = open_parts(looks->still, at, 1, most);
+    return left && ((left > edge && right > edge) || left + right <= most);
 }

@@ -12,48 +12,38 @@
 #include "grid/echoes.h"
 #include "grid/geometry.h"
 
-#define BEARINGS         64 /* a bit each: bit k is azimuth k to k + 1 of so many parts of the body's circle */
+#define BEARINGS         64  /* a bit each: bit k is azimuth k to k + 1 of so many parts of the body's circle */
+#define BEARINGS_FINE    512 /* parts of the circle in which the beams of still sonars are told */
 #define BEARINGS_SENSORS 8
 #define BEARINGS_NEVER   UINT16_MAX
 #define BEARINGS_AWAY_NS (UINT64_C(10) * 1000000000) /* from one ping to the next: the sonar was away */
 
-/* What a fan, a sensor whose pings all look at the same bearings, had in view at its last ping. */
-struct bearings_view {
-    uint64_t bearings;                 /* of the body, without those of deaf beams; 0: of no fan */
-    double position_m[3], attitude[4]; /* the sensor's place, NED, and the body's attitude */
-    double range_m;                    /* it listened so far */
-    double mount_m;                    /* the sensor from the body's reference point */
-    double path_m, drift_m[2];         /* as in struct pose */
-    uint64_t t_ns, discontinuities, withdrawn;
-};
-
 /* What the sonars look at, for the picture. */
 struct bearings_looks {
-    uint64_t bearings;                /* a sonar looks there, or may yet */
-    uint64_t t_ns;                    /* as of then, the newest ping */
-    uint64_t hears[BEARINGS_SENSORS]; /* where each of them looks, or passes, and was not deaf at its last look */
-    uint64_t last_ns[BEARINGS_SENSORS]; /* of each, the last ping, of a fan that was not deaf all over; 0: none */
+    uint64_t bearings;                  /* a head looks there, or may yet */
+    uint64_t t_ns;                      /* as of then, the newest ping */
+    uint64_t still[BEARINGS_FINE / 64]; /* in a level beam of a sonar that does not turn: its parts */
+    uint64_t hears[BEARINGS_SENSORS];   /* where each head looks, or passes, and was not deaf at its last look */
+    uint64_t last_ns[BEARINGS_SENSORS]; /* of each sonar, the last ping; 0: none */
     double turn_s[BEARINGS_SENSORS];    /* how long its last turn took; 0: not known */
-    /* Tenths of a second before t_ns, rounded up, BEARINGS_NEVER at most: when a head last heard there (of a fan 0),
-     * and when the sensor last came back after it had been away. */
+    /* Tenths of a second before t_ns, rounded up, BEARINGS_NEVER at most: when a head last heard there, and when the
+     * sensor last came back after it had been away. */
     uint16_t heard_ds[BEARINGS_SENSORS][BEARINGS];
     uint16_t back_ds[BEARINGS_SENSORS];
-    uint64_t fans, heads; /* sets of sensors: the fans, and the heads that have been everywhere twice */
-    double level_rad;     /* so far above and below the body's level plane they hear at all these bearings */
-    double gap_rad;       /* so wide a gap between two beams is a sonar's own, not a lost ping's; 0: none is */
+    double level_rad; /* so far above and below the body's level plane they hear at all these bearings */
+    double gap_rad;   /* so wide a gap between two beams is a head's own, not a lost ping's; 0: none is */
     uint64_t
         first_turns; /* a whole word; 1: some head has not been everywhere twice: a ping it lost may have left a gap */
-    struct bearings_view view[BEARINGS_SENSORS];
 };
 
 struct bearings_sensor {
-    uint64_t seen; /* a level beam was there, or its head passed there between two pings */
-    uint64_t deaf; /* nothing usable was received there: by a head's last pass, or a fan's last two pings */
-    uint64_t deaf_before, heard; /* where its last beams were deaf; where a head's beam heard last */
-    uint64_t heard_ns[BEARINGS]; /* when a beam of a head last heard there; 0: never */
-    uint64_t last_ns;            /* of its last ping */
-    uint64_t back_ns;            /* of the first after it had been away; 0: none */
-    struct bearings_view view;
+    uint64_t seen;                      /* a level beam was there, or its head passed there between two pings */
+    uint64_t opens[BEARINGS_FINE / 64]; /* in a level beam, before it has moved */
+    uint64_t deaf;                      /* nothing usable was received there by a head's last pass */
+    uint64_t deaf_before, heard;        /* where a head's last beam was deaf; where its beam heard last */
+    uint64_t heard_ns[BEARINGS];        /* when a beam of a head last heard there; 0: never */
+    uint64_t last_ns;                   /* of its last ping */
+    uint64_t back_ns;                   /* of the first after it had been away; 0: none */
     float first_rad, last_rad; /* azimuth in the body of the first and last level beam of its last ping with one */
     float step_rad;            /* the least from one level beam to the next; 0: unknown */
     float wide_rad;            /* of its last ping's beams */
@@ -77,21 +67,17 @@ void bearings_enter(struct bearings *b, const struct echoes *e, const struct mou
  * turned as well. turn_ms: how long the last turn of each sensor took; 0: not known. */
 void bearings_tell(const struct bearings *b, const uint32_t turn_ms[BEARINGS_SENSORS], struct bearings_looks *out);
 
-/** bearings_of - at which bearings the sensors of that set show what is there. At now_ns a head does where it has heard
- * within clear_for_s, or within 2.2 of its turns and without having been away since; no longer ago than 6553 s before
- * t_ns. A fan does where it did at its last ping; whether that was long ago last_ns tells. */
+/** bearings_of - at which bearings the heads of that set of sensors show what is there: at now_ns where they have heard
+ * within clear_for_s, or within 2.2 of their turns and without having been away since; no longer ago than 6553 s before
+ * t_ns. */
 uint64_t bearings_of(const struct bearings_looks *looks, uint64_t sensors, uint64_t now_ns, double clear_for_s);
-
-/** bearings_forget - nobody knows any more where what the fans had in view lies: the vehicle has jumped. */
-void bearings_forget(struct bearings *b);
 
 /** bearings_have - does the set hold all azimuths of the body within so much of one, and a part to either side? At its
  * edges nobody may look. within_rad: up to half a turn. */
 bool bearings_have(uint64_t set, double az_rad, double within_rad);
 
-/** bearings_had - had that fan in view all that lies on a line from one place to another (NED, as of a pose at now_ns),
- * though that may be off by off_m and off_rad? The errors of way and heading since its ping come on top. */
-bool bearings_had(const struct bearings_view *view, const struct pose *pose, uint64_t now_ns,
-                  const double line_m[2][3], double off_m, double off_rad);
+/** bearings_still - is that azimuth of the body in a beam of a sonar that does not turn, and farther than edge_rad from
+ * the end of what such beams cover together? All of that counts where it is no wider than its two edges. */
+bool bearings_still(const struct bearings_looks *looks, double az_rad, double edge_rad);
 
 #endif

@@ -157,10 +157,8 @@ static void recentre(struct sphere *s, const double position_m[3], uint64_t t_ns
     s->nearest_m = INFINITY;
     CELLS_EACH (&s->cells, i)
         place_cell(s, i, way_m, t_ns);
-    if (way_m > POSE_STEP_MOST_M) {
+    if (way_m > POSE_STEP_MOST_M)
         wedges_clear(&s->wedges);
-        bearings_forget(&s->bearings);
-    }
     sensor_free_again(s, t_ns, path_m);
     s->stats.recentred++;
 }

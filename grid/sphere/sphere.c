@@ -75,7 +75,6 @@ static void forget_everything(struct sphere *s)
 {
     cells_clear(&s->cells);
     wedges_clear(&s->wedges);
-    bearings_forget(&s->bearings);
     s->nearest_m = INFINITY;
     s->n_dirty = s->rings.n;
     for (uint32_t d = 0; d < s->rings.n; d++) {

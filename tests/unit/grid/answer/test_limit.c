@@ -87,7 +87,7 @@ TEST(the_front_is_the_bodys_extent_along_the_line)
     CHECK_NEAR(look(&small, 1, 0, -1, 10).front_m, (0.3 + 0.2) / sqrt(2) + 0.1, 1e-9, 0);
 }
 
-/* Sonars look at these bearings, 10 degrees up and down. */
+/* Heads look at these bearings, 10 degrees up and down. */
 static void looks_at(uint64_t bearings, double gap_deg, bool first_turns)
 {
     struct picture_frame frame;
@@ -202,74 +202,65 @@ TEST(near_covers_no_lost_ping_in_the_first_turns)
     }
 }
 
-#define FAN UINT64_C(0xff800000000001ff) /* 100 degrees about the bow */
+/* In beams of sonars that do not turn: so many degrees about the bow, or about that bearing and the opposite one. */
+static void open_still(struct bearings_looks *looks, double bearing_deg, double wide_deg)
+{
+    for (int k = 0; k < BEARINGS_FINE; k++)
+        if (fabs(geo_deg(geo_wrap_pi((k + 0.5) * GEO_TURN / BEARINGS_FINE - geo_rad(bearing_deg)))) < wide_deg / 2)
+            looks->still[k / 64] |= UINT64_C(1) << k % 64;
+}
 
 /*
- * A fan that hears 100 degrees had the water ahead in view from somewhere: of a direction 13 degrees to the side it
- * shows 1.5 m, or nothing. A larger body is promised no more.
+ * In a beam that does not turn nothing is promised: of a direction 13.5 degrees to the side, which it has just come to
+ * look at, it has shown 1.5 m, or nothing. Up to 4.5 degrees from its edge no direction lies wholly in it.
  */
-TEST(near_covers_no_water_that_came_into_view)
+TEST(near_covers_no_water_in_a_beam_that_stays)
 {
     static const struct corridor_body promised = {
         .radius_m = 0.3, .half_height_m = 0.2, .margin_m = 0.1, .near_m = 3};
     static const struct {
-        double from_yaw_deg, from_m[2], range_m, uncertain_m, uncertain_rad, axes_deg;
-        double to_m;                                        /* what it shows; 0: 1.5 m */
-        uint64_t discontinuities, withdrawn, second, heads; /* bearings of another fan, from here, and of heads */
+        double bearing_deg, wide_deg, second_deg;
+        uint64_t bearings;        /* at which a head, too, has looked twice */
+        double axes_deg, yaw_deg; /* of the grid; of the body, since */
+        double to_m;              /* free; 0: 1.5 m */
         bool blank, known;
-    } row[] = {{.range_m = 10, .known = true},
-               {.range_m = 10, .blank = true, .known = true}, /* between two beams */
-               {.range_m = 10, .from_yaw_deg = -36},
-               {.range_m = 10, .from_yaw_deg = -36, .blank = true},
-               {.range_m = 10, .from_yaw_deg = 36, .known = true},
-               {.range_m = 10, .from_yaw_deg = -36, .second = UINT64_MAX, .known = true},
-               {.range_m = 10, .from_yaw_deg = -36, .second = UINT64_C(0x3ffffffffffc00)},
-               {.range_m = 10, .from_yaw_deg = -36, .heads = UINT64_MAX, .known = true},
-               {.range_m = 10, .from_m = {0, -2}},
-               {.range_m = 10, .from_m = {1.2, 0}},
-               {.range_m = 10, .from_m = {-2, 0}, .known = true},
-               {.range_m = 4, .from_m = {-2, 0}},
-               {.range_m = 10, .from_m = {-2, 0}, .uncertain_m = 0.1, .known = true},
-               {.range_m = 10, .from_yaw_deg = -25, .known = true},
-               {.range_m = 10, .from_yaw_deg = -25, .uncertain_m = 0.3},
-               {.range_m = 10, .from_yaw_deg = -25, .uncertain_rad = 0.15},
-               {.range_m = 10, .from_yaw_deg = -25, .axes_deg = -30, .known = true},
-               {.range_m = 10, .from_yaw_deg = -36, .axes_deg = 30},
-               {.range_m = 10, .discontinuities = 1},
-               {.range_m = 10, .withdrawn = 1},
-               {.range_m = 10, .from_m = {0.6, 0}, .to_m = 0.4}};
+    } row[] = {{.wide_deg = 40},
+               {.wide_deg = 40, .blank = true},
+               {.wide_deg = 40, .to_m = 3.5, .known = true},
+               {.wide_deg = 40, .axes_deg = 30},
+               {.wide_deg = 100},
+               {.wide_deg = 360, .blank = true},
+               {.wide_deg = 34, .known = true}, /* its edge */
+               {.wide_deg = 20, .known = true}, /* beside it, as promised */
+               {.wide_deg = 20, .blank = true, .known = true},
+               {.wide_deg = 20, .yaw_deg = 9, .blank = true}, /* the vehicle has turned there */
+               {.wide_deg = 40, .yaw_deg = -9, .blank = true, .known = true},
+               {.bearing_deg = 13.5, .wide_deg = 5, .blank = true}, /* too narrow to free any */
+               {.bearing_deg = -45, .wide_deg = 30, .second_deg = 20, .blank = true},
+               {.bearing_deg = -45, .wide_deg = 30, .second_deg = 45, .blank = true, .known = true},
+               {.wide_deg = 40, .bearings = UINT64_MAX, .known = true},
+               {.wide_deg = 40, .bearings = UINT64_MAX, .blank = true}};
     for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         struct picture_frame frame;
         start_with(rings_full(&rings, geo_rad(3)), true);
         all_free(20);
+        looks_at(row[i].bearings, 0, false);
         picture_get_frame(&picture, &frame);
         frame.axes_rad = geo_rad(row[i].axes_deg);
-        frame.discontinuities = now.pose.discontinuities = row[i].discontinuities;
-        frame.withdrawn = now.pose.withdrawn = row[i].withdrawn;
-        frame.looks = (struct bearings_looks){.bearings = FAN | row[i].second,
-                                              .t_ns = NOW,
-                                              .hears = {FAN, row[i].second, row[i].heads},
-                                              .last_ns = {NOW, NOW, NOW},
-                                              .fans = 3,
-                                              .heads = 4,
-                                              .level_rad = geo_rad(10),
-                                              .gap_rad = geo_rad(3)};
-        struct bearings_view *view = frame.looks.view;
-        view[0] = (struct bearings_view){
-            .bearings = FAN, .position_m = {row[i].from_m[0], row[i].from_m[1]}, .range_m = row[i].range_m};
-        quat_from_rpy(0, 0, geo_rad(row[i].from_yaw_deg), view[0].attitude);
-        view[1] = (struct bearings_view){.bearings = row[i].second, .attitude = {1}, .range_m = 10};
+        open_still(&frame.looks, row[i].bearing_deg, row[i].wide_deg);
+        if (row[i].second_deg > 0)
+            open_still(&frame.looks, row[i].second_deg, row[i].wide_deg);
         picture_begin(&picture);
         picture_set_frame(&picture, &frame);
         picture_end(&picture);
-        now.pose.uncertain_m = row[i].uncertain_m;
-        now.pose.uncertain_rad = row[i].uncertain_rad;
+        quat_from_rpy(0, 0, geo_rad(row[i].yaw_deg), now.pose.attitude);
         const uint32_t there = at(13.5 - row[i].axes_deg, 0);
         if (row[i].blank)
             forget(there);
         else
             set(there, 0.1, row[i].to_m > 0 ? row[i].to_m : 1.5, 0, 1);
-        const struct corridor c = look(&promised, 1, 0, 0, 2);
+        const struct corridor c =
+            look(&promised, cos(geo_rad(row[i].yaw_deg)), -sin(geo_rad(row[i].yaw_deg)), 0, 2);
         if (row[i].known)
             CHECK(c.reason == ANSWER_HEARD && c.known_m == 2);
         else
@@ -277,54 +268,57 @@ TEST(near_covers_no_water_that_came_into_view)
                   c.known_m < (row[i].blank ? 0.1 : 1.6));
         struct corridor_body larger = promised;
         larger.radius_m *= 3;
-        const struct corridor by = look(&larger, 1, 0, 0, 2);
+        const struct corridor by =
+            look(&larger, cos(geo_rad(row[i].yaw_deg)), -sin(geo_rad(row[i].yaw_deg)), 0, 2);
         CHECK(by.known_m - by.front_m <= c.known_m - c.front_m);
     }
 }
 
-/* What a sonar that is offline, or deaf there, has not shown it will not show. */
+#define FAN UINT64_C(0xff800000000001ff) /* 100 degrees about the bow */
+
+/* What a head that is offline, or deaf there, has not shown it will not show. */
 TEST(near_covers_nothing_more_where_no_sonar_hears)
 {
     static const struct corridor_body promised = {
         .radius_m = 0.3, .half_height_m = 0.2, .margin_m = 0.1, .near_m = 3};
     static const uint64_t all = UINT64_MAX;
     static const struct {
-        uint64_t bearings, hears[2], fans, heads, lost; /* of two sonars */
+        uint64_t bearings, hears[2], lost; /* of two sonars */
         double drift_mps;
         bool blank, first_turns, known, none;
         double silent_s;   /* the first */
         uint16_t heard_ds; /* ago, by it, ... */
         double told_s;     /* ... as of so long ago */
         double turn_s, clear_for_s;
-    } row[] = {{.bearings = FAN, .hears = {FAN}, .fans = 1, .known = true},
-               {.bearings = FAN, .hears = {FAN}, .fans = 1, .lost = 1},
-               {.bearings = FAN, .hears = {FAN}, .fans = 1, .lost = 1, .blank = true},
-               {.bearings = FAN, .hears = {FAN}, .fans = 1, .lost = 2, .known = true}, /* another one */
-               {.bearings = all, .hears = {all}, .heads = 1, .known = true},
-               {.bearings = all, .hears = {all}, .heads = 1, .lost = 1},
-               {.bearings = all, .hears = {~FAN}, .heads = 1},
-               {.bearings = all, .hears = {~FAN}, .heads = 1, .blank = true},
-               {.bearings = all, .hears = {FAN}, .heads = 1, .known = true},
+    } row[] = {{.bearings = FAN, .hears = {FAN}, .known = true},
+               {.bearings = FAN, .hears = {FAN}, .lost = 1},
+               {.bearings = FAN, .hears = {FAN}, .lost = 1, .blank = true},
+               {.bearings = FAN, .hears = {FAN}, .lost = 2, .known = true}, /* another one */
+               {.bearings = all, .hears = {all}, .known = true},
+               {.bearings = all, .hears = {all}, .lost = 1},
+               {.bearings = all, .hears = {~FAN}},
+               {.bearings = all, .hears = {~FAN}, .blank = true},
+               {.bearings = all, .hears = {FAN}, .known = true},
                {.bearings = all, .hears = {all}, .lost = 1, .first_turns = true},
-               {.bearings = all, .hears = {all}, .heads = 1, .drift_mps = 0.1, .known = true},
-               {.bearings = all, .hears = {all}, .heads = 1, .drift_mps = 0.1, .lost = 1},
-               {.bearings = all, .hears = {all}, .heads = 1, .drift_mps = 3, .lost = 1, .none = true},
-               {.bearings = all, .hears = {FAN, all}, .fans = 1, .heads = 2, .lost = 1, .known = true},
-               {.bearings = all, .hears = {FAN, all}, .fans = 1, .heads = 2, .lost = 2, .known = true},
-               {.bearings = all, .hears = {FAN, all}, .fans = 1, .heads = 2, .lost = 3},
-               {.bearings = all, .hears = {FAN, ~FAN}, .fans = 1, .heads = 2, .lost = 1},
-               {.bearings = FAN, .hears = {FAN, FAN}, .fans = 3, .lost = 2, .known = true},
-               {.bearings = ~FAN, .hears = {~FAN}, .fans = 1, .lost = 1, .known = true}, /* none looks there */
-               {.bearings = all, .hears = {all}, .heads = 1, .silent_s = 29, .known = true},
-               {.bearings = all, .hears = {all}, .heads = 1, .silent_s = 31},
-               {.bearings = FAN, .hears = {FAN}, .fans = 1, .silent_s = 31},
-               {.bearings = all, .hears = {all, FAN}, .heads = 1, .fans = 2, .silent_s = 31, .known = true},
-               {.bearings = all, .hears = {all}, .heads = 1, .heard_ds = 299, .known = true},
-               {.bearings = all, .hears = {all}, .heads = 1, .heard_ds = 301},
-               {.bearings = all, .hears = {all}, .heads = 1, .heard_ds = 299, .told_s = 1},
-               {.bearings = all, .hears = {all}, .heads = 1, .heard_ds = 301, .turn_s = 20, .known = true},
-               {.bearings = all, .hears = {all}, .heads = 1, .heard_ds = 441, .turn_s = 20},
-               {.bearings = all, .hears = {all}, .heads = 1, .heard_ds = 299, .clear_for_s = 20}};
+               {.bearings = all, .hears = {all}, .drift_mps = 0.1, .known = true},
+               {.bearings = all, .hears = {all}, .drift_mps = 0.1, .lost = 1},
+               {.bearings = all, .hears = {all}, .drift_mps = 3, .lost = 1, .none = true},
+               {.bearings = all, .hears = {FAN, all}, .lost = 1, .known = true},
+               {.bearings = all, .hears = {FAN, all}, .lost = 2, .known = true},
+               {.bearings = all, .hears = {FAN, all}, .lost = 3},
+               {.bearings = all, .hears = {FAN, ~FAN}, .lost = 1},
+               {.bearings = FAN, .hears = {FAN, FAN}, .lost = 2, .known = true},
+               {.bearings = ~FAN, .hears = {~FAN}, .lost = 1, .known = true}, /* none looks there */
+               {.bearings = all, .hears = {all}, .silent_s = 29, .known = true},
+               {.bearings = all, .hears = {all}, .silent_s = 31},
+               {.bearings = FAN, .hears = {FAN}, .silent_s = 31},
+               {.bearings = all, .hears = {all, FAN}, .silent_s = 31, .known = true},
+               {.bearings = all, .hears = {all}, .heard_ds = 299, .known = true},
+               {.bearings = all, .hears = {all}, .heard_ds = 301},
+               {.bearings = all, .hears = {all}, .heard_ds = 299, .told_s = 1},
+               {.bearings = all, .hears = {all}, .heard_ds = 301, .turn_s = 20, .known = true},
+               {.bearings = all, .hears = {all}, .heard_ds = 441, .turn_s = 20},
+               {.bearings = all, .hears = {all}, .heard_ds = 299, .clear_for_s = 20}};
     for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
         struct picture_frame frame;
         start_with(rings_full(&rings, geo_rad(3)), true);
@@ -334,8 +328,6 @@ TEST(near_covers_nothing_more_where_no_sonar_hears)
                                               .t_ns = NOW - (uint64_t)(row[i].told_s * 1e9),
                                               .hears = {row[i].hears[0], row[i].hears[1]},
                                               .last_ns = {NOW - (uint64_t)(row[i].silent_s * 1e9), NOW},
-                                              .fans = row[i].fans,
-                                              .heads = row[i].heads,
                                               .level_rad = geo_rad(10),
                                               .gap_rad = geo_rad(3),
                                               .first_turns = row[i].first_turns};
@@ -343,9 +335,6 @@ TEST(near_covers_nothing_more_where_no_sonar_hears)
         frame.looks.back_ds[0] = BEARINGS_NEVER;
         for (int k = 0; k < BEARINGS; k++)
             frame.looks.heard_ds[0][k] = row[i].heard_ds;
-        for (int k = 0; k < 2; k++)
-            frame.looks.view[k] = (struct bearings_view){
-                .bearings = row[i].fans >> k & 1 ? row[i].hears[k] : 0, .attitude = {1}, .range_m = 10};
         picture_begin(&picture);
         picture_set_frame(&picture, &frame);
         picture_end(&picture);
@@ -869,7 +858,7 @@ int main(void)
     RUN(near_covers_what_lies_between_two_looks);
     RUN(near_covers_no_lost_ping_in_the_first_turns);
     RUN(the_remedy_names_the_poses_where_they_are_what_is_missing);
-    RUN(near_covers_no_water_that_came_into_view);
+    RUN(near_covers_no_water_in_a_beam_that_stays);
     RUN(near_covers_nothing_more_where_no_sonar_hears);
     RUN(what_stands_in_the_tunnel_blocks_and_what_stands_beside_it_does_not);
     RUN(a_vehicle_off_the_grids_centre_sweeps_its_own_tunnel);

@@ -16,7 +16,9 @@ static uint32_t turn_ms[BEARINGS_SENSORS];
 
 #define SECOND UINT64_C(1000000000)
 #define KEEP_S 30.0
-static int deaf_from; /* the beams from this one on hear nothing */
+
+static double wide_deg; /* of a beam */
+static double edge_deg; /* of what still beams cover so much on either side does not count */
 
 static void start(double roll_deg, double pitch_deg, double yaw_deg)
 {
@@ -27,18 +29,19 @@ static void start(double roll_deg, double pitch_deg, double yaw_deg)
     memset(turn_ms, 0, sizeof turn_ms);
     state = BEAM_SILENT;
     hides = BEAM_HIDES_NOTHING;
-    deaf_from = 64;
+    edge_deg = 3;
+    wide_deg = 3;
     quat_from_rpy(geo_rad(roll_deg), geo_rad(pitch_deg), geo_rad(yaw_deg), mount.attitude);
 }
 
-/* Beams of 3 by high_deg from one azimuth to the other. */
+/* Beams of wide_deg by high_deg from one azimuth to the other. */
 static void ping(unsigned sensor, int beams, double from_deg, double to_deg, double high_deg, bool new_turn)
 {
     struct beam_echoes beam[64];
     struct echoes e = {.sensor = (uint16_t)sensor,
                        .n_beams = (uint16_t)beams,
                        .flags = new_turn ? PING_NEW_TURN : 0,
-                       .az_aperture_rad = (float)geo_rad(3),
+                       .az_aperture_rad = (float)geo_rad(wide_deg),
                        .el_aperture_rad = (float)geo_rad(high_deg),
                        .range_max_m = 10,
                        .pose = pose,
@@ -50,7 +53,7 @@ static void ping(unsigned sensor, int beams, double from_deg, double to_deg, dou
                                        .state = state,
                                        .hides = hides,
                                        .n = state == BEAM_ECHO,
-                                       .heard_to_m = i < deaf_from ? 10 : 0};
+                                       .heard_to_m = 10};
     }
     bearings_enter(&b, &e, &mount);
 }
@@ -76,7 +79,8 @@ static bool at(double deg)
 {
     struct bearings_looks looks;
     bearings_tell(&b, turn_ms, &looks);
-    return bearings_have(looks.bearings, geo_rad(deg), 0);
+    return bearings_have(looks.bearings, geo_rad(deg), 0) ||
+           bearings_still(&looks, geo_rad(deg), geo_rad(edge_deg));
 }
 
 TEST(a_fan_looks_within_its_opening_from_its_second_ping_on)
@@ -143,16 +147,53 @@ TEST(a_head_passes_what_it_did_not_ping)
         CHECK(at(deg));
 }
 
+/* It is as wide as it says. Where it is no wider than its edges, all of it counts. */
 TEST(a_beam_that_stays_looks_where_it_points)
 {
-    start(0, 0, 30);
-    for (int i = 0; i < 3; i++)
-        ping(0, 1, 0, 0, 25, false);
-    CHECK(!at(30)); /* narrower than what counts as looked at */
-    struct bearings_looks looks;
-    bearings_tell(&b, turn_ms, &looks);
-    CHECK(!looks.first_turns);
-    CHECK(b.sensor[0].seen != 0 && !at(210));
+    static const struct {
+        double wide_deg, edge_deg, half_deg;
+    } row[] = {{30, 0, 15}, {30, 3, 11.5}, {40, 3, 16.5}, {200, 3, 96.5}, {9, 3, 1}, {5, 3, 2.5}, {3, 3, 1.5}};
+    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
+        start(0, 0, 30);
+        wide_deg = row[i].wide_deg;
+        edge_deg = row[i].edge_deg;
+        for (int k = 0; k < 3; k++)
+            ping(0, 1, 0, 0, 25, false);
+        struct bearings_looks looks;
+        bearings_tell(&b, turn_ms, &looks);
+        CHECK(!looks.first_turns && !looks.bearings);
+        for (double off = -180; off < 180; off += 0.25)
+            if (fabs(fabs(off) - row[i].half_deg) > 1)
+                CHECK(at(30 + off) == (fabs(off) < row[i].half_deg));
+        CHECK(at(30));
+    }
+}
+
+/* Of one sonar or of two: what lies between them is in none. */
+TEST(beams_that_stay_apart_leave_open_what_lies_between)
+{
+    for (unsigned second = 0; second < 2; second++) {
+        start(0, 0, 0);
+        wide_deg = 30;
+        for (int k = 0; k < 3; k++) {
+            ping(0, second ? 1 : 2, -45, 45, 25, true);
+            if (second)
+                ping(1, 1, 45, 45, 25, true);
+        }
+        for (double deg = -180; deg < 180; deg += 0.25)
+            if (fabs(fabs(fabs(deg) - 45) - 11.5) > 1)
+                CHECK(at(deg) == (fabs(fabs(deg) - 45) < 11.5));
+    }
+}
+
+TEST(a_beam_on_its_side_is_as_wide_as_it_is_high)
+{
+    start(90, 0, 0);
+    wide_deg = 20;
+    for (int k = 0; k < 3; k++)
+        ping(0, 1, 0, 0, 60, true);
+    CHECK(at(26) && at(-26) && !at(31) && !at(-31));
+    CHECK_NEAR(geo_deg(b.level_rad), 10, 1e-4, 0);
 }
 
 TEST(what_hears_little_above_and_below_level_shows_no_bearing)
@@ -182,134 +223,6 @@ TEST(sensors_add_up_and_the_least_opening_counts)
     for (int deg = 0; deg < 30; deg += 3)
         ping(2, 1, deg, deg, 25, deg == 0); /* one in its first turn */
     CHECK(at(200));
-}
-
-/* What lies on the line from one place to another, NED. */
-static bool had_line(unsigned sensor, double north_m, double east_m, double to_north_m, double to_east_m,
-                     double off_m, double off_rad)
-{
-    struct bearings_looks looks;
-    bearings_tell(&b, turn_ms, &looks);
-    return bearings_had(&looks.view[sensor], &pose, pose.t_ns,
-                        (const double[2][3]){{north_m, east_m, 0}, {to_north_m, to_east_m, 0}}, off_m, off_rad);
-}
-
-static bool had(unsigned sensor, double north_m, double east_m, double off_m, double off_rad)
-{
-    return had_line(sensor, north_m, east_m, north_m, east_m, off_m, off_rad);
-}
-
-static void fan(uint8_t beams_state)
-{
-    state = beams_state;
-    ping(0, 32, -48, 48, 20, true);
-}
-
-TEST(a_fan_had_in_view_what_its_last_ping_looked_at)
-{
-    start(0, 0, 0);
-    CHECK(!had(0, 5, 0, 0, 0));
-    fan(BEAM_SILENT);
-    CHECK(!had(0, 5, 0, 0, 0)); /* it may be a head */
-    fan(BEAM_SILENT);
-    CHECK(had(0, 5, 0, 0, 0) && had(0, 5, 4, 0, 0) && !had(0, 5, 6, 0, 0) && !had(0, -5, 0, 0, 0));
-    CHECK(had(0, 9.9, 0, 0, 0) && !had(0, 10.1, 0, 0, 0) && !had(0, 9.9, 0, 0.2, 0));
-    CHECK(had(0, 5, 3, 0.5, 0) && !had(0, 5, 3, 1.6, 0) && !had(0, 5, 3, 6, 0));
-    CHECK(had(0, 5, 3, 0, 0.1) && !had(0, 5, 3, 0, 0.3) && !had(0, 5, 3, 0, 4));
-    pose.position_m[0] = 3;
-    quat_from_rpy(0, 0, GEO_PI / 2, pose.attitude);
-    CHECK(had(0, 5, 0, 0, 0));
-    fan(BEAM_BLIND);
-    CHECK(had(0, 5, 0, 0, 0)); /* as of its last ping that was not deaf */
-    fan(BEAM_SILENT);
-    CHECK(!had(0, 5, 0, 0, 0) && had(0, 3, 5, 0, 0) && had(0, 3, 9.9, 0, 0) && !had(1, 3, 5, 0, 0));
-}
-
-TEST(a_fan_had_a_line_in_view_that_lies_in_it_all_the_way)
-{
-    start(0, 0, 0);
-    fan(BEAM_SILENT);
-    fan(BEAM_SILENT);
-    CHECK(had_line(0, 5, -4, 5, 4, 0, 0) && !had_line(0, 5, -4, 5, 6, 0, 0) && !had_line(0, 1, 3, 5, 3, 0, 0));
-    CHECK(!had_line(0, 5, 0, 11, 0, 0, 0));
-    start(0, 0, 0);
-    for (int i = 0; i < 2; i++)
-        ping(0, 64, -150, 150, 20, true);
-    CHECK(had_line(0, 0, 5, -5, 5, 0, 0) && had_line(0, 0, -5, -5, -5, 0, 0));
-    CHECK(!had_line(0, -5, 5, -5, -5, 0, 0)); /* astern it passes between the ends of the fan */
-}
-
-TEST(a_fan_had_nothing_in_view_at_the_bearings_of_deaf_beams)
-{
-    start(0, 0, 0);
-    for (int i = 0; i < 3; i++) {
-        ping(0, 32, -48, 48, 20, true);
-        deaf_from = 20; /* from 12 degrees on */
-    }
-    CHECK(had(0, 5, -3, 0, 0) && had(0, 5, 0, 0, 0) && !had(0, 5, 3, 0, 0));
-    struct bearings_looks looks;
-    bearings_tell(&b, turn_ms, &looks);
-    CHECK(bearings_have(looks.bearings, geo_rad(30), 0)); /* it looks there all the same */
-}
-
-TEST(a_fan_had_in_view_what_lies_before_the_sensor)
-{
-    start(0, 0, 0);
-    mount.position_m[0] = 0.6;
-    for (int i = 0; i < 2; i++) {
-        quat_from_rpy(0, 0, GEO_PI / 2, pose.attitude); /* the sensor is east of the vehicle */
-        fan(BEAM_SILENT);
-    }
-    CHECK(had(0, 0, 1, 0, 0) && !had(0, -0.5, 0.8, 0, 0) && had(0, -0.5, 1.4, 0, 0) && had(0, 0, 10.5, 0, 0));
-}
-
-/* The error of the way and of the heading since is the view's, and in other axes or adrift nothing is left of it. */
-TEST(what_a_fan_had_in_view_gets_less_sure)
-{
-    static const struct {
-        double path_m, radps, age_s, drift_m[2];
-        int discontinuities, withdrawn;
-        bool had;
-    } row[] = {{.had = true},
-               {.path_m = 50, .had = true},
-               {.path_m = 200},
-               {.radps = 0.01, .age_s = 5, .had = true},
-               {.radps = 0.01, .age_s = 40},
-               {.path_m = 50, .radps = 0.01, .age_s = 5},
-               {.drift_m = {0.1, 0}},
-               {.drift_m = {0, 0.1}},
-               {.discontinuities = 1},
-               {.withdrawn = 1}};
-    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
-        start(0, 0, 0);
-        fan(BEAM_SILENT);
-        fan(BEAM_SILENT);
-        pose.t_ns += (uint64_t)(row[i].age_s * 1e9);
-        pose.path_m = row[i].path_m;
-        pose.heading_radps = row[i].radps;
-        memcpy(pose.drift_m, row[i].drift_m, sizeof pose.drift_m);
-        pose.discontinuities += (uint64_t)row[i].discontinuities;
-        pose.withdrawn += (uint64_t)row[i].withdrawn;
-        CHECK(had(0, 5, 3, 0, 0) == row[i].had);
-        fan(BEAM_SILENT);
-        CHECK(had(0, 5, 3, 0, 0));
-        bearings_forget(&b);
-        CHECK(!had(0, 5, 3, 0, 0));
-    }
-}
-
-TEST(a_head_that_was_everywhere_twice_looks_where_it_does)
-{
-    start(0, 0, 0);
-    for (int turn = 0; turn < 4; turn++)
-        for (int deg = -60; deg < 60; deg += 3) {
-            struct bearings_looks looks;
-            ping(0, 1, deg, deg, 25, deg == -60);
-            bearings_tell(&b, turn_ms, &looks);
-            const uint64_t heads = bearings_of(&looks, looks.heads, pose.t_ns, KEEP_S);
-            CHECK(bearings_have(heads, 0, 0) == (turn > 1) && !bearings_have(heads, GEO_PI, 0));
-            CHECK(looks.view[0].bearings == 0 && looks.fans == 0);
-        }
 }
 
 /* A single deaf beam is forgiven; two in a row are not, until a beam hears there again. */
@@ -374,27 +287,6 @@ TEST(a_beam_that_rings_shows_nothing_though_it_has_an_echo)
     CHECK(!shows(0));
 }
 
-/* One deaf ping is forgiven a fan, too. */
-TEST(a_fan_that_is_deaf_twice_shows_nothing_there)
-{
-    start(0, 0, 0);
-    for (int i = 0; i < 6; i++) {
-        static const bool shown[6] = {true, true, true, false, false, true};
-        state = i >= 2 && i < 5 ? BEAM_BLIND : BEAM_SILENT;
-        pose.t_ns += SECOND;
-        ping(0, 32, -48, 48, 20, true);
-        CHECK(shows(0) == shown[i]);
-        struct bearings_looks looks;
-        bearings_tell(&b, turn_ms, &looks);
-        CHECK(looks.last_ns[0] == pose.t_ns - (i >= 2 && i < 5 ? (uint64_t)(i - 1) * SECOND : 0));
-    }
-    for (int i = 0; i < 2; i++) {
-        deaf_from = 20; /* from 12 degrees on */
-        ping(0, 32, -48, 48, 20, true);
-    }
-    CHECK(shows(-10) && !shows(20));
-}
-
 /* A head shows what it has heard for as long as its water is clear. After a silence it has to pass again. */
 TEST(a_head_shows_what_it_heard_of_late)
 {
@@ -417,7 +309,7 @@ TEST(a_head_shows_what_it_heard_of_late)
     }
 }
 
-/* And it is asked when it pings no more. A fan shows what it did at its last ping. */
+/* And it is asked when it pings no more. */
 TEST(what_a_head_heard_grows_old_without_a_ping)
 {
     struct bearings_looks looks;
@@ -607,16 +499,11 @@ int main(void)
     RUN(a_beam_that_stays_looks_where_it_points);
     RUN(what_hears_little_above_and_below_level_shows_no_bearing);
     RUN(sensors_add_up_and_the_least_opening_counts);
-    RUN(a_fan_had_in_view_what_its_last_ping_looked_at);
-    RUN(a_fan_had_a_line_in_view_that_lies_in_it_all_the_way);
-    RUN(a_fan_had_nothing_in_view_at_the_bearings_of_deaf_beams);
-    RUN(a_fan_had_in_view_what_lies_before_the_sensor);
-    RUN(what_a_fan_had_in_view_gets_less_sure);
-    RUN(a_head_that_was_everywhere_twice_looks_where_it_does);
+    RUN(beams_that_stay_apart_leave_open_what_lies_between);
+    RUN(a_beam_on_its_side_is_as_wide_as_it_is_high);
     RUN(a_head_shows_nothing_where_it_is_deaf);
     RUN(a_burst_darkens_only_parts_in_which_no_beam_hears);
     RUN(a_beam_that_rings_shows_nothing_though_it_has_an_echo);
-    RUN(a_fan_that_is_deaf_twice_shows_nothing_there);
     RUN(a_head_shows_what_it_heard_of_late);
     RUN(what_a_head_heard_grows_old_without_a_ping);
     RUN(the_age_of_what_a_head_heard_is_rounded_up_and_has_an_end);

@@ -334,52 +334,6 @@ TEST(g17_ten_million_metres_away_all_is_as_at_home)
     }
 }
 
-/* One beam of a quarter circle; the sensor is so far ahead of the vehicle. */
-static void look(uint16_t sensor, double ahead_m)
-{
-    struct beam_echoes beam = {.blind_m = 0.3f, .free_to_m = 10, .heard_to_m = 10, .state = BEAM_SILENT};
-    struct mount mount = mount_identity;
-    mount.position_m[0] = ahead_m;
-    struct echoes e = {.t_ns = now.now_ns,
-                       .seq = ++seq,
-                       .sensor = sensor,
-                       .n_beams = 1,
-                       .range_max_m = 10,
-                       .az_aperture_rad = (float)geo_rad(90),
-                       .el_aperture_rad = (float)geo_rad(25),
-                       .pose = now.pose,
-                       .beam = &beam};
-    sphere_enter(sphere, &e, &mount);
-}
-
-TEST(what_a_fan_had_in_view_is_kept_until_the_vehicle_jumps)
-{
-    static const struct {
-        double to_m;
-        bool withdrawn, kept;
-    } row[] = {{0, false, true}, {0.9, false, true}, {1.1, false, false}, {0, true, false}};
-    for (size_t i = 0; i < sizeof row / sizeof row[0]; i++) {
-        struct picture_frame frame;
-        const struct bearings_view *view = frame.looks.view;
-        start(&usual);
-        in_the_world(20);
-        for (int k = 0; k < 2; k++) {
-            look(0, 0.5);
-            look(1, 0);
-        }
-        picture_get_frame(sphere_picture(sphere), &frame);
-        CHECK(view[0].bearings != 0 && view[1].bearings != 0);
-        CHECK_NEAR(view[0].position_m[0], 20.5, 1e-9, 0);
-        in_the_world(20 + row[i].to_m);
-        now.pose.withdrawn += row[i].withdrawn;
-        look(1, 0); /* the other one is silent */
-        picture_get_frame(sphere_picture(sphere), &frame);
-        CHECK((view[0].bearings != 0) == row[i].kept);
-        CHECK(view[1].bearings != 0);
-        CHECK_NEAR(view[1].position_m[0], 20 + row[i].to_m, 1e-9, 0);
-    }
-}
-
 /* ---- the pool ---- */
 
 TEST(g10_noise_in_all_beams_takes_bounded_memory_and_is_counted)
@@ -655,7 +609,6 @@ int main(void)
     RUN(g15_a_million_steps_of_a_micrometre_add_up_to_a_metre);
     RUN(g16_turning_a_million_times_changes_nothing_in_the_world);
     RUN(g17_ten_million_metres_away_all_is_as_at_home);
-    RUN(what_a_fan_had_in_view_is_kept_until_the_vehicle_jumps);
     RUN(g10_noise_in_all_beams_takes_bounded_memory_and_is_counted);
     RUN(after_a_year_times_of_first_echoes_and_turns_are_still_right);
     RUN(a_turn_tells_what_is_new_heard_again_missed_and_gone);
