@@ -81,15 +81,22 @@ static void judge_delay(const struct conf_sonar *c, fit_fn tell, void *ctx)
     tell(ctx, f.text);
 }
 
-/* From where on a level beam is as high as the vehicle with its margin; INFINITY: nowhere, or it is not level. */
+/*
+ * From where on a level beam is as high as the vehicle with its margin, and one that does not turn as wide as it, too;
+ * INFINITY: nowhere, or it is not level.
+ */
 static double opens_m(const struct conf *conf, const struct conf_sonar *c)
 {
     const struct conf_vehicle *v = &conf->vehicle;
-    const double seen_rad = fan_of(c).high_rad / 2 - EDGE_CELLS * conf->grid.angular_step_rad;
+    const bool axial = device_find(c->device)->axial;
+    const struct fan fan = fan_of(c);
+    const double edge_rad = EDGE_CELLS * conf->grid.angular_step_rad;
+    const double seen_rad = (axial ? fmin(fan.wide_rad, fan.high_rad) : fan.high_rad) / 2 - edge_rad;
     const double tilt_rad = fabs(remainder(c->rotation_rad[0], GEO_PI)) + fabs(c->rotation_rad[1]);
-    if (device_find(c->device)->axial || tilt_rad > EQUAL || seen_rad <= EQUAL)
+    if (tilt_rad > EQUAL || seen_rad <= EQUAL)
         return INFINITY;
-    return (v->height_m / 2 + v->margin_m + fabs(c->mount_m[2])) / sin(fmin(seen_rad, GEO_PI / 2));
+    const double high_m = v->height_m / 2 + fabs(c->mount_m[2]), wide_m = v->radius_m + fabs(c->mount_m[1]);
+    return ((axial ? fmax(high_m, wide_m) : high_m) + v->margin_m) / sin(fmin(seen_rad, GEO_PI / 2));
 }
 
 static void judge_near(const struct conf *conf, fit_fn tell, void *ctx)
@@ -102,7 +109,7 @@ static void judge_near(const struct conf *conf, fit_fn tell, void *ctx)
         return;
     fault_set(
         &f,
-        "[vehicle] near = %g m ends before %.1f m, from where on the beams are as high as the vehicle: `limit` "
+        "[vehicle] near = %g m ends before %.1f m, from where on the beams are as large as the vehicle: `limit` "
         "allows only slow; want near = %.1f m, if nothing closer is out of the sonars' sight",
         conf->vehicle.near_m, from_m, ceil(from_m * 10) / 10);
     tell(ctx, f.text);

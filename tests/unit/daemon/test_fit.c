@@ -47,6 +47,11 @@ static const struct {
     {HEAD "rotation = 180 0 30 deg\n[vehicle]\nnear = 1.5 m\n", "near"}, /* upside down is level, too */
     {HEAD "rotation = 90 0 0 deg\n[vehicle]\nnear = 1.5 m\n", NULL},
     {HEAD "aperture = 2 2 deg\n[vehicle]\nnear = 1.5 m\n", NULL}, /* never */
+    /* one that does not turn as wide, too: 0.7 m / sin(9.5 deg) */
+    {"[sonar a]\ndevice = ping1d\n" PORT "aperture = 25 25 deg\n[vehicle]\nnear = 3.3 m\n", "want near = 4.3 m"},
+    {"[sonar a]\ndevice = ping1d\n" PORT "aperture = 25 25 deg\n[vehicle]\nnear = 4.3 m\n", NULL},
+    {"[sonar a]\ndevice = ping1d\n" PORT "aperture = 25 25 deg\nrotation = 0 -90 0 deg\n[vehicle]\nnear = 1.5 m\n",
+     NULL},
     {HEAD "[sonar b]\ndevice = micron\nport = serial:/dev/y:115200\n[vehicle]\nnear = 2.3 m\n", NULL},
     /* scans and times */
     {HEAD "scan = active\ncircle = 60 s\n[grid]\nclear_for = 40 s\n",
