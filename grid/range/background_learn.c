@@ -35,7 +35,7 @@ struct background_learn *background_learn_init(void *mem, const struct backgroun
                                                const struct background_learn_conf *conf, const struct mount *mount)
 {
     struct background_learn *l = mem;
-    memset(mem, 0, background_learn_size(shape, conf->pings));
+    memset(l, 0, sizeof *l); /* of a row's planes only those of pings that it has had are read */
     l->shape = *shape;
     l->conf = *conf;
     l->mount = *mount;
