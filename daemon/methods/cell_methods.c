@@ -2,6 +2,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "daemon/methods/environment.h"
 #include "daemon/request_job.h"
@@ -18,9 +19,22 @@ struct part {
     double axis[3], cos_half;
     double from_m, to_m;
     bool locked;
-    bool ned; /* the grid's axes */
+    bool ned;                   /* the grid's axes */
+    struct picture_frame frame; /* of the grid at the first step */
+    struct picture *picture;
+    bool begun;
+    uint32_t direction; /* the next */
+    int tries;
     uint64_t cells;
 };
+
+/* A step ends with so much work: a direction or a cell that is looked at, or a cell that is locked. */
+#define WORK_PER_STEP 16384u
+#define WORK_TO_LOCK  64u
+
+/* Cells move when the centre or the axes do, perhaps from where is yet to be looked to where was: it begins anew, some
+ * times at most. What is locked already stays so, and counts again. */
+#define TRIES 8
 
 static bool part_of(json_t *params, struct part *part, struct rpc_error *error)
 {
@@ -43,18 +57,49 @@ static bool holds(const struct part *part, const struct sphere_cell *cell)
     return along_m >= part->cos_half * range_m && range_m >= part->from_m && range_m <= part->to_m;
 }
 
+/* Returns the work. */
+static uint32_t lock_direction(struct part *part, uint32_t direction)
+{
+    struct sphere_cell cell;
+    uint32_t work = 1;
+    for (uint32_t k = 0; sphere_cell(part->sphere, direction, k, part->now_ns, &cell); k++) {
+        work++;
+        if (!holds(part, &cell))
+            continue;
+        part->cells += sphere_lock(part->sphere, direction, (cell.from_m + cell.to_m) / 2, part->locked);
+        work += WORK_TO_LOCK;
+    }
+    return work;
+}
+
+static bool has_moved(const struct picture_frame *a, const struct picture_frame *b)
+{
+    return a->axes_rad != b->axes_rad || a->ned != b->ned ||
+           memcmp(a->centre_m, b->centre_m, sizeof a->centre_m) != 0;
+}
+
+static void begin_anew(struct part *part)
+{
+    struct picture_frame frame;
+    picture_get_frame(part->picture, &frame);
+    if (part->begun && (part->tries >= TRIES || !has_moved(&frame, &part->frame)))
+        return;
+    part->begun = true;
+    part->frame = frame;
+    part->tries++;
+    part->direction = 0;
+    part->cells = 0;
+}
+
 static void lock(void *ctx, const struct pipeline_owned *owned)
 {
     struct part *part = ctx;
-    struct sphere *sphere = part->sphere;
-    struct sphere_stats stats;
-    struct sphere_cell cell;
+    const uint32_t n = part->picture->n;
     (void)owned;
-    sphere_stats(sphere, &stats);
-    for (uint32_t direction = 0; direction < stats.directions; direction++)
-        for (uint32_t k = 0; sphere_cell(sphere, direction, k, part->now_ns, &cell); k++)
-            if (holds(part, &cell))
-                part->cells += sphere_lock(sphere, direction, (cell.from_m + cell.to_m) / 2, part->locked);
+    begin_anew(part);
+    for (uint32_t work = 0; part->direction < n && work < WORK_PER_STEP; part->direction++)
+        work += lock_direction(part, part->direction);
+    part->call.more = part->direction < n;
 }
 
 static struct part *begin_part(struct methods_env *d, json_t *params, struct rpc_error *error)
@@ -66,6 +111,7 @@ static struct part *begin_part(struct methods_env *d, json_t *params, struct rpc
         return NULL;
     picture_get_frame(grid_picture(grid), &frame);
     part.sphere = grid->sphere;
+    part.picture = grid_picture(grid);
     part.now_ns = loop_now(d->loop);
     part.ned = frame.ned;
     struct part *kept = malloc(sizeof *kept);

@@ -214,6 +214,13 @@ static void ask_greatest_of_map(void)
     CHECK(ask_with("map_slice", json_pack("{s:f,s:i}", "size_m", 31.0, "cells", 1)));
 }
 
+/* All cells; the greatest ranges alone hold none. */
+static void lock_all(bool locked)
+{
+    CHECK(ask_with("grid_lock",
+                   json_pack("{s:f,s:f,s:b}", "azimuth_deg", 0.0, "half_angle_deg", 180.0, "locked", locked)));
+}
+
 static void ask_all(enum protocol_right right, int times)
 {
     for (const struct protocol_method *m = protocol_methods; m->name; m++) {
@@ -245,6 +252,8 @@ static void all_methods(const char *conf)
     COUNT();
     ask_all(PROTOCOL_ASKS, 12);
     ask_greatest_of_map();
+    lock_all(true);
+    lock_all(false);
     ask_all(PROTOCOL_CHANGES, 0);
     rig_end();
 }
