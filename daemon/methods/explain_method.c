@@ -127,7 +127,7 @@ static double cells_to_m(struct scene *s, const struct scope_share *share, uint3
         return share->need_m > 0 ? share->need_m : may_raise(s, direction) ? s->query.distance_m : 0;
     if (share->need_m <= 0)
         return 0;
-    const struct sight_observer by = {&s->limits, &s->now, &s->scope.place, s->query.near_m, share->need_m};
+    const struct sight_observer by = {&s->limits, &s->now, &s->scope.place, s->query.near_m, share->need_m, NULL};
     sight_look(grid_picture(s->grid), direction, &by, &e, &view);
     return view.obstacle && view.near_m <= share->need_m ? share->need_m : 0;
 }
@@ -256,7 +256,8 @@ static void take_free_interval(struct scene *s, uint32_t direction)
 {
     struct picture_entry e;
     picture_get(grid_picture(s->grid), direction, &e);
-    const struct sight_observer by = {&s->limits, &s->now, &s->scope.place, s->query.near_m, s->query.distance_m};
+    const struct sight_observer by = {&s->limits,          &s->now, &s->scope.place, s->query.near_m,
+                                      s->query.distance_m, NULL};
     enum answer_reason reason;
     const struct free_interval c = sight_water(&e, &by, &reason);
     s->directions++;

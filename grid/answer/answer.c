@@ -37,6 +37,7 @@ const char *answer_reason_text(enum answer_reason reason)
 struct tally {
     struct answer a;
     double oldest_s;            /* ping of the directions looked at */
+    double logodds;             /* blocked: of the obstacle */
     enum answer_reason against; /* the gravest that stands against clear, beside an obstacle */
     bool looked;
     bool never; /* one of them was never pinged */
@@ -54,9 +55,9 @@ static void add_obstacle(struct tally *t, const struct sight *v, const struct an
     t->a.near_m = v->near_m;
     t->a.state = ANSWER_BLOCKED;
     t->a.reason = ANSWER_HEARD;
-    t->a.range_m = fmax(v->near_m, v->obstacle->range_m - moved_m);
+    t->a.range_m = sight_more(v->near_m, v->obstacle->range_m - moved_m);
     t->a.range_sd_m = v->obstacle->sd_m;
-    t->a.confidence = 1 / (1 + exp(-v->logodds));
+    t->logodds = v->logodds;
     t->a.age_s = sight_seconds(now->now_ns, v->obstacle->t_echo_ns);
 }
 
@@ -88,14 +89,14 @@ static void add_water(struct tally *t, const struct sight *v, double need_m, boo
 {
     const enum answer_reason why = against(v, need_m);
     if (side && (why == ANSWER_BLIND || (why != ANSWER_HEARD && need_m <= side_m && need_m < v->hint_m))) {
-        t->a.blind_to_m = fmax(t->a.blind_to_m, need_m);
+        t->a.blind_to_m = sight_more(t->a.blind_to_m, need_m);
         return;
     }
     t->looked = true;
-    t->a.blind_to_m = fmax(t->a.blind_to_m, v->blind_m);
+    t->a.blind_to_m = sight_more(t->a.blind_to_m, v->blind_m);
     if (!side || why != ANSWER_HEARD)
-        t->a.free_to_m = fmin(t->a.free_to_m, v->clear_m);
-    t->oldest_s = fmax(t->oldest_s, v->age_s);
+        t->a.free_to_m = sight_less(t->a.free_to_m, v->clear_m);
+    t->oldest_s = sight_more(t->oldest_s, v->age_s);
     if (why != ANSWER_HEARD)
         doubt_answer(t, why);
 }
@@ -110,6 +111,8 @@ static void finish_tally(struct tally *t, const struct answer_conf *conf, struct
         t->a.free_to_m = 0;
     if (t->a.state != ANSWER_BLOCKED)
         t->a.age_s = t->oldest_s;
+    if (t->a.state == ANSWER_BLOCKED)
+        t->a.confidence = 1 / (1 + exp(-t->logodds));
     if (t->a.state == ANSWER_CLEAR)
         t->a.confidence = fmax(0, 1 - t->oldest_s / conf->clear_for_s);
     *out = t->a;
@@ -164,6 +167,8 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
     struct tally tally;
     begin_tally(&tally);
     tally.a.blind_to_m = scope.beside_m;
+    struct sight_fade fade = {.known = false};
+    struct sight_observer by = {conf, now, &place, q->near_m, 0, &fade};
     struct rings_visit visit = rings_visit(p->rings, scope.axis, scope.around_rad);
     while (rings_next(&visit)) {
         const struct scope_share share = scope_share(&scope, p->axis[visit.direction], visit.ring);
@@ -171,8 +176,8 @@ static void direction_once(struct picture *p, const struct answer_conf *conf, co
             continue;
         struct picture_entry e;
         struct sight view;
-        sight_look(p, visit.direction, &(struct sight_observer){conf, now, &place, q->near_m, share.need_m}, &e,
-                   &view);
+        by.to_m = share.need_m;
+        sight_look(p, visit.direction, &by, &e, &view);
         if (view.obstacle && view.near_m <= share.need_m)
             add_obstacle(&tally, &view, now, place.moved_m);
         if (share.beside)
@@ -207,12 +212,25 @@ static struct heights heights_of(double lo_rad, double hi_rad)
 
 #define FAR 10.0 /* times what the vehicle has moved */
 
+/* What every sector has at least. A direction that adds nothing to that adds nothing to any: most are soon such. */
+struct least {
+    double near_m; /* each is blocked nearer than this; INFINITY: not each is */
+    double free_to_m, blind_to_m, oldest_s;
+    enum answer_reason against;
+};
+
+static const struct least least_of_none = {.near_m = INFINITY, .free_to_m = INFINITY, .oldest_s = -1};
+
+#define LOOKS_PER_SECTOR 4 /* after so many looks for each sector it is found anew */
+
 /* A question about all sectors of a band, while directions are added to them. */
 struct sectors {
     struct picture *picture;
     const struct answer_conf *conf;
     const struct answer_now *now;
     struct sight_place place;
+    struct sight_fade fade;
+    struct sight_observer by;
     struct overlap_band band; /* of the body when `turned` */
     double near_m, need_m;
     double uncertain_rad; /* uncertainty of the attitude, when the angles are the body's */
@@ -228,7 +246,9 @@ struct sectors {
     double tilt_rad;     /* of those against these */
     double axes_rad;     /* asked in NED: azimuth of the grid's azimuth 0 */
     struct tally *tally; /* [count] */
-    size_t hopeful;      /* of them no direction that was never pinged was added to */
+    struct least least;
+    size_t looks;   /* since that was found */
+    size_t hopeful; /* of them no direction that was never pinged was added to */
 };
 
 /* The tally of the k-th sector of a run. */
@@ -238,27 +258,67 @@ static struct tally *tally_of(const struct sectors *s, const struct overlap_run 
     return &s->tally[at < s->band.count ? at : at - s->band.count];
 }
 
+static struct least least_of(const struct tally *tally, size_t n)
+{
+    struct least all = {.near_m = 0, .blind_to_m = INFINITY, .oldest_s = INFINITY, .against = ANSWER_NO_DATA};
+    for (size_t k = 0; k < n; k++) {
+        const struct tally *t = &tally[k];
+        all.near_m = sight_more(all.near_m, t->a.state == ANSWER_BLOCKED ? t->a.near_m : INFINITY);
+        all.free_to_m = sight_more(all.free_to_m, t->a.free_to_m);
+        all.blind_to_m = sight_less(all.blind_to_m, t->a.blind_to_m);
+        all.oldest_s = sight_less(all.oldest_s, t->oldest_s);
+        all.against = t->against < all.against ? t->against : all.against;
+    }
+    return all;
+}
+
+static bool adds_water(const struct least *least, const struct sight *v, double need_m)
+{
+    return v->clear_m < least->free_to_m || v->blind_m > least->blind_to_m || v->age_s > least->oldest_s ||
+           against(v, need_m) > least->against;
+}
+
+/* The direction's middle, turned into the axes asked about. */
+static void place_cell(const struct sectors *s, uint32_t d, struct overlap_cell *cell)
+{
+    double v[3];
+    if (!s->turned)
+        return;
+    quat_rotate_inverse(s->attitude, s->picture->axis[d], v);
+    overlap_middle(cell, v);
+}
+
 /* Adds direction d to every sector that it may lie in, as seen from where the vehicle may be. */
 static void add_to_sectors(struct sectors *s, uint32_t d, struct overlap_cell *cell)
 {
     struct picture_entry e;
     struct sight view;
-    sight_look(s->picture, d, &(struct sight_observer){s->conf, s->now, &s->place, s->near_m, s->need_m}, &e,
-               &view);
-    const struct overlap_run water = overlap_run(&s->band, cell, s->water_rad);
+    sight_look_told(s->picture, d, &s->by, &e, &view);
+    const bool water_counts = adds_water(&s->least, &view, s->need_m);
+    const bool blocks = view.obstacle && view.near_m < s->least.near_m;
+    if (!water_counts && !blocks)
+        return;
+    place_cell(s, d, cell);
+    const struct overlap_run water =
+        water_counts ? overlap_run(&s->band, cell, s->water_rad) : (struct overlap_run){0, 0};
     for (size_t k = 0; k < water.n; k++)
         add_water(tally_of(s, &water, k), &view, s->need_m, false, 0);
-    if (!view.obstacle)
+    if (blocks) {
+        const double aside = sight_aside_rad(&s->place, view.near_m + s->place.moved_m);
+        const struct overlap_run blocked = overlap_run(&s->band, cell, s->uncertain_rad + aside);
+        for (size_t k = 0; k < blocked.n; k++)
+            add_obstacle(tally_of(s, &blocked, k), &view, s->now, s->place.moved_m);
+    }
+    if (++s->looks < LOOKS_PER_SECTOR * s->band.count)
         return;
-    const double aside = sight_aside_rad(&s->place, view.near_m + s->place.moved_m);
-    const struct overlap_run blocked = overlap_run(&s->band, cell, s->uncertain_rad + aside);
-    for (size_t k = 0; k < blocked.n; k++)
-        add_obstacle(tally_of(s, &blocked, k), &view, s->now, s->place.moved_m);
+    s->looks = 0;
+    s->least = least_of(s->tally, s->band.count);
 }
 
 /* The same of a direction that was never pinged. One such tells a sector all that others could. */
-static void add_blank(struct sectors *s, struct overlap_cell *cell)
+static void add_blank(struct sectors *s, uint32_t d, struct overlap_cell *cell)
 {
+    place_cell(s, d, cell);
     const struct overlap_run water = overlap_run(&s->band, cell, s->water_rad);
     for (size_t k = 0; k < water.n; k++) {
         struct tally *t = tally_of(s, &water, k);
@@ -287,13 +347,8 @@ static void add_direction(struct sectors *s, uint32_t d, struct overlap_cell *ce
     const bool blank = picture_blank(s->picture, d);
     if (blank && (!s->hopeful || !is_between(&s->water, height)))
         return;
-    if (s->turned) {
-        double v[3];
-        quat_rotate_inverse(s->attitude, axis, v);
-        overlap_middle(cell, v);
-    }
     if (blank)
-        add_blank(s, cell);
+        add_blank(s, d, cell);
     else
         add_to_sectors(s, d, cell);
 }
@@ -356,11 +411,13 @@ static void sectors_once(struct picture *p, const struct answer_conf *conf, cons
                         .need_m = band->reach_m > 0 ? band->reach_m : frame.range_max_m,
                         .axes_rad = band->ned ? frame.axes_rad : 0,
                         .tally = tally,
+                        .least = least_of_none,
                         .hopeful = band->count,
                         .up = {0, 0, -1}};
     for (size_t k = 0; k < band->count; k++)
         begin_tally(&tally[k]);
     sight_locate(&frame, conf, now, &s.place);
+    s.by = (struct sight_observer){conf, now, &s.place, s.near_m, s.need_m, &s.fade};
     s.turned = !band->ned && sight_attitude(&frame, now, band->ned, s.attitude);
     if (s.turned)
         quat_rotate(s.attitude, s.up, s.up);

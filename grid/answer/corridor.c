@@ -184,6 +184,7 @@ struct look {
     struct sight_place place;
     struct tunnel tunnel;
     struct promise promise;
+    struct sight_fade fade;
     struct corridor *out;
 };
 
@@ -197,7 +198,7 @@ static double own_range_m(const struct tunnel *t, double ahead)
 #define BOW 0.7071
 
 /* What one direction adds. A range along a ray is `foreshortened` along the line, at the least. */
-static void add(const struct look *l, uint32_t direction, const struct reaches *reaches)
+static void add(struct look *l, uint32_t direction, const struct reaches *reaches)
 {
     const struct reach reach = reaches->any;
     const struct tunnel *t = &l->tunnel;
@@ -222,7 +223,8 @@ static void add(const struct look *l, uint32_t direction, const struct reaches *
         return;
     struct picture_entry e;
     struct sight s;
-    sight_look(l->picture, direction, &(struct sight_observer){l->conf, l->now, &l->place, own_m, exit_m}, &e, &s);
+    const struct sight_observer by = {l->conf, l->now, &l->place, own_m, exit_m, &l->fade};
+    sight_look(l->picture, direction, &by, &e, &s);
     if (s.obstacle && s.near_m <= side_m && s.near_m * foreshortened <= end_m)
         meet(out, &s, l->now, v, place_m(t, s.near_m, v, foreshortened, reach));
     const double sure_m = s.obstacle ? s.near_m : INFINITY;

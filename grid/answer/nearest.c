@@ -14,6 +14,7 @@ struct scene {
     const struct nearest_query *query;
     struct picture_frame frame;
     struct sight_place place;
+    struct sight_fade fade;
     bool turned;        /* the axes asked about are not the grid's ... */
     double attitude[4]; /* ... but this, in them */
 };
@@ -80,10 +81,10 @@ static bool in_window(const struct scene *s, const struct window *w, uint32_t d)
     return -v[2] >= w->lo && -v[2] <= w->hi && (w->half_rad >= GEO_PI || in_azimuth(w, v));
 }
 
-static void see(const struct scene *s, uint32_t d, double to_m, struct picture_entry *e, struct sight *sight)
+static void see(struct scene *s, uint32_t d, double to_m, struct picture_entry *e, struct sight *sight)
 {
-    sight_look(s->picture, d, &(struct sight_observer){s->conf, s->now, &s->place, s->query->near_m, to_m}, e,
-               sight);
+    const struct sight_observer by = {s->conf, s->now, &s->place, s->query->near_m, to_m, &s->fade};
+    sight_look_told(s->picture, d, &by, e, sight);
 }
 
 static double reach_of(const struct scene *s)
@@ -92,7 +93,7 @@ static double reach_of(const struct scene *s)
 }
 
 /* Reports the obstacle of direction d if it is nearer than *best_m. */
-static void compare(const struct scene *s, uint32_t d, double *best_m, struct nearest *out)
+static void compare(struct scene *s, uint32_t d, double *best_m, struct nearest *out)
 {
     struct picture_entry e;
     struct sight sight;
@@ -116,7 +117,7 @@ static void compare(const struct scene *s, uint32_t d, double *best_m, struct ne
 }
 
 /* Its near edge, INFINITY without one. */
-static double find_nearest(const struct scene *s, struct nearest *out)
+static double find_nearest(struct scene *s, struct nearest *out)
 {
     double best_m = INFINITY;
     for (uint32_t block = 0; block * 64 < s->picture->n; block++)
@@ -134,7 +135,7 @@ struct weight {
     double oldest_s; /* ping of their water */
 };
 
-static void weigh_direction(const struct scene *s, uint32_t d, double to_m, struct weight *w, struct nearest *out)
+static void weigh_direction(struct scene *s, uint32_t d, double to_m, struct weight *w, struct nearest *out)
 {
     struct picture_entry e;
     struct sight sight;
@@ -169,7 +170,7 @@ static uint64_t block_in_window(const struct scene *s, const struct window *wind
 }
 
 /* How much of the water nearer than that is not known; the gravest reason is reported. */
-static void weigh(const struct scene *s, double to_m, struct nearest *out)
+static void weigh(struct scene *s, double to_m, struct nearest *out)
 {
     const struct window window = window_at(s, to_m);
     struct weight w = {.oldest_s = -1};

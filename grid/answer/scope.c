@@ -105,8 +105,12 @@ bool scope_begin(struct scope *s, const struct rings *rings, const struct scope_
     return rings_index(rings, az, el) != RINGS_NONE;
 }
 
+#define SURE 1e-6 /* more than the error of single-precision axes */
+
 struct scope_share scope_share(struct scope *s, const double middle[3], uint32_t ring)
 {
+    if (!s->query.corridor && geo_dot(middle, s->axis) >= s->edge.wall.cos + SURE) /* most of a wide cone's */
+        return (struct scope_share){.need_m = s->query.distance_m};
     double v[3] = {middle[0], middle[1], middle[2]};
     if (ring != s->ring)
         enter_ring(s, ring);

@@ -73,44 +73,123 @@ struct free_interval sight_water(const struct picture_entry *e, const struct sig
     return run;
 }
 
-static void look_at_entry(const struct picture *p, const struct picture_entry *e, const struct sight_observer *by,
-                          struct sight *v)
+/* ---- one look ---- */
+
+/* The words of one side's entry. Most directions have one free interval and no obstacle, so most are never read. */
+struct words {
+    const snapshot_word *at;
+};
+
+static uint64_t word_at(const struct words *w, size_t byte)
 {
-    const struct answer_now *now = by->now;
-    const struct sight_place *place = by->place;
+    return atomic_load_explicit(&w->at[byte / 8], memory_order_acquire);
+}
+
+static void load_interval(const struct words *w, int k, struct free_interval *out)
+{
+    snapshot_load(out, w->at + (size_t)k * (sizeof *out / 8), sizeof *out / 8);
+}
+_Static_assert(offsetof(struct picture_entry, free) == 0, "an entry begins with its free intervals");
+
+/* As exp takes long and the obstacles of one ping fade alike. */
+static double faded(const struct picture *p, const struct picture_obstacle *o, const struct sight_observer *by)
+{
+    struct sight_fade *fade = by->fade;
+    if (!fade)
+        return picture_logodds(p, o, by->now->now_ns);
+    if (fade->t_ref_ns != o->t_ref_ns || !fade->known) {
+        const struct picture_obstacle one = {.t_ref_ns = o->t_ref_ns, .logodds = 1};
+        *fade = (struct sight_fade){
+            .t_ref_ns = o->t_ref_ns, .share = picture_logodds(p, &one, by->now->now_ns), .known = true};
+    }
+    return (double)o->logodds * fade->share;
+}
+
+/* Up to the first obstacle that counts. Returns where the nearest of them begins, INFINITY: there is none. */
+static double look_for_obstacles(const struct picture *p, const struct words *w, const struct sight_observer *by,
+                                 struct picture_entry *e, struct sight *v)
+{
     double clear_m = INFINITY;
-    *v = sight_never;
     for (unsigned i = 0; i < PICTURE_OBSTACLES && !v->obstacle; i++) {
-        const struct picture_obstacle *o = &e->obstacle[i];
-        if (o->logodds <= 0)
+        float odds[2]; /* and near edge */
+        const uint64_t both = word_at(w, PICTURE_ODDS(i));
+        memcpy(odds, &both, sizeof odds);
+        if (odds[0] <= 0)
             break;
-        v->logodds = picture_logodds(p, o, now->now_ns);
+        clear_m = (double)odds[1] < clear_m ? (double)odds[1] : clear_m;
+        if (odds[0] <= p->blocked_logodds) /* it does not grow */
+            continue;
+        struct picture_obstacle *o = &e->obstacle[i];
+        snapshot_load(o, w->at + (PICTURE_ODDS(i) - offsetof(struct picture_obstacle, logodds)) / 8,
+                      sizeof *o / 8);
+        v->logodds = faded(p, o, by);
         if (v->logodds > p->blocked_logodds) {
             v->obstacle = o;
-            v->near_m = fmax(0, o->near_m - place->moved_m);
+            v->near_m = sight_more(0, o->near_m - by->place->moved_m);
         }
-        clear_m = fmin(clear_m, o->near_m);
     }
-    v->hint_m = fmax(0, fmin(clear_m, e->hint_m > 0 ? (double)e->hint_m : INFINITY) - place->moved_m);
-    const struct free_interval run = sight_water(e, by, &v->reason);
-    if (run.t_ping_ns)
-        v->age_s = sight_seconds(now->now_ns, run.t_ping_ns);
-    v->showed = run.to_m > run.from_m || run.to_m < 0;
+    return clear_m;
+}
+
+/* sight_water of an entry that is not read yet; of a single interval that is itself. */
+static const struct free_interval *water_at(const struct words *w, const struct sight_observer *by,
+                                            struct picture_entry *e, enum answer_reason *reason)
+{
+    load_interval(w, 0, &e->free[0]);
+    if (!(word_at(w, sizeof *e->free) | word_at(w, 2 * sizeof *e->free) | word_at(w, 3 * sizeof *e->free))) {
+        *reason = against(&e->free[0], by->conf, by->now, by->place);
+        return &e->free[0];
+    }
+    for (int k = 1; k < FREE_INTERVALS; k++)
+        load_interval(w, k, &e->free[k]);
+    e->free[0] = sight_water(e, by, reason);
+    return &e->free[0];
+}
+_Static_assert(FREE_INTERVALS == 4 && offsetof(struct free_interval, t_ping_ns) == 0,
+               "three are behind the first");
+
+static void look_at_words(const struct picture *p, const struct words *w, const struct sight_observer *by,
+                          struct picture_entry *e, struct sight *v)
+{
+    const double moved_m = by->place->moved_m;
+    *v = sight_never;
+    const double clear_m = look_for_obstacles(p, w, by, e, v);
+    const uint64_t last = word_at(w, offsetof(struct picture_entry, hint_m));
+    float hint[2];
+    memcpy(hint, &last, sizeof hint);
+    const double hint_m = hint[0] > 0 ? sight_less((double)hint[0], clear_m) : clear_m;
+    v->hint_m = sight_more(0, hint_m - moved_m);
+    const struct free_interval *run = water_at(w, by, e, &v->reason);
+    if (run->t_ping_ns)
+        v->age_s = sight_seconds(by->now->now_ns, run->t_ping_ns);
+    v->showed = run->to_m > run->from_m || run->to_m < 0;
     if (v->reason != ANSWER_HEARD)
         return;
-    v->blind_m = run.from_m + place->moved_m;
-    v->clear_m = fmax(0, fmin(clear_m, run.to_m) - place->moved_m);
+    const double to_m = sight_less((double)run->to_m, clear_m);
+    v->blind_m = (double)run->from_m + moved_m;
+    v->clear_m = sight_more(0, to_m - moved_m);
+}
+
+void sight_look_told(struct picture *p, uint32_t direction, const struct sight_observer *by,
+                     struct picture_entry *e, struct sight *v)
+{
+    for (int i = 0; i < SNAPSHOT_TRIES; i++) {
+        const uint64_t number = picture_now(p);
+        const struct words w = {p->side[number & 1].word + (size_t)direction * PICTURE_WORDS};
+        look_at_words(p, &w, by, e, v);
+        if (picture_still(p, number))
+            return;
+    }
+    *v = sight_never;
 }
 
 void sight_look(struct picture *p, uint32_t direction, const struct sight_observer *by, struct picture_entry *e,
                 struct sight *v)
 {
-    if (picture_blank(p, direction)) {
+    if (picture_blank(p, direction))
         *v = sight_never;
-        return;
-    }
-    picture_get(p, direction, e);
-    look_at_entry(p, e, by, v);
+    else
+        sight_look_told(p, direction, by, e, v);
 }
 
 bool sight_possible(const struct picture_frame *frame, const struct answer_now *now, bool ned,

@@ -65,12 +65,31 @@ void sight_locate(const struct picture_frame *frame, const struct answer_conf *c
  * abreast: of all places where v may lie the one nearest to `to`. */
 void sight_swing(const struct sight_place *place, const double to[3], double v[3]);
 
+/* As fmin and fmax, without a call, for directions by the thousand. */
+static inline double sight_less(double a, double b)
+{
+    return a < b ? a : b;
+}
+
+static inline double sight_more(double a, double b)
+{
+    return a > b ? a : b;
+}
+
+/* How much of an obstacle's log-odds is left of those that held at a time. */
+struct sight_fade {
+    uint64_t t_ref_ns;
+    double share;
+    bool known;
+};
+
 /* Who looks: by which limits, when, from where, and at what. */
 struct sight_observer {
     const struct answer_conf *conf;
     const struct answer_now *now;
     const struct sight_place *place;
-    double from_m, to_m; /* the water that is asked about: no other makes the answer old */
+    double from_m, to_m;     /* the water that is asked about: no other makes the answer old */
+    struct sight_fade *fade; /* of one picture and one time, kept from look to look; NULL: worked out each time */
 };
 
 /**
@@ -88,6 +107,10 @@ struct free_interval sight_water(const struct picture_entry *e, const struct sig
  */
 void sight_look(struct picture *p, uint32_t direction, const struct sight_observer *by, struct picture_entry *e,
                 struct sight *v);
+
+/** sight_look_told - the same of a direction whose entry says something (picture_block.told). */
+void sight_look_told(struct picture *p, uint32_t direction, const struct sight_observer *by,
+                     struct picture_entry *e, struct sight *v);
 
 /* Nearer than so many times what the vehicle has moved, no cone or sector is answered:
  * that bounds what lies beside. */

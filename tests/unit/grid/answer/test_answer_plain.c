@@ -144,7 +144,7 @@ static struct answer plain(const struct ring_query *q, size_t k)
         struct sight s;
         if (turned)
             quat_rotate_inverse(attitude, v, v);
-        sight_look(&picture, d, &(struct sight_observer){&limits, &now, &place, 0, need_m}, &e, &s);
+        sight_look(&picture, d, &(struct sight_observer){&limits, &now, &place, 0, need_m, NULL}, &e, &s);
         if (touches(q, k, v, half_az, slack + sight_aside_rad(&place, need_m))) {
             a.free_to_m = fmin(a.free_to_m, s.clear_m);
             a.blind_to_m = fmax(a.blind_to_m, s.blind_m);
@@ -272,7 +272,8 @@ static struct answer plain_line(const struct answer_query *q)
         const double cell_rad = fmin(sight_cell_reach(&rings, ring), GEO_PI / 2);
         const double off = towards(&place, line, v, angle, cell_rad, q->corridor ? 0 : q->half_angle_rad);
         const struct reach r = plain_reach(q, &place, gamma, gamma + 2 * (cell_rad + more), off);
-        sight_look(&picture, d, &(struct sight_observer){&limits, &now, &place, q->near_m, r.need_m}, &e, &s);
+        sight_look(&picture, d, &(struct sight_observer){&limits, &now, &place, q->near_m, r.need_m, NULL}, &e,
+                   &s);
         const bool heard = s.reason == ANSWER_HEARD, good = heard && s.blind_m < r.need_m && s.clear_m >= r.need_m;
         const double around =
             q->half_angle_rad + asin(1 / SIGHT_BESIDE) + more + place.adrift_rad + rings.height_rad;
