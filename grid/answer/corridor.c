@@ -103,7 +103,7 @@ static double leaves_wall(double half_m, double drift_m, double off_m, double sh
     const double aside = clamped(fabs(share), 0, 1), side = share < 0 ? -1 : 1;
     const double least = aside * reach.cos - sqrt(1 - aside * aside) * reach.sin;
     const double wall_m = half_m + clamped(side * drift_m, 0, INFINITY) + side * off_m;
-    return least > 0 ? fmax(wall_m, 0) / least : INFINITY;
+    return least > 0 ? sight_more(wall_m, 0) / least : INFINITY;
 }
 
 /* How far the rays of a ring's cells, and what was observed along them, may lie from their middles: in any direction,
@@ -162,10 +162,10 @@ static double behind_front_m(const struct tunnel *t, double range_m, double shar
 {
     const double sine = clamped(share, -1, 1), cosine = sqrt(1 - sine * sine);
     const double right = sine * reach.cos - cosine * reach.sin, left = sine * reach.cos + cosine * reach.sin;
-    const double beside_m =
-        fmax(range_m * right - t->off_m[1], t->off_m[1] - range_m * left) - t->loose_m - fabs(t->drift_side_m);
+    const double beside_m = sight_more(range_m * right - t->off_m[1], t->off_m[1] - range_m * left) - t->loose_m -
+                            fabs(t->drift_side_m);
     const double y = clamped(beside_m, 0, t->round_m);
-    return fmax(0, (t->round_m - sqrt(t->round_m * t->round_m - y * y)) * t->across - t->flat_m);
+    return sight_more(0, (t->round_m - sqrt(t->round_m * t->round_m - y * y)) * t->across - t->flat_m);
 }
 
 /* Where along the line the body's front is when it gets there. */
@@ -213,36 +213,41 @@ static void add(struct look *l, uint32_t direction, const struct reaches *reache
     double own_m = own_range_m(t, most_ahead);
     if (blank && promised)
         own_m = promise_m(&l->promise, direction, reaches->up.sin, NULL, own_m);
-    double near_m = place_m(t, own_m, v, foreshortened, reach);
+    double near_m = blank ? place_m(t, own_m, v, foreshortened, reach) : 0;
     if (blank && near_m >= out->known_m) /* a doubt from there on is no news */
         return;
     const double side_m = leaves_side(t, v, reaches);
     const double end_m = t->most_m + t->off_m[0] + t->loose_m;
-    const double exit_m = fmin(side_m, fmax(end_m, 0) / fmax(foreshortened, 1e-9));
-    if (blank && exit_m <= own_m)
+    const double exit_m = sight_less(side_m, sight_more(end_m, 0) / sight_more(foreshortened, 1e-9));
+    if (exit_m <= own_m &&
+        (blank || (!promised && picture_told_m(l->picture, direction) - l->place.moved_m > side_m)))
         return;
     struct picture_entry e;
     struct sight s;
     const struct sight_observer by = {l->conf, l->now, &l->place, own_m, exit_m, &l->fade};
-    sight_look(l->picture, direction, &by, &e, &s);
+    if (blank)
+        s = sight_never;
+    else
+        sight_look_told(l->picture, direction, &by, &e, &s);
     if (s.obstacle && s.near_m <= side_m && s.near_m * foreshortened <= end_m)
         meet(out, &s, l->now, v, place_m(t, s.near_m, v, foreshortened, reach));
     const double sure_m = s.obstacle ? s.near_m : INFINITY;
-    if (s.hint_m < fmin(sure_m, fmin(exit_m, own_m))) /* too weak to block, but no water to be sure of */
+    if (s.hint_m <
+        sight_less(sure_m, sight_less(exit_m, own_m))) /* too weak to block, but no water to be sure of */
         doubt_corridor(out, ANSWER_BEYOND, v, place_m(t, s.hint_m, v, foreshortened, reach));
-    if (!blank && promised) {
+    if (!blank && promised)
         own_m = promise_m(&l->promise, direction, reaches->up.sin, &s, own_m);
-        near_m = place_m(t, own_m, v, foreshortened, reach);
-    }
     if (exit_m <= own_m)
         return;
-    out->age_s = fmax(out->age_s, s.age_s);
+    out->age_s = sight_more(out->age_s, s.age_s);
+    if (!blank && (s.reason != ANSWER_HEARD || s.blind_m - t->loose_m > own_m))
+        near_m = place_m(t, own_m, v, foreshortened, reach);
     if (s.reason != ANSWER_HEARD)
         doubt_corridor(out, s.reason, v, near_m);
     else if (s.blind_m - t->loose_m > own_m && s.clear_m > own_m)
         doubt_corridor(out, ANSWER_BLIND, v, near_m);
     else if (s.clear_m < exit_m)
-        doubt_corridor(out, ANSWER_BEYOND, v, place_m(t, fmax(s.clear_m, own_m), v, foreshortened, reach));
+        doubt_corridor(out, ANSWER_BEYOND, v, place_m(t, sight_more(s.clear_m, own_m), v, foreshortened, reach));
 }
 
 /* The tunnel's place along the line where its corner is farther than what is the vehicle's own place. */

@@ -144,6 +144,15 @@ static double nearest_edge_m(const struct picture_side *side, uint32_t direction
     return edge_m;
 }
 
+static double nearest_told_m(const struct picture_side *side, uint32_t direction)
+{
+    const double edge_m = nearest_edge_m(side, direction);
+    const uint64_t w = picture_word(side, direction, offsetof(struct picture_entry, hint_m));
+    float hint_m[2];
+    memcpy(hint_m, &w, sizeof hint_m);
+    return hint_m[0] > 0 && (double)hint_m[0] < edge_m ? (double)hint_m[0] : edge_m;
+}
+
 double picture_edge_m(struct picture *p, uint32_t direction)
 {
     for (int i = 0; i < SNAPSHOT_TRIES; i++) {
@@ -151,6 +160,17 @@ double picture_edge_m(struct picture *p, uint32_t direction)
         const double edge_m = nearest_edge_m(&p->side[number & 1], direction);
         if (picture_still(p, number))
             return edge_m;
+    }
+    return 0;
+}
+
+double picture_told_m(struct picture *p, uint32_t direction)
+{
+    for (int i = 0; i < SNAPSHOT_TRIES; i++) {
+        const uint64_t number = picture_now(p);
+        const double told_m = nearest_told_m(&p->side[number & 1], direction);
+        if (picture_still(p, number))
+            return told_m;
     }
     return 0;
 }

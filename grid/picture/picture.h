@@ -155,6 +155,9 @@ static inline uint64_t picture_word(const struct picture_side *side, uint32_t di
  * 0 where it is not known. */
 double picture_edge_m(struct picture *p, uint32_t direction);
 
+/** picture_told_m - the same of an obstacle and of an echo that is too little to block. */
+double picture_told_m(struct picture *p, uint32_t direction);
+
 /** picture_logodds - of an obstacle at now_ns: exact exponential fading, none before t_ref. */
 double picture_logodds(const struct picture *p, const struct picture_obstacle *o, uint64_t now_ns);
 
