@@ -469,8 +469,11 @@ static void look_first(struct scene *s, const struct pipeline_owned *owned)
 static void look_at_grid(void *ctx, const struct pipeline_owned *owned)
 {
     struct scene *s = ctx;
-    if (!s->started)
+    if (!s->started) {
         look_first(s, owned);
+        if (s->query.half_angle_rad > RECORDS_HALF_RAD) /* of a wide cone that was long */
+            return;
+    }
     look_on(s, owned->witnesses);
 }
 

@@ -31,7 +31,8 @@ static void axis_of(const struct scene *s, uint32_t d, double v[3])
 struct window {
     double lo, hi;
     double middle_rad, half_rad;
-    double aside; /* sine of how far beside them a direction still counts */
+    double wrapped_rad; /* the middle, in [-pi, pi) */
+    double aside;       /* sine of how far beside them a direction still counts */
 };
 
 /* Of the axes asked about against the world's. */
@@ -56,6 +57,7 @@ static struct window window_at(const struct scene *s, double range_m)
     return (struct window){.lo = sin(lo) - 1e-12,
                            .hi = sin(hi) + 1e-12,
                            .middle_rad = q->from_rad + width / 2,
+                           .wrapped_rad = geo_wrap_pi(q->from_rad + width / 2),
                            .half_rad = width / 2 + s->place.adrift_rad,
                            .aside = sin(fmin(aside + s->picture->rings->step_rad, GEO_PI / 2))};
 }
@@ -65,9 +67,28 @@ static bool is_whole(const struct window *w)
     return w->lo <= -1 && w->hi >= 1 && w->half_rad >= GEO_PI;
 }
 
+#define SURE_RAD (2 * GEO_ROUGH_RAD)
+
+/* Is it well within the azimuths, or so far from them that it does not count? 0: neither is sure. */
+static int rough_in_azimuth(const struct window *w, const double v[3])
+{
+    const double level = sqrt(v[0] * v[0] + v[1] * v[1]);
+    if (!(level > 0))
+        return 0;
+    const double from = fabs(geo_rough_angle(v[1], v[0]) - w->wrapped_rad);
+    const double off = sight_less(from, GEO_TURN - from) - w->half_rad;
+    if (off < -SURE_RAD)
+        return 1;
+    /* the sine of an angle up to a right one is at least 2 / pi of it */
+    return off > SURE_RAD && level * sight_less(off - SURE_RAD, GEO_PI / 2) * (2 / GEO_PI) > w->aside ? -1 : 0;
+}
+
 /* The azimuths end in half planes; what is more than a right angle from one is nearest to it at the vertical. */
 static bool in_azimuth(const struct window *w, const double v[3])
 {
+    const int rough = rough_in_azimuth(w, v);
+    if (rough)
+        return rough > 0;
     const double off = fabs(geo_wrap_pi(atan2(v[1], v[0]) - w->middle_rad)) - w->half_rad;
     return off <= 0 || hypot(v[0], v[1]) * sin(fmin(off, GEO_PI / 2)) <= w->aside;
 }
