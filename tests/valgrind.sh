@@ -29,8 +29,8 @@ for t in conf rpc loop pose_log layers ping_frame ping360 record capture_import;
 done
 
 # METHOD MILLIONS: an answer about all directions is of one picture, so it has one part. Of 41253 directions of 1 degree,
-# all told, at the greatest parameters. A template of 64 pings of each row has its memory cleared.
-longer='blocked 40 explain 40 nearest 45 sectors 70 limit 25 time_to_collision 25 grid_lock 25 background_learn 40'
+# all told, at the greatest parameters.
+longer='blocked 18 explain 18 nearest 23 sectors 25'
 if valgrind -q --tool=callgrind --instr-atstart=no --callgrind-out-file="$tmp/turn" "$build/tests/test_rig_turns" \
     >"$tmp/out" 2>&1; then
     awk -v longer="$longer" '

@@ -506,11 +506,13 @@ static struct scene *begin_scene(struct methods_env *d, json_t *params, struct r
     struct grid *grid = grid_asked(d, params, error);
     if (!grid)
         return NULL;
-    struct scene *s = calloc(1, sizeof *s + store_bytes());
+    const bool narrow = geo_rad(params_number(params, "half_angle_deg")) <= RECORDS_HALF_RAD;
+    struct scene *s = malloc(sizeof *s + (narrow ? store_bytes() : 0)); /* records are copied whole */
     if (!s) {
         rpc_refuse(error, RPC_INTERNAL_ERROR, "no memory to explain anything");
         return NULL;
     }
+    memset(s, 0, sizeof *s);
     s->d = d;
     s->grid = grid;
     s->limits = grid_limits(grid);

@@ -335,8 +335,8 @@ static bool is_between(const struct heights *h, double height)
     return height >= h->lo && height <= h->hi;
 }
 
-/* cell: of the direction, in the grid's axes but for axes_rad. */
-static void add_direction(struct sectors *s, uint32_t d, struct overlap_cell *cell)
+/* blank: it says nothing. cell: of the direction, in the grid's axes but for axes_rad. */
+static void add_direction(struct sectors *s, uint32_t d, bool blank, struct overlap_cell *cell)
 {
     const double *axis = s->picture->axis[d];
     const double height = axis[0] * s->up[0] + axis[1] * s->up[1] + axis[2] * s->up[2];
@@ -344,7 +344,6 @@ static void add_direction(struct sectors *s, uint32_t d, struct overlap_cell *ce
         return;
     if (!is_between(&s->far, height) && picture_edge_m(s->picture, d) >= s->far_m)
         return;
-    const bool blank = picture_blank(s->picture, d);
     if (blank && (!s->hopeful || !is_between(&s->water, height)))
         return;
     if (blank)
@@ -362,10 +361,9 @@ static bool may_be_between(const struct sectors *s, uint32_t ring, const struct 
 }
 
 /* Of 64 directions those that may add anything. */
-static uint64_t worth_a_look(const struct sectors *s, uint32_t block, bool far, bool water)
+static uint64_t worth_a_look(const struct sectors *s, const struct picture_block *b, bool far, bool water)
 {
-    const struct picture_block b = picture_block(s->picture, block);
-    return b.obstacle | (far ? b.told : 0) | (water && s->hopeful ? ~b.told : 0);
+    return b->obstacle | (far ? b->told : 0) | (water && s->hopeful ? ~b->told : 0);
 }
 
 static void add_ring(struct sectors *s, uint32_t ring)
@@ -375,7 +373,8 @@ static void add_ring(struct sectors *s, uint32_t ring)
     const double width = rings_width(rings, ring);
     const bool far = may_be_between(s, ring, &s->far), water = may_be_between(s, ring, &s->water);
     for (uint32_t d = start; d < end; d = (d / 64 + 1) * 64) {
-        uint64_t left = worth_a_look(s, d / 64, far, water) >> d % 64 << d % 64;
+        const struct picture_block b = picture_block(s->picture, d / 64);
+        uint64_t left = worth_a_look(s, &b, far, water) >> d % 64 << d % 64;
         for (uint32_t at = d / 64 * 64; left; left &= left - 1) {
             const uint32_t here = at + (uint32_t)__builtin_ctzll(left);
             if (here >= end)
@@ -386,7 +385,7 @@ static void add_ring(struct sectors *s, uint32_t ring)
                                         .half_az_rad = width / 2 + s->place.adrift_rad,
                                         .half_el_rad = rings->height_rad / 2,
                                         .exact = true};
-            add_direction(s, here, &cell);
+            add_direction(s, here, !(b.told >> here % 64 & 1), &cell);
         }
     }
 }
